@@ -1,0 +1,45 @@
+#pragma once
+#include <string_view>
+
+#include "hal/device.hpp"
+
+namespace sinew::hal {
+
+/// Where devices come from: the real kernel, a simulator's sockets, a recorded folder. Owns its devices, which live as
+/// long as the board. Names are those of the robot file ("imu", "camera", "motors").
+/// Thread:  owner, configure only.
+/// Errors:  not_found when the board has no such device; not_supported; what opening says.
+class Board {
+ public:
+  virtual ~Board() = default;
+  virtual Result<Imu*> imu(std::string_view name) = 0;
+  virtual Result<Range*> range(std::string_view name) = 0;
+  virtual Result<Baro*> baro(std::string_view name) = 0;
+  virtual Result<Camera*> camera(std::string_view name) = 0;
+  virtual Result<Actuators*> actuators(std::string_view name) = 0;
+};
+
+/// Who says how far virtual time may run. The discrete-event executor runs everything up to the grant, then asks again.
+class GrantSource {
+ public:
+  virtual ~GrantSource() = default;
+  /// Hands over what was done since the last call (`done_to` is reached, commands have been written to the Actuators of
+  /// the same board) and waits until all samples due by the returned time are delivered.
+  /// Errors:  closed when the plant ended the run; bad_data, timeout.
+  virtual Result<Time> next_grant(Time done_to) = 0;
+};
+
+/// Grants everything up to a fixed end at once: virtual time without a plant.
+class FixedGrant final : public GrantSource {
+ public:
+  explicit FixedGrant(Time end) : end_(end) {}
+  Result<Time> next_grant(Time done_to) override {
+    if (done_to >= end_) return Error{Errc::closed, "end of run"};
+    return end_;
+  }
+
+ private:
+  Time end_;
+};
+
+}  // namespace sinew::hal

@@ -1,0 +1,60 @@
+#pragma once
+// Devices as modules see them: non-blocking, stamped, in SI units. Bus and kernel stay behind these.
+#include "hal/clock.hpp"
+#include "hal/result.hpp"
+#include "msg/actuators.hpp"
+#include "msg/image.hpp"
+#include "msg/sensors.hpp"
+
+namespace sinew::hal {
+
+/// Something that wants to know when a device has data; implemented by the executor.
+class Wake {
+ public:
+  virtual ~Wake() = default;
+  /// Thread:  any.   RT: yes; enters the kernel only when somebody sleeps.
+  virtual void wake() noexcept = 0;
+};
+
+/// What every device can say about itself.
+class Device {
+ public:
+  virtual ~Device() = default;
+  /// The earliest instant at which read() will return something, as far as is known: a time at or before now means
+  /// "ready", kNever "nothing announced". Boards on virtual time know all samples up to the grant.
+  virtual Time ready_at() const noexcept = 0;
+  /// Registers who is woken when data arrives (null: nobody). Before the start only.
+  virtual void set_wake(Wake* wake) noexcept = 0;
+};
+
+/// A device that measures messages of type M.
+template <class M>
+class Sensor : public Device {
+ public:
+  /// Moves the oldest waiting sample into `out`. False: nothing is ready (normal); `out` is then unspecified.
+  /// Thread:  owner.   RT: yes, never blocks.
+  /// Errors:  closed when the device is gone; io, bad_data when this sample was lost (the next call goes on).
+  virtual Result<bool> read(M& out) noexcept = 0;
+};
+
+using Imu = Sensor<msg::ImuSample>;
+using Range = Sensor<msg::RangeSample>;
+using Baro = Sensor<msg::BaroSample>;
+
+/// A camera. read() describes `out` with format_as() and fills its pixels, at most one pass over them.
+/// Errors of read(): bad_argument when the frame does not fit the capacity of `out` (the frame is dropped).
+class Camera : public Sensor<msg::Image> {};
+
+/// A group of actuators that act together (e.g. four motors).
+class Actuators {
+ public:
+  virtual ~Actuators() = default;
+  /// Hands over setpoints that are valid for `lease` from now on; after that the device falls back to its safe action.
+  /// Thread:  owner (the guardian).   RT: yes, never blocks.
+  /// Errors:  closed, io; the previous setpoints then run out with their lease.
+  virtual Status write(const msg::ActuatorCommand& command, Duration lease) noexcept = 0;
+  /// Stops at once (motors off, torque off).
+  virtual Status stop() noexcept = 0;
+};
+
+}  // namespace sinew::hal

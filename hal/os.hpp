@@ -1,0 +1,59 @@
+#pragma once
+// What the runtime needs from an operating system, in robot terms; hal/linux implements it.
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "hal/clock.hpp"
+#include "hal/result.hpp"
+
+namespace sinew::hal {
+
+/// The word a thread sleeps on. Private memory; 32 bits everywhere (futex, WaitOnAddress).
+using WakeWord = std::atomic<std::uint32_t>;
+
+struct ThreadOptions {
+  std::string name;                      // at most 15 characters are shown by the kernel
+  int fifo_priority = 0;                 // SCHED_FIFO 1..99; 0 = ordinary
+  std::vector<int> cpus;                 // empty: any
+  std::size_t stack_bytes = 256 * 1024;  // prefaulted
+};
+
+class Thread {
+ public:
+  virtual ~Thread() = default;  // joins
+  virtual void join() = 0;
+  /// What could not be had (privilege, CPU); empty when everything was granted. The thread runs all the same.
+  virtual const std::string& shortfall() const = 0;
+};
+
+/// Zeroed, page-aligned, locked where permitted memory that other processes may be given later.
+class SharedMemory {
+ public:
+  virtual ~SharedMemory() = default;
+  virtual std::byte* data() = 0;
+  virtual std::size_t size() const = 0;
+};
+
+class Os : public Clock {
+ public:
+  /// Sleeps until an absolute time of this clock. RT: this is the wait.
+  virtual void sleep_until(Time t) noexcept = 0;
+  /// Sleeps while `word` holds `expected`, at most until `deadline` (kNever: no limit). Returns at once when it
+  /// differs. May return early without reason; callers look again.
+  virtual void wait(WakeWord& word, std::uint32_t expected, Time deadline) noexcept = 0;
+  /// Wakes whoever sleeps on `word`; call only when somebody does.
+  virtual void wake(WakeWord& word) noexcept = 0;
+  /// Processor time used by the calling thread.
+  virtual Duration thread_cpu_time() noexcept = 0;
+  virtual Result<std::unique_ptr<Thread>> start_thread(const ThreadOptions& options, std::function<void()> body) = 0;
+  virtual Result<std::unique_ptr<SharedMemory>> shared_memory(std::string_view name, std::size_t bytes) = 0;
+  /// Locks all memory of the process, now and later. Errors: denied.
+  virtual Status lock_memory() = 0;
+};
+
+}  // namespace sinew::hal
