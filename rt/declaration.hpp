@@ -1,0 +1,104 @@
+#pragma once
+// What a module declares: ports and parameters with unit, range and default.
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "rt/port.hpp"
+
+namespace sinew::rt {
+
+enum class Overflow : std::uint8_t { drop_oldest, drop_newest };
+
+struct InOptions {
+  Duration max_age{INT64_MAX};  // for fresh()
+  bool optional = false;        // may stay unbound
+  bool previous = false;        // comes from a later module of the same thread: the message of the previous cycle
+};
+
+struct QueueOptions {
+  std::uint32_t depth = 8;
+  Overflow overflow = Overflow::drop_oldest;
+  bool optional = false;
+  bool previous = false;
+};
+
+struct OutOptions {
+  std::uint32_t burst = 1;  // loans in one step
+};
+
+struct RawOptions {
+  std::uint32_t burst = 8;  // loans in one collect()
+};
+
+/// Numeric limits are inclusive. Without `max` anything finite from `min` up is allowed.
+struct ParamOptions {
+  std::string_view unit = "1";
+  double min = -std::numeric_limits<double>::max();
+  double max = std::numeric_limits<double>::max();
+  std::string_view doc = {};
+};
+
+using ParamValue = std::variant<bool, std::int64_t, double, std::string>;
+
+/// Collects what declare() says. Names are [a-z0-9_]+ and unique within the module, ports and parameters apart.
+/// Thread:  owner, before configure().
+class Declaration {
+ public:
+  enum class PortKind : std::uint8_t { latest, queue, output, raw };
+  struct Port {
+    std::string name;
+    PortKind kind;
+    const msg::TypeInfo* type;
+    InputBase* input;    // latest, queue, raw
+    OutputBase* output;  // output, raw
+    std::uint32_t depth; // queue, raw: messages; latest: 1
+    std::uint32_t burst; // output, raw
+    Overflow overflow = Overflow::drop_oldest;
+    Duration max_age{INT64_MAX};
+    bool optional = false;
+    bool previous = false;
+  };
+  struct Param {
+    std::string name;
+    std::variant<bool*, std::int64_t*, double*, std::string*> target;
+    ParamValue default_value;  // what the member held when declared
+    std::string unit, doc;
+    double min, max;           // numbers only
+  };
+
+  template <msg::Described M>
+  void in(std::string_view name, In<M>& port, const InOptions& o = {}) {
+    ports.push_back({std::string(name), PortKind::latest, &msg::type_info<M>(), &port, nullptr, 1, 0,
+                     Overflow::drop_oldest, o.max_age, o.optional, o.previous});
+  }
+  template <msg::Described M>
+  void in(std::string_view name, InQueue<M>& port, const QueueOptions& o = {}) {
+    ports.push_back({std::string(name), PortKind::queue, &msg::type_info<M>(), &port, nullptr, o.depth, 0, o.overflow,
+                     Duration{INT64_MAX}, o.optional, o.previous});
+  }
+  template <msg::Described M>
+  void out(std::string_view name, Out<M>& port, const OutOptions& o = {}) {
+    ports.push_back({std::string(name), PortKind::output, &msg::type_info<M>(), nullptr, &port, 0, o.burst});
+  }
+  template <msg::Described M>
+  void raw(std::string_view name, Raw<M>& port, const RawOptions& o = {}) {
+    ports.push_back({std::string(name), PortKind::raw, &msg::type_info<M>(), &port, &port, o.burst, o.burst});
+  }
+  template <class V>
+  void param(std::string_view name, V& target, const ParamOptions& o = {}) {
+    params.push_back({std::string(name), &target, ParamValue(target), std::string(o.unit), std::string(o.doc), o.min,
+                      o.max});
+  }
+  /// The module calls libraries that allocate or block (OpenCV): refused in real-time threads; the trap only counts.
+  void best_effort() { is_best_effort = true; }
+
+  std::vector<Port> ports;
+  std::vector<Param> params;
+  bool is_best_effort = false;
+};
+
+}  // namespace sinew::rt

@@ -1,0 +1,52 @@
+#pragma once
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "hal/board.hpp"
+#include "hal/result.hpp"
+#include "rt/declaration.hpp"
+#include "rt/step.hpp"
+
+namespace sinew::rt {
+
+/// What configure() may use: the board and plain facts about the robot. Allocation and files are allowed there.
+class Setup {
+ public:
+  virtual ~Setup() = default;
+  virtual hal::Board& board() = 0;
+  virtual std::string_view module_name() const = 0;
+  /// Reports a problem in words besides the Error that configure() returns ("device 'imu0' is held by pid 12").
+  virtual void explain(std::string text) = 0;
+};
+
+/// A unit of work with declared ports and parameters. A step is a pure function of latched messages, parameters, now,
+/// dt, random and own state, so that any step of any run can be executed again elsewhere with the same result.
+/// Thread:  executor (see rt/README.md).
+class Module {
+ public:
+  virtual ~Module() = default;
+  /// Declares ports and parameters; the one truth for graph check, robot file, recorder and documentation.
+  virtual void declare(Declaration& d) = 0;
+  /// Opens devices and allocates; the last allocation of the run. Parameters have their values by now.
+  virtual hal::Status configure(Setup&) { return {}; }
+  /// Forgets all state: called before the first step and when the module is enabled again. RT: yes.
+  virtual void reset() {}
+  /// RT: yes.
+  virtual Status step(const Step& step) noexcept = 0;
+};
+
+/// A module with a device behind it. Replay calls neither hook.
+class DriverModule : public Module {
+ public:
+  /// Before the latch: moves what the device has ready into the raw topic. Non-blocking, bounded. RT: yes.
+  /// `now` is the instant that the following step will see.
+  virtual void collect(Time /*now*/) noexcept {}
+  /// After an ok step: hands committed outputs to the device; read them from Out<>::committed via EmitView. RT: yes.
+  virtual void emit(Time /*now*/) noexcept {}
+  /// The device whose readiness may trigger the thread (trigger = "device"); null: none.
+  virtual hal::Device* device() { return nullptr; }
+};
+
+}  // namespace sinew::rt

@@ -1,0 +1,127 @@
+#pragma once
+// Ports: what a module holds to read and write messages. Declared in Module::declare(), bound by the robot file, filled
+// by the executor before a step and emptied after it. A reference or pointer taken from a port ends with the step.
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "msg/describe.hpp"
+#include "msg/time.hpp"
+
+namespace sinew::rt {
+
+using msg::Duration;
+using msg::Time;
+
+inline constexpr std::size_t kMaxChains = 8;
+inline constexpr Time kNoOrigin{INT64_MAX};
+
+/// In front of every message in its slot. Written by the writer before the commit, read-only afterwards.
+struct alignas(64) SlotHeader {
+  std::uint32_t sequence = 0;  // of the topic; compare by signed difference
+  std::uint32_t commit = 0;    // number of the commit that published it
+  Time stamp;                  // copy of the message's `stamp`
+  Time published;              // commit instant on the executor's clock
+  std::int64_t origin_ns[kMaxChains] = {};  // per chain: oldest source stamp that went in; kNoOrigin if none
+  std::uint32_t reserved[10] = {};
+
+  const void* message() const { return this + 1; }
+  void* message() { return this + 1; }
+};
+static_assert(sizeof(SlotHeader) == 128);
+
+/// The messages that one input port holds for one step. Filled by the latch.
+class InputBase {
+ public:
+  std::size_t size() const { return count_; }
+  /// Messages of this connection lost to a full queue since the last step / since the start.
+  std::uint32_t dropped() const { return dropped_; }
+  std::uint64_t dropped_total() const { return dropped_total_; }
+  const SlotHeader* header(std::size_t i) const { return slots_[i]; }
+
+ protected:
+  friend class Latch;
+  const SlotHeader** slots_ = nullptr;  // room for the depth, oldest first
+  std::uint32_t count_ = 0;
+  std::uint32_t dropped_ = 0;
+  std::uint64_t dropped_total_ = 0;
+  bool updated_ = false;     // latest: differs from what the previous step of this module held
+  Duration max_age_{INT64_MAX};
+};
+
+/// A *latest* port: state. Holds the newest message of its topic, or none.
+template <msg::Described M>
+class In : public InputBase {
+ public:
+  using Message = M;
+  /// The newest message, however old; null before the first.
+  const M* get() const { return count_ ? static_cast<const M*>(slots_[0]->message()) : nullptr; }
+  /// The newest message if its stamp is at most max_age (of the declaration) before `now`, else null.
+  const M* fresh(Time now) const {
+    return count_ && now - slots_[0]->stamp <= max_age_ ? static_cast<const M*>(slots_[0]->message()) : nullptr;
+  }
+  /// True when the message is another one than in the previous step of this module.
+  bool updated() const { return updated_; }
+};
+
+/// A *queue* port: events since the last step, oldest first, bounded by its depth.
+template <msg::Described M>
+class InQueue : public InputBase {
+ public:
+  using Message = M;
+  const M& operator[](std::size_t i) const { return *static_cast<const M*>(slots_[i]->message()); }
+  bool empty() const { return count_ == 0; }
+  const M& back() const { return (*this)[count_ - 1]; }
+
+  class Iterator {
+   public:
+    explicit Iterator(const SlotHeader* const* at) : at_(at) {}
+    const M& operator*() const { return *static_cast<const M*>((*at_)->message()); }
+    Iterator& operator++() { return ++at_, *this; }
+    bool operator==(const Iterator&) const = default;
+
+   private:
+    const SlotHeader* const* at_;
+  };
+  Iterator begin() const { return Iterator(slots_); }
+  Iterator end() const { return Iterator(slots_ + count_); }
+};
+
+class Commit;  // rt/commit.hpp: the writer's side of one module
+
+/// Where an output's loans come from.
+class OutputBase {
+ protected:
+  friend class Commit;
+  void* loan_erased();   // resets all fields but the bulk; aborts when the burst is exceeded (a bug of the module)
+  void cancel_erased();  // gives the newest loan of this step back
+  Commit* commit_ = nullptr;
+  std::uint32_t index_ = 0;  // of this output within its commit
+  std::uint32_t burst_ = 1;
+};
+
+/// An output. Loaned slots are written in place and become visible together when the step returns ok.
+template <msg::Described M>
+class Out : public OutputBase {
+ public:
+  using Message = M;
+  /// A fresh message with every field at its default. At most `burst` a step.
+  M& loan() { return *static_cast<M*>(loan_erased()); }
+  /// Takes the newest loan of this step back, as if it had not been made.
+  void cancel() { cancel_erased(); }
+};
+
+/// The raw topic of a driver module: written by collect(), read as a queue by the step() that follows, and by others.
+template <msg::Described M>
+class Raw : public InQueue<M>, public OutputBase {
+ public:
+  using Message = M;
+  /// Inside collect() only. Null when the burst is used up: leave the rest for the next cycle.
+  M* loan() { return static_cast<M*>(try_loan_erased()); }
+  void cancel() { cancel_erased(); }
+
+ private:
+  void* try_loan_erased();
+};
+
+}  // namespace sinew::rt
