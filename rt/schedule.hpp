@@ -53,7 +53,6 @@ class Schedule {
   /// The device of this thread will be ready at `at` (kNever: unknown); replaces what was announced before. An instant
   /// already passed counts as now.
   void announce(std::uint32_t thread, Time at);
-  /// A new period from now on; the phase restarts at the next multiple. Later issue: mailbox.
   /// Processes everything that happens up to and including `until`.
   void run_until(Time until);
   Time now() const;
