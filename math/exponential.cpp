@@ -18,7 +18,7 @@ constexpr double power_of_two(int k) { return std::bit_cast<double>(std::uint64_
 
 /// y * 2^k for y near 1, rounded once.
 double scale(double y, int k) {
-  if (k > 1023) return y * 2 * power_of_two(k - 1);
+  if (k > 1023) return y * 0x1p1000 * power_of_two(k - 1000);
   if (k < -1021) return y * power_of_two(k + 200) * 0x1p-200;
   return y * power_of_two(k);
 }

@@ -152,8 +152,8 @@ TEST_F(Accuracy, ArcSineAndArcCosineWithinTwoUlp) {
 
 TEST_F(Accuracy, ExponentialWithinOneUlp) {
   expect_within("exp -1..1", worst_of(SINEW_OURS(exp), SINEW_REFERENCE(exp), [&] { return random.uniform(-1, 1); }), 1);
-  expect_within("exp all",
-                worst_of(SINEW_OURS(exp), SINEW_REFERENCE(exp), [&] { return random.uniform(-745.2, 709.8); }), 1);
+  expect_within("exp all", worst_of(SINEW_OURS(exp), SINEW_REFERENCE(exp), [&] { return random.uniform(-747, 712); }),
+                1);
   expect_within("exp subnormal",
                 worst_of(SINEW_OURS(exp), SINEW_REFERENCE(exp), [&] { return random.uniform(-745.2, -708); }), 1);
   expect_within("exp small", worst_of(SINEW_OURS(exp), SINEW_REFERENCE(exp), [&] { return spread(random, -60, 0); }),
