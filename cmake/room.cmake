@@ -33,8 +33,12 @@ function(sinew_room name)
   endif()
 endfunction()
 
-# sinew_test(NAME SOURCES ... USES room... [LABELS ...] [ARGS ...]): one GoogleTest program, its cases listed in ctest.
+# sinew_test(NAME SOURCES ... USES room... [LIBS ...] [LABELS ...] [TIMEOUT s]): one GoogleTest program, its cases
+# listed in ctest. Nothing in a build without SINEW_TESTS (the fuzzers').
 function(sinew_test name)
+  if(NOT SINEW_TESTS)
+    return()
+  endif()
   cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;USES;LIBS;LABELS" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 120)
@@ -56,9 +60,13 @@ endfunction()
 # otherwise, linked with tests/fuzz/replay_main.cpp, it runs the small corpus of the repository as one ctest case.
 function(sinew_fuzz name)
   cmake_parse_arguments(ARG "" "CORPUS" "SOURCES;USES;LIBS" ${ARGN})
+  get_filename_component(ARG_CORPUS ${ARG_CORPUS} ABSOLUTE)
   if(SINEW_FUZZ)
     add_executable(${name} ${ARG_SOURCES})
     target_link_options(${name} PRIVATE -fsanitize=fuzzer)
+    add_dependencies(fuzzers ${name})
+    file(RELATIVE_PATH program ${CMAKE_BINARY_DIR} ${CMAKE_CURRENT_BINARY_DIR}/${name})
+    file(APPEND ${CMAKE_BINARY_DIR}/fuzzers.txt "${program} ${ARG_CORPUS}\n")
   else()
     add_executable(${name} ${ARG_SOURCES} ${PROJECT_SOURCE_DIR}/tests/fuzz/replay_main.cpp)
     add_test(NAME ${name}.Corpus COMMAND ${name} ${ARG_CORPUS})
