@@ -10,7 +10,7 @@ enum class Sender : std::uint8_t { runtime, plant };
 
 struct Message {
   Header header;
-  Bytes payload;                // until the next space(); of a frame only the first kFrameBytes
+  Bytes payload;                 // until the next space(); of a frame only the first kFrameBytes
   std::uint32_t bulk_bytes = 0;  // pixels behind a frame's payload, to be fetched with take_bulk()
 };
 
@@ -54,7 +54,7 @@ class MessageWriter {
     finish(type, device, time, n, bulk_bytes);
     return true;
   }
-  [[nodiscard]] bool add(Type type, std::uint16_t device, Time time) noexcept;  // no payload
+  [[nodiscard]] bool add(Type type, std::uint16_t device, Time time) noexcept;        // no payload
   [[nodiscard]] bool add_text(Type type, Time time, std::string_view text) noexcept;  // cut at kMaxTextBytes
   Bytes pending() const noexcept { return {buffer_.data(), used_}; }
   std::size_t room() const noexcept { return buffer_.size() - used_; }

@@ -49,7 +49,8 @@ struct FrameMeta {
 /// Free-running: start_clock() once, then send() when due and exchange() after each plant step.
 /// Thread:  owner, except the pixels of a FrameSlot.
 /// RT:      no allocation after accept(); blocking as said.
-/// Errors:  closed when the runtime went away (reason() has its words); bad_data when it broke the protocol. Every later
+/// Errors:  closed when the runtime went away (reason() has its words); bad_data when it broke the protocol. Every
+/// later
 ///          call says so again.
 class PlantLink {
  public:
@@ -76,7 +77,8 @@ class PlantLink {
   hal::Status send_truth(Time now, const Truth& truth);
   hal::Status send_report(Time now, std::string_view json);
 
-  /// The next slot of this camera, round robin. Begin at most kFrameSlots - kReaderSlots before sending them.
+  /// The next slot of this camera, round robin. Begin at most two before sending them (in that order); the runtime
+  /// relies on it for the frames that it has not read yet.
   FrameSlot begin_frame(std::uint16_t camera);
   hal::Status send_frame(std::uint16_t camera, const FrameSlot& slot, const FrameMeta& meta);
 
@@ -93,14 +95,14 @@ class PlantLink {
 
   struct Stats {
     std::uint64_t grants = 0, commands = 0, stops = 0;
-    std::uint64_t lease_expiries = 0;      // times a running group fell back to its safe action
+    std::uint64_t lease_expiries = 0;        // times a running group fell back to its safe action
     std::uint64_t commands_overwritten = 0;  // more waiting at once than kPendingCommands
     std::uint64_t bytes_in = 0, bytes_out = 0;
   };
   const Stats& stats() const { return stats_; }
 
-  static constexpr std::uint32_t kFrameSlots = 8;   // per camera
-  static constexpr std::uint32_t kReaderSlots = 6;  // of these, kept whole for the runtime
+  static constexpr std::uint32_t kFrameSlots = 8;    // per camera, in shared memory
+  static constexpr std::uint32_t kStagingSlots = 2;  // per camera, when frames go through the stream
   static constexpr std::size_t kPendingCommands = 16;
 
  private:
@@ -112,6 +114,7 @@ class PlantLink {
   struct Group {
     Timed active;
     bool any = false, running = false;
+    Time last_commit{};
     std::array<Timed, kPendingCommands> pending;
     std::size_t first = 0, count = 0;
   };
@@ -122,13 +125,16 @@ class PlantLink {
 
   PlantLink(std::unique_ptr<hal::Stream> stream, PlantDescription plant);
   hal::Status shake_hands(hal::SharedMemory* frames, std::string& why);
-  hal::Status refuse(std::string text, std::string& why);
+  hal::Status send_welcome();
+  hal::Status refuse(std::string text, hal::Error error, std::string& why);
   hal::Status fail(hal::Error error);
+  hal::Status flush();
+  hal::Status receive(Message& out);
   hal::Status take(const Message& message);
-  hal::Status take_command(const Header& h, const Timed& timed);
+  hal::Status take_timed(std::uint16_t device, const Timed& timed);
   hal::Status expect_kind(std::uint16_t device, DeviceKind kind) const;
-  template <class M>
-  hal::Status send_sample(Type type, DeviceKind kind, std::uint16_t device, const M& sample, Time ready);
+  template <class Payload>
+  hal::Status add(Type type, std::uint16_t device, Time time, const Payload& payload, std::size_t bulk = 0);
 
   std::unique_ptr<hal::Stream> stream_;
   PlantDescription plant_;
@@ -139,8 +145,8 @@ class PlantLink {
   std::vector<Group> groups_;         // by device
   std::vector<CameraState> cameras_;  // by device
   bool answered_ = false;             // the runtime said Done
-  bool started_ = false;
-  Time done_to_{}, granted_{-1};
+  bool said_bye_ = false;
+  Time granted_{-1};
   hal::Status state_;
   std::string reason_;
   Stats stats_;

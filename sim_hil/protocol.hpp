@@ -24,31 +24,31 @@ using hal::Time;
 inline constexpr std::uint32_t kMagic = 0x50574E53;  // the bytes "SNWP"
 inline constexpr std::uint16_t kVersion = 1;
 inline constexpr std::size_t kHeaderBytes = 24;
-inline constexpr std::size_t kNameBytes = 32;                 // zero-padded, at most 31 characters
-inline constexpr std::size_t kMaxDevices = 32;                // a device's id is its place in the Welcome
-inline constexpr std::size_t kMaxTextBytes = 60 * 1024;       // Bye and Report
-inline constexpr std::size_t kSlotHeaderBytes = 64;           // of a frame slot in shared memory
-inline constexpr std::uint32_t kInStream = 0xFFFFFFFF;        // FrameInfo::slot: the pixels follow the message
-inline constexpr std::uint16_t kAllGroups = 0xFFFF;           // device of a Stop
+inline constexpr std::size_t kNameBytes = 32;                      // zero-padded, at most 31 characters
+inline constexpr std::size_t kMaxDevices = 32;                     // a device's id is its place in the Welcome
+inline constexpr std::size_t kMaxTextBytes = 60 * 1024;            // Bye and Report
+inline constexpr std::size_t kSlotHeaderBytes = 64;                // of a frame slot in shared memory
+inline constexpr std::uint32_t kInStream = 0xFFFFFFFF;             // FrameInfo::slot: the pixels follow the message
+inline constexpr std::uint16_t kAllGroups = 0xFFFF;                // device of a Stop
 inline constexpr std::int64_t kMaxTimeNs = std::int64_t{1} << 62;  // 146 years; keeps sums of two times in range
 
 /// Numbers on the wire. Direction: r = runtime to plant, p = plant to runtime.
 enum class Type : std::uint16_t {
-  hello = 1,     // r  the first message of all
-  welcome = 2,   // p  the answer; its memory handle travels with it
-  start = 3,     // r  configured; the plant's time begins to run
-  clock = 4,     // p  free-running: answer to start
-  grant = 5,     // p  lockstep: every sample with ready <= time has been sent
-  done = 6,      // r  lockstep: every command with commit <= time has been sent
-  command = 7,   // r  setpoints of one actuator group
-  stop = 8,      // r  safe action at once
-  bye = 9,       // rp the reason, as text; the last message
-  imu = 16,      // p
-  range = 17,    // p
-  baro = 18,     // p
-  frame = 19,    // p
-  truth = 24,    // p  for the report only, never for a module
-  report = 25,   // p  JSON text about the plant's health
+  hello = 1,    // r  the first message of all
+  welcome = 2,  // p  the answer; its memory handle travels with it
+  start = 3,    // r  configured; the plant's time begins to run
+  clock = 4,    // p  free-running: answer to start
+  grant = 5,    // p  lockstep: every sample with ready <= time has been sent
+  done = 6,     // r  lockstep: every command with commit <= time has been sent
+  command = 7,  // r  setpoints of one actuator group
+  stop = 8,     // r  safe action at once
+  bye = 9,      // rp the reason, as text; the last message
+  imu = 16,     // p
+  range = 17,   // p
+  baro = 18,    // p
+  frame = 19,   // p
+  truth = 24,   // p  for the report only, never for a module
+  report = 25,  // p  JSON text about the plant's health
   // 32..35: clock exchange over networks (four time stamps), reserved.
 };
 
@@ -80,12 +80,12 @@ struct Hello {
 struct DeviceInfo {
   DeviceKind kind = DeviceKind::imu;
   std::string name;
-  Duration period{0};   // 0: at no fixed period
-  Duration latency{0};  // nominal, from stamp to ready
+  Duration period{0};          // 0: at no fixed period
+  Duration latency{0};         // nominal, from stamp to ready
   std::uint32_t channels = 0;  // actuators: setpoints of the group
   std::uint32_t width = 0, height = 0;
   msg::PixelFormat format = msg::PixelFormat::none;
-  std::uint32_t slots = 0;        // camera: frame slots in shared memory; 0: in the stream
+  std::uint32_t slots = 0;         // camera: frame slots in shared memory; 0: in the stream
   std::uint64_t slots_offset = 0;  // of the first slot
   std::uint32_t slot_bytes = 0;    // from slot to slot
 
@@ -153,7 +153,7 @@ inline constexpr std::size_t kMaxSmallBytes = kHeaderBytes + kMaxTextBytes;  // 
 using Bytes = std::span<const std::byte>;
 
 // Encoders write the payload to `out` (at least the size above) and return the bytes written.
-// RT: yes, except the ones with text and lists. Names longer than 31 bytes are cut.
+// RT: yes, except the Welcome's. Names are cut at 31 characters, and what the page does not allow becomes '_'.
 std::size_t encode(const Header& h, std::byte* out) noexcept;
 std::size_t encode(const Hello& m, std::byte* out) noexcept;
 std::size_t encode(const Welcome& m, std::byte* out);  // kWelcomeBytes + devices * kDeviceBytes
@@ -177,6 +177,8 @@ hal::Status decode(const Header& h, Bytes payload, Sample<msg::RangeSample>& out
 hal::Status decode(const Header& h, Bytes payload, Sample<msg::BaroSample>& out) noexcept;
 hal::Status decode(const Header& h, Bytes payload, FrameInfo& out) noexcept;  // the first kFrameBytes of the payload
 hal::Status decode(const Header& h, Bytes payload, Truth& out) noexcept;
-std::string decode_text(Bytes payload);  // Bye, Report: unprintable bytes become '?'
+/// For people: "what: where (detail)".
+std::string describe_failure(const hal::Error& error, std::string_view what);
+std::string decode_text(Bytes payload);  // Bye, Report: control characters become '?'
 
 }  // namespace sinew::sim_hil
