@@ -53,10 +53,10 @@ class Declaration {
     std::string name;
     PortKind kind;
     const msg::TypeInfo* type;
-    InputBase* input;    // latest, queue, raw
-    OutputBase* output;  // output, raw
-    std::uint32_t depth; // queue, raw: messages; latest: 1
-    std::uint32_t burst; // output, raw
+    InputBase* input;     // latest, queue, raw
+    OutputBase* output;   // output, raw
+    std::uint32_t depth;  // queue, raw: messages; latest: 1
+    std::uint32_t burst;  // output, raw
     Overflow overflow = Overflow::drop_oldest;
     Duration max_age{INT64_MAX};
     bool optional = false;
@@ -67,7 +67,7 @@ class Declaration {
     std::variant<bool*, std::int64_t*, double*, std::string*> target;
     ParamValue default_value;  // what the member held when declared
     std::string unit, doc;
-    double min, max;           // numbers only
+    double min, max;  // numbers only
   };
 
   template <msg::Described M>
@@ -90,8 +90,8 @@ class Declaration {
   }
   template <class V>
   void param(std::string_view name, V& target, const ParamOptions& o = {}) {
-    params.push_back({std::string(name), &target, ParamValue(target), std::string(o.unit), std::string(o.doc), o.min,
-                      o.max});
+    params.push_back(
+        {std::string(name), &target, ParamValue(target), std::string(o.unit), std::string(o.doc), o.min, o.max});
   }
   /// The module calls libraries that allocate or block (OpenCV): refused in real-time threads; the trap only counts.
   void best_effort() { is_best_effort = true; }

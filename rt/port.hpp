@@ -18,10 +18,10 @@ inline constexpr Time kNoOrigin{INT64_MAX};
 
 /// In front of every message in its slot. Written by the writer before the commit, read-only afterwards.
 struct alignas(64) SlotHeader {
-  std::uint32_t sequence = 0;  // of the topic; compare by signed difference
-  std::uint32_t commit = 0;    // number of the commit that published it
-  Time stamp;                  // copy of the message's `stamp`
-  Time published;              // commit instant on the executor's clock
+  std::uint32_t sequence = 0;               // of the topic; compare by signed difference
+  std::uint32_t commit = 0;                 // number of the commit that published it
+  Time stamp;                               // copy of the message's `stamp`
+  Time published;                           // commit instant on the executor's clock
   std::int64_t origin_ns[kMaxChains] = {};  // per chain: oldest source stamp that went in; kNoOrigin if none
   std::uint32_t reserved[10] = {};
 
@@ -45,7 +45,7 @@ class InputBase {
   std::uint32_t count_ = 0;
   std::uint32_t dropped_ = 0;
   std::uint64_t dropped_total_ = 0;
-  bool updated_ = false;     // latest: differs from what the previous step of this module held
+  bool updated_ = false;  // latest: differs from what the previous step of this module held
   Duration max_age_{INT64_MAX};
 };
 

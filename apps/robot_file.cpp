@@ -1,0 +1,254 @@
+#include "apps/robot_file.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+
+#include "apps/toml_reader.hpp"
+#include "msg/actuators.hpp"
+#include "msg/image.hpp"
+
+namespace sinew::app {
+namespace {
+
+using namespace std::chrono_literals;
+using rt::Duration;
+using rt::ThreadSpec;
+
+constexpr double kUs = 1e3, kMs = 1e6;
+constexpr Duration kLongest = 3600s;
+
+void read_exec(TomlReader& r, rt::ExecModel& exec) {
+  using Kind = rt::ExecModel::Kind;
+  if (r.read_time("exec_us", exec.constant, kUs, 1ns, kLongest)) exec.kind = Kind::constant;
+  if (const toml::node* node = r.take("exec_trace_us")) {
+    const toml::array* array = node->as_array();
+    bool good = array && !array->empty();
+    for (std::size_t i = 0; good && i < array->size(); ++i) {
+      const auto us = (*array)[i].value<double>();
+      good = us && *us >= 0.001 && *us <= 3.6e9;
+      if (good) exec.trace.emplace_back(static_cast<std::int64_t>(*us * kUs + 0.5));
+    }
+    if (good) {
+      exec.kind = Kind::trace;
+    } else {
+      r.problem(*node, "exec_trace_us", "an array of numbers from 0.001 to 3.6e9");
+    }
+  }
+  if (r.read("exec_measured_factor", exec.factor, 0.01, 1000.0)) exec.kind = Kind::measured;
+  if (r.has("exec_us") + r.has("exec_trace_us") + r.has("exec_measured_factor") > 1)
+    r.problem(*r.raw().get(r.has("exec_us") ? "exec_us" : "exec_trace_us"),
+              r.has("exec_us") ? "exec_us" : "exec_trace_us",
+              "only one of exec_us, exec_trace_us, exec_measured_factor");
+}
+
+void read_thread(TomlReader& r, rt::GraphSpec& graph) {
+  ThreadSpec t;
+  t.line = r.line();
+  r.require("name", t.name);
+  std::int64_t number = 0;
+  if (!r.has("priority")) r.missing("priority", "an integer from 0 to 98; it is required");
+  if (r.read("priority", number, 0, 98)) t.priority = static_cast<int>(number);
+  const bool period = r.read_time("period_us", t.period, kUs, 10us, kLongest);
+  const bool topics = r.read_names("trigger", t.topics);
+  const bool device = r.read("device", t.device_module, "the name of a driver module in `order`");
+  if (r.has("period_us") + r.has("trigger") + r.has("device") != 1)
+    r.problems().push_back(
+        {t.line, r.path(), "", "exactly one of period_us, trigger (topics), device (a driver module)"});
+  t.trigger = device              ? ThreadSpec::Trigger::device
+              : topics && !period ? ThreadSpec::Trigger::topics
+                                  : ThreadSpec::Trigger::period;
+  r.read_time("phase_us", t.phase, kUs, 0ns, kLongest);
+  r.read_time("timeout_us", t.timeout, kUs, 0ns, kLongest);
+  r.read_choice<ThreadSpec::Overrun>(
+      "overrun", t.overrun, {{"skip", ThreadSpec::Overrun::skip}, {"catch_up", ThreadSpec::Overrun::catch_up}});
+  if (r.read("catch_up_max", number, 1, 1000)) t.catch_up_max = static_cast<std::uint32_t>(number);
+  r.read("cpus", t.cpus, 0, 1023);
+  if (r.read("stack_kib", number, 16, 65536)) t.stack_kib = static_cast<std::uint32_t>(number);
+  r.read("precise", t.precise);
+  if (!r.has("order")) r.missing("order", "an array of module names; it is required");
+  r.read_names("order", t.order);
+  graph.threads.push_back(std::move(t));
+}
+
+void read_params(TomlReader& r, rt::ModuleSpec& m) {
+  for (const auto& [key, node] : r.raw()) {
+    r.take(key.str());
+    rt::Located<rt::ParamValue> p;
+    p.line = line_of(node);
+    if (auto b = node.value_exact<bool>())
+      p.value = *b;
+    else if (auto i = node.value_exact<std::int64_t>())
+      p.value = *i;
+    else if (auto d = node.value_exact<double>())
+      p.value = *d;
+    else if (auto s = node.value_exact<std::string>())
+      p.value = *s;
+    else {
+      r.problem(node, key.str(), "a boolean, a number or a string");
+      continue;
+    }
+    m.params.emplace(std::string(key.str()), std::move(p));
+  }
+}
+
+void read_module(const std::string& name, TomlReader& r, rt::GraphSpec& graph) {
+  rt::ModuleSpec m;
+  m.name = name;
+  m.line = r.line();
+  r.require("type", m.type, "the type of a module, e.g. \"control::Mixer\"; it is required");
+  r.table("in", [&](TomlReader& in) {
+    for (const auto& [port, node] : in.raw()) {
+      rt::Located<std::string> topic;
+      if (in.read(port.str(), topic.value, "the name of a topic, e.g. \"imu.raw\"")) {
+        topic.line = line_of(node);
+        m.in.emplace(std::string(port.str()), std::move(topic));
+      }
+    }
+  });
+  r.table("params", [&](TomlReader& p) { read_params(p, m); });
+  read_exec(r, m.exec);
+  r.read("enabled", m.enabled);
+  graph.modules.push_back(std::move(m));
+}
+
+void read_topic(const std::string& name, TomlReader& r, rt::GraphSpec& graph) {
+  rt::TopicSpec t;
+  t.name = name;
+  t.line = r.line();
+  r.table("image", [&](TomlReader& image) {
+    std::int64_t width = 0, height = 0;
+    auto format = msg::PixelFormat::yuyv;
+    for (const char* key : {"width", "height"})
+      if (!image.has(key)) image.missing(key, "an integer; it is required");
+    image.read("width", width, 1, msg::kMaxImageWidth);
+    image.read("height", height, 1, msg::kMaxImageHeight);
+    image.read_choice<msg::PixelFormat>("format", format,
+                                        {{"mono8", msg::PixelFormat::mono8},
+                                         {"rgb8", msg::PixelFormat::rgb8},
+                                         {"bgr8", msg::PixelFormat::bgr8},
+                                         {"yuyv", msg::PixelFormat::yuyv}});
+    t.image_bytes = static_cast<std::uint32_t>(width * height) * msg::bytes_per_pixel(format);
+  });
+  std::int64_t number = 0;
+  if (r.read("history", number, 1, 100000)) t.history = static_cast<std::uint32_t>(number);
+  graph.topics.push_back(std::move(t));
+}
+
+void read_actuator(const std::string& name, TomlReader& r, rt::GraphSpec& graph) {
+  rt::ActuatorSpec a;
+  a.name = name;
+  a.line = r.line();
+  r.require("command", a.command.value, "the topic of its commands; it is required");
+  if (const toml::node* node = r.raw().get("command")) a.command.line = line_of(*node);
+  std::int64_t channels = 1;
+  if (!r.has("channels")) r.missing("channels", "an integer from 1 to 8; it is required");
+  r.read("channels", channels, 1, static_cast<std::int64_t>(msg::kMaxChannels));
+  a.channels = static_cast<std::uint32_t>(channels);
+  if (const toml::node* node = r.take("limit")) {
+    const toml::array* limit = node->as_array();
+    const auto low = limit && limit->size() == 2 ? (*limit)[0].value<double>() : std::nullopt;
+    const auto high = limit && limit->size() == 2 ? (*limit)[1].value<double>() : std::nullopt;
+    if (low && high && *low <= *high) {
+      a.min = *low, a.max = *high;
+    } else {
+      r.problem(*node, "limit", "[smallest, largest], two numbers in this order");
+    }
+  } else {
+    r.missing("limit", "[smallest, largest]; it is required");
+  }
+  r.read("rate_per_s", a.rate_per_s, 0.0, 1e9);
+  if (!r.has("lease_ms")) r.missing("lease_ms", "a number from 0.1 to 10000; it is required");
+  r.read_time("lease_ms", a.lease, kMs, 100us, 10s);
+  using Safe = rt::ActuatorSpec::Safe;
+  r.read_choice<Safe>(
+      "safe", a.safe,
+      {{"stop", Safe::stop}, {"hold", Safe::hold}, {"damp", Safe::damp}, {"torque_off", Safe::torque_off}});
+  graph.actuators.push_back(std::move(a));
+}
+
+void read_chain(TomlReader& r, rt::GraphSpec& graph) {
+  rt::ChainSpec c;
+  c.line = r.line();
+  r.require("name", c.name);
+  for (auto [key, target] : {std::pair{"from", &c.from}, std::pair{"to", &c.to}}) {
+    r.require(key, target->value, "the name of a topic; it is required");
+    if (const toml::node* node = r.raw().get(key)) target->line = line_of(*node);
+  }
+  r.read_time("budget_ms", c.budget, kMs, 1us, kLongest);
+  graph.chains.push_back(std::move(c));
+}
+
+void read_robot(TomlReader& r, rt::GraphSpec& graph) {
+  r.require("name", graph.robot);
+  r.require("board", graph.board, "\"sim\", \"dataset\" or \"linux\"; it is required");
+  std::int64_t number = 0;
+  if (r.read("seed", number, 0, INT64_MAX)) graph.seed = static_cast<std::uint64_t>(number);
+  if (r.read("virtual_cores", number, 1, 64)) graph.virtual_cores = static_cast<std::uint32_t>(number);
+  r.table("device_boards", [&](TomlReader& d) {
+    for (const auto& [device, node] : d.raw()) {
+      rt::Located<std::string> board;
+      if (d.read(device.str(), board.value, "the name of a board")) {
+        board.line = line_of(node);
+        graph.device_boards.emplace(std::string(device.str()), std::move(board));
+      }
+    }
+  });
+}
+
+void read_sim(TomlReader& r, SimOptions& sim) {
+  r.read("plant", sim.plant, "\"auto\", \"unix:PATH\" or \"tcp:HOST:PORT\"");
+  std::int64_t number = 0;
+  if (r.read("camera_width", number, 16, msg::kMaxImageWidth)) sim.camera_width = static_cast<std::uint32_t>(number);
+  if (r.read("camera_height", number, 16, msg::kMaxImageHeight)) sim.camera_height = static_cast<std::uint32_t>(number);
+}
+
+}  // namespace
+
+LoadedRobot parse_robot(std::string_view text, std::string path) {
+  LoadedRobot loaded;
+  loaded.robot.path = path;
+  const toml::parse_result parsed = toml::parse(text, path);
+  if (!parsed) {
+    const auto& e = parsed.error();
+    loaded.problems.push_back(
+        {static_cast<int>(e.source().begin.line), "TOML", "syntax", std::string(e.description())});
+    return loaded;
+  }
+  rt::GraphSpec& graph = loaded.robot.graph;
+  TomlReader root(parsed.table(), "", loaded.problems);
+  if (!root.has("robot")) root.missing("robot", "a table with name and board; it is required");
+  root.table("robot", [&](TomlReader& r) { read_robot(r, graph); });
+  root.array_of_tables("thread", [&](TomlReader& r) { read_thread(r, graph); });
+  root.tables_by_name("module", [&](const std::string& n, TomlReader& r) { read_module(n, r, graph); });
+  root.tables_by_name("topic", [&](const std::string& n, TomlReader& r) { read_topic(n, r, graph); });
+  root.tables_by_name("actuator", [&](const std::string& n, TomlReader& r) { read_actuator(n, r, graph); });
+  root.array_of_tables("chain", [&](TomlReader& r) { read_chain(r, graph); });
+  root.table("guardian", [&](TomlReader& r) {
+    std::int64_t priority = graph.guardian.priority;
+    r.read("priority", priority, 1, 99);
+    graph.guardian.priority = static_cast<int>(priority);
+    graph.guardian.line = r.line();
+    r.read("cpus", graph.guardian.cpus, 0, 1023);
+    read_exec(r, graph.guardian.exec);
+  });
+  root.table("sim", [&](TomlReader& r) { read_sim(r, loaded.robot.sim); });
+  root.finish();
+  std::stable_sort(graph.modules.begin(), graph.modules.end(),
+                   [](const auto& a, const auto& b) { return a.line < b.line; });  // TOML tables come back by name
+  return loaded;
+}
+
+LoadedRobot load_robot(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) {
+    LoadedRobot loaded;
+    loaded.robot.path = path;
+    loaded.problems.push_back({0, "file", path, "a robot file that can be read"});
+    return loaded;
+  }
+  const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  return parse_robot(text, path);
+}
+
+}  // namespace sinew::app

@@ -1,0 +1,36 @@
+#pragma once
+// Robot files: TOML to rt::GraphSpec, with every problem named at once.
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "rt/graph_spec.hpp"
+
+namespace sinew::app {
+
+/// How the sim board reaches its plant.
+struct SimOptions {
+  std::string plant = "auto";  // "auto": start sinew-sim; else "unix:PATH" or "tcp:HOST:PORT"
+  std::uint32_t camera_width = 320, camera_height = 240;
+};
+
+struct RobotFile {
+  std::string path;
+  rt::GraphSpec graph;
+  SimOptions sim;
+};
+
+struct LoadedRobot {
+  RobotFile robot;
+  std::vector<rt::Problem>
+      problems;  // of form only (keys, types, ranges of the file); rt::Graph::check() does the rest
+};
+
+/// Reads the text of a robot file. Never stops at the first problem, except for TOML that does not parse.
+/// Source:  docs/robot-file.md lists all keys.
+LoadedRobot parse_robot(std::string_view text, std::string path);
+
+/// Reads a robot file from disk; a file that cannot be read is one problem.
+LoadedRobot load_robot(const std::string& path);
+
+}  // namespace sinew::app

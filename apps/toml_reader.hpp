@@ -1,0 +1,86 @@
+#pragma once
+// A table of a TOML file whose keys are consumed one by one, so that what is left over is unknown.
+#include <functional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#define TOML_EXCEPTIONS 0
+#include <toml++/toml.h>
+
+#include "rt/graph_spec.hpp"
+
+namespace sinew::app {
+
+using Problems = std::vector<rt::Problem>;
+
+int line_of(const toml::node& node);
+std::string value_text(const toml::node& node);
+
+/// Reads typed values out of one table; what does not fit becomes a Problem and the default stays.
+class TomlReader {
+ public:
+  TomlReader(const toml::table& table, std::string path, Problems& problems)
+      : table_(table), path_(std::move(path)), problems_(problems) {}
+
+  int line() const { return line_of(table_); }
+  const std::string& path() const { return path_; }
+  bool has(std::string_view key) const { return table_.contains(key); }
+  /// The node of `key`, marked as known; null when absent.
+  const toml::node* take(std::string_view key);
+
+  bool read(std::string_view key, std::string& out, std::string_view allowed = "a string");
+  bool read(std::string_view key, bool& out);
+  bool read(std::string_view key, std::int64_t& out, std::int64_t min, std::int64_t max);
+  bool read(std::string_view key, double& out, double min, double max);
+  /// A time in `unit` ("us", "ms") as the suffix of the key says; fractions are allowed, to the nanosecond.
+  bool read_time(std::string_view key, rt::Duration& out, double unit_ns, rt::Duration min, rt::Duration max);
+  bool read(std::string_view key, std::vector<int>& out, int min, int max);
+  /// A string or an array of strings.
+  bool read_names(std::string_view key, std::vector<rt::Located<std::string>>& out);
+  template <class E>
+  bool read_choice(std::string_view key, E& out, std::initializer_list<std::pair<std::string_view, E>> choices);
+  /// Calls `each` with a reader for the sub-table `key`, if there.
+  void table(std::string_view key, const std::function<void(TomlReader&)>& each);
+  /// Calls `each` for every entry of the table `key`, all of which must be tables.
+  void tables_by_name(std::string_view key, const std::function<void(const std::string&, TomlReader&)>& each);
+  /// Calls `each` for every entry of the array of tables `key`.
+  void array_of_tables(std::string_view key, const std::function<void(TomlReader&)>& each);
+  /// A string that must be there.
+  void require(std::string_view key, std::string& out, std::string_view allowed = "a string; it is required");
+
+  void problem(const toml::node& node, std::string_view key, std::string allowed);
+  void missing(std::string_view key, std::string_view allowed);
+  /// Every key that nobody asked for becomes a Problem that lists the known ones.
+  void finish();
+
+  const toml::table& raw() const { return table_; }
+  Problems& problems() { return problems_; }
+  std::string full(std::string_view key) const {
+    return path_.empty() ? std::string(key) : path_ + "." + std::string(key);
+  }
+
+ private:
+  const toml::table& table_;
+  std::string path_;
+  Problems& problems_;
+  std::set<std::string, std::less<>> known_;
+};
+
+template <class E>
+bool TomlReader::read_choice(std::string_view key, E& out,
+                             std::initializer_list<std::pair<std::string_view, E>> choices) {
+  const toml::node* node = take(key);
+  if (!node) return false;
+  std::string allowed = "one of";
+  const auto text = node->value_exact<std::string>();
+  for (const auto& [name, value] : choices) {
+    if (text && *text == name) return out = value, true;
+    allowed += (allowed == "one of" ? " \"" : ", \"") + std::string(name) + "\"";
+  }
+  problem(*node, key, allowed);
+  return false;
+}
+
+}  // namespace sinew::app

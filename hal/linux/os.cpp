@@ -1,0 +1,181 @@
+#include "hal/linux/os.hpp"
+
+#include <alloca.h>
+#include <linux/futex.h>
+#include <pthread.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <climits>
+#include <cstring>
+#include <ctime>
+
+namespace sinew::hal {
+namespace {
+
+constexpr std::int64_t kNsPerSecond = 1'000'000'000;
+
+timespec to_timespec(Time t) {
+  timespec ts;
+  ts.tv_sec = static_cast<time_t>(t.ns / kNsPerSecond);
+  ts.tv_nsec = static_cast<long>(t.ns % kNsPerSecond);
+  return ts;
+}
+
+Time read_clock(clockid_t id) {
+  timespec ts;
+  clock_gettime(id, &ts);
+  return {std::int64_t{ts.tv_sec} * kNsPerSecond + ts.tv_nsec};
+}
+
+// Touches the stack once so that no page fault comes later; kept out of line so that the pages are really below us.
+[[gnu::noinline]] void prefault_stack(std::size_t bytes) {
+  auto* page = static_cast<volatile char*>(alloca(bytes));
+  for (std::size_t i = 0; i < bytes; i += 4096) page[i] = 0;
+}
+
+class LinuxThread final : public Thread {
+ public:
+  LinuxThread(const ThreadOptions& options, std::function<void()> body) : options_(options), body_(std::move(body)) {}
+  ~LinuxThread() override { LinuxThread::join(); }
+
+  Status start() {
+    pthread_attr_t attr;
+    pthread_attr_init(&attr);
+    // Room for the C library's own use besides what the robot file asks for.
+    const std::size_t stack = options_.stack_bytes + 64 * 1024;
+    pthread_attr_setstacksize(&attr, std::max(stack, static_cast<std::size_t>(PTHREAD_STACK_MIN)));
+    const int error = pthread_create(&thread_, &attr, &LinuxThread::entry, this);
+    pthread_attr_destroy(&attr);
+    if (error != 0) return Error{Errc::io, "pthread_create", error};
+    joinable_ = true;
+    while (set_up_.load(std::memory_order_acquire) == 0)  // so that shortfall() is complete when start returns
+      syscall(SYS_futex, &set_up_, FUTEX_WAIT_PRIVATE, 0, nullptr, nullptr, 0);
+    return {};
+  }
+
+  void join() override {
+    if (joinable_) pthread_join(thread_, nullptr);
+    joinable_ = false;
+  }
+  const std::string& shortfall() const override { return shortfall_; }
+
+ private:
+  static void* entry(void* self) {
+    auto& t = *static_cast<LinuxThread*>(self);
+    t.set_up();
+    t.set_up_.store(1, std::memory_order_release);
+    syscall(SYS_futex, &t.set_up_, FUTEX_WAKE_PRIVATE, INT_MAX, nullptr, nullptr, 0);
+    t.body_();
+    return nullptr;
+  }
+
+  void set_up() {
+    pthread_setname_np(pthread_self(), options_.name.substr(0, 15).c_str());
+    if (!options_.cpus.empty()) {
+      cpu_set_t set;
+      CPU_ZERO(&set);
+      for (int cpu : options_.cpus)
+        if (cpu >= 0 && cpu < CPU_SETSIZE) CPU_SET(static_cast<unsigned>(cpu), &set);
+      if (const int e = pthread_setaffinity_np(pthread_self(), sizeof(set), &set); e != 0) fall_short("CPU set", e);
+    }
+    if (options_.fifo_priority > 0) {
+      sched_param p{};
+      p.sched_priority = options_.fifo_priority;
+      if (const int e = pthread_setschedparam(pthread_self(), SCHED_FIFO, &p); e != 0) fall_short("SCHED_FIFO", e);
+    }
+    prefault_stack(options_.stack_bytes);
+  }
+
+  void fall_short(const char* what, int error) {
+    if (!shortfall_.empty()) shortfall_ += "; ";
+    shortfall_ += std::string(what) + " refused: " + std::strerror(error);
+  }
+
+  ThreadOptions options_;
+  std::function<void()> body_;
+  std::string shortfall_;
+  pthread_t thread_{};
+  bool joinable_ = false;
+  std::atomic<std::uint32_t> set_up_{0};
+};
+
+class MemfdMemory final : public SharedMemory {
+ public:
+  MemfdMemory(int fd, std::byte* data, std::size_t size) : fd_(fd), data_(data), size_(size) {}
+  ~MemfdMemory() override {
+    munmap(data_, size_);
+    close(fd_);
+  }
+  std::byte* data() override { return data_; }
+  std::size_t size() const override { return size_; }
+
+ private:
+  int fd_;
+  std::byte* data_;
+  std::size_t size_;
+};
+
+class LinuxOs final : public Os {
+ public:
+  Time now() const noexcept override { return read_clock(CLOCK_MONOTONIC); }
+
+  void sleep_until(Time t) noexcept override {
+    const timespec ts = to_timespec(t);
+    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &ts, nullptr) == EINTR) {
+    }
+  }
+
+  void wait(WakeWord& word, std::uint32_t expected, Time deadline) noexcept override {
+    const timespec ts = deadline == kNever ? timespec{} : to_timespec(deadline);
+    syscall(SYS_futex, &word, FUTEX_WAIT_BITSET_PRIVATE, expected, deadline == kNever ? nullptr : &ts, nullptr,
+            FUTEX_BITSET_MATCH_ANY);
+  }
+
+  void wake(WakeWord& word) noexcept override { syscall(SYS_futex, &word, FUTEX_WAKE_PRIVATE, 1, nullptr, nullptr, 0); }
+
+  Duration thread_cpu_time() noexcept override { return Duration{read_clock(CLOCK_THREAD_CPUTIME_ID).ns}; }
+
+  Result<std::unique_ptr<Thread>> start_thread(const ThreadOptions& options, std::function<void()> body) override {
+    auto thread = std::make_unique<LinuxThread>(options, std::move(body));
+    if (auto status = thread->start(); !status) return status.error();
+    return std::unique_ptr<Thread>(std::move(thread));
+  }
+
+  Result<std::unique_ptr<SharedMemory>> shared_memory(std::string_view name, std::size_t bytes) override {
+    const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+    const std::size_t size = (bytes + page - 1) / page * page;
+    const int fd = memfd_create(std::string(name).c_str(), MFD_CLOEXEC | MFD_ALLOW_SEALING);
+    if (fd < 0) return Error{Errc::io, "memfd_create", errno};
+    if (ftruncate(fd, static_cast<off_t>(size)) != 0) {
+      const int e = errno;
+      close(fd);
+      return Error{Errc::out_of_memory, "ftruncate", e};
+    }
+    void* data = mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_POPULATE, fd, 0);
+    if (data == MAP_FAILED) {
+      const int e = errno;
+      close(fd);
+      return Error{Errc::out_of_memory, "mmap", e};
+    }
+    return std::unique_ptr<SharedMemory>(std::make_unique<MemfdMemory>(fd, static_cast<std::byte*>(data), size));
+  }
+
+  Status lock_memory() override {
+    if (mlockall(MCL_CURRENT | MCL_FUTURE) != 0) return Error{Errc::denied, "mlockall", errno};
+    return {};
+  }
+};
+
+}  // namespace
+
+Os& linux_os() {
+  static LinuxOs os;
+  return os;
+}
+
+}  // namespace sinew::hal

@@ -1,0 +1,164 @@
+#include "apps/robot_file.hpp"
+
+#include <gmock/gmock.h>
+
+namespace sinew::app {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+using ::testing::UnorderedElementsAre;
+
+constexpr std::string_view kGood = R"(robot = { name = "desk", board = "sim", seed = 7, virtual_cores = 2 }
+
+[[thread]]
+name = "control"
+priority = 80
+period_us = 1000
+phase_us = 250
+overrun = "catch_up"
+catch_up_max = 3
+cpus = [1]
+order = ["imu", "gimbal"]
+
+[[thread]]
+name = "vision"
+priority = 40
+device = "camera"
+timeout_us = 100000
+order = ["camera"]
+
+[module]
+imu    = { type = "drivers::ImuSource", exec_us = 2.5 }
+gimbal = { type = "control::Level", in = { imu = "imu.raw" }, params = { kp = 1.5, on = true, n = 3, s = "x" }, exec_trace_us = [10, 20] }
+camera = { type = "drivers::CameraSource", exec_measured_factor = 1.5, enabled = false }
+
+[topic."camera.raw"]
+image = { width = 640, height = 480, format = "yuyv" }
+history = 5
+
+[actuator.tilt]
+command = "gimbal.tilt"
+channels = 2
+limit = [-0.6, 0.6]
+rate_per_s = 5
+lease_ms = 20
+safe = "hold"
+
+[[chain]]
+name = "imu_to_tilt"
+from = "imu.raw"
+to = "guardian.tilt"
+budget_ms = 5
+
+[guardian]
+priority = 90
+exec_us = 4
+)";
+
+std::vector<std::string> problems_of(std::string_view text) {
+  std::vector<std::string> lines;
+  for (const auto& p : parse_robot(text, "robot.toml").problems) lines.push_back(rt::to_string(p, "robot.toml"));
+  return lines;
+}
+
+TEST(RobotFile, EveryKeyReachesTheGraphSpec) {
+  const auto loaded = parse_robot(kGood, "robot.toml");
+  ASSERT_THAT(loaded.problems, IsEmpty());
+  const rt::GraphSpec& g = loaded.robot.graph;
+  EXPECT_EQ(g.robot, "desk");
+  EXPECT_EQ(g.board, "sim");
+  EXPECT_EQ(g.seed, 7u);
+  EXPECT_EQ(g.virtual_cores, 2u);
+  ASSERT_EQ(g.threads.size(), 2u);
+  EXPECT_EQ(g.threads[0].priority, 80);
+  EXPECT_EQ(g.threads[0].period, 1ms);
+  EXPECT_EQ(g.threads[0].phase, 250us);
+  EXPECT_EQ(g.threads[0].overrun, rt::ThreadSpec::Overrun::catch_up);
+  EXPECT_EQ(g.threads[0].catch_up_max, 3u);
+  EXPECT_THAT(g.threads[0].cpus, ElementsAre(1));
+  EXPECT_EQ(g.threads[0].order[1].value, "gimbal");
+  EXPECT_EQ(g.threads[1].trigger, rt::ThreadSpec::Trigger::device);
+  EXPECT_EQ(g.threads[1].timeout, 100ms);
+  ASSERT_EQ(g.modules.size(), 3u);
+  EXPECT_EQ(g.modules[0].name, "imu") << "modules keep the order of the file";
+  EXPECT_EQ(g.modules[0].exec.constant, 2500ns);
+  EXPECT_EQ(g.modules[1].in.at("imu").value, "imu.raw");
+  EXPECT_EQ(std::get<double>(g.modules[1].params.at("kp").value), 1.5);
+  EXPECT_EQ(std::get<bool>(g.modules[1].params.at("on").value), true);
+  EXPECT_EQ(std::get<std::int64_t>(g.modules[1].params.at("n").value), 3);
+  EXPECT_EQ(std::get<std::string>(g.modules[1].params.at("s").value), "x");
+  EXPECT_THAT(g.modules[1].exec.trace, ElementsAre(rt::Duration{10us}, rt::Duration{20us}));
+  EXPECT_EQ(g.modules[2].exec.kind, rt::ExecModel::Kind::measured);
+  EXPECT_FALSE(g.modules[2].enabled);
+  ASSERT_EQ(g.topics.size(), 1u);
+  EXPECT_EQ(g.topics[0].image_bytes, 640u * 480 * 2);
+  EXPECT_EQ(g.topics[0].history, 5u);
+  ASSERT_EQ(g.actuators.size(), 1u);
+  EXPECT_EQ(g.actuators[0].min, -0.6);
+  EXPECT_EQ(g.actuators[0].lease, 20ms);
+  EXPECT_EQ(g.actuators[0].safe, rt::ActuatorSpec::Safe::hold);
+  ASSERT_EQ(g.chains.size(), 1u);
+  EXPECT_EQ(g.chains[0].budget, 5ms);
+  EXPECT_EQ(g.guardian.priority, 90);
+  EXPECT_EQ(g.guardian.exec.constant, 4us);
+}
+
+TEST(RobotFile, EveryProblemIsNamedInOneRun) {
+  const auto lines = problems_of(R"(robot = { name = "r", board = "sim", colour = "red" }
+[[thread]]
+name = "control"
+priority = 120
+period_us = 1000
+trigger = "imu.raw"
+order = ["m"]
+[module]
+m = { exec_us = -3, params = { k = [1] } }
+[topic."camera.raw"]
+image = { width = 5000, height = 480, format = "hsv" }
+[actuator.tilt]
+command = "m.tilt"
+channels = 9
+limit = [1, -1]
+safe = "pray"
+)");
+  EXPECT_THAT(
+      lines,
+      UnorderedElementsAre(
+          "robot.toml:1: robot.colour: \"red\": unknown key; known here: board device_boards name seed virtual_cores",
+          "robot.toml:4: thread.control.priority: 120: an integer from 0 to 98",
+          "robot.toml:2: thread.control: : exactly one of period_us, trigger (topics), device (a driver module)",
+          "robot.toml:9: module.m.type: missing: the type of a module, e.g. \"control::Mixer\"; it is required",
+          "robot.toml:9: module.m.exec_us: -3: a number from 0.001 to 3600000000",
+          "robot.toml:9: module.m.params.k: [ 1 ]: a boolean, a number or a string",
+          "robot.toml:11: topic.camera.raw.image.width: 5000: an integer from 1 to 1280",
+          "robot.toml:11: topic.camera.raw.image.format: \"hsv\": one of \"mono8\", \"rgb8\", \"bgr8\", \"yuyv\"",
+          "robot.toml:14: actuator.tilt.channels: 9: an integer from 1 to 8",
+          "robot.toml:15: actuator.tilt.limit: [ 1, -1 ]: [smallest, largest], two numbers in this order",
+          "robot.toml:12: actuator.tilt.lease_ms: missing: a number from 0.1 to 10000; it is required",
+          "robot.toml:16: actuator.tilt.safe: \"pray\": one of \"stop\", \"hold\", \"damp\", \"torque_off\""));
+}
+
+TEST(RobotFile, SyntaxErrorIsOneProblemWithItsLine) {
+  const auto loaded = parse_robot("robot = { name = \"r\", board = \"sim\" }\n[[thread]\n", "robot.toml");
+  ASSERT_EQ(loaded.problems.size(), 1u);
+  EXPECT_EQ(loaded.problems[0].line, 2);
+  EXPECT_EQ(loaded.problems[0].key, "TOML");
+}
+
+TEST(RobotFile, FileThatIsNotThereIsNamed) {
+  const auto loaded = load_robot("no/such/robot.toml");
+  ASSERT_EQ(loaded.problems.size(), 1u);
+  EXPECT_EQ(loaded.problems[0].value, "no/such/robot.toml");
+}
+
+TEST(RobotFile, WrongShapeOfATableIsAProblemAndNotACrash) {
+  EXPECT_THAT(problems_of("robot = 3\nthread = [1]\nmodule = 4\n"),
+              UnorderedElementsAre("robot.toml:1: robot: 3: a table",
+                                   "robot.toml:2: thread: [ 1 ]: an array of tables, written [[thread]]",
+                                   "robot.toml:3: module: 4: a table of tables"));
+}
+
+}  // namespace
+}  // namespace sinew::app
