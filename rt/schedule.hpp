@@ -40,26 +40,67 @@ class ScheduleClient {
   virtual ~ScheduleClient() = default;
   /// A step starts (collect, latch, step). Returns how long it executes; less than 1 ns counts as 1 ns.
   virtual Duration start(std::uint32_t thread, std::uint32_t module, const CycleInfo& cycle, Time now) noexcept = 0;
-  /// The step's execution time is used up (commit, emit). May call Schedule::trigger().
+  /// The step's execution time is used up (commit, emit). May call Schedule::trigger() and announce(), as may start().
   virtual void complete(std::uint32_t thread, std::uint32_t module, Time now) noexcept = 0;
 };
 
 /// Thread:  owner.   RT: run_until() allocates nothing.
 class Schedule {
  public:
+  /// CPU numbers below `cores`, at least one module a thread, positive periods: the graph check has seen to that.
   Schedule(std::vector<ScheduleThread> threads, std::uint32_t cores, Time start, ScheduleClient& client);
-  /// A topic or device of this thread triggers it now. From complete(), or between calls of run_until().
+  /// A topic or device of this thread triggers it now. From start() and complete(), or between calls of run_until().
   void trigger(std::uint32_t thread);
-  /// The device of this thread will be ready at `at` (kNever: unknown); replaces what was announced before. An instant
-  /// already passed counts as now.
+  /// The device of this thread will be ready at `at` (kNever: unknown); replaces what was announced before, and is used
+  /// up when it acts. An instant already passed counts as now.
   void announce(std::uint32_t thread, Time at);
   /// Processes everything that happens up to and including `until`.
   void run_until(Time until);
-  Time now() const;
-  const ScheduleCounters& counters(std::uint32_t thread) const;
+  Time now() const { return now_; }
+  const ScheduleCounters& counters(std::uint32_t thread) const { return threads_[thread].counters; }
 
  private:
-  struct Impl;
+  struct Cycle {
+    CycleInfo info{};
+    bool exists = false;
+    bool begun = false;
+    bool stepping = false;     // a step is under way, on a core or preempted
+    int core = -1;             // -1: does not run
+    std::uint32_t module = 0;  // the step under way, or the next one
+    std::uint64_t begin_order = 0;
+    Duration left{};  // of the step under way, while off a core
+    Time ends_at{};   // of the step under way, while on a core
+  };
+  struct Thread {
+    ScheduleThread spec;
+    std::uint64_t cores = 0;  // bit set
+    Cycle cycle;
+    std::vector<CycleInfo> waiting;  // ring of catch_up_max (period) or one
+    std::uint32_t waiting_first = 0, waiting_count = 0;
+    Time next_period = hal::kNever, device_ready = hal::kNever, timeout_at = hal::kNever;
+    ScheduleCounters counters;
+  };
+
+  Time next_instant() const;
+  void process_instant();
+  void complete_steps();
+  void release(Thread& thread);
+  void release_periodic(Thread& thread);
+  void act_as_trigger(Thread& thread, bool timed_out);
+  void make_cycle(Thread& thread, const CycleInfo& info);
+  void finish_cycle(Thread& thread);
+  void decide_who_runs();
+  int core_for(const Thread& thread, std::uint64_t taken) const;
+  bool before(std::uint32_t a, std::uint32_t b) const;
+  void start_steps();
+
+  ScheduleClient& client_;
+  std::vector<Thread> threads_;
+  std::vector<std::uint32_t> order_;  // unfinished cycles, most urgent first
+  std::vector<int> running_;          // per core: thread whose cycle runs there, or -1
+  Time now_;
+  std::uint64_t begins_ = 0;
+  bool changed_ = false;  // a cycle was made since it was last decided who runs
 };
 
 }  // namespace sinew::rt
