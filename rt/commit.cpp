@@ -3,42 +3,10 @@
 #include <bit>
 #include <cstring>
 
+#include "msg/compare.hpp"
+
 namespace sinew::rt {
 namespace {
-
-/// Floating-point fields that lie side by side, found once so that the commit does not walk descriptions.
-struct FloatRun {
-  std::uint32_t offset, count;
-  bool is_double;
-};
-
-void collect_floats(const msg::TypeInfo& type, std::uint32_t base, std::vector<FloatRun>& runs) {
-  for (const msg::FieldInfo& f : type.fields) {
-    const std::uint32_t at = base + f.offset;
-    if (f.kind == msg::Kind::nested) {
-      for (std::uint32_t i = 0; i < f.count; ++i) collect_floats(*f.nested, at + i * f.nested->size, runs);
-    } else if (f.kind == msg::Kind::f32 || f.kind == msg::Kind::f64) {
-      const bool is_double = f.kind == msg::Kind::f64;
-      if (!runs.empty() && runs.back().is_double == is_double &&
-          runs.back().offset + runs.back().count * (is_double ? 8 : 4) == at)
-        runs.back().count += f.count;
-      else
-        runs.push_back({at, f.count, is_double});
-    }
-  }
-}
-
-template <class Bits, Bits kInfinity, Bits kNan>
-inline void canonicalise(std::byte* at, std::uint32_t count) {
-  for (std::uint32_t i = 0; i < count; ++i, at += sizeof(Bits)) {
-    Bits bits;
-    std::memcpy(&bits, at, sizeof bits);
-    if ((bits & ~(Bits{1} << (sizeof(Bits) * 8 - 1))) > kInfinity) [[unlikely]] {
-      bits = kNan;
-      std::memcpy(at, &bits, sizeof bits);
-    }
-  }
-}
 
 constexpr std::uint32_t kNoStamp = 0xFFFFFFFF;
 
@@ -64,10 +32,11 @@ struct Commit::Output {
   std::uint32_t loans = 0;
   std::uint32_t committed = 0;
   // What a message needs.
+  const msg::TypeInfo* type;
+  bool has_floats;
   void (*reset)(void*);
   void (*set_bulk_capacity)(void*, std::uint32_t);
   std::uint32_t bulk_bytes, stamp_at, source_chains;
-  std::vector<FloatRun> floats;
   std::vector<Segment::Queue*> queues;
   std::unique_ptr<std::uint32_t[]> hand;                 // owned slots, loans first
   std::unique_ptr<const SlotHeader*[]> committed_slots;  // of the last commit
@@ -98,7 +67,8 @@ Commit::Commit(Segment& segment, WriterId writer)
     out.bulk_bytes = topic.plan.bulk_bytes;
     out.stamp_at = stamp_offset(*topic.plan.type);
     out.source_chains = topic.plan.source_chains;
-    collect_floats(*topic.plan.type, 0, out.floats);
+    out.type = topic.plan.type;
+    out.has_floats = !topic.plan.type->floats.empty();
     out.queues = topic.queues;
     out.hand = std::make_unique<std::uint32_t[]>(out.burst);
     out.committed_slots = std::make_unique<const SlotHeader*[]>(out.burst);
@@ -158,12 +128,7 @@ std::uint32_t Commit::loans(std::uint32_t output) const noexcept { return output
 void Commit::publish(Output& out, std::uint32_t slot, const CommitInfo& info) noexcept {
   SlotHeader* header = out.slot(slot);
   auto* message = static_cast<std::byte*>(header->message());
-  for (const FloatRun& run : out.floats) {
-    if (run.is_double)
-      canonicalise<std::uint64_t, 0x7FF0000000000000, 0x7FF8000000000000>(message + run.offset, run.count);
-    else
-      canonicalise<std::uint32_t, 0x7F800000, 0x7FC00000>(message + run.offset, run.count);
-  }
+  if (out.has_floats) msg::canonicalise(*out.type, message);
   const std::uint32_t sequence = out.next_sequence++;
   header->sequence = sequence;
   header->commit = number_;
