@@ -37,6 +37,8 @@ class SharedMemory {
   virtual ~SharedMemory() = default;
   virtual std::byte* data() = 0;
   virtual std::size_t size() const = 0;
+  /// What Stream::write_with_memory() hands to the peer; negative: memory that cannot be handed on.
+  virtual std::intptr_t handle() const { return -1; }
 };
 
 class Os : public Clock {

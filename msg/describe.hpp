@@ -40,6 +40,12 @@ struct FieldInfo {
   const TypeInfo* nested;  // for Kind::nested, else null
 };
 
+/// A stretch of floating-point numbers inside the struct; nested structs and neighbours are already merged.
+struct FloatRun {
+  std::uint32_t offset, count;
+  bool is_f64;
+};
+
 /// A message type as rt, the recorder and the command line see it. One static object per type.
 struct TypeInfo {
   std::string_view name, doc;
@@ -50,6 +56,7 @@ struct TypeInfo {
   /// Bytes of the bulk that hold data; only these count for hashes, comparison and recording.
   std::uint32_t (*bulk_used)(const void*);
   void (*set_bulk_capacity)(void*, std::uint32_t);  // written by whoever owns the slot, after reset
+  std::span<const FloatRun> floats;                 // for canonicalise(); empty: the type has none
 
   bool has_bulk() const { return !bulk_name.empty(); }
 };
@@ -166,10 +173,27 @@ namespace detail {
 template <class T, auto Member>
 FieldInfo field_info(const Field<Member>& f);
 
+/// Most runs that a field of this type, or all fields of a described struct, can have.
+template <class V>
+constexpr std::size_t max_float_runs() {
+  using E = typename Element<V>::Type;
+  constexpr Kind kind = kind_of<E>();
+  if constexpr (kind == Kind::nested)
+    return Element<V>::count *
+           std::apply([](auto... f) { return (max_float_runs<typename decltype(f)::Value>() + ... + std::size_t{0}); },
+                      Description<E>::fields);
+  else
+    return kind == Kind::f32 || kind == Kind::f64 ? 1 : 0;
+}
+
+/// Fills `out` with the runs of these fields in order of offset; returns how many.
+std::size_t find_float_runs(std::span<const FieldInfo> fields, FloatRun* out);
+
 template <class T>
 struct TypeInfoOf {
   static constexpr std::size_t kCount = std::tuple_size_v<decltype(Description<T>::fields)>;
   std::array<FieldInfo, kCount> fields;
+  std::array<FloatRun, max_float_runs<T>()> float_runs;
   TypeInfo info;
 
   TypeInfoOf()
@@ -183,7 +207,9 @@ struct TypeInfoOf {
              [](void* p) { new (p) T(); },
              {},
              nullptr,
-             nullptr} {
+             nullptr,
+             {}} {
+    info.floats = {float_runs.data(), find_float_runs(fields, float_runs.data())};
     if constexpr (HasBulk<T>) {
       info.bulk_name = Description<T>::bulk;
       info.bulk_used = [](const void* p) { return static_cast<const T*>(p)->bulk_used(); };

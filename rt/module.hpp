@@ -43,7 +43,7 @@ class DriverModule : public Module {
   /// Before the latch: moves what the device has ready into the raw topic. Non-blocking, bounded. RT: yes.
   /// `now` is the instant that the following step will see.
   virtual void collect(Time /*now*/) noexcept {}
-  /// After an ok step: hands committed outputs to the device; read them from Out<>::committed via EmitView. RT: yes.
+  /// After an ok step: hands committed outputs to the device; read them from Out<>::committed(). RT: yes.
   virtual void emit(Time /*now*/) noexcept {}
   /// The device whose readiness may trigger the thread (trigger = "device"); null: none.
   virtual hal::Device* device() { return nullptr; }

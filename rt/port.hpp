@@ -93,8 +93,10 @@ class Commit;  // rt/commit.hpp: the writer's side of one module
 class OutputBase {
  protected:
   friend class Commit;
-  void* loan_erased();   // resets all fields but the bulk; aborts when the burst is exceeded (a bug of the module)
-  void cancel_erased();  // gives the newest loan of this step back
+  void* loan_erased();      // resets all fields but the bulk; aborts when the burst is exceeded (a bug of the module)
+  void* try_loan_erased();  // null when the burst is used up
+  void cancel_erased();     // gives the newest loan of this step back
+  const void* committed_erased() const;
   Commit* commit_ = nullptr;
   std::uint32_t index_ = 0;  // of this output within its commit
   std::uint32_t burst_ = 1;
@@ -109,6 +111,8 @@ class Out : public OutputBase {
   M& loan() { return *static_cast<M*>(loan_erased()); }
   /// Takes the newest loan of this step back, as if it had not been made.
   void cancel() { cancel_erased(); }
+  /// The newest message of the step just committed, null when it published none here. For DriverModule::emit().
+  const M* committed() const { return static_cast<const M*>(committed_erased()); }
 };
 
 /// The raw topic of a driver module: written by collect(), read as a queue by the step() that follows, and by others.
@@ -119,9 +123,6 @@ class Raw : public InQueue<M>, public OutputBase {
   /// Inside collect() only. Null when the burst is used up: leave the rest for the next cycle.
   M* loan() { return static_cast<M*>(try_loan_erased()); }
   void cancel() { cancel_erased(); }
-
- private:
-  void* try_loan_erased();
 };
 
 }  // namespace sinew::rt

@@ -14,6 +14,8 @@
 #include <cstring>
 #include <ctime>
 
+#include "hal/linux/shared_memory.hpp"
+
 namespace sinew::hal {
 namespace {
 
@@ -104,22 +106,6 @@ class LinuxThread final : public Thread {
   std::atomic<std::uint32_t> set_up_{0};
 };
 
-class MemfdMemory final : public SharedMemory {
- public:
-  MemfdMemory(int fd, std::byte* data, std::size_t size) : fd_(fd), data_(data), size_(size) {}
-  ~MemfdMemory() override {
-    munmap(data_, size_);
-    close(fd_);
-  }
-  std::byte* data() override { return data_; }
-  std::size_t size() const override { return size_; }
-
- private:
-  int fd_;
-  std::byte* data_;
-  std::size_t size_;
-};
-
 class LinuxOs final : public Os {
  public:
   Time now() const noexcept override { return read_clock(CLOCK_MONOTONIC); }
@@ -147,22 +133,7 @@ class LinuxOs final : public Os {
   }
 
   Result<std::unique_ptr<SharedMemory>> shared_memory(std::string_view name, std::size_t bytes) override {
-    const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
-    const std::size_t size = (bytes + page - 1) / page * page;
-    const int fd = memfd_create(std::string(name).c_str(), MFD_CLOEXEC | MFD_ALLOW_SEALING);
-    if (fd < 0) return Error{Errc::io, "memfd_create", errno};
-    if (ftruncate(fd, static_cast<off_t>(size)) != 0) {
-      const int e = errno;
-      close(fd);
-      return Error{Errc::out_of_memory, "ftruncate", e};
-    }
-    void* data = mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_POPULATE, fd, 0);
-    if (data == MAP_FAILED) {
-      const int e = errno;
-      close(fd);
-      return Error{Errc::out_of_memory, "mmap", e};
-    }
-    return std::unique_ptr<SharedMemory>(std::make_unique<MemfdMemory>(fd, static_cast<std::byte*>(data), size));
+    return create_shared_memory(name, bytes);
   }
 
   Status lock_memory() override {

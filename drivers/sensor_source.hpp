@@ -1,0 +1,48 @@
+#pragma once
+#include <string>
+
+#include "rt/module.hpp"
+
+namespace sinew::drivers {
+
+/// Brings the samples of one sensor into the graph: raw topic `raw`, one message a sample, in the order of arrival.
+/// Thread:  executor.   RT: yes.
+/// Errors:  configure: what opening the device says. A device that reports errors is counted; while nothing arrives the
+///          step is stale, so that whoever watches this module sees a silent sensor.
+template <class M>
+class SensorSource : public rt::DriverModule {
+ public:
+  explicit SensorSource(std::string default_device) : device_name_(std::move(default_device)) {}
+  void declare(rt::Declaration& d) override {
+    d.raw("raw", raw_, {.burst = kBurst});
+    d.param("device", device_name_, {.doc = "name of the device on the board"});
+  }
+  hal::Status configure(rt::Setup& setup) override;
+  void collect(rt::Time now) noexcept override;
+  rt::Status step(const rt::Step&) noexcept override { return raw_.empty() ? rt::Status::stale : rt::Status::ok; }
+  hal::Device* device() override { return device_; }
+
+ private:
+  // A 1 kHz sensor read every 20 ms still fits; what is left stays in the device for the next cycle.
+  static constexpr std::uint32_t kBurst = 20;
+  hal::Result<hal::Sensor<M>*> open(hal::Board& board) const;
+
+  rt::Raw<M> raw_;
+  std::string device_name_;
+  hal::Sensor<M>* device_ = nullptr;
+};
+
+class ImuSource final : public SensorSource<msg::ImuSample> {
+ public:
+  ImuSource() : SensorSource("imu") {}
+};
+class RangeSource final : public SensorSource<msg::RangeSample> {
+ public:
+  RangeSource() : SensorSource("range") {}
+};
+class BaroSource final : public SensorSource<msg::BaroSample> {
+ public:
+  BaroSource() : SensorSource("baro") {}
+};
+
+}  // namespace sinew::drivers

@@ -1,0 +1,144 @@
+#include "hal/linux/process.hpp"
+
+#include <fcntl.h>
+#include <sched.h>
+#include <signal.h>
+#include <sys/ioctl.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+
+#include "hal/linux/os.hpp"
+
+namespace sinew::hal {
+namespace {
+
+std::atomic<bool> g_stop{false};
+void on_signal(int) { g_stop.store(true, std::memory_order_relaxed); }
+
+// Between fork and exec: only calls that are safe there.
+[[noreturn]] void become(const std::vector<char*>& argv, const char* log_path, int report_fd, pid_t parent) {
+  prctl(PR_SET_PDEATHSIG, SIGTERM);
+  if (getppid() != parent) _exit(127);
+  if (log_path) {
+    const int fd = open(log_path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+    if (fd >= 0) {
+      dup2(fd, 1);
+      dup2(fd, 2);
+    }
+  }
+  execv(argv[0], argv.data());
+  const int error = errno;
+  [[maybe_unused]] const auto n = write(report_fd, &error, sizeof(error));
+  _exit(127);
+}
+
+}  // namespace
+
+Result<std::unique_ptr<ChildProcess>> ChildProcess::start(const std::vector<std::string>& argv,
+                                                          const std::string& log_path) {
+  std::vector<char*> raw;
+  for (const auto& a : argv) raw.push_back(const_cast<char*>(a.c_str()));
+  raw.push_back(nullptr);
+  int report[2];  // closed by a successful exec; else carries its errno
+  if (pipe2(report, O_CLOEXEC) != 0) return Error{Errc::io, "pipe2", errno};
+  const pid_t parent = getpid();
+  const pid_t pid = fork();
+  if (pid == 0) become(raw, log_path.empty() ? nullptr : log_path.c_str(), report[1], parent);
+  const int fork_error = errno;
+  close(report[1]);
+  if (pid < 0) {
+    close(report[0]);
+    return Error{Errc::io, "fork", fork_error};
+  }
+  int error = 0;
+  const auto got = read(report[0], &error, sizeof(error));
+  close(report[0]);
+  if (got == sizeof(error)) {
+    waitpid(pid, nullptr, 0);
+    return Error{error == ENOENT ? Errc::not_found : Errc::io, "exec", error};
+  }
+  return std::unique_ptr<ChildProcess>(new ChildProcess(pid));
+}
+
+std::optional<int> ChildProcess::poll() {
+  if (exit_code_) return exit_code_;
+  int status = 0;
+  if (waitpid(pid_, &status, WNOHANG) != pid_) return std::nullopt;
+  exit_code_ = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  return exit_code_;
+}
+
+std::optional<int> ChildProcess::wait(Duration patience) {
+  Os& os = linux_os();
+  const Time end = os.now() + patience;
+  while (!poll() && os.now() < end) os.sleep_until(os.now() + std::chrono::milliseconds(2));
+  return poll();
+}
+
+void ChildProcess::terminate() {
+  if (!poll()) kill(pid_, SIGTERM);
+}
+
+ChildProcess::~ChildProcess() {
+  terminate();
+  if (wait(std::chrono::seconds(2))) return;
+  kill(pid_, SIGKILL);
+  wait(std::chrono::seconds(2));
+}
+
+bool stop_requested() {
+  static const bool installed = [] {
+    struct sigaction action {};
+    action.sa_handler = on_signal;
+    sigaction(SIGINT, &action, nullptr);
+    sigaction(SIGTERM, &action, nullptr);
+    return true;
+  }();
+  return installed && g_stop.load(std::memory_order_relaxed);
+}
+
+bool output_is_terminal() { return isatty(STDOUT_FILENO) == 1; }
+
+int terminal_columns() {
+  winsize size{};
+  return ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+}
+
+ProcessUse process_use() {
+  ProcessUse use;
+  rusage r{};
+  if (getrusage(RUSAGE_SELF, &r) == 0) {
+    const auto to_ns = [](const timeval& t) { return std::int64_t{t.tv_sec} * 1'000'000'000 + t.tv_usec * 1000; };
+    use.cpu = Duration{to_ns(r.ru_utime) + to_ns(r.ru_stime)};
+    use.peak_rss_bytes = static_cast<std::uint64_t>(r.ru_maxrss) * 1024;
+  }
+  if (std::FILE* f = std::fopen("/proc/self/statm", "r")) {
+    unsigned long total = 0, resident = 0;
+    if (std::fscanf(f, "%lu %lu", &total, &resident) == 2)
+      use.rss_bytes = resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+    std::fclose(f);
+  }
+  return use;
+}
+
+std::string program_path() {
+  char path[4096];
+  const auto n = readlink("/proc/self/exe", path, sizeof(path));
+  return n > 0 ? std::string(path, static_cast<std::size_t>(n)) : std::string();
+}
+
+std::uint32_t usable_cpus() {
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  if (sched_getaffinity(0, sizeof(set), &set) != 0) return 1;
+  return static_cast<std::uint32_t>(CPU_COUNT(&set));
+}
+
+}  // namespace sinew::hal

@@ -1,0 +1,59 @@
+#pragma once
+// The process around the runtime: children, signals, terminal, resources. For apps; nothing here is for a step.
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hal/clock.hpp"
+#include "hal/result.hpp"
+
+namespace sinew::hal {
+
+/// A program started by us. It gets SIGTERM when we die, so that none is left behind.
+/// Thread:  owner.
+class ChildProcess {
+ public:
+  /// Starts argv[0] (a path) with its output going where ours goes, or to `log_path` when that is not empty.
+  /// Errors:  not_found, io.
+  static Result<std::unique_ptr<ChildProcess>> start(const std::vector<std::string>& argv,
+                                                     const std::string& log_path = {});
+  ~ChildProcess();  // terminate(), at last kill
+  ChildProcess(const ChildProcess&) = delete;
+  ChildProcess& operator=(const ChildProcess&) = delete;
+
+  int pid() const { return pid_; }
+  /// The exit code (128 + signal when killed); nothing while it runs.
+  std::optional<int> poll();
+  /// Waits for the end, at most `patience`.
+  std::optional<int> wait(Duration patience);
+  /// Asks it to end (SIGTERM).
+  void terminate();
+
+ private:
+  explicit ChildProcess(int pid) : pid_(pid) {}
+  int pid_;
+  std::optional<int> exit_code_;
+};
+
+/// From the first call on, SIGINT and SIGTERM do not end the process but make this true.
+bool stop_requested();
+
+/// Is standard output a terminal, and how wide (80 when unknown).
+bool output_is_terminal();
+int terminal_columns();
+
+struct ProcessUse {
+  Duration cpu{};  // of all threads
+  std::uint64_t rss_bytes = 0;
+  std::uint64_t peak_rss_bytes = 0;
+};
+ProcessUse process_use();
+
+/// The running program's own path; empty when the kernel does not say.
+std::string program_path();
+
+/// Processors of the machine that this process may use.
+std::uint32_t usable_cpus();
+
+}  // namespace sinew::hal

@@ -1,0 +1,77 @@
+#include "hal/linux/shared_memory.hpp"
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <string>
+
+#ifndef F_SEAL_FUTURE_WRITE
+#define F_SEAL_FUTURE_WRITE 0x0010  // Linux 5.1; older C library headers do not name it
+#endif
+
+namespace sinew::hal {
+namespace {
+
+class MappedMemory final : public SharedMemory {
+ public:
+  MappedMemory(int fd, std::byte* data, std::size_t size) : fd_(fd), data_(data), size_(size) {}
+  ~MappedMemory() override {
+    ::munmap(data_, size_);
+    ::close(fd_);
+  }
+  MappedMemory(const MappedMemory&) = delete;
+  MappedMemory& operator=(const MappedMemory&) = delete;
+  std::byte* data() override { return data_; }
+  std::size_t size() const override { return size_; }
+  std::intptr_t handle() const override { return fd_; }
+
+ private:
+  int fd_;
+  std::byte* data_;
+  std::size_t size_;
+};
+
+Error failed(int fd, const char* where) {
+  const int why = errno;
+  if (fd >= 0) ::close(fd);
+  return Error{why == ENOMEM ? Errc::out_of_memory : Errc::io, where, why};
+}
+
+Result<std::unique_ptr<SharedMemory>> map(int fd, std::size_t bytes, int protection) {
+  void* at = ::mmap(nullptr, bytes, protection, MAP_SHARED | MAP_POPULATE, fd, 0);
+  if (at == MAP_FAILED) return failed(fd, "shared memory: mmap");
+  // Without the privilege the pages are merely not pinned; who needs that guarantee asks Os::lock_memory().
+  static_cast<void>(::mlock(at, bytes));
+  return std::unique_ptr<SharedMemory>(new MappedMemory(fd, static_cast<std::byte*>(at), bytes));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<SharedMemory>> create_shared_memory(std::string_view name, std::size_t bytes) {
+  if (bytes == 0) return Error{Errc::bad_argument, "shared memory of no bytes"};
+  const int fd = ::memfd_create(std::string(name).c_str(), MFD_CLOEXEC | MFD_ALLOW_SEALING);
+  if (fd < 0) return failed(fd, "shared memory: memfd_create");
+  const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+  const std::size_t rounded = (bytes + page - 1) / page * page;
+  if (::ftruncate(fd, static_cast<off_t>(rounded)) != 0) return failed(fd, "shared memory: ftruncate");
+  if (::fcntl(fd, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW) != 0) return failed(fd, "shared memory: seal");
+  auto memory = map(fd, rounded, PROT_READ | PROT_WRITE);
+  // Ours is mapped by now; whoever maps later may only read. Kernels before 5.1 refuse, and then peers are trusted.
+  if (memory) static_cast<void>(::fcntl(fd, F_ADD_SEALS, F_SEAL_FUTURE_WRITE | F_SEAL_SEAL));
+  return memory;
+}
+
+Result<std::unique_ptr<SharedMemory>> map_shared_memory(int fd) {
+  const int seals = ::fcntl(fd, F_GET_SEALS);
+  struct stat info {};
+  if (seals < 0 || (seals & F_SEAL_SHRINK) == 0 || ::fstat(fd, &info) != 0 || info.st_size <= 0) {
+    ::close(fd);
+    return Error{Errc::bad_data, "shared memory from the peer is not sealed against shrinking", seals};
+  }
+  return map(fd, static_cast<std::size_t>(info.st_size), PROT_READ);
+}
+
+}  // namespace sinew::hal

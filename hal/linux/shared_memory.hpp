@@ -1,0 +1,18 @@
+#pragma once
+#include <memory>
+#include <string_view>
+
+#include "hal/os.hpp"
+
+namespace sinew::hal {
+
+/// Zeroed pages as a memfd, sealed so that nobody can shrink, grow or (later mappings) write it. `name` is only seen in
+/// /proc. Locked where permitted. Closed and unmapped by the destructor; peers keep their own mapping.
+/// Errors:  bad_argument for 0 bytes; io, out_of_memory.
+Result<std::unique_ptr<SharedMemory>> create_shared_memory(std::string_view name, std::size_t bytes);
+
+/// Maps a handle that came from another process read-only, and owns it from then on, also on failure.
+/// Errors:  bad_data when it is no memfd, empty, or its owner could shrink it (our read would then be a bus error); io.
+Result<std::unique_ptr<SharedMemory>> map_shared_memory(int fd);
+
+}  // namespace sinew::hal

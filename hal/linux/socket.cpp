@@ -1,0 +1,357 @@
+#include "hal/linux/socket.hpp"
+
+#include <netdb.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "hal/linux/shared_memory.hpp"
+
+namespace sinew::hal {
+namespace {
+
+Error system_error(const char* where, int why) {
+  switch (why) {
+    case EPIPE:
+    case ECONNRESET:
+    case ECONNREFUSED:
+      return {Errc::closed, where, why};
+    case EAGAIN:
+    case ETIMEDOUT:
+      return {Errc::timeout, where, why};
+    case ENOENT:
+      return {Errc::not_found, where, why};
+    case EADDRINUSE:
+      return {Errc::busy, where, why};
+    case EACCES:
+    case EPERM:
+      return {Errc::denied, where, why};
+    case ENOMEM:
+      return {Errc::out_of_memory, where, why};
+    default:
+      return {Errc::io, where, why};
+  }
+}
+
+timeval to_timeval(Duration d) {
+  timeval tv{};
+  tv.tv_sec = static_cast<time_t>(d.count() / 1'000'000'000);
+  tv.tv_usec = static_cast<suseconds_t>(d.count() % 1'000'000'000 / 1000);
+  if (d.count() > 0 && tv.tv_sec == 0 && tv.tv_usec == 0) tv.tv_usec = 1;  // 0 would mean for ever
+  return tv;
+}
+
+constexpr std::size_t kMaxHandles = 4;  // more in one message is not our protocol; the kernel discards the rest
+
+class SocketStream final : public Stream {
+ public:
+  SocketStream(int fd, bool local) : fd_(fd), local_(local) {
+    if (!local) {
+      const int on = 1;  // lockstep sends small messages and waits for each answer
+      ::setsockopt(fd_, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+    }
+  }
+  ~SocketStream() override {
+    if (received_fd_ >= 0) ::close(received_fd_);
+    ::close(fd_);
+  }
+  SocketStream(const SocketStream&) = delete;
+  SocketStream& operator=(const SocketStream&) = delete;
+
+  Result<std::size_t> read(std::span<std::byte> into) noexcept override { return receive(into, 0); }
+
+  Result<std::size_t> read_now(std::span<std::byte> into) noexcept override {
+    auto n = receive(into, MSG_DONTWAIT);
+    if (!n && n.error().code == Errc::timeout) return std::size_t{0};
+    return n;
+  }
+
+  Status write(std::span<const std::byte> head, std::span<const std::byte> tail) noexcept override {
+    while (!head.empty() || !tail.empty()) {
+      const ssize_t n = tail.empty() ? ::send(fd_, head.data(), head.size(), MSG_NOSIGNAL) : send_both(head, tail);
+      if (n < 0) {
+        if (errno == EINTR) continue;
+        return system_error("socket write", errno);
+      }
+      const auto done = static_cast<std::size_t>(n);
+      const std::size_t of_head = std::min(done, head.size());
+      head = head.subspan(of_head);
+      tail = tail.subspan(done - of_head);
+    }
+    return {};
+  }
+
+  Result<std::size_t> write_now(std::span<const std::byte> bytes) noexcept override {
+    for (;;) {
+      const ssize_t n = ::send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+      if (n >= 0) return static_cast<std::size_t>(n);
+      if (errno == EINTR) continue;
+      if (errno == EAGAIN || errno == EWOULDBLOCK) return std::size_t{0};
+      return system_error("socket write", errno);
+    }
+  }
+
+  void set_patience(Duration patience) noexcept override {
+    const timeval tv = to_timeval(patience);
+    ::setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &tv, sizeof tv);
+    ::setsockopt(fd_, SOL_SOCKET, SO_SNDTIMEO, &tv, sizeof tv);
+  }
+
+  bool local() const noexcept override { return local_; }
+  void shutdown() noexcept override { ::shutdown(fd_, SHUT_RDWR); }
+
+  Status write_with_memory(std::span<const std::byte> bytes, const SharedMemory& memory) noexcept override {
+    if (!local_ || memory.handle() < 0 || bytes.empty())
+      return Error{Errc::not_supported, "this connection cannot hand over memory"};
+    const int fd = static_cast<int>(memory.handle());
+    alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof fd)> control{};
+    iovec part{const_cast<std::byte*>(bytes.data()), bytes.size()};
+    msghdr message{};
+    message.msg_iov = &part;
+    message.msg_iovlen = 1;
+    message.msg_control = control.data();
+    message.msg_controllen = control.size();
+    cmsghdr* item = CMSG_FIRSTHDR(&message);
+    item->cmsg_level = SOL_SOCKET;
+    item->cmsg_type = SCM_RIGHTS;
+    item->cmsg_len = CMSG_LEN(sizeof fd);
+    std::memcpy(CMSG_DATA(item), &fd, sizeof fd);
+    ssize_t n = 0;
+    do n = ::sendmsg(fd_, &message, MSG_NOSIGNAL);
+    while (n < 0 && errno == EINTR);
+    if (n < 0) return system_error("socket write with memory", errno);
+    return write(bytes.subspan(static_cast<std::size_t>(n)), {});
+  }
+
+  Result<std::unique_ptr<SharedMemory>> take_memory() override {
+    expects_memory_ = false;  // from now on the plain read, and handles of a hostile peer fall away in the kernel
+    if (received_fd_ < 0) return Error{Errc::not_found, "peer handed over no memory"};
+    return map_shared_memory(std::exchange(received_fd_, -1));
+  }
+
+ private:
+  Result<std::size_t> receive(std::span<std::byte> into, int flags) noexcept {
+    for (;;) {
+      const ssize_t n =
+          expects_memory_ && local_ ? receive_with_handles(into, flags) : ::recv(fd_, into.data(), into.size(), flags);
+      if (n > 0) return static_cast<std::size_t>(n);
+      if (n == 0) return Error{Errc::closed, "peer closed the connection"};
+      if (errno == EINTR) continue;
+      return system_error("socket read", errno);
+    }
+  }
+
+  ssize_t send_both(std::span<const std::byte> head, std::span<const std::byte> tail) noexcept {
+    std::array<iovec, 2> parts{
+        {{const_cast<std::byte*>(head.data()), head.size()}, {const_cast<std::byte*>(tail.data()), tail.size()}}};
+    msghdr message{};
+    message.msg_iov = parts.data();
+    message.msg_iovlen = parts.size();
+    return ::sendmsg(fd_, &message, MSG_NOSIGNAL);
+  }
+
+  /// Keeps the first handle that ever comes, closes all others.
+  ssize_t receive_with_handles(std::span<std::byte> into, int flags) noexcept {
+    alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(int) * kMaxHandles)> control{};
+    iovec part{into.data(), into.size()};
+    msghdr message{};
+    message.msg_iov = &part;
+    message.msg_iovlen = 1;
+    message.msg_control = control.data();
+    message.msg_controllen = control.size();
+    const ssize_t n = ::recvmsg(fd_, &message, flags | MSG_CMSG_CLOEXEC);
+    if (n < 0) return n;
+    for (cmsghdr* item = CMSG_FIRSTHDR(&message); item; item = CMSG_NXTHDR(&message, item)) {
+      if (item->cmsg_level != SOL_SOCKET || item->cmsg_type != SCM_RIGHTS) continue;
+      const std::size_t count = (item->cmsg_len - CMSG_LEN(0)) / sizeof(int);
+      for (std::size_t i = 0; i < count; ++i) {
+        int fd = -1;
+        std::memcpy(&fd, CMSG_DATA(item) + i * sizeof fd, sizeof fd);
+        if (received_fd_ < 0)
+          received_fd_ = fd;
+        else
+          ::close(fd);
+      }
+    }
+    return n;
+  }
+
+  int fd_;
+  bool local_;
+  bool expects_memory_ = true;
+  int received_fd_ = -1;
+};
+
+struct Address {
+  sockaddr_storage storage{};
+  socklen_t size = 0;
+  bool local = false;
+  const sockaddr* get() const { return reinterpret_cast<const sockaddr*>(&storage); }
+};
+
+Result<Address> unix_address(std::string_view path) {
+  Address a;
+  auto* un = reinterpret_cast<sockaddr_un*>(&a.storage);
+  if (path.empty() || path.size() >= sizeof un->sun_path)
+    return Error{Errc::bad_argument, "path of a Unix socket is empty or too long", std::int64_t(path.size())};
+  un->sun_family = AF_UNIX;
+  std::memcpy(un->sun_path, path.data(), path.size());
+  a.size = sizeof(sockaddr_un);
+  a.local = true;
+  return a;
+}
+
+Result<Address> tcp_address(std::string_view host_port, bool passive) {
+  const auto colon = host_port.rfind(':');
+  if (colon == std::string_view::npos || colon == 0 || colon + 1 == host_port.size())
+    return Error{Errc::bad_argument, "endpoint is neither unix:PATH nor tcp:HOST:PORT"};
+  std::string_view host = host_port.substr(0, colon);
+  if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
+  addrinfo hints{};
+  hints.ai_family = AF_UNSPEC;
+  hints.ai_socktype = SOCK_STREAM;
+  hints.ai_flags = AI_NUMERICSERV | (passive ? AI_PASSIVE : 0);
+  addrinfo* list = nullptr;
+  const int why =
+      ::getaddrinfo(std::string(host).c_str(), std::string(host_port.substr(colon + 1)).c_str(), &hints, &list);
+  if (why != 0 || !list)
+    return Error{why == EAI_SERVICE ? Errc::bad_argument : Errc::not_found, "host or port is unknown", why};
+  Address a;
+  std::memcpy(&a.storage, list->ai_addr, list->ai_addrlen);
+  a.size = list->ai_addrlen;
+  ::freeaddrinfo(list);
+  return a;
+}
+
+Result<Address> parse_endpoint(std::string_view endpoint, bool passive) {
+  if (endpoint.starts_with("unix:")) return unix_address(endpoint.substr(5));
+  if (endpoint.starts_with("tcp:")) return tcp_address(endpoint.substr(4), passive);
+  if (endpoint.find('/') != std::string_view::npos) return unix_address(endpoint);
+  return tcp_address(endpoint, passive);
+}
+
+Result<int> connect_once(const Address& a) {
+  const int fd = ::socket(a.storage.ss_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  if (fd < 0) return system_error("socket", errno);
+  int result = 0;
+  do result = ::connect(fd, a.get(), a.size);
+  while (result != 0 && errno == EINTR);
+  if (result == 0) return fd;
+  const int why = errno;
+  ::close(fd);
+  return system_error("nobody answers at this endpoint", why);
+}
+
+class SocketListener final : public Listener {
+ public:
+  SocketListener(int fd, std::string endpoint, std::string path)
+      : fd_(fd), endpoint_(std::move(endpoint)), path_(std::move(path)) {}
+  ~SocketListener() override {
+    ::close(fd_);
+    if (!path_.empty()) ::unlink(path_.c_str());
+  }
+  SocketListener(const SocketListener&) = delete;
+  SocketListener& operator=(const SocketListener&) = delete;
+
+  Result<std::unique_ptr<Stream>> accept(Duration patience) override {
+    const timespec limit{static_cast<time_t>(patience.count() / 1'000'000'000),
+                         static_cast<long>(patience.count() % 1'000'000'000)};
+    for (;;) {
+      pollfd waiting{fd_, POLLIN, 0};
+      const int n = ::ppoll(&waiting, 1, &limit, nullptr);
+      if (n == 0) return Error{Errc::timeout, "nobody connected"};
+      const int fd = n < 0 ? -1 : ::accept4(fd_, nullptr, nullptr, SOCK_CLOEXEC);
+      if (fd >= 0) return std::unique_ptr<Stream>(new SocketStream(fd, !path_.empty()));
+      if (errno != EINTR && errno != EAGAIN && errno != ECONNABORTED) return system_error("accept", errno);
+    }
+  }
+  const std::string& endpoint() const override { return endpoint_; }
+
+ private:
+  int fd_;
+  std::string endpoint_;
+  std::string path_;  // Unix: the file to remove
+};
+
+/// A socket file that nobody answers on was left by a process that died.
+void remove_dead_file(const Address& a, const char* path) {
+  struct stat info {};
+  if (::lstat(path, &info) != 0 || !S_ISSOCK(info.st_mode)) return;
+  auto fd = connect_once(a);
+  if (fd)
+    ::close(*fd);
+  else if (fd.error().detail == ECONNREFUSED)
+    ::unlink(path);
+}
+
+std::string tcp_endpoint_of(int fd) {
+  sockaddr_storage own{};
+  socklen_t size = sizeof own;
+  ::getsockname(fd, reinterpret_cast<sockaddr*>(&own), &size);
+  std::array<char, NI_MAXHOST> host{};
+  std::array<char, NI_MAXSERV> port{};
+  ::getnameinfo(reinterpret_cast<sockaddr*>(&own), size, host.data(), host.size(), port.data(), port.size(),
+                NI_NUMERICHOST | NI_NUMERICSERV);
+  const bool v6 = own.ss_family == AF_INET6;
+  return std::string("tcp:") + (v6 ? "[" : "") + host.data() + (v6 ? "]:" : ":") + port.data();
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Stream>> connect_stream(std::string_view endpoint, Duration patience) {
+  auto address = parse_endpoint(endpoint, false);
+  if (!address) return address.error();
+  const auto give_up = std::chrono::steady_clock::now() + patience;
+  for (;;) {
+    auto fd = connect_once(*address);
+    if (fd) return std::unique_ptr<Stream>(new SocketStream(*fd, address->local));
+    const Errc code = fd.error().code;
+    const bool may_come = code == Errc::closed || code == Errc::not_found || code == Errc::timeout;
+    if (!may_come || std::chrono::steady_clock::now() >= give_up) return fd.error();
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+}
+
+Result<std::unique_ptr<Listener>> listen_stream(std::string_view endpoint) {
+  auto address = parse_endpoint(endpoint, true);
+  if (!address) return address.error();
+  const int fd = ::socket(address->storage.ss_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (fd < 0) return system_error("socket", errno);
+  std::string path;
+  if (address->local) {
+    path = reinterpret_cast<const sockaddr_un*>(&address->storage)->sun_path;
+    remove_dead_file(*address, path.c_str());
+  } else {
+    const int on = 1;
+    ::setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+  }
+  // Linux gives the file the socket's own mode, so nobody else can connect between bind and a later chmod.
+  if ((!path.empty() && ::fchmod(fd, S_IRUSR | S_IWUSR) != 0) || ::bind(fd, address->get(), address->size) != 0 ||
+      ::listen(fd, 4) != 0) {
+    const int why = errno;
+    ::close(fd);
+    return system_error("cannot listen at this endpoint", why);
+  }
+  std::string own = path.empty() ? tcp_endpoint_of(fd) : "unix:" + path;
+  return std::unique_ptr<Listener>(new SocketListener(fd, std::move(own), std::move(path)));
+}
+
+Result<std::pair<std::unique_ptr<Stream>, std::unique_ptr<Stream>>> stream_pair() {
+  std::array<int, 2> fds{};
+  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, fds.data()) != 0) return system_error("socketpair", errno);
+  return std::pair<std::unique_ptr<Stream>, std::unique_ptr<Stream>>(std::make_unique<SocketStream>(fds[0], true),
+                                                                     std::make_unique<SocketStream>(fds[1], true));
+}
+
+}  // namespace sinew::hal

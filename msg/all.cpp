@@ -1,0 +1,27 @@
+#include "msg/all.hpp"
+
+#include "msg/actuators.hpp"
+#include "msg/flight.hpp"
+#include "msg/image.hpp"
+#include "msg/sensors.hpp"
+
+namespace sinew::msg {
+
+std::span<const TypeInfo* const> all_types() {
+  static const std::array types{
+      &type_info<ActuatorCommand>(), &type_info<AttitudeSetpoint>(), &type_info<BaroSample>(),
+      &type_info<FlightSetpoint>(),  &type_info<GuardianState>(),    &type_info<Image>(),
+      &type_info<ImuSample>(),       &type_info<MissionState>(),     &type_info<MotionField>(),
+      &type_info<NavState>(),        &type_info<PadSighting>(),      &type_info<RangeSample>(),
+      &type_info<WrenchSetpoint>(),
+  };
+  return types;
+}
+
+const TypeInfo* find_type(std::string_view name) {
+  for (const TypeInfo* t : all_types())
+    if (t->name == name) return t;
+  return nullptr;
+}
+
+}  // namespace sinew::msg

@@ -1,0 +1,152 @@
+#pragma once
+// How a message changes hands between one writer and its readers: slot states, the log of commits, and the queues that
+// drop the newest. Templated on the atomics, so that tests/rt/handover_test.cpp runs these very functions under a model
+// of the C++ memory order, where every order named in StdAtomics fails a test when it is weakened. No fences, no
+// waiting, 32-bit words only.
+//
+// The life of a slot: the writer owns it (CAS 0 -> writer bit), fills it, publishes it (the bit goes, the pins of
+// drop-newest queues come), names it in the topic's ring, and writes the commit that makes all outputs of a step
+// visible at once. A reader takes the number of the newest commit, the last sequence of each output in that commit, the
+// slot in the ring, pins it and looks whether the slot still holds that sequence; if not, the writer went round
+// meanwhile, and the reader starts again from the newest commit.
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+
+namespace sinew::rt {
+
+/// The atomics of production, with every memory order of the hand-over by name, its partner and its reason.
+struct StdAtomics {
+  using Word = std::atomic<std::uint32_t>;
+  template <class T>
+  using Plain = T;
+
+  // Writer owns a slot <- kUnpin: readers have finished reading before it is written again.
+  static constexpr std::memory_order kOwn = std::memory_order_acquire;
+  // Writer publishes a slot -> kPin: whoever pins it sees header and payload as published.
+  static constexpr std::memory_order kPublish = std::memory_order_release;
+  static constexpr std::memory_order kPin = std::memory_order_acquire;
+  static constexpr std::memory_order kUnpin = std::memory_order_release;
+  // Words of a commit record: a reader that meets a newer word also sees the newer number in front of it.
+  static constexpr std::memory_order kRecordStore = std::memory_order_release;
+  static constexpr std::memory_order kRecordLoad = std::memory_order_acquire;
+  // Number of the newest commit: whoever sees it sees the record, rings and queues of that commit.
+  static constexpr std::memory_order kNumberStore = std::memory_order_release;
+  static constexpr std::memory_order kNumberLoad = std::memory_order_acquire;
+  // Queue, writer to reader: cells up to the head are written, and the slots that they name are published.
+  static constexpr std::memory_order kHeadStore = std::memory_order_release;
+  static constexpr std::memory_order kHeadLoad = std::memory_order_acquire;
+  // Queue, reader to writer: cells before the tail have been read and may be written again.
+  static constexpr std::memory_order kTailStore = std::memory_order_release;
+  static constexpr std::memory_order kTailLoad = std::memory_order_acquire;
+};
+
+inline constexpr std::uint32_t kNoSlot = 0xFFFFFFFF;  // in a ring: nothing was ever published here
+inline constexpr std::uint32_t kMoved = 0xFFFFFFFE;   // answer of TopicRing::pin: the writer went on, look again
+
+/// Who may touch a slot: 0 nobody, n pinned by n readers or queues, high bit: the writer.
+template <class A>
+class SlotState {
+ public:
+  static constexpr std::uint32_t kWriter = 0x80000000;
+
+  /// Writer: takes the slot if nobody holds it.
+  bool try_own() {
+    std::uint32_t free = 0;
+    return word_.compare_exchange_strong(free, kWriter, A::kOwn, std::memory_order_relaxed);
+  }
+  /// Writer: gives the slot to the readers, already pinned `pins` times on behalf of queues. Readers may be backing off
+  /// at this moment, so this adds and never stores.
+  void publish(std::uint32_t pins) { word_.fetch_add(pins - kWriter, A::kPublish); }
+  /// Reader: false when the writer has the slot; nothing was read then, so backing off needs no order.
+  bool pin() {
+    if ((word_.fetch_add(1, A::kPin) & kWriter) == 0) return true;
+    word_.fetch_sub(1, std::memory_order_relaxed);
+    return false;
+  }
+  void unpin() { word_.fetch_sub(1, A::kUnpin); }
+
+ private:
+  typename A::Word word_{0};
+};
+
+/// The slots of one topic as its readers find them: ring[sequence & mask] is the slot of that sequence.
+template <class A>
+struct TopicRing {
+  SlotState<A>* states = nullptr;
+  typename A::Word* ring = nullptr;
+  std::uint32_t mask = 0;
+
+  /// A hint only: what it names is checked under the pin, so it needs no order of its own.
+  std::uint32_t slot_of(std::uint32_t sequence) const { return ring[sequence & mask].load(std::memory_order_relaxed); }
+  void name(std::uint32_t sequence, std::uint32_t slot) {
+    ring[sequence & mask].store(slot, std::memory_order_relaxed);
+  }
+
+  /// Reader: pins the slot that holds `sequence`. kNoSlot: nothing was published yet. kMoved: it is gone, nothing is
+  /// pinned. `sequence_in(slot)` reads the header of a pinned slot.
+  template <class SequenceIn>
+  std::uint32_t pin(std::uint32_t sequence, SequenceIn&& sequence_in) const {
+    const std::uint32_t slot = slot_of(sequence);
+    if (slot == kNoSlot) return kNoSlot;
+    if (!states[slot].pin()) return kMoved;
+    if (sequence_in(slot) == sequence) return slot;
+    states[slot].unpin();
+    return kMoved;
+  }
+};
+
+/// The commits of one writer: the number of the newest, and a ring of records {number, last sequence of each output}.
+/// A record is read without a lock: the writer stores the new number before the new words, the reader looks at the
+/// number after the words.
+template <class A>
+struct CommitLog {
+  typename A::Word* number = nullptr;
+  typename A::Word* records = nullptr;
+  std::uint32_t mask = 0;  // records - 1
+  std::uint32_t outputs = 0;
+
+  typename A::Word* record(std::uint32_t n) const { return records + std::size_t{n & mask} * (outputs + 1); }
+
+  void open(std::uint32_t n) { record(n)[0].store(n, std::memory_order_relaxed); }
+  void set_last(std::uint32_t n, std::uint32_t output, std::uint32_t sequence) {
+    record(n)[1 + output].store(sequence, A::kRecordStore);
+  }
+  void publish(std::uint32_t n) { number->store(n, A::kNumberStore); }
+
+  std::uint32_t newest() const { return number->load(A::kNumberLoad); }
+  std::uint32_t last(std::uint32_t n, std::uint32_t output) const { return record(n)[1 + output].load(A::kRecordLoad); }
+  /// True when all that last() gave since newest() belongs to commit n.
+  bool holds(std::uint32_t n) const { return record(n)[0].load(std::memory_order_relaxed) == n; }
+};
+
+/// Slot indices on their way to one drop-newest connection. One writer, one reader. Each slot in it is pinned once.
+template <class A>
+class SlotQueue {
+ public:
+  using Cell = typename A::template Plain<std::uint32_t>;
+  /// `cells`: a power of two, at least `depth`.
+  SlotQueue(Cell* cells, std::uint32_t cell_count, std::uint32_t depth)
+      : cells_(cells), mask_(cell_count - 1), depth_(depth) {}
+
+  bool has_room() const { return written_ - tail_.load(A::kTailLoad) < depth_; }
+  void push(std::uint32_t slot) {
+    cells_[written_ & mask_] = slot;
+    head_.store(++written_, A::kHeadStore);
+  }
+
+  std::uint32_t size() const { return head_.load(A::kHeadLoad) - read_; }
+  std::uint32_t at(std::uint32_t i) const { return cells_[(read_ + i) & mask_]; }
+  /// The first n have been read and unpinned.
+  void pop(std::uint32_t n) { tail_.store(read_ += n, A::kTailStore); }
+
+ private:
+  Cell* cells_;
+  std::uint32_t mask_, depth_;
+  typename A::Word head_{0};
+  std::uint32_t written_ = 0;  // writer's own copy of head_
+  alignas(64) typename A::Word tail_{0};
+  std::uint32_t read_ = 0;  // reader's own copy of tail_
+};
+
+}  // namespace sinew::rt

@@ -1,0 +1,47 @@
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "rt/port.hpp"
+#include "rt/segment.hpp"
+
+namespace sinew::rt {
+
+/// The reader's side of one module: gives all its input ports one consistent set of messages for a step. Ports on
+/// outputs of one writer all see the same commit of it.
+/// Thread:  owner for construction and bind(), then executor.
+/// RT:      yes, after bind(): no allocation, lock, copy or system call. latch() starts again only when a writer of
+///          higher priority made so many commits meanwhile that its slots or records came round.
+class Latch {
+ public:
+  explicit Latch(Segment& segment);
+  Latch(const Latch&) = delete;
+  Latch& operator=(const Latch&) = delete;
+  ~Latch();
+
+  /// Connects an input port with its connection. Configure only. A queue sees messages published before its first
+  /// latch as pending, bounded by its depth.
+  void bind(InputBase& port, ConnectionId connection, Duration max_age = Duration{INT64_MAX});
+
+  /// Fills the ports from the newest commit of each writer.
+  void latch() noexcept;
+  /// Empties the ports; queues have consumed what they held. Every latch() is followed by one release().
+  void release() noexcept;
+
+  /// Per chain the oldest origin among all messages held now; kNoOrigin where there is none.
+  void merge_origins(std::int64_t (&oldest_ns)[kMaxChains]) const noexcept;
+
+ private:
+  struct Port;
+  struct Group;  // the ports on outputs of one writer
+  bool take_group(Group& group) noexcept;
+  static bool take(Port& port) noexcept;
+  static bool take_run(Port& port, std::uint32_t count) noexcept;
+  static void let_go(Port& port) noexcept;
+
+  Segment& segment_;
+  std::vector<Group> groups_;
+};
+
+}  // namespace sinew::rt

@@ -1,0 +1,36 @@
+#pragma once
+// Which step the calling thread is in, for the trap: test programs are linked with tests/trap, which replaces every
+// allocating, locking and blocking call and looks here. In a program without it this is two thread-local writes a step.
+#include <atomic>
+#include <cstdint>
+
+namespace sinew::rt::trap {
+
+struct State {
+  const char* module = nullptr;          // null: not inside a step
+  std::uint32_t* best_effort = nullptr;  // where to count for a best-effort module; null: a trapped call is fatal
+};
+
+inline constinit thread_local State state{};
+
+/// Marks the calling thread as inside a step of `module` for its lifetime.
+/// RT: yes.   Owner: `module` and the counter outlive the scope.
+class Scope {
+ public:
+  explicit Scope(const char* module, std::uint32_t* best_effort = nullptr) noexcept {
+    state = {module, best_effort};
+    fence();
+  }
+  ~Scope() {
+    fence();
+    state = {};
+  }
+  Scope(const Scope&) = delete;
+  Scope& operator=(const Scope&) = delete;
+
+ private:
+  // Compilers know that malloc looks at nobody's variables; ours does.
+  static void fence() noexcept { std::atomic_signal_fence(std::memory_order_seq_cst); }
+};
+
+}  // namespace sinew::rt::trap

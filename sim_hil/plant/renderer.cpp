@@ -1,0 +1,218 @@
+#include "sim_hil/plant/renderer.hpp"
+
+#include <EGL/egl.h>
+#include <EGL/eglext.h>
+#include <mujoco/mujoco.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <vector>
+
+#include "sim_hil/plant/pixels.hpp"
+#include "sim_hil/plant/room.hpp"
+#include "sim_hil/plant/vec.hpp"
+
+namespace sinew::plant {
+namespace {
+
+// The three calls and values of OpenGL that MuJoCo does not wrap (specification 4.6, chapters 18.2 and 22.2).
+using ReadPixels = void (*)(int x, int y, int width, int height, unsigned format, unsigned type, void* data);
+using BindFramebuffer = void (*)(unsigned target, unsigned framebuffer);
+using GetString = const unsigned char* (*)(unsigned name);
+constexpr unsigned kReadFramebuffer = 0x8CA8, kRgba = 0x1908, kUnsignedByte = 0x1401, kRendererName = 0x1F01;
+
+constexpr double kNear = 0.02, kFar = 16.0;
+
+template <class F>
+F gl_function(const char* name) {
+  return reinterpret_cast<F>(eglGetProcAddress(name));
+}
+
+/// An OpenGL context without any surface, current on the creating thread.
+class GlContext {
+ public:
+  hal::Status open(std::string& why) {
+    // One thread that draws is as fast as several at these sizes, and takes no core from the control threads.
+    setenv("LP_NUM_THREADS", "0", 0);
+    setenv("GALLIUM_DRIVER", "llvmpipe", 0);
+    setenv("LIBGL_ALWAYS_SOFTWARE", "1", 0);
+    setenv("EGL_PLATFORM", "surfaceless", 0);
+    display_ = eglGetPlatformDisplay(EGL_PLATFORM_SURFACELESS_MESA, nullptr, nullptr);
+    if (display_ == EGL_NO_DISPLAY) return fail("eglGetPlatformDisplay(surfaceless)", why);
+    if (!eglInitialize(display_, nullptr, nullptr)) return fail("eglInitialize", why);
+    if (!eglBindAPI(EGL_OPENGL_API)) return fail("eglBindAPI(OpenGL)", why);
+    constexpr EGLint kWanted[] = {EGL_SURFACE_TYPE, EGL_PBUFFER_BIT, EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_NONE};
+    EGLConfig config = nullptr;
+    EGLint count = 0;
+    if (!eglChooseConfig(display_, kWanted, &config, 1, &count) || count == 0) config = nullptr;
+    context_ = eglCreateContext(display_, config, EGL_NO_CONTEXT, nullptr);
+    if (context_ == EGL_NO_CONTEXT) return fail("eglCreateContext", why);
+    if (!eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_)) return fail("eglMakeCurrent", why);
+    return {};
+  }
+  ~GlContext() {
+    if (context_ == EGL_NO_CONTEXT) return;
+    eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+    eglDestroyContext(display_, context_);
+    eglReleaseThread();
+  }
+
+ private:
+  static hal::Status fail(const char* call, std::string& why) {
+    const EGLint code = eglGetError();
+    why = std::string(call) + " failed with EGL error " + std::to_string(code);
+    return hal::Error{hal::Errc::not_supported, "plant renderer", code};
+  }
+  EGLDisplay display_ = EGL_NO_DISPLAY;
+  EGLContext context_ = EGL_NO_CONTEXT;
+};
+
+void set(float* out, const msg::Vec3& v) {
+  out[0] = static_cast<float>(v.x), out[1] = static_cast<float>(v.y), out[2] = static_cast<float>(v.z);
+}
+
+}  // namespace
+
+struct Renderer::Impl {
+  ~Impl() {
+    if (drawn) mjr_freeContext(&context);
+    mjv_freeScene(&scene);
+  }
+
+  hal::Status open(const Options& o, std::string& why);
+  void look(const msg::Vec3& eye, const msg::Vec3& forward, const msg::Vec3& up, double half_height_per_depth);
+  void draw();
+  void show(const char* material, bool on) {
+    float* alpha = model->mat_rgba + 4 * mj_name2id(model.get(), mjOBJ_MATERIAL, material) + 3;
+    if (!on)
+      *alpha = 0;
+    else if (*alpha == 0)
+      *alpha = material == std::string_view("swept") ? 0.22f : 1.0f;
+  }
+
+  Options options;
+  GlContext gl;
+  ModelPtr model;
+  DataPtr data;
+  mjvScene scene{};
+  mjvOption visible{};
+  mjrContext context{};
+  bool drawn = false;
+  ReadPixels read_pixels = nullptr;
+  BindFramebuffer bind_framebuffer = nullptr;
+  std::vector<std::uint8_t> rgbx;
+  std::string backend;
+};
+
+hal::Status Renderer::Impl::open(const Options& o, std::string& why) {
+  options = o;
+  if (hal::Status s = gl.open(why); !s) return s;
+  read_pixels = gl_function<ReadPixels>("glReadPixels");
+  bind_framebuffer = gl_function<BindFramebuffer>("glBindFramebuffer");
+  const auto get_string = gl_function<GetString>("glGetString");
+  if (!read_pixels || !bind_framebuffer || !get_string) {
+    why = "OpenGL functions are missing";
+    return hal::Error{hal::Errc::not_supported, "plant renderer"};
+  }
+  if (const unsigned char* name = get_string(kRendererName)) backend = reinterpret_cast<const char*>(name);
+
+  auto loaded = load_room(RoomUse::pictures);
+  if (!loaded) return loaded.error();
+  model = std::move(*loaded);
+  paint_room(*model);
+  model->vis.global.offwidth = static_cast<int>(o.width);
+  model->vis.global.offheight = static_cast<int>(o.height);
+  model->vis.quality.offsamples = o.picture ? 4 : 0;
+  data.reset(mj_makeData(model.get()));
+  mj_forward(model.get(), data.get());
+
+  mjv_defaultScene(&scene);
+  mjv_makeScene(model.get(), &scene, 200);
+  scene.flags[mjRND_SHADOW] = o.picture;
+  scene.flags[mjRND_REFLECTION] = scene.flags[mjRND_SKYBOX] = scene.flags[mjRND_FOG] = 0;
+  mjv_defaultOption(&visible);
+  for (int g = 0; g < mjNGROUP; ++g) visible.geomgroup[g] = g == 0 || (g == 1 && o.picture);
+  mjvCamera anywhere;
+  mjv_defaultCamera(&anywhere);
+  mjv_updateScene(model.get(), data.get(), &visible, nullptr, &anywhere, mjCAT_ALL, &scene);
+
+  mjr_defaultContext(&context);
+  mjr_makeContext(model.get(), &context, mjFONTSCALE_50);
+  drawn = true;
+  mjr_setBuffer(mjFB_OFFSCREEN, &context);
+  if (context.currentBuffer != mjFB_OFFSCREEN) {
+    why = "OpenGL gives no offscreen buffer";
+    return hal::Error{hal::Errc::not_supported, "plant renderer"};
+  }
+  rgbx.resize(std::size_t{o.width} * o.height * 4);
+  return {};
+}
+
+void Renderer::Impl::look(const msg::Vec3& eye, const msg::Vec3& forward, const msg::Vec3& up,
+                          double half_height_per_depth) {
+  mjvGLCamera& c = scene.camera[0];
+  set(c.pos, eye);
+  set(c.forward, forward);
+  set(c.up, up);
+  c.frustum_center = 0;
+  c.frustum_near = static_cast<float>(kNear);
+  c.frustum_far = static_cast<float>(kFar);
+  c.frustum_top = static_cast<float>(kNear * half_height_per_depth);
+  c.frustum_bottom = -c.frustum_top;
+  scene.camera[1] = c;  // MuJoCo draws with the mean of both
+}
+
+void Renderer::Impl::draw() {
+  const mjrRect all{0, 0, static_cast<int>(options.width), static_cast<int>(options.height)};
+  mjr_render(all, &scene, &context);
+  if (options.picture) {  // resolves the samples
+    std::vector<std::uint8_t> rgb(std::size_t{options.width} * options.height * 3);
+    mjr_readPixels(rgb.data(), nullptr, all, &context);
+    for (std::size_t i = 0; i < rgb.size() / 3; ++i)
+      for (std::size_t c = 0; c < 3; ++c) rgbx[4 * i + c] = rgb[3 * i + c];
+    return;
+  }
+  bind_framebuffer(kReadFramebuffer, context.offFBO);
+  read_pixels(0, 0, all.width, all.height, kRgba, kUnsignedByte, rgbx.data());
+}
+
+Renderer::Renderer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Renderer::~Renderer() = default;
+const std::string& Renderer::backend() const { return impl_->backend; }
+
+hal::Result<std::unique_ptr<Renderer>> Renderer::create(const Options& options, std::string& why) {
+  auto impl = std::make_unique<Impl>();
+  if (hal::Status s = impl->open(options, why); !s) return s.error();
+  return std::unique_ptr<Renderer>(new Renderer(std::move(impl)));
+}
+
+void Renderer::camera_view(const CameraPose& pose, msg::PixelFormat format, std::uint8_t* out) {
+  const Rotation r(pose.q_world_optical);
+  impl_->look(pose.p_world_m, r.apply({0, 0, 1}), r.apply({0, -1, 0}), 0.5 / kFocalPerHeight);
+  impl_->draw();
+  convert_image(impl_->rgbx.data(), impl_->options.width, impl_->options.height, format, out);
+}
+
+void Renderer::outside_view(const TruthState& vehicle, const msg::Vec3& eye_m, const msg::Vec3& target_m,
+                            std::uint8_t* out) {
+  Impl& i = *impl_;
+  double* q = i.data->qpos;
+  q[0] = vehicle.p_world_m.x, q[1] = vehicle.p_world_m.y, q[2] = vehicle.p_world_m.z;
+  q[3] = vehicle.q_world_base.w, q[4] = vehicle.q_world_base.x, q[5] = vehicle.q_world_base.y;
+  q[6] = vehicle.q_world_base.z;
+  const bool turning = vehicle.omega_radps[0] > 50;  // then the eye sees discs, else blades
+  i.show("blade", !turning);
+  i.show("swept", turning);
+  mj_kinematics(i.model.get(), i.data.get());
+  mjvCamera anywhere;
+  mjv_defaultCamera(&anywhere);
+  mjv_updateScene(i.model.get(), i.data.get(), &i.visible, nullptr, &anywhere, mjCAT_ALL, &i.scene);
+  msg::Vec3 f = sub(target_m, eye_m);
+  f = scale(f, 1.0 / std::sqrt(f.x * f.x + f.y * f.y + f.z * f.z));
+  const double level = std::sqrt(f.x * f.x + f.y * f.y);
+  i.look(eye_m, f, {-f.z * f.x / level, -f.z * f.y / level, level}, 0.45);
+  i.draw();
+  convert_image(i.rgbx.data(), i.options.width, i.options.height, msg::PixelFormat::rgb8, out);
+}
+
+}  // namespace sinew::plant

@@ -1,0 +1,40 @@
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "hal/result.hpp"
+#include "msg/image.hpp"
+#include "sim_hil/plant/world.hpp"
+
+namespace sinew::plant {
+
+/// Draws the room without a display: OpenGL in software (Mesa's llvmpipe) on a surfaceless EGL context.
+/// Thread:  create, use and destroy on one thread; several renderers may live on several threads.
+/// Errors:  not_supported when EGL or OpenGL cannot be had; `why` says which call failed.
+class Renderer {
+ public:
+  struct Options {
+    std::uint32_t width = 320, height = 240;
+    bool picture = false;  // for people: the vehicle is drawn, with shadows and smoothed edges; ten times as slow
+  };
+  static hal::Result<std::unique_ptr<Renderer>> create(const Options& options, std::string& why);
+  ~Renderer();
+
+  /// What the downward camera sees; the vehicle's own body is out of its view.
+  /// `out`: width * height * bytes per pixel, top row first.
+  void camera_view(const CameraPose& pose, msg::PixelFormat format, std::uint8_t* out);
+
+  /// The vehicle from outside (only with `picture`), as rgb8.
+  void outside_view(const TruthState& vehicle, const msg::Vec3& eye_m, const msg::Vec3& target_m, std::uint8_t* out);
+
+  /// OpenGL's own description of itself.
+  const std::string& backend() const;
+
+ private:
+  struct Impl;
+  explicit Renderer(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace sinew::plant

@@ -1,0 +1,203 @@
+// The pictures on floor, walls and pad, painted by code. Integers, +, -, *, / and sqrt only: the same bytes everywhere.
+#include <mujoco/mujoco.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "sim_hil/plant/room.hpp"
+
+namespace sinew::plant {
+namespace {
+
+struct Rgb {
+  double r, g, b;
+};
+
+Rgb mix(const Rgb& a, const Rgb& b, double share_of_b) {
+  const double s = std::clamp(share_of_b, 0.0, 1.0);
+  return {a.r + s * (b.r - a.r), a.g + s * (b.g - a.g), a.b + s * (b.b - a.b)};
+}
+Rgb shade(const Rgb& c, double factor) { return {c.r * factor, c.g * factor, c.b * factor}; }
+
+/// A texture of the model as a canvas: x to the right, y up, as MuJoCo maps it onto a plane.
+class Canvas {
+ public:
+  Canvas(mjModel& model, const char* name) {
+    const int id = mj_name2id(&model, mjOBJ_TEXTURE, name);
+    if (id < 0) return;
+    width_ = model.tex_width[id];
+    height_ = model.tex_height[id];
+    rgb_ = model.tex_rgb + model.tex_adr[id];
+  }
+  int width() const { return width_; }
+  int height() const { return height_; }
+  template <class Paint>
+  void fill(Paint&& paint) {
+    for (int y = 0; y < height_; ++y)
+      for (int x = 0; x < width_; ++x) put(x, y, paint(x, y));
+  }
+
+ private:
+  void put(int x, int y, const Rgb& c) {
+    mjtByte* p = rgb_ + 3 * (static_cast<std::ptrdiff_t>(height_ - 1 - y) * width_ + x);
+    const auto byte = [](double v) { return static_cast<mjtByte>(std::clamp(v, 0.0, 255.0)); };
+    p[0] = byte(c.r), p[1] = byte(c.g), p[2] = byte(c.b);
+  }
+  int width_ = 0, height_ = 0;
+  mjtByte* rgb_ = nullptr;
+};
+
+std::uint32_t hash(int x, int y, std::uint32_t salt) {
+  std::uint32_t h =
+      static_cast<std::uint32_t>(x) * 0x8da6b343u ^ static_cast<std::uint32_t>(y) * 0xd8163841u ^ salt * 0xcb1ab31fu;
+  h = (h ^ (h >> 15)) * 0x2c1b3c6du;
+  h = (h ^ (h >> 12)) * 0x297a2d39u;
+  return h ^ (h >> 15);
+}
+double unit(std::uint32_t h) { return static_cast<double>(h & 0xffffff) / 16777216.0; }
+
+/// Smooth noise in 0..1 with the given cell size; repeats after `period` pixels (a multiple of the cell).
+double value_noise(int x, int y, int cell, int period, std::uint32_t salt) {
+  const int n = period / cell, cx = x / cell, cy = y / cell;
+  const auto at = [&](int i, int j) { return unit(hash((cx + i) % n, (cy + j) % n, salt)); };
+  const auto ease = [](double t) { return t * t * (3 - 2 * t); };
+  const double u = ease(static_cast<double>(x % cell) / cell), v = ease(static_cast<double>(y % cell) / cell);
+  const double low = at(0, 0) + u * (at(1, 0) - at(0, 0)), high = at(0, 1) + u * (at(1, 1) - at(0, 1));
+  return low + v * (high - low);
+}
+
+/// Stone chips, one at most per cell of a grid: how deep (in 0..1) the pixel lies in the nearest, and which it is.
+struct Chip {
+  double depth = 0;
+  std::uint32_t id = 0;
+};
+
+Chip chip_at(int x, int y, int cell, int period, std::uint32_t salt) {
+  const int n = period / cell, cx = x / cell, cy = y / cell;
+  Chip best;
+  for (int j = -1; j <= 1; ++j)
+    for (int i = -1; i <= 1; ++i) {
+      const int gx = (cx + i + n) % n, gy = (cy + j + n) % n;
+      const std::uint32_t h = hash(gx, gy, salt);
+      const double px = (cx + i + 0.2 + 0.6 * unit(h)) * cell, py = (cy + j + 0.2 + 0.6 * unit(h * 7919u)) * cell;
+      const double radius = cell * (0.18 + 0.34 * unit(h * 104729u));
+      // Corners instead of circles: the largest of three slanted distances is a rough hexagon.
+      const double dx = x + 0.5 - px, dy = y + 0.5 - py;
+      const double slant = unit(h * 1299709u) - 0.5;
+      const double a = std::fabs(dx + slant * dy), b = std::fabs(0.5 * dx + 0.87 * dy),
+                   c = std::fabs(0.5 * dx - 0.87 * dy);
+      const double depth = 1.0 - std::max({a, b, c}) / radius;
+      if (depth > best.depth) best = {depth, h};
+    }
+  return best;
+}
+
+constexpr Rgb kStones[] = {{232, 229, 220}, {96, 102, 110},  {150, 158, 160}, {62, 70, 82},
+                           {178, 174, 160}, {112, 128, 124}, {206, 206, 202}, {82, 96, 116}};
+
+Rgb stone(std::uint32_t id) { return shade(kStones[(id >> 8) % 8], 0.9 + 0.2 * unit(id * 31u)); }
+
+/// Terrazzo in slabs of one metre: contrast at every scale that a camera between 0.1 and 3 m sees. 4 m a side.
+void paint_floor(Canvas canvas) {
+  const int size = canvas.width(), slab = size / 4;
+  canvas.fill([&](int x, int y) {
+    const std::uint32_t tile = hash(x / slab, y / slab, 11);
+    const double clouds = 0.5 * value_noise(x, y, 64, size, 21) + 0.3 * value_noise(x, y, 16, size, 22) +
+                          0.2 * value_noise(x, y, 4, size, 23);
+    Rgb c = shade({158, 155, 148}, 0.80 + 0.14 * unit(tile) + 0.24 * clouds);
+    for (const int cell : {32, 16, 8}) {
+      const Chip chip = chip_at(x, y, cell, size, static_cast<std::uint32_t>(100 + cell));
+      const bool present = unit(chip.id * 65537u) < (cell == 32 ? 0.45 : 0.7);
+      if (present && chip.depth > 0) c = mix(c, stone(chip.id), 8.0 * chip.depth);
+    }
+    const int jx = x % slab, jy = y % slab, joint = std::min({jx, jy, slab - 1 - jx, slab - 1 - jy});
+    return joint < 1 ? Rgb{70, 70, 72} : c;
+  });
+}
+
+/// Wainscot, rail, plaster and two windows on eight by four metres.
+Rgb wall_colour(double x_m, double y_m, double plaster) {
+  const Rgb paint = shade({226, 224, 215}, 0.94 + 0.08 * plaster);
+  if (y_m < 0.08) return {52, 56, 62};
+  if (y_m < 1.0) {
+    const double groove = x_m * 4 - std::floor(x_m * 4);
+    return shade({92, 112, 126}, (groove < 0.04 ? 0.72 : 0.96) + 0.08 * plaster);
+  }
+  if (y_m < 1.06) return {236, 236, 232};
+  for (const double centre : {2.2, 5.8}) {
+    const double dx = std::fabs(x_m - centre), dy = std::fabs(y_m - 2.3);
+    if (dx > 1.12 || dy > 0.82) continue;
+    const bool frame = dx > 1.05 || dy > 0.75 || dx < 0.03 || std::fabs(y_m - 2.6) < 0.025;
+    if (frame) return {244, 244, 242};
+    const double up = (y_m - 1.55) / 1.5;
+    const double hill = 0.16 + 0.10 * value_noise(static_cast<int>(x_m * 64), 7, 32, 512, 41);
+    if (up < hill) return shade({112, 140, 108}, 0.8 + 0.4 * plaster);
+    return mix({222, 234, 242}, {140, 184, 226}, up);
+  }
+  return paint;
+}
+
+void paint_wall(Canvas canvas) {
+  const double per_m = canvas.width() / 8.0;
+  canvas.fill([&](int x, int y) {
+    const double plaster = 0.6 * value_noise(x, y, 4, 1024, 31) + 0.4 * value_noise(x, y, 32, 1024, 32);
+    return wall_colour(x / per_m, y / per_m, plaster);
+  });
+}
+
+/// Covers an edge of about one pixel: 1 inside, 0 outside.
+double inside(double distance_px) { return std::clamp(0.5 - distance_px, 0.0, 1.0); }
+
+/// The pad, 0.8 m a side: an orange disc of 0.30 m radius on a dark mat, with a white ring and an H inside. Everything
+/// has its centroid in the centre.
+void paint_pad(Canvas canvas) {
+  const double per_m = canvas.width() / 0.8, middle = 0.5 * canvas.width();
+  canvas.fill([&](int x, int y) {
+    const double dx = x + 0.5 - middle, dy = y + 0.5 - middle, r = std::sqrt(dx * dx + dy * dy);
+    const double grain = value_noise(x, y, 4, 512, 51);
+    const Rgb white = shade({240, 240, 238}, 0.97 + 0.03 * grain);
+    Rgb c = shade({44, 46, 52}, 0.85 + 0.3 * grain);
+    c = mix(c, white, inside(std::fabs(std::max(std::fabs(dx), std::fabs(dy)) - 0.375 * per_m) - 0.006 * per_m));
+    c = mix(c, shade({245, 66, 12}, 0.96 + 0.06 * grain), inside(r - 0.30 * per_m));
+    c = mix(c, white, inside(std::fabs(r - 0.155 * per_m) - 0.011 * per_m));
+    const double post =
+        std::max(std::fabs(std::fabs(dx) - 0.045 * per_m) - 0.011 * per_m, std::fabs(dy) - 0.085 * per_m);
+    const double bar = std::max(std::fabs(dx) - 0.045 * per_m, std::fabs(dy) - 0.011 * per_m);
+    return mix(c, white, inside(std::min(post, bar)));
+  });
+}
+
+void paint_rug(Canvas canvas) {
+  canvas.fill([&](int x, int y) {
+    const double weave = 0.85 + 0.3 * value_noise(x, y, 2, 256, 61);
+    const int edge = std::min({x, y, 255 - x, 255 - y});
+    if (edge < 10) return shade({224, 220, 206}, weave);
+    const int zig = (x + std::abs(y % 32 - 16)) % 48;
+    return shade(zig < 16 ? Rgb{38, 72, 118} : zig < 28 ? Rgb{214, 212, 200} : Rgb{64, 132, 140}, weave);
+  });
+}
+
+/// Six faces below each other, all alike: a grey transport box with a frame and a band.
+void paint_crate(Canvas canvas) {
+  const int n = canvas.width();
+  canvas.fill([&](int x, int y) {
+    const int v = y % n, edge = std::min({x, v, n - 1 - x, n - 1 - v});
+    const double wear = 0.9 + 0.2 * value_noise(x, v, 8, n, 71);
+    if (edge < 12) return shade({96, 104, 112}, edge < 2 ? 0.6 : wear);
+    if (std::abs(v - n / 2) < 10) return shade({52, 128, 138}, wear);
+    return shade({150, 154, 156}, (x / 6 % 2 ? 0.94 : 1.0) * wear);
+  });
+}
+
+}  // namespace
+
+void paint_room(mjModel_& model) {
+  paint_floor({model, "floor"});
+  paint_wall({model, "wall"});
+  paint_pad({model, "pad"});
+  paint_rug({model, "rug"});
+  paint_crate({model, "crate"});
+}
+
+}  // namespace sinew::plant

@@ -1,0 +1,279 @@
+#include "sim_hil/plant/world.hpp"
+
+#include <mujoco/mujoco.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim_hil/plant/random.hpp"
+#include "sim_hil/plant/room.hpp"
+#include "sim_hil/plant/rotors.hpp"
+#include "sim_hil/plant/vec.hpp"
+#include "sim_hil/plant/wind.hpp"
+
+namespace sinew::plant {
+namespace {
+
+constexpr double kStepS = 1e-9 * kStepNs;
+constexpr int kFlewSteps = static_cast<int>(500'000'000 / kStepNs);
+constexpr double kClearM = 0.1;
+
+/// Turns `q` by the angular velocity `w` (base frame) over `dt_s`, with sin and cos as series: at 50 rad/s the angle
+/// is 0.006 rad and the series is exact to the last bit or two.
+msg::Quat turn(const msg::Quat& q, const double* w, double dt_s) {
+  const double hx = 0.5 * dt_s * w[0], hy = 0.5 * dt_s * w[1], hz = 0.5 * dt_s * w[2];
+  const double s = hx * hx + hy * hy + hz * hz;
+  const double sinc = 1.0 - s / 6.0 * (1.0 - s / 20.0 * (1.0 - s / 42.0));
+  const double cosine = 1.0 - s / 2.0 * (1.0 - s / 12.0 * (1.0 - s / 30.0));
+  msg::Quat r = mul(q, {cosine, sinc * hx, sinc * hy, sinc * hz});
+  const double norm = 1.0 / std::sqrt(r.w * r.w + r.x * r.x + r.y * r.y + r.z * r.z);
+  return {r.w * norm, r.x * norm, r.y * norm, r.z * norm};
+}
+
+msg::Vec3 drag_force(const DragParams& drag, const msg::Vec3& air) {
+  const auto axis = [](double linear, double quadratic, double v) { return -v * (linear + quadratic * std::fabs(v)); };
+  return {axis(drag.linear_n_per_mps.x, drag.quadratic_n_per_m2ps2.x, air.x),
+          axis(drag.linear_n_per_mps.y, drag.quadratic_n_per_m2ps2.y, air.y),
+          axis(drag.linear_n_per_mps.z, drag.quadratic_n_per_m2ps2.z, air.z)};
+}
+
+ImuErrors imu_errors(bool on) { return on ? ImuErrors{} : ImuErrors{0, 0, 0, 0, 0, 0, 0, 0}; }
+RangeErrors range_errors(bool on) {
+  RangeErrors e;
+  if (!on) e.noise_m = e.noise_share = 0;
+  return e;
+}
+BaroErrors baro_errors(bool on) {
+  BaroErrors e;
+  if (!on) e.noise_pa = e.walk_pa = e.wash_pa = 0;
+  return e;
+}
+
+std::array<double, kRotors> spread_thrust(Noise& noise, double spread) {
+  std::array<double, kRotors> f;
+  for (double& x : f) x = 1.0 + spread * noise.symmetric();
+  return f;
+}
+
+}  // namespace
+
+struct World::Impl {
+  Impl(const WorldOptions& o, ModelPtr m)
+      : options(o),
+        noise(o.seed, 0x706c616e74),
+        model(std::move(m)),
+        data(mj_makeData(model.get())),
+        factor(spread_thrust(noise, o.spread)),
+        propulsion(factor, 1.0 - 0.15 * noise.uniform()),
+        wind(o.gust_mps, o.seed),
+        imu(imu_errors(o.sensor_errors), o.seed),
+        range(range_errors(o.sensor_errors), o.seed),
+        baro(baro_errors(o.sensor_errors), o.seed) {
+    body = mj_name2id(model.get(), mjOBJ_BODY, "quad");
+    hull = mj_name2id(model.get(), mjOBJ_GEOM, "hull");
+    spread_mass();
+    start_pose();
+    mj_forward(model.get(), data.get());  // static geoms get their world poses here
+  }
+
+  void spread_mass() {
+    const double f = 1.0 + options.spread * noise.symmetric();
+    model->body_mass[body] *= f;
+    for (int i = 0; i < 3; ++i) model->body_inertia[3 * body + i] *= f;
+    mj_setConst(model.get(), data.get());
+  }
+
+  void start_pose() {
+    double x = 0, y = 0;
+    do {
+      x = noise.symmetric();
+      y = noise.symmetric();
+    } while (x * x + y * y > 1.0);
+    // Half the yaw angle is small: a unit quaternion from its tangent's series, normalised.
+    const double half = 0.5 * options.start_yaw_rad * noise.symmetric();
+    const double norm = 1.0 / std::sqrt(1.0 + half * half);
+    set_pose({x * options.start_offset_m, y * options.start_offset_m, kFeetBelowBase}, {norm, 0, 0, half * norm}, {});
+  }
+
+  void set_pose(const msg::Vec3& p, const msg::Quat& q, const msg::Vec3& v) {
+    double* qpos = data->qpos;
+    qpos[0] = p.x, qpos[1] = p.y, qpos[2] = p.z;
+    qpos[3] = q.w, qpos[4] = q.x, qpos[5] = q.y, qpos[6] = q.z;
+    double* qvel = data->qvel;
+    qvel[0] = v.x, qvel[1] = v.y, qvel[2] = v.z;
+    qvel[3] = qvel[4] = qvel[5] = 0;
+    std::fill(data->qacc_warmstart, data->qacc_warmstart + 6, 0.0);
+  }
+
+  msg::Vec3 position() const { return {data->qpos[0], data->qpos[1], data->qpos[2]}; }
+  msg::Vec3 velocity() const { return {data->qvel[0], data->qvel[1], data->qvel[2]}; }
+  msg::Vec3 rates() const { return {data->qvel[3], data->qvel[4], data->qvel[5]}; }
+  msg::Quat attitude() const { return {data->qpos[3], data->qpos[4], data->qpos[5], data->qpos[6]}; }
+  msg::Time now() const { return {steps * kStepNs}; }
+
+  double rotor_share() const {  // mean share of full speed
+    double sum = 0;
+    for (const double w : propulsion.omega_radps()) sum += w;
+    return sum / (kRotors * RotorParams{}.omega_max_radps);
+  }
+
+  void apply_forces(const std::array<double, kRotors>& command);
+  void integrate();
+  void watch_contacts(const msg::Vec3& v_before);
+  void sample();
+  double true_range() const;
+
+  WorldOptions options;
+  Noise noise;
+  ModelPtr model;
+  DataPtr data;
+  std::array<double, kRotors> factor;
+  Propulsion propulsion;
+  Wind wind;
+  ImuModel imu;
+  RangeModel range;
+  BaroModel baro;
+  int body = 0, hull = 0;
+  std::int64_t steps = 0;
+  std::uint32_t next_frame = 1;
+  int clear_steps = 0;
+  msg::Vec3 force_specific;       // specific force of the last step, base
+  msg::Vec3 gyro_sum, accel_sum;  // since the last IMU sample
+  Due due;
+  FlightSummary summary;
+};
+
+void World::Impl::apply_forces(const std::array<double, kRotors>& command) {
+  const Rotation r(attitude());
+  const msg::Vec3& air_world = wind.step(kStepS);
+  Wrench w = propulsion.step(command, data->qpos[2] + kRotorMounts[0].p_base_m.z, kStepS);
+  if (options.drag) {
+    const DragParams drag;
+    w.force_n = add(w.force_n, drag_force(drag, r.inverse(sub(velocity(), air_world))));
+    const msg::Vec3 rate = rates();
+    w.torque_nm.x -= drag.angular_nm_per_radps.x * rate.x;
+    w.torque_nm.y -= drag.angular_nm_per_radps.y * rate.y;
+    w.torque_nm.z -= drag.angular_nm_per_radps.z * rate.z;
+  }
+  const msg::Vec3 f = r.apply(w.force_n);
+  double* q = data->qfrc_applied;  // of a free joint: force in the world frame, torque in the body's
+  q[0] = f.x, q[1] = f.y, q[2] = f.z, q[3] = w.torque_nm.x, q[4] = w.torque_nm.y, q[5] = w.torque_nm.z;
+}
+
+void World::Impl::integrate() {
+  const Rotation before(attitude());
+  const double* a = data->qacc;
+  force_specific = before.inverse({a[0], a[1], a[2] + kGravity});
+  accel_sum = add(accel_sum, force_specific);
+  double* v = data->qvel;
+  for (int i = 0; i < 6; ++i) v[i] += kStepS * a[i];
+  for (int i = 0; i < 3; ++i) data->qpos[i] += kStepS * v[i];
+  const msg::Quat q = turn(attitude(), v + 3, kStepS);
+  data->qpos[3] = q.w, data->qpos[4] = q.x, data->qpos[5] = q.y, data->qpos[6] = q.z;
+  gyro_sum = add(gyro_sum, rates());
+  std::copy(a, a + 6, data->qacc_warmstart);
+  ++steps;
+}
+
+void World::Impl::watch_contacts(const msg::Vec3& v_before) {
+  const msg::Vec3 p = position();
+  summary.max_height_m = std::max(summary.max_height_m, p.z);
+  const bool contact = data->ncon > 0;
+  clear_steps = p.z > kFeetBelowBase + kClearM ? clear_steps + 1 : 0;
+  if (clear_steps >= kFlewSteps) summary.flew = true;
+  for (int i = 0; i < data->ncon; ++i)
+    if (data->contact[i].geom1 == hull || data->contact[i].geom2 == hull) summary.crashed = true;
+  if (!contact || !summary.flew || summary.touched_down) return;
+  summary.touched_down = true;
+  summary.touchdown_at = now();
+  summary.touchdown_speed_mps = -v_before.z;
+  summary.touchdown_drift_mps = std::sqrt(v_before.x * v_before.x + v_before.y * v_before.y);
+  summary.landing_error_m = std::sqrt(p.x * p.x + p.y * p.y);
+}
+
+double World::Impl::true_range() const {
+  const Rotation r(attitude());
+  const msg::Vec3 from = add(position(), r.apply(kRangePBase)), along = r.apply({0, 0, -1});
+  const mjtNum pnt[3] = {from.x, from.y, from.z}, vec[3] = {along.x, along.y, along.z};
+  constexpr mjtByte kRoomOnly[6] = {1, 0, 0, 0, 0, 0};
+  int geom = -1;
+  return mj_ray(model.get(), data.get(), pnt, vec, kRoomOnly, 1, body, &geom);
+}
+
+void World::Impl::sample() {
+  due.imu = steps % kImuSteps == 0;
+  due.range = steps % kRangeSteps == 0;
+  due.baro = steps % kBaroSteps == 0;
+  due.truth = steps % kTruthSteps == 0;
+  due.camera = now().ns == camera_stamp_ns(next_frame);
+  if (due.camera) ++next_frame;
+  if (due.imu) {
+    due.imu_sample = imu.measure(scale(gyro_sum, 1.0 / kImuSteps), scale(accel_sum, 1.0 / kImuSteps), rotor_share(),
+                                 kImuSteps * kStepS);
+    due.imu_sample.stamp = {now().ns - kImuSteps * kStepNs / 2};  // the middle of the interval averaged over
+    gyro_sum = accel_sum = {};
+  }
+  if (due.range) {
+    due.range_sample.range_m = range.measure(true_range());
+    due.range_sample.stamp = now();
+  }
+  if (due.baro) {
+    const double share = rotor_share();
+    due.baro_sample = baro.measure(data->qpos[2], share * share, kBaroSteps * kStepS);
+    due.baro_sample.stamp = now();
+  }
+}
+
+World::World(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+World::~World() = default;
+
+hal::Result<std::unique_ptr<World>> World::create(const WorldOptions& options) {
+  auto model = load_room(RoomUse::physics);
+  if (!model) return model.error();
+  return std::unique_ptr<World>(new World(std::make_unique<Impl>(options, std::move(*model))));
+}
+
+const Due& World::step(const std::array<double, kRotors>& command) {
+  Impl& w = *impl_;
+  const msg::Vec3 v_before = w.velocity();
+  w.apply_forces(command);
+  mj_forwardSkip(w.model.get(), w.data.get(), mjSTAGE_NONE, 1);
+  w.integrate();
+  w.watch_contacts(v_before);
+  w.sample();
+  return w.due;
+}
+
+msg::Time World::now() const { return impl_->now(); }
+const FlightSummary& World::summary() const { return impl_->summary; }
+double World::mass_kg() const { return impl_->model->body_mass[impl_->body]; }
+const std::array<double, kRotors>& World::thrust_factor() const { return impl_->factor; }
+
+TruthState World::truth() const {
+  const Impl& w = *impl_;
+  TruthState t;
+  t.stamp = w.now();
+  t.p_world_m = w.position();
+  t.v_world_mps = w.velocity();
+  t.q_world_base = w.attitude();
+  t.gyro_radps = w.rates();
+  t.accel_mps2 = w.force_specific;
+  t.wind_world_mps = w.wind.velocity_mps();
+  t.omega_radps = w.propulsion.omega_radps();
+  t.voltage_v = w.propulsion.voltage_v();
+  t.current_a = w.propulsion.current_a();
+  t.contact = w.data->ncon > 0;
+  t.on_pad = t.contact && t.p_world_m.x * t.p_world_m.x + t.p_world_m.y * t.p_world_m.y < kPadRadius * kPadRadius;
+  return t;
+}
+
+CameraPose World::camera_pose() const {
+  const Rotation r(impl_->attitude());
+  return {add(impl_->position(), r.apply(kCameraPBase)), mul(impl_->attitude(), kCameraQBaseOptical)};
+}
+
+void World::place(const msg::Vec3& p_world_m, const msg::Quat& q_world_base, const msg::Vec3& v_world_mps) {
+  impl_->set_pose(p_world_m, q_world_base, v_world_mps);
+}
+
+}  // namespace sinew::plant

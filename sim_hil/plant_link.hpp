@@ -1,0 +1,155 @@
+#pragma once
+// The plant's end of the simulator protocol: any simulator in C++ speaks it through this class.
+#include <array>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "hal/stream.hpp"
+#include "sim_hil/message_io.hpp"
+#include "sim_hil/protocol.hpp"
+
+namespace sinew::sim_hil {
+
+/// What a plant says about itself. A device is later named by its place in `devices`.
+struct PlantDescription {
+  std::string name;
+  Duration step{0};
+  std::vector<DeviceInfo> devices;  // slots* of cameras are filled in by the link
+};
+
+/// What one actuator group has to do in the plant step that starts at a given time.
+struct Setpoints {
+  bool valid = false;  // false: safe action (no command yet, lease over, stopped, not armed)
+  bool lease_over = false;
+  std::uint32_t count = 0;
+  std::array<double, msg::kMaxChannels> value{};
+};
+
+/// Room for one camera frame; written by whoever renders, on any thread, until send_frame().
+struct FrameSlot {
+  std::uint32_t index = 0;
+  std::span<std::uint8_t> pixels;  // exactly width * height * bytes per pixel
+};
+
+struct FrameMeta {
+  Time stamp, ready;
+  std::int64_t exposure_ns = 0;
+  std::uint32_t number = 0;
+};
+
+/// The loop of a plant in lockstep, which lets commands act exactly at their commit:
+///     link.wait_start();
+///     for (Time t{0}; ; t = t + step) {
+///       ... send() what is due by t ...
+///       if (!link.grant(t)) break;                 // one write, one read
+///       world.step(link.setpoints_at(motors, t));
+///     }
+/// Free-running: start_clock() once, then send() when due and exchange() after each plant step.
+/// Thread:  owner, except the pixels of a FrameSlot.
+/// RT:      no allocation after accept(); blocking as said.
+/// Errors:  closed when the runtime went away (reason() has its words); bad_data when it broke the protocol. Every
+/// later
+///          call says so again.
+class PlantLink {
+ public:
+  /// Shakes hands over a fresh connection. `frames` (may be null) must be at least frame_memory_bytes() large; it is
+  /// used when the runtime is local and accepts it, else frames go through the stream. On failure the peer is told, and
+  /// `why` says it in words.
+  static hal::Result<std::unique_ptr<PlantLink>> accept(std::unique_ptr<hal::Stream> stream, PlantDescription plant,
+                                                        hal::SharedMemory* frames, std::string& why);
+  static std::size_t frame_memory_bytes(const PlantDescription& plant);
+
+  const Hello& hello() const { return hello_; }
+  bool frames_in_shared_memory() const { return frames_ != nullptr; }
+
+  /// Waits until the runtime is configured. Errors: closed, timeout.
+  hal::Status wait_start();
+  /// Free-running only, right after wait_start(): plant time `now` is now, when the host's clock shows `host_now`.
+  hal::Status start_clock(Time now, Time host_now);
+
+  // Samples go out with the next grant(), exchange() or when the buffer is full. Stamp and ready of a device never
+  // decrease. A sample may be sent early: the runtime's driver sees it at `ready`.
+  hal::Status send(std::uint16_t device, const msg::ImuSample& sample, Time ready);
+  hal::Status send(std::uint16_t device, const msg::RangeSample& sample, Time ready);
+  hal::Status send(std::uint16_t device, const msg::BaroSample& sample, Time ready);
+  hal::Status send_truth(Time now, const Truth& truth);
+  hal::Status send_report(Time now, std::string_view json);
+
+  /// The next slot of this camera, round robin. Begin at most two before sending them (in that order); the runtime
+  /// relies on it for the frames that it has not read yet.
+  FrameSlot begin_frame(std::uint16_t camera);
+  hal::Status send_frame(std::uint16_t camera, const FrameSlot& slot, const FrameMeta& meta);
+
+  /// Lockstep: everything with ready <= until has been sent; returns when the runtime has done its part up to there.
+  hal::Status grant(Time until);
+  /// Free-running: sends what is buffered and takes in what has arrived; never waits for the runtime.
+  hal::Status exchange();
+  /// The newest command with commit <= t, while its lease lasts (t < commit + lease). Call with increasing t.
+  Setpoints setpoints_at(std::uint16_t group, Time t);
+
+  /// The last word; the runtime reports it as the reason of the end.
+  void bye(std::string_view reason);
+  const std::string& reason() const { return reason_; }
+
+  struct Stats {
+    std::uint64_t grants = 0, commands = 0, stops = 0;
+    std::uint64_t lease_expiries = 0;        // times a running group fell back to its safe action
+    std::uint64_t commands_overwritten = 0;  // more waiting at once than kPendingCommands
+    std::uint64_t bytes_in = 0, bytes_out = 0;
+  };
+  const Stats& stats() const { return stats_; }
+
+  static constexpr std::uint32_t kFrameSlots = 8;    // per camera, in shared memory
+  static constexpr std::uint32_t kStagingSlots = 2;  // per camera, when frames go through the stream
+  static constexpr std::size_t kPendingCommands = 16;
+
+ private:
+  struct Timed {
+    Time commit;
+    Command command;
+    bool stop = false;
+  };
+  struct Group {
+    Timed active;
+    bool any = false, running = false;
+    Time last_commit{};
+    std::array<Timed, kPendingCommands> pending;
+    std::size_t first = 0, count = 0;
+  };
+  struct CameraState {
+    std::uint32_t next = 0, generation = 0;
+    std::vector<std::uint8_t> staging;  // frames through the stream
+  };
+
+  PlantLink(std::unique_ptr<hal::Stream> stream, PlantDescription plant);
+  hal::Status shake_hands(hal::SharedMemory* frames, std::string& why);
+  hal::Status send_welcome();
+  hal::Status refuse(std::string text, hal::Error error, std::string& why);
+  hal::Status fail(hal::Error error);
+  hal::Status flush();
+  hal::Status receive(Message& out);
+  hal::Status take(const Message& message);
+  hal::Status take_timed(std::uint16_t device, const Timed& timed);
+  hal::Status expect_kind(std::uint16_t device, DeviceKind kind) const;
+  template <class Payload>
+  hal::Status add(Type type, std::uint16_t device, Time time, const Payload& payload, std::size_t bulk = 0);
+
+  std::unique_ptr<hal::Stream> stream_;
+  PlantDescription plant_;
+  Hello hello_;
+  MessageReader in_;
+  MessageWriter out_;
+  hal::SharedMemory* frames_ = nullptr;
+  std::vector<Group> groups_;         // by device
+  std::vector<CameraState> cameras_;  // by device
+  bool answered_ = false;             // the runtime said Done
+  bool said_bye_ = false;
+  Time granted_{-1};
+  hal::Status state_;
+  std::string reason_;
+  Stats stats_;
+};
+
+}  // namespace sinew::sim_hil

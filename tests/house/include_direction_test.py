@@ -1,0 +1,130 @@
+#!/usr/bin/env python3
+"""Feeds include_direction.py small trees with one wrong line each and expects that line to be named."""
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+CHECKER = pathlib.Path(__file__).with_name("include_direction.py")
+
+
+class IncludeDirection(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.root = pathlib.Path(self.folder.name)
+        for header in ["msg/time.hpp", "math/sin.hpp", "hal/clock.hpp", "hal/linux/os.hpp", "rt/topic.hpp",
+                       "control/filter.hpp", "vision/blob.hpp", "apps/robot_file.hpp", "sim_hil/board.hpp"]:
+            self.write(header, "#pragma once\n")
+
+    def tearDown(self):
+        self.folder.cleanup()
+
+    def write(self, path, text):
+        (self.root / path).parent.mkdir(parents=True, exist_ok=True)
+        (self.root / path).write_text(text, encoding="utf-8")
+
+    def run_checker(self):
+        done = subprocess.run([sys.executable, CHECKER, self.root], capture_output=True, text=True, check=False)
+        return done.returncode, done.stdout
+
+    def refuses(self, path, text, line, says):
+        self.write(path, text)
+        code, out = self.run_checker()
+        self.assertEqual(code, 1, out)
+        named = [row for row in out.splitlines() if row.startswith(f"{path}:{line}: ")]
+        self.assertEqual(len(named), 1, out)
+        self.assertIn(says, named[0])
+        self.assertIn(" 1 problems", out)
+
+    def accepts(self, path, text):
+        self.write(path, text)
+        code, out = self.run_checker()
+        self.assertEqual(code, 0, out)
+
+    def test_an_arrow_that_points_up_is_named(self):
+        self.refuses("rt/a.cpp", '#include "rt/topic.hpp"\n#include "control/filter.hpp"\n', 2,
+                     "rt may not include control (allowed: hal, math, msg)")
+
+    def test_rooms_side_by_side_do_not_see_each_other(self):
+        self.refuses("vision/a.cpp", '#include "control/filter.hpp"\n', 1, "vision may not include control")
+
+    def test_control_does_not_see_the_hal(self):
+        self.refuses("control/a.hpp", '#include "hal/clock.hpp"\n', 1, "control may not include hal")
+
+    def test_rt_does_not_see_the_linux_part_of_the_hal(self):
+        self.refuses("rt/a.cpp", '#include "hal/linux/os.hpp"\n', 1, "rt may not include hal/linux")
+
+    def test_nothing_includes_the_apps(self):
+        self.refuses("sim_hil/a.cpp", '#include "apps/robot_file.hpp"\n', 1, "sim_hil may not include apps")
+
+    def test_the_sim_board_does_not_see_the_simulator(self):
+        self.write("sim_hil/plant/world.hpp", "#include <mujoco/mujoco.h>\n#include \"sim_hil/board.hpp\"\n")
+        self.refuses("sim_hil/a.cpp", '#include "sim_hil/plant/world.hpp"\n', 1, "sim_hil may not include sim_hil/plant")
+
+    def test_only_the_simulators_main_opens_real_sockets(self):
+        self.accepts("sim_hil/plant/main.cpp", '#include "hal/linux/os.hpp"\n')
+        self.refuses("sim_hil/plant/world.cpp", '#include "hal/linux/os.hpp"\n', 1, "may not include hal/linux")
+
+    def test_tests_include_the_apps_and_apps_not_the_tests(self):
+        self.accepts("tests/apps/a_test.cpp", '#include "apps/robot_file.hpp"\n')
+        self.write("tests/rt/tools.hpp", "")
+        self.refuses("apps/a.cpp", '#include "tests/rt/tools.hpp"\n', 1, "apps may not include tests")
+
+    def test_apps_and_tests_include_every_room(self):
+        for room in ["apps", "tests/rt", "examples", "bench"]:
+            self.accepts(f"{room}/a.cpp", '#include "hal/linux/os.hpp"\n#include "vision/blob.hpp"\n#include <unistd.h>\n')
+
+    def test_an_include_without_its_room_is_named(self):
+        self.refuses("rt/a.cpp", '#include "topic.hpp"\n', 1, "with its room")
+        self.write("rt/a.cpp", "")
+        self.refuses("rt/b.cpp", '#include "../msg/time.hpp"\n', 1, "with its room")
+
+    def test_our_header_in_angle_brackets_is_named(self):
+        self.refuses("hal/a.cpp", "#include <control/filter.hpp>\n", 1, "is ours")
+
+    def test_a_header_that_does_not_exist_is_named(self):
+        self.refuses("rt/a.cpp", '#include "msg/nothing.hpp"\n', 1, "does not exist")
+
+    def test_posix_lives_in_hal_linux_only(self):
+        for header in ["unistd.h", "sys/mman.h", "pthread.h", "linux/futex.h", "poll.h", "fcntl.h", "csignal"]:
+            self.refuses("rt/a.cpp", f"#include <{header}>\n", 1, "a POSIX or Linux header is allowed only in hal/linux")
+        self.write("rt/a.cpp", "")
+        self.accepts("hal/linux/os.cpp", "#include <sys/mman.h>\n#include <thread>\n")
+
+    def test_the_c_librarys_mathematics_is_not_in_rt_control_vision(self):
+        for room in ["rt", "control", "vision"]:
+            self.refuses(f"{room}/a.cpp", "\n#include <cmath>\n", 2, "use math/")
+            self.write(f"{room}/a.cpp", "")
+
+    def test_distributions_clocks_and_threads_are_not_in_the_core(self):
+        for header in ["random", "ctime", "thread", "mutex", "condition_variable"]:
+            self.refuses("control/a.cpp", f"#include <{header}>\n", 1, "is not allowed in control")
+
+    def test_durations_are_allowed_and_clocks_are_not(self):
+        self.accepts("vision/a.cpp", "#include <chrono>\nstd::chrono::milliseconds age;\n")
+        self.refuses("vision/a.cpp", "#include <chrono>\nauto t = std::chrono::steady_clock::now();\n", 2, "steady_clock")
+
+    def test_libraries_stay_where_they_belong(self):
+        self.refuses("rt/a.cpp", "#include <Eigen/Core>\n", 1, "Eigen")
+        self.write("rt/a.cpp", "")
+        self.refuses("control/a.cpp", "#include <opencv2/core.hpp>\n", 1, "OpenCV")
+        self.write("control/a.cpp", "")
+        self.accepts("vision/opencv_view.hpp", "#include <opencv2/core/mat.hpp>\n")
+        self.refuses("vision/blob.cpp", "#include <opencv2/core/mat.hpp>\n", 1, "OpenCV")
+
+    def test_comments_and_strings_are_not_code(self):
+        self.accepts("rt/a.cpp", '// #include "control/filter.hpp"\n/*\n#include <cmath>\nsteady_clock */\n'
+                                 'const char* s = "steady_clock";\n')
+
+    def test_an_include_after_a_comment_with_a_quote_is_still_read(self):
+        self.refuses("rt/a.cpp", "// it's\n#include <cmath>  // don't\n", 2, "use math/")
+
+    def test_an_empty_tree_is_not_a_pass(self):
+        with tempfile.TemporaryDirectory() as empty:
+            done = subprocess.run([sys.executable, CHECKER, empty], capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 1, done.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,119 @@
+#!/usr/bin/env bash
+# Flies robots/quad.toml in virtual time for many seeds, and checks that one flight gives the same bytes everywhere.
+#
+#   tools/flight_seeds.sh [--seeds N] [--build FOLDER] [--same-bytes] [fly option...]
+#
+# --seeds N      seeds 1..N (default 10), as many at once as there are cores
+# --build FOLDER build/FOLDER/apps/sinew flies (default release)
+# --same-bytes   also: the hash lines of seed 1 from the release build twice, from clang, from asan, and from release
+#                with the processor's FMA and AVX hidden from the C library, must be identical
+#
+# Passes when at least 95 of 100 seeds land (every one of fewer than 20). A flight has landed when `sinew fly` exits
+# with 0 and says so itself; read from its output are
+#     landing error       0.042 m        (limit 0.15 m)
+#     touchdown speed     0.31 m/s       (limit 0.5 m/s)
+#     flight time         21.4 s
+#     hash TOPIC HEX                     one line for each topic
+# A missing line is a failure of that seed, never a pass.
+set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
+
+seeds=10 preset=release same_bytes=0 options=()
+while (($#)); do
+  case $1 in
+    --seeds) shift && seeds=$1 ;;
+    --build) shift && preset=$1 ;;
+    --same-bytes) same_bytes=1 ;;
+    *) options+=("$1") ;;
+  esac
+  shift
+done
+
+out=$root/build/flights
+rm -rf "$out"
+mkdir -p "$out"
+limit_s=${SINEW_FLIGHT_LIMIT_S:-300} # of real time for one flight; a sanitized build is slow
+
+# fly PRESET SEED NAME: one flight; its output in build/flights/NAME.log, its exit code in NAME.exit.
+fly() {
+  local code=0
+  timeout "$limit_s" "$root/build/$1/apps/sinew" fly "$root/robots/quad.toml" --virtual --seed "$2" "${@:4}" \
+    >"$out/$3.log" 2>&1 </dev/null || code=$?
+  printf '%s\n' "$code" >"$out/$3.exit"
+}
+
+# value NAME LABEL: the number after a label of the summary, or nothing.
+value() { sed -nE "s/^ *$2[^0-9-]*(-?[0-9]+(\.[0-9]+)?).*/\1/p" "$out/$1.log" | tail -n 1; }
+
+below() { [[ -n $1 ]] && awk -v a="$1" -v b="$2" 'BEGIN { exit !(a < b) }'; }
+
+# table: one line per seed; leaves the number of good landings in `landed`.
+table() {
+  local seed name code error speed time verdict
+  printf '%6s  %-8s %10s %12s %9s\n' seed landed 'error m' 'speed m/s' 'flight s'
+  landed=0
+  for ((seed = 1; seed <= seeds; ++seed)); do
+    name=seed-$seed
+    code=$(cat "$out/$name.exit" 2>/dev/null || echo none)
+    error=$(value "$name" 'landing error') speed=$(value "$name" 'touchdown speed') time=$(value "$name" 'flight time')
+    verdict="no ($code)"
+    if [[ $code == 0 ]] && below "$error" 0.15 && below "$speed" 0.5; then
+      verdict=yes
+      landed=$((landed + 1))
+    fi
+    printf '%6d  %-8s %10s %12s %9s\n' "$seed" "$verdict" "${error:--}" "${speed:--}" "${time:--}"
+    if [[ $code != 0 && -z $error ]]; then sed 's/^/        /' "$out/$name.log" | tail -n 3; fi
+  done
+}
+
+# hashes NAME: the hash lines of a flight in order of the topics, and how it ended.
+hashes() {
+  grep '^hash ' "$out/$1.log" | LC_ALL=C sort || true
+  say "exit code $(cat "$out/$1.exit")"
+}
+
+# check_same_bytes: names every variant whose hash lines differ from the first's, and the first such line.
+check_same_bytes() {
+  local hidden=-AVX512F,-AVX512VL,-AVX512DQ,-AVX512BW,-AVX512CD,-AVX2,-AVX,-FMA,-FMA4
+  local variant wrong=0 count
+  fly release 1 bytes-release "${options[@]}" &
+  fly release 1 bytes-again "${options[@]}" &
+  wait
+  fly clang 1 bytes-clang "${options[@]}" &
+  GLIBC_TUNABLES=glibc.cpu.hwcaps=$hidden fly release 1 bytes-no-fma-avx "${options[@]}" &
+  wait
+  ASAN_OPTIONS=detect_leaks=0 fly asan 1 bytes-asan "${options[@]}"
+  count=$(grep -c '^hash ' "$out/bytes-release.log" || true)
+  if ((count == 0)); then
+    say "same bytes: the release build printed no hash lines"
+    tail -n 5 "$out/bytes-release.log"
+    return 1
+  fi
+  for variant in again clang no-fma-avx asan; do
+    if ! diff <(hashes bytes-release) <(hashes "bytes-$variant") >"$out/diff-$variant"; then
+      say "same bytes: $variant differs from release:"
+      head -n 8 "$out/diff-$variant"
+      wrong=1
+    fi
+  done
+  ((wrong)) || say "same bytes: $count topics, identical from release twice, clang, asan, and without FMA and AVX"
+  return "$wrong"
+}
+
+[[ -x $root/build/$preset/apps/sinew ]] || die "build/$preset/apps/sinew is not built"
+start=$(now_s)
+export root out limit_s
+export -f fly
+# The drawing library's own threads would fight for the cores that the other flights need.
+# shellcheck disable=SC2016  # the quoted program is the inner shell's
+seq 1 "$seeds" | LP_NUM_THREADS=0 xargs -P "$jobs" -I '{}' bash -c 'fly "$1" "$2" "seed-$2" "${@:3}"' fly "$preset" '{}' "${options[@]}"
+table
+bytes=skipped status=0
+if ((same_bytes)); then
+  bytes=identical
+  check_same_bytes || { bytes=DIFFERENT status=1; }
+fi
+need=$((seeds < 20 ? seeds : seeds * 95 / 100))
+((landed >= need)) || status=1
+say "flights: $landed of $seeds landed (needed $need), same bytes: $bytes, $(minutes $(($(now_s) - start)))"
+exit "$status"

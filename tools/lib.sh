@@ -1,0 +1,83 @@
+# shellcheck shell=bash
+# Shared by ./run, ./test and tools/*.sh: `source` it. Nothing here runs by itself.
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+logs=$root/build/logs
+jobs=${SINEW_JOBS:-$(nproc)}
+launcher=() # what builds and tests are started through, e.g. (setarch -R)
+
+say() { printf '%s\n' "$*"; }
+die() {
+  printf '%s: %s\n' "$(basename "$0")" "$*" >&2
+  exit 1
+}
+
+now_s() { date +%s; }
+
+# minutes SECONDS -> "3 min 07 s" or "7 s"
+minutes() {
+  if (($1 < 60)); then printf '%d s' "$1"; else printf '%d min %02d s' $(($1 / 60)) $(($1 % 60)); fi
+}
+
+# quietly LOG COMMAND...: output goes to LOG; all of it is shown when the command fails. On a terminal the last line
+# is shown while it runs, so that a long build does not look dead.
+quietly() {
+  local log=$1 status=0 ticker=
+  shift
+  mkdir -p "$(dirname "$log")"
+  if [[ -t 1 ]]; then
+    show_last_line "$log" &
+    ticker=$!
+  fi
+  "$@" >"$log" 2>&1 || status=$?
+  if [[ -n $ticker ]]; then
+    kill "$ticker" 2>/dev/null || true
+    wait "$ticker" 2>/dev/null || true
+    printf '\r\033[K'
+  fi
+  if ((status != 0)); then
+    cat "$log"
+    say "failed ($status): $*"
+    say "log: ${log#"$root"/}"
+  fi
+  return "$status"
+}
+
+show_last_line() {
+  local width=$(($(tput cols 2>/dev/null || echo 80) - 3))
+  while sleep 0.3 && kill -0 $$ 2>/dev/null; do # ends with the script, also when that is interrupted
+    printf '\r\033[K  %.*s' "$width" "$(tail -n 1 "$1" 2>/dev/null | tr -d '\r\033')"
+  done
+}
+
+# configure PRESET: only when there is no build yet, or a preset or an installed package may have changed it.
+configure() {
+  local ninja_file=$root/build/$1/build.ninja
+  if [[ -f $ninja_file && $ninja_file -nt $root/CMakePresets.json &&
+    ! $root/build/.packages-changed -nt $ninja_file ]]; then
+    return 0
+  fi
+  (cd "$root" && quietly "$logs/$1-configure.log" cmake --preset "$1") || return
+  touch "$ninja_file"
+}
+
+# build PRESET [TARGET...]: configures when needed, builds, says how long it took.
+build() {
+  local preset=$1 start status=0
+  shift
+  start=$(now_s)
+  configure "$preset" || return
+  quietly "$logs/$preset-build.log" "${launcher[@]}" ninja -C "$root/build/$preset" -j "$jobs" "$@" || status=$?
+  ((status == 0)) && say "build $preset: $(minutes $(($(now_s) - start)))"
+  return "$status"
+}
+
+# sources: every C++ file of the repository, relative to its root, one a line.
+sources() {
+  if git -C "$root" rev-parse --is-inside-work-tree >/dev/null 2>&1; then
+    git -C "$root" ls-files --cached --others --exclude-standard -- '*.hpp' '*.cpp'
+  else # an unpacked archive
+    (cd "$root" && find . -path ./build -prune -o \( -name '*.hpp' -o -name '*.cpp' \) -print | sed 's|^\./||')
+  fi | LC_ALL=C sort -u | while IFS= read -r file; do
+    if [[ -f $root/$file ]]; then printf '%s\n' "$file"; fi
+  done
+}

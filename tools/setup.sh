@@ -1,0 +1,72 @@
+#!/usr/bin/env bash
+# Installs the Debian packages of tools/packages.txt that are missing; does nothing, quickly, when none is.
+#
+#   tools/setup.sh [build | test | ci]      each includes the ones before it; default: build
+#
+# Exit: 0 all there, 3 something is missing and cannot be installed here (says what), 2 wrong call.
+# SINEW_SKIP_SETUP=1 skips the check, for systems where the same things come from elsewhere.
+set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
+
+case ${1:-build} in
+  build) groups=' build ' ;;
+  test) groups=' build test ' ;;
+  ci) groups=' build test ci ' ;;
+  *)
+    say "usage: tools/setup.sh [build | test | ci]" >&2
+    exit 2
+    ;;
+esac
+if [[ ${SINEW_SKIP_SETUP:-0} == 1 ]]; then exit 0; fi
+
+wanted=()
+while read -r group package _; do
+  if [[ -n $group && $group != \#* && $groups == *" $group "* ]]; then wanted+=("$package"); fi
+done <"$root/tools/packages.txt"
+
+missing() {
+  local installed package
+  # dpkg-query fails when one of them is unknown, but still lists the others.
+  installed=$(dpkg-query -W -f='${db:Status-Status} ${Package}\n' "${wanted[@]}" 2>/dev/null || true)
+  for package in "${wanted[@]}"; do
+    grep -qxF "installed $package" <<<"$installed" || printf '%s\n' "$package"
+  done
+}
+
+give_up() {
+  {
+    say "setup: $1"
+    say "setup: needed, by the names of Debian 12's packages:"
+    printf '  %s\n' "${@:2}"
+    say "setup: install them, then start this again; SINEW_SKIP_SETUP=1 skips this check."
+  } >&2
+  exit 3
+}
+
+if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
+  give_up "this is not a Debian system, so nothing was checked or installed" "${wanted[@]}"
+fi
+mapfile -t lacking < <(missing)
+if ((${#lacking[@]} == 0)); then exit 0; fi
+
+as_root=(env DEBIAN_FRONTEND=noninteractive)
+if ((EUID != 0)); then
+  command -v sudo >/dev/null || give_up "neither root nor sudo, so nothing was installed" "${lacking[@]}"
+  as_root=(sudo "${as_root[@]}")
+fi
+apt=("${as_root[@]}" apt-get -y -q -o DPkg::Lock::Timeout=120)
+
+start=$(now_s)
+say "setup: installing ${#lacking[@]} packages: ${lacking[*]}"
+mkdir -p "$logs"
+# The lists of a fresh or an old system may be missing or stale: try, refresh them, try again.
+if ! "${apt[@]}" install --no-install-recommends "${lacking[@]}" >"$logs/setup.log" 2>&1; then
+  "${apt[@]}" update >>"$logs/setup.log" 2>&1 || true
+  if ! "${apt[@]}" install --no-install-recommends "${lacking[@]}" >>"$logs/setup.log" 2>&1; then
+    tail -n 20 "$logs/setup.log" >&2
+    mapfile -t lacking < <(missing)
+    give_up "apt-get could not install them (log: build/logs/setup.log)" "${lacking[@]}"
+  fi
+fi
+touch "$root/build/.packages-changed"
+say "setup: $(minutes $(($(now_s) - start)))"
