@@ -10,25 +10,70 @@
 namespace sinew::rt {
 
 using msg::Duration;
+using msg::Time;
 
-/// Log-linear histogram of durations: 16 buckets per octave from 1 ns to about 18 minutes, relative error under 1/16.
+/// A number that one thread writes and any thread reads.
+/// Thread:  one writer, any readers; nothing is ordered by it.   RT: yes.
+template <class V>
+class Counter {
+ public:
+  V value() const noexcept { return value_.load(std::memory_order_relaxed); }
+  void set(V v) noexcept { value_.store(v, std::memory_order_relaxed); }
+  void add(V v = 1) noexcept { set(value() + v); }
+
+ private:
+  std::atomic<V> value_{};
+};
+using Count = Counter<std::uint64_t>;  // 64-bit atomics: private memory only
+
+/// Log-linear histogram of durations: 16 buckets per octave from 1 ns to about 36 minutes, relative error under 1/16.
+/// What is negative counts as 0, what is longer as the longest.
 /// Thread:  one writer, any readers.   RT: yes.
 class Histogram {
  public:
   void add(Duration d) noexcept;
-  std::uint64_t count() const noexcept;
-  Duration min() const noexcept;
-  Duration max() const noexcept;
+  std::uint64_t count() const noexcept { return count_.value(); }
+  Duration min() const noexcept { return Duration{count() ? min_.value() : 0}; }
+  Duration max() const noexcept { return Duration{max_.value()}; }
   double mean_ns() const noexcept;
-  /// Upper bound of the bucket that holds the quantile q in [0, 1], but never more than max(); 0 when empty.
+  /// Upper bound of the bucket that holds the quantile q in [0, 1] (the ceil(q * count)-th value in order), but never
+  /// more than max(); 0 when empty.
   Duration quantile(double q) const noexcept;
 
  private:
   static constexpr std::size_t kSub = 16, kBuckets = kSub * 38;
-  std::array<std::atomic<std::uint32_t>, kBuckets> bucket_{};
-  std::atomic<std::uint32_t> count_{0};
-  std::atomic<std::int64_t> min_{INT64_MAX}, max_{0};  // 64-bit: private memory only
-  std::atomic<std::int64_t> sum_{0};
+  static std::size_t bucket_of(std::uint64_t ns) noexcept;
+  static std::uint64_t upper_bound(std::size_t bucket) noexcept;
+
+  std::array<Counter<std::uint32_t>, kBuckets> bucket_{};
+  Count count_;
+  Counter<std::int64_t> min_, max_, sum_;
+};
+
+struct ThreadStats {
+  Count releases, completions, overruns, skips, coalesced, timeouts;
+  Count preemptions;    // virtual time only: the kernel does not tell a thread
+  Histogram lateness;   // release to start of the first step
+  Histogram exec;       // first start to completion of the cycle, preemption included
+};
+
+struct ModuleStats {
+  Count steps, ok, stale, fault;
+  Count device_errors;  // reported by a driver in collect() or emit()
+  Counter<std::uint32_t> stopped;  // 1: stopped after repeated faults, or disabled
+  Histogram exec;       // execution time of the step; virtual: what its model said
+};
+
+struct ChainStats {
+  Histogram age;        // at the commit of the chain's last topic: commit instant minus origin
+  Count budget_misses;
+};
+
+struct TopicStats {
+  Count messages;
+  Counter<std::int64_t> last_stamp_ns, last_published_ns;
+  Histogram age;        // published minus stamp
+  Count drops;          // lost to full queues, all connections together
 };
 
 }  // namespace sinew::rt

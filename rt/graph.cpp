@@ -1,0 +1,133 @@
+#include "rt/graph.hpp"
+
+#include <algorithm>
+
+#include "rt/graph_check.hpp"
+#include "rt/guardian.hpp"
+
+namespace sinew::rt {
+namespace {
+
+using PortKind = Declaration::PortKind;
+
+bool is_input(const Declaration::Port& p) { return p.kind == PortKind::latest || p.kind == PortKind::queue; }
+
+template <class Container, class Name>
+std::uint32_t find_by_name(const Container& all, std::string_view name, Name&& name_of) {
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (name_of(all[i]) == name) return static_cast<std::uint32_t>(i);
+  return kNone;
+}
+
+}  // namespace
+
+Graph::Graph(GraphSpec spec, const ModuleTypes& types) : spec_(std::move(spec)), known_types_(types.names()) {
+  if (!spec_.actuators.empty()) add_guardian();
+  for (const ModuleSpec& m : spec_.modules) add_module(m, types.make(m.type));
+  for (const ThreadSpec& t : spec_.threads) threads_.push_back({t, {}, kNone});
+  resolve_topics();
+  resolve_threads();
+  resolve_inputs();
+  resolve_chains();
+}
+
+Graph::~Graph() = default;
+
+std::vector<Problem> Graph::check(const CheckOptions& options) const {
+  return GraphCheck(*this, known_types_, options).run();
+}
+
+std::uint32_t Graph::find_module(std::string_view name) const {
+  return find_by_name(modules_, name, [](const auto& m) -> auto& { return m.spec.name; });
+}
+std::uint32_t Graph::find_topic(std::string_view name) const {
+  return find_by_name(topics_, name, [](const auto& t) -> auto& { return t.name; });
+}
+std::uint32_t Graph::find_thread(std::string_view name) const {
+  return find_by_name(threads_, name, [](const auto& t) -> auto& { return t.spec.name; });
+}
+
+void Graph::add_guardian() {
+  ThreadSpec t;
+  t.name = "guardian";
+  t.priority = spec_.guardian.priority;
+  t.cpus = spec_.guardian.cpus;
+  t.trigger = ThreadSpec::Trigger::topics;
+  t.timeout = Guardian::check_interval(spec_.actuators);
+  t.order.push_back({"guardian", spec_.guardian.line});
+  t.line = spec_.guardian.line;
+  ModuleSpec m;
+  m.name = "guardian";
+  m.type = "rt::Guardian";
+  m.exec = spec_.guardian.exec;
+  m.line = spec_.guardian.line;
+  for (const ActuatorSpec& a : spec_.actuators) {
+    t.topics.push_back(a.command);
+    m.in.emplace(a.name + "_command", a.command);
+  }
+  threads_.push_back({std::move(t), {}, kNone});
+  add_module(std::move(m), std::make_unique<Guardian>(spec_.actuators));
+}
+
+void Graph::add_module(ModuleSpec spec, std::unique_ptr<Module> module) {
+  GraphModule m;
+  m.spec = std::move(spec);
+  m.module = std::move(module);
+  m.driver = dynamic_cast<DriverModule*>(m.module.get());
+  if (m.module) m.module->declare(m.declaration);
+  m.topic.assign(m.declaration.ports.size(), kNone);
+  m.carried_chains.assign(m.declaration.ports.size(), 0);
+  modules_.push_back(std::move(m));
+}
+
+void Graph::resolve_topics() {
+  for (std::uint32_t i = 0; i < modules_.size(); ++i) {
+    GraphModule& m = modules_[i];
+    for (std::uint32_t p = 0; p < m.declaration.ports.size(); ++p) {
+      const Declaration::Port& port = m.declaration.ports[p];
+      if (is_input(port)) continue;
+      GraphTopic t;
+      t.name = m.spec.name + "." + port.name;
+      t.type = port.type;
+      t.writer = i;
+      t.port = p;
+      m.topic[p] = static_cast<std::uint32_t>(topics_.size());
+      for (const TopicSpec& s : spec_.topics)
+        if (s.name == t.name) t.image_bytes = s.image_bytes, t.history = s.history;
+      topics_.push_back(std::move(t));
+    }
+  }
+}
+
+void Graph::resolve_threads() {
+  for (std::uint32_t i = 0; i < threads_.size(); ++i) {
+    GraphThread& t = threads_[i];
+    for (const auto& name : t.spec.order) {
+      const std::uint32_t m = find_module(name.value);
+      if (m == kNone) continue;
+      if (modules_[m].thread == kNone) {
+        modules_[m].thread = i;
+        modules_[m].position = static_cast<std::uint32_t>(t.modules.size());
+      }
+      t.modules.push_back(m);
+    }
+    if (t.spec.trigger == ThreadSpec::Trigger::device) t.device_module = find_module(t.spec.device_module);
+    if (t.spec.trigger != ThreadSpec::Trigger::topics) continue;
+    for (const auto& name : t.spec.topics) {
+      const std::uint32_t topic = find_topic(name.value);
+      if (topic == kNone) continue;
+      std::vector<std::uint32_t>& triggers = topics_[topic].triggers;
+      if (std::find(triggers.begin(), triggers.end(), i) == triggers.end()) triggers.push_back(i);
+    }
+  }
+}
+
+void Graph::resolve_inputs() {
+  for (GraphModule& m : modules_)
+    for (std::uint32_t p = 0; p < m.declaration.ports.size(); ++p) {
+      const auto bound = m.spec.in.find(m.declaration.ports[p].name);
+      if (is_input(m.declaration.ports[p]) && bound != m.spec.in.end()) m.topic[p] = find_topic(bound->second.value);
+    }
+}
+
+}  // namespace sinew::rt

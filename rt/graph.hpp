@@ -1,0 +1,147 @@
+#pragma once
+// One robot's threads, modules, topics and bindings, resolved from a GraphSpec, checked as a whole, then configured.
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "hal/board.hpp"
+#include "hal/os.hpp"
+#include "rt/graph_spec.hpp"
+#include "rt/mailbox.hpp"
+#include "rt/module.hpp"
+#include "rt/module_types.hpp"
+#include "rt/segment.hpp"
+
+namespace sinew::rt {
+
+inline constexpr std::uint32_t kNone = 0xFFFFFFFF;  // no such module, topic, thread
+
+struct GraphModule {
+  ModuleSpec spec;
+  std::unique_ptr<Module> module;  // null: unknown type
+  DriverModule* driver = nullptr;  // the same, when it is one
+  Declaration declaration;
+  std::uint32_t thread = kNone;
+  std::uint32_t position = 0;                 // in its thread
+  std::vector<std::uint32_t> topic;           // per port of the declaration: read or written; kNone: unbound
+  std::vector<std::uint32_t> carried_chains;  // per port: bit c: an input through which chain c goes on
+};
+
+struct GraphTopic {
+  std::string name;
+  const msg::TypeInfo* type = nullptr;
+  std::uint32_t writer = kNone;  // module
+  std::uint32_t port = 0;        // of the writer's declaration
+  std::uint32_t image_bytes = 0;
+  std::uint32_t history = 0;
+  std::uint32_t source_chains = 0, sink_chains = 0;  // bit c: chain c begins or ends here
+  std::vector<std::uint32_t> triggers;               // threads
+};
+
+struct GraphThread {
+  ThreadSpec spec;
+  std::vector<std::uint32_t> modules;
+  std::uint32_t device_module = kNone;
+};
+
+struct GraphChain {
+  ChainSpec spec;
+  std::uint32_t from = kNone, to = kNone;
+};
+
+struct CheckOptions {
+  bool virtual_time = false;  // execution-time models are needed; CPU numbers are those of the virtual cores
+  std::uint32_t cpus = 0;     // of the machine, in real time; 0: not known
+};
+
+struct ConfigureOptions {
+  hal::Os* os = nullptr;                // segment in its shared memory; null: ordinary memory
+  std::uint32_t first_sequence = 1;     // tests start shortly before the wrap
+  std::uint32_t default_history = 0;    // of topics that say nothing; images then keep at most 5
+};
+
+/// Names the post of a change, to ask later when it took effect.
+struct Ticket {
+  std::uint32_t thread = 0, number = 0;
+};
+
+/// Thread:  owner, configure only, except where "any" is said.
+class Graph {
+ public:
+  /// Resolves what it can; check() says what it could not. The guardian, if there are actuators, is thread 0 and module 0.
+  Graph(GraphSpec spec, const ModuleTypes& types);
+  ~Graph();
+  Graph(const Graph&) = delete;
+  Graph& operator=(const Graph&) = delete;
+
+  /// All problems in one run; configure() only when there are none.
+  std::vector<Problem> check(const CheckOptions& options = {}) const;
+  /// Applies the parameters, makes the segment, configures and resets the modules. The last allocation of the run.
+  /// Errors:  what the first failing module said; configure_problems() has all of them in words.
+  hal::Status configure(hal::Board& board, const ConfigureOptions& options = {});
+  const std::vector<Problem>& configure_problems() const { return configure_problems_; }
+
+  const GraphSpec& spec() const { return spec_; }
+  std::vector<GraphModule>& modules() { return modules_; }
+  const std::vector<GraphModule>& modules() const { return modules_; }
+  const std::vector<GraphTopic>& topics() const { return topics_; }
+  const std::vector<GraphThread>& threads() const { return threads_; }
+  const std::vector<GraphChain>& chains() const { return chains_; }
+  std::uint32_t find_module(std::string_view name) const;  // kNone: no such name
+  std::uint32_t find_topic(std::string_view name) const;
+  std::uint32_t find_thread(std::string_view name) const;
+
+  // After configure():
+  Segment& segment() { return *segment_; }
+  const SegmentPlan& plan() const { return *plan_; }
+  /// The slots of a topic, term by term.
+  SlotSum slots(std::uint32_t topic) const { return plan_->slots(topic_ids_[topic]); }
+  TopicId topic_id(std::uint32_t topic) const { return topic_ids_[topic]; }
+  WriterId output_writer(std::uint32_t module) const { return output_writers_[module]; }  // kNone: no outputs
+  WriterId raw_writer(std::uint32_t module, std::uint32_t port) const { return raw_writers_[module][port]; }
+  ConnectionId connection(std::uint32_t module, std::uint32_t port) const { return connections_[module][port]; }
+  Mailbox& mailbox(std::uint32_t thread) { return *mailboxes_[thread]; }
+
+  /// Asks for a parameter's change between two steps. Thread: any.
+  /// Errors:  not_found, bad_argument (`why` says what is allowed); busy when the mailbox is full.
+  hal::Result<Ticket> set_param(std::string_view module, std::string_view name, const ParamValue& value,
+                                std::string* why = nullptr);
+  /// Asks for a module to be stepped or not; enabling resets it. Thread: any.
+  hal::Result<Ticket> set_enabled(std::string_view module, bool enabled);
+  /// The step of the module from which the change took effect; nothing while it waits. Thread: any.
+  std::optional<std::uint32_t> taken_at(Ticket ticket) const;
+
+ private:
+  void add_guardian();
+  void add_module(ModuleSpec spec, std::unique_ptr<Module> module);
+  void resolve_topics();
+  void resolve_threads();
+  void resolve_inputs();
+  void resolve_chains();
+  hal::Result<Ticket> post(const Request& request);
+  hal::Status make_segment(const ConfigureOptions& options);
+  void plan_outputs(std::uint32_t module, const ConfigureOptions& options);
+  void plan_inputs(std::uint32_t module);
+
+  GraphSpec spec_;
+  std::vector<std::string> known_types_;
+  std::vector<GraphModule> modules_;
+  std::vector<GraphTopic> topics_;
+  std::vector<GraphThread> threads_;
+  std::vector<GraphChain> chains_;
+  std::vector<Problem> configure_problems_;
+
+  std::unique_ptr<SegmentPlan> plan_;
+  std::unique_ptr<hal::SharedMemory> memory_;
+  std::unique_ptr<Segment> segment_;
+  std::vector<TopicId> topic_ids_;
+  std::vector<WriterId> output_writers_;
+  std::vector<std::vector<WriterId>> raw_writers_;
+  std::vector<std::vector<ConnectionId>> connections_;
+  std::vector<std::unique_ptr<Mailbox>> mailboxes_;
+};
+
+}  // namespace sinew::rt

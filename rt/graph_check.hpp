@@ -1,0 +1,56 @@
+#pragma once
+// Everything that can be wrong with a resolved graph, found in one run. Used by Graph::check().
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "rt/graph.hpp"
+
+namespace sinew::rt {
+
+class GraphCheck {
+ public:
+  GraphCheck(const Graph& graph, const std::vector<std::string>& known_types, const CheckOptions& options)
+      : graph_(graph), known_types_(known_types), options_(options) {}
+  std::vector<Problem> run();
+
+ private:
+  // rt/graph_check.cpp: names, threads, modules
+  void names();
+  void threads();
+  void priority(const ThreadSpec& t);
+  void trigger(const GraphThread& t);
+  void cpus(const std::string& key, const std::vector<int>& cpus, int line);
+  void order(const GraphThread& t);
+  void modules();
+  void placement(const GraphModule& m);
+  void execution_time(const GraphModule& m);
+  void params(const GraphModule& m);
+  // rt/graph_check_topics.cpp: what is connected
+  void bindings(const GraphModule& m);
+  void binding(const GraphModule& m, std::uint32_t port);
+  void previous(const GraphModule& m, std::uint32_t port);
+  void topics();
+  void actuators();
+  void actuator_command(const ActuatorSpec& a);
+  void chains();
+
+  void add(int line, std::string key, std::string value, std::string allowed) {
+    problems_.push_back({line, std::move(key), std::move(value), std::move(allowed)});
+  }
+  template <class Container, class NameAndLine>
+  void unique(const Container& all, std::string_view kind, NameAndLine&& of);
+  /// "a topic of ImuSample: imu.raw sim.imu"; any type when null.
+  std::string topic_candidates(const msg::TypeInfo* type) const;
+
+  const Graph& graph_;
+  const std::vector<std::string>& known_types_;
+  const CheckOptions& options_;
+  std::vector<Problem> problems_;
+};
+
+std::string quoted(std::string_view text);
+/// The words with spaces between them.
+std::string listed(const std::vector<std::string>& words);
+
+}  // namespace sinew::rt

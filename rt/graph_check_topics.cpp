@@ -1,0 +1,161 @@
+#include <algorithm>
+
+#include "msg/actuators.hpp"
+#include "rt/graph_check.hpp"
+#include "rt/parameters.hpp"
+
+namespace sinew::rt {
+namespace {
+
+using PortKind = Declaration::PortKind;
+
+bool is_input(const Declaration::Port& p) { return p.kind == PortKind::latest || p.kind == PortKind::queue; }
+bool is_finite(double v) { return v - v == 0; }
+bool is_guardian(const GraphModule& m) { return m.spec.type == "rt::Guardian"; }
+
+}  // namespace
+
+std::string GraphCheck::topic_candidates(const msg::TypeInfo* type) const {
+  std::vector<std::string> names;
+  for (const GraphTopic& t : graph_.topics())
+    if (!type || t.type == type) names.push_back(t.name);
+  const std::string what = type ? "a topic of " + std::string(type->name) : "a topic";
+  return what + (names.empty() ? "; no module writes one" : ": " + listed(names));
+}
+
+void GraphCheck::bindings(const GraphModule& m) {
+  if (is_guardian(m)) return;  // actuators() speaks in the words of the robot file
+  std::vector<std::string> inputs, seen;
+  for (std::uint32_t p = 0; p < m.declaration.ports.size(); ++p) {
+    const Declaration::Port& port = m.declaration.ports[p];
+    if (is_input(port)) {
+      inputs.push_back(port.name);
+      binding(m, p);
+    }
+    if (std::find(seen.begin(), seen.end(), port.name) != seen.end())
+      add(m.spec.line, "module." + m.spec.name, quoted(port.name),
+          "port names of " + m.spec.type + " that differ; two writers of one topic are not possible");
+    seen.push_back(port.name);
+  }
+  for (const auto& [name, topic] : m.spec.in)
+    if (std::find(inputs.begin(), inputs.end(), name) == inputs.end())
+      add(topic.line ? topic.line : m.spec.line, "module." + m.spec.name + ".in." + name, quoted(topic.value),
+          inputs.empty() ? m.spec.type + " has no inputs" : "an input of " + m.spec.type + ": " + listed(inputs));
+}
+
+void GraphCheck::binding(const GraphModule& m, std::uint32_t p) {
+  const Declaration::Port& port = m.declaration.ports[p];
+  const std::string key = "module." + m.spec.name + ".in." + port.name;
+  const auto given = m.spec.in.find(port.name);
+  if (given == m.spec.in.end()) {
+    if (!port.optional) add(m.spec.line, key, "missing", topic_candidates(port.type));
+    return;
+  }
+  const int line = given->second.line ? given->second.line : m.spec.line;
+  if (m.topic[p] == kNone) {
+    add(line, key, quoted(given->second.value), topic_candidates(port.type));
+    return;
+  }
+  const GraphTopic& topic = graph_.topics()[m.topic[p]];
+  if (topic.type != port.type)
+    add(line, key, quoted(topic.name) + " of " + std::string(topic.type->name), topic_candidates(port.type));
+  else
+    previous(m, p);
+}
+
+void GraphCheck::previous(const GraphModule& m, std::uint32_t p) {
+  const Declaration::Port& port = m.declaration.ports[p];
+  const GraphModule& writer = graph_.modules()[graph_.topics()[m.topic[p]].writer];
+  if (writer.thread == kNone || m.thread == kNone) return;  // reported already
+  const bool later = writer.thread == m.thread && writer.position >= m.position;
+  if (later == port.previous) return;
+  const auto& given = m.spec.in.find(port.name)->second;
+  const std::string& thread = graph_.threads()[m.thread].spec.name;
+  add(given.line ? given.line : m.spec.line, "module." + m.spec.name + ".in." + port.name, quoted(given.value),
+      later ? "a topic of another thread or of a module before " + m.spec.name + " in thread " + thread +
+                  "; this input is not declared `previous`"
+            : "a topic of " + m.spec.name + " or of a module after it in thread " + thread +
+                  "; this input is declared `previous`");
+}
+
+void GraphCheck::topics() {
+  for (std::size_t i = 0; i < graph_.topics().size(); ++i) {
+    const GraphTopic& t = graph_.topics()[i];
+    const GraphModule& writer = graph_.modules()[t.writer];
+    if (t.type->has_bulk() && t.image_bytes == 0)
+      add(writer.spec.line, "topic." + t.name + ".image", "missing",
+          "width, height and format: " + t.name + " carries " + std::string(t.type->name));
+    for (std::size_t j = 0; j < i; ++j)
+      if (graph_.topics()[j].name == t.name) {
+        add(writer.spec.line, "topic." + t.name, "two writers", "one writer; give the modules different names");
+        break;
+      }
+  }
+  for (const TopicSpec& s : graph_.spec().topics) {
+    const std::uint32_t topic = graph_.find_topic(s.name);
+    if (topic == kNone)
+      add(s.line, "topic." + s.name, quoted(s.name), topic_candidates(nullptr));
+    else if (s.image_bytes > 0 && !graph_.topics()[topic].type->has_bulk())
+      add(s.line, "topic." + s.name + ".image", std::to_string(s.image_bytes) + " bytes",
+          "none: " + s.name + " carries " + std::string(graph_.topics()[topic].type->name));
+  }
+}
+
+void GraphCheck::actuators() {
+  using namespace std::chrono_literals;
+  if (graph_.spec().actuators.size() > kMaxOutputs)
+    add(graph_.spec().actuators.back().line, "actuator", std::to_string(graph_.spec().actuators.size()),
+        "at most " + std::to_string(kMaxOutputs));
+  for (const ActuatorSpec& a : graph_.spec().actuators) {
+    const std::string key = "actuator." + a.name;
+    actuator_command(a);
+    if (a.channels < 1 || a.channels > msg::kMaxChannels)
+      add(a.line, key + ".channels", std::to_string(a.channels),
+          "an integer from 1 to " + std::to_string(msg::kMaxChannels));
+    if (!is_finite(a.min) || !is_finite(a.max) || a.min > a.max)
+      add(a.line, key + ".limit", "[ " + format_number(a.min) + ", " + format_number(a.max) + " ]",
+          "[smallest, largest], two numbers in this order");
+    if (!is_finite(a.rate_per_s) || a.rate_per_s < 0)
+      add(a.line, key + ".rate_per_s", format_number(a.rate_per_s), "a number from 0 up; 0: no limit");
+    if (a.lease < 100us || a.lease > 10s)
+      add(a.line, key + ".lease_ms", format_number(static_cast<double>(a.lease.count()) * 1e-6),
+          "a number from 0.1 to 10000");
+  }
+}
+
+void GraphCheck::actuator_command(const ActuatorSpec& a) {
+  const msg::TypeInfo& wanted = msg::type_info<msg::ActuatorCommand>();
+  const std::uint32_t topic = graph_.find_topic(a.command.value);
+  const int line = a.command.line ? a.command.line : a.line;
+  if (topic == kNone)
+    add(line, "actuator." + a.name + ".command", quoted(a.command.value), topic_candidates(&wanted));
+  else if (graph_.topics()[topic].type != &wanted)
+    add(line, "actuator." + a.name + ".command",
+        quoted(a.command.value) + " of " + std::string(graph_.topics()[topic].type->name), topic_candidates(&wanted));
+}
+
+void GraphCheck::chains() {
+  if (graph_.chains().size() > kMaxChains)
+    add(graph_.chains()[kMaxChains].spec.line, "chain", std::to_string(graph_.chains().size()),
+        "at most " + std::to_string(kMaxChains));
+  for (std::uint32_t c = 0; c < graph_.chains().size(); ++c) {
+    const GraphChain& chain = graph_.chains()[c];
+    const std::string key = "chain." + chain.spec.name;
+    const auto endpoint = [&](const char* end, const Located<std::string>& name, std::uint32_t topic) {
+      if (topic == kNone)
+        add(name.line ? name.line : chain.spec.line, key + "." + end, quoted(name.value), topic_candidates(nullptr));
+    };
+    endpoint("from", chain.spec.from, chain.from);
+    endpoint("to", chain.spec.to, chain.to);
+    if (chain.spec.budget < Duration{0})
+      add(chain.spec.line, key + ".budget_ms", format_number(static_cast<double>(chain.spec.budget.count()) * 1e-6),
+          "a number from 0 up; 0: no budget");
+    if (c >= kMaxChains || chain.from == kNone || chain.to == kNone || chain.from == chain.to) continue;
+    const auto& ports = graph_.modules()[graph_.topics()[chain.to].writer].carried_chains;
+    if (std::none_of(ports.begin(), ports.end(), [&](std::uint32_t chains) { return chains >> c & 1; }))
+      add(chain.spec.to.line ? chain.spec.to.line : chain.spec.line, key + ".to", quoted(chain.spec.to.value),
+          "a topic that " + chain.spec.from.value + " leads to");
+  }
+}
+
+}  // namespace sinew::rt

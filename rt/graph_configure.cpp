@@ -1,0 +1,160 @@
+#include <algorithm>
+
+#include "rt/graph.hpp"
+#include "rt/parameters.hpp"
+
+namespace sinew::rt {
+namespace {
+
+using PortKind = Declaration::PortKind;
+
+constexpr std::uint32_t kImageHistory = 5;
+
+class ModuleSetup final : public Setup {
+ public:
+  ModuleSetup(hal::Board& board, const ModuleSpec& spec, std::vector<Problem>& problems)
+      : board_(board), spec_(spec), problems_(problems) {}
+  hal::Board& board() override { return board_; }
+  std::string_view module_name() const override { return spec_.name; }
+  void explain(std::string text) override {
+    problems_.push_back({spec_.line, "module." + spec_.name, "not ready", std::move(text)});
+  }
+
+ private:
+  hal::Board& board_;
+  const ModuleSpec& spec_;
+  std::vector<Problem>& problems_;
+};
+
+std::string words_of(const hal::Error& e) {
+  return std::string(hal::to_string(e.code)) + ": " + e.where + (e.detail ? " " + std::to_string(e.detail) : "");
+}
+
+}  // namespace
+
+hal::Status Graph::configure(hal::Board& board, const ConfigureOptions& options) {
+  configure_problems_.clear();
+  for (GraphModule& m : modules_)
+    for (const auto& [name, value] : m.spec.params) assign(*find_param(m.declaration, name), value.value);
+  if (auto made = make_segment(options); !made) return made;
+  mailboxes_.clear();
+  for (std::size_t i = 0; i < threads_.size(); ++i) mailboxes_.push_back(std::make_unique<Mailbox>());
+
+  hal::Status first;
+  const auto fail = [&](const GraphModule& m, const hal::Error& e) {
+    configure_problems_.push_back({m.spec.line, "module." + m.spec.name, "not ready", words_of(e)});
+    if (first) first = e;
+  };
+  for (GraphModule& m : modules_) {
+    ModuleSetup setup(board, m.spec, configure_problems_);
+    if (auto configured = m.module->configure(setup); !configured) fail(m, configured.error());
+  }
+  for (const GraphThread& t : threads_) {
+    if (t.spec.trigger != ThreadSpec::Trigger::device || modules_[t.device_module].driver->device()) continue;
+    if (first) fail(modules_[t.device_module], {hal::Errc::not_supported, "trigger `device`: this module has no device"});
+  }
+  if (first)
+    for (GraphModule& m : modules_) m.module->reset();
+  return first;
+}
+
+hal::Status Graph::make_segment(const ConfigureOptions& options) {
+  segment_.reset();
+  plan_ = std::make_unique<SegmentPlan>(SegmentOptions{.first_sequence = options.first_sequence});
+  topic_ids_.assign(topics_.size(), kNone);
+  output_writers_.assign(modules_.size(), kNone);
+  raw_writers_.assign(modules_.size(), {});
+  connections_.assign(modules_.size(), {});
+  for (std::uint32_t m = 0; m < modules_.size(); ++m) plan_outputs(m, options);
+  for (std::uint32_t m = 0; m < modules_.size(); ++m) plan_inputs(m);
+  if (!options.os) {
+    segment_ = std::make_unique<Segment>(*plan_);
+    return {};
+  }
+  auto memory = options.os->shared_memory(spec_.robot.empty() ? "sinew" : spec_.robot, plan_->bytes());
+  if (!memory) return memory.error();
+  memory_ = std::move(*memory);
+  segment_ = std::make_unique<Segment>(*plan_, *memory_);
+  return {};
+}
+
+void Graph::plan_outputs(std::uint32_t module, const ConfigureOptions& options) {
+  const GraphModule& m = modules_[module];
+  raw_writers_[module].assign(m.topic.size(), kNone);
+  for (std::uint32_t p = 0; p < m.topic.size(); ++p) {
+    const Declaration::Port& port = m.declaration.ports[p];
+    if (port.kind != PortKind::output && port.kind != PortKind::raw) continue;
+    const GraphTopic& topic = topics_[m.topic[p]];
+    WriterId& writer = port.kind == PortKind::raw ? raw_writers_[module][p] : output_writers_[module];
+    if (writer == kNone) writer = plan_->add_writer(port.kind == PortKind::raw ? topic.name : m.spec.name);
+    TopicPlan plan;
+    plan.name = topic.name;
+    plan.type = topic.type;
+    plan.bulk_bytes = topic.image_bytes;
+    plan.burst = port.burst;
+    plan.history = topic.history ? topic.history : topic.type->has_bulk() ? std::min(options.default_history, kImageHistory)
+                                                                          : options.default_history;
+    plan.source_chains = topic.source_chains;
+    topic_ids_[m.topic[p]] = plan_->add_topic(writer, std::move(plan));
+  }
+}
+
+void Graph::plan_inputs(std::uint32_t module) {
+  using Kind = ConnectionPlan::Kind;
+  const GraphModule& m = modules_[module];
+  connections_[module].assign(m.topic.size(), kNone);
+  for (std::uint32_t p = 0; p < m.topic.size(); ++p) {
+    const Declaration::Port& port = m.declaration.ports[p];
+    if (port.kind == PortKind::output || m.topic[p] == kNone) continue;
+    ConnectionPlan plan;
+    plan.kind = port.kind == PortKind::latest             ? Kind::latest
+                : port.overflow == Overflow::drop_oldest  ? Kind::drop_oldest
+                                                          : Kind::drop_newest;
+    plan.depth = port.depth;
+    plan.same_thread = modules_[topics_[m.topic[p]].writer].thread == m.thread;
+    connections_[module][p] = plan_->connect(topic_ids_[m.topic[p]], plan);
+  }
+}
+
+hal::Result<Ticket> Graph::post(const Request& request) {
+  const std::uint32_t thread = modules_[request.module].thread;
+  auto number = mailboxes_[thread]->post(request);
+  if (!number) return number.error();
+  return Ticket{thread, *number};
+}
+
+hal::Result<Ticket> Graph::set_param(std::string_view module, std::string_view name, const ParamValue& value,
+                                     std::string* why) {
+  const auto refuse = [why](hal::Errc code, const char* where, std::string words) {
+    if (why) *why = std::move(words);
+    return hal::Error{code, where};
+  };
+  const std::uint32_t m = find_module(module);
+  if (m == kNone) return refuse(hal::Errc::not_found, "module", "no module " + std::string(module));
+  const Declaration::Param* p = find_param(modules_[m].declaration, name);
+  if (!p) return refuse(hal::Errc::not_found, "parameter", std::string(module) + " has no parameter " + std::string(name));
+  if (std::holds_alternative<std::string*>(p->target))
+    return refuse(hal::Errc::not_supported, "parameter", "a text is set before the start only");
+  if (!accepts(*p, value)) return refuse(hal::Errc::bad_argument, "parameter", to_string(value) + ": " + allowed_values(*p));
+  Request request;
+  request.module = m;
+  request.param = static_cast<std::uint32_t>(p - modules_[m].declaration.params.data());
+  if (const auto* b = std::get_if<bool>(&value)) request.value = *b;
+  if (const auto* i = std::get_if<std::int64_t>(&value)) request.value = *i;
+  if (const auto* d = std::get_if<double>(&value)) request.value = *d;
+  return post(request);
+}
+
+hal::Result<Ticket> Graph::set_enabled(std::string_view module, bool enabled) {
+  Request request;
+  request.kind = enabled ? Request::Kind::enable : Request::Kind::disable;
+  request.module = find_module(module);
+  if (request.module == kNone) return hal::Error{hal::Errc::not_found, "module"};
+  return post(request);
+}
+
+std::optional<std::uint32_t> Graph::taken_at(Ticket ticket) const {
+  return mailboxes_[ticket.thread]->taken_at(ticket.number);
+}
+
+}  // namespace sinew::rt
