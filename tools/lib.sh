@@ -49,12 +49,14 @@ show_last_line() {
   done
 }
 
-# configure PRESET: only when there is no build yet, or a preset or an installed package may have changed it.
+# configure PRESET: anew when there is no build yet, or a preset or an installed package may have changed it; else
+# only if a CMakeLists.txt or the set of files did.
 configure() {
   local ninja_file=$root/build/$1/build.ninja
   if [[ -f $ninja_file && $ninja_file -nt $root/CMakePresets.json &&
     ! $root/build/.packages-changed -nt $ninja_file ]]; then
-    return 0
+    quietly "$logs/$1-configure.log" ninja -C "$root/build/$1" build.ninja
+    return
   fi
   (cd "$root" && quietly "$logs/$1-configure.log" cmake --preset "$1") || return
   touch "$ninja_file"
