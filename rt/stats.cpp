@@ -42,8 +42,7 @@ Duration Histogram::quantile(double q) const noexcept {
   std::uint64_t seen = 0;
   for (std::size_t i = 0; i < kBuckets; ++i) {
     seen += bucket_[i].value();
-    if (seen >= rank && i + 1 < kBuckets)
-      return std::min(Duration{static_cast<std::int64_t>(upper_bound(i))}, max());
+    if (seen >= rank && i + 1 < kBuckets) return std::min(Duration{static_cast<std::int64_t>(upper_bound(i))}, max());
   }
   return max();
 }
