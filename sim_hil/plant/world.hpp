@@ -35,7 +35,8 @@ struct TruthState {
   std::array<double, kRotors> omega_radps{};
   double voltage_v = 0, current_a = 0;
   bool contact = false;  // something touches something
-  bool on_pad = false;   // contact, and the base is above the pad
+  int feet_down = 0;
+  bool on_pad = false;  // contact, and the base is above the pad
 };
 
 /// The flight as a whole.
