@@ -126,7 +126,7 @@ TEST(Cdr, WhatIsWrongIsSaidWithFieldAndPlace) {
   auto result = msg::cdr_decode(type, std::span(bytes).first(30), &out);
   EXPECT_STREQ(result.error, "input ends inside the message");
   EXPECT_EQ(result.field, "z");
-  EXPECT_EQ(result.at, 28U);
+  EXPECT_EQ(result.at, 30U);
 
   bytes.push_back(0);
   result = msg::cdr_decode(type, bytes, &out);
