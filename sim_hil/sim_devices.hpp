@@ -17,7 +17,7 @@ struct DeviceStats {
   std::uint32_t samples = 0;    // received (commands sent, for actuators)
   std::uint32_t lost = 0;       // missing by stamp or frame number, or overwritten before they were read
   std::uint32_t late = 0;       // arrived long after `ready`, or in lockstep after a grant that promised them
-  std::uint32_t overflow = 0;   // dropped because nobody read the device in time (not sent, for actuators)
+  std::uint32_t overflow = 0;   // dropped as nobody read the device in time (refused commands, for actuators)
   Duration max_gap_stamp{0};    // between two samples, as measured
   Duration max_gap_arrival{0};  // as they arrived; free-running only
   std::uint32_t received_kib = 0;
