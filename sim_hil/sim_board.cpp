@@ -29,13 +29,7 @@ class SimBoard::Group final : public hal::Actuators {
   Group(SimBoard& board, std::uint16_t id) : board_(board), id_(id) {}
 
   Status write(const msg::ActuatorCommand& command, Duration lease) noexcept override {
-    if (command.count != board_.welcome_.devices[id_].channels)
-      return Error{Errc::bad_argument, "command does not have one setpoint per channel", command.count};
-    for (std::uint32_t i = 0; i < command.count; ++i)
-      if (!std::isfinite(command.value[i])) return Error{Errc::bad_argument, "setpoint is not finite", i};
-    if (lease.count() <= 0) return Error{Errc::bad_argument, "lease is not positive", lease.count()};
-    const Command timed{lease, command};
-    return count(board_.send(Type::command, id_, &timed));
+    return count(send(command, lease));
   }
   Status stop() noexcept override { return count(board_.send(Type::stop, id_, nullptr)); }
 
@@ -45,6 +39,15 @@ class SimBoard::Group final : public hal::Actuators {
   }
 
  private:
+  Status send(const msg::ActuatorCommand& command, Duration lease) noexcept {
+    if (command.count != board_.welcome_.devices[id_].channels)
+      return Error{Errc::bad_argument, "command does not have one setpoint per channel", command.count};
+    for (std::uint32_t i = 0; i < command.count; ++i)
+      if (!std::isfinite(command.value[i])) return Error{Errc::bad_argument, "setpoint is not finite", i};
+    if (lease.count() <= 0) return Error{Errc::bad_argument, "lease is not positive", lease.count()};
+    const Command timed{lease, command};
+    return board_.send(Type::command, id_, &timed);
+  }
   Status count(Status sent) noexcept {
     (sent ? sent_ : refused_).fetch_add(1, std::memory_order_relaxed);
     return sent;

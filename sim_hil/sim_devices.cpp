@@ -66,13 +66,17 @@ SimCamera::SimCamera(const DeviceInfo& info, const SimShared& shared, const std:
       slots_(info.slots > 0 && shared_memory ? shared_memory + info.slots_offset : nullptr),
       queue_(kFrameQueue),
       depth_(depth) {
-  if (!slots_) pool_.resize(queue_.capacity() * info.frame_bytes());
   if (!slots_) return;
   // The plant keeps the newest slots - 2 frames whole; those under way take their part of them.
   const std::int64_t period = info.period.count();
   const std::int64_t under_way = period > 0 ? (info.latency.count() + period - 1) / period : 0;
   const std::int64_t whole = std::int64_t{info.slots} - 2 - under_way;
   depth_ = static_cast<std::size_t>(std::clamp<std::int64_t>(whole, 1, static_cast<std::int64_t>(depth)));
+}
+
+void SimCamera::want() {
+  SimDevice::want();
+  if (!slots_) pool_.resize(queue_.capacity() * info_.frame_bytes());
 }
 
 std::span<std::uint8_t> SimCamera::room() noexcept {

@@ -17,7 +17,7 @@ struct DeviceStats {
   std::uint32_t samples = 0;    // received (commands sent, for actuators)
   std::uint32_t lost = 0;       // missing by stamp or frame number, or overwritten before they were read
   std::uint32_t late = 0;       // arrived long after `ready`, or in lockstep after a grant that promised them
-  std::uint32_t overflow = 0;   // dropped because nobody read the device in time (not sent, for actuators)
+  std::uint32_t overflow = 0;   // dropped as nobody read the device in time (refused commands, for actuators)
   Duration max_gap_stamp{0};    // between two samples, as measured
   Duration max_gap_arrival{0};  // as they arrived; free-running only
   std::uint32_t received_kib = 0;
@@ -46,8 +46,8 @@ class SimDevice {
   virtual ~SimDevice() = default;
   const DeviceInfo& info() const { return info_; }
   DeviceStats stats() const;
-  /// Somebody asked for this device; others are only counted.
-  void want() { wanted_ = true; }
+  /// Somebody asked for this device; others are only counted. Before the start.
+  virtual void want() { wanted_ = true; }
   bool wanted() const { return wanted_; }
   void notify() noexcept {
     if (wake_) wake_->wake();
@@ -135,6 +135,8 @@ class SimSensor final : public hal::Sensor<M>, public SimDevice {
 class SimCamera final : public hal::Camera, public SimDevice {
  public:
   SimCamera(const DeviceInfo& info, const SimShared& shared, const std::byte* shared_memory, std::size_t depth);
+
+  void want() override;
 
   /// Room for the pixels of a frame that comes in the stream; empty: nobody wants it, or no room (counted).
   std::span<std::uint8_t> room() noexcept;
