@@ -273,7 +273,7 @@ Status PlantLink::take(const Message& message) {
     }
     case Type::stop:
       ++stats_.stops;
-      for (std::uint16_t i = 0; i < groups_.size(); ++i)
+      for (std::uint16_t i = 0; i < static_cast<std::uint16_t>(groups_.size()); ++i)
         if (expect_kind(i, DeviceKind::actuators) && (h.device == kAllGroups || h.device == i))
           if (auto ok = take_timed(i, {h.time, {}, true}); !ok) return ok;
       return {};

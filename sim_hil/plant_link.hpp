@@ -89,7 +89,7 @@ class PlantLink {
   /// Free-running: sends what is buffered and takes in what has arrived; never waits for the runtime.
   hal::Status exchange();
   /// The newest command with commit <= t, while its lease lasts (t < commit + lease). Call with increasing t.
-  Setpoints setpoints_at(std::uint16_t group, Time t);
+  Setpoints setpoints_at(std::uint16_t device, Time t);
 
   /// The last word; the runtime reports it as the reason of the end.
   void bye(std::string_view reason);
