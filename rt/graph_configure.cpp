@@ -68,6 +68,12 @@ hal::Status Graph::make_segment(const ConfigureOptions& options) {
   connections_.assign(modules_.size(), {});
   for (std::uint32_t m = 0; m < modules_.size(); ++m) plan_outputs(m, options);
   for (std::uint32_t m = 0; m < modules_.size(); ++m) plan_inputs(m);
+  taps_.clear();
+  for (const std::string& name : options.taps) {
+    const std::uint32_t topic = find_topic(name);
+    if (topic == kNone) return hal::Error{hal::Errc::not_found, "tap"};
+    taps_.push_back(plan_->connect(topic_ids_[topic], {}));
+  }
   if (!options.os) {
     segment_ = std::make_unique<Segment>(*plan_);
     return {};

@@ -59,8 +59,9 @@ struct ThreadStats {
 
 struct ModuleStats {
   Count steps, ok, stale, fault;
-  Count device_errors;             // reported by a driver in collect() or emit()
-  Counter<std::uint32_t> stopped;  // 1: stopped after repeated faults, or disabled
+  Count stops;                     // stopped for too many faults in a row
+  Counter<std::uint32_t> stopped;  // 1: is not stepped: stopped, or disabled
+  Count best_effort_calls;         // trapped calls of a best-effort module, in builds with the trap
   Histogram exec;                  // execution time of the step; virtual: what its model said
 };
 
@@ -73,7 +74,6 @@ struct TopicStats {
   Count messages;
   Counter<std::int64_t> last_stamp_ns, last_published_ns;
   Histogram age;  // published minus stamp
-  Count drops;    // lost to full queues, all connections together
 };
 
 }  // namespace sinew::rt
