@@ -2,7 +2,7 @@
 # Shared by ./run, ./test and tools/*.sh: `source` it. Nothing here runs by itself.
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 logs=$root/build/logs
-jobs=${SINEW_JOBS:-$(nproc)}
+jobs=${SINEW_JOBS:-$(nproc 2>/dev/null || getconf _NPROCESSORS_ONLN)}
 launcher=() # what builds and tests are started through, e.g. (setarch -R)
 
 say() { printf '%s\n' "$*"; }
