@@ -84,6 +84,18 @@ std::string graph_tree(const rt::Graph& graph) {
   return out;
 }
 
+std::string slot_table(rt::Graph& graph) {
+  if (!graph.make_plan({})) return {};
+  std::string out = fmt::format("{:<24} {:>6} = {:>5} + {:>4} + {:>4} + {:>7} {:>12}\n", "slots of topic", "total",
+                                "loans", "keep", "pins", "pending", "bytes");
+  for (std::uint32_t t = 0; t < graph.topics().size(); ++t) {
+    const rt::SlotSum s = graph.slots(t);
+    out += fmt::format("{:<24} {:>6} = {:>5} + {:>4} + {:>4} + {:>7} {:>12}\n", graph.topics()[t].name, s.total(),
+                       s.burst, s.keep, s.pins, s.pending, s.total() * graph.plan().slot_stride(graph.topic_id(t)));
+  }
+  return out + fmt::format("segment: {} bytes\n", graph.plan().bytes());
+}
+
 std::string graph_dot(const rt::Graph& graph) {
   std::string out =
       fmt::format("digraph \"{}\" {{\n  rankdir=LR;\n  node [shape=box, style=rounded];\n", graph.spec().robot);

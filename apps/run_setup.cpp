@@ -59,8 +59,8 @@ std::optional<Prepared> prepare(const RunOptions& options) {
     }
     loaded.robot.sim.camera_width = w, loaded.robot.sim.camera_height = h;
   }
-  Prepared prepared{std::move(loaded.robot), nullptr};
-  prepared.graph = std::make_unique<rt::Graph>(prepared.robot.graph, all_modules());
+  Prepared prepared{std::move(loaded.robot), all_modules(), nullptr};
+  prepared.graph = std::make_unique<rt::Graph>(prepared.robot.graph, prepared.types);
   const auto problems = prepared.graph->check({options.virtual_time, hal::usable_cpus()});
   for (const auto& p : problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.robot).c_str());
   if (!problems.empty()) return std::nullopt;

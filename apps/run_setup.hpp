@@ -9,12 +9,14 @@
 #include "msg/flight.hpp"
 #include "rt/graph.hpp"
 #include "rt/latch.hpp"
+#include "rt/module_types.hpp"
 
 namespace sinew::app {
 
 /// A robot file with the options applied and its graph checked.
 struct Prepared {
   RobotFile robot;
+  rt::ModuleTypes types;
   std::unique_ptr<rt::Graph> graph;
 };
 

@@ -84,6 +84,8 @@ class Graph {
   /// Applies the parameters, makes the segment, configures and resets the modules. The last allocation of the run.
   /// Errors:  what the first failing module said; configure_problems() has all of them in words.
   hal::Status configure(hal::Board& board, const ConfigureOptions& options = {});
+  /// The first part of configure(): how many slots every topic gets. Allows plan() and slots() without a board.
+  hal::Status make_plan(const ConfigureOptions& options);
   const std::vector<Problem>& configure_problems() const { return configure_problems_; }
 
   const GraphSpec& spec() const { return spec_; }

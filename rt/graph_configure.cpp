@@ -59,7 +59,7 @@ hal::Status Graph::configure(hal::Board& board, const ConfigureOptions& options)
   return first;
 }
 
-hal::Status Graph::make_segment(const ConfigureOptions& options) {
+hal::Status Graph::make_plan(const ConfigureOptions& options) {
   segment_.reset();
   plan_ = std::make_unique<SegmentPlan>(SegmentOptions{.first_sequence = options.first_sequence});
   topic_ids_.assign(topics_.size(), kNone);
@@ -74,6 +74,11 @@ hal::Status Graph::make_segment(const ConfigureOptions& options) {
     if (topic == kNone) return hal::Error{hal::Errc::not_found, "tap"};
     taps_.push_back(plan_->connect(topic_ids_[topic], {}));
   }
+  return {};
+}
+
+hal::Status Graph::make_segment(const ConfigureOptions& options) {
+  if (auto planned = make_plan(options); !planned) return planned;
   if (!options.os) {
     segment_ = std::make_unique<Segment>(*plan_);
     return {};
