@@ -1,5 +1,6 @@
 #pragma once
 #include "math/linear.hpp"
+#include "msg/time.hpp"
 
 namespace sinew::control {
 
@@ -11,5 +12,8 @@ inline math::Vec3 limit_horizontal(const math::Vec3& v, double limit) {
   if (n <= limit) return v;
   return {v.x * (limit / n), v.y * (limit / n), v.z};
 }
+
+/// Length of a step for integrals and derivatives: after a long pause not all of it.
+inline double step_seconds(msg::Duration dt) { return clamp(msg::seconds(dt), 1e-5, 0.05); }
 
 }  // namespace sinew::control

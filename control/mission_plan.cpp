@@ -41,7 +41,7 @@ void MissionPlan::reset() {
 void MissionPlan::enter(MissionPhase phase, msg::Time now) {
   state_.phase = phase;
   state_.phase_since = now;
-  touch_s_ = arrived_s_ = 0;
+  touch_s_ = stuck_s_ = arrived_s_ = 0;
 }
 
 bool MissionPlan::flying() const {
@@ -62,7 +62,10 @@ bool MissionPlan::touched(const msg::NavState& nav, double dt_s) {
   const bool low = nav.height_m < params.feet_below_base_m + params.touch_margin_m;
   const bool slow = math::fabs(nav.v_world_mps.z) < params.touch_mps;
   touch_s_ = low && slow ? touch_s_ + dt_s : 0;
-  return touch_s_ >= params.touch_s;
+  const bool stuck =
+      setpoint_.v_world_mps.z < -2 * params.stuck_mps && math::fabs(nav.v_world_mps.z) < params.stuck_mps;
+  stuck_s_ = stuck ? stuck_s_ + dt_s : 0;
+  return touch_s_ >= params.touch_s || stuck_s_ >= params.stuck_s;
 }
 
 void MissionPlan::step(msg::Time now, const msg::NavState& nav, double dt_s) {
@@ -177,8 +180,8 @@ void MissionPlan::run_abort(msg::Time now, const msg::NavState& nav, double dt_s
   setpoint_.armed = 1;
   setpoint_.mode = msg::FlightMode::velocity;
   setpoint_.v_world_mps = {0, 0, nav.height_m > params.slow_below_m ? -params.sink_fast_mps : -params.sink_slow_mps};
-  blind_s_ = nav.position_valid ? 0 : blind_s_ + dt_s;
-  if (blind_s_ > params.blind_s || (nav.position_valid && touched(nav, dt_s))) enter(MissionPhase::done, now);
+  blind_s_ = nav.height_valid ? 0 : blind_s_ + dt_s;
+  if (blind_s_ > params.blind_s || (nav.height_valid && touched(nav, dt_s))) enter(MissionPhase::done, now);
 }
 
 void MissionPlan::lose_pad(msg::Time now) {

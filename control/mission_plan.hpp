@@ -10,7 +10,7 @@ struct MissionParams {
   double spin_up_s = 0.7;  // motors idle before the climb
   double search_height_m = 1.8, approach_height_m = 1.3;
   double climb_mps = 0.6, speed_mps = 0.6, accel_mps2 = 0.8;
-  double search_spacing_m = 1.0, search_radius_m = 3.0;
+  double search_spacing_m = 1.0, search_radius_m = 2.0;
   double arrived_m = 0.12, arrived_mps = 0.20;
   double look_s = 1.5, hold_s = 2.0;                 // hovering before the search and before the landing
   double sink_fast_mps = 0.4, sink_slow_mps = 0.18;  // above and below
@@ -20,6 +20,8 @@ struct MissionParams {
   double pad_lost_s = 1.5;
   double feet_below_base_m = 0.12;
   double touch_margin_m = 0.04, touch_mps = 0.12, touch_s = 0.25;
+  double stuck_mps = 0.06,
+         stuck_s = 1.5;  // sinking is wanted, but it does not sink: on the ground, whatever the height says
   double timeout_s = 90, blind_s = 8, estimate_lost_s = 0.3;
   std::int64_t retries = 3;
 };
@@ -59,7 +61,7 @@ class MissionPlan {
   msg::MissionState state_;
   math::Vec3 target_m_, reference_m_, reference_mps_, search_centre_m_;
   double yaw_rad_ = 0;
-  double valid_s_ = 0, invalid_s_ = 0, touch_s_ = 0, blind_s_ = 0, arrived_s_ = 0;
+  double valid_s_ = 0, invalid_s_ = 0, touch_s_ = 0, stuck_s_ = 0, blind_s_ = 0, arrived_s_ = 0;
   std::int64_t search_leg_ = 0, lost_ = 0;
   msg::Time armed_at_;
   bool begun_ = false;

@@ -280,10 +280,10 @@ msg::NavState NavEstimator::output() const {
   n.p_std_m = math::sqrt(p.variance(kErrP) + p.variance(kErrP + 1));
   n.v_std_mps = math::sqrt(p.variance(kErrV) + p.variance(kErrV + 1) + p.variance(kErrV + 2));
   n.attitude_valid = started_ && n.tilt_std_rad < params.valid_tilt_rad;
-  n.position_valid = n.attitude_valid && height_aided_ && n.v_std_mps < params.valid_v_mps &&
-                     n.p_std_m < params.valid_p_m &&
-                     (msg::seconds(last_imu_ - last_range_) < params.valid_height_age_s ||
-                      (baro_known_ && msg::seconds(last_imu_ - last_baro_) < params.valid_height_age_s));
+  const bool height_fresh = msg::seconds(last_imu_ - last_range_) < params.valid_height_age_s ||
+                            (baro_known_ && msg::seconds(last_imu_ - last_baro_) < params.valid_height_age_s);
+  n.height_valid = n.attitude_valid && height_aided_ && height_fresh;
+  n.position_valid = n.height_valid && n.v_std_mps < params.valid_v_mps && n.p_std_m < params.valid_p_m;
   n.pad_known = pad_known_;
   n.at_rest = rest_.at_rest() && motors_stopped_;
   return n;

@@ -23,6 +23,27 @@ math::Vec3 PositionLaw::velocity_setpoint(const msg::NavState& nav, const msg::F
   return v;
 }
 
+math::Vec3 PositionLaw::wished_acceleration(const math::Vec3& e, const msg::NavState& nav) const {
+  math::Vec3 wish = integral_mps2_;
+  if (nav.position_valid) wish += math::Vec3{params.kv_xy * e.x, params.kv_xy * e.y, 0};
+  if (nav.height_valid) {
+    wish.z += params.kv_z * e.z;
+  } else {
+    wish.z = (kGravity + integral_mps2_.z) * params.blind_thrust_share - kGravity;
+  }
+  return wish;
+}
+
+/// A limit that is reached freezes the integrals that push into it.
+void PositionLaw::integrate(const math::Vec3& e, const math::Vec3& frozen, double dt_s) {
+  const double ki[3] = {params.ki_xy, params.ki_xy, params.ki_z};
+  const double limit[3] = {params.integral_xy_mps2, params.integral_xy_mps2, params.integral_z_mps2};
+  for (int i = 0; i < 3; ++i) {
+    if (frozen[i] > 0 && integral_mps2_[i] * e[i] > 0) continue;
+    integral_mps2_[i] = clamp(integral_mps2_[i] + ki[i] * e[i] * dt_s, -limit[i], limit[i]);
+  }
+}
+
 msg::AttitudeSetpoint PositionLaw::step(const msg::NavState& nav, const msg::FlightSetpoint& wanted, double dt_s) {
   msg::AttitudeSetpoint out;
   out.stamp = nav.stamp;
@@ -33,37 +54,22 @@ msg::AttitudeSetpoint PositionLaw::step(const msg::NavState& nav, const msg::Fli
     out.q_world_base = math::Quat::from_axis_angle({0, 0, 1}, q.yaw()).to<msg::Quat>();
     return out;
   }
-  if (!nav.position_valid) {  // level and a little too light: the only thing left is to come down upright
-    reset();
-    out.q_world_base = math::Quat::from_axis_angle({0, 0, 1}, q.yaw()).to<msg::Quat>();
-    out.thrust_n = params.blind_thrust_share * params.mass_kg * kGravity;
-    return out;
-  }
   const math::Vec3 error = velocity_setpoint(nav, wanted) - math::Vec3(nav.v_world_mps);
-  const math::Vec3 wish{params.kv_xy * error.x + integral_mps2_.x, params.kv_xy * error.y + integral_mps2_.y,
-                        params.kv_z * error.z + integral_mps2_.z};
+  const math::Vec3 wish = wished_acceleration(error, nav);
 
   // Vertical first: height is held before the place is.
-  const double force_max = params.thrust_max_n, force_min = params.thrust_min_n;
   const double fz = params.mass_kg * (kGravity + wish.z);
-  const double fz_limited = clamp(fz, force_min, force_max);
-  const double sideways_max = fz_limited * math::tan(params.tilt_rad);
-  const math::Vec3 sideways = limit_horizontal({params.mass_kg * wish.x, params.mass_kg * wish.y, 0}, sideways_max);
-  const math::Vec3 force{sideways.x, sideways.y, fz_limited};
-
-  // A limit that is reached freezes the integrals that push into it.
-  const bool wide = sideways.x != params.mass_kg * wish.x || sideways.y != params.mass_kg * wish.y;
-  const auto integrate = [dt_s](double& sum, double ki, double e, bool stuck, double limit) {
-    if (stuck && sum * e > 0) return;
-    sum = clamp(sum + ki * e * dt_s, -limit, limit);
-  };
-  integrate(integral_mps2_.x, params.ki_xy, error.x, wide, params.integral_xy_mps2);
-  integrate(integral_mps2_.y, params.ki_xy, error.y, wide, params.integral_xy_mps2);
-  integrate(integral_mps2_.z, params.ki_z, error.z, fz != fz_limited, params.integral_z_mps2);
+  const double fz_limited = clamp(fz, params.thrust_min_n, params.thrust_max_n);
+  const math::Vec3 sideways{params.mass_kg * wish.x, params.mass_kg * wish.y, 0};
+  math::Vec3 force = limit_horizontal(sideways, fz_limited * math::tan(params.tilt_rad));
+  const bool wide = !(force == sideways);
+  force.z = fz_limited;
+  const double xy_frozen = wide ? 1 : 0, z_frozen = fz != fz_limited ? 1 : 0;
+  if (nav.position_valid) integrate(error, {xy_frozen, xy_frozen, z_frozen}, dt_s);
 
   out.q_world_base = attitude_of(force, wanted.yaw_rad).to<msg::Quat>();
   const math::Vec3 up = q.rotate({0, 0, 1});  // what the thrust of now can give along the wanted force
-  out.thrust_n = clamp(dot(force, up), force_min, force_max);
+  out.thrust_n = clamp(dot(force, up), params.thrust_min_n, params.thrust_max_n);
   return out;
 }
 

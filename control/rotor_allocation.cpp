@@ -11,11 +11,20 @@ RotorAllocation allocate(const math::Vec3& torque_nm, double thrust_n, const Rot
   const double pitch = torque_nm.y / (4 * r.arm_x_m * r.thrust_max_n);
   const double yaw = torque_nm.z / (4 * r.torque_per_thrust_m * r.thrust_max_n);
 
+  const double wanted = thrust_n / (4 * r.thrust_max_n);
+  bool fits_as_it_is = true;
+  for (std::size_t i = 0; i < 4; ++i) {
+    out.command[i] = wanted + kRoll[i] * roll + kPitch[i] * pitch + kYaw[i] * yaw;
+    fits_as_it_is = fits_as_it_is && out.command[i] >= r.idle && out.command[i] <= 1;
+  }
+  out.thrust_n = thrust_n;
+  if (fits_as_it_is) return out;
+
   // Every rotor gets +-roll +-pitch, so the extremes are known without a search.
   const double reach = math::fabs(roll) + math::fabs(pitch), room = 1 - r.idle;
   out.tilt_share = 2 * reach > room ? room / (2 * reach) : 1;
   const double span = reach * out.tilt_share;
-  const double base = clamp(thrust_n / (4 * r.thrust_max_n), r.idle + span, 1 - span);
+  const double base = clamp(wanted, r.idle + span, 1 - span);
 
   double up = 1 - base, down = base - r.idle;  // what yaw may add and take where roll and pitch leave the least
   for (int i = 0; i < 4; ++i) {
