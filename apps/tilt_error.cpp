@@ -3,15 +3,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "math/elementary.hpp"
 #include "math/linear.hpp"
 
 namespace sinew::app {
 
 double tilt_error_rad(const msg::Quat& q_true, const msg::Quat& q_estimated) {
   const math::Vec3 up{0, 0, 1};
-  const math::Vec3 a = math::rotate(math::conjugate(math::Quat(q_true)), up);
-  const math::Vec3 b = math::rotate(math::conjugate(math::Quat(q_estimated)), up);
-  return std::atan2(math::norm(math::cross(a, b)), math::dot(a, b));
+  const math::Vec3 a = math::Quat(q_true).conjugate().rotate(up);
+  const math::Vec3 b = math::Quat(q_estimated).conjugate().rotate(up);
+  return math::atan2(math::norm(math::cross(a, b)), math::dot(a, b));
 }
 
 TiltErrors summarise(std::vector<std::pair<double, double>> over_time, double settle_s) {
