@@ -138,18 +138,21 @@ class Explorer {
     std::abort();
   }
 
+  /// Makes a stack for the thread and runs it up to its first operation, which changes nothing that others see.
+  void start(int thread) {
+    ucontext_t& c = threads_[thread].context;
+    getcontext(&c);
+    c.uc_stack.ss_sp = threads_[thread].stack.get();
+    c.uc_stack.ss_size = kStack;
+    c.uc_link = nullptr;
+    makecontext(&c, reinterpret_cast<void (*)()>(&Explorer::entry), 1, static_cast<unsigned>(thread));
+    current_ = thread;
+    swapcontext(&main_, &c);
+  }
+
   void run_all() {
-    for (int t = 0; t < thread_count_; ++t) {
-      ucontext_t& c = threads_[t].context;
-      getcontext(&c);
-      c.uc_stack.ss_sp = threads_[t].stack.get();
-      c.uc_stack.ss_size = kStack;
-      c.uc_link = nullptr;
-      makecontext(&c, reinterpret_cast<void (*)()>(&Explorer::entry), 1, static_cast<unsigned>(t));
-      current_ = t;  // runs up to its first operation, which changes nothing that others see
-      starting_ = true;
-      swapcontext(&main_, &c);
-    }
+    starting_ = true;
+    for (int t = 0; t < thread_count_; ++t) start(t);
     starting_ = false;
     const int first = pick();
     if (first >= 0) {
