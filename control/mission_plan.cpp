@@ -42,6 +42,7 @@ void MissionPlan::enter(MissionPhase phase, msg::Time now) {
   state_.phase = phase;
   state_.phase_since = now;
   touch_s_ = stuck_s_ = arrived_s_ = 0;
+  if (phase == MissionPhase::done) setpoint_ = {};
 }
 
 bool MissionPlan::flying() const {
@@ -159,7 +160,8 @@ void MissionPlan::run_search(msg::Time now, const msg::NavState& nav, double dt_
 void MissionPlan::run_descend(msg::Time now, const msg::NavState& nav, double dt_s) {
   target_m_.x = nav.pad_world_m.x;
   target_m_.y = nav.pad_world_m.y;
-  target_m_.z = reference_m_.z;  // the height is led by hand
+  target_m_.z = reference_m_.z;  // the height is led below, not by slew()
+  reference_mps_.z = 0;
   slew(dt_s);
   const double height = nav.height_m;
   const bool committed = height < params.commit_below_m;

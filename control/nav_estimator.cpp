@@ -6,6 +6,7 @@ namespace {
 constexpr std::uint32_t kSightingsToAnchor = 5;    // averaged into the position of the pad
 constexpr std::uint32_t kRefusedToReopen = 12;     // sightings in a row, about 0.4 s
 constexpr std::uint32_t kRefusedToNewGround = 15;  // ranges in a row
+constexpr double kVagueVelocity = 1.0;             // (m/s)^2: an aided vehicle that knows less uses the weak prior, too
 constexpr double kNoGate = 1e18;
 
 double square(double x) { return x * x; }
@@ -46,7 +47,9 @@ bool NavEstimator::add_imu(const msg::ImuSample& s) {
   }
   filter_.predict(gyro, accel, dt_s, params.noise);
   if (rest_.add(gyro, accel, dt_s, params.rest)) use_rest();
-  if (!height_aided_) use_prior(dt_s);
+  const Covariance& p = filter_.covariance();
+  const double v_variance = p.variance(kErrV) + p.variance(kErrV + 1);
+  if (!height_aided_ || v_variance > kVagueVelocity) use_prior(dt_s);
   history_.add({s.stamp, filter_.state().p_world_m, filter_.state().q_world_base});
   return true;
 }
