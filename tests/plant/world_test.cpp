@@ -269,7 +269,7 @@ TEST(PlantWorld, DroppedVehicleLandsAndTheTouchdownIsMeasured) {
   EXPECT_TRUE(s.flew);
   ASSERT_TRUE(s.touched_down);
   EXPECT_FALSE(s.crashed);
-  EXPECT_NEAR(s.landing_error_m, 0.1, 1e-3);
+  EXPECT_NEAR(s.touchdown_error_m, 0.1, 1e-3);
   const double fall = 1.0 - kFeetBelowBase;
   EXPECT_GT(s.touchdown_speed_mps, 0.5);
   EXPECT_LT(s.touchdown_speed_mps, std::sqrt(2 * kGravity * fall));
