@@ -92,8 +92,9 @@ void print(const plant::SessionReport& r) {
                 static_cast<unsigned long long>(r.render_late),
                 r.valid ? "valid" : ("not valid, " + r.invalid_because).c_str());
   if (r.flight.touched_down)
-    std::printf("touched down at %.2f s with %.2f m/s, %.3f m from the pad's centre\n",
-                msg::seconds(r.flight.touchdown_at), r.flight.touchdown_speed_mps, r.flight.landing_error_m);
+    std::printf("touched down at %.2f s with %.2f m/s; now %.3f m from the pad's centre%s\n",
+                msg::seconds(r.flight.touchdown_at), r.flight.touchdown_speed_mps, r.pad_distance_m(),
+                r.flight.crashed ? ", crashed" : "");
   else
     std::printf("%s\n", r.flight.flew ? "flew, has not touched down" : "did not fly");
 }

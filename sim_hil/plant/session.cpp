@@ -13,8 +13,8 @@ constexpr std::int64_t kMsNs = 1'000'000;
 constexpr std::int64_t kExposureNs = 8'000'000;
 constexpr std::int64_t kCameraDelayNs = 25'000'000;  // middle of the exposure to the driver: exposure, read-out, USB
 constexpr std::int64_t kImuDelayNs = kImuSteps * kStepNs / 2;
-constexpr std::int64_t kImuGapLimitNs = 2'000'000;  // of plant time; beyond it a free-running run is not valid
-constexpr std::int64_t kReportEveryNs = 500'000'000;
+constexpr std::int64_t kImuGapLimitNs = 2'000'000;    // of plant time; beyond it a free-running run is not valid
+constexpr std::int64_t kReportEveryNs = 100'000'000;  // the last one before the end tells where it came to rest
 
 hal::Duration ns(std::int64_t n) { return hal::Duration{n}; }
 

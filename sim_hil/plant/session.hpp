@@ -35,6 +35,8 @@ struct SessionReport {
   TruthState last;
   double mass_kg = 0;
 
+  /// Base to the centre of the pad, horizontally, now: after the run, the landing error.
+  double pad_distance_m() const;
   /// One JSON object: docs/sim-protocol.md names the keys that every plant has, docs/sinew-sim.md ours.
   std::string json() const;
 };

@@ -39,6 +39,11 @@ class Json {
 
 }  // namespace
 
+double SessionReport::pad_distance_m() const {
+  const msg::Vec3& p = last.p_world_m;
+  return std::sqrt(p.x * p.x + p.y * p.y);
+}
+
 std::string SessionReport::json() const {
   Json j;
   j.boolean("valid", valid);
@@ -59,12 +64,12 @@ std::string SessionReport::json() const {
     j.number("touchdown_s", msg::seconds(flight.touchdown_at));
     j.number("touchdown_speed_mps", flight.touchdown_speed_mps);
     j.number("touchdown_drift_mps", flight.touchdown_drift_mps);
-    j.number("landing_error_m", flight.landing_error_m);
+    j.number("touchdown_error_m", flight.touchdown_error_m);
+    j.number("landing_error_m", pad_distance_m());
   }
-  const msg::Vec3& p = last.p_world_m;
-  j.number("pad_distance_m", std::sqrt(p.x * p.x + p.y * p.y));
+  j.number("pad_distance_m", pad_distance_m());
   j.boolean("on_pad", last.on_pad);
-  j.number("height_m", p.z);
+  j.number("height_m", last.p_world_m.z);
   j.number("battery_v", last.voltage_v);
   return j.done();
 }

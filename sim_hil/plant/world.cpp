@@ -191,7 +191,7 @@ void World::Impl::watch_contacts(const msg::Vec3& v_before) {
   summary.touchdown_at = now();
   summary.touchdown_speed_mps = -v_before.z;
   summary.touchdown_drift_mps = std::sqrt(v_before.x * v_before.x + v_before.y * v_before.y);
-  summary.landing_error_m = std::sqrt(p.x * p.x + p.y * p.y);
+  summary.touchdown_error_m = std::sqrt(p.x * p.x + p.y * p.y);
 }
 
 double World::Impl::true_range() const {

@@ -46,7 +46,7 @@ struct FlightSummary {
   msg::Time touchdown_at;
   double touchdown_speed_mps = 0;  // downward, in the step before that contact
   double touchdown_drift_mps = 0;  // horizontal, likewise
-  double landing_error_m = 0;      // base to centre of the pad, horizontally, at that contact
+  double touchdown_error_m = 0;    // base to centre of the pad, horizontally, at that contact
   double max_height_m = 0;         // of the base
   bool crashed = false;            // touched anything with more than the feet, or tilted over on the ground
 };
