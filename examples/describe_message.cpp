@@ -45,6 +45,6 @@ int main() {
   const auto decoded = msg::cdr_decode(type, std::span(wire).first(size), &back);
   std::printf("CDR:     %zu bytes, decoded %s\n", size, decoded ? "well" : "badly");
 
-  std::printf("schema:\n%s", msg::ros2msg(type).c_str());
+  std::printf("schema:\n%s", msg::ros2msg_schema(type).c_str());
   return decoded && back.pressure_pa == foot.pressure_pa && back.touching == 1 ? 0 : 1;
 }

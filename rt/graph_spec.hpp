@@ -22,16 +22,16 @@ struct Located {
 struct ExecModel {
   enum class Kind : std::uint8_t { none, constant, trace, measured } kind = Kind::none;
   Duration constant{};
-  std::vector<Duration> trace;  // one entry a step, repeated from the start
-  double factor = 1.0;          // measured: the step's own CPU time times this
+  std::vector<Duration> trace{};  // one entry a step, repeated from the start
+  double factor = 1.0;            // measured: the step's own CPU time times this
 };
 
 struct ModuleSpec {
-  std::string name;
-  std::string type;                                // "control::RateController"
-  std::map<std::string, Located<std::string>> in;  // port -> topic ("imu.raw")
-  std::map<std::string, Located<ParamValue>> params;
-  ExecModel exec;
+  std::string name{};
+  std::string type{};                                // "control::RateController"
+  std::map<std::string, Located<std::string>> in{};  // port -> topic ("imu.raw")
+  std::map<std::string, Located<ParamValue>> params{};
+  ExecModel exec{};
   bool enabled = true;
   int line = 0;
 };
@@ -40,25 +40,25 @@ struct ModuleSpec {
 struct ThreadSpec {
   enum class Trigger : std::uint8_t { period, topics, device };
   enum class Overrun : std::uint8_t { skip, catch_up };
-  std::string name;
+  std::string name{};
   int priority = 0;  // 1..98, SCHED_FIFO; 0: ordinary priority, best-effort modules allowed
   Trigger trigger = Trigger::period;
-  Duration period{};                         // trigger period
-  Duration phase{};                          // first release after the start; trigger period
-  std::vector<Located<std::string>> topics;  // trigger topics
-  std::string device_module;                 // trigger device: a module of `order` whose device() wakes the thread
+  Duration period{};                           // trigger period
+  Duration phase{};                            // first release after the start; trigger period
+  std::vector<Located<std::string>> topics{};  // trigger topics
+  std::string device_module{};                 // trigger device: a module of `order` whose device() wakes the thread
   Duration timeout{};  // topics, device: releases the thread after this time without a release; 0: never
   Overrun overrun = Overrun::skip;
   std::uint32_t catch_up_max = 1;  // releases that may wait, with catch_up
-  std::vector<int> cpus;           // empty: any
+  std::vector<int> cpus{};         // empty: any
   std::uint32_t stack_kib = 256;
-  bool precise = false;                     // sleep until shortly before the release, then look at the clock
-  std::vector<Located<std::string>> order;  // modules, in the order in which they run
+  bool precise = false;                       // sleep until shortly before the release, then look at the clock
+  std::vector<Located<std::string>> order{};  // modules, in the order in which they run
   int line = 0;
 };
 
 struct TopicSpec {
-  std::string name;               // "camera.raw"
+  std::string name{};             // "camera.raw"
   std::uint32_t image_bytes = 0;  // capacity behind an image header
   std::uint32_t history = 0;      // messages kept for the tap; 0: default (500 ms of a periodic writer, 5 frames)
   int line = 0;
@@ -66,8 +66,8 @@ struct TopicSpec {
 
 struct ActuatorSpec {
   enum class Safe : std::uint8_t { stop, hold, damp, torque_off };
-  std::string name;              // device name on the board ("motors")
-  Located<std::string> command;  // topic of ActuatorCommand ("mixer.motors")
+  std::string name{};              // device name on the board ("motors")
+  Located<std::string> command{};  // topic of ActuatorCommand ("mixer.motors")
   std::uint32_t channels = 0;
   double min = 0, max = 0;  // limits of every channel
   double rate_per_s = 0;    // largest change; 0: no limit
@@ -77,39 +77,39 @@ struct ActuatorSpec {
 };
 
 struct ChainSpec {
-  std::string name;               // "imu_to_motors"
-  Located<std::string> from, to;  // topics
+  std::string name{};                 // "imu_to_motors"
+  Located<std::string> from{}, to{};  // topics
   Duration budget{};
   int line = 0;
 };
 
 struct GuardianSpec {
   int priority = 99;
-  std::vector<int> cpus;
+  std::vector<int> cpus{};
   ExecModel exec{ExecModel::Kind::constant, Duration{5000}, {}, 1.0};
   int line = 0;
 };
 
 struct GraphSpec {
-  std::string robot;
-  std::string board;                                          // "linux", "sim", "dataset"
-  std::map<std::string, Located<std::string>> device_boards;  // per device, where it differs
+  std::string robot{};
+  std::string board{};                                          // "linux", "sim", "dataset"
+  std::map<std::string, Located<std::string>> device_boards{};  // per device, where it differs
   std::uint64_t seed = 1;
   std::uint32_t virtual_cores = 1;  // N of the discrete-event executor
-  std::vector<ThreadSpec> threads;
-  std::vector<ModuleSpec> modules;
-  std::vector<TopicSpec> topics;
-  std::vector<ActuatorSpec> actuators;
-  std::vector<ChainSpec> chains;
-  GuardianSpec guardian;
+  std::vector<ThreadSpec> threads{};
+  std::vector<ModuleSpec> modules{};
+  std::vector<TopicSpec> topics{};
+  std::vector<ActuatorSpec> actuators{};
+  std::vector<ChainSpec> chains{};
+  GuardianSpec guardian{};
 };
 
 /// One thing that is wrong with a robot file.
 struct Problem {
   int line = 0;
-  std::string key;      // "thread.control.priority"
-  std::string value;    // as written
-  std::string allowed;  // what would be right
+  std::string key{};      // "thread.control.priority"
+  std::string value{};    // as written
+  std::string allowed{};  // what would be right
 };
 
 /// `file:line: key: value: what is allowed`
