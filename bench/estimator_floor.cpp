@@ -1,0 +1,118 @@
+#include "estimator_floor.hpp"
+
+#if __has_include(<Eigen/Dense>)
+#include <Eigen/Dense>
+#define SINEW_HAS_EIGEN 1
+#else
+#define SINEW_HAS_EIGEN 0
+#endif
+
+namespace sinew::bench {
+namespace {
+
+constexpr double kDt = 0.005, kG = 9.81, kQ = 1e-4, kR = 0.01;
+
+// Error states: position, velocity, attitude, accelerometer bias, gyro bias; velocity couples with one attitude angle
+// each, which is less than a real attitude asks for.
+class Block final : public EstimatorFloor {
+ public:
+  Block() {
+    for (int i = 0; i < 15; ++i) p_[i][i] = 1;
+  }
+  void step(const double (&z)[3]) override {
+    predict();
+    update(z);
+    asm volatile("" : : "r"(this) : "memory");
+  }
+
+ private:
+  void add_row(int to, int from, double f) {
+    for (int j = 0; j < 16; ++j) p_[to][j] += f * p_[from][j];
+  }
+  void predict() {
+    const double tilt = kDt * kG;
+    for (int i = 0; i < 3; ++i) {
+      x_[i] += kDt * x_[3 + i];
+      x_[3 + i] += tilt * x_[6 + (i + 1) % 3] - kDt * x_[9 + i];
+    }
+    for (int i = 0; i < 3; ++i) x_[6 + i] -= kDt * x_[12 + i];
+    for (int i = 0; i < 3; ++i) add_row(i, 3 + i, kDt);
+    for (int i = 0; i < 3; ++i) {
+      add_row(3 + i, 6 + (i + 1) % 3, tilt);
+      add_row(3 + i, 9 + i, -kDt);
+    }
+    for (int i = 0; i < 3; ++i) add_row(6 + i, 12 + i, -kDt);
+    for (auto& row : p_) {
+      for (int i = 0; i < 3; ++i) row[i] += kDt * row[3 + i];
+      for (int i = 0; i < 3; ++i) row[3 + i] += tilt * row[6 + (i + 1) % 3] - kDt * row[9 + i];
+      for (int i = 0; i < 3; ++i) row[6 + i] -= kDt * row[12 + i];
+    }
+    for (int i = 0; i < 15; ++i) p_[i][i] += kQ;
+  }
+  void update(const double (&z)[3]) {
+    for (int m = 0; m < 3; ++m) {
+      alignas(64) double k[16] = {};
+      const double s = 1 / (p_[m][m] + kR), r = z[m] - x_[m];
+      for (int j = 0; j < 15; ++j) k[j] = p_[m][j];
+      for (int i = 0; i < 15; ++i) {
+        const double f = k[i] * s;
+        x_[i] += f * r;
+        for (int j = 0; j < 16; ++j) p_[i][j] -= f * k[j];
+      }
+    }
+  }
+  alignas(64) double p_[15][16] = {};
+  double x_[15] = {};
+};
+
+#if SINEW_HAS_EIGEN
+class Dense final : public EstimatorFloor {
+ public:
+  Dense() {
+    for (int i = 0; i < 3; ++i) {
+      f_(i, 3 + i) = kDt;
+      f_(3 + i, 6 + (i + 1) % 3) = kDt * kG;
+      f_(3 + i, 9 + i) = -kDt;
+      f_(6 + i, 12 + i) = -kDt;
+      h_(i, i) = 1;
+    }
+  }
+  void step(const double (&z)[3]) override {
+    x_ = f_ * x_;
+    const Matrix fp = f_ * p_;
+    p_.noalias() = fp * f_.transpose();
+    p_.diagonal().array() += kQ;
+    const Eigen::Matrix<double, 15, 3> ph = p_ * h_.transpose();
+    const Eigen::Matrix3d s = h_ * ph + kR * Eigen::Matrix3d::Identity();
+    const Eigen::Matrix<double, 15, 3> k = ph * s.inverse();
+    x_ += k * (Eigen::Vector3d(z[0], z[1], z[2]) - h_ * x_);
+    p_.noalias() -= k * ph.transpose();
+    p_ = ((p_ + p_.transpose()) * 0.5).eval();
+    asm volatile("" : : "r"(this) : "memory");
+  }
+
+ private:
+  using Matrix = Eigen::Matrix<double, 15, 15>;
+  Matrix p_ = Matrix::Identity(), f_ = Matrix::Identity();
+  Eigen::Matrix<double, 15, 1> x_ = Eigen::Matrix<double, 15, 1>::Zero();
+  Eigen::Matrix<double, 3, 15> h_ = Eigen::Matrix<double, 3, 15>::Zero();
+};
+#endif
+
+}  // namespace
+
+EstimatorFloor* block_floor() {
+  static Block block;
+  return &block;
+}
+
+EstimatorFloor* dense_eigen() {
+#if SINEW_HAS_EIGEN
+  static Dense dense;
+  return &dense;
+#else
+  return nullptr;
+#endif
+}
+
+}  // namespace sinew::bench

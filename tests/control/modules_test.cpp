@@ -1,0 +1,238 @@
+// The modules around the pure classes: what they publish, and when they publish nothing.
+#include <gmock/gmock.h>
+
+#include "control/attitude_controller.hpp"
+#include "control/error_state_filter.hpp"
+#include "control/mission.hpp"
+#include "control/mixer.hpp"
+#include "control/position_controller.hpp"
+#include "rt/module_rig.hpp"
+
+namespace sinew::control {
+namespace {
+
+using namespace std::chrono_literals;
+using msg::Time;
+using rt::ModuleRig;
+using rt::Status;
+
+constexpr std::int64_t kMs = 1'000'000;
+
+msg::ImuSample still(std::int64_t ns) {
+  msg::ImuSample s;
+  s.stamp = {ns};
+  s.accel_mps2 = {0, 0, 9.81};
+  return s;
+}
+
+msg::NavState good_state(std::int64_t ns) {
+  msg::NavState n;
+  n.stamp = {ns};
+  n.attitude_valid = n.height_valid = n.position_valid = 1;
+  n.p_world_m.z = n.height_m = 1;
+  return n;
+}
+
+/// A filter that has stood still for a second.
+struct StandingFilter {
+  ErrorStateFilter filter;
+  ModuleRig rig{filter};
+  std::int64_t ns = 0;
+
+  explicit StandingFilter(int steps = 1000) {
+    for (int i = 0; i < steps; ++i) step();
+  }
+  Status step() {
+    ns += kMs;
+    rig.put("imu", still(ns));
+    return rig.step({ns}, 1ms);
+  }
+};
+
+TEST(ErrorStateFilter, IsStaleUntilTheFirstAttitudeAndThenPublishesEachSample) {
+  StandingFilter f(0);
+  EXPECT_EQ(f.step(), Status::stale);
+  EXPECT_EQ(f.rig.get<msg::NavState>("state"), nullptr);
+  for (int i = 0; i < 500; ++i) f.step();
+  ASSERT_EQ(f.step(), Status::ok);
+  EXPECT_EQ(f.rig.get<msg::NavState>("state")->stamp, Time{f.ns});
+}
+
+TEST(ErrorStateFilter, IsStaleWithoutANewSample) {
+  StandingFilter f;
+  EXPECT_EQ(f.rig.step({f.ns + kMs}, 1ms), Status::stale);
+  EXPECT_EQ(f.rig.get<msg::NavState>("state"), nullptr);
+  EXPECT_EQ(f.step(), Status::ok);
+}
+
+TEST(ErrorStateFilter, SampleThatIsNotANumberIsAFaultAndNothingIsPublished) {
+  StandingFilter f;
+  msg::ImuSample bad = still(f.ns += kMs);
+  bad.accel_mps2.x = math::kNan;
+  f.rig.put("imu", bad);
+  EXPECT_EQ(f.rig.step({f.ns}, 1ms), Status::fault);
+  EXPECT_EQ(f.rig.get<msg::NavState>("state"), nullptr);
+  ASSERT_EQ(f.step(), Status::ok) << "the next good one is used again";
+  EXPECT_TRUE(math::is_finite(f.rig.get<msg::NavState>("state")->q_world_base.w));
+}
+
+TEST(ErrorStateFilter, RangeThatArrivesWithoutAnInertialSampleIsStillUsed) {
+  StandingFilter f;
+  msg::RangeSample range;
+  range.stamp = {f.ns};
+  range.range_m = 0.5;
+  f.rig.put("range", range);
+  EXPECT_EQ(f.rig.step({f.ns}, 1ms), Status::stale);
+  ASSERT_EQ(f.step(), Status::ok);
+  EXPECT_NEAR(f.rig.get<msg::NavState>("state")->height_m, 0.54, 0.01);
+}
+
+TEST(ErrorStateFilter, TurningMotorsEndRest) {
+  StandingFilter f;
+  ASSERT_TRUE(f.rig.get<msg::NavState>("state")->at_rest);
+  msg::ActuatorCommand motors;
+  motors.armed = 1;
+  f.rig.put("motors", motors);
+  ASSERT_EQ(f.step(), Status::ok);
+  EXPECT_FALSE(f.rig.get<msg::NavState>("state")->at_rest);
+}
+
+TEST(ErrorStateFilter, NeedsNothingButInertialSamples) {
+  ErrorStateFilter filter;
+  ModuleRig rig(filter);
+  for (const char* port : {"range", "baro", "pad", "motors"}) rig.leave_unbound(port);
+  Status last = Status::stale;
+  for (std::int64_t ns = kMs; ns < 1000 * kMs; ns += 5 * kMs) {
+    rig.put("imu", still(ns));
+    last = rig.step({ns}, 5ms);
+  }
+  EXPECT_EQ(last, Status::ok);
+}
+
+TEST(ErrorStateFilter, ResetForgetsEverythingButTheParameters) {
+  StandingFilter f;
+  f.rig.set("max_gap_s", 0.5);
+  f.rig.reset();
+  EXPECT_EQ(f.step(), Status::stale);
+  EXPECT_EQ(f.filter.estimator().params.max_gap_s, 0.5);
+  EXPECT_FALSE(f.filter.estimator().started());
+}
+
+TEST(PositionController, PublishesAnAttitudeFromAFreshStateAndSetpoint) {
+  PositionController controller;
+  ModuleRig rig(controller);
+  msg::FlightSetpoint wanted;
+  wanted.stamp = {100 * kMs};
+  wanted.p_world_m = {0, 0, 1};
+  wanted.mode = msg::FlightMode::position;
+  wanted.armed = 1;
+  rig.put("setpoint", wanted);
+  EXPECT_EQ(rig.step({100 * kMs}, 5ms), Status::stale) << "no state";
+  rig.put("state", good_state(100 * kMs));
+  ASSERT_EQ(rig.step({101 * kMs}, 5ms), Status::ok);
+  EXPECT_NEAR(rig.get<msg::AttitudeSetpoint>("attitude")->thrust_n, 1.2 * 9.81, 1e-6);
+  EXPECT_EQ(rig.step({150 * kMs}, 5ms), Status::stale) << "a state of 50 ms ago";
+}
+
+TEST(PositionController, SetpointThatIsNotANumberIsAFault) {
+  PositionController controller;
+  ModuleRig rig(controller);
+  msg::FlightSetpoint wanted;
+  wanted.p_world_m = {math::kNan, 0, 1};
+  wanted.mode = msg::FlightMode::position;
+  wanted.armed = 1;
+  rig.put("setpoint", wanted);
+  rig.put("state", good_state(0));
+  EXPECT_EQ(rig.step({kMs}, 5ms), Status::fault);
+  EXPECT_EQ(rig.get<msg::AttitudeSetpoint>("attitude"), nullptr);
+}
+
+TEST(AttitudeController, IsStaleWithoutAValidAttitudeOrAFreshSetpoint) {
+  AttitudeController controller;
+  ModuleRig rig(controller);
+  msg::AttitudeSetpoint wanted;
+  wanted.thrust_n = 10;
+  wanted.armed = 1;
+  rig.put("attitude", wanted);
+  msg::NavState state = good_state(kMs);
+  state.attitude_valid = 0;
+  rig.put("state", state);
+  EXPECT_EQ(rig.step({kMs}, 1ms), Status::stale);
+  rig.put("state", good_state(2 * kMs));
+  ASSERT_EQ(rig.step({2 * kMs}, 1ms), Status::ok);
+  EXPECT_EQ(rig.get<msg::WrenchSetpoint>("wrench")->stamp, Time{2 * kMs}) << "of the measurement";
+  rig.put("state", good_state(60 * kMs));
+  EXPECT_EQ(rig.step({60 * kMs}, 1ms), Status::stale) << "the setpoint is 60 ms old";
+}
+
+TEST(AttitudeController, WhatIsNotANumberIsAFault) {
+  AttitudeController controller;
+  ModuleRig rig(controller);
+  msg::AttitudeSetpoint wanted;
+  wanted.thrust_n = math::kInf;
+  wanted.armed = 1;
+  rig.put("attitude", wanted);
+  rig.put("state", good_state(0));
+  EXPECT_EQ(rig.step({kMs}, 1ms), Status::fault);
+  wanted.thrust_n = 10;
+  rig.put("attitude", wanted);
+  msg::NavState state = good_state(kMs);
+  state.gyro_radps.x = math::kNan;
+  rig.put("state", state);
+  EXPECT_EQ(rig.step({kMs}, 1ms), Status::fault);
+}
+
+TEST(Mixer, DisarmedStopsAllMotorsAndArmedKeepsThemTurning) {
+  Mixer mixer;
+  ModuleRig rig(mixer);
+  msg::WrenchSetpoint wrench;
+  wrench.thrust_n = 12;
+  rig.put("wrench", wrench);
+  ASSERT_EQ(rig.step({kMs}, 1ms), Status::ok);
+  const auto* motors = rig.get<msg::ActuatorCommand>("motors");
+  EXPECT_EQ(motors->count, 4u);
+  EXPECT_EQ(motors->armed, 0u);
+  EXPECT_THAT(motors->value, ::testing::Each(0.0));
+
+  wrench.armed = 1;
+  rig.put("wrench", wrench);
+  ASSERT_EQ(rig.step({2 * kMs}, 1ms), Status::ok);
+  motors = rig.get<msg::ActuatorCommand>("motors");
+  EXPECT_THAT(motors->value, ::testing::ElementsAre(0.5, 0.5, 0.5, 0.5, 0, 0, 0, 0));
+}
+
+TEST(Mixer, OldOrBrokenWrenchIsNotPassedOn) {
+  Mixer mixer;
+  ModuleRig rig(mixer);
+  msg::WrenchSetpoint wrench;
+  wrench.armed = 1;
+  rig.put("wrench", wrench);
+  EXPECT_EQ(rig.step({20 * kMs}, 1ms), Status::stale);
+  wrench.stamp = {21 * kMs};
+  wrench.torque_nm.y = math::kNan;
+  rig.put("wrench", wrench);
+  EXPECT_EQ(rig.step({21 * kMs}, 1ms), Status::fault);
+  EXPECT_EQ(rig.get<msg::ActuatorCommand>("motors"), nullptr);
+}
+
+TEST(Mission, PublishesSetpointAndStateAndNothingWithoutAFreshEstimate) {
+  Mission mission;
+  ModuleRig rig(mission);
+  EXPECT_EQ(rig.step({kMs}, 5ms), Status::stale);
+  rig.put("state", good_state(2 * kMs));
+  ASSERT_EQ(rig.step({2 * kMs}, 5ms), Status::ok);
+  EXPECT_EQ(rig.get<msg::MissionState>("mission")->phase, msg::MissionPhase::wait);
+  EXPECT_EQ(rig.get<msg::FlightSetpoint>("setpoint")->armed, 0u);
+  EXPECT_EQ(rig.step({50 * kMs}, 5ms), Status::stale);
+  EXPECT_EQ(rig.get<msg::FlightSetpoint>("setpoint"), nullptr);
+}
+
+TEST(Mission, ParameterOutsideItsRangeIsRefusedInWords) {
+  Mission mission;
+  ModuleRig rig(mission);
+  EXPECT_NE(rig.refusal("sink_slow_mps", -1.0), "");
+  EXPECT_EQ(rig.refusal("sink_slow_mps", 0.3), "");
+}
+
+}  // namespace
+}  // namespace sinew::control
