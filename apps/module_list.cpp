@@ -9,6 +9,8 @@
 #include "drivers/camera_source.hpp"
 #include "drivers/sensor_source.hpp"
 #include "msg/flight.hpp"
+#include "vision/motion_field.hpp"
+#include "vision/pad_detector.hpp"
 
 namespace sinew::app {
 
@@ -23,6 +25,8 @@ rt::ModuleTypes all_modules() {
   types.add<control::PositionController>("control::PositionController");
   types.add<control::Mixer>("control::Mixer");
   types.add<control::Mission>("control::Mission");
+  types.add<vision::PadDetector>("vision::PadDetector");
+  types.add<vision::MotionField>("vision::MotionField");
   types.add<RunLog<msg::NavState>>("app::StateLog");
   types.add<RunLog<msg::MotionField>>("app::MotionLog");
   return types;

@@ -1,9 +1,12 @@
 #include "vision/segmentation.hpp"
 
+#include <algorithm>
+
 namespace sinew::vision {
 
 Segmentation::Segmentation(const SegmentationLimits& limits) : limits_(limits) {
-  for (RunJoiner& j : joiners_) j.set_capacity(limits_.max_runs);
+  limits_.colours = std::min(limits_.colours, kMaxColours);
+  for (std::uint32_t c = 0; c < limits_.colours; ++c) joiners_[c].set_capacity(limits_.max_runs);
   regions_.resize(limits_.max_runs);
   blobs_.resize(limits_.max_blobs);
 }
@@ -71,11 +74,14 @@ void rgb_row(const std::uint8_t* p, std::uint32_t width, const std::uint8_t* tab
 }  // namespace
 
 bool Segmentation::by_table(const ImageView& image, const ColourTable& table) {
-  start(table.colours());
   using msg::PixelFormat;
   const PixelFormat f = image.format;
-  if (!image || (f != PixelFormat::yuyv && f != PixelFormat::rgb8 && f != PixelFormat::bgr8)) return false;
+  start(0);
+  if (!image || table.colours() > limits_.colours ||
+      (f != PixelFormat::yuyv && f != PixelFormat::rgb8 && f != PixelFormat::bgr8))
+    return false;
   if (image.width > 65535 || image.height > 65535) return false;
+  start(table.colours());
   for (std::uint32_t y = 0; y < image.height; ++y) {
     RowRuns runs(joiners_.data(), y);
     if (f == PixelFormat::yuyv)
@@ -93,7 +99,7 @@ bool Segmentation::by_table(const ImageView& image, const ColourTable& table) {
 
 bool Segmentation::by_boxes(const ImageView& image, std::span<const ColourBox> boxes, Simd simd) {
   const bool good = image && image.format == msg::PixelFormat::yuyv && image.width <= 65535 && image.height <= 65535 &&
-                    boxes.size() <= kMaxColours;
+                    boxes.size() <= limits_.colours;
   start(good ? boxes.size() : 0);
   if (!good) return false;
 #ifdef SINEW_VISION_AVX2

@@ -13,6 +13,7 @@ namespace sinew::vision {
 
 /// What a segmentation may use; all memory is taken in the constructor.
 struct SegmentationLimits {
+  std::uint32_t colours = kMaxColours;
   std::uint32_t max_runs = 16384;  // of each colour
   std::uint32_t max_blobs = 256;   // of all colours together
   std::uint32_t min_area_px = 1;   // smaller regions are not reported
@@ -20,7 +21,8 @@ struct SegmentationLimits {
 
 /// Colours to runs to blobs. The look-up table takes yuyv, rgb8 and bgr8; the boxes take yuyv and are faster.
 /// Thread:  owner.   RT: yes, except the constructor (configure only).
-/// Errors:  false when the image has another format or more than 65535 px a side; no blobs then.
+/// Errors:  false when the image has another format or more than 65535 px a side, or there are more colours than the
+///          limits say; no blobs then.
 class Segmentation {
  public:
   explicit Segmentation(const SegmentationLimits& limits = {});

@@ -1,0 +1,67 @@
+#pragma once
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "msg/image.hpp"
+#include "rt/module.hpp"
+
+namespace sinew::vision {
+
+/// What a picture's outlines amount to. An own message of this module; any program can have such.
+struct ContourReport {
+  msg::Time stamp;                            // of the image
+  double largest_area_px = 0;                 // of the region inside, in pixels of the undistorted image at full size
+  double largest_u_px = 0, largest_v_px = 0;  // its centroid, the same
+  std::uint32_t contours = 0;
+  std::uint32_t reserved = 0;
+};
+
+}  // namespace sinew::vision
+
+template <>
+struct sinew::msg::Description<sinew::vision::ContourReport> {
+  using C = sinew::vision::ContourReport;
+  static constexpr std::string_view name = "ContourReport", doc = "Outlines of bright regions in an image.";
+  static constexpr auto fields =
+      describe(field<&C::stamp>("ns"), field<&C::largest_area_px>("px^2"), field<&C::largest_u_px>("px"),
+               field<&C::largest_v_px>("px"), field<&C::contours>("1"), field<&C::reserved>("1"));
+};
+
+namespace sinew::vision {
+
+/// Example of a module built on OpenCV (imgproc): takes the lens' distortion out of an image, makes it smaller, and
+/// finds outlines of bright regions. The small image is published too, written by OpenCV into the slot.
+/// Takes mono8, rgb8, bgr8 and yuyv; the small image is mono8.
+/// Thread:  executor, best effort: OpenCV allocates.   RT: no.
+/// Errors:  stale when there is no new image; fault when the image is of no use, the small one does not fit its slot,
+///          or OpenCV throws.
+class ContourFinder final : public rt::Module {
+ public:
+  void declare(rt::Declaration& d) override;
+  void reset() override { size_ = {}; }
+  rt::Status step(const rt::Step& step) noexcept override;
+
+ private:
+  /// Radial and tangential distortion.
+  /// Source:  D. Brown, "Close-range camera calibration", 1971; the names of OpenCV and Kalibr.
+  struct Lens {
+    double fx_px = 0, fy_px = 0, cx_px = 0, cy_px = 0;  // fx 0: no distortion is taken out
+    double k1 = 0, k2 = 0, p1 = 0, p2 = 0;
+  };
+  rt::Status work(const msg::Image& image);
+  bool to_grey(const msg::Image& image);
+  void make_maps(const cv::Size& size);
+  void report(const msg::Image& image, double scale_x, double scale_y);
+
+  rt::In<msg::Image> image_;
+  rt::Out<msg::Image> small_;
+  rt::Out<ContourReport> report_;
+  Lens lens_;
+  std::int64_t small_width_px_ = 160;
+  double threshold_grey_ = 0;  // 0: chosen by Otsu's method
+  cv::Size size_;              // for which the maps were made
+  cv::Mat map_x_, map_y_, grey_, straight_, bright_;
+  std::vector<std::vector<cv::Point>> contours_;
+};
+
+}  // namespace sinew::vision

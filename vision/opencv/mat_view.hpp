@@ -1,0 +1,48 @@
+#pragma once
+// An image message as a cv::Mat and back, without a copy of pixels.
+#include <opencv2/core.hpp>
+
+#include "msg/image.hpp"
+#include "rt/step.hpp"
+#include "vision/image_view.hpp"
+
+namespace sinew::vision {
+
+/// The pixels of a message to write through, e.g. of a slot just loaned. Describe it with format_as() first: an output
+/// array of OpenCV that has the right size and type already is written in place. Empty when the header is of no use.
+/// Shape:   height x width; CV_8UC1 for mono8, CV_8UC2 for yuyv, CV_8UC3 for rgb8 and bgr8 (OpenCV's own order).
+/// Owner:   the slot. The Mat owns nothing and must not outlive the step.
+inline cv::Mat mat_view(msg::Image& image) {
+  const ImageView v = view(image);
+  if (!v) return {};
+  const int type = CV_8UC(static_cast<int>(msg::bytes_per_pixel(v.format)));
+  return {static_cast<int>(v.height), static_cast<int>(v.width), type, image.pixels(), v.stride};
+}
+
+/// The pixels of a message to read. cv::Mat does not carry const over to a copy of its header, so this one gives no
+/// copy away: pass it where an InputArray or const cv::Mat& is wanted.
+/// Owner:   as above.
+class ReadOnlyMat {
+ public:
+  explicit ReadOnlyMat(const msg::Image& image) : mat_(mat_view(const_cast<msg::Image&>(image))) {}
+  ReadOnlyMat(const ReadOnlyMat&) = delete;
+  ReadOnlyMat& operator=(const ReadOnlyMat&) = delete;
+  const cv::Mat& operator*() const { return mat_; }
+  const cv::Mat* operator->() const { return &mat_; }
+  bool empty() const { return mat_.empty(); }
+
+ private:
+  const cv::Mat mat_;
+};
+
+/// Runs a step's work that calls OpenCV: an exception of it (or of the memory) becomes a fault.
+template <class Work>
+rt::Status without_exceptions(const Work& work) noexcept {
+  try {
+    return work();
+  } catch (...) {
+    return rt::Status::fault;
+  }
+}
+
+}  // namespace sinew::vision

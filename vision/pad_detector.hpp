@@ -1,0 +1,37 @@
+#pragma once
+#include <memory>
+
+#include "msg/flight.hpp"
+#include "rt/module.hpp"
+#include "vision/pad_finder.hpp"
+#include "vision/pinhole.hpp"
+
+namespace sinew::vision {
+
+/// Looks for the landing pad in each image (yuyv, rgb8 or bgr8) and says where it is. A message comes for every image;
+/// without a pad its `found` is 0.
+/// Units:   range_m is the straight distance from the camera to the pad's centre, for a pad seen from above.
+/// Frames:  direction in camera_optical: z forward, x right, y down.
+/// Thread:  executor.   RT: yes.
+/// Errors:  stale when there is no new image; fault when the image's header or format is of no use.
+/// The colours and radii are read in configure(); the camera's numbers may change between steps.
+class PadDetector final : public rt::Module {
+ public:
+  void declare(rt::Declaration& d) override;
+  hal::Status configure(rt::Setup& setup) override;
+  rt::Status step(const rt::Step& step) noexcept override;
+
+ private:
+  Pinhole camera(const ImageView& image) const;
+
+  rt::In<msg::Image> image_;
+  rt::Out<msg::PadSighting> sighting_;
+  Pinhole intrinsics_;               // zeros: from the field of view and the size of the image
+  double fov_y_rad_ = 1.0382921838;  // 2 atan(0.5 / 0.875): the focal length is 0.875 image heights
+  PadLook look_;
+  std::int64_t min_area_px_ = 12;
+  std::int64_t max_runs_ = 8192;
+  std::unique_ptr<PadFinder> finder_;
+};
+
+}  // namespace sinew::vision
