@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "rt/fp_mode.hpp"
+
 namespace sinew::rt {
 namespace {
 
@@ -50,6 +52,8 @@ hal::Result<DiscreteReport> DiscreteExecutor::run() {
                                     [](const Model& m) { return m.exec->kind == ExecModel::Kind::measured; });
   if (measures && !options_.os)
     return hal::Error{hal::Errc::not_supported, "measured execution times need an Os to ask for CPU time"};
+  const FpModeScope fp_mode;
+  if (!FpMode::computes_right()) return hal::Error{hal::Errc::not_supported, "rounding to nearest with subnormals"};
   const DiscreteReport report = run_to_end();
   copy_counters();
   return report;

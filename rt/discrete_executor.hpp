@@ -36,8 +36,8 @@ class DiscreteExecutor final : private ScheduleClient {
   DiscreteExecutor(Graph& graph, hal::ManualClock& clock, hal::GrantSource& grants,
                    const DiscreteOptions& options = {});
   /// Once.
-  /// Errors:  not_supported: an execution time is to be measured and there is no Os. What ends the run is in the
-  /// report.
+  /// Errors:  not_supported: an execution time is to be measured and there is no Os, or the processor does not round as
+  ///          fp_mode.hpp wants. What ends the run is in the report.
   hal::Result<DiscreteReport> run();
   /// The run ends at the next grant.
   void request_stop() noexcept { stop_.store(true, std::memory_order_relaxed); }

@@ -19,7 +19,7 @@ bool is_name(std::string_view text) {
   });
 }
 
-std::string in_us(Duration d) { return format_number(static_cast<double>(d.count()) * 1e-3); }
+std::string in_us(Duration d) { return format_number(static_cast<double>(d.count()) / 1e3); }
 
 }  // namespace
 
@@ -71,7 +71,8 @@ void GraphCheck::threads() {
   for (const GraphThread& t : graph_.threads()) {
     priority(t.spec);
     trigger(t);
-    cpus("thread." + t.spec.name + ".cpus", t.spec.cpus, t.spec.line);
+    const bool guardian = !graph_.spec().actuators.empty() && &t == &graph_.threads()[0];
+    cpus(guardian ? "guardian.cpus" : "thread." + t.spec.name + ".cpus", t.spec.cpus, t.spec.line);
     if (t.spec.stack_kib < 16 || t.spec.stack_kib > 65536)
       add(t.spec.line, "thread." + t.spec.name + ".stack_kib", std::to_string(t.spec.stack_kib),
           "an integer from 16 to 65536");

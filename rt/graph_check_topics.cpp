@@ -118,7 +118,7 @@ void GraphCheck::actuators() {
     if (!is_finite(a.rate_per_s) || a.rate_per_s < 0)
       add(a.line, key + ".rate_per_s", format_number(a.rate_per_s), "a number from 0 up; 0: no limit");
     if (a.lease < 100us || a.lease > 10s)
-      add(a.line, key + ".lease_ms", format_number(static_cast<double>(a.lease.count()) * 1e-6),
+      add(a.line, key + ".lease_ms", format_number(static_cast<double>(a.lease.count()) / 1e6),
           "a number from 0.1 to 10000");
   }
 }
@@ -148,7 +148,7 @@ void GraphCheck::chains() {
     endpoint("from", chain.spec.from, chain.from);
     endpoint("to", chain.spec.to, chain.to);
     if (chain.spec.budget < Duration{0})
-      add(chain.spec.line, key + ".budget_ms", format_number(static_cast<double>(chain.spec.budget.count()) * 1e-6),
+      add(chain.spec.line, key + ".budget_ms", format_number(static_cast<double>(chain.spec.budget.count()) / 1e6),
           "a number from 0 up; 0: no budget");
     if (c >= kMaxChains || chain.from == kNone || chain.to == kNone || chain.from == chain.to) continue;
     const auto& ports = graph_.modules()[graph_.topics()[chain.to].writer].carried_chains;

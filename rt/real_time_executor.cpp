@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "rt/fp_mode.hpp"
 #include "rt/trigger.hpp"
 
 namespace sinew::rt {
@@ -92,6 +93,7 @@ class RealTimeExecutor::Worker {
   bool stopping() const noexcept { return stop_.load(std::memory_order_relaxed); }
 
   void run() noexcept {
+    const FpModeScope fp_mode;
     if (spec_.trigger == ThreadSpec::Trigger::period)
       run_periodic();
     else
@@ -191,6 +193,8 @@ RealTimeExecutor::RealTimeExecutor(Graph& graph, hal::Os& os, const RealTimeOpti
 RealTimeExecutor::~RealTimeExecutor() { stop(); }
 
 hal::Status RealTimeExecutor::start() {
+  if (const FpModeScope fp_mode; !FpMode::computes_right())
+    return hal::Error{hal::Errc::not_supported, "rounding to nearest with subnormals"};
   start_ = os_.now() + options_.start_delay;
   RunnerOptions runner = options_.runner;
   runner.start = start_;

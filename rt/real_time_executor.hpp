@@ -30,7 +30,8 @@ class RealTimeExecutor {
   RealTimeExecutor(const RealTimeExecutor&) = delete;
   RealTimeExecutor& operator=(const RealTimeExecutor&) = delete;
 
-  /// Starts all threads. Errors: what starting a thread says; none runs then.
+  /// Starts all threads. Errors: what starting a thread says, or a processor that does not round as fp_mode.hpp wants;
+  /// no thread runs then.
   hal::Status start();
   /// Asks all threads to end after their cycle, and waits for them.
   void stop();

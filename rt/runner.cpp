@@ -4,6 +4,7 @@
 #include <bit>
 
 #include "msg/compare.hpp"
+#include "rt/fp_mode.hpp"
 #include "rt/parameters.hpp"
 #include "rt/trap.hpp"
 
@@ -88,6 +89,10 @@ std::span<const std::uint32_t> ModuleRunner::start(const Cycle& cycle, Time now)
   const trap::Scope scope(module_.spec.name.c_str(),
                           module_.declaration.is_best_effort ? &best_effort_calls_ : nullptr);
   record_.status = module_.module->step(step);
+  if (!FpMode::is_set()) {  // or all steps after this one would give other bits
+    FpMode::set();
+    stats_.fp_mode_changes.add();
+  }
   return published_;
 }
 

@@ -62,6 +62,7 @@ struct ModuleStats {
   Count stops;                     // stopped for too many faults in a row
   Counter<std::uint32_t> stopped;  // 1: is not stepped: stopped, or disabled
   Count best_effort_calls;         // trapped calls of a best-effort module, in builds with the trap
+  Count fp_mode_changes;           // steps that left another floating-point mode behind; it is put right again
   Histogram exec;                  // execution time of the step; virtual: what its model said
 };
 

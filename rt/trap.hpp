@@ -14,16 +14,17 @@ struct State {
 inline constinit thread_local State state{};
 
 /// Marks the calling thread as inside a step of `module` for its lifetime.
+/// Scopes nest: a test may set the trap around an executor's loop.
 /// RT: yes.   Owner: `module` and the counter outlive the scope.
 class Scope {
  public:
-  explicit Scope(const char* module, std::uint32_t* best_effort = nullptr) noexcept {
+  explicit Scope(const char* module, std::uint32_t* best_effort = nullptr) noexcept : outer_(state) {
     state = {module, best_effort};
     fence();
   }
   ~Scope() {
     fence();
-    state = {};
+    state = outer_;
   }
   Scope(const Scope&) = delete;
   Scope& operator=(const Scope&) = delete;
@@ -31,6 +32,8 @@ class Scope {
  private:
   // Compilers know that malloc looks at nobody's variables; ours does.
   static void fence() noexcept { std::atomic_signal_fence(std::memory_order_seq_cst); }
+
+  const State outer_;
 };
 
 }  // namespace sinew::rt::trap
