@@ -113,7 +113,23 @@ Status PlantLink::flush() {
   auto sent = stream_->write(pending);
   stats_.bytes_out += pending.size();
   out_.clear();
-  return sent ? Status{} : fail(sent.error());
+  return sent ? Status{} : fail_write(sent.error());
+}
+
+/// The runtime hung up while we wrote. Its Bye may have come before, and says why.
+Status PlantLink::fail_write(Error error) {
+  for (Message message; state_;) {
+    auto next = in_.next(message);
+    if (!next) break;
+    if (*next) {
+      if (message.header.type == Type::bye) return take(message);
+      continue;
+    }
+    auto n = stream_->read_now(in_.space());
+    if (!n || *n == 0) break;
+    in_.filled(*n);
+  }
+  return fail(error);
 }
 
 /// The next message, waiting for it.
@@ -217,7 +233,7 @@ Status PlantLink::send_frame(std::uint16_t camera, const FrameSlot& slot, const 
   auto sent = stream_->write(out_.pending(), std::as_bytes(std::span<const std::uint8_t>(slot.pixels)));
   stats_.bytes_out += out_.pending().size() + slot.pixels.size();
   out_.clear();
-  return sent ? Status{} : fail(sent.error());
+  return sent ? Status{} : fail_write(sent.error());
 }
 
 Status PlantLink::grant(Time until) {

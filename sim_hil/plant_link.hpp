@@ -132,6 +132,7 @@ class PlantLink {
   hal::Status send_welcome();
   hal::Status refuse(std::string text, hal::Error error, std::string& why);
   hal::Status fail(hal::Error error);
+  hal::Status fail_write(hal::Error error);
   hal::Status flush();
   hal::Status receive(Message& out);
   hal::Status take(const Message& message);

@@ -66,11 +66,7 @@ SimBoard::SimBoard(std::unique_ptr<hal::Stream> stream, const SimOptions& option
   stream_->set_patience(options_.patience);
 }
 
-SimBoard::~SimBoard() {
-  bye("runtime closed the connection");
-  stream_->shutdown();
-  if (reader_) reader_->join();
-}
+SimBoard::~SimBoard() { bye("runtime closed the connection"); }
 
 // ---- opening
 
@@ -420,6 +416,8 @@ void SimBoard::bye(std::string_view reason) {
   if (out_.room() < kHeaderBytes + reason.size()) static_cast<void>(flush());
   static_cast<void>(out_.add_text(Type::bye, Time{}, reason));
   static_cast<void>(flush());  // the peer may be gone already; then nobody needs the reason
+  stream_->shutdown();
+  if (reader_) reader_->join();
 }
 
 SimStats SimBoard::stats() const {

@@ -51,8 +51,7 @@ struct SimOptions {
 /// Times at its devices are on the runtime's clock.
 /// Thread:  owner; in free-running one thread per device, and all actuator groups on one.
 /// RT:      after start(): the devices, and next_grant() but for its wait.
-/// Errors:  see hal/board.hpp; problem() says a failed look-up in words, end_reason() everything
-///          after it.
+/// Errors:  see hal/board.hpp; problem() has them in words.
 class SimBoard final : public hal::Board, public hal::GrantSource {
  public:
   static hal::Result<std::unique_ptr<SimBoard>> open(std::unique_ptr<hal::Stream> stream, const SimOptions& options,
@@ -73,13 +72,15 @@ class SimBoard final : public hal::Board, public hal::GrantSource {
   hal::Status start();
   /// Lockstep: `done_to` must be the last grant (anything at the first call).
   hal::Result<Time> next_grant(Time done_to) override;
-  /// Ends the run politely; the destructor does it with a general reason.
+  /// Ends the run politely: nothing is received and nobody woken any more when this returns. The destructor does it
+  /// with a general reason.
   void bye(std::string_view reason);
 
   bool ended() const { return shared_.ended.load(std::memory_order_acquire); }
   /// Why the run ended, the plant's own words if it said any. After ended().
   const std::string& end_reason() const { return end_reason_; }
-  const std::string& problem() const { return problem_; }
+  /// The last failed look-up in words, or the reason of the end.
+  const std::string& problem() const { return ended() ? end_reason_ : problem_; }
   SimStats stats() const;
 
  private:

@@ -49,9 +49,7 @@ class SimDevice {
   /// Somebody asked for this device; others are only counted. Before the start.
   virtual void want() { wanted_ = true; }
   bool wanted() const { return wanted_; }
-  void notify() noexcept {
-    if (wake_) wake_->wake();
-  }
+  void notify() noexcept;
 
  protected:
   /// Checks the order of a sample and counts gaps and lateness. Errors: bad_data when the plant breaks the order.
@@ -81,13 +79,16 @@ class SimDevice {
 
   const DeviceInfo info_;
   const SimShared& shared_;
-  hal::Wake* wake_ = nullptr;
+  /// When this returns, the receiving thread is out of the old one and will not call it again.
+  void change_wake(hal::Wake* wake) noexcept;
 
  private:
   static void add(std::atomic<std::uint32_t>& counter, std::uint32_t n) noexcept {
     counter.fetch_add(n, std::memory_order_relaxed);
   }
   bool wanted_ = false;
+  std::atomic<hal::Wake*> wake_{nullptr};
+  std::atomic<bool> ringing_{false};
   bool first_ = true;
   Arrival last_;
   std::size_t spare_bytes_ = 0;  // below one KiB
@@ -120,7 +121,7 @@ class SimSensor final : public hal::Sensor<M>, public SimDevice {
     return true;
   }
   Time ready_at() const noexcept override { return earliest(queue_); }
-  void set_wake(hal::Wake* wake) noexcept override { wake_ = wake; }
+  void set_wake(hal::Wake* wake) noexcept override { change_wake(wake); }
 
  private:
   struct Waiting {
@@ -147,7 +148,7 @@ class SimCamera final : public hal::Camera, public SimDevice {
 
   hal::Result<bool> read(msg::Image& out) noexcept override;
   Time ready_at() const noexcept override { return earliest(queue_); }
-  void set_wake(hal::Wake* wake) noexcept override { wake_ = wake; }
+  void set_wake(hal::Wake* wake) noexcept override { change_wake(wake); }
 
  private:
   struct Waiting {

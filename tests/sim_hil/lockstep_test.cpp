@@ -1,6 +1,8 @@
 // The board and a plant in lockstep, over real sockets; the plant runs in a thread of the test.
 #include "memory_stream.hpp"
 #include "rig.hpp"
+#include "rt/trap.hpp"
+#include "trap.hpp"
 
 namespace sinew::sim_hil {
 namespace {
@@ -75,6 +77,40 @@ TEST(SimLockstep, CommandReachesThePlantStepThatFollowsItsCommit) {
   rig.finish();
   EXPECT_EQ(applied, (std::vector<double>{0, 0, 0.5, 0.5, 0})) << "the third step's command lasts for two steps";
   EXPECT_EQ(rig.plant_stats.lease_expiries, 1u);
+}
+
+TEST(SimLockstep, RoundTripIsOneReadAndOneWriteAndNothingElse) {
+  constexpr std::uint32_t kRounds = 1000;
+  Rig rig([](PlantLink& plant) {
+    for (int i = 0;; ++i) {
+      if (!plant.send(kImu, imu_sample(i * 1ms), at(i * 1ms))) return;
+      if (i % 33 == 0) {
+        static_cast<void>(plant.send_frame(kCamera, plant.begin_frame(kCamera), {at(i * 1ms), at(i * 1ms), 0, 0}));
+      }
+      if (!plant.grant(at(i * 1ms))) return;
+    }
+  });
+  hal::Imu* imu = *rig.board->imu("imu");
+  hal::Camera* camera = *rig.board->camera("camera");
+  hal::Actuators* motors = *rig.board->actuators("motors");
+  ImageBox image(256);
+  Time until = *rig.board->next_grant({});
+  std::uint32_t trapped = 0, samples = 0, frames = 0;
+  {
+    const rt::trap::Scope scope("test", &trapped);
+    for (std::uint32_t i = 0; i < kRounds; ++i) {
+      rig.clock.set(until);
+      msg::ImuSample s;
+      while (*imu->read(s)) ++samples;
+      while (*camera->read(*image)) ++frames;
+      if (!motors->write(hover(0.5), 10ms)) break;
+      until = *rig.board->next_grant(until);
+    }
+  }
+  EXPECT_EQ(samples, kRounds);
+  EXPECT_GE(frames, kRounds / 33);
+  if (!trap::is_set()) GTEST_SKIP() << "no trap in this build: calls were not counted";
+  EXPECT_EQ(trapped, 2 * kRounds) << "allocations, locks and system calls, of which one recv and one send a round";
 }
 
 TEST(SimLockstep, CommandsAreCheckedBeforeTheyAreSent) {

@@ -51,6 +51,32 @@ inline msg::ActuatorCommand hover(double value, Duration stamp = {}) {
   return c;
 }
 
+inline constexpr Duration kLong = 20s;  // an upper bound for what happens at once on a working machine
+
+/// Counts wake-ups and lets the test sleep until there was one.
+class Bell final : public hal::Wake {
+ public:
+  void wake() noexcept override {
+    rings_.fetch_add(1, std::memory_order_release);
+    hal::linux_os().wake(rings_);
+  }
+  std::uint32_t rings() const { return rings_.load(std::memory_order_acquire); }
+  /// Until `done()` says so, looking again after each ring.
+  template <class Done>
+  bool wait_until(Done done) {
+    const Time deadline = hal::linux_os().now() + kLong;
+    for (;;) {
+      const std::uint32_t seen = rings_.load(std::memory_order_acquire);
+      if (done()) return true;
+      if (hal::linux_os().now() > deadline) return false;
+      hal::linux_os().wait(rings_, seen, hal::linux_os().now() + 50ms);
+    }
+  }
+
+ private:
+  hal::WakeWord rings_{0};
+};
+
 /// Runs `plant` in a thread against the board under test.
 class Rig {
  public:
@@ -80,6 +106,7 @@ class Rig {
   }
 
   hal::ManualClock clock;
+  Bell bell;  // outlives the board
   std::unique_ptr<SimBoard> board;
   std::string why, plant_why, plant_reason;
   PlantLink::Stats plant_stats;
