@@ -1,5 +1,7 @@
 #include "sim_hil/plant/camera_feed.hpp"
 
+#include <vector>
+
 namespace sinew::plant {
 
 namespace {
@@ -63,6 +65,11 @@ void CameraFeed::work() {
     backend_ = (*renderer)->backend();
   else
     opened_ = renderer.error();
+  if (renderer) {  // the first frame compiles the shaders; nobody should wait for that in flight
+    std::vector<std::uint8_t> scratch(std::size_t{options_.width} * options_.height *
+                                      msg::bytes_per_pixel(options_.format));
+    (*renderer)->camera_view({{0, 0, 1}, kCameraQBaseOptical}, options_.format, scratch.data());
+  }
   std::uint32_t done = 1;
   for (;;) {
     finished_.store(done, std::memory_order_release);

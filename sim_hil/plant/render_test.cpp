@@ -76,7 +76,7 @@ int camera_pictures(const std::filesystem::path& folder, std::uint32_t width, st
 }
 
 int outside_pictures(const std::filesystem::path& folder) {
-  constexpr std::uint32_t kWidth = 1280, kHeight = 720;
+  constexpr std::uint32_t kWidth = 800, kHeight = 450;
   std::string why;
   auto renderer = Renderer::create({kWidth, kHeight, true}, why);
   if (!renderer) {
@@ -94,8 +94,8 @@ int outside_pictures(const std::filesystem::path& folder) {
     (*renderer)->outside_view(vehicle, eye, target, rgb.data());
     return write_png(folder / name, kWidth, kHeight, msg::PixelFormat::rgb8, rgb);
   };
-  const bool ok = shoot("flight.png", {0.2, -0.05, 0.85}, {0.9957, 0.035, -0.055, 0.065}, {-0.95, -0.95, 1.35},
-                        {0.16, 0.0, 0.52}) &&
+  const bool ok = shoot("flight.png", {0.12, -0.02, 0.62}, {0.9957, 0.035, -0.055, 0.065}, {-0.70, -0.80, 1.02},
+                        {0.12, 0.0, 0.36}) &&
                   shoot("room.png", {0.2, 0.1, 1.6}, {1, 0, 0, 0}, {-3.5, -3.4, 2.6}, {0.5, 0.5, 0.8}) &&
                   shoot("landed.png", {0.03, -0.02, 0.12}, {0.98, 0, 0, 0.199}, {0.75, -0.8, 0.55}, {0, 0, 0.08});
   return ok ? 0 : 1;

@@ -27,7 +27,9 @@ struct SessionReport {
   sim_hil::Mode mode = sim_hil::Mode::lockstep;
   double plant_s = 0, wall_s = 0, cpu_s = 0;  // cpu: of the physics thread
   std::uint64_t frames = 0, render_late = 0, steps_late = 0;
-  std::int64_t imu_gap_max_ns = 0;  // free-running: between two IMU samples leaving
+  std::int64_t imu_gap_max_ns = 0;    // free-running: between two IMU samples leaving
+  std::int64_t wake_late_max_ns = 0;  // the kernel woke the physics thread so much too late
+  std::int64_t work_max_ns = 0;       // from there until the samples of a millisecond had left
   std::uint64_t lease_expiries = 0;
   bool valid = true;
   std::string invalid_because;
@@ -62,6 +64,7 @@ class Session {
 
   sim_hil::PlantDescription description() const;
   hal::Status open(std::unique_ptr<hal::Stream> stream);
+  void rehearse();
   hal::Status run_lockstep();
   hal::Status run_free();
   hal::Status advance_one_ms();

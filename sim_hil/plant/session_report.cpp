@@ -49,6 +49,8 @@ std::string SessionReport::json() const {
   j.boolean("valid", valid);
   j.text("reason", invalid_because);
   j.integer("imu_gap_max_ns", static_cast<std::uint64_t>(imu_gap_max_ns));
+  j.integer("wake_late_max_ns", static_cast<std::uint64_t>(wake_late_max_ns));
+  j.integer("work_max_ns", static_cast<std::uint64_t>(work_max_ns));
   j.integer("render_late", render_late);
   j.integer("steps_late", steps_late);
   j.integer("frames", frames);

@@ -2,6 +2,7 @@
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <vector>
@@ -58,15 +59,32 @@ std::uint32_t hash(int x, int y, std::uint32_t salt) {
 }
 double unit(std::uint32_t h) { return static_cast<double>(h & 0xffffff) / 16777216.0; }
 
-/// Smooth noise in 0..1 with the given cell size; repeats after `period` pixels (a multiple of the cell).
-double value_noise(int x, int y, int cell, int period, std::uint32_t salt) {
-  const int n = period / cell, cx = x / cell, cy = y / cell;
-  const auto at = [&](int i, int j) { return unit(hash((cx + i) % n, (cy + j) % n, salt)); };
-  const auto ease = [](double t) { return t * t * (3 - 2 * t); };
-  const double u = ease(static_cast<double>(x % cell) / cell), v = ease(static_cast<double>(y % cell) / cell);
-  const double low = at(0, 0) + u * (at(1, 0) - at(0, 0)), high = at(0, 1) + u * (at(1, 1) - at(0, 1));
-  return low + v * (high - low);
-}
+/// Smooth noise in 0..1 for pixels 0..period-1, with cells of the given size (a power of two); repeats at the edges.
+class Grain {
+ public:
+  Grain(int cell, int period, std::uint32_t salt) : cell_(cell), row_(period / cell + 1) {
+    const int n = period / cell;
+    for (int j = 0; j <= n; ++j)
+      for (int i = 0; i <= n; ++i) lattice_.push_back(unit(hash(i % n, j % n, salt)));
+    for (int i = 0; i < cell; ++i) {
+      const double t = static_cast<double>(i) / cell;
+      ease_.push_back(t * t * (3 - 2 * t));
+    }
+  }
+  double operator()(int x, int y) const {
+    const auto ux = static_cast<unsigned>(x), uy = static_cast<unsigned>(y), cell = static_cast<unsigned>(cell_);
+    const int shift = std::countr_zero(cell);
+    const double* at =
+        &lattice_[static_cast<std::size_t>(uy >> shift) * static_cast<std::size_t>(row_) + (ux >> shift)];
+    const double u = ease_[ux & (cell - 1)], v = ease_[uy & (cell - 1)];
+    const double low = at[0] + u * (at[1] - at[0]), high = at[row_] + u * (at[row_ + 1] - at[row_]);
+    return low + v * (high - low);
+  }
+
+ private:
+  int cell_, row_;
+  std::vector<double> lattice_, ease_;
+};
 
 /// Stone chips scattered over a square, one at most per cell of a grid: how deep (in 0..1) each pixel lies in the chip
 /// that covers it best, and which one that is. Repeats at the edges.
@@ -116,11 +134,11 @@ Rgb stone(std::uint32_t id) { return shade(kStones[(id >> 8) % 8], 0.9 + 0.2 * u
 /// Terrazzo in slabs of one metre: contrast at every scale that a camera between 0.1 and 3 m sees. 4 m a side.
 void paint_floor(Canvas canvas) {
   const int size = canvas.width(), slab = size / 4;
+  const Grain coarse(64, size, 21), middle(16, size, 22), fine(4, size, 23);
   const Chips layers[] = {{size, 32, 132}, {size, 16, 116}, {size, 8, 108}};  // of 13, 6 and 3 cm
   canvas.fill([&](int x, int y) {
     const std::uint32_t tile = hash(x / slab, y / slab, 11);
-    const double clouds = 0.5 * value_noise(x, y, 64, size, 21) + 0.3 * value_noise(x, y, 16, size, 22) +
-                          0.2 * value_noise(x, y, 4, size, 23);
+    const double clouds = 0.5 * coarse(x, y) + 0.3 * middle(x, y) + 0.2 * fine(x, y);
     Rgb c = shade({158, 155, 148}, 0.80 + 0.14 * unit(tile) + 0.24 * clouds);
     for (const Chips& chips : layers) {
       const std::uint32_t id = chips.id(x, y);
@@ -133,7 +151,7 @@ void paint_floor(Canvas canvas) {
 }
 
 /// Wainscot, rail, plaster and two windows on eight by four metres.
-Rgb wall_colour(double x_m, double y_m, double plaster) {
+Rgb wall_colour(double x_m, double y_m, double plaster, const Grain& hills) {
   const Rgb paint = shade({226, 224, 215}, 0.94 + 0.08 * plaster);
   if (y_m < 0.08) return {52, 56, 62};
   if (y_m < 1.0) {
@@ -147,7 +165,7 @@ Rgb wall_colour(double x_m, double y_m, double plaster) {
     const bool frame = dx > 1.05 || dy > 0.75 || dx < 0.03 || std::fabs(y_m - 2.6) < 0.025;
     if (frame) return {244, 244, 242};
     const double up = (y_m - 1.55) / 1.5;
-    const double hill = 0.16 + 0.10 * value_noise(static_cast<int>(x_m * 64), 7, 32, 512, 41);
+    const double hill = 0.16 + 0.10 * hills(static_cast<int>(x_m * 64), 7);
     if (up < hill) return shade({112, 140, 108}, 0.8 + 0.4 * plaster);
     return mix({222, 234, 242}, {140, 184, 226}, up);
   }
@@ -156,10 +174,9 @@ Rgb wall_colour(double x_m, double y_m, double plaster) {
 
 void paint_wall(Canvas canvas) {
   const double per_m = canvas.width() / 8.0;
-  canvas.fill([&](int x, int y) {
-    const double plaster = 0.6 * value_noise(x, y, 4, 1024, 31) + 0.4 * value_noise(x, y, 32, 1024, 32);
-    return wall_colour(x / per_m, y / per_m, plaster);
-  });
+  const Grain fine(4, 1024, 31), coarse(32, 1024, 32), hills(32, 512, 41);
+  canvas.fill(
+      [&](int x, int y) { return wall_colour(x / per_m, y / per_m, 0.6 * fine(x, y) + 0.4 * coarse(x, y), hills); });
 }
 
 /// Covers an edge of about one pixel: 1 inside, 0 outside.
@@ -169,9 +186,10 @@ double inside(double distance_px) { return std::clamp(0.5 - distance_px, 0.0, 1.
 /// has its centroid in the centre.
 void paint_pad(Canvas canvas) {
   const double per_m = canvas.width() / 0.8, middle = 0.5 * canvas.width();
+  const Grain fibre(4, 512, 51);
   canvas.fill([&](int x, int y) {
     const double dx = x + 0.5 - middle, dy = y + 0.5 - middle, r = std::sqrt(dx * dx + dy * dy);
-    const double grain = value_noise(x, y, 4, 512, 51);
+    const double grain = fibre(x, y);
     const Rgb white = shade({240, 240, 238}, 0.97 + 0.03 * grain);
     Rgb c = shade({44, 46, 52}, 0.85 + 0.3 * grain);
     c = mix(c, white, inside(std::fabs(std::max(std::fabs(dx), std::fabs(dy)) - 0.375 * per_m) - 0.006 * per_m));
@@ -185,8 +203,9 @@ void paint_pad(Canvas canvas) {
 }
 
 void paint_rug(Canvas canvas) {
+  const Grain yarn(2, 256, 61);
   canvas.fill([&](int x, int y) {
-    const double weave = 0.85 + 0.3 * value_noise(x, y, 2, 256, 61);
+    const double weave = 0.85 + 0.3 * yarn(x, y);
     const int edge = std::min({x, y, 255 - x, 255 - y});
     if (edge < 10) return shade({224, 220, 206}, weave);
     const int zig = (x + std::abs(y % 32 - 16)) % 48;
@@ -197,9 +216,10 @@ void paint_rug(Canvas canvas) {
 /// Six faces below each other, all alike: a grey transport box with a frame and a band.
 void paint_crate(Canvas canvas) {
   const int n = canvas.width();
+  const Grain scratches(8, n, 71);
   canvas.fill([&](int x, int y) {
     const int v = y % n, edge = std::min({x, v, n - 1 - x, n - 1 - v});
-    const double wear = 0.9 + 0.2 * value_noise(x, v, 8, n, 71);
+    const double wear = 0.9 + 0.2 * scratches(x, v);
     if (edge < 12) return shade({96, 104, 112}, edge < 2 ? 0.6 : wear);
     if (std::abs(v - n / 2) < 10) return shade({52, 128, 138}, wear);
     return shade({150, 154, 156}, (x / 6 % 2 ? 0.94 : 1.0) * wear);

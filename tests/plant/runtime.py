@@ -3,11 +3,12 @@
 Starts the program given on the command line, flies a scripted second in lockstep (or free-running) and checks what
 comes over the wire. Exits 0 when everything was as documented.
 
-usage: runtime.py SINEW_SIM [--mode lockstep|free] [--seconds S] [--tcp] [--camera WxH] [--seed N]
+usage: runtime.py SINEW_SIM [--mode lockstep|free] [--seconds S] [--tcp] [--shared] [--camera WxH] [--seed N]
 """
 import argparse
 import hashlib
 import json
+import mmap
 import os
 import resource
 import socket
@@ -25,7 +26,7 @@ HEADER = struct.Struct("<IHHIIq")
 
 class Wire:
     def __init__(self, sock):
-        self.sock, self.sent, self.received, self.buffer = sock, 0, 0, bytearray()
+        self.sock, self.sent, self.received, self.buffer, self.memory = sock, 0, 0, bytearray(), None
 
     def send(self, kind, device, at, payload=b""):
         self.sock.sendall(HEADER.pack(24 + len(payload), kind, device, self.sent, 0, at) + payload)
@@ -33,7 +34,12 @@ class Wire:
 
     def bytes(self, n):
         while len(self.buffer) < n:
-            more = self.sock.recv(1 << 18)
+            if self.sock.family == socket.AF_UNIX:
+                more, handles, _, _ = socket.recv_fds(self.sock, 1 << 18, 1)
+                for handle in handles:
+                    self.memory = mmap.mmap(handle, 0, prot=mmap.PROT_READ)
+            else:
+                more = self.sock.recv(1 << 18)
             if not more:
                 sys.exit("the plant closed the connection")
             self.buffer += more
@@ -70,10 +76,22 @@ def command(commit, value):
     return struct.pack("<qqII8d", 20_000_000, commit, 4, 1, *([value] * 4 + [0.0] * 4))
 
 
-def check_frame(payload, width, height):
-    _, exposure, number, w, h, form, slot, _ = struct.unpack_from("<qqIIIIII", payload)
-    pixels = payload[40:]
-    assert (w, h, form, slot) == (width, height, 4, 0xFFFFFFFF) and exposure > 0
+def pixels_of(payload, slot, generation, camera, memory):
+    """From the stream, or from the shared memory of the Welcome."""
+    if slot == 0xFFFFFFFF:
+        return payload[40:]
+    w, h, _, slots, offset, stride = struct.unpack_from("<IIIIQI", camera, 24)
+    assert slot < slots
+    at = offset + slot * stride
+    assert struct.unpack_from("<I", memory, at)[0] == generation, "an overwritten slot"
+    return memory[at + 64:at + 64 + w * h * 2]
+
+
+def check_frame(payload, width, height, camera, memory):
+    _, exposure, number, w, h, form, slot, generation = struct.unpack_from("<qqIIIIII", payload)
+    assert (w, h, form) == (width, height, 4) and exposure > 0
+    assert (slot == 0xFFFFFFFF) == (memory is None)
+    pixels = pixels_of(payload, slot, generation, camera, memory)
     assert len(pixels) == w * h * 2
     luma = pixels[::2]
     assert max(luma) - min(luma) > 40, "a frame without contrast"
@@ -83,13 +101,15 @@ def check_frame(payload, width, height):
 def fly(wire, args):
     width, height = map(int, args.camera.split("x"))
     free = args.mode == "free"
-    wire.send(HELLO, 0, 0, struct.pack("<IHHdQII32s", MAGIC, VERSION, 1 if free else 0, 1.0, args.seed, 0, 0, b"script"))
+    wire.send(HELLO, 0, 0, struct.pack("<IHHdQII32s", MAGIC, VERSION, 1 if free else 0, 1.0, args.seed, 1 if args.shared else 0, 0, b"script"))
     kind, _, _, welcome = wire.next()
     assert kind == WELCOME, "the answer to Hello is Welcome"
     magic, version, devices, step, seed = struct.unpack_from("<IHHqQ", welcome)
     assert (magic, version, seed) == (MAGIC, VERSION, args.seed) and step <= 250_000
     names = [welcome[72 + 96 * i + 56:72 + 96 * i + 88].rstrip(b"\0").decode() for i in range(devices)]
     motors = names.index("motors")
+    camera = welcome[72 + 96 * names.index("camera"):]
+    assert args.shared == (wire.memory is not None)
     wire.send(START, 0, 0)
 
     seen, frames, digest, heights, report = {}, [], hashlib.sha256(), [], {}
@@ -100,7 +120,7 @@ def fly(wire, args):
         if kind in (IMU, RANGE, BARO, FRAME):
             digest.update(struct.pack("<q", at) + payload)
         if kind == FRAME:
-            frames.append(check_frame(payload, width, height))
+            frames.append(check_frame(payload, width, height, camera, wire.memory))
         elif kind == TRUTH:
             heights.append(struct.unpack_from("<3d", payload)[2])
         elif kind == REPORT:
@@ -124,6 +144,7 @@ def main():
     p.add_argument("--camera", default="320x240")
     p.add_argument("--seed", type=int, default=1)
     p.add_argument("--tcp", action="store_true")
+    p.add_argument("--shared", action="store_true", help="take frames from shared memory")
     args = p.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         plant, wire = connect(args, folder)
