@@ -38,13 +38,16 @@ std::vector<Problem> Graph::check(const CheckOptions& options) const {
 }
 
 std::uint32_t Graph::find_module(std::string_view name) const {
-  return find_by_name(modules_, name, [](const auto& m) -> auto& { return m.spec.name; });
+  return find_by_name(
+      modules_, name, [](const auto& m) -> auto& { return m.spec.name; });
 }
 std::uint32_t Graph::find_topic(std::string_view name) const {
-  return find_by_name(topics_, name, [](const auto& t) -> auto& { return t.name; });
+  return find_by_name(
+      topics_, name, [](const auto& t) -> auto& { return t.name; });
 }
 std::uint32_t Graph::find_thread(std::string_view name) const {
-  return find_by_name(threads_, name, [](const auto& t) -> auto& { return t.spec.name; });
+  return find_by_name(
+      threads_, name, [](const auto& t) -> auto& { return t.spec.name; });
 }
 
 void Graph::add_guardian() {

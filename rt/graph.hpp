@@ -58,9 +58,9 @@ struct CheckOptions {
 };
 
 struct ConfigureOptions {
-  hal::Os* os = nullptr;                // segment in its shared memory; null: ordinary memory
-  std::uint32_t first_sequence = 1;     // tests start shortly before the wrap
-  std::uint32_t default_history = 0;    // of topics that say nothing; images then keep at most 5
+  hal::Os* os = nullptr;              // segment in its shared memory; null: ordinary memory
+  std::uint32_t first_sequence = 1;   // tests start shortly before the wrap
+  std::uint32_t default_history = 0;  // of topics that say nothing; images then keep at most 5
 };
 
 /// Names the post of a change, to ask later when it took effect.
@@ -71,7 +71,8 @@ struct Ticket {
 /// Thread:  owner, configure only, except where "any" is said.
 class Graph {
  public:
-  /// Resolves what it can; check() says what it could not. The guardian, if there are actuators, is thread 0 and module 0.
+  /// Resolves what it can; check() says what it could not. The guardian, if there are actuators, is thread 0 and module
+  /// 0.
   Graph(GraphSpec spec, const ModuleTypes& types);
   ~Graph();
   Graph(const Graph&) = delete;

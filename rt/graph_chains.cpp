@@ -12,8 +12,13 @@ using PortKind = Declaration::PortKind;
 class ChainWalk {
  public:
   ChainWalk(std::vector<GraphModule>& modules, std::size_t topics, std::uint32_t chain, std::uint32_t to)
-      : modules_(modules), bit_(1u << chain), to_(to), topic_leads_(topics), module_leads_(modules.size()),
-        seen_(modules.size()), on_way_(modules.size()) {
+      : modules_(modules),
+        bit_(1u << chain),
+        to_(to),
+        topic_leads_(topics),
+        module_leads_(modules.size()),
+        seen_(modules.size()),
+        on_way_(modules.size()) {
     topic_leads_[to] = true;
     while (spread()) {
     }

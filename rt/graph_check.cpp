@@ -177,7 +177,8 @@ void GraphCheck::placement(const GraphModule& m) {
       if (name.value == m.spec.name) places.push_back(t.spec.name);
   const std::string key = "module." + m.spec.name;
   if (places.empty()) add(m.spec.line, key, "in no thread", "named in the order of one thread");
-  if (places.size() > 1) add(m.spec.line, key, "in threads " + listed(places), "named once, in the order of one thread");
+  if (places.size() > 1)
+    add(m.spec.line, key, "in threads " + listed(places), "named once, in the order of one thread");
   if (!m.declaration.is_best_effort || m.thread == kNone) return;
   const ThreadSpec& t = graph_.threads()[m.thread].spec;
   if (t.priority > 0)

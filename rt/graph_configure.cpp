@@ -51,7 +51,8 @@ hal::Status Graph::configure(hal::Board& board, const ConfigureOptions& options)
   }
   for (const GraphThread& t : threads_) {
     if (t.spec.trigger != ThreadSpec::Trigger::device || modules_[t.device_module].driver->device()) continue;
-    if (first) fail(modules_[t.device_module], {hal::Errc::not_supported, "trigger `device`: this module has no device"});
+    if (first)
+      fail(modules_[t.device_module], {hal::Errc::not_supported, "trigger `device`: this module has no device"});
   }
   if (first)
     for (GraphModule& m : modules_) m.module->reset();
@@ -92,8 +93,9 @@ void Graph::plan_outputs(std::uint32_t module, const ConfigureOptions& options) 
     plan.type = topic.type;
     plan.bulk_bytes = topic.image_bytes;
     plan.burst = port.burst;
-    plan.history = topic.history ? topic.history : topic.type->has_bulk() ? std::min(options.default_history, kImageHistory)
-                                                                          : options.default_history;
+    plan.history = topic.history            ? topic.history
+                   : topic.type->has_bulk() ? std::min(options.default_history, kImageHistory)
+                                            : options.default_history;
     plan.source_chains = topic.source_chains;
     topic_ids_[m.topic[p]] = plan_->add_topic(writer, std::move(plan));
   }
@@ -107,9 +109,9 @@ void Graph::plan_inputs(std::uint32_t module) {
     const Declaration::Port& port = m.declaration.ports[p];
     if (port.kind == PortKind::output || m.topic[p] == kNone) continue;
     ConnectionPlan plan;
-    plan.kind = port.kind == PortKind::latest             ? Kind::latest
-                : port.overflow == Overflow::drop_oldest  ? Kind::drop_oldest
-                                                          : Kind::drop_newest;
+    plan.kind = port.kind == PortKind::latest            ? Kind::latest
+                : port.overflow == Overflow::drop_oldest ? Kind::drop_oldest
+                                                         : Kind::drop_newest;
     plan.depth = port.depth;
     plan.same_thread = modules_[topics_[m.topic[p]].writer].thread == m.thread;
     connections_[module][p] = plan_->connect(topic_ids_[m.topic[p]], plan);
@@ -132,10 +134,12 @@ hal::Result<Ticket> Graph::set_param(std::string_view module, std::string_view n
   const std::uint32_t m = find_module(module);
   if (m == kNone) return refuse(hal::Errc::not_found, "module", "no module " + std::string(module));
   const Declaration::Param* p = find_param(modules_[m].declaration, name);
-  if (!p) return refuse(hal::Errc::not_found, "parameter", std::string(module) + " has no parameter " + std::string(name));
+  if (!p)
+    return refuse(hal::Errc::not_found, "parameter", std::string(module) + " has no parameter " + std::string(name));
   if (std::holds_alternative<std::string*>(p->target))
     return refuse(hal::Errc::not_supported, "parameter", "a text is set before the start only");
-  if (!accepts(*p, value)) return refuse(hal::Errc::bad_argument, "parameter", to_string(value) + ": " + allowed_values(*p));
+  if (!accepts(*p, value))
+    return refuse(hal::Errc::bad_argument, "parameter", to_string(value) + ": " + allowed_values(*p));
   Request request;
   request.module = m;
   request.param = static_cast<std::uint32_t>(p - modules_[m].declaration.params.data());

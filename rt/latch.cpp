@@ -1,6 +1,7 @@
 #include "rt/latch.hpp"
 
 #include <algorithm>
+#include <bit>
 
 namespace sinew::rt {
 
@@ -12,6 +13,7 @@ struct Latch::Port {
   const std::byte* slots;
   std::size_t stride;
   std::uint32_t output, depth;
+  std::uint32_t carried_chains;
   Kind kind;
   bool pins;                // false: writer and reader never run at the same time
   bool seen = false;        // latest: held a message before
@@ -34,7 +36,7 @@ struct Latch::Group {
 Latch::Latch(Segment& segment) : segment_(segment) {}
 Latch::~Latch() = default;
 
-void Latch::bind(InputBase& input, ConnectionId id, Duration max_age) {
+void Latch::bind(InputBase& input, ConnectionId id, Duration max_age, std::uint32_t carried_chains) {
   const Segment::Connection& c = segment_.connections_[id];
   const TopicEntry& entry = segment_.entry(c.topic);
   auto group = std::find_if(groups_.begin(), groups_.end(), [&](const Group& g) { return g.writer == entry.writer; });
@@ -47,6 +49,7 @@ void Latch::bind(InputBase& input, ConnectionId id, Duration max_age) {
   port.stride = entry.slot_stride;
   port.output = entry.output;
   port.depth = c.plan.depth;
+  port.carried_chains = carried_chains & ((1U << kMaxChains) - 1);
   port.kind = c.plan.kind;
   port.pins = !c.plan.same_thread;
   port.before = segment_.header().first_sequence - 1;
@@ -148,8 +151,11 @@ void Latch::merge_origins(std::int64_t (&oldest_ns)[kMaxChains]) const noexcept 
   std::fill(std::begin(oldest_ns), std::end(oldest_ns), kNoOrigin.ns);
   for (const Group& group : groups_)
     for (const Port& port : group.ports)
-      for (std::uint32_t i = 0; i < port.count; ++i)
-        for (std::size_t c = 0; c < kMaxChains; ++c) oldest_ns[c] = std::min(oldest_ns[c], port.held[i]->origin_ns[c]);
+      for (std::uint32_t chains = port.count ? port.carried_chains : 0; chains; chains &= chains - 1) {
+        const int c = std::countr_zero(chains);
+        for (std::uint32_t i = 0; i < port.count; ++i)
+          oldest_ns[c] = std::min(oldest_ns[c], port.held[i]->origin_ns[c]);
+      }
 }
 
 }  // namespace sinew::rt

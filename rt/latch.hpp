@@ -22,14 +22,16 @@ class Latch {
 
   /// Connects an input port with its connection. Configure only. A queue sees messages published before its first
   /// latch as pending, bounded by its depth.
-  void bind(InputBase& port, ConnectionId connection, Duration max_age = Duration{INT64_MAX});
+  /// `carried_chains`: bit c: the origin of chain c goes on through this port.
+  void bind(InputBase& port, ConnectionId connection, Duration max_age = Duration{INT64_MAX},
+            std::uint32_t carried_chains = ~0U);
 
   /// Fills the ports from the newest commit of each writer.
   void latch() noexcept;
   /// Empties the ports; queues have consumed what they held. Every latch() is followed by one release().
   void release() noexcept;
 
-  /// Per chain the oldest origin among all messages held now; kNoOrigin where there is none.
+  /// Per chain the oldest origin among the messages held now by ports that carry it; kNoOrigin where there is none.
   void merge_origins(std::int64_t (&oldest_ns)[kMaxChains]) const noexcept;
 
  private:

@@ -21,7 +21,9 @@ class ModuleTypes {
   void add(std::string_view name) {
     add(name, [] { return std::make_unique<M>(); });
   }
-  void add(std::string_view name, Factory factory) { factories_.insert_or_assign(std::string(name), std::move(factory)); }
+  void add(std::string_view name, Factory factory) {
+    factories_.insert_or_assign(std::string(name), std::move(factory));
+  }
 
   /// Null when the type is not known.
   std::unique_ptr<Module> make(std::string_view name) const {

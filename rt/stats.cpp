@@ -7,7 +7,7 @@ namespace sinew::rt {
 
 std::size_t Histogram::bucket_of(std::uint64_t ns) noexcept {
   if (ns < kSub) return ns;
-  const int shift = std::bit_width(ns) - 5;  // leaves 16..31
+  const int shift = static_cast<int>(std::bit_width(ns)) - 5;  // leaves 16..31
   const std::size_t bucket = static_cast<std::size_t>(shift) * kSub + (ns >> shift);
   return std::min(bucket, kBuckets - 1);
 }
@@ -42,8 +42,7 @@ Duration Histogram::quantile(double q) const noexcept {
   std::uint64_t seen = 0;
   for (std::size_t i = 0; i < kBuckets; ++i) {
     seen += bucket_[i].value();
-    if (seen >= rank && i + 1 < kBuckets)
-      return std::min(Duration{static_cast<std::int64_t>(upper_bound(i))}, max());
+    if (seen >= rank && i + 1 < kBuckets) return std::min(Duration{static_cast<std::int64_t>(upper_bound(i))}, max());
   }
   return max();
 }

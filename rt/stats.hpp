@@ -52,28 +52,28 @@ class Histogram {
 
 struct ThreadStats {
   Count releases, completions, overruns, skips, coalesced, timeouts;
-  Count preemptions;    // virtual time only: the kernel does not tell a thread
-  Histogram lateness;   // release to start of the first step
-  Histogram exec;       // first start to completion of the cycle, preemption included
+  Count preemptions;   // virtual time only: the kernel does not tell a thread
+  Histogram lateness;  // release to start of the first step
+  Histogram exec;      // first start to completion of the cycle, preemption included
 };
 
 struct ModuleStats {
   Count steps, ok, stale, fault;
-  Count device_errors;  // reported by a driver in collect() or emit()
-  Counter<std::uint32_t> stopped;  // 1: stopped after repeated faults, or disabled
-  Histogram exec;       // execution time of the step; virtual: what its model said
+  Count stops;                     // stopped for too many faults in a row
+  Counter<std::uint32_t> stopped;  // 1: is not stepped: stopped, or disabled
+  Count best_effort_calls;         // trapped calls of a best-effort module, in builds with the trap
+  Histogram exec;                  // execution time of the step; virtual: what its model said
 };
 
 struct ChainStats {
-  Histogram age;        // at the commit of the chain's last topic: commit instant minus origin
+  Histogram age;  // at the commit of the chain's last topic: commit instant minus origin
   Count budget_misses;
 };
 
 struct TopicStats {
   Count messages;
   Counter<std::int64_t> last_stamp_ns, last_published_ns;
-  Histogram age;        // published minus stamp
-  Count drops;          // lost to full queues, all connections together
+  Histogram age;  // published minus stamp
 };
 
 }  // namespace sinew::rt

@@ -1,0 +1,44 @@
+#pragma once
+#include <memory>
+#include <vector>
+
+#include "hal/board.hpp"
+#include "msg/actuators.hpp"
+#include "rt/graph_spec.hpp"
+#include "rt/module.hpp"
+
+namespace sinew::rt {
+
+/// Stands between every command and its actuators: the only owner of the board's Actuators, made by the graph from the
+/// robot file's actuators as the most urgent thread, released by each command and at least twice a lease.
+///
+/// A command passes as it is, with what is left of its lease, or not at all: a wrong number of channels, a value that
+/// is not finite, outside its limits or changed faster than allowed, and an age (since its commit) that has reached the
+/// lease are faults; the group's safe action takes its place until a good command returns. Nothing is clamped: a
+/// controller that asks for the impossible is not one to follow half-way. The rate is that against the last good
+/// command, over the time between the two commits. A command with armed = 0 stops the group and is checked for nothing.
+///
+/// Safe actions: `hold` repeats the last good values; `stop`, `damp` and `torque_off` stop the device (a damped or limp
+/// stop is the device's own; ActuatorCommand cannot express it).
+/// Modes:   standby (no armed command yet, or disarmed), armed (every value 0), active, safe (a fault).
+/// Thread:  executor.   RT: yes.
+/// Errors:  configure: what opening the actuators says. A device that refuses is kFaultDevice in the next state.
+class Guardian final : public DriverModule {
+ public:
+  explicit Guardian(const std::vector<ActuatorSpec>& actuators);
+  ~Guardian() override;
+  /// Half the smallest lease: a lease is noticed at the instant at which it ends, when no other group is in between.
+  static Duration check_interval(const std::vector<ActuatorSpec>& actuators);
+
+  void declare(Declaration& d) override;
+  hal::Status configure(Setup& setup) override;
+  void reset() override;
+  Status step(const Step& step) noexcept override;
+  void emit(Time now) noexcept override;
+
+ private:
+  struct Group;
+  std::vector<std::unique_ptr<Group>> groups_;  // ports are bound by address
+};
+
+}  // namespace sinew::rt
