@@ -1,9 +1,11 @@
 #include "apps/robot_file.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <iterator>
 
+#include "apps/toml_guard.hpp"
 #include "apps/toml_reader.hpp"
 #include "msg/actuators.hpp"
 #include "msg/image.hpp"
@@ -27,7 +29,7 @@ void read_exec(TomlReader& r, rt::ExecModel& exec) {
     for (std::size_t i = 0; good && i < array->size(); ++i) {
       const auto us = (*array)[i].value<double>();
       good = us && *us >= 0.001 && *us <= 3.6e9;
-      if (good) exec.trace.emplace_back(static_cast<std::int64_t>(*us * kUs + 0.5));
+      if (good) exec.trace.emplace_back(std::llround(*us * kUs));
     }
     if (good) {
       exec.kind = Kind::trace;
@@ -205,9 +207,13 @@ void read_sim(TomlReader& r, SimOptions& sim) {
 
 }  // namespace
 
-LoadedRobot parse_robot(std::string_view text, std::string path) {
+LoadedRobot parse_robot(std::string_view text, const std::string& path) {
   LoadedRobot loaded;
   loaded.robot.path = path;
+  if (const int line = line_beyond_ascii(text)) {
+    loaded.problems.push_back({line, "TOML", "syntax", "only ASCII outside of comments"});
+    return loaded;
+  }
   const toml::parse_result parsed = toml::parse(text, path);
   if (!parsed) {
     const auto& e = parsed.error();

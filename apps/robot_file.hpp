@@ -28,7 +28,7 @@ struct LoadedRobot {
 
 /// Reads the text of a robot file. Never stops at the first problem, except for TOML that does not parse.
 /// Source:  docs/robot-file.md lists all keys.
-LoadedRobot parse_robot(std::string_view text, std::string path);
+LoadedRobot parse_robot(std::string_view text, const std::string& path);
 
 /// Reads a robot file from disk; a file that cannot be read is one problem.
 LoadedRobot load_robot(const std::string& path);

@@ -12,7 +12,12 @@ int line_of(const toml::node& node) { return static_cast<int>(node.source().begi
 std::string value_text(const toml::node& node) {
   if (node.is_table()) return "{...}";
   std::ostringstream out;
-  node.visit([&](const auto& n) { out << toml::default_formatter(n, toml::format_flags::none); });
+  if (const toml::array* array = node.as_array()) {  // by hand: toml++ 3.3 takes the logarithm of a nan to lay it out
+    for (const toml::node& entry : *array) out << (out.tellp() > 0 ? ", " : "[ ") << value_text(entry);
+    out << (array->empty() ? "[]" : " ]");
+  } else {
+    node.visit([&](const auto& n) { out << toml::default_formatter(n, toml::format_flags::none); });
+  }
   std::string text = out.str();
   for (char& c : text)
     if (c == '\n') c = ' ';

@@ -19,6 +19,19 @@ class Board {
   virtual Result<Actuators*> actuators(std::string_view name) = 0;
 };
 
+/// A board without devices: graphs that need none, and tests.
+class EmptyBoard final : public Board {
+ public:
+  Result<Imu*> imu(std::string_view) override { return none(); }
+  Result<Range*> range(std::string_view) override { return none(); }
+  Result<Baro*> baro(std::string_view) override { return none(); }
+  Result<Camera*> camera(std::string_view) override { return none(); }
+  Result<Actuators*> actuators(std::string_view) override { return none(); }
+
+ private:
+  static Error none() { return {Errc::not_found, "this board has no devices"}; }
+};
+
 /// Who says how far virtual time may run. The discrete-event executor runs everything up to the grant, then asks again.
 class GrantSource {
  public:

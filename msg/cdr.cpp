@@ -10,123 +10,85 @@
 namespace sinew::msg {
 namespace {
 
+// CDR aligns each number to its own size, counted from behind the header. So does a struct in memory where 64-bit
+// numbers are aligned to 8, and check_layout() allows no padding: the encoding of a message is its bytes.
+static_assert(alignof(double) == 8 && alignof(std::int64_t) == 8, "this ABI needs a codec that walks the fields");
+
 constexpr std::array<std::uint8_t, 4> kHeader{0x00, 0x01, 0x00, 0x00};
-constexpr std::size_t kLengthSize = 4;
 
-constexpr std::size_t gap_to(std::size_t at, std::size_t alignment) {
-  return (alignment - at % alignment) % alignment;  // `at` counts from behind the header
-}
+constexpr std::size_t aligned(std::size_t at) { return (at + 3) / 4 * 4; }  // for the length of the bulk
 
-/// Walks the numbers of a type in order. Sink::numbers(field, offset in the struct, size of one, count) returns false
-/// to stop.
-template <class Sink>
-bool walk(const TypeInfo& type, std::uint32_t base, Sink& sink) {
+/// Name of the innermost field that holds this byte of the struct.
+std::string_view field_at(const TypeInfo& type, std::size_t offset) {
   for (const FieldInfo& f : type.fields) {
-    if (f.kind != Kind::nested) {
-      if (!sink.numbers(f, base + f.offset, size_of(f.kind), f.count)) return false;
-      continue;
-    }
-    for (std::uint32_t i = 0; i < f.count; ++i)
-      if (!walk(*f.nested, base + f.offset + i * f.nested->size, sink)) return false;
+    const std::size_t size = f.kind == Kind::nested ? f.nested->size : size_of(f.kind);
+    if (offset >= f.offset + size * f.count) continue;
+    return f.kind == Kind::nested ? field_at(*f.nested, (offset - f.offset) % size) : f.name;
   }
-  return true;
+  return type.bulk_name;
 }
 
-struct Measure {
-  std::size_t at = 0;
-  bool numbers(const FieldInfo&, std::uint32_t, std::uint32_t size, std::uint32_t count) {
-    at += gap_to(at, size) + std::size_t{size} * count;
-    return true;
-  }
-};
+/// The bulk and its length, from `at` of `in` on.
+CdrDecoded decode_bulk(const TypeInfo& type, std::span<const std::uint8_t> in, std::size_t at, void* message,
+                       std::uint32_t capacity) {
+  const std::size_t length_at = kHeader.size() + aligned(type.size), bulk_at = length_at + 4;
+  if (in.size() < bulk_at) return {"input ends inside the message", type.bulk_name, in.size()};
+  for (; at < length_at; ++at)
+    if (in[at] != 0) return {"alignment gap is not zero", type.bulk_name, at};
+  std::uint32_t length;
+  std::memcpy(&length, in.data() + length_at, sizeof length);
+  if (length > capacity) return {"bulk does not fit the slot", type.bulk_name, length_at};
+  if (length > in.size() - bulk_at) return {"input ends inside the message", type.bulk_name, in.size()};
+  type.set_bulk_capacity(message, capacity);
+  if (type.bulk_used(message) != length)
+    return {"length of the bulk contradicts the fields", type.bulk_name, length_at};
+  if (in.size() - bulk_at > length) return {"bytes left over behind the message", {}, bulk_at + length};
+  if (length > 0) std::memcpy(static_cast<std::uint8_t*>(message) + type.size, in.data() + bulk_at, length);
+  return {};
+}
 
-struct Writer {
-  std::span<std::uint8_t> out;  // behind the header
-  const std::uint8_t* message;
-  std::size_t at = 0;
-
-  bool put(const void* from, std::size_t alignment, std::size_t bytes) {
-    const std::size_t gap = gap_to(at, alignment);
-    if (out.size() - at < gap + bytes) return false;
-    std::memset(out.data() + at, 0, gap);
-    if (bytes > 0) std::memcpy(out.data() + at + gap, from, bytes);
-    at += gap + bytes;
-    return true;
-  }
-  bool numbers(const FieldInfo&, std::uint32_t offset, std::uint32_t size, std::uint32_t count) {
-    return put(message + offset, size, std::size_t{size} * count);
-  }
-};
-
-struct Reader {
-  std::span<const std::uint8_t> in;  // behind the header
-  std::uint8_t* message;
-  std::size_t at = 0;
-  CdrDecoded result{};
-
-  bool fail(const char* error, std::string_view field) {
-    result = {error, field, at + kHeader.size()};
-    return false;
-  }
-  bool get(void* to, std::size_t alignment, std::size_t bytes, std::string_view field) {
-    const std::size_t gap = gap_to(at, alignment);
-    if (in.size() - at < gap + bytes) return fail("input ends inside the message", field);
-    for (std::size_t i = 0; i < gap; ++i)
-      if (in[at + i] != 0) return fail("alignment gap is not zero", field);
-    if (bytes > 0) std::memcpy(to, in.data() + at + gap, bytes);
-    at += gap + bytes;
-    return true;
-  }
-  bool numbers(const FieldInfo& f, std::uint32_t offset, std::uint32_t size, std::uint32_t count) {
-    return get(message + offset, size, std::size_t{size} * count, f.name);
-  }
-  bool bulk(const TypeInfo& type, std::uint32_t capacity) {
-    std::uint32_t length = 0;
-    if (!get(&length, kLengthSize, kLengthSize, type.bulk_name)) return false;
-    if (length > capacity) return fail("bulk does not fit the slot", type.bulk_name);
-    if (length > in.size() - at) return fail("input ends inside the message", type.bulk_name);
-    type.set_bulk_capacity(message, capacity);
-    if (type.bulk_used(message) != length) return fail("length of the bulk contradicts the fields", type.bulk_name);
-    return get(message + type.size, 1, length, type.bulk_name);
-  }
-};
+CdrDecoded decode(const TypeInfo& type, std::span<const std::uint8_t> in, void* message, std::uint32_t capacity) {
+  if (in.size() < kHeader.size() || !std::equal(kHeader.begin(), kHeader.end(), in.begin()))
+    return {"not little-endian XCDR1 (00 01 00 00)", {}, 0};
+  const std::size_t behind = kHeader.size() + type.size;
+  if (in.size() < behind)
+    return {"input ends inside the message", field_at(type, in.size() - kHeader.size()), in.size()};
+  std::memcpy(message, in.data() + kHeader.size(), type.size);
+  if (type.has_bulk()) return decode_bulk(type, in, behind, message, capacity);
+  if (in.size() > behind) return {"bytes left over behind the message", {}, behind};
+  return {};
+}
 
 }  // namespace
 
 std::size_t cdr_size(const TypeInfo& type, const void* message) {
-  Measure m;
-  walk(type, 0, m);
-  if (type.has_bulk()) m.at += gap_to(m.at, kLengthSize) + kLengthSize + bulk_of(type, message).size();
-  return kHeader.size() + m.at;
+  if (!type.has_bulk()) return kHeader.size() + type.size;
+  return kHeader.size() + aligned(type.size) + 4 + type.bulk_used(message);
 }
 
 std::size_t cdr_encode(const TypeInfo& type, const void* message, std::span<std::uint8_t> out) {
-  if (out.size() < kHeader.size()) return 0;
+  const auto bulk = bulk_of(type, message);
+  const std::size_t size = cdr_size(type, message);
+  if (out.size() < size) return 0;
   std::copy(kHeader.begin(), kHeader.end(), out.begin());
-  Writer w{out.subspan(kHeader.size()), static_cast<const std::uint8_t*>(message)};
-  if (!walk(type, 0, w)) return 0;
-  if (type.has_bulk()) {
-    const auto bulk = bulk_of(type, message);
-    const auto length = static_cast<std::uint32_t>(bulk.size());
-    if (!w.put(&length, kLengthSize, kLengthSize) || !w.put(bulk.data(), 1, bulk.size())) return 0;
-  }
-  return kHeader.size() + w.at;
+  std::memcpy(out.data() + kHeader.size(), message, type.size);
+  if (!type.has_bulk()) return size;
+  const std::size_t behind = kHeader.size() + type.size, length_at = kHeader.size() + aligned(type.size);
+  std::fill(out.begin() + std::ptrdiff_t(behind), out.begin() + std::ptrdiff_t(length_at), std::uint8_t{0});
+  const auto length = static_cast<std::uint32_t>(bulk.size());
+  std::memcpy(out.data() + length_at, &length, sizeof length);
+  if (length > 0) std::memcpy(out.data() + length_at + 4, bulk.data(), length);
+  return size;
 }
 
 CdrDecoded cdr_decode(const TypeInfo& type, std::span<const std::uint8_t> in, void* message,
                       std::uint32_t bulk_capacity) {
-  const auto give_up = [&](CdrDecoded why) {
+  const CdrDecoded result = decode(type, in, message, bulk_capacity);
+  if (!result) {
     type.reset(message);
     if (type.has_bulk()) type.set_bulk_capacity(message, bulk_capacity);
-    return why;
-  };
-  if (in.size() < kHeader.size() || !std::equal(kHeader.begin(), kHeader.end(), in.begin()))
-    return give_up({"not little-endian XCDR1 (00 01 00 00)", {}, 0});
-  Reader r{in.subspan(kHeader.size()), static_cast<std::uint8_t*>(message)};
-  if (!walk(type, 0, r)) return give_up(r.result);
-  if (type.has_bulk() && !r.bulk(type, bulk_capacity)) return give_up(r.result);
-  if (r.at != r.in.size()) return give_up({"bytes left over behind the message", {}, kHeader.size() + r.at});
-  return {};
+  }
+  return result;
 }
 
 }  // namespace sinew::msg

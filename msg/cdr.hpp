@@ -14,8 +14,8 @@ namespace sinew::msg {
 /// Bytes that cdr_encode() writes for this message.
 std::size_t cdr_size(const TypeInfo& type, const void* message);
 
-/// Writes the message into `out`; returns the bytes written, or 0 when `out` is too small (its content is then
-/// undefined). Alignment gaps are written as 0, so equal messages give equal bytes.
+/// Writes the message into `out`; returns the bytes written, or 0 and nothing when `out` is too small. Equal messages
+/// give equal bytes; the cost is that of copying them.
 std::size_t cdr_encode(const TypeInfo& type, const void* message, std::span<std::uint8_t> out);
 
 /// Outcome of decoding. `error` is null on success, else a literal; `field` is where it happened.

@@ -4,7 +4,8 @@
 
 namespace sinew::msg {
 
-/// Output of the state estimator. World: ENU, origin where the filter started.
+/// Output of the state estimator. World: z up, origin on the ground below the place where the filter started, x as the
+/// vehicle looked then.
 struct NavState {
   Time stamp;
   Quat q_world_base;
@@ -13,12 +14,18 @@ struct NavState {
   Vec3 gyro_radps;       // bias-corrected, base
   Vec3 gyro_bias_radps;  // base
   Vec3 accel_bias_mps2;  // base
+  Vec3 pad_world_m;      // centre of the landing pad, once known
+  Time pad_stamp;        // of the newest image whose sighting was used
   double height_m = 0;   // above the ground under the vehicle
   double tilt_std_rad = 0;
   double p_std_m = 0;  // horizontal, 1 sigma
   double v_std_mps = 0;
   std::uint32_t attitude_valid = 0;
-  std::uint32_t position_valid = 0;
+  std::uint32_t height_valid = 0;    // height and vertical speed
+  std::uint32_t position_valid = 0;  // these and the horizontal ones
+  std::uint32_t pad_known = 0;
+  std::uint32_t at_rest = 0;  // stands still with stopped motors
+  std::uint32_t reserved = 0;
 };
 
 enum class FlightMode : std::uint32_t { idle = 0, velocity = 1, position = 2 };
@@ -104,9 +111,11 @@ struct Description<NavState> {
       field<&NavState::stamp>("ns"), field<&NavState::q_world_base>("1"), field<&NavState::v_world_mps>("m/s", "world"),
       field<&NavState::p_world_m>("m", "world"), field<&NavState::gyro_radps>("rad/s", "base, bias-corrected"),
       field<&NavState::gyro_bias_radps>("rad/s"), field<&NavState::accel_bias_mps2>("m/s^2"),
+      field<&NavState::pad_world_m>("m", "world, once known"), field<&NavState::pad_stamp>("ns", "image used last"),
       field<&NavState::height_m>("m", "above ground"), field<&NavState::tilt_std_rad>("rad"),
       field<&NavState::p_std_m>("m"), field<&NavState::v_std_mps>("m/s"), field<&NavState::attitude_valid>("1"),
-      field<&NavState::position_valid>("1"));
+      field<&NavState::height_valid>("1"), field<&NavState::position_valid>("1"), field<&NavState::pad_known>("1"),
+      field<&NavState::at_rest>("1"), field<&NavState::reserved>("1"));
 };
 
 template <>

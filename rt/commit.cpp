@@ -19,16 +19,11 @@ std::uint32_t stamp_offset(const msg::TypeInfo& type) {
 }  // namespace
 
 struct Commit::Output {
-  // Where the slots are.
-  TopicRing<StdAtomics> ring;
+  TopicWriter<StdAtomics> writer;
   std::byte* slots;
   std::size_t stride;
-  std::uint32_t slot_count, keep, burst;
-  bool shared;  // somebody may pin; otherwise slots come round in order and states are not touched
-  // Where the writer is.
-  std::uint32_t next_sequence;
-  std::uint32_t cursor = 0;  // slot to try first
-  std::uint32_t owned = 0;   // slots in hand: loans of this step, then what earlier steps gave back
+  std::uint32_t burst;
+  std::uint32_t owned = 0;  // slots in hand: loans of this step, then what earlier steps gave back
   std::uint32_t loans = 0;
   std::uint32_t committed = 0;
   // What a message needs.
@@ -42,6 +37,7 @@ struct Commit::Output {
   std::unique_ptr<const SlotHeader*[]> committed_slots;  // of the last commit
   std::unique_ptr<std::uint32_t[]> published;            // per slot: its newest sequence
   TopicId topic;
+  std::string_view name;
 
   SlotHeader* slot(std::uint32_t i) const { return reinterpret_cast<SlotHeader*>(slots + i * stride); }
 };
@@ -54,27 +50,30 @@ Commit::Commit(Segment& segment, WriterId writer)
     const TopicId t = segment.topic_of(writer, i);
     const TopicEntry& entry = segment.entry(t);
     const Segment::Topic& topic = segment.topics_[t];
-    out.ring = segment.ring(t);
+    out.published = std::make_unique<std::uint32_t[]>(entry.slot_count);
+    out.queues = topic.queues;
+    out.writer.ring = segment.ring(t);
+    out.writer.slot_count = entry.slot_count;
+    out.writer.keep = topic.sum.keep;
+    out.writer.shared = topic.shared;
+    out.writer.published = out.published.get();
+    out.writer.queues = out.queues.data();
+    out.writer.queue_count = static_cast<std::uint32_t>(out.queues.size());
+    out.writer.start(segment.header().first_sequence);
     out.slots = &segment.at<std::byte>(entry.slots);
     out.stride = entry.slot_stride;
-    out.slot_count = entry.slot_count;
-    out.keep = topic.sum.keep;
     out.burst = topic.sum.burst;
-    out.shared = topic.shared;
-    out.next_sequence = segment.header().first_sequence;
+    out.type = topic.plan.type;
+    out.has_floats = !topic.plan.type->floats.empty();
     out.reset = topic.plan.type->reset;
     out.set_bulk_capacity = topic.plan.type->set_bulk_capacity;
     out.bulk_bytes = topic.plan.bulk_bytes;
     out.stamp_at = stamp_offset(*topic.plan.type);
     out.source_chains = topic.plan.source_chains;
-    out.type = topic.plan.type;
-    out.has_floats = !topic.plan.type->floats.empty();
-    out.queues = topic.queues;
     out.hand = std::make_unique<std::uint32_t[]>(out.burst);
     out.committed_slots = std::make_unique<const SlotHeader*[]>(out.burst);
-    out.published = std::make_unique<std::uint32_t[]>(out.slot_count);
-    for (std::uint32_t s = 0; s < out.slot_count; ++s) out.published[s] = out.next_sequence - 1 - out.keep;
     out.topic = t;
+    out.name = topic.plan.name;
   }
 }
 
@@ -86,23 +85,10 @@ void Commit::bind(OutputBase& port, std::uint32_t output) {
   port.burst_ = outputs_[output].burst;
 }
 
-/// The next slot that is neither among the newest `keep` nor held by anybody. With the planned number of slots one is
-/// free at every instant; a reader may take and leave one while we look, so look round more than once.
 std::uint32_t Commit::own_slot(Output& out) noexcept {
-  std::uint32_t slot = out.cursor;
-  if (!out.shared) {  // burst + keep slots in strict rotation: the one at the cursor is the oldest
-    out.cursor = slot + 1 == out.slot_count ? 0 : slot + 1;
-    return slot;
-  }
-  for (std::uint32_t look = 0; look < 4 * out.slot_count; ++look) {
-    const std::uint32_t next = slot + 1 == out.slot_count ? 0 : slot + 1;
-    if (out.next_sequence - out.published[slot] > out.keep && out.ring.states[slot].try_own()) {
-      out.cursor = next;
-      return slot;
-    }
-    slot = next;
-  }
-  bug("out of slots: somebody holds more messages than planned", "topic");
+  const std::uint32_t slot = out.writer.own();
+  if (slot == kNoSlot) bug("out of slots: somebody holds more messages than planned", out.name);
+  return slot;
 }
 
 void* Commit::try_loan(std::uint32_t output) noexcept {
@@ -129,8 +115,7 @@ void Commit::publish(Output& out, std::uint32_t slot, const CommitInfo& info) no
   SlotHeader* header = out.slot(slot);
   auto* message = static_cast<std::byte*>(header->message());
   if (out.has_floats) msg::canonicalise(*out.type, message);
-  const std::uint32_t sequence = out.next_sequence++;
-  header->sequence = sequence;
+  header->sequence = out.writer.next_sequence;
   header->commit = number_;
   header->stamp = {};
   if (out.stamp_at != kNoStamp) std::memcpy(&header->stamp, message + out.stamp_at, sizeof header->stamp);
@@ -139,22 +124,8 @@ void Commit::publish(Output& out, std::uint32_t slot, const CommitInfo& info) no
   for (std::uint32_t chains = out.source_chains; chains; chains &= chains - 1)
     header->origin_ns[std::countr_zero(chains)] = header->stamp.ns;
 
-  out.published[slot] = sequence;
   out.committed_slots[out.committed++] = header;
-  if (out.shared) {
-    std::uint32_t full = 0, i = 0;  // which queues had no room, decided once: the reader may make room at any time
-    std::uint32_t pins = 0;
-    for (; i < out.queues.size(); ++i) {
-      if (out.queues[i]->has_room())
-        ++pins;
-      else
-        full |= 1U << i;
-    }
-    out.ring.states[slot].publish(pins);
-    for (i = 0; i < out.queues.size(); ++i)
-      if ((full >> i & 1) == 0) out.queues[i]->push(slot);
-  }
-  out.ring.name(sequence, slot);
+  out.writer.publish(slot);
 }
 
 std::uint32_t Commit::commit(const CommitInfo& info) noexcept {
@@ -172,7 +143,7 @@ std::uint32_t Commit::commit(const CommitInfo& info) noexcept {
       for (std::uint32_t k = 0; k < out.owned; ++k) out.hand[k] = out.hand[out.loans + k];
       out.loans = 0;
     }
-    log_.set_last(number_, i, out.next_sequence - 1);
+    log_.set_last(number_, i, out.writer.next_sequence - 1);
   }
   log_.publish(number_);
   return mask;

@@ -60,6 +60,7 @@ struct CheckOptions {
 struct ConfigureOptions {
   hal::Os* os = nullptr;              // segment in its shared memory; null: ordinary memory
   std::uint32_t first_sequence = 1;   // tests start shortly before the wrap
+  std::vector<std::string> taps;      // topics that the program itself reads, newest message, from one thread
   std::uint32_t default_history = 0;  // of topics that say nothing; images then keep at most 5
 };
 
@@ -83,6 +84,8 @@ class Graph {
   /// Applies the parameters, makes the segment, configures and resets the modules. The last allocation of the run.
   /// Errors:  what the first failing module said; configure_problems() has all of them in words.
   hal::Status configure(hal::Board& board, const ConfigureOptions& options = {});
+  /// The first part of configure(): how many slots every topic gets. Allows plan() and slots() without a board.
+  hal::Status make_plan(const ConfigureOptions& options);
   const std::vector<Problem>& configure_problems() const { return configure_problems_; }
 
   const GraphSpec& spec() const { return spec_; }
@@ -104,6 +107,8 @@ class Graph {
   WriterId output_writer(std::uint32_t module) const { return output_writers_[module]; }  // kNone: no outputs
   WriterId raw_writer(std::uint32_t module, std::uint32_t port) const { return raw_writers_[module][port]; }
   ConnectionId connection(std::uint32_t module, std::uint32_t port) const { return connections_[module][port]; }
+  /// For a Latch of the program, in the order of ConfigureOptions::taps.
+  const std::vector<ConnectionId>& taps() const { return taps_; }
   Mailbox& mailbox(std::uint32_t thread) { return *mailboxes_[thread]; }
 
   /// Asks for a parameter's change between two steps. Thread: any.
@@ -142,6 +147,7 @@ class Graph {
   std::vector<WriterId> output_writers_;
   std::vector<std::vector<WriterId>> raw_writers_;
   std::vector<std::vector<ConnectionId>> connections_;
+  std::vector<ConnectionId> taps_;
   std::vector<std::unique_ptr<Mailbox>> mailboxes_;
 };
 

@@ -59,7 +59,7 @@ hal::Status Graph::configure(hal::Board& board, const ConfigureOptions& options)
   return first;
 }
 
-hal::Status Graph::make_segment(const ConfigureOptions& options) {
+hal::Status Graph::make_plan(const ConfigureOptions& options) {
   segment_.reset();
   plan_ = std::make_unique<SegmentPlan>(SegmentOptions{.first_sequence = options.first_sequence});
   topic_ids_.assign(topics_.size(), kNone);
@@ -68,6 +68,17 @@ hal::Status Graph::make_segment(const ConfigureOptions& options) {
   connections_.assign(modules_.size(), {});
   for (std::uint32_t m = 0; m < modules_.size(); ++m) plan_outputs(m, options);
   for (std::uint32_t m = 0; m < modules_.size(); ++m) plan_inputs(m);
+  taps_.clear();
+  for (const std::string& name : options.taps) {
+    const std::uint32_t topic = find_topic(name);
+    if (topic == kNone) return hal::Error{hal::Errc::not_found, "tap"};
+    taps_.push_back(plan_->connect(topic_ids_[topic], {}));
+  }
+  return {};
+}
+
+hal::Status Graph::make_segment(const ConfigureOptions& options) {
+  if (auto planned = make_plan(options); !planned) return planned;
   if (!options.os) {
     segment_ = std::make_unique<Segment>(*plan_);
     return {};

@@ -42,7 +42,6 @@ struct StdAtomics {
 };
 
 inline constexpr std::uint32_t kNoSlot = 0xFFFFFFFF;  // in a ring: nothing was ever published here
-inline constexpr std::uint32_t kMoved = 0xFFFFFFFE;   // answer of TopicRing::pin: the writer went on, look again
 
 /// Who may touch a slot: 0 nobody, n pinned by n readers or queues, high bit: the writer.
 template <class A>
@@ -65,12 +64,15 @@ class SlotState {
     return false;
   }
   void unpin() { word_.fetch_sub(1, A::kUnpin); }
+  /// Nobody holds it; for tests, when all threads are done.
+  bool idle() const { return word_.load(std::memory_order_relaxed) == 0; }
 
  private:
   typename A::Word word_{0};
 };
 
-/// The slots of one topic as its readers find them: ring[sequence & mask] is the slot of that sequence.
+/// The slots of one topic as its readers find them: ring[sequence & mask] is the slot of that sequence. In what follows
+/// `sequence_in(slot)` reads the header of a slot that is pinned or cannot change.
 template <class A>
 struct TopicRing {
   SlotState<A>* states = nullptr;
@@ -83,16 +85,36 @@ struct TopicRing {
     ring[sequence & mask].store(slot, std::memory_order_relaxed);
   }
 
-  /// Reader: pins the slot that holds `sequence`. kNoSlot: nothing was published yet. kMoved: it is gone, nothing is
-  /// pinned. `sequence_in(slot)` reads the header of a pinned slot.
+  /// Reader: pins the slots of the `count` sequences up to `last`, oldest first. False, with nothing pinned, when one
+  /// is gone: the writer went on, look again. `held` counts the slots taken: all, or none when nothing was ever
+  /// published.
   template <class SequenceIn>
-  std::uint32_t pin(std::uint32_t sequence, SequenceIn&& sequence_in) const {
-    const std::uint32_t slot = slot_of(sequence);
-    if (slot == kNoSlot) return kNoSlot;
-    if (!states[slot].pin()) return kMoved;
-    if (sequence_in(slot) == sequence) return slot;
+  bool pin(std::uint32_t last, std::uint32_t count, SequenceIn&& sequence_in, std::uint32_t* slots,
+           std::uint32_t& held) const {
+    for (held = 0; held < count; ++held) {
+      const std::uint32_t sequence = last - (count - 1 - held), slot = slot_of(sequence);
+      if (slot == kNoSlot) return true;
+      if (pin_one(slot, sequence, sequence_in)) {
+        slots[held] = slot;
+        continue;
+      }
+      unpin(slots, held);
+      held = 0;
+      return false;
+    }
+    return true;
+  }
+  void unpin(const std::uint32_t* slots, std::uint32_t count) const {
+    for (std::uint32_t i = 0; i < count; ++i) states[slots[i]].unpin();
+  }
+
+ private:
+  template <class SequenceIn>
+  bool pin_one(std::uint32_t slot, std::uint32_t sequence, SequenceIn&& sequence_in) const {
+    if (!states[slot].pin()) return false;
+    if (sequence_in(slot) == sequence) return true;
     states[slot].unpin();
-    return kMoved;
+    return false;
   }
 };
 
@@ -135,10 +157,22 @@ class SlotQueue {
     head_.store(++written_, A::kHeadStore);
   }
 
-  std::uint32_t size() const { return head_.load(A::kHeadLoad) - read_; }
-  std::uint32_t at(std::uint32_t i) const { return cells_[(read_ + i) & mask_]; }
+  /// Takes the slots with sequences up to `last`, oldest first, into `slots`; answers how many. They stay in the queue,
+  /// pinned, until pop(). What later commits pushed waits for the next step.
+  template <class SequenceIn>
+  std::uint32_t take(std::uint32_t last, SequenceIn&& sequence_in, std::uint32_t* slots) const {
+    const std::uint32_t size = head_.load(A::kHeadLoad) - read_;
+    for (std::uint32_t i = 0; i < size; ++i) {
+      const std::uint32_t slot = cells_[(read_ + i) & mask_];
+      if (static_cast<std::int32_t>(sequence_in(slot) - last) > 0) return i;
+      slots[i] = slot;
+    }
+    return size;
+  }
   /// The first n have been read and unpinned.
   void pop(std::uint32_t n) { tail_.store(read_ += n, A::kTailStore); }
+  /// Messages in it; for tests, when all threads are done.
+  std::uint32_t pending() const { return written_ - read_; }
 
  private:
   Cell* cells_;
@@ -147,6 +181,56 @@ class SlotQueue {
   std::uint32_t written_ = 0;  // writer's own copy of head_
   alignas(64) typename A::Word tail_{0};
   std::uint32_t read_ = 0;  // reader's own copy of tail_
+};
+
+/// The writer's side of one topic: which slot to loan next, and how a filled slot reaches ring, queues and pins.
+/// Owner:   `published` has a word for each slot; it and `queues` are the caller's and outlive this.
+template <class A>
+struct TopicWriter {
+  TopicRing<A> ring;
+  std::uint32_t slot_count = 0;
+  std::uint32_t keep = 1;  // newest published slots that are not loaned again
+  bool shared = true;      // false: nobody pins, so slots go round in strict order, states untouched
+  std::uint32_t next_sequence = 1;
+  std::uint32_t cursor = 0;            // slot to try first
+  std::uint32_t* published = nullptr;  // per slot: its newest sequence
+  SlotQueue<A>* const* queues = nullptr;
+  std::uint32_t queue_count = 0;  // at most 32
+
+  void start(std::uint32_t first_sequence) {
+    next_sequence = first_sequence;
+    for (std::uint32_t s = 0; s < slot_count; ++s) published[s] = first_sequence - 1 - keep;
+  }
+
+  /// A slot that is neither among the newest `keep` nor held by anybody; kNoSlot when there is none. With the planned
+  /// number of slots one is free at every instant. A round fails only if a reader moved meanwhile, and a reader moves
+  /// to a slot other than the newest at most twice without a commit: twice as many rounds as slots always suffice.
+  std::uint32_t own() {
+    for (std::uint32_t look = 0; look < 2 * slot_count * slot_count; ++look) {
+      const std::uint32_t slot = cursor;
+      cursor = slot + 1 == slot_count ? 0 : slot + 1;
+      if (!shared) return slot;
+      if (next_sequence - published[slot] > keep && ring.states[slot].try_own()) return slot;
+    }
+    return kNoSlot;
+  }
+
+  /// Publishes an owned slot whose header holds next_sequence. It becomes visible with the commit.
+  void publish(std::uint32_t slot) {
+    published[slot] = next_sequence;
+    if (shared) {
+      std::uint32_t pins = 0, takers = 0;  // decided once: a reader may make room at any moment
+      for (std::uint32_t i = 0; i < queue_count; ++i) {
+        if (!queues[i]->has_room()) continue;
+        ++pins;
+        takers |= 1U << i;
+      }
+      ring.states[slot].publish(pins);
+      for (std::uint32_t i = 0; takers != 0; ++i, takers >>= 1)
+        if (takers & 1) queues[i]->push(slot);
+    }
+    ring.name(next_sequence++, slot);
+  }
 };
 
 }  // namespace sinew::rt

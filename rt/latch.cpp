@@ -61,50 +61,44 @@ void Latch::bind(InputBase& input, ConnectionId id, Duration max_age, std::uint3
   group->ports.push_back(std::move(port));
 }
 
-/// Holds the `count` newest messages up to port.last. False, and nothing is held, when one of them is gone.
-bool Latch::take_run(Port& port, std::uint32_t count) noexcept {
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const std::uint32_t sequence = port.last - (count - 1 - i);
+/// The `count` newest messages up to port.last. False, and nothing is held, when one of them is gone.
+bool Latch::take_newest(Port& port, std::uint32_t count) noexcept {
+  if (port.pins) {
     const auto sequence_in = [&port](std::uint32_t s) { return port.slot(s)->sequence; };
-    const std::uint32_t slot = port.pins ? port.ring.pin(sequence, sequence_in) : port.ring.slot_of(sequence);
-    if (slot == kNoSlot) return true;  // a latest port before the first message
-    if (slot == kMoved) {
-      let_go(port);
-      return false;
-    }
-    port.held[port.count] = port.slot(slot);
-    port.held_slot[port.count++] = slot;
+    return port.ring.pin(port.last, count, sequence_in, port.held_slot.get(), port.count);
+  }
+  for (port.count = 0; port.count < count; ++port.count) {
+    const std::uint32_t slot = port.ring.slot_of(port.last - (count - 1 - port.count));
+    if (slot == kNoSlot) break;
+    port.held_slot[port.count] = slot;
   }
   return true;
 }
 
 bool Latch::take(Port& port) noexcept {
-  InputBase& input = *port.input;
-  if (port.kind == Kind::latest) {
-    if (!take_run(port, 1)) return false;
-    input.updated_ = port.count != 0 && (!port.seen || port.last != port.before);
-    return true;
-  }
   const std::uint32_t fresh = port.last - port.before;
-  if (port.kind == Kind::drop_oldest) {
-    if (!take_run(port, std::min(fresh, port.depth))) return false;
-  } else {  // the writer pinned them; those of later commits stay for the next step
-    const std::uint32_t queued = port.queue->size();
-    for (std::uint32_t i = 0; i < queued; ++i) {
-      const std::uint32_t slot = port.queue->at(i);
-      if (static_cast<std::int32_t>(port.slot(slot)->sequence - port.last) > 0) break;
-      port.held[port.count] = port.slot(slot);
-      port.held_slot[port.count++] = slot;
-    }
+  switch (port.kind) {
+    case Kind::latest:
+      if (!take_newest(port, 1)) return false;
+      port.input->updated_ = port.count != 0 && (!port.seen || fresh != 0);
+      break;
+    case Kind::drop_oldest:
+      if (!take_newest(port, std::min(fresh, port.depth))) return false;
+      port.input->dropped_ = fresh - port.count;
+      break;
+    case Kind::drop_newest:  // pinned by the writer
+      port.count = port.queue->take(
+          port.last, [&port](std::uint32_t s) { return port.slot(s)->sequence; }, port.held_slot.get());
+      port.input->dropped_ = fresh - port.count;
+      break;
   }
-  input.dropped_ = fresh - port.count;
+  for (std::uint32_t i = 0; i < port.count; ++i) port.held[i] = port.slot(port.held_slot[i]);
   return true;
 }
 
-/// Unpins what the port holds, except what its queue pinned.
-void Latch::let_go(Port& port) noexcept {
-  if (port.pins && port.kind != Kind::drop_newest)
-    for (std::uint32_t i = 0; i < port.count; ++i) port.ring.states[port.held_slot[i]].unpin();
+/// Takes back take(): a queue's messages stay in the queue.
+void Latch::undo(Port& port) noexcept {
+  if (port.pins && port.kind != Kind::drop_newest) port.ring.unpin(port.held_slot.get(), port.count);
   port.count = 0;
 }
 
@@ -114,7 +108,7 @@ bool Latch::take_group(Group& group) noexcept {
   if (!group.log.holds(n)) return false;
   for (std::size_t i = 0; i < group.ports.size(); ++i) {
     if (take(group.ports[i])) continue;
-    while (i-- > 0) let_go(group.ports[i]);
+    while (i-- > 0) undo(group.ports[i]);
     return false;
   }
   return true;
@@ -134,15 +128,11 @@ void Latch::latch() noexcept {
 void Latch::release() noexcept {
   for (Group& group : groups_) {
     for (Port& port : group.ports) {
-      const std::uint32_t held = port.count;
-      if (port.kind == Kind::drop_newest) {
-        for (std::uint32_t i = 0; i < held; ++i) port.ring.states[port.held_slot[i]].unpin();
-        if (held) port.queue->pop(held);
-      }
-      let_go(port);
+      if (port.pins || port.queue) port.ring.unpin(port.held_slot.get(), port.count);
+      if (port.queue && port.count != 0) port.queue->pop(port.count);
       port.before = port.last;
-      port.seen |= held != 0;
-      port.input->count_ = 0;
+      port.seen |= port.count != 0;
+      port.count = port.input->count_ = 0;
     }
   }
 }

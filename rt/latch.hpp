@@ -39,8 +39,8 @@ class Latch {
   struct Group;  // the ports on outputs of one writer
   bool take_group(Group& group) noexcept;
   static bool take(Port& port) noexcept;
-  static bool take_run(Port& port, std::uint32_t count) noexcept;
-  static void let_go(Port& port) noexcept;
+  static bool take_newest(Port& port, std::uint32_t count) noexcept;
+  static void undo(Port& port) noexcept;
 
   Segment& segment_;
   std::vector<Group> groups_;

@@ -3,24 +3,25 @@
 #include <algorithm>
 #include <cstring>
 
-#include "math/hash.hpp"
 #include "rt/parameters.hpp"
-#include "rt/trap.hpp"
+#include "rt/runner.hpp"
 
 namespace sinew::rt {
 namespace {
 
 using PortKind = Declaration::PortKind;
 
-bool is_input(const Declaration::Port& p) { return p.kind == PortKind::latest || p.kind == PortKind::queue; }
+constexpr const char* kModule = "rig::Module";
 
-ConnectionPlan connection_of(const Declaration::Port& port) {
-  using Kind = ConnectionPlan::Kind;
-  const Kind queue = port.overflow == Overflow::drop_oldest ? Kind::drop_oldest : Kind::drop_newest;
-  return {port.kind == PortKind::latest ? Kind::latest : queue, port.depth, false};
+bool is_input(const Declaration::Port& p) { return p.kind == PortKind::latest || p.kind == PortKind::queue; }
+std::string source_of(const std::string& port) { return "in_" + port; }
+std::string sink_of(const std::string& port) { return "out_" + port; }
+
+[[noreturn]] void misuse(std::string_view where, const std::string& what) {
+  bug(what, "module rig: " + std::string(where));
 }
 
-class EmptyBoard final : public hal::Board {
+class NoDevices final : public hal::Board {
  public:
   hal::Result<hal::Imu*> imu(std::string_view) override { return none(); }
   hal::Result<hal::Range*> range(std::string_view) override { return none(); }
@@ -29,166 +30,272 @@ class EmptyBoard final : public hal::Board {
   hal::Result<hal::Actuators*> actuators(std::string_view) override { return none(); }
 
  private:
-  static hal::Error none() { return {hal::Errc::not_found, "the rig has no devices"}; }
+  static hal::Error none() { return {hal::Errc::not_found, "module rig without a board"}; }
 };
 
-class RigSetup final : public Setup {
+// The module under test inside of a graph that owns its modules. It is declared once, by the rig.
+class Plain final : public Module {
  public:
-  RigSetup(hal::Board& board, const std::string& name, std::vector<std::string>& explanations)
-      : board_(board), name_(name), explanations_(explanations) {}
-  hal::Board& board() override { return board_; }
-  std::string_view module_name() const override { return name_; }
-  void explain(std::string text) override { explanations_.push_back(std::move(text)); }
+  Plain(Module& module, const Declaration& declaration) : module_(module), declaration_(declaration) {}
+  void declare(Declaration& d) override { d = declaration_; }
+  hal::Status configure(Setup& setup) override { return module_.configure(setup); }
+  void reset() override { module_.reset(); }
+  Status step(const Step& step) noexcept override { return module_.step(step); }
 
  private:
-  hal::Board& board_;
-  const std::string& name_;
-  std::vector<std::string>& explanations_;
+  Module& module_;
+  const Declaration& declaration_;
+};
+
+class Driver final : public DriverModule {
+ public:
+  Driver(DriverModule& module, const Declaration& declaration) : module_(module), declaration_(declaration) {}
+  void declare(Declaration& d) override { d = declaration_; }
+  hal::Status configure(Setup& setup) override { return module_.configure(setup); }
+  void reset() override { module_.reset(); }
+  Status step(const Step& step) noexcept override { return module_.step(step); }
+  void collect(Time now) noexcept override { module_.collect(now); }
+  void emit(Time now) noexcept override { module_.emit(now); }
+  hal::Device* device() override { return module_.device(); }
+
+ private:
+  DriverModule& module_;
+  const Declaration& declaration_;
+};
+
+struct AnyOut : OutputBase {
+  void* loan() { return loan_erased(); }
+};
+
+// Publishes what put() gives.
+class Source final : public Module {
+ public:
+  explicit Source(const msg::TypeInfo& type) : type_(type) {}
+  void declare(Declaration& d) override {
+    d.ports.push_back({"message", PortKind::output, &type_, nullptr, &out_, 0, 1});
+  }
+  Status step(const Step&) noexcept override {
+    void* slot = out_.loan();
+    if (!type_.has_bulk()) std::memcpy(slot, next, type_.size);
+    // Of the types with bulk only images are let in.
+    else if (!msg::ImageBuffer::copy(*static_cast<const msg::Image*>(next), *static_cast<msg::Image*>(slot)))
+      return Status::fault;
+    return Status::ok;
+  }
+  const void* next = nullptr;
+
+ private:
+  const msg::TypeInfo& type_;
+  AnyOut out_;
+};
+
+// Holds what a step published, until the next.
+class Sink final : public Module {
+ public:
+  explicit Sink(const Declaration::Port& of) : of_(of) {}
+  void declare(Declaration& d) override {
+    d.ports.push_back({"message", PortKind::queue, of_.type, &in_, nullptr, of_.burst, 0});
+  }
+  Status step(const Step&) noexcept override { return Status::ok; }
+  std::vector<const SlotHeader*> messages() const {
+    std::vector<const SlotHeader*> all;
+    for (std::size_t i = 0; i < in_.size(); ++i) all.push_back(in_.header(i));
+    return all;
+  }
+
+ private:
+  const Declaration::Port& of_;
+  InputBase in_;
 };
 
 }  // namespace
 
-struct ModuleRig::Feed {
-  std::unique_ptr<Commit> commit;
-  void flush(Time published) {
-    if (commit->loans(0)) commit->commit({published});
-  }
+class ModuleRig::Observer final : public RunObserver {
+ public:
+  void completed(const StepRecord& record) noexcept override { status = record.status; }
+  Status status = Status::ok;
 };
 
-ModuleRig::ModuleRig(Module& module, RigOptions options)
-    : module_(module), driver_(dynamic_cast<DriverModule*>(&module)), options_(std::move(options)) {
-  module_.declare(declaration_);
-  build();
-  module_.reset();
-}
+struct ModuleRig::Run {
+  Run(GraphSpec spec, const ModuleTypes& types) : graph(std::move(spec), types) {}
+  ModuleRunner& runner(std::uint32_t module) { return *runners[module]; }
+  Module& module(const std::string& name) { return *graph.modules()[graph.find_module(name)].module; }
 
+  NoDevices no_devices;
+  Graph graph;
+  Observer observer;
+  std::unique_ptr<RunBoard> board;
+  std::vector<std::unique_ptr<ModuleRunner>> runners;  // as the graph's modules
+  std::vector<std::uint32_t> sinks;
+  std::uint32_t subject = 0;
+};
+
+ModuleRig::ModuleRig(Module& module, RigOptions options) : module_(module), options_(std::move(options)) {
+  module_.declare(declaration_);
+}
 ModuleRig::~ModuleRig() = default;
 
-void ModuleRig::build() {
-  SegmentPlan plan(SegmentOptions{.first_sequence = options_.first_sequence});
-  const auto& ports = declaration_.ports;
-  std::vector<WriterId> writer(ports.size());
-  std::vector<ConnectionId> connection(ports.size());
-  bool has_outputs = false;
-  WriterId outputs = 0;
-  for (std::size_t p = 0; p < ports.size(); ++p) {
-    const bool output = ports[p].kind == PortKind::output;
-    if (output && !has_outputs) outputs = plan.add_writer(options_.name);
-    has_outputs |= output;
-    writer[p] = output ? outputs : plan.add_writer(ports[p].name);
-    TopicPlan topic{.name = ports[p].name, .type = ports[p].type};
-    topic.bulk_bytes = ports[p].type->has_bulk() ? options_.image_bytes : 0;
-    topic.burst = std::max(ports[p].burst, 1U);
-    const TopicId id = plan.add_topic(writer[p], std::move(topic));
-    if (!output) connection[p] = plan.connect(id, connection_of(ports[p]));
+const Declaration::Port& ModuleRig::port(std::string_view name) const {
+  std::string known;
+  for (const auto& p : declaration_.ports) {
+    if (p.name == name) return p;
+    known += " " + p.name;
   }
-  segment_ = std::make_unique<Segment>(plan);
-  latch_ = std::make_unique<Latch>(*segment_);
-  if (has_outputs) outputs_ = std::make_unique<Commit>(*segment_, outputs);
-  raws_.resize(ports.size());
-  feeds_.resize(ports.size());
-  sent_through_.resize(ports.size());
-  std::uint32_t next_output = 0;
-  for (std::size_t p = 0; p < ports.size(); ++p) {
-    if (ports[p].kind == PortKind::output) {
-      sent_through_[p] = {outputs_.get(), next_output};
-      outputs_->bind(*ports[p].output, next_output++);
-      continue;
-    }
-    auto commit = std::make_unique<Commit>(*segment_, writer[p]);
-    if (is_input(ports[p])) {
-      feeds_[p] = std::make_unique<Feed>(Feed{std::move(commit)});
-    } else {
-      commit->bind(*ports[p].output, 0);
-      sent_through_[p] = {commit.get(), 0};
-      raws_[p] = std::move(commit);
-    }
-    latch_->bind(*ports[p].input, connection[p], ports[p].max_age);
+  misuse(name, "no such port; there are:" + known);
+}
+
+void ModuleRig::leave_unbound(std::string_view input) {
+  const Declaration::Port& p = port(input);
+  if (run_) misuse(input, "leave_unbound() comes before the first put() or step()");
+  if (!is_input(p) || !p.optional) misuse(input, "is no optional input");
+  unbound_.push_back(p.name);
+}
+
+void ModuleRig::image_capacity(std::string_view name, std::uint32_t bytes) {
+  const Declaration::Port& p = port(name);
+  if (run_) misuse(name, "image_capacity() comes before the first put() or step()");
+  if (!p.type->has_bulk()) misuse(name, "carries " + std::string(p.type->name) + ", which has no pixels");
+  image_bytes_[p.name] = bytes;
+}
+
+/// The module between a source for each input and a sink for each output, each in a thread of its own.
+GraphSpec ModuleRig::spec() const {
+  GraphSpec all;
+  all.robot = "rig";
+  all.seed = options_.seed;
+  ModuleSpec subject;
+  subject.name = options_.name;
+  subject.type = kModule;
+  const auto add = [&all](ModuleSpec m) {
+    ThreadSpec t;
+    t.name = m.name;
+    t.order.push_back({m.name, 0});
+    all.threads.push_back(std::move(t));
+    all.modules.push_back(std::move(m));
+  };
+  for (const Declaration::Port& p : declaration_.ports) {
+    if (is_input(p) && std::find(unbound_.begin(), unbound_.end(), p.name) != unbound_.end()) continue;
+    const std::string topic = is_input(p) ? source_of(p.name) + ".message" : options_.name + "." + p.name;
+    const auto bytes = image_bytes_.find(p.name);
+    if (p.type->has_bulk())
+      all.topics.push_back({topic, bytes == image_bytes_.end() ? options_.image_bytes : bytes->second, 0, 0});
+    ModuleSpec end;
+    end.name = end.type = is_input(p) ? source_of(p.name) : sink_of(p.name);
+    if (is_input(p))
+      subject.in[p.name] = {topic, 0};
+    else
+      end.in["message"] = {topic, 0};
+    add(std::move(end));
   }
-}
-
-void ModuleRig::set(std::string_view param, const ParamValue& value) {
-  if (!accepts(param, value)) bug("parameter does not exist or refuses the value", param);
-  assign(*find_param(declaration_, param), value);
-}
-
-bool ModuleRig::accepts(std::string_view param, const ParamValue& value) const {
-  const Declaration::Param* p = find_param(declaration_, param);
-  return p && rt::accepts(*p, value);
-}
-
-hal::Status ModuleRig::configure(hal::Board& board) {
-  RigSetup setup(board, options_.name, explanations_);
-  hal::Status configured = module_.configure(setup);
-  if (configured) reset();
-  return configured;
+  add(std::move(subject));
+  return all;
 }
 
 hal::Status ModuleRig::configure() {
-  EmptyBoard board;
-  return configure(board);
-}
-
-void ModuleRig::reset() {
-  module_.reset();
-  number_ = 0;
-}
-
-std::uint32_t ModuleRig::port_index(std::string_view name, bool input, const msg::TypeInfo& type) const {
-  for (std::uint32_t p = 0; p < declaration_.ports.size(); ++p) {
-    const Declaration::Port& port = declaration_.ports[p];
-    if (port.name != name || is_input(port) != input) continue;
-    if (port.type != &type) bug("port has another message type", name);
-    return p;
+  if (run_) misuse(options_.name, "is configured already");
+  ModuleTypes types;
+  types.add(kModule, [this]() -> std::unique_ptr<Module> {
+    if (auto* driver = dynamic_cast<DriverModule*>(&module_)) return std::make_unique<Driver>(*driver, declaration_);
+    return std::make_unique<Plain>(module_, declaration_);
+  });
+  for (const Declaration::Port& p : declaration_.ports) {
+    if (is_input(p))
+      types.add(source_of(p.name), [&p] { return std::make_unique<Source>(*p.type); });
+    else
+      types.add(sink_of(p.name), [&p] { return std::make_unique<Sink>(p); });
   }
-  bug(input ? "no such input" : "no such output", name);
+  run_ = std::make_unique<Run>(spec(), types);
+  Run& run = *run_;
+  ConfigureOptions options;
+  options.first_sequence = options_.first_sequence;
+  auto configured = run.graph.configure(options_.board ? *options_.board : run.no_devices, options);
+  if (!configured) return configured;
+  run.board = std::make_unique<RunBoard>(run.graph, RunnerOptions{Time{}, false, 0, &run.observer});
+  for (std::uint32_t m = 0; m < run.graph.modules().size(); ++m) {
+    run.runners.push_back(std::make_unique<ModuleRunner>(*run.board, m));
+    if (dynamic_cast<Sink*>(run.graph.modules()[m].module.get())) run.sinks.push_back(m);
+  }
+  run.subject = run.graph.find_module(options_.name);
+  return {};
 }
 
-void ModuleRig::put_erased(std::string_view input, const msg::TypeInfo& type, const void* message, Time published) {
-  void* slot = loan_erased(input, type);
-  const auto bulk = msg::bulk_of(type, message);
-  if (bulk.size() > options_.image_bytes) bug("message is larger than RigOptions::image_bytes", input);
-  std::memcpy(slot, message, type.size + bulk.size());
-  if (type.has_bulk()) type.set_bulk_capacity(slot, options_.image_bytes);
-  feeds_[port_index(input, true, type)]->flush(published);
+const std::vector<Problem>& ModuleRig::problems() const {
+  if (!run_) misuse(options_.name, "is not configured yet");
+  return run_->graph.configure_problems();
 }
 
-void* ModuleRig::loan_erased(std::string_view input, const msg::TypeInfo& type) {
-  Feed& feed = *feeds_[port_index(input, true, type)];
-  feed.flush(now_);
-  return feed.commit->try_loan(0);
+void ModuleRig::be_configured() {
+  if (!run_ && !configure()) {
+    std::string text;
+    for (const Problem& p : run_->graph.configure_problems()) text += p.value + ": " + p.allowed + "; ";
+    misuse(options_.name, text);
+  }
+  if (run_->runners.empty()) misuse(options_.name, "configure() has failed");
+}
+
+std::string ModuleRig::refusal(std::string_view name, const ParamValue& value) const {
+  const Declaration::Param* p = find_param(declaration_, name);
+  if (!p) misuse(name, "no such parameter");
+  return accepts(*p, value) ? std::string() : allowed_values(*p);
+}
+
+void ModuleRig::set(std::string_view name, const ParamValue& value) {
+  if (const std::string allowed = refusal(name, value); !allowed.empty())
+    misuse(name, to_string(value) + ": " + allowed);
+  assign(*find_param(declaration_, name), value);
+}
+
+void ModuleRig::put_erased(std::string_view input, const msg::TypeInfo& type, const void* message,
+                           std::optional<Time> published) {
+  const Declaration::Port& p = port(input);
+  if (!is_input(p)) misuse(input, "is an output");
+  if (p.type != &type) misuse(input, "takes " + std::string(p.type->name) + ", not " + std::string(type.name));
+  be_configured();
+  const std::uint32_t source = run_->graph.find_module(source_of(p.name));
+  if (source == kNone) misuse(input, "was left unbound");
+  static_cast<Source&>(*run_->graph.modules()[source].module).next = message;
+  const Time now = published.value_or(now_);
+  run_->runner(source).start({now, Duration{1}, false}, now);
+  run_->runner(source).complete(now, Duration{0});
+  if (run_->observer.status != Status::ok) misuse(input, "the image does not fit; give image_capacity()");
 }
 
 Status ModuleRig::step(Time now, Duration dt, bool timed_out) {
+  if (dt <= Duration{0}) misuse(options_.name, "dt is not above 0");
+  be_configured();
+  Run& run = *run_;
   now_ = now;
-  if (dt <= Duration{0}) bug("dt must be more than 0", options_.name);
-  for (const auto& feed : feeds_)
-    if (feed) feed->flush(now);
-  if (driver_) driver_->collect(now);
-  for (const auto& raw : raws_)
-    if (raw) raw->commit({now});
-  latch_->latch();
-  math::Random random(options_.seed, static_cast<std::uint32_t>(math::fnv1a64(options_.name)), number_);
-  Status status;
-  {
-    const Step step{now, dt, timed_out, number_++, random};
-    const trap::Scope scope(options_.name.c_str(), declaration_.is_best_effort ? &best_effort_calls_ : nullptr);
-    status = module_.step(step);
-  }
-  if (outputs_) {
-    if (status == Status::ok)
-      outputs_->commit({now});
-    else
-      outputs_->discard();
-  }
-  if (status == Status::ok && driver_) driver_->emit(now);
-  latch_->release();
+  const Cycle cycle{now, dt, timed_out};
+  for (const std::uint32_t sink : run.sinks) run.runner(sink).complete(now, Duration{0});  // lets the last step's go
+  run.runner(run.subject).start(cycle, now);
+  run.runner(run.subject).complete(now, Duration{0});
+  const Status status = run.observer.status;
+  for (const std::uint32_t sink : run.sinks) run.runner(sink).start(cycle, now);
   return status;
 }
 
-std::span<const SlotHeader* const> ModuleRig::sent_erased(std::string_view output, const msg::TypeInfo& type) const {
-  const auto& [commit, index] = sent_through_[port_index(output, false, type)];
-  return commit->committed(index);
+void ModuleRig::reset() {
+  be_configured();
+  run_->runner(run_->subject).set_enabled(false);
+  run_->runner(run_->subject).set_enabled(true);
+}
+
+std::vector<const SlotHeader*> ModuleRig::published(std::string_view output, const msg::TypeInfo& type) const {
+  const Declaration::Port& p = port(output);
+  if (p.type != &type) misuse(output, "gives " + std::string(p.type->name) + ", not " + std::string(type.name));
+  return headers(output);
+}
+
+std::vector<const SlotHeader*> ModuleRig::headers(std::string_view output) const {
+  const Declaration::Port& p = port(output);
+  if (is_input(p)) misuse(output, "is an input");
+  if (!run_ || run_->runners.empty()) return {};
+  return static_cast<const Sink&>(run_->module(sink_of(p.name))).messages();
+}
+
+const ModuleStats& ModuleRig::stats() const {
+  if (!run_ || run_->runners.empty()) misuse(options_.name, "is not configured yet");
+  return run_->runner(run_->subject).stats();
 }
 
 }  // namespace sinew::rt

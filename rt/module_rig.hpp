@@ -1,109 +1,118 @@
 #pragma once
-// Runs one module alone: for tests of modules, ours and those of library users.
-//
-//   GimbalLevel gimbal;
-//   rt::ModuleRig rig(gimbal);
-//   rig.set("kp", 2.0);
-//   rig.put("imu", sample);
-//   EXPECT_EQ(rig.step(now, 5ms), rt::Status::ok);
-//   const msg::JointCommand* tilt = rig.get<msg::JointCommand>("tilt");
+// Runs one module alone, for tests: no threads, no schedule, no clock, but the real ports, slots, latch and commit.
+#include <cstdint>
+#include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
-#include <utility>
+#include <type_traits>
 #include <vector>
 
-#include "hal/board.hpp"
-#include "msg/bulk.hpp"
-#include "rt/commit.hpp"
-#include "rt/latch.hpp"
-#include "rt/module.hpp"
+#include "msg/image_buffer.hpp"
+#include "rt/graph.hpp"
+#include "rt/stats.hpp"
 
 namespace sinew::rt {
 
 struct RigOptions {
-  std::string name = "module";  // for Step::random and Setup::module_name()
-  std::uint64_t seed = 1;
-  std::uint32_t image_bytes = 640 * 480 * 3;  // capacity of every image, in and out
-  std::uint32_t first_sequence = 0xFFFFFF00;  // shortly before the wrap
+  std::string name = "module";                // step.random depends on it
+  std::uint64_t seed = 1;                     // as does it on this
+  hal::Board* board = nullptr;                // for configure(); null: a board without devices
+  std::uint32_t image_bytes = 640 * 480 * 3;  // pixels behind images; image_capacity() for single ports
+  std::uint32_t first_sequence = 0xFFFFFF00;  // of every topic: shortly before the wrap
 };
 
-/// Topics, latch and commit around the module are the real ones; a step follows the step contract to the letter. An
-/// input that was never put is empty. Using a name that the module does not declare, or another type, is a bug of the
-/// test and aborts with its name.
-/// Thread:  owner.
-/// Owner:   the module outlives the rig. A message from get() stays until the next step().
+/// One module on a bench: parameters and messages go in, one step at a time runs, messages come out.
+///
+///   GimbalLevel gimbal;
+///   rt::ModuleRig rig(gimbal);
+///   rig.set("kp", 2.0);
+///   rig.put("imu", sample);
+///   EXPECT_EQ(rig.step(Time{5'000'000}, 5ms), rt::Status::ok);
+///   const auto* tilt = rig.get<msg::JointCommand>("tilt");
+///
+/// A step is that of the executors, by the same code: collect(), latch, step() inside the trap, commit or discard,
+/// emit(). Every input is bound, each to a topic of its own; outputs are read as another thread would read them.
+/// Thread:  owner.   RT: no, but the module's step is.
+/// Owner:   the module outlives the rig and is not in a graph; what get() and all() answer lives until the next step.
+/// Errors:  wrong use (no such port or parameter, another type, a value out of range, configure() that fails unasked)
+///          ends the program with a text that says so.
 class ModuleRig {
  public:
   explicit ModuleRig(Module& module, RigOptions options = {});
   ~ModuleRig();
+  ModuleRig(const ModuleRig&) = delete;
+  ModuleRig& operator=(const ModuleRig&) = delete;
 
-  /// Sets a parameter; aborts when its range refuses the value (ask accepts() first to test that).
-  void set(std::string_view param, const ParamValue& value);
-  bool accepts(std::string_view param, const ParamValue& value) const;
-
-  /// Calls the module's configure() with this board, or with one that has no devices.
-  hal::Status configure(hal::Board& board);
+  // ---- before the first put() or step()
+  /// Leaves an optional input without a topic.
+  void leave_unbound(std::string_view input);
+  /// Room for pixels behind the images of this input or output.
+  void image_capacity(std::string_view port, std::uint32_t bytes);
+  /// Configures and resets the module; the first put() or step() does so otherwise.
+  /// Errors:  what the module said; problems() has it in words.
   hal::Status configure();
-  const std::vector<std::string>& explanations() const { return explanations_; }  // Setup::explain()
-  void reset();
+  const std::vector<Problem>& problems() const;
 
-  /// Publishes a message on an input; the next step sees it. `published` is the commit instant, by default its stamp.
+  // ---- parameters, between steps
+  void set(std::string_view param, const ParamValue& value);
+  /// What is allowed, in the words of the robot file's check, when the parameter refuses the value; else empty.
+  std::string refusal(std::string_view param, const ParamValue& value) const;
+
+  // ---- messages in: each put() is one commit; a queue input holds all since the last step, as far as its depth allows
   template <msg::Described M>
-  void put(std::string_view input, const M& message) {
-    put(input, message, message.stamp);
-  }
-  template <msg::Described M>
-  void put(std::string_view input, const M& message, Time published) {
+  requires(!msg::HasBulk<M>) void put(std::string_view input, const M& message, std::optional<Time> published = {}) {
     put_erased(input, msg::type_info<M>(), &message, published);
   }
-  /// The same, filled in place: a message with its capacity set, published by the next put(), loan() or step().
-  template <msg::Described M>
-  M& loan(std::string_view input) {
-    return *static_cast<M*>(loan_erased(input, msg::type_info<M>()));
+  /// `published`: the commit instant; the instant of the last step when nothing is said.
+  void put_image(std::string_view input, const msg::ImageBuffer& image, std::optional<Time> published = {}) {
+    put_erased(input, msg::type_info<msg::Image>(), &*image, published);
   }
 
-  /// collect(), latch, step(), commit or discard, emit(). `dt` must be more than 0.
+  // ---- one step
+  /// `dt` is not 0. A module that returns fault ever so often is never stopped here.
   Status step(Time now, Duration dt, bool timed_out = false);
+  /// The module forgets all state, as when it is enabled again; its next step has number 0.
+  void reset();
 
-  /// The newest message of the last step on an output or raw port; null when it published none there.
+  // ---- messages out, of the last step; raw topics of driver modules too
+  /// The newest; null when the step published none there.
   template <msg::Described M>
   const M* get(std::string_view output) const {
-    const auto all = sent_erased(output, msg::type_info<M>());
-    return all.empty() ? nullptr : static_cast<const M*>(all.back()->message());
+    const SlotHeader* newest = nullptr;
+    for (const SlotHeader* h : published(output, msg::type_info<M>())) newest = h;
+    return newest ? static_cast<const M*>(newest->message()) : nullptr;
   }
-  /// All of them, oldest first.
+  /// All, oldest first.
   template <msg::Described M>
-  std::vector<const M*> sent(std::string_view output) const {
+  std::vector<const M*> all(std::string_view output) const {
     std::vector<const M*> messages;
-    for (const SlotHeader* slot : sent_erased(output, msg::type_info<M>()))
-      messages.push_back(static_cast<const M*>(slot->message()));
+    for (const SlotHeader* h : published(output, msg::type_info<M>()))
+      messages.push_back(static_cast<const M*>(h->message()));
     return messages;
   }
-  const Declaration& declaration() const { return declaration_; }
-  std::uint32_t best_effort_calls() const { return best_effort_calls_; }
+  /// The slot headers of all<M>(): sequence, commit instant.
+  std::vector<const SlotHeader*> headers(std::string_view output) const;
+  const ModuleStats& stats() const;
 
  private:
-  struct Feed;  // the writer in front of one input
-  void build();
-  std::uint32_t port_index(std::string_view name, bool input, const msg::TypeInfo& type) const;
-  void put_erased(std::string_view input, const msg::TypeInfo& type, const void* message, Time published);
-  void* loan_erased(std::string_view input, const msg::TypeInfo& type);
-  std::span<const SlotHeader* const> sent_erased(std::string_view output, const msg::TypeInfo& type) const;
+  struct Run;
+  class Observer;
+  void put_erased(std::string_view input, const msg::TypeInfo& type, const void* message,
+                  std::optional<Time> published);
+  std::vector<const SlotHeader*> published(std::string_view output, const msg::TypeInfo& type) const;
+  const Declaration::Port& port(std::string_view name) const;
+  void be_configured();
+  GraphSpec spec() const;
 
   Module& module_;
-  DriverModule* driver_;
   RigOptions options_;
   Declaration declaration_;
-  std::vector<std::string> explanations_;
-  std::unique_ptr<Segment> segment_;
-  std::unique_ptr<Latch> latch_;
-  std::unique_ptr<Commit> outputs_;
-  std::vector<std::unique_ptr<Commit>> raws_;                    // per port; null: no raw port
-  std::vector<std::unique_ptr<Feed>> feeds_;                     // per port; null: no input
-  std::vector<std::pair<Commit*, std::uint32_t>> sent_through_;  // per port: commit and output
-  Time now_;  // of the last step
-  std::uint32_t number_ = 0, best_effort_calls_ = 0;
+  std::map<std::string, std::uint32_t, std::less<>> image_bytes_;
+  std::vector<std::string> unbound_;
+  Time now_{};
+  std::unique_ptr<Run> run_;  // null before configure()
 };
 
 }  // namespace sinew::rt

@@ -80,7 +80,7 @@ Status PlantLink::send_welcome() {
   }
   Welcome welcome;
   welcome.step = plant_.step;
-  welcome.seed = hello_.seed;
+  welcome.seed = plant_.seed.value_or(hello_.seed);
   welcome.shared_bytes = frames_ ? frames_->size() : 0;
   welcome.plant = plant_.name;
   welcome.devices = plant_.devices;
@@ -273,11 +273,12 @@ Status PlantLink::take(const Message& message) {
     }
     case Type::stop:
       ++stats_.stops;
-      for (std::uint16_t i = 0; i < groups_.size(); ++i)
+      for (std::uint16_t i = 0; i < static_cast<std::uint16_t>(groups_.size()); ++i)
         if (expect_kind(i, DeviceKind::actuators) && (h.device == kAllGroups || h.device == i))
           if (auto ok = take_timed(i, {h.time, {}, true}); !ok) return ok;
       return {};
     case Type::bye:
+      bye_came_ = true;
       reason_ = decode_text(message.payload);
       return fail({Errc::closed, "runtime ended the run"});
     default:

@@ -2,6 +2,7 @@
 // The plant's end of the simulator protocol: any simulator in C++ speaks it through this class.
 #include <array>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -16,7 +17,8 @@ namespace sinew::sim_hil {
 struct PlantDescription {
   std::string name;
   Duration step{0};
-  std::vector<DeviceInfo> devices;  // slots* of cameras are filled in by the link
+  std::optional<std::uint64_t> seed;  // used instead of the one that the runtime asks for
+  std::vector<DeviceInfo> devices;    // slots* of cameras are filled in by the link
 };
 
 /// What one actuator group has to do in the plant step that starts at a given time.
@@ -87,11 +89,13 @@ class PlantLink {
   /// Free-running: sends what is buffered and takes in what has arrived; never waits for the runtime.
   hal::Status exchange();
   /// The newest command with commit <= t, while its lease lasts (t < commit + lease). Call with increasing t.
-  Setpoints setpoints_at(std::uint16_t group, Time t);
+  Setpoints setpoints_at(std::uint16_t device, Time t);
 
   /// The last word; the runtime reports it as the reason of the end.
   void bye(std::string_view reason);
   const std::string& reason() const { return reason_; }
+  /// The runtime said Bye; false when the connection just broke.
+  bool ended_politely() const { return bye_came_; }
 
   struct Stats {
     std::uint64_t grants = 0, commands = 0, stops = 0;
@@ -145,7 +149,7 @@ class PlantLink {
   std::vector<Group> groups_;         // by device
   std::vector<CameraState> cameras_;  // by device
   bool answered_ = false;             // the runtime said Done
-  bool said_bye_ = false;
+  bool said_bye_ = false, bye_came_ = false;
   Time granted_{-1};
   hal::Status state_;
   std::string reason_;

@@ -85,6 +85,7 @@ class Get {
   const std::byte* from_;
 };
 
+bool is_rate(double rate) { return rate >= 0.001 && rate <= 1000; }  // false for NaN
 bool is_time(std::int64_t ns) { return ns >= 0 && ns <= kMaxTimeNs; }
 
 Status expect_size(Bytes payload, std::size_t bytes) {
@@ -337,7 +338,7 @@ Status decode(const Header&, Bytes payload, Hello& out) {
   get.u32();
   if (!get.name(out.robot)) return bad("robot has no proper name");
   if (out.mode != Mode::lockstep && out.mode != Mode::free_running) return bad("unknown mode", std::int64_t(out.mode));
-  if (!(out.rate > 0) || !std::isfinite(out.rate)) return bad("rate is not a positive number");
+  if (!is_rate(out.rate)) return bad("rate is not from 0.001 to 1000");
   return {};
 }
 
@@ -371,7 +372,7 @@ Status decode(const Header&, Bytes payload, ClockInfo& out) noexcept {
   out.host_ns = get.i64();
   out.rate = get.f64();
   if (!is_time(out.host_ns)) return bad("host clock is out of range", out.host_ns);
-  if (!(out.rate > 0) || !std::isfinite(out.rate)) return bad("rate is not a positive number");
+  if (!is_rate(out.rate)) return bad("rate is not from 0.001 to 1000");
   return {};
 }
 

@@ -4,11 +4,11 @@
 #   tools/flight_seeds.sh [--seeds N] [--build FOLDER] [--same-bytes] [fly option...]
 #
 # --seeds N      seeds 1..N (default 10), as many at once as there are cores
-# --build FOLDER build/FOLDER/apps/sinew flies (default release)
+# --build FOLDER build/FOLDER/bin/sinew flies (default release)
 # --same-bytes   also: the hash lines of seed 1 from the release build twice, from clang, from asan, and from release
 #                with the processor's FMA and AVX hidden from the C library, must be identical
 #
-# Passes when at least 95 of 100 seeds land (every one of fewer than 20). A flight has landed when `sinew fly` exits
+# Passes when at least 95 of 100 seeds land (every one of fewer than 20). A flight has landed when `sinew run` exits
 # with 0 and says so itself; read from its output are
 #     landing error       0.042 m        (limit 0.15 m)
 #     touchdown speed     0.31 m/s       (limit 0.5 m/s)
@@ -37,7 +37,7 @@ limit_s=${SINEW_FLIGHT_LIMIT_S:-300} # of real time for one flight; a sanitized 
 # fly PRESET SEED NAME: one flight; its output in build/flights/NAME.log, its exit code in NAME.exit.
 fly() {
   local code=0
-  timeout "$limit_s" "$root/build/$1/apps/sinew" fly "$root/robots/quad.toml" --virtual --seed "$2" "${@:4}" \
+  timeout "$limit_s" "$root/build/$1/bin/sinew" run "$root/robots/quad.toml" --virtual --seed "$2" "${@:4}" \
     >"$out/$3.log" 2>&1 </dev/null || code=$?
   printf '%s\n' "$code" >"$out/$3.exit"
 }
@@ -100,7 +100,7 @@ check_same_bytes() {
   return "$wrong"
 }
 
-[[ -x $root/build/$preset/apps/sinew ]] || die "build/$preset/apps/sinew is not built"
+[[ -x $root/build/$preset/bin/sinew ]] || die "build/$preset/bin/sinew is not built"
 start=$(now_s)
 export root out limit_s
 export -f fly

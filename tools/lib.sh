@@ -2,7 +2,7 @@
 # Shared by ./run, ./test and tools/*.sh: `source` it. Nothing here runs by itself.
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 logs=$root/build/logs
-jobs=${SINEW_JOBS:-$(nproc)}
+jobs=${SINEW_JOBS:-$(nproc 2>/dev/null || getconf _NPROCESSORS_ONLN)}
 launcher=() # what builds and tests are started through, e.g. (setarch -R)
 
 say() { printf '%s\n' "$*"; }
@@ -49,12 +49,14 @@ show_last_line() {
   done
 }
 
-# configure PRESET: only when there is no build yet, or a preset or an installed package may have changed it.
+# configure PRESET: anew when there is no build yet, or a preset or an installed package may have changed it; else
+# only if a CMakeLists.txt or the set of files did.
 configure() {
   local ninja_file=$root/build/$1/build.ninja
   if [[ -f $ninja_file && $ninja_file -nt $root/CMakePresets.json &&
     ! $root/build/.packages-changed -nt $ninja_file ]]; then
-    return 0
+    quietly "$logs/$1-configure.log" ninja -C "$root/build/$1" build.ninja
+    return
   fi
   (cd "$root" && quietly "$logs/$1-configure.log" cmake --preset "$1") || return
   touch "$ninja_file"

@@ -41,18 +41,21 @@ Correlation correlate(const std::uint8_t* x1, const std::uint8_t* x2, const std:
   return {x2[0] * x1[1] - x1[0] * x2[1], x2[0] * x1_down[0] - x1[0] * x2_down[0]};
 }
 
-float direction(float y, float x) {
-  const float ax = math::fabs(x), ay = math::fabs(y);
-  const float small = ax < ay ? ax : ay;
-  float large = ax > ay ? ax : ay;
-  large = large > kTiny ? large : kTiny;
-  const float a = small / large, s = a * a;
-  float r = kAtan2 * s + kAtan1;
-  r = r * s + kAtan0;
-  r = (r * s) * a + a;
-  if (ay > ax) r = kHalfPi - r;
-  if (x < 0) r = kPi - r;
-  return y < 0 ? -r : r;
+struct Polar {
+  float magnitude, direction_rad;
+};
+
+Polar polar(const Correlation& m) {
+  const int ax = m.x < 0 ? -m.x : m.x, ay = m.y < 0 ? -m.y : m.y;
+  const bool steep = ay > ax;
+  const float small = static_cast<float>(steep ? ax : ay),
+              large = static_cast<float>(steep ? ay : ax);  // exact: < 2^17
+  const float a = small / (large > kTiny ? large : kTiny), s = a * a, cube = a * s;
+  const float first = a + cube * kAtan0, rest = kAtan2 * s + kAtan1;
+  float r = first + (cube * s) * rest;
+  if (steep) r = kHalfPi - r;
+  if (m.x < 0) r = kPi - r;
+  return {math::sqrt(large * large + small * small), m.y < 0 ? -r : r};
 }
 
 }  // namespace
@@ -63,10 +66,9 @@ void polar_scalar(const ImageView& older, const ImageView& newer, float* magnitu
     float* const mag = magnitude + std::size_t{y} * older.width;
     float* const dir = direction_rad + std::size_t{y} * older.width;
     for (std::uint32_t x = 0; x + 1 < older.width; ++x) {
-      const Correlation m = correlate(a + x, b + x, a_down + x, b_down + x);
-      const float fx = static_cast<float>(m.x), fy = static_cast<float>(m.y);  // exact: below 2^17
-      mag[x] = math::sqrt(fx * fx + fy * fy);
-      dir[x] = direction(fy, fx);
+      const Polar p = polar(correlate(a + x, b + x, a_down + x, b_down + x));
+      mag[x] = p.magnitude;
+      dir[x] = p.direction_rad;
     }
   }
 }

@@ -52,8 +52,8 @@ class Segmentation {
 
 namespace detail {
 /// Runs of all boxes, rows ended. `joiners` has one place per box.
-void box_runs_scalar(const ImageView& yuyv, std::span<const ColourBox> boxes, RunJoiner* joiners);
-void box_runs_avx2(const ImageView& yuyv, std::span<const ColourBox> boxes, RunJoiner* joiners);
+void box_runs_scalar(const ImageView& image, std::span<const ColourBox> boxes, RunJoiner* joiners);
+void box_runs_avx2(const ImageView& image, std::span<const ColourBox> boxes, RunJoiner* joiners);
 }  // namespace detail
 
 }  // namespace sinew::vision

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "sim_hil/plant/random.hpp"
+#include "math/random.hpp"
 
 namespace sinew::plant {
 namespace {
@@ -58,17 +58,17 @@ void convert_image(const std::uint8_t* rgbx, std::uint32_t width, std::uint32_t 
 }
 
 PixelNoise::PixelNoise(double sigma, std::uint64_t seed) : on_(sigma > 0), seed_(seed) {
-  Noise noise(seed, 0x70697865);
+  math::Random noise(seed, 0x70697865);
   for (std::int8_t& v : table_) {
-    const double x = sigma * noise.gauss();
+    const double x = sigma * noise.normal();
     v = static_cast<std::int8_t>(std::clamp(x < 0 ? x - 0.5 : x + 0.5, -127.0, 127.0));
   }
 }
 
 void PixelNoise::add(std::uint8_t* image, std::uint32_t row_bytes, std::uint32_t rows, std::uint32_t frame) const {
-  Noise place(seed_, 0x66726d00000000u + frame);
+  math::Random place(seed_, 0x66726d65, frame);
   for (std::uint32_t y = 0; y < rows; ++y, image += row_bytes) {
-    const std::int8_t* from = table_ + (place.next() & (kTable - 1));
+    const std::int8_t* from = table_ + (place.next_u32() & (kTable - 1));
     // A row longer than what the table holds behind that place begins again there.
     for (std::uint32_t x = 0; x < row_bytes; x += 4096) {
       const std::uint32_t n = std::min(row_bytes - x, 4096u);

@@ -1,7 +1,7 @@
 #pragma once
 // Errors of the sensors: what turns truth into what the robot gets.
+#include "math/random.hpp"
 #include "msg/sensors.hpp"
-#include "sim_hil/plant/random.hpp"
 
 namespace sinew::plant {
 
@@ -22,7 +22,7 @@ class ImuModel {
 
  private:
   ImuErrors e_;
-  Noise noise_;
+  math::Random noise_;
   double gyro_bias_[3], accel_bias_[3], gyro_scale_[3], accel_scale_[3];
 };
 
@@ -40,7 +40,7 @@ class RangeModel {
 
  private:
   RangeErrors e_;
-  Noise noise_;
+  math::Random noise_;
 };
 
 struct BaroErrors {
@@ -58,7 +58,7 @@ class BaroModel {
 
  private:
   BaroErrors e_;
-  Noise noise_;
+  math::Random noise_;
   double drift_pa_ = 0;
 };
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <vector>
 
 #include "sim_hil/plant/room.hpp"
 
@@ -67,31 +68,45 @@ double value_noise(int x, int y, int cell, int period, std::uint32_t salt) {
   return low + v * (high - low);
 }
 
-/// Stone chips, one at most per cell of a grid: how deep (in 0..1) the pixel lies in the nearest, and which it is.
-struct Chip {
-  double depth = 0;
-  std::uint32_t id = 0;
-};
+/// Stone chips scattered over a square, one at most per cell of a grid: how deep (in 0..1) each pixel lies in the chip
+/// that covers it best, and which one that is. Repeats at the edges.
+class Chips {
+ public:
+  Chips(int size, int cell, std::uint32_t salt) : size_(size), depth_(area()), id_(area()) {
+    for (int y = 0; y < size; y += cell)
+      for (int x = 0; x < size; x += cell) scatter(x, y, cell, hash(x / cell, y / cell, salt));
+  }
+  double depth(int x, int y) const { return depth_[index(x, y)]; }
+  std::uint32_t id(int x, int y) const { return id_[index(x, y)]; }
 
-Chip chip_at(int x, int y, int cell, int period, std::uint32_t salt) {
-  const int n = period / cell, cx = x / cell, cy = y / cell;
-  Chip best;
-  for (int j = -1; j <= 1; ++j)
-    for (int i = -1; i <= 1; ++i) {
-      const int gx = (cx + i + n) % n, gy = (cy + j + n) % n;
-      const std::uint32_t h = hash(gx, gy, salt);
-      const double px = (cx + i + 0.2 + 0.6 * unit(h)) * cell, py = (cy + j + 0.2 + 0.6 * unit(h * 7919u)) * cell;
-      const double radius = cell * (0.18 + 0.34 * unit(h * 104729u));
-      // Corners instead of circles: the largest of three slanted distances is a rough hexagon.
-      const double dx = x + 0.5 - px, dy = y + 0.5 - py;
-      const double slant = unit(h * 1299709u) - 0.5;
-      const double a = std::fabs(dx + slant * dy), b = std::fabs(0.5 * dx + 0.87 * dy),
-                   c = std::fabs(0.5 * dx - 0.87 * dy);
-      const double depth = 1.0 - std::max({a, b, c}) / radius;
-      if (depth > best.depth) best = {depth, h};
-    }
-  return best;
-}
+ private:
+  std::size_t area() const { return static_cast<std::size_t>(size_) * static_cast<std::size_t>(size_); }
+  std::size_t index(int x, int y) const {
+    return static_cast<std::size_t>((y + size_) % size_) * static_cast<std::size_t>(size_) +
+           static_cast<std::size_t>((x + size_) % size_);
+  }
+  void scatter(int x0, int y0, int cell, std::uint32_t h) {
+    const double px = x0 + (0.2 + 0.6 * unit(h)) * cell, py = y0 + (0.2 + 0.6 * unit(h * 7919u)) * cell;
+    const double radius = cell * (0.18 + 0.34 * unit(h * 104729u)), slant = unit(h * 1299709u) - 0.5;
+    const int reach = cell / 2 + cell / 4 + 1;
+    for (int y = static_cast<int>(py) - reach; y <= static_cast<int>(py) + reach; ++y)
+      for (int x = static_cast<int>(px) - reach; x <= static_cast<int>(px) + reach; ++x) {
+        // Corners instead of circles: the largest of three slanted distances is a rough hexagon.
+        const double dx = x + 0.5 - px, dy = y + 0.5 - py;
+        const double a = std::fabs(dx + slant * dy), b = std::fabs(0.5 * dx + 0.87 * dy),
+                     c = std::fabs(0.5 * dx - 0.87 * dy);
+        const double depth = 1.0 - std::max({a, b, c}) / radius;
+        const std::size_t i = index(x, y);
+        if (depth <= depth_[i]) continue;
+        depth_[i] = depth;
+        id_[i] = h;
+      }
+  }
+
+  int size_;
+  std::vector<double> depth_;
+  std::vector<std::uint32_t> id_;
+};
 
 constexpr Rgb kStones[] = {{232, 229, 220}, {96, 102, 110},  {150, 158, 160}, {62, 70, 82},
                            {178, 174, 160}, {112, 128, 124}, {206, 206, 202}, {82, 96, 116}};
@@ -101,15 +116,16 @@ Rgb stone(std::uint32_t id) { return shade(kStones[(id >> 8) % 8], 0.9 + 0.2 * u
 /// Terrazzo in slabs of one metre: contrast at every scale that a camera between 0.1 and 3 m sees. 4 m a side.
 void paint_floor(Canvas canvas) {
   const int size = canvas.width(), slab = size / 4;
+  const Chips layers[] = {{size, 32, 132}, {size, 16, 116}, {size, 8, 108}};  // of 13, 6 and 3 cm
   canvas.fill([&](int x, int y) {
     const std::uint32_t tile = hash(x / slab, y / slab, 11);
     const double clouds = 0.5 * value_noise(x, y, 64, size, 21) + 0.3 * value_noise(x, y, 16, size, 22) +
                           0.2 * value_noise(x, y, 4, size, 23);
     Rgb c = shade({158, 155, 148}, 0.80 + 0.14 * unit(tile) + 0.24 * clouds);
-    for (const int cell : {32, 16, 8}) {
-      const Chip chip = chip_at(x, y, cell, size, static_cast<std::uint32_t>(100 + cell));
-      const bool present = unit(chip.id * 65537u) < (cell == 32 ? 0.45 : 0.7);
-      if (present && chip.depth > 0) c = mix(c, stone(chip.id), 8.0 * chip.depth);
+    for (const Chips& chips : layers) {
+      const std::uint32_t id = chips.id(x, y);
+      const bool present = unit(id * 65537u) < (&chips == layers ? 0.45 : 0.7);
+      if (present && chips.depth(x, y) > 0) c = mix(c, stone(id), 8.0 * chips.depth(x, y));
     }
     const int jx = x % slab, jy = y % slab, joint = std::min({jx, jy, slab - 1 - jx, slab - 1 - jy});
     return joint < 1 ? Rgb{70, 70, 72} : c;

@@ -15,8 +15,8 @@ Wind::Wind(double limit_mps, std::uint64_t seed) : limit_(limit_mps), noise_(see
   // A direction without sin and cos: a uniform point in the disc, by rejection.
   double x = 0, y = 0;
   do {
-    x = noise_.symmetric();
-    y = noise_.symmetric();
+    x = noise_.uniform(-1, 1);
+    y = noise_.uniform(-1, 1);
   } while (x * x + y * y > 1.0);
   mean_ = {x * kMeanShare * limit_, y * kMeanShare * limit_, 0};
   velocity_ = mean_;
@@ -26,9 +26,9 @@ const msg::Vec3& Wind::step(double dt_s) {
   if (limit_ <= 0 || phase_++ % kNoiseEvery != 0) return velocity_;
   const double keep = 1.0 - kNoiseEvery * dt_s / kCorrelationS;
   const double kick = kGustShare * limit_ * std::sqrt(1.0 - keep * keep);
-  gust_.x = keep * gust_.x + kick * noise_.gauss();
-  gust_.y = keep * gust_.y + kick * noise_.gauss();
-  gust_.z = keep * gust_.z + kVerticalShare * kick * noise_.gauss();
+  gust_.x = keep * gust_.x + kick * noise_.normal();
+  gust_.y = keep * gust_.y + kick * noise_.normal();
+  gust_.z = keep * gust_.z + kVerticalShare * kick * noise_.normal();
   velocity_ = {mean_.x + gust_.x, mean_.y + gust_.y, mean_.z + gust_.z};
   const double speed = std::sqrt(velocity_.x * velocity_.x + velocity_.y * velocity_.y + velocity_.z * velocity_.z);
   if (speed > limit_) {

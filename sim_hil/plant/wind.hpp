@@ -1,6 +1,6 @@
 #pragma once
+#include "math/random.hpp"
 #include "msg/geometry.hpp"
-#include "sim_hil/plant/random.hpp"
 
 namespace sinew::plant {
 
@@ -15,7 +15,7 @@ class Wind {
 
  private:
   double limit_;
-  Noise noise_;
+  math::Random noise_;
   msg::Vec3 mean_, gust_, velocity_;
   std::uint32_t phase_ = 0;
 };

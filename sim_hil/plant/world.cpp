@@ -3,9 +3,10 @@
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
-#include "sim_hil/plant/random.hpp"
+#include "math/random.hpp"
 #include "sim_hil/plant/room.hpp"
 #include "sim_hil/plant/rotors.hpp"
 #include "sim_hil/plant/vec.hpp"
@@ -49,9 +50,9 @@ BaroErrors baro_errors(bool on) {
   return e;
 }
 
-std::array<double, kRotors> spread_thrust(Noise& noise, double spread) {
+std::array<double, kRotors> spread_thrust(math::Random& noise, double spread) {
   std::array<double, kRotors> f;
-  for (double& x : f) x = 1.0 + spread * noise.symmetric();
+  for (double& x : f) x = 1.0 + spread * noise.uniform(-1, 1);
   return f;
 }
 
@@ -60,7 +61,7 @@ std::array<double, kRotors> spread_thrust(Noise& noise, double spread) {
 struct World::Impl {
   Impl(const WorldOptions& o, ModelPtr m)
       : options(o),
-        noise(o.seed, 0x706c616e74),
+        noise(o.seed, 0x706c616e),
         model(std::move(m)),
         data(mj_makeData(model.get())),
         factor(spread_thrust(noise, o.spread)),
@@ -71,13 +72,14 @@ struct World::Impl {
         baro(baro_errors(o.sensor_errors), o.seed) {
     body = mj_name2id(model.get(), mjOBJ_BODY, "quad");
     hull = mj_name2id(model.get(), mjOBJ_GEOM, "hull");
+    first_foot = mj_name2id(model.get(), mjOBJ_GEOM, "foot_fl");  // the other three follow it in the file
     spread_mass();
     start_pose();
     mj_forward(model.get(), data.get());  // static geoms get their world poses here
   }
 
   void spread_mass() {
-    const double f = 1.0 + options.spread * noise.symmetric();
+    const double f = 1.0 + options.spread * noise.uniform(-1, 1);
     model->body_mass[body] *= f;
     for (int i = 0; i < 3; ++i) model->body_inertia[3 * body + i] *= f;
     mj_setConst(model.get(), data.get());
@@ -86,11 +88,11 @@ struct World::Impl {
   void start_pose() {
     double x = 0, y = 0;
     do {
-      x = noise.symmetric();
-      y = noise.symmetric();
+      x = noise.uniform(-1, 1);
+      y = noise.uniform(-1, 1);
     } while (x * x + y * y > 1.0);
     // Half the yaw angle is small: a unit quaternion from its tangent's series, normalised.
-    const double half = 0.5 * options.start_yaw_rad * noise.symmetric();
+    const double half = 0.5 * options.start_yaw_rad * noise.uniform(-1, 1);
     const double norm = 1.0 / std::sqrt(1.0 + half * half);
     set_pose({x * options.start_offset_m, y * options.start_offset_m, kFeetBelowBase}, {norm, 0, 0, half * norm}, {});
   }
@@ -122,9 +124,10 @@ struct World::Impl {
   void watch_contacts(const msg::Vec3& v_before);
   void sample();
   double true_range() const;
+  int feet_down() const;
 
   WorldOptions options;
-  Noise noise;
+  math::Random noise;
   ModelPtr model;
   DataPtr data;
   std::array<double, kRotors> factor;
@@ -133,7 +136,7 @@ struct World::Impl {
   ImuModel imu;
   RangeModel range;
   BaroModel baro;
-  int body = 0, hull = 0;
+  int body = 0, hull = 0, first_foot = 0;
   std::int64_t steps = 0;
   std::uint32_t next_frame = 1;
   int clear_steps = 0;
@@ -188,7 +191,7 @@ void World::Impl::watch_contacts(const msg::Vec3& v_before) {
   summary.touchdown_at = now();
   summary.touchdown_speed_mps = -v_before.z;
   summary.touchdown_drift_mps = std::sqrt(v_before.x * v_before.x + v_before.y * v_before.y);
-  summary.landing_error_m = std::sqrt(p.x * p.x + p.y * p.y);
+  summary.touchdown_error_m = std::sqrt(p.x * p.x + p.y * p.y);
 }
 
 double World::Impl::true_range() const {
@@ -198,6 +201,14 @@ double World::Impl::true_range() const {
   constexpr mjtByte kRoomOnly[6] = {1, 0, 0, 0, 0, 0};
   int geom = -1;
   return mj_ray(model.get(), data.get(), pnt, vec, kRoomOnly, 1, body, &geom);
+}
+
+int World::Impl::feet_down() const {
+  unsigned feet = 0;
+  for (int i = 0; i < data->ncon; ++i)
+    for (const int geom : {data->contact[i].geom1, data->contact[i].geom2})
+      if (geom >= first_foot && geom < first_foot + 4) feet |= 1u << (geom - first_foot);
+  return std::popcount(feet);
 }
 
 void World::Impl::sample() {
@@ -263,6 +274,7 @@ TruthState World::truth() const {
   t.voltage_v = w.propulsion.voltage_v();
   t.current_a = w.propulsion.current_a();
   t.contact = w.data->ncon > 0;
+  t.feet_down = w.feet_down();
   t.on_pad = t.contact && t.p_world_m.x * t.p_world_m.x + t.p_world_m.y * t.p_world_m.y < kPadRadius * kPadRadius;
   return t;
 }

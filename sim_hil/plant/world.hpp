@@ -35,7 +35,8 @@ struct TruthState {
   std::array<double, kRotors> omega_radps{};
   double voltage_v = 0, current_a = 0;
   bool contact = false;  // something touches something
-  bool on_pad = false;   // contact, and the base is above the pad
+  int feet_down = 0;
+  bool on_pad = false;  // contact, and the base is above the pad
 };
 
 /// The flight as a whole.
@@ -45,7 +46,7 @@ struct FlightSummary {
   msg::Time touchdown_at;
   double touchdown_speed_mps = 0;  // downward, in the step before that contact
   double touchdown_drift_mps = 0;  // horizontal, likewise
-  double landing_error_m = 0;      // base to centre of the pad, horizontally, at that contact
+  double touchdown_error_m = 0;    // base to centre of the pad, horizontally, at that contact
   double max_height_m = 0;         // of the base
   bool crashed = false;            // touched anything with more than the feet, or tilted over on the ground
 };

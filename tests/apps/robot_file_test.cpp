@@ -7,6 +7,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::UnorderedElementsAre;
 
@@ -145,6 +146,25 @@ TEST(RobotFile, SyntaxErrorIsOneProblemWithItsLine) {
   ASSERT_EQ(loaded.problems.size(), 1u);
   EXPECT_EQ(loaded.problems[0].line, 2);
   EXPECT_EQ(loaded.problems[0].key, "TOML");
+}
+
+TEST(RobotFile, HeaderThatIsNoKeyIsOneProblemAndNotAnAbort) {
+  EXPECT_THAT(problems_of("\n[[:m]]\n"), ElementsAre(HasSubstr("robot.toml:2: TOML: syntax: ")));
+}
+
+TEST(RobotFile, OnlyCommentsGoBeyondAscii) {
+  const std::string says = ": TOML: syntax: only ASCII outside of comments";
+  EXPECT_THAT(problems_of("# ok: \u00b0\n\u00b0 = 1\n"), ElementsAre("robot.toml:2" + says));
+  EXPECT_THAT(problems_of("a = '''\n# '\n\u00b0'''\n"), ElementsAre("robot.toml:3" + says));
+  EXPECT_THAT(problems_of("a = \"\\\"# \u00b0\"\n"), ElementsAre("robot.toml:1" + says));
+  EXPECT_THAT(problems_of("a = \"\\\u00b0\"\n"), ElementsAre("robot.toml:1" + says));
+  const auto named = parse_robot("robot = { name = \"cafe #1\", board = \"sim\" } # \u00b0\n", "robot.toml");
+  EXPECT_EQ(named.robot.graph.robot, "cafe #1");
+}
+
+TEST(RobotFile, NotANumberIsShownInsideAnArrayToo) {
+  EXPECT_THAT(problems_of("robot = [nan, [inf], []]\n"),
+              testing::Contains(HasSubstr("robot.toml:1: robot: [ nan, [ inf ], [] ]: ")));
 }
 
 TEST(RobotFile, FileThatIsNotThereIsNamed) {

@@ -1,0 +1,197 @@
+#include "apps/dataset_run.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+
+#include "apps/plot.hpp"
+#include "apps/run_log.hpp"
+#include "apps/status_table.hpp"
+#include "apps/tilt_error.hpp"
+#include "hal/linux/os.hpp"
+#include "hal/linux/process.hpp"
+#include "rt/discrete_executor.hpp"
+#include "rt/real_time_executor.hpp"
+#include "sim_hil/dataset_board.hpp"
+#include "sim_hil/ground_truth.hpp"
+
+namespace sinew::app {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr double kSettle_s = 5;  // the attitude may take this long with unknown bias
+constexpr double kGoodTilt_deg = 2.0;
+
+template <class M>
+const RunLog<M>* find_log(rt::Graph& graph) {
+  for (const auto& m : graph.modules())
+    if (const auto* log = dynamic_cast<const RunLog<M>*>(m.module.get())) return log;
+  return nullptr;
+}
+
+class DatasetRun {
+ public:
+  DatasetRun(Prepared& prepared, const RunOptions& options) : prepared_(prepared), options_(options) {}
+
+  int run() {
+    if (!open()) return 2;
+    const bool ran = options_.virtual_time ? run_virtual() : run_real();
+    return ran ? report() : 1;
+  }
+
+ private:
+  bool fail(const std::string& what) {
+    std::fprintf(stderr, "sinew: %s\n", what.c_str());
+    return false;
+  }
+
+  bool open() {
+    if (options_.data.empty()) return fail("board \"dataset\": name a folder with --data DIR");
+    sim_hil::DatasetOptions dataset;
+    dataset.folder = options_.data;
+    dataset.from = rt::Duration{static_cast<std::int64_t>(options_.from_s * 1e9)};
+    dataset.clock = options_.virtual_time ? static_cast<const hal::Clock*>(&clock_) : &os_;
+    dataset.os = options_.virtual_time ? nullptr : &os_;
+    std::string why;
+    auto board = sim_hil::DatasetBoard::open(dataset, why);
+    if (!board) return fail(why);
+    board_ = std::move(*board);
+    if (board_->images() == 0) {
+      rt::GraphSpec spec = prepared_.robot.graph;
+      const auto left_out = leave_out_camera(spec);
+      std::printf("no images           left out: %s\n", fmt::format("{}", fmt::join(left_out, " ")).c_str());
+      prepared_.graph = std::make_unique<rt::Graph>(std::move(spec), prepared_.types);
+    }
+    graph_ = prepared_.graph.get();
+    if (auto ready = graph_->configure(*board_, {}); !ready) {
+      for (const auto& p : graph_->configure_problems())
+        std::fprintf(stderr, "%s\n", rt::to_string(p, options_.robot).c_str());
+      return fail(ready.error().where);
+    }
+    return true;
+  }
+
+  bool run_virtual() {
+    rt::DiscreteOptions discrete;
+    if (options_.duration_s > 0) discrete.duration = duration();
+    discrete.os = &os_;
+    discrete.hash_topics = true;
+    rt::DiscreteExecutor executor(*graph_, clock_, *board_, discrete);
+    const hal::Time wall = os_.now();
+    const auto done = executor.run();
+    if (!done) return fail(done.error().where);
+    if (done->end == rt::DiscreteReport::End::source_failed) return fail(done->error.where);
+    const double wall_s = msg::seconds(os_.now() - wall), run_s = msg::seconds(done->reached);
+    if (!options_.quiet) std::printf("%s", run_summary(*graph_, executor.runner()).c_str());
+    std::printf("virtual time        %.3f s in %.3f s: %.1f times real time\n", run_s, wall_s, run_s / wall_s);
+    for (std::uint32_t t = 0; t < graph_->topics().size(); ++t)
+      std::printf("hash %-24s %016llx\n", graph_->topics()[t].name.c_str(),
+                  static_cast<unsigned long long>(executor.runner().topic_hash(t)));
+    return true;
+  }
+
+  bool run_real() {
+    rt::RealTimeExecutor executor(*graph_, os_);
+    if (auto started = executor.start(); !started) return fail(started.error().where);
+    for (const auto& line : executor.shortfalls()) std::fprintf(stderr, "warning: %s\n", line.c_str());
+    if (auto started = board_->start(); !started) return fail(started.error().where);
+    const hal::Time begin = os_.now();
+    const hal::Time end = options_.duration_s > 0 ? std::min(board_->end(), begin + duration()) : board_->end();
+    while (os_.now() < end + 100ms && !hal::stop_requested()) os_.sleep_until(std::min(os_.now() + 200ms, end + 100ms));
+    executor.stop();
+    if (!options_.quiet) std::printf("%s", run_summary(*graph_, executor.runner()).c_str());
+    return true;
+  }
+
+  rt::Duration duration() const { return rt::Duration{static_cast<std::int64_t>(options_.duration_s * 1e9)}; }
+
+  int report() {
+    std::printf("samples             %zu of the IMU, %zu images", board_->imu_samples(), board_->images());
+    if (board_->images_lost() > 0)
+      std::printf(", %zu lost: %s", board_->images_lost(), board_->image_problem().c_str());
+    std::printf("\n");
+    if (const auto* motion = find_log<msg::MotionField>(*graph_)) {
+      const auto& all = motion->messages();
+      const auto moving = std::count_if(all.begin(), all.end(), [](const auto& m) { return m.moving != 0; });
+      std::printf("motion field        %zu fields, %td report motion\n", all.size(), moving);
+    }
+    const auto* nav = find_log<msg::NavState>(*graph_);
+    return nav ? report_tilt(*nav) : 0;
+  }
+
+  int report_tilt(const RunLog<msg::NavState>& log) {
+    if (log.lost() > 0)
+      std::printf("warning             %llu states not kept\n", static_cast<unsigned long long>(log.lost()));
+    std::string why;
+    const auto truth = sim_hil::GroundTruth::open(options_.data, why);
+    if (!truth) {
+      std::printf("tilt error          no ground truth in %s\n", options_.data.c_str());
+      return truth.error().code == hal::Errc::not_found ? 0 : 1;
+    }
+    const TiltErrors errors = tilt_errors(log.messages(), kSettle_s, [&](const msg::NavState& e, msg::Quat& q) {
+      sim_hil::GroundTruthSample s;
+      if (!truth->at(board_->dataset_stamp(e.stamp), s)) return false;
+      q = s.q_world_base;
+      return true;
+    });
+    if (errors.compared == 0) {
+      std::printf("tilt error          nothing to compare after %.0f s\n", kSettle_s);
+      return 1;
+    }
+    std::printf("tilt error          %.3f deg RMS, %.3f deg max from %.0f s on, %zu states (limit %.1f deg RMS)\n",
+                errors.rms_deg, errors.max_deg, kSettle_s, errors.compared, kGoodTilt_deg);
+    if (!options_.plot.empty() && !write_plot(errors)) return 1;
+    return errors.rms_deg < kGoodTilt_deg ? 0 : 1;
+  }
+
+  bool write_plot(const TiltErrors& errors) {
+    Plot plot;
+    plot.title = fmt::format("Tilt error: {:.3f} deg RMS from {} s on", errors.rms_deg, kSettle_s);
+    plot.x_label = "time since the first estimate (s)";
+    plot.y_label = "angle between true and estimated up (deg)";
+    plot.series.push_back({"error", errors.over_time});
+    std::ofstream out(options_.plot, std::ios::binary);
+    out << to_svg(plot);
+    out.close();
+    if (!out) return fail("--plot " + options_.plot + ": cannot be written");
+    std::printf("plot                %s\n", options_.plot.c_str());
+    return true;
+  }
+
+  Prepared& prepared_;
+  const RunOptions& options_;
+  rt::Graph* graph_ = nullptr;
+  hal::Os& os_ = hal::linux_os();
+  hal::ManualClock clock_;
+  std::unique_ptr<sim_hil::DatasetBoard> board_;
+};
+
+}  // namespace
+
+std::vector<std::string> leave_out_camera(rt::GraphSpec& graph) {
+  std::vector<std::string> gone;
+  const auto is_gone = [&](const std::string& module) {
+    return std::find(gone.begin(), gone.end(), module) != gone.end();
+  };
+  const auto needs_gone = [&](const rt::ModuleSpec& m) {
+    return std::any_of(m.in.begin(), m.in.end(),
+                       [&](const auto& in) { return is_gone(in.second.value.substr(0, in.second.value.find('.'))); });
+  };
+  for (bool more = true; more;) {
+    more = false;
+    for (const auto& m : graph.modules)
+      if (!is_gone(m.name) && (m.type == "drivers::CameraSource" || needs_gone(m))) gone.push_back(m.name), more = true;
+  }
+  std::erase_if(graph.modules, [&](const auto& m) { return is_gone(m.name); });
+  for (auto& t : graph.threads) std::erase_if(t.order, [&](const auto& m) { return is_gone(m.value); });
+  std::erase_if(graph.threads, [](const auto& t) { return t.order.empty(); });
+  std::erase_if(graph.topics, [&](const auto& t) { return is_gone(t.name.substr(0, t.name.find('.'))); });
+  return gone;
+}
+
+int run_on_dataset(Prepared& prepared, const RunOptions& options) { return DatasetRun(prepared, options).run(); }
+
+}  // namespace sinew::app

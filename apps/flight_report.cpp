@@ -1,0 +1,49 @@
+#include "apps/flight_report.hpp"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+namespace sinew::app {
+
+std::optional<FlightReport> parse_report(const std::string& json) {
+  const auto j = nlohmann::json::parse(json, nullptr, false);
+  if (!j.is_object()) return std::nullopt;
+  const auto number = [&](const char* key) {
+    const auto it = j.find(key);
+    return it != j.end() && it->is_number() ? it->get<double>() : 0.0;
+  };
+  const auto flag = [&](const char* key) {
+    const auto it = j.find(key);
+    return it != j.end() && it->is_boolean() && it->get<bool>();
+  };
+  FlightReport r;
+  r.valid = flag("valid");
+  if (const auto it = j.find("reason"); it != j.end() && it->is_string()) r.reason = it->get<std::string>();
+  r.touched_down = flag("touched_down");
+  r.crashed = flag("crashed");
+  r.landing_error_m = number("landing_error_m");
+  r.touchdown_speed_mps = number("touchdown_speed_mps");
+  r.touchdown_s = number("touchdown_s");
+  r.imu_gap_max_s = number("imu_gap_max_ns") * 1e-9;
+  return r;
+}
+
+std::vector<std::string> invalid_because(const FlightReport& report, const sim_hil::SimStats& stats, bool real_time) {
+  std::vector<std::string> reasons;
+  if (!report.valid) reasons.push_back("the plant says: " + (report.reason.empty() ? "no reason" : report.reason));
+  if (real_time && report.imu_gap_max_s > kLongestImuGap_s && report.valid)
+    reasons.push_back(
+        fmt::format("IMU gap of {:.2f} ms, at most {:.0f} ms", report.imu_gap_max_s * 1e3, kLongestImuGap_s * 1e3));
+  for (const auto& d : stats.devices)
+    if (d.lost + d.overflow > 0)
+      reasons.push_back(fmt::format("{}: {} samples lost, {} overwritten", d.name, d.lost, d.overflow));
+  return reasons;
+}
+
+bool good_landing(const FlightReport& report) {
+  return report.touched_down && !report.crashed && report.landing_error_m < kGoodLandingError_m &&
+         report.touchdown_speed_mps < kGoodTouchdownSpeed_mps;
+}
+
+}  // namespace sinew::app

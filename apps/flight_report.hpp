@@ -1,0 +1,32 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim_hil/sim_board.hpp"
+
+namespace sinew::app {
+
+/// What the plant says about a flight (its Report), for the summary only; no module ever sees it.
+struct FlightReport {
+  bool valid = false;
+  std::string reason;  // why it is not valid
+  bool touched_down = false, crashed = false;
+  double landing_error_m = 0;  // from the pad's centre, horizontally, at rest
+  double touchdown_speed_mps = 0;
+  double touchdown_s = 0;  // plant time
+  double imu_gap_max_s = 0;
+};
+
+inline constexpr double kGoodLandingError_m = 0.15, kGoodTouchdownSpeed_mps = 0.5;
+inline constexpr double kLongestImuGap_s = 0.002;  // of a valid real-time run
+
+/// Nothing when the text is not a report.
+std::optional<FlightReport> parse_report(const std::string& json);
+
+/// Why the run does not count, the plant's reasons and ours; empty: it does.
+std::vector<std::string> invalid_because(const FlightReport& report, const sim_hil::SimStats& stats, bool real_time);
+
+bool good_landing(const FlightReport& report);
+
+}  // namespace sinew::app

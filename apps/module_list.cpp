@@ -1,0 +1,31 @@
+#include "apps/module_list.hpp"
+
+#include "apps/run_log.hpp"
+#include "control/attitude_controller.hpp"
+#include "control/error_state_filter.hpp"
+#include "control/mission.hpp"
+#include "control/mixer.hpp"
+#include "control/position_controller.hpp"
+#include "drivers/camera_source.hpp"
+#include "drivers/sensor_source.hpp"
+#include "msg/flight.hpp"
+
+namespace sinew::app {
+
+rt::ModuleTypes all_modules() {
+  rt::ModuleTypes types;
+  types.add<drivers::ImuSource>("drivers::ImuSource");
+  types.add<drivers::RangeSource>("drivers::RangeSource");
+  types.add<drivers::BaroSource>("drivers::BaroSource");
+  types.add<drivers::CameraSource>("drivers::CameraSource");
+  types.add<control::ErrorStateFilter>("control::ErrorStateFilter");
+  types.add<control::AttitudeController>("control::AttitudeController");
+  types.add<control::PositionController>("control::PositionController");
+  types.add<control::Mixer>("control::Mixer");
+  types.add<control::Mission>("control::Mission");
+  types.add<RunLog<msg::NavState>>("app::StateLog");
+  types.add<RunLog<msg::MotionField>>("app::MotionLog");
+  return types;
+}
+
+}  // namespace sinew::app

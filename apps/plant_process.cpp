@@ -1,0 +1,90 @@
+#include "apps/plant_process.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "hal/linux/os.hpp"
+#include "hal/linux/socket.hpp"
+
+namespace sinew::app {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+
+// Beside our own program: where the build puts both, and where an installation would.
+fs::path find_sinew_sim() { return fs::path(hal::program_path()).parent_path() / "sinew-sim"; }
+
+}  // namespace
+
+std::unique_ptr<PlantProcess> PlantProcess::open(const PlantRequest& request, std::string& why) {
+  std::unique_ptr<PlantProcess> plant(new PlantProcess());
+  plant->endpoint_ = request.endpoint;
+  if (request.endpoint == "auto" && !plant->start(request, why)) return nullptr;
+  hal::Os& os = hal::linux_os();
+  const hal::Time give_up = os.now() + 20s;
+  while (true) {
+    auto stream = hal::connect_stream(plant->endpoint_, 1s);
+    if (stream) {
+      plant->stream_ = std::move(*stream);
+      return plant;
+    }
+    if (plant->child_ && plant->child_->poll()) {
+      why = fmt::format("sinew-sim ended with code {}: {}", *plant->child_->poll(), plant->last_words());
+      return nullptr;
+    }
+    if (!plant->child_ || os.now() > give_up) {
+      why = fmt::format("no plant at {}: {}", plant->endpoint_, hal::to_string(stream.error().code));
+      return nullptr;
+    }
+    os.sleep_until(os.now() + 5ms);
+  }
+}
+
+bool PlantProcess::start(const PlantRequest& request, std::string& why) {
+  const fs::path program = find_sinew_sim();
+  const fs::path base = fs::temp_directory_path() / fmt::format("sinew-{}-{}", hal::linux_os().now().ns, request.seed);
+  socket_path_ = base.string() + ".sock";
+  log_path_ = base.string() + ".log";
+  endpoint_ = "unix:" + socket_path_;
+  std::vector<std::string> argv{program.string(),
+                                "--listen",
+                                endpoint_,
+                                "--seed",
+                                std::to_string(request.seed),
+                                "--camera",
+                                fmt::format("{}x{}", request.camera_width, request.camera_height),
+                                request.lockstep ? "--lockstep" : "--free"};
+  argv.insert(argv.end(), request.extra.begin(), request.extra.end());
+  auto child = hal::ChildProcess::start(argv, log_path_);
+  if (!child) {
+    why = fmt::format("cannot start {}: {}; it is built where MuJoCo is installed (Debian: libmujoco-dev)",
+                      program.string(), hal::to_string(child.error().code));
+    return false;
+  }
+  child_ = std::move(*child);
+  return true;
+}
+
+std::string PlantProcess::last_words() const {
+  std::ifstream in(log_path_);
+  std::string line, last = "it said nothing";
+  while (std::getline(in, line))
+    if (!line.empty()) last = line;
+  return last;
+}
+
+void PlantProcess::wait_for_end() {
+  if (child_) child_->wait(3s);
+}
+
+PlantProcess::~PlantProcess() {
+  child_.reset();
+  std::error_code ignored;  // both may never have been made
+  if (!socket_path_.empty()) fs::remove(socket_path_, ignored);
+  if (!log_path_.empty()) fs::remove(log_path_, ignored);
+}
+
+}  // namespace sinew::app

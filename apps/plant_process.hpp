@@ -1,0 +1,43 @@
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "hal/linux/process.hpp"
+#include "hal/stream.hpp"
+
+namespace sinew::app {
+
+struct PlantRequest {
+  std::string endpoint;  // "auto": start sinew-sim; else where a plant listens
+  std::uint64_t seed = 1;
+  std::uint32_t camera_width = 320, camera_height = 240;
+  bool lockstep = true;
+  std::vector<std::string> extra;  // arguments for sinew-sim
+};
+
+/// A plant to talk to: one of its own (started here, ended with this object), or one that listens already.
+/// Thread:  owner.
+class PlantProcess {
+ public:
+  /// Errors:  in `why`: sinew-sim is not built, ended at once (with its own words), nobody listens.
+  static std::unique_ptr<PlantProcess> open(const PlantRequest& request, std::string& why);
+  ~PlantProcess();
+
+  std::unique_ptr<hal::Stream> take_stream() { return std::move(stream_); }
+  /// Processor time of the plant so far cannot be told for a foreign one; 0 then.
+  int pid() const { return child_ ? child_->pid() : 0; }
+  /// Waits for a plant of our own to end by itself.
+  void wait_for_end();
+
+ private:
+  PlantProcess() = default;
+  bool start(const PlantRequest& request, std::string& why);
+  std::string last_words() const;
+
+  std::unique_ptr<hal::ChildProcess> child_;
+  std::unique_ptr<hal::Stream> stream_;
+  std::string endpoint_, socket_path_, log_path_;
+};
+
+}  // namespace sinew::app

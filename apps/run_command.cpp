@@ -1,0 +1,25 @@
+#include "apps/run_command.hpp"
+
+#include <cstdio>
+
+#include "apps/dataset_run.hpp"
+#include "apps/run_setup.hpp"
+#include "apps/sim_run.hpp"
+
+namespace sinew::app {
+
+int run_command(const RunOptions& options) {
+  auto prepared = prepare(options);
+  if (!prepared) return 2;
+  const std::string& board = prepared->graph->spec().board;
+  if (!prepared->graph->spec().device_boards.empty()) {
+    std::fprintf(stderr, "sinew: robot.device_boards: boards cannot be mixed yet; name one board for all devices\n");
+    return 2;
+  }
+  if (board == "sim") return run_on_sim(*prepared, options);
+  if (board == "dataset") return run_on_dataset(*prepared, options);
+  std::fprintf(stderr, "sinew: board \"%s\": \"sim\" or \"dataset\"\n", board.c_str());
+  return 2;
+}
+
+}  // namespace sinew::app

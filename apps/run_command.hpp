@@ -1,0 +1,30 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace sinew::app {
+
+/// What `sinew run` was asked for.
+struct RunOptions {
+  std::string robot;  // path of the robot file
+  std::string board;  // instead of the file's; empty: the file's
+  std::string data;   // folder of the dataset board
+  bool virtual_time = false;
+  std::optional<std::uint64_t> seed;
+  double duration_s = 0;         // 0: until the mission, the plant or the data ends
+  double from_s = 0;             // dataset: begin this long after its first sample
+  std::vector<std::string> set;  // "module.param=value"
+  std::string plant;             // "auto", "unix:PATH", "tcp:HOST:PORT"; empty: the file's
+  std::vector<std::string> plant_args;
+  std::string camera;  // "640x480" for a plant of our own; empty: the file's
+  std::string plot;    // where a plot goes; empty: none
+  bool plain = false;  // no live table, also on a terminal
+  bool quiet = false;  // only the result
+};
+
+/// Flies or drives a robot file. Exit code 0: everything went well (a mission: landed well in a valid run); 1: the run
+/// did not; 2: it could not start.
+int run_command(const RunOptions& options);
+
+}  // namespace sinew::app

@@ -1,0 +1,120 @@
+#include "apps/run_setup.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cstdio>
+
+#include "apps/module_list.hpp"
+#include "hal/linux/process.hpp"
+
+namespace sinew::app {
+namespace {
+
+rt::ParamValue value_of(const std::string& text) {
+  if (text == "true" || text == "false") return text == "true";
+  std::int64_t integer = 0;
+  const char* const end = text.data() + text.size();
+  if (auto r = std::from_chars(text.data(), end, integer); r.ec == std::errc() && r.ptr == end) return integer;
+  double number = 0;
+  if (auto r = std::from_chars(text.data(), end, number); r.ec == std::errc() && r.ptr == end) return number;
+  return text;
+}
+
+}  // namespace
+
+std::string apply_setting(rt::GraphSpec& graph, const std::string& setting) {
+  const auto dot = setting.find('.'), equals = setting.find('=');
+  if (dot == std::string::npos || equals == std::string::npos || equals < dot)
+    return fmt::format("--set {}: module.param=value", setting);
+  const std::string module = setting.substr(0, dot);
+  for (auto& m : graph.modules) {
+    if (m.name != module) continue;
+    m.params[setting.substr(dot + 1, equals - dot - 1)] = {value_of(setting.substr(equals + 1)), 0};
+    return {};
+  }
+  return fmt::format("--set {}: no module {}", setting, module);
+}
+
+std::optional<Prepared> prepare(const RunOptions& options) {
+  LoadedRobot loaded = load_robot(options.robot);
+  for (const auto& p : loaded.problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.robot).c_str());
+  if (!loaded.problems.empty()) return std::nullopt;
+  rt::GraphSpec& spec = loaded.robot.graph;
+  if (!options.board.empty()) spec.board = options.board;
+  if (options.seed) spec.seed = *options.seed;
+  if (!options.plant.empty()) loaded.robot.sim.plant = options.plant;
+  for (const auto& setting : options.set) {
+    if (const std::string why = apply_setting(spec, setting); !why.empty()) {
+      std::fprintf(stderr, "sinew: %s\n", why.c_str());
+      return std::nullopt;
+    }
+  }
+  if (!options.camera.empty()) {
+    unsigned w = 0, h = 0;
+    if (std::sscanf(options.camera.c_str(), "%ux%u", &w, &h) != 2 || w < 16 || h < 16 || w > msg::kMaxImageWidth ||
+        h > msg::kMaxImageHeight) {
+      std::fprintf(stderr, "sinew: --camera %s: WIDTHxHEIGHT, at most 1280x960\n", options.camera.c_str());
+      return std::nullopt;
+    }
+    loaded.robot.sim.camera_width = w, loaded.robot.sim.camera_height = h;
+  }
+  Prepared prepared{std::move(loaded.robot), all_modules(), nullptr};
+  prepared.graph = std::make_unique<rt::Graph>(prepared.robot.graph, prepared.types);
+  const auto problems = prepared.graph->check({options.virtual_time, hal::usable_cpus()});
+  for (const auto& p : problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.robot).c_str());
+  if (!problems.empty()) return std::nullopt;
+  return prepared;
+}
+
+std::vector<std::string> MissionWatch::taps(const rt::Graph& graph) {
+  for (const auto& topic : graph.topics())
+    if (topic.type == &msg::type_info<msg::MissionState>()) return {topic.name};
+  return {};
+}
+
+MissionWatch::MissionWatch(rt::Graph& graph) {
+  if (graph.taps().empty()) return;
+  latch_.emplace(graph.segment());
+  latch_->bind(port_, graph.taps()[0]);
+}
+
+const msg::MissionState* MissionWatch::look() {
+  if (!latch_) return nullptr;
+  latch_->latch();
+  if (const auto* state = port_.get()) {
+    last_ = *state;
+    any_ = true;
+  }
+  latch_->release();
+  return any_ ? &last_ : nullptr;
+}
+
+const char* to_string(msg::MissionPhase phase) {
+  using P = msg::MissionPhase;
+  switch (phase) {
+    case P::wait:
+      return "waiting";
+    case P::arm:
+      return "arming";
+    case P::climb:
+      return "climbing";
+    case P::search:
+      return "searching the pad";
+    case P::approach:
+      return "approaching the pad";
+    case P::hold:
+      return "holding above the pad";
+    case P::descend:
+      return "descending";
+    case P::touchdown:
+      return "touching down";
+    case P::done:
+      return "done";
+    case P::abort:
+      return "aborted";
+  }
+  return "?";
+}
+
+}  // namespace sinew::app

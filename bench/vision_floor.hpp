@@ -1,0 +1,24 @@
+#pragma once
+// The least that does the work of vision/ on one fixed frame size, with every instruction of an AVX2 and FMA machine:
+// no bounds, no other formats, no counters. What vision_bench compares with.
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace sinew::bench::floor {
+
+inline constexpr int kWidth = 640, kHeight = 480, kColours = 4;
+
+struct Box {
+  std::uint8_t lo[3], hi[3];
+};
+
+void segmentation_setup(const std::array<Box, kColours>& boxes);
+int segment_table(const std::uint8_t* yuyv, int min_area);  // blobs found
+int segment_boxes(const std::uint8_t* yuyv, int min_area);
+
+// Frames have 64 readable bytes behind them.
+void emd_polar(const std::uint8_t* older, const std::uint8_t* newer, float* magnitude, float* direction);
+void emd_sums(const std::uint8_t* older, const std::uint8_t* newer, std::int64_t* sums);
+
+}  // namespace sinew::bench::floor

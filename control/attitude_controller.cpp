@@ -1,0 +1,42 @@
+#include "control/attitude_controller.hpp"
+
+#include "control/limits.hpp"
+
+namespace sinew::control {
+
+using namespace std::chrono_literals;
+
+void AttitudeController::declare(rt::Declaration& d) {
+  d.in("state", state_, {.max_age = 10ms});
+  d.in("attitude", attitude_, {.max_age = 50ms});
+  d.out("wrench", wrench_);
+  AttitudeParams& p = law_.params;
+  d.param("kp_tilt", p.kp_tilt, {.unit = "1/s", .min = 0, .max = 50});
+  d.param("kp_yaw", p.kp_yaw, {.unit = "1/s", .min = 0, .max = 50});
+  d.param("rate_tilt_radps", p.rate_tilt_radps, {.unit = "rad/s", .min = 0.1, .max = 50});
+  d.param("rate_yaw_radps", p.rate_yaw_radps, {.unit = "rad/s", .min = 0.1, .max = 50});
+  d.param("kp_rate", p.kp_rate, {.unit = "1/s", .min = 0, .max = 200});
+  d.param("kp_rate_yaw", p.kp_rate_yaw, {.unit = "1/s", .min = 0, .max = 200});
+  d.param("ki_rate", p.ki_rate, {.unit = "1/s^2", .min = 0, .max = 1000});
+  d.param("ki_rate_yaw", p.ki_rate_yaw, {.unit = "1/s^2", .min = 0, .max = 1000});
+  d.param("kd_rate", p.kd_rate, {.unit = "1", .min = 0, .max = 5});
+  d.param("d_cutoff_hz", p.d_cutoff_hz, {.unit = "Hz", .min = 1, .max = 500});
+  d.param("integral_radps2", p.integral_radps2, {.unit = "rad/s^2", .min = 0, .max = 500});
+  d.param("integral_yaw_radps2", p.integral_yaw_radps2, {.unit = "rad/s^2", .min = 0, .max = 500});
+  d.param("inertia_x_kgm2", p.inertia_kgm2.x, {.unit = "kg m^2", .min = 1e-6, .max = 100});
+  d.param("inertia_y_kgm2", p.inertia_kgm2.y, {.unit = "kg m^2", .min = 1e-6, .max = 100});
+  d.param("inertia_z_kgm2", p.inertia_kgm2.z, {.unit = "kg m^2", .min = 1e-6, .max = 100});
+}
+
+rt::Status AttitudeController::step(const rt::Step& step) noexcept {
+  const msg::NavState* state = state_.fresh(step.now);
+  const msg::AttitudeSetpoint* wanted = attitude_.fresh(step.now);
+  if (!state || !wanted || !state->attitude_valid) return rt::Status::stale;
+  if (!is_finite(math::Quat(wanted->q_world_base)) || !math::is_finite(wanted->thrust_n)) return rt::Status::fault;
+  const msg::WrenchSetpoint wrench = law_.step(*state, *wanted, step_seconds(step.dt));
+  if (!is_finite(math::Vec3(wrench.torque_nm))) return rt::Status::fault;
+  wrench_.loan() = wrench;
+  return rt::Status::ok;
+}
+
+}  // namespace sinew::control

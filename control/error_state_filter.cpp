@@ -1,0 +1,81 @@
+#include "control/error_state_filter.hpp"
+
+namespace sinew::control {
+
+void ErrorStateFilter::declare(rt::Declaration& d) {
+  d.in("imu", imu_, {.depth = 16});
+  d.in("range", range_, {.depth = 4, .optional = true});
+  d.in("baro", baro_, {.depth = 4, .optional = true});
+  d.in("pad", pad_, {.depth = 4, .optional = true});
+  d.in("motors", motors_, {.optional = true, .previous = true});
+  d.out("state", state_);
+  declare_sensors(d);
+  declare_levelling(d);
+}
+
+void ErrorStateFilter::declare_sensors(rt::Declaration& d) {
+  NavParams& p = estimator_.params;
+  d.param("gyro_noise", p.noise.gyro, {.unit = "rad/s/sqrt(Hz)", .min = 1e-6, .max = 0.1});
+  d.param("accel_noise", p.noise.accel, {.unit = "m/s^2/sqrt(Hz)", .min = 1e-5, .max = 10});
+  d.param("gyro_walk", p.noise.gyro_walk, {.unit = "rad/s/sqrt(s)", .min = 0, .max = 0.1});
+  d.param("accel_walk", p.noise.accel_walk, {.unit = "m/s^2/sqrt(s)", .min = 0, .max = 1});
+  d.param("gyro_bias_radps", p.spread.gyro_bias_radps,
+          {.unit = "rad/s", .min = 1e-5, .max = 1, .doc = "standard deviation at the start"});
+  d.param("accel_bias_mps2", p.spread.accel_bias_mps2,
+          {.unit = "m/s^2", .min = 1e-4, .max = 5, .doc = "standard deviation at the start"});
+  d.param("range_noise_m", p.range_noise_m, {.unit = "m", .min = 1e-4, .max = 1});
+  d.param("range_noise_share", p.range_noise_share, {.unit = "1", .min = 0, .max = 0.5, .doc = "of the range"});
+  d.param("range_below_base_m", p.range_below_base_m, {.unit = "m", .min = -1, .max = 1});
+  d.param("baro_noise_m", p.baro_noise_m, {.unit = "m", .min = 0.01, .max = 50});
+  d.param("baro_offset_time_s", p.baro_offset_time_s, {.unit = "s", .min = 0.1, .max = 1000});
+  d.param("pad_noise_m", p.pad_noise_m, {.unit = "m", .min = 1e-4, .max = 1});
+  d.param("pad_noise_share", p.pad_noise_share, {.unit = "1", .min = 0, .max = 0.5, .doc = "of the distance"});
+  d.param("pad_min_confidence", p.pad_min_confidence, {.unit = "1", .min = 0.01, .max = 1});
+  d.param("gate", p.gate, {.unit = "1", .min = 1, .max = 1e6, .doc = "largest squared normalised innovation"});
+  const rt::ParamOptions place{.unit = "m", .min = -2, .max = 2, .doc = "camera in the base frame"};
+  d.param("camera_x_m", p.p_base_camera.x, place);
+  d.param("camera_y_m", p.p_base_camera.y, place);
+  d.param("camera_z_m", p.p_base_camera.z, place);
+  const rt::ParamOptions turn{.unit = "1", .min = -1, .max = 1, .doc = "unit quaternion, optical frame to base"};
+  d.param("camera_qw", p.q_base_optical.w, turn);
+  d.param("camera_qx", p.q_base_optical.x, turn);
+  d.param("camera_qy", p.q_base_optical.y, turn);
+  d.param("camera_qz", p.q_base_optical.z, turn);
+}
+
+void ErrorStateFilter::declare_levelling(rt::Declaration& d) {
+  NavParams& p = estimator_.params;
+  d.param("max_gap_s", p.max_gap_s, {.unit = "s", .min = 0.002, .max = 10, .doc = "longer without samples: new start"});
+  d.param("level_time_s", p.level_time_s, {.unit = "s", .min = 0, .max = 10, .doc = "average behind first attitude"});
+  d.param("level_rate_hz", p.level_rate_hz, {.unit = "Hz", .min = 0.1, .max = 1000});
+  d.param("level_velocity_mps", p.level_velocity_mps, {.unit = "m/s", .min = 0.01, .max = 1000});
+  d.param("level_accel_mps2", p.level_accel_mps2, {.unit = "m/s^2", .min = 0.01, .max = 1000});
+  d.param("level_per_deviation", p.level_per_deviation, {.unit = "1", .min = 0, .max = 1000});
+  d.param("level_per_rate", p.level_per_rate, {.unit = "m/s", .min = 0, .max = 1000});
+  d.param("start_tilt_rad", p.spread.tilt_rad, {.unit = "rad", .min = 1e-4, .max = 1});
+  d.param("start_v_mps", p.spread.v_mps, {.unit = "m/s", .min = 1e-4, .max = 100});
+  d.param("rest_gyro_radps", p.rest.gyro_spread_radps, {.unit = "rad/s", .min = 0, .max = 1});
+  d.param("rest_accel_mps2", p.rest.accel_spread_mps2, {.unit = "m/s^2", .min = 0, .max = 5});
+  d.param("valid_tilt_rad", p.valid_tilt_rad, {.unit = "rad", .min = 0.001, .max = 1, .doc = "1 sigma"});
+  d.param("valid_v_mps", p.valid_v_mps, {.unit = "m/s", .min = 0.01, .max = 100, .doc = "1 sigma"});
+  d.param("valid_p_m", p.valid_p_m, {.unit = "m", .min = 0.01, .max = 1000, .doc = "1 sigma"});
+  d.param("valid_height_age_s", p.valid_height_age_s, {.unit = "s", .min = 0.01, .max = 60});
+}
+
+rt::Status ErrorStateFilter::step(const rt::Step&) noexcept {
+  const msg::ActuatorCommand* motors = motors_.get();
+  estimator_.set_motors_stopped(!motors || !motors->armed);
+  bool good = true;
+  for (const msg::ImuSample& s : imu_) good = estimator_.add_imu(s) && good;
+  for (const msg::RangeSample& s : range_) estimator_.add_range(s);
+  for (const msg::BaroSample& s : baro_) estimator_.add_baro(s);
+  for (const msg::PadSighting& s : pad_) estimator_.add_pad(s);
+  if (!good) return rt::Status::fault;
+  if (imu_.empty() || !estimator_.started()) return rt::Status::stale;
+  const msg::NavState n = estimator_.output();
+  if (!is_finite(math::Quat(n.q_world_base)) || !is_finite(math::Vec3(n.p_world_m))) return rt::Status::fault;
+  state_.loan() = n;
+  return rt::Status::ok;
+}
+
+}  // namespace sinew::control

@@ -1,0 +1,87 @@
+#include "control/inertial_filter.hpp"
+
+namespace sinew::control {
+namespace {
+
+/// One Newton step towards length 1: enough after a small rotation, and no square root.
+math::Quat nearly_normalized(const math::Quat& q) {
+  const double s = 1.5 - 0.5 * (q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
+  return {q.w * s, q.x * s, q.y * s, q.z * s};
+}
+
+math::Vec3 part(const ErrorVector& dx, int i) {
+  return {dx[static_cast<std::size_t>(i)], dx[static_cast<std::size_t>(i + 1)], dx[static_cast<std::size_t>(i + 2)]};
+}
+
+}  // namespace
+
+void InertialFilter::start(const InertialState& state, const InertialSpread& s) {
+  x_ = state;
+  x_.q_world_base = state.q_world_base.normalized();
+  const double sigma[kErrStates] = {s.p_m,
+                                    s.p_m,
+                                    s.p_m,
+                                    s.v_mps,
+                                    s.v_mps,
+                                    s.v_mps,
+                                    s.tilt_rad,
+                                    s.tilt_rad,
+                                    s.yaw_rad,
+                                    s.gyro_bias_radps,
+                                    s.gyro_bias_radps,
+                                    s.gyro_bias_radps,
+                                    s.accel_bias_mps2,
+                                    s.accel_bias_mps2,
+                                    s.accel_bias_mps2};
+  ErrorVector variance;
+  for (std::size_t i = 0; i < kErrStates; ++i) variance[i] = sigma[i] * sigma[i];
+  p_.set_diagonal(variance);
+  f_world_ = {0, 0, kGravity};
+}
+
+void InertialFilter::predict(const math::Vec3& gyro_radps, const math::Vec3& accel_mps2, double dt_s,
+                             const InertialNoise& n) {
+  const math::Vec3 w = gyro_radps - x_.gyro_bias_radps, a = accel_mps2 - x_.accel_bias_mps2;
+  const math::Mat3 r = x_.q_world_base.matrix();
+  f_world_ = r * (a + cross(w, a) * (0.5 * dt_s));  // the attitude of the middle of the step
+  p_.propagate(r, f_world_, dt_s,
+               {n.accel * n.accel * dt_s, n.gyro * n.gyro * dt_s, n.gyro_walk * n.gyro_walk * dt_s,
+                n.accel_walk * n.accel_walk * dt_s});
+
+  const math::Vec3 dv{f_world_.x * dt_s, f_world_.y * dt_s, (f_world_.z - kGravity) * dt_s};
+  x_.p_world_m += (x_.v_world_mps + 0.5 * dv) * dt_s;
+  x_.v_world_mps += dv;
+  x_.q_world_base = nearly_normalized(x_.q_world_base * math::Quat::exp(w * dt_s));
+}
+
+std::uint32_t InertialFilter::update(std::span<const Measurement> measurements, double gate) {
+  ErrorVector dx{}, gain;
+  std::uint32_t used = 0;
+  for (const Measurement& m : measurements) {
+    const double s = p_.innovation(m, gain);
+    double r = m.residual;
+    for (std::uint32_t t = 0; t < m.terms; ++t) r -= m.coefficient[t] * dx[m.index[t]];
+    if (!(s > 0) || !(r * r <= gate * s)) continue;  // also refuses what is not a number
+    p_.correct(gain, s);
+    const double k = r / s;
+    for (std::size_t i = 0; i < kErrStates; ++i) dx[i] += gain[i] * k;
+    ++used;
+  }
+  if (used) inject(dx);
+  return used;
+}
+
+void InertialFilter::inject(const ErrorVector& dx) {
+  x_.p_world_m += part(dx, kErrP);
+  x_.v_world_mps += part(dx, kErrV);
+  x_.q_world_base = nearly_normalized(math::Quat::exp(part(dx, kErrTheta)) * x_.q_world_base);
+  x_.gyro_bias_radps += part(dx, kErrGyroBias);
+  x_.accel_bias_mps2 += part(dx, kErrAccelBias);
+}
+
+void InertialFilter::reset_position(int axis, double p_m, double variance) {
+  x_.p_world_m[axis] = p_m;
+  p_.reopen(kErrP + axis, variance);
+}
+
+}  // namespace sinew::control

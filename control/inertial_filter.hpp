@@ -1,0 +1,59 @@
+#pragma once
+#include <span>
+
+#include "control/covariance.hpp"
+
+namespace sinew::control {
+
+/// What the filter believes. World: z up.
+struct InertialState {
+  math::Quat q_world_base;
+  math::Vec3 p_world_m, v_world_mps;
+  math::Vec3 gyro_bias_radps, accel_bias_mps2;
+};
+
+/// Densities of white noise and of the walk of the biases.
+struct InertialNoise {
+  double gyro = 4.0e-4;        // rad/s per root hertz
+  double accel = 1.5e-2;       // m/s^2 per root hertz
+  double gyro_walk = 8.0e-5;   // rad/s per root second
+  double accel_walk = 1.0e-3;  // m/s^2 per root second
+};
+
+/// Standard deviations at the start.
+struct InertialSpread {
+  double tilt_rad = 0.12, yaw_rad = 0.01;
+  double v_mps = 2.0, p_m = 0.01;
+  double gyro_bias_radps = 0.06, accel_bias_mps2 = 0.25;
+};
+
+inline constexpr double kGravity = 9.81;
+
+/// 15-state error-state Kalman filter (Sola 2017, "Quaternion kinematics for the error-state Kalman filter", with the
+/// attitude error in world axes). It knows inertial motion and scalar measurements; which sensors give them is the
+/// business of NavEstimator.
+/// Thread:  owner.   RT: yes.
+class InertialFilter {
+ public:
+  void start(const InertialState& state, const InertialSpread& spread);
+  /// One inertial sample that held for `dt_s`.
+  void predict(const math::Vec3& gyro_radps, const math::Vec3& accel_mps2, double dt_s, const InertialNoise& noise);
+  /// Scalar measurements of one instant, one after the other; each whose squared normalised innovation exceeds `gate`
+  /// is left out. Returns how many were used.
+  std::uint32_t update(std::span<const Measurement> measurements, double gate);
+
+  const InertialState& state() const { return x_; }
+  const Covariance& covariance() const { return p_; }
+  /// Sets one axis of the position and forgets its correlations.
+  void reset_position(int axis, double p_m, double variance);
+  /// Specific force of the last sample in world axes, without bias.
+  const math::Vec3& f_world_mps2() const { return f_world_; }
+
+ private:
+  void inject(const ErrorVector& dx);
+  InertialState x_;
+  Covariance p_;
+  math::Vec3 f_world_;
+};
+
+}  // namespace sinew::control

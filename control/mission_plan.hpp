@@ -1,0 +1,70 @@
+#pragma once
+#include "math/linear.hpp"
+#include "msg/flight.hpp"
+
+namespace sinew::control {
+
+/// Numbers of the mission; the module Mission gives each its range.
+struct MissionParams {
+  double settle_s = 1.5;   // of valid estimate before arming
+  double spin_up_s = 0.7;  // motors idle before the climb
+  double search_height_m = 1.8, approach_height_m = 1.3;
+  double climb_mps = 0.6, speed_mps = 0.6, accel_mps2 = 0.8;
+  double search_spacing_m = 1.0, search_radius_m = 2.0;
+  double arrived_m = 0.12, arrived_mps = 0.20;
+  double look_s = 1.5, hold_s = 2.0;                 // hovering before the search and before the landing
+  double sink_fast_mps = 0.4, sink_slow_mps = 0.18;  // above and below
+  double slow_below_m = 0.5;
+  double centred_m = 0.10, centred_per_m = 0.15;  // how far off the sinking goes on: centred + per_m * height
+  double commit_below_m = 0.45;                   // lower than this it lands without further sightings
+  double pad_lost_s = 1.5;
+  double feet_below_base_m = 0.12;
+  double touch_margin_m = 0.04, touch_mps = 0.12, touch_s = 0.25;
+  double stuck_mps = 0.06,
+         stuck_s = 1.5;  // sinking is wanted, but it does not sink: on the ground, whatever the height says
+  double timeout_s = 90, blind_s = 8, estimate_lost_s = 0.3;
+  std::int64_t retries = 3;
+};
+
+/// What to fly: arm, climb, search, approach, hold, descend, touch down, disarm; or come down where it is.
+/// Frames:  world of NavState, z up.
+/// Safety:  never arms without a valid estimate. Without position for estimate_lost_s, after too many lost pads, or
+///          when its time is up it aborts: sinks slowly and disarms on the ground, or after blind_s without height.
+/// Thread:  owner.   RT: yes.
+class MissionPlan {
+ public:
+  MissionParams params;
+
+  void reset();
+  /// One step at `now` with the newest estimate; dt since the last step.
+  void step(msg::Time now, const msg::NavState& nav, double dt_s);
+  const msg::FlightSetpoint& setpoint() const { return setpoint_; }
+  const msg::MissionState& state() const { return state_; }
+
+ private:
+  void enter(msg::MissionPhase phase, msg::Time now);
+  double in_phase_s(msg::Time now) const { return msg::seconds(now - state_.phase_since); }
+  bool flying() const;
+  bool pad_fresh(const msg::NavState& nav) const;
+  bool arrived(const msg::NavState& nav) const;
+  bool touched(const msg::NavState& nav, double dt_s);
+  void run_phase(msg::Time now, const msg::NavState& nav, double dt_s);
+  void run_search(msg::Time now, const msg::NavState& nav, double dt_s);
+  void run_descend(msg::Time now, const msg::NavState& nav, double dt_s);
+  void run_abort(msg::Time now, const msg::NavState& nav, double dt_s);
+  void lose_pad(msg::Time now);
+  /// Moves the reference towards the target with limited speed and acceleration.
+  void slew(double dt_s);
+  void fly_reference();
+
+  msg::FlightSetpoint setpoint_;
+  msg::MissionState state_;
+  math::Vec3 target_m_, reference_m_, reference_mps_, search_centre_m_;
+  double yaw_rad_ = 0;
+  double valid_s_ = 0, invalid_s_ = 0, touch_s_ = 0, stuck_s_ = 0, blind_s_ = 0, arrived_s_ = 0;
+  std::int64_t search_leg_ = 0, lost_ = 0;
+  msg::Time armed_at_;
+  bool begun_ = false;
+};
+
+}  // namespace sinew::control

@@ -1,0 +1,32 @@
+#include "control/mixer.hpp"
+
+namespace sinew::control {
+
+using namespace std::chrono_literals;
+
+void Mixer::declare(rt::Declaration& d) {
+  d.in("wrench", wrench_, {.max_age = 10ms});
+  d.out("motors", motors_);
+  d.param("arm_x_m", rotors_.arm_x_m, {.unit = "m", .min = 0.01, .max = 5, .doc = "of a motor, along x"});
+  d.param("arm_y_m", rotors_.arm_y_m, {.unit = "m", .min = 0.01, .max = 5, .doc = "of a motor, along y"});
+  d.param("torque_per_thrust_m", rotors_.torque_per_thrust_m, {.unit = "m", .min = 1e-4, .max = 1});
+  d.param("thrust_max_n", rotors_.thrust_max_n, {.unit = "N", .min = 0.01, .max = 1000, .doc = "of one rotor"});
+  d.param("idle", rotors_.idle, {.unit = "1", .min = 0, .max = 0.3, .doc = "least command of a live motor"});
+}
+
+rt::Status Mixer::step(const rt::Step& step) noexcept {
+  const msg::WrenchSetpoint* wrench = wrench_.fresh(step.now);
+  if (!wrench) return rt::Status::stale;
+  const math::Vec3 torque(wrench->torque_nm);
+  if (!is_finite(torque) || !math::is_finite(wrench->thrust_n)) return rt::Status::fault;
+  msg::ActuatorCommand& out = motors_.loan();
+  out.stamp = wrench->stamp;
+  out.count = 4;
+  out.armed = wrench->armed;
+  if (!wrench->armed) return rt::Status::ok;
+  const RotorAllocation a = allocate(torque, wrench->thrust_n, rotors_);
+  for (std::size_t i = 0; i < a.command.size(); ++i) out.value[i] = a.command[i];
+  return rt::Status::ok;
+}
+
+}  // namespace sinew::control

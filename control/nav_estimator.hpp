@@ -1,0 +1,89 @@
+#pragma once
+#include "control/inertial_filter.hpp"
+#include "control/pose_history.hpp"
+#include "control/rest_detector.hpp"
+#include "msg/flight.hpp"
+#include "msg/sensors.hpp"
+
+namespace sinew::control {
+
+/// Numbers of the estimator; the module ErrorStateFilter gives each its unit and range.
+struct NavParams {
+  InertialNoise noise;
+  InertialSpread spread;
+  RestDetector::Params rest;
+  double level_time_s = 0.25;  // accelerometer average that the first attitude comes from
+  double max_gap_s = 0.1;      // without samples longer than this it starts anew, keeping the biases
+  // Without any aiding: the vehicle neither runs away nor accelerates for long.
+  double level_rate_hz = 3.7, level_velocity_mps = 2.75;
+  double level_accel_mps2 = 2.0, level_per_deviation = 1.3, level_per_rate = 0.7;
+  double gate = 16;  // squared normalised innovation beyond which a measurement is refused
+  double range_noise_m = 0.01, range_noise_share = 0.01, range_below_base_m = 0.04;
+  double baro_noise_m = 0.5, baro_offset_time_s = 5.0;
+  double pad_noise_m = 0.01, pad_noise_share = 0.02;  // of the distance
+  double pad_min_confidence = 0.5;
+  math::Vec3 p_base_camera{0, 0, -0.04};
+  math::Quat q_base_optical{0, 0.70710678118654752, -0.70710678118654752, 0};  // looks down, top of image forward
+  double valid_tilt_rad = 0.09, valid_v_mps = 0.6, valid_p_m = 3.0, valid_height_age_s = 1.0;
+};
+
+/// Attitude, velocity, position and biases from whatever sensors there are: inertial samples alone give the attitude;
+/// range finder or barometer add height, sightings of the landing pad the horizontal position.
+/// Frames:  world z up; origin on the ground below the start, x as the vehicle looked then. The pad does not move.
+/// Late sightings are compared with the pose of their own instant; the correction is applied to the present one
+/// through its velocity (p(then) = p - v * delay), the turn of the attitude error in between is neglected.
+/// Thread:  owner.   RT: yes.
+class NavEstimator {
+ public:
+  struct Counters {
+    std::uint32_t refused_imu = 0;  // not finite, or not newer than the last
+    std::uint32_t gaps = 0;         // starts anew after a gap
+    std::uint32_t gated_range = 0, gated_pad = 0, gated_baro = 0;
+    std::uint32_t late_pad = 0;           // older than the history
+    std::uint32_t new_ground = 0;         // ground level taken anew after many refused ranges
+    std::uint32_t reopened_position = 0;  // position taken anew after many refused sightings
+  };
+
+  NavParams params;
+
+  void reset();
+  /// False when the sample cannot be used (not finite, not newer).
+  bool add_imu(const msg::ImuSample& s);
+  void add_range(const msg::RangeSample& s);
+  void add_baro(const msg::BaroSample& s);
+  void add_pad(const msg::PadSighting& s);
+  /// Whether the motors are known to stand: only then does rest mean zero velocity of an aided vehicle.
+  void set_motors_stopped(bool stopped) { motors_stopped_ = stopped; }
+
+  bool started() const { return started_; }
+  /// The estimate at the last inertial sample; nothing useful before started().
+  msg::NavState output() const;
+  const InertialFilter& filter() const { return filter_; }
+  const Counters& counters() const { return counters_; }
+
+ private:
+  void level(const math::Vec3& accel_mps2, msg::Time stamp);
+  void use_rest();
+  void use_prior(double dt_s);
+  void anchor_pad(const math::Vec3& pad_world_m);
+  void correct(std::span<const Measurement> rows, std::uint32_t* refused, double gate);
+  Measurement gravity_row(int axis, const math::Vec3& f_world_mps2, double sigma) const;
+
+  InertialFilter filter_;
+  PoseHistory history_;
+  RestDetector rest_;
+  Counters counters_;
+  bool started_ = false, height_aided_ = false, motors_stopped_ = true, pad_known_ = false;
+  msg::Time last_imu_, last_range_, pad_stamp_;
+  math::Vec3 gyro_radps_;
+  math::Vec3 level_sum_, prior_f_sum_;
+  double level_count_ = 0, level_span_s_ = 0, prior_span_s_ = 0, prior_count_ = 0, prior_rate_ = 0;
+  double ground_z_m_ = 0;
+  double baro_offset_m_ = 0;
+  bool baro_known_ = false;
+  msg::Time last_baro_;
+  math::Vec3 pad_world_m_;
+  std::uint32_t pad_sightings_ = 0, pad_refused_in_row_ = 0, range_refused_in_row_ = 0;
+};
+
+}  // namespace sinew::control

@@ -1,0 +1,220 @@
+#include "rt/real_time_executor.hpp"
+
+#include <algorithm>
+
+#include "rt/trigger.hpp"
+
+namespace sinew::rt {
+namespace {
+
+constexpr Duration kLongSleep = std::chrono::milliseconds(50);
+
+// Releases of a periodic thread that met an unfinished cycle and may still run, oldest first.
+class Backlog {
+ public:
+  explicit Backlog(std::uint32_t capacity) : releases_(capacity) {}
+  bool push(Time t) noexcept {
+    if (count_ == releases_.size()) return false;
+    releases_[(first_ + count_++) % releases_.size()] = t;
+    return true;
+  }
+  bool empty() const noexcept { return count_ == 0; }
+  Time pop() noexcept {
+    const Time t = releases_[first_];
+    first_ = (first_ + 1) % releases_.size();
+    --count_;
+    return t;
+  }
+
+ private:
+  std::vector<Time> releases_;
+  std::size_t first_ = 0, count_ = 0;
+};
+
+// How long before a release the precise wake-up begins to look at the clock: follows the kernel's own lateness, so that
+// nearly every sleep ends in time and little is spent looking.
+class Tail {
+ public:
+  explicit Tail(Duration max) : max_ns_(static_cast<double>(max.count())), tail_ns_(max_ns_ / 2) {}
+  Duration value() const noexcept { return Duration{static_cast<std::int64_t>(tail_ns_)}; }
+  void observe(Duration oversleep) noexcept {
+    const double late = static_cast<double>(oversleep.count());
+    // Up at once towards the lateness seen, down slowly: about the 98th percentile.
+    tail_ns_ += late * 1.2 > tail_ns_ ? (late * 1.2 - tail_ns_) * 0.25 : -tail_ns_ * 0.005;
+    tail_ns_ = std::clamp(tail_ns_, 5e3, max_ns_);
+  }
+
+ private:
+  double max_ns_, tail_ns_;
+};
+
+}  // namespace
+
+class RealTimeExecutor::Worker {
+ public:
+  Worker(RealTimeExecutor& executor, std::uint32_t index)
+      : executor_(executor),
+        index_(index),
+        spec_(executor.graph_.threads()[index].spec),
+        trigger_(executor.os_),
+        backlog_(spec_.catch_up_max),
+        tail_(executor.options_.precise_tail_max) {
+    const std::uint32_t device = executor.graph_.threads()[index].device_module;
+    if (spec_.trigger != ThreadSpec::Trigger::device || device == kNone) return;
+    device_ = executor.graph_.modules()[device].driver->device();
+    if (device_) device_->set_wake(&trigger_);
+  }
+  ~Worker() {
+    if (device_) device_->set_wake(nullptr);
+  }
+
+  hal::Status start(std::vector<std::string>& shortfalls) {
+    runner_ = &executor_.runner_->thread(index_);
+    hal::ThreadOptions options;
+    options.name = spec_.name;
+    options.fifo_priority = executor_.options_.fixed_priority ? spec_.priority : 0;
+    options.cpus = spec_.cpus;
+    options.stack_bytes = std::size_t{spec_.stack_kib} * 1024;
+    auto thread = executor_.os_.start_thread(options, [this] { run(); });
+    if (!thread) return thread.error();
+    thread_ = std::move(*thread);
+    if (!thread_->shortfall().empty()) shortfalls.push_back("thread " + spec_.name + ": " + thread_->shortfall());
+    return {};
+  }
+  void ask_to_stop() {
+    stop_.store(true, std::memory_order_relaxed);
+    trigger_.wake();
+  }
+  void join() { thread_.reset(); }
+  void fire(Time now) noexcept { trigger_.fire(now); }
+
+ private:
+  bool stopping() const noexcept { return stop_.load(std::memory_order_relaxed); }
+
+  void run() noexcept {
+    if (spec_.trigger == ThreadSpec::Trigger::period)
+      run_periodic();
+    else
+      run_triggered();
+  }
+
+  void run_periodic() noexcept {
+    Time next = executor_.start_ + spec_.phase;
+    while (!stopping()) {
+      wait_until(next);
+      if (stopping()) return;
+      cycle(next, false);
+      next = next + spec_.period;
+      meet_releases(next);
+      while (!backlog_.empty() && !stopping()) {
+        cycle(backlog_.pop(), false);
+        meet_releases(next);
+      }
+    }
+  }
+
+  // Releases that came while a cycle ran.
+  void meet_releases(Time& next) noexcept {
+    ThreadStats& stats = runner_->stats();
+    for (const Time now = executor_.os_.now(); next <= now; next = next + spec_.period) {
+      stats.overruns.add();
+      if (spec_.overrun == ThreadSpec::Overrun::catch_up && backlog_.push(next)) continue;
+      stats.skips.add();
+    }
+  }
+
+  void wait_until(Time t) noexcept {
+    hal::Os& os = executor_.os_;
+    if (spec_.period > kLongSleep) trigger_.wait(t - kLongSleep / 2);  // so that stop() can end a long sleep
+    if (stopping()) return;
+    if (!spec_.precise) return os.sleep_until(t);
+    const Time early = t - tail_.value();
+    if (os.now() < early) {
+      os.sleep_until(early);
+      tail_.observe(os.now() - early);
+    }
+    while (os.now() < t && !stopping()) {
+    }
+  }
+
+  void run_triggered() noexcept {
+    const bool has_timeout = spec_.timeout.count() > 0;
+    Time last = executor_.start_;  // trigger or time-out
+    executor_.os_.sleep_until(executor_.start_);
+    while (!stopping()) {
+      const Time deadline = has_timeout ? last + spec_.timeout : hal::kNever;
+      const bool triggered = trigger_.wait(deadline);
+      if (stopping()) return;
+      const Time release = triggered ? trigger_.at() : deadline;
+      const std::uint32_t taken = trigger_.take();
+      ThreadStats& stats = runner_->stats();
+      if (taken > 1) stats.coalesced.add(taken - 1);
+      if (!triggered) stats.timeouts.add();
+      last = release;
+      cycle(release, !triggered);
+    }
+  }
+
+  void cycle(Time release, bool timed_out) noexcept {
+    hal::Os& os = executor_.os_;
+    Time now = os.now();
+    ThreadStats& stats = runner_->stats();
+    stats.releases.add();
+    runner_->begin(release, timed_out, now);
+    for (std::uint32_t i = 0; i < runner_->size(); ++i) {
+      executor_.fire(runner_->start(i, now), now);
+      const Time done = os.now();  // the one clock read of a step
+      executor_.fire(runner_->complete(i, done, done - now), done);
+      now = done;
+    }
+    runner_->end(now);
+    stats.completions.add();
+  }
+
+  RealTimeExecutor& executor_;
+  const std::uint32_t index_;
+  const ThreadSpec& spec_;
+  ThreadRunner* runner_ = nullptr;
+  hal::Device* device_ = nullptr;
+  Trigger trigger_;
+  Backlog backlog_;
+  Tail tail_;
+  std::atomic<bool> stop_{false};
+  std::unique_ptr<hal::Thread> thread_;
+};
+
+RealTimeExecutor::RealTimeExecutor(Graph& graph, hal::Os& os, const RealTimeOptions& options)
+    : graph_(graph), os_(os), options_(options) {
+  for (std::uint32_t t = 0; t < graph.threads().size(); ++t) workers_.push_back(std::make_unique<Worker>(*this, t));
+}
+
+RealTimeExecutor::~RealTimeExecutor() { stop(); }
+
+hal::Status RealTimeExecutor::start() {
+  start_ = os_.now() + options_.start_delay;
+  RunnerOptions runner = options_.runner;
+  runner.start = start_;
+  runner_ = std::make_unique<Runner>(graph_, runner);
+  if (options_.lock_memory)
+    if (const auto locked = os_.lock_memory(); !locked)
+      shortfalls_.push_back(std::string("memory is not locked: ") + hal::to_string(locked.error().code));
+  for (auto& worker : workers_) {
+    if (auto started = worker->start(shortfalls_); !started) {
+      stop();
+      return started;
+    }
+  }
+  return {};
+}
+
+void RealTimeExecutor::stop() {
+  for (auto& worker : workers_) worker->ask_to_stop();
+  for (auto& worker : workers_) worker->join();
+}
+
+void RealTimeExecutor::fire(std::span<const std::uint32_t> topics, Time now) noexcept {
+  for (const std::uint32_t topic : topics)
+    for (const std::uint32_t thread : graph_.topics()[topic].triggers) workers_[thread]->fire(now);
+}
+
+}  // namespace sinew::rt

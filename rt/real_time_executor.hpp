@@ -1,0 +1,57 @@
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "hal/os.hpp"
+#include "rt/graph.hpp"
+#include "rt/runner.hpp"
+
+namespace sinew::rt {
+
+struct RealTimeOptions {
+  Duration start_delay = std::chrono::milliseconds(20);  // from start() to the first release: threads come up meanwhile
+  bool lock_memory = true;
+  bool fixed_priority = true;  // false: ordinary priority for all, for machines where SCHED_FIFO only disturbs
+  // Precise wake-up (thread option `precise`): the look at the clock begins at most this long before the release.
+  Duration precise_tail_max = std::chrono::microseconds(100);
+  RunnerOptions runner{};  // `start` is set by start()
+};
+
+/// Runs a configured graph in real time: one OS thread for each graph thread, at its priority, on its CPUs. The
+/// schedule is that of rt/README.md as far as the kernel allows. A late cycle is counted with its lateness and never
+/// shifts later periods.
+/// Thread:  owner.   RT: its threads allocate nothing and take no lock.
+class RealTimeExecutor {
+ public:
+  /// Registers itself with the devices that trigger threads: before the board is started.
+  RealTimeExecutor(Graph& graph, hal::Os& os, const RealTimeOptions& options = {});
+  ~RealTimeExecutor();  // stop()
+  RealTimeExecutor(const RealTimeExecutor&) = delete;
+  RealTimeExecutor& operator=(const RealTimeExecutor&) = delete;
+
+  /// Starts all threads. Errors: what starting a thread says; none runs then.
+  hal::Status start();
+  /// Asks all threads to end after their cycle, and waits for them.
+  void stop();
+
+  Time started_at() const { return start_; }
+  /// Privileges and CPUs that could not be had, one line each; the robot runs all the same.
+  const std::vector<std::string>& shortfalls() const { return shortfalls_; }
+  /// After start().
+  Runner& runner() { return *runner_; }
+
+ private:
+  class Worker;
+  void fire(std::span<const std::uint32_t> topics, Time now) noexcept;
+
+  Graph& graph_;
+  hal::Os& os_;
+  RealTimeOptions options_;
+  Time start_{};
+  std::unique_ptr<Runner> runner_;
+  std::vector<std::unique_ptr<Worker>> workers_;
+  std::vector<std::string> shortfalls_;
+};
+
+}  // namespace sinew::rt

@@ -1,0 +1,81 @@
+#include "sim_hil/plant/camera_feed.hpp"
+
+namespace sinew::plant {
+
+namespace {
+constexpr std::size_t kStackBytes = 4 * 1024 * 1024;  // the shader compiler is not modest
+}
+
+hal::Result<std::unique_ptr<CameraFeed>> CameraFeed::start(hal::Os& os, const CameraOptions& options,
+                                                           std::string& why) {
+  std::unique_ptr<CameraFeed> feed(new CameraFeed(os, options));
+  if (hal::Status s = feed->open(why); !s) return s.error();
+  return feed;
+}
+
+hal::Status CameraFeed::open(std::string& why) {
+  set_seed(0);
+  requested_ = 1;  // the first request is to come up
+  hal::ThreadOptions thread;
+  thread.name = "plant_camera";
+  thread.stack_bytes = kStackBytes;
+  auto started = os_.start_thread(thread, [this] { work(); });
+  if (!started) {
+    requested_ = 0;
+    why = "no thread for the camera";
+    return started.error();
+  }
+  thread_ = std::move(*started);
+  wait();
+  why = why_;
+  return opened_;
+}
+
+CameraFeed::~CameraFeed() {
+  if (!thread_) return;
+  wait();
+  stop_ = true;
+  requested_.fetch_add(1, std::memory_order_release);
+  os_.wake(requested_);
+}
+
+void CameraFeed::set_seed(std::uint64_t seed) { noise_ = std::make_unique<PixelNoise>(options_.noise, seed); }
+
+void CameraFeed::request(const CameraPose& pose, std::uint32_t number, std::uint8_t* pixels) {
+  pose_ = pose;
+  number_ = number;
+  pixels_ = pixels;
+  requested_.fetch_add(1, std::memory_order_release);
+  os_.wake(requested_);
+}
+
+void CameraFeed::wait() {
+  for (;;) {
+    const std::uint32_t seen = finished_.load(std::memory_order_acquire);
+    if (seen == requested_.load(std::memory_order_relaxed)) return;
+    os_.wait(finished_, seen, hal::kNever);
+  }
+}
+
+void CameraFeed::work() {
+  auto renderer = Renderer::create({options_.width, options_.height, false}, why_);
+  if (renderer)
+    backend_ = (*renderer)->backend();
+  else
+    opened_ = renderer.error();
+  std::uint32_t done = 1;
+  for (;;) {
+    finished_.store(done, std::memory_order_release);
+    os_.wake(finished_);
+    if (!renderer) return;
+    std::uint32_t wanted;
+    while ((wanted = requested_.load(std::memory_order_acquire)) == done) os_.wait(requested_, done, hal::kNever);
+    if (stop_) return;
+    (*renderer)->camera_view(pose_, options_.format, pixels_);
+    if (noise_->on())
+      noise_->add(pixels_, options_.width * msg::bytes_per_pixel(options_.format), options_.height, number_);
+    done = wanted;
+  }
+}
+
+}  // namespace sinew::plant

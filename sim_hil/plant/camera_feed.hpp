@@ -1,0 +1,63 @@
+#pragma once
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "hal/os.hpp"
+#include "sim_hil/plant/pixels.hpp"
+#include "sim_hil/plant/renderer.hpp"
+
+namespace sinew::plant {
+
+struct CameraOptions {
+  std::uint32_t width = 320, height = 240;
+  msg::PixelFormat format = msg::PixelFormat::yuyv;
+  double noise = 1.5;  // sigma of the pixels, grey levels
+};
+
+/// The downward camera's own thread: it draws from a copy of the camera's pose, so that physics never waits for pixels.
+/// One frame is in work at a time.
+/// Thread:  owner; the drawing happens on a thread of ordinary priority.
+class CameraFeed {
+ public:
+  /// Returns when OpenGL is up. Errors: not_supported, bad_data; `why` says it in words.
+  static hal::Result<std::unique_ptr<CameraFeed>> start(hal::Os& os, const CameraOptions& options, std::string& why);
+  ~CameraFeed();
+
+  /// Fixes what the noise is drawn from. Before the first request.
+  void set_seed(std::uint64_t seed);
+
+  /// Begins a frame into `pixels`, which stay untouched until done(). Not while busy().
+  /// RT: yes.
+  void request(const CameraPose& pose, std::uint32_t number, std::uint8_t* pixels);
+  /// A request is being worked on.
+  bool busy() const { return finished_.load(std::memory_order_acquire) != requested_.load(std::memory_order_relaxed); }
+  /// Waits until the last request is done.
+  void wait();
+
+  const CameraOptions& options() const { return options_; }
+  /// OpenGL's name for what draws.
+  const std::string& backend() const { return backend_; }
+
+ private:
+  CameraFeed(hal::Os& os, const CameraOptions& options) : os_(os), options_(options) {}
+  hal::Status open(std::string& why);
+  void work();
+
+  hal::Os& os_;
+  CameraOptions options_;
+  std::string backend_;
+  std::unique_ptr<PixelNoise> noise_;
+  // The request; written by the owner before requested_ is raised (release), read by the worker after (acquire).
+  CameraPose pose_;
+  std::uint32_t number_ = 0;
+  std::uint8_t* pixels_ = nullptr;
+  bool stop_ = false;
+  hal::WakeWord requested_{0};
+  hal::WakeWord finished_{0};  // raised by the worker after its pixels (release)
+  hal::Status opened_;
+  std::string why_;
+  std::unique_ptr<hal::Thread> thread_;
+};
+
+}  // namespace sinew::plant

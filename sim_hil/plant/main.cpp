@@ -1,0 +1,139 @@
+// sinew-sim: a quadrotor in a room, as a process that speaks the simulator protocol.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "hal/linux/os.hpp"
+#include "hal/linux/socket.hpp"
+#include "sim_hil/plant/render_test.hpp"
+#include "sim_hil/plant/session.hpp"
+
+namespace {
+
+using namespace sinew;
+
+struct Settings {
+  std::string listen = "unix:sinew-sim.sock";
+  std::string camera = "320x240", format = "yuyv", render_test;
+  bool lockstep = false, free_running = false;
+  double wait_s = 60;
+  plant::CameraOptions view;
+  plant::SessionOptions session;
+  std::uint64_t seed = 0;
+};
+
+/// "640x480"; an empty text when it is one.
+std::string check_size(const std::string& text) {
+  unsigned w = 0, h = 0;
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%ux%u%c", &w, &h, &rest) == 2 && w >= 16 && h >= 16 && w <= msg::kMaxImageWidth &&
+      h <= msg::kMaxImageHeight && w % 2 == 0)
+    return "";
+  return "'" + text + "' is not WIDTHxHEIGHT with an even width of 16..1280 and a height of 16..960";
+}
+
+msg::PixelFormat format_of(const std::string& name) {
+  if (name == "rgb8") return msg::PixelFormat::rgb8;
+  if (name == "mono8") return msg::PixelFormat::mono8;
+  return msg::PixelFormat::yuyv;
+}
+
+void describe(CLI::App& app, Settings& s) {
+  app.add_option("--listen", s.listen, "unix:PATH or tcp:HOST:PORT; port 0: the system chooses")->capture_default_str();
+  auto* lockstep = app.add_flag("--lockstep", s.lockstep, "serve only runtimes that ask for lockstep");
+  app.add_flag("--free", s.free_running, "serve only runtimes that ask for real time")->excludes(lockstep);
+  app.add_option("--seed", s.seed, "start, wind, spread and noise (default: what the runtime asks for)");
+  app.add_option("--camera", s.camera, "size of the downward camera's frames")
+      ->check(check_size)
+      ->capture_default_str();
+  app.add_option("--format", s.format, "of its pixels")
+      ->check(CLI::IsMember({"yuyv", "rgb8", "mono8"}))
+      ->capture_default_str();
+  app.add_option("--camera-noise", s.view.noise, "sigma of the pixels, grey levels")
+      ->check(CLI::Range(0.0, 20.0))
+      ->capture_default_str();
+  app.add_option("--gust", s.session.world.gust_mps, "wind never exceeds this, m/s; 0: still air")
+      ->check(CLI::Range(0.0, 15.0))
+      ->capture_default_str();
+  app.add_option("--spread", s.session.world.spread, "of mass and motors, as a share, either way")
+      ->check(CLI::Range(0.0, 0.3))
+      ->capture_default_str();
+  app.add_option("--start-offset", s.session.world.start_offset_m, "largest distance of the start from the pad, m")
+      ->check(CLI::Range(0.0, 3.0))
+      ->capture_default_str();
+  app.add_option("--duration", s.session.duration_s, "end the run after so many seconds of plant time; 0: never")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  app.add_option("--priority", s.session.fifo_priority,
+                 "SCHED_FIFO priority of the physics thread in real time; 0: none")
+      ->check(CLI::Range(0, 99))
+      ->capture_default_str();
+  app.add_option("--wait", s.wait_s, "give up when no runtime has come after so many seconds")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--render-test", s.render_test,
+                 "write pictures of the world into this folder, time a frame, and exit");
+}
+
+int fail(const std::string& what, const hal::Error& error) {
+  std::fprintf(stderr, "sinew-sim: %s: %s (%s, %lld)\n", what.c_str(), hal::to_string(error.code), error.where,
+               static_cast<long long>(error.detail));
+  return 1;
+}
+
+void print(const plant::SessionReport& r) {
+  std::printf("ended: %s\n", r.reason.c_str());
+  std::printf("%s, seed %llu: %.2f s of plant time in %.2f s, physics thread %.1f ms of CPU per second, %llu frames\n",
+              r.mode == sim_hil::Mode::lockstep ? "lockstep" : "real time", static_cast<unsigned long long>(r.seed),
+              r.plant_s, r.wall_s, r.plant_s > 0 ? 1e3 * r.cpu_s / r.plant_s : 0.0,
+              static_cast<unsigned long long>(r.frames));
+  if (r.mode == sim_hil::Mode::free_running)
+    std::printf("largest gap between IMU samples %.3f ms, %llu steps late, %llu frames late: %s\n",
+                1e-6 * static_cast<double>(r.imu_gap_max_ns), static_cast<unsigned long long>(r.steps_late),
+                static_cast<unsigned long long>(r.render_late),
+                r.valid ? "valid" : ("not valid, " + r.invalid_because).c_str());
+  if (r.flight.touched_down)
+    std::printf("touched down at %.2f s with %.2f m/s; now %.3f m from the pad's centre%s\n",
+                msg::seconds(r.flight.touchdown_at), r.flight.touchdown_speed_mps, r.pad_distance_m(),
+                r.flight.crashed ? ", crashed" : "");
+  else
+    std::printf("%s\n", r.flight.flew ? "flew, has not touched down" : "did not fly");
+}
+
+int serve(Settings& s) {
+  hal::Os& os = hal::linux_os();
+  auto listener = hal::listen_stream(s.listen);
+  if (!listener) return fail("cannot listen on " + s.listen, listener.error());
+  std::string why;
+  auto camera = plant::CameraFeed::start(os, s.view, why);
+  if (!camera) return fail("no camera: " + why, camera.error());
+  std::printf("listening on %s, camera %s %s drawn by %s\n", (*listener)->endpoint().c_str(), s.camera.c_str(),
+              s.format.c_str(), (*camera)->backend().c_str());
+  std::fflush(stdout);
+  auto stream = (*listener)->accept(hal::Duration{static_cast<std::int64_t>(s.wait_s * 1e9)});
+  if (!stream) return fail("no runtime has connected", stream.error());
+  listener->reset();
+  plant::Session session(os, **camera, s.session);
+  if (hal::Status ok = session.serve(std::move(*stream)); !ok)
+    return fail("no run: " + session.report().reason, ok.error());
+  print(session.report());
+  return session.report().broken ? 1 : 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Settings s;
+  CLI::App app(
+      "A simulated world for Sinew: a quadrotor in a room with a landing pad, on MuJoCo.\n"
+      "Waits for one runtime, serves it until it says good-bye, and exits 0 when it did.",
+      "sinew-sim");
+  describe(app, s);
+  CLI11_PARSE(app, argc, argv);
+  std::sscanf(s.camera.c_str(), "%ux%u", &s.view.width, &s.view.height);
+  s.view.format = format_of(s.format);
+  if (app.count("--seed") > 0) s.session.seed = s.seed;
+  if (s.lockstep) s.session.only = sim_hil::Mode::lockstep;
+  if (s.free_running) s.session.only = sim_hil::Mode::free_running;
+  if (!s.render_test.empty()) return plant::render_test(s.render_test, s.view.width, s.view.height);
+  return serve(s);
+}

@@ -1,0 +1,255 @@
+#include "sim_hil/plant/session.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace sinew::plant {
+namespace {
+
+using hal::Status;
+using hal::Time;
+
+constexpr std::int64_t kMsNs = 1'000'000;
+constexpr std::int64_t kExposureNs = 8'000'000;
+constexpr std::int64_t kCameraDelayNs = 25'000'000;  // middle of the exposure to the driver: exposure, read-out, USB
+constexpr std::int64_t kImuDelayNs = kImuSteps * kStepNs / 2;
+constexpr std::int64_t kImuGapLimitNs = 2'000'000;    // of plant time; beyond it a free-running run is not valid
+constexpr std::int64_t kReportEveryNs = 100'000'000;  // the last one before the end tells where it came to rest
+
+hal::Duration ns(std::int64_t n) { return hal::Duration{n}; }
+
+sim_hil::DeviceInfo sensor(sim_hil::DeviceKind kind, const char* name, int steps, std::int64_t latency_ns) {
+  sim_hil::DeviceInfo d;
+  d.kind = kind;
+  d.name = name;
+  d.period = ns(steps * kStepNs);
+  d.latency = ns(latency_ns);
+  return d;
+}
+
+}  // namespace
+
+Session::Session(hal::Os& os, CameraFeed& camera_feed, const SessionOptions& options)
+    : os_(os), feed_(camera_feed), options_(options) {}
+
+sim_hil::PlantDescription Session::description() const {
+  using sim_hil::DeviceKind;
+  sim_hil::PlantDescription d;
+  d.name = "sinew-sim";
+  d.step = ns(kStepNs);
+  d.seed = options_.seed;
+  d.devices.push_back(sensor(DeviceKind::imu, "imu", kImuSteps, kImuDelayNs));
+  d.devices.push_back(sensor(DeviceKind::range, "range", kRangeSteps, kRangeDelayNs));
+  d.devices.push_back(sensor(DeviceKind::baro, "baro", kBaroSteps, kBaroDelayNs));
+  sim_hil::DeviceInfo c;
+  c.kind = DeviceKind::camera;
+  c.name = "camera";
+  c.period = ns(1'000'000'000 / kCameraHz);
+  c.latency = ns(kCameraDelayNs);
+  c.width = feed_.options().width;
+  c.height = feed_.options().height;
+  c.format = feed_.options().format;
+  d.devices.push_back(c);
+  sim_hil::DeviceInfo m;
+  m.kind = DeviceKind::actuators;
+  m.name = "motors";
+  m.channels = kRotors;
+  d.devices.push_back(m);
+  return d;
+}
+
+Status Session::open(std::unique_ptr<hal::Stream> stream) {
+  const sim_hil::PlantDescription plant = description();
+  if (stream->local()) {
+    auto memory = os_.shared_memory("sinew_sim_frames", sim_hil::PlantLink::frame_memory_bytes(plant));
+    if (memory) frames_ = std::move(*memory);  // without it frames go through the stream
+  }
+  auto link = sim_hil::PlantLink::accept(std::move(stream), plant, frames_.get(), report_.reason);
+  if (!link) return link.error();
+  link_ = std::move(*link);
+  report_.mode = link_->hello().mode;
+  if (options_.only && *options_.only != report_.mode) {
+    report_.reason = report_.mode == sim_hil::Mode::lockstep ? "this plant was started for free-running only"
+                                                             : "this plant was started for lockstep only";
+    link_->bye(report_.reason);
+    return hal::Error{hal::Errc::not_supported, "plant session"};
+  }
+  WorldOptions world = options_.world;
+  world.seed = report_.seed = options_.seed.value_or(link_->hello().seed);
+  auto made = World::create(world);
+  if (!made) {
+    report_.reason = "the world could not be made";
+    link_->bye(report_.reason);
+    return made.error();
+  }
+  world_ = std::move(*made);
+  report_.mass_kg = world_->mass_kg();
+  feed_.set_seed(report_.seed);
+  return {};
+}
+
+Status Session::serve(std::unique_ptr<hal::Stream> stream) {
+  if (Status s = open(std::move(stream)); !s) {
+    report_.broken = true;
+    return s;
+  }
+  const Time begin = os_.now();
+  Status s = link_->wait_start();
+  if (s) s = report_.mode == sim_hil::Mode::lockstep ? run_lockstep() : run_free();
+  if (feed_.busy()) feed_.wait();  // its pixels go to memory of this session
+  refresh_report();
+  report_.wall_s = msg::seconds(os_.now() - begin);
+  if (s) {
+    report_.reason = "duration is over";
+    static_cast<void>(link_->send_report(world_->now(), report_.json()));  // the run is over; nobody may be there
+    link_->bye(report_.reason);
+    return {};
+  }
+  report_.reason = link_->reason();
+  report_.broken = !link_->ended_politely();
+  return {};
+}
+
+bool Session::over() const { return options_.duration_s > 0 && msg::seconds(world_->now()) >= options_.duration_s; }
+
+/// One exchange per millisecond: all samples ready by its end are known at its beginning, so the grant goes that far,
+/// and the four plant steps in it still start the commands exactly at their commits.
+Status Session::run_lockstep() {
+  const hal::Duration cpu = os_.thread_cpu_time();
+  Status s = link_->grant(Time{0});
+  while (s && !over()) {
+    const Time until{world_->now().ns + kMsNs - 1};
+    s = send_frame_due_by(until, true);
+    if (s) s = link_->grant(until);
+    if (s) s = advance_one_ms();
+  }
+  report_.cpu_s = msg::seconds(os_.thread_cpu_time() - cpu);
+  return s;
+}
+
+Status Session::run_free() {
+  Status result;
+  const auto body = [&] {
+    const hal::Duration cpu = os_.thread_cpu_time();
+    const double rate = link_->hello().rate;
+    const Time start = os_.now();
+    result = link_->start_clock(Time{0}, start);
+    while (result && !over()) {
+      const std::int64_t end_ns = world_->now().ns + kMsNs;
+      const Time due{start.ns + static_cast<std::int64_t>(static_cast<double>(end_ns) / rate)};
+      const Time before = os_.now();
+      if (before < due) os_.sleep_until(due);
+      if (os_.now() - due > ns(kMsNs)) ++report_.steps_late;
+      // Commands that came in the millisecond just gone by act at their commits in it; then its samples go out.
+      result = link_->exchange();
+      if (result) result = advance_one_ms();
+      if (result) result = send_frame_due_by(world_->now(), false);
+      if (result) result = link_->exchange();
+      note_imu_gap(os_.now());
+    }
+    report_.cpu_s = msg::seconds(os_.thread_cpu_time() - cpu);
+  };
+  hal::ThreadOptions thread;
+  thread.name = "plant_physics";
+  thread.fifo_priority = options_.fifo_priority;
+  thread.stack_bytes = 1024 * 1024;
+  auto physics = os_.start_thread(thread, body);
+  if (!physics) return physics.error();
+  if (!(*physics)->shortfall().empty())
+    std::fprintf(stderr, "sinew-sim: physics thread: %s\n", (*physics)->shortfall().c_str());
+  (*physics)->join();
+  return result;
+}
+
+void Session::note_imu_gap(Time now) {
+  if (last_imu_.ns >= 0) report_.imu_gap_max_ns = std::max(report_.imu_gap_max_ns, (now - last_imu_).count());
+  last_imu_ = now;
+}
+
+Status Session::advance_one_ms() {
+  for (int i = 0; i < kImuSteps; ++i) {
+    std::array<double, kRotors> command{};  // motors stop without a valid command
+    const sim_hil::Setpoints set = link_->setpoints_at(motors, world_->now());
+    if (set.valid) std::copy_n(set.value.begin(), kRotors, command.begin());
+    if (Status s = send_due(world_->step(command)); !s) return s;
+  }
+  return {};
+}
+
+Status Session::send_due(const Due& due) {
+  Status s;
+  if (due.imu) s = link_->send(imu, due.imu_sample, due.imu_sample.stamp + ns(kImuDelayNs));
+  if (s && due.range) s = link_->send(range, due.range_sample, due.range_sample.stamp + ns(kRangeDelayNs));
+  if (s && due.baro) s = link_->send(baro, due.baro_sample, due.baro_sample.stamp + ns(kBaroDelayNs));
+  if (s && due.camera) s = begin_frame();
+  if (s && due.truth) s = send_truth_and_report();
+  return s;
+}
+
+Status Session::begin_frame() {
+  ++frame_number_;
+  if (pending_) {  // free-running only: drawing takes longer than a frame's period
+    ++report_.render_late;
+    return {};
+  }
+  PendingFrame frame;
+  frame.slot = link_->begin_frame(camera);
+  frame.meta.stamp = world_->now();
+  frame.meta.ready = frame.meta.stamp + ns(kCameraDelayNs);
+  frame.meta.exposure_ns = kExposureNs;
+  frame.meta.number = frame_number_;
+  feed_.request(world_->camera_pose(), frame_number_, frame.slot.pixels.data());
+  pending_ = frame;
+  return {};
+}
+
+Status Session::send_frame_due_by(Time until, bool wait) {
+  if (!pending_ || pending_->meta.ready > until) return {};
+  if (wait) feed_.wait();
+  if (feed_.busy()) return {};
+  if (!wait && until - pending_->meta.ready > ns(kMsNs)) {
+    ++report_.render_late;
+    pending_->meta.ready = until;
+  }
+  ++report_.frames;
+  const PendingFrame frame = *pending_;
+  pending_.reset();
+  return link_->send_frame(camera, frame.slot, frame.meta);
+}
+
+Status Session::send_truth_and_report() {
+  const TruthState t = world_->truth();
+  sim_hil::Truth out;
+  out.p_world_m = t.p_world_m;
+  out.v_world_mps = t.v_world_mps;
+  out.q_world_base = t.q_world_base;
+  out.gyro_radps = t.gyro_radps;
+  out.battery_v = t.voltage_v;
+  out.contact = t.contact;
+  out.landed = t.feet_down == 4;
+  if (Status s = link_->send_truth(t.stamp, out); !s) return s;
+  const bool news = world_->summary().touched_down && !told_touchdown_;
+  if (!news && t.stamp.ns % kReportEveryNs != 0) return {};
+  told_touchdown_ |= news;
+  refresh_report();
+  return link_->send_report(t.stamp, report_.json());
+}
+
+void Session::refresh_report() {
+  report_.flight = world_->summary();
+  report_.last = world_->truth();
+  report_.plant_s = msg::seconds(world_->now());
+  report_.lease_expiries = link_->stats().lease_expiries;
+  judge();
+}
+
+void Session::judge() {
+  if (report_.mode == sim_hil::Mode::lockstep) return;  // time stands still when somebody is late
+  const auto limit = static_cast<std::int64_t>(static_cast<double>(kImuGapLimitNs) / link_->hello().rate);
+  if (report_.imu_gap_max_ns <= limit) return;
+  report_.valid = false;
+  report_.invalid_because = "IMU samples " + std::to_string(report_.imu_gap_max_ns / 1000) + " us apart, more than " +
+                            std::to_string(limit / 1000) + " us";
+}
+
+}  // namespace sinew::plant

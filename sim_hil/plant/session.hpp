@@ -1,0 +1,90 @@
+#pragma once
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "hal/os.hpp"
+#include "hal/stream.hpp"
+#include "sim_hil/plant/camera_feed.hpp"
+#include "sim_hil/plant/world.hpp"
+#include "sim_hil/plant_link.hpp"
+
+namespace sinew::plant {
+
+struct SessionOptions {
+  WorldOptions world;                 // its seed is replaced by the run's
+  std::optional<std::uint64_t> seed;  // instead of the one that the runtime asks for
+  std::optional<sim_hil::Mode> only;  // refuse the other mode
+  double duration_s = 0;              // plant time after which the plant ends the run; 0: the runtime ends it
+  int fifo_priority = 85;             // of the physics thread, free-running: above the robot's threads, like a device
+};
+
+/// How a run went, from the plant's side.
+struct SessionReport {
+  std::string reason;   // why it ended
+  bool broken = false;  // by a lost connection or a breach of the protocol
+  std::uint64_t seed = 0;
+  sim_hil::Mode mode = sim_hil::Mode::lockstep;
+  double plant_s = 0, wall_s = 0, cpu_s = 0;  // cpu: of the physics thread
+  std::uint64_t frames = 0, render_late = 0, steps_late = 0;
+  std::int64_t imu_gap_max_ns = 0;  // free-running: between two IMU samples leaving
+  std::uint64_t lease_expiries = 0;
+  bool valid = true;
+  std::string invalid_because;
+  FlightSummary flight;
+  TruthState last;
+  double mass_kg = 0;
+
+  /// Base to the centre of the pad, horizontally, now: after the run, the landing error.
+  double pad_distance_m() const;
+  /// One JSON object: docs/sim-protocol.md names the keys that every plant has, docs/sinew-sim.md ours.
+  std::string json() const;
+};
+
+/// One run: the world behind one connection to a runtime, in lockstep or free-running as the runtime asks.
+/// Same seed and same commands at the same times give the same bytes on the wire, in lockstep.
+/// Thread:  owner; free-running makes a SCHED_FIFO thread for the physics, and the camera has its own.
+class Session {
+ public:
+  Session(hal::Os& os, CameraFeed& camera, const SessionOptions& options);
+
+  /// Serves the runtime at the other end until it says Bye, goes away, or the duration is over.
+  /// Errors:  what the handshake said; `report().reason` has it in words.
+  hal::Status serve(std::unique_ptr<hal::Stream> stream);
+  const SessionReport& report() const { return report_; }
+
+ private:
+  enum Device : std::uint16_t { imu, range, baro, camera, motors };
+  struct PendingFrame {
+    sim_hil::FrameSlot slot;
+    sim_hil::FrameMeta meta;
+  };
+
+  sim_hil::PlantDescription description() const;
+  hal::Status open(std::unique_ptr<hal::Stream> stream);
+  hal::Status run_lockstep();
+  hal::Status run_free();
+  hal::Status advance_one_ms();
+  hal::Status send_due(const Due& due);
+  hal::Status begin_frame();
+  hal::Status send_frame_due_by(hal::Time until, bool wait);
+  hal::Status send_truth_and_report();
+  void note_imu_gap(hal::Time now);
+  void refresh_report();
+  void judge();
+  bool over() const;
+
+  hal::Os& os_;
+  CameraFeed& feed_;
+  SessionOptions options_;
+  std::unique_ptr<hal::SharedMemory> frames_;
+  std::unique_ptr<sim_hil::PlantLink> link_;
+  std::unique_ptr<World> world_;
+  std::optional<PendingFrame> pending_;
+  std::uint32_t frame_number_ = 0;
+  bool told_touchdown_ = false;
+  hal::Time last_imu_{-1};
+  SessionReport report_;
+};
+
+}  // namespace sinew::plant

@@ -1,0 +1,77 @@
+#include <cmath>
+#include <cstdio>
+
+#include "sim_hil/plant/session.hpp"
+
+namespace sinew::plant {
+namespace {
+
+/// Builds one flat JSON object. Texts are ours or printable ASCII of the peer.
+class Json {
+ public:
+  void number(const char* key, double value) {
+    char text[64];
+    std::snprintf(text, sizeof text, "%.9g", value);
+    raw(key, std::isfinite(value) ? text : "null");
+  }
+  void integer(const char* key, std::uint64_t value) { raw(key, std::to_string(value)); }
+  void boolean(const char* key, bool value) { raw(key, value ? "true" : "false"); }
+  void text(const char* key, const std::string& value) {
+    std::string quoted = "\"";
+    for (const char c : value) {
+      if (c == '"' || c == '\\') quoted += '\\';
+      quoted += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+    }
+    raw(key, quoted + "\"");
+  }
+  std::string done() { return out_ + "}"; }
+
+ private:
+  void raw(const char* key, const std::string& value) {
+    out_ += out_.size() > 1 ? "," : "";
+    out_ += '"';
+    out_ += key;
+    out_ += "\":";
+    out_ += value;
+  }
+  std::string out_ = "{";
+};
+
+}  // namespace
+
+double SessionReport::pad_distance_m() const {
+  const msg::Vec3& p = last.p_world_m;
+  return std::sqrt(p.x * p.x + p.y * p.y);
+}
+
+std::string SessionReport::json() const {
+  Json j;
+  j.boolean("valid", valid);
+  j.text("reason", invalid_because);
+  j.integer("imu_gap_max_ns", static_cast<std::uint64_t>(imu_gap_max_ns));
+  j.integer("render_late", render_late);
+  j.integer("steps_late", steps_late);
+  j.integer("frames", frames);
+  j.integer("lease_expiries", lease_expiries);
+  j.integer("seed", seed);
+  j.number("mass_kg", mass_kg);
+  j.number("plant_s", plant_s);
+  j.boolean("flew", flight.flew);
+  j.boolean("crashed", flight.crashed);
+  j.boolean("touched_down", flight.touched_down);
+  j.number("max_height_m", flight.max_height_m);
+  if (flight.touched_down) {
+    j.number("touchdown_s", msg::seconds(flight.touchdown_at));
+    j.number("touchdown_speed_mps", flight.touchdown_speed_mps);
+    j.number("touchdown_drift_mps", flight.touchdown_drift_mps);
+    j.number("touchdown_error_m", flight.touchdown_error_m);
+    j.number("landing_error_m", pad_distance_m());
+  }
+  j.number("pad_distance_m", pad_distance_m());
+  j.boolean("on_pad", last.on_pad);
+  j.number("height_m", last.p_world_m.z);
+  j.number("battery_v", last.voltage_v);
+  return j.done();
+}
+
+}  // namespace sinew::plant

@@ -1,0 +1,164 @@
+#include "control/inertial_filter.hpp"
+
+#include <gmock/gmock.h>
+
+#include "dense_filter.hpp"
+#include "math/random.hpp"
+
+namespace sinew::control {
+namespace {
+
+using math::Vec3;
+using test::DenseFilter;
+
+Vec3 random(math::Random& r, double sigma) {
+  const double x = r.normal(), y = r.normal(), z = r.normal();
+  return Vec3{x, y, z} * sigma;
+}
+
+/// A tumbling, shaken vehicle: everything couples with everything.
+Vec3 gyro_at(int i) { return {0.8 * math::sin(0.003 * i), 0.6 * math::cos(0.002 * i), 0.3}; }
+Vec3 accel_at(int i) { return {2 * math::sin(0.005 * i), 1.5 * math::cos(0.004 * i), 9.8 + math::sin(0.01 * i)}; }
+
+/// Rows of every kind that the estimator uses.
+std::vector<Measurement> rows_at(const InertialFilter& f, math::Random& r) {
+  std::vector<Measurement> rows(5);
+  rows[0].add(kErrP + 2, 1);
+  rows[0].residual = 0.1 - f.state().p_world_m.z + r.normal(0, 0.02);
+  rows[0].variance = 4e-4;
+  rows[1].add(kErrP, 1);
+  rows[1].add(kErrV, -0.04);
+  rows[1].add(kErrTheta + 1, -1.3);
+  rows[1].add(kErrTheta + 2, 0.4);
+  rows[1].residual = -f.state().p_world_m.x + r.normal(0, 0.05);
+  rows[1].variance = 2.5e-3;
+  rows[2].add(kErrV + 1, 1);
+  rows[2].residual = -f.state().v_world_mps.y + r.normal(0, 0.1);
+  rows[2].variance = 0.01;
+  rows[4].add(kErrP + 1, 1);
+  rows[4].add(kErrTheta, 1.3);
+  rows[4].residual = -f.state().p_world_m.y + r.normal(0, 0.05);
+  rows[4].variance = 2.5e-3;
+  rows[3].add(kErrTheta, 9.8);
+  rows[3].add(kErrTheta + 2, 0.3);
+  for (int k = 0; k < 3; ++k) rows[3].add(kErrAccelBias + k, 0.2 + 0.3 * k);
+  rows[3].residual = r.normal(0, 0.5);
+  rows[3].variance = 1.0;
+  return rows;
+}
+
+struct Difference {
+  double state = 0, covariance = 0;
+};
+
+Difference compare(const InertialFilter& f, const DenseFilter& d) {
+  Difference worst;
+  const auto state = [&](const Vec3& a, const Eigen::Vector3d& b) {
+    worst.state = std::max(worst.state, (DenseFilter::of(a) - b).cwiseAbs().maxCoeff());
+  };
+  state(f.state().p_world_m, d.p);
+  state(f.state().v_world_mps, d.v);
+  state(f.state().gyro_bias_radps, d.gyro_bias);
+  state(f.state().accel_bias_mps2, d.accel_bias);
+  const math::Quat& q = f.state().q_world_base;
+  const Eigen::Quaterniond mine(q.w, q.x, q.y, q.z);
+  worst.state = std::max(worst.state, 2 * (mine.coeffs() - d.q.coeffs()).cwiseAbs().maxCoeff());
+  for (int i = 0; i < kErrStates; ++i)
+    for (int j = 0; j < kErrStates; ++j)
+      worst.covariance = std::max(worst.covariance, std::abs(f.covariance()(i, j) - d.covariance(i, j)));
+  return worst;
+}
+
+TEST(InertialFilter, PredictionAgreesWithADenseFilter) {
+  InertialState start;
+  start.q_world_base = math::Quat{0.9, 0.3, -0.2, 0.25}.normalized();
+  start.gyro_bias_radps = {0.01, -0.02, 0.03};
+  start.accel_bias_mps2 = {0.1, 0.05, -0.07};
+  InertialFilter f;
+  f.start(start, {});
+  start.q_world_base = f.state().q_world_base;
+  DenseFilter d(start, {});
+  for (int i = 0; i < 400; ++i) {
+    f.predict(gyro_at(i), accel_at(i), 0.005, {});
+    d.predict(gyro_at(i), accel_at(i), 0.005, {});
+    const Difference diff = compare(f, d);
+    ASSERT_LT(diff.state, 1e-9) << "step " << i;
+    ASSERT_LT(diff.covariance, 1e-9) << "step " << i;
+  }
+}
+
+TEST(InertialFilter, PredictionAndScalarUpdatesAgreeWithADenseFilterInJosephForm) {
+  math::Random random_numbers(3);
+  InertialFilter f;
+  f.start({}, {});
+  DenseFilter d({}, {});
+  for (int i = 0; i < 5000; ++i) {
+    const Vec3 gyro = gyro_at(i) + random(random_numbers, 0.01), accel = accel_at(i) + random(random_numbers, 0.2);
+    f.predict(gyro, accel, 0.002, {});
+    d.predict(gyro, accel, 0.002, {});
+    if (i % 7 == 0) {
+      const auto rows = rows_at(f, random_numbers);
+      ASSERT_EQ(f.update(rows, 1e18), rows.size());
+      d.update(rows);
+    }
+    const Difference diff = compare(f, d);
+    ASSERT_LT(diff.state, 1e-9) << "step " << i;
+    ASSERT_LT(diff.covariance, 1e-9) << "step " << i;
+  }
+}
+
+TEST(InertialFilter, CovarianceStaysPositiveDefiniteForAnHour) {
+  math::Random random_numbers(4);
+  InertialFilter f;
+  f.start({}, {});
+  for (int i = 0; i < 200 * 3600; ++i) {
+    f.predict(gyro_at(i), accel_at(i), 0.005, {});
+    if (i % 10 == 0) f.update(rows_at(f, random_numbers), 16);
+    if (i % 20000 != 0) continue;
+    DenseFilter::Matrix p;
+    for (int r = 0; r < kErrStates; ++r)
+      for (int c = 0; c < kErrStates; ++c) p(r, c) = f.covariance()(r, c);
+    const Eigen::SelfAdjointEigenSolver<DenseFilter::Matrix> eigen(p);
+    ASSERT_GT(eigen.eigenvalues()(0), 0) << "after " << i / 200 << " s";
+    ASSERT_NEAR(
+        math::Quat(f.state().q_world_base).w * f.state().q_world_base.w + squared_norm(f.state().q_world_base.vec()), 1,
+        1e-12);
+  }
+}
+
+TEST(InertialFilter, MeasurementBeyondTheGateIsLeftOutAndTheOthersOfItsInstantAreUsed) {
+  InertialFilter f;
+  f.start({}, {});
+  std::vector<Measurement> rows(2);
+  rows[0].add(kErrV, 1);
+  rows[0].residual = 100;
+  rows[1].add(kErrV + 1, 1);
+  rows[1].residual = 1;
+  EXPECT_EQ(f.update(rows, 9), 1u);
+  EXPECT_EQ(f.state().v_world_mps.x, 0);
+  EXPECT_NEAR(f.state().v_world_mps.y, 0.8, 1e-12) << "prior 2 m/s, measured with 1 m/s";
+}
+
+TEST(InertialFilter, MeasurementThatIsNotANumberChangesNothing) {
+  InertialFilter f;
+  f.start({}, {});
+  std::vector<Measurement> rows(1);
+  rows[0].add(kErrP, 1);
+  rows[0].residual = math::kNan;
+  EXPECT_EQ(f.update(rows, 1e18), 0u);
+  EXPECT_EQ(f.state().p_world_m, Vec3{});
+  EXPECT_TRUE(math::is_finite(f.covariance()(0, 0)));
+}
+
+TEST(InertialFilter, ReopenedPositionForgetsItsCorrelations) {
+  InertialFilter f;
+  f.start({}, {});
+  for (int i = 0; i < 100; ++i) f.predict(gyro_at(i), accel_at(i), 0.005, {});
+  ASSERT_NE(f.covariance()(kErrP, kErrV), 0);
+  f.reset_position(0, 7.5, 0.25);
+  EXPECT_EQ(f.state().p_world_m.x, 7.5);
+  for (int j = 0; j < kErrStates; ++j) EXPECT_EQ(f.covariance()(kErrP, j), j == kErrP ? 0.25 : 0.0);
+}
+
+}  // namespace
+}  // namespace sinew::control

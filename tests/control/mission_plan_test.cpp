@@ -1,0 +1,207 @@
+#include "control/mission_plan.hpp"
+
+#include <gmock/gmock.h>
+
+namespace sinew::control {
+namespace {
+
+using math::Vec3;
+using msg::FlightMode;
+using msg::MissionPhase;
+using ::testing::ElementsAre;
+
+/// A vehicle that follows the reference exactly, until told otherwise.
+struct Follower {
+  MissionPlan plan;
+  msg::NavState nav;
+  std::int64_t now_ns = 0;
+  bool pad_in_sight = true;
+  std::vector<MissionPhase> phases;
+
+  Follower() {
+    nav.attitude_valid = nav.height_valid = nav.position_valid = 1;
+    nav.p_world_m.z = nav.height_m = 0.12;
+    nav.pad_world_m = {0.7, -0.4, 0};
+  }
+  void step() {
+    now_ns += 5'000'000;
+    nav.stamp = {now_ns};
+    if (pad_in_sight && nav.height_m > 0.8) {
+      nav.pad_known = 1;
+      nav.pad_stamp = nav.stamp;
+    }
+    plan.step({now_ns}, nav, 0.005);
+    if (phases.empty() || phases.back() != plan.state().phase) phases.push_back(plan.state().phase);
+    follow(plan.setpoint());
+  }
+  void follow(const msg::FlightSetpoint& s) {
+    nav.v_world_mps = {};
+    if (!s.armed || s.mode == FlightMode::idle || !nav.position_valid) return;
+    if (s.mode == FlightMode::position) nav.p_world_m = s.p_world_m;
+    nav.v_world_mps = s.v_world_mps;
+    if (s.mode == FlightMode::velocity) nav.p_world_m.z += 0.005 * s.v_world_mps.z;
+    if (nav.p_world_m.z <= 0.12) {
+      nav.p_world_m.z = 0.12;
+      nav.v_world_mps = {};
+    }
+    nav.height_m = nav.p_world_m.z;
+  }
+  void run(double seconds) {
+    for (int i = 0; i < static_cast<int>(seconds * 200); ++i) step();
+  }
+  bool run_to(MissionPhase phase, double limit_s = 60) {
+    for (int i = 0; i < static_cast<int>(limit_s * 200) && plan.state().phase != phase; ++i) step();
+    return plan.state().phase == phase;
+  }
+};
+
+TEST(MissionPlan, FliesItsPhasesInOrder) {
+  Follower f;
+  ASSERT_TRUE(f.run_to(MissionPhase::done));
+  EXPECT_THAT(f.phases, ElementsAre(MissionPhase::wait, MissionPhase::arm, MissionPhase::climb, MissionPhase::search,
+                                    MissionPhase::approach, MissionPhase::hold, MissionPhase::descend,
+                                    MissionPhase::touchdown, MissionPhase::done));
+  EXPECT_NEAR(f.nav.p_world_m.x, 0.7, 0.02);
+  EXPECT_NEAR(f.nav.p_world_m.y, -0.4, 0.02);
+  EXPECT_FALSE(f.plan.setpoint().armed);
+}
+
+TEST(MissionPlan, NeverArmsWithoutAValidEstimate) {
+  Follower f;
+  f.nav.position_valid = 0;
+  for (int i = 0; i < 20000; ++i) {
+    f.step();
+    ASSERT_FALSE(f.plan.setpoint().armed);
+  }
+  EXPECT_THAT(f.phases, ElementsAre(MissionPhase::wait));
+}
+
+TEST(MissionPlan, EstimateThatFlickersDoesNotArm) {
+  Follower f;
+  for (int i = 0; i < 20000; ++i) {
+    f.nav.position_valid = i % 200 != 0;  // never longer than a second
+    f.step();
+    ASSERT_FALSE(f.plan.setpoint().armed);
+  }
+}
+
+TEST(MissionPlan, EstimateLostInFlightAbortsAndDisarms) {
+  Follower f;
+  ASSERT_TRUE(f.run_to(MissionPhase::search));
+  f.nav.position_valid = f.nav.height_valid = 0;
+  ASSERT_TRUE(f.run_to(MissionPhase::abort, 0.5));
+  f.step();
+  EXPECT_TRUE(f.plan.setpoint().armed);
+  EXPECT_EQ(f.plan.setpoint().mode, FlightMode::velocity);
+  EXPECT_LT(f.plan.setpoint().v_world_mps.z, 0);
+  ASSERT_TRUE(f.run_to(MissionPhase::done, f.plan.params.blind_s + 1));
+  EXPECT_FALSE(f.plan.setpoint().armed);
+}
+
+TEST(MissionPlan, AbortWithAPositionSinksToTheGroundBeforeItDisarms) {
+  Follower f;
+  f.pad_in_sight = false;
+  f.plan.params.timeout_s = 8;
+  ASSERT_TRUE(f.run_to(MissionPhase::abort));
+  ASSERT_TRUE(f.run_to(MissionPhase::done));
+  EXPECT_NEAR(f.nav.height_m, 0.12, 1e-9);
+}
+
+TEST(MissionPlan, SearchWidensUntilThePadIsSeen) {
+  Follower f;
+  f.pad_in_sight = false;
+  ASSERT_TRUE(f.run_to(MissionPhase::search));
+  double widest = 0;
+  for (int i = 0; i < 200 * 25; ++i) {
+    f.step();
+    widest = std::max({widest, math::fabs(f.nav.p_world_m.x), math::fabs(f.nav.p_world_m.y)});
+  }
+  EXPECT_GT(widest, 1.5);
+  EXPECT_LE(widest, f.plan.params.search_radius_m + 0.1);
+  f.pad_in_sight = true;
+  EXPECT_TRUE(f.run_to(MissionPhase::done));
+}
+
+TEST(MissionPlan, PadNeverSeenEndsInAnAbortOnTheGround) {
+  Follower f;
+  f.pad_in_sight = false;
+  ASSERT_TRUE(f.run_to(MissionPhase::done, 200));
+  EXPECT_THAT(f.phases, ElementsAre(MissionPhase::wait, MissionPhase::arm, MissionPhase::climb, MissionPhase::search,
+                                    MissionPhase::abort, MissionPhase::done));
+  EXPECT_NEAR(f.nav.height_m, 0.12, 1e-9);
+}
+
+TEST(MissionPlan, PadLostHighUpGoesBackToTheSearchHeight) {
+  Follower f;
+  ASSERT_TRUE(f.run_to(MissionPhase::descend));
+  f.pad_in_sight = false;
+  ASSERT_TRUE(f.run_to(MissionPhase::search, 5));
+  f.run(4);
+  EXPECT_GT(f.nav.height_m, f.plan.params.search_height_m - 0.1);
+  f.pad_in_sight = true;
+  EXPECT_TRUE(f.run_to(MissionPhase::done));
+}
+
+TEST(MissionPlan, PadOutOfSightCloseToTheGroundIsNoReasonToStop) {
+  Follower f;
+  ASSERT_TRUE(f.run_to(MissionPhase::descend));
+  while (f.nav.height_m > f.plan.params.commit_below_m) f.step();
+  f.pad_in_sight = false;
+  ASSERT_TRUE(f.run_to(MissionPhase::done));
+  EXPECT_EQ(f.phases.back(), MissionPhase::done);
+  EXPECT_EQ(f.phases[f.phases.size() - 2], MissionPhase::touchdown);
+}
+
+TEST(MissionPlan, SinkingPausesWhileOffThePad) {
+  Follower f;
+  ASSERT_TRUE(f.run_to(MissionPhase::descend));
+  f.run(0.5);
+  for (int i = 0; i < 200; ++i) {
+    f.nav.p_world_m.x = 0.7 + 0.6;  // a gust holds it off
+    f.nav.v_world_mps = {};
+    f.now_ns += 5'000'000;
+    f.nav.stamp = f.nav.pad_stamp = {f.now_ns};
+    f.plan.step({f.now_ns}, f.nav, 0.005);
+    ASSERT_EQ(f.plan.setpoint().v_world_mps.z, 0);
+  }
+}
+
+TEST(MissionPlan, GroundIsFeltWhereTheHeightIsWrong) {
+  Follower f;
+  ASSERT_TRUE(f.run_to(MissionPhase::descend));
+  f.run(0.5);
+  const double stuck_at = f.nav.p_world_m.z;  // it stands on something, and the height does not say so
+  int steps = 0;
+  while (f.plan.state().phase == MissionPhase::descend && steps < 2000) {
+    f.step();
+    f.nav.p_world_m.z = f.nav.height_m = stuck_at;
+    f.nav.v_world_mps = {};
+    ++steps;
+  }
+  EXPECT_EQ(f.plan.state().phase, MissionPhase::touchdown);
+  EXPECT_GT(steps, 200 * f.plan.params.stuck_s * 0.9);
+}
+
+TEST(MissionPlan, ReferenceKeepsItsSpeedAndAcceleration) {
+  Follower f;
+  Vec3 before_p, before_v;
+  bool has = false;
+  const MissionParams& p = f.plan.params;
+  while (f.plan.state().phase != MissionPhase::descend && f.now_ns < 60'000'000'000) {
+    f.step();
+    const msg::FlightSetpoint& s = f.plan.setpoint();
+    if (s.mode != FlightMode::position) continue;
+    const Vec3 now_p(s.p_world_m), now_v(s.v_world_mps);
+    if (has) {
+      ASSERT_LT(norm(now_p - before_p), 0.005 * (p.speed_mps + p.climb_mps) + 0.011) << f.now_ns;
+      ASSERT_LE(math::hypot(now_v.x, now_v.y), p.speed_mps + 1e-9);
+    }
+    before_p = now_p;
+    before_v = now_v;
+    has = true;
+  }
+  EXPECT_TRUE(has);
+}
+
+}  // namespace
+}  // namespace sinew::control

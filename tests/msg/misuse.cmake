@@ -1,0 +1,21 @@
+# cmake -DCOMPILER=c++ -DINCLUDES=dir -DSNIPPET=file -P misuse.cmake
+# The first line of the snippet says what must come out: "// compiles" or "// refused: REGEX of the compiler's message".
+file(STRINGS ${SNIPPET} lines LIMIT_COUNT 1)
+list(GET lines 0 expected)
+execute_process(COMMAND ${COMPILER} -std=c++20 -fsyntax-only -Wall -Wextra -Werror -I${INCLUDES} ${SNIPPET}
+                RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
+if(expected STREQUAL "// compiles")
+  if(NOT result EQUAL 0)
+    message(FATAL_ERROR "should compile, but:\n${output}")
+  endif()
+elseif(expected MATCHES "^// refused: (.*)$")
+  set(wanted "${CMAKE_MATCH_1}")
+  string(REGEX REPLACE "[ \n]+" " " flat "${output}")
+  if(result EQUAL 0)
+    message(FATAL_ERROR "compiles, but should be refused with: ${wanted}")
+  elseif(NOT flat MATCHES "${wanted}")
+    message(FATAL_ERROR "refused, but not with: ${wanted}\n${output}")
+  endif()
+else()
+  message(FATAL_ERROR "no expectation in the first line of ${SNIPPET}")
+endif()

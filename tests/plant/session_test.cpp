@@ -1,0 +1,346 @@
+// The plant behind the protocol, with a scripted runtime at the other end of a socket pair.
+#include "sim_hil/plant/session.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <thread>
+
+#include "hal/linux/os.hpp"
+#include "hal/linux/socket.hpp"
+#include "math/hash.hpp"
+#include "sim_hil/message_io.hpp"
+
+namespace sinew::plant {
+namespace {
+
+using hal::Time;
+using sim_hil::Type;
+
+constexpr std::uint16_t kCamera = 3, kMotors = 4;  // places in the Welcome
+
+/// What came from the plant, and the hash of all of it.
+struct Received {
+  sim_hil::Welcome welcome;
+  int imu = 0, range = 0, baro = 0, frames = 0, reports = 0;
+  bool imu_in_order = true, ready_by_grant = true;
+  Time last_imu{-1};
+  std::vector<sim_hil::Truth> truth;
+  std::string last_report, bye;
+  math::Hash64 hash;    // of everything but reports and pixels
+  math::Hash64 pixels;  // wherever they came from
+};
+
+using Command = std::optional<std::array<double, kRotors>>;
+
+/// A runtime that answers every grant with what `command` says, without devices, executors or modules.
+class ScriptedRuntime {
+ public:
+  ScriptedRuntime(std::unique_ptr<hal::Stream> stream, sim_hil::Hello hello)
+      : stream_(std::move(stream)), reader_(sim_hil::Sender::plant), writer_(1 << 17), hello_(std::move(hello)) {}
+
+  /// Until plant time `end`; `command(t)` may be none.
+  void run(Time end, hal::Duration lease, const std::function<Command(Time)>& command) {
+    EXPECT_TRUE(writer_.add(Type::hello, 0, Time{}, hello_));
+    flush();
+    sim_hil::Message m;
+    while (next(m)) {
+      take(m);
+      if (m.header.type == Type::welcome) {
+        EXPECT_TRUE(writer_.add(Type::start, 0, Time{}));
+        flush();
+      }
+      if (m.header.type == Type::bye) return;
+      const bool lockstep = hello_.mode == sim_hil::Mode::lockstep;
+      if (m.header.type != (lockstep ? Type::grant : Type::imu)) continue;
+      const Time t = m.header.time;
+      if (const Command c = command(t)) send(*c, t, lease);
+      const bool over = t >= end;
+      EXPECT_TRUE(!lockstep || writer_.add(Type::done, 0, t));
+      EXPECT_TRUE(!over || writer_.add_text(Type::bye, t, "script is over"));
+      flush();
+      if (over) return;
+    }
+  }
+  Received got;
+
+ private:
+  void send(const std::array<double, kRotors>& values, Time commit, hal::Duration lease) {
+    sim_hil::Command c;
+    c.lease = lease;
+    c.setpoints.armed = 1;
+    c.setpoints.count = kRotors;
+    std::copy(values.begin(), values.end(), c.setpoints.value.begin());
+    EXPECT_TRUE(writer_.add(Type::command, kMotors, commit, c));
+  }
+  void flush() {
+    EXPECT_TRUE(stream_->write(writer_.pending()));
+    writer_.clear();
+  }
+  bool next(sim_hil::Message& m) {
+    for (;;) {
+      auto have = reader_.next(m);
+      EXPECT_TRUE(have);
+      if (!have) return false;
+      if (*have) return true;
+      auto n = stream_->read(reader_.space());
+      if (!n) return false;
+      reader_.filled(*n);
+    }
+  }
+  void take_pixels(std::size_t bytes) {
+    std::vector<std::uint8_t> pixels(bytes);
+    std::size_t have = reader_.take_bulk(pixels);
+    while (have < bytes) {
+      auto n = stream_->read(std::as_writable_bytes(std::span(pixels).subspan(have)));
+      ASSERT_TRUE(n);
+      reader_.bulk_filled(*n);
+      have += *n;
+    }
+    got.pixels.add(pixels.data(), pixels.size());
+  }
+  void take_slot(const sim_hil::FrameInfo& f) {
+    const sim_hil::DeviceInfo& d = got.welcome.devices.at(kCamera);
+    const std::byte* slot = memory_->data() + d.slots_offset + std::size_t{f.slot} * d.slot_bytes;
+    std::uint32_t generation = 0;
+    std::memcpy(&generation, slot, sizeof generation);
+    EXPECT_EQ(generation, f.generation);
+    got.pixels.add(slot + sim_hil::kSlotHeaderBytes, d.frame_bytes());
+  }
+  void take_frame(const sim_hil::Message& m) {
+    sim_hil::FrameInfo f;
+    ASSERT_TRUE(decode(m.header, m.payload, f));
+    ++got.frames;
+    EXPECT_EQ(f.number, static_cast<std::uint32_t>(got.frames));
+    EXPECT_EQ(m.header.time.ns, camera_stamp_ns(f.number));
+    if (m.bulk_bytes > 0)
+      take_pixels(m.bulk_bytes);
+    else
+      take_slot(f);
+  }
+  void take_welcome(const sim_hil::Message& m) {
+    EXPECT_TRUE(decode(m.header, m.payload, got.welcome));
+    if (got.welcome.shared_bytes == 0) return;
+    auto memory = stream_->take_memory();
+    ASSERT_TRUE(memory);
+    memory_ = std::move(*memory);
+  }
+  void take(const sim_hil::Message& m) {
+    const std::int64_t word[] = {static_cast<std::int64_t>(m.header.type), m.header.time.ns};
+    got.hash.add(word, sizeof word);
+    if (m.header.type >= Type::imu && m.header.type < Type::frame) got.hash.add(m.payload.data(), m.payload.size());
+    switch (m.header.type) {
+      case Type::welcome:
+        take_welcome(m);
+        break;
+      case Type::imu:
+        ++got.imu;
+        got.imu_in_order &= m.header.time > got.last_imu;
+        got.last_imu = m.header.time;
+        break;
+      case Type::range:
+        ++got.range;
+        break;
+      case Type::baro:
+        ++got.baro;
+        break;
+      case Type::frame:
+        take_frame(m);
+        break;
+      case Type::truth:
+        EXPECT_TRUE(decode(m.header, m.payload, got.truth.emplace_back()));
+        break;
+      case Type::report:
+        ++got.reports;
+        got.last_report = sim_hil::decode_text(m.payload);
+        break;
+      case Type::bye:
+        got.bye = sim_hil::decode_text(m.payload);
+        break;
+      default:
+        break;
+    }
+  }
+
+  std::unique_ptr<hal::Stream> stream_;
+  sim_hil::MessageReader reader_;
+  sim_hil::MessageWriter writer_;
+  sim_hil::Hello hello_;
+  std::unique_ptr<hal::SharedMemory> memory_;
+};
+
+class PlantSession : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    std::string why;
+    auto made = CameraFeed::start(hal::linux_os(), {}, why);
+    ASSERT_TRUE(made) << why;
+    feed_ = std::move(*made);
+  }
+  static void TearDownTestSuite() { feed_.reset(); }
+
+  /// Flies the script against a plant on a thread of its own.
+  Received fly(const sim_hil::Hello& hello, double seconds, hal::Duration lease,
+               const std::function<Command(Time)>& command) {
+    auto pair = hal::stream_pair();
+    EXPECT_TRUE(pair);
+    Session session(hal::linux_os(), *feed_, options_);
+    std::thread plant([&] { served_ = session.serve(std::move(pair->first)); });
+    ScriptedRuntime runtime(std::move(pair->second), hello);
+    runtime.run(Time{static_cast<std::int64_t>(seconds * 1e9)}, lease, command);
+    plant.join();
+    report_ = session.report();
+    return std::move(runtime.got);
+  }
+  static sim_hil::Hello lockstep(std::uint64_t seed = 3) {
+    sim_hil::Hello h;
+    h.seed = seed;
+    h.robot = "script";
+    return h;
+  }
+
+  SessionOptions options_;
+  hal::Status served_;
+  SessionReport report_;
+  static std::unique_ptr<CameraFeed> feed_;
+};
+
+std::unique_ptr<CameraFeed> PlantSession::feed_;
+
+constexpr hal::Duration kLease = std::chrono::milliseconds(20);
+const auto kNothing = [](Time) { return Command{}; };
+const auto kClimb = [](Time) { return Command{{0.62, 0.62, 0.62, 0.62}}; };
+
+TEST_F(PlantSession, WelcomeNamesTheDevicesAndTheSeed) {
+  const Received got = fly(lockstep(77), 0.01, kLease, kNothing);
+  ASSERT_TRUE(served_);
+  EXPECT_EQ(got.welcome.seed, 77u);
+  EXPECT_EQ(got.welcome.step.count(), kStepNs);
+  ASSERT_EQ(got.welcome.devices.size(), 5u);
+  EXPECT_EQ(got.welcome.devices[0].name, "imu");
+  EXPECT_EQ(got.welcome.devices[kCamera].name, "camera");
+  EXPECT_EQ(got.welcome.devices[kCamera].width, 320u);
+  EXPECT_EQ(got.welcome.devices[kCamera].format, msg::PixelFormat::yuyv);
+  EXPECT_EQ(got.welcome.devices[kMotors].name, "motors");
+  EXPECT_EQ(got.welcome.devices[kMotors].channels, 4u);
+  EXPECT_EQ(report_.reason, "script is over");
+  EXPECT_FALSE(report_.broken);
+}
+
+TEST_F(PlantSession, ASeedOfItsOwnOverridesTheRuntimes) {
+  options_.seed = 5;
+  EXPECT_EQ(fly(lockstep(77), 0.01, kLease, kNothing).welcome.seed, 5u);
+  EXPECT_EQ(report_.seed, 5u);
+}
+
+TEST_F(PlantSession, LockstepDeliversEverySampleInOrder) {
+  const Received got = fly(lockstep(), 1.0, kLease, kNothing);
+  EXPECT_EQ(got.imu, 1000);
+  EXPECT_EQ(got.range, 100);
+  EXPECT_EQ(got.baro, 50);
+  EXPECT_EQ(got.frames, 29);  // 30 exposed, the last is still on its way
+  EXPECT_EQ(got.truth.size(), 100u);
+  EXPECT_GE(got.reports, 2);
+  EXPECT_TRUE(got.imu_in_order);
+  EXPECT_EQ(report_.render_late, 0u);
+}
+
+TEST_F(PlantSession, SameSeedAndCommandsGiveTheSameBytesOnTheWire) {
+  const auto flight = [&](std::uint64_t seed) {
+    const Received got = fly(lockstep(seed), 0.7, kLease, kClimb);
+    return std::pair(got.hash.value(), got.pixels.value());
+  };
+  const auto first = flight(9), again = flight(9), other = flight(10);
+  EXPECT_EQ(first, again);
+  EXPECT_NE(first.first, other.first);
+  EXPECT_NE(first.second, other.second);
+}
+
+TEST_F(PlantSession, FramesInSharedMemoryAreTheFramesOfTheStream) {
+  sim_hil::Hello hello = lockstep();
+  const Received stream = fly(hello, 0.5, kLease, kClimb);
+  hello.accepts_shared_memory = true;
+  const Received shared = fly(hello, 0.5, kLease, kClimb);
+  EXPECT_EQ(stream.welcome.shared_bytes, 0u);
+  EXPECT_GT(shared.welcome.shared_bytes, 8u * 320 * 240 * 2);
+  EXPECT_EQ(stream.frames, 14);
+  EXPECT_EQ(shared.frames, 14);
+  EXPECT_EQ(stream.pixels.value(), shared.pixels.value());
+  EXPECT_EQ(stream.hash.value(), shared.hash.value());
+}
+
+TEST_F(PlantSession, MotorsStopWhenTheLeaseIsOver) {
+  options_.world.spread = 0;
+  options_.world.gust_mps = 0;
+  const auto once = [](Time t) { return t.ns == 0 ? kClimb(t) : Command{}; };
+  const Received got = fly(lockstep(), 0.9, std::chrono::milliseconds(400), once);
+  EXPECT_EQ(report_.lease_expiries, 1u);
+  ASSERT_GE(got.truth.size(), 65u);
+  const double v_at_expiry = got.truth[40].v_world_mps.z;  // 100 Hz: 0.4 s
+  EXPECT_GT(v_at_expiry, 0.3);
+  // 0.2 s later the rotors have run down and gravity has taken most of its share.
+  EXPECT_LT(got.truth[60].v_world_mps.z, v_at_expiry - 0.15 * kGravity);
+}
+
+TEST_F(PlantSession, MotorsStayOffWithoutACommand) {
+  const Received got = fly(lockstep(), 0.5, kLease, kNothing);
+  for (const sim_hil::Truth& t : got.truth) EXPECT_NEAR(t.p_world_m.z, kFeetBelowBase, 0.003);
+  EXPECT_EQ(got.truth.back().contact, 1u);
+  EXPECT_EQ(got.truth.back().landed, 1u);
+}
+
+TEST_F(PlantSession, CommandsActFromTheStepOfTheirCommit) {
+  options_.world.spread = 0;
+  options_.world.gust_mps = 0;
+  options_.world.sensor_errors = false;
+  const auto at = [&](std::int64_t commit_ns) {
+    const auto late = [=](Time t) { return t.ns >= commit_ns ? kClimb(t) : Command{}; };
+    return fly(lockstep(), 0.5, kLease, late).truth.back().p_world_m.z;
+  };
+  EXPECT_GT(at(0), at(50'000'000) + 0.01);
+}
+
+TEST_F(PlantSession, EndsItselfWhenTheDurationIsOver) {
+  options_.duration_s = 0.2;
+  const Received got = fly(lockstep(), 5.0, kLease, kNothing);
+  EXPECT_TRUE(served_);
+  EXPECT_EQ(got.bye, "duration is over");
+  EXPECT_EQ(got.imu, 200);
+}
+
+TEST_F(PlantSession, RefusesTheModeThatItWasNotStartedFor) {
+  options_.only = sim_hil::Mode::free_running;
+  const Received got = fly(lockstep(), 1.0, kLease, kNothing);
+  EXPECT_FALSE(served_);
+  EXPECT_EQ(got.bye, "this plant was started for free-running only");
+}
+
+TEST_F(PlantSession, ALostConnectionIsNotAGoodEnd) {
+  auto pair = hal::stream_pair();
+  ASSERT_TRUE(pair);
+  Session session(hal::linux_os(), *feed_, options_);
+  std::thread plant([&] { served_ = session.serve(std::move(pair->first)); });
+  pair->second.reset();
+  plant.join();
+  EXPECT_FALSE(served_);
+  EXPECT_TRUE(session.report().broken);
+  EXPECT_FALSE(session.report().reason.empty());
+}
+
+TEST_F(PlantSession, FreeRunningDeliversEverySampleAndMeasuresTheGap) {
+  sim_hil::Hello hello = lockstep();
+  hello.mode = sim_hil::Mode::free_running;
+  hello.rate = 0.5;
+  const Received got = fly(hello, 0.5, kLease, kNothing);
+  ASSERT_TRUE(served_);
+  EXPECT_GE(got.imu, 500);  // none is lost, however late this machine is
+  EXPECT_TRUE(got.imu_in_order);
+  EXPECT_GT(report_.imu_gap_max_ns, 1'900'000);  // at half the rate 2 ms apart
+  EXPECT_EQ(report_.valid, report_.imu_gap_max_ns <= 4'000'000);
+  EXPECT_NE(got.last_report.find("\"imu_gap_max_ns\":"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace sinew::plant

@@ -1,0 +1,341 @@
+// The board with a plant that runs on its own time: the reader thread, its queues and wake-ups. Runs under tsan.
+#include "rig.hpp"
+
+namespace sinew::sim_hil {
+namespace {
+
+using hal::Errc;
+using hal::linux_os;
+
+constexpr Duration kLong = 20s;  // an upper bound for what happens at once on a working machine
+
+/// Counts wake-ups and lets the test sleep until there was one.
+class Bell final : public hal::Wake {
+ public:
+  void wake() noexcept override {
+    rings_.fetch_add(1, std::memory_order_release);
+    linux_os().wake(rings_);
+  }
+  /// Until `done()` says so, looking again after each ring.
+  template <class Done>
+  bool wait_until(Done done) {
+    const Time deadline = linux_os().now() + kLong;
+    for (;;) {
+      const std::uint32_t seen = rings_.load(std::memory_order_acquire);
+      if (done()) return true;
+      if (linux_os().now() > deadline) return false;
+      linux_os().wait(rings_, seen, linux_os().now() + 50ms);
+    }
+  }
+
+ private:
+  hal::WakeWord rings_{0};
+};
+
+SimOptions free_running() {
+  SimOptions o;
+  o.mode = Mode::free_running;
+  o.clock = &linux_os();
+  o.os = &linux_os();
+  o.late_after = 1h;
+  return o;
+}
+
+/// Keeps the line open until the runtime is done with it.
+void idle(PlantLink& plant) {
+  while (plant.exchange()) linux_os().sleep_until(linux_os().now() + 1ms);
+}
+
+TEST(SimFreeRunning, SampleWakesItsReaderAndStandsOnTheRuntimeClock) {
+  Time zero;
+  Rig rig(
+      [&](PlantLink& plant) {
+        zero = linux_os().now();
+        ASSERT_TRUE(plant.start_clock(at(0ms), zero));
+        ASSERT_TRUE(plant.send(kImu, imu_sample(1ms, 5), at(2ms)));
+        idle(plant);
+      },
+      free_running());
+  Bell bell;
+  hal::Imu* imu = *rig.board->imu("imu");
+  imu->set_wake(&bell);
+  ASSERT_TRUE(rig.board->start());
+  msg::ImuSample s;
+  ASSERT_TRUE(bell.wait_until([&] { return *imu->read(s); }));
+  EXPECT_EQ(s.stamp, zero + 1ms);
+  EXPECT_EQ(s.gyro_radps.x, 5);
+  EXPECT_EQ(imu->ready_at(), hal::kNever);
+  EXPECT_EQ(rig.board->stats().clock_offset, zero - Time{});
+  EXPECT_EQ(rig.board->stats().clock_bound, 0ns);
+}
+
+/// A clock at half speed, as for a plant that cannot keep up with life.
+class HalfClock final : public hal::Clock {
+ public:
+  Time now() const noexcept override { return Time{} + (linux_os().now() - start_) / 2; }
+
+ private:
+  Time start_ = linux_os().now();
+};
+
+TEST(SimFreeRunning, SlowerPlantIsFollowedOnASlowerClock) {
+  HalfClock half;
+  SimOptions options = free_running();
+  options.clock = &half;
+  options.rate = 0.5;
+  Time zero, zero_half;
+  Rig rig(
+      [&](PlantLink& plant) {
+        zero_half = half.now();
+        zero = linux_os().now();
+        ASSERT_TRUE(plant.start_clock(at(0ms), zero));
+        ASSERT_TRUE(plant.send(kImu, imu_sample(10ms), at(10ms)));
+        idle(plant);
+      },
+      options);
+  Bell bell;
+  hal::Imu* imu = *rig.board->imu("imu");
+  imu->set_wake(&bell);
+  ASSERT_TRUE(rig.board->start());
+  msg::ImuSample s;
+  ASSERT_TRUE(bell.wait_until([&] { return *imu->read(s); }));
+  EXPECT_GE(s.stamp, zero_half + 10ms - 1us);
+  EXPECT_LE(s.stamp, half.now() + 10ms);
+}
+
+TEST(SimFreeRunning, OverflowOfAQueueIsCountedAndTheNewestThatFitRemain) {
+  SimOptions options = free_running();
+  options.sensor_depth = 4;  // the queue behind it holds 16
+  Rig rig(
+      [](PlantLink& plant) {
+        ASSERT_TRUE(plant.start_clock(at(0ms), linux_os().now()));
+        for (int i = 0; i < 100; ++i) ASSERT_TRUE(plant.send(kImu, imu_sample(i * 1ms), at(i * 1ms)));
+        msg::BaroSample last;
+        last.stamp = at(1s);
+        ASSERT_TRUE(plant.send(kBaro, last, at(1s)));
+        idle(plant);
+      },
+      options);
+  Bell bell;
+  hal::Imu* imu = *rig.board->imu("imu");
+  hal::Baro* baro = *rig.board->baro("baro");
+  baro->set_wake(&bell);
+  ASSERT_TRUE(rig.board->start());
+  msg::BaroSample b;
+  ASSERT_TRUE(bell.wait_until([&] { return *baro->read(b); }));
+  EXPECT_EQ(rig.board->stats().devices[kImu].samples, 100u);
+  EXPECT_EQ(rig.board->stats().devices[kImu].overflow, 84u);
+  msg::ImuSample s;
+  int read = 0;
+  while (*imu->read(s)) ++read;
+  EXPECT_EQ(read, 4);
+  EXPECT_EQ(rig.board->stats().devices[kImu].overflow, 96u);
+}
+
+TEST(SimFreeRunning, ManySamplesPassInOrderWithoutLoss) {
+  constexpr int kSamples = 20000;
+  SimOptions options = free_running();
+  options.sensor_depth = 4096;
+  std::atomic<int> taken{0};
+  Rig rig(
+      [&](PlantLink& plant) {
+        ASSERT_TRUE(plant.start_clock(at(0ms), linux_os().now()));
+        for (int i = 0; i < kSamples; ++i) {
+          while (i - taken.load() > 2000) linux_os().sleep_until(linux_os().now() + 100us);
+          ASSERT_TRUE(plant.send(kImu, imu_sample(i * 1ms, i), at(i * 1ms)));
+          if (i % 10 == 0) {
+            ASSERT_TRUE(plant.exchange());
+          }
+        }
+        idle(plant);
+      },
+      options);
+  Bell bell;
+  hal::Imu* imu = *rig.board->imu("imu");
+  imu->set_wake(&bell);
+  ASSERT_TRUE(rig.board->start());
+  msg::ImuSample s;
+  for (int i = 0; i < kSamples; ++i) {
+    ASSERT_TRUE(bell.wait_until([&] { return *imu->read(s); })) << i;
+    ASSERT_EQ(s.gyro_radps.x, i);
+    taken.store(i);
+  }
+  EXPECT_EQ(rig.board->stats().devices[kImu].overflow, 0u);
+  EXPECT_EQ(rig.board->stats().devices[kImu].lost, 0u);
+}
+
+TEST(SimFreeRunning, CommandActsOnThePlantAndRunsOutThere) {
+  std::atomic<bool> acted{false}, ran_out{false};
+  Rig rig(
+      [&](PlantLink& plant) {
+        const Time zero = linux_os().now();
+        ASSERT_TRUE(plant.start_clock(at(0ms), zero));
+        while (plant.exchange()) {
+          const Setpoints s = plant.setpoints_at(kMotors, Time{} + (linux_os().now() - zero));
+          if (s.valid && s.value[2] == 0.5) acted = true;
+          if (acted && s.lease_over) ran_out = true;
+          linux_os().sleep_until(linux_os().now() + 200us);
+        }
+      },
+      free_running());
+  hal::Actuators* motors = *rig.board->actuators("motors");
+  ASSERT_TRUE(rig.board->start());
+  ASSERT_TRUE(motors->write(hover(0.5, linux_os().now() - Time{}), 300ms));
+  const Time deadline = linux_os().now() + kLong;
+  while (!ran_out && linux_os().now() < deadline) linux_os().sleep_until(linux_os().now() + 5ms);
+  EXPECT_TRUE(acted);
+  EXPECT_TRUE(ran_out);
+}
+
+TEST(SimFreeRunning, PlantThatTakesNoCommandsCostsCommandsNotTheLine) {
+  std::atomic<bool> jammed{true};
+  Rig rig(
+      [&](PlantLink& plant) {
+        ASSERT_TRUE(plant.start_clock(at(0ms), linux_os().now()));
+        while (jammed) linux_os().sleep_until(linux_os().now() + 1ms);
+        idle(plant);
+      },
+      free_running());
+  hal::Actuators* motors = *rig.board->actuators("motors");
+  ASSERT_TRUE(rig.board->start());
+  hal::Status status;
+  for (int i = 0; i < 100000 && status; ++i) status = motors->write(hover(0.5), 1ms);
+  ASSERT_FALSE(status) << "a kernel buffer that never fills";
+  EXPECT_EQ(status.error().code, Errc::busy);
+  EXPECT_GE(rig.board->stats().commands_dropped, 1u);
+  jammed = false;
+  const Time deadline = linux_os().now() + kLong;
+  do {
+    linux_os().sleep_until(linux_os().now() + 1ms);
+    status = motors->write(hover(0.5), 1ms);
+  } while (!status && linux_os().now() < deadline);
+  EXPECT_TRUE(status);
+  rig.finish();
+  EXPECT_EQ(rig.plant_reason, "runtime closed the connection") << "the framing has survived";
+}
+
+TEST(SimFreeRunning, EndOfTheRunWakesReadersAndQuotesThePlant) {
+  Rig rig(
+      [](PlantLink& plant) {
+        ASSERT_TRUE(plant.start_clock(at(0ms), linux_os().now()));
+        plant.bye("battery empty");
+      },
+      free_running());
+  Bell bell;
+  hal::Imu* imu = *rig.board->imu("imu");
+  imu->set_wake(&bell);
+  ASSERT_TRUE(rig.board->start());
+  msg::ImuSample s;
+  ASSERT_TRUE(bell.wait_until([&] { return !imu->read(s); }));
+  EXPECT_EQ(imu->read(s).error().code, Errc::closed);
+  EXPECT_TRUE(rig.board->ended());
+  EXPECT_EQ(rig.board->end_reason(), "battery empty");
+}
+
+TEST(SimFreeRunning, ConnectionLostMidRunEndsTheRun) {
+  Rig rig([](PlantLink& plant) { ASSERT_TRUE(plant.start_clock(at(0ms), linux_os().now())); }, free_running());
+  Bell bell;
+  hal::Imu* imu = *rig.board->imu("imu");
+  imu->set_wake(&bell);
+  ASSERT_TRUE(rig.board->start());
+  msg::ImuSample s;
+  ASSERT_TRUE(bell.wait_until([&] { return !imu->read(s); }));
+  EXPECT_NE(rig.board->end_reason().find("peer closed the connection"), std::string::npos);
+  EXPECT_EQ((*rig.board->actuators("motors"))->write(hover(0.5), 1ms).error().code, Errc::closed);
+}
+
+TEST(SimFreeRunning, SampleThatArrivesLongAfterItWasReadyIsLate) {
+  SimOptions options = free_running();
+  options.late_after = 100ms;
+  Rig rig(
+      [](PlantLink& plant) {
+        ASSERT_TRUE(plant.start_clock(at(10s), linux_os().now()));
+        ASSERT_TRUE(plant.send(kImu, imu_sample(1s), at(2s)));
+        idle(plant);
+      },
+      options);
+  Bell bell;
+  hal::Imu* imu = *rig.board->imu("imu");
+  imu->set_wake(&bell);
+  ASSERT_TRUE(rig.board->start());
+  msg::ImuSample s;
+  ASSERT_TRUE(bell.wait_until([&] { return *imu->read(s); }));
+  EXPECT_EQ(rig.board->stats().devices[kImu].late, 1u);
+}
+
+TEST(SimFreeRunning, GapBetweenArrivalsIsMeasured) {
+  Rig rig(
+      [](PlantLink& plant) {
+        ASSERT_TRUE(plant.start_clock(at(0s), linux_os().now()));
+        ASSERT_TRUE(plant.send(kImu, imu_sample(1ms), at(1ms)));
+        ASSERT_TRUE(plant.exchange());
+        linux_os().sleep_until(linux_os().now() + 30ms);
+        ASSERT_TRUE(plant.send(kImu, imu_sample(2ms), at(2ms)));
+        idle(plant);
+      },
+      free_running());
+  Bell bell;
+  hal::Imu* imu = *rig.board->imu("imu");
+  imu->set_wake(&bell);
+  ASSERT_TRUE(rig.board->start());
+  msg::ImuSample s;
+  for (int i = 0; i < 2; ++i) ASSERT_TRUE(bell.wait_until([&] { return *imu->read(s); }));
+  EXPECT_EQ(rig.board->stats().devices[kImu].max_gap_stamp, 1ms);
+  EXPECT_GT(rig.board->stats().devices[kImu].max_gap_arrival, 1ms);
+}
+
+TEST(SimFreeRunning, PlantWithAnotherHostClockIsRefused) {
+  Rig rig([](PlantLink& plant) { static_cast<void>(plant.start_clock(at(0s), linux_os().now() + 2h)); },
+          free_running());
+  const auto status = rig.board->start();
+  ASSERT_FALSE(status);
+  EXPECT_STREQ(status.error().where, "plant reads another host clock than this machine's");
+}
+
+TEST(SimFreeRunning, PlantThatDoesNotAnswerStartWithClockIsRefused) {
+  Rig rig([](PlantLink& plant) { static_cast<void>(plant.grant(at(0s))); }, free_running());
+  const auto status = rig.board->start();
+  ASSERT_FALSE(status);
+  EXPECT_STREQ(status.error().where, "plant does not answer Start with Clock");
+}
+
+class SimFreeCamera : public testing::TestWithParam<bool> {};
+
+TEST_P(SimFreeCamera, FramesArriveWholeWhileThePlantGoesOn) {
+  constexpr std::uint32_t kFrames = 200;
+  SimOptions options = free_running();
+  options.accepts_shared_memory = GetParam();
+  std::atomic<std::uint32_t> taken{0};
+  Rig rig(
+      [&](PlantLink& plant) {
+        ASSERT_TRUE(plant.start_clock(at(0ms), linux_os().now()));
+        for (std::uint32_t n = 1; n <= kFrames; ++n) {
+          while (n - taken.load() > 3) linux_os().sleep_until(linux_os().now() + 50us);
+          const FrameSlot slot = plant.begin_frame(kCamera);
+          for (auto& p : slot.pixels) p = static_cast<std::uint8_t>(n);
+          ASSERT_TRUE(plant.send_frame(kCamera, slot, {at(n * 33ms), at(n * 33ms), 0, n}));
+          ASSERT_TRUE(plant.exchange());
+        }
+        idle(plant);
+      },
+      options);
+  Bell bell;
+  hal::Camera* camera = *rig.board->camera("camera");
+  camera->set_wake(&bell);
+  ASSERT_TRUE(rig.board->start());
+  ImageBox image(256);
+  for (std::uint32_t n = 1; n <= kFrames; ++n) {
+    ASSERT_TRUE(bell.wait_until([&] { return *camera->read(*image); })) << n;
+    ASSERT_EQ(image->frame_number, n);
+    for (std::uint8_t p : image.pixels()) ASSERT_EQ(p, static_cast<std::uint8_t>(n));
+    taken.store(n);
+  }
+  EXPECT_EQ(rig.board->stats().devices[kCamera].lost, 0u);
+  EXPECT_EQ(rig.board->stats().devices[kCamera].overflow, 0u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Frames, SimFreeCamera, testing::Values(true, false),
+                         [](const auto& path) { return path.param ? "InSharedMemory" : "InTheStream"; });
+
+}  // namespace
+}  // namespace sinew::sim_hil

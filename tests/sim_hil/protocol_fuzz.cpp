@@ -1,0 +1,96 @@
+// Both ends of the simulator protocol against a hostile peer. The first byte chooses the end (bit 0: 0 the plant hears
+// the rest, 1 the runtime does), whether the stream comes in small pieces (bit 1), and whether sequence numbers and
+// flags are put right first (bit 2), so that the fuzzer gets behind the framing.
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <vector>
+
+#include "memory_stream.hpp"
+#include "sim_hil/plant_link.hpp"
+#include "sim_hil/sim_board.hpp"
+
+namespace sinew::sim_hil {
+namespace {
+
+using namespace std::chrono_literals;
+
+void repair(std::vector<std::byte>& stream) {
+  std::uint32_t sequence = 0;
+  for (std::size_t at = 0; at + kHeaderBytes <= stream.size(); ++sequence) {
+    std::uint32_t size = 0;
+    std::memcpy(&size, stream.data() + at, sizeof size);
+    std::memcpy(stream.data() + at + 8, &sequence, sizeof sequence);
+    std::memset(stream.data() + at + 12, 0, 4);
+    at += std::max<std::size_t>(size, kHeaderBytes);
+  }
+}
+
+void hear_as_plant(std::unique_ptr<hal::Stream> stream) {
+  PlantDescription plant;
+  plant.name = "fuzz";
+  plant.step = 1ms;
+  plant.devices.resize(2);
+  plant.devices[0].kind = DeviceKind::imu, plant.devices[0].name = "imu";
+  plant.devices[1].kind = DeviceKind::actuators, plant.devices[1].name = "motors", plant.devices[1].channels = 4;
+  std::string why;
+  auto link = PlantLink::accept(std::move(stream), plant, nullptr, why);
+  if (!link || !(*link)->wait_start()) return;
+  for (Time t{0}; (*link)->grant(t); t = t + 1ms) {
+    const Setpoints s = (*link)->setpoints_at(1, t);
+    if (s.valid && (s.count != 4 || !(s.value[0] - s.value[0] == 0)))
+      std::abort();  // an unchecked command came through
+  }
+}
+
+template <class D, class M>
+void read_all(hal::Result<D*> device, M& out) {
+  if (!device) return;
+  for (int i = 0; i < 100; ++i) {
+    auto read = (*device)->read(out);
+    if (read && !*read) return;
+  }
+}
+
+void hear_as_runtime(std::unique_ptr<hal::Stream> stream) {
+  static std::vector<std::uint64_t> memory((sizeof(msg::Image) + 1280 * 960 * 3) / 8 + 1);
+  auto* image = new (memory.data()) msg::Image;
+  image->set_bulk_capacity(1280 * 960 * 3);
+  hal::ManualClock clock;
+  SimOptions options;
+  options.clock = &clock;
+  std::string why;
+  auto board = SimBoard::open(std::move(stream), options, why);
+  if (!board) return;
+  msg::ImuSample imu;
+  msg::RangeSample range;
+  msg::BaroSample baro;
+  auto until = (*board)->next_grant({});
+  for (bool more = true; more; more = until.has_value()) {
+    if (until) clock.set(*until);
+    for (const DeviceInfo& d : (*board)->plant().devices) {
+      if (d.kind == DeviceKind::imu) read_all((*board)->imu(d.name), imu);
+      if (d.kind == DeviceKind::range) read_all((*board)->range(d.name), range);
+      if (d.kind == DeviceKind::baro) read_all((*board)->baro(d.name), baro);
+      if (d.kind == DeviceKind::camera && d.frame_bytes() < 100'000) read_all((*board)->camera(d.name), *image);
+    }
+    if (until) until = (*board)->next_grant(*until);
+  }
+}
+
+}  // namespace
+}  // namespace sinew::sim_hil
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace sinew::sim_hil;
+  if (size == 0) return 0;
+  const auto* bytes = reinterpret_cast<const std::byte*>(data);
+  std::vector<std::byte> stream(bytes + 1, bytes + size);
+  if (data[0] & 4) repair(stream);
+  auto peer = std::make_unique<MemoryStream>(std::move(stream), data[0] & 2 ? 13 : SIZE_MAX);
+  if (data[0] & 1)
+    hear_as_runtime(std::move(peer));
+  else
+    hear_as_plant(std::move(peer));
+  return 0;
+}

@@ -1,0 +1,168 @@
+#include "vision/pad_finder.hpp"
+
+#include "math/convert.hpp"
+#include "math/elementary.hpp"
+
+namespace sinew::vision {
+namespace {
+
+/// Brightness where no great precision is needed: Y, or the green of a colour triple.
+int brightness(const ImageView& image, std::uint32_t x, std::uint32_t y) {
+  const std::uint8_t* row = image.row(y);
+  return image.format == msg::PixelFormat::yuyv ? row[2 * x] : row[3 * x + 1];
+}
+
+double clamp01(double v) { return v < 0 ? 0 : v > 1 ? 1 : v; }
+
+// Far enough from the edge that neither blur nor a shared chroma sample reaches it.
+constexpr std::uint32_t kProbePx = 3;
+constexpr std::size_t kMinPoints = 8;  // of an outline; a circle has three unknowns
+
+}  // namespace
+
+PadFinder::PadFinder(const PadLook& look, const SegmentationLimits& limits) : look_(look), segmentation_(limits) {
+  table_.add(look.colour);
+}
+
+void PadFinder::collect_edges(const ImageView& image, const Blob& blob) {
+  edge_count_ = 0;
+  const auto add = [&](std::uint32_t x, std::uint32_t y, bool left) {  // x: the first pixel that is not the region's
+    if (edge_count_ == kMaxEdges) return;
+    const std::uint32_t in = left ? x + kProbePx : x - kProbePx;
+    const bool room = left ? x + 1 >= kProbePx : x + kProbePx <= image.width;
+    const std::uint32_t out = !room ? x : left ? x + 1 - kProbePx : x - 1 + kProbePx;
+    const double border = left ? x + 0.5 : x - 0.5;
+    edges_[edge_count_++] = {{border, double(y)}, left, brightness(image, out, y) > brightness(image, in, y)};
+  };
+  const auto runs = segmentation_.runs(blob.colour);
+  for (std::size_t i = 0; i < runs.size();) {
+    if (runs[i].label != blob.region) {
+      ++i;
+      continue;
+    }
+    const std::uint32_t y = runs[i].y, x0 = runs[i].x0;
+    std::uint32_t x1 = 0;
+    for (; i < runs.size() && runs[i].y == y; ++i)
+      if (runs[i].label == blob.region) x1 = runs[i].x1;
+    if (x1 - x0 < 2 * kProbePx) continue;  // too short to tell inside from outside
+    if (x0 > 0) add(x0 - 1, y, true);
+    if (x1 < image.width) add(x1, y, false);
+  }
+}
+
+/// Circle of the edges of one kind; twice without those that lie far from it (a shadow's rim, something on the pad).
+Circle PadFinder::fit(bool bright) {
+  point_count_ = 0;
+  for (std::size_t i = 0; i < edge_count_; ++i)
+    if (edges_[i].bright == bright) points_[point_count_++] = edges_[i].at;
+  Circle c;
+  for (int round = 0; round < 3; ++round) {
+    if (point_count_ < kMinPoints) return {};
+    c = fit_circle({points_.data(), point_count_});
+    if (!c.valid) return c;
+    const double limit = c.rms < 0.6 ? 1.5 : 2.5 * c.rms;
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < point_count_; ++i) {
+      const double dx = points_[i].x - c.x, dy = points_[i].y - c.y;
+      if (math::fabs(math::sqrt(dx * dx + dy * dy) - c.radius) <= limit) points_[kept++] = points_[i];
+    }
+    if (kept == point_count_) break;
+    point_count_ = kept;
+  }
+  return c;
+}
+
+/// How much of the circle, where the image shows it, has the pad's colour.
+double PadFinder::fill(const ImageView& image, const Circle& c) const {
+  const double top = math::floor(c.y - c.radius), bottom = math::ceil(c.y + c.radius);
+  if (bottom < 0 || top > image.height) return 0;
+  const auto runs = segmentation_.runs(1);
+  double visible = 0, coloured = 0;
+  std::size_t i = 0;
+  for (auto y = math::to_integer<std::uint32_t>(top); y < image.height && y <= bottom; ++y) {
+    const double dy = y - c.y, half = math::sqrt(math::fabs(c.radius * c.radius - dy * dy));
+    if (math::fabs(dy) >= c.radius) continue;
+    const double from = c.x - half > 0 ? c.x - half : 0, to = c.x + half < image.width ? c.x + half : image.width;
+    if (from >= to) continue;
+    visible += to - from;
+    while (i < runs.size() && runs[i].y < y) ++i;
+    for (; i < runs.size() && runs[i].y == y; ++i) {
+      const double x0 = runs[i].x0 > from ? runs[i].x0 : from, x1 = runs[i].x1 < to ? runs[i].x1 : to;
+      if (x1 > x0) coloured += x1 - x0;
+    }
+  }
+  return visible > 0 ? coloured / visible : 0;
+}
+
+PadCircle PadFinder::judge(const ImageView& image, const Circle& circle, bool bright) const {
+  PadCircle pad;
+  if (!circle.valid || point_count_ < kMinPoints) return pad;
+  // The region must lie inside of the circle: left ends left of the centre. (The outer edge of the ring is no circle
+  // around the region that it bounds.)
+  std::size_t same = 0, fitting = 0;
+  for (std::size_t i = 0; i < edge_count_; ++i) {
+    if (edges_[i].bright != bright) continue;
+    ++same;
+    fitting += edges_[i].left == (edges_[i].at.x < circle.x);
+  }
+  // A circle has two ends in each of its 2 r rows.
+  pad.coverage = clamp01(static_cast<double>(point_count_) / (4 * circle.radius));
+  const double smooth = clamp01(1.5 - circle.rms / (0.04 * circle.radius + 0.4));
+  const double agreeing = clamp01((static_cast<double>(point_count_) / static_cast<double>(same) - 0.4) / 0.3);
+  // The paint inside (ring and H) leaves 0.89 of the pad and 0.86 of the ring's inside in the pad's colour.
+  pad.fill = fill(image, circle);
+  const double filled = clamp01((pad.fill - 0.6) / 0.15);
+  pad.confidence = smooth * agreeing * filled * clamp01(pad.coverage / 0.2) * clamp01(circle.radius / 5);
+  pad.circle = circle;
+  pad.is_mark = bright;
+  pad.radius_m = bright ? look_.mark_radius_m : look_.radius_m;
+  pad.found = 10 * fitting >= 8 * same && pad.confidence > 0.05;
+  return pad;
+}
+
+namespace {
+
+/// More metres of outline in sight is the better measurement, as far as the outline is round.
+double weight(const PadCircle& pad) { return pad.found ? pad.confidence * pad.coverage * pad.radius_m : 0; }
+
+/// The image of a circle's centre lies off the centre of the circle's image by k * radius^2 with the same k for circles
+/// in one plane: two concentric ones give k.
+/// Source:  first order of the projection of a tilted circle: k = tilt * f / range^2.
+void correct_perspective(const PadCircle& edge, const PadCircle& mark, PadCircle& best) {
+  const double ratio = mark.circle.radius / edge.circle.radius, expected = mark.radius_m / edge.radius_m;
+  if (edge.coverage < 0.6 || mark.coverage < 0.6 || math::fabs(ratio / expected - 1) > 0.15) return;
+  const double share = mark.radius_m * mark.radius_m / (edge.radius_m * edge.radius_m - mark.radius_m * mark.radius_m);
+  best.circle.x = mark.circle.x + share * (mark.circle.x - edge.circle.x);
+  best.circle.y = mark.circle.y + share * (mark.circle.y - edge.circle.y);
+}
+
+}  // namespace
+
+PadCircle PadFinder::find(const ImageView& image) {
+  if (!segmentation_.by_table(image, table_)) return {};
+  const auto blobs = segmentation_.blobs();
+  std::array<const Blob*, kCandidates> largest{};
+  for (const Blob& b : blobs) {
+    const Blob* candidate = &b;
+    for (const Blob*& place : largest)
+      if (candidate != nullptr && (place == nullptr || candidate->area_px > place->area_px))
+        std::swap(candidate, place);
+  }
+  PadCircle edge, mark;
+  for (const Blob* blob : largest) {
+    if (blob == nullptr || 20 * blob->area_px < largest[0]->area_px) break;  // crumbs beside the pad
+    collect_edges(image, *blob);
+    for (const bool bright : {false, true}) {
+      if (bright && look_.mark_radius_m <= 0) continue;
+      const PadCircle pad = judge(image, fit(bright), bright);
+      PadCircle& best = bright ? mark : edge;
+      if (weight(pad) > weight(best)) best = pad;
+    }
+  }
+  PadCircle best = weight(edge) >= weight(mark) ? edge : mark;
+  if (edge.found && mark.found) correct_perspective(edge, mark, best);
+  best.blobs = static_cast<std::uint32_t>(blobs.size());
+  return best;
+}
+
+}  // namespace sinew::vision
