@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "math/convert.hpp"
 #include "rt/fp_mode.hpp"
 
 namespace sinew::rt {
@@ -115,7 +116,7 @@ Duration DiscreteExecutor::model_time(Model& model, Duration measured) {
       return d;
     }
     case ExecModel::Kind::measured:
-      return Duration{static_cast<std::int64_t>(static_cast<double>(measured.count()) * e.factor)};
+      return Duration{math::to_integer<std::int64_t>(static_cast<double>(measured.count()) * e.factor)};
     case ExecModel::Kind::none:
       break;  // refused by the check
   }
