@@ -1,0 +1,120 @@
+"""Flies whole robots through the `sinew` program: the same seed gives the same bytes, and no step makes a trapped call."""
+import os
+import re
+import subprocess
+import sys
+import unittest
+
+SINEW, TRAPPED, ROBOTS = sys.argv[1:4]
+LIMIT_S = 300
+
+
+def run(program, *arguments):
+    done = subprocess.run([program, *arguments], capture_output=True, text=True, timeout=LIMIT_S)
+    return done.returncode, done.stdout, done.stderr
+
+
+def hashes(text):
+    return re.findall(r"^hash (\S+)\s+([0-9a-f]{16})$", text, re.M)
+
+
+class Flight(unittest.TestCase):
+    def fly(self, program, *arguments):
+        code, out, err = run(program, "run", f"{ROBOTS}/quad.toml", "--virtual", *arguments)
+        self.assertEqual(code, 0, out + err)
+        return out
+
+    def test_lands_on_the_pad_and_the_same_seed_gives_the_same_bytes_on_every_topic(self):
+        first = self.fly(SINEW, "--seed", "3")
+        # The second flight is the program with the trap in it: whatever a step must not call would end it.
+        second = self.fly(TRAPPED, "--seed", "3")
+        self.assertIn("landed on the pad, valid run", first)
+        self.assertGreaterEqual(len(hashes(first)), 13)
+        self.assertEqual(hashes(first), hashes(second))
+
+    def test_another_seed_is_another_flight(self):
+        one = run(SINEW, "run", f"{ROBOTS}/quad.toml", "--virtual", "--seed", "1", "--duration", "2")[1]
+        two = run(SINEW, "run", f"{ROBOTS}/quad.toml", "--virtual", "--seed", "2", "--duration", "2")[1]
+        self.assertNotEqual(dict(hashes(one))["imu.raw"], dict(hashes(two))["imu.raw"])
+
+    def test_a_run_that_does_not_land_fails(self):
+        code, out, _ = run(SINEW, "run", f"{ROBOTS}/quad.toml", "--virtual", "--duration", "3")
+        self.assertEqual(code, 1)
+        self.assertIn("did not land", out)
+
+    def test_the_runtime_flies_in_real_time(self):
+        # Where the host takes its processors away the flight may be invalid or end elsewhere; that the program runs,
+        # stops and reports is what a shared machine can promise.
+        code, out, err = run(SINEW, "run", f"{ROBOTS}/quad.toml", "--duration", "3", "--plain")
+        self.assertEqual(code, 1, out + err)
+        self.assertRegex(out, r"stabilise +\d\d+ cycles")
+        self.assertIn("result", out)
+        self.assertIn("longest IMU gap", out)
+
+
+class CommandLine(unittest.TestCase):
+    def test_check_accepts_our_robots_and_prints_their_slots(self):
+        for robot in ("quad.toml", "mav_dataset.toml"):
+            code, out, err = run(SINEW, "check", f"{ROBOTS}/{robot}")
+            self.assertEqual(code, 0, err)
+            self.assertIn("no problems", out)
+            self.assertRegex(out, r"camera.raw +\d+ = +2 \+")
+
+    def test_check_names_every_problem_of_a_broken_robot(self):
+        broken = os.path.join(os.path.dirname(ROBOTS), "examples", "broken_robot.toml")
+        code, _, err = run(SINEW, "check", broken)
+        self.assertEqual(code, 1)
+        self.assertIn(f"{broken}:2: robot.colour: \"red\": unknown key", err)
+        self.assertIn(f"{broken}:6: thread.control.priority: 150: an integer from 0 to 98", err)
+
+    def test_graph_shows_threads_and_bindings(self):
+        code, out, _ = run(SINEW, "graph", f"{ROBOTS}/quad.toml")
+        self.assertEqual(code, 0)
+        self.assertIn("thread stabilise: priority 80, every 1 ms", out)
+        self.assertRegex(out, r"<- imu +imu.raw \(queue of 16\)")
+        code, out, _ = run(SINEW, "graph", f"{ROBOTS}/quad.toml", "--dot")
+        self.assertTrue(out.startswith("digraph \"quad\""))
+        self.assertIn("\"filter\" -> \"attitude\" [label=\"filter.state\"]", out)
+
+    def test_what_is_wrong_on_the_command_line_ends_with_2_and_its_reason(self):
+        quad = f"{ROBOTS}/quad.toml"
+        for arguments, words in (
+                (["run", "no_such.toml"], "a robot file that can be read"),
+                (["run", quad, "--set", "mixer.nothing=1"], "module.mixer.params.nothing"),
+                (["run", quad, "--set", "nobody.x=1"], "no module nobody"),
+                (["run", quad, "--plant", "unix:/no/such/socket"], "no plant at unix:/no/such/socket"),
+                (["run", quad, "--board", "moon"], "board \"moon\""),
+                (["run", quad, "--camera", "9x9"], "--camera 9x9"),
+                (["run", f"{ROBOTS}/mav_dataset.toml", "--data", "/no/such/folder"], "/no/such/folder"),
+                (["run", f"{ROBOTS}/mav_dataset.toml"], "--data DIR"),
+                (["fly"], "")):
+            code, out, err = run(SINEW, *arguments)
+            self.assertEqual(code, 2, (arguments, out, err))
+            self.assertIn(words, err)
+
+
+class RecordedFlight(unittest.TestCase):
+    def setUp(self):
+        data = os.environ.get("SINEW_DATA", "")
+        self.folder = os.path.join(data, "euroc_v1_01")
+        if not data or not os.path.isdir(self.folder):
+            self.skipTest("SINEW_DATA names no folder with euroc_v1_01 in it: the recorded flight was not run")
+
+    def tilt(self, *arguments):
+        code, out, err = run(SINEW, "run", f"{ROBOTS}/mav_dataset.toml", "--data", self.folder, "--virtual", *arguments)
+        self.assertEqual(code, 0, out + err)
+        return float(re.search(r"tilt error +([0-9.]+) deg RMS", out).group(1)), out
+
+    def test_tilt_stays_below_two_degrees_also_from_mid_flight(self):
+        for start in ("0", "10", "20", "30"):
+            self.assertLess(self.tilt("--from", start)[0], 2.0, start)
+
+    def test_a_standing_vehicle_shows_no_motion(self):
+        self.assertRegex(self.tilt()[1], r"motion field +\d+ fields, 0 report motion")
+
+    def test_the_same_record_gives_the_same_bytes(self):
+        self.assertEqual(hashes(self.tilt()[1]), hashes(self.tilt()[1]))
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[4:]], verbosity=2)
