@@ -61,7 +61,8 @@ struct Topic {
   }
   void write(std::int64_t n, msg::Time now) {
     mark(out.loan(), n);
-    commit.commit({now});
+    info.now = now;
+    commit.commit(info);
   }
   bool read(std::int64_t n) {
     latch.latch();
@@ -73,6 +74,7 @@ struct Topic {
   rt::SegmentPlan plan;
   rt::Segment segment;
   rt::Commit commit;
+  rt::CommitInfo info;
   rt::Latch latch;
   rt::Out<M> out;
   rt::In<M> in;

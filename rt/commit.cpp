@@ -8,48 +8,104 @@
 namespace sinew::rt {
 namespace {
 
-constexpr std::uint32_t kNoStamp = 0xFFFFFFFF;
-
+/// Where the header's stamp comes from, counted from the header: the message's `stamp`, or a place that is always 0.
 std::uint32_t stamp_offset(const msg::TypeInfo& type) {
   for (const msg::FieldInfo& f : type.fields)
-    if (f.name == "stamp" && f.kind == msg::Kind::i64 && !f.is_array) return f.offset;
-  return kNoStamp;
+    if (f.name == "stamp" && f.kind == msg::Kind::i64 && !f.is_array)
+      return static_cast<std::uint32_t>(sizeof(SlotHeader)) + f.offset;
+  return offsetof(SlotHeader, reserved);
 }
+
+/// In pieces of 16 bytes, which gcc 12 does not choose by itself.
+inline void copy_origins(std::int64_t* to, const std::int64_t* from) {
+  typedef long long Two __attribute__((vector_size(16)));
+#pragma GCC unroll 4
+  for (std::size_t c = 0; c < kMaxChains; c += 2) {
+    Two two;
+    std::memcpy(&two, from + c, sizeof two);
+    std::memcpy(to + c, &two, sizeof two);
+  }
+}
+
+/// The floating-point fields as pieces of 16 bytes, to look at them fast: most messages hold no NaN, and
+/// msg::canonicalise() does the work where there is some. A piece may reach over its field: then it is looked at in
+/// vain.
+struct NanPieces {
+  std::vector<std::uint32_t> doubles, floats;  // offsets
+
+  explicit NanPieces(std::span<const msg::FloatRun> runs = {}) {
+    for (const msg::FloatRun& run : runs) {
+      const std::uint32_t size = run.is_f64 ? 8 : 4, end = run.offset + run.count * size;
+      for (std::uint32_t at = run.offset; at < end; at += 16)
+        (run.is_f64 ? doubles : floats).push_back(at + 16 > end && end >= 16 ? end - 16 : at);
+    }
+  }
+  bool may_hold_nan(const std::byte* message) const {
+    return unlike_itself<double>(doubles, message) || unlike_itself<float>(floats, message);
+  }
+
+ private:
+  template <class Real>
+  static bool unlike_itself(std::span<const std::uint32_t> pieces, const std::byte* message) {
+    typedef Real Vector __attribute__((vector_size(16)));
+    typedef long long Mask __attribute__((vector_size(16)));
+    if (pieces.empty()) return false;
+    Mask found{};
+    for (const std::uint32_t at : pieces) {
+      Vector v;
+      std::memcpy(&v, message + at, sizeof v);
+      found |= reinterpret_cast<Mask>(v != v);
+    }
+    return (found[0] | found[1]) != 0;
+  }
+};
 
 }  // namespace
 
-struct Commit::Output {
+struct alignas(64) CommitOutput {
   TopicWriter<StdAtomics> writer;
+  // The writer's hand. Slots go out in the order in which they were owned: loans first, then the spare from the top.
+  std::uint32_t loans = 0;      // in `hand`
+  std::uint32_t spares = 0;     // in `spare`: owned, given back by cancel() or discard(); the top is the oldest
+  std::uint32_t committed = 0;  // the first of `hand` after a commit, until the next loan
+  std::uint32_t burst;
+  std::unique_ptr<SlotHeader*[]> hand, spare;
   std::byte* slots;
   std::size_t stride;
-  std::uint32_t burst;
-  std::uint32_t owned = 0;  // slots in hand: loans of this step, then what earlier steps gave back
-  std::uint32_t loans = 0;
-  std::uint32_t committed = 0;
+  const SlotHeader** newest;  // of the segment's topic
   // What a message needs.
-  const msg::TypeInfo* type;
-  bool has_floats;
-  void (*reset)(void*);
-  void (*set_bulk_capacity)(void*, std::uint32_t);
   std::uint32_t bulk_bytes, stamp_at, source_chains;
-  std::vector<Segment::Queue*> queues;
-  std::unique_ptr<std::uint32_t[]> hand;                 // owned slots, loans first
-  std::unique_ptr<const SlotHeader*[]> committed_slots;  // of the last commit
-  std::unique_ptr<std::uint32_t[]> published;            // per slot: its newest sequence
-  TopicId topic;
+  NanPieces pieces;
+  const msg::TypeInfo* type;
+  std::vector<SlotQueue<StdAtomics>*> queues;
+  std::unique_ptr<std::uint32_t[]> published;  // per slot: its newest sequence
   std::string_view name;
+  TopicId topic;
+  const Commit* owner;
+  std::uint32_t index;
 
-  SlotHeader* slot(std::uint32_t i) const { return reinterpret_cast<SlotHeader*>(slots + i * stride); }
+  SlotHeader* claim() noexcept;
+  [[gnu::noinline]] SlotHeader* claim_any() noexcept;
+  SlotHeader* take_in_hand(SlotHeader* header) noexcept;
+  std::byte* message(std::uint32_t loan) const { return static_cast<std::byte*>(hand[loan]->message()); }
+  bool cancel() noexcept;
+  void discard() noexcept;
+  void fill(SlotHeader* header, std::uint32_t number, const CommitInfo& info) const noexcept;
+  bool publish_one(std::uint32_t number, const CommitInfo& info) noexcept;
+  void publish_all(std::uint32_t number, const CommitInfo& info) noexcept;
+  std::span<const SlotHeader* const> last_committed() const noexcept { return {hand.get(), committed}; }
 };
 
 Commit::Commit(Segment& segment, WriterId writer)
-    : log_(segment.log(writer)), number_(log_.number->load(std::memory_order_relaxed)), output_count_(log_.outputs) {
-  outputs_ = std::make_unique<Output[]>(output_count_);
+    : log_(segment.log(writer)),
+      number_(log_.number->load(std::memory_order_relaxed)),
+      output_count_(log_.record_words - 1) {
+  outputs_ = std::make_unique<CommitOutput[]>(output_count_);
   for (std::uint32_t i = 0; i < output_count_; ++i) {
-    Output& out = outputs_[i];
+    CommitOutput& out = outputs_[i];
     const TopicId t = segment.topic_of(writer, i);
     const TopicEntry& entry = segment.entry(t);
-    const Segment::Topic& topic = segment.topics_[t];
+    Segment::Topic& topic = segment.topics_[t];
     out.published = std::make_unique<std::uint32_t[]>(entry.slot_count);
     out.queues = topic.queues;
     out.writer.ring = segment.ring(t);
@@ -64,14 +120,15 @@ Commit::Commit(Segment& segment, WriterId writer)
     out.stride = entry.slot_stride;
     out.burst = topic.sum.burst;
     out.type = topic.plan.type;
-    out.has_floats = !topic.plan.type->floats.empty();
-    out.reset = topic.plan.type->reset;
-    out.set_bulk_capacity = topic.plan.type->set_bulk_capacity;
+    out.pieces = NanPieces(topic.plan.type->floats);
     out.bulk_bytes = topic.plan.bulk_bytes;
     out.stamp_at = stamp_offset(*topic.plan.type);
     out.source_chains = topic.plan.source_chains;
-    out.hand = std::make_unique<std::uint32_t[]>(out.burst);
-    out.committed_slots = std::make_unique<const SlotHeader*[]>(out.burst);
+    out.hand = std::make_unique<SlotHeader*[]>(out.burst);
+    out.spare = std::make_unique<SlotHeader*[]>(out.burst);
+    out.newest = &topic.newest;
+    out.owner = this;
+    out.index = i;
     out.topic = t;
     out.name = topic.plan.name;
   }
@@ -80,86 +137,139 @@ Commit::Commit(Segment& segment, WriterId writer)
 Commit::~Commit() = default;
 
 void Commit::bind(OutputBase& port, std::uint32_t output) {
-  port.commit_ = this;
-  port.index_ = output;
-  port.burst_ = outputs_[output].burst;
+  port.output_ = &outputs_[output];
+  port.bulk_bytes_ = outputs_[output].bulk_bytes;
 }
 
-std::uint32_t Commit::own_slot(Output& out) noexcept {
-  const std::uint32_t slot = out.writer.own();
-  if (slot == kNoSlot) bug("out of slots: somebody holds more messages than planned", out.name);
-  return slot;
+/// A slot in hand, its message as it was left; null when the burst is used up. The straight path makes no call.
+inline SlotHeader* CommitOutput::claim() noexcept {
+  if (loans == burst || spares != 0 || writer.shared) return claim_any();
+  return take_in_hand(reinterpret_cast<SlotHeader*>(slots + writer.own_in_turn() * stride));
 }
 
-void* Commit::try_loan(std::uint32_t output) noexcept {
-  Output& out = outputs_[output];
-  if (out.loans == out.burst) return nullptr;
-  if (out.loans == out.owned) out.hand[out.owned++] = own_slot(out);
-  void* message = out.slot(out.hand[out.loans++])->message();
-  out.reset(message);
-  if (out.set_bulk_capacity) out.set_bulk_capacity(message, out.bulk_bytes);
-  loaned_ |= 1U << output;
-  return message;
+SlotHeader* CommitOutput::claim_any() noexcept {
+  if (loans == burst) return nullptr;
+  if (spares != 0) return take_in_hand(spare[--spares]);
+  const std::uint32_t slot = writer.own();
+  if (slot == kNoSlot) bug("out of slots: somebody holds more messages than planned", name);
+  return take_in_hand(reinterpret_cast<SlotHeader*>(slots + slot * stride));
 }
 
-bool Commit::cancel(std::uint32_t output) noexcept {
-  Output& out = outputs_[output];
-  if (out.loans == 0) return false;
-  if (--out.loans == 0) loaned_ &= ~(1U << output);
+inline SlotHeader* CommitOutput::take_in_hand(SlotHeader* header) noexcept {
+  hand[loans++] = header;
+  return header;
+}
+
+inline bool CommitOutput::cancel() noexcept {
+  if (loans == 0) return false;
+  spare[spares++] = hand[--loans];
   return true;
 }
 
-std::uint32_t Commit::loans(std::uint32_t output) const noexcept { return outputs_[output].loans; }
-
-void Commit::publish(Output& out, std::uint32_t slot, const CommitInfo& info) noexcept {
-  SlotHeader* header = out.slot(slot);
-  auto* message = static_cast<std::byte*>(header->message());
-  if (out.has_floats) msg::canonicalise(*out.type, message);
-  header->sequence = out.writer.next_sequence;
-  header->commit = number_;
-  header->stamp = {};
-  if (out.stamp_at != kNoStamp) std::memcpy(&header->stamp, message + out.stamp_at, sizeof header->stamp);
-  header->published = info.now;
-  std::memcpy(header->origin_ns, info.origin_ns, sizeof header->origin_ns);
-  for (std::uint32_t chains = out.source_chains; chains; chains &= chains - 1)
-    header->origin_ns[std::countr_zero(chains)] = header->stamp.ns;
-
-  out.committed_slots[out.committed++] = header;
-  out.writer.publish(slot);
+void CommitOutput::discard() noexcept {
+  while (cancel()) {
+  }
+  committed = 0;
 }
 
-std::uint32_t Commit::commit(const CommitInfo& info) noexcept {
-  const std::uint32_t mask = loaned_;
-  for (std::uint32_t bits = committed_; bits; bits &= bits - 1) outputs_[std::countr_zero(bits)].committed = 0;
-  committed_ = mask;
-  if (mask == 0) return 0;
-  loaned_ = 0;
-  log_.open(++number_);
-  for (std::uint32_t i = 0; i < output_count_; ++i) {
-    Output& out = outputs_[i];
-    if (mask >> i & 1) {
-      for (std::uint32_t k = 0; k < out.loans; ++k) publish(out, out.hand[k], info);
-      out.owned -= out.loans;
-      for (std::uint32_t k = 0; k < out.owned; ++k) out.hand[k] = out.hand[out.loans + k];
-      out.loans = 0;
-    }
-    log_.set_last(number_, i, out.writer.next_sequence - 1);
+[[gnu::always_inline]] inline void CommitOutput::fill(SlotHeader* header, std::uint32_t number,
+                                                      const CommitInfo& info) const noexcept {
+  header->sequence = writer.next_sequence;
+  header->commit = number;
+  std::memcpy(&header->stamp, reinterpret_cast<std::byte*>(header) + stamp_at, sizeof header->stamp);
+  header->published = info.now;
+  copy_origins(header->origin_ns, info.origin_ns);
+  for (std::uint32_t chains = source_chains; chains; chains &= chains - 1)
+    header->origin_ns[std::countr_zero(chains)] = header->stamp.ns;
+  *newest = header;
+}
+
+void CommitOutput::publish_all(std::uint32_t number, const CommitInfo& info) noexcept {
+  for (std::uint32_t k = 0; k < loans; ++k) {
+    if (pieces.may_hold_nan(message(k))) msg::canonicalise(*type, message(k));
+    fill(hand[k], number, info);
+    writer.publish(hand[k]->slot);
   }
+  committed = loans;
+  loans = 0;
+}
+
+/// What most commits are, in a straight line without a call: one message on the only output, seen in this thread only.
+/// False, with nothing done, where it is more.
+inline bool CommitOutput::publish_one(std::uint32_t number, const CommitInfo& info) noexcept {
+  if (loans != 1 || writer.shared || pieces.may_hold_nan(message(0))) return false;
+  fill(hand[0], number, info);
+  writer.publish_in_turn(hand[0]->slot);
+  committed = 1;
+  loans = 0;
+  return true;
+}
+
+void* Commit::try_loan(std::uint32_t output) noexcept {
+  CommitOutput& out = outputs_[output];
+  SlotHeader* header = out.claim();
+  if (!header) return nullptr;
+  void* message = header->message();
+  out.type->reset(message);
+  if (out.type->set_bulk_capacity) out.type->set_bulk_capacity(message, out.bulk_bytes);
+  return message;
+}
+bool Commit::cancel(std::uint32_t output) noexcept { return outputs_[output].cancel(); }
+std::uint32_t Commit::loans(std::uint32_t output) const noexcept { return outputs_[output].loans; }
+
+std::uint32_t Commit::commit(const CommitInfo& info) noexcept {
+  const std::uint32_t number = number_ + 1;
+  if (output_count_ != 1 || !outputs_[0].publish_one(number, info)) return commit_any(info);
+  number_ = number;
+  log_.set_last(log_.open(number), 0, outputs_[0].writer.next_sequence - 1);
+  log_.publish(number);
+  return committed_ = 1;
+}
+
+std::uint32_t Commit::commit_any(const CommitInfo& info) noexcept {
+  committed_ = 0;
+  for (std::uint32_t i = 0; i < output_count_; ++i) committed_ |= (outputs_[i].loans != 0 ? 1U : 0U) << i;
+  if (committed_ == 0) return 0;
+  ++number_;
+  for (std::uint32_t i = 0; i < output_count_; ++i) outputs_[i].publish_all(number_, info);
+  StdAtomics::Word* record = log_.open(number_);
+  for (std::uint32_t i = 0; i < output_count_; ++i) log_.set_last(record, i, outputs_[i].writer.next_sequence - 1);
   log_.publish(number_);
-  return mask;
+  return committed_;
 }
 
 void Commit::discard() noexcept {
-  for (std::uint32_t bits = loaned_; bits; bits &= bits - 1) outputs_[std::countr_zero(bits)].loans = 0;
-  for (std::uint32_t bits = committed_; bits; bits &= bits - 1) outputs_[std::countr_zero(bits)].committed = 0;
-  loaned_ = committed_ = 0;
+  committed_ = 0;
+  for (std::uint32_t i = 0; i < output_count_; ++i) outputs_[i].discard();
 }
 
 std::span<const SlotHeader* const> Commit::committed(std::uint32_t output) const noexcept {
-  const Output& out = outputs_[output];
-  return {out.committed_slots.get(), out.committed};
+  if ((committed_ >> output & 1) == 0) return {};
+  return outputs_[output].last_committed();
 }
 
 TopicId Commit::topic(std::uint32_t output) const noexcept { return outputs_[output].topic; }
+
+// ---- the ports' side
+
+void* OutputBase::claim() {
+  SlotHeader* header = output_->claim();
+  if (!header) bug("more loans in one step than the declared burst", output_->name);
+  return header->message();
+}
+
+void* OutputBase::try_claim() {
+  SlotHeader* header = output_->claim();
+  return header ? header->message() : nullptr;
+}
+
+void OutputBase::cancel_newest() {
+  if (!output_->cancel()) bug("cancel() without a loan", output_->name);
+}
+
+const void* OutputBase::newest_committed() const {
+  const auto slots = output_->owner->committed(output_->index);
+  return slots.empty() ? nullptr : slots.back()->message();
+}
 
 }  // namespace sinew::rt

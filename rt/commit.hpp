@@ -48,16 +48,13 @@ class Commit {
   TopicId topic(std::uint32_t output) const noexcept;
 
  private:
-  struct Output;
-  std::uint32_t own_slot(Output& out) noexcept;
-  void publish(Output& out, std::uint32_t slot, const CommitInfo& info) noexcept;
+  [[gnu::noinline]] std::uint32_t commit_any(const CommitInfo& info) noexcept;
 
   CommitLog<StdAtomics> log_;
   std::uint32_t number_ = 0;
-  std::uint32_t loaned_ = 0;     // bit i: output i has loans
   std::uint32_t committed_ = 0;  // bit i: the last commit had messages on output i
   std::uint32_t output_count_ = 0;
-  std::unique_ptr<Output[]> outputs_;
+  std::unique_ptr<CommitOutput[]> outputs_;
 };
 
 }  // namespace sinew::rt

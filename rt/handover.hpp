@@ -125,21 +125,27 @@ template <class A>
 struct CommitLog {
   typename A::Word* number = nullptr;
   typename A::Word* records = nullptr;
-  std::uint32_t mask = 0;  // records - 1
-  std::uint32_t outputs = 0;
+  std::uint32_t mask = 0;          // records - 1
+  std::uint32_t record_words = 0;  // 1 + outputs
 
-  typename A::Word* record(std::uint32_t n) const { return records + std::size_t{n & mask} * (outputs + 1); }
+  using Word = typename A::Word;
+  Word* record(std::uint32_t n) const { return records + std::size_t{n & mask} * record_words; }
 
-  void open(std::uint32_t n) { record(n)[0].store(n, std::memory_order_relaxed); }
-  void set_last(std::uint32_t n, std::uint32_t output, std::uint32_t sequence) {
-    record(n)[1 + output].store(sequence, A::kRecordStore);
+  /// Writer, in this order: the record of commit n, the last sequence of every output, then the number.
+  Word* open(std::uint32_t n) const {
+    Word* at = record(n);
+    at->store(n, std::memory_order_relaxed);
+    return at;
   }
-  void publish(std::uint32_t n) { number->store(n, A::kNumberStore); }
+  static void set_last(Word* at, std::uint32_t output, std::uint32_t sequence) {
+    at[1 + output].store(sequence, A::kRecordStore);
+  }
+  void publish(std::uint32_t n) const { number->store(n, A::kNumberStore); }
 
+  /// Reader, in this order: n, the sequences in record(n), then whether the record still is that of commit n.
   std::uint32_t newest() const { return number->load(A::kNumberLoad); }
-  std::uint32_t last(std::uint32_t n, std::uint32_t output) const { return record(n)[1 + output].load(A::kRecordLoad); }
-  /// True when all that last() gave since newest() belongs to commit n.
-  bool holds(std::uint32_t n) const { return record(n)[0].load(std::memory_order_relaxed) == n; }
+  static std::uint32_t last(const Word* at, std::uint32_t output) { return at[1 + output].load(A::kRecordLoad); }
+  static bool holds(const Word* at, std::uint32_t n) { return at->load(std::memory_order_relaxed) == n; }
 };
 
 /// Slot indices on their way to one drop-newest connection. One writer, one reader. Each slot in it is pinned once.
@@ -205,31 +211,41 @@ struct TopicWriter {
   /// A slot that is neither among the newest `keep` nor held by anybody; kNoSlot when there is none. With the planned
   /// number of slots one is free at every instant. A round fails only if a reader moved meanwhile, and a reader moves
   /// to a slot other than the newest at most twice without a commit: twice as many rounds as slots always suffice.
-  std::uint32_t own() {
+  std::uint32_t own() { return shared ? own_shared() : own_in_turn(); }
+  std::uint32_t own_in_turn() {
+    const std::uint32_t slot = cursor;
+    cursor = slot + 1 == slot_count ? 0 : slot + 1;
+    return slot;
+  }
+
+  /// Publishes an owned slot whose header holds next_sequence. It becomes visible with the commit.
+  void publish(std::uint32_t slot) {
+    if (shared) give(slot);
+    publish_in_turn(slot);
+  }
+  void publish_in_turn(std::uint32_t slot) { ring.name(next_sequence++, slot); }
+
+ private:
+  std::uint32_t own_shared() {
     for (std::uint32_t look = 0; look < 2 * slot_count * slot_count; ++look) {
       const std::uint32_t slot = cursor;
       cursor = slot + 1 == slot_count ? 0 : slot + 1;
-      if (!shared) return slot;
       if (next_sequence - published[slot] > keep && ring.states[slot].try_own()) return slot;
     }
     return kNoSlot;
   }
 
-  /// Publishes an owned slot whose header holds next_sequence. It becomes visible with the commit.
-  void publish(std::uint32_t slot) {
+  void give(std::uint32_t slot) {
     published[slot] = next_sequence;
-    if (shared) {
-      std::uint32_t pins = 0, takers = 0;  // decided once: a reader may make room at any moment
-      for (std::uint32_t i = 0; i < queue_count; ++i) {
-        if (!queues[i]->has_room()) continue;
-        ++pins;
-        takers |= 1U << i;
-      }
-      ring.states[slot].publish(pins);
-      for (std::uint32_t i = 0; takers != 0; ++i, takers >>= 1)
-        if (takers & 1) queues[i]->push(slot);
+    std::uint32_t pins = 0, takers = 0;  // decided once: a reader may make room at any moment
+    for (std::uint32_t i = 0; i < queue_count; ++i) {
+      if (!queues[i]->has_room()) continue;
+      ++pins;
+      takers |= 1U << i;
     }
-    ring.name(next_sequence++, slot);
+    ring.states[slot].publish(pins);
+    for (std::uint32_t i = 0; takers != 0; ++i, takers >>= 1)
+      if (takers & 1) queues[i]->push(slot);
   }
 };
 

@@ -37,13 +37,13 @@ class Latch {
  private:
   struct Port;
   struct Group;  // the ports on outputs of one writer
-  bool take_group(Group& group) noexcept;
-  static bool take(Port& port) noexcept;
-  static bool take_newest(Port& port, std::uint32_t count) noexcept;
-  static void undo(Port& port) noexcept;
+  struct Near;   // a latest port on an output of the same thread
+
+  void take_groups() noexcept;
 
   Segment& segment_;
   std::vector<Group> groups_;
+  std::vector<Near> near_;
 };
 
 }  // namespace sinew::rt

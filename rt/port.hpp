@@ -3,6 +3,7 @@
 // by the executor before a step and emptied after it. A reference or pointer taken from a port ends with the step.
 #include <cstddef>
 #include <cstdint>
+#include <new>
 #include <span>
 
 #include "msg/describe.hpp"
@@ -23,7 +24,8 @@ struct alignas(64) SlotHeader {
   Time stamp;                               // copy of the message's `stamp`
   Time published;                           // commit instant on the executor's clock
   std::int64_t origin_ns[kMaxChains] = {};  // per chain: oldest source stamp that went in; kNoOrigin if none
-  std::uint32_t reserved[10] = {};
+  std::uint32_t slot = 0;                   // this slot's index in its topic; written once, before the start
+  std::uint32_t reserved[9] = {};
 
   const void* message() const { return this + 1; }
   void* message() { return this + 1; }
@@ -88,18 +90,28 @@ class InQueue : public InputBase {
 };
 
 class Commit;  // rt/commit.hpp: the writer's side of one module
+struct CommitOutput;
 
 /// Where an output's loans come from.
 class OutputBase {
  protected:
   friend class Commit;
-  void* loan_erased();      // resets all fields but the bulk; aborts when the burst is exceeded (a bug of the module)
-  void* try_loan_erased();  // null when the burst is used up
-  void cancel_erased();     // gives the newest loan of this step back
-  const void* committed_erased() const;
-  Commit* commit_ = nullptr;
-  std::uint32_t index_ = 0;  // of this output within its commit
-  std::uint32_t burst_ = 1;
+  void* claim();      // a slot as it was left; aborts when the burst is exceeded (a bug of the module)
+  void* try_claim();  // null when the burst is used up
+  void cancel_newest();
+  const void* newest_committed() const;
+
+  /// Every field at its default; the bulk stays as it was.
+  template <class M>
+  M* fresh(void* slot) const {
+    M* message = new (slot) M();
+    if constexpr (msg::HasBulk<M>) message->set_bulk_capacity(bulk_bytes_);
+    return message;
+  }
+
+ private:
+  CommitOutput* output_ = nullptr;
+  std::uint32_t bulk_bytes_ = 0;
 };
 
 /// An output. Loaned slots are written in place and become visible together when the step returns ok.
@@ -108,11 +120,11 @@ class Out : public OutputBase {
  public:
   using Message = M;
   /// A fresh message with every field at its default. At most `burst` a step.
-  M& loan() { return *static_cast<M*>(loan_erased()); }
+  M& loan() { return *fresh<M>(claim()); }
   /// Takes the newest loan of this step back, as if it had not been made.
-  void cancel() { cancel_erased(); }
+  void cancel() { cancel_newest(); }
   /// The newest message of the step just committed, null when it published none here. For DriverModule::emit().
-  const M* committed() const { return static_cast<const M*>(committed_erased()); }
+  const M* committed() const { return static_cast<const M*>(newest_committed()); }
 };
 
 /// The raw topic of a driver module: written by collect(), read as a queue by the step() that follows, and by others.
@@ -121,8 +133,11 @@ class Raw : public InQueue<M>, public OutputBase {
  public:
   using Message = M;
   /// Inside collect() only. Null when the burst is used up: leave the rest for the next cycle.
-  M* loan() { return static_cast<M*>(try_loan_erased()); }
-  void cancel() { cancel_erased(); }
+  M* loan() {
+    void* slot = try_claim();
+    return slot ? this->template fresh<M>(slot) : nullptr;
+  }
+  void cancel() { cancel_newest(); }
 };
 
 }  // namespace sinew::rt

@@ -191,9 +191,10 @@ void Segment::build(const SegmentPlan& plan) {
     for (std::uint32_t i = 0; i < at_t.ring_size; ++i) ring_words[i].store(kNoSlot, std::memory_order_relaxed);
     for (std::uint32_t i = 0; i < at_t.slot_count; ++i) {
       auto* slot = new (base_ + at_t.slots + i * entry->slot_stride) SlotHeader;
+      slot->slot = i;
       p.type->reset(slot->message());
     }
-    topics_.push_back({p, plan.slots(t), false, {}});
+    topics_.push_back({p, plan.slots(t), false, nullptr, {}});
   }
 
   for (const auto& c : plan.connections_) {
@@ -217,7 +218,7 @@ TopicRing<StdAtomics> Segment::ring(TopicId t) const {
 
 CommitLog<StdAtomics> Segment::log(WriterId w) const {
   const WriterEntry& e = writer_entry(w);
-  return {&at<Word>(e.number), &at<Word>(e.records), e.record_count - 1, e.outputs};
+  return {&at<Word>(e.number), &at<Word>(e.records), e.record_count - 1, 1 + e.outputs};
 }
 
 }  // namespace sinew::rt

@@ -147,7 +147,8 @@ class Segment {
   struct Topic {  // what the process knows besides the memory
     TopicPlan plan;
     SlotSum sum;
-    bool shared;  // somebody may pin its slots
+    bool shared;                         // somebody may pin its slots
+    const SlotHeader* newest = nullptr;  // for latest ports in the writer's own thread
     std::vector<Queue*> queues;
   };
   struct Connection {

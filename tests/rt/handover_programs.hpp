@@ -83,14 +83,14 @@ template <std::uint32_t outputs, std::uint32_t records>
 struct ModelLog {
   model::Word number{0};
   std::array<model::Word, records*(1 + outputs)> words;
-  CommitLog<ModelAtomics> log{&number, words.data(), records - 1, outputs};
+  CommitLog<ModelAtomics> log{&number, words.data(), records - 1, 1 + outputs};
   ModelLog() {
     for (std::uint32_t r = 0; r < records; ++r)
       for (std::uint32_t o = 0; o < outputs; ++o) words[r * (1 + outputs) + 1 + o].store(kFirst - 1, Order::relaxed);
   }
   void commit(std::uint32_t n, std::array<std::uint32_t, outputs> last) {
-    log.open(n);
-    for (std::uint32_t o = 0; o < outputs; ++o) log.set_last(n, o, last[o]);
+    model::Word* at = log.open(n);
+    for (std::uint32_t o = 0; o < outputs; ++o) log.set_last(at, o, last[o]);
     log.publish(n);
   }
 };
@@ -116,8 +116,9 @@ struct PairProgram {
       const std::uint32_t n = log.log.newest();
       model::require(n >= newest, "commits go backwards");
       newest = n;
-      const std::uint32_t last_a = log.log.last(n, 0), last_b = log.log.last(n, 1);
-      if (!log.log.holds(n)) continue;
+      const model::Word* at = log.log.record(n);
+      const std::uint32_t last_a = log.log.last(at, 0), last_b = log.log.last(at, 1);
+      if (!log.log.holds(at, n)) continue;
       model::require(last_a == kFirst - 1 + n && last_b == last_a, "the outputs are not of one commit");
       std::uint32_t slot_a = 0, slot_b = 0, held_a = 0, held_b = 0;
       if (!a.writer.ring.pin(last_a, 1, a.sequence_in(), &slot_a, held_a)) continue;
@@ -161,8 +162,10 @@ struct LapProgram {
   void read() {
     std::uint32_t before = kFirst - 1;
     for (std::uint32_t i = 0; i < attempts; ++i) {
-      const std::uint32_t n = log.log.newest(), last = log.log.last(n, 0);
-      if (!log.log.holds(n)) continue;
+      const std::uint32_t n = log.log.newest();
+      const model::Word* at = log.log.record(n);
+      const std::uint32_t last = log.log.last(at, 0);
+      if (!log.log.holds(at, n)) continue;
       const std::uint32_t fresh = last - before, count = fresh < depth ? fresh : depth;
       std::array<std::uint32_t, depth> slot{};
       std::uint32_t held = 0;
@@ -201,8 +204,10 @@ struct QueueProgram {
   void read() {
     std::uint32_t before = kFirst - 1;
     for (std::uint32_t i = 0; i < latches; ++i) {
-      const std::uint32_t n = log.log.newest(), last = log.log.last(n, 0);
-      if (!log.log.holds(n)) continue;
+      const std::uint32_t n = log.log.newest();
+      const model::Word* at = log.log.record(n);
+      const std::uint32_t last = log.log.last(at, 0);
+      if (!log.log.holds(at, n)) continue;
       std::array<std::uint32_t, depth> slot{};
       const std::uint32_t held = queue.take(last, topic.sequence_in(), slot.data());
       model::require(held <= last - before, "more messages than were published");
