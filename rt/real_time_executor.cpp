@@ -63,7 +63,9 @@ class RealTimeExecutor::Worker {
     const std::uint32_t device = executor.graph_.threads()[index].device_module;
     if (spec_.trigger != ThreadSpec::Trigger::device || device == kNone) return;
     device_ = executor.graph_.modules()[device].driver->device();
-    if (device_) device_->set_wake(&trigger_);
+    if (!device_) return;
+    device_position_ = executor.graph_.modules()[device].position;
+    device_->set_wake(&trigger_);
   }
   ~Worker() {
     if (device_) device_->set_wake(nullptr);
@@ -127,7 +129,7 @@ class RealTimeExecutor::Worker {
 
   void wait_until(Time t) noexcept {
     hal::Os& os = executor_.os_;
-    if (spec_.period > kLongSleep) trigger_.wait(t - kLongSleep / 2);  // so that stop() can end a long sleep
+    if (t - os.now() > kLongSleep) trigger_.wait(t - kLongSleep / 2);  // so that stop() can end a long sleep
     if (stopping()) return;
     if (!spec_.precise) return os.sleep_until(t);
     const Time early = t - tail_.value();
@@ -143,17 +145,18 @@ class RealTimeExecutor::Worker {
     const bool has_timeout = spec_.timeout.count() > 0;
     Time last = executor_.start_;  // trigger or time-out
     executor_.os_.sleep_until(executor_.start_);
+    ThreadStats& stats = runner_->stats();
     while (!stopping()) {
       const Time deadline = has_timeout ? last + spec_.timeout : hal::kNever;
-      const bool triggered = trigger_.wait(deadline);
+      trigger_.wait(deadline);
       if (stopping()) return;
-      const Time release = triggered ? trigger_.at() : deadline;
-      const std::uint32_t taken = trigger_.take();
-      ThreadStats& stats = runner_->stats();
-      if (taken > 1) stats.coalesced.add(taken - 1);
-      if (!triggered) stats.timeouts.add();
-      last = release;
-      cycle(release, !triggered);
+      const Trigger::Taken taken = trigger_.take();
+      const bool timed_out = taken.count == 0 || taken.first > deadline;  // the time-out came first
+      const Time release = timed_out ? deadline : std::max(taken.first, last);
+      stats.coalesced.add(timed_out ? taken.count : taken.count - 1);
+      if (timed_out) stats.timeouts.add();
+      last = taken.count == 0 ? release : std::max(release, taken.latest);
+      cycle(release, timed_out);
     }
   }
 
@@ -164,7 +167,10 @@ class RealTimeExecutor::Worker {
     stats.releases.add();
     runner_->begin(release, timed_out, now);
     for (std::uint32_t i = 0; i < runner_->size(); ++i) {
-      executor_.fire(runner_->start(i, now), now);
+      const auto filled = runner_->start(i, now);
+      executor_.fire(filled, now);
+      // What a bounded collect() left behind wakes nobody again.
+      if (i == device_position_ && !filled.empty() && device_->ready_at() <= now) trigger_.fire(now);
       const Time done = os.now();  // the one clock read of a step
       executor_.fire(runner_->complete(i, done, done - now), done);
       now = done;
@@ -177,7 +183,8 @@ class RealTimeExecutor::Worker {
   const std::uint32_t index_;
   const ThreadSpec& spec_;
   ThreadRunner* runner_ = nullptr;
-  hal::Device* device_ = nullptr;
+  hal::Device* device_ = nullptr;          // of a device trigger
+  std::uint32_t device_position_ = kNone;  // of its module in the cycle
   Trigger trigger_;
   Backlog backlog_;
   Tail tail_;

@@ -1,5 +1,6 @@
 #pragma once
 // What releases a thread that waits for topics or a device: a word to sleep on that counts triggers.
+#include <algorithm>
 #include <atomic>
 
 #include "hal/device.hpp"
@@ -10,15 +11,32 @@ namespace sinew::rt {
 
 /// Counts triggers in the upper 31 bits of a word; bit 0 says that the owner sleeps, so that the kernel is entered only
 /// then. The owner is one thread, triggers come from any.
+///
+/// No wake-up is lost: the owner sets bit 0 by an exchange that fails when the count has moved since it looked, and the
+/// kernel puts it to sleep only while the word still is what the exchange left. All are changes of one word, so each
+/// trigger comes either before the exchange (which fails), or between it and the kernel's look (which refuses), or
+/// after it; a trigger after the exchange finds bit 0 and wakes. Bit 0 is written by the owner alone and is 0 whenever
+/// the owner is awake, apart from the instant between waking and clearing it, which costs a needless wake.
+///
+/// No instant is stale: a trigger offers its instant before it counts itself, take() takes the count before it takes
+/// the instant. By the word's release and acquire an instant whose trigger is in the count was offered before it is
+/// taken, so what is offered after that belongs to a trigger that is still to come.
 class Trigger final : public hal::Wake {
  public:
+  struct Taken {
+    std::uint32_t count;
+    Time first, latest;  // instants of the triggers; about, when several threads fire at once
+  };
+
   explicit Trigger(hal::Os& os) : os_(os) {}
 
   /// Thread: any.   RT: yes.
   void fire(Time now) noexcept {
-    if (word_.load(std::memory_order_relaxed) >> 1 == taken_.load(std::memory_order_relaxed))
-      at_.store(now.ns, std::memory_order_relaxed);  // the first of those that will be taken together
-    // release: partner is wait(); whoever sees the count sees the commit behind it (which has its own order) and at_.
+    std::int64_t none = kNone;
+    if (first_.load(std::memory_order_relaxed) == kNone)
+      first_.compare_exchange_strong(none, now.ns, std::memory_order_relaxed);
+    latest_.store(now.ns, std::memory_order_relaxed);
+    // release: partner is waiting(); whoever sees the count sees the commit behind it and the instants.
     if (word_.fetch_add(2, std::memory_order_release) & 1) os_.wake(word_);
   }
   void wake() noexcept override { fire(os_.now()); }
@@ -26,35 +44,38 @@ class Trigger final : public hal::Wake {
   // ---- the owner's side
   /// Triggers not yet taken.
   std::uint32_t waiting() const noexcept {
-    return ((word_.load(std::memory_order_acquire) >> 1) - taken_.load(std::memory_order_relaxed)) & kCountMask;
+    return ((word_.load(std::memory_order_acquire) >> 1) - taken_) & kCountMask;
   }
-  /// Takes all triggers that wait; answers how many.
-  std::uint32_t take() noexcept {
+  /// Takes all triggers that wait. RT: yes.
+  Taken take() noexcept {
     const std::uint32_t n = waiting();
-    taken_.store((taken_.load(std::memory_order_relaxed) + n) & kCountMask, std::memory_order_relaxed);
-    return n;
+    if (n == 0) return {};
+    taken_ = (taken_ + n) & kCountMask;
+    const Time latest{latest_.load(std::memory_order_relaxed)};
+    const std::int64_t first = first_.exchange(kNone, std::memory_order_relaxed);
+    // None was offered when the trigger met the offer of one that was being taken at that moment: it is from now.
+    return {n, first == kNone ? std::max(latest, os_.now()) : Time{first}, latest};
   }
-  /// Instant of the first trigger that waits; while waiting() > 0.
-  Time at() const noexcept { return {at_.load(std::memory_order_relaxed)}; }
   /// Sleeps until a trigger waits or the deadline has passed. False: the deadline.
   bool wait(Time deadline) noexcept {
     while (waiting() == 0) {
       if (deadline != hal::kNever && os_.now() >= deadline) return false;
-      std::uint32_t seen = word_.load(std::memory_order_acquire);
-      if (seen >> 1 != taken_.load(std::memory_order_relaxed)) continue;
-      if (!word_.compare_exchange_strong(seen, seen | 1, std::memory_order_acquire)) continue;
+      std::uint32_t seen = taken_ << 1;  // acquire in waiting(): this exchange need not order anything
+      if (!word_.compare_exchange_strong(seen, seen | 1, std::memory_order_relaxed)) continue;
       os_.wait(word_, seen | 1, deadline);
-      word_.fetch_and(~std::uint32_t{1}, std::memory_order_acquire);
+      word_.fetch_and(~std::uint32_t{1}, std::memory_order_relaxed);
     }
     return true;
   }
 
  private:
   static constexpr std::uint32_t kCountMask = 0x7FFFFFFF;
+  static constexpr std::int64_t kNone = INT64_MIN;
   hal::Os& os_;
   hal::WakeWord word_{0};
-  std::atomic<std::uint32_t> taken_{0};  // written by the owner; others only guess with it
-  std::atomic<std::int64_t> at_{0};      // private memory, so 64 bits are fine
+  std::uint32_t taken_ = 0;                 // the owner's own
+  std::atomic<std::int64_t> first_{kNone};  // private memory, so 64 bits are fine
+  std::atomic<std::int64_t> latest_{kNone};
 };
 
 }  // namespace sinew::rt

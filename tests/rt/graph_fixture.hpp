@@ -148,8 +148,9 @@ class Robot {
   Graph& build() {
     if (graph_) return *graph_;
     graph_ = std::make_unique<Graph>(spec, types);
-    for (const Problem& p : graph_->check({.virtual_time = true})) ADD_FAILURE() << to_string(p, "test");
-    if (::testing::Test::HasFailure()) std::abort();
+    const auto problems = graph_->check({.virtual_time = virtual_time});
+    for (const Problem& p : problems) ADD_FAILURE() << to_string(p, "test");
+    if (!problems.empty()) std::abort();  // nothing could be run
     const auto configured = graph_->configure(board, configure_options);
     if (!configured) ADD_FAILURE() << configured.error().where;
     return *graph_;
@@ -180,6 +181,7 @@ class Robot {
   ModuleTypes types;
   ConfigureOptions configure_options{nullptr, kNearWrap, {}, 0};
   std::uint32_t fault_limit = 10;
+  bool virtual_time = true;
   hal::ManualClock clock;
   FakeBoard board;
   ScriptedGrants grants;
