@@ -11,7 +11,7 @@
 namespace sinew::rt {
 
 struct DiscreteOptions {
-  Time start;
+  Time start{};
   Duration duration{INT64_MAX};  // virtual time to run; the source may end the run before
   hal::Os* os = nullptr;         // for its CPU time; needed when a module's execution time is `measured`
   bool hash_topics = false;

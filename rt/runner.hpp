@@ -33,7 +33,7 @@ class RunObserver {
 };
 
 struct RunnerOptions {
-  Time start;                      // of the run, on the executor's clock
+  Time start{};                    // of the run, on the executor's clock
   bool hash_topics = false;        // every message of every topic goes into topic_hash()
   std::uint32_t fault_limit = 10;  // faults in a row that stop a module
   RunObserver* observer = nullptr;
