@@ -84,6 +84,10 @@ struct alignas(64) CommitOutput {
   const Commit* owner;
   std::uint32_t index;
 
+  void reset(void* message) const {
+    type->reset(message);
+    if (type->set_bulk_capacity) type->set_bulk_capacity(message, bulk_bytes);
+  }
   SlotHeader* claim() noexcept;
   [[gnu::noinline]] SlotHeader* claim_any() noexcept;
   SlotHeader* take_in_hand(SlotHeader* header) noexcept;
@@ -210,8 +214,7 @@ void* Commit::try_loan(std::uint32_t output) noexcept {
   SlotHeader* header = out.claim();
   if (!header) return nullptr;
   void* message = header->message();
-  out.type->reset(message);
-  if (out.type->set_bulk_capacity) out.type->set_bulk_capacity(message, out.bulk_bytes);
+  out.reset(message);
   return message;
 }
 bool Commit::cancel(std::uint32_t output) noexcept { return outputs_[output].cancel(); }
@@ -251,6 +254,12 @@ std::span<const SlotHeader* const> Commit::committed(std::uint32_t output) const
 TopicId Commit::topic(std::uint32_t output) const noexcept { return outputs_[output].topic; }
 
 // ---- the ports' side
+
+void* OutputBase::loan_erased() {
+  void* message = claim();
+  output_->reset(message);
+  return message;
+}
 
 void* OutputBase::claim() {
   SlotHeader* header = output_->claim();

@@ -96,8 +96,9 @@ struct CommitOutput;
 class OutputBase {
  protected:
   friend class Commit;
-  void* claim();      // a slot as it was left; aborts when the burst is exceeded (a bug of the module)
-  void* try_claim();  // null when the burst is used up
+  void* loan_erased();  // for code that knows the type only at run time: a fresh message, as Out::loan()
+  void* claim();        // a slot as it was left; aborts when the burst is exceeded (a bug of the module)
+  void* try_claim();    // null when the burst is used up
   void cancel_newest();
   const void* newest_committed() const;
 
