@@ -64,7 +64,8 @@ class Driver final : public DriverModule {
 };
 
 struct AnyOut : OutputBase {
-  void* loan() { return loan_erased(); }
+  void* loan() { return claim(); }  // put() overwrites all of it
+  msg::Image& loan_image() { return *fresh<msg::Image>(claim()); }
 };
 
 // Publishes what put() gives.
@@ -75,10 +76,9 @@ class Source final : public Module {
     d.ports.push_back({"message", PortKind::output, &type_, nullptr, &out_, 0, 1});
   }
   Status step(const Step&) noexcept override {
-    void* slot = out_.loan();
-    if (!type_.has_bulk()) std::memcpy(slot, next, type_.size);
+    if (!type_.has_bulk()) std::memcpy(out_.loan(), next, type_.size);
     // Of the types with bulk only images are let in.
-    else if (!msg::ImageBuffer::copy(*static_cast<const msg::Image*>(next), *static_cast<msg::Image*>(slot)))
+    else if (!msg::ImageBuffer::copy(*static_cast<const msg::Image*>(next), out_.loan_image()))
       return Status::fault;
     return Status::ok;
   }
