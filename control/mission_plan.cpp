@@ -147,8 +147,8 @@ void MissionPlan::run_phase(msg::Time now, const msg::NavState& nav, double dt_s
 void MissionPlan::run_search(msg::Time now, const msg::NavState& nav, double dt_s) {
   slew(dt_s);
   fly_reference();
-  if (pad_fresh(nav)) return enter(MissionPhase::approach, now);
   if (in_phase_s(now) < params.look_s) return;
+  if (pad_fresh(nav)) return enter(MissionPhase::approach, now);
   const math::Vec3 away = target_m_ - reference_m_;
   if (horizontal(away) > 0.05 || math::fabs(away.z) > 0.05) return;
   const math::Vec3 corner = spiral_corner(search_leg_++) * params.search_spacing_m;

@@ -8,12 +8,12 @@ namespace sinew::control {
 struct MissionParams {
   double settle_s = 1.5;   // of valid estimate before arming
   double spin_up_s = 0.7;  // motors idle before the climb
-  double search_height_m = 1.8, approach_height_m = 1.3;
-  double climb_mps = 0.6, speed_mps = 0.6, accel_mps2 = 0.8;
+  double search_height_m = 2.2, approach_height_m = 1.3;
+  double climb_mps = 0.6, speed_mps = 0.5, accel_mps2 = 0.8;
   double search_spacing_m = 1.0, search_radius_m = 2.0;
   double arrived_m = 0.12, arrived_mps = 0.20;
-  double look_s = 1.5, hold_s = 2.0;                 // hovering before the search and before the landing
-  double sink_fast_mps = 0.4, sink_slow_mps = 0.18;  // above and below
+  double look_s = 2.0, hold_s = 3.0;                 // hovering before the search and before the landing
+  double sink_fast_mps = 0.3, sink_slow_mps = 0.18;  // above and below
   double slow_below_m = 0.5;
   double centred_m = 0.10, centred_per_m = 0.15;  // how far off the sinking goes on: centred + per_m * height
   double commit_below_m = 0.45;                   // lower than this it lands without further sightings

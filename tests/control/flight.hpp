@@ -2,6 +2,7 @@
 // A whole flight without executor and camera: the pure classes in the order in which the robot file runs the modules.
 // Sightings of the pad come from truth, with noise, a limited field of view and 40 ms of delay.
 #include <deque>
+#include <functional>
 #include <vector>
 
 #include "control/attitude_law.hpp"
@@ -34,7 +35,10 @@ class Flight {
   double pad_visible_from_s = 0, pad_visible_until_s = 1e9;
   double range_until_s = 1e9, baro_until_s = 1e9;
   double pad_noise = 0.004;  // of the direction
+  std::size_t command_delay_ms = 0;
+  std::int64_t pad_delay_ns = 40'000'000;
   void (*trace)(const Flight&, double t_s) = nullptr;
+  std::function<msg::PadSighting(msg::Time)> look;  // instead of the sightings made from truth
 
   Flight(TestWorld& world, std::uint64_t seed) : world_(world), noise_(seed, 77) {}
   const TestWorld& world() const { return world_; }
@@ -46,7 +50,7 @@ class Flight {
     double done_s = 1e9, fall_mps = 0;
     std::int64_t frame = 1;
     for (double t_s = 0; t_s < limit_s && t_s < done_s + 1;) {
-      const Samples s = world_.step(command_);
+      const Samples s = world_.step(commands_.size() > command_delay_ms ? commands_.front() : kStopped);
       t_s = msg::seconds(s.now);
       if (s.now.ns >= frame * 100'000'000 / 3) {
         frame = frame + 1;
@@ -74,10 +78,11 @@ class Flight {
   }
 
  private:
+  static constexpr std::array<double, 4> kStopped{};
   bool stabilise(const Samples& s, FlightReport& report) {
-    nav.set_motors_stopped(command_[0] == 0);
+    nav.set_motors_stopped(commands_.empty() || commands_.back()[0] == 0);
     nav.add_imu(*s.imu);
-    for (; !pads_.empty() && pads_.front().stamp.ns + 40'000'000 <= s.now.ns; pads_.pop_front()) {
+    for (; !pads_.empty() && pads_.front().stamp.ns + pad_delay_ns <= s.now.ns; pads_.pop_front()) {
       nav.add_pad(pads_.front());
     }
     if (!nav.started()) return false;
@@ -91,12 +96,15 @@ class Flight {
       }
     }
     const msg::WrenchSetpoint wrench = attitude.step(nav_state_, attitude_wanted_, 0.001);
-    command_ = {};
-    if (wrench.armed) command_ = allocate(math::Vec3(wrench.torque_nm), wrench.thrust_n, rotors).command;
-    hash_.add(command_.data(), sizeof command_);
+    std::array<double, 4> command{};
+    if (wrench.armed) command = allocate(math::Vec3(wrench.torque_nm), wrench.thrust_n, rotors).command;
+    hash_.add(command.data(), sizeof command);
+    commands_.push_back(command);
+    if (commands_.size() > command_delay_ms + 1) commands_.pop_front();
     return true;
   }
   void sight(msg::Time stamp, double t_s) {
+    if (look) return pads_.push_back(look(stamp));
     const Truth truth = world_.truth();
     const math::Vec3 camera = truth.p_world_m + truth.q_world_base.rotate(world_.p_base_camera);
     const math::Vec3 to_pad = truth.q_world_base.conjugate().rotate(pad_world_m - camera);
@@ -135,7 +143,7 @@ class Flight {
   std::deque<msg::PadSighting> pads_;
   msg::NavState nav_state_;
   msg::AttitudeSetpoint attitude_wanted_;
-  std::array<double, 4> command_{};
+  std::deque<std::array<double, 4>> commands_;  // the oldest acts, the newest is the last one given
 };
 
 }  // namespace sinew::control::test

@@ -23,7 +23,7 @@ TEST_P(PlantFlight, LandsOnThePadInGustsWithSpreadOfMassAndMotors) {
   EXPECT_TRUE(s.flew);
   EXPECT_TRUE(s.touched_down);
   EXPECT_FALSE(s.crashed);
-  EXPECT_LT(s.landing_error_m, 0.15);
+  EXPECT_LT(s.touchdown_error_m, 0.15);
   EXPECT_LT(s.touchdown_speed_mps, 0.5);
   EXPECT_LT(r.worst_pad_distance_error_m, 0.12);
 }
