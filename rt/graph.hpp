@@ -60,7 +60,7 @@ struct CheckOptions {
 struct ConfigureOptions {
   hal::Os* os = nullptr;              // segment in its shared memory; null: ordinary memory
   std::uint32_t first_sequence = 1;   // tests start shortly before the wrap
-  std::vector<std::string> taps{};     // topics that the program itself reads, newest message, from one thread
+  std::vector<std::string> taps{};    // topics that the program itself reads, newest message, from one thread
   std::uint32_t default_history = 0;  // of topics that say nothing; images then keep at most 5
 };
 

@@ -13,11 +13,11 @@ namespace sinew::sim_hil {
 
 struct DatasetOptions {
   std::string folder;
-  hal::Duration from{0};                   // begin this long after the first sample: in mid-flight
+  hal::Duration from{0};              // begin this long after the first sample: in mid-flight
   const hal::Clock* clock = nullptr;  // the executor's; in virtual time its ManualClock. Not null
   hal::Os* os = nullptr;              // real time: for the thread that wakes sleepers; null: virtual time
   std::size_t max_decoded_bytes = std::size_t{256} << 20;  // of images in memory
-  hal::Duration tail = std::chrono::milliseconds(10);           // the run ends this long after the last sample
+  hal::Duration tail = std::chrono::milliseconds(10);      // the run ends this long after the last sample
 };
 
 /// A board made of a recorded folder: an IMU ("imu" or "imu0") and, where there are images, a camera ("camera" or
