@@ -7,7 +7,6 @@
 
 using namespace sinew;
 using namespace std::chrono_literals;
-
 /// Publishes a slow wave; stands in for a sensor.
 class Wave final : public rt::Module {
   void declare(rt::Declaration& d) override { d.out("range", out_); }
@@ -26,7 +25,6 @@ class LowPass final : public rt::Module {
     d.out("out", out_);
     d.param("time_s", time_s_, {.unit = "s", .min = 0.01, .max = 10, .doc = "time constant"});
   }
-  void reset() override { value_ = 0; }
   rt::Status step(const rt::Step& step) noexcept override {
     const msg::RangeSample* in = in_.fresh(step.now);
     if (!in) return rt::Status::stale;  // nothing is published
@@ -54,10 +52,9 @@ int main() {
 
   hal::ManualClock clock;
   hal::FixedGrant grants(hal::Time{10'000'000'000});
-  rt::DiscreteExecutor executor(graph, clock, grants, {.duration = 10s, .hash_topics = true});
+  rt::DiscreteExecutor executor(graph, clock, grants, {.duration = 10s});
   if (!executor.run()) return 1;
   const auto messages = executor.runner().topic_stats(graph.find_topic("smooth.out")).messages.value();
-  std::printf("%llu messages, hash %016llx\n", static_cast<unsigned long long>(messages),
-              static_cast<unsigned long long>(executor.runner().topic_hash(graph.find_topic("smooth.out"))));
+  std::printf("%d messages\n", static_cast<int>(messages));
   return messages == 10'000 ? 0 : 1;
 }

@@ -20,7 +20,7 @@ class Board {
 };
 
 /// A board without devices: graphs that need none, and tests.
-class EmptyBoard final : public Board {
+class EmptyBoard : public Board {
  public:
   Result<Imu*> imu(std::string_view) override { return none(); }
   Result<Range*> range(std::string_view) override { return none(); }
