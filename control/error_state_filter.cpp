@@ -3,7 +3,7 @@
 namespace sinew::control {
 
 void ErrorStateFilter::declare(rt::Declaration& d) {
-  d.in("imu", imu_, {.depth = 16});
+  d.in("imu", imu_, {.depth = 32});  // a late start brings up to 20 at once
   d.in("range", range_, {.depth = 4, .optional = true});
   d.in("baro", baro_, {.depth = 4, .optional = true});
   d.in("pad", pad_, {.depth = 4, .optional = true});

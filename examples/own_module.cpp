@@ -1,13 +1,12 @@
 // A module of one's own in a graph built by code, run in virtual time: ten seconds pass at once.
 #include <cstdio>
 
-#include "hal/board.hpp"
 #include "msg/sensors.hpp"
 #include "rt/discrete_executor.hpp"
 
 using namespace sinew;
 using namespace std::chrono_literals;
-/// Publishes a slow wave; stands in for a sensor.
+/// Stands in for a sensor.
 class Wave final : public rt::Module {
   void declare(rt::Declaration& d) override { d.out("range", out_); }
   rt::Status step(const rt::Step& step) noexcept override {

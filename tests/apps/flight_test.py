@@ -71,7 +71,7 @@ class CommandLine(unittest.TestCase):
         code, out, _ = run(SINEW, "graph", f"{ROBOTS}/quad.toml")
         self.assertEqual(code, 0)
         self.assertIn("thread stabilise: priority 80, every 1 ms", out)
-        self.assertRegex(out, r"<- imu +imu.raw \(queue of 16\)")
+        self.assertRegex(out, r"<- imu +imu.raw \(queue of 32\)")
         code, out, _ = run(SINEW, "graph", f"{ROBOTS}/quad.toml", "--dot")
         self.assertTrue(out.startswith("digraph \"quad\""))
         self.assertIn("\"filter\" -> \"attitude\" [label=\"filter.state\"]", out)
