@@ -5,7 +5,7 @@
 
 namespace sinew::trap {
 
-inline constexpr std::array<std::string_view, 62> kCalls{"malloc",
+inline constexpr std::array<std::string_view, 66> kCalls{"malloc",
                                                          "calloc",
                                                          "realloc",
                                                          "free",
@@ -63,6 +63,10 @@ inline constexpr std::array<std::string_view, 62> kCalls{"malloc",
                                                          "clock_gettime",
                                                          "printf",
                                                          "puts",
+                                                         "putc",
+                                                         "fputc",
+                                                         "putchar",
+                                                         "fputs",
                                                          "fwrite",
                                                          "fflush",
                                                          "fopen",

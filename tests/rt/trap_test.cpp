@@ -37,6 +37,12 @@ pthread_spinlock_t g_spin;
 sem_t g_sem;
 const timespec g_zero{};
 
+template <class F>
+F* through(F* function) {
+  F* volatile pointer = function;
+  return pointer;
+}
+
 const std::map<std::string_view, std::function<void()>>& culprits() {
   static char buffer[16];
   static iovec vec{buffer, 0};
@@ -122,7 +128,12 @@ const std::map<std::string_view, std::function<void()>>& culprits() {
        }},
       {"printf", [] { printf("%s %d\n", "x", 1); }},
       {"puts", [] { puts("x"); }},
-      {"fwrite", [] { fwrite(buffer, 1, 1, stdout); }},
+      // Through pointers: compilers know these functions and would call one of the others.
+      {"putc", [] { through<int(int, FILE*)>(putc)('x', stdout); }},
+      {"fputc", [] { through<int(int, FILE*)>(fputc)('x', stdout); }},
+      {"putchar", [] { through<int(int)>(putchar)('x'); }},
+      {"fputs", [] { through<int(const char*, FILE*)>(fputs)("x", stdout); }},
+      {"fwrite", [] { through<size_t(const void*, size_t, size_t, FILE*)>(fwrite)(buffer, 1, 1, stdout); }},
       {"fflush", [] { fflush(stdout); }},
       {"fopen", [] { g_keep = fopen("/dev/null", "r"); }},
       {"fread", [] { g_result = static_cast<long>(fread(buffer, 1, 1, stdin)); }},

@@ -217,6 +217,16 @@ int printf(const char* format, ...) {
   return n;
 }
 SINEW_TRAP(int, puts, (const char* s), s)
+SINEW_TRAP(int, putc, (int c, FILE* f), c, f)  // compilers turn short writes of the others into these
+SINEW_TRAP(int, fputc, (int c, FILE* f), c, f)
+// The C library's header has an inline body for this name.
+int trapped_putchar(int c) asm("putchar");
+int trapped_putchar(int c) {
+  check("putchar");
+  static int (*target)(int) = nullptr;
+  return pass(target, "putchar", c);
+}
+SINEW_TRAP(int, fputs, (const char* s, FILE* f), s, f)
 SINEW_TRAP(size_t, fwrite, (const void* b, size_t s, size_t n, FILE* f), b, s, n, f)
 SINEW_TRAP(size_t, fread, (void* b, size_t s, size_t n, FILE* f), b, s, n, f)
 SINEW_TRAP(int, fflush, (FILE * f), f)
