@@ -7,8 +7,8 @@
 
 namespace sinew::app {
 
-/// Angle between true and estimated "up", both seen from the body.
-double tilt_error_rad(const msg::Quat& q_world_base_true, const msg::Quat& q_world_base_estimated);
+/// Angle between true and estimated "up", both seen from the body. Both quaternions take base to world.
+double tilt_error_rad(const msg::Quat& q_true, const msg::Quat& q_estimated);
 
 struct TiltErrors {
   std::vector<std::pair<double, double>> over_time;  // s since the first estimate, deg

@@ -65,7 +65,7 @@ class NavEstimator {
   void level(const math::Vec3& accel_mps2, msg::Time stamp);
   void use_rest();
   void use_prior(double dt_s);
-  void anchor_pad(const math::Vec3& pad_world_m);
+  void anchor_pad(const math::Vec3& seen);
   void correct(std::span<const Measurement> rows, std::uint32_t* refused, double gate);
   Measurement gravity_row(int axis, const math::Vec3& f_world_mps2, double sigma) const;
 

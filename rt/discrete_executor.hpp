@@ -46,8 +46,8 @@ class DiscreteExecutor final : private ScheduleClient {
   const ScheduleCounters& counters(std::uint32_t thread) const { return schedule_.counters(thread); }
 
  private:
-  Duration start(std::uint32_t thread, std::uint32_t module, const CycleInfo& cycle, Time now) noexcept override;
-  void complete(std::uint32_t thread, std::uint32_t module, Time now) noexcept override;
+  Duration start(std::uint32_t thread, std::uint32_t position, const CycleInfo& cycle, Time now) noexcept override;
+  void complete(std::uint32_t thread, std::uint32_t position, Time now) noexcept override;
 
   struct Model {  // of one module's execution time
     const ExecModel* exec;

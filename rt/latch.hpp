@@ -23,7 +23,7 @@ class Latch {
   /// Connects an input port with its connection. Configure only. A queue sees messages published before its first
   /// latch as pending, bounded by its depth.
   /// `carried_chains`: bit c: the origin of chain c goes on through this port.
-  void bind(InputBase& port, ConnectionId connection, Duration max_age = Duration{INT64_MAX},
+  void bind(InputBase& input, ConnectionId id, Duration max_age = Duration{INT64_MAX},
             std::uint32_t carried_chains = ~0U);
 
   /// Fills the ports from the newest commit of each writer.

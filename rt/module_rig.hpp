@@ -49,16 +49,16 @@ class ModuleRig {
   /// Leaves an optional input without a topic.
   void leave_unbound(std::string_view input);
   /// Room for pixels behind the images of this input or output.
-  void image_capacity(std::string_view port, std::uint32_t bytes);
+  void image_capacity(std::string_view name, std::uint32_t bytes);
   /// Configures and resets the module; the first put() or step() does so otherwise.
   /// Errors:  what the module said; problems() has it in words.
   hal::Status configure();
   const std::vector<Problem>& problems() const;
 
   // ---- parameters, between steps
-  void set(std::string_view param, const ParamValue& value);
+  void set(std::string_view name, const ParamValue& value);
   /// What is allowed, in the words of the robot file's check, when the parameter refuses the value; else empty.
-  std::string refusal(std::string_view param, const ParamValue& value) const;
+  std::string refusal(std::string_view name, const ParamValue& value) const;
 
   // ---- messages in: each put() is one commit; a queue input holds all since the last step, as far as its depth allows
   template <msg::Described M>
