@@ -63,7 +63,9 @@ class TomlReader {
   const toml::table& raw() const { return table_; }
   Problems& problems() { return problems_; }
   std::string full(std::string_view key) const {
-    return path_.empty() ? std::string(key) : path_ + "." + std::string(key);
+    const std::string name =
+        key.empty() ? "\"\"" : std::string(key);  // TOML allows an empty key; a problem must name it
+    return path_.empty() ? name : path_ + "." + name;
   }
 
  private:

@@ -180,5 +180,10 @@ TEST(RobotFile, WrongShapeOfATableIsAProblemAndNotACrash) {
                                    "robot.toml:3: module: 4: a table of tables"));
 }
 
+TEST(RobotFile, EmptyKeyIsNamedAsOne) {
+  EXPECT_THAT(problems_of("'' = 1\nrobot = { name = \"r\", board = \"sim\" }\n"),
+              ElementsAre(testing::StartsWith("robot.toml:1: \"\": 1: unknown key; known here:")));
+}
+
 }  // namespace
 }  // namespace sinew::app
