@@ -7,8 +7,9 @@ namespace sinew::drivers {
 
 /// Brings the samples of one sensor into the graph: raw topic `raw`, one message a sample, in the order of arrival.
 /// Thread:  executor.   RT: yes.
-/// Errors:  configure: what opening the device says. A device that reports errors is counted; while nothing arrives the
-///          step is stale, so that whoever watches this module sees a silent sensor.
+/// Errors:  configure: what opening the device says. A sample that the device reports as lost is counted by the board
+///          and ends this cycle's reading; while nothing arrives the step is stale, so that whoever watches this module
+///          sees a silent sensor.
 template <class M>
 class SensorSource : public rt::DriverModule {
  public:
