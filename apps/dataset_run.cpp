@@ -66,7 +66,7 @@ class DatasetRun {
       prepared_.graph = std::make_unique<rt::Graph>(std::move(spec), prepared_.types);
     }
     graph_ = prepared_.graph.get();
-    if (auto ready = graph_->configure(*board_, {}); !ready) {
+    if (auto ready = graph_->configure(*board_, {.os = &os_}); !ready) {
       for (const auto& p : graph_->configure_problems())
         std::fprintf(stderr, "%s\n", rt::to_string(p, options_.robot).c_str());
       return fail(ready.error().where);
@@ -80,6 +80,7 @@ class DatasetRun {
     discrete.os = &os_;
     discrete.hash_topics = true;
     rt::DiscreteExecutor executor(*graph_, clock_, *board_, discrete);
+    const auto socket = open_socket(prepared_, options_, executor.runner(), [&executor] { executor.request_stop(); });
     const hal::Time wall = os_.now();
     const auto done = executor.run();
     if (!done) return fail(done.error().where);
@@ -98,6 +99,7 @@ class DatasetRun {
     if (auto started = executor.start(); !started) return fail(started.error().where);
     for (const auto& line : executor.shortfalls()) std::fprintf(stderr, "warning: %s\n", line.c_str());
     if (auto started = board_->start(); !started) return fail(started.error().where);
+    const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);
     const hal::Time begin = os_.now();
     const hal::Time end = options_.duration_s > 0 ? std::min(board_->end(), begin + duration()) : board_->end();
     while (os_.now() < end + 100ms && !hal::stop_requested()) os_.sleep_until(std::min(os_.now() + 200ms, end + 100ms));

@@ -49,6 +49,7 @@ int graph(const CheckOptions& options) {
 
 void describe_run(CLI::App& run, app::RunOptions& o) {
   run.add_option("robot", o.robot, "robot file (TOML)")->required();
+  run.add_option("--name", o.name, "of the robot on this machine, for other programs; instead of the file's");
   run.add_option("--board", o.board, "instead of the file's: sim, dataset");
   run.add_flag("--virtual", o.virtual_time,
                "virtual time: as fast as the machine can, the same bytes for the same seed");

@@ -16,6 +16,7 @@ int run_command(const RunOptions& options) {
     std::fprintf(stderr, "sinew: robot.device_boards: boards cannot be mixed yet; name one board for all devices\n");
     return 2;
   }
+  if ((board == "sim" || board == "dataset") && !take_name(*prepared, options)) return 2;
   if (board == "sim") return run_on_sim(*prepared, options);
   if (board == "dataset") return run_on_dataset(*prepared, options);
   std::fprintf(stderr, "sinew: board \"%s\": \"sim\" or \"dataset\"\n", board.c_str());

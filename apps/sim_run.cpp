@@ -42,7 +42,7 @@ class ReportBox {
 class SimRun {
  public:
   SimRun(Prepared& prepared, const RunOptions& options)
-      : options_(options), robot_(prepared.robot), graph_(*prepared.graph) {}
+      : options_(options), prepared_(prepared), robot_(prepared.robot), graph_(*prepared.graph) {}
 
   int run() {
     if (!open()) return 2;
@@ -78,7 +78,7 @@ class SimRun {
     if (!board) return fail(why);
     board_ = std::move(*board);
     rt::ConfigureOptions configure;
-    configure.os = options_.virtual_time ? nullptr : &os_;
+    configure.os = &os_;
     configure.taps = MissionWatch::taps(graph_);
     if (auto ready = graph_.configure(*board_, configure); !ready) {
       for (const auto& p : graph_.configure_problems())
@@ -114,6 +114,7 @@ class SimRun {
     discrete.hash_topics = true;
     rt::DiscreteExecutor executor(graph_, clock_, grants, discrete);
     grants.executor = &executor;
+    const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);
     const hal::Time wall = os_.now();
     const auto report = executor.run();
     if (!report) {
@@ -143,6 +144,7 @@ class SimRun {
     if (auto started = board_->start(); !started) return fail("the plant does not start: " + board_->problem()), 2;
     if (auto started = executor.start(); !started) return fail(started.error().where), 2;
     for (const auto& line : executor.shortfalls()) std::fprintf(stderr, "warning: %s\n", line.c_str());
+    const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);
     follow(executor);
     executor.stop();
     const hal::ProcessUse after = hal::process_use();
@@ -236,6 +238,7 @@ class SimRun {
   }
 
   const RunOptions& options_;
+  const Prepared& prepared_;
   const RobotFile& robot_;
   rt::Graph& graph_;
   hal::Os& os_ = hal::linux_os();
