@@ -96,7 +96,7 @@ class DatasetRun {
   bool run_real() {
     rt::RealTimeExecutor executor(*graph_, os_);
     if (auto started = executor.start(); !started) return fail(started.error().where);
-    for (const auto& line : executor.shortfalls()) std::fprintf(stderr, "warning: %s\n", line.c_str());
+    if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return false;
     if (auto started = board_->start(); !started) return fail(started.error().where);
     const hal::Time begin = os_.now();
     const hal::Time end = options_.duration_s > 0 ? std::min(board_->end(), begin + duration()) : board_->end();

@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
+#include "apps/doctor.hpp"
 #include "apps/graph_text.hpp"
 #include "apps/module_list.hpp"
 #include "apps/robot_file.hpp"
@@ -64,8 +65,16 @@ void describe_run(CLI::App& run, app::RunOptions& o) {
       ->allow_extra_args(false);
   run.add_option("--camera", o.camera, "sim board: size of the camera's frames, e.g. 640x480");
   run.add_option("--plot", o.plot, "dataset board: write a plot (SVG) of the tilt error here");
+  run.add_flag("--strict", o.strict, "real time: do not start where the machine does not hold what timing needs");
   run.add_flag("--plain", o.plain, "no live table");
   run.add_flag("--quiet", o.quiet, "only the result");
+}
+
+void describe_doctor(CLI::App& doctor, app::DoctorOptions& o) {
+  doctor.add_option("robot", o.robot, "robot file (TOML): what it asks for is checked too");
+  doctor.add_option("--root", o.root, "where the machine's /proc, /sys and /dev are: a copy of another machine's");
+  doctor.add_flag("--json", o.json, "for programs");
+  doctor.add_flag("--strict", o.strict, "exit code 1 also for warnings");
 }
 
 }  // namespace
@@ -83,6 +92,9 @@ int main(int argc, char** argv) {
   CLI::App* graph_app = app.add_subcommand("graph", "show threads, modules and topics of a robot file as a tree");
   graph_app->add_option("robot", graph_options.robot, "robot file (TOML)")->required();
   graph_app->add_flag("--dot", graph_options.dot, "in Graphviz's language");
+  app::DoctorOptions doctor_options;
+  CLI::App* doctor_app = app.add_subcommand("doctor", "check whether this machine holds what timing needs");
+  describe_doctor(*doctor_app, doctor_options);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -90,6 +102,7 @@ int main(int argc, char** argv) {
     return code == 0 ? 0 : 2;
   }
   if (run_app->parsed()) return app::run_command(run_options);
+  if (doctor_app->parsed()) return app::doctor_command(doctor_options);
   if (check_app->parsed()) return check(check_options);
   return graph(graph_options);
 }

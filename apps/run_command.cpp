@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "apps/dataset_run.hpp"
+#include "apps/doctor.hpp"
 #include "apps/run_setup.hpp"
 #include "apps/sim_run.hpp"
 
@@ -16,6 +17,8 @@ int run_command(const RunOptions& options) {
     std::fprintf(stderr, "sinew: robot.device_boards: boards cannot be mixed yet; name one board for all devices\n");
     return 2;
   }
+  if (board == "sim" || board == "dataset")
+    if (!options.virtual_time && !doctor_permits_start(*prepared->graph, options.strict)) return 2;
   if (board == "sim") return run_on_sim(*prepared, options);
   if (board == "dataset") return run_on_dataset(*prepared, options);
   std::fprintf(stderr, "sinew: board \"%s\": \"sim\" or \"dataset\"\n", board.c_str());

@@ -23,6 +23,9 @@ struct Prepared {
 /// Prints every problem to standard error; empty when there was one.
 std::optional<Prepared> prepare(const RunOptions& options);
 
+/// Prints what a real-time run could not have. False when `strict` forbids to go on.
+bool accept_shortfalls(const std::vector<std::string>& shortfalls, bool strict);
+
 /// Applies "module.param=value"; the reason when it cannot.
 std::string apply_setting(rt::GraphSpec& graph, const std::string& setting);
 

@@ -1,4 +1,5 @@
 """Flies whole robots through the `sinew` program: the same seed gives the same bytes, and no step makes a trapped call."""
+import json
 import os
 import re
 import subprocess
@@ -67,6 +68,16 @@ class CommandLine(unittest.TestCase):
         self.assertIn(f"{broken}:2: robot.colour: \"red\": unknown key", err)
         self.assertIn(f"{broken}:6: thread.control.priority: 150: an integer from 0 to 98", err)
 
+    def test_doctor_looks_at_this_machine_and_says_how_bad_it_is(self):
+        code, out, err = run(SINEW, "doctor", f"{ROBOTS}/quad.toml")
+        self.assertIn(code, (0, 1), err)
+        self.assertEqual(code == 1, bool(re.search(r"^problem ", out, re.M)), out)
+        self.assertRegex(out, r"(?m)^11 checks: ")
+        checks = json.loads(run(SINEW, "doctor", "--json")[1])["checks"]
+        self.assertEqual(len(checks), 11)
+        strict = run(SINEW, "doctor", "--strict")[0]
+        self.assertEqual(strict, int(any(c["state"] in ("problem", "warning") for c in checks)))
+
     def test_graph_shows_threads_and_bindings(self):
         code, out, _ = run(SINEW, "graph", f"{ROBOTS}/quad.toml")
         self.assertEqual(code, 0)
@@ -87,6 +98,8 @@ class CommandLine(unittest.TestCase):
                 (["run", quad, "--camera", "9x9"], "--camera 9x9"),
                 (["run", f"{ROBOTS}/mav_dataset.toml", "--data", "/no/such/folder"], "/no/such/folder"),
                 (["run", f"{ROBOTS}/mav_dataset.toml"], "--data DIR"),
+                (["doctor", "no_such.toml"], "a robot file that can be read"),
+                (["doctor", "--root", "/no/such/folder"], "/no/such/folder"),
                 (["fly"], "")):
             code, out, err = run(SINEW, *arguments)
             self.assertEqual(code, 2, (arguments, out, err))
