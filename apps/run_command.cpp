@@ -2,14 +2,15 @@
 
 #include <cstdio>
 
+#include "apps/bare_run.hpp"
 #include "apps/dataset_run.hpp"
 #include "apps/run_setup.hpp"
 #include "apps/sim_run.hpp"
 
 namespace sinew::app {
 
-int run_command(const RunOptions& options) {
-  auto prepared = prepare(options);
+int run_command(const RunOptions& options, const rt::ModuleTypes& types) {
+  auto prepared = prepare(options, types);
   if (!prepared) return 2;
   const std::string& board = prepared->graph->spec().board;
   if (!prepared->graph->spec().device_boards.empty()) {
@@ -18,7 +19,8 @@ int run_command(const RunOptions& options) {
   }
   if (board == "sim") return run_on_sim(*prepared, options);
   if (board == "dataset") return run_on_dataset(*prepared, options);
-  std::fprintf(stderr, "sinew: board \"%s\": \"sim\" or \"dataset\"\n", board.c_str());
+  if (board == "none") return run_without_devices(*prepared, options);
+  std::fprintf(stderr, "sinew: board \"%s\": \"sim\", \"dataset\" or \"none\"\n", board.c_str());
   return 2;
 }
 
