@@ -67,7 +67,7 @@ class BareRun {
   int run_real() {
     rt::RealTimeExecutor executor(graph_, os_);
     if (auto started = executor.start(); !started) return fail(started.error().where);
-    for (const auto& line : executor.shortfalls()) std::fprintf(stderr, "warning: %s\n", line.c_str());
+    if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return 2;
     LiveView view(graph_, executor.runner(), options_);
     const hal::Time begin = os_.now();
     for (hal::Time next = begin;; next = next + LiveView::kPeriod) {

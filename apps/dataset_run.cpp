@@ -42,7 +42,7 @@ class DatasetRun {
     if (board_->images() == 0)
       summary_->add("no images", fmt::format("left out: {}", fmt::join(left_out_, " ")), {{"left_out", left_out_}});
     const bool ran = options_.virtual_time ? run_virtual() : run_real();
-    return ran ? report() : 1;
+    return ran ? report() : failed_with_;
   }
 
  private:
@@ -96,7 +96,7 @@ class DatasetRun {
   bool run_real() {
     rt::RealTimeExecutor executor(*graph_, os_);
     if (auto started = executor.start(); !started) return fail(started.error().where);
-    for (const auto& line : executor.shortfalls()) std::fprintf(stderr, "warning: %s\n", line.c_str());
+    if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return failed_with_ = 2, false;
     if (auto started = board_->start(); !started) return fail(started.error().where);
     const hal::Time begin = os_.now();
     const hal::Time end =
@@ -170,6 +170,7 @@ class DatasetRun {
   hal::ManualClock clock_;
   std::unique_ptr<sim_hil::DatasetBoard> board_;
   std::vector<std::string> left_out_;
+  int failed_with_ = 1;
   std::optional<RunSummary> summary_;  // once the graph is what it stays
 };
 

@@ -1,8 +1,9 @@
-// run, check, graph: what is done with a robot file.
+// run, check, graph, doctor: what is done with a robot file.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
 #include "apps/commands.hpp"
+#include "apps/doctor.hpp"
 #include "apps/graph_json.hpp"
 #include "apps/graph_text.hpp"
 #include "apps/robot_file.hpp"
@@ -85,9 +86,18 @@ void describe_run(CLI::App& run, RunOptions& o) {
       ->type_name("ARG");
   run.add_option("--camera", o.camera, "sim board: size of the camera's frames")->type_name("WxH");
   run.add_option("--plot", o.plot, "dataset board: write a plot (SVG) of the tilt error here")->type_name(kFileHint);
+  run.add_flag("--strict", o.strict, "real time: do not start where the machine does not hold what timing needs");
   run.add_flag("--plain", o.plain, "no live table");
   run.add_flag("--quiet", o.quiet, "only the result");
   run.add_flag("--json", o.json, "only one JSON object with the whole summary, at the end");
+}
+
+void describe_doctor(CLI::App& doctor, DoctorOptions& o) {
+  doctor.add_option("robot", o.robot, "robot file: what it asks for is checked, too")->type_name(kRobotFileHint);
+  doctor.add_option("--root", o.root, "where proc, sys and dev of the machine are: a copy of another one's")
+      ->type_name(kFolderHint);
+  doctor.add_flag("--json", o.json, "as one JSON object");
+  doctor.add_flag("--strict", o.strict, "exit code 1 also for warnings");
 }
 
 CLI::App& robot_file_command(CLI::App& app, const char* name, const char* text, CheckOptions& o) {
@@ -119,6 +129,13 @@ void add_robot_commands(CLI::App& app, CommandContext& context) {
   graph_command.add_flag("--dot", graph_options->dot, "in Graphviz's language");
   graph_command.callback([&context, graph_options] {
     context.action = [&context, graph_options] { return graph(*graph_options, context.types); };
+  });
+
+  const auto doctor_options = std::make_shared<DoctorOptions>();
+  CLI::App* doctor = app.add_subcommand("doctor", "check whether this machine holds what timing needs");
+  describe_doctor(*doctor, *doctor_options);
+  doctor->callback([&context, doctor_options] {
+    context.action = [&context, doctor_options] { return doctor_command(*doctor_options, context.types); };
   });
 }
 

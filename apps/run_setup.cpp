@@ -39,7 +39,18 @@ std::string apply_setting(rt::GraphSpec& graph, const std::string& setting) {
   return fmt::format("--set {}: no module {}", setting, module);
 }
 
+<<<<<<< HEAD
 std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes& types) {
+=======
+bool accept_shortfalls(const std::vector<std::string>& shortfalls, bool strict) {
+  for (const auto& line : shortfalls) std::fprintf(stderr, "warning: %s\n", line.c_str());
+  if (shortfalls.empty() || !strict) return true;
+  std::fprintf(stderr, "sinew: --strict: not started\n");
+  return false;
+}
+
+std::optional<Prepared> prepare(const RunOptions& options) {
+>>>>>>> timing
   LoadedRobot loaded = load_robot(options.robot);
   for (const auto& p : loaded.problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.robot).c_str());
   if (!loaded.problems.empty()) return std::nullopt;

@@ -26,6 +26,9 @@ std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes
 /// --duration as a duration.
 rt::Duration run_duration(const RunOptions& options);
 
+/// Prints what a real-time run could not have. False when `strict` forbids to go on.
+bool accept_shortfalls(const std::vector<std::string>& shortfalls, bool strict);
+
 /// Applies "module.param=value"; the reason when it cannot.
 std::string apply_setting(rt::GraphSpec& graph, const std::string& setting);
 

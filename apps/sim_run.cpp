@@ -142,7 +142,7 @@ class SimRun {
     const hal::Time wall = os_.now();
     if (auto started = board_->start(); !started) return fail("the plant does not start: " + board_->problem()), 2;
     if (auto started = executor.start(); !started) return fail(started.error().where), 2;
-    for (const auto& line : executor.shortfalls()) std::fprintf(stderr, "warning: %s\n", line.c_str());
+    if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return 2;
     follow(executor);
     executor.stop();
     const hal::ProcessUse after = hal::process_use();

@@ -1,6 +1,7 @@
 """The commands that need no running robot: what they print, what they refuse, and their exit codes."""
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -53,6 +54,16 @@ class CommandLine(unittest.TestCase):
             self.assertEqual((code, out), (2, ""))
             self.assertIn("a robot file that can be read", err)
 
+    def test_doctor_looks_at_this_machine_and_says_how_bad_it_is(self):
+        code, out, err = run("doctor", QUAD)
+        self.assertIn(code, (0, 1), err)
+        self.assertEqual(code == 1, bool(re.search(r"^problem ", out, re.M)), out)
+        self.assertRegex(out, r"(?m)^11 checks: ")
+        checks = json.loads(run("doctor", "--json")[1])["checks"]
+        self.assertEqual(len(checks), 11)
+        strict = run("doctor", "--strict")[0]
+        self.assertEqual(strict, int(any(c["state"] in ("problem", "warning") for c in checks)))
+
     def test_graph_shows_threads_and_bindings(self):
         code, out, _ = run("graph", QUAD)
         self.assertEqual(code, 0)
@@ -88,6 +99,8 @@ class CommandLine(unittest.TestCase):
                 (["run", BALL], "module.ball.type: \"my::Ball\": a known module type"),
                 (["run", f"{SOURCE}/robots/mav_dataset.toml", "--data", "/no/such/folder"], "/no/such/folder"),
                 (["run", f"{SOURCE}/robots/mav_dataset.toml"], "--data DIR"),
+                (["doctor", "no_such.toml"], "a robot file that can be read"),
+                (["doctor", "--root", "/no/such/folder"], "/no/such/folder"),
                 (["new", "Big"], "Big: a name of a-z, 0-9 and _"),
                 (["new", "test"], "CMake or the project itself has a target of this name"),
                 (["completion", "fish"], "bash"),
