@@ -39,9 +39,6 @@ std::string apply_setting(rt::GraphSpec& graph, const std::string& setting) {
   return fmt::format("--set {}: no module {}", setting, module);
 }
 
-<<<<<<< HEAD
-std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes& types) {
-=======
 bool accept_shortfalls(const std::vector<std::string>& shortfalls, bool strict) {
   for (const auto& line : shortfalls) std::fprintf(stderr, "warning: %s\n", line.c_str());
   if (shortfalls.empty() || !strict) return true;
@@ -49,8 +46,7 @@ bool accept_shortfalls(const std::vector<std::string>& shortfalls, bool strict) 
   return false;
 }
 
-std::optional<Prepared> prepare(const RunOptions& options) {
->>>>>>> timing
+std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes& types) {
   LoadedRobot loaded = load_robot(options.robot);
   for (const auto& p : loaded.problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.robot).c_str());
   if (!loaded.problems.empty()) return std::nullopt;
