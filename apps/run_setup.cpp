@@ -5,7 +5,6 @@
 #include <charconv>
 #include <cstdio>
 
-#include "apps/module_list.hpp"
 #include "hal/linux/process.hpp"
 
 namespace sinew::app {
@@ -22,6 +21,10 @@ rt::ParamValue value_of(const std::string& text) {
 }
 
 }  // namespace
+
+rt::Duration run_duration(const RunOptions& options) {
+  return rt::Duration{static_cast<std::int64_t>(options.duration_s * 1e9)};
+}
 
 std::string apply_setting(rt::GraphSpec& graph, const std::string& setting) {
   const auto dot = setting.find('.'), equals = setting.find('=');
@@ -43,7 +46,7 @@ bool accept_shortfalls(const std::vector<std::string>& shortfalls, bool strict) 
   return false;
 }
 
-std::optional<Prepared> prepare(const RunOptions& options) {
+std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes& types) {
   LoadedRobot loaded = load_robot(options.robot);
   for (const auto& p : loaded.problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.robot).c_str());
   if (!loaded.problems.empty()) return std::nullopt;
@@ -66,7 +69,7 @@ std::optional<Prepared> prepare(const RunOptions& options) {
     }
     loaded.robot.sim.camera_width = w, loaded.robot.sim.camera_height = h;
   }
-  Prepared prepared{std::move(loaded.robot), all_modules(), nullptr};
+  Prepared prepared{std::move(loaded.robot), types, nullptr};
   prepared.graph = std::make_unique<rt::Graph>(prepared.robot.graph, prepared.types);
   const auto problems = prepared.graph->check({options.virtual_time, hal::usable_cpus()});
   for (const auto& p : problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.robot).c_str());
