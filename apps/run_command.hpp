@@ -14,6 +14,7 @@ struct RunOptions {
   std::string data;   // folder of the dataset board
   bool virtual_time = false;
   std::optional<std::uint64_t> seed;
+  double rate = 1;               // sim board in real time: robot seconds per second
   double duration_s = 0;         // 0: until the mission, the plant or the data ends
   double from_s = 0;             // dataset: begin this long after its first sample
   std::vector<std::string> set;  // "module.param=value"

@@ -2,9 +2,11 @@
 #include "sim_hil/plant/session.hpp"
 
 #include <gtest/gtest.h>
+#include <stdlib.h>
 
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <functional>
 #include <thread>
 
@@ -12,6 +14,7 @@
 #include "hal/linux/socket.hpp"
 #include "math/hash.hpp"
 #include "sim_hil/message_io.hpp"
+#include "sim_hil/side_line.hpp"
 
 namespace sinew::plant {
 namespace {
@@ -294,6 +297,44 @@ TEST_F(PlantSession, MotorsStopWhenTheLeaseIsOver) {
   EXPECT_GT(v_at_expiry, 0.3);
   // 0.2 s later the rotors have run down and gravity has taken most of its share.
   EXPECT_LT(got.truth[60].v_world_mps.z, v_at_expiry - 0.15 * kGravity);
+}
+
+TEST_F(PlantSession, StopLineStopsTheMotorsThoughTheRuntimeGoesOnCommanding) {
+  options_.world.spread = 0;
+  options_.world.gust_mps = 0;
+  std::string folder = (std::filesystem::temp_directory_path() / "sinew_session_XXXXXX").string();
+  ASSERT_NE(mkdtemp(folder.data()), nullptr);
+  auto listener = hal::listen_stream("unix:" + folder + "/plant.sock");
+  ASSERT_TRUE(listener);
+  const std::string endpoint = (*listener)->endpoint();
+  auto door = sim_hil::PlantDoor::open(hal::linux_os(), std::move(*listener), Session::description({}, options_),
+                                       {"door", 0, {}, 1 << 18});
+  ASSERT_TRUE(door);
+  Session session(hal::linux_os(), *feed_, options_);
+  std::thread plant([&] {
+    auto caller = (*door)->wait_runtime(std::chrono::seconds(20));
+    if (caller) served_ = session.serve(std::move(*caller), **door);
+  });
+  std::string why;
+  auto line = sim_hil::SideLine::open(std::move(*hal::connect_stream(endpoint, std::chrono::seconds(20))), "parent",
+                                      std::chrono::seconds(20), why);
+  ASSERT_TRUE(line) << why;
+  ScriptedRuntime runtime(std::move(*hal::connect_stream(endpoint, std::chrono::seconds(20))), lockstep());
+  constexpr std::int64_t kPullNs = 400'000'000;
+  bool pulled = false;
+  runtime.run(Time{900'000'000}, std::chrono::seconds(1), [&](Time t) {
+    if (t.ns >= kPullNs && !pulled) pulled = static_cast<bool>((*line)->stop());
+    return kClimb(t);
+  });
+  plant.join();
+  std::filesystem::remove_all(folder);
+  EXPECT_TRUE(session.report().stopped_by_supervisor);
+  EXPECT_NEAR(static_cast<double>(session.report().stopped_at.ns), kPullNs, 2'000'000);
+  EXPECT_NE(session.report().json().find("\"stopped_by_supervisor\":true"), std::string::npos);
+  const auto& truth = runtime.got.truth;
+  ASSERT_GE(truth.size(), 65u);
+  EXPECT_GT(truth[40].v_world_mps.z, 0.3);
+  EXPECT_LT(truth[60].v_world_mps.z, truth[40].v_world_mps.z - 0.15 * kGravity);
 }
 
 TEST_F(PlantSession, MotorsStayOffWithoutACommand) {
