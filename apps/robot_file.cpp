@@ -199,7 +199,7 @@ void read_chain(TomlReader& r, rt::GraphSpec& graph) {
 
 void read_robot(TomlReader& r, rt::GraphSpec& graph) {
   r.require("name", graph.robot);
-  r.require("board", graph.board, "\"sim\", \"dataset\" or \"linux\"; it is required");
+  r.require("board", graph.board, "\"sim\", \"dataset\" or \"none\"; it is required");
   std::int64_t number = 0;
   if (r.read("seed", number, 0, INT64_MAX)) graph.seed = static_cast<std::uint64_t>(number);
   if (r.read("virtual_cores", number, 1, 64)) graph.virtual_cores = static_cast<std::uint32_t>(number);
@@ -266,6 +266,7 @@ LoadedRobot load_robot(const std::string& path) {
   if (!in) {
     LoadedRobot loaded;
     loaded.robot.path = path;
+    loaded.readable = false;
     loaded.problems.push_back({0, "file", path, "a robot file that can be read"});
     return loaded;
   }

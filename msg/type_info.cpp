@@ -13,6 +13,7 @@ static_assert(std::endian::native == std::endian::little,
               "slots, hashes and recordings hold messages as they are in memory, and all of these are little-endian");
 
 static_assert(check_layout<ImuSample>() && check_layout<RangeSample>() && check_layout<BaroSample>());
+static_assert(check_layout<BatterySample>());
 static_assert(check_layout<Image>() && sizeof(Image) == 40);
 static_assert(check_layout<ActuatorCommand>() && check_layout<GuardianState>());
 static_assert(check_layout<NavState>() && check_layout<FlightSetpoint>() && check_layout<AttitudeSetpoint>());

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "hal/stream.hpp"
+#include "sim_hil/caller.hpp"
 #include "sim_hil/message_io.hpp"
 #include "sim_hil/protocol.hpp"
 
@@ -61,6 +62,9 @@ class PlantLink {
   /// `why` says it in words.
   static hal::Result<std::unique_ptr<PlantLink>> accept(std::unique_ptr<hal::Stream> stream, PlantDescription plant,
                                                         hal::SharedMemory* frames, std::string& why);
+  /// The same with a runtime that has said its Hello already (plant_door.hpp).
+  static hal::Result<std::unique_ptr<PlantLink>> accept(Caller caller, PlantDescription plant,
+                                                        hal::SharedMemory* frames, std::string& why);
   static std::size_t frame_memory_bytes(const PlantDescription& plant);
 
   const Hello& hello() const { return hello_; }
@@ -76,6 +80,7 @@ class PlantLink {
   hal::Status send(std::uint16_t device, const msg::ImuSample& sample, Time ready);
   hal::Status send(std::uint16_t device, const msg::RangeSample& sample, Time ready);
   hal::Status send(std::uint16_t device, const msg::BaroSample& sample, Time ready);
+  hal::Status send(std::uint16_t device, const msg::BatterySample& sample, Time ready);
   hal::Status send_truth(Time now, const Truth& truth);
   hal::Status send_report(Time now, std::string_view json);
 
@@ -90,6 +95,8 @@ class PlantLink {
   hal::Status exchange();
   /// The newest command with commit <= t, while its lease lasts (t < commit + lease). Call with increasing t.
   Setpoints setpoints_at(std::uint16_t device, Time t);
+  /// Safe action for all groups until the end of the run, whatever the runtime commands: the stop line was pulled.
+  void stop_for_good() { stopped_for_good_ = true; }
 
   /// The last word; the runtime reports it as the reason of the end.
   void bye(std::string_view reason);
@@ -127,10 +134,8 @@ class PlantLink {
     std::vector<std::uint8_t> staging;  // frames through the stream
   };
 
-  PlantLink(std::unique_ptr<hal::Stream> stream, PlantDescription plant);
-  hal::Status shake_hands(hal::SharedMemory* frames, std::string& why);
+  PlantLink(Caller caller, PlantDescription plant);
   hal::Status send_welcome();
-  hal::Status refuse(std::string text, hal::Error error, std::string& why);
   hal::Status fail(hal::Error error);
   hal::Status fail_write(hal::Error error);
   hal::Status flush();
@@ -150,7 +155,7 @@ class PlantLink {
   std::vector<Group> groups_;         // by device
   std::vector<CameraState> cameras_;  // by device
   bool answered_ = false;             // the runtime said Done
-  bool said_bye_ = false, bye_came_ = false;
+  bool said_bye_ = false, bye_came_ = false, stopped_for_good_ = false;
   Time granted_{-1};
   hal::Status state_;
   std::string reason_;

@@ -32,12 +32,12 @@ sim_hil::DeviceInfo sensor(sim_hil::DeviceKind kind, const char* name, int steps
 Session::Session(hal::Os& os, CameraFeed& camera_feed, const SessionOptions& options)
     : os_(os), feed_(camera_feed), options_(options) {}
 
-sim_hil::PlantDescription Session::description() const {
+sim_hil::PlantDescription Session::description(const CameraOptions& view, const SessionOptions& options) {
   using sim_hil::DeviceKind;
   sim_hil::PlantDescription d;
   d.name = "sinew-sim";
   d.step = ns(kStepNs);
-  d.seed = options_.seed;
+  d.seed = options.seed;
   d.devices.push_back(sensor(DeviceKind::imu, "imu", kImuSteps, kImuDelayNs));
   d.devices.push_back(sensor(DeviceKind::range, "range", kRangeSteps, kRangeDelayNs));
   d.devices.push_back(sensor(DeviceKind::baro, "baro", kBaroSteps, kBaroDelayNs));
@@ -46,25 +46,26 @@ sim_hil::PlantDescription Session::description() const {
   c.name = "camera";
   c.period = ns(1'000'000'000 / kCameraHz);
   c.latency = ns(kCameraDelayNs);
-  c.width = feed_.options().width;
-  c.height = feed_.options().height;
-  c.format = feed_.options().format;
+  c.width = view.width;
+  c.height = view.height;
+  c.format = view.format;
   d.devices.push_back(c);
   sim_hil::DeviceInfo m;
   m.kind = DeviceKind::actuators;
   m.name = "motors";
   m.channels = kRotors;
   d.devices.push_back(m);
+  d.devices.push_back(sensor(DeviceKind::battery, "battery", kBatterySteps, kBatteryDelayNs));
   return d;
 }
 
-Status Session::open(std::unique_ptr<hal::Stream> stream) {
-  const sim_hil::PlantDescription plant = description();
-  if (stream->local()) {
+Status Session::open(sim_hil::Caller caller) {
+  const sim_hil::PlantDescription plant = description(feed_.options(), options_);
+  if (caller.stream->local()) {
     auto memory = os_.shared_memory("sinew_sim_frames", sim_hil::PlantLink::frame_memory_bytes(plant));
     if (memory) frames_ = std::move(*memory);  // without it frames go through the stream
   }
-  auto link = sim_hil::PlantLink::accept(std::move(stream), plant, frames_.get(), report_.reason);
+  auto link = sim_hil::PlantLink::accept(std::move(caller), plant, frames_.get(), report_.reason);
   if (!link) return link.error();
   link_ = std::move(*link);
   report_.mode = link_->hello().mode;
@@ -89,7 +90,22 @@ Status Session::open(std::unique_ptr<hal::Stream> stream) {
 }
 
 Status Session::serve(std::unique_ptr<hal::Stream> stream) {
-  if (Status s = open(std::move(stream)); !s) {
+  sim_hil::Caller caller;
+  caller.stream = std::move(stream);
+  if (Status s = hear_hello(caller, "sinew-sim", report_.reason); !s) {
+    report_.broken = true;
+    return s;
+  }
+  return serve(std::move(caller));
+}
+
+Status Session::serve(sim_hil::Caller caller, sim_hil::PlantDoor& door) {
+  door_ = &door;
+  return serve(std::move(caller));
+}
+
+Status Session::serve(sim_hil::Caller caller) {
+  if (Status s = open(std::move(caller)); !s) {
     report_.broken = true;
     return s;
   }
@@ -179,7 +195,16 @@ void Session::note_imu_gap(Time now) {
   last_imu_ = now;
 }
 
+/// Once a millisecond; it holds until the end of the run.
+void Session::heed_stop_line() {
+  if (!door_ || report_.stopped_by_supervisor || !door_->stopped()) return;
+  link_->stop_for_good();
+  report_.stopped_by_supervisor = true;
+  report_.stopped_at = world_->now();
+}
+
 Status Session::advance_one_ms() {
+  heed_stop_line();
   for (int i = 0; i < kImuSteps; ++i) {
     std::array<double, kRotors> command{};  // motors stop without a valid command
     const sim_hil::Setpoints set = link_->setpoints_at(motors, world_->now());
@@ -194,6 +219,7 @@ Status Session::send_due(const Due& due) {
   if (due.imu) s = link_->send(imu, due.imu_sample, due.imu_sample.stamp + ns(kImuDelayNs));
   if (s && due.range) s = link_->send(range, due.range_sample, due.range_sample.stamp + ns(kRangeDelayNs));
   if (s && due.baro) s = link_->send(baro, due.baro_sample, due.baro_sample.stamp + ns(kBaroDelayNs));
+  if (s && due.battery) s = link_->send(battery, due.battery_sample, due.battery_sample.stamp + ns(kBatteryDelayNs));
   if (s && due.camera) s = begin_frame();
   if (s && due.truth) s = send_truth_and_report();
   return s;

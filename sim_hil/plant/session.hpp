@@ -7,6 +7,7 @@
 #include "hal/stream.hpp"
 #include "sim_hil/plant/camera_feed.hpp"
 #include "sim_hil/plant/world.hpp"
+#include "sim_hil/plant_door.hpp"
 #include "sim_hil/plant_link.hpp"
 
 namespace sinew::plant {
@@ -31,6 +32,8 @@ struct SessionReport {
   std::int64_t wake_late_max_ns = 0;  // the kernel woke the physics thread so much too late
   std::int64_t work_max_ns = 0;       // from there until the samples of a millisecond had left
   std::uint64_t lease_expiries = 0;
+  bool stopped_by_supervisor = false;  // the stop line was pulled, at stopped_at of plant time
+  hal::Time stopped_at{};
   bool valid = true;
   std::string invalid_because;
   FlightSummary flight;
@@ -49,25 +52,30 @@ struct SessionReport {
 class Session {
  public:
   Session(hal::Os& os, CameraFeed& camera, const SessionOptions& options);
+  /// What this plant has on board, as its door announces it to side lines.
+  static sim_hil::PlantDescription description(const CameraOptions& view, const SessionOptions& options);
 
   /// Serves the runtime at the other end until it says Bye, goes away, or the duration is over.
   /// Errors:  what the handshake said; `report().reason` has it in words.
   hal::Status serve(std::unique_ptr<hal::Stream> stream);
+  /// The same with a runtime that came in by the door; the door's stop line ends all commands.
+  hal::Status serve(sim_hil::Caller caller, sim_hil::PlantDoor& door);
   const SessionReport& report() const { return report_; }
 
  private:
-  enum Device : std::uint16_t { imu, range, baro, camera, motors };
+  enum Device : std::uint16_t { imu, range, baro, camera, motors, battery };
   struct PendingFrame {
     sim_hil::FrameSlot slot;
     sim_hil::FrameMeta meta;
   };
 
-  sim_hil::PlantDescription description() const;
-  hal::Status open(std::unique_ptr<hal::Stream> stream);
+  hal::Status serve(sim_hil::Caller caller);
+  hal::Status open(sim_hil::Caller caller);
   void rehearse();
   hal::Status run_lockstep();
   hal::Status run_free();
   hal::Status advance_one_ms();
+  void heed_stop_line();
   hal::Status send_due(const Due& due);
   hal::Status begin_frame();
   hal::Status send_frame_due_by(hal::Time until, bool wait);
@@ -80,6 +88,7 @@ class Session {
   hal::Os& os_;
   CameraFeed& feed_;
   SessionOptions options_;
+  sim_hil::PlantDoor* door_ = nullptr;
   std::unique_ptr<hal::SharedMemory> frames_;
   std::unique_ptr<sim_hil::PlantLink> link_;
   std::unique_ptr<World> world_;

@@ -55,6 +55,8 @@ std::string SessionReport::json() const {
   j.integer("steps_late", steps_late);
   j.integer("frames", frames);
   j.integer("lease_expiries", lease_expiries);
+  j.boolean("stopped_by_supervisor", stopped_by_supervisor);
+  if (stopped_by_supervisor) j.number("stopped_at_s", msg::seconds(stopped_at));
   j.integer("seed", seed);
   j.number("mass_kg", mass_kg);
   j.number("plant_s", plant_s);
