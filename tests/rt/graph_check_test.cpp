@@ -335,11 +335,11 @@ TEST_F(GraphCheckTest, VirtualTimeNeedsExecutionTimes) {
   maker().exec = {};
   user().exec.constant = 0ns;
   spec.guardian.exec.constant = 3601s;
-  EXPECT_THAT(problems(),
-              ElementsAre("r.toml:11: module.maker.exec_us: missing: exec_us, exec_trace_us or exec_measured_factor; "
-                          "virtual time needs one",
-                          "r.toml:12: module.user.exec_us: 0: a number from 0.001 to 3600000000",
-                          "r.toml:40: guardian.exec_us: 3.601e+09: a number from 0.001 to 3600000000"));
+  EXPECT_THAT(problems(), ElementsAre("r.toml:11: module.maker.exec_us: missing: exec_us, exec_trace_us, "
+                                      "exec_quantiles_us or exec_measured_factor; "
+                                      "virtual time needs one",
+                                      "r.toml:12: module.user.exec_us: 0: a number from 0.001 to 3600000000",
+                                      "r.toml:40: guardian.exec_us: 3.601e+09: a number from 0.001 to 3600000000"));
   EXPECT_THAT(problems({}), IsEmpty()) << "real time needs none";
 }
 
@@ -354,6 +354,25 @@ TEST_F(GraphCheckTest, TracesAndMeasuredFactorsHaveRanges) {
   EXPECT_THAT(problems(), ElementsAre("r.toml:11: module.maker.exec_trace_us: a number out of range: an array of "
                                       "numbers from 0.001 to 3600000000",
                                       "r.toml:12: module.user.exec_measured_factor: nan: a number from 0.01 to 1000"));
+}
+
+TEST_F(GraphCheckTest, QuantilesOfExecutionTimesRiseToOne) {
+  const auto problems_with = [&](std::vector<ExecModel::Quantile> quantiles) {
+    maker().exec = {ExecModel::Kind::quantiles, {}, {}, 1.0, std::move(quantiles)};
+    return problems();
+  };
+  EXPECT_THAT(problems_with({{0.5, 12us}, {0.99, 30us}, {1.0, 30us}}), IsEmpty());
+  EXPECT_THAT(problems_with({}), ElementsAre("r.toml:11: module.maker.exec_quantiles_us: []: pairs [share, us], both "
+                                             "rising, shares from 0 to 1, the last one 1"));
+  using Quantiles = std::vector<ExecModel::Quantile>;
+  for (const Quantiles& wrong : {Quantiles{{0.5, 12us}},
+                                 {{0.5, 12us}, {0.5, 13us}, {1.0, 14us}},
+                                 {{-0.1, 1us}, {1.0, 2us}},
+                                 {{0.5, 12us}, {1.0, 11us}},
+                                 {{0.5, 0us}, {1.0, 11us}}})
+    EXPECT_THAT(problems_with(wrong),
+                ElementsAre("r.toml:11: module.maker.exec_quantiles_us: not a distribution: pairs [share, us], both "
+                            "rising, shares from 0 to 1, the last one 1"));
 }
 
 TEST_F(GraphCheckTest, ParametersExistAndAreInTheirRange) {
