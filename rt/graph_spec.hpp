@@ -4,9 +4,12 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "msg/image.hpp"
+#include "msg/safety.hpp"
 #include "rt/declaration.hpp"
 
 namespace sinew::rt {
@@ -20,10 +23,15 @@ struct Located {
 
 /// How long a step takes in virtual time. `none` is an error there, never zero.
 struct ExecModel {
-  enum class Kind : std::uint8_t { none, constant, trace, measured } kind = Kind::none;
+  enum class Kind : std::uint8_t { none, constant, trace, measured, quantiles } kind = Kind::none;
+  struct Quantile {
+    double share;   // of all steps, 0..1
+    Duration exec;  // that take at most this long
+  };
   Duration constant{};
-  std::vector<Duration> trace{};  // one entry a step, repeated from the start
-  double factor = 1.0;            // measured: the step's own CPU time times this
+  std::vector<Duration> trace{};      // one entry a step, repeated from the start
+  double factor = 1.0;                // measured, quantiles: times this
+  std::vector<Quantile> quantiles{};  // both rise, the last share is 1; drawn anew for each step, straight in between
 };
 
 struct ModuleSpec {
@@ -57,11 +65,26 @@ struct ThreadSpec {
   int line = 0;
 };
 
+/// "imu.raw" as module and port; without a dot the second part is empty.
+std::pair<std::string_view, std::string_view> split_topic(std::string_view name);
+
+/// The periods that a thread may have.
+inline constexpr Duration kShortestPeriod = std::chrono::microseconds(10), kLongestPeriod = std::chrono::hours(1);
+
+/// A topic that is written from outside, by the mailbox. The part of its name before the dot names the module that
+/// publishes it.
+struct ExternalSpec {
+  std::string type{};                                                  // of the message, "OperatorLink"
+  std::string thread{};                                                // at whose cycles it comes in
+  ExecModel exec{ExecModel::Kind::constant, Duration{1000}, {}, 1.0};  // of the module's step; its first topic's counts
+};
+
 struct TopicSpec {
   std::string name{};             // "camera.raw"
   std::uint32_t image_bytes = 0;  // capacity behind an image header
   std::uint32_t history = 0;      // messages kept for the tap; 0: default (500 ms of a periodic writer, 5 frames)
   int line = 0;
+  std::optional<ExternalSpec> external{};  // `writer = "external"`
 };
 
 struct ActuatorSpec {
@@ -83,8 +106,28 @@ struct ChainSpec {
   int line = 0;
 };
 
+/// A condition on a topic that the guardian watches, and what it does about it.
+struct FailsafeSpec {
+  enum class Kind : std::uint8_t {
+    silent,  // no message for `time`
+    stuck,   // messages for `time` that differ in nothing but their stamp
+    value,   // `field` below or above its limit, or not finite, for `time`
+  };
+  std::string name{};
+  Located<std::string> topic{};
+  Kind kind = Kind::silent;
+  Duration time{};
+  Located<std::string> field{};            // "voltage_v", "gyro_radps.x", "value[2]"
+  std::optional<double> below{}, above{};  // at least one, of kind value
+  msg::FailsafeAction action = msg::FailsafeAction::land;
+  std::optional<Duration> stop_after{};  // a landing that is not over by then is a stop
+  int line = 0;
+};
+
 struct GuardianSpec {
+  enum class Arming : std::uint8_t { automatic, manual };
   int priority = 99;
+  Arming arming = Arming::automatic;
   std::vector<int> cpus{};
   ExecModel exec{ExecModel::Kind::constant, Duration{5000}, {}, 1.0};
   int line = 0;
@@ -102,6 +145,7 @@ struct GraphSpec {
   std::vector<ActuatorSpec> actuators{};
   std::vector<ChainSpec> chains{};
   GuardianSpec guardian{};
+  std::vector<FailsafeSpec> failsafes{};
 };
 
 /// One thing that is wrong with a robot file.

@@ -137,6 +137,7 @@ Status decode_device(Get& get, std::uint64_t shared_bytes, DeviceInfo& d) {
     case DeviceKind::imu:
     case DeviceKind::range:
     case DeviceKind::baro:
+    case DeviceKind::battery:
       return {};
   }
   return bad("unknown kind of device", std::int64_t(d.kind));
@@ -158,10 +159,17 @@ Status sizes_of(Type type, Sizes& out) {
     case Type::grant:
     case Type::done:
     case Type::stop:
+    case Type::stopped:
       out = {0, 0};
       return {};
     case Type::clock:
       out = {kClockBytes, kClockBytes};
+      return {};
+    case Type::clock_ask:
+      out = {kClockAskBytes, kClockAskBytes};
+      return {};
+    case Type::clock_answer:
+      out = {kClockAnswerBytes, kClockAnswerBytes};
       return {};
     case Type::command:
       out = {kCommandBytes, kCommandBytes};
@@ -178,6 +186,9 @@ Status sizes_of(Type type, Sizes& out) {
       return {};
     case Type::baro:
       out = {kBaroBytes, kBaroBytes};
+      return {};
+    case Type::battery:
+      out = {kBatteryBytes, kBatteryBytes};
       return {};
     case Type::frame:
       out = {kFrameBytes, kMaxMessageBytes - kHeaderBytes};
@@ -217,12 +228,20 @@ std::string_view to_string(Type type) {
       return "Range";
     case Type::baro:
       return "Baro";
+    case Type::battery:
+      return "Battery";
     case Type::frame:
       return "Frame";
     case Type::truth:
       return "Truth";
     case Type::report:
       return "Report";
+    case Type::stopped:
+      return "Stopped";
+    case Type::clock_ask:
+      return "ClockAsk";
+    case Type::clock_answer:
+      return "ClockAnswer";
   }
   return "unknown";
 }
@@ -235,6 +254,8 @@ std::string_view to_string(DeviceKind kind) {
       return "range";
     case DeviceKind::baro:
       return "baro";
+    case DeviceKind::battery:
+      return "battery";
     case DeviceKind::camera:
       return "camera";
     case DeviceKind::actuators:
@@ -272,6 +293,12 @@ std::size_t encode(const ClockInfo& m, std::byte* out) noexcept {
   return Put(out).i64(m.host_ns).f64(m.rate).written();
 }
 
+std::size_t encode(const ClockAsk& m, std::byte* out) noexcept { return Put(out).i64(m.asked_ns).written(); }
+
+std::size_t encode(const ClockAnswer& m, std::byte* out) noexcept {
+  return Put(out).i64(m.asked_ns).i64(m.received_ns).i64(m.answered_ns).written();
+}
+
 std::size_t encode(const Command& m, std::byte* out) noexcept {
   Put put(out);
   put.i64(m.lease.count()).i64(m.setpoints.stamp.ns).u32(m.setpoints.count).u32(m.setpoints.armed);
@@ -289,6 +316,10 @@ std::size_t encode(const Sample<msg::RangeSample>& m, std::byte* out) noexcept {
 
 std::size_t encode(const Sample<msg::BaroSample>& m, std::byte* out) noexcept {
   return Put(out).i64(m.ready.ns).f64(m.value.pressure_pa).f64(m.value.temperature_c).written();
+}
+
+std::size_t encode(const Sample<msg::BatterySample>& m, std::byte* out) noexcept {
+  return Put(out).i64(m.ready.ns).f64(m.value.voltage_v).f64(m.value.current_a).f64(m.value.charge).written();
 }
 
 std::size_t encode(const FrameInfo& m, std::byte* out) noexcept {
@@ -337,7 +368,8 @@ Status decode(const Header&, Bytes payload, Hello& out) {
   out.accepts_shared_memory = (get.u32() & 1) != 0;
   get.u32();
   if (!get.name(out.robot)) return bad("robot has no proper name");
-  if (out.mode != Mode::lockstep && out.mode != Mode::free_running) return bad("unknown mode", std::int64_t(out.mode));
+  if (out.mode != Mode::lockstep && out.mode != Mode::free_running && out.mode != Mode::side_line)
+    return bad("unknown mode", std::int64_t(out.mode));
   if (!is_rate(out.rate)) return bad("rate is not from 0.001 to 1000");
   return {};
 }
@@ -373,6 +405,23 @@ Status decode(const Header&, Bytes payload, ClockInfo& out) noexcept {
   out.rate = get.f64();
   if (!is_time(out.host_ns)) return bad("host clock is out of range", out.host_ns);
   if (!is_rate(out.rate)) return bad("rate is not from 0.001 to 1000");
+  return {};
+}
+
+Status decode(const Header&, Bytes payload, ClockAsk& out) noexcept {
+  if (auto ok = expect_size(payload, kClockAskBytes); !ok) return ok;
+  out.asked_ns = Get(payload).i64();
+  if (!is_time(out.asked_ns)) return bad("host clock is out of range", out.asked_ns);
+  return {};
+}
+
+Status decode(const Header&, Bytes payload, ClockAnswer& out) noexcept {
+  if (auto ok = expect_size(payload, kClockAnswerBytes); !ok) return ok;
+  Get get(payload);
+  out.asked_ns = get.i64(), out.received_ns = get.i64(), out.answered_ns = get.i64();
+  for (const std::int64_t ns : {out.asked_ns, out.received_ns, out.answered_ns})
+    if (!is_time(ns)) return bad("host clock is out of range", ns);
+  if (out.answered_ns < out.received_ns) return bad("clock was answered before it was asked", out.answered_ns);
   return {};
 }
 
@@ -419,6 +468,17 @@ Status decode(const Header& h, Bytes payload, Sample<msg::BaroSample>& out) noex
   out.value.stamp = h.time;
   out.value.pressure_pa = get.f64();
   out.value.temperature_c = get.f64();
+  return {};
+}
+
+Status decode(const Header& h, Bytes payload, Sample<msg::BatterySample>& out) noexcept {
+  if (auto ok = expect_size(payload, kBatteryBytes); !ok) return ok;
+  Get get(payload);
+  if (auto ok = decode_ready(h, get, out.ready); !ok) return ok;
+  out.value.stamp = h.time;
+  out.value.voltage_v = get.f64();
+  out.value.current_a = get.f64();
+  out.value.charge = get.f64();
   return {};
 }
 

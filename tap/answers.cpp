@@ -1,9 +1,13 @@
 #include "tap/answers.hpp"
 
 #include <array>
+#include <cmath>
+#include <cstring>
 
 #include "hal/linux/run_dir.hpp"
+#include "msg/json.hpp"
 #include "rt/parameters.hpp"
+#include "rt/safety_text.hpp"
 #include "tap/frames.hpp"
 
 namespace sinew::tap {
@@ -87,7 +91,7 @@ struct Answers::Command {
 };
 
 const Answers::Command* Answers::find(std::string_view name) {
-  static constexpr std::array<Command, 11> kCommands{{{"hello", &Answers::hello},
+  static constexpr std::array<Command, 15> kCommands{{{"hello", &Answers::hello},
                                                       {"topics", &Answers::topics},
                                                       {"status", &Answers::status},
                                                       {"params", &Answers::params},
@@ -97,6 +101,10 @@ const Answers::Command* Answers::find(std::string_view name) {
                                                       {"param.set", &Answers::set_param},
                                                       {"module.enable", &Answers::enable},
                                                       {"module.disable", &Answers::disable},
+                                                      {"thread.period", &Answers::set_period},
+                                                      {"arm", &Answers::arm},
+                                                      {"disarm", &Answers::disarm},
+                                                      {"publish", &Answers::publish},
                                                       {"stop", &Answers::stop}}};
   for (const Command& c : kCommands)
     if (c.name == name) return &c;
@@ -109,6 +117,12 @@ Answers::Answers(rt::Graph& graph, rt::Runner& runner, hal::Os& os, Bells* bells
     auto& values = values_.emplace_back();
     for (const auto& p : m.declaration.params) values.push_back(rt::current(p));
   }
+  const rt::SegmentHeader& segment = graph_.segment().header();
+  auto reader = Reader::open({reinterpret_cast<const std::byte*>(&segment), segment.bytes});
+  if (!reader) return;
+  reader_.emplace(std::move(*reader));
+  for (std::uint32_t t = 0; t < reader_->topics().size(); ++t)
+    if (reader_->topics()[t].info == &msg::type_info<msg::SafetyState>()) safety_topic_ = t;
 }
 
 Reply Answers::answer(std::string_view text, std::uint64_t client) {
@@ -136,10 +150,15 @@ Reply Answers::answer(std::string_view text, std::uint64_t client) {
 }
 
 std::optional<Json> Answers::settle(const Change& change) {
-  const auto step = graph_.taken_at(change.ticket);
-  if (!step) return std::nullopt;
+  const auto effect = graph_.effect(change.ticket);
+  if (!effect) return std::nullopt;
   Json reply = change.reply;
-  reply["step"] = *step;
+  if (effect->refused) {
+    std::string why;
+    for (const std::string& reason : not_ready()) why += (why.empty() ? "" : "; ") + reason;
+    reply.update(refused(hal::Errc::denied, why.empty() ? "not ready" : why));
+  }
+  reply["step"] = effect->step;
   return reply;
 }
 
@@ -151,9 +170,9 @@ Json Answers::still_waiting(const Change& change) const {
 
 void Answers::follow() {
   std::erase_if(in_flight_, [this](const ParamChange& c) {
-    if (!graph_.taken_at(c.ticket)) return false;
-    values_[c.module][c.param] = c.value;
-    return true;
+    const auto effect = graph_.effect(c.ticket);
+    if (effect && !effect->refused) values_[c.module][c.param] = c.value;
+    return effect.has_value();
   });
 }
 
@@ -177,6 +196,7 @@ Reply Answers::topics(const Json&) { return good(directory_json(graph_)); }
 Reply Answers::status(const Json&) {
   Json json = status_json(graph_, runner_);
   json["now_ns"] = os_.now().ns;
+  if (Json guardian = guardian_json(); !guardian.is_null()) json["guardian"] = std::move(guardian);
   if (outsiders) json["outsiders"] = outsiders();
   return good(json);
 }
@@ -259,6 +279,36 @@ Reply Answers::subscribe(const Json& request) {
   return good(json);
 }
 
+/// The newest message of the guardian's SafetyState, read as an outsider reads it.
+std::optional<msg::SafetyState> Answers::safety() const {
+  if (!safety_topic_) return std::nullopt;
+  std::array<std::byte, sizeof(rt::SlotHeader) + sizeof(msg::SafetyState)> copy;
+  for (int i = 0; i < 8; ++i) {
+    const auto message = reader_->newest(*safety_topic_);
+    if (!message) return std::nullopt;
+    if (!reader_->copy(*message, copy)) continue;
+    msg::SafetyState state;
+    std::memcpy(&state, copy.data() + sizeof(rt::SlotHeader), sizeof state);
+    return state;
+  }
+  return std::nullopt;
+}
+
+std::vector<std::string> Answers::not_ready() const {
+  const auto state = safety();
+  return state ? rt::not_ready(graph_.spec(), *state) : std::vector<std::string>{};
+}
+
+Json Answers::guardian_json() const {
+  const auto state = safety();
+  if (!state) return {};
+  std::string text;
+  msg::to_json(msg::type_info<msg::SafetyState>(), &*state, text);
+  Json json = Json::parse(text, nullptr, false);
+  json["reasons"] = rt::not_ready(graph_.spec(), *state);
+  return json;
+}
+
 // ---- requests that change
 
 Reply Answers::set_param(const Json& request) {
@@ -270,7 +320,7 @@ Reply Answers::set_param(const Json& request) {
   if (!value) return needs("value", "true, false, a number or a text");
   std::string why;
   const auto ticket = graph_.set_param(*module, *param, *value, &why);
-  if (!ticket) return refuse(ticket.error().code, why.empty() ? ticket.error().where : why);
+  if (!ticket) return posted(ticket, why, Json::object());
   const std::size_t m = graph_.find_module(*module);
   const auto& params = graph_.modules()[m].declaration.params;
   const auto p = static_cast<std::size_t>(rt::find_param(graph_.modules()[m].declaration, *param) - params.data());
@@ -278,22 +328,66 @@ Reply Answers::set_param(const Json& request) {
       std::holds_alternative<double*>(params[p].target) && std::holds_alternative<std::int64_t>(*value);
   const rt::ParamValue set = widened ? rt::ParamValue(static_cast<double>(std::get<std::int64_t>(*value))) : *value;
   in_flight_.push_back({*ticket, m, p, set});
-  Reply reply;
-  reply.change = {*ticket, {{"ok", true}, {"module", *module}, {"param", *param}, {"value", to_json(set)}}};
+  return posted(ticket, why, {{"module", *module}, {"param", *param}, {"value", to_json(set)}});
+}
+
+/// The reply to what was posted, or to what was refused at once.
+Reply Answers::posted(const hal::Result<rt::Ticket>& ticket, const std::string& why, const Json& members) {
+  if (!ticket) return refuse(ticket.error().code, why.empty() ? ticket.error().where : why);
+  Reply reply = good(members);
+  reply.change = {*ticket, std::move(reply.json)};
   return reply;
 }
 
 Reply Answers::set_enabled(const Json& request, bool enabled) {
   const std::string* module = text_of(request, "module");
   if (!module) return needs("module", "a module's name");
-  const auto ticket = graph_.set_enabled(*module, enabled);
-  if (!ticket) {
-    const bool unknown = ticket.error().code == hal::Errc::not_found;
-    return refuse(ticket.error().code, unknown ? "no module " + *module : ticket.error().where);
-  }
-  Reply reply;
-  reply.change = {*ticket, {{"ok", true}, {"module", *module}, {"enabled", enabled}}};
-  return reply;
+  std::string why;
+  const auto ticket = graph_.set_enabled(*module, enabled, &why);
+  return posted(ticket, why, {{"module", *module}, {"enabled", enabled}});
+}
+
+Reply Answers::set_period(const Json& request) {
+  const std::string* thread = text_of(request, "thread");
+  if (!thread) return needs("thread", "a thread's name");
+  const auto at = request.find("period_us");
+  if (at == request.end() || !at->is_number()) return needs("period_us", "a number");
+  const double us = at->get<double>();
+  if (!(us > 0 && us < 1e12)) return needs("period_us", "a number from 10 to 3600000000");
+  std::string why;
+  const auto ticket = graph_.set_period(*thread, hal::Duration{std::llround(us * 1e3)}, &why);
+  return posted(ticket, why, {{"thread", *thread}, {"period_us", us}});
+}
+
+Reply Answers::arm(const Json&) {
+  std::string why;
+  const auto ticket = graph_.arm(&why);
+  return posted(ticket, why, Json::object());
+}
+
+Reply Answers::disarm(const Json&) {
+  std::string why;
+  const auto ticket = graph_.disarm(&why);
+  return posted(ticket, why, Json::object());
+}
+
+Reply Answers::publish(const Json& request) {
+  const std::string* topic = text_of(request, "topic");
+  if (!topic) return needs("topic", "a topic's name");
+  const auto message = request.find("message");
+  if (message == request.end() || !message->is_object()) return needs("message", "an object");
+  const std::uint32_t t = graph_.find_topic(*topic);
+  if (t == rt::kNone) return refuse(hal::Errc::not_found, "no topic " + *topic);
+  const msg::TypeInfo& type = *graph_.topics()[t].type;
+  if (type.has_bulk() || type.align > alignof(std::max_align_t))
+    return refuse(hal::Errc::not_supported,
+                  *topic + " holds " + std::string(type.name) + ": no such message comes in by the socket");
+  std::vector<std::max_align_t> room(type.size / sizeof(std::max_align_t) + 1);
+  if (const auto wrong = msg::from_json(type, to_text(*message), room.data()))
+    return refuse(hal::Errc::bad_argument, "\"message\": " + wrong->text());
+  std::string why;
+  const auto ticket = graph_.publish(*topic, std::as_bytes(std::span(room)).first(type.size), &why);
+  return posted(ticket, why, {{"topic", *topic}});
 }
 
 Reply Answers::enable(const Json& request) { return set_enabled(request, true); }

@@ -9,9 +9,11 @@
 #include <vector>
 
 #include "hal/os.hpp"
+#include "msg/safety.hpp"
 #include "rt/graph.hpp"
 #include "rt/runner.hpp"
 #include "tap/bells.hpp"
+#include "tap/reader.hpp"
 
 namespace sinew::tap {
 
@@ -71,7 +73,15 @@ class Answers {
   Reply enable(const Json& request);
   Reply disable(const Json& request);
   Reply stop(const Json& request);
+  Reply set_period(const Json& request);
+  Reply arm(const Json& request);
+  Reply disarm(const Json& request);
+  Reply publish(const Json& request);
   Reply set_enabled(const Json& request, bool enabled);
+  Reply posted(const hal::Result<rt::Ticket>& ticket, const std::string& why, const Json& members);
+  std::optional<msg::SafetyState> safety() const;
+  std::vector<std::string> not_ready() const;
+  Json guardian_json() const;
   Json param_json(const rt::GraphModule& module, std::size_t param, const rt::ParamValue& value) const;
 
   struct ParamChange {
@@ -87,6 +97,8 @@ class Answers {
   std::uint64_t client_ = 0;                         // whose request is being answered
   std::vector<std::vector<rt::ParamValue>> values_;  // by module and parameter
   std::vector<ParamChange> in_flight_;
+  std::optional<Reader> reader_;  // of our own topics, as an outsider
+  std::optional<std::uint32_t> safety_topic_;
 };
 
 /// The descriptions of topics and types, and all counters, as docs/robot-socket.md has them.

@@ -47,6 +47,10 @@ Json histogram(const rt::Histogram& h) {
           {"max_ns", h.max().count()}};
 }
 
+Json gaps(const rt::GapStats& s) {
+  return {{"count", s.count.value()}, {"min_ns", s.min_ns.value()}, {"max_ns", s.max_ns.value()}};
+}
+
 const char* trigger_name(rt::ThreadSpec::Trigger t) {
   using T = rt::ThreadSpec::Trigger;
   return t == T::period ? "period" : t == T::topics ? "topics" : "device";
@@ -58,7 +62,7 @@ Json thread_json(const rt::Graph& graph, const rt::GraphThread& t, const rt::Thr
   return {{"name", t.spec.name},
           {"priority", t.spec.priority},
           {"trigger", trigger_name(t.spec.trigger)},
-          {"period_ns", t.spec.period.count()},
+          {"period_ns", s.period_ns.value()},
           {"modules", std::move(modules)},
           {"releases", s.releases.value()},
           {"completions", s.completions.value()},
@@ -67,6 +71,8 @@ Json thread_json(const rt::Graph& graph, const rt::GraphThread& t, const rt::Thr
           {"coalesced", s.coalesced.value()},
           {"timeouts", s.timeouts.value()},
           {"preemptions", s.preemptions.value()},
+          {"throttled", gaps(s.throttled)},
+          {"taken", gaps(s.taken)},
           {"lateness", histogram(s.lateness)},
           {"exec", histogram(s.exec)}};
 }
@@ -102,7 +108,8 @@ Json directory_json(const rt::Graph& graph) {
                       {"message_bytes", topic.type->size},
                       {"bulk_bytes", topic.image_bytes},
                       {"keep", graph.slots(t).keep},
-                      {"rate_hz", graph.planned_rate_hz(t)}});
+                      {"rate_hz", graph.planned_rate_hz(t)},
+                      {"external", writer.external != nullptr}});
   }
   return {{"topics", std::move(topics)}, {"types", std::move(types)}};
 }

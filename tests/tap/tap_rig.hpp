@@ -105,18 +105,6 @@ class Follower final : public rt::Module {
   double height_m_ = 0;
 };
 
-class NoBoard final : public hal::Board {
- public:
-  hal::Result<hal::Imu*> imu(std::string_view) override { return none(); }
-  hal::Result<hal::Range*> range(std::string_view) override { return none(); }
-  hal::Result<hal::Baro*> baro(std::string_view) override { return none(); }
-  hal::Result<hal::Camera*> camera(std::string_view) override { return none(); }
-  hal::Result<hal::Actuators*> actuators(std::string_view) override { return none(); }
-
- private:
-  static hal::Error none() { return {hal::Errc::not_found, "no such device"}; }
-};
-
 struct RobotOptions {
   std::string name = "robot";
   bool shared_memory = true;
@@ -216,7 +204,7 @@ class Robot {
     return g;
   }
 
-  NoBoard board_;
+  hal::EmptyBoard board_;
   hal::ManualClock clock_;
   std::unique_ptr<hal::GrantSource> grants_;
 };
