@@ -151,6 +151,48 @@ TEST(Server, ChangeOfAThreadThatDoesNotRunIsAcceptedAndSaidToWait) {
   EXPECT_EQ(value(), 2.0);
 }
 
+TEST(Server, MessageFromOutsideIsPublishedWithTheStep) {
+  Robot robot;
+  robot.start();
+  auto client = robot.client();
+  const auto publish = [&](const Json& message) {
+    return ask(*client, "publish", {{"topic", "operator.range"}, {"message", message}});
+  };
+  const Json reply = publish({{"range_m", 1.5}});
+  EXPECT_EQ(reply["ok"], true) << reply;
+  ASSERT_TRUE(reply["step"].is_number()) << reply;
+  auto reader = client->reader();
+  ASSERT_TRUE(reader);
+  const auto topic = *(*reader)->find("operator.range");
+  std::vector<std::byte> copy((*reader)->bytes(topic));
+  for (;;) {
+    const auto message = (*reader)->newest(topic);
+    if (!message || !(*reader)->copy(*message, copy)) continue;
+    msg::RangeSample r;
+    std::memcpy(&r, copy.data() + sizeof(rt::SlotHeader), sizeof r);
+    EXPECT_EQ(r.range_m, 1.5);
+    break;
+  }
+  EXPECT_EQ(publish({{"range_m", "far"}})["error"]["why"],
+            "\"message\": at 11: range_m: \"far\": a number, \"NaN\", \"Infinity\" or \"-Infinity\"");
+  EXPECT_EQ(publish({{"range_m", "NaN"}})["error"]["why"], "not finite: finite numbers in every field");
+  EXPECT_EQ(ask(*client, "publish", {{"topic", "counter.range"}, {"message", Json::object()}})["error"]["why"],
+            "counter.range is written by module counter; only topics with writer = \"external\" take messages");
+}
+
+TEST(Server, PeriodOfAThreadIsChanged) {
+  Robot robot;
+  robot.start();
+  auto client = robot.client();
+  const Json reply = ask(*client, "thread.period", {{"thread", "slow"}, {"period_us", 2500.5}});
+  EXPECT_EQ(reply["ok"], true) << reply;
+  EXPECT_TRUE(reply["step"].is_number()) << reply;
+  EXPECT_EQ(find_in(ask(*client, "status")["threads"], "name", "slow")["period_ns"], 2'500'500);
+  EXPECT_EQ(ask(*client, "thread.period", {{"thread", "slow"}, {"period_us", 1}})["error"]["why"],
+            "1 us: a number from 10 to 3600000000");
+  EXPECT_EQ(ask(*client, "arm")["error"]["why"], "this robot has no actuators and so no guardian");
+}
+
 TEST(Server, StopAsksTheProgram) {
   std::atomic<int> stops{0};
   RobotOptions options;
