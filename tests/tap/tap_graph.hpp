@@ -87,7 +87,8 @@ class Follower final : public rt::Module {
 struct GraphOptions {
   std::string name = "robot";
   hal::Duration period = 2ms, eye_period = 5ms;
-  int priority = 0;  // of the fast thread; 0: any, for runs without priorities
+  std::uint32_t image_history = 0;  // 0: the default
+  int priority = 0;                 // of the fast thread; 0: any, for runs without priorities
 };
 
 inline rt::ModuleTypes robot_types() {
@@ -117,7 +118,7 @@ inline rt::GraphSpec robot_spec(const GraphOptions& o) {
   slow.order = {{"eye", 0}};
   g.threads = {fast, slow};
   rt::TopicSpec image, wind;
-  image.name = "eye.image", image.image_bytes = Eye::kWidth * Eye::kHeight;
+  image.name = "eye.image", image.image_bytes = Eye::kWidth * Eye::kHeight, image.history = o.image_history;
   wind.name = "operator.range";
   wind.external.emplace();
   wind.external->type = "RangeSample", wind.external->thread = "slow";

@@ -38,16 +38,14 @@ struct RobotOptions {
   std::string name = "robot";
   bool shared_memory = true;
   std::uint32_t first_sequence = 0xFFFFFF00;
-  hal::Duration period = 2ms, eye_period = 5ms;
-  int priority = 0;  // of the fast thread; 0: ordinary for all
+  GraphOptions graph{};
   ServerOptions server{};
 };
 
 class Robot {
  public:
   explicit Robot(const RobotOptions& options = {})
-      : options_(options),
-        graph(robot_spec({options.name, options.period, options.eye_period, options.priority}), robot_types()) {
+      : options_(options), graph(robot_spec(options.graph), robot_types()) {
     for (const auto& p : graph.check({.virtual_time = true})) ADD_FAILURE() << rt::to_string(p, "robot");
     rt::ConfigureOptions configure;
     configure.os = options.shared_memory ? &os : nullptr;
@@ -62,14 +60,14 @@ class Robot {
   void start() {
     rt::RealTimeOptions o;
     o.lock_memory = false;
-    o.fixed_priority = options_.priority > 0;
+    o.fixed_priority = options_.graph.priority > 0;
     real = std::make_unique<rt::RealTimeExecutor>(graph, os, o);
     ASSERT_TRUE(real->start());
     open(real->runner());
   }
   /// Virtual time, as far as it is asked to run().
-  void prepare(rt::Duration duration) {
-    grants_ = std::make_unique<hal::FixedGrant>(hal::Time{} + duration);
+  void prepare(rt::Duration duration, std::unique_ptr<hal::GrantSource> grants = nullptr) {
+    grants_ = grants ? std::move(grants) : std::make_unique<hal::FixedGrant>(hal::Time{} + duration);
     rt::DiscreteOptions o;
     o.duration = duration;
     o.hash_topics = true;
