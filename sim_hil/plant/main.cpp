@@ -75,6 +75,10 @@ void describe(CLI::App& app, Settings& s) {
                  "SCHED_FIFO priority of the physics thread in real time; 0: none")
       ->check(CLI::Range(0, 99))
       ->capture_default_str();
+  app.add_option("--relink", s.session.relink_s,
+                 "real time: when the runtime is lost, the world waits so many seconds for another; 0: it ends")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   app.add_option("--wait", s.wait_s, "give up when no runtime has come after so many seconds")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
