@@ -20,10 +20,11 @@ struct RunOptions {
   std::vector<std::string> set;  // "module.param=value"
   std::string plant;             // "auto", "unix:PATH", "tcp:HOST:PORT"; empty: the file's
   std::vector<std::string> plant_args;
-  std::string camera;   // "640x480" for a plant of our own; empty: the file's
-  std::string plot;     // where a plot goes; empty: none
-  bool plain = false;   // no live table, also on a terminal
-  bool quiet = false;   // only the result
+  std::vector<std::string> faults;  // for a plant of our own: docs/faults.md
+  std::string camera;               // "640x480" for a plant of our own; empty: the file's
+  std::string plot;                 // where a plot goes; empty: none
+  bool plain = false;               // no live table, also on a terminal
+  bool quiet = false;               // only the result
   bool strict = false;  // real time: no start where `sinew doctor` has something to say, or a privilege is missing
   bool json = false;    // only one JSON object, at the end
 };

@@ -68,6 +68,9 @@ class SimRun {
     request.camera_height = robot_.sim.camera_height;
     request.lockstep = options_.virtual_time;
     request.extra = options_.plant_args;
+    if (!options_.faults.empty() && request.endpoint != "auto")
+      return fail("--fault: only a plant that this run starts itself (plant \"auto\") plays faults");
+    for (const std::string& fault : options_.faults) request.extra.insert(request.extra.end(), {"--fault", fault});
     std::string why;
     plant_ = PlantProcess::open(request, why);
     if (!plant_) return fail(why);
@@ -200,6 +203,9 @@ class SimRun {
   int verdict(bool real_time) {
     const auto report = parse_report(report_.get());
     if (!report) return summary_.finish("the plant sent no report", mission_->exists() ? 1 : 0);
+    std::vector<std::string> faults;
+    for (const auto& f : report->faults) faults.push_back(fmt::format("{}: struck {} times", f.text, f.affected));
+    summary_.add_reasons("fault", "faults", faults);
     const auto invalid = invalid_because(*report, board_->stats(), real_time);
     summary_.add_reasons("invalid", "invalid_because", invalid);
     if (real_time)
