@@ -63,6 +63,9 @@ class SimRun {
     request.camera_height = robot_.sim.camera_height;
     request.lockstep = options_.virtual_time;
     request.extra = options_.plant_args;
+    if (!options_.faults.empty() && request.endpoint != "auto")
+      return fail("--fault: only a plant that this run starts itself (plant \"auto\") plays faults");
+    for (const std::string& fault : options_.faults) request.extra.insert(request.extra.end(), {"--fault", fault});
     std::string why;
     plant_ = PlantProcess::open(request, why);
     if (!plant_) return fail(why);
@@ -214,6 +217,9 @@ class SimRun {
       std::printf("result              the plant sent no report\n");
       return mission_->exists() ? 1 : 0;
     }
+    for (const auto& f : report->faults)
+      std::printf("fault               %s: struck %llu times\n", f.text.c_str(),
+                  static_cast<unsigned long long>(f.affected));
     for (std::size_t i = 0; i < graph_.spec().failsafes.size(); ++i)
       if (mission_->safety().acted >> i & 1)
         std::printf("failsafe            %s acted\n", graph_.spec().failsafes[i].name.c_str());

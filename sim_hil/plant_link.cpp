@@ -337,6 +337,7 @@ Setpoints PlantLink::setpoints_at(std::uint16_t device, Time t) {
   out.valid = leased;
   out.lease_over = wanted && !leased;
   out.count = c.count;
+  if (group.any) out.commit = group.active.commit, out.stamp = c.stamp, out.lease = group.active.command.lease;
   if (leased) out.value = c.value;
   return out;
 }

@@ -27,6 +27,8 @@ struct Setpoints {
   bool lease_over = false;
   std::uint32_t count = 0;
   std::array<double, msg::kMaxChannels> value{};
+  Time commit{-1}, stamp{-1};  // of the newest command or stop, valid or not; its measurement's stamp
+  Duration lease{0};
 };
 
 /// Room for one camera frame; written by whoever renders, on any thread, until send_frame().
