@@ -20,6 +20,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr rt::Duration kAfterMission = 300ms;  // so that what happens at rest is in the report
+constexpr rt::Duration kAfterFailsafe = 3s;    // it may have been stopped in the air
 constexpr rt::Duration kTablePeriod = 200ms, kLinePeriod = 2s;
 
 // The plant's latest report; written by the receiving thread.
@@ -203,7 +204,7 @@ class SimRun {
     mission_->look();
     if (!mission_->ended()) return false;
     if (mission_end_ == hal::kNever) mission_end_ = now;
-    return now - mission_end_ >= kAfterMission;
+    return now - mission_end_ >= (mission_->safety().acted ? kAfterFailsafe : kAfterMission);
   }
 
   void end_plant() {
