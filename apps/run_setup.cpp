@@ -11,6 +11,9 @@
 namespace sinew::app {
 namespace {
 
+constexpr const char* kGuardianState = "guardian.state";
+constexpr msg::Duration kSafeForGood = std::chrono::seconds(3);  // a fall from the search height takes less
+
 rt::ParamValue value_of(const std::string& text) {
   if (text == "true" || text == "false") return text == "true";
   std::int64_t integer = 0;
@@ -68,8 +71,12 @@ std::optional<Prepared> prepare(const RunOptions& options) {
 }
 
 std::vector<std::string> MissionWatch::taps(const rt::Graph& graph) {
-  for (const auto& topic : graph.topics())
-    if (topic.type == &msg::type_info<msg::MissionState>()) return {topic.name};
+  for (const auto& topic : graph.topics()) {
+    if (topic.type != &msg::type_info<msg::MissionState>()) continue;
+    std::vector<std::string> names{topic.name};
+    if (graph.find_topic(kGuardianState) != rt::kNone) names.emplace_back(kGuardianState);
+    return names;
+  }
   return {};
 }
 
@@ -77,6 +84,7 @@ MissionWatch::MissionWatch(rt::Graph& graph) {
   if (graph.taps().empty()) return;
   latch_.emplace(graph.segment());
   latch_->bind(port_, graph.taps()[0]);
+  if (graph.taps().size() > 1) latch_->bind(safety_port_, graph.taps()[1]);
 }
 
 const msg::MissionState* MissionWatch::look() {
@@ -86,8 +94,16 @@ const msg::MissionState* MissionWatch::look() {
     last_ = *state;
     any_ = true;
   }
+  if (const auto* safety = safety_port_.get()) {
+    last_safety_ = *safety;
+    if (safety->mode != msg::GuardianMode::safe || calm_.ns == 0) calm_ = safety->stamp;
+  }
   latch_->release();
   return any_ ? &last_ : nullptr;
+}
+
+bool MissionWatch::ended() const {
+  return last_.phase == msg::MissionPhase::done || last_safety_.stamp - calm_ > kSafeForGood;
 }
 
 const char* to_string(msg::MissionPhase phase) {

@@ -220,6 +220,9 @@ class SimRun {
     for (const auto& f : report->faults)
       std::printf("fault               %s: struck %llu times\n", f.text.c_str(),
                   static_cast<unsigned long long>(f.affected));
+    for (std::size_t i = 0; i < graph_.spec().failsafes.size(); ++i)
+      if (mission_->safety().acted >> i & 1)
+        std::printf("failsafe            %s acted\n", graph_.spec().failsafes[i].name.c_str());
     const auto invalid = invalid_because(*report, board_->stats(), real_time);
     for (const auto& reason : invalid) std::printf("invalid             %s\n", reason.c_str());
     if (real_time) std::printf("longest IMU gap     %.3f ms\n", report->imu_gap_max_s * 1e3);
