@@ -62,6 +62,8 @@ void describe_run(CLI::App& run, app::RunOptions& o) {
   run.add_option("--plant", o.plant, "sim board: auto, unix:PATH or tcp:HOST:PORT");
   run.add_option("--plant-arg", o.plant_args, "one more argument for sinew-sim; may be repeated")
       ->allow_extra_args(false);
+  run.add_option("--fault", o.faults, "sim board: a fault for the plant to play, e.g. imu:stuck@5+0.5; may be repeated")
+      ->allow_extra_args(false);
   run.add_option("--camera", o.camera, "sim board: size of the camera's frames, e.g. 640x480");
   run.add_option("--plot", o.plot, "dataset board: write a plot (SVG) of the tilt error here");
   run.add_flag("--plain", o.plain, "no live table");

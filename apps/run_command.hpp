@@ -17,10 +17,11 @@ struct RunOptions {
   std::vector<std::string> set;  // "module.param=value"
   std::string plant;             // "auto", "unix:PATH", "tcp:HOST:PORT"; empty: the file's
   std::vector<std::string> plant_args;
-  std::string camera;  // "640x480" for a plant of our own; empty: the file's
-  std::string plot;    // where a plot goes; empty: none
-  bool plain = false;  // no live table, also on a terminal
-  bool quiet = false;  // only the result
+  std::vector<std::string> faults;  // for a plant of our own: docs/faults.md
+  std::string camera;               // "640x480" for a plant of our own; empty: the file's
+  std::string plot;                 // where a plot goes; empty: none
+  bool plain = false;               // no live table, also on a terminal
+  bool quiet = false;               // only the result
 };
 
 /// Flies or drives a robot file. Exit code 0: everything went well (a mission: landed well in a valid run); 1: the run

@@ -63,6 +63,9 @@ class SimRun {
     request.camera_height = robot_.sim.camera_height;
     request.lockstep = options_.virtual_time;
     request.extra = options_.plant_args;
+    if (!options_.faults.empty() && request.endpoint != "auto")
+      return fail("--fault: only a plant that this run starts itself (plant \"auto\") plays faults");
+    for (const std::string& fault : options_.faults) request.extra.insert(request.extra.end(), {"--fault", fault});
     std::string why;
     plant_ = PlantProcess::open(request, why);
     if (!plant_) return fail(why);
@@ -214,6 +217,9 @@ class SimRun {
       std::printf("result              the plant sent no report\n");
       return mission_->exists() ? 1 : 0;
     }
+    for (const auto& f : report->faults)
+      std::printf("fault               %s: struck %llu times\n", f.text.c_str(),
+                  static_cast<unsigned long long>(f.affected));
     const auto invalid = invalid_because(*report, board_->stats(), real_time);
     for (const auto& reason : invalid) std::printf("invalid             %s\n", reason.c_str());
     if (real_time) std::printf("longest IMU gap     %.3f ms\n", report->imu_gap_max_s * 1e3);

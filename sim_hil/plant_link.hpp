@@ -27,6 +27,8 @@ struct Setpoints {
   bool lease_over = false;
   std::uint32_t count = 0;
   std::array<double, msg::kMaxChannels> value{};
+  Time commit{-1}, stamp{-1};  // of the newest command or stop, valid or not; its measurement's stamp
+  Duration lease{0};
 };
 
 /// Room for one camera frame; written by whoever renders, on any thread, until send_frame().
@@ -76,6 +78,7 @@ class PlantLink {
   hal::Status send(std::uint16_t device, const msg::ImuSample& sample, Time ready);
   hal::Status send(std::uint16_t device, const msg::RangeSample& sample, Time ready);
   hal::Status send(std::uint16_t device, const msg::BaroSample& sample, Time ready);
+  hal::Status send(std::uint16_t device, const msg::BatterySample& sample, Time ready);
   hal::Status send_truth(Time now, const Truth& truth);
   hal::Status send_report(Time now, std::string_view json);
 

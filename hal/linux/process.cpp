@@ -13,6 +13,8 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
+#include <filesystem>
 
 #include "hal/linux/os.hpp"
 
@@ -49,7 +51,7 @@ Result<std::unique_ptr<ChildProcess>> ChildProcess::start(const std::vector<std:
   int report[2];  // closed by a successful exec; else carries its errno
   if (pipe2(report, O_CLOEXEC) != 0) return Error{Errc::io, "pipe2", errno};
   const pid_t parent = getpid();
-  const pid_t pid = fork();
+  const pid_t pid = ::fork();
   if (pid == 0) become(raw, log_path.empty() ? nullptr : log_path.c_str(), report[1], parent);
   const int fork_error = errno;
   close(report[1]);
@@ -65,6 +67,20 @@ Result<std::unique_ptr<ChildProcess>> ChildProcess::start(const std::vector<std:
     return Error{error == ENOENT ? Errc::not_found : Errc::io, "exec", error};
   }
   return std::unique_ptr<ChildProcess>(new ChildProcess(pid));
+}
+
+Result<std::unique_ptr<ChildProcess>> ChildProcess::fork(const std::function<int()>& body) {
+  std::error_code unreadable;
+  std::size_t threads = 0;
+  for (std::filesystem::directory_iterator task("/proc/self/task", unreadable), end; !unreadable && task != end;
+       task.increment(unreadable))
+    ++threads;
+  if (threads > 1) return Error{Errc::not_supported, "fork with more than one thread", std::int64_t(threads)};
+  std::fflush(nullptr);  // or both would write what is buffered
+  const pid_t pid = ::fork();
+  if (pid < 0) return Error{Errc::io, "fork", errno};
+  if (pid > 0) return std::unique_ptr<ChildProcess>(new ChildProcess(pid));
+  std::exit(body());
 }
 
 std::optional<int> ChildProcess::poll() {
@@ -86,11 +102,20 @@ void ChildProcess::terminate() {
   if (!poll()) kill(pid_, SIGTERM);
 }
 
+void ChildProcess::kill_now() {
+  if (!poll()) kill(pid_, SIGKILL);
+}
+
 ChildProcess::~ChildProcess() {
   terminate();
   if (wait(std::chrono::seconds(2))) return;
-  kill(pid_, SIGKILL);
+  kill_now();
   wait(std::chrono::seconds(2));
+}
+
+std::string describe_exit(int code) {
+  if (code <= 128) return "exit code " + std::to_string(code);
+  return "signal " + std::to_string(code - 128) + " (" + strsignal(code - 128) + ")";
 }
 
 bool stop_requested() {

@@ -1,5 +1,6 @@
 #pragma once
 // The process around the runtime: children, signals, terminal, resources. For apps; nothing here is for a step.
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -18,6 +19,10 @@ class ChildProcess {
   /// Errors:  not_found, io.
   static Result<std::unique_ptr<ChildProcess>> start(const std::vector<std::string>& argv,
                                                      const std::string& log_path = {});
+  /// Runs `body` in a copy of this process, which ends with its result. The copy outlives us when we die. Only while
+  /// this process has one thread: the others would be missing in the copy, with whatever they had locked.
+  /// Errors:  io; not_supported when there are other threads.
+  static Result<std::unique_ptr<ChildProcess>> fork(const std::function<int()>& body);
   ~ChildProcess();  // terminate(), at last kill
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
@@ -29,12 +34,17 @@ class ChildProcess {
   std::optional<int> wait(Duration patience);
   /// Asks it to end (SIGTERM).
   void terminate();
+  /// Ends it without asking (SIGKILL).
+  void kill_now();
 
  private:
   explicit ChildProcess(int pid) : pid_(pid) {}
   int pid_;
   std::optional<int> exit_code_;
 };
+
+/// "exit code 3", or "signal 11 (Segmentation fault)" for a code of ChildProcess::poll().
+std::string describe_exit(int code);
 
 /// From the first call on, SIGINT and SIGTERM do not end the process but make this true.
 bool stop_requested();

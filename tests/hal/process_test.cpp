@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "hal/linux/os.hpp"
+
 namespace sinew::hal {
 namespace {
 
@@ -59,6 +61,37 @@ TEST(Process, KnowsItsUse) {
   EXPECT_GT(use.cpu.count(), 0);
   EXPECT_FALSE(program_path().empty());
   EXPECT_GE(usable_cpus(), 1u);
+}
+
+// The thread sanitizer keeps a thread of its own, so there a process never has only one.
+#ifndef __SANITIZE_THREAD__
+TEST(ChildProcess, CopyEndsWithWhatItsBodyAnswers) {
+  auto child = ChildProcess::fork([] { return 5; });
+  ASSERT_TRUE(child);
+  EXPECT_EQ((*child)->wait(10s), 5);
+}
+
+TEST(ChildProcess, SignalThatEndedItIsNamed) {
+  auto child = ChildProcess::fork([] {
+    for (;;) ::pause();
+    return 0;
+  });
+  ASSERT_TRUE(child);
+  (*child)->kill_now();
+  const auto code = (*child)->wait(10s);
+  ASSERT_EQ(code, 128 + SIGKILL);
+  EXPECT_EQ(describe_exit(*code), "signal 9 (Killed)");
+  EXPECT_EQ(describe_exit(3), "exit code 3");
+}
+
+#endif
+
+TEST(ChildProcess, ProcessWithMoreThreadsIsNotCopied) {
+  auto gates = linux_os().start_thread({}, [] { linux_os().sleep_until(linux_os().now() + 200ms); });
+  ASSERT_TRUE(gates);
+  auto child = ChildProcess::fork([] { return 0; });
+  ASSERT_FALSE(child);
+  EXPECT_EQ(child.error().code, Errc::not_supported);
 }
 
 }  // namespace

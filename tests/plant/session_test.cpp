@@ -1,6 +1,7 @@
 // The plant behind the protocol, with a scripted runtime at the other end of a socket pair.
 #include "sim_hil/plant/session.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -24,7 +25,8 @@ constexpr std::uint16_t kCamera = 3, kMotors = 4;  // places in the Welcome
 /// What came from the plant, and the hash of all of it.
 struct Received {
   sim_hil::Welcome welcome;
-  int imu = 0, range = 0, baro = 0, frames = 0, reports = 0;
+  int imu = 0, range = 0, baro = 0, battery = 0, frames = 0, reports = 0;
+  msg::BatterySample last_battery;
   bool imu_in_order = true, ready_by_grant = true;
   Time last_imu{-1};
   std::vector<sim_hil::Truth> truth;
@@ -113,7 +115,7 @@ class ScriptedRuntime {
     sim_hil::FrameInfo f;
     ASSERT_TRUE(decode(m.header, m.payload, f));
     ++got.frames;
-    EXPECT_EQ(f.number, static_cast<std::uint32_t>(got.frames));
+    EXPECT_GE(f.number, static_cast<std::uint32_t>(got.frames)) << "more than it has taken";
     EXPECT_EQ(m.header.time.ns, camera_stamp_ns(f.number));
     if (m.bulk_bytes > 0)
       take_pixels(m.bulk_bytes);
@@ -130,7 +132,8 @@ class ScriptedRuntime {
   void take(const sim_hil::Message& m) {
     const std::int64_t word[] = {static_cast<std::int64_t>(m.header.type), m.header.time.ns};
     got.hash.add(word, sizeof word);
-    if (m.header.type >= Type::imu && m.header.type < Type::frame) got.hash.add(m.payload.data(), m.payload.size());
+    if (m.header.type >= Type::imu && m.header.type <= Type::battery && m.header.type != Type::frame)
+      got.hash.add(m.payload.data(), m.payload.size());
     switch (m.header.type) {
       case Type::welcome:
         take_welcome(m);
@@ -146,6 +149,13 @@ class ScriptedRuntime {
       case Type::baro:
         ++got.baro;
         break;
+      case Type::battery: {
+        sim_hil::Sample<msg::BatterySample> s;
+        EXPECT_TRUE(decode(m.header, m.payload, s));
+        got.last_battery = s.value;
+        ++got.battery;
+        break;
+      }
       case Type::frame:
         take_frame(m);
         break;
@@ -218,13 +228,14 @@ TEST_F(PlantSession, WelcomeNamesTheDevicesAndTheSeed) {
   ASSERT_TRUE(served_);
   EXPECT_EQ(got.welcome.seed, 77u);
   EXPECT_EQ(got.welcome.step.count(), kStepNs);
-  ASSERT_EQ(got.welcome.devices.size(), 5u);
+  ASSERT_EQ(got.welcome.devices.size(), 6u);
   EXPECT_EQ(got.welcome.devices[0].name, "imu");
   EXPECT_EQ(got.welcome.devices[kCamera].name, "camera");
   EXPECT_EQ(got.welcome.devices[kCamera].width, 320u);
   EXPECT_EQ(got.welcome.devices[kCamera].format, msg::PixelFormat::yuyv);
   EXPECT_EQ(got.welcome.devices[kMotors].name, "motors");
   EXPECT_EQ(got.welcome.devices[kMotors].channels, 4u);
+  EXPECT_EQ(got.welcome.devices[5].kind, sim_hil::DeviceKind::battery);
   EXPECT_EQ(report_.reason, "script is over");
   EXPECT_FALSE(report_.broken);
 }
@@ -240,11 +251,60 @@ TEST_F(PlantSession, LockstepDeliversEverySampleInOrder) {
   EXPECT_EQ(got.imu, 1000);
   EXPECT_EQ(got.range, 100);
   EXPECT_EQ(got.baro, 50);
+  EXPECT_EQ(got.battery, 10);
+  EXPECT_NEAR(got.last_battery.voltage_v, got.truth.back().battery_v, 0.5);
   EXPECT_EQ(got.frames, 29);  // 30 exposed, the last is still on its way
   EXPECT_EQ(got.truth.size(), 100u);
   EXPECT_GE(got.reports, 2);
   EXPECT_TRUE(got.imu_in_order);
   EXPECT_EQ(report_.render_late, 0u);
+}
+
+std::vector<Fault> faults(std::initializer_list<const char*> texts) {
+  std::vector<Fault> all;
+  std::string why;
+  for (const char* text : texts)
+    if (auto f = parse_fault(text, why)) all.push_back(*f);
+  EXPECT_EQ(all.size(), texts.size()) << why;
+  return all;
+}
+
+TEST_F(PlantSession, FaultsTakeAwayWhatTheySayAndTheReportNamesThem) {
+  options_.faults = faults({"imu:off@0.5", "baro:slow(5)@0", "battery:duplicated@0", "range:stuck@7"});
+  const Received got = fly(lockstep(), 1.0, kLease, kNothing);
+  EXPECT_EQ(got.imu, 500);
+  EXPECT_EQ(got.range, 100);
+  EXPECT_EQ(got.baro, 10);
+  EXPECT_EQ(got.battery, 20);
+  EXPECT_THAT(got.last_report,
+              testing::HasSubstr(R"({"fault":"imu:off@0.5","device":"imu","kind":"off","from_s":0.5,)"));
+  EXPECT_THAT(got.last_report, testing::HasSubstr(R"("kind":"slow","from_s":0,"affected":40})"));
+  EXPECT_THAT(got.last_report, testing::Not(testing::HasSubstr("range:stuck"))) << "its time has not come";
+}
+
+TEST_F(PlantSession, SameFaultsAndSeedGiveTheSameBytesOnTheWire) {
+  options_.faults = faults({"imu:garbage@0.1+0.05", "range:delayed(30ms)@0.1", "camera:garbage@0.2..0.3",
+                            "camera:delayed(80ms)@0.3..0.5", "link:intermittent(20ms)@0.5"});
+  const auto flight = [&](std::uint64_t seed) {
+    const Received got = fly(lockstep(seed), 0.7, kLease, kClimb);
+    return std::pair(got.hash.value(), got.pixels.value());
+  };
+  const auto first = flight(9), again = flight(9);
+  EXPECT_EQ(first, again);
+  options_.faults.clear();
+  EXPECT_NE(flight(9), first);
+}
+
+TEST_F(PlantSession, ClosedConnectionLeavesAVehicleWhoseMotorsStopWithTheLease) {
+  options_.faults = faults({"link:closed@1"});
+  const Received got = fly(lockstep(), 5.0, kLease, kClimb);
+  EXPECT_EQ(got.bye, "") << "a connection that breaks says nothing";
+  EXPECT_EQ(got.imu, 1000);
+  EXPECT_EQ(report_.reason, "a fault closed the connection");
+  EXPECT_EQ(report_.stale_actuations, 0u);
+  EXPECT_TRUE(report_.flight.flew);
+  EXPECT_TRUE(report_.at_rest());
+  EXPECT_TRUE(report_.motors_stopped());
 }
 
 TEST_F(PlantSession, SameSeedAndCommandsGiveTheSameBytesOnTheWire) {
