@@ -114,6 +114,21 @@ void read_module(const std::string& name, TomlReader& r, rt::GraphSpec& graph) {
   graph.modules.push_back(std::move(m));
 }
 
+// A topic that is written from outside.
+void read_writer(TomlReader& r, rt::TopicSpec& t) {
+  enum class Writer : std::uint8_t { module, external } writer = Writer::module;
+  r.read_choice<Writer>("writer", writer, {{"external", Writer::external}});
+  if (writer == Writer::external) {
+    t.external.emplace();
+    r.require("type", t.external->type, "the type of a message, e.g. \"OperatorLink\"; it is required");
+    r.require("thread", t.external->thread, "the name of a thread; it is required");
+    read_exec(r, t.external->exec);
+    return;
+  }
+  for (const char* key : {"type", "thread"})
+    if (const toml::node* node = r.take(key)) r.problem(*node, key, "none without writer = \"external\"");
+}
+
 void read_topic(const std::string& name, TomlReader& r, rt::GraphSpec& graph) {
   rt::TopicSpec t;
   t.name = name;
@@ -132,6 +147,7 @@ void read_topic(const std::string& name, TomlReader& r, rt::GraphSpec& graph) {
                                          {"yuyv", msg::PixelFormat::yuyv}});
     t.image_bytes = static_cast<std::uint32_t>(width * height) * msg::bytes_per_pixel(format);
   });
+  read_writer(r, t);
   std::int64_t number = 0;
   if (r.read("history", number, 1, 100000)) t.history = static_cast<std::uint32_t>(number);
   graph.topics.push_back(std::move(t));
