@@ -75,6 +75,9 @@ void describe_run(CLI::App& run, RunOptions& o) {
   run.add_option("--duration", o.duration_s, "stop after so many seconds; 0: when the mission, plant or data ends")
       ->check(CLI::NonNegativeNumber)
       ->type_name("S");
+  run.add_option("--rate", o.rate, "sim board in real time: robot seconds per second, for a plant slower than life")
+      ->check(CLI::Range(0.001, 1000.0))
+      ->excludes("--virtual");
   run.add_option("--data", o.data, "dataset board: folder in the EuRoC/ASL form")->type_name(kFolderHint);
   run.add_option("--from", o.from_s, "dataset board: begin so many seconds after the first sample")
       ->check(CLI::NonNegativeNumber)
@@ -86,6 +89,9 @@ void describe_run(CLI::App& run, RunOptions& o) {
   run.add_option("--plant-arg", o.plant_args, "one more argument for sinew-sim; may be repeated")
       ->allow_extra_args(false)
       ->type_name("ARG");
+  run.add_option("--fault", o.faults, "a fault for a plant of our own to play, e.g. imu:stuck@5+0.5; may be repeated")
+      ->allow_extra_args(false)
+      ->type_name("FAULT");
   run.add_option("--camera", o.camera, "sim board: size of the camera's frames")->type_name("WxH");
   run.add_option("--plot", o.plot, "dataset board: write a plot (SVG) of the tilt error here")->type_name(kFileHint);
   run.add_flag("--strict", o.strict, "real time: do not start where the machine does not hold what timing needs");

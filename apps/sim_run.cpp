@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <mutex>
+#include <optional>
 
 #include "apps/flight_report.hpp"
 #include "apps/live_view.hpp"
@@ -11,6 +12,7 @@
 #include "apps/run_summary.hpp"
 #include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
+#include "hal/scaled_os.hpp"
 #include "rt/discrete_executor.hpp"
 #include "rt/real_time_executor.hpp"
 
@@ -44,6 +46,7 @@ class SimRun {
       : options_(options),
         robot_(prepared.robot),
         graph_(*prepared.graph),
+        os_(options.rate == 1 ? real_os_ : scaled_os_.emplace(real_os_, options.rate)),
         summary_(graph_, options.virtual_time, {.json = options.json, .quiet = options.quiet}) {}
 
   int run() {
@@ -65,6 +68,9 @@ class SimRun {
     request.camera_height = robot_.sim.camera_height;
     request.lockstep = options_.virtual_time;
     request.extra = options_.plant_args;
+    if (!options_.faults.empty() && request.endpoint != "auto")
+      return fail("--fault: only a plant that this run starts itself (plant \"auto\") plays faults");
+    for (const std::string& fault : options_.faults) request.extra.insert(request.extra.end(), {"--fault", fault});
     std::string why;
     plant_ = PlantProcess::open(request, why);
     if (!plant_) return fail(why);
@@ -73,7 +79,8 @@ class SimRun {
     sim.robot = graph_.spec().robot;
     sim.seed = graph_.spec().seed;
     sim.clock = options_.virtual_time ? static_cast<const hal::Clock*>(&clock_) : &os_;
-    sim.os = &os_;
+    sim.os = &real_os_;
+    sim.rate = options_.rate;
     sim.reader.fifo_priority = options_.virtual_time ? 0 : 95;  // it is this board's interrupt
     sim.on_report = [this](const std::string& json) { report_.put(json); };
     auto board = sim_hil::SimBoard::open(plant_->take_stream(), sim, why);
@@ -116,13 +123,13 @@ class SimRun {
     discrete.hash_topics = true;
     rt::DiscreteExecutor executor(graph_, clock_, grants, discrete);
     grants.executor = &executor;
-    const hal::Time wall = os_.now();
+    const hal::Time wall = real_os_.now();
     const auto report = executor.run();
     if (!report) {
       fail(report.error().where);
       return 2;
     }
-    const double wall_s = msg::seconds(os_.now() - wall), plant_s = msg::seconds(report->reached);
+    const double wall_s = msg::seconds(real_os_.now() - wall), plant_s = msg::seconds(report->reached);
     end_plant();
     if (report->end == rt::DiscreteReport::End::source_failed) {
       fail("the plant failed: " + board_->problem());
@@ -139,14 +146,14 @@ class SimRun {
   int run_real() {
     rt::RealTimeExecutor executor(graph_, os_);
     const hal::ProcessUse before = hal::process_use();
-    const hal::Time wall = os_.now();
+    const hal::Time wall = real_os_.now();
     if (auto started = board_->start(); !started) return fail("the plant does not start: " + board_->problem()), 2;
     if (auto started = executor.start(); !started) return fail(started.error().where), 2;
     if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return 2;
     follow(executor);
     executor.stop();
     const hal::ProcessUse after = hal::process_use();
-    const double wall_s = msg::seconds(os_.now() - wall);
+    const double wall_s = msg::seconds(real_os_.now() - wall);
     end_plant();
     summary_.statistics(executor.runner());
     const double processor = 100 * msg::seconds(after.cpu - before.cpu) / wall_s;
@@ -196,6 +203,9 @@ class SimRun {
   int verdict(bool real_time) {
     const auto report = parse_report(report_.get());
     if (!report) return summary_.finish("the plant sent no report", mission_->exists() ? 1 : 0);
+    std::vector<std::string> faults;
+    for (const auto& f : report->faults) faults.push_back(fmt::format("{}: struck {} times", f.text, f.affected));
+    summary_.add_reasons("fault", "faults", faults);
     const auto invalid = invalid_because(*report, board_->stats(), real_time);
     summary_.add_reasons("invalid", "invalid_because", invalid);
     if (real_time)
@@ -228,7 +238,9 @@ class SimRun {
   const RunOptions& options_;
   const RobotFile& robot_;
   rt::Graph& graph_;
-  hal::Os& os_ = hal::linux_os();
+  hal::Os& real_os_ = hal::linux_os();
+  std::optional<hal::ScaledOs> scaled_os_;
+  hal::Os& os_;  // the robot's pace
   hal::ManualClock clock_;
   ReportBox report_;
   std::unique_ptr<PlantProcess> plant_;

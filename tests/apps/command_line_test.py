@@ -96,6 +96,8 @@ class CommandLine(unittest.TestCase):
                 (["run", QUAD, "--board", "moon"], "board \"moon\""),
                 (["run", QUAD, "--board", "none"], "this board has no devices"),
                 (["run", QUAD, "--camera", "9x9"], "--camera 9x9"),
+                (["run", QUAD, "--virtual", "--fault", "imu:bent@1"], "kind 'bent': one of off, stuck"),
+                (["run", QUAD, "--plant", "unix:/x", "--fault", "imu:off@1"], "only a plant that this run starts"),
                 (["run", BALL], "module.ball.type: \"my::Ball\": a known module type"),
                 (["run", f"{SOURCE}/robots/mav_dataset.toml", "--data", "/no/such/folder"], "/no/such/folder"),
                 (["run", f"{SOURCE}/robots/mav_dataset.toml"], "--data DIR"),

@@ -51,6 +51,13 @@ class Flight(unittest.TestCase):
         two = run(SINEW, "run", f"{ROBOTS}/quad.toml", "--virtual", "--seed", "2", "--duration", "2")[1]
         self.assertNotEqual(dict(hashes(one))["imu.raw"], dict(hashes(two))["imu.raw"])
 
+    def test_a_fault_strikes_and_is_named_and_the_same_fault_gives_the_same_bytes(self):
+        arguments = ["--seed", "3", "--duration", "4", "--quiet", "--fault", "imu:garbage@2+0.01", "--fault", "link:off@3"]
+        first = run(SINEW, "run", f"{ROBOTS}/quad.toml", "--virtual", *arguments)[1]
+        self.assertIn("fault               imu:garbage@2..2.01: struck 10 times", first)
+        self.assertRegex(first, r"fault +link:off@3: struck \d\d\d\d+ times")
+        self.assertEqual(hashes(first), hashes(run(SINEW, "run", f"{ROBOTS}/quad.toml", "--virtual", *arguments)[1]))
+
     def test_a_run_that_does_not_land_fails(self):
         code, out, _ = run(SINEW, "run", f"{ROBOTS}/quad.toml", "--virtual", "--duration", "3")
         self.assertEqual(code, 1)

@@ -133,6 +133,29 @@ TEST(RobotFile, EveryKeyReachesTheGraphSpec) {
   EXPECT_EQ(g.guardian.exec.constant, 4us);
 }
 
+TEST(RobotFile, QuantilesOfExecutionTimesReachTheGraphSpec) {
+  const auto loaded = parse_robot(R"(robot = { name = "r", board = "sim" }
+[module]
+m = { type = "t", exec_quantiles_us = [[0.5, 12], [1, 80.5]] }
+)",
+                                  "robot.toml");
+  ASSERT_THAT(loaded.problems, IsEmpty());
+  const rt::ExecModel& exec = loaded.robot.graph.modules[0].exec;
+  EXPECT_EQ(exec.kind, rt::ExecModel::Kind::quantiles);
+  ASSERT_EQ(exec.quantiles.size(), 2u);
+  EXPECT_EQ(exec.quantiles[0].share, 0.5);
+  EXPECT_EQ(exec.quantiles[1].exec, 80500ns);
+  EXPECT_THAT(problems_of(R"(robot = { name = "r", board = "sim" }
+[module]
+m = { type = "t", exec_quantiles_us = [[0.5, 12], 3] }
+n = { type = "t", exec_quantiles_us = [[1, 12]], exec_us = 3 }
+)"),
+              ElementsAre("robot.toml:3: module.m.exec_quantiles_us: [ [ 0.5, 12 ], 3 ]: an array of pairs [share, "
+                          "us], us from 0.001 to 3.6e9",
+                          "robot.toml:4: module.n.exec_us: 3: only one of exec_us, exec_trace_us, exec_quantiles_us, "
+                          "exec_measured_factor"));
+}
+
 TEST(RobotFile, EveryProblemIsNamedInOneRun) {
   const auto lines = problems_of(R"(robot = { name = "r", board = "sim", colour = "red" }
 [[thread]]
