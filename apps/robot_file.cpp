@@ -55,15 +55,7 @@ void read_params(TomlReader& r, rt::ModuleSpec& m) {
     r.take(key.str());
     rt::Located<rt::ParamValue> p;
     p.line = line_of(node);
-    if (auto b = node.value_exact<bool>())
-      p.value = *b;
-    else if (auto i = node.value_exact<std::int64_t>())
-      p.value = *i;
-    else if (auto d = node.value_exact<double>())
-      p.value = *d;
-    else if (auto s = node.value_exact<std::string>())
-      p.value = *s;
-    else {
+    if (!read_param_value(node, p.value)) {
       r.problem(node, key.str(), "a boolean, a number or a string");
       continue;
     }

@@ -2,9 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cstdio>
 
+#include "apps/param_overlay.hpp"
+#include "apps/param_value.hpp"
 #include "hal/linux/process.hpp"
 
 namespace sinew::app {
@@ -12,16 +13,6 @@ namespace {
 
 constexpr const char* kGuardianState = "guardian.state";
 constexpr msg::Duration kSafeForGood = std::chrono::seconds(3);  // a fall from the search height takes less
-
-rt::ParamValue value_of(const std::string& text) {
-  if (text == "true" || text == "false") return text == "true";
-  std::int64_t integer = 0;
-  const char* const end = text.data() + text.size();
-  if (auto r = std::from_chars(text.data(), end, integer); r.ec == std::errc() && r.ptr == end) return integer;
-  double number = 0;
-  if (auto r = std::from_chars(text.data(), end, number); r.ec == std::errc() && r.ptr == end) return number;
-  return text;
-}
 
 }  // namespace
 
@@ -36,7 +27,7 @@ std::string apply_setting(rt::GraphSpec& graph, const std::string& setting) {
   const std::string module = setting.substr(0, dot);
   for (auto& m : graph.modules) {
     if (m.name != module) continue;
-    m.params[setting.substr(dot + 1, equals - dot - 1)] = {value_of(setting.substr(equals + 1)), 0};
+    m.params[setting.substr(dot + 1, equals - dot - 1)] = {param_value(setting.substr(equals + 1)), 0};
     return {};
   }
   return fmt::format("--set {}: no module {}", setting, module);
@@ -57,6 +48,11 @@ std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes
   if (!options.board.empty()) spec.board = options.board;
   if (options.seed) spec.seed = *options.seed;
   if (!options.plant.empty()) loaded.robot.sim.plant = options.plant;
+  if (!options.params.empty()) {
+    const auto problems = apply_overlay(load_overlay(options.params), types, spec);
+    for (const auto& p : problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.params).c_str());
+    if (!problems.empty()) return std::nullopt;
+  }
   for (const auto& setting : options.set) {
     if (const std::string why = apply_setting(spec, setting); !why.empty()) {
       std::fprintf(stderr, "sinew: %s\n", why.c_str());
