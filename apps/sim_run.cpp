@@ -45,6 +45,7 @@ class SimRun {
  public:
   SimRun(Prepared& prepared, const RunOptions& options)
       : options_(options),
+        prepared_(prepared),
         robot_(prepared.robot),
         graph_(*prepared.graph),
         os_(options.rate == 1 ? real_os_ : scaled_os_.emplace(real_os_, options.rate)),
@@ -88,7 +89,7 @@ class SimRun {
     if (!board) return fail(why);
     board_ = std::move(*board);
     rt::ConfigureOptions configure;
-    configure.os = options_.virtual_time ? nullptr : &os_;
+    configure.os = &os_;
     configure.taps = MissionWatch::taps(graph_);
     if (auto ready = graph_.configure(*board_, configure); !ready) {
       for (const auto& p : graph_.configure_problems())
@@ -124,6 +125,7 @@ class SimRun {
     discrete.hash_topics = true;
     rt::DiscreteExecutor executor(graph_, clock_, grants, discrete);
     grants.executor = &executor;
+    const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);
     const hal::Time wall = real_os_.now();
     const auto report = executor.run();
     if (!report) {
@@ -151,6 +153,7 @@ class SimRun {
     if (auto started = board_->start(); !started) return fail("the plant does not start: " + board_->problem()), 2;
     if (auto started = executor.start(); !started) return fail(started.error().where), 2;
     if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return 2;
+    const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);
     follow(executor);
     executor.stop();
     const hal::ProcessUse after = hal::process_use();
@@ -241,6 +244,7 @@ class SimRun {
   }
 
   const RunOptions& options_;
+  const Prepared& prepared_;
   const RobotFile& robot_;
   rt::Graph& graph_;
   hal::Os& real_os_ = hal::linux_os();
