@@ -43,9 +43,9 @@ void Bells::subscribe(std::uint64_t client, std::vector<rt::WriterId> writers, h
   os_.wake(changed_);
 }
 
-bool Bells::somebody_subscribes() const {
+bool Bells::subscribes(std::uint64_t client) const {
   const std::lock_guard lock(mutex_);
-  return !wishes_.empty();
+  return wishes_.contains(client);
 }
 
 std::uint32_t Bells::number_of(rt::WriterId writer) const {

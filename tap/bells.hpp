@@ -27,7 +27,7 @@ class Bells {
   /// Replaces what this client asked for before; no writers: nothing any more.
   void subscribe(std::uint64_t client, std::vector<rt::WriterId> writers, hal::Duration period);
   const hal::SharedMemory& page() const { return *page_; }
-  bool somebody_subscribes() const;
+  bool subscribes(std::uint64_t client) const;
 
  private:
   struct Wish {

@@ -44,7 +44,6 @@ class Connection {
   bool change_is_late(hal::Time now) const { return now - since_ > allowance_.patience; }
   bool throttled() const { return tokens_ < 1; }
   hal::Time last_request() const { return last_request_; }
-  bool subscribes = false;
 
  private:
   void send(const Json& json, const hal::SharedMemory* memory, hal::Time now);

@@ -119,11 +119,13 @@ class Server::Body {
                                                     Allowance{options_.requests_per_s, options_.patience}, now));
   }
 
-  /// Who sits there longest without asking anything gives way.
+  /// Who sits there longest without asking anything gives way; those whom doorbells wake only when there is no other.
   bool make_room(hal::Time now) {
-    const auto longest = std::min_element(clients_.begin(), clients_.end(), [](const auto& a, const auto& b) {
-      return a->last_request() < b->last_request();
-    });
+    const auto rank = [this](const auto& c) {
+      return std::pair(bells_ && bells_->subscribes(c->id()), c->last_request());
+    };
+    const auto longest = std::min_element(clients_.begin(), clients_.end(),
+                                          [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
     if (longest == clients_.end() || now - (*longest)->last_request() < options_.may_be_replaced_after) return false;
     answers_->forget((*longest)->id());
     clients_.erase(longest);

@@ -76,6 +76,19 @@ class Flight(unittest.TestCase):
         self.assertIn("longest IMU gap", out)
 
 
+class TwoRobots(unittest.TestCase):
+    def test_a_second_robot_of_the_same_name_is_refused_and_told_who_holds_it(self):
+        command = [SINEW, "run", f"{ROBOTS}/quad.toml", "--name", "twin", "--duration", "60", "--plain"]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as first:
+            while not os.path.exists(f"{RUN_DIR.name}/twin.sock"):
+                self.assertIsNone(first.poll())
+            code, _, err = run(*command)
+            first.terminate()
+            first.communicate()
+        self.assertEqual(code, 2)
+        self.assertRegex(err, r'robot "twin" runs already, as process \d+')
+
+
 class RecordedFlight(unittest.TestCase):
     def setUp(self):
         self.folder = os.environ.get("SINEW_DATA", "")

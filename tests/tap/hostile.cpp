@@ -1,6 +1,6 @@
 // A program that treats a robot as badly as a program of the same user can without a debugger: hostile_test.cpp and
 // bench/hostile_bench.cpp start it beside robots.
-//   tap_hostile write|garbage|half|flood|sit|spin|wake|killed|burn SOCKET [SECONDS or COUNT]
+//   tap_hostile write|garbage|half|flood|sit|spin|wake|killed|burn|stranger SOCKET, hold NAME [SECONDS or COUNT]
 // Says on standard output what it did, exit code 0; "broken: ..." and 1 when the robot let something through.
 #include <fcntl.h>
 #include <linux/futex.h>
@@ -25,7 +25,9 @@
 #include <string>
 #include <vector>
 
+#include "hal/linux/socket.hpp"
 #include "tap/frames.hpp"
+#include "tap/names.hpp"
 #include "tap/reader.hpp"
 #include "tap_graph.hpp"
 
@@ -309,7 +311,10 @@ int flood(double seconds) {
 /// Four processes that take four connections each, all that there are, and keep them.
 int sit(double seconds) {
   for (int i = 0; i < 3; ++i)
-    if (::fork() == 0) break;
+    if (::fork() == 0) {
+      ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+      break;
+    }
   for (int i = 0; i < 6; ++i) open_socket();
   ::usleep(static_cast<useconds_t>(seconds * 1e6));
   while (::wait(nullptr) > 0) {
@@ -319,7 +324,9 @@ int sit(double seconds) {
 }
 
 /// A child in the middle of anything, until it is killed. Says when it is in.
-[[noreturn]] void be_busy(std::uint32_t seed, int in) {
+[[noreturn]] void be_busy(std::uint32_t seed, int in, pid_t parent) {
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // not inherited; nobody may be left behind when the parent is killed itself
+  if (::getppid() != parent) std::_Exit(1);
   g_random = seed * 2654435761U + 1;
   std::vector<std::byte> copy;
   std::uint64_t whole = 0, overtaken = 0;
@@ -341,12 +348,13 @@ int sit(double seconds) {
 
 int killed(int count) {
   int died = 0;
+  const pid_t self = ::getpid();
   for (int i = 0; i < count; ++i) {
     int in[2];
     if (::pipe2(in, O_CLOEXEC) != 0) broken("pipe");
     const pid_t child = ::fork();
     if (child < 0) broken("fork");
-    if (child == 0) be_busy(static_cast<std::uint32_t>(i), in[1]);
+    if (child == 0) be_busy(static_cast<std::uint32_t>(i), in[1], self);
     char x = 0;
     if (::read(in[0], &x, 1) != 1) broken("no child came in");
     ::usleep(draw() % 1500);
@@ -360,7 +368,31 @@ int killed(int count) {
   return died == count ? 0 : 1;
 }
 
+/// Another user, whom somebody let into the folder: the robot hangs up.
+int stranger() {
+  if (::setgid(65534) != 0 || ::setuid(65534) != 0) broken("setuid");
+  const int fd = open_socket();
+  if (fd < 0) broken("the test did not open the folder");
+  send_frame(fd, R"({"request":"hello"})");
+  char reply[256];
+  if (::recv(fd, reply, sizeof reply, 0) > 0) broken("the robot talks to another user");
+  std::printf("a stranger is not answered\n");
+  return 0;
+}
+
+/// Is a robot as far as its name and socket go; the socket's path is the robot's name.
+int hold() {
+  std::string why;
+  const auto name = Name::take(g_socket, why);
+  if (!name) broken(why);
+  const auto listener = hal::listen_stream("unix:" + (*name)->path());
+  if (!listener) broken("listen");
+  for (;;) ::pause();
+}
+
 int run(const std::string& what, double amount) {
+  if (what == "stranger") return stranger();
+  if (what == "hold") return hold();
   if (what == "write") return write();
   if (what == "spin") return spin(amount);
   if (what == "burn") return burn(amount);

@@ -1,5 +1,8 @@
 // Robots beside programs that mean them no good: the same bytes in virtual time, nothing lost in real time, and an
 // honest client still gets its answers.
+#include <signal.h>
+#include <sys/stat.h>
+
 #include <fstream>
 #include <thread>
 
@@ -105,6 +108,39 @@ TEST(Hostile, WhoTakesAllPlacesGivesWay) {
   EXPECT_GE(robot.server->stats().made_room.value(), 1U);
   sits.expect_well();
   EXPECT_GE(robot.server->stats().refused_full.value(), 8U) << "two above four of each process";
+}
+
+TEST(Hostile, AnotherUserIsNotAnsweredEvenWhenLetIntoTheFolder) {
+  if (::geteuid() != 0) GTEST_SKIP() << "only root can be another user";
+  Robot robot;
+  robot.start();
+  ::chmod(g_run_dir.path().c_str(), 0711);
+  ::chmod(robot.name->path().c_str(), 0666);
+  Hostile stranger(robot, "stranger", "0");
+  stranger.expect_well();
+  EXPECT_EQ(robot.server->stats().refused_peers.value(), 1U);
+  ::chmod(g_run_dir.path().c_str(), 0700);
+}
+
+TEST(Hostile, WhatAKilledRobotLeftBehindIsTakenOver) {
+  auto process = hal::ChildProcess::start({TAP_HOSTILE, "hold", "robot"}, "/dev/null");
+  ASSERT_TRUE(process);
+  const int pid = (*process)->pid();
+  const std::string socket = g_run_dir.path() + "/robot.sock";
+  std::string why;
+  while (!std::filesystem::exists(socket)) ASSERT_FALSE((*process)->poll());
+  ASSERT_EQ(running(why)->size(), 1U);
+  EXPECT_EQ((*running(why))[0].pid, pid);
+  const auto second = Name::take("robot", why);
+  ASSERT_FALSE(second);
+  EXPECT_EQ(why, "robot \"robot\" runs already, as process " + std::to_string(pid));
+  ::kill(pid, SIGKILL);
+  ASSERT_TRUE((*process)->wait(10s));
+  EXPECT_TRUE(running(why)->empty());
+  ASSERT_TRUE(std::filesystem::exists(socket)) << "left behind";
+  Robot robot;
+  robot.start();
+  EXPECT_EQ(ask(*robot.client(), "hello")["pid"], ::getpid());
 }
 
 /// Grants a millisecond at a time, slowly, and the last only when nobody is hostile any more.
