@@ -20,6 +20,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr rt::Duration kAfterMission = 300ms;  // so that what happens at rest is in the report
+constexpr rt::Duration kSettles = 5s;          // what is in the air when the mission ends has come down by then
 constexpr rt::Duration kTablePeriod = 200ms, kLinePeriod = 2s;
 
 // The plant's latest report; written by the receiving thread.
@@ -203,7 +204,9 @@ class SimRun {
     mission_->look();
     if (!mission_->ended()) return false;
     if (mission_end_ == hal::kNever) mission_end_ = now;
-    return now - mission_end_ >= kAfterMission;
+    const auto report = parse_report(report_.get());
+    const bool still = !report || report->still;
+    return now - mission_end_ >= (still ? kAfterMission : kSettles);
   }
 
   void end_plant() {

@@ -31,10 +31,11 @@ PLAYED = {
     },
     **{device: {kind: f"{device}:{kind}@5" for kind in
                 ("off", "stuck", "garbage", "wrong", "slow", "delayed", "intermittent", "duplicated")}
-       for device in ("range", "baro", "battery", "camera")},
+       for device in ("range", "baro", "camera")},
+    "battery": {kind: f"battery:{kind}@5" for kind in ("off", "stuck", "garbage", "slow", "delayed", "intermittent", "duplicated")} | {"wrong": "battery:wrong(-4)@5"},
     "motors": {kind: f"motors:{kind}@5" for kind in
                ("off", "stuck", "garbage", "wrong", "slow", "delayed", "intermittent")},
-    "link": {kind: f"link:{kind}@5" for kind in ("off", "delayed", "intermittent", "closed")},
+    "link": {kind: f"link:{kind}@5" for kind in ("off", "intermittent", "closed")} | {"delayed": "link:delayed(5ms)@5"},
 }
 
 
@@ -103,7 +104,7 @@ def main():
                                        pool.map(lambda s: fly(args, played, s),
                                                 range(args.first_seed, args.first_seed + args.seeds))):
                 what, wrong = outcome(done, r)
-                last = [l for l in done.stdout.splitlines() if l.startswith("result")]
+                last = [l for l in done.stdout.splitlines() if l.startswith("result") or l.startswith("failsafe")]
                 print(f"{device:8} {kind:13} seed {seed}: {what:8} {r['plant_s']:6.2f} s, down {r.get('touchdown_s', 0):5.1f} s "
                       f"{r.get('touchdown_speed_mps', 0):5.2f} m/s, {r['pad_distance_m']:6.2f} m off, z {r['height_m']:.2f} max {r['max_height_m']:.2f} age {r['setpoint_age_max_ns']/1e6:.1f}ms {last} {' ; '.join(wrong)}", flush=True)
                 bad += bool(wrong)
