@@ -25,6 +25,7 @@ void ErrorStateFilter::declare_sensors(rt::Declaration& d) {
           {.unit = "m/s^2", .min = 1e-4, .max = 5, .doc = "standard deviation at the start"});
   d.param("gyro_limit_radps", p.gyro_limit_radps, {.unit = "rad/s", .min = 0.1, .max = 1e4, .doc = "beyond: nonsense"});
   d.param("accel_limit_mps2", p.accel_limit_mps2, {.unit = "m/s^2", .min = 1, .max = 1e5, .doc = "beyond: nonsense"});
+  d.param("range_min_m", p.range_min_m, {.unit = "m", .min = 0, .max = 10, .doc = "below: nonsense"});
   d.param("range_max_m", p.range_max_m, {.unit = "m", .min = 0.1, .max = 1e4, .doc = "beyond: nonsense"});
   d.param("range_noise_m", p.range_noise_m, {.unit = "m", .min = 1e-4, .max = 1});
   d.param("range_noise_share", p.range_noise_share, {.unit = "1", .min = 0, .max = 0.5, .doc = "of the range"});

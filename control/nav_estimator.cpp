@@ -147,7 +147,7 @@ void NavEstimator::use_prior(double dt_s) {
 }
 
 void NavEstimator::add_range(const msg::RangeSample& s) {
-  if (!started_ || !(s.range_m > 0) || !(s.range_m < params.range_max_m) || is_stuck(s)) return;
+  if (!started_ || !(s.range_m > params.range_min_m) || !(s.range_m < params.range_max_m) || is_stuck(s)) return;
   const math::Vec3 up = filter_.state().q_world_base.conjugate().rotate({0, 0, 1});
   if (up.z < 0.7) return;  // looks at a wall
   const double height_m = (s.range_m + params.range_below_base_m) * up.z;

@@ -19,7 +19,7 @@ struct NavParams {
   double level_accel_mps2 = 2.0, level_per_deviation = 1.3, level_per_rate = 0.7;
   double gate = 16;  // squared normalised innovation beyond which a measurement is refused
   double gyro_limit_radps = 40, accel_limit_mps2 = 200;  // more than the IMU can measure (2000 deg/s, 16 g): nonsense
-  double range_max_m = 20;                               // likewise
+  double range_min_m = 0.01, range_max_m = 20;           // likewise
   double range_noise_m = 0.01, range_noise_share = 0.01, range_below_base_m = 0.04;
   double baro_noise_m = 0.5, baro_offset_time_s = 5.0;
   double pad_noise_m = 0.01, pad_noise_share = 0.02;  // of the distance
