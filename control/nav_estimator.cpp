@@ -24,14 +24,14 @@ void NavEstimator::reset() {
 bool NavEstimator::add_imu(const msg::ImuSample& s) {
   const math::Vec3 gyro(s.gyro_radps), accel(s.accel_mps2);
   const bool first = !started_ && level_count_ == 0;
-  if (!first && s.stamp == last_imu_) {
-    ++counters_.repeated_imu;
-    return false;
-  }
   const bool sane = norm(gyro) < params.gyro_limit_radps && norm(accel) < params.accel_limit_mps2;  // not so for NaN
   if (!sane || (!first && s.stamp < last_imu_)) {
     ++counters_.refused_imu;
     return false;
+  }
+  if (!first && s.stamp == last_imu_) {
+    ++counters_.same_imu;
+    return true;
   }
   const double dt_s = first ? 0 : msg::seconds(s.stamp - last_imu_);
   last_imu_ = s.stamp;

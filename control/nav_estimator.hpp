@@ -38,9 +38,9 @@ struct NavParams {
 class NavEstimator {
  public:
   struct Counters {
-    std::uint32_t refused_imu = 0;   // not finite, beyond what an IMU measures, or older than the last
-    std::uint32_t repeated_imu = 0;  // the stamp of the last once more
-    std::uint32_t gaps = 0;          // starts anew after a gap
+    std::uint32_t refused_imu = 0;  // not finite, beyond what an IMU measures, or older than the last
+    std::uint32_t same_imu = 0;     // a second time
+    std::uint32_t gaps = 0;         // starts anew after a gap
     std::uint32_t gated_range = 0, gated_pad = 0, gated_baro = 0;
     std::uint32_t stuck_range = 0;        // the very same value for too long in flight
     std::uint32_t late_pad = 0;           // older than the history
@@ -51,7 +51,8 @@ class NavEstimator {
   NavParams params;
 
   void reset();
-  /// False when the sample cannot be used.
+  /// False when the sample cannot be used (not finite, beyond what an IMU measures, older than the last one). The same
+  /// one again is no news and no harm: a bus that repeats itself must not end a flight.
   bool add_imu(const msg::ImuSample& s);
   void add_range(const msg::RangeSample& s);
   void add_baro(const msg::BaroSample& s);

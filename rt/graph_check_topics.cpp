@@ -119,7 +119,7 @@ void GraphCheck::external(const TopicSpec& s) {
   }
   std::vector<std::string> threads;
   for (const GraphThread& t : graph_.threads())
-    if (t.modules.empty() || !graph_.modules()[t.modules[0]].guardian) threads.push_back(t.spec.name);
+    if (graph_.spec().actuators.empty() || &t != &graph_.threads()[0]) threads.push_back(t.spec.name);
   if (std::find(threads.begin(), threads.end(), s.external->thread) == threads.end())
     add(s.line, key + ".thread", s.external->thread.empty() ? "missing" : quoted(s.external->thread),
         "a thread: " + listed(threads));

@@ -1,5 +1,6 @@
 // sinew-sim: a quadrotor in a room, as a process that speaks the simulator protocol.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <fstream>
 
@@ -76,6 +77,10 @@ void describe(CLI::App& app, Settings& s) {
                  "SCHED_FIFO priority of the physics thread in real time; 0: none")
       ->check(CLI::Range(0, 99))
       ->capture_default_str();
+  app.add_option("--relink", s.session.relink_s,
+                 "real time: when the runtime is lost, the world waits so many seconds for another; 0: it ends")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   app.add_option("--wait", s.wait_s, "give up when no runtime has come after so many seconds")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
@@ -100,6 +105,7 @@ void print(const plant::SessionReport& r) {
                 1e-6 * static_cast<double>(r.imu_gap_max_ns), static_cast<unsigned long long>(r.steps_late),
                 static_cast<unsigned long long>(r.render_late),
                 r.valid ? "valid" : ("not valid, " + r.invalid_because).c_str());
+  if (r.stopped_by_supervisor) std::printf("stopped by a supervisor at %.3f s\n", msg::seconds(r.stopped_at));
   if (r.flight.touched_down)
     std::printf("touched down at %.2f s with %.2f m/s; now %.3f m from the pad's centre%s\n",
                 msg::seconds(r.flight.touchdown_at), r.flight.touchdown_speed_mps, r.pad_distance_m(),
@@ -152,11 +158,15 @@ int serve(Settings& s) {
   std::printf("listening on %s, camera %s %s drawn by %s\n", (*listener)->endpoint().c_str(), s.camera.c_str(),
               s.format.c_str(), (*camera)->backend().c_str());
   std::fflush(stdout);
-  auto stream = (*listener)->accept(hal::Duration{static_cast<std::int64_t>(s.wait_s * 1e9)});
-  if (!stream) return fail("no runtime has connected", stream.error());
-  listener->reset();
+  hal::ThreadOptions lines;
+  lines.name = "plant_door";
+  lines.fifo_priority = s.session.fifo_priority > 0 ? std::min(s.session.fifo_priority + 1, 99) : 0;
+  auto door = sim_hil::PlantDoor::open(os, std::move(*listener), plant::Session::description(s.view, s.session), lines);
+  if (!door) return fail("cannot serve " + s.listen, door.error());
+  auto caller = (*door)->wait_runtime(hal::Duration{static_cast<std::int64_t>(s.wait_s * 1e9)});
+  if (!caller) return fail("no runtime has connected", caller.error());
   plant::Session session(os, **camera, s.session);
-  if (hal::Status ok = session.serve(std::move(*stream)); !ok)
+  if (hal::Status ok = session.serve(std::move(*caller), **door); !ok)
     return fail("no run: " + session.report().reason, ok.error());
   print(session.report());
   if (!s.report.empty() && !write_report(s.report, session.report().json())) return 1;
