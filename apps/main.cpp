@@ -64,6 +64,8 @@ void describe_run(CLI::App& run, app::RunOptions& o) {
       ->allow_extra_args(false);
   run.add_option("--camera", o.camera, "sim board: size of the camera's frames, e.g. 640x480");
   run.add_option("--plot", o.plot, "dataset board: write a plot (SVG) of the tilt error here");
+  run.add_flag("--unsupervised", o.unsupervised,
+               "no parent process that stops the actuators when the runtime dies or hangs (for debuggers)");
   run.add_flag("--plain", o.plain, "no live table");
   run.add_flag("--quiet", o.quiet, "only the result");
 }

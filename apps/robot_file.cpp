@@ -205,6 +205,13 @@ void read_sim(TomlReader& r, SimOptions& sim) {
   if (r.read("camera_height", number, 16, msg::kMaxImageHeight)) sim.camera_height = static_cast<std::uint32_t>(number);
 }
 
+void read_parent(TomlReader& r, ParentOptions& parent) {
+  r.read_time("hang_ms", parent.hang, kMs, 20ms, 60s);
+  r.read("watchdog", parent.watchdog, "the path of a watchdog device");
+  r.read_time("watchdog_timeout_ms", parent.watchdog_timeout, kMs, 1s, 600s);
+  r.read("save_to", parent.save_to, "the path of a folder");
+}
+
 }  // namespace
 
 LoadedRobot parse_robot(std::string_view text, const std::string& path) {
@@ -239,6 +246,7 @@ LoadedRobot parse_robot(std::string_view text, const std::string& path) {
     read_exec(r, graph.guardian.exec);
   });
   root.table("sim", [&](TomlReader& r) { read_sim(r, loaded.robot.sim); });
+  root.table("parent", [&](TomlReader& r) { read_parent(r, loaded.robot.parent); });
   root.finish();
   std::stable_sort(graph.modules.begin(), graph.modules.end(),
                    [](const auto& a, const auto& b) { return a.line < b.line; });  // TOML tables come back by name

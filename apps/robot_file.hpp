@@ -4,6 +4,7 @@
 #include <string_view>
 #include <vector>
 
+#include "apps/parent.hpp"
 #include "rt/graph_spec.hpp"
 
 namespace sinew::app {
@@ -18,6 +19,7 @@ struct RobotFile {
   std::string path;
   rt::GraphSpec graph;
   SimOptions sim;
+  ParentOptions parent;
 };
 
 struct LoadedRobot {

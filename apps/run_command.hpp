@@ -19,6 +19,7 @@ struct RunOptions {
   std::vector<std::string> plant_args;
   std::string camera;  // "640x480" for a plant of our own; empty: the file's
   std::string plot;    // where a plot goes; empty: none
+  bool unsupervised = false;  // real time: no parent process beside the runtime (for debuggers)
   bool plain = false;  // no live table, also on a terminal
   bool quiet = false;  // only the result
 };

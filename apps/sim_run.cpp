@@ -7,12 +7,14 @@
 
 #include "apps/flight_report.hpp"
 #include "apps/graph_text.hpp"
+#include "apps/parent.hpp"
 #include "apps/plant_process.hpp"
 #include "apps/status_table.hpp"
 #include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
 #include "rt/discrete_executor.hpp"
 #include "rt/real_time_executor.hpp"
+#include "sim_hil/stop_line.hpp"
 
 namespace sinew::app {
 namespace {
@@ -41,8 +43,9 @@ class ReportBox {
 
 class SimRun {
  public:
-  SimRun(Prepared& prepared, const RunOptions& options)
-      : options_(options), robot_(prepared.robot), graph_(*prepared.graph) {}
+  /// `parent`: null when there is none.
+  SimRun(Prepared& prepared, const RunOptions& options, PlantProcess& plant, ParentLine* parent)
+      : options_(options), robot_(prepared.robot), graph_(*prepared.graph), plant_(plant), parent_(parent) {}
 
   int run() {
     if (!open()) return 2;
@@ -56,16 +59,7 @@ class SimRun {
   }
 
   bool open() {
-    PlantRequest request;
-    request.endpoint = robot_.sim.plant;
-    request.seed = graph_.spec().seed;
-    request.camera_width = robot_.sim.camera_width;
-    request.camera_height = robot_.sim.camera_height;
-    request.lockstep = options_.virtual_time;
-    request.extra = options_.plant_args;
     std::string why;
-    plant_ = PlantProcess::open(request, why);
-    if (!plant_) return fail(why);
     sim_hil::SimOptions sim;
     sim.mode = options_.virtual_time ? sim_hil::Mode::lockstep : sim_hil::Mode::free_running;
     sim.robot = graph_.spec().robot;
@@ -74,7 +68,7 @@ class SimRun {
     sim.os = &os_;
     sim.reader.fifo_priority = options_.virtual_time ? 0 : 95;  // it is this board's interrupt
     sim.on_report = [this](const std::string& json) { report_.put(json); };
-    auto board = sim_hil::SimBoard::open(plant_->take_stream(), sim, why);
+    auto board = sim_hil::SimBoard::open(plant_.take_stream(), sim, why);
     if (!board) return fail(why);
     board_ = std::move(*board);
     rt::ConfigureOptions configure;
@@ -141,9 +135,13 @@ class SimRun {
     const hal::ProcessUse before = hal::process_use();
     const hal::Time wall = os_.now();
     if (auto started = board_->start(); !started) return fail("the plant does not start: " + board_->problem()), 2;
+    if (parent_)
+      if (auto watched = parent_->supervise(*graph_.memory()); !watched)
+        return fail(std::string("the parent does not watch: ") + watched.error().where), 2;
     if (auto started = executor.start(); !started) return fail(started.error().where), 2;
     for (const auto& line : executor.shortfalls()) std::fprintf(stderr, "warning: %s\n", line.c_str());
     follow(executor);
+    if (parent_) parent_->ending();
     executor.stop();
     const hal::ProcessUse after = hal::process_use();
     const double wall_s = msg::seconds(os_.now() - wall);
@@ -205,7 +203,7 @@ class SimRun {
 
   void end_plant() {
     board_->bye("the runtime ended the run");
-    plant_->wait_for_end();
+    plant_.wait_for_end();
   }
 
   int verdict(bool real_time) {
@@ -241,7 +239,8 @@ class SimRun {
   hal::Os& os_ = hal::linux_os();
   hal::ManualClock clock_;
   ReportBox report_;
-  std::unique_ptr<PlantProcess> plant_;
+  PlantProcess& plant_;
+  ParentLine* const parent_;
   std::unique_ptr<sim_hil::SimBoard> board_;
   std::optional<MissionWatch> mission_;
   hal::Time mission_end_ = hal::kNever;
@@ -249,6 +248,32 @@ class SimRun {
 
 }  // namespace
 
-int run_on_sim(Prepared& prepared, const RunOptions& options) { return SimRun(prepared, options).run(); }
+int run_on_sim(Prepared& prepared, const RunOptions& options) {
+  const rt::GraphSpec& spec = prepared.graph->spec();
+  PlantRequest request;
+  request.endpoint = prepared.robot.sim.plant;
+  request.seed = spec.seed;
+  request.camera_width = prepared.robot.sim.camera_width;
+  request.camera_height = prepared.robot.sim.camera_height;
+  request.lockstep = options.virtual_time;
+  request.extra = options.plant_args;
+  std::string why;
+  const auto plant = PlantProcess::open(request, why);
+  if (!plant) {
+    std::fprintf(stderr, "sinew: %s\n", why.c_str());
+    return 2;
+  }
+  if (options.virtual_time || options.unsupervised || spec.actuators.empty())
+    return SimRun(prepared, options, *plant, nullptr).run();
+
+  Supervised supervised;
+  supervised.robot = spec.robot;
+  if (auto stop_line = sim_hil::StopLine::open(plant->endpoint())) supervised.stop_line = std::move(*stop_line);
+  supervised.body = [&](ParentLine& line) {
+    plant->leave_to_parent();
+    return SimRun(prepared, options, *plant, &line).run();
+  };
+  return run_with_parent(prepared.robot.parent, std::move(supervised));
+}
 
 }  // namespace sinew::app

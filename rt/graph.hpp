@@ -100,6 +100,8 @@ class Graph {
 
   // After configure():
   Segment& segment() { return *segment_; }
+  /// The memory of the topics; null when it is ordinary memory (ConfigureOptions::os was null).
+  const hal::SharedMemory* memory() const { return memory_.get(); }
   const SegmentPlan& plan() const { return *plan_; }
   /// The slots of a topic, term by term.
   SlotSum slots(std::uint32_t topic) const { return plan_->slots(topic_ids_[topic]); }
