@@ -19,6 +19,7 @@ rt::ModuleTypes all_modules() {
   types.add<drivers::ImuSource>("drivers::ImuSource");
   types.add<drivers::RangeSource>("drivers::RangeSource");
   types.add<drivers::BaroSource>("drivers::BaroSource");
+  types.add<drivers::BatterySource>("drivers::BatterySource");
   types.add<drivers::CameraSource>("drivers::CameraSource");
   types.add<control::ErrorStateFilter>("control::ErrorStateFilter");
   types.add<control::AttitudeController>("control::AttitudeController");

@@ -14,6 +14,10 @@ template <>
 hal::Result<hal::Baro*> SensorSource<msg::BaroSample>::open(hal::Board& board) const {
   return board.baro(device_name_);
 }
+template <>
+hal::Result<hal::Battery*> SensorSource<msg::BatterySample>::open(hal::Board& board) const {
+  return board.battery(device_name_);
+}
 
 template <class M>
 hal::Status SensorSource<M>::configure(rt::Setup& setup) {
@@ -39,5 +43,6 @@ void SensorSource<M>::collect(rt::Time) noexcept {
 template class SensorSource<msg::ImuSample>;
 template class SensorSource<msg::RangeSample>;
 template class SensorSource<msg::BaroSample>;
+template class SensorSource<msg::BatterySample>;
 
 }  // namespace sinew::drivers

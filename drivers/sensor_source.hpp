@@ -45,5 +45,9 @@ class BaroSource final : public SensorSource<msg::BaroSample> {
  public:
   BaroSource() : SensorSource("baro") {}
 };
+class BatterySource final : public SensorSource<msg::BatterySample> {
+ public:
+  BatterySource() : SensorSource("battery") {}
+};
 
 }  // namespace sinew::drivers

@@ -15,6 +15,7 @@ class Board {
   virtual Result<Imu*> imu(std::string_view name) = 0;
   virtual Result<Range*> range(std::string_view name) = 0;
   virtual Result<Baro*> baro(std::string_view name) = 0;
+  virtual Result<Battery*> battery(std::string_view name) = 0;
   virtual Result<Camera*> camera(std::string_view name) = 0;
   virtual Result<Actuators*> actuators(std::string_view name) = 0;
 };
@@ -25,6 +26,7 @@ class EmptyBoard : public Board {
   Result<Imu*> imu(std::string_view) override { return none(); }
   Result<Range*> range(std::string_view) override { return none(); }
   Result<Baro*> baro(std::string_view) override { return none(); }
+  Result<Battery*> battery(std::string_view) override { return none(); }
   Result<Camera*> camera(std::string_view) override { return none(); }
   Result<Actuators*> actuators(std::string_view) override { return none(); }
 

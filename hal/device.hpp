@@ -40,6 +40,7 @@ class Sensor : public Device {
 using Imu = Sensor<msg::ImuSample>;
 using Range = Sensor<msg::RangeSample>;
 using Baro = Sensor<msg::BaroSample>;
+using Battery = Sensor<msg::BatterySample>;
 
 /// A camera. read() describes `out` with format_as() and fills its pixels, at most one pass over them.
 /// Errors of read(): bad_argument when the frame does not fit the capacity of `out` (the frame is dropped).

@@ -1,6 +1,7 @@
 #pragma once
 // A two-way byte stream to another process on this or another machine. hal/linux: Unix sockets and TCP.
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
@@ -10,6 +11,12 @@
 #include "hal/result.hpp"
 
 namespace sinew::hal {
+
+/// The process at the other end, as the kernel knows it: it cannot be made up.
+struct Peer {
+  int pid = 0;  // when it connected; may have ended since
+  std::uint32_t user = 0;
+};
 
 /// One end of a connection. One thread may read while another writes.
 /// Errors:  closed when the peer is gone (each call says so again); io with errno in detail.
@@ -33,6 +40,12 @@ class Stream {
   /// The memory that came with the bytes read so far, mapped read-only.
   /// Errors:  not_found when none came; bad_data when its owner could still shrink it under us.
   virtual Result<std::unique_ptr<SharedMemory>> take_memory() = 0;
+  /// Handles are kept until the first take_memory(), and fall away afterwards; now one more is kept.
+  virtual void expect_memory() noexcept {}
+  /// Who connected or listens at the other end. Errors: not_supported when not local.
+  virtual Result<Peer> peer() const noexcept { return Error{Errc::not_supported, "peer of this connection"}; }
+  /// For waiting on several streams at once; negative: cannot.
+  virtual std::intptr_t handle() const noexcept { return -1; }
   /// Ends both directions; whoever waits in read() returns. Thread: any.
   virtual void shutdown() noexcept = 0;
 };
@@ -45,6 +58,8 @@ class Listener {
   virtual Result<std::unique_ptr<Stream>> accept(Duration patience) = 0;
   /// Where it listens, in the form that connect takes; with the port that the system chose.
   virtual const std::string& endpoint() const = 0;
+  /// For waiting on it beside streams; negative: cannot.
+  virtual std::intptr_t handle() const noexcept { return -1; }
 };
 
 }  // namespace sinew::hal

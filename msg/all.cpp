@@ -3,6 +3,7 @@
 #include "msg/actuators.hpp"
 #include "msg/flight.hpp"
 #include "msg/image.hpp"
+#include "msg/operator.hpp"
 #include "msg/sensors.hpp"
 
 namespace sinew::msg {
@@ -10,10 +11,10 @@ namespace sinew::msg {
 std::span<const TypeInfo* const> all_types() {
   static const std::array types{
       &type_info<ActuatorCommand>(), &type_info<AttitudeSetpoint>(), &type_info<BaroSample>(),
-      &type_info<FlightSetpoint>(),  &type_info<GuardianState>(),    &type_info<Image>(),
-      &type_info<ImuSample>(),       &type_info<MissionState>(),     &type_info<MotionField>(),
-      &type_info<NavState>(),        &type_info<PadSighting>(),      &type_info<RangeSample>(),
-      &type_info<WrenchSetpoint>(),
+      &type_info<BatterySample>(),   &type_info<FlightSetpoint>(),   &type_info<GuardianState>(),
+      &type_info<Image>(),           &type_info<ImuSample>(),        &type_info<MissionState>(),
+      &type_info<MotionField>(),     &type_info<NavState>(),         &type_info<OperatorLink>(),
+      &type_info<PadSighting>(),     &type_info<RangeSample>(),      &type_info<WrenchSetpoint>(),
   };
   return types;
 }

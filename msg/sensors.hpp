@@ -23,6 +23,14 @@ struct BaroSample {
   double temperature_c = 0;
 };
 
+/// What a power module or a fuel gauge says.
+struct BatterySample {
+  Time stamp;
+  double voltage_v = 0;  // at its terminals, under load
+  double current_a = 0;  // drawn from it
+  double charge = 0;     // 0..1 of the usable charge; NaN when the device does not know
+};
+
 template <>
 struct Description<ImuSample> {
   static constexpr std::string_view name = "ImuSample", doc = "Angular rate and specific force in the base frame.";
@@ -43,6 +51,15 @@ struct Description<BaroSample> {
   static constexpr std::string_view name = "BaroSample", doc = "Static air pressure.";
   static constexpr auto fields = describe(field<&BaroSample::stamp>("ns"), field<&BaroSample::pressure_pa>("Pa"),
                                           field<&BaroSample::temperature_c>("degC"));
+};
+
+template <>
+struct Description<BatterySample> {
+  static constexpr std::string_view name = "BatterySample", doc = "Voltage, current and charge of a battery.";
+  static constexpr auto fields =
+      describe(field<&BatterySample::stamp>("ns"), field<&BatterySample::voltage_v>("V", "at its terminals"),
+               field<&BatterySample::current_a>("A", "drawn from it"),
+               field<&BatterySample::charge>("", "0..1, NaN when unknown"));
 };
 
 }  // namespace sinew::msg

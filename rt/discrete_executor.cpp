@@ -84,7 +84,9 @@ Duration DiscreteExecutor::start(std::uint32_t thread, std::uint32_t position, c
                                  Time now) noexcept {
   clock_.set(now);
   ThreadRunner& runner = runner_.thread(thread);
-  if (position == 0) runner.begin(cycle.release, cycle.timed_out, now);
+  if (position == 0)
+    if (const auto period = runner.begin(cycle.release, cycle.timed_out, now))
+      schedule_.restart_period(thread, *period);
   const std::uint32_t module = graph_.threads()[thread].modules[position];
   Model& model = models_[module];
   const bool measures = model.exec->kind == ExecModel::Kind::measured;

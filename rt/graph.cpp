@@ -1,7 +1,10 @@
 #include "rt/graph.hpp"
 
 #include <algorithm>
+#include <map>
 
+#include "msg/all.hpp"
+#include "rt/external_source.hpp"
 #include "rt/graph_check.hpp"
 #include "rt/guardian.hpp"
 
@@ -25,6 +28,7 @@ Graph::Graph(GraphSpec spec, const ModuleTypes& types) : spec_(std::move(spec)),
   if (!spec_.actuators.empty()) add_guardian();
   for (const ModuleSpec& m : spec_.modules) add_module(m, types.make(m.type));
   for (const ThreadSpec& t : spec_.threads) threads_.push_back({t, {}, kNone});
+  add_external_sources();
   resolve_topics();
   resolve_threads();
   resolve_inputs();
@@ -72,11 +76,49 @@ void Graph::add_guardian() {
   add_module(std::move(m), std::make_unique<Guardian>(spec_.actuators));
 }
 
+/// One module for all external topics with the same first part, at the front of their thread.
+void Graph::add_external_sources() {
+  std::vector<const TopicSpec*> first;  // of each source, in the order of the file
+  std::map<std::string_view, std::vector<ExternalSource::Topic>> ports;
+  for (const TopicSpec& t : spec_.topics) {
+    if (!t.external) continue;
+    const auto [source, port] = split_topic(t.name);
+    if (!ports.contains(source)) first.push_back(&t);
+    const msg::TypeInfo* type = message_type(t.external->type);
+    if (type && !type->has_bulk())
+      ports[source].push_back({std::string(port), type});
+    else
+      ports[source];
+  }
+  for (auto t = first.rbegin(); t != first.rend(); ++t) {
+    ModuleSpec m;
+    m.name = split_topic((*t)->name).first;
+    m.type = "rt::ExternalSource";
+    m.exec = (*t)->external->exec;
+    m.line = (*t)->line;
+    for (GraphThread& thread : threads_)
+      if (thread.spec.name == (*t)->external->thread)
+        thread.spec.order.insert(thread.spec.order.begin(), {m.name, m.line});
+    auto module = std::make_unique<ExternalSource>(ports.at(m.name));
+    add_module(std::move(m), std::move(module));
+  }
+}
+
+const msg::TypeInfo* Graph::message_type(std::string_view name) const {
+  if (const msg::TypeInfo* known = msg::find_type(name)) return known;
+  for (const GraphModule& m : modules_)
+    for (const Declaration::Port& p : m.declaration.ports)
+      if (p.type->name == name) return p.type;
+  return nullptr;
+}
+
 void Graph::add_module(ModuleSpec spec, std::unique_ptr<Module> module) {
   GraphModule m;
   m.spec = std::move(spec);
   m.module = std::move(module);
   m.driver = dynamic_cast<DriverModule*>(m.module.get());
+  m.guardian = dynamic_cast<Guardian*>(m.module.get());
+  m.external = dynamic_cast<ExternalSource*>(m.module.get());
   if (m.module) m.module->declare(m.declaration);
   m.topic.assign(m.declaration.ports.size(), kNone);
   m.carried_chains.assign(m.declaration.ports.size(), 0);

@@ -1,5 +1,6 @@
 #pragma once
 // One robot's threads, modules, topics and bindings, resolved from a GraphSpec, checked as a whole, then configured.
+#include <atomic>
 #include <memory>
 #include <optional>
 #include <span>
@@ -17,12 +18,18 @@
 
 namespace sinew::rt {
 
+class ExternalSource;
+class Guardian;
+
 inline constexpr std::uint32_t kNone = 0xFFFFFFFF;  // no such module, topic, thread
 
 struct GraphModule {
   ModuleSpec spec;
   std::unique_ptr<Module> module;  // null: unknown type
-  DriverModule* driver = nullptr;  // the same, when it is one
+  // The same, when it is one:
+  DriverModule* driver = nullptr;
+  Guardian* guardian = nullptr;
+  ExternalSource* external = nullptr;
   Declaration declaration;
   std::uint32_t thread = kNone;
   std::uint32_t position = 0;                 // in its thread
@@ -97,6 +104,8 @@ class Graph {
   std::uint32_t find_module(std::string_view name) const;  // kNone: no such name
   std::uint32_t find_topic(std::string_view name) const;
   std::uint32_t find_thread(std::string_view name) const;
+  /// By name, among those of msg and those that the modules declare; null: not known.
+  const msg::TypeInfo* message_type(std::string_view name) const;
 
   // After configure():
   Segment& segment() { return *segment_; }
@@ -113,23 +122,37 @@ class Graph {
   const std::vector<ConnectionId>& taps() const { return taps_; }
   Mailbox& mailbox(std::uint32_t thread) { return *mailboxes_[thread]; }
 
-  /// Asks for a parameter's change between two steps. Thread: any.
-  /// Errors:  not_found, bad_argument (`why` says what is allowed); busy when the mailbox is full.
+  // ---- The way in, after configure(). Thread: any. Each asks for something that the thread concerned does at the
+  // beginning of its next cycle, before the first step. What cannot be done is refused at once; `why` says it in words.
+  // Errors: not_found, bad_argument, not_supported; busy when the mailbox (or the room for messages) is full.
+
   hal::Result<Ticket> set_param(std::string_view module, std::string_view name, const ParamValue& value,
                                 std::string* why = nullptr);
-  /// Asks for a module to be stepped or not; enabling resets it. Thread: any.
-  hal::Result<Ticket> set_enabled(std::string_view module, bool enabled);
-  /// The step of the module from which the change took effect; nothing while it waits. Thread: any.
-  std::optional<std::uint32_t> taken_at(Ticket ticket) const;
+  /// Steps a module or not; enabling resets it. Not for the guardian and the sources of external topics.
+  hal::Result<Ticket> set_enabled(std::string_view module, bool enabled, std::string* why = nullptr);
+  /// Of a periodic thread, in the range that the robot file allows. The phase restarts: rt/README.md.
+  hal::Result<Ticket> set_period(std::string_view thread, Duration period, std::string* why = nullptr);
+  /// Asks the guardian to let commands pass; it may refuse (Effect::refused) and says why in its state.
+  hal::Result<Ticket> arm(std::string* why = nullptr);
+  hal::Result<Ticket> disarm(std::string* why = nullptr);
+  /// One message to an external topic. The bytes are those of its struct, with finite numbers; its `stamp` is set to
+  /// the instant of the step that publishes it.
+  hal::Result<Ticket> publish(std::string_view topic, std::span<const std::byte> message, std::string* why = nullptr);
+  /// What became of it; nothing while it waits, or when a mailbox full of later ones was done.
+  std::optional<Effect> effect(Ticket ticket) const;
+  /// Requests that met a full mailbox or no room for messages. Thread: any.
+  std::uint64_t busy_posts() const { return busy_posts_.load(std::memory_order_relaxed); }
 
  private:
   void add_guardian();
+  void add_external_sources();
   void add_module(ModuleSpec spec, std::unique_ptr<Module> module);
   void resolve_topics();
   void resolve_threads();
   void resolve_inputs();
   void resolve_chains();
-  hal::Result<Ticket> post(const Request& request);
+  hal::Result<Ticket> ask_guardian(Request::Kind kind, std::string* why);
+  hal::Result<Ticket> post(Request request, std::string* why);
   hal::Status make_segment(const ConfigureOptions& options);
   void plan_outputs(std::uint32_t module, const ConfigureOptions& options);
   void plan_inputs(std::uint32_t module);
@@ -151,6 +174,7 @@ class Graph {
   std::vector<std::vector<ConnectionId>> connections_;
   std::vector<ConnectionId> taps_;
   std::vector<std::unique_ptr<Mailbox>> mailboxes_;
+  std::atomic<std::uint64_t> busy_posts_{0};
 };
 
 }  // namespace sinew::rt

@@ -10,8 +10,10 @@ namespace {
 using namespace std::chrono_literals;
 using Trigger = ThreadSpec::Trigger;
 
-constexpr Duration kShortestPeriod = 10us, kLongest = 3600s;
+constexpr Duration kLongest = kLongestPeriod;
 constexpr const char* kNameRule = "a name of a-z, 0-9 and _";
+
+}  // namespace
 
 bool is_name(std::string_view text) {
   return !text.empty() && std::all_of(text.begin(), text.end(), [](char c) {
@@ -20,8 +22,6 @@ bool is_name(std::string_view text) {
 }
 
 std::string in_us(Duration d) { return format_number(static_cast<double>(d.count()) / 1e3); }
-
-}  // namespace
 
 std::string quoted(std::string_view text) { return '"' + std::string(text) + '"'; }
 
@@ -172,6 +172,7 @@ void GraphCheck::modules() {
 }
 
 void GraphCheck::placement(const GraphModule& m) {
+  if (m.external && m.thread == kNone) return;  // external() says so
   std::vector<std::string> places;
   for (const GraphThread& t : graph_.threads())
     for (const auto& name : t.spec.order)

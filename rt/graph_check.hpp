@@ -31,6 +31,7 @@ class GraphCheck {
   void binding(const GraphModule& m, std::uint32_t port);
   void previous(const GraphModule& m, std::uint32_t port);
   void topics();
+  void external(const TopicSpec& topic);
   void actuators();
   void actuator_command(const ActuatorSpec& a);
   void chains();
@@ -49,6 +50,9 @@ class GraphCheck {
   std::vector<Problem> problems_;
 };
 
+/// In microseconds, as robot files write times.
+std::string in_us(Duration d);
+bool is_name(std::string_view text);
 std::string quoted(std::string_view text);
 /// The words with spaces between them.
 std::string listed(const std::vector<std::string>& words);

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "msg/actuators.hpp"
+#include "msg/all.hpp"
 #include "rt/graph_check.hpp"
 #include "rt/parameters.hpp"
 
@@ -11,7 +12,6 @@ using PortKind = Declaration::PortKind;
 
 bool is_input(const Declaration::Port& p) { return p.kind == PortKind::latest || p.kind == PortKind::queue; }
 bool is_finite(double v) { return v - v == 0; }
-bool is_guardian(const GraphModule& m) { return m.spec.type == "rt::Guardian"; }
 
 }  // namespace
 
@@ -24,7 +24,7 @@ std::string GraphCheck::topic_candidates(const msg::TypeInfo* type) const {
 }
 
 void GraphCheck::bindings(const GraphModule& m) {
-  if (is_guardian(m)) return;  // actuators() speaks in the words of the robot file
+  if (m.guardian) return;  // actuators() speaks in the words of the robot file
   std::vector<std::string> inputs, seen;
   for (std::uint32_t p = 0; p < m.declaration.ports.size(); ++p) {
     const Declaration::Port& port = m.declaration.ports[p];
@@ -92,12 +92,43 @@ void GraphCheck::topics() {
       }
   }
   for (const TopicSpec& s : graph_.spec().topics) {
+    if (s.external) external(s);
     const std::uint32_t topic = graph_.find_topic(s.name);
-    if (topic == kNone)
-      add(s.line, "topic." + s.name, quoted(s.name), topic_candidates(nullptr));
-    else if (s.image_bytes > 0 && !graph_.topics()[topic].type->has_bulk())
+    if (topic == kNone) {
+      if (!s.external) add(s.line, "topic." + s.name, quoted(s.name), topic_candidates(nullptr));
+    } else if (s.image_bytes > 0 && !graph_.topics()[topic].type->has_bulk()) {
       add(s.line, "topic." + s.name + ".image", std::to_string(s.image_bytes) + " bytes",
           "none: " + s.name + " carries " + std::string(graph_.topics()[topic].type->name));
+    }
+  }
+}
+
+/// What the graph could not resolve, or took over silently: type, thread and name of an external topic.
+void GraphCheck::external(const TopicSpec& s) {
+  const std::string key = "topic." + s.name;
+  const auto parts = split_topic(s.name);
+  if (!is_name(parts.first) || !is_name(parts.second))
+    add(s.line, key, quoted(s.name), "a name as source.port, each of a-z, 0-9 and _");
+  const msg::TypeInfo* type = graph_.message_type(s.external->type);
+  if (!type || type->has_bulk()) {
+    std::vector<std::string> known;
+    for (const msg::TypeInfo* t : msg::all_types())
+      if (!t->has_bulk()) known.emplace_back(t->name);
+    add(s.line, key + ".type", s.external->type.empty() ? "missing" : quoted(s.external->type),
+        "a message type without pixels: " + listed(known));
+  }
+  std::vector<std::string> threads;
+  for (const GraphThread& t : graph_.threads())
+    if (t.modules.empty() || !graph_.modules()[t.modules[0]].guardian) threads.push_back(t.spec.name);
+  if (std::find(threads.begin(), threads.end(), s.external->thread) == threads.end())
+    add(s.line, key + ".thread", s.external->thread.empty() ? "missing" : quoted(s.external->thread),
+        "a thread: " + listed(threads));
+  for (const TopicSpec& first : graph_.spec().topics) {
+    if (!first.external || split_topic(first.name).first != parts.first) continue;
+    if (first.external->thread != s.external->thread)
+      add(s.line, key + ".thread", quoted(s.external->thread),
+          quoted(first.external->thread) + ", as of " + first.name + ": topics of one source come in with one thread");
+    break;
   }
 }
 

@@ -129,47 +129,4 @@ void Graph::plan_inputs(std::uint32_t module) {
   }
 }
 
-hal::Result<Ticket> Graph::post(const Request& request) {
-  const std::uint32_t thread = modules_[request.module].thread;
-  auto number = mailboxes_[thread]->post(request);
-  if (!number) return number.error();
-  return Ticket{thread, *number};
-}
-
-hal::Result<Ticket> Graph::set_param(std::string_view module, std::string_view name, const ParamValue& value,
-                                     std::string* why) {
-  const auto refuse = [why](hal::Errc code, const char* where, std::string words) {
-    if (why) *why = std::move(words);
-    return hal::Error{code, where};
-  };
-  const std::uint32_t m = find_module(module);
-  if (m == kNone) return refuse(hal::Errc::not_found, "module", "no module " + std::string(module));
-  const Declaration::Param* p = find_param(modules_[m].declaration, name);
-  if (!p)
-    return refuse(hal::Errc::not_found, "parameter", std::string(module) + " has no parameter " + std::string(name));
-  if (std::holds_alternative<std::string*>(p->target))
-    return refuse(hal::Errc::not_supported, "parameter", "a text is set before the start only");
-  if (!accepts(*p, value))
-    return refuse(hal::Errc::bad_argument, "parameter", to_string(value) + ": " + allowed_values(*p));
-  Request request;
-  request.module = m;
-  request.param = static_cast<std::uint32_t>(p - modules_[m].declaration.params.data());
-  if (const auto* b = std::get_if<bool>(&value)) request.value = *b;
-  if (const auto* i = std::get_if<std::int64_t>(&value)) request.value = *i;
-  if (const auto* d = std::get_if<double>(&value)) request.value = *d;
-  return post(request);
-}
-
-hal::Result<Ticket> Graph::set_enabled(std::string_view module, bool enabled) {
-  Request request;
-  request.kind = enabled ? Request::Kind::enable : Request::Kind::disable;
-  request.module = find_module(module);
-  if (request.module == kNone) return hal::Error{hal::Errc::not_found, "module"};
-  return post(request);
-}
-
-std::optional<std::uint32_t> Graph::taken_at(Ticket ticket) const {
-  return mailboxes_[ticket.thread]->taken_at(ticket.number);
-}
-
 }  // namespace sinew::rt

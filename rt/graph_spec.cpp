@@ -8,4 +8,10 @@ std::string to_string(const Problem& problem, std::string_view file) {
   return text;
 }
 
+std::pair<std::string_view, std::string_view> split_topic(std::string_view name) {
+  const auto dot = name.find('.');
+  if (dot == std::string_view::npos) return {name, {}};
+  return {name.substr(0, dot), name.substr(dot + 1)};
+}
+
 }  // namespace sinew::rt

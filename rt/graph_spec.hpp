@@ -4,6 +4,8 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "msg/image.hpp"
@@ -57,11 +59,26 @@ struct ThreadSpec {
   int line = 0;
 };
 
+/// "imu.raw" as module and port; without a dot the second part is empty.
+std::pair<std::string_view, std::string_view> split_topic(std::string_view name);
+
+/// The periods that a thread may have.
+inline constexpr Duration kShortestPeriod = std::chrono::microseconds(10), kLongestPeriod = std::chrono::hours(1);
+
+/// A topic that is written from outside, by the mailbox. The part of its name before the dot names the module that
+/// publishes it.
+struct ExternalSpec {
+  std::string type{};                                                  // of the message, "OperatorLink"
+  std::string thread{};                                                // at whose cycles it comes in
+  ExecModel exec{ExecModel::Kind::constant, Duration{1000}, {}, 1.0};  // of the module's step; its first topic's counts
+};
+
 struct TopicSpec {
   std::string name{};             // "camera.raw"
   std::uint32_t image_bytes = 0;  // capacity behind an image header
   std::uint32_t history = 0;      // messages kept for the tap; 0: default (500 ms of a periodic writer, 5 frames)
   int line = 0;
+  std::optional<ExternalSpec> external{};  // `writer = "external"`
 };
 
 struct ActuatorSpec {

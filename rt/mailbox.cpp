@@ -30,17 +30,18 @@ const Request* Mailbox::take() noexcept {
   return cell.turn.load(std::memory_order_acquire) == next_take_ + 1 ? &cell.request : nullptr;
 }
 
-void Mailbox::done(std::uint32_t step) noexcept {
+void Mailbox::done(const Effect& effect) noexcept {
   Cell& cell = cells_[next_take_ & mask_];
-  cell.done.store(std::uint64_t{next_take_} << 32 | step, std::memory_order_relaxed);
+  const std::uint64_t upper = (next_take_ & ~1u) | (effect.refused ? 1u : 0u);
+  cell.done.store(upper << 32 | effect.step, std::memory_order_relaxed);
   cell.turn.store(next_take_ + mask_ + 1, std::memory_order_release);
   ++next_take_;
 }
 
-std::optional<std::uint32_t> Mailbox::taken_at(std::uint32_t ticket) const noexcept {
+std::optional<Effect> Mailbox::effect(std::uint32_t ticket) const noexcept {
   const std::uint64_t done = cells_[ticket & mask_].done.load(std::memory_order_relaxed);
-  if (done >> 32 != ticket) return std::nullopt;
-  return static_cast<std::uint32_t>(done);
+  if (done >> 33 != ticket >> 1) return std::nullopt;
+  return Effect{static_cast<std::uint32_t>(done), (done >> 32 & 1) != 0};
 }
 
 }  // namespace sinew::rt

@@ -10,12 +10,21 @@
 
 namespace sinew::rt {
 
-/// What may be asked of a running module. Strings are not among it: assigning one could allocate.
+/// What may be asked of a running graph thread. Strings are not among it: assigning one could allocate.
 struct Request {
-  enum class Kind : std::uint8_t { set_param, enable, disable } kind = Kind::set_param;
-  std::uint32_t module = 0;  // of the graph
-  std::uint32_t param = 0;   // of its declaration
-  std::variant<bool, std::int64_t, double> value;
+  enum class Kind : std::uint8_t { set_param, enable, disable, set_period, arm, disarm, message };
+  Kind kind = Kind::set_param;
+  std::uint32_t thread = 0;                        // of the graph
+  std::uint32_t module = 0;                        // of the graph; set_period: unused
+  std::uint32_t index = 0;                         // set_param: of its declaration; message: where it is staged
+  std::variant<bool, std::int64_t, double> value;  // set_param; set_period: nanoseconds
+};
+
+/// What became of a request.
+struct Effect {
+  std::uint32_t step = 0;  // of its module, the first with it; set_period: of the thread's cycles since the start
+  bool refused = false;    // it was taken before that step, and changed nothing
+  bool operator==(const Effect&) const = default;
 };
 
 /// Many posters, one taker; posts are taken in the order in which they were accepted.
@@ -23,24 +32,26 @@ struct Request {
 ///          it next; here with one taker.
 class Mailbox {
  public:
-  explicit Mailbox(std::uint32_t capacity = 64);  // a power of two
+  explicit Mailbox(std::uint32_t capacity = 64);  // a power of two, at least 2
   /// Thread:  any.   RT: yes, but may repeat while others post.
-  /// Errors:  busy when the mailbox is full. The ticket asks taken_at() later.
+  /// Errors:  busy when the mailbox is full. The ticket asks effect() later.
   hal::Result<std::uint32_t> post(const Request& request) noexcept;
   /// The next request; null when there is none. Valid until done().
   /// Thread:  the taker.   RT: yes.
   const Request* take() noexcept;
-  /// Finishes the request of take(): it took effect from this step of its module on.
-  void done(std::uint32_t step) noexcept;
-  /// The step from which a request took effect; nothing while it waits, or when a mailbox full of later ones was done.
+  /// Finishes the request of take().
+  void done(const Effect& effect) noexcept;
+  /// Nothing while the request waits, or when a mailbox full of later ones was done.
   /// Thread:  any.
-  std::optional<std::uint32_t> taken_at(std::uint32_t ticket) const noexcept;
+  std::optional<Effect> effect(std::uint32_t ticket) const noexcept;
 
  private:
   struct Cell {
     std::atomic<std::uint32_t> turn;  // acquire/release: hands `request` between poster and taker
     Request request;
-    std::atomic<std::uint64_t> done{0};  // ticket << 32 | step, of the last request that was done
+    // Of the last request that was done: ticket << 32 | step; the ticket's lowest bit, which the cell implies, is
+    // `refused` instead. One word, so that it is read whole.
+    std::atomic<std::uint64_t> done{0};
   };
   std::vector<Cell> cells_;
   const std::uint32_t mask_;

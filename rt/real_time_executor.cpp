@@ -103,26 +103,28 @@ class RealTimeExecutor::Worker {
   }
 
   void run_periodic() noexcept {
-    Time next = executor_.start_ + spec_.phase;
+    period_ = spec_.period;
+    next_ = executor_.start_ + spec_.phase;
     while (!stopping()) {
-      wait_until(next);
+      wait_until(next_);
       if (stopping()) return;
-      cycle(next, false);
-      next = next + spec_.period;
-      meet_releases(next);
+      const Time release = next_;
+      next_ = next_ + period_;  // unless the cycle restarts it
+      cycle(release, false);
+      meet_releases();
       while (!backlog_.empty() && !stopping()) {
         cycle(backlog_.pop(), false);
-        meet_releases(next);
+        meet_releases();
       }
     }
   }
 
   // Releases that came while a cycle ran.
-  void meet_releases(Time& next) noexcept {
+  void meet_releases() noexcept {
     ThreadStats& stats = runner_->stats();
-    for (const Time now = executor_.os_.now(); next <= now; next = next + spec_.period) {
+    for (const Time now = executor_.os_.now(); next_ <= now; next_ = next_ + period_) {
       stats.overruns.add();
-      if (spec_.overrun == ThreadSpec::Overrun::catch_up && backlog_.push(next)) continue;
+      if (spec_.overrun == ThreadSpec::Overrun::catch_up && backlog_.push(next_)) continue;
       stats.skips.add();
     }
   }
@@ -165,7 +167,10 @@ class RealTimeExecutor::Worker {
     Time now = os.now();
     ThreadStats& stats = runner_->stats();
     stats.releases.add();
-    runner_->begin(release, timed_out, now);
+    if (const auto period = runner_->begin(release, timed_out, now)) {
+      period_ = *period;
+      next_ = now + period_;
+    }
     for (std::uint32_t i = 0; i < runner_->size(); ++i) {
       const auto filled = runner_->start(i, now);
       executor_.fire(filled, now);
@@ -186,6 +191,8 @@ class RealTimeExecutor::Worker {
   hal::Device* device_ = nullptr;          // of a device trigger
   std::uint32_t device_position_ = kNone;  // of its module in the cycle
   Trigger trigger_;
+  Time next_{};        // release of a periodic thread
+  Duration period_{};  // now in force
   Backlog backlog_;
   Tail tail_;
   std::atomic<bool> stop_{false};

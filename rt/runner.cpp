@@ -166,7 +166,7 @@ void ModuleRunner::set_enabled(bool enabled) noexcept {
 }
 
 void ModuleRunner::set_param(const Request& request) noexcept {
-  const Declaration::Param& p = module_.declaration.params[request.param];
+  const Declaration::Param& p = module_.declaration.params[request.index];
   std::visit([&p](const auto value) { assign(p, ParamValue(value)); }, request.value);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 // The life of the modules in a cycle, the same under every executor: which thread runs when is not known here.
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -30,6 +31,8 @@ class RunObserver {
   virtual ~RunObserver() = default;
   /// Thread: executor of the module.
   virtual void completed(const StepRecord& record) noexcept = 0;
+  /// A request was taken from the mailbox, at the beginning of a cycle. Thread: executor of its thread.
+  virtual void taken(const Request& /*request*/, const Effect& /*effect*/, Time /*now*/) noexcept {}
 };
 
 struct RunnerOptions {
@@ -105,8 +108,9 @@ class ThreadRunner {
  public:
   ThreadRunner(RunBoard& board, std::uint32_t thread);
 
-  /// First thing in a cycle: empties the mailbox and fixes dt.
-  void begin(Time release, bool timed_out, Time now) noexcept;
+  /// First thing in a cycle: empties the mailbox and fixes dt. Answers the period that the mailbox brought, if any: the
+  /// executor releases the thread at now + k * period from then on, k = 1, 2, ...
+  std::optional<Duration> begin(Time release, bool timed_out, Time now) noexcept;
   /// The cycle's last step has completed.
   void end(Time now) noexcept;
   std::span<const std::uint32_t> start(std::uint32_t position, Time now) noexcept;
@@ -117,14 +121,15 @@ class ThreadRunner {
   ThreadStats& stats() { return stats_; }
 
  private:
-  void empty_mailbox() noexcept;
+  std::optional<Duration> empty_mailbox(Time now) noexcept;
+  Effect apply(const Request& request) noexcept;
 
   RunBoard& board_;
   const std::uint32_t thread_;
   std::vector<std::unique_ptr<ModuleRunner>> modules_;
   Cycle cycle_;
   Time last_release_, begun_;
-  bool first_ = true;
+  std::uint32_t cycles_ = 0;  // begun
   ThreadStats stats_;
 };
 

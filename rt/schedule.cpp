@@ -29,6 +29,12 @@ void Schedule::trigger(std::uint32_t thread) { act_as_trigger(threads_[thread], 
 
 void Schedule::announce(std::uint32_t thread, Time at) { threads_[thread].device_ready = std::max(at, now_); }
 
+void Schedule::restart_period(std::uint32_t thread, Duration period) {
+  Thread& t = threads_[thread];
+  t.spec.period = period;
+  t.next_period = now_ + period;
+}
+
 void Schedule::run_until(Time until) {
   if (changed_) process_instant();  // triggered between two calls: acts at the instant that was reached
   for (Time t = next_instant(); t <= until && t != kNever; t = next_instant()) {

@@ -54,6 +54,9 @@ class Schedule {
   /// The device of this thread will be ready at `at` (kNever: unknown); replaces what was announced before, and is used
   /// up when it acts. An instant already passed counts as now.
   void announce(std::uint32_t thread, Time at);
+  /// A periodic thread is released at now + k * period from now on, k = 1, 2, ...; what waits goes on waiting.
+  /// From start().
+  void restart_period(std::uint32_t thread, Duration period);
   /// Processes everything that happens up to and including `until`.
   void run_until(Time until);
   Time now() const { return now_; }

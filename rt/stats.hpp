@@ -52,9 +52,10 @@ class Histogram {
 
 struct ThreadStats {
   Count releases, completions, overruns, skips, coalesced, timeouts;
-  Count preemptions;   // virtual time only: the kernel does not tell a thread
-  Histogram lateness;  // release to start of the first step
-  Histogram exec;      // first start to completion of the cycle, preemption included
+  Counter<std::int64_t> period_ns;  // now in force; 0: the thread has none
+  Count preemptions;                // virtual time only: the kernel does not tell a thread
+  Histogram lateness;               // release to start of the first step
+  Histogram exec;                   // first start to completion of the cycle, preemption included
 };
 
 struct ModuleStats {

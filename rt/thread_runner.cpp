@@ -1,5 +1,7 @@
 #include <algorithm>
 
+#include "rt/external_source.hpp"
+#include "rt/guardian.hpp"
 #include "rt/runner.hpp"
 
 namespace sinew::rt {
@@ -8,19 +10,22 @@ ThreadRunner::ThreadRunner(RunBoard& board, std::uint32_t thread)
     : board_(board), thread_(thread), last_release_(board.options.start) {
   for (const std::uint32_t m : board.graph.threads()[thread].modules)
     modules_.push_back(std::make_unique<ModuleRunner>(board, m));
+  const ThreadSpec& spec = board.graph.threads()[thread].spec;
+  if (spec.trigger == ThreadSpec::Trigger::period) stats_.period_ns.set(spec.period.count());
 }
 
-void ThreadRunner::begin(Time release, bool timed_out, Time now) noexcept {
-  empty_mailbox();
+std::optional<Duration> ThreadRunner::begin(Time release, bool timed_out, Time now) noexcept {
+  const std::optional<Duration> new_period = empty_mailbox(now);
   const ThreadSpec& spec = board_.graph.threads()[thread_].spec;
-  const bool first_periodic = first_ && spec.trigger == ThreadSpec::Trigger::period;
+  const bool first_periodic = cycles_ == 0 && spec.trigger == ThreadSpec::Trigger::period;
   cycle_.dt = first_periodic ? spec.period : std::max(release - last_release_, Duration{1});
   cycle_.release = release;
   cycle_.timed_out = timed_out;
   last_release_ = release;
-  first_ = false;
+  ++cycles_;
   begun_ = now;
   stats_.lateness.add(now - release);
+  return new_period;
 }
 
 void ThreadRunner::end(Time now) noexcept { stats_.exec.add(now - begun_); }
@@ -33,16 +38,47 @@ std::span<const std::uint32_t> ThreadRunner::complete(std::uint32_t position, Ti
   return modules_[position]->complete(now, exec);
 }
 
-void ThreadRunner::empty_mailbox() noexcept {
+std::optional<Duration> ThreadRunner::empty_mailbox(Time now) noexcept {
   Mailbox& mailbox = board_.graph.mailbox(thread_);
+  std::optional<Duration> new_period;
   while (const Request* request = mailbox.take()) {
-    ModuleRunner& module = *modules_[board_.graph.modules()[request->module].position];
-    if (request->kind == Request::Kind::set_param)
-      module.set_param(*request);
-    else
-      module.set_enabled(request->kind == Request::Kind::enable);
-    mailbox.done(module.next_step());
+    const Effect effect = apply(*request);
+    if (request->kind == Request::Kind::set_period) new_period = Duration{stats_.period_ns.value()};
+    if (board_.options.observer) board_.options.observer->taken(*request, effect, now);
+    mailbox.done(effect);
   }
+  return new_period;
+}
+
+Effect ThreadRunner::apply(const Request& request) noexcept {
+  if (request.kind == Request::Kind::set_period) {
+    stats_.period_ns.set(std::get<std::int64_t>(request.value));
+    return {cycles_};
+  }
+  const GraphModule& about = board_.graph.modules()[request.module];
+  ModuleRunner& module = *modules_[about.position];
+  bool refused = false;
+  switch (request.kind) {
+    case Request::Kind::set_param:
+      module.set_param(request);
+      break;
+    case Request::Kind::enable:
+    case Request::Kind::disable:
+      module.set_enabled(request.kind == Request::Kind::enable);
+      break;
+    case Request::Kind::arm:
+      refused = !about.guardian->arm();
+      break;
+    case Request::Kind::disarm:
+      about.guardian->disarm();
+      break;
+    case Request::Kind::message:
+      about.external->take(request.index);
+      break;
+    case Request::Kind::set_period:
+      break;  // of the thread, above
+  }
+  return {module.next_step(), refused};
 }
 
 Runner::Runner(Graph& graph, const RunnerOptions& options) : board_(graph, options) {

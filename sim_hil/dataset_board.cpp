@@ -195,6 +195,9 @@ hal::Result<hal::Camera*> DatasetBoard::camera(std::string_view name) {
 }
 hal::Result<hal::Range*> DatasetBoard::range(std::string_view) { return Error{Errc::not_found, "DatasetBoard::range"}; }
 hal::Result<hal::Baro*> DatasetBoard::baro(std::string_view) { return Error{Errc::not_found, "DatasetBoard::baro"}; }
+hal::Result<hal::Battery*> DatasetBoard::battery(std::string_view) {
+  return Error{Errc::not_found, "DatasetBoard::battery"};
+}
 hal::Result<hal::Actuators*> DatasetBoard::actuators(std::string_view) {
   return Error{Errc::not_found, "DatasetBoard::actuators"};
 }

@@ -187,6 +187,10 @@ Status PlantLink::send(std::uint16_t device, const msg::BaroSample& sample, Time
   if (auto ok = expect_kind(device, DeviceKind::baro); !ok) return ok;
   return add(Type::baro, device, sample.stamp, Sample<msg::BaroSample>{ready, sample});
 }
+Status PlantLink::send(std::uint16_t device, const msg::BatterySample& sample, Time ready) {
+  if (auto ok = expect_kind(device, DeviceKind::battery); !ok) return ok;
+  return add(Type::battery, device, sample.stamp, Sample<msg::BatterySample>{ready, sample});
+}
 Status PlantLink::send_truth(Time now, const Truth& truth) { return add(Type::truth, 0, now, truth); }
 
 Status PlantLink::send_report(Time now, std::string_view json) {

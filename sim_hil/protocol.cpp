@@ -137,6 +137,7 @@ Status decode_device(Get& get, std::uint64_t shared_bytes, DeviceInfo& d) {
     case DeviceKind::imu:
     case DeviceKind::range:
     case DeviceKind::baro:
+    case DeviceKind::battery:
       return {};
   }
   return bad("unknown kind of device", std::int64_t(d.kind));
@@ -179,6 +180,9 @@ Status sizes_of(Type type, Sizes& out) {
     case Type::baro:
       out = {kBaroBytes, kBaroBytes};
       return {};
+    case Type::battery:
+      out = {kBatteryBytes, kBatteryBytes};
+      return {};
     case Type::frame:
       out = {kFrameBytes, kMaxMessageBytes - kHeaderBytes};
       return {};
@@ -217,6 +221,8 @@ std::string_view to_string(Type type) {
       return "Range";
     case Type::baro:
       return "Baro";
+    case Type::battery:
+      return "Battery";
     case Type::frame:
       return "Frame";
     case Type::truth:
@@ -235,6 +241,8 @@ std::string_view to_string(DeviceKind kind) {
       return "range";
     case DeviceKind::baro:
       return "baro";
+    case DeviceKind::battery:
+      return "battery";
     case DeviceKind::camera:
       return "camera";
     case DeviceKind::actuators:
@@ -289,6 +297,10 @@ std::size_t encode(const Sample<msg::RangeSample>& m, std::byte* out) noexcept {
 
 std::size_t encode(const Sample<msg::BaroSample>& m, std::byte* out) noexcept {
   return Put(out).i64(m.ready.ns).f64(m.value.pressure_pa).f64(m.value.temperature_c).written();
+}
+
+std::size_t encode(const Sample<msg::BatterySample>& m, std::byte* out) noexcept {
+  return Put(out).i64(m.ready.ns).f64(m.value.voltage_v).f64(m.value.current_a).f64(m.value.charge).written();
 }
 
 std::size_t encode(const FrameInfo& m, std::byte* out) noexcept {
@@ -419,6 +431,17 @@ Status decode(const Header& h, Bytes payload, Sample<msg::BaroSample>& out) noex
   out.value.stamp = h.time;
   out.value.pressure_pa = get.f64();
   out.value.temperature_c = get.f64();
+  return {};
+}
+
+Status decode(const Header& h, Bytes payload, Sample<msg::BatterySample>& out) noexcept {
+  if (auto ok = expect_size(payload, kBatteryBytes); !ok) return ok;
+  Get get(payload);
+  if (auto ok = decode_ready(h, get, out.ready); !ok) return ok;
+  out.value.stamp = h.time;
+  out.value.voltage_v = get.f64();
+  out.value.current_a = get.f64();
+  out.value.charge = get.f64();
   return {};
 }
 

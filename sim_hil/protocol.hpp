@@ -43,17 +43,19 @@ enum class Type : std::uint16_t {
   command = 7,  // r  setpoints of one actuator group
   stop = 8,     // r  safe action at once
   bye = 9,      // rp the reason, as text; the last message
-  imu = 16,     // p
-  range = 17,   // p
-  baro = 18,    // p
-  frame = 19,   // p
-  truth = 24,   // p  for the report only, never for a module
-  report = 25,  // p  JSON text about the plant's health
+
+  imu = 16,      // p
+  range = 17,    // p
+  baro = 18,     // p
+  frame = 19,    // p
+  battery = 20,  // p
+  truth = 24,    // p  for the report only, never for a module
+  report = 25,   // p  JSON text about the plant's health
   // 32..35: clock exchange over networks (four time stamps), reserved.
 };
 
 enum class Mode : std::uint16_t { lockstep = 0, free_running = 1 };
-enum class DeviceKind : std::uint16_t { imu = 1, range = 2, baro = 3, camera = 4, actuators = 5 };
+enum class DeviceKind : std::uint16_t { imu = 1, range = 2, baro = 3, camera = 4, actuators = 5, battery = 6 };
 
 std::string_view to_string(Type type);
 std::string_view to_string(DeviceKind kind);
@@ -113,7 +115,7 @@ struct Command {
   msg::ActuatorCommand setpoints;
 };
 
-/// Header time: the stamp. M is msg::ImuSample, msg::RangeSample or msg::BaroSample; its stamp is the header's.
+/// Header time: the stamp, also that of the value. M is one of ImuSample, RangeSample, BaroSample, BatterySample.
 template <class M>
 struct Sample {
   Time ready;  // when the driver may see it; never before the stamp
@@ -145,7 +147,7 @@ struct Truth {
 // Bytes behind the header; messages of fixed size carry exactly these.
 inline constexpr std::size_t kHelloBytes = 64, kWelcomeBytes = 72, kDeviceBytes = 96, kClockBytes = 16;
 inline constexpr std::size_t kCommandBytes = 88, kImuBytes = 56, kRangeBytes = 16, kBaroBytes = 24, kFrameBytes = 40;
-inline constexpr std::size_t kTruthBytes = 144;
+inline constexpr std::size_t kBatteryBytes = 32, kTruthBytes = 144;
 inline constexpr std::size_t kMaxMessageBytes =
     kHeaderBytes + kFrameBytes + std::size_t{msg::kMaxImageWidth} * msg::kMaxImageHeight * 3;
 inline constexpr std::size_t kMaxSmallBytes = kHeaderBytes + kMaxTextBytes;  // everything but pixels
@@ -162,6 +164,7 @@ std::size_t encode(const Command& m, std::byte* out) noexcept;
 std::size_t encode(const Sample<msg::ImuSample>& m, std::byte* out) noexcept;
 std::size_t encode(const Sample<msg::RangeSample>& m, std::byte* out) noexcept;
 std::size_t encode(const Sample<msg::BaroSample>& m, std::byte* out) noexcept;
+std::size_t encode(const Sample<msg::BatterySample>& m, std::byte* out) noexcept;
 std::size_t encode(const FrameInfo& m, std::byte* out) noexcept;
 std::size_t encode(const Truth& m, std::byte* out) noexcept;
 
@@ -175,6 +178,7 @@ hal::Status decode(const Header& h, Bytes payload, Command& out) noexcept;
 hal::Status decode(const Header& h, Bytes payload, Sample<msg::ImuSample>& out) noexcept;
 hal::Status decode(const Header& h, Bytes payload, Sample<msg::RangeSample>& out) noexcept;
 hal::Status decode(const Header& h, Bytes payload, Sample<msg::BaroSample>& out) noexcept;
+hal::Status decode(const Header& h, Bytes payload, Sample<msg::BatterySample>& out) noexcept;
 hal::Status decode(const Header& h, Bytes payload, FrameInfo& out) noexcept;  // the first kFrameBytes of the payload
 hal::Status decode(const Header& h, Bytes payload, Truth& out) noexcept;
 /// For people: "what: where (detail)".

@@ -137,6 +137,9 @@ void SimBoard::make_devices() {
       case DeviceKind::baro:
         device = std::make_unique<SimSensor<msg::BaroSample>>(info, shared_, capacity, depth);
         break;
+      case DeviceKind::battery:
+        device = std::make_unique<SimSensor<msg::BatterySample>>(info, shared_, capacity, depth);
+        break;
       case DeviceKind::camera:
         device = std::make_unique<SimCamera>(info, shared_, memory, std::max<std::size_t>(options_.camera_depth, 1));
         break;
@@ -172,6 +175,7 @@ Result<Wanted*> SimBoard::find(std::string_view name, DeviceKind kind) {
 Result<hal::Imu*> SimBoard::imu(std::string_view name) { return find<hal::Imu>(name, DeviceKind::imu); }
 Result<hal::Range*> SimBoard::range(std::string_view name) { return find<hal::Range>(name, DeviceKind::range); }
 Result<hal::Baro*> SimBoard::baro(std::string_view name) { return find<hal::Baro>(name, DeviceKind::baro); }
+Result<hal::Battery*> SimBoard::battery(std::string_view name) { return find<hal::Battery>(name, DeviceKind::battery); }
 Result<hal::Camera*> SimBoard::camera(std::string_view name) { return find<hal::Camera>(name, DeviceKind::camera); }
 Result<hal::Actuators*> SimBoard::actuators(std::string_view name) {
   return find<hal::Actuators>(name, DeviceKind::actuators);
@@ -323,6 +327,8 @@ Status SimBoard::take(const Message& message, Time at) {
       return take_sample<msg::RangeSample>(message, at, DeviceKind::range);
     case Type::baro:
       return take_sample<msg::BaroSample>(message, at, DeviceKind::baro);
+    case Type::battery:
+      return take_sample<msg::BatterySample>(message, at, DeviceKind::battery);
     case Type::frame:
       return take_frame(message, at);
     case Type::truth: {

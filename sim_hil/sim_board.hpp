@@ -65,6 +65,7 @@ class SimBoard final : public hal::Board, public hal::GrantSource {
   hal::Result<hal::Imu*> imu(std::string_view name) override;
   hal::Result<hal::Range*> range(std::string_view name) override;
   hal::Result<hal::Baro*> baro(std::string_view name) override;
+  hal::Result<hal::Battery*> battery(std::string_view name) override;
   hal::Result<hal::Camera*> camera(std::string_view name) override;
   hal::Result<hal::Actuators*> actuators(std::string_view name) override;
 

@@ -96,7 +96,7 @@ class SimDevice {
       gap_arrival_us_{0};
 };
 
-/// Imu, Range or Baro.
+/// Imu, Range, Baro or Battery.
 template <class M>
 class SimSensor final : public hal::Sensor<M>, public SimDevice {
  public:

@@ -5,6 +5,7 @@
 #include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
@@ -97,6 +98,7 @@ class LinuxThread final : public Thread {
       p.sched_priority = options_.fifo_priority;
       if (const int e = pthread_setschedparam(pthread_self(), SCHED_FIFO, &p); e != 0) fall_short("SCHED_FIFO", e);
     }
+    if (options_.nice > 0) setpriority(PRIO_PROCESS, 0, options_.nice);  // of this thread; giving way is never refused
     prefault_stack(options_.stack_bytes);
   }
 

@@ -1,11 +1,15 @@
 #include "hal/linux/shared_memory.hpp"
 
 #include <fcntl.h>
+#include <linux/futex.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <climits>
+#include <ctime>
 #include <string>
 
 #ifndef F_SEAL_FUTURE_WRITE
@@ -72,6 +76,17 @@ Result<std::unique_ptr<SharedMemory>> map_shared_memory(int fd) {
     return Error{Errc::bad_data, "shared memory from the peer is not sealed against shrinking", seals};
   }
   return map(fd, static_cast<std::size_t>(info.st_size), PROT_READ);
+}
+
+void wait_shared(const WakeWord& word, std::uint32_t expected, Time deadline) noexcept {
+  const timespec until{static_cast<time_t>(deadline.ns / 1'000'000'000),
+                       static_cast<long>(deadline.ns % 1'000'000'000)};
+  ::syscall(SYS_futex, &word, FUTEX_WAIT_BITSET, expected, deadline == kNever ? nullptr : &until, nullptr,
+            FUTEX_BITSET_MATCH_ANY);
+}
+
+void wake_shared(const WakeWord& word) noexcept {
+  ::syscall(SYS_futex, &word, FUTEX_WAKE, INT_MAX, nullptr, nullptr, 0);
 }
 
 }  // namespace sinew::hal

@@ -15,4 +15,10 @@ Result<std::unique_ptr<SharedMemory>> create_shared_memory(std::string_view name
 /// Errors:  bad_data when it is no memfd, empty, or its owner could shrink it (our read would then be a bus error); io.
 Result<std::unique_ptr<SharedMemory>> map_shared_memory(int fd);
 
+/// Sleeps, across processes, while the word of a shared memory holds `expected`, at most until `deadline`; read access
+/// is enough. May return early; callers look again.
+void wait_shared(const WakeWord& word, std::uint32_t expected, Time deadline) noexcept;
+/// Wakes everybody who sleeps on it, in any process.
+void wake_shared(const WakeWord& word) noexcept;
+
 }  // namespace sinew::hal

@@ -109,6 +109,15 @@ class SocketStream final : public Stream {
   }
 
   bool local() const noexcept override { return local_; }
+  void expect_memory() noexcept override { expects_memory_ = true; }
+  Result<Peer> peer() const noexcept override {
+    ucred who{};
+    socklen_t size = sizeof who;
+    if (!local_ || ::getsockopt(fd_, SOL_SOCKET, SO_PEERCRED, &who, &size) != 0)
+      return Error{Errc::not_supported, "peer of this connection"};
+    return Peer{who.pid, who.uid};
+  }
+  std::intptr_t handle() const noexcept override { return fd_; }
   void shutdown() noexcept override { ::shutdown(fd_, SHUT_RDWR); }
 
   Status write_with_memory(std::span<const std::byte> bytes, const SharedMemory& memory) noexcept override {
@@ -277,6 +286,7 @@ class SocketListener final : public Listener {
     }
   }
   const std::string& endpoint() const override { return endpoint_; }
+  std::intptr_t handle() const noexcept override { return fd_; }
 
  private:
   int fd_;
@@ -345,6 +355,19 @@ Result<std::unique_ptr<Listener>> listen_stream(std::string_view endpoint) {
   }
   std::string own = path.empty() ? tcp_endpoint_of(fd) : "unix:" + path;
   return std::unique_ptr<Listener>(new SocketListener(fd, std::move(own), std::move(path)));
+}
+
+Status wait_ready(std::span<Waiting> items, Duration patience) {
+  std::array<pollfd, kMaxWaiting> fds{};
+  if (items.size() > fds.size()) return Error{Errc::bad_argument, "too many streams to wait for"};
+  for (std::size_t i = 0; i < items.size(); ++i)
+    fds[i] = {static_cast<int>(items[i].handle), static_cast<short>(items[i].room ? POLLOUT : POLLIN), 0};
+  const timespec limit{static_cast<time_t>(patience.count() / 1'000'000'000),
+                       static_cast<long>(patience.count() % 1'000'000'000)};
+  const int n = ::ppoll(fds.data(), static_cast<nfds_t>(items.size()), &limit, nullptr);
+  if (n < 0 && errno != EINTR) return system_error("poll", errno);
+  for (std::size_t i = 0; i < items.size(); ++i) items[i].ready = n > 0 && fds[i].revents != 0;
+  return {};
 }
 
 Result<std::pair<std::unique_ptr<Stream>, std::unique_ptr<Stream>>> stream_pair() {

@@ -2,7 +2,9 @@
 // hal::Stream and hal::Listener on Unix sockets and TCP.
 // Endpoints are written "unix:PATH" or "tcp:HOST:PORT" ("tcp:[::1]:4560" for IPv6); text with a '/' and without a
 // prefix is a path, HOST:PORT without a prefix is TCP.
+#include <cstdint>
 #include <memory>
+#include <span>
 #include <string_view>
 #include <utility>
 
@@ -18,6 +20,16 @@ Result<std::unique_ptr<Stream>> connect_stream(std::string_view endpoint, Durati
 /// Unix: mode 0600, and a file left behind by a dead process is replaced. TCP: port 0 lets the system choose.
 /// Errors:  bad_argument; busy when somebody listens there already; denied, io.
 Result<std::unique_ptr<Listener>> listen_stream(std::string_view endpoint);
+
+struct Waiting {
+  std::intptr_t handle = -1;  // of a Stream or Listener; negative: never ready
+  bool room = false;          // waits for room to write, not for something to read
+  bool ready = false;         // the answer; a stream whose peer went away is ready
+};
+inline constexpr std::size_t kMaxWaiting = 64;
+
+/// Waits until at least one is ready, or `patience` is over. Errors: bad_argument for more than kMaxWaiting; io.
+Status wait_ready(std::span<Waiting> items, Duration patience);
 
 /// Both ends of a local connection.
 Result<std::pair<std::unique_ptr<Stream>, std::unique_ptr<Stream>>> stream_pair();

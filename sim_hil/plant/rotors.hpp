@@ -18,6 +18,7 @@ class Propulsion {
   const std::array<double, kRotors>& omega_radps() const { return omega_; }
   double voltage_v() const { return voltage_; }
   double current_a() const { return current_; }
+  double charge() const { return charge_; }  // 0..1
 
  private:
   void step_battery(double shaft_w, double dt_s);

@@ -1,5 +1,6 @@
 #include "sim_hil/plant/sensors.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -51,6 +52,21 @@ msg::BaroSample BaroModel::measure(double height_m, double wash, double dt_s) {
   s.pressure_pa =
       e_.sea_level_pa * (1.0 - x + 0.5 * x * x) + drift_pa_ + e_.wash_pa * wash + e_.noise_pa * noise_.normal();
   s.temperature_c = e_.temperature_c;
+  return s;
+}
+
+BatteryModel::BatteryModel(const BatteryErrors& errors, std::uint64_t seed)
+    : e_(errors),
+      noise_(seed, 0x62617474),
+      voltage_scale_(1.0 + e_.voltage_scale * noise_.normal()),
+      current_scale_(1.0 + e_.current_scale * noise_.normal()),
+      charge_offset_(e_.charge_offset * noise_.normal()) {}
+
+msg::BatterySample BatteryModel::measure(double voltage_v, double current_a, double charge) {
+  msg::BatterySample s;
+  s.voltage_v = voltage_scale_ * voltage_v + e_.voltage_noise_v * noise_.normal();
+  s.current_a = current_scale_ * current_a + e_.current_noise_a * noise_.normal();
+  s.charge = std::clamp(charge + charge_offset_, 0.0, 1.0);
   return s;
 }
 

@@ -62,4 +62,22 @@ class BaroModel {
   double drift_pa_ = 0;
 };
 
+/// A power module with a coulomb counter.
+struct BatteryErrors {
+  double voltage_noise_v = 0.02, voltage_scale = 0.005;  // scales: sigma, drawn once
+  double current_noise_a = 0.2, current_scale = 0.02;
+  double charge_offset = 0.02;  // sigma, drawn once: what the counter did not know when it was switched on
+};
+
+class BatteryModel {
+ public:
+  BatteryModel(const BatteryErrors& errors, std::uint64_t seed);
+  msg::BatterySample measure(double voltage_v, double current_a, double charge);
+
+ private:
+  BatteryErrors e_;
+  math::Random noise_;
+  double voltage_scale_, current_scale_, charge_offset_;
+};
+
 }  // namespace sinew::plant

@@ -55,6 +55,7 @@ sim_hil::PlantDescription Session::description() const {
   m.name = "motors";
   m.channels = kRotors;
   d.devices.push_back(m);
+  d.devices.push_back(sensor(DeviceKind::battery, "battery", kBatterySteps, kBatteryDelayNs));
   return d;
 }
 
@@ -194,6 +195,7 @@ Status Session::send_due(const Due& due) {
   if (due.imu) s = link_->send(imu, due.imu_sample, due.imu_sample.stamp + ns(kImuDelayNs));
   if (s && due.range) s = link_->send(range, due.range_sample, due.range_sample.stamp + ns(kRangeDelayNs));
   if (s && due.baro) s = link_->send(baro, due.baro_sample, due.baro_sample.stamp + ns(kBaroDelayNs));
+  if (s && due.battery) s = link_->send(battery, due.battery_sample, due.battery_sample.stamp + ns(kBatteryDelayNs));
   if (s && due.camera) s = begin_frame();
   if (s && due.truth) s = send_truth_and_report();
   return s;

@@ -56,7 +56,7 @@ class Session {
   const SessionReport& report() const { return report_; }
 
  private:
-  enum Device : std::uint16_t { imu, range, baro, camera, motors };
+  enum Device : std::uint16_t { imu, range, baro, camera, motors, battery };
   struct PendingFrame {
     sim_hil::FrameSlot slot;
     sim_hil::FrameMeta meta;

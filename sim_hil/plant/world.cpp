@@ -50,6 +50,8 @@ BaroErrors baro_errors(bool on) {
   return e;
 }
 
+BatteryErrors battery_errors(bool on) { return on ? BatteryErrors{} : BatteryErrors{0, 0, 0, 0, 0}; }
+
 std::array<double, kRotors> spread_thrust(math::Random& noise, double spread) {
   std::array<double, kRotors> f;
   for (double& x : f) x = 1.0 + spread * noise.uniform(-1, 1);
@@ -69,7 +71,8 @@ struct World::Impl {
         wind(o.gust_mps, o.seed),
         imu(imu_errors(o.sensor_errors), o.seed),
         range(range_errors(o.sensor_errors), o.seed),
-        baro(baro_errors(o.sensor_errors), o.seed) {
+        baro(baro_errors(o.sensor_errors), o.seed),
+        battery(battery_errors(o.sensor_errors), o.seed) {
     body = mj_name2id(model.get(), mjOBJ_BODY, "quad");
     hull = mj_name2id(model.get(), mjOBJ_GEOM, "hull");
     first_foot = mj_name2id(model.get(), mjOBJ_GEOM, "foot_fl");  // the other three follow it in the file
@@ -136,6 +139,7 @@ struct World::Impl {
   ImuModel imu;
   RangeModel range;
   BaroModel baro;
+  BatteryModel battery;
   int body = 0, hull = 0, first_foot = 0;
   std::int64_t steps = 0;
   std::uint32_t next_frame = 1;
@@ -215,6 +219,7 @@ void World::Impl::sample() {
   due.imu = steps % kImuSteps == 0;
   due.range = steps % kRangeSteps == 0;
   due.baro = steps % kBaroSteps == 0;
+  due.battery = steps % kBatterySteps == 0;
   due.truth = steps % kTruthSteps == 0;
   due.camera = now().ns == camera_stamp_ns(next_frame);
   if (due.camera) ++next_frame;
@@ -232,6 +237,10 @@ void World::Impl::sample() {
     const double share = rotor_share();
     due.baro_sample = baro.measure(data->qpos[2], share * share, kBaroSteps * kStepS);
     due.baro_sample.stamp = now();
+  }
+  if (due.battery) {
+    due.battery_sample = battery.measure(propulsion.voltage_v(), propulsion.current_a(), propulsion.charge());
+    due.battery_sample.stamp = now();
   }
 }
 
@@ -273,6 +282,7 @@ TruthState World::truth() const {
   t.omega_radps = w.propulsion.omega_radps();
   t.voltage_v = w.propulsion.voltage_v();
   t.current_a = w.propulsion.current_a();
+  t.charge = w.propulsion.charge();
   t.contact = w.data->ncon > 0;
   t.feet_down = w.feet_down();
   t.on_pad = t.contact && t.p_world_m.x * t.p_world_m.x + t.p_world_m.y * t.p_world_m.y < kPadRadius * kPadRadius;

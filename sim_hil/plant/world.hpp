@@ -11,7 +11,9 @@ namespace sinew::plant {
 
 inline constexpr std::int64_t kStepNs = 250'000;
 inline constexpr int kImuSteps = 4, kTruthSteps = 40, kRangeSteps = 40, kBaroSteps = 80;  // 1 kHz, 100, 100, 50 Hz
+inline constexpr int kBatterySteps = 400;                                                 // 10 Hz
 inline constexpr std::int64_t kRangeDelayNs = 4'000'000, kBaroDelayNs = 2'000'000;        // stamp to availability
+inline constexpr std::int64_t kBatteryDelayNs = 5'000'000;
 inline constexpr int kCameraHz = 30;
 
 struct WorldOptions {
@@ -33,8 +35,8 @@ struct TruthState {
   msg::Vec3 accel_mps2;  // specific force, base, mean of the last plant step
   msg::Vec3 wind_world_mps;
   std::array<double, kRotors> omega_radps{};
-  double voltage_v = 0, current_a = 0;
-  bool contact = false;  // something touches something
+  double voltage_v = 0, current_a = 0, charge = 0;  // of the battery; charge 0..1
+  bool contact = false;                             // something touches something
   int feet_down = 0;
   bool on_pad = false;  // contact, and the base is above the pad
 };
@@ -53,10 +55,11 @@ struct FlightSummary {
 
 /// What the step that just ended has made available. Samples carry their stamps; the delays above are not applied yet.
 struct Due {
-  bool imu = false, range = false, baro = false, camera = false, truth = false;
+  bool imu = false, range = false, baro = false, battery = false, camera = false, truth = false;
   msg::ImuSample imu_sample;
   msg::RangeSample range_sample;
   msg::BaroSample baro_sample;
+  msg::BatterySample battery_sample;
 };
 
 /// Pose of the downward camera.

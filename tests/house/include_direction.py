@@ -18,14 +18,15 @@ ROOMS = {
     "hal": ["msg"],
     "hal/linux": ["hal", "msg"],
     "rt": ["hal", "math", "msg"],
+    "tap": ["hal", "hal/linux", "rt", "msg"],
     "vision": ["rt", "math", "msg"],
     "control": ["rt", "math", "msg"],
     "drivers": ["hal", "rt", "wire", "msg"],
     "sim_hil": ["hal", "wire", "msg"],
     "sim_hil/plant": ["sim_hil", "hal", "wire", "math", "msg"],
     "record": ["rt", "msg"],
-    "net": ["rt", "msg"],
-    "monitor": ["rt", "record", "msg"],
+    "net": ["tap", "rt", "msg"],
+    "monitor": ["tap", "rt", "record", "msg"],
 }
 # These may include every room, and each other as listed.
 TOPS = {"apps": [], "examples": ["apps"], "bench": ["apps"], "tests": ["apps", "examples", "bench"]}
@@ -42,7 +43,7 @@ SYSTEM_ONLY_IN = [
     ("EGL, OpenGL or MuJoCo", r"(EGL|GL|GLES\d?|KHR|mujoco)/.*", ["sim_hil/plant"]),
     ("OpenCV", r"opencv2?/.*", ["vision/opencv"]),
     ("Eigen", r"Eigen/.*|unsupported/Eigen/.*", ["vision", "control", "sim_hil"]),
-    ("TOML, the command line or JSON", r"toml\+\+/.*|toml\.hpp|CLI/.*|nlohmann/.*", ["sim_hil/plant"]),
+    ("TOML, the command line or JSON", r"toml\+\+/.*|toml\.hpp|CLI/.*|nlohmann/.*", ["sim_hil/plant", "tap"]),
     ("an image format", r"png\.h|jpeglib\.h|turbojpeg\.h|tiffio\.hp*", ["drivers", "sim_hil"]),
 ]
 FORBIDDEN_IN = [

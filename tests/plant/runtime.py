@@ -20,7 +20,7 @@ import time
 
 MAGIC, VERSION = 0x50574E53, 1
 HELLO, WELCOME, START, CLOCK, GRANT, DONE, COMMAND, STOP, BYE = range(1, 10)
-IMU, RANGE, BARO, FRAME, TRUTH, REPORT = 16, 17, 18, 19, 24, 25
+IMU, RANGE, BARO, FRAME, BATTERY, TRUTH, REPORT = 16, 17, 18, 19, 20, 24, 25
 HEADER = struct.Struct("<IHHIIq")
 
 
@@ -117,10 +117,13 @@ def fly(wire, args):
     while True:
         kind, device, at, payload = wire.next()
         seen[kind] = seen.get(kind, 0) + 1
-        if kind in (IMU, RANGE, BARO, FRAME):
+        if kind in (IMU, RANGE, BARO, FRAME, BATTERY):
             digest.update(struct.pack("<q", at) + payload)
         if kind == FRAME:
             frames.append(check_frame(payload, width, height, camera, wire.memory))
+        elif kind == BATTERY:
+            volt, ampere, charge = struct.unpack_from("<3d", payload, 8)
+            assert 13 < volt < 17 and ampere > -2 and 0 <= charge <= 1, (volt, ampere, charge)
         elif kind == TRUTH:
             heights.append(struct.unpack_from("<3d", payload)[2])
         elif kind == REPORT:
@@ -164,6 +167,7 @@ def main():
     n = args.seconds
     assert code == 0, f"exit code {code}"
     assert abs(seen[IMU] - 1000 * n) <= 2 and abs(seen[RANGE] - 100 * n) <= 2 and abs(seen[BARO] - 50 * n) <= 2, seen
+    assert abs(seen[BATTERY] - 10 * n) <= 2, seen
     if args.mode == "lockstep":
         assert frames == list(range(1, len(frames) + 1)) and abs(len(frames) - 30 * n) <= 2, frames
     assert max(heights) > heights[0] + 0.02, "four motors at 0.6 lift it"

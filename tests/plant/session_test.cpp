@@ -24,7 +24,8 @@ constexpr std::uint16_t kCamera = 3, kMotors = 4;  // places in the Welcome
 /// What came from the plant, and the hash of all of it.
 struct Received {
   sim_hil::Welcome welcome;
-  int imu = 0, range = 0, baro = 0, frames = 0, reports = 0;
+  int imu = 0, range = 0, baro = 0, battery = 0, frames = 0, reports = 0;
+  msg::BatterySample last_battery;
   bool imu_in_order = true, ready_by_grant = true;
   Time last_imu{-1};
   std::vector<sim_hil::Truth> truth;
@@ -130,7 +131,8 @@ class ScriptedRuntime {
   void take(const sim_hil::Message& m) {
     const std::int64_t word[] = {static_cast<std::int64_t>(m.header.type), m.header.time.ns};
     got.hash.add(word, sizeof word);
-    if (m.header.type >= Type::imu && m.header.type < Type::frame) got.hash.add(m.payload.data(), m.payload.size());
+    if (m.header.type >= Type::imu && m.header.type <= Type::battery && m.header.type != Type::frame)
+      got.hash.add(m.payload.data(), m.payload.size());
     switch (m.header.type) {
       case Type::welcome:
         take_welcome(m);
@@ -146,6 +148,13 @@ class ScriptedRuntime {
       case Type::baro:
         ++got.baro;
         break;
+      case Type::battery: {
+        sim_hil::Sample<msg::BatterySample> s;
+        EXPECT_TRUE(decode(m.header, m.payload, s));
+        got.last_battery = s.value;
+        ++got.battery;
+        break;
+      }
       case Type::frame:
         take_frame(m);
         break;
@@ -218,13 +227,14 @@ TEST_F(PlantSession, WelcomeNamesTheDevicesAndTheSeed) {
   ASSERT_TRUE(served_);
   EXPECT_EQ(got.welcome.seed, 77u);
   EXPECT_EQ(got.welcome.step.count(), kStepNs);
-  ASSERT_EQ(got.welcome.devices.size(), 5u);
+  ASSERT_EQ(got.welcome.devices.size(), 6u);
   EXPECT_EQ(got.welcome.devices[0].name, "imu");
   EXPECT_EQ(got.welcome.devices[kCamera].name, "camera");
   EXPECT_EQ(got.welcome.devices[kCamera].width, 320u);
   EXPECT_EQ(got.welcome.devices[kCamera].format, msg::PixelFormat::yuyv);
   EXPECT_EQ(got.welcome.devices[kMotors].name, "motors");
   EXPECT_EQ(got.welcome.devices[kMotors].channels, 4u);
+  EXPECT_EQ(got.welcome.devices[5].kind, sim_hil::DeviceKind::battery);
   EXPECT_EQ(report_.reason, "script is over");
   EXPECT_FALSE(report_.broken);
 }
@@ -240,6 +250,8 @@ TEST_F(PlantSession, LockstepDeliversEverySampleInOrder) {
   EXPECT_EQ(got.imu, 1000);
   EXPECT_EQ(got.range, 100);
   EXPECT_EQ(got.baro, 50);
+  EXPECT_EQ(got.battery, 10);
+  EXPECT_NEAR(got.last_battery.voltage_v, got.truth.back().battery_v, 0.5);
   EXPECT_EQ(got.frames, 29);  // 30 exposed, the last is still on its way
   EXPECT_EQ(got.truth.size(), 100u);
   EXPECT_GE(got.reports, 2);

@@ -209,11 +209,27 @@ TEST(PlantWorld, BarometerFallsByTwelvePascalPerMetre) {
   EXPECT_NEAR(a.measure(0, 0, 0.02).pressure_pa - b.measure(1, 0, 0.02).pressure_pa, 11.7, 0.3);
 }
 
+TEST(PlantWorld, BatterySaysWhatTheMotorsDraw) {
+  auto world = make(ideal());
+  msg::BatterySample idle, flying;
+  run(*world, 0.5, kOff, [&](const Due& due) {
+    if (due.battery) idle = due.battery_sample;
+  });
+  run(*world, 5.0, {0.5, 0.5, 0.5, 0.5}, [&](const Due& due) {
+    if (due.battery) flying = due.battery_sample;
+  });
+  EXPECT_EQ(flying.stamp.ns, 5'500'000'000);
+  EXPECT_GT(flying.current_a, 5 * idle.current_a);
+  EXPECT_LT(flying.voltage_v, idle.voltage_v);
+  EXPECT_LT(flying.charge, idle.charge);
+  EXPECT_EQ(flying.voltage_v, world->truth().voltage_v) << "an ideal one tells the truth";
+}
+
 TEST(PlantWorld, SensorsComeAtTheirRatesWithStampsInOrder) {
   auto world = make(ideal());
-  int imu = 0, range = 0, baro = 0, camera = 0;
+  int imu = 0, range = 0, baro = 0, battery = 0, camera = 0;
   run(*world, 2.0, kOff, [&](const Due& due) {
-    imu += due.imu, range += due.range, baro += due.baro, camera += due.camera;
+    imu += due.imu, range += due.range, baro += due.baro, battery += due.battery, camera += due.camera;
     if (due.imu) {
       EXPECT_EQ(due.imu_sample.stamp.ns, world->now().ns - 500000);
     }
@@ -221,6 +237,7 @@ TEST(PlantWorld, SensorsComeAtTheirRatesWithStampsInOrder) {
   EXPECT_EQ(imu, 2000);
   EXPECT_EQ(range, 200);
   EXPECT_EQ(baro, 100);
+  EXPECT_EQ(battery, 20);
   EXPECT_EQ(camera, 60);
 }
 

@@ -95,6 +95,7 @@ class ListedBoard final : public hal::Board {
   hal::Result<hal::Imu*> imu(std::string_view) override { return &imu_device; }
   hal::Result<hal::Range*> range(std::string_view) override { return none(); }
   hal::Result<hal::Baro*> baro(std::string_view) override { return none(); }
+  hal::Result<hal::Battery*> battery(std::string_view) override { return none(); }
   hal::Result<hal::Camera*> camera(std::string_view) override { return none(); }
   hal::Result<hal::Actuators*> actuators(std::string_view name) override {
     if (name != "motors") return none();

@@ -241,6 +241,7 @@ class OneRange final : public hal::Board {
   hal::Result<hal::Imu*> imu(std::string_view) override { return none(); }
   hal::Result<hal::Range*> range(std::string_view) override { return &device; }
   hal::Result<hal::Baro*> baro(std::string_view) override { return none(); }
+  hal::Result<hal::Battery*> battery(std::string_view) override { return none(); }
   hal::Result<hal::Camera*> camera(std::string_view) override { return none(); }
   hal::Result<hal::Actuators*> actuators(std::string_view) override { return none(); }
   RangeDevice device;

@@ -78,8 +78,8 @@ TEST(StepContract, EnablingResetsTheModuleAndStartsItsStepsAnew) {
   for (const auto& s : robot.steps("faulty")) numbers.push_back(s.number);
   EXPECT_THAT(numbers, ElementsAre(0, 1, 2, /* 3, 4 ms: off */ 0, 1, 2, 3, /* stopped at 8, 9 */ 0, 1));
   EXPECT_EQ(faulty.since_reset, 2u);
-  EXPECT_EQ(graph.taken_at(*on), 0u);
-  EXPECT_EQ(graph.taken_at(*off), 3u);
+  EXPECT_EQ(graph.effect(*on), Effect{0});
+  EXPECT_EQ(graph.effect(*off), Effect{3});
 }
 
 TEST(StepContract, EnablingAModuleThatRunsChangesNothing) {

@@ -46,11 +46,11 @@ TEST(Parameters, ChangeBetweenTwoStepsAndTellWhich) {
   robot.grants.at(Time{1'300'000}, [&] {  // while the second step runs
     ticket = graph.set_param("gain", "gain", ParamValue(1.5));
     ASSERT_TRUE(ticket);
-    EXPECT_EQ(graph.taken_at(*ticket), std::nullopt);
+    EXPECT_EQ(graph.effect(*ticket), std::nullopt);
   });
   robot.run(3500us);
   EXPECT_THAT(gain.values, ElementsAre(0.5, 0.5, 1.5, 1.5));
-  EXPECT_EQ(graph.taken_at(*ticket), 2u);
+  EXPECT_EQ(graph.effect(*ticket), Effect{2});
 }
 
 TEST(Parameters, AreRefusedOutsideTheirRangeWithTheReason) {

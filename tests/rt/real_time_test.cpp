@@ -321,7 +321,7 @@ TEST_F(RealTime, AParameterChangesBetweenTwoSteps) {
   const auto ticket = robot.graph().set_param("gain", "gain", ParamValue(1.5));
   ASSERT_TRUE(ticket);
   EXPECT_TRUE(until([&] { return gain.seen.load() == 1.5; }));
-  EXPECT_TRUE(robot.graph().taken_at(*ticket).has_value());
+  EXPECT_TRUE(robot.graph().effect(*ticket).has_value());
   executor->stop();
 }
 

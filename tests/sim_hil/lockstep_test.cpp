@@ -60,6 +60,31 @@ TEST(SimLockstep, RangeAndBaroCarryTheirValues) {
   EXPECT_EQ(baros[0].temperature_c, 15);
 }
 
+TEST(SimLockstep, BatteryCarriesItsValues) {
+  PlantDescription with_battery = small_plant();
+  const auto id = static_cast<std::uint16_t>(with_battery.devices.size());
+  with_battery.devices.emplace_back().kind = DeviceKind::battery;
+  with_battery.devices.back().name = "battery";
+  Rig rig(
+      [id](PlantLink& plant) {
+        msg::BatterySample s;
+        s.stamp = at(1ms), s.voltage_v = 15.1, s.current_a = 9, s.charge = 0.5;
+        EXPECT_FALSE(plant.send(kBaro, s, at(2ms))) << "a device of another kind";
+        ASSERT_TRUE(plant.send(id, s, at(2ms)));
+        static_cast<void>(plant.grant(at(2ms)));
+      },
+      {}, with_battery);
+  hal::Battery* battery = *rig.board->battery("battery");
+  ASSERT_TRUE(rig.board->next_grant({}));
+  rig.clock.set(at(2ms));
+  const auto samples = drain(*battery);
+  ASSERT_EQ(samples.size(), 1u);
+  EXPECT_EQ(samples[0].stamp, at(1ms));
+  EXPECT_EQ(samples[0].voltage_v, 15.1);
+  EXPECT_EQ(samples[0].current_a, 9);
+  EXPECT_EQ(samples[0].charge, 0.5);
+}
+
 TEST(SimLockstep, CommandReachesThePlantStepThatFollowsItsCommit) {
   std::vector<double> applied;
   Rig rig([&](PlantLink& plant) {

@@ -65,6 +65,7 @@ void hear_as_runtime(std::unique_ptr<hal::Stream> stream) {
   msg::ImuSample imu;
   msg::RangeSample range;
   msg::BaroSample baro;
+  msg::BatterySample battery;
   auto until = (*board)->next_grant({});
   for (bool more = true; more; more = until.has_value()) {
     if (until) clock.set(*until);
@@ -72,6 +73,7 @@ void hear_as_runtime(std::unique_ptr<hal::Stream> stream) {
       if (d.kind == DeviceKind::imu) read_all((*board)->imu(d.name), imu);
       if (d.kind == DeviceKind::range) read_all((*board)->range(d.name), range);
       if (d.kind == DeviceKind::baro) read_all((*board)->baro(d.name), baro);
+      if (d.kind == DeviceKind::battery) read_all((*board)->battery(d.name), battery);
       if (d.kind == DeviceKind::camera && d.frame_bytes() < 100'000) read_all((*board)->camera(d.name), *image);
     }
     if (until) until = (*board)->next_grant(*until);

@@ -66,6 +66,7 @@ TEST(SimProtocol, PayloadsHaveTheSizesOfThePage) {
   EXPECT_EQ(payload_of(Sample<msg::ImuSample>{}).size(), kImuBytes);
   EXPECT_EQ(payload_of(Sample<msg::RangeSample>{}).size(), kRangeBytes);
   EXPECT_EQ(payload_of(Sample<msg::BaroSample>{}).size(), kBaroBytes);
+  EXPECT_EQ(payload_of(Sample<msg::BatterySample>{}).size(), kBatteryBytes);
   EXPECT_EQ(payload_of(FrameInfo{}).size(), kFrameBytes);
   EXPECT_EQ(payload_of(Truth{}).size(), kTruthBytes);
 }
@@ -101,6 +102,16 @@ TEST(SimProtocol, SamplesComeBackWithTheSameBits) {
   range.value.range_m = std::nan("");
   ASSERT_TRUE(decode_payload(Type::range, payload_of(range), range_back));
   EXPECT_TRUE(std::isnan(range_back.value.range_m));
+
+  Sample<msg::BatterySample> battery, battery_back;
+  battery.ready = Time{7};
+  battery.value.voltage_v = 15.2, battery.value.current_a = 9.5, battery.value.charge = 0.75;
+  ASSERT_TRUE(decode_payload(Type::battery, payload_of(battery), battery_back, Time{6}));
+  EXPECT_EQ(battery_back.ready, Time{7});
+  EXPECT_EQ(battery_back.value.stamp, Time{6});
+  EXPECT_EQ(battery_back.value.voltage_v, 15.2);
+  EXPECT_EQ(battery_back.value.current_a, 9.5);
+  EXPECT_EQ(battery_back.value.charge, 0.75);
 }
 
 TEST(SimProtocol, CommandAndTruthComeBackAsTheyWereSent) {
@@ -167,7 +178,7 @@ TEST(SimProtocol, WelcomeIsCheckedDeviceByDevice) {
   EXPECT_EQ(refused([](Welcome& w) { w.step = 0ns; }), "plant's step is not positive");
   EXPECT_EQ(refused([](Welcome& w) { w.devices[1].name = "imu"; }), "two devices have the same name");
   EXPECT_EQ(refused([](Welcome& w) { w.devices[1].channels = 9; }), "actuators need 1 to 8 channels");
-  EXPECT_EQ(refused([](Welcome& w) { w.devices[0].kind = DeviceKind{6}; }), "unknown kind of device");
+  EXPECT_EQ(refused([](Welcome& w) { w.devices[0].kind = DeviceKind{7}; }), "unknown kind of device");
   EXPECT_EQ(refused([](Welcome& w) { w.devices[0].period = -1ns; }), "device has a bad period or latency");
   EXPECT_EQ(refused([](Welcome& w) { w.devices[2].width = 1282; }), "camera is larger than 1280x960 or empty");
   EXPECT_EQ(refused([](Welcome& w) { w.devices[2].width = 15; }), "yuyv needs an even width");

@@ -1,0 +1,146 @@
+// The way in: what any thread may ask of a configured graph, checked before it goes into a mailbox.
+#include <cstring>
+
+#include "rt/external_source.hpp"
+#include "rt/graph.hpp"
+#include "rt/graph_check.hpp"
+#include "rt/parameters.hpp"
+
+namespace sinew::rt {
+namespace {
+
+hal::Error refuse(std::string* why, hal::Errc code, const char* where, std::string words) {
+  if (why) *why = std::move(words);
+  return {code, where};
+}
+
+bool finite(double v) { return v - v == 0; }
+
+template <class Real>
+bool all_finite(const std::byte* at, std::uint32_t count) {
+  for (std::uint32_t i = 0; i < count; ++i) {
+    Real v;
+    std::memcpy(&v, at + i * sizeof v, sizeof v);
+    if (!finite(static_cast<double>(v))) return false;
+  }
+  return true;
+}
+
+bool all_finite(const msg::TypeInfo& type, const std::byte* message) {
+  for (const msg::FloatRun& run : type.floats)
+    if (run.is_f64 ? !all_finite<double>(message + run.offset, run.count)
+                   : !all_finite<float>(message + run.offset, run.count))
+      return false;
+  return true;
+}
+
+}  // namespace
+
+hal::Result<Ticket> Graph::post(Request request, std::string* why) {
+  if (mailboxes_.empty()) return refuse(why, hal::Errc::not_supported, "mailbox", "the graph is not configured yet");
+  auto number = mailboxes_[request.thread]->post(request);
+  if (number) return Ticket{request.thread, *number};
+  ++busy_posts_;
+  return refuse(why, number.error().code, number.error().where,
+                "the mailbox of thread " + threads_[request.thread].spec.name + " is full");
+}
+
+hal::Result<Ticket> Graph::set_param(std::string_view module, std::string_view name, const ParamValue& value,
+                                     std::string* why) {
+  const std::uint32_t m = find_module(module);
+  if (m == kNone) return refuse(why, hal::Errc::not_found, "module", "no module " + std::string(module));
+  const Declaration::Param* p = find_param(modules_[m].declaration, name);
+  if (!p)
+    return refuse(why, hal::Errc::not_found, "parameter",
+                  std::string(module) + " has no parameter " + std::string(name));
+  if (std::holds_alternative<std::string*>(p->target))
+    return refuse(why, hal::Errc::not_supported, "parameter", "a text is set before the start only");
+  if (!accepts(*p, value))
+    return refuse(why, hal::Errc::bad_argument, "parameter", to_string(value) + ": " + allowed_values(*p));
+  Request request;
+  request.thread = modules_[m].thread;
+  request.module = m;
+  request.index = static_cast<std::uint32_t>(p - modules_[m].declaration.params.data());
+  if (const auto* b = std::get_if<bool>(&value)) request.value = *b;
+  if (const auto* i = std::get_if<std::int64_t>(&value)) request.value = *i;
+  if (const auto* d = std::get_if<double>(&value)) request.value = *d;
+  return post(request, why);
+}
+
+hal::Result<Ticket> Graph::set_enabled(std::string_view module, bool enabled, std::string* why) {
+  Request request;
+  request.kind = enabled ? Request::Kind::enable : Request::Kind::disable;
+  request.module = find_module(module);
+  if (request.module == kNone) return refuse(why, hal::Errc::not_found, "module", "no module " + std::string(module));
+  const GraphModule& m = modules_[request.module];
+  if (m.guardian || m.external)
+    return refuse(why, hal::Errc::not_supported, "module",
+                  std::string(module) + " belongs to the runtime; it stays on");
+  request.thread = m.thread;
+  return post(request, why);
+}
+
+hal::Result<Ticket> Graph::set_period(std::string_view thread, Duration period, std::string* why) {
+  const std::uint32_t t = find_thread(thread);
+  if (t == kNone) return refuse(why, hal::Errc::not_found, "thread", "no thread " + std::string(thread));
+  if (threads_[t].spec.trigger != ThreadSpec::Trigger::period)
+    return refuse(why, hal::Errc::not_supported, "thread", std::string(thread) + " is not released by a period");
+  if (period < kShortestPeriod || period > kLongestPeriod)
+    return refuse(why, hal::Errc::bad_argument, "period", in_us(period) + " us: a number from 10 to 3600000000");
+  Request request;
+  request.kind = Request::Kind::set_period;
+  request.thread = t;
+  request.value = std::int64_t{period.count()};
+  return post(request, why);
+}
+
+hal::Result<Ticket> Graph::arm(std::string* why) { return ask_guardian(Request::Kind::arm, why); }
+
+hal::Result<Ticket> Graph::disarm(std::string* why) { return ask_guardian(Request::Kind::disarm, why); }
+
+hal::Result<Ticket> Graph::ask_guardian(Request::Kind kind, std::string* why) {
+  if (modules_.empty() || !modules_[0].guardian)
+    return refuse(why, hal::Errc::not_supported, "guardian", "this robot has no actuators and so no guardian");
+  Request request;
+  request.kind = kind;
+  return post(request, why);  // thread 0, module 0
+}
+
+hal::Result<Ticket> Graph::publish(std::string_view topic, std::span<const std::byte> message, std::string* why) {
+  const std::uint32_t t = find_topic(topic);
+  if (t == kNone) return refuse(why, hal::Errc::not_found, "topic", "no topic " + std::string(topic));
+  const GraphModule& writer = modules_[topics_[t].writer];
+  const msg::TypeInfo& type = *topics_[t].type;
+  if (!writer.external)
+    return refuse(why, hal::Errc::not_supported, "topic",
+                  std::string(topic) + " is written by module " + writer.spec.name +
+                      "; only topics with writer = \"external\" take messages");
+  if (message.size() != type.size)
+    return refuse(
+        why, hal::Errc::bad_argument, "message",
+        std::to_string(message.size()) + " bytes: " + std::string(type.name) + " has " + std::to_string(type.size));
+  if (!all_finite(type, message.data()))
+    return refuse(why, hal::Errc::bad_argument, "message", "not finite: finite numbers in every field");
+  if (mailboxes_.empty()) return refuse(why, hal::Errc::not_supported, "mailbox", "the graph is not configured yet");
+  const auto place = writer.external->stage(topics_[t].port, message);
+  if (!place) {
+    ++busy_posts_;
+    return refuse(why, place.error().code, place.error().where,
+                  std::to_string(ExternalSource::kRoom) + " messages of " + writer.spec.name + " wait already");
+  }
+  Request request;
+  request.kind = Request::Kind::message;
+  request.thread = writer.thread;
+  request.module = topics_[t].writer;
+  request.index = *place;
+  auto ticket = post(request, why);
+  if (!ticket) writer.external->unstage(*place);
+  return ticket;
+}
+
+std::optional<Effect> Graph::effect(Ticket ticket) const {
+  if (ticket.thread >= mailboxes_.size()) return std::nullopt;
+  return mailboxes_[ticket.thread]->effect(ticket.number);
+}
+
+}  // namespace sinew::rt

@@ -1,0 +1,54 @@
+#pragma once
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "hal/os.hpp"
+#include "hal/stream.hpp"
+#include "rt/runner.hpp"
+#include "rt/stats.hpp"
+#include "tap/names.hpp"
+
+namespace sinew::tap {
+
+struct ServerOptions {
+  std::string board;           // for `hello`
+  bool virtual_time = false;   // likewise
+  std::function<void()> stop;  // what `stop` does; empty: refused
+  std::uint32_t max_clients = 16;
+  std::uint32_t max_per_process = 4;   // connections of one process
+  std::uint32_t requests_per_s = 200;  // of one client; more wait in its socket
+  hal::Duration patience =
+      std::chrono::seconds(2);  // half requests, unread replies, and how long a change is waited for
+};
+
+/// What outsiders did; nothing of it reaches the loops.
+struct ServerStats {
+  rt::Count accepted, requests, refused_peers, refused_full, made_room, garbage, closed_for_garbage, closed_slow,
+      throttled;
+};
+
+/// The robot's socket: answers requests of other programs, hands them the memory of the topics, rings the doorbells.
+/// Owns two threads of ordinary priority. What changes the robot goes through the graph's mailboxes; everything else is
+/// read from words that any thread may read.
+/// Thread:  owner; stats(): any.
+/// Owner:   graph, runner and os must outlive it; made after graph.configure(), before anything else changes
+///          parameters.
+class Server {
+ public:
+  /// Errors:  busy, denied, io of the socket or the threads.
+  static hal::Result<std::unique_ptr<Server>> open(const Name& name, rt::Graph& graph, rt::Runner& runner, hal::Os& os,
+                                                   const ServerOptions& options = {});
+  ~Server();  // ends both threads and all connections
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+
+  const ServerStats& stats() const;
+
+ private:
+  class Body;
+  explicit Server(std::unique_ptr<Body> body);
+  std::unique_ptr<Body> body_;
+};
+
+}  // namespace sinew::tap
