@@ -11,7 +11,7 @@
 #include "hal/linux/process.hpp"
 #include "hal/linux/socket.hpp"
 #include "hal/linux/watchdog.hpp"
-#include "rt/segment_pulse.hpp"
+#include "tap/reader.hpp"
 
 namespace sinew::app {
 namespace {
@@ -92,8 +92,8 @@ class Parent {
       return;
     }
     if (ending_ && now - last_change_ > kOrderlyEnd) return act(now, "the runtime does not end");
-    if (!ending_ && pulse_) {
-      if (const std::uint32_t beat = pulse_->number(); beat != beat_) {
+    if (!ending_ && topics_) {
+      if (const std::uint32_t beat = pulse(); beat != beat_) {
         beat_ = beat;
         last_change_ = now;
       } else if (now - last_change_ > options_.hang) {
@@ -115,12 +115,21 @@ class Parent {
       auto memory = line_->take_memory();
       if (!memory) return;  // supervise() then gets no answer and fails there
       memory_ = std::move(*memory);
-      pulse_ = rt::SegmentPulse::find(*memory_, "guardian");
-      if (!pulse_) return;
-      beat_ = pulse_->number();
+      auto reader = tap::Reader::open({memory_->data(), memory_->size()});
+      if (!reader) return;
+      topics_ = std::move(*reader);
+      for (std::uint32_t t = 0; t < topics_->topics().size(); ++t)
+        if (topics_->topics()[t].name.starts_with("guardian.")) guardian_ = t;
+      beat_ = pulse();
       last_change_ = now + 1s;  // the executor's threads are still to come up
       static_cast<void>(line_->write(word));
     }
+  }
+
+  // The guardian publishes in every cycle, at least twice a lease.
+  std::uint32_t pulse() const {
+    const auto message = topics_->newest(guardian_);
+    return message ? message->sequence : 0;
   }
 
   void feed(hal::Time now) {
@@ -159,7 +168,8 @@ class Parent {
     if (watchdog_) std::fprintf(stderr, "sinew: the watchdog is not fed any more\n");
     if (!memory_) return;
     std::string why;
-    const std::string folder = save_last_seconds(options_.save_to, supervised_.robot, fault_, *memory_, why);
+    const std::string folder =
+        save_last_seconds(options_.save_to, supervised_.robot, fault_, {memory_->data(), memory_->size()}, why);
     if (folder.empty())
       std::fprintf(stderr, "sinew: the last seconds could not be saved: %s\n", why.c_str());
     else
@@ -173,7 +183,8 @@ class Parent {
   std::unique_ptr<hal::Stream> line_;
   std::unique_ptr<hal::ChildProcess> runtime_;
   std::unique_ptr<hal::SharedMemory> memory_;
-  std::optional<rt::SegmentPulse> pulse_;
+  std::optional<tap::Reader> topics_;
+  std::uint32_t guardian_ = 0;  // one of its topics
   std::uint32_t beat_ = 0;
   hal::Time last_change_{}, next_feed_{};
   bool ending_ = false, done_ = false, feed_failed_ = false;

@@ -17,11 +17,11 @@ struct RunOptions {
   std::vector<std::string> set;  // "module.param=value"
   std::string plant;             // "auto", "unix:PATH", "tcp:HOST:PORT"; empty: the file's
   std::vector<std::string> plant_args;
-  std::string camera;  // "640x480" for a plant of our own; empty: the file's
-  std::string plot;    // where a plot goes; empty: none
+  std::string camera;         // "640x480" for a plant of our own; empty: the file's
+  std::string plot;           // where a plot goes; empty: none
   bool unsupervised = false;  // real time: no parent process beside the runtime (for debuggers)
-  bool plain = false;  // no live table, also on a terminal
-  bool quiet = false;  // only the result
+  bool plain = false;         // no live table, also on a terminal
+  bool quiet = false;         // only the result
 };
 
 /// Flies or drives a robot file. Exit code 0: everything went well (a mission: landed well in a valid run); 1: the run
