@@ -31,8 +31,6 @@ class Parent {
   Parent(const ParentOptions& options, Supervised& supervised) : options_(options), supervised_(supervised) {}
 
   int run() {
-    if (!supervised_.stop_line)
-      std::fprintf(stderr, "warning: no stop line: should the runtime die, only the leases will stop the actuators\n");
     if (!open_watchdog()) return 2;
     auto line = hal::stream_pair();
     if (!line) return refuse("no line to the runtime", line.error());
@@ -43,6 +41,7 @@ class Parent {
       return supervised_.body(to_parent);
     });
     if (!child) return refuse("no process for the runtime", child.error());
+    supervised_.in_parent();
     line->second.reset();
     line_ = std::move(line->first);
     runtime_ = std::move(*child);

@@ -37,8 +37,9 @@ class ParentLine {
 /// What the parent knows of the robot before it starts.
 struct Supervised {
   std::string robot;                         // name, for the saved folder
-  std::unique_ptr<hal::StopLine> stop_line;  // null: none could be had; said at the start
+  std::unique_ptr<hal::StopLine> stop_line;  // null: none could be had; the caller has said so
   std::function<int(ParentLine&)> body;      // the runtime, in a process of its own; its exit code
+  std::function<void()> in_parent = [] {};   // right after the start: lets go what is the runtime's
 };
 
 /// Runs the body in a child and watches it until it ends: process gone by a signal, or the guardian silent for `hang`.

@@ -5,7 +5,6 @@
 #include <charconv>
 #include <cstdio>
 
-#include "apps/module_list.hpp"
 #include "hal/linux/process.hpp"
 
 namespace sinew::app {
@@ -23,6 +22,10 @@ rt::ParamValue value_of(const std::string& text) {
 
 }  // namespace
 
+rt::Duration run_duration(const RunOptions& options) {
+  return rt::Duration{static_cast<std::int64_t>(options.duration_s * 1e9)};
+}
+
 std::string apply_setting(rt::GraphSpec& graph, const std::string& setting) {
   const auto dot = setting.find('.'), equals = setting.find('=');
   if (dot == std::string::npos || equals == std::string::npos || equals < dot)
@@ -36,7 +39,14 @@ std::string apply_setting(rt::GraphSpec& graph, const std::string& setting) {
   return fmt::format("--set {}: no module {}", setting, module);
 }
 
-std::optional<Prepared> prepare(const RunOptions& options) {
+bool accept_shortfalls(const std::vector<std::string>& shortfalls, bool strict) {
+  for (const auto& line : shortfalls) std::fprintf(stderr, "warning: %s\n", line.c_str());
+  if (shortfalls.empty() || !strict) return true;
+  std::fprintf(stderr, "sinew: --strict: not started\n");
+  return false;
+}
+
+std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes& types) {
   LoadedRobot loaded = load_robot(options.robot);
   for (const auto& p : loaded.problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.robot).c_str());
   if (!loaded.problems.empty()) return std::nullopt;
@@ -59,7 +69,7 @@ std::optional<Prepared> prepare(const RunOptions& options) {
     }
     loaded.robot.sim.camera_width = w, loaded.robot.sim.camera_height = h;
   }
-  Prepared prepared{std::move(loaded.robot), all_modules(), nullptr};
+  Prepared prepared{std::move(loaded.robot), types, nullptr};
   prepared.graph = std::make_unique<rt::Graph>(prepared.robot.graph, prepared.types);
   const auto problems = prepared.graph->check({options.virtual_time, hal::usable_cpus()});
   for (const auto& p : problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.robot).c_str());

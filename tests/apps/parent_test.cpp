@@ -91,8 +91,8 @@ class ParentTest : public testing::Test {
 
   int run(std::function<int(ParentLine&)> body, int stop_failures = 0) {
     testing::internal::CaptureStderr();
-    const int code =
-        run_with_parent(options_, {"robot", std::make_unique<CountedStop>(stops_, stop_failures), std::move(body)});
+    const int code = run_with_parent(
+        options_, {"robot", std::make_unique<CountedStop>(stops_, stop_failures), std::move(body), [] {}});
     said_ = testing::internal::GetCapturedStderr();
     char buffer[4096];
     const auto n = ::read(watchdog_, buffer, sizeof(buffer));
