@@ -7,6 +7,7 @@
 #include "apps/robot_file.hpp"
 #include "apps/run_command.hpp"
 #include "msg/flight.hpp"
+#include "msg/safety.hpp"
 #include "rt/graph.hpp"
 #include "rt/latch.hpp"
 #include "rt/module_types.hpp"
@@ -32,22 +33,28 @@ bool accept_shortfalls(const std::vector<std::string>& shortfalls, bool strict);
 /// Applies "module.param=value"; the reason when it cannot.
 std::string apply_setting(rt::GraphSpec& graph, const std::string& setting);
 
-/// Reads the mission's state, if the robot has one, below the loops: never in their way.
+/// Reads the mission's and the guardian's state, if the robot has a mission, below the loops: never in their way.
 /// Thread:  owner, one.
 class MissionWatch {
  public:
-  /// Names the topic for Graph::configure(); empty when the graph has no mission.
+  /// Names the topics for Graph::configure(); empty when the graph has no mission.
   static std::vector<std::string> taps(const rt::Graph& graph);
   explicit MissionWatch(rt::Graph& graph);  // after configure()
   /// Looks again. Null: no mission, or nothing said yet.
   const msg::MissionState* look();
   bool exists() const { return latch_.has_value(); }
-  bool ended() const { return last_.phase == msg::MissionPhase::done || last_.phase == msg::MissionPhase::abort; }
+  /// Done, or stopped for so long that nothing more will move. As of the last look().
+  bool ended() const;
+  /// What the guardian said last.
+  const msg::SafetyState& safety() const { return last_safety_; }
 
  private:
   std::optional<rt::Latch> latch_;
   rt::In<msg::MissionState> port_;
+  rt::In<msg::SafetyState> safety_port_;
   msg::MissionState last_;
+  msg::SafetyState last_safety_;
+  msg::Time calm_;  // the guardian was last seen otherwise than safe
   bool any_ = false;
 };
 

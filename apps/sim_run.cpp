@@ -25,6 +25,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr rt::Duration kAfterMission = 300ms;  // so that what happens at rest is in the report
+constexpr rt::Duration kAfterFailsafe = 3s;    // it may have been stopped in the air
 
 // The plant's latest report; written by the receiving thread.
 class ReportBox {
@@ -190,7 +191,7 @@ class SimRun {
     mission_->look();
     if (!mission_->ended()) return false;
     if (mission_end_ == hal::kNever) mission_end_ = now;
-    return now - mission_end_ >= kAfterMission;
+    return now - mission_end_ >= (mission_->safety().acted ? kAfterFailsafe : kAfterMission);
   }
 
   void end_plant() {
@@ -204,6 +205,10 @@ class SimRun {
     std::vector<std::string> faults;
     for (const auto& f : report->faults) faults.push_back(fmt::format("{}: struck {} times", f.text, f.affected));
     summary_.add_reasons("fault", "faults", faults);
+    std::vector<std::string> failsafes;
+    for (std::size_t i = 0; i < graph_.spec().failsafes.size(); ++i)
+      if (mission_->safety().acted >> i & 1) failsafes.push_back(graph_.spec().failsafes[i].name + " acted");
+    summary_.add_reasons("failsafe", "failsafes", failsafes);
     const auto invalid = invalid_because(*report, board_->stats(), real_time);
     summary_.add_reasons("invalid", "invalid_because", invalid);
     if (real_time)
