@@ -111,8 +111,6 @@ class Graph {
 
   // After configure():
   Segment& segment() { return *segment_; }
-  /// The memory of the topics; null when it is ordinary memory (ConfigureOptions::os was null).
-  const hal::SharedMemory* memory() const { return memory_.get(); }
   const SegmentPlan& plan() const { return *plan_; }
   /// Where the segment lies, to be handed to other processes; null: in ordinary memory.
   const hal::SharedMemory* memory() const { return memory_.get(); }
