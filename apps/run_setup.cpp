@@ -6,7 +6,9 @@
 
 #include "apps/param_overlay.hpp"
 #include "apps/param_value.hpp"
+#include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
+#include "hal/linux/run_dir.hpp"
 
 namespace sinew::app {
 namespace {
@@ -68,12 +70,39 @@ std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes
     }
     loaded.robot.sim.camera_width = w, loaded.robot.sim.camera_height = h;
   }
-  Prepared prepared{std::move(loaded.robot), types, nullptr};
+  Prepared prepared{std::move(loaded.robot), types, nullptr, nullptr};
   prepared.graph = std::make_unique<rt::Graph>(prepared.robot.graph, prepared.types);
   const auto problems = prepared.graph->check({options.virtual_time, hal::usable_cpus()});
   for (const auto& p : problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.robot).c_str());
   if (!problems.empty()) return std::nullopt;
   return prepared;
+}
+
+bool take_name(Prepared& prepared, const RunOptions& options) {
+  const std::string robot = options.name.empty() ? prepared.graph->spec().robot : options.name;
+  std::string why;
+  auto name = tap::Name::take(robot, why);
+  if (!name && name.error().code == hal::Errc::busy && options.virtual_time)
+    name = tap::Name::take(fmt::format("{}-{}", robot, hal::process_id()), why);
+  if (name) {
+    prepared.name = std::move(*name);
+    return true;
+  }
+  const bool unusable = name.error().code == hal::Errc::busy || name.error().code == hal::Errc::bad_argument;
+  std::fprintf(stderr, "sinew: %s%s\n", unusable ? "" : "warning: no socket for other programs: ", why.c_str());
+  return !unusable;
+}
+
+std::unique_ptr<tap::Server> open_socket(const Prepared& prepared, const RunOptions& options, rt::Runner& runner,
+                                         std::function<void()> stop) {
+  if (!prepared.name) return nullptr;
+  auto server = tap::Server::open(
+      *prepared.name, *prepared.graph, runner, hal::linux_os(),
+      {.board = prepared.graph->spec().board, .virtual_time = options.virtual_time, .stop = std::move(stop)});
+  if (server) return std::move(*server);
+  std::fprintf(stderr, "sinew: warning: no socket for other programs: %s: %s\n", prepared.name->path().c_str(),
+               server.error().where);
+  return nullptr;
 }
 
 std::vector<std::string> MissionWatch::taps(const rt::Graph& graph) {

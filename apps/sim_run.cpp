@@ -49,6 +49,7 @@ class SimRun {
   /// `parent`: null when none watches.
   SimRun(Prepared& prepared, const RunOptions& options, PlantProcess& plant, ParentLine* parent)
       : options_(options),
+        prepared_(prepared),
         robot_(prepared.robot),
         graph_(*prepared.graph),
         os_(options.rate == 1 ? real_os_ : scaled_os_.emplace(real_os_, options.rate)),
@@ -82,7 +83,7 @@ class SimRun {
     if (!board) return fail(why);
     board_ = std::move(*board);
     rt::ConfigureOptions configure;
-    configure.os = options_.virtual_time ? nullptr : &os_;
+    configure.os = &os_;
     configure.taps = MissionWatch::taps(graph_);
     if (auto ready = graph_.configure(*board_, configure); !ready) {
       for (const auto& p : graph_.configure_problems())
@@ -118,6 +119,7 @@ class SimRun {
     discrete.hash_topics = true;
     rt::DiscreteExecutor executor(graph_, clock_, grants, discrete);
     grants.executor = &executor;
+    const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);
     const hal::Time wall = real_os_.now();
     const auto report = executor.run();
     if (!report) {
@@ -148,6 +150,7 @@ class SimRun {
         return fail(std::string("the parent does not watch: ") + watched.error().where), 2;
     if (auto started = executor.start(); !started) return fail(started.error().where), 2;
     if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return 2;
+    const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);
     follow(executor);
     if (parent_) parent_->ending();
     executor.stop();
@@ -239,6 +242,7 @@ class SimRun {
   }
 
   const RunOptions& options_;
+  const Prepared& prepared_;
   const RobotFile& robot_;
   rt::Graph& graph_;
   hal::Os& real_os_ = hal::linux_os();
