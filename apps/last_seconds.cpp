@@ -27,9 +27,12 @@ void read_topic(const tap::Reader& reader, std::uint32_t index, std::vector<Line
   const tap::Topic& topic = reader.topics()[index];
   const auto newest = reader.newest(index);
   if (!newest || !topic.known()) return;
-  tap::Cursor cursor{newest->sequence - (topic.keep - 1), true, 0};
   std::vector<std::byte> copy(reader.bytes(index));
-  while (const auto message = reader.next(index, cursor)) {
+  for (std::uint32_t back = topic.keep; back-- > 0;) {  // one by one: of a young topic the oldest are not there
+    const std::uint32_t sequence = newest->sequence - back;
+    tap::Cursor cursor{sequence, true, 0};
+    const auto message = reader.next(index, cursor);
+    if (!message || message->sequence != sequence) continue;
     if (!reader.copy(*message, copy)) continue;
     rt::SlotHeader header;
     std::memcpy(&header, copy.data(), sizeof(header));
