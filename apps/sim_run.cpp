@@ -25,7 +25,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr rt::Duration kAfterMission = 300ms;  // so that what happens at rest is in the report
-constexpr rt::Duration kAfterFailsafe = 3s;    // it may have been stopped in the air
+constexpr rt::Duration kSettles = 5s;          // what is in the air when the mission ends has come down by then
 
 // The plant's latest report; written by the receiving thread.
 class ReportBox {
@@ -194,7 +194,9 @@ class SimRun {
     mission_->look();
     if (!mission_->ended()) return false;
     if (mission_end_ == hal::kNever) mission_end_ = now;
-    return now - mission_end_ >= (mission_->safety().acted ? kAfterFailsafe : kAfterMission);
+    const auto report = parse_report(report_.get());
+    const bool still = !report || report->still;
+    return now - mission_end_ >= (still ? kAfterMission : kSettles);
   }
 
   void end_plant() {
