@@ -4,6 +4,7 @@
 #include <string_view>
 #include <vector>
 
+#include "apps/validity.hpp"
 #include "rt/graph_spec.hpp"
 
 namespace sinew::app {
@@ -12,6 +13,8 @@ namespace sinew::app {
 struct SimOptions {
   std::string plant = "auto";  // "auto": start sinew-sim; else "unix:PATH" or "tcp:HOST:PORT"
   std::uint32_t camera_width = 320, camera_height = 240;
+  double relink_s = 10;  // real time: how long a lost plant is looked for
+  ValidityBounds bounds;
 };
 
 struct RobotFile {
