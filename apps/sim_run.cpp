@@ -245,7 +245,10 @@ class SimRun {
       summary_.add("clock of the plant",
                    fmt::format("known to {:.3f} ms, drift {:+.1f} ppm, {} exchanges", 1e3 * msg::seconds(c.worst_bound),
                                1e6 * c.drift, c.exchanges),
-                   {{"clock_bound_s", msg::seconds(c.worst_bound)}, {"clock_drift_ppm", 1e6 * c.drift}});
+                   {{"clock_offset_s", msg::seconds(c.offset)},
+                    {"clock_bound_s", msg::seconds(c.worst_bound)},
+                    {"clock_drift_ppm", 1e6 * c.drift},
+                    {"clock_exchanges", c.exchanges}});
     }
     const auto reasons = invalid_because(findings);
     summary_.add_reasons("invalid", "invalid_because", reasons);
