@@ -25,6 +25,8 @@ class PlantProcess {
   ~PlantProcess();
 
   std::unique_ptr<hal::Stream> take_stream() { return std::move(stream_); }
+  /// Where it listens: for further connections.
+  const std::string& endpoint() const { return endpoint_; }
   /// Processor time of the plant so far cannot be told for a foreign one; 0 then.
   int pid() const { return child_ ? child_->pid() : 0; }
   /// Waits for a plant of our own to end by itself.

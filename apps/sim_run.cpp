@@ -44,6 +44,8 @@ class ReportBox {
   std::string json_;
 };
 
+hal::Duration from_ms(double ms) { return hal::Duration{static_cast<std::int64_t>(ms * 1e6)}; }
+
 class SimRun {
  public:
   /// `parent`: null when none watches.
@@ -77,6 +79,10 @@ class SimRun {
     sim.clock = options_.virtual_time ? static_cast<const hal::Clock*>(&clock_) : &os_;
     sim.os = &real_os_;
     sim.rate = options_.rate;
+    sim.late_after = from_ms(robot_.sim.bounds.late_ms);
+    sim.connect = [endpoint = plant_->endpoint()] { return hal::connect_stream(endpoint, 500ms); };
+    // A plant of our own that is gone does not come back.
+    if (request.endpoint != "auto") sim.relink_for = from_ms(1e3 * robot_.sim.relink_s);
     sim.reader.fifo_priority = options_.virtual_time ? 0 : 95;  // it is this board's interrupt
     sim.on_report = [this](const std::string& json) { report_.put(json); };
     auto board = sim_hil::SimBoard::open(plant_.take_stream(), sim, why);
@@ -163,8 +169,11 @@ class SimRun {
         "processor",
         fmt::format("{:.1f} % of a core; memory {:.1f} MB", processor, static_cast<double>(after.rss_bytes) * 1e-6),
         {{"wall_s", wall_s}, {"processor_percent", processor}, {"memory_bytes", after.rss_bytes}});
-    const std::uint64_t n = missed(executor.runner());
-    summary_.add("missed deadlines", std::to_string(n), {{"missed_deadlines", n}});
+    for (std::uint32_t t = 0; t < graph_.threads().size(); ++t) {
+      evidence_.releases += executor.runner().thread_stats(t).releases.value();
+      evidence_.missed += executor.runner().thread_stats(t).overruns.value();
+    }
+    summary_.add("missed deadlines", std::to_string(evidence_.missed), {{"missed_deadlines", evidence_.missed}});
     return verdict(true);
   }
 
@@ -177,15 +186,10 @@ class SimRun {
       const bool ends = over(now) || board_->ended() || hal::stop_requested() ||
                         (options_.duration_s > 0 && now - begin > run_duration(options_));
       const auto* state = mission_->look();
-      view.show(now, state ? to_string(state->phase) : "running", ends);
+      const std::string trouble = board_->link_trouble();
+      view.show(now, !trouble.empty() ? trouble.c_str() : state ? to_string(state->phase) : "running", ends);
       if (ends) return;
     }
-  }
-
-  static std::uint64_t missed(rt::Runner& runner) {
-    std::uint64_t n = 0;
-    for (std::uint32_t t = 0; t < runner.graph().threads().size(); ++t) n += runner.thread_stats(t).overruns.value();
-    return n;
   }
 
   // ---- both
@@ -214,11 +218,7 @@ class SimRun {
     for (std::size_t i = 0; i < graph_.spec().failsafes.size(); ++i)
       if (mission_->safety().acted >> i & 1) failsafes.push_back(graph_.spec().failsafes[i].name + " acted");
     summary_.add_reasons("failsafe", "failsafes", failsafes);
-    const auto invalid = invalid_because(*report, board_->stats(), real_time);
-    summary_.add_reasons("invalid", "invalid_because", invalid);
-    if (real_time)
-      summary_.add("longest IMU gap", fmt::format("{:.3f} ms", report->imu_gap_max_s * 1e3),
-                   {{"imu_gap_max_s", report->imu_gap_max_s}});
+    const auto invalid = judge(*report, real_time);
     const char* const validity = invalid.empty() ? "valid" : "invalid";
     if (!mission_->exists()) return summary_.finish(fmt::format("{} run", validity), invalid.empty() ? 0 : 1);
     if (report->touched_down) report_landing(*report);
@@ -231,6 +231,36 @@ class SimRun {
                                                 : "landed on the pad";
     return summary_.finish(fmt::format("{}, {} run", what, validity),
                            good_landing(*report) && done && invalid.empty() ? 0 : 1);
+  }
+
+  /// Says what was measured against which bound, and why the run does not count.
+  std::vector<std::string> judge(const FlightReport& report, bool real_time) {
+    evidence_.real_time = real_time;
+    evidence_.rate = options_.rate;
+    evidence_.plant = report;
+    evidence_.board = board_->stats();
+    const auto findings = examine(evidence_, robot_.sim.bounds);
+    Json validity = Json::array();
+    for (const Finding& f : findings)
+      validity.push_back(
+          {{"bound", f.key}, {"what", f.what}, {"value", f.value}, {"most", f.bound}, {"holds", f.holds}});
+    if (real_time)
+      summary_.add("longest IMU gap", fmt::format("{:.3f} ms", report.imu_gap_max_s * 1e3),
+                   {{"imu_gap_max_s", report.imu_gap_max_s}});
+    if (evidence_.board.remote) {
+      const sim_hil::ClockStats& c = evidence_.board.clock;
+      summary_.add("clock of the plant",
+                   fmt::format("known to {:.3f} ms, drift {:+.1f} ppm, {} exchanges", 1e3 * msg::seconds(c.worst_bound),
+                               1e6 * c.drift, c.exchanges),
+                   {{"clock_offset_s", msg::seconds(c.offset)},
+                    {"clock_bound_s", msg::seconds(c.worst_bound)},
+                    {"clock_drift_ppm", 1e6 * c.drift},
+                    {"clock_exchanges", c.exchanges}});
+    }
+    const auto reasons = invalid_because(findings);
+    summary_.add_reasons("invalid", "invalid_because", reasons);
+    summary_.keep({{"validity", validity}});
+    return reasons;
   }
 
   void report_landing(const FlightReport& report) {
@@ -257,6 +287,7 @@ class SimRun {
   std::unique_ptr<sim_hil::SimBoard> board_;
   std::optional<MissionWatch> mission_;
   hal::Time mission_end_ = hal::kNever;
+  RunEvidence evidence_;
   RunSummary summary_;
 };
 
