@@ -7,6 +7,7 @@
 
 #include "apps/module_list.hpp"
 #include "hal/linux/process.hpp"
+#include "hal/linux/system_files.hpp"
 
 namespace sinew::app {
 namespace {
@@ -34,6 +35,17 @@ std::string apply_setting(rt::GraphSpec& graph, const std::string& setting) {
     return {};
   }
   return fmt::format("--set {}: no module {}", setting, module);
+}
+
+rt::RealTimeOptions real_time_options() {
+  rt::RealTimeOptions options;
+  const hal::SystemFiles files("/");
+  const auto runtime_us = files.number("proc/sys/kernel/sched_rt_runtime_us");
+  const auto period_us = files.number("proc/sys/kernel/sched_rt_period_us");
+  if (!runtime_us || !period_us) return options;
+  options.throttle.period = std::chrono::microseconds(*period_us);
+  options.throttle.frozen = std::chrono::microseconds(*runtime_us < 0 ? 0 : *period_us - *runtime_us);
+  return options;
 }
 
 bool accept_shortfalls(const std::vector<std::string>& shortfalls, bool strict) {

@@ -10,6 +10,7 @@
 #include "rt/graph.hpp"
 #include "rt/latch.hpp"
 #include "rt/module_types.hpp"
+#include "rt/real_time_executor.hpp"
 
 namespace sinew::app {
 
@@ -22,6 +23,9 @@ struct Prepared {
 
 /// Prints every problem to standard error; empty when there was one.
 std::optional<Prepared> prepare(const RunOptions& options);
+
+/// For this machine.
+rt::RealTimeOptions real_time_options();
 
 /// Prints what a real-time run could not have. False when `strict` forbids to go on.
 bool accept_shortfalls(const std::vector<std::string>& shortfalls, bool strict);

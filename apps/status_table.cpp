@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "apps/gap_text.hpp"
 #include "apps/graph_text.hpp"
 
 namespace sinew::app {
@@ -42,6 +43,9 @@ std::string StatusTable::render(rt::Time now, int columns) {
                            human(s.exec.quantile(0.99)), s.overruns.value()),
                columns);
   }
+  const std::string gaps = gap_lines(graph_, runner_);
+  for (std::size_t at = 0; at < gaps.size(); at = gaps.find('\n', at) + 1)
+    out += cut(gaps.substr(at, gaps.find('\n', at) - at), columns);
   out += cut(fmt::format("{:<24} {:>9} {:>11} {:>8}", "topic", "rate", "age p99", "drops"), columns);
   for (std::uint32_t i = 0; i < graph_.topics().size(); ++i) {
     const rt::TopicStats& s = runner_.topic_stats(i);
@@ -62,6 +66,7 @@ std::string run_summary(const rt::Graph& graph, rt::Runner& runner) {
     out += fmt::format("  {:<14}   lateness {}\n  {:<14}   execution {}\n", "", quantiles(s.lateness), "",
                        quantiles(s.exec));
   }
+  out += gap_lines(graph, runner);
   out += "modules\n";
   for (std::uint32_t m = 0; m < graph.modules().size(); ++m) {
     const rt::ModuleStats& s = runner.module_stats(m);
