@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "apps/module_list.hpp"
 #include "apps/robot_file.hpp"
 
 namespace sinew::app {
@@ -21,11 +20,11 @@ std::size_t count(const std::vector<hal::SystemCheck>& checks, CheckState state)
 }
 
 /// False after the robot file's problems have been printed.
-bool demand_of_file(const std::string& path, hal::SystemDemand& demand) {
+bool demand_of_file(const std::string& path, const rt::ModuleTypes& types, hal::SystemDemand& demand) {
   LoadedRobot loaded = load_robot(path);
   auto problems = loaded.problems;
   if (problems.empty()) {
-    rt::Graph graph(loaded.robot.graph, all_modules());
+    rt::Graph graph(loaded.robot.graph, types);
     problems = graph.check({});
     if (problems.empty()) demand = system_demand(graph, true);
   }
@@ -77,20 +76,20 @@ std::string doctor_json(const std::vector<hal::SystemCheck>& checks) {
                                     {"warnings", count(checks, CheckState::warning)},
                                     {"checks", all}};
   // What came from files of the machine need not be UTF-8.
-  return j.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  return j.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
 bool ails(const std::vector<hal::SystemCheck>& checks, bool strict) {
   return count(checks, CheckState::problem) > 0 || (strict && count(checks, CheckState::warning) > 0);
 }
 
-int doctor_command(const DoctorOptions& options) {
+int doctor_command(const DoctorOptions& options, const rt::ModuleTypes& types) {
   if (!std::filesystem::is_directory(options.root)) {
     std::fprintf(stderr, "sinew: --root %s: a folder with proc/ and sys/ of a machine\n", options.root.c_str());
     return 2;
   }
   hal::SystemDemand demand;
-  if (!options.robot.empty() && !demand_of_file(options.robot, demand)) return 2;
+  if (!options.robot.empty() && !demand_of_file(options.robot, types, demand)) return 2;
   const auto checks = hal::check_system(hal::SystemFiles(options.root), demand);
   std::fputs((options.json ? doctor_json(checks) : doctor_text(checks)).c_str(), stdout);
   return ails(checks, options.strict) ? 1 : 0;
@@ -98,7 +97,7 @@ int doctor_command(const DoctorOptions& options) {
 
 bool doctor_permits_start(rt::Graph& graph, bool strict) {
   const std::string& board = graph.spec().board;
-  const bool real_devices = board != "sim" && board != "dataset";
+  const bool real_devices = board != "sim" && board != "dataset" && board != "none";
   const auto checks = hal::check_system(hal::SystemFiles("/"), system_demand(graph, real_devices));
   const std::string lines = doctor_lines(checks);
   std::fputs(lines.c_str(), stderr);

@@ -16,7 +16,7 @@ struct DoctorOptions {
 };
 
 /// Exit code 0: fine; 1: a problem (with `strict` also a warning); 2: the robot file or the root cannot be used.
-int doctor_command(const DoctorOptions& options);
+int doctor_command(const DoctorOptions& options, const rt::ModuleTypes& types);
 
 /// What a checked graph asks of its machine. `real_devices`: drivers wait for interrupts, not for a simulator.
 hal::SystemDemand system_demand(rt::Graph& graph, bool real_devices);

@@ -6,6 +6,21 @@
 
 namespace sinew::app {
 
+namespace {
+
+/// Another plant's report may hold anything; what is not there stays empty.
+FlightReport::Fault read_fault(const nlohmann::json& f) {
+  const auto text = [&](const char* key) {
+    const auto it = f.find(key);
+    return it != f.end() && it->is_string() ? it->get<std::string>() : std::string();
+  };
+  const auto affected = f.find("affected");
+  return {text("fault"), text("device"),
+          affected != f.end() && affected->is_number_unsigned() ? affected->get<std::uint64_t>() : 0};
+}
+
+}  // namespace
+
 std::optional<FlightReport> parse_report(const std::string& json) {
   const auto j = nlohmann::json::parse(json, nullptr, false);
   if (!j.is_object()) return std::nullopt;
@@ -26,7 +41,16 @@ std::optional<FlightReport> parse_report(const std::string& json) {
   r.touchdown_speed_mps = number("touchdown_speed_mps");
   r.touchdown_s = number("touchdown_s");
   r.imu_gap_max_s = number("imu_gap_max_ns") * 1e-9;
+  if (const auto it = j.find("faults"); it != j.end() && it->is_array())
+    for (const auto& f : *it)
+      if (f.is_object()) r.faults.push_back(read_fault(f));
   return r;
+}
+
+bool FlightReport::is_faulty(const std::string& device) const {
+  for (const Fault& f : faults)
+    if (f.device == device || f.device == "link") return true;
+  return false;
 }
 
 std::vector<std::string> invalid_because(const FlightReport& report, const sim_hil::SimStats& stats, bool real_time) {
@@ -36,7 +60,7 @@ std::vector<std::string> invalid_because(const FlightReport& report, const sim_h
     reasons.push_back(
         fmt::format("IMU gap of {:.2f} ms, at most {:.0f} ms", report.imu_gap_max_s * 1e3, kLongestImuGap_s * 1e3));
   for (const auto& d : stats.devices)
-    if (d.lost + d.overflow > 0)
+    if (d.lost + d.overflow > 0 && !report.is_faulty(d.name))
       reasons.push_back(fmt::format("{}: {} samples lost, {} overwritten", d.name, d.lost, d.overflow));
   return reasons;
 }

@@ -9,6 +9,11 @@ namespace sinew::app {
 
 /// What the plant says about a flight (its Report), for the summary only; no module ever sees it.
 struct FlightReport {
+  struct Fault {
+    std::string text, device;  // docs/faults.md
+    std::uint64_t affected = 0;
+  };
+
   bool valid = false;
   std::string reason;  // why it is not valid
   bool touched_down = false, crashed = false;
@@ -16,6 +21,9 @@ struct FlightReport {
   double touchdown_speed_mps = 0;
   double touchdown_s = 0;  // plant time
   double imu_gap_max_s = 0;
+  std::vector<Fault> faults;  // that the plant was told to play, and has
+
+  bool is_faulty(const std::string& device) const;
 };
 
 inline constexpr double kGoodLandingError_m = 0.15, kGoodTouchdownSpeed_mps = 0.5;
@@ -24,7 +32,8 @@ inline constexpr double kLongestImuGap_s = 0.002;  // of a valid real-time run
 /// Nothing when the text is not a report.
 std::optional<FlightReport> parse_report(const std::string& json);
 
-/// Why the run does not count, the plant's reasons and ours; empty: it does.
+/// Why the run does not count, the plant's reasons and ours; empty: it does. What a device with a fault lost was asked
+/// for and no reason.
 std::vector<std::string> invalid_because(const FlightReport& report, const sim_hil::SimStats& stats, bool real_time);
 
 bool good_landing(const FlightReport& report);

@@ -20,6 +20,22 @@ using rt::ThreadSpec;
 constexpr double kUs = 1e3, kMs = 1e6;
 constexpr Duration kLongest = 3600s;
 
+void read_exec_quantiles(TomlReader& r, rt::ExecModel& exec) {
+  const toml::node* node = r.take("exec_quantiles_us");
+  if (!node) return;
+  const toml::array* pairs = node->as_array();
+  bool good = pairs && !pairs->empty();
+  for (std::size_t i = 0; good && i < pairs->size(); ++i) {
+    const toml::array* pair = (*pairs)[i].as_array();
+    const auto share = pair && pair->size() == 2 ? (*pair)[0].value<double>() : std::nullopt;
+    const auto us = pair && pair->size() == 2 ? (*pair)[1].value<double>() : std::nullopt;
+    good = share && us && *us >= 0.001 && *us <= 3.6e9;
+    if (good) exec.quantiles.push_back({*share, Duration{std::llround(*us * kUs)}});
+  }
+  exec.kind = rt::ExecModel::Kind::quantiles;  // that they rise is for the graph's check
+  if (!good) r.problem(*node, "exec_quantiles_us", "an array of pairs [share, us], us from 0.001 to 3.6e9");
+}
+
 void read_exec(TomlReader& r, rt::ExecModel& exec) {
   using Kind = rt::ExecModel::Kind;
   if (r.read_time("exec_us", exec.constant, kUs, 1ns, kLongest)) exec.kind = Kind::constant;
@@ -37,11 +53,18 @@ void read_exec(TomlReader& r, rt::ExecModel& exec) {
       r.problem(*node, "exec_trace_us", "an array of numbers from 0.001 to 3.6e9");
     }
   }
+  read_exec_quantiles(r, exec);
   if (r.read("exec_measured_factor", exec.factor, 0.01, 1000.0)) exec.kind = Kind::measured;
-  if (r.has("exec_us") + r.has("exec_trace_us") + r.has("exec_measured_factor") > 1)
-    r.problem(*r.raw().get(r.has("exec_us") ? "exec_us" : "exec_trace_us"),
-              r.has("exec_us") ? "exec_us" : "exec_trace_us",
-              "only one of exec_us, exec_trace_us, exec_measured_factor");
+  const char* first = nullptr;
+  int models = 0;
+  for (const char* key : {"exec_us", "exec_trace_us", "exec_quantiles_us", "exec_measured_factor"}) {
+    if (!r.has(key)) continue;
+    if (!first) first = key;
+    ++models;
+  }
+  if (models > 1)
+    r.problem(*r.raw().get(first), first,
+              "only one of exec_us, exec_trace_us, exec_quantiles_us, exec_measured_factor");
 }
 
 void read_thread(TomlReader& r, rt::GraphSpec& graph) {
@@ -114,6 +137,21 @@ void read_module(const std::string& name, TomlReader& r, rt::GraphSpec& graph) {
   graph.modules.push_back(std::move(m));
 }
 
+// A topic that is written from outside.
+void read_writer(TomlReader& r, rt::TopicSpec& t) {
+  enum class Writer : std::uint8_t { module, external } writer = Writer::module;
+  r.read_choice<Writer>("writer", writer, {{"external", Writer::external}});
+  if (writer == Writer::external) {
+    t.external.emplace();
+    r.require("type", t.external->type, "the type of a message, e.g. \"OperatorLink\"; it is required");
+    r.require("thread", t.external->thread, "the name of a thread; it is required");
+    read_exec(r, t.external->exec);
+    return;
+  }
+  for (const char* key : {"type", "thread"})
+    if (const toml::node* node = r.take(key)) r.problem(*node, key, "none without writer = \"external\"");
+}
+
 void read_topic(const std::string& name, TomlReader& r, rt::GraphSpec& graph) {
   rt::TopicSpec t;
   t.name = name;
@@ -132,6 +170,7 @@ void read_topic(const std::string& name, TomlReader& r, rt::GraphSpec& graph) {
                                          {"yuyv", msg::PixelFormat::yuyv}});
     t.image_bytes = static_cast<std::uint32_t>(width * height) * msg::bytes_per_pixel(format);
   });
+  read_writer(r, t);
   std::int64_t number = 0;
   if (r.read("history", number, 1, 100000)) t.history = static_cast<std::uint32_t>(number);
   graph.topics.push_back(std::move(t));
@@ -169,6 +208,53 @@ void read_actuator(const std::string& name, TomlReader& r, rt::GraphSpec& graph)
   graph.actuators.push_back(std::move(a));
 }
 
+/// Which of the three kinds a condition is of, with the keys of that kind.
+void read_failsafe_kind(TomlReader& r, rt::FailsafeSpec& f) {
+  using Kind = rt::FailsafeSpec::Kind;
+  if (r.read_time("silent_ms", f.time, kMs, 1ms, kLongest)) f.kind = Kind::silent;
+  if (r.read_time("stuck_ms", f.time, kMs, 1ms, kLongest)) f.kind = Kind::stuck;
+  if (r.read("field", f.field.value, "the name of a number in the message, e.g. \"voltage_v\"")) {
+    f.kind = Kind::value;
+    f.field.line = line_of(*r.raw().get("field"));
+    double limit = 0;
+    if (r.read("below", limit, -1e300, 1e300)) f.below = limit;
+    if (r.read("above", limit, -1e300, 1e300)) f.above = limit;
+    r.read_time("for_ms", f.time, kMs, 0ns, kLongest);
+  }
+  if (r.has("silent_ms") + r.has("stuck_ms") + r.has("field") != 1)
+    r.problems().push_back({r.line(), r.path(), "", "exactly one of silent_ms, stuck_ms, field (with below or above)"});
+}
+
+void read_failsafe(TomlReader& r, rt::GraphSpec& graph) {
+  using msg::FailsafeAction;
+  rt::FailsafeSpec f;
+  f.line = r.line();
+  r.require("name", f.name);
+  r.require("topic", f.topic.value, "the name of a topic; it is required");
+  if (const toml::node* node = r.raw().get("topic")) f.topic.line = line_of(*node);
+  read_failsafe_kind(r, f);
+  if (!r.has("action")) r.missing("action", "one of land stop; it is required");
+  r.read_choice<FailsafeAction>("action", f.action, {{"land", FailsafeAction::land}, {"stop", FailsafeAction::stop}});
+  auto then = FailsafeAction::none;
+  rt::Duration after{};
+  const bool has_then = r.read_choice<FailsafeAction>("then", then, {{"stop", FailsafeAction::stop}});
+  if (r.read_time("then_after_ms", after, kMs, 0ns, kLongest) && has_then) f.stop_after = after;
+  if (r.has("then") != r.has("then_after_ms"))
+    r.problems().push_back({f.line, r.path(), "", "then and then_after_ms together, or neither"});
+  graph.failsafes.push_back(std::move(f));
+}
+
+void read_guardian(TomlReader& r, rt::GuardianSpec& guardian) {
+  using Arming = rt::GuardianSpec::Arming;
+  std::int64_t priority = guardian.priority;
+  r.read("priority", priority, 1, 99);
+  guardian.priority = static_cast<int>(priority);
+  guardian.line = r.line();
+  r.read_choice<Arming>("arming", guardian.arming, {{"auto", Arming::automatic}, {"manual", Arming::manual}});
+  r.read("cpus", guardian.cpus, 0, 1023);
+  read_exec(r, guardian.exec);
+}
+
 void read_chain(TomlReader& r, rt::GraphSpec& graph) {
   rt::ChainSpec c;
   c.line = r.line();
@@ -183,7 +269,7 @@ void read_chain(TomlReader& r, rt::GraphSpec& graph) {
 
 void read_robot(TomlReader& r, rt::GraphSpec& graph) {
   r.require("name", graph.robot);
-  r.require("board", graph.board, "\"sim\", \"dataset\" or \"linux\"; it is required");
+  r.require("board", graph.board, "\"sim\", \"dataset\" or \"none\"; it is required");
   std::int64_t number = 0;
   if (r.read("seed", number, 0, INT64_MAX)) graph.seed = static_cast<std::uint64_t>(number);
   if (r.read("virtual_cores", number, 1, 64)) graph.virtual_cores = static_cast<std::uint32_t>(number);
@@ -230,14 +316,8 @@ LoadedRobot parse_robot(std::string_view text, const std::string& path) {
   root.tables_by_name("topic", [&](const std::string& n, TomlReader& r) { read_topic(n, r, graph); });
   root.tables_by_name("actuator", [&](const std::string& n, TomlReader& r) { read_actuator(n, r, graph); });
   root.array_of_tables("chain", [&](TomlReader& r) { read_chain(r, graph); });
-  root.table("guardian", [&](TomlReader& r) {
-    std::int64_t priority = graph.guardian.priority;
-    r.read("priority", priority, 1, 99);
-    graph.guardian.priority = static_cast<int>(priority);
-    graph.guardian.line = r.line();
-    r.read("cpus", graph.guardian.cpus, 0, 1023);
-    read_exec(r, graph.guardian.exec);
-  });
+  root.table("guardian", [&](TomlReader& r) { read_guardian(r, graph.guardian); });
+  root.array_of_tables("failsafe", [&](TomlReader& r) { read_failsafe(r, graph); });
   root.table("sim", [&](TomlReader& r) { read_sim(r, loaded.robot.sim); });
   root.finish();
   std::stable_sort(graph.modules.begin(), graph.modules.end(),
@@ -250,6 +330,7 @@ LoadedRobot load_robot(const std::string& path) {
   if (!in) {
     LoadedRobot loaded;
     loaded.robot.path = path;
+    loaded.readable = false;
     loaded.problems.push_back({0, "file", path, "a robot file that can be read"});
     return loaded;
   }

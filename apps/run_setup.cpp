@@ -5,7 +5,6 @@
 #include <charconv>
 #include <cstdio>
 
-#include "apps/module_list.hpp"
 #include "hal/linux/process.hpp"
 #include "hal/linux/system_files.hpp"
 
@@ -24,6 +23,10 @@ rt::ParamValue value_of(const std::string& text) {
 
 }  // namespace
 
+rt::Duration run_duration(const RunOptions& options) {
+  return rt::Duration{static_cast<std::int64_t>(options.duration_s * 1e9)};
+}
+
 std::string apply_setting(rt::GraphSpec& graph, const std::string& setting) {
   const auto dot = setting.find('.'), equals = setting.find('=');
   if (dot == std::string::npos || equals == std::string::npos || equals < dot)
@@ -37,14 +40,17 @@ std::string apply_setting(rt::GraphSpec& graph, const std::string& setting) {
   return fmt::format("--set {}: no module {}", setting, module);
 }
 
-rt::RealTimeOptions real_time_options() {
+rt::RealTimeOptions real_time_options(double rate) {
   rt::RealTimeOptions options;
   const hal::SystemFiles files("/");
   const auto runtime_us = files.number("proc/sys/kernel/sched_rt_runtime_us");
   const auto period_us = files.number("proc/sys/kernel/sched_rt_period_us");
   if (!runtime_us || !period_us) return options;
-  options.throttle.period = std::chrono::microseconds(*period_us);
-  options.throttle.frozen = std::chrono::microseconds(*runtime_us < 0 ? 0 : *period_us - *runtime_us);
+  const auto scaled = [rate](std::int64_t us) {
+    return rt::Duration{static_cast<std::int64_t>(static_cast<double>(us) * 1e3 * rate)};
+  };
+  options.throttle.period = scaled(*period_us);
+  options.throttle.frozen = scaled(*runtime_us < 0 ? 0 : *period_us - *runtime_us);
   return options;
 }
 
@@ -55,7 +61,7 @@ bool accept_shortfalls(const std::vector<std::string>& shortfalls, bool strict) 
   return false;
 }
 
-std::optional<Prepared> prepare(const RunOptions& options) {
+std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes& types) {
   LoadedRobot loaded = load_robot(options.robot);
   for (const auto& p : loaded.problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.robot).c_str());
   if (!loaded.problems.empty()) return std::nullopt;
@@ -78,7 +84,7 @@ std::optional<Prepared> prepare(const RunOptions& options) {
     }
     loaded.robot.sim.camera_width = w, loaded.robot.sim.camera_height = h;
   }
-  Prepared prepared{std::move(loaded.robot), all_modules(), nullptr};
+  Prepared prepared{std::move(loaded.robot), types, nullptr};
   prepared.graph = std::make_unique<rt::Graph>(prepared.robot.graph, prepared.types);
   const auto problems = prepared.graph->check({options.virtual_time, hal::usable_cpus()});
   for (const auto& p : problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.robot).c_str());

@@ -1,5 +1,5 @@
 #pragma once
-// What both ways of running share: the robot, its graph, and what is watched from outside.
+// What all ways of running share: the robot, its graph, and what is watched from outside.
 #include <memory>
 #include <optional>
 #include <string>
@@ -22,10 +22,13 @@ struct Prepared {
 };
 
 /// Prints every problem to standard error; empty when there was one.
-std::optional<Prepared> prepare(const RunOptions& options);
+std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes& types);
 
-/// For this machine.
-rt::RealTimeOptions real_time_options();
+/// --duration as a duration.
+rt::Duration run_duration(const RunOptions& options);
+
+/// For this machine, on a clock of this rate.
+rt::RealTimeOptions real_time_options(double rate = 1);
 
 /// Prints what a real-time run could not have. False when `strict` forbids to go on.
 bool accept_shortfalls(const std::vector<std::string>& shortfalls, bool strict);

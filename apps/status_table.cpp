@@ -13,12 +13,6 @@ std::string cut(std::string line, int columns) {
   return line + "\n";
 }
 
-std::string quantiles(const rt::Histogram& h) {
-  if (h.count() == 0) return "none";
-  return fmt::format("p50 {} p99 {} p99.9 {} max {}", human(h.quantile(0.5)), human(h.quantile(0.99)),
-                     human(h.quantile(0.999)), human(h.max()));
-}
-
 }  // namespace
 
 StatusTable::StatusTable(const rt::Graph& graph, rt::Runner& runner)
@@ -52,35 +46,6 @@ std::string StatusTable::render(rt::Time now, int columns) {
     out += cut(fmt::format("{:<24} {:>6.0f} Hz {:>11} {:>8}", graph_.topics()[i].name,
                            rate(s.messages.value(), messages_[i]), human(s.age.quantile(0.99)), runner_.topic_drops(i)),
                columns);
-  }
-  return out;
-}
-
-std::string run_summary(const rt::Graph& graph, rt::Runner& runner) {
-  std::string out = "threads\n";
-  for (std::uint32_t t = 0; t < graph.threads().size(); ++t) {
-    const rt::ThreadStats& s = runner.thread_stats(t);
-    out += fmt::format("  {:<14} {} cycles, {} overruns, {} skips, {} coalesced, {} time-outs, {} preemptions\n",
-                       graph.threads()[t].spec.name, s.completions.value(), s.overruns.value(), s.skips.value(),
-                       s.coalesced.value(), s.timeouts.value(), s.preemptions.value());
-    out += fmt::format("  {:<14}   lateness {}\n  {:<14}   execution {}\n", "", quantiles(s.lateness), "",
-                       quantiles(s.exec));
-  }
-  out += gap_lines(graph, runner);
-  out += "modules\n";
-  for (std::uint32_t m = 0; m < graph.modules().size(); ++m) {
-    const rt::ModuleStats& s = runner.module_stats(m);
-    out += fmt::format("  {:<14} {} steps, {} ok, {} stale, {} fault{}; {}\n", graph.modules()[m].spec.name,
-                       s.steps.value(), s.ok.value(), s.stale.value(), s.fault.value(),
-                       s.stopped.value() ? ", stopped" : "", quantiles(s.exec));
-  }
-  for (std::uint32_t i = 0; i < graph.topics().size(); ++i)
-    if (runner.topic_drops(i) > 0)
-      out += fmt::format("topic {}: {} messages lost to full queues\n", graph.topics()[i].name, runner.topic_drops(i));
-  for (std::uint32_t c = 0; c < graph.chains().size(); ++c) {
-    const rt::ChainStats& s = runner.chain_stats(c);
-    out += fmt::format("chain {:<14} age {}, budget {} missed {} of {}\n", graph.chains()[c].spec.name,
-                       quantiles(s.age), human(graph.chains()[c].spec.budget), s.budget_misses.value(), s.age.count());
   }
   return out;
 }

@@ -21,7 +21,4 @@ class StatusTable {
   std::vector<std::uint64_t> cycles_, messages_;
 };
 
-/// What a run did, for its end: threads, modules, topics, chains.
-std::string run_summary(const rt::Graph& graph, rt::Runner& runner);
-
 }  // namespace sinew::app

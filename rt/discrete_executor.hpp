@@ -51,11 +51,12 @@ class DiscreteExecutor final : private ScheduleClient {
 
   struct Model {  // of one module's execution time
     const ExecModel* exec;
+    std::uint32_t stream;  // of its draws
     std::size_t next = 0;  // of the trace
     Duration now{};        // of the step under way
   };
   DiscreteReport run_to_end();
-  Duration model_time(Model& model, Duration measured);
+  Duration model_time(Model& model, Duration measured, std::uint32_t step);
   void trigger_readers(std::span<const std::uint32_t> topics) noexcept;
   void announce_all() noexcept;
   void announce(std::uint32_t thread, Time ready) noexcept;

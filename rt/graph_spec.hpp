@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "msg/image.hpp"
+#include "msg/safety.hpp"
 #include "rt/declaration.hpp"
 
 namespace sinew::rt {
@@ -22,10 +23,15 @@ struct Located {
 
 /// How long a step takes in virtual time. `none` is an error there, never zero.
 struct ExecModel {
-  enum class Kind : std::uint8_t { none, constant, trace, measured } kind = Kind::none;
+  enum class Kind : std::uint8_t { none, constant, trace, measured, quantiles } kind = Kind::none;
+  struct Quantile {
+    double share;   // of all steps, 0..1
+    Duration exec;  // that take at most this long
+  };
   Duration constant{};
-  std::vector<Duration> trace{};  // one entry a step, repeated from the start
-  double factor = 1.0;            // measured: the step's own CPU time times this
+  std::vector<Duration> trace{};      // one entry a step, repeated from the start
+  double factor = 1.0;                // measured, quantiles: times this
+  std::vector<Quantile> quantiles{};  // both rise, the last share is 1; drawn anew for each step, straight in between
 };
 
 struct ModuleSpec {
@@ -100,8 +106,28 @@ struct ChainSpec {
   int line = 0;
 };
 
+/// A condition on a topic that the guardian watches, and what it does about it.
+struct FailsafeSpec {
+  enum class Kind : std::uint8_t {
+    silent,  // no message for `time`
+    stuck,   // messages for `time` that differ in nothing but their stamp
+    value,   // `field` below or above its limit, or not finite, for `time`
+  };
+  std::string name{};
+  Located<std::string> topic{};
+  Kind kind = Kind::silent;
+  Duration time{};
+  Located<std::string> field{};            // "voltage_v", "gyro_radps.x", "value[2]"
+  std::optional<double> below{}, above{};  // at least one, of kind value
+  msg::FailsafeAction action = msg::FailsafeAction::land;
+  std::optional<Duration> stop_after{};  // a landing that is not over by then is a stop
+  int line = 0;
+};
+
 struct GuardianSpec {
+  enum class Arming : std::uint8_t { automatic, manual };
   int priority = 99;
+  Arming arming = Arming::automatic;
   std::vector<int> cpus{};
   ExecModel exec{ExecModel::Kind::constant, Duration{5000}, {}, 1.0};
   int line = 0;
@@ -119,6 +145,7 @@ struct GraphSpec {
   std::vector<ActuatorSpec> actuators{};
   std::vector<ChainSpec> chains{};
   GuardianSpec guardian{};
+  std::vector<FailsafeSpec> failsafes{};
 };
 
 /// One thing that is wrong with a robot file.

@@ -31,38 +31,39 @@ std::size_t PlantLink::frame_memory_bytes(const PlantDescription& plant) {
   return bytes;
 }
 
-PlantLink::PlantLink(std::unique_ptr<hal::Stream> stream, PlantDescription plant)
-    : stream_(std::move(stream)),
+PlantLink::PlantLink(Caller caller, PlantDescription plant)
+    : stream_(std::move(caller.stream)),
       plant_(std::move(plant)),
-      in_(Sender::runtime),
+      hello_(std::move(caller.hello)),
+      in_(std::move(caller.in)),
       out_(kOutBytes),
       groups_(plant_.devices.size()),
       cameras_(plant_.devices.size()) {}
 
 Result<std::unique_ptr<PlantLink>> PlantLink::accept(std::unique_ptr<hal::Stream> stream, PlantDescription plant,
                                                      hal::SharedMemory* frames, std::string& why) {
-  std::unique_ptr<PlantLink> link(new PlantLink(std::move(stream), std::move(plant)));
-  if (auto ok = link->shake_hands(frames, why); !ok) return ok.error();
-  return link;
+  Caller caller;
+  caller.stream = std::move(stream);
+  if (auto ok = hear_hello(caller, plant.name, why); !ok) return ok.error();
+  return accept(std::move(caller), std::move(plant), frames, why);
 }
 
-Status PlantLink::shake_hands(hal::SharedMemory* frames, std::string& why) {
-  Message message;
-  auto got = receive(message);
-  if (!got) return refuse(describe_failure(got.error(), "no Hello from the runtime"), got.error(), why);
-  if (message.header.type != Type::hello)
-    return refuse("the first message must be Hello", {Errc::bad_data, "sim link: no Hello"}, why);
-  if (auto ok = decode(message.header, message.payload, hello_); !ok) {
-    std::string text = describe_failure(ok.error(), "Hello is refused");
-    if (hello_.version != kVersion)
-      text = "runtime speaks version " + std::to_string(hello_.version) + " of the simulator protocol, plant '" +
-             plant_.name + "' speaks version " + std::to_string(kVersion);
-    return refuse(std::move(text), ok.error(), why);
+Result<std::unique_ptr<PlantLink>> PlantLink::accept(Caller caller, PlantDescription plant, hal::SharedMemory* frames,
+                                                     std::string& why) {
+  if (caller.hello.mode == Mode::side_line) {
+    why = "this plant waits for a runtime and takes no side line";
+    turn_away(*caller.stream, why);
+    return Error{Errc::not_supported, "sim link: side line"};
   }
-  const std::size_t needed = frame_memory_bytes(plant_);
-  if (frames && needed > 0 && frames->size() >= needed && hello_.accepts_shared_memory && stream_->local())
-    frames_ = frames;
-  return send_welcome();
+  std::unique_ptr<PlantLink> link(new PlantLink(std::move(caller), std::move(plant)));
+  const std::size_t needed = frame_memory_bytes(link->plant_);
+  if (frames && needed > 0 && frames->size() >= needed && link->hello_.accepts_shared_memory && link->stream_->local())
+    link->frames_ = frames;
+  if (auto ok = link->send_welcome(); !ok) {
+    why = link->reason_;
+    return ok.error();
+  }
+  return link;
 }
 
 Status PlantLink::send_welcome() {
@@ -90,12 +91,6 @@ Status PlantLink::send_welcome() {
   stats_.bytes_out += out_.pending().size();
   out_.clear();
   return sent ? Status{} : fail(sent.error());
-}
-
-Status PlantLink::refuse(std::string text, Error error, std::string& why) {
-  bye(text);
-  why = std::move(text);
-  return error;
 }
 
 Status PlantLink::fail(Error error) {
@@ -321,7 +316,7 @@ Status PlantLink::take_timed(std::uint16_t device, const Timed& timed) {
 
 Setpoints PlantLink::setpoints_at(std::uint16_t device, Time t) {
   Setpoints out;
-  if (!expect_kind(device, DeviceKind::actuators)) return out;
+  if (stopped_for_good_ || !expect_kind(device, DeviceKind::actuators)) return out;
   Group& group = groups_[device];
   while (group.count > 0 && group.pending[group.first].commit <= t) {
     group.active = group.pending[group.first];
@@ -337,6 +332,7 @@ Setpoints PlantLink::setpoints_at(std::uint16_t device, Time t) {
   out.valid = leased;
   out.lease_over = wanted && !leased;
   out.count = c.count;
+  if (group.any) out.commit = group.active.commit, out.stamp = c.stamp, out.lease = group.active.command.lease;
   if (leased) out.value = c.value;
   return out;
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "hal/stream.hpp"
+#include "sim_hil/caller.hpp"
 #include "sim_hil/message_io.hpp"
 #include "sim_hil/protocol.hpp"
 
@@ -27,6 +28,8 @@ struct Setpoints {
   bool lease_over = false;
   std::uint32_t count = 0;
   std::array<double, msg::kMaxChannels> value{};
+  Time commit{-1}, stamp{-1};  // of the newest command or stop, valid or not; its measurement's stamp
+  Duration lease{0};
 };
 
 /// Room for one camera frame; written by whoever renders, on any thread, until send_frame().
@@ -61,6 +64,9 @@ class PlantLink {
   /// `why` says it in words.
   static hal::Result<std::unique_ptr<PlantLink>> accept(std::unique_ptr<hal::Stream> stream, PlantDescription plant,
                                                         hal::SharedMemory* frames, std::string& why);
+  /// The same with a runtime that has said its Hello already (plant_door.hpp).
+  static hal::Result<std::unique_ptr<PlantLink>> accept(Caller caller, PlantDescription plant,
+                                                        hal::SharedMemory* frames, std::string& why);
   static std::size_t frame_memory_bytes(const PlantDescription& plant);
 
   const Hello& hello() const { return hello_; }
@@ -91,6 +97,8 @@ class PlantLink {
   hal::Status exchange();
   /// The newest command with commit <= t, while its lease lasts (t < commit + lease). Call with increasing t.
   Setpoints setpoints_at(std::uint16_t device, Time t);
+  /// Safe action for all groups until the end of the run, whatever the runtime commands: the stop line was pulled.
+  void stop_for_good() { stopped_for_good_ = true; }
 
   /// The last word; the runtime reports it as the reason of the end.
   void bye(std::string_view reason);
@@ -128,10 +136,8 @@ class PlantLink {
     std::vector<std::uint8_t> staging;  // frames through the stream
   };
 
-  PlantLink(std::unique_ptr<hal::Stream> stream, PlantDescription plant);
-  hal::Status shake_hands(hal::SharedMemory* frames, std::string& why);
+  PlantLink(Caller caller, PlantDescription plant);
   hal::Status send_welcome();
-  hal::Status refuse(std::string text, hal::Error error, std::string& why);
   hal::Status fail(hal::Error error);
   hal::Status fail_write(hal::Error error);
   hal::Status flush();
@@ -151,7 +157,7 @@ class PlantLink {
   std::vector<Group> groups_;         // by device
   std::vector<CameraState> cameras_;  // by device
   bool answered_ = false;             // the runtime said Done
-  bool said_bye_ = false, bye_came_ = false;
+  bool said_bye_ = false, bye_came_ = false, stopped_for_good_ = false;
   Time granted_{-1};
   hal::Status state_;
   std::string reason_;

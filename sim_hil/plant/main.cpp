@@ -1,6 +1,8 @@
 // sinew-sim: a quadrotor in a room, as a process that speaks the simulator protocol.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
+#include <fstream>
 
 #include "hal/linux/os.hpp"
 #include "hal/linux/socket.hpp"
@@ -19,6 +21,8 @@ struct Settings {
   plant::CameraOptions view;
   plant::SessionOptions session;
   std::uint64_t seed = 0;
+  std::vector<std::string> faults;
+  std::string report;
 };
 
 /// "640x480"; an empty text when it is one.
@@ -60,6 +64,10 @@ void describe(CLI::App& app, Settings& s) {
   app.add_option("--start-offset", s.session.world.start_offset_m, "largest distance of the start from the pad, m")
       ->check(CLI::Range(0.0, 3.0))
       ->capture_default_str();
+  app.add_option("--fault", s.faults,
+                 "DEVICE:KIND[(AMOUNT)]@FROM[+LENGTH|..UNTIL], e.g. imu:stuck@5+0.5; may be repeated")
+      ->allow_extra_args(false);
+  app.add_option("--report", s.report, "write the last report (JSON) into this file");
   app.add_option("--duration", s.session.duration_s, "end the run after so many seconds of plant time; 0: never")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
@@ -91,12 +99,37 @@ void print(const plant::SessionReport& r) {
                 1e-6 * static_cast<double>(r.imu_gap_max_ns), static_cast<unsigned long long>(r.steps_late),
                 static_cast<unsigned long long>(r.render_late),
                 r.valid ? "valid" : ("not valid, " + r.invalid_because).c_str());
+  if (r.stopped_by_supervisor) std::printf("stopped by a supervisor at %.3f s\n", msg::seconds(r.stopped_at));
   if (r.flight.touched_down)
     std::printf("touched down at %.2f s with %.2f m/s; now %.3f m from the pad's centre%s\n",
                 msg::seconds(r.flight.touchdown_at), r.flight.touchdown_speed_mps, r.pad_distance_m(),
                 r.flight.crashed ? ", crashed" : "");
   else
     std::printf("%s\n", r.flight.flew ? "flew, has not touched down" : "did not fly");
+  for (const plant::FaultLog::Entry& e : r.faults)
+    std::printf("fault %s: struck %llu times\n", plant::to_string(e.fault).c_str(),
+                static_cast<unsigned long long>(e.affected));
+}
+
+bool read_faults(Settings& s) {
+  std::string why;
+  for (const std::string& text : s.faults) {
+    const auto fault = plant::parse_fault(text, why);
+    if (!fault) {
+      std::fprintf(stderr, "sinew-sim: --fault: %s\n", why.c_str());
+      return false;
+    }
+    s.session.faults.push_back(*fault);
+  }
+  return true;
+}
+
+bool write_report(const std::string& path, const std::string& json) {
+  std::ofstream out(path);
+  out << json << '\n';
+  out.close();
+  if (!out) std::fprintf(stderr, "sinew-sim: cannot write the report to %s\n", path.c_str());
+  return static_cast<bool>(out);
 }
 
 int serve(Settings& s) {
@@ -109,13 +142,18 @@ int serve(Settings& s) {
   std::printf("listening on %s, camera %s %s drawn by %s\n", (*listener)->endpoint().c_str(), s.camera.c_str(),
               s.format.c_str(), (*camera)->backend().c_str());
   std::fflush(stdout);
-  auto stream = (*listener)->accept(hal::Duration{static_cast<std::int64_t>(s.wait_s * 1e9)});
-  if (!stream) return fail("no runtime has connected", stream.error());
-  listener->reset();
+  hal::ThreadOptions lines;
+  lines.name = "plant_door";
+  lines.fifo_priority = s.session.fifo_priority > 0 ? std::min(s.session.fifo_priority + 1, 99) : 0;
+  auto door = sim_hil::PlantDoor::open(os, std::move(*listener), plant::Session::description(s.view, s.session), lines);
+  if (!door) return fail("cannot serve " + s.listen, door.error());
+  auto caller = (*door)->wait_runtime(hal::Duration{static_cast<std::int64_t>(s.wait_s * 1e9)});
+  if (!caller) return fail("no runtime has connected", caller.error());
   plant::Session session(os, **camera, s.session);
-  if (hal::Status ok = session.serve(std::move(*stream)); !ok)
+  if (hal::Status ok = session.serve(std::move(*caller), **door); !ok)
     return fail("no run: " + session.report().reason, ok.error());
   print(session.report());
+  if (!s.report.empty() && !write_report(s.report, session.report().json())) return 1;
   return session.report().broken ? 1 : 0;
 }
 
@@ -134,6 +172,7 @@ int main(int argc, char** argv) {
   if (app.count("--seed") > 0) s.session.seed = s.seed;
   if (s.lockstep) s.session.only = sim_hil::Mode::lockstep;
   if (s.free_running) s.session.only = sim_hil::Mode::free_running;
+  if (!read_faults(s)) return 1;
   if (!s.render_test.empty()) return plant::render_test(s.render_test, s.view.width, s.view.height);
   return serve(s);
 }

@@ -14,6 +14,7 @@ constexpr std::int64_t kExposureNs = 8'000'000;
 constexpr std::int64_t kCameraDelayNs = 25'000'000;  // middle of the exposure to the driver: exposure, read-out, USB
 constexpr std::int64_t kImuDelayNs = kImuSteps * kStepNs / 2;
 constexpr std::int64_t kImuGapLimitNs = 2'000'000;    // of plant time; beyond it a free-running run is not valid
+constexpr std::int64_t kAloneNs = 10'000'000'000;     // so long a world is watched whose runtime has been cut off
 constexpr std::int64_t kReportEveryNs = 100'000'000;  // the last one before the end tells where it came to rest
 
 hal::Duration ns(std::int64_t n) { return hal::Duration{n}; }
@@ -32,12 +33,12 @@ sim_hil::DeviceInfo sensor(sim_hil::DeviceKind kind, const char* name, int steps
 Session::Session(hal::Os& os, CameraFeed& camera_feed, const SessionOptions& options)
     : os_(os), feed_(camera_feed), options_(options) {}
 
-sim_hil::PlantDescription Session::description() const {
+sim_hil::PlantDescription Session::description(const CameraOptions& view, const SessionOptions& options) {
   using sim_hil::DeviceKind;
   sim_hil::PlantDescription d;
   d.name = "sinew-sim";
   d.step = ns(kStepNs);
-  d.seed = options_.seed;
+  d.seed = options.seed;
   d.devices.push_back(sensor(DeviceKind::imu, "imu", kImuSteps, kImuDelayNs));
   d.devices.push_back(sensor(DeviceKind::range, "range", kRangeSteps, kRangeDelayNs));
   d.devices.push_back(sensor(DeviceKind::baro, "baro", kBaroSteps, kBaroDelayNs));
@@ -46,9 +47,9 @@ sim_hil::PlantDescription Session::description() const {
   c.name = "camera";
   c.period = ns(1'000'000'000 / kCameraHz);
   c.latency = ns(kCameraDelayNs);
-  c.width = feed_.options().width;
-  c.height = feed_.options().height;
-  c.format = feed_.options().format;
+  c.width = view.width;
+  c.height = view.height;
+  c.format = view.format;
   d.devices.push_back(c);
   sim_hil::DeviceInfo m;
   m.kind = DeviceKind::actuators;
@@ -59,13 +60,13 @@ sim_hil::PlantDescription Session::description() const {
   return d;
 }
 
-Status Session::open(std::unique_ptr<hal::Stream> stream) {
-  const sim_hil::PlantDescription plant = description();
-  if (stream->local()) {
+Status Session::open(sim_hil::Caller caller) {
+  const sim_hil::PlantDescription plant = description(feed_.options(), options_);
+  if (caller.stream->local()) {
     auto memory = os_.shared_memory("sinew_sim_frames", sim_hil::PlantLink::frame_memory_bytes(plant));
     if (memory) frames_ = std::move(*memory);  // without it frames go through the stream
   }
-  auto link = sim_hil::PlantLink::accept(std::move(stream), plant, frames_.get(), report_.reason);
+  auto link = sim_hil::PlantLink::accept(std::move(caller), plant, frames_.get(), report_.reason);
   if (!link) return link.error();
   link_ = std::move(*link);
   report_.mode = link_->hello().mode;
@@ -86,11 +87,27 @@ Status Session::open(std::unique_ptr<hal::Stream> stream) {
   world_ = std::move(*made);
   report_.mass_kg = world_->mass_kg();
   feed_.set_seed(report_.seed);
+  faults_ = std::make_unique<PlantFaults>(options_.faults, report_.seed, feed_.options());
   return {};
 }
 
 Status Session::serve(std::unique_ptr<hal::Stream> stream) {
-  if (Status s = open(std::move(stream)); !s) {
+  sim_hil::Caller caller;
+  caller.stream = std::move(stream);
+  if (Status s = hear_hello(caller, "sinew-sim", report_.reason); !s) {
+    report_.broken = true;
+    return s;
+  }
+  return serve(std::move(caller));
+}
+
+Status Session::serve(sim_hil::Caller caller, sim_hil::PlantDoor& door) {
+  door_ = &door;
+  return serve(std::move(caller));
+}
+
+Status Session::serve(sim_hil::Caller caller) {
+  if (Status s = open(std::move(caller)); !s) {
     report_.broken = true;
     return s;
   }
@@ -101,6 +118,10 @@ Status Session::serve(std::unique_ptr<hal::Stream> stream) {
   if (feed_.busy()) feed_.wait();  // its pixels go to memory of this session
   refresh_report();
   report_.wall_s = msg::seconds(os_.now() - begin);
+  if (!link_) {
+    report_.reason = "a fault closed the connection";
+    return {};
+  }
   if (s) {
     report_.reason = "duration is over";
     static_cast<void>(link_->send_report(world_->now(), report_.json()));  // the run is over; nobody may be there
@@ -119,9 +140,10 @@ bool Session::over() const { return options_.duration_s > 0 && msg::seconds(worl
 Status Session::run_lockstep() {
   const hal::Duration cpu = os_.thread_cpu_time();
   Status s = link_->grant(Time{0});
-  while (s && !over()) {
+  while (s && !over() && !line_closed()) {
     const Time until{world_->now().ns + kMsNs - 1};
     s = send_frame_due_by(until, true);
+    if (s) s = release_held(until);
     if (s) s = link_->grant(until);
     if (s) s = advance_one_ms();
   }
@@ -144,7 +166,7 @@ Status Session::run_free() {
     const double rate = link_->hello().rate;
     const Time start = os_.now();
     result = link_->start_clock(Time{0}, start);
-    while (result && !over()) {
+    while (result && !over() && !line_closed()) {
       const std::int64_t end_ns = world_->now().ns + kMsNs;
       const Time due{start.ns + static_cast<std::int64_t>(static_cast<double>(end_ns) / rate)};
       const bool slept = os_.now() < due;
@@ -155,6 +177,7 @@ Status Session::run_free() {
       result = link_->exchange();
       if (result) result = advance_one_ms();
       if (result) result = send_frame_due_by(world_->now(), false);
+      if (result) result = release_held(world_->now());
       if (result) result = link_->exchange();
       const Time sent = os_.now();
       note_imu_gap(sent);
@@ -180,24 +203,74 @@ void Session::note_imu_gap(Time now) {
   last_imu_ = now;
 }
 
+/// Once a millisecond; it holds until the end of the run.
+void Session::heed_stop_line() {
+  if (!door_ || report_.stopped_by_supervisor || !door_->stopped()) return;
+  link_->stop_for_good();
+  report_.stopped_by_supervisor = true;
+  report_.stopped_at = world_->now();
+}
+
 Status Session::advance_one_ms() {
+  heed_stop_line();
   for (int i = 0; i < kImuSteps; ++i) {
-    std::array<double, kRotors> command{};  // motors stop without a valid command
-    const sim_hil::Setpoints set = link_->setpoints_at(motors, world_->now());
-    if (set.valid) std::copy_n(set.value.begin(), kRotors, command.begin());
-    if (Status s = send_due(world_->step(command)); !s) return s;
+    commanded_ = link_->setpoints_at(motors, world_->now());
+    if (Status s = send_due(world_->step(motor_command())); !s) return s;
   }
   return {};
 }
 
+/// What the motors do in the step that starts now: nothing without a valid command.
+std::array<double, kRotors> Session::motor_command() {
+  const sim_hil::Setpoints acting = faults_->motors.act(commanded_, world_->now());
+  std::array<double, kRotors> command{};
+  if (!acting.valid) return command;
+  std::copy_n(acting.value.begin(), kRotors, command.begin());
+  const Time now = world_->now();
+  if (now - acting.commit >= acting.lease) ++report_.stale_actuations;
+  report_.setpoint_age_max_ns = std::max(report_.setpoint_age_max_ns, (now - acting.stamp).count());
+  return command;
+}
+
+bool Session::line_closed() {
+  if (!faults_->line_closes_by(world_->now())) return false;
+  if (feed_.busy()) feed_.wait();
+  refresh_report();
+  link_.reset();  // without a good-bye
+  go_on_alone();
+  return true;
+}
+
+/// Where the vehicle ends whose runtime hears and says nothing any more. Nobody watches, so not in real time.
+void Session::go_on_alone() {
+  const Time end{world_->now().ns + kAloneNs};
+  do {
+    world_->step(motor_command());
+    report_.last = world_->truth();
+  } while (world_->now() < end && !(report_.at_rest() && report_.motors_stopped()));
+}
+
 Status Session::send_due(const Due& due) {
+  const auto pass = [&](auto& faults, Device device, const auto& sample, std::int64_t delay_ns) {
+    return faults.offer(sample, sample.stamp + ns(delay_ns), sender(device));
+  };
   Status s;
-  if (due.imu) s = link_->send(imu, due.imu_sample, due.imu_sample.stamp + ns(kImuDelayNs));
-  if (s && due.range) s = link_->send(range, due.range_sample, due.range_sample.stamp + ns(kRangeDelayNs));
-  if (s && due.baro) s = link_->send(baro, due.baro_sample, due.baro_sample.stamp + ns(kBaroDelayNs));
-  if (s && due.battery) s = link_->send(battery, due.battery_sample, due.battery_sample.stamp + ns(kBatteryDelayNs));
+  if (due.imu) s = pass(faults_->imu, imu, due.imu_sample, kImuDelayNs);
+  if (s && due.range) s = pass(faults_->range, range, due.range_sample, kRangeDelayNs);
+  if (s && due.baro) s = pass(faults_->baro, baro, due.baro_sample, kBaroDelayNs);
+  if (s && due.battery) s = pass(faults_->battery, battery, due.battery_sample, kBatteryDelayNs);
   if (s && due.camera) s = begin_frame();
   if (s && due.truth) s = send_truth_and_report();
+  return s;
+}
+
+/// What was held back and is ready by then.
+Status Session::release_held(Time until) {
+  Status s = faults_->imu.release(until, sender(imu));
+  if (s) s = faults_->range.release(until, sender(range));
+  if (s) s = faults_->baro.release(until, sender(baro));
+  if (s) s = faults_->battery.release(until, sender(battery));
+  if (s) s = faults_->frames.release(until, [this](auto pixels, const auto& meta) { return copy_frame(pixels, meta); });
   return s;
 }
 
@@ -208,12 +281,14 @@ Status Session::begin_frame() {
     return {};
   }
   PendingFrame frame;
-  frame.slot = link_->begin_frame(camera);
+  const bool faulty = faults_->frames.any();
+  if (!faulty) frame.slot = link_->begin_frame(camera);
   frame.meta.stamp = world_->now();
   frame.meta.ready = frame.meta.stamp + ns(kCameraDelayNs);
   frame.meta.exposure_ns = kExposureNs;
   frame.meta.number = frame_number_;
-  feed_.request(world_->camera_pose(), frame_number_, frame.slot.pixels.data());
+  const auto pixels = faulty ? faults_->frames.canvas() : frame.slot.pixels;
+  feed_.request(world_->camera_pose(), frame_number_, pixels.data());
   pending_ = frame;
   return {};
 }
@@ -229,7 +304,14 @@ Status Session::send_frame_due_by(Time until, bool wait) {
   ++report_.frames;
   const PendingFrame frame = *pending_;
   pending_.reset();
-  return link_->send_frame(camera, frame.slot, frame.meta);
+  if (!faults_->frames.any()) return link_->send_frame(camera, frame.slot, frame.meta);
+  return faults_->frames.offer(frame.meta, [this](auto pixels, const auto& meta) { return copy_frame(pixels, meta); });
+}
+
+Status Session::copy_frame(std::span<const std::uint8_t> pixels, const sim_hil::FrameMeta& meta) {
+  const sim_hil::FrameSlot slot = link_->begin_frame(camera);
+  std::copy(pixels.begin(), pixels.end(), slot.pixels.begin());
+  return link_->send_frame(camera, slot, meta);
 }
 
 Status Session::send_truth_and_report() {
@@ -254,6 +336,10 @@ void Session::refresh_report() {
   report_.flight = world_->summary();
   report_.last = world_->truth();
   report_.plant_s = msg::seconds(world_->now());
+  report_.faults.clear();
+  for (const FaultLog::Entry& e : faults_->log.entries())
+    if (e.fault.from_ns <= world_->now().ns) report_.faults.push_back(e);
+  if (!link_) return;
   report_.lease_expiries = link_->stats().lease_expiries;
   judge();
 }

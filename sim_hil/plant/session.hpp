@@ -6,7 +6,9 @@
 #include "hal/os.hpp"
 #include "hal/stream.hpp"
 #include "sim_hil/plant/camera_feed.hpp"
+#include "sim_hil/plant/plant_faults.hpp"
 #include "sim_hil/plant/world.hpp"
+#include "sim_hil/plant_door.hpp"
 #include "sim_hil/plant_link.hpp"
 
 namespace sinew::plant {
@@ -16,6 +18,7 @@ struct SessionOptions {
   std::optional<std::uint64_t> seed;  // instead of the one that the runtime asks for
   std::optional<sim_hil::Mode> only;  // refuse the other mode
   double duration_s = 0;              // plant time after which the plant ends the run; 0: the runtime ends it
+  std::vector<Fault> faults;          // docs/faults.md
   int fifo_priority = 85;             // of the physics thread, free-running: above the robot's threads, like a device
 };
 
@@ -31,12 +34,20 @@ struct SessionReport {
   std::int64_t wake_late_max_ns = 0;  // the kernel woke the physics thread so much too late
   std::int64_t work_max_ns = 0;       // from there until the samples of a millisecond had left
   std::uint64_t lease_expiries = 0;
+  bool stopped_by_supervisor = false;  // the stop line was pulled, at stopped_at of plant time
+  hal::Time stopped_at{};
+  std::uint64_t stale_actuations = 0;    // plant steps in which motors ran on a command whose lease was over: never
+  std::int64_t setpoint_age_max_ns = 0;  // oldest measurement that a running motor's command rested on
+  std::vector<FaultLog::Entry> faults;   // those whose time has come
   bool valid = true;
   std::string invalid_because;
   FlightSummary flight;
   TruthState last;
   double mass_kg = 0;
 
+  /// Touches something, and neither the body nor a rotor moves any more.
+  bool at_rest() const;
+  bool motors_stopped() const;
   /// Base to the centre of the pad, horizontally, now: after the run, the landing error.
   double pad_distance_m() const;
   /// One JSON object: docs/sim-protocol.md names the keys that every plant has, docs/sinew-sim.md ours.
@@ -49,27 +60,40 @@ struct SessionReport {
 class Session {
  public:
   Session(hal::Os& os, CameraFeed& camera, const SessionOptions& options);
+  /// What this plant has on board, as its door announces it to side lines.
+  static sim_hil::PlantDescription description(const CameraOptions& view, const SessionOptions& options);
 
   /// Serves the runtime at the other end until it says Bye, goes away, or the duration is over.
   /// Errors:  what the handshake said; `report().reason` has it in words.
   hal::Status serve(std::unique_ptr<hal::Stream> stream);
+  /// The same with a runtime that came in by the door; the door's stop line ends all commands.
+  hal::Status serve(sim_hil::Caller caller, sim_hil::PlantDoor& door);
   const SessionReport& report() const { return report_; }
 
  private:
   enum Device : std::uint16_t { imu, range, baro, camera, motors, battery };
   struct PendingFrame {
-    sim_hil::FrameSlot slot;
+    sim_hil::FrameSlot slot;  // unless frames have faults
     sim_hil::FrameMeta meta;
   };
 
-  sim_hil::PlantDescription description() const;
-  hal::Status open(std::unique_ptr<hal::Stream> stream);
+  hal::Status serve(sim_hil::Caller caller);
+  hal::Status open(sim_hil::Caller caller);
   void rehearse();
   hal::Status run_lockstep();
   hal::Status run_free();
+  bool line_closed();
+  void go_on_alone();
   hal::Status advance_one_ms();
+  void heed_stop_line();
+  std::array<double, kRotors> motor_command();
   hal::Status send_due(const Due& due);
   hal::Status begin_frame();
+  hal::Status copy_frame(std::span<const std::uint8_t> pixels, const sim_hil::FrameMeta& meta);
+  auto sender(Device device) {
+    return [this, device](const auto& sample, hal::Time ready) { return link_->send(device, sample, ready); };
+  }
+  hal::Status release_held(hal::Time until);
   hal::Status send_frame_due_by(hal::Time until, bool wait);
   hal::Status send_truth_and_report();
   void note_imu_gap(hal::Time now);
@@ -80,10 +104,13 @@ class Session {
   hal::Os& os_;
   CameraFeed& feed_;
   SessionOptions options_;
+  sim_hil::PlantDoor* door_ = nullptr;
   std::unique_ptr<hal::SharedMemory> frames_;
   std::unique_ptr<sim_hil::PlantLink> link_;
   std::unique_ptr<World> world_;
   std::optional<PendingFrame> pending_;
+  std::unique_ptr<PlantFaults> faults_;  // made with the world, when the seed is known
+  sim_hil::Setpoints commanded_;         // the newest that the link had
   std::uint32_t frame_number_ = 0;
   bool told_touchdown_ = false;
   hal::Time last_imu_{-1};

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -24,6 +25,11 @@ class Json {
     }
     raw(key, quoted + "\"");
   }
+  void list(const char* key, const std::vector<std::string>& objects) {
+    std::string all;
+    for (const std::string& o : objects) all += (all.empty() ? "" : ",") + o;
+    raw(key, "[" + all + "]");
+  }
   std::string done() { return out_ + "}"; }
 
  private:
@@ -37,7 +43,30 @@ class Json {
   std::string out_ = "{";
 };
 
+std::string fault_json(const FaultLog::Entry& e) {
+  Json j;
+  j.text("fault", to_string(e.fault));
+  j.text("device", std::string(to_string(e.fault.device)));
+  j.text("kind", std::string(to_string(e.fault.kind)));
+  j.number("from_s", 1e-9 * static_cast<double>(e.fault.from_ns));
+  if (e.fault.until_ns != kNoEnd) j.number("until_s", 1e-9 * static_cast<double>(e.fault.until_ns));
+  j.integer("affected", e.affected);
+  return j.done();
+}
+
 }  // namespace
+
+bool SessionReport::at_rest() const {
+  constexpr double kStill_mps = 0.02, kStill_radps = 0.05;  // contacts of the physics creep
+  const auto norm2 = [](const msg::Vec3& v) { return v.x * v.x + v.y * v.y + v.z * v.z; };
+  return last.contact && norm2(last.v_world_mps) < kStill_mps * kStill_mps &&
+         norm2(last.gyro_radps) < kStill_radps * kStill_radps;
+}
+
+bool SessionReport::motors_stopped() const {
+  constexpr double kStill_radps = 0.01 * RotorParams{}.omega_max_radps;
+  return std::ranges::all_of(last.omega_radps, [](double w) { return w < kStill_radps; });
+}
 
 double SessionReport::pad_distance_m() const {
   const msg::Vec3& p = last.p_world_m;
@@ -55,6 +84,10 @@ std::string SessionReport::json() const {
   j.integer("steps_late", steps_late);
   j.integer("frames", frames);
   j.integer("lease_expiries", lease_expiries);
+  j.boolean("stopped_by_supervisor", stopped_by_supervisor);
+  if (stopped_by_supervisor) j.number("stopped_at_s", msg::seconds(stopped_at));
+  j.integer("stale_actuations", stale_actuations);
+  j.integer("setpoint_age_max_ns", static_cast<std::uint64_t>(setpoint_age_max_ns));
   j.integer("seed", seed);
   j.number("mass_kg", mass_kg);
   j.number("plant_s", plant_s);
@@ -73,6 +106,11 @@ std::string SessionReport::json() const {
   j.boolean("on_pad", last.on_pad);
   j.number("height_m", last.p_world_m.z);
   j.number("battery_v", last.voltage_v);
+  j.boolean("at_rest", at_rest());
+  j.boolean("motors_stopped", motors_stopped());
+  std::vector<std::string> list;
+  for (const FaultLog::Entry& e : faults) list.push_back(fault_json(e));
+  j.list("faults", list);
   return j.done();
 }
 

@@ -78,22 +78,22 @@ class DoctorCommand : public ::testing::Test {
 };
 
 TEST_F(DoctorCommand, ExitCodesSayHowBadItIs) {
-  EXPECT_EQ(doctor_command(options), 0);
+  EXPECT_EQ(doctor_command(options, all_modules()), 0);
   file("proc/version", "#1 SMP PREEMPT");
-  EXPECT_EQ(doctor_command(options), 0) << "a warning";
+  EXPECT_EQ(doctor_command(options, all_modules()), 0) << "a warning";
   options.strict = true;
-  EXPECT_EQ(doctor_command(options), 1);
+  EXPECT_EQ(doctor_command(options, all_modules()), 1);
   options.strict = false;
   file("proc/self/status", "CapEff: 0\nCpus_allowed_list: 0");
   file("proc/self/limits", "Max realtime priority     0   0\nMax locked memory  unlimited unlimited bytes");
-  EXPECT_EQ(doctor_command(options), 1);
+  EXPECT_EQ(doctor_command(options, all_modules()), 1);
   options.robot = SINEW_SOURCE_DIR "/robots/quad.toml";
-  EXPECT_EQ(doctor_command(options), 1);
+  EXPECT_EQ(doctor_command(options, all_modules()), 1);
   options.robot = "no_such.toml";
-  EXPECT_EQ(doctor_command(options), 2);
+  EXPECT_EQ(doctor_command(options, all_modules()), 2);
   options.robot.clear();
   options.root += "/no/such/folder";
-  EXPECT_EQ(doctor_command(options), 2);
+  EXPECT_EQ(doctor_command(options, all_modules()), 2);
   options.root.resize(options.root.size() - 15);
 }
 

@@ -34,10 +34,30 @@ class Flight(unittest.TestCase):
         self.assertGreaterEqual(len(hashes(first)), 13)
         self.assertEqual(hashes(first), hashes(second))
 
+    def test_the_whole_summary_is_one_json_object(self):
+        code, out, err = run(SINEW, "run", f"{ROBOTS}/quad.toml", "--virtual", "--json")
+        self.assertEqual(code, 0, err)
+        summary = json.loads(out)
+        self.assertEqual(summary["result"], "landed on the pad, valid run")
+        self.assertEqual(summary["exit_code"], 0)
+        self.assertEqual(summary["invalid_because"], [])
+        self.assertLess(summary["landing_error_m"], 0.15)
+        self.assertGreater(summary["run_s"], 10)
+        self.assertEqual({t["name"] for t in summary["threads"]} & {"guardian", "stabilise"}, {"guardian", "stabilise"})
+        self.assertEqual(set(summary["hashes"]), {t["name"] for t in summary["topics"]})
+        self.assertTrue(all(c["missed"] >= 0 and c["age_ns"]["count"] > 0 for c in summary["chains"]))
+
     def test_another_seed_is_another_flight(self):
         one = run(SINEW, "run", f"{ROBOTS}/quad.toml", "--virtual", "--seed", "1", "--duration", "2")[1]
         two = run(SINEW, "run", f"{ROBOTS}/quad.toml", "--virtual", "--seed", "2", "--duration", "2")[1]
         self.assertNotEqual(dict(hashes(one))["imu.raw"], dict(hashes(two))["imu.raw"])
+
+    def test_a_fault_strikes_and_is_named_and_the_same_fault_gives_the_same_bytes(self):
+        arguments = ["--seed", "3", "--duration", "4", "--quiet", "--fault", "imu:garbage@2+0.01", "--fault", "link:off@3"]
+        first = run(SINEW, "run", f"{ROBOTS}/quad.toml", "--virtual", *arguments)[1]
+        self.assertIn("fault               imu:garbage@2..2.01: struck 10 times", first)
+        self.assertRegex(first, r"fault +link:off@3: struck \d\d\d\d+ times")
+        self.assertEqual(hashes(first), hashes(run(SINEW, "run", f"{ROBOTS}/quad.toml", "--virtual", *arguments)[1]))
 
     def test_a_run_that_does_not_land_fails(self):
         code, out, _ = run(SINEW, "run", f"{ROBOTS}/quad.toml", "--virtual", "--duration", "3")
@@ -52,59 +72,6 @@ class Flight(unittest.TestCase):
         self.assertRegex(out, r"stabilise +\d\d+ cycles")
         self.assertIn("result", out)
         self.assertIn("longest IMU gap", out)
-
-
-class CommandLine(unittest.TestCase):
-    def test_check_accepts_our_robots_and_prints_their_slots(self):
-        for robot in ("quad.toml", "mav_dataset.toml"):
-            code, out, err = run(SINEW, "check", f"{ROBOTS}/{robot}")
-            self.assertEqual(code, 0, err)
-            self.assertIn("no problems", out)
-            self.assertRegex(out, r"camera.raw +\d+ = +2 \+")
-
-    def test_check_names_every_problem_of_a_broken_robot(self):
-        broken = os.path.join(os.path.dirname(ROBOTS), "examples", "broken_robot.toml")
-        code, _, err = run(SINEW, "check", broken)
-        self.assertEqual(code, 1)
-        self.assertIn(f"{broken}:2: robot.colour: \"red\": unknown key", err)
-        self.assertIn(f"{broken}:6: thread.control.priority: 150: an integer from 0 to 98", err)
-
-    def test_doctor_looks_at_this_machine_and_says_how_bad_it_is(self):
-        code, out, err = run(SINEW, "doctor", f"{ROBOTS}/quad.toml")
-        self.assertIn(code, (0, 1), err)
-        self.assertEqual(code == 1, bool(re.search(r"^problem ", out, re.M)), out)
-        self.assertRegex(out, r"(?m)^11 checks: ")
-        checks = json.loads(run(SINEW, "doctor", "--json")[1])["checks"]
-        self.assertEqual(len(checks), 11)
-        strict = run(SINEW, "doctor", "--strict")[0]
-        self.assertEqual(strict, int(any(c["state"] in ("problem", "warning") for c in checks)))
-
-    def test_graph_shows_threads_and_bindings(self):
-        code, out, _ = run(SINEW, "graph", f"{ROBOTS}/quad.toml")
-        self.assertEqual(code, 0)
-        self.assertIn("thread stabilise: priority 80, every 1 ms", out)
-        self.assertRegex(out, r"<- imu +imu.raw \(queue of 32\)")
-        code, out, _ = run(SINEW, "graph", f"{ROBOTS}/quad.toml", "--dot")
-        self.assertTrue(out.startswith("digraph \"quad\""))
-        self.assertIn("\"filter\" -> \"attitude\" [label=\"filter.state\"]", out)
-
-    def test_what_is_wrong_on_the_command_line_ends_with_2_and_its_reason(self):
-        quad = f"{ROBOTS}/quad.toml"
-        for arguments, words in (
-                (["run", "no_such.toml"], "a robot file that can be read"),
-                (["run", quad, "--set", "mixer.nothing=1"], "module.mixer.params.nothing"),
-                (["run", quad, "--set", "nobody.x=1"], "no module nobody"),
-                (["run", quad, "--plant", "unix:/no/such/socket"], "no plant at unix:/no/such/socket"),
-                (["run", quad, "--board", "moon"], "board \"moon\""),
-                (["run", quad, "--camera", "9x9"], "--camera 9x9"),
-                (["run", f"{ROBOTS}/mav_dataset.toml", "--data", "/no/such/folder"], "/no/such/folder"),
-                (["run", f"{ROBOTS}/mav_dataset.toml"], "--data DIR"),
-                (["doctor", "no_such.toml"], "a robot file that can be read"),
-                (["doctor", "--root", "/no/such/folder"], "/no/such/folder"),
-                (["fly"], "")):
-            code, out, err = run(SINEW, *arguments)
-            self.assertEqual(code, 2, (arguments, out, err))
-            self.assertIn(words, err)
 
 
 class Unprivileged(unittest.TestCase):

@@ -51,6 +51,21 @@ TEST(Plot, NamesAreEscapedAndGapsLiftThePen) {
   EXPECT_THAT(svg, testing::Not(HasSubstr("nan")));
 }
 
+TEST(FlightReport, WhatAFaultyDeviceLostIsNoReasonAgainstTheRun) {
+  const auto report = parse_report(
+      R"({"valid":true,"faults":[{"fault":"imu:off@1","device":"imu","kind":"off","from_s":1,"affected":7}, 3, {"fault":1,"affected":-1}]})");
+  ASSERT_TRUE(report);
+  EXPECT_EQ(report->faults.at(0).text, "imu:off@1");
+  EXPECT_EQ(report->faults.at(0).affected, 7u);
+  sim_hil::SimStats stats;
+  stats.devices.resize(2);
+  stats.devices[0].name = "imu", stats.devices[0].lost = 5;
+  stats.devices[1].name = "range";
+  EXPECT_THAT(invalid_because(*report, stats, false), IsEmpty());
+  stats.devices[1].lost = 1;
+  EXPECT_THAT(invalid_because(*report, stats, false), ElementsAre("range: 1 samples lost, 0 overwritten"));
+}
+
 TEST(FlightReport, GoodLandingNeedsTouchdownPlaceAndSpeed) {
   const auto report = [](double error, double speed, bool down = true) {
     FlightReport r;

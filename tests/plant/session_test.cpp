@@ -1,10 +1,13 @@
 // The plant behind the protocol, with a scripted runtime at the other end of a socket pair.
 #include "sim_hil/plant/session.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <stdlib.h>
 
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <functional>
 #include <thread>
 
@@ -12,6 +15,7 @@
 #include "hal/linux/socket.hpp"
 #include "math/hash.hpp"
 #include "sim_hil/message_io.hpp"
+#include "sim_hil/side_line.hpp"
 
 namespace sinew::plant {
 namespace {
@@ -114,7 +118,7 @@ class ScriptedRuntime {
     sim_hil::FrameInfo f;
     ASSERT_TRUE(decode(m.header, m.payload, f));
     ++got.frames;
-    EXPECT_EQ(f.number, static_cast<std::uint32_t>(got.frames));
+    EXPECT_GE(f.number, static_cast<std::uint32_t>(got.frames)) << "more than it has taken";
     EXPECT_EQ(m.header.time.ns, camera_stamp_ns(f.number));
     if (m.bulk_bytes > 0)
       take_pixels(m.bulk_bytes);
@@ -259,6 +263,53 @@ TEST_F(PlantSession, LockstepDeliversEverySampleInOrder) {
   EXPECT_EQ(report_.render_late, 0u);
 }
 
+std::vector<Fault> faults(std::initializer_list<const char*> texts) {
+  std::vector<Fault> all;
+  std::string why;
+  for (const char* text : texts)
+    if (auto f = parse_fault(text, why)) all.push_back(*f);
+  EXPECT_EQ(all.size(), texts.size()) << why;
+  return all;
+}
+
+TEST_F(PlantSession, FaultsTakeAwayWhatTheySayAndTheReportNamesThem) {
+  options_.faults = faults({"imu:off@0.5", "baro:slow(5)@0", "battery:duplicated@0", "range:stuck@7"});
+  const Received got = fly(lockstep(), 1.0, kLease, kNothing);
+  EXPECT_EQ(got.imu, 500);
+  EXPECT_EQ(got.range, 100);
+  EXPECT_EQ(got.baro, 10);
+  EXPECT_EQ(got.battery, 20);
+  EXPECT_THAT(got.last_report,
+              testing::HasSubstr(R"({"fault":"imu:off@0.5","device":"imu","kind":"off","from_s":0.5,)"));
+  EXPECT_THAT(got.last_report, testing::HasSubstr(R"("kind":"slow","from_s":0,"affected":40})"));
+  EXPECT_THAT(got.last_report, testing::Not(testing::HasSubstr("range:stuck"))) << "its time has not come";
+}
+
+TEST_F(PlantSession, SameFaultsAndSeedGiveTheSameBytesOnTheWire) {
+  options_.faults = faults({"imu:garbage@0.1+0.05", "range:delayed(30ms)@0.1", "camera:garbage@0.2..0.3",
+                            "camera:delayed(80ms)@0.3..0.5", "link:intermittent(20ms)@0.5"});
+  const auto flight = [&](std::uint64_t seed) {
+    const Received got = fly(lockstep(seed), 0.7, kLease, kClimb);
+    return std::pair(got.hash.value(), got.pixels.value());
+  };
+  const auto first = flight(9), again = flight(9);
+  EXPECT_EQ(first, again);
+  options_.faults.clear();
+  EXPECT_NE(flight(9), first);
+}
+
+TEST_F(PlantSession, ClosedConnectionLeavesAVehicleWhoseMotorsStopWithTheLease) {
+  options_.faults = faults({"link:closed@1"});
+  const Received got = fly(lockstep(), 5.0, kLease, kClimb);
+  EXPECT_EQ(got.bye, "") << "a connection that breaks says nothing";
+  EXPECT_EQ(got.imu, 1000);
+  EXPECT_EQ(report_.reason, "a fault closed the connection");
+  EXPECT_EQ(report_.stale_actuations, 0u);
+  EXPECT_TRUE(report_.flight.flew);
+  EXPECT_TRUE(report_.at_rest());
+  EXPECT_TRUE(report_.motors_stopped());
+}
+
 TEST_F(PlantSession, SameSeedAndCommandsGiveTheSameBytesOnTheWire) {
   const auto flight = [&](std::uint64_t seed) {
     const Received got = fly(lockstep(seed), 0.7, kLease, kClimb);
@@ -294,6 +345,44 @@ TEST_F(PlantSession, MotorsStopWhenTheLeaseIsOver) {
   EXPECT_GT(v_at_expiry, 0.3);
   // 0.2 s later the rotors have run down and gravity has taken most of its share.
   EXPECT_LT(got.truth[60].v_world_mps.z, v_at_expiry - 0.15 * kGravity);
+}
+
+TEST_F(PlantSession, StopLineStopsTheMotorsThoughTheRuntimeGoesOnCommanding) {
+  options_.world.spread = 0;
+  options_.world.gust_mps = 0;
+  std::string folder = (std::filesystem::temp_directory_path() / "sinew_session_XXXXXX").string();
+  ASSERT_NE(mkdtemp(folder.data()), nullptr);
+  auto listener = hal::listen_stream("unix:" + folder + "/plant.sock");
+  ASSERT_TRUE(listener);
+  const std::string endpoint = (*listener)->endpoint();
+  auto door = sim_hil::PlantDoor::open(hal::linux_os(), std::move(*listener), Session::description({}, options_),
+                                       {"door", 0, {}, 1 << 18});
+  ASSERT_TRUE(door);
+  Session session(hal::linux_os(), *feed_, options_);
+  std::thread plant([&] {
+    auto caller = (*door)->wait_runtime(std::chrono::seconds(20));
+    if (caller) served_ = session.serve(std::move(*caller), **door);
+  });
+  std::string why;
+  auto line = sim_hil::SideLine::open(std::move(*hal::connect_stream(endpoint, std::chrono::seconds(20))), "parent",
+                                      std::chrono::seconds(20), why);
+  ASSERT_TRUE(line) << why;
+  ScriptedRuntime runtime(std::move(*hal::connect_stream(endpoint, std::chrono::seconds(20))), lockstep());
+  constexpr std::int64_t kPullNs = 400'000'000;
+  bool pulled = false;
+  runtime.run(Time{900'000'000}, std::chrono::seconds(1), [&](Time t) {
+    if (t.ns >= kPullNs && !pulled) pulled = static_cast<bool>((*line)->stop());
+    return kClimb(t);
+  });
+  plant.join();
+  std::filesystem::remove_all(folder);
+  EXPECT_TRUE(session.report().stopped_by_supervisor);
+  EXPECT_NEAR(static_cast<double>(session.report().stopped_at.ns), kPullNs, 2'000'000);
+  EXPECT_NE(session.report().json().find("\"stopped_by_supervisor\":true"), std::string::npos);
+  const auto& truth = runtime.got.truth;
+  ASSERT_GE(truth.size(), 65u);
+  EXPECT_GT(truth[40].v_world_mps.z, 0.3);
+  EXPECT_LT(truth[60].v_world_mps.z, truth[40].v_world_mps.z - 0.15 * kGravity);
 }
 
 TEST_F(PlantSession, MotorsStayOffWithoutACommand) {

@@ -257,7 +257,8 @@ TEST_F(GraphCheckTest, TriggerTopicsExistAndAreWrittenElsewhere) {
   control().topics = {{"maker.pear", 7}, {"maker.pair", 8}};
   EXPECT_THAT(
       problems(),
-      ElementsAre("r.toml:7: thread.control.trigger: \"maker.pear\": a topic: guardian.motors maker.pair user.result",
+      ElementsAre("r.toml:7: thread.control.trigger: \"maker.pear\": a topic: guardian.motors guardian.state "
+                  "maker.pair user.result",
                   "r.toml:8: thread.control.trigger: \"maker.pair\": a topic that this thread does not write itself"));
 }
 
@@ -335,11 +336,11 @@ TEST_F(GraphCheckTest, VirtualTimeNeedsExecutionTimes) {
   maker().exec = {};
   user().exec.constant = 0ns;
   spec.guardian.exec.constant = 3601s;
-  EXPECT_THAT(problems(),
-              ElementsAre("r.toml:11: module.maker.exec_us: missing: exec_us, exec_trace_us or exec_measured_factor; "
-                          "virtual time needs one",
-                          "r.toml:12: module.user.exec_us: 0: a number from 0.001 to 3600000000",
-                          "r.toml:40: guardian.exec_us: 3.601e+09: a number from 0.001 to 3600000000"));
+  EXPECT_THAT(problems(), ElementsAre("r.toml:11: module.maker.exec_us: missing: exec_us, exec_trace_us, "
+                                      "exec_quantiles_us or exec_measured_factor; "
+                                      "virtual time needs one",
+                                      "r.toml:12: module.user.exec_us: 0: a number from 0.001 to 3600000000",
+                                      "r.toml:40: guardian.exec_us: 3.601e+09: a number from 0.001 to 3600000000"));
   EXPECT_THAT(problems({}), IsEmpty()) << "real time needs none";
 }
 
@@ -354,6 +355,25 @@ TEST_F(GraphCheckTest, TracesAndMeasuredFactorsHaveRanges) {
   EXPECT_THAT(problems(), ElementsAre("r.toml:11: module.maker.exec_trace_us: a number out of range: an array of "
                                       "numbers from 0.001 to 3600000000",
                                       "r.toml:12: module.user.exec_measured_factor: nan: a number from 0.01 to 1000"));
+}
+
+TEST_F(GraphCheckTest, QuantilesOfExecutionTimesRiseToOne) {
+  const auto problems_with = [&](std::vector<ExecModel::Quantile> quantiles) {
+    maker().exec = {ExecModel::Kind::quantiles, {}, {}, 1.0, std::move(quantiles)};
+    return problems();
+  };
+  EXPECT_THAT(problems_with({{0.5, 12us}, {0.99, 30us}, {1.0, 30us}}), IsEmpty());
+  EXPECT_THAT(problems_with({}), ElementsAre("r.toml:11: module.maker.exec_quantiles_us: []: pairs [share, us], both "
+                                             "rising, shares from 0 to 1, the last one 1"));
+  using Quantiles = std::vector<ExecModel::Quantile>;
+  for (const Quantiles& wrong : {Quantiles{{0.5, 12us}},
+                                 {{0.5, 12us}, {0.5, 13us}, {1.0, 14us}},
+                                 {{-0.1, 1us}, {1.0, 2us}},
+                                 {{0.5, 12us}, {1.0, 11us}},
+                                 {{0.5, 0us}, {1.0, 11us}}})
+    EXPECT_THAT(problems_with(wrong),
+                ElementsAre("r.toml:11: module.maker.exec_quantiles_us: not a distribution: pairs [share, us], both "
+                            "rising, shares from 0 to 1, the last one 1"));
 }
 
 TEST_F(GraphCheckTest, ParametersExistAndAreInTheirRange) {
@@ -440,10 +460,39 @@ TEST_F(GraphCheckTest, ImagesHaveACapacity) {
 TEST_F(GraphCheckTest, TopicSectionsNameTopicsAndImagesOnly) {
   spec.topics.push_back({"maker.pear", 0, 0, 50});
   spec.topics.push_back({"maker.pair", 300, 0, 51});
-  EXPECT_THAT(problems(),
-              ElementsAre("r.toml:50: topic.maker.pear: \"maker.pear\": a topic: guardian.motors maker.pair "
-                          "user.result",
-                          "r.toml:51: topic.maker.pair.image: 300 bytes: none: maker.pair carries Pair"));
+  EXPECT_THAT(
+      problems(),
+      ElementsAre("r.toml:50: topic.maker.pear: \"maker.pear\": a topic: guardian.motors guardian.state maker.pair "
+                  "user.result",
+                  "r.toml:51: topic.maker.pair.image: 300 bytes: none: maker.pair carries Pair"));
+}
+
+TEST_F(GraphCheckTest, ExternalTopicsHaveANameATypeAndAThread) {
+  const auto external = [](std::string name, int line, std::string type, std::string thread) {
+    return TopicSpec{std::move(name), 0, 0, line, ExternalSpec{std::move(type), std::move(thread)}};
+  };
+  spec.topics = {external("operator.link", 50, "OperatorLink", "control"),
+                 external("mine.pair", 51, "Pair", "control")};
+  EXPECT_THAT(problems(), IsEmpty()) << "a type of a module's port is known too";
+  std::string types;
+  for (const msg::TypeInfo* t : msg::all_types())
+    if (!t->has_bulk()) types += " " + std::string(t->name);
+  spec.topics = {external("operator", 50, "OperatorLink", "control"),  external("other.link", 51, "Image", "control"),
+                 external("third.link", 52, "", "guardian"),           external("fourth.link", 53, "OperatorLink", ""),
+                 external("fifth.a", 54, "OperatorLink", "control"),   external("fifth.b", 55, "OperatorLink", "sense"),
+                 external("maker.link", 56, "OperatorLink", "control")};
+  EXPECT_THAT(
+      problems(),
+      ElementsAre("r.toml:11: module.maker: in threads control control: named once, in the order of one thread",
+                  "r.toml:50: topic.operator: \"operator\": a name as source.port, each of a-z, 0-9 and _",
+                  "r.toml:51: topic.other.link.type: \"Image\": a message type without pixels:" + types,
+                  "r.toml:52: topic.third.link.type: missing: a message type without pixels:" + types,
+                  "r.toml:52: topic.third.link.thread: \"guardian\": a thread: control",
+                  "r.toml:53: topic.fourth.link.thread: missing: a thread: control",
+                  "r.toml:55: topic.fifth.b.thread: \"sense\": a thread: control",
+                  "r.toml:55: topic.fifth.b.thread: \"sense\": \"control\", as of fifth.a: topics of one source come "
+                  "in with one thread",
+                  "r.toml:56: module.maker: \"maker\": a name that no other module has"));
 }
 
 // ---- actuators and chains
@@ -473,11 +522,12 @@ TEST_F(GraphCheckTest, ChainsJoinTopicsThatLeadToEachOther) {
   spec.chains[0].from = {"maker.pear", 31};
   spec.chains[0].to = {"", 32};
   spec.chains[0].budget = -1ms;
-  EXPECT_THAT(problems(),
-              ElementsAre("r.toml:30: chain.chain.budget_ms: -1: a number from 0 up; 0: no budget",
-                          "r.toml:31: chain.chain.from: \"maker.pear\": a topic: guardian.motors maker.pair "
-                          "user.result",
-                          "r.toml:32: chain.chain.to: \"\": a topic: guardian.motors maker.pair user.result"));
+  EXPECT_THAT(
+      problems(),
+      ElementsAre("r.toml:30: chain.chain.budget_ms: -1: a number from 0 up; 0: no budget",
+                  "r.toml:31: chain.chain.from: \"maker.pear\": a topic: guardian.motors guardian.state maker.pair "
+                  "user.result",
+                  "r.toml:32: chain.chain.to: \"\": a topic: guardian.motors guardian.state maker.pair user.result"));
   spec.chains[0] = {"chain", {"user.result", 31}, {"maker.pair", 32}, 5ms, 30};
   EXPECT_THAT(problems(), ElementsAre("r.toml:32: chain.chain.to: \"maker.pair\": a topic that user.result leads to"));
 }
@@ -491,13 +541,13 @@ TEST_F(GraphCheckTest, ChainsAreEightAtMost) {
   EXPECT_THAT(problems(), ElementsAre("r.toml:38: chain: 9: at most 8"));
 }
 
-TEST_F(GraphCheckTest, ActuatorGroupsAreThirtyTwoAtMost) {
-  for (int i = 1; i < 33; ++i) {
+TEST_F(GraphCheckTest, ActuatorGroupsAreThirtyOneAtMost) {
+  for (int i = 1; i < 32; ++i) {
     spec.actuators.push_back(motors());
     spec.actuators.back().name = "motors" + std::to_string(i);
     spec.actuators.back().line = 100 + i;
   }
-  EXPECT_THAT(problems(), ElementsAre("r.toml:132: actuator: 33: at most 32"));
+  EXPECT_THAT(problems(), ElementsAre("r.toml:131: actuator: 32: at most 31"));
 }
 
 // ---- all at once
@@ -509,14 +559,15 @@ TEST_F(GraphCheckTest, EveryProblemComesInOneRunInTheOrderOfTheLines) {
   user().in["pair"] = {"maker.pear", 13};
   motors().lease = 0ms;
   spec.chains[0].from = {"maker.pear", 31};
-  EXPECT_THAT(problems(),
-              ElementsAre("r.toml:5: thread.control.priority: 120: an integer from 0 to 98; the guardian has 99",
-                          "r.toml:6: thread.control.order: \"nobody\": a module: guardian maker user",
-                          "r.toml:12: module.maker.params.rate_hz: 0.5: a number from 1 to 100 Hz",
-                          "r.toml:13: module.user.in.pair: \"maker.pear\": a topic of Pair: maker.pair",
-                          "r.toml:20: actuator.motors.lease_ms: 0: a number from 0.1 to 10000",
-                          "r.toml:31: chain.chain.from: \"maker.pear\": a topic: guardian.motors maker.pair "
-                          "user.result"));
+  EXPECT_THAT(
+      problems(),
+      ElementsAre("r.toml:5: thread.control.priority: 120: an integer from 0 to 98; the guardian has 99",
+                  "r.toml:6: thread.control.order: \"nobody\": a module: guardian maker user",
+                  "r.toml:12: module.maker.params.rate_hz: 0.5: a number from 1 to 100 Hz",
+                  "r.toml:13: module.user.in.pair: \"maker.pear\": a topic of Pair: maker.pair",
+                  "r.toml:20: actuator.motors.lease_ms: 0: a number from 0.1 to 10000",
+                  "r.toml:31: chain.chain.from: \"maker.pear\": a topic: guardian.motors guardian.state maker.pair "
+                  "user.result"));
 }
 
 }  // namespace

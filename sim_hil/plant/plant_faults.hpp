@@ -1,0 +1,36 @@
+#pragma once
+#include "sim_hil/plant/camera_feed.hpp"
+#include "sim_hil/plant/frame_faults.hpp"
+#include "sim_hil/plant/motor_faults.hpp"
+#include "sim_hil/plant/sensor_faults.hpp"
+
+namespace sinew::plant {
+
+/// All faults of one run, device by device.
+struct PlantFaults {
+  PlantFaults(const std::vector<Fault>& list, std::uint64_t seed, const CameraOptions& view)
+      : log(list, seed), frames(log, view.format, view.width, view.height), motors(log) {}
+  PlantFaults(const PlantFaults&) = delete;
+
+  /// A fault closes the connection at or before t.
+  bool line_closes_by(hal::Time t);
+
+  FaultLog log;
+  SensorFaults<msg::ImuSample> imu{log, FaultDevice::imu};
+  SensorFaults<msg::RangeSample> range{log, FaultDevice::range};
+  SensorFaults<msg::BaroSample> baro{log, FaultDevice::baro};
+  SensorFaults<msg::BatterySample> battery{log, FaultDevice::battery};
+  FrameFaults frames;
+  MotorFaults motors;
+};
+
+inline bool PlantFaults::line_closes_by(hal::Time t) {
+  for (FaultLog::Entry& e : log.entries()) {
+    if (e.fault.kind != FaultKind::closed || e.fault.from_ns > t.ns) continue;
+    e.affected = 1;
+    return true;
+  }
+  return false;
+}
+
+}  // namespace sinew::plant
