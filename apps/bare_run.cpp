@@ -67,7 +67,7 @@ class BareRun {
   }
 
   int run_real() {
-    rt::RealTimeExecutor executor(graph_, os_);
+    rt::RealTimeExecutor executor(graph_, os_, real_time_options());
     if (auto started = executor.start(); !started) return fail(started.error().where);
     if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return 2;
     const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);

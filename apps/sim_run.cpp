@@ -147,7 +147,7 @@ class SimRun {
   // ---- real time
 
   int run_real() {
-    rt::RealTimeExecutor executor(graph_, os_);
+    rt::RealTimeExecutor executor(graph_, os_, real_time_options(options_.rate));
     const hal::ProcessUse before = hal::process_use();
     const hal::Time wall = real_os_.now();
     if (auto started = board_->start(); !started) return fail("the plant does not start: " + board_->problem()), 2;
