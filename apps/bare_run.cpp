@@ -32,7 +32,8 @@ class BareRun {
   BareRun(Prepared& prepared, const RunOptions& options)
       : options_(options),
         graph_(*prepared.graph),
-        summary_(graph_, options.virtual_time, {.json = options.json, .quiet = options.quiet}) {}
+        summary_(graph_, options.virtual_time, {.json = options.json, .quiet = options.quiet, .trace = options.trace}) {
+  }
 
   int run() {
     rt::ConfigureOptions configure;
@@ -55,6 +56,7 @@ class BareRun {
     const rt::Duration length = options_.duration_s > 0 ? run_duration(options_) : kBareDuration;
     Grants grants(hal::Time{length.count()});
     rt::DiscreteExecutor executor(graph_, clock_, grants, {.duration = length, .os = &os_, .hash_topics = true});
+    executor.runner().ask_for_zones(!options_.trace.empty());
     const hal::Time wall = os_.now();
     const auto done = executor.run();
     if (!done) return fail(done.error().where);
@@ -67,6 +69,7 @@ class BareRun {
   int run_real() {
     rt::RealTimeExecutor executor(graph_, os_);
     if (auto started = executor.start(); !started) return fail(started.error().where);
+    executor.runner().ask_for_zones(!options_.trace.empty());
     if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return 2;
     LiveView view(graph_, executor.runner(), options_);
     const hal::Time begin = os_.now();

@@ -47,7 +47,8 @@ class SimRun {
         robot_(prepared.robot),
         graph_(*prepared.graph),
         os_(options.rate == 1 ? real_os_ : scaled_os_.emplace(real_os_, options.rate)),
-        summary_(graph_, options.virtual_time, {.json = options.json, .quiet = options.quiet}) {}
+        summary_(graph_, options.virtual_time, {.json = options.json, .quiet = options.quiet, .trace = options.trace}) {
+  }
 
   int run() {
     if (!open()) return 2;
@@ -123,6 +124,7 @@ class SimRun {
     discrete.hash_topics = true;
     rt::DiscreteExecutor executor(graph_, clock_, grants, discrete);
     grants.executor = &executor;
+    executor.runner().ask_for_zones(!options_.trace.empty());
     const hal::Time wall = real_os_.now();
     const auto report = executor.run();
     if (!report) {
@@ -149,6 +151,7 @@ class SimRun {
     const hal::Time wall = real_os_.now();
     if (auto started = board_->start(); !started) return fail("the plant does not start: " + board_->problem()), 2;
     if (auto started = executor.start(); !started) return fail(started.error().where), 2;
+    executor.runner().ask_for_zones(!options_.trace.empty());
     if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return 2;
     follow(executor);
     executor.stop();
@@ -206,7 +209,8 @@ class SimRun {
     std::vector<std::string> faults;
     for (const auto& f : report->faults) faults.push_back(fmt::format("{}: struck {} times", f.text, f.affected));
     summary_.add_reasons("fault", "faults", faults);
-    const auto invalid = invalid_because(*report, board_->stats(), real_time);
+    auto invalid = invalid_because(*report, board_->stats(), real_time);
+    if (real_time) invalid.insert(invalid.end(), summary_.failed_chains().begin(), summary_.failed_chains().end());
     summary_.add_reasons("invalid", "invalid_because", invalid);
     if (real_time)
       summary_.add("longest IMU gap", fmt::format("{:.3f} ms", report->imu_gap_max_s * 1e3),
