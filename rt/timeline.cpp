@@ -88,15 +88,13 @@ std::vector<TimelineEvent> Timeline::snapshot(Duration last) const {
 }
 
 // The clock is the executor's, read for it: the step sees nothing of it.
-void Zone::begin() noexcept {
+Time Zone::now(ZoneLog& log) noexcept {
   const trap::Scope outside(nullptr);
-  start_ = log_->clock.now();
+  return log.clock.now();
 }
 
-void Zone::end() noexcept {
-  const trap::Scope outside(nullptr);
-  const Time now = log_->clock.now();
-  log_->ring.add(TimelineEvent::Kind::zone, start_, now - start_, log_->ring.zone(name_, log_->module));
+void Zone::note(ZoneLog& log, const char* name, Time start) noexcept {
+  log.ring.add(TimelineEvent::Kind::zone, start, now(log) - start, log.ring.zone(name, log.module));
 }
 
 }  // namespace sinew::rt
