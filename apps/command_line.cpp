@@ -22,6 +22,10 @@ int command_line(int argc, char** argv, const rt::ModuleTypes& types) {
   app.footer("Exit codes: 0 done, 1 the thing failed, 2 it could not be begun.");
   CommandContext context{types};
   add_robot_commands(app, context);
+  add_live_commands(app, context);
+  add_top_command(app, context);
+  add_topic_commands(app, context);
+  add_param_commands(app, context);
   add_project_commands(app, context);
   if (argc > 1 && std::string_view(argv[1]) == kCompleteCommand) {
     for (const auto& line : completions(app, {argv + 2, argv + argc})) std::printf("%s\n", line.c_str());

@@ -14,7 +14,8 @@ constexpr rt::Duration kLinePeriod = std::chrono::seconds(2);
 }  // namespace
 
 LiveView::LiveView(const rt::Graph& graph, rt::Runner& runner, const RunOptions& options)
-    : table_(graph, runner),
+    : graph_(graph),
+      runner_(runner),
       silent_(options.quiet || options.json),
       live_(!silent_ && !options.plain && hal::output_is_terminal()) {}
 
@@ -23,12 +24,7 @@ void LiveView::show(rt::Time now, std::string_view state, bool last) {
   const rt::Duration since = now - begin_;
   const std::string line = fmt::format("{:6.1f} s  {}\n", msg::seconds(since), state);
   if (live_) {
-    if (lines_ > 0) std::printf("\033[%dA", lines_);  // back to the table's first line
-    lines_ = 0;
-    for (const char c : line + table_.render(now, hal::terminal_columns())) {
-      if (c == '\n') std::printf("\033[K"), ++lines_;
-      std::putchar(c);
-    }
+    screen_.draw(line + table_.render(rows_of(graph_, runner_), now, hal::terminal_columns()));
   } else if (!silent_ && (last || since % kLinePeriod < kPeriod)) {
     std::printf("%s", line.c_str());
   }

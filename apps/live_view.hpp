@@ -3,6 +3,7 @@
 
 #include "apps/run_command.hpp"
 #include "apps/status_table.hpp"
+#include "apps/terminal.hpp"
 
 namespace sinew::app {
 
@@ -18,10 +19,12 @@ class LiveView {
   static constexpr rt::Duration kPeriod = std::chrono::milliseconds(200);
 
  private:
+  const rt::Graph& graph_;
+  rt::Runner& runner_;
   StatusTable table_;
+  Redrawn screen_;
   const bool silent_, live_;
   rt::Time begin_ = hal::kNever;
-  int lines_ = 0;  // of the table on the terminal
 };
 
 }  // namespace sinew::app

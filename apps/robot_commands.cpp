@@ -68,6 +68,7 @@ int graph(const CheckOptions& options, const rt::ModuleTypes& types) {
 
 void describe_run(CLI::App& run, RunOptions& o) {
   run.add_option("robot", o.robot, "robot file")->required()->type_name(kRobotFileHint);
+  run.add_option("--name", o.name, "on this machine, for other programs; instead of the file's robot name");
   run.add_option("--board", o.board, "instead of the file's")->type_name("{sim,dataset,none}");
   run.add_flag("--virtual", o.virtual_time,
                "virtual time: as fast as the machine can, the same bytes for the same seed");
@@ -82,6 +83,8 @@ void describe_run(CLI::App& run, RunOptions& o) {
   run.add_option("--from", o.from_s, "dataset board: begin so many seconds after the first sample")
       ->check(CLI::NonNegativeNumber)
       ->type_name("S");
+  run.add_option("--params", o.params, "parameters in place of the file's, as `param save` writes them")
+      ->type_name(kRobotFileHint);
   run.add_option("--set", o.set, "module.param=value; may be repeated")->allow_extra_args(false)->type_name("M.P=V");
   run.add_option("--plant", o.plant, "sim board: auto, unix:PATH or tcp:HOST:PORT")->type_name("PLACE");
   run.add_option("--plant-arg", o.plant_args, "one more argument for sinew-sim; may be repeated")

@@ -10,6 +10,7 @@ namespace sinew::app {
 /// What `sinew run` was asked for.
 struct RunOptions {
   std::string robot;  // path of the robot file
+  std::string name;   // of the robot on this machine; empty: the file's
   std::string board;  // instead of the file's; empty: the file's
   std::string data;   // folder of the dataset board
   bool virtual_time = false;
@@ -17,6 +18,7 @@ struct RunOptions {
   double rate = 1;               // sim board in real time: robot seconds per second
   double duration_s = 0;         // 0: until the mission, the plant or the data ends
   double from_s = 0;             // dataset: begin this long after its first sample
+  std::string params;            // file of parameters that take the place of the robot file's; empty: none
   std::vector<std::string> set;  // "module.param=value"
   std::string plant;             // "auto", "unix:PATH", "tcp:HOST:PORT"; empty: the file's
   std::vector<std::string> plant_args;

@@ -181,7 +181,7 @@ void RunSummary::add_reasons(std::string_view label, const char* key, const std:
 
 int RunSummary::finish(std::string_view result, int code) {
   add_reasons("age budget", "chains_failed", failed_chains_);
-  if (code == 0 && (!failed_chains_.empty() || trace_failed_)) code = 1;
+  if (code == 0 && ((chains_decide_ && !failed_chains_.empty()) || trace_failed_)) code = 1;
   add("result", result, {{"result", std::string(result)}, {"exit_code", code}});
   if (form_.json) std::printf("%s\n", all_.dump().c_str());
   return code;

@@ -33,6 +33,8 @@ class RunSummary {
   void add(std::string_view label, std::string_view text, const Json& keys);
   /// One line for each, and an array under `key` (empty: no reason).
   void add_reasons(std::string_view label, const char* key, const std::vector<std::string>& reasons);
+  /// Whether a chain that missed its budget makes the run fail; it does unless told otherwise.
+  void chains_decide(bool decide) { chains_decide_ = decide; }
   /// The words that sum it up, and the exit code, which it answers: 1 instead of 0 when a chain missed its budget or
   /// the time line could not be written.
   int finish(std::string_view result, int code);
@@ -42,7 +44,7 @@ class RunSummary {
   Form form_;
   Json all_;
   std::vector<std::string> failed_chains_;
-  bool trace_failed_ = false;
+  bool trace_failed_ = false, chains_decide_ = true;
 };
 
 }  // namespace sinew::app
