@@ -210,6 +210,7 @@ void read_chain(TomlReader& r, rt::GraphSpec& graph) {
     if (const toml::node* node = r.raw().get(key)) target->line = line_of(*node);
   }
   r.read_time("budget_ms", c.budget, kMs, 1us, kLongest);
+  r.read("allowed_misses", c.allowed_misses, 0.0, 1.0);
   graph.chains.push_back(std::move(c));
 }
 

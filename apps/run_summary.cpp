@@ -6,6 +6,8 @@
 
 #include "apps/gap_text.hpp"
 #include "apps/graph_text.hpp"
+#include "apps/trace_file.hpp"
+#include "rt/chain_budget.hpp"
 
 namespace sinew::app {
 namespace {
@@ -14,6 +16,23 @@ std::string quantiles(const rt::Histogram& h) {
   if (h.count() == 0) return "none";
   return fmt::format("p50 {} p99 {} p99.9 {} max {}", human(h.quantile(0.5)), human(h.quantile(0.99)),
                      human(h.quantile(0.999)), human(h.max()));
+}
+
+const char* to_string(rt::ChainVerdict::Result result) {
+  using R = rt::ChainVerdict::Result;
+  switch (result) {
+    case R::pass:
+      return "pass";
+    case R::fail:
+      return "FAIL";
+    case R::no_budget:
+      return "no budget";
+    case R::nothing_came:
+      return "nothing came";
+    case R::unknown:
+      break;
+  }
+  return "?";
 }
 
 Json quantiles_ns(const rt::Histogram& h) {
@@ -47,8 +66,9 @@ std::string tables(const rt::Graph& graph, rt::Runner& runner) {
       out += fmt::format("topic {}: {} messages lost to full queues\n", graph.topics()[i].name, runner.topic_drops(i));
   for (std::uint32_t c = 0; c < graph.chains().size(); ++c) {
     const rt::ChainStats& s = runner.chain_stats(c);
-    out += fmt::format("chain {:<14} age {}, budget {} missed {} of {}\n", graph.chains()[c].spec.name,
-                       quantiles(s.age), human(graph.chains()[c].spec.budget), s.budget_misses.value(), s.age.count());
+    out += fmt::format("chain {:<14} age {}, budget {} missed {} of {}: {}\n", graph.chains()[c].spec.name,
+                       quantiles(s.age), human(graph.chains()[c].spec.budget), s.budget_misses.value(), s.age.count(),
+                       to_string(rt::chain_within_budget(runner, c).result));
   }
   return out;
 }
@@ -106,6 +126,7 @@ Json chains_json(const rt::Graph& graph, rt::Runner& runner) {
     all.push_back({{"name", graph.chains()[c].spec.name},
                    {"budget_ns", graph.chains()[c].spec.budget.count()},
                    {"missed", s.budget_misses.value()},
+                   {"verdict", to_string(rt::chain_within_budget(runner, c).result)},
                    {"age_ns", quantiles_ns(s.age)}});
   }
   return all;
@@ -122,6 +143,10 @@ RunSummary::RunSummary(const rt::Graph& graph, bool virtual_time, Form form)
            {"seed", graph.spec().seed}} {}
 
 void RunSummary::statistics(rt::Runner& runner) {
+  if (!form_.trace.empty()) trace_failed_ = !write_trace(form_.trace, runner);
+  for (std::uint32_t c = 0; c < graph_.chains().size(); ++c)
+    if (const auto kept = rt::chain_within_budget(runner, c); kept.result == rt::ChainVerdict::Result::fail)
+      failed_chains_.push_back(kept.text);
   if (!form_.json) {
     if (!form_.quiet) std::printf("%s", tables(graph_, runner).c_str());
     return;
@@ -159,6 +184,8 @@ void RunSummary::add_reasons(std::string_view label, const char* key, const std:
 }
 
 int RunSummary::finish(std::string_view result, int code) {
+  add_reasons("age budget", "chains_failed", failed_chains_);
+  if (code == 0 && ((chains_decide_ && !failed_chains_.empty()) || trace_failed_)) code = 1;
   add("result", result, {{"result", std::string(result)}, {"exit_code", code}});
   if (form_.json) std::printf("%s\n", all_.dump().c_str());
   return code;
