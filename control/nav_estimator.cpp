@@ -1,5 +1,7 @@
 #include "control/nav_estimator.hpp"
 
+#include "control/plausible.hpp"
+
 namespace sinew::control {
 namespace {
 
@@ -8,6 +10,8 @@ constexpr std::uint32_t kRefusedToReopen = 12;     // sightings in a row, about 
 constexpr std::uint32_t kRefusedToNewGround = 15;  // ranges in a row
 constexpr double kVagueVelocity = 1.0;             // (m/s)^2: an aided vehicle that knows less uses the weak prior, too
 constexpr double kNoGate = 1e18;
+constexpr double kMostForce_mps2 = 500;  // accelerometers end at 160 (16 g), those for crash tests at 2000
+constexpr double kMostRange_m = 1000;    // no range finder sees further
 
 double square(double x) { return x * x; }
 
@@ -22,7 +26,8 @@ void NavEstimator::reset() {
 bool NavEstimator::add_imu(const msg::ImuSample& s) {
   const math::Vec3 gyro(s.gyro_radps), accel(s.accel_mps2);
   const bool first = !started_ && level_count_ == 0;
-  if (!is_finite(gyro) || !is_finite(accel) || (!first && s.stamp < last_imu_)) {
+  const bool possible = within(s.gyro_radps, kMostTurn_radps) && within(s.accel_mps2, kMostForce_mps2);
+  if (!possible || (!first && s.stamp < last_imu_)) {
     ++counters_.refused_imu;
     return false;
   }
@@ -144,7 +149,7 @@ void NavEstimator::use_prior(double dt_s) {
 }
 
 void NavEstimator::add_range(const msg::RangeSample& s) {
-  if (!started_ || !(s.range_m > 0) || !math::is_finite(s.range_m)) return;
+  if (!started_ || !(s.range_m > 0 && s.range_m < kMostRange_m)) return;
   const math::Vec3 up = filter_.state().q_world_base.conjugate().rotate({0, 0, 1});
   if (up.z < 0.7) return;  // looks at a wall
   const double height_m = (s.range_m + params.range_below_base_m) * up.z;
@@ -175,8 +180,8 @@ void NavEstimator::add_range(const msg::RangeSample& s) {
 }
 
 void NavEstimator::add_baro(const msg::BaroSample& s) {
-  if (!started_ || !height_aided_ || !(s.pressure_pa > 1000) || !math::is_finite(s.pressure_pa) ||
-      !math::is_finite(s.temperature_c)) {
+  if (!started_ || !height_aided_ || !(s.pressure_pa > 1000) || !(s.pressure_pa < 200000) ||
+      !(math::fabs(s.temperature_c) < 150)) {
     return;
   }
   // Height in an atmosphere of one temperature; what the weather adds is in the offset.
@@ -203,7 +208,7 @@ void NavEstimator::add_baro(const msg::BaroSample& s) {
 void NavEstimator::add_pad(const msg::PadSighting& s) {
   const math::Vec3 direction(s.direction_optical);
   if (!started_ || !height_aided_ || !s.found || !(s.confidence >= params.pad_min_confidence) ||
-      !is_finite(direction)) {
+      !(math::fabs(norm(direction) - 1) < 1e-3)) {
     return;
   }
   const auto then = history_.at(s.stamp);
