@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "rt/safety_text.hpp"
+
 namespace sinew::app {
 namespace {
 
@@ -81,6 +83,7 @@ std::string graph_tree(const rt::Graph& graph) {
   for (const auto& a : graph.spec().actuators)
     out += fmt::format("+- actuator {}: {} channels of {} in [{}, {}], lease {}\n", a.name, a.channels, a.command.value,
                        a.min, a.max, human(a.lease));
+  for (const auto& f : graph.spec().failsafes) out += fmt::format("+- failsafe {}: {}\n", f.name, rt::to_string(f));
   return out;
 }
 

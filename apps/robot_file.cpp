@@ -55,15 +55,7 @@ void read_params(TomlReader& r, rt::ModuleSpec& m) {
     r.take(key.str());
     rt::Located<rt::ParamValue> p;
     p.line = line_of(node);
-    if (auto b = node.value_exact<bool>())
-      p.value = *b;
-    else if (auto i = node.value_exact<std::int64_t>())
-      p.value = *i;
-    else if (auto d = node.value_exact<double>())
-      p.value = *d;
-    else if (auto s = node.value_exact<std::string>())
-      p.value = *s;
-    else {
+    if (!read_param_value(node, p.value)) {
       r.problem(node, key.str(), "a boolean, a number or a string");
       continue;
     }
@@ -91,6 +83,21 @@ void read_module(const std::string& name, TomlReader& r, rt::GraphSpec& graph) {
   graph.modules.push_back(std::move(m));
 }
 
+// A topic that is written from outside.
+void read_writer(TomlReader& r, rt::TopicSpec& t) {
+  enum class Writer : std::uint8_t { module, external } writer = Writer::module;
+  r.read_choice<Writer>("writer", writer, {{"external", Writer::external}});
+  if (writer == Writer::external) {
+    t.external.emplace();
+    r.require("type", t.external->type, "the type of a message, e.g. \"OperatorLink\"; it is required");
+    r.require("thread", t.external->thread, "the name of a thread; it is required");
+    read_exec(r, t.external->exec);
+    return;
+  }
+  for (const char* key : {"type", "thread"})
+    if (const toml::node* node = r.take(key)) r.problem(*node, key, "none without writer = \"external\"");
+}
+
 void read_topic(const std::string& name, TomlReader& r, rt::GraphSpec& graph) {
   rt::TopicSpec t;
   t.name = name;
@@ -109,6 +116,7 @@ void read_topic(const std::string& name, TomlReader& r, rt::GraphSpec& graph) {
                                          {"yuyv", msg::PixelFormat::yuyv}});
     t.image_bytes = static_cast<std::uint32_t>(width * height) * msg::bytes_per_pixel(format);
   });
+  read_writer(r, t);
   std::int64_t number = 0;
   if (r.read("history", number, 1, 100000)) t.history = static_cast<std::uint32_t>(number);
   graph.topics.push_back(std::move(t));
@@ -146,6 +154,53 @@ void read_actuator(const std::string& name, TomlReader& r, rt::GraphSpec& graph)
   graph.actuators.push_back(std::move(a));
 }
 
+/// Which of the three kinds a condition is of, with the keys of that kind.
+void read_failsafe_kind(TomlReader& r, rt::FailsafeSpec& f) {
+  using Kind = rt::FailsafeSpec::Kind;
+  if (r.read_time("silent_ms", f.time, kMs, 1ms, kLongest)) f.kind = Kind::silent;
+  if (r.read_time("stuck_ms", f.time, kMs, 1ms, kLongest)) f.kind = Kind::stuck;
+  if (r.read("field", f.field.value, "the name of a number in the message, e.g. \"voltage_v\"")) {
+    f.kind = Kind::value;
+    f.field.line = line_of(*r.raw().get("field"));
+    double limit = 0;
+    if (r.read("below", limit, -1e300, 1e300)) f.below = limit;
+    if (r.read("above", limit, -1e300, 1e300)) f.above = limit;
+    r.read_time("for_ms", f.time, kMs, 0ns, kLongest);
+  }
+  if (r.has("silent_ms") + r.has("stuck_ms") + r.has("field") != 1)
+    r.problems().push_back({r.line(), r.path(), "", "exactly one of silent_ms, stuck_ms, field (with below or above)"});
+}
+
+void read_failsafe(TomlReader& r, rt::GraphSpec& graph) {
+  using msg::FailsafeAction;
+  rt::FailsafeSpec f;
+  f.line = r.line();
+  r.require("name", f.name);
+  r.require("topic", f.topic.value, "the name of a topic; it is required");
+  if (const toml::node* node = r.raw().get("topic")) f.topic.line = line_of(*node);
+  read_failsafe_kind(r, f);
+  if (!r.has("action")) r.missing("action", "one of land stop; it is required");
+  r.read_choice<FailsafeAction>("action", f.action, {{"land", FailsafeAction::land}, {"stop", FailsafeAction::stop}});
+  auto then = FailsafeAction::none;
+  rt::Duration after{};
+  const bool has_then = r.read_choice<FailsafeAction>("then", then, {{"stop", FailsafeAction::stop}});
+  if (r.read_time("then_after_ms", after, kMs, 0ns, kLongest) && has_then) f.stop_after = after;
+  if (r.has("then") != r.has("then_after_ms"))
+    r.problems().push_back({f.line, r.path(), "", "then and then_after_ms together, or neither"});
+  graph.failsafes.push_back(std::move(f));
+}
+
+void read_guardian(TomlReader& r, rt::GuardianSpec& guardian) {
+  using Arming = rt::GuardianSpec::Arming;
+  std::int64_t priority = guardian.priority;
+  r.read("priority", priority, 1, 99);
+  guardian.priority = static_cast<int>(priority);
+  guardian.line = r.line();
+  r.read_choice<Arming>("arming", guardian.arming, {{"auto", Arming::automatic}, {"manual", Arming::manual}});
+  r.read("cpus", guardian.cpus, 0, 1023);
+  read_exec(r, guardian.exec);
+}
+
 void read_chain(TomlReader& r, rt::GraphSpec& graph) {
   rt::ChainSpec c;
   c.line = r.line();
@@ -160,7 +215,7 @@ void read_chain(TomlReader& r, rt::GraphSpec& graph) {
 
 void read_robot(TomlReader& r, rt::GraphSpec& graph) {
   r.require("name", graph.robot);
-  r.require("board", graph.board, "\"sim\", \"dataset\" or \"linux\"; it is required");
+  r.require("board", graph.board, "\"sim\", \"dataset\" or \"none\"; it is required");
   std::int64_t number = 0;
   if (r.read("seed", number, 0, INT64_MAX)) graph.seed = static_cast<std::uint64_t>(number);
   if (r.read("virtual_cores", number, 1, 64)) graph.virtual_cores = static_cast<std::uint32_t>(number);
@@ -207,14 +262,8 @@ LoadedRobot parse_robot(std::string_view text, const std::string& path) {
   root.tables_by_name("topic", [&](const std::string& n, TomlReader& r) { read_topic(n, r, graph); });
   root.tables_by_name("actuator", [&](const std::string& n, TomlReader& r) { read_actuator(n, r, graph); });
   root.array_of_tables("chain", [&](TomlReader& r) { read_chain(r, graph); });
-  root.table("guardian", [&](TomlReader& r) {
-    std::int64_t priority = graph.guardian.priority;
-    r.read("priority", priority, 1, 99);
-    graph.guardian.priority = static_cast<int>(priority);
-    graph.guardian.line = r.line();
-    r.read("cpus", graph.guardian.cpus, 0, 1023);
-    read_exec(r, graph.guardian.exec);
-  });
+  root.table("guardian", [&](TomlReader& r) { read_guardian(r, graph.guardian); });
+  root.array_of_tables("failsafe", [&](TomlReader& r) { read_failsafe(r, graph); });
   root.table("sim", [&](TomlReader& r) { read_sim(r, loaded.robot.sim); });
   root.finish();
   std::stable_sort(graph.modules.begin(), graph.modules.end(),
@@ -227,6 +276,7 @@ LoadedRobot load_robot(const std::string& path) {
   if (!in) {
     LoadedRobot loaded;
     loaded.robot.path = path;
+    loaded.readable = false;
     loaded.problems.push_back({0, "file", path, "a robot file that can be read"});
     return loaded;
   }

@@ -22,8 +22,9 @@ struct RobotFile {
 
 struct LoadedRobot {
   RobotFile robot;
-  std::vector<rt::Problem>
-      problems;  // of form only (keys, types, ranges of the file); rt::Graph::check() does the rest
+  // Of form only (keys, types, ranges of the file); rt::Graph::check() does the rest.
+  std::vector<rt::Problem> problems{};
+  bool readable = true;  // the file could be read at all
 };
 
 /// Reads the text of a robot file. Never stops at the first problem, except for TOML that does not parse.

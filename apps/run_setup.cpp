@@ -2,26 +2,25 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cstdio>
 
-#include "apps/module_list.hpp"
+#include "apps/param_overlay.hpp"
+#include "apps/param_value.hpp"
+#include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
+#include "hal/linux/run_dir.hpp"
 
 namespace sinew::app {
 namespace {
 
-rt::ParamValue value_of(const std::string& text) {
-  if (text == "true" || text == "false") return text == "true";
-  std::int64_t integer = 0;
-  const char* const end = text.data() + text.size();
-  if (auto r = std::from_chars(text.data(), end, integer); r.ec == std::errc() && r.ptr == end) return integer;
-  double number = 0;
-  if (auto r = std::from_chars(text.data(), end, number); r.ec == std::errc() && r.ptr == end) return number;
-  return text;
-}
+constexpr const char* kGuardianState = "guardian.state";
+constexpr msg::Duration kSafeForGood = std::chrono::seconds(3);  // a fall from the search height takes less
 
 }  // namespace
+
+rt::Duration run_duration(const RunOptions& options) {
+  return rt::Duration{static_cast<std::int64_t>(options.duration_s * 1e9)};
+}
 
 std::string apply_setting(rt::GraphSpec& graph, const std::string& setting) {
   const auto dot = setting.find('.'), equals = setting.find('=');
@@ -30,13 +29,20 @@ std::string apply_setting(rt::GraphSpec& graph, const std::string& setting) {
   const std::string module = setting.substr(0, dot);
   for (auto& m : graph.modules) {
     if (m.name != module) continue;
-    m.params[setting.substr(dot + 1, equals - dot - 1)] = {value_of(setting.substr(equals + 1)), 0};
+    m.params[setting.substr(dot + 1, equals - dot - 1)] = {param_value(setting.substr(equals + 1)), 0};
     return {};
   }
   return fmt::format("--set {}: no module {}", setting, module);
 }
 
-std::optional<Prepared> prepare(const RunOptions& options) {
+bool accept_shortfalls(const std::vector<std::string>& shortfalls, bool strict) {
+  for (const auto& line : shortfalls) std::fprintf(stderr, "warning: %s\n", line.c_str());
+  if (shortfalls.empty() || !strict) return true;
+  std::fprintf(stderr, "sinew: --strict: not started\n");
+  return false;
+}
+
+std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes& types) {
   LoadedRobot loaded = load_robot(options.robot);
   for (const auto& p : loaded.problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.robot).c_str());
   if (!loaded.problems.empty()) return std::nullopt;
@@ -44,6 +50,11 @@ std::optional<Prepared> prepare(const RunOptions& options) {
   if (!options.board.empty()) spec.board = options.board;
   if (options.seed) spec.seed = *options.seed;
   if (!options.plant.empty()) loaded.robot.sim.plant = options.plant;
+  if (!options.params.empty()) {
+    const auto problems = apply_overlay(load_overlay(options.params), types, spec);
+    for (const auto& p : problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.params).c_str());
+    if (!problems.empty()) return std::nullopt;
+  }
   for (const auto& setting : options.set) {
     if (const std::string why = apply_setting(spec, setting); !why.empty()) {
       std::fprintf(stderr, "sinew: %s\n", why.c_str());
@@ -59,7 +70,7 @@ std::optional<Prepared> prepare(const RunOptions& options) {
     }
     loaded.robot.sim.camera_width = w, loaded.robot.sim.camera_height = h;
   }
-  Prepared prepared{std::move(loaded.robot), all_modules(), nullptr};
+  Prepared prepared{std::move(loaded.robot), types, nullptr, nullptr};
   prepared.graph = std::make_unique<rt::Graph>(prepared.robot.graph, prepared.types);
   const auto problems = prepared.graph->check({options.virtual_time, hal::usable_cpus()});
   for (const auto& p : problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.robot).c_str());
@@ -67,9 +78,40 @@ std::optional<Prepared> prepare(const RunOptions& options) {
   return prepared;
 }
 
+bool take_name(Prepared& prepared, const RunOptions& options) {
+  const std::string robot = options.name.empty() ? prepared.graph->spec().robot : options.name;
+  std::string why;
+  auto name = tap::Name::take(robot, why);
+  if (!name && name.error().code == hal::Errc::busy && options.virtual_time)
+    name = tap::Name::take(fmt::format("{}-{}", robot, hal::process_id()), why);
+  if (name) {
+    prepared.name = std::move(*name);
+    return true;
+  }
+  const bool unusable = name.error().code == hal::Errc::busy || name.error().code == hal::Errc::bad_argument;
+  std::fprintf(stderr, "sinew: %s%s\n", unusable ? "" : "warning: no socket for other programs: ", why.c_str());
+  return !unusable;
+}
+
+std::unique_ptr<tap::Server> open_socket(const Prepared& prepared, const RunOptions& options, rt::Runner& runner,
+                                         std::function<void()> stop) {
+  if (!prepared.name) return nullptr;
+  auto server = tap::Server::open(
+      *prepared.name, *prepared.graph, runner, hal::linux_os(),
+      {.board = prepared.graph->spec().board, .virtual_time = options.virtual_time, .stop = std::move(stop)});
+  if (server) return std::move(*server);
+  std::fprintf(stderr, "sinew: warning: no socket for other programs: %s: %s\n", prepared.name->path().c_str(),
+               server.error().where);
+  return nullptr;
+}
+
 std::vector<std::string> MissionWatch::taps(const rt::Graph& graph) {
-  for (const auto& topic : graph.topics())
-    if (topic.type == &msg::type_info<msg::MissionState>()) return {topic.name};
+  for (const auto& topic : graph.topics()) {
+    if (topic.type != &msg::type_info<msg::MissionState>()) continue;
+    std::vector<std::string> names{topic.name};
+    if (graph.find_topic(kGuardianState) != rt::kNone) names.emplace_back(kGuardianState);
+    return names;
+  }
   return {};
 }
 
@@ -77,6 +119,7 @@ MissionWatch::MissionWatch(rt::Graph& graph) {
   if (graph.taps().empty()) return;
   latch_.emplace(graph.segment());
   latch_->bind(port_, graph.taps()[0]);
+  if (graph.taps().size() > 1) latch_->bind(safety_port_, graph.taps()[1]);
 }
 
 const msg::MissionState* MissionWatch::look() {
@@ -86,8 +129,16 @@ const msg::MissionState* MissionWatch::look() {
     last_ = *state;
     any_ = true;
   }
+  if (const auto* safety = safety_port_.get()) {
+    last_safety_ = *safety;
+    if (safety->mode != msg::GuardianMode::safe || calm_.ns == 0) calm_ = safety->stamp;
+  }
   latch_->release();
   return any_ ? &last_ : nullptr;
+}
+
+bool MissionWatch::ended() const {
+  return last_.phase == msg::MissionPhase::done || last_safety_.stamp - calm_ > kSafeForGood;
 }
 
 const char* to_string(msg::MissionPhase phase) {

@@ -25,6 +25,7 @@ enum GuardianFault : std::uint32_t {
   kFaultRate = 8,       // changed faster than allowed
   kFaultCount = 16,     // not the configured number of channels
   kFaultDevice = 32,    // the device refused or is gone
+  kFaultFailsafe = 64,  // a failsafe of the robot file stopped the robot
 };
 
 /// What really went out to one actuator group, and why.
@@ -52,7 +53,7 @@ struct Description<GuardianState> {
   static constexpr auto fields = describe(
       field<&GuardianState::stamp>("ns"), field<&GuardianState::command_stamp>("ns"), field<&GuardianState::value>(""),
       field<&GuardianState::count>("1"), field<&GuardianState::mode>("enum", "0 standby, 1 armed, 2 active, 3 safe"),
-      field<&GuardianState::faults>("1", "bits: lease, not finite, limit, rate, count, device"),
+      field<&GuardianState::faults>("1", "bits: lease, not finite, limit, rate, count, device, failsafe"),
       field<&GuardianState::fault_events>("1", "faults since the start"));
 };
 

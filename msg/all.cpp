@@ -4,6 +4,7 @@
 #include "msg/flight.hpp"
 #include "msg/image.hpp"
 #include "msg/operator.hpp"
+#include "msg/safety.hpp"
 #include "msg/sensors.hpp"
 
 namespace sinew::msg {
@@ -14,7 +15,8 @@ std::span<const TypeInfo* const> all_types() {
       &type_info<BatterySample>(),   &type_info<FlightSetpoint>(),   &type_info<GuardianState>(),
       &type_info<Image>(),           &type_info<ImuSample>(),        &type_info<MissionState>(),
       &type_info<MotionField>(),     &type_info<NavState>(),         &type_info<OperatorLink>(),
-      &type_info<PadSighting>(),     &type_info<RangeSample>(),      &type_info<WrenchSetpoint>(),
+      &type_info<PadSighting>(),     &type_info<RangeSample>(),      &type_info<SafetyState>(),
+      &type_info<WrenchSetpoint>(),
   };
   return types;
 }

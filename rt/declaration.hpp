@@ -17,6 +17,7 @@ struct InOptions {
   Duration max_age{INT64_MAX};  // for fresh()
   bool optional = false;        // may stay unbound
   bool previous = false;        // comes from a later module of the same thread: the message of the previous cycle
+  bool supervises = false;      // decides whether, not what: no chain's origin goes on through it
 };
 
 struct QueueOptions {
@@ -52,15 +53,16 @@ class Declaration {
   struct Port {
     std::string name;
     PortKind kind;
-    const msg::TypeInfo* type;
-    InputBase* input;     // latest, queue, raw
-    OutputBase* output;   // output, raw
-    std::uint32_t depth;  // queue, raw: messages; latest: 1
-    std::uint32_t burst;  // output, raw
+    const msg::TypeInfo* type;  // null: an AnyIn that is not bound yet
+    InputBase* input;           // latest, queue, raw
+    OutputBase* output;         // output, raw
+    std::uint32_t depth;        // queue, raw: messages; latest: 1
+    std::uint32_t burst;        // output, raw
     Overflow overflow = Overflow::drop_oldest;
     Duration max_age{INT64_MAX};
     bool optional = false;
     bool previous = false;
+    bool supervises = false;
   };
   struct Param {
     std::string name;
@@ -72,9 +74,9 @@ class Declaration {
 
   template <msg::Described M>
   void in(std::string_view name, In<M>& port, const InOptions& o = {}) {
-    ports.push_back({std::string(name), PortKind::latest, &msg::type_info<M>(), &port, nullptr, 1, 0,
-                     Overflow::drop_oldest, o.max_age, o.optional, o.previous});
+    add_latest(name, &msg::type_info<M>(), port, o);
   }
+  void in(std::string_view name, AnyIn& port, const InOptions& o = {}) { add_latest(name, nullptr, port, o); }
   template <msg::Described M>
   void in(std::string_view name, InQueue<M>& port, const QueueOptions& o = {}) {
     ports.push_back({std::string(name), PortKind::queue, &msg::type_info<M>(), &port, nullptr, o.depth, 0, o.overflow,
@@ -99,6 +101,12 @@ class Declaration {
   std::vector<Port> ports;
   std::vector<Param> params;
   bool is_best_effort = false;
+
+ private:
+  void add_latest(std::string_view name, const msg::TypeInfo* type, InputBase& port, const InOptions& o) {
+    ports.push_back({std::string(name), PortKind::latest, type, &port, nullptr, 1, 0, Overflow::drop_oldest, o.max_age,
+                     o.optional, o.previous, o.supervises});
+  }
 };
 
 }  // namespace sinew::rt

@@ -72,8 +72,9 @@ void Graph::add_guardian() {
     t.topics.push_back(a.command);
     m.in.emplace(a.name + "_command", a.command);
   }
+  for (const FailsafeSpec& f : spec_.failsafes) m.in.emplace(Failsafe::port_name(f), f.topic);
   threads_.push_back({std::move(t), {}, kNone});
-  add_module(std::move(m), std::make_unique<Guardian>(spec_.actuators));
+  add_module(std::move(m), std::make_unique<Guardian>(spec_));
 }
 
 /// One module for all external topics with the same first part, at the front of their thread.
@@ -96,9 +97,9 @@ void Graph::add_external_sources() {
     m.type = "rt::ExternalSource";
     m.exec = (*t)->external->exec;
     m.line = (*t)->line;
-    for (GraphThread& thread : threads_)
-      if (thread.spec.name == (*t)->external->thread)
-        thread.spec.order.insert(thread.spec.order.begin(), {m.name, m.line});
+    for (std::size_t i = spec_.actuators.empty() ? 0 : 1; i < threads_.size(); ++i)  // never the guardian's
+      if (ThreadSpec& thread = threads_[i].spec; thread.name == (*t)->external->thread)
+        thread.order.insert(thread.order.begin(), {m.name, m.line});
     auto module = std::make_unique<ExternalSource>(ports.at(m.name));
     add_module(std::move(m), std::move(module));
   }
@@ -108,7 +109,7 @@ const msg::TypeInfo* Graph::message_type(std::string_view name) const {
   if (const msg::TypeInfo* known = msg::find_type(name)) return known;
   for (const GraphModule& m : modules_)
     for (const Declaration::Port& p : m.declaration.ports)
-      if (p.type->name == name) return p.type;
+      if (p.type && p.type->name == name) return p.type;
   return nullptr;
 }
 
@@ -171,7 +172,12 @@ void Graph::resolve_inputs() {
   for (GraphModule& m : modules_)
     for (std::uint32_t p = 0; p < m.declaration.ports.size(); ++p) {
       const auto bound = m.spec.in.find(m.declaration.ports[p].name);
-      if (is_input(m.declaration.ports[p]) && bound != m.spec.in.end()) m.topic[p] = find_topic(bound->second.value);
+      Declaration::Port& port = m.declaration.ports[p];
+      if (!is_input(port) || bound == m.spec.in.end()) continue;
+      m.topic[p] = find_topic(bound->second.value);
+      if (port.type || m.topic[p] == kNone) continue;
+      port.type = topics_[m.topic[p]].type;
+      static_cast<AnyIn*>(port.input)->type_ = port.type;
     }
 }
 

@@ -36,7 +36,8 @@ class ChainWalk {
 
  private:
   bool reads(std::uint32_t m, std::uint32_t p) const {
-    return modules_[m].declaration.ports[p].kind != PortKind::output;  // a driver reads its own raw topic
+    const Declaration::Port& port = modules_[m].declaration.ports[p];
+    return port.kind != PortKind::output && !port.supervises;  // a driver reads its own raw topic
   }
   void from_module(std::uint32_t m) {
     seen_[m] = on_way_[m] = true;
@@ -54,7 +55,7 @@ class ChainWalk {
         if (topic == kNone) continue;
         const bool output = modules_[m].declaration.ports[p].kind == PortKind::output;
         if (output && topic_leads_[topic] && !module_leads_[m]) news = module_leads_[m] = true;
-        if (!output && module_leads_[m] && !topic_leads_[topic]) news = topic_leads_[topic] = true;
+        if (reads(m, p) && module_leads_[m] && !topic_leads_[topic]) news = topic_leads_[topic] = true;
       }
     return news;
   }

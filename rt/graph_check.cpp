@@ -38,6 +38,7 @@ std::vector<Problem> GraphCheck::run() {
   topics();
   actuators();
   chains();
+  failsafes();
   std::stable_sort(problems_.begin(), problems_.end(), [](const auto& a, const auto& b) { return a.line < b.line; });
   return std::move(problems_);
 }
@@ -64,6 +65,7 @@ void GraphCheck::names() {
   unique(graph_.spec().topics, "topic", name_and_line);
   unique(graph_.spec().actuators, "actuator", name_and_line);
   unique(graph_.spec().chains, "chain", name_and_line);
+  unique(graph_.spec().failsafes, "failsafe", name_and_line);
 }
 
 void GraphCheck::threads() {

@@ -35,6 +35,10 @@ class GraphCheck {
   void actuators();
   void actuator_command(const ActuatorSpec& a);
   void chains();
+  // rt/graph_check_failsafes.cpp
+  void failsafes();
+  void failsafe(const FailsafeSpec& f);
+  void failsafe_field(const FailsafeSpec& f, const msg::TypeInfo& type);
 
   void add(int line, std::string key, std::string value, std::string allowed) {
     problems_.push_back({line, std::move(key), std::move(value), std::move(allowed)});

@@ -119,7 +119,7 @@ void GraphCheck::external(const TopicSpec& s) {
   }
   std::vector<std::string> threads;
   for (const GraphThread& t : graph_.threads())
-    if (t.modules.empty() || !graph_.modules()[t.modules[0]].guardian) threads.push_back(t.spec.name);
+    if (graph_.spec().actuators.empty() || &t != &graph_.threads()[0]) threads.push_back(t.spec.name);
   if (std::find(threads.begin(), threads.end(), s.external->thread) == threads.end())
     add(s.line, key + ".thread", s.external->thread.empty() ? "missing" : quoted(s.external->thread),
         "a thread: " + listed(threads));
@@ -134,11 +134,13 @@ void GraphCheck::external(const TopicSpec& s) {
 
 void GraphCheck::actuators() {
   using namespace std::chrono_literals;
-  if (graph_.spec().actuators.size() > kMaxOutputs)
+  constexpr std::uint32_t kMost = kMaxOutputs - 1;  // each has an output of the guardian, which has one more
+  if (graph_.spec().actuators.size() > kMost)
     add(graph_.spec().actuators.back().line, "actuator", std::to_string(graph_.spec().actuators.size()),
-        "at most " + std::to_string(kMaxOutputs));
+        "at most " + std::to_string(kMost));
   for (const ActuatorSpec& a : graph_.spec().actuators) {
     const std::string key = "actuator." + a.name;
+    if (a.name == "state") add(a.line, key, quoted(a.name), "another name; guardian.state is the guardian's own topic");
     actuator_command(a);
     if (a.channels < 1 || a.channels > msg::kMaxChannels)
       add(a.line, key + ".channels", std::to_string(a.channels),

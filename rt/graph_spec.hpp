@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "msg/image.hpp"
+#include "msg/safety.hpp"
 #include "rt/declaration.hpp"
 
 namespace sinew::rt {
@@ -105,8 +106,28 @@ struct ChainSpec {
   int line = 0;
 };
 
+/// A condition on a topic that the guardian watches, and what it does about it.
+struct FailsafeSpec {
+  enum class Kind : std::uint8_t {
+    silent,  // no message for `time`
+    stuck,   // messages for `time` that differ in nothing but their stamp
+    value,   // `field` below or above its limit, or not finite, for `time`
+  };
+  std::string name{};
+  Located<std::string> topic{};
+  Kind kind = Kind::silent;
+  Duration time{};
+  Located<std::string> field{};            // "voltage_v", "gyro_radps.x", "value[2]"
+  std::optional<double> below{}, above{};  // at least one, of kind value
+  msg::FailsafeAction action = msg::FailsafeAction::land;
+  std::optional<Duration> stop_after{};  // a landing that is not over by then is a stop
+  int line = 0;
+};
+
 struct GuardianSpec {
+  enum class Arming : std::uint8_t { automatic, manual };
   int priority = 99;
+  Arming arming = Arming::automatic;
   std::vector<int> cpus{};
   ExecModel exec{ExecModel::Kind::constant, Duration{5000}, {}, 1.0};
   int line = 0;
@@ -124,6 +145,7 @@ struct GraphSpec {
   std::vector<ActuatorSpec> actuators{};
   std::vector<ChainSpec> chains{};
   GuardianSpec guardian{};
+  std::vector<FailsafeSpec> failsafes{};
 };
 
 /// One thing that is wrong with a robot file.

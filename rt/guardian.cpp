@@ -10,7 +10,12 @@ struct Guardian::Group {
   explicit Group(const ActuatorSpec& s) : spec(s) {}
 
   std::uint32_t faults_of(const msg::ActuatorCommand& command, Time published) const;
-  void judge(Time now);
+  std::uint32_t values_of(const msg::ActuatorCommand& command) const;
+  bool commanded() const { return command.get() && command.get()->armed; }
+  bool fresh(Time now) const { return command.get() && now - command.header(0)->published < spec.lease; }
+  bool good_to_arm() const;
+  bool idle() const;
+  void judge(Time now, const Arming& arming);
   void write_state(Time now);
   void act(Time now);
 
@@ -27,8 +32,9 @@ struct Guardian::Group {
   Time good_published{};
 };
 
-Guardian::Guardian(const std::vector<ActuatorSpec>& actuators) {
-  for (const ActuatorSpec& a : actuators) groups_.push_back(std::make_unique<Group>(a));
+Guardian::Guardian(const GraphSpec& spec) : arming_(spec.guardian.arming, spec.failsafes) {
+  for (const ActuatorSpec& a : spec.actuators) groups_.push_back(std::make_unique<Group>(a));
+  for (const FailsafeSpec& f : spec.failsafes) failsafes_.push_back(std::make_unique<Failsafe>(f));
 }
 
 Guardian::~Guardian() = default;
@@ -44,10 +50,13 @@ void Guardian::declare(Declaration& d) {
     d.in(g->spec.name + "_command", g->command);
     d.out(g->spec.name, g->state);
   }
+  d.out("state", state_);
+  for (const auto& f : failsafes_) f->declare(d);
 }
 
 hal::Status Guardian::configure(Setup& setup) {
   hal::Status first;
+  for (const auto& f : failsafes_) f->configure();
   for (const auto& g : groups_) {
     auto opened = setup.board().actuators(g->spec.name);
     if (opened) {
@@ -67,14 +76,56 @@ void Guardian::reset() {
     g->device_refused = g->has_good = false;
     g->good = {};
   }
+  for (const auto& f : failsafes_) f->reset();
+  arming_.reset();
 }
 
 Status Guardian::step(const Step& step) noexcept {
+  Arming::Facts facts;
+  facts.now = step.now;
+  facts.conditions = look_at_conditions(step.now);
+  facts.groups_good = facts.idle = true;
   for (const auto& g : groups_) {
-    g->judge(step.now);
+    facts.groups_good = facts.groups_good && g->fresh(step.now) && g->good_to_arm() && !g->device_refused;
+    facts.idle = facts.idle && g->idle();
+    facts.commanded = facts.commanded || g->commanded();
+  }
+  arming_.step(facts);
+  for (const auto& g : groups_) {
+    g->judge(step.now, arming_);
     g->write_state(step.now);
   }
+  write_state(step.now, facts.conditions);
   return Status::ok;
+}
+
+std::uint32_t Guardian::look_at_conditions(Time now) noexcept {
+  std::uint32_t conditions = 0;
+  for (std::size_t i = 0; i < failsafes_.size(); ++i)
+    if (failsafes_[i]->look(now)) conditions |= 1u << i;
+  return conditions;
+}
+
+void Guardian::write_state(Time now, std::uint32_t conditions) noexcept {
+  msg::SafetyState& s = state_.loan();
+  s.stamp = now;
+  s.permitted = arming_.permitted();
+  s.ready = arming_.ready();
+  s.action = arming_.action();
+  s.conditions = conditions;
+  s.latched = arming_.latched();
+  s.acted = arming_.acted();
+  for (std::size_t i = 0; i < failsafes_.size(); ++i) s.measured[i] = failsafes_[i]->measured();
+  for (std::size_t i = 0; i < groups_.size(); ++i) {
+    const Group& g = *groups_[i];
+    s.mode = std::max(s.mode, g.mode);
+    if (s.permitted) continue;
+    const std::uint32_t bit = 1u << i;
+    if (!g.fresh(now)) s.groups_without_command |= bit;
+    if (g.command.get() && !g.good_to_arm()) s.groups_bad_command |= bit;
+    if (arming_.wants_idle() && !g.idle()) s.groups_not_idle |= bit;
+    if (g.device_refused) s.groups_device_refused |= bit;
+  }
 }
 
 void Guardian::emit(Time now) noexcept {
@@ -82,27 +133,49 @@ void Guardian::emit(Time now) noexcept {
 }
 
 std::uint32_t Guardian::Group::faults_of(const msg::ActuatorCommand& c, Time published) const {
-  if (c.count != spec.channels) return msg::kFaultCount;
-  std::uint32_t found = 0;
+  std::uint32_t found = values_of(c);
+  if (found & msg::kFaultCount) return found;
   const bool compare = has_good && spec.rate_per_s > 0 && published != good_published;
   const double most = spec.rate_per_s * msg::seconds(published - good_published);
   for (std::uint32_t i = 0; i < c.count; ++i) {
-    const double v = c.value[i];
-    if (v - v != 0) {
-      found |= msg::kFaultNotFinite;
-      continue;
-    }
-    if (v < spec.min || v > spec.max) found |= msg::kFaultLimit;
-    const double change = v - good.value[i];
+    const double change = c.value[i] - good.value[i];
     if (compare && (change > most || change < -most)) found |= msg::kFaultRate;
   }
   return found;
 }
 
-/// Decides from the latched command what may go out.
-void Guardian::Group::judge(Time now) {
-  const std::uint32_t before = faults;
+std::uint32_t Guardian::Group::values_of(const msg::ActuatorCommand& c) const {
+  if (c.count != spec.channels) return msg::kFaultCount;
+  std::uint32_t found = 0;
+  for (std::uint32_t i = 0; i < c.count; ++i) {
+    const double v = c.value[i];
+    if (v - v != 0)
+      found |= msg::kFaultNotFinite;
+    else if (v < spec.min || v > spec.max)
+      found |= msg::kFaultLimit;
+  }
+  return found;
+}
+
+/// A disarmed command may hold any values, but must be one of this group.
+bool Guardian::Group::good_to_arm() const {
   const msg::ActuatorCommand* c = command.get();
+  return c && (c->armed ? values_of(*c) == 0 : c->count == spec.channels);
+}
+
+bool Guardian::Group::idle() const {
+  const msg::ActuatorCommand* c = command.get();
+  if (!c || !c->armed) return true;
+  const std::size_t used = std::min<std::size_t>(c->count, c->value.size());
+  return std::all_of(c->value.data(), c->value.data() + used, [](double v) { return v == 0; });
+}
+
+/// Decides from the latched command what may go out.
+void Guardian::Group::judge(Time now, const Arming& arming) {
+  const std::uint32_t before = faults;
+  const bool permitted = arming.permitted(), stopped = arming.action() == msg::FailsafeAction::stop;
+  const msg::ActuatorCommand* c = command.get();
+  if (!permitted && !stopped) has_good = false;  // what never went out is not held
   faults = device_refused ? msg::kFaultDevice : msg::kFaultNone;
   if (!c || !c->armed) {
     has_good = false;
@@ -110,16 +183,19 @@ void Guardian::Group::judge(Time now) {
   } else {
     const Time published = command.header(0)->published;
     const std::uint32_t wrong = faults_of(*c, published);
-    if (!wrong) {
+    if (!wrong && permitted) {
       good = *c;
       good_published = published;
       has_good = true;
     }
     faults |= wrong;
     if (now - published >= spec.lease) faults |= msg::kFaultLease;
-    const bool idle = std::all_of(c->value.begin(), c->value.begin() + std::min<std::size_t>(c->count, c->value.size()),
-                                  [](double v) { return v == 0; });
-    mode = faults ? GuardianMode::safe : idle ? GuardianMode::armed : GuardianMode::active;
+    const GuardianMode live = idle() ? GuardianMode::armed : GuardianMode::active;
+    mode = faults ? GuardianMode::safe : permitted ? live : GuardianMode::standby;
+  }
+  if (stopped) {
+    faults |= msg::kFaultFailsafe;
+    mode = GuardianMode::safe;
   }
   if (faults && !before) ++fault_events;
 }

@@ -3,7 +3,9 @@
 #include <vector>
 
 #include "hal/board.hpp"
-#include "msg/actuators.hpp"
+#include "msg/safety.hpp"
+#include "rt/arming.hpp"
+#include "rt/failsafe.hpp"
 #include "rt/graph_spec.hpp"
 #include "rt/module.hpp"
 
@@ -20,12 +22,18 @@ namespace sinew::rt {
 ///
 /// Safe actions: `hold` repeats the last good values; `stop`, `damp` and `torque_off` stop the device (a damped or limp
 /// stop is the device's own; ActuatorCommand cannot express it).
-/// Modes:   standby (no armed command yet, or disarmed), armed (every value 0), active, safe (a fault).
+///
+/// No armed command passes without permission (Arming), which the robot file's failsafe conditions can end: their
+/// topics are latest inputs. A condition acts in the first step at or after the instant at which it is due: with the
+/// next command, at the latest check_interval() later. All of it is told in guardian.state, in every step.
+///
+/// Modes:   standby (no armed command yet, disarmed, or not permitted), armed (every value 0), active, safe (a fault,
+///          or stopped by a failsafe).
 /// Thread:  executor.   RT: yes.
 /// Errors:  configure: what opening the actuators says. A device that refuses is kFaultDevice in the next state.
 class Guardian final : public DriverModule {
  public:
-  explicit Guardian(const std::vector<ActuatorSpec>& actuators);
+  explicit Guardian(const GraphSpec& spec);
   ~Guardian() override;
   /// Half the smallest lease: a lease is noticed at the instant at which it ends, when no other group is in between.
   static Duration check_interval(const std::vector<ActuatorSpec>& actuators);
@@ -36,13 +44,20 @@ class Guardian final : public DriverModule {
   Status step(const Step& step) noexcept override;
   void emit(Time now) noexcept override;
 
-  /// Between two cycles, from the mailbox. False: refused.
-  bool arm() noexcept { return true; }
-  void disarm() noexcept {}
+  /// Asks for permission, between two cycles. False: something is not ready; guardian.state says what.
+  bool arm() noexcept { return arming_.arm(); }
+  /// Ends the permission, in flight too: the actuators stop in the next step.
+  void disarm() noexcept { arming_.disarm(); }
 
  private:
   struct Group;
+  std::uint32_t look_at_conditions(Time now) noexcept;
+  void write_state(Time now, std::uint32_t conditions) noexcept;
+
   std::vector<std::unique_ptr<Group>> groups_;  // ports are bound by address
+  std::vector<std::unique_ptr<Failsafe>> failsafes_;
+  Arming arming_;
+  Out<msg::SafetyState> state_;
 };
 
 }  // namespace sinew::rt

@@ -66,6 +66,18 @@ class In : public InputBase {
   bool updated() const { return updated_; }
 };
 
+/// A *latest* port for messages of whatever type its topic has.
+class AnyIn : public InputBase {
+ public:
+  /// Null until the graph has bound it.
+  const msg::TypeInfo* type() const { return type_; }
+  const void* get() const { return count_ ? slots_[0]->message() : nullptr; }
+
+ private:
+  friend class Graph;
+  const msg::TypeInfo* type_ = nullptr;
+};
+
 /// A *queue* port: events since the last step, oldest first, bounded by its depth.
 template <msg::Described M>
 class InQueue : public InputBase {

@@ -1,12 +1,16 @@
 """Flies whole robots through the `sinew` program: the same seed gives the same bytes, and no step makes a trapped call."""
+import json
 import os
 import re
 import subprocess
 import sys
+import tempfile
 import unittest
 
 SINEW, TRAPPED, ROBOTS = sys.argv[1:4]
 LIMIT_S = 300
+RUN_DIR = tempfile.TemporaryDirectory()  # this program's robots meet nobody else's
+os.environ["SINEW_RUN_DIR"] = RUN_DIR.name
 
 
 def run(program, *arguments):
@@ -31,6 +35,19 @@ class Flight(unittest.TestCase):
         self.assertIn("landed on the pad, valid run", first)
         self.assertGreaterEqual(len(hashes(first)), 13)
         self.assertEqual(hashes(first), hashes(second))
+
+    def test_the_whole_summary_is_one_json_object(self):
+        code, out, err = run(SINEW, "run", f"{ROBOTS}/quad.toml", "--virtual", "--json")
+        self.assertEqual(code, 0, err)
+        summary = json.loads(out)
+        self.assertEqual(summary["result"], "landed on the pad, valid run")
+        self.assertEqual(summary["exit_code"], 0)
+        self.assertEqual(summary["invalid_because"], [])
+        self.assertLess(summary["landing_error_m"], 0.15)
+        self.assertGreater(summary["run_s"], 10)
+        self.assertEqual({t["name"] for t in summary["threads"]} & {"guardian", "stabilise"}, {"guardian", "stabilise"})
+        self.assertEqual(set(summary["hashes"]), {t["name"] for t in summary["topics"]})
+        self.assertTrue(all(c["missed"] >= 0 and c["age_ns"]["count"] > 0 for c in summary["chains"]))
 
     def test_another_seed_is_another_flight(self):
         one = run(SINEW, "run", f"{ROBOTS}/quad.toml", "--virtual", "--seed", "1", "--duration", "2")[1]
@@ -57,49 +74,6 @@ class Flight(unittest.TestCase):
         self.assertRegex(out, r"stabilise +\d\d+ cycles")
         self.assertIn("result", out)
         self.assertIn("longest IMU gap", out)
-
-
-class CommandLine(unittest.TestCase):
-    def test_check_accepts_our_robots_and_prints_their_slots(self):
-        for robot in ("quad.toml", "mav_dataset.toml"):
-            code, out, err = run(SINEW, "check", f"{ROBOTS}/{robot}")
-            self.assertEqual(code, 0, err)
-            self.assertIn("no problems", out)
-            self.assertRegex(out, r"camera.raw +\d+ = +2 \+")
-
-    def test_check_names_every_problem_of_a_broken_robot(self):
-        broken = os.path.join(os.path.dirname(ROBOTS), "examples", "broken_robot.toml")
-        code, _, err = run(SINEW, "check", broken)
-        self.assertEqual(code, 1)
-        self.assertIn(f"{broken}:2: robot.colour: \"red\": unknown key", err)
-        self.assertIn(f"{broken}:6: thread.control.priority: 150: an integer from 0 to 98", err)
-
-    def test_graph_shows_threads_and_bindings(self):
-        code, out, _ = run(SINEW, "graph", f"{ROBOTS}/quad.toml")
-        self.assertEqual(code, 0)
-        self.assertIn("thread stabilise: priority 80, every 1 ms", out)
-        self.assertRegex(out, r"<- imu +imu.raw \(queue of 32\)")
-        code, out, _ = run(SINEW, "graph", f"{ROBOTS}/quad.toml", "--dot")
-        self.assertTrue(out.startswith("digraph \"quad\""))
-        self.assertIn("\"filter\" -> \"attitude\" [label=\"filter.state\"]", out)
-
-    def test_what_is_wrong_on_the_command_line_ends_with_2_and_its_reason(self):
-        quad = f"{ROBOTS}/quad.toml"
-        for arguments, words in (
-                (["run", "no_such.toml"], "a robot file that can be read"),
-                (["run", quad, "--set", "mixer.nothing=1"], "module.mixer.params.nothing"),
-                (["run", quad, "--set", "nobody.x=1"], "no module nobody"),
-                (["run", quad, "--plant", "unix:/no/such/socket"], "no plant at unix:/no/such/socket"),
-                (["run", quad, "--board", "moon"], "board \"moon\""),
-                (["run", quad, "--camera", "9x9"], "--camera 9x9"),
-                (["run", quad, "--virtual", "--fault", "imu:bent@1"], "kind 'bent': one of off, stuck"),
-                (["run", quad, "--plant", "unix:/x", "--fault", "imu:off@1"], "only a plant that this run starts"),
-                (["run", f"{ROBOTS}/mav_dataset.toml", "--data", "/no/such/folder"], "/no/such/folder"),
-                (["run", f"{ROBOTS}/mav_dataset.toml"], "--data DIR"),
-                (["fly"], "")):
-            code, out, err = run(SINEW, *arguments)
-            self.assertEqual(code, 2, (arguments, out, err))
-            self.assertIn(words, err)
 
 
 class RecordedFlight(unittest.TestCase):

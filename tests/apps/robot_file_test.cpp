@@ -39,6 +39,12 @@ camera = { type = "drivers::CameraSource", exec_measured_factor = 1.5, enabled =
 image = { width = 640, height = 480, format = "yuyv" }
 history = 5
 
+[topic."operator.link"]
+writer = "external"
+type = "OperatorLink"
+thread = "control"
+exec_us = 2
+
 [actuator.tilt]
 command = "gimbal.tilt"
 channels = 2
@@ -55,13 +61,53 @@ budget_ms = 5
 
 [guardian]
 priority = 90
+arming = "manual"
 exec_us = 4
+
+[[failsafe]]
+name = "camera_lost"
+topic = "camera.raw"
+silent_ms = 500
+action = "land"
+then = "stop"
+then_after_ms = 20000
+
+[[failsafe]]
+name = "imu_stuck"
+topic = "imu.raw"
+stuck_ms = 20
+action = "stop"
+
+[[failsafe]]
+name = "hot"
+topic = "baro.raw"
+field = "temperature_c"
+below = -20
+above = 70.5
+for_ms = 1000
+action = "land"
 )";
 
 std::vector<std::string> problems_of(std::string_view text) {
   std::vector<std::string> lines;
   for (const auto& p : parse_robot(text, "robot.toml").problems) lines.push_back(rt::to_string(p, "robot.toml"));
   return lines;
+}
+
+TEST(RobotFile, TypeAndThreadOfATopicBelongToExternalOnes) {
+  EXPECT_THAT(problems_of(R"(robot = { name = "a", board = "sim" }
+[topic."a.b"]
+type = "OperatorLink"
+[topic."c.d"]
+writer = "module"
+[topic."e.f"]
+writer = "external"
+)"),
+              UnorderedElementsAre("robot.toml:3: topic.a.b.type: \"OperatorLink\": none without writer = \"external\"",
+                                   "robot.toml:5: topic.c.d.writer: \"module\": one of \"external\"",
+                                   "robot.toml:6: topic.e.f.type: missing: the type of a message, e.g. "
+                                   "\"OperatorLink\"; it is required",
+                                   "robot.toml:6: topic.e.f.thread: missing: the name of a thread; it is required"));
 }
 
 TEST(RobotFile, EveryKeyReachesTheGraphSpec) {
@@ -93,9 +139,14 @@ TEST(RobotFile, EveryKeyReachesTheGraphSpec) {
   EXPECT_THAT(g.modules[1].exec.trace, ElementsAre(rt::Duration{10us}, rt::Duration{20us}));
   EXPECT_EQ(g.modules[2].exec.kind, rt::ExecModel::Kind::measured);
   EXPECT_FALSE(g.modules[2].enabled);
-  ASSERT_EQ(g.topics.size(), 1u);
+  ASSERT_EQ(g.topics.size(), 2u);
   EXPECT_EQ(g.topics[0].image_bytes, 640u * 480 * 2);
   EXPECT_EQ(g.topics[0].history, 5u);
+  EXPECT_FALSE(g.topics[0].external);
+  ASSERT_TRUE(g.topics[1].external);
+  EXPECT_EQ(g.topics[1].external->type, "OperatorLink");
+  EXPECT_EQ(g.topics[1].external->thread, "control");
+  EXPECT_EQ(g.topics[1].external->exec.constant, 2us);
   ASSERT_EQ(g.actuators.size(), 1u);
   EXPECT_EQ(g.actuators[0].min, -0.6);
   EXPECT_EQ(g.actuators[0].lease, 20ms);
@@ -104,6 +155,62 @@ TEST(RobotFile, EveryKeyReachesTheGraphSpec) {
   EXPECT_EQ(g.chains[0].budget, 5ms);
   EXPECT_EQ(g.guardian.priority, 90);
   EXPECT_EQ(g.guardian.exec.constant, 4us);
+  EXPECT_EQ(g.guardian.arming, rt::GuardianSpec::Arming::manual);
+}
+
+TEST(RobotFile, EveryKeyOfAFailsafeReachesTheGraphSpec) {
+  using Kind = rt::FailsafeSpec::Kind;
+  const auto loaded = parse_robot(kGood, "robot.toml");
+  ASSERT_THAT(loaded.problems, IsEmpty());
+  const std::vector<rt::FailsafeSpec>& f = loaded.robot.graph.failsafes;
+  ASSERT_EQ(f.size(), 3u);
+  EXPECT_EQ(f[0].name, "camera_lost");
+  EXPECT_EQ(f[0].topic.value, "camera.raw");
+  EXPECT_EQ(f[0].kind, Kind::silent);
+  EXPECT_EQ(f[0].time, 500ms);
+  EXPECT_EQ(f[0].action, msg::FailsafeAction::land);
+  EXPECT_EQ(f[0].stop_after, rt::Duration{20s});
+  EXPECT_EQ(f[1].kind, Kind::stuck);
+  EXPECT_EQ(f[1].time, 20ms);
+  EXPECT_EQ(f[1].action, msg::FailsafeAction::stop);
+  EXPECT_FALSE(f[1].stop_after);
+  EXPECT_EQ(f[2].kind, Kind::value);
+  EXPECT_EQ(f[2].field.value, "temperature_c");
+  EXPECT_EQ(f[2].below, -20.0);
+  EXPECT_EQ(f[2].above, 70.5);
+  EXPECT_EQ(f[2].time, 1000ms);
+}
+
+TEST(RobotFile, AFailsafeIsOfOneKindAndEveryProblemIsNamed) {
+  EXPECT_THAT(problems_of(R"(robot = { name = "r", board = "sim" }
+[[failsafe]]
+name = "a"
+topic = "x.y"
+action = "land"
+[[failsafe]]
+name = "b"
+topic = "x.y"
+silent_ms = 0
+stuck_ms = 5
+action = "pray"
+then = "stop"
+[[failsafe]]
+name = "c"
+field = "v"
+below = "low"
+[guardian]
+arming = "never"
+)"),
+              UnorderedElementsAre(
+                  "robot.toml:2: failsafe.a: : exactly one of silent_ms, stuck_ms, field (with below or above)",
+                  "robot.toml:9: failsafe.b.silent_ms: 0: a number from 1 to 3600000",
+                  "robot.toml:6: failsafe.b: : exactly one of silent_ms, stuck_ms, field (with below or above)",
+                  "robot.toml:11: failsafe.b.action: \"pray\": one of \"land\", \"stop\"",
+                  "robot.toml:6: failsafe.b: : then and then_after_ms together, or neither",
+                  "robot.toml:13: failsafe.c.topic: missing: the name of a topic; it is required",
+                  "robot.toml:16: failsafe.c.below: \"low\": a number from -1e+300 to 1e+300",
+                  "robot.toml:13: failsafe.c.action: missing: one of land stop; it is required",
+                  "robot.toml:18: guardian.arming: \"never\": one of \"auto\", \"manual\""));
 }
 
 TEST(RobotFile, QuantilesOfExecutionTimesReachTheGraphSpec) {

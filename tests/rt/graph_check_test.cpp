@@ -253,11 +253,12 @@ TEST_F(GraphCheckTest, StacksHaveARange) {
 TEST_F(GraphCheckTest, TriggerTopicsExistAndAreWrittenElsewhere) {
   control().trigger = ThreadSpec::Trigger::topics;
   EXPECT_THAT(problems(), ElementsAre("r.toml:5: thread.control.trigger: missing: a topic: guardian.motors "
-                                      "maker.pair user.result"));
+                                      "guardian.state maker.pair user.result"));
   control().topics = {{"maker.pear", 7}, {"maker.pair", 8}};
   EXPECT_THAT(
       problems(),
-      ElementsAre("r.toml:7: thread.control.trigger: \"maker.pear\": a topic: guardian.motors maker.pair user.result",
+      ElementsAre("r.toml:7: thread.control.trigger: \"maker.pear\": a topic: guardian.motors guardian.state "
+                  "maker.pair user.result",
                   "r.toml:8: thread.control.trigger: \"maker.pair\": a topic that this thread does not write itself"));
 }
 
@@ -459,10 +460,39 @@ TEST_F(GraphCheckTest, ImagesHaveACapacity) {
 TEST_F(GraphCheckTest, TopicSectionsNameTopicsAndImagesOnly) {
   spec.topics.push_back({"maker.pear", 0, 0, 50});
   spec.topics.push_back({"maker.pair", 300, 0, 51});
-  EXPECT_THAT(problems(),
-              ElementsAre("r.toml:50: topic.maker.pear: \"maker.pear\": a topic: guardian.motors maker.pair "
-                          "user.result",
-                          "r.toml:51: topic.maker.pair.image: 300 bytes: none: maker.pair carries Pair"));
+  EXPECT_THAT(
+      problems(),
+      ElementsAre("r.toml:50: topic.maker.pear: \"maker.pear\": a topic: guardian.motors guardian.state maker.pair "
+                  "user.result",
+                  "r.toml:51: topic.maker.pair.image: 300 bytes: none: maker.pair carries Pair"));
+}
+
+TEST_F(GraphCheckTest, ExternalTopicsHaveANameATypeAndAThread) {
+  const auto external = [](std::string name, int line, std::string type, std::string thread) {
+    return TopicSpec{std::move(name), 0, 0, line, ExternalSpec{std::move(type), std::move(thread)}};
+  };
+  spec.topics = {external("operator.link", 50, "OperatorLink", "control"),
+                 external("mine.pair", 51, "Pair", "control")};
+  EXPECT_THAT(problems(), IsEmpty()) << "a type of a module's port is known too";
+  std::string types;
+  for (const msg::TypeInfo* t : msg::all_types())
+    if (!t->has_bulk()) types += " " + std::string(t->name);
+  spec.topics = {external("operator", 50, "OperatorLink", "control"),  external("other.link", 51, "Image", "control"),
+                 external("third.link", 52, "", "guardian"),           external("fourth.link", 53, "OperatorLink", ""),
+                 external("fifth.a", 54, "OperatorLink", "control"),   external("fifth.b", 55, "OperatorLink", "sense"),
+                 external("maker.link", 56, "OperatorLink", "control")};
+  EXPECT_THAT(
+      problems(),
+      ElementsAre("r.toml:11: module.maker: in threads control control: named once, in the order of one thread",
+                  "r.toml:50: topic.operator: \"operator\": a name as source.port, each of a-z, 0-9 and _",
+                  "r.toml:51: topic.other.link.type: \"Image\": a message type without pixels:" + types,
+                  "r.toml:52: topic.third.link.type: missing: a message type without pixels:" + types,
+                  "r.toml:52: topic.third.link.thread: \"guardian\": a thread: control",
+                  "r.toml:53: topic.fourth.link.thread: missing: a thread: control",
+                  "r.toml:55: topic.fifth.b.thread: \"sense\": a thread: control",
+                  "r.toml:55: topic.fifth.b.thread: \"sense\": \"control\", as of fifth.a: topics of one source come "
+                  "in with one thread",
+                  "r.toml:56: module.maker: \"maker\": a name that no other module has"));
 }
 
 // ---- actuators and chains
@@ -492,11 +522,12 @@ TEST_F(GraphCheckTest, ChainsJoinTopicsThatLeadToEachOther) {
   spec.chains[0].from = {"maker.pear", 31};
   spec.chains[0].to = {"", 32};
   spec.chains[0].budget = -1ms;
-  EXPECT_THAT(problems(),
-              ElementsAre("r.toml:30: chain.chain.budget_ms: -1: a number from 0 up; 0: no budget",
-                          "r.toml:31: chain.chain.from: \"maker.pear\": a topic: guardian.motors maker.pair "
-                          "user.result",
-                          "r.toml:32: chain.chain.to: \"\": a topic: guardian.motors maker.pair user.result"));
+  EXPECT_THAT(
+      problems(),
+      ElementsAre("r.toml:30: chain.chain.budget_ms: -1: a number from 0 up; 0: no budget",
+                  "r.toml:31: chain.chain.from: \"maker.pear\": a topic: guardian.motors guardian.state maker.pair "
+                  "user.result",
+                  "r.toml:32: chain.chain.to: \"\": a topic: guardian.motors guardian.state maker.pair user.result"));
   spec.chains[0] = {"chain", {"user.result", 31}, {"maker.pair", 32}, 5ms, 30};
   EXPECT_THAT(problems(), ElementsAre("r.toml:32: chain.chain.to: \"maker.pair\": a topic that user.result leads to"));
 }
@@ -510,13 +541,77 @@ TEST_F(GraphCheckTest, ChainsAreEightAtMost) {
   EXPECT_THAT(problems(), ElementsAre("r.toml:38: chain: 9: at most 8"));
 }
 
-TEST_F(GraphCheckTest, ActuatorGroupsAreThirtyTwoAtMost) {
-  for (int i = 1; i < 33; ++i) {
+TEST_F(GraphCheckTest, ActuatorGroupsAreThirtyOneAtMost) {
+  for (int i = 1; i < 32; ++i) {
     spec.actuators.push_back(motors());
     spec.actuators.back().name = "motors" + std::to_string(i);
     spec.actuators.back().line = 100 + i;
   }
-  EXPECT_THAT(problems(), ElementsAre("r.toml:132: actuator: 33: at most 32"));
+  EXPECT_THAT(problems(), ElementsAre("r.toml:131: actuator: 32: at most 31"));
+}
+
+// ---- failsafes
+
+TEST_F(GraphCheckTest, AFailsafeNeedsATopicOfSomebodyElse) {
+  spec.failsafes = {{.name = "lost", .topic = {"maker.pear", 61}, .time = 50ms, .line = 60},
+                    {.name = "own", .topic = {"guardian.motors", 0}, .time = 50ms, .line = 63},
+                    {.name = "lost", .topic = {"maker.pair", 0}, .time = 50ms, .line = 65}};
+  EXPECT_THAT(problems(),
+              ElementsAre("r.toml:61: failsafe.lost.topic: \"maker.pear\": a topic: guardian.motors guardian.state "
+                          "maker.pair user.result",
+                          "r.toml:63: failsafe.own.topic: \"guardian.motors\": a topic that the guardian does not "
+                          "write itself",
+                          "r.toml:65: failsafe.lost: \"lost\": a name that no other failsafe has"));
+}
+
+TEST_F(GraphCheckTest, AFailsafesFieldIsANumberOfItsMessageWithALimit) {
+  using Kind = FailsafeSpec::Kind;
+  const double inf = std::numeric_limits<double>::infinity();
+  spec.failsafes = {
+      {.name = "a", .topic = {"maker.pair", 0}, .kind = Kind::value, .field = {"value", 61}, .below = 1.0, .line = 60},
+      {.name = "b", .topic = {"maker.pair", 0}, .kind = Kind::value, .field = {"number", 0}, .line = 62},
+      {.name = "c",
+       .topic = {"maker.pair", 0},
+       .kind = Kind::value,
+       .field = {"number", 0},
+       .below = 2.0,
+       .above = 1.0,
+       .line = 64},
+      {.name = "d", .topic = {"maker.pair", 0}, .kind = Kind::value, .field = {"number", 0}, .above = inf, .line = 66}};
+  EXPECT_THAT(problems(),
+              ElementsAre("r.toml:61: failsafe.a.field: \"value\": a number of Pair: stamp number reserved value[0]",
+                          "r.toml:62: failsafe.b: no limit: below, above or both",
+                          "r.toml:64: failsafe.c.below: 2: a number up to `above`, 1",
+                          "r.toml:66: failsafe.d: inf: finite numbers for below and above"));
+}
+
+TEST_F(GraphCheckTest, FailsafeTimesHaveARange) {
+  using Kind = FailsafeSpec::Kind;
+  spec.failsafes = {{.name = "a", .topic = {"maker.pair", 0}, .kind = Kind::silent, .time = 0ms, .line = 60},
+                    {.name = "b", .topic = {"maker.pair", 0}, .kind = Kind::stuck, .time = 3601s, .line = 61},
+                    {.name = "c", .topic = {"maker.pair", 0}, .time = 1ms, .stop_after = Duration{-1ms}, .line = 62}};
+  EXPECT_THAT(problems(), ElementsAre("r.toml:60: failsafe.a.silent_ms: 0: a number from 1 to 3600000",
+                                      "r.toml:61: failsafe.b.stuck_ms: 3601000: a number from 1 to 3600000",
+                                      "r.toml:62: failsafe.c.then_after_ms: -1: a number from 0 to 3600000"));
+}
+
+TEST_F(GraphCheckTest, FailsafesAreSixteenAtMostAndNeedAGuardian) {
+  for (int i = 0; i < 17; ++i)
+    spec.failsafes.push_back(
+        {.name = "f" + std::to_string(i), .topic = {"maker.pair", 0}, .time = 1ms, .line = 60 + i});
+  EXPECT_THAT(problems(), ElementsAre("r.toml:76: failsafe: 17: at most 16"));
+  spec.failsafes.resize(1);
+  spec.actuators.clear();
+  spec.chains.clear();
+  EXPECT_THAT(problems(), ElementsAre("r.toml:60: failsafe.f0: without an actuator: at least one [actuator.NAME]; "
+                                      "without one there is no guardian to act"));
+}
+
+TEST_F(GraphCheckTest, AnActuatorGroupIsNotCalledState) {
+  motors().name = "state";
+  spec.chains.clear();
+  EXPECT_THAT(problems(), ::testing::Contains("r.toml:20: actuator.state: \"state\": another name; guardian.state is "
+                                              "the guardian's own topic"));
 }
 
 // ---- all at once
@@ -528,14 +623,15 @@ TEST_F(GraphCheckTest, EveryProblemComesInOneRunInTheOrderOfTheLines) {
   user().in["pair"] = {"maker.pear", 13};
   motors().lease = 0ms;
   spec.chains[0].from = {"maker.pear", 31};
-  EXPECT_THAT(problems(),
-              ElementsAre("r.toml:5: thread.control.priority: 120: an integer from 0 to 98; the guardian has 99",
-                          "r.toml:6: thread.control.order: \"nobody\": a module: guardian maker user",
-                          "r.toml:12: module.maker.params.rate_hz: 0.5: a number from 1 to 100 Hz",
-                          "r.toml:13: module.user.in.pair: \"maker.pear\": a topic of Pair: maker.pair",
-                          "r.toml:20: actuator.motors.lease_ms: 0: a number from 0.1 to 10000",
-                          "r.toml:31: chain.chain.from: \"maker.pear\": a topic: guardian.motors maker.pair "
-                          "user.result"));
+  EXPECT_THAT(
+      problems(),
+      ElementsAre("r.toml:5: thread.control.priority: 120: an integer from 0 to 98; the guardian has 99",
+                  "r.toml:6: thread.control.order: \"nobody\": a module: guardian maker user",
+                  "r.toml:12: module.maker.params.rate_hz: 0.5: a number from 1 to 100 Hz",
+                  "r.toml:13: module.user.in.pair: \"maker.pear\": a topic of Pair: maker.pair",
+                  "r.toml:20: actuator.motors.lease_ms: 0: a number from 0.1 to 10000",
+                  "r.toml:31: chain.chain.from: \"maker.pear\": a topic: guardian.motors guardian.state maker.pair "
+                  "user.result"));
 }
 
 }  // namespace

@@ -1,0 +1,55 @@
+#pragma once
+// What the guardian permits, and why not.
+#include "msg/actuators.hpp"
+
+namespace sinew::msg {
+
+inline constexpr std::size_t kMaxFailsafes = 16;
+
+/// What a failsafe condition asks for; the larger one wins.
+enum class FailsafeAction : std::uint32_t {
+  none = 0,
+  land = 1,  // the mission comes down where it is
+  stop = 2,  // the actuators' safe action at once, until disarmed
+};
+
+/// The guardian's view of the whole robot, in every one of its steps. Bit i of `conditions`, `latched` and `acted` is
+/// the i-th [[failsafe]] of the robot file; bit i of `groups_...` its i-th actuator group, why it is not ready (0 while
+/// permitted). rt/safety_text.hpp turns it into words.
+struct SafetyState {
+  Time stamp;
+  /// Per condition: seconds without a message or without a change, or the value; NaN before the first message.
+  std::array<double, kMaxFailsafes> measured{};
+  GuardianMode mode = GuardianMode::standby;  // the worst of all groups
+  std::uint32_t permitted = 0;                // 1: armed commands pass
+  std::uint32_t ready = 0;                    // 1: arming would be granted
+  FailsafeAction action = FailsafeAction::none;
+  std::uint32_t conditions = 0;  // hold now
+  std::uint32_t latched = 0;     // have acted, until disarmed
+  std::uint32_t acted = 0;       // have acted since the start
+  std::uint32_t groups_without_command = 0;
+  std::uint32_t groups_bad_command = 0;  // not finite, outside the limits, or a wrong number of channels
+  std::uint32_t groups_not_idle = 0;     // commanded to move
+  std::uint32_t groups_device_refused = 0;
+  std::uint32_t reserved = 0;
+};
+
+template <>
+struct Description<SafetyState> {
+  static constexpr std::string_view name = "SafetyState", doc = "What the guardian permits, and why not.";
+  static constexpr auto fields = describe(
+      field<&SafetyState::stamp>("ns"), field<&SafetyState::measured>("", "per condition: s, or the field's unit"),
+      field<&SafetyState::mode>("enum", "0 standby, 1 armed, 2 active, 3 safe; the worst of all groups"),
+      field<&SafetyState::permitted>("1", "1: armed commands pass"),
+      field<&SafetyState::ready>("1", "1: arming would be granted"),
+      field<&SafetyState::action>("enum", "0 none, 1 land, 2 stop"),
+      field<&SafetyState::conditions>("1", "bits: hold now"),
+      field<&SafetyState::latched>("1", "bits: have acted, until disarmed"),
+      field<&SafetyState::acted>("1", "bits: have acted since the start"),
+      field<&SafetyState::groups_without_command>("1", "bits: no fresh command"),
+      field<&SafetyState::groups_bad_command>("1", "bits: not finite, outside limits, or wrong count"),
+      field<&SafetyState::groups_not_idle>("1", "bits: commanded to move"),
+      field<&SafetyState::groups_device_refused>("1", "bits"), field<&SafetyState::reserved>("1"));
+};
+
+}  // namespace sinew::msg

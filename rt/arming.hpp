@@ -1,0 +1,58 @@
+#pragma once
+#include <vector>
+
+#include "rt/graph_spec.hpp"
+
+namespace sinew::rt {
+
+/// Permission to arm, and what the failsafe conditions did to it. No ports, no devices: the guardian tells it the facts
+/// of each step and obeys.
+///
+/// Permission is given by arm() when everything is ready, with `automatic` arming by itself. It ends with disarm(),
+/// with the controllers' own disarming after a flight, with a stop, and when a condition comes to hold while nothing is
+/// commanded to be live. A condition that comes to hold in flight acts and is latched: that it vanishes again changes
+/// nothing. `land` leaves the permission, so that there is something to land with; `stop` ends it. disarm() forgets
+/// what is latched; with automatic arming the controllers' own disarming does, too, and disarm() means "not before
+/// arm()".
+/// Ready:   no condition holds, nothing is latched, every group has a fresh and valid command and a device that obeys,
+///          and none is commanded to move (automatic arming asks for this only after a stop and after disarm()).
+/// Thread:  executor.   RT: yes.
+class Arming {
+ public:
+  struct Facts {
+    Time now;
+    std::uint32_t conditions = 0;  // that hold, bits
+    bool groups_good = false;      // fresh and valid commands, devices that obey
+    bool commanded = false;        // some group's newest command is armed
+    bool idle = false;             // no group is commanded to move
+  };
+  Arming(GuardianSpec::Arming mode, const std::vector<FailsafeSpec>& failsafes);
+
+  void reset();
+  /// Between two steps, as of the last one. False: not ready, nothing has changed.
+  bool arm() noexcept;
+  void disarm() noexcept;
+  void step(const Facts& facts) noexcept;
+
+  bool permitted() const { return permitted_; }
+  bool ready() const { return ready_; }
+  /// Idle commands are asked for.
+  bool wants_idle() const { return mode_ == GuardianSpec::Arming::manual || held_ || latched_ != 0; }
+  msg::FailsafeAction action() const { return action_; }
+  std::uint32_t latched() const { return latched_; }
+  std::uint32_t acted() const { return acted_; }
+
+ private:
+  void act(const Facts& facts) noexcept;
+  void forget() noexcept;
+
+  GuardianSpec::Arming mode_;
+  std::vector<FailsafeSpec> failsafes_;
+  std::vector<Time> latched_at_;
+  bool permitted_ = false, ready_ = false, live_ = false;
+  bool held_ = false;  // by disarm(), until arm()
+  std::uint32_t latched_ = 0, acted_ = 0;
+  msg::FailsafeAction action_ = msg::FailsafeAction::none;
+};
+
+}  // namespace sinew::rt

@@ -1,0 +1,179 @@
+#include "rt/failsafe.hpp"
+
+#include <charconv>
+#include <cstring>
+
+#include "math/elementary.hpp"
+
+namespace sinew::rt {
+namespace {
+
+template <class V>
+double read_as(const std::byte* at) {
+  V v;
+  std::memcpy(&v, at, sizeof v);
+  return static_cast<double>(v);
+}
+
+std::uint32_t size_of(const msg::FieldInfo& f) {
+  if (f.nested) return f.nested->size;
+  switch (f.kind) {
+    case msg::Kind::i8:
+    case msg::Kind::u8:
+      return 1;
+    case msg::Kind::i16:
+    case msg::Kind::u16:
+      return 2;
+    case msg::Kind::i32:
+    case msg::Kind::u32:
+    case msg::Kind::f32:
+      return 4;
+    default:
+      return 8;
+  }
+}
+
+/// The index behind a name, if there is one: "value[2]" is 2. False: not an index.
+bool take_index(std::string_view& name, std::uint32_t& index) {
+  const std::size_t open = name.find('[');
+  if (open == std::string_view::npos) return true;
+  if (name.back() != ']') return false;
+  const char* const first = name.data() + open + 1;
+  const char* const last = name.data() + name.size() - 1;
+  const auto [end, error] = std::from_chars(first, last, index);
+  name = name.substr(0, open);
+  return error == std::errc() && end == last;
+}
+
+}  // namespace
+
+double NumberField::read(const void* message) const {
+  const std::byte* at = static_cast<const std::byte*>(message) + offset;
+  switch (kind) {
+    case msg::Kind::i8:
+      return read_as<std::int8_t>(at);
+    case msg::Kind::u8:
+      return read_as<std::uint8_t>(at);
+    case msg::Kind::i16:
+      return read_as<std::int16_t>(at);
+    case msg::Kind::u16:
+      return read_as<std::uint16_t>(at);
+    case msg::Kind::i32:
+      return read_as<std::int32_t>(at);
+    case msg::Kind::u32:
+      return read_as<std::uint32_t>(at);
+    case msg::Kind::i64:
+      return read_as<std::int64_t>(at);
+    case msg::Kind::u64:
+      return read_as<std::uint64_t>(at);
+    case msg::Kind::f32:
+      return read_as<float>(at);
+    default:
+      return read_as<double>(at);
+  }
+}
+
+std::optional<NumberField> find_number(const msg::TypeInfo& type, std::string_view path) {
+  const std::size_t dot = path.find('.');
+  std::string_view name = path.substr(0, dot);
+  std::uint32_t index = 0;
+  const bool indexed = name.find('[') != std::string_view::npos;
+  if (!take_index(name, index)) return std::nullopt;
+  for (const msg::FieldInfo& f : type.fields) {
+    if (f.name != name || f.is_array != indexed || index >= f.count) continue;
+    const std::uint32_t offset = f.offset + index * size_of(f);
+    if (!f.nested) return dot == path.npos ? std::optional(NumberField{offset, f.kind}) : std::nullopt;
+    auto inner = dot == path.npos ? std::nullopt : find_number(*f.nested, path.substr(dot + 1));
+    if (inner) inner->offset += offset;
+    return inner;
+  }
+  return std::nullopt;
+}
+
+std::vector<std::string> number_paths(const msg::TypeInfo& type) {
+  std::vector<std::string> paths;
+  for (const msg::FieldInfo& f : type.fields) {
+    const std::string name = std::string(f.name) + (f.is_array ? "[0]" : "");
+    if (f.nested)
+      for (const std::string& inner : number_paths(*f.nested)) paths.push_back(name + "." + inner);
+    else
+      paths.push_back(name);
+  }
+  return paths;
+}
+
+void Failsafe::declare(Declaration& d) { d.in(port_name(spec_), port_, {.supervises = true}); }
+
+void Failsafe::configure() {
+  const msg::TypeInfo& type = *port_.type();
+  before_.assign(type.size, std::byte{});
+  for (const msg::FieldInfo& f : type.fields)
+    if (f.name == "stamp") stamp_offset_ = f.offset;
+  if (spec_.kind == FailsafeSpec::Kind::value) field_ = *find_number(type, spec_.field.value);  // the check was there
+}
+
+void Failsafe::reset() {
+  any_ = bad_ = false;
+  measured_ = 0;
+}
+
+bool Failsafe::look(Time now) noexcept {
+  if (port_.size() == 0) {
+    measured_ = math::kNan;
+    return true;
+  }
+  switch (spec_.kind) {
+    case FailsafeSpec::Kind::silent:
+      return look_silent(now);
+    case FailsafeSpec::Kind::stuck:
+      return look_stuck();
+    case FailsafeSpec::Kind::value:
+      return look_value(now);
+  }
+  return true;
+}
+
+bool Failsafe::look_silent(Time now) noexcept {
+  const Duration age = now - port_.header(0)->published;
+  measured_ = msg::seconds(age);
+  return age >= spec_.time;
+}
+
+bool Failsafe::is_new() noexcept {
+  const std::uint32_t sequence = port_.header(0)->sequence;
+  const bool is = !any_ || sequence != sequence_;
+  any_ = true;
+  sequence_ = sequence;
+  return is;
+}
+
+bool Failsafe::same_as_before(const void* message) const noexcept {
+  const auto* bytes = static_cast<const std::byte*>(message);
+  const std::size_t after = stamp_offset_ + sizeof(Time);
+  return std::memcmp(bytes, before_.data(), stamp_offset_) == 0 &&
+         std::memcmp(bytes + after, before_.data() + after, before_.size() - after) == 0;
+}
+
+bool Failsafe::look_stuck() noexcept {
+  const Time published = port_.header(0)->published;
+  const bool first = !any_;
+  if (is_new() && (first || !same_as_before(port_.get()))) {
+    std::memcpy(before_.data(), port_.get(), before_.size());
+    since_ = published;
+  }
+  measured_ = msg::seconds(published - since_);
+  return published - since_ >= spec_.time;
+}
+
+bool Failsafe::look_value(Time now) noexcept {
+  if (is_new()) {
+    measured_ = math::canonical(field_.read(port_.get()));
+    const bool good = math::is_finite(measured_) && (!spec_.below || measured_ >= *spec_.below) &&
+                      (!spec_.above || measured_ <= *spec_.above);
+    if (!good && !bad_) since_ = port_.header(0)->published;
+    bad_ = !good;
+  }
+  return bad_ && now - since_ >= spec_.time;
+}
+
+}  // namespace sinew::rt
