@@ -31,12 +31,13 @@ class BareRun {
  public:
   BareRun(Prepared& prepared, const RunOptions& options)
       : options_(options),
+        prepared_(prepared),
         graph_(*prepared.graph),
         summary_(graph_, options.virtual_time, {.json = options.json, .quiet = options.quiet}) {}
 
   int run() {
     rt::ConfigureOptions configure;
-    configure.os = options_.virtual_time ? nullptr : &os_;
+    configure.os = &os_;
     if (auto ready = graph_.configure(board_, configure); !ready) {
       for (const auto& p : graph_.configure_problems())
         std::fprintf(stderr, "%s\n", rt::to_string(p, options_.robot).c_str());
@@ -55,6 +56,7 @@ class BareRun {
     const rt::Duration length = options_.duration_s > 0 ? run_duration(options_) : kBareDuration;
     Grants grants(hal::Time{length.count()});
     rt::DiscreteExecutor executor(graph_, clock_, grants, {.duration = length, .os = &os_, .hash_topics = true});
+    const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);
     const hal::Time wall = os_.now();
     const auto done = executor.run();
     if (!done) return fail(done.error().where);
@@ -68,6 +70,7 @@ class BareRun {
     rt::RealTimeExecutor executor(graph_, os_);
     if (auto started = executor.start(); !started) return fail(started.error().where);
     if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return 2;
+    const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);
     LiveView view(graph_, executor.runner(), options_);
     const hal::Time begin = os_.now();
     for (hal::Time next = begin;; next = next + LiveView::kPeriod) {
@@ -83,6 +86,7 @@ class BareRun {
   }
 
   const RunOptions& options_;
+  const Prepared& prepared_;
   rt::Graph& graph_;
   hal::Os& os_ = hal::linux_os();
   hal::ManualClock clock_;

@@ -68,7 +68,7 @@ class DatasetRun {
       prepared_.graph = std::make_unique<rt::Graph>(std::move(spec), prepared_.types);
     }
     graph_ = prepared_.graph.get();
-    if (auto ready = graph_->configure(*board_, {}); !ready) {
+    if (auto ready = graph_->configure(*board_, {.os = &os_}); !ready) {
       for (const auto& p : graph_->configure_problems())
         std::fprintf(stderr, "%s\n", rt::to_string(p, options_.robot).c_str());
       return fail(ready.error().where);
@@ -82,6 +82,7 @@ class DatasetRun {
     discrete.os = &os_;
     discrete.hash_topics = true;
     rt::DiscreteExecutor executor(*graph_, clock_, *board_, discrete);
+    const auto socket = open_socket(prepared_, options_, executor.runner(), [&executor] { executor.request_stop(); });
     const hal::Time wall = os_.now();
     const auto done = executor.run();
     if (!done) return fail(done.error().where);
@@ -98,6 +99,7 @@ class DatasetRun {
     if (auto started = executor.start(); !started) return fail(started.error().where);
     if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return failed_with_ = 2, false;
     if (auto started = board_->start(); !started) return fail(started.error().where);
+    const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);
     const hal::Time begin = os_.now();
     const hal::Time end =
         options_.duration_s > 0 ? std::min(board_->end(), begin + run_duration(options_)) : board_->end();

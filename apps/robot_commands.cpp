@@ -68,6 +68,7 @@ int graph(const CheckOptions& options, const rt::ModuleTypes& types) {
 
 void describe_run(CLI::App& run, RunOptions& o) {
   run.add_option("robot", o.robot, "robot file")->required()->type_name(kRobotFileHint);
+  run.add_option("--name", o.name, "on this machine, for other programs; instead of the file's robot name");
   run.add_option("--board", o.board, "instead of the file's")->type_name("{sim,dataset,none}");
   run.add_flag("--virtual", o.virtual_time,
                "virtual time: as fast as the machine can, the same bytes for the same seed");

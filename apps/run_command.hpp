@@ -10,6 +10,7 @@ namespace sinew::app {
 /// What `sinew run` was asked for.
 struct RunOptions {
   std::string robot;  // path of the robot file
+  std::string name;   // of the robot on this machine; empty: the file's
   std::string board;  // instead of the file's; empty: the file's
   std::string data;   // folder of the dataset board
   bool virtual_time = false;

@@ -6,9 +6,18 @@
 
 #include "apps/param_overlay.hpp"
 #include "apps/param_value.hpp"
+#include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
+#include "hal/linux/run_dir.hpp"
 
 namespace sinew::app {
+namespace {
+
+constexpr const char* kGuardianState = "guardian.state";
+constexpr msg::Duration kSafeForGood = std::chrono::seconds(3);  // a fall from the search height takes less
+
+}  // namespace
+
 rt::Duration run_duration(const RunOptions& options) {
   return rt::Duration{static_cast<std::int64_t>(options.duration_s * 1e9)};
 }
@@ -61,7 +70,7 @@ std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes
     }
     loaded.robot.sim.camera_width = w, loaded.robot.sim.camera_height = h;
   }
-  Prepared prepared{std::move(loaded.robot), types, nullptr};
+  Prepared prepared{std::move(loaded.robot), types, nullptr, nullptr};
   prepared.graph = std::make_unique<rt::Graph>(prepared.robot.graph, prepared.types);
   const auto problems = prepared.graph->check({options.virtual_time, hal::usable_cpus()});
   for (const auto& p : problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.robot).c_str());
@@ -69,9 +78,40 @@ std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes
   return prepared;
 }
 
+bool take_name(Prepared& prepared, const RunOptions& options) {
+  const std::string robot = options.name.empty() ? prepared.graph->spec().robot : options.name;
+  std::string why;
+  auto name = tap::Name::take(robot, why);
+  if (!name && name.error().code == hal::Errc::busy && options.virtual_time)
+    name = tap::Name::take(fmt::format("{}-{}", robot, hal::process_id()), why);
+  if (name) {
+    prepared.name = std::move(*name);
+    return true;
+  }
+  const bool unusable = name.error().code == hal::Errc::busy || name.error().code == hal::Errc::bad_argument;
+  std::fprintf(stderr, "sinew: %s%s\n", unusable ? "" : "warning: no socket for other programs: ", why.c_str());
+  return !unusable;
+}
+
+std::unique_ptr<tap::Server> open_socket(const Prepared& prepared, const RunOptions& options, rt::Runner& runner,
+                                         std::function<void()> stop) {
+  if (!prepared.name) return nullptr;
+  auto server = tap::Server::open(
+      *prepared.name, *prepared.graph, runner, hal::linux_os(),
+      {.board = prepared.graph->spec().board, .virtual_time = options.virtual_time, .stop = std::move(stop)});
+  if (server) return std::move(*server);
+  std::fprintf(stderr, "sinew: warning: no socket for other programs: %s: %s\n", prepared.name->path().c_str(),
+               server.error().where);
+  return nullptr;
+}
+
 std::vector<std::string> MissionWatch::taps(const rt::Graph& graph) {
-  for (const auto& topic : graph.topics())
-    if (topic.type == &msg::type_info<msg::MissionState>()) return {topic.name};
+  for (const auto& topic : graph.topics()) {
+    if (topic.type != &msg::type_info<msg::MissionState>()) continue;
+    std::vector<std::string> names{topic.name};
+    if (graph.find_topic(kGuardianState) != rt::kNone) names.emplace_back(kGuardianState);
+    return names;
+  }
   return {};
 }
 
@@ -79,6 +119,7 @@ MissionWatch::MissionWatch(rt::Graph& graph) {
   if (graph.taps().empty()) return;
   latch_.emplace(graph.segment());
   latch_->bind(port_, graph.taps()[0]);
+  if (graph.taps().size() > 1) latch_->bind(safety_port_, graph.taps()[1]);
 }
 
 const msg::MissionState* MissionWatch::look() {
@@ -88,8 +129,16 @@ const msg::MissionState* MissionWatch::look() {
     last_ = *state;
     any_ = true;
   }
+  if (const auto* safety = safety_port_.get()) {
+    last_safety_ = *safety;
+    if (safety->mode != msg::GuardianMode::safe || calm_.ns == 0) calm_ = safety->stamp;
+  }
   latch_->release();
   return any_ ? &last_ : nullptr;
+}
+
+bool MissionWatch::ended() const {
+  return last_.phase == msg::MissionPhase::done || last_safety_.stamp - calm_ > kSafeForGood;
 }
 
 const char* to_string(msg::MissionPhase phase) {

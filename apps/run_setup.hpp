@@ -1,5 +1,6 @@
 #pragma once
 // What all ways of running share: the robot, its graph, and what is watched from outside.
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -7,9 +8,13 @@
 #include "apps/robot_file.hpp"
 #include "apps/run_command.hpp"
 #include "msg/flight.hpp"
+#include "msg/safety.hpp"
 #include "rt/graph.hpp"
 #include "rt/latch.hpp"
 #include "rt/module_types.hpp"
+#include "rt/runner.hpp"
+#include "tap/names.hpp"
+#include "tap/server.hpp"
 
 namespace sinew::app {
 
@@ -18,6 +23,7 @@ struct Prepared {
   RobotFile robot;
   rt::ModuleTypes types;
   std::unique_ptr<rt::Graph> graph;
+  std::unique_ptr<tap::Name> name;  // held until the run ends; null: the run has no socket
 };
 
 /// Prints every problem to standard error; empty when there was one.
@@ -32,22 +38,38 @@ bool accept_shortfalls(const std::vector<std::string>& shortfalls, bool strict);
 /// Applies "module.param=value"; the reason when it cannot.
 std::string apply_setting(rt::GraphSpec& graph, const std::string& setting);
 
-/// Reads the mission's state, if the robot has one, below the loops: never in their way.
+/// Takes the robot's name on this machine, before any device is opened. In real time a name that is taken is an error,
+/// printed: two runs would steer the same hardware. In virtual time nothing is steered, and the run gets a name of its
+/// own, NAME-PID. Where no folder for sockets can be had the run goes on without, with a warning.
+bool take_name(Prepared& prepared, const RunOptions& options);
+
+/// The robot's socket, from here until it is destroyed; null with a warning when there can be none. `stop` ends the
+/// run, called by any thread.
+std::unique_ptr<tap::Server> open_socket(const Prepared& prepared, const RunOptions& options, rt::Runner& runner,
+                                         std::function<void()> stop);
+
+/// Reads the mission's and the guardian's state, if the robot has a mission, below the loops: never in their way.
 /// Thread:  owner, one.
 class MissionWatch {
  public:
-  /// Names the topic for Graph::configure(); empty when the graph has no mission.
+  /// Names the topics for Graph::configure(); empty when the graph has no mission.
   static std::vector<std::string> taps(const rt::Graph& graph);
   explicit MissionWatch(rt::Graph& graph);  // after configure()
   /// Looks again. Null: no mission, or nothing said yet.
   const msg::MissionState* look();
   bool exists() const { return latch_.has_value(); }
-  bool ended() const { return last_.phase == msg::MissionPhase::done || last_.phase == msg::MissionPhase::abort; }
+  /// Done, or stopped for so long that nothing more will move. As of the last look().
+  bool ended() const;
+  /// What the guardian said last.
+  const msg::SafetyState& safety() const { return last_safety_; }
 
  private:
   std::optional<rt::Latch> latch_;
   rt::In<msg::MissionState> port_;
+  rt::In<msg::SafetyState> safety_port_;
   msg::MissionState last_;
+  msg::SafetyState last_safety_;
+  msg::Time calm_;  // the guardian was last seen otherwise than safe
   bool any_ = false;
 };
 

@@ -22,6 +22,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr rt::Duration kAfterMission = 300ms;  // so that what happens at rest is in the report
+constexpr rt::Duration kAfterFailsafe = 3s;    // it may have been stopped in the air
 
 // The plant's latest report; written by the receiving thread.
 class ReportBox {
@@ -44,6 +45,7 @@ class SimRun {
  public:
   SimRun(Prepared& prepared, const RunOptions& options)
       : options_(options),
+        prepared_(prepared),
         robot_(prepared.robot),
         graph_(*prepared.graph),
         os_(options.rate == 1 ? real_os_ : scaled_os_.emplace(real_os_, options.rate)),
@@ -87,7 +89,7 @@ class SimRun {
     if (!board) return fail(why);
     board_ = std::move(*board);
     rt::ConfigureOptions configure;
-    configure.os = options_.virtual_time ? nullptr : &os_;
+    configure.os = &os_;
     configure.taps = MissionWatch::taps(graph_);
     if (auto ready = graph_.configure(*board_, configure); !ready) {
       for (const auto& p : graph_.configure_problems())
@@ -123,6 +125,7 @@ class SimRun {
     discrete.hash_topics = true;
     rt::DiscreteExecutor executor(graph_, clock_, grants, discrete);
     grants.executor = &executor;
+    const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);
     const hal::Time wall = real_os_.now();
     const auto report = executor.run();
     if (!report) {
@@ -150,6 +153,7 @@ class SimRun {
     if (auto started = board_->start(); !started) return fail("the plant does not start: " + board_->problem()), 2;
     if (auto started = executor.start(); !started) return fail(started.error().where), 2;
     if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return 2;
+    const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);
     follow(executor);
     executor.stop();
     const hal::ProcessUse after = hal::process_use();
@@ -192,7 +196,7 @@ class SimRun {
     mission_->look();
     if (!mission_->ended()) return false;
     if (mission_end_ == hal::kNever) mission_end_ = now;
-    return now - mission_end_ >= kAfterMission;
+    return now - mission_end_ >= (mission_->safety().acted ? kAfterFailsafe : kAfterMission);
   }
 
   void end_plant() {
@@ -206,6 +210,10 @@ class SimRun {
     std::vector<std::string> faults;
     for (const auto& f : report->faults) faults.push_back(fmt::format("{}: struck {} times", f.text, f.affected));
     summary_.add_reasons("fault", "faults", faults);
+    std::vector<std::string> failsafes;
+    for (std::size_t i = 0; i < graph_.spec().failsafes.size(); ++i)
+      if (mission_->safety().acted >> i & 1) failsafes.push_back(graph_.spec().failsafes[i].name + " acted");
+    summary_.add_reasons("failsafe", "failsafes", failsafes);
     const auto invalid = invalid_because(*report, board_->stats(), real_time);
     summary_.add_reasons("invalid", "invalid_because", invalid);
     if (real_time)
@@ -236,6 +244,7 @@ class SimRun {
   }
 
   const RunOptions& options_;
+  const Prepared& prepared_;
   const RobotFile& robot_;
   rt::Graph& graph_;
   hal::Os& real_os_ = hal::linux_os();

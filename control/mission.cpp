@@ -8,6 +8,7 @@ using namespace std::chrono_literals;
 
 void Mission::declare(rt::Declaration& d) {
   d.in("state", state_, {.max_age = 20ms});
+  d.in("safety", safety_, {.optional = true, .supervises = true});
   d.out("setpoint", setpoint_);
   d.out("mission", mission_);
   MissionParams& p = plan_.params;
@@ -55,6 +56,7 @@ void Mission::declare(rt::Declaration& d) {
 rt::Status Mission::step(const rt::Step& step) noexcept {
   const msg::NavState* state = state_.fresh(step.now);
   if (!state) return rt::Status::stale;
+  if (const msg::SafetyState* safety = safety_.get()) plan_.set_safety({safety->permitted != 0, safety->action});
   plan_.step(step.now, *state, step_seconds(step.dt));
   setpoint_.loan() = plan_.setpoint();
   mission_.loan() = plan_.state();

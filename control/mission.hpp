@@ -5,7 +5,8 @@
 namespace sinew::control {
 
 /// Flies to the landing pad and lands on it: arm, climb, search, approach, hold, descend, touch down, disarm. See
-/// MissionPlan.
+/// MissionPlan. With `safety` bound it arms only when the guardian permits it, and lands where it is when a failsafe
+/// asks for that.
 /// Thread:  executor, 100 to 250 Hz, before the position controller.   RT: yes.
 /// Errors:  stale without a fresh state: nothing is published, the loops below follow, and the guardian acts when the
 ///          lease of the last command runs out.
@@ -17,6 +18,7 @@ class Mission final : public rt::Module {
 
  private:
   rt::In<msg::NavState> state_;
+  rt::In<msg::SafetyState> safety_;
   rt::Out<msg::FlightSetpoint> setpoint_;
   rt::Out<msg::MissionState> mission_;
   MissionPlan plan_;

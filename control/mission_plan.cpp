@@ -74,6 +74,7 @@ void MissionPlan::step(msg::Time now, const msg::NavState& nav, double dt_s) {
     begun_ = true;
     enter(MissionPhase::wait, now);
   }
+  obey(now);
   const bool valid = nav.attitude_valid && nav.position_valid;
   valid_s_ = valid ? valid_s_ + dt_s : 0;
   invalid_s_ = valid ? 0 : invalid_s_ + dt_s;
@@ -89,10 +90,20 @@ void MissionPlan::step(msg::Time now, const msg::NavState& nav, double dt_s) {
   state_.target_world_m = target_m_.to<msg::Vec3>();
 }
 
+void MissionPlan::obey(msg::Time now) {
+  const bool stopped = !safety_.permitted || safety_.action == msg::FailsafeAction::stop;
+  const bool calm = !stopped && safety_.action == msg::FailsafeAction::none;
+  if (state_.phase == MissionPhase::arm && !calm) return enter(MissionPhase::wait, now);
+  const bool armed = flying() || state_.phase == MissionPhase::touchdown || state_.phase == MissionPhase::abort;
+  if (armed && stopped) return enter(MissionPhase::done, now);
+  if (flying() && !calm) enter(MissionPhase::abort, now);
+}
+
 void MissionPlan::run_phase(msg::Time now, const msg::NavState& nav, double dt_s) {
   switch (state_.phase) {
     case MissionPhase::wait:
-      if (valid_s_ >= params.settle_s) enter(MissionPhase::arm, now);
+      if (valid_s_ >= params.settle_s && safety_.permitted && safety_.action == msg::FailsafeAction::none)
+        enter(MissionPhase::arm, now);
       break;
     case MissionPhase::arm:
       setpoint_.armed = 1;

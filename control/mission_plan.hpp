@@ -1,6 +1,7 @@
 #pragma once
 #include "math/linear.hpp"
 #include "msg/flight.hpp"
+#include "msg/safety.hpp"
 
 namespace sinew::control {
 
@@ -26,16 +27,26 @@ struct MissionParams {
   std::int64_t retries = 3;
 };
 
+/// What the guardian says about the flight.
+struct MissionSafety {
+  bool permitted = true;  // to arm
+  msg::FailsafeAction action = msg::FailsafeAction::none;
+};
+
 /// What to fly: arm, climb, search, approach, hold, descend, touch down, disarm; or come down where it is.
 /// Frames:  world of NavState, z up.
 /// Safety:  never arms without a valid estimate. Without position for estimate_lost_s, after too many lost pads, or
 ///          when its time is up it aborts: sinks slowly and disarms on the ground, or after blind_s without height.
+///          It waits for the guardian's permission; without it in flight it is done. A failsafe's `land` aborts in the
+///          air, and goes back to waiting while it still stands.
 /// Thread:  owner.   RT: yes.
 class MissionPlan {
  public:
   MissionParams params;
 
   void reset();
+  /// Holds until told otherwise; at first everything is permitted.
+  void set_safety(const MissionSafety& safety) { safety_ = safety; }
   /// One step at `now` with the newest estimate; dt since the last step.
   void step(msg::Time now, const msg::NavState& nav, double dt_s);
   const msg::FlightSetpoint& setpoint() const { return setpoint_; }
@@ -45,6 +56,7 @@ class MissionPlan {
   void enter(msg::MissionPhase phase, msg::Time now);
   double in_phase_s(msg::Time now) const { return msg::seconds(now - state_.phase_since); }
   bool flying() const;
+  void obey(msg::Time now);
   bool pad_fresh(const msg::NavState& nav) const;
   bool arrived(const msg::NavState& nav) const;
   bool touched(const msg::NavState& nav, double dt_s);
@@ -59,6 +71,7 @@ class MissionPlan {
 
   msg::FlightSetpoint setpoint_;
   msg::MissionState state_;
+  MissionSafety safety_;
   math::Vec3 target_m_, reference_m_, reference_mps_, search_centre_m_;
   double yaw_rad_ = 0;
   double valid_s_ = 0, invalid_s_ = 0, touch_s_ = 0, stuck_s_ = 0, blind_s_ = 0, arrived_s_ = 0;

@@ -22,9 +22,13 @@ void NavEstimator::reset() {
 bool NavEstimator::add_imu(const msg::ImuSample& s) {
   const math::Vec3 gyro(s.gyro_radps), accel(s.accel_mps2);
   const bool first = !started_ && level_count_ == 0;
-  if (!is_finite(gyro) || !is_finite(accel) || (!first && s.stamp <= last_imu_)) {
+  if (!is_finite(gyro) || !is_finite(accel) || (!first && s.stamp < last_imu_)) {
     ++counters_.refused_imu;
     return false;
+  }
+  if (!first && s.stamp == last_imu_) {
+    ++counters_.same_imu;
+    return true;
   }
   const double dt_s = first ? 0 : msg::seconds(s.stamp - last_imu_);
   last_imu_ = s.stamp;

@@ -36,7 +36,8 @@ struct NavParams {
 class NavEstimator {
  public:
   struct Counters {
-    std::uint32_t refused_imu = 0;  // not finite, or not newer than the last
+    std::uint32_t refused_imu = 0;  // not finite, or older than the last
+    std::uint32_t same_imu = 0;     // a second time
     std::uint32_t gaps = 0;         // starts anew after a gap
     std::uint32_t gated_range = 0, gated_pad = 0, gated_baro = 0;
     std::uint32_t late_pad = 0;           // older than the history
@@ -47,7 +48,8 @@ class NavEstimator {
   NavParams params;
 
   void reset();
-  /// False when the sample cannot be used (not finite, not newer).
+  /// False when the sample cannot be used (not finite, older than the last one). The same one again is no news and no
+  /// harm: a bus that repeats itself must not end a flight.
   bool add_imu(const msg::ImuSample& s);
   void add_range(const msg::RangeSample& s);
   void add_baro(const msg::BaroSample& s);

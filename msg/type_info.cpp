@@ -3,6 +3,7 @@
 #include "msg/flight.hpp"
 #include "msg/image.hpp"
 #include "msg/operator.hpp"
+#include "msg/safety.hpp"
 #include "msg/sensors.hpp"
 
 #include <bit>
@@ -15,7 +16,7 @@ static_assert(std::endian::native == std::endian::little,
 static_assert(check_layout<ImuSample>() && check_layout<RangeSample>() && check_layout<BaroSample>());
 static_assert(check_layout<BatterySample>());
 static_assert(check_layout<Image>() && sizeof(Image) == 40);
-static_assert(check_layout<ActuatorCommand>() && check_layout<GuardianState>());
+static_assert(check_layout<ActuatorCommand>() && check_layout<GuardianState>() && check_layout<SafetyState>());
 static_assert(check_layout<NavState>() && check_layout<FlightSetpoint>() && check_layout<AttitudeSetpoint>());
 static_assert(check_layout<OperatorLink>());
 static_assert(check_layout<WrenchSetpoint>() && check_layout<PadSighting>() && check_layout<MotionField>());

@@ -64,7 +64,7 @@ DiscreteExecutor::DiscreteExecutor(Graph& graph, hal::ManualClock& clock, hal::G
       clock_(clock),
       grants_(grants),
       options_(options),
-      runner_(graph, {options.start, options.hash_topics, options.fault_limit, options.observer}),
+      runner_(graph, {options.start, options.hash_topics, options.fault_limit, options.observer, &clock}),
       schedule_(schedule_threads(graph), graph.spec().virtual_cores, options.start, *this),
       device_(graph.threads().size()),
       announced_(graph.threads().size(), hal::kNever) {
@@ -133,6 +133,14 @@ void DiscreteExecutor::complete(std::uint32_t thread, std::uint32_t position, Ti
   ThreadRunner& runner = runner_.thread(thread);
   trigger_readers(runner.complete(position, now, models_[graph_.threads()[thread].modules[position]].now));
   if (position + 1 == runner.size()) runner.end(now);
+}
+
+void DiscreteExecutor::overrun(std::uint32_t thread, Time release, bool dropped) noexcept {
+  runner_.thread(thread).timeline().add(dropped ? TimelineEvent::Kind::skip : TimelineEvent::Kind::overrun, release);
+}
+
+void DiscreteExecutor::resumed(std::uint32_t thread, Time preempted_at, Time now) noexcept {
+  runner_.thread(thread).timeline().add(TimelineEvent::Kind::preempted, preempted_at, now - preempted_at);
 }
 
 Duration DiscreteExecutor::model_time(Model& model, Duration measured, std::uint32_t step) {

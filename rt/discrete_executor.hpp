@@ -48,6 +48,8 @@ class DiscreteExecutor final : private ScheduleClient {
  private:
   Duration start(std::uint32_t thread, std::uint32_t position, const CycleInfo& cycle, Time now) noexcept override;
   void complete(std::uint32_t thread, std::uint32_t position, Time now) noexcept override;
+  void overrun(std::uint32_t thread, Time release, bool dropped) noexcept override;
+  void resumed(std::uint32_t thread, Time preempted_at, Time now) noexcept override;
 
   struct Model {  // of one module's execution time
     const ExecModel* exec;

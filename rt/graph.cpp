@@ -109,7 +109,7 @@ const msg::TypeInfo* Graph::message_type(std::string_view name) const {
   if (const msg::TypeInfo* known = msg::find_type(name)) return known;
   for (const GraphModule& m : modules_)
     for (const Declaration::Port& p : m.declaration.ports)
-      if (p.type->name == name) return p.type;
+      if (p.type && p.type->name == name) return p.type;
   return nullptr;
 }
 

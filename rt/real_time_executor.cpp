@@ -131,8 +131,9 @@ class RealTimeExecutor::Worker {
     ThreadStats& stats = runner_->stats();
     for (; next_ <= now_; next_ = next_ + period_) {
       stats.overruns.add();
-      if (spec_.overrun == ThreadSpec::Overrun::catch_up && backlog_.push(next_)) continue;
-      stats.skips.add();
+      const bool waits = spec_.overrun == ThreadSpec::Overrun::catch_up && backlog_.push(next_);
+      if (!waits) stats.skips.add();
+      runner_->timeline().add(waits ? TimelineEvent::Kind::overrun : TimelineEvent::Kind::skip, next_);
     }
   }
 
@@ -172,7 +173,7 @@ class RealTimeExecutor::Worker {
   void cycle(Time release, bool timed_out) noexcept {
     hal::Os& os = executor_.os_;
     Time now = os.now();
-    note(gaps_.woke(release, now));
+    note(gaps_.woke(release, now), now);
     ThreadStats& stats = runner_->stats();
     stats.releases.add();
     if (const auto period = runner_->begin(release, timed_out, now)) {
@@ -190,16 +191,17 @@ class RealTimeExecutor::Worker {
     }
     runner_->end(now);
     stats.completions.add();
-    note(gaps_.ran(now));
+    note(gaps_.ran(now), now);
     now_ = now;
   }
 
-  void note(const std::optional<GapWatch::Gap>& gap) noexcept {
+  void note(const std::optional<GapWatch::Gap>& gap, Time now) noexcept {
     if (!gap) [[likely]]
       return;
     ThreadStats& stats = runner_->stats();
     (gap->throttle_like && executor_.any_busy(executor_.os_.now()) ? stats.throttled : stats.taken)
         .add(gap->length, gap->count);
+    runner_->timeline().add(TimelineEvent::Kind::off_processor, now - gap->length, gap->length);
   }
 
   RealTimeExecutor& executor_;
@@ -233,6 +235,7 @@ hal::Status RealTimeExecutor::start() {
   start_ = os_.now() + options_.start_delay;
   RunnerOptions runner = options_.runner;
   runner.start = start_;
+  runner.clock = &os_;
   runner_ = std::make_unique<Runner>(graph_, runner);
   if (options_.lock_memory)
     if (const auto locked = os_.lock_memory(); !locked)

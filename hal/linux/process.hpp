@@ -48,6 +48,8 @@ std::string describe_exit(int code);
 
 /// From the first call on, SIGINT and SIGTERM do not end the process but make this true.
 bool stop_requested();
+/// As if such a signal had come. Thread: any.
+void request_stop();
 
 /// Is standard output a terminal, and how wide (80 when unknown).
 bool output_is_terminal();

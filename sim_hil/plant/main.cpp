@@ -16,7 +16,7 @@ using namespace sinew;
 struct Settings {
   std::string listen = "unix:sinew-sim.sock";
   std::string camera = "320x240", format = "yuyv", render_test;
-  bool lockstep = false, free_running = false;
+  bool lockstep = false, free_running = false, list_faults = false;
   double wait_s = 60;
   plant::CameraOptions view;
   plant::SessionOptions session;
@@ -67,6 +67,8 @@ void describe(CLI::App& app, Settings& s) {
   app.add_option("--fault", s.faults,
                  "DEVICE:KIND[(AMOUNT)]@FROM[+LENGTH|..UNTIL], e.g. imu:stuck@5+0.5; may be repeated")
       ->allow_extra_args(false);
+  app.add_flag("--list-faults", s.list_faults,
+               "print every device with every kind, and why those that are none are none");
   app.add_option("--report", s.report, "write the last report (JSON) into this file");
   app.add_option("--duration", s.session.duration_s, "end the run after so many seconds of plant time; 0: never")
       ->check(CLI::NonNegativeNumber)
@@ -74,6 +76,10 @@ void describe(CLI::App& app, Settings& s) {
   app.add_option("--priority", s.session.fifo_priority,
                  "SCHED_FIFO priority of the physics thread in real time; 0: none")
       ->check(CLI::Range(0, 99))
+      ->capture_default_str();
+  app.add_option("--relink", s.session.relink_s,
+                 "real time: when the runtime is lost, the world waits so many seconds for another; 0: it ends")
+      ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   app.add_option("--wait", s.wait_s, "give up when no runtime has come after so many seconds")
       ->check(CLI::PositiveNumber)
@@ -124,6 +130,16 @@ bool read_faults(Settings& s) {
   return true;
 }
 
+int list_faults() {
+  for (const plant::FaultDevice device : plant::kFaultDevices)
+    for (const plant::FaultKind kind : plant::kFaultKinds) {
+      const char* reason = plant::why_not(device, kind);
+      std::printf("%s %s%s%s\n", std::string(to_string(device)).c_str(), std::string(to_string(kind)).c_str(),
+                  reason ? " - " : "", reason ? reason : "");
+    }
+  return 0;
+}
+
 bool write_report(const std::string& path, const std::string& json) {
   std::ofstream out(path);
   out << json << '\n';
@@ -172,6 +188,7 @@ int main(int argc, char** argv) {
   if (app.count("--seed") > 0) s.session.seed = s.seed;
   if (s.lockstep) s.session.only = sim_hil::Mode::lockstep;
   if (s.free_running) s.session.only = sim_hil::Mode::free_running;
+  if (s.list_faults) return list_faults();
   if (!read_faults(s)) return 1;
   if (!s.render_test.empty()) return plant::render_test(s.render_test, s.view.width, s.view.height);
   return serve(s);

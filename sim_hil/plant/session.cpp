@@ -129,6 +129,7 @@ Status Session::serve(sim_hil::Caller caller) {
     return {};
   }
   report_.reason = link_->reason();
+  if (relink_ && relink_->in_vain()) report_.reason += "; no other runtime has come";
   report_.broken = !link_->ended_politely();
   return {};
 }
@@ -174,11 +175,13 @@ Status Session::run_free() {
       const Time woken = os_.now();
       if (woken - due > ns(kMsNs)) ++report_.steps_late;
       // Commands that came in the millisecond just gone by act at their commits in it; then its samples go out.
-      result = link_->exchange();
+      if (relink_) result = welcome_another(start);
+      if (result) result = link_->exchange();
       if (result) result = advance_one_ms();
       if (result) result = send_frame_due_by(world_->now(), false);
       if (result) result = release_held(world_->now());
       if (result) result = link_->exchange();
+      if (!result) result = go_on_without_runtime(result);
       const Time sent = os_.now();
       note_imu_gap(sent);
       report_.work_max_ns = std::max(report_.work_max_ns, (sent - woken).count());
@@ -196,6 +199,34 @@ Status Session::run_free() {
     std::fprintf(stderr, "sinew-sim: physics thread: %s\n", (*physics)->shortfall().c_str());
   (*physics)->join();
   return result;
+}
+
+/// Ok: the runtime is gone without a good-bye, and the world waits for another.
+Status Session::go_on_without_runtime(Status lost) {
+  const bool breach = lost.error().code == hal::Errc::bad_data;
+  const bool waiting = relink_ && relink_->looking();
+  if (!door_ || options_.relink_s <= 0 || breach || waiting || link_->ended_politely()) return lost;
+  if (!relink_)
+    relink_ = std::make_unique<Relink>(os_, *door_, description(feed_.options(), options_), frames_.get(),
+                                       link_->hello().rate);
+  if (!relink_->look(hal::Duration{static_cast<std::int64_t>(options_.relink_s * 1e9)})) return lost;
+  link_->go_alone();
+  return {};
+}
+
+Status Session::welcome_another(Time start) {
+  if (!relink_->looking()) return {};
+  if (relink_->in_vain()) return hal::Error{hal::Errc::closed, "no other runtime has come"};
+  if (feed_.busy()) return {};  // it draws into the old link's memory
+  auto link = relink_->take();
+  if (!link) return {};
+  ++report_.relinks;
+  expired_before_ += link_->stats().lease_expiries;
+  pending_.reset();
+  link_ = std::move(link);
+  if (report_.stopped_by_supervisor) link_->stop_for_good();
+  const auto since_start = static_cast<std::int64_t>(static_cast<double>(world_->now().ns) / link_->hello().rate);
+  return link_->start_clock(world_->now(), Time{start.ns + since_start});
 }
 
 void Session::note_imu_gap(Time now) {
@@ -340,7 +371,7 @@ void Session::refresh_report() {
   for (const FaultLog::Entry& e : faults_->log.entries())
     if (e.fault.from_ns <= world_->now().ns) report_.faults.push_back(e);
   if (!link_) return;
-  report_.lease_expiries = link_->stats().lease_expiries;
+  report_.lease_expiries = expired_before_ + link_->stats().lease_expiries;
   judge();
 }
 

@@ -7,6 +7,7 @@
 #include "hal/stream.hpp"
 #include "sim_hil/plant/camera_feed.hpp"
 #include "sim_hil/plant/plant_faults.hpp"
+#include "sim_hil/plant/relink.hpp"
 #include "sim_hil/plant/world.hpp"
 #include "sim_hil/plant_door.hpp"
 #include "sim_hil/plant_link.hpp"
@@ -19,6 +20,7 @@ struct SessionOptions {
   std::optional<sim_hil::Mode> only;  // refuse the other mode
   double duration_s = 0;              // plant time after which the plant ends the run; 0: the runtime ends it
   std::vector<Fault> faults;          // docs/faults.md
+  double relink_s = 5;                // free-running, by a door: the world waits so long for another runtime
   int fifo_priority = 85;             // of the physics thread, free-running: above the robot's threads, like a device
 };
 
@@ -34,6 +36,7 @@ struct SessionReport {
   std::int64_t wake_late_max_ns = 0;  // the kernel woke the physics thread so much too late
   std::int64_t work_max_ns = 0;       // from there until the samples of a millisecond had left
   std::uint64_t lease_expiries = 0;
+  std::uint32_t relinks = 0;           // runtimes that came after one that was lost
   bool stopped_by_supervisor = false;  // the stop line was pulled, at stopped_at of plant time
   hal::Time stopped_at{};
   std::uint64_t stale_actuations = 0;    // plant steps in which motors ran on a command whose lease was over: never
@@ -82,6 +85,8 @@ class Session {
   void rehearse();
   hal::Status run_lockstep();
   hal::Status run_free();
+  hal::Status go_on_without_runtime(hal::Status lost);
+  hal::Status welcome_another(hal::Time start);
   bool line_closed();
   void go_on_alone();
   hal::Status advance_one_ms();
@@ -107,6 +112,8 @@ class Session {
   sim_hil::PlantDoor* door_ = nullptr;
   std::unique_ptr<hal::SharedMemory> frames_;
   std::unique_ptr<sim_hil::PlantLink> link_;
+  std::unique_ptr<Relink> relink_;    // once a runtime was lost
+  std::uint64_t expired_before_ = 0;  // leases, of links before this one
   std::unique_ptr<World> world_;
   std::optional<PendingFrame> pending_;
   std::unique_ptr<PlantFaults> faults_;  // made with the world, when the seed is known

@@ -84,6 +84,7 @@ std::string SessionReport::json() const {
   j.integer("steps_late", steps_late);
   j.integer("frames", frames);
   j.integer("lease_expiries", lease_expiries);
+  j.integer("relinks", relinks);
   j.boolean("stopped_by_supervisor", stopped_by_supervisor);
   if (stopped_by_supervisor) j.number("stopped_at_s", msg::seconds(stopped_at));
   j.integer("stale_actuations", stale_actuations);

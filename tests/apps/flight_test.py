@@ -4,10 +4,13 @@ import os
 import re
 import subprocess
 import sys
+import tempfile
 import unittest
 
 SINEW, TRAPPED, ROBOTS = sys.argv[1:4]
 LIMIT_S = 300
+RUN_DIR = tempfile.TemporaryDirectory()  # this program's robots meet nobody else's
+os.environ["SINEW_RUN_DIR"] = RUN_DIR.name
 
 
 def run(program, *arguments):

@@ -61,7 +61,31 @@ budget_ms = 5
 
 [guardian]
 priority = 90
+arming = "manual"
 exec_us = 4
+
+[[failsafe]]
+name = "camera_lost"
+topic = "camera.raw"
+silent_ms = 500
+action = "land"
+then = "stop"
+then_after_ms = 20000
+
+[[failsafe]]
+name = "imu_stuck"
+topic = "imu.raw"
+stuck_ms = 20
+action = "stop"
+
+[[failsafe]]
+name = "hot"
+topic = "baro.raw"
+field = "temperature_c"
+below = -20
+above = 70.5
+for_ms = 1000
+action = "land"
 )";
 
 std::vector<std::string> problems_of(std::string_view text) {
@@ -131,6 +155,62 @@ TEST(RobotFile, EveryKeyReachesTheGraphSpec) {
   EXPECT_EQ(g.chains[0].budget, 5ms);
   EXPECT_EQ(g.guardian.priority, 90);
   EXPECT_EQ(g.guardian.exec.constant, 4us);
+  EXPECT_EQ(g.guardian.arming, rt::GuardianSpec::Arming::manual);
+}
+
+TEST(RobotFile, EveryKeyOfAFailsafeReachesTheGraphSpec) {
+  using Kind = rt::FailsafeSpec::Kind;
+  const auto loaded = parse_robot(kGood, "robot.toml");
+  ASSERT_THAT(loaded.problems, IsEmpty());
+  const std::vector<rt::FailsafeSpec>& f = loaded.robot.graph.failsafes;
+  ASSERT_EQ(f.size(), 3u);
+  EXPECT_EQ(f[0].name, "camera_lost");
+  EXPECT_EQ(f[0].topic.value, "camera.raw");
+  EXPECT_EQ(f[0].kind, Kind::silent);
+  EXPECT_EQ(f[0].time, 500ms);
+  EXPECT_EQ(f[0].action, msg::FailsafeAction::land);
+  EXPECT_EQ(f[0].stop_after, rt::Duration{20s});
+  EXPECT_EQ(f[1].kind, Kind::stuck);
+  EXPECT_EQ(f[1].time, 20ms);
+  EXPECT_EQ(f[1].action, msg::FailsafeAction::stop);
+  EXPECT_FALSE(f[1].stop_after);
+  EXPECT_EQ(f[2].kind, Kind::value);
+  EXPECT_EQ(f[2].field.value, "temperature_c");
+  EXPECT_EQ(f[2].below, -20.0);
+  EXPECT_EQ(f[2].above, 70.5);
+  EXPECT_EQ(f[2].time, 1000ms);
+}
+
+TEST(RobotFile, AFailsafeIsOfOneKindAndEveryProblemIsNamed) {
+  EXPECT_THAT(problems_of(R"(robot = { name = "r", board = "sim" }
+[[failsafe]]
+name = "a"
+topic = "x.y"
+action = "land"
+[[failsafe]]
+name = "b"
+topic = "x.y"
+silent_ms = 0
+stuck_ms = 5
+action = "pray"
+then = "stop"
+[[failsafe]]
+name = "c"
+field = "v"
+below = "low"
+[guardian]
+arming = "never"
+)"),
+              UnorderedElementsAre(
+                  "robot.toml:2: failsafe.a: : exactly one of silent_ms, stuck_ms, field (with below or above)",
+                  "robot.toml:9: failsafe.b.silent_ms: 0: a number from 1 to 3600000",
+                  "robot.toml:6: failsafe.b: : exactly one of silent_ms, stuck_ms, field (with below or above)",
+                  "robot.toml:11: failsafe.b.action: \"pray\": one of \"land\", \"stop\"",
+                  "robot.toml:6: failsafe.b: : then and then_after_ms together, or neither",
+                  "robot.toml:13: failsafe.c.topic: missing: the name of a topic; it is required",
+                  "robot.toml:16: failsafe.c.below: \"low\": a number from -1e+300 to 1e+300",
+                  "robot.toml:13: failsafe.c.action: missing: one of land stop; it is required",
+                  "robot.toml:18: guardian.arming: \"never\": one of \"auto\", \"manual\""));
 }
 
 TEST(RobotFile, QuantilesOfExecutionTimesReachTheGraphSpec) {

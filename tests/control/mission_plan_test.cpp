@@ -182,6 +182,67 @@ TEST(MissionPlan, GroundIsFeltWhereTheHeightIsWrong) {
   EXPECT_GT(steps, 200 * f.plan.params.stuck_s * 0.9);
 }
 
+constexpr MissionSafety kLand{true, msg::FailsafeAction::land}, kNotPermitted{false, msg::FailsafeAction::none},
+    kStopped{false, msg::FailsafeAction::stop};
+
+TEST(MissionPlan, WaitsForThePermissionToArm) {
+  Follower f;
+  f.plan.set_safety(kNotPermitted);
+  for (int i = 0; i < 2000; ++i) {
+    f.step();
+    ASSERT_FALSE(f.plan.setpoint().armed);
+  }
+  f.plan.set_safety({});
+  EXPECT_TRUE(f.run_to(MissionPhase::done));
+}
+
+TEST(MissionPlan, APermissionThatEndsBeforeTheClimbMeansWaitingAgain) {
+  for (const MissionSafety& safety : {kNotPermitted, kLand, kStopped}) {
+    Follower f;
+    ASSERT_TRUE(f.run_to(MissionPhase::arm));
+    f.plan.set_safety(safety);
+    f.run(3);
+    EXPECT_EQ(f.plan.state().phase, MissionPhase::wait);
+    EXPECT_FALSE(f.plan.setpoint().armed);
+    f.plan.set_safety({});
+    EXPECT_TRUE(f.run_to(MissionPhase::done));
+  }
+}
+
+class LandWhereItIs : public ::testing::TestWithParam<MissionPhase> {};
+
+TEST_P(LandWhereItIs, ComesDownAndDisarmsWhateverItWasDoing) {
+  Follower f;
+  ASSERT_TRUE(f.run_to(GetParam()));
+  f.run(0.3);
+  const Vec3 from(f.nav.p_world_m);
+  f.plan.set_safety(kLand);
+  f.step();
+  EXPECT_EQ(f.plan.state().phase, MissionPhase::abort);
+  f.plan.set_safety({});  // that the cause vanishes changes nothing
+  ASSERT_TRUE(f.run_to(MissionPhase::done, 30));
+  EXPECT_NEAR(f.nav.p_world_m.x, from.x, 1e-9);
+  EXPECT_NEAR(f.nav.height_m, 0.12, 1e-9);
+  EXPECT_FALSE(f.plan.setpoint().armed);
+}
+INSTANTIATE_TEST_SUITE_P(MissionPlan, LandWhereItIs,
+                         ::testing::Values(MissionPhase::climb, MissionPhase::search, MissionPhase::approach,
+                                           MissionPhase::hold, MissionPhase::descend));
+
+TEST(MissionPlan, AStoppedFlightIsOver) {
+  for (const MissionSafety& safety : {kNotPermitted, kStopped}) {
+    Follower f;
+    ASSERT_TRUE(f.run_to(MissionPhase::search));
+    f.plan.set_safety(safety);
+    f.step();
+    EXPECT_EQ(f.plan.state().phase, MissionPhase::done);
+    EXPECT_FALSE(f.plan.setpoint().armed);
+    f.plan.set_safety({});
+    f.run(5);
+    EXPECT_EQ(f.plan.state().phase, MissionPhase::done) << "it does not start again by itself";
+  }
+}
+
 TEST(MissionPlan, ReferenceKeepsItsSpeedAndAcceleration) {
   Follower f;
   Vec3 before_p, before_v;

@@ -116,7 +116,7 @@ TEST(NavEstimator, InertialSamplesAloneKeepVelocityAndPositionBounded) {
   EXPECT_LT(tilt_error(nav, v), 0.03);
 }
 
-TEST(NavEstimator, RefusesSamplesThatAreNotFiniteOrNotNewer) {
+TEST(NavEstimator, RefusesSamplesThatAreNotFiniteOrOlder) {
   NavEstimator nav;
   Vehicle v;
   stand(nav, v, 1);
@@ -139,6 +139,20 @@ TEST(NavEstimator, RefusesSamplesThatAreNotFiniteOrNotNewer) {
   EXPECT_EQ(after.p_world_m, before.p_world_m);
   EXPECT_EQ(after.q_world_base, before.q_world_base);
   EXPECT_EQ(nav.counters().refused_imu, 2u);
+}
+
+TEST(NavEstimator, TheSameSampleTwiceIsNoNewsAndNoHarm) {
+  NavEstimator once, twice;
+  Vehicle v;
+  for (int i = 0; i < 2000; ++i) {
+    const msg::ImuSample s = v.imu_after(kMs);
+    ASSERT_TRUE(once.add_imu(s));
+    ASSERT_TRUE(twice.add_imu(s));
+    ASSERT_TRUE(twice.add_imu(s));
+  }
+  EXPECT_EQ(once.output().q_world_base, twice.output().q_world_base);
+  EXPECT_EQ(once.output().tilt_std_rad, twice.output().tilt_std_rad);
+  EXPECT_EQ(twice.counters().same_imu, 2000u);
 }
 
 TEST(NavEstimator, GapInTheSamplesStartsAnewAndKeepsTheBias) {

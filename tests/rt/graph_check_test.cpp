@@ -253,7 +253,7 @@ TEST_F(GraphCheckTest, StacksHaveARange) {
 TEST_F(GraphCheckTest, TriggerTopicsExistAndAreWrittenElsewhere) {
   control().trigger = ThreadSpec::Trigger::topics;
   EXPECT_THAT(problems(), ElementsAre("r.toml:5: thread.control.trigger: missing: a topic: guardian.motors "
-                                      "maker.pair user.result"));
+                                      "guardian.state maker.pair user.result"));
   control().topics = {{"maker.pear", 7}, {"maker.pair", 8}};
   EXPECT_THAT(
       problems(),
@@ -548,6 +548,70 @@ TEST_F(GraphCheckTest, ActuatorGroupsAreThirtyOneAtMost) {
     spec.actuators.back().line = 100 + i;
   }
   EXPECT_THAT(problems(), ElementsAre("r.toml:131: actuator: 32: at most 31"));
+}
+
+// ---- failsafes
+
+TEST_F(GraphCheckTest, AFailsafeNeedsATopicOfSomebodyElse) {
+  spec.failsafes = {{.name = "lost", .topic = {"maker.pear", 61}, .time = 50ms, .line = 60},
+                    {.name = "own", .topic = {"guardian.motors", 0}, .time = 50ms, .line = 63},
+                    {.name = "lost", .topic = {"maker.pair", 0}, .time = 50ms, .line = 65}};
+  EXPECT_THAT(problems(),
+              ElementsAre("r.toml:61: failsafe.lost.topic: \"maker.pear\": a topic: guardian.motors guardian.state "
+                          "maker.pair user.result",
+                          "r.toml:63: failsafe.own.topic: \"guardian.motors\": a topic that the guardian does not "
+                          "write itself",
+                          "r.toml:65: failsafe.lost: \"lost\": a name that no other failsafe has"));
+}
+
+TEST_F(GraphCheckTest, AFailsafesFieldIsANumberOfItsMessageWithALimit) {
+  using Kind = FailsafeSpec::Kind;
+  const double inf = std::numeric_limits<double>::infinity();
+  spec.failsafes = {
+      {.name = "a", .topic = {"maker.pair", 0}, .kind = Kind::value, .field = {"value", 61}, .below = 1.0, .line = 60},
+      {.name = "b", .topic = {"maker.pair", 0}, .kind = Kind::value, .field = {"number", 0}, .line = 62},
+      {.name = "c",
+       .topic = {"maker.pair", 0},
+       .kind = Kind::value,
+       .field = {"number", 0},
+       .below = 2.0,
+       .above = 1.0,
+       .line = 64},
+      {.name = "d", .topic = {"maker.pair", 0}, .kind = Kind::value, .field = {"number", 0}, .above = inf, .line = 66}};
+  EXPECT_THAT(problems(),
+              ElementsAre("r.toml:61: failsafe.a.field: \"value\": a number of Pair: stamp number reserved value[0]",
+                          "r.toml:62: failsafe.b: no limit: below, above or both",
+                          "r.toml:64: failsafe.c.below: 2: a number up to `above`, 1",
+                          "r.toml:66: failsafe.d: inf: finite numbers for below and above"));
+}
+
+TEST_F(GraphCheckTest, FailsafeTimesHaveARange) {
+  using Kind = FailsafeSpec::Kind;
+  spec.failsafes = {{.name = "a", .topic = {"maker.pair", 0}, .kind = Kind::silent, .time = 0ms, .line = 60},
+                    {.name = "b", .topic = {"maker.pair", 0}, .kind = Kind::stuck, .time = 3601s, .line = 61},
+                    {.name = "c", .topic = {"maker.pair", 0}, .time = 1ms, .stop_after = Duration{-1ms}, .line = 62}};
+  EXPECT_THAT(problems(), ElementsAre("r.toml:60: failsafe.a.silent_ms: 0: a number from 1 to 3600000",
+                                      "r.toml:61: failsafe.b.stuck_ms: 3601000: a number from 1 to 3600000",
+                                      "r.toml:62: failsafe.c.then_after_ms: -1: a number from 0 to 3600000"));
+}
+
+TEST_F(GraphCheckTest, FailsafesAreSixteenAtMostAndNeedAGuardian) {
+  for (int i = 0; i < 17; ++i)
+    spec.failsafes.push_back(
+        {.name = "f" + std::to_string(i), .topic = {"maker.pair", 0}, .time = 1ms, .line = 60 + i});
+  EXPECT_THAT(problems(), ElementsAre("r.toml:76: failsafe: 17: at most 16"));
+  spec.failsafes.resize(1);
+  spec.actuators.clear();
+  spec.chains.clear();
+  EXPECT_THAT(problems(), ElementsAre("r.toml:60: failsafe.f0: without an actuator: at least one [actuator.NAME]; "
+                                      "without one there is no guardian to act"));
+}
+
+TEST_F(GraphCheckTest, AnActuatorGroupIsNotCalledState) {
+  motors().name = "state";
+  spec.chains.clear();
+  EXPECT_THAT(problems(), ::testing::Contains("r.toml:20: actuator.state: \"state\": another name; guardian.state is "
+                                              "the guardian's own topic"));
 }
 
 // ---- all at once
