@@ -15,6 +15,7 @@ struct ServerOptions {
   std::string board{};           // for `hello`
   bool virtual_time = false;     // likewise
   std::function<void()> stop{};  // what `stop` does; empty: refused
+  std::string robot_file{};      // absolute path, likewise for `hello`; empty: none
   std::uint32_t max_clients = 16;
   std::uint32_t max_per_process = 4;   // connections of one process
   std::uint32_t requests_per_s = 200;  // of one client; more wait in its socket
