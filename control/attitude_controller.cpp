@@ -1,6 +1,7 @@
 #include "control/attitude_controller.hpp"
 
 #include "control/limits.hpp"
+#include "control/plausible.hpp"
 
 namespace sinew::control {
 
@@ -47,7 +48,7 @@ rt::Status AttitudeController::step(const rt::Step& step) noexcept {
   const msg::NavState* state = state_.fresh(step.now);
   const msg::AttitudeSetpoint* wanted = attitude_.fresh(step.now);
   if (!state || !wanted || !state->attitude_valid) return rt::Status::stale;
-  if (!is_finite(math::Quat(wanted->q_world_base)) || !math::is_finite(wanted->thrust_n)) return rt::Status::fault;
+  if (!plausible(*state) || !plausible(*wanted)) return rt::Status::fault;
   if (has_tipped(*state, wanted->armed != 0, step_seconds(step.dt))) return rt::Status::fault;
   const msg::WrenchSetpoint wrench = law_.step(*state, *wanted, step_seconds(step.dt));
   if (!is_finite(math::Vec3(wrench.torque_nm))) return rt::Status::fault;

@@ -1,5 +1,7 @@
 #include "control/error_state_filter.hpp"
 
+#include "control/plausible.hpp"
+
 namespace sinew::control {
 
 void ErrorStateFilter::declare(rt::Declaration& d) {
@@ -78,7 +80,7 @@ rt::Status ErrorStateFilter::step(const rt::Step&) noexcept {
   if (!good) return rt::Status::fault;  // not one of them could be used
   if (!estimator_.started()) return rt::Status::stale;
   const msg::NavState n = estimator_.output();
-  if (!is_finite(math::Quat(n.q_world_base)) || !is_finite(math::Vec3(n.p_world_m))) return rt::Status::fault;
+  if (!plausible(n)) return rt::Status::fault;
   state_.loan() = n;
   return rt::Status::ok;
 }

@@ -1,5 +1,7 @@
 #include "control/nav_estimator.hpp"
 
+#include "control/plausible.hpp"
+
 namespace sinew::control {
 namespace {
 
@@ -200,8 +202,8 @@ bool NavEstimator::is_stuck(const msg::RangeSample& s) {
 }
 
 void NavEstimator::add_baro(const msg::BaroSample& s) {
-  if (!started_ || !height_aided_ || !(s.pressure_pa > 1000) || !math::is_finite(s.pressure_pa) ||
-      !math::is_finite(s.temperature_c)) {
+  if (!started_ || !height_aided_ || !(s.pressure_pa > 1000) || !(s.pressure_pa < 200000) ||
+      !(math::fabs(s.temperature_c) < 150)) {
     return;
   }
   // Height in an atmosphere of one temperature; what the weather adds is in the offset.
@@ -228,7 +230,7 @@ void NavEstimator::add_baro(const msg::BaroSample& s) {
 void NavEstimator::add_pad(const msg::PadSighting& s) {
   const math::Vec3 direction(s.direction_optical);
   if (!started_ || !height_aided_ || !s.found || !(s.confidence >= params.pad_min_confidence) ||
-      !is_finite(direction)) {
+      !(math::fabs(norm(direction) - 1) < 1e-3)) {
     return;
   }
   const auto then = history_.at(s.stamp);
