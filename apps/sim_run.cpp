@@ -80,6 +80,7 @@ class SimRun {
     sim.clock = options_.virtual_time ? static_cast<const hal::Clock*>(&clock_) : &os_;
     sim.os = &real_os_;
     sim.rate = options_.rate;
+    if (options_.virtual_time) sim.patience = 60s;  // nobody waits in real time: a busy machine may take long
     sim.late_after = from_ms(robot_.sim.bounds.late_ms);
     sim.connect = [endpoint = plant_->endpoint()] { return hal::connect_stream(endpoint, 500ms); };
     // A plant of our own that is gone does not come back.
