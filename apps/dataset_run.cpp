@@ -8,7 +8,7 @@
 
 #include "apps/plot.hpp"
 #include "apps/run_log.hpp"
-#include "apps/status_table.hpp"
+#include "apps/run_summary.hpp"
 #include "apps/tilt_error.hpp"
 #include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
@@ -38,8 +38,12 @@ class DatasetRun {
 
   int run() {
     if (!open()) return 2;
+    summary_.emplace(*graph_, options_.virtual_time,
+                     RunSummary::Form{.json = options_.json, .quiet = options_.quiet, .trace = options_.trace});
+    if (board_->images() == 0)
+      summary_->add("no images", fmt::format("left out: {}", fmt::join(left_out_, " ")), {{"left_out", left_out_}});
     const bool ran = options_.virtual_time ? run_virtual() : run_real();
-    return ran ? report() : 1;
+    return ran ? report() : failed_with_;
   }
 
  private:
@@ -61,12 +65,11 @@ class DatasetRun {
     board_ = std::move(*board);
     if (board_->images() == 0) {
       rt::GraphSpec spec = prepared_.robot.graph;
-      const auto left_out = leave_out_camera(spec);
-      std::printf("no images           left out: %s\n", fmt::format("{}", fmt::join(left_out, " ")).c_str());
+      left_out_ = leave_out_camera(spec);
       prepared_.graph = std::make_unique<rt::Graph>(std::move(spec), prepared_.types);
     }
     graph_ = prepared_.graph.get();
-    if (auto ready = graph_->configure(*board_, {}); !ready) {
+    if (auto ready = graph_->configure(*board_, {.os = &os_}); !ready) {
       for (const auto& p : graph_->configure_problems())
         std::fprintf(stderr, "%s\n", rt::to_string(p, options_.robot).c_str());
       return fail(ready.error().where);
@@ -76,75 +79,79 @@ class DatasetRun {
 
   bool run_virtual() {
     rt::DiscreteOptions discrete;
-    if (options_.duration_s > 0) discrete.duration = duration();
+    if (options_.duration_s > 0) discrete.duration = run_duration(options_);
     discrete.os = &os_;
     discrete.hash_topics = true;
     rt::DiscreteExecutor executor(*graph_, clock_, *board_, discrete);
+    executor.runner().ask_for_zones(!options_.trace.empty());
+    const auto socket = open_socket(prepared_, options_, executor.runner(), [&executor] { executor.request_stop(); });
     const hal::Time wall = os_.now();
     const auto done = executor.run();
     if (!done) return fail(done.error().where);
     if (done->end == rt::DiscreteReport::End::source_failed) return fail(done->error.where);
     const double wall_s = msg::seconds(os_.now() - wall), run_s = msg::seconds(done->reached);
-    if (!options_.quiet) std::printf("%s", run_summary(*graph_, executor.runner()).c_str());
-    std::printf("virtual time        %.3f s in %.3f s: %.1f times real time\n", run_s, wall_s, run_s / wall_s);
-    for (std::uint32_t t = 0; t < graph_->topics().size(); ++t)
-      std::printf("hash %-24s %016llx\n", graph_->topics()[t].name.c_str(),
-                  static_cast<unsigned long long>(executor.runner().topic_hash(t)));
+    summary_->statistics(executor.runner());
+    summary_->virtual_time(run_s, wall_s);
+    summary_->hashes(executor.runner());
     return true;
   }
 
   bool run_real() {
-    rt::RealTimeExecutor executor(*graph_, os_);
+    rt::RealTimeExecutor executor(*graph_, os_, real_time_options());
     if (auto started = executor.start(); !started) return fail(started.error().where);
-    for (const auto& line : executor.shortfalls()) std::fprintf(stderr, "warning: %s\n", line.c_str());
+    executor.runner().ask_for_zones(!options_.trace.empty());
+    if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return failed_with_ = 2, false;
     if (auto started = board_->start(); !started) return fail(started.error().where);
+    const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);
     const hal::Time begin = os_.now();
-    const hal::Time end = options_.duration_s > 0 ? std::min(board_->end(), begin + duration()) : board_->end();
+    const hal::Time end =
+        options_.duration_s > 0 ? std::min(board_->end(), begin + run_duration(options_)) : board_->end();
     while (os_.now() < end + 100ms && !hal::stop_requested()) os_.sleep_until(std::min(os_.now() + 200ms, end + 100ms));
     executor.stop();
-    if (!options_.quiet) std::printf("%s", run_summary(*graph_, executor.runner()).c_str());
+    summary_->statistics(executor.runner());
     return true;
   }
 
-  rt::Duration duration() const { return rt::Duration{static_cast<std::int64_t>(options_.duration_s * 1e9)}; }
-
   int report() {
-    std::printf("samples             %zu of the IMU, %zu images", board_->imu_samples(), board_->images());
+    std::string samples = fmt::format("{} of the IMU, {} images", board_->imu_samples(), board_->images());
     if (board_->images_lost() > 0)
-      std::printf(", %zu lost: %s", board_->images_lost(), board_->image_problem().c_str());
-    std::printf("\n");
+      samples += fmt::format(", {} lost: {}", board_->images_lost(), board_->image_problem());
+    summary_->add(
+        "samples", samples,
+        {{"imu_samples", board_->imu_samples()}, {"images", board_->images()}, {"images_lost", board_->images_lost()}});
     if (const auto* motion = find_log<msg::MotionField>(*graph_)) {
       const auto& all = motion->messages();
       const auto moving = std::count_if(all.begin(), all.end(), [](const auto& m) { return m.moving != 0; });
-      std::printf("motion field        %zu fields, %td report motion\n", all.size(), moving);
+      summary_->add("motion field", fmt::format("{} fields, {} report motion", all.size(), moving),
+                    {{"motion_fields", all.size()}, {"motion_fields_moving", moving}});
     }
     const auto* nav = find_log<msg::NavState>(*graph_);
-    return nav ? report_tilt(*nav) : 0;
+    return nav ? report_tilt(*nav) : summary_->finish("ran to its end", 0);
   }
 
   int report_tilt(const RunLog<msg::NavState>& log) {
     if (log.lost() > 0)
-      std::printf("warning             %llu states not kept\n", static_cast<unsigned long long>(log.lost()));
+      summary_->add("warning", fmt::format("{} states not kept", log.lost()), {{"states_not_kept", log.lost()}});
     std::string why;
     const auto truth = sim_hil::GroundTruth::open(options_.data, why);
-    if (!truth) {
-      std::printf("tilt error          no ground truth in %s\n", options_.data.c_str());
-      return truth.error().code == hal::Errc::not_found ? 0 : 1;
-    }
+    if (!truth)
+      return summary_->finish("no ground truth in " + options_.data,
+                              truth.error().code == hal::Errc::not_found ? 0 : 1);
     const TiltErrors errors = tilt_errors(log.messages(), kSettle_s, [&](const msg::NavState& e, msg::Quat& q) {
       sim_hil::GroundTruthSample s;
       if (!truth->at(board_->dataset_stamp(e.stamp), s)) return false;
       q = s.q_world_base;
       return true;
     });
-    if (errors.compared == 0) {
-      std::printf("tilt error          nothing to compare after %.0f s\n", kSettle_s);
-      return 1;
-    }
-    std::printf("tilt error          %.3f deg RMS, %.3f deg max from %.0f s on, %zu states (limit %.1f deg RMS)\n",
-                errors.rms_deg, errors.max_deg, kSettle_s, errors.compared, kGoodTilt_deg);
+    if (errors.compared == 0)
+      return summary_->finish(fmt::format("nothing to compare with the ground truth after {:.0f} s", kSettle_s), 1);
+    summary_->add("tilt error",
+                  fmt::format("{:.3f} deg RMS, {:.3f} deg max from {:.0f} s on, {} states (limit {:.1f} deg RMS)",
+                              errors.rms_deg, errors.max_deg, kSettle_s, errors.compared, kGoodTilt_deg),
+                  {{"tilt_rms_deg", errors.rms_deg}, {"tilt_max_deg", errors.max_deg}, {"states", errors.compared}});
     if (!options_.plot.empty() && !write_plot(errors)) return 1;
-    return errors.rms_deg < kGoodTilt_deg ? 0 : 1;
+    const bool good = errors.rms_deg < kGoodTilt_deg;
+    return summary_->finish(good ? "attitude within its limit" : "attitude beyond its limit", good ? 0 : 1);
   }
 
   bool write_plot(const TiltErrors& errors) {
@@ -157,7 +164,7 @@ class DatasetRun {
     out << to_svg(plot);
     out.close();
     if (!out) return fail("--plot " + options_.plot + ": cannot be written");
-    std::printf("plot                %s\n", options_.plot.c_str());
+    summary_->add("plot", options_.plot, {{"plot", options_.plot}});
     return true;
   }
 
@@ -167,6 +174,9 @@ class DatasetRun {
   hal::Os& os_ = hal::linux_os();
   hal::ManualClock clock_;
   std::unique_ptr<sim_hil::DatasetBoard> board_;
+  std::vector<std::string> left_out_;
+  int failed_with_ = 1;
+  std::optional<RunSummary> summary_;  // once the graph is what it stays
 };
 
 }  // namespace

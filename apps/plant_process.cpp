@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "apps/place.hpp"
 #include "hal/linux/os.hpp"
 #include "hal/linux/socket.hpp"
 
@@ -14,8 +15,12 @@ namespace {
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
-// Beside our own program: where the build puts both, and where an installation would.
-fs::path find_sinew_sim() { return fs::path(hal::program_path()).parent_path() / "sinew-sim"; }
+// Beside our own program, where the build puts both; a program of another project finds it where ours are.
+fs::path find_sinew_sim() {
+  const fs::path beside = fs::path(hal::program_path()).parent_path() / "sinew-sim";
+  std::error_code ignored;  // what cannot be looked at is not there
+  return fs::exists(beside, ignored) ? beside : fs::path(program_folder()) / "sinew-sim";
+}
 
 }  // namespace
 
@@ -78,6 +83,12 @@ std::string PlantProcess::last_words() const {
 
 void PlantProcess::wait_for_end() {
   if (child_) child_->wait(3s);
+}
+
+void PlantProcess::leave_to_parent() {
+  if (child_) child_->disown();
+  socket_path_.clear();
+  log_path_.clear();
 }
 
 PlantProcess::~PlantProcess() {

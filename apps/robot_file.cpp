@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "apps/exec_reader.hpp"
 #include "apps/toml_guard.hpp"
 #include "apps/toml_reader.hpp"
 #include "msg/actuators.hpp"
@@ -19,30 +20,6 @@ using rt::ThreadSpec;
 
 constexpr double kUs = 1e3, kMs = 1e6;
 constexpr Duration kLongest = 3600s;
-
-void read_exec(TomlReader& r, rt::ExecModel& exec) {
-  using Kind = rt::ExecModel::Kind;
-  if (r.read_time("exec_us", exec.constant, kUs, 1ns, kLongest)) exec.kind = Kind::constant;
-  if (const toml::node* node = r.take("exec_trace_us")) {
-    const toml::array* array = node->as_array();
-    bool good = array && !array->empty();
-    for (std::size_t i = 0; good && i < array->size(); ++i) {
-      const auto us = (*array)[i].value<double>();
-      good = us && *us >= 0.001 && *us <= 3.6e9;
-      if (good) exec.trace.emplace_back(std::llround(*us * kUs));
-    }
-    if (good) {
-      exec.kind = Kind::trace;
-    } else {
-      r.problem(*node, "exec_trace_us", "an array of numbers from 0.001 to 3.6e9");
-    }
-  }
-  if (r.read("exec_measured_factor", exec.factor, 0.01, 1000.0)) exec.kind = Kind::measured;
-  if (r.has("exec_us") + r.has("exec_trace_us") + r.has("exec_measured_factor") > 1)
-    r.problem(*r.raw().get(r.has("exec_us") ? "exec_us" : "exec_trace_us"),
-              r.has("exec_us") ? "exec_us" : "exec_trace_us",
-              "only one of exec_us, exec_trace_us, exec_measured_factor");
-}
 
 void read_thread(TomlReader& r, rt::GraphSpec& graph) {
   ThreadSpec t;
@@ -78,15 +55,7 @@ void read_params(TomlReader& r, rt::ModuleSpec& m) {
     r.take(key.str());
     rt::Located<rt::ParamValue> p;
     p.line = line_of(node);
-    if (auto b = node.value_exact<bool>())
-      p.value = *b;
-    else if (auto i = node.value_exact<std::int64_t>())
-      p.value = *i;
-    else if (auto d = node.value_exact<double>())
-      p.value = *d;
-    else if (auto s = node.value_exact<std::string>())
-      p.value = *s;
-    else {
+    if (!read_param_value(node, p.value)) {
       r.problem(node, key.str(), "a boolean, a number or a string");
       continue;
     }
@@ -114,6 +83,21 @@ void read_module(const std::string& name, TomlReader& r, rt::GraphSpec& graph) {
   graph.modules.push_back(std::move(m));
 }
 
+// A topic that is written from outside.
+void read_writer(TomlReader& r, rt::TopicSpec& t) {
+  enum class Writer : std::uint8_t { module, external } writer = Writer::module;
+  r.read_choice<Writer>("writer", writer, {{"external", Writer::external}});
+  if (writer == Writer::external) {
+    t.external.emplace();
+    r.require("type", t.external->type, "the type of a message, e.g. \"OperatorLink\"; it is required");
+    r.require("thread", t.external->thread, "the name of a thread; it is required");
+    read_exec(r, t.external->exec);
+    return;
+  }
+  for (const char* key : {"type", "thread"})
+    if (const toml::node* node = r.take(key)) r.problem(*node, key, "none without writer = \"external\"");
+}
+
 void read_topic(const std::string& name, TomlReader& r, rt::GraphSpec& graph) {
   rt::TopicSpec t;
   t.name = name;
@@ -132,6 +116,7 @@ void read_topic(const std::string& name, TomlReader& r, rt::GraphSpec& graph) {
                                          {"yuyv", msg::PixelFormat::yuyv}});
     t.image_bytes = static_cast<std::uint32_t>(width * height) * msg::bytes_per_pixel(format);
   });
+  read_writer(r, t);
   std::int64_t number = 0;
   if (r.read("history", number, 1, 100000)) t.history = static_cast<std::uint32_t>(number);
   graph.topics.push_back(std::move(t));
@@ -225,12 +210,13 @@ void read_chain(TomlReader& r, rt::GraphSpec& graph) {
     if (const toml::node* node = r.raw().get(key)) target->line = line_of(*node);
   }
   r.read_time("budget_ms", c.budget, kMs, 1us, kLongest);
+  r.read("allowed_misses", c.allowed_misses, 0.0, 1.0);
   graph.chains.push_back(std::move(c));
 }
 
 void read_robot(TomlReader& r, rt::GraphSpec& graph) {
   r.require("name", graph.robot);
-  r.require("board", graph.board, "\"sim\", \"dataset\" or \"linux\"; it is required");
+  r.require("board", graph.board, "\"sim\", \"dataset\" or \"none\"; it is required");
   std::int64_t number = 0;
   if (r.read("seed", number, 0, INT64_MAX)) graph.seed = static_cast<std::uint64_t>(number);
   if (r.read("virtual_cores", number, 1, 64)) graph.virtual_cores = static_cast<std::uint32_t>(number);
@@ -245,11 +231,35 @@ void read_robot(TomlReader& r, rt::GraphSpec& graph) {
   });
 }
 
+void read_bounds(TomlReader& r, ValidityBounds& b) {
+  constexpr double kMost = 1e6;
+  r.read("plant_gap_ms", b.plant_gap_ms, 0.0, kMost);
+  r.read("arrival_gap_ms", b.arrival_gap_ms, 0.0, kMost);
+  r.read("late_ms", b.late_ms, 0.0, kMost);
+  r.read("late_percent", b.late_percent, 0.0, 100.0);
+  r.read("lost", b.lost, 0, INT64_C(1'000'000'000));
+  r.read("frames_late_percent", b.frames_late_percent, 0.0, 100.0);
+  r.read("commands_dropped", b.commands_dropped, 0, INT64_C(1'000'000'000));
+  r.read("missed_percent", b.missed_percent, 0.0, 100.0);
+  r.read("clock_ms", b.clock_ms, 0.0, kMost);
+  r.read("drift_ppm", b.drift_ppm, 0.0, 1000.0);
+  r.read("link_down_ms", b.link_down_ms, 0.0, kMost);
+}
+
 void read_sim(TomlReader& r, SimOptions& sim) {
   r.read("plant", sim.plant, "\"auto\", \"unix:PATH\" or \"tcp:HOST:PORT\"");
   std::int64_t number = 0;
   if (r.read("camera_width", number, 16, msg::kMaxImageWidth)) sim.camera_width = static_cast<std::uint32_t>(number);
   if (r.read("camera_height", number, 16, msg::kMaxImageHeight)) sim.camera_height = static_cast<std::uint32_t>(number);
+  r.read("relink_s", sim.relink_s, 0.0, 3600.0);
+  r.table("bounds", [&](TomlReader& b) { read_bounds(b, sim.bounds); });
+}
+
+void read_parent(TomlReader& r, ParentOptions& parent) {
+  r.read_time("hang_ms", parent.hang, kMs, 20ms, 60s);
+  r.read("watchdog", parent.watchdog, "the path of a watchdog device");
+  r.read_time("watchdog_timeout_ms", parent.watchdog_timeout, kMs, 1s, 600s);
+  r.read("save_to", parent.save_to, "the path of a folder");
 }
 
 }  // namespace
@@ -280,6 +290,7 @@ LoadedRobot parse_robot(std::string_view text, const std::string& path) {
   root.table("guardian", [&](TomlReader& r) { read_guardian(r, graph.guardian); });
   root.array_of_tables("failsafe", [&](TomlReader& r) { read_failsafe(r, graph); });
   root.table("sim", [&](TomlReader& r) { read_sim(r, loaded.robot.sim); });
+  root.table("parent", [&](TomlReader& r) { read_parent(r, loaded.robot.parent); });
   root.finish();
   std::stable_sort(graph.modules.begin(), graph.modules.end(),
                    [](const auto& a, const auto& b) { return a.line < b.line; });  // TOML tables come back by name
@@ -291,6 +302,7 @@ LoadedRobot load_robot(const std::string& path) {
   if (!in) {
     LoadedRobot loaded;
     loaded.robot.path = path;
+    loaded.readable = false;
     loaded.problems.push_back({0, "file", path, "a robot file that can be read"});
     return loaded;
   }

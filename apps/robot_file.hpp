@@ -4,6 +4,8 @@
 #include <string_view>
 #include <vector>
 
+#include "apps/parent.hpp"
+#include "apps/validity.hpp"
 #include "rt/graph_spec.hpp"
 
 namespace sinew::app {
@@ -12,18 +14,22 @@ namespace sinew::app {
 struct SimOptions {
   std::string plant = "auto";  // "auto": start sinew-sim; else "unix:PATH" or "tcp:HOST:PORT"
   std::uint32_t camera_width = 320, camera_height = 240;
+  double relink_s = 10;  // real time: how long a lost plant is looked for
+  ValidityBounds bounds;
 };
 
 struct RobotFile {
   std::string path;
   rt::GraphSpec graph;
   SimOptions sim;
+  ParentOptions parent;
 };
 
 struct LoadedRobot {
   RobotFile robot;
-  std::vector<rt::Problem>
-      problems;  // of form only (keys, types, ranges of the file); rt::Graph::check() does the rest
+  // Of form only (keys, types, ranges of the file); rt::Graph::check() does the rest.
+  std::vector<rt::Problem> problems{};
+  bool readable = true;  // the file could be read at all
 };
 
 /// Reads the text of a robot file. Never stops at the first problem, except for TOML that does not parse.

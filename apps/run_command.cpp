@@ -2,24 +2,30 @@
 
 #include <cstdio>
 
+#include "apps/bare_run.hpp"
 #include "apps/dataset_run.hpp"
+#include "apps/doctor.hpp"
 #include "apps/run_setup.hpp"
 #include "apps/sim_run.hpp"
 
 namespace sinew::app {
 
-int run_command(const RunOptions& options) {
-  auto prepared = prepare(options);
+int run_command(const RunOptions& options, const rt::ModuleTypes& types) {
+  auto prepared = prepare(options, types);
   if (!prepared) return 2;
   const std::string& board = prepared->graph->spec().board;
   if (!prepared->graph->spec().device_boards.empty()) {
     std::fprintf(stderr, "sinew: robot.device_boards: boards cannot be mixed yet; name one board for all devices\n");
     return 2;
   }
+  if (board != "sim" && board != "dataset" && board != "none") {
+    std::fprintf(stderr, "sinew: board \"%s\": \"sim\", \"dataset\" or \"none\"\n", board.c_str());
+    return 2;
+  }
+  if (!options.virtual_time && !doctor_permits_start(*prepared->graph, options.strict)) return 2;
+  if (!take_name(*prepared, options)) return 2;
   if (board == "sim") return run_on_sim(*prepared, options);
-  if (board == "dataset") return run_on_dataset(*prepared, options);
-  std::fprintf(stderr, "sinew: board \"%s\": \"sim\" or \"dataset\"\n", board.c_str());
-  return 2;
+  return board == "dataset" ? run_on_dataset(*prepared, options) : run_without_devices(*prepared, options);
 }
 
 }  // namespace sinew::app

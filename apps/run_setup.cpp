@@ -2,11 +2,15 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cstdio>
+#include <filesystem>
 
-#include "apps/module_list.hpp"
+#include "apps/param_overlay.hpp"
+#include "apps/param_value.hpp"
+#include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
+#include "hal/linux/run_dir.hpp"
+#include "hal/linux/system_files.hpp"
 
 namespace sinew::app {
 namespace {
@@ -14,17 +18,11 @@ namespace {
 constexpr const char* kGuardianState = "guardian.state";
 constexpr msg::Duration kSafeForGood = std::chrono::seconds(3);  // a fall from the search height takes less
 
-rt::ParamValue value_of(const std::string& text) {
-  if (text == "true" || text == "false") return text == "true";
-  std::int64_t integer = 0;
-  const char* const end = text.data() + text.size();
-  if (auto r = std::from_chars(text.data(), end, integer); r.ec == std::errc() && r.ptr == end) return integer;
-  double number = 0;
-  if (auto r = std::from_chars(text.data(), end, number); r.ec == std::errc() && r.ptr == end) return number;
-  return text;
-}
-
 }  // namespace
+
+rt::Duration run_duration(const RunOptions& options) {
+  return rt::Duration{static_cast<std::int64_t>(options.duration_s * 1e9)};
+}
 
 std::string apply_setting(rt::GraphSpec& graph, const std::string& setting) {
   const auto dot = setting.find('.'), equals = setting.find('=');
@@ -33,13 +31,34 @@ std::string apply_setting(rt::GraphSpec& graph, const std::string& setting) {
   const std::string module = setting.substr(0, dot);
   for (auto& m : graph.modules) {
     if (m.name != module) continue;
-    m.params[setting.substr(dot + 1, equals - dot - 1)] = {value_of(setting.substr(equals + 1)), 0};
+    m.params[setting.substr(dot + 1, equals - dot - 1)] = {param_value(setting.substr(equals + 1)), 0};
     return {};
   }
   return fmt::format("--set {}: no module {}", setting, module);
 }
 
-std::optional<Prepared> prepare(const RunOptions& options) {
+rt::RealTimeOptions real_time_options(double rate) {
+  rt::RealTimeOptions options;
+  const hal::SystemFiles files("/");
+  const auto runtime_us = files.number("proc/sys/kernel/sched_rt_runtime_us");
+  const auto period_us = files.number("proc/sys/kernel/sched_rt_period_us");
+  if (!runtime_us || !period_us) return options;
+  const auto scaled = [rate](std::int64_t us) {
+    return rt::Duration{static_cast<std::int64_t>(static_cast<double>(us) * 1e3 * rate)};
+  };
+  options.throttle.period = scaled(*period_us);
+  options.throttle.frozen = scaled(*runtime_us < 0 ? 0 : *period_us - *runtime_us);
+  return options;
+}
+
+bool accept_shortfalls(const std::vector<std::string>& shortfalls, bool strict) {
+  for (const auto& line : shortfalls) std::fprintf(stderr, "warning: %s\n", line.c_str());
+  if (shortfalls.empty() || !strict) return true;
+  std::fprintf(stderr, "sinew: --strict: not started\n");
+  return false;
+}
+
+std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes& types) {
   LoadedRobot loaded = load_robot(options.robot);
   for (const auto& p : loaded.problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.robot).c_str());
   if (!loaded.problems.empty()) return std::nullopt;
@@ -47,6 +66,11 @@ std::optional<Prepared> prepare(const RunOptions& options) {
   if (!options.board.empty()) spec.board = options.board;
   if (options.seed) spec.seed = *options.seed;
   if (!options.plant.empty()) loaded.robot.sim.plant = options.plant;
+  if (!options.params.empty()) {
+    const auto problems = apply_overlay(load_overlay(options.params), types, spec);
+    for (const auto& p : problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.params).c_str());
+    if (!problems.empty()) return std::nullopt;
+  }
   for (const auto& setting : options.set) {
     if (const std::string why = apply_setting(spec, setting); !why.empty()) {
       std::fprintf(stderr, "sinew: %s\n", why.c_str());
@@ -62,12 +86,41 @@ std::optional<Prepared> prepare(const RunOptions& options) {
     }
     loaded.robot.sim.camera_width = w, loaded.robot.sim.camera_height = h;
   }
-  Prepared prepared{std::move(loaded.robot), all_modules(), nullptr};
+  Prepared prepared{std::move(loaded.robot), types, nullptr, nullptr};
   prepared.graph = std::make_unique<rt::Graph>(prepared.robot.graph, prepared.types);
   const auto problems = prepared.graph->check({options.virtual_time, hal::usable_cpus()});
   for (const auto& p : problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.robot).c_str());
   if (!problems.empty()) return std::nullopt;
   return prepared;
+}
+
+bool take_name(Prepared& prepared, const RunOptions& options) {
+  const std::string robot = options.name.empty() ? prepared.graph->spec().robot : options.name;
+  std::string why;
+  auto name = tap::Name::take(robot, why);
+  if (!name && name.error().code == hal::Errc::busy && options.virtual_time)
+    name = tap::Name::take(fmt::format("{}-{}", robot, hal::process_id()), why);
+  if (name) {
+    prepared.name = std::move(*name);
+    return true;
+  }
+  const bool unusable = name.error().code == hal::Errc::busy || name.error().code == hal::Errc::bad_argument;
+  std::fprintf(stderr, "sinew: %s%s\n", unusable ? "" : "warning: no socket for other programs: ", why.c_str());
+  return !unusable;
+}
+
+std::unique_ptr<tap::Server> open_socket(const Prepared& prepared, const RunOptions& options, rt::Runner& runner,
+                                         std::function<void()> stop) {
+  if (!prepared.name) return nullptr;
+  auto server = tap::Server::open(*prepared.name, *prepared.graph, runner, hal::linux_os(),
+                                  {.board = prepared.graph->spec().board,
+                                   .virtual_time = options.virtual_time,
+                                   .stop = std::move(stop),
+                                   .robot_file = std::filesystem::absolute(options.robot).lexically_normal().string()});
+  if (server) return std::move(*server);
+  std::fprintf(stderr, "sinew: warning: no socket for other programs: %s: %s\n", prepared.name->path().c_str(),
+               server.error().where);
+  return nullptr;
 }
 
 std::vector<std::string> MissionWatch::taps(const rt::Graph& graph) {

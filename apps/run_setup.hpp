@@ -1,5 +1,6 @@
 #pragma once
-// What both ways of running share: the robot, its graph, and what is watched from outside.
+// What all ways of running share: the robot, its graph, and what is watched from outside.
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,6 +12,10 @@
 #include "rt/graph.hpp"
 #include "rt/latch.hpp"
 #include "rt/module_types.hpp"
+#include "rt/real_time_executor.hpp"
+#include "rt/runner.hpp"
+#include "tap/names.hpp"
+#include "tap/server.hpp"
 
 namespace sinew::app {
 
@@ -19,13 +24,33 @@ struct Prepared {
   RobotFile robot;
   rt::ModuleTypes types;
   std::unique_ptr<rt::Graph> graph;
+  std::unique_ptr<tap::Name> name;  // held until the run ends; null: the run has no socket
 };
 
 /// Prints every problem to standard error; empty when there was one.
-std::optional<Prepared> prepare(const RunOptions& options);
+std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes& types);
+
+/// --duration as a duration.
+rt::Duration run_duration(const RunOptions& options);
+
+/// For this machine, on a clock of this rate.
+rt::RealTimeOptions real_time_options(double rate = 1);
+
+/// Prints what a real-time run could not have. False when `strict` forbids to go on.
+bool accept_shortfalls(const std::vector<std::string>& shortfalls, bool strict);
 
 /// Applies "module.param=value"; the reason when it cannot.
 std::string apply_setting(rt::GraphSpec& graph, const std::string& setting);
+
+/// Takes the robot's name on this machine, before any device is opened. In real time a name that is taken is an error,
+/// printed: two runs would steer the same hardware. In virtual time nothing is steered, and the run gets a name of its
+/// own, NAME-PID. Where no folder for sockets can be had the run goes on without, with a warning.
+bool take_name(Prepared& prepared, const RunOptions& options);
+
+/// The robot's socket, from here until it is destroyed; null with a warning when there can be none. `stop` ends the
+/// run, called by any thread.
+std::unique_ptr<tap::Server> open_socket(const Prepared& prepared, const RunOptions& options, rt::Runner& runner,
+                                         std::function<void()> stop);
 
 /// Reads the mission's and the guardian's state, if the robot has a mission, below the loops: never in their way.
 /// Thread:  owner, one.

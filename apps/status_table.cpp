@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "apps/gap_text.hpp"
 #include "apps/graph_text.hpp"
 
 namespace sinew::app {
@@ -12,71 +13,49 @@ std::string cut(std::string line, int columns) {
   return line + "\n";
 }
 
-std::string quantiles(const rt::Histogram& h) {
-  if (h.count() == 0) return "none";
-  return fmt::format("p50 {} p99 {} p99.9 {} max {}", human(h.quantile(0.5)), human(h.quantile(0.99)),
-                     human(h.quantile(0.999)), human(h.max()));
-}
-
 }  // namespace
 
-StatusTable::StatusTable(const rt::Graph& graph, rt::Runner& runner)
-    : graph_(graph), runner_(runner), cycles_(graph.threads().size()), messages_(graph.topics().size()) {}
-
-std::string StatusTable::render(rt::Time now, int columns) {
-  const double elapsed = last_.ns ? msg::seconds(now - last_) : 0;
-  last_ = now;
-  const auto rate = [&](std::uint64_t value, std::uint64_t& before) {
-    const double r = elapsed > 0 ? static_cast<double>(value - before) / elapsed : 0;
-    before = value;
-    return r;
-  };
-  std::string out = cut(fmt::format("{:<14} {:>4} {:>9} {:>11} {:>11} {:>11} {:>8}", "thread", "prio", "rate",
-                                    "late p50", "late p99", "exec p99", "overruns"),
-                        columns);
-  for (std::uint32_t t = 0; t < graph_.threads().size(); ++t) {
-    const rt::ThreadStats& s = runner_.thread_stats(t);
-    out += cut(fmt::format("{:<14} {:>4} {:>6.0f} Hz {:>11} {:>11} {:>11} {:>8}", graph_.threads()[t].spec.name,
-                           graph_.threads()[t].spec.priority, rate(s.completions.value(), cycles_[t]),
-                           human(s.lateness.quantile(0.5)), human(s.lateness.quantile(0.99)),
-                           human(s.exec.quantile(0.99)), s.overruns.value()),
-               columns);
-  }
-  out += cut(fmt::format("{:<24} {:>9} {:>11} {:>8}", "topic", "rate", "age p99", "drops"), columns);
-  for (std::uint32_t i = 0; i < graph_.topics().size(); ++i) {
-    const rt::TopicStats& s = runner_.topic_stats(i);
-    out += cut(fmt::format("{:<24} {:>6.0f} Hz {:>11} {:>8}", graph_.topics()[i].name,
-                           rate(s.messages.value(), messages_[i]), human(s.age.quantile(0.99)), runner_.topic_drops(i)),
-               columns);
-  }
-  return out;
-}
-
-std::string run_summary(const rt::Graph& graph, rt::Runner& runner) {
-  std::string out = "threads\n";
+StatusRows rows_of(const rt::Graph& graph, rt::Runner& runner) {
+  StatusRows rows;
   for (std::uint32_t t = 0; t < graph.threads().size(); ++t) {
     const rt::ThreadStats& s = runner.thread_stats(t);
-    out += fmt::format("  {:<14} {} cycles, {} overruns, {} skips, {} coalesced, {} time-outs, {} preemptions\n",
-                       graph.threads()[t].spec.name, s.completions.value(), s.overruns.value(), s.skips.value(),
-                       s.coalesced.value(), s.timeouts.value(), s.preemptions.value());
-    out += fmt::format("  {:<14}   lateness {}\n  {:<14}   execution {}\n", "", quantiles(s.lateness), "",
-                       quantiles(s.exec));
+    rows.threads.push_back({graph.threads()[t].spec.name, graph.threads()[t].spec.priority, s.completions.value(),
+                            s.overruns.value(), s.lateness.quantile(0.5), s.lateness.quantile(0.99),
+                            s.exec.quantile(0.99)});
   }
-  out += "modules\n";
-  for (std::uint32_t m = 0; m < graph.modules().size(); ++m) {
-    const rt::ModuleStats& s = runner.module_stats(m);
-    out += fmt::format("  {:<14} {} steps, {} ok, {} stale, {} fault{}; {}\n", graph.modules()[m].spec.name,
-                       s.steps.value(), s.ok.value(), s.stale.value(), s.fault.value(),
-                       s.stopped.value() ? ", stopped" : "", quantiles(s.exec));
+  for (std::uint32_t t = 0; t < graph.topics().size(); ++t) {
+    const rt::TopicStats& s = runner.topic_stats(t);
+    rows.topics.push_back({graph.topics()[t].name, s.messages.value(), runner.topic_drops(t), s.age.quantile(0.99)});
   }
-  for (std::uint32_t i = 0; i < graph.topics().size(); ++i)
-    if (runner.topic_drops(i) > 0)
-      out += fmt::format("topic {}: {} messages lost to full queues\n", graph.topics()[i].name, runner.topic_drops(i));
-  for (std::uint32_t c = 0; c < graph.chains().size(); ++c) {
-    const rt::ChainStats& s = runner.chain_stats(c);
-    out += fmt::format("chain {:<14} age {}, budget {} missed {} of {}\n", graph.chains()[c].spec.name,
-                       quantiles(s.age), human(graph.chains()[c].spec.budget), s.budget_misses.value(), s.age.count());
-  }
+  rows.gaps = gap_lines(graph, runner);
+  return rows;
+}
+
+std::string StatusTable::rate(const std::string& key, std::uint64_t count, double elapsed_s) {
+  const auto [at, first] = counts_.try_emplace(key, count);
+  const double hz = first || elapsed_s <= 0 ? 0 : static_cast<double>(count - at->second) / elapsed_s;
+  at->second = count;
+  return first ? "-" : fmt::format("{:.0f} Hz", hz);
+}
+
+std::string StatusTable::render(const StatusRows& rows, rt::Time now, int columns) {
+  const double elapsed_s = last_.ns ? msg::seconds(now - last_) : 0;
+  last_ = now;
+  std::string out = cut(fmt::format("{:<24} {:>9} {:>9} {:>9} {:>9} {:>9} {:>4}", "thread", "rate", "overruns",
+                                    "late p50", "late p99", "exec p99", "prio"),
+                        columns);
+  for (const auto& t : rows.threads)
+    out += cut(
+        fmt::format("{:<24} {:>9} {:>9} {:>9} {:>9} {:>9} {:>4}", t.name, rate("thread " + t.name, t.cycles, elapsed_s),
+                    t.overruns, human(t.late_p50), human(t.late_p99), human(t.exec_p99), t.priority),
+        columns);
+  for (std::size_t at = 0; at < rows.gaps.size(); at = rows.gaps.find('\n', at) + 1)
+    out += cut(rows.gaps.substr(at, rows.gaps.find('\n', at) - at), columns);
+  out += cut(fmt::format("{:<24} {:>9} {:>9} {:>9}", "topic", "rate", "lost", "age p99"), columns);
+  for (const auto& t : rows.topics)
+    out += cut(fmt::format("{:<24} {:>9} {:>9} {:>9}", t.name, rate("topic " + t.name, t.messages, elapsed_s), t.lost,
+                           human(t.age_p99)),
+               columns);
   return out;
 }
 

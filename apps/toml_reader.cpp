@@ -25,6 +25,20 @@ std::string value_text(const toml::node& node) {
   return text;
 }
 
+bool read_param_value(const toml::node& node, rt::ParamValue& out) {
+  if (auto b = node.value_exact<bool>())
+    out = *b;
+  else if (auto i = node.value_exact<std::int64_t>())
+    out = *i;
+  else if (auto d = node.value_exact<double>())
+    out = *d;
+  else if (auto s = node.value_exact<std::string>())
+    out = *s;
+  else
+    return false;
+  return true;
+}
+
 const toml::node* TomlReader::take(std::string_view key) {
   known_.emplace(key);
   return table_.get(key);

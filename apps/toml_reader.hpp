@@ -22,6 +22,8 @@ using Problems = std::vector<rt::Problem>;
 
 int line_of(const toml::node& node);
 std::string value_text(const toml::node& node);
+/// A boolean, integer, number or string; false: something else.
+bool read_param_value(const toml::node& node, rt::ParamValue& out);
 
 /// Reads typed values out of one table; what does not fit becomes a Problem and the default stays.
 class TomlReader {

@@ -59,8 +59,7 @@ bool measure(const char* name, bool same_thread, bool with_clock, int pairs, dou
   };
   const Ratio r = alternate(pairs, 50, ours, floor);
   if (!good || !check.good) std::printf("%s: a message was not what was written\n", name);
-  return report(name, {r.ratio, r.low, r.high, r.ours_us * 1000 / kBatch, r.floor_us * 1000 / kBatch}, goal, "ns") &&
-         good && check.good;
+  return report(name, r.times(1000.0 / kBatch), goal, "ns") && good && check.good;
 }
 
 /// What one clock read costs, in virtual calls.
@@ -82,8 +81,7 @@ void measure_clock(int pairs) {
     }
   };
   const Ratio r = alternate(pairs, 50, read, call);
-  report("clock_read_alone", {r.ratio, r.low, r.high, r.ours_us * 1000 / kBatch, r.floor_us * 1000 / kBatch}, kNoGoal,
-         "ns");
+  report("clock_read_alone", r.times(1000.0 / kBatch), kNoGoal, "ns");
 }
 
 template <class M>

@@ -73,9 +73,12 @@ struct PingPong {
   std::atomic<bool> stop{false};
   bool good = true, echo_good = true;
   std::int64_t n = 0;
+  hal::Os& os = hal::linux_os();
+  std::vector<double> single_us;  // every round trip
   std::unique_ptr<hal::Thread> echo;
 
   explicit PingPong(const hal::ThreadOptions& options) {
+    single_us.reserve(1 << 20);
     auto thread = hal::linux_os().start_thread(options, [this] {
       for (std::int64_t i = 1;; ++i) {
         const bool whole = there.receive(i);
@@ -93,9 +96,13 @@ struct PingPong {
     echo->join();
   }
   void run() {
+    std::int64_t before = os.now().ns;
     for (int i = 0; i < kRoundTrips; ++i) {
       there.send(++n);
       good &= back.receive(n);
+      const std::int64_t now = os.now().ns;
+      single_us.push_back(static_cast<double>(now - before) * 1e-3);
+      before = now;
     }
   }
 };
@@ -104,12 +111,13 @@ template <class M>
 bool measure(const char* name, const hal::ThreadOptions& options, int pairs, double goal) {
   PingPong<TopicLane<M>> ours(options);
   PingPong<FutexLane<M>> floor(options);
-  const Ratio r = alternate(
+  Ratio r = alternate(
       pairs, 10, [&] { ours.run(); }, [&] { floor.run(); });
   const bool whole = ours.good && ours.echo_good && floor.good && floor.echo_good;
   if (!whole) std::printf("%s: a message was not what was written\n", name);
-  const double one_way = 2.0 * kRoundTrips;
-  return report(name, {r.ratio, r.low, r.high, r.ours_us / one_way, r.floor_us / one_way}, goal) && whole;
+  r = r.times(1.0 / kRoundTrips);
+  r.ours_p99_us = quantile(ours.single_us, 0.99), r.floor_p99_us = quantile(floor.single_us, 0.99);
+  return report(name, r.times(0.5), goal) && whole;
 }
 
 }  // namespace

@@ -15,9 +15,11 @@ if(SINEW_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
 endif()
 
 add_compile_options(-Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Wold-style-cast
-                    -Woverloaded-virtual -Wimplicit-fallthrough -Werror -fno-strict-aliasing)
-# Contraction to FMA and errno-setting libm calls would make two machines differ; see math/README.md.
-add_compile_options(-ffp-contract=off -fno-math-errno -fno-trapping-math)
+                    -Woverloaded-virtual -Wimplicit-fallthrough -Werror)
+# Contraction to FMA and errno-setting libm calls would make two machines differ; see math/README.md. Modules of other
+# projects are compiled with these, too (cmake/SinewConfig.cmake.in).
+set(SINEW_CODE_OPTIONS -fno-strict-aliasing -ffp-contract=off -fno-math-errno -fno-trapping-math)
+add_compile_options(${SINEW_CODE_OPTIONS})
 
 if(SINEW_SANITIZE)
   add_compile_options(-fsanitize=${SINEW_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)

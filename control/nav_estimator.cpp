@@ -8,10 +8,10 @@ namespace {
 constexpr std::uint32_t kSightingsToAnchor = 5;    // averaged into the position of the pad
 constexpr std::uint32_t kRefusedToReopen = 12;     // sightings in a row, about 0.4 s
 constexpr std::uint32_t kRefusedToNewGround = 15;  // ranges in a row
+constexpr double kSameGround_m = 0.3;              // ranges that differ by more do not show one new ground
+constexpr double kRangeStuck_s = 0.25;             // a range finder in flight repeats no value for so long
 constexpr double kVagueVelocity = 1.0;             // (m/s)^2: an aided vehicle that knows less uses the weak prior, too
 constexpr double kNoGate = 1e18;
-constexpr double kMostForce_mps2 = 500;  // accelerometers end at 160 (16 g), those for crash tests at 2000
-constexpr double kMostRange_m = 1000;    // no range finder sees further
 
 double square(double x) { return x * x; }
 
@@ -26,8 +26,8 @@ void NavEstimator::reset() {
 bool NavEstimator::add_imu(const msg::ImuSample& s) {
   const math::Vec3 gyro(s.gyro_radps), accel(s.accel_mps2);
   const bool first = !started_ && level_count_ == 0;
-  const bool possible = within(s.gyro_radps, kMostTurn_radps) && within(s.accel_mps2, kMostForce_mps2);
-  if (!possible || (!first && s.stamp < last_imu_)) {
+  const bool sane = norm(gyro) < params.gyro_limit_radps && norm(accel) < params.accel_limit_mps2;  // not so for NaN
+  if (!sane || (!first && s.stamp < last_imu_)) {
     ++counters_.refused_imu;
     return false;
   }
@@ -149,7 +149,7 @@ void NavEstimator::use_prior(double dt_s) {
 }
 
 void NavEstimator::add_range(const msg::RangeSample& s) {
-  if (!started_ || !(s.range_m > 0 && s.range_m < kMostRange_m)) return;
+  if (!started_ || !(s.range_m > params.range_min_m) || !(s.range_m < params.range_max_m) || is_stuck(s)) return;
   const math::Vec3 up = filter_.state().q_world_base.conjugate().rotate({0, 0, 1});
   if (up.z < 0.7) return;  // looks at a wall
   const double height_m = (s.range_m + params.range_below_base_m) * up.z;
@@ -172,11 +172,33 @@ void NavEstimator::add_range(const msg::RangeSample& s) {
   if (counters_.gated_range == before) {
     range_refused_in_row_ = 0;
     last_range_ = s.stamp;
-  } else if (++range_refused_in_row_ >= kRefusedToNewGround) {  // over a crate, or past its edge
-    ground_z_m_ = filter_.state().p_world_m.z - height_m;
-    range_refused_in_row_ = 0;
-    ++counters_.new_ground;
+  } else {
+    refuse_range(height_m);
   }
+}
+
+/// Refused again and again with about the same height: over a crate, or past its edge. What jumps about is no ground.
+void NavEstimator::refuse_range(double height_m) {
+  if (range_refused_in_row_ == 0 || math::fabs(height_m - refused_height_m_) > kSameGround_m) {
+    range_refused_in_row_ = 0;
+    refused_height_m_ = height_m;
+  }
+  if (++range_refused_in_row_ < kRefusedToNewGround) return;
+  ground_z_m_ = filter_.state().p_world_m.z - height_m;
+  range_refused_in_row_ = 0;
+  ++counters_.new_ground;
+}
+
+/// On the ground the value may stand as the vehicle does.
+bool NavEstimator::is_stuck(const msg::RangeSample& s) {
+  if (s.range_m != last_range_m_ || motors_stopped_) {
+    last_range_m_ = s.range_m;
+    range_changed_ = s.stamp;
+    return false;
+  }
+  if (msg::seconds(s.stamp - range_changed_) < kRangeStuck_s) return false;
+  ++counters_.stuck_range;
+  return true;
 }
 
 void NavEstimator::add_baro(const msg::BaroSample& s) {

@@ -57,6 +57,9 @@ class Os : public Clock {
   virtual Result<std::unique_ptr<SharedMemory>> shared_memory(std::string_view name, std::size_t bytes) = 0;
   /// Locks all memory of the process, now and later. Errors: denied.
   virtual Status lock_memory() = 0;
+  /// Keeps processors out of idle states that they wake from slowly, until what it answers is destroyed.
+  /// Errors: denied; not_found where the system has no such means, and nothing need be lost by that.
+  virtual Result<std::shared_ptr<void>> keep_awake() { return Error{Errc::not_found, "keep_awake"}; }
 };
 
 }  // namespace sinew::hal

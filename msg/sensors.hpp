@@ -59,7 +59,7 @@ struct Description<BatterySample> {
   static constexpr auto fields =
       describe(field<&BatterySample::stamp>("ns"), field<&BatterySample::voltage_v>("V", "at its terminals"),
                field<&BatterySample::current_a>("A", "drawn from it"),
-               field<&BatterySample::charge>("", "0..1, NaN when unknown"));
+               field<&BatterySample::charge>("1", "0..1, NaN when unknown"));
 };
 
 }  // namespace sinew::msg

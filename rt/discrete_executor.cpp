@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "math/convert.hpp"
+#include "math/hash.hpp"
+#include "math/random.hpp"
 #include "rt/fp_mode.hpp"
 
 namespace sinew::rt {
@@ -30,6 +32,30 @@ Time end_of(const DiscreteOptions& o) {
   return o.duration.count() > INT64_MAX - o.start.ns ? Time{INT64_MAX - 1} : o.start + o.duration;
 }
 
+/// Another stream than that of the module's own draws.
+std::uint32_t exec_stream(const std::string& module) {
+  const std::uint64_t h = math::fnv1a64("exec " + module);
+  return static_cast<std::uint32_t>(h ^ h >> 32);
+}
+
+Duration scaled(Duration d, double factor) {
+  return Duration{math::to_integer<std::int64_t>(static_cast<double>(d.count()) * factor)};
+}
+
+/// The time that a share `u` of all steps does not exceed.
+Duration at_quantile(const std::vector<ExecModel::Quantile>& points, double u) {
+  const ExecModel::Quantile* below = &points.front();
+  for (const ExecModel::Quantile& above : points) {
+    if (u > above.share) {
+      below = &above;
+      continue;
+    }
+    const double width = above.share - below->share;
+    return width > 0 ? below->exec + scaled(above.exec - below->exec, (u - below->share) / width) : above.exec;
+  }
+  return points.back().exec;
+}
+
 }  // namespace
 
 DiscreteExecutor::DiscreteExecutor(Graph& graph, hal::ManualClock& clock, hal::GrantSource& grants,
@@ -38,11 +64,11 @@ DiscreteExecutor::DiscreteExecutor(Graph& graph, hal::ManualClock& clock, hal::G
       clock_(clock),
       grants_(grants),
       options_(options),
-      runner_(graph, {options.start, options.hash_topics, options.fault_limit, options.observer}),
+      runner_(graph, {options.start, options.hash_topics, options.fault_limit, options.observer, &clock}),
       schedule_(schedule_threads(graph), graph.spec().virtual_cores, options.start, *this),
       device_(graph.threads().size()),
       announced_(graph.threads().size(), hal::kNever) {
-  for (const GraphModule& m : graph.modules()) models_.push_back({&m.spec.exec});
+  for (const GraphModule& m : graph.modules()) models_.push_back({&m.spec.exec, exec_stream(m.spec.name)});
   for (std::size_t t = 0; t < device_.size(); ++t)
     if (graph.threads()[t].device_module != kNone)
       device_[t] = graph.modules()[graph.threads()[t].device_module].driver->device();
@@ -96,7 +122,9 @@ Duration DiscreteExecutor::start(std::uint32_t thread, std::uint32_t position, c
   trigger_readers(filled);
   if (graph_.threads()[thread].device_module == module && runner.module(position).stepping())
     announce(thread, device_[thread]->ready_at());
-  model.now = runner.module(position).stepping() ? std::max(model_time(model, measured), Duration{1}) : Duration{1};
+  const ModuleRunner& stepped = runner.module(position);
+  const std::uint32_t step = stepped.next_step() - 1;
+  model.now = stepped.stepping() ? std::max(model_time(model, measured, step), Duration{1}) : Duration{1};
   return model.now;
 }
 
@@ -107,7 +135,15 @@ void DiscreteExecutor::complete(std::uint32_t thread, std::uint32_t position, Ti
   if (position + 1 == runner.size()) runner.end(now);
 }
 
-Duration DiscreteExecutor::model_time(Model& model, Duration measured) {
+void DiscreteExecutor::overrun(std::uint32_t thread, Time release, bool dropped) noexcept {
+  runner_.thread(thread).timeline().add(dropped ? TimelineEvent::Kind::skip : TimelineEvent::Kind::overrun, release);
+}
+
+void DiscreteExecutor::resumed(std::uint32_t thread, Time preempted_at, Time now) noexcept {
+  runner_.thread(thread).timeline().add(TimelineEvent::Kind::preempted, preempted_at, now - preempted_at);
+}
+
+Duration DiscreteExecutor::model_time(Model& model, Duration measured, std::uint32_t step) {
   const ExecModel& e = *model.exec;
   switch (e.kind) {
     case ExecModel::Kind::constant:
@@ -118,7 +154,9 @@ Duration DiscreteExecutor::model_time(Model& model, Duration measured) {
       return d;
     }
     case ExecModel::Kind::measured:
-      return Duration{math::to_integer<std::int64_t>(static_cast<double>(measured.count()) * e.factor)};
+      return scaled(measured, e.factor);
+    case ExecModel::Kind::quantiles:
+      return scaled(at_quantile(e.quantiles, math::Random(graph_.spec().seed, model.stream, step).uniform()), e.factor);
     case ExecModel::Kind::none:
       break;  // refused by the check
   }

@@ -48,14 +48,17 @@ class DiscreteExecutor final : private ScheduleClient {
  private:
   Duration start(std::uint32_t thread, std::uint32_t position, const CycleInfo& cycle, Time now) noexcept override;
   void complete(std::uint32_t thread, std::uint32_t position, Time now) noexcept override;
+  void overrun(std::uint32_t thread, Time release, bool dropped) noexcept override;
+  void resumed(std::uint32_t thread, Time preempted_at, Time now) noexcept override;
 
   struct Model {  // of one module's execution time
     const ExecModel* exec;
+    std::uint32_t stream;  // of its draws
     std::size_t next = 0;  // of the trace
     Duration now{};        // of the step under way
   };
   DiscreteReport run_to_end();
-  Duration model_time(Model& model, Duration measured);
+  Duration model_time(Model& model, Duration measured, std::uint32_t step);
   void trigger_readers(std::span<const std::uint32_t> topics) noexcept;
   void announce_all() noexcept;
   void announce(std::uint32_t thread, Time ready) noexcept;

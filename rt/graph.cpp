@@ -97,9 +97,9 @@ void Graph::add_external_sources() {
     m.type = "rt::ExternalSource";
     m.exec = (*t)->external->exec;
     m.line = (*t)->line;
-    for (GraphThread& thread : threads_)
-      if (thread.spec.name == (*t)->external->thread)
-        thread.spec.order.insert(thread.spec.order.begin(), {m.name, m.line});
+    for (std::size_t i = spec_.actuators.empty() ? 0 : 1; i < threads_.size(); ++i)  // never the guardian's
+      if (ThreadSpec& thread = threads_[i].spec; thread.name == (*t)->external->thread)
+        thread.order.insert(thread.order.begin(), {m.name, m.line});
     auto module = std::make_unique<ExternalSource>(ports.at(m.name));
     add_module(std::move(m), std::move(module));
   }

@@ -65,10 +65,12 @@ struct CheckOptions {
 };
 
 struct ConfigureOptions {
-  hal::Os* os = nullptr;              // segment in its shared memory; null: ordinary memory
-  std::uint32_t first_sequence = 1;   // tests start shortly before the wrap
-  std::vector<std::string> taps{};    // topics that the program itself reads, newest message, from one thread
-  std::uint32_t default_history = 0;  // of topics that say nothing; images then keep at most 5
+  hal::Os* os = nullptr;             // segment in its shared memory; null: ordinary memory
+  std::uint32_t first_sequence = 1;  // tests start shortly before the wrap
+  std::vector<std::string> taps{};   // topics that the program itself reads, newest message, from one thread
+  /// Topics that say nothing keep the messages of so long for outsiders, as far as their writer's rate is known from
+  /// periods; what has none keeps 50 messages, images 5. Zero: only the newest.
+  Duration tap_history = std::chrono::milliseconds(500);
 };
 
 /// Names the post of a change, to ask later when it took effect.
@@ -110,6 +112,10 @@ class Graph {
   // After configure():
   Segment& segment() { return *segment_; }
   const SegmentPlan& plan() const { return *plan_; }
+  /// Where the segment lies, to be handed to other processes; null: in ordinary memory.
+  const hal::SharedMemory* memory() const { return memory_.get(); }
+  /// Cycles per second of a topic's writer, from the periods that release it; 0: a device does, or nothing known.
+  double planned_rate_hz(std::uint32_t topic) const;
   /// The slots of a topic, term by term.
   SlotSum slots(std::uint32_t topic) const { return plan_->slots(topic_ids_[topic]); }
   TopicId topic_id(std::uint32_t topic) const { return topic_ids_[topic]; }
@@ -154,6 +160,8 @@ class Graph {
   hal::Status make_segment(const ConfigureOptions& options);
   void plan_outputs(std::uint32_t module, const ConfigureOptions& options);
   void plan_inputs(std::uint32_t module);
+  std::vector<double> thread_rates_hz() const;
+  std::uint32_t history_of(std::uint32_t topic, Duration tap_history) const;
 
   GraphSpec spec_;
   std::vector<std::string> known_types_;

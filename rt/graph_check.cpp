@@ -197,12 +197,19 @@ void GraphCheck::execution_time(const GraphModule& m) {
   const auto too_short = [](Duration d) { return d < 1ns || d > kLongest; };
   if (e.kind == Kind::none)
     add(m.spec.line, key + ".exec_us", "missing",
-        "exec_us, exec_trace_us or exec_measured_factor; virtual time needs one");
+        "exec_us, exec_trace_us, exec_quantiles_us or exec_measured_factor; virtual time needs one");
   if (e.kind == Kind::constant && too_short(e.constant))
     add(m.spec.line, key + ".exec_us", in_us(e.constant), "a number from 0.001 to 3600000000");
   if (e.kind == Kind::trace && (e.trace.empty() || std::any_of(e.trace.begin(), e.trace.end(), too_short)))
     add(m.spec.line, key + ".exec_trace_us", e.trace.empty() ? "[]" : "a number out of range",
         "an array of numbers from 0.001 to 3600000000");
+  const auto& q = e.quantiles;
+  bool rising = !q.empty() && q.front().share >= 0 && q.back().share == 1;
+  for (std::size_t i = 0; rising && i < q.size(); ++i)
+    rising = !too_short(q[i].exec) && (i == 0 || (q[i].share > q[i - 1].share && q[i].exec >= q[i - 1].exec));
+  if (e.kind == Kind::quantiles && !rising)
+    add(m.spec.line, key + ".exec_quantiles_us", q.empty() ? "[]" : "not a distribution",
+        "pairs [share, us], both rising, shares from 0 to 1, the last one 1");
   if (e.kind == Kind::measured && !(e.factor >= 0.01 && e.factor <= 1000))
     add(m.spec.line, key + ".exec_measured_factor", format_number(e.factor), "a number from 0.01 to 1000");
 }

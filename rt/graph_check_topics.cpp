@@ -119,7 +119,7 @@ void GraphCheck::external(const TopicSpec& s) {
   }
   std::vector<std::string> threads;
   for (const GraphThread& t : graph_.threads())
-    if (t.modules.empty() || !graph_.modules()[t.modules[0]].guardian) threads.push_back(t.spec.name);
+    if (graph_.spec().actuators.empty() || &t != &graph_.threads()[0]) threads.push_back(t.spec.name);
   if (std::find(threads.begin(), threads.end(), s.external->thread) == threads.end())
     add(s.line, key + ".thread", s.external->thread.empty() ? "missing" : quoted(s.external->thread),
         "a thread: " + listed(threads));
@@ -183,6 +183,8 @@ void GraphCheck::chains() {
     if (chain.spec.budget < Duration{0})
       add(chain.spec.line, key + ".budget_ms", format_number(static_cast<double>(chain.spec.budget.count()) / 1e6),
           "a number from 0 up; 0: no budget");
+    if (!(chain.spec.allowed_misses >= 0 && chain.spec.allowed_misses <= 1))
+      add(chain.spec.line, key + ".allowed_misses", format_number(chain.spec.allowed_misses), "a number from 0 to 1");
     if (c >= kMaxChains || chain.from == kNone || chain.to == kNone || chain.from == chain.to) continue;
     const auto& ports = graph_.modules()[graph_.topics()[chain.to].writer].carried_chains;
     if (std::none_of(ports.begin(), ports.end(), [&](std::uint32_t chains) { return chains >> c & 1; }))

@@ -8,7 +8,7 @@ namespace {
 
 using PortKind = Declaration::PortKind;
 
-constexpr std::uint32_t kImageHistory = 5;
+constexpr std::uint32_t kImageHistory = 5, kEventHistory = 50, kMaxHistory = 4096;
 
 class ModuleSetup final : public Setup {
  public:
@@ -90,6 +90,42 @@ hal::Status Graph::make_segment(const ConfigureOptions& options) {
   return {};
 }
 
+double Graph::planned_rate_hz(std::uint32_t topic) const {
+  return thread_rates_hz()[modules_[topics_[topic].writer].thread];
+}
+
+std::vector<double> Graph::thread_rates_hz() const {
+  std::vector<double> rates(threads_.size());
+  for (std::size_t i = 0; i < threads_.size(); ++i)
+    if (threads_[i].spec.trigger == ThreadSpec::Trigger::period) rates[i] = 1.0 / msg::seconds(threads_[i].spec.period);
+  // A thread's rate is known when those of all its triggers are; every round finds one more, or none is left.
+  for (std::size_t round = 0; round < threads_.size(); ++round)
+    for (std::uint32_t i = 0; i < threads_.size(); ++i) {
+      if (threads_[i].spec.trigger != ThreadSpec::Trigger::topics) continue;
+      double sum = 0;
+      bool known = true;
+      for (const GraphTopic& topic : topics_) {
+        if (std::find(topic.triggers.begin(), topic.triggers.end(), i) == topic.triggers.end()) continue;
+        const std::uint32_t from = modules_[topic.writer].thread;
+        const double rate = from == kNone || from == i ? 0 : rates[from];
+        known &= rate > 0;
+        sum += rate;
+      }
+      rates[i] = known && rates[i] == 0 ? sum : rates[i];
+    }
+  return rates;
+}
+
+std::uint32_t Graph::history_of(std::uint32_t index, Duration tap_history) const {
+  const GraphTopic& topic = topics_[index];
+  if (topic.history) return topic.history;
+  if (tap_history <= Duration{0}) return 0;
+  if (topic.type->has_bulk()) return kImageHistory;
+  const double rate_hz = planned_rate_hz(index);
+  if (rate_hz == 0) return kEventHistory;
+  return static_cast<std::uint32_t>(std::min(rate_hz * msg::seconds(tap_history) + 1, double{kMaxHistory}));
+}
+
 void Graph::plan_outputs(std::uint32_t module, const ConfigureOptions& options) {
   const GraphModule& m = modules_[module];
   raw_writers_[module].assign(m.topic.size(), kNone);
@@ -104,9 +140,7 @@ void Graph::plan_outputs(std::uint32_t module, const ConfigureOptions& options) 
     plan.type = topic.type;
     plan.bulk_bytes = topic.image_bytes;
     plan.burst = port.burst;
-    plan.history = topic.history            ? topic.history
-                   : topic.type->has_bulk() ? std::min(options.default_history, kImageHistory)
-                                            : options.default_history;
+    plan.history = history_of(m.topic[p], options.tap_history);
     plan.source_chains = topic.source_chains;
     topic_ids_[m.topic[p]] = plan_->add_topic(writer, std::move(plan));
   }

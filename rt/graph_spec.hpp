@@ -23,10 +23,15 @@ struct Located {
 
 /// How long a step takes in virtual time. `none` is an error there, never zero.
 struct ExecModel {
-  enum class Kind : std::uint8_t { none, constant, trace, measured } kind = Kind::none;
+  enum class Kind : std::uint8_t { none, constant, trace, measured, quantiles } kind = Kind::none;
+  struct Quantile {
+    double share;   // of all steps, 0..1
+    Duration exec;  // that take at most this long
+  };
   Duration constant{};
-  std::vector<Duration> trace{};  // one entry a step, repeated from the start
-  double factor = 1.0;            // measured: the step's own CPU time times this
+  std::vector<Duration> trace{};      // one entry a step, repeated from the start
+  double factor = 1.0;                // measured, quantiles: times this
+  std::vector<Quantile> quantiles{};  // both rise, the last share is 1; drawn anew for each step, straight in between
 };
 
 struct ModuleSpec {
@@ -99,6 +104,7 @@ struct ChainSpec {
   Located<std::string> from{}, to{};  // topics
   Duration budget{};
   int line = 0;
+  double allowed_misses = 0;  // share of the messages that may be older
 };
 
 /// A condition on a topic that the guardian watches, and what it does about it.

@@ -1,8 +1,8 @@
 #pragma once
 // How a message changes hands between one writer and its readers: slot states, the log of commits, and the queues that
 // drop the newest. Templated on the atomics, so that tests/rt/handover_test.cpp runs these very functions under a model
-// of the C++ memory order, where every order named in StdAtomics fails a test when it is weakened. No fences, no
-// waiting, 32-bit words only.
+// of the C++ memory order, where every order named in StdAtomics fails a test when it is weakened. No waiting, 32-bit
+// words only, and no fence but the one that readers in other processes need.
 //
 // The life of a slot: the writer owns it (CAS 0 -> writer bit), fills it, publishes it (the bit goes, the pins of
 // drop-newest queues come), names it in the topic's ring, and writes the commit that makes all outputs of a step
@@ -39,6 +39,25 @@ struct StdAtomics {
   // Queue, reader to writer: cells before the tail have been read and may be written again.
   static constexpr std::memory_order kTailStore = std::memory_order_release;
   static constexpr std::memory_order kTailLoad = std::memory_order_acquire;
+
+  // Readers in other processes cannot pin; they look at the commit number again after they have read. The writer comes
+  // here between a commit and whatever it writes into slots afterwards, the outsider between what it read of a slot and
+  // that second look: one who saw anything of a later loan sees the commit that allowed it. These two are the only
+  // fences; stores of x86-64 stay in order, as loads do, so there they are orders to the compiler.
+  static void order_before_reuse() {
+#ifdef __x86_64__
+    std::atomic_signal_fence(std::memory_order_release);
+#else
+    std::atomic_thread_fence(std::memory_order_release);
+#endif
+  }
+  static void order_reads() {
+#ifdef __x86_64__
+    std::atomic_signal_fence(std::memory_order_acquire);
+#else
+    std::atomic_thread_fence(std::memory_order_acquire);
+#endif
+  }
 };
 
 inline constexpr std::uint32_t kNoSlot = 0xFFFFFFFF;  // in a ring: nothing was ever published here
@@ -140,7 +159,10 @@ struct CommitLog {
   static void set_last(Word* at, std::uint32_t output, std::uint32_t sequence) {
     at[1 + output].store(sequence, A::kRecordStore);
   }
-  void publish(std::uint32_t n) const { number->store(n, A::kNumberStore); }
+  void publish(std::uint32_t n) const {
+    number->store(n, A::kNumberStore);
+    A::order_before_reuse();
+  }
 
   /// Reader, in this order: n, the sequences in record(n), then whether the record still is that of commit n.
   std::uint32_t newest() const { return number->load(A::kNumberLoad); }

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "rt/fp_mode.hpp"
+#include "rt/gap_watch.hpp"
 #include "rt/trigger.hpp"
 
 namespace sinew::rt {
@@ -59,7 +60,8 @@ class RealTimeExecutor::Worker {
         spec_(executor.graph_.threads()[index].spec),
         trigger_(executor.os_),
         backlog_(spec_.catch_up_max),
-        tail_(executor.options_.precise_tail_max) {
+        tail_(executor.options_.precise_tail_max),
+        gaps_(executor.os_, executor.options_.throttle) {
     const std::uint32_t device = executor.graph_.threads()[index].device_module;
     if (spec_.trigger != ThreadSpec::Trigger::device || device == kNone) return;
     device_ = executor.graph_.modules()[device].driver->device();
@@ -81,6 +83,7 @@ class RealTimeExecutor::Worker {
     auto thread = executor_.os_.start_thread(options, [this] { run(); });
     if (!thread) return thread.error();
     thread_ = std::move(*thread);
+    has_fifo_ = options.fifo_priority > 0 && thread_->shortfall().find("SCHED_FIFO") == std::string::npos;
     if (!thread_->shortfall().empty()) shortfalls.push_back("thread " + spec_.name + ": " + thread_->shortfall());
     return {};
   }
@@ -90,12 +93,16 @@ class RealTimeExecutor::Worker {
   }
   void join() { thread_.reset(); }
   void fire(Time now) noexcept { trigger_.fire(now); }
+  /// Does it use up what the kernel gives to fixed priorities?
+  bool busy(Time now) const noexcept { return has_fifo_ && gaps_.busy(now); }
 
  private:
   bool stopping() const noexcept { return stop_.load(std::memory_order_relaxed); }
 
   void run() noexcept {
     const FpModeScope fp_mode;
+    now_ = executor_.os_.now();
+    gaps_.begin(now_);
     if (spec_.trigger == ThreadSpec::Trigger::period)
       run_periodic();
     else
@@ -110,28 +117,29 @@ class RealTimeExecutor::Worker {
       if (stopping()) return;
       const Time release = next_;
       next_ = next_ + period_;  // unless the cycle restarts it
-      cycle(release, false);
+      cycle(release, false, executor_.os_.now());
       meet_releases();
       while (!backlog_.empty() && !stopping()) {
-        cycle(backlog_.pop(), false);
+        cycle(backlog_.pop(), false, now_);
         meet_releases();
       }
     }
   }
 
-  // Releases that came while a cycle ran.
+  // Releases that came while a cycle ran; at the instant of its end it is over.
   void meet_releases() noexcept {
     ThreadStats& stats = runner_->stats();
-    for (const Time now = executor_.os_.now(); next_ <= now; next_ = next_ + period_) {
+    for (; next_ < now_; next_ = next_ + period_) {
       stats.overruns.add();
-      if (spec_.overrun == ThreadSpec::Overrun::catch_up && backlog_.push(next_)) continue;
-      stats.skips.add();
+      const bool waits = spec_.overrun == ThreadSpec::Overrun::catch_up && backlog_.push(next_);
+      if (!waits) stats.skips.add();
+      runner_->timeline().add(waits ? TimelineEvent::Kind::overrun : TimelineEvent::Kind::skip, next_);
     }
   }
 
   void wait_until(Time t) noexcept {
     hal::Os& os = executor_.os_;
-    if (t - os.now() > kLongSleep) trigger_.wait(t - kLongSleep / 2);  // so that stop() can end a long sleep
+    if (t - now_ > kLongSleep) trigger_.wait(t - kLongSleep / 2);  // so that stop() can end a long sleep
     if (stopping()) return;
     if (!spec_.precise) return os.sleep_until(t);
     const Time early = t - tail_.value();
@@ -153,18 +161,24 @@ class RealTimeExecutor::Worker {
       trigger_.wait(deadline);
       if (stopping()) return;
       const Trigger::Taken taken = trigger_.take();
+      const Time now = executor_.os_.now();
       const bool timed_out = taken.count == 0 || taken.first > deadline;  // the time-out came first
       const Time release = timed_out ? deadline : std::max(taken.first, last);
       stats.coalesced.add(timed_out ? taken.count : taken.count - 1);
       if (timed_out) stats.timeouts.add();
       last = taken.count == 0 ? release : std::max(release, taken.latest);
-      cycle(release, timed_out);
+      if (has_timeout && now - last >= spec_.timeout) {  // more of them came meanwhile: absorbed by this cycle
+        const std::int64_t absorbed = (now - last) / spec_.timeout;
+        stats.coalesced.add(static_cast<std::uint64_t>(absorbed));
+        last = last + spec_.timeout * absorbed;
+      }
+      cycle(release, timed_out, now);
     }
   }
 
-  void cycle(Time release, bool timed_out) noexcept {
+  void cycle(Time release, bool timed_out, Time now) noexcept {
     hal::Os& os = executor_.os_;
-    Time now = os.now();
+    note(gaps_.woke(release, now), now);
     ThreadStats& stats = runner_->stats();
     stats.releases.add();
     if (const auto period = runner_->begin(release, timed_out, now)) {
@@ -182,6 +196,17 @@ class RealTimeExecutor::Worker {
     }
     runner_->end(now);
     stats.completions.add();
+    note(gaps_.ran(now), now);
+    now_ = now;
+  }
+
+  void note(const std::optional<GapWatch::Gap>& gap, Time now) noexcept {
+    if (!gap) [[likely]]
+      return;
+    ThreadStats& stats = runner_->stats();
+    (gap->throttle_like && executor_.any_busy(executor_.os_.now()) ? stats.throttled : stats.taken)
+        .add(gap->length, gap->count);
+    runner_->timeline().add(TimelineEvent::Kind::off_processor, now - gap->length, gap->length);
   }
 
   RealTimeExecutor& executor_;
@@ -191,10 +216,13 @@ class RealTimeExecutor::Worker {
   hal::Device* device_ = nullptr;          // of a device trigger
   std::uint32_t device_position_ = kNone;  // of its module in the cycle
   Trigger trigger_;
+  Time now_{};         // end of the last cycle
   Time next_{};        // release of a periodic thread
   Duration period_{};  // now in force
   Backlog backlog_;
   Tail tail_;
+  GapWatch gaps_;
+  std::atomic<bool> has_fifo_{false};
   std::atomic<bool> stop_{false};
   std::unique_ptr<hal::Thread> thread_;
 };
@@ -212,10 +240,19 @@ hal::Status RealTimeExecutor::start() {
   start_ = os_.now() + options_.start_delay;
   RunnerOptions runner = options_.runner;
   runner.start = start_;
+  runner.clock = &os_;
   runner_ = std::make_unique<Runner>(graph_, runner);
   if (options_.lock_memory)
     if (const auto locked = os_.lock_memory(); !locked)
       shortfalls_.push_back(std::string("memory is not locked: ") + hal::to_string(locked.error().code));
+  if (options_.keep_awake) {
+    auto awake = os_.keep_awake();
+    if (awake)
+      awake_ = std::move(*awake);
+    else if (awake.error().code != hal::Errc::not_found)
+      shortfalls_.push_back(std::string("processors may sleep deeply and wake late: ") + awake.error().where + ": " +
+                            hal::to_string(awake.error().code));
+  }
   for (auto& worker : workers_) {
     if (auto started = worker->start(shortfalls_); !started) {
       stop();
@@ -228,6 +265,11 @@ hal::Status RealTimeExecutor::start() {
 void RealTimeExecutor::stop() {
   for (auto& worker : workers_) worker->ask_to_stop();
   for (auto& worker : workers_) worker->join();
+  awake_.reset();
+}
+
+bool RealTimeExecutor::any_busy(Time now) const noexcept {
+  return std::any_of(workers_.begin(), workers_.end(), [now](const auto& w) { return w->busy(now); });
 }
 
 void RealTimeExecutor::fire(std::span<const std::uint32_t> topics, Time now) noexcept {

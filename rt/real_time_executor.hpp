@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "hal/os.hpp"
+#include "rt/gap_watch.hpp"
 #include "rt/graph.hpp"
 #include "rt/runner.hpp"
 
@@ -12,6 +13,8 @@ namespace sinew::rt {
 struct RealTimeOptions {
   Duration start_delay = std::chrono::milliseconds(20);  // from start() to the first release: threads come up meanwhile
   bool lock_memory = true;
+  bool keep_awake = true;      // processors stay out of idle states that they wake from slowly
+  Throttle throttle{};         // of this kernel, to know its marks in the timing
   bool fixed_priority = true;  // false: ordinary priority for all, for machines where SCHED_FIFO only disturbs
   // Precise wake-up (thread option `precise`): the look at the clock begins at most this long before the release.
   Duration precise_tail_max = std::chrono::microseconds(100);
@@ -44,6 +47,7 @@ class RealTimeExecutor {
 
  private:
   class Worker;
+  bool any_busy(Time now) const noexcept;
   void fire(std::span<const std::uint32_t> topics, Time now) noexcept;
 
   Graph& graph_;
@@ -52,6 +56,7 @@ class RealTimeExecutor {
   Time start_{};
   std::unique_ptr<Runner> runner_;
   std::vector<std::unique_ptr<Worker>> workers_;
+  std::shared_ptr<void> awake_;  // processors, while it runs
   std::vector<std::string> shortfalls_;
 };
 

@@ -25,7 +25,8 @@ RunBoard::RunBoard(Graph& g, const RunnerOptions& o)
       options(o),
       topics(g.topics().size()),
       hashes(o.hash_topics ? g.topics().size() : 0),
-      chains(std::make_unique<ChainStats[]>(g.chains().size())) {}
+      chains(std::make_unique<ChainStats[]>(g.chains().size())),
+      timeline(g, o.start) {}
 
 ModuleRunner::ModuleRunner(RunBoard& board, std::uint32_t module)
     : board_(board),
@@ -36,6 +37,7 @@ ModuleRunner::ModuleRunner(RunBoard& board, std::uint32_t module)
       inputs_(module_.topic.size()),
       drops_(module_.topic.size()),
       enabled_(module_.spec.enabled) {
+  if (board.options.clock) zones_.emplace(ZoneLog{board.timeline.ring(module_.thread), *board.options.clock, module});
   record_.module = module;
   record_.thread = module_.thread;
   stats_.stopped.set(enabled_ ? 0 : 1);
@@ -85,7 +87,8 @@ std::span<const std::uint32_t> ModuleRunner::start(const Cycle& cycle, Time now)
   record_.dt = cycle.dt;
   record_.timed_out = cycle.timed_out;
   math::Random random(board_.graph.spec().seed, stream_, record_.number);
-  const Step step{now, cycle.dt, cycle.timed_out, record_.number, random};
+  ZoneLog* const zones = zones_ && board_.zones.load(std::memory_order_relaxed) ? &*zones_ : nullptr;
+  const Step step{now, cycle.dt, cycle.timed_out, record_.number, random, zones};
   const trap::Scope scope(module_.spec.name.c_str(),
                           module_.declaration.is_best_effort ? &best_effort_calls_ : nullptr);
   record_.status = module_.module->step(step);
@@ -114,6 +117,7 @@ std::span<const std::uint32_t> ModuleRunner::complete(Time now, Duration exec) n
   record_.completed = now;
   record_.exec = exec;
   stats_.exec.add(exec);
+  board_.timeline.ring(module_.thread).add(TimelineEvent::Kind::step, record_.now, now - record_.now, module_.position);
   judge();
   if (board_.options.observer) board_.options.observer->completed(record_);
   return published_;

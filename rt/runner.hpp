@@ -11,6 +11,7 @@
 #include "rt/graph.hpp"
 #include "rt/latch.hpp"
 #include "rt/stats.hpp"
+#include "rt/timeline.hpp"
 
 namespace sinew::rt {
 
@@ -40,6 +41,7 @@ struct RunnerOptions {
   bool hash_topics = false;        // every message of every topic goes into topic_hash()
   std::uint32_t fault_limit = 10;  // faults in a row that stop a module
   RunObserver* observer = nullptr;
+  const hal::Clock* clock = nullptr;  // what zones read; null: there are none
 };
 
 /// What a step needs to know of its cycle.
@@ -57,6 +59,8 @@ struct RunBoard {
   std::vector<TopicStats> topics;
   std::vector<math::Hash64> hashes;
   std::unique_ptr<ChainStats[]> chains;
+  Timeline timeline;
+  std::atomic<bool> zones{false};  // asked for
 };
 
 /// One module between two executors' calls: start() and, when its execution time is used up, complete().
@@ -97,6 +101,7 @@ class ModuleRunner {
   std::vector<Count> drops_;
 
   StepRecord record_;
+  std::optional<ZoneLog> zones_;
   std::uint32_t number_ = 0, faults_in_row_ = 0, best_effort_calls_ = 0;
   bool enabled_ = true, stopped_ = false, stepping_ = false;
   ModuleStats stats_;
@@ -119,6 +124,7 @@ class ThreadRunner {
   std::size_t size() const { return modules_.size(); }
   ModuleRunner& module(std::uint32_t position) { return *modules_[position]; }
   ThreadStats& stats() { return stats_; }
+  TimelineRing& timeline() { return board_.timeline.ring(thread_); }
 
  private:
   std::optional<Duration> empty_mailbox(Time now) noexcept;
@@ -140,6 +146,7 @@ class Runner {
   Runner(Graph& graph, const RunnerOptions& options);
   ThreadRunner& thread(std::uint32_t i) { return *threads_[i]; }
   Graph& graph() { return board_.graph; }
+  const Graph& graph() const { return board_.graph; }
 
   const ThreadStats& thread_stats(std::uint32_t thread) { return threads_[thread]->stats(); }
   const ModuleStats& module_stats(std::uint32_t module);
@@ -147,6 +154,10 @@ class Runner {
   const ChainStats& chain_stats(std::uint32_t chain) const { return board_.chains[chain]; }
   /// Messages of the topic lost to full queues, all readers together.
   std::uint64_t topic_drops(std::uint32_t topic);
+  /// Thread: any, while it runs or after it.
+  const Timeline& timeline() const { return board_.timeline; }
+  /// From the next steps on. Thread: any.
+  void ask_for_zones(bool asked) noexcept { board_.zones.store(asked, std::memory_order_relaxed); }
   /// Over all messages so far, in their order. While the run stands still.
   std::uint64_t topic_hash(std::uint32_t topic) const { return board_.hashes[topic].value(); }
 

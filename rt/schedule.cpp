@@ -55,7 +55,7 @@ Time Schedule::next_instant() const {
 
 void Schedule::process_instant() {
   complete_steps();
-  for (Thread& t : threads_) release(t);
+  for (std::uint32_t i = 0; i < threads_.size(); ++i) release(i);
   do {
     decide_who_runs();
     start_steps();  // a raw topic filled by collect() may trigger a thread: then it is decided again
@@ -89,8 +89,9 @@ void Schedule::make_cycle(Thread& t, const CycleInfo& info) {
   changed_ = true;
 }
 
-void Schedule::release(Thread& t) {
-  if (t.next_period <= now_) release_periodic(t);
+void Schedule::release(std::uint32_t thread) {
+  Thread& t = threads_[thread];
+  if (t.next_period <= now_) release_periodic(thread);
   if (t.device_ready <= now_) {
     t.device_ready = kNever;
     act_as_trigger(t, false);
@@ -98,7 +99,8 @@ void Schedule::release(Thread& t) {
   if (t.timeout_at <= now_) act_as_trigger(t, true);
 }
 
-void Schedule::release_periodic(Thread& t) {
+void Schedule::release_periodic(std::uint32_t thread) {
+  Thread& t = threads_[thread];
   const CycleInfo info{t.next_period, false};
   t.next_period = t.next_period + t.spec.period;
   if (!t.cycle.exists) {
@@ -107,7 +109,9 @@ void Schedule::release_periodic(Thread& t) {
     return;
   }
   ++t.counters.overruns;
-  if (t.waiting_count == t.waiting.size()) {
+  const bool dropped = t.waiting_count == t.waiting.size();
+  client_.overrun(thread, info.release, dropped);
+  if (dropped) {
     ++t.counters.skips;
     return;
   }
@@ -169,9 +173,11 @@ void Schedule::decide_who_runs() {
     if (core >= 0) taken |= std::uint64_t{1} << core;
     if (c.core >= 0 && core < 0) {
       ++t.counters.preemptions;
+      c.preempted_at = now_;
       if (c.stepping) c.left = c.ends_at - now_;
-    } else if (c.core < 0 && core >= 0 && c.stepping) {
-      c.ends_at = now_ + c.left;
+    } else if (c.core < 0 && core >= 0) {
+      if (c.stepping) c.ends_at = now_ + c.left;
+      if (c.preempted_at != kNever) client_.resumed(i, std::exchange(c.preempted_at, kNever), now_);
     }
     c.core = core;
   }

@@ -42,6 +42,10 @@ class ScheduleClient {
   virtual Duration start(std::uint32_t thread, std::uint32_t module, const CycleInfo& cycle, Time now) noexcept = 0;
   /// The step's execution time is used up (commit, emit). May call Schedule::trigger() and announce(), as may start().
   virtual void complete(std::uint32_t thread, std::uint32_t module, Time now) noexcept = 0;
+  /// A periodic release met an unfinished cycle: it waits, or it was dropped.
+  virtual void overrun(std::uint32_t /*thread*/, Time /*release*/, bool /*dropped*/) noexcept {}
+  /// A preempted cycle has a core again.
+  virtual void resumed(std::uint32_t /*thread*/, Time /*preempted_at*/, Time /*now*/) noexcept {}
 };
 
 /// Thread:  owner.   RT: run_until() allocates nothing.
@@ -73,6 +77,7 @@ class Schedule {
     std::uint64_t begin_order = 0;
     Duration left{};  // of the step under way, while off a core
     Time ends_at{};   // of the step under way, while on a core
+    Time preempted_at = hal::kNever;
   };
   struct Thread {
     ScheduleThread spec;
@@ -87,8 +92,8 @@ class Schedule {
   Time next_instant() const;
   void process_instant();
   void complete_steps();
-  void release(Thread& thread);
-  void release_periodic(Thread& thread);
+  void release(std::uint32_t thread);
+  void release_periodic(std::uint32_t thread);
   void act_as_trigger(Thread& thread, bool timed_out);
   void make_cycle(Thread& thread, const CycleInfo& info);
   void finish_cycle(Thread& thread);

@@ -7,13 +7,15 @@
 #include <cstring>
 #include <new>
 
+#include "rt/schema_hash.hpp"
+
 namespace sinew::rt {
 namespace {
 
 using Word = StdAtomics::Word;
 static_assert(sizeof(Word) == 4 && Word::is_always_lock_free);
 static_assert(sizeof(SlotState<StdAtomics>) == 4);
-static_assert(sizeof(SegmentHeader) == 48 && sizeof(TopicEntry) == 176 && sizeof(WriterEntry) == 88);
+static_assert(sizeof(SegmentHeader) == 48 && sizeof(TopicEntry) == 184 && sizeof(WriterEntry) == 88);
 
 constexpr std::size_t kLine = 64;  // slots, rings and commit numbers of different writers share no cache line
 constexpr std::size_t kPage = 4096;
@@ -171,21 +173,16 @@ void Segment::build(const SegmentPlan& plan) {
     const auto& topic = plan.topics_[t];
     const auto& at_t = where.topics[t];
     const TopicPlan& p = topic.plan;
-    auto* entry = new (base_ + where.topics_at + t * sizeof(TopicEntry)) TopicEntry{{},
-                                                                                    {},
-                                                                                    0,
-                                                                                    at_t.slots,
-                                                                                    at_t.states,
-                                                                                    at_t.ring,
-                                                                                    plan.slot_stride(t),
-                                                                                    at_t.slot_count,
-                                                                                    at_t.ring_size,
-                                                                                    p.type->size,
-                                                                                    p.bulk_bytes,
-                                                                                    topic.writer,
-                                                                                    topic.output};
+    auto* entry = new (base_ + where.topics_at + t * sizeof(TopicEntry)) TopicEntry{};
     copy_name(entry->name, p.name);
     copy_name(entry->type, p.type->name);
+    entry->schema_hash = schema_hash(*p.type);
+    entry->slots = at_t.slots, entry->states = at_t.states, entry->ring = at_t.ring;
+    entry->slot_stride = plan.slot_stride(t);
+    entry->slot_count = at_t.slot_count, entry->ring_size = at_t.ring_size;
+    entry->message_bytes = p.type->size, entry->bulk_bytes = p.bulk_bytes;
+    entry->writer = topic.writer, entry->output = topic.output;
+    entry->keep = plan.slots(t).keep;
     new (base_ + at_t.states) SlotState<StdAtomics>[ at_t.slot_count ];
     Word* ring_words = new (base_ + at_t.ring) Word[at_t.ring_size];
     for (std::uint32_t i = 0; i < at_t.ring_size; ++i) ring_words[i].store(kNoSlot, std::memory_order_relaxed);

@@ -90,7 +90,7 @@ class SegmentPlan {
 
 // The memory's own words. Little-endian, no padding; a later reader in another process finds everything from here.
 inline constexpr std::uint64_t kSegmentMagic = 0x31474553'57454E53;  // "SNEWSEG1"
-inline constexpr std::uint32_t kSegmentVersion = 1;
+inline constexpr std::uint32_t kSegmentVersion = 2;
 
 struct SegmentHeader {
   std::uint64_t magic, bytes;
@@ -101,11 +101,13 @@ struct SegmentHeader {
 struct TopicEntry {
   char name[64];
   char type[48];
-  std::uint64_t schema_hash;          // 0 until the description's hash exists
+  std::uint64_t schema_hash;          // of the description: rt/schema_hash.hpp
   std::uint64_t slots, states, ring;  // offsets
   std::uint64_t slot_stride;
   std::uint32_t slot_count, ring_size, message_bytes, bulk_bytes;
   std::uint32_t writer, output;
+  std::uint32_t keep;  // newest messages whose slots are not written again: what an outsider can read
+  std::uint32_t reserved;
 };
 
 struct WriterEntry {

@@ -32,6 +32,12 @@ double Histogram::mean_ns() const noexcept {
   return n ? static_cast<double>(sum_.value()) / static_cast<double>(n) : 0.0;
 }
 
+void GapStats::add(Duration length, std::uint32_t times) noexcept {
+  if (count.value() == 0 || length.count() < min_ns.value()) min_ns.set(length.count());
+  max_ns.set(std::max(max_ns.value(), std::int64_t{length.count()}));
+  count.add(times);
+}
+
 Duration Histogram::quantile(double q) const noexcept {
   std::uint64_t total = 0;  // of the buckets, not count_: a reader may see the writer between the two
   for (const auto& b : bucket_) total += b.value();

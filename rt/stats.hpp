@@ -50,10 +50,18 @@ class Histogram {
   Counter<std::int64_t> min_, max_, sum_;
 };
 
+/// Times without the processor though ready, each far longer than any wake-up (GapWatch::kGap).
+struct GapStats {
+  Count count;
+  Counter<std::int64_t> min_ns, max_ns;
+  void add(Duration length, std::uint32_t times) noexcept;
+};
+
 struct ThreadStats {
   Count releases, completions, overruns, skips, coalesced, timeouts;
   Counter<std::int64_t> period_ns;  // now in force; 0: the thread has none
   Count preemptions;                // virtual time only: the kernel does not tell a thread
+  GapStats throttled, taken;        // real time only: as the kernel's throttle makes them; all others
   Histogram lateness;               // release to start of the first step
   Histogram exec;                   // first start to completion of the cycle, preemption included
 };

@@ -16,6 +16,8 @@ enum class Status : std::uint8_t {
   fault,  // the step could not do its work: counted; repeated faults stop the module
 };
 
+struct ZoneLog;
+
 /// All that a step may know besides its inputs, parameters and own state. A step calls no clock, takes no lock,
 /// allocates nothing and touches no file, device or thread.
 struct Step {
@@ -24,6 +26,7 @@ struct Step {
   bool timed_out;        // the thread was released by its time-out, not by its trigger
   std::uint32_t number;  // steps of this module since the start or the last reset, from 0
   math::Random& random;  // seeded by run, module and step: the same step gets the same numbers
+  ZoneLog* zones = nullptr;  // for rt::Zone alone; null: nobody asks
 };
 
 }  // namespace sinew::rt

@@ -25,10 +25,14 @@ std::optional<Duration> ThreadRunner::begin(Time release, bool timed_out, Time n
   ++cycles_;
   begun_ = now;
   stats_.lateness.add(now - release);
+  timeline().add(TimelineEvent::Kind::release, release, now - release);
   return new_period;
 }
 
-void ThreadRunner::end(Time now) noexcept { stats_.exec.add(now - begun_); }
+void ThreadRunner::end(Time now) noexcept {
+  stats_.exec.add(now - begun_);
+  timeline().add(TimelineEvent::Kind::cycle, begun_, now - begun_);
+}
 
 std::span<const std::uint32_t> ThreadRunner::start(std::uint32_t position, Time now) noexcept {
   return modules_[position]->start(cycle_, now);

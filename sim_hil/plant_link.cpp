@@ -12,6 +12,7 @@ using hal::Result;
 using hal::Status;
 
 constexpr std::size_t kOutBytes = 2 * kMaxSmallBytes;
+constexpr Duration kLastWords = std::chrono::seconds(2);  // free-running: how long Bye may wait for a slow peer
 
 std::size_t round_up(std::size_t bytes, std::size_t to) { return (bytes + to - 1) / to * to; }
 std::size_t slot_bytes(const DeviceInfo& camera) {
@@ -31,38 +32,39 @@ std::size_t PlantLink::frame_memory_bytes(const PlantDescription& plant) {
   return bytes;
 }
 
-PlantLink::PlantLink(std::unique_ptr<hal::Stream> stream, PlantDescription plant)
-    : stream_(std::move(stream)),
+PlantLink::PlantLink(Caller caller, PlantDescription plant)
+    : stream_(std::move(caller.stream)),
       plant_(std::move(plant)),
-      in_(Sender::runtime),
+      hello_(std::move(caller.hello)),
+      in_(std::move(caller.in)),
       out_(kOutBytes),
       groups_(plant_.devices.size()),
       cameras_(plant_.devices.size()) {}
 
 Result<std::unique_ptr<PlantLink>> PlantLink::accept(std::unique_ptr<hal::Stream> stream, PlantDescription plant,
                                                      hal::SharedMemory* frames, std::string& why) {
-  std::unique_ptr<PlantLink> link(new PlantLink(std::move(stream), std::move(plant)));
-  if (auto ok = link->shake_hands(frames, why); !ok) return ok.error();
-  return link;
+  Caller caller;
+  caller.stream = std::move(stream);
+  if (auto ok = hear_hello(caller, plant.name, why); !ok) return ok.error();
+  return accept(std::move(caller), std::move(plant), frames, why);
 }
 
-Status PlantLink::shake_hands(hal::SharedMemory* frames, std::string& why) {
-  Message message;
-  auto got = receive(message);
-  if (!got) return refuse(describe_failure(got.error(), "no Hello from the runtime"), got.error(), why);
-  if (message.header.type != Type::hello)
-    return refuse("the first message must be Hello", {Errc::bad_data, "sim link: no Hello"}, why);
-  if (auto ok = decode(message.header, message.payload, hello_); !ok) {
-    std::string text = describe_failure(ok.error(), "Hello is refused");
-    if (hello_.version != kVersion)
-      text = "runtime speaks version " + std::to_string(hello_.version) + " of the simulator protocol, plant '" +
-             plant_.name + "' speaks version " + std::to_string(kVersion);
-    return refuse(std::move(text), ok.error(), why);
+Result<std::unique_ptr<PlantLink>> PlantLink::accept(Caller caller, PlantDescription plant, hal::SharedMemory* frames,
+                                                     std::string& why) {
+  if (caller.hello.mode == Mode::side_line) {
+    why = "this plant waits for a runtime and takes no side line";
+    turn_away(*caller.stream, why);
+    return Error{Errc::not_supported, "sim link: side line"};
   }
-  const std::size_t needed = frame_memory_bytes(plant_);
-  if (frames && needed > 0 && frames->size() >= needed && hello_.accepts_shared_memory && stream_->local())
-    frames_ = frames;
-  return send_welcome();
+  std::unique_ptr<PlantLink> link(new PlantLink(std::move(caller), std::move(plant)));
+  const std::size_t needed = frame_memory_bytes(link->plant_);
+  if (frames && needed > 0 && frames->size() >= needed && link->hello_.accepts_shared_memory && link->stream_->local())
+    link->frames_ = frames;
+  if (auto ok = link->send_welcome(); !ok) {
+    why = link->reason_;
+    return ok.error();
+  }
+  return link;
 }
 
 Status PlantLink::send_welcome() {
@@ -92,12 +94,6 @@ Status PlantLink::send_welcome() {
   return sent ? Status{} : fail(sent.error());
 }
 
-Status PlantLink::refuse(std::string text, Error error, std::string& why) {
-  bye(text);
-  why = std::move(text);
-  return error;
-}
-
 Status PlantLink::fail(Error error) {
   if (!state_) return state_;
   if (reason_.empty()) reason_ = describe_failure(error, "connection to the runtime failed");
@@ -109,11 +105,53 @@ Status PlantLink::fail(Error error) {
 Status PlantLink::flush() {
   if (!state_) return state_;
   const Bytes pending = out_.pending();
+  if (running_) return push(pending, {});
   if (pending.empty()) return {};
   auto sent = stream_->write(pending);
   stats_.bytes_out += pending.size();
   out_.clear();
   return sent ? Status{} : fail_write(sent.error());
+}
+
+/// Free-running: `head` is what out_ holds. RT: no allocation, room was made in start_clock().
+Status PlantLink::push(Bytes head, Bytes tail) {
+  Status ok = alone_ ? Status{} : push_backlog();
+  stats_.bytes_out += head.size() + tail.size();
+  for (Bytes part : {head, tail}) {
+    if (!ok || alone_ || part.empty()) continue;
+    std::size_t sent = 0;
+    if (backlog_.empty()) {
+      auto n = stream_->write_now(part);
+      if (n)
+        sent = *n;
+      else
+        ok = n.error();
+    }
+    if (ok && backlog_.size() + part.size() > backlog_.capacity()) {  // what is sent makes room
+      backlog_.erase(backlog_.begin(), backlog_.begin() + static_cast<std::ptrdiff_t>(backlog_sent_));
+      backlog_sent_ = 0;
+    }
+    if (ok) backlog_.insert(backlog_.end(), part.begin() + static_cast<std::ptrdiff_t>(sent), part.end());
+  }
+  out_.clear();
+  return ok ? ok : fail_write(ok.error());
+}
+
+Status PlantLink::push_backlog() {
+  if (backlog_.empty()) return {};
+  auto n = stream_->write_now(Bytes(backlog_).subspan(backlog_sent_));
+  if (!n) return n.error();
+  backlog_sent_ += *n;
+  if (backlog_sent_ == backlog_.size()) backlog_.clear(), backlog_sent_ = 0;
+  return {};
+}
+
+void PlantLink::go_alone() {
+  alone_ = true;
+  state_ = {};
+  out_.clear();
+  backlog_.clear();
+  backlog_sent_ = 0;
 }
 
 /// The runtime hung up while we wrote. Its Bye may have come before, and says why.
@@ -157,12 +195,21 @@ Status PlantLink::wait_start() {
 Status PlantLink::start_clock(Time now, Time host_now) {
   if (!state_) return state_;
   if (!out_.add(Type::clock, 0, now, ClockInfo{host_now.ns, hello_.rate})) return Error{Errc::bad_argument, "no room"};
+  std::size_t largest_frame = 0;
+  for (const DeviceInfo& d : plant_.devices) largest_frame = std::max<std::size_t>(largest_frame, d.frame_bytes());
+  backlog_.reserve(kMaxSmallBytes + kOutBytes + kHeaderBytes + kFrameBytes + (frames_ ? 0 : largest_frame));
+  stream_->set_patience(kLastWords);
+  running_ = true;
   return flush();
 }
 
 template <class Payload>
 Status PlantLink::add(Type type, std::uint16_t device, Time time, const Payload& payload, std::size_t bulk) {
-  if (!state_) return state_;
+  if (!state_ || alone_) return state_;
+  if (crowded() && bulk == 0) {  // a frame has been let through already
+    ++stats_.samples_dropped;
+    return {};
+  }
   if (out_.add(type, device, time, payload, bulk)) return {};
   if (auto ok = flush(); !ok) return ok;
   static_cast<void>(out_.add(type, device, time, payload, bulk));  // an empty buffer holds any message
@@ -194,7 +241,7 @@ Status PlantLink::send(std::uint16_t device, const msg::BatterySample& sample, T
 Status PlantLink::send_truth(Time now, const Truth& truth) { return add(Type::truth, 0, now, truth); }
 
 Status PlantLink::send_report(Time now, std::string_view json) {
-  if (auto ok = flush(); !ok) return ok;
+  if (auto ok = flush(); !ok || alone_ || crowded()) return ok;
   static_cast<void>(out_.add_text(Type::report, now, json));
   return flush();
 }
@@ -233,8 +280,18 @@ Status PlantLink::send_frame(std::uint16_t camera, const FrameSlot& slot, const 
     return add(Type::frame, camera, meta.stamp, info);
   }
   if (slot.pixels.size() != d.frame_bytes()) return Error{Errc::bad_argument, "not a slot of this camera"};
+  if (running_) {  // pixels go only behind nothing: the samples after them wait long enough
+    if (auto ok = flush(); !ok) return ok;
+    if (alone_) return {};
+    if (!backlog_.empty()) {
+      ++stats_.frames_dropped;
+      return {};
+    }
+  }
   if (auto ok = add(Type::frame, camera, meta.stamp, info, d.frame_bytes()); !ok) return ok;
-  auto sent = stream_->write(out_.pending(), std::as_bytes(std::span<const std::uint8_t>(slot.pixels)));
+  const Bytes pixels = std::as_bytes(std::span<const std::uint8_t>(slot.pixels));
+  if (running_) return push(out_.pending(), pixels);
+  auto sent = stream_->write(out_.pending(), pixels);
   stats_.bytes_out += out_.pending().size() + slot.pixels.size();
   out_.clear();
   return sent ? Status{} : fail_write(sent.error());
@@ -257,7 +314,7 @@ Status PlantLink::grant(Time until) {
 }
 
 Status PlantLink::exchange() {
-  if (auto ok = flush(); !ok) return ok;
+  if (auto ok = flush(); !ok || alone_) return ok;
   for (;;) {
     Message message;
     auto next = in_.next(message);
@@ -321,7 +378,7 @@ Status PlantLink::take_timed(std::uint16_t device, const Timed& timed) {
 
 Setpoints PlantLink::setpoints_at(std::uint16_t device, Time t) {
   Setpoints out;
-  if (!expect_kind(device, DeviceKind::actuators)) return out;
+  if (stopped_for_good_ || !expect_kind(device, DeviceKind::actuators)) return out;
   Group& group = groups_[device];
   while (group.count > 0 && group.pending[group.first].commit <= t) {
     group.active = group.pending[group.first];
@@ -345,10 +402,14 @@ Setpoints PlantLink::setpoints_at(std::uint16_t device, Time t) {
 void PlantLink::bye(std::string_view reason) {
   if (said_bye_) return;
   said_bye_ = true;
+  if (alone_) return;
   if (out_.room() < kMaxSmallBytes) static_cast<void>(flush());
   static_cast<void>(out_.add_text(Type::bye, Time{}, reason));
-  static_cast<void>(stream_->write(out_.pending()));  // the peer may be gone already; then nobody needs the reason
+  // The peer may be gone already; then nobody needs the reason.
+  static_cast<void>(stream_->write(Bytes(backlog_).subspan(backlog_sent_), out_.pending()));
   out_.clear();
+  backlog_.clear();
+  backlog_sent_ = 0;
 }
 
 }  // namespace sinew::sim_hil

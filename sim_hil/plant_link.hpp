@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "hal/stream.hpp"
+#include "sim_hil/caller.hpp"
 #include "sim_hil/message_io.hpp"
 #include "sim_hil/protocol.hpp"
 
@@ -63,6 +64,9 @@ class PlantLink {
   /// `why` says it in words.
   static hal::Result<std::unique_ptr<PlantLink>> accept(std::unique_ptr<hal::Stream> stream, PlantDescription plant,
                                                         hal::SharedMemory* frames, std::string& why);
+  /// The same with a runtime that has said its Hello already (plant_door.hpp).
+  static hal::Result<std::unique_ptr<PlantLink>> accept(Caller caller, PlantDescription plant,
+                                                        hal::SharedMemory* frames, std::string& why);
   static std::size_t frame_memory_bytes(const PlantDescription& plant);
 
   const Hello& hello() const { return hello_; }
@@ -89,10 +93,16 @@ class PlantLink {
 
   /// Lockstep: everything with ready <= until has been sent; returns when the runtime has done its part up to there.
   hal::Status grant(Time until);
-  /// Free-running: sends what is buffered and takes in what has arrived; never waits for the runtime.
+  /// Free-running: sends what is buffered and takes in what has arrived; never waits for the runtime. What it does not
+  /// take at once waits, and goes first; when too much waits, samples and frames are dropped and counted.
   hal::Status exchange();
   /// The newest command with commit <= t, while its lease lasts (t < commit + lease). Call with increasing t.
   Setpoints setpoints_at(std::uint16_t device, Time t);
+  /// Safe action for all groups until the end of the run, whatever the runtime commands: the stop line was pulled.
+  void stop_for_good() { stopped_for_good_ = true; }
+  /// Free-running: the runtime is gone and the world goes on. From now on everything is accepted and heard by nobody;
+  /// the last command runs out with its lease.
+  void go_alone();
 
   /// The last word; the runtime reports it as the reason of the end.
   void bye(std::string_view reason);
@@ -102,8 +112,9 @@ class PlantLink {
 
   struct Stats {
     std::uint64_t grants = 0, commands = 0, stops = 0;
-    std::uint64_t lease_expiries = 0;        // times a running group fell back to its safe action
-    std::uint64_t commands_overwritten = 0;  // more waiting at once than kPendingCommands
+    std::uint64_t lease_expiries = 0;                       // times a running group fell back to its safe action
+    std::uint64_t commands_overwritten = 0;                 // more waiting at once than kPendingCommands
+    std::uint64_t samples_dropped = 0, frames_dropped = 0;  // free-running: the runtime or the network was too slow
     std::uint64_t bytes_in = 0, bytes_out = 0;
   };
   const Stats& stats() const { return stats_; }
@@ -130,13 +141,14 @@ class PlantLink {
     std::vector<std::uint8_t> staging;  // frames through the stream
   };
 
-  PlantLink(std::unique_ptr<hal::Stream> stream, PlantDescription plant);
-  hal::Status shake_hands(hal::SharedMemory* frames, std::string& why);
+  PlantLink(Caller caller, PlantDescription plant);
   hal::Status send_welcome();
-  hal::Status refuse(std::string text, hal::Error error, std::string& why);
   hal::Status fail(hal::Error error);
   hal::Status fail_write(hal::Error error);
   hal::Status flush();
+  hal::Status push(Bytes head, Bytes tail);
+  hal::Status push_backlog();
+  bool crowded() const { return backlog_.size() - backlog_sent_ > kMaxSmallBytes; }
   hal::Status receive(Message& out);
   hal::Status take(const Message& message);
   hal::Status take_timed(std::uint16_t device, const Timed& timed);
@@ -153,7 +165,10 @@ class PlantLink {
   std::vector<Group> groups_;         // by device
   std::vector<CameraState> cameras_;  // by device
   bool answered_ = false;             // the runtime said Done
-  bool said_bye_ = false, bye_came_ = false;
+  bool said_bye_ = false, bye_came_ = false, stopped_for_good_ = false, alone_ = false;
+  bool running_ = false;            // free-running, and the clock has been started: writing must not wait
+  std::vector<std::byte> backlog_;  // what the socket has not taken, from backlog_sent_ on
+  std::size_t backlog_sent_ = 0;
   Time granted_{-1};
   hal::Status state_;
   std::string reason_;

@@ -159,10 +159,17 @@ Status sizes_of(Type type, Sizes& out) {
     case Type::grant:
     case Type::done:
     case Type::stop:
+    case Type::stopped:
       out = {0, 0};
       return {};
     case Type::clock:
       out = {kClockBytes, kClockBytes};
+      return {};
+    case Type::clock_ask:
+      out = {kClockAskBytes, kClockAskBytes};
+      return {};
+    case Type::clock_answer:
+      out = {kClockAnswerBytes, kClockAnswerBytes};
       return {};
     case Type::command:
       out = {kCommandBytes, kCommandBytes};
@@ -229,6 +236,12 @@ std::string_view to_string(Type type) {
       return "Truth";
     case Type::report:
       return "Report";
+    case Type::stopped:
+      return "Stopped";
+    case Type::clock_ask:
+      return "ClockAsk";
+    case Type::clock_answer:
+      return "ClockAnswer";
   }
   return "unknown";
 }
@@ -278,6 +291,12 @@ std::size_t encode(const Welcome& m, std::byte* out) {
 
 std::size_t encode(const ClockInfo& m, std::byte* out) noexcept {
   return Put(out).i64(m.host_ns).f64(m.rate).written();
+}
+
+std::size_t encode(const ClockAsk& m, std::byte* out) noexcept { return Put(out).i64(m.asked_ns).written(); }
+
+std::size_t encode(const ClockAnswer& m, std::byte* out) noexcept {
+  return Put(out).i64(m.asked_ns).i64(m.received_ns).i64(m.answered_ns).written();
 }
 
 std::size_t encode(const Command& m, std::byte* out) noexcept {
@@ -349,7 +368,8 @@ Status decode(const Header&, Bytes payload, Hello& out) {
   out.accepts_shared_memory = (get.u32() & 1) != 0;
   get.u32();
   if (!get.name(out.robot)) return bad("robot has no proper name");
-  if (out.mode != Mode::lockstep && out.mode != Mode::free_running) return bad("unknown mode", std::int64_t(out.mode));
+  if (out.mode != Mode::lockstep && out.mode != Mode::free_running && out.mode != Mode::side_line)
+    return bad("unknown mode", std::int64_t(out.mode));
   if (!is_rate(out.rate)) return bad("rate is not from 0.001 to 1000");
   return {};
 }
@@ -385,6 +405,23 @@ Status decode(const Header&, Bytes payload, ClockInfo& out) noexcept {
   out.rate = get.f64();
   if (!is_time(out.host_ns)) return bad("host clock is out of range", out.host_ns);
   if (!is_rate(out.rate)) return bad("rate is not from 0.001 to 1000");
+  return {};
+}
+
+Status decode(const Header&, Bytes payload, ClockAsk& out) noexcept {
+  if (auto ok = expect_size(payload, kClockAskBytes); !ok) return ok;
+  out.asked_ns = Get(payload).i64();
+  if (!is_time(out.asked_ns)) return bad("host clock is out of range", out.asked_ns);
+  return {};
+}
+
+Status decode(const Header&, Bytes payload, ClockAnswer& out) noexcept {
+  if (auto ok = expect_size(payload, kClockAnswerBytes); !ok) return ok;
+  Get get(payload);
+  out.asked_ns = get.i64(), out.received_ns = get.i64(), out.answered_ns = get.i64();
+  for (const std::int64_t ns : {out.asked_ns, out.received_ns, out.answered_ns})
+    if (!is_time(ns)) return bad("host clock is out of range", ns);
+  if (out.answered_ns < out.received_ns) return bad("clock was answered before it was asked", out.answered_ns);
   return {};
 }
 

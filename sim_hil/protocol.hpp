@@ -34,27 +34,30 @@ inline constexpr std::int64_t kMaxTimeNs = std::int64_t{1} << 62;  // 146 years;
 
 /// Numbers on the wire. Direction: r = runtime to plant, p = plant to runtime.
 enum class Type : std::uint16_t {
-  hello = 1,    // r  the first message of all
-  welcome = 2,  // p  the answer; its memory handle travels with it
-  start = 3,    // r  configured; the plant's time begins to run
-  clock = 4,    // p  free-running: answer to start
-  grant = 5,    // p  lockstep: every sample with ready <= time has been sent
-  done = 6,     // r  lockstep: every command with commit <= time has been sent
-  command = 7,  // r  setpoints of one actuator group
-  stop = 8,     // r  safe action at once
-  bye = 9,      // rp the reason, as text; the last message
-
-  imu = 16,      // p
-  range = 17,    // p
-  baro = 18,     // p
-  frame = 19,    // p
-  battery = 20,  // p
-  truth = 24,    // p  for the report only, never for a module
-  report = 25,   // p  JSON text about the plant's health
-  // 32..35: clock exchange over networks (four time stamps), reserved.
+  hello = 1,          // r  the first message of all
+  welcome = 2,        // p  the answer; its memory handle travels with it
+  start = 3,          // r  configured; the plant's time begins to run
+  clock = 4,          // p  free-running: answer to start
+  grant = 5,          // p  lockstep: every sample with ready <= time has been sent
+  done = 6,           // r  lockstep: every command with commit <= time has been sent
+  command = 7,        // r  setpoints of one actuator group
+  stop = 8,           // r  safe action at once
+  bye = 9,            // rp the reason, as text; the last message
+  stopped = 10,       // p  side line: answer to stop
+  imu = 16,           // p
+  range = 17,         // p
+  baro = 18,          // p
+  frame = 19,         // p
+  battery = 20,       // p
+  truth = 24,         // p  for the report only, never for a module
+  report = 25,        // p  JSON text about the plant's health
+  clock_ask = 32,     // r  side line: what does your host's clock show?
+  clock_answer = 33,  // p  side line
 };
 
-enum class Mode : std::uint16_t { lockstep = 0, free_running = 1 };
+/// What the peer has come for. A side line is a second, independent connection beside the runtime's: it can stop all
+/// actuators, and compare clocks without waiting behind samples and pixels.
+enum class Mode : std::uint16_t { lockstep = 0, free_running = 1, side_line = 2 };
 enum class DeviceKind : std::uint16_t { imu = 1, range = 2, baro = 3, camera = 4, actuators = 5, battery = 6 };
 
 std::string_view to_string(Type type);
@@ -109,6 +112,15 @@ struct ClockInfo {
   double rate = 1.0;
 };
 
+/// Three of the four time stamps of a clock exchange: the asker's host clock as it asked, the plant's host clock as it
+/// received and as it answered. The fourth is when the answer arrives.
+struct ClockAsk {
+  std::int64_t asked_ns = 0;
+};
+struct ClockAnswer {
+  std::int64_t asked_ns = 0, received_ns = 0, answered_ns = 0;
+};
+
 /// Header time: the commit. Acts from the first plant step at or after it until commit + lease.
 struct Command {
   Duration lease{0};
@@ -147,7 +159,7 @@ struct Truth {
 // Bytes behind the header; messages of fixed size carry exactly these.
 inline constexpr std::size_t kHelloBytes = 64, kWelcomeBytes = 72, kDeviceBytes = 96, kClockBytes = 16;
 inline constexpr std::size_t kCommandBytes = 88, kImuBytes = 56, kRangeBytes = 16, kBaroBytes = 24, kFrameBytes = 40;
-inline constexpr std::size_t kBatteryBytes = 32, kTruthBytes = 144;
+inline constexpr std::size_t kBatteryBytes = 32, kTruthBytes = 144, kClockAskBytes = 8, kClockAnswerBytes = 24;
 inline constexpr std::size_t kMaxMessageBytes =
     kHeaderBytes + kFrameBytes + std::size_t{msg::kMaxImageWidth} * msg::kMaxImageHeight * 3;
 inline constexpr std::size_t kMaxSmallBytes = kHeaderBytes + kMaxTextBytes;  // everything but pixels
@@ -160,6 +172,8 @@ std::size_t encode(const Header& h, std::byte* out) noexcept;
 std::size_t encode(const Hello& m, std::byte* out) noexcept;
 std::size_t encode(const Welcome& m, std::byte* out);  // kWelcomeBytes + devices * kDeviceBytes
 std::size_t encode(const ClockInfo& m, std::byte* out) noexcept;
+std::size_t encode(const ClockAsk& m, std::byte* out) noexcept;
+std::size_t encode(const ClockAnswer& m, std::byte* out) noexcept;
 std::size_t encode(const Command& m, std::byte* out) noexcept;
 std::size_t encode(const Sample<msg::ImuSample>& m, std::byte* out) noexcept;
 std::size_t encode(const Sample<msg::RangeSample>& m, std::byte* out) noexcept;
@@ -174,6 +188,8 @@ hal::Status decode(Bytes from, Header& out) noexcept;  // at least kHeaderBytes
 hal::Status decode(const Header& h, Bytes payload, Hello& out);
 hal::Status decode(const Header& h, Bytes payload, Welcome& out);
 hal::Status decode(const Header& h, Bytes payload, ClockInfo& out) noexcept;
+hal::Status decode(const Header& h, Bytes payload, ClockAsk& out) noexcept;
+hal::Status decode(const Header& h, Bytes payload, ClockAnswer& out) noexcept;
 hal::Status decode(const Header& h, Bytes payload, Command& out) noexcept;
 hal::Status decode(const Header& h, Bytes payload, Sample<msg::ImuSample>& out) noexcept;
 hal::Status decode(const Header& h, Bytes payload, Sample<msg::RangeSample>& out) noexcept;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim_hil/sim_sending.hpp"
+
 namespace sinew::sim_hil {
 
 using hal::Errc;
@@ -12,13 +14,7 @@ using hal::Status;
 
 namespace {
 
-constexpr std::size_t kLockstepQueue = 4096;              // samples of one device within one grant
-constexpr Duration kClocksAgree = std::chrono::hours(1);  // two readings of one clock, however slow the start was
-
-Duration scaled(Duration d, double rate) {
-  return Duration(static_cast<std::int64_t>(static_cast<double>(d.count()) * rate));
-}
-
+constexpr std::size_t kLockstepQueue = 4096;  // samples of one device within one grant
 Time clamp_time(Time t) { return {std::clamp<std::int64_t>(t.ns, 0, kMaxTimeNs)}; }
 
 }  // namespace
@@ -58,12 +54,12 @@ class SimBoard::Group final : public hal::Actuators {
   std::uint16_t id_;
 };
 
-SimBoard::SimBoard(std::unique_ptr<hal::Stream> stream, const SimOptions& options)
-    : stream_(std::move(stream)), options_(options), in_(Sender::plant), out_(kMaxSmallBytes) {
+SimBoard::SimBoard(std::unique_ptr<hal::Stream> stream, const SimOptions& options) : options_(options) {
+  line_.stream = std::move(stream);
   shared_.clock = options_.clock;
   shared_.lockstep = options_.mode == Mode::lockstep;
   shared_.late_after = options_.late_after;
-  stream_->set_patience(options_.patience);
+  line_.stream->set_patience(options_.patience);
 }
 
 SimBoard::~SimBoard() { bye("runtime closed the connection"); }
@@ -82,47 +78,23 @@ Result<std::unique_ptr<SimBoard>> SimBoard::open(std::unique_ptr<hal::Stream> st
 }
 
 Status SimBoard::shake_hands(std::string& why) {
-  const Hello hello{kVersion,      options_.mode, options_.rate, options_.seed, options_.accepts_shared_memory,
-                    options_.robot};
-  static_cast<void>(out_.add(Type::hello, 0, Time{}, hello));  // the first message always fits
-  auto ok = flush();
-  Message message;
-  if (ok) ok = receive(message);
-  if (ok) ok = adopt(message, why);
-  if (ok) return ok;
-  if (why.empty()) why = describe_failure(ok.error(), "no Welcome from the plant");
-  bye(why);
-  return ok;
-}
-
-Status SimBoard::adopt(const Message& message, std::string& why) {
-  const Header& h = message.header;
-  if (h.type == Type::bye) {
-    why = "plant refused: " + decode_text(message.payload);
-    return Error{Errc::closed, "plant refused the connection"};
-  }
-  if (h.type != Type::welcome) return Error{Errc::bad_data, "the plant's first message must be Welcome"};
-  if (auto ok = decode(h, message.payload, welcome_); !ok) {
-    if (welcome_.version != kVersion)
-      why = "plant speaks version " + std::to_string(welcome_.version) + " of the simulator protocol, this runtime " +
-            std::to_string(kVersion);
+  if (auto ok = line_.shake_hands(hello(), why); !ok) {
+    said_bye_ = true;
     return ok;
   }
-  auto memory = stream_->take_memory();
-  if (welcome_.shared_bytes > 0) {
-    if (!memory) return memory.error();
-    if ((*memory)->size() < welcome_.shared_bytes)
-      return Error{Errc::bad_data, "shared memory is smaller than the plant says", std::int64_t((*memory)->size())};
-    memory_ = std::move(*memory);
-  }
+  welcome_ = line_.welcome;
   make_devices();
   return {};
+}
+
+Hello SimBoard::hello() const {
+  return {kVersion, options_.mode, options_.rate, options_.seed, options_.accepts_shared_memory, options_.robot};
 }
 
 void SimBoard::make_devices() {
   const std::size_t depth = std::max<std::size_t>(options_.sensor_depth, 1);
   const std::size_t capacity = shared_.lockstep ? std::max(kLockstepQueue, depth) : 4 * depth;
-  const std::byte* memory = memory_ ? memory_->data() : nullptr;
+  const std::byte* memory = line_.memory ? line_.memory->data() : nullptr;
   for (const DeviceInfo& info : welcome_.devices) {
     const auto id = static_cast<std::uint16_t>(devices_.size());
     std::unique_ptr<SimDevice>& device = devices_.emplace_back();
@@ -183,43 +155,6 @@ Result<hal::Actuators*> SimBoard::actuators(std::string_view name) {
 
 // ---- running
 
-Status SimBoard::start() {
-  if (started_) return {};
-  if (ended()) return end_error_;
-  const Time sent = shared_.lockstep ? Time{} : options_.os->now();
-  static_cast<void>(out_.add(Type::start, 0, Time{}));
-  if (auto ok = flush(); !ok) return end(ok.error());
-  started_ = true;
-  if (shared_.lockstep) return {};
-
-  Message message;
-  if (auto ok = receive(message); !ok) return end(ok.error());
-  if (message.header.type == Type::bye) return take(message, sent);
-  if (auto ok = set_clock(message, sent); !ok) return end(ok.error());
-  auto reader = options_.os->start_thread(options_.reader, [this] { read_loop(); });
-  if (!reader) return end(reader.error());
-  reader_ = std::move(*reader);
-  return {};
-}
-
-/// Where plant time stands on the runtime's clock. On one machine both read the same host clock; otherwise the plant is
-/// taken to have answered in the middle of our wait.
-Status SimBoard::set_clock(const Message& message, Time sent) {
-  ClockInfo info;
-  if (message.header.type != Type::clock) return Error{Errc::bad_data, "plant does not answer Start with Clock"};
-  if (auto ok = decode(message.header, message.payload, info); !ok) return ok;
-  const Time host = options_.os->now();
-  const bool one_clock = static_cast<const hal::Clock*>(options_.os) == options_.clock;
-  const Time now = one_clock ? host : options_.clock->now();
-  const Time plant_host = stream_->local() ? Time{info.host_ns} : sent + (host - sent) / 2;
-  const Duration ago = host - plant_host;
-  if (ago > kClocksAgree || ago < -kClocksAgree)
-    return Error{Errc::bad_data, "plant reads another host clock than this machine's", info.host_ns};
-  shared_.offset = now - (message.header.time + scaled(ago, info.rate));
-  if (!stream_->local()) clock_bound_ = scaled((host - sent) / 2, info.rate);
-  return {};
-}
-
 Result<Time> SimBoard::next_grant(Time done_to) {
   if (ended()) return end_error_;
   if (!shared_.lockstep) return Error{Errc::not_supported, "a free-running plant grants nothing"};
@@ -227,14 +162,14 @@ Result<Time> SimBoard::next_grant(Time done_to) {
     if (auto ok = start(); !ok) return ok.error();
   } else {
     if (done_to != shared_.granted) return Error{Errc::bad_argument, "done is not the last grant", done_to.ns};
-    if (out_.room() < kHeaderBytes)
-      if (auto ok = flush(); !ok) return end(ok.error()).error();
-    static_cast<void>(out_.add(Type::done, 0, done_to));
-    if (auto ok = flush(); !ok) return end(ok.error()).error();
+    if (line_.out.room() < kHeaderBytes)
+      if (auto ok = line_.flush(); !ok) return end(ok.error()).error();
+    static_cast<void>(line_.out.add(Type::done, 0, done_to));
+    if (auto ok = line_.flush(); !ok) return end(ok.error()).error();
   }
   for (;;) {
     Message message;
-    if (auto ok = receive(message); !ok) return end(ok.error()).error();
+    if (auto ok = line_.receive(message); !ok) return end(ok.error()).error();
     if (message.header.type != Type::grant) {
       if (auto ok = take(message, Time{}); !ok) return end(ok.error()).error();
       continue;
@@ -247,32 +182,13 @@ Result<Time> SimBoard::next_grant(Time done_to) {
   }
 }
 
-void SimBoard::read_loop() {
-  for (;;) {
-    Message message;
-    auto next = in_.next(message);
-    Status ok = next ? Status{} : Status{next.error()};
-    if (next && *next) {
-      ok = take(message, shared_.clock->now());
-    } else if (next) {
-      auto n = stream_->read(in_.space());
-      if (n) in_.filled(*n);
-      if (!n) ok = n.error();
-    }
-    if (ok) continue;
-    static_cast<void>(end(ok.error()));
-    for (auto& device : devices_)
-      if (device) device->notify();  // their readers learn that nothing more will come
-    return;
-  }
-}
-
 SimDevice* SimBoard::device_of(std::uint16_t id, DeviceKind kind) {
   return id < devices_.size() && welcome_.devices[id].kind == kind ? devices_[id].get() : nullptr;
 }
 
-Arrival SimBoard::arrival_of(const Header& h, Time ready, Time at) const {
-  return {h.time + shared_.offset, ready + shared_.offset, at};
+Arrival SimBoard::arrival_of(const Header& h, Time ready, Time at) {
+  const Time stamp = shared_.plant_clock.map(h.time);
+  return {h.time, ready, stamp, stamp + (ready - h.time), at};
 }
 
 template <class M>
@@ -308,12 +224,12 @@ Status SimBoard::take_frame(const Message& message, Time at) {
 
 /// False when there is no room for them: next() then discards them as they come.
 Result<bool> SimBoard::read_pixels(std::span<std::uint8_t> into) {
-  if (into.size() != in_.bulk_left()) return false;
-  into = into.subspan(in_.take_bulk(into));
+  if (into.size() != line_.in.bulk_left()) return false;
+  into = into.subspan(line_.in.take_bulk(into));
   while (!into.empty()) {
-    auto n = stream_->read(std::as_writable_bytes(into));
+    auto n = line_.stream->read(std::as_writable_bytes(into));
     if (!n) return n.error();
-    in_.bulk_filled(*n);
+    line_.in.bulk_filled(*n);
     into = into.subspan(*n);
   }
   return true;
@@ -334,7 +250,7 @@ Status SimBoard::take(const Message& message, Time at) {
     case Type::truth: {
       Truth truth;
       if (auto ok = decode(message.header, message.payload, truth); !ok) return ok;
-      if (options_.on_truth) options_.on_truth(message.header.time + shared_.offset, truth);
+      if (options_.on_truth) options_.on_truth(shared_.plant_clock.map(message.header.time), truth);
       return {};
     }
     case Type::report:
@@ -350,25 +266,8 @@ Status SimBoard::take(const Message& message, Time at) {
 
 // ---- the line
 
-Status SimBoard::receive(Message& out) {
-  for (;;) {
-    auto next = in_.next(out);
-    if (!next) return next.error();
-    if (*next) return {};
-    auto n = stream_->read(in_.space());
-    if (!n) return n.error();
-    in_.filled(*n);
-  }
-}
-
-Status SimBoard::flush() {
-  auto sent = stream_->write(out_.pending());
-  out_.clear();
-  return sent;
-}
-
 bool SimBoard::add(Type type, std::uint16_t device, Time commit, const Command* command) {
-  return command ? out_.add(type, device, commit, *command) : out_.add(type, device, commit);
+  return command ? line_.out.add(type, device, commit, *command) : line_.out.add(type, device, commit);
 }
 
 Status SimBoard::send(Type type, std::uint16_t device, const Command* command) {
@@ -377,28 +276,33 @@ Status SimBoard::send(Type type, std::uint16_t device, const Command* command) {
     if (type == Type::stop) return {};  // nothing runs before the start
     return Error{Errc::bad_argument, "command before the start"};
   }
-  const Time commit = clamp_time(shared_.clock->now() - shared_.offset);
+  const Sending sending(*this);
+  if (!sending) return Error{Errc::closed, "the plant is away"};
+  const Duration offset = shared_.plant_clock.offset();
+  Time commit = clamp_time(shared_.clock->now() - offset);
+  if (commit < last_commit_) commit = last_commit_;  // the plant clock was moved back
+  last_commit_ = commit;
   commands_.fetch_add(1, std::memory_order_relaxed);
   if (!command) return send_now(type, device, commit, nullptr);
   Command on_plant_time = *command;
-  on_plant_time.setpoints.stamp = clamp_time(command->setpoints.stamp - shared_.offset);
+  on_plant_time.setpoints.stamp = clamp_time(command->setpoints.stamp - offset);
   return send_now(type, device, commit, &on_plant_time);
 }
 
 Status SimBoard::send_now(Type type, std::uint16_t device, Time commit, const Command* command) {
   if (shared_.lockstep) {
     if (add(type, device, commit, command)) return {};
-    if (auto ok = flush(); !ok) return end(ok.error());
+    if (auto ok = line_.flush(); !ok) return end(ok.error());
     static_cast<void>(add(type, device, commit, command));
     return {};
   }
   // Rather no command than one that waits in a queue: the plant's lease runs out, as it would on a jammed bus.
-  auto n = stream_->write_now(out_.pending());
-  if (n) out_.sent(*n);
-  if (n && out_.pending().empty()) {
+  auto n = line_.stream->write_now(line_.out.pending());
+  if (n) line_.out.sent(*n);
+  if (n && line_.out.pending().empty()) {
     static_cast<void>(add(type, device, commit, command));
-    n = stream_->write_now(out_.pending());
-    if (n) out_.sent(*n);
+    n = line_.stream->write_now(line_.out.pending());
+    if (n) line_.out.sent(*n);
     if (n) return {};
   }
   commands_dropped_.fetch_add(1, std::memory_order_relaxed);
@@ -413,17 +317,6 @@ Status SimBoard::end(const Error& error) {
   if (end_reason_.empty()) end_reason_ = describe_failure(error, "connection to plant '" + welcome_.plant + "' ended");
   shared_.ended.store(true, std::memory_order_release);  // pairs with ended(): the reason lies before
   return error;
-}
-
-void SimBoard::bye(std::string_view reason) {
-  if (said_bye_) return;
-  said_bye_ = true;
-  if (ended()) reason = end_reason_;
-  if (out_.room() < kHeaderBytes + reason.size()) static_cast<void>(flush());
-  static_cast<void>(out_.add_text(Type::bye, Time{}, reason));
-  static_cast<void>(flush());  // the peer may be gone already; then nobody needs the reason
-  stream_->shutdown();
-  if (reader_) reader_->join();
 }
 
 SimStats SimBoard::stats() const {
@@ -442,8 +335,11 @@ SimStats SimBoard::stats() const {
   s.grants = grants_.load(std::memory_order_relaxed);
   s.commands = commands_.load(std::memory_order_relaxed);
   s.commands_dropped = commands_dropped_.load(std::memory_order_relaxed);
-  s.clock_offset = shared_.offset;
-  s.clock_bound = clock_bound_;
+  s.clock_offset = shared_.plant_clock.offset();
+  s.remote = keeper_.has_value();
+  if (keeper_) s.clock = keeper_->stats();
+  const std::lock_guard lock(link_mutex_);
+  s.outages = outages_;
   return s;
 }
 

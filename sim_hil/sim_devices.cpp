@@ -42,17 +42,19 @@ void SimDevice::change_wake(hal::Wake* wake) noexcept {
   }
 }
 
-Status SimDevice::account(const Arrival& a, std::size_t bytes) noexcept {
+Status SimDevice::account(Arrival& a, std::size_t bytes) noexcept {
   add(samples_, 1);
   spare_bytes_ += bytes;
   add(kib_, static_cast<std::uint32_t>(spare_bytes_ / 1024));
   spare_bytes_ %= 1024;
   const bool late = shared_.lockstep ? a.ready <= shared_.granted : a.at - a.ready > shared_.late_after;
   if (late) add(late_, 1);
+  a.stamp = std::max(a.stamp, last_.stamp);  // a clock that is corrected, or a plant that came back
+  a.ready = std::max(a.ready, last_.ready);
   if (!first_) {
-    if (a.stamp < last_.stamp || a.ready < last_.ready)
-      return Error{Errc::bad_data, "samples of a device go back in time", a.stamp.ns};
-    const Duration gap = a.stamp - last_.stamp;
+    if (a.plant_stamp < last_.plant_stamp || a.plant_ready < last_.plant_ready)
+      return Error{Errc::bad_data, "samples of a device go back in time", a.plant_stamp.ns};
+    const Duration gap = a.plant_stamp - last_.plant_stamp;
     raise(gap_stamp_us_, to_us(gap));
     if (!shared_.lockstep) raise(gap_arrival_us_, to_us(a.at - last_.at));
     const std::int64_t period = info_.period.count();
@@ -106,24 +108,35 @@ Status SimCamera::check(const FrameInfo& info) const noexcept {
   return {};
 }
 
-Status SimCamera::take(const FrameInfo& info, const Arrival& arrival, std::size_t bytes, bool stored) noexcept {
+void SimCamera::relinked(const std::byte* memory) {
+  SimDevice::relinked(memory);
+  first_ = true;
+  if (slots_) slots_ = memory + info_.slots_offset;
+}
+
+Status SimCamera::take(const FrameInfo& info, Arrival arrival, std::size_t bytes, bool stored) noexcept {
   if (auto ok = account(arrival, bytes); !ok) return ok;
   const std::uint32_t step = info.number - last_number_;
   if (!first_ && step > 1 && step < 0x80000000) count_lost(step - 1);
   first_ = false;
   last_number_ = info.number;
   if (!wanted()) return {};
-  if (!stored || !queue_.push({arrival.ready, arrival.stamp, info, queue_.next_index()})) count_overflow(1);
+  if (!stored || !queue_.push({arrival.ready, arrival.stamp, info, queue_.next_index(), slot_of(info)}))
+    count_overflow(1);
   return {};
+}
+
+const std::byte* SimCamera::slot_of(const FrameInfo& info) const noexcept {
+  return slots_ ? slots_ + std::size_t{info.slot} * info_.slot_bytes : nullptr;
 }
 
 bool SimCamera::copy(const Waiting& frame, std::uint8_t* to) const noexcept {
   const std::size_t bytes = info_.frame_bytes();
-  if (!slots_) {
+  if (!frame.slot) {
     std::memcpy(to, pool_.data() + frame.pool_index * bytes, bytes);
     return true;
   }
-  const std::byte* slot = slots_ + std::size_t{frame.info.slot} * info_.slot_bytes;
+  const std::byte* slot = frame.slot;
   if (generation_of(slot) != frame.info.generation) return false;
   std::memcpy(to, slot + kSlotHeaderBytes, bytes);
   // Only a fence keeps the pixels' loads before the second look: the writer is another process, which a mapping that

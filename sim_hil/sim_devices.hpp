@@ -5,6 +5,7 @@
 #include <string>
 
 #include "hal/device.hpp"
+#include "sim_hil/plant_clock.hpp"
 #include "sim_hil/protocol.hpp"
 #include "sim_hil/sample_ring.hpp"
 
@@ -28,13 +29,14 @@ struct SimShared {
   const hal::Clock* clock = nullptr;
   bool lockstep = true;
   Duration late_after{0};
-  Duration offset{0};              // runtime clock minus plant time; fixed before samples flow
+  PlantClock plant_clock;          // zero in lockstep
   std::atomic<bool> ended{false};  // release after the reason has been written
   Time granted{-1};                // lockstep
 };
 
-/// When a message came in, on the runtime's clock.
+/// A message's times: as the plant wrote them, and on the runtime's clock with its arrival.
 struct Arrival {
+  Time plant_stamp, plant_ready;
   Time stamp, ready, at;
 };
 
@@ -50,10 +52,13 @@ class SimDevice {
   virtual void want() { wanted_ = true; }
   bool wanted() const { return wanted_; }
   void notify() noexcept;
+  /// The plant was lost and another connection made: order and gaps begin anew. `memory` is its frames'.
+  virtual void relinked(const std::byte* /*memory*/) { first_ = true; }
 
  protected:
-  /// Checks the order of a sample and counts gaps and lateness. Errors: bad_data when the plant breaks the order.
-  hal::Status account(const Arrival& a, std::size_t bytes) noexcept;
+  /// Checks the order of a sample and counts gaps and lateness. Makes its times go forward on the runtime's clock as
+  /// they do on the plant's. Errors: bad_data when the plant breaks the order.
+  hal::Status account(Arrival& a, std::size_t bytes) noexcept;
   void count_lost(std::uint32_t n) noexcept { add(lost_, n); }
   void count_overflow(std::uint32_t n) noexcept { add(overflow_, n); }
   bool ended() const noexcept { return shared_.ended.load(std::memory_order_acquire); }
@@ -90,7 +95,7 @@ class SimDevice {
   std::atomic<hal::Wake*> wake_{nullptr};
   std::atomic<bool> ringing_{false};
   bool first_ = true;
-  Arrival last_;
+  Arrival last_{};
   std::size_t spare_bytes_ = 0;  // below one KiB
   std::atomic<std::uint32_t> samples_{0}, lost_{0}, late_{0}, overflow_{0}, kib_{0}, gap_stamp_us_{0},
       gap_arrival_us_{0};
@@ -103,7 +108,7 @@ class SimSensor final : public hal::Sensor<M>, public SimDevice {
   SimSensor(const DeviceInfo& info, const SimShared& shared, std::size_t capacity, std::size_t depth)
       : SimDevice(info, shared), queue_(capacity), depth_(depth) {}
 
-  hal::Status take(const Sample<M>& sample, const Arrival& arrival, std::size_t bytes) noexcept {
+  hal::Status take(const Sample<M>& sample, Arrival arrival, std::size_t bytes) noexcept {
     if (auto ok = account(arrival, bytes); !ok || !wanted()) return ok;
     Waiting waiting{arrival.ready, sample.value};
     waiting.value.stamp = arrival.stamp;
@@ -138,11 +143,12 @@ class SimCamera final : public hal::Camera, public SimDevice {
   SimCamera(const DeviceInfo& info, const SimShared& shared, const std::byte* shared_memory, std::size_t depth);
 
   void want() override;
+  void relinked(const std::byte* memory) override;
 
   /// Room for the pixels of a frame that comes in the stream; empty: nobody wants it, or no room (counted).
   std::span<std::uint8_t> room() noexcept;
   /// `stored`: the pixels are in the slot that `info` names, or have been put into room().
-  hal::Status take(const FrameInfo& info, const Arrival& arrival, std::size_t bytes, bool stored) noexcept;
+  hal::Status take(const FrameInfo& info, Arrival arrival, std::size_t bytes, bool stored) noexcept;
   /// What the Welcome promised about every frame. Errors: bad_data.
   hal::Status check(const FrameInfo& info) const noexcept;
 
@@ -155,10 +161,12 @@ class SimCamera final : public hal::Camera, public SimDevice {
     Time ready, stamp;
     FrameInfo info;
     std::size_t pool_index = 0;
+    const std::byte* slot = nullptr;  // in shared memory; null: in the pool
   };
+  const std::byte* slot_of(const FrameInfo& info) const noexcept;
   bool copy(const Waiting& frame, std::uint8_t* to) const noexcept;
 
-  const std::byte* slots_;  // first slot in shared memory; null: frames come in the stream
+  const std::byte* slots_;  // receiver's: first slot in shared memory; null: frames come in the stream
   SampleRing<Waiting> queue_;
   std::size_t depth_;
   std::vector<std::uint8_t> pool_;  // queue capacity x frame

@@ -7,7 +7,7 @@
 // order_before_reuse(). The reader looks at the slot, passes order_reads(), and only then at the commit number. If any
 // byte it saw was of a later loan, the two fences meet on that byte, and the number it sees is of that commit or a
 // later one: the newest sequence is at least s + keep, and holds() says false. The programs of
-// tests/rt/handover_outsider_test.cpp show this for every execution of the memory model, and that it breaks without
+// tests/rt/handover_programs.hpp show this for every execution of the memory model, and that it breaks without
 // either fence. On x86-64 both are orders to the compiler only.
 //
 // The memory is not trusted: every offset and size is checked once, copied, and never looked at again; what the memory

@@ -1,5 +1,7 @@
 #include "vision/pad_detector.hpp"
 
+#include "rt/zone.hpp"
+
 namespace sinew::vision {
 
 void PadDetector::declare(rt::Declaration& d) {
@@ -39,13 +41,22 @@ Pinhole PadDetector::camera(const ImageView& image) const {
   return p;
 }
 
-rt::Status PadDetector::step(const rt::Step&) noexcept {
+PadCircle PadDetector::find(const ImageView& pixels, const rt::Step& step) {
+  {
+    const rt::Zone zone(step, "segment");
+    if (!finder_->segment(pixels)) return {};
+  }
+  const rt::Zone zone(step, "outline");
+  return finder_->outline(pixels);
+}
+
+rt::Status PadDetector::step(const rt::Step& step) noexcept {
   const msg::Image* image = image_.get();
   if (image == nullptr || !image_.updated()) return rt::Status::stale;
   const ImageView pixels = view(*image);
   if (!pixels || pixels.format == msg::PixelFormat::mono8) return rt::Status::fault;
 
-  const PadCircle pad = finder_->find(pixels);
+  const PadCircle pad = find(pixels, step);
   msg::PadSighting& out = sighting_.loan();
   out.stamp = image->stamp;
   out.blobs = pad.blobs;

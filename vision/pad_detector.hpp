@@ -23,6 +23,7 @@ class PadDetector final : public rt::Module {
 
  private:
   Pinhole camera(const ImageView& image) const;
+  PadCircle find(const ImageView& pixels, const rt::Step& step);
 
   rt::In<msg::Image> image_;
   rt::Out<msg::PadSighting> sighting_;

@@ -138,8 +138,7 @@ void correct_perspective(const PadCircle& edge, const PadCircle& mark, PadCircle
 
 }  // namespace
 
-PadCircle PadFinder::find(const ImageView& image) {
-  if (!segmentation_.by_table(image, table_)) return {};
+PadCircle PadFinder::outline(const ImageView& image) {
   const auto blobs = segmentation_.blobs();
   std::array<const Blob*, kCandidates> largest{};
   for (const Blob& b : blobs) {

@@ -37,7 +37,10 @@ struct PadCircle {
 class PadFinder {
  public:
   PadFinder(const PadLook& look, const SegmentationLimits& limits);
-  PadCircle find(const ImageView& image);
+  PadCircle find(const ImageView& image) { return segment(image) ? outline(image) : PadCircle{}; }
+  /// The two halves of find(): the regions of the pad's colour (false: not that kind of image), then the circle.
+  bool segment(const ImageView& image) { return segmentation_.by_table(image, table_); }
+  PadCircle outline(const ImageView& image);
   const Segmentation& segmentation() const { return segmentation_; }
 
  private:

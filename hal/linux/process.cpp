@@ -129,6 +129,8 @@ bool stop_requested() {
   return installed && g_stop.load(std::memory_order_relaxed);
 }
 
+void request_stop() { g_stop.store(true, std::memory_order_relaxed); }
+
 bool output_is_terminal() { return isatty(STDOUT_FILENO) == 1; }
 
 int terminal_columns() {

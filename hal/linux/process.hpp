@@ -36,6 +36,8 @@ class ChildProcess {
   void terminate();
   /// Ends it without asking (SIGKILL).
   void kill_now();
+  /// In a copy of its owner: the child is not ours any more, and nothing here touches it.
+  void disown() { exit_code_ = 0; }
 
  private:
   explicit ChildProcess(int pid) : pid_(pid) {}
@@ -48,6 +50,8 @@ std::string describe_exit(int code);
 
 /// From the first call on, SIGINT and SIGTERM do not end the process but make this true.
 bool stop_requested();
+/// As if such a signal had come. Thread: any.
+void request_stop();
 
 /// Is standard output a terminal, and how wide (80 when unknown).
 bool output_is_terminal();

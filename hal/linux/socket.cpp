@@ -9,6 +9,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -52,15 +53,21 @@ timeval to_timeval(Duration d) {
   return tv;
 }
 
+constexpr Duration kSilence = std::chrono::seconds(5);  // of a TCP peer that does not even acknowledge
+
 constexpr std::size_t kMaxHandles = 4;  // more in one message is not our protocol; the kernel discards the rest
 
 class SocketStream final : public Stream {
  public:
   SocketStream(int fd, bool local) : fd_(fd), local_(local) {
-    if (!local) {
-      const int on = 1;  // lockstep sends small messages and waits for each answer
-      ::setsockopt(fd_, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-    }
+    if (local) return;
+    set_tcp(TCP_NODELAY, 1);  // lockstep sends small messages and waits for each answer
+    // A peer whose machine or network is gone is noticed: after kSilence, whether we write or only listen.
+    set_tcp(TCP_USER_TIMEOUT, static_cast<int>(kSilence / std::chrono::milliseconds(1)));
+    const int on = 1;
+    ::setsockopt(fd_, SOL_SOCKET, SO_KEEPALIVE, &on, sizeof on);
+    set_tcp(TCP_KEEPIDLE, 2);
+    set_tcp(TCP_KEEPINTVL, 1);
   }
   ~SocketStream() override {
     if (received_fd_ >= 0) ::close(received_fd_);
@@ -150,6 +157,8 @@ class SocketStream final : public Stream {
   }
 
  private:
+  void set_tcp(int option, int value) noexcept { ::setsockopt(fd_, IPPROTO_TCP, option, &value, sizeof value); }
+
   Result<std::size_t> receive(std::span<std::byte> into, int flags) noexcept {
     for (;;) {
       const ssize_t n =
@@ -250,14 +259,19 @@ Result<Address> parse_endpoint(std::string_view endpoint, bool passive) {
   return tcp_address(endpoint, passive);
 }
 
-Result<int> connect_once(const Address& a) {
+/// Waits at most `patience`, where there is something to wait for: a host that does not answer at all.
+Result<int> connect_once(const Address& a, Duration patience) {
   const int fd = ::socket(a.storage.ss_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
   if (fd < 0) return system_error("socket", errno);
+  const timeval limit = to_timeval(std::max(patience, Duration{1'000'000}));
+  ::setsockopt(fd, SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);
   int result = 0;
   do result = ::connect(fd, a.get(), a.size);
   while (result != 0 && errno == EINTR);
-  if (result == 0) return fd;
-  const int why = errno;
+  const int why = result == 0 ? 0 : errno == EINPROGRESS ? ETIMEDOUT : errno;
+  const timeval for_ever{};
+  ::setsockopt(fd, SOL_SOCKET, SO_SNDTIMEO, &for_ever, sizeof for_ever);
+  if (why == 0) return fd;
   ::close(fd);
   return system_error("nobody answers at this endpoint", why);
 }
@@ -298,7 +312,7 @@ class SocketListener final : public Listener {
 void remove_dead_file(const Address& a, const char* path) {
   struct stat info {};
   if (::lstat(path, &info) != 0 || !S_ISSOCK(info.st_mode)) return;
-  auto fd = connect_once(a);
+  auto fd = connect_once(a, std::chrono::seconds(1));
   if (fd)
     ::close(*fd);
   else if (fd.error().detail == ECONNREFUSED)
@@ -324,7 +338,7 @@ Result<std::unique_ptr<Stream>> connect_stream(std::string_view endpoint, Durati
   if (!address) return address.error();
   const auto give_up = std::chrono::steady_clock::now() + patience;
   for (;;) {
-    auto fd = connect_once(*address);
+    auto fd = connect_once(*address, give_up - std::chrono::steady_clock::now());
     if (fd) return std::unique_ptr<Stream>(new SocketStream(*fd, address->local));
     const Errc code = fd.error().code;
     const bool may_come = code == Errc::closed || code == Errc::not_found || code == Errc::timeout;

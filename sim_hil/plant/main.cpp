@@ -1,5 +1,6 @@
 // sinew-sim: a quadrotor in a room, as a process that speaks the simulator protocol.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <fstream>
 
@@ -15,7 +16,7 @@ using namespace sinew;
 struct Settings {
   std::string listen = "unix:sinew-sim.sock";
   std::string camera = "320x240", format = "yuyv", render_test;
-  bool lockstep = false, free_running = false;
+  bool lockstep = false, free_running = false, list_faults = false;
   double wait_s = 60;
   plant::CameraOptions view;
   plant::SessionOptions session;
@@ -66,6 +67,8 @@ void describe(CLI::App& app, Settings& s) {
   app.add_option("--fault", s.faults,
                  "DEVICE:KIND[(AMOUNT)]@FROM[+LENGTH|..UNTIL], e.g. imu:stuck@5+0.5; may be repeated")
       ->allow_extra_args(false);
+  app.add_flag("--list-faults", s.list_faults,
+               "print every device with every kind, and why those that are none are none");
   app.add_option("--report", s.report, "write the last report (JSON) into this file");
   app.add_option("--duration", s.session.duration_s, "end the run after so many seconds of plant time; 0: never")
       ->check(CLI::NonNegativeNumber)
@@ -73,6 +76,10 @@ void describe(CLI::App& app, Settings& s) {
   app.add_option("--priority", s.session.fifo_priority,
                  "SCHED_FIFO priority of the physics thread in real time; 0: none")
       ->check(CLI::Range(0, 99))
+      ->capture_default_str();
+  app.add_option("--relink", s.session.relink_s,
+                 "real time: when the runtime is lost, the world waits so many seconds for another; 0: it ends")
+      ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   app.add_option("--wait", s.wait_s, "give up when no runtime has come after so many seconds")
       ->check(CLI::PositiveNumber)
@@ -94,10 +101,12 @@ void print(const plant::SessionReport& r) {
               r.plant_s, r.wall_s, r.plant_s > 0 ? 1e3 * r.cpu_s / r.plant_s : 0.0,
               static_cast<unsigned long long>(r.frames));
   if (r.mode == sim_hil::Mode::free_running)
-    std::printf("largest gap between IMU samples %.3f ms, %llu steps late, %llu frames late: %s\n",
-                1e-6 * static_cast<double>(r.imu_gap_max_ns), static_cast<unsigned long long>(r.steps_late),
-                static_cast<unsigned long long>(r.render_late),
-                r.valid ? "valid" : ("not valid, " + r.invalid_because).c_str());
+    std::printf(
+        "largest gap between IMU samples %.3f ms, %llu steps late, %llu frames late, %u runtimes lost and followed\n",
+        1e-6 * static_cast<double>(r.imu_gap_max_ns), static_cast<unsigned long long>(r.steps_late),
+        static_cast<unsigned long long>(r.render_late), r.relinks);
+  std::printf("leases that ran out: %llu\n", static_cast<unsigned long long>(r.lease_expiries));
+  if (r.stopped_by_supervisor) std::printf("stopped by a supervisor at %.3f s\n", msg::seconds(r.stopped_at));
   if (r.flight.touched_down)
     std::printf("touched down at %.2f s with %.2f m/s; now %.3f m from the pad's centre%s\n",
                 msg::seconds(r.flight.touchdown_at), r.flight.touchdown_speed_mps, r.pad_distance_m(),
@@ -122,6 +131,16 @@ bool read_faults(Settings& s) {
   return true;
 }
 
+int list_faults() {
+  for (const plant::FaultDevice device : plant::kFaultDevices)
+    for (const plant::FaultKind kind : plant::kFaultKinds) {
+      const char* reason = plant::why_not(device, kind);
+      std::printf("%s %s%s%s\n", std::string(to_string(device)).c_str(), std::string(to_string(kind)).c_str(),
+                  reason ? " - " : "", reason ? reason : "");
+    }
+  return 0;
+}
+
 bool write_report(const std::string& path, const std::string& json) {
   std::ofstream out(path);
   out << json << '\n';
@@ -140,15 +159,26 @@ int serve(Settings& s) {
   std::printf("listening on %s, camera %s %s drawn by %s\n", (*listener)->endpoint().c_str(), s.camera.c_str(),
               s.format.c_str(), (*camera)->backend().c_str());
   std::fflush(stdout);
-  auto stream = (*listener)->accept(hal::Duration{static_cast<std::int64_t>(s.wait_s * 1e9)});
-  if (!stream) return fail("no runtime has connected", stream.error());
-  listener->reset();
-  plant::Session session(os, **camera, s.session);
-  if (hal::Status ok = session.serve(std::move(*stream)); !ok)
-    return fail("no run: " + session.report().reason, ok.error());
-  print(session.report());
-  if (!s.report.empty() && !write_report(s.report, session.report().json())) return 1;
-  return session.report().broken ? 1 : 0;
+  hal::ThreadOptions lines;
+  lines.name = "plant_door";
+  lines.fifo_priority = s.session.fifo_priority > 0 ? std::min(s.session.fifo_priority + 1, 99) : 0;
+  auto door = sim_hil::PlantDoor::open(os, std::move(*listener), plant::Session::description(s.view, s.session), lines);
+  if (!door) return fail("cannot serve " + s.listen, door.error());
+  const hal::Time give_up = os.now() + hal::Duration{static_cast<std::int64_t>(s.wait_s * 1e9)};
+  for (;;) {
+    auto caller = (*door)->wait_runtime(give_up - os.now());
+    if (!caller) return fail("no runtime has connected", caller.error());
+    plant::Session session(os, **camera, s.session);
+    static_cast<void>(session.serve(std::move(*caller), **door));  // the report has the reason
+    if (session.report().started) {
+      print(session.report());
+      if (!s.report.empty() && !write_report(s.report, session.report().json())) return 1;
+      return session.report().broken ? 1 : 0;
+    }
+    // One that asked for another mode, or left before the start, as one does that looks for its plant: not the last.
+    std::fprintf(stderr, "sinew-sim: no run: %s\n", session.report().reason.c_str());
+    (*door)->let_go();
+  }
 }
 
 }  // namespace
@@ -166,6 +196,7 @@ int main(int argc, char** argv) {
   if (app.count("--seed") > 0) s.session.seed = s.seed;
   if (s.lockstep) s.session.only = sim_hil::Mode::lockstep;
   if (s.free_running) s.session.only = sim_hil::Mode::free_running;
+  if (s.list_faults) return list_faults();
   if (!read_faults(s)) return 1;
   if (!s.render_test.empty()) return plant::render_test(s.render_test, s.view.width, s.view.height);
   return serve(s);

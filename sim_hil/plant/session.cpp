@@ -13,7 +13,6 @@ constexpr std::int64_t kMsNs = 1'000'000;
 constexpr std::int64_t kExposureNs = 8'000'000;
 constexpr std::int64_t kCameraDelayNs = 25'000'000;  // middle of the exposure to the driver: exposure, read-out, USB
 constexpr std::int64_t kImuDelayNs = kImuSteps * kStepNs / 2;
-constexpr std::int64_t kImuGapLimitNs = 2'000'000;    // of plant time; beyond it a free-running run is not valid
 constexpr std::int64_t kAloneNs = 10'000'000'000;     // so long a world is watched whose runtime has been cut off
 constexpr std::int64_t kReportEveryNs = 100'000'000;  // the last one before the end tells where it came to rest
 
@@ -33,12 +32,12 @@ sim_hil::DeviceInfo sensor(sim_hil::DeviceKind kind, const char* name, int steps
 Session::Session(hal::Os& os, CameraFeed& camera_feed, const SessionOptions& options)
     : os_(os), feed_(camera_feed), options_(options) {}
 
-sim_hil::PlantDescription Session::description() const {
+sim_hil::PlantDescription Session::description(const CameraOptions& view, const SessionOptions& options) {
   using sim_hil::DeviceKind;
   sim_hil::PlantDescription d;
   d.name = "sinew-sim";
   d.step = ns(kStepNs);
-  d.seed = options_.seed;
+  d.seed = options.seed;
   d.devices.push_back(sensor(DeviceKind::imu, "imu", kImuSteps, kImuDelayNs));
   d.devices.push_back(sensor(DeviceKind::range, "range", kRangeSteps, kRangeDelayNs));
   d.devices.push_back(sensor(DeviceKind::baro, "baro", kBaroSteps, kBaroDelayNs));
@@ -47,9 +46,9 @@ sim_hil::PlantDescription Session::description() const {
   c.name = "camera";
   c.period = ns(1'000'000'000 / kCameraHz);
   c.latency = ns(kCameraDelayNs);
-  c.width = feed_.options().width;
-  c.height = feed_.options().height;
-  c.format = feed_.options().format;
+  c.width = view.width;
+  c.height = view.height;
+  c.format = view.format;
   d.devices.push_back(c);
   sim_hil::DeviceInfo m;
   m.kind = DeviceKind::actuators;
@@ -60,13 +59,13 @@ sim_hil::PlantDescription Session::description() const {
   return d;
 }
 
-Status Session::open(std::unique_ptr<hal::Stream> stream) {
-  const sim_hil::PlantDescription plant = description();
-  if (stream->local()) {
+Status Session::open(sim_hil::Caller caller) {
+  const sim_hil::PlantDescription plant = description(feed_.options(), options_);
+  if (caller.stream->local()) {
     auto memory = os_.shared_memory("sinew_sim_frames", sim_hil::PlantLink::frame_memory_bytes(plant));
     if (memory) frames_ = std::move(*memory);  // without it frames go through the stream
   }
-  auto link = sim_hil::PlantLink::accept(std::move(stream), plant, frames_.get(), report_.reason);
+  auto link = sim_hil::PlantLink::accept(std::move(caller), plant, frames_.get(), report_.reason);
   if (!link) return link.error();
   link_ = std::move(*link);
   report_.mode = link_->hello().mode;
@@ -92,13 +91,29 @@ Status Session::open(std::unique_ptr<hal::Stream> stream) {
 }
 
 Status Session::serve(std::unique_ptr<hal::Stream> stream) {
-  if (Status s = open(std::move(stream)); !s) {
+  sim_hil::Caller caller;
+  caller.stream = std::move(stream);
+  if (Status s = hear_hello(caller, "sinew-sim", report_.reason); !s) {
+    report_.broken = true;
+    return s;
+  }
+  return serve(std::move(caller));
+}
+
+Status Session::serve(sim_hil::Caller caller, sim_hil::PlantDoor& door) {
+  door_ = &door;
+  return serve(std::move(caller));
+}
+
+Status Session::serve(sim_hil::Caller caller) {
+  if (Status s = open(std::move(caller)); !s) {
     report_.broken = true;
     return s;
   }
   if (report_.mode == sim_hil::Mode::free_running) rehearse();
   const Time begin = os_.now();
   Status s = link_->wait_start();
+  report_.started = s.has_value();
   if (s) s = report_.mode == sim_hil::Mode::lockstep ? run_lockstep() : run_free();
   if (feed_.busy()) feed_.wait();  // its pixels go to memory of this session
   refresh_report();
@@ -114,6 +129,7 @@ Status Session::serve(std::unique_ptr<hal::Stream> stream) {
     return {};
   }
   report_.reason = link_->reason();
+  if (relink_ && relink_->in_vain()) report_.reason += "; no other runtime has come";
   report_.broken = !link_->ended_politely();
   return {};
 }
@@ -159,11 +175,13 @@ Status Session::run_free() {
       const Time woken = os_.now();
       if (woken - due > ns(kMsNs)) ++report_.steps_late;
       // Commands that came in the millisecond just gone by act at their commits in it; then its samples go out.
-      result = link_->exchange();
+      if (relink_) result = welcome_another(start);
+      if (result) result = link_->exchange();
       if (result) result = advance_one_ms();
       if (result) result = send_frame_due_by(world_->now(), false);
       if (result) result = release_held(world_->now());
       if (result) result = link_->exchange();
+      if (!result) result = go_on_without_runtime(result);
       const Time sent = os_.now();
       note_imu_gap(sent);
       report_.work_max_ns = std::max(report_.work_max_ns, (sent - woken).count());
@@ -183,12 +201,49 @@ Status Session::run_free() {
   return result;
 }
 
+/// Ok: the runtime is gone without a good-bye, and the world waits for another.
+Status Session::go_on_without_runtime(Status lost) {
+  const bool breach = lost.error().code == hal::Errc::bad_data;
+  const bool waiting = relink_ && relink_->looking();
+  if (!door_ || options_.relink_s <= 0 || breach || waiting || link_->ended_politely()) return lost;
+  if (!relink_)
+    relink_ = std::make_unique<Relink>(os_, *door_, description(feed_.options(), options_), frames_.get(),
+                                       link_->hello().rate);
+  if (!relink_->look(hal::Duration{static_cast<std::int64_t>(options_.relink_s * 1e9)})) return lost;
+  link_->go_alone();
+  return {};
+}
+
+Status Session::welcome_another(Time start) {
+  if (!relink_->looking()) return {};
+  if (relink_->in_vain()) return hal::Error{hal::Errc::closed, "no other runtime has come"};
+  if (feed_.busy()) return {};  // it draws into the old link's memory
+  auto link = relink_->take();
+  if (!link) return {};
+  ++report_.relinks;
+  expired_before_ += link_->stats().lease_expiries;
+  pending_.reset();
+  link_ = std::move(link);
+  if (report_.stopped_by_supervisor) link_->stop_for_good();
+  const auto since_start = static_cast<std::int64_t>(static_cast<double>(world_->now().ns) / link_->hello().rate);
+  return link_->start_clock(world_->now(), Time{start.ns + since_start});
+}
+
 void Session::note_imu_gap(Time now) {
   if (last_imu_.ns >= 0) report_.imu_gap_max_ns = std::max(report_.imu_gap_max_ns, (now - last_imu_).count());
   last_imu_ = now;
 }
 
+/// Once a millisecond; it holds until the end of the run.
+void Session::heed_stop_line() {
+  if (!door_ || report_.stopped_by_supervisor || !door_->stopped()) return;
+  link_->stop_for_good();
+  report_.stopped_by_supervisor = true;
+  report_.stopped_at = world_->now();
+}
+
 Status Session::advance_one_ms() {
+  heed_stop_line();
   for (int i = 0; i < kImuSteps; ++i) {
     commanded_ = link_->setpoints_at(motors, world_->now());
     if (Status s = send_due(world_->step(motor_command())); !s) return s;
@@ -200,7 +255,7 @@ Status Session::advance_one_ms() {
 std::array<double, kRotors> Session::motor_command() {
   const sim_hil::Setpoints acting = faults_->motors.act(commanded_, world_->now());
   std::array<double, kRotors> command{};
-  if (!acting.valid) return command;
+  if (!acting.valid || report_.stopped_by_supervisor) return command;  // the stop line passes by all faults
   std::copy_n(acting.value.begin(), kRotors, command.begin());
   const Time now = world_->now();
   if (now - acting.commit >= acting.lease) ++report_.stale_actuations;
@@ -316,19 +371,7 @@ void Session::refresh_report() {
   for (const FaultLog::Entry& e : faults_->log.entries())
     if (e.fault.from_ns <= world_->now().ns) report_.faults.push_back(e);
   if (!link_) return;
-  report_.lease_expiries = link_->stats().lease_expiries;
-  judge();
-}
-
-void Session::judge() {
-  if (report_.mode == sim_hil::Mode::lockstep) return;  // time stands still when somebody is late
-  const auto limit = static_cast<std::int64_t>(static_cast<double>(kImuGapLimitNs) / link_->hello().rate);
-  if (report_.imu_gap_max_ns <= limit) return;
-  report_.valid = false;
-  report_.invalid_because = "IMU samples " + std::to_string(report_.imu_gap_max_ns / 1000) + " us apart, more than " +
-                            std::to_string(limit / 1000) + " us (woken up to " +
-                            std::to_string(report_.wake_late_max_ns / 1000) + " us late, work up to " +
-                            std::to_string(report_.work_max_ns / 1000) + " us)";
+  report_.lease_expiries = expired_before_ + link_->stats().lease_expiries;
 }
 
 }  // namespace sinew::plant

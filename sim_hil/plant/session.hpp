@@ -7,7 +7,9 @@
 #include "hal/stream.hpp"
 #include "sim_hil/plant/camera_feed.hpp"
 #include "sim_hil/plant/plant_faults.hpp"
+#include "sim_hil/plant/relink.hpp"
 #include "sim_hil/plant/world.hpp"
+#include "sim_hil/plant_door.hpp"
 #include "sim_hil/plant_link.hpp"
 
 namespace sinew::plant {
@@ -18,13 +20,15 @@ struct SessionOptions {
   std::optional<sim_hil::Mode> only;  // refuse the other mode
   double duration_s = 0;              // plant time after which the plant ends the run; 0: the runtime ends it
   std::vector<Fault> faults;          // docs/faults.md
+  double relink_s = 5;                // free-running, by a door: the world waits so long for another runtime
   int fifo_priority = 85;             // of the physics thread, free-running: above the robot's threads, like a device
 };
 
 /// How a run went, from the plant's side.
 struct SessionReport {
-  std::string reason;   // why it ended
-  bool broken = false;  // by a lost connection or a breach of the protocol
+  std::string reason;    // why it ended
+  bool broken = false;   // by a lost connection or a breach of the protocol
+  bool started = false;  // the runtime said Start
   std::uint64_t seed = 0;
   sim_hil::Mode mode = sim_hil::Mode::lockstep;
   double plant_s = 0, wall_s = 0, cpu_s = 0;  // cpu: of the physics thread
@@ -33,16 +37,17 @@ struct SessionReport {
   std::int64_t wake_late_max_ns = 0;  // the kernel woke the physics thread so much too late
   std::int64_t work_max_ns = 0;       // from there until the samples of a millisecond had left
   std::uint64_t lease_expiries = 0;
+  std::uint32_t relinks = 0;           // runtimes that came after one that was lost
+  bool stopped_by_supervisor = false;  // the stop line was pulled, at stopped_at of plant time
+  hal::Time stopped_at{};
   std::uint64_t stale_actuations = 0;    // plant steps in which motors ran on a command whose lease was over: never
   std::int64_t setpoint_age_max_ns = 0;  // oldest measurement that a running motor's command rested on
   std::vector<FaultLog::Entry> faults;   // those whose time has come
-  bool valid = true;
-  std::string invalid_because;
   FlightSummary flight;
   TruthState last;
   double mass_kg = 0;
 
-  /// Touches something, and neither the body nor a rotor moves any more.
+  /// Touches something, and does not go anywhere any more (slower than 0.15 m/s and 2 rad/s).
   bool at_rest() const;
   bool motors_stopped() const;
   /// Base to the centre of the pad, horizontally, now: after the run, the landing error.
@@ -57,10 +62,14 @@ struct SessionReport {
 class Session {
  public:
   Session(hal::Os& os, CameraFeed& camera, const SessionOptions& options);
+  /// What this plant has on board, as its door announces it to side lines.
+  static sim_hil::PlantDescription description(const CameraOptions& view, const SessionOptions& options);
 
   /// Serves the runtime at the other end until it says Bye, goes away, or the duration is over.
   /// Errors:  what the handshake said; `report().reason` has it in words.
   hal::Status serve(std::unique_ptr<hal::Stream> stream);
+  /// The same with a runtime that came in by the door; the door's stop line ends all commands.
+  hal::Status serve(sim_hil::Caller caller, sim_hil::PlantDoor& door);
   const SessionReport& report() const { return report_; }
 
  private:
@@ -70,14 +79,17 @@ class Session {
     sim_hil::FrameMeta meta;
   };
 
-  sim_hil::PlantDescription description() const;
-  hal::Status open(std::unique_ptr<hal::Stream> stream);
+  hal::Status serve(sim_hil::Caller caller);
+  hal::Status open(sim_hil::Caller caller);
   void rehearse();
   hal::Status run_lockstep();
   hal::Status run_free();
+  hal::Status go_on_without_runtime(hal::Status lost);
+  hal::Status welcome_another(hal::Time start);
   bool line_closed();
   void go_on_alone();
   hal::Status advance_one_ms();
+  void heed_stop_line();
   std::array<double, kRotors> motor_command();
   hal::Status send_due(const Due& due);
   hal::Status begin_frame();
@@ -90,14 +102,16 @@ class Session {
   hal::Status send_truth_and_report();
   void note_imu_gap(hal::Time now);
   void refresh_report();
-  void judge();
   bool over() const;
 
   hal::Os& os_;
   CameraFeed& feed_;
   SessionOptions options_;
+  sim_hil::PlantDoor* door_ = nullptr;
   std::unique_ptr<hal::SharedMemory> frames_;
   std::unique_ptr<sim_hil::PlantLink> link_;
+  std::unique_ptr<Relink> relink_;    // once a runtime was lost
+  std::uint64_t expired_before_ = 0;  // leases, of links before this one
   std::unique_ptr<World> world_;
   std::optional<PendingFrame> pending_;
   std::unique_ptr<PlantFaults> faults_;  // made with the world, when the seed is known

@@ -1,12 +1,17 @@
 """Flies whole robots through the `sinew` program: the same seed gives the same bytes, and no step makes a trapped call."""
+import json
 import os
 import re
+import resource
 import subprocess
 import sys
+import tempfile
 import unittest
 
 SINEW, TRAPPED, ROBOTS = sys.argv[1:4]
 LIMIT_S = 300
+RUN_DIR = tempfile.TemporaryDirectory()  # this program's robots meet nobody else's
+os.environ["SINEW_RUN_DIR"] = RUN_DIR.name
 
 
 def run(program, *arguments):
@@ -31,6 +36,19 @@ class Flight(unittest.TestCase):
         self.assertIn("landed on the pad, valid run", first)
         self.assertGreaterEqual(len(hashes(first)), 13)
         self.assertEqual(hashes(first), hashes(second))
+
+    def test_the_whole_summary_is_one_json_object(self):
+        code, out, err = run(SINEW, "run", f"{ROBOTS}/quad.toml", "--virtual", "--json")
+        self.assertEqual(code, 0, err)
+        summary = json.loads(out)
+        self.assertEqual(summary["result"], "landed on the pad, valid run")
+        self.assertEqual(summary["exit_code"], 0)
+        self.assertEqual(summary["invalid_because"], [])
+        self.assertLess(summary["landing_error_m"], 0.15)
+        self.assertGreater(summary["run_s"], 10)
+        self.assertEqual({t["name"] for t in summary["threads"]} & {"guardian", "stabilise"}, {"guardian", "stabilise"})
+        self.assertEqual(set(summary["hashes"]), {t["name"] for t in summary["topics"]})
+        self.assertTrue(all(c["missed"] >= 0 and c["age_ns"]["count"] > 0 for c in summary["chains"]))
 
     def test_another_seed_is_another_flight(self):
         one = run(SINEW, "run", f"{ROBOTS}/quad.toml", "--virtual", "--seed", "1", "--duration", "2")[1]
@@ -59,47 +77,46 @@ class Flight(unittest.TestCase):
         self.assertIn("longest IMU gap", out)
 
 
-class CommandLine(unittest.TestCase):
-    def test_check_accepts_our_robots_and_prints_their_slots(self):
-        for robot in ("quad.toml", "mav_dataset.toml"):
-            code, out, err = run(SINEW, "check", f"{ROBOTS}/{robot}")
-            self.assertEqual(code, 0, err)
-            self.assertIn("no problems", out)
-            self.assertRegex(out, r"camera.raw +\d+ = +2 \+")
+class Unprivileged(unittest.TestCase):
+    """Without the right to fixed priorities and to much locked memory, whoever runs the test."""
 
-    def test_check_names_every_problem_of_a_broken_robot(self):
-        broken = os.path.join(os.path.dirname(ROBOTS), "examples", "broken_robot.toml")
-        code, _, err = run(SINEW, "check", broken)
+    def run_without(self, *arguments):
+        drop = [] if os.geteuid() != 0 else ["setpriv", "--bounding-set=-all", "--inh-caps=-all"]
+
+        def limit():
+            resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0))
+            resource.setrlimit(resource.RLIMIT_MEMLOCK, (65536, 65536))
+
+        done = subprocess.run([*drop, SINEW, *arguments], capture_output=True, text=True, timeout=LIMIT_S,
+                              preexec_fn=limit)
+        return done.returncode, done.stdout, done.stderr
+
+    def test_everything_runs_and_what_is_missing_is_said(self):
+        code, out, err = self.run_without("run", f"{ROBOTS}/quad.toml", "--duration", "2", "--plain")
+        self.assertEqual(code, 1, out + err)  # it flew, but two seconds are no landing
+        self.assertRegex(out, r"stabilise +\d\d+ cycles")
+        self.assertIn("problem: sched_fifo: this process may not use fixed priorities", err)
+        self.assertIn("problem: memory_lock: ", err)
+        self.assertIn("sinew doctor says what to do", err)
+        self.assertRegex(err, r"(?m)^warning: thread stabilise: SCHED_FIFO refused")
+        self.assertRegex(err, r"(?m)^warning: memory is not locked")
+
+    def test_strict_refuses_to_start(self):
+        code, out, err = self.run_without("run", f"{ROBOTS}/quad.toml", "--duration", "2", "--plain", "--strict")
+        self.assertEqual(code, 2, out + err)
+        self.assertIn("--strict: not started", err)
+        self.assertNotIn("cycles", out)
+
+    def test_virtual_time_needs_no_privilege(self):
+        code, out, err = self.run_without("run", f"{ROBOTS}/quad.toml", "--virtual", "--duration", "1", "--strict")
+        self.assertEqual(code, 1, out + err)
+        self.assertEqual(err, "")
+
+    def test_doctor_names_the_problem_and_what_to_do(self):
+        code, out, _ = self.run_without("doctor", f"{ROBOTS}/quad.toml")
         self.assertEqual(code, 1)
-        self.assertIn(f"{broken}:2: robot.colour: \"red\": unknown key", err)
-        self.assertIn(f"{broken}:6: thread.control.priority: 150: an integer from 0 to 98", err)
-
-    def test_graph_shows_threads_and_bindings(self):
-        code, out, _ = run(SINEW, "graph", f"{ROBOTS}/quad.toml")
-        self.assertEqual(code, 0)
-        self.assertIn("thread stabilise: priority 80, every 1 ms", out)
-        self.assertRegex(out, r"<- imu +imu.raw \(queue of 32\)")
-        code, out, _ = run(SINEW, "graph", f"{ROBOTS}/quad.toml", "--dot")
-        self.assertTrue(out.startswith("digraph \"quad\""))
-        self.assertIn("\"filter\" -> \"attitude\" [label=\"filter.state\"]", out)
-
-    def test_what_is_wrong_on_the_command_line_ends_with_2_and_its_reason(self):
-        quad = f"{ROBOTS}/quad.toml"
-        for arguments, words in (
-                (["run", "no_such.toml"], "a robot file that can be read"),
-                (["run", quad, "--set", "mixer.nothing=1"], "module.mixer.params.nothing"),
-                (["run", quad, "--set", "nobody.x=1"], "no module nobody"),
-                (["run", quad, "--plant", "unix:/no/such/socket"], "no plant at unix:/no/such/socket"),
-                (["run", quad, "--board", "moon"], "board \"moon\""),
-                (["run", quad, "--camera", "9x9"], "--camera 9x9"),
-                (["run", quad, "--virtual", "--fault", "imu:bent@1"], "kind 'bent': one of off, stuck"),
-                (["run", quad, "--plant", "unix:/x", "--fault", "imu:off@1"], "only a plant that this run starts"),
-                (["run", f"{ROBOTS}/mav_dataset.toml", "--data", "/no/such/folder"], "/no/such/folder"),
-                (["run", f"{ROBOTS}/mav_dataset.toml"], "--data DIR"),
-                (["fly"], "")):
-            code, out, err = run(SINEW, *arguments)
-            self.assertEqual(code, 2, (arguments, out, err))
-            self.assertIn(words, err)
+        self.assertRegex(out, r"problem +sched_fifo")
+        self.assertIn("setcap cap_sys_nice", out)
 
 
 class RecordedFlight(unittest.TestCase):

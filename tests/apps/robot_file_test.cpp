@@ -39,6 +39,12 @@ camera = { type = "drivers::CameraSource", exec_measured_factor = 1.5, enabled =
 image = { width = 640, height = 480, format = "yuyv" }
 history = 5
 
+[topic."operator.link"]
+writer = "external"
+type = "OperatorLink"
+thread = "control"
+exec_us = 2
+
 [actuator.tilt]
 command = "gimbal.tilt"
 channels = 2
@@ -88,6 +94,22 @@ std::vector<std::string> problems_of(std::string_view text) {
   return lines;
 }
 
+TEST(RobotFile, TypeAndThreadOfATopicBelongToExternalOnes) {
+  EXPECT_THAT(problems_of(R"(robot = { name = "a", board = "sim" }
+[topic."a.b"]
+type = "OperatorLink"
+[topic."c.d"]
+writer = "module"
+[topic."e.f"]
+writer = "external"
+)"),
+              UnorderedElementsAre("robot.toml:3: topic.a.b.type: \"OperatorLink\": none without writer = \"external\"",
+                                   "robot.toml:5: topic.c.d.writer: \"module\": one of \"external\"",
+                                   "robot.toml:6: topic.e.f.type: missing: the type of a message, e.g. "
+                                   "\"OperatorLink\"; it is required",
+                                   "robot.toml:6: topic.e.f.thread: missing: the name of a thread; it is required"));
+}
+
 TEST(RobotFile, EveryKeyReachesTheGraphSpec) {
   const auto loaded = parse_robot(kGood, "robot.toml");
   ASSERT_THAT(loaded.problems, IsEmpty());
@@ -117,9 +139,14 @@ TEST(RobotFile, EveryKeyReachesTheGraphSpec) {
   EXPECT_THAT(g.modules[1].exec.trace, ElementsAre(rt::Duration{10us}, rt::Duration{20us}));
   EXPECT_EQ(g.modules[2].exec.kind, rt::ExecModel::Kind::measured);
   EXPECT_FALSE(g.modules[2].enabled);
-  ASSERT_EQ(g.topics.size(), 1u);
+  ASSERT_EQ(g.topics.size(), 2u);
   EXPECT_EQ(g.topics[0].image_bytes, 640u * 480 * 2);
   EXPECT_EQ(g.topics[0].history, 5u);
+  EXPECT_FALSE(g.topics[0].external);
+  ASSERT_TRUE(g.topics[1].external);
+  EXPECT_EQ(g.topics[1].external->type, "OperatorLink");
+  EXPECT_EQ(g.topics[1].external->thread, "control");
+  EXPECT_EQ(g.topics[1].external->exec.constant, 2us);
   ASSERT_EQ(g.actuators.size(), 1u);
   EXPECT_EQ(g.actuators[0].min, -0.6);
   EXPECT_EQ(g.actuators[0].lease, 20ms);
@@ -184,6 +211,29 @@ arming = "never"
                   "robot.toml:16: failsafe.c.below: \"low\": a number from -1e+300 to 1e+300",
                   "robot.toml:13: failsafe.c.action: missing: one of land stop; it is required",
                   "robot.toml:18: guardian.arming: \"never\": one of \"auto\", \"manual\""));
+}
+
+TEST(RobotFile, QuantilesOfExecutionTimesReachTheGraphSpec) {
+  const auto loaded = parse_robot(R"(robot = { name = "r", board = "sim" }
+[module]
+m = { type = "t", exec_quantiles_us = [[0.5, 12], [1, 80.5]] }
+)",
+                                  "robot.toml");
+  ASSERT_THAT(loaded.problems, IsEmpty());
+  const rt::ExecModel& exec = loaded.robot.graph.modules[0].exec;
+  EXPECT_EQ(exec.kind, rt::ExecModel::Kind::quantiles);
+  ASSERT_EQ(exec.quantiles.size(), 2u);
+  EXPECT_EQ(exec.quantiles[0].share, 0.5);
+  EXPECT_EQ(exec.quantiles[1].exec, 80500ns);
+  EXPECT_THAT(problems_of(R"(robot = { name = "r", board = "sim" }
+[module]
+m = { type = "t", exec_quantiles_us = [[0.5, 12], 3] }
+n = { type = "t", exec_quantiles_us = [[1, 12]], exec_us = 3 }
+)"),
+              ElementsAre("robot.toml:3: module.m.exec_quantiles_us: [ [ 0.5, 12 ], 3 ]: an array of pairs [share, "
+                          "us], us from 0.001 to 3.6e9",
+                          "robot.toml:4: module.n.exec_us: 3: only one of exec_us, exec_trace_us, exec_quantiles_us, "
+                          "exec_measured_factor"));
 }
 
 TEST(RobotFile, EveryProblemIsNamedInOneRun) {

@@ -3,9 +3,11 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <stdlib.h>
 
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <functional>
 #include <thread>
 
@@ -13,6 +15,7 @@
 #include "hal/linux/socket.hpp"
 #include "math/hash.hpp"
 #include "sim_hil/message_io.hpp"
+#include "sim_hil/side_line.hpp"
 
 namespace sinew::plant {
 namespace {
@@ -43,6 +46,12 @@ class ScriptedRuntime {
   ScriptedRuntime(std::unique_ptr<hal::Stream> stream, sim_hil::Hello hello)
       : stream_(std::move(stream)), reader_(sim_hil::Sender::plant), writer_(1 << 17), hello_(std::move(hello)) {}
 
+  /// Until plant time `end`, then hangs up without a word.
+  void run_until_lost(Time end) {
+    good_bye_ = false;
+    run(end, hal::Duration{1}, [](Time) { return Command{}; });
+    stream_.reset();
+  }
   /// Until plant time `end`; `command(t)` may be none.
   void run(Time end, hal::Duration lease, const std::function<Command(Time)>& command) {
     EXPECT_TRUE(writer_.add(Type::hello, 0, Time{}, hello_));
@@ -61,7 +70,7 @@ class ScriptedRuntime {
       if (const Command c = command(t)) send(*c, t, lease);
       const bool over = t >= end;
       EXPECT_TRUE(!lockstep || writer_.add(Type::done, 0, t));
-      EXPECT_TRUE(!over || writer_.add_text(Type::bye, t, "script is over"));
+      EXPECT_TRUE(!over || !good_bye_ || writer_.add_text(Type::bye, t, "script is over"));
       flush();
       if (over) return;
     }
@@ -179,6 +188,7 @@ class ScriptedRuntime {
   sim_hil::MessageWriter writer_;
   sim_hil::Hello hello_;
   std::unique_ptr<hal::SharedMemory> memory_;
+  bool good_bye_ = true;
 };
 
 class PlantSession : public testing::Test {
@@ -344,6 +354,119 @@ TEST_F(PlantSession, MotorsStopWhenTheLeaseIsOver) {
   EXPECT_LT(got.truth[60].v_world_mps.z, v_at_expiry - 0.15 * kGravity);
 }
 
+/// A plant behind a door, on a socket of its own.
+class DoorPlant {
+ public:
+  DoorPlant(CameraFeed& feed, const SessionOptions& options) : session(hal::linux_os(), feed, options) {
+    EXPECT_NE(mkdtemp(folder_.data()), nullptr);
+    auto listener = hal::listen_stream("unix:" + folder_ + "/plant.sock");
+    EXPECT_TRUE(listener);
+    endpoint_ = (*listener)->endpoint();
+    door_ = std::move(*sim_hil::PlantDoor::open(hal::linux_os(), std::move(*listener),
+                                                Session::description({}, options), {"door", 0, {}, 1 << 18}));
+    thread_ = std::thread([this] {
+      auto caller = door_->wait_runtime(kPatience);
+      if (caller) served = session.serve(std::move(*caller), *door_);
+    });
+  }
+  ~DoorPlant() {
+    wait();
+    std::filesystem::remove_all(folder_);
+  }
+  void wait() {
+    if (thread_.joinable()) thread_.join();
+  }
+  std::unique_ptr<hal::Stream> connect() { return std::move(*hal::connect_stream(endpoint_, kPatience)); }
+  static constexpr hal::Duration kPatience = std::chrono::seconds(20);
+  Session session;
+  hal::Status served;
+
+ private:
+  std::string folder_ = (std::filesystem::temp_directory_path() / "sinew_session_XXXXXX").string();
+  std::string endpoint_;
+  std::unique_ptr<sim_hil::PlantDoor> door_;
+  std::thread thread_;
+};
+
+sim_hil::Hello free_running(double rate = 1) {
+  sim_hil::Hello h;
+  h.mode = sim_hil::Mode::free_running;
+  h.robot = "script";
+  h.rate = rate;
+  return h;
+}
+
+TEST_F(PlantSession, WorldGoesOnWhenTheRuntimeIsLostAndAnotherTakesOver) {
+  options_.relink_s = 20;
+  DoorPlant plant(*feed_, options_);
+  Time last{};
+  {
+    ScriptedRuntime first(plant.connect(), free_running());
+    first.run_until_lost(Time{50'000'000});  // hangs up without a word
+    last = first.got.last_imu;
+    EXPECT_GE(last, Time{50'000'000});
+  }
+  // Turned away until the plant has noticed; it has when somebody is served.
+  Received got;
+  while (got.imu == 0) {
+    ScriptedRuntime second(plant.connect(), free_running());
+    second.run(Time{last.ns + 100'000'000}, kLease, kNothing);
+    got = std::move(second.got);
+  }
+  plant.wait();
+  EXPECT_GT(got.truth.at(0).p_world_m.z, 0);
+  EXPECT_GT(got.last_imu, last) << "plant time has gone on, not begun anew";
+  EXPECT_EQ(plant.session.report().relinks, 1u);
+  EXPECT_FALSE(plant.session.report().broken) << plant.session.report().reason;
+  EXPECT_EQ(plant.session.report().reason, "script is over");
+}
+
+TEST_F(PlantSession, RuntimeOfAnotherPaceIsTurnedAwayAndTheWorldEndsWhenNobodyElseComes) {
+  options_.relink_s = 0.5;
+  DoorPlant plant(*feed_, options_);
+  ScriptedRuntime(plant.connect(), free_running()).run_until_lost(Time{20'000'000});
+  ScriptedRuntime other(plant.connect(), free_running(0.5));
+  other.run(Time{1'000'000'000}, kLease, kNothing);
+  EXPECT_EQ(other.got.imu, 0);
+  plant.wait();
+  EXPECT_TRUE(plant.session.report().broken);
+  EXPECT_NE(plant.session.report().reason.find("no other runtime has come"), std::string::npos);
+}
+
+TEST_F(PlantSession, InLockstepALostRuntimeIsTheEnd) {
+  options_.relink_s = 3600;
+  DoorPlant plant(*feed_, options_);
+  ScriptedRuntime(plant.connect(), lockstep()).run_until_lost(Time{20'000'000});
+  plant.wait();
+  EXPECT_TRUE(plant.session.report().broken);
+  EXPECT_EQ(plant.session.report().relinks, 0u);
+}
+
+TEST_F(PlantSession, StopLineStopsTheMotorsThoughTheRuntimeGoesOnCommanding) {
+  options_.world.spread = 0;
+  options_.world.gust_mps = 0;
+  DoorPlant plant(*feed_, options_);
+  std::string why;
+  auto line = sim_hil::SideLine::open(plant.connect(), "parent", DoorPlant::kPatience, why);
+  ASSERT_TRUE(line) << why;
+  ScriptedRuntime runtime(plant.connect(), lockstep());
+  constexpr std::int64_t kPullNs = 400'000'000;
+  bool pulled = false;
+  runtime.run(Time{900'000'000}, std::chrono::seconds(1), [&](Time t) {
+    if (t.ns >= kPullNs && !pulled) pulled = static_cast<bool>((*line)->stop());
+    return kClimb(t);
+  });
+  plant.wait();
+  const SessionReport& report = plant.session.report();
+  EXPECT_TRUE(report.stopped_by_supervisor);
+  EXPECT_NEAR(static_cast<double>(report.stopped_at.ns), kPullNs, 2'000'000);
+  EXPECT_NE(report.json().find("\"stopped_by_supervisor\":true"), std::string::npos);
+  const auto& truth = runtime.got.truth;
+  ASSERT_GE(truth.size(), 65u);
+  EXPECT_GT(truth[40].v_world_mps.z, 0.3);
+  EXPECT_LT(truth[60].v_world_mps.z, truth[40].v_world_mps.z - 0.15 * kGravity);
+}
+
 TEST_F(PlantSession, MotorsStayOffWithoutACommand) {
   const Received got = fly(lockstep(), 0.5, kLease, kNothing);
   for (const sim_hil::Truth& t : got.truth) EXPECT_NEAR(t.p_world_m.z, kFeetBelowBase, 0.003);
@@ -398,7 +521,6 @@ TEST_F(PlantSession, FreeRunningDeliversEverySampleAndMeasuresTheGap) {
   EXPECT_GE(got.imu, 500);  // none is lost, however late this machine is
   EXPECT_TRUE(got.imu_in_order);
   EXPECT_GT(report_.imu_gap_max_ns, 1'900'000);  // at half the rate 2 ms apart
-  EXPECT_EQ(report_.valid, report_.imu_gap_max_ns <= 4'000'000);
   EXPECT_NE(got.last_report.find("\"imu_gap_max_ns\":"), std::string::npos);
 }
 

@@ -130,6 +130,57 @@ TEST_F(InVirtualTime, AMeasuredExecutionTimeIsTheStepsCpuTimeTimesItsFactor) {
   EXPECT_EQ(exec.max(), 21us);
 }
 
+/// The execution times of a run, of module 0.
+struct ExecLog final : RunObserver {
+  std::vector<Duration> exec;
+  void completed(const StepRecord& record) noexcept override { exec.push_back(record.exec); }
+};
+
+const std::vector<ExecModel::Quantile> kHalfTenTailHundred = {{0.5, 10us}, {0.9, 20us}, {1.0, 100us}};
+
+std::vector<Duration> drawn(std::uint64_t seed, double factor, int steps) {
+  GraphRig g;
+  g.spec.seed = seed;
+  g.module("m", {}, {}).exec = {ExecModel::Kind::quantiles, {}, {}, factor, kHalfTenTailHundred};
+  g.periodic("t", 1, 1ms, {"m"});
+  EXPECT_EQ(g.build(), "");
+  ExecLog log;
+  log.exec.reserve(static_cast<std::size_t>(steps) + 1);
+  g.options.observer = &log;
+  g.run(Duration{1ms} * steps);
+  return log.exec;
+}
+
+TEST(DrawnExecutionTimes, FollowTheirDistribution) {
+  const auto all = drawn(1, 1.0, 4000);
+  ASSERT_EQ(all.size(), 4000u);
+  std::size_t ten = 0, to_20 = 0, to_60 = 0;
+  for (const Duration d : all) {
+    EXPECT_GE(d, 10us);
+    EXPECT_LE(d, 100us);
+    ten += d == 10us;
+    to_20 += d <= 20us;
+    to_60 += d <= 60us;
+  }
+  // Five sigma of a binomial count either way; straight lines between the points, so half of the tail is below 60 us.
+  EXPECT_NEAR(static_cast<double>(ten), 2000, 160);
+  EXPECT_NEAR(static_cast<double>(to_20), 3600, 95);
+  EXPECT_NEAR(static_cast<double>(to_60), 3800, 70);
+}
+
+TEST(DrawnExecutionTimes, AreAFunctionOfTheSeedAndTheStep) {
+  const auto once = drawn(7, 1.0, 300);
+  EXPECT_EQ(drawn(7, 1.0, 300), once);
+  EXPECT_NE(drawn(8, 1.0, 300), once);
+  const auto longer = drawn(7, 1.0, 600);
+  EXPECT_TRUE(std::equal(once.begin(), once.end(), longer.begin()));
+}
+
+TEST(DrawnExecutionTimes, AreStretchedByTheFactor) {
+  const auto once = drawn(7, 1.0, 300), thrice = drawn(7, 3.0, 300);
+  for (std::size_t i = 0; i < once.size(); ++i) EXPECT_EQ(thrice[i], once[i] * 3);
+}
+
 TEST_F(InVirtualTime, AMeasuredExecutionTimeWithoutAnOsIsRefused) {
   g.spec.modules[0].exec = {ExecModel::Kind::measured, {}, {}, 3.0};
   ASSERT_EQ(g.build(), "");

@@ -336,11 +336,11 @@ TEST_F(GraphCheckTest, VirtualTimeNeedsExecutionTimes) {
   maker().exec = {};
   user().exec.constant = 0ns;
   spec.guardian.exec.constant = 3601s;
-  EXPECT_THAT(problems(),
-              ElementsAre("r.toml:11: module.maker.exec_us: missing: exec_us, exec_trace_us or exec_measured_factor; "
-                          "virtual time needs one",
-                          "r.toml:12: module.user.exec_us: 0: a number from 0.001 to 3600000000",
-                          "r.toml:40: guardian.exec_us: 3.601e+09: a number from 0.001 to 3600000000"));
+  EXPECT_THAT(problems(), ElementsAre("r.toml:11: module.maker.exec_us: missing: exec_us, exec_trace_us, "
+                                      "exec_quantiles_us or exec_measured_factor; "
+                                      "virtual time needs one",
+                                      "r.toml:12: module.user.exec_us: 0: a number from 0.001 to 3600000000",
+                                      "r.toml:40: guardian.exec_us: 3.601e+09: a number from 0.001 to 3600000000"));
   EXPECT_THAT(problems({}), IsEmpty()) << "real time needs none";
 }
 
@@ -355,6 +355,25 @@ TEST_F(GraphCheckTest, TracesAndMeasuredFactorsHaveRanges) {
   EXPECT_THAT(problems(), ElementsAre("r.toml:11: module.maker.exec_trace_us: a number out of range: an array of "
                                       "numbers from 0.001 to 3600000000",
                                       "r.toml:12: module.user.exec_measured_factor: nan: a number from 0.01 to 1000"));
+}
+
+TEST_F(GraphCheckTest, QuantilesOfExecutionTimesRiseToOne) {
+  const auto problems_with = [&](std::vector<ExecModel::Quantile> quantiles) {
+    maker().exec = {ExecModel::Kind::quantiles, {}, {}, 1.0, std::move(quantiles)};
+    return problems();
+  };
+  EXPECT_THAT(problems_with({{0.5, 12us}, {0.99, 30us}, {1.0, 30us}}), IsEmpty());
+  EXPECT_THAT(problems_with({}), ElementsAre("r.toml:11: module.maker.exec_quantiles_us: []: pairs [share, us], both "
+                                             "rising, shares from 0 to 1, the last one 1"));
+  using Quantiles = std::vector<ExecModel::Quantile>;
+  for (const Quantiles& wrong : {Quantiles{{0.5, 12us}},
+                                 {{0.5, 12us}, {0.5, 13us}, {1.0, 14us}},
+                                 {{-0.1, 1us}, {1.0, 2us}},
+                                 {{0.5, 12us}, {1.0, 11us}},
+                                 {{0.5, 0us}, {1.0, 11us}}})
+    EXPECT_THAT(problems_with(wrong),
+                ElementsAre("r.toml:11: module.maker.exec_quantiles_us: not a distribution: pairs [share, us], both "
+                            "rising, shares from 0 to 1, the last one 1"));
 }
 
 TEST_F(GraphCheckTest, ParametersExistAndAreInTheirRange) {
@@ -446,6 +465,34 @@ TEST_F(GraphCheckTest, TopicSectionsNameTopicsAndImagesOnly) {
       ElementsAre("r.toml:50: topic.maker.pear: \"maker.pear\": a topic: guardian.motors guardian.state maker.pair "
                   "user.result",
                   "r.toml:51: topic.maker.pair.image: 300 bytes: none: maker.pair carries Pair"));
+}
+
+TEST_F(GraphCheckTest, ExternalTopicsHaveANameATypeAndAThread) {
+  const auto external = [](std::string name, int line, std::string type, std::string thread) {
+    return TopicSpec{std::move(name), 0, 0, line, ExternalSpec{std::move(type), std::move(thread)}};
+  };
+  spec.topics = {external("operator.link", 50, "OperatorLink", "control"),
+                 external("mine.pair", 51, "Pair", "control")};
+  EXPECT_THAT(problems(), IsEmpty()) << "a type of a module's port is known too";
+  std::string types;
+  for (const msg::TypeInfo* t : msg::all_types())
+    if (!t->has_bulk()) types += " " + std::string(t->name);
+  spec.topics = {external("operator", 50, "OperatorLink", "control"),  external("other.link", 51, "Image", "control"),
+                 external("third.link", 52, "", "guardian"),           external("fourth.link", 53, "OperatorLink", ""),
+                 external("fifth.a", 54, "OperatorLink", "control"),   external("fifth.b", 55, "OperatorLink", "sense"),
+                 external("maker.link", 56, "OperatorLink", "control")};
+  EXPECT_THAT(
+      problems(),
+      ElementsAre("r.toml:11: module.maker: in threads control control: named once, in the order of one thread",
+                  "r.toml:50: topic.operator: \"operator\": a name as source.port, each of a-z, 0-9 and _",
+                  "r.toml:51: topic.other.link.type: \"Image\": a message type without pixels:" + types,
+                  "r.toml:52: topic.third.link.type: missing: a message type without pixels:" + types,
+                  "r.toml:52: topic.third.link.thread: \"guardian\": a thread: control",
+                  "r.toml:53: topic.fourth.link.thread: missing: a thread: control",
+                  "r.toml:55: topic.fifth.b.thread: \"sense\": a thread: control",
+                  "r.toml:55: topic.fifth.b.thread: \"sense\": \"control\", as of fifth.a: topics of one source come "
+                  "in with one thread",
+                  "r.toml:56: module.maker: \"maker\": a name that no other module has"));
 }
 
 // ---- actuators and chains

@@ -180,7 +180,7 @@ class Robot {
 
   GraphSpec spec;
   ModuleTypes types;
-  ConfigureOptions configure_options{nullptr, kNearWrap, {}, 0};
+  ConfigureOptions configure_options{nullptr, kNearWrap, {}, {}};
   std::uint32_t fault_limit = 10;
   bool virtual_time = true;
   hal::ManualClock clock;

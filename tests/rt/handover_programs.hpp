@@ -39,8 +39,16 @@ struct ModelAtomics {
                                                {"kTailLoad", &kTailLoad, S::kTailLoad}}};
     return orders;
   }
+  static inline bool fence_before_reuse = true, fence_after_reads = true;
+  static void order_before_reuse() {
+    if (fence_before_reuse) model::release_fence();
+  }
+  static void order_reads() {
+    if (fence_after_reads) model::acquire_fence();
+  }
   static void as_in_production() {
     for (const Named& n : all()) *n.order = n.production;
+    fence_before_reuse = fence_after_reads = true;
   }
 };
 
@@ -229,6 +237,60 @@ struct QueueProgram {
     for (auto& s : topic.states) pinned += !s.idle();
     model::require(pinned == queue.pending(), "slots pinned and slots queued differ");
   }
+};
+
+/// A writer and readers in other processes, which pin nothing and look again afterwards (tap/reader.hpp). The payload's
+/// words are relaxed atomics here, because torn reads are what the reader must notice, not what may not happen. They
+/// may be of any message; those of a message that still holds() must be that message's.
+template <int readers, std::uint32_t commits, std::uint32_t keep, std::uint32_t slots, std::uint32_t attempts>
+struct OutsiderProgram {
+  static constexpr int threads = 1 + readers;
+  static constexpr std::uint32_t kRing = keep + 1 <= 2 ? 2 : 4;
+  static_assert(slots >= keep + 1);  // burst 1
+  std::array<SlotState<ModelAtomics>, slots> states;
+  std::array<model::Word, kRing> ring;
+  std::array<model::Word, slots> sequence, payload;
+  std::array<std::uint32_t, slots> published{};
+  TopicWriter<ModelAtomics> writer;
+  ModelLog<1, 2> log;
+
+  OutsiderProgram() {
+    for (auto& r : ring) r.store(kNoSlot, Order::relaxed);
+    writer.ring = {states.data(), ring.data(), kRing - 1};
+    writer.slot_count = slots, writer.keep = keep, writer.shared = false, writer.published = published.data();
+    writer.start(kFirst);
+  }
+  void run(int thread) { thread == 0 ? write() : read(); }
+  void write() {
+    for (std::uint32_t n = 1; n <= commits; ++n) {
+      const std::uint32_t slot = writer.own();
+      payload[slot].store(writer.next_sequence, Order::relaxed);
+      sequence[slot].store(writer.next_sequence, Order::relaxed);
+      writer.publish(slot);
+      log.commit(n, {writer.next_sequence - 1});
+    }
+  }
+  bool newest(std::uint32_t& last) const {
+    const std::uint32_t n = log.log.newest();
+    const model::Word* at = log.log.record(n);
+    last = log.log.last(at, 0);
+    return log.log.holds(at, n);
+  }
+  void read() {
+    for (std::uint32_t i = 0; i < attempts; ++i) {
+      std::uint32_t last = 0, again = 0;
+      if (!newest(last) || last == kFirst - 1) continue;
+      const std::uint32_t oldest = last - (keep - 1);
+      const std::uint32_t wanted = static_cast<std::int32_t>(oldest - kFirst) < 0 ? last : oldest;
+      const std::uint32_t slot = writer.ring.slot_of(wanted);
+      if (slot == kNoSlot || sequence[slot].load(Order::relaxed) != wanted) continue;
+      const std::uint32_t content = payload[slot].load(Order::relaxed);
+      ModelAtomics::order_reads();
+      if (!newest(again) || again - wanted >= keep) continue;
+      model::require(content == wanted, "an outsider took an overwritten message for whole");
+    }
+  }
+  void finish() {}
 };
 
 }  // namespace sinew::rt

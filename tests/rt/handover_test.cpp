@@ -46,6 +46,23 @@ TEST(HandOver, DropNewestQueueDeliversEachOnce) {
   expect_sound<QueueProgram<5, 2, 3>>("queue of 2, 5 commits, 3 latches");
 }
 
+TEST(HandOver, OutsiderNoticesWhatWasOverwritten) {
+  expect_sound<OutsiderProgram<1, 3, 1, 2, 1>>("outsider: 3 commits, 2 slots, 1 reader");
+  expect_sound<OutsiderProgram<1, 4, 1, 2, 2>>("outsider: 4 commits, 2 slots, 1 reader twice");
+  expect_sound<OutsiderProgram<1, 5, 2, 3, 1>>("outsider: 5 commits, 3 slots, the oldest of 2");
+  expect_sound<OutsiderProgram<2, 3, 1, 2, 1>>("outsider: 3 commits, 2 slots, 2 readers");
+}
+
+TEST(HandOver, OutsiderIsFooledWithoutEitherFence) {
+  for (bool* fence : {&ModelAtomics::fence_before_reuse, &ModelAtomics::fence_after_reads}) {
+    ModelAtomics::as_in_production();
+    *fence = false;
+    const Report r = Explorer::explore<OutsiderProgram<1, 3, 1, 2, 1>>();
+    EXPECT_EQ(r.failure, "an outsider took an overwritten message for whole");
+  }
+  ModelAtomics::as_in_production();
+}
+
 struct Weakened : testing::TestWithParam<std::size_t> {};
 
 TEST_P(Weakened, OrderBreaksAPromise) {

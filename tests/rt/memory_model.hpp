@@ -9,7 +9,8 @@
 // Plain<> data is checked for happens-before with vector clocks. What is left out: runs in which a load sees a store
 // that only later program order makes (load buffering), so a relaxed store may not overtake an earlier load here; the
 // programs therefore keep data in Plain<>, where a missing order is a race in any run. A word may be stored to by one
-// thread only (asserted), read-modify-written by all.
+// thread only (asserted), read-modify-written by all. Fences: what a thread stores after a release fence hands on all
+// it knew at the fence; an acquire fence learns what every load before it would have learned as an acquire.
 //
 // Two interleavings that lead to the same execution graph (who read from whom, in which modification order) are the
 // same from there on; the second is cut off. Graphs are told apart by a 64-bit hash.
@@ -83,6 +84,8 @@ class Explorer {
 
  private:
   friend class Word;
+  friend void release_fence();
+  friend void acquire_fence();
   template <class T>
   friend class Plain;
   using Clock = std::array<std::uint16_t, kMaxThreads>;
@@ -102,6 +105,7 @@ class Explorer {
     std::unique_ptr<std::byte[]> stack = std::make_unique<std::byte[]>(kStack);
     Clock clock;
     View view;
+    Write fenced, pending;  // of the last release fence; of all loads, for the next acquire fence
     std::uint32_t ops;
     bool finished;
   };
@@ -123,6 +127,7 @@ class Explorer {
     depth_ = 0, hash_ = 0, finished_ = 0, words_ = 0, current_ = -1;
     for (int t = 0; t < thread_count_; ++t) {
       threads_[t].clock.fill(0), threads_[t].view.fill(0);
+      threads_[t].fenced = threads_[t].pending = {};
       threads_[t].clock[t] = 1;
       threads_[t].ops = 0, threads_[t].finished = false;
     }
@@ -234,16 +239,33 @@ class Explorer {
     for (int i = 0; i < words_; ++i) t.view[i] = std::max(t.view[i], w.view[i]);
   }
 
+  /// A load learns at once, or leaves it to a later fence.
+  void read(const Write& w, bool acquire) {
+    if (acquire) learn(w);
+    merge(self().pending, w);
+  }
+  void merge(Write& into, const Write& w) {
+    for (int i = 0; i < thread_count_; ++i) into.clock[i] = std::max(into.clock[i], w.clock[i]);
+    for (int i = 0; i < words_; ++i) into.view[i] = std::max(into.view[i], w.view[i]);
+  }
+  /// Fences are no events of their own: they change only what later loads and stores mean.
+  void fence(bool acquire) {
+    if (current_ < 0) return;
+    Thread& t = self();
+    if (acquire)
+      learn(t.pending);
+    else
+      t.fenced.clock = t.clock, t.fenced.view = t.view;
+  }
+
   void append(int word, std::uint32_t value, bool release, const Write* read) {
     Location& l = locations_[word];
     Thread& t = self();
     t.view[word] = static_cast<std::uint8_t>(l.writes.size());
     Write w{value, {}, {}};
     if (release) w.clock = t.clock, w.view = t.view;
-    if (read) {  // a read-modify-write carries on what it read: the release sequence
-      for (int i = 0; i < thread_count_; ++i) w.clock[i] = std::max(w.clock[i], read->clock[i]);
-      for (int i = 0; i < words_; ++i) w.view[i] = std::max(w.view[i], read->view[i]);
-    }
+    merge(w, t.fenced);
+    if (read) merge(w, *read);  // a read-modify-write carries on what it read: the release sequence
     w.view[word] = t.view[word];
     if (l.writes.size() == 255) fail("the program is too long for the model");
     l.writes.push_back(w);
@@ -263,6 +285,9 @@ class Explorer {
   void (*body_)(void*, int) = nullptr;
   void* program_ = nullptr;
 };
+
+inline void release_fence() { Explorer::instance().fence(false); }
+inline void acquire_fence() { Explorer::instance().fence(true); }
 
 inline void require(bool holds, const char* what) {
   if (!holds) Explorer::instance().fail(what);
@@ -288,7 +313,7 @@ class Word {
     const std::size_t at = writes.size() - 1 - e.choose(static_cast<std::uint16_t>(writes.size() - oldest));
     e.event(id_, at, 0);
     e.self().view[id_] = static_cast<std::uint8_t>(at);
-    if (Explorer::acquires(order)) e.learn(writes[at]);
+    e.read(writes[at], Explorer::acquires(order));
     return writes[at].value;
   }
   void store(std::uint32_t value, std::memory_order order) {
@@ -315,7 +340,7 @@ class Word {
     const bool ok = writes[at].value == expected;
     e.event(id_, at, ok ? at + 1 : 0);
     e.self().view[id_] = static_cast<std::uint8_t>(at);
-    if (Explorer::acquires(ok ? success : failure)) e.learn(writes[at]);
+    e.read(writes[at], Explorer::acquires(ok ? success : failure));
     if (ok) {
       const auto read = writes[at];
       clock_before(e, [&] { e.append(id_, desired, Explorer::releases(success), &read); });
@@ -335,7 +360,7 @@ class Word {
     const auto read = e.locations_[id_].writes.back();
     const std::size_t size = e.locations_[id_].writes.size();
     e.event(id_, size - 1, size);
-    if (Explorer::acquires(order)) e.learn(read);
+    e.read(read, Explorer::acquires(order));
     clock_before(e, [&] { e.append(id_, read.value + n, Explorer::releases(order), &read); });
     return read.value;
   }

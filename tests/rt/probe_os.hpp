@@ -30,7 +30,10 @@ class ProbeOs final : public hal::Os {
     const trap::Scope outside(nullptr);
     os_.wake(word);
   }
-  hal::Duration thread_cpu_time() noexcept override { return os_.thread_cpu_time(); }
+  hal::Duration thread_cpu_time() noexcept override {
+    const trap::Scope outside(nullptr);
+    return os_.thread_cpu_time();
+  }
   hal::Result<std::unique_ptr<hal::Thread>> start_thread(const hal::ThreadOptions& options,
                                                          std::function<void()> body) override {
     auto& calls = calls_[threads_++];

@@ -20,6 +20,10 @@ struct Thread {
   unsigned modules = 1;
   std::vector<int> ready_us;                 // device: when it has something
   std::vector<std::vector<unsigned>> wakes;  // per module: threads that listen to what it publishes
+  struct Post {
+    int at_us, period_us;
+  };
+  std::vector<Post> new_periods;  // period: what is posted after everything of that instant, in order of time
 };
 
 struct Event {  // one step of one module
@@ -46,7 +50,11 @@ class Simulator {
  public:
   Simulator(std::vector<Thread> threads, int cores, Demand demand)
       : spec_(std::move(threads)), cores_(cores), demand_(std::move(demand)), state_(spec_.size()) {
-    for (std::size_t i = 0; i < spec_.size(); ++i) state_[i].steps.assign(spec_[i].modules, 0);
+    for (std::size_t i = 0; i < spec_.size(); ++i) {
+      state_[i].steps.assign(spec_[i].modules, 0);
+      state_[i].grid_us = spec_[i].phase_us;
+      state_[i].period_us = spec_[i].period_us;
+    }
     out_.counters.resize(spec_.size());
   }
 
@@ -80,6 +88,8 @@ class Simulator {
     int last_trigger = 0;  // of any kind; the time-out counts from here
     std::size_t device_at = 0;
     bool device_pending = false;
+    int grid_us = 0, period_us = 0;  // releases at grid + k * period
+    std::size_t posts_taken = 0;
     std::vector<unsigned> steps;
   };
 
@@ -127,7 +137,7 @@ class Simulator {
     State& s = state_[i];
     Counters& c = out_.counters[i];
     if (th.trigger == Thread::period) {
-      if (t < th.phase_us || (t - th.phase_us) % th.period_us != 0) return;
+      if (t < s.grid_us || (t - s.grid_us) % s.period_us != 0) return;
       if (!s.cycle) {
         make_cycle(s, {t, false});
         ++c.releases;
@@ -210,6 +220,11 @@ class Simulator {
       if (s.device_pending || spec_[i].trigger == Thread::device) {
         while (s.device_at < spec_[i].ready_us.size() && spec_[i].ready_us[s.device_at] <= t) ++s.device_at;
         s.device_pending = false;
+      }
+      for (const auto& posts = spec_[i].new_periods; s.posts_taken < posts.size(); ++s.posts_taken) {
+        if (posts[s.posts_taken].at_us >= t) break;
+        s.period_us = posts[s.posts_taken].period_us;
+        s.grid_us = t + s.period_us;
       }
     }
     s.step = s.next;

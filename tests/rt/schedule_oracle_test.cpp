@@ -1,5 +1,5 @@
 // The schedule against the brute-force oracle on random graphs: cores, priorities, ties, CPU sets, topic and device
-// triggers, time-outs, overruns with both policies.
+// triggers, time-outs, overruns with both policies, periods that change.
 #include <gtest/gtest.h>
 
 #include <sstream>
@@ -46,6 +46,9 @@ Graph random_graph(std::uint64_t seed) {
       t.phase_us = static_cast<int>(below(30));
       t.catch_up = below(2);
       t.catch_up_max = 1 + below(3);
+      if (below(3) == 0)
+        for (int at = static_cast<int>(below(100)); at < kHorizonUs; at += 1 + static_cast<int>(below(150)))
+          t.new_periods.push_back({at, 5 + static_cast<int>(below(60))});
     } else {
       t.trigger = kind == 2 ? oracle::Thread::topics : oracle::Thread::device;
       if (below(2)) t.timeout_us = 10 + static_cast<int>(below(60));
@@ -90,6 +93,14 @@ class Player final : public ScheduleClient {
   }
 
   oracle::Outcome run() {
+    std::vector<int> posts;
+    for (const auto& t : graph_.threads)
+      for (const auto& post : t.new_periods) posts.push_back(post.at_us);
+    std::sort(posts.begin(), posts.end());
+    for (posted_to_us_ = -1; const int at : posts) {
+      schedule_->run_until(Time{at * 1000});
+      posted_to_us_ = at;
+    }
     schedule_->run_until(Time{kHorizonUs * 1000});
     for (unsigned i = 0; i < graph_.threads.size(); ++i) {
       const ScheduleCounters& c = schedule_->counters(i);
@@ -105,6 +116,12 @@ class Player final : public ScheduleClient {
       while (s.device_at < ready.size() && ready[s.device_at] * 1000 <= now.ns) ++s.device_at;
       announce(thread);
     }
+    const auto& posts = graph_.threads[thread].new_periods;
+    for (; module == 0 && s.posts_taken < posts.size() && posts[s.posts_taken].at_us <= posted_to_us_;
+         ++s.posts_taken) {
+      schedule_->restart_period(thread, std::chrono::microseconds(posts[s.posts_taken].period_us));
+      ++restarts;
+    }
     s.event = out_.events.size();
     out_.events.push_back({thread, module, us(cycle.release), us(now), -1, cycle.timed_out});
     return std::chrono::microseconds(graph_.demand(thread, module, s.steps[module]++));
@@ -115,9 +132,11 @@ class Player final : public ScheduleClient {
     for (unsigned listener : graph_.threads[thread].wakes[module]) schedule_->trigger(listener);
   }
 
+  std::uint64_t restarts = 0;
+
  private:
   struct State {
-    std::size_t device_at = 0, event = 0;
+    std::size_t device_at = 0, event = 0, posts_taken = 0;
     std::vector<unsigned> steps;
   };
   static int us(Time t) { return t.ns % 1000 == 0 ? static_cast<int>(t.ns / 1000) : -1; }
@@ -132,6 +151,7 @@ class Player final : public ScheduleClient {
   const Graph& graph_;
   std::vector<State> state_;
   oracle::Outcome out_;
+  int posted_to_us_ = -1;
   std::unique_ptr<Schedule> schedule_;
 };
 
@@ -144,6 +164,7 @@ std::string describe(const Graph& g) {
       << " period " << t.period_us << " phase " << t.phase_us << " timeout " << t.timeout_us << " catch_up "
       << (t.catch_up ? t.catch_up_max : 0) << " cpus";
     for (int c : t.cpus) s << ' ' << c;
+    for (const auto& post : t.new_periods) s << " at " << post.at_us << " period " << post.period_us;
     s << '\n';
   }
   return s.str();
@@ -157,14 +178,16 @@ std::string text(const oracle::Event& e) {
 }
 
 TEST(ScheduleOracle, AgreesOnStartCompletionAndPreemptionsForTenThousandRandomGraphs) {
-  std::uint64_t steps = 0;
+  std::uint64_t steps = 0, restarts = 0;
   oracle::Counters sum;
   for (int seed = 1; seed <= kGraphs; ++seed) {
     const Graph g = random_graph(static_cast<std::uint64_t>(seed));
     oracle::Simulator simulator(
         g.threads, g.cores, [&](unsigned thread, unsigned module, unsigned n) { return g.demand(thread, module, n); });
     const oracle::Outcome expected = simulator.run(kHorizonUs);
-    const oracle::Outcome actual = Player(g).run();
+    Player player(g);
+    const oracle::Outcome actual = player.run();
+    restarts += player.restarts;
     for (std::size_t i = 0; i < std::min(expected.events.size(), actual.events.size()); ++i)
       ASSERT_EQ(text(actual.events[i]), text(expected.events[i])) << "seed " << seed << "\n" << describe(g);
     ASSERT_EQ(actual.events.size(), expected.events.size()) << "seed " << seed << "\n" << describe(g);
@@ -184,8 +207,10 @@ TEST(ScheduleOracle, AgreesOnStartCompletionAndPreemptionsForTenThousandRandomGr
   }
   // The graphs must have exercised everything, or agreement would mean little.
   EXPECT_GT(steps, 100'000u);
+  EXPECT_GT(restarts, 10'000u);
   for (std::uint64_t n : {sum.overruns, sum.skips, sum.coalesced, sum.timeouts, sum.preemptions}) EXPECT_GT(n, 10'000u);
   RecordProperty("steps", std::to_string(steps));
+  RecordProperty("restarts", std::to_string(restarts));
   RecordProperty("preemptions", std::to_string(sum.preemptions));
 }
 

@@ -113,6 +113,17 @@ TEST(PlantLink, StopHoldsUntilTheNextCommand) {
   EXPECT_EQ(link->stats().lease_expiries, 0u);
 }
 
+TEST(PlantLink, PulledStopLineHoldsWhateverTheRuntimeCommands) {
+  auto link =
+      Script().start().command(Time{10}, thrust(0.1, 1s)).command(Time{30}, thrust(0.3, 1s)).done(Time{30}).meet();
+  ASSERT_TRUE(link->wait_start());
+  ASSERT_TRUE(link->grant(Time{30}));
+  EXPECT_TRUE(link->setpoints_at(kMotors, Time{19}).valid);
+  link->stop_for_good();
+  EXPECT_FALSE(link->setpoints_at(kMotors, Time{20}).valid);
+  EXPECT_FALSE(link->setpoints_at(kMotors, Time{30}).valid);
+}
+
 TEST(PlantLink, DisarmedCommandIsASafeAction) {
   Command c = thrust(0.5, 1s);
   c.setpoints.armed = 0;

@@ -62,6 +62,8 @@ TEST(SimProtocol, PayloadsHaveTheSizesOfThePage) {
   EXPECT_EQ(payload_of(Hello{}).size(), kHelloBytes);
   EXPECT_EQ(payload_of(flying_plant()).size(), kWelcomeBytes + 3 * kDeviceBytes);
   EXPECT_EQ(payload_of(ClockInfo{}).size(), kClockBytes);
+  EXPECT_EQ(payload_of(ClockAsk{}).size(), kClockAskBytes);
+  EXPECT_EQ(payload_of(ClockAnswer{}).size(), kClockAnswerBytes);
   EXPECT_EQ(payload_of(Command{}).size(), kCommandBytes);
   EXPECT_EQ(payload_of(Sample<msg::ImuSample>{}).size(), kImuBytes);
   EXPECT_EQ(payload_of(Sample<msg::RangeSample>{}).size(), kRangeBytes);
@@ -69,6 +71,20 @@ TEST(SimProtocol, PayloadsHaveTheSizesOfThePage) {
   EXPECT_EQ(payload_of(Sample<msg::BatterySample>{}).size(), kBatteryBytes);
   EXPECT_EQ(payload_of(FrameInfo{}).size(), kFrameBytes);
   EXPECT_EQ(payload_of(Truth{}).size(), kTruthBytes);
+}
+
+TEST(SimProtocol, ClockExchangeComesBackAndKeepsItsOrder) {
+  ClockAsk ask;
+  ASSERT_TRUE(decode_payload(Type::clock_ask, payload_of(ClockAsk{77}), ask));
+  EXPECT_EQ(ask.asked_ns, 77);
+  EXPECT_FALSE(decode_payload(Type::clock_ask, payload_of(ClockAsk{-1}), ask));
+  ClockAnswer answer;
+  ASSERT_TRUE(decode_payload(Type::clock_answer, payload_of(ClockAnswer{1, 9, 9}), answer));
+  EXPECT_EQ(answer.asked_ns, 1);
+  EXPECT_EQ(answer.received_ns, 9);
+  EXPECT_EQ(answer.answered_ns, 9);
+  EXPECT_FALSE(decode_payload(Type::clock_answer, payload_of(ClockAnswer{1, 9, 8}), answer));
+  EXPECT_FALSE(decode_payload(Type::clock_answer, payload_of(ClockAnswer{1, 9, kMaxTimeNs + 1}), answer));
 }
 
 TEST(SimProtocol, WelcomeComesBackAsItWasSent) {
@@ -162,7 +178,7 @@ TEST(SimProtocol, HelloIsCheckedFieldByField) {
   h.rate = std::nan("");
   EXPECT_EQ(refusal<Hello>(Type::hello, payload_of(h)), "rate is not from 0.001 to 1000");
   h = {};
-  h.mode = Mode{2};
+  h.mode = Mode{3};
   EXPECT_EQ(refusal<Hello>(Type::hello, payload_of(h)), "unknown mode");
   payload = payload_of(Hello{});
   for (std::size_t i = 32; i < 64; ++i) payload[i] = std::byte{'x'};  // no terminator

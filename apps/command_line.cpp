@@ -1,0 +1,45 @@
+#include "apps/command_line.hpp"
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "apps/commands.hpp"
+#include "apps/completion.hpp"
+
+namespace sinew::app {
+
+int fail(const std::string& why, int code) {
+  std::fprintf(stderr, "sinew: %s\n", why.c_str());
+  return code;
+}
+
+int command_line(int argc, char** argv, const rt::ModuleTypes& types) {
+  const std::string path = argc > 0 ? argv[0] : "sinew";
+  CLI::App app("Sinew: an embedded real-time runtime for the onboard computers of humanoids and UAVs.",
+               path.substr(path.rfind('/') + 1));
+  app.require_subcommand(1);
+  app.set_version_flag("--version", SINEW_VERSION);
+  app.footer("Exit codes: 0 done, 1 the thing failed, 2 it could not be begun.");
+  CommandContext context{types};
+  add_robot_commands(app, context);
+  add_live_commands(app, context);
+  add_top_command(app, context);
+  add_topic_commands(app, context);
+  add_param_commands(app, context);
+  add_project_commands(app, context);
+  if (argc > 1 && std::string_view(argv[1]) == kCompleteCommand) {
+    for (const auto& line : completions(app, {argv + 2, argv + argc}, running_names)) std::printf("%s\n", line.c_str());
+    return kDone;
+  }
+  if (argc > 1 && argv[1][0] != '-' &&
+      app.get_subcommands([&](CLI::App* c) { return c->get_name() == argv[1]; }).empty())
+    return fail(std::string(argv[1]) + ": no such command; " + app.get_name() + " --help lists them");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? kDone : kNotBegun;
+  }
+  return context.action();
+}
+
+}  // namespace sinew::app

@@ -1,0 +1,102 @@
+#include "apps/completion.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+
+#include "apps/commands.hpp"
+
+namespace sinew::app {
+namespace {
+
+// The command that the words before the unfinished one lead to, and what they leave open.
+struct Place {
+  const CLI::App* command;
+  const CLI::Option* awaits_value = nullptr;  // the last word is an option that takes one
+  std::size_t positionals = 0;                // already given
+  std::string robot{};                        // what --robot said
+};
+
+const CLI::App* subcommand(const CLI::App& command, const std::string& name) {
+  const auto found = command.get_subcommands([&](const CLI::App* sub) { return sub->get_name() == name; });
+  return found.empty() ? nullptr : found.front();
+}
+
+Place walk(const CLI::App& app, const std::vector<std::string>& words) {
+  Place place{&app};
+  for (std::size_t i = 0; i + 1 < words.size(); ++i) {
+    const std::string& word = words[i];
+    if (place.awaits_value) {
+      if (place.awaits_value->get_name() == "--robot") place.robot = word;
+      place.awaits_value = nullptr;
+    } else if (word.starts_with("-")) {
+      const CLI::Option* option = place.command->get_option_no_throw(word);
+      if (option && option->get_expected_max() > 0) place.awaits_value = option;
+    } else if (const CLI::App* sub = subcommand(*place.command, word)) {
+      place.command = sub;
+    } else {
+      ++place.positionals;
+    }
+  }
+  return place;
+}
+
+std::vector<std::string> values_of(const CLI::Option& option, const Place& place, const NamesOf& names_of) {
+  const std::string hint = option.get_type_name();
+  if (hint == kRobotFileHint) return {":file .toml"};
+  if (hint == kFileHint) return {":file"};
+  if (hint == kFolderHint) return {":folder"};
+  if (!hint.starts_with("{")) return names_of(hint, place.robot);
+  return CLI::detail::split(hint.substr(1, hint.size() - 2), ',');
+}
+
+std::vector<std::string> candidates(const Place& place, const std::string& word, const NamesOf& names_of) {
+  if (place.awaits_value) return values_of(*place.awaits_value, place, names_of);
+  std::vector<std::string> all;
+  std::size_t position = 0;
+  for (const CLI::Option* option : place.command->get_options()) {
+    if (word.starts_with("-")) {
+      for (const auto& name : option->get_lnames()) all.push_back("--" + name);
+    } else if (option->get_positional() && position++ == place.positionals) {
+      return values_of(*option, place, names_of);
+    }
+  }
+  if (!word.starts_with("-"))
+    for (const CLI::App* sub : place.command->get_subcommands({})) all.push_back(sub->get_name());
+  return all;
+}
+
+}  // namespace
+
+std::vector<std::string> completions(const CLI::App& app, const std::vector<std::string>& words,
+                                     const NamesOf& names_of) {
+  if (words.empty()) return {};
+  std::vector<std::string> fitting;
+  for (auto& candidate : candidates(walk(app, words), words.back(), names_of))
+    if (candidate.starts_with(':') || candidate.starts_with(words.back())) fitting.push_back(std::move(candidate));
+  return fitting;
+}
+
+std::string bash_completion(const std::string& program) {
+  return fmt::format(R"(# Completion of {0} for bash: source <({0} completion bash)
+_{0}() {{
+  local line word=${{COMP_WORDS[COMP_CWORD]}}
+  COMPREPLY=()
+  while IFS= read -r line; do
+    case $line in
+      ":folder") mapfile -t -O "${{#COMPREPLY[@]}}" COMPREPLY < <(compgen -d -- "$word") ;;
+      ":file") mapfile -t -O "${{#COMPREPLY[@]}}" COMPREPLY < <(compgen -f -- "$word") ;;
+      ":file "*)
+        mapfile -t -O "${{#COMPREPLY[@]}}" COMPREPLY < <(compgen -f -X "!*${{line#:file }}" -- "$word"; compgen -d -S / -- "$word")
+        compopt -o nospace 2>/dev/null
+        ;;
+      *) COMPREPLY+=("$line") ;;
+    esac
+  done < <("${{1/#\~/$HOME}}" {1} "${{COMP_WORDS[@]:1:COMP_CWORD}}" 2>/dev/null)
+}}
+complete -F _{0} {0}
+)",
+                     program, kCompleteCommand);
+}
+
+}  // namespace sinew::app

@@ -1,0 +1,110 @@
+#include "apps/doctor.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "apps/robot_file.hpp"
+
+namespace sinew::app {
+namespace {
+
+using hal::CheckState;
+
+std::size_t count(const std::vector<hal::SystemCheck>& checks, CheckState state) {
+  return static_cast<std::size_t>(
+      std::count_if(checks.begin(), checks.end(), [&](const auto& c) { return c.state == state; }));
+}
+
+/// False after the robot file's problems have been printed.
+bool demand_of_file(const std::string& path, const rt::ModuleTypes& types, hal::SystemDemand& demand) {
+  LoadedRobot loaded = load_robot(path);
+  auto problems = loaded.problems;
+  if (problems.empty()) {
+    rt::Graph graph(loaded.robot.graph, types);
+    problems = graph.check({});
+    if (problems.empty()) demand = system_demand(graph, true);
+  }
+  for (const auto& p : problems) std::fprintf(stderr, "%s\n", rt::to_string(p, path).c_str());
+  return problems.empty();
+}
+
+}  // namespace
+
+hal::SystemDemand system_demand(rt::Graph& graph, bool real_devices) {
+  hal::SystemDemand demand;
+  for (const auto& thread : graph.threads()) {
+    const bool guardian = &thread == &graph.threads().front() && !graph.spec().actuators.empty();
+    const bool reads = std::any_of(thread.modules.begin(), thread.modules.end(),
+                                   [&](std::uint32_t m) { return graph.modules()[m].driver != nullptr; });
+    demand.threads.push_back(
+        {thread.spec.name, thread.spec.priority, thread.spec.cpus, real_devices && reads && !guardian});
+    demand.locked_bytes += std::uint64_t{thread.spec.stack_kib} * 1024;
+  }
+  if (graph.make_plan({})) demand.locked_bytes += graph.plan().bytes();
+  return demand;
+}
+
+std::string doctor_text(const std::vector<hal::SystemCheck>& checks) {
+  std::string out;
+  for (const auto& c : checks) {
+    out += fmt::format("{:<8} {:<13} {}\n", hal::to_string(c.state), c.id, c.seen);
+    if (!c.advice.empty()) out += fmt::format("{:<22} -> {}\n", "", c.advice);
+  }
+  const auto problems = count(checks, CheckState::problem), warnings = count(checks, CheckState::warning);
+  return out + fmt::format("{} checks: {} problem{}, {} warning{}, {} unknown\n", checks.size(), problems,
+                           problems == 1 ? "" : "s", warnings, warnings == 1 ? "" : "s",
+                           count(checks, CheckState::unknown));
+}
+
+std::string doctor_lines(const std::vector<hal::SystemCheck>& checks) {
+  std::string out;
+  for (const auto& c : checks)
+    if (c.state == CheckState::problem || c.state == CheckState::warning)
+      out += fmt::format("{}: {}: {}\n", hal::to_string(c.state), c.id, c.seen);
+  return out;
+}
+
+std::string doctor_json(const std::vector<hal::SystemCheck>& checks) {
+  nlohmann::ordered_json all = nlohmann::ordered_json::array();
+  for (const auto& c : checks)
+    all.push_back({{"id", c.id}, {"state", hal::to_string(c.state)}, {"seen", c.seen}, {"advice", c.advice}});
+  const nlohmann::ordered_json j = {{"problems", count(checks, CheckState::problem)},
+                                    {"warnings", count(checks, CheckState::warning)},
+                                    {"checks", all}};
+  // What came from files of the machine need not be UTF-8.
+  return j.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+bool ails(const std::vector<hal::SystemCheck>& checks, bool strict) {
+  return count(checks, CheckState::problem) > 0 || (strict && count(checks, CheckState::warning) > 0);
+}
+
+int doctor_command(const DoctorOptions& options, const rt::ModuleTypes& types) {
+  if (!std::filesystem::is_directory(options.root)) {
+    std::fprintf(stderr, "sinew: --root %s: a folder with proc/ and sys/ of a machine\n", options.root.c_str());
+    return 2;
+  }
+  hal::SystemDemand demand;
+  if (!options.robot.empty() && !demand_of_file(options.robot, types, demand)) return 2;
+  const auto checks = hal::check_system(hal::SystemFiles(options.root), demand);
+  std::fputs((options.json ? doctor_json(checks) : doctor_text(checks)).c_str(), stdout);
+  return ails(checks, options.strict) ? 1 : 0;
+}
+
+bool doctor_permits_start(rt::Graph& graph, bool strict) {
+  const std::string& board = graph.spec().board;
+  const bool real_devices = board != "sim" && board != "dataset" && board != "none";
+  const auto checks = hal::check_system(hal::SystemFiles("/"), system_demand(graph, real_devices));
+  const std::string lines = doctor_lines(checks);
+  std::fputs(lines.c_str(), stderr);
+  if (lines.empty()) return true;
+  std::fprintf(stderr, "sinew doctor says what to do%s\n",
+               strict && ails(checks, true) ? "; --strict: not started" : "");
+  return !(strict && ails(checks, true));
+}
+
+}  // namespace sinew::app

@@ -1,0 +1,34 @@
+#include "apps/live_view.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+
+#include "hal/linux/process.hpp"
+
+namespace sinew::app {
+namespace {
+
+constexpr rt::Duration kLinePeriod = std::chrono::seconds(2);
+
+}  // namespace
+
+LiveView::LiveView(const rt::Graph& graph, rt::Runner& runner, const RunOptions& options)
+    : graph_(graph),
+      runner_(runner),
+      silent_(options.quiet || options.json),
+      live_(!silent_ && !options.plain && hal::output_is_terminal()) {}
+
+void LiveView::show(rt::Time now, std::string_view state, bool last) {
+  if (begin_ == hal::kNever) begin_ = now;
+  const rt::Duration since = now - begin_;
+  const std::string line = fmt::format("{:6.1f} s  {}\n", msg::seconds(since), state);
+  if (live_) {
+    screen_.draw(line + table_.render(rows_of(graph_, runner_), now, hal::terminal_columns()));
+  } else if (!silent_ && (last || since % kLinePeriod < kPeriod)) {
+    std::printf("%s", line.c_str());
+  }
+  std::fflush(stdout);
+}
+
+}  // namespace sinew::app

@@ -1,0 +1,30 @@
+#pragma once
+#include <string>
+
+#include "apps/run_command.hpp"
+#include "apps/status_table.hpp"
+#include "apps/terminal.hpp"
+
+namespace sinew::app {
+
+/// What `sinew run` shows while a real-time run goes on: on a terminal a table that is drawn over itself, elsewhere a
+/// line every now and then, with --quiet or --json nothing.
+/// Thread:  owner.
+class LiveView {
+ public:
+  LiveView(const rt::Graph& graph, rt::Runner& runner, const RunOptions& options);
+  /// `state` is the line above the table. Call every kPeriod; `last` for the run's end.
+  void show(rt::Time now, std::string_view state, bool last);
+
+  static constexpr rt::Duration kPeriod = std::chrono::milliseconds(200);
+
+ private:
+  const rt::Graph& graph_;
+  rt::Runner& runner_;
+  StatusTable table_;
+  Redrawn screen_;
+  const bool silent_, live_;
+  rt::Time begin_ = hal::kNever;
+};
+
+}  // namespace sinew::app

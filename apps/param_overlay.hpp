@@ -1,0 +1,36 @@
+#pragma once
+// Parameters in a file of their own: what `sinew param save` writes and `sinew run --params` reads.
+//
+//   [mixer]
+//   thrust_max_n = 5.5
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "rt/graph.hpp"
+
+namespace sinew::app {
+
+struct OverlayParam {
+  std::string module, param;
+  rt::ParamValue value;
+  int line = 0;
+};
+
+struct ParamOverlay {
+  std::vector<OverlayParam> params;
+  std::vector<rt::Problem> problems;  // of form
+};
+
+ParamOverlay parse_overlay(std::string_view text, const std::string& path);
+/// A file that cannot be read is one problem.
+ParamOverlay load_overlay(const std::string& path);
+
+/// Puts the values in place of those of the robot file. What does not fit (no such module or parameter, a value out of
+/// its range) becomes a problem with the line of the overlay. `types` say what modules declare.
+std::vector<rt::Problem> apply_overlay(const ParamOverlay& overlay, const rt::ModuleTypes& types, rt::GraphSpec& graph);
+
+/// The text of such a file; modules in the order in which they come.
+std::string overlay_text(std::string_view robot, const std::vector<OverlayParam>& params);
+
+}  // namespace sinew::app

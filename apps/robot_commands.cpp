@@ -1,0 +1,155 @@
+// run, check, graph, doctor: what is done with a robot file.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "apps/commands.hpp"
+#include "apps/doctor.hpp"
+#include "apps/graph_json.hpp"
+#include "apps/graph_text.hpp"
+#include "apps/robot_file.hpp"
+#include "apps/run_command.hpp"
+
+namespace sinew::app {
+namespace {
+
+struct CheckOptions {
+  std::string robot;
+  bool dot = false, json = false;
+};
+
+struct Checked {
+  std::unique_ptr<rt::Graph> graph;
+  std::vector<rt::Problem> problems;
+  bool readable = true;
+};
+
+// All problems of a robot file, said on standard error.
+Checked checked_graph(const std::string& path, const rt::ModuleTypes& types) {
+  Checked checked;
+  LoadedRobot loaded = load_robot(path);
+  checked.readable = loaded.readable;
+  checked.problems = std::move(loaded.problems);
+  if (checked.problems.empty()) {
+    checked.graph = std::make_unique<rt::Graph>(loaded.robot.graph, types);
+    checked.problems = checked.graph->check({.virtual_time = true});
+  }
+  const std::size_t n = checked.problems.size();
+  for (const auto& p : checked.problems) std::fprintf(stderr, "%s\n", rt::to_string(p, path).c_str());
+  if (n > 0) std::fprintf(stderr, "%zu problem%s\n", n, n == 1 ? "" : "s");
+  return checked;
+}
+
+int code_of(const Checked& checked) {
+  return checked.problems.empty() ? kDone : checked.readable ? kFailed : kNotBegun;
+}
+
+int check(const CheckOptions& options, const rt::ModuleTypes& types) {
+  const Checked checked = checked_graph(options.robot, types);
+  const bool good = checked.problems.empty();
+  if (options.json) {
+    std::printf("%s\n", check_json(options.robot, good ? checked.graph.get() : nullptr, checked.problems).c_str());
+  } else if (good) {
+    rt::Graph& graph = *checked.graph;
+    std::printf("%s: %zu threads, %zu modules, %zu topics, %zu chains: no problems\n", options.robot.c_str(),
+                graph.threads().size(), graph.modules().size(), graph.topics().size(), graph.chains().size());
+    std::printf("%s", slot_table(graph).c_str());
+  }
+  return code_of(checked);
+}
+
+int graph(const CheckOptions& options, const rt::ModuleTypes& types) {
+  const Checked checked = checked_graph(options.robot, types);
+  if (!checked.problems.empty()) return code_of(checked);
+  const rt::Graph& graph = *checked.graph;
+  const std::string text = options.json ? graph_json(graph) + "\n" : options.dot ? graph_dot(graph) : graph_tree(graph);
+  std::printf("%s", text.c_str());
+  return kDone;
+}
+
+void describe_run(CLI::App& run, RunOptions& o) {
+  run.add_option("robot", o.robot, "robot file")->required()->type_name(kRobotFileHint);
+  run.add_option("--name", o.name, "on this machine, for other programs; instead of the file's robot name");
+  run.add_option("--board", o.board, "instead of the file's")->type_name("{sim,dataset,none}");
+  run.add_flag("--virtual", o.virtual_time,
+               "virtual time: as fast as the machine can, the same bytes for the same seed");
+  run.add_option("--seed", o.seed, "instead of the file's")->type_name("N");
+  run.add_option("--duration", o.duration_s, "stop after so many seconds; 0: when the mission, plant or data ends")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("S");
+  run.add_option("--rate", o.rate, "sim board in real time: robot seconds per second, for a plant slower than life")
+      ->check(CLI::Range(0.001, 1000.0))
+      ->excludes("--virtual");
+  run.add_option("--data", o.data, "dataset board: folder in the EuRoC/ASL form")->type_name(kFolderHint);
+  run.add_option("--from", o.from_s, "dataset board: begin so many seconds after the first sample")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("S");
+  run.add_option("--params", o.params, "parameters in place of the file's, as `param save` writes them")
+      ->type_name(kRobotFileHint);
+  run.add_option("--set", o.set, "module.param=value; may be repeated")->allow_extra_args(false)->type_name("M.P=V");
+  run.add_option("--plant", o.plant, "sim board: auto, unix:PATH or tcp:HOST:PORT")->type_name("PLACE");
+  run.add_option("--plant-arg", o.plant_args, "one more argument for sinew-sim; may be repeated")
+      ->allow_extra_args(false)
+      ->type_name("ARG");
+  run.add_option("--fault", o.faults, "a fault for a plant of our own to play, e.g. imu:stuck@5+0.5; may be repeated")
+      ->allow_extra_args(false)
+      ->type_name("FAULT");
+  run.add_option("--camera", o.camera, "sim board: size of the camera's frames")->type_name("WxH");
+  run.add_option("--trace", o.trace, "write the time line of the last second here, for ui.perfetto.dev")
+      ->type_name(kFileHint);
+  run.add_option("--plot", o.plot, "dataset board: write a plot (SVG) of the tilt error here")->type_name(kFileHint);
+  run.add_flag("--strict", o.strict, "real time: do not start where the machine does not hold what timing needs");
+  run.add_flag("--unsupervised", o.unsupervised,
+               "no parent process that stops the actuators when the runtime dies or hangs (for debuggers)");
+  run.add_flag("--plain", o.plain, "no live table");
+  run.add_flag("--quiet", o.quiet, "only the result");
+  run.add_flag("--json", o.json, "only one JSON object with the whole summary, at the end");
+}
+
+void describe_doctor(CLI::App& doctor, DoctorOptions& o) {
+  doctor.add_option("robot", o.robot, "robot file: what it asks for is checked, too")->type_name(kRobotFileHint);
+  doctor.add_option("--root", o.root, "where proc, sys and dev of the machine are: a copy of another one's")
+      ->type_name(kFolderHint);
+  doctor.add_flag("--json", o.json, "as one JSON object");
+  doctor.add_flag("--strict", o.strict, "exit code 1 also for warnings");
+}
+
+CLI::App& robot_file_command(CLI::App& app, const char* name, const char* text, CheckOptions& o) {
+  CLI::App& command = *app.add_subcommand(name, text);
+  command.add_option("robot", o.robot, "robot file")->required()->type_name(kRobotFileHint);
+  command.add_flag("--json", o.json, "as one JSON object");
+  return command;
+}
+
+}  // namespace
+
+void add_robot_commands(CLI::App& app, CommandContext& context) {
+  const auto run_options = std::make_shared<RunOptions>();
+  CLI::App* run = app.add_subcommand("run", "run a robot file in real or virtual time");
+  describe_run(*run, *run_options);
+  run->callback([&context, run_options] {
+    context.action = [&context, run_options] { return run_command(*run_options, context.types); };
+  });
+
+  const auto check_options = std::make_shared<CheckOptions>();
+  robot_file_command(app, "check", "check a robot file as a whole; all problems in one run", *check_options)
+      .callback([&context, check_options] {
+        context.action = [&context, check_options] { return check(*check_options, context.types); };
+      });
+
+  const auto graph_options = std::make_shared<CheckOptions>();
+  CLI::App& graph_command =
+      robot_file_command(app, "graph", "show threads, modules and topics of a robot file as a tree", *graph_options);
+  graph_command.add_flag("--dot", graph_options->dot, "in Graphviz's language");
+  graph_command.callback([&context, graph_options] {
+    context.action = [&context, graph_options] { return graph(*graph_options, context.types); };
+  });
+
+  const auto doctor_options = std::make_shared<DoctorOptions>();
+  CLI::App* doctor = app.add_subcommand("doctor", "check whether this machine holds what timing needs");
+  describe_doctor(*doctor, *doctor_options);
+  doctor->callback([&context, doctor_options] {
+    context.action = [&context, doctor_options] { return doctor_command(*doctor_options, context.types); };
+  });
+}
+
+}  // namespace sinew::app

@@ -1,0 +1,58 @@
+#include "apps/search/limits.hpp"
+
+#include <algorithm>
+
+namespace sinew::search {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Duration kTogether = 50ms;    // faults of one device nearer than this add up
+constexpr Duration kImuGap = 8ms;       // a state of this age is still used (10 ms), and the lease is 20 ms
+constexpr Duration kImuDelay = 5ms;     // likewise, and no chain is over its budget of 10 ms
+constexpr Duration kMotorGap = 12ms;    // commands come every millisecond with a lease of 20 ms
+constexpr Duration kHeightGap = 400ms;  // the estimate calls a height valid for 0.5 s
+constexpr Duration kSightingGap = 1s;   // the mission calls the pad lost after 1.5 s
+
+Duration in_ms(double ms) { return Duration{static_cast<std::int64_t>(ms * 1e6)}; }
+
+/// The longest silence that this fault makes, about: bursts are drawn, six times their mean is rare.
+Duration silence(const Fault& f, Duration period) {
+  if (f.kind == "off" || f.kind == "garbage") return f.length;
+  if (f.kind == "delayed") return std::min(in_ms(f.amount), f.length) + period;
+  if (f.kind == "intermittent") return std::min(in_ms(6 * f.amount), f.length);
+  if (f.kind == "slow") return std::min(period * static_cast<std::int64_t>(f.amount), f.length);
+  return Duration{0};
+}
+
+/// Of all faults of this device around this one.
+Duration silence_around(const Case& c, const Fault& f, Duration period) {
+  Duration sum{0};
+  for (const Fault& g : c.faults)
+    if (g.device == f.device && g.from - f.until() < kTogether && f.from - g.until() < kTogether)
+      sum += silence(g, period);
+  return sum;
+}
+
+}  // namespace
+
+Excuses excuses(const Case& c) {
+  Excuses e;
+  for (const Fault& f : c.faults) {
+    if (f.device == "imu") {
+      const bool late = f.kind == "delayed" && in_ms(f.amount) > kImuDelay;
+      e.failsafe |= f.lies() || late || silence_around(c, f, 1ms) > kImuGap;
+    } else if (f.device == "motors") {
+      e.failsafe |= f.lies() || f.kind == "garbage" || silence_around(c, f, 1ms) > kMotorGap;
+    } else if (f.device == "link") {
+      e.failsafe = true;
+    } else {
+      const bool camera = f.device == "camera";
+      e.elsewhere |= f.lies() || silence_around(c, f, camera ? 33ms : 10ms) > (camera ? kSightingGap : kHeightGap);
+    }
+  }
+  e.elsewhere |= e.failsafe;
+  return e;
+}
+
+}  // namespace sinew::search

@@ -1,0 +1,31 @@
+#pragma once
+// What must hold in every case, in numbers, and what a case's faults excuse.
+#include "apps/search/case.hpp"
+
+namespace sinew::search {
+
+/// Source:  docs/search.md derives each.
+struct Limits {
+  double tilt_rad = 0.8;              // airborne; the position controller asks for 0.35 at most
+  double tilt_error_rad = 0.10;       // estimate against truth while it says that it is valid
+  double height_error_m = 0.30;       // likewise
+  double landing_error_m = 0.15;      // as `sinew run` wants it
+  double touchdown_speed_mps = 0.50;  // likewise
+  double fall_mps2 = 6.0;             // what no longer has a command falls at least so fast
+  Duration spin_down{300'000'000};    // motors are out by then: twelve times their lag
+  Duration recovery{1'000'000'000};   // after a fault has ended, its effects may still be seen for so long
+  Duration run{180'000'000'000};      // of virtual time: twice the mission's own time-out
+};
+
+/// What a case may do that an undisturbed flight may not.
+struct Excuses {
+  bool elsewhere = false;  // lands, but not on the pad, or never arms
+  bool failsafe = false;   // the guardian may stop the motors in the air
+};
+
+/// From the robot's point of view: a loss shorter than what the filter, the mission and the lease carry over excuses
+/// nothing; one of a sensor that only the position needs excuses the pad; one of what holds the attitude excuses the
+/// flight.
+Excuses excuses(const Case& c);
+
+}  // namespace sinew::search

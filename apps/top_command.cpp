@@ -1,0 +1,56 @@
+// top: a running robot, again and again.
+#include <cstdio>
+
+#include "apps/live_command.hpp"
+#include "apps/status_text.hpp"
+#include "apps/terminal.hpp"
+#include "hal/linux/os.hpp"
+#include "hal/linux/process.hpp"
+
+namespace sinew::app {
+namespace {
+
+struct TopOptions : LiveOptions {
+  bool once = false;
+  double period_s = 0.5;
+};
+
+int top(const TopOptions& options) {
+  auto robot = LiveRobot::find(options);
+  if (!robot) return kNotBegun;
+  hal::Os& os = hal::linux_os();
+  const rt::Duration period{static_cast<std::int64_t>(options.period_s * 1e9)};
+  const bool redraw = hal::output_is_terminal() && !options.once && !options.json;
+  StatusTable table;
+  Redrawn screen;
+  // Rates need two looks: the first one is only shown where more follow.
+  for (int look = 0; !hal::stop_requested(); ++look, os.sleep_until(os.now() + period)) {
+    const auto status = robot->ask("status");
+    if (!status) return kFailed;
+    const rt::Time now{status->value("now_ns", std::int64_t{0})};
+    const std::string text =
+        robot->name() + "\n" + table.render(rows_of(*status), now, redraw ? hal::terminal_columns() : 0);
+    const bool shown = !options.once || look == 1;
+    if (options.json && shown)
+      std::printf("%s", to_line(*status).c_str());
+    else if (redraw)
+      screen.draw(text);
+    else if (shown)
+      std::printf("%s", text.c_str());
+    std::fflush(stdout);
+    if (options.once && look == 1) break;
+  }
+  return kDone;
+}
+
+}  // namespace
+
+void add_top_command(CLI::App& app, CommandContext& context) {
+  auto command = live_command(app, context, "top", "threads and topics of a running robot, again and again", top);
+  command.app.add_flag("--once", command.options.once, "one table, with the rates of one period, and no more");
+  command.app.add_option("--period", command.options.period_s, "how often")
+      ->check(CLI::Range(0.05, 3600.0))
+      ->type_name("S");
+}
+
+}  // namespace sinew::app

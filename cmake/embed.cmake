@@ -1,0 +1,24 @@
+# sinew_embed(OUTPUT FOLDER): a source that holds the files FOLDER/*.in as text; NAME in a file's name becomes @NAME@.
+function(sinew_embed output folder)
+  file(GLOB files CONFIGURE_DEPENDS RELATIVE ${folder} ${folder}/*.in)
+  set(entries "")
+  foreach(file ${files})
+    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${folder}/${file})
+    file(READ ${folder}/${file} text)
+    string(REGEX REPLACE "[.]in$" "" path ${file})
+    string(REPLACE NAME @NAME@ path ${path})
+    string(APPEND entries "    {\"${path}\", R\"__(${text})__\"},\n")
+  endforeach()
+  file(CONFIGURE OUTPUT ${output} @ONLY NEWLINE_STYLE UNIX CONTENT "#include \"apps/new_project.hpp\"
+
+namespace sinew::app {
+
+std::span<const ProjectFile> project_files() {
+  static constexpr ProjectFile kFiles[] = {
+@entries@  };
+  return kFiles;
+}
+
+}  // namespace sinew::app
+")
+endfunction()

@@ -1,0 +1,42 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace sinew::hal {
+
+/// The small text files in which a Linux machine describes itself, beneath a root folder ("/", or a made-up tree).
+/// Names are without the leading slash ("proc/version").
+/// Thread:  any.
+class SystemFiles {
+ public:
+  explicit SystemFiles(std::string root);
+  /// The machine on which this runs, so that things may be tried and not only read.
+  bool is_live() const { return root_ == "/"; }
+  const std::string& root() const { return root_; }
+
+  /// Without the white space at its end; nothing when it cannot be read.
+  std::optional<std::string> text(const std::string& name) const;
+  std::optional<std::int64_t> number(const std::string& name) const;
+  /// The rest of the first line that begins with `key`, without white space around it.
+  std::optional<std::string> field(const std::string& name, std::string_view key) const;
+  /// Names in a folder, numbers in them in their order (cpu2 before cpu10).
+  std::vector<std::string> list(const std::string& folder) const;
+  bool writable(const std::string& name) const;
+  /// A switch of the running kernel's build (CONFIG_...): "y", "m", a value; "" when it is off, nothing when no
+  /// configuration can be read. Looks into proc/config.gz and boot/config-RELEASE.
+  std::optional<std::string> kernel_option(std::string_view option) const;
+
+ private:
+  std::string root_;
+  std::optional<std::string> config_;
+};
+
+/// "0-2,5" as numbers; what is not of this form is left out.
+std::vector<int> cpu_list(std::string_view text);
+/// The other way round.
+std::string to_text(const std::vector<int>& cpus);
+
+}  // namespace sinew::hal

@@ -1,0 +1,51 @@
+#pragma once
+#include <algorithm>
+#include <atomic>
+#include <cstdint>
+#include <cstdlib>
+
+#include "hal/clock.hpp"
+
+namespace sinew::sim_hil {
+
+/// Plant time on the runtime's clock. A better estimate moves it slowly, so that the distance of two stamps never
+/// changes by more than `kSlew` of it and none goes backwards.
+/// Thread:  receiver: set(), map(). Any: the others.
+/// RT:      yes.
+class PlantClock {
+ public:
+  static constexpr double kSlew = 500e-6;  // 0.5 us of a 1 ms period; above what clocks drift apart
+
+  /// A new connection: stands there at once.
+  void set(hal::Duration offset) noexcept {
+    target_ns_.store(offset.count(), std::memory_order_relaxed);
+    offset_ns_.store(offset.count(), std::memory_order_relaxed);
+    newest_ = {};
+  }
+  /// Where the offset has to go.
+  void steer(hal::Duration offset) noexcept { target_ns_.store(offset.count(), std::memory_order_relaxed); }
+
+  hal::Time map(hal::Time plant) noexcept {
+    const std::int64_t now_ns = offset_ns_.load(std::memory_order_relaxed);
+    if (plant > newest_) {
+      const auto most = static_cast<std::int64_t>(kSlew * static_cast<double>((plant - newest_).count()));
+      const std::int64_t wanted = target_ns_.load(std::memory_order_relaxed) - now_ns;
+      offset_ns_.store(now_ns + std::clamp(wanted, -most, most), std::memory_order_relaxed);
+      newest_ = plant;
+    }
+    return plant + offset();
+  }
+  /// Runtime clock minus plant time, as used now.
+  hal::Duration offset() const noexcept { return hal::Duration{offset_ns_.load(std::memory_order_relaxed)}; }
+  /// What is still to go.
+  hal::Duration lag() const noexcept {
+    return hal::Duration{std::abs(target_ns_.load(std::memory_order_relaxed) - offset().count())};
+  }
+
+ private:
+  // Each stands for itself: nobody concludes anything from one about the other. Private memory, so 64 bits are fine.
+  std::atomic<std::int64_t> target_ns_{0}, offset_ns_{0};
+  hal::Time newest_{};
+};
+
+}  // namespace sinew::sim_hil

@@ -1,0 +1,33 @@
+#pragma once
+#include <memory>
+#include <string>
+
+#include "hal/stream.hpp"
+#include "sim_hil/message_io.hpp"
+
+namespace sinew::sim_hil {
+
+/// The runtime's end of a connection to a plant, from Hello and Welcome on.
+/// Thread:  receive() one, send by `out` and flush() another.
+struct PlantConnection {
+  std::unique_ptr<hal::Stream> stream;
+  MessageReader in{Sender::plant};
+  MessageWriter out{kMaxSmallBytes};
+  Welcome welcome;
+  std::unique_ptr<hal::SharedMemory> memory;  // of the frames; null: they come in the stream
+
+  /// Says Hello and hears the Welcome. On failure the plant is told, and `why` says it in words.
+  /// Errors:  closed when the plant refused; bad_data, timeout, io.
+  hal::Status shake_hands(const Hello& hello, std::string& why);
+  /// Waits for the next message.
+  hal::Status receive(Message& message);
+  hal::Status flush();
+
+ private:
+  hal::Status adopt(const Message& message, std::string& why);
+};
+
+/// What a plant that came back has otherwise than before, in words; empty: its devices are the same.
+std::string difference(const Welcome& before, const Welcome& now);
+
+}  // namespace sinew::sim_hil

@@ -1,0 +1,403 @@
+#include "tap/answers.hpp"
+
+#include <array>
+#include <cmath>
+#include <cstring>
+
+#include "hal/linux/run_dir.hpp"
+#include "msg/json.hpp"
+#include "rt/parameters.hpp"
+#include "rt/safety_text.hpp"
+#include "tap/frames.hpp"
+
+namespace sinew::tap {
+namespace {
+
+constexpr int kMaxDepth = 32;
+
+/// JSON nested deeper than any request, told before anything is built from it.
+bool too_deep(std::string_view text) {
+  int depth = 0;
+  bool in_string = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (in_string) {
+      if (c == '\\') ++i;
+      if (c == '"') in_string = false;
+    } else if (c == '"') {
+      in_string = true;
+    } else if (c == '[' || c == '{') {
+      if (++depth > kMaxDepth) return true;
+    } else if (c == ']' || c == '}') {
+      --depth;
+    }
+  }
+  return false;
+}
+
+Reply good(const Json& members = Json::object()) {
+  Json json = Json::object();
+  json["ok"] = true;
+  json.update(members);
+  return {std::move(json)};
+}
+
+Reply refuse(hal::Errc code, const std::string& why) { return {refused(code, why)}; }
+
+/// A member that is a text; null when it is missing or something else.
+const std::string* text_of(const Json& request, const char* member) {
+  const auto at = request.find(member);
+  return at != request.end() ? at->get_ptr<const std::string*>() : nullptr;
+}
+
+Reply needs(const char* member, const char* what) {
+  return refuse(hal::Errc::bad_argument, std::string("\"") + member + "\": " + what);
+}
+
+std::optional<rt::ParamValue> value_of(const Json& json) {
+  if (json.is_boolean()) return rt::ParamValue(json.get<bool>());
+  if (json.is_number_unsigned() && json.get<std::uint64_t>() > INT64_MAX) return std::nullopt;
+  if (json.is_number_integer()) return rt::ParamValue(json.get<std::int64_t>());
+  if (json.is_number()) return rt::ParamValue(json.get<double>());
+  if (json.is_string()) return rt::ParamValue(json.get<std::string>());
+  return std::nullopt;
+}
+
+Json to_json(const rt::ParamValue& value) {
+  return std::visit([](const auto& v) { return Json(v); }, value);
+}
+
+Json limit(double value) {
+  constexpr double kUnbounded = std::numeric_limits<double>::max();
+  return value >= kUnbounded || value <= -kUnbounded ? Json() : Json(value);
+}
+
+const char* type_name(const rt::Declaration::Param& p) {
+  constexpr std::array<const char*, 4> kNames{"bool", "integer", "number", "text"};
+  return kNames[p.target.index()];
+}
+
+}  // namespace
+
+Json refused(hal::Errc code, const std::string& why) {
+  return {{"ok", false}, {"error", {{"code", hal::to_string(code)}, {"why", why}}}};
+}
+
+std::string to_text(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+struct Answers::Command {
+  std::string_view name;
+  Reply (Answers::*run)(const Json& request);
+};
+
+const Answers::Command* Answers::find(std::string_view name) {
+  static constexpr std::array<Command, 15> kCommands{{{"hello", &Answers::hello},
+                                                      {"topics", &Answers::topics},
+                                                      {"status", &Answers::status},
+                                                      {"params", &Answers::params},
+                                                      {"memory", &Answers::memory},
+                                                      {"doorbells", &Answers::doorbells},
+                                                      {"subscribe", &Answers::subscribe},
+                                                      {"param.set", &Answers::set_param},
+                                                      {"module.enable", &Answers::enable},
+                                                      {"module.disable", &Answers::disable},
+                                                      {"thread.period", &Answers::set_period},
+                                                      {"arm", &Answers::arm},
+                                                      {"disarm", &Answers::disarm},
+                                                      {"publish", &Answers::publish},
+                                                      {"stop", &Answers::stop}}};
+  for (const Command& c : kCommands)
+    if (c.name == name) return &c;
+  return nullptr;
+}
+
+Answers::Answers(rt::Graph& graph, rt::Runner& runner, hal::Os& os, Bells* bells, Robot robot)
+    : graph_(graph), runner_(runner), os_(os), bells_(bells), robot_(std::move(robot)) {
+  for (const rt::GraphModule& m : graph_.modules()) {
+    auto& values = values_.emplace_back();
+    for (const auto& p : m.declaration.params) values.push_back(rt::current(p));
+  }
+  const rt::SegmentHeader& segment = graph_.segment().header();
+  auto reader = Reader::open({reinterpret_cast<const std::byte*>(&segment), segment.bytes});
+  if (!reader) return;
+  reader_.emplace(std::move(*reader));
+  for (std::uint32_t t = 0; t < reader_->topics().size(); ++t)
+    if (reader_->topics()[t].info == &msg::type_info<msg::SafetyState>()) safety_topic_ = t;
+}
+
+Reply Answers::answer(std::string_view text, std::uint64_t client) {
+  client_ = client;
+  const auto garbage = [](const char* why) {
+    Reply reply = refuse(hal::Errc::bad_data, why);
+    reply.garbage = true;
+    return reply;
+  };
+  if (too_deep(text)) return garbage("a JSON object that is not nested that deeply");
+  try {
+    const Json request = Json::parse(text, nullptr, false);
+    if (!request.is_object()) return garbage("a JSON object");
+    const std::string* name = text_of(request, "request");
+    if (!name) return garbage("a JSON object with \"request\"");
+    const Command* command = find(*name);
+    Reply reply = command ? (this->*command->run)(request)
+                          : refuse(hal::Errc::not_found, "no request \"" + *name + "\" in this version");
+    if (const auto id = request.find("id"); id != request.end() && id->is_primitive())
+      (reply.change ? reply.change->reply : reply.json)["id"] = *id;
+    return reply;
+  } catch (const std::exception& e) {  // the JSON library's; nothing of ours throws
+    return garbage(e.what());
+  }
+}
+
+std::optional<Json> Answers::settle(const Change& change) {
+  const auto effect = graph_.effect(change.ticket);
+  if (!effect) return std::nullopt;
+  Json reply = change.reply;
+  if (effect->refused) {
+    std::string why;
+    for (const std::string& reason : not_ready()) why += (why.empty() ? "" : "; ") + reason;
+    reply.update(refused(hal::Errc::denied, why.empty() ? "not ready" : why));
+  }
+  reply["step"] = effect->step;
+  return reply;
+}
+
+Json Answers::still_waiting(const Change& change) const {
+  Json reply = change.reply;
+  reply["step"] = Json();
+  return reply;
+}
+
+void Answers::follow() {
+  std::erase_if(in_flight_, [this](const ParamChange& c) {
+    const auto effect = graph_.effect(c.ticket);
+    if (effect && !effect->refused) values_[c.module][c.param] = c.value;
+    return effect.has_value();
+  });
+}
+
+void Answers::forget(std::uint64_t client) {
+  if (bells_) bells_->subscribe(client, {}, {});
+}
+
+// ---- requests that look
+
+Reply Answers::hello(const Json&) {
+  return good({{"version", kProtocolVersion},
+               {"robot", robot_.name},
+               {"pid", hal::process_id()},
+               {"board", robot_.board},
+               {"robot_file", robot_.robot_file},
+               {"virtual_time", robot_.virtual_time},
+               {"memory", graph_.memory() != nullptr}});
+}
+
+Reply Answers::topics(const Json&) { return good(directory_json(graph_)); }
+
+Reply Answers::status(const Json&) {
+  Json json = status_json(graph_, runner_);
+  json["now_ns"] = os_.now().ns;
+  if (Json guardian = guardian_json(); !guardian.is_null()) json["guardian"] = std::move(guardian);
+  if (outsiders) json["outsiders"] = outsiders();
+  return good(json);
+}
+
+Json Answers::param_json(const rt::GraphModule& module, std::size_t param, const rt::ParamValue& value) const {
+  const rt::Declaration::Param& p = module.declaration.params[param];
+  return {{"module", module.spec.name},
+          {"param", p.name},
+          {"type", type_name(p)},
+          {"value", to_json(value)},
+          {"default", to_json(p.default_value)},
+          {"unit", p.unit},
+          {"min", limit(p.min)},
+          {"max", limit(p.max)},
+          {"doc", p.doc},
+          {"allowed", rt::allowed_values(p)}};
+}
+
+Reply Answers::params(const Json& request) {
+  follow();
+  std::string_view only;
+  if (request.contains("module")) {
+    const std::string* module = text_of(request, "module");
+    if (!module) return needs("module", "a module's name");
+    if (graph_.find_module(*module) == rt::kNone) return refuse(hal::Errc::not_found, "no module " + *module);
+    only = *module;
+  }
+  Json list = Json::array();
+  for (std::size_t m = 0; m < values_.size(); ++m) {
+    const rt::GraphModule& module = graph_.modules()[m];
+    if (!only.empty() && module.spec.name != only) continue;
+    for (std::size_t p = 0; p < values_[m].size(); ++p) list.push_back(param_json(module, p, values_[m][p]));
+  }
+  Json json = Json::object();
+  json["params"] = std::move(list);
+  return good(json);
+}
+
+Reply Answers::memory(const Json&) {
+  if (!graph_.memory()) return refuse(hal::Errc::not_supported, "this run keeps its topics in memory of its own");
+  Json json = Json::object();
+  json["bytes"] = graph_.memory()->size();
+  Reply reply = good(json);
+  reply.memory = graph_.memory();
+  return reply;
+}
+
+Reply Answers::doorbells(const Json&) {
+  if (!bells_) return refuse(hal::Errc::not_supported, "this run keeps its topics in memory of its own");
+  Json json = Json::object();
+  json["bytes"] = bells_->page().size();
+  Reply reply = good(json);
+  reply.memory = &bells_->page();
+  return reply;
+}
+
+Reply Answers::subscribe(const Json& request) {
+  if (!bells_) return refuse(hal::Errc::not_supported, "this run keeps its topics in memory of its own");
+  const auto names = request.find("topics");
+  if (names == request.end() || !names->is_array()) return needs("topics", "a list of names");
+  std::int64_t period_ms = 1;
+  if (const auto at = request.find("period_ms"); at != request.end()) {
+    if (!at->is_number_integer() || *at < 1 || *at > 1000) return needs("period_ms", "an integer from 1 to 1000");
+    period_ms = at->get<std::int64_t>();
+  }
+  std::vector<rt::WriterId> writers;
+  Json bells = Json::object();
+  for (const Json& name : *names) {
+    const auto* text = name.get_ptr<const std::string*>();
+    if (!text) return needs("topics", "a list of names");
+    const std::uint32_t topic = graph_.find_topic(*text);
+    if (topic == rt::kNone) return refuse(hal::Errc::not_found, "no topic " + *text);
+    const rt::WriterId writer = graph_.segment().entry(graph_.topic_id(topic)).writer;
+    if (!bells.contains(*text)) writers.push_back(writer);
+    bells[*text] = writer;
+  }
+  bells_->subscribe(client_, std::move(writers), std::chrono::milliseconds(period_ms));
+  Json json = Json::object();
+  json["bells"] = std::move(bells);
+  return good(json);
+}
+
+/// The newest message of the guardian's SafetyState, read as an outsider reads it.
+std::optional<msg::SafetyState> Answers::safety() const {
+  if (!safety_topic_) return std::nullopt;
+  std::array<std::byte, sizeof(rt::SlotHeader) + sizeof(msg::SafetyState)> copy;
+  for (int i = 0; i < 8; ++i) {
+    const auto message = reader_->newest(*safety_topic_);
+    if (!message) return std::nullopt;
+    if (!reader_->copy(*message, copy)) continue;
+    msg::SafetyState state;
+    std::memcpy(&state, copy.data() + sizeof(rt::SlotHeader), sizeof state);
+    return state;
+  }
+  return std::nullopt;
+}
+
+std::vector<std::string> Answers::not_ready() const {
+  const auto state = safety();
+  return state ? rt::not_ready(graph_.spec(), *state) : std::vector<std::string>{};
+}
+
+Json Answers::guardian_json() const {
+  const auto state = safety();
+  if (!state) return {};
+  std::string text;
+  msg::to_json(msg::type_info<msg::SafetyState>(), &*state, text);
+  Json json = Json::parse(text, nullptr, false);
+  json["reasons"] = rt::not_ready(graph_.spec(), *state);
+  return json;
+}
+
+// ---- requests that change
+
+Reply Answers::set_param(const Json& request) {
+  const std::string *module = text_of(request, "module"), *param = text_of(request, "param");
+  if (!module) return needs("module", "a module's name");
+  if (!param) return needs("param", "a parameter's name");
+  const auto at = request.find("value");
+  const auto value = at != request.end() ? value_of(*at) : std::nullopt;
+  if (!value) return needs("value", "true, false, a number or a text");
+  std::string why;
+  const auto ticket = graph_.set_param(*module, *param, *value, &why);
+  if (!ticket) return posted(ticket, why, Json::object());
+  const std::size_t m = graph_.find_module(*module);
+  const auto& params = graph_.modules()[m].declaration.params;
+  const auto p = static_cast<std::size_t>(rt::find_param(graph_.modules()[m].declaration, *param) - params.data());
+  const bool widened =
+      std::holds_alternative<double*>(params[p].target) && std::holds_alternative<std::int64_t>(*value);
+  const rt::ParamValue set = widened ? rt::ParamValue(static_cast<double>(std::get<std::int64_t>(*value))) : *value;
+  in_flight_.push_back({*ticket, m, p, set});
+  return posted(ticket, why, {{"module", *module}, {"param", *param}, {"value", to_json(set)}});
+}
+
+/// The reply to what was posted, or to what was refused at once.
+Reply Answers::posted(const hal::Result<rt::Ticket>& ticket, const std::string& why, const Json& members) {
+  if (!ticket) return refuse(ticket.error().code, why.empty() ? ticket.error().where : why);
+  Reply reply = good(members);
+  reply.change = {*ticket, std::move(reply.json)};
+  return reply;
+}
+
+Reply Answers::set_enabled(const Json& request, bool enabled) {
+  const std::string* module = text_of(request, "module");
+  if (!module) return needs("module", "a module's name");
+  std::string why;
+  const auto ticket = graph_.set_enabled(*module, enabled, &why);
+  return posted(ticket, why, {{"module", *module}, {"enabled", enabled}});
+}
+
+Reply Answers::set_period(const Json& request) {
+  const std::string* thread = text_of(request, "thread");
+  if (!thread) return needs("thread", "a thread's name");
+  const auto at = request.find("period_us");
+  if (at == request.end() || !at->is_number()) return needs("period_us", "a number");
+  const double us = at->get<double>();
+  if (!(us > 0 && us < 1e12)) return needs("period_us", "a number from 10 to 3600000000");
+  std::string why;
+  const auto ticket = graph_.set_period(*thread, hal::Duration{std::llround(us * 1e3)}, &why);
+  return posted(ticket, why, {{"thread", *thread}, {"period_us", us}});
+}
+
+Reply Answers::arm(const Json&) {
+  std::string why;
+  const auto ticket = graph_.arm(&why);
+  return posted(ticket, why, Json::object());
+}
+
+Reply Answers::disarm(const Json&) {
+  std::string why;
+  const auto ticket = graph_.disarm(&why);
+  return posted(ticket, why, Json::object());
+}
+
+Reply Answers::publish(const Json& request) {
+  const std::string* topic = text_of(request, "topic");
+  if (!topic) return needs("topic", "a topic's name");
+  const auto message = request.find("message");
+  if (message == request.end() || !message->is_object()) return needs("message", "an object");
+  const std::uint32_t t = graph_.find_topic(*topic);
+  if (t == rt::kNone) return refuse(hal::Errc::not_found, "no topic " + *topic);
+  const msg::TypeInfo& type = *graph_.topics()[t].type;
+  if (type.has_bulk() || type.align > alignof(std::max_align_t))
+    return refuse(hal::Errc::not_supported,
+                  *topic + " holds " + std::string(type.name) + ": no such message comes in by the socket");
+  std::vector<std::max_align_t> room(type.size / sizeof(std::max_align_t) + 1);
+  if (const auto wrong = msg::from_json(type, to_text(*message), room.data()))
+    return refuse(hal::Errc::bad_argument, "\"message\": " + wrong->text());
+  std::string why;
+  const auto ticket = graph_.publish(*topic, std::as_bytes(std::span(room)).first(type.size), &why);
+  return posted(ticket, why, {{"topic", *topic}});
+}
+
+Reply Answers::enable(const Json& request) { return set_enabled(request, true); }
+Reply Answers::disable(const Json& request) { return set_enabled(request, false); }
+
+Reply Answers::stop(const Json&) {
+  if (!robot_.stop) return refuse(hal::Errc::not_supported, "this run cannot be stopped from outside");
+  robot_.stop();
+  return good();
+}
+
+}  // namespace sinew::tap

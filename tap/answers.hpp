@@ -1,0 +1,114 @@
+#pragma once
+// What the robot says to each request. Inside of the room only: it shows the JSON library.
+#include <cstdint>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "hal/os.hpp"
+#include "msg/safety.hpp"
+#include "rt/graph.hpp"
+#include "rt/runner.hpp"
+#include "tap/bells.hpp"
+#include "tap/reader.hpp"
+
+namespace sinew::tap {
+
+using Json = nlohmann::ordered_json;
+
+/// Something in a mailbox, and the reply that waits for it.
+struct Change {
+  rt::Ticket ticket;
+  Json reply;
+};
+
+struct Reply {
+  Json json;  // incomplete while `change` is set
+  std::optional<Change> change{};
+  const hal::SharedMemory* memory = nullptr;  // goes along
+  bool garbage = false;                       // that was no request at all
+};
+
+/// Thread:  one. It reads what any thread may read (statistics are atomic words; names and descriptions do not change),
+///          with one exception: the parameters' values belong to the executors. They are copied at construction, when
+///          only mailboxes can change them and nothing is in any, and then followed change by change.
+class Answers {
+ public:
+  struct Robot {
+    std::string name, board;
+    bool virtual_time = false;
+    std::function<void()> stop;
+    std::string robot_file{};
+  };
+  Answers(rt::Graph& graph, rt::Runner& runner, hal::Os& os, Bells* bells, Robot robot);
+
+  /// `text` is anything. `client` names the connection, for subscriptions.
+  Reply answer(std::string_view text, std::uint64_t client);
+  /// The reply to a change that took effect; nothing while it waits.
+  std::optional<Json> settle(const Change& change);
+  /// The reply to one that is not waited for any longer.
+  Json still_waiting(const Change& change) const;
+  /// Follows what took effect meanwhile. Call often.
+  void follow();
+  /// The client is gone.
+  void forget(std::uint64_t client);
+  /// Added to every status as "outsiders".
+  std::function<Json()> outsiders;
+
+ private:
+  struct Command;
+  static const Command* find(std::string_view name);
+  Reply run(const Command& command, const Json& request);
+
+  Reply hello(const Json& request);
+  Reply topics(const Json& request);
+  Reply status(const Json& request);
+  Reply params(const Json& request);
+  Reply memory(const Json& request);
+  Reply doorbells(const Json& request);
+  Reply subscribe(const Json& request);
+  Reply set_param(const Json& request);
+  Reply enable(const Json& request);
+  Reply disable(const Json& request);
+  Reply stop(const Json& request);
+  Reply set_period(const Json& request);
+  Reply arm(const Json& request);
+  Reply disarm(const Json& request);
+  Reply publish(const Json& request);
+  Reply set_enabled(const Json& request, bool enabled);
+  Reply posted(const hal::Result<rt::Ticket>& ticket, const std::string& why, const Json& members);
+  std::optional<msg::SafetyState> safety() const;
+  std::vector<std::string> not_ready() const;
+  Json guardian_json() const;
+  Json param_json(const rt::GraphModule& module, std::size_t param, const rt::ParamValue& value) const;
+
+  struct ParamChange {
+    rt::Ticket ticket;
+    std::size_t module, param;
+    rt::ParamValue value;
+  };
+  rt::Graph& graph_;
+  rt::Runner& runner_;
+  hal::Os& os_;
+  Bells* bells_;  // null: no shared memory
+  Robot robot_;
+  std::uint64_t client_ = 0;                         // whose request is being answered
+  std::vector<std::vector<rt::ParamValue>> values_;  // by module and parameter
+  std::vector<ParamChange> in_flight_;
+  std::optional<Reader> reader_;  // of our own topics, as an outsider
+  std::optional<std::uint32_t> safety_topic_;
+};
+
+/// The descriptions of topics and types, and all counters, as docs/robot-socket.md has them.
+Json directory_json(const rt::Graph& graph);
+Json status_json(rt::Graph& graph, rt::Runner& runner);
+
+/// A refusal, as every failed request is answered.
+Json refused(hal::Errc code, const std::string& why);
+/// In one line; what is no UTF-8 is replaced.
+std::string to_text(const Json& json);
+
+}  // namespace sinew::tap

@@ -1,0 +1,53 @@
+#pragma once
+#include <atomic>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "hal/os.hpp"
+#include "rt/segment.hpp"
+
+namespace sinew::tap {
+
+/// Wakes outsiders when topics have new messages, so that no real-time writer has to. While somebody subscribes, a
+/// thread of ordinary priority looks at the writers' commit numbers once a period, and where one moved, writes it into
+/// that writer's word of a shared page and wakes whoever sleeps there. Without subscribers it sleeps and costs nothing.
+/// The page is written here and read by nobody in this process: whatever becomes of it, the robot does not know.
+/// Thread:  any.
+class Bells {
+ public:
+  /// `segment` must outlive it. Errors: what making memory or a thread says.
+  static hal::Result<std::unique_ptr<Bells>> open(const rt::Segment& segment, hal::Os& os);
+  ~Bells();  // wakes all sleepers and ends the thread
+  Bells(const Bells&) = delete;
+  Bells& operator=(const Bells&) = delete;
+
+  /// Replaces what this client asked for before; no writers: nothing any more.
+  void subscribe(std::uint64_t client, std::vector<rt::WriterId> writers, hal::Duration period);
+  const hal::SharedMemory& page() const { return *page_; }
+  bool somebody_subscribes() const;
+
+ private:
+  struct Wish {
+    std::vector<rt::WriterId> writers;
+    hal::Duration period;
+  };
+  Bells(const rt::Segment& segment, hal::Os& os, std::unique_ptr<hal::SharedMemory> page);
+  void run();
+  hal::Duration look_at_all(std::vector<std::uint32_t>& seen);
+  std::uint32_t number_of(rt::WriterId writer) const;
+  void ring(rt::WriterId writer, std::uint32_t number);
+
+  const rt::Segment& segment_;
+  hal::Os& os_;
+  std::unique_ptr<hal::SharedMemory> page_;
+  mutable std::mutex mutex_;  // of wishes_
+  std::map<std::uint64_t, Wish> wishes_;
+  hal::WakeWord changed_{0};  // counts changes of wishes_ and the end
+  std::atomic<bool> end_{false};
+  std::unique_ptr<hal::Thread> thread_;
+};
+
+}  // namespace sinew::tap

@@ -1,0 +1,135 @@
+#include "tap/client.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "hal/linux/shared_memory.hpp"
+#include "hal/linux/socket.hpp"
+
+namespace sinew::tap {
+namespace {
+
+using namespace std::chrono_literals;
+using Json = nlohmann::ordered_json;
+
+constexpr hal::Duration kPatience = 10s;  // a change is answered after two seconds at the latest
+
+/// "ok" of a reply, as a Status.
+hal::Status verdict(const Json& reply) {
+  if (reply.value("ok", false)) return {};
+  const std::string code = reply.contains("error") ? reply["error"].value("code", "") : "";
+  for (int c = 0; c <= static_cast<int>(hal::Errc::io); ++c)
+    if (code == hal::to_string(static_cast<hal::Errc>(c))) return hal::Error{static_cast<hal::Errc>(c), "robot"};
+  return hal::Error{hal::Errc::bad_data, "robot"};
+}
+
+/// The reply as an object; `{}` for what is none.
+Json parsed(const std::string& text) {
+  Json json = Json::parse(text, nullptr, false);
+  return json.is_object() ? json : Json::object();
+}
+
+}  // namespace
+
+hal::Result<std::unique_ptr<Client>> Client::connect(std::string_view robot, std::string& why) {
+  const auto found = find_running(robot, why);
+  if (!found) return found.error();
+  const auto fail = [&why, &found](const hal::Error& e, const char* words) {
+    why = "robot \"" + found->robot + "\" (process " + std::to_string(found->pid) + "): " + words;
+    return e;
+  };
+  auto stream = hal::connect_stream("unix:" + found->path, 500ms);  // it may be starting
+  if (!stream) return fail(stream.error(), "does not answer at its socket");
+  auto client = std::make_unique<Client>(std::move(*stream));
+  const auto reply = client->request("hello");
+  if (!reply) return fail(reply.error(), "closed the connection: too many programs are connected");
+  try {
+    const Json hello = parsed(*reply);
+    if (auto ok = verdict(hello); !ok) return fail(ok.error(), "refuses to talk");
+    if (hello.value("version", 0U) != kProtocolVersion)
+      return fail({hal::Errc::not_supported, "version"}, "speaks another version");
+    client->robot_ = hello.value("robot", "");
+    client->pid_ = hello.value("pid", 0);
+  } catch (const Json::exception&) {
+    return fail({hal::Errc::bad_data, "hello"}, "does not speak this protocol");
+  }
+  return client;
+}
+
+hal::Result<std::string> Client::request(std::string_view name, std::string_view arguments) {
+  const std::size_t open = arguments.find('{');
+  if (open == std::string_view::npos) return hal::Error{hal::Errc::bad_argument, "arguments are no object"};
+  std::string text = "{\"request\":\"" + std::string(name) + "\"";
+  const std::string_view members = arguments.substr(open + 1);
+  if (const std::size_t first = members.find_first_not_of(" \t\r\n");
+      first != std::string_view::npos && members[first] != '}')
+    text += ',';
+  text += members;
+  if (text.size() > kMaxRequestBytes) return hal::Error{hal::Errc::bad_argument, "request is too long"};
+  stream_->set_patience(kPatience);
+  if (auto sent = stream_->write(frame_head(text.size()), std::as_bytes(std::span(text))); !sent) return sent.error();
+  while (!frames_.frame()) {
+    const auto n = stream_->read(frames_.room());
+    if (!n) return n.error();
+    frames_.filled(*n);
+    if (frames_.broken()) return hal::Error{hal::Errc::bad_data, "reply"};
+  }
+  std::string reply(*frames_.frame());
+  frames_.drop();
+  return reply;
+}
+
+hal::Result<std::unique_ptr<hal::SharedMemory>> Client::memory(std::string_view name) {
+  stream_->expect_memory();
+  const auto reply = request(name);
+  if (!reply) return reply.error();
+  try {
+    if (auto ok = verdict(parsed(*reply)); !ok) return ok.error();
+  } catch (const Json::exception&) {
+    return hal::Error{hal::Errc::bad_data, "reply"};
+  }
+  return stream_->take_memory();
+}
+
+hal::Result<const Reader*> Client::reader() {
+  if (reader_) return &*reader_;
+  auto topics = memory("memory");
+  if (!topics) return topics.error();
+  auto bells = memory("doorbells");
+  if (!bells) return bells.error();
+  auto reader = Reader::open({(*topics)->data(), (*topics)->size()});
+  if (!reader) return reader.error();
+  topics_ = std::move(*topics), bells_ = std::move(*bells);
+  reader_.emplace(std::move(*reader));
+  return &*reader_;
+}
+
+hal::Status Client::subscribe(std::span<const std::string> topics, hal::Duration period) {
+  Json arguments{{"period_ms", std::max<std::int64_t>(period / 1ms, 1)}};
+  arguments["topics"] = Json::array();
+  for (const std::string& t : topics) arguments["topics"].push_back(t);
+  const auto reply = request("subscribe", arguments.dump(-1, ' ', false, Json::error_handler_t::replace));
+  if (!reply) return reply.error();
+  try {
+    return verdict(parsed(*reply));
+  } catch (const Json::exception&) {
+    return hal::Error{hal::Errc::bad_data, "reply"};
+  }
+}
+
+const hal::WakeWord* Client::bell_word(std::uint32_t topic) const {
+  if (!reader_ || topic >= reader_->topics().size()) return nullptr;
+  const std::size_t at = std::size_t{reader_->topics()[topic].bell} * sizeof(hal::WakeWord);
+  if (at + sizeof(hal::WakeWord) > bells_->size()) return nullptr;
+  return reinterpret_cast<const hal::WakeWord*>(bells_->data() + at);
+}
+
+std::uint32_t Client::bell(std::uint32_t topic) const {
+  const hal::WakeWord* word = bell_word(topic);
+  return word ? word->load(std::memory_order_relaxed) : 0;
+}
+
+void Client::wait(std::uint32_t topic, std::uint32_t seen, hal::Time deadline) const {
+  if (const hal::WakeWord* word = bell_word(topic)) hal::wait_shared(*word, seen, deadline);
+}
+
+}  // namespace sinew::tap

@@ -1,0 +1,69 @@
+#pragma once
+// One client of the server. Inside of the room only.
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "hal/linux/socket.hpp"
+#include "tap/answers.hpp"
+#include "tap/frames.hpp"
+
+namespace sinew::tap {
+
+/// How much of the server one client may have.
+struct Allowance {
+  std::uint32_t requests_per_s = 200;
+  hal::Duration patience{};
+};
+
+/// Reads one request, answers it, writes the reply, and only then reads on: a client that does not take its replies is
+/// not read either. Nothing here waits.
+/// Thread:  the server's.
+class Connection {
+ public:
+  enum class End : std::uint8_t { open, gone, garbage, slow };
+
+  Connection(std::uint64_t id, std::unique_ptr<hal::Stream> stream, int pid, const Allowance& allowance, hal::Time now);
+
+  /// What it waits for: nothing (-1), room to write, or something to read.
+  hal::Waiting waiting(hal::Time now);
+  /// Reads what is there, as far as one request. A complete one, or nothing. The text is valid until reply().
+  std::optional<std::string_view> read(hal::Time now);
+  void reply(const Reply& reply, hal::Time now);
+  void settle(const Json& json, hal::Time now);
+  void write(hal::Time now);
+  /// Whether its time is over.
+  void look_at_time(hal::Time now);
+
+  std::uint64_t id() const { return id_; }
+  int pid() const { return pid_; }
+  End end() const { return end_; }
+  bool waits_for_change() const { return change_.has_value(); }
+  const Change& change() const { return *change_; }
+  bool change_is_late(hal::Time now) const { return now - since_ > allowance_.patience; }
+  bool throttled() const { return tokens_ < 1; }
+  hal::Time last_request() const { return last_request_; }
+  bool subscribes = false;
+
+ private:
+  void send(const Json& json, const hal::SharedMemory* memory, hal::Time now);
+
+  const std::uint64_t id_;
+  std::unique_ptr<hal::Stream> stream_;
+  const int pid_;
+  const Allowance allowance_;
+  FrameReader frames_{kMaxRequestBytes};
+  std::string out_;  // head and frame of the reply
+  std::size_t sent_ = 0;
+  const hal::SharedMemory* memory_ = nullptr;  // goes with the first bytes of out_
+  std::optional<Change> change_;
+  hal::Time since_;  // when the half request, the reply or the change under way began
+  bool half_ = false;
+  double tokens_;
+  hal::Time refilled_, last_request_;
+  unsigned strikes_ = 0;
+  End end_ = End::open;
+};
+
+}  // namespace sinew::tap

@@ -1,0 +1,182 @@
+#include "tap/server.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <vector>
+
+#include "hal/linux/run_dir.hpp"
+#include "hal/linux/socket.hpp"
+#include "tap/connection.hpp"
+
+namespace sinew::tap {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr hal::Duration kSoon = 1ms;    // somebody waits for a change
+constexpr hal::Duration kLater = 20ms;  // somebody is throttled or slow
+constexpr hal::Duration kIdle = 1s;
+
+}  // namespace
+
+class Server::Body {
+ public:
+  Body(rt::Graph& graph, hal::Os& os, const ServerOptions& options) : graph_(graph), os_(os), options_(options) {}
+  ~Body() {
+    end_.store(true, std::memory_order_relaxed);
+    if (wake_) static_cast<void>(wake_->write_now(std::as_bytes(std::span("x", 1))));
+    thread_.reset();
+  }
+
+  hal::Status start(const Name& name, rt::Runner& runner) {
+    if (graph_.memory()) {
+      auto bells = Bells::open(graph_.segment(), os_);
+      if (!bells) return bells.error();
+      bells_ = std::move(*bells);
+    }
+    answers_ = std::make_unique<Answers>(
+        graph_, runner, os_, bells_.get(),
+        Answers::Robot{name.robot(), options_.board, options_.virtual_time, options_.stop, options_.robot_file});
+    answers_->outsiders = [this] { return outsiders(); };
+    auto listener = hal::listen_stream("unix:" + name.path());
+    if (!listener) return listener.error();
+    listener_ = std::move(*listener);
+    auto ends = hal::stream_pair();
+    if (!ends) return ends.error();
+    wake_ = std::move(ends->first), woken_ = std::move(ends->second);
+    auto thread =
+        os_.start_thread({.name = "robot socket", .cpus = {}, .stack_bytes = 128 * 1024, .nice = 5}, [this] { run(); });
+    if (!thread) return thread.error();
+    thread_ = std::move(*thread);
+    return {};
+  }
+
+  ServerStats stats;
+
+ private:
+  void run() {
+    while (!end_.load(std::memory_order_relaxed)) {
+      std::vector<hal::Waiting> waiting{{woken_->handle()}, {listener_->handle()}};
+      const hal::Time before = os_.now();
+      for (const auto& c : clients_) waiting.push_back(c->waiting(before));
+      if (!hal::wait_ready(waiting, patience())) os_.sleep_until(os_.now() + kLater);  // never a hot loop
+      const hal::Time now = os_.now();
+      answers_->follow();
+      for (std::size_t i = 0; i < clients_.size(); ++i) serve(*clients_[i], waiting[2 + i], now);
+      if (waiting[1].ready) accept(now);
+      std::erase_if(clients_, [this](const auto& c) { return ended(*c); });
+      client_count_.store(static_cast<std::uint32_t>(clients_.size()), std::memory_order_relaxed);
+    }
+    clients_.clear();
+  }
+
+  hal::Duration patience() const {
+    hal::Duration least = kIdle;
+    for (const auto& c : clients_)
+      least = std::min(least, c->waits_for_change() ? kSoon : c->throttled() ? kLater : kIdle);
+    return clients_.empty() ? kIdle : std::min(least, options_.patience / 4);
+  }
+
+  void serve(Connection& c, const hal::Waiting& waiting, hal::Time now) {
+    if (c.waits_for_change()) {
+      if (auto reply = answers_->settle(c.change()))
+        c.settle(*reply, now);
+      else if (c.change_is_late(now))
+        c.settle(answers_->still_waiting(c.change()), now);
+    } else if (waiting.ready && waiting.room) {
+      c.write(now);
+    } else if (waiting.ready) {
+      if (const auto request = c.read(now)) answer(c, *request, now);
+    }
+    c.look_at_time(now);
+  }
+
+  void answer(Connection& c, std::string_view request, hal::Time now) {
+    stats.requests.add();
+    const Reply reply = answers_->answer(request, c.id());
+    if (reply.garbage) stats.garbage.add();
+    c.reply(reply, now);
+    if (c.throttled()) stats.throttled.add();
+  }
+
+  void accept(hal::Time now) {
+    auto stream = listener_->accept(hal::Duration{0});
+    if (!stream) return;
+    const auto peer = (*stream)->peer();
+    if (!peer || (peer->user != hal::user_id() && peer->user != 0)) {
+      stats.refused_peers.add();
+      return;
+    }
+    const auto of_peer =
+        std::count_if(clients_.begin(), clients_.end(), [&](const auto& c) { return c->pid() == peer->pid; });
+    const bool full = clients_.size() >= options_.max_clients;
+    if (static_cast<std::uint32_t>(of_peer) >= options_.max_per_process || (full && !make_room(now))) {
+      stats.refused_full.add();
+      return;
+    }
+    stats.accepted.add();
+    clients_.push_back(std::make_unique<Connection>(++last_id_, std::move(*stream), peer->pid,
+                                                    Allowance{options_.requests_per_s, options_.patience}, now));
+  }
+
+  /// Who sits there longest without asking anything gives way.
+  bool make_room(hal::Time now) {
+    const auto longest = std::min_element(clients_.begin(), clients_.end(), [](const auto& a, const auto& b) {
+      return a->last_request() < b->last_request();
+    });
+    if (longest == clients_.end() || now - (*longest)->last_request() < options_.may_be_replaced_after) return false;
+    answers_->forget((*longest)->id());
+    clients_.erase(longest);
+    stats.made_room.add();
+    return true;
+  }
+
+  bool ended(const Connection& c) {
+    using End = Connection::End;
+    if (c.end() == End::open) return false;
+    if (c.end() == End::garbage) stats.closed_for_garbage.add();
+    if (c.end() == End::slow) stats.closed_slow.add();
+    answers_->forget(c.id());
+    return true;
+  }
+
+  Json outsiders() const {
+    return {{"clients", client_count_.load(std::memory_order_relaxed)},
+            {"accepted", stats.accepted.value()},
+            {"requests", stats.requests.value()},
+            {"refused_peers", stats.refused_peers.value()},
+            {"refused_full", stats.refused_full.value()},
+            {"made_room", stats.made_room.value()},
+            {"garbage", stats.garbage.value()},
+            {"closed_for_garbage", stats.closed_for_garbage.value()},
+            {"closed_slow", stats.closed_slow.value()},
+            {"throttled", stats.throttled.value()}};
+  }
+
+  rt::Graph& graph_;
+  hal::Os& os_;
+  const ServerOptions options_;
+  std::unique_ptr<Bells> bells_;
+  std::unique_ptr<Answers> answers_;
+  std::unique_ptr<hal::Listener> listener_;
+  std::unique_ptr<hal::Stream> wake_, woken_;  // the destructor ends the thread's wait
+  std::vector<std::unique_ptr<Connection>> clients_;
+  std::uint64_t last_id_ = 0;
+  std::atomic<std::uint32_t> client_count_{0};
+  std::atomic<bool> end_{false};
+  std::unique_ptr<hal::Thread> thread_;
+};
+
+Server::Server(std::unique_ptr<Body> body) : body_(std::move(body)) {}
+Server::~Server() = default;
+
+hal::Result<std::unique_ptr<Server>> Server::open(const Name& name, rt::Graph& graph, rt::Runner& runner, hal::Os& os,
+                                                  const ServerOptions& options) {
+  auto body = std::make_unique<Body>(graph, os, options);
+  if (auto started = body->start(name, runner); !started) return started.error();
+  return std::unique_ptr<Server>(new Server(std::move(body)));
+}
+
+const ServerStats& Server::stats() const { return body_->stats; }
+
+}  // namespace sinew::tap

@@ -1,0 +1,166 @@
+"""The commands that need no running robot: what they print, what they refuse, and their exit codes."""
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+SINEW, SOURCE = sys.argv[1:3]
+QUAD = f"{SOURCE}/robots/quad.toml"
+BALL = f"{SOURCE}/examples/own_program.toml"
+
+
+def run(*arguments, **options):
+    done = subprocess.run([SINEW, *arguments], capture_output=True, text=True, timeout=60, **options)
+    return done.returncode, done.stdout, done.stderr
+
+
+class CommandLine(unittest.TestCase):
+    def test_check_accepts_our_robots_and_prints_their_slots(self):
+        for robot in ("quad.toml", "mav_dataset.toml"):
+            code, out, err = run("check", f"{SOURCE}/robots/{robot}")
+            self.assertEqual(code, 0, err)
+            self.assertIn("no problems", out)
+            self.assertRegex(out, r"camera.raw +\d+ = +2 \+")
+
+    def test_check_names_every_problem_of_a_broken_robot(self):
+        broken = f"{SOURCE}/examples/broken_robot.toml"
+        code, _, err = run("check", broken)
+        self.assertEqual(code, 1)
+        self.assertIn(f"{broken}:2: robot.colour: \"red\": unknown key", err)
+        self.assertIn(f"{broken}:6: thread.control.priority: 150: an integer from 0 to 98", err)
+
+    def test_check_says_the_same_in_json(self):
+        code, out, _ = run("check", f"{SOURCE}/examples/broken_robot.toml", "--json")
+        self.assertEqual(code, 1)
+        checked = json.loads(out)
+        self.assertFalse(checked["ok"])
+        self.assertIn({"line": 6, "key": "thread.control.priority", "value": "150",
+                       "allowed": "an integer from 0 to 98"}, checked["problems"])
+        code, out, _ = run("check", QUAD, "--json")
+        self.assertEqual(code, 0)
+        checked = json.loads(out)
+        self.assertTrue(checked["ok"])
+        self.assertEqual(checked["problems"], [])
+        self.assertLess(sum(t["bytes"] for t in checked["topics"]), checked["segment_bytes"])
+        for t in checked["topics"]:
+            self.assertEqual(t["slots"], t["loans"] + t["keep"] + t["pins"] + t["pending"], t)
+
+    def test_a_file_that_cannot_be_read_ends_with_2(self):
+        for command in ("check", "graph"):
+            code, out, err = run(command, "no_such.toml")
+            self.assertEqual((code, out), (2, ""))
+            self.assertIn("a robot file that can be read", err)
+
+    def test_doctor_looks_at_this_machine_and_says_how_bad_it_is(self):
+        code, out, err = run("doctor", QUAD)
+        self.assertIn(code, (0, 1), err)
+        self.assertEqual(code == 1, bool(re.search(r"^problem ", out, re.M)), out)
+        self.assertRegex(out, r"(?m)^11 checks: ")
+        checks = json.loads(run("doctor", "--json")[1])["checks"]
+        self.assertEqual(len(checks), 11)
+        strict = run("doctor", "--strict")[0]
+        self.assertEqual(strict, int(any(c["state"] in ("problem", "warning") for c in checks)))
+
+    def test_graph_shows_threads_and_bindings(self):
+        code, out, _ = run("graph", QUAD)
+        self.assertEqual(code, 0)
+        self.assertIn("thread stabilise: priority 80, every 1 ms", out)
+        self.assertRegex(out, r"<- imu +imu.raw \(queue of 32\)")
+        code, out, _ = run("graph", QUAD, "--dot")
+        self.assertTrue(out.startswith("digraph \"quad\""))
+        self.assertIn("\"filter\" -> \"attitude\" [label=\"filter.state\"]", out)
+
+    def test_graph_says_the_same_in_json(self):
+        code, out, _ = run("graph", QUAD, "--json")
+        self.assertEqual(code, 0)
+        graph = json.loads(out)
+        stabilise = next(t for t in graph["threads"] if t["name"] == "stabilise")
+        self.assertEqual((stabilise["priority"], stabilise["period_us"]), (80, 1000))
+        self.assertEqual(stabilise["modules"], ["imu", "filter", "attitude", "mixer"])
+        state = next(t for t in graph["topics"] if t["name"] == "filter.state")
+        self.assertEqual((state["writer"], state["message"]), ("filter", "NavState"))
+        self.assertIn("attitude", state["readers"])
+        mixer = next(m for m in graph["modules"] if m["name"] == "mixer")
+        thrust = next(p for p in mixer["params"] if p["name"] == "thrust_max_n")
+        self.assertEqual(thrust["value"], 6.0)
+
+    def test_what_is_wrong_on_the_command_line_ends_with_2_and_its_reason(self):
+        for arguments, words in (
+                (["run", "no_such.toml"], "a robot file that can be read"),
+                (["run", QUAD, "--set", "mixer.nothing=1"], "module.mixer.params.nothing"),
+                (["run", QUAD, "--set", "nobody.x=1"], "no module nobody"),
+                (["run", QUAD, "--plant", "unix:/no/such/socket"], "no plant at unix:/no/such/socket"),
+                (["run", QUAD, "--board", "moon"], "board \"moon\""),
+                (["run", QUAD, "--board", "none"], "this board has no devices"),
+                (["run", QUAD, "--camera", "9x9"], "--camera 9x9"),
+                (["run", QUAD, "--virtual", "--fault", "imu:bent@1"], "kind 'bent': one of off, stuck"),
+                (["run", QUAD, "--plant", "unix:/x", "--fault", "imu:off@1"], "only a plant that this run starts"),
+                (["run", BALL], "module.ball.type: \"my::Ball\": a known module type"),
+                (["run", f"{SOURCE}/robots/mav_dataset.toml", "--data", "/no/such/folder"], "/no/such/folder"),
+                (["run", f"{SOURCE}/robots/mav_dataset.toml"], "--data DIR"),
+                (["doctor", "no_such.toml"], "a robot file that can be read"),
+                (["doctor", "--root", "/no/such/folder"], "/no/such/folder"),
+                (["new", "Big"], "Big: a name of a-z, 0-9 and _"),
+                (["new", "test"], "CMake or the project itself has a target of this name"),
+                (["completion", "fish"], "bash"),
+                (["fly"], "fly: no such command"),
+                ([], "A subcommand is required")):
+            code, out, err = run(*arguments)
+            self.assertEqual(code, 2, (arguments, out, err))
+            self.assertIn(words, err)
+            self.assertEqual(out, "")
+
+    def test_help_and_version_end_with_0(self):
+        for arguments in (["--help"], ["run", "--help"], ["--version"]):
+            self.assertEqual(run(*arguments)[0], 0, arguments)
+
+    def test_new_never_touches_what_exists(self):
+        with tempfile.TemporaryDirectory() as folder:
+            os.mkdir(f"{folder}/full")
+            with open(f"{folder}/full/main.cpp", "w") as f:
+                f.write("mine")
+            code, _, err = run("new", "full", cwd=folder)
+            self.assertEqual(code, 1)
+            self.assertIn("full: exists; nothing is overwritten", err)
+            self.assertEqual(os.listdir(f"{folder}/full"), ["main.cpp"])
+            os.symlink("nowhere", f"{folder}/dangling")
+            self.assertEqual(run("new", "a", "dangling", cwd=folder)[0], 1)
+
+
+class Completion(unittest.TestCase):
+    def complete(self, *words, cwd=None):
+        """What TAB offers behind the last word, by the function that bash would call."""
+        script = 'source <("$0" completion bash); COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _sinew "$0"; ' \
+                 'printf "%s\\n" "${COMPREPLY[@]}"'
+        done = subprocess.run(["bash", "--norc", "-c", script, SINEW, "sinew", *words], capture_output=True, text=True,
+                              cwd=cwd, timeout=60)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        return done.stdout.split("\n")[:-1]
+
+    def test_commands_and_options(self):
+        self.assertEqual(self.complete("ch"), ["check"])
+        self.assertIn("run", self.complete(""))
+        self.assertNotIn("complete", self.complete("comp"), "it is the shell's own")
+        self.assertEqual(self.complete("run", "--plant"), ["--plant", "--plant-arg"])
+        self.assertEqual(self.complete("graph", "x.toml", "--d"), ["--dot"])
+
+    def test_values_of_options(self):
+        self.assertEqual(self.complete("run", "--board", ""), ["sim", "dataset", "none"])
+        self.assertEqual(self.complete("run", "--board", "d"), ["dataset"])
+        self.assertEqual(self.complete("run", "--seed", ""), [""], "nothing is offered for a number")
+
+    def test_robot_files_and_folders(self):
+        with tempfile.TemporaryDirectory() as folder:
+            os.mkdir(f"{folder}/robots")
+            for name in ("a b.toml", "b.toml", "notes.txt"):
+                open(f"{folder}/{name}", "w").close()
+            self.assertEqual(sorted(self.complete("check", "", cwd=folder)), ["a b.toml", "b.toml", "robots/"])
+            self.assertEqual(self.complete("run", "--virtual", "b", cwd=folder), ["b.toml"])
+            self.assertEqual(self.complete("run", "b.toml", "--data", "", cwd=folder), ["robots"])
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[3:]], verbosity=2)
