@@ -35,7 +35,6 @@ class PlantProcess {
   void leave_to_parent();
   /// In the parent: the connection is the runtime's.
   void leave_to_runtime() { stream_.reset(); }
-  const std::string& endpoint() const { return endpoint_; }
 
  private:
   PlantProcess() = default;

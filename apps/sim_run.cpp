@@ -81,9 +81,9 @@ class SimRun {
     sim.os = &real_os_;
     sim.rate = options_.rate;
     sim.late_after = from_ms(robot_.sim.bounds.late_ms);
-    sim.connect = [endpoint = plant_->endpoint()] { return hal::connect_stream(endpoint, 500ms); };
+    sim.connect = [endpoint = plant_.endpoint()] { return hal::connect_stream(endpoint, 500ms); };
     // A plant of our own that is gone does not come back.
-    if (request.endpoint != "auto") sim.relink_for = from_ms(1e3 * robot_.sim.relink_s);
+    if (robot_.sim.plant != "auto") sim.relink_for = from_ms(1e3 * robot_.sim.relink_s);
     sim.reader.fifo_priority = options_.virtual_time ? 0 : 95;  // it is this board's interrupt
     sim.on_report = [this](const std::string& json) { report_.put(json); };
     auto board = sim_hil::SimBoard::open(plant_.take_stream(), sim, why);

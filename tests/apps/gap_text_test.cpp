@@ -45,7 +45,7 @@ class GapText : public ::testing::Test {
 
 TEST_F(GapText, ARunWithoutGapsSaysNothing) {
   EXPECT_EQ(gap_lines(*graph, *runner), "");
-  EXPECT_EQ(StatusTable(*graph, *runner).render(rt::Time{1}, 0).find("gap"), std::string::npos);
+  EXPECT_EQ(StatusTable().render(rows_of(*graph, *runner), rt::Time{1}, 0).find("gap"), std::string::npos);
 }
 
 TEST_F(GapText, EveryThreadsGapsAreNamedWithTheirCause) {
@@ -58,9 +58,11 @@ TEST_F(GapText, EveryThreadsGapsAreNamedWithTheirCause) {
       "thread vision: 3 gaps of 49 ms to 54 ms: looks like the kernel's real-time throttle "
       "(kernel.sched_rt_runtime_us): a fixed-priority thread that does not sleep uses it up\n";
   EXPECT_EQ(gap_lines(*graph, *runner), text);
-  StatusTable table(*graph, *runner);
-  EXPECT_NE(table.render(rt::Time{1}, 0).find(text), std::string::npos) << "and in the live table";
-  EXPECT_NE(table.render(rt::Time{2}, 39).find("\nthread vision: 3 gaps of 49 ms to 54 ms\n"), std::string::npos);
+  StatusTable table;
+  EXPECT_NE(table.render(rows_of(*graph, *runner), rt::Time{1}, 0).find(text), std::string::npos)
+      << "and in the live table";
+  EXPECT_NE(table.render(rows_of(*graph, *runner), rt::Time{2}, 39).find("\nthread vision: 3 gaps of 49 ms to 54 ms\n"),
+            std::string::npos);
 }
 
 }  // namespace
