@@ -101,7 +101,7 @@ class JudgedMotors final : public hal::Actuators {
     if (lease <= Duration{0} || lease > lease_) ++wrong;
     for (std::size_t i = 0; i < 4; ++i) largest_change = std::max(largest_change, math::fabs(c.value[i] - value_[i]));
     until_ = clock_.now() + lease;
-    if (until_ > newest_commit + lease_) ++wrong;  // it would outlive the command
+    if (newest_commit && until_ > newest_commit() + lease_) ++wrong;  // it would outlive the command
     std::copy_n(c.value.begin(), 4, value_.begin());
     note({clock_.now(), false});
     return {};
@@ -114,9 +114,9 @@ class JudgedMotors final : public hal::Actuators {
   std::array<double, 4> at(Time now) const { return now < until_ ? value_ : std::array<double, 4>{}; }
 
   std::vector<Event> events;
-  int wrong = 0;              // values, channels or leases that must not be
-  double largest_change = 0;  // of a value, from one command to the next
-  Time newest_commit{};       // of the command topic
+  int wrong = 0;                        // values, channels or leases that must not be
+  double largest_change = 0;            // of a value, from one command to the next
+  std::function<Time()> newest_commit;  // of the command topic
 
  private:
   void note(const Event& e) noexcept {
@@ -189,10 +189,8 @@ class FlightLog final : public rt::RunObserver {
   void completed(const rt::StepRecord& r) noexcept override {
     if (r.module == guardian && guardian_steps.size() < guardian_steps.capacity()) guardian_steps.push_back(r.now);
     if (r.module == battery && r.status == rt::Status::ok) battery_steps.push_back(r.now);
-    if (r.module == commander && r.status == rt::Status::ok && motors) motors->newest_commit = r.completed;
   }
-  std::uint32_t guardian = 0, commander = 0, battery = 0;
-  JudgedMotors* motors = nullptr;
+  std::uint32_t guardian = 0, battery = 0;
   std::vector<Time> guardian_steps;
   std::vector<Time> battery_steps;  // raw messages are committed when they begin
 };
@@ -230,8 +228,6 @@ class FaultFlight {
     ASSERT_TRUE(graph->configure(*world, {.taps = {"guardian.state", "mission.mission"}}));
     log.guardian = 0;
     log.battery = graph->find_module("battery");
-    log.commander = graph->topics()[graph->find_topic(spec.actuators[0].command.value)].writer;
-    log.motors = &world->motors;
     latch_ = std::make_unique<rt::Latch>(graph->segment());
     latch_->bind(safety_, graph->taps()[0]);
     latch_->bind(mission_, graph->taps()[1]);
@@ -240,6 +236,7 @@ class FaultFlight {
     rt::DiscreteOptions options;
     options.observer = &log;
     executor = std::make_unique<rt::DiscreteExecutor>(*graph, clock, *world, options);
+    world->motors.newest_commit = [this] { return last_published(spec.actuators[0].command.value); };
     ASSERT_TRUE(executor->run());
   }
   Time last_published(const std::string& topic) {
@@ -303,9 +300,12 @@ class FaultFlight {
     if (const auto* m = mission_.get())
       if (phases.empty() || phases.back() != m->phase) phases.push_back(m->phase);
     latch_->release();
+    const bool done = !phases.empty() && phases.back() == msg::MissionPhase::done;
+    if (!done) not_done_ = now;
+    if (now - not_done_ > 500ms) world->end = now;
   }
   std::string disabled_;
-  Time disabled_at_{};
+  Time disabled_at_{}, not_done_{};
   std::unique_ptr<rt::Latch> latch_;
   rt::In<msg::SafetyState> safety_;
   rt::In<msg::MissionState> mission_;
