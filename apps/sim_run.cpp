@@ -13,9 +13,11 @@
 #include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
 #include "hal/linux/socket.hpp"
+#include "hal/mixed_board.hpp"
 #include "hal/scaled_os.hpp"
 #include "rt/discrete_executor.hpp"
 #include "rt/real_time_executor.hpp"
+#include "sim_hil/dataset_board.hpp"
 
 namespace sinew::app {
 namespace {
@@ -95,15 +97,43 @@ class SimRun {
     auto board = sim_hil::SimBoard::open(plant_->take_stream(), sim, why);
     if (!board) return fail(why);
     board_ = std::move(*board);
+    hal::MixedBoard devices(*board_);
+    if (!graph_.spec().device_boards.empty() && !mix(devices)) return false;
     rt::ConfigureOptions configure;
     configure.os = &os_;
     configure.taps = MissionWatch::taps(graph_);
-    if (auto ready = graph_.configure(*board_, configure); !ready) {
+    if (auto ready = graph_.configure(devices, configure); !ready) {
       for (const auto& p : graph_.configure_problems())
         std::fprintf(stderr, "%s\n", rt::to_string(p, options_.robot).c_str());
       return fail(board_->problem().empty() ? std::string(ready.error().where) : board_->problem());
     }
+    for (const std::string& device : devices.unused())
+      return fail("robot.device_boards." + device + ": no module and no actuator uses a device of this name");
     mission_.emplace(graph_);
+    return true;
+  }
+
+  /// Devices with a board of their own; the others are the plant's.
+  bool mix(hal::MixedBoard& devices) {
+    for (const auto& [device, board] : graph_.spec().device_boards) {
+      if (board.value == "sim") continue;
+      if (!recorded_ && !open_record()) return false;
+      devices.assign(device, *recorded_);
+    }
+    return true;
+  }
+
+  bool open_record() {
+    if (options_.data.empty()) return fail("robot.device_boards: \"dataset\": name a folder with --data DIR");
+    sim_hil::DatasetOptions dataset;
+    dataset.folder = options_.data;
+    dataset.from = rt::Duration{static_cast<std::int64_t>(options_.from_s * 1e9)};
+    dataset.clock = options_.virtual_time ? static_cast<const hal::Clock*>(&clock_) : &os_;
+    dataset.os = options_.virtual_time ? nullptr : &os_;
+    std::string why;
+    auto board = sim_hil::DatasetBoard::open(dataset, why);
+    if (!board) return fail(why);
+    recorded_ = std::move(*board);
     return true;
   }
 
@@ -158,6 +188,7 @@ class SimRun {
     const hal::ProcessUse before = hal::process_use();
     const hal::Time wall = real_os_.now();
     if (auto started = board_->start(); !started) return fail("the plant does not start: " + board_->problem()), 2;
+    if (auto started = recorded_ ? recorded_->start() : hal::Status{}; !started) return fail(started.error().where), 2;
     if (auto started = executor.start(); !started) return fail(started.error().where), 2;
     if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return 2;
     const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);
@@ -285,6 +316,7 @@ class SimRun {
   ReportBox report_;
   std::unique_ptr<PlantProcess> plant_;
   std::unique_ptr<sim_hil::SimBoard> board_;
+  std::unique_ptr<sim_hil::DatasetBoard> recorded_;  // of devices that are named so
   std::optional<MissionWatch> mission_;
   hal::Time mission_end_ = hal::kNever;
   RunEvidence evidence_;
