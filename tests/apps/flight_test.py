@@ -6,7 +6,6 @@ import resource
 import subprocess
 import sys
 import tempfile
-import tempfile
 import unittest
 
 SINEW, TRAPPED, ROBOTS = sys.argv[1:4]
