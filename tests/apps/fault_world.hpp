@@ -1,5 +1,6 @@
 #pragma once
 // robots/quad.toml in virtual time in a small world of the tests' own: the real modules, the real graph, no plant.
+#include <cmath>
 #include <deque>
 #include <functional>
 #include <vector>
@@ -146,15 +147,17 @@ class FaultWorld final : public hal::EmptyBoard, public hal::GrantSource {
     const control::test::Samples s = model.step(motors.at(done_to));
     const control::test::Truth truth = model.truth();
     fastest_fall_mps = std::max(fastest_fall_mps, -truth.v_world_mps.z);
+    largest_tilt_rad = std::max(largest_tilt_rad, std::acos(std::min(1.0, truth.q_world_base.rotate({0, 0, 1}).z)));
     ++steps_;
-    if (s.imu) imus_.waiting.push_back(*s.imu);
-    if (s.range) ranges_.waiting.push_back(*s.range);
-    if (steps_ % 80 == 40) {
+    if (s.imu && imu_works)
+      imus_.waiting.push_back(imu_stuck ? msg::ImuSample{s.now, {0, 0, 0}, {0, 0, 9.81}} : *s.imu);
+    if (s.range && range_works) ranges_.waiting.push_back(*s.range);
+    if (steps_ % 80 == 40 && baro_works) {
       const double kelvin = 288.15, p = 101325 * math::exp(-truth.p_world_m.z / (29.2718 * kelvin));
       baros_.waiting.push_back({s.now, p + noise_.normal(0, 2), kelvin - 273.15});
     }
     if (steps_ % 400 == 100) batteries_.waiting.push_back({s.now, voltage_v + noise_.normal(0, 0.02), 9, 0.8});
-    if (steps_ % 133 == 50)
+    if (steps_ % 133 == 50 && camera_works)
       camera_.waiting.push_back({s.now, truth.p_world_m + truth.q_world_base.rotate(model.p_base_camera),
                                  truth.q_world_base * model.q_base_optical});
     return s.now;
@@ -163,7 +166,8 @@ class FaultWorld final : public hal::EmptyBoard, public hal::GrantSource {
   control::test::QuadModel model;
   Time end{};
   double voltage_v = 15.5;
-  double fastest_fall_mps = 0;
+  bool imu_works = true, imu_stuck = false, range_works = true, baro_works = true, camera_works = true;
+  double fastest_fall_mps = 0, largest_tilt_rad = 0;
   std::function<void(Time)> look;
 
  private:
@@ -245,6 +249,11 @@ class FaultFlight {
   std::optional<Time> first_stop_since(Time t) const {
     for (const auto& e : world->motors.events)
       if (e.stopped && e.at >= t) return e.at;
+    return std::nullopt;
+  }
+  std::optional<Time> first_write() const {
+    for (const auto& e : world->motors.events)
+      if (!e.stopped) return e.at;
     return std::nullopt;
   }
   bool any_write_since(Time t) const {
