@@ -69,7 +69,7 @@ class BareRun {
   }
 
   int run_real() {
-    rt::RealTimeExecutor executor(graph_, os_);
+    rt::RealTimeExecutor executor(graph_, os_, real_time_options());
     if (auto started = executor.start(); !started) return fail(started.error().where);
     executor.runner().ask_for_zones(!options_.trace.empty());
     if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return 2;

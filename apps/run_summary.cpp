@@ -4,6 +4,7 @@
 
 #include <cstdio>
 
+#include "apps/gap_text.hpp"
 #include "apps/graph_text.hpp"
 #include "apps/trace_file.hpp"
 #include "rt/chain_budget.hpp"
@@ -52,6 +53,7 @@ std::string tables(const rt::Graph& graph, rt::Runner& runner) {
     out += fmt::format("  {:<14}   lateness {}\n  {:<14}   execution {}\n", "", quantiles(s.lateness), "",
                        quantiles(s.exec));
   }
+  out += gap_lines(graph, runner);
   out += "modules\n";
   for (std::uint32_t m = 0; m < graph.modules().size(); ++m) {
     const rt::ModuleStats& s = runner.module_stats(m);
@@ -82,6 +84,8 @@ Json threads_json(const rt::Graph& graph, rt::Runner& runner) {
                    {"coalesced", s.coalesced.value()},
                    {"timeouts", s.timeouts.value()},
                    {"preemptions", s.preemptions.value()},
+                   {"gaps_throttled", s.throttled.count.value()},
+                   {"gaps_taken", s.taken.count.value()},
                    {"lateness_ns", quantiles_ns(s.lateness)},
                    {"execution_ns", quantiles_ns(s.exec)}});
   }

@@ -31,6 +31,8 @@ class RunSummary {
   void hashes(rt::Runner& runner);
   /// One line, `label` and `text`, and the keys that say the same.
   void add(std::string_view label, std::string_view text, const Json& keys);
+  /// Only keys, for the object.
+  void keep(const Json& keys) { all_.update(keys); }
   /// One line for each, and an array under `key` (empty: no reason).
   void add_reasons(std::string_view label, const char* key, const std::vector<std::string>& reasons);
   /// Whether a chain that missed its budget makes the run fail; it does unless told otherwise.
