@@ -38,6 +38,7 @@ std::optional<FlightReport> parse_report(const std::string& json) {
   r.landing_error_m = number("landing_error_m");
   r.touchdown_speed_mps = number("touchdown_speed_mps");
   r.touchdown_s = number("touchdown_s");
+  if (j.contains("at_rest")) r.still = flag("at_rest") && flag("motors_stopped");
   r.imu_gap_max_s = number("imu_gap_max_ns") * 1e-9;
   r.frames = static_cast<std::uint64_t>(number("frames"));
   r.render_late = static_cast<std::uint64_t>(number("render_late"));

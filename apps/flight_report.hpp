@@ -21,6 +21,7 @@ struct FlightReport {
   double touchdown_s = 0;    // plant time
   double imu_gap_max_s = 0;  // real time
   std::uint64_t frames = 0, render_late = 0;
+  bool still = true;          // at rest with stopped motors; of plants that do not say, taken as true
   std::vector<Fault> faults;  // that the plant was told to play, and has
 
   bool is_faulty(const std::string& device) const;

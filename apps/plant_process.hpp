@@ -31,6 +31,10 @@ class PlantProcess {
   int pid() const { return child_ ? child_->pid() : 0; }
   /// Waits for a plant of our own to end by itself.
   void wait_for_end();
+  /// In a runtime that runs beside its parent: the plant is the parent's to end.
+  void leave_to_parent();
+  /// In the parent: the connection is the runtime's.
+  void leave_to_runtime() { stream_.reset(); }
 
  private:
   PlantProcess() = default;

@@ -210,6 +210,7 @@ void read_chain(TomlReader& r, rt::GraphSpec& graph) {
     if (const toml::node* node = r.raw().get(key)) target->line = line_of(*node);
   }
   r.read_time("budget_ms", c.budget, kMs, 1us, kLongest);
+  r.read("allowed_misses", c.allowed_misses, 0.0, 1.0);
   graph.chains.push_back(std::move(c));
 }
 
@@ -254,6 +255,13 @@ void read_sim(TomlReader& r, SimOptions& sim) {
   r.table("bounds", [&](TomlReader& b) { read_bounds(b, sim.bounds); });
 }
 
+void read_parent(TomlReader& r, ParentOptions& parent) {
+  r.read_time("hang_ms", parent.hang, kMs, 20ms, 60s);
+  r.read("watchdog", parent.watchdog, "the path of a watchdog device");
+  r.read_time("watchdog_timeout_ms", parent.watchdog_timeout, kMs, 1s, 600s);
+  r.read("save_to", parent.save_to, "the path of a folder");
+}
+
 }  // namespace
 
 LoadedRobot parse_robot(std::string_view text, const std::string& path) {
@@ -282,6 +290,7 @@ LoadedRobot parse_robot(std::string_view text, const std::string& path) {
   root.table("guardian", [&](TomlReader& r) { read_guardian(r, graph.guardian); });
   root.array_of_tables("failsafe", [&](TomlReader& r) { read_failsafe(r, graph); });
   root.table("sim", [&](TomlReader& r) { read_sim(r, loaded.robot.sim); });
+  root.table("parent", [&](TomlReader& r) { read_parent(r, loaded.robot.parent); });
   root.finish();
   std::stable_sort(graph.modules.begin(), graph.modules.end(),
                    [](const auto& a, const auto& b) { return a.line < b.line; });  // TOML tables come back by name

@@ -4,6 +4,7 @@
 #include <string_view>
 #include <vector>
 
+#include "apps/parent.hpp"
 #include "apps/validity.hpp"
 #include "rt/graph_spec.hpp"
 
@@ -21,6 +22,7 @@ struct RobotFile {
   std::string path;
   rt::GraphSpec graph;
   SimOptions sim;
+  ParentOptions parent;
 };
 
 struct LoadedRobot {

@@ -8,6 +8,7 @@
 
 #include "apps/flight_report.hpp"
 #include "apps/live_view.hpp"
+#include "apps/parent.hpp"
 #include "apps/plant_process.hpp"
 #include "apps/run_summary.hpp"
 #include "hal/linux/os.hpp"
@@ -18,6 +19,7 @@
 #include "rt/discrete_executor.hpp"
 #include "rt/real_time_executor.hpp"
 #include "sim_hil/dataset_board.hpp"
+#include "sim_hil/side_line.hpp"
 
 namespace sinew::app {
 namespace {
@@ -25,7 +27,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr rt::Duration kAfterMission = 300ms;  // so that what happens at rest is in the report
-constexpr rt::Duration kAfterFailsafe = 3s;    // it may have been stopped in the air
+constexpr rt::Duration kSettles = 5s;          // what is in the air when the mission ends has come down by then
 
 // The plant's latest report; written by the receiving thread.
 class ReportBox {
@@ -48,13 +50,17 @@ hal::Duration from_ms(double ms) { return hal::Duration{static_cast<std::int64_t
 
 class SimRun {
  public:
-  SimRun(Prepared& prepared, const RunOptions& options)
+  /// `parent`: null when none watches.
+  SimRun(Prepared& prepared, const RunOptions& options, PlantProcess& plant, ParentLine* parent)
       : options_(options),
         prepared_(prepared),
         robot_(prepared.robot),
         graph_(*prepared.graph),
         os_(options.rate == 1 ? real_os_ : scaled_os_.emplace(real_os_, options.rate)),
-        summary_(graph_, options.virtual_time, {.json = options.json, .quiet = options.quiet}) {}
+        plant_(plant),
+        parent_(parent),
+        summary_(graph_, options.virtual_time, {.json = options.json, .quiet = options.quiet, .trace = options.trace}) {
+  }
 
   int run() {
     if (!open()) return 2;
@@ -68,19 +74,7 @@ class SimRun {
   }
 
   bool open() {
-    PlantRequest request;
-    request.endpoint = robot_.sim.plant;
-    request.seed = graph_.spec().seed;
-    request.camera_width = robot_.sim.camera_width;
-    request.camera_height = robot_.sim.camera_height;
-    request.lockstep = options_.virtual_time;
-    request.extra = options_.plant_args;
-    if (!options_.faults.empty() && request.endpoint != "auto")
-      return fail("--fault: only a plant that this run starts itself (plant \"auto\") plays faults");
-    for (const std::string& fault : options_.faults) request.extra.insert(request.extra.end(), {"--fault", fault});
     std::string why;
-    plant_ = PlantProcess::open(request, why);
-    if (!plant_) return fail(why);
     sim_hil::SimOptions sim;
     sim.mode = options_.virtual_time ? sim_hil::Mode::lockstep : sim_hil::Mode::free_running;
     sim.robot = graph_.spec().robot;
@@ -88,13 +82,14 @@ class SimRun {
     sim.clock = options_.virtual_time ? static_cast<const hal::Clock*>(&clock_) : &os_;
     sim.os = &real_os_;
     sim.rate = options_.rate;
+    sim.patience = 20s;  // a plant of our own may still be setting up its camera
     sim.late_after = from_ms(robot_.sim.bounds.late_ms);
-    sim.connect = [endpoint = plant_->endpoint()] { return hal::connect_stream(endpoint, 500ms); };
+    sim.connect = [endpoint = plant_.endpoint()] { return hal::connect_stream(endpoint, 500ms); };
     // A plant of our own that is gone does not come back.
-    if (request.endpoint != "auto") sim.relink_for = from_ms(1e3 * robot_.sim.relink_s);
+    if (robot_.sim.plant != "auto") sim.relink_for = from_ms(1e3 * robot_.sim.relink_s);
     sim.reader.fifo_priority = options_.virtual_time ? 0 : 95;  // it is this board's interrupt
     sim.on_report = [this](const std::string& json) { report_.put(json); };
-    auto board = sim_hil::SimBoard::open(plant_->take_stream(), sim, why);
+    auto board = sim_hil::SimBoard::open(plant_.take_stream(), sim, why);
     if (!board) return fail(why);
     board_ = std::move(*board);
     hal::MixedBoard devices(*board_);
@@ -162,6 +157,7 @@ class SimRun {
     discrete.hash_topics = true;
     rt::DiscreteExecutor executor(graph_, clock_, grants, discrete);
     grants.executor = &executor;
+    executor.runner().ask_for_zones(!options_.trace.empty());
     const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);
     const hal::Time wall = real_os_.now();
     const auto report = executor.run();
@@ -184,15 +180,20 @@ class SimRun {
   // ---- real time
 
   int run_real() {
-    rt::RealTimeExecutor executor(graph_, os_);
+    rt::RealTimeExecutor executor(graph_, os_, real_time_options(options_.rate));
     const hal::ProcessUse before = hal::process_use();
     const hal::Time wall = real_os_.now();
     if (auto started = board_->start(); !started) return fail("the plant does not start: " + board_->problem()), 2;
     if (auto started = recorded_ ? recorded_->start() : hal::Status{}; !started) return fail(started.error().where), 2;
+    if (parent_)
+      if (auto watched = parent_->supervise(*graph_.memory()); !watched)
+        return fail(std::string("the parent does not watch: ") + watched.error().where), 2;
     if (auto started = executor.start(); !started) return fail(started.error().where), 2;
+    executor.runner().ask_for_zones(!options_.trace.empty());
     if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return 2;
     const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);
     follow(executor);
+    if (parent_) parent_->ending();
     executor.stop();
     const hal::ProcessUse after = hal::process_use();
     const double wall_s = msg::seconds(real_os_.now() - wall);
@@ -232,12 +233,14 @@ class SimRun {
     mission_->look();
     if (!mission_->ended()) return false;
     if (mission_end_ == hal::kNever) mission_end_ = now;
-    return now - mission_end_ >= (mission_->safety().acted ? kAfterFailsafe : kAfterMission);
+    const auto report = parse_report(report_.get());
+    const bool still = !report || report->still;
+    return now - mission_end_ >= (still ? kAfterMission : kSettles);
   }
 
   void end_plant() {
     board_->bye("the runtime ended the run");
-    plant_->wait_for_end();
+    plant_.wait_for_end();
   }
 
   int verdict(bool real_time) {
@@ -250,6 +253,7 @@ class SimRun {
     for (std::size_t i = 0; i < graph_.spec().failsafes.size(); ++i)
       if (mission_->safety().acted >> i & 1) failsafes.push_back(graph_.spec().failsafes[i].name + " acted");
     summary_.add_reasons("failsafe", "failsafes", failsafes);
+    summary_.chains_decide(report->faults.empty());  // with a broken device a chain may well be late
     const auto invalid = judge(*report, real_time);
     const char* const validity = invalid.empty() ? "valid" : "invalid";
     if (!mission_->exists()) return summary_.finish(fmt::format("{} run", validity), invalid.empty() ? 0 : 1);
@@ -289,7 +293,9 @@ class SimRun {
                     {"clock_drift_ppm", 1e6 * c.drift},
                     {"clock_exchanges", c.exchanges}});
     }
-    const auto reasons = invalid_because(findings);
+    auto reasons = invalid_because(findings);
+    if (real_time && report.faults.empty())
+      reasons.insert(reasons.end(), summary_.failed_chains().begin(), summary_.failed_chains().end());
     summary_.add_reasons("invalid", "invalid_because", reasons);
     summary_.keep({{"validity", validity}});
     return reasons;
@@ -314,7 +320,8 @@ class SimRun {
   hal::Os& os_;  // the robot's pace
   hal::ManualClock clock_;
   ReportBox report_;
-  std::unique_ptr<PlantProcess> plant_;
+  PlantProcess& plant_;
+  ParentLine* const parent_;
   std::unique_ptr<sim_hil::SimBoard> board_;
   std::unique_ptr<sim_hil::DatasetBoard> recorded_;  // of devices that are named so
   std::optional<MissionWatch> mission_;
@@ -323,8 +330,57 @@ class SimRun {
   RunSummary summary_;
 };
 
+std::unique_ptr<PlantProcess> open_plant(const Prepared& prepared, const RunOptions& options, std::string& why) {
+  const SimOptions& sim = prepared.robot.sim;
+  PlantRequest request;
+  request.endpoint = sim.plant;
+  request.seed = prepared.graph->spec().seed;
+  request.camera_width = sim.camera_width;
+  request.camera_height = sim.camera_height;
+  request.lockstep = options.virtual_time;
+  request.extra = options.plant_args;
+  if (!options.faults.empty() && request.endpoint != "auto") {
+    why = "--fault: only a plant that this run starts itself (plant \"auto\") plays faults";
+    return nullptr;
+  }
+  for (const std::string& fault : options.faults) request.extra.insert(request.extra.end(), {"--fault", fault});
+  return PlantProcess::open(request, why);
+}
+
+std::unique_ptr<hal::StopLine> open_stop_line(const std::string& plant) {
+  std::string why = "it cannot be reached";
+  auto stream = hal::connect_stream(plant, 2s);
+  if (stream) {
+    auto line = sim_hil::SideLine::open(std::move(*stream), "parent", 1s, why);
+    if (line) return std::move(*line);
+  }
+  std::fprintf(stderr, "warning: no stop line to the plant: %s\n", why.c_str());
+  return nullptr;
+}
+
 }  // namespace
 
-int run_on_sim(Prepared& prepared, const RunOptions& options) { return SimRun(prepared, options).run(); }
+int run_on_sim(Prepared& prepared, const RunOptions& options) {
+  std::string why;
+  const auto plant = open_plant(prepared, options, why);
+  if (!plant) {
+    std::fprintf(stderr, "sinew: %s\n", why.c_str());
+    return 2;
+  }
+  if (options.virtual_time || options.unsupervised || prepared.graph->spec().actuators.empty())
+    return SimRun(prepared, options, *plant, nullptr).run();
+
+  Supervised supervised;
+  supervised.robot = prepared.graph->spec().robot;
+  supervised.stop_line = open_stop_line(plant->endpoint());
+  supervised.body = [&](ParentLine& line) {
+    plant->leave_to_parent();
+    return SimRun(prepared, options, *plant, &line).run();
+  };
+  supervised.in_parent = [&] { plant->leave_to_runtime(); };
+  const int code = run_with_parent(prepared.robot.parent, std::move(supervised));
+  plant->wait_for_end();  // after a fault it goes on alone for a while, and what it then says belongs to the run
+  return code;
+}
 
 }  // namespace sinew::app

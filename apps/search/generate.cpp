@@ -58,7 +58,7 @@ constexpr std::uint32_t kKindCount = sizeof kKinds / sizeof kKinds[0];
 double draw(math::Random& random, double least, double most, double grain) {
   const double steps = (most - least) / grain;
   const auto step = random.below(static_cast<std::uint32_t>(math::to_integer<std::int32_t>(steps + 0.5)) + 1);
-  return least + grain * step;
+  return static_cast<double>(math::to_integer<std::int64_t>(1e3 * (least + grain * step) + 0.5)) / 1e3;
 }
 
 Fault draw_fault(math::Random& random) {

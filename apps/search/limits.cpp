@@ -25,8 +25,6 @@ Duration silence(const Fault& f, Duration period) {
   return Duration{0};
 }
 
-bool lies(const Fault& f) { return f.kind == "stuck" || f.kind == "wrong"; }
-
 /// Of all faults of this device around this one.
 Duration silence_around(const Case& c, const Fault& f, Duration period) {
   Duration sum{0};
@@ -43,14 +41,14 @@ Excuses excuses(const Case& c) {
   for (const Fault& f : c.faults) {
     if (f.device == "imu") {
       const bool late = f.kind == "delayed" && in_ms(f.amount) > kImuDelay;
-      e.failsafe |= lies(f) || late || silence_around(c, f, 1ms) > kImuGap;
+      e.failsafe |= f.lies() || late || silence_around(c, f, 1ms) > kImuGap;
     } else if (f.device == "motors") {
-      e.failsafe |= lies(f) || f.kind == "garbage" || silence_around(c, f, 1ms) > kMotorGap;
+      e.failsafe |= f.lies() || f.kind == "garbage" || silence_around(c, f, 1ms) > kMotorGap;
     } else if (f.device == "link") {
       e.failsafe = true;
     } else {
       const bool camera = f.device == "camera";
-      e.elsewhere |= lies(f) || silence_around(c, f, camera ? 33ms : 10ms) > (camera ? kSightingGap : kHeightGap);
+      e.elsewhere |= f.lies() || silence_around(c, f, camera ? 33ms : 10ms) > (camera ? kSightingGap : kHeightGap);
     }
   }
   e.elsewhere |= e.failsafe;

@@ -25,7 +25,7 @@ struct Options {
   std::uint64_t runs = 100, seed = 1, case_seed = 0;
   unsigned jobs = 0, twice_every = 16, shrink_runs = 150;
   double patience_s = 120;
-  bool json = false;
+  bool json = false, keep_going = false;
 };
 
 constexpr const char* kSmallCamera = "160x120";  // it still lands, and draws in a fifth of the time
@@ -161,6 +161,8 @@ class Search {
       std::printf("%s", summary_.text().c_str());
       std::printf("wall time           %.1f s, %.2f s a run\n", wall_s, wall_s / static_cast<double>(pool_.runs()));
     }
+    if (found_) std::printf("%zu of the flights failed\n", found_);
+    if (found_) return 1;
     if (!failed_) {
       if (through && !options_.json) std::printf("nothing found\n");
       return through ? 0 : 2;
@@ -206,6 +208,14 @@ class Search {
       std::fflush(stdout);
     }
     if (!outcome.violation) return true;
+    if (options_.keep_going) {
+      std::printf("run %llu ", static_cast<unsigned long long>(run_of_[i] + 1));
+      print(*outcome.violation);
+      std::printf("  %s\n", again(options_, cases_[i]).c_str());
+      std::fflush(stdout);
+      ++found_;
+      return true;
+    }
     failed_ = i;
     violation_ = *outcome.violation;
     return false;
@@ -254,6 +264,7 @@ class Search {
   std::optional<std::size_t> failed_;
   Violation violation_;
   bool error_ = false;
+  std::size_t found_ = 0;
 };
 
 }  // namespace
@@ -280,6 +291,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--shrink-runs", o.shrink_runs, "flights to spend on shrinking")->capture_default_str();
   app.add_option("--patience", o.patience_s, "seconds after which a flight counts as hanging")->capture_default_str();
+  app.add_flag("--keep-going", o.keep_going, "name every failure and go on, without shrinking");
   app.add_flag("--json", o.json, "one JSON object a line");
   CLI11_PARSE(app, argc, argv);
   if (*measured) return measure(o);

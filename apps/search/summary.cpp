@@ -22,7 +22,8 @@ void Summary::add(const Case& c, const Outcome& o) {
   overruns_ += o.overruns;
   steps_ += o.steps;
   virtual_s_ += o.ended_s;
-  ++endings_[to_string(o.ending)];
+  ++endings_[o.violation ? "failed" : to_string(o.ending)];
+  if (o.violation) return;
   if (o.ending == Ending::landed_on_pad) {
     figures_["landing error, m"].push_back(o.landing_error_m);
     figures_["touchdown speed, m/s"].push_back(o.touchdown_speed_mps);

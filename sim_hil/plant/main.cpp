@@ -105,6 +105,7 @@ void print(const plant::SessionReport& r) {
         "largest gap between IMU samples %.3f ms, %llu steps late, %llu frames late, %u runtimes lost and followed\n",
         1e-6 * static_cast<double>(r.imu_gap_max_ns), static_cast<unsigned long long>(r.steps_late),
         static_cast<unsigned long long>(r.render_late), r.relinks);
+  std::printf("leases that ran out: %llu\n", static_cast<unsigned long long>(r.lease_expiries));
   if (r.stopped_by_supervisor) std::printf("stopped by a supervisor at %.3f s\n", msg::seconds(r.stopped_at));
   if (r.flight.touched_down)
     std::printf("touched down at %.2f s with %.2f m/s; now %.3f m from the pad's centre%s\n",

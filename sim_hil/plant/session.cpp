@@ -255,7 +255,7 @@ Status Session::advance_one_ms() {
 std::array<double, kRotors> Session::motor_command() {
   const sim_hil::Setpoints acting = faults_->motors.act(commanded_, world_->now());
   std::array<double, kRotors> command{};
-  if (!acting.valid) return command;
+  if (!acting.valid || report_.stopped_by_supervisor) return command;  // the stop line passes by all faults
   std::copy_n(acting.value.begin(), kRotors, command.begin());
   const Time now = world_->now();
   if (now - acting.commit >= acting.lease) ++report_.stale_actuations;

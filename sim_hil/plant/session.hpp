@@ -47,7 +47,7 @@ struct SessionReport {
   TruthState last;
   double mass_kg = 0;
 
-  /// Touches something, and neither the body nor a rotor moves any more.
+  /// Touches something, and does not go anywhere any more (slower than 0.15 m/s and 2 rad/s).
   bool at_rest() const;
   bool motors_stopped() const;
   /// Base to the centre of the pad, horizontally, now: after the run, the landing error.

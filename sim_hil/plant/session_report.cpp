@@ -57,7 +57,8 @@ std::string fault_json(const FaultLog::Entry& e) {
 }  // namespace
 
 bool SessionReport::at_rest() const {
-  constexpr double kStill_mps = 0.02, kStill_radps = 0.05;  // contacts of the physics creep
+  // Contacts of the physics know no rolling friction: what has fallen on its side rocks for long.
+  constexpr double kStill_mps = 0.15, kStill_radps = 2.0;
   const auto norm2 = [](const msg::Vec3& v) { return v.x * v.x + v.y * v.y + v.z * v.z; };
   return last.contact && norm2(last.v_world_mps) < kStill_mps * kStill_mps &&
          norm2(last.gyro_radps) < kStill_radps * kStill_radps;

@@ -2,6 +2,7 @@
 import json
 import os
 import re
+import resource
 import subprocess
 import sys
 import tempfile
@@ -74,6 +75,48 @@ class Flight(unittest.TestCase):
         self.assertRegex(out, r"stabilise +\d\d+ cycles")
         self.assertIn("result", out)
         self.assertIn("longest IMU gap", out)
+
+
+class Unprivileged(unittest.TestCase):
+    """Without the right to fixed priorities and to much locked memory, whoever runs the test."""
+
+    def run_without(self, *arguments):
+        drop = [] if os.geteuid() != 0 else ["setpriv", "--bounding-set=-all", "--inh-caps=-all"]
+
+        def limit():
+            resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0))
+            resource.setrlimit(resource.RLIMIT_MEMLOCK, (65536, 65536))
+
+        done = subprocess.run([*drop, SINEW, *arguments], capture_output=True, text=True, timeout=LIMIT_S,
+                              preexec_fn=limit)
+        return done.returncode, done.stdout, done.stderr
+
+    def test_everything_runs_and_what_is_missing_is_said(self):
+        code, out, err = self.run_without("run", f"{ROBOTS}/quad.toml", "--duration", "2", "--plain")
+        self.assertEqual(code, 1, out + err)  # it flew, but two seconds are no landing
+        self.assertRegex(out, r"stabilise +\d\d+ cycles")
+        self.assertIn("problem: sched_fifo: this process may not use fixed priorities", err)
+        self.assertIn("problem: memory_lock: ", err)
+        self.assertIn("sinew doctor says what to do", err)
+        self.assertRegex(err, r"(?m)^warning: thread stabilise: SCHED_FIFO refused")
+        self.assertRegex(err, r"(?m)^warning: memory is not locked")
+
+    def test_strict_refuses_to_start(self):
+        code, out, err = self.run_without("run", f"{ROBOTS}/quad.toml", "--duration", "2", "--plain", "--strict")
+        self.assertEqual(code, 2, out + err)
+        self.assertIn("--strict: not started", err)
+        self.assertNotIn("cycles", out)
+
+    def test_virtual_time_needs_no_privilege(self):
+        code, out, err = self.run_without("run", f"{ROBOTS}/quad.toml", "--virtual", "--duration", "1", "--strict")
+        self.assertEqual(code, 1, out + err)
+        self.assertEqual(err, "")
+
+    def test_doctor_names_the_problem_and_what_to_do(self):
+        code, out, _ = self.run_without("doctor", f"{ROBOTS}/quad.toml")
+        self.assertEqual(code, 1)
+        self.assertRegex(out, r"problem +sched_fifo")
+        self.assertIn("setcap cap_sys_nice", out)
 
 
 class RecordedFlight(unittest.TestCase):
