@@ -82,7 +82,8 @@ class SimRun {
     sim.clock = options_.virtual_time ? static_cast<const hal::Clock*>(&clock_) : &os_;
     sim.os = &real_os_;
     sim.rate = options_.rate;
-    if (options_.virtual_time) sim.patience = 60s;  // nobody waits in real time: a busy machine may take long
+    // A plant of our own may still set up its camera; in virtual time nobody waits, and a busy machine may take long.
+    sim.patience = options_.virtual_time ? 60s : 20s;
     sim.late_after = from_ms(robot_.sim.bounds.late_ms);
     sim.connect = [endpoint = plant_.endpoint()] { return hal::connect_stream(endpoint, 500ms); };
     // A plant of our own that is gone does not come back.
@@ -184,10 +185,10 @@ class SimRun {
     const hal::ProcessUse before = hal::process_use();
     const hal::Time wall = real_os_.now();
     if (auto started = board_->start(); !started) return fail("the plant does not start: " + board_->problem()), 2;
+    if (auto started = recorded_ ? recorded_->start() : hal::Status{}; !started) return fail(started.error().where), 2;
     if (parent_)
       if (auto watched = parent_->supervise(*graph_.memory()); !watched)
         return fail(std::string("the parent does not watch: ") + watched.error().where), 2;
-    if (auto started = recorded_ ? recorded_->start() : hal::Status{}; !started) return fail(started.error().where), 2;
     if (auto started = executor.start(); !started) return fail(started.error().where), 2;
     executor.runner().ask_for_zones(!options_.trace.empty());
     if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return 2;
