@@ -3,6 +3,7 @@
 usage: network_test.py LOSSY_LINK SINEW SINEW_SIM ROBOTS [unittest arguments]
 """
 import json
+import os
 import re
 import subprocess
 import sys
@@ -37,7 +38,8 @@ def run(*command):
 class Network(unittest.TestCase):
     def across(self, link, plant, runtime):
         code, out, err = run(LINK, *link, "--", SIM, "--listen", "tcp:10.77.0.1:4560", *plant, "---", sys.executable,
-                             "-c", WAIT, SINEW, "run", QUAD, "--plant", PLANT, *runtime)
+                             "-c", WAIT, SINEW, "run", QUAD, "--plant", PLANT, "--name", f"network-{os.getpid()}",
+                             *runtime)
         if code == 77:
             self.skipTest(err.strip())
         return code, out, err
