@@ -153,17 +153,18 @@ int serve(Settings& s) {
   hal::Os& os = hal::linux_os();
   auto listener = hal::listen_stream(s.listen);
   if (!listener) return fail("cannot listen on " + s.listen, listener.error());
-  std::string why;
-  auto camera = plant::CameraFeed::start(os, s.view, why);
-  if (!camera) return fail("no camera: " + why, camera.error());
-  std::printf("listening on %s, camera %s %s drawn by %s\n", (*listener)->endpoint().c_str(), s.camera.c_str(),
-              s.format.c_str(), (*camera)->backend().c_str());
-  std::fflush(stdout);
+  // The door first: a stop line does not wait for pixels.
   hal::ThreadOptions lines;
   lines.name = "plant_door";
   lines.fifo_priority = s.session.fifo_priority > 0 ? std::min(s.session.fifo_priority + 1, 99) : 0;
   auto door = sim_hil::PlantDoor::open(os, std::move(*listener), plant::Session::description(s.view, s.session), lines);
   if (!door) return fail("cannot serve " + s.listen, door.error());
+  std::string why;
+  auto camera = plant::CameraFeed::start(os, s.view, why);
+  if (!camera) return fail("no camera: " + why, camera.error());
+  std::printf("listening on %s, camera %s %s drawn by %s\n", (*door)->endpoint().c_str(), s.camera.c_str(),
+              s.format.c_str(), (*camera)->backend().c_str());
+  std::fflush(stdout);
   const hal::Time give_up = os.now() + hal::Duration{static_cast<std::int64_t>(s.wait_s * 1e9)};
   for (;;) {
     auto caller = (*door)->wait_runtime(give_up - os.now());

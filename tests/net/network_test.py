@@ -41,7 +41,8 @@ def run(*command):
 class Network(unittest.TestCase):
     def across(self, link, plant, runtime):
         code, out, err = run(LINK, *link, "--", SIM, "--listen", "tcp:10.77.0.1:4560", *plant, "---", sys.executable,
-                             "-c", WAIT, SINEW, "run", QUAD, "--plant", PLANT, *runtime)
+                             "-c", WAIT, SINEW, "run", QUAD, "--plant", PLANT, "--name", f"network-{os.getpid()}",
+                             *runtime)
         if code == 77:
             self.skipTest(err.strip())
         return code, out, err
