@@ -1,5 +1,6 @@
 #pragma once
 // robots/quad.toml in virtual time in a small world of the tests' own: the real modules, the real graph, no plant.
+#include <cmath>
 #include <deque>
 #include <functional>
 #include <vector>
@@ -101,7 +102,7 @@ class JudgedMotors final : public hal::Actuators {
     if (lease <= Duration{0} || lease > lease_) ++wrong;
     for (std::size_t i = 0; i < 4; ++i) largest_change = std::max(largest_change, math::fabs(c.value[i] - value_[i]));
     until_ = clock_.now() + lease;
-    if (until_ > newest_commit + lease_) ++wrong;  // it would outlive the command
+    if (newest_commit && until_ > newest_commit() + lease_) ++wrong;  // it would outlive the command
     std::copy_n(c.value.begin(), 4, value_.begin());
     note({clock_.now(), false});
     return {};
@@ -114,9 +115,9 @@ class JudgedMotors final : public hal::Actuators {
   std::array<double, 4> at(Time now) const { return now < until_ ? value_ : std::array<double, 4>{}; }
 
   std::vector<Event> events;
-  int wrong = 0;              // values, channels or leases that must not be
-  double largest_change = 0;  // of a value, from one command to the next
-  Time newest_commit{};       // of the command topic
+  int wrong = 0;                        // values, channels or leases that must not be
+  double largest_change = 0;            // of a value, from one command to the next
+  std::function<Time()> newest_commit;  // of the command topic
 
  private:
   void note(const Event& e) noexcept {
@@ -146,15 +147,17 @@ class FaultWorld final : public hal::EmptyBoard, public hal::GrantSource {
     const control::test::Samples s = model.step(motors.at(done_to));
     const control::test::Truth truth = model.truth();
     fastest_fall_mps = std::max(fastest_fall_mps, -truth.v_world_mps.z);
+    largest_tilt_rad = std::max(largest_tilt_rad, std::acos(std::min(1.0, truth.q_world_base.rotate({0, 0, 1}).z)));
     ++steps_;
-    if (s.imu) imus_.waiting.push_back(*s.imu);
-    if (s.range) ranges_.waiting.push_back(*s.range);
-    if (steps_ % 80 == 40) {
+    if (s.imu && imu_works)
+      imus_.waiting.push_back(imu_stuck ? msg::ImuSample{s.now, {0, 0, 0}, {0, 0, 9.81}} : *s.imu);
+    if (s.range && range_works) ranges_.waiting.push_back(*s.range);
+    if (steps_ % 80 == 40 && baro_works) {
       const double kelvin = 288.15, p = 101325 * math::exp(-truth.p_world_m.z / (29.2718 * kelvin));
       baros_.waiting.push_back({s.now, p + noise_.normal(0, 2), kelvin - 273.15});
     }
     if (steps_ % 400 == 100) batteries_.waiting.push_back({s.now, voltage_v + noise_.normal(0, 0.02), 9, 0.8});
-    if (steps_ % 133 == 50)
+    if (steps_ % 133 == 50 && camera_works)
       camera_.waiting.push_back({s.now, truth.p_world_m + truth.q_world_base.rotate(model.p_base_camera),
                                  truth.q_world_base * model.q_base_optical});
     return s.now;
@@ -163,7 +166,8 @@ class FaultWorld final : public hal::EmptyBoard, public hal::GrantSource {
   control::test::QuadModel model;
   Time end{};
   double voltage_v = 15.5;
-  double fastest_fall_mps = 0;
+  bool imu_works = true, imu_stuck = false, range_works = true, baro_works = true, camera_works = true;
+  double fastest_fall_mps = 0, largest_tilt_rad = 0;
   std::function<void(Time)> look;
 
  private:
@@ -189,10 +193,8 @@ class FlightLog final : public rt::RunObserver {
   void completed(const rt::StepRecord& r) noexcept override {
     if (r.module == guardian && guardian_steps.size() < guardian_steps.capacity()) guardian_steps.push_back(r.now);
     if (r.module == battery && r.status == rt::Status::ok) battery_steps.push_back(r.now);
-    if (r.module == commander && r.status == rt::Status::ok && motors) motors->newest_commit = r.completed;
   }
-  std::uint32_t guardian = 0, commander = 0, battery = 0;
-  JudgedMotors* motors = nullptr;
+  std::uint32_t guardian = 0, battery = 0;
   std::vector<Time> guardian_steps;
   std::vector<Time> battery_steps;  // raw messages are committed when they begin
 };
@@ -230,8 +232,6 @@ class FaultFlight {
     ASSERT_TRUE(graph->configure(*world, {.taps = {"guardian.state", "mission.mission"}}));
     log.guardian = 0;
     log.battery = graph->find_module("battery");
-    log.commander = graph->topics()[graph->find_topic(spec.actuators[0].command.value)].writer;
-    log.motors = &world->motors;
     latch_ = std::make_unique<rt::Latch>(graph->segment());
     latch_->bind(safety_, graph->taps()[0]);
     latch_->bind(mission_, graph->taps()[1]);
@@ -240,6 +240,7 @@ class FaultFlight {
     rt::DiscreteOptions options;
     options.observer = &log;
     executor = std::make_unique<rt::DiscreteExecutor>(*graph, clock, *world, options);
+    world->motors.newest_commit = [this] { return last_published(spec.actuators[0].command.value); };
     ASSERT_TRUE(executor->run());
   }
   Time last_published(const std::string& topic) {
@@ -248,6 +249,11 @@ class FaultFlight {
   std::optional<Time> first_stop_since(Time t) const {
     for (const auto& e : world->motors.events)
       if (e.stopped && e.at >= t) return e.at;
+    return std::nullopt;
+  }
+  std::optional<Time> first_write() const {
+    for (const auto& e : world->motors.events)
+      if (!e.stopped) return e.at;
     return std::nullopt;
   }
   bool any_write_since(Time t) const {
@@ -303,9 +309,12 @@ class FaultFlight {
     if (const auto* m = mission_.get())
       if (phases.empty() || phases.back() != m->phase) phases.push_back(m->phase);
     latch_->release();
+    const bool done = !phases.empty() && phases.back() == msg::MissionPhase::done;
+    if (!done) not_done_ = now;
+    if (now - not_done_ > 500ms) world->end = now;
   }
   std::string disabled_;
-  Time disabled_at_{};
+  Time disabled_at_{}, not_done_{};
   std::unique_ptr<rt::Latch> latch_;
   rt::In<msg::SafetyState> safety_;
   rt::In<msg::MissionState> mission_;

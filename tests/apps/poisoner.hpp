@@ -58,7 +58,7 @@ class Poisoner final : public rt::DriverModule {
     const bool acting = acts(step.now);
     if (acting && plan_.fault == Fault::failing) return rt::Status::fault;
     if (acting && target_.input) spoil_raw(step);
-    if (!acting && target_.input && target_.input->size() && !target_.type->has_bulk())
+    if (target_.input && target_.input->size() && !target_.type->has_bulk())
       std::memcpy(last_.data(), target_.input->header(0)->message(), last_.size());
     const rt::Status status = inner_->step(step);
     if (acting && target_.output && !target_.input && status == rt::Status::ok) spoil_output(step);
