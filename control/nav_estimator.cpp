@@ -9,7 +9,7 @@ constexpr std::uint32_t kSightingsToAnchor = 5;    // averaged into the position
 constexpr std::uint32_t kRefusedToReopen = 12;     // sightings in a row, about 0.4 s
 constexpr std::uint32_t kRefusedToNewGround = 15;  // ranges in a row
 constexpr double kSameGround_m = 0.3;              // ranges that differ by more do not show one new ground
-constexpr double kRangeStuck_s = 0.25;             // a range finder in flight repeats no value for so long
+constexpr double kStuck_s = 0.25;                  // no sensor repeats one value for so long in flight
 constexpr double kVagueVelocity = 1.0;             // (m/s)^2: an aided vehicle that knows less uses the weak prior, too
 constexpr double kNoGate = 1e18;
 
@@ -196,8 +196,19 @@ bool NavEstimator::is_stuck(const msg::RangeSample& s) {
     range_changed_ = s.stamp;
     return false;
   }
-  if (msg::seconds(s.stamp - range_changed_) < kRangeStuck_s) return false;
+  if (msg::seconds(s.stamp - range_changed_) < kStuck_s) return false;
   ++counters_.stuck_range;
+  return true;
+}
+
+bool NavEstimator::is_stuck(const msg::PadSighting& s) {
+  if (!(s.direction_optical == last_pad_direction_) || motors_stopped_) {
+    last_pad_direction_ = s.direction_optical;
+    pad_changed_ = s.stamp;
+    return false;
+  }
+  if (msg::seconds(s.stamp - pad_changed_) < kStuck_s) return false;
+  ++counters_.stuck_pad;
   return true;
 }
 
@@ -233,6 +244,7 @@ void NavEstimator::add_pad(const msg::PadSighting& s) {
       !(math::fabs(norm(direction) - 1) < 1e-3)) {
     return;
   }
+  if (is_stuck(s)) return;
   const auto then = history_.at(s.stamp);
   if (!then) {
     ++counters_.late_pad;

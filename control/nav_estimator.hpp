@@ -43,6 +43,7 @@ class NavEstimator {
     std::uint32_t gaps = 0;         // starts anew after a gap
     std::uint32_t gated_range = 0, gated_pad = 0, gated_baro = 0;
     std::uint32_t stuck_range = 0;        // the very same value for too long in flight
+    std::uint32_t stuck_pad = 0;          // likewise the very same sighting: a frozen picture
     std::uint32_t late_pad = 0;           // older than the history
     std::uint32_t new_ground = 0;         // ground level taken anew after many refused ranges
     std::uint32_t reopened_position = 0;  // position taken anew after many refused sightings
@@ -72,6 +73,7 @@ class NavEstimator {
   void use_prior(double dt_s);
   void anchor_pad(const math::Vec3& seen);
   bool is_stuck(const msg::RangeSample& s);
+  bool is_stuck(const msg::PadSighting& s);
   void refuse_range(double height_m);
   void correct(std::span<const Measurement> rows, std::uint32_t* refused, double gate);
   Measurement gravity_row(int axis, const math::Vec3& f_world_mps2, double sigma) const;
@@ -94,6 +96,8 @@ class NavEstimator {
   double refused_height_m_ = 0;  // the first of that row
   double last_range_m_ = 0;
   msg::Time range_changed_;
+  msg::Vec3 last_pad_direction_;
+  msg::Time pad_changed_;
 };
 
 }  // namespace sinew::control

@@ -18,7 +18,7 @@ struct Vehicle {
   Vec3 p_world_m, v_world_mps, a_world_mps2, gyro_radps;
   Vec3 gyro_bias_radps, accel_bias_mps2;
   double shake_mps2 = 0.05;
-  math::Random noise{1};
+  math::Random noise{1}, pixel_noise{2};
   std::int64_t now_ns = 0;
 
   Vec3 random(double sigma) {
@@ -49,7 +49,8 @@ struct Vehicle {
     const Vec3 seen = q_world_base.conjugate().rotate(pad_world_m - camera);
     msg::PadSighting s;
     s.stamp = {now_ns};
-    s.direction_optical = normalized(Vec3{-seen.y, -seen.x, -seen.z}).to<msg::Vec3>();
+    const Vec3 optical = Vec3{-seen.y, -seen.x, -seen.z} / norm(seen);
+    s.direction_optical = normalized(optical + Vec3{pixel_noise.normal(0, 2e-4), 0, 0}).to<msg::Vec3>();
     s.found = 1;
     s.confidence = 0.9;
     return s;
@@ -326,6 +327,27 @@ TEST(NavEstimator, RangeThatStaysAtOneValueInFlightIsNotFollowed) {
   EXPECT_NEAR(h.nav.output().height_m, h.v.p_world_m.z, 0.4) << "and not 1.5 m";
   h.run(1, [&](int) { return h.v.range().range_m; });
   EXPECT_NEAR(h.nav.output().height_m, h.v.p_world_m.z, 0.1) << "it speaks again";
+}
+
+TEST(NavEstimator, PictureThatIsFrozenInFlightMovesNothing) {
+  Hover h;
+  const auto watch = [&](int sightings, auto&& sighting) {
+    for (int i = 0; i < sightings * 33; ++i) {
+      ASSERT_TRUE(h.nav.add_imu(h.v.imu_after(kMs)));
+      if (i % 20 == 0) h.nav.add_range(h.v.range());
+      if (i % 33 == 0) h.nav.add_pad(sighting());
+    }
+  };
+  watch(40, [&] { return h.v.pad({}); });
+  const msg::PadSighting frozen = h.v.pad({});
+  const msg::Time before = h.nav.output().pad_stamp;
+  watch(30, [&] {
+    msg::PadSighting s = frozen;
+    s.stamp = {h.v.now_ns};
+    return s;
+  });
+  EXPECT_GT(h.nav.counters().stuck_pad, 15u);
+  EXPECT_LT(msg::seconds(h.nav.output().pad_stamp - before), 0.4) << "the pad counts as lost";
 }
 
 TEST(NavEstimator, RangeMayStandStillWithTheVehicle) {
