@@ -79,6 +79,7 @@ void describe_run(CLI::App& run, RunOptions& o) {
   run.add_option("--rate", o.rate, "sim board in real time: robot seconds per second, for a plant slower than life")
       ->check(CLI::Range(0.001, 1000.0))
       ->excludes("--virtual");
+  run.add_flag("--real-actuators", o.real_actuators, "real actuators may move although sensors are simulated");
   run.add_option("--data", o.data, "dataset board: folder in the EuRoC/ASL form")->type_name(kFolderHint);
   run.add_option("--from", o.from_s, "dataset board: begin so many seconds after the first sample")
       ->check(CLI::NonNegativeNumber)

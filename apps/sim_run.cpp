@@ -14,9 +14,11 @@
 #include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
 #include "hal/linux/socket.hpp"
+#include "hal/mixed_board.hpp"
 #include "hal/scaled_os.hpp"
 #include "rt/discrete_executor.hpp"
 #include "rt/real_time_executor.hpp"
+#include "sim_hil/dataset_board.hpp"
 #include "sim_hil/side_line.hpp"
 
 namespace sinew::app {
@@ -80,6 +82,8 @@ class SimRun {
     sim.clock = options_.virtual_time ? static_cast<const hal::Clock*>(&clock_) : &os_;
     sim.os = &real_os_;
     sim.rate = options_.rate;
+    // A plant of our own may still set up its camera; in virtual time nobody waits, and a busy machine may take long.
+    sim.patience = options_.virtual_time ? 60s : 20s;
     sim.late_after = from_ms(robot_.sim.bounds.late_ms);
     sim.connect = [endpoint = plant_.endpoint()] { return hal::connect_stream(endpoint, 500ms); };
     // A plant of our own that is gone does not come back.
@@ -89,15 +93,43 @@ class SimRun {
     auto board = sim_hil::SimBoard::open(plant_.take_stream(), sim, why);
     if (!board) return fail(why);
     board_ = std::move(*board);
+    hal::MixedBoard devices(*board_);
+    if (!graph_.spec().device_boards.empty() && !mix(devices)) return false;
     rt::ConfigureOptions configure;
     configure.os = &os_;
     configure.taps = MissionWatch::taps(graph_);
-    if (auto ready = graph_.configure(*board_, configure); !ready) {
+    if (auto ready = graph_.configure(devices, configure); !ready) {
       for (const auto& p : graph_.configure_problems())
         std::fprintf(stderr, "%s\n", rt::to_string(p, options_.robot).c_str());
       return fail(board_->problem().empty() ? std::string(ready.error().where) : board_->problem());
     }
+    for (const std::string& device : devices.unused())
+      return fail("robot.device_boards." + device + ": no module and no actuator uses a device of this name");
     mission_.emplace(graph_);
+    return true;
+  }
+
+  /// Devices with a board of their own; the others are the plant's.
+  bool mix(hal::MixedBoard& devices) {
+    for (const auto& [device, board] : graph_.spec().device_boards) {
+      if (board.value == "sim") continue;
+      if (!recorded_ && !open_record()) return false;
+      devices.assign(device, *recorded_);
+    }
+    return true;
+  }
+
+  bool open_record() {
+    if (options_.data.empty()) return fail("robot.device_boards: \"dataset\": name a folder with --data DIR");
+    sim_hil::DatasetOptions dataset;
+    dataset.folder = options_.data;
+    dataset.from = rt::Duration{static_cast<std::int64_t>(options_.from_s * 1e9)};
+    dataset.clock = options_.virtual_time ? static_cast<const hal::Clock*>(&clock_) : &os_;
+    dataset.os = options_.virtual_time ? nullptr : &os_;
+    std::string why;
+    auto board = sim_hil::DatasetBoard::open(dataset, why);
+    if (!board) return fail(why);
+    recorded_ = std::move(*board);
     return true;
   }
 
@@ -153,6 +185,7 @@ class SimRun {
     const hal::ProcessUse before = hal::process_use();
     const hal::Time wall = real_os_.now();
     if (auto started = board_->start(); !started) return fail("the plant does not start: " + board_->problem()), 2;
+    if (auto started = recorded_ ? recorded_->start() : hal::Status{}; !started) return fail(started.error().where), 2;
     if (parent_)
       if (auto watched = parent_->supervise(*graph_.memory()); !watched)
         return fail(std::string("the parent does not watch: ") + watched.error().where), 2;
@@ -291,6 +324,7 @@ class SimRun {
   PlantProcess& plant_;
   ParentLine* const parent_;
   std::unique_ptr<sim_hil::SimBoard> board_;
+  std::unique_ptr<sim_hil::DatasetBoard> recorded_;  // of devices that are named so
   std::optional<MissionWatch> mission_;
   hal::Time mission_end_ = hal::kNever;
   RunEvidence evidence_;

@@ -277,11 +277,10 @@ class CaseFlight final : private rt::RunObserver, private hal::GrantSource {
       verdict_.fail("lease", ended_,
                     fmt::format("the plant ran the motors for {} steps on commands that were over", n));
     if (verdict_.failed()) return;
-    const Excuses excused = excuses(case_);
-    const bool fine = o.ending == Ending::landed_on_pad || (o.ending == Ending::fell && excused.failsafe) ||
-                      (o.ending == Ending::crashed && excused.failsafe) ||
-                      (o.ending == Ending::landed_elsewhere && excused.elsewhere) ||
-                      (o.ending == Ending::did_not_fly && excused.elsewhere);
+    const bool fine = o.ending == Ending::landed_on_pad || (o.ending == Ending::fell && excused_.failsafe) ||
+                      (o.ending == Ending::crashed && excused_.failsafe) ||
+                      (o.ending == Ending::landed_elsewhere && excused_.elsewhere) ||
+                      (o.ending == Ending::did_not_fly && excused_.elsewhere);
     if (fine) return;
     if (o.ending == Ending::not_over)
       return verdict_.fail(
@@ -295,7 +294,8 @@ class CaseFlight final : private rt::RunObserver, private hal::GrantSource {
   const FlightSettings& settings_;
   const Case& case_;
   Verdict verdict_;
-  FlightCheck flight_{case_, settings_.limits, verdict_};
+  const Excuses excused_ = excuses(case_, settings_.robot.graph.failsafes);
+  FlightCheck flight_{case_, excused_, settings_.limits, verdict_};
   rt::ModuleTypes types_ = app::all_modules();
   std::unique_ptr<rt::Graph> graph_;
   hal::ManualClock clock_;

@@ -23,8 +23,8 @@ double angle(const msg::Vec3& a, const msg::Vec3& b) {
 
 }  // namespace
 
-FlightCheck::FlightCheck(const Case& c, const Limits& limits, Verdict& verdict)
-    : case_(c), limits_(limits), excuses_(excuses(c)), verdict_(verdict) {}
+FlightCheck::FlightCheck(const Case& c, const Excuses& excused, const Limits& limits, Verdict& verdict)
+    : case_(c), limits_(limits), excuses_(excused), verdict_(verdict) {}
 
 void FlightCheck::truth(msg::Time at, const sim_hil::Truth& truth, msg::Time command_valid_until) {
   airborne_ = !truth.contact && truth.p_world_m.z > kAirborneM;

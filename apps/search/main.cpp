@@ -104,7 +104,7 @@ int run_case(const Options& o) {
               static_cast<unsigned long long>(outcome->hash));
   if (outcome->violation) return print(*outcome->violation), 1;
   Summary summary;
-  summary.add(*c, *outcome);
+  summary.add(*c, excuses(*c, settings->robot.graph.failsafes), *outcome);
   std::printf("%s", summary.text().c_str());
   return 0;
 }
@@ -142,9 +142,10 @@ int measure(const Options& o) {
 
 class Search {
  public:
-  Search(const Options& o, std::vector<std::string> modules)
+  Search(const Options& o, const FlightSettings& settings)
       : options_(o),
-        modules_(std::move(modules)),
+        modules_(module_names(settings)),
+        failsafes_(settings.robot.graph.failsafes),
         pool_(command(o), o.jobs ? o.jobs : hal::usable_cpus(),
               hal::Duration{static_cast<std::int64_t>(o.patience_s * 1e9)}) {}
 
@@ -202,7 +203,7 @@ class Search {
       outcome.violation =
           Violation{"same bytes", {}, fmt::format("two runs gave {:016x} and {:016x}", hash_, outcome.hash)};
     hash_ = outcome.hash;
-    if (!second) summary_.add(cases_[i], outcome);
+    if (!second) summary_.add(cases_[i], excuses(cases_[i], failsafes_), outcome);
     if (!options_.json && !second && (run_of_[i] + 1) % 100 == 0) {
       std::printf("%llu runs\n", static_cast<unsigned long long>(run_of_[i] + 1));
       std::fflush(stdout);
@@ -256,6 +257,7 @@ class Search {
 
   const Options& options_;
   const std::vector<std::string> modules_;
+  const std::vector<rt::FailsafeSpec> failsafes_;
   Pool pool_;
   std::vector<Case> cases_;
   std::vector<std::uint64_t> run_of_;  // of each case
@@ -298,5 +300,5 @@ int main(int argc, char** argv) {
   if (*text || *seed) return run_case(o);
   const auto settings = load(o, true);
   if (!settings) return 2;
-  return Search(o, module_names(*settings)).run();
+  return Search(o, *settings).run();
 }

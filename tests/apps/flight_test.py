@@ -50,6 +50,36 @@ class Flight(unittest.TestCase):
         self.assertEqual(set(summary["hashes"]), {t["name"] for t in summary["topics"]})
         self.assertTrue(all(c["missed"] >= 0 and c["age_ns"]["count"] > 0 for c in summary["chains"]))
 
+    def test_the_time_line_of_the_last_second_is_a_trace(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "trace.json")
+            run(SINEW, "run", f"{ROBOTS}/quad.toml", "--virtual", "--duration", "2", "--trace", path)
+            with open(path) as file:
+                events = json.load(file)["traceEvents"]
+            slices = [e for e in events if e["ph"] == "X"]
+            self.assertGreater(min(e["ts"] for e in slices), 0.9e6)
+            self.assertLess(max(e["ts"] + e["dur"] for e in slices), 2.0e6 + 1)
+            names = {e["name"] for e in slices}
+            self.assertLessEqual({"cycle", "imu", "pad", "guardian", "preempted", "segment"}, names)
+            code, _, err = run(SINEW, "run", f"{ROBOTS}/quad.toml", "--virtual", "--duration", "0.1", "--trace", folder)
+            self.assertEqual(code, 1)
+            self.assertIn("--trace", err)
+
+    def test_a_chain_that_misses_its_age_budget_fails_the_run(self):
+        with open(f"{ROBOTS}/quad.toml") as file:
+            text = file.read()
+        self.assertIn("budget_ms = 120", text)
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "late.toml")
+            with open(path, "w") as file:
+                file.write(text.replace("budget_ms = 120", "budget_ms = 20"))
+            code, out, err = run(SINEW, "run", path, "--virtual")
+        self.assertEqual(code, 1, out + err)
+        self.assertIn("landed on the pad, valid run", out)
+        self.assertRegex(out, r"chain imu_to_motors .* pass\n")
+        self.assertRegex(out, r"chain camera_to_motors .* FAIL\n")
+        self.assertRegex(out, r"age budget +chain camera_to_motors: \d+ of \d+ messages older than 20 ms, 0 allowed")
+
     def test_another_seed_is_another_flight(self):
         one = run(SINEW, "run", f"{ROBOTS}/quad.toml", "--virtual", "--seed", "1", "--duration", "2")[1]
         two = run(SINEW, "run", f"{ROBOTS}/quad.toml", "--virtual", "--seed", "2", "--duration", "2")[1]

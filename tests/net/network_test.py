@@ -3,12 +3,16 @@
 usage: network_test.py LOSSY_LINK SINEW SINEW_SIM ROBOTS [unittest arguments]
 """
 import json
+import os
 import re
 import subprocess
 import sys
+import tempfile
 import unittest
 
 LINK, SINEW, SIM, ROBOTS = sys.argv[1:5]
+RUN_DIR = tempfile.TemporaryDirectory(prefix="sinew_run_")  # other tests run robots of the same names
+os.environ["SINEW_RUN_DIR"] = RUN_DIR.name
 QUAD = f"{ROBOTS}/quad.toml"
 PLANT = "tcp:10.77.0.1:4560"
 LIMIT_S = 150

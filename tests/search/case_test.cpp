@@ -82,7 +82,7 @@ TEST(Case, IsDisturbedFromTheOnsetUntilSomeTimeAfterTheEnd) {
 }
 
 TEST(Excuses, AreOnlyForWhatTheFailsafesCannotCarryOver) {
-  const auto of = [](const char* text) { return excuses(parsed(text)); };
+  const auto of = [](const char* text) { return excuses(parsed(text), {}); };
   EXPECT_FALSE(of("gust=2 stress=filter*4").elsewhere);
   EXPECT_FALSE(of("fault=imu:off@5+0.005").elsewhere);
   EXPECT_FALSE(of("fault=imu:duplicated@5+3").elsewhere);
@@ -94,6 +94,15 @@ TEST(Excuses, AreOnlyForWhatTheFailsafesCannotCarryOver) {
   EXPECT_TRUE(of("fault=camera:off@5+3").elsewhere);
   EXPECT_FALSE(of("fault=camera:off@5+3").failsafe);
   EXPECT_TRUE(of("fault=range:stuck@5+0.1").elsewhere);
+}
+
+TEST(Excuses, KnowHowSoonAFailsafeOfTheRobotFileActs) {
+  rt::FailsafeSpec lost;
+  lost.topic.value = "camera.raw";
+  lost.time = 500ms;
+  EXPECT_TRUE(excuses(parsed("fault=camera:off@5+0.6"), {lost}).elsewhere);
+  EXPECT_FALSE(excuses(parsed("fault=camera:off@5+0.6"), {}).elsewhere);
+  EXPECT_FALSE(excuses(parsed("fault=camera:off@5+0.35"), {lost}).elsewhere);
 }
 
 TEST(ExecProfile, WhatItWritesItReads) {

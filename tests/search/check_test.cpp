@@ -100,7 +100,7 @@ class FlightCheckTest : public ::testing::Test {
 
 TEST_F(FlightCheckTest, LeaningTooFarInTheAirFails) {
   const Case calm;
-  FlightCheck check(calm, limits, verdict);
+  FlightCheck check(calm, excuses(calm, {}), limits, verdict);
   check.truth(ms(10), at(1, 0, 0.5), kForever);
   EXPECT_EQ(failed(), "");
   EXPECT_NEAR(check.worst().tilt_rad, 0.5, 1e-9);
@@ -110,7 +110,7 @@ TEST_F(FlightCheckTest, LeaningTooFarInTheAirFails) {
 
 TEST_F(FlightCheckTest, OnTheGroundItMayStandAskew) {
   const Case calm;
-  FlightCheck check(calm, limits, verdict);
+  FlightCheck check(calm, excuses(calm, {}), limits, verdict);
   auto truth = at(0.12, 0, 0.9);
   truth.contact = 1;
   check.truth(ms(10), truth, kForever);
@@ -119,20 +119,20 @@ TEST_F(FlightCheckTest, OnTheGroundItMayStandAskew) {
 
 TEST_F(FlightCheckTest, AFailsafeInTheAirNeedsAnExcuse) {
   const Case calm, gap = parsed("fault=imu:off@0.001+0.1");
-  FlightCheck excused(gap, limits, verdict);
+  FlightCheck excused(gap, excuses(gap, {}), limits, verdict);
   excused.guardian(ms(30), msg::kFaultLease);
   excused.truth(ms(30), at(1), ms(20));
   excused.truth(ms(40), at(1, -0.1, 1.5), ms(20));
   EXPECT_EQ(failed(), "");
   EXPECT_TRUE(excused.fell());
-  FlightCheck check(calm, limits, verdict);
+  FlightCheck check(calm, excuses(calm, {}), limits, verdict);
   check.guardian(ms(30), msg::kFaultLease);
   EXPECT_EQ(failed(), "failsafe");
 }
 
 TEST_F(FlightCheckTest, WithoutACommandItFalls) {
   const Case gap = parsed("fault=imu:off@0.001+0.1");
-  FlightCheck falls(gap, limits, verdict), hovers(gap, limits, verdict);
+  FlightCheck falls(gap, excuses(gap, {}), limits, verdict), hovers(gap, excuses(gap, {}), limits, verdict);
   for (int t = 0; t <= 500; t += 10) falls.truth(ms(t), at(2, t < 20 ? 0 : -0.00981 * (t - 20)), ms(20));
   EXPECT_EQ(failed(), "");
   for (int t = 0; t <= 500; t += 10) hovers.truth(ms(t), at(2, 0), ms(20));
@@ -145,7 +145,8 @@ TEST_F(FlightCheckTest, AValidEstimateIsTrueUnlessAFaultDisturbsIt) {
   state.stamp = ms(9);
   state.q_world_base = {std::cos(0.1), std::sin(0.1), 0, 0};
   state.height_m = 1;
-  FlightCheck invalid(calm, limits, verdict), disturbed(stuck, limits, verdict), wrong(calm, limits, verdict);
+  FlightCheck invalid(calm, excuses(calm, {}), limits, verdict), disturbed(stuck, excuses(stuck, {}), limits, verdict),
+      wrong(calm, excuses(calm, {}), limits, verdict);
   for (FlightCheck* check : {&invalid, &disturbed, &wrong}) check->truth(ms(10), at(1), kForever);
   invalid.estimate(state);
   state.attitude_valid = 1;
@@ -157,7 +158,7 @@ TEST_F(FlightCheckTest, AValidEstimateIsTrueUnlessAFaultDisturbsIt) {
 
 TEST_F(FlightCheckTest, AHeightThatIsOffFails) {
   const Case calm;
-  FlightCheck check(calm, limits, verdict);
+  FlightCheck check(calm, excuses(calm, {}), limits, verdict);
   check.truth(ms(10), at(1), kForever);
   msg::NavState state;
   state.stamp = ms(9);

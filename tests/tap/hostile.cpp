@@ -1,6 +1,6 @@
 // A program that treats a robot as badly as a program of the same user can without a debugger: hostile_test.cpp and
-// bench/hostile start it beside robots.
-//   tap_hostile write|garbage|half|flood|sit|spin|wake|killed SOCKET [SECONDS or COUNT]
+// bench/hostile_bench.cpp start it beside robots.
+//   tap_hostile write|garbage|half|flood|sit|spin|wake|killed|burn SOCKET [SECONDS or COUNT]
 // Says on standard output what it did, exit code 0; "broken: ..." and 1 when the robot let something through.
 #include <fcntl.h>
 #include <linux/futex.h>
@@ -199,6 +199,14 @@ int spin(double seconds) {
   return whole > 0 ? 0 : 1;
 }
 
+/// Only uses up a processor and its caches: what any other program may do.
+int burn(double seconds) {
+  std::vector<char> a(8 << 20, 1), b(8 << 20);
+  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+  while (std::chrono::steady_clock::now() < end) std::memcpy(b.data(), a.data(), a.size());
+  return b[0] == 1 ? 0 : 1;
+}
+
 int wake(double seconds) {
   const int fd = open_socket();
   send_frame(fd, R"({"request":"subscribe","topics":["counter.range","eye.image"]})");
@@ -355,6 +363,7 @@ int killed(int count) {
 int run(const std::string& what, double amount) {
   if (what == "write") return write();
   if (what == "spin") return spin(amount);
+  if (what == "burn") return burn(amount);
   if (what == "wake") return wake(amount);
   if (what == "garbage") return garbage(static_cast<int>(amount));
   if (what == "half") return half(amount);

@@ -193,6 +193,25 @@ TEST(Server, PeriodOfAThreadIsChanged) {
   EXPECT_EQ(ask(*client, "arm")["error"]["why"], "this robot has no actuators and so no guardian");
 }
 
+TEST(Server, TimeLineShowsTheLastCycles) {
+  Robot robot;
+  robot.start();
+  auto client = robot.client();
+  Json line;
+  do line = ask(*client, "timeline", {{"last_ms", 500}});
+  while (line["ok"] == true && line["events"].size() < 20);
+  ASSERT_EQ(line["ok"], true) << line;
+  EXPECT_EQ(line["columns"], Json({"kind", "thread", "module", "at_ns", "length_ns", "zone"}));
+  bool counter_stepped = false;
+  for (const Json& e : line["events"])
+    counter_stepped |= e[0] == "step" && line["modules"][e[2].get<std::size_t>()] == "counter" &&
+                       line["threads"][e[1].get<std::size_t>()] == "fast";
+  EXPECT_TRUE(counter_stepped);
+  EXPECT_EQ(ask(*client, "timeline", {{"last_ms", 0}})["error"]["why"], "\"last_ms\": an integer from 1 to 60000");
+  EXPECT_EQ(ask(*client, "zones", {{"on", true}})["ok"], true);
+  EXPECT_EQ(ask(*client, "zones")["error"]["why"], "\"on\": true or false");
+}
+
 TEST(Server, StopAsksTheProgram) {
   std::atomic<int> stops{0};
   RobotOptions options;
