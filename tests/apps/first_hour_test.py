@@ -36,7 +36,7 @@ class FirstHour(unittest.TestCase):
             self.assertGreater(len(script), 12, "the page was not understood")
             # The packages are there, or this could not run; the home is one of its own.
             env = {**os.environ, "HOME": home, "SINEW_SKIP_SETUP": "1", "SINEW_RUN_DIR": f"{home}/run"}
-            done = subprocess.run(["bash", "-c", "\n".join(script)], cwd=SOURCE, env=env, text=True, timeout=580,
+            done = subprocess.run(["bash", "-c", "\n".join(script)], cwd=SOURCE, env=env, text=True, timeout=1150,
                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
             self.assertEqual(done.returncode, 0, done.stdout)
             landed = re.findall(r"^flight time +([0-9.]+) s$", done.stdout, re.M)
