@@ -201,8 +201,12 @@ class CaseFlight final : private rt::RunObserver, private hal::GrantSource {
   void completed(const rt::StepRecord& record) noexcept override {
     schedule_->completed(record);
     if (settings_.measured) (*settings_.measured)[graph_->modules()[record.module].spec.name].push_back(record.exec);
-    if (commands_ && record.module == writer_ && record.status == rt::Status::ok)
-      commands_->committed(record.now, record.completed);
+    if (!commands_ || record.module != writer_ || record.status != rt::Status::ok) return;
+    commands_->committed(record.now, record.completed);
+    std::int64_t newest = graph_->chains().empty() ? INT64_MAX : INT64_MIN;
+    for (const auto& chain : graph_->chains())
+      newest = std::max(newest, executor_->runner().topic_stats(chain.from).last_stamp_ns.value());
+    commands_->measured(msg::Time{newest});
   }
 
   hal::Result<hal::Time> next_grant(hal::Time done) override {
