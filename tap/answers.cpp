@@ -91,13 +91,15 @@ struct Answers::Command {
 };
 
 const Answers::Command* Answers::find(std::string_view name) {
-  static constexpr std::array<Command, 15> kCommands{{{"hello", &Answers::hello},
+  static constexpr std::array<Command, 17> kCommands{{{"hello", &Answers::hello},
                                                       {"topics", &Answers::topics},
                                                       {"status", &Answers::status},
                                                       {"params", &Answers::params},
                                                       {"memory", &Answers::memory},
                                                       {"doorbells", &Answers::doorbells},
                                                       {"subscribe", &Answers::subscribe},
+                                                      {"timeline", &Answers::timeline},
+                                                      {"zones", &Answers::zones},
                                                       {"param.set", &Answers::set_param},
                                                       {"module.enable", &Answers::enable},
                                                       {"module.disable", &Answers::disable},
@@ -187,6 +189,7 @@ Reply Answers::hello(const Json&) {
                {"robot", robot_.name},
                {"pid", hal::process_id()},
                {"board", robot_.board},
+               {"robot_file", robot_.robot_file},
                {"virtual_time", robot_.virtual_time},
                {"memory", graph_.memory() != nullptr}});
 }
@@ -277,6 +280,23 @@ Reply Answers::subscribe(const Json& request) {
   Json json = Json::object();
   json["bells"] = std::move(bells);
   return good(json);
+}
+
+Reply Answers::timeline(const Json& request) {
+  std::int64_t last_ms = 1000;
+  if (const auto at = request.find("last_ms"); at != request.end()) {
+    if (!at->is_number_integer() || *at < 1 || *at > 60'000) return needs("last_ms", "an integer from 1 to 60000");
+    last_ms = at->get<std::int64_t>();
+  }
+  return good(timeline_json(graph_, runner_, std::chrono::milliseconds(last_ms)));
+}
+
+/// Zones are written from the next cycles on, for all who read the time line, until somebody says that they are not.
+Reply Answers::zones(const Json& request) {
+  const auto at = request.find("on");
+  if (at == request.end() || !at->is_boolean()) return needs("on", "true or false");
+  runner_.ask_for_zones(at->get<bool>());
+  return good();
 }
 
 /// The newest message of the guardian's SafetyState, read as an outsider reads it.

@@ -41,6 +41,7 @@ class Answers {
     std::string name, board;
     bool virtual_time = false;
     std::function<void()> stop;
+    std::string robot_file{};
   };
   Answers(rt::Graph& graph, rt::Runner& runner, hal::Os& os, Bells* bells, Robot robot);
 
@@ -69,6 +70,8 @@ class Answers {
   Reply memory(const Json& request);
   Reply doorbells(const Json& request);
   Reply subscribe(const Json& request);
+  Reply timeline(const Json& request);
+  Reply zones(const Json& request);
   Reply set_param(const Json& request);
   Reply enable(const Json& request);
   Reply disable(const Json& request);
@@ -104,6 +107,8 @@ class Answers {
 /// The descriptions of topics and types, and all counters, as docs/robot-socket.md has them.
 Json directory_json(const rt::Graph& graph);
 Json status_json(rt::Graph& graph, rt::Runner& runner);
+/// The newest events of all threads, as much as fits into a reply.
+Json timeline_json(const rt::Graph& graph, const rt::Runner& runner, hal::Duration last);
 
 /// A refusal, as every failed request is answered.
 Json refused(hal::Errc code, const std::string& why);

@@ -16,7 +16,6 @@ using namespace std::chrono_literals;
 constexpr hal::Duration kSoon = 1ms;    // somebody waits for a change
 constexpr hal::Duration kLater = 20ms;  // somebody is throttled or slow
 constexpr hal::Duration kIdle = 1s;
-constexpr hal::Duration kMayBeReplaced = 10s;  // without a request, when all places are taken
 
 }  // namespace
 
@@ -35,9 +34,9 @@ class Server::Body {
       if (!bells) return bells.error();
       bells_ = std::move(*bells);
     }
-    answers_ =
-        std::make_unique<Answers>(graph_, runner, os_, bells_.get(),
-                                  Answers::Robot{name.robot(), options_.board, options_.virtual_time, options_.stop});
+    answers_ = std::make_unique<Answers>(
+        graph_, runner, os_, bells_.get(),
+        Answers::Robot{name.robot(), options_.board, options_.virtual_time, options_.stop, options_.robot_file});
     answers_->outsiders = [this] { return outsiders(); };
     auto listener = hal::listen_stream("unix:" + name.path());
     if (!listener) return listener.error();
@@ -125,7 +124,7 @@ class Server::Body {
     const auto longest = std::min_element(clients_.begin(), clients_.end(), [](const auto& a, const auto& b) {
       return a->last_request() < b->last_request();
     });
-    if (longest == clients_.end() || now - (*longest)->last_request() < kMayBeReplaced) return false;
+    if (longest == clients_.end() || now - (*longest)->last_request() < options_.may_be_replaced_after) return false;
     answers_->forget((*longest)->id());
     clients_.erase(longest);
     stats.made_room.add();

@@ -8,6 +8,8 @@ import tempfile
 import unittest
 
 SINEW, SOURCE = sys.argv[1:3]
+RUN_DIR = tempfile.TemporaryDirectory(prefix="sinew_run_")  # other tests run robots of the same names
+os.environ["SINEW_RUN_DIR"] = RUN_DIR.name
 QUAD = f"{SOURCE}/robots/quad.toml"
 BALL = f"{SOURCE}/examples/own_program.toml"
 
@@ -93,7 +95,7 @@ class CommandLine(unittest.TestCase):
                 (["run", QUAD, "--set", "mixer.nothing=1"], "module.mixer.params.nothing"),
                 (["run", QUAD, "--set", "nobody.x=1"], "no module nobody"),
                 (["run", QUAD, "--plant", "unix:/no/such/socket"], "no plant at unix:/no/such/socket"),
-                (["run", QUAD, "--board", "moon"], "board \"moon\""),
+                (["run", QUAD, "--board", "moon"], 'robot.board: "moon"'),
                 (["run", QUAD, "--board", "none"], "this board has no devices"),
                 (["run", QUAD, "--camera", "9x9"], "--camera 9x9"),
                 (["run", QUAD, "--virtual", "--fault", "imu:bent@1"], "kind 'bent': one of off, stuck"),

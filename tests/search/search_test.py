@@ -6,10 +6,13 @@ usage: search_test.py SINEW_FUZZ ROBOTS
 import json
 import os
 import subprocess
+import tempfile
 import sys
 import unittest
 
 FUZZ, ROBOTS = sys.argv[1:3]
+RUN_DIR = tempfile.TemporaryDirectory(prefix="sinew_run_")  # other tests run robots of the same names
+os.environ["SINEW_RUN_DIR"] = RUN_DIR.name
 QUAD = os.path.join(ROBOTS, "quad.toml")
 
 

@@ -151,6 +151,67 @@ TEST(Server, ChangeOfAThreadThatDoesNotRunIsAcceptedAndSaidToWait) {
   EXPECT_EQ(value(), 2.0);
 }
 
+TEST(Server, MessageFromOutsideIsPublishedWithTheStep) {
+  Robot robot;
+  robot.start();
+  auto client = robot.client();
+  const auto publish = [&](const Json& message) {
+    return ask(*client, "publish", {{"topic", "operator.range"}, {"message", message}});
+  };
+  const Json reply = publish({{"range_m", 1.5}});
+  EXPECT_EQ(reply["ok"], true) << reply;
+  ASSERT_TRUE(reply["step"].is_number()) << reply;
+  auto reader = client->reader();
+  ASSERT_TRUE(reader);
+  const auto topic = *(*reader)->find("operator.range");
+  std::vector<std::byte> copy((*reader)->bytes(topic));
+  for (;;) {
+    const auto message = (*reader)->newest(topic);
+    if (!message || !(*reader)->copy(*message, copy)) continue;
+    msg::RangeSample r;
+    std::memcpy(&r, copy.data() + sizeof(rt::SlotHeader), sizeof r);
+    EXPECT_EQ(r.range_m, 1.5);
+    break;
+  }
+  EXPECT_EQ(publish({{"range_m", "far"}})["error"]["why"],
+            "\"message\": at 11: range_m: \"far\": a number, \"NaN\", \"Infinity\" or \"-Infinity\"");
+  EXPECT_EQ(publish({{"range_m", "NaN"}})["error"]["why"], "not finite: finite numbers in every field");
+  EXPECT_EQ(ask(*client, "publish", {{"topic", "counter.range"}, {"message", Json::object()}})["error"]["why"],
+            "counter.range is written by module counter; only topics with writer = \"external\" take messages");
+}
+
+TEST(Server, PeriodOfAThreadIsChanged) {
+  Robot robot;
+  robot.start();
+  auto client = robot.client();
+  const Json reply = ask(*client, "thread.period", {{"thread", "slow"}, {"period_us", 2500.5}});
+  EXPECT_EQ(reply["ok"], true) << reply;
+  EXPECT_TRUE(reply["step"].is_number()) << reply;
+  EXPECT_EQ(find_in(ask(*client, "status")["threads"], "name", "slow")["period_ns"], 2'500'500);
+  EXPECT_EQ(ask(*client, "thread.period", {{"thread", "slow"}, {"period_us", 1}})["error"]["why"],
+            "1 us: a number from 10 to 3600000000");
+  EXPECT_EQ(ask(*client, "arm")["error"]["why"], "this robot has no actuators and so no guardian");
+}
+
+TEST(Server, TimeLineShowsTheLastCycles) {
+  Robot robot;
+  robot.start();
+  auto client = robot.client();
+  Json line;
+  do line = ask(*client, "timeline", {{"last_ms", 500}});
+  while (line["ok"] == true && line["events"].size() < 20);
+  ASSERT_EQ(line["ok"], true) << line;
+  EXPECT_EQ(line["columns"], Json({"kind", "thread", "module", "at_ns", "length_ns", "zone"}));
+  bool counter_stepped = false;
+  for (const Json& e : line["events"])
+    counter_stepped |= e[0] == "step" && line["modules"][e[2].get<std::size_t>()] == "counter" &&
+                       line["threads"][e[1].get<std::size_t>()] == "fast";
+  EXPECT_TRUE(counter_stepped);
+  EXPECT_EQ(ask(*client, "timeline", {{"last_ms", 0}})["error"]["why"], "\"last_ms\": an integer from 1 to 60000");
+  EXPECT_EQ(ask(*client, "zones", {{"on", true}})["ok"], true);
+  EXPECT_EQ(ask(*client, "zones")["error"]["why"], "\"on\": true or false");
+}
+
 TEST(Server, StopAsksTheProgram) {
   std::atomic<int> stops{0};
   RobotOptions options;
@@ -213,6 +274,88 @@ TEST(Server, DoorbellsRingWhenTheRobotEnds) {
   while (client->bell(0) == seen) client->wait(0, seen, hal::kNever);
   end.join();
   EXPECT_EQ(client->request("hello").error().code, hal::Errc::closed);
+}
+
+/// A client that says what it likes.
+class RawClient {
+ public:
+  explicit RawClient(const Robot& robot) : stream_(std::move(*hal::connect_stream("unix:" + robot.name->path(), 5s))) {
+    stream_->set_patience(20s);
+  }
+  bool send(std::string_view bytes) { return stream_->write(std::as_bytes(std::span(bytes))).has_value(); }
+  bool send_frame(std::string_view text) {
+    return stream_->write(frame_head(text.size()), std::as_bytes(std::span(text))).has_value();
+  }
+  /// Nothing when the robot hung up.
+  std::optional<Json> reply() {
+    while (!frames_.frame()) {
+      const auto n = stream_->read(frames_.room());
+      if (!n) return std::nullopt;
+      frames_.filled(*n);
+    }
+    Json json = Json::parse(*frames_.frame(), nullptr, false);
+    frames_.drop();
+    return json;
+  }
+
+ private:
+  std::unique_ptr<hal::Stream> stream_;
+  FrameReader frames_{kMaxReplyBytes};
+};
+
+TEST(Server, GarbageIsAnsweredCountedAndAtLastClosed) {
+  Robot robot;
+  robot.start();
+  RawClient client(robot);
+  const std::string deep(100, '[');
+  const std::string bad[] = {"{", "[]", "{\"request\":7}", deep, "\xFF", "null", "{\"request\":\"hello\"", "7"};
+  for (const std::string& text : bad) {
+    ASSERT_TRUE(client.send_frame(text));
+    const auto reply = client.reply();
+    ASSERT_TRUE(reply) << text;
+    EXPECT_EQ((*reply)["error"]["code"], hal::to_string(hal::Errc::bad_data)) << text;
+  }
+  ASSERT_TRUE(client.send_frame("{\"request\":\"hello\"}"));
+  EXPECT_TRUE(client.reply()) << "eight may be mistakes";
+  ASSERT_TRUE(client.send_frame("{"));
+  static_cast<void>(client.reply());
+  EXPECT_FALSE(client.reply()) << "the ninth is not";
+  EXPECT_EQ(robot.server->stats().garbage.value(), 9U);
+  auto next = robot.client();
+  EXPECT_EQ(ask(*next, "status")["outsiders"]["closed_for_garbage"], 1);
+}
+
+TEST(Server, LengthThatCannotBeEndsTheConnection) {
+  Robot robot;
+  robot.start();
+  for (const std::string_view head : {std::string_view("\0\0\0\0", 4), std::string_view("\1\0\1\0", 4)}) {
+    RawClient client(robot);
+    ASSERT_TRUE(client.send(head));
+    EXPECT_FALSE(client.reply());
+  }
+}
+
+TEST(Server, RequestInPiecesIsARequest) {
+  Robot robot;
+  robot.start();
+  RawClient client(robot);
+  const std::string text = R"({"request":"hello"})";
+  std::string all = std::string("\x13\0\0\0", 4) + text;
+  for (const char& c : all) ASSERT_TRUE(client.send({&c, 1}));
+  EXPECT_EQ((*client.reply())["ok"], true);
+}
+
+TEST(Server, LongestRequestIsReadAndALongerOneIsNot) {
+  Robot robot;
+  robot.start();
+  RawClient client(robot);
+  std::string text = R"({"request":"hello","x":")";
+  text += std::string(kMaxRequestBytes - text.size() - 2, 'a') + "\"}";
+  ASSERT_EQ(text.size(), kMaxRequestBytes);
+  ASSERT_TRUE(client.send_frame(text));
+  EXPECT_EQ((*client.reply())["ok"], true);
+  static_cast<void>(client.send_frame(text + " "));
+  EXPECT_FALSE(client.reply());
 }
 
 TEST(Names, SecondRobotOfANameIsRefusedAndToldWhoHoldsIt) {
