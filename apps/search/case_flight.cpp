@@ -24,7 +24,8 @@ using namespace std::chrono_literals;
 using msg::MissionPhase;
 
 constexpr std::uint32_t kFirstSequence = 0xFFFFFF00;  // every run sees the numbers wrap
-constexpr rt::Duration kAtRest = 500ms;               // so that a lease that does not end, or a restart, is seen
+constexpr rt::Duration kPatience = 60s;  // on a machine that is busy with other flights; a hang is ended from outside
+constexpr rt::Duration kAtRest = 500ms;  // so that a lease that does not end, or a restart, is seen
 
 /// The newest message of the first topic of type M.
 template <msg::Described M>
@@ -186,6 +187,7 @@ class CaseFlight final : private rt::RunObserver, private hal::GrantSource {
     sim.robot = graph_->spec().robot;
     sim.seed = case_.world;
     sim.clock = &clock_;
+    sim.patience = kPatience;
     sim.on_report = [this](const std::string& json) { report_ = json; };
     sim.on_truth = [this](hal::Time at, const sim_hil::Truth& truth) {
       flight_.truth(at, truth, commands_ ? commands_->valid_until() : at);
@@ -201,8 +203,12 @@ class CaseFlight final : private rt::RunObserver, private hal::GrantSource {
   void completed(const rt::StepRecord& record) noexcept override {
     schedule_->completed(record);
     if (settings_.measured) (*settings_.measured)[graph_->modules()[record.module].spec.name].push_back(record.exec);
-    if (commands_ && record.module == writer_ && record.status == rt::Status::ok)
-      commands_->committed(record.now, record.completed);
+    if (!commands_ || record.module != writer_ || record.status != rt::Status::ok) return;
+    commands_->committed(record.now, record.completed);
+    std::int64_t newest = graph_->chains().empty() ? INT64_MAX : INT64_MIN;
+    for (const auto& chain : graph_->chains())
+      newest = std::max(newest, executor_->runner().topic_stats(chain.from).last_stamp_ns.value());
+    commands_->measured(msg::Time{newest});
   }
 
   hal::Result<hal::Time> next_grant(hal::Time done) override {

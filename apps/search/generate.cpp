@@ -83,7 +83,10 @@ Case generate(std::uint64_t seed, const std::vector<std::string>& modules) {
   c.world = random.next_u32();
   c.jitter = random.next_u32();
   c.gust_mps = draw(random, 0, 2, 0.1);
-  if (!modules.empty() && random.below(2)) {
+  if (!modules.empty() && random.below(8) == 0) {
+    const std::string& module = modules[random.below(static_cast<std::uint32_t>(modules.size()))];
+    c.stress.push_back({module, draw(random, 6, kHeaviestStress, 2)});
+  } else if (!modules.empty() && random.below(2)) {
     for (std::uint32_t n = 1 + random.below(3); n > 0; --n) {
       const std::string& module = modules[random.below(static_cast<std::uint32_t>(modules.size()))];
       const double factor = draw(random, 1.5, kMostStress, 0.5);

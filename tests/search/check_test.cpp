@@ -60,6 +60,15 @@ TEST_F(CommandCheckTest, AFreshCommandOnAnOldMeasurementIsNot) {
   EXPECT_EQ(failed(), "lease");
 }
 
+TEST_F(CommandCheckTest, AMeasurementThatNobodyMadeIsNot) {
+  check.committed(ms(100), ms(100.5));
+  check.measured(ms(98));
+  check.written(ms(100.6), command(ms(98)), 19900us);
+  EXPECT_EQ(failed(), "");
+  check.written(ms(100.7), command(ms(99)), 19800us);
+  EXPECT_EQ(failed(), "stamp");
+}
+
 TEST_F(CommandCheckTest, ValuesAreFiniteInsideTheirLimitsAndOnePerChannel) {
   for (const double wrong : {-0.001, 1.001, std::nan(""), std::numeric_limits<double>::infinity()}) {
     Verdict v;
