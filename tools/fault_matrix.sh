@@ -31,7 +31,7 @@ status=0
 # The drawing library's own threads would fight for the cores that the other flights need.
 LP_NUM_THREADS=0 python3 -B "$root/tests/apps/fault_matrix.py" "$bin/sinew" "$bin/sinew-sim" "$root/robots/quad.toml" \
   --seeds "$seeds" --first-seed 1 --jobs "$jobs" "${options[@]}" >"$out" || status=1
-awk '$3 ~ /^[0-9]+$/ { cell = sprintf("%-8s %-13s", $1, $2); if (!(cell in n)) order[++cells] = cell
+awk '$3 ~ /^[0-9]+$/ && NF > 4 { cell = sprintf("%-8s %-13s", $1, $2); if (!(cell in n)) order[++cells] = cell
                        ++n[cell]; ++ended[cell, $4]; wrong[cell] += /WRONG/ }
      / none: / { printf "%s\n", $0 }
      END { printf "%-8s %-13s %6s %7s %7s %6s\n", "device", "kind", "landed", "stopped", "neither", "wrong"
