@@ -33,7 +33,8 @@ class BareRun {
       : options_(options),
         prepared_(prepared),
         graph_(*prepared.graph),
-        summary_(graph_, options.virtual_time, {.json = options.json, .quiet = options.quiet}) {}
+        summary_(graph_, options.virtual_time, {.json = options.json, .quiet = options.quiet, .trace = options.trace}) {
+  }
 
   int run() {
     rt::ConfigureOptions configure;
@@ -56,6 +57,7 @@ class BareRun {
     const rt::Duration length = options_.duration_s > 0 ? run_duration(options_) : kBareDuration;
     Grants grants(hal::Time{length.count()});
     rt::DiscreteExecutor executor(graph_, clock_, grants, {.duration = length, .os = &os_, .hash_topics = true});
+    executor.runner().ask_for_zones(!options_.trace.empty());
     const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);
     const hal::Time wall = os_.now();
     const auto done = executor.run();
@@ -67,8 +69,9 @@ class BareRun {
   }
 
   int run_real() {
-    rt::RealTimeExecutor executor(graph_, os_);
+    rt::RealTimeExecutor executor(graph_, os_, real_time_options());
     if (auto started = executor.start(); !started) return fail(started.error().where);
+    executor.runner().ask_for_zones(!options_.trace.empty());
     if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return 2;
     const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);
     LiveView view(graph_, executor.runner(), options_);

@@ -28,7 +28,7 @@ int command_line(int argc, char** argv, const rt::ModuleTypes& types) {
   add_param_commands(app, context);
   add_project_commands(app, context);
   if (argc > 1 && std::string_view(argv[1]) == kCompleteCommand) {
-    for (const auto& line : completions(app, {argv + 2, argv + argc})) std::printf("%s\n", line.c_str());
+    for (const auto& line : completions(app, {argv + 2, argv + argc}, running_names)) std::printf("%s\n", line.c_str());
     return kDone;
   }
   if (argc > 1 && argv[1][0] != '-' &&

@@ -14,6 +14,7 @@ struct Place {
   const CLI::App* command;
   const CLI::Option* awaits_value = nullptr;  // the last word is an option that takes one
   std::size_t positionals = 0;                // already given
+  std::string robot{};                        // what --robot said
 };
 
 const CLI::App* subcommand(const CLI::App& command, const std::string& name) {
@@ -26,6 +27,7 @@ Place walk(const CLI::App& app, const std::vector<std::string>& words) {
   for (std::size_t i = 0; i + 1 < words.size(); ++i) {
     const std::string& word = words[i];
     if (place.awaits_value) {
+      if (place.awaits_value->get_name() == "--robot") place.robot = word;
       place.awaits_value = nullptr;
     } else if (word.starts_with("-")) {
       const CLI::Option* option = place.command->get_option_no_throw(word);
@@ -39,24 +41,24 @@ Place walk(const CLI::App& app, const std::vector<std::string>& words) {
   return place;
 }
 
-std::vector<std::string> values_of(const CLI::Option& option) {
+std::vector<std::string> values_of(const CLI::Option& option, const Place& place, const NamesOf& names_of) {
   const std::string hint = option.get_type_name();
   if (hint == kRobotFileHint) return {":file .toml"};
   if (hint == kFileHint) return {":file"};
   if (hint == kFolderHint) return {":folder"};
-  if (!hint.starts_with("{")) return {};
+  if (!hint.starts_with("{")) return names_of(hint, place.robot);
   return CLI::detail::split(hint.substr(1, hint.size() - 2), ',');
 }
 
-std::vector<std::string> candidates(const Place& place, const std::string& word) {
-  if (place.awaits_value) return values_of(*place.awaits_value);
+std::vector<std::string> candidates(const Place& place, const std::string& word, const NamesOf& names_of) {
+  if (place.awaits_value) return values_of(*place.awaits_value, place, names_of);
   std::vector<std::string> all;
   std::size_t position = 0;
   for (const CLI::Option* option : place.command->get_options()) {
     if (word.starts_with("-")) {
       for (const auto& name : option->get_lnames()) all.push_back("--" + name);
     } else if (option->get_positional() && position++ == place.positionals) {
-      return values_of(*option);
+      return values_of(*option, place, names_of);
     }
   }
   if (!word.starts_with("-"))
@@ -66,10 +68,11 @@ std::vector<std::string> candidates(const Place& place, const std::string& word)
 
 }  // namespace
 
-std::vector<std::string> completions(const CLI::App& app, const std::vector<std::string>& words) {
+std::vector<std::string> completions(const CLI::App& app, const std::vector<std::string>& words,
+                                     const NamesOf& names_of) {
   if (words.empty()) return {};
   std::vector<std::string> fitting;
-  for (auto& candidate : candidates(walk(app, words), words.back()))
+  for (auto& candidate : candidates(walk(app, words), words.back(), names_of))
     if (candidate.starts_with(':') || candidate.starts_with(words.back())) fitting.push_back(std::move(candidate));
   return fitting;
 }

@@ -38,7 +38,8 @@ class DatasetRun {
 
   int run() {
     if (!open()) return 2;
-    summary_.emplace(*graph_, options_.virtual_time, RunSummary::Form{.json = options_.json, .quiet = options_.quiet});
+    summary_.emplace(*graph_, options_.virtual_time,
+                     RunSummary::Form{.json = options_.json, .quiet = options_.quiet, .trace = options_.trace});
     if (board_->images() == 0)
       summary_->add("no images", fmt::format("left out: {}", fmt::join(left_out_, " ")), {{"left_out", left_out_}});
     const bool ran = options_.virtual_time ? run_virtual() : run_real();
@@ -82,6 +83,7 @@ class DatasetRun {
     discrete.os = &os_;
     discrete.hash_topics = true;
     rt::DiscreteExecutor executor(*graph_, clock_, *board_, discrete);
+    executor.runner().ask_for_zones(!options_.trace.empty());
     const auto socket = open_socket(prepared_, options_, executor.runner(), [&executor] { executor.request_stop(); });
     const hal::Time wall = os_.now();
     const auto done = executor.run();
@@ -95,8 +97,9 @@ class DatasetRun {
   }
 
   bool run_real() {
-    rt::RealTimeExecutor executor(*graph_, os_);
+    rt::RealTimeExecutor executor(*graph_, os_, real_time_options());
     if (auto started = executor.start(); !started) return fail(started.error().where);
+    executor.runner().ask_for_zones(!options_.trace.empty());
     if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return failed_with_ = 2, false;
     if (auto started = board_->start(); !started) return fail(started.error().where);
     const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);

@@ -1,7 +1,5 @@
 #include "apps/flight_report.hpp"
 
-#include <fmt/format.h>
-
 #include <nlohmann/json.hpp>
 
 namespace sinew::app {
@@ -40,7 +38,10 @@ std::optional<FlightReport> parse_report(const std::string& json) {
   r.landing_error_m = number("landing_error_m");
   r.touchdown_speed_mps = number("touchdown_speed_mps");
   r.touchdown_s = number("touchdown_s");
+  if (j.contains("at_rest")) r.still = flag("at_rest") && flag("motors_stopped");
   r.imu_gap_max_s = number("imu_gap_max_ns") * 1e-9;
+  r.frames = static_cast<std::uint64_t>(number("frames"));
+  r.render_late = static_cast<std::uint64_t>(number("render_late"));
   if (const auto it = j.find("faults"); it != j.end() && it->is_array())
     for (const auto& f : *it)
       if (f.is_object()) r.faults.push_back(read_fault(f));
@@ -51,18 +52,6 @@ bool FlightReport::is_faulty(const std::string& device) const {
   for (const Fault& f : faults)
     if (f.device == device || f.device == "link") return true;
   return false;
-}
-
-std::vector<std::string> invalid_because(const FlightReport& report, const sim_hil::SimStats& stats, bool real_time) {
-  std::vector<std::string> reasons;
-  if (!report.valid) reasons.push_back("the plant says: " + (report.reason.empty() ? "no reason" : report.reason));
-  if (real_time && report.imu_gap_max_s > kLongestImuGap_s && report.valid)
-    reasons.push_back(
-        fmt::format("IMU gap of {:.2f} ms, at most {:.0f} ms", report.imu_gap_max_s * 1e3, kLongestImuGap_s * 1e3));
-  for (const auto& d : stats.devices)
-    if (d.lost + d.overflow > 0 && !report.is_faulty(d.name))
-      reasons.push_back(fmt::format("{}: {} samples lost, {} overwritten", d.name, d.lost, d.overflow));
-  return reasons;
 }
 
 bool good_landing(const FlightReport& report) {

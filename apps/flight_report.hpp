@@ -1,9 +1,8 @@
 #pragma once
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include "sim_hil/sim_board.hpp"
 
 namespace sinew::app {
 
@@ -19,22 +18,19 @@ struct FlightReport {
   bool touched_down = false, crashed = false;
   double landing_error_m = 0;  // from the pad's centre, horizontally, at rest
   double touchdown_speed_mps = 0;
-  double touchdown_s = 0;  // plant time
-  double imu_gap_max_s = 0;
+  double touchdown_s = 0;    // plant time
+  double imu_gap_max_s = 0;  // real time
+  std::uint64_t frames = 0, render_late = 0;
+  bool still = true;          // at rest with stopped motors; of plants that do not say, taken as true
   std::vector<Fault> faults;  // that the plant was told to play, and has
 
   bool is_faulty(const std::string& device) const;
 };
 
 inline constexpr double kGoodLandingError_m = 0.15, kGoodTouchdownSpeed_mps = 0.5;
-inline constexpr double kLongestImuGap_s = 0.002;  // of a valid real-time run
 
 /// Nothing when the text is not a report.
 std::optional<FlightReport> parse_report(const std::string& json);
-
-/// Why the run does not count, the plant's reasons and ours; empty: it does. What a device with a fault lost was asked
-/// for and no reason.
-std::vector<std::string> invalid_because(const FlightReport& report, const sim_hil::SimStats& stats, bool real_time);
 
 bool good_landing(const FlightReport& report);
 

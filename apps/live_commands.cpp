@@ -39,7 +39,7 @@ int list_robots(const LiveOptions& options) {
 }
 
 int status(const LiveOptions& options) {
-  auto robot = LiveRobot::find(options.robot);
+  auto robot = LiveRobot::find(options);
   if (!robot) return kNotBegun;
   const auto hello = robot->ask("hello");
   const auto reply = hello ? robot->ask("status") : std::nullopt;
@@ -60,7 +60,7 @@ std::string effect_text(const Json& reply) {
 
 // Asks for a change; prints what holds now, in the form that was asked for.
 int change(const LiveOptions& options, const char* request, const Json& arguments, const std::string& done) {
-  auto robot = LiveRobot::find(options.robot);
+  auto robot = LiveRobot::find(options);
   if (!robot) return kNotBegun;
   auto reply = robot->ask(request, arguments);
   if (!reply) return kFailed;
@@ -90,7 +90,7 @@ int period(const PeriodOptions& o) {
 }
 
 int list_modules(const LiveOptions& options) {
-  auto robot = LiveRobot::find(options.robot);
+  auto robot = LiveRobot::find(options);
   if (!robot) return kNotBegun;
   const auto reply = robot->ask("status");
   if (!reply) return kFailed;

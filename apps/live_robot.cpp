@@ -3,9 +3,13 @@
 #include <cstdio>
 
 #include "apps/commands.hpp"
+#include "hal/linux/os.hpp"
+#include "hal/linux/process.hpp"
 
 namespace sinew::app {
 namespace {
+
+constexpr hal::Duration kRetry = std::chrono::milliseconds(50);
 
 const char* words(const hal::Error& error) {
   return error.code == hal::Errc::closed ? "ended" : error.code == hal::Errc::timeout ? "does not answer" : error.where;
@@ -15,12 +19,26 @@ const char* words(const hal::Error& error) {
 
 std::string to_line(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n"; }
 
-std::optional<LiveRobot> LiveRobot::find(const std::string& name) {
+std::optional<LiveRobot> LiveRobot::find(const LiveOptions& options) {
+  hal::Os& os = hal::linux_os();
+  const hal::Time give_up = os.now() + hal::Duration{static_cast<std::int64_t>(options.wait_s * 1e9)};
+  while (true) {
+    std::string why;
+    auto client = tap::Client::connect(options.robot, why);
+    if (client) return LiveRobot(std::move(*client));
+    if (client.error().code == hal::Errc::bad_argument || os.now() >= give_up || hal::stop_requested()) {
+      fail(why);  // several run: waiting does not make them fewer
+      return std::nullopt;
+    }
+    os.sleep_until(os.now() + kRetry);
+  }
+}
+
+std::optional<LiveRobot> LiveRobot::try_find(const std::string& name) {
   std::string why;
   auto client = tap::Client::connect(name, why);
-  if (client) return LiveRobot(std::move(*client));
-  fail(why);
-  return std::nullopt;
+  if (!client) return std::nullopt;
+  return LiveRobot(std::move(*client));
 }
 
 std::optional<Json> LiveRobot::ask(std::string_view request, const Json& arguments) {

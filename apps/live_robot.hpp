@@ -15,6 +15,7 @@ using Json = nlohmann::ordered_json;
 /// What every such command is told besides its own arguments.
 struct LiveOptions {
   std::string robot;  // name; empty: the only one that runs
+  double wait_s = 0;  // for it to run
   bool json = false;
 };
 
@@ -22,7 +23,9 @@ struct LiveOptions {
 class LiveRobot {
  public:
   /// Nothing, after why was said on standard error: none of this name runs (or none, or several) or it does not answer.
-  static std::optional<LiveRobot> find(const std::string& name);
+  static std::optional<LiveRobot> find(const LiveOptions& options);
+  /// The same without words: for completion.
+  static std::optional<LiveRobot> try_find(const std::string& name);
 
   /// The reply. Nothing, after the refusal (with all its reasons) or the end of the robot was said on standard error.
   std::optional<Json> ask(std::string_view request, const Json& arguments = Json::object());

@@ -37,7 +37,7 @@ std::string value_text(const Json& value) { return value.is_string() ? value.get
 std::string param_name(const Json& p) { return p.value("module", "") + "." + p.value("param", ""); }
 
 int list_params(const ListOptions& options) {
-  auto robot = LiveRobot::find(options.robot);
+  auto robot = LiveRobot::find(options);
   if (!robot) return kNotBegun;
   const auto reply = robot->ask("params", options.module.empty() ? Json::object() : Json{{"module", options.module}});
   if (!reply) return kFailed;
@@ -70,7 +70,7 @@ std::optional<Json> find_param(LiveRobot& robot, const std::string& module, cons
 int get(const ParamOptions& options) {
   std::string module, param;
   if (!split(options.param, module, param)) return kNotBegun;
-  auto robot = LiveRobot::find(options.robot);
+  auto robot = LiveRobot::find(options);
   if (!robot) return kNotBegun;
   const auto found = find_param(*robot, module, param);
   if (!found) return kFailed;
@@ -82,7 +82,7 @@ int get(const ParamOptions& options) {
 int set(const ParamOptions& options) {
   std::string module, param;
   if (!split(options.param, module, param)) return kNotBegun;
-  auto robot = LiveRobot::find(options.robot);
+  auto robot = LiveRobot::find(options);
   if (!robot) return kNotBegun;
   const Json value = std::visit([](const auto& v) { return Json(v); }, param_value(options.value));
   auto reply = robot->ask("param.set", {{"module", module}, {"param", param}, {"value", value}});
@@ -120,7 +120,7 @@ rt::ParamValue value_of(const Json& p) {
 }
 
 int save(const SaveOptions& options) {
-  auto robot = LiveRobot::find(options.robot);
+  auto robot = LiveRobot::find(options);
   if (!robot) return kNotBegun;
   const auto hello = robot->ask("hello");
   const auto reply = hello ? robot->ask("params") : std::nullopt;

@@ -85,6 +85,12 @@ void PlantProcess::wait_for_end() {
   if (child_) child_->wait(3s);
 }
 
+void PlantProcess::leave_to_parent() {
+  if (child_) child_->disown();
+  socket_path_.clear();
+  log_path_.clear();
+}
+
 PlantProcess::~PlantProcess() {
   child_.reset();
   std::error_code ignored;  // both may never have been made

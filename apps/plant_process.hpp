@@ -25,10 +25,16 @@ class PlantProcess {
   ~PlantProcess();
 
   std::unique_ptr<hal::Stream> take_stream() { return std::move(stream_); }
+  /// Where it listens: for further connections.
+  const std::string& endpoint() const { return endpoint_; }
   /// Processor time of the plant so far cannot be told for a foreign one; 0 then.
   int pid() const { return child_ ? child_->pid() : 0; }
   /// Waits for a plant of our own to end by itself.
   void wait_for_end();
+  /// In a runtime that runs beside its parent: the plant is the parent's to end.
+  void leave_to_parent();
+  /// In the parent: the connection is the runtime's.
+  void leave_to_runtime() { stream_.reset(); }
 
  private:
   PlantProcess() = default;

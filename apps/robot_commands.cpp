@@ -79,6 +79,7 @@ void describe_run(CLI::App& run, RunOptions& o) {
   run.add_option("--rate", o.rate, "sim board in real time: robot seconds per second, for a plant slower than life")
       ->check(CLI::Range(0.001, 1000.0))
       ->excludes("--virtual");
+  run.add_flag("--real-actuators", o.real_actuators, "real actuators may move although sensors are simulated");
   run.add_option("--data", o.data, "dataset board: folder in the EuRoC/ASL form")->type_name(kFolderHint);
   run.add_option("--from", o.from_s, "dataset board: begin so many seconds after the first sample")
       ->check(CLI::NonNegativeNumber)
@@ -94,8 +95,12 @@ void describe_run(CLI::App& run, RunOptions& o) {
       ->allow_extra_args(false)
       ->type_name("FAULT");
   run.add_option("--camera", o.camera, "sim board: size of the camera's frames")->type_name("WxH");
+  run.add_option("--trace", o.trace, "write the time line of the last second here, for ui.perfetto.dev")
+      ->type_name(kFileHint);
   run.add_option("--plot", o.plot, "dataset board: write a plot (SVG) of the tilt error here")->type_name(kFileHint);
   run.add_flag("--strict", o.strict, "real time: do not start where the machine does not hold what timing needs");
+  run.add_flag("--unsupervised", o.unsupervised,
+               "no parent process that stops the actuators when the runtime dies or hangs (for debuggers)");
   run.add_flag("--plain", o.plain, "no live table");
   run.add_flag("--quiet", o.quiet, "only the result");
   run.add_flag("--json", o.json, "only one JSON object with the whole summary, at the end");

@@ -210,6 +210,7 @@ void read_chain(TomlReader& r, rt::GraphSpec& graph) {
     if (const toml::node* node = r.raw().get(key)) target->line = line_of(*node);
   }
   r.read_time("budget_ms", c.budget, kMs, 1us, kLongest);
+  r.read("allowed_misses", c.allowed_misses, 0.0, 1.0);
   graph.chains.push_back(std::move(c));
 }
 
@@ -230,11 +231,35 @@ void read_robot(TomlReader& r, rt::GraphSpec& graph) {
   });
 }
 
+void read_bounds(TomlReader& r, ValidityBounds& b) {
+  constexpr double kMost = 1e6;
+  r.read("plant_gap_ms", b.plant_gap_ms, 0.0, kMost);
+  r.read("arrival_gap_ms", b.arrival_gap_ms, 0.0, kMost);
+  r.read("late_ms", b.late_ms, 0.0, kMost);
+  r.read("late_percent", b.late_percent, 0.0, 100.0);
+  r.read("lost", b.lost, 0, INT64_C(1'000'000'000));
+  r.read("frames_late_percent", b.frames_late_percent, 0.0, 100.0);
+  r.read("commands_dropped", b.commands_dropped, 0, INT64_C(1'000'000'000));
+  r.read("missed_percent", b.missed_percent, 0.0, 100.0);
+  r.read("clock_ms", b.clock_ms, 0.0, kMost);
+  r.read("drift_ppm", b.drift_ppm, 0.0, 1000.0);
+  r.read("link_down_ms", b.link_down_ms, 0.0, kMost);
+}
+
 void read_sim(TomlReader& r, SimOptions& sim) {
   r.read("plant", sim.plant, "\"auto\", \"unix:PATH\" or \"tcp:HOST:PORT\"");
   std::int64_t number = 0;
   if (r.read("camera_width", number, 16, msg::kMaxImageWidth)) sim.camera_width = static_cast<std::uint32_t>(number);
   if (r.read("camera_height", number, 16, msg::kMaxImageHeight)) sim.camera_height = static_cast<std::uint32_t>(number);
+  r.read("relink_s", sim.relink_s, 0.0, 3600.0);
+  r.table("bounds", [&](TomlReader& b) { read_bounds(b, sim.bounds); });
+}
+
+void read_parent(TomlReader& r, ParentOptions& parent) {
+  r.read_time("hang_ms", parent.hang, kMs, 20ms, 60s);
+  r.read("watchdog", parent.watchdog, "the path of a watchdog device");
+  r.read_time("watchdog_timeout_ms", parent.watchdog_timeout, kMs, 1s, 600s);
+  r.read("save_to", parent.save_to, "the path of a folder");
 }
 
 }  // namespace
@@ -265,6 +290,7 @@ LoadedRobot parse_robot(std::string_view text, const std::string& path) {
   root.table("guardian", [&](TomlReader& r) { read_guardian(r, graph.guardian); });
   root.array_of_tables("failsafe", [&](TomlReader& r) { read_failsafe(r, graph); });
   root.table("sim", [&](TomlReader& r) { read_sim(r, loaded.robot.sim); });
+  root.table("parent", [&](TomlReader& r) { read_parent(r, loaded.robot.parent); });
   root.finish();
   std::stable_sort(graph.modules.begin(), graph.modules.end(),
                    [](const auto& a, const auto& b) { return a.line < b.line; });  // TOML tables come back by name

@@ -4,6 +4,8 @@
 #include <string_view>
 #include <vector>
 
+#include "apps/parent.hpp"
+#include "apps/validity.hpp"
 #include "rt/graph_spec.hpp"
 
 namespace sinew::app {
@@ -12,12 +14,15 @@ namespace sinew::app {
 struct SimOptions {
   std::string plant = "auto";  // "auto": start sinew-sim; else "unix:PATH" or "tcp:HOST:PORT"
   std::uint32_t camera_width = 320, camera_height = 240;
+  double relink_s = 10;  // real time: how long a lost plant is looked for
+  ValidityBounds bounds;
 };
 
 struct RobotFile {
   std::string path;
   rt::GraphSpec graph;
   SimOptions sim;
+  ParentOptions parent;
 };
 
 struct LoadedRobot {

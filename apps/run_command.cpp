@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "apps/bare_run.hpp"
+#include "apps/board_rules.hpp"
 #include "apps/dataset_run.hpp"
 #include "apps/doctor.hpp"
 #include "apps/run_setup.hpp"
@@ -14,14 +15,9 @@ int run_command(const RunOptions& options, const rt::ModuleTypes& types) {
   auto prepared = prepare(options, types);
   if (!prepared) return 2;
   const std::string& board = prepared->graph->spec().board;
-  if (!prepared->graph->spec().device_boards.empty()) {
-    std::fprintf(stderr, "sinew: robot.device_boards: boards cannot be mixed yet; name one board for all devices\n");
-    return 2;
-  }
-  if (board != "sim" && board != "dataset" && board != "none") {
-    std::fprintf(stderr, "sinew: board \"%s\": \"sim\", \"dataset\" or \"none\"\n", board.c_str());
-    return 2;
-  }
+  const auto problems = check_boards(prepared->graph->spec(), {options.virtual_time, options.real_actuators});
+  for (const auto& p : problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.robot).c_str());
+  if (!problems.empty()) return 2;
   if (!options.virtual_time && !doctor_permits_start(*prepared->graph, options.strict)) return 2;
   if (!take_name(*prepared, options)) return 2;
   if (board == "sim") return run_on_sim(*prepared, options);

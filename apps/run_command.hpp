@@ -25,10 +25,13 @@ struct RunOptions {
   std::vector<std::string> faults;  // for a plant of our own: docs/faults.md
   std::string camera;               // "640x480" for a plant of our own; empty: the file's
   std::string plot;                 // where a plot goes; empty: none
+  std::string trace;                // where the time line of the last second goes; empty: nowhere
   bool plain = false;               // no live table, also on a terminal
   bool quiet = false;               // only the result
   bool strict = false;  // real time: no start where `sinew doctor` has something to say, or a privilege is missing
-  bool json = false;    // only one JSON object, at the end
+  bool real_actuators = false;  // they may be real where sensors are not
+  bool unsupervised = false;    // real time: no parent process beside the runtime (for debuggers)
+  bool json = false;            // only one JSON object, at the end
 };
 
 /// Flies or drives a robot file. Exit code 0: everything went well (a mission: landed well in a valid run); 1: the run

@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <filesystem>
 
 #include "apps/param_overlay.hpp"
 #include "apps/param_value.hpp"
 #include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
 #include "hal/linux/run_dir.hpp"
+#include "hal/linux/system_files.hpp"
 
 namespace sinew::app {
 namespace {
@@ -33,6 +35,20 @@ std::string apply_setting(rt::GraphSpec& graph, const std::string& setting) {
     return {};
   }
   return fmt::format("--set {}: no module {}", setting, module);
+}
+
+rt::RealTimeOptions real_time_options(double rate) {
+  rt::RealTimeOptions options;
+  const hal::SystemFiles files("/");
+  const auto runtime_us = files.number("proc/sys/kernel/sched_rt_runtime_us");
+  const auto period_us = files.number("proc/sys/kernel/sched_rt_period_us");
+  if (!runtime_us || !period_us) return options;
+  const auto scaled = [rate](std::int64_t us) {
+    return rt::Duration{static_cast<std::int64_t>(static_cast<double>(us) * 1e3 * rate)};
+  };
+  options.throttle.period = scaled(*period_us);
+  options.throttle.frozen = scaled(*runtime_us < 0 ? 0 : *period_us - *runtime_us);
+  return options;
 }
 
 bool accept_shortfalls(const std::vector<std::string>& shortfalls, bool strict) {
@@ -96,9 +112,11 @@ bool take_name(Prepared& prepared, const RunOptions& options) {
 std::unique_ptr<tap::Server> open_socket(const Prepared& prepared, const RunOptions& options, rt::Runner& runner,
                                          std::function<void()> stop) {
   if (!prepared.name) return nullptr;
-  auto server = tap::Server::open(
-      *prepared.name, *prepared.graph, runner, hal::linux_os(),
-      {.board = prepared.graph->spec().board, .virtual_time = options.virtual_time, .stop = std::move(stop)});
+  auto server = tap::Server::open(*prepared.name, *prepared.graph, runner, hal::linux_os(),
+                                  {.board = prepared.graph->spec().board,
+                                   .virtual_time = options.virtual_time,
+                                   .stop = std::move(stop),
+                                   .robot_file = std::filesystem::absolute(options.robot).lexically_normal().string()});
   if (server) return std::move(*server);
   std::fprintf(stderr, "sinew: warning: no socket for other programs: %s: %s\n", prepared.name->path().c_str(),
                server.error().where);

@@ -12,6 +12,7 @@
 #include "rt/graph.hpp"
 #include "rt/latch.hpp"
 #include "rt/module_types.hpp"
+#include "rt/real_time_executor.hpp"
 #include "rt/runner.hpp"
 #include "tap/names.hpp"
 #include "tap/server.hpp"
@@ -31,6 +32,9 @@ std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes
 
 /// --duration as a duration.
 rt::Duration run_duration(const RunOptions& options);
+
+/// For this machine, on a clock of this rate.
+rt::RealTimeOptions real_time_options(double rate = 1);
 
 /// Prints what a real-time run could not have. False when `strict` forbids to go on.
 bool accept_shortfalls(const std::vector<std::string>& shortfalls, bool strict);

@@ -4,7 +4,10 @@
 
 #include <cstdio>
 
+#include "apps/gap_text.hpp"
 #include "apps/graph_text.hpp"
+#include "apps/trace_file.hpp"
+#include "rt/chain_budget.hpp"
 
 namespace sinew::app {
 namespace {
@@ -13,6 +16,23 @@ std::string quantiles(const rt::Histogram& h) {
   if (h.count() == 0) return "none";
   return fmt::format("p50 {} p99 {} p99.9 {} max {}", human(h.quantile(0.5)), human(h.quantile(0.99)),
                      human(h.quantile(0.999)), human(h.max()));
+}
+
+const char* to_string(rt::ChainVerdict::Result result) {
+  using R = rt::ChainVerdict::Result;
+  switch (result) {
+    case R::pass:
+      return "pass";
+    case R::fail:
+      return "FAIL";
+    case R::no_budget:
+      return "no budget";
+    case R::nothing_came:
+      return "nothing came";
+    case R::unknown:
+      break;
+  }
+  return "?";
 }
 
 Json quantiles_ns(const rt::Histogram& h) {
@@ -33,6 +53,7 @@ std::string tables(const rt::Graph& graph, rt::Runner& runner) {
     out += fmt::format("  {:<14}   lateness {}\n  {:<14}   execution {}\n", "", quantiles(s.lateness), "",
                        quantiles(s.exec));
   }
+  out += gap_lines(graph, runner);
   out += "modules\n";
   for (std::uint32_t m = 0; m < graph.modules().size(); ++m) {
     const rt::ModuleStats& s = runner.module_stats(m);
@@ -45,8 +66,9 @@ std::string tables(const rt::Graph& graph, rt::Runner& runner) {
       out += fmt::format("topic {}: {} messages lost to full queues\n", graph.topics()[i].name, runner.topic_drops(i));
   for (std::uint32_t c = 0; c < graph.chains().size(); ++c) {
     const rt::ChainStats& s = runner.chain_stats(c);
-    out += fmt::format("chain {:<14} age {}, budget {} missed {} of {}\n", graph.chains()[c].spec.name,
-                       quantiles(s.age), human(graph.chains()[c].spec.budget), s.budget_misses.value(), s.age.count());
+    out += fmt::format("chain {:<14} age {}, budget {} missed {} of {}: {}\n", graph.chains()[c].spec.name,
+                       quantiles(s.age), human(graph.chains()[c].spec.budget), s.budget_misses.value(), s.age.count(),
+                       to_string(rt::chain_within_budget(runner, c).result));
   }
   return out;
 }
@@ -62,6 +84,8 @@ Json threads_json(const rt::Graph& graph, rt::Runner& runner) {
                    {"coalesced", s.coalesced.value()},
                    {"timeouts", s.timeouts.value()},
                    {"preemptions", s.preemptions.value()},
+                   {"gaps_throttled", s.throttled.count.value()},
+                   {"gaps_taken", s.taken.count.value()},
                    {"lateness_ns", quantiles_ns(s.lateness)},
                    {"execution_ns", quantiles_ns(s.exec)}});
   }
@@ -102,6 +126,7 @@ Json chains_json(const rt::Graph& graph, rt::Runner& runner) {
     all.push_back({{"name", graph.chains()[c].spec.name},
                    {"budget_ns", graph.chains()[c].spec.budget.count()},
                    {"missed", s.budget_misses.value()},
+                   {"verdict", to_string(rt::chain_within_budget(runner, c).result)},
                    {"age_ns", quantiles_ns(s.age)}});
   }
   return all;
@@ -118,6 +143,10 @@ RunSummary::RunSummary(const rt::Graph& graph, bool virtual_time, Form form)
            {"seed", graph.spec().seed}} {}
 
 void RunSummary::statistics(rt::Runner& runner) {
+  if (!form_.trace.empty()) trace_failed_ = !write_trace(form_.trace, runner);
+  for (std::uint32_t c = 0; c < graph_.chains().size(); ++c)
+    if (const auto kept = rt::chain_within_budget(runner, c); kept.result == rt::ChainVerdict::Result::fail)
+      failed_chains_.push_back(kept.text);
   if (!form_.json) {
     if (!form_.quiet) std::printf("%s", tables(graph_, runner).c_str());
     return;
@@ -155,6 +184,8 @@ void RunSummary::add_reasons(std::string_view label, const char* key, const std:
 }
 
 int RunSummary::finish(std::string_view result, int code) {
+  add_reasons("age budget", "chains_failed", failed_chains_);
+  if (code == 0 && ((chains_decide_ && !failed_chains_.empty()) || trace_failed_)) code = 1;
   add("result", result, {{"result", std::string(result)}, {"exit_code", code}});
   if (form_.json) std::printf("%s\n", all_.dump().c_str());
   return code;

@@ -8,13 +8,18 @@
 
 #include "apps/flight_report.hpp"
 #include "apps/live_view.hpp"
+#include "apps/parent.hpp"
 #include "apps/plant_process.hpp"
 #include "apps/run_summary.hpp"
 #include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
+#include "hal/linux/socket.hpp"
+#include "hal/mixed_board.hpp"
 #include "hal/scaled_os.hpp"
 #include "rt/discrete_executor.hpp"
 #include "rt/real_time_executor.hpp"
+#include "sim_hil/dataset_board.hpp"
+#include "sim_hil/side_line.hpp"
 
 namespace sinew::app {
 namespace {
@@ -22,7 +27,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr rt::Duration kAfterMission = 300ms;  // so that what happens at rest is in the report
-constexpr rt::Duration kAfterFailsafe = 3s;    // it may have been stopped in the air
+constexpr rt::Duration kSettles = 5s;          // what is in the air when the mission ends has come down by then
 
 // The plant's latest report; written by the receiving thread.
 class ReportBox {
@@ -41,15 +46,21 @@ class ReportBox {
   std::string json_;
 };
 
+hal::Duration from_ms(double ms) { return hal::Duration{static_cast<std::int64_t>(ms * 1e6)}; }
+
 class SimRun {
  public:
-  SimRun(Prepared& prepared, const RunOptions& options)
+  /// `parent`: null when none watches.
+  SimRun(Prepared& prepared, const RunOptions& options, PlantProcess& plant, ParentLine* parent)
       : options_(options),
         prepared_(prepared),
         robot_(prepared.robot),
         graph_(*prepared.graph),
         os_(options.rate == 1 ? real_os_ : scaled_os_.emplace(real_os_, options.rate)),
-        summary_(graph_, options.virtual_time, {.json = options.json, .quiet = options.quiet}) {}
+        plant_(plant),
+        parent_(parent),
+        summary_(graph_, options.virtual_time, {.json = options.json, .quiet = options.quiet, .trace = options.trace}) {
+  }
 
   int run() {
     if (!open()) return 2;
@@ -63,19 +74,7 @@ class SimRun {
   }
 
   bool open() {
-    PlantRequest request;
-    request.endpoint = robot_.sim.plant;
-    request.seed = graph_.spec().seed;
-    request.camera_width = robot_.sim.camera_width;
-    request.camera_height = robot_.sim.camera_height;
-    request.lockstep = options_.virtual_time;
-    request.extra = options_.plant_args;
-    if (!options_.faults.empty() && request.endpoint != "auto")
-      return fail("--fault: only a plant that this run starts itself (plant \"auto\") plays faults");
-    for (const std::string& fault : options_.faults) request.extra.insert(request.extra.end(), {"--fault", fault});
     std::string why;
-    plant_ = PlantProcess::open(request, why);
-    if (!plant_) return fail(why);
     sim_hil::SimOptions sim;
     sim.mode = options_.virtual_time ? sim_hil::Mode::lockstep : sim_hil::Mode::free_running;
     sim.robot = graph_.spec().robot;
@@ -83,20 +82,54 @@ class SimRun {
     sim.clock = options_.virtual_time ? static_cast<const hal::Clock*>(&clock_) : &os_;
     sim.os = &real_os_;
     sim.rate = options_.rate;
+    // A plant of our own may still set up its camera; in virtual time nobody waits, and a busy machine may take long.
+    sim.patience = options_.virtual_time ? 60s : 20s;
+    sim.late_after = from_ms(robot_.sim.bounds.late_ms);
+    sim.connect = [endpoint = plant_.endpoint()] { return hal::connect_stream(endpoint, 500ms); };
+    // A plant of our own that is gone does not come back.
+    if (robot_.sim.plant != "auto") sim.relink_for = from_ms(1e3 * robot_.sim.relink_s);
     sim.reader.fifo_priority = options_.virtual_time ? 0 : 95;  // it is this board's interrupt
     sim.on_report = [this](const std::string& json) { report_.put(json); };
-    auto board = sim_hil::SimBoard::open(plant_->take_stream(), sim, why);
+    auto board = sim_hil::SimBoard::open(plant_.take_stream(), sim, why);
     if (!board) return fail(why);
     board_ = std::move(*board);
+    hal::MixedBoard devices(*board_);
+    if (!graph_.spec().device_boards.empty() && !mix(devices)) return false;
     rt::ConfigureOptions configure;
     configure.os = &os_;
     configure.taps = MissionWatch::taps(graph_);
-    if (auto ready = graph_.configure(*board_, configure); !ready) {
+    if (auto ready = graph_.configure(devices, configure); !ready) {
       for (const auto& p : graph_.configure_problems())
         std::fprintf(stderr, "%s\n", rt::to_string(p, options_.robot).c_str());
       return fail(board_->problem().empty() ? std::string(ready.error().where) : board_->problem());
     }
+    for (const std::string& device : devices.unused())
+      return fail("robot.device_boards." + device + ": no module and no actuator uses a device of this name");
     mission_.emplace(graph_);
+    return true;
+  }
+
+  /// Devices with a board of their own; the others are the plant's.
+  bool mix(hal::MixedBoard& devices) {
+    for (const auto& [device, board] : graph_.spec().device_boards) {
+      if (board.value == "sim") continue;
+      if (!recorded_ && !open_record()) return false;
+      devices.assign(device, *recorded_);
+    }
+    return true;
+  }
+
+  bool open_record() {
+    if (options_.data.empty()) return fail("robot.device_boards: \"dataset\": name a folder with --data DIR");
+    sim_hil::DatasetOptions dataset;
+    dataset.folder = options_.data;
+    dataset.from = rt::Duration{static_cast<std::int64_t>(options_.from_s * 1e9)};
+    dataset.clock = options_.virtual_time ? static_cast<const hal::Clock*>(&clock_) : &os_;
+    dataset.os = options_.virtual_time ? nullptr : &os_;
+    std::string why;
+    auto board = sim_hil::DatasetBoard::open(dataset, why);
+    if (!board) return fail(why);
+    recorded_ = std::move(*board);
     return true;
   }
 
@@ -125,6 +158,7 @@ class SimRun {
     discrete.hash_topics = true;
     rt::DiscreteExecutor executor(graph_, clock_, grants, discrete);
     grants.executor = &executor;
+    executor.runner().ask_for_zones(!options_.trace.empty());
     const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);
     const hal::Time wall = real_os_.now();
     const auto report = executor.run();
@@ -147,14 +181,20 @@ class SimRun {
   // ---- real time
 
   int run_real() {
-    rt::RealTimeExecutor executor(graph_, os_);
+    rt::RealTimeExecutor executor(graph_, os_, real_time_options(options_.rate));
     const hal::ProcessUse before = hal::process_use();
     const hal::Time wall = real_os_.now();
     if (auto started = board_->start(); !started) return fail("the plant does not start: " + board_->problem()), 2;
+    if (auto started = recorded_ ? recorded_->start() : hal::Status{}; !started) return fail(started.error().where), 2;
+    if (parent_)
+      if (auto watched = parent_->supervise(*graph_.memory()); !watched)
+        return fail(std::string("the parent does not watch: ") + watched.error().where), 2;
     if (auto started = executor.start(); !started) return fail(started.error().where), 2;
+    executor.runner().ask_for_zones(!options_.trace.empty());
     if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return 2;
     const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);
     follow(executor);
+    if (parent_) parent_->ending();
     executor.stop();
     const hal::ProcessUse after = hal::process_use();
     const double wall_s = msg::seconds(real_os_.now() - wall);
@@ -165,8 +205,11 @@ class SimRun {
         "processor",
         fmt::format("{:.1f} % of a core; memory {:.1f} MB", processor, static_cast<double>(after.rss_bytes) * 1e-6),
         {{"wall_s", wall_s}, {"processor_percent", processor}, {"memory_bytes", after.rss_bytes}});
-    const std::uint64_t n = missed(executor.runner());
-    summary_.add("missed deadlines", std::to_string(n), {{"missed_deadlines", n}});
+    for (std::uint32_t t = 0; t < graph_.threads().size(); ++t) {
+      evidence_.releases += executor.runner().thread_stats(t).releases.value();
+      evidence_.missed += executor.runner().thread_stats(t).overruns.value();
+    }
+    summary_.add("missed deadlines", std::to_string(evidence_.missed), {{"missed_deadlines", evidence_.missed}});
     return verdict(true);
   }
 
@@ -179,15 +222,10 @@ class SimRun {
       const bool ends = over(now) || board_->ended() || hal::stop_requested() ||
                         (options_.duration_s > 0 && now - begin > run_duration(options_));
       const auto* state = mission_->look();
-      view.show(now, state ? to_string(state->phase) : "running", ends);
+      const std::string trouble = board_->link_trouble();
+      view.show(now, !trouble.empty() ? trouble.c_str() : state ? to_string(state->phase) : "running", ends);
       if (ends) return;
     }
-  }
-
-  static std::uint64_t missed(rt::Runner& runner) {
-    std::uint64_t n = 0;
-    for (std::uint32_t t = 0; t < runner.graph().threads().size(); ++t) n += runner.thread_stats(t).overruns.value();
-    return n;
   }
 
   // ---- both
@@ -196,12 +234,14 @@ class SimRun {
     mission_->look();
     if (!mission_->ended()) return false;
     if (mission_end_ == hal::kNever) mission_end_ = now;
-    return now - mission_end_ >= (mission_->safety().acted ? kAfterFailsafe : kAfterMission);
+    const auto report = parse_report(report_.get());
+    const bool still = !report || report->still;
+    return now - mission_end_ >= (still ? kAfterMission : kSettles);
   }
 
   void end_plant() {
     board_->bye("the runtime ended the run");
-    plant_->wait_for_end();
+    plant_.wait_for_end();
   }
 
   int verdict(bool real_time) {
@@ -214,11 +254,8 @@ class SimRun {
     for (std::size_t i = 0; i < graph_.spec().failsafes.size(); ++i)
       if (mission_->safety().acted >> i & 1) failsafes.push_back(graph_.spec().failsafes[i].name + " acted");
     summary_.add_reasons("failsafe", "failsafes", failsafes);
-    const auto invalid = invalid_because(*report, board_->stats(), real_time);
-    summary_.add_reasons("invalid", "invalid_because", invalid);
-    if (real_time)
-      summary_.add("longest IMU gap", fmt::format("{:.3f} ms", report->imu_gap_max_s * 1e3),
-                   {{"imu_gap_max_s", report->imu_gap_max_s}});
+    summary_.chains_decide(report->faults.empty());  // with a broken device a chain may well be late
+    const auto invalid = judge(*report, real_time);
     const char* const validity = invalid.empty() ? "valid" : "invalid";
     if (!mission_->exists()) return summary_.finish(fmt::format("{} run", validity), invalid.empty() ? 0 : 1);
     if (report->touched_down) report_landing(*report);
@@ -231,6 +268,38 @@ class SimRun {
                                                 : "landed on the pad";
     return summary_.finish(fmt::format("{}, {} run", what, validity),
                            good_landing(*report) && done && invalid.empty() ? 0 : 1);
+  }
+
+  /// Says what was measured against which bound, and why the run does not count.
+  std::vector<std::string> judge(const FlightReport& report, bool real_time) {
+    evidence_.real_time = real_time;
+    evidence_.rate = options_.rate;
+    evidence_.plant = report;
+    evidence_.board = board_->stats();
+    const auto findings = examine(evidence_, robot_.sim.bounds);
+    Json validity = Json::array();
+    for (const Finding& f : findings)
+      validity.push_back(
+          {{"bound", f.key}, {"what", f.what}, {"value", f.value}, {"most", f.bound}, {"holds", f.holds}});
+    if (real_time)
+      summary_.add("longest IMU gap", fmt::format("{:.3f} ms", report.imu_gap_max_s * 1e3),
+                   {{"imu_gap_max_s", report.imu_gap_max_s}});
+    if (evidence_.board.remote) {
+      const sim_hil::ClockStats& c = evidence_.board.clock;
+      summary_.add("clock of the plant",
+                   fmt::format("known to {:.3f} ms, drift {:+.1f} ppm, {} exchanges", 1e3 * msg::seconds(c.worst_bound),
+                               1e6 * c.drift, c.exchanges),
+                   {{"clock_offset_s", msg::seconds(c.offset)},
+                    {"clock_bound_s", msg::seconds(c.worst_bound)},
+                    {"clock_drift_ppm", 1e6 * c.drift},
+                    {"clock_exchanges", c.exchanges}});
+    }
+    auto reasons = invalid_because(findings);
+    if (real_time && report.faults.empty())
+      reasons.insert(reasons.end(), summary_.failed_chains().begin(), summary_.failed_chains().end());
+    summary_.add_reasons("invalid", "invalid_because", reasons);
+    summary_.keep({{"validity", validity}});
+    return reasons;
   }
 
   void report_landing(const FlightReport& report) {
@@ -252,15 +321,67 @@ class SimRun {
   hal::Os& os_;  // the robot's pace
   hal::ManualClock clock_;
   ReportBox report_;
-  std::unique_ptr<PlantProcess> plant_;
+  PlantProcess& plant_;
+  ParentLine* const parent_;
   std::unique_ptr<sim_hil::SimBoard> board_;
+  std::unique_ptr<sim_hil::DatasetBoard> recorded_;  // of devices that are named so
   std::optional<MissionWatch> mission_;
   hal::Time mission_end_ = hal::kNever;
+  RunEvidence evidence_;
   RunSummary summary_;
 };
 
+std::unique_ptr<PlantProcess> open_plant(const Prepared& prepared, const RunOptions& options, std::string& why) {
+  const SimOptions& sim = prepared.robot.sim;
+  PlantRequest request;
+  request.endpoint = sim.plant;
+  request.seed = prepared.graph->spec().seed;
+  request.camera_width = sim.camera_width;
+  request.camera_height = sim.camera_height;
+  request.lockstep = options.virtual_time;
+  request.extra = options.plant_args;
+  if (!options.faults.empty() && request.endpoint != "auto") {
+    why = "--fault: only a plant that this run starts itself (plant \"auto\") plays faults";
+    return nullptr;
+  }
+  for (const std::string& fault : options.faults) request.extra.insert(request.extra.end(), {"--fault", fault});
+  return PlantProcess::open(request, why);
+}
+
+std::unique_ptr<hal::StopLine> open_stop_line(const std::string& plant) {
+  std::string why = "it cannot be reached";
+  auto stream = hal::connect_stream(plant, 2s);
+  if (stream) {
+    auto line = sim_hil::SideLine::open(std::move(*stream), "parent", 1s, why);
+    if (line) return std::move(*line);
+  }
+  std::fprintf(stderr, "warning: no stop line to the plant: %s\n", why.c_str());
+  return nullptr;
+}
+
 }  // namespace
 
-int run_on_sim(Prepared& prepared, const RunOptions& options) { return SimRun(prepared, options).run(); }
+int run_on_sim(Prepared& prepared, const RunOptions& options) {
+  std::string why;
+  const auto plant = open_plant(prepared, options, why);
+  if (!plant) {
+    std::fprintf(stderr, "sinew: %s\n", why.c_str());
+    return 2;
+  }
+  if (options.virtual_time || options.unsupervised || prepared.graph->spec().actuators.empty())
+    return SimRun(prepared, options, *plant, nullptr).run();
+
+  Supervised supervised;
+  supervised.robot = prepared.graph->spec().robot;
+  supervised.stop_line = open_stop_line(plant->endpoint());
+  supervised.body = [&](ParentLine& line) {
+    plant->leave_to_parent();
+    return SimRun(prepared, options, *plant, &line).run();
+  };
+  supervised.in_parent = [&] { plant->leave_to_runtime(); };
+  const int code = run_with_parent(prepared.robot.parent, std::move(supervised));
+  plant->wait_for_end();  // after a fault it goes on alone for a while, and what it then says belongs to the run
+  return code;
+}
 
 }  // namespace sinew::app

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "apps/gap_text.hpp"
 #include "apps/graph_text.hpp"
 
 namespace sinew::app {
@@ -26,6 +27,7 @@ StatusRows rows_of(const rt::Graph& graph, rt::Runner& runner) {
     const rt::TopicStats& s = runner.topic_stats(t);
     rows.topics.push_back({graph.topics()[t].name, s.messages.value(), runner.topic_drops(t), s.age.quantile(0.99)});
   }
+  rows.gaps = gap_lines(graph, runner);
   return rows;
 }
 
@@ -47,6 +49,8 @@ std::string StatusTable::render(const StatusRows& rows, rt::Time now, int column
         fmt::format("{:<24} {:>9} {:>9} {:>9} {:>9} {:>9} {:>4}", t.name, rate("thread " + t.name, t.cycles, elapsed_s),
                     t.overruns, human(t.late_p50), human(t.late_p99), human(t.exec_p99), t.priority),
         columns);
+  for (std::size_t at = 0; at < rows.gaps.size(); at = rows.gaps.find('\n', at) + 1)
+    out += cut(rows.gaps.substr(at, rows.gaps.find('\n', at) - at), columns);
   out += cut(fmt::format("{:<24} {:>9} {:>9} {:>9}", "topic", "rate", "lost", "age p99"), columns);
   for (const auto& t : rows.topics)
     out += cut(fmt::format("{:<24} {:>9} {:>9} {:>9}", t.name, rate("topic " + t.name, t.messages, elapsed_s), t.lost,

@@ -22,6 +22,7 @@ struct StatusRows {
   };
   std::vector<Thread> threads;
   std::vector<Topic> topics;
+  std::string gaps;  // gap_lines() of a run of our own
 };
 
 StatusRows rows_of(const rt::Graph& graph, rt::Runner& runner);

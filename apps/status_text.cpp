@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <array>
+
 #include "apps/graph_text.hpp"
 
 namespace sinew::app {
@@ -55,6 +57,21 @@ std::string chain_line(const Json& c) {
                      c.contains("age") ? number(c["age"], "count") : 0);
 }
 
+// What the guardian permits; else every reason why arming would be refused.
+std::string guardian_lines(const Json& guardian) {
+  constexpr std::array<const char*, 4> kModes{"standby", "armed", "active", "safe"};
+  const bool permitted = number(guardian, "permitted") != 0, ready = number(guardian, "ready") != 0;
+  std::string out = fmt::format("guardian  {}; commands {}{}\n", kModes[number(guardian, "mode") % kModes.size()],
+                                permitted ? "pass" : "do not pass",
+                                permitted ? ""
+                                : ready   ? "; ready to arm"
+                                          : "; not ready:");
+  if (permitted || ready) return out;
+  for (const Json& reason : list(guardian, "reasons"))
+    if (reason.is_string()) out += fmt::format("          {}\n", reason.get_ref<const std::string&>());
+  return out;
+}
+
 }  // namespace
 
 std::string status_text(const Json& all) {
@@ -71,6 +88,7 @@ std::string status_text(const Json& all) {
                      names_of(modules, stopped), names_of(modules, disabled), names_of(modules, faulty));
   out += fmt::format("topics    {}; with losses: {}\n", topics.size(), names_of(topics, losing));
   for (const Json& c : list(all, "chains")) out += chain_line(c);
+  if (const auto guardian = all.find("guardian"); guardian != all.end()) out += guardian_lines(*guardian);
   if (const auto others = all.find("outsiders"); others != all.end())
     out += fmt::format("outsiders {} connected, {} requests so far\n", number(*others, "clients"),
                        number(*others, "requests"));

@@ -16,7 +16,7 @@ struct TopOptions : LiveOptions {
 };
 
 int top(const TopOptions& options) {
-  auto robot = LiveRobot::find(options.robot);
+  auto robot = LiveRobot::find(options);
   if (!robot) return kNotBegun;
   hal::Os& os = hal::linux_os();
   const rt::Duration period{static_cast<std::int64_t>(options.period_s * 1e9)};

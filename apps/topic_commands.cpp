@@ -44,7 +44,7 @@ std::string rate_text(const Json& topic) {
 }
 
 int list_topics(const LiveOptions& options) {
-  auto robot = LiveRobot::find(options.robot);
+  auto robot = LiveRobot::find(options);
   if (!robot) return kNotBegun;
   const auto reply = robot->ask("topics");
   if (!reply) return kFailed;
@@ -75,7 +75,7 @@ std::string type_text(const Json& types, const std::string& name) {
 }
 
 int topic_info(const TopicOptions& options) {
-  auto robot = LiveRobot::find(options.robot);
+  auto robot = LiveRobot::find(options);
   if (!robot) return kNotBegun;
   const auto reply = robot->ask("topics");
   const auto status = reply ? robot->ask("status") : std::nullopt;
@@ -122,7 +122,7 @@ std::string echo_text(const EchoOptions& options, const TopicReader& reader) {
 }
 
 int echo(const EchoOptions& options) {
-  auto robot = LiveRobot::find(options.robot);
+  auto robot = LiveRobot::find(options);
   auto reader = robot ? TopicReader::open(*robot, options.topic) : std::nullopt;
   if (!reader) return kNotBegun;
   if (!reader->topic().known())
@@ -146,7 +146,7 @@ int echo(const EchoOptions& options) {
 }
 
 int hz(const HzOptions& options) {
-  auto robot = LiveRobot::find(options.robot);
+  auto robot = LiveRobot::find(options);
   auto reader = robot ? TopicReader::open(*robot, options.topic) : std::nullopt;
   if (!reader) return kNotBegun;
   RateMeter meter;
@@ -179,7 +179,7 @@ int hz(const HzOptions& options) {
 int pub(const PubOptions& options) {
   const Json message = Json::parse(options.message, nullptr, false);
   if (!message.is_object()) return fail("a message is one JSON object, e.g. '{\"range_m\": 1.5}'");
-  auto robot = LiveRobot::find(options.robot);
+  auto robot = LiveRobot::find(options);
   if (!robot) return kNotBegun;
   hal::Os& os = hal::linux_os();
   const std::uint64_t count = options.count > 0 ? options.count : options.rate_hz > 0 ? 0 : 1;

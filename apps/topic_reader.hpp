@@ -15,8 +15,7 @@ class TopicReader {
   static std::optional<TopicReader> open(LiveRobot& robot, const std::string& topic);
 
   enum class Got { message, nothing, end };
-  /// Waits for the next message, until `deadline`; `end`: the robot ended, or Ctrl-C. With `newest`, what came
-  /// meanwhile is left out and not counted as lost.
+  /// Waits for the next message, until `deadline`; `end`: the robot ended (that was said), or Ctrl-C.
   Got next(hal::Time deadline);
 
   /// Of the message that next() got: its own copy.

@@ -1,6 +1,7 @@
 #include "control/attitude_controller.hpp"
 
 #include "control/limits.hpp"
+#include "control/plausible.hpp"
 
 namespace sinew::control {
 
@@ -26,13 +27,29 @@ void AttitudeController::declare(rt::Declaration& d) {
   d.param("inertia_x_kgm2", p.inertia_kgm2.x, {.unit = "kg m^2", .min = 1e-6, .max = 100});
   d.param("inertia_y_kgm2", p.inertia_kgm2.y, {.unit = "kg m^2", .min = 1e-6, .max = 100});
   d.param("inertia_z_kgm2", p.inertia_kgm2.z, {.unit = "kg m^2", .min = 1e-6, .max = 100});
+  d.param("tipped_tilt_rad", tipped_tilt_rad_, {.unit = "rad", .min = 0.1, .max = 3.2, .doc = "3.2: never tipped"});
+  d.param("tipped_after_s", tipped_after_s_, {.unit = "s", .min = 0, .max = 10});
+}
+
+void AttitudeController::reset() {
+  law_.reset();
+  tipped_s_ = 0;
+  tipped_ = false;
+}
+
+bool AttitudeController::has_tipped(const msg::NavState& state, bool armed, double dt_s) {
+  const double up_z = math::Quat(state.q_world_base).rotate({0, 0, 1}).z;  // cosine of the tilt
+  tipped_s_ = up_z < math::cos(tipped_tilt_rad_) ? tipped_s_ + dt_s : 0;
+  tipped_ = armed && (tipped_ || tipped_s_ > tipped_after_s_);
+  return tipped_;
 }
 
 rt::Status AttitudeController::step(const rt::Step& step) noexcept {
   const msg::NavState* state = state_.fresh(step.now);
   const msg::AttitudeSetpoint* wanted = attitude_.fresh(step.now);
   if (!state || !wanted || !state->attitude_valid) return rt::Status::stale;
-  if (!is_finite(math::Quat(wanted->q_world_base)) || !math::is_finite(wanted->thrust_n)) return rt::Status::fault;
+  if (!plausible(*state) || !plausible(*wanted)) return rt::Status::fault;
+  if (has_tipped(*state, wanted->armed != 0, step_seconds(step.dt))) return rt::Status::fault;
   const msg::WrenchSetpoint wrench = law_.step(*state, *wanted, step_seconds(step.dt));
   if (!is_finite(math::Vec3(wrench.torque_nm))) return rt::Status::fault;
   wrench_.loan() = wrench;

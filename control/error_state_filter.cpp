@@ -1,5 +1,7 @@
 #include "control/error_state_filter.hpp"
 
+#include "control/plausible.hpp"
+
 namespace sinew::control {
 
 void ErrorStateFilter::declare(rt::Declaration& d) {
@@ -23,6 +25,10 @@ void ErrorStateFilter::declare_sensors(rt::Declaration& d) {
           {.unit = "rad/s", .min = 1e-5, .max = 1, .doc = "standard deviation at the start"});
   d.param("accel_bias_mps2", p.spread.accel_bias_mps2,
           {.unit = "m/s^2", .min = 1e-4, .max = 5, .doc = "standard deviation at the start"});
+  d.param("gyro_limit_radps", p.gyro_limit_radps, {.unit = "rad/s", .min = 0.1, .max = 1e4, .doc = "beyond: nonsense"});
+  d.param("accel_limit_mps2", p.accel_limit_mps2, {.unit = "m/s^2", .min = 1, .max = 1e5, .doc = "beyond: nonsense"});
+  d.param("range_min_m", p.range_min_m, {.unit = "m", .min = 0, .max = 10, .doc = "below: nonsense"});
+  d.param("range_max_m", p.range_max_m, {.unit = "m", .min = 0.1, .max = 1e4, .doc = "beyond: nonsense"});
   d.param("range_noise_m", p.range_noise_m, {.unit = "m", .min = 1e-4, .max = 1});
   d.param("range_noise_share", p.range_noise_share, {.unit = "1", .min = 0, .max = 0.5, .doc = "of the range"});
   d.param("range_below_base_m", p.range_below_base_m, {.unit = "m", .min = -1, .max = 1});
@@ -65,15 +71,16 @@ void ErrorStateFilter::declare_levelling(rt::Declaration& d) {
 rt::Status ErrorStateFilter::step(const rt::Step&) noexcept {
   const msg::ActuatorCommand* motors = motors_.get();
   estimator_.set_motors_stopped(!motors || !motors->armed);
-  bool good = true;
-  for (const msg::ImuSample& s : imu_) good = estimator_.add_imu(s) && good;
+  bool good = false;
+  for (const msg::ImuSample& s : imu_) good = estimator_.add_imu(s) || good;
   for (const msg::RangeSample& s : range_) estimator_.add_range(s);
   for (const msg::BaroSample& s : baro_) estimator_.add_baro(s);
   for (const msg::PadSighting& s : pad_) estimator_.add_pad(s);
-  if (!good) return rt::Status::fault;
-  if (imu_.empty() || !estimator_.started()) return rt::Status::stale;
+  if (imu_.empty()) return rt::Status::stale;
+  if (!good) return rt::Status::fault;  // not one of them could be used
+  if (!estimator_.started()) return rt::Status::stale;
   const msg::NavState n = estimator_.output();
-  if (!is_finite(math::Quat(n.q_world_base)) || !is_finite(math::Vec3(n.p_world_m))) return rt::Status::fault;
+  if (!plausible(n)) return rt::Status::fault;
   state_.loan() = n;
   return rt::Status::ok;
 }

@@ -9,8 +9,9 @@ namespace sinew::control {
 /// but the inertial samples may be left unbound. See NavEstimator.
 /// Frames:  base x forward, y left, z up; world z up, origin on the ground below the start.
 /// Thread:  executor, at the rate of the inertial samples (200 to 1000 Hz).   RT: yes.
-/// Errors:  stale without a new inertial sample and until the first attitude; fault for samples that are not finite or
-///          not newer. Nothing is published then; other messages of that step are used all the same.
+/// Errors:  stale without a new inertial sample and until the first attitude; fault when no sample of a step can
+///          be used (not finite, beyond what an IMU measures, older). Nothing is published then; other messages of that
+///          step are used all the same.
 class ErrorStateFilter final : public rt::Module {
  public:
   void declare(rt::Declaration& d) override;

@@ -1,6 +1,7 @@
 #include "control/mission.hpp"
 
 #include "control/limits.hpp"
+#include "control/plausible.hpp"
 
 namespace sinew::control {
 
@@ -56,6 +57,7 @@ void Mission::declare(rt::Declaration& d) {
 rt::Status Mission::step(const rt::Step& step) noexcept {
   const msg::NavState* state = state_.fresh(step.now);
   if (!state) return rt::Status::stale;
+  if (!plausible(*state)) return rt::Status::fault;
   if (const msg::SafetyState* safety = safety_.get()) plan_.set_safety({safety->permitted != 0, safety->action});
   plan_.step(step.now, *state, step_seconds(step.dt));
   setpoint_.loan() = plan_.setpoint();

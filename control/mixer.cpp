@@ -1,5 +1,7 @@
 #include "control/mixer.hpp"
 
+#include "control/plausible.hpp"
+
 namespace sinew::control {
 
 using namespace std::chrono_literals;
@@ -17,8 +19,11 @@ void Mixer::declare(rt::Declaration& d) {
 rt::Status Mixer::step(const rt::Step& step) noexcept {
   const msg::WrenchSetpoint* wrench = wrench_.fresh(step.now);
   if (!wrench) return rt::Status::stale;
+  const double thrust_n = 4 * rotors_.thrust_max_n;  // of all; more than it is asked for, but not many times
+  const double torque_nm = 10 * thrust_n * (rotors_.arm_x_m + rotors_.arm_y_m);
+  if (!within(wrench->torque_nm, torque_nm) || !within({wrench->thrust_n, 0, 0}, 10 * thrust_n))
+    return rt::Status::fault;
   const math::Vec3 torque(wrench->torque_nm);
-  if (!is_finite(torque) || !math::is_finite(wrench->thrust_n)) return rt::Status::fault;
   msg::ActuatorCommand& out = motors_.loan();
   out.stamp = wrench->stamp;
   out.count = 4;

@@ -1,11 +1,15 @@
 #include "control/nav_estimator.hpp"
 
+#include "control/plausible.hpp"
+
 namespace sinew::control {
 namespace {
 
 constexpr std::uint32_t kSightingsToAnchor = 5;    // averaged into the position of the pad
 constexpr std::uint32_t kRefusedToReopen = 12;     // sightings in a row, about 0.4 s
 constexpr std::uint32_t kRefusedToNewGround = 15;  // ranges in a row
+constexpr double kSameGround_m = 0.3;              // ranges that differ by more do not show one new ground
+constexpr double kStuck_s = 0.25;                  // no sensor repeats one value for so long in flight
 constexpr double kVagueVelocity = 1.0;             // (m/s)^2: an aided vehicle that knows less uses the weak prior, too
 constexpr double kNoGate = 1e18;
 
@@ -22,7 +26,8 @@ void NavEstimator::reset() {
 bool NavEstimator::add_imu(const msg::ImuSample& s) {
   const math::Vec3 gyro(s.gyro_radps), accel(s.accel_mps2);
   const bool first = !started_ && level_count_ == 0;
-  if (!is_finite(gyro) || !is_finite(accel) || (!first && s.stamp < last_imu_)) {
+  const bool sane = norm(gyro) < params.gyro_limit_radps && norm(accel) < params.accel_limit_mps2;  // not so for NaN
+  if (!sane || (!first && s.stamp < last_imu_)) {
     ++counters_.refused_imu;
     return false;
   }
@@ -144,7 +149,7 @@ void NavEstimator::use_prior(double dt_s) {
 }
 
 void NavEstimator::add_range(const msg::RangeSample& s) {
-  if (!started_ || !(s.range_m > 0) || !math::is_finite(s.range_m)) return;
+  if (!started_ || !(s.range_m > params.range_min_m) || !(s.range_m < params.range_max_m) || is_stuck(s)) return;
   const math::Vec3 up = filter_.state().q_world_base.conjugate().rotate({0, 0, 1});
   if (up.z < 0.7) return;  // looks at a wall
   const double height_m = (s.range_m + params.range_below_base_m) * up.z;
@@ -167,16 +172,49 @@ void NavEstimator::add_range(const msg::RangeSample& s) {
   if (counters_.gated_range == before) {
     range_refused_in_row_ = 0;
     last_range_ = s.stamp;
-  } else if (++range_refused_in_row_ >= kRefusedToNewGround) {  // over a crate, or past its edge
-    ground_z_m_ = filter_.state().p_world_m.z - height_m;
-    range_refused_in_row_ = 0;
-    ++counters_.new_ground;
+  } else {
+    refuse_range(height_m);
   }
 }
 
+/// Refused again and again with about the same height: over a crate, or past its edge. What jumps about is no ground.
+void NavEstimator::refuse_range(double height_m) {
+  if (range_refused_in_row_ == 0 || math::fabs(height_m - refused_height_m_) > kSameGround_m) {
+    range_refused_in_row_ = 0;
+    refused_height_m_ = height_m;
+  }
+  if (++range_refused_in_row_ < kRefusedToNewGround) return;
+  ground_z_m_ = filter_.state().p_world_m.z - height_m;
+  range_refused_in_row_ = 0;
+  ++counters_.new_ground;
+}
+
+/// On the ground the value may stand as the vehicle does.
+bool NavEstimator::is_stuck(const msg::RangeSample& s) {
+  if (s.range_m != last_range_m_ || motors_stopped_) {
+    last_range_m_ = s.range_m;
+    range_changed_ = s.stamp;
+    return false;
+  }
+  if (msg::seconds(s.stamp - range_changed_) < kStuck_s) return false;
+  ++counters_.stuck_range;
+  return true;
+}
+
+bool NavEstimator::is_stuck(const msg::PadSighting& s) {
+  if (!(s.direction_optical == last_pad_direction_) || motors_stopped_) {
+    last_pad_direction_ = s.direction_optical;
+    pad_changed_ = s.stamp;
+    return false;
+  }
+  if (msg::seconds(s.stamp - pad_changed_) < kStuck_s) return false;
+  ++counters_.stuck_pad;
+  return true;
+}
+
 void NavEstimator::add_baro(const msg::BaroSample& s) {
-  if (!started_ || !height_aided_ || !(s.pressure_pa > 1000) || !math::is_finite(s.pressure_pa) ||
-      !math::is_finite(s.temperature_c)) {
+  if (!started_ || !height_aided_ || !(s.pressure_pa > 1000) || !(s.pressure_pa < 200000) ||
+      !(math::fabs(s.temperature_c) < 150)) {
     return;
   }
   // Height in an atmosphere of one temperature; what the weather adds is in the offset.
@@ -203,9 +241,10 @@ void NavEstimator::add_baro(const msg::BaroSample& s) {
 void NavEstimator::add_pad(const msg::PadSighting& s) {
   const math::Vec3 direction(s.direction_optical);
   if (!started_ || !height_aided_ || !s.found || !(s.confidence >= params.pad_min_confidence) ||
-      !is_finite(direction)) {
+      !(math::fabs(norm(direction) - 1) < 1e-3)) {
     return;
   }
+  if (is_stuck(s)) return;
   const auto then = history_.at(s.stamp);
   if (!then) {
     ++counters_.late_pad;

@@ -18,6 +18,8 @@ struct NavParams {
   double level_rate_hz = 3.7, level_velocity_mps = 2.75;
   double level_accel_mps2 = 2.0, level_per_deviation = 1.3, level_per_rate = 0.7;
   double gate = 16;  // squared normalised innovation beyond which a measurement is refused
+  double gyro_limit_radps = 40, accel_limit_mps2 = 200;  // more than the IMU can measure (2000 deg/s, 16 g): nonsense
+  double range_min_m = 0.01, range_max_m = 20;           // likewise
   double range_noise_m = 0.01, range_noise_share = 0.01, range_below_base_m = 0.04;
   double baro_noise_m = 0.5, baro_offset_time_s = 5.0;
   double pad_noise_m = 0.01, pad_noise_share = 0.02;  // of the distance
@@ -36,10 +38,12 @@ struct NavParams {
 class NavEstimator {
  public:
   struct Counters {
-    std::uint32_t refused_imu = 0;  // not finite, or older than the last
+    std::uint32_t refused_imu = 0;  // not finite, beyond what an IMU measures, or older than the last
     std::uint32_t same_imu = 0;     // a second time
     std::uint32_t gaps = 0;         // starts anew after a gap
     std::uint32_t gated_range = 0, gated_pad = 0, gated_baro = 0;
+    std::uint32_t stuck_range = 0;        // the very same value for too long in flight
+    std::uint32_t stuck_pad = 0;          // likewise the very same sighting: a frozen picture
     std::uint32_t late_pad = 0;           // older than the history
     std::uint32_t new_ground = 0;         // ground level taken anew after many refused ranges
     std::uint32_t reopened_position = 0;  // position taken anew after many refused sightings
@@ -48,8 +52,8 @@ class NavEstimator {
   NavParams params;
 
   void reset();
-  /// False when the sample cannot be used (not finite, older than the last one). The same one again is no news and no
-  /// harm: a bus that repeats itself must not end a flight.
+  /// False when the sample cannot be used (not finite, beyond what an IMU measures, older than the last one). The same
+  /// one again is no news and no harm: a bus that repeats itself must not end a flight.
   bool add_imu(const msg::ImuSample& s);
   void add_range(const msg::RangeSample& s);
   void add_baro(const msg::BaroSample& s);
@@ -68,6 +72,9 @@ class NavEstimator {
   void use_rest();
   void use_prior(double dt_s);
   void anchor_pad(const math::Vec3& seen);
+  bool is_stuck(const msg::RangeSample& s);
+  bool is_stuck(const msg::PadSighting& s);
+  void refuse_range(double height_m);
   void correct(std::span<const Measurement> rows, std::uint32_t* refused, double gate);
   Measurement gravity_row(int axis, const math::Vec3& f_world_mps2, double sigma) const;
 
@@ -86,6 +93,11 @@ class NavEstimator {
   msg::Time last_baro_;
   math::Vec3 pad_world_m_;
   std::uint32_t pad_sightings_ = 0, pad_refused_in_row_ = 0, range_refused_in_row_ = 0;
+  double refused_height_m_ = 0;  // the first of that row
+  double last_range_m_ = 0;
+  msg::Time range_changed_;
+  msg::Vec3 last_pad_direction_;
+  msg::Time pad_changed_;
 };
 
 }  // namespace sinew::control

@@ -1,6 +1,7 @@
 #include "control/position_controller.hpp"
 
 #include "control/limits.hpp"
+#include "control/plausible.hpp"
 
 namespace sinew::control {
 
@@ -33,9 +34,7 @@ rt::Status PositionController::step(const rt::Step& step) noexcept {
   const msg::NavState* state = state_.fresh(step.now);
   const msg::FlightSetpoint* wanted = setpoint_.fresh(step.now);
   if (!state || !wanted || !state->attitude_valid) return rt::Status::stale;
-  const bool finite = is_finite(math::Vec3(wanted->p_world_m)) && is_finite(math::Vec3(wanted->v_world_mps)) &&
-                      math::is_finite(wanted->yaw_rad);
-  if (!finite) return rt::Status::fault;
+  if (!plausible(*state) || !plausible(*wanted)) return rt::Status::fault;
   attitude_.loan() = law_.step(*state, *wanted, step_seconds(step.dt));
   return rt::Status::ok;
 }

@@ -6,7 +6,7 @@
 namespace sinew::hal {
 
 /// Another Os whose clock runs at `rate`: everything that waits and measures on it lives at that pace. For a simulator
-/// that is slower (or faster) than life. Threads, memory and processor time are the other's own.
+/// that is slower (or faster) than life. Threads and memory are the other's own.
 /// Thread:  any.   RT: as the other.
 class ScaledOs final : public Os {
  public:
@@ -21,7 +21,9 @@ class ScaledOs final : public Os {
     other_.wait(word, expected, deadline == kNever ? kNever : unscaled(deadline));
   }
   void wake(WakeWord& word) noexcept override { other_.wake(word); }
-  Duration thread_cpu_time() noexcept override { return other_.thread_cpu_time(); }
+  Duration thread_cpu_time() noexcept override {  // at this pace, too: used up plus waited is what now() has gone on
+    return Duration{static_cast<std::int64_t>(static_cast<double>(other_.thread_cpu_time().count()) * rate_)};
+  }
   Result<std::unique_ptr<Thread>> start_thread(const ThreadOptions& options, std::function<void()> body) override {
     return other_.start_thread(options, std::move(body));
   }
@@ -29,6 +31,7 @@ class ScaledOs final : public Os {
     return other_.shared_memory(name, bytes);
   }
   Status lock_memory() override { return other_.lock_memory(); }
+  Result<std::shared_ptr<void>> keep_awake() override { return other_.keep_awake(); }
 
   Time scaled(Time t) const noexcept {
     return start_ + Duration{static_cast<std::int64_t>(std::floor(static_cast<double>((t - start_).count()) * rate_))};

@@ -183,6 +183,8 @@ void GraphCheck::chains() {
     if (chain.spec.budget < Duration{0})
       add(chain.spec.line, key + ".budget_ms", format_number(static_cast<double>(chain.spec.budget.count()) / 1e6),
           "a number from 0 up; 0: no budget");
+    if (!(chain.spec.allowed_misses >= 0 && chain.spec.allowed_misses <= 1))
+      add(chain.spec.line, key + ".allowed_misses", format_number(chain.spec.allowed_misses), "a number from 0 to 1");
     if (c >= kMaxChains || chain.from == kNone || chain.to == kNone || chain.from == chain.to) continue;
     const auto& ports = graph_.modules()[graph_.topics()[chain.to].writer].carried_chains;
     if (std::none_of(ports.begin(), ports.end(), [&](std::uint32_t chains) { return chains >> c & 1; }))

@@ -104,6 +104,7 @@ struct ChainSpec {
   Located<std::string> from{}, to{};  // topics
   Duration budget{};
   int line = 0;
+  double allowed_misses = 0;  // share of the messages that may be older
 };
 
 /// A condition on a topic that the guardian watches, and what it does about it.

@@ -117,19 +117,19 @@ class RealTimeExecutor::Worker {
       if (stopping()) return;
       const Time release = next_;
       next_ = next_ + period_;  // unless the cycle restarts it
-      cycle(release, false);
+      cycle(release, false, executor_.os_.now());
       meet_releases();
       while (!backlog_.empty() && !stopping()) {
-        cycle(backlog_.pop(), false);
+        cycle(backlog_.pop(), false, now_);
         meet_releases();
       }
     }
   }
 
-  // Releases that came while a cycle ran.
+  // Releases that came while a cycle ran; at the instant of its end it is over.
   void meet_releases() noexcept {
     ThreadStats& stats = runner_->stats();
-    for (; next_ <= now_; next_ = next_ + period_) {
+    for (; next_ < now_; next_ = next_ + period_) {
       stats.overruns.add();
       const bool waits = spec_.overrun == ThreadSpec::Overrun::catch_up && backlog_.push(next_);
       if (!waits) stats.skips.add();
@@ -161,18 +161,23 @@ class RealTimeExecutor::Worker {
       trigger_.wait(deadline);
       if (stopping()) return;
       const Trigger::Taken taken = trigger_.take();
+      const Time now = executor_.os_.now();
       const bool timed_out = taken.count == 0 || taken.first > deadline;  // the time-out came first
       const Time release = timed_out ? deadline : std::max(taken.first, last);
       stats.coalesced.add(timed_out ? taken.count : taken.count - 1);
       if (timed_out) stats.timeouts.add();
       last = taken.count == 0 ? release : std::max(release, taken.latest);
-      cycle(release, timed_out);
+      if (has_timeout && now - last >= spec_.timeout) {  // more of them came meanwhile: absorbed by this cycle
+        const std::int64_t absorbed = (now - last) / spec_.timeout;
+        stats.coalesced.add(static_cast<std::uint64_t>(absorbed));
+        last = last + spec_.timeout * absorbed;
+      }
+      cycle(release, timed_out, now);
     }
   }
 
-  void cycle(Time release, bool timed_out) noexcept {
+  void cycle(Time release, bool timed_out, Time now) noexcept {
     hal::Os& os = executor_.os_;
-    Time now = os.now();
     note(gaps_.woke(release, now), now);
     ThreadStats& stats = runner_->stats();
     stats.releases.add();

@@ -146,6 +146,7 @@ class Runner {
   Runner(Graph& graph, const RunnerOptions& options);
   ThreadRunner& thread(std::uint32_t i) { return *threads_[i]; }
   Graph& graph() { return board_.graph; }
+  const Graph& graph() const { return board_.graph; }
 
   const ThreadStats& thread_stats(std::uint32_t thread) { return threads_[thread]->stats(); }
   const ModuleStats& module_stats(std::uint32_t module);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "rt/trap.hpp"
 #include "rt/zone.hpp"
 
 namespace sinew::rt {
@@ -79,16 +80,21 @@ std::vector<TimelineEvent> Timeline::snapshot(Duration last) const {
     }
   }
   std::erase_if(events, [&](const TimelineEvent& e) { return newest - (e.at + e.length) > last; });
-  std::stable_sort(events.begin(), events.end(),
-                   [](const auto& a, const auto& b) { return a.at != b.at ? a.at < b.at : a.length > b.length; });
+  std::stable_sort(events.begin(), events.end(), [](const auto& a, const auto& b) {
+    if (a.at != b.at) return a.at < b.at;
+    return a.length != b.length ? a.length > b.length : a.kind < b.kind;
+  });
   return events;
 }
 
-void Zone::begin() noexcept { start_ = log_->clock.now(); }
+// The clock is the executor's, read for it: the step sees nothing of it.
+Time Zone::now(ZoneLog& log) noexcept {
+  const trap::Scope outside(nullptr);
+  return log.clock.now();
+}
 
-void Zone::end() noexcept {
-  const Time now = log_->clock.now();
-  log_->ring.add(TimelineEvent::Kind::zone, start_, now - start_, log_->ring.zone(name_, log_->module));
+void Zone::note(ZoneLog& log, const char* name, Time start) noexcept {
+  log.ring.add(TimelineEvent::Kind::zone, start, now(log) - start, log.ring.zone(name, log.module));
 }
 
 }  // namespace sinew::rt

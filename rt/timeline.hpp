@@ -101,7 +101,7 @@ class Timeline {
  public:
   Timeline(const Graph& graph, Time start);
   TimelineRing& ring(std::uint32_t thread) { return *rings_[thread]; }
-  /// What was written in the last `last` before the newest event, in the order of its beginning, the longer first.
+  /// What was written in the last `last` before the newest event, in the order of its beginning; outer before inner.
   std::vector<TimelineEvent> snapshot(Duration last = std::chrono::seconds(1)) const;
   std::size_t bytes() const { return bytes_; }
 

@@ -46,6 +46,7 @@ std::string difference(const Welcome& before, const Welcome& now) {
 }
 
 Status PlantConnection::shake_hands(const Hello& hello, std::string& why) {
+  why.clear();
   static_cast<void>(out.add(Type::hello, 0, Time{}, hello));  // the first message always fits
   auto ok = flush();
   Message message;

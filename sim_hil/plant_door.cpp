@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "sim_hil/side_line_server.hpp"
+
 namespace sinew::sim_hil {
 namespace {
 
@@ -9,7 +11,6 @@ using namespace std::chrono_literals;
 using hal::Errc;
 using hal::Error;
 using hal::Result;
-using hal::Status;
 
 constexpr hal::Duration kHelloPatience = 2s;  // who connects and says nothing is not served
 constexpr hal::Duration kLookAround = 100ms;  // how long the end of the door may take
@@ -77,7 +78,8 @@ void PlantDoor::serve(Caller& caller) {
     turned_away_.fetch_add(1, std::memory_order_relaxed);
   } else if (caller.hello.mode == Mode::side_line) {
     caller.stream->set_patience({});
-    serve_side_line(caller);
+    side_lines_.fetch_add(1, std::memory_order_relaxed);
+    serve_side_line(caller, {os_, plant_, stopped_});
   } else {
     keep_runtime(caller);
   }
@@ -111,56 +113,6 @@ void PlantDoor::let_go() {
 void PlantDoor::refuse(hal::Stream& stream, std::string_view reason) {
   turned_away_.fetch_add(1, std::memory_order_relaxed);
   turn_away(stream, reason);
-}
-
-void PlantDoor::serve_side_line(Caller& caller) {
-  side_lines_.fetch_add(1, std::memory_order_relaxed);
-  MessageWriter out(kMaxSmallBytes);
-  Welcome welcome;
-  welcome.step = plant_.step, welcome.seed = plant_.seed.value_or(caller.hello.seed);
-  welcome.plant = plant_.name, welcome.devices = plant_.devices;
-  static_cast<void>(out.add(Type::welcome, 0, Time{}, welcome));  // an empty buffer holds any Welcome
-  for (;;) {
-    if (!caller.stream->write(out.pending())) return;
-    out.clear();
-    Message message;
-    auto next = caller.in.next(message);
-    if (next && !*next) {
-      auto n = caller.stream->read(caller.in.space());
-      if (!n) return;
-      caller.in.filled(*n);
-      continue;
-    }
-    std::string offence;
-    if (!next)
-      offence = describe_failure(next.error(), "side line ended");
-    else if (auto ok = answer(message, out); !ok)
-      offence = describe_failure(ok.error(), "side line ended");
-    if (offence.empty()) continue;
-    static_cast<void>(out.add_text(Type::bye, Time{}, offence));
-    static_cast<void>(caller.stream->write(out.pending()));  // nobody may be there any more
-    return;
-  }
-}
-
-Status PlantDoor::answer(const Message& message, MessageWriter& out) {
-  const std::int64_t received_ns = os_.now().ns;
-  switch (message.header.type) {
-    case Type::clock_ask: {
-      ClockAsk ask;
-      if (auto ok = decode(message.header, message.payload, ask); !ok) return ok;
-      static_cast<void>(out.add(Type::clock_answer, 0, Time{}, ClockAnswer{ask.asked_ns, received_ns, os_.now().ns}));
-      return {};
-    }
-    case Type::stop:
-      stopped_.store(true, std::memory_order_release);  // before the answer: it says that we obey
-      static_cast<void>(out.add(Type::stopped, 0, Time{}));
-      return {};
-    case Type::bye:
-      return Error{Errc::closed, "the other side has hung up"};
-    default:
-      return Error{Errc::bad_data, "message does not belong on a side line", std::int64_t(message.header.type)};
-  }
 }
 
 }  // namespace sinew::sim_hil

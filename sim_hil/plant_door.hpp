@@ -57,8 +57,6 @@ class PlantDoor {
   void admit(std::unique_ptr<hal::Stream> stream);
   void serve(Caller& caller);
   void keep_runtime(Caller& caller);
-  void serve_side_line(Caller& caller);
-  hal::Status answer(const Message& message, MessageWriter& out);
   void refuse(hal::Stream& stream, std::string_view reason);
 
   hal::Os& os_;

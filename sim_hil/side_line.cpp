@@ -20,6 +20,7 @@ SideLine::~SideLine() {
 Result<std::unique_ptr<SideLine>> SideLine::open(std::unique_ptr<hal::Stream> stream, std::string_view name,
                                                  hal::Duration patience, std::string& why) {
   stream->set_patience(patience);
+  why.clear();
   std::unique_ptr<SideLine> line(new SideLine(std::move(stream)));
   if (auto ok = line->shake_hands(name, why); !ok) {
     if (why.empty()) why = describe_failure(ok.error(), "no side line to the plant");

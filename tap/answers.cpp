@@ -189,6 +189,7 @@ Reply Answers::hello(const Json&) {
                {"robot", robot_.name},
                {"pid", hal::process_id()},
                {"board", robot_.board},
+               {"robot_file", robot_.robot_file},
                {"virtual_time", robot_.virtual_time},
                {"memory", graph_.memory() != nullptr}});
 }

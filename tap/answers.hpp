@@ -41,6 +41,7 @@ class Answers {
     std::string name, board;
     bool virtual_time = false;
     std::function<void()> stop;
+    std::string robot_file{};
   };
   Answers(rt::Graph& graph, rt::Runner& runner, hal::Os& os, Bells* bells, Robot robot);
 

@@ -34,9 +34,9 @@ class Server::Body {
       if (!bells) return bells.error();
       bells_ = std::move(*bells);
     }
-    answers_ =
-        std::make_unique<Answers>(graph_, runner, os_, bells_.get(),
-                                  Answers::Robot{name.robot(), options_.board, options_.virtual_time, options_.stop});
+    answers_ = std::make_unique<Answers>(
+        graph_, runner, os_, bells_.get(),
+        Answers::Robot{name.robot(), options_.board, options_.virtual_time, options_.stop, options_.robot_file});
     answers_->outsiders = [this] { return outsiders(); };
     auto listener = hal::listen_stream("unix:" + name.path());
     if (!listener) return listener.error();

@@ -15,6 +15,7 @@ struct ServerOptions {
   std::string board{};           // for `hello`
   bool virtual_time = false;     // likewise
   std::function<void()> stop{};  // what `stop` does; empty: refused
+  std::string robot_file{};      // absolute path, likewise for `hello`; empty: none
   std::uint32_t max_clients = 16;
   std::uint32_t max_per_process = 4;                               // connections of one process
   hal::Duration may_be_replaced_after = std::chrono::seconds(10);  // without a request, when all places are taken

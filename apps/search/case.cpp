@@ -92,6 +92,12 @@ bool Case::disturbed(Time t, Duration after) const {
   return false;
 }
 
+bool Case::lied_to(Time t) const {
+  for (const Fault& f : faults)
+    if (f.lies() && t >= f.from) return true;
+  return false;
+}
+
 std::string to_string(const Fault& f) {
   std::string amount;
   if (f.amount != 0) amount = amount_is_time(f.kind) ? fmt::format("({}ms)", f.amount) : fmt::format("({})", f.amount);

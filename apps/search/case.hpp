@@ -20,6 +20,7 @@ struct Fault {
   Time from;          // whole milliseconds
   Duration length{};
   Time until() const { return from + length; }
+  bool lies() const { return kind == "stuck" || kind == "wrong"; }
   bool operator==(const Fault&) const = default;
 };
 
@@ -42,6 +43,8 @@ struct Case {
   double stress_of(std::string_view module) const;
   /// Some fault acts at `t`, or did within `after` before it.
   bool disturbed(Time t, Duration after) const;
+  /// Some device has told something plausible that was not true, at `t` or before: what rests on it is off for long.
+  bool lied_to(Time t) const;
 };
 
 /// "world=77 jitter=12 gust=1.5 stress=pad*2.5 fault=imu:off@5.003+0.001": what is not written has its default.

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <memory>
 
+#include <nlohmann/json.hpp>
+
 #include "apps/flight_report.hpp"
 #include "apps/module_list.hpp"
 #include "apps/plant_process.hpp"
@@ -22,7 +24,8 @@ using namespace std::chrono_literals;
 using msg::MissionPhase;
 
 constexpr std::uint32_t kFirstSequence = 0xFFFFFF00;  // every run sees the numbers wrap
-constexpr rt::Duration kAtRest = 500ms;               // so that a lease that does not end, or a restart, is seen
+constexpr rt::Duration kPatience = 60s;  // on a machine that is busy with other flights; a hang is ended from outside
+constexpr rt::Duration kAtRest = 500ms;  // so that a lease that does not end, or a restart, is seen
 
 /// The newest message of the first topic of type M.
 template <msg::Described M>
@@ -64,6 +67,12 @@ rt::Duration oldest_input(const rt::Graph& graph, const std::string& topic) {
   for (const auto& port : graph.modules()[graph.topics()[graph.find_topic(topic)].writer].declaration.ports)
     if (port.kind == rt::Declaration::PortKind::latest) oldest = std::max(oldest, port.max_age);
   return std::min<rt::Duration>(oldest, 1h);  // none declared: nothing is too old
+}
+
+/// Plant steps in which a motor ran on a command whose lease was over, as the plant counted them.
+std::uint64_t stale_actuations(const std::string& report) {
+  const auto j = nlohmann::json::parse(report, nullptr, false);
+  return j.is_object() ? j.value("stale_actuations", std::uint64_t{0}) : 0;
 }
 
 class CaseFlight final : private rt::RunObserver, private hal::GrantSource {
@@ -178,6 +187,7 @@ class CaseFlight final : private rt::RunObserver, private hal::GrantSource {
     sim.robot = graph_->spec().robot;
     sim.seed = case_.world;
     sim.clock = &clock_;
+    sim.patience = kPatience;
     sim.on_report = [this](const std::string& json) { report_ = json; };
     sim.on_truth = [this](hal::Time at, const sim_hil::Truth& truth) {
       flight_.truth(at, truth, commands_ ? commands_->valid_until() : at);
@@ -193,8 +203,12 @@ class CaseFlight final : private rt::RunObserver, private hal::GrantSource {
   void completed(const rt::StepRecord& record) noexcept override {
     schedule_->completed(record);
     if (settings_.measured) (*settings_.measured)[graph_->modules()[record.module].spec.name].push_back(record.exec);
-    if (commands_ && record.module == writer_ && record.status == rt::Status::ok)
-      commands_->committed(record.now, record.completed);
+    if (!commands_ || record.module != writer_ || record.status != rt::Status::ok) return;
+    commands_->committed(record.now, record.completed);
+    std::int64_t newest = graph_->chains().empty() ? INT64_MAX : INT64_MIN;
+    for (const auto& chain : graph_->chains())
+      newest = std::max(newest, executor_->runner().topic_stats(chain.from).last_stamp_ns.value());
+    commands_->measured(msg::Time{newest});
   }
 
   hal::Result<hal::Time> next_grant(hal::Time done) override {
@@ -235,7 +249,8 @@ class CaseFlight final : private rt::RunObserver, private hal::GrantSource {
       const std::uint64_t misses = runner.chain_stats(c).budget_misses.value();
       if (misses == misses_[c]) continue;
       misses_[c] = misses;
-      if (case_.disturbed(now, settings_.limits.recovery)) continue;
+      const bool acts = !commands_ || commands_->valid_until() > now;  // the guardian goes on reporting what is over
+      if (!acts || case_.disturbed(now, settings_.limits.recovery)) continue;
       const auto& chain = graph_->chains()[c].spec;
       verdict_.fail("age", now,
                     fmt::format("chain {}: older than its budget of {:.3f} ms, {:.3f} ms at worst", chain.name,
@@ -264,12 +279,14 @@ class CaseFlight final : private rt::RunObserver, private hal::GrantSource {
   }
 
   void judge_ending(const Outcome& o) {
+    if (const std::uint64_t n = stale_actuations(report_))
+      verdict_.fail("lease", ended_,
+                    fmt::format("the plant ran the motors for {} steps on commands that were over", n));
     if (verdict_.failed()) return;
-    const Excuses excused = excuses(case_);
-    const bool fine = o.ending == Ending::landed_on_pad || (o.ending == Ending::fell && excused.failsafe) ||
-                      (o.ending == Ending::crashed && excused.failsafe) ||
-                      (o.ending == Ending::landed_elsewhere && excused.elsewhere) ||
-                      (o.ending == Ending::did_not_fly && excused.elsewhere);
+    const bool fine = o.ending == Ending::landed_on_pad || (o.ending == Ending::fell && excused_.failsafe) ||
+                      (o.ending == Ending::crashed && excused_.failsafe) ||
+                      (o.ending == Ending::landed_elsewhere && excused_.elsewhere) ||
+                      (o.ending == Ending::did_not_fly && excused_.elsewhere);
     if (fine) return;
     if (o.ending == Ending::not_over)
       return verdict_.fail(
@@ -283,7 +300,8 @@ class CaseFlight final : private rt::RunObserver, private hal::GrantSource {
   const FlightSettings& settings_;
   const Case& case_;
   Verdict verdict_;
-  FlightCheck flight_{case_, settings_.limits, verdict_};
+  const Excuses excused_ = excuses(case_, settings_.robot.graph.failsafes);
+  FlightCheck flight_{case_, excused_, settings_.limits, verdict_};
   rt::ModuleTypes types_ = app::all_modules();
   std::unique_ptr<rt::Graph> graph_;
   hal::ManualClock clock_;

@@ -27,6 +27,10 @@ void CommandCheck::check_lease(msg::Time now, const msg::ActuatorCommand& comman
 
 void CommandCheck::written(msg::Time now, const msg::ActuatorCommand& command, msg::Duration lease) {
   if (spec_.safe != rt::ActuatorSpec::Safe::hold) check_lease(now, command, lease);
+  if (command.armed && command.stamp > newest_)
+    verdict_.fail("stamp", now,
+                  fmt::format("{}: a setpoint claims a measurement {:.3f} ms newer than any that there is", spec_.name,
+                              ms(command.stamp - newest_)));
   if (command.count != spec_.channels)
     verdict_.fail("command", now,
                   fmt::format("{}: {} channels instead of {}", spec_.name, command.count, spec_.channels));

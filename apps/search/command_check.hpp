@@ -8,6 +8,7 @@ namespace sinew::search {
 /// What reaches the actuators of one group. Invariants:
 ///   lease     no setpoint is valid for longer than the lease after the commit of its command, nor, counted from the
 ///             measurement behind it, than the oldest input that its writer takes and the lease
+///   stamp     no setpoint claims a measurement newer than any that the robot has
 ///   command   every setpoint is finite, within its limits, and one per channel
 /// Thread:  owner.
 class CommandCheck {
@@ -18,6 +19,8 @@ class CommandCheck {
 
   /// The writer of the command latched its inputs at `began` and committed at `at`.
   void committed(msg::Time began, msg::Time at) { began_ = began, committed_ = at; }
+  /// The newest measurement that any chain to the actuators begins with.
+  void measured(msg::Time newest) { newest_ = newest; }
   void written(msg::Time now, const msg::ActuatorCommand& command, msg::Duration lease);
   void stopped(msg::Time now) { valid_until_ = now; }
 
@@ -30,7 +33,7 @@ class CommandCheck {
   const rt::ActuatorSpec spec_;
   const msg::Duration oldest_input_;
   Verdict& verdict_;
-  msg::Time began_, committed_, valid_until_;
+  msg::Time began_, committed_, valid_until_, newest_{INT64_MAX};
 };
 
 }  // namespace sinew::search

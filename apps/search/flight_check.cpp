@@ -23,8 +23,8 @@ double angle(const msg::Vec3& a, const msg::Vec3& b) {
 
 }  // namespace
 
-FlightCheck::FlightCheck(const Case& c, const Limits& limits, Verdict& verdict)
-    : case_(c), limits_(limits), excuses_(excuses(c)), verdict_(verdict) {}
+FlightCheck::FlightCheck(const Case& c, const Excuses& excused, const Limits& limits, Verdict& verdict)
+    : case_(c), limits_(limits), excuses_(excused), verdict_(verdict) {}
 
 void FlightCheck::truth(msg::Time at, const sim_hil::Truth& truth, msg::Time command_valid_until) {
   airborne_ = !truth.contact && truth.p_world_m.z > kAirborneM;
@@ -62,7 +62,7 @@ void FlightCheck::check_fall(msg::Time at, const sim_hil::Truth& truth, msg::Tim
 
 void FlightCheck::estimate(const msg::NavState& s) {
   if (last_at_.ns < 0 || last_at_ < s.stamp || last_at_ - s.stamp > kSameTime) return;
-  if (fell_ || case_.disturbed(last_at_, limits_.recovery)) return;
+  if (fell_ || case_.disturbed(last_at_, limits_.recovery) || case_.lied_to(last_at_)) return;
   if (s.attitude_valid) {
     const double error = angle(up_base(s.q_world_base), up_base(last_.q_world_base));
     worst_.tilt_error_rad = std::max(worst_.tilt_error_rad, error);

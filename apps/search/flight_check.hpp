@@ -21,7 +21,7 @@ struct Worst {
 /// Thread:  owner.
 class FlightCheck {
  public:
-  FlightCheck(const Case& c, const Limits& limits, Verdict& verdict);
+  FlightCheck(const Case& c, const Excuses& excused, const Limits& limits, Verdict& verdict);
   void truth(msg::Time at, const sim_hil::Truth& truth, msg::Time command_valid_until);
   void estimate(const msg::NavState& state);
   void guardian(msg::Time now, std::uint32_t faults);

@@ -24,7 +24,7 @@ constexpr Kind kKinds[] = {
     {"imu", "slow", 2, 4, 1, 5, 300},
     {"imu", "intermittent", 0.5, 1, 0.1, 5, 100},
     {"imu", "duplicated", 0, 0, 0, 1, 300},
-    {"range", "off", 0, 0, 0, 10, 300},
+    {"range", "off", 0, 0, 0, 10, 200},
     {"range", "delayed", 5, 60, 5, 10, 1000},
     {"range", "slow", 2, 8, 1, 100, 3000},
     {"range", "garbage", 0, 0, 0, 10, 100},
@@ -32,7 +32,7 @@ constexpr Kind kKinds[] = {
     {"baro", "off", 0, 0, 0, 20, 3000},
     {"baro", "delayed", 5, 100, 5, 20, 1000},
     {"baro", "garbage", 0, 0, 0, 20, 500},
-    {"camera", "off", 0, 0, 0, 34, 500},
+    {"camera", "off", 0, 0, 0, 34, 350},
     {"camera", "delayed", 5, 60, 5, 34, 2000},
     {"camera", "slow", 2, 4, 1, 200, 4000},
     {"camera", "duplicated", 0, 0, 0, 34, 1000},
@@ -58,7 +58,7 @@ constexpr std::uint32_t kKindCount = sizeof kKinds / sizeof kKinds[0];
 double draw(math::Random& random, double least, double most, double grain) {
   const double steps = (most - least) / grain;
   const auto step = random.below(static_cast<std::uint32_t>(math::to_integer<std::int32_t>(steps + 0.5)) + 1);
-  return least + grain * step;
+  return static_cast<double>(math::to_integer<std::int64_t>(1e3 * (least + grain * step) + 0.5)) / 1e3;
 }
 
 Fault draw_fault(math::Random& random) {
@@ -83,7 +83,10 @@ Case generate(std::uint64_t seed, const std::vector<std::string>& modules) {
   c.world = random.next_u32();
   c.jitter = random.next_u32();
   c.gust_mps = draw(random, 0, 2, 0.1);
-  if (!modules.empty() && random.below(2)) {
+  if (!modules.empty() && random.below(8) == 0) {
+    const std::string& module = modules[random.below(static_cast<std::uint32_t>(modules.size()))];
+    c.stress.push_back({module, draw(random, 6, kHeaviestStress, 2)});
+  } else if (!modules.empty() && random.below(2)) {
     for (std::uint32_t n = 1 + random.below(3); n > 0; --n) {
       const std::string& module = modules[random.below(static_cast<std::uint32_t>(modules.size()))];
       const double factor = draw(random, 1.5, kMostStress, 0.5);

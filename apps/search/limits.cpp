@@ -25,8 +25,6 @@ Duration silence(const Fault& f, Duration period) {
   return Duration{0};
 }
 
-bool lies(const Fault& f) { return f.kind == "stuck" || f.kind == "wrong"; }
-
 /// Of all faults of this device around this one.
 Duration silence_around(const Case& c, const Fault& f, Duration period) {
   Duration sum{0};
@@ -36,21 +34,32 @@ Duration silence_around(const Case& c, const Fault& f, Duration period) {
   return sum;
 }
 
+/// How long this device may be silent before a failsafe of the robot file says so; samples come once a `period`.
+Duration tolerated(const std::string& device, Duration otherwise, Duration period,
+                   const std::vector<rt::FailsafeSpec>& failsafes) {
+  Duration time = otherwise;
+  for (const rt::FailsafeSpec& f : failsafes)
+    if (f.kind == rt::FailsafeSpec::Kind::silent && f.topic.value == device + ".raw")
+      time = std::min(time, f.time - 3 * period);  // the samples before and after, and their latency
+  return time;
+}
+
 }  // namespace
 
-Excuses excuses(const Case& c) {
+Excuses excuses(const Case& c, const std::vector<rt::FailsafeSpec>& failsafes) {
   Excuses e;
   for (const Fault& f : c.faults) {
     if (f.device == "imu") {
       const bool late = f.kind == "delayed" && in_ms(f.amount) > kImuDelay;
-      e.failsafe |= lies(f) || late || silence_around(c, f, 1ms) > kImuGap;
+      e.failsafe |= f.lies() || late || silence_around(c, f, 1ms) > kImuGap;
     } else if (f.device == "motors") {
-      e.failsafe |= lies(f) || f.kind == "garbage" || silence_around(c, f, 1ms) > kMotorGap;
+      e.failsafe |= f.lies() || f.kind == "garbage" || silence_around(c, f, 1ms) > kMotorGap;
     } else if (f.device == "link") {
       e.failsafe = true;
     } else {
       const bool camera = f.device == "camera";
-      e.elsewhere |= lies(f) || silence_around(c, f, camera ? 33ms : 10ms) > (camera ? kSightingGap : kHeightGap);
+      const Duration period = camera ? 33ms : 10ms, gap = camera ? kSightingGap : kHeightGap;
+      e.elsewhere |= f.lies() || silence_around(c, f, period) > tolerated(f.device, gap, period, failsafes);
     }
   }
   e.elsewhere |= e.failsafe;

@@ -1,6 +1,7 @@
 #pragma once
 // What must hold in every case, in numbers, and what a case's faults excuse.
 #include "apps/search/case.hpp"
+#include "rt/graph_spec.hpp"
 
 namespace sinew::search {
 
@@ -23,9 +24,9 @@ struct Excuses {
   bool failsafe = false;   // the guardian may stop the motors in the air
 };
 
-/// From the robot's point of view: a loss shorter than what the filter, the mission and the lease carry over excuses
-/// nothing; one of a sensor that only the position needs excuses the pad; one of what holds the attitude excuses the
-/// flight.
-Excuses excuses(const Case& c);
+/// From the robot's point of view: a loss shorter than what the filter, the mission, the lease and the robot file's
+/// failsafes carry over excuses nothing; one of a sensor that only the position needs excuses the pad; one of what
+/// holds the attitude excuses the flight.
+Excuses excuses(const Case& c, const std::vector<rt::FailsafeSpec>& failsafes);
 
 }  // namespace sinew::search

@@ -25,7 +25,7 @@ struct Options {
   std::uint64_t runs = 100, seed = 1, case_seed = 0;
   unsigned jobs = 0, twice_every = 16, shrink_runs = 150;
   double patience_s = 120;
-  bool json = false;
+  bool json = false, keep_going = false;
 };
 
 constexpr const char* kSmallCamera = "160x120";  // it still lands, and draws in a fifth of the time
@@ -104,7 +104,7 @@ int run_case(const Options& o) {
               static_cast<unsigned long long>(outcome->hash));
   if (outcome->violation) return print(*outcome->violation), 1;
   Summary summary;
-  summary.add(*c, *outcome);
+  summary.add(*c, excuses(*c, settings->robot.graph.failsafes), *outcome);
   std::printf("%s", summary.text().c_str());
   return 0;
 }
@@ -142,9 +142,10 @@ int measure(const Options& o) {
 
 class Search {
  public:
-  Search(const Options& o, std::vector<std::string> modules)
+  Search(const Options& o, const FlightSettings& settings)
       : options_(o),
-        modules_(std::move(modules)),
+        modules_(module_names(settings)),
+        failsafes_(settings.robot.graph.failsafes),
         pool_(command(o), o.jobs ? o.jobs : hal::usable_cpus(),
               hal::Duration{static_cast<std::int64_t>(o.patience_s * 1e9)}) {}
 
@@ -161,6 +162,8 @@ class Search {
       std::printf("%s", summary_.text().c_str());
       std::printf("wall time           %.1f s, %.2f s a run\n", wall_s, wall_s / static_cast<double>(pool_.runs()));
     }
+    if (found_) std::printf("%zu of the flights failed\n", found_);
+    if (found_) return 1;
     if (!failed_) {
       if (through && !options_.json) std::printf("nothing found\n");
       return through ? 0 : 2;
@@ -200,12 +203,20 @@ class Search {
       outcome.violation =
           Violation{"same bytes", {}, fmt::format("two runs gave {:016x} and {:016x}", hash_, outcome.hash)};
     hash_ = outcome.hash;
-    if (!second) summary_.add(cases_[i], outcome);
+    if (!second) summary_.add(cases_[i], excuses(cases_[i], failsafes_), outcome);
     if (!options_.json && !second && (run_of_[i] + 1) % 100 == 0) {
       std::printf("%llu runs\n", static_cast<unsigned long long>(run_of_[i] + 1));
       std::fflush(stdout);
     }
     if (!outcome.violation) return true;
+    if (options_.keep_going) {
+      std::printf("run %llu ", static_cast<unsigned long long>(run_of_[i] + 1));
+      print(*outcome.violation);
+      std::printf("  %s\n", again(options_, cases_[i]).c_str());
+      std::fflush(stdout);
+      ++found_;
+      return true;
+    }
     failed_ = i;
     violation_ = *outcome.violation;
     return false;
@@ -246,6 +257,7 @@ class Search {
 
   const Options& options_;
   const std::vector<std::string> modules_;
+  const std::vector<rt::FailsafeSpec> failsafes_;
   Pool pool_;
   std::vector<Case> cases_;
   std::vector<std::uint64_t> run_of_;  // of each case
@@ -254,6 +266,7 @@ class Search {
   std::optional<std::size_t> failed_;
   Violation violation_;
   bool error_ = false;
+  std::size_t found_ = 0;
 };
 
 }  // namespace
@@ -280,11 +293,12 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--shrink-runs", o.shrink_runs, "flights to spend on shrinking")->capture_default_str();
   app.add_option("--patience", o.patience_s, "seconds after which a flight counts as hanging")->capture_default_str();
+  app.add_flag("--keep-going", o.keep_going, "name every failure and go on, without shrinking");
   app.add_flag("--json", o.json, "one JSON object a line");
   CLI11_PARSE(app, argc, argv);
   if (*measured) return measure(o);
   if (*text || *seed) return run_case(o);
   const auto settings = load(o, true);
   if (!settings) return 2;
-  return Search(o, module_names(*settings)).run();
+  return Search(o, *settings).run();
 }

@@ -7,8 +7,8 @@ namespace {
 
 constexpr std::int64_t kMsNs = 1'000'000;
 
-/// Whole tenths, towards 1.
-double half_way_to_one(double factor) { return std::floor(10 * (1 + factor) / 2) / 10; }
+/// In whole tenths, this share of the way to 1.
+double nearer_to_one(double factor, double share) { return std::floor(10 * (factor + share * (1 - factor))) / 10; }
 
 void without(const Case& c, std::vector<Case>& all) {
   if (c.faults.size() > 1) all.emplace_back(c).faults.clear();
@@ -39,13 +39,15 @@ void without(const Case& c, std::vector<Case>& all) {
 void less(const Case& c, std::vector<Case>& all) {
   for (std::size_t i = 0; i < c.faults.size(); ++i) {
     const std::int64_t length_ms = c.faults[i].length.count() / kMsNs;
-    if (length_ms > 1) all.emplace_back(c).faults[i].length = Duration{length_ms / 2 * kMsNs};
+    for (const std::int64_t shorter : {length_ms / 2, length_ms * 3 / 4})
+      if (shorter >= 1 && shorter < length_ms) all.emplace_back(c).faults[i].length = Duration{shorter * kMsNs};
     const double half = std::floor(c.faults[i].amount / 2);
     if (half >= 2) all.emplace_back(c).faults[i].amount = half;
   }
   for (std::size_t i = 0; i < c.stress.size(); ++i)
-    if (const double factor = half_way_to_one(c.stress[i].factor); factor > 1 && factor < c.stress[i].factor)
-      all.emplace_back(c).stress[i].factor = factor;
+    for (const double share : {0.5, 0.25})
+      if (const double factor = nearer_to_one(c.stress[i].factor, share); factor > 1 && factor < c.stress[i].factor)
+        all.emplace_back(c).stress[i].factor = factor;
 }
 
 void rounder(const Case& c, std::vector<Case>& all) {

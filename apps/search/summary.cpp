@@ -15,14 +15,15 @@ double quantile(const std::vector<double>& sorted, double q) {
 
 }  // namespace
 
-void Summary::add(const Case& c, const Outcome& o) {
+void Summary::add(const Case& c, const Excuses& excused, const Outcome& o) {
   ++runs_;
   with_faults_ += !c.faults.empty();
   faults_ += c.faults.size();
   overruns_ += o.overruns;
   steps_ += o.steps;
   virtual_s_ += o.ended_s;
-  ++endings_[to_string(o.ending)];
+  ++endings_[o.violation ? "failed" : to_string(o.ending)];
+  if (o.violation) return;
   if (o.ending == Ending::landed_on_pad) {
     figures_["landing error, m"].push_back(o.landing_error_m);
     figures_["touchdown speed, m/s"].push_back(o.touchdown_speed_mps);
@@ -32,7 +33,7 @@ void Summary::add(const Case& c, const Outcome& o) {
     figures_["tilt error of the estimate, rad"].push_back(o.worst.tilt_error_rad);
     figures_["height error of the estimate, m"].push_back(o.worst.height_error_m);
   }
-  if (excuses(c).elsewhere) return;
+  if (excused.elsewhere) return;
   for (const auto& [chain, ms] : o.worst_age_ms) figures_["oldest " + chain + ", ms"].push_back(ms);
 }
 

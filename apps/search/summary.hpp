@@ -6,7 +6,8 @@ namespace sinew::search {
 /// The figures of many flights.
 class Summary {
  public:
-  void add(const Case& c, const Outcome& outcome);
+  /// `excused`: of its ages nothing is told.
+  void add(const Case& c, const Excuses& excused, const Outcome& outcome);
   std::string text() const;
   std::string json() const;
 

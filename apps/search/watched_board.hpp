@@ -19,6 +19,7 @@ class WatchedBoard final : public hal::Board {
   hal::Result<hal::Imu*> imu(std::string_view name) override { return board_.imu(name); }
   hal::Result<hal::Range*> range(std::string_view name) override { return board_.range(name); }
   hal::Result<hal::Baro*> baro(std::string_view name) override { return board_.baro(name); }
+  hal::Result<hal::Battery*> battery(std::string_view name) override { return board_.battery(name); }
   hal::Result<hal::Camera*> camera(std::string_view name) override { return board_.camera(name); }
   hal::Result<hal::Actuators*> actuators(std::string_view name) override {
     auto opened = board_.actuators(name);

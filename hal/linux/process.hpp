@@ -36,6 +36,8 @@ class ChildProcess {
   void terminate();
   /// Ends it without asking (SIGKILL).
   void kill_now();
+  /// In a copy of its owner: the child is not ours any more, and nothing here touches it.
+  void disown() { exit_code_ = 0; }
 
  private:
   explicit ChildProcess(int pid) : pid_(pid) {}

@@ -101,10 +101,11 @@ void print(const plant::SessionReport& r) {
               r.plant_s, r.wall_s, r.plant_s > 0 ? 1e3 * r.cpu_s / r.plant_s : 0.0,
               static_cast<unsigned long long>(r.frames));
   if (r.mode == sim_hil::Mode::free_running)
-    std::printf("largest gap between IMU samples %.3f ms, %llu steps late, %llu frames late: %s\n",
-                1e-6 * static_cast<double>(r.imu_gap_max_ns), static_cast<unsigned long long>(r.steps_late),
-                static_cast<unsigned long long>(r.render_late),
-                r.valid ? "valid" : ("not valid, " + r.invalid_because).c_str());
+    std::printf(
+        "largest gap between IMU samples %.3f ms, %llu steps late, %llu frames late, %u runtimes lost and followed\n",
+        1e-6 * static_cast<double>(r.imu_gap_max_ns), static_cast<unsigned long long>(r.steps_late),
+        static_cast<unsigned long long>(r.render_late), r.relinks);
+  std::printf("leases that ran out: %llu\n", static_cast<unsigned long long>(r.lease_expiries));
   if (r.stopped_by_supervisor) std::printf("stopped by a supervisor at %.3f s\n", msg::seconds(r.stopped_at));
   if (r.flight.touched_down)
     std::printf("touched down at %.2f s with %.2f m/s; now %.3f m from the pad's centre%s\n",
@@ -152,25 +153,33 @@ int serve(Settings& s) {
   hal::Os& os = hal::linux_os();
   auto listener = hal::listen_stream(s.listen);
   if (!listener) return fail("cannot listen on " + s.listen, listener.error());
-  std::string why;
-  auto camera = plant::CameraFeed::start(os, s.view, why);
-  if (!camera) return fail("no camera: " + why, camera.error());
-  std::printf("listening on %s, camera %s %s drawn by %s\n", (*listener)->endpoint().c_str(), s.camera.c_str(),
-              s.format.c_str(), (*camera)->backend().c_str());
-  std::fflush(stdout);
+  // The door first: a stop line does not wait for pixels.
   hal::ThreadOptions lines;
   lines.name = "plant_door";
   lines.fifo_priority = s.session.fifo_priority > 0 ? std::min(s.session.fifo_priority + 1, 99) : 0;
   auto door = sim_hil::PlantDoor::open(os, std::move(*listener), plant::Session::description(s.view, s.session), lines);
   if (!door) return fail("cannot serve " + s.listen, door.error());
-  auto caller = (*door)->wait_runtime(hal::Duration{static_cast<std::int64_t>(s.wait_s * 1e9)});
-  if (!caller) return fail("no runtime has connected", caller.error());
-  plant::Session session(os, **camera, s.session);
-  if (hal::Status ok = session.serve(std::move(*caller), **door); !ok)
-    return fail("no run: " + session.report().reason, ok.error());
-  print(session.report());
-  if (!s.report.empty() && !write_report(s.report, session.report().json())) return 1;
-  return session.report().broken ? 1 : 0;
+  std::string why;
+  auto camera = plant::CameraFeed::start(os, s.view, why);
+  if (!camera) return fail("no camera: " + why, camera.error());
+  std::printf("listening on %s, camera %s %s drawn by %s\n", (*door)->endpoint().c_str(), s.camera.c_str(),
+              s.format.c_str(), (*camera)->backend().c_str());
+  std::fflush(stdout);
+  const hal::Time give_up = os.now() + hal::Duration{static_cast<std::int64_t>(s.wait_s * 1e9)};
+  for (;;) {
+    auto caller = (*door)->wait_runtime(give_up - os.now());
+    if (!caller) return fail("no runtime has connected", caller.error());
+    plant::Session session(os, **camera, s.session);
+    static_cast<void>(session.serve(std::move(*caller), **door));  // the report has the reason
+    if (session.report().started) {
+      print(session.report());
+      if (!s.report.empty() && !write_report(s.report, session.report().json())) return 1;
+      return session.report().broken ? 1 : 0;
+    }
+    // One that asked for another mode, or left before the start, as one does that looks for its plant: not the last.
+    std::fprintf(stderr, "sinew-sim: no run: %s\n", session.report().reason.c_str());
+    (*door)->let_go();
+  }
 }
 
 }  // namespace

@@ -5,7 +5,9 @@
 namespace sinew::plant {
 
 sim_hil::Setpoints MotorFaults::act(const sim_hil::Setpoints& commanded, hal::Time now) {
-  if (commanded.commit != last_commit_) {
+  if (!faults_.any()) {
+    acting_ = commanded;
+  } else if (commanded.commit != last_commit_) {
     last_commit_ = commanded.commit;
     hear(commanded, now);
   }

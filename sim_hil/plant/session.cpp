@@ -13,7 +13,6 @@ constexpr std::int64_t kMsNs = 1'000'000;
 constexpr std::int64_t kExposureNs = 8'000'000;
 constexpr std::int64_t kCameraDelayNs = 25'000'000;  // middle of the exposure to the driver: exposure, read-out, USB
 constexpr std::int64_t kImuDelayNs = kImuSteps * kStepNs / 2;
-constexpr std::int64_t kImuGapLimitNs = 2'000'000;    // of plant time; beyond it a free-running run is not valid
 constexpr std::int64_t kAloneNs = 10'000'000'000;     // so long a world is watched whose runtime has been cut off
 constexpr std::int64_t kReportEveryNs = 100'000'000;  // the last one before the end tells where it came to rest
 
@@ -114,6 +113,7 @@ Status Session::serve(sim_hil::Caller caller) {
   if (report_.mode == sim_hil::Mode::free_running) rehearse();
   const Time begin = os_.now();
   Status s = link_->wait_start();
+  report_.started = s.has_value();
   if (s) s = report_.mode == sim_hil::Mode::lockstep ? run_lockstep() : run_free();
   if (feed_.busy()) feed_.wait();  // its pixels go to memory of this session
   refresh_report();
@@ -255,7 +255,7 @@ Status Session::advance_one_ms() {
 std::array<double, kRotors> Session::motor_command() {
   const sim_hil::Setpoints acting = faults_->motors.act(commanded_, world_->now());
   std::array<double, kRotors> command{};
-  if (!acting.valid) return command;
+  if (!acting.valid || report_.stopped_by_supervisor) return command;  // the stop line passes by all faults
   std::copy_n(acting.value.begin(), kRotors, command.begin());
   const Time now = world_->now();
   if (now - acting.commit >= acting.lease) ++report_.stale_actuations;
@@ -372,18 +372,6 @@ void Session::refresh_report() {
     if (e.fault.from_ns <= world_->now().ns) report_.faults.push_back(e);
   if (!link_) return;
   report_.lease_expiries = expired_before_ + link_->stats().lease_expiries;
-  judge();
-}
-
-void Session::judge() {
-  if (report_.mode == sim_hil::Mode::lockstep) return;  // time stands still when somebody is late
-  const auto limit = static_cast<std::int64_t>(static_cast<double>(kImuGapLimitNs) / link_->hello().rate);
-  if (report_.imu_gap_max_ns <= limit) return;
-  report_.valid = false;
-  report_.invalid_because = "IMU samples " + std::to_string(report_.imu_gap_max_ns / 1000) + " us apart, more than " +
-                            std::to_string(limit / 1000) + " us (woken up to " +
-                            std::to_string(report_.wake_late_max_ns / 1000) + " us late, work up to " +
-                            std::to_string(report_.work_max_ns / 1000) + " us)";
 }
 
 }  // namespace sinew::plant

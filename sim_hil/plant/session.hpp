@@ -26,8 +26,9 @@ struct SessionOptions {
 
 /// How a run went, from the plant's side.
 struct SessionReport {
-  std::string reason;   // why it ended
-  bool broken = false;  // by a lost connection or a breach of the protocol
+  std::string reason;    // why it ended
+  bool broken = false;   // by a lost connection or a breach of the protocol
+  bool started = false;  // the runtime said Start
   std::uint64_t seed = 0;
   sim_hil::Mode mode = sim_hil::Mode::lockstep;
   double plant_s = 0, wall_s = 0, cpu_s = 0;  // cpu: of the physics thread
@@ -42,13 +43,11 @@ struct SessionReport {
   std::uint64_t stale_actuations = 0;    // plant steps in which motors ran on a command whose lease was over: never
   std::int64_t setpoint_age_max_ns = 0;  // oldest measurement that a running motor's command rested on
   std::vector<FaultLog::Entry> faults;   // those whose time has come
-  bool valid = true;
-  std::string invalid_because;
   FlightSummary flight;
   TruthState last;
   double mass_kg = 0;
 
-  /// Touches something, and neither the body nor a rotor moves any more.
+  /// Touches something, and does not go anywhere any more (slower than 0.15 m/s and 2 rad/s).
   bool at_rest() const;
   bool motors_stopped() const;
   /// Base to the centre of the pad, horizontally, now: after the run, the landing error.
@@ -103,7 +102,6 @@ class Session {
   hal::Status send_truth_and_report();
   void note_imu_gap(hal::Time now);
   void refresh_report();
-  void judge();
   bool over() const;
 
   hal::Os& os_;

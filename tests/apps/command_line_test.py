@@ -8,6 +8,8 @@ import tempfile
 import unittest
 
 SINEW, SOURCE = sys.argv[1:3]
+RUN_DIR = tempfile.TemporaryDirectory(prefix="sinew_run_")  # other tests run robots of the same names
+os.environ["SINEW_RUN_DIR"] = RUN_DIR.name
 QUAD = f"{SOURCE}/robots/quad.toml"
 BALL = f"{SOURCE}/examples/own_program.toml"
 
@@ -92,15 +94,15 @@ class CommandLine(unittest.TestCase):
                 (["run", "no_such.toml"], "a robot file that can be read"),
                 (["run", QUAD, "--set", "mixer.nothing=1"], "module.mixer.params.nothing"),
                 (["run", QUAD, "--set", "nobody.x=1"], "no module nobody"),
-                (["run", QUAD, "--plant", "unix:/no/such/socket"], "no plant at unix:/no/such/socket"),
-                (["run", QUAD, "--board", "moon"], "board \"moon\""),
-                (["run", QUAD, "--board", "none"], "this board has no devices"),
+                (["run", QUAD, "--virtual", "--plant", "unix:/no/such/socket"], "no plant at unix:/no/such/socket"),
+                (["run", QUAD, "--board", "moon"], "robot.board: \"moon\""),
+                (["run", QUAD, "--virtual", "--board", "none"], "this board has no devices"),
                 (["run", QUAD, "--camera", "9x9"], "--camera 9x9"),
                 (["run", QUAD, "--virtual", "--fault", "imu:bent@1"], "kind 'bent': one of off, stuck"),
-                (["run", QUAD, "--plant", "unix:/x", "--fault", "imu:off@1"], "only a plant that this run starts"),
+                (["run", QUAD, "--virtual", "--plant", "unix:/x", "--fault", "imu:off@1"], "only a plant that this run starts"),
                 (["run", BALL], "module.ball.type: \"my::Ball\": a known module type"),
-                (["run", f"{SOURCE}/robots/mav_dataset.toml", "--data", "/no/such/folder"], "/no/such/folder"),
-                (["run", f"{SOURCE}/robots/mav_dataset.toml"], "--data DIR"),
+                (["run", f"{SOURCE}/robots/mav_dataset.toml", "--virtual", "--data", "/no/such/folder"], "/no/such/folder"),
+                (["run", f"{SOURCE}/robots/mav_dataset.toml", "--virtual"], "--data DIR"),
                 (["doctor", "no_such.toml"], "a robot file that can be read"),
                 (["doctor", "--root", "/no/such/folder"], "/no/such/folder"),
                 (["new", "Big"], "Big: a name of a-z, 0-9 and _"),

@@ -51,7 +51,8 @@ TEST(Doctor, ARobotsDemandIsThatOfItsFile) {
   const LoadedRobot loaded = load_robot(SINEW_SOURCE_DIR "/robots/quad.toml");
   rt::Graph graph(loaded.robot.graph, all_modules());
   const hal::SystemDemand demand = system_demand(graph, true);
-  ASSERT_EQ(demand.threads.size(), 5u);
+  ASSERT_EQ(demand.threads.size(), graph.threads().size());
+  ASSERT_GE(demand.threads.size(), 3u);
   EXPECT_EQ(demand.threads[0].name, "guardian");
   EXPECT_EQ(demand.threads[0].fifo_priority, 99);
   EXPECT_FALSE(demand.threads[0].reads_devices);

@@ -1,8 +1,11 @@
 """Every kind of fault on every device, in flight: the process lives, no motor turns on an old command, and the flight
 ends landed or safe.
 
-usage: fault_matrix.py SINEW SINEW_SIM ROBOT [--seeds N] [--first-seed S] [--device NAME] [--jobs N]
-Exit code 0: all cells as EXPECTED says, and none is missing.
+usage: fault_matrix.py SINEW SINEW_SIM ROBOT [--device NAME]... [--seeds N] [--first-seed S] [--jobs N]
+       fault_matrix.py SINEW SINEW_SIM ROBOT --check-table DEVICE...
+
+The first form flies, prints one line a cell and exits 0 when each ended as CELLS says. The second one checks without
+flying that CELLS and DEVICE... hold all devices and kinds that the plant knows.
 """
 import argparse
 import concurrent.futures
@@ -12,34 +15,54 @@ import subprocess
 import sys
 import tempfile
 
-FROM_S = 5  # of plant time: searching or approaching, 1 to 2.3 m up
 LIMIT_S = 300  # of real time for one flight on a busy machine
 DURATION_S = 75  # of plant time: a search without result, and a slow descent
 
-# device -> kind -> what is played. A kind that makes no sense for a device is refused by sinew-sim with its reason,
-# which `sinew-sim --list-faults` prints; every other one needs a line here.
-PLAYED = {
-    "imu": {
-        "off": "imu:off@5",
-        "stuck": "imu:stuck@5",
-        "garbage": "imu:garbage@5",
-        "wrong": "imu:wrong@5",
-        "slow": "imu:slow@5",
-        "delayed": "imu:delayed(5ms)@5",
-        "intermittent": "imu:intermittent(5ms)@5",
-        "duplicated": "imu:duplicated@5",
+# device -> kind -> (the fault that is played, how the flight must end).
+#   landed: at rest with stopped motors, having touched down with less than 1 m/s and on its feet, wherever
+#   safe:   that, or at rest with stopped motors: a failsafe, the guardian or the end of a lease has stopped them, and a
+#           vehicle that was in the air has fallen
+# All begin after 5 s: in the air, 1 to 2.3 m up, on the way to the pad. They last. What a kind cannot be for a device
+# is refused by the plant with its reason (sinew-sim --list-faults); every other pair must stand here.
+SENSOR_KINDS = ("off", "stuck", "garbage", "wrong", "slow", "delayed", "intermittent", "duplicated")
+
+
+def sensor(device, **other):
+    """All kinds of one sensor: they must end landed, but for the `other` ones."""
+    return {kind: other.get(kind, (f"{device}:{kind}@5", "landed")) for kind in SENSOR_KINDS}
+
+
+CELLS = {
+    "imu": sensor("imu",  # nobody flies without one
+                  off=("imu:off@5", "safe"), stuck=("imu:stuck@5", "safe"), garbage=("imu:garbage@5", "safe"),
+                  wrong=("imu:wrong@5", "safe"), delayed=("imu:delayed(5ms)@5", "landed"),
+                  intermittent=("imu:intermittent(5ms)@5", "landed")),
+    "range": sensor("range", wrong=("range:wrong@5", "safe")),  # half a metre too much: the ground comes unseen
+    "baro": sensor("baro"),
+    "battery": sensor("battery", wrong=("battery:wrong(-4)@5", "landed")),
+    "camera": sensor("camera",  # aborts, and comes down on whatever is there
+                     off=("camera:off@5", "safe"), stuck=("camera:stuck@5", "safe"),
+                     garbage=("camera:garbage@5", "safe")),
+    "motors": {
+        "off": ("motors:off@5", "safe"),
+        "stuck": ("motors:stuck@5", "safe"),
+        "garbage": ("motors:garbage@5", "safe"),
+        "wrong": ("motors:wrong@5", "landed"),
+        "slow": ("motors:slow@5", "landed"),
+        "delayed": ("motors:delayed@5", "landed"),
+        "intermittent": ("motors:intermittent@5", "safe"),
     },
-    **{device: {kind: f"{device}:{kind}@5" for kind in
-                ("off", "stuck", "garbage", "wrong", "slow", "delayed", "intermittent", "duplicated")}
-       for device in ("range", "baro", "battery", "camera")},
-    "motors": {kind: f"motors:{kind}@5" for kind in
-               ("off", "stuck", "garbage", "wrong", "slow", "delayed", "intermittent")},
-    "link": {kind: f"link:{kind}@5" for kind in ("off", "delayed", "intermittent", "closed")},
+    "link": {
+        "off": ("link:off@5", "safe"),
+        "delayed": ("link:delayed(5ms)@5", "landed"),
+        "intermittent": ("link:intermittent@5", "safe"),
+        "closed": ("link:closed@5", "safe"),
+    },
 }
 
 
-def cells(sinew_sim):
-    """(device, kind, reason why it is none or '') of every cell there is."""
+def known_cells(sinew_sim):
+    """(device, kind, reason why it is none or '') of every pair that the plant knows."""
     done = subprocess.run([sinew_sim, "--list-faults"], capture_output=True, text=True, check=True, timeout=60)
     for line in done.stdout.splitlines():
         pair, _, reason = line.partition(" - ")
@@ -47,33 +70,78 @@ def cells(sinew_sim):
         yield device, kind, reason
 
 
+def missing(cells, devices):
+    """What the table or the list of devices lacks, or has too much of, in words."""
+    for device, kind, reason in cells:
+        here = kind in CELLS.get(device, {})
+        if not here and not reason:
+            yield f"{device} {kind}: missing: neither flown nor refused with a reason"
+        if here and reason:
+            yield f"{device} {kind}: flown here, but refused: {reason}"
+    known = {device for device, _, _ in cells}
+    for device in sorted(known - set(devices)):
+        yield f"{device}: no test flies this device"
+    for device in sorted((set(devices) | set(CELLS)) - known):
+        yield f"{device}: the plant does not know it"
+
+
 def fly(args, fault, seed):
     with tempfile.TemporaryDirectory() as folder:
-        report = os.path.join(folder, "report.json")
+        path = os.path.join(folder, "report.json")
         done = subprocess.run(
             [args.sinew, "run", args.robot, "--virtual", "--quiet", "--seed", str(seed), "--camera", "160x120",
-             "--duration", str(DURATION_S), "--fault", fault, "--plant-arg", "--report", "--plant-arg", report],
+             "--duration", str(DURATION_S), "--fault", fault, "--plant-arg", "--report", "--plant-arg", path],
             capture_output=True, text=True, timeout=LIMIT_S)
-        with open(report) as f:
-            return done, json.load(f)
+        report = None
+        if os.path.exists(path):
+            with open(path) as f:
+                report = json.load(f)
+        return done, report
 
 
-def outcome(done, r):
-    """What became of a flight, and what is wrong with it (empty: nothing)."""
+def judge(done, r, wanted):
+    """How a flight ended, and what is wrong with that."""
+    if done.returncode not in (0, 1) or r is None:
+        return "broken", [f"exit code {done.returncode}: {(done.stderr or done.stdout).strip()[-300:]}"]
     wrong = []
-    if done.returncode not in (0, 1):
-        wrong.append(f"exit code {done.returncode}: {done.stderr.strip()[-300:]}")
     if r["stale_actuations"]:
         wrong.append(f"{r['stale_actuations']} plant steps on a command past its lease")
-    if r["faults"][0]["affected"] == 0:
+    if sum(f["affected"] for f in r["faults"]) == 0:
         wrong.append("the fault never struck")
     still = r["at_rest"] and r["motors_stopped"]
     soft = r["touched_down"] and not r["crashed"] and r["touchdown_speed_mps"] < 1.0
-    if still and soft:
-        return "landed", wrong
-    if still:
-        return "stopped", wrong
-    return "unsafe", wrong
+    ended = "unsafe" if not still else "landed" if soft else "stopped"
+    if not still:
+        wrong.append("motors turn" if r["at_rest"] else "is not at rest")
+    elif wanted == "landed" and ended != "landed":
+        wrong.append("must land")
+    return ended, wrong
+
+
+def line(device, kind, seed, ended, wrong, r):
+    text = f"{device:8} {kind:13} {seed:4}  {ended:8}"
+    if r:
+        text += f" {r['plant_s']:6.1f} s {r.get('touchdown_speed_mps', 0):6.2f} m/s {r['pad_distance_m']:6.2f} m off"
+        text += f" {r['setpoint_age_max_ns'] * 1e-6:6.1f} ms"
+    return text + ("  WRONG: " + "; ".join(wrong) if wrong else "")
+
+
+def fly_all(args, cells):
+    jobs = [(device, kind, seed) for device, kind, reason in cells if not reason
+            for seed in range(args.first_seed, args.first_seed + args.seeds)]
+    print("device   kind          seed  ended     after    touched down   from the pad  oldest measurement acted on")
+    bad = 0
+    with concurrent.futures.ThreadPoolExecutor(args.jobs) as pool:
+        flights = pool.map(lambda j: fly(args, CELLS[j[0]][j[1]][0], j[2]), jobs)
+        for (device, kind, seed), (done, report) in zip(jobs, flights):
+            ended, wrong = judge(done, report, CELLS[device][kind][1])
+            print(line(device, kind, seed, ended, wrong, report), flush=True)
+            bad += bool(wrong)
+    for device, kind, reason in cells:
+        if reason:
+            print(f"{device:8} {kind:13} none: {reason}")
+    print(f"{len(jobs)} flights, {bad} wrong")
+    return bad
 
 
 def main():
@@ -81,33 +149,22 @@ def main():
     p.add_argument("sinew")
     p.add_argument("sinew_sim")
     p.add_argument("robot")
+    p.add_argument("--device", action="append")
     p.add_argument("--seeds", type=int, default=1)
     p.add_argument("--first-seed", type=int, default=3)
-    p.add_argument("--device")
     p.add_argument("--jobs", type=int, default=1)
+    p.add_argument("--check-table", nargs="+", metavar="DEVICE")
     args = p.parse_args()
-    bad = 0
-    with concurrent.futures.ThreadPoolExecutor(args.jobs) as pool:
-        for device, kind, reason in cells(args.sinew_sim):
-            if args.device and device != args.device:
-                continue
-            played = PLAYED.get(device, {}).get(kind)
-            if bool(reason) == bool(played):
-                print(f"{device:8} {kind:13} MISSING: neither played nor refused with a reason, or both")
-                bad += 1
-                continue
-            if reason:
-                print(f"{device:8} {kind:13} -  {reason}")
-                continue
-            for seed, (done, r) in zip(range(args.first_seed, args.first_seed + args.seeds),
-                                       pool.map(lambda s: fly(args, played, s),
-                                                range(args.first_seed, args.first_seed + args.seeds))):
-                what, wrong = outcome(done, r)
-                last = [l for l in done.stdout.splitlines() if l.startswith("result")]
-                print(f"{device:8} {kind:13} seed {seed}: {what:8} {r['plant_s']:6.2f} s, down {r.get('touchdown_s', 0):5.1f} s "
-                      f"{r.get('touchdown_speed_mps', 0):5.2f} m/s, {r['pad_distance_m']:6.2f} m off, z {r['height_m']:.2f} max {r['max_height_m']:.2f} age {r['setpoint_age_max_ns']/1e6:.1f}ms {last} {' ; '.join(wrong)}", flush=True)
-                bad += bool(wrong)
-    sys.exit(1 if bad else 0)
+    cells = list(known_cells(args.sinew_sim))
+    problems = list(missing(cells, args.check_table or CELLS))
+    for problem in problems:
+        print(problem)
+    if problems or args.check_table:
+        sys.exit(1 if problems else 0)
+    chosen = [c for c in cells if not args.device or c[0] in args.device]
+    if not chosen:
+        sys.exit(f"no device {args.device}")
+    sys.exit(1 if fly_all(args, chosen) else 0)
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 import json
 import os
 import re
+import resource
 import subprocess
 import sys
 import tempfile
@@ -49,6 +50,36 @@ class Flight(unittest.TestCase):
         self.assertEqual(set(summary["hashes"]), {t["name"] for t in summary["topics"]})
         self.assertTrue(all(c["missed"] >= 0 and c["age_ns"]["count"] > 0 for c in summary["chains"]))
 
+    def test_the_time_line_of_the_last_second_is_a_trace(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "trace.json")
+            run(SINEW, "run", f"{ROBOTS}/quad.toml", "--virtual", "--duration", "2", "--trace", path)
+            with open(path) as file:
+                events = json.load(file)["traceEvents"]
+            slices = [e for e in events if e["ph"] == "X"]
+            self.assertGreater(min(e["ts"] for e in slices), 0.9e6)
+            self.assertLess(max(e["ts"] + e["dur"] for e in slices), 2.0e6 + 1)
+            names = {e["name"] for e in slices}
+            self.assertLessEqual({"cycle", "imu", "pad", "guardian", "preempted", "segment"}, names)
+            code, _, err = run(SINEW, "run", f"{ROBOTS}/quad.toml", "--virtual", "--duration", "0.1", "--trace", folder)
+            self.assertEqual(code, 1)
+            self.assertIn("--trace", err)
+
+    def test_a_chain_that_misses_its_age_budget_fails_the_run(self):
+        with open(f"{ROBOTS}/quad.toml") as file:
+            text = file.read()
+        self.assertIn("budget_ms = 120", text)
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "late.toml")
+            with open(path, "w") as file:
+                file.write(text.replace("budget_ms = 120", "budget_ms = 20"))
+            code, out, err = run(SINEW, "run", path, "--virtual")
+        self.assertEqual(code, 1, out + err)
+        self.assertIn("landed on the pad, valid run", out)
+        self.assertRegex(out, r"chain imu_to_motors .* pass\n")
+        self.assertRegex(out, r"chain camera_to_motors .* FAIL\n")
+        self.assertRegex(out, r"age budget +chain camera_to_motors: \d+ of \d+ messages older than 20 ms, 0 allowed")
+
     def test_another_seed_is_another_flight(self):
         one = run(SINEW, "run", f"{ROBOTS}/quad.toml", "--virtual", "--seed", "1", "--duration", "2")[1]
         two = run(SINEW, "run", f"{ROBOTS}/quad.toml", "--virtual", "--seed", "2", "--duration", "2")[1]
@@ -87,6 +118,48 @@ class TwoRobots(unittest.TestCase):
             first.communicate()
         self.assertEqual(code, 2)
         self.assertRegex(err, r'robot "twin" runs already, as process \d+')
+
+
+class Unprivileged(unittest.TestCase):
+    """Without the right to fixed priorities and to much locked memory, whoever runs the test."""
+
+    def run_without(self, *arguments):
+        drop = [] if os.geteuid() != 0 else ["setpriv", "--bounding-set=-all", "--inh-caps=-all"]
+
+        def limit():
+            resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0))
+            resource.setrlimit(resource.RLIMIT_MEMLOCK, (65536, 65536))
+
+        done = subprocess.run([*drop, SINEW, *arguments], capture_output=True, text=True, timeout=LIMIT_S,
+                              preexec_fn=limit)
+        return done.returncode, done.stdout, done.stderr
+
+    def test_everything_runs_and_what_is_missing_is_said(self):
+        code, out, err = self.run_without("run", f"{ROBOTS}/quad.toml", "--duration", "2", "--plain")
+        self.assertEqual(code, 1, out + err)  # it flew, but two seconds are no landing
+        self.assertRegex(out, r"stabilise +\d\d+ cycles")
+        self.assertIn("problem: sched_fifo: this process may not use fixed priorities", err)
+        self.assertIn("problem: memory_lock: ", err)
+        self.assertIn("sinew doctor says what to do", err)
+        self.assertRegex(err, r"(?m)^warning: thread stabilise: SCHED_FIFO refused")
+        self.assertRegex(err, r"(?m)^warning: memory is not locked")
+
+    def test_strict_refuses_to_start(self):
+        code, out, err = self.run_without("run", f"{ROBOTS}/quad.toml", "--duration", "2", "--plain", "--strict")
+        self.assertEqual(code, 2, out + err)
+        self.assertIn("--strict: not started", err)
+        self.assertNotIn("cycles", out)
+
+    def test_virtual_time_needs_no_privilege(self):
+        code, out, err = self.run_without("run", f"{ROBOTS}/quad.toml", "--virtual", "--duration", "1", "--strict")
+        self.assertEqual(code, 1, out + err)
+        self.assertEqual(err, "")
+
+    def test_doctor_names_the_problem_and_what_to_do(self):
+        code, out, _ = self.run_without("doctor", f"{ROBOTS}/quad.toml")
+        self.assertEqual(code, 1)
+        self.assertRegex(out, r"problem +sched_fifo")
+        self.assertIn("setcap cap_sys_nice", out)
 
 
 class RecordedFlight(unittest.TestCase):

@@ -7,6 +7,8 @@ import tempfile
 import unittest
 
 SINEW, SOURCE = sys.argv[1:3]
+RUN_DIR = tempfile.TemporaryDirectory()  # this program's robots meet nobody else's
+os.environ["SINEW_RUN_DIR"] = RUN_DIR.name
 
 
 class NewProject(unittest.TestCase):

@@ -76,6 +76,14 @@ TEST(ErrorStateFilter, SampleThatIsNotANumberIsAFaultAndNothingIsPublished) {
   EXPECT_TRUE(math::is_finite(f.rig.get<msg::NavState>("state")->q_world_base.w));
 }
 
+TEST(ErrorStateFilter, OneGoodSampleOfACycleIsEnough) {
+  StandingFilter f;
+  msg::ImuSample bad = still(f.ns + kMs / 2);
+  bad.gyro_radps.z = math::kInf;
+  f.rig.put("imu", bad);
+  EXPECT_EQ(f.step(), Status::ok);
+}
+
 TEST(ErrorStateFilter, RangeThatArrivesWithoutAnInertialSampleIsStillUsed) {
   StandingFilter f;
   msg::RangeSample range;
@@ -180,6 +188,39 @@ TEST(AttitudeController, WhatIsNotANumberIsAFault) {
   state.gyro_radps.x = math::kNan;
   rig.put("state", state);
   EXPECT_EQ(rig.step({kMs}, 1ms), Status::fault);
+}
+
+/// An attitude controller at 1 kHz with a vehicle tilted as told.
+struct Tilted {
+  AttitudeController controller;
+  ModuleRig rig{controller};
+  std::int64_t ns = 0;
+  Status run(int ms, double tilt_rad, bool armed = true) {
+    Status last = Status::stale;
+    for (int i = 0; i < ms; ++i) {
+      msg::AttitudeSetpoint wanted;
+      wanted.stamp = {ns += kMs};
+      wanted.thrust_n = 10;
+      wanted.armed = armed;
+      rig.put("attitude", wanted);
+      msg::NavState state = good_state(ns);
+      state.q_world_base = math::Quat::from_axis_angle({0, 1, 0}, tilt_rad).to<msg::Quat>();
+      rig.put("state", state);
+      last = rig.step({ns}, 1ms);
+    }
+    return last;
+  }
+};
+
+TEST(AttitudeController, VehicleThatHasTippedOverGetsNothingUntilDisarmed) {
+  Tilted t;
+  EXPECT_EQ(t.run(500, 1.0), Status::ok) << "a steep turn";
+  EXPECT_EQ(t.run(90, 1.4), Status::ok) << "not for long enough";
+  EXPECT_EQ(t.run(20, 1.4), Status::fault);
+  EXPECT_EQ(t.rig.get<msg::WrenchSetpoint>("wrench"), nullptr);
+  EXPECT_EQ(t.run(500, 0.0), Status::fault) << "lying level again does not make it fly";
+  EXPECT_EQ(t.run(1, 0.0, false), Status::ok);
+  EXPECT_EQ(t.run(10, 0.0), Status::ok);
 }
 
 TEST(Mixer, DisarmedStopsAllMotorsAndArmedKeepsThemTurning) {

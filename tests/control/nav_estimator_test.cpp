@@ -18,7 +18,7 @@ struct Vehicle {
   Vec3 p_world_m, v_world_mps, a_world_mps2, gyro_radps;
   Vec3 gyro_bias_radps, accel_bias_mps2;
   double shake_mps2 = 0.05;
-  math::Random noise{1};
+  math::Random noise{1}, pixel_noise{2};
   std::int64_t now_ns = 0;
 
   Vec3 random(double sigma) {
@@ -49,7 +49,8 @@ struct Vehicle {
     const Vec3 seen = q_world_base.conjugate().rotate(pad_world_m - camera);
     msg::PadSighting s;
     s.stamp = {now_ns};
-    s.direction_optical = normalized(Vec3{-seen.y, -seen.x, -seen.z}).to<msg::Vec3>();
+    const Vec3 optical = Vec3{-seen.y, -seen.x, -seen.z} / norm(seen);
+    s.direction_optical = normalized(optical + Vec3{pixel_noise.normal(0, 2e-4), 0, 0}).to<msg::Vec3>();
     s.found = 1;
     s.confidence = 0.9;
     return s;
@@ -266,6 +267,101 @@ TEST(NavEstimator, CrateUnderTheVehicleChangesTheGroundAndNotTheHeightOfTheVehic
   EXPECT_EQ(nav.counters().new_ground, 1u);
   EXPECT_NEAR(n.p_world_m.z, 1.5, 0.05);
   EXPECT_NEAR(n.height_m, 0.9, 0.05);
+}
+
+TEST(NavEstimator, SampleBeyondWhatAnImuMeasuresIsRefused) {
+  NavEstimator nav;
+  Vehicle v;
+  stand(nav, v, 1);
+  msg::ImuSample s = v.imu_after(kMs);
+  s.gyro_radps.x = 1000;
+  EXPECT_FALSE(nav.add_imu(s));
+  s = v.imu_after(kMs);
+  s.accel_mps2.z = -1e300;
+  EXPECT_FALSE(nav.add_imu(s));
+  EXPECT_EQ(nav.counters().refused_imu, 2u);
+  EXPECT_TRUE(nav.add_imu(v.imu_after(kMs)));
+}
+
+/// A vehicle in the air with a barometer, and a range finder that is told what to say; each 50 times a second.
+struct Hover {
+  NavEstimator nav;
+  Vehicle v;
+  Hover() {
+    v.p_world_m = {0, 0, 1.5};
+    nav.set_motors_stopped(false);
+    run(5, [this](int) { return v.range().range_m; });
+  }
+  template <class Range>
+  void run(double seconds, Range&& range_m) {
+    for (int i = 0; i < static_cast<int>(seconds * 1000); ++i) {
+      ASSERT_TRUE(nav.add_imu(v.imu_after(kMs)));
+      if (i % 20 != 0) continue;
+      msg::RangeSample s = v.range();
+      s.range_m = range_m(i / 20);
+      nav.add_range(s);
+      msg::BaroSample b;
+      b.stamp = {v.now_ns};
+      b.temperature_c = 22;
+      b.pressure_pa = 100900 - 11.7 * v.p_world_m.z + v.noise.normal(0, 2);
+      nav.add_baro(b);
+    }
+  }
+};
+
+TEST(NavEstimator, RangesThatJumpAboutAreNoNewGround) {
+  Hover h;
+  const double nonsense[] = {1e300, 0.2, 5, 1e-300, 12, 2.9, math::kNan, 0.6};
+  h.run(4, [&](int i) { return nonsense[i % 8]; });
+  EXPECT_EQ(h.nav.counters().new_ground, 0u);
+  EXPECT_NEAR(h.nav.output().height_m, 1.5, 0.4);
+}
+
+TEST(NavEstimator, RangeThatStaysAtOneValueInFlightIsNotFollowed) {
+  Hover h;
+  h.v.a_world_mps2.z = 0.5;  // it climbs; the range finder does not see it
+  h.run(2, [](int) { return 1.46; });
+  h.v.a_world_mps2.z = 0;
+  EXPECT_GT(h.nav.counters().stuck_range, 50u);
+  EXPECT_EQ(h.nav.counters().new_ground, 0u);
+  EXPECT_NEAR(h.nav.output().height_m, h.v.p_world_m.z, 0.4) << "and not 1.5 m";
+  h.run(1, [&](int) { return h.v.range().range_m; });
+  EXPECT_NEAR(h.nav.output().height_m, h.v.p_world_m.z, 0.1) << "it speaks again";
+}
+
+TEST(NavEstimator, PictureThatIsFrozenInFlightMovesNothing) {
+  Hover h;
+  const auto watch = [&](int sightings, auto&& sighting) {
+    for (int i = 0; i < sightings * 33; ++i) {
+      ASSERT_TRUE(h.nav.add_imu(h.v.imu_after(kMs)));
+      if (i % 20 == 0) h.nav.add_range(h.v.range());
+      if (i % 33 == 0) h.nav.add_pad(sighting());
+    }
+  };
+  watch(40, [&] { return h.v.pad({}); });
+  const msg::PadSighting frozen = h.v.pad({});
+  const msg::Time before = h.nav.output().pad_stamp;
+  watch(30, [&] {
+    msg::PadSighting s = frozen;
+    s.stamp = {h.v.now_ns};
+    return s;
+  });
+  EXPECT_GT(h.nav.counters().stuck_pad, 15u);
+  EXPECT_LT(msg::seconds(h.nav.output().pad_stamp - before), 0.4) << "the pad counts as lost";
+}
+
+TEST(NavEstimator, RangeMayStandStillWithTheVehicle) {
+  NavEstimator nav;
+  Vehicle v;
+  for (int i = 0; i < 2000; ++i) {
+    ASSERT_TRUE(nav.add_imu(v.imu_after(kMs)));
+    msg::RangeSample s;
+    s.stamp = {v.now_ns};
+    s.range_m = 0.08;
+    if (i % 20 == 0) nav.add_range(s);
+  }
+  EXPECT_EQ(nav.counters().stuck_range, 0u);
+  EXPECT_TRUE(nav.output().height_valid);
 }
 
 TEST(NavEstimator, BarometerHoldsTheHeightWhenTheRangeFinderIsSilent) {

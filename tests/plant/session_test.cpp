@@ -521,7 +521,6 @@ TEST_F(PlantSession, FreeRunningDeliversEverySampleAndMeasuresTheGap) {
   EXPECT_GE(got.imu, 500);  // none is lost, however late this machine is
   EXPECT_TRUE(got.imu_in_order);
   EXPECT_GT(report_.imu_gap_max_ns, 1'900'000);  // at half the rate 2 ms apart
-  EXPECT_EQ(report_.valid, report_.imu_gap_max_ns <= 4'000'000);
   EXPECT_NE(got.last_report.find("\"imu_gap_max_ns\":"), std::string::npos);
 }
 

@@ -104,16 +104,11 @@ class Motors final : public hal::Actuators {
   hal::Status stop() noexcept override { return {}; }
 };
 
-class Board final : public hal::Board {
+class Board final : public hal::EmptyBoard {
  public:
-  hal::Result<hal::Imu*> imu(std::string_view) override { return none(); }
-  hal::Result<hal::Range*> range(std::string_view) override { return none(); }
-  hal::Result<hal::Baro*> baro(std::string_view) override { return none(); }
-  hal::Result<hal::Camera*> camera(std::string_view) override { return none(); }
   hal::Result<hal::Actuators*> actuators(std::string_view) override { return &motors_; }
 
  private:
-  static hal::Error none() { return {hal::Errc::not_found, "fuzz"}; }
   Motors motors_;
 };
 

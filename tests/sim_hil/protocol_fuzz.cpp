@@ -1,6 +1,7 @@
 // Both ends of the simulator protocol against a hostile peer. The first byte chooses the end (bit 0: 0 the plant hears
 // the rest, 1 the runtime does), whether the stream comes in small pieces (bit 1), and whether sequence numbers and
-// flags are put right first (bit 2), so that the fuzzer gets behind the framing.
+// flags are put right first (bit 2), so that the fuzzer gets behind the framing; bit 3: the runtime's end is a side
+// line.
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
@@ -8,6 +9,8 @@
 
 #include "memory_stream.hpp"
 #include "sim_hil/plant_link.hpp"
+#include "sim_hil/side_line.hpp"
+#include "sim_hil/side_line_server.hpp"
 #include "sim_hil/sim_board.hpp"
 
 namespace sinew::sim_hil {
@@ -34,7 +37,15 @@ void hear_as_plant(std::unique_ptr<hal::Stream> stream) {
   plant.devices[0].kind = DeviceKind::imu, plant.devices[0].name = "imu";
   plant.devices[1].kind = DeviceKind::actuators, plant.devices[1].name = "motors", plant.devices[1].channels = 4;
   std::string why;
-  auto link = PlantLink::accept(std::move(stream), plant, nullptr, why);
+  Caller caller;
+  caller.stream = std::move(stream);
+  if (!hear_hello(caller, plant.name, why)) return;
+  if (caller.hello.mode == Mode::side_line) {
+    const hal::ManualClock host;
+    std::atomic<bool> stopped{false};
+    return serve_side_line(caller, {host, plant, stopped});
+  }
+  auto link = PlantLink::accept(std::move(caller), plant, nullptr, why);
   if (!link || !(*link)->wait_start()) return;
   for (Time t{0}; (*link)->grant(t); t = t + 1ms) {
     const Setpoints s = (*link)->setpoints_at(1, t);
@@ -50,6 +61,18 @@ void read_all(hal::Result<D*> device, M& out) {
     auto read = (*device)->read(out);
     if (read && !*read) return;
   }
+}
+
+void hear_on_a_side_line(std::unique_ptr<hal::Stream> stream) {
+  const hal::ManualClock host;
+  std::string why;
+  auto line = SideLine::open(std::move(stream), "fuzz", 1s, why);
+  if (!line) return;
+  for (int i = 0; i < 4; ++i) {
+    auto e = (*line)->compare_clocks(host);
+    if (e && e->answered < e->received) std::abort();  // an unchecked answer came through
+  }
+  static_cast<void>((*line)->stop());
 }
 
 void hear_as_runtime(std::unique_ptr<hal::Stream> stream) {
@@ -90,7 +113,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   std::vector<std::byte> stream(bytes + 1, bytes + size);
   if (data[0] & 4) repair(stream);
   auto peer = std::make_unique<MemoryStream>(std::move(stream), data[0] & 2 ? 13 : SIZE_MAX);
-  if (data[0] & 1)
+  if (data[0] & 8)
+    hear_on_a_side_line(std::move(peer));
+  else if (data[0] & 1)
     hear_as_runtime(std::move(peer));
   else
     hear_as_plant(std::move(peer));

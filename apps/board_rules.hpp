@@ -1,0 +1,33 @@
+#pragma once
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "rt/graph_spec.hpp"
+
+namespace sinew::app {
+
+/// What a kind of board is, as far as mixing goes.
+struct BoardKind {
+  std::string_view name;
+  bool real = false;       // its devices are in the world: they move it, and they do not wait for a grant
+  bool actuators = false;  // it can have some
+};
+
+/// The boards of this program.
+std::span<const BoardKind> known_boards();
+
+struct BoardUse {
+  bool virtual_time = false;
+  bool real_actuators = false;  // --real-actuators
+};
+
+/// Whether this robot may run with these boards, all problems at once; before any device is opened.
+/// - Boards are known ones; a board without actuators is given none.
+/// - Virtual time takes no real device: it would have to wait for a grant.
+/// - Real actuators with simulated sensors need the explicit permission: what they do, the sensors do not show.
+/// - With a plant, the plant is the board, and other boards are named per device: there is one source of time.
+std::vector<rt::Problem> check_boards(const rt::GraphSpec& robot, const BoardUse& use,
+                                      std::span<const BoardKind> boards = known_boards());
+
+}  // namespace sinew::app

@@ -1,0 +1,214 @@
+#include "apps/parent.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cstdio>
+#include <optional>
+
+#include "apps/last_seconds.hpp"
+#include "hal/linux/os.hpp"
+#include "hal/linux/process.hpp"
+#include "hal/linux/socket.hpp"
+#include "hal/linux/watchdog.hpp"
+#include "tap/reader.hpp"
+
+namespace sinew::app {
+namespace {
+
+using namespace std::chrono_literals;
+
+// What the runtime says on the line, one byte each; kTopics brings the memory.
+constexpr std::byte kTopics{'T'}, kEnding{'E'};
+
+constexpr int kPriority = 99;                   // as the guardian: it sleeps but for a few microseconds of each look
+constexpr hal::Duration kLook = 5ms;            // between two looks at the runtime
+constexpr hal::Duration kOrderlyEnd = 20s;      // from kEnding to the end of the process
+constexpr hal::Duration kStopRepeated = 500ms;  // the line may be broken by the same fault for a moment
+
+class Parent {
+ public:
+  Parent(const ParentOptions& options, Supervised& supervised) : options_(options), supervised_(supervised) {}
+
+  int run() {
+    if (!open_watchdog()) return 2;
+    auto line = hal::stream_pair();
+    if (!line) return refuse("no line to the runtime", line.error());
+    auto child = hal::ChildProcess::fork([&] {
+      line->first.reset();
+      watchdog_.reset();  // only the parent's hand feeds it; the device stays open there
+      ParentLine to_parent(std::move(line->second));
+      return supervised_.body(to_parent);
+    });
+    if (!child) return refuse("no process for the runtime", child.error());
+    supervised_.in_parent();
+    line->second.reset();
+    line_ = std::move(line->first);
+    runtime_ = std::move(*child);
+    // Above everything that the runtime may let run wild; without the privilege it watches all the same.
+    auto thread = os_.start_thread({"parent", kPriority, {}, 64 * 1024}, [this] { watch(); });
+    if (!thread) return refuse("no thread for the parent", thread.error());
+    (*thread)->join();
+    if (fault_.empty()) return exit_code_;
+    report();
+    return 1;
+  }
+
+ private:
+  static int refuse(const char* what, const hal::Error& error) {
+    std::fprintf(stderr, "sinew: parent: %s: %s (%s)\n", what, hal::to_string(error.code), error.where);
+    return 2;
+  }
+
+  bool open_watchdog() {
+    if (options_.watchdog.empty()) return true;
+    auto opened = hal::open_watchdog(options_.watchdog, options_.watchdog_timeout);
+    if (!opened) {
+      std::fprintf(stderr, "sinew: parent.watchdog: \"%s\": %s (%s)\n", options_.watchdog.c_str(),
+                   hal::to_string(opened.error().code), opened.error().where);
+      return false;
+    }
+    watchdog_ = std::move(*opened);
+    return true;
+  }
+
+  void watch() {
+    last_change_ = os_.now();
+    for (hal::Time next = os_.now(); !done_; next = next + kLook) {
+      os_.sleep_until(next);
+      look(os_.now());
+    }
+  }
+
+  void look(hal::Time now) {
+    listen(now);
+    if (hal::stop_requested()) runtime_->terminate();
+    if (const auto code = runtime_->poll()) {
+      exit_code_ = *code;
+      if (*code > 128) return act(now, "the runtime died: " + hal::describe_exit(*code));
+      if (watchdog_) static_cast<void>(watchdog_->release());
+      done_ = true;
+      return;
+    }
+    if (ending_ && now - last_change_ > kOrderlyEnd) return act(now, "the runtime does not end");
+    if (!ending_ && topics_) {
+      if (const std::uint32_t beat = pulse(); beat != beat_) {
+        beat_ = beat;
+        last_change_ = now;
+      } else if (now - last_change_ > options_.hang) {
+        return act(now, fmt::format("the runtime hangs: no commit of the guardian for {} ms",
+                                    (now - last_change_).count() / 1'000'000));
+      }
+    }
+    feed(now);
+  }
+
+  void listen(hal::Time now) {
+    std::array<std::byte, 1> word{};
+    const auto n = line_->read_now(word);
+    if (!n || *n == 0) return;  // nothing new, or the runtime's end is gone: poll() tells
+    if (word[0] == kEnding) {
+      ending_ = true;
+      last_change_ = now;
+    } else if (word[0] == kTopics) {
+      auto memory = line_->take_memory();
+      if (!memory) return;  // supervise() then gets no answer and fails there
+      memory_ = std::move(*memory);
+      auto reader = tap::Reader::open({memory_->data(), memory_->size()});
+      if (!reader) return;
+      topics_ = std::move(*reader);
+      for (std::uint32_t t = 0; t < topics_->topics().size(); ++t)
+        if (topics_->topics()[t].name.starts_with("guardian.")) guardian_ = t;
+      beat_ = pulse();
+      last_change_ = now + 1s;  // the executor's threads are still to come up
+      static_cast<void>(line_->write(word));
+    }
+  }
+
+  // The guardian publishes in every cycle, at least twice a lease.
+  std::uint32_t pulse() const {
+    const auto message = topics_->newest(guardian_);
+    return message ? message->sequence : 0;
+  }
+
+  void feed(hal::Time now) {
+    if (!watchdog_ || now < next_feed_) return;
+    next_feed_ = now + watchdog_->timeout() / 4;
+    if (auto fed = watchdog_->feed(); !fed && !feed_failed_) {
+      feed_failed_ = true;
+      std::fprintf(stderr, "warning: the watchdog takes no food: %s\n", fed.error().where);
+    }
+  }
+
+  // In the order of urgency; the watchdog is simply not fed again.
+  void act(hal::Time now, std::string fault) {
+    fault_ = std::move(fault);
+    if (supervised_.stop_line) {
+      stopped_ = supervised_.stop_line->stop();
+      stopped_after_ = os_.now() - now;
+    }
+    runtime_->kill_now();
+    runtime_->wait(2s);
+    for (const hal::Time until = now + kStopRepeated; supervised_.stop_line && !stopped_ && os_.now() < until;) {
+      os_.sleep_until(os_.now() + 10ms);
+      stopped_ = supervised_.stop_line->stop();
+      stopped_after_ = os_.now() - now;
+    }
+    done_ = true;
+  }
+
+  void report() {
+    std::fprintf(stderr, "sinew: %s\n", fault_.c_str());
+    std::string stop = "no stop line";
+    if (supervised_.stop_line)
+      stop = stopped_ ? fmt::format("sent {:.1f} ms later", static_cast<double>(stopped_after_.count()) * 1e-6)
+                      : fmt::format("failed: {}", stopped_.error().where);
+    std::fprintf(stderr, "sinew: stop of the actuators: %s\n", stop.c_str());
+    if (watchdog_) std::fprintf(stderr, "sinew: the watchdog is not fed any more\n");
+    if (!memory_) return;
+    std::string why;
+    const std::string folder =
+        save_last_seconds(options_.save_to, supervised_.robot, fault_, {memory_->data(), memory_->size()}, why);
+    if (folder.empty())
+      std::fprintf(stderr, "sinew: the last seconds could not be saved: %s\n", why.c_str());
+    else
+      std::fprintf(stderr, "sinew: the last seconds are in %s\n", folder.c_str());
+  }
+
+  const ParentOptions& options_;
+  Supervised& supervised_;
+  hal::Os& os_ = hal::linux_os();
+  std::unique_ptr<hal::Watchdog> watchdog_;
+  std::unique_ptr<hal::Stream> line_;
+  std::unique_ptr<hal::ChildProcess> runtime_;
+  std::unique_ptr<hal::SharedMemory> memory_;
+  std::optional<tap::Reader> topics_;
+  std::uint32_t guardian_ = 0;  // one of its topics
+  std::uint32_t beat_ = 0;
+  hal::Time last_change_{}, next_feed_{};
+  bool ending_ = false, done_ = false, feed_failed_ = false;
+  int exit_code_ = 0;
+  std::string fault_;
+  hal::Status stopped_;
+  hal::Duration stopped_after_{};
+};
+
+}  // namespace
+
+hal::Status ParentLine::supervise(const hal::SharedMemory& topics) {
+  const std::array<std::byte, 1> word{kTopics};
+  std::array<std::byte, 1> answer{};
+  stream_->set_patience(2s);
+  if (auto sent = stream_->write_with_memory(word, topics); !sent) return sent;
+  if (auto n = stream_->read(answer); !n) return n.error();
+  return {};
+}
+
+void ParentLine::ending() {
+  const std::array<std::byte, 1> word{kEnding};
+  static_cast<void>(stream_->write(word));  // a parent that is gone needs no telling
+}
+
+int run_with_parent(const ParentOptions& options, Supervised supervised) { return Parent(options, supervised).run(); }
+
+}  // namespace sinew::app

@@ -1,0 +1,51 @@
+#pragma once
+// The process that stands beside a runtime in real time, for the faults that end the runtime itself: it stops the
+// actuators, feeds or starves the hardware watchdog, and saves the last seconds from the memory that it still holds.
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "hal/os.hpp"
+#include "hal/stop_line.hpp"
+#include "hal/stream.hpp"
+
+namespace sinew::app {
+
+/// The robot file's [parent].
+struct ParentOptions {
+  hal::Duration hang = std::chrono::milliseconds(250);  // no commit of the guardian for so long: the runtime hangs
+  std::string watchdog{};                               // "/dev/watchdog"; empty: none
+  hal::Duration watchdog_timeout = std::chrono::seconds(5);
+  std::string save_to = "faults";  // folder in which each fault gets a folder of its own
+};
+
+/// The runtime's end of the line to its parent.
+/// Thread:  owner.
+class ParentLine {
+ public:
+  explicit ParentLine(std::unique_ptr<hal::Stream> stream) : stream_(std::move(stream)) {}
+  /// Hands the topics to the parent, which from now on expects the guardian to commit. Before the executor starts.
+  /// Errors:  what the line says: there is no parent any more.
+  hal::Status supervise(const hal::SharedMemory& topics);
+  /// The run ends in order: the guardian will fall silent.
+  void ending();
+
+ private:
+  std::unique_ptr<hal::Stream> stream_;
+};
+
+/// What the parent knows of the robot before it starts.
+struct Supervised {
+  std::string robot;                         // name, for the saved folder
+  std::unique_ptr<hal::StopLine> stop_line;  // null: none could be had; the caller has said so
+  std::function<int(ParentLine&)> body;      // the runtime, in a process of its own; its exit code
+  std::function<void()> in_parent = [] {};   // right after the start: lets go what is the runtime's
+};
+
+/// Runs the body in a child and watches it until it ends: process gone by a signal, or the guardian silent for `hang`.
+/// Then: actuators stopped, the watchdog left to bite, a hanging runtime killed, the last seconds saved, in this order.
+/// The exit code: the body's own, or 1 after a fault; 2 when the child or the watchdog could not be had.
+/// While this process has one thread.
+int run_with_parent(const ParentOptions& options, Supervised supervised);
+
+}  // namespace sinew::app

@@ -1,0 +1,89 @@
+"""Robots across a network that delays and loses packets: sinew on one host, sinew-sim on another, lossy_link between.
+
+usage: network_test.py LOSSY_LINK SINEW SINEW_SIM ROBOTS [unittest arguments]
+"""
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+LINK, SINEW, SIM, ROBOTS = sys.argv[1:5]
+RUN_DIR = tempfile.TemporaryDirectory(prefix="sinew_run_")  # other tests run robots of the same names
+os.environ["SINEW_RUN_DIR"] = RUN_DIR.name
+QUAD = f"{ROBOTS}/quad.toml"
+PLANT = "tcp:10.77.0.1:4560"
+LIMIT_S = 150
+# The runtime expects its plant to listen; sinew-sim takes its time to come up.
+WAIT = """
+import os, socket, sys, time
+while True:
+    try:
+        socket.create_connection(("10.77.0.1", 4560), 1).close()
+        break
+    except OSError:
+        time.sleep(0.1)
+os.execv(sys.argv[1], sys.argv[1:])
+"""
+
+
+def hashes(text):
+    return dict(re.findall(r"^hash (\S+)\s+([0-9a-f]{16})$", text, re.M))
+
+
+def run(*command):
+    done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT_S)
+    return done.returncode, done.stdout, done.stderr
+
+
+class Network(unittest.TestCase):
+    def across(self, link, plant, runtime):
+        code, out, err = run(LINK, *link, "--", SIM, "--listen", "tcp:10.77.0.1:4560", *plant, "---", sys.executable,
+                             "-c", WAIT, SINEW, "run", QUAD, "--plant", PLANT, "--name", f"network-{os.getpid()}",
+                             *runtime)
+        if code == 77:
+            self.skipTest(err.strip())
+        return code, out, err
+
+    def free_running(self, link, plant, runtime):
+        code, out, err = self.across(link, ["--free", *plant], [*runtime, "--json"])
+        self.assertIn(code, (0, 1), err)
+        # The plant's own words come before and after, on the same output.
+        return json.JSONDecoder().raw_decode(out[out.index("{"):])[0], out + err
+
+    def test_lockstep_gives_the_same_bytes_as_on_one_machine_whatever_the_network_does(self):
+        fly = ["--virtual", "--seed", "4", "--duration", "0.7"]
+        _, here, _ = run(SINEW, "run", QUAD, *fly)
+        self.assertGreaterEqual(len(hashes(here)), 10, here)
+        _, there, err = self.across(["--delay-ms", "1", "--jitter-ms", "1", "--loss", "0.005"],
+                                    ["--lockstep", "--wait", "60"], fly)
+        self.assertEqual(hashes(there), hashes(here), there + err)
+
+    def test_it_flies_in_real_time_and_knows_the_clock_of_the_plant_within_its_bound(self):
+        # Both hosts share one clock here, so the true offset is known: zero.
+        summary, text = self.free_running(["--delay-ms", "2", "--jitter-ms", "2", "--loss", "0.001"], [],
+                                          ["--rate", "0.5", "--duration", "7"])
+        self.assertLessEqual(abs(summary["clock_offset_s"]), summary["clock_bound_s"] + 1e-6, text)
+        self.assertGreater(summary["clock_bound_s"], 1e-3, "half of 2 ms each way, at half the rate")
+        self.assertGreater(summary["clock_exchanges"], 16, text)
+        cycles = {t["name"]: t["cycles"] for t in summary["threads"]}
+        self.assertGreater(cycles["stabilise"], 3000)
+        bounds = {v["bound"] for v in summary["validity"]}
+        self.assertGreaterEqual(bounds, {"plant_gap_ms", "arrival_gap_ms", "late_percent", "missed_percent", "clock_ms",
+                                         "drift_ppm", "commands_dropped"})
+        self.assertNotIn("link_down_ms", bounds, text)
+
+    def test_a_network_that_was_gone_is_an_outage_and_the_run_goes_on(self):
+        summary, text = self.free_running(["--delay-ms", "1", "--cut-after", "9", "--cut-for", "7"], ["--relink", "30"],
+                                          ["--rate", "0.5", "--duration", "12"])
+        down = [v for v in summary["validity"] if v["bound"] == "link_down_ms"]
+        self.assertEqual(len(down), 1, text)
+        self.assertFalse(down[0]["holds"])
+        self.assertTrue(any("without a plant for" in reason for reason in summary["invalid_because"]), text)
+        self.assertIn("invalid run", summary["result"])
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[5:]], verbosity=2)

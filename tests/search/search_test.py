@@ -1,0 +1,56 @@
+#!/usr/bin/env python3
+"""sinew-fuzz against the plant: a handful of cases, one that must fail, and how it is shown.
+
+usage: search_test.py SINEW_FUZZ ROBOTS
+"""
+import json
+import os
+import subprocess
+import tempfile
+import sys
+import unittest
+
+FUZZ, ROBOTS = sys.argv[1:3]
+RUN_DIR = tempfile.TemporaryDirectory(prefix="sinew_run_")  # other tests run robots of the same names
+os.environ["SINEW_RUN_DIR"] = RUN_DIR.name
+QUAD = os.path.join(ROBOTS, "quad.toml")
+
+
+def run(*arguments):
+    done = subprocess.run([FUZZ, *arguments], capture_output=True, text=True, timeout=500)
+    return done.returncode, done.stdout, done.stderr
+
+
+class Search(unittest.TestCase):
+    def test_a_few_cases_are_clean_and_their_figures_are_told(self):
+        code, out, err = run(QUAD, "--runs", "6", "--seed", "1", "--twice-every", "3", "--json")
+        self.assertEqual(code, 0, out + err)
+        figures = json.loads(out.splitlines()[0])
+        self.assertEqual(figures["runs"], 6)
+        self.assertLess(figures["figures"]["landing error, m"]["max"], 0.15)
+
+    def test_a_failure_is_shrunk_to_what_it_needs(self):
+        # Without its budget of time nothing flies: a filter that takes 2 ms of every 1 ms starves all below it.
+        case = "world=5 jitter=9 gust=1 stress=filter*400 stress=pad*2 fault=baro:off@3+0.5"
+        code, out, err = run(QUAD, "--case", case)
+        self.assertEqual(code, 1, out + err)
+        self.assertIn("failed: ", out)
+
+    def test_a_case_is_repeatable(self):
+        case = "world=3 jitter=4 gust=1.5 fault=imu:off@6+0.004 fault=camera:delayed(30ms)@5+1"
+        first, again = run(QUAD, "--case", case, "--json"), run(QUAD, "--case", case, "--json")
+        self.assertEqual(first[0], 0, first)
+        self.assertEqual(first, again)
+
+    def test_what_is_wrong_ends_with_2_and_its_reason(self):
+        for arguments, words in (([QUAD, "--case", "fault=imu:off"], "case: fault=imu:off: DEVICE:KIND"),
+                                 ([QUAD, "--case", "fault=imu:melted@3+1"], "melted"),
+                                 ([QUAD, "--profile", "no_such.toml"], "a profile of execution times"),
+                                 ([os.path.join(ROBOTS, "none.toml")], "a robot file that can be read")):
+            code, out, err = run(*arguments)
+            self.assertEqual(code, 2, (arguments, out, err))
+            self.assertIn(words, err)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1], verbosity=2)
