@@ -3,6 +3,7 @@
 #include <string>
 #include <string_view>
 
+#include "hal/linux/memory.hpp"
 #include "rt/runner.hpp"
 
 namespace sinew::app {
@@ -24,6 +25,8 @@ class RunSummary {
   void statistics(rt::Runner& runner);
   void virtual_time(double run_s, double wall_s);
   void hashes(rt::Runner& runner);
+  /// What the process has in memory, and for what.
+  void memory(const hal::MemoryUse& use);
   /// One line, `label` and `text`, and the keys that say the same.
   void add(std::string_view label, std::string_view text, const Json& keys);
   /// One line for each, and an array under `key` (empty: no reason).

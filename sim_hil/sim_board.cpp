@@ -196,6 +196,7 @@ Status SimBoard::start() {
   if (auto ok = receive(message); !ok) return end(ok.error());
   if (message.header.type == Type::bye) return take(message, sent);
   if (auto ok = set_clock(message, sent); !ok) return end(ok.error());
+  stream_->split();
   auto reader = options_.os->start_thread(options_.reader, [this] { read_loop(); });
   if (!reader) return end(reader.error());
   reader_ = std::move(*reader);
