@@ -172,6 +172,21 @@ void RunSummary::hashes(rt::Runner& runner) {
   }
 }
 
+void RunSummary::memory(const hal::MemoryUse& use) {
+  const std::pair<const char*, std::uint64_t> parts[] = {
+      {"slots", use.slots}, {"peers", use.peers},   {"program", use.program}, {"libraries", use.libraries},
+      {"heap", use.heap},   {"stacks", use.stacks}, {"other", use.other}};
+  std::string text = fmt::format("{:.1f} MB", static_cast<double>(use.total) * 1e-6);
+  Json keys;
+  const char* between = " = ";
+  for (const auto& [name, bytes] : parts) {
+    keys[name] = bytes;
+    text += fmt::format("{}{} {:.1f}", between, name, static_cast<double>(bytes) * 1e-6);
+    between = " + ";
+  }
+  add("memory", text, {{"memory_bytes", use.total}, {"memory", keys}});
+}
+
 void RunSummary::add(std::string_view label, std::string_view text, const Json& keys) {
   all_.update(keys);
   if (!form_.json) fmt::print("{:<19} {}\n", label, text);

@@ -4,6 +4,7 @@
 #include <string_view>
 #include <vector>
 
+#include "hal/linux/memory.hpp"
 #include "rt/runner.hpp"
 
 namespace sinew::app {
@@ -29,6 +30,8 @@ class RunSummary {
   const std::vector<std::string>& failed_chains() const { return failed_chains_; }
   void virtual_time(double run_s, double wall_s);
   void hashes(rt::Runner& runner);
+  /// What the process has in memory, and for what.
+  void memory(const hal::MemoryUse& use);
   /// One line, `label` and `text`, and the keys that say the same.
   void add(std::string_view label, std::string_view text, const Json& keys);
   /// Only keys, for the object.

@@ -11,6 +11,7 @@
 #include "apps/parent.hpp"
 #include "apps/plant_process.hpp"
 #include "apps/run_summary.hpp"
+#include "hal/linux/memory.hpp"
 #include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
 #include "hal/linux/socket.hpp"
@@ -89,6 +90,7 @@ class SimRun {
     // A plant of our own that is gone does not come back.
     if (robot_.sim.plant != "auto") sim.relink_for = from_ms(1e3 * robot_.sim.relink_s);
     sim.reader.fifo_priority = options_.virtual_time ? 0 : 95;  // it is this board's interrupt
+    sim.reader.stack_bytes = std::size_t{64} * 1024;
     sim.on_report = [this](const std::string& json) { report_.put(json); };
     auto board = sim_hil::SimBoard::open(plant_.take_stream(), sim, why);
     if (!board) return fail(why);
@@ -194,6 +196,7 @@ class SimRun {
     if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return 2;
     const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);
     follow(executor);
+    const hal::MemoryUse memory = hal::memory_use();  // with the threads' stacks
     if (parent_) parent_->ending();
     executor.stop();
     const hal::ProcessUse after = hal::process_use();
@@ -201,10 +204,9 @@ class SimRun {
     end_plant();
     summary_.statistics(executor.runner());
     const double processor = 100 * msg::seconds(after.cpu - before.cpu) / wall_s;
-    summary_.add(
-        "processor",
-        fmt::format("{:.1f} % of a core; memory {:.1f} MB", processor, static_cast<double>(after.rss_bytes) * 1e-6),
-        {{"wall_s", wall_s}, {"processor_percent", processor}, {"memory_bytes", after.rss_bytes}});
+    summary_.add("processor", fmt::format("{:.1f} % of a core", processor),
+                 {{"wall_s", wall_s}, {"processor_percent", processor}});
+    summary_.memory(memory);
     for (std::uint32_t t = 0; t < graph_.threads().size(); ++t) {
       evidence_.releases += executor.runner().thread_stats(t).releases.value();
       evidence_.missed += executor.runner().thread_stats(t).overruns.value();

@@ -33,6 +33,9 @@ class Stream {
   virtual Result<std::size_t> write_now(std::span<const std::byte> bytes) noexcept = 0;
   /// How long read() and write() may wait without any progress; zero: for ever. Before the traffic starts.
   virtual void set_patience(Duration patience) noexcept = 0;
+  /// From now on a thread of its own reads while others write: a read costs one system call more, but the reader is no
+  /// longer woken whenever the peer has taken what was written.
+  virtual void split() noexcept {}
   /// True when the peer runs on this machine and memory can be handed to it.
   virtual bool local() const noexcept = 0;
   /// Like write(), and hands the memory to the peer with these bytes. Errors: not_supported when not local.

@@ -12,17 +12,25 @@ constexpr std::uint32_t kImageHistory = 5, kEventHistory = 50, kMaxHistory = 409
 
 class ModuleSetup final : public Setup {
  public:
-  ModuleSetup(hal::Board& board, const ModuleSpec& spec, std::vector<Problem>& problems)
-      : board_(board), spec_(spec), problems_(problems) {}
+  ModuleSetup(hal::Board& board, const GraphModule& module, const std::vector<GraphTopic>& topics,
+              std::vector<Problem>& problems)
+      : board_(board), module_(module), topics_(topics), problems_(problems) {}
   hal::Board& board() override { return board_; }
-  std::string_view module_name() const override { return spec_.name; }
+  std::string_view module_name() const override { return module_.spec.name; }
+  std::uint32_t image_capacity(const InputBase& input) const override {
+    for (std::size_t p = 0; p < module_.topic.size(); ++p)
+      if (module_.declaration.ports[p].input == &input && module_.topic[p] != kNone)
+        return topics_[module_.topic[p]].image_bytes;
+    return 0;
+  }
   void explain(std::string text) override {
-    problems_.push_back({spec_.line, "module." + spec_.name, "not ready", std::move(text)});
+    problems_.push_back({module_.spec.line, "module." + module_.spec.name, "not ready", std::move(text)});
   }
 
  private:
   hal::Board& board_;
-  const ModuleSpec& spec_;
+  const GraphModule& module_;
+  const std::vector<GraphTopic>& topics_;
   std::vector<Problem>& problems_;
 };
 
@@ -46,7 +54,7 @@ hal::Status Graph::configure(hal::Board& board, const ConfigureOptions& options)
     if (first) first = e;
   };
   for (GraphModule& m : modules_) {
-    ModuleSetup setup(board, m.spec, configure_problems_);
+    ModuleSetup setup(board, m, topics_, configure_problems_);
     if (auto configured = m.module->configure(setup); !configured) fail(m, configured.error());
   }
   for (const GraphThread& t : threads_) {

@@ -80,10 +80,11 @@ class RealTimeExecutor::Worker {
     options.fifo_priority = executor_.options_.fixed_priority ? spec_.priority : 0;
     options.cpus = spec_.cpus;
     options.stack_bytes = std::size_t{spec_.stack_kib} * 1024;
+    has_fifo_ = options.fifo_priority > 0;
     auto thread = executor_.os_.start_thread(options, [this] { run(); });
     if (!thread) return thread.error();
     thread_ = std::move(*thread);
-    has_fifo_ = options.fifo_priority > 0 && thread_->shortfall().find("SCHED_FIFO") == std::string::npos;
+    if (thread_->shortfall().find("SCHED_FIFO") != std::string::npos) has_fifo_ = false;
     if (!thread_->shortfall().empty()) shortfalls.push_back("thread " + spec_.name + ": " + thread_->shortfall());
     return {};
   }

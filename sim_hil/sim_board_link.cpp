@@ -63,6 +63,7 @@ Status SimBoard::start_plant(PlantConnection& line, std::string& why) {
     why = decode_text(message.payload);
     return Error{Errc::closed, "the plant ended the run"};
   }
+  line.stream->split();
   return set_clock(message, sent, local);
 }
 

@@ -11,7 +11,7 @@ namespace sinew::vision {
 class Luma {
  public:
   Luma() = default;
-  Luma(std::uint32_t max_width, std::uint32_t max_height) : pixels_(std::size_t{max_width} * max_height) {}
+  explicit Luma(std::size_t max_pixels) : pixels_(max_pixels) {}
   /// False, and empty, for other formats, bins other than 1, 2 and 4, and pictures that do not fit.
   bool take(const ImageView& image, std::uint32_t bin);
   void clear() { width_ = height_ = 0; }

@@ -27,8 +27,9 @@ hal::Status MotionField::configure(rt::Setup& setup) {
     setup.explain("bin: 1, 2 or 4");
     return hal::Error{hal::Errc::bad_argument, "vision::MotionField: bin", bin_};
   }
-  older_ = Luma(msg::kMaxImageWidth, msg::kMaxImageHeight);
-  newer_ = Luma(msg::kMaxImageWidth, msg::kMaxImageHeight);
+  const std::size_t pixels = setup.image_capacity(image_);  // a byte each in mono8
+  older_ = Luma(pixels);
+  newer_ = Luma(pixels);
   return {};
 }
 

@@ -3,6 +3,7 @@
 #include <alloca.h>
 #include <fcntl.h>
 #include <linux/futex.h>
+#include <malloc.h>
 #include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>
@@ -17,6 +18,7 @@
 #include <cstring>
 #include <ctime>
 
+#include "hal/linux/memory.hpp"
 #include "hal/linux/shared_memory.hpp"
 
 namespace sinew::hal {
@@ -51,16 +53,44 @@ constexpr std::size_t kOwnStackUse = 64 * 1024;
   for (std::size_t i = 0; i < bytes; i += 4096) page[i] = 0;
 }
 
+/// Between two pages that nobody may touch: the one below catches an overflow, the one above keeps the mapping apart
+/// from others, so that lock_process_memory() can tell it.
+class Stack {
+ public:
+  Stack() = default;
+  ~Stack() {
+    if (size_ > 0) munmap(lowest_ - kGuard, size_ + 2 * kGuard);
+  }
+  Stack(const Stack&) = delete;
+  Stack& operator=(const Stack&) = delete;
+
+  bool make(std::size_t bytes) {
+    bytes = std::max((bytes + kGuard - 1) / kGuard * kGuard, static_cast<std::size_t>(PTHREAD_STACK_MIN));
+    void* all = mmap(nullptr, bytes + 2 * kGuard, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_STACK, -1, 0);
+    if (all == MAP_FAILED) return false;
+    lowest_ = static_cast<char*>(all) + kGuard;
+    size_ = bytes;
+    return mprotect(lowest_, size_, PROT_READ | PROT_WRITE) == 0;
+  }
+  void* lowest() const { return lowest_; }
+  std::size_t size() const { return size_; }
+
+ private:
+  static constexpr std::size_t kGuard = 64 * 1024;  // a multiple of every page size
+  char* lowest_ = nullptr;
+  std::size_t size_ = 0;
+};
+
 class LinuxThread final : public Thread {
  public:
   LinuxThread(const ThreadOptions& options, std::function<void()> body) : options_(options), body_(std::move(body)) {}
   ~LinuxThread() override { LinuxThread::join(); }
 
   Status start() {
+    if (!stack_.make(options_.stack_bytes + kOwnStackUse)) return Error{Errc::out_of_memory, "stack", errno};
     pthread_attr_t attr;
     pthread_attr_init(&attr);
-    const std::size_t stack = options_.stack_bytes + kOwnStackUse;
-    pthread_attr_setstacksize(&attr, std::max(stack, static_cast<std::size_t>(PTHREAD_STACK_MIN)));
+    pthread_attr_setstack(&attr, stack_.lowest(), stack_.size());
     const int error = pthread_create(&thread_, &attr, &LinuxThread::entry, this);
     pthread_attr_destroy(&attr);
     if (error != 0) return Error{Errc::io, "pthread_create", error};
@@ -111,6 +141,7 @@ class LinuxThread final : public Thread {
     shortfall_ += std::string(what) + " refused: " + std::strerror(error);
   }
 
+  Stack stack_;
   ThreadOptions options_;
   std::function<void()> body_;
   std::string shortfall_;
@@ -121,6 +152,10 @@ class LinuxThread final : public Thread {
 
 class LinuxOs final : public Os {
  public:
+  // One heap for all threads: others would each reserve and, once locked, keep one of their own for what a thread
+  // allocates while it starts.
+  LinuxOs() { mallopt(M_ARENA_MAX, 1); }
+
   Time now() const noexcept override { return read_clock(CLOCK_MONOTONIC); }
 
   void sleep_until(Time t) noexcept override {
@@ -149,10 +184,7 @@ class LinuxOs final : public Os {
     return create_shared_memory(name, bytes);
   }
 
-  Status lock_memory() override {
-    if (mlockall(MCL_CURRENT | MCL_FUTURE) != 0) return Error{Errc::denied, "mlockall", errno};
-    return {};
-  }
+  Status lock_memory() override { return lock_process_memory(); }
 
   // The request holds while the file is open. Source: Documentation/power/pm_qos_interface.rst of Linux
   Result<std::shared_ptr<void>> keep_awake() override {

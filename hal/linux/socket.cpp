@@ -76,7 +76,11 @@ class SocketStream final : public Stream {
   SocketStream(const SocketStream&) = delete;
   SocketStream& operator=(const SocketStream&) = delete;
 
-  Result<std::size_t> read(std::span<std::byte> into) noexcept override { return receive(into, 0); }
+  Result<std::size_t> read(std::span<std::byte> into) noexcept override {
+    // A Unix socket wakes who sleeps in recv() also when there is room to write again; who sleeps in poll(), not.
+    if (split_ && local_ && !wait_for_bytes()) return system_error("socket read", EAGAIN);
+    return receive(into, 0);
+  }
 
   Result<std::size_t> read_now(std::span<std::byte> into) noexcept override {
     auto n = receive(into, MSG_DONTWAIT);
@@ -100,21 +104,24 @@ class SocketStream final : public Stream {
   }
 
   Result<std::size_t> write_now(std::span<const std::byte> bytes) noexcept override {
-    for (;;) {
+    while (!bytes.empty()) {
       const ssize_t n = ::send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
       if (n >= 0) return static_cast<std::size_t>(n);
       if (errno == EINTR) continue;
       if (errno == EAGAIN || errno == EWOULDBLOCK) return std::size_t{0};
       return system_error("socket write", errno);
     }
+    return std::size_t{0};
   }
 
   void set_patience(Duration patience) noexcept override {
+    patience_ = patience;
     const timeval tv = to_timeval(patience);
     ::setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &tv, sizeof tv);
     ::setsockopt(fd_, SOL_SOCKET, SO_SNDTIMEO, &tv, sizeof tv);
   }
 
+  void split() noexcept override { split_ = true; }
   bool local() const noexcept override { return local_; }
   void expect_memory() noexcept override { expects_memory_ = true; }
   Result<Peer> peer() const noexcept override {
@@ -170,6 +177,17 @@ class SocketStream final : public Stream {
     }
   }
 
+  /// False: none came in time.
+  bool wait_for_bytes() noexcept {
+    pollfd waiting{fd_, POLLIN, 0};
+    const timespec limit{static_cast<time_t>(patience_.count() / 1'000'000'000),
+                         static_cast<long>(patience_.count() % 1'000'000'000)};
+    int n = 0;
+    do n = ::ppoll(&waiting, 1, patience_.count() > 0 ? &limit : nullptr, nullptr);
+    while (n < 0 && errno == EINTR);
+    return n != 0;
+  }
+
   ssize_t send_both(std::span<const std::byte> head, std::span<const std::byte> tail) noexcept {
     std::array<iovec, 2> parts{
         {{const_cast<std::byte*>(head.data()), head.size()}, {const_cast<std::byte*>(tail.data()), tail.size()}}};
@@ -207,6 +225,8 @@ class SocketStream final : public Stream {
 
   int fd_;
   bool local_;
+  bool split_ = false;
+  Duration patience_{};
   bool expects_memory_ = true;
   int received_fd_ = -1;
 };

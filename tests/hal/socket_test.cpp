@@ -83,6 +83,19 @@ TEST_P(Transport, ReadNowFindsNothingAndReadTimesOut) {
   EXPECT_EQ(server_->read(buffer).error().code, Errc::timeout);
 }
 
+TEST_P(Transport, AReaderOfItsOwnReadsTimesOutAndEndsAsAnyOther) {
+  server_->set_patience(5ms);
+  server_->split();
+  std::array<std::byte, 8> buffer{};
+  EXPECT_EQ(server_->read(buffer).error().code, Errc::timeout);
+  ASSERT_TRUE(client_->write(buffer));
+  const auto n = server_->read(buffer);
+  ASSERT_TRUE(n);
+  EXPECT_EQ(*n, buffer.size());
+  client_.reset();
+  EXPECT_EQ(server_->read(buffer).error().code, Errc::closed);
+}
+
 TEST_P(Transport, PeerThatLeftIsClosedAndNoSignal) {
   client_.reset();
   EXPECT_EQ(read_text(*server_), "closed");

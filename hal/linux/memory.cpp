@@ -1,0 +1,113 @@
+#include "hal/linux/memory.hpp"
+
+#include <malloc.h>
+#include <sys/mman.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <ctime>
+#include <string>
+#include <vector>
+
+#include "hal/linux/process.hpp"
+
+namespace sinew::hal {
+namespace {
+
+/// A line of /proc/self/maps or smaps. Source: proc(5)
+struct Mapping {
+  std::uintptr_t begin = 0, end = 0;
+  std::string access, path;
+  std::uint64_t resident = 0;  // of smaps only
+  bool is_stack = false;
+
+  bool holds(const void* p) const {
+    const auto at = reinterpret_cast<std::uintptr_t>(p);
+    return at >= begin && at < end;
+  }
+  bool is_file() const { return !path.empty() && path[0] == '/'; }
+  bool is_memfd() const { return path.starts_with("/memfd:"); }
+};
+
+/// A stack of Os::start_thread() stands between two of them, so that nothing else can become part of its mapping.
+bool is_guard(const Mapping& m) { return m.path.empty() && m.access == "---p"; }
+
+std::vector<Mapping> mappings(const char* file) {
+  std::vector<Mapping> all;
+  std::FILE* in = std::fopen(file, "r");
+  if (!in) return all;
+  char line[4400];
+  while (std::fgets(line, sizeof(line), in)) {
+    unsigned long begin = 0, end = 0;
+    unsigned long long kib = 0;
+    char access[8] = "";
+    int path = 0;
+    if (std::sscanf(line, "%lx-%lx %7s %*s %*s %*s %n", &begin, &end, access, &path) == 3 && path > 0) {
+      line[std::strcspn(line, "\n")] = 0;
+      all.push_back({begin, end, access, line + path, 0, false});
+      all.back().is_stack = all.back().path.starts_with("[stack");
+    } else if (!all.empty() && std::sscanf(line, "Rss: %llu kB", &kib) == 1) {
+      all.back().resident = kib * 1024;
+    }
+  }
+  std::fclose(in);
+  for (std::size_t i = 1; i + 1 < all.size(); ++i)
+    if (all[i].path.empty() && is_guard(all[i - 1]) && is_guard(all[i + 1])) all[i].is_stack = true;
+  return all;
+}
+
+bool is_the_systems(const std::string& path) { return path.starts_with("/usr/") || path.starts_with("/lib"); }
+
+/// The C library's file; empty where it is part of the program.
+std::string c_library(const std::vector<Mapping>& all) {
+  const void* in_it = reinterpret_cast<const void*>(&::clock_nanosleep);
+  for (const Mapping& m : all)
+    if (m.holds(in_it)) return m.path;
+  return {};
+}
+
+}  // namespace
+
+Status lock_process_memory() {
+  ::malloc_trim(0);  // what the start has left behind
+  if (::mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) != 0) {
+    if (errno != EINVAL) return Error{Errc::denied, "mlockall", errno};
+    // Kernels before 4.4 lock everything at once.
+    if (::mlockall(MCL_CURRENT | MCL_FUTURE) != 0) return Error{Errc::denied, "mlockall", errno};
+    return {};
+  }
+  const auto all = mappings("/proc/self/maps");
+  const std::string libc = c_library(all), program = program_path();
+  for (const Mapping& m : all) {
+    const bool is_data = m.access == "rw-p" && !m.is_stack;
+    const bool is_ours = m.is_file() && !m.is_memfd() && (m.path == program || !is_the_systems(m.path));
+    const bool is_c_code = m.path == libc && m.access == "r-xp";  // its tables are those of languages and errors
+    if ((is_data || (is_ours && m.access[0] == 'r') || is_c_code) &&
+        ::mlock(reinterpret_cast<const void*>(m.begin), m.end - m.begin) != 0)
+      return Error{Errc::denied, "mlock", errno};
+  }
+  return {};
+}
+
+MemoryUse memory_use() {
+  MemoryUse use;
+  const std::string program = program_path();
+  for (const Mapping& m : mappings("/proc/self/smaps")) {
+    const bool nameless_data = m.path.empty() && !m.is_stack;
+    use.total += m.resident;
+    if (m.is_memfd())
+      (m.access[1] == 'w' ? use.slots : use.peers) += m.resident;
+    else if (m.is_file())
+      (m.path == program ? use.program : use.libraries) += m.resident;
+    else if (m.is_stack)
+      use.stacks += m.resident;
+    else if (m.path == "[heap]" || nameless_data)  // large blocks have mappings of their own
+      use.heap += m.resident;
+    else
+      use.other += m.resident;
+  }
+  return use;
+}
+
+}  // namespace sinew::hal

@@ -1,0 +1,121 @@
+#include "hal/linux/memory.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <memory>
+
+#include "hal/linux/os.hpp"
+
+namespace sinew::hal {
+namespace {
+
+constexpr std::uint64_t kMiB = 1 << 20;
+
+// Locking stays for the life of a process, so that each case has one of its own. Exit codes:
+constexpr int kGood = 0, kNotPermitted = 100;
+
+/// A block of 16 MiB that the compiler cannot leave out.
+std::unique_ptr<char[]> untouched() {
+  auto block = std::make_unique_for_overwrite<char[]>(16 * kMiB);
+  asm volatile("" : : "r"(block.get()) : "memory");
+  return block;
+}
+
+template <class Case>
+int in_a_child(Case&& run) {
+  const pid_t child = ::fork();
+  if (child == 0) ::_exit(run());
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+TEST(MemoryUse, PartsAreTheWhole) {
+  const MemoryUse use = memory_use();
+  EXPECT_GT(use.program, 0u);
+  EXPECT_GT(use.libraries, 0u);
+  EXPECT_GT(use.heap, 0u);
+  EXPECT_GT(use.stacks, 0u);
+  EXPECT_EQ(use.total, use.slots + use.peers + use.program + use.libraries + use.heap + use.stacks + use.other);
+}
+
+TEST(MemoryUse, SlotsAreTheSharedMemoryThatWeMade) {
+  const std::uint64_t before = memory_use().slots;
+  auto memory = linux_os().shared_memory("sinew-test", 3 * kMiB);
+  ASSERT_TRUE(memory);
+  EXPECT_EQ(memory_use().slots - before, 3 * kMiB);
+  EXPECT_EQ(memory_use().peers, 0u);
+}
+
+TEST(MemoryUse, AllocatedBlocksAreHeapOnceTheyAreTouched) {
+  const std::uint64_t before = memory_use().heap;
+  const auto block = std::make_unique<char[]>(16 * kMiB);  // zeroed, so touched
+  EXPECT_GE(memory_use().heap - before, 15 * kMiB);
+  EXPECT_EQ(block[0], 0);
+}
+
+TEST(LockMemory, WhatWasAllocatedIsInMemoryBeforeAnybodyTouchesIt) {
+  const int code = in_a_child([] {
+    const auto block = untouched();
+    const std::uint64_t before = memory_use().heap;
+    if (!lock_process_memory()) return kNotPermitted;
+    return memory_use().heap - before >= 15 * kMiB ? kGood : 1;
+  });
+  if (code == kNotPermitted) GTEST_SKIP() << "memory may not be locked here";
+  EXPECT_EQ(code, kGood);
+}
+
+TEST(LockMemory, AlsoWhatStandsBesideAStack) {
+  const int code = in_a_child([] {
+    const auto block = untouched();
+    std::atomic<bool> end{false};
+    auto idle = linux_os().start_thread({.name = "idle", .cpus = {}, .stack_bytes = 64 * 1024}, [&] {
+      while (!end) ::usleep(1000);
+    });
+    const std::uint64_t before = memory_use().heap;
+    const bool locked = static_cast<bool>(lock_process_memory());
+    const MemoryUse use = memory_use();
+    end = true;
+    if (idle) (*idle)->join();
+    return !locked ? kNotPermitted : use.heap - before >= 15 * kMiB && use.stacks >= 64 * 1024 ? kGood : 1;
+  });
+  if (code == kNotPermitted) GTEST_SKIP() << "memory may not be locked here";
+  EXPECT_EQ(code, kGood);
+}
+
+TEST(LockMemory, AThreadsStackIsFilledAsFarAsItAskedFor) {
+  const int code = in_a_child([] {
+    const std::uint64_t before = memory_use().stacks;
+    std::atomic<bool> end{false};
+    auto idle = linux_os().start_thread({.name = "idle", .cpus = {}, .stack_bytes = 512 * 1024}, [&] {
+      while (!end) ::usleep(1000);
+    });
+    const bool locked = static_cast<bool>(lock_process_memory());
+    const std::uint64_t stack = memory_use().stacks - before;
+    end = true;
+    if (idle) (*idle)->join();
+    return !locked ? kNotPermitted : stack >= 512 * 1024 && stack < 560 * 1024 ? kGood : 1;
+  });
+  if (code == kNotPermitted) GTEST_SKIP() << "memory may not be locked here";
+  EXPECT_EQ(code, kGood);
+}
+
+TEST(LockMemory, WhatIsTouchedLaterStays) {
+  const int code = in_a_child([] {
+    if (!lock_process_memory()) return kNotPermitted;
+    auto* page =
+        static_cast<char*>(::mmap(nullptr, 64 * 4096, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0));
+    page[0] = 1;
+    // Only unlocked pages may be thrown away.
+    return ::madvise(page, 4096, MADV_DONTNEED) != 0 ? kGood : 1;
+  });
+  if (code == kNotPermitted) GTEST_SKIP() << "memory may not be locked here";
+  EXPECT_EQ(code, kGood);
+}
+
+}  // namespace
+}  // namespace sinew::hal
