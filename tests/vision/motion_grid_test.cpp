@@ -118,14 +118,14 @@ TEST(MotionGrid, SpeedIsWithinAFifthUpToOnePixelAndTwoFifthsUpToTwo) {
 
 TEST(MotionGrid, BinsOfFourPixelsFollowSixPixelsPerFrame) {
   const Texture texture(4);
-  Luma a(208, 160), b(208, 160);
+  Luma a(208 * 160), b(208 * 160);
   ASSERT_TRUE(a.take(shot(texture, 0, 0, 2, 1).view(), 4));
   ASSERT_TRUE(b.take(shot(texture, 6, -3, 2, 2).view(), 4));
   EXPECT_EQ(a.view().width, 52u);
   msg::MotionField m;
   EXPECT_FALSE(estimate_motion(a.view(), b.view(), {}, m));  // 52 x 40: cells of 3 pixels are too small
   const Texture large(5);
-  Luma c(1280, 960), d(1280, 960);
+  Luma c(1280 * 960), d(1280 * 960);
   ASSERT_TRUE(c.take(shot(large, 0, 0, 2, 1, 1, 0, 640, 480).view(), 4));
   ASSERT_TRUE(d.take(shot(large, 6, -3, 2, 2, 1, 0, 640, 480).view(), 4));
   ASSERT_TRUE(estimate_motion(c.view(), d.view(), {}, m));
@@ -180,7 +180,7 @@ TEST(Luma, TakesGreyAndTheYOfYuyvAndAverages) {
       grey.row(y)[x] = yuyv.row(y)[2 * x] = static_cast<std::uint8_t>(10 * y + x);
       yuyv.row(y)[2 * x + 1] = 200;
     }
-  Luma luma(8, 4);
+  Luma luma(8 * 4);
   for (const ImageView v : {grey.view(), yuyv.view()}) {
     ASSERT_TRUE(luma.take(v, 1));
     EXPECT_EQ(luma.view().row(3)[7], 37);
@@ -229,7 +229,7 @@ class RealFrames : public testing::Test {
     if (data->images.empty()) GTEST_SKIP() << folder << " has no images";
     data_ = std::move(*data);
     const std::size_t frames = std::min<std::size_t>(40, data_.images.size());
-    Luma older(1280, 960), newer(1280, 960);
+    Luma older(1280 * 960), newer(1280 * 960);
     for (std::size_t i = 0; i < frames; ++i) {
       sim_hil::DecodedImage image;
       ASSERT_TRUE(data_.decode(data_.images[i], image, why)) << why;
