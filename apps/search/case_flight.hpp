@@ -10,8 +10,8 @@
 
 namespace sinew::search {
 
-/// How a flight ended; the last two are violations unless the case excuses them.
-enum class Ending : std::uint8_t { landed_on_pad, landed_elsewhere, did_not_fly, fell, crashed, not_over };
+/// How a flight ended. Without a position a landing drifts, in the end to the wall of the room, which open air has not.
+enum class Ending : std::uint8_t { landed_on_pad, landed_elsewhere, at_the_wall, did_not_fly, fell, crashed, not_over };
 const char* to_string(Ending ending);
 
 struct Outcome {

@@ -24,7 +24,7 @@ struct Options {
   std::string robot = "robots/quad.toml", profile, case_text, camera, measure;
   std::uint64_t runs = 100, seed = 1, case_seed = 0;
   unsigned jobs = 0, twice_every = 16, shrink_runs = 150;
-  double patience_s = 120;
+  double patience_s = 300;
   bool json = false, keep_going = false;
 };
 

@@ -5,9 +5,11 @@ usage: search_test.py SINEW_FUZZ ROBOTS
 """
 import json
 import os
+import re
 import subprocess
 import tempfile
 import sys
+import tempfile
 import unittest
 
 FUZZ, ROBOTS = sys.argv[1:3]
@@ -30,7 +32,20 @@ class Search(unittest.TestCase):
         self.assertLess(figures["figures"]["landing error, m"]["max"], 0.15)
 
     def test_a_failure_is_shrunk_to_what_it_needs(self):
-        # Without its budget of time nothing flies: a filter that takes 2 ms of every 1 ms starves all below it.
+        # Half of the time that the chain really takes: every flight fails, whatever disturbs it.
+        with tempfile.TemporaryDirectory() as folder, open(QUAD, encoding="utf-8") as file:
+            robot = os.path.join(folder, "hasty.toml")
+            text, changes = re.subn(r"(to = \"guardian.motors\"\n)budget_ms = 10\b", r"\1budget_ms = 2.5", file.read())
+            self.assertEqual(changes, 1)
+            with open(robot, "w", encoding="utf-8") as out:
+                out.write(text)
+            code, out, err = run(robot, "--profile", os.path.join(ROBOTS, "quad_exec.toml"), "--runs", "4", "--seed", "1")
+        self.assertEqual(code, 1, out + err)
+        self.assertRegex(out, r"run 1, case seed \d+\nfailed: age at .*chain imu_to_motors: older than its budget of 2.500 ms")
+        self.assertIn("--case 'world=1 jitter=none'\n", out)
+
+    def test_what_cannot_fly_fails(self):
+        # A filter that takes 8 ms of every millisecond starves all below it.
         case = "world=5 jitter=9 gust=1 stress=filter*400 stress=pad*2 fault=baro:off@3+0.5"
         code, out, err = run(QUAD, "--case", case)
         self.assertEqual(code, 1, out + err)
