@@ -59,9 +59,10 @@ std::string port_line(const rt::Graph& graph, const rt::GraphModule& m, std::siz
 std::string human(rt::Duration d) {
   const double ns = static_cast<double>(d.count());
   if (d.count() < 0) return "-" + human(-d);
-  if (ns < 1e3) return fmt::format("{:.3g} ns", ns);
-  if (ns < 1e6) return fmt::format("{:.3g} us", ns * 1e-3);
-  if (ns < 1e9) return fmt::format("{:.3g} ms", ns * 1e-6);
+  // Three digits: what would round to 1000 of a unit is 1 of the next.
+  if (ns < 999.5) return fmt::format("{:.3g} ns", ns);
+  if (ns < 999.5e3) return fmt::format("{:.3g} us", ns * 1e-3);
+  if (ns < 999.5e6) return fmt::format("{:.3g} ms", ns * 1e-6);
   return fmt::format("{:.3g} s", ns * 1e-9);
 }
 

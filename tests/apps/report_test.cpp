@@ -98,6 +98,8 @@ TEST(GraphText, DurationsAreForPeople) {
   EXPECT_EQ(human(33'333us), "33.3 ms");
   EXPECT_EQ(human(5us), "5 us");
   EXPECT_EQ(human(-2s), "-2 s");
+  EXPECT_EQ(human(999'499ns), "999 us");
+  EXPECT_EQ(human(999'600ns), "1 ms") << "not 1e+03 us";
 }
 
 }  // namespace
