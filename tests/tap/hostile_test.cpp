@@ -88,7 +88,6 @@ TEST(Hostile, HalfRequestsAndUnreadRepliesAreNotWaitedForLong) {
   Hostile half(robot, "half", "2"), flood(robot, "flood", "2");
   half.expect_well(), flood.expect_well();
   EXPECT_GE(robot.server->stats().closed_slow.value(), 4U) << "four half requests, and who floods";
-  EXPECT_GT(robot.server->stats().throttled.value(), 0U);
 }
 
 TEST(Hostile, WhoTakesAllPlacesGivesWay) {
