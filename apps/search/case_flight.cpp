@@ -252,8 +252,7 @@ class CaseFlight final : private rt::RunObserver, private hal::GrantSource {
       const std::uint64_t misses = runner.chain_stats(c).budget_misses.value();
       if (misses == misses_[c]) continue;
       misses_[c] = misses;
-      const bool acts = !commands_ || commands_->valid_until() > now;  // the guardian goes on reporting what is over
-      if (!acts || case_.disturbed(now, settings_.limits.recovery)) continue;
+      if (flight_.failsafe_acted() || case_.disturbed(now, settings_.limits.recovery)) continue;
       const auto& chain = graph_->chains()[c].spec;
       verdict_.fail("age", now,
                     fmt::format("chain {}: older than its budget of {:.3f} ms, {:.3f} ms at worst", chain.name,

@@ -80,6 +80,7 @@ void FlightCheck::estimate(const msg::NavState& s) {
 }
 
 void FlightCheck::guardian(msg::Time now, std::uint32_t faults) {
+  failsafe_acted_ |= faults != 0;
   if (faults != 0 && !excuses_.failsafe)
     verdict_.fail("failsafe", now, fmt::format("the guardian acts on faults {:#x}", faults));
 }

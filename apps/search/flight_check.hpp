@@ -30,6 +30,8 @@ class FlightCheck {
   bool airborne() const { return airborne_; }
   /// The guardian stopped the motors in the air, and was excused.
   bool fell() const { return fell_; }
+  /// The guardian has stopped the motors for a fault: what follows is no flight any more.
+  bool failsafe_acted() const { return failsafe_acted_; }
   const Worst& worst() const { return worst_; }
 
  private:
@@ -42,7 +44,7 @@ class FlightCheck {
   sim_hil::Truth last_{};
   msg::Time last_at_{-1}, free_since_{-1};
   double free_from_mps_ = 0;
-  bool flew_ = false, airborne_ = false, fell_ = false;
+  bool flew_ = false, airborne_ = false, fell_ = false, failsafe_acted_ = false;
   Worst worst_;
 };
 
