@@ -13,7 +13,7 @@ namespace sinew::app {
 
 /// The robot file's [parent].
 struct ParentOptions {
-  hal::Duration hang = std::chrono::milliseconds(250);  // no commit of the guardian for so long: the runtime hangs
+  hal::Duration hang = std::chrono::milliseconds(500);  // no commit of the guardian for so long: the runtime hangs
   std::string watchdog{};                               // "/dev/watchdog"; empty: none
   hal::Duration watchdog_timeout = std::chrono::seconds(5);
   std::string save_to = "faults";  // folder in which each fault gets a folder of its own

@@ -102,7 +102,7 @@ class Flight(unittest.TestCase):
         # stops and reports is what a shared machine can promise.
         code, out, err = run(SINEW, "run", f"{ROBOTS}/quad.toml", "--duration", "3", "--plain")
         self.assertEqual(code, 1, out + err)
-        self.assertRegex(out, r"stabilise +\d\d+ cycles")
+        self.assertRegex(out, r"stabilise +\d\d+ cycles", err)
         self.assertIn("result", out)
         self.assertIn("longest IMU gap", out)
 
@@ -135,9 +135,10 @@ class Unprivileged(unittest.TestCase):
         return done.returncode, done.stdout, done.stderr
 
     def test_everything_runs_and_what_is_missing_is_said(self):
-        code, out, err = self.run_without("run", f"{ROBOTS}/quad.toml", "--duration", "2", "--plain")
+        # Without fixed priorities a busy machine may keep the guardian waiting until a parent would call it dead.
+        code, out, err = self.run_without("run", f"{ROBOTS}/quad.toml", "--duration", "2", "--plain", "--unsupervised")
         self.assertEqual(code, 1, out + err)  # it flew, but two seconds are no landing
-        self.assertRegex(out, r"stabilise +\d\d+ cycles")
+        self.assertRegex(out, r"stabilise +\d\d+ cycles", err)
         self.assertIn("problem: sched_fifo: this process may not use fixed priorities", err)
         self.assertIn("problem: memory_lock: ", err)
         self.assertIn("sinew doctor says what to do", err)

@@ -39,7 +39,7 @@ class ParentFlight(unittest.TestCase):
         with open(f"{ROBOTS}/quad.toml") as f:
             text = f.read()
         # The lease has to run out long before the parent takes the silence for hanging.
-        text += f'\n[parent]\nhang_ms = 400\nwatchdog = "{self.watchdog}"\nwatchdog_timeout_ms = 1000\nsave_to = "faults"\n'
+        text += f'\n[parent]\nhang_ms = 600\nwatchdog = "{self.watchdog}"\nwatchdog_timeout_ms = 1000\nsave_to = "faults"\n'
         self.robot = os.path.join(self.folder.name, "quad.toml")
         with open(self.robot, "w") as f:
             f.write(text)
