@@ -195,7 +195,7 @@ TEST(DatasetBoard, BadFilesAreNamedWithTheirLine) {
   name.write("cam0/first.png", grey_png(1));
   EXPECT_EQ(refused(name).why, "/cam0/first.png: the name of an image must be its stamp in nanoseconds");
   auto png = grey_png(1);
-  png.resize(png.size() - 20);
+  png.erase(png.end() - 20, png.end());
   cut.write("cam0/" + image_name(0), png);
   EXPECT_EQ(refused(cut).why, "/cam0/" + image_name(0) + ": the file is cut off");
   missing.write("mav0/cam0/data.csv", "5,five.png\n");
