@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "math/elementary.hpp"
+#include "msg/text.hpp"
 
 namespace sinew::rt {
 namespace {
@@ -13,24 +14,6 @@ double read_as(const std::byte* at) {
   V v;
   std::memcpy(&v, at, sizeof v);
   return static_cast<double>(v);
-}
-
-std::uint32_t size_of(const msg::FieldInfo& f) {
-  if (f.nested) return f.nested->size;
-  switch (f.kind) {
-    case msg::Kind::i8:
-    case msg::Kind::u8:
-      return 1;
-    case msg::Kind::i16:
-    case msg::Kind::u16:
-      return 2;
-    case msg::Kind::i32:
-    case msg::Kind::u32:
-    case msg::Kind::f32:
-      return 4;
-    default:
-      return 8;
-  }
 }
 
 /// The index behind a name, if there is one: "value[2]" is 2. False: not an index.
@@ -81,7 +64,7 @@ std::optional<NumberField> find_number(const msg::TypeInfo& type, std::string_vi
   if (!take_index(name, index)) return std::nullopt;
   for (const msg::FieldInfo& f : type.fields) {
     if (f.name != name || f.is_array != indexed || index >= f.count) continue;
-    const std::uint32_t offset = f.offset + index * size_of(f);
+    const std::uint32_t offset = f.offset + index * (f.nested ? f.nested->size : msg::size_of(f.kind));
     if (!f.nested) return dot == path.npos ? std::optional(NumberField{offset, f.kind}) : std::nullopt;
     auto inner = dot == path.npos ? std::nullopt : find_number(*f.nested, path.substr(dot + 1));
     if (inner) inner->offset += offset;
