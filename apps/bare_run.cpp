@@ -37,13 +37,7 @@ class BareRun {
   }
 
   int run() {
-    rt::ConfigureOptions configure;
-    configure.os = &os_;
-    if (auto ready = graph_.configure(board_, configure); !ready) {
-      for (const auto& p : graph_.configure_problems())
-        std::fprintf(stderr, "%s\n", rt::to_string(p, options_.robot).c_str());
-      return fail(ready.error().where);
-    }
+    if (!configure(graph_, board_, {.os = &os_}, options_)) return 2;
     return options_.virtual_time ? run_virtual() : run_real();
   }
 

@@ -53,28 +53,16 @@ class DatasetRun {
   }
 
   bool open() {
-    if (options_.data.empty()) return fail("board \"dataset\": name a folder with --data DIR");
-    sim_hil::DatasetOptions dataset;
-    dataset.folder = options_.data;
-    dataset.from = rt::Duration{static_cast<std::int64_t>(options_.from_s * 1e9)};
-    dataset.clock = options_.virtual_time ? static_cast<const hal::Clock*>(&clock_) : &os_;
-    dataset.os = options_.virtual_time ? nullptr : &os_;
     std::string why;
-    auto board = sim_hil::DatasetBoard::open(dataset, why);
-    if (!board) return fail(why);
-    board_ = std::move(*board);
+    board_ = open_dataset(options_, options_.virtual_time ? &clock_ : nullptr, os_, why);
+    if (!board_) return fail(why);
     if (board_->images() == 0) {
       rt::GraphSpec spec = prepared_.robot.graph;
       left_out_ = leave_out_camera(spec);
       prepared_.graph = std::make_unique<rt::Graph>(std::move(spec), prepared_.types);
     }
     graph_ = prepared_.graph.get();
-    if (auto ready = graph_->configure(*board_, {.os = &os_}); !ready) {
-      for (const auto& p : graph_->configure_problems())
-        std::fprintf(stderr, "%s\n", rt::to_string(p, options_.robot).c_str());
-      return fail(ready.error().where);
-    }
-    return true;
+    return configure(*graph_, *board_, {.os = &os_}, options_);
   }
 
   bool run_virtual() {

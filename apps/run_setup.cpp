@@ -20,6 +20,29 @@ constexpr msg::Duration kSafeForGood = std::chrono::seconds(3);  // a fall from 
 
 }  // namespace
 
+bool configure(rt::Graph& graph, hal::Board& board, const rt::ConfigureOptions& how, const RunOptions& options) {
+  const auto ready = graph.configure(board, how);
+  for (const auto& p : graph.configure_problems())
+    std::fprintf(stderr, "%s\n", rt::to_string(p, options.robot).c_str());
+  if (!ready) std::fprintf(stderr, "sinew: %s\n", ready.error().where);
+  return ready.has_value();
+}
+
+std::unique_ptr<sim_hil::DatasetBoard> open_dataset(const RunOptions& options, const hal::Clock* clock, hal::Os& os,
+                                                    std::string& why) {
+  if (options.data.empty()) {
+    why = "board \"dataset\": name a folder with --data DIR";
+    return nullptr;
+  }
+  sim_hil::DatasetOptions dataset;
+  dataset.folder = options.data;
+  dataset.from = rt::Duration{static_cast<std::int64_t>(options.from_s * 1e9)};
+  dataset.clock = clock ? clock : &os;
+  dataset.os = clock ? nullptr : &os;
+  auto board = sim_hil::DatasetBoard::open(dataset, why);
+  return board ? std::move(*board) : nullptr;
+}
+
 rt::Duration run_duration(const RunOptions& options) {
   return rt::Duration{static_cast<std::int64_t>(options.duration_s * 1e9)};
 }

@@ -14,6 +14,7 @@
 #include "rt/module_types.hpp"
 #include "rt/real_time_executor.hpp"
 #include "rt/runner.hpp"
+#include "sim_hil/dataset_board.hpp"
 #include "tap/names.hpp"
 #include "tap/server.hpp"
 
@@ -29,6 +30,13 @@ struct Prepared {
 
 /// Prints every problem to standard error; empty when there was one.
 std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes& types);
+
+/// Configures the graph on a board; false after its problems have been printed.
+bool configure(rt::Graph& graph, hal::Board& board, const rt::ConfigureOptions& how, const RunOptions& options);
+
+/// The recorded folder of --data. `clock` is virtual time's, which then drives the board; null in real time.
+std::unique_ptr<sim_hil::DatasetBoard> open_dataset(const RunOptions& options, const hal::Clock* clock, hal::Os& os,
+                                                    std::string& why);
 
 /// --duration as a duration.
 rt::Duration run_duration(const RunOptions& options);

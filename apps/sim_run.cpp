@@ -97,14 +97,10 @@ class SimRun {
     board_ = std::move(*board);
     hal::MixedBoard devices(*board_);
     if (!graph_.spec().device_boards.empty() && !mix(devices)) return false;
-    rt::ConfigureOptions configure;
-    configure.os = &os_;
-    configure.taps = MissionWatch::taps(graph_);
-    if (auto ready = graph_.configure(devices, configure); !ready) {
-      for (const auto& p : graph_.configure_problems())
-        std::fprintf(stderr, "%s\n", rt::to_string(p, options_.robot).c_str());
-      return fail(board_->problem().empty() ? std::string(ready.error().where) : board_->problem());
-    }
+    rt::ConfigureOptions how;
+    how.os = &os_;
+    how.taps = MissionWatch::taps(graph_);
+    if (!configure(graph_, devices, how, options_)) return board_->problem().empty() ? false : fail(board_->problem());
     for (const std::string& device : devices.unused())
       return fail("robot.device_boards." + device + ": no module and no actuator uses a device of this name");
     mission_.emplace(graph_);
@@ -115,23 +111,11 @@ class SimRun {
   bool mix(hal::MixedBoard& devices) {
     for (const auto& [device, board] : graph_.spec().device_boards) {
       if (board.value == "sim") continue;
-      if (!recorded_ && !open_record()) return false;
+      std::string why;
+      if (!recorded_) recorded_ = open_dataset(options_, options_.virtual_time ? &clock_ : nullptr, os_, why);
+      if (!recorded_) return fail("robot.device_boards." + device + ": " + why);
       devices.assign(device, *recorded_);
     }
-    return true;
-  }
-
-  bool open_record() {
-    if (options_.data.empty()) return fail("robot.device_boards: \"dataset\": name a folder with --data DIR");
-    sim_hil::DatasetOptions dataset;
-    dataset.folder = options_.data;
-    dataset.from = rt::Duration{static_cast<std::int64_t>(options_.from_s * 1e9)};
-    dataset.clock = options_.virtual_time ? static_cast<const hal::Clock*>(&clock_) : &os_;
-    dataset.os = options_.virtual_time ? nullptr : &os_;
-    std::string why;
-    auto board = sim_hil::DatasetBoard::open(dataset, why);
-    if (!board) return fail(why);
-    recorded_ = std::move(*board);
     return true;
   }
 
