@@ -82,7 +82,10 @@ class Parent {
 
   void look(hal::Time now) {
     listen(now);
-    if (hal::stop_requested()) runtime_->terminate();
+    if (hal::stop_requested() && !asked_to_end_) {
+      asked_to_end_ = true;
+      runtime_->terminate();
+    }
     if (const auto code = runtime_->poll()) {
       exit_code_ = *code;
       if (*code > 128) return act(now, "the runtime died: " + hal::describe_exit(*code));
@@ -186,7 +189,7 @@ class Parent {
   std::uint32_t guardian_ = 0;  // one of its topics
   std::uint32_t beat_ = 0;
   hal::Time last_change_{}, next_feed_{};
-  bool ending_ = false, done_ = false, feed_failed_ = false;
+  bool asked_to_end_ = false, ending_ = false, done_ = false, feed_failed_ = false;
   int exit_code_ = 0;
   std::string fault_;
   hal::Status stopped_;
