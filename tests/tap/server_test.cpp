@@ -325,6 +325,22 @@ TEST(Server, GarbageIsAnsweredCountedAndAtLastClosed) {
   EXPECT_EQ(ask(*next, "status")["outsiders"]["closed_for_garbage"], 1);
 }
 
+TEST(Server, WhoAsksTooOftenIsAnsweredLaterAndCounted) {
+  RobotOptions options;
+  options.server.requests_per_s = 2;
+  Robot robot(options);
+  robot.start();
+  RawClient client(robot);
+  // More at once than a second allows: they wait in the socket, and none is lost.
+  for (int i = 0; i < 6; ++i) ASSERT_TRUE(client.send_frame("{\"request\":\"hello\"}"));
+  for (int i = 0; i < 6; ++i) {
+    const auto reply = client.reply();
+    ASSERT_TRUE(reply) << i;
+    EXPECT_EQ((*reply)["ok"], true) << i;
+  }
+  EXPECT_GT(robot.server->stats().throttled.value(), 0U);
+}
+
 TEST(Server, LengthThatCannotBeEndsTheConnection) {
   Robot robot;
   robot.start();
