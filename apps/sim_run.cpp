@@ -93,7 +93,7 @@ class SimRun {
     sim.reader.stack_bytes = std::size_t{64} * 1024;
     sim.on_report = [this](const std::string& json) { report_.put(json); };
     auto board = sim_hil::SimBoard::open(plant_.take_stream(), sim, why);
-    if (!board) return fail(why);
+    if (!board) return fail(plant_.with_its_end(why));
     board_ = std::move(*board);
     hal::MixedBoard devices(*board_);
     if (!graph_.spec().device_boards.empty() && !mix(devices)) return false;
