@@ -114,7 +114,7 @@ class Parent {
       ending_ = true;
       last_change_ = now;
     } else if (word[0] == kTopics) {
-      auto memory = line_->take_memory();
+      auto memory = line_->take_memory(hal::Stream::MemoryAccess::mapped);
       if (!memory) return;  // supervise() then gets no answer and fails there
       memory_ = std::move(*memory);
       auto reader = tap::Reader::open({memory_->data(), memory_->size()});

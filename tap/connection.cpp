@@ -23,7 +23,8 @@ Connection::Connection(std::uint64_t id, std::unique_ptr<hal::Stream> stream, in
       refilled_(now),
       last_request_(now) {
   stream_->set_patience(kWritePatience);
-  static_cast<void>(stream_->take_memory());  // whatever handles a client sends from now on fall away in the kernel
+  // Whatever handles a client sends from now on fall away in the kernel.
+  static_cast<void>(stream_->take_memory(hal::Stream::MemoryAccess::copied));
 }
 
 hal::Waiting Connection::waiting(hal::Time now) {
