@@ -114,7 +114,8 @@ void read_topic(const std::string& name, TomlReader& r, rt::GraphSpec& graph) {
                                          {"rgb8", msg::PixelFormat::rgb8},
                                          {"bgr8", msg::PixelFormat::bgr8},
                                          {"yuyv", msg::PixelFormat::yuyv}});
-    t.image_bytes = static_cast<std::uint32_t>(width * height) * msg::bytes_per_pixel(format);
+    t.image_pixels = static_cast<std::uint32_t>(width * height);
+    t.image_bytes = t.image_pixels * msg::bytes_per_pixel(format);
   });
   read_writer(r, t);
   std::int64_t number = 0;

@@ -42,7 +42,7 @@ struct GraphTopic {
   const msg::TypeInfo* type = nullptr;
   std::uint32_t writer = kNone;  // module
   std::uint32_t port = 0;        // of the writer's declaration
-  std::uint32_t image_bytes = 0;
+  std::uint32_t image_bytes = 0, image_pixels = 0;
   std::uint32_t history = 0;
   std::uint32_t source_chains = 0, sink_chains = 0;  // bit c: chain c begins or ends here
   std::vector<std::uint32_t> triggers;               // threads

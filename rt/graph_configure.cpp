@@ -17,10 +17,10 @@ class ModuleSetup final : public Setup {
       : board_(board), module_(module), topics_(topics), problems_(problems) {}
   hal::Board& board() override { return board_; }
   std::string_view module_name() const override { return module_.spec.name; }
-  std::uint32_t image_capacity(const InputBase& input) const override {
+  std::uint32_t image_pixels(const InputBase& input) const override {
     for (std::size_t p = 0; p < module_.topic.size(); ++p)
       if (module_.declaration.ports[p].input == &input && module_.topic[p] != kNone)
-        return topics_[module_.topic[p]].image_bytes;
+        return topics_[module_.topic[p]].image_pixels;
     return 0;
   }
   void explain(std::string text) override {

@@ -85,6 +85,7 @@ struct TopicSpec {
   std::uint32_t history = 0;      // messages kept for the tap; 0: default (500 ms of a periodic writer, 5 frames)
   int line = 0;
   std::optional<ExternalSpec> external{};  // `writer = "external"`
+  std::uint32_t image_pixels = 0;          // at most in an image; 0: as many as bytes
 };
 
 struct ActuatorSpec {
