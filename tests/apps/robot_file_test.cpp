@@ -141,6 +141,7 @@ TEST(RobotFile, EveryKeyReachesTheGraphSpec) {
   EXPECT_FALSE(g.modules[2].enabled);
   ASSERT_EQ(g.topics.size(), 2u);
   EXPECT_EQ(g.topics[0].image_bytes, 640u * 480 * 2);
+  EXPECT_EQ(g.topics[0].image_pixels, 640u * 480);
   EXPECT_EQ(g.topics[0].history, 5u);
   EXPECT_FALSE(g.topics[0].external);
   ASSERT_TRUE(g.topics[1].external);

@@ -96,14 +96,7 @@ class FailsafeTest : public ::testing::Test {
     robot.periodic("control", 10, 1ms, {"commander"});
     robot.periodic("sensing", 20, 10ms, {"sensor"}).phase = 500us;
     robot.on_topics("log", 5, {"guardian.state"}, {"log"});
-    ActuatorSpec a;
-    a.name = "motors";
-    a.command = {"commander.out", 0};
-    a.channels = 2;
-    a.min = -1;
-    a.max = 1;
-    a.lease = 5ms;
-    robot.spec.actuators.push_back(a);
+    robot.two_motors(5ms);
   }
   FailsafeSpec& condition(Kind kind, Duration time, FailsafeAction action) {
     robot.spec.failsafes.emplace_back();

@@ -92,14 +92,7 @@ class GuardianInRealTime : public ::testing::Test {
     robot.virtual_time = false;
     robot.periodic("control", 10, 2ms, {"commander"});
     robot.periodic("sensing", 5, 10ms, {"sensor"});
-    ActuatorSpec a;
-    a.name = "motors";
-    a.command = {"commander.out", 0};
-    a.channels = 2;
-    a.min = -1;
-    a.max = 1;
-    a.lease = 50ms;
-    robot.spec.actuators.push_back(a);
+    robot.two_motors(50ms);
   }
   ~GuardianInRealTime() override {
     commander.how = How::good;
