@@ -191,7 +191,7 @@ class Robot {
 
   GraphSpec spec;
   ModuleTypes types;
-  ConfigureOptions configure_options{nullptr, kNearWrap, {}, {}};
+  ConfigureOptions configure_options{.first_sequence = kNearWrap};
   std::uint32_t fault_limit = 10;
   bool virtual_time = true;
   hal::ManualClock clock;
