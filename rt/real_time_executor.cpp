@@ -1,9 +1,11 @@
 #include "rt/real_time_executor.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "rt/fp_mode.hpp"
 #include "rt/gap_watch.hpp"
+#include "rt/guardian.hpp"
 #include "rt/trigger.hpp"
 
 namespace sinew::rt {
@@ -254,6 +256,7 @@ hal::Status RealTimeExecutor::start() {
       shortfalls_.push_back(std::string("processors may sleep deeply and wake late: ") + awake.error().where + ": " +
                             hal::to_string(awake.error().code));
   }
+  started_ = true;
   for (auto& worker : workers_) {
     if (auto started = worker->start(shortfalls_); !started) {
       stop();
@@ -267,6 +270,9 @@ void RealTimeExecutor::stop() {
   for (auto& worker : workers_) worker->ask_to_stop();
   for (auto& worker : workers_) worker->join();
   awake_.reset();
+  if (std::exchange(started_, false))
+    for (const GraphModule& m : graph_.modules())
+      if (m.guardian) m.guardian->shut_down();
 }
 
 bool RealTimeExecutor::any_busy(Time now) const noexcept {

@@ -36,7 +36,7 @@ class RealTimeExecutor {
   /// Starts all threads. Errors: what starting a thread says, or a processor that does not round as fp_mode.hpp wants;
   /// no thread runs then.
   hal::Status start();
-  /// Asks all threads to end after their cycle, and waits for them.
+  /// Asks all threads to end after their cycle, waits for them, and then stops all actuators.
   void stop();
 
   Time started_at() const { return start_; }
@@ -57,6 +57,7 @@ class RealTimeExecutor {
   std::unique_ptr<Runner> runner_;
   std::vector<std::unique_ptr<Worker>> workers_;
   std::shared_ptr<void> awake_;  // processors, while it runs
+  bool started_ = false;
   std::vector<std::string> shortfalls_;
 };
 

@@ -73,11 +73,11 @@ class SharedMotors final : public hal::Actuators {
     return {};
   }
   hal::Status stop() noexcept override {
-    moving.store(false);
+    if (moving.exchange(false)) stops.fetch_add(1);
     return {};
   }
   std::atomic<bool> moving{false};
-  std::atomic<int> wrong{0}, writes{0};
+  std::atomic<int> wrong{0}, writes{0}, stops{0};
 };
 
 class MotorBoard final : public hal::EmptyBoard {
@@ -192,6 +192,15 @@ TEST_F(GuardianInRealTime, ADisabledCommanderIsStopped) {
   ASSERT_TRUE(graph->set_enabled("commander", false));
   ASSERT_TRUE(until_fault(msg::kFaultLease));
   EXPECT_TRUE(stays_stopped());
+}
+
+TEST_F(GuardianInRealTime, TheEndOfTheRunDoesNotWaitForTheLease) {
+  robot.spec.actuators[0].lease = 10s;
+  start();
+  ASSERT_TRUE(until_moving());
+  executor->stop();
+  EXPECT_FALSE(board.motors.moving.load());
+  EXPECT_EQ(board.motors.stops.load(), 1);
 }
 
 TEST_F(GuardianInRealTime, ASilentSensorAsksForALanding) {
