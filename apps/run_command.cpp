@@ -8,10 +8,13 @@
 #include "apps/doctor.hpp"
 #include "apps/run_setup.hpp"
 #include "apps/sim_run.hpp"
+#include "hal/linux/process.hpp"
 
 namespace sinew::app {
 
 int run_command(const RunOptions& options, const rt::ModuleTypes& types) {
+  static_cast<void>(hal::stop_requested());  // from here on a signal asks
+  if (!options.virtual_time) hal::outlive_terminal();
   auto prepared = prepare(options, types);
   if (!prepared) return 2;
   const std::string& board = prepared->graph->spec().board;
