@@ -172,7 +172,8 @@ const msg::MissionState* MissionWatch::look() {
   }
   if (const auto* safety = safety_port_.get()) {
     last_safety_ = *safety;
-    if (safety->mode != msg::GuardianMode::safe || calm_.ns == 0) calm_ = safety->stamp;
+    const bool over = safety->mode == msg::GuardianMode::safe && safety->groups_moving == 0;
+    if (!over || calm_.ns == 0) calm_ = safety->stamp;
   }
   latch_->release();
   return any_ ? &last_ : nullptr;

@@ -175,9 +175,13 @@ class SimRun {
     if (parent_)
       if (auto watched = parent_->supervise(*graph_.memory()); !watched)
         return fail(std::string("the parent does not watch: ") + watched.error().where), 2;
-    if (auto started = executor.start(); !started) return fail(started.error().where), 2;
+    const auto refuse = [this] {
+      if (parent_) parent_->ending();
+      return 2;
+    };
+    if (auto started = executor.start(); !started) return fail(started.error().where), refuse();
     executor.runner().ask_for_zones(!options_.trace.empty());
-    if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return 2;
+    if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return refuse();
     const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);
     follow(executor);
     const hal::MemoryUse memory = hal::memory_use();  // with the threads' stacks
@@ -218,7 +222,10 @@ class SimRun {
 
   bool over(hal::Time now) {
     mission_->look();
-    if (!mission_->ended()) return false;
+    if (!mission_->ended()) {
+      mission_end_ = hal::kNever;
+      return false;
+    }
     if (mission_end_ == hal::kNever) mission_end_ = now;
     const auto report = parse_report(report_.get());
     const bool still = !report || report->still;
@@ -334,15 +341,12 @@ std::unique_ptr<PlantProcess> open_plant(const Prepared& prepared, const RunOpti
   return PlantProcess::open(request, why);
 }
 
-std::unique_ptr<hal::StopLine> open_stop_line(const std::string& plant) {
-  std::string why = "it cannot be reached";
-  auto stream = hal::connect_stream(plant, 2s);
-  if (stream) {
-    auto line = sim_hil::SideLine::open(std::move(*stream), "parent", 1s, why);
-    if (line) return std::move(*line);
-  }
-  std::fprintf(stderr, "warning: no stop line to the plant: %s\n", why.c_str());
-  return nullptr;
+std::unique_ptr<hal::StopLine> open_stop_line(const std::string& plant, hal::Duration patience, std::string& why) {
+  why = "it cannot be reached";
+  auto stream = hal::connect_stream(plant, patience);
+  if (!stream) return nullptr;
+  auto line = sim_hil::SideLine::open(std::move(*stream), "parent", patience, why);
+  return line ? std::move(*line) : nullptr;
 }
 
 }  // namespace
@@ -359,13 +363,18 @@ int run_on_sim(Prepared& prepared, const RunOptions& options) {
 
   Supervised supervised;
   supervised.robot = prepared.graph->spec().robot;
-  supervised.stop_line = open_stop_line(plant->endpoint());
+  supervised.stop_line = open_stop_line(plant->endpoint(), 2s, why);
+  if (!supervised.stop_line) std::fprintf(stderr, "warning: no stop line to the plant: %s\n", why.c_str());
+  // The plant may have been away and come back, which the runtime outlives and a line of old does not.
+  supervised.another_line = [&] { return open_stop_line(plant->endpoint(), 200ms, why); };
   supervised.body = [&](ParentLine& line) {
     plant->leave_to_parent();
     return SimRun(prepared, options, *plant, &line).run();
   };
   supervised.in_parent = [&] { plant->leave_to_runtime(); };
-  const int code = run_with_parent(prepared.robot.parent, std::move(supervised));
+  ParentOptions parent = prepared.robot.parent;
+  parent.hang = hang_of(parent, prepared.graph->spec(), options.rate);
+  const int code = run_with_parent(parent, std::move(supervised));
   plant->wait_for_end();  // after a fault it goes on alone for a while, and what it then says belongs to the run
   return code;
 }
