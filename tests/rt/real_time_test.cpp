@@ -112,12 +112,14 @@ class BellReader final : public DriverModule {
 class RealTime : public ::testing::Test {
  protected:
   RealTime() { robot.virtual_time = false; }
-  void start() {
-    RealTimeOptions options;
+  hal::Status try_to_start() {
     options.start_delay = 1ms;
     options.runner.observer = &records;
     executor = std::make_unique<RealTimeExecutor>(robot.build(), os, options);
-    const auto started = executor->start();
+    return executor->start();
+  }
+  void start() {
+    const auto started = try_to_start();
     ASSERT_TRUE(started) << started.error().where;
   }
   bool steps_of(std::uint32_t module, std::size_t count) {
@@ -132,6 +134,7 @@ class RealTime : public ::testing::Test {
 
   ProbeOs os;
   Robot robot;
+  RealTimeOptions options;
   ThreadRecords records;
   std::unique_ptr<RealTimeExecutor> executor;
 };
@@ -300,6 +303,47 @@ TEST_F(RealTime, WithoutPrivilegesItRunsAndSaysWhatIsMissing) {
   ASSERT_EQ(executor->shortfalls().size(), 2u);
   EXPECT_THAT(executor->shortfalls()[0], ::testing::StartsWith("memory is not locked: "));
   EXPECT_THAT(executor->shortfalls()[1], ::testing::StartsWith("thread main: CPU set refused: "));
+}
+
+TEST_F(RealTime, NoStepIsTakenBeforeAllThreadsAreThere) {
+  os.before_further_threads = 30ms;  // thirty periods
+  robot.add<Numbers>("first");
+  robot.add<BellReader>("second");
+  robot.periodic("first", 10, 1ms, {"first"});
+  robot.on_device("second", 10, {"second"}, 1ms);
+  const Time begin = os.now();
+  start();
+  EXPECT_GE(executor->started_at(), begin + os.before_further_threads);
+  ASSERT_TRUE(steps_of(0, 3));
+  ASSERT_TRUE(steps_of(1, 3));
+  executor->stop();
+  EXPECT_GE(records.of[0][0].now, executor->started_at());
+  EXPECT_GT(records.of[1][0].release, executor->started_at());
+}
+
+TEST_F(RealTime, StrictlyNothingRunsWhereAPrivilegeIsMissing) {
+  os.denies = true;
+  os.before_further_threads = 5ms;
+  options.strict = true;
+  robot.add<Numbers>("numbers");
+  robot.add<BellReader>("bell");
+  robot.periodic("main", 10, 1ms, {"numbers"}).cpus = {1023};
+  robot.on_device("bell", 10, {"bell"}, 1ms);
+  const auto started = try_to_start();
+  ASSERT_FALSE(started);
+  EXPECT_EQ(started.error().code, hal::Errc::denied);
+  EXPECT_EQ(executor->shortfalls().size(), 2u) << "and it is known what";
+  os.sleep_until(os.now() + 5ms);
+  EXPECT_EQ(records.count[0].load() + records.count[1].load(), 0u);
+}
+
+TEST_F(RealTime, StrictlyItRunsWhereNothingIsMissing) {
+  options.strict = true;
+  options.keep_awake = options.fixed_priority = false;  // which not every machine grants
+  robot.add<Numbers>("numbers");
+  robot.periodic("main", 10, 1ms, {"numbers"});
+  start();
+  EXPECT_TRUE(steps_of(0, 3));
 }
 
 TEST_F(RealTime, AParameterChangesBetweenTwoSteps) {
