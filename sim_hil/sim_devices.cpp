@@ -28,20 +28,6 @@ bool holds(const hal::SharedMemory& memory, std::uint64_t slot, std::uint32_t ge
 
 }  // namespace
 
-// The two orders that must not both be missed: we say that we ring and then look for whom; change_wake() takes the bell
-// away and then looks whether we ring. Sequential consistency is what makes one of the two see the other.
-void SimDevice::notify() noexcept {
-  ringing_.store(true, std::memory_order_seq_cst);
-  if (hal::Wake* wake = wake_.load(std::memory_order_seq_cst)) wake->wake();
-  ringing_.store(false, std::memory_order_release);
-}
-
-void SimDevice::change_wake(hal::Wake* wake) noexcept {
-  wake_.store(wake, std::memory_order_seq_cst);
-  while (ringing_.load(std::memory_order_seq_cst)) {  // as long as one wake() takes
-  }
-}
-
 Status SimDevice::account(Arrival& a, std::size_t bytes) noexcept {
   add(samples_, 1);
   spare_bytes_ += bytes;

@@ -9,6 +9,7 @@
 #include "sim_hil/plant_clock.hpp"
 #include "sim_hil/protocol.hpp"
 #include "sim_hil/sample_ring.hpp"
+#include "sim_hil/wake_slot.hpp"
 
 namespace sinew::sim_hil {
 
@@ -52,7 +53,7 @@ class SimDevice {
   /// Somebody asked for this device; others are only counted. Before the start.
   virtual void want() { wanted_ = true; }
   bool wanted() const { return wanted_; }
-  void notify() noexcept;
+  void notify() noexcept { wake_.ring(); }
   /// The plant was lost and another connection made: order and gaps begin anew. `memory` is its frames'.
   virtual void relinked(const hal::SharedMemory* /*memory*/) { first_ = true; }
 
@@ -85,16 +86,14 @@ class SimDevice {
 
   const DeviceInfo info_;
   const SimShared& shared_;
-  /// When this returns, the receiving thread is out of the old one and will not call it again.
-  void change_wake(hal::Wake* wake) noexcept;
+  void change_wake(hal::Wake* wake) noexcept { wake_.change(wake); }
 
  private:
   static void add(std::atomic<std::uint32_t>& counter, std::uint32_t n) noexcept {
     counter.fetch_add(n, std::memory_order_relaxed);
   }
   bool wanted_ = false;
-  std::atomic<hal::Wake*> wake_{nullptr};
-  std::atomic<bool> ringing_{false};
+  WakeSlot wake_;
   bool first_ = true;
   Arrival last_{};
   std::size_t spare_bytes_ = 0;  // below one KiB

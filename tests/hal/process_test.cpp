@@ -148,9 +148,14 @@ TEST(ChildProcess, SignalThatEndedItIsNamed) {
 #endif
 
 TEST(ChildProcess, ProcessWithMoreThreadsIsNotCopied) {
-  auto gates = linux_os().start_thread({}, [] { linux_os().sleep_until(linux_os().now() + 200ms); });
+  WakeWord over{0};
+  auto gates = linux_os().start_thread({}, [&] {
+    while (over == 0) linux_os().wait(over, 0, kNever);
+  });
   ASSERT_TRUE(gates);
   auto child = ChildProcess::fork([] { return 0; });
+  over = 1;
+  linux_os().wake(over);
   ASSERT_FALSE(child);
   EXPECT_EQ(child.error().code, Errc::not_supported);
 }

@@ -266,11 +266,11 @@ TEST(Server, DoorbellsRingWhenTheRobotEnds) {
   robot->prepare(1s);  // nothing is ever published
   auto client = robot->client();
   ASSERT_TRUE(client->reader());
+  const std::uint32_t seen = client->bell(0);
   std::thread end([&] {
     std::this_thread::sleep_for(20ms);
     robot->server.reset();
   });
-  const std::uint32_t seen = client->bell(0);
   while (client->bell(0) == seen) client->wait(0, seen, hal::kNever);
   end.join();
   EXPECT_EQ(client->request("hello").error().code, hal::Errc::closed);
