@@ -85,9 +85,7 @@ class DatasetRun {
   }
 
   bool run_real() {
-    rt::RealTimeOptions real_time = real_time_options();
-    real_time.strict = options_.strict;
-    rt::RealTimeExecutor executor(*graph_, os_, real_time);
+    rt::RealTimeExecutor executor(*graph_, os_, real_time_options(options_));
     const auto started = executor.start();
     if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return failed_with_ = 2, false;
     if (!started) return fail(started.error().where);

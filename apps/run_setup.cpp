@@ -60,13 +60,14 @@ std::string apply_setting(rt::GraphSpec& graph, const std::string& setting) {
   return fmt::format("--set {}: no module {}", setting, module);
 }
 
-rt::RealTimeOptions real_time_options(double rate) {
+rt::RealTimeOptions real_time_options(const RunOptions& run) {
   rt::RealTimeOptions options;
+  options.strict = run.strict;
   const hal::SystemFiles files("/");
   const auto runtime_us = files.number("proc/sys/kernel/sched_rt_runtime_us");
   const auto period_us = files.number("proc/sys/kernel/sched_rt_period_us");
   if (!runtime_us || !period_us) return options;
-  const auto scaled = [rate](std::int64_t us) {
+  const auto scaled = [rate = run.rate](std::int64_t us) {
     return rt::Duration{static_cast<std::int64_t>(static_cast<double>(us) * 1e3 * rate)};
   };
   options.throttle.period = scaled(*period_us);

@@ -167,7 +167,7 @@ class SimRun {
   // ---- real time
 
   int run_real() {
-    rt::RealTimeExecutor executor(graph_, os_, real_time_options(options_.rate));
+    rt::RealTimeExecutor executor(graph_, os_, real_time_options(options_));
     const hal::ProcessUse before = hal::process_use();
     const hal::Time wall = real_os_.now();
     if (auto started = board_->start(); !started) return fail("the plant does not start: " + board_->problem()), 2;
@@ -179,9 +179,10 @@ class SimRun {
       if (parent_) parent_->ending();
       return 2;
     };
-    if (auto started = executor.start(); !started) return fail(started.error().where), refuse();
-    executor.runner().ask_for_zones(!options_.trace.empty());
+    const auto started = executor.start();
     if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return refuse();
+    if (!started) return fail(started.error().where), refuse();
+    executor.runner().ask_for_zones(!options_.trace.empty());
     const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);
     follow(executor);
     const hal::MemoryUse memory = hal::memory_use();  // with the threads' stacks
