@@ -243,6 +243,7 @@ hal::Status RealTimeExecutor::start() {
   if (const FpModeScope fp_mode; !FpMode::computes_right())
     return hal::Error{hal::Errc::not_supported, "rounding to nearest with subnormals"};
   RunnerOptions runner = options_.runner;
+  runner.start = os_.now();  // of its time line; of the cycles later
   runner.clock = &os_;
   runner_ = std::make_unique<Runner>(graph_, runner);
   if (options_.lock_memory)

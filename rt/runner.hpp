@@ -145,7 +145,7 @@ class ThreadRunner {
 class Runner {
  public:
   Runner(Graph& graph, const RunnerOptions& options);
-  /// Instead of the options' start, where it is known later. Before the first cycle.
+  /// For cycles instead of the options' start, where it is known later. Before the first cycle.
   void set_start(Time start);
   ThreadRunner& thread(std::uint32_t i) { return *threads_[i]; }
   Graph& graph() { return board_.graph; }

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <new>
 
 #include "hal/linux/run_dir.hpp"
 #include "msg/json.hpp"
@@ -146,6 +147,8 @@ Reply Answers::answer(std::string_view text, std::uint64_t client) {
     if (const auto id = request.find("id"); id != request.end() && id->is_primitive())
       (reply.change ? reply.change->reply : reply.json)["id"] = *id;
     return reply;
+  } catch (const std::bad_alloc&) {
+    throw;                             // no fault of the client's, and there is no memory to say so
   } catch (const std::exception& e) {  // the JSON library's; nothing of ours throws
     return garbage(e.what());
   }
@@ -171,11 +174,15 @@ Json Answers::still_waiting(const Change& change) const {
 }
 
 void Answers::follow() {
-  std::erase_if(in_flight_, [this](const ParamChange& c) {
+  std::size_t waiting = 0;
+  for (ParamChange& c : in_flight_) {
     const auto effect = graph_.effect(c.ticket);
-    if (effect && !effect->refused) values_[c.module][c.param] = c.value;
-    return effect.has_value();
-  });
+    if (!effect)
+      std::swap(in_flight_[waiting++], c);
+    else if (!effect->refused)
+      values_[c.module][c.param] = std::move(c.value);
+  }
+  in_flight_.erase(in_flight_.begin() + static_cast<std::ptrdiff_t>(waiting), in_flight_.end());
 }
 
 void Answers::forget(std::uint64_t client) {
@@ -338,6 +345,7 @@ Reply Answers::set_param(const Json& request) {
   const auto at = request.find("value");
   const auto value = at != request.end() ? value_of(*at) : std::nullopt;
   if (!value) return needs("value", "true, false, a number or a text");
+  in_flight_.reserve(in_flight_.size() + 1);  // what was posted must be followed
   std::string why;
   const auto ticket = graph_.set_param(*module, *param, *value, &why);
   if (!ticket) return posted(ticket, why, Json::object());

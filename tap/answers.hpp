@@ -45,13 +45,14 @@ class Answers {
   };
   Answers(rt::Graph& graph, rt::Runner& runner, hal::Os& os, Bells* bells, Robot robot);
 
-  /// `text` is anything. `client` names the connection, for subscriptions.
+  /// `text` is anything. `client` names the connection, for subscriptions. Throws bad_alloc, as settle() and
+  /// still_waiting() do, and nothing else.
   Reply answer(std::string_view text, std::uint64_t client);
   /// The reply to a change that took effect; nothing while it waits.
   std::optional<Json> settle(const Change& change);
   /// The reply to one that is not waited for any longer.
   Json still_waiting(const Change& change) const;
-  /// Follows what took effect meanwhile. Call often.
+  /// Follows what took effect meanwhile. Call often. Allocates nothing.
   void follow();
   /// The client is gone.
   void forget(std::uint64_t client);

@@ -3,7 +3,7 @@
 
 #include <thread>
 
-#include "hal/linux/socket.hpp"
+#include "raw_client.hpp"
 #include "tap_rig.hpp"
 
 namespace sinew::tap {
@@ -276,33 +276,6 @@ TEST(Server, DoorbellsRingWhenTheRobotEnds) {
   EXPECT_EQ(client->request("hello").error().code, hal::Errc::closed);
 }
 
-/// A client that says what it likes.
-class RawClient {
- public:
-  explicit RawClient(const Robot& robot) : stream_(std::move(*hal::connect_stream("unix:" + robot.name->path(), 5s))) {
-    stream_->set_patience(20s);
-  }
-  bool send(std::string_view bytes) { return stream_->write(std::as_bytes(std::span(bytes))).has_value(); }
-  bool send_frame(std::string_view text) {
-    return stream_->write(frame_head(text.size()), std::as_bytes(std::span(text))).has_value();
-  }
-  /// Nothing when the robot hung up.
-  std::optional<Json> reply() {
-    while (!frames_.frame()) {
-      const auto n = stream_->read(frames_.room());
-      if (!n) return std::nullopt;
-      frames_.filled(*n);
-    }
-    Json json = Json::parse(*frames_.frame(), nullptr, false);
-    frames_.drop();
-    return json;
-  }
-
- private:
-  std::unique_ptr<hal::Stream> stream_;
-  FrameReader frames_{kMaxReplyBytes};
-};
-
 TEST(Server, GarbageIsAnsweredCountedAndAtLastClosed) {
   Robot robot;
   robot.start();
@@ -339,6 +312,35 @@ TEST(Server, WhoAsksTooOftenIsAnsweredLaterAndCounted) {
     EXPECT_EQ((*reply)["ok"], true) << i;
   }
   EXPECT_GT(robot.server->stats().throttled.value(), 0U);
+}
+
+TEST(Server, LongRepliesThatNobodyTakesLeaveRoomForShortOnes) {
+  RobotOptions options;
+  options.server.patience = 60s;
+  options.server.long_reply_bytes = 2 << 20;
+  options.graph.period = 250us;
+  Robot robot(options);
+  robot.prepare(2s);
+  ASSERT_TRUE(robot.discrete->run());
+  const std::string timeline = R"({"request":"timeline","last_ms":60000,"id":5})";
+  RawClient first(robot), second(robot);
+  ASSERT_TRUE(first.send_frame(timeline));
+  while (robot.server->stats().requests.value() < 1) std::this_thread::sleep_for(1ms);
+  ASSERT_TRUE(second.send_frame(timeline));
+  const auto busy = second.reply();
+  ASSERT_TRUE(busy);
+  ASSERT_EQ((*busy)["ok"], false);
+  EXPECT_EQ((*busy)["error"]["code"], hal::to_string(hal::Errc::busy));
+  EXPECT_EQ((*busy)["id"], 5);
+  EXPECT_EQ(robot.server->stats().refused_replies.value(), 1U);
+  ASSERT_TRUE(second.send_frame(R"({"request":"status"})"));
+  EXPECT_EQ((*second.reply())["ok"], true);
+  const auto whole = first.reply();
+  ASSERT_TRUE(whole);
+  EXPECT_EQ((*whole)["ok"], true);
+  EXPECT_GT(whole->dump().size(), options.server.long_reply_bytes / 2) << "or both would have had room";
+  ASSERT_TRUE(second.send_frame(timeline));
+  EXPECT_EQ((*second.reply())["ok"], true) << "taken, so there is room again";
 }
 
 TEST(Server, LengthThatCannotBeEndsTheConnection) {
