@@ -86,6 +86,14 @@ Json refused(hal::Errc code, const std::string& why) {
 
 std::string to_text(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
+std::string to_text(const Reply& reply) {
+  std::string text = to_text(reply.json);
+  if (reply.long_member.empty()) return text;
+  text.reserve(text.size() + 1 + reply.long_member.size());
+  text.back() = ',';
+  return text.append(reply.long_member).append(1, '}');
+}
+
 struct Answers::Command {
   std::string_view name;
   Reply (Answers::*run)(const Json& request);
@@ -295,7 +303,10 @@ Reply Answers::timeline(const Json& request) {
     if (!at->is_number_integer() || *at < 1 || *at > 60'000) return needs("last_ms", "an integer from 1 to 60000");
     last_ms = at->get<std::int64_t>();
   }
-  return good(timeline_json(graph_, runner_, std::chrono::milliseconds(last_ms)));
+  TimelineText timeline = timeline_text(graph_, runner_, std::chrono::milliseconds(last_ms));
+  Reply reply = good(timeline.description);
+  reply.long_member = std::move(timeline.events);
+  return reply;
 }
 
 /// Zones are written from the next cycles on, for all who read the time line, until somebody says that they are not.

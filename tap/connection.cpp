@@ -74,7 +74,7 @@ bool Connection::reply(const Reply& reply, std::size_t room, hal::Time now) {
     since_ = now;
     return true;
   }
-  std::string text = to_text(reply.json);
+  std::string text = to_text(reply);
   if (text.size() > kMaxReplyBytes)
     text = instead_of(reply.json, hal::Errc::not_supported, "the reply is longer than a reply may be");
   const bool no_room = text.size() > kShortReplyBytes && text.size() > room;

@@ -202,6 +202,7 @@ TEST(Server, TimeLineShowsTheLastCycles) {
   while (line["ok"] == true && line["events"].size() < 20);
   ASSERT_EQ(line["ok"], true) << line;
   EXPECT_EQ(line["columns"], Json({"kind", "thread", "module", "at_ns", "length_ns", "zone"}));
+  for (const Json& e : line["events"]) ASSERT_EQ(e.size(), line["columns"].size());
   bool counter_stepped = false;
   for (const Json& e : line["events"])
     counter_stepped |= e[0] == "step" && line["modules"][e[2].get<std::size_t>()] == "counter" &&
