@@ -22,7 +22,8 @@ void LiveView::show(rt::Time now, std::string_view state, bool last) {
   const rt::Duration since = now - begin_;
   const std::string line = fmt::format("{:6.1f} s  {}\n", msg::seconds(since), state);
   if (live_) {
-    hal::print_now(screen_.over(line + table_.render(rows_of(graph_, runner_), now, hal::terminal_columns())));
+    const std::string table = table_.render(rows_of(graph_, runner_), now, hal::terminal_columns());
+    hal::print_now(screen_.over(line + table, hal::terminal_rows()));
   } else if (!silent_ && (last || since % kLinePeriod < kPeriod)) {
     hal::print_now(line);
   }

@@ -28,6 +28,7 @@ Checked checked_graph(const std::string& path, const rt::ModuleTypes& types) {
   Checked checked;
   LoadedRobot loaded = load_robot(path);
   checked.readable = loaded.readable;
+  if (!loaded.problems.empty()) add_graph_problems(loaded, types, {.virtual_time = true});
   checked.problems = std::move(loaded.problems);
   if (checked.problems.empty()) {
     checked.graph = std::make_unique<rt::Graph>(loaded.robot.graph, types);

@@ -284,6 +284,7 @@ LoadedRobot parse_robot(std::string_view text, const std::string& path) {
         {static_cast<int>(e.source().begin.line), "TOML", "syntax", std::string(e.description())});
     return loaded;
   }
+  loaded.parsed = true;
   rt::GraphSpec& graph = loaded.robot.graph;
   TomlReader root(parsed.table(), "", loaded.problems);
   if (!root.has("robot")) root.missing("robot", "a table with name and board; it is required");
@@ -301,6 +302,22 @@ LoadedRobot parse_robot(std::string_view text, const std::string& path) {
   std::stable_sort(graph.modules.begin(), graph.modules.end(),
                    [](const auto& a, const auto& b) { return a.line < b.line; });  // TOML tables come back by name
   return loaded;
+}
+
+void add_graph_problems(LoadedRobot& loaded, const rt::ModuleTypes& types, const rt::CheckOptions& options) {
+  if (!loaded.parsed) return;
+  // A key of the graph's problem that is, or stands in or around, one of wrong form: it says the same once more.
+  const auto within = [](const std::string& key, const std::string& of) {
+    return key == of || (key.starts_with(of) && key[of.size()] == '.');
+  };
+  const std::vector<rt::Problem> form = loaded.problems;
+  for (rt::Problem& p : rt::Graph(loaded.robot.graph, types).check(options)) {
+    const bool follows = std::any_of(
+        form.begin(), form.end(), [&](const rt::Problem& f) { return within(p.key, f.key) || within(f.key, p.key); });
+    if (!follows) loaded.problems.push_back(std::move(p));
+  }
+  std::stable_sort(loaded.problems.begin(), loaded.problems.end(),
+                   [](const rt::Problem& a, const rt::Problem& b) { return a.line < b.line; });
 }
 
 LoadedRobot load_robot(const std::string& path) {

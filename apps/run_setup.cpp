@@ -57,7 +57,9 @@ std::string apply_setting(rt::GraphSpec& graph, const std::string& setting) {
     m.params[setting.substr(dot + 1, equals - dot - 1)] = {param_value(setting.substr(equals + 1)), 0};
     return {};
   }
-  return fmt::format("--set {}: no module {}", setting, module);
+  std::string names;
+  for (const auto& m : graph.modules) names += " " + m.name;
+  return fmt::format("--set {}: no module {}; there are:{}", setting, module, names);
 }
 
 rt::RealTimeOptions real_time_options(const RunOptions& run) {
@@ -84,6 +86,7 @@ bool accept_shortfalls(const std::vector<std::string>& shortfalls, bool strict) 
 
 std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes& types) {
   LoadedRobot loaded = load_robot(options.robot);
+  if (!loaded.problems.empty()) add_graph_problems(loaded, types, {options.virtual_time, hal::usable_cpus()});
   for (const auto& p : loaded.problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.robot).c_str());
   if (!loaded.problems.empty()) return std::nullopt;
   rt::GraphSpec& spec = loaded.robot.graph;

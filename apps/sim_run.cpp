@@ -214,9 +214,16 @@ class SimRun {
                         (options_.duration_s > 0 && now - begin > run_duration(options_));
       const auto* state = mission_->look();
       const std::string trouble = board_->link_trouble();
-      view.show(now, !trouble.empty() ? trouble.c_str() : state ? to_string(state->phase) : "running", ends);
+      view.show(now, !trouble.empty() ? trouble.c_str() : state ? phase_text(*state) : "running", ends);
       if (ends) return;
     }
+  }
+
+  const char* phase_text(const msg::MissionState& state) const {
+    const msg::SafetyState& safety = mission_->safety();
+    const bool by_hand = graph_.spec().guardian.arming == rt::GuardianSpec::Arming::manual;
+    if (by_hand && !safety.permitted && safety.ready) return "ready: `sinew arm` lets it go";
+    return to_string(state.phase);
   }
 
   // ---- both
@@ -257,7 +264,8 @@ class SimRun {
     const bool done = state && state->phase == msg::MissionPhase::done;
     const char* what = report->crashed          ? "crashed"
                        : !report->touched_down  ? "did not land"
-                       : !good_landing(*report) ? "landed badly"
+                       : !soft_landing(*report) ? "landed hard"
+                       : !good_landing(*report) ? "landed off the pad"
                        : !done                  ? "landed, but the mission does not know"
                                                 : "landed on the pad";
     return summary_.finish(fmt::format("{}, {} run", what, validity),

@@ -8,8 +8,8 @@ namespace sinew::app {
 /// Thread:  owner.
 class Redrawn {
  public:
-  /// What to print so that `text` stands where the last one stood.
-  std::string over(std::string_view text);
+  /// What to print so that `text` stands where the last one stood; of text that is too long for `rows` the first lines.
+  std::string over(std::string_view text, int rows);
 
  private:
   int lines_ = 0;

@@ -7,6 +7,7 @@
 
 #include "hal/linux/run_dir.hpp"
 #include "msg/json.hpp"
+#include "rt/graph_names.hpp"
 #include "rt/parameters.hpp"
 #include "rt/safety_text.hpp"
 #include "tap/frames.hpp"
@@ -239,7 +240,8 @@ Reply Answers::params(const Json& request) {
   if (request.contains("module")) {
     const std::string* module = text_of(request, "module");
     if (!module) return needs("module", "a module's name");
-    if (graph_.find_module(*module) == rt::kNone) return refuse(hal::Errc::not_found, "no module " + *module);
+    if (graph_.find_module(*module) == rt::kNone)
+      return refuse(hal::Errc::not_found, rt::no_such_module(graph_, *module));
     only = *module;
   }
   Json list = Json::array();

@@ -76,6 +76,7 @@ build() {
   shift
   start=$(now_s)
   configure "$preset" || return
+  [[ -t 1 ]] || say "building $preset; log: build/logs/$preset-build.log"
   quietly "$logs/$preset-build.log" "${launcher[@]}" ninja -C "$root/build/$preset" -j "$jobs" "$@" || status=$?
   ((status == 0)) && say "build $preset: $(minutes $(($(now_s) - start)))"
   return "$status"

@@ -61,9 +61,10 @@ void request_stop();
 /// nobody empties, holds up nobody.
 void print_now(std::string_view text);
 
-/// Is standard output a terminal, and how wide (80 when unknown).
+/// Is standard output a terminal, and how large (80 x 24 when unknown).
 bool output_is_terminal();
 int terminal_columns();
+int terminal_rows();
 
 struct ProcessUse {
   Duration cpu{};  // of all threads

@@ -38,6 +38,8 @@ class ParentFlight(unittest.TestCase):
         self.addCleanup(os.close, self.watchdog_end)
         with open(f"{ROBOTS}/quad.toml") as f:
             text = f.read()
+        self.assertIn("virtual_cores = 1 }", text)
+        text = text.replace("virtual_cores = 1 }", "virtual_cores = 1, tap_history_ms = 2000 }")
         # The lease has to run out long before the parent takes the silence for hanging.
         text += f'\n[parent]\nhang_ms = 600\nwatchdog = "{self.watchdog}"\nwatchdog_timeout_ms = 1000\nsave_to = "faults"\n'
         self.robot = os.path.join(self.folder.name, "quad.toml")
