@@ -107,16 +107,18 @@ TEST(Server, RefusesWhatIsNotAllowedAndSaysWhatIs) {
   const char* no = hal::to_string(hal::Errc::not_found);
   const char* never = hal::to_string(hal::Errc::not_supported);
   EXPECT_EQ(why("param.set", {{"module", "counter"}, {"param", "gain"}, {"value", 11}}),
-            std::string(bad) + ": 11: a number from 0 to 10");
+            std::string(bad) + ": counter.gain: 11: a number from 0 to 10");
   EXPECT_EQ(why("param.set", {{"module", "counter"}, {"param", "gain"}, {"value", {1}}}),
             std::string(bad) + ": \"value\": true, false, a number or a text");
   EXPECT_EQ(why("param.set", {{"module", "counter"}, {"param", "gains"}, {"value", 1}}),
-            std::string(no) + ": counter has no parameter gains");
+            std::string(no) + ": counter has no parameter gains; it has: gain offset active label");
   EXPECT_EQ(why("param.set", {{"module", "counter"}, {"param", "label"}, {"value", "b"}}),
             std::string(never) + ": a text is set before the start only");
   EXPECT_EQ(why("param.set", {{"param", "gain"}, {"value", 1}}), std::string(bad) + ": \"module\": a module's name");
-  EXPECT_EQ(why("module.disable", {{"module", "mixer"}}), std::string(no) + ": no module mixer");
-  EXPECT_EQ(why("params", {{"module", "mixer"}}), std::string(no) + ": no module mixer");
+  EXPECT_EQ(why("module.disable", {{"module", "mixer"}}),
+            std::string(no) + ": no module mixer; there are: counter follower eye operator");
+  EXPECT_EQ(why("params", {{"module", "mixer"}}),
+            std::string(no) + ": no module mixer; there are: counter follower eye operator");
   EXPECT_EQ(why("subscribe", {{"topics", {"mixer.out"}}}), std::string(no) + ": no topic mixer.out");
   EXPECT_EQ(why("subscribe", {{"topics", {"eye.image"}}, {"period_ms", 0}}),
             std::string(bad) + ": \"period_ms\": an integer from 1 to 1000");
