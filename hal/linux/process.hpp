@@ -51,14 +51,14 @@ std::string describe_exit(int code);
 
 /// From the first call on, SIGINT and SIGTERM do not end the process but make this true.
 bool stop_requested();
+/// As if such a signal had come. Thread: any.
+void request_stop();
 /// For a program that a lost terminal must not end: a hang-up (SIGHUP) is nothing to it, and writing to whom nobody
 /// reads from is an error instead of a signal (SIGPIPE). Programs that it starts have both from it.
 void outlive_terminal();
-/// As if such a signal had come. Thread: any.
-void request_stop();
 
 /// Writes to standard output what that takes at once and drops the rest: a terminal that stands still, or a pipe that
-/// nobody empties, holds up nobody.
+/// nobody empties, holds up nobody. Thread: any one; after what stdio holds of it.
 void print_now(std::string_view text);
 
 /// Is standard output a terminal, and how large (80 x 24 when unknown).
