@@ -234,10 +234,11 @@ class SimRun {
       mission_end_ = hal::kNever;
       return false;
     }
-    if (mission_end_ == hal::kNever) mission_end_ = now;
+    if (mission_end_ == hal::kNever) mission_end_ = still_since_ = now;
     const auto report = parse_report(report_.get());
-    const bool still = !report || report->still;
-    return now - mission_end_ >= (still ? kAfterMission : kSettles);
+    // What rocks is still for a moment each time it turns.
+    if (report && !report->still) still_since_ = now;
+    return now - still_since_ >= kAfterMission || now - mission_end_ >= kSettles;
   }
 
   void end_plant() {
@@ -328,7 +329,7 @@ class SimRun {
   std::unique_ptr<sim_hil::SimBoard> board_;
   std::unique_ptr<sim_hil::DatasetBoard> recorded_;  // of devices that are named so
   std::optional<MissionWatch> mission_;
-  hal::Time mission_end_ = hal::kNever;
+  hal::Time mission_end_ = hal::kNever, still_since_ = hal::kNever;
   RunEvidence evidence_;
   RunSummary summary_;
 };

@@ -1,7 +1,7 @@
 """Every kind of fault on every device, in flight: the process lives, no motor turns on an old command, and the flight
 ends landed or safe.
 
-usage: fault_matrix.py SINEW SINEW_SIM ROBOT [--device NAME]... [--seeds N] [--first-seed S] [--jobs N]
+usage: fault_matrix.py SINEW SINEW_SIM ROBOT [--device NAME]... [--kind NAME]... [--seeds N] [--first-seed S] [--jobs N]
        fault_matrix.py SINEW SINEW_SIM ROBOT --check-table DEVICE...
 
 The first form flies, prints one line a cell and exits 0 when each ended as CELLS says. The second one checks without
@@ -150,6 +150,7 @@ def main():
     p.add_argument("sinew_sim")
     p.add_argument("robot")
     p.add_argument("--device", action="append")
+    p.add_argument("--kind", action="append")
     p.add_argument("--seeds", type=int, default=1)
     p.add_argument("--first-seed", type=int, default=3)
     p.add_argument("--jobs", type=int, default=1)
@@ -161,9 +162,9 @@ def main():
         print(problem)
     if problems or args.check_table:
         sys.exit(1 if problems else 0)
-    chosen = [c for c in cells if not args.device or c[0] in args.device]
+    chosen = [c for c in cells if (not args.device or c[0] in args.device) and (not args.kind or c[1] in args.kind)]
     if not chosen:
-        sys.exit(f"no device {args.device}")
+        sys.exit(f"no device {args.device} with a fault {args.kind}")
     sys.exit(1 if fly_all(args, chosen) else 0)
 
 
