@@ -135,6 +135,16 @@ void Guardian::emit(Time now) noexcept {
   for (const auto& g : groups_) g->act(now);
 }
 
+std::uint32_t Guardian::device_state() const noexcept {
+  std::uint32_t refused = 0;
+  for (std::size_t i = 0; i < groups_.size(); ++i) refused |= (groups_[i]->device_refused ? 1u : 0u) << i;
+  return refused;
+}
+
+void Guardian::set_device_state(std::uint32_t refused) noexcept {
+  for (std::size_t i = 0; i < groups_.size(); ++i) groups_[i]->device_refused = (refused >> i & 1) != 0;
+}
+
 void Guardian::shut_down() noexcept {
   for (const auto& g : groups_)
     if (g->device) static_cast<void>(g->device->stop());  // else its lease ends it

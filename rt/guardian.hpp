@@ -43,6 +43,9 @@ class Guardian final : public DriverModule {
   void reset() override;
   Status step(const Step& step) noexcept override;
   void emit(Time now) noexcept override;
+  /// Bit i: the device of group i refused the last command.
+  std::uint32_t device_state() const noexcept override;
+  void set_device_state(std::uint32_t refused) noexcept override;
 
   /// Stops every group, after the last cycle of a run in real time: a lease may be long, and nobody renews it.
   void shut_down() noexcept;

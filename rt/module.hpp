@@ -47,6 +47,10 @@ class DriverModule : public Module {
   virtual void collect(Time /*now*/) noexcept {}
   /// After an ok step: hands committed outputs to the device; read them from Out<>::committed(). RT: yes.
   virtual void emit(Time /*now*/) noexcept {}
+  /// What the hooks learned that steps depend on, besides raw topics: a device that refused, say. It is recorded with
+  /// the step that follows; replay, which calls no hook, hands it to the module before that step. RT: yes.
+  virtual std::uint32_t device_state() const noexcept { return 0; }
+  virtual void set_device_state(std::uint32_t /*state*/) noexcept {}
   /// The device whose readiness may trigger the thread (trigger = "device"); null: none.
   virtual hal::Device* device() { return nullptr; }
 };

@@ -35,11 +35,13 @@ ModuleRunner::ModuleRunner(RunBoard& board, std::uint32_t module)
       stream_(stream_of(module_.spec.name)),
       latch_(board.graph.segment()),
       inputs_(module_.topic.size()),
+      sources_(module_.topic.size()),
       drops_(module_.topic.size()),
       enabled_(module_.spec.enabled) {
   if (board.options.clock) zones_.emplace(ZoneLog{board.timeline.ring(module_.thread), *board.options.clock, module});
   record_.module = module;
   record_.thread = module_.thread;
+  record_.ports = this;
   stats_.stopped.set(enabled_ ? 0 : 1);
   bind();
 }
@@ -53,10 +55,14 @@ void ModuleRunner::bind() {
   for (std::uint32_t p = 0; p < module_.topic.size(); ++p) {
     const Declaration::Port& port = module_.declaration.ports[p];
     if (module_.topic[p] == kNone) continue;
-    if (port.kind == PortKind::output) outputs_->bind(*port.output, output++);
+    if (port.kind == PortKind::output) {
+      sources_[p] = {outputs_.get(), output};
+      outputs_->bind(*port.output, output++);
+    }
     if (port.kind == PortKind::raw) {
       raws_.push_back(std::make_unique<Commit>(graph.segment(), graph.raw_writer(index_, p)));
       raws_.back()->bind(*port.output, 0);
+      sources_[p] = {raws_.back().get(), 0};
     }
     if (port.kind == PortKind::output || port.kind == PortKind::raw) {
       topic_of_id_[graph.topic_id(module_.topic[p])] = module_.topic[p];
@@ -86,6 +92,7 @@ std::span<const std::uint32_t> ModuleRunner::start(const Cycle& cycle, Time now)
   record_.now = now;
   record_.dt = cycle.dt;
   record_.timed_out = cycle.timed_out;
+  record_.device_state = module_.driver ? module_.driver->device_state() : 0;
   math::Random random(board_.graph.spec().seed, stream_, record_.number);
   ZoneLog* const zones = zones_ && board_.zones.load(std::memory_order_relaxed) ? &*zones_ : nullptr;
   const Step step{now, cycle.dt, cycle.timed_out, record_.number, random, zones};
@@ -113,14 +120,19 @@ std::span<const std::uint32_t> ModuleRunner::complete(Time now, Duration exec) n
   } else if (outputs_) {
     outputs_->discard();
   }
-  latch_.release();
   record_.completed = now;
   record_.exec = exec;
   stats_.exec.add(exec);
   board_.timeline.ring(module_.thread).add(TimelineEvent::Kind::step, record_.now, now - record_.now, module_.position);
   judge();
   if (board_.options.observer) board_.options.observer->completed(record_);
+  latch_.release();
   return published_;
+}
+
+std::span<const SlotHeader* const> ModuleRunner::published(std::uint32_t port) const noexcept {
+  const Source& source = sources_[port];
+  return source.commit ? source.commit->committed(source.output) : std::span<const SlotHeader* const>();
 }
 
 /// Counts what a commit made visible, and remembers its topics for the executor.

@@ -15,6 +15,18 @@
 
 namespace sinew::rt {
 
+/// What the ports of a module hold for a step, by their index in the declaration.
+class StepPorts {
+ public:
+  /// Null: no input, or not bound.
+  virtual const InputBase* input(std::uint32_t port) const noexcept = 0;
+  /// Of this step (outputs) or of the collect() before it (raw topics), oldest first.
+  virtual std::span<const SlotHeader* const> published(std::uint32_t port) const noexcept = 0;
+
+ protected:
+  ~StepPorts() = default;
+};
+
 /// One step as it happened, told when it completes.
 struct StepRecord {
   std::uint32_t module = 0, thread = 0;
@@ -24,6 +36,8 @@ struct StepRecord {
   Duration exec{};  // as the executor has it
   Status status = Status::ok;
   bool timed_out = false;
+  std::uint32_t device_state = 0;    // DriverModule::device_state() as the step saw it
+  const StepPorts* ports = nullptr;  // valid while it is told
 };
 
 /// Told by the executor's threads; a recorder in virtual time, a test.
@@ -65,7 +79,7 @@ struct RunBoard {
 
 /// One module between two executors' calls: start() and, when its execution time is used up, complete().
 /// Thread:  owner for construction, then executor.   RT: yes, after construction.
-class ModuleRunner {
+class ModuleRunner final : StepPorts {
  public:
   ModuleRunner(RunBoard& board, std::uint32_t module);
   ModuleRunner(const ModuleRunner&) = delete;
@@ -86,6 +100,8 @@ class ModuleRunner {
 
  private:
   void bind();
+  const InputBase* input(std::uint32_t port) const noexcept override { return inputs_[port]; }
+  std::span<const SlotHeader* const> published(std::uint32_t port) const noexcept override;
   void publish(Commit& commit, std::uint32_t outputs, Time now) noexcept;
   void judge() noexcept;
 
@@ -98,6 +114,11 @@ class ModuleRunner {
   std::vector<std::uint32_t> published_;    // graph topics of the last call; room for all
   std::vector<std::uint32_t> topic_of_id_;  // segment's TopicId -> graph topic
   std::vector<InputBase*> inputs_;          // per port; null: no input, or unbound
+  struct Source {                           // of what a port publishes
+    const Commit* commit = nullptr;         // null: nothing
+    std::uint32_t output = 0;
+  };
+  std::vector<Source> sources_;  // per port
   std::vector<Count> drops_;
 
   StepRecord record_;
