@@ -15,6 +15,21 @@ bool starts_with_magic(hal::InputFile& file) {
   return file.size() >= magic.size() && file.read_at(0, magic) && magic == kMagic;
 }
 
+/// Sorts records by their place. False: not all lie in the data, each in bytes of its own; else a small file could ask
+/// for the same large record again and again.
+template <class Index>
+bool apart(std::vector<Index>& records, std::uint64_t data_end) {
+  std::sort(records.begin(), records.end(), [](const Index& a, const Index& b) { return a.offset < b.offset; });
+  std::uint64_t at = kMagic.size();
+  for (const Index& record : records) {
+    if (record.offset < at || record.offset > data_end || record.length < kRecordHead ||
+        record.length > data_end - record.offset)
+      return false;
+    at = record.offset + record.length;
+  }
+  return true;
+}
+
 }  // namespace
 
 Reader::~Reader() = default;
@@ -69,16 +84,22 @@ void Reader::use_scan(Problem why) {
 
 bool Reader::summary_is_usable(std::uint64_t summary_start, Problem& why) {
   why = {ProblemKind::bad_index, summary_start, {}};
-  const auto& s = summary_;
+  Summary& s = summary_;
   if (s.chunks.empty() && !(s.statistics && s.statistics->messages == 0)) {
     why = {ProblemKind::truncated, summary_start, "the summary has no chunk indexes"};
     return false;
   }
+  const bool placed =
+      apart(s.chunks, summary_start) && apart(s.attachments, summary_start) && apart(s.metadata, summary_start);
+  if (!placed) {
+    why.text =
+        "chunks, attachments or metadata overlap or lie outside of the data, which end at " + number(summary_start);
+    return false;
+  }
   for (const ChunkIndex& chunk : s.chunks) {
-    if (chunk.offset < kMagic.size() || chunk.length < kRecordHead || chunk.offset > summary_start ||
-        chunk.length > summary_start - chunk.offset || chunk.start_time > chunk.end_time) {
-      why.text = "a chunk of " + number(chunk.length) + " bytes at " + number(chunk.offset) + ", times " +
-                 number(chunk.start_time) + " to " + number(chunk.end_time) + "; data end at " + number(summary_start);
+    if (chunk.start_time > chunk.end_time) {
+      why.text = "the chunk at " + number(chunk.offset) + " starts at " + number(chunk.start_time) + " and ends at " +
+                 number(chunk.end_time);
       return false;
     }
     Block block{.offset = chunk.offset,
@@ -96,7 +117,6 @@ bool Reader::summary_is_usable(std::uint64_t summary_start, Problem& why) {
     }
     blocks_.push_back(std::move(block));
   }
-  std::sort(blocks_.begin(), blocks_.end(), [](const Block& a, const Block& b) { return a.offset < b.offset; });
   return true;
 }
 

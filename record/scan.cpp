@@ -62,6 +62,11 @@ class Scanner {
     last_ = place.op;
     switch (place.op) {
       case Op::message:
+        if (chunked_) {  // it has no checksum, and one wrong bit makes a message of a message index
+          report(ProblemKind::bad_record, place.offset, "a message outside of chunks, in a file of chunks");
+          break;
+        }
+        [[fallthrough]];
       case Op::schema:
       case Op::channel:
         if (loose_.length == 0) loose_ = Block{.offset = place.offset, .length = 0, .channels = {}, .loose = true};
@@ -83,12 +88,10 @@ class Scanner {
         take_metadata(place);
         break;
       case Op::data_end:
-        scan_.whole = true, scan_.data_end = place.offset;
-        if (content_of(place)) scan_.data_crc = Cursor(content_).number<std::uint32_t>();
+        take_data_end(place);
         break;
       case Op::footer:
-        // The summary may be left out, DataEnd may not; the examples of the specification leave it out all the same.
-        scan_.whole = true, scan_.data_end = place.offset;
+        take_footer(place);
         break;
       case Op::chunk_index:
       case Op::attachment_index:
@@ -119,8 +122,21 @@ class Scanner {
     if (content_of(place) && !decode(content_, scan_.header)) too_short(place, "header");
   }
 
+  void take_data_end(const RecordWalk::Place& place) {
+    if (place.length != kRecordHead + 4) return report(ProblemKind::bad_record, place.offset, "a DataEnd has 4 bytes");
+    scan_.whole = true, scan_.data_end = place.offset;
+    if (content_of(place)) scan_.data_crc = Cursor(content_).number<std::uint32_t>();
+  }
+  /// A DataEnd must come before it; the examples of the specification leave it out all the same.
+  void take_footer(const RecordWalk::Place& place) {
+    if (place.length != kFooterBytes || place.offset + kFileTail != file_.size())
+      return report(ProblemKind::bad_record, place.offset, "a footer stands before the end of the file");
+    scan_.whole = true, scan_.data_end = place.offset;
+  }
+
   void take_chunk(const RecordWalk::Place& place) {
     Block block{.offset = place.offset, .length = place.length, .channels = {}};
+    chunked_ = true;
     if (!take_block(block)) {
       block.start_time = 0, block.end_time = ~std::uint64_t{0};  // who reads any time must learn of it
       scan_.blocks.push_back(std::move(block));
@@ -250,6 +266,7 @@ class Scanner {
   std::span<const std::byte> content_;
   Block loose_;
   Op last_{};
+  bool chunked_ = false;  // there has been a chunk
   bool indexed_ = false;  // the last chunk is readable and its indexes may follow
   std::map<std::uint16_t, std::vector<std::pair<std::uint64_t, std::uint64_t>>> places_;  // in the last block
   Statistics totals_;

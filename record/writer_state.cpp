@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <set>
 
 #include "record/crc32.hpp"
 
@@ -22,12 +23,13 @@ Status Writer::State::begin() {
 }
 
 void Writer::State::define_all(Lane& lane) {
+  std::set<std::uint16_t> schemas;  // of several channels
   for (std::uint16_t id = 1; id <= channels.size(); ++id) {
     ChannelState& channel = channels[id - 1u];
     if (channel.defined || &lane_of(channel) != &lane) continue;
     const Channel& record = summary.channels.at(id);
     // A schema may stand twice, once for each lane: nobody knows which of their chunks comes first.
-    if (record.schema != 0) lane.define(summary.schemas.at(record.schema));
+    if (record.schema != 0 && schemas.insert(record.schema).second) lane.define(summary.schemas.at(record.schema));
     lane.define(record);
     channel.defined = true;
   }

@@ -118,11 +118,7 @@ TEST_P(RoundTrip, PlainChannelsAreNeverCompressed) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Compressions, RoundTrip,
-                         testing::Values(Compression::none, Compression::lz4, Compression::zstd), [](const auto& name) {
-                           return name.param == Compression::none ? std::string("none")
-                                                                  : std::string(to_string(name.param));
-                         });
+INSTANTIATE_TEST_SUITE_P(Compressions, RoundTrip, kCompressions, compression_name);
 
 }  // namespace
 }  // namespace sinew::record

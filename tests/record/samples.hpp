@@ -67,6 +67,11 @@ class SampleWriter {
   std::vector<Sample> samples_;
 };
 
+inline const auto kCompressions = testing::Values(Compression::none, Compression::lz4, Compression::zstd);
+inline std::string compression_name(const testing::TestParamInfo<Compression>& info) {
+  return info.param == Compression::none ? "none" : to_string(info.param);
+}
+
 struct Contents {
   std::vector<Sample> samples;
   std::vector<Problem> problems;  // told by next()
