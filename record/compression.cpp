@@ -26,7 +26,8 @@ class Lz4Compressor final : public Compressor {
   hal::Status compress(std::span<const std::byte> from, Buffer& to) noexcept override {
     LZ4F_preferences_t preferences{};
     preferences.frameInfo.contentSize = from.size();
-    preferences.frameInfo.blockSizeID = LZ4F_max256KB;
+    preferences.frameInfo.blockSizeID = LZ4F_max1MB;
+    preferences.frameInfo.blockMode = LZ4F_blockIndependent;  // most chunks are one block
     preferences.autoFlush = 1;
     LZ4F_compressOptions_t options{};
     options.stableSrc = 1;  // it need not keep a copy for the next block

@@ -73,41 +73,85 @@ std::uint32_t by_tables(const std::byte* at, std::size_t size, std::uint32_t sum
 // bits are moved over n bits of message by two products with x^(n+32) and x^(n-32), here one bit to the left because of
 // the reversed order.
 constexpr long long fold_constant(int bits) { return static_cast<long long>(std::uint64_t{power(bits)} << 1); }
-constexpr long long k64Bytes[] = {fold_constant(512 + 32), fold_constant(512 - 32)};
-constexpr long long k16Bytes[] = {fold_constant(128 + 32), fold_constant(128 - 32)};
-static_assert(k64Bytes[0] == 0x154442bd4 && k64Bytes[1] == 0x1c6e41596, "as printed in the paper");
-static_assert(k16Bytes[0] == 0x1751997d0 && k16Bytes[1] == 0x0ccaa009e, "as printed in the paper");
+struct Fold {
+  long long low, high;
+};
+constexpr Fold fold_over(int bytes) { return {fold_constant(8 * bytes + 32), fold_constant(8 * bytes - 32)}; }
+constexpr Fold k256Bytes = fold_over(256), k64Bytes = fold_over(64), k16Bytes = fold_over(16);
+static_assert(k64Bytes.low == 0x154442bd4 && k64Bytes.high == 0x1c6e41596, "as printed in the paper");
+static_assert(k16Bytes.low == 0x1751997d0 && k16Bytes.high == 0x0ccaa009e, "as printed in the paper");
 
-__attribute__((target("pclmul,sse2"), always_inline)) inline __m128i fold(__m128i sum, __m128i next, __m128i constant) {
+/// 64 bytes of message with the same remainder as everything before, 16 in each.
+struct Folded {
+  __m128i a, b, c, d;
+};
+
+#define SINEW_FOLDING __attribute__((target("pclmul,sse2")))
+#define SINEW_WIDE_FOLDING __attribute__((target("avx512f,vpclmulqdq,pclmul,sse2")))
+
+SINEW_FOLDING inline __m128i load(const std::byte* at) { return _mm_loadu_si128(reinterpret_cast<const __m128i*>(at)); }
+
+SINEW_FOLDING inline __m128i fold(__m128i sum, __m128i next, __m128i constant) {
   const __m128i low = _mm_clmulepi64_si128(sum, constant, 0x00);
   const __m128i high = _mm_clmulepi64_si128(sum, constant, 0x11);
   return _mm_xor_si128(_mm_xor_si128(low, high), next);
 }
 
-__attribute__((target("pclmul,sse2"))) std::uint32_t by_folding(const std::byte* at, std::size_t size,
-                                                                std::uint32_t sum) {
-  const auto load = [](const std::byte* from) { return _mm_loadu_si128(reinterpret_cast<const __m128i*>(from)); };
-  const __m128i far = _mm_set_epi64x(k64Bytes[1], k64Bytes[0]), near = _mm_set_epi64x(k16Bytes[1], k16Bytes[0]);
-  __m128i a = _mm_xor_si128(load(at), _mm_cvtsi32_si128(static_cast<int>(sum)));
-  __m128i b = load(at + 16), c = load(at + 32), d = load(at + 48);
-  for (at += 64, size -= 64; size >= 64; at += 64, size -= 64) {
+/// What is left of the message after `state`.
+SINEW_FOLDING std::uint32_t finish_folding(const Folded& state, const std::byte* at, std::size_t size) {
+  const __m128i far = _mm_set_epi64x(k64Bytes.high, k64Bytes.low), near = _mm_set_epi64x(k16Bytes.high, k16Bytes.low);
+  auto [a, b, c, d] = state;
+  for (; size >= 64; at += 64, size -= 64) {
     a = fold(a, load(at), far), b = fold(b, load(at + 16), far);
     c = fold(c, load(at + 32), far), d = fold(d, load(at + 48), far);
   }
   a = fold(fold(fold(a, b, near), c, near), d, near);
   for (; size >= 16; at += 16, size -= 16) a = fold(a, load(at), near);
-  std::byte rest[16];  // a message of 16 bytes with the same remainder as everything before
+  std::byte rest[16];
   _mm_storeu_si128(reinterpret_cast<__m128i*>(rest), a);
   return by_tables(at, size, by_tables(rest, sizeof rest, 0));
 }
 
+SINEW_FOLDING std::uint32_t by_folding(const std::byte* at, std::size_t size, std::uint32_t sum) {
+  const __m128i first = _mm_xor_si128(load(at), _mm_cvtsi32_si128(static_cast<int>(sum)));
+  return finish_folding({first, load(at + 16), load(at + 32), load(at + 48)}, at + 64, size - 64);
+}
+
+SINEW_WIDE_FOLDING inline __m512i wide_fold(__m512i sum, __m512i next, __m512i constant) {
+  const __m512i low = _mm512_clmulepi64_epi128(sum, constant, 0x00);
+  const __m512i high = _mm512_clmulepi64_epi128(sum, constant, 0x11);
+  return _mm512_ternarylogic_epi64(low, high, next, 0x96);  // exclusive or of all three
+}
+
+SINEW_WIDE_FOLDING inline __m512i all_lanes(Fold f) {
+  return _mm512_set_epi64(f.high, f.low, f.high, f.low, f.high, f.low, f.high, f.low);
+}
+
+/// Four times as wide, for 256 bytes and more.
+SINEW_WIDE_FOLDING std::uint32_t by_wide_folding(const std::byte* at, std::size_t size, std::uint32_t sum) {
+  const __m512i far = all_lanes(k256Bytes), near = all_lanes(k64Bytes);
+  __m512i a = _mm512_xor_si512(_mm512_loadu_si512(at), _mm512_set_epi64(0, 0, 0, 0, 0, 0, 0, sum));
+  __m512i b = _mm512_loadu_si512(at + 64), c = _mm512_loadu_si512(at + 128), d = _mm512_loadu_si512(at + 192);
+  for (at += 256, size -= 256; size >= 256; at += 256, size -= 256) {
+    a = wide_fold(a, _mm512_loadu_si512(at), far), b = wide_fold(b, _mm512_loadu_si512(at + 64), far);
+    c = wide_fold(c, _mm512_loadu_si512(at + 128), far), d = wide_fold(d, _mm512_loadu_si512(at + 192), far);
+  }
+  a = wide_fold(wide_fold(wide_fold(a, b, near), c, near), d, near);
+  std::byte state[64];
+  _mm512_storeu_si512(state, a);
+  return finish_folding({load(state), load(state + 16), load(state + 32), load(state + 48)}, at, size);
+}
+
 const bool kCanFold = __builtin_cpu_supports("pclmul") != 0;
+const bool kCanFoldWide =
+    kCanFold && __builtin_cpu_supports("avx512f") != 0 && __builtin_cpu_supports("vpclmulqdq") != 0;
 #endif
 
 }  // namespace
 
 std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t before) {
 #ifdef SINEW_FOLDED_CRC
+  if (bytes.size() >= 1024 && kCanFoldWide) return ~by_wide_folding(bytes.data(), bytes.size(), ~before);
   if (bytes.size() >= 64 && kCanFold) return ~by_folding(bytes.data(), bytes.size(), ~before);
 #endif
   return ~by_tables(bytes.data(), bytes.size(), ~before);

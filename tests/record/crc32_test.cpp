@@ -43,6 +43,15 @@ TEST(Crc32, EqualsItsDefinitionForEveryLengthAndPlace) {
     }
 }
 
+TEST(Crc32, EqualsItsDefinitionForLongMessages) {
+  const auto message = noise(9000);
+  for (std::size_t size = 1000; size < 8900; size += 1 + size % 37)
+    for (const std::size_t place : {0u, 5u, 64u}) {
+      const auto piece = std::span(message).subspan(place, size);
+      ASSERT_EQ(crc32(piece), bit_by_bit(piece)) << size << " at " << place;
+    }
+}
+
 TEST(Crc32, CarriesOnWhereverTheMessageIsCut) {
   const auto message = noise(400);
   const std::span<const std::byte> all(message);
