@@ -33,6 +33,17 @@ missing() {
   done
 }
 
+# The npm packages that read our recordings beside us, pinned by their lock. Without npm or a way to its packages the one
+# test that wants them is skipped, and says so.
+readers_of_others() {
+  local folder=$root/tests/record/others
+  [[ $groups == *' test '* ]] && command -v npm >/dev/null || return 0
+  [[ ! $folder/node_modules/.package-lock.json -nt $folder/package-lock.json ]] || return 0
+  mkdir -p "$logs"
+  timeout 120 npm --prefix "$folder" ci --ignore-scripts --no-audit --no-fund >"$logs/setup-npm.log" 2>&1 ||
+    say "setup: no readers of others for tests/record (log: build/logs/setup-npm.log)"
+}
+
 give_up() {
   {
     say "setup: $1"
@@ -47,7 +58,10 @@ if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
   give_up "this is not a Debian system, so nothing was checked or installed" "${wanted[@]}"
 fi
 mapfile -t lacking < <(missing)
-if ((${#lacking[@]} == 0)); then exit 0; fi
+if ((${#lacking[@]} == 0)); then
+  readers_of_others
+  exit 0
+fi
 
 as_root=(env DEBIAN_FRONTEND=noninteractive)
 if ((EUID != 0)); then
@@ -69,4 +83,5 @@ if ! "${apt[@]}" install --no-install-recommends "${lacking[@]}" >"$logs/setup.l
   fi
 fi
 touch "$root/build/.packages-changed"
+readers_of_others
 say "setup: $(minutes $(($(now_s) - start)))"
