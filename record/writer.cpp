@@ -131,7 +131,7 @@ Status Writer::continue_in(std::unique_ptr<hal::OutputFile> file) {
   if (!s.finished)
     if (auto done = s.finish(); !done) return done;
   s.end = FileEnd(std::move(file));
-  s.finished = false;
+  s.finished = s.unused_defined = false;
   for (auto& channel : s.channels) channel.defined = false, channel.messages = 0;
   s.summary.chunks.clear(), s.summary.attachments.clear(), s.summary.metadata.clear();
   s.totals = {}, s.summary_bytes = 0;
@@ -139,6 +139,8 @@ Status Writer::continue_in(std::unique_ptr<hal::OutputFile> file) {
   s.finished = !done;  // nothing may be written to a file without its beginning
   return done;
 }
+
+bool Writer::is_open() const { return !state_->finished; }
 
 const WriterCounters& Writer::counters() const { return state_->counters; }
 

@@ -81,6 +81,7 @@ class Writer {
   /// happened, and `file` is closed; else the writer is in the new file.
   hal::Status continue_in(std::unique_ptr<hal::OutputFile> file);
 
+  bool is_open() const;  // not finished
   const WriterCounters& counters() const;
   /// Log times of the first and the last message in this file, those in memory included; zero before the first.
   std::uint64_t first_time() const;

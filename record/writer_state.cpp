@@ -35,6 +35,14 @@ void Writer::State::define_all(Lane& lane) {
   }
 }
 
+void Writer::State::define_unused_schemas() {
+  if (std::exchange(unused_defined, true)) return;
+  std::set<std::uint16_t> used;
+  for (const auto& [id, channel] : summary.channels) used.insert(channel.schema);
+  for (const auto& [id, schema] : summary.schemas)
+    if (!used.contains(id)) packed.define(schema);
+}
+
 Status Writer::State::room_for(std::uint64_t bytes) {
   if (options.free_floor_bytes == 0) return {};
   const auto free = end.file().free_bytes();
@@ -135,6 +143,7 @@ Status Writer::State::close_chunks() {
 Status Writer::State::finish() {
   if (finished) return Error{Errc::closed, "record: the file is finished"};
   for (Lane* lane : {&plain, &packed}) define_all(*lane);
+  define_unused_schemas();
   if (auto done = close_chunks(); !done) return done;
   Statistics& s = totals;
   s.schemas = static_cast<std::uint16_t>(summary.schemas.size());

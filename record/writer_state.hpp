@@ -26,6 +26,7 @@ struct Writer::State {
   WriterCounters counters;
   Buffer head, indexes;  // of the chunk that is being written
   bool finished = false, unsynced = false;
+  bool unused_defined = false;
   std::uint64_t unsynced_since = 0;  // log time
   std::uint64_t summary_bytes = 0;   // of chunk indexes so far
 
@@ -53,6 +54,8 @@ struct Writer::State {
   Status room_for(std::uint64_t bytes);
   /// All channels of the lane, so that a file that is cut off later still names those that have been silent.
   void define_all(Lane& lane);
+  /// What the summary has, the data must have too.
+  void define_unused_schemas();
   void sync();
   Status close_chunks();
   Status finish();

@@ -274,6 +274,15 @@ TEST(Writer, RefusesWhatNoFileCanHold) {
   EXPECT_EQ(out.writer().write(1, {}, {}).error().code, hal::Errc::bad_argument);
 }
 
+TEST(Writer, ASchemaThatNoChannelUsesIsInTheFile) {
+  Disk disk;
+  SampleWriter out(disk, {});
+  ASSERT_TRUE(out.writer().add_schema("S", "ros2msg", "int8 x"));
+  ASSERT_TRUE(out.writer().finish());
+  EXPECT_THAT(check_bytes(disk.bytes), IsEmpty());
+  EXPECT_EQ(open(disk.bytes)->schemas().at(1).name, "S");
+}
+
 TEST(Writer, GoesOnInAnotherFileThatIsWholeByItself) {
   Disk first, second;
   SampleWriter out(first, {.chunk_bytes = 1500});
