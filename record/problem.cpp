@@ -8,8 +8,6 @@ const char* to_string(ProblemKind kind) {
       return "not an MCAP file";
     case ProblemKind::truncated:
       return "cut off";
-    case ProblemKind::bad_length:
-      return "bad length";
     case ProblemKind::bad_record:
       return "bad record";
     case ProblemKind::bad_checksum:

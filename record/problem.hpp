@@ -8,7 +8,6 @@ namespace sinew::record {
 enum class ProblemKind : std::uint8_t {
   not_mcap,         // no magic bytes, or of another major version
   truncated,        // the file ends inside a record, or before its summary
-  bad_length,       // a record reaches beyond what contains it
   bad_record,       // its fields do not fit into it, or contradict each other
   bad_checksum,     // the bytes are not those that were written
   bad_compression,  // unknown, or the frame is damaged
