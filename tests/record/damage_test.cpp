@@ -101,12 +101,19 @@ TEST_P(Damage, RecoveredFromACutAtAnyByteTheFileIsWhole) {
   }
 }
 
-/// Flips every bit of the first `size` bytes and reads what is left. `lost(place)`: the chunks that may be missing.
+#ifdef __SANITIZE_ADDRESS__
+constexpr bool kEveryBit = false;  // one of each byte: a hundred times slower there, and the other builds flip them all
+#else
+constexpr bool kEveryBit = true;
+#endif
+
+/// Flips every bit and reads what is left. `may_miss(place, chunk)`: whether this may cost the messages of that chunk.
 template <class MayMiss>
 void flip_every_bit(Bytes bytes, const std::vector<Sample>& whole, const std::vector<std::size_t>& up_to,
                     const std::vector<ChunkIndex>& chunks, const MayMiss& may_miss) {
   for (std::size_t place = 0; place < bytes.size(); ++place) {
     for (int bit = 0; bit < 8; ++bit) {
+      if (!kEveryBit && bit != static_cast<int>(place * 5 % 8)) continue;
       const std::byte flip{static_cast<unsigned char>(1 << bit)};
       bytes[place] ^= flip;
       Problem why;
@@ -149,7 +156,8 @@ TEST_P(Damage, WithoutASummaryOneBitWrongLeavesEverythingBeforeIt) {
 TEST_P(Damage, EveryWrongBitIsFoundByCheck) {
   Bytes bytes = disk_.bytes;
   for (std::size_t place = 0; place < bytes.size(); ++place)
-    for (int bit = 0; bit < 8; bit += 1 + static_cast<int>(place % 3)) {
+    for (int bit = 0; bit < 8; ++bit) {
+      if (!kEveryBit && bit != static_cast<int>(place * 5 % 8)) continue;
       const std::byte flip{static_cast<unsigned char>(1 << bit)};
       bytes[place] ^= flip;
       const auto problems = check_bytes(bytes);
