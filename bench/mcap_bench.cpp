@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -119,9 +120,8 @@ struct Case {
 
 bool measure(const Case& c, int pairs) {
   static const auto data = frames();
-  const char* folder = std::getenv("TMPDIR");
   const std::string path =
-      std::string(folder != nullptr ? folder : "/tmp") + "/sinew-mcap-bench-" + std::to_string(::getpid());
+      (std::filesystem::temp_directory_path() / ("sinew-mcap-bench-" + std::to_string(::getpid()))).string();
   const auto ours = [&] {
     auto opened = record::Writer::open(std::make_unique<Unsynced>(path), {.compression = c.compression});
     if (!opened) std::exit(2);
