@@ -63,10 +63,11 @@ class BareRun {
   }
 
   int run_real() {
-    rt::RealTimeExecutor executor(graph_, os_, real_time_options());
-    if (auto started = executor.start(); !started) return fail(started.error().where);
-    executor.runner().ask_for_zones(!options_.trace.empty());
+    rt::RealTimeExecutor executor(graph_, os_, real_time_options(options_));
+    const auto started = executor.start();
     if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return 2;
+    if (!started) return fail(started.error().where);
+    executor.runner().ask_for_zones(!options_.trace.empty());
     const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);
     LiveView view(graph_, executor.runner(), options_);
     const hal::Time begin = os_.now();

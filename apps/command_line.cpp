@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <variant>
 
 #include "apps/commands.hpp"
 #include "apps/completion.hpp"
@@ -13,7 +14,11 @@ int fail(const std::string& why, int code) {
   return code;
 }
 
-int command_line(int argc, char** argv, const rt::ModuleTypes& types) {
+namespace {
+
+/// The action that the command line asks for, or else the exit code. Its description of all commands is gone then: what
+/// a robot keeps in memory is locked.
+std::variant<std::function<int()>, int> understood(int argc, char** argv, const rt::ModuleTypes& types) {
   const std::string path = argc > 0 ? argv[0] : "sinew";
   CLI::App app("Sinew: an embedded real-time runtime for the onboard computers of humanoids and UAVs.",
                path.substr(path.rfind('/') + 1));
@@ -39,7 +44,15 @@ int command_line(int argc, char** argv, const rt::ModuleTypes& types) {
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? kDone : kNotBegun;
   }
-  return context.action();
+  return context.action;
+}
+
+}  // namespace
+
+int command_line(int argc, char** argv, const rt::ModuleTypes& types) {
+  const auto asked = understood(argc, argv, types);
+  if (const int* code = std::get_if<int>(&asked)) return *code;
+  return std::get<0>(asked)();
 }
 
 }  // namespace sinew::app

@@ -16,7 +16,7 @@ inline constexpr int kDone = 0, kFailed = 1, kNotBegun = 2;  // exit codes of ev
 
 struct CommandContext {
   const rt::ModuleTypes& types;
-  std::function<int()> action{};  // called when the whole command line has been understood
+  std::function<int()> action{};  // called when the whole command line has been understood; outlives all CLI::App
 };
 
 void add_robot_commands(CLI::App& app, CommandContext& context);    // run, check, graph

@@ -85,11 +85,12 @@ class DatasetRun {
   }
 
   bool run_real() {
-    rt::RealTimeExecutor executor(*graph_, os_, real_time_options());
-    if (auto started = executor.start(); !started) return fail(started.error().where);
-    executor.runner().ask_for_zones(!options_.trace.empty());
+    rt::RealTimeExecutor executor(*graph_, os_, real_time_options(options_));
+    const auto started = executor.start();
     if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return failed_with_ = 2, false;
-    if (auto started = board_->start(); !started) return fail(started.error().where);
+    if (!started) return fail(started.error().where);
+    executor.runner().ask_for_zones(!options_.trace.empty());
+    if (auto begun = board_->start(); !begun) return fail(begun.error().where);
     const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);
     const hal::Time begin = os_.now();
     const hal::Time end =

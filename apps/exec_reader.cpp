@@ -11,6 +11,14 @@ using rt::Duration;
 constexpr double kUs = 1e3;
 constexpr Duration kLongest = 3600s;
 
+/// False: not a number of microseconds from 0.001 to 3.6e9.
+bool read_us(const toml::node& node, Duration& time) {
+  const double us = node.value<double>().value_or(0.0);
+  if (!(us >= 0.001 && us <= 3.6e9)) return false;
+  time = Duration{std::llround(us * kUs)};
+  return true;
+}
+
 void read_exec_quantiles(TomlReader& r, rt::ExecModel& exec) {
   const toml::node* node = r.take("exec_quantiles_us");
   if (!node) return;
@@ -18,10 +26,11 @@ void read_exec_quantiles(TomlReader& r, rt::ExecModel& exec) {
   bool good = pairs && !pairs->empty();
   for (std::size_t i = 0; good && i < pairs->size(); ++i) {
     const toml::array* pair = (*pairs)[i].as_array();
-    const auto share = pair && pair->size() == 2 ? (*pair)[0].value<double>() : std::nullopt;
-    const auto us = pair && pair->size() == 2 ? (*pair)[1].value<double>() : std::nullopt;
-    good = share && us && *us >= 0.001 && *us <= 3.6e9;
-    if (good) exec.quantiles.push_back({*share, Duration{std::llround(*us * kUs)}});
+    rt::ExecModel::Quantile quantile{};
+    good = pair && pair->size() == 2 && (*pair)[0].is_number() && read_us((*pair)[1], quantile.exec);
+    if (!good) break;
+    quantile.share = (*pair)[0].value<double>().value_or(0.0);
+    exec.quantiles.push_back(quantile);
   }
   exec.kind = rt::ExecModel::Kind::quantiles;  // that they rise is for the graph's check
   if (!good) r.problem(*node, "exec_quantiles_us", "an array of pairs [share, us], us from 0.001 to 3.6e9");
@@ -36,9 +45,9 @@ void read_exec(TomlReader& r, rt::ExecModel& exec) {
     const toml::array* array = node->as_array();
     bool good = array && !array->empty();
     for (std::size_t i = 0; good && i < array->size(); ++i) {
-      const auto us = (*array)[i].value<double>();
-      good = us && *us >= 0.001 && *us <= 3.6e9;
-      if (good) exec.trace.emplace_back(std::llround(*us * kUs));
+      Duration time{};
+      good = read_us((*array)[i], time);
+      if (good) exec.trace.push_back(time);
     }
     if (good) {
       exec.kind = Kind::trace;

@@ -54,9 +54,12 @@ bool FlightReport::is_faulty(const std::string& device) const {
   return false;
 }
 
+bool soft_landing(const FlightReport& report) {
+  return report.touched_down && !report.crashed && report.touchdown_speed_mps < kGoodTouchdownSpeed_mps;
+}
+
 bool good_landing(const FlightReport& report) {
-  return report.touched_down && !report.crashed && report.landing_error_m < kGoodLandingError_m &&
-         report.touchdown_speed_mps < kGoodTouchdownSpeed_mps;
+  return soft_landing(report) && report.landing_error_m < kGoodLandingError_m;
 }
 
 }  // namespace sinew::app

@@ -32,6 +32,7 @@ inline constexpr double kGoodLandingError_m = 0.15, kGoodTouchdownSpeed_mps = 0.
 /// Nothing when the text is not a report.
 std::optional<FlightReport> parse_report(const std::string& json);
 
-bool good_landing(const FlightReport& report);
+bool soft_landing(const FlightReport& report);  // wherever
+bool good_landing(const FlightReport& report);  // and on the pad
 
 }  // namespace sinew::app

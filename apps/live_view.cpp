@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cstdio>
-
 #include "hal/linux/process.hpp"
 
 namespace sinew::app {
@@ -24,11 +22,11 @@ void LiveView::show(rt::Time now, std::string_view state, bool last) {
   const rt::Duration since = now - begin_;
   const std::string line = fmt::format("{:6.1f} s  {}\n", msg::seconds(since), state);
   if (live_) {
-    screen_.draw(line + table_.render(rows_of(graph_, runner_), now, hal::terminal_columns()));
+    const std::string table = table_.render(rows_of(graph_, runner_), now, hal::terminal_columns());
+    hal::print_now(screen_.over(line + table, hal::terminal_rows()));
   } else if (!silent_ && (last || since % kLinePeriod < kPeriod)) {
-    std::printf("%s", line.c_str());
+    hal::print_now(line);
   }
-  std::fflush(stdout);
 }
 
 }  // namespace sinew::app

@@ -8,7 +8,7 @@
 namespace sinew::app {
 
 /// What `sinew run` shows while a real-time run goes on: on a terminal a table that is drawn over itself, elsewhere a
-/// line every now and then, with --quiet or --json nothing.
+/// line every now and then, with --quiet or --json nothing. A terminal or a pipe that takes nothing is not waited for.
 /// Thread:  owner.
 class LiveView {
  public:

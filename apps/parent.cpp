@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <optional>
@@ -23,7 +24,7 @@ constexpr std::byte kTopics{'T'}, kEnding{'E'};
 
 constexpr int kPriority = 99;                   // as the guardian: it sleeps but for a few microseconds of each look
 constexpr hal::Duration kLook = 5ms;            // between two looks at the runtime
-constexpr hal::Duration kOrderlyEnd = 20s;      // from kEnding to the end of the process
+constexpr hal::Duration kOrderlyEnd = 20s;      // from kEnding, or from asking, to the end of the process
 constexpr hal::Duration kStopRepeated = 500ms;  // the line may be broken by the same fault for a moment
 
 class Parent {
@@ -55,7 +56,9 @@ class Parent {
   }
 
  private:
-  static int refuse(const char* what, const hal::Error& error) {
+  int refuse(const char* what, const hal::Error& error) {
+    runtime_.reset();  // ended
+    if (watchdog_) static_cast<void>(watchdog_->release());
     std::fprintf(stderr, "sinew: parent: %s: %s (%s)\n", what, hal::to_string(error.code), error.where);
     return 2;
   }
@@ -84,16 +87,17 @@ class Parent {
     listen(now);
     if (hal::stop_requested() && !asked_to_end_) {
       asked_to_end_ = true;
+      end_by_ = now + kOrderlyEnd;
       runtime_->terminate();
     }
     if (const auto code = runtime_->poll()) {
       exit_code_ = *code;
-      if (*code > 128) return act(now, "the runtime died: " + hal::describe_exit(*code));
+      if (*code > 128 || (topics_ && !ending_)) return act(now, "the runtime died: " + hal::describe_exit(*code));
       if (watchdog_) static_cast<void>(watchdog_->release());
       done_ = true;
       return;
     }
-    if (ending_ && now - last_change_ > kOrderlyEnd) return act(now, "the runtime does not end");
+    if (now > end_by_) return act(now, "the runtime does not end");
     if (!ending_ && topics_) {
       if (const std::uint32_t beat = pulse(); beat != beat_) {
         beat_ = beat;
@@ -112,9 +116,9 @@ class Parent {
     if (!n || *n == 0) return;  // nothing new, or the runtime's end is gone: poll() tells
     if (word[0] == kEnding) {
       ending_ = true;
-      last_change_ = now;
+      end_by_ = now + kOrderlyEnd;
     } else if (word[0] == kTopics) {
-      auto memory = line_->take_memory();
+      auto memory = line_->take_memory(hal::Stream::MemoryAccess::mapped);
       if (!memory) return;  // supervise() then gets no answer and fails there
       memory_ = std::move(*memory);
       auto reader = tap::Reader::open({memory_->data(), memory_->size()});
@@ -146,18 +150,21 @@ class Parent {
   // In the order of urgency; the watchdog is simply not fed again.
   void act(hal::Time now, std::string fault) {
     fault_ = std::move(fault);
-    if (supervised_.stop_line) {
-      stopped_ = supervised_.stop_line->stop();
-      stopped_after_ = os_.now() - now;
-    }
+    stop(now);
     runtime_->kill_now();
     runtime_->wait(2s);
-    for (const hal::Time until = now + kStopRepeated; supervised_.stop_line && !stopped_ && os_.now() < until;) {
+    for (const hal::Time until = os_.now() + kStopRepeated; !stopped_ && os_.now() < until;) {
       os_.sleep_until(os_.now() + 10ms);
-      stopped_ = supervised_.stop_line->stop();
-      stopped_after_ = os_.now() - now;
+      if (auto line = supervised_.another_line()) supervised_.stop_line = std::move(line);
+      stop(now);
     }
     done_ = true;
+  }
+
+  void stop(hal::Time since) {
+    if (!supervised_.stop_line) return;
+    stopped_ = supervised_.stop_line->stop();
+    stopped_after_ = os_.now() - since;
   }
 
   void report() {
@@ -188,15 +195,28 @@ class Parent {
   std::optional<tap::Reader> topics_;
   std::uint32_t guardian_ = 0;  // one of its topics
   std::uint32_t beat_ = 0;
-  hal::Time last_change_{}, next_feed_{};
+  hal::Time last_change_{}, next_feed_{}, end_by_ = hal::kNever;
   bool asked_to_end_ = false, ending_ = false, done_ = false, feed_failed_ = false;
   int exit_code_ = 0;
   std::string fault_;
-  hal::Status stopped_;
+  hal::Status stopped_ = hal::Error{hal::Errc::not_found, "no stop line"};
   hal::Duration stopped_after_{};
 };
 
 }  // namespace
+
+hal::Duration shortest_hang(const rt::GraphSpec& graph) {
+  hal::Duration lease{};
+  for (const auto& a : graph.actuators)
+    if (lease.count() == 0 || a.lease < lease) lease = a.lease;
+  return 2 * lease;
+}
+
+hal::Duration hang_of(const ParentOptions& options, const rt::GraphSpec& graph, double rate) {
+  const hal::Duration hang =
+      options.hang.count() > 0 ? options.hang : std::max<hal::Duration>(500ms, shortest_hang(graph));
+  return hal::Duration{static_cast<std::int64_t>(static_cast<double>(hang.count()) / std::min(rate, 1.0))};
+}
 
 hal::Status ParentLine::supervise(const hal::SharedMemory& topics) {
   const std::array<std::byte, 1> word{kTopics};

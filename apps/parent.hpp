@@ -8,16 +8,23 @@
 #include "hal/os.hpp"
 #include "hal/stop_line.hpp"
 #include "hal/stream.hpp"
+#include "rt/graph_spec.hpp"
 
 namespace sinew::app {
 
 /// The robot file's [parent].
 struct ParentOptions {
-  hal::Duration hang = std::chrono::milliseconds(500);  // no commit of the guardian for so long: the runtime hangs
-  std::string watchdog{};                               // "/dev/watchdog"; empty: none
+  hal::Duration hang{};    // no commit of the guardian for so long: the runtime hangs; 0: hang_of()
+  std::string watchdog{};  // "/dev/watchdog"; empty: none
   hal::Duration watchdog_timeout = std::chrono::seconds(5);
   std::string save_to = "faults";  // folder in which each fault gets a folder of its own
 };
+
+/// What `hang` has to be at least, two of the smallest lease: without commands the guardian commits twice a lease.
+hal::Duration shortest_hang(const rt::GraphSpec& graph);
+/// The robot file's, or else 500 ms or that, whichever is longer; in time of this machine, for a robot's clock that
+/// runs `rate` times as fast.
+hal::Duration hang_of(const ParentOptions& options, const rt::GraphSpec& graph, double rate);
 
 /// The runtime's end of the line to its parent.
 /// Thread:  owner.
@@ -38,14 +45,15 @@ class ParentLine {
 struct Supervised {
   std::string robot;                         // name, for the saved folder
   std::unique_ptr<hal::StopLine> stop_line;  // null: none could be had; the caller has said so
-  std::function<int(ParentLine&)> body;      // the runtime, in a process of its own; its exit code
-  std::function<void()> in_parent = [] {};   // right after the start: lets go what is the runtime's
+  std::function<std::unique_ptr<hal::StopLine>()> another_line = [] { return nullptr; };  // after that one has failed
+  std::function<int(ParentLine&)> body;     // the runtime, in a process of its own; its exit code
+  std::function<void()> in_parent = [] {};  // right after the start: lets go what is the runtime's
 };
 
-/// Runs the body in a child and watches it until it ends: process gone by a signal, or the guardian silent for `hang`.
-/// Then: actuators stopped, the watchdog left to bite, a hanging runtime killed, the last seconds saved, in this order.
-/// The exit code: the body's own, or 1 after a fault; 2 when the child or the watchdog could not be had.
-/// While this process has one thread.
+/// Runs the body in a child and watches it until it ends: process gone without having said that it ends, or the
+/// guardian silent for `hang`. Then: actuators stopped, the watchdog left to bite, a hanging runtime killed, the last
+/// seconds saved, in this order. The exit code: the body's own, or 1 after a fault; 2 when the child or the watchdog
+/// could not be had. While this process has one thread.
 int run_with_parent(const ParentOptions& options, Supervised supervised);
 
 }  // namespace sinew::app

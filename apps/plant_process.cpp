@@ -37,7 +37,7 @@ std::unique_ptr<PlantProcess> PlantProcess::open(const PlantRequest& request, st
       return plant;
     }
     if (plant->child_ && plant->child_->poll()) {
-      why = fmt::format("sinew-sim ended with code {}: {}", *plant->child_->poll(), plant->last_words());
+      why = plant->end();
       return nullptr;
     }
     if (!plant->child_ || os.now() > give_up) {
@@ -73,12 +73,18 @@ bool PlantProcess::start(const PlantRequest& request, std::string& why) {
   return true;
 }
 
-std::string PlantProcess::last_words() const {
+std::string PlantProcess::end() const {
   std::ifstream in(log_path_);
   std::string line, last = "it said nothing";
   while (std::getline(in, line))
     if (!line.empty()) last = line;
-  return last;
+  return fmt::format("sinew-sim: {}: {}", hal::describe_exit(*child_->poll()), last);
+}
+
+std::string PlantProcess::with_its_end(std::string why) {
+  // Who sees a connection close is often faster than the process that closed it by ending.
+  if (child_ && child_->wait(500ms)) why += "; " + end();
+  return why;
 }
 
 void PlantProcess::wait_for_end() {

@@ -29,6 +29,8 @@ class PlantProcess {
   const std::string& endpoint() const { return endpoint_; }
   /// Processor time of the plant so far cannot be told for a foreign one; 0 then.
   int pid() const { return child_ ? child_->pid() : 0; }
+  /// After a failure: `why`, and how a plant of our own that has ended did so, with its last words.
+  std::string with_its_end(std::string why);
   /// Waits for a plant of our own to end by itself.
   void wait_for_end();
   /// In a runtime that runs beside its parent: the plant is the parent's to end.
@@ -39,7 +41,7 @@ class PlantProcess {
  private:
   PlantProcess() = default;
   bool start(const PlantRequest& request, std::string& why);
-  std::string last_words() const;
+  std::string end() const;
 
   std::unique_ptr<hal::ChildProcess> child_;
   std::unique_ptr<hal::Stream> stream_;

@@ -37,9 +37,9 @@ void add_project_commands(CLI::App& app, CommandContext& context) {
   CLI::App* completion =
       app.add_subcommand("completion", "print a script for the shell: source <(sinew completion bash)");
   completion->add_option("shell", *shell, "bash")->required()->check(CLI::IsMember({"bash"}));
-  completion->callback([&app, &context, shell] {  // it has to live until then
-    context.action = [&app] {
-      std::printf("%s", bash_completion(app.get_name()).c_str());
+  completion->callback([&app, &context, shell] {
+    context.action = [program = app.get_name()] {
+      std::printf("%s", bash_completion(program).c_str());
       return kDone;
     };
   });

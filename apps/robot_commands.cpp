@@ -28,6 +28,7 @@ Checked checked_graph(const std::string& path, const rt::ModuleTypes& types) {
   Checked checked;
   LoadedRobot loaded = load_robot(path);
   checked.readable = loaded.readable;
+  if (!loaded.problems.empty()) add_graph_problems(loaded, types, {.virtual_time = true});
   checked.problems = std::move(loaded.problems);
   if (checked.problems.empty()) {
     checked.graph = std::make_unique<rt::Graph>(loaded.robot.graph, types);
@@ -128,13 +129,13 @@ void add_robot_commands(CLI::App& app, CommandContext& context) {
   CLI::App* run = app.add_subcommand("run", "run a robot file in real or virtual time");
   describe_run(*run, *run_options);
   run->callback([&context, run_options] {
-    context.action = [&context, run_options] { return run_command(*run_options, context.types); };
+    context.action = [&types = context.types, run_options] { return run_command(*run_options, types); };
   });
 
   const auto check_options = std::make_shared<CheckOptions>();
   robot_file_command(app, "check", "check a robot file as a whole; all problems in one run", *check_options)
       .callback([&context, check_options] {
-        context.action = [&context, check_options] { return check(*check_options, context.types); };
+        context.action = [&types = context.types, check_options] { return check(*check_options, types); };
       });
 
   const auto graph_options = std::make_shared<CheckOptions>();
@@ -142,14 +143,14 @@ void add_robot_commands(CLI::App& app, CommandContext& context) {
       robot_file_command(app, "graph", "show threads, modules and topics of a robot file as a tree", *graph_options);
   graph_command.add_flag("--dot", graph_options->dot, "in Graphviz's language");
   graph_command.callback([&context, graph_options] {
-    context.action = [&context, graph_options] { return graph(*graph_options, context.types); };
+    context.action = [&types = context.types, graph_options] { return graph(*graph_options, types); };
   });
 
   const auto doctor_options = std::make_shared<DoctorOptions>();
   CLI::App* doctor = app.add_subcommand("doctor", "check whether this machine holds what timing needs");
   describe_doctor(*doctor, *doctor_options);
   doctor->callback([&context, doctor_options] {
-    context.action = [&context, doctor_options] { return doctor_command(*doctor_options, context.types); };
+    context.action = [&types = context.types, doctor_options] { return doctor_command(*doctor_options, types); };
   });
 }
 

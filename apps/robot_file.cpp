@@ -20,6 +20,7 @@ using rt::ThreadSpec;
 
 constexpr double kUs = 1e3, kMs = 1e6;
 constexpr Duration kLongest = 3600s;
+constexpr Duration kLongestHistory = 4s;
 
 void read_thread(TomlReader& r, rt::GraphSpec& graph) {
   ThreadSpec t;
@@ -114,7 +115,8 @@ void read_topic(const std::string& name, TomlReader& r, rt::GraphSpec& graph) {
                                          {"rgb8", msg::PixelFormat::rgb8},
                                          {"bgr8", msg::PixelFormat::bgr8},
                                          {"yuyv", msg::PixelFormat::yuyv}});
-    t.image_bytes = static_cast<std::uint32_t>(width * height) * msg::bytes_per_pixel(format);
+    t.image_pixels = static_cast<std::uint32_t>(width * height);
+    t.image_bytes = t.image_pixels * msg::bytes_per_pixel(format);
   });
   read_writer(r, t);
   std::int64_t number = 0;
@@ -220,6 +222,7 @@ void read_robot(TomlReader& r, rt::GraphSpec& graph) {
   std::int64_t number = 0;
   if (r.read("seed", number, 0, INT64_MAX)) graph.seed = static_cast<std::uint64_t>(number);
   if (r.read("virtual_cores", number, 1, 64)) graph.virtual_cores = static_cast<std::uint32_t>(number);
+  r.read_time("tap_history_ms", graph.tap_history, kMs, rt::Duration{0}, kLongestHistory);
   r.table("device_boards", [&](TomlReader& d) {
     for (const auto& [device, node] : d.raw()) {
       rt::Located<std::string> board;
@@ -255,8 +258,11 @@ void read_sim(TomlReader& r, SimOptions& sim) {
   r.table("bounds", [&](TomlReader& b) { read_bounds(b, sim.bounds); });
 }
 
-void read_parent(TomlReader& r, ParentOptions& parent) {
-  r.read_time("hang_ms", parent.hang, kMs, 20ms, 60s);
+void read_parent(TomlReader& r, const rt::GraphSpec& graph, ParentOptions& parent) {
+  const auto shortest = shortest_hang(graph);
+  if (r.read_time("hang_ms", parent.hang, kMs, 20ms, 60s) && parent.hang < shortest)
+    r.problem(*r.raw().get("hang_ms"), "hang_ms",
+              "at least two of the smallest lease: " + std::to_string(shortest / 1ms) + " or more");
   r.read("watchdog", parent.watchdog, "the path of a watchdog device");
   r.read_time("watchdog_timeout_ms", parent.watchdog_timeout, kMs, 1s, 600s);
   r.read("save_to", parent.save_to, "the path of a folder");
@@ -278,6 +284,7 @@ LoadedRobot parse_robot(std::string_view text, const std::string& path) {
         {static_cast<int>(e.source().begin.line), "TOML", "syntax", std::string(e.description())});
     return loaded;
   }
+  loaded.parsed = true;
   rt::GraphSpec& graph = loaded.robot.graph;
   TomlReader root(parsed.table(), "", loaded.problems);
   if (!root.has("robot")) root.missing("robot", "a table with name and board; it is required");
@@ -290,11 +297,27 @@ LoadedRobot parse_robot(std::string_view text, const std::string& path) {
   root.table("guardian", [&](TomlReader& r) { read_guardian(r, graph.guardian); });
   root.array_of_tables("failsafe", [&](TomlReader& r) { read_failsafe(r, graph); });
   root.table("sim", [&](TomlReader& r) { read_sim(r, loaded.robot.sim); });
-  root.table("parent", [&](TomlReader& r) { read_parent(r, loaded.robot.parent); });
+  root.table("parent", [&](TomlReader& r) { read_parent(r, graph, loaded.robot.parent); });
   root.finish();
   std::stable_sort(graph.modules.begin(), graph.modules.end(),
                    [](const auto& a, const auto& b) { return a.line < b.line; });  // TOML tables come back by name
   return loaded;
+}
+
+void add_graph_problems(LoadedRobot& loaded, const rt::ModuleTypes& types, const rt::CheckOptions& options) {
+  if (!loaded.parsed) return;
+  // A key of the graph's problem that is, or stands in or around, one of wrong form: it says the same once more.
+  const auto within = [](const std::string& key, const std::string& of) {
+    return key == of || (key.starts_with(of) && key[of.size()] == '.');
+  };
+  const std::vector<rt::Problem> form = loaded.problems;
+  for (rt::Problem& p : rt::Graph(loaded.robot.graph, types).check(options)) {
+    const bool follows = std::any_of(
+        form.begin(), form.end(), [&](const rt::Problem& f) { return within(p.key, f.key) || within(f.key, p.key); });
+    if (!follows) loaded.problems.push_back(std::move(p));
+  }
+  std::stable_sort(loaded.problems.begin(), loaded.problems.end(),
+                   [](const rt::Problem& a, const rt::Problem& b) { return a.line < b.line; });
 }
 
 LoadedRobot load_robot(const std::string& path) {

@@ -6,7 +6,7 @@
 
 #include "apps/parent.hpp"
 #include "apps/validity.hpp"
-#include "rt/graph_spec.hpp"
+#include "rt/graph.hpp"
 
 namespace sinew::app {
 
@@ -30,7 +30,11 @@ struct LoadedRobot {
   // Of form only (keys, types, ranges of the file); rt::Graph::check() does the rest.
   std::vector<rt::Problem> problems{};
   bool readable = true;  // the file could be read at all
+  bool parsed = false;   // and is TOML
 };
+
+/// Adds what rt::Graph::check() says of the graph that could be read, but for what follows from problems of form.
+void add_graph_problems(LoadedRobot& loaded, const rt::ModuleTypes& types, const rt::CheckOptions& options);
 
 /// Reads the text of a robot file. Never stops at the first problem, except for TOML that does not parse.
 /// Source:  docs/robot-file.md lists all keys.

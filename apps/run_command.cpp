@@ -1,17 +1,33 @@
 #include "apps/run_command.hpp"
 
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 
 #include "apps/bare_run.hpp"
 #include "apps/board_rules.hpp"
+#include "apps/commands.hpp"
 #include "apps/dataset_run.hpp"
 #include "apps/doctor.hpp"
 #include "apps/run_setup.hpp"
 #include "apps/sim_run.hpp"
+#include "hal/linux/process.hpp"
 
 namespace sinew::app {
+namespace {
+
+bool can_be_written(const std::string& path) {
+  std::FILE* file = std::fopen(path.c_str(), "a");
+  return file && std::fclose(file) == 0;
+}
+
+}  // namespace
 
 int run_command(const RunOptions& options, const rt::ModuleTypes& types) {
+  static_cast<void>(hal::stop_requested());  // from here on a signal asks
+  if (!options.virtual_time) hal::outlive_terminal();
+  for (const std::string& file : {options.trace, options.plot})  // better now than after the flight
+    if (!file.empty() && !can_be_written(file)) return fail(file + ": " + std::strerror(errno));
   auto prepared = prepare(options, types);
   if (!prepared) return 2;
   const std::string& board = prepared->graph->spec().board;

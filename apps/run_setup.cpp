@@ -57,16 +57,19 @@ std::string apply_setting(rt::GraphSpec& graph, const std::string& setting) {
     m.params[setting.substr(dot + 1, equals - dot - 1)] = {param_value(setting.substr(equals + 1)), 0};
     return {};
   }
-  return fmt::format("--set {}: no module {}", setting, module);
+  std::string names;
+  for (const auto& m : graph.modules) names += " " + m.name;
+  return fmt::format("--set {}: no module {}; there are:{}", setting, module, names);
 }
 
-rt::RealTimeOptions real_time_options(double rate) {
+rt::RealTimeOptions real_time_options(const RunOptions& run) {
   rt::RealTimeOptions options;
+  options.strict = run.strict;
   const hal::SystemFiles files("/");
   const auto runtime_us = files.number("proc/sys/kernel/sched_rt_runtime_us");
   const auto period_us = files.number("proc/sys/kernel/sched_rt_period_us");
   if (!runtime_us || !period_us) return options;
-  const auto scaled = [rate](std::int64_t us) {
+  const auto scaled = [rate = run.rate](std::int64_t us) {
     return rt::Duration{static_cast<std::int64_t>(static_cast<double>(us) * 1e3 * rate)};
   };
   options.throttle.period = scaled(*period_us);
@@ -83,6 +86,7 @@ bool accept_shortfalls(const std::vector<std::string>& shortfalls, bool strict) 
 
 std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes& types) {
   LoadedRobot loaded = load_robot(options.robot);
+  if (!loaded.problems.empty()) add_graph_problems(loaded, types, {options.virtual_time, hal::usable_cpus()});
   for (const auto& p : loaded.problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.robot).c_str());
   if (!loaded.problems.empty()) return std::nullopt;
   rt::GraphSpec& spec = loaded.robot.graph;
@@ -172,7 +176,8 @@ const msg::MissionState* MissionWatch::look() {
   }
   if (const auto* safety = safety_port_.get()) {
     last_safety_ = *safety;
-    if (safety->mode != msg::GuardianMode::safe || calm_.ns == 0) calm_ = safety->stamp;
+    const bool over = safety->mode == msg::GuardianMode::safe && safety->groups_moving == 0;
+    if (!over || calm_.ns == 0) calm_ = safety->stamp;
   }
   latch_->release();
   return any_ ? &last_ : nullptr;

@@ -41,8 +41,8 @@ std::unique_ptr<sim_hil::DatasetBoard> open_dataset(const RunOptions& options, c
 /// --duration as a duration.
 rt::Duration run_duration(const RunOptions& options);
 
-/// For this machine, on a clock of this rate.
-rt::RealTimeOptions real_time_options(double rate = 1);
+/// For this machine, and on a clock as fast as the run wants.
+rt::RealTimeOptions real_time_options(const RunOptions& run);
 
 /// Prints what a real-time run could not have. False when `strict` forbids to go on.
 bool accept_shortfalls(const std::vector<std::string>& shortfalls, bool strict);

@@ -93,7 +93,7 @@ class SimRun {
     sim.reader.stack_bytes = std::size_t{64} * 1024;
     sim.on_report = [this](const std::string& json) { report_.put(json); };
     auto board = sim_hil::SimBoard::open(plant_.take_stream(), sim, why);
-    if (!board) return fail(why);
+    if (!board) return fail(plant_.with_its_end(why));
     board_ = std::move(*board);
     hal::MixedBoard devices(*board_);
     if (!graph_.spec().device_boards.empty() && !mix(devices)) return false;
@@ -167,7 +167,7 @@ class SimRun {
   // ---- real time
 
   int run_real() {
-    rt::RealTimeExecutor executor(graph_, os_, real_time_options(options_.rate));
+    rt::RealTimeExecutor executor(graph_, os_, real_time_options(options_));
     const hal::ProcessUse before = hal::process_use();
     const hal::Time wall = real_os_.now();
     if (auto started = board_->start(); !started) return fail("the plant does not start: " + board_->problem()), 2;
@@ -175,9 +175,14 @@ class SimRun {
     if (parent_)
       if (auto watched = parent_->supervise(*graph_.memory()); !watched)
         return fail(std::string("the parent does not watch: ") + watched.error().where), 2;
-    if (auto started = executor.start(); !started) return fail(started.error().where), 2;
+    const auto refuse = [this] {
+      if (parent_) parent_->ending();
+      return 2;
+    };
+    const auto started = executor.start();
+    if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return refuse();
+    if (!started) return fail(started.error().where), refuse();
     executor.runner().ask_for_zones(!options_.trace.empty());
-    if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return 2;
     const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);
     follow(executor);
     const hal::MemoryUse memory = hal::memory_use();  // with the threads' stacks
@@ -209,16 +214,26 @@ class SimRun {
                         (options_.duration_s > 0 && now - begin > run_duration(options_));
       const auto* state = mission_->look();
       const std::string trouble = board_->link_trouble();
-      view.show(now, !trouble.empty() ? trouble.c_str() : state ? to_string(state->phase) : "running", ends);
+      view.show(now, !trouble.empty() ? trouble.c_str() : state ? phase_text(*state) : "running", ends);
       if (ends) return;
     }
+  }
+
+  const char* phase_text(const msg::MissionState& state) const {
+    const msg::SafetyState& safety = mission_->safety();
+    const bool by_hand = graph_.spec().guardian.arming == rt::GuardianSpec::Arming::manual;
+    if (by_hand && !safety.permitted && safety.ready) return "ready: `sinew arm` lets it go";
+    return to_string(state.phase);
   }
 
   // ---- both
 
   bool over(hal::Time now) {
     mission_->look();
-    if (!mission_->ended()) return false;
+    if (!mission_->ended()) {
+      mission_end_ = hal::kNever;
+      return false;
+    }
     if (mission_end_ == hal::kNever) mission_end_ = now;
     const auto report = parse_report(report_.get());
     const bool still = !report || report->still;
@@ -249,7 +264,8 @@ class SimRun {
     const bool done = state && state->phase == msg::MissionPhase::done;
     const char* what = report->crashed          ? "crashed"
                        : !report->touched_down  ? "did not land"
-                       : !good_landing(*report) ? "landed badly"
+                       : !soft_landing(*report) ? "landed hard"
+                       : !good_landing(*report) ? "landed off the pad"
                        : !done                  ? "landed, but the mission does not know"
                                                 : "landed on the pad";
     return summary_.finish(fmt::format("{}, {} run", what, validity),
@@ -334,15 +350,12 @@ std::unique_ptr<PlantProcess> open_plant(const Prepared& prepared, const RunOpti
   return PlantProcess::open(request, why);
 }
 
-std::unique_ptr<hal::StopLine> open_stop_line(const std::string& plant) {
-  std::string why = "it cannot be reached";
-  auto stream = hal::connect_stream(plant, 2s);
-  if (stream) {
-    auto line = sim_hil::SideLine::open(std::move(*stream), "parent", 1s, why);
-    if (line) return std::move(*line);
-  }
-  std::fprintf(stderr, "warning: no stop line to the plant: %s\n", why.c_str());
-  return nullptr;
+std::unique_ptr<hal::StopLine> open_stop_line(const std::string& plant, hal::Duration patience, std::string& why) {
+  why = "it cannot be reached";
+  auto stream = hal::connect_stream(plant, patience);
+  if (!stream) return nullptr;
+  auto line = sim_hil::SideLine::open(std::move(*stream), "parent", patience, why);
+  return line ? std::move(*line) : nullptr;
 }
 
 }  // namespace
@@ -359,13 +372,18 @@ int run_on_sim(Prepared& prepared, const RunOptions& options) {
 
   Supervised supervised;
   supervised.robot = prepared.graph->spec().robot;
-  supervised.stop_line = open_stop_line(plant->endpoint());
+  supervised.stop_line = open_stop_line(plant->endpoint(), 2s, why);
+  if (!supervised.stop_line) std::fprintf(stderr, "warning: no stop line to the plant: %s\n", why.c_str());
+  // The plant may have been away and come back, which the runtime outlives and a line of old does not.
+  supervised.another_line = [&] { return open_stop_line(plant->endpoint(), 200ms, why); };
   supervised.body = [&](ParentLine& line) {
     plant->leave_to_parent();
     return SimRun(prepared, options, *plant, &line).run();
   };
   supervised.in_parent = [&] { plant->leave_to_runtime(); };
-  const int code = run_with_parent(prepared.robot.parent, std::move(supervised));
+  ParentOptions parent = prepared.robot.parent;
+  parent.hang = hang_of(parent, prepared.graph->spec(), options.rate);
+  const int code = run_with_parent(parent, std::move(supervised));
   plant->wait_for_end();  // after a fault it goes on alone for a while, and what it then says belongs to the run
   return code;
 }

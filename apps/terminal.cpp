@@ -1,17 +1,16 @@
 #include "apps/terminal.hpp"
 
-#include <cstdio>
-
 namespace sinew::app {
 
-void Redrawn::draw(std::string_view text) {
-  if (lines_ > 0) std::printf("\033[%dA", lines_);  // back to the first line
+std::string Redrawn::over(std::string_view text, int rows) {
+  std::string out = lines_ > 0 ? "\033[" + std::to_string(lines_) + "A" : std::string();  // back to the first line
   lines_ = 0;
   for (const char c : text) {
-    if (c == '\n') std::printf("\033[K"), ++lines_;  // what is left of the line before
-    std::putchar(c);
+    if (lines_ + 1 >= rows) break;             // the last row is the cursor's
+    if (c == '\n') out += "\033[K", ++lines_;  // what is left of the line before
+    out += c;
   }
-  std::printf("\033[J");  // lines that are no more
+  return out + "\033[J";  // lines that are no more
 }
 
 }  // namespace sinew::app

@@ -1,4 +1,5 @@
 #pragma once
+#include <string>
 #include <string_view>
 
 namespace sinew::app {
@@ -7,7 +8,8 @@ namespace sinew::app {
 /// Thread:  owner.
 class Redrawn {
  public:
-  void draw(std::string_view text);
+  /// What to print so that `text` stands where the last one stood; of text that is too long for `rows` the first lines.
+  std::string over(std::string_view text, int rows);
 
  private:
   int lines_ = 0;

@@ -34,7 +34,7 @@ int top(const TopOptions& options) {
     if (options.json && shown)
       std::printf("%s", to_line(*status).c_str());
     else if (redraw)
-      screen.draw(text);
+      std::printf("%s", screen.over(text, hal::terminal_rows()).c_str());
     else if (shown)
       std::printf("%s", text.c_str());
     std::fflush(stdout);

@@ -20,6 +20,9 @@ add_compile_options(-Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wn
 # projects are compiled with these, too (cmake/SinewConfig.cmake.in).
 set(SINEW_CODE_OPTIONS -fno-strict-aliasing -ffp-contract=off -fno-math-errno -fno-trapping-math)
 add_compile_options(${SINEW_CODE_OPTIONS})
+# A robot locks its program into memory: what nobody calls is left out. Which functions those are only the linker knows.
+add_compile_options(-ffunction-sections -fdata-sections)
+add_link_options(-Wl,--gc-sections)
 
 if(SINEW_SANITIZE)
   # -O1: a third less to compile, and the tests hardly notice. What gcc then suspects

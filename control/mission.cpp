@@ -48,6 +48,7 @@ void Mission::declare(rt::Declaration& d) {
   seconds("touch_s", p.touch_s, "low and slow for this long is the ground");
   speed("stuck_mps", p.stuck_mps, "slower than this although sinking is wanted");
   seconds("stuck_s", p.stuck_s, "for this long is the ground");
+  seconds("stuck_high_s", p.stuck_high_s, "the same where the height says otherwise");
   seconds("timeout_s", p.timeout_s, "of the flight");
   seconds("blind_s", p.blind_s, "sinking without height before disarming");
   seconds("estimate_lost_s", p.estimate_lost_s, "before it aborts");

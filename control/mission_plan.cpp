@@ -60,13 +60,16 @@ bool MissionPlan::arrived(const msg::NavState& nav) const {
 }
 
 bool MissionPlan::touched(const msg::NavState& nav, double dt_s) {
-  const bool low = nav.height_m < params.feet_below_base_m + params.touch_margin_m;
+  const double low_m = params.feet_below_base_m + params.touch_margin_m;
+  const bool low = nav.height_m < low_m;
   const bool slow = math::fabs(nav.v_world_mps.z) < params.touch_mps;
   touch_s_ = low && slow ? touch_s_ + dt_s : 0;
   const bool stuck =
       setpoint_.v_world_mps.z < -2 * params.stuck_mps && math::fabs(nav.v_world_mps.z) < params.stuck_mps;
   stuck_s_ = stuck ? stuck_s_ + dt_s : 0;
-  return touch_s_ >= params.touch_s || stuck_s_ >= params.stuck_s;
+  // An abort in the climb floats on its own air for seconds before it sinks; to stop there is to fall.
+  const bool high = nav.height_valid && nav.height_m > low_m + params.touch_margin_m;
+  return touch_s_ >= params.touch_s || stuck_s_ >= (high ? params.stuck_high_s : params.stuck_s);
 }
 
 void MissionPlan::step(msg::Time now, const msg::NavState& nav, double dt_s) {

@@ -21,8 +21,8 @@ struct MissionParams {
   double pad_lost_s = 1.5;
   double feet_below_base_m = 0.12;
   double touch_margin_m = 0.04, touch_mps = 0.12, touch_s = 0.25;
-  double stuck_mps = 0.06,
-         stuck_s = 1.5;  // sinking is wanted, but it does not sink: on the ground, whatever the height says
+  double stuck_mps = 0.06, stuck_s = 1.5;  // sinking is wanted, but it does not sink: on the ground
+  double stuck_high_s = 6;                 // the same where the height says otherwise: it may only sink late
   double timeout_s = 90, blind_s = 8, estimate_lost_s = 0.3;
   std::int64_t retries = 3;
 };

@@ -23,7 +23,7 @@ class Device {
   /// The earliest instant at which read() will return something, as far as is known: a time at or before now means
   /// "ready", kNever "nothing announced". Boards on virtual time know all samples up to the grant.
   virtual Time ready_at() const noexcept = 0;
-  /// Registers who is woken when data arrives (null: nobody). Before the start only.
+  /// Registers who is woken when data arrives: before the start. Null (nobody is called any more): at any time.
   virtual void set_wake(Wake* wake) noexcept = 0;
 };
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -32,12 +33,15 @@ class Thread {
   virtual const std::string& shortfall() const = 0;
 };
 
-/// Zeroed, page-aligned, locked where permitted memory that other processes may be given later.
+/// Zeroed, page-aligned, locked where permitted memory that other processes may be given later; or a peer's.
 class SharedMemory {
  public:
   virtual ~SharedMemory() = default;
+  /// Null: a peer's memory that is only copied from.
   virtual std::byte* data() = 0;
   virtual std::size_t size() const = 0;
+  /// What it holds at `offset`. False: it does not reach that far. RT: yes.
+  virtual bool copy(std::size_t offset, std::span<std::byte> into) const noexcept = 0;
   /// What Stream::write_with_memory() hands to the peer; negative: memory that cannot be handed on.
   virtual std::intptr_t handle() const { return -1; }
 };

@@ -40,9 +40,11 @@ class Stream {
   virtual bool local() const noexcept = 0;
   /// Like write(), and hands the memory to the peer with these bytes. Errors: not_supported when not local.
   virtual Status write_with_memory(std::span<const std::byte> bytes, const SharedMemory& memory) noexcept = 0;
-  /// The memory that came with the bytes read so far, mapped read-only.
+  /// The memory that came with the bytes read so far: mapped read-only, or for copying only, which costs a system call
+  /// a time and keeps its pages out of this process.
   /// Errors:  not_found when none came; bad_data when its owner could still shrink it under us.
-  virtual Result<std::unique_ptr<SharedMemory>> take_memory() = 0;
+  enum class MemoryAccess : std::uint8_t { mapped, copied };
+  virtual Result<std::unique_ptr<SharedMemory>> take_memory(MemoryAccess access) = 0;
   /// Handles are kept until the first take_memory(), and fall away afterwards; now one more is kept.
   virtual void expect_memory() noexcept {}
   /// Who connected or listens at the other end. Errors: not_supported when not local.

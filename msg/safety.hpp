@@ -31,7 +31,7 @@ struct SafetyState {
   std::uint32_t groups_bad_command = 0;  // not finite, outside the limits, or a wrong number of channels
   std::uint32_t groups_not_idle = 0;     // commanded to move
   std::uint32_t groups_device_refused = 0;
-  std::uint32_t reserved = 0;
+  std::uint32_t groups_moving = 0;  // get setpoints to move: passed on, or held
 };
 
 template <>
@@ -49,7 +49,8 @@ struct Description<SafetyState> {
       field<&SafetyState::groups_without_command>("1", "bits: no fresh command"),
       field<&SafetyState::groups_bad_command>("1", "bits: not finite, outside limits, or wrong count"),
       field<&SafetyState::groups_not_idle>("1", "bits: commanded to move"),
-      field<&SafetyState::groups_device_refused>("1", "bits"), field<&SafetyState::reserved>("1"));
+      field<&SafetyState::groups_device_refused>("1", "bits"),
+      field<&SafetyState::groups_moving>("1", "bits: get setpoints to move, passed on or held"));
 };
 
 }  // namespace sinew::msg

@@ -139,7 +139,10 @@ void Graph::resolve_topics() {
       t.port = p;
       m.topic[p] = static_cast<std::uint32_t>(topics_.size());
       for (const TopicSpec& s : spec_.topics)
-        if (s.name == t.name) t.image_bytes = s.image_bytes, t.history = s.history;
+        if (s.name == t.name) {
+          t.image_bytes = s.image_bytes, t.history = s.history;
+          t.image_pixels = s.image_pixels > 0 ? s.image_pixels : s.image_bytes;
+        }
       topics_.push_back(std::move(t));
     }
   }

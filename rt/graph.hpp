@@ -42,7 +42,7 @@ struct GraphTopic {
   const msg::TypeInfo* type = nullptr;
   std::uint32_t writer = kNone;  // module
   std::uint32_t port = 0;        // of the writer's declaration
-  std::uint32_t image_bytes = 0;
+  std::uint32_t image_bytes = 0, image_pixels = 0;
   std::uint32_t history = 0;
   std::uint32_t source_chains = 0, sink_chains = 0;  // bit c: chain c begins or ends here
   std::vector<std::uint32_t> triggers;               // threads
@@ -68,9 +68,6 @@ struct ConfigureOptions {
   hal::Os* os = nullptr;             // segment in its shared memory; null: ordinary memory
   std::uint32_t first_sequence = 1;  // tests start shortly before the wrap
   std::vector<std::string> taps{};   // topics that the program itself reads, newest message, from one thread
-  /// Topics that say nothing keep the messages of so long for outsiders, as far as their writer's rate is known from
-  /// periods; what has none keeps 50 messages, images 5. Zero: only the newest.
-  Duration tap_history = std::chrono::milliseconds(500);
 };
 
 /// Names the post of a change, to ask later when it took effect.
@@ -158,10 +155,10 @@ class Graph {
   hal::Result<Ticket> ask_guardian(Request::Kind kind, std::string* why);
   hal::Result<Ticket> post(Request request, std::string* why);
   hal::Status make_segment(const ConfigureOptions& options);
-  void plan_outputs(std::uint32_t module, const ConfigureOptions& options);
+  void plan_outputs(std::uint32_t module);
   void plan_inputs(std::uint32_t module);
   std::vector<double> thread_rates_hz() const;
-  std::uint32_t history_of(std::uint32_t topic, Duration tap_history) const;
+  std::uint32_t history_of(std::uint32_t topic) const;
 
   GraphSpec spec_;
   std::vector<std::string> known_types_;

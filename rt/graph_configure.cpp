@@ -17,10 +17,10 @@ class ModuleSetup final : public Setup {
       : board_(board), module_(module), topics_(topics), problems_(problems) {}
   hal::Board& board() override { return board_; }
   std::string_view module_name() const override { return module_.spec.name; }
-  std::uint32_t image_capacity(const InputBase& input) const override {
+  std::uint32_t image_pixels(const InputBase& input) const override {
     for (std::size_t p = 0; p < module_.topic.size(); ++p)
       if (module_.declaration.ports[p].input == &input && module_.topic[p] != kNone)
-        return topics_[module_.topic[p]].image_bytes;
+        return topics_[module_.topic[p]].image_pixels;
     return 0;
   }
   void explain(std::string text) override {
@@ -74,7 +74,7 @@ hal::Status Graph::make_plan(const ConfigureOptions& options) {
   output_writers_.assign(modules_.size(), kNone);
   raw_writers_.assign(modules_.size(), {});
   connections_.assign(modules_.size(), {});
-  for (std::uint32_t m = 0; m < modules_.size(); ++m) plan_outputs(m, options);
+  for (std::uint32_t m = 0; m < modules_.size(); ++m) plan_outputs(m);
   for (std::uint32_t m = 0; m < modules_.size(); ++m) plan_inputs(m);
   taps_.clear();
   for (const std::string& name : options.taps) {
@@ -124,17 +124,17 @@ std::vector<double> Graph::thread_rates_hz() const {
   return rates;
 }
 
-std::uint32_t Graph::history_of(std::uint32_t index, Duration tap_history) const {
+std::uint32_t Graph::history_of(std::uint32_t index) const {
   const GraphTopic& topic = topics_[index];
   if (topic.history) return topic.history;
-  if (tap_history <= Duration{0}) return 0;
+  if (spec_.tap_history <= Duration{0}) return 0;
   if (topic.type->has_bulk()) return kImageHistory;
   const double rate_hz = planned_rate_hz(index);
   if (rate_hz == 0) return kEventHistory;
-  return static_cast<std::uint32_t>(std::min(rate_hz * msg::seconds(tap_history) + 1, double{kMaxHistory}));
+  return static_cast<std::uint32_t>(std::min(rate_hz * msg::seconds(spec_.tap_history) + 1, double{kMaxHistory}));
 }
 
-void Graph::plan_outputs(std::uint32_t module, const ConfigureOptions& options) {
+void Graph::plan_outputs(std::uint32_t module) {
   const GraphModule& m = modules_[module];
   raw_writers_[module].assign(m.topic.size(), kNone);
   for (std::uint32_t p = 0; p < m.topic.size(); ++p) {
@@ -148,7 +148,7 @@ void Graph::plan_outputs(std::uint32_t module, const ConfigureOptions& options) 
     plan.type = topic.type;
     plan.bulk_bytes = topic.image_bytes;
     plan.burst = port.burst;
-    plan.history = history_of(m.topic[p], options.tap_history);
+    plan.history = history_of(m.topic[p]);
     plan.source_chains = topic.source_chains;
     topic_ids_[m.topic[p]] = plan_->add_topic(writer, std::move(plan));
   }

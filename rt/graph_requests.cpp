@@ -4,6 +4,7 @@
 #include "rt/external_source.hpp"
 #include "rt/graph.hpp"
 #include "rt/graph_check.hpp"
+#include "rt/graph_names.hpp"
 #include "rt/parameters.hpp"
 
 namespace sinew::rt {
@@ -34,7 +35,19 @@ bool all_finite(const msg::TypeInfo& type, const std::byte* message) {
   return true;
 }
 
+std::vector<std::string> names_of(const std::vector<Declaration::Param>& params) {
+  std::vector<std::string> names;
+  for (const auto& p : params) names.emplace_back(p.name);
+  return names;
+}
+
 }  // namespace
+
+std::string no_such_module(const Graph& graph, std::string_view name) {
+  std::vector<std::string> names;
+  for (const GraphModule& m : graph.modules()) names.push_back(m.spec.name);
+  return "no module " + std::string(name) + "; there are: " + listed(names);
+}
 
 hal::Result<Ticket> Graph::post(Request request, std::string* why) {
   if (mailboxes_.empty()) return refuse(why, hal::Errc::not_supported, "mailbox", "the graph is not configured yet");
@@ -48,15 +61,17 @@ hal::Result<Ticket> Graph::post(Request request, std::string* why) {
 hal::Result<Ticket> Graph::set_param(std::string_view module, std::string_view name, const ParamValue& value,
                                      std::string* why) {
   const std::uint32_t m = find_module(module);
-  if (m == kNone) return refuse(why, hal::Errc::not_found, "module", "no module " + std::string(module));
+  if (m == kNone) return refuse(why, hal::Errc::not_found, "module", no_such_module(*this, module));
   const Declaration::Param* p = find_param(modules_[m].declaration, name);
   if (!p)
     return refuse(why, hal::Errc::not_found, "parameter",
-                  std::string(module) + " has no parameter " + std::string(name));
+                  std::string(module) + " has no parameter " + std::string(name) +
+                      "; it has: " + listed(names_of(modules_[m].declaration.params)));
   if (std::holds_alternative<std::string*>(p->target))
     return refuse(why, hal::Errc::not_supported, "parameter", "a text is set before the start only");
   if (!accepts(*p, value))
-    return refuse(why, hal::Errc::bad_argument, "parameter", to_string(value) + ": " + allowed_values(*p));
+    return refuse(why, hal::Errc::bad_argument, "parameter",
+                  std::string(module) + "." + std::string(name) + ": " + to_string(value) + ": " + allowed_values(*p));
   Request request;
   request.thread = modules_[m].thread;
   request.module = m;
@@ -71,7 +86,7 @@ hal::Result<Ticket> Graph::set_enabled(std::string_view module, bool enabled, st
   Request request;
   request.kind = enabled ? Request::Kind::enable : Request::Kind::disable;
   request.module = find_module(module);
-  if (request.module == kNone) return refuse(why, hal::Errc::not_found, "module", "no module " + std::string(module));
+  if (request.module == kNone) return refuse(why, hal::Errc::not_found, "module", no_such_module(*this, module));
   const GraphModule& m = modules_[request.module];
   if (m.guardian || m.external)
     return refuse(why, hal::Errc::not_supported, "module",

@@ -82,9 +82,10 @@ struct ExternalSpec {
 struct TopicSpec {
   std::string name{};             // "camera.raw"
   std::uint32_t image_bytes = 0;  // capacity behind an image header
-  std::uint32_t history = 0;      // messages kept for the tap; 0: default (500 ms of a periodic writer, 5 frames)
+  std::uint32_t history = 0;      // messages kept for the tap; 0: as GraphSpec::tap_history says
   int line = 0;
   std::optional<ExternalSpec> external{};  // `writer = "external"`
+  std::uint32_t image_pixels = 0;          // at most in an image; 0: as many as bytes
 };
 
 struct ActuatorSpec {
@@ -140,6 +141,9 @@ struct GraphSpec {
   std::map<std::string, Located<std::string>> device_boards{};  // per device, where it differs
   std::uint64_t seed = 1;
   std::uint32_t virtual_cores = 1;  // N of the discrete-event executor
+  /// Topics that say nothing keep the messages of so long for outsiders and for the time after a fault, as far as their
+  /// writer's rate is known from periods; what has none keeps 50 messages, images 5. Zero: only the newest.
+  Duration tap_history = std::chrono::milliseconds(500);
   std::vector<ThreadSpec> threads{};
   std::vector<ModuleSpec> modules{};
   std::vector<TopicSpec> topics{};

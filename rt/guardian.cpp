@@ -15,6 +15,8 @@ struct Guardian::Group {
   bool fresh(Time now) const { return command.get() && now - command.header(0)->published < spec.lease; }
   bool good_to_arm() const;
   bool idle() const;
+  bool passes() const { return mode == GuardianMode::armed || mode == GuardianMode::active; }
+  bool holds() const { return mode == GuardianMode::safe && spec.safe == ActuatorSpec::Safe::hold && has_good; }
   void judge(Time now, const Arming& arming);
   void write_state(Time now);
   void act(Time now);
@@ -118,9 +120,10 @@ void Guardian::write_state(Time now, std::uint32_t conditions) noexcept {
   for (std::size_t i = 0; i < failsafes_.size(); ++i) s.measured[i] = failsafes_[i]->measured();
   for (std::size_t i = 0; i < groups_.size(); ++i) {
     const Group& g = *groups_[i];
-    s.mode = std::max(s.mode, g.mode);
-    if (s.permitted) continue;
     const std::uint32_t bit = 1u << i;
+    s.mode = std::max(s.mode, g.mode);
+    if (g.mode == GuardianMode::active || g.holds()) s.groups_moving |= bit;
+    if (s.permitted) continue;
     if (!g.fresh(now)) s.groups_without_command |= bit;
     if (g.command.get() && !g.good_to_arm()) s.groups_bad_command |= bit;
     if (arming_.wants_idle() && !g.idle()) s.groups_not_idle |= bit;
@@ -130,6 +133,11 @@ void Guardian::write_state(Time now, std::uint32_t conditions) noexcept {
 
 void Guardian::emit(Time now) noexcept {
   for (const auto& g : groups_) g->act(now);
+}
+
+void Guardian::shut_down() noexcept {
+  for (const auto& g : groups_)
+    if (g->device) static_cast<void>(g->device->stop());  // else its lease ends it
 }
 
 std::uint32_t Guardian::Group::faults_of(const msg::ActuatorCommand& c, Time published) const {
@@ -208,18 +216,16 @@ void Guardian::Group::write_state(Time now) {
   s.faults = faults;
   s.fault_events = fault_events;
   if (const msg::ActuatorCommand* c = command.get()) s.command_stamp = c->stamp;
-  const bool passes = mode == GuardianMode::armed || mode == GuardianMode::active;
-  const bool holds = mode == GuardianMode::safe && spec.safe == ActuatorSpec::Safe::hold && has_good;
-  if (passes || holds) s.value = good.value;
+  if (passes() || holds()) s.value = good.value;
   for (std::size_t i = spec.channels; i < s.value.size(); ++i) s.value[i] = 0;
 }
 
 void Guardian::Group::act(Time now) {
   hal::Status done;
-  if (mode == GuardianMode::armed || mode == GuardianMode::active) {
+  if (passes()) {
     const Duration left = spec.lease - (now - good_published);
     done = left > Duration{0} ? device->write(good, left) : device->stop();
-  } else if (mode == GuardianMode::safe && spec.safe == ActuatorSpec::Safe::hold && has_good) {
+  } else if (holds()) {
     done = device->write(good, spec.lease);
   } else {
     done = device->stop();

@@ -44,6 +44,9 @@ class Guardian final : public DriverModule {
   Status step(const Step& step) noexcept override;
   void emit(Time now) noexcept override;
 
+  /// Stops every group, after the last cycle of a run in real time: a lease may be long, and nobody renews it.
+  void shut_down() noexcept;
+
   /// Asks for permission, between two cycles. False: something is not ready; guardian.state says what.
   bool arm() noexcept { return arming_.arm(); }
   /// Ends the permission, in flight too: the actuators stop in the next step.

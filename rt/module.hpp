@@ -17,8 +17,8 @@ class Setup {
   virtual ~Setup() = default;
   virtual hal::Board& board() = 0;
   virtual std::string_view module_name() const = 0;
-  /// Bytes of pixels that an image of this input can have at most; 0: it is not bound.
-  virtual std::uint32_t image_capacity(const InputBase& input) const = 0;
+  /// Pixels that an image of this input has at most, as the robot file promises; 0: it is not bound.
+  virtual std::uint32_t image_pixels(const InputBase& input) const = 0;
   /// Reports a problem in words besides the Error that configure() returns ("device 'imu0' is held by pid 12").
   virtual void explain(std::string text) = 0;
 };

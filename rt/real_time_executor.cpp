@@ -1,9 +1,11 @@
 #include "rt/real_time_executor.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "rt/fp_mode.hpp"
 #include "rt/gap_watch.hpp"
+#include "rt/guardian.hpp"
 #include "rt/trigger.hpp"
 
 namespace sinew::rt {
@@ -102,6 +104,8 @@ class RealTimeExecutor::Worker {
 
   void run() noexcept {
     const FpModeScope fp_mode;
+    executor_.await_release();
+    if (stopping()) return;
     now_ = executor_.os_.now();
     gaps_.begin(now_);
     if (spec_.trigger == ThreadSpec::Trigger::period)
@@ -238,9 +242,8 @@ RealTimeExecutor::~RealTimeExecutor() { stop(); }
 hal::Status RealTimeExecutor::start() {
   if (const FpModeScope fp_mode; !FpMode::computes_right())
     return hal::Error{hal::Errc::not_supported, "rounding to nearest with subnormals"};
-  start_ = os_.now() + options_.start_delay;
   RunnerOptions runner = options_.runner;
-  runner.start = start_;
+  runner.start = os_.now();  // of its time line; of the cycles later
   runner.clock = &os_;
   runner_ = std::make_unique<Runner>(graph_, runner);
   if (options_.lock_memory)
@@ -254,19 +257,41 @@ hal::Status RealTimeExecutor::start() {
       shortfalls_.push_back(std::string("processors may sleep deeply and wake late: ") + awake.error().where + ": " +
                             hal::to_string(awake.error().code));
   }
+  started_ = true;
   for (auto& worker : workers_) {
     if (auto started = worker->start(shortfalls_); !started) {
       stop();
       return started;
     }
   }
+  if (options_.strict && !shortfalls_.empty()) {
+    stop();
+    return hal::Error{hal::Errc::denied, "strict: something is missing", static_cast<std::int64_t>(shortfalls_.size())};
+  }
+  start_ = os_.now() + options_.start_delay;
+  runner_->set_start(start_);
+  release();
   return {};
 }
 
 void RealTimeExecutor::stop() {
   for (auto& worker : workers_) worker->ask_to_stop();
+  release();
   for (auto& worker : workers_) worker->join();
   awake_.reset();
+  if (std::exchange(started_, false))
+    for (const GraphModule& m : graph_.modules())
+      if (m.guardian) m.guardian->shut_down();
+}
+
+// release and acquire: who leaves sees start_, or that it is to stop.
+void RealTimeExecutor::release() noexcept {
+  released_.store(1, std::memory_order_release);
+  for (std::size_t i = 0; i < workers_.size(); ++i) os_.wake(released_);  // one sleeper each
+}
+
+void RealTimeExecutor::await_release() noexcept {
+  while (released_.load(std::memory_order_acquire) == 0) os_.wait(released_, 0, hal::kNever);
 }
 
 bool RealTimeExecutor::any_busy(Time now) const noexcept {

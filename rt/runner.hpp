@@ -112,6 +112,7 @@ class ModuleRunner {
 class ThreadRunner {
  public:
   ThreadRunner(RunBoard& board, std::uint32_t thread);
+  void set_start(Time start) { last_release_ = start; }  // before the first cycle
 
   /// First thing in a cycle: empties the mailbox and fixes dt. Answers the period that the mailbox brought, if any: the
   /// executor releases the thread at now + k * period from then on, k = 1, 2, ...
@@ -144,6 +145,8 @@ class ThreadRunner {
 class Runner {
  public:
   Runner(Graph& graph, const RunnerOptions& options);
+  /// For cycles instead of the options' start, where it is known later. Before the first cycle.
+  void set_start(Time start);
   ThreadRunner& thread(std::uint32_t i) { return *threads_[i]; }
   Graph& graph() { return board_.graph; }
   const Graph& graph() const { return board_.graph; }

@@ -90,6 +90,10 @@ Runner::Runner(Graph& graph, const RunnerOptions& options) : board_(graph, optio
     threads_.push_back(std::make_unique<ThreadRunner>(board_, t));
 }
 
+void Runner::set_start(Time start) {
+  for (auto& thread : threads_) thread->set_start(start);
+}
+
 const ModuleStats& Runner::module_stats(std::uint32_t module) {
   const GraphModule& m = board_.graph.modules()[module];
   return threads_[m.thread]->module(m.position).stats();

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "sim_hil/wake_slot.hpp"
+
 namespace sinew::sim_hil {
 
 using hal::Errc;
@@ -21,10 +23,8 @@ class DatasetBoard::Cursor {
     if (!board_.started_.load(std::memory_order_acquire) || next_ == stamps_.size()) return hal::kNever;
     return board_.at(stamps_[next_]);
   }
-  void set_wake(hal::Wake* wake) noexcept { wake_ = wake; }
-  void wake() const noexcept {
-    if (wake_ != nullptr) wake_->wake();
-  }
+  void set_wake(hal::Wake* wake) noexcept { wake_.change(wake); }
+  void wake() noexcept { wake_.ring(); }
   /// The index of the sample that is due, taken; closed after the last one.
   hal::Result<bool> take(std::size_t& index) noexcept {
     if (next_ == stamps_.size()) return Error{Errc::closed, "end of the dataset"};
@@ -38,7 +38,7 @@ class DatasetBoard::Cursor {
   const DatasetBoard& board_;
   std::vector<std::int64_t> stamps_;
   std::size_t next_ = 0;
-  hal::Wake* wake_ = nullptr;
+  WakeSlot wake_;
 };
 
 class DatasetBoard::ImuPlayer final : public hal::Imu {

@@ -73,7 +73,7 @@ Status PlantConnection::adopt(const Message& message, std::string& why) {
             std::to_string(kVersion);
     return ok;
   }
-  auto handed = stream->take_memory();
+  auto handed = stream->take_memory(hal::Stream::MemoryAccess::copied);  // each frame is read once, into its message
   if (welcome.shared_bytes == 0) return {};
   if (!handed) return handed.error();
   if ((*handed)->size() < welcome.shared_bytes)

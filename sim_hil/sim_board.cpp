@@ -94,7 +94,6 @@ Hello SimBoard::hello() const {
 void SimBoard::make_devices() {
   const std::size_t depth = std::max<std::size_t>(options_.sensor_depth, 1);
   const std::size_t capacity = shared_.lockstep ? std::max(kLockstepQueue, depth) : 4 * depth;
-  const std::byte* memory = line_.memory ? line_.memory->data() : nullptr;
   for (const DeviceInfo& info : welcome_.devices) {
     const auto id = static_cast<std::uint16_t>(devices_.size());
     std::unique_ptr<SimDevice>& device = devices_.emplace_back();
@@ -113,7 +112,8 @@ void SimBoard::make_devices() {
         device = std::make_unique<SimSensor<msg::BatterySample>>(info, shared_, capacity, depth);
         break;
       case DeviceKind::camera:
-        device = std::make_unique<SimCamera>(info, shared_, memory, std::max<std::size_t>(options_.camera_depth, 1));
+        device = std::make_unique<SimCamera>(info, shared_, line_.memory.get(),
+                                             std::max<std::size_t>(options_.camera_depth, 1));
         break;
       case DeviceKind::actuators:
         group = std::make_unique<Group>(*this, id);

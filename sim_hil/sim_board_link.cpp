@@ -177,7 +177,7 @@ bool SimBoard::take_line(PlantConnection& fresh) {
   if (line_.memory) retired_.push_back(std::move(line_.memory));
   line_ = std::move(fresh);
   for (auto& device : devices_)
-    if (device) device->relinked(line_.memory ? line_.memory->data() : nullptr);
+    if (device) device->relinked(line_.memory.get());
   last_commit_ = {};
   linked_.store(true, std::memory_order_seq_cst);
   return true;

@@ -20,27 +20,13 @@ void raise(std::atomic<std::uint32_t>& to, std::uint32_t value) {
   if (value > to.load(std::memory_order_relaxed)) to.store(value, std::memory_order_relaxed);
 }
 
-/// The first word of a slot, which another process writes.
-std::uint32_t generation_of(const std::byte* slot) {
-  const auto* word = reinterpret_cast<const std::uint32_t*>(slot);
-  return std::atomic_ref<const std::uint32_t>(*word).load(std::memory_order_acquire);
+/// The first word of a slot, which another process writes. False: it is not this one.
+bool holds(const hal::SharedMemory& memory, std::uint64_t slot, std::uint32_t generation) {
+  std::uint32_t word = 0;
+  return memory.copy(slot, std::as_writable_bytes(std::span(&word, 1))) && word == generation;
 }
 
 }  // namespace
-
-// The two orders that must not both be missed: we say that we ring and then look for whom; change_wake() takes the bell
-// away and then looks whether we ring. Sequential consistency is what makes one of the two see the other.
-void SimDevice::notify() noexcept {
-  ringing_.store(true, std::memory_order_seq_cst);
-  if (hal::Wake* wake = wake_.load(std::memory_order_seq_cst)) wake->wake();
-  ringing_.store(false, std::memory_order_release);
-}
-
-void SimDevice::change_wake(hal::Wake* wake) noexcept {
-  wake_.store(wake, std::memory_order_seq_cst);
-  while (ringing_.load(std::memory_order_seq_cst)) {  // as long as one wake() takes
-  }
-}
 
 Status SimDevice::account(Arrival& a, std::size_t bytes) noexcept {
   add(samples_, 1);
@@ -77,12 +63,10 @@ DeviceStats SimDevice::stats() const {
   return s;
 }
 
-SimCamera::SimCamera(const DeviceInfo& info, const SimShared& shared, const std::byte* shared_memory, std::size_t depth)
-    : SimDevice(info, shared),
-      slots_(info.slots > 0 && shared_memory ? shared_memory + info.slots_offset : nullptr),
-      queue_(kFrameQueue),
-      depth_(depth) {
-  if (!slots_) return;
+SimCamera::SimCamera(const DeviceInfo& info, const SimShared& shared, const hal::SharedMemory* memory,
+                     std::size_t depth)
+    : SimDevice(info, shared), memory_(info.slots > 0 ? memory : nullptr), queue_(kFrameQueue), depth_(depth) {
+  if (!memory_) return;
   // The plant keeps the newest slots - 2 frames whole; those under way take their part of them.
   const std::int64_t period = info.period.count();
   const std::int64_t under_way = period > 0 ? (info.latency.count() + period - 1) / period : 0;
@@ -92,7 +76,7 @@ SimCamera::SimCamera(const DeviceInfo& info, const SimShared& shared, const std:
 
 void SimCamera::want() {
   SimDevice::want();
-  if (!slots_) pool_.resize(queue_.capacity() * info_.frame_bytes());
+  if (!memory_) pool_.resize(queue_.capacity() * info_.frame_bytes());
 }
 
 std::span<std::uint8_t> SimCamera::room() noexcept {
@@ -103,15 +87,15 @@ std::span<std::uint8_t> SimCamera::room() noexcept {
 Status SimCamera::check(const FrameInfo& info) const noexcept {
   if (info.width != info_.width || info.height != info_.height || info.format != info_.format)
     return Error{Errc::bad_data, "frame is not what the Welcome announced", info.width};
-  if (info.slot == kInStream ? slots_ != nullptr : !slots_ || info.slot >= info_.slots)
+  if (info.slot == kInStream ? memory_ != nullptr : !memory_ || info.slot >= info_.slots)
     return Error{Errc::bad_data, "frame is in a slot that does not exist", info.slot};
   return {};
 }
 
-void SimCamera::relinked(const std::byte* memory) {
+void SimCamera::relinked(const hal::SharedMemory* memory) {
   SimDevice::relinked(memory);
   first_ = true;
-  if (slots_) slots_ = memory + info_.slots_offset;
+  if (memory_) memory_ = memory;
 }
 
 Status SimCamera::take(const FrameInfo& info, Arrival arrival, std::size_t bytes, bool stored) noexcept {
@@ -121,30 +105,26 @@ Status SimCamera::take(const FrameInfo& info, Arrival arrival, std::size_t bytes
   first_ = false;
   last_number_ = info.number;
   if (!wanted()) return {};
-  if (!stored || !queue_.push({arrival.ready, arrival.stamp, info, queue_.next_index(), slot_of(info)}))
-    count_overflow(1);
+  if (!stored || !queue_.push({arrival.ready, arrival.stamp, info, queue_.next_index(), memory_})) count_overflow(1);
   return {};
-}
-
-const std::byte* SimCamera::slot_of(const FrameInfo& info) const noexcept {
-  return slots_ ? slots_ + std::size_t{info.slot} * info_.slot_bytes : nullptr;
 }
 
 bool SimCamera::copy(const Waiting& frame, std::uint8_t* to) const noexcept {
   const std::size_t bytes = info_.frame_bytes();
-  if (!frame.slot) {
+  if (!frame.memory) {
     std::memcpy(to, pool_.data() + frame.pool_index * bytes, bytes);
     return true;
   }
-  const std::byte* slot = frame.slot;
-  if (generation_of(slot) != frame.info.generation) return false;
-  std::memcpy(to, slot + kSlotHeaderBytes, bytes);
-  // Only a fence keeps the pixels' loads before the second look: the writer is another process, which a mapping that
-  // we can only read cannot hold back. ThreadSanitizer knows no fences and sees no other process either.
+  const std::uint64_t slot = info_.slots_offset + std::uint64_t{frame.info.slot} * info_.slot_bytes;
+  const std::span pixels(reinterpret_cast<std::byte*>(to), bytes);
+  if (!holds(*frame.memory, slot, frame.info.generation)) return false;
+  if (!frame.memory->copy(slot + kSlotHeaderBytes, pixels)) return false;
+    // Only a fence keeps the pixels' loads before the second look: the writer is another process, which we cannot hold
+    // back. ThreadSanitizer knows no fences and sees no other process either.
 #ifndef __SANITIZE_THREAD__
   std::atomic_thread_fence(std::memory_order_acquire);
 #endif
-  return generation_of(slot) == frame.info.generation;
+  return holds(*frame.memory, slot, frame.info.generation);
 }
 
 Result<bool> SimCamera::read(msg::Image& out) noexcept {

@@ -5,9 +5,11 @@
 #include <string>
 
 #include "hal/device.hpp"
+#include "hal/os.hpp"
 #include "sim_hil/plant_clock.hpp"
 #include "sim_hil/protocol.hpp"
 #include "sim_hil/sample_ring.hpp"
+#include "sim_hil/wake_slot.hpp"
 
 namespace sinew::sim_hil {
 
@@ -51,9 +53,9 @@ class SimDevice {
   /// Somebody asked for this device; others are only counted. Before the start.
   virtual void want() { wanted_ = true; }
   bool wanted() const { return wanted_; }
-  void notify() noexcept;
+  void notify() noexcept { wake_.ring(); }
   /// The plant was lost and another connection made: order and gaps begin anew. `memory` is its frames'.
-  virtual void relinked(const std::byte* /*memory*/) { first_ = true; }
+  virtual void relinked(const hal::SharedMemory* /*memory*/) { first_ = true; }
 
  protected:
   /// Checks the order of a sample and counts gaps and lateness. Makes its times go forward on the runtime's clock as
@@ -84,16 +86,14 @@ class SimDevice {
 
   const DeviceInfo info_;
   const SimShared& shared_;
-  /// When this returns, the receiving thread is out of the old one and will not call it again.
-  void change_wake(hal::Wake* wake) noexcept;
+  void change_wake(hal::Wake* wake) noexcept { wake_.change(wake); }
 
  private:
   static void add(std::atomic<std::uint32_t>& counter, std::uint32_t n) noexcept {
     counter.fetch_add(n, std::memory_order_relaxed);
   }
   bool wanted_ = false;
-  std::atomic<hal::Wake*> wake_{nullptr};
-  std::atomic<bool> ringing_{false};
+  WakeSlot wake_;
   bool first_ = true;
   Arrival last_{};
   std::size_t spare_bytes_ = 0;  // below one KiB
@@ -140,10 +140,10 @@ class SimSensor final : public hal::Sensor<M>, public SimDevice {
 /// Frames wait in the plant's shared memory, or in a pool of this object when they came in the stream.
 class SimCamera final : public hal::Camera, public SimDevice {
  public:
-  SimCamera(const DeviceInfo& info, const SimShared& shared, const std::byte* shared_memory, std::size_t depth);
+  SimCamera(const DeviceInfo& info, const SimShared& shared, const hal::SharedMemory* memory, std::size_t depth);
 
   void want() override;
-  void relinked(const std::byte* memory) override;
+  void relinked(const hal::SharedMemory* memory) override;
 
   /// Room for the pixels of a frame that comes in the stream; empty: nobody wants it, or no room (counted).
   std::span<std::uint8_t> room() noexcept;
@@ -161,12 +161,11 @@ class SimCamera final : public hal::Camera, public SimDevice {
     Time ready, stamp;
     FrameInfo info;
     std::size_t pool_index = 0;
-    const std::byte* slot = nullptr;  // in shared memory; null: in the pool
+    const hal::SharedMemory* memory = nullptr;  // where its slot is; null: in the pool
   };
-  const std::byte* slot_of(const FrameInfo& info) const noexcept;
   bool copy(const Waiting& frame, std::uint8_t* to) const noexcept;
 
-  const std::byte* slots_;  // receiver's: first slot in shared memory; null: frames come in the stream
+  const hal::SharedMemory* memory_;  // receiver's: the plant's; null: frames come in the stream
   SampleRing<Waiting> queue_;
   std::size_t depth_;
   std::vector<std::uint8_t> pool_;  // queue capacity x frame

@@ -3,9 +3,11 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <new>
 
 #include "hal/linux/run_dir.hpp"
 #include "msg/json.hpp"
+#include "rt/graph_names.hpp"
 #include "rt/parameters.hpp"
 #include "rt/safety_text.hpp"
 #include "tap/frames.hpp"
@@ -85,6 +87,14 @@ Json refused(hal::Errc code, const std::string& why) {
 
 std::string to_text(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
+std::string to_text(const Reply& reply) {
+  std::string text = to_text(reply.json);
+  if (reply.long_member.empty()) return text;
+  text.reserve(text.size() + 1 + reply.long_member.size());
+  text.back() = ',';
+  return text.append(reply.long_member).append(1, '}');
+}
+
 struct Answers::Command {
   std::string_view name;
   Reply (Answers::*run)(const Json& request);
@@ -146,6 +156,8 @@ Reply Answers::answer(std::string_view text, std::uint64_t client) {
     if (const auto id = request.find("id"); id != request.end() && id->is_primitive())
       (reply.change ? reply.change->reply : reply.json)["id"] = *id;
     return reply;
+  } catch (const std::bad_alloc&) {
+    throw;                             // no fault of the client's, and there is no memory to say so
   } catch (const std::exception& e) {  // the JSON library's; nothing of ours throws
     return garbage(e.what());
   }
@@ -171,11 +183,15 @@ Json Answers::still_waiting(const Change& change) const {
 }
 
 void Answers::follow() {
-  std::erase_if(in_flight_, [this](const ParamChange& c) {
+  std::size_t waiting = 0;
+  for (ParamChange& c : in_flight_) {
     const auto effect = graph_.effect(c.ticket);
-    if (effect && !effect->refused) values_[c.module][c.param] = c.value;
-    return effect.has_value();
-  });
+    if (!effect)
+      std::swap(in_flight_[waiting++], c);
+    else if (!effect->refused)
+      values_[c.module][c.param] = std::move(c.value);
+  }
+  in_flight_.erase(in_flight_.begin() + static_cast<std::ptrdiff_t>(waiting), in_flight_.end());
 }
 
 void Answers::forget(std::uint64_t client) {
@@ -224,7 +240,8 @@ Reply Answers::params(const Json& request) {
   if (request.contains("module")) {
     const std::string* module = text_of(request, "module");
     if (!module) return needs("module", "a module's name");
-    if (graph_.find_module(*module) == rt::kNone) return refuse(hal::Errc::not_found, "no module " + *module);
+    if (graph_.find_module(*module) == rt::kNone)
+      return refuse(hal::Errc::not_found, rt::no_such_module(graph_, *module));
     only = *module;
   }
   Json list = Json::array();
@@ -288,7 +305,10 @@ Reply Answers::timeline(const Json& request) {
     if (!at->is_number_integer() || *at < 1 || *at > 60'000) return needs("last_ms", "an integer from 1 to 60000");
     last_ms = at->get<std::int64_t>();
   }
-  return good(timeline_json(graph_, runner_, std::chrono::milliseconds(last_ms)));
+  TimelineText timeline = timeline_text(graph_, runner_, std::chrono::milliseconds(last_ms));
+  Reply reply = good(timeline.description);
+  reply.long_member = std::move(timeline.events);
+  return reply;
 }
 
 /// Zones are written from the next cycles on, for all who read the time line, until somebody says that they are not.
@@ -338,6 +358,7 @@ Reply Answers::set_param(const Json& request) {
   const auto at = request.find("value");
   const auto value = at != request.end() ? value_of(*at) : std::nullopt;
   if (!value) return needs("value", "true, false, a number or a text");
+  in_flight_.reserve(in_flight_.size() + 1);  // what was posted must be followed
   std::string why;
   const auto ticket = graph_.set_param(*module, *param, *value, &why);
   if (!ticket) return posted(ticket, why, Json::object());

@@ -30,6 +30,10 @@ struct Reply {
   std::optional<Change> change{};
   const hal::SharedMemory* memory = nullptr;  // goes along
   bool garbage = false;                       // that was no request at all
+  // One more member of `json` as text, with its name: what is too long to be built as JSON first. So there is only one
+  // large block, which may be refused; the JSON library allocates also where it frees, and ends the program when it
+  // cannot.
+  std::string long_member{};
 };
 
 /// Thread:  one. It reads what any thread may read (statistics are atomic words; names and descriptions do not change),
@@ -45,13 +49,14 @@ class Answers {
   };
   Answers(rt::Graph& graph, rt::Runner& runner, hal::Os& os, Bells* bells, Robot robot);
 
-  /// `text` is anything. `client` names the connection, for subscriptions.
+  /// `text` is anything. `client` names the connection, for subscriptions. Throws bad_alloc, as settle() and
+  /// still_waiting() do, and nothing else.
   Reply answer(std::string_view text, std::uint64_t client);
   /// The reply to a change that took effect; nothing while it waits.
   std::optional<Json> settle(const Change& change);
   /// The reply to one that is not waited for any longer.
   Json still_waiting(const Change& change) const;
-  /// Follows what took effect meanwhile. Call often.
+  /// Follows what took effect meanwhile. Call often. Allocates nothing.
   void follow();
   /// The client is gone.
   void forget(std::uint64_t client);
@@ -107,12 +112,17 @@ class Answers {
 /// The descriptions of topics and types, and all counters, as docs/robot-socket.md has them.
 Json directory_json(const rt::Graph& graph);
 Json status_json(rt::Graph& graph, rt::Runner& runner);
-/// The newest events of all threads, as much as fits into a reply.
-Json timeline_json(const rt::Graph& graph, const rt::Runner& runner, hal::Duration last);
+/// The newest events of all threads, as much as fits into a reply: what describes them, and the member "events".
+struct TimelineText {
+  Json description;
+  std::string events;
+};
+TimelineText timeline_text(const rt::Graph& graph, const rt::Runner& runner, hal::Duration last);
 
 /// A refusal, as every failed request is answered.
 Json refused(hal::Errc code, const std::string& why);
 /// In one line; what is no UTF-8 is replaced.
 std::string to_text(const Json& json);
+std::string to_text(const Reply& reply);
 
 }  // namespace sinew::tap

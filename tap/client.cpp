@@ -87,7 +87,7 @@ hal::Result<std::unique_ptr<hal::SharedMemory>> Client::memory(std::string_view 
   } catch (const Json::exception&) {
     return hal::Error{hal::Errc::bad_data, "reply"};
   }
-  return stream_->take_memory();
+  return stream_->take_memory(hal::Stream::MemoryAccess::mapped);
 }
 
 hal::Result<const Reader*> Client::reader() {

@@ -10,6 +10,12 @@ constexpr double kBurst_s = 0.5;     // of the rate, at once
 constexpr int kReadsAtOnce = 4;      // system calls of one turn
 constexpr auto kWritePatience = std::chrono::milliseconds(20);  // of the one write that may not be split
 
+std::string instead_of(const Json& reply, hal::Errc code, const char* why) {
+  Json json = refused(code, why);
+  if (const auto id = reply.find("id"); id != reply.end()) json["id"] = *id;
+  return to_text(json);
+}
+
 }  // namespace
 
 Connection::Connection(std::uint64_t id, std::unique_ptr<hal::Stream> stream, int pid, const Allowance& allowance,
@@ -23,7 +29,8 @@ Connection::Connection(std::uint64_t id, std::unique_ptr<hal::Stream> stream, in
       refilled_(now),
       last_request_(now) {
   stream_->set_patience(kWritePatience);
-  static_cast<void>(stream_->take_memory());  // whatever handles a client sends from now on fall away in the kernel
+  // Whatever handles a client sends from now on fall away in the kernel.
+  static_cast<void>(stream_->take_memory(hal::Stream::MemoryAccess::copied));
 }
 
 hal::Waiting Connection::waiting(hal::Time now) {
@@ -59,34 +66,37 @@ std::optional<std::string_view> Connection::read(hal::Time now) {
   return frame;
 }
 
-void Connection::reply(const Reply& reply, hal::Time now) {
+bool Connection::reply(const Reply& reply, std::size_t room, hal::Time now) {
   frames_.drop();
   if (reply.garbage && ++strikes_ > kMaxStrikes) end_ = End::garbage;
   if (reply.change) {
     change_ = reply.change;
     since_ = now;
-  } else {
-    send(reply.json, reply.memory, now);
+    return true;
   }
+  std::string text = to_text(reply);
+  if (text.size() > kMaxReplyBytes)
+    text = instead_of(reply.json, hal::Errc::not_supported, "the reply is longer than a reply may be");
+  const bool no_room = text.size() > kShortReplyBytes && text.size() > room;
+  if (no_room) text = instead_of(reply.json, hal::Errc::busy, "other clients have not taken their long replies yet");
+  send(text, reply.memory, now);
+  return !no_room;
 }
 
 void Connection::settle(const Json& json, hal::Time now) {
   change_.reset();
-  send(json, nullptr, now);
+  send(to_text(json), nullptr, now);
 }
 
-void Connection::send(const Json& json, const hal::SharedMemory* memory, hal::Time now) {
-  std::string text = to_text(json);
-  if (text.size() > kMaxReplyBytes)
-    text = to_text(refused(hal::Errc::not_supported, "the reply is longer than a reply may be"));
+void Connection::send(const std::string& text, const hal::SharedMemory* memory, hal::Time now) {
   const auto head = frame_head(text.size());
   out_.assign(reinterpret_cast<const char*>(head.data()), head.size());
   out_ += text;
   sent_ = 0, memory_ = memory, since_ = now;
-  if (!memory) write(now);  // with memory only where there surely is room: that write cannot be done in part
+  if (!memory) write();  // with memory only where there surely is room: that write cannot be done in part
 }
 
-void Connection::write(hal::Time now) {
+void Connection::write() {
   const std::span<const std::byte> rest = std::as_bytes(std::span(out_)).subspan(sent_);
   if (memory_) {
     if (!stream_->write_with_memory(rest, *memory_)) end_ = End::gone;
@@ -94,7 +104,6 @@ void Connection::write(hal::Time now) {
     memory_ = nullptr;
   } else if (const auto n = stream_->write_now(rest); n) {
     sent_ += *n;
-    if (*n > 0) since_ = now;
   } else {
     end_ = End::gone;
   }

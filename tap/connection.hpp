@@ -11,6 +11,8 @@
 
 namespace sinew::tap {
 
+inline constexpr std::size_t kShortReplyBytes = 128 * 1024;  // below that no reply is refused
+
 /// How much of the server one client may have.
 struct Allowance {
   std::uint32_t requests_per_s = 200;
@@ -22,7 +24,7 @@ struct Allowance {
 /// Thread:  the server's.
 class Connection {
  public:
-  enum class End : std::uint8_t { open, gone, garbage, slow };
+  enum class End : std::uint8_t { open, gone, garbage, slow, out_of_memory };
 
   Connection(std::uint64_t id, std::unique_ptr<hal::Stream> stream, int pid, const Allowance& allowance, hal::Time now);
 
@@ -30,11 +32,14 @@ class Connection {
   hal::Waiting waiting(hal::Time now);
   /// Reads what is there, as far as one request. A complete one, or nothing. The text is valid until reply().
   std::optional<std::string_view> read(hal::Time now);
-  void reply(const Reply& reply, hal::Time now);
+  /// False: it is a long one, of more than `room` bytes, and `busy` is answered instead.
+  bool reply(const Reply& reply, std::size_t room, hal::Time now);
   void settle(const Json& json, hal::Time now);
-  void write(hal::Time now);
-  /// Whether its time is over.
+  void write();
+  /// Whether its time is over: that of a whole request, a whole reply or a change.
   void look_at_time(hal::Time now);
+  /// Whatever failed midway, nothing more is said.
+  void give_up() { end_ = End::out_of_memory; }
 
   std::uint64_t id() const { return id_; }
   int pid() const { return pid_; }
@@ -43,10 +48,12 @@ class Connection {
   const Change& change() const { return *change_; }
   bool change_is_late(hal::Time now) const { return now - since_ > allowance_.patience; }
   bool throttled() const { return tokens_ < 1; }
+  /// Bytes of the reply that is being taken.
+  std::size_t held() const { return out_.size(); }
   hal::Time last_request() const { return last_request_; }
 
  private:
-  void send(const Json& json, const hal::SharedMemory* memory, hal::Time now);
+  void send(const std::string& text, const hal::SharedMemory* memory, hal::Time now);
 
   const std::uint64_t id_;
   std::unique_ptr<hal::Stream> stream_;

@@ -1,7 +1,10 @@
 #include "tap/server.hpp"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
+#include <new>
+#include <span>
 #include <vector>
 
 #include "hal/linux/run_dir.hpp"
@@ -55,15 +58,17 @@ class Server::Body {
 
  private:
   void run() {
+    std::array<hal::Waiting, hal::kMaxWaiting> room;
     while (!end_.load(std::memory_order_relaxed)) {
-      std::vector<hal::Waiting> waiting{{woken_->handle()}, {listener_->handle()}};
+      const std::span waiting = std::span(room).first(2 + clients_.size());
+      waiting[0] = {woken_->handle()}, waiting[1] = {listener_->handle()};
       const hal::Time before = os_.now();
-      for (const auto& c : clients_) waiting.push_back(c->waiting(before));
+      for (std::size_t i = 0; i < clients_.size(); ++i) waiting[2 + i] = clients_[i]->waiting(before);
       if (!hal::wait_ready(waiting, patience())) os_.sleep_until(os_.now() + kLater);  // never a hot loop
       const hal::Time now = os_.now();
       answers_->follow();
-      for (std::size_t i = 0; i < clients_.size(); ++i) serve(*clients_[i], waiting[2 + i], now);
-      if (waiting[1].ready) accept(now);
+      for (std::size_t i = 0; i < clients_.size(); ++i) try_to_serve(*clients_[i], waiting[2 + i], now);
+      if (waiting[1].ready) try_to_accept(now);
       std::erase_if(clients_, [this](const auto& c) { return ended(*c); });
       client_count_.store(static_cast<std::uint32_t>(clients_.size()), std::memory_order_relaxed);
     }
@@ -77,6 +82,22 @@ class Server::Body {
     return clients_.empty() ? kIdle : std::min(least, options_.patience / 4);
   }
 
+  /// Where memory runs out the client must go, and the robot must not.
+  void try_to_serve(Connection& c, const hal::Waiting& waiting, hal::Time now) {
+    try {
+      serve(c, waiting, now);
+    } catch (const std::bad_alloc&) {
+      c.give_up();
+    }
+  }
+  void try_to_accept(hal::Time now) {
+    try {
+      accept(now);
+    } catch (const std::bad_alloc&) {
+      stats.out_of_memory.add();
+    }
+  }
+
   void serve(Connection& c, const hal::Waiting& waiting, hal::Time now) {
     if (c.waits_for_change()) {
       if (auto reply = answers_->settle(c.change()))
@@ -84,7 +105,7 @@ class Server::Body {
       else if (c.change_is_late(now))
         c.settle(answers_->still_waiting(c.change()), now);
     } else if (waiting.ready && waiting.room) {
-      c.write(now);
+      c.write();
     } else if (waiting.ready) {
       if (const auto request = c.read(now)) answer(c, *request, now);
     }
@@ -95,8 +116,15 @@ class Server::Body {
     stats.requests.add();
     const Reply reply = answers_->answer(request, c.id());
     if (reply.garbage) stats.garbage.add();
-    c.reply(reply, now);
+    if (!c.reply(reply, room_for_reply(), now)) stats.refused_replies.add();
     if (c.throttled()) stats.throttled.add();
+  }
+
+  std::size_t room_for_reply() const {
+    std::size_t held = 0;
+    for (const auto& c : clients_)
+      if (c->held() > kShortReplyBytes) held += c->held();
+    return held < options_.long_reply_bytes ? options_.long_reply_bytes - held : 0;
   }
 
   void accept(hal::Time now) {
@@ -109,7 +137,7 @@ class Server::Body {
     }
     const auto of_peer =
         std::count_if(clients_.begin(), clients_.end(), [&](const auto& c) { return c->pid() == peer->pid; });
-    const bool full = clients_.size() >= options_.max_clients;
+    const bool full = clients_.size() >= std::min<std::size_t>(options_.max_clients, hal::kMaxWaiting - 2);
     if (static_cast<std::uint32_t>(of_peer) >= options_.max_per_process || (full && !make_room(now))) {
       stats.refused_full.add();
       return;
@@ -138,6 +166,7 @@ class Server::Body {
     if (c.end() == End::open) return false;
     if (c.end() == End::garbage) stats.closed_for_garbage.add();
     if (c.end() == End::slow) stats.closed_slow.add();
+    if (c.end() == End::out_of_memory) stats.out_of_memory.add();
     answers_->forget(c.id());
     return true;
   }
@@ -152,7 +181,9 @@ class Server::Body {
             {"garbage", stats.garbage.value()},
             {"closed_for_garbage", stats.closed_for_garbage.value()},
             {"closed_slow", stats.closed_slow.value()},
-            {"throttled", stats.throttled.value()}};
+            {"throttled", stats.throttled.value()},
+            {"refused_replies", stats.refused_replies.value()},
+            {"out_of_memory", stats.out_of_memory.value()}};
   }
 
   rt::Graph& graph_;

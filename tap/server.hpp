@@ -12,22 +12,23 @@
 namespace sinew::tap {
 
 struct ServerOptions {
-  std::string board{};           // for `hello`
-  bool virtual_time = false;     // likewise
-  std::function<void()> stop{};  // what `stop` does; empty: refused
-  std::string robot_file{};      // absolute path, likewise for `hello`; empty: none
-  std::uint32_t max_clients = 16;
+  std::string board{};                                             // for `hello`
+  bool virtual_time = false;                                       // likewise
+  std::function<void()> stop{};                                    // what `stop` does; empty: refused
+  std::string robot_file{};                                        // absolute path, likewise for `hello`; empty: none
+  std::uint32_t max_clients = 16;                                  // 62 at most
   std::uint32_t max_per_process = 4;                               // connections of one process
   hal::Duration may_be_replaced_after = std::chrono::seconds(10);  // without a request, when all places are taken
   std::uint32_t requests_per_s = 200;                              // of one client; more wait in its socket
+  std::size_t long_reply_bytes = 8 * 1024 * 1024;                  // held of all clients' replies above 128 KiB
   hal::Duration patience =
-      std::chrono::seconds(2);  // half requests, unread replies, and how long a change is waited for
+      std::chrono::seconds(2);  // for a whole request, for a whole reply to be taken, and for a change
 };
 
 /// What outsiders did; nothing of it reaches the loops.
 struct ServerStats {
   rt::Count accepted, requests, refused_peers, refused_full, made_room, garbage, closed_for_garbage, closed_slow,
-      throttled;
+      throttled, refused_replies, out_of_memory;
 };
 
 /// The robot's socket: answers requests of other programs, hands them the memory of the topics, rings the doorbells.

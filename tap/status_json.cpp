@@ -143,25 +143,31 @@ Json status_json(rt::Graph& graph, rt::Runner& runner) {
           {"chains", std::move(chains)}};
 }
 
-Json timeline_json(const rt::Graph& graph, const rt::Runner& runner, hal::Duration last) {
+TimelineText timeline_text(const rt::Graph& graph, const rt::Runner& runner, hal::Duration last) {
   constexpr std::array<const char*, 8> kKinds{"release", "cycle",     "step",          "overrun",
                                               "skip",    "preempted", "off_processor", "zone"};
-  constexpr std::size_t kMostEvents = 80'000;  // of about 60 bytes, within a reply's 8 MiB
+  constexpr std::size_t kMostEvents = 80'000, kBytesOfEvent = 64;  // about; within a reply's 8 MiB
   const std::vector<rt::TimelineEvent> all = runner.timeline().snapshot(last);
   const std::size_t left_out = all.size() > kMostEvents ? all.size() - kMostEvents : 0;
-  Json events = Json::array();
-  for (const rt::TimelineEvent& e : std::span(all).subspan(left_out))
-    events.push_back({kKinds[static_cast<std::size_t>(e.kind)], e.thread,
-                      e.module == rt::kNone ? Json() : Json(e.module), e.at.ns, e.length.count(),
-                      e.zone ? Json(e.zone) : Json()});
+  std::string events = "\"events\":[";
+  events.reserve((all.size() - left_out) * kBytesOfEvent);
+  for (const rt::TimelineEvent& e : std::span(all).subspan(left_out)) {
+    if (events.back() == ']') events += ',';
+    events.append("[\"").append(kKinds[static_cast<std::size_t>(e.kind)]).append("\",");
+    events.append(std::to_string(e.thread)).append(1, ',');
+    events.append(e.module == rt::kNone ? "null" : std::to_string(e.module)).append(1, ',');
+    events.append(std::to_string(e.at.ns)).append(1, ',').append(std::to_string(e.length.count())).append(1, ',');
+    events.append(e.zone ? to_text(Json(e.zone)) : "null").append(1, ']');
+  }
+  events += ']';
   Json threads = Json::array(), modules = Json::array();
   for (const auto& t : graph.threads()) threads.push_back(t.spec.name);
   for (const auto& m : graph.modules()) modules.push_back(m.spec.name);
-  return {{"threads", std::move(threads)},
-          {"modules", std::move(modules)},
-          {"columns", {"kind", "thread", "module", "at_ns", "length_ns", "zone"}},
-          {"left_out", left_out},
-          {"events", std::move(events)}};
+  return {{{"threads", std::move(threads)},
+           {"modules", std::move(modules)},
+           {"columns", {"kind", "thread", "module", "at_ns", "length_ns", "zone"}},
+           {"left_out", left_out}},
+          std::move(events)};
 }
 
 }  // namespace sinew::tap

@@ -18,9 +18,9 @@ minutes() {
   if (($1 < 60)); then printf '%d s' "$1"; else printf '%d min %02d s' $(($1 / 60)) $(($1 % 60)); fi
 }
 
-# quietly LOG COMMAND...: output goes to LOG; all of it is shown when the command fails. On a terminal the last line
-# is shown while it runs, so that a long build does not look dead.
-quietly() {
+# logged LOG COMMAND...: output goes to LOG. On a terminal its last line is shown while the command runs, so that a long
+# build does not look dead.
+logged() {
   local log=$1 status=0 ticker=
   shift
   mkdir -p "$(dirname "$log")"
@@ -34,6 +34,14 @@ quietly() {
     wait "$ticker" 2>/dev/null || true
     printf '\r\033[K'
   fi
+  return "$status"
+}
+
+# quietly LOG COMMAND...: the same; all of LOG is shown when the command fails.
+quietly() {
+  local log=$1 status=0
+  shift
+  logged "$log" "$@" || status=$?
   if ((status != 0)); then
     cat "$log"
     say "failed ($status): $*"
@@ -68,6 +76,7 @@ build() {
   shift
   start=$(now_s)
   configure "$preset" || return
+  [[ -t 1 ]] || say "building $preset; log: build/logs/$preset-build.log"
   quietly "$logs/$preset-build.log" "${launcher[@]}" ninja -C "$root/build/$preset" -j "$jobs" "$@" || status=$?
   ((status == 0)) && say "build $preset: $(minutes $(($(now_s) - start)))"
   return "$status"

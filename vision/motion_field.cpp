@@ -27,7 +27,7 @@ hal::Status MotionField::configure(rt::Setup& setup) {
     setup.explain("bin: 1, 2 or 4");
     return hal::Error{hal::Errc::bad_argument, "vision::MotionField: bin", bin_};
   }
-  const std::size_t pixels = setup.image_capacity(image_);  // a byte each in mono8
+  const std::size_t pixels = setup.image_pixels(image_) / static_cast<std::size_t>(bin_ * bin_);
   older_ = Luma(pixels);
   newer_ = Luma(pixels);
   return {};

@@ -197,8 +197,12 @@ class CaseFlight final : private rt::RunObserver, private hal::GrantSource {
       at_wall_ |= std::max(std::fabs(truth.p_world_m.x), std::fabs(truth.p_world_m.y)) > kWall_m;
     };
     auto board = sim_hil::SimBoard::open(plant_->take_stream(), sim, why);
-    if (board) board_ = std::move(*board);
-    return board_ != nullptr;
+    if (!board) {
+      why = plant_->with_its_end(why);
+      return false;
+    }
+    board_ = std::move(*board);
+    return true;
   }
 
   // ---- while it flies

@@ -30,8 +30,9 @@ void FlightCheck::truth(msg::Time at, const sim_hil::Truth& truth, msg::Time com
   airborne_ = !truth.contact && truth.p_world_m.z > kAirborneM;
   flew_ |= airborne_;
   const double tilt = angle(up_base(truth.q_world_base), {0, 0, 1});
+  // Also from a height at which it is not judged any more: it bumps, and what it then believes is a guess.
+  if (flew_ && !truth.contact && command_valid_until < at && excuses_.failsafe) fell_ = true;
   if (airborne_ && !fell_) {
-    if (command_valid_until < at && excuses_.failsafe) fell_ = true;
     worst_.tilt_rad = std::max(worst_.tilt_rad, tilt);
     if (tilt > limits_.tilt_rad && !excuses_.failsafe)
       verdict_.fail("tilt", at, fmt::format("{:.2f} rad, at most {:.2f}", tilt, limits_.tilt_rad));

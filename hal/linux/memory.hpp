@@ -17,7 +17,7 @@ Status lock_process_memory();
 struct MemoryUse {
   std::uint64_t total = 0;
   std::uint64_t slots = 0;      // memory of our own that others may be given: the messages
-  std::uint64_t peers = 0;      // memory that others gave us: frames of a simulated camera
+  std::uint64_t peers = 0;      // memory that others gave us
   std::uint64_t program = 0;    // its code and data
   std::uint64_t libraries = 0;  // theirs
   std::uint64_t heap = 0;       // what was allocated

@@ -6,11 +6,13 @@
 #include <sys/ioctl.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -23,6 +25,9 @@ namespace {
 
 std::atomic<bool> g_stop{false};
 void on_signal(int) { g_stop.store(true, std::memory_order_relaxed); }
+
+// Whoever started us may have it ignored, and then no end of a child would ever be told.
+void hear_of_children() { std::signal(SIGCHLD, SIG_DFL); }
 
 // Between fork and exec: only calls that are safe there.
 [[noreturn]] void become(const std::vector<char*>& argv, const char* log_path, int report_fd, pid_t parent) {
@@ -45,6 +50,7 @@ void on_signal(int) { g_stop.store(true, std::memory_order_relaxed); }
 
 Result<std::unique_ptr<ChildProcess>> ChildProcess::start(const std::vector<std::string>& argv,
                                                           const std::string& log_path) {
+  hear_of_children();
   std::vector<char*> raw;
   for (const auto& a : argv) raw.push_back(const_cast<char*>(a.c_str()));
   raw.push_back(nullptr);
@@ -76,6 +82,7 @@ Result<std::unique_ptr<ChildProcess>> ChildProcess::fork(const std::function<int
        task.increment(unreadable))
     ++threads;
   if (threads > 1) return Error{Errc::not_supported, "fork with more than one thread", std::int64_t(threads)};
+  hear_of_children();
   std::fflush(nullptr);  // or both would write what is buffered
   const pid_t pid = ::fork();
   if (pid < 0) return Error{Errc::io, "fork", errno};
@@ -129,6 +136,23 @@ bool stop_requested() {
   return installed && g_stop.load(std::memory_order_relaxed);
 }
 
+void outlive_terminal() {
+  std::signal(SIGHUP, SIG_IGN);
+  std::signal(SIGPIPE, SIG_IGN);
+}
+
+void print_now(std::string_view text) {
+  std::fflush(stdout);
+  // An opening of its own does not wait, and whoever shares the terminal still does. A file never makes anybody wait.
+  static const int out = [] {
+    struct stat info {};
+    const bool may_wait = fstat(STDOUT_FILENO, &info) == 0 && (S_ISCHR(info.st_mode) || S_ISFIFO(info.st_mode));
+    const int own = may_wait ? open("/proc/self/fd/1", O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC) : -1;
+    return own < 0 ? STDOUT_FILENO : own;
+  }();
+  static_cast<void>(write(out, text.data(), text.size()) < 0);  // then nobody sees it
+}
+
 void request_stop() { g_stop.store(true, std::memory_order_relaxed); }
 
 bool output_is_terminal() { return isatty(STDOUT_FILENO) == 1; }
@@ -136,6 +160,11 @@ bool output_is_terminal() { return isatty(STDOUT_FILENO) == 1; }
 int terminal_columns() {
   winsize size{};
   return ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+}
+
+int terminal_rows() {
+  winsize size{};
+  return ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_row > 0 ? size.ws_row : 24;
 }
 
 ProcessUse process_use() {

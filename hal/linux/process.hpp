@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "hal/clock.hpp"
@@ -52,10 +53,18 @@ std::string describe_exit(int code);
 bool stop_requested();
 /// As if such a signal had come. Thread: any.
 void request_stop();
+/// For a program that a lost terminal must not end: a hang-up (SIGHUP) is nothing to it, and writing to whom nobody
+/// reads from is an error instead of a signal (SIGPIPE). Programs that it starts have both from it.
+void outlive_terminal();
 
-/// Is standard output a terminal, and how wide (80 when unknown).
+/// Writes to standard output what that takes at once and drops the rest: a terminal that stands still, or a pipe that
+/// nobody empties, holds up nobody. Thread: any one; after what stdio holds of it.
+void print_now(std::string_view text);
+
+/// Is standard output a terminal, and how large (80 x 24 when unknown).
 bool output_is_terminal();
 int terminal_columns();
+int terminal_rows();
 
 struct ProcessUse {
   Duration cpu{};  // of all threads

@@ -9,6 +9,7 @@
 
 #include <cerrno>
 #include <climits>
+#include <cstring>
 #include <ctime>
 #include <string>
 
@@ -31,10 +32,40 @@ class MappedMemory final : public SharedMemory {
   std::byte* data() override { return data_; }
   std::size_t size() const override { return size_; }
   std::intptr_t handle() const override { return fd_; }
+  bool copy(std::size_t offset, std::span<std::byte> into) const noexcept override {
+    if (offset > size_ || into.size() > size_ - offset) return false;
+    std::memcpy(into.data(), data_ + offset, into.size());
+    return true;
+  }
 
  private:
   int fd_;
   std::byte* data_;
+  std::size_t size_;
+};
+
+class CopiedMemory final : public SharedMemory {
+ public:
+  CopiedMemory(int fd, std::size_t size) : fd_(fd), size_(size) {}
+  ~CopiedMemory() override { ::close(fd_); }
+  CopiedMemory(const CopiedMemory&) = delete;
+  CopiedMemory& operator=(const CopiedMemory&) = delete;
+  std::byte* data() override { return nullptr; }
+  std::size_t size() const override { return size_; }
+  std::intptr_t handle() const override { return fd_; }
+  bool copy(std::size_t offset, std::span<std::byte> into) const noexcept override {
+    while (!into.empty()) {
+      const ssize_t n = ::pread(fd_, into.data(), into.size(), static_cast<off_t>(offset));
+      if (n < 0 && errno == EINTR) continue;
+      if (n <= 0) return false;
+      offset += static_cast<std::size_t>(n);
+      into = into.subspan(static_cast<std::size_t>(n));
+    }
+    return true;
+  }
+
+ private:
+  int fd_;
   std::size_t size_;
 };
 
@@ -68,14 +99,16 @@ Result<std::unique_ptr<SharedMemory>> create_shared_memory(std::string_view name
   return memory;
 }
 
-Result<std::unique_ptr<SharedMemory>> map_shared_memory(int fd) {
+Result<std::unique_ptr<SharedMemory>> open_shared_memory(int fd, Stream::MemoryAccess access) {
   const int seals = ::fcntl(fd, F_GET_SEALS);
   struct stat info {};
   if (seals < 0 || (seals & F_SEAL_SHRINK) == 0 || ::fstat(fd, &info) != 0 || info.st_size <= 0) {
     ::close(fd);
     return Error{Errc::bad_data, "shared memory from the peer is not sealed against shrinking", seals};
   }
-  return map(fd, static_cast<std::size_t>(info.st_size), PROT_READ);
+  const auto bytes = static_cast<std::size_t>(info.st_size);
+  if (access == Stream::MemoryAccess::copied) return std::unique_ptr<SharedMemory>(new CopiedMemory(fd, bytes));
+  return map(fd, bytes, PROT_READ);
 }
 
 void wait_shared(const WakeWord& word, std::uint32_t expected, Time deadline) noexcept {

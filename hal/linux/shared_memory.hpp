@@ -3,6 +3,7 @@
 #include <string_view>
 
 #include "hal/os.hpp"
+#include "hal/stream.hpp"
 
 namespace sinew::hal {
 
@@ -11,9 +12,9 @@ namespace sinew::hal {
 /// Errors:  bad_argument for 0 bytes; io, out_of_memory.
 Result<std::unique_ptr<SharedMemory>> create_shared_memory(std::string_view name, std::size_t bytes);
 
-/// Maps a handle that came from another process read-only, and owns it from then on, also on failure.
+/// A handle that came from another process, mapped read-only or for copying; owns it from then on, also on failure.
 /// Errors:  bad_data when it is no memfd, empty, or its owner could shrink it (our read would then be a bus error); io.
-Result<std::unique_ptr<SharedMemory>> map_shared_memory(int fd);
+Result<std::unique_ptr<SharedMemory>> open_shared_memory(int fd, Stream::MemoryAccess access);
 
 /// Sleeps, across processes, while the word of a shared memory holds `expected`, at most until `deadline`; read access
 /// is enough. May return early; callers look again.

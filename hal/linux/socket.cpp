@@ -157,10 +157,10 @@ class SocketStream final : public Stream {
     return write(bytes.subspan(static_cast<std::size_t>(n)), {});
   }
 
-  Result<std::unique_ptr<SharedMemory>> take_memory() override {
+  Result<std::unique_ptr<SharedMemory>> take_memory(MemoryAccess access) override {
     expects_memory_ = false;  // from now on the plain read, and handles of a hostile peer fall away in the kernel
     if (received_fd_ < 0) return Error{Errc::not_found, "peer handed over no memory"};
-    return map_shared_memory(std::exchange(received_fd_, -1));
+    return open_shared_memory(std::exchange(received_fd_, -1), access);
   }
 
  private:

@@ -33,6 +33,9 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(code, 1)
         self.assertIn(f"{broken}:2: robot.colour: \"red\": unknown key", err)
         self.assertIn(f"{broken}:6: thread.control.priority: 150: an integer from 0 to 98", err)
+        self.assertRegex(err, r":16: module.mixer.in.wrench: .*attitude.wrench")
+        self.assertRegex(err, r":17: module.mixer.params.idle: 0.9")
+        self.assertIn("4 problems", err)
 
     def test_check_says_the_same_in_json(self):
         code, out, _ = run("check", f"{SOURCE}/examples/broken_robot.toml", "--json")

@@ -38,6 +38,8 @@ class ParentFlight(unittest.TestCase):
         self.addCleanup(os.close, self.watchdog_end)
         with open(f"{ROBOTS}/quad.toml") as f:
             text = f.read()
+        self.assertIn("virtual_cores = 1 }", text)
+        text = text.replace("virtual_cores = 1 }", "virtual_cores = 1, tap_history_ms = 2000 }")
         # The lease has to run out long before the parent takes the silence for hanging.
         text += f'\n[parent]\nhang_ms = 600\nwatchdog = "{self.watchdog}"\nwatchdog_timeout_ms = 1000\nsave_to = "faults"\n'
         self.robot = os.path.join(self.folder.name, "quad.toml")
@@ -103,6 +105,19 @@ class ParentFlight(unittest.TestCase):
         self.assertLessEqual({"imu.raw", "filter.state", "mixer.motors", "guardian.motors", "camera.raw"}, topics)
         published = [m["published_ns"] for m in messages]
         self.assertEqual(published, sorted(published))
+        states = [m["published_ns"] for m in messages if m["topic"] == "filter.state"]
+        self.assertGreater(states[-1] - states[0], 1.8e9, "tap_history_ms of the robot file")
+
+    def test_a_lost_terminal_ends_nothing(self):
+        self.fly()
+        self.run_.stdout.close()  # as `| tee` that dies
+        for pid in [self.run_.pid, *children(self.run_.pid)]:
+            os.kill(pid, signal.SIGHUP)
+        time.sleep(2.5)  # it says something every two seconds
+        self.assertIsNone(self.run_.poll(), "a signal or a closed pipe ended it")
+        self.run_.terminate()
+        self.assertEqual(self.run_.wait(timeout=60), 1)  # it has not landed
+        self.assertNotIn("died", self.run_.stderr.read())
 
     def test_kill_9(self):
         self.fly()

@@ -78,6 +78,7 @@ class ParentTest : public testing::Test {
     ASSERT_NE(::mkdtemp(folder), nullptr);
     folder_ = folder;
     options_.save_to = folder_ + "/faults";
+    options_.hang = 10s;  // where nothing is to hang, a busy machine may hold things up
     options_.watchdog = folder_ + "/watchdog";
     ASSERT_EQ(::mkfifo(options_.watchdog.c_str(), 0600), 0);
     watchdog_ = ::open(options_.watchdog.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
@@ -89,10 +90,12 @@ class ParentTest : public testing::Test {
     if (!folder_.empty()) fs::remove_all(folder_);
   }
 
-  int run(std::function<int(ParentLine&)> body, int stop_failures = 0) {
+  int run(std::function<int(ParentLine&)> body, int stop_failures = 0, bool another_line = false) {
     testing::internal::CaptureStderr();
-    const int code = run_with_parent(
-        options_, {"robot", std::make_unique<CountedStop>(stops_, stop_failures), std::move(body), [] {}});
+    Supervised supervised{
+        .robot = "robot", .stop_line = std::make_unique<CountedStop>(stops_, stop_failures), .body = std::move(body)};
+    if (another_line) supervised.another_line = [this] { return std::make_unique<CountedStop>(other_stops_); };
+    const int code = run_with_parent(options_, std::move(supervised));
     said_ = testing::internal::GetCapturedStderr();
     char buffer[4096];
     const auto n = ::read(watchdog_, buffer, sizeof(buffer));
@@ -111,7 +114,7 @@ class ParentTest : public testing::Test {
 
   std::string folder_, said_, fed_;
   ParentOptions options_;
-  int watchdog_ = -1, stops_ = 0;
+  int watchdog_ = -1, stops_ = 0, other_stops_ = 0;
 };
 
 TEST_F(ParentTest, OrderlyEndStopsNothingAndDisarmsTheWatchdog) {
@@ -171,11 +174,11 @@ TEST_F(ParentTest, RuntimeThatHangsIsStoppedKilledAndSaved) {
 }
 
 TEST_F(ParentTest, RuntimeThatCommitsIsNotTakenForHanging) {
-  options_.hang = 400ms;
+  options_.hang = 1500ms;
   const int code = run([](ParentLine& line) {
     SmallRuntime runtime(line);
     if (!runtime.supervised()) return 9;
-    runtime.commit(400);
+    runtime.commit(500);
     line.ending();
     return 0;
   });
@@ -203,6 +206,58 @@ TEST_F(ParentTest, StopLineThatFailsIsTriedAgain) {
   EXPECT_EQ(code, 1);
   EXPECT_EQ(stops_, 1);
   EXPECT_THAT(said_, HasSubstr("stop of the actuators: sent"));
+}
+
+TEST_F(ParentTest, StopLineThatIsBrokenIsReplaced) {
+  const int code = run(
+      [](ParentLine&) {
+        ::raise(SIGKILL);
+        return 0;
+      },
+      1'000'000, true);
+  EXPECT_EQ(code, 1);
+  EXPECT_EQ(stops_, 0);
+  EXPECT_EQ(other_stops_, 1);
+  EXPECT_THAT(said_, HasSubstr("stop of the actuators: sent"));
+}
+
+TEST_F(ParentTest, ExitInTheMiddleOfARunIsADeath) {
+  const int code = run([](ParentLine& line) {
+    SmallRuntime runtime(line);
+    if (!runtime.supervised()) return 9;
+    runtime.commit(3);
+    ::_exit(3);  // some library has had enough
+  });
+  EXPECT_EQ(code, 1);
+  EXPECT_EQ(stops_, 1);
+  EXPECT_THAT(fed_, Not(HasSubstr("V")));
+  EXPECT_THAT(said_, HasSubstr("the runtime died: exit code 3"));
+  EXPECT_THAT(saved("messages.jsonl"), HasSubstr("\"fault_events\":3"));
+}
+
+TEST_F(ParentTest, StartThatFailsDisarmsTheWatchdog) {
+  const int code = run([](ParentLine&) { return 2; });
+  EXPECT_EQ(code, 2);
+  EXPECT_EQ(stops_, 0);
+  ASSERT_FALSE(fed_.empty());
+  EXPECT_EQ(fed_.back(), 'V');
+}
+
+rt::GraphSpec with_leases(std::initializer_list<hal::Duration> leases) {
+  rt::GraphSpec graph;
+  for (const hal::Duration lease : leases) graph.actuators.emplace_back().lease = lease;
+  return graph;
+}
+
+TEST(HangOf, IsHalfASecondOrTwoOfTheSmallestLease) {
+  EXPECT_EQ(hang_of({}, with_leases({20ms, 100ms}), 1), 500ms);
+  EXPECT_EQ(hang_of({}, with_leases({3s, 2s}), 1), 4s);
+  EXPECT_EQ(hang_of({.hang = 60ms}, with_leases({20ms}), 1), 60ms);
+}
+
+TEST(HangOf, GrowsForARobotWhoseClockIsSlowAndNeverShrinks) {
+  EXPECT_EQ(hang_of({}, with_leases({20ms}), 0.01), 50s);
+  EXPECT_EQ(hang_of({}, with_leases({20ms}), 10), 500ms);
 }
 
 TEST_F(ParentTest, WatchdogThatCannotBeOpenedRefusesTheStart) {

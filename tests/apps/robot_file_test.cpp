@@ -11,7 +11,8 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::UnorderedElementsAre;
 
-constexpr std::string_view kGood = R"(robot = { name = "desk", board = "sim", seed = 7, virtual_cores = 2 }
+constexpr std::string_view kGood =
+    R"(robot = { name = "desk", board = "sim", seed = 7, virtual_cores = 2, tap_history_ms = 2000 }
 
 [[thread]]
 name = "control"
@@ -118,6 +119,7 @@ TEST(RobotFile, EveryKeyReachesTheGraphSpec) {
   EXPECT_EQ(g.board, "sim");
   EXPECT_EQ(g.seed, 7u);
   EXPECT_EQ(g.virtual_cores, 2u);
+  EXPECT_EQ(g.tap_history, 2s);
   ASSERT_EQ(g.threads.size(), 2u);
   EXPECT_EQ(g.threads[0].priority, 80);
   EXPECT_EQ(g.threads[0].period, 1ms);
@@ -141,6 +143,7 @@ TEST(RobotFile, EveryKeyReachesTheGraphSpec) {
   EXPECT_FALSE(g.modules[2].enabled);
   ASSERT_EQ(g.topics.size(), 2u);
   EXPECT_EQ(g.topics[0].image_bytes, 640u * 480 * 2);
+  EXPECT_EQ(g.topics[0].image_pixels, 640u * 480);
   EXPECT_EQ(g.topics[0].history, 5u);
   EXPECT_FALSE(g.topics[0].external);
   ASSERT_TRUE(g.topics[1].external);
@@ -257,7 +260,8 @@ safe = "pray"
   EXPECT_THAT(
       lines,
       UnorderedElementsAre(
-          "robot.toml:1: robot.colour: \"red\": unknown key; known here: board device_boards name seed virtual_cores",
+          "robot.toml:1: robot.colour: \"red\": unknown key; known here: board device_boards name seed tap_history_ms "
+          "virtual_cores",
           "robot.toml:4: thread.control.priority: 120: an integer from 0 to 98",
           "robot.toml:2: thread.control: : exactly one of period_us, trigger (topics), device (a driver module)",
           "robot.toml:9: module.m.type: missing: the type of a module, e.g. \"control::Mixer\"; it is required",
@@ -269,6 +273,18 @@ safe = "pray"
           "robot.toml:15: actuator.tilt.limit: [ 1, -1 ]: [smallest, largest], two numbers in this order",
           "robot.toml:12: actuator.tilt.lease_ms: missing: a number from 0.1 to 10000; it is required",
           "robot.toml:16: actuator.tilt.safe: \"pray\": one of \"stop\", \"hold\", \"damp\", \"torque_off\""));
+}
+
+TEST(RobotFile, AHangIsNoShorterThanTwoLeases) {
+  const auto with = [](const char* hang) {
+    return problems_of(std::string(R"(robot = { name = "x", board = "none" }
+actuator.a = { command = "m.out", channels = 1, limit = [0, 1], lease_ms = 300, safe = "stop" }
+)") +
+                       "parent = { hang_ms = " + hang + " }\n");
+  };
+  EXPECT_THAT(with("599"),
+              ElementsAre("robot.toml:3: parent.hang_ms: 599: at least two of the smallest lease: 600 or more"));
+  EXPECT_THAT(with("600"), ElementsAre());
 }
 
 TEST(RobotFile, SyntaxErrorIsOneProblemWithItsLine) {

@@ -179,7 +179,21 @@ TEST(MissionPlan, GroundIsFeltWhereTheHeightIsWrong) {
     ++steps;
   }
   EXPECT_EQ(f.plan.state().phase, MissionPhase::touchdown);
-  EXPECT_GT(steps, 200 * f.plan.params.stuck_s * 0.9);
+  EXPECT_GT(steps, 200 * f.plan.params.stuck_high_s * 0.9);
+}
+
+TEST(MissionPlan, WhatFloatsForSecondsBeforeItSinksIsNotOnTheGround) {
+  Follower f;
+  ASSERT_TRUE(f.run_to(MissionPhase::descend));
+  f.run(0.5);
+  const double floats_at = f.nav.p_world_m.z;
+  for (int i = 0; i < 800; ++i) {
+    f.step();
+    f.nav.p_world_m.z = f.nav.height_m = floats_at;
+    f.nav.v_world_mps = {};
+    ASSERT_EQ(f.plan.state().phase, MissionPhase::descend);
+  }
+  EXPECT_TRUE(f.run_to(MissionPhase::done));
 }
 
 constexpr MissionSafety kLand{true, msg::FailsafeAction::land}, kNotPermitted{false, msg::FailsafeAction::none},

@@ -62,9 +62,9 @@ TEST(MemoryUse, SlotsAreTheSharedMemoryThatWeMade) {
 TEST(MemoryUse, AllocatedBlocksAreHeapOnceTheyAreTouched) {
   const std::uint64_t before = memory_use().heap;
   const auto block = std::make_unique<char[]>(16 * kMiB);
-  std::memset(block.get(), 1, 16 * kMiB);  // zeroes alone may come from pages that nobody has touched
+  std::memset(block.get(), 1, 16 * kMiB);          // zeroes alone may come from pages that nobody has touched
+  asm volatile("" ::"r"(block.get()) : "memory");  // and bytes that nobody reads need not be written
   EXPECT_GE(memory_use().heap - before, 15 * kMiB);
-  EXPECT_EQ(block[16 * kMiB - 1], 1);
 }
 
 TEST(LockMemory, WhatWasAllocatedIsInMemoryBeforeAnybodyTouchesIt) {

@@ -55,6 +55,67 @@ TEST(Process, StopIsRequestedByASignalAndTheProcessLives) {
   EXPECT_TRUE(stop_requested());
 }
 
+TEST(Process, AnEndOfAChildIsToldAlsoWhereOursWereIgnored) {
+  ::signal(SIGCHLD, SIG_IGN);  // as whoever started us may have left it
+  auto child = ChildProcess::start({"/bin/sh", "-c", "exit 7"});
+  ASSERT_TRUE(child);
+  EXPECT_EQ((*child)->wait(10s), 7);
+}
+
+/// The exit code of a child that does `body` with a standard output that nobody reads from.
+int before_a_full_pipe(const std::function<int()>& body) {
+  int ends[2];
+  if (::pipe(ends) != 0) return -1;
+  auto child = ChildProcess::fork([&] {
+    ::dup2(ends[1], STDOUT_FILENO);
+    return body();
+  });
+  if (!child) return -1;
+  const auto code = (*child)->wait(20s);
+  ::close(ends[0]), ::close(ends[1]);
+  return code.value_or(-2);
+}
+
+TEST(PrintNow, AFullPipeHoldsUpNobody) {
+  EXPECT_EQ(before_a_full_pipe([] {
+              const std::string line(1000, 'x');
+              for (int i = 0; i < 1000; ++i) print_now(line);
+              return 7;
+            }),
+            7);
+}
+
+TEST(PrintNow, WhatIsTakenComesInOrder) {
+  const auto file = std::filesystem::temp_directory_path() / ("sinew_print_" + std::to_string(::getpid()));
+  auto child = ChildProcess::fork([&] {
+    if (!std::freopen(file.c_str(), "w", stdout)) return 1;
+    std::printf("one ");
+    print_now("two ");
+    std::printf("three\n");
+    return 0;
+  });
+  ASSERT_TRUE(child);
+  EXPECT_EQ((*child)->wait(20s), 0);
+  std::ifstream in(file);
+  std::string line;
+  std::getline(in, line);
+  std::filesystem::remove(file);
+  EXPECT_EQ(line, "one two three");
+}
+
+TEST(OutliveTerminal, ALostReaderAndAHangUpEndNothing) {
+  auto child = ChildProcess::fork([] {
+    outlive_terminal();
+    ::raise(SIGHUP);
+    int ends[2];
+    if (::pipe(ends) != 0) return 1;
+    ::close(ends[0]);
+    return ::write(ends[1], "x", 1) < 0 && errno == EPIPE ? 7 : 2;
+  });
+  ASSERT_TRUE(child);
+  EXPECT_EQ((*child)->wait(20s), 7);
+}
+
 TEST(Process, KnowsItsUse) {
   const ProcessUse use = process_use();
   EXPECT_GT(use.rss_bytes, 100'000u);
@@ -87,9 +148,14 @@ TEST(ChildProcess, SignalThatEndedItIsNamed) {
 #endif
 
 TEST(ChildProcess, ProcessWithMoreThreadsIsNotCopied) {
-  auto gates = linux_os().start_thread({}, [] { linux_os().sleep_until(linux_os().now() + 200ms); });
+  WakeWord over{0};
+  auto gates = linux_os().start_thread({}, [&] {
+    while (over == 0) linux_os().wait(over, 0, kNever);
+  });
   ASSERT_TRUE(gates);
   auto child = ChildProcess::fork([] { return 0; });
+  over = 1;
+  linux_os().wake(over);
   ASSERT_FALSE(child);
   EXPECT_EQ(child.error().code, Errc::not_supported);
 }

@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "hal/linux/memory.hpp"
 #include "hal/linux/os.hpp"
 #include "hal/linux/shared_memory.hpp"
 
@@ -193,7 +194,7 @@ TEST(SharedMemoryHandOver, PeerSeesTheSameBytesAndCannotWriteThem) {
   auto mine = create_shared_memory("test", 5000);
   ASSERT_TRUE(ends->first->write_with_memory(bytes_of("here"), **mine));
   EXPECT_EQ(read_text(*ends->second), "here");
-  auto theirs = ends->second->take_memory();
+  auto theirs = ends->second->take_memory(Stream::MemoryAccess::mapped);
   ASSERT_TRUE(theirs) << theirs.error().where;
   ASSERT_GE((*theirs)->size(), 5000u);
   EXPECT_NE((*theirs)->data(), (*mine)->data());
@@ -204,18 +205,38 @@ TEST(SharedMemoryHandOver, PeerSeesTheSameBytesAndCannotWriteThem) {
   EXPECT_NE(::ftruncate(fd, 0), 0) << "a reader would die of a bus error";
 }
 
+TEST(SharedMemoryHandOver, WhoOnlyCopiesHasNoPageOfIt) {
+  constexpr std::size_t kBytes = 4 * 1024 * 1024;
+  auto ends = stream_pair();
+  auto mine = create_shared_memory("test", kBytes);
+  ASSERT_TRUE(ends->first->write_with_memory(bytes_of("here"), **mine));
+  EXPECT_EQ(read_text(*ends->second), "here");
+  auto theirs = ends->second->take_memory(Stream::MemoryAccess::copied);
+  ASSERT_TRUE(theirs) << theirs.error().where;
+  EXPECT_EQ((*theirs)->data(), nullptr);
+  EXPECT_GE((*theirs)->size(), kBytes);
+  std::memset((*mine)->data(), 0x5A, kBytes);
+  std::vector<std::byte> got(kBytes / 2);
+  const std::uint64_t before = memory_use().peers;
+  ASSERT_TRUE((*theirs)->copy(kBytes / 2, got));
+  EXPECT_EQ(got.back(), std::byte{0x5A});
+  EXPECT_EQ(memory_use().peers, before);
+  for (auto* memory : {mine->get(), theirs->get()})
+    EXPECT_FALSE(memory->copy(memory->size() - got.size() + 1, got)) << "one byte too far";
+}
+
 TEST(SharedMemoryHandOver, MemoryThatItsOwnerCanShrinkIsRefused) {
   const int fd = ::memfd_create("soft", MFD_CLOEXEC | MFD_ALLOW_SEALING);
   ASSERT_EQ(::ftruncate(fd, 4096), 0);
   const std::size_t before = open_files();
-  EXPECT_EQ(map_shared_memory(fd).error().code, Errc::bad_data);
+  EXPECT_EQ(open_shared_memory(fd, Stream::MemoryAccess::copied).error().code, Errc::bad_data);
   EXPECT_EQ(open_files(), before - 1) << "the handle is closed all the same";
 }
 
 TEST(SharedMemoryHandOver, HandleThatIsNoMemoryIsRefused) {
   std::array<int, 2> pipe{};
   ASSERT_EQ(::pipe(pipe.data()), 0);
-  EXPECT_EQ(map_shared_memory(pipe[0]).error().code, Errc::bad_data);
+  EXPECT_EQ(open_shared_memory(pipe[0], Stream::MemoryAccess::mapped).error().code, Errc::bad_data);
   ::close(pipe[1]);
 }
 
@@ -234,7 +255,7 @@ TEST(SharedMemoryHandOver, HandlesNobodyAskedForAreClosed) {
 
 TEST(SharedMemoryHandOver, NothingCameIsNotFound) {
   auto ends = stream_pair();
-  EXPECT_EQ(ends->second->take_memory().error().code, Errc::not_found);
+  EXPECT_EQ(ends->second->take_memory(Stream::MemoryAccess::mapped).error().code, Errc::not_found);
 }
 
 TEST(SharedMemoryHandOver, IsNotForTcp) {

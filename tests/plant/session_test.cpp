@@ -134,7 +134,7 @@ class ScriptedRuntime {
   void take_welcome(const sim_hil::Message& m) {
     EXPECT_TRUE(decode(m.header, m.payload, got.welcome));
     if (got.welcome.shared_bytes == 0) return;
-    auto memory = stream_->take_memory();
+    auto memory = stream_->take_memory(hal::Stream::MemoryAccess::mapped);
     ASSERT_TRUE(memory);
     memory_ = std::move(*memory);
   }

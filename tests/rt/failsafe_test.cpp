@@ -96,14 +96,7 @@ class FailsafeTest : public ::testing::Test {
     robot.periodic("control", 10, 1ms, {"commander"});
     robot.periodic("sensing", 20, 10ms, {"sensor"}).phase = 500us;
     robot.on_topics("log", 5, {"guardian.state"}, {"log"});
-    ActuatorSpec a;
-    a.name = "motors";
-    a.command = {"commander.out", 0};
-    a.channels = 2;
-    a.min = -1;
-    a.max = 1;
-    a.lease = 5ms;
-    robot.spec.actuators.push_back(a);
+    robot.two_motors(5ms);
   }
   FailsafeSpec& condition(Kind kind, Duration time, FailsafeAction action) {
     robot.spec.failsafes.emplace_back();
@@ -154,6 +147,28 @@ class FailsafeTest : public ::testing::Test {
   Sensor& sensor = robot.add<Sensor>("sensor");
   SafetyLog& log = robot.add<SafetyLog>("log", {{"in", "guardian.state"}, {"group", "guardian.motors"}});
 };
+
+// ---- what is told
+
+TEST_F(FailsafeTest, AGroupThatHoldsOrGetsSetpointsMovesWhateverTheOthersDo) {
+  Commander& second = robot.add<Commander>("second");
+  robot.periodic("gripping", 10, 1ms, {"second"});
+  robot.board.add("gripper", robot.clock);
+  ActuatorSpec gripper = robot.spec.actuators[0];
+  gripper.name = "gripper";
+  gripper.command = {"second.out", 0};
+  gripper.safe = ActuatorSpec::Safe::hold;
+  robot.spec.actuators.push_back(gripper);
+  at(20ms, [&] { commander.silent = true; });
+  at(40ms, [&] { second.silent = true; });
+  at(60ms, [&] { second.silent = false, second.value = 0; });
+  robot.run(80ms);
+  EXPECT_EQ(state_at(19ms).groups_moving, 0b11u);
+  EXPECT_EQ(state_at(39ms).mode, GuardianMode::safe);
+  EXPECT_EQ(state_at(39ms).groups_moving, 0b10u);
+  EXPECT_EQ(state_at(59ms).groups_moving, 0b10u) << "it holds";
+  EXPECT_EQ(state_at(79ms).groups_moving, 0u);
+}
 
 // ---- arming
 

@@ -136,6 +136,17 @@ class Robot {
     t.timeout = timeout;
     return t;
   }
+  /// The group "motors" of the module "commander": two channels, -1 to 1.
+  ActuatorSpec& two_motors(Duration lease) {
+    ActuatorSpec& a = spec.actuators.emplace_back();
+    a.name = "motors";
+    a.command = {"commander.out", 0};
+    a.channels = 2;
+    a.min = -1;
+    a.max = 1;
+    a.lease = lease;
+    return a;
+  }
   ThreadSpec& on_device(const std::string& name, int priority, const std::vector<std::string>& order,
                         Duration timeout = {}) {
     ThreadSpec& t = thread(name, priority, order);
@@ -180,7 +191,7 @@ class Robot {
 
   GraphSpec spec;
   ModuleTypes types;
-  ConfigureOptions configure_options{nullptr, kNearWrap, {}, {}};
+  ConfigureOptions configure_options{.first_sequence = kNearWrap};
   std::uint32_t fault_limit = 10;
   bool virtual_time = true;
   hal::ManualClock clock;

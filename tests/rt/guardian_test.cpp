@@ -59,14 +59,7 @@ class GuardianTest : public ::testing::Test {
   GuardianTest() : motors(robot.board.add("motors", robot.clock)) {
     robot.periodic("control", 10, 1ms, {"commander"});
     robot.on_topics("log", 5, {"guardian.motors"}, {"log"});
-    ActuatorSpec a;
-    a.name = "motors";
-    a.command = {"commander.out", 0};
-    a.channels = 2;
-    a.min = -1;
-    a.max = 1;
-    a.lease = 5ms;
-    robot.spec.actuators.push_back(a);
+    robot.two_motors(5ms);
   }
   ActuatorSpec& actuator() { return robot.spec.actuators[0]; }
   void at(Duration t, std::function<void()> action) { robot.grants.at(Time{t.count()}, std::move(action)); }

@@ -175,7 +175,7 @@ TEST(WayIn, WhatBelongsToTheRuntimeStaysOn) {
   EXPECT_EQ(why, "guardian belongs to the runtime; it stays on");
   EXPECT_EQ(graph.set_enabled("operator", false, &why).error().code, hal::Errc::not_supported);
   EXPECT_EQ(graph.set_enabled("numbres", false, &why).error().code, hal::Errc::not_found);
-  EXPECT_EQ(why, "no module numbres");
+  EXPECT_EQ(why, "no module numbres; there are: guardian listener numbers commander operator");
 }
 
 TEST(WayIn, ArmingGoesToTheGuardianWhichMayRefuse) {

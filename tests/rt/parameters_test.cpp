@@ -66,15 +66,16 @@ TEST(Parameters, AreRefusedOutsideTheirRangeWithTheReason) {
   };
   const std::string bad = std::string(hal::to_string(hal::Errc::bad_argument)) + ": ";
   const std::string none = std::string(hal::to_string(hal::Errc::not_found)) + ": ";
-  EXPECT_EQ(refused("gain", "gain", 2.5), bad + "2.5: a number from 0 to 2 rad");
-  EXPECT_EQ(refused("gain", "gain", -0x1p-1074), bad + "-5e-324: a number from 0 to 2 rad");
-  EXPECT_EQ(refused("gain", "gain", std::numeric_limits<double>::quiet_NaN()), bad + "nan: a number from 0 to 2 rad");
-  EXPECT_EQ(refused("gain", "gain", true), bad + "true: a number from 0 to 2 rad");
-  EXPECT_EQ(refused("gain", "steps", std::int64_t{0}), bad + "0: an integer from 1 up");
-  EXPECT_EQ(refused("gain", "steps", 1.0), bad + "1: an integer from 1 up");
-  EXPECT_EQ(refused("gain", "fast", std::int64_t{1}), bad + "1: true or false");
-  EXPECT_EQ(refused("gain", "gian", 1.0), none + "gain has no parameter gian");
-  EXPECT_EQ(refused("gian", "gain", 1.0), none + "no module gian");
+  EXPECT_EQ(refused("gain", "gain", 2.5), bad + "gain.gain: 2.5: a number from 0 to 2 rad");
+  EXPECT_EQ(refused("gain", "gain", -0x1p-1074), bad + "gain.gain: -5e-324: a number from 0 to 2 rad");
+  EXPECT_EQ(refused("gain", "gain", std::numeric_limits<double>::quiet_NaN()),
+            bad + "gain.gain: nan: a number from 0 to 2 rad");
+  EXPECT_EQ(refused("gain", "gain", true), bad + "gain.gain: true: a number from 0 to 2 rad");
+  EXPECT_EQ(refused("gain", "steps", std::int64_t{0}), bad + "gain.steps: 0: an integer from 1 up");
+  EXPECT_EQ(refused("gain", "steps", 1.0), bad + "gain.steps: 1: an integer from 1 up");
+  EXPECT_EQ(refused("gain", "fast", std::int64_t{1}), bad + "gain.fast: 1: true or false");
+  EXPECT_EQ(refused("gain", "gian", 1.0), none + "gain has no parameter gian; it has: gain steps fast label");
+  EXPECT_EQ(refused("gian", "gain", 1.0), none + "no module gian; there are: gain");
   EXPECT_EQ(refused("gain", "label", std::string("x")),
             std::string(hal::to_string(hal::Errc::not_supported)) + ": a text is set before the start only");
   robot.run(1500us);

@@ -36,6 +36,7 @@ class ProbeOs final : public hal::Os {
   }
   hal::Result<std::unique_ptr<hal::Thread>> start_thread(const hal::ThreadOptions& options,
                                                          std::function<void()> body) override {
+    if (threads_ > 0) os_.sleep_until(os_.now() + before_further_threads);
     auto& calls = calls_[threads_++];
     return os_.start_thread(options, [&calls, body = std::move(body)] {
       const trap::Scope scope("an executor's loop", &calls);
@@ -59,6 +60,7 @@ class ProbeOs final : public hal::Os {
     return sum;
   }
   bool denies = false;
+  hal::Duration before_further_threads{0};  // so long a thread that is there already waits for the next one
 
  private:
   void note_sleep(hal::Time t) noexcept {

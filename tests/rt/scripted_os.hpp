@@ -41,7 +41,9 @@ class ScriptedOs final : public hal::Os {
   }
   void wait(hal::WakeWord& word, std::uint32_t expected, hal::Time deadline) noexcept override {
     while (word.load() == expected && now() < deadline) {
-      if (next_event() <= deadline && next_event() != hal::kNever)
+      if (!woken_once_)
+        std::this_thread::sleep_for(std::chrono::microseconds(100));
+      else if (next_event() <= deadline && next_event() != hal::kNever)
         move_to(next_event());
       else if (deadline != hal::kNever)
         move_to(deadline);
@@ -50,7 +52,8 @@ class ScriptedOs final : public hal::Os {
     }
     std::this_thread::yield();
   }
-  void wake(hal::WakeWord&) noexcept override {}  // wait() looks
+  /// wait() looks by itself; but before the first of them, the executor's start, time stands still.
+  void wake(hal::WakeWord&) noexcept override { woken_once_ = true; }
   hal::Duration thread_cpu_time() noexcept override { return hal::Duration{cpu_ns_}; }
   hal::Result<std::unique_ptr<hal::Thread>> start_thread(const hal::ThreadOptions& options,
                                                          std::function<void()> body) override {
@@ -102,6 +105,7 @@ class ScriptedOs final : public hal::Os {
     now_ns_ = std::max(now_ns_.load(), t.ns);
   }
 
+  std::atomic<bool> woken_once_{false};
   std::atomic<std::int64_t> now_ns_{1'000'000'000};
   std::int64_t cpu_ns_ = 0;
   std::uint32_t sleeps_ = 0;

@@ -264,6 +264,33 @@ TEST(DatasetBoard, InRealTimeSleepersAreWokenForEverySample) {
   EXPECT_EQ(samples, 9);
 }
 
+TEST(DatasetBoard, WhoIsTakenAwayWhileItIsWokenIsLetGoOfFirst) {
+  class Slow final : public hal::Wake {
+   public:
+    void wake() noexcept override {
+      entered = true;
+      while (!go) std::this_thread::yield();
+      left = true;
+    }
+    std::atomic<bool> entered{false}, go{false}, left{false};
+  };
+  Folder f;
+  write_flat(f);
+  hal::Os& os = hal::linux_os();
+  Slow slow;
+  const auto board = open({.folder = f.path(), .clock = &os, .os = &os});
+  hal::Imu& imu = **board->imu("imu");
+  imu.set_wake(&slow);
+  ASSERT_TRUE(board->start());
+  while (!slow.entered) std::this_thread::yield();
+  std::jthread later([&] {
+    std::this_thread::sleep_for(20ms);
+    slow.go = true;
+  });
+  imu.set_wake(nullptr);
+  EXPECT_TRUE(slow.left) << "its owner may be freed now";
+}
+
 /// The recording of a real vehicle, when SINEW_DATA names its folder.
 TEST(DatasetBoard, PlaysTheRealRecording) {
   const char* folder = std::getenv("SINEW_DATA");

@@ -239,12 +239,15 @@ TEST(SimFreeRunning, SampleThatArrivesLongAfterItWasReadyIsLate) {
 }
 
 TEST(SimFreeRunning, GapBetweenArrivalsIsMeasured) {
+  std::atomic<bool> first_is_read{false};
   Rig rig(
-      [](PlantLink& plant) {
+      [&](PlantLink& plant) {
         ASSERT_TRUE(plant.start_clock(at(0s), linux_os().now()));
         ASSERT_TRUE(plant.send(kImu, imu_sample(1ms), at(1ms)));
         ASSERT_TRUE(plant.exchange());
-        linux_os().sleep_until(linux_os().now() + 30ms);
+        const Time give_up = linux_os().now() + kLong;
+        while (!first_is_read && linux_os().now() < give_up) linux_os().sleep_until(linux_os().now() + 1ms);
+        linux_os().sleep_until(linux_os().now() + 5ms);
         ASSERT_TRUE(plant.send(kImu, imu_sample(2ms), at(2ms)));
         idle(plant);
       },
@@ -254,9 +257,11 @@ TEST(SimFreeRunning, GapBetweenArrivalsIsMeasured) {
   imu->set_wake(&bell);
   ASSERT_TRUE(rig.board->start());
   msg::ImuSample s;
-  for (int i = 0; i < 2; ++i) ASSERT_TRUE(bell.wait_until([&] { return *imu->read(s); }));
+  ASSERT_TRUE(bell.wait_until([&] { return *imu->read(s); }));
+  first_is_read = true;
+  ASSERT_TRUE(bell.wait_until([&] { return *imu->read(s); }));
   EXPECT_EQ(rig.board->stats().devices[kImu].max_gap_stamp, 1ms);
-  EXPECT_GT(rig.board->stats().devices[kImu].max_gap_arrival, 1ms);
+  EXPECT_GE(rig.board->stats().devices[kImu].max_gap_arrival, 5ms);
 }
 
 TEST(SimFreeRunning, PlantWithAnotherHostClockIsRefused) {

@@ -36,7 +36,7 @@ class MemoryStream final : public hal::Stream {
   hal::Status write_with_memory(std::span<const std::byte> bytes, const hal::SharedMemory&) noexcept override {
     return write(bytes, {});
   }
-  hal::Result<std::unique_ptr<hal::SharedMemory>> take_memory() override {
+  hal::Result<std::unique_ptr<hal::SharedMemory>> take_memory(MemoryAccess) override {
     return hal::Error{hal::Errc::not_found, "no memory in a script"};
   }
   void shutdown() noexcept override {}

@@ -84,8 +84,13 @@ TEST(SimRelink, PlantThatComesBackIsTakenUpAgainAndTheRunGoesOn) {
                           one_sample(1ms, 2, end)(link);
                           commanded = link.stats().commands > 0;
                         }});
+  std::atomic<bool> in_reach{true};
+  const Connect connect = [&, reach = plant.connect()]() -> hal::Result<std::unique_ptr<hal::Stream>> {
+    if (!in_reach) return hal::Error{Errc::closed, "out of reach"};
+    return reach();
+  };
   {
-    const auto board = meet(coming_back(plant.connect()));
+    const auto board = meet(coming_back(connect));
     hal::Imu* imu = *board->imu("imu");
     hal::Actuators* motors = *board->actuators("motors");
     ASSERT_TRUE(board->start());
@@ -94,12 +99,14 @@ TEST(SimRelink, PlantThatComesBackIsTakenUpAgainAndTheRunGoesOn) {
     EXPECT_EQ(first.gyro_radps.x, 1);
     EXPECT_TRUE(motors->write(hover(0.5, linux_os().now() - Time{}), 1s));
     EXPECT_EQ(board->link_trouble(), "");
+    in_reach = false;  // until the outage has been seen
     lose = true;
     bool refused = false, told = false;
     ASSERT_TRUE(until([&] {
       const hal::Status sent = motors->write(hover(0.5, linux_os().now() - Time{}), 1s);
       refused |= !sent && sent.error().code == Errc::closed;
       told |= !board->link_trouble().empty();
+      if (refused && told) in_reach = true;
       const auto got = imu->read(second);
       EXPECT_TRUE(got) << "no sample is normal, an error would stop the module";
       return got && *got;

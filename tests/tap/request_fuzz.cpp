@@ -43,6 +43,7 @@ void answer(Answers& answers, std::string_view request) {
     require(!reply.change);
   }
   require(to_text(json).size() < kMaxReplyBytes);
+  require(to_text(reply).size() < kMaxReplyBytes);
 }
 
 }  // namespace

@@ -3,7 +3,7 @@
 
 #include <thread>
 
-#include "hal/linux/socket.hpp"
+#include "raw_client.hpp"
 #include "tap_rig.hpp"
 
 namespace sinew::tap {
@@ -107,16 +107,18 @@ TEST(Server, RefusesWhatIsNotAllowedAndSaysWhatIs) {
   const char* no = hal::to_string(hal::Errc::not_found);
   const char* never = hal::to_string(hal::Errc::not_supported);
   EXPECT_EQ(why("param.set", {{"module", "counter"}, {"param", "gain"}, {"value", 11}}),
-            std::string(bad) + ": 11: a number from 0 to 10");
+            std::string(bad) + ": counter.gain: 11: a number from 0 to 10");
   EXPECT_EQ(why("param.set", {{"module", "counter"}, {"param", "gain"}, {"value", {1}}}),
             std::string(bad) + ": \"value\": true, false, a number or a text");
   EXPECT_EQ(why("param.set", {{"module", "counter"}, {"param", "gains"}, {"value", 1}}),
-            std::string(no) + ": counter has no parameter gains");
+            std::string(no) + ": counter has no parameter gains; it has: gain offset active label");
   EXPECT_EQ(why("param.set", {{"module", "counter"}, {"param", "label"}, {"value", "b"}}),
             std::string(never) + ": a text is set before the start only");
   EXPECT_EQ(why("param.set", {{"param", "gain"}, {"value", 1}}), std::string(bad) + ": \"module\": a module's name");
-  EXPECT_EQ(why("module.disable", {{"module", "mixer"}}), std::string(no) + ": no module mixer");
-  EXPECT_EQ(why("params", {{"module", "mixer"}}), std::string(no) + ": no module mixer");
+  EXPECT_EQ(why("module.disable", {{"module", "mixer"}}),
+            std::string(no) + ": no module mixer; there are: counter follower eye operator");
+  EXPECT_EQ(why("params", {{"module", "mixer"}}),
+            std::string(no) + ": no module mixer; there are: counter follower eye operator");
   EXPECT_EQ(why("subscribe", {{"topics", {"mixer.out"}}}), std::string(no) + ": no topic mixer.out");
   EXPECT_EQ(why("subscribe", {{"topics", {"eye.image"}}, {"period_ms", 0}}),
             std::string(bad) + ": \"period_ms\": an integer from 1 to 1000");
@@ -202,6 +204,7 @@ TEST(Server, TimeLineShowsTheLastCycles) {
   while (line["ok"] == true && line["events"].size() < 20);
   ASSERT_EQ(line["ok"], true) << line;
   EXPECT_EQ(line["columns"], Json({"kind", "thread", "module", "at_ns", "length_ns", "zone"}));
+  for (const Json& e : line["events"]) ASSERT_EQ(e.size(), line["columns"].size());
   bool counter_stepped = false;
   for (const Json& e : line["events"])
     counter_stepped |= e[0] == "step" && line["modules"][e[2].get<std::size_t>()] == "counter" &&
@@ -266,42 +269,15 @@ TEST(Server, DoorbellsRingWhenTheRobotEnds) {
   robot->prepare(1s);  // nothing is ever published
   auto client = robot->client();
   ASSERT_TRUE(client->reader());
+  const std::uint32_t seen = client->bell(0);
   std::thread end([&] {
     std::this_thread::sleep_for(20ms);
     robot->server.reset();
   });
-  const std::uint32_t seen = client->bell(0);
   while (client->bell(0) == seen) client->wait(0, seen, hal::kNever);
   end.join();
   EXPECT_EQ(client->request("hello").error().code, hal::Errc::closed);
 }
-
-/// A client that says what it likes.
-class RawClient {
- public:
-  explicit RawClient(const Robot& robot) : stream_(std::move(*hal::connect_stream("unix:" + robot.name->path(), 5s))) {
-    stream_->set_patience(20s);
-  }
-  bool send(std::string_view bytes) { return stream_->write(std::as_bytes(std::span(bytes))).has_value(); }
-  bool send_frame(std::string_view text) {
-    return stream_->write(frame_head(text.size()), std::as_bytes(std::span(text))).has_value();
-  }
-  /// Nothing when the robot hung up.
-  std::optional<Json> reply() {
-    while (!frames_.frame()) {
-      const auto n = stream_->read(frames_.room());
-      if (!n) return std::nullopt;
-      frames_.filled(*n);
-    }
-    Json json = Json::parse(*frames_.frame(), nullptr, false);
-    frames_.drop();
-    return json;
-  }
-
- private:
-  std::unique_ptr<hal::Stream> stream_;
-  FrameReader frames_{kMaxReplyBytes};
-};
 
 TEST(Server, GarbageIsAnsweredCountedAndAtLastClosed) {
   Robot robot;
@@ -339,6 +315,35 @@ TEST(Server, WhoAsksTooOftenIsAnsweredLaterAndCounted) {
     EXPECT_EQ((*reply)["ok"], true) << i;
   }
   EXPECT_GT(robot.server->stats().throttled.value(), 0U);
+}
+
+TEST(Server, LongRepliesThatNobodyTakesLeaveRoomForShortOnes) {
+  RobotOptions options;
+  options.server.patience = 60s;
+  options.server.long_reply_bytes = 2 << 20;
+  options.graph.period = 250us;
+  Robot robot(options);
+  robot.prepare(2s);
+  ASSERT_TRUE(robot.discrete->run());
+  const std::string timeline = R"({"request":"timeline","last_ms":60000,"id":5})";
+  RawClient first(robot), second(robot);
+  ASSERT_TRUE(first.send_frame(timeline));
+  while (robot.server->stats().requests.value() < 1) std::this_thread::sleep_for(1ms);
+  ASSERT_TRUE(second.send_frame(timeline));
+  const auto busy = second.reply();
+  ASSERT_TRUE(busy);
+  ASSERT_EQ((*busy)["ok"], false);
+  EXPECT_EQ((*busy)["error"]["code"], hal::to_string(hal::Errc::busy));
+  EXPECT_EQ((*busy)["id"], 5);
+  ASSERT_TRUE(second.send_frame(R"({"request":"status"})"));
+  EXPECT_EQ((*second.reply())["ok"], true);
+  EXPECT_EQ(robot.server->stats().refused_replies.value(), 1U);  // counted by the time of the next reply
+  const auto whole = first.reply();
+  ASSERT_TRUE(whole);
+  EXPECT_EQ((*whole)["ok"], true);
+  EXPECT_GT(whole->dump().size(), options.server.long_reply_bytes / 2) << "or both would have had room";
+  ASSERT_TRUE(second.send_frame(timeline));
+  EXPECT_EQ((*second.reply())["ok"], true) << "taken, so there is room again";
 }
 
 TEST(Server, LengthThatCannotBeEndsTheConnection) {

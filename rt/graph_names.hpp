@@ -1,0 +1,13 @@
+#pragma once
+// Words for whoever asks for a part of a graph by a name that it does not have.
+#include <string>
+#include <string_view>
+
+#include "rt/graph.hpp"
+
+namespace sinew::rt {
+
+/// "no module atitude; there are: attitude filter".
+std::string no_such_module(const Graph& graph, std::string_view name);
+
+}  // namespace sinew::rt
