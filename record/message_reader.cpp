@@ -26,8 +26,12 @@ struct MessageReader::State {
   Decompressor decompressor;
 
   State(Reader& r, Query q) : reader(r), query(std::move(q)), wanted(65536, query.topics.empty()) {
-    for (const auto& [id, channel] : reader.channels())
-      if (std::find(query.topics.begin(), query.topics.end(), channel.topic) != query.topics.end()) wanted[id] = true;
+    for (const auto& [id, channel] : reader.channels()) want(channel);
+  }
+
+  void want(const Channel& channel) {
+    if (std::find(query.topics.begin(), query.topics.end(), channel.topic) != query.topics.end())
+      wanted[channel.id] = true;
   }
 
   bool by_time() const { return query.order == Order::log_time; }
@@ -85,6 +89,7 @@ struct MessageReader::State {
       spare.push_back(std::move(open));
       return false;
     }
+    for (const Channel& channel : contents.channels()) want(channel);  // the summary need not have it
     const bool known = choose(*open, block);
     if (open->entries.empty()) {
       spare.push_back(std::move(open));

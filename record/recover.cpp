@@ -24,21 +24,31 @@ class Recovery {
 
  private:
   Status copy_definitions() {
-    std::set<std::uint16_t> plain;  // what was in a chunk without compression
     for (const ChunkIndex& chunk : from_.chunks())
       if (chunk.compression.empty())
-        for (const auto& [channel, place] : chunk.message_indexes) plain.insert(channel);
-    for (const auto& [id, schema] : from_.schemas()) {
-      auto added = to_.add_schema(schema.name, schema.encoding, schema.data);
-      if (!added) return added.error();
-      schemas_[id] = *added;
-    }
-    for (const auto& [id, channel] : from_.channels()) {
-      auto added = to_.add_channel(channel.topic, channel.message_encoding, schemas_[channel.schema], channel.metadata,
-                                   plain.contains(id) ? Packing::plain : Packing::packed);
-      if (!added) return added.error();
-      channels_[id] = *added;
-    }
+        for (const auto& [channel, place] : chunk.message_indexes) plain_.insert(channel);
+    for (const auto& [id, channel] : from_.channels())
+      if (auto done = copy_channel(channel); !done) return done;
+    for (const auto& [id, schema] : from_.schemas())
+      if (auto done = copy_schema(id); !done) return done;
+    return {};
+  }
+
+  Status copy_schema(std::uint16_t id) {
+    if (id == 0 || schemas_.contains(id)) return {};
+    const Schema& schema = from_.schemas().at(id);
+    auto added = to_.add_schema(schema.name, schema.encoding, schema.data);
+    if (!added) return added.error();
+    schemas_[id] = *added;
+    return {};
+  }
+
+  Status copy_channel(const Channel& channel) {
+    if (auto done = copy_schema(channel.schema); !done) return done;
+    auto added = to_.add_channel(channel.topic, channel.message_encoding, schemas_[channel.schema], channel.metadata,
+                                 plain_.contains(channel.id) ? Packing::plain : Packing::packed);
+    if (!added) return added.error();
+    channels_[channel.id] = *added;
     return {};
   }
 
@@ -81,6 +91,8 @@ class Recovery {
           note(messages.problem());
           break;
         case Next::message:
+          if (!channels_.contains(message.channel->id))  // the summary need not have it
+            if (auto done = copy_channel(*message.channel); !done) return done;
           if (auto done = to_.write(channels_[message.channel->id], message.stamps, message.data); !done) return done;
           ++result_.messages;
       }
@@ -98,6 +110,7 @@ class Recovery {
   Reader& from_;
   Writer& to_;
   Recovered& result_;
+  std::set<std::uint16_t> plain_;                              // channels that were in a chunk without compression
   std::map<std::uint16_t, std::uint16_t> schemas_, channels_;  // new numbers of the old ones; 0 stays 0
 };
 

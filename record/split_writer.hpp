@@ -15,35 +15,38 @@ struct SplitOptions {
 /// sequences and times that go on.
 ///
 /// Thread:  owner, an ordinary one.
-/// Errors:  those of Writer. When the next file cannot be made, the present one goes on beyond its bounds, and a chunk
-///          later it is tried again.
+/// Errors:  those of Writer. When the next file cannot be made, the present one goes on beyond its bounds. When it can
+///          be made but not begun, the present one is whole already, and messages are refused with the reason. Either
+///          is tried again Writer::kRetryAfter of log time later.
 class SplitWriter {
  public:
   /// Makes file `part`, counted from 0; after a failure the same one again, over an empty one that was left. Errors:
   /// any.
   using OpenPart = std::function<hal::Result<std::unique_ptr<hal::OutputFile>>(unsigned part)>;
-  /// Writes what every file shall begin with: metadata, attachments; after a failure again. The channels are there by
-  /// themselves.
+  /// Writes what every file shall begin with: metadata and attachments, no messages; after a failure again, all of it.
+  /// The channels are there by themselves.
   using BeginPart = std::function<hal::Status(Writer& writer, unsigned part)>;
 
   static hal::Result<SplitWriter> open(OpenPart open_part, BeginPart begin_part, const SplitOptions& options);
 
   /// For channels, attachments and times without messages.
   Writer& writer() { return *writer_; }
-  unsigned part() const { return part_; }
+  unsigned part() const { return part_; }  // the last one that has a beginning, or lacks only what BeginPart writes
   std::uint64_t failed_splits() const { return failed_splits_; }
 
   hal::Status write(std::uint16_t channel, const Stamps& stamps, std::span<const std::byte> data) {
     return write_parts(channel, stamps, {&data, 1});
   }
   hal::Status write_parts(std::uint16_t channel, const Stamps& stamps, hal::Parts parts);
-  /// Completes the last file. On an error it may be tried again.
+  /// Completes the last file. On an error it may be tried again. An empty file behind it may be left of a failure.
   hal::Status finish();
 
  private:
   SplitWriter(OpenPart open_part, BeginPart begin_part, const SplitOptions& options)
       : open_part_(std::move(open_part)), begin_part_(std::move(begin_part)), options_(options) {}
+  bool usable() const { return writer_->is_open() && begun_; }
   bool due(std::uint64_t log_time) const;
+  hal::Status make_part(std::uint64_t log_time);
   hal::Status split();
   hal::Status begin();
 
@@ -53,8 +56,9 @@ class SplitWriter {
   std::unique_ptr<Writer> writer_;
   unsigned part_ = 0;
   std::uint64_t failed_splits_ = 0;
-  std::uint64_t retry_chunk_ = 0;  // not before so many chunks are written
-  bool begun_ = false;             // the present file has its beginning
+  hal::Status last_{};              // of the last attempt to split or to begin
+  std::uint64_t attempted_at_ = 0;  // log time
+  bool begun_ = false;              // the present file has its beginning
   bool finished_ = false;
 };
 

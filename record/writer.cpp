@@ -21,8 +21,8 @@ constexpr std::size_t kMaxIds = 65535;
 }  // namespace
 
 hal::Result<std::unique_ptr<Writer>> Writer::open(std::unique_ptr<hal::OutputFile> file, const WriterOptions& options) {
-  if (options.chunk_bytes < 1024 || options.chunk_bytes > (1u << 30))
-    return Error{Errc::bad_argument, "chunk_bytes: 1024 to 2^30", static_cast<std::int64_t>(options.chunk_bytes)};
+  if (options.chunk_bytes < 1024 || options.chunk_bytes > kMaxDataBytes)
+    return Error{Errc::bad_argument, "chunk_bytes: 1024 to 2^29", static_cast<std::int64_t>(options.chunk_bytes)};
   if (options.chunk_duration.count() <= 0)
     return Error{Errc::bad_argument, "chunk_duration: more than 0", options.chunk_duration.count()};
   auto packed = Compressor::make(options.compression, options.zstd_level);
@@ -62,26 +62,33 @@ Status Writer::write_parts(std::uint16_t id, const Stamps& stamps, hal::Parts pa
   if (s.finished) return Error{Errc::closed, "record: the file is finished"};
   std::size_t size = 0;
   for (const auto& part : parts) size += part.size();
+  if (size > kMaxDataBytes)
+    return Error{Errc::bad_argument, "a message of more than 2^29 bytes", static_cast<std::int64_t>(size)};
   State::ChannelState& channel = s.channels[id - 1u];
   Lane& lane = s.lane_of(channel);
   const bool direct = lane.compression() == Compression::none && size >= kDirectBytes;
   const bool full = !direct && lane.size() + kMessageHead + size > s.options.chunk_bytes;
-  if ((full && lane.has_messages()) || s.old(lane, stamps.log_time))
-    if (auto done = s.put(lane, {}, 0, true); !done) return done;
+  const bool ended = (full && lane.has_messages()) || s.old(lane, stamps.log_time);
+  if ((ended || direct) && s.refused_lately(stamps.log_time)) return *s.refused;
+  if (ended)
+    if (auto done = s.outcome(s.put_above_floor(lane), stamps.log_time); !done) return done;
   if (!channel.defined) s.define_all(lane);
-  if (direct) return s.put_direct(lane, id, stamps, parts, size);
+  if (direct) return s.outcome(s.put_direct(lane, id, stamps, parts, size), stamps.log_time);
   lane.add(id, channel.places, stamps, parts, size);
   return {};
 }
 
 Status Writer::attach(const Attachment& attachment) {
   auto& s = *state_;
+  if (attachment.data.size() > kMaxDataBytes)
+    return Error{Errc::bad_argument, "an attachment of more than 2^29 bytes",
+                 static_cast<std::int64_t>(attachment.data.size())};
+  if (auto room = s.room_for(s.packed.size() + s.plain.size() + attachment.data.size()); !room) return room;
   if (auto done = s.close_chunks(); !done) return done;
   Buffer bytes;
   encode_head(bytes, attachment, attachment.data.size());
   bytes.append(as_bytes(attachment.data));
   bytes.number(crc32(bytes.bytes().subspan(kRecordHead)));
-  if (auto done = s.room_for(bytes.size()); !done) return done;
   const std::uint64_t at = s.end.size();
   if (auto done = s.end.append(bytes.bytes()); !done) {
     ++s.counters.failed_writes;
@@ -90,6 +97,7 @@ Status Writer::attach(const Attachment& attachment) {
   s.summary.attachments.push_back({at, bytes.size(), attachment.log_time, attachment.create_time,
                                    attachment.data.size(), attachment.name, attachment.media_type});
   s.counters.file_bytes = s.end.size();
+  s.unsynced = true;
   return {};
 }
 
@@ -105,6 +113,7 @@ Status Writer::add_metadata(const Metadata& metadata) {
   }
   s.summary.metadata.push_back({at, bytes.size(), metadata.name});
   s.counters.file_bytes = s.end.size();
+  s.unsynced = true;
   return {};
 }
 
@@ -112,13 +121,16 @@ Status Writer::tick(std::uint64_t log_time) {
   auto& s = *state_;
   if (s.finished) return Error{Errc::closed, "record: the file is finished"};
   for (Lane* lane : {&s.plain, &s.packed})
-    if (s.old(*lane, log_time))
-      if (auto done = s.put(*lane, {}, 0, true); !done) return done;
+    if (s.old(*lane, log_time)) {
+      if (s.refused_lately(log_time)) return *s.refused;
+      if (auto done = s.outcome(s.put_above_floor(*lane), log_time); !done) return done;
+    }
   if (s.unsynced && log_time > s.unsynced_since && log_time - s.unsynced_since >= s.duration()) s.sync();
   return {};
 }
 
 Status Writer::flush() {
+  if (auto room = this->room(); !room) return room;
   if (auto done = state_->close_chunks(); !done) return done;
   state_->sync();
   return {};
@@ -135,28 +147,46 @@ Status Writer::continue_in(std::unique_ptr<hal::OutputFile> file) {
   for (auto& channel : s.channels) channel.defined = false, channel.messages = 0;
   s.summary.chunks.clear(), s.summary.attachments.clear(), s.summary.metadata.clear();
   s.totals = {}, s.summary_bytes = 0;
+  s.refused.reset();
   auto done = s.begin();
   s.finished = !done;  // nothing may be written to a file without its beginning
   return done;
 }
 
+Status Writer::begin_with(const std::function<Status(Writer&)>& beginning) {
+  auto& s = *state_;
+  const auto size = s.end.size();
+  const auto crc = s.end.crc();
+  const auto attachments = s.summary.attachments.size(), metadata = s.summary.metadata.size();
+  auto done = beginning(*this);
+  if (done) return done;
+  s.summary.attachments.resize(attachments), s.summary.metadata.resize(metadata);
+  if (auto cut = s.end.cut(size, crc); !cut) return cut;
+  s.counters.file_bytes = size;
+  return done;
+}
+
+Status Writer::room() const { return state_->room_for(state_->packed.size() + state_->plain.size()); }
+
 bool Writer::is_open() const { return !state_->finished; }
 
 const WriterCounters& Writer::counters() const { return state_->counters; }
 
-std::uint64_t Writer::first_time() const {
+std::optional<std::uint64_t> Writer::first_time() const {
   const auto& s = *state_;
-  std::uint64_t first = s.totals.messages != 0 ? s.totals.start_time : ~std::uint64_t{0};
+  std::optional<std::uint64_t> first;
+  if (s.totals.messages != 0) first = s.totals.start_time;
   for (const Lane* lane : {&s.plain, &s.packed})
-    if (lane->has_messages()) first = std::min(first, lane->start_time());
-  return first == ~std::uint64_t{0} ? 0 : first;
+    if (lane->has_messages()) first = std::min(first.value_or(lane->start_time()), lane->start_time());
+  return first;
 }
 
-std::uint64_t Writer::last_time() const {
+std::optional<std::uint64_t> Writer::last_time() const {
   const auto& s = *state_;
-  std::uint64_t last = s.totals.end_time;
+  std::optional<std::uint64_t> last;
+  if (s.totals.messages != 0) last = s.totals.end_time;
   for (const Lane* lane : {&s.plain, &s.packed})
-    if (lane->has_messages()) last = std::max(last, lane->end_time());
+    if (lane->has_messages()) last = std::max(last.value_or(0), lane->end_time());
   return last;
 }
 

@@ -1,12 +1,12 @@
 #pragma once
 #include <chrono>
 #include <cstdint>
-#include <initializer_list>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "hal/file.hpp"
 #include "record/format.hpp"
@@ -20,7 +20,7 @@ struct WriterOptions {
   int zstd_level = 1;
   std::size_t chunk_bytes = 1 << 20;  // of messages, before compression; a longer message has a chunk of its own
   std::chrono::nanoseconds chunk_duration = std::chrono::seconds(1);  // of log time
-  std::uint64_t free_floor_bytes = 0;  // a chunk that would leave less of the disk is not written
+  std::uint64_t free_floor_bytes = 0;  // what write(), tick(), flush() and attach() leave of the disk
 };
 
 /// How the messages of a channel are kept.
@@ -44,9 +44,10 @@ struct WriterCounters {
 /// per chunk; never per message.
 ///
 /// Thread:  owner, an ordinary one.
-/// Errors:  io when the file says so, with errno in detail (28, ENOSPC: full, or below the free floor). The message is
-///          not taken then, the file ends with its last whole chunk, and the chunk in memory is tried again the next
-///          time. closed after finish(), or when the file could not be repaired.
+/// Errors:  io when the file says so, with errno in detail (28, ENOSPC: full, or down to the free floor). The message
+///          is not taken then, and the file ends with its last whole chunk. The chunk in memory is kept; write() and
+///          tick() try it again kRetryAfter of log time later and answer with the same error until then. closed after
+///          finish(), or when the file could not be repaired. bad_argument for what no file can hold.
 class Writer {
  public:
   /// Writes the beginning of the file. Errors: bad_argument (an option), out_of_memory, io.
@@ -65,27 +66,35 @@ class Writer {
   }
   /// One message of up to kMaxParts pieces: the head of an image and its pixels.
   static constexpr std::size_t kMaxParts = 8;
+  static constexpr std::uint64_t kMaxDataBytes = 512u << 20;  // of a message or an attachment; readers have limits
+  static constexpr std::chrono::milliseconds kRetryAfter{100};
   hal::Status write_parts(std::uint16_t channel, const Stamps& stamps, hal::Parts parts);
 
-  /// Closes the chunk before it, so that the order of the file is that of the calls.
+  /// Closes the chunks before it, so that the order of the file is that of the calls; synced with the next chunk.
   hal::Status attach(const Attachment& attachment);
+  /// As attach(), and into the free floor, too: what was lost must find room.
   hal::Status add_metadata(const Metadata& metadata);
 
   /// Writes chunks that are older than chunk_duration at `log_time`; for times without messages.
   hal::Status tick(std::uint64_t log_time);
   /// Writes what is in memory and syncs.
   hal::Status flush();
-  /// Completes the file. On an error it may be tried again.
+  /// Completes the file, into the free floor if need be. On an error it may be tried again.
   hal::Status finish();
   /// Completes the file and goes on in another one with the same channels. On an error of the first kind nothing has
   /// happened, and `file` is closed; else the writer is in the new file.
   hal::Status continue_in(std::unique_ptr<hal::OutputFile> file);
+  /// Runs what a new file shall begin with: attachments and metadata, no messages. On its error nothing of them is in
+  /// the file.
+  hal::Status begin_with(const std::function<hal::Status(Writer&)>& beginning);
 
   bool is_open() const;  // not finished
+  /// Whether what is in memory fits above the free floor. Errors: io.
+  hal::Status room() const;
   const WriterCounters& counters() const;
-  /// Log times of the first and the last message in this file, those in memory included; zero before the first.
-  std::uint64_t first_time() const;
-  std::uint64_t last_time() const;
+  /// Least and greatest log time of this file, messages in memory included; nothing before there is one.
+  std::optional<std::uint64_t> first_time() const;
+  std::optional<std::uint64_t> last_time() const;
   /// About the size that finish() would give now, were nothing compressed further.
   std::uint64_t bytes_planned() const;
 

@@ -47,7 +47,10 @@ Status Writer::State::room_for(std::uint64_t bytes) {
   if (options.free_floor_bytes == 0) return {};
   const auto free = end.file().free_bytes();
   if (!free) return free.error();
-  if (*free < bytes || *free - bytes < options.free_floor_bytes)
+  // An index has 16 bytes for each message of 31 and more; nothing else grows.
+  constexpr std::uint64_t kHeads = 4096;
+  const std::uint64_t most = bytes + bytes / 2 + kHeads;
+  if (*free < most || *free - most < options.free_floor_bytes)
     return Error{Errc::io, "record: the disk is full up to its free floor", ENOSPC};
   return {};
 }
@@ -78,9 +81,7 @@ Status Writer::State::put(Lane& lane, hal::Parts tail, std::size_t tail_size, bo
   crc = crc32(indexes.bytes(), crc);
 
   const std::uint64_t at = end.size();
-  Status done = room_for(head.size() + chunk->head.records_size + indexes.size());
-  if (done) done = end.append({parts.data(), count}, crc);
-  if (!done) {
+  if (auto done = end.append({parts.data(), count}, crc); !done) {
     ++counters.failed_writes;
     return done;
   }
@@ -122,6 +123,7 @@ void Writer::State::note_chunk(Lane& lane, const Lane::Sealed& chunk, std::uint6
 
 Status Writer::State::put_direct(Lane& lane, std::uint16_t id, const Stamps& stamps, hal::Parts parts,
                                  std::size_t size) {
+  if (auto room = room_for(lane.size() + size); !room) return room;
   ChannelPlaces& places = channels[id - 1u].places;
   const Lane::Times before = lane.times();
   lane.add_head(id, places, stamps, size);

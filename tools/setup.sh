@@ -21,6 +21,8 @@ if [[ ${SINEW_SKIP_SETUP:-0} == 1 ]]; then exit 0; fi
 
 wanted=()
 while read -r group package _; do
+  # A Node from elsewhere brings its npm along, and Debian's would not go beside it.
+  if [[ $package == nodejs || $package == npm ]] && command -v npm >/dev/null; then continue; fi
   if [[ -n $group && $group != \#* && $groups == *" $group "* ]]; then wanted+=("$package"); fi
 done <"$root/tools/packages.txt"
 
@@ -40,7 +42,9 @@ readers_of_others() {
   [[ $groups == *' test '* ]] && command -v npm >/dev/null || return 0
   [[ ! $folder/node_modules/.package-lock.json -nt $folder/package-lock.json ]] || return 0
   mkdir -p "$logs"
-  timeout 120 npm --prefix "$folder" ci --ignore-scripts --no-audit --no-fund >"$logs/setup-npm.log" 2>&1 ||
+  # By itself npm would try for more than a minute where there is no network, at each start of ./test.
+  timeout 120 npm --prefix "$folder" ci --fetch-retries=1 --fetch-retry-mintimeout=2000 --fetch-timeout=20000 \
+    --ignore-scripts --no-audit --no-fund >"$logs/setup-npm.log" 2>&1 ||
     say "setup: no readers of others for tests/record (log: build/logs/setup-npm.log)"
 }
 

@@ -154,6 +154,25 @@ TEST(Reader, MessagesOfUnknownChannelsAreToldAndTheOthersRead) {
             "offset 32: unknown channel: 1 messages are of channels that were not defined before");
 }
 
+TEST(Reader, AChannelThatOnlyItsChunkDefinesIsReadAndRecovered) {
+  Hand file;
+  Buffer records;
+  Hand::define(records);
+  Hand::put_message(records, 1, 5, "abc");
+  Summary summary;
+  summary.chunks.push_back(file.put_chunk(records, 5, 5));
+  const auto bytes = file.finish(summary);
+  auto reader = open(bytes);
+  ASSERT_TRUE(reader->by_summary());
+  EXPECT_EQ(all(*reader, {.topics = {"/t"}}).samples.at(0).data, "abc");
+  EXPECT_THAT(all(*reader, {.topics = {"/other"}}).samples, IsEmpty());
+  Disk to;
+  Recovered result;
+  ASSERT_TRUE(recover(std::make_unique<MemoryInput>(bytes), std::make_unique<MemoryOutput>(to), result));
+  EXPECT_EQ(all(*open(to.bytes), {.topics = {"/t"}}).samples.at(0).data, "abc");
+  EXPECT_EQ(open(to.bytes)->schemas().at(1).data, "int8 x");
+}
+
 TEST(Reader, AChannelMayNotChange) {
   Hand file;
   Buffer first, second;

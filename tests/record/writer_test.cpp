@@ -1,4 +1,4 @@
-// What the writer does with its file: when it writes, what it does when that fails, what it never does.
+// What the writer makes of its messages and when it writes; writer_disk_test.cpp has what it does when that fails.
 #include "record/writer.hpp"
 
 #include <cstring>
@@ -163,102 +163,6 @@ TEST(Writer, AllocatesNothingPerMessageOnceItsChunksHaveTheirSize) {
   EXPECT_GT(made, 10u);
 }
 
-TEST(Writer, AFullDiskCostsMessagesAndNeverTheFile) {
-  Disk disk;
-  SampleWriter out(disk, {.compression = Compression::none, .chunk_bytes = 1500});
-  out.add_channel("/a");
-  for (std::uint64_t i = 0; i < 50; ++i) ASSERT_TRUE(out.write("/a", i, 100));
-  disk.room = disk.bytes.size() + 700;  // a part of the next chunk
-  int refused = 0;
-  for (std::uint64_t i = 50; i < 100; ++i) {
-    const auto done = out.write("/a", i, 100);
-    refused += done ? 0 : 1;
-    if (!done) {
-      EXPECT_EQ(done.error().code, hal::Errc::io);
-      EXPECT_EQ(done.error().detail, ENOSPC);
-    }
-    EXPECT_EQ(disk.bytes.size(), out.writer().counters().file_bytes);  // nothing half written
-  }
-  EXPECT_GT(refused, 30);
-  EXPECT_GT(out.writer().counters().failed_writes, 0u);
-  disk.room = ~std::uint64_t{0};  // somebody made room
-  for (std::uint64_t i = 100; i < 150; ++i) ASSERT_TRUE(out.write("/a", i, 100));
-  ASSERT_TRUE(out.writer().finish());
-  EXPECT_THAT(check_bytes(disk.bytes), IsEmpty());
-  EXPECT_EQ(all(*open(disk.bytes), {}).samples, out.samples());  // all that were taken, and no other
-}
-
-TEST(Writer, ALargeMessageThatDoesNotFitIsAsIfItHadNotBeen) {
-  Disk disk;
-  SampleWriter out(disk, {.chunk_bytes = 1 << 20});
-  out.add_channel("/image", Packing::plain);
-  ASSERT_TRUE(out.write("/image", 5, 90'000));
-  ASSERT_TRUE(out.write("/image", 7, 1000));  // waits in memory
-  disk.room = disk.bytes.size() + 50'000;
-  EXPECT_FALSE(out.write("/image", 1, 90'000));
-  disk.room = ~std::uint64_t{0};
-  ASSERT_TRUE(out.write("/image", 9, 90'000));
-  ASSERT_TRUE(out.writer().finish());
-  EXPECT_THAT(check_bytes(disk.bytes), IsEmpty());
-  EXPECT_EQ(all(*open(disk.bytes), {}).samples, out.samples());
-}
-
-TEST(Writer, AnUnfinishableFileIsReadableAndCanBeFinishedLater) {
-  Disk disk;
-  SampleWriter out(disk, {.chunk_bytes = 1500});
-  out.add_channel("/a");
-  for (std::uint64_t i = 0; i < 50; ++i) ASSERT_TRUE(out.write("/a", i, 100));
-  ASSERT_TRUE(out.writer().flush());
-  disk.room = disk.bytes.size() + 20;
-  EXPECT_FALSE(out.writer().finish());
-  EXPECT_EQ(all(*open(disk.bytes), {}).samples, out.samples());
-  disk.room = ~std::uint64_t{0};
-  ASSERT_TRUE(out.writer().finish());
-  EXPECT_THAT(check_bytes(disk.bytes), IsEmpty());
-  EXPECT_EQ(out.write("/a", 1, 1).error().code, hal::Errc::closed);
-}
-
-TEST(Writer, WhatCannotBeTakenOutOfTheFileEndsIt) {
-  Disk disk;
-  SampleWriter out(disk, {.chunk_bytes = 1500});
-  out.add_channel("/a");
-  for (std::uint64_t i = 0; i < 30; ++i) ASSERT_TRUE(out.write("/a", i, 100));
-  const auto before = out.writer().counters().messages;
-  disk.room = disk.bytes.size() + 100, disk.cut_fails = true;
-  EXPECT_FALSE(out.writer().flush());
-  disk.room = ~std::uint64_t{0};
-  EXPECT_EQ(out.writer().flush().error().code, hal::Errc::closed);
-  EXPECT_EQ(all(*open(disk.bytes), {}).samples.size(), before);
-}
-
-TEST(Writer, TheFreeFloorIsKept) {
-  Disk disk;
-  disk.free = 1'000'000;
-  SampleWriter out(disk, {.chunk_bytes = 1500, .free_floor_bytes = 1'000'000 - 900});
-  out.add_channel("/a");
-  const auto size = disk.bytes.size();
-  hal::Status done;
-  for (std::uint64_t i = 0; i < 50 && done; ++i) done = out.write("/a", i, 200);
-  ASSERT_FALSE(done);
-  EXPECT_EQ(done.error().detail, ENOSPC);
-  EXPECT_STREQ(done.error().where, "record: the disk is full up to its free floor");
-  EXPECT_EQ(disk.bytes.size(), size);
-  disk.free = 2'000'000;
-  ASSERT_TRUE(out.writer().finish());
-  EXPECT_EQ(all(*open(disk.bytes), {}).samples, out.samples());
-}
-
-TEST(Writer, AFailedSyncIsCountedAndCostsNoMessage) {
-  Disk disk;
-  disk.sync_fails = true;
-  SampleWriter out(disk, {.chunk_bytes = 1500});
-  out.add_channel("/a");
-  for (std::uint64_t i = 0; i < 50; ++i) ASSERT_TRUE(out.write("/a", i, 100));
-  ASSERT_TRUE(out.writer().finish());
-  EXPECT_EQ(out.writer().counters().failed_syncs, static_cast<std::uint64_t>(disk.syncs));
-  EXPECT_EQ(all(*open(disk.bytes), {}).samples, out.samples());
-}
-
 TEST(Writer, RefusesWhatNoFileCanHold) {
   Disk disk;
   EXPECT_EQ(Writer::open(std::make_unique<MemoryOutput>(disk), {.chunk_bytes = 10}).error().code,
@@ -272,6 +176,13 @@ TEST(Writer, RefusesWhatNoFileCanHold) {
   SampleWriter out(disk, {});
   EXPECT_EQ(out.writer().add_channel("/a", "cdr", 1).error().code, hal::Errc::bad_argument);
   EXPECT_EQ(out.writer().write(1, {}, {}).error().code, hal::Errc::bad_argument);
+  const std::uint16_t id = *out.writer().add_channel("/a", "cdr", 0);
+  const std::size_t size = Writer::kMaxDataBytes / Writer::kMaxParts;
+  const auto never_read = std::make_unique_for_overwrite<std::byte[]>(size + 1);
+  std::vector<std::span<const std::byte>> parts(Writer::kMaxParts, std::span(never_read.get(), size + 1));
+  EXPECT_STREQ(out.writer().write_parts(id, {}, parts).error().where, "a message of more than 2^29 bytes");
+  parts.assign(Writer::kMaxParts + 1, {});
+  EXPECT_EQ(out.writer().write_parts(id, {}, parts).error().code, hal::Errc::bad_argument);
 }
 
 TEST(Writer, ASchemaThatNoChannelUsesIsInTheFile) {
@@ -305,22 +216,6 @@ TEST(Writer, GoesOnInAnotherFileThatIsWholeByItself) {
     both.insert(both.end(), read.begin(), read.end());
   }
   EXPECT_EQ(both, out.samples());
-}
-
-TEST(Writer, AFileThatCannotBeBegunIsNotWrittenTo) {
-  Disk first, full, second;
-  full.room = 10;
-  SampleWriter out(first, {});
-  out.add_channel("/a");
-  ASSERT_TRUE(out.write("/a", 1, 10));
-  EXPECT_FALSE(out.writer().continue_in(std::make_unique<MemoryOutput>(full)));
-  EXPECT_EQ(out.write("/a", 2, 10).error().code, hal::Errc::closed);
-  EXPECT_THAT(full.bytes, IsEmpty());
-  ASSERT_TRUE(out.writer().continue_in(std::make_unique<MemoryOutput>(second)));
-  ASSERT_TRUE(out.write("/a", 3, 10));
-  ASSERT_TRUE(out.writer().finish());
-  EXPECT_THAT(check_bytes(first.bytes), IsEmpty());
-  EXPECT_EQ(all(*open(second.bytes), {}).samples.size(), 1u);
 }
 
 }  // namespace
