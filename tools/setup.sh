@@ -21,6 +21,8 @@ if [[ ${SINEW_SKIP_SETUP:-0} == 1 ]]; then exit 0; fi
 
 wanted=()
 while read -r group package _; do
+  # A Node from elsewhere brings its npm along, and Debian's would not go beside it.
+  if [[ $package == nodejs || $package == npm ]] && command -v npm >/dev/null; then continue; fi
   if [[ -n $group && $group != \#* && $groups == *" $group "* ]]; then wanted+=("$package"); fi
 done <"$root/tools/packages.txt"
 
@@ -31,6 +33,19 @@ missing() {
   for package in "${wanted[@]}"; do
     grep -qxF "installed $package" <<<"$installed" || printf '%s\n' "$package"
   done
+}
+
+# The npm packages that read our recordings beside us, pinned by their lock. Without npm or a way to its packages the one
+# test that wants them is skipped, and says so.
+readers_of_others() {
+  local folder=$root/tests/record/others
+  [[ $groups == *' test '* ]] && command -v npm >/dev/null || return 0
+  [[ ! $folder/node_modules/.package-lock.json -nt $folder/package-lock.json ]] || return 0
+  mkdir -p "$logs"
+  # By itself npm would try for more than a minute where there is no network, at each start of ./test.
+  timeout 120 npm --prefix "$folder" ci --fetch-retries=1 --fetch-retry-mintimeout=2000 --fetch-timeout=20000 \
+    --ignore-scripts --no-audit --no-fund >"$logs/setup-npm.log" 2>&1 ||
+    say "setup: no readers of others for tests/record (log: build/logs/setup-npm.log)"
 }
 
 give_up() {
@@ -47,7 +62,10 @@ if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
   give_up "this is not a Debian system, so nothing was checked or installed" "${wanted[@]}"
 fi
 mapfile -t lacking < <(missing)
-if ((${#lacking[@]} == 0)); then exit 0; fi
+if ((${#lacking[@]} == 0)); then
+  readers_of_others
+  exit 0
+fi
 
 as_root=(env DEBIAN_FRONTEND=noninteractive)
 if ((EUID != 0)); then
@@ -69,4 +87,5 @@ if ! "${apt[@]}" install --no-install-recommends "${lacking[@]}" >"$logs/setup.l
   fi
 fi
 touch "$root/build/.packages-changed"
+readers_of_others
 say "setup: $(minutes $(($(now_s) - start)))"

@@ -24,7 +24,7 @@ ROOMS = {
     "drivers": ["hal", "rt", "wire", "msg"],
     "sim_hil": ["hal", "wire", "msg"],
     "sim_hil/plant": ["sim_hil", "hal", "wire", "math", "msg"],
-    "record": ["rt", "msg"],
+    "record": ["hal", "msg"],
     "net": ["tap", "rt", "msg"],
     "monitor": ["tap", "rt", "record", "msg"],
 }
@@ -44,6 +44,7 @@ SYSTEM_ONLY_IN = [
     ("OpenCV", r"opencv2?/.*", ["vision/opencv"]),
     ("Eigen", r"Eigen/.*|unsupported/Eigen/.*", ["vision", "control", "sim_hil"]),
     ("TOML, the command line or JSON", r"toml\+\+/.*|toml\.hpp|CLI/.*|nlohmann/.*", ["sim_hil/plant", "tap"]),
+    ("compression", r"lz4\w*\.h|zstd\w*\.h", ["record"]),
     ("an image format", r"png\.h|jpeglib\.h|turbojpeg\.h|tiffio\.hp*", ["drivers", "sim_hil"]),
 ]
 FORBIDDEN_IN = [

@@ -1,0 +1,37 @@
+#pragma once
+// Files on disk, as a recorder and its readers need them. hal/linux/file.hpp opens real ones.
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "hal/result.hpp"
+
+namespace sinew::hal {
+
+using Parts = std::span<const std::span<const std::byte>>;
+
+/// A file that grows at its end. Thread: owner.
+/// Errors:  io with errno in detail (28, ENOSPC: the disk is full).
+class OutputFile {
+ public:
+  virtual ~OutputFile() = default;
+  /// All parts, one after the other. After an error any number of their bytes may be there: cut() takes them away.
+  virtual Status append(Parts parts) noexcept = 0;
+  /// What was appended survives a loss of power from now on. May take long.
+  virtual Status sync() noexcept = 0;
+  /// Takes away everything from `size` on.
+  virtual Status cut(std::uint64_t size) noexcept = 0;
+  /// What an ordinary user may still write on this disk.
+  virtual Result<std::uint64_t> free_bytes() noexcept = 0;
+};
+
+/// A file that is read anywhere. Thread: any.
+class InputFile {
+ public:
+  virtual ~InputFile() = default;
+  virtual std::uint64_t size() const noexcept = 0;
+  /// Fills `into` from `offset` on. Errors: bad_data when the file ends before (detail: its size), io.
+  virtual Status read_at(std::uint64_t offset, std::span<std::byte> into) noexcept = 0;
+};
+
+}  // namespace sinew::hal

@@ -1,0 +1,12 @@
+#pragma once
+#include <vector>
+
+#include "record/chunk_contents.hpp"
+
+namespace sinew::record {
+
+/// Everything that is wrong with a file, in the order in which it was found; empty: nothing. Reads all of it: every
+/// checksum, every index against what it points to, the statistics against the messages.
+std::vector<Problem> check(hal::InputFile& file, const ReadLimits& limits = {});
+
+}  // namespace sinew::record

@@ -1,0 +1,23 @@
+#pragma once
+#include <vector>
+
+#include "record/chunk_contents.hpp"
+
+namespace sinew::record {
+
+/// The footer of a file and the summary before it, as they stand there.
+struct FileEnding {
+  Footer footer;
+  Summary summary;
+  std::vector<SummaryOffset> offsets;  // as the file says
+  std::vector<SummaryOffset> groups;   // as they are
+};
+
+enum class SummaryState : std::uint8_t {
+  whole,
+  none,     // no footer, or a footer without a summary; `why` is `truncated`
+  damaged,  // not to be used
+};
+SummaryState read_ending(hal::InputFile& file, const ReadLimits& limits, FileEnding& ending, Problem& why);
+
+}  // namespace sinew::record

@@ -1,0 +1,29 @@
+#pragma once
+#include <cstdint>
+#include <string>
+
+namespace sinew::record {
+
+/// What can be wrong with a file.
+enum class ProblemKind : std::uint8_t {
+  not_mcap,         // no magic bytes, or of another major version
+  truncated,        // the file ends inside a record, or before its summary
+  bad_record,       // its fields do not fit into it, or contradict each other
+  bad_checksum,     // the bytes are not those that were written
+  bad_compression,  // unknown, or the frame is damaged
+  unknown_channel,  // a message or a channel refers to what was not defined before
+  bad_index,        // the summary or an index says something else than the data
+  too_large,        // beyond the reader's limits
+  io,               // the system said no
+};
+const char* to_string(ProblemKind kind);
+
+/// What is wrong, where, and what would be right.
+struct Problem {
+  ProblemKind kind = ProblemKind::io;
+  std::uint64_t offset = 0;  // in the file
+  std::string text;
+};
+std::string to_string(const Problem& problem);  // "offset 4711: bad checksum: ..."
+
+}  // namespace sinew::record

@@ -1,0 +1,101 @@
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "record/chunk_contents.hpp"
+
+namespace sinew::record {
+
+/// One message in a file.
+/// Owner:   views stay valid until the next call of next() or seek().
+struct Message {
+  const Channel* channel = nullptr;
+  Stamps stamps;
+  std::span<const std::byte> data;
+};
+
+enum class Order : std::uint8_t {
+  log_time,  // and where times are equal, as they stand in the file
+  file,      // as they stand in the file
+};
+
+struct Query {
+  std::vector<std::string> topics{};                  // none: all
+  std::uint64_t from = 0, until = ~std::uint64_t{0};  // log time, both included
+  Order order = Order::log_time;
+};
+
+class MessageReader;
+
+/// Reads an MCAP file of anybody: by its summary where that is whole, else by looking at everything in it. Every
+/// checksum that the file has is checked before a byte of what it covers is handed out; only the header and the
+/// metadata have none of their own (check.hpp looks at the one over the whole file).
+///
+/// Thread:  owner.
+/// Errors:  as Problem: what, where in the file, what would be right.
+class Reader {
+ public:
+  /// Null when it is no MCAP file at all; whatever else is wrong is among the problems of the file.
+  static std::unique_ptr<Reader> open(std::unique_ptr<hal::InputFile> file, Problem& why,
+                                      const ReadLimits& limits = {});
+  ~Reader();
+
+  bool by_summary() const { return by_summary_; }  // false: everything was looked at
+  /// What was found on opening; empty for a whole file. Chunks that cannot be read are told by next() again.
+  const std::vector<Problem>& problems() const { return problems_; }
+  const Header& header() const { return header_; }
+  const std::map<std::uint16_t, Schema>& schemas() const { return summary_.schemas; }
+  const std::map<std::uint16_t, Channel>& channels() const { return summary_.channels; }
+  const std::vector<ChunkIndex>& chunks() const { return summary_.chunks; }
+  const std::vector<AttachmentIndex>& attachments() const { return summary_.attachments; }
+  const std::vector<MetadataIndex>& metadata() const { return summary_.metadata; }
+  /// Of the file's own or, where it was looked at, of what is readable.
+  const std::optional<Statistics>& statistics() const { return summary_.statistics; }
+
+  bool read(const AttachmentIndex& index, Attachment& attachment, Problem& why);
+  bool read(const MetadataIndex& index, Metadata& metadata, Problem& why);
+  MessageReader messages(const Query& query = {});
+
+ private:
+  friend class MessageReader;
+  Reader(std::unique_ptr<hal::InputFile> file, const ReadLimits& limits) : file_(std::move(file)), limits_(limits) {}
+  bool summary_is_usable(std::uint64_t summary_start, Problem& why);
+  void read_header();
+  void use_scan(Problem why);
+
+  std::unique_ptr<hal::InputFile> file_;
+  ReadLimits limits_;
+  bool by_summary_ = false;
+  std::vector<Problem> problems_;
+  std::optional<Problem> cut_;  // why the data end early
+  Header header_;
+  Summary summary_;
+  std::vector<Block> blocks_;
+};
+
+enum class Next : std::uint8_t {
+  message,
+  problem,  // something is missing here; reading goes on behind it
+  end,
+};
+
+/// Goes through the messages that a query asks for. Chunks without any are not read; in the order of log time those
+/// that overlap are in memory together.
+/// Owner:   the Reader must outlive it.
+class MessageReader {
+ public:
+  MessageReader(Reader& reader, Query query);
+  ~MessageReader();
+  MessageReader(MessageReader&&) noexcept;
+  Next next(Message& message);
+  const Problem& problem() const;  // after Next::problem
+  /// Goes on with the first message from this log time on; backwards, too.
+  void seek(std::uint64_t log_time);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace sinew::record

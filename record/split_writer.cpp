@@ -1,0 +1,71 @@
+#include "record/split_writer.hpp"
+
+namespace sinew::record {
+
+hal::Result<SplitWriter> SplitWriter::open(OpenPart open_part, BeginPart begin_part, const SplitOptions& options) {
+  SplitWriter split(std::move(open_part), std::move(begin_part), options);
+  auto file = split.open_part_(0);
+  if (!file) return file.error();
+  auto writer = Writer::open(std::move(*file), options.writer);
+  if (!writer) return writer.error();
+  split.writer_ = std::move(*writer);
+  if (auto done = split.begin(); !done) return done.error();
+  return split;
+}
+
+bool SplitWriter::due(std::uint64_t log_time) const {
+  if (!writer_->is_open()) return true;  // the next file could not even be begun
+  if (options_.file_bytes != 0 && writer_->bytes_planned() >= options_.file_bytes) return true;
+  const auto first = writer_->first_time();
+  const auto duration = static_cast<std::uint64_t>(options_.file_duration.count());
+  return duration != 0 && first && log_time > *first && log_time - *first >= duration;
+}
+
+/// Another file where one is due, and the beginning of the present one where that is missing.
+hal::Status SplitWriter::make_part(std::uint64_t log_time) {
+  constexpr auto kWait = static_cast<std::uint64_t>(std::chrono::nanoseconds(Writer::kRetryAfter).count());
+  const bool wanted = !begun_ || due(log_time);
+  if (!wanted || (!last_ && log_time >= attempted_at_ && log_time - attempted_at_ < kWait)) return last_;
+  attempted_at_ = log_time;
+  last_ = due(log_time) ? split() : hal::Status{};
+  if (!last_) ++failed_splits_;
+  if (last_ && !begun_) last_ = begin();
+  return last_;
+}
+
+hal::Status SplitWriter::split() {
+  if (auto room = writer_->room(); !room) return room;  // finishing this file would eat from the free floor
+  auto file = open_part_(part_ + 1);
+  if (!file) return file.error();
+  if (auto done = writer_->continue_in(std::move(*file)); !done) return done;
+  ++part_;
+  begun_ = false;
+  return {};
+}
+
+hal::Status SplitWriter::begin() {
+  if (begin_part_)
+    if (auto done = writer_->begin_with([this](Writer& writer) { return begin_part_(writer, part_); }); !done)
+      return done;
+  begun_ = true;
+  return {};
+}
+
+hal::Status SplitWriter::write_parts(std::uint16_t channel, const Stamps& stamps, hal::Parts parts) {
+  if (finished_) return hal::Error{hal::Errc::closed, "record: the recording is finished"};
+  if (auto done = make_part(stamps.log_time); !done && !usable()) return done;
+  return writer_->write_parts(channel, stamps, parts);
+}
+
+hal::Status SplitWriter::finish() {
+  if (finished_) return hal::Error{hal::Errc::closed, "record: the recording is finished"};
+  if (writer_->is_open()) {  // else the last file is whole, and the next one never was
+    if (!begun_)
+      if (auto done = begin(); !done) return done;
+    if (auto done = writer_->finish(); !done) return done;
+  }
+  finished_ = true;
+  return {};
+}
+
+}  // namespace sinew::record

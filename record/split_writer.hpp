@@ -1,0 +1,65 @@
+#pragma once
+#include <functional>
+
+#include "record/writer.hpp"
+
+namespace sinew::record {
+
+struct SplitOptions {
+  WriterOptions writer{};
+  std::uint64_t file_bytes = 0;              // about; 0: no bound
+  std::chrono::nanoseconds file_duration{};  // of log time; 0: no bound
+};
+
+/// One recording in as many files as its bounds ask for, each whole by itself: same channels, same attachments, and
+/// sequences and times that go on.
+///
+/// Thread:  owner, an ordinary one.
+/// Errors:  those of Writer. When the next file cannot be made, the present one goes on beyond its bounds. When it can
+///          be made but not begun, the present one is whole already, and messages are refused with the reason. Either
+///          is tried again Writer::kRetryAfter of log time later.
+class SplitWriter {
+ public:
+  /// Makes file `part`, counted from 0; after a failure the same one again, over an empty one that was left. Errors:
+  /// any.
+  using OpenPart = std::function<hal::Result<std::unique_ptr<hal::OutputFile>>(unsigned part)>;
+  /// Writes what every file shall begin with: metadata and attachments, no messages; after a failure again, all of it.
+  /// The channels are there by themselves.
+  using BeginPart = std::function<hal::Status(Writer& writer, unsigned part)>;
+
+  static hal::Result<SplitWriter> open(OpenPart open_part, BeginPart begin_part, const SplitOptions& options);
+
+  /// For channels, attachments and times without messages.
+  Writer& writer() { return *writer_; }
+  unsigned part() const { return part_; }  // the last one that has a beginning, or lacks only what BeginPart writes
+  std::uint64_t failed_splits() const { return failed_splits_; }
+
+  hal::Status write(std::uint16_t channel, const Stamps& stamps, std::span<const std::byte> data) {
+    return write_parts(channel, stamps, {&data, 1});
+  }
+  hal::Status write_parts(std::uint16_t channel, const Stamps& stamps, hal::Parts parts);
+  /// Completes the last file. On an error it may be tried again. An empty file behind it may be left of a failure.
+  hal::Status finish();
+
+ private:
+  SplitWriter(OpenPart open_part, BeginPart begin_part, const SplitOptions& options)
+      : open_part_(std::move(open_part)), begin_part_(std::move(begin_part)), options_(options) {}
+  bool usable() const { return writer_->is_open() && begun_; }
+  bool due(std::uint64_t log_time) const;
+  hal::Status make_part(std::uint64_t log_time);
+  hal::Status split();
+  hal::Status begin();
+
+  OpenPart open_part_;
+  BeginPart begin_part_;
+  SplitOptions options_;
+  std::unique_ptr<Writer> writer_;
+  unsigned part_ = 0;
+  std::uint64_t failed_splits_ = 0;
+  hal::Status last_{};              // of the last attempt to split or to begin
+  std::uint64_t attempted_at_ = 0;  // log time
+  bool begun_ = false;              // the present file has its beginning
+  bool finished_ = false;
+};
+
+}  // namespace sinew::record

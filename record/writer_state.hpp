@@ -1,0 +1,83 @@
+#pragma once
+#include "record/file_end.hpp"
+#include "record/lane.hpp"
+#include "record/summary.hpp"
+#include "record/writer.hpp"
+
+namespace sinew::record {
+
+/// The inside of a Writer: the file, the two chunks in memory, and what the summary will say.
+/// Thread:  owner.
+struct Writer::State {
+  using Status = hal::Status;
+
+  WriterOptions options;
+  FileEnd end;
+  Lane packed, plain;
+  struct ChannelState {
+    Packing packing = Packing::packed;
+    bool defined = false;  // its record is in a chunk of this file
+    ChannelPlaces places;
+    std::uint64_t messages = 0;  // in chunks of this file
+  };
+  std::vector<ChannelState> channels;  // channel 1 first
+  Summary summary;
+  Statistics totals;
+  WriterCounters counters;
+  Buffer head, indexes;  // of the chunk that is being written
+  bool finished = false, unsynced = false;
+  bool unused_defined = false;
+  std::uint64_t unsynced_since = 0;   // log time
+  std::uint64_t summary_bytes = 0;    // of chunk indexes so far
+  std::optional<hal::Error> refused;  // why the last chunk is not in the file
+  std::uint64_t refused_at = 0;       // log time
+
+  State(std::unique_ptr<hal::OutputFile> file, const WriterOptions& o, std::unique_ptr<Compressor> for_packed,
+        std::unique_ptr<Compressor> for_plain)
+      : options(o),
+        end(std::move(file)),
+        packed(std::move(for_packed), o.compression),
+        plain(std::move(for_plain), Compression::none) {
+    packed.reserve(o.chunk_bytes);
+  }
+
+  std::uint64_t duration() const { return static_cast<std::uint64_t>(options.chunk_duration.count()); }
+  Lane& lane_of(const ChannelState& channel) { return channel.packing == Packing::plain ? plain : packed; }
+  bool old(const Lane& lane, std::uint64_t now) const {
+    return lane.has_messages() && now > lane.first_time() && now - lane.first_time() >= duration();
+  }
+
+  /// Whether the disk has just said no: who asks for every message spends the time of all of them.
+  bool refused_lately(std::uint64_t now) const {
+    return refused && now >= refused_at &&
+           now - refused_at < std::uint64_t{std::chrono::nanoseconds(kRetryAfter).count()};
+  }
+  /// Keeps what became of a chunk at this time, for refused_lately().
+  Status outcome(Status done, std::uint64_t now) {
+    refused.reset();
+    if (!done) refused = done.error(), refused_at = now;
+    return done;
+  }
+
+  Status begin();
+  /// The chunk of a lane, its message indexes, and what they add to the summary.
+  Status put(Lane& lane, hal::Parts tail, std::size_t tail_size, bool to_disk);
+  void note_chunk(Lane& lane, const Lane::Sealed& chunk, std::uint64_t at);
+  /// A chunk with the messages so far and this one, whose data are not copied.
+  Status put_direct(Lane& lane, std::uint16_t id, const Stamps& stamps, hal::Parts parts, std::size_t size);
+  /// Whether a chunk of so many bytes of messages leaves the free floor.
+  Status room_for(std::uint64_t bytes);
+  Status put_above_floor(Lane& lane) {
+    auto room = room_for(lane.size());
+    return room ? put(lane, {}, 0, true) : room;
+  }
+  /// All channels of the lane, so that a file that is cut off later still names those that have been silent.
+  void define_all(Lane& lane);
+  /// What the summary has, the data must have too.
+  void define_unused_schemas();
+  void sync();
+  Status close_chunks();
+  Status finish();
+};
+
+}  // namespace sinew::record

@@ -1,0 +1,100 @@
+#pragma once
+// Files in memory that do what disks do on bad days.
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "hal/file.hpp"
+
+namespace sinew::record {
+
+using Bytes = std::vector<std::byte>;
+
+/// What a test sees of a file, and what it makes the file do. Outlives the file.
+struct Disk {
+  Bytes bytes;
+  std::uint64_t room = ~std::uint64_t{0};  // append() fails where the file would grow beyond, like a full disk
+  std::uint64_t free = ~std::uint64_t{0};  // what free_bytes() says
+  bool sync_fails = false, cut_fails = false;
+  int appends = 0, syncs = 0, cuts = 0;
+  std::size_t synced = 0;             // bytes that a loss of power leaves
+  std::function<void()> on_append{};  // a stall
+
+  Disk() = default;
+  Disk(const Disk&) = delete;
+  Disk& operator=(const Disk&) = delete;
+  ~Disk() { keep(); }
+
+ private:
+  /// Whole files go where SINEW_KEEP_FILES says, for the readers of others.
+  void keep() const {
+    static int kept = 0;
+    const char* folder = std::getenv("SINEW_KEEP_FILES");
+    const bool whole =
+        bytes.size() > 8 && std::equal(bytes.end() - 8, bytes.end(), bytes.begin());  // magic at both ends
+    if (folder == nullptr || !whole) return;
+    const std::string path =
+        std::string(folder) + "/" + std::to_string(::getpid()) + "-" + std::to_string(kept++) + ".mcap";
+    if (std::FILE* file = std::fopen(path.c_str(), "wb")) {
+      std::fwrite(bytes.data(), 1, bytes.size(), file);
+      std::fclose(file);
+    }
+  }
+};
+
+class MemoryOutput final : public hal::OutputFile {
+ public:
+  explicit MemoryOutput(Disk& disk) : disk_(disk) {}
+  hal::Status append(hal::Parts parts) noexcept override {
+    ++disk_.appends;
+    if (disk_.on_append) disk_.on_append();
+    for (const auto& part : parts) {
+      const std::size_t room = disk_.room > disk_.bytes.size() ? disk_.room - disk_.bytes.size() : 0;
+      const auto fits = part.first(std::min<std::size_t>(part.size(), room));
+      disk_.bytes.insert(disk_.bytes.end(), fits.begin(), fits.end());  // a part of it arrives, as with writev()
+      if (fits.size() != part.size()) return hal::Error{hal::Errc::io, "memory file", ENOSPC};
+    }
+    return {};
+  }
+  hal::Status sync() noexcept override {
+    ++disk_.syncs;
+    if (disk_.sync_fails) return hal::Error{hal::Errc::io, "memory file", EIO};
+    disk_.synced = disk_.bytes.size();
+    return {};
+  }
+  hal::Status cut(std::uint64_t size) noexcept override {
+    ++disk_.cuts;
+    if (disk_.cut_fails) return hal::Error{hal::Errc::io, "memory file", EIO};
+    disk_.bytes.resize(static_cast<std::size_t>(size));
+    return {};
+  }
+  hal::Result<std::uint64_t> free_bytes() noexcept override { return disk_.free; }
+
+ private:
+  Disk& disk_;
+};
+
+/// A view: the bytes outlive it.
+class MemoryInput final : public hal::InputFile {
+ public:
+  explicit MemoryInput(std::span<const std::byte> bytes) : bytes_(bytes) {}
+  std::uint64_t size() const noexcept override { return bytes_.size(); }
+  hal::Status read_at(std::uint64_t offset, std::span<std::byte> into) noexcept override {
+    if (offset > bytes_.size() || into.size() > bytes_.size() - offset)
+      return hal::Error{hal::Errc::bad_data, "file ends early", static_cast<std::int64_t>(bytes_.size())};
+    std::copy_n(bytes_.begin() + static_cast<std::ptrdiff_t>(offset), into.size(), into.begin());
+    return {};
+  }
+
+ private:
+  std::span<const std::byte> bytes_;
+};
+
+}  // namespace sinew::record

@@ -1,0 +1,74 @@
+#!/usr/bin/env python3
+"""Readers of others find in every file that our tests write what our own reader finds.
+
+usage: others_reader_test.py DUMP TEST...     exit 77: skipped, with the reason
+
+The tests write their files into a folder when SINEW_KEEP_FILES names one. The readers are npm packages, pinned in
+others/package-lock.json; tools/setup.sh installs them.
+"""
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+
+HERE = pathlib.Path(__file__).resolve().parent
+SKIPPED = 77
+# Thousands of files, each like the next.
+LEFT_OUT = "-*RecoveredFromACutAtAnyByte*"
+
+
+def reason_to_skip():
+    if not shutil.which("node"):
+        return "node is not installed"
+    if not (HERE / "others/node_modules/@mcap/core").is_dir():
+        return "the packages of tests/record/others are not installed (npm ci there, or tools/setup.sh test)"
+    return None
+
+
+def by_file(text):
+    """{path: sorted lines} of what a reader printed."""
+    files, lines = {}, []
+    for line in text.splitlines():
+        if line.startswith("file "):
+            lines = files.setdefault(line[5:], [])
+        else:
+            lines.append(line)
+    return {path: sorted(lines) for path, lines in files.items()}
+
+
+def main():
+    dump, tests = sys.argv[1], sys.argv[2:]
+    reason = reason_to_skip()
+    if reason:
+        print("skipped:", reason)
+        return SKIPPED
+    with tempfile.TemporaryDirectory() as folder:
+        for test in tests:
+            subprocess.run([test, "--gtest_filter=" + LEFT_OUT, "--gtest_brief=1"], check=True,
+                           env=dict(os.environ, SINEW_KEEP_FILES=folder), stdout=subprocess.DEVNULL)
+        paths = sorted(str(p) for p in pathlib.Path(folder).glob("*.mcap"))
+        if len(paths) < 20:
+            print("the tests wrote", len(paths), "files; expected are 20 and more")
+            return 1
+        theirs = subprocess.run(["node", HERE / "others/read_all.mjs", *paths], capture_output=True, text=True)
+        ours = subprocess.run([dump, *paths], capture_output=True, text=True)
+        failed = theirs.returncode != 0 or ours.returncode != 0
+        if failed:
+            refused = [line for line in (theirs.stdout + ours.stdout).splitlines() if line.startswith(folder)]
+            print("\n".join(refused), theirs.stderr, ours.stderr)
+        theirs, ours = by_file(theirs.stdout), by_file(ours.stdout)
+        messages = 0
+        for path in paths:
+            messages += sum(line.startswith("message ") for line in ours.get(path, []))
+            for line in sorted(set(theirs.get(path, [])) ^ set(ours.get(path, [])))[:10]:
+                print(path, "theirs:" if line in theirs.get(path, []) else "ours:", line)
+                failed = True
+            failed = failed or theirs.get(path) != ours.get(path)
+        print(len(paths), "files,", messages, "messages")
+        return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
