@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "apps/parent.hpp"
+#include "apps/record_options.hpp"
 #include "apps/validity.hpp"
 #include "rt/graph.hpp"
 
@@ -23,6 +24,7 @@ struct RobotFile {
   rt::GraphSpec graph;
   SimOptions sim;
   ParentOptions parent;
+  RecordOptions record;
 };
 
 struct LoadedRobot {

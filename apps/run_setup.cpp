@@ -7,6 +7,7 @@
 
 #include "apps/param_overlay.hpp"
 #include "apps/param_value.hpp"
+#include "apps/recording.hpp"
 #include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
 #include "hal/linux/run_dir.hpp"
@@ -115,7 +116,8 @@ std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes
   }
   Prepared prepared{std::move(loaded.robot), types, nullptr, nullptr};
   prepared.graph = std::make_unique<rt::Graph>(prepared.robot.graph, prepared.types);
-  const auto problems = prepared.graph->check({options.virtual_time, hal::usable_cpus()});
+  auto problems = prepared.graph->check({options.virtual_time, hal::usable_cpus()});
+  for (auto& p : check_recording(prepared.robot.record, *prepared.graph)) problems.push_back(std::move(p));
   for (const auto& p : problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.robot).c_str());
   if (!problems.empty()) return std::nullopt;
   return prepared;

@@ -10,6 +10,7 @@
 #include "apps/live_view.hpp"
 #include "apps/parent.hpp"
 #include "apps/plant_process.hpp"
+#include "apps/recording.hpp"
 #include "apps/run_summary.hpp"
 #include "hal/linux/memory.hpp"
 #include "hal/linux/os.hpp"
@@ -100,10 +101,12 @@ class SimRun {
     rt::ConfigureOptions how;
     how.os = &os_;
     how.taps = MissionWatch::taps(graph_);
+    how.recorded = Recording::wanted(prepared_, options_);
     if (!configure(graph_, devices, how, options_)) return board_->problem().empty() ? false : fail(board_->problem());
     for (const std::string& device : devices.unused())
       return fail("robot.device_boards." + device + ": no module and no actuator uses a device of this name");
     mission_.emplace(graph_);
+    recording_ = Recording::open(prepared_, options_, graph_, os_);
     return true;
   }
 
@@ -142,6 +145,7 @@ class SimRun {
     if (options_.duration_s > 0) discrete.duration = run_duration(options_);
     discrete.os = &os_;
     discrete.hash_topics = true;
+    discrete.observer = observer_of(recording_);
     rt::DiscreteExecutor executor(graph_, clock_, grants, discrete);
     grants.executor = &executor;
     executor.runner().ask_for_zones(!options_.trace.empty());
@@ -161,13 +165,16 @@ class SimRun {
     summary_.statistics(executor.runner());
     summary_.virtual_time(plant_s, wall_s);
     summary_.hashes(executor.runner());
+    if (recording_) recording_->finish(summary_);
     return verdict(false);
   }
 
   // ---- real time
 
   int run_real() {
-    rt::RealTimeExecutor executor(graph_, os_, real_time_options(options_));
+    rt::RealTimeOptions how = real_time_options(options_);
+    how.runner.observer = observer_of(recording_);
+    rt::RealTimeExecutor executor(graph_, os_, how);
     const hal::ProcessUse before = hal::process_use();
     const hal::Time wall = real_os_.now();
     if (auto started = board_->start(); !started) return fail("the plant does not start: " + board_->problem()), 2;
@@ -192,6 +199,7 @@ class SimRun {
     const double wall_s = msg::seconds(real_os_.now() - wall);
     end_plant();
     summary_.statistics(executor.runner());
+    if (recording_) recording_->finish(summary_);
     const double processor = 100 * msg::seconds(after.cpu - before.cpu) / wall_s;
     summary_.add("processor", fmt::format("{:.1f} % of a core", processor),
                  {{"wall_s", wall_s}, {"processor_percent", processor}});
@@ -329,6 +337,7 @@ class SimRun {
   std::unique_ptr<sim_hil::SimBoard> board_;
   std::unique_ptr<sim_hil::DatasetBoard> recorded_;  // of devices that are named so
   std::optional<MissionWatch> mission_;
+  std::unique_ptr<Recording> recording_;
   hal::Time mission_end_ = hal::kNever, still_since_ = hal::kNever;
   RunEvidence evidence_;
   RunSummary summary_;

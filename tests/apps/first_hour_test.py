@@ -6,6 +6,8 @@ import sys
 import tempfile
 import unittest
 
+os.environ.setdefault("SINEW_RECORD", "off")  # a flight is 100 MB; recordings have tests of their own
+
 SOURCE = sys.argv[1]
 PAGE = f"{SOURCE}/docs/first-hour.md"
 

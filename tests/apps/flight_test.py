@@ -8,6 +8,8 @@ import sys
 import tempfile
 import unittest
 
+os.environ.setdefault("SINEW_RECORD", "off")  # a flight is 100 MB; recordings have tests of their own
+
 SINEW, TRAPPED, ROBOTS = sys.argv[1:4]
 LIMIT_S = 300
 RUN_DIR = tempfile.TemporaryDirectory()  # this program's robots meet nobody else's

@@ -8,6 +8,8 @@ import tempfile
 import time
 import unittest
 
+os.environ.setdefault("SINEW_RECORD", "off")  # a flight is 100 MB; recordings have tests of their own
+
 SINEW, PROGRAM, SOURCE = sys.argv[1:4]
 ROBOT = f"{SOURCE}/tests/apps/live_robot.toml"
 QUAD = f"{SOURCE}/robots/quad.toml"
