@@ -57,6 +57,9 @@ std::string apply_setting(rt::GraphSpec& graph, const std::string& setting) {
     m.params[setting.substr(dot + 1, equals - dot - 1)] = {param_value(setting.substr(equals + 1)), 0};
     return {};
   }
+  if (const std::string header = section_header(module); !header.empty())
+    return fmt::format("--set {}: --set is for parameters of modules; the keys of {} are set in the robot file",
+                       setting, header);
   std::string names;
   for (const auto& m : graph.modules) names += " " + m.name;
   return fmt::format("--set {}: no module {}; there are:{}", setting, module, names);
