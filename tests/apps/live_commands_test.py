@@ -253,6 +253,20 @@ class Guarded(Live):
     ARGUMENTS = None
 
     @unittest.skipUnless(os.path.exists(os.path.join(os.path.dirname(SINEW), "sinew-sim")), "there is no simulator")
+    def test_rates_of_a_slower_robot_are_in_the_time_of_its_messages(self):
+        for pace in (["--rate", "0.2"], ["--virtual"]):
+            run = subprocess.Popen([SINEW, "run", QUAD, *pace, "--quiet", "--name", "slow"], env=self.env,
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            try:
+                self.good("status", "--wait", str(LIMIT_S))
+                now = self.asked("top", "--once", "--period", "0.1")["now_ns"]
+                later = self.good("topic", "echo", "imu.raw", "-n", "100", "--json").splitlines()[-1]
+                self.assertLess(now, json.loads(later)["published_ns"], pace)
+            finally:
+                run.send_signal(signal.SIGTERM)
+                run.wait(LIMIT_S)
+
+    @unittest.skipUnless(os.path.exists(os.path.join(os.path.dirname(SINEW), "sinew-sim")), "there is no simulator")
     def test_disarm_stops_and_status_says_what_the_guardian_permits(self):
         run = subprocess.Popen([SINEW, "run", QUAD, "--virtual", "--quiet"], env=self.env, stdout=subprocess.DEVNULL,
                                stderr=subprocess.DEVNULL)
