@@ -182,6 +182,7 @@ class SimRun {
     const auto started = executor.start();
     if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return refuse();
     if (!started) return fail(started.error().where), refuse();
+    begin_ = executor.started_at();
     executor.runner().ask_for_zones(!options_.trace.empty());
     const auto socket = open_socket(prepared_, options_, executor.runner(), os_, &hal::request_stop);
     follow(executor);
@@ -256,6 +257,11 @@ class SimRun {
     for (std::size_t i = 0; i < graph_.spec().failsafes.size(); ++i)
       if (mission_->safety().acted >> i & 1) failsafes.push_back(graph_.spec().failsafes[i].name + " acted");
     summary_.add_reasons("failsafe", "failsafes", failsafes);
+    if (const hal::Time disarmed = mission_->safety().disarmed; disarmed.ns != 0) {
+      const double at_s = msg::seconds(disarmed - begin_);
+      summary_.add("disarmed", fmt::format("after {:.2f} s, while the actuators were live", at_s),
+                   {{"disarmed_s", at_s}});
+    }
     summary_.chains_decide(report->faults.empty());  // with a broken device a chain may well be late
     const auto invalid = judge(*report, real_time);
     const char* const validity = invalid.empty() ? "valid" : "invalid";
@@ -329,6 +335,7 @@ class SimRun {
   std::unique_ptr<sim_hil::SimBoard> board_;
   std::unique_ptr<sim_hil::DatasetBoard> recorded_;  // of devices that are named so
   std::optional<MissionWatch> mission_;
+  hal::Time begin_{};  // of the cycles
   hal::Time mission_end_ = hal::kNever, still_since_ = hal::kNever;
   RunEvidence evidence_;
   RunSummary summary_;

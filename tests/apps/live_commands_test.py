@@ -281,6 +281,27 @@ class Guarded(Live):
             run.send_signal(signal.SIGTERM)
             run.wait(LIMIT_S)
 
+    @unittest.skipUnless(os.path.exists(os.path.join(os.path.dirname(SINEW), "sinew-sim")), "there is no simulator")
+    def test_a_disarm_in_flight_is_named_in_the_result(self):
+        run = subprocess.Popen([SINEW, "run", QUAD, "--virtual", "--json", "--name", "falls"], env=self.env,
+                               stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        try:
+            status = self.asked("status", "--wait", str(LIMIT_S))
+            while not status.get("guardian", {}).get("groups_moving"):
+                status = self.asked("status")
+            self.asked("disarm")
+            deadline = time.monotonic() + LIMIT_S
+            while not self.asked("status")["guardian"]["disarmed"]:  # its next step may still be to come
+                self.assertLess(time.monotonic(), deadline)
+            self.good("stop")
+            summary = json.loads(run.communicate(timeout=LIMIT_S)[0])
+        finally:
+            run.kill()
+            run.wait(LIMIT_S)
+        self.assertEqual(summary["exit_code"], 1, summary["result"])
+        self.assertGreaterEqual(summary["disarmed_s"], status["now_ns"] * 1e-9)
+        self.assertLess(summary["disarmed_s"], summary["run_s"])
+
 
 if __name__ == "__main__":
     unittest.main(argv=[sys.argv[0], *sys.argv[4:]], verbosity=2)
