@@ -113,7 +113,7 @@ class SimRun {
       if (board.value == "sim") continue;
       std::string why;
       if (!recorded_) recorded_ = open_dataset(options_, options_.virtual_time ? &clock_ : nullptr, os_, why);
-      if (!recorded_) return fail("robot.device_boards." + device + ": " + why);
+      if (!recorded_) return fail(fmt::format("robot.device_boards.{}: {}", device, why));
       devices.assign(device, *recorded_);
     }
     return true;
