@@ -342,6 +342,17 @@ void add_graph_problems(LoadedRobot& loaded, const rt::ModuleTypes& types, const
                    [](const rt::Problem& a, const rt::Problem& b) { return a.line < b.line; });
 }
 
+std::string section_header(std::string_view section) {
+  const auto is_one_of = [&](std::initializer_list<std::string_view> all) {
+    return std::find(all.begin(), all.end(), section) != all.end();
+  };
+  const std::string name(section);
+  if (is_one_of({"robot", "guardian", "sim", "parent"})) return "[" + name + "]";
+  if (is_one_of({"thread", "chain", "failsafe"})) return "[[" + name + "]]";
+  if (is_one_of({"topic", "actuator"})) return "[" + name + ".NAME]";
+  return {};
+}
+
 LoadedRobot load_robot(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   if (!in) {

@@ -42,6 +42,10 @@ void add_graph_problems(LoadedRobot& loaded, const rt::ModuleTypes& types, const
 /// Source:  docs/robot-file.md lists all keys.
 LoadedRobot parse_robot(std::string_view text, const std::string& path);
 
+/// The header under which a robot file has the keys of `section`: "[guardian]", "[[thread]]", "[actuator.NAME]". Empty:
+/// there is no such section, or it is `module`.
+std::string section_header(std::string_view section);
+
 /// Reads a robot file from disk; a file that cannot be read is one problem.
 LoadedRobot load_robot(const std::string& path);
 

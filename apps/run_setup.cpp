@@ -58,6 +58,9 @@ std::string apply_setting(rt::GraphSpec& graph, const std::string& setting) {
     m.params[setting.substr(dot + 1, equals - dot - 1)] = {param_value(setting.substr(equals + 1)), 0};
     return {};
   }
+  if (const std::string header = section_header(module); !header.empty())
+    return fmt::format("--set {}: --set is for parameters of modules; the keys of {} are set in the robot file",
+                       setting, header);
   std::string names;
   for (const auto& m : graph.modules) names += " " + m.name;
   return fmt::format("--set {}: no module {}; there are:{}", setting, module, names);
@@ -139,13 +142,14 @@ bool take_name(Prepared& prepared, const RunOptions& options) {
 }
 
 std::unique_ptr<tap::Server> open_socket(const Prepared& prepared, const RunOptions& options, rt::Runner& runner,
-                                         std::function<void()> stop) {
+                                         const hal::Clock& clock, std::function<void()> stop) {
   if (!prepared.name) return nullptr;
   auto server = tap::Server::open(*prepared.name, *prepared.graph, runner, hal::linux_os(),
                                   {.board = prepared.graph->spec().board,
                                    .virtual_time = options.virtual_time,
                                    .stop = std::move(stop),
-                                   .robot_file = std::filesystem::absolute(options.robot).lexically_normal().string()});
+                                   .robot_file = std::filesystem::absolute(options.robot).lexically_normal().string(),
+                                   .clock = &clock});
   if (server) return std::move(*server);
   std::fprintf(stderr, "sinew: warning: no socket for other programs: %s: %s\n", prepared.name->path().c_str(),
                server.error().where);

@@ -116,7 +116,7 @@ class SimRun {
       if (board.value == "sim") continue;
       std::string why;
       if (!recorded_) recorded_ = open_dataset(options_, options_.virtual_time ? &clock_ : nullptr, os_, why);
-      if (!recorded_) return fail("robot.device_boards." + device + ": " + why);
+      if (!recorded_) return fail(fmt::format("robot.device_boards.{}: {}", device, why));
       devices.assign(device, *recorded_);
     }
     return true;
@@ -149,7 +149,7 @@ class SimRun {
     rt::DiscreteExecutor executor(graph_, clock_, grants, discrete);
     grants.executor = &executor;
     executor.runner().ask_for_zones(!options_.trace.empty());
-    const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);
+    const auto socket = open_socket(prepared_, options_, executor.runner(), clock_, &hal::request_stop);
     const hal::Time wall = real_os_.now();
     const auto report = executor.run();
     if (!report) {
@@ -189,8 +189,9 @@ class SimRun {
     const auto started = executor.start();
     if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return refuse();
     if (!started) return fail(started.error().where), refuse();
+    begin_ = executor.started_at();
     executor.runner().ask_for_zones(!options_.trace.empty());
-    const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);
+    const auto socket = open_socket(prepared_, options_, executor.runner(), os_, &hal::request_stop);
     follow(executor);
     const hal::MemoryUse memory = hal::memory_use();  // with the threads' stacks
     if (parent_) parent_->ending();
@@ -264,6 +265,11 @@ class SimRun {
     for (std::size_t i = 0; i < graph_.spec().failsafes.size(); ++i)
       if (mission_->safety().acted >> i & 1) failsafes.push_back(graph_.spec().failsafes[i].name + " acted");
     summary_.add_reasons("failsafe", "failsafes", failsafes);
+    if (const hal::Time disarmed = mission_->safety().disarmed; disarmed.ns != 0) {
+      const double at_s = msg::seconds(disarmed - begin_);
+      summary_.add("disarmed", fmt::format("after {:.2f} s, while the actuators were live", at_s),
+                   {{"disarmed_s", at_s}});
+    }
     summary_.chains_decide(report->faults.empty());  // with a broken device a chain may well be late
     const auto invalid = judge(*report, real_time);
     const char* const validity = invalid.empty() ? "valid" : "invalid";
@@ -293,8 +299,8 @@ class SimRun {
       validity.push_back(
           {{"bound", f.key}, {"what", f.what}, {"value", f.value}, {"most", f.bound}, {"holds", f.holds}});
     if (real_time)
-      summary_.add("longest IMU gap", fmt::format("{:.3f} ms", report.imu_gap_max_s * 1e3),
-                   {{"imu_gap_max_s", report.imu_gap_max_s}});
+      summary_.add("longest IMU gap", fmt::format("{:.3f} ms", imu_gap_max_s(evidence_) * 1e3),
+                   {{"imu_gap_max_s", imu_gap_max_s(evidence_)}});
     if (evidence_.board.remote) {
       const sim_hil::ClockStats& c = evidence_.board.clock;
       summary_.add("clock of the plant",
@@ -338,6 +344,7 @@ class SimRun {
   std::unique_ptr<sim_hil::DatasetBoard> recorded_;  // of devices that are named so
   std::optional<MissionWatch> mission_;
   std::unique_ptr<Recording> recording_;
+  hal::Time begin_{};  // of the cycles
   hal::Time mission_end_ = hal::kNever, still_since_ = hal::kNever;
   RunEvidence evidence_;
   RunSummary summary_;

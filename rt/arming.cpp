@@ -1,6 +1,7 @@
 #include "rt/arming.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace sinew::rt {
 
@@ -10,8 +11,9 @@ Arming::Arming(GuardianSpec::Arming mode, const std::vector<FailsafeSpec>& fails
     : mode_(mode), failsafes_(failsafes), latched_at_(failsafes.size()) {}
 
 void Arming::reset() {
-  permitted_ = ready_ = live_ = held_ = false;
+  permitted_ = ready_ = live_ = held_ = cut_off_ = false;
   acted_ = 0;
+  disarmed_ = {};
   forget();
 }
 
@@ -29,6 +31,7 @@ bool Arming::arm() noexcept {
 }
 
 void Arming::disarm() noexcept {
+  cut_off_ = cut_off_ || live_;
   permitted_ = ready_ = live_ = false;
   held_ = true;
   forget();
@@ -51,6 +54,7 @@ void Arming::act(const Facts& facts) noexcept {
 }
 
 void Arming::step(const Facts& facts) noexcept {
+  if (std::exchange(cut_off_, false)) disarmed_ = facts.now;
   const bool was_live = live_;
   live_ = permitted_ && facts.commanded;
   if (live_)

@@ -108,6 +108,14 @@ class Flight(unittest.TestCase):
         self.assertIn("result", out)
         self.assertIn("longest IMU gap", out)
 
+    def test_the_longest_imu_gap_of_a_slower_flight_is_in_the_time_that_its_bound_is_in(self):
+        code, out, err = run(SINEW, "run", f"{ROBOTS}/quad.toml", "--rate", "0.25", "--duration", "0.4", "--json")
+        self.assertEqual(code, 1, out + err)
+        summary = json.loads(out)
+        judged = [v["value"] for v in summary["validity"] if v["bound"] == "plant_gap_ms"]
+        self.assertEqual(judged, [1e3 * summary["imu_gap_max_s"]])
+        self.assertGreater(judged[0], 0)
+
 
 class TwoRobots(unittest.TestCase):
     def test_a_second_robot_of_the_same_name_is_refused_and_told_who_holds_it(self):
