@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <typeinfo>
 #include <variant>
 #include <vector>
 
@@ -77,6 +78,7 @@ class Declaration {
   struct State {
     void* member;
     std::span<std::byte> (*bytes)(void* member) noexcept;  // as it is now, its padding cleared
+    const char* type;                                      // a name that two builds agree on
   };
 
   template <msg::Described M>
@@ -107,7 +109,7 @@ class Declaration {
   /// beginning. Parameters inside are no state: they stay as they are when the rest is restored.
   template <class... M>
   void state(M&... members) {
-    (states.push_back({&members, &state_bytes<M>}), ...);
+    (states.push_back({&members, &state_bytes<M>, typeid(M).name()}), ...);
   }
   /// The module calls libraries that allocate or block (OpenCV): refused in real-time threads; the trap only counts.
   void best_effort() { is_best_effort = true; }

@@ -2,6 +2,7 @@
 
 #include <cstring>
 
+#include "math/hash.hpp"
 #include "rt/parameters.hpp"
 #include "rt/segment.hpp"
 
@@ -12,6 +13,18 @@ std::size_t SavedState::bytes() const noexcept {
   for (const Declaration::Port& port : declaration_.ports) sum += port.input ? sizeof port.input->dropped_total_ : 0;
   for (const Declaration::State& state : declaration_.states) sum += state.bytes(state.member).size();
   return sum;
+}
+
+std::uint64_t SavedState::layout() const {
+  math::Hash64 hash;
+  const auto add = [&hash](std::string_view type, std::uint64_t size) {
+    hash.add(type.data(), type.size());
+    hash.add(&size, sizeof size);
+  };
+  for (const Declaration::Port& port : declaration_.ports)
+    if (port.input) add(port.name, sizeof port.input->dropped_total_);
+  for (const Declaration::State& state : declaration_.states) add(state.type, state.bytes(state.member).size());
+  return hash.value();
 }
 
 void SavedState::save(std::span<std::byte> to) const noexcept {

@@ -136,6 +136,7 @@ hal::Result<Effect> StepAgain::take(const Request& request, const Effect& record
 }
 
 std::size_t StepAgain::state_bytes() const { return SavedState(module_.declaration).bytes(); }
+std::uint64_t StepAgain::state_layout() const { return SavedState(module_.declaration).layout(); }
 void StepAgain::save_state(std::span<std::byte> to) const { SavedState(module_.declaration).save(to); }
 
 hal::Status StepAgain::restore_state(std::span<const std::byte> from) {

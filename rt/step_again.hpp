@@ -49,8 +49,9 @@ class StepAgain {
   /// Errors:  bad_data: there is no such parameter, port or value; bad_argument: the request is none for this module.
   hal::Result<Effect> take(const Request& request, const Effect& recorded, std::span<const std::byte> message = {});
 
-  /// SavedState of the module.
+  /// SavedState of the module. That its layout is the one of the record is for who calls to see to.
   std::size_t state_bytes() const;
+  std::uint64_t state_layout() const;
   void save_state(std::span<std::byte> to) const;
   /// The next step is the one after which, in the record, the state was saved.
   hal::Status restore_state(std::span<const std::byte> from);

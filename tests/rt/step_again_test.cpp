@@ -19,7 +19,7 @@ constexpr Duration kRun = 400ms;
 class StepAgainTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    board_.add("motors", clock_);
+    FakeActuators& motors = board_.add("motors", clock_);
     graph_ = std::make_unique<Graph>(spec, types);
     for (const Problem& p : graph_->check({.virtual_time = true})) FAIL() << to_string(p, "test");
     ASSERT_TRUE(graph_->configure(board_, {.first_sequence = kNearWrap}));
@@ -42,6 +42,8 @@ class StepAgainTest : public ::testing::Test {
       wish.number = 77;
       for (int i = 0; i < 2; ++i) EXPECT_TRUE(graph_->publish("operator.wish", std::as_bytes(std::span(&wish, 1))));
     });
+    grants_.at(Time{350'000'000}, [&motors] { motors.refuses = true; });
+    grants_.at(Time{360'000'000}, [&motors] { motors.refuses = false; });
     grants_.end = Time{kRun.count()};
     DiscreteOptions options;
     options.observer = record.get();
@@ -87,7 +89,7 @@ TEST_F(StepAgainTest, TheRecordHasEverythingInIt) {
   EXPECT_TRUE(of("guardian")[first("guardian", Request::Kind::arm, 0)].effect.refused);
   EXPECT_FALSE(of("guardian")[first("guardian", Request::Kind::arm, 1)].effect.refused);
   EXPECT_EQ(of("operator")[first("operator", Request::Kind::message, 1)].message.size(), sizeof(Pair));
-  std::uint32_t dropped = 0, nan = 0, device = 0, acted = 0, origins = 0;
+  std::uint32_t dropped = 0, nan = 0, device = 0, refused = 0, acted = 0, origins = 0;
   for (const KeptEntry& e : of("mixed")) {
     if (e.request) continue;
     dropped += e.in[0].dropped;
@@ -95,11 +97,15 @@ TEST_F(StepAgainTest, TheRecordHasEverythingInIt) {
     for (const SlotHeader* h : e.out[2]) origins += h->origin_ns[0] != kNoOrigin.ns;
   }
   for (const KeptEntry& e : of("sampler")) device += e.step.device_state != 0;
-  for (const KeptEntry& e : of("guardian"))
-    if (!e.request) acted |= static_cast<const msg::SafetyState*>(e.out[2][0]->message())->acted;
+  for (const KeptEntry& e : of("guardian")) {
+    if (e.request) continue;
+    acted |= static_cast<const msg::SafetyState*>(e.out[2][0]->message())->acted;
+    refused += e.step.device_state != 0;
+  }
   EXPECT_GT(dropped, 0u);
   EXPECT_GT(nan, 0u);
   EXPECT_GT(device, 0u);
+  EXPECT_GT(refused, 0u) << "the motors refused commands";
   EXPECT_NE(acted, 0u) << "a failsafe has acted";
   EXPECT_GT(origins, 0u);
 }
@@ -265,6 +271,19 @@ TEST_F(StepAgainTest, AStateOfAnotherSizeChangesNothing) {
   EXPECT_TRUE(mixed.restore_state(saved));
   mixed.save_state(after);
   EXPECT_NE(after, before);
+}
+
+TEST_F(StepAgainTest, TheLayoutOfAStateIsThatOfItsTypesAndSizes) {
+  const auto layout = [](auto... members) {
+    Declaration d;
+    d.state(members...);
+    return SavedState(d).layout();
+  };
+  const std::vector<int> two(2), three(3);
+  EXPECT_EQ(layout(1.5, two), layout(2.5, two));
+  EXPECT_NE(layout(1.5, two), layout(two, 1.5));
+  EXPECT_NE(layout(two), layout(three));
+  EXPECT_NE(layout(1.5), layout(std::int64_t{1})) << "of the same size";
 }
 
 TEST_F(StepAgainTest, RestoringLeavesParametersAsTheyAre) {
