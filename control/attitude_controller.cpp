@@ -11,6 +11,7 @@ void AttitudeController::declare(rt::Declaration& d) {
   d.in("state", state_, {.max_age = 10ms});
   d.in("attitude", attitude_, {.max_age = 50ms});
   d.out("wrench", wrench_);
+  d.state(law_, tipped_s_, tipped_);
   AttitudeParams& p = law_.params;
   d.param("kp_tilt", p.kp_tilt, {.unit = "1/s", .min = 0, .max = 50});
   d.param("kp_yaw", p.kp_yaw, {.unit = "1/s", .min = 0, .max = 50});

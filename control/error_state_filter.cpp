@@ -11,6 +11,7 @@ void ErrorStateFilter::declare(rt::Declaration& d) {
   d.in("pad", pad_, {.depth = 4, .optional = true});
   d.in("motors", motors_, {.optional = true, .previous = true});
   d.out("state", state_);
+  d.state(estimator_);
   declare_sensors(d);
   declare_levelling(d);
 }

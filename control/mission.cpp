@@ -12,6 +12,7 @@ void Mission::declare(rt::Declaration& d) {
   d.in("safety", safety_, {.optional = true, .supervises = true});
   d.out("setpoint", setpoint_);
   d.out("mission", mission_);
+  d.state(plan_);
   MissionParams& p = plan_.params;
   const auto seconds = [&](const char* name, double& v, const char* doc) {
     d.param(name, v, {.unit = "s", .min = 0, .max = 3600, .doc = doc});

@@ -11,6 +11,7 @@ void PositionController::declare(rt::Declaration& d) {
   d.in("state", state_, {.max_age = 20ms});
   d.in("setpoint", setpoint_, {.max_age = 100ms});
   d.out("attitude", attitude_);
+  d.state(law_);
   PositionParams& p = law_.params;
   d.param("mass_kg", p.mass_kg, {.unit = "kg", .min = 0.05, .max = 50});
   d.param("kp_xy", p.kp_xy, {.unit = "1/s", .min = 0, .max = 10});

@@ -23,7 +23,9 @@ class LowPass final : public rt::Module {
     d.in("in", in_, {.max_age = 50ms});
     d.out("out", out_);
     d.param("time_s", time_s_, {.unit = "s", .min = 0.01, .max = 10, .doc = "time constant"});
+    d.state(value_);
   }
+  void reset() override { value_ = 0; }
   rt::Status step(const rt::Step& step) noexcept override {
     const msg::RangeSample* in = in_.fresh(step.now);
     if (!in) return rt::Status::stale;  // nothing is published

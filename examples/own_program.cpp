@@ -15,6 +15,7 @@ class Ball final : public rt::Module {
   void declare(rt::Declaration& d) override {
     d.out("height", out_);
     d.param("restitution", restitution_, {.min = 0, .max = 1, .doc = "speed after a bounce to speed before it"});
+    d.state(height_m_, speed_mps_);
   }
   void reset() override { height_m_ = 1, speed_mps_ = 0; }
   rt::Status step(const rt::Step& step) noexcept override {
@@ -34,6 +35,7 @@ class Apex final : public rt::Module {
   void declare(rt::Declaration& d) override {
     d.in("height", in_);
     d.out("apex", out_);
+    d.state(apex_m_);
   }
   void reset() override { apex_m_ = 0; }
   rt::Status step(const rt::Step&) noexcept override {

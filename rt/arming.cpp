@@ -10,6 +10,10 @@ using msg::FailsafeAction;
 Arming::Arming(GuardianSpec::Arming mode, const std::vector<FailsafeSpec>& failsafes)
     : mode_(mode), failsafes_(failsafes), latched_at_(failsafes.size()) {}
 
+void Arming::declare_state(Declaration& d) {
+  d.state(latched_at_, permitted_, ready_, live_, held_, latched_, acted_, action_);
+}
+
 void Arming::reset() {
   permitted_ = ready_ = live_ = held_ = cut_off_ = false;
   acted_ = 0;

@@ -1,6 +1,7 @@
 #pragma once
 #include <vector>
 
+#include "rt/declaration.hpp"
 #include "rt/graph_spec.hpp"
 
 namespace sinew::rt {
@@ -28,6 +29,7 @@ class Arming {
   };
   Arming(GuardianSpec::Arming mode, const std::vector<FailsafeSpec>& failsafes);
 
+  void declare_state(Declaration& d);
   void reset();
   /// Between two steps, as of the last one. False: not ready, nothing has changed.
   bool arm() noexcept;

@@ -1,9 +1,13 @@
 #pragma once
 // What a module declares: ports and parameters with unit, range and default.
+#include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
+#include <typeinfo>
 #include <variant>
 #include <vector>
 
@@ -71,6 +75,11 @@ class Declaration {
     std::string unit, doc;
     double min, max;  // numbers only
   };
+  struct State {
+    void* member;
+    std::span<std::byte> (*bytes)(void* member) noexcept;  // as it is now, its padding cleared
+    const char* type;                                      // a name that two builds agree on
+  };
 
   template <msg::Described M>
   void in(std::string_view name, In<M>& port, const InOptions& o = {}) {
@@ -95,14 +104,43 @@ class Declaration {
     params.push_back(
         {std::string(name), &target, ParamValue(target), std::string(o.unit), std::string(o.doc), o.min, o.max});
   }
+  /// Members that a step leaves for later ones: trivially copyable, without pointers, or vectors of such whose size
+  /// stays what configure() made it. A record that has them saved can be executed again from there, not only from its
+  /// beginning. Parameters inside are no state: they stay as they are when the rest is restored.
+  template <class... M>
+  void state(M&... members) {
+    (states.push_back({&members, &state_bytes<M>, typeid(M).name()}), ...);
+  }
   /// The module calls libraries that allocate or block (OpenCV): refused in real-time threads; the trap only counts.
   void best_effort() { is_best_effort = true; }
 
   std::vector<Port> ports;
   std::vector<Param> params;
+  std::vector<State> states;
   bool is_best_effort = false;
 
  private:
+  template <class T>
+  static std::span<std::byte> plain_bytes(T* first, std::size_t count) noexcept {
+    static_assert(std::is_trivially_copyable_v<T> && !std::is_pointer_v<T>, "state is kept as its bytes");
+#if __has_builtin(__builtin_clear_padding)  // gcc; so that the same state has the same bytes
+    if constexpr (std::is_class_v<T> && !std::has_unique_object_representations_v<T>)
+      for (std::size_t i = 0; i < count; ++i) __builtin_clear_padding(first + i);
+#endif
+    return std::as_writable_bytes(std::span(first, count));
+  }
+  template <class T>
+  struct StateOf {
+    static std::span<std::byte> bytes(T& member) noexcept { return plain_bytes(&member, 1); }
+  };
+  template <class T>
+  struct StateOf<std::vector<T>> {
+    static std::span<std::byte> bytes(std::vector<T>& all) noexcept { return plain_bytes(all.data(), all.size()); }
+  };
+  template <class M>
+  static std::span<std::byte> state_bytes(void* member) noexcept {
+    return StateOf<M>::bytes(*static_cast<M*>(member));
+  }
   void add_latest(std::string_view name, const msg::TypeInfo* type, InputBase& port, const InOptions& o) {
     ports.push_back({std::string(name), PortKind::latest, type, &port, nullptr, 1, 0, Overflow::drop_oldest, o.max_age,
                      o.optional, o.previous, o.supervises});

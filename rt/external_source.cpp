@@ -63,6 +63,10 @@ hal::Result<std::uint32_t> ExternalSource::stage(std::uint32_t port, std::span<c
 
 void ExternalSource::unstage(std::uint32_t place) noexcept { free_.fetch_or(1u << place, std::memory_order_release); }
 
+std::span<const std::byte> ExternalSource::message_of(std::uint32_t place) const {
+  return std::span(places_[place].bytes).first(ports_[places_[place].port]->topic.type->size);
+}
+
 void ExternalSource::take(std::uint32_t place) noexcept { taken_.push_back(place); }
 
 }  // namespace sinew::rt

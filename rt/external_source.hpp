@@ -36,6 +36,9 @@ class ExternalSource final : public Module {
   hal::Result<std::uint32_t> stage(std::uint32_t port, std::span<const std::byte> message) noexcept;
   /// Gives a place back whose number reached nobody. Thread: any.
   void unstage(std::uint32_t place) noexcept;
+  /// What waits in a place: the port and the message. Thread: executor, before the step.
+  std::uint32_t port_of(std::uint32_t place) const { return places_[place].port; }
+  std::span<const std::byte> message_of(std::uint32_t place) const;
   /// The next step publishes it, after those taken before. Thread: executor, between steps.   RT: yes.
   void take(std::uint32_t place) noexcept;
 

@@ -85,7 +85,10 @@ std::vector<std::string> number_paths(const msg::TypeInfo& type) {
   return paths;
 }
 
-void Failsafe::declare(Declaration& d) { d.in(port_name(spec_), port_, {.supervises = true}); }
+void Failsafe::declare(Declaration& d) {
+  d.in(port_name(spec_), port_, {.supervises = true});
+  d.state(before_, any_, bad_, sequence_, since_, measured_);
+}
 
 void Failsafe::configure() {
   const msg::TypeInfo& type = *port_.type();

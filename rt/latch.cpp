@@ -56,6 +56,13 @@ struct Latch::Near {
   }
 };
 
+void InputBase::merge_origins(std::uint32_t carried_chains, std::int64_t (&oldest_ns)[kMaxChains]) const noexcept {
+  for (std::uint32_t chains = count_ ? carried_chains : 0; chains; chains &= chains - 1) {
+    const int c = std::countr_zero(chains);
+    for (std::uint32_t i = 0; i < count_; ++i) oldest_ns[c] = std::min(oldest_ns[c], slots_[i]->origin_ns[c]);
+  }
+}
+
 Latch::Latch(Segment& segment) : segment_(segment) {}
 Latch::~Latch() = default;
 
@@ -170,16 +177,9 @@ void Latch::release() noexcept {
 
 void Latch::merge_origins(std::int64_t (&oldest_ns)[kMaxChains]) const noexcept {
   std::fill(std::begin(oldest_ns), std::end(oldest_ns), kNoOrigin.ns);
-  const auto merge = [&oldest_ns](const InputBase& input, std::uint32_t carried_chains) {
-    for (std::uint32_t chains = input.count_ ? carried_chains : 0; chains; chains &= chains - 1) {
-      const int c = std::countr_zero(chains);
-      for (std::uint32_t i = 0; i < input.count_; ++i)
-        oldest_ns[c] = std::min(oldest_ns[c], input.slots_[i]->origin_ns[c]);
-    }
-  };
-  for (const Near& port : near_) merge(*port.input, port.carried_chains);
+  for (const Near& port : near_) port.input->merge_origins(port.carried_chains, oldest_ns);
   for (const Group& group : groups_)
-    for (const Port& port : group.ports) merge(*port.input, port.carried_chains);
+    for (const Port& port : group.ports) port.input->merge_origins(port.carried_chains, oldest_ns);
 }
 
 }  // namespace sinew::rt

@@ -32,7 +32,7 @@ struct alignas(64) SlotHeader {
 };
 static_assert(sizeof(SlotHeader) == 128);
 
-/// The messages that one input port holds for one step. Filled by the latch.
+/// The messages that one input port holds for one step. Filled by the latch, or from a record.
 class InputBase {
  public:
   std::size_t size() const { return count_; }
@@ -45,6 +45,12 @@ class InputBase {
 
  protected:
   friend class Latch;
+  friend class SavedState;
+  friend class StepAgain;
+  friend class StepPorts;
+  /// Per chain in `carried_chains` the oldest origin of what is held and of what `oldest_ns` has.
+  void merge_origins(std::uint32_t carried_chains, std::int64_t (&oldest_ns)[kMaxChains]) const noexcept;
+
   const SlotHeader** slots_ = nullptr;  // room for the depth, oldest first
   std::uint32_t count_ = 0;
   std::uint32_t dropped_ = 0;

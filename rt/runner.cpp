@@ -4,21 +4,12 @@
 #include <bit>
 
 #include "msg/compare.hpp"
-#include "rt/fp_mode.hpp"
 #include "rt/parameters.hpp"
-#include "rt/trap.hpp"
+#include "rt/saved_state.hpp"
 
 namespace sinew::rt {
-namespace {
 
 using PortKind = Declaration::PortKind;
-
-std::uint32_t stream_of(std::string_view module) {
-  const std::uint64_t h = math::fnv1a64(module);
-  return static_cast<std::uint32_t>(h ^ h >> 32);
-}
-
-}  // namespace
 
 RunBoard::RunBoard(Graph& g, const RunnerOptions& o)
     : graph(g),
@@ -32,7 +23,7 @@ ModuleRunner::ModuleRunner(RunBoard& board, std::uint32_t module)
     : board_(board),
       module_(board.graph.modules()[module]),
       index_(module),
-      stream_(stream_of(module_.spec.name)),
+      code_(board.graph, module),
       latch_(board.graph.segment()),
       inputs_(module_.topic.size()),
       sources_(module_.topic.size()),
@@ -93,16 +84,9 @@ std::span<const std::uint32_t> ModuleRunner::start(const Cycle& cycle, Time now)
   record_.dt = cycle.dt;
   record_.timed_out = cycle.timed_out;
   record_.device_state = module_.driver ? module_.driver->device_state() : 0;
-  math::Random random(board_.graph.spec().seed, stream_, record_.number);
   ZoneLog* const zones = zones_ && board_.zones.load(std::memory_order_relaxed) ? &*zones_ : nullptr;
-  const Step step{now, cycle.dt, cycle.timed_out, record_.number, random, zones};
-  const trap::Scope scope(module_.spec.name.c_str(),
-                          module_.declaration.is_best_effort ? &best_effort_calls_ : nullptr);
-  record_.status = module_.module->step(step);
-  if (!FpMode::is_set()) {  // or all steps after this one would give other bits
-    FpMode::set();
-    stats_.fp_mode_changes.add();
-  }
+  record_.status = code_.run({now, cycle.dt, cycle.timed_out, record_.number}, zones);
+  if (code_.changed_fp_mode()) stats_.fp_mode_changes.add();
   return published_;
 }
 
@@ -135,6 +119,9 @@ std::span<const SlotHeader* const> ModuleRunner::published(std::uint32_t port) c
   return source.commit ? source.commit->committed(source.output) : std::span<const SlotHeader* const>();
 }
 
+std::size_t ModuleRunner::state_bytes() const noexcept { return SavedState(module_.declaration).bytes(); }
+void ModuleRunner::save_state(std::span<std::byte> to) const noexcept { SavedState(module_.declaration).save(to); }
+
 /// Counts what a commit made visible, and remembers its topics for the executor.
 void ModuleRunner::publish(Commit& commit, std::uint32_t outputs, Time now) noexcept {
   for (std::uint32_t bits = outputs; bits; bits &= bits - 1) {
@@ -163,7 +150,7 @@ void ModuleRunner::publish(Commit& commit, std::uint32_t outputs, Time now) noex
 void ModuleRunner::judge() noexcept {
   stats_.steps.add();
   (record_.status == Status::ok ? stats_.ok : record_.status == Status::stale ? stats_.stale : stats_.fault).add();
-  stats_.best_effort_calls.set(best_effort_calls_);
+  stats_.best_effort_calls.set(code_.best_effort_calls());
   faults_in_row_ = record_.status == Status::fault ? faults_in_row_ + 1 : 0;
   if (faults_in_row_ < board_.options.fault_limit || board_.options.fault_limit == 0) return;
   stopped_ = true;

@@ -11,17 +11,24 @@
 #include "rt/graph.hpp"
 #include "rt/latch.hpp"
 #include "rt/stats.hpp"
+#include "rt/step_code.hpp"
 #include "rt/timeline.hpp"
 
 namespace sinew::rt {
 
-/// What the ports of a module hold for a step, by their index in the declaration.
+/// What the ports of a module hold for a step, by their index in the declaration, and what the step left behind.
 class StepPorts {
  public:
   /// Null: no input, or not bound.
   virtual const InputBase* input(std::uint32_t port) const noexcept = 0;
   /// Of this step (outputs) or of the collect() before it (raw topics), oldest first.
   virtual std::span<const SlotHeader* const> published(std::uint32_t port) const noexcept = 0;
+  /// Whether a latest input held another message than in the step before.
+  bool updated(std::uint32_t port) const noexcept { return input(port) && input(port)->updated_; }
+  /// What the module goes on from: rt/saved_state.hpp. `to` has state_bytes(), which never change after configure().
+  /// RT: yes; a copy of so many bytes.
+  virtual std::size_t state_bytes() const noexcept = 0;
+  virtual void save_state(std::span<std::byte> to) const noexcept = 0;
 
  protected:
   ~StepPorts() = default;
@@ -102,12 +109,15 @@ class ModuleRunner final : StepPorts {
   void bind();
   const InputBase* input(std::uint32_t port) const noexcept override { return inputs_[port]; }
   std::span<const SlotHeader* const> published(std::uint32_t port) const noexcept override;
+  std::size_t state_bytes() const noexcept override;
+  void save_state(std::span<std::byte> to) const noexcept override;
   void publish(Commit& commit, std::uint32_t outputs, Time now) noexcept;
   void judge() noexcept;
 
   RunBoard& board_;
   GraphModule& module_;
-  const std::uint32_t index_, stream_;
+  const std::uint32_t index_;
+  StepCode code_;
   Latch latch_;
   std::unique_ptr<Commit> outputs_;  // null: none
   std::vector<std::unique_ptr<Commit>> raws_;
@@ -123,7 +133,7 @@ class ModuleRunner final : StepPorts {
 
   StepRecord record_;
   std::optional<ZoneLog> zones_;
-  std::uint32_t number_ = 0, faults_in_row_ = 0, best_effort_calls_ = 0;
+  std::uint32_t number_ = 0, faults_in_row_ = 0;
   bool enabled_ = true, stopped_ = false, stepping_ = false;
   ModuleStats stats_;
 };

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "rt/declaration.hpp"
 #include "vision/image_view.hpp"
 
 namespace sinew::vision {
@@ -14,6 +15,7 @@ class Luma {
   explicit Luma(std::size_t max_pixels) : pixels_(max_pixels) {}
   /// False, and empty, for other formats, bins other than 1, 2 and 4, and pictures that do not fit.
   bool take(const ImageView& image, std::uint32_t bin);
+  void declare_state(rt::Declaration& d) { d.state(pixels_, width_, height_); }
   void clear() { width_ = height_ = 0; }
   bool empty() const { return width_ == 0; }
   ImageView view() const {

@@ -5,6 +5,8 @@ namespace sinew::vision {
 void MotionField::declare(rt::Declaration& d) {
   d.in("image", image_);
   d.out("field", field_);
+  older_.declare_state(d);
+  d.state(detector_, older_stamp_);
   d.param(
       "bin", bin_,
       {.unit = "px",

@@ -54,6 +54,7 @@ bool ContourFinder::to_grey(const msg::Image& image) {
 /// For each pixel of the straight image, where the lens put it. (OpenCV's own maker of these maps is in calib3d.)
 void ContourFinder::make_maps(const cv::Size& size) {
   size_ = size;
+  made_for_ = lens_;
   map_x_.create(size, CV_32F);
   map_y_.create(size, CV_32F);
   const Lens& c = lens_;
@@ -71,7 +72,7 @@ void ContourFinder::make_maps(const cv::Size& size) {
 rt::Status ContourFinder::work(const msg::Image& image) {
   if (!to_grey(image)) return rt::Status::fault;
   const bool correct = lens_.fx_px > 0 && lens_.fy_px > 0;
-  if (correct && grey_.size() != size_) make_maps(grey_.size());
+  if (correct && (grey_.size() != size_ || lens_ != made_for_)) make_maps(grey_.size());
   if (correct) cv::remap(grey_, straight_, map_x_, map_y_, cv::INTER_LINEAR);
   const cv::Mat& straight = correct ? straight_ : grey_;
 

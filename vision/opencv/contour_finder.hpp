@@ -47,6 +47,7 @@ class ContourFinder final : public rt::Module {
   struct Lens {
     double fx_px = 0, fy_px = 0, cx_px = 0, cy_px = 0;  // fx 0: no distortion is taken out
     double k1 = 0, k2 = 0, p1 = 0, p2 = 0;
+    bool operator==(const Lens&) const = default;
   };
   rt::Status work(const msg::Image& image);
   bool to_grey(const msg::Image& image);
@@ -59,7 +60,8 @@ class ContourFinder final : public rt::Module {
   Lens lens_;
   std::int64_t small_width_px_ = 160;
   double threshold_grey_ = 0;  // 0: chosen by Otsu's method
-  cv::Size size_;              // for which the maps were made
+  cv::Size size_;              // for which the maps were made,
+  Lens made_for_;              // and for which lens
   cv::Mat map_x_, map_y_, grey_, straight_, bright_;
   std::vector<std::vector<cv::Point>> contours_;
 };
