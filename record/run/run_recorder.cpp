@@ -60,7 +60,8 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
         lost_entries_(graph.threads().size()) {
     for (std::uint32_t t = 0; t < graph.topics().size(); ++t) topics_.push_back(make_topic(t));
     for (const rt::GraphModule& m : graph.modules())
-      for (const auto& p : m.declaration.params) params_.emplace(m.spec.name + "." + p.name, rt::to_string(rt::current(p)));
+      for (const auto& p : m.declaration.params)
+        params_.emplace(m.spec.name + "." + p.name, rt::to_string(rt::current(p)));
   }
   ~Body() override { stop_thread(); }
 

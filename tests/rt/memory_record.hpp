@@ -66,7 +66,7 @@ class MemoryRecord final : public RunObserver {
     for (std::uint32_t p = 0; p < about.topic.size(); ++p) {
       if (const InputBase* in = record.ports->input(p)) {
         for (std::size_t i = 0; i < in->size(); ++i) e.in[p].messages.push_back(keep(about.topic[p], in->header(i)));
-        e.in[p].updated = record.ports->updated(p);
+        e.in[p].updated = in->updated();
         e.in[p].dropped = in->dropped();
       } else {
         for (const SlotHeader* h : record.ports->published(p)) e.out[p].push_back(keep(about.topic[p], h));

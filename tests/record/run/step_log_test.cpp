@@ -33,6 +33,8 @@ class StepLogTest : public ::testing::Test {
   struct NoPorts final : rt::StepPorts {
     const rt::InputBase* input(std::uint32_t) const noexcept override { return nullptr; }
     std::span<const rt::SlotHeader* const> published(std::uint32_t) const noexcept override { return {}; }
+    std::size_t state_bytes() const noexcept override { return 0; }
+    void save_state(std::span<std::byte>) const noexcept override {}
     virtual ~NoPorts() = default;
   } ports;
   rt::Robot robot;
