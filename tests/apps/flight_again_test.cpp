@@ -135,6 +135,20 @@ TEST(FlightAgain, FromASavedStateItIsTheSameToTheEnd) {
   flight().expect_the_same(9);
 }
 
+TEST(FlightAgain, AMemberThatWasForgottenWouldBeFound) {
+  RecordedRun& f = flight();
+  const std::set<std::string> not_needed{"attitude 1", "attitude 2"};  // it did not tip over
+  std::uint32_t members = 0;
+  for (std::uint32_t m = 1; m < f.size(); ++m) {  // 0 is the guardian: rt's own test
+    const std::size_t states = f.graph->modules()[m].declaration.states.size();
+    for (std::uint32_t i = 0; i < states; ++i, ++members) {
+      const std::string member = f.name(m) + " " + std::to_string(i);
+      EXPECT_EQ(rt::forgetting_is_noticed(f.spec, f.types, *f.record, m, i), !not_needed.contains(member)) << member;
+    }
+  }
+  EXPECT_EQ(members, 11u);
+}
+
 TEST(FlightAgain, OneBitOfAnInertialSampleIsNoticedWhereItWasUsed) {
   RecordedRun& f = flight();
   auto& entries = f.record->of(f.id("filter"));

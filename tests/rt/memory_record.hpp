@@ -190,4 +190,27 @@ class RunAgain {
   std::vector<std::unique_ptr<StepAgain>> modules_;
 };
 
+/// Whether some saved state shows it when one of a module's members of state, by its place in the declaration, is left
+/// as it was configured: as if it had not been declared.
+inline bool forgetting_is_noticed(const GraphSpec& spec, const ModuleTypes& types, MemoryRecord& record,
+                                  std::uint32_t module, std::size_t member) {
+  std::vector<KeptEntry>& all = record.of(module);
+  for (const std::size_t at : record.saved(module)) {
+    RunAgain again(spec, types);
+    const Declaration& d = again.graph().modules()[module].declaration;
+    const auto size = [&d](std::size_t i) { return d.states[i].bytes(d.states[i].member).size(); };
+    std::size_t offset = 0;
+    for (const auto& port : d.ports) offset += port.input ? sizeof(std::uint64_t) : 0;
+    for (std::size_t i = 0; i < member; ++i) offset += size(i);
+    std::vector<std::byte> fresh(again.module(module).state_bytes());
+    again.module(module).save_state(fresh);
+    const std::vector<std::byte> right = *all[at].state;
+    if (size(member) != 0) std::memcpy(all[at].state->data() + offset, fresh.data() + offset, size(member));
+    const auto departure = again.run(module, all, at + 1, all.size());
+    *all[at].state = right;
+    if (departure) return true;
+  }
+  return false;
+}
+
 }  // namespace sinew::rt
