@@ -65,7 +65,7 @@ class Mixed final : public Module {
     return {};
   }
   void reset() override {
-    memory_ = {.gain = memory_.gain};
+    memory_ = {.sum = static_cast<std::uint64_t>(1000 * memory_.gain), .gain = memory_.gain};
     std::fill(ring_.begin(), ring_.end(), 0);
   }
   Status step(const Step& step) noexcept override {
