@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "apps/live_view.hpp"
+#include "apps/recording.hpp"
 #include "apps/run_summary.hpp"
 #include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
@@ -37,7 +38,11 @@ class BareRun {
   }
 
   int run() {
-    if (!configure(graph_, board_, {.os = &os_}, options_)) return 2;
+    rt::ConfigureOptions how;
+    how.os = &os_;
+    how.recorded = Recording::wanted(prepared_, options_);
+    if (!configure(graph_, board_, how, options_)) return 2;
+    recording_ = Recording::open(prepared_, options_, graph_, os_);
     return options_.virtual_time ? run_virtual() : run_real();
   }
 
@@ -50,25 +55,30 @@ class BareRun {
   int run_virtual() {
     const rt::Duration length = options_.duration_s > 0 ? run_duration(options_) : kBareDuration;
     Grants grants(hal::Time{length.count()});
-    rt::DiscreteExecutor executor(graph_, clock_, grants, {.duration = length, .os = &os_, .hash_topics = true});
+    rt::DiscreteExecutor executor(
+        graph_, clock_, grants,
+        {.duration = length, .os = &os_, .hash_topics = true, .observer = observer_of(recording_)});
     executor.runner().ask_for_zones(!options_.trace.empty());
-    const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);
+    const auto socket = open_socket(prepared_, options_, executor.runner(), clock_, &hal::request_stop);
     const hal::Time wall = os_.now();
     const auto done = executor.run();
     if (!done) return fail(done.error().where);
     summary_.statistics(executor.runner());
     summary_.virtual_time(msg::seconds(done->reached), msg::seconds(os_.now() - wall));
     summary_.hashes(executor.runner());
+    if (recording_) recording_->finish(summary_);
     return summary_.finish("ran to its end", 0);
   }
 
   int run_real() {
-    rt::RealTimeExecutor executor(graph_, os_, real_time_options(options_));
+    rt::RealTimeOptions how = real_time_options(options_);
+    how.runner.observer = observer_of(recording_);
+    rt::RealTimeExecutor executor(graph_, os_, how);
     const auto started = executor.start();
     if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return 2;
     if (!started) return fail(started.error().where);
     executor.runner().ask_for_zones(!options_.trace.empty());
-    const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);
+    const auto socket = open_socket(prepared_, options_, executor.runner(), os_, &hal::request_stop);
     LiveView view(graph_, executor.runner(), options_);
     const hal::Time begin = os_.now();
     for (hal::Time next = begin;; next = next + LiveView::kPeriod) {
@@ -80,6 +90,7 @@ class BareRun {
     }
     executor.stop();
     summary_.statistics(executor.runner());
+    if (recording_) recording_->finish(summary_);
     return summary_.finish("ran to its end", 0);
   }
 
@@ -89,6 +100,7 @@ class BareRun {
   hal::Os& os_ = hal::linux_os();
   hal::ManualClock clock_;
   hal::EmptyBoard board_;
+  std::unique_ptr<Recording> recording_;
   RunSummary summary_;
 };
 

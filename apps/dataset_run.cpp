@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "apps/plot.hpp"
+#include "apps/recording.hpp"
 #include "apps/run_log.hpp"
 #include "apps/run_summary.hpp"
 #include "apps/tilt_error.hpp"
@@ -62,7 +63,12 @@ class DatasetRun {
       prepared_.graph = std::make_unique<rt::Graph>(std::move(spec), prepared_.types);
     }
     graph_ = prepared_.graph.get();
-    return configure(*graph_, *board_, {.os = &os_}, options_);
+    rt::ConfigureOptions how;
+    how.os = &os_;
+    how.recorded = Recording::wanted(prepared_, options_);
+    if (!configure(*graph_, *board_, how, options_)) return false;
+    recording_ = Recording::open(prepared_, options_, *graph_, os_);
+    return true;
   }
 
   bool run_virtual() {
@@ -70,9 +76,11 @@ class DatasetRun {
     if (options_.duration_s > 0) discrete.duration = run_duration(options_);
     discrete.os = &os_;
     discrete.hash_topics = true;
+    discrete.observer = observer_of(recording_);
     rt::DiscreteExecutor executor(*graph_, clock_, *board_, discrete);
     executor.runner().ask_for_zones(!options_.trace.empty());
-    const auto socket = open_socket(prepared_, options_, executor.runner(), [&executor] { executor.request_stop(); });
+    const auto socket =
+        open_socket(prepared_, options_, executor.runner(), clock_, [&executor] { executor.request_stop(); });
     const hal::Time wall = os_.now();
     const auto done = executor.run();
     if (!done) return fail(done.error().where);
@@ -81,23 +89,27 @@ class DatasetRun {
     summary_->statistics(executor.runner());
     summary_->virtual_time(run_s, wall_s);
     summary_->hashes(executor.runner());
+    if (recording_) recording_->finish(*summary_);
     return true;
   }
 
   bool run_real() {
-    rt::RealTimeExecutor executor(*graph_, os_, real_time_options(options_));
+    rt::RealTimeOptions how = real_time_options(options_);
+    how.runner.observer = observer_of(recording_);
+    rt::RealTimeExecutor executor(*graph_, os_, how);
     const auto started = executor.start();
     if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return failed_with_ = 2, false;
     if (!started) return fail(started.error().where);
     executor.runner().ask_for_zones(!options_.trace.empty());
     if (auto begun = board_->start(); !begun) return fail(begun.error().where);
-    const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);
+    const auto socket = open_socket(prepared_, options_, executor.runner(), os_, &hal::request_stop);
     const hal::Time begin = os_.now();
     const hal::Time end =
         options_.duration_s > 0 ? std::min(board_->end(), begin + run_duration(options_)) : board_->end();
     while (os_.now() < end + 100ms && !hal::stop_requested()) os_.sleep_until(std::min(os_.now() + 200ms, end + 100ms));
     executor.stop();
     summary_->statistics(executor.runner());
+    if (recording_) recording_->finish(*summary_);
     return true;
   }
 
@@ -165,6 +177,7 @@ class DatasetRun {
   std::unique_ptr<sim_hil::DatasetBoard> board_;
   std::vector<std::string> left_out_;
   int failed_with_ = 1;
+  std::unique_ptr<Recording> recording_;
   std::optional<RunSummary> summary_;  // once the graph is what it stays
 };
 

@@ -19,7 +19,7 @@ struct FlightReport {
   double landing_error_m = 0;  // from the pad's centre, horizontally, at rest
   double touchdown_speed_mps = 0;
   double touchdown_s = 0;    // plant time
-  double imu_gap_max_s = 0;  // real time
+  double imu_gap_max_s = 0;  // real time, by the clock of the plant's machine whatever the rate
   std::uint64_t frames = 0, render_late = 0;
   bool still = true;          // at rest with stopped motors; of plants that do not say, taken as true
   std::vector<Fault> faults;  // that the plant was told to play, and has

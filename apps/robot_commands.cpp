@@ -99,6 +99,9 @@ void describe_run(CLI::App& run, RunOptions& o) {
   run.add_option("--trace", o.trace, "write the time line of the last second here, for ui.perfetto.dev")
       ->type_name(kFileHint);
   run.add_option("--plot", o.plot, "dataset board: write a plot (SVG) of the tilt error here")->type_name(kFileHint);
+  run.add_option("--runs", o.record_folder, "folder of the recordings (default: the robot file's, or runs)");
+  run.add_flag("--record-images", o.record_images, "record all pixels, whatever the robot file allows");
+  run.add_flag("--no-record", o.no_record, "no recording; SINEW_RECORD=off in the environment says the same");
   run.add_flag("--strict", o.strict, "real time: do not start where the machine does not hold what timing needs");
   run.add_flag("--unsupervised", o.unsupervised,
                "no parent process that stops the actuators when the runtime dies or hangs (for debuggers)");

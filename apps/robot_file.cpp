@@ -268,6 +268,27 @@ void read_parent(TomlReader& r, const rt::GraphSpec& graph, ParentOptions& paren
   r.read("save_to", parent.save_to, "the path of a folder");
 }
 
+void read_record(TomlReader& r, RecordOptions& record) {
+  constexpr double kMost = 1e6;
+  r.read("enabled", record.enabled);
+  r.read("folder", record.folder, "the path of a folder");
+  r.read_names("topics", record.topics);
+  r.table("rate_hz", [&](TomlReader& rates) {
+    for (const auto& [topic, node] : rates.raw()) {
+      rt::Located<double> rate;
+      rate.line = line_of(node);
+      if (rates.read(topic.str(), rate.value, 0.001, kMost)) record.rate_hz.emplace(std::string(topic.str()), rate);
+    }
+  });
+  r.read("pixel_mb_per_s", record.pixel_mb_per_s, 0.0, kMost);
+  r.read_choice<record::Compression>(
+      "compression", record.compression,
+      {{"lz4", record::Compression::lz4}, {"zstd", record::Compression::zstd}, {"none", record::Compression::none}});
+  r.read("split_mb", record.split_mb, 0.0, kMost);
+  r.read("split_s", record.split_s, 0.0, kMost);
+  r.read("free_floor_mb", record.free_floor_mb, 0.0, kMost);
+}
+
 }  // namespace
 
 LoadedRobot parse_robot(std::string_view text, const std::string& path) {
@@ -298,6 +319,7 @@ LoadedRobot parse_robot(std::string_view text, const std::string& path) {
   root.array_of_tables("failsafe", [&](TomlReader& r) { read_failsafe(r, graph); });
   root.table("sim", [&](TomlReader& r) { read_sim(r, loaded.robot.sim); });
   root.table("parent", [&](TomlReader& r) { read_parent(r, graph, loaded.robot.parent); });
+  root.table("record", [&](TomlReader& r) { read_record(r, loaded.robot.record); });
   root.finish();
   std::stable_sort(graph.modules.begin(), graph.modules.end(),
                    [](const auto& a, const auto& b) { return a.line < b.line; });  // TOML tables come back by name
@@ -318,6 +340,17 @@ void add_graph_problems(LoadedRobot& loaded, const rt::ModuleTypes& types, const
   }
   std::stable_sort(loaded.problems.begin(), loaded.problems.end(),
                    [](const rt::Problem& a, const rt::Problem& b) { return a.line < b.line; });
+}
+
+std::string section_header(std::string_view section) {
+  const auto is_one_of = [&](std::initializer_list<std::string_view> all) {
+    return std::find(all.begin(), all.end(), section) != all.end();
+  };
+  const std::string name(section);
+  if (is_one_of({"robot", "guardian", "sim", "parent"})) return "[" + name + "]";
+  if (is_one_of({"thread", "chain", "failsafe"})) return "[[" + name + "]]";
+  if (is_one_of({"topic", "actuator"})) return "[" + name + ".NAME]";
+  return {};
 }
 
 LoadedRobot load_robot(const std::string& path) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "apps/parent.hpp"
+#include "apps/record_options.hpp"
 #include "apps/validity.hpp"
 #include "rt/graph.hpp"
 
@@ -23,6 +24,7 @@ struct RobotFile {
   rt::GraphSpec graph;
   SimOptions sim;
   ParentOptions parent;
+  RecordOptions record;
 };
 
 struct LoadedRobot {
@@ -39,6 +41,10 @@ void add_graph_problems(LoadedRobot& loaded, const rt::ModuleTypes& types, const
 /// Reads the text of a robot file. Never stops at the first problem, except for TOML that does not parse.
 /// Source:  docs/robot-file.md lists all keys.
 LoadedRobot parse_robot(std::string_view text, const std::string& path);
+
+/// The header under which a robot file has the keys of `section`: "[guardian]", "[[thread]]", "[actuator.NAME]". Empty:
+/// there is no such section, or it is `module`.
+std::string section_header(std::string_view section);
 
 /// Reads a robot file from disk; a file that cannot be read is one problem.
 LoadedRobot load_robot(const std::string& path);

@@ -26,8 +26,11 @@ struct RunOptions {
   std::string camera;               // "640x480" for a plant of our own; empty: the file's
   std::string plot;                 // where a plot goes; empty: none
   std::string trace;                // where the time line of the last second goes; empty: nowhere
-  bool plain = false;               // no live table, also on a terminal
-  bool quiet = false;               // only the result
+  std::string record_folder;        // where recordings go; empty: the file's
+  bool no_record = false;
+  bool record_images = false;  // with all their pixels
+  bool plain = false;          // no live table, also on a terminal
+  bool quiet = false;          // only the result
   bool strict = false;  // real time: no start where `sinew doctor` has something to say, or a privilege is missing
   bool real_actuators = false;  // they may be real where sensors are not
   bool unsupervised = false;    // real time: no parent process beside the runtime (for debuggers)

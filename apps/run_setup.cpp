@@ -7,6 +7,7 @@
 
 #include "apps/param_overlay.hpp"
 #include "apps/param_value.hpp"
+#include "apps/recording.hpp"
 #include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
 #include "hal/linux/run_dir.hpp"
@@ -57,6 +58,9 @@ std::string apply_setting(rt::GraphSpec& graph, const std::string& setting) {
     m.params[setting.substr(dot + 1, equals - dot - 1)] = {param_value(setting.substr(equals + 1)), 0};
     return {};
   }
+  if (const std::string header = section_header(module); !header.empty())
+    return fmt::format("--set {}: --set is for parameters of modules; the keys of {} are set in the robot file",
+                       setting, header);
   std::string names;
   for (const auto& m : graph.modules) names += " " + m.name;
   return fmt::format("--set {}: no module {}; there are:{}", setting, module, names);
@@ -115,7 +119,8 @@ std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes
   }
   Prepared prepared{std::move(loaded.robot), types, nullptr, nullptr};
   prepared.graph = std::make_unique<rt::Graph>(prepared.robot.graph, prepared.types);
-  const auto problems = prepared.graph->check({options.virtual_time, hal::usable_cpus()});
+  auto problems = prepared.graph->check({options.virtual_time, hal::usable_cpus()});
+  for (auto& p : check_recording(prepared.robot.record, *prepared.graph)) problems.push_back(std::move(p));
   for (const auto& p : problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.robot).c_str());
   if (!problems.empty()) return std::nullopt;
   return prepared;
@@ -137,13 +142,14 @@ bool take_name(Prepared& prepared, const RunOptions& options) {
 }
 
 std::unique_ptr<tap::Server> open_socket(const Prepared& prepared, const RunOptions& options, rt::Runner& runner,
-                                         std::function<void()> stop) {
+                                         const hal::Clock& clock, std::function<void()> stop) {
   if (!prepared.name) return nullptr;
   auto server = tap::Server::open(*prepared.name, *prepared.graph, runner, hal::linux_os(),
                                   {.board = prepared.graph->spec().board,
                                    .virtual_time = options.virtual_time,
                                    .stop = std::move(stop),
-                                   .robot_file = std::filesystem::absolute(options.robot).lexically_normal().string()});
+                                   .robot_file = std::filesystem::absolute(options.robot).lexically_normal().string(),
+                                   .clock = &clock});
   if (server) return std::move(*server);
   std::fprintf(stderr, "sinew: warning: no socket for other programs: %s: %s\n", prepared.name->path().c_str(),
                server.error().where);

@@ -55,10 +55,10 @@ std::string apply_setting(rt::GraphSpec& graph, const std::string& setting);
 /// own, NAME-PID. Where no folder for sockets can be had the run goes on without, with a warning.
 bool take_name(Prepared& prepared, const RunOptions& options);
 
-/// The robot's socket, from here until it is destroyed; null with a warning when there can be none. `stop` ends the
-/// run, called by any thread.
+/// The robot's socket, from here until it is destroyed; null with a warning when there can be none. `clock` is the
+/// robot's, and `stop` ends the run; both are called by any thread.
 std::unique_ptr<tap::Server> open_socket(const Prepared& prepared, const RunOptions& options, rt::Runner& runner,
-                                         std::function<void()> stop);
+                                         const hal::Clock& clock, std::function<void()> stop);
 
 /// Reads the mission's and the guardian's state, if the robot has a mission, below the loops: never in their way.
 /// Thread:  owner, one.

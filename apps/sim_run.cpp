@@ -10,6 +10,7 @@
 #include "apps/live_view.hpp"
 #include "apps/parent.hpp"
 #include "apps/plant_process.hpp"
+#include "apps/recording.hpp"
 #include "apps/run_summary.hpp"
 #include "hal/linux/memory.hpp"
 #include "hal/linux/os.hpp"
@@ -100,10 +101,12 @@ class SimRun {
     rt::ConfigureOptions how;
     how.os = &os_;
     how.taps = MissionWatch::taps(graph_);
+    how.recorded = Recording::wanted(prepared_, options_);
     if (!configure(graph_, devices, how, options_)) return board_->problem().empty() ? false : fail(board_->problem());
     for (const std::string& device : devices.unused())
       return fail("robot.device_boards." + device + ": no module and no actuator uses a device of this name");
     mission_.emplace(graph_);
+    recording_ = Recording::open(prepared_, options_, graph_, os_);
     return true;
   }
 
@@ -113,7 +116,7 @@ class SimRun {
       if (board.value == "sim") continue;
       std::string why;
       if (!recorded_) recorded_ = open_dataset(options_, options_.virtual_time ? &clock_ : nullptr, os_, why);
-      if (!recorded_) return fail("robot.device_boards." + device + ": " + why);
+      if (!recorded_) return fail(fmt::format("robot.device_boards.{}: {}", device, why));
       devices.assign(device, *recorded_);
     }
     return true;
@@ -142,10 +145,11 @@ class SimRun {
     if (options_.duration_s > 0) discrete.duration = run_duration(options_);
     discrete.os = &os_;
     discrete.hash_topics = true;
+    discrete.observer = observer_of(recording_);
     rt::DiscreteExecutor executor(graph_, clock_, grants, discrete);
     grants.executor = &executor;
     executor.runner().ask_for_zones(!options_.trace.empty());
-    const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);
+    const auto socket = open_socket(prepared_, options_, executor.runner(), clock_, &hal::request_stop);
     const hal::Time wall = real_os_.now();
     const auto report = executor.run();
     if (!report) {
@@ -161,13 +165,16 @@ class SimRun {
     summary_.statistics(executor.runner());
     summary_.virtual_time(plant_s, wall_s);
     summary_.hashes(executor.runner());
+    if (recording_) recording_->finish(summary_);
     return verdict(false);
   }
 
   // ---- real time
 
   int run_real() {
-    rt::RealTimeExecutor executor(graph_, os_, real_time_options(options_));
+    rt::RealTimeOptions how = real_time_options(options_);
+    how.runner.observer = observer_of(recording_);
+    rt::RealTimeExecutor executor(graph_, os_, how);
     const hal::ProcessUse before = hal::process_use();
     const hal::Time wall = real_os_.now();
     if (auto started = board_->start(); !started) return fail("the plant does not start: " + board_->problem()), 2;
@@ -182,8 +189,9 @@ class SimRun {
     const auto started = executor.start();
     if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return refuse();
     if (!started) return fail(started.error().where), refuse();
+    begin_ = executor.started_at();
     executor.runner().ask_for_zones(!options_.trace.empty());
-    const auto socket = open_socket(prepared_, options_, executor.runner(), &hal::request_stop);
+    const auto socket = open_socket(prepared_, options_, executor.runner(), os_, &hal::request_stop);
     follow(executor);
     const hal::MemoryUse memory = hal::memory_use();  // with the threads' stacks
     if (parent_) parent_->ending();
@@ -192,6 +200,7 @@ class SimRun {
     const double wall_s = msg::seconds(real_os_.now() - wall);
     end_plant();
     summary_.statistics(executor.runner());
+    if (recording_) recording_->finish(summary_);
     const double processor = 100 * msg::seconds(after.cpu - before.cpu) / wall_s;
     summary_.add("processor", fmt::format("{:.1f} % of a core", processor),
                  {{"wall_s", wall_s}, {"processor_percent", processor}});
@@ -256,6 +265,11 @@ class SimRun {
     for (std::size_t i = 0; i < graph_.spec().failsafes.size(); ++i)
       if (mission_->safety().acted >> i & 1) failsafes.push_back(graph_.spec().failsafes[i].name + " acted");
     summary_.add_reasons("failsafe", "failsafes", failsafes);
+    if (const hal::Time disarmed = mission_->safety().disarmed; disarmed.ns != 0) {
+      const double at_s = msg::seconds(disarmed - begin_);
+      summary_.add("disarmed", fmt::format("after {:.2f} s, while the actuators were live", at_s),
+                   {{"disarmed_s", at_s}});
+    }
     summary_.chains_decide(report->faults.empty());  // with a broken device a chain may well be late
     const auto invalid = judge(*report, real_time);
     const char* const validity = invalid.empty() ? "valid" : "invalid";
@@ -285,8 +299,8 @@ class SimRun {
       validity.push_back(
           {{"bound", f.key}, {"what", f.what}, {"value", f.value}, {"most", f.bound}, {"holds", f.holds}});
     if (real_time)
-      summary_.add("longest IMU gap", fmt::format("{:.3f} ms", report.imu_gap_max_s * 1e3),
-                   {{"imu_gap_max_s", report.imu_gap_max_s}});
+      summary_.add("longest IMU gap", fmt::format("{:.3f} ms", imu_gap_max_s(evidence_) * 1e3),
+                   {{"imu_gap_max_s", imu_gap_max_s(evidence_)}});
     if (evidence_.board.remote) {
       const sim_hil::ClockStats& c = evidence_.board.clock;
       summary_.add("clock of the plant",
@@ -329,6 +343,8 @@ class SimRun {
   std::unique_ptr<sim_hil::SimBoard> board_;
   std::unique_ptr<sim_hil::DatasetBoard> recorded_;  // of devices that are named so
   std::optional<MissionWatch> mission_;
+  std::unique_ptr<Recording> recording_;
+  hal::Time begin_{};  // of the cycles
   hal::Time mission_end_ = hal::kNever, still_since_ = hal::kNever;
   RunEvidence evidence_;
   RunSummary summary_;

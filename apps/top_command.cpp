@@ -46,7 +46,8 @@ int top(const TopOptions& options) {
 }  // namespace
 
 void add_top_command(CLI::App& app, CommandContext& context) {
-  auto command = live_command(app, context, "top", "threads and topics of a running robot, again and again", top);
+  auto command = live_command(app, context, "top",
+                              "threads and topics of a running robot, again and again; rates in its time", top);
   command.app.add_flag("--once", command.options.once, "one table, with the rates of one period, and no more");
   command.app.add_option("--period", command.options.period_s, "how often")
       ->check(CLI::Range(0.05, 3600.0))

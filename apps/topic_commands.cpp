@@ -223,7 +223,7 @@ void add_topic_commands(CLI::App& app, CommandContext& context) {
       ->check(CLI::PositiveNumber)
       ->type_name("S");
 
-  auto measure = topic_command(topic, context, "hz", "its rate, jitter and losses", hz);
+  auto measure = topic_command(topic, context, "hz", "its rate and jitter in the robot's time, and losses", hz);
   measure.app.add_option("--seconds", measure.options.seconds, "how long")->check(CLI::PositiveNumber)->type_name("S");
 
   auto send = topic_command(topic, context, "pub", "send a message to an external topic", pub, kExternalHint);

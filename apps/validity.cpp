@@ -53,7 +53,7 @@ class Examiner {
   }
 
   void real_time() {
-    const double gap = run_.plant.imu_gap_max_s * run_.rate * 1e3;
+    const double gap = imu_gap_max_s(run_) * 1e3;
     add("plant_gap_ms", fmt::format("plant: {:.2f} ms between two IMU samples leaving", gap), gap,
         bounds_.plant_gap_ms);
     const double drawn_late = percent(run_.plant.render_late, run_.plant.frames + run_.plant.render_late);
@@ -87,6 +87,8 @@ class Examiner {
 };
 
 }  // namespace
+
+double imu_gap_max_s(const RunEvidence& run) { return run.plant.imu_gap_max_s * run.rate; }
 
 std::vector<Finding> examine(const RunEvidence& run, const ValidityBounds& bounds) {
   return Examiner(run, bounds).all();

@@ -39,6 +39,9 @@ struct Finding {
   bool holds = true;
 };
 
+/// Longest time between two IMU samples leaving the plant, as the robot had to live with it.
+double imu_gap_max_s(const RunEvidence& run);
+
 /// All that can be said about this run; it is valid when every finding holds. In virtual time what has to do with real
 /// time is left out. What a device lost that had a fault was asked for, and is no reason.
 std::vector<Finding> examine(const RunEvidence& run, const ValidityBounds& bounds);

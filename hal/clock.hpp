@@ -1,4 +1,5 @@
 #pragma once
+#include <atomic>
 #include <limits>
 
 #include "msg/time.hpp"
@@ -19,14 +20,14 @@ class Clock {
 };
 
 /// A clock that stands still until its owner moves it: virtual time.
-/// Thread:  owner writes; whoever reads runs on the owner's thread.
+/// Thread:  owner writes; any reads. What was written before it moved is not thereby visible.
 class ManualClock final : public Clock {
  public:
-  Time now() const noexcept override { return now_; }
-  void set(Time t) noexcept { now_ = t; }
+  Time now() const noexcept override { return {now_ns_.load(std::memory_order_relaxed)}; }
+  void set(Time t) noexcept { now_ns_.store(t.ns, std::memory_order_relaxed); }
 
  private:
-  Time now_{};
+  std::atomic<std::int64_t> now_ns_{0};  // alone: nobody waits for it
 };
 
 }  // namespace sinew::hal

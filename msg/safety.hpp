@@ -18,6 +18,7 @@ enum class FailsafeAction : std::uint32_t {
 /// permitted). rt/safety_text.hpp turns it into words.
 struct SafetyState {
   Time stamp;
+  Time disarmed;  // the last time that disarm() ended what was in flight; 0: never
   /// Per condition: seconds without a message or without a change, or the value; NaN before the first message.
   std::array<double, kMaxFailsafes> measured{};
   GuardianMode mode = GuardianMode::standby;  // the worst of all groups
@@ -38,7 +39,8 @@ template <>
 struct Description<SafetyState> {
   static constexpr std::string_view name = "SafetyState", doc = "What the guardian permits, and why not.";
   static constexpr auto fields = describe(
-      field<&SafetyState::stamp>("ns"), field<&SafetyState::measured>("", "per condition: s, or the field's unit"),
+      field<&SafetyState::stamp>("ns"), field<&SafetyState::disarmed>("ns", "last disarmed in flight; 0: never"),
+      field<&SafetyState::measured>("", "per condition: s, or the field's unit"),
       field<&SafetyState::mode>("enum", "0 standby, 1 armed, 2 active, 3 safe; the worst of all groups"),
       field<&SafetyState::permitted>("1", "1: armed commands pass"),
       field<&SafetyState::ready>("1", "1: arming would be granted"),

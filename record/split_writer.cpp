@@ -1,5 +1,7 @@
 #include "record/split_writer.hpp"
 
+#include <algorithm>
+
 namespace sinew::record {
 
 hal::Result<SplitWriter> SplitWriter::open(OpenPart open_part, BeginPart begin_part, const SplitOptions& options) {
@@ -15,7 +17,9 @@ hal::Result<SplitWriter> SplitWriter::open(OpenPart open_part, BeginPart begin_p
 
 bool SplitWriter::due(std::uint64_t log_time) const {
   if (!writer_->is_open()) return true;  // the next file could not even be begun
-  if (options_.file_bytes != 0 && writer_->bytes_planned() >= options_.file_bytes) return true;
+  // Not a file for each message when what they begin with is larger than the bound.
+  const std::uint64_t most = std::max(options_.file_bytes, 2 * begin_bytes_);
+  if (options_.file_bytes != 0 && writer_->bytes_planned() >= most) return true;
   const auto first = writer_->first_time();
   const auto duration = static_cast<std::uint64_t>(options_.file_duration.count());
   return duration != 0 && first && log_time > *first && log_time - *first >= duration;
@@ -47,7 +51,7 @@ hal::Status SplitWriter::begin() {
   if (begin_part_)
     if (auto done = writer_->begin_with([this](Writer& writer) { return begin_part_(writer, part_); }); !done)
       return done;
-  begun_ = true;
+  begun_ = true, begin_bytes_ = writer_->bytes_planned();
   return {};
 }
 

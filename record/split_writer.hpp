@@ -7,7 +7,7 @@ namespace sinew::record {
 
 struct SplitOptions {
   WriterOptions writer{};
-  std::uint64_t file_bytes = 0;              // about; 0: no bound
+  std::uint64_t file_bytes = 0;              // about, and at least twice what a file begins with; 0: no bound
   std::chrono::nanoseconds file_duration{};  // of log time; 0: no bound
 };
 
@@ -58,7 +58,8 @@ class SplitWriter {
   std::uint64_t failed_splits_ = 0;
   hal::Status last_{};              // of the last attempt to split or to begin
   std::uint64_t attempted_at_ = 0;  // log time
-  bool begun_ = false;              // the present file has its beginning
+  std::uint64_t begin_bytes_ = 0;   // what the present file begins with
+  bool begun_ = false;              // it is there
   bool finished_ = false;
 };
 

@@ -1,6 +1,7 @@
 #include "rt/arming.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace sinew::rt {
 
@@ -14,8 +15,9 @@ void Arming::declare_state(Declaration& d) {
 }
 
 void Arming::reset() {
-  permitted_ = ready_ = live_ = held_ = false;
+  permitted_ = ready_ = live_ = held_ = cut_off_ = false;
   acted_ = 0;
+  disarmed_ = {};
   forget();
 }
 
@@ -33,6 +35,7 @@ bool Arming::arm() noexcept {
 }
 
 void Arming::disarm() noexcept {
+  cut_off_ = cut_off_ || live_;
   permitted_ = ready_ = live_ = false;
   held_ = true;
   forget();
@@ -55,6 +58,7 @@ void Arming::act(const Facts& facts) noexcept {
 }
 
 void Arming::step(const Facts& facts) noexcept {
+  if (std::exchange(cut_off_, false)) disarmed_ = facts.now;
   const bool was_live = live_;
   live_ = permitted_ && facts.commanded;
   if (live_)

@@ -43,6 +43,8 @@ class Arming {
   msg::FailsafeAction action() const { return action_; }
   std::uint32_t latched() const { return latched_; }
   std::uint32_t acted() const { return acted_; }
+  /// The step that saw the last disarm() in flight; 0: there was none.
+  Time disarmed() const { return disarmed_; }
 
  private:
   void act(const Facts& facts) noexcept;
@@ -52,7 +54,9 @@ class Arming {
   std::vector<FailsafeSpec> failsafes_;
   std::vector<Time> latched_at_;
   bool permitted_ = false, ready_ = false, live_ = false;
-  bool held_ = false;  // by disarm(), until arm()
+  bool held_ = false;     // by disarm(), until arm()
+  bool cut_off_ = false;  // by a disarm() in flight that no step has seen yet
+  Time disarmed_{};
   std::uint32_t latched_ = 0, acted_ = 0;
   msg::FailsafeAction action_ = msg::FailsafeAction::none;
 };

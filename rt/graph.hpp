@@ -68,6 +68,7 @@ struct ConfigureOptions {
   hal::Os* os = nullptr;             // segment in its shared memory; null: ordinary memory
   std::uint32_t first_sequence = 1;  // tests start shortly before the wrap
   std::vector<std::string> taps{};   // topics that the program itself reads, newest message, from one thread
+  bool recorded = false;             // a recorder reads every topic, message by message, from one thread
 };
 
 /// Names the post of a change, to ask later when it took effect.
@@ -121,6 +122,8 @@ class Graph {
   ConnectionId connection(std::uint32_t module, std::uint32_t port) const { return connections_[module][port]; }
   /// For a Latch of the program, in the order of ConfigureOptions::taps.
   const std::vector<ConnectionId>& taps() const { return taps_; }
+  /// For a SlotReader of the recorder, by topic; empty without ConfigureOptions::recorded.
+  const std::vector<ConnectionId>& recorder_taps() const { return recorder_taps_; }
   Mailbox& mailbox(std::uint32_t thread) { return *mailboxes_[thread]; }
 
   // ---- The way in, after configure(). Thread: any. Each asks for something that the thread concerned does at the
@@ -175,7 +178,7 @@ class Graph {
   std::vector<WriterId> output_writers_;
   std::vector<std::vector<WriterId>> raw_writers_;
   std::vector<std::vector<ConnectionId>> connections_;
-  std::vector<ConnectionId> taps_;
+  std::vector<ConnectionId> taps_, recorder_taps_;
   std::vector<std::unique_ptr<Mailbox>> mailboxes_;
   std::atomic<std::uint64_t> busy_posts_{0};
 };

@@ -82,6 +82,9 @@ hal::Status Graph::make_plan(const ConfigureOptions& options) {
     if (topic == kNone) return hal::Error{hal::Errc::not_found, "tap"};
     taps_.push_back(plan_->connect(topic_ids_[topic], {}));
   }
+  recorder_taps_.clear();
+  if (options.recorded)
+    for (const TopicId topic : topic_ids_) recorder_taps_.push_back(plan_->connect(topic, {}));
   return {};
 }
 

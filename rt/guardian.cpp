@@ -119,6 +119,7 @@ void Guardian::write_state(Time now, std::uint32_t conditions) noexcept {
   s.conditions = conditions;
   s.latched = arming_.latched();
   s.acted = arming_.acted();
+  s.disarmed = arming_.disarmed();
   for (std::size_t i = 0; i < failsafes_.size(); ++i) s.measured[i] = failsafes_[i]->measured();
   for (std::size_t i = 0; i < groups_.size(); ++i) {
     const Group& g = *groups_[i];

@@ -40,6 +40,8 @@ class InputBase {
   std::uint32_t dropped() const { return dropped_; }
   std::uint64_t dropped_total() const { return dropped_total_; }
   const SlotHeader* header(std::size_t i) const { return slots_[i]; }
+  /// Latest ports: the message is another one than in the previous step of this module.
+  bool updated() const { return updated_; }
 
  protected:
   friend class Latch;
@@ -53,7 +55,7 @@ class InputBase {
   std::uint32_t count_ = 0;
   std::uint32_t dropped_ = 0;
   std::uint64_t dropped_total_ = 0;
-  bool updated_ = false;  // latest: differs from what the previous step of this module held
+  bool updated_ = false;
   Duration max_age_{INT64_MAX};
 };
 
@@ -68,8 +70,6 @@ class In : public InputBase {
   const M* fresh(Time now) const {
     return count_ && now - slots_[0]->stamp <= max_age_ ? static_cast<const M*>(slots_[0]->message()) : nullptr;
   }
-  /// True when the message is another one than in the previous step of this module.
-  bool updated() const { return updated_; }
 };
 
 /// A *latest* port for messages of whatever type its topic has.

@@ -139,6 +139,7 @@ class Segment {
  private:
   friend class Commit;
   friend class Latch;
+  friend class SlotReader;
   using Queue = SlotQueue<StdAtomics>;
   struct QueueStore {
     std::unique_ptr<std::uint32_t[]> cells;

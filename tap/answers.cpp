@@ -214,7 +214,7 @@ Reply Answers::topics(const Json&) { return good(directory_json(graph_)); }
 
 Reply Answers::status(const Json&) {
   Json json = status_json(graph_, runner_);
-  json["now_ns"] = os_.now().ns;
+  json["now_ns"] = (robot_.clock ? *robot_.clock : os_).now().ns;
   if (Json guardian = guardian_json(); !guardian.is_null()) json["guardian"] = std::move(guardian);
   if (outsiders) json["outsiders"] = outsiders();
   return good(json);

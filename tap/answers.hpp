@@ -46,6 +46,7 @@ class Answers {
     bool virtual_time = false;
     std::function<void()> stop;
     std::string robot_file{};
+    const hal::Clock* clock = nullptr;  // its time; null: os
   };
   Answers(rt::Graph& graph, rt::Runner& runner, hal::Os& os, Bells* bells, Robot robot);
 

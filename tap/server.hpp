@@ -16,6 +16,7 @@ struct ServerOptions {
   bool virtual_time = false;                                       // likewise
   std::function<void()> stop{};                                    // what `stop` does; empty: refused
   std::string robot_file{};                                        // absolute path, likewise for `hello`; empty: none
+  const hal::Clock* clock = nullptr;                               // the robot's, of any thread; null: os
   std::uint32_t max_clients = 16;                                  // 62 at most
   std::uint32_t max_per_process = 4;                               // connections of one process
   hal::Duration may_be_replaced_after = std::chrono::seconds(10);  // without a request, when all places are taken
@@ -35,7 +36,7 @@ struct ServerStats {
 /// Owns two threads of ordinary priority. What changes the robot goes through the graph's mailboxes; everything else is
 /// read from words that any thread may read.
 /// Thread:  owner; stats(): any.
-/// Owner:   graph, runner and os must outlive it; made after graph.configure(), before anything else changes
+/// Owner:   graph, runner, os and clock must outlive it; made after graph.configure(), before anything else changes
 ///          parameters.
 class Server {
  public:

@@ -11,6 +11,7 @@
 # printed are those that went wrong, and per cell how many landed, stopped, or neither.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
+export SINEW_RECORD=off
 
 seeds=20 preset=release options=()
 while (($#)); do

@@ -17,6 +17,7 @@
 # A missing line is a failure of that seed, never a pass.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
+export SINEW_RECORD=off
 
 seeds=10 preset=release same_bytes=0 options=()
 while (($#)); do

@@ -29,7 +29,7 @@ case ${1:-} in
   *) files=("$@") ;;
 esac
 
-newest_header=$(sources | grep '\.hpp$' | xargs -r ls -t .clang-tidy | head -n 1)
+newest_header=$(sources | grep '\.hpp$' | xargs -r ls -t .clang-tidy | sed -n 1p)
 todo=()
 for file in "${files[@]}"; do
   stamp=$passed/${file//\//.}

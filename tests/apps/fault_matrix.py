@@ -15,6 +15,8 @@ import subprocess
 import sys
 import tempfile
 
+os.environ.setdefault("SINEW_RECORD", "off")  # a flight is 100 MB; recordings have tests of their own
+
 LIMIT_S = 300  # of real time for one flight on a busy machine
 DURATION_S = 75  # of plant time: a search without result, and a slow descent
 

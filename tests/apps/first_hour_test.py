@@ -6,6 +6,8 @@ import sys
 import tempfile
 import unittest
 
+os.environ.setdefault("SINEW_RECORD", "off")  # a flight is 100 MB; recordings have tests of their own
+
 SOURCE = sys.argv[1]
 PAGE = f"{SOURCE}/docs/first-hour.md"
 
@@ -45,6 +47,9 @@ class FirstHour(unittest.TestCase):
             self.assertGreater(two, usual + 4, "two laps of four seconds")
             self.assertGreater(four, two + 4)
             self.assertGreater(tuned, usual + 4)
+            self.assertRegex(done.stdout, r"(?m)^imu.raw: ([5-9]\d\d|\d{4})\.\d+ Hz;", "in the robot's time")
+            height_m = re.search(r"^p_world_m:\n  x: \S+\n  y: \S+\n  z: (\S+)$", done.stdout, re.M)
+            self.assertGreaterEqual(float(height_m[1]), 0.1, "it flies when it is looked at")
             self.assertRegex(done.stdout, r"lap.radius_m = 0.2 from step \d+ of lap on")
             self.assertIn("tuned.toml: 1 parameter differs", done.stdout)
             self.assertIn("100% tests passed, 0 tests failed out of 2", done.stdout)

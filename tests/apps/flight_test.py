@@ -8,6 +8,8 @@ import sys
 import tempfile
 import unittest
 
+os.environ.setdefault("SINEW_RECORD", "off")  # a flight is 100 MB; recordings have tests of their own
+
 SINEW, TRAPPED, ROBOTS = sys.argv[1:4]
 LIMIT_S = 300
 RUN_DIR = tempfile.TemporaryDirectory()  # this program's robots meet nobody else's
@@ -105,6 +107,14 @@ class Flight(unittest.TestCase):
         self.assertRegex(out, r"stabilise +\d\d+ cycles", err)
         self.assertIn("result", out)
         self.assertIn("longest IMU gap", out)
+
+    def test_the_longest_imu_gap_of_a_slower_flight_is_in_the_time_that_its_bound_is_in(self):
+        code, out, err = run(SINEW, "run", f"{ROBOTS}/quad.toml", "--rate", "0.25", "--duration", "0.4", "--json")
+        self.assertEqual(code, 1, out + err)
+        summary = json.loads(out)
+        judged = [v["value"] for v in summary["validity"] if v["bound"] == "plant_gap_ms"]
+        self.assertEqual(judged, [1e3 * summary["imu_gap_max_s"]])
+        self.assertGreater(judged[0], 0)
 
 
 class TwoRobots(unittest.TestCase):

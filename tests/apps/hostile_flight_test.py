@@ -11,6 +11,8 @@ import threading
 import time
 import unittest
 
+os.environ.setdefault("SINEW_RECORD", "off")  # a flight is 100 MB; recordings have tests of their own
+
 SINEW, HOSTILE, ROBOT = sys.argv[1:4]
 RUN_DIR = tempfile.TemporaryDirectory()  # this program's robots meet nobody else's
 os.environ["SINEW_RUN_DIR"] = RUN_DIR.name

@@ -8,6 +8,8 @@ import tempfile
 import time
 import unittest
 
+os.environ.setdefault("SINEW_RECORD", "off")  # a flight is 100 MB; recordings have tests of their own
+
 SINEW, PROGRAM, SOURCE = sys.argv[1:4]
 ROBOT = f"{SOURCE}/tests/apps/live_robot.toml"
 QUAD = f"{SOURCE}/robots/quad.toml"
@@ -253,6 +255,20 @@ class Guarded(Live):
     ARGUMENTS = None
 
     @unittest.skipUnless(os.path.exists(os.path.join(os.path.dirname(SINEW), "sinew-sim")), "there is no simulator")
+    def test_rates_of_a_slower_robot_are_in_the_time_of_its_messages(self):
+        for pace in (["--rate", "0.2"], ["--virtual"]):
+            run = subprocess.Popen([SINEW, "run", QUAD, *pace, "--quiet", "--name", "slow"], env=self.env,
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            try:
+                self.good("status", "--wait", str(LIMIT_S))
+                now = self.asked("top", "--once", "--period", "0.1")["now_ns"]
+                later = self.good("topic", "echo", "imu.raw", "-n", "100", "--json").splitlines()[-1]
+                self.assertLess(now, json.loads(later)["published_ns"], pace)
+            finally:
+                run.send_signal(signal.SIGTERM)
+                run.wait(LIMIT_S)
+
+    @unittest.skipUnless(os.path.exists(os.path.join(os.path.dirname(SINEW), "sinew-sim")), "there is no simulator")
     def test_disarm_stops_and_status_says_what_the_guardian_permits(self):
         run = subprocess.Popen([SINEW, "run", QUAD, "--virtual", "--quiet"], env=self.env, stdout=subprocess.DEVNULL,
                                stderr=subprocess.DEVNULL)
@@ -266,6 +282,27 @@ class Guarded(Live):
         finally:
             run.send_signal(signal.SIGTERM)
             run.wait(LIMIT_S)
+
+    @unittest.skipUnless(os.path.exists(os.path.join(os.path.dirname(SINEW), "sinew-sim")), "there is no simulator")
+    def test_a_disarm_in_flight_is_named_in_the_result(self):
+        run = subprocess.Popen([SINEW, "run", QUAD, "--virtual", "--json", "--name", "falls"], env=self.env,
+                               stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        try:
+            status = self.asked("status", "--wait", str(LIMIT_S))
+            while not status.get("guardian", {}).get("groups_moving"):
+                status = self.asked("status")
+            self.asked("disarm")
+            deadline = time.monotonic() + LIMIT_S
+            while not self.asked("status")["guardian"]["disarmed"]:  # its next step may still be to come
+                self.assertLess(time.monotonic(), deadline)
+            self.good("stop")
+            summary = json.loads(run.communicate(timeout=LIMIT_S)[0])
+        finally:
+            run.kill()
+            run.wait(LIMIT_S)
+        self.assertEqual(summary["exit_code"], 1, summary["result"])
+        self.assertGreaterEqual(summary["disarmed_s"], status["now_ns"] * 1e-9)
+        self.assertLess(summary["disarmed_s"], summary["run_s"])
 
 
 if __name__ == "__main__":

@@ -11,6 +11,8 @@ import tempfile
 import time
 import unittest
 
+os.environ.setdefault("SINEW_RECORD", "off")  # a flight is 100 MB; recordings have tests of their own
+
 SINEW, SINEW_SIM, ROBOTS = sys.argv[1:4]
 LIMIT_S = 60
 

@@ -104,6 +104,12 @@ INSTANTIATE_TEST_SUITE_P(
                          "the plant says: too hot"}),
     [](const auto& c) { return c.param.name; });
 
+TEST(Validity, LongestImuGapIsInTheTimeOfTheRobot) {
+  RunEvidence run = good_run();
+  run.rate = 0.25, run.plant.imu_gap_max_s = 0.004;
+  EXPECT_DOUBLE_EQ(imu_gap_max_s(run), 0.001);
+}
+
 TEST(Validity, InVirtualTimeOnlyWhatWasLostOrBrokenCounts) {
   RunEvidence run = good_run();
   run.real_time = false;

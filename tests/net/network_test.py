@@ -19,6 +19,8 @@ LIMIT_S = 150
 # The runtime expects its plant to listen; sinew-sim takes its time to come up.
 WAIT = """
 import os, socket, sys, time
+
+os.environ.setdefault("SINEW_RECORD", "off")  # a flight is 100 MB; recordings have tests of their own
 while True:
     try:
         socket.create_connection(("10.77.0.1", 4560), 1).close()

@@ -10,11 +10,7 @@ namespace {
 
 using testing::IsEmpty;
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kEverywhere = false;  // one bit of each byte, every third cut: the other builds have the rest
-#else
-constexpr bool kEverywhere = true;
-#endif
+constexpr bool kEverywhere = !kSanitized;  // else one bit of each byte, every third cut
 
 /// A small file with everything in it, and where its chunks are.
 class Damage : public testing::TestWithParam<Compression> {

@@ -18,7 +18,7 @@ namespace {
 
 using testing::IsEmpty;
 
-constexpr int kRuns = 100;
+constexpr int kRuns = kSanitized ? 15 : 100;
 constexpr std::uint64_t kMessages = 1500;
 
 /// The same file at each call. `told` hears of every message.

@@ -85,6 +85,20 @@ TEST(SplitWriter, StartsAnotherFileWhenOneIsOldEnough) {
   EXPECT_EQ(folder.disks.size(), 5u);
 }
 
+TEST(SplitWriter, AFileHasAtLeastAsMuchToSayAsItBeginsWith) {
+  Folder folder;
+  const auto large = [](Writer& writer, unsigned part) {
+    if (auto done = writer.attach({1, 1, "robot.toml", "", std::string(5000, 'x')}); !done) return done;
+    return begin(writer, part);
+  };
+  auto out = SplitWriter::open(folder.opener(), large, {.writer = {}, .file_bytes = 3000});
+  ASSERT_TRUE(out->writer().add_channel("/a", "cdr", 0));
+  for (std::uint64_t t = 1; t <= 200; ++t) ASSERT_TRUE(write(*out, t));
+  ASSERT_TRUE(out->finish());
+  EXPECT_EQ(times(folder), up_to(200));
+  EXPECT_EQ(folder.disks.size(), 6u);  // 26 kB of messages in pieces of 5
+}
+
 TEST(SplitWriter, AMessageAtTimeZeroIsOneToo) {
   Folder folder;
   auto out = SplitWriter::open(folder.opener(), begin, {.writer = {}, .file_duration = 100ns});

@@ -101,6 +101,7 @@ class AtTheFloor : public testing::Test {
   AtTheFloor() : out_(disk_, {.chunk_bytes = 1500, .free_floor_bytes = 1'000'000 - 900}) {
     disk_.free = 1'000'000;
     out_.add_channel("/a");
+    out_.add_channel("/image", Packing::plain);
     size_ = disk_.bytes.size();
     for (std::uint64_t i = 0; i < 50 && refusal_; ++i) refusal_ = out_.write("/a", i, 200);
   }
@@ -118,6 +119,7 @@ TEST_F(AtTheFloor, NoChunkIsWritten) {
   EXPECT_FALSE(out_.writer().flush());
   EXPECT_FALSE(out_.writer().tick(1500 * kMs));
   EXPECT_FALSE(out_.writer().attach({1, 1, "a", "text/plain", "x"}));
+  EXPECT_FALSE(out_.write("/image", 3000 * kMs, 100'000));
   EXPECT_EQ(disk_.bytes.size(), size_);
 }
 
@@ -172,6 +174,9 @@ TEST(WriterOnABadDisk, AttachmentsAndMetadataAreSyncedWithoutAnyMessage) {
   SampleWriter out(disk, {});
   ASSERT_TRUE(out.writer().attach({1, 1, "a", "text/plain", "x"}));
   ASSERT_TRUE(out.writer().tick(2000 * kMs));
+  EXPECT_EQ(disk.synced, disk.bytes.size());
+  ASSERT_TRUE(out.writer().add_metadata({"m", {}}));
+  ASSERT_TRUE(out.writer().tick(4000 * kMs));
   EXPECT_EQ(disk.synced, disk.bytes.size());
 }
 

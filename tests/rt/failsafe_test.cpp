@@ -259,6 +259,16 @@ TEST_F(FailsafeTest, DisarmingInFlightStopsAndStaysStopped) {
   EXPECT_LE(first_stop_since(10'500us), Time{11'020'000});
   EXPECT_FALSE(moved_between(11'020us, 50ms)) << "with automatic arming, too";
   EXPECT_EQ(log.states.back().mode, GuardianMode::standby);
+  EXPECT_EQ(state_at(10ms).disarmed, Time{});
+  EXPECT_EQ(log.states.back().disarmed, first_stop_since(10'500us) - 5us) << "and says so to the end";
+}
+
+TEST_F(FailsafeTest, DisarmingWhatIsNotLiveIsNotRemembered) {
+  commander.armed = 0;
+  at(10'500us, [&] { guardian().disarm(); });
+  at(20'500us, [&] { guardian().arm(); });
+  robot.run(50ms);
+  EXPECT_EQ(log.states.back().disarmed, Time{});
 }
 
 TEST_F(FailsafeTest, AfterDisarmingByHandOnlyArmingByHandHelps) {
@@ -436,6 +446,7 @@ TEST_F(FailsafeTest, WithManualArmingAStopNeedsDisarmingAndArming) {
   at(160'500us, [&] { answers.push_back(guardian().arm()); });
   robot.run(200ms);
   EXPECT_THAT(answers, ElementsAre(true, false, true));
+  EXPECT_EQ(log.states.back().disarmed, Time{}) << "it was stopped already";
 }
 
 TEST_F(FailsafeTest, TheWorseActionWins) {

@@ -66,6 +66,17 @@ TEST(Server, StatusCountsGoOn) {
   EXPECT_EQ(status["outsiders"]["clients"], 1);
 }
 
+TEST(Server, StatusIsInTheRobotsTime) {
+  hal::ManualClock clock;
+  RobotOptions options;
+  options.server.clock = &clock;
+  Robot robot(options);
+  robot.start();
+  auto client = robot.client();
+  clock.set({1'234});
+  EXPECT_EQ(ask(*client, "status")["now_ns"], 1'234);
+}
+
 TEST(Server, ParameterIsSetBetweenTwoStepsAndAnsweredWithTheStep) {
   Robot robot;
   robot.start();

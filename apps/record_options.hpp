@@ -1,0 +1,23 @@
+#pragma once
+#include <map>
+#include <string>
+#include <vector>
+
+#include "record/format.hpp"
+#include "rt/graph_spec.hpp"
+
+namespace sinew::app {
+
+/// What the robot file says of recordings.
+struct RecordOptions {
+  bool enabled = true;
+  std::string folder = "runs";
+  std::vector<rt::Located<std::string>> topics{};        // none: all
+  std::map<std::string, rt::Located<double>> rate_hz{};  // of topics
+  double pixel_mb_per_s = 5;
+  record::Compression compression = record::Compression::lz4;
+  double split_mb = 0, split_s = 0;  // 0: one file
+  double free_floor_mb = 200;        // of the disk, which the recording leaves
+};
+
+}  // namespace sinew::app

@@ -1,0 +1,89 @@
+#pragma once
+// Records of our own as XCDR1, little-endian, behind the encapsulation header; msg/cdr.hpp does it for messages with a
+// description, which have no sequences. Source: as there.
+#include <string_view>
+#include <type_traits>
+
+#include "record/buffer.hpp"
+
+namespace sinew::record {
+
+inline constexpr std::byte kEncapsulation[4] = {std::byte{0}, std::byte{1}, std::byte{0}, std::byte{0}};
+
+class CdrWriter {
+ public:
+  /// Replaces what `to` held.
+  explicit CdrWriter(Buffer& to) : CdrWriter(to, 0) {
+    to_.clear();
+    to_.append(kEncapsulation);
+  }
+  /// Goes on where another one stopped.
+  static CdrWriter behind(Buffer& to) { return CdrWriter(to, 0); }
+  template <class T>
+  void number(T value) {
+    static_assert(std::is_integral_v<T> || std::is_floating_point_v<T>);
+    while ((to_.size() - sizeof kEncapsulation) % sizeof(T) != 0) to_.number(std::uint8_t{0});
+    if constexpr (std::is_same_v<T, double>)
+      to_.number(std::bit_cast<std::uint64_t>(value));
+    else
+      to_.number(value);
+  }
+  void boolean(bool value) { number(static_cast<std::uint8_t>(value)); }
+  void text(std::string_view text) {
+    number(static_cast<std::uint32_t>(text.size() + 1));
+    to_.append(as_bytes(text));
+    to_.number(std::uint8_t{0});
+  }
+  /// The number of elements of a sequence; the elements follow.
+  void length(std::size_t n) { number(static_cast<std::uint32_t>(n)); }
+
+ private:
+  CdrWriter(Buffer& to, int) : to_(to) {}
+  Buffer& to_;
+};
+
+/// From bytes that may be anything: as Cursor.
+class CdrReader {
+ public:
+  explicit CdrReader(std::span<const std::byte> bytes) : size_(bytes.size()), from_(bytes) {
+    const auto head = from_.take(sizeof kEncapsulation);
+    if (head.size() != sizeof kEncapsulation || head[0] != std::byte{0} || head[1] != std::byte{1})
+      static_cast<void>(from_.take(~std::uint64_t{0}));  // no good
+  }
+  bool good() const { return from_.good(); }
+  bool at_end() const { return from_.good() && from_.rest().empty(); }
+  std::span<const std::byte> rest() const { return from_.rest(); }
+
+  template <class T>
+  T number() {
+    align(sizeof(T));
+    if constexpr (std::is_same_v<T, double>)
+      return std::bit_cast<double>(from_.number<std::uint64_t>());
+    else if constexpr (std::is_signed_v<T>)
+      return static_cast<T>(from_.number<std::make_unsigned_t<T>>());
+    else
+      return from_.number<T>();
+  }
+  bool boolean() { return number<std::uint8_t>() != 0; }
+  std::string_view text() {
+    const auto bytes = from_.take(number<std::uint32_t>());
+    return bytes.empty() ? std::string_view() : as_text(bytes.first(bytes.size() - 1));
+  }
+  /// Elements of a sequence, each of at least `smallest` bytes: more than the input can hold is no good.
+  std::uint32_t length(std::size_t smallest) {
+    const auto n = number<std::uint32_t>();
+    if (n <= from_.rest().size() / smallest) return n;
+    static_cast<void>(from_.take(~std::uint64_t{0}));
+    return 0;
+  }
+
+ private:
+  void align(std::size_t to) {
+    const std::size_t at = size_ - from_.rest().size() - sizeof kEncapsulation;
+    static_cast<void>(from_.take((to - at % to) % to));
+  }
+  std::size_t size_;
+  Cursor from_;
+};
+
+}  // namespace sinew::record

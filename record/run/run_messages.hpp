@@ -1,0 +1,66 @@
+#pragma once
+// What a recording of a run holds besides the robot's own messages: the steps, the requests that came in, and images in
+// the form that other programs know. docs/recording.md has the names.
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "msg/image.hpp"
+#include "record/buffer.hpp"
+#include "record/run/step_log.hpp"
+
+namespace sinew::record {
+
+inline constexpr std::string_view kStepsTopic = "sinew/steps", kRequestsTopic = "sinew/requests";
+
+struct RecordSchema {
+  std::string_view name, text;  // "sinew_msgs/msg/StepBatch", ros2msg
+};
+const RecordSchema& step_batch_schema();
+const RecordSchema& request_schema();
+const RecordSchema& image_schema();       // sensor_msgs/msg/Image
+const RecordSchema& image_head_schema();  // sinew_msgs/msg/ImageHead
+
+/// Steps of one thread, in their order, as they come.
+class StepBatch {
+ public:
+  void add(const LoggedStep& step);
+  bool empty() const { return count_ == 0; }
+  std::uint32_t count() const { return count_; }
+  rt::Time first() const { return first_; }  // now of the first step
+  std::span<const std::byte> bytes() const { return bytes_.bytes(); }
+  void clear() { count_ = 0; }
+
+ private:
+  Buffer bytes_;
+  std::uint32_t count_ = 0;
+  rt::Time first_;
+};
+/// False: not the bytes of a batch; `steps` holds nothing then.
+bool decode(std::span<const std::byte> bytes, std::vector<LoggedStep>& steps);
+
+void encode(Buffer& to, const LoggedRequest& request);
+bool decode(std::span<const std::byte> bytes, LoggedRequest& request);
+
+/// What sensor_msgs/msg/Image has no place for, and what is left of an image whose pixels are not kept.
+struct ImageHead {
+  rt::Time stamp;
+  std::int64_t exposure_ns = 0;
+  std::uint32_t frame_number = 0, width = 0, height = 0, stride = 0, format = 0, capacity_bytes = 0;
+  std::uint64_t pixel_hash = 0;  // XXH64 of the used bytes
+  bool has_pixels = false;       // recorded with the same sequence
+  friend bool operator==(const ImageHead&, const ImageHead&) = default;
+};
+ImageHead head_of(const msg::Image& image, bool has_pixels);
+void encode(Buffer& to, const ImageHead& head);
+bool decode(std::span<const std::byte> bytes, ImageHead& head);
+
+/// Up to where the pixels begin. `unix_ns`: what is added to the stamp for the header.
+void encode_image_head(Buffer& to, const msg::Image& image, std::int64_t unix_ns, std::string_view frame_id);
+/// The pixels of a sensor_msgs/msg/Image; nothing when these are not the bytes of one.
+std::optional<std::span<const std::byte>> image_pixels(std::span<const std::byte> bytes);
+
+/// "mono8", "rgb8", "bgr8", "yuv422_yuy2": as sensor_msgs/image_encodings.hpp has them.
+std::string_view ros_encoding(msg::PixelFormat format);
+
+}  // namespace sinew::record

@@ -1,0 +1,262 @@
+#include "record/run/step_log.hpp"
+
+#include <bit>
+#include <cstring>
+
+namespace sinew::record {
+namespace {
+
+using PortKind = rt::Declaration::PortKind;
+
+// Entries are words: so many of them in the first one, then this, then what varies.
+enum class Kind : std::uint32_t { skip, step, request };
+
+struct Head {
+  std::uint32_t words;
+  Kind kind;
+  std::uint32_t lost;  // entries before this one
+  std::uint32_t unused = 0;
+};
+struct StepHead {
+  Head head;
+  std::uint32_t module, number, device_state;
+  std::uint8_t status, timed_out, unused[2] = {};
+  std::int64_t release_ns, now_ns, completed_ns, dt_ns, exec_ns;
+};
+struct RequestEntry {
+  Head head;
+  rt::Request request;
+  rt::Effect effect;
+  rt::Time now;
+};
+static_assert(std::is_trivially_copyable_v<rt::Request>);
+
+template <class T>
+constexpr std::uint32_t words_of() {
+  return (sizeof(T) + 3) / 4;
+}
+
+template <class T>
+std::uint32_t* put(std::uint32_t* to, const T& value) {
+  std::memcpy(to, &value, sizeof value);
+  return to + words_of<T>();
+}
+template <class T>
+const std::uint32_t* get(const std::uint32_t* from, T& value) {
+  std::memcpy(static_cast<void*>(&value), from, sizeof value);
+  return from + words_of<T>();
+}
+
+constexpr std::uint32_t kUpdated = 0x80000000, kList = 0x40000000, kCount = 0x3FFFFFFF;
+
+}  // namespace
+
+/// Of one module: which ports to tell, and how large its entries become at most.
+struct StepLog::Ports {
+  struct Input {
+    std::uint32_t port;
+    bool gaps;  // sequences may be missing in between: drop_newest
+  };
+  std::vector<Input> inputs;
+  std::vector<std::uint32_t> outputs;
+  std::uint32_t words = 0;
+
+  Ports(const rt::GraphModule& module, std::uint32_t chains) {
+    words = words_of<StepHead>() + 1;
+    for (std::uint32_t p = 0; p < module.topic.size(); ++p) {
+      const auto& port = module.declaration.ports[p];
+      if (module.topic[p] == rt::kNone) continue;
+      const bool input = port.kind != PortKind::output,
+                 output = port.kind != PortKind::latest && port.kind != PortKind::queue;
+      if (input) {
+        inputs.push_back({p, port.overflow == rt::Overflow::drop_newest && port.kind == PortKind::queue});
+        words += 2 + (inputs.back().gaps ? port.depth : 1);
+      }
+      if (output) {
+        outputs.push_back(p);
+        words += 3 + 2 * chains;
+      }
+    }
+  }
+};
+
+/// Words from one writer to one reader. Positions count words for ever; an entry never goes round the end.
+class StepLog::Ring {
+ public:
+  explicit Ring(std::size_t words) : words_(std::bit_ceil(words)), ring_(std::make_unique<std::uint32_t[]>(words_)) {
+    std::memset(ring_.get(), 0, words_ * sizeof(std::uint32_t));  // its pages are there before the run
+  }
+
+  /// Writer: room for so many words in a row; null when there is none, which is counted.
+  std::uint32_t* reserve(std::uint32_t words) noexcept {
+    const std::size_t at = written_ & (words_ - 1), to_end = words_ - at;
+    const std::size_t skip = words <= to_end ? 0 : to_end;
+    // acquire: what the reader has left is read
+    if (written_ + skip + words - tail_.load(std::memory_order_acquire) > words_) {
+      ++lost_;
+      return nullptr;
+    }
+    if (skip != 0) {
+      ring_[at] = 0;  // the rest is nothing
+      written_ += skip;
+    }
+    return &ring_[written_ & (words_ - 1)];
+  }
+  void publish(std::uint32_t* entry, const std::uint32_t* end) noexcept {
+    entry[0] = static_cast<std::uint32_t>(end - entry);
+    written_ += entry[0];
+    lost_ = 0;
+    head_.store(written_, std::memory_order_release);  // partner: next()
+  }
+  std::uint32_t lost() const noexcept { return lost_; }
+
+  /// Reader: the next entry, null when there is none; then pop().
+  const std::uint32_t* next() noexcept {
+    const std::uint64_t head = head_.load(std::memory_order_acquire);
+    if (read_ == head) return nullptr;
+    if (ring_[read_ & (words_ - 1)] == 0) read_ += words_ - (read_ & (words_ - 1));
+    return &ring_[read_ & (words_ - 1)];
+  }
+  void pop(const std::uint32_t* entry) noexcept {
+    read_ += entry[0];
+    tail_.store(read_, std::memory_order_release);
+  }
+  std::size_t bytes() const { return words_ * sizeof(std::uint32_t); }
+
+ private:
+  const std::size_t words_;
+  const std::unique_ptr<std::uint32_t[]> ring_;
+  std::uint64_t written_ = 0;           // the writer's
+  std::uint32_t lost_ = 0;              // since the last entry; the writer's, read by others only after the run
+  std::atomic<std::uint64_t> head_{0};  // private memory, so 64 bits are fine
+  alignas(64) std::atomic<std::uint64_t> tail_{0};
+  std::uint64_t read_ = 0;  // the reader's
+};
+
+StepLog::StepLog(const rt::Graph& graph, std::size_t bytes)
+    : chains_(static_cast<std::uint32_t>(graph.chains().size())), order_(graph.threads().size()) {
+  for (const rt::GraphModule& m : graph.modules()) ports_.emplace_back(m, chains_);
+  for (const rt::GraphThread& t : graph.threads()) {
+    std::size_t largest = words_of<RequestEntry>();
+    for (const std::uint32_t m : t.modules) largest = std::max<std::size_t>(largest, ports_[m].words);
+    rings_.push_back(std::make_unique<Ring>(std::max(bytes / sizeof(std::uint32_t), 8 * largest)));
+    bytes_ += rings_.back()->bytes();
+  }
+}
+
+StepLog::~StepLog() = default;
+
+void StepLog::completed(const rt::StepRecord& r) noexcept {
+  Ring& ring = *rings_[r.thread];
+  const Ports& ports = ports_[r.module];
+  std::uint32_t* const entry = ring.reserve(ports.words);
+  if (!entry) return;
+  const StepHead head{{0, Kind::step, ring.lost()},
+                      r.module,
+                      r.number,
+                      r.device_state,
+                      static_cast<std::uint8_t>(r.status),
+                      r.timed_out,
+                      {},
+                      r.release.ns,
+                      r.now.ns,
+                      r.completed.ns,
+                      r.dt.count(),
+                      r.exec.count()};
+  std::uint32_t* to = put(entry, head);
+  to = put_inputs(r, ports, to);
+  ring.publish(entry, put_outputs(r, ports, to));
+}
+
+std::uint32_t* StepLog::put_inputs(const rt::StepRecord& r, const Ports& ports, std::uint32_t* to) const noexcept {
+  for (const Ports::Input& in : ports.inputs) {
+    const rt::InputBase& input = *r.ports->input(in.port);
+    const auto count = static_cast<std::uint32_t>(input.size());
+    *to++ = count | (input.updated() ? kUpdated : 0) | (in.gaps ? kList : 0);
+    *to++ = input.dropped();
+    for (std::uint32_t i = 0; i < (in.gaps ? count : std::min(count, 1u)); ++i) *to++ = input.header(i)->sequence;
+  }
+  return to;
+}
+
+std::uint32_t* StepLog::put_outputs(const rt::StepRecord& r, const Ports& ports, std::uint32_t* to) const noexcept {
+  std::uint32_t* const number = to++;
+  *number = 0;
+  for (const std::uint32_t port : ports.outputs) {
+    const auto messages = r.ports->published(port);
+    if (messages.empty()) continue;
+    ++*number;
+    *to++ = port;
+    *to++ = messages.front()->sequence;
+    *to++ = static_cast<std::uint32_t>(messages.size());
+    std::memcpy(to, messages.front()->origin_ns, chains_ * sizeof(std::int64_t));
+    to += chains_ * 2;
+  }
+  return to;
+}
+
+void StepLog::taken(const rt::Request& request, const rt::Effect& effect, rt::Time now) noexcept {
+  Ring& ring = *rings_[request.thread];
+  std::uint32_t* const entry = ring.reserve(words_of<RequestEntry>());
+  if (!entry) return;
+  ring.publish(entry, put(entry, RequestEntry{{0, Kind::request, ring.lost()}, request, effect, now}));
+}
+
+void StepLog::read(std::uint32_t thread, Visitor& visitor, bool last) {
+  Ring& ring = *rings_[thread];
+  std::uint64_t& order = order_[thread];
+  while (const std::uint32_t* words = ring.next()) {
+    Head head;
+    get(words, head);
+    if (head.lost != 0) visitor.lost(thread, head.lost);
+    order += head.lost;
+    if (head.kind == Kind::step) {
+      read_step(thread, words);
+      step_.order = order++;
+      ring.pop(words);
+      visitor.step(step_);
+    } else {
+      RequestEntry entry;
+      get(words, entry);
+      ring.pop(words);
+      visitor.request({order++, entry.request, entry.effect, entry.now});
+    }
+  }
+  if (last && ring.lost() != 0) visitor.lost(thread, ring.lost());
+}
+
+void StepLog::read_step(std::uint32_t thread, const std::uint32_t* words) {
+  StepHead head;
+  words = get(words, head);
+  const Ports& ports = ports_[head.module];
+  step_.thread = thread;
+  step_.module = head.module;
+  step_.number = head.number;
+  step_.device_state = head.device_state;
+  step_.release = {head.release_ns}, step_.now = {head.now_ns}, step_.completed = {head.completed_ns};
+  step_.dt = rt::Duration{head.dt_ns}, step_.exec = rt::Duration{head.exec_ns};
+  step_.status = static_cast<rt::Status>(head.status);
+  step_.timed_out = head.timed_out != 0;
+  step_.inputs.resize(ports.inputs.size());
+  for (std::size_t i = 0; i < ports.inputs.size(); ++i) {
+    LoggedStep::Input& input = step_.inputs[i];
+    const std::uint32_t word = *words++, count = word & kCount;
+    input.port = ports.inputs[i].port;
+    input.updated = (word & kUpdated) != 0;
+    input.dropped = *words++;
+    input.sequences.resize(count);
+    for (std::uint32_t k = 0; k < count; ++k) input.sequences[k] = (word & kList) != 0 ? words[k] : words[0] + k;
+    words += (word & kList) != 0 ? count : std::min(count, 1u);
+  }
+  step_.outputs.resize(*words++);
+  for (LoggedStep::Output& output : step_.outputs) {
+    output.port = *words++;
+    output.first = *words++;
+    output.count = *words++;
+    output.origin_ns.resize(chains_);
+    std::memcpy(output.origin_ns.data(), words, chains_ * sizeof(std::int64_t));
+    words += chains_ * 2;
+  }
+}
+
+}  // namespace sinew::record

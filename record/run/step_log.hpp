@@ -1,0 +1,87 @@
+#pragma once
+#include <atomic>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "rt/runner.hpp"
+
+namespace sinew::record {
+
+/// What a recording says of one step; rt::StepRecord with what the ports held and gave.
+struct LoggedStep {
+  struct Input {
+    std::uint32_t port = 0;
+    bool updated = false;
+    std::uint32_t dropped = 0;
+    std::vector<std::uint32_t> sequences{};  // held, oldest first
+    friend bool operator==(const Input&, const Input&) = default;
+  };
+  struct Output {
+    std::uint32_t port = 0;
+    std::uint32_t first = 0, count = 0;     // sequences
+    std::vector<std::int64_t> origin_ns{};  // of the first message, by chain
+    friend bool operator==(const Output&, const Output&) = default;
+  };
+  std::uint64_t order = 0;  // in the log of its thread, from 0; a number that is missing was lost
+  std::uint32_t thread = 0, module = 0, number = 0, device_state = 0;
+  rt::Time release, now, completed;
+  rt::Duration dt{}, exec{};
+  rt::Status status = rt::Status::ok;
+  bool timed_out = false;
+  std::vector<Input> inputs{};    // of every bound input
+  std::vector<Output> outputs{};  // of every port that published
+  friend bool operator==(const LoggedStep&, const LoggedStep&) = default;
+};
+
+/// A request that a thread took from its mailbox; it acts on the steps that follow it in the log of the thread.
+struct LoggedRequest {
+  std::uint64_t order = 0;
+  rt::Request request;
+  rt::Effect effect;
+  rt::Time now;
+};
+
+/// What the executor's threads tell of their steps, each into a ring of its own: it never waits, and what finds no room
+/// is lost and counted.
+/// Thread:  owner for construction; completed() and taken() by the executor's threads; read() by one reader.
+/// RT:      completed(), taken(): no allocation, lock or system call.
+class StepLog final : public rt::RunObserver {
+ public:
+  /// `bytes`: of each thread's ring, at least; a ring holds a few of the largest entries in any case.
+  StepLog(const rt::Graph& graph, std::size_t bytes);
+  ~StepLog() override;
+
+  void completed(const rt::StepRecord& record) noexcept override;
+  void taken(const rt::Request& request, const rt::Effect& effect, rt::Time now) noexcept override;
+
+  class Visitor {
+   public:
+    virtual ~Visitor() = default;
+    /// References are good until it returns.
+    virtual void step(const LoggedStep& step) = 0;
+    virtual void request(const LoggedRequest& request) = 0;
+    /// So many entries of this thread were lost before the one that comes next, or at the end.
+    virtual void lost(std::uint32_t thread, std::uint64_t entries) = 0;
+  };
+  /// Everything that is there of a thread, in its order. `last`: the run is over, so nothing follows what is lost.
+  void read(std::uint32_t thread, Visitor& visitor, bool last = false);
+  std::uint32_t threads() const { return static_cast<std::uint32_t>(rings_.size()); }
+  std::size_t bytes() const { return bytes_; }
+
+ private:
+  class Ring;
+  struct Ports;
+  std::uint32_t* put_inputs(const rt::StepRecord& record, const Ports& ports, std::uint32_t* to) const noexcept;
+  std::uint32_t* put_outputs(const rt::StepRecord& record, const Ports& ports, std::uint32_t* to) const noexcept;
+  void read_step(std::uint32_t thread, const std::uint32_t* words);
+
+  std::uint32_t chains_;
+  std::vector<Ports> ports_;  // per module
+  std::vector<std::unique_ptr<Ring>> rings_;
+  std::vector<std::uint64_t> order_;  // per thread: of the next entry; the reader's own
+  LoggedStep step_;                   // the reader's own: keeps its memory
+  std::size_t bytes_ = 0;
+};
+
+}  // namespace sinew::record

@@ -1,0 +1,63 @@
+#include "apps/run_setup.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <sstream>
+
+namespace sinew::app {
+namespace {
+
+rt::GraphSpec two_modules() {
+  rt::GraphSpec graph;
+  graph.modules = {{.name = "mixer", .type = "M"}, {.name = "lap", .type = "L"}};
+  return graph;
+}
+
+TEST(Setting, BecomesAParameterOfItsModule) {
+  rt::GraphSpec graph = two_modules();
+  EXPECT_EQ(apply_setting(graph, "lap.laps=4"), "");
+  EXPECT_EQ(graph.modules[1].params.at("laps").value, rt::ParamValue(std::int64_t{4}));
+}
+
+TEST(Setting, OfAnUnknownModuleIsRefusedWithThoseThatThereAre) {
+  rt::GraphSpec graph = two_modules();
+  EXPECT_EQ(apply_setting(graph, "lab.laps=4"), "--set lab.laps=4: no module lab; there are: mixer lap");
+  EXPECT_EQ(apply_setting(graph, "laps"), "--set laps: module.param=value");
+}
+
+TEST(Setting, OfAnotherSectionIsRefusedWithTheWayToIt) {
+  rt::GraphSpec graph = two_modules();
+  EXPECT_EQ(apply_setting(graph, "guardian.arming=manual"),
+            "--set guardian.arming=manual: --set is for parameters of modules; the keys of [guardian] are set in the "
+            "robot file");
+  EXPECT_EQ(apply_setting(graph, "thread.vision.priority=3"),
+            "--set thread.vision.priority=3: --set is for parameters of modules; the keys of [[thread]] are set in the "
+            "robot file");
+  EXPECT_EQ(apply_setting(graph, "actuator.motors.lease_ms=3"),
+            "--set actuator.motors.lease_ms=3: --set is for parameters of modules; the keys of [actuator.NAME] are set "
+            "in the robot file");
+}
+
+TEST(Setting, OfAModuleThatIsNamedAsASectionIsTheModules) {
+  rt::GraphSpec graph = two_modules();
+  graph.modules[0].name = "sim";
+  EXPECT_EQ(apply_setting(graph, "sim.seed=4"), "");
+  EXPECT_EQ(graph.modules[0].params.size(), 1u);
+}
+
+TEST(RobotFileSections, HaveTheirHeaderButForThatOfTheModules) {
+  const auto loaded = parse_robot("nothing = 1\n", "robot.toml");
+  const auto unknown = std::find_if(loaded.problems.begin(), loaded.problems.end(),
+                                    [](const rt::Problem& p) { return p.key == "nothing"; });
+  ASSERT_NE(unknown, loaded.problems.end());
+  std::istringstream known(unknown->allowed.substr(unknown->allowed.find(':') + 1));  // by the reader itself
+  int sections = 0;
+  for (std::string section; known >> section; ++sections)
+    EXPECT_EQ(section_header(section).find(section) == std::string::npos, section == "module") << section;
+  EXPECT_EQ(sections, 10);
+  EXPECT_EQ(section_header("nothing"), "");
+}
+
+}  // namespace
+}  // namespace sinew::app

@@ -1,0 +1,302 @@
+#include "record/run/run_recorder.hpp"
+
+#include <gmock/gmock.h>
+
+#include <set>
+#include <thread>
+
+#include "../../rt/graph_fixture.hpp"
+#include "../memory_file.hpp"
+#include "hal/linux/os.hpp"
+#include "math/hash.hpp"
+#include "modules.hpp"
+#include "msg/cdr.hpp"
+#include "msg/compare.hpp"
+#include "msg/image_buffer.hpp"
+#include "msg/ros2msg.hpp"
+#include "record/check.hpp"
+#include "record/reader.hpp"
+#include "record/run/run_messages.hpp"
+#include "rt/real_time_executor.hpp"
+
+namespace sinew::record {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr std::int64_t kUnix = 1'700'000'000'000'000'000;
+
+/// A robot with two threads of numbers, one of them with too short a queue, and one of pictures.
+class Recorded : public ::testing::Test {
+ protected:
+  Recorded() {
+    robot.configure_options.recorded = true;
+    robot.add<Numbers>("numbers");
+    robot.add<Sums>("sums", {{"latest", "numbers.out"}, {"all", "numbers.out"}});
+    robot.add<Pictures>("pictures");
+    robot.add<Looks>("looks", {{"image", "pictures.image"}});
+    robot.periodic("fast", 3, 1ms, {"numbers"});
+    robot.periodic("slow", 2, 7ms, {"sums"});
+    robot.periodic("view", 1, 10ms, {"pictures", "looks"});
+    robot.spec.topics.push_back({"pictures.image", Pictures::kBytes, Pictures::kBytes, 5});
+    robot.spec.robot = "recorded";
+  }
+
+  std::unique_ptr<RunRecorder> open(RunRecorder::Pace pace, RecorderOptions options = {}) {
+    RunDescription about;
+    about.run = {{"robot", "recorded"}};
+    about.attachments.push_back({1, 2, "robot.toml", "application/toml", "text of the robot file"});
+    about.unix_ns = kUnix;
+    auto opened = RunRecorder::open(
+        robot.build(), pace,
+        [this](unsigned part) -> hal::Result<std::unique_ptr<hal::OutputFile>> {
+          while (disks.size() <= part) disks.push_back(std::make_unique<Disk>());
+          return std::unique_ptr<hal::OutputFile>(new MemoryOutput(*disks[part]));
+        },
+        about, options);
+    EXPECT_TRUE(opened) << opened.error().where;
+    return std::move(*opened);
+  }
+
+  /// Virtual time; what came of it is in `disks`.
+  std::unique_ptr<RunRecorder> fly(rt::Duration duration, const RecorderOptions& options = {}) {
+    auto recorder = open(RunRecorder::Pace::waited_for, options);
+    robot.grants.end = rt::Time{duration.count()};
+    rt::DiscreteOptions discrete;
+    discrete.hash_topics = true;
+    discrete.observer = &recorder->observer();
+    executor = std::make_unique<rt::DiscreteExecutor>(robot.graph(), robot.clock, robot.grants, discrete);
+    EXPECT_TRUE(executor->run());
+    EXPECT_TRUE(recorder->finish());
+    return recorder;
+  }
+
+  std::unique_ptr<Reader> read(unsigned part = 0) {
+    Problem why;
+    auto reader = Reader::open(std::make_unique<MemoryInput>(disks.at(part)->bytes), why);
+    EXPECT_TRUE(reader) << to_string(why);
+    MemoryInput again(disks.at(part)->bytes);
+    for (const Problem& p : check(again)) ADD_FAILURE() << to_string(p);
+    return reader;
+  }
+  template <class F>
+  static void each(Reader& reader, std::string_view topic, F&& f) {
+    auto messages = reader.messages({.topics = {std::string(topic)}, .order = Order::file});
+    Message m;
+    for (Next next; (next = messages.next(m)) != Next::end;) {
+      ASSERT_EQ(next, Next::message) << to_string(messages.problem());
+      f(m);
+    }
+  }
+  std::uint64_t hash(std::string_view topic) { return executor->runner().topic_hash(robot.graph().find_topic(topic)); }
+
+  rt::Robot robot;
+  std::vector<std::unique_ptr<Disk>> disks;
+  std::unique_ptr<rt::DiscreteExecutor> executor;
+};
+
+TEST_F(Recorded, EveryMessageComesBackByteForByteWithItsSequenceAndTimes) {
+  fly(400ms);
+  auto reader = read();
+  for (const char* topic : {"numbers.out", "sums.out"}) {
+    math::Hash64 h;
+    std::uint32_t next = rt::kNearWrap;
+    each(*reader, topic, [&](const Message& m) {
+      rt::Pair pair;
+      ASSERT_TRUE(msg::cdr_decode(msg::type_info<rt::Pair>(),
+                                  {reinterpret_cast<const std::uint8_t*>(m.data.data()), m.data.size()}, &pair));
+      msg::add_to_hash(h, msg::type_info<rt::Pair>(), &pair);
+      EXPECT_EQ(m.stamps.sequence, next++);
+      EXPECT_EQ(m.stamps.publish_time, static_cast<std::uint64_t>(pair.stamp.ns + kUnix));
+      EXPECT_GT(m.stamps.log_time, m.stamps.publish_time) << "the commit comes an execution time after the stamp";
+    });
+    EXPECT_EQ(h.value(), hash(topic)) << topic;
+  }
+}
+
+TEST_F(Recorded, ImagesComeBackFromTheFormThatOthersKnowAndTheirHead) {
+  fly(200ms);
+  auto reader = read();
+  std::map<std::uint32_t, ImageHead> heads;
+  each(*reader, "pictures.image/head",
+       [&](const Message& m) { ASSERT_TRUE(decode(m.data, heads[m.stamps.sequence])); });
+  ASSERT_EQ(heads.size(), 20u);
+  math::Hash64 h;
+  each(*reader, "pictures.image", [&](const Message& m) {
+    const ImageHead& head = heads.at(m.stamps.sequence);
+    EXPECT_TRUE(head.has_pixels);
+    const auto pixels = image_pixels(m.data);
+    ASSERT_TRUE(pixels);
+    msg::ImageBuffer image(head.capacity_bytes);
+    ASSERT_TRUE(image->format_as(static_cast<msg::PixelFormat>(head.format), head.width, head.height));
+    image->stamp = head.stamp, image->exposure_ns = head.exposure_ns, image->frame_number = head.frame_number;
+    std::memcpy(image->pixels(), pixels->data(), pixels->size());
+    EXPECT_EQ(head_of(*image, true), head);
+    msg::add_to_hash(h, msg::type_info<msg::Image>(), &*image);
+  });
+  EXPECT_EQ(h.value(), hash("pictures.image"));
+}
+
+TEST_F(Recorded, EveryStepIsThereWithWhatItHeld) {
+  robot.grants.at(rt::Time{100'500'000}, [this] { ASSERT_TRUE(robot.graph().set_param("numbers", "gain", 2.5)); });
+  robot.grants.at(rt::Time{200'500'000}, [this] { ASSERT_TRUE(robot.graph().set_enabled("numbers", false)); });
+  robot.grants.at(rt::Time{250'500'000}, [this] { ASSERT_TRUE(robot.graph().set_enabled("numbers", true)); });
+  fly(400ms);
+  auto reader = read();
+  std::map<std::uint32_t, std::set<std::uint64_t>> orders;  // by thread
+  std::map<std::uint32_t, std::uint64_t> steps;             // by module
+  std::map<std::uint32_t, std::uint64_t> dropped;
+  each(*reader, kStepsTopic, [&](const Message& m) {
+    std::vector<LoggedStep> batch;
+    ASSERT_TRUE(decode(m.data, batch));
+    EXPECT_EQ(m.stamps.log_time, static_cast<std::uint64_t>(batch.front().now.ns + kUnix));
+    for (const LoggedStep& s : batch) {
+      EXPECT_TRUE(orders[s.thread].insert(s.order).second);
+      ++steps[s.module];
+      for (const auto& in : s.inputs) dropped[s.module] += in.dropped;
+      if (s.module == 1 && !s.inputs[1].sequences.empty()) {
+        EXPECT_EQ(s.inputs[0].sequences.size(), 1u);
+        EXPECT_LE(s.inputs[1].sequences.size(), 4u);
+      }
+    }
+  });
+  std::vector<LoggedRequest> requests;
+  each(*reader, kRequestsTopic, [&](const Message& m) {
+    ASSERT_TRUE(decode(m.data, requests.emplace_back()));
+    EXPECT_TRUE(orders[requests.back().request.thread].insert(requests.back().order).second);
+  });
+  ASSERT_EQ(requests.size(), 3u);
+  EXPECT_EQ(requests[0].request.kind, rt::Request::Kind::set_param);
+  EXPECT_EQ(requests[0].request.value, (std::variant<bool, std::int64_t, double>(2.5)));
+  EXPECT_EQ(requests[0].effect.step, 101u);
+  for (std::uint32_t m = 0; m < 4; ++m) EXPECT_EQ(steps[m], executor->runner().module_stats(m).steps.value()) << m;
+  for (const auto& [thread, all] : orders) EXPECT_EQ(all.size(), *all.rbegin() + 1) << "none is missing";
+  EXPECT_GT(dropped[1], 0u) << "seven messages a cycle do not fit into four";
+  EXPECT_EQ(dropped[1], executor->runner().topic_drops(robot.graph().find_topic("numbers.out")));
+}
+
+TEST_F(Recorded, TheBeginningSaysWhatRan) {
+  auto recorder = fly(50ms);
+  auto reader = read();
+  std::map<std::string, Texts> metadata;
+  for (const MetadataIndex& index : reader->metadata()) {
+    Metadata m;
+    Problem why;
+    ASSERT_TRUE(reader->read(index, m, why)) << to_string(why);
+    metadata[m.name] = m.values;
+  }
+  EXPECT_EQ(metadata["sinew.run"]["robot"], "recorded");
+  EXPECT_EQ(metadata["sinew.run"]["unix_ns"], std::to_string(kUnix));
+  EXPECT_EQ(metadata["sinew.modules"],
+            (Texts{{"000", "numbers"}, {"001", "sums"}, {"002", "pictures"}, {"003", "looks"}}));
+  EXPECT_EQ(metadata["sinew.threads"], (Texts{{"000", "fast"}, {"001", "slow"}, {"002", "view"}}));
+  EXPECT_EQ(metadata["sinew.params"], (Texts{{"numbers.gain", "1"}}));
+  EXPECT_EQ(metadata["sinew.verdict"]["looks"], "replayable");
+  ASSERT_EQ(reader->attachments().size(), 1u);
+  Attachment a;
+  Problem why;
+  ASSERT_TRUE(reader->read(reader->attachments()[0], a, why));
+  EXPECT_EQ(a.data, "text of the robot file");
+  for (const auto& [id, channel] : reader->channels()) {
+    if (channel.topic != "numbers.out") continue;
+    EXPECT_EQ(reader->schemas().at(channel.schema).name, "sinew_msgs/msg/Pair");
+    EXPECT_EQ(reader->schemas().at(channel.schema).data, msg::ros2msg_schema(msg::type_info<rt::Pair>()));
+  }
+  for (const ModuleVerdict& v : recorder->verdict()) EXPECT_THAT(v.reasons, IsEmpty()) << v.module;
+}
+
+std::vector<std::string> why_not(const RunRecorder& recorder, std::string_view module) {
+  for (const ModuleVerdict& v : recorder.verdict())
+    if (v.module == module) return v.reasons;
+  return {"no such module"};
+}
+
+TEST_F(Recorded, WhatIsLeftOutOnPurposeIsNamedInTheVerdict) {
+  RecorderOptions options;
+  options.topics = {"numbers.out", "pictures.image"};
+  options.rate_hz = {{"numbers.out", 100}};
+  options.pixel_bytes_per_s = 2 * Pictures::kBytes;
+  auto recorder = fly(400ms, options);
+  EXPECT_THAT(why_not(*recorder, "numbers"), IsEmpty());
+  EXPECT_THAT(why_not(*recorder, "sums"), ElementsAre("input numbers.out at 100 Hz", "input numbers.out at 100 Hz"));
+  EXPECT_THAT(why_not(*recorder, "looks"), ElementsAre(HasSubstr("pixels of pictures.image not kept from 0.02")));
+  auto reader = read();
+  std::size_t numbers = 0, pictures = 0, heads = 0;
+  each(*reader, "numbers.out", [&](const Message&) { ++numbers; });
+  each(*reader, "pictures.image", [&](const Message&) { ++pictures; });
+  each(*reader, "pictures.image/head", [&](const Message&) { ++heads; });
+  EXPECT_EQ(numbers, 40u) << "every tenth of 400";
+  EXPECT_EQ(pictures, 2u) << "the rest of the second's budget is less than one more";
+  EXPECT_EQ(heads, 40u) << "head and hash of each";
+  each(*reader, "sums.out", [&](const Message&) { FAIL() << "not asked for"; });
+}
+
+TEST_F(Recorded, AFullDiskCostsMessagesThatAreCountedAndNamed) {
+  auto recorder = open(RunRecorder::Pace::waited_for, {.files = {.writer = {.chunk_bytes = 8 * 1024}}});
+  disks[0]->room = 60'000;
+  robot.grants.end = rt::Time{1'000'000'000};
+  rt::DiscreteOptions discrete;
+  discrete.observer = &recorder->observer();
+  executor = std::make_unique<rt::DiscreteExecutor>(robot.graph(), robot.clock, robot.grants, discrete);
+  ASSERT_TRUE(executor->run());
+  disks[0]->room = ~std::uint64_t{0};  // somebody made room
+  ASSERT_TRUE(recorder->finish());
+  EXPECT_FALSE(recorder->trouble());
+  ASSERT_TRUE(recorder->lost_messages().contains("numbers.out"));
+  const Losses lost = recorder->lost_messages().at("numbers.out");
+  std::size_t numbers = 0;
+  auto reader = read();
+  each(*reader, "numbers.out", [&](const Message&) { ++numbers; });
+  EXPECT_EQ(numbers + lost.count, 1000u) << "each is in the file or counted";
+  EXPECT_THAT(why_not(*recorder, "sums"), ::testing::Contains(HasSubstr("gap in numbers.out at ")));
+}
+
+TEST_F(Recorded, InRealTimeNobodyWaitsForADiskThatStalls) {
+  auto recorder = open(RunRecorder::Pace::follows, {.files = {.writer = {.chunk_bytes = 4 * 1024}}});
+  disks[0]->on_append = [] { std::this_thread::sleep_for(100ms); };
+  hal::Os& os = hal::linux_os();
+  ASSERT_TRUE(recorder->start(os));
+  rt::RealTimeOptions how;
+  how.fixed_priority = how.lock_memory = how.keep_awake = false;
+  how.runner.observer = &recorder->observer();
+  rt::RealTimeExecutor real(robot.graph(), os, how);
+  ASSERT_TRUE(real.start());
+  std::this_thread::sleep_for(600ms);
+  real.stop();
+  disks[0]->on_append = nullptr;
+  ASSERT_TRUE(recorder->finish());
+  std::size_t numbers = 0, steps = 0;
+  auto reader = read();
+  each(*reader, "numbers.out", [&](const Message&) { ++numbers; });
+  each(*reader, kStepsTopic, [&](const Message& m) {
+    std::vector<LoggedStep> batch;
+    ASSERT_TRUE(decode(m.data, batch));
+    for (const LoggedStep& s : batch) steps += s.module == 0;
+  });
+  const auto lost = recorder->lost_messages();
+  const std::uint64_t gone = lost.contains("numbers.out") ? lost.at("numbers.out").count : 0;
+  const auto lost_steps = recorder->lost_steps();
+  const std::uint64_t gone_steps = lost_steps.contains("fast") ? lost_steps.at("fast").count : 0;
+  EXPECT_EQ(steps + gone_steps, real.runner().module_stats(0).steps.value());
+  EXPECT_EQ(numbers + gone + (gone_steps == 0 ? 0 : gone_steps), real.runner().topic_stats(0).messages.value());
+}
+
+TEST_F(Recorded, SplitFilesEachSayWhatRan) {
+  RecorderOptions options;
+  options.files.file_duration = 100ms;
+  fly(400ms, options);
+  ASSERT_GT(disks.size(), 2u);
+  std::size_t numbers = 0;
+  for (unsigned part = 0; part < disks.size(); ++part) {
+    auto reader = read(part);
+    EXPECT_EQ(reader->attachments().size(), 1u);
+    each(*reader, "numbers.out", [&](const Message&) { ++numbers; });
+  }
+  EXPECT_EQ(numbers, 400u);
+}
+
+}  // namespace
+}  // namespace sinew::record
