@@ -54,7 +54,7 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
         pace_(pace),
         description_(std::move(description)),
         options_(options),
-        log_(graph, options.log_bytes),
+        log_(graph, options.log_room),
         budget_(options.pixel_bytes_per_s),
         batches_(graph.threads().size()),
         lost_entries_(graph.threads().size()) {

@@ -41,7 +41,7 @@ class StepLogTest : public ::testing::Test {
 };
 
 TEST_F(StepLogTest, GoesRoundItsRingForEver) {
-  StepLog log(robot.graph(), 1024);
+  StepLog log(robot.graph(), 20ms);
   Told told;
   for (std::uint32_t n = 0; n < 10'000; ++n) {
     log.completed(record(n));
@@ -57,7 +57,7 @@ TEST_F(StepLogTest, GoesRoundItsRingForEver) {
 }
 
 TEST_F(StepLogTest, WhatFindsNoRoomIsCountedWhereItIsMissing) {
-  StepLog log(robot.graph(), 1024);
+  StepLog log(robot.graph(), 20ms);
   Told told;
   const auto fill = [&] {
     for (std::uint32_t n = 0; n < 100; ++n) log.completed(record(n));
@@ -80,7 +80,7 @@ TEST_F(StepLogTest, WhatFindsNoRoomIsCountedWhereItIsMissing) {
 }
 
 TEST_F(StepLogTest, RequestsStandAmongTheSteps) {
-  StepLog log(robot.graph(), 1024);
+  StepLog log(robot.graph(), 20ms);
   Told told;
   rt::Request request;
   request.kind = rt::Request::Kind::set_period;
