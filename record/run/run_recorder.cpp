@@ -77,7 +77,8 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     os_ = &os;
     hal::ThreadOptions thread;
     thread.name = "recorder";
-    thread.stack_bytes = 256 * 1024;
+    thread.stack_bytes = 128 * 1024;
+    thread.nice = -10;  // still below everything real-time, but not starved by what else the machine does
     auto started = os.start_thread(thread, [this] { follow(); });
     if (!started) return started.error();
     thread_ = std::move(*started);
