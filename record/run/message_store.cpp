@@ -31,6 +31,7 @@ MessageStore::Entry& MessageStore::place(std::uint32_t sequence, rt::Time publis
     fresh.sequence = sequence;
     fresh.whole = false;
     fresh.head.reset();
+    fresh.pixels = 0;
     at = entries_.insert(at, std::move(fresh));
   }
   at->published = published;
@@ -41,6 +42,7 @@ MessageStore::Entry& MessageStore::place(std::uint32_t sequence, rt::Time publis
     type_->reset(memory.get() + sizeof(rt::SlotHeader));
     at->memory = std::move(memory);
     at->capacity = bulk;
+    at->pixels = 0;
   }
   auto* header = reinterpret_cast<rt::SlotHeader*>(at->memory.get());
   header->sequence = sequence;
@@ -60,12 +62,17 @@ bool MessageStore::add(std::uint32_t sequence, rt::Time published, std::span<con
   return entry.whole = true;
 }
 
+/// An image is whole when there are as many pixels as its head says.
+void MessageStore::settle(Entry& entry) {
+  const auto* image = static_cast<const msg::Image*>(entry.message());
+  entry.whole = entry.head && entry.pixels == image->bulk_used();
+}
+
 bool MessageStore::add_head(std::uint32_t sequence, rt::Time published, std::span<const std::byte> cdr) {
   ImageHead head;
   if (!decode(cdr, head)) return false;
   const std::uint64_t used = std::min<std::uint64_t>(std::uint64_t{head.stride} * head.height, head.capacity_bytes);
-  const Entry* known = find(sequence);
-  if (used > kMostPixels || (known && known->whole && known->capacity < used)) return false;
+  if (used > kMostPixels) return false;
   Entry& entry = place(sequence, published, static_cast<std::size_t>(used));
   entry.head = head;
   auto* header = reinterpret_cast<rt::SlotHeader*>(entry.memory.get());
@@ -77,19 +84,19 @@ bool MessageStore::add_head(std::uint32_t sequence, rt::Time published, std::spa
   image.width = head.width, image.height = head.height, image.stride = head.stride;
   image.format = static_cast<msg::PixelFormat>(head.format);
   image.capacity_bytes = head.capacity_bytes;  // what it says; what it uses is there
-  if (used == 0) entry.whole = true;
+  settle(entry);
   return true;
 }
 
 bool MessageStore::add_pixels(std::uint32_t sequence, rt::Time published, std::span<const std::byte> cdr) {
   const auto pixels = image_pixels(cdr);
   if (!pixels || pixels->size() > kMostPixels) return false;
-  const Entry* known = find(sequence);
-  if (known && known->head && known->capacity < pixels->size()) return false;
   Entry& entry = place(sequence, published, pixels->size());
   auto* header = reinterpret_cast<rt::SlotHeader*>(entry.memory.get());
   std::memcpy(static_cast<msg::Image*>(header->message())->pixels(), pixels->data(), pixels->size());
-  return entry.whole = true;
+  entry.pixels = pixels->size();
+  settle(entry);
+  return true;
 }
 
 const MessageStore::Entry* MessageStore::find(std::uint32_t sequence) const {

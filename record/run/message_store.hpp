@@ -23,6 +23,7 @@ class MessageStore {
     std::optional<ImageHead> head{};  // images
     std::unique_ptr<std::byte[], void (*)(std::byte*)> memory{nullptr, nullptr};
     std::size_t capacity = 0;  // of the bulk
+    std::size_t pixels = 0;    // that came
 
     const rt::SlotHeader* header() const { return reinterpret_cast<const rt::SlotHeader*>(memory.get()); }
     const void* message() const { return header()->message(); }
@@ -41,6 +42,7 @@ class MessageStore {
   const msg::TypeInfo& type() const { return *type_; }
 
  private:
+  static void settle(Entry& entry);
   Entry& place(std::uint32_t sequence, rt::Time published, std::size_t bulk);
 
   const msg::TypeInfo* type_;
