@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "apps/commands.hpp"
 #include "apps/dataset_run.hpp"
@@ -22,6 +23,7 @@ using Json = nlohmann::ordered_json;
 struct ReplayCommand {
   std::string file;
   std::vector<std::string> modules, set;
+  std::optional<double> from_s;
   bool json = false;
 };
 
@@ -126,6 +128,11 @@ int replay(const ReplayCommand& command, const rt::ModuleTypes& types) {
   }
   record::ReplayOptions options;
   options.modules = command.modules;
+  if (command.from_s && reader->statistics()) {
+    const std::int64_t unix_ns = std::atoll(record::read_metadata(*reader, "sinew.run")["unix_ns"].c_str());
+    const auto start = static_cast<std::int64_t>(reader->statistics()->start_time) - unix_ns;
+    options.from = rt::Time{start + static_cast<std::int64_t>(*command.from_s * 1e9)};
+  }
   const hal::Time begin = hal::linux_os().now();
   const auto report = record::replay(*reader, *graph, options, why);
   if (!report) return fail(command.file + ": " + why);
@@ -140,6 +147,9 @@ void add_replay_command(CLI::App& app, CommandContext& context) {
       "replay", "execute the recorded steps of a run again and compare what comes out, byte for byte");
   command.add_option("file", options->file, "the recording")->required()->type_name(kFileHint);
   command.add_option("--modules", options->modules, "only these, e.g. filter,attitude")->delimiter(',');
+  command.add_option("--from", options->from_s, "begin at the saved states before so many seconds of the record")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("S");
   command.add_option("--set", options->set, "module.param=value from the start on; may be repeated")
       ->allow_extra_args(false)
       ->type_name("M.P=V");

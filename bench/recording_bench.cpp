@@ -67,6 +67,7 @@ class Through final : public rt::Module {
 struct Nobody final : record::StepLog::Visitor {
   void step(const record::LoggedStep&) override { ++steps; }
   void request(const record::LoggedRequest&) override {}
+  void state(const record::LoggedState&) override {}
   void lost(std::uint32_t, std::uint64_t entries) override { lost_entries += entries; }
   std::uint64_t steps = 0, lost_entries = 0;
 };

@@ -48,8 +48,8 @@ struct Item {
   rt::Time due;
   std::uint32_t thread;
   std::uint64_t order;
-  LoggedStep step{};
-  std::optional<LoggedRequest> request{};
+  std::optional<LoggedStep> step{};
+  std::optional<LoggedRequest> request{};  // neither: a saved state
   friend bool operator>(const Item& a, const Item& b) {
     return std::tie(a.due.ns, a.thread, a.order) > std::tie(b.due.ns, b.thread, b.order);
   }
@@ -67,12 +67,20 @@ class Subject {
     report.name = about_.spec.name;
   }
   bool runs() const { return report.stopped.empty() && !report.difference; }
+  /// Begins behind this state; until then only parameters are followed.
+  void begin_at(const LoggedState& state, std::uint64_t layout) {
+    begin_ = state.order;
+    begin_bytes_.assign(state.bytes.begin(), state.bytes.end());
+    begin_layout_ = layout;
+    report.from = state.completed;
+  }
+  bool waits(std::uint64_t order) const { return begin_ && order <= *begin_; }
   void stop(std::string why) {
     if (runs()) report.stopped = std::move(why);
   }
 
   void step(const LoggedStep& s) {
-    if (!runs() || !hold(s)) return;
+    if (!runs() || waits(s.order) || !begun() || !hold(s)) return;
     if (about_.external && !post(s)) return;
     rt::StepRecord record;
     record.module = s.module, record.thread = s.thread, record.number = s.number;
@@ -89,6 +97,11 @@ class Subject {
 
   void request(const LoggedRequest& r) {
     if (!runs() || r.request.kind == rt::Request::Kind::message) return;  // those come with their step
+    if (waits(r.order)) {
+      if (r.request.kind == rt::Request::Kind::set_param && !again_.take(r.request, r.effect)) stop("set_param");
+      return;
+    }
+    if (!begun()) return;
     const auto effect = again_.take(r.request, r.effect);
     if (!effect) return stop(std::string(name_of(r.request.kind)) + ": " + effect.error().where);
     if (*effect == r.effect) return;
@@ -101,6 +114,15 @@ class Subject {
   ReplayedModule report;
 
  private:
+  /// False when the state that it should begin with does not fit.
+  bool begun() {
+    if (!begin_) return true;
+    const bool fits = begin_layout_ == again_.state_layout() && again_.restore_state(begin_bytes_);
+    begin_.reset();
+    if (!fits) stop("its state was saved by another version of the module or another kind of machine");
+    return fits;
+  }
+
   bool hold(const LoggedStep& s) {
     for (auto& input : inputs_) input = {};
     for (const LoggedStep::Input& in : s.inputs) {
@@ -174,6 +196,9 @@ class Subject {
   const rt::GraphModule& about_;
   rt::StepAgain again_;
   std::vector<MessageStore>& stores_;
+  std::optional<std::uint64_t> begin_;  // order of the state, until it is restored
+  std::vector<std::byte> begin_bytes_;
+  std::uint64_t begin_layout_ = 0;
   std::vector<rt::StepAgain::Input> inputs_;
   std::vector<std::vector<const rt::SlotHeader*>> held_;
 };
@@ -240,7 +265,20 @@ class Replay {
       }
     for (std::uint32_t i = 0; i < graph_.modules().size(); ++i) choose(i);
     find_channels();
+    if (options_.from) find_states();
     return {};
+  }
+
+  void find_states() {
+    MessageReader messages = reader_.messages({.topics = {std::string(kStatesTopic)}, .order = Order::file});
+    Message m;
+    for (Next next; (next = messages.next(m)) != Next::end;) {
+      LoggedState state;
+      std::uint64_t layout = 0;
+      if (next == Next::message && decode(m.data, state, layout) && state.completed <= *options_.from &&
+          state.module < subjects_.size() && subjects_[state.module])
+        subjects_[state.module]->begin_at(state, layout);
+    }
   }
 
   void choose(std::uint32_t module) {
@@ -259,7 +297,7 @@ class Replay {
     }
   }
 
-  enum class What : std::uint8_t { steps, requests, message, image, image_head };
+  enum class What : std::uint8_t { steps, requests, states, message, image, image_head };
   void find_channels() {
     for (const auto& [id, channel] : reader_.channels()) {
       const auto add = [&](What what, std::uint32_t topic) {
@@ -268,6 +306,7 @@ class Replay {
       };
       if (channel.topic == kStepsTopic) add(What::steps, 0);
       if (channel.topic == kRequestsTopic) add(What::requests, 0);
+      if (channel.topic == kStatesTopic) add(What::states, 0);
       for (std::uint32_t t = 0; t < graph_.topics().size(); ++t) {
         const rt::GraphTopic& topic = graph_.topics()[t];
         if (!wanted_[t]) continue;
@@ -294,6 +333,11 @@ class Replay {
       LoggedRequest r;
       good = decode(m.data, r);
       if (good) good = push(Item{r.now, r.request.thread, r.order, {}, r});
+    } else if (what == What::states) {  // it has its place in the log
+      LoggedState state;
+      std::uint64_t layout = 0;
+      good = decode(m.data, state, layout) && state.thread < next_order_.size();
+      if (good) items_.push(Item{state.completed, state.thread, state.order, {}, {}});
     } else if (what == What::message) {
       good = stores_[topic].add(m.stamps.sequence, t, m.data);
     } else if (what == What::image) {
@@ -306,9 +350,9 @@ class Replay {
 
   bool push(Item item) {
     const bool known = item.thread < next_order_.size() &&
-                       (item.request ? item.request->request.module : item.step.module) < subjects_.size();
+                       (item.request ? item.request->request.module : item.step->module) < subjects_.size();
     if (!known) return false;
-    if (!item.request) earliest_.insert(item.step.now.ns);
+    if (item.step) earliest_.insert(item.step->now.ns);
     items_.push(std::move(item));
     return true;
   }
@@ -323,8 +367,8 @@ class Replay {
       log_goes_on(item);
       if (item.request)
         request(*item.request);
-      else
-        step(item.step);
+      else if (item.step)
+        step(*item.step);
     }
     if (any) forget(t);
   }
@@ -333,7 +377,7 @@ class Replay {
     std::uint64_t& next = next_order_[item.thread];
     if (item.order != next)
       for (const std::uint32_t m : graph_.threads()[item.thread].modules)
-        if (subjects_[m])
+        if (subjects_[m] && !subjects_[m]->waits(item.order))
           subjects_[m]->stop("the log of its thread has a gap: entry " + std::to_string(next) + " is not in the file");
     next = item.order + 1;
   }

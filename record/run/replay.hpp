@@ -11,6 +11,9 @@ namespace sinew::record {
 
 struct ReplayOptions {
   std::vector<std::string> modules{};  // none: all
+  /// Each module begins behind the last of its saved states before this instant of the robot's clock, or at the
+  /// beginning of the record where there is none.
+  std::optional<rt::Time> from{};
   /// Told now and then how far it is, 0 to 1.
   std::function<void(double)> progress{};
 };
@@ -27,6 +30,7 @@ struct ReplayDifference {
 struct ReplayedModule {
   std::string name;
   std::uint64_t steps = 0, messages = 0;         // executed and compared
+  std::optional<rt::Time> from{};                // of the saved state where it began
   std::uint64_t not_compared = 0;                // messages that are not in the file
   std::optional<ReplayDifference> difference{};  // the first
   std::string stopped{};                         // why its steps end early in the file, or cannot begin

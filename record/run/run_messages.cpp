@@ -126,6 +126,20 @@ bool refused
   return kSchema;
 }
 
+const RecordSchema& state_schema() {
+  static constexpr RecordSchema kSchema{"sinew_msgs/msg/ModuleState",
+                                        R"(# What a module goes on from behind one of its steps.
+uint32 thread
+uint64 order         # in the log of the thread
+uint32 module
+uint32 number        # of the step before
+int64 completed_ns   # of that step
+uint64 layout        # only a module with the same one understands the bytes
+uint8[] data
+)"};
+  return kSchema;
+}
+
 const RecordSchema& image_schema() {
   static constexpr RecordSchema kSchema{"sensor_msgs/msg/Image",
                                         R"(std_msgs/Header header
@@ -230,6 +244,31 @@ bool decode(std::span<const std::byte> bytes, LoggedRequest& r) {
   r.effect.step = cdr.number<std::uint32_t>();
   r.effect.refused = cdr.boolean();
   return cdr.at_end() && kind <= static_cast<std::uint8_t>(Kind::message) && value <= 2;
+}
+
+void encode(Buffer& to, const LoggedState& state, std::uint64_t layout) {
+  CdrWriter cdr(to);
+  cdr.number(state.thread);
+  cdr.number(state.order);
+  cdr.number(state.module);
+  cdr.number(state.number);
+  cdr.number(state.completed.ns);
+  cdr.number(layout);
+  cdr.length(state.bytes.size());
+  to.append(state.bytes);
+}
+
+bool decode(std::span<const std::byte> bytes, LoggedState& state, std::uint64_t& layout) {
+  CdrReader cdr(bytes);
+  state.thread = cdr.number<std::uint32_t>();
+  state.order = cdr.number<std::uint64_t>();
+  state.module = cdr.number<std::uint32_t>();
+  state.number = cdr.number<std::uint32_t>();
+  state.completed.ns = cdr.number<std::int64_t>();
+  layout = cdr.number<std::uint64_t>();
+  const std::uint32_t size = cdr.length(1);
+  state.bytes = cdr.rest();
+  return cdr.good() && state.bytes.size() == size;
 }
 
 ImageHead head_of(const msg::Image& image, bool has_pixels) {

@@ -11,13 +11,15 @@
 
 namespace sinew::record {
 
-inline constexpr std::string_view kStepsTopic = "sinew/steps", kRequestsTopic = "sinew/requests";
+inline constexpr std::string_view kStepsTopic = "sinew/steps", kRequestsTopic = "sinew/requests",
+                                  kStatesTopic = "sinew/states";
 
 struct RecordSchema {
   std::string_view name, text;  // "sinew_msgs/msg/StepBatch", ros2msg
 };
 const RecordSchema& step_batch_schema();
 const RecordSchema& request_schema();
+const RecordSchema& state_schema();
 const RecordSchema& image_schema();       // sensor_msgs/msg/Image
 const RecordSchema& image_head_schema();  // sinew_msgs/msg/ImageHead
 
@@ -41,6 +43,11 @@ bool decode(std::span<const std::byte> bytes, std::vector<LoggedStep>& steps);
 
 void encode(Buffer& to, const LoggedRequest& request);
 bool decode(std::span<const std::byte> bytes, LoggedRequest& request);
+
+/// `layout`: rt::SavedState::layout(), to be compared before the state is used.
+void encode(Buffer& to, const LoggedState& state, std::uint64_t layout);
+/// The bytes are those of the input.
+bool decode(std::span<const std::byte> bytes, LoggedState& state, std::uint64_t& layout);
 
 /// What sensor_msgs/msg/Image has no place for, and what is left of an image whose pixels are not kept.
 struct ImageHead {

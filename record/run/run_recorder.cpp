@@ -9,6 +9,7 @@
 #include "record/run/run_messages.hpp"
 #include "rt/external_source.hpp"
 #include "rt/parameters.hpp"
+#include "rt/saved_state.hpp"
 #include "rt/slot_reader.hpp"
 
 namespace sinew::record {
@@ -54,11 +55,12 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
         pace_(pace),
         description_(std::move(description)),
         options_(options),
-        log_(graph, options.log_room),
+        log_(graph, options.log_room, options.state_every),
         budget_(options.pixel_bytes_per_s),
         batches_(graph.threads().size()),
         lost_entries_(graph.threads().size()) {
     for (std::uint32_t t = 0; t < graph.topics().size(); ++t) topics_.push_back(make_topic(t));
+    for (const rt::GraphModule& m : graph.modules()) layouts_.push_back(rt::SavedState(m.declaration).layout());
     for (const rt::GraphModule& m : graph.modules())
       for (const auto& p : m.declaration.params)
         params_.emplace(m.spec.name + "." + p.name, rt::to_string(rt::current(p)));
@@ -206,6 +208,7 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     };
     if (auto s = of_record(kStepsTopic, step_batch_schema(), steps_channel_); !s) return s;
     if (auto s = of_record(kRequestsTopic, request_schema(), requests_channel_); !s) return s;
+    if (auto s = of_record(kStatesTopic, state_schema(), states_channel_); !s) return s;
     for (Topic& t : topics_) {
       if (!t.wanted) continue;
       const msg::TypeInfo& type = *t.about->type;
@@ -252,6 +255,13 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     encode(scratch_, r);
     if (!note(writer_->write(requests_channel_, stamps(0, r.now, r.now), scratch_.bytes())))
       lost_entries_[r.request.thread].add(1, r.now);
+  }
+
+  /// One that cannot be written costs nothing but a place to begin at; its number in the log is a gap all the same.
+  void state(const LoggedState& s) override {
+    encode(scratch_, s, layouts_[s.module]);
+    if (!note(writer_->write(states_channel_, stamps(0, s.completed, s.completed), scratch_.bytes())))
+      lost_entries_[s.thread].add(1, s.completed);
   }
 
   void lost(std::uint32_t thread, std::uint64_t entries) override { lost_entries_[thread].add(entries, now_); }
@@ -348,8 +358,9 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
   std::vector<StepBatch> batches_;    // per thread
   std::vector<Losses> lost_entries_;  // per thread
   std::optional<SplitWriter> writer_;
-  std::uint16_t steps_channel_ = 0, requests_channel_ = 0;
-  Texts params_;  // of the start: what changes them is in the file
+  std::uint16_t steps_channel_ = 0, requests_channel_ = 0, states_channel_ = 0;
+  std::vector<std::uint64_t> layouts_;  // per module
+  Texts params_;                        // of the start: what changes them is in the file
   Buffer scratch_;
   rt::Time now_;  // the newest that was told
   hal::Os* os_ = nullptr;

@@ -16,6 +16,7 @@ struct RecorderOptions {
   std::map<std::string, double> rate_hz{};                 // at most so many messages of a topic
   double pixel_bytes_per_s = 5e6;                          // images beyond it are recorded without their pixels
   rt::Duration log_room = std::chrono::milliseconds(500);  // of steps that wait to be read
+  rt::Duration state_every = std::chrono::seconds(5);      // of each module, to begin a replay at; 0: never
   rt::Duration poll = std::chrono::milliseconds(10);
 };
 

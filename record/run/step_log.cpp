@@ -4,13 +4,15 @@
 #include <bit>
 #include <cstring>
 
+#include "rt/saved_state.hpp"
+
 namespace sinew::record {
 namespace {
 
 using PortKind = rt::Declaration::PortKind;
 
 // Entries are words: so many of them in the first one, then this, then what varies.
-enum class Kind : std::uint32_t { skip, step, request };
+enum class Kind : std::uint32_t { skip, step, request, state };
 
 struct Head {
   std::uint32_t words;
@@ -29,6 +31,11 @@ struct RequestEntry {
   rt::Request request;
   rt::Effect effect;
   rt::Time now;
+};
+struct StateEntry {  // its bytes lie elsewhere
+  Head head;
+  std::uint32_t module, number;
+  rt::Time completed;
 };
 static_assert(std::is_trivially_copyable_v<rt::Request>);
 
@@ -93,6 +100,14 @@ struct StepLog::Ports {
   }
 };
 
+/// The saved state of one module, on its way: filled by the executor while it is empty, emptied by the reader.
+struct StepLog::State {
+  explicit State(std::size_t size) : bytes(size) {}
+  std::vector<std::byte> bytes;
+  std::atomic<bool> full{false};  // release by the one who hands over, acquire by the other
+  rt::Time next{INT64_MIN};       // the executor's
+};
+
 /// Words from one writer to one reader. Positions count words for ever; an entry never goes round the end.
 class StepLog::Ring {
  public:
@@ -146,11 +161,16 @@ class StepLog::Ring {
   std::uint64_t read_ = 0;  // the reader's
 };
 
-StepLog::StepLog(const rt::Graph& graph, rt::Duration room)
-    : chains_(static_cast<std::uint32_t>(graph.chains().size())), order_(graph.threads().size()) {
-  for (const rt::GraphModule& m : graph.modules()) ports_.emplace_back(m, chains_);
+StepLog::StepLog(const rt::Graph& graph, rt::Duration room, rt::Duration state_every)
+    : chains_(static_cast<std::uint32_t>(graph.chains().size())),
+      state_every_(state_every),
+      order_(graph.threads().size()) {
+  for (const rt::GraphModule& m : graph.modules()) {
+    ports_.emplace_back(m, chains_);
+    states_.push_back(std::make_unique<State>(rt::SavedState(m.declaration).bytes()));
+  }
   for (const rt::GraphThread& t : graph.threads()) {
-    std::size_t cycle = 0, largest = words_of<RequestEntry>();
+    std::size_t cycle = 0, largest = std::max(words_of<RequestEntry>(), words_of<StateEntry>());
     for (const std::uint32_t m : t.modules) {
       cycle += ports_[m].words;
       largest = std::max<std::size_t>(largest, ports_[m].words);
@@ -183,6 +203,22 @@ void StepLog::completed(const rt::StepRecord& r) noexcept {
   std::uint32_t* to = put(entry, head);
   to = put_inputs(r, ports, to);
   ring.publish(entry, put_outputs(r, ports, to));
+  if (state_every_ > rt::Duration{0}) tell_state(r);
+}
+
+void StepLog::tell_state(const rt::StepRecord& r) noexcept {
+  State& state = *states_[r.module];
+  if (r.completed < state.next || state.full.load(std::memory_order_acquire)) return;
+  const bool first = state.next.ns == INT64_MIN;  // not all modules in the same cycle
+  const auto part = static_cast<std::int64_t>(r.module + 1), of = static_cast<std::int64_t>(states_.size());
+  state.next = r.completed + (first ? state_every_ * part / of : state_every_);
+  if (first) return;
+  Ring& ring = *rings_[r.thread];
+  std::uint32_t* const entry = ring.reserve(words_of<StateEntry>());
+  if (!entry) return;
+  r.ports->save_state(state.bytes);
+  state.full.store(true, std::memory_order_release);
+  ring.publish(entry, put(entry, StateEntry{{0, Kind::state, ring.lost()}, r.module, r.number, r.completed}));
 }
 
 std::uint32_t* StepLog::put_inputs(const rt::StepRecord& r, const Ports& ports, std::uint32_t* to) const noexcept {
@@ -232,6 +268,13 @@ void StepLog::read(std::uint32_t thread, Visitor& visitor, bool last) {
       step_.order = order++;
       ring.pop(words);
       visitor.step(step_);
+    } else if (head.kind == Kind::state) {
+      StateEntry entry;
+      get(words, entry);
+      ring.pop(words);
+      State& state = *states_[entry.module];
+      visitor.state({order++, thread, entry.module, entry.number, entry.completed, state.bytes});
+      state.full.store(false, std::memory_order_release);
     } else {
       RequestEntry entry;
       get(words, entry);

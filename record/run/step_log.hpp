@@ -42,6 +42,15 @@ struct LoggedRequest {
   rt::Time now;
 };
 
+/// What a module goes on from, taken behind one of its steps: rt/saved_state.hpp.
+struct LoggedState {
+  std::uint64_t order = 0;
+  std::uint32_t thread = 0, module = 0;
+  std::uint32_t number = 0;  // of the step before it
+  rt::Time completed;        // of that step
+  std::span<const std::byte> bytes{};
+};
+
 /// What the executor's threads tell of their steps, each into a ring of its own: it never waits, and what finds no room
 /// is lost and counted.
 /// Thread:  owner for construction; completed() and taken() by the executor's threads; read() by one reader.
@@ -49,7 +58,8 @@ struct LoggedRequest {
 class StepLog final : public rt::RunObserver {
  public:
   /// `room`: each thread's ring holds the steps of so long, at the rate that the robot file plans; a few in any case.
-  StepLog(const rt::Graph& graph, rt::Duration room);
+  /// `state_every`: how often the state of a module is told, the modules one after the other; 0: never.
+  StepLog(const rt::Graph& graph, rt::Duration room, rt::Duration state_every = {});
   ~StepLog() override;
 
   void completed(const rt::StepRecord& record) noexcept override;
@@ -61,6 +71,7 @@ class StepLog final : public rt::RunObserver {
     /// References are good until it returns.
     virtual void step(const LoggedStep& step) = 0;
     virtual void request(const LoggedRequest& request) = 0;
+    virtual void state(const LoggedState& state) = 0;
     /// So many entries of this thread were lost before the one that comes next, or at the end.
     virtual void lost(std::uint32_t thread, std::uint64_t entries) = 0;
   };
@@ -72,12 +83,16 @@ class StepLog final : public rt::RunObserver {
  private:
   class Ring;
   struct Ports;
+  struct State;
+  void tell_state(const rt::StepRecord& record) noexcept;
   std::uint32_t* put_inputs(const rt::StepRecord& record, const Ports& ports, std::uint32_t* to) const noexcept;
   std::uint32_t* put_outputs(const rt::StepRecord& record, const Ports& ports, std::uint32_t* to) const noexcept;
   void read_step(std::uint32_t thread, const std::uint32_t* words);
 
   std::uint32_t chains_;
-  std::vector<Ports> ports_;  // per module
+  std::vector<Ports> ports_;                    // per module
+  std::vector<std::unique_ptr<State>> states_;  // per module
+  rt::Duration state_every_;
   std::vector<std::unique_ptr<Ring>> rings_;
   std::vector<std::uint64_t> order_;  // per thread: of the next entry; the reader's own
   LoggedStep step_;                   // the reader's own: keeps its memory

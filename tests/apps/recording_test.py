@@ -53,6 +53,16 @@ class Recording(unittest.TestCase):
         _, files = self.fly("--virtual", "--duration", "1", SINEW_RECORD="off")
         self.assertEqual(len(files), 1)
 
+    def test_a_replay_begins_at_saved_states(self):
+        _, files = self.fly("--virtual", "--duration", "13")
+        _, whole = self.replay(files[0])
+        code, late = self.replay(files[0], "--from", "11")
+        self.assertEqual(code, 0, late)
+        self.assertTrue(late["identical"])
+        for name, module in late["modules"].items():
+            self.assertLess(module["steps"], 0.8 * whole["modules"][name]["steps"], name)
+            self.assertGreater(module["steps"], 0.1 * whole["modules"][name]["steps"], name)
+
     def test_another_parameter_is_named_with_the_first_step_that_differs(self):
         _, files = self.fly("--virtual", "--duration", "4")
         code, replay = self.replay(files[0], "--modules", "attitude,mixer", "--set", "attitude.kp_rate=21.5")

@@ -23,6 +23,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     LoggedRequest same;
     if (!decode(out.bytes(), same)) std::abort();
   }
+  LoggedState state;
+  std::uint64_t layout = 0;
+  if (decode(bytes, state, layout) && state.bytes.size() > size) std::abort();
   ImageHead head;
   if (decode(bytes, head)) {
     Buffer out;

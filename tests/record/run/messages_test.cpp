@@ -80,6 +80,23 @@ TEST(LoggedRequest, ComesBackAsItWas) {
   }
 }
 
+TEST(LoggedState, ComesBackAsItWas) {
+  const std::byte some[] = {std::byte{1}, std::byte{2}, std::byte{3}};
+  LoggedState s;
+  s.order = 9, s.thread = 1, s.module = 2, s.number = 3, s.completed = {-4}, s.bytes = some;
+  Buffer bytes;
+  encode(bytes, s, 0xFEDCBA9876543210);
+  LoggedState read;
+  std::uint64_t layout = 0;
+  ASSERT_TRUE(decode(bytes.bytes(), read, layout));
+  EXPECT_EQ(layout, 0xFEDCBA9876543210);
+  EXPECT_EQ(std::tuple(read.order, read.thread, read.module, read.number, read.completed),
+            std::tuple(s.order, s.thread, s.module, s.number, s.completed));
+  EXPECT_TRUE(std::equal(read.bytes.begin(), read.bytes.end(), std::begin(some), std::end(some)));
+  for (std::size_t size = 0; size < bytes.size(); ++size)
+    EXPECT_FALSE(decode(bytes.bytes().first(size), read, layout));
+}
+
 TEST(Image, IsTheImageThatOthersKnowAndComesBack) {
   msg::ImageBuffer buffer(64);
   msg::Image& image = *buffer;

@@ -12,6 +12,7 @@ class Numbers final : public rt::Module {
   void declare(rt::Declaration& d) override {
     d.out("out", out_);
     d.param("gain", gain_);
+    d.state(count_);
   }
   void reset() override { count_ = 0; }
   rt::Status step(const rt::Step& step) noexcept override {

@@ -111,6 +111,23 @@ TEST_F(ReplayTest, AnotherParameterIsNamedWithStepTimeFieldAndBothValues) {
   EXPECT_FALSE(of(report, "sums").difference) << "it is held against the record, not against what numbers gives now";
 }
 
+TEST_F(ReplayTest, BeginsAtASavedStateWithTheParametersOfThen) {
+  robot_.grants.at(rt::Time{100'500'000}, [this] { ASSERT_TRUE(robot_.graph().set_param("numbers", "gain", 2.5)); });
+  RecorderOptions options;
+  options.state_every = 50ms;
+  fly(400ms, options);
+  const ReplayReport all = again(), late = again({.from = rt::Time{250'000'000}});
+  EXPECT_EQ(late.first_difference(), nullptr);
+  EXPECT_TRUE(late.complete());
+  for (const ReplayedModule& m : late.modules) {
+    ASSERT_TRUE(m.from) << m.name;
+    EXPECT_LE(*m.from, rt::Time{250'000'000});
+    EXPECT_GT(*m.from, rt::Time{190'000'000});
+    EXPECT_LT(m.steps, of(all, m.name).steps);
+    EXPECT_GT(m.steps, of(all, m.name).steps / 3);
+  }
+}
+
 TEST_F(ReplayTest, AModuleMayBeReplayedAlone) {
   fly(100ms);
   const ReplayReport report = again({.modules = {"sums"}});

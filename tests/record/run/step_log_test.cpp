@@ -1,5 +1,6 @@
 #include "record/run/step_log.hpp"
 
+#include "../../rt/counting_new.hpp"
 #include "../../rt/graph_fixture.hpp"
 #include "modules.hpp"
 
@@ -11,9 +12,14 @@ using namespace std::chrono_literals;
 struct Told final : StepLog::Visitor {
   void step(const LoggedStep& s) override { steps.push_back(s); }
   void request(const LoggedRequest& r) override { requests.push_back(r); }
+  void state(const LoggedState& s) override {
+    states.push_back(s);
+    states.back().bytes = {};
+  }
   void lost(std::uint32_t thread, std::uint64_t entries) override { gaps.emplace_back(thread, entries); }
   std::vector<LoggedStep> steps;
   std::vector<LoggedRequest> requests;
+  std::vector<LoggedState> states;
   std::vector<std::pair<std::uint32_t, std::uint64_t>> gaps;
 };
 
@@ -97,6 +103,38 @@ TEST_F(StepLogTest, RequestsStandAmongTheSteps) {
   EXPECT_EQ(told.requests[0].request.value, request.value);
   EXPECT_EQ(told.requests[0].effect, (rt::Effect{3, false}));
   EXPECT_EQ(told.requests[0].now, rt::Time{77});
+}
+
+TEST(StepLogOfTwoThreads, TellingAStepAllocatesNothing) {
+  rt::Robot robot;
+  robot.configure_options.recorded = true;
+  robot.add<Numbers>("numbers");
+  robot.add<Sums>("sums", {{"latest", "numbers.out"}, {"all", "numbers.out"}});
+  robot.periodic("fast", 2, 1ms, {"numbers"});
+  robot.periodic("slow", 1, 3ms, {"sums"});
+  StepLog log(robot.build(), 20ms);
+  rt::RunnerOptions options;
+  options.observer = &log;
+  rt::Runner runner(robot.graph(), options);
+  Told told;
+  const auto cycle = [&](std::uint32_t thread, rt::Time now) {
+    runner.thread(thread).begin(now, false, now);
+    runner.thread(thread).start(0, now);
+    runner.thread(thread).complete(0, now + 5us, 5us);
+    runner.thread(thread).end(now + 5us);
+  };
+  std::uint64_t more = 0;
+  for (std::int64_t ms = 0; ms < 300; ++ms) {
+    const std::uint64_t before = test::allocations();
+    cycle(0, rt::Time{ms * 1'000'000});
+    if (ms % 3 == 0) cycle(1, rt::Time{ms * 1'000'000});
+    more += test::allocations() - before;
+    if (ms < 200) log.read(0, told), log.read(1, told);  // then it is full
+  }
+  EXPECT_EQ(more, 0u);
+  log.read(0, told, true);
+  EXPECT_FALSE(told.gaps.empty()) << "the way of a full ring was taken, too";
+  EXPECT_GT(told.steps.size(), 200u);
 }
 
 }  // namespace
