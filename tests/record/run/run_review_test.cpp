@@ -2,8 +2,12 @@
 
 #include <gmock/gmock.h>
 
+#include <atomic>
+#include <thread>
+
 #include "../../rt/graph_fixture.hpp"
 #include "../memory_file.hpp"
+#include "hal/linux/os.hpp"
 #include "modules.hpp"
 #include "record/check.hpp"
 #include "record/copy.hpp"
@@ -35,25 +39,34 @@ class RunReviewOf : public ::testing::Test {
     robot.grants.at(rt::Time{100'500'000}, [this] { ASSERT_TRUE(robot.graph().set_param("numbers", "gain", 2.5)); });
   }
 
-  /// `at`: something that happens to the first disk meanwhile.
+  /// `room`: of the first disk, until the flight ends.
   std::unique_ptr<RunRecorder> fly(const RecorderOptions& options = {}, std::uint64_t room = ~std::uint64_t{0}) {
+    auto recorder = open(RunRecorder::Pace::waited_for, options);
+    disks[0]->room = room;
+    run(*recorder);
+    disks[0]->room = ~std::uint64_t{0};  // somebody made room
+    EXPECT_TRUE(recorder->finish());
+    return recorder;
+  }
+
+  std::unique_ptr<RunRecorder> open(RunRecorder::Pace pace, const RecorderOptions& options) {
     auto opened = RunRecorder::open(
-        robot.build(), RunRecorder::Pace::waited_for,
+        robot.build(), pace,
         [this](unsigned part) -> hal::Result<std::unique_ptr<hal::OutputFile>> {
           while (disks.size() <= part) disks.push_back(std::make_unique<Disk>());
           return std::unique_ptr<hal::OutputFile>(new MemoryOutput(*disks[part]));
         },
         {.unix_ns = 1'700'000'000'000'000'000}, options);
     EXPECT_TRUE(opened);
-    disks[0]->room = room;
+    return std::move(*opened);
+  }
+
+  void run(RunRecorder& recorder) {
     robot.grants.end = rt::Time{400'000'000};
     rt::DiscreteOptions discrete;
-    discrete.observer = &(*opened)->observer();
+    discrete.observer = &recorder.observer();
     rt::DiscreteExecutor executor(robot.graph(), robot.clock, robot.grants, discrete);
     EXPECT_TRUE(executor.run());
-    disks[0]->room = ~std::uint64_t{0};  // somebody made room
-    EXPECT_TRUE((*opened)->finish());
-    return std::move(*opened);
   }
 
   static std::unique_ptr<Reader> read(const Bytes& bytes) {
@@ -155,6 +168,25 @@ TEST_F(RunReviewOf, AFullDiskFindsTheGapsThatWereCounted) {
     EXPECT_EQ(review.lost_steps.at(thread).count, lost.count) << thread;
   EXPECT_THAT(why_not(review, "sums"), Contains(HasSubstr("gap in numbers.out at ")));
   EXPECT_THAT(why_not(review, "numbers"), Contains(HasSubstr("gap in its steps at ")));
+}
+
+TEST_F(RunReviewOf, MessagesOfStepsThatWereLostAreLost) {
+  auto opened = open(RunRecorder::Pace::follows, {.files = {.writer = {.chunk_bytes = 1024}}, .log_bytes = 16 * 1024});
+  std::atomic<bool> reads = false;
+  disks[0]->on_append = [&] { reads = true; };
+  robot.grants.at(rt::Time{300'500'000}, [&] {  // its log has been full for long
+    ASSERT_TRUE(opened->start(hal::linux_os()));
+    while (!reads) std::this_thread::sleep_for(1ms);
+  });
+  run(*opened);
+  disks[0]->on_append = nullptr;
+  ASSERT_TRUE(opened->finish());
+  EXPECT_TRUE(opened->lost_steps().contains("fast"));
+  EXPECT_TRUE(opened->lost_messages().contains("numbers.out"));
+  const RunReview review = found();
+  EXPECT_THAT(review.differences, IsEmpty());
+  EXPECT_EQ(review.lost_messages.at("numbers.out").count, opened->lost_messages().at("numbers.out").count);
+  EXPECT_THAT(why_not(review, "sums"), Contains(HasSubstr("gap in numbers.out at ")));
 }
 
 TEST_F(RunReviewOf, OneMessageTakenOutIsNamed) {
