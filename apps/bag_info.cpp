@@ -5,7 +5,7 @@
 #include "apps/bag_options.hpp"
 #include "apps/commands.hpp"
 #include "apps/live_robot.hpp"
-#include "record/run/run_review.hpp"
+#include "record/run/replay.hpp"
 
 namespace sinew::app {
 namespace {
@@ -78,9 +78,9 @@ Json info_json(const BagOptions& options, std::uint64_t bytes, record::Reader& r
           {"compression", compression},
           {"attachments", attachments},
           {"metadata", metadata},
-          {"run", metadata_named(reader, "sinew.run")},
-          {"verdict", metadata_named(reader, "sinew.verdict")},
-          {"losses", metadata_named(reader, "sinew.losses")},
+          {"run", read_metadata(reader, "sinew.run")},
+          {"verdict", read_metadata(reader, "sinew.verdict")},
+          {"losses", read_metadata(reader, "sinew.losses")},
           {"problems", problems}};
 }
 
@@ -88,7 +88,7 @@ std::string info_text(const BagOptions& options, std::uint64_t bytes, record::Re
   std::string out = fmt::format("{}: {:.1f} MB, {:.3f} s", options.file, 1e-6 * static_cast<double>(bytes), duration_s);
   if (reader.statistics()) out += fmt::format(", {} messages", reader.statistics()->messages);
   out += "\n";
-  if (const auto run = metadata_named(reader, "sinew.run"); !run.empty()) out += "run\n" + pairs_text(run, "  ");
+  if (const auto run = read_metadata(reader, "sinew.run"); !run.empty()) out += "run\n" + pairs_text(run, "  ");
   out += fmt::format("\n{:<28} {:<30} {:>9} {:>10}\n", "topic", "type", "messages", "per second");
   for (const TopicLine& t : topic_lines(reader, duration_s))
     out += fmt::format("{:<28} {:<30} {:>9} {:>10}\n", t.name, t.type, t.messages,
@@ -103,7 +103,7 @@ std::string info_text(const BagOptions& options, std::uint64_t bytes, record::Re
   std::string names;
   for (const auto& m : reader.metadata()) names += " " + m.name;
   if (!names.empty()) out += "metadata" + names + "\n";
-  const auto verdict = metadata_named(reader, "sinew.verdict"), losses = metadata_named(reader, "sinew.losses");
+  const auto verdict = read_metadata(reader, "sinew.verdict"), losses = read_metadata(reader, "sinew.losses");
   if (!verdict.empty()) out += "\nmodules\n" + pairs_text(verdict, "  ");
   if (!losses.empty()) out += "lost\n" + pairs_text(losses, "  ");
   return out;

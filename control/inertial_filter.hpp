@@ -46,6 +46,8 @@ class InertialFilter {
   const Covariance& covariance() const { return p_; }
   /// Sets one axis of the position and forgets its correlations.
   void reset_position(int axis, double p_m, double variance);
+  /// Likewise, but the velocity stays as it is until measured anew.
+  void reopen_velocity(int axis, double variance) { p_.reopen(kErrV + axis, variance); }
   /// Specific force of the last sample in world axes, without bias.
   const math::Vec3& f_world_mps2() const { return f_world_; }
 

@@ -49,8 +49,14 @@ void Mission::declare(rt::Declaration& d) {
   seconds("touch_s", p.touch_s, "low and slow for this long is the ground");
   speed("stuck_mps", p.stuck_mps, "slower than this although sinking is wanted");
   seconds("stuck_s", p.stuck_s, "for this long is the ground");
-  seconds("stuck_high_s", p.stuck_high_s, "the same where the height says otherwise");
+  seconds("stuck_high_s", p.stuck_high_s, "the same where the range finder says otherwise");
+  metres("slow_unseen_m", p.slow_unseen_m, "sinks slowly from so much higher without range finder");
   seconds("timeout_s", p.timeout_s, "of the flight");
+  seconds("climb_limit_s", p.climb_limit_s, "of the climb; then it aborts");
+  seconds("hold_limit_s", p.hold_limit_s, "above the pad; then it descends though it moves");
+  seconds("abort_limit_s", p.abort_limit_s, "sinking after an abort before disarming");
+  speed("fall_mps", p.fall_mps, "sinking faster is falling: it aborts");
+  seconds("felt_s", p.felt_s, "not sinking in the descent for this long: lands without further sightings");
   seconds("blind_s", p.blind_s, "sinking without height before disarming");
   seconds("estimate_lost_s", p.estimate_lost_s, "before it aborts");
   d.param("retries", p.retries, {.unit = "1", .min = 0, .max = 100, .doc = "lost pads before it aborts"});

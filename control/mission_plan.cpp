@@ -61,14 +61,15 @@ bool MissionPlan::arrived(const msg::NavState& nav) const {
 
 bool MissionPlan::touched(const msg::NavState& nav, double dt_s) {
   const double low_m = params.feet_below_base_m + params.touch_margin_m;
-  const bool low = nav.height_m < low_m;
+  // Without the range finder the height may be off by more than a vehicle survives: then only what is felt counts.
+  const bool low = nav.ground_seen && nav.height_m < low_m;
   const bool slow = math::fabs(nav.v_world_mps.z) < params.touch_mps;
   touch_s_ = low && slow ? touch_s_ + dt_s : 0;
-  const bool stuck =
-      setpoint_.v_world_mps.z < -2 * params.stuck_mps && math::fabs(nav.v_world_mps.z) < params.stuck_mps;
-  stuck_s_ = stuck ? stuck_s_ + dt_s : 0;
+  // Most of the time, not all: on uneven ground it rocks. On the ground an estimate may even show that it rises.
+  const bool stuck = setpoint_.v_world_mps.z < -2 * params.stuck_mps && nav.v_world_mps.z > -params.stuck_mps;
+  stuck_s_ = stuck ? stuck_s_ + dt_s : clamp(stuck_s_ - dt_s, 0, stuck_s_);
   // An abort in the climb floats on its own air for seconds before it sinks; to stop there is to fall.
-  const bool high = nav.height_valid && nav.height_m > low_m + params.touch_margin_m;
+  const bool high = nav.ground_seen && nav.height_m > low_m + params.touch_margin_m;
   return touch_s_ >= params.touch_s || stuck_s_ >= (high ? params.stuck_high_s : params.stuck_s);
 }
 
@@ -81,9 +82,10 @@ void MissionPlan::step(msg::Time now, const msg::NavState& nav, double dt_s) {
   const bool valid = nav.attitude_valid && nav.position_valid;
   valid_s_ = valid ? valid_s_ + dt_s : 0;
   invalid_s_ = valid ? 0 : invalid_s_ + dt_s;
-  if (flying() && (invalid_s_ > params.estimate_lost_s || msg::seconds(now - armed_at_) > params.timeout_s)) {
-    enter(MissionPhase::abort, now);
-  }
+  const bool falls = nav.height_valid && nav.v_world_mps.z < -params.fall_mps;
+  const bool late = msg::seconds(now - armed_at_) > params.timeout_s ||
+                    (state_.phase == MissionPhase::climb && in_phase_s(now) > params.climb_limit_s);
+  if (flying() && (invalid_s_ > params.estimate_lost_s || falls || late)) enter(MissionPhase::abort, now);
   setpoint_ = {};
   setpoint_.yaw_rad = yaw_rad_;
   run_phase(now, nav, dt_s);
@@ -140,7 +142,8 @@ void MissionPlan::run_phase(msg::Time now, const msg::NavState& nav, double dt_s
         if (arrived(nav)) enter(MissionPhase::hold, now);
       } else {
         arrived_s_ = arrived(nav) ? arrived_s_ + dt_s : 0;
-        if (arrived_s_ >= params.hold_s) enter(MissionPhase::descend, now);
+        // What does not settle in that time never will; the descent waits by itself while it is off the pad.
+        if (arrived_s_ >= params.hold_s || in_phase_s(now) > params.hold_limit_s) enter(MissionPhase::descend, now);
       }
       break;
     case MissionPhase::descend:
@@ -178,7 +181,8 @@ void MissionPlan::run_descend(msg::Time now, const msg::NavState& nav, double dt
   reference_mps_.z = 0;
   slew(dt_s);
   const double height = nav.height_m;
-  const bool committed = height < params.commit_below_m;
+  // Where the ground is felt long before the height says so, the camera sees no pad: to climb again helps nobody.
+  const bool committed = height < params.commit_below_m || stuck_s_ >= params.felt_s;
   if (!committed && !pad_fresh(nav)) return lose_pad(now);
 
   const double off = horizontal(target_m_ - math::Vec3(nav.p_world_m));
@@ -195,9 +199,11 @@ void MissionPlan::run_descend(msg::Time now, const msg::NavState& nav, double dt
 void MissionPlan::run_abort(msg::Time now, const msg::NavState& nav, double dt_s) {
   setpoint_.armed = 1;
   setpoint_.mode = msg::FlightMode::velocity;
-  setpoint_.v_world_mps = {0, 0, nav.height_m > params.slow_below_m ? -params.sink_fast_mps : -params.sink_slow_mps};
+  const double slow_below_m = params.slow_below_m + (nav.ground_seen ? 0 : params.slow_unseen_m);
+  setpoint_.v_world_mps = {0, 0, nav.height_m > slow_below_m ? -params.sink_fast_mps : -params.sink_slow_mps};
   blind_s_ = nav.height_valid ? 0 : blind_s_ + dt_s;
-  if (blind_s_ > params.blind_s || (nav.height_valid && touched(nav, dt_s))) enter(MissionPhase::done, now);
+  if (in_phase_s(now) > params.abort_limit_s || blind_s_ > params.blind_s || (nav.height_valid && touched(nav, dt_s)))
+    enter(MissionPhase::done, now);
 }
 
 void MissionPlan::lose_pad(msg::Time now) {

@@ -22,8 +22,13 @@ struct MissionParams {
   double feet_below_base_m = 0.12;
   double touch_margin_m = 0.04, touch_mps = 0.12, touch_s = 0.25;
   double stuck_mps = 0.06, stuck_s = 1.5;  // sinking is wanted, but it does not sink: on the ground
-  double stuck_high_s = 6;                 // the same where the height says otherwise: it may only sink late
+  double felt_s = 0.75;                    // that much in the descent, and it lands without further sightings
+  double stuck_high_s = 6;                 // the same where the range finder says otherwise: it may only sink late
+  double slow_unseen_m = 0.5;              // sinks slowly from so much higher where no range finder measures the height
   double timeout_s = 90, blind_s = 8, estimate_lost_s = 0.3;
+  // No phase goes on for ever. A climb takes 4 s, a descent from the highest 12 s, what settles does so in 3 s.
+  double climb_limit_s = 12, hold_limit_s = 12, abort_limit_s = 40;
+  double fall_mps = 1.5;  // it never sinks half as fast by itself: the motors do not carry it
   std::int64_t retries = 3;
 };
 
@@ -35,8 +40,9 @@ struct MissionSafety {
 
 /// What to fly: arm, climb, search, approach, hold, descend, touch down, disarm; or come down where it is.
 /// Frames:  world of NavState, z up.
-/// Safety:  never arms without a valid estimate. Without position for estimate_lost_s, after too many lost pads, or
-///          when its time is up it aborts: sinks slowly and disarms on the ground, or after blind_s without height.
+/// Safety:  never arms without a valid estimate. Without position for estimate_lost_s, after too many lost pads, when
+///          it falls, or when its time is up it aborts: sinks slowly and disarms on the ground, after blind_s without
+///          height, and after abort_limit_s in any case: motors never turn on the ground for ever.
 ///          It waits for the guardian's permission; without it in flight it is done. A failsafe's `land` aborts in the
 ///          air, and goes back to waiting while it still stands.
 /// Thread:  owner.   RT: yes.

@@ -8,6 +8,8 @@ namespace {
 constexpr std::uint32_t kSightingsToAnchor = 5;    // averaged into the position of the pad
 constexpr std::uint32_t kRefusedToReopen = 12;     // sightings in a row, about 0.4 s
 constexpr std::uint32_t kRefusedToNewGround = 15;  // ranges in a row
+constexpr double kGroundMoves_s = 2;               // three new grounds in that time are none
+constexpr double kLostVelocity = 4;                // (m/s)^2: of a height that ran away
 constexpr double kSameGround_m = 0.3;              // ranges that differ by more do not show one new ground
 constexpr double kStuck_s = 0.25;                  // no sensor repeats one value for so long in flight
 constexpr double kVagueVelocity = 1.0;             // (m/s)^2: an aided vehicle that knows less uses the weak prior, too
@@ -173,20 +175,32 @@ void NavEstimator::add_range(const msg::RangeSample& s) {
     range_refused_in_row_ = 0;
     last_range_ = s.stamp;
   } else {
-    refuse_range(height_m);
+    refuse_range(s.stamp, height_m);
   }
 }
 
 /// Refused again and again with about the same height: over a crate, or past its edge. What jumps about is no ground.
-void NavEstimator::refuse_range(double height_m) {
+void NavEstimator::refuse_range(msg::Time stamp, double height_m) {
   if (range_refused_in_row_ == 0 || math::fabs(height_m - refused_height_m_) > kSameGround_m) {
     range_refused_in_row_ = 0;
     refused_height_m_ = height_m;
   }
   if (++range_refused_in_row_ < kRefusedToNewGround) return;
-  ground_z_m_ = filter_.state().p_world_m.z - height_m;
   range_refused_in_row_ = 0;
+  const bool moves = counters_.new_ground >= 2 && msg::seconds(stamp - ground_before_last_) < kGroundMoves_s;
   ++counters_.new_ground;
+  ground_before_last_ = last_ground_;
+  last_ground_ = stamp;
+  const double z_m = filter_.state().p_world_m.z;
+  if (!moves) {
+    ground_z_m_ = z_m - height_m;
+    return;
+  }
+  // It is the vehicle's height that runs away, after a shock that was more than the IMU measures.
+  filter_.reset_position(2, ground_z_m_ + height_m, square(kSameGround_m));
+  filter_.reopen_velocity(2, kLostVelocity);
+  history_.shift({0, 0, ground_z_m_ + height_m - z_m});
+  ++counters_.reopened_height;
 }
 
 /// On the ground the value may stand as the vehicle does.
@@ -245,15 +259,20 @@ void NavEstimator::add_pad(const msg::PadSighting& s) {
     return;
   }
   if (is_stuck(s)) return;
-  const auto then = history_.at(s.stamp);
+  auto then = history_.at(s.stamp);
   if (!then) {
     ++counters_.late_pad;
     return;
   }
   const math::Vec3 arm = then->q_world_base.rotate(params.p_base_camera);
   const math::Vec3 beam = then->q_world_base.rotate(params.q_base_optical.rotate(direction));
+  if (beam.z > -0.5) return;  // too flat for a distance from the height
+  if (!ground_seen()) {
+    use_pad_size(s, then->p_world_m.z + arm.z - ground_z_m_, -beam.z);
+    then = history_.at(s.stamp);
+  }
   const double camera_height_m = then->p_world_m.z + arm.z - ground_z_m_;
-  if (beam.z > -0.5 || camera_height_m < 0.02) return;  // too flat for a distance from the height
+  if (camera_height_m < 0.02) return;
   const math::Vec3 ray = beam * (camera_height_m / -beam.z);
   const math::Vec3 offset = arm + ray;
   const math::Vec3 seen = then->p_world_m + offset;
@@ -287,6 +306,21 @@ void NavEstimator::add_pad(const msg::PadSighting& s) {
     pad_refused_in_row_ = 0;
     ++counters_.reopened_position;
   }
+}
+
+bool NavEstimator::ground_seen() const {
+  return height_aided_ && msg::seconds(last_imu_ - last_range_) < params.range_lost_s;
+}
+
+/// `down`: how far one metre along the beam leads down.
+void NavEstimator::use_pad_size(const msg::PadSighting& s, double camera_height_m, double down) {
+  if (!(s.range_m > params.range_min_m) || !(s.range_m < params.range_max_m)) return;
+  std::array<Measurement, 1> row;
+  row[0].add(kErrP + 2, 1);
+  row[0].add(kErrV + 2, -msg::seconds(last_imu_ - s.stamp));
+  row[0].residual = s.range_m * down - camera_height_m;
+  row[0].variance = square(params.pad_range_share * s.range_m * down / s.confidence);
+  correct(row, &counters_.gated_pad_size, params.gate);
 }
 
 /// The first sightings say where the pad is; from then on each says where the vehicle is.
@@ -331,6 +365,7 @@ msg::NavState NavEstimator::output() const {
   n.height_valid = n.attitude_valid && height_aided_ && height_fresh;
   n.position_valid = n.height_valid && n.v_std_mps < params.valid_v_mps && n.p_std_m < params.valid_p_m;
   n.pad_known = pad_known_;
+  n.ground_seen = ground_seen();
   n.at_rest = rest_.at_rest() && motors_stopped_;
   return n;
 }

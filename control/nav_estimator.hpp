@@ -23,14 +23,17 @@ struct NavParams {
   double range_noise_m = 0.01, range_noise_share = 0.01, range_below_base_m = 0.04;
   double baro_noise_m = 0.5, baro_offset_time_s = 5.0;
   double pad_noise_m = 0.01, pad_noise_share = 0.02;  // of the distance
+  double pad_range_share = 0.1;  // its size shows the distance to 5 %, 8 % where the image cuts it; an error that stays
   double pad_min_confidence = 0.5;
   math::Vec3 p_base_camera{0, 0, -0.04};
   math::Quat q_base_optical{0, 0.70710678118654752, -0.70710678118654752, 0};  // looks down, top of image forward
   double valid_tilt_rad = 0.09, valid_v_mps = 0.6, valid_p_m = 3.0, valid_height_age_s = 1.0;
+  double range_lost_s = 0.3;  // without a range that fits: the height comes from barometer and size of the pad
 };
 
 /// Attitude, velocity, position and biases from whatever sensors there are: inertial samples alone give the attitude;
-/// range finder or barometer add height, sightings of the landing pad the horizontal position.
+/// range finder or barometer add height, sightings of the landing pad the horizontal position. Without a range finder
+/// that fits, the size of the pad is the height above it: the barometer alone is off by half a metre within a minute.
 /// Frames:  world z up; origin on the ground below the start, x as the vehicle looked then. The pad does not move.
 /// Late sightings are compared with the pose of their own instant; the correction is applied to the present one
 /// through its velocity (p(then) = p - v * delay), the turn of the attitude error in between is neglected.
@@ -41,11 +44,12 @@ class NavEstimator {
     std::uint32_t refused_imu = 0;  // not finite, beyond what an IMU measures, or older than the last
     std::uint32_t same_imu = 0;     // a second time
     std::uint32_t gaps = 0;         // starts anew after a gap
-    std::uint32_t gated_range = 0, gated_pad = 0, gated_baro = 0;
+    std::uint32_t gated_range = 0, gated_pad = 0, gated_pad_size = 0, gated_baro = 0;
     std::uint32_t stuck_range = 0;        // the very same value for too long in flight
     std::uint32_t stuck_pad = 0;          // likewise the very same sighting: a frozen picture
     std::uint32_t late_pad = 0;           // older than the history
     std::uint32_t new_ground = 0;         // ground level taken anew after many refused ranges
+    std::uint32_t reopened_height = 0;    // height and its speed taken anew: the ground moved again and again
     std::uint32_t reopened_position = 0;  // position taken anew after many refused sightings
   };
 
@@ -71,10 +75,12 @@ class NavEstimator {
   void level(const math::Vec3& accel_mps2, msg::Time stamp);
   void use_rest();
   void use_prior(double dt_s);
+  bool ground_seen() const;
+  void use_pad_size(const msg::PadSighting& s, double camera_height_m, double down);
   void anchor_pad(const math::Vec3& seen);
   bool is_stuck(const msg::RangeSample& s);
   bool is_stuck(const msg::PadSighting& s);
-  void refuse_range(double height_m);
+  void refuse_range(msg::Time stamp, double height_m);
   void correct(std::span<const Measurement> rows, std::uint32_t* refused, double gate);
   Measurement gravity_row(int axis, const math::Vec3& f_world_mps2, double sigma) const;
 
@@ -94,6 +100,7 @@ class NavEstimator {
   math::Vec3 pad_world_m_;
   std::uint32_t pad_sightings_ = 0, pad_refused_in_row_ = 0, range_refused_in_row_ = 0;
   double refused_height_m_ = 0;  // the first of that row
+  msg::Time last_ground_, ground_before_last_;
   double last_range_m_ = 0;
   msg::Time range_changed_;
   msg::Vec3 last_pad_direction_;

@@ -22,7 +22,7 @@ struct ThreadOptions {
   int fifo_priority = 0;                 // SCHED_FIFO 1..99; 0 = ordinary
   std::vector<int> cpus;                 // empty: any
   std::size_t stack_bytes = 256 * 1024;  // prefaulted
-  int nice = 0;                          // ordinary priority: 1..19 gives way to others
+  int nice = 0;                          // ordinary priority: 1..19 gives way; -20..-1 goes before, where permitted
 };
 
 class Thread {

@@ -24,8 +24,8 @@ struct NavState {
   std::uint32_t height_valid = 0;    // height and vertical speed
   std::uint32_t position_valid = 0;  // these and the horizontal ones
   std::uint32_t pad_known = 0;
-  std::uint32_t at_rest = 0;  // stands still with stopped motors
-  std::uint32_t reserved = 0;
+  std::uint32_t at_rest = 0;      // stands still with stopped motors
+  std::uint32_t ground_seen = 0;  // the range finder measures the height; else it is carried on by barometer and pad
 };
 
 enum class FlightMode : std::uint32_t { idle = 0, velocity = 1, position = 2 };
@@ -115,7 +115,7 @@ struct Description<NavState> {
       field<&NavState::height_m>("m", "above ground"), field<&NavState::tilt_std_rad>("rad"),
       field<&NavState::p_std_m>("m"), field<&NavState::v_std_mps>("m/s"), field<&NavState::attitude_valid>("1"),
       field<&NavState::height_valid>("1"), field<&NavState::position_valid>("1"), field<&NavState::pad_known>("1"),
-      field<&NavState::at_rest>("1"), field<&NavState::reserved>("1"));
+      field<&NavState::at_rest>("1"), field<&NavState::ground_seen>("1", "by the range finder"));
 };
 
 template <>

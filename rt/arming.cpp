@@ -10,34 +10,27 @@ using msg::FailsafeAction;
 Arming::Arming(GuardianSpec::Arming mode, const std::vector<FailsafeSpec>& failsafes)
     : mode_(mode), failsafes_(failsafes), latched_at_(failsafes.size()) {}
 
-void Arming::declare_state(Declaration& d) {
-  d.state(latched_at_, permitted_, ready_, live_, held_, latched_, acted_, action_);
-}
+void Arming::declare_state(Declaration& d) { d.state(is_, latched_at_); }
 
-void Arming::reset() {
-  permitted_ = ready_ = live_ = held_ = cut_off_ = false;
-  acted_ = 0;
-  disarmed_ = {};
-  forget();
-}
+void Arming::reset() { is_ = {}; }
 
 void Arming::forget() noexcept {
-  latched_ = 0;
-  action_ = FailsafeAction::none;
+  is_.latched = 0;
+  is_.action = FailsafeAction::none;
 }
 
 bool Arming::arm() noexcept {
-  if (permitted_ || ready_) {
-    permitted_ = true;
-    held_ = false;
+  if (is_.permitted || is_.ready) {
+    is_.permitted = true;
+    is_.held = false;
   }
-  return permitted_;
+  return is_.permitted;
 }
 
 void Arming::disarm() noexcept {
-  cut_off_ = cut_off_ || live_;
-  permitted_ = ready_ = live_ = false;
-  held_ = true;
+  is_.cut_off = is_.cut_off || is_.live;
+  is_.permitted = is_.ready = is_.live = false;
+  is_.held = true;
   forget();
 }
 
@@ -46,30 +39,31 @@ void Arming::act(const Facts& facts) noexcept {
   for (std::size_t i = 0; i < failsafes_.size(); ++i) {
     const std::uint32_t bit = 1u << i;
     const FailsafeSpec& f = failsafes_[i];
-    if ((facts.conditions & bit) && !(latched_ & bit)) {
-      latched_ |= bit;
+    if ((facts.conditions & bit) && !(is_.latched & bit)) {
+      is_.latched |= bit;
       latched_at_[i] = facts.now;
-      action_ = std::max(action_, f.action);
+      is_.action = std::max(is_.action, f.action);
     }
-    if ((latched_ & bit) && f.stop_after && facts.now - latched_at_[i] >= *f.stop_after) action_ = FailsafeAction::stop;
+    if ((is_.latched & bit) && f.stop_after && facts.now - latched_at_[i] >= *f.stop_after)
+      is_.action = FailsafeAction::stop;
   }
-  acted_ |= latched_;
-  if (action_ == FailsafeAction::stop) permitted_ = false;
+  is_.acted |= is_.latched;
+  if (is_.action == FailsafeAction::stop) is_.permitted = false;
 }
 
 void Arming::step(const Facts& facts) noexcept {
-  if (std::exchange(cut_off_, false)) disarmed_ = facts.now;
-  const bool was_live = live_;
-  live_ = permitted_ && facts.commanded;
-  if (live_)
+  if (std::exchange(is_.cut_off, false)) is_.disarmed = facts.now;
+  const bool was_live = is_.live;
+  is_.live = is_.permitted && facts.commanded;
+  if (is_.live)
     act(facts);
-  else if (permitted_ && (was_live || facts.conditions))
-    permitted_ = false;
+  else if (is_.permitted && (was_live || facts.conditions))
+    is_.permitted = false;
   const bool automatic = mode_ == GuardianSpec::Arming::automatic;
   if (automatic && !facts.commanded) forget();
-  ready_ = !facts.conditions && !latched_ && facts.groups_good && (facts.idle || !wants_idle());
-  if (automatic && !held_ && ready_) permitted_ = true;
-  live_ = permitted_ && facts.commanded;
+  is_.ready = !facts.conditions && !is_.latched && facts.groups_good && (facts.idle || !wants_idle());
+  if (automatic && !is_.held && is_.ready) is_.permitted = true;
+  is_.live = is_.permitted && facts.commanded;
 }
 
 }  // namespace sinew::rt

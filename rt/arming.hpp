@@ -36,29 +36,32 @@ class Arming {
   void disarm() noexcept;
   void step(const Facts& facts) noexcept;
 
-  bool permitted() const { return permitted_; }
-  bool ready() const { return ready_; }
+  bool permitted() const { return is_.permitted; }
+  bool ready() const { return is_.ready; }
   /// Idle commands are asked for.
-  bool wants_idle() const { return mode_ == GuardianSpec::Arming::manual || held_ || latched_ != 0; }
-  msg::FailsafeAction action() const { return action_; }
-  std::uint32_t latched() const { return latched_; }
-  std::uint32_t acted() const { return acted_; }
+  bool wants_idle() const { return mode_ == GuardianSpec::Arming::manual || is_.held || is_.latched != 0; }
+  msg::FailsafeAction action() const { return is_.action; }
+  std::uint32_t latched() const { return is_.latched; }
+  std::uint32_t acted() const { return is_.acted; }
   /// The step that saw the last disarm() in flight; 0: there was none.
-  Time disarmed() const { return disarmed_; }
+  Time disarmed() const { return is_.disarmed; }
 
  private:
   void act(const Facts& facts) noexcept;
   void forget() noexcept;
 
-  GuardianSpec::Arming mode_;
-  std::vector<FailsafeSpec> failsafes_;
-  std::vector<Time> latched_at_;
-  bool permitted_ = false, ready_ = false, live_ = false;
-  bool held_ = false;     // by disarm(), until arm()
-  bool cut_off_ = false;  // by a disarm() in flight that no step has seen yet
-  Time disarmed_{};
-  std::uint32_t latched_ = 0, acted_ = 0;
-  msg::FailsafeAction action_ = msg::FailsafeAction::none;
+  struct State {
+    bool permitted = false, ready = false, live = false;
+    bool held = false;     // by disarm(), until arm()
+    bool cut_off = false;  // by a disarm() in flight that no step has seen yet
+    Time disarmed{};
+    std::uint32_t latched = 0, acted = 0;
+    msg::FailsafeAction action = msg::FailsafeAction::none;
+  };
+  const GuardianSpec::Arming mode_;
+  const std::vector<FailsafeSpec> failsafes_;
+  State is_;
+  std::vector<Time> latched_at_;  // of those that are latched
 };
 
 }  // namespace sinew::rt

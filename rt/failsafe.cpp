@@ -87,7 +87,8 @@ std::vector<std::string> number_paths(const msg::TypeInfo& type) {
 
 void Failsafe::declare(Declaration& d) {
   d.in(port_name(spec_), port_, {.supervises = true});
-  d.state(before_, any_, bad_, sequence_, since_, measured_);
+  if (spec_.kind == FailsafeSpec::Kind::stuck) d.state(any_, sequence_, since_, before_);
+  if (spec_.kind == FailsafeSpec::Kind::value) d.state(any_, sequence_, since_, bad_, measured_);
 }
 
 void Failsafe::configure() {

@@ -51,7 +51,7 @@ void Guardian::declare(Declaration& d) {
   for (const auto& g : groups_) {
     d.in(g->spec.name + "_command", g->command);
     d.out(g->spec.name, g->state);
-    d.state(g->mode, g->faults, g->fault_events, g->device_refused, g->has_good, g->good, g->good_published);
+    d.state(g->faults, g->fault_events, g->has_good, g->good, g->good_published);
   }
   d.out("state", state_);
   for (const auto& f : failsafes_) f->declare(d);

@@ -47,7 +47,6 @@ class InputBase {
   friend class Latch;
   friend class SavedState;
   friend class StepAgain;
-  friend class StepPorts;
   /// Per chain in `carried_chains` the oldest origin of what is held and of what `oldest_ns` has.
   void merge_origins(std::uint32_t carried_chains, std::int64_t (&oldest_ns)[kMaxChains]) const noexcept;
 

@@ -23,8 +23,6 @@ class StepPorts {
   virtual const InputBase* input(std::uint32_t port) const noexcept = 0;
   /// Of this step (outputs) or of the collect() before it (raw topics), oldest first.
   virtual std::span<const SlotHeader* const> published(std::uint32_t port) const noexcept = 0;
-  /// Whether a latest input held another message than in the step before.
-  bool updated(std::uint32_t port) const noexcept { return input(port) && input(port)->updated_; }
   /// What the module goes on from: rt/saved_state.hpp. `to` has state_bytes(), which never change after configure().
   /// RT: yes; a copy of so many bytes.
   virtual std::size_t state_bytes() const noexcept = 0;

@@ -26,7 +26,7 @@ class StepAgain {
   /// a run.
   struct Input {
     std::span<const SlotHeader* const> messages{};  // oldest first; each header with its message behind it
-    bool updated = false;                           // StepPorts::updated()
+    bool updated = false;                           // InputBase::updated()
     std::uint32_t dropped = 0;                      // InputBase::dropped()
   };
   StepAgain(Graph& graph, std::uint32_t module);

@@ -132,7 +132,7 @@ class LinuxThread final : public Thread {
     }
     // For ordinary priority, which else may wake 50 us late on purpose; SCHED_FIFO has no slack. Never refused.
     prctl(PR_SET_TIMERSLACK, 1UL);
-    if (options_.nice > 0) setpriority(PRIO_PROCESS, 0, options_.nice);  // of this thread; giving way is never refused
+    if (options_.nice != 0) setpriority(PRIO_PROCESS, 0, options_.nice);  // of this thread; it runs all the same
     prefault_stack(options_.stack_bytes);
   }
 

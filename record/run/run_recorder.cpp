@@ -48,7 +48,7 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
         pace_(pace),
         description_(std::move(description)),
         options_(options),
-        log_(graph, options.log_bytes),
+        log_(graph, options.log_room),
         budget_(options.pixel_bytes_per_s),
         batches_(graph.threads().size()),
         lost_entries_(graph.threads().size()),
@@ -72,7 +72,8 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     os_ = &os;
     hal::ThreadOptions thread;
     thread.name = "recorder";
-    thread.stack_bytes = 256 * 1024;
+    thread.stack_bytes = 128 * 1024;
+    thread.nice = -10;  // still below everything real-time, but not starved by what else the machine does
     auto started = os.start_thread(thread, [this] { follow(); });
     if (!started) return started.error();
     thread_ = std::move(*started);

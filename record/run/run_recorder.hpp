@@ -13,10 +13,10 @@ namespace sinew::record {
 
 struct RecorderOptions {
   SplitOptions files{.writer = {.chunk_bytes = 256 * 1024}};
-  std::vector<std::string> topics{};        // none: all
-  std::map<std::string, double> rate_hz{};  // at most so many messages of a topic
-  double pixel_bytes_per_s = 5e6;           // images beyond it are recorded without their pixels
-  std::size_t log_bytes = 64 * 1024;        // of each thread's steps, until they are read
+  std::vector<std::string> topics{};                       // none: all
+  std::map<std::string, double> rate_hz{};                 // at most so many messages of a topic
+  double pixel_bytes_per_s = 5e6;                          // images beyond it are recorded without their pixels
+  rt::Duration log_room = std::chrono::milliseconds(500);  // of steps that wait to be read
   rt::Duration poll = std::chrono::milliseconds(10);
 };
 

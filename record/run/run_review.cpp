@@ -6,6 +6,7 @@
 #include <unordered_map>
 
 #include "math/hash.hpp"
+#include "record/run/replay.hpp"
 #include "record/run/run_messages.hpp"
 
 namespace sinew::record {
@@ -71,12 +72,12 @@ class Review {
   explicit Review(Reader& reader) : reader_(reader) {}
 
   RunReview run() {
-    result_.run = metadata_named(reader_, "sinew.run");
-    result_.said_verdict = metadata_named(reader_, "sinew.verdict");
-    result_.said_losses = metadata_named(reader_, "sinew.losses");
+    result_.run = read_metadata(reader_, "sinew.run");
+    result_.said_verdict = read_metadata(reader_, "sinew.verdict");
+    result_.said_losses = read_metadata(reader_, "sinew.losses");
     result_.ended = !result_.said_verdict.empty();
     unix_ns_ = number_of<std::int64_t>(result_.run["unix_ns"]);
-    edited_ = !metadata_named(reader_, kEditedName).empty();
+    edited_ = !read_metadata(reader_, kEditedName).empty();
     if (reader_.statistics()) end_ = robot_time(reader_.statistics()->end_time);
     result_.is_part = edited_ || number_of<unsigned>(result_.run["part"]) > 0;
     if (!find_graph()) return std::move(result_);
@@ -132,9 +133,9 @@ class Review {
   }
 
   bool find_graph() {
-    for (const auto& [key, name] : metadata_named(reader_, "sinew.threads")) threads_.emplace_back().name = name;
-    for (const auto& [key, name] : metadata_named(reader_, "sinew.modules")) modules_.emplace_back().name = name;
-    const Texts graph = metadata_named(reader_, "sinew.graph");
+    for (const auto& [key, name] : read_metadata(reader_, "sinew.threads")) threads_.emplace_back().name = name;
+    for (const auto& [key, name] : read_metadata(reader_, "sinew.modules")) modules_.emplace_back().name = name;
+    const Texts graph = read_metadata(reader_, "sinew.graph");
     for (const auto& [key, value] : graph) {
       const std::size_t dot = std::min(key.find('.'), key.size());
       const auto index = number_of<std::size_t>(std::string_view(key).substr(0, dot));
@@ -278,7 +279,7 @@ class Review {
 
   /// What was lost at the end only the totals tell.
   void judge_ends() {
-    const Texts entries = metadata_named(reader_, "sinew.entries");
+    const Texts entries = read_metadata(reader_, "sinew.entries");
     for (const auto& [key, total] : entries) {
       const auto index = number_of<std::size_t>(key);
       const auto n = number_of<std::uint64_t>(total);
@@ -286,7 +287,7 @@ class Review {
       Thread& t = threads_[index];
       if (n > t.next) t.lost.add(n - t.next, t.newest);
     }
-    for (const auto& [name, newest] : metadata_named(reader_, "sinew.newest"))
+    for (const auto& [name, newest] : read_metadata(reader_, "sinew.newest"))
       if (const auto known = topic_by_name_.find(name); known != topic_by_name_.end() && !edited_)
         skipped(topics_[known->second], number_of<std::uint32_t>(newest) + 1, end_);
     for (const Thread& t : threads_)
@@ -348,15 +349,6 @@ class Review {
 };
 
 }  // namespace
-
-Texts metadata_named(Reader& reader, std::string_view name) {
-  for (const MetadataIndex& index : reader.metadata()) {
-    Metadata metadata;
-    Problem why;
-    if (index.name == name && reader.read(index, metadata, why)) return std::move(metadata.values);
-  }
-  return {};
-}
 
 RunReview review(Reader& reader) { return Review(reader).run(); }
 

@@ -21,9 +21,6 @@ struct RunReview {
   std::vector<std::string> differences;         // in words: where what it says is not what is in it
 };
 
-/// The metadata of this name; of several the first.
-Texts metadata_named(Reader& reader, std::string_view name);
-
 /// Reads everything twice: the messages, then the steps that name them. What cannot be read counts as lost.
 RunReview review(Reader& reader);
 

@@ -1,5 +1,6 @@
 #include "record/run/step_log.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
 
@@ -45,6 +46,18 @@ template <class T>
 const std::uint32_t* get(const std::uint32_t* from, T& value) {
   std::memcpy(static_cast<void*>(&value), from, sizeof value);
   return from + words_of<T>();
+}
+
+/// A device thread says nothing of its rate: that of a fast camera.
+double cycles_per_s(const rt::Graph& graph, const rt::GraphThread& thread) {
+  constexpr double kDevice_hz = 100;
+  if (thread.spec.period.count() > 0) return 1 / msg::seconds(thread.spec.period);
+  for (std::uint32_t topic = 0; topic < graph.topics().size(); ++topic) {
+    const std::uint32_t writer = graph.topics()[topic].writer;
+    const bool ours = std::find(thread.modules.begin(), thread.modules.end(), writer) != thread.modules.end();
+    if (const double hz = ours ? graph.planned_rate_hz(topic) : 0; hz > 0) return hz;
+  }
+  return kDevice_hz;
 }
 
 constexpr std::uint32_t kUpdated = 0x80000000, kList = 0x40000000, kCount = 0x3FFFFFFF;
@@ -133,13 +146,17 @@ class StepLog::Ring {
   std::uint64_t read_ = 0;  // the reader's
 };
 
-StepLog::StepLog(const rt::Graph& graph, std::size_t bytes)
+StepLog::StepLog(const rt::Graph& graph, rt::Duration room)
     : chains_(static_cast<std::uint32_t>(graph.chains().size())), order_(graph.threads().size()) {
   for (const rt::GraphModule& m : graph.modules()) ports_.emplace_back(m, chains_);
   for (const rt::GraphThread& t : graph.threads()) {
-    std::size_t largest = words_of<RequestEntry>();
-    for (const std::uint32_t m : t.modules) largest = std::max<std::size_t>(largest, ports_[m].words);
-    rings_.push_back(std::make_unique<Ring>(std::max(bytes / sizeof(std::uint32_t), 8 * largest)));
+    std::size_t cycle = 0, largest = words_of<RequestEntry>();
+    for (const std::uint32_t m : t.modules) {
+      cycle += ports_[m].words;
+      largest = std::max<std::size_t>(largest, ports_[m].words);
+    }
+    const auto cycles = static_cast<std::size_t>(cycles_per_s(graph, t) * msg::seconds(room));
+    rings_.push_back(std::make_unique<Ring>(std::max(cycles * cycle, 8 * largest)));
     bytes_ += rings_.back()->bytes();
   }
 }

@@ -48,8 +48,8 @@ struct LoggedRequest {
 /// RT:      completed(), taken(): no allocation, lock or system call.
 class StepLog final : public rt::RunObserver {
  public:
-  /// `bytes`: of each thread's ring, at least; a ring holds a few of the largest entries in any case.
-  StepLog(const rt::Graph& graph, std::size_t bytes);
+  /// `room`: each thread's ring holds the steps of so long, at the rate that the robot file plans; a few in any case.
+  StepLog(const rt::Graph& graph, rt::Duration room);
   ~StepLog() override;
 
   void completed(const rt::StepRecord& record) noexcept override;

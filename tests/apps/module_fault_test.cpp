@@ -38,6 +38,7 @@ struct Outcome {
     stops,     // no more commands: the actuators' safe action when the lease of the last one is over
     at_once,   // the guardian refuses the first broken command
     failsafe,  // this condition acts when it is due, and the vehicle lands
+    unseen,    // no range fits any more: the estimator says so after its time, ground_unseen acts, and it lands
     nothing,   // the flight goes on to its end
     bounded,   // whatever it comes to, only valid commands reach the motors
   } kind;
@@ -46,6 +47,7 @@ struct Outcome {
 Outcome stops() { return {Outcome::Kind::stops}; }
 Outcome at_once() { return {Outcome::Kind::at_once}; }
 Outcome failsafe(std::string name) { return {Outcome::Kind::failsafe, std::move(name)}; }
+Outcome unseen() { return {Outcome::Kind::unseen}; }
 Outcome nothing(std::string why) { return {Outcome::Kind::nothing, std::move(why)}; }
 Outcome bounded(std::string why) { return {Outcome::Kind::bounded, std::move(why)}; }
 
@@ -92,8 +94,8 @@ std::map<std::string, Outcome> table() {
       {"position_attitude_out_of_range", stops()},
       {"position_attitude_too_fast", stops()},
       {"position_attitude_bit_flipped", bounded(kValid)},
-      {"range_raw_not_a_number", nothing("means that nothing is in range: the barometer gives the height")},
-      {"range_raw_out_of_range", nothing("refused: the barometer gives the height")},
+      {"range_raw_not_a_number", unseen()},
+      {"range_raw_out_of_range", unseen()},
       {"range_raw_too_fast", nothing("the same height many times")},
       {"range_raw_bit_flipped", bounded(kValid)},
       {"baro_disabled", nothing("the range finder gives the height")},
@@ -211,6 +213,20 @@ class ModuleFault : public ::testing::TestWithParam<Cell> {
     EXPECT_LE((f.actions[0].at - due).count(), rt::Guardian::check_interval(f.spec.actuators).count());
     expect_landed(f);
   }
+  /// The last range that fitted is at most its period before the fault; a state and a guardian's step come each
+  /// millisecond.
+  static void expect_ground_unseen(FaultFlight& f) {
+    const auto& all = f.spec.failsafes;
+    const auto it = std::find_if(all.begin(), all.end(), [](const auto& s) { return s.name == "ground_unseen"; });
+    ASSERT_NE(it, all.end());
+    ASSERT_FALSE(f.actions.empty());
+    EXPECT_EQ(f.actions[0].state.action, FailsafeAction::land);
+    EXPECT_EQ(f.actions[0].state.acted, 1u << (it - all.begin()));
+    const Duration after = f.actions[0].at - kFault, due = 300ms + it->time;
+    EXPECT_GE(after.count(), (due - 20ms).count());
+    EXPECT_LE(after.count(), (due + 3ms).count());
+    expect_landed(f);
+  }
   /// Stopped after its tenth fault in a row, and nobody else is.
   static void expect_only_this_module_stopped(FaultFlight& f) {
     for (std::uint32_t m = 0; m < f.graph->modules().size(); ++m) {
@@ -257,6 +273,8 @@ TEST_P(ModuleFault, EndsAsConfigured) {
       return expect_stopped_at_once(f);
     case Outcome::Kind::failsafe:
       return expect_failsafe(f, expected.why);
+    case Outcome::Kind::unseen:
+      return expect_ground_unseen(f);
     case Outcome::Kind::nothing:
       return expect_nothing(f);
     case Outcome::Kind::bounded:

@@ -19,7 +19,7 @@ struct Follower {
   std::vector<MissionPhase> phases;
 
   Follower() {
-    nav.attitude_valid = nav.height_valid = nav.position_valid = 1;
+    nav.attitude_valid = nav.height_valid = nav.position_valid = nav.ground_seen = 1;
     nav.p_world_m.z = nav.height_m = 0.12;
     nav.pad_world_m = {0.7, -0.4, 0};
   }
@@ -194,6 +194,109 @@ TEST(MissionPlan, WhatFloatsForSecondsBeforeItSinksIsNotOnTheGround) {
     ASSERT_EQ(f.plan.state().phase, MissionPhase::descend);
   }
   EXPECT_TRUE(f.run_to(MissionPhase::done));
+}
+
+TEST(MissionPlan, AHeightThatNoRangeFinderMeasuresStopsNoMotorInTheAir) {
+  Follower f;
+  ASSERT_TRUE(f.run_to(MissionPhase::search));
+  f.plan.set_safety({true, msg::FailsafeAction::land});
+  f.nav.ground_seen = 0;
+  const double above = 0.4;  // of what the barometer believes
+  f.nav.p_world_m.z = 0.7;
+  while (f.nav.p_world_m.z > 0.125) {
+    f.step();
+    f.nav.height_m = f.nav.p_world_m.z - above;
+    f.nav.v_world_mps.z = -0.1;  // and slower than it is
+    ASSERT_EQ(f.plan.state().phase, MissionPhase::abort) << f.nav.p_world_m.z;
+  }
+}
+
+TEST(MissionPlan, GroundIsFeltThoughTheEstimateRisesAndTheVehicleRocks) {
+  Follower f;
+  ASSERT_TRUE(f.run_to(MissionPhase::search));
+  f.plan.set_safety({true, msg::FailsafeAction::land});
+  f.nav.ground_seen = 0;
+  for (int i = 0; i < 600; ++i) {
+    f.step();
+    f.nav.p_world_m.z = f.nav.height_m = 0.5;
+    f.nav.v_world_mps.z = i % 40 < 10 ? -0.2 : 0.1;
+  }
+  EXPECT_EQ(f.plan.state().phase, MissionPhase::done);
+}
+
+TEST(MissionPlan, WithoutTheRangeFinderItSinksSlowlyFromHigherUp) {
+  Follower f;
+  const MissionParams& p = f.plan.params;
+  ASSERT_TRUE(f.run_to(MissionPhase::search));
+  f.plan.set_safety({true, msg::FailsafeAction::land});
+  for (const bool seen : {true, false})
+    for (const double height : {p.slow_below_m + 0.1, p.slow_below_m + p.slow_unseen_m + 0.1}) {
+      f.nav.ground_seen = seen;
+      f.nav.p_world_m.z = f.nav.height_m = height;
+      f.step();
+      const bool fast = seen || height > p.slow_below_m + p.slow_unseen_m;
+      EXPECT_EQ(f.plan.setpoint().v_world_mps.z, fast ? -p.sink_fast_mps : -p.sink_slow_mps) << seen << ' ' << height;
+    }
+}
+
+TEST(MissionPlan, OnTheGroundItDoesNotClimbAgainBecauseItSeesNoPad) {
+  Follower f;
+  ASSERT_TRUE(f.run_to(MissionPhase::descend));
+  f.run(0.5);
+  f.pad_in_sight = false;
+  for (int i = 0; i < 2000 && f.plan.state().phase == MissionPhase::descend; ++i) {
+    f.step();
+    f.nav.p_world_m.z = f.nav.height_m = 0.7;  // half a metre more than there is
+    f.nav.v_world_mps = {};
+  }
+  EXPECT_EQ(f.plan.state().phase, MissionPhase::touchdown);
+}
+
+TEST(MissionPlan, AClimbThatGetsNowhereIsAborted) {
+  Follower f;
+  ASSERT_TRUE(f.run_to(MissionPhase::climb));
+  for (double s = 0; s < f.plan.params.climb_limit_s + 0.1; s += 0.005) {
+    f.step();
+    f.nav.p_world_m.z = f.nav.height_m = 0.5;
+  }
+  EXPECT_EQ(f.plan.state().phase, MissionPhase::abort);
+}
+
+TEST(MissionPlan, WhatNeverSettlesAboveThePadDescendsInTheEnd) {
+  Follower f;
+  ASSERT_TRUE(f.run_to(MissionPhase::hold));
+  for (double s = 0; s < f.plan.params.hold_limit_s - 0.1; s += 0.005) {
+    f.step();
+    f.nav.v_world_mps.z = 0.3;
+    ASSERT_EQ(f.plan.state().phase, MissionPhase::hold);
+  }
+  f.run(0.2);
+  EXPECT_EQ(f.plan.state().phase, MissionPhase::descend);
+}
+
+TEST(MissionPlan, WhatFallsDoesNotGoOnClimbing) {
+  Follower f;
+  ASSERT_TRUE(f.run_to(MissionPhase::climb));
+  f.run(1);
+  f.nav.v_world_mps.z = -1.4;
+  f.step();
+  EXPECT_EQ(f.plan.state().phase, MissionPhase::climb);
+  f.nav.v_world_mps.z = -1.6;
+  f.step();
+  EXPECT_EQ(f.plan.state().phase, MissionPhase::abort);
+}
+
+TEST(MissionPlan, AnAbortEndsWhateverTheEstimateSays) {
+  Follower f;
+  ASSERT_TRUE(f.run_to(MissionPhase::search));
+  f.plan.set_safety({true, msg::FailsafeAction::land});
+  for (double s = 0; s < f.plan.params.abort_limit_s + 0.1; s += 0.005) {
+    f.step();
+    f.nav.p_world_m.z = f.nav.height_m = 2;
+    f.nav.v_world_mps.z = -8;  // sinks, and never gets lower
+  }
+  EXPECT_EQ(f.plan.state().phase, MissionPhase::done);
+  EXPECT_FALSE(f.plan.setpoint().armed);
 }
 
 constexpr MissionSafety kLand{true, msg::FailsafeAction::land}, kNotPermitted{false, msg::FailsafeAction::none},

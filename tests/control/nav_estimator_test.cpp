@@ -51,6 +51,7 @@ struct Vehicle {
     s.stamp = {now_ns};
     const Vec3 optical = Vec3{-seen.y, -seen.x, -seen.z} / norm(seen);
     s.direction_optical = normalized(optical + Vec3{pixel_noise.normal(0, 2e-4), 0, 0}).to<msg::Vec3>();
+    s.range_m = norm(seen);
     s.found = 1;
     s.confidence = 0.9;
     return s;
@@ -327,6 +328,62 @@ TEST(NavEstimator, RangeThatStaysAtOneValueInFlightIsNotFollowed) {
   EXPECT_NEAR(h.nav.output().height_m, h.v.p_world_m.z, 0.4) << "and not 1.5 m";
   h.run(1, [&](int) { return h.v.range().range_m; });
   EXPECT_NEAR(h.nav.output().height_m, h.v.p_world_m.z, 0.1) << "it speaks again";
+}
+
+TEST(NavEstimator, SaysWhenNoRangeFitsAnyMore) {
+  Hover h;
+  EXPECT_TRUE(h.nav.output().ground_seen);
+  h.run(0.2, [](int) { return math::kNan; });
+  EXPECT_TRUE(h.nav.output().ground_seen);
+  h.run(0.2, [](int) { return math::kNan; });
+  EXPECT_FALSE(h.nav.output().ground_seen);
+  h.run(0.1, [&](int) { return h.v.range().range_m; });
+  EXPECT_TRUE(h.nav.output().ground_seen);
+}
+
+TEST(NavEstimator, WithoutRangesTheSizeOfThePadIsTheHeight) {
+  for (const bool sized : {true, false}) {
+    Hover h;
+    const double start_m = h.v.p_world_m.z;
+    double weather_pa = 0;
+    for (int i = 0; i < 20000; ++i) {
+      ASSERT_TRUE(h.nav.add_imu(h.v.imu_after(kMs)));
+      if (i % 20 == 0) {
+        weather_pa += 0.01;  // 10 Pa in all: 0.85 m down, says the barometer
+        msg::BaroSample b;
+        b.stamp = {h.v.now_ns};
+        b.temperature_c = 22;
+        b.pressure_pa = 100900 - 11.7 * h.v.p_world_m.z + weather_pa + h.v.noise.normal(0, 2);
+        h.nav.add_baro(b);
+      }
+      if (i % 33 == 0) {
+        msg::PadSighting s = h.v.pad({0.3, 0.2, 0});
+        s.range_m = sized ? 1.05 * s.range_m : math::kNan;
+        h.nav.add_pad(s);
+      }
+    }
+    const double error_m = math::fabs(h.nav.output().height_m - start_m);
+    if (sized)
+      EXPECT_LT(error_m, 0.25);
+    else
+      EXPECT_GT(error_m, 0.5) << "what the barometer alone makes of it";
+  }
+}
+
+TEST(NavEstimator, GroundThatMovesAgainAndAgainIsAHeightThatRanAway) {
+  Hover h;
+  h.v.p_world_m.z += 0.5;
+  h.v.v_world_mps = {};
+  for (int i = 0; i < 100; ++i) {  // a shock of 3 m/s that the vehicle stops and the IMU does not show
+    msg::ImuSample s = h.v.imu_after(kMs);
+    s.accel_mps2.z += 30;
+    ASSERT_TRUE(h.nav.add_imu(s));
+  }
+  h.run(3, [&](int) { return h.v.range().range_m; });
+  const msg::NavState n = h.nav.output();
+  EXPECT_GT(h.nav.counters().reopened_height, 0u);
+  EXPECT_NEAR(n.v_world_mps.z, 0, 0.1);
+  EXPECT_NEAR(n.height_m, h.v.p_world_m.z, 0.1);
 }
 
 TEST(NavEstimator, PictureThatIsFrozenInFlightMovesNothing) {

@@ -65,7 +65,7 @@ class Mixed final : public Module {
     return {};
   }
   void reset() override {
-    memory_ = {.gain = memory_.gain};
+    memory_ = {.sum = static_cast<std::uint64_t>(1000 * memory_.gain), .gain = memory_.gain};
     std::fill(ring_.begin(), ring_.end(), 0);
   }
   Status step(const Step& step) noexcept override {
@@ -84,6 +84,7 @@ class Mixed final : public Module {
     if (step.number % 3 != 0) return Status::ok;
     Pair& some = some_.loan();
     some.stamp = step.now;
+    some.number = memory_.news / 8;
     some.value[0] = std::bit_cast<double>(0xFFF8000000000000 | step.number);  // a NaN of some bits
     return Status::ok;
   }
@@ -130,7 +131,8 @@ class Commander final : public Module {
     c.stamp = step.now;
     c.count = 2;
     c.armed = step.number > 10;
-    c.value[0] = step.number > 20 ? step.random.uniform() : 0;
+    const bool idle = step.number < 20 || (step.number > 245 && step.number < 320);
+    c.value[0] = idle ? 0 : step.random.uniform();
     return Status::ok;
   }
 
@@ -192,16 +194,23 @@ inline GraphSpec test_spec() {
   a.command = {"commander.out", 0};
   a.channels = 2;
   a.max = 1;
+  a.rate_per_s = 950;
   a.lease = 10ms;
-  FailsafeSpec& f = spec.failsafes.emplace_back();
-  f.name = "sampler_silent";
-  f.topic = {"sampler.out", 0};
-  f.time = 50ms;
-  FailsafeSpec& g = spec.failsafes.emplace_back();
-  g.name = "shaky_stuck";
-  g.topic = {"shaky.out", 0};
-  g.kind = FailsafeSpec::Kind::stuck;
-  g.time = 100ms;
+  a.safe = ActuatorSpec::Safe::hold;
+  const auto failsafe = [](const char* name, const char* topic, FailsafeSpec::Kind kind, Duration time) {
+    FailsafeSpec f;
+    f.name = name;
+    f.topic = {topic, 0};
+    f.kind = kind;
+    f.time = time;
+    f.stop_after = 30ms;
+    return f;
+  };
+  spec.failsafes = {failsafe("silent", "sampler.out", FailsafeSpec::Kind::silent, 50ms),
+                    failsafe("stuck", "mixed.some", FailsafeSpec::Kind::stuck, 20ms),
+                    failsafe("value", "mixed.out", FailsafeSpec::Kind::value, 3ms)};
+  spec.failsafes[2].field = {"value[2]", 0};  // a random number
+  spec.failsafes[2].above = 0.6;
   spec.guardian.arming = GuardianSpec::Arming::manual;
   TopicSpec& t = spec.topics.emplace_back();
   t.name = "operator.wish";

@@ -1,9 +1,10 @@
 #pragma once
-// A recorder for tests: keeps every step, message, request and some saved states of a run in virtual time in memory,
-// and executes them again.
+// A recorder for tests: keeps every step, message, request and some saved states of a run in memory, and executes them
+// again.
 #include <cstring>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <sstream>
 #include <string>
@@ -51,12 +52,14 @@ struct KeptEntry {
   std::optional<std::vector<std::byte>> state;      // after the step, when it was saved
 };
 
+/// Thread:  completed(), taken(): any; the rest while the run stands still.
 class MemoryRecord final : public RunObserver {
  public:
   MemoryRecord(const Graph& graph, Duration save_every)
       : graph_(graph), save_every_(save_every), modules_(graph.modules().size()), next_save_(modules_.size()) {}
 
   void completed(const StepRecord& record) noexcept override {
+    const std::lock_guard lock(mutex_);
     const GraphModule& about = graph_.modules()[record.module];
     KeptEntry e;
     e.step = record;
@@ -66,7 +69,7 @@ class MemoryRecord final : public RunObserver {
     for (std::uint32_t p = 0; p < about.topic.size(); ++p) {
       if (const InputBase* in = record.ports->input(p)) {
         for (std::size_t i = 0; i < in->size(); ++i) e.in[p].messages.push_back(keep(about.topic[p], in->header(i)));
-        e.in[p].updated = record.ports->updated(p);
+        e.in[p].updated = in->updated();
         e.in[p].dropped = in->dropped();
       } else {
         for (const SlotHeader* h : record.ports->published(p)) e.out[p].push_back(keep(about.topic[p], h));
@@ -81,6 +84,7 @@ class MemoryRecord final : public RunObserver {
   }
   void taken(const Request& request, const Effect& effect, Time) noexcept override {
     if (request.kind == Request::Kind::set_period) return;  // of the thread
+    const std::lock_guard lock(mutex_);
     KeptEntry e;
     e.request = request;
     e.effect = effect;
@@ -113,6 +117,7 @@ class MemoryRecord final : public RunObserver {
     if (!kept) kept = std::make_unique<KeptMessage>(*slot, *graph_.topics()[topic].type);
     return kept->header();
   }
+  std::mutex mutex_;
   const Graph& graph_;
   const Duration save_every_;
   std::vector<std::vector<KeptEntry>> modules_;
@@ -189,5 +194,28 @@ class RunAgain {
   bool configured_ = false;
   std::vector<std::unique_ptr<StepAgain>> modules_;
 };
+
+/// Whether some saved state shows it when one of a module's members of state, by its place in the declaration, is left
+/// as it was configured: as if it had not been declared.
+inline bool forgetting_is_noticed(const GraphSpec& spec, const ModuleTypes& types, MemoryRecord& record,
+                                  std::uint32_t module, std::size_t member) {
+  std::vector<KeptEntry>& all = record.of(module);
+  for (const std::size_t at : record.saved(module)) {
+    RunAgain again(spec, types);
+    const Declaration& d = again.graph().modules()[module].declaration;
+    const auto size = [&d](std::size_t i) { return d.states[i].bytes(d.states[i].member).size(); };
+    std::size_t offset = 0;
+    for (const auto& port : d.ports) offset += port.input ? sizeof(std::uint64_t) : 0;
+    for (std::size_t i = 0; i < member; ++i) offset += size(i);
+    std::vector<std::byte> fresh(again.module(module).state_bytes());
+    again.module(module).save_state(fresh);
+    const std::vector<std::byte> right = *all[at].state;
+    if (size(member) != 0) std::memcpy(all[at].state->data() + offset, fresh.data() + offset, size(member));
+    const auto departure = again.run(module, all, at + 1, all.size());
+    *all[at].state = right;
+    if (departure) return true;
+  }
+  return false;
+}
 
 }  // namespace sinew::rt

@@ -171,7 +171,7 @@ TEST_F(RunReviewOf, AFullDiskFindsTheGapsThatWereCounted) {
 }
 
 TEST_F(RunReviewOf, MessagesOfStepsThatWereLostAreLost) {
-  auto opened = open(RunRecorder::Pace::follows, {.files = {.writer = {.chunk_bytes = 1024}}, .log_bytes = 16 * 1024});
+  auto opened = open(RunRecorder::Pace::follows, {.files = {.writer = {.chunk_bytes = 1024}}, .log_room = 100ms});
   std::atomic<bool> reads = false;
   disks[0]->on_append = [&] { reads = true; };
   robot.grants.at(rt::Time{300'500'000}, [&] {  // its log has been full for long

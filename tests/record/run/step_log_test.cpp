@@ -33,13 +33,15 @@ class StepLogTest : public ::testing::Test {
   struct NoPorts final : rt::StepPorts {
     const rt::InputBase* input(std::uint32_t) const noexcept override { return nullptr; }
     std::span<const rt::SlotHeader* const> published(std::uint32_t) const noexcept override { return {}; }
+    std::size_t state_bytes() const noexcept override { return 0; }
+    void save_state(std::span<std::byte>) const noexcept override {}
     virtual ~NoPorts() = default;
   } ports;
   rt::Robot robot;
 };
 
 TEST_F(StepLogTest, GoesRoundItsRingForEver) {
-  StepLog log(robot.graph(), 1024);
+  StepLog log(robot.graph(), 20ms);
   Told told;
   for (std::uint32_t n = 0; n < 10'000; ++n) {
     log.completed(record(n));
@@ -55,7 +57,7 @@ TEST_F(StepLogTest, GoesRoundItsRingForEver) {
 }
 
 TEST_F(StepLogTest, WhatFindsNoRoomIsCountedWhereItIsMissing) {
-  StepLog log(robot.graph(), 1024);
+  StepLog log(robot.graph(), 20ms);
   Told told;
   const auto fill = [&] {
     for (std::uint32_t n = 0; n < 100; ++n) log.completed(record(n));
@@ -78,7 +80,7 @@ TEST_F(StepLogTest, WhatFindsNoRoomIsCountedWhereItIsMissing) {
 }
 
 TEST_F(StepLogTest, RequestsStandAmongTheSteps) {
-  StepLog log(robot.graph(), 1024);
+  StepLog log(robot.graph(), 20ms);
   Told told;
   rt::Request request;
   request.kind = rt::Request::Kind::set_period;

@@ -1,0 +1,53 @@
+#pragma once
+#include <deque>
+#include <memory>
+#include <vector>
+
+#include "record/run/run_messages.hpp"
+#include "rt/port.hpp"
+
+namespace sinew::record {
+
+/// Messages of one topic out of a file, each behind a header as in its slot, for as long as steps may need them.
+/// Thread:  owner.
+class MessageStore {
+ public:
+  explicit MessageStore(const msg::TypeInfo& type) : type_(&type) {}
+  MessageStore(MessageStore&&) = default;
+  MessageStore(const MessageStore&) = delete;
+
+  struct Entry {
+    std::uint32_t sequence = 0;
+    rt::Time published;
+    bool whole = false;               // with its bulk
+    std::optional<ImageHead> head{};  // images
+    std::unique_ptr<std::byte[], void (*)(std::byte*)> memory{nullptr, nullptr};
+    std::size_t capacity = 0;  // of the bulk
+    std::size_t pixels = 0;    // that came
+
+    const rt::SlotHeader* header() const { return reinterpret_cast<const rt::SlotHeader*>(memory.get()); }
+    const void* message() const { return header()->message(); }
+  };
+
+  /// Of a type without bulk. False: not the bytes of one.
+  bool add(std::uint32_t sequence, rt::Time published, std::span<const std::byte> cdr);
+  /// The two parts of an image, in any order.
+  bool add_head(std::uint32_t sequence, rt::Time published, std::span<const std::byte> cdr);
+  bool add_pixels(std::uint32_t sequence, rt::Time published, std::span<const std::byte> cdr);
+
+  /// Null when it is not there.
+  const Entry* find(std::uint32_t sequence) const;
+  /// Forgets what is older than the newest `keep` of those published by `horizon`, but nothing from `from` on.
+  void forget(rt::Time horizon, std::size_t keep, std::optional<std::uint32_t> from);
+  const msg::TypeInfo& type() const { return *type_; }
+
+ private:
+  static void settle(Entry& entry);
+  Entry& place(std::uint32_t sequence, rt::Time published, std::size_t bulk);
+
+  const msg::TypeInfo* type_;
+  std::deque<Entry> entries_;  // by sequence
+  std::vector<Entry> spare_;
+};
+
+}  // namespace sinew::record

@@ -1,0 +1,56 @@
+#pragma once
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "record/reader.hpp"
+#include "rt/graph.hpp"
+
+namespace sinew::record {
+
+struct ReplayOptions {
+  std::vector<std::string> modules{};  // none: all
+  /// Told now and then how far it is, 0 to 1.
+  std::function<void(double)> progress{};
+};
+
+/// Where the steps of a module are not what the record says.
+struct ReplayDifference {
+  std::string module;
+  std::uint32_t step = 0;  // Step::number
+  rt::Time now;            // of the step
+  std::string what;        // "out.v_world_mps.x", "status", "messages on out", "effect of set_param"
+  std::string recorded, again;
+};
+
+struct ReplayedModule {
+  std::string name;
+  std::uint64_t steps = 0, messages = 0;         // executed and compared
+  std::uint64_t not_compared = 0;                // messages that are not in the file
+  std::optional<ReplayDifference> difference{};  // the first
+  std::string stopped{};                         // why its steps end early in the file, or cannot begin
+};
+
+struct ReplayReport {
+  std::vector<ReplayedModule> modules{};
+  std::vector<Problem> problems{};  // of the file
+  rt::Duration length{};            // of the record
+  const ReplayDifference* first_difference() const;
+  bool complete() const;  // nothing stopped early
+};
+
+/// Executes the recorded steps of modules again, each with what it latched, and compares what comes out, byte for byte.
+/// Every module is held against the record alone: what another one gives now does not reach it.
+/// Thread:  owner.
+/// Owner:   `graph` is that of the run: same modules in the same order with the parameters of its start, configured on
+///          a hal::SilentBoard with the seed of the run; nobody else runs it.
+/// Errors:  bad_data with `why` when the file holds no run, or one of other modules.
+hal::Result<ReplayReport> replay(Reader& reader, rt::Graph& graph, const ReplayOptions& options, std::string& why);
+
+/// The metadata of that name; empty when there is none or it cannot be read.
+Texts read_metadata(Reader& reader, std::string_view name);
+/// The attachment of that name.
+std::optional<std::string> read_attachment(Reader& reader, std::string_view name);
+
+}  // namespace sinew::record

@@ -1,0 +1,115 @@
+"""Runs are recorded, and executed again: the real program in a folder of its own. usage: recording_test.py SINEW ROBOTS"""
+import glob
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+LIMIT_S = 300
+RUN_DIR = tempfile.TemporaryDirectory()  # this program's robots meet nobody else's
+os.environ["SINEW_RUN_DIR"] = RUN_DIR.name
+os.environ.pop("SINEW_RECORD", None)
+
+
+class Recording(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+
+    def sinew(self, *arguments, **environment):
+        done = subprocess.run([SINEW, *arguments], capture_output=True, text=True, timeout=LIMIT_S,
+                              cwd=self.folder.name, env={**os.environ, **environment})
+        return done.returncode, done.stdout, done.stderr
+
+    def fly(self, *arguments, robot=None, **environment):
+        """The summary and the recordings there are then."""
+        code, out, err = self.sinew("run", robot or f"{ROBOTS}/quad.toml", "--camera", "64x48", "--json", "--plain",
+                                    *arguments, **environment)
+        self.assertIn(code, (0, 1), out + err)
+        return json.loads(out), sorted(glob.glob(f"{self.folder.name}/runs/quad-*/run.mcap"))
+
+    def replay(self, file, *arguments):
+        code, out, err = self.sinew("replay", file, "--json", *arguments)
+        self.assertIn(code, (0, 1), out + err)
+        return code, json.loads(out)
+
+    def test_a_run_is_recorded_unless_told_otherwise_and_replays_identically(self):
+        run, files = self.fly("--virtual", "--duration", "6")
+        self.assertEqual(len(files), 1)
+        self.assertEqual(os.path.join(self.folder.name, run["recording"]["path"]), files[0])
+        self.assertEqual(run["recording"]["bytes"], os.path.getsize(files[0]))
+        self.assertTrue(all(not why for why in run["recording"]["not_replayable"].values()))
+        code, replay = self.replay(files[0])
+        self.assertEqual(code, 0, replay)
+        self.assertTrue(replay["identical"])
+        self.assertEqual(replay["steps"], sum(m["steps"] for m in run["modules"]), "every step of the run")
+        for name, module in replay["modules"].items():
+            self.assertNotIn("stopped", module, name)
+            self.assertEqual(module["not_compared"], 0, name)
+        _, files = self.fly("--virtual", "--duration", "1", "--no-record")
+        self.assertEqual(len(files), 1)
+        _, files = self.fly("--virtual", "--duration", "1", SINEW_RECORD="off")
+        self.assertEqual(len(files), 1)
+
+    def test_another_parameter_is_named_with_the_first_step_that_differs(self):
+        _, files = self.fly("--virtual", "--duration", "4")
+        code, replay = self.replay(files[0], "--modules", "attitude,mixer", "--set", "attitude.kp_rate=21.5")
+        self.assertEqual(code, 1)
+        self.assertFalse(replay["identical"])
+        first = replay["first_difference"]
+        self.assertEqual(first["module"], "attitude")
+        self.assertTrue(first["what"].startswith("wrench.torque_nm."), first)
+        self.assertNotEqual(first["recorded"], first["now"])
+        self.assertNotIn("difference", replay["modules"]["mixer"], "it is held against the record")
+
+    def test_a_run_in_real_time_replays_identically_as_far_as_nothing_is_lost(self):
+        run, files = self.fly("--duration", "4")
+        code, replay = self.replay(files[0])
+        self.assertTrue(replay["identical"], replay.get("first_difference"))
+        self.assertGreater(replay["steps"], 0)
+        if not run["recording"]["lost_steps"] and not run["recording"]["lost_messages"]:
+            for name, module in replay["modules"].items():
+                self.assertNotIn("stopped", module, name)
+
+    def test_what_cannot_be_recorded_is_said_and_the_robot_flies(self):
+        with open(os.path.join(self.folder.name, "runs"), "w"):
+            pass  # a file where the folder should be
+        code, out, err = self.sinew("run", f"{ROBOTS}/quad.toml", "--virtual", "--duration", "1", "--quiet")
+        self.assertIn("warning: this run is not recorded: runs: ", err)
+        self.assertIn("result", out)
+
+    def test_the_robot_file_chooses_topics_rates_and_pixels(self):
+        with open(f"{ROBOTS}/quad.toml") as f:
+            text = f.read()
+        path = os.path.join(self.folder.name, "some.toml")
+        with open(path, "w") as f:
+            f.write(text + '\n[record]\nfolder = "here"\nrate_hz = { "imu.raw" = 100 }\npixel_mb_per_s = 0\n'
+                    'compression = "zstd"\nsplit_s = 1\n')
+        run, _ = self.fly("--virtual", "--duration", "3", robot=path)
+        self.assertTrue(run["recording"]["path"].startswith("here/quad-"))
+        self.assertGreater(run["recording"]["files"], 2)
+        self.assertEqual(run["recording"]["not_replayable"]["filter"], ["input imu.raw at 100 Hz"])
+        self.assertIn("pixels of camera.raw not kept", run["recording"]["not_replayable"]["pad"][0])
+        with open(path, "a") as f:
+            f.write('topics = ["no.such"]\nsplit_mb = -1\n')
+        code, _, err = self.sinew("run", path, "--virtual")
+        self.assertEqual(code, 2)
+        self.assertRegex(err, r"some.toml:\d+: record.split_mb: -1: ")
+
+    def test_no_recording_and_no_file_are_told_apart(self):
+        code, _, err = self.sinew("replay", "no-such.mcap")
+        self.assertEqual(code, 2)
+        self.assertIn("no-such.mcap: not found", err)
+        path = os.path.join(self.folder.name, "text.mcap")
+        with open(path, "w") as f:
+            f.write("no recording")
+        code, _, err = self.sinew("replay", path)
+        self.assertEqual(code, 2)
+        self.assertIn("not an MCAP file", err)
+
+
+if __name__ == "__main__":
+    SINEW, ROBOTS = sys.argv[1:3]
+    unittest.main(argv=[sys.argv[0], *sys.argv[3:]])
