@@ -1,12 +1,9 @@
 #pragma once
-#include "record/reader.hpp"
+#include "record/copy.hpp"
 
 namespace sinew::record {
 
-struct Recovered {
-  std::uint64_t messages = 0, attachments = 0, metadata = 0;
-  std::vector<Problem> problems;  // what could not be kept, and why
-};
+using Recovered = Copied;
 
 /// Makes a whole file of all that can be read of another one: every chunk that is complete and undamaged, in its order,
 /// every attachment and all metadata that are found.

@@ -110,4 +110,56 @@ bool decode_png(std::span<const std::uint8_t> file, DecodedImage& out, std::stri
   return good;
 }
 
+namespace {
+
+std::uint8_t clamped(double value) {
+  return static_cast<std::uint8_t>(value < 0 ? 0 : value > 255 ? 255 : value + 0.5);
+}
+
+/// Pairs of pixels share their colour: Y U Y V.
+std::vector<std::uint8_t> rgb_of_yuyv(std::uint32_t width, std::uint32_t height, std::uint32_t stride,
+                                      std::span<const std::uint8_t> pixels) {
+  std::vector<std::uint8_t> rgb;
+  rgb.reserve(std::size_t{width} * height * 3);
+  for (std::uint32_t y = 0; y < height; ++y)
+    for (std::uint32_t x = 0; x < width; ++x) {
+      const std::uint8_t* pair = pixels.data() + std::size_t{y} * stride + (x & ~1u) * 2;
+      const double luma = pair[(x & 1) * 2], u = pair[1] - 128.0, v = pair[3] - 128.0;
+      rgb.push_back(clamped(luma + 1.402 * v));
+      rgb.push_back(clamped(luma - 0.344136 * u - 0.714136 * v));
+      rgb.push_back(clamped(luma + 1.772 * u));
+    }
+  return rgb;
+}
+
+}  // namespace
+
+std::string encode_png(msg::PixelFormat format, std::uint32_t width, std::uint32_t height, std::uint32_t stride,
+                       std::span<const std::uint8_t> pixels, std::string& why) {
+  const bool yuyv = format == msg::PixelFormat::yuyv;
+  const std::uint64_t row = std::uint64_t{width + (yuyv ? width & 1 : 0)} * msg::bytes_per_pixel(format);
+  if (row == 0 || height == 0 || width > 65535 || stride < row || pixels.size() < std::uint64_t{stride} * height) {
+    why = std::to_string(pixels.size()) + " bytes of pixels are no image of " + std::to_string(width) + " x " +
+          std::to_string(height);
+    return {};
+  }
+  std::vector<std::uint8_t> rgb;
+  if (yuyv) rgb = rgb_of_yuyv(width, height, stride, pixels), pixels = rgb, stride = 3 * width;
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  image.width = width, image.height = height;
+  image.format = format == msg::PixelFormat::mono8  ? PNG_FORMAT_GRAY
+                 : format == msg::PixelFormat::bgr8 ? PNG_FORMAT_BGR
+                                                    : PNG_FORMAT_RGB;
+  const auto row_stride = static_cast<png_int_32>(stride);
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
+  std::string file(size, '\0');
+  if (png_image_write_to_memory(&image, file.data(), &size, 0, pixels.data(), row_stride, nullptr) == 0) {
+    why = image.message;
+    return {};
+  }
+  file.resize(size);
+  return file;
+}
+
 }  // namespace sinew::sim_hil

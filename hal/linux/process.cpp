@@ -156,6 +156,7 @@ void print_now(std::string_view text) {
 void request_stop() { g_stop.store(true, std::memory_order_relaxed); }
 
 bool output_is_terminal() { return isatty(STDOUT_FILENO) == 1; }
+bool error_output_is_terminal() { return isatty(STDERR_FILENO) == 1; }
 
 int terminal_columns() {
   winsize size{};

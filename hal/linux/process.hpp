@@ -63,6 +63,7 @@ void print_now(std::string_view text);
 
 /// Is standard output a terminal, and how large (80 x 24 when unknown).
 bool output_is_terminal();
+bool error_output_is_terminal();
 int terminal_columns();
 int terminal_rows();
 

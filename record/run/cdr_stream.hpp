@@ -65,6 +65,7 @@ class CdrReader {
       return from_.number<T>();
   }
   bool boolean() { return number<std::uint8_t>() != 0; }
+  std::span<const std::byte> bytes(std::size_t n) { return from_.take(n); }
   std::string_view text() {
     const auto bytes = from_.take(number<std::uint32_t>());
     return bytes.empty() ? std::string_view() : as_text(bytes.first(bytes.size() - 1));

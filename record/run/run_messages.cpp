@@ -320,19 +320,21 @@ void encode_image_head(Buffer& to, const msg::Image& image, std::int64_t unix_ns
   cdr.length(image.bulk_used());
 }
 
-std::optional<std::span<const std::byte>> image_pixels(std::span<const std::byte> bytes) {
+std::optional<ImageView> view_image(std::span<const std::byte> bytes) {
   CdrReader cdr(bytes);
-  cdr.number<std::int32_t>();
-  cdr.number<std::uint32_t>();
-  cdr.text();
-  cdr.number<std::uint32_t>();
-  cdr.number<std::uint32_t>();
-  cdr.text();
+  ImageView view;
+  const std::int64_t sec = cdr.number<std::int32_t>();
+  view.stamp_ns = sec * 1'000'000'000 + cdr.number<std::uint32_t>();
+  view.frame_id = cdr.text();
+  view.height = cdr.number<std::uint32_t>();
+  view.width = cdr.number<std::uint32_t>();
+  view.encoding = cdr.text();
   cdr.boolean();
-  cdr.number<std::uint32_t>();
+  view.stride = cdr.number<std::uint32_t>();
   const std::uint32_t size = cdr.length(1);
   if (!cdr.good() || cdr.rest().size() != size) return std::nullopt;
-  return cdr.rest();
+  view.pixels = cdr.rest();
+  return view;
 }
 
 std::string_view ros_encoding(msg::PixelFormat format) {

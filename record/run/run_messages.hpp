@@ -64,8 +64,19 @@ bool decode(std::span<const std::byte> bytes, ImageHead& head);
 
 /// Up to where the pixels begin. `unix_ns`: what is added to the stamp for the header.
 void encode_image_head(Buffer& to, const msg::Image& image, std::int64_t unix_ns, std::string_view frame_id);
-/// The pixels of a sensor_msgs/msg/Image; nothing when these are not the bytes of one.
-std::optional<std::span<const std::byte>> image_pixels(std::span<const std::byte> bytes);
+/// A sensor_msgs/msg/Image where it lies.
+struct ImageView {
+  std::int64_t stamp_ns = 0;
+  std::string_view frame_id, encoding;
+  std::uint32_t width = 0, height = 0, stride = 0;
+  std::span<const std::byte> pixels;
+};
+/// Nothing when these are not the bytes of one. The numbers may be anything.
+std::optional<ImageView> view_image(std::span<const std::byte> bytes);
+inline std::optional<std::span<const std::byte>> image_pixels(std::span<const std::byte> bytes) {
+  const auto view = view_image(bytes);
+  return view ? std::optional(view->pixels) : std::nullopt;
+}
 
 /// "mono8", "rgb8", "bgr8", "yuv422_yuy2": as sensor_msgs/image_encodings.hpp has them.
 std::string_view ros_encoding(msg::PixelFormat format);

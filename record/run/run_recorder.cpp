@@ -23,12 +23,6 @@ std::string number_key(std::size_t i) {
   return std::string(text.size() < 3 ? 3 - text.size() : 0, '0') + text;  // in the order of the map
 }
 
-std::string seconds_text(rt::Time t) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3f s", msg::seconds(t));
-  return text;
-}
-
 // Bytes that may be used up at a rate, and saved for a second.
 class Budget {
  public:
@@ -58,7 +52,8 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
         log_(graph, options.log_room, options.state_every),
         budget_(options.pixel_bytes_per_s),
         batches_(graph.threads().size()),
-        lost_entries_(graph.threads().size()) {
+        lost_entries_(graph.threads().size()),
+        entries_(graph.threads().size()) {
     for (std::uint32_t t = 0; t < graph.topics().size(); ++t) topics_.push_back(make_topic(t));
     for (const rt::GraphModule& m : graph.modules()) layouts_.push_back(rt::SavedState(m.declaration).layout());
     for (const rt::GraphModule& m : graph.modules())
@@ -69,7 +64,7 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
 
   hal::Status open(SplitWriter::OpenPart open_part) {
     auto writer = SplitWriter::open(
-        std::move(open_part), [this](Writer& w, unsigned) { return begin_file(w); }, options_.files);
+        std::move(open_part), [this](Writer& w, unsigned part) { return begin_file(w, part); }, options_.files);
     if (!writer) return writer.error();
     writer_.emplace(std::move(*writer));
     return add_channels();
@@ -92,16 +87,15 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     read_all(true);
     for (std::uint32_t t = 0; t < batches_.size(); ++t) flush_batch(t);
     Texts verdicts;
-    for (const ModuleVerdict& v : verdict()) {
-      std::string text = v.reasons.empty() ? "replayable" : "";
-      for (const std::string& reason : v.reasons) text += (text.empty() ? "" : "; ") + reason;
-      verdicts.emplace(v.module, std::move(text));
-    }
-    Texts losses;
-    for (const auto& [name, lost] : lost_messages())
-      losses.emplace(name, std::to_string(lost.count) + " messages from " + seconds_text(lost.first) + " on");
-    for (const auto& [name, lost] : lost_steps())
-      losses.emplace("thread " + name, std::to_string(lost.count) + " steps from " + seconds_text(lost.first) + " on");
+    for (const ModuleVerdict& v : verdict()) verdicts.emplace(v.module, to_text(v));
+    Texts losses, entries, newest;
+    for (const auto& [name, lost] : lost_messages()) losses.emplace(name, to_text(lost, "messages"));
+    for (const auto& [name, lost] : lost_steps()) losses.emplace("thread " + name, to_text(lost, "steps"));
+    for (std::size_t t = 0; t < entries_.size(); ++t) entries.emplace(number_key(t), std::to_string(entries_[t]));
+    for (const Topic& t : topics_)
+      if (t.newest) newest.emplace(t.kept.name, std::to_string(*t.newest));
+    note(writer_->writer().add_metadata({"sinew.entries", std::move(entries)}));
+    note(writer_->writer().add_metadata({"sinew.newest", std::move(newest)}));
     note(writer_->writer().add_metadata({"sinew.verdict", std::move(verdicts)}));
     note(writer_->writer().add_metadata({"sinew.losses", std::move(losses)}));
     const hal::Status finished = writer_->finish();
@@ -122,13 +116,13 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
   // ---- after the end
   std::vector<ModuleVerdict> verdict() const {
     std::vector<ModuleVerdict> all;
-    for (const rt::GraphModule& m : graph_.modules()) all.push_back({m.spec.name, reasons(m)});
+    for (const rt::GraphModule& m : graph_.modules()) all.push_back({m.spec.name, why_not(m)});
     return all;
   }
   std::map<std::string, Losses> lost_messages() const {
     std::map<std::string, Losses> lost;
     for (const Topic& t : topics_)
-      if (t.lost.count != 0) lost.emplace(t.about->name, t.lost);
+      if (t.kept.lost.count != 0) lost.emplace(t.about->name, t.kept.lost);
     return lost;
   }
   std::map<std::string, Losses> lost_steps() const {
@@ -145,41 +139,40 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
  private:
   struct Topic {
     const rt::GraphTopic* about = nullptr;
-    bool wanted = true;
-    double rate_hz = 0;  // 0: all
+    TopicKept kept;
     std::optional<rt::SlotReader> reader;
     std::uint16_t channel = 0, head_channel = 0;
-    Losses lost, without_pixels;
-    rt::Time next;  // rate_hz: not before
+    std::optional<std::uint32_t> newest;  // sequence that a step named
+    rt::Time next;                        // rate_hz: not before
   };
 
   Topic make_topic(std::uint32_t index) {
     Topic t;
     t.about = &graph_.topics()[index];
     const auto& some = options_.topics;
-    t.wanted = some.empty() || std::find(some.begin(), some.end(), t.about->name) != some.end();
+    t.kept.name = t.about->name;
+    t.kept.wanted = some.empty() || std::find(some.begin(), some.end(), t.about->name) != some.end();
     if (const auto rate = options_.rate_hz.find(t.about->name); rate != options_.rate_hz.end())
-      t.rate_hz = rate->second;
+      t.kept.rate_hz = rate->second;
     t.reader.emplace(graph_.segment(), graph_.recorder_taps()[index]);
     return t;
   }
 
   // ---- the file
 
-  hal::Status begin_file(Writer& w) {
+  hal::Status begin_file(Writer& w, unsigned part) {
     Texts modules, threads, chains, run = description_.run;
     run["unix_ns"] = std::to_string(description_.unix_ns);
+    run["part"] = std::to_string(part);
     for (std::size_t i = 0; i < graph_.modules().size(); ++i)
       modules.emplace(number_key(i), graph_.modules()[i].spec.name);
     for (std::size_t i = 0; i < graph_.threads().size(); ++i)
       threads.emplace(number_key(i), graph_.threads()[i].spec.name);
     for (std::size_t i = 0; i < graph_.chains().size(); ++i)
       chains.emplace(number_key(i), graph_.chains()[i].spec.name);
-    const Metadata all[] = {{"sinew.run", std::move(run)},
-                            {"sinew.modules", std::move(modules)},
-                            {"sinew.threads", std::move(threads)},
-                            {"sinew.chains", std::move(chains)},
-                            {"sinew.params", params_}};
+    const Metadata all[] = {{"sinew.run", std::move(run)},         {"sinew.modules", std::move(modules)},
+                            {"sinew.threads", std::move(threads)}, {"sinew.chains", std::move(chains)},
+                            {"sinew.graph", graph_texts()},        {"sinew.params", params_}};
     for (const Metadata& m : all)
       if (auto added = w.add_metadata(m); !added) return added;
     for (const Attachment& a : description_.attachments)
@@ -187,9 +180,25 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     return {};
   }
 
+  /// Of each module its thread, and of each port its topic.
+  Texts graph_texts() const {
+    Texts texts;
+    for (std::size_t i = 0; i < graph_.modules().size(); ++i) {
+      const rt::GraphModule& m = graph_.modules()[i];
+      texts.emplace(number_key(i), (m.external ? "source in " : "module in ") + number_key(m.thread));
+      for (std::size_t p = 0; p < m.topic.size(); ++p) {
+        if (m.topic[p] == rt::kNone) continue;
+        const bool output = m.declaration.ports[p].kind == rt::Declaration::PortKind::output;
+        texts.emplace(number_key(i) + "." + number_key(p), (output ? "out " : "in ") + topics_[m.topic[p]].kept.name);
+      }
+    }
+    return texts;
+  }
+
   hal::Status add_channels() {
     Writer& w = writer_->writer();
     std::map<std::string, std::uint16_t, std::less<>> schemas;
+    Texts about;  // of the channels that come next
     const auto channel = [&](std::string_view topic, std::string_view schema, std::string_view text, std::uint16_t& id,
                              Packing packing = Packing::packed) -> hal::Status {
       auto known = schemas.find(schema);
@@ -198,7 +207,7 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
         if (!added) return added.error();
         known = schemas.emplace(schema, *added).first;
       }
-      auto added = w.add_channel(topic, "cdr", known->second, {}, packing);
+      auto added = w.add_channel(topic, "cdr", known->second, about, packing);
       if (!added) return added.error();
       id = *added;
       return {};
@@ -210,7 +219,9 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     if (auto s = of_record(kRequestsTopic, request_schema(), requests_channel_); !s) return s;
     if (auto s = of_record(kStatesTopic, state_schema(), states_channel_); !s) return s;
     for (Topic& t : topics_) {
-      if (!t.wanted) continue;
+      if (!t.kept.wanted) continue;
+      about.clear();
+      if (t.kept.rate_hz > 0) about["rate_hz"] = rt::format_number(t.kept.rate_hz);
       const msg::TypeInfo& type = *t.about->type;
       if (!type.has_bulk()) {
         if (auto s = channel(t.about->name, msg::ros2_name(type), msg::ros2msg_schema(type), t.channel); !s) return s;
@@ -240,10 +251,14 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
 
   void step(const LoggedStep& s) override {
     now_ = std::max(now_, s.completed);
+    ++entries_[s.thread];
     for (const LoggedStep::Output& out : s.outputs) {
       Topic& topic = topics_[graph_.modules()[s.module].topic[out.port]];
+      if (topic.newest && topic.kept.wanted && topic.kept.rate_hz == 0 && out.first != *topic.newest + 1)
+        topic.kept.lost.add(out.first - *topic.newest - 1, s.completed);  // of steps that were lost
+      topic.newest = out.first + out.count - 1;
       for (std::uint32_t i = 0; i < out.count; ++i)
-        if (topic.wanted) message(topic, out.first + i, s.completed);
+        if (topic.kept.wanted) message(topic, out.first + i, s.completed);
     }
     StepBatch& batch = batches_[s.thread];
     batch.add(s);
@@ -251,6 +266,7 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
   }
 
   void request(const LoggedRequest& r) override {
+    ++entries_[r.request.thread];
     flush_batch(r.request.thread);  // so that the file has them in their order
     encode(scratch_, r);
     if (!note(writer_->write(requests_channel_, stamps(0, r.now, r.now), scratch_.bytes())))
@@ -259,12 +275,17 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
 
   /// One that cannot be written costs nothing but a place to begin at; its number in the log is a gap all the same.
   void state(const LoggedState& s) override {
+    ++entries_[s.thread];
+    flush_batch(s.thread);
     encode(scratch_, s, layouts_[s.module]);
     if (!note(writer_->write(states_channel_, stamps(0, s.completed, s.completed), scratch_.bytes())))
       lost_entries_[s.thread].add(1, s.completed);
   }
 
-  void lost(std::uint32_t thread, std::uint64_t entries) override { lost_entries_[thread].add(entries, now_); }
+  void lost(std::uint32_t thread, std::uint64_t entries) override {
+    entries_[thread] += entries;
+    lost_entries_[thread].add(entries, now_);
+  }
 
   void flush_batch(std::uint32_t thread) {
     StepBatch& batch = batches_[thread];
@@ -275,16 +296,12 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
   }
 
   void message(Topic& topic, std::uint32_t sequence, rt::Time at) {
-    if (topic.rate_hz > 0) {
-      if (at < topic.next) return;
-      topic.next = std::max(topic.next + period(topic.rate_hz), at);
-    }
+    if (topic.kept.rate_hz > 0 && !due(topic.next, topic.kept.rate_hz, at)) return;
     const rt::SlotHeader* slot = topic.reader->pin(sequence);
     const bool written = slot && note(topic.about->type->has_bulk() ? write_image(topic, *slot) : write(topic, *slot));
     if (slot) topic.reader->unpin();
-    if (!written) topic.lost.add(1, at);
+    if (!written) topic.kept.lost.add(1, at);
   }
-  static rt::Duration period(double hz) { return rt::Duration{static_cast<std::int64_t>(1e9 / hz)}; }
 
   hal::Status write(Topic& topic, const rt::SlotHeader& slot) {
     const msg::TypeInfo& type = *topic.about->type;
@@ -298,37 +315,22 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     const std::span<const std::byte> pixels = std::as_bytes(std::span(image.pixels(), image.bulk_used()));
     bool kept = budget_.take(pixels.size(), slot.published);
     const Stamps when = stamps(slot.sequence, slot.published, slot.stamp);
-    hal::Status done;
     if (kept) {
       encode_image_head(scratch_, image, description_.unix_ns, topic.about->name);
       const std::span<const std::byte> parts[] = {scratch_.bytes(), pixels};
-      done = writer_->write_parts(topic.channel, when, parts);
-      kept = done.has_value();
+      kept = note(writer_->write_parts(topic.channel, when, parts));
     }
-    if (!kept) topic.without_pixels.add(1, slot.published);
+    if (!kept) topic.kept.without_pixels.add(1, slot.published);
     encode(scratch_, head_of(image, kept));
-    const hal::Status head = writer_->write(topic.head_channel, when, scratch_.bytes());
-    return done ? head : done;
+    return writer_->write(topic.head_channel, when, scratch_.bytes());
   }
 
-  std::vector<std::string> reasons(const rt::GraphModule& m) const {
-    std::vector<std::string> why;
-    if (m.external) why.emplace_back("a source: its messages came from outside");
-    if (const Losses& gap = lost_entries_[m.thread]; gap.count != 0)
-      why.push_back("gap in its steps at " + seconds_text(gap.first));
-    for (std::size_t p = 0; p < m.topic.size(); ++p) {
-      const rt::Declaration::PortKind kind = m.declaration.ports[p].kind;
-      if (kind == rt::Declaration::PortKind::output || m.topic[p] == rt::kNone) continue;
-      const Topic& t = topics_[m.topic[p]];
-      if (!t.wanted)
-        why.push_back("input " + t.about->name + " is not recorded");
-      else if (t.rate_hz > 0)
-        why.push_back("input " + t.about->name + " at " + rt::format_number(t.rate_hz) + " Hz");
-      if (t.lost.count != 0) why.push_back("gap in " + t.about->name + " at " + seconds_text(t.lost.first));
-      if (t.without_pixels.count != 0)
-        why.push_back("pixels of " + t.about->name + " not kept from " + seconds_text(t.without_pixels.first) + " on");
-    }
-    return why;
+  std::vector<std::string> why_not(const rt::GraphModule& m) const {
+    std::vector<const TopicKept*> inputs;
+    for (std::size_t p = 0; p < m.topic.size(); ++p)
+      if (m.declaration.ports[p].kind != rt::Declaration::PortKind::output && m.topic[p] != rt::kNone)
+        inputs.push_back(&topics_[m.topic[p]].kept);
+    return reasons(m.external != nullptr, lost_entries_[m.thread], inputs);
   }
 
   // ---- the thread
@@ -355,8 +357,9 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
   StepLog log_;
   Budget budget_;
   std::vector<Topic> topics_;
-  std::vector<StepBatch> batches_;    // per thread
-  std::vector<Losses> lost_entries_;  // per thread
+  std::vector<StepBatch> batches_;      // per thread
+  std::vector<Losses> lost_entries_;    // per thread
+  std::vector<std::uint64_t> entries_;  // per thread: what its log held, lost ones included
   std::optional<SplitWriter> writer_;
   std::uint16_t steps_channel_ = 0, requests_channel_ = 0, states_channel_ = 0;
   std::vector<std::uint64_t> layouts_;  // per module

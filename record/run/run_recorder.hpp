@@ -6,6 +6,7 @@
 
 #include "hal/os.hpp"
 #include "record/run/step_log.hpp"
+#include "record/run/verdict.hpp"
 #include "record/split_writer.hpp"
 
 namespace sinew::record {
@@ -25,22 +26,6 @@ struct RunDescription {
   Texts run{};                            // robot, board, seed, build, ... as metadata "sinew.run"
   std::vector<Attachment> attachments{};  // the robot file, files read in configure()
   std::int64_t unix_ns = 0;               // added to the robot's clock for the times of the file
-};
-
-/// What is not in the file, of a topic or of a thread's steps.
-struct Losses {
-  std::uint64_t count = 0;
-  rt::Time first;  // about: of what came before it
-  void add(std::uint64_t n, rt::Time at) {
-    if (count == 0) first = at;
-    count += n;
-  }
-};
-
-/// Whether the steps of a module can be executed again from the file.
-struct ModuleVerdict {
-  std::string module;
-  std::vector<std::string> reasons{};  // why not; none: replayable
 };
 
 /// Records a run: every step with what it latched and published, every request, every message, into MCAP files whose

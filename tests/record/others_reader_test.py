@@ -19,10 +19,10 @@ SKIPPED = 77
 LEFT_OUT = "-*RecoveredFromACutAtAnyByte*"
 
 
-def reason_to_skip():
+def reason_to_skip(*packages):
     if not shutil.which("node"):
         return "node is not installed"
-    if not (HERE / "others/node_modules/@mcap/core").is_dir():
+    if not all((HERE / "others/node_modules" / package).is_dir() for package in packages):
         return "the packages of tests/record/others are not installed (npm ci there, or tools/setup.sh test)"
     return None
 
@@ -38,9 +38,29 @@ def by_file(text):
     return {path: sorted(lines) for path, lines in files.items()}
 
 
+def compare(dump, paths, folder):
+    """True when theirs and ours differ, which is printed."""
+    theirs = subprocess.run(["node", HERE / "others/read_all.mjs", *paths], capture_output=True, text=True)
+    ours = subprocess.run([dump, *paths], capture_output=True, text=True)
+    failed = theirs.returncode != 0 or ours.returncode != 0
+    if failed:
+        refused = [line for line in (theirs.stdout + ours.stdout).splitlines() if line.startswith(folder)]
+        print("\n".join(refused), theirs.stderr, ours.stderr)
+    theirs, ours = by_file(theirs.stdout), by_file(ours.stdout)
+    messages = 0
+    for path in paths:
+        messages += sum(line.startswith("message ") for line in ours.get(path, []))
+        for line in sorted(set(theirs.get(path, [])) ^ set(ours.get(path, [])))[:10]:
+            print(path, "theirs:" if line in theirs.get(path, []) else "ours:", line)
+            failed = True
+        failed = failed or theirs.get(path) != ours.get(path)
+    print(len(paths), "files,", messages, "messages")
+    return failed
+
+
 def main():
     dump, tests = sys.argv[1], sys.argv[2:]
-    reason = reason_to_skip()
+    reason = reason_to_skip("@mcap/core")
     if reason:
         print("skipped:", reason)
         return SKIPPED
@@ -52,22 +72,7 @@ def main():
         if len(paths) < 20:
             print("the tests wrote", len(paths), "files; expected are 20 and more")
             return 1
-        theirs = subprocess.run(["node", HERE / "others/read_all.mjs", *paths], capture_output=True, text=True)
-        ours = subprocess.run([dump, *paths], capture_output=True, text=True)
-        failed = theirs.returncode != 0 or ours.returncode != 0
-        if failed:
-            refused = [line for line in (theirs.stdout + ours.stdout).splitlines() if line.startswith(folder)]
-            print("\n".join(refused), theirs.stderr, ours.stderr)
-        theirs, ours = by_file(theirs.stdout), by_file(ours.stdout)
-        messages = 0
-        for path in paths:
-            messages += sum(line.startswith("message ") for line in ours.get(path, []))
-            for line in sorted(set(theirs.get(path, [])) ^ set(ours.get(path, [])))[:10]:
-                print(path, "theirs:" if line in theirs.get(path, []) else "ours:", line)
-                failed = True
-            failed = failed or theirs.get(path) != ours.get(path)
-        print(len(paths), "files,", messages, "messages")
-        return 1 if failed else 0
+        return 1 if compare(dump, paths, folder) else 0
 
 
 if __name__ == "__main__":

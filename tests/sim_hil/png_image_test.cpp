@@ -32,6 +32,41 @@ TEST(PngImage, GreyAndColourComeBackByteForByte) {
   EXPECT_EQ(image.pixels, colour);
 }
 
+TEST(PngImage, WhatIsWrittenIsReadBackWithoutThePaddingOfItsRows) {
+  std::string why;
+  DecodedImage image;
+  const auto read = [&](const std::string& file) {
+    return decode_png({reinterpret_cast<const std::uint8_t*>(file.data()), file.size()}, image, why);
+  };
+  const auto pixels = ramp(64 * 11);
+  ASSERT_TRUE(read(sim_hil::encode_png(PixelFormat::mono8, 37, 11, 64, pixels, why))) << why;
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) ASSERT_EQ(image.pixels[i], pixels[i / 37 * 64 + i % 37]);
+  ASSERT_TRUE(read(sim_hil::encode_png(PixelFormat::rgb8, 20, 11, 64, pixels, why))) << why;
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) ASSERT_EQ(image.pixels[i], pixels[i / 60 * 64 + i % 60]);
+  const auto rgb = image.pixels;
+  ASSERT_TRUE(read(sim_hil::encode_png(PixelFormat::bgr8, 20, 11, 64, pixels, why))) << why;
+  for (std::size_t i = 0; i < rgb.size(); ++i) ASSERT_EQ(image.pixels[i], rgb[i / 3 * 3 + 2 - i % 3]);
+}
+
+TEST(PngImage, PairsOfPixelsBecomeColour) {
+  const std::vector<std::uint8_t> grey_and_red{10, 128, 200, 128, 76, 85, 0, 255};
+  std::string why;
+  DecodedImage image;
+  const std::string file = sim_hil::encode_png(PixelFormat::yuyv, 3, 1, 8, grey_and_red, why);
+  ASSERT_TRUE(decode_png({reinterpret_cast<const std::uint8_t*>(file.data()), file.size()}, image, why)) << why;
+  const std::vector<std::uint8_t> expected{10, 10, 10, 200, 200, 200, 254, 0, 0};  // 76 + 1.402 * 127, ...
+  EXPECT_EQ(image.pixels, expected);
+}
+
+TEST(PngImage, FewerPixelsThanAnImageNeedsAreNotWritten) {
+  std::string why;
+  EXPECT_EQ(sim_hil::encode_png(PixelFormat::rgb8, 20, 11, 60, ramp(60 * 11 - 1), why), "");
+  EXPECT_EQ(why, "659 bytes of pixels are no image of 20 x 11");
+  EXPECT_EQ(sim_hil::encode_png(PixelFormat::rgb8, 20, 11, 59, ramp(60 * 11), why), "");
+  EXPECT_EQ(sim_hil::encode_png(PixelFormat::yuyv, 3, 1, 6, ramp(6), why), "");
+  EXPECT_EQ(sim_hil::encode_png(PixelFormat::none, 3, 1, 6, ramp(6), why), "");
+}
+
 TEST(PngImage, SixteenBitsKeepTheUpperEightAndAlphaIsDropped) {
   std::string why;
   DecodedImage image;

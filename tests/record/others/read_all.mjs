@@ -89,4 +89,4 @@ for (const file of process.argv.slice(2)) {
     failed = 1;
   }
 }
-process.exit(failed);
+process.exitCode = failed;  // exit() would not wait for what is printed

@@ -281,7 +281,7 @@ TEST_F(Recorded, InRealTimeNobodyWaitsForADiskThatStalls) {
   const auto lost_steps = recorder->lost_steps();
   const std::uint64_t gone_steps = lost_steps.contains("fast") ? lost_steps.at("fast").count : 0;
   EXPECT_EQ(steps + gone_steps, real.runner().module_stats(0).steps.value());
-  EXPECT_EQ(numbers + gone + (gone_steps == 0 ? 0 : gone_steps), real.runner().topic_stats(0).messages.value());
+  EXPECT_EQ(numbers + gone, real.runner().topic_stats(0).messages.value()) << "those of lost steps are lost, too";
 }
 
 TEST_F(Recorded, SplitFilesEachSayWhatRan) {

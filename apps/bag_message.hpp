@@ -1,0 +1,33 @@
+#pragma once
+#include <map>
+#include <optional>
+#include <string>
+
+#include "record/reader.hpp"
+#include "record/ros2_schema.hpp"
+
+namespace sinew::app {
+
+/// The messages of a file as JSON, by the definitions that the file itself has. What cannot be shown is said once per
+/// topic on standard error; so is a type that this program has with other fields.
+/// Thread:  owner.
+class BagMessages {
+ public:
+  explicit BagMessages(const record::Reader& reader) : reader_(reader) {}
+  /// False, and nothing appended: of a kind that is not known, or the bytes do not fit it.
+  bool append_json(const record::Message& message, std::string& out);
+  /// Messages that could not be shown.
+  std::uint64_t unknown() const { return unknown_; }
+
+ private:
+  struct Known {
+    std::optional<record::Ros2Schema> schema;
+    bool said = false;
+  };
+  Known& of(const record::Channel& channel);
+  const record::Reader& reader_;
+  std::map<std::uint16_t, Known> channels_;
+  std::uint64_t unknown_ = 0;
+};
+
+}  // namespace sinew::app

@@ -1,0 +1,34 @@
+#pragma once
+// The commands on recorded files, each with what it is told.
+#include "apps/bag_file.hpp"
+
+namespace sinew::app {
+
+struct BagOptions {
+  std::string file;
+  bool json = false;
+};
+struct BagCopyOptions : BagOptions {
+  std::string out;
+  std::vector<std::string> files{};  // merge: instead of `file`
+  Selection what{};
+};
+struct BagCatOptions : BagOptions {
+  Selection what{};
+};
+struct BagTopicOptions : BagOptions {
+  std::string out;  // csv: empty: standard output
+  Selection what{};
+};
+
+int bag_info(const BagOptions& options);
+int bag_check(const BagOptions& options);
+int bag_recover(const BagCopyOptions& options);
+int bag_cut(const BagCopyOptions& options);
+int bag_filter(const BagCopyOptions& options);
+int bag_merge(const BagCopyOptions& options);
+int bag_cat(const BagCatOptions& options);
+int bag_csv(const BagTopicOptions& options);
+int bag_images(const BagTopicOptions& options);
+
+}  // namespace sinew::app

@@ -1,0 +1,27 @@
+#pragma once
+#include <optional>
+#include <string>
+
+#include "record/reader.hpp"
+#include "record/writer.hpp"
+
+namespace sinew::record {
+
+struct Copied {
+  std::uint64_t messages = 0, attachments = 0, metadata = 0;
+  std::vector<Problem> problems;  // what could not be kept, and why
+};
+
+/// Options for a writer of what `from` holds: its profile and library, zstd where it has that.
+WriterOptions options_like(const Reader& from);
+
+/// A topic that two of these files have with different schemas, in words; nothing: they can be merged.
+std::optional<std::string> topic_conflict(std::span<Reader* const> from);
+
+/// Copies what a query asks for and can be read: messages with their channels and schemas, every attachment, all
+/// metadata; what several files have alike, once. Messages of one file keep its order, those of several are in the
+/// order of log time. The caller finishes `to`.
+/// Errors:  those of the writer.
+hal::Status copy(std::span<Reader* const> from, const Query& what, Writer& to, Copied& result);
+
+}  // namespace sinew::record

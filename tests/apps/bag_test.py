@@ -1,0 +1,315 @@
+"""sinew bag: what it finds in, and makes of, the recording of a flight.
+
+usage: bag_test.py SINEW ROBOT_FILE [unittest arguments]
+
+With SINEW_KEEP_FILES the files stay in that folder, for the readers of others.
+"""
+import csv
+import hashlib
+import io
+import json
+import os
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+import unittest
+import zlib
+
+SINEW, QUAD = sys.argv[1:3]
+FOLDER = tempfile.TemporaryDirectory(prefix="sinew_bag_")
+RUN_DIR = tempfile.TemporaryDirectory(prefix="sinew_run_")  # other tests run robots of the same names
+os.environ["SINEW_RUN_DIR"] = RUN_DIR.name
+os.environ.pop("SINEW_RECORD", None)
+
+
+def run(*arguments, **options):
+    done = subprocess.run([SINEW, *arguments], capture_output=True, text=True, timeout=300, **options)
+    return done.returncode, done.stdout, done.stderr
+
+
+def path(name):
+    return f"{FOLDER.name}/{name}"
+
+
+def bag(*arguments):
+    return run("bag", *arguments)
+
+
+def setUpModule():
+    global FLIGHT
+    code, out, err = run("run", QUAD, "--virtual", "--duration", "2", "--camera", "64x48", "--runs", path("runs"))
+    # Two seconds are no landing; the recording is what counts.
+    runs = os.listdir(path("runs")) if os.path.isdir(path("runs")) else []
+    if len(runs) != 1:
+        raise RuntimeError(f"{code} {out} {err}")
+    FLIGHT = path("flight.mcap")
+    shutil.copy(path(f"runs/{runs[0]}/run.mcap"), FLIGHT)
+
+
+def tearDownModule():
+    keep = os.environ.get("SINEW_KEEP_FILES")
+    if keep:
+        for name in os.listdir(FOLDER.name):
+            if name.endswith(".mcap") and not name.startswith("damaged"):
+                shutil.copy(path(name), f"{keep}/bag-{name}")
+    FOLDER.cleanup()
+    RUN_DIR.cleanup()
+
+
+def cat(file, *arguments):
+    code, out, err = bag("cat", file, *arguments)
+    if code != 0:
+        raise AssertionError(err)
+    return [json.loads(line) for line in out.splitlines()]
+
+
+def digest(file):
+    with open(file, "rb") as f:
+        return hashlib.sha256(f.read()).digest()
+
+
+def cut_off(name, part):
+    with open(FLIGHT, "rb") as whole, open(path(name), "wb") as head:
+        head.write(whole.read()[:int(os.path.getsize(FLIGHT) * part)])
+    return path(name)
+
+
+class Bag(unittest.TestCase):
+    def make(self, *arguments):
+        """A file made by a command, which must be whole."""
+        code, out, err = bag(*arguments, "--json")
+        self.assertEqual((code, err), (0, ""))
+        made = json.loads(out)
+        self.assertEqual(made["problems"], [])
+        self.assertTrue(json.loads(bag("info", made["file"], "--json")[1])["whole"])
+        self.assertEqual(bag("check", made["file"])[0], 0)
+        return made
+
+    def test_info_says_what_is_there_and_what_ran(self):
+        code, out, _ = bag("info", FLIGHT)
+        self.assertEqual(code, 0)
+        self.assertRegex(out, r"(?m)^imu.raw +sinew_msgs/msg/ImuSample +1999 +1000$")
+        self.assertRegex(out, r"(?m)^  robot +quad$")
+        info = json.loads(bag("info", FLIGHT, "--json")[1])
+        self.assertTrue(info["whole"])
+        self.assertEqual(info["bytes"], os.path.getsize(FLIGHT))
+        self.assertEqual((info["run"]["robot"], info["run"]["board"], info["run"]["seed"]), ("quad", "sim", "1"))
+        self.assertIn("sinew ", info["run"]["build"])
+        self.assertEqual(info["attachments"][0]["bytes"], os.path.getsize(QUAD))
+        self.assertEqual(info["messages"], sum(t["messages"] for t in info["topics"]))
+        self.assertEqual(set(info["compression"]), {"lz4", "none"})
+        self.assertEqual(set(info["verdict"].values()), {"replayable"})
+        self.assertEqual((info["losses"], info["problems"]), ({}, []))
+        self.assertAlmostEqual(info["duration_s"], 2, delta=0.01)
+
+    def test_check_agrees_with_what_the_file_says_of_itself(self):
+        code, out, err = bag("check", FLIGHT)
+        self.assertEqual((code, err), (0, ""))
+        self.assertIn("no problems", out)
+        self.assertRegex(out, r"(?m)^  attitude +replayable$")
+        checked = json.loads(bag("check", FLIGHT, "--json")[1])
+        self.assertEqual((checked["ok"], checked["ended"], checked["problems"]), (True, True, []))
+        self.assertEqual(checked["lost_messages"], {})
+
+    def test_check_finds_a_flipped_bit(self):
+        damaged = path("damaged.mcap")
+        with open(FLIGHT, "rb") as f:
+            content = bytearray(f.read())
+        content[len(content) // 2] ^= 4
+        with open(damaged, "wb") as f:
+            f.write(content)
+        code, out, err = bag("check", damaged)
+        self.assertEqual(code, 1)
+        self.assertIn("bad checksum", err)
+        self.assertIn('the file says "replayable"', err)
+        self.assertFalse(json.loads(bag("check", damaged, "--json")[1])["ok"])
+
+    def test_a_file_that_was_cut_off_says_so_and_is_made_whole(self):
+        damaged = cut_off("damaged-cut.mcap", 0.6)
+        code, out, err = bag("info", damaged)
+        self.assertEqual(code, 0)
+        self.assertIn("cut off", err)
+        self.assertIn(f"bag recover {damaged} OUT", err)
+        self.assertIn("imu.raw", out)
+        self.assertEqual(bag("check", damaged)[0], 1)
+        code, out, err = bag("recover", damaged, path("recovered.mcap"), "--json")
+        self.assertEqual(code, 0)
+        self.assertIn("cut off", err)
+        recovered = json.loads(out)
+        self.assertGreater(recovered["messages"], 3000)
+        code, out, err = bag("check", path("recovered.mcap"))
+        self.assertEqual((code, err), (0, ""))
+        self.assertIn("no verdict of its own", out)
+        whole = cat(FLIGHT, "--topic", "imu.raw")
+        again = cat(path("recovered.mcap"), "--topic", "imu.raw")
+        self.assertEqual(again, whole[:len(again)])
+
+    def test_cat_shows_every_message_of_every_topic(self):
+        info = json.loads(bag("info", FLIGHT, "--json")[1])
+        lines = cat(FLIGHT)
+        self.assertEqual([l["log_time_ns"] for l in lines], sorted(l["log_time_ns"] for l in lines))
+        for topic in info["topics"]:
+            mine = [l for l in lines if l["topic"] == topic["name"]]
+            self.assertEqual(len(mine), topic["messages"], topic["name"])
+            if topic["name"].startswith("sinew/"):
+                continue
+            self.assertEqual([l["sequence"] for l in mine],
+                             list(range(mine[0]["sequence"], mine[0]["sequence"] + len(mine))) if mine else [])
+        imu = next(l for l in lines if l["topic"] == "imu.raw")
+        self.assertEqual(imu["message"]["stamp"], imu["stamp_ns"])
+        self.assertEqual(set(imu["message"]["gyro_radps"]), {"x", "y", "z"})
+        steps = [s for l in lines if l["topic"] == "sinew/steps" for s in l["message"]["steps"]]
+        self.assertGreater(len(steps), 10000)
+        image = next(l for l in lines if l["topic"] == "camera.raw")["message"]
+        head = next(l for l in lines if l["topic"] == "camera.raw/head")["message"]
+        self.assertEqual(int(image["data"]["hash"], 16), head["pixel_hash"])
+
+    def test_cat_takes_topics_and_times(self):
+        start = json.loads(bag("info", FLIGHT, "--json")[1])["start_ns"]
+        lines = cat(FLIGHT, "--topic", "imu.raw", "--topic", "range.raw", "--from", "0.5", "--until", "1")
+        self.assertEqual({l["topic"] for l in lines}, {"imu.raw", "range.raw"})
+        every = [l for l in cat(FLIGHT) if l["topic"] in ("imu.raw", "range.raw")]
+        self.assertEqual(lines, [l for l in every if 5e8 <= l["log_time_ns"] - start <= 1e9])
+
+    def test_csv_has_a_column_for_each_number(self):
+        code, out, err = bag("csv", FLIGHT, "--topic", "guardian.state")
+        self.assertEqual((code, err), (0, ""))
+        rows = list(csv.DictReader(io.StringIO(out)))
+        lines = cat(FLIGHT, "--topic", "guardian.state")
+        self.assertEqual(len(rows), len(lines))
+        for row, line in zip(rows, lines):
+            self.assertEqual(int(row["log_time_ns"]), line["log_time_ns"])
+            self.assertEqual(int(row["sequence"]), line["sequence"])
+            for i, value in enumerate(line["message"]["measured"]):
+                self.assertEqual(row[f"measured.{i}"] if isinstance(value, str) else float(row[f"measured.{i}"]), value)
+        code, out, _ = bag("csv", FLIGHT, path("state.csv"), "--topic", "filter.state", "--json")
+        self.assertEqual(code, 0)
+        with open(path("state.csv")) as f:
+            rows = list(csv.DictReader(f))
+        self.assertEqual(json.loads(out)["rows"], len(rows))
+        self.assertIn("q_world_base.w", rows[0])
+        code, _, err = bag("csv", FLIGHT, "--topic", "sinew/steps")
+        self.assertEqual(code, 1)
+        self.assertIn("lists of different lengths", err)
+
+    def test_cut_keeps_a_part_of_the_time_and_all_that_was_said(self):
+        start = json.loads(bag("info", FLIGHT, "--json")[1])["start_ns"]
+        made = self.make("cut", FLIGHT, path("cut.mcap"), "--from", "0.5", "--until", "1.5")
+        expected = [l for l in cat(FLIGHT) if 5e8 <= l["log_time_ns"] - start <= 15e8]
+        self.assertEqual(made["messages"], len(expected))
+        by = lambda l: (l["log_time_ns"], l["topic"], l["sequence"], json.dumps(l["message"]))
+        self.assertEqual(sorted(cat(path("cut.mcap")), key=by), sorted(expected, key=by))
+        info = json.loads(bag("info", path("cut.mcap"), "--json")[1])
+        self.assertEqual([a["name"] for a in info["attachments"]], ["robot.toml"])
+        self.assertIn("sinew.edited", info["metadata"])
+        self.assertEqual(info["run"]["robot"], "quad")
+
+    def test_filter_keeps_some_topics(self):
+        self.make("filter", FLIGHT, path("filtered.mcap"), "--topic", "imu.raw", "--topic", "camera.raw")
+        info = json.loads(bag("info", path("filtered.mcap"), "--json")[1])
+        self.assertEqual([t["name"] for t in info["topics"]], ["camera.raw", "imu.raw"])
+        self.assertEqual(set(info["compression"]), {"lz4", "none"}, "images stay as they are")
+        self.assertEqual(cat(path("filtered.mcap")), [l for l in cat(FLIGHT) if l["topic"] in ("imu.raw", "camera.raw")])
+
+    def test_merge_puts_parts_together_again(self):
+        self.make("cut", FLIGHT, path("first.mcap"), "--until", "0.9")
+        self.make("cut", FLIGHT, path("second.mcap"), "--from", "0.9000000005")
+        made = self.make("merge", path("merged.mcap"), path("second.mcap"), path("first.mcap"))
+        self.assertEqual(made["attachments"], 1, "the same one in both")
+        by = lambda l: (l["log_time_ns"], l["topic"], l["sequence"], json.dumps(l["message"]))
+        self.assertEqual(sorted(cat(path("merged.mcap")), key=by), sorted(cat(FLIGHT), key=by))
+
+    def test_merge_refuses_a_topic_with_two_types(self):
+        small = path("damaged-small.mcap")
+        self.assertEqual(bag("filter", FLIGHT, small, "--topic", "range.raw")[0], 0)
+        renamed = path("damaged-renamed.mcap")
+        write_mcap(renamed, "range.raw", "sinew_msgs/msg/RangeSample", "int64 stamp\nfloat64 range_cm\n",
+                   [struct.pack("<Iqd", 0x100, 5, 1.5)])
+        code, _, err = bag("merge", path("damaged-merged.mcap"), small, renamed)
+        self.assertEqual(code, 1)
+        self.assertIn("topic range.raw: sinew_msgs/msg/RangeSample with different fields", err)
+        self.assertFalse(os.path.exists(path("damaged-merged.mcap")))
+        code, out, err = bag("cat", renamed)
+        self.assertEqual(code, 0)
+        self.assertEqual(json.loads(out)["message"], {"stamp": 5, "range_cm": 1.5})
+        self.assertIn("another version than this program's; shown as recorded", err)
+
+    def test_what_is_not_known_is_said_and_not_shown(self):
+        unknown = path("damaged-unknown.mcap")
+        write_mcap(unknown, "x", "some.Thing", "syntax = \"proto3\"", [b"abc"], encoding="protobuf")
+        code, out, err = bag("cat", unknown)
+        self.assertEqual((code, out), (1, ""))
+        self.assertIn('x: not shown: messages in "cdr" by a schema in "protobuf"', err)
+        write_mcap(path("damaged-short.mcap"), "x", "a_msgs/msg/B", "uint64 x", [struct.pack("<II", 0x100, 5)])
+        code, out, err = bag("cat", path("damaged-short.mcap"))
+        self.assertEqual((code, out), (1, ""))
+        self.assertIn("x: not shown: its bytes do not fit their schema", err)
+
+    def test_images_are_png_files_in_the_order_of_time(self):
+        code, out, err = bag("images", FLIGHT, path("images"), "--topic", "camera.raw", "--json")
+        self.assertEqual((code, err), (0, ""))
+        names = sorted(os.listdir(path("images")))
+        lines = cat(FLIGHT, "--topic", "camera.raw")
+        self.assertEqual(json.loads(out)["images"], len(lines))
+        self.assertEqual([int(n[:-4]) for n in names], [l["stamp_ns"] for l in lines])
+        for name in names:
+            with open(path(f"images/{name}"), "rb") as f:
+                content = f.read()
+            self.assertEqual(content[:8], b"\x89PNG\r\n\x1a\n")
+            self.assertEqual(struct.unpack(">II", content[16:24]), (64, 48))
+        code, _, err = bag("images", FLIGHT, path("more"), "--topic", "imu.raw")
+        self.assertEqual(code, 2)
+        self.assertIn("no images", err)
+
+    def test_what_cannot_be_begun_ends_with_2_and_touches_nothing(self):
+        with open(path("text"), "w") as f:
+            f.write("no recording")
+        before = digest(FLIGHT)
+        for arguments, words in (
+                (["info", path("no such")], "no such file"),
+                (["check", path("text")], "not an MCAP file"),
+                (["cat", path("text")], "not an MCAP file"),
+                (["cat", FLIGHT, "--topic", "nothing"], "no topic nothing in the file; it has"),
+                (["cut", FLIGHT, FLIGHT, "--from", "1"], "exists; nothing is overwritten"),
+                (["cut", FLIGHT, path("x")], "--from, --until or both"),
+                (["cut", FLIGHT, path("no/x"), "--from", "1"], "no such folder"),
+                (["csv", FLIGHT, FLIGHT, "--topic", "imu.raw"], "exists; nothing is overwritten"),
+                (["merge", path("x"), FLIGHT], "files"),
+                (["filter", FLIGHT, path("x")], "--topic is required"),
+                ([], "A subcommand is required")):
+            code, out, err = bag(*arguments)
+            self.assertEqual((code, out), (2, ""), (arguments, out, err))
+            self.assertIn(words, err)
+        self.assertFalse(os.path.exists(path("x")))
+        self.assertEqual(digest(FLIGHT), before)
+
+    def test_completion_offers_files(self):
+        self.assertEqual(run("complete", "bag", "info", "")[1], ":file\n")
+        self.assertEqual(run("complete", "bag", "images", "x", "")[1], ":folder\n")
+        self.assertIn("recover", run("complete", "bag", "rec")[1])
+
+
+def write_mcap(name, topic, type_name, schema, messages, encoding="ros2msg"):
+    """A file of others: no chunks, no summary; what our reader takes by looking at everything."""
+    def text(s):
+        return struct.pack("<I", len(s.encode())) + s.encode()
+
+    def record(op, content):
+        return struct.pack("<BQ", op, len(content)) + content
+
+    inner = record(3, struct.pack("<H", 1) + text(type_name) + text(encoding) + text(schema))
+    inner += record(4, struct.pack("<HH", 1, 1) + text(topic) + text("cdr") + struct.pack("<I", 0))
+    for i, data in enumerate(messages):
+        inner += record(5, struct.pack("<HIQQ", 1, i, i, i) + data)
+    chunk = record(6, struct.pack("<QQQI", 0, len(messages) - 1, len(inner), zlib.crc32(inner)) + text("") +
+                   struct.pack("<Q", len(inner)) + inner)
+    magic = b"\x89MCAP0\r\n"
+    with open(name, "wb") as f:
+        f.write(magic + record(1, text("") + text("test")) + chunk + record(15, struct.pack("<I", 0)) +
+                record(2, struct.pack("<QQI", 0, 0, 0)) + magic)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[3:]], verbosity=2)

@@ -1,0 +1,286 @@
+#include "record/run/run_review.hpp"
+
+#include <gmock/gmock.h>
+
+#include <atomic>
+#include <thread>
+
+#include "../../rt/graph_fixture.hpp"
+#include "../memory_file.hpp"
+#include "hal/linux/os.hpp"
+#include "modules.hpp"
+#include "record/check.hpp"
+#include "record/copy.hpp"
+#include "record/run/run_messages.hpp"
+#include "record/run/run_recorder.hpp"
+
+namespace sinew::record {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+/// A flight of numbers and pictures in virtual time, and what is found in its file.
+class RunReviewOf : public ::testing::Test {
+ protected:
+  RunReviewOf() {
+    robot.configure_options.recorded = true;
+    robot.add<Numbers>("numbers");
+    robot.add<Sums>("sums", {{"latest", "numbers.out"}, {"all", "numbers.out"}});
+    robot.add<Pictures>("pictures");
+    robot.add<Looks>("looks", {{"image", "pictures.image"}});
+    robot.periodic("fast", 3, 1ms, {"numbers"});
+    robot.periodic("slow", 2, 7ms, {"sums"});
+    robot.periodic("view", 1, 10ms, {"pictures", "looks"});
+    robot.spec.topics.push_back({"pictures.image", Pictures::kBytes, Pictures::kBytes, 5});
+    robot.grants.at(rt::Time{100'500'000}, [this] { ASSERT_TRUE(robot.graph().set_param("numbers", "gain", 2.5)); });
+  }
+
+  /// `room`: of the first disk, until the flight ends.
+  std::unique_ptr<RunRecorder> fly(const RecorderOptions& options = {}, std::uint64_t room = ~std::uint64_t{0}) {
+    auto recorder = open(RunRecorder::Pace::waited_for, options);
+    disks[0]->room = room;
+    run(*recorder);
+    disks[0]->room = ~std::uint64_t{0};  // somebody made room
+    EXPECT_TRUE(recorder->finish());
+    return recorder;
+  }
+
+  std::unique_ptr<RunRecorder> open(RunRecorder::Pace pace, const RecorderOptions& options) {
+    auto opened = RunRecorder::open(
+        robot.build(), pace,
+        [this](unsigned part) -> hal::Result<std::unique_ptr<hal::OutputFile>> {
+          while (disks.size() <= part) disks.push_back(std::make_unique<Disk>());
+          return std::unique_ptr<hal::OutputFile>(new MemoryOutput(*disks[part]));
+        },
+        {.unix_ns = 1'700'000'000'000'000'000}, options);
+    EXPECT_TRUE(opened);
+    return std::move(*opened);
+  }
+
+  void run(RunRecorder& recorder) {
+    robot.grants.end = rt::Time{400'000'000};
+    rt::DiscreteOptions discrete;
+    discrete.observer = &recorder.observer();
+    rt::DiscreteExecutor executor(robot.graph(), robot.clock, robot.grants, discrete);
+    EXPECT_TRUE(executor.run());
+  }
+
+  static std::unique_ptr<Reader> read(const Bytes& bytes) {
+    Problem why;
+    auto reader = Reader::open(std::make_unique<MemoryInput>(bytes), why);
+    EXPECT_TRUE(reader) << to_string(why);
+    return reader;
+  }
+  RunReview found(unsigned part = 0) { return review(*read(disks.at(part)->bytes)); }
+
+  /// A whole file without the messages that `left_out` names, and with others changed.
+  template <class F>
+  Bytes without(F&& left_out, bool marked = false) {
+    auto from = read(disks[0]->bytes);
+    Disk to;
+    auto writer = Writer::open(std::make_unique<MemoryOutput>(to), {});
+    Reader* const one = from.get();
+    Copied copied;
+    EXPECT_TRUE(copy({&one, 1}, {.topics = {"nothing but metadata"}}, **writer, copied));
+    std::map<std::uint16_t, std::uint16_t> channels;
+    for (const auto& [id, c] : from->channels()) {
+      const Schema& s = from->schemas().at(c.schema);
+      channels[id] = *(*writer)->add_channel(c.topic, c.message_encoding,
+                                             *(*writer)->add_schema(s.name, s.encoding, s.data), c.metadata);
+    }
+    auto messages = from->messages({.topics = {}, .order = Order::file});
+    Message m;
+    while (messages.next(m) == Next::message) {
+      Bytes data(m.data.begin(), m.data.end());
+      if (left_out(m, data)) continue;
+      EXPECT_TRUE((*writer)->write(channels.at(m.channel->id), m.stamps, data));
+    }
+    if (marked) {
+      EXPECT_TRUE((*writer)->add_metadata({std::string(kEditedName), {{"by", "test"}}}));
+    }
+    EXPECT_TRUE((*writer)->finish());
+    MemoryInput whole(to.bytes);
+    EXPECT_THAT(check(whole), IsEmpty()) << "nothing is wrong with it as a file";
+    return to.bytes;
+  }
+
+  static std::vector<std::string> why_not(const RunReview& review, std::string_view module) {
+    for (const ModuleVerdict& v : review.verdict)
+      if (v.module == module) return v.reasons;
+    return {"no such module"};
+  }
+  static void expect_same(const RunRecorder& recorder, const RunReview& found) {
+    EXPECT_TRUE(found.is_run);
+    EXPECT_TRUE(found.ended);
+    ASSERT_EQ(found.verdict.size(), recorder.verdict().size());
+    for (const ModuleVerdict& v : recorder.verdict()) EXPECT_EQ(why_not(found, v.module), v.reasons) << v.module;
+    for (const auto& [topic, lost] : recorder.lost_messages()) {
+      ASSERT_TRUE(found.lost_messages.contains(topic)) << topic;
+      EXPECT_EQ(found.lost_messages.at(topic).count, lost.count) << topic;
+      EXPECT_EQ(found.lost_messages.at(topic).first, lost.first) << topic;
+    }
+    EXPECT_EQ(found.lost_messages.size(), recorder.lost_messages().size());
+    EXPECT_THAT(found.differences, IsEmpty());
+  }
+
+  rt::Robot robot;
+  std::vector<std::unique_ptr<Disk>> disks;
+};
+
+TEST_F(RunReviewOf, AWholeRunFindsEveryModuleReplayable) {
+  const auto recorder = fly();
+  const RunReview review = found();
+  expect_same(*recorder, review);
+  for (const ModuleVerdict& v : review.verdict) EXPECT_THAT(v.reasons, IsEmpty()) << v.module;
+}
+
+TEST_F(RunReviewOf, WhatWasLeftOutOnPurposeFindsWhatTheRecorderSaid) {
+  const auto recorder = fly({.topics = {"numbers.out", "pictures.image"},
+                             .rate_hz = {{"numbers.out", 100}, {"pictures.image", 30}},
+                             .pixel_bytes_per_s = 2 * Pictures::kBytes});
+  const RunReview review = found();
+  expect_same(*recorder, review);
+  EXPECT_THAT(why_not(review, "sums"), ElementsAre("input numbers.out at 100 Hz", "input numbers.out at 100 Hz"));
+  EXPECT_THAT(why_not(review, "looks"),
+              ElementsAre("input pictures.image at 30 Hz", HasSubstr("pixels of pictures.image not kept from 0.0")));
+}
+
+TEST_F(RunReviewOf, AnInputThatIsNotRecordedIsFound) {
+  const auto recorder = fly({.topics = {"sums.out"}});
+  const RunReview review = found();
+  expect_same(*recorder, review);
+  EXPECT_THAT(why_not(review, "looks"), ElementsAre("input pictures.image is not recorded"));
+}
+
+TEST_F(RunReviewOf, AFullDiskFindsTheGapsThatWereCounted) {
+  const auto recorder = fly({.files = {.writer = {.chunk_bytes = 8 * 1024}}}, 60'000);
+  const RunReview review = found();
+  ASSERT_FALSE(recorder->lost_messages().empty());
+  ASSERT_FALSE(recorder->lost_steps().empty());
+  EXPECT_THAT(review.differences, IsEmpty());
+  for (const auto& [topic, lost] : recorder->lost_messages())
+    EXPECT_EQ(review.lost_messages.at(topic).count, lost.count) << topic;
+  for (const auto& [thread, lost] : recorder->lost_steps())
+    EXPECT_EQ(review.lost_steps.at(thread).count, lost.count) << thread;
+  EXPECT_THAT(why_not(review, "sums"), Contains(HasSubstr("gap in numbers.out at ")));
+  EXPECT_THAT(why_not(review, "numbers"), Contains(HasSubstr("gap in its steps at ")));
+}
+
+TEST_F(RunReviewOf, MessagesOfStepsThatWereLostAreLost) {
+  auto opened = open(RunRecorder::Pace::follows, {.files = {.writer = {.chunk_bytes = 1024}}, .log_room = 100ms});
+  std::atomic<bool> reads = false;
+  disks[0]->on_append = [&] { reads = true; };
+  robot.grants.at(rt::Time{300'500'000}, [&] {  // its log has been full for long
+    ASSERT_TRUE(opened->start(hal::linux_os()));
+    while (!reads) std::this_thread::sleep_for(1ms);
+  });
+  run(*opened);
+  disks[0]->on_append = nullptr;
+  ASSERT_TRUE(opened->finish());
+  EXPECT_TRUE(opened->lost_steps().contains("fast"));
+  EXPECT_TRUE(opened->lost_messages().contains("numbers.out"));
+  const RunReview review = found();
+  EXPECT_THAT(review.differences, IsEmpty());
+  EXPECT_EQ(review.lost_messages.at("numbers.out").count, opened->lost_messages().at("numbers.out").count);
+  EXPECT_THAT(why_not(review, "sums"), Contains(HasSubstr("gap in numbers.out at ")));
+}
+
+TEST_F(RunReviewOf, OneMessageTakenOutIsNamed) {
+  fly();
+  int n = 0;
+  const Bytes copy = without([&](const Message& m, Bytes&) { return m.channel->topic == "numbers.out" && ++n == 200; });
+  const RunReview review = record::review(*read(copy));
+  EXPECT_THAT(
+      review.differences,
+      ElementsAre(HasSubstr("module sums: the file says \"replayable\", its contents \"gap in numbers.out at 0.199 s"),
+                  HasSubstr("numbers.out: 1 are missing, the file says 0")));
+  EXPECT_THAT(why_not(review, "numbers"), IsEmpty());
+}
+
+TEST_F(RunReviewOf, StepsTakenOutAreNamedAlsoAtTheEnd) {
+  fly();
+  for (const bool last : {false, true}) {
+    std::size_t batches = 0, n = 0;
+    const auto of_fast = [](const Message& m) {
+      std::vector<LoggedStep> batch;
+      return m.channel->topic == kStepsTopic && decode(m.data, batch) && batch[0].thread == 0;
+    };
+    static_cast<void>(without([&](const Message& m, Bytes&) { return batches += of_fast(m), false; }));
+    ASSERT_GT(batches, 3u);
+    const Bytes copy =
+        without([&](const Message& m, Bytes&) { return of_fast(m) && ++n == (last ? batches : std::size_t{2}); });
+    const RunReview review = record::review(*read(copy));
+    ASSERT_TRUE(review.lost_steps.contains("fast"));
+    EXPECT_THAT(why_not(review, "numbers"), ElementsAre(HasSubstr("gap in its steps at ")));
+    EXPECT_THAT(review.differences,
+                Contains(HasSubstr("thread fast: " + std::to_string(review.lost_steps.at("fast").count) +
+                                   " are missing, the file says 0")));
+  }
+}
+
+TEST_F(RunReviewOf, ARequestTakenOutIsAGapInTheStepsOfItsThread) {
+  fly();
+  const RunReview review =
+      record::review(*read(without([&](const Message& m, Bytes&) { return m.channel->topic == kRequestsTopic; })));
+  EXPECT_THAT(why_not(review, "numbers"), ElementsAre(HasSubstr("gap in its steps at 0.10")));
+}
+
+TEST_F(RunReviewOf, PixelsTakenOutOrChangedAreNamed) {
+  fly();
+  int n = 0;
+  const Bytes gone =
+      without([&](const Message& m, Bytes&) { return m.channel->topic == "pictures.image" && ++n == 7; });
+  EXPECT_THAT(record::review(*read(gone)).differences, Contains(HasSubstr("gap in pictures.image at 0.06")));
+  n = 0;
+  const Bytes changed = without([&](const Message& m, Bytes& data) {
+    if (m.channel->topic == "pictures.image" && ++n == 7) data.back() ^= std::byte{1};
+    return false;
+  });
+  EXPECT_THAT(record::review(*read(changed)).differences, ElementsAre(HasSubstr("pictures.image: 1 images from 0.06")));
+}
+
+TEST_F(RunReviewOf, APartIsNotHeldAgainstTheVerdictOfTheWhole) {
+  fly();
+  const std::uint64_t begin = 1'700'000'000'200'000'000;
+  const Bytes part = without([&](const Message& m, Bytes&) { return m.stamps.log_time < begin; }, true);
+  const RunReview review = record::review(*read(part));
+  EXPECT_TRUE(review.is_part);
+  EXPECT_THAT(review.differences, IsEmpty());
+  for (const ModuleVerdict& v : review.verdict) EXPECT_THAT(v.reasons, IsEmpty()) << v.module;
+}
+
+TEST_F(RunReviewOf, EveryFileOfASplitRunAgreesWithWhatIsSaidOfAll) {
+  fly({.files = {.file_duration = 100ms}});
+  ASSERT_GT(disks.size(), 2u);
+  for (unsigned part = 0; part < disks.size(); ++part) {
+    const RunReview review = found(part);
+    EXPECT_EQ(review.ended, part + 1 == disks.size());
+    EXPECT_THAT(review.differences, IsEmpty()) << part;
+    for (const ModuleVerdict& v : review.verdict) EXPECT_THAT(v.reasons, IsEmpty()) << part << v.module;
+  }
+}
+
+TEST_F(RunReviewOf, AFileThatWasCutOffHasNoVerdictToBeHeldAgainst) {
+  fly({.files = {.writer = {.chunk_bytes = 8 * 1024}}});
+  Bytes head(disks[0]->bytes.begin(),
+             disks[0]->bytes.begin() + static_cast<std::ptrdiff_t>(disks[0]->bytes.size() / 2));
+  const RunReview review = record::review(*read(head));
+  EXPECT_TRUE(review.is_run);
+  EXPECT_FALSE(review.ended);
+  EXPECT_THAT(review.differences, IsEmpty());
+}
+
+TEST(RunReview, AnyOtherFileIsNoRun) {
+  Disk disk;
+  auto writer = Writer::open(std::make_unique<MemoryOutput>(disk), {});
+  ASSERT_TRUE((*writer)->finish());
+  Problem why;
+  EXPECT_FALSE(review(*Reader::open(std::make_unique<MemoryInput>(disk.bytes), why)).is_run);
+}
+
+}  // namespace
+}  // namespace sinew::record
