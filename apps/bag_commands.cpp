@@ -79,6 +79,10 @@ void add_bag_commands(CLI::App& app, CommandContext& context) {
   add_out(filter.app, filter.options.out);
   add_topics(filter.app, filter.options.what, "this one; may be given again")->required();
 
+  auto convert = file_command(bag, context, "convert", "a file for the programs of others", bag_convert);
+  add_out(convert.app, convert.options.out);
+  convert.app.add_flag("--ros2", convert.options.ros2, "messages that ROS 2 has, too, become that type")->required();
+
   auto merge = bag_command(bag, context, "merge", "one file of several, in the order of time", bag_merge);
   add_out(merge.app, merge.options.out);
   merge.app.add_option("files", merge.options.files, "MCAP files")->required()->expected(2, 1000)->type_name(kFileHint);

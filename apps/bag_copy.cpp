@@ -8,6 +8,7 @@
 #include "apps/commands.hpp"
 #include "apps/live_robot.hpp"
 #include "record/copy.hpp"
+#include "record/run/ros2_convert.hpp"
 #include "record/run/run_review.hpp"
 
 namespace sinew::app {
@@ -15,14 +16,20 @@ namespace {
 
 using Readers = std::vector<std::unique_ptr<record::Reader>>;
 
-/// `said`: what the copy is marked with; nothing: it stands for the whole.
-hal::Status write_copy(const Readers& readers, const record::Query& query, const record::Texts& said,
+/// `said`: what the copy is marked with; nothing: it stands for the whole. `ros2`: as messages of ROS 2.
+hal::Status write_copy(const Readers& readers, const record::Query& query, const record::Texts& said, bool ros2,
                        std::unique_ptr<hal::OutputFile> out, record::Copied& copied) {
-  auto writer = record::Writer::open(std::move(out), options_like(*readers.front()));
+  record::WriterOptions how = options_like(*readers.front());
+  std::unique_ptr<record::Conversion> conversion;
+  if (ros2) {
+    how.profile = "ros2";
+    conversion = record::to_ros2(record::unix_ns_of(*readers.front()));
+  }
+  auto writer = record::Writer::open(std::move(out), how);
   if (!writer) return writer.error();
   std::vector<record::Reader*> from;
   for (const auto& reader : readers) from.push_back(reader.get());
-  if (auto done = record::copy(from, query, **writer, copied); !done) return done;
+  if (auto done = record::copy(from, query, **writer, copied, conversion.get()); !done) return done;
   if (!said.empty())
     if (auto done = (*writer)->add_metadata({std::string(record::kEditedName), said}); !done) return done;
   return (*writer)->finish();
@@ -48,7 +55,7 @@ int say(const BagCopyOptions& options, const record::Copied& copied) {
 }
 
 int make_copy(const BagCopyOptions& options, const char* what, const std::vector<std::string>& files,
-              record::Texts said) {
+              record::Texts said, bool ros2 = false) {
   record::Copied copied;
   {
     Progress progress(what);
@@ -69,7 +76,7 @@ int make_copy(const BagCopyOptions& options, const char* what, const std::vector
       said["by"] = std::string("sinew bag ") + what;
       for (std::size_t i = 0; i < files.size(); ++i) said[fmt::format("of_{:03}", i)] = files[i];
     }
-    if (const auto done = write_copy(readers, *query, said, std::move(out), copied); !done) {
+    if (const auto done = write_copy(readers, *query, said, ros2, std::move(out), copied); !done) {
       std::error_code ignored;
       std::filesystem::remove(options.out, ignored);  // it is ours, and not whole
       return fail(file_error(options.out, done.error()), kFailed);
@@ -94,6 +101,10 @@ int bag_filter(const BagCopyOptions& options) {
   std::string topics;
   for (const auto& topic : options.what.topics) topics += (topics.empty() ? "" : " ") + topic;
   return make_copy(options, "filter", {options.file}, {{"topics", topics}});
+}
+
+int bag_convert(const BagCopyOptions& options) {
+  return make_copy(options, "convert", {options.file}, {{"to", "ros2"}}, options.ros2);
 }
 
 int bag_merge(const BagCopyOptions& options) {

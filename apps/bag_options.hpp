@@ -11,6 +11,7 @@ struct BagOptions {
 struct BagCopyOptions : BagOptions {
   std::string out;
   std::vector<std::string> files{};  // merge: instead of `file`
+  bool ros2 = false;                 // convert: to what
   Selection what{};
 };
 struct BagCatOptions : BagOptions {
@@ -27,6 +28,7 @@ int bag_recover(const BagCopyOptions& options);
 int bag_cut(const BagCopyOptions& options);
 int bag_filter(const BagCopyOptions& options);
 int bag_merge(const BagCopyOptions& options);
+int bag_convert(const BagCopyOptions& options);
 int bag_cat(const BagCatOptions& options);
 int bag_csv(const BagTopicOptions& options);
 int bag_images(const BagTopicOptions& options);

@@ -20,8 +20,8 @@ SchemaKey key_of(const Reader& reader, std::uint16_t schema) {
 
 class Copy {
  public:
-  Copy(std::span<Reader* const> from, const Query& what, Writer& to, Copied& result)
-      : what_(what), to_(to), result_(result) {
+  Copy(std::span<Reader* const> from, const Query& what, Writer& to, Copied& result, Conversion* conversion)
+      : what_(what), to_(to), result_(result), conversion_(conversion) {
     for (Reader* reader : from) sources_.push_back({*reader});
   }
 
@@ -42,6 +42,7 @@ class Copy {
   struct Source {
     Reader& reader;
     std::map<std::uint16_t, std::uint16_t> schemas{}, channels{};  // new numbers of the old ones
+    std::map<std::uint16_t, const Schema*> converted{};            // of the channels that become something else
     std::optional<MessageReader> messages{};
     Message message{};
   };
@@ -64,7 +65,7 @@ class Copy {
     for (const auto& [id, channel] : source.reader.channels())
       if (wanted(channel))
         if (auto done = add_channel(source, channel); !done) return done;
-    if (!what_.topics.empty()) return {};
+    if (!what_.topics.empty() || conversion_) return {};
     for (const auto& [id, schema] : source.reader.schemas())  // those of no channel, too
       if (auto done = add_schema(source, id); !done) return done;
     return {};
@@ -93,7 +94,22 @@ class Copy {
     return {};
   }
 
+  /// A channel whose messages become something else.
+  Status add_converted(Source& source, const Channel& channel, const Schema& from, const Schema& to) {
+    auto schema = to_.add_schema(to.name, to.encoding, to.data);
+    if (!schema) return schema.error();
+    auto added = to_.add_channel(channel.topic, channel.message_encoding, *schema, channel.metadata);
+    if (!added) return added.error();
+    source.channels[channel.id] = *added;
+    source.converted[channel.id] = &from;
+    return {};
+  }
+
   Status add_channel(Source& source, const Channel& channel) {
+    if (const auto from = source.reader.schemas().find(channel.schema);
+        conversion_ && from != source.reader.schemas().end())
+      if (const auto to = conversion_->schema(channel, from->second))
+        return add_converted(source, channel, from->second, *to);
     if (auto done = add_schema(source, channel.schema); !done) return done;
     const ChannelKey key(channel.topic, channel.message_encoding, channel.metadata,
                          key_of(source.reader, channel.schema));
@@ -163,11 +179,23 @@ class Copy {
       const Message& m = source.message;
       if (!source.channels.contains(m.channel->id))  // the summary need not have it
         if (auto done = add_channel(source, *m.channel); !done) return done;
-      if (auto done = to_.write(source.channels[m.channel->id], m.stamps, m.data); !done) return done;
-      ++result_.messages;
+      if (auto done = write(source, m); !done) return done;
       if (!advance(source)) open.erase(first);
     }
     return {};
+  }
+
+  Status write(Source& source, const Message& m) {
+    auto data = m.data;
+    if (const auto from = source.converted.find(m.channel->id); from != source.converted.end()) {
+      data = conversion_->convert(m, *from->second);
+      if (data.empty()) {
+        note({ProblemKind::bad_record, 0, "a message of " + m.channel->topic + " does not fit its schema"});
+        return {};
+      }
+    }
+    ++result_.messages;
+    return to_.write(source.channels[m.channel->id], m.stamps, data);
   }
 
   /// What was found on opening is told again by the messages.
@@ -181,6 +209,7 @@ class Copy {
   const Query& what_;
   Writer& to_;
   Copied& result_;
+  Conversion* const conversion_;
   std::vector<Source> sources_;
   std::set<std::string> plain_;
   std::multimap<SchemaKey, std::uint16_t> schemas_;
@@ -213,8 +242,8 @@ std::optional<std::string> topic_conflict(std::span<Reader* const> from) {
   return std::nullopt;
 }
 
-Status copy(std::span<Reader* const> from, const Query& what, Writer& to, Copied& result) {
-  return Copy(from, what, to, result).run();
+Status copy(std::span<Reader* const> from, const Query& what, Writer& to, Copied& result, Conversion* conversion) {
+  return Copy(from, what, to, result, conversion).run();
 }
 
 }  // namespace sinew::record

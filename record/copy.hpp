@@ -12,6 +12,17 @@ struct Copied {
   std::vector<Problem> problems;  // what could not be kept, and why
 };
 
+/// What copy() makes of messages of some kinds.
+/// Thread:  owner.
+class Conversion {
+ public:
+  virtual ~Conversion() = default;
+  /// What the messages of this channel become; nothing: they stay as they are.
+  virtual std::optional<Schema> schema(const Channel& channel, const Schema& from) = 0;
+  /// A message of such a channel; empty: it is no message of its schema. Owner: good until the next call.
+  virtual std::span<const std::byte> convert(const Message& message, const Schema& from) = 0;
+};
+
 /// Options for a writer of what `from` holds: its profile and library, zstd where it has that.
 WriterOptions options_like(const Reader& from);
 
@@ -22,6 +33,7 @@ std::optional<std::string> topic_conflict(std::span<Reader* const> from);
 /// metadata; what several files have alike, once. Messages of one file keep its order, those of several are in the
 /// order of log time. The caller finishes `to`.
 /// Errors:  those of the writer.
-hal::Status copy(std::span<Reader* const> from, const Query& what, Writer& to, Copied& result);
+hal::Status copy(std::span<Reader* const> from, const Query& what, Writer& to, Copied& result,
+                 Conversion* conversion = nullptr);
 
 }  // namespace sinew::record

@@ -304,14 +304,17 @@ bool decode(std::span<const std::byte> bytes, ImageHead& h) {
   return cdr.at_end();
 }
 
-void encode_image_head(Buffer& to, const msg::Image& image, std::int64_t unix_ns, std::string_view frame_id) {
+void put_header(CdrWriter& to, std::int64_t stamp_ns, std::string_view frame_id) {
   constexpr std::int64_t kSecond = 1'000'000'000;
-  const std::int64_t stamp = image.stamp.ns + unix_ns;
-  const std::int64_t sec = stamp / kSecond - (stamp % kSecond < 0 ? 1 : 0);
+  const std::int64_t sec = stamp_ns / kSecond - (stamp_ns % kSecond < 0 ? 1 : 0);
+  to.number(static_cast<std::int32_t>(sec));
+  to.number(static_cast<std::uint32_t>(stamp_ns - sec * kSecond));
+  to.text(frame_id);
+}
+
+void encode_image_head(Buffer& to, const msg::Image& image, std::int64_t unix_ns, std::string_view frame_id) {
   CdrWriter cdr(to);
-  cdr.number(static_cast<std::int32_t>(sec));
-  cdr.number(static_cast<std::uint32_t>(stamp - sec * kSecond));
-  cdr.text(frame_id);
+  put_header(cdr, image.stamp.ns + unix_ns, frame_id);
   cdr.number(image.height);
   cdr.number(image.width);
   cdr.text(ros_encoding(image.format));

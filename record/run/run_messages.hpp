@@ -62,6 +62,10 @@ ImageHead head_of(const msg::Image& image, bool has_pixels);
 void encode(Buffer& to, const ImageHead& head);
 bool decode(std::span<const std::byte> bytes, ImageHead& head);
 
+class CdrWriter;
+/// A std_msgs/Header.
+void put_header(CdrWriter& to, std::int64_t stamp_ns, std::string_view frame_id);
+
 /// Up to where the pixels begin. `unix_ns`: what is added to the stamp for the header.
 void encode_image_head(Buffer& to, const msg::Image& image, std::int64_t unix_ns, std::string_view frame_id);
 /// A sensor_msgs/msg/Image where it lies.

@@ -236,6 +236,45 @@ class Bag(unittest.TestCase):
         self.assertEqual(json.loads(out)["message"], {"stamp": 5, "range_cm": 1.5})
         self.assertIn("another version than this program's; shown as recorded", err)
 
+    def test_convert_makes_what_ros_2_has_its_types(self):
+        made = self.make("convert", "--ros2", FLIGHT, path("converted.mcap"))
+        info, before = (json.loads(bag("info", f, "--json")[1]) for f in (path("converted.mcap"), FLIGHT))
+        self.assertEqual(info["profile"], "ros2")
+        self.assertEqual(made["messages"], before["messages"])
+        types = {t["name"]: t["type"] for t in info["topics"]}
+        become = {"imu.raw": "sensor_msgs/msg/Imu", "range.raw": "sensor_msgs/msg/Range",
+                  "baro.raw": "sensor_msgs/msg/FluidPressure", "battery.raw": "sensor_msgs/msg/BatteryState",
+                  "filter.state": "nav_msgs/msg/Odometry", "camera.raw": "sensor_msgs/msg/Image"}
+        self.assertEqual(types, {**{t["name"]: t["type"] for t in before["topics"]}, **become})
+        ours, theirs = ([l for l in cat(f) if l["topic"] in become] for f in (FLIGHT, path("converted.mcap")))
+        by = lambda l: (l["topic"], l["log_time_ns"], l["sequence"])
+        for a, b in zip(sorted(ours, key=by), sorted(theirs, key=by), strict=True):
+            self.assertEqual(by(a), by(b))
+            m, r, topic = a["message"], b["message"], a["topic"]
+            self.assertEqual(r["header"]["stamp"]["sec"] * 10**9 + r["header"]["stamp"]["nanosec"], a["stamp_ns"])
+            if topic == "camera.raw":
+                self.assertEqual(m, r)
+            elif topic == "imu.raw":
+                self.assertEqual((r["angular_velocity"], r["linear_acceleration"]), (m["gyro_radps"], m["accel_mps2"]))
+                self.assertEqual(r["orientation_covariance"][0], -1)
+            elif topic == "range.raw":
+                near = m["range_m"] != "NaN"
+                self.assertTrue(abs(r["range"] - m["range_m"]) < 1e-6 if near else r["range"] == "Infinity", (m, r))
+            elif topic == "baro.raw":
+                self.assertEqual(r["fluid_pressure"], m["pressure_pa"])
+            elif topic == "battery.raw":
+                self.assertAlmostEqual(r["voltage"], m["voltage_v"], places=4)
+                self.assertAlmostEqual(r["current"], -m["current_a"], places=4)
+                self.assertAlmostEqual(r["percentage"], m["charge"], places=4)
+            else:
+                self.assertEqual((r["header"]["frame_id"], r["child_frame_id"]), ("odom", "base_link"))
+                self.assertEqual(r["pose"]["pose"]["position"], m["p_world_m"])
+                self.assertEqual(r["pose"]["pose"]["orientation"], m["q_world_base"])
+                self.assertEqual(r["twist"]["twist"]["angular"], m["gyro_radps"])
+                turned = rotated(m["q_world_base"], r["twist"]["twist"]["linear"])
+                for axis, value in m["v_world_mps"].items():
+                    self.assertAlmostEqual(turned[axis], value, places=6)
+
     def test_what_is_not_known_is_said_and_not_shown(self):
         unknown = path("damaged-unknown.mcap")
         write_mcap(unknown, "x", "some.Thing", "syntax = \"proto3\"", [b"abc"], encoding="protobuf")
@@ -289,6 +328,15 @@ class Bag(unittest.TestCase):
         self.assertEqual(run("complete", "bag", "info", "")[1], ":file\n")
         self.assertEqual(run("complete", "bag", "images", "x", "")[1], ":folder\n")
         self.assertIn("recover", run("complete", "bag", "rec")[1])
+
+
+def rotated(q, v):
+    """A vector of the body in world coordinates, by the rotation matrix."""
+    w, x, y, z = (q[k] for k in "wxyz")
+    rows = ((1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+            (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+            (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)))
+    return {axis: sum(a * v[k] for a, k in zip(row, "xyz")) for axis, row in zip("xyz", rows)}
 
 
 def write_mcap(name, topic, type_name, schema, messages, encoding="ros2msg"):
