@@ -93,8 +93,7 @@ TEST(LoggedState, ComesBackAsItWas) {
   EXPECT_EQ(std::tuple(read.order, read.thread, read.module, read.number, read.completed),
             std::tuple(s.order, s.thread, s.module, s.number, s.completed));
   EXPECT_TRUE(std::equal(read.bytes.begin(), read.bytes.end(), std::begin(some), std::end(some)));
-  for (std::size_t size = 0; size < bytes.size(); ++size)
-    EXPECT_FALSE(decode(bytes.bytes().first(size), read, layout));
+  for (std::size_t size = 0; size < bytes.size(); ++size) EXPECT_FALSE(decode(bytes.bytes().first(size), read, layout));
 }
 
 TEST(Image, IsTheImageThatOthersKnowAndComesBack) {
