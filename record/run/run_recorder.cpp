@@ -82,7 +82,9 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     return {};
   }
 
+  bool finished() const { return finished_; }
   hal::Status finish() {
+    finished_ = true;
     stop_thread();
     read_all(true);
     for (std::uint32_t t = 0; t < batches_.size(); ++t) flush_batch(t);
@@ -367,6 +369,7 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
   Buffer scratch_;
   rt::Time now_;  // the newest that was told
   hal::Os* os_ = nullptr;
+  bool finished_ = false;
   std::atomic<bool> stop_{false};
   std::unique_ptr<hal::Thread> thread_;
 };
@@ -380,7 +383,10 @@ hal::Result<std::unique_ptr<RunRecorder>> RunRecorder::open(rt::Graph& graph, Pa
 }
 
 RunRecorder::RunRecorder(std::unique_ptr<Body> body) : body_(std::move(body)) {}
-RunRecorder::~RunRecorder() = default;
+// A run that failed is the one to look at: its record is completed all the same.
+RunRecorder::~RunRecorder() {
+  if (!body_->finished()) static_cast<void>(body_->finish());
+}
 rt::RunObserver& RunRecorder::observer() { return *body_; }
 hal::Status RunRecorder::start(hal::Os& os) { return body_->start(os); }
 hal::Status RunRecorder::finish() { return body_->finish(); }

@@ -284,6 +284,22 @@ TEST_F(Recorded, InRealTimeNobodyWaitsForADiskThatStalls) {
   EXPECT_EQ(numbers + gone, real.runner().topic_stats(0).messages.value()) << "those of lost steps are lost, too";
 }
 
+TEST_F(Recorded, ARunThatEndsWithoutAWordHasAWholeFile) {
+  {
+    auto recorder = open(RunRecorder::Pace::waited_for);
+    robot.grants.end = rt::Time{50'000'000};
+    rt::DiscreteOptions discrete;
+    discrete.observer = &recorder->observer();
+    rt::DiscreteExecutor run(robot.graph(), robot.clock, robot.grants, discrete);
+    ASSERT_TRUE(run.run());
+  }
+  std::size_t numbers = 0;
+  auto reader = read();
+  EXPECT_TRUE(reader->by_summary());
+  each(*reader, "numbers.out", [&](const Message&) { ++numbers; });
+  EXPECT_EQ(numbers, 50u);
+}
+
 TEST_F(Recorded, SplitFilesEachSayWhatRan) {
   RecorderOptions options;
   options.files.file_duration = 100ms;
