@@ -347,7 +347,7 @@ std::string section_header(std::string_view section) {
     return std::find(all.begin(), all.end(), section) != all.end();
   };
   const std::string name(section);
-  if (is_one_of({"robot", "guardian", "sim", "parent"})) return "[" + name + "]";
+  if (is_one_of({"robot", "guardian", "sim", "parent", "record"})) return "[" + name + "]";
   if (is_one_of({"thread", "chain", "failsafe"})) return "[[" + name + "]]";
   if (is_one_of({"topic", "actuator"})) return "[" + name + ".NAME]";
   return {};

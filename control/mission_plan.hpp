@@ -26,8 +26,9 @@ struct MissionParams {
   double stuck_high_s = 6;                 // the same where the range finder says otherwise: it may only sink late
   double slow_unseen_m = 0.5;              // sinks slowly from so much higher where no range finder measures the height
   double timeout_s = 90, blind_s = 8, estimate_lost_s = 0.3;
-  // No phase goes on for ever. A climb takes 4 s, a descent from the highest 12 s, what settles does so in 3 s.
-  double climb_limit_s = 12, hold_limit_s = 12, abort_limit_s = 40;
+  // No phase goes on for ever. A climb takes 4 s, a descent from the highest 12 s; what settles does so in 3 s, but
+  // somebody's module may fly figures above the pad meanwhile.
+  double climb_limit_s = 12, hold_limit_s = 30, abort_limit_s = 40;
   double fall_mps = 1.5;  // it never sinks half as fast by itself: the motors do not carry it
   std::int64_t retries = 3;
 };

@@ -75,7 +75,8 @@ class Copy {
   template <class Key>
   static std::uint16_t shared(const std::multimap<Key, std::uint16_t>& known, const Key& key,
                               const std::map<std::uint16_t, std::uint16_t>& mine) {
-    for (auto [at, end] = known.equal_range(key); at != end; ++at)
+    const auto same = known.equal_range(key);
+    for (auto at = same.first; at != same.second; ++at)
       if (std::none_of(mine.begin(), mine.end(), [&](const auto& m) { return m.second == at->second; }))
         return at->second;
     return 0;

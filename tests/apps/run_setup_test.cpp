@@ -55,7 +55,7 @@ TEST(RobotFileSections, HaveTheirHeaderButForThatOfTheModules) {
   int sections = 0;
   for (std::string section; known >> section; ++sections)
     EXPECT_EQ(section_header(section).find(section) == std::string::npos, section == "module") << section;
-  EXPECT_EQ(sections, 10);
+  EXPECT_EQ(sections, 11);
   EXPECT_EQ(section_header("nothing"), "");
 }
 
