@@ -62,10 +62,12 @@ class ParentFlight(unittest.TestCase):
         self.run_ = subprocess.Popen([SINEW, "run", self.robot, "--plant", address, "--plain"], cwd=self.folder.name,
                                      stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
         self.addCleanup(self.end, self.run_)
+        said = ""
         for line in self.run_.stdout:
+            said += line
             if re.search(r"climb|search|approach", line):
                 return
-        self.fail("never flew: " + self.run_.stderr.read())
+        self.fail("never flew: " + said + self.run_.stderr.read())
 
     @staticmethod
     def end(process):
