@@ -299,9 +299,10 @@ class Replay {
 
   enum class What : std::uint8_t { steps, requests, states, message, image, image_head };
   void find_channels() {
-    for (const auto& [id, channel] : reader_.channels()) {
+    for (const auto& entry : reader_.channels()) {
+      const Channel& channel = entry.second;
       const auto add = [&](What what, std::uint32_t topic) {
-        channels_.emplace(id, std::pair(what, topic));
+        channels_.emplace(channel.id, std::pair(what, topic));
         names_.push_back(channel.topic);
       };
       if (channel.topic == kStepsTopic) add(What::steps, 0);
