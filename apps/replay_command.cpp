@@ -49,7 +49,8 @@ std::unique_ptr<rt::Graph> graph_of(record::Reader& reader, const ReplayCommand&
   if (std::any_of(spec.modules.begin(), spec.modules.end(),
                   [&](const auto& m) { return m.type == "drivers::CameraSource" && !ran(m.name); }))
     leave_out_camera(spec);
-  for (const auto& [name, value] : record::read_metadata(reader, "sinew.params")) {
+  for (const auto& param : record::read_metadata(reader, "sinew.params")) {
+    const std::string &name = param.first, &value = param.second;
     const bool is_text = value.size() >= 2 && value.front() == '"';
     const auto module = std::find_if(spec.modules.begin(), spec.modules.end(),
                                      [&](const auto& m) { return m.name == name.substr(0, name.find('.')); });
