@@ -93,7 +93,8 @@ bool MessageStore::add_pixels(std::uint32_t sequence, rt::Time published, std::s
   if (!pixels || pixels->size() > kMostPixels) return false;
   Entry& entry = place(sequence, published, pixels->size());
   auto* header = reinterpret_cast<rt::SlotHeader*>(entry.memory.get());
-  std::memcpy(static_cast<msg::Image*>(header->message())->pixels(), pixels->data(), pixels->size());
+  if (!pixels->empty())
+    std::memcpy(static_cast<msg::Image*>(header->message())->pixels(), pixels->data(), pixels->size());
   entry.pixels = pixels->size();
   settle(entry);
   return true;

@@ -314,7 +314,7 @@ void StepLog::read_step(std::uint32_t thread, const std::uint32_t* words) {
     output.first = *words++;
     output.count = *words++;
     output.origin_ns.resize(chains_);
-    std::memcpy(output.origin_ns.data(), words, chains_ * sizeof(std::int64_t));
+    if (chains_ != 0) std::memcpy(output.origin_ns.data(), words, chains_ * sizeof(std::int64_t));
     words += chains_ * 2;
   }
 }
