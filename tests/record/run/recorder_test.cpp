@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include <atomic>
 #include <set>
 #include <thread>
 
@@ -256,7 +257,10 @@ TEST_F(Recorded, AFullDiskCostsMessagesThatAreCountedAndNamed) {
 
 TEST_F(Recorded, InRealTimeNobodyWaitsForADiskThatStalls) {
   auto recorder = open(RunRecorder::Pace::follows, {.files = {.writer = {.chunk_bytes = 4 * 1024}}});
-  disks[0]->on_append = [] { std::this_thread::sleep_for(100ms); };
+  std::atomic<bool> stalls{true};
+  disks[0]->on_append = [&stalls] {
+    if (stalls) std::this_thread::sleep_for(100ms);
+  };
   hal::Os& os = hal::linux_os();
   ASSERT_TRUE(recorder->start(os));
   rt::RealTimeOptions how;
@@ -266,7 +270,7 @@ TEST_F(Recorded, InRealTimeNobodyWaitsForADiskThatStalls) {
   ASSERT_TRUE(real.start());
   std::this_thread::sleep_for(600ms);
   real.stop();
-  disks[0]->on_append = nullptr;
+  stalls = false;
   ASSERT_TRUE(recorder->finish());
   std::size_t numbers = 0, steps = 0;
   auto reader = read();
