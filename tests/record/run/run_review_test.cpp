@@ -179,7 +179,6 @@ TEST_F(RunReviewOf, MessagesOfStepsThatWereLostAreLost) {
     while (!reads) std::this_thread::sleep_for(1ms);
   });
   run(*opened);
-  disks[0]->on_append = nullptr;
   ASSERT_TRUE(opened->finish());
   EXPECT_TRUE(opened->lost_steps().contains("fast"));
   EXPECT_TRUE(opened->lost_messages().contains("numbers.out"));
