@@ -119,7 +119,7 @@ std::unique_ptr<Recording> Recording::open(const Prepared& prepared, const RunOp
   }
   if (!options.virtual_time)
     if (const auto started = (*recorder)->start(hal::linux_os()); !started) return warn(started.error().where), nullptr;
-  return std::unique_ptr<Recording>(new Recording(part_path(folder, 0), std::move(*recorder)));
+  return std::unique_ptr<Recording>(new Recording(folder, std::move(*recorder)));
 }
 
 void Recording::finish(RunSummary& summary) {
@@ -129,18 +129,23 @@ void Recording::finish(RunSummary& summary) {
   for (const auto& v : verdict) modules[v.module] = v.reasons;
   for (const auto& [topic, lost] : recorder_->lost_messages()) messages[topic] = lost.count;
   for (const auto& [thread, lost] : recorder_->lost_steps()) steps[thread] = lost.count;
-  const auto bytes = recorder_->bytes();
+  const std::string path = part_path(folder_, 0);
+  std::uintmax_t bytes = 0;
+  for (unsigned part = 0; part < recorder_->files(); ++part) {
+    std::error_code error;
+    const auto size = fs::file_size(part_path(folder_, part), error);
+    bytes += error ? 0 : size;
+  }
   const std::string files = recorder_->files() > 1 ? fmt::format(" and {} more", recorder_->files() - 1) : "";
-  summary.add(
-      "recorded",
-      fmt::format("{}{}, {:.1f} MB; {}", path_, files, 1e-6 * static_cast<double>(bytes), verdict_text(verdict)),
-      {{"recording",
-        {{"path", path_},
-         {"bytes", bytes},
-         {"files", recorder_->files()},
-         {"not_replayable", modules},
-         {"lost_messages", messages},
-         {"lost_steps", steps}}}});
+  summary.add("recorded",
+              fmt::format("{}{}, {:.1f} MB; {}", path, files, 1e-6 * static_cast<double>(bytes), verdict_text(verdict)),
+              {{"recording",
+                {{"path", path},
+                 {"bytes", bytes},
+                 {"files", recorder_->files()},
+                 {"not_replayable", modules},
+                 {"lost_messages", messages},
+                 {"lost_steps", steps}}}});
   const hal::Status& trouble = finished ? recorder_->trouble() : finished;
   if (!trouble)
     std::fprintf(stderr, "warning: the recording has gaps: %s: %s (%lld)\n", trouble.error().where,

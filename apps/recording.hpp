@@ -31,9 +31,9 @@ class Recording {
   void finish(RunSummary& summary);
 
  private:
-  Recording(std::string path, std::unique_ptr<record::RunRecorder> recorder)
-      : path_(std::move(path)), recorder_(std::move(recorder)) {}
-  std::string path_;
+  Recording(std::string folder, std::unique_ptr<record::RunRecorder> recorder)
+      : folder_(std::move(folder)), recorder_(std::move(recorder)) {}
+  std::string folder_;
   std::unique_ptr<record::RunRecorder> recorder_;
 };
 

@@ -1,16 +1,17 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <charconv>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "apps/bag_file.hpp"
 #include "apps/commands.hpp"
 #include "apps/dataset_run.hpp"
 #include "apps/param_value.hpp"
 #include "apps/robot_file.hpp"
 #include "apps/run_setup.hpp"
-#include "hal/linux/file.hpp"
 #include "hal/linux/os.hpp"
 #include "hal/silent_board.hpp"
 #include "record/run/replay.hpp"
@@ -40,7 +41,8 @@ std::unique_ptr<rt::Graph> graph_of(record::Reader& reader, const ReplayCommand&
   for (const auto& p : loaded.problems) why += rt::to_string(p, loaded.robot.path) + "\n";
   if (!loaded.problems.empty()) return nullptr;
   rt::GraphSpec& spec = loaded.robot.graph;
-  spec.seed = std::stoull(run.at("seed"));
+  const std::string& seed = run.at("seed");
+  std::from_chars(seed.data(), seed.data() + seed.size(), spec.seed);
 
   const auto modules = record::read_metadata(reader, "sinew.modules");
   const auto ran = [&](const std::string& name) {
@@ -98,7 +100,7 @@ int tell(const ReplayCommand& command, const record::ReplayReport& report, doubl
     std::printf("%s\n", all.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
     return code;
   }
-  for (const auto& p : report.problems) std::fprintf(stderr, "warning: %s\n", record::to_string(p).c_str());
+  say_problems(command.file, report.problems);
   for (const auto& m : report.modules) {
     if (!m.stopped.empty())
       std::printf("%s: %llu steps, then %s\n", m.name.c_str(), static_cast<unsigned long long>(m.steps),
@@ -113,11 +115,9 @@ int tell(const ReplayCommand& command, const record::ReplayReport& report, doubl
 }
 
 int replay(const ReplayCommand& command, const rt::ModuleTypes& types) {
-  auto file = hal::open_file(command.file);
-  if (!file) return fail(command.file + ": " + hal::to_string(file.error().code));
-  record::Problem problem;
-  const auto reader = record::Reader::open(std::move(*file), problem);
-  if (!reader) return fail(command.file + ": " + record::to_string(problem));
+  auto progress = std::make_unique<Progress>("replay");
+  const auto reader = open_recording(command.file, *progress);
+  if (!reader) return kNotBegun;
   std::string why;
   const auto graph = graph_of(*reader, command, types, why);
   if (!graph) return fail(command.file + ": " + why);
@@ -129,14 +129,11 @@ int replay(const ReplayCommand& command, const rt::ModuleTypes& types) {
   }
   record::ReplayOptions options;
   options.modules = command.modules;
-  if (command.from_s && reader->statistics()) {
-    const std::int64_t unix_ns = std::atoll(record::read_metadata(*reader, "sinew.run")["unix_ns"].c_str());
-    const auto start = static_cast<std::int64_t>(reader->statistics()->start_time) - unix_ns;
-    options.from = rt::Time{start + static_cast<std::int64_t>(*command.from_s * 1e9)};
-  }
+  options.from_s = command.from_s;
   const hal::Time begin = hal::linux_os().now();
   const auto report = record::replay(*reader, *graph, options, why);
   if (!report) return fail(command.file + ": " + why);
+  progress.reset();
   return tell(command, *report, msg::seconds(hal::linux_os().now() - begin));
 }
 

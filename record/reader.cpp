@@ -151,4 +151,20 @@ bool Reader::read(const MetadataIndex& index, Metadata& metadata, Problem& why) 
 
 MessageReader Reader::messages(const Query& query) { return MessageReader(*this, query); }
 
+Texts read_metadata(Reader& reader, std::string_view name) {
+  Problem why;
+  Metadata m;
+  for (const MetadataIndex& index : reader.metadata())
+    if (index.name == name && reader.read(index, m, why)) return m.values;
+  return {};
+}
+
+std::optional<std::string> read_attachment(Reader& reader, std::string_view name) {
+  Problem why;
+  Attachment a;
+  for (const AttachmentIndex& index : reader.attachments())
+    if (index.name == name && reader.read(index, a, why)) return a.data;
+  return std::nullopt;
+}
+
 }  // namespace sinew::record

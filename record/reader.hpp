@@ -98,4 +98,9 @@ class MessageReader {
   std::unique_ptr<State> state_;
 };
 
+/// The metadata of that name; empty when there is none or it cannot be read.
+Texts read_metadata(Reader& reader, std::string_view name);
+/// The data of the attachment of that name; nothing when there is none or it cannot be read.
+std::optional<std::string> read_attachment(Reader& reader, std::string_view name);
+
 }  // namespace sinew::record

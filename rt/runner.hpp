@@ -45,7 +45,7 @@ struct StepRecord {
   const StepPorts* ports = nullptr;  // valid while it is told
 };
 
-/// Told by the executor's threads; a recorder in virtual time, a test.
+/// Told by the executor's threads: a recorder, a test.
 class RunObserver {
  public:
   virtual ~RunObserver() = default;

@@ -6,7 +6,9 @@
 #include <set>
 
 #include "msg/compare.hpp"
+#include "msg/ros2msg.hpp"
 #include "record/run/message_store.hpp"
+#include "record/run/verdict.hpp"
 #include "rt/step_again.hpp"
 
 namespace sinew::record {
@@ -137,13 +139,14 @@ class Subject {
       }
       inputs_[in.port] = {held, in.updated, in.dropped};
     }
+    for (const LoggedStep::Output& out : s.outputs)
+      if (out.port >= about_.topic.size() || about_.topic[out.port] == rt::kNone)
+        return stop("the record has an output that this module does not have"), false;
     return true;
   }
 
   void missing(const LoggedStep& s, std::uint32_t port, std::uint32_t sequence, bool has_head) {
-    char at[32];
-    std::snprintf(at, sizeof at, "%.3f s", msg::seconds(s.now));
-    stop(std::string("at ") + at + ": input " + about_.declaration.ports[port].name + ": " +
+    stop("at " + seconds_text(s.now) + ": input " + about_.declaration.ports[port].name + ": " +
          (has_head ? "the pixels of message " : "message ") + std::to_string(sequence) +
          (has_head ? " are not in the file" : " is not in the file"));
   }
@@ -218,7 +221,6 @@ class Replay {
 
   hal::Result<ReplayReport> run(std::string& why) {
     if (auto ready = prepare(why); !ready) return ready.error();
-    const auto begin = first_time();
     MessageReader messages = reader_.messages({.topics = names_});
     Message m;
     for (Next next; (next = messages.next(m)) != Next::end;) {
@@ -229,11 +231,10 @@ class Replay {
       const rt::Time t = robot_time(m.stamps.log_time);
       if (t > now_) execute_until(now_ = t);
       take(m, t);
-      if (options_.progress && ++seen_ % 4096 == 0)
-        options_.progress(static_cast<double>(m.stamps.log_time - begin) / static_cast<double>(span_ns_ + 1));
     }
     execute_until(rt::Time{INT64_MAX});
-    report_.length = rt::Duration{static_cast<std::int64_t>(span_ns_)};
+    if (const auto& all = reader_.statistics())
+      report_.length = rt::Duration{static_cast<std::int64_t>(all->end_time - all->start_time)};
     for (auto& s : subjects_)
       if (s) report_.modules.push_back(std::move(s->report));
     return std::move(report_);
@@ -265,17 +266,19 @@ class Replay {
       }
     for (std::uint32_t i = 0; i < graph_.modules().size(); ++i) choose(i);
     find_channels();
-    if (options_.from) find_states();
+    if (options_.from_s && reader_.statistics())
+      find_states(robot_time(reader_.statistics()->start_time) +
+                  rt::Duration{static_cast<std::int64_t>(*options_.from_s * 1e9)});
     return {};
   }
 
-  void find_states() {
+  void find_states(rt::Time until) {
     MessageReader messages = reader_.messages({.topics = {std::string(kStatesTopic)}, .order = Order::file});
     Message m;
     for (Next next; (next = messages.next(m)) != Next::end;) {
       LoggedState state;
       std::uint64_t layout = 0;
-      if (next == Next::message && decode(m.data, state, layout) && state.completed <= *options_.from &&
+      if (next == Next::message && decode(m.data, state, layout) && state.completed <= until &&
           state.module < subjects_.size() && subjects_[state.module])
         subjects_[state.module]->begin_at(state, layout);
     }
@@ -311,17 +314,24 @@ class Replay {
       for (std::uint32_t t = 0; t < graph_.topics().size(); ++t) {
         const rt::GraphTopic& topic = graph_.topics()[t];
         if (!wanted_[t]) continue;
-        if (channel.topic == topic.name) add(topic.type->has_bulk() ? What::image : What::message, t);
-        if (topic.type->has_bulk() && channel.topic == topic.name + "/head") add(What::image_head, t);
+        if (channel.topic == topic.name && same_type(channel, *topic.type))
+          add(topic.type->has_bulk() ? What::image : What::message, t);
+        if (topic.type->has_bulk() && channel.topic == topic.name + std::string(kHeadSuffix)) add(What::image_head, t);
       }
     }
   }
 
-  std::uint64_t first_time() {
-    if (!reader_.statistics()) return 0;
-    span_ns_ = reader_.statistics()->end_time - reader_.statistics()->start_time;
-    return reader_.statistics()->start_time;
+  /// The bytes of another version of a type may well fit this one, and mean something else.
+  bool same_type(const Channel& channel, const msg::TypeInfo& type) {
+    const auto schema = reader_.schemas().find(channel.schema);
+    const std::string ours = type.has_bulk() ? std::string(image_schema().text) : msg::ros2msg_schema(type);
+    if (schema != reader_.schemas().end() && schema->second.data == ours) return true;
+    report_.problems.push_back({ProblemKind::bad_record, 0,
+                                "topic " + channel.topic + ": recorded with another version of " +
+                                    std::string(type.name) + "; its messages are not used"});
+    return false;
   }
+
   rt::Time robot_time(std::uint64_t log_time) const { return {static_cast<std::int64_t>(log_time) - unix_ns_}; }
 
   void take(const Message& m, rt::Time t) {
@@ -416,7 +426,7 @@ class Replay {
   rt::Graph& graph_;
   const ReplayOptions& options_;
   std::int64_t unix_ns_ = 0;
-  std::uint64_t span_ns_ = 0, seen_ = 0, rounds_ = 0;
+  std::uint64_t rounds_ = 0;
   rt::Time now_{INT64_MIN};
   std::vector<MessageStore> stores_;  // by topic
   std::vector<std::uint64_t> next_order_;
@@ -448,22 +458,6 @@ bool ReplayReport::complete() const {
 
 hal::Result<ReplayReport> replay(Reader& reader, rt::Graph& graph, const ReplayOptions& options, std::string& why) {
   return Replay(reader, graph, options).run(why);
-}
-
-Texts read_metadata(Reader& reader, std::string_view name) {
-  Problem why;
-  Metadata m;
-  for (const MetadataIndex& index : reader.metadata())
-    if (index.name == name && reader.read(index, m, why)) return m.values;
-  return {};
-}
-
-std::optional<std::string> read_attachment(Reader& reader, std::string_view name) {
-  Problem why;
-  Attachment a;
-  for (const AttachmentIndex& index : reader.attachments())
-    if (index.name == name && reader.read(index, a, why)) return a.data;
-  return std::nullopt;
 }
 
 }  // namespace sinew::record

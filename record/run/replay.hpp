@@ -1,5 +1,4 @@
 #pragma once
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,11 +10,9 @@ namespace sinew::record {
 
 struct ReplayOptions {
   std::vector<std::string> modules{};  // none: all
-  /// Each module begins behind the last of its saved states before this instant of the robot's clock, or at the
-  /// beginning of the record where there is none.
-  std::optional<rt::Time> from{};
-  /// Told now and then how far it is, 0 to 1.
-  std::function<void(double)> progress{};
+  /// Each module begins behind the last of its saved states before so many seconds of the record, or at its beginning
+  /// where there is none.
+  std::optional<double> from_s{};
 };
 
 /// Where the steps of a module are not what the record says.
@@ -51,10 +48,5 @@ struct ReplayReport {
 ///          a hal::SilentBoard with the seed of the run; nobody else runs it.
 /// Errors:  bad_data with `why` when the file holds no run, or one of other modules.
 hal::Result<ReplayReport> replay(Reader& reader, rt::Graph& graph, const ReplayOptions& options, std::string& why);
-
-/// The metadata of that name; empty when there is none or it cannot be read.
-Texts read_metadata(Reader& reader, std::string_view name);
-/// The attachment of that name.
-std::optional<std::string> read_attachment(Reader& reader, std::string_view name);
 
 }  // namespace sinew::record

@@ -9,7 +9,6 @@
 #include "msg/ros2msg.hpp"
 #include "msg/sensors.hpp"
 #include "record/run/cdr_stream.hpp"
-#include "record/run/replay.hpp"
 #include "record/run/run_messages.hpp"
 
 namespace sinew::record {

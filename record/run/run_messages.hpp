@@ -13,6 +13,8 @@ namespace sinew::record {
 
 inline constexpr std::string_view kStepsTopic = "sinew/steps", kRequestsTopic = "sinew/requests",
                                   kStatesTopic = "sinew/states";
+/// Behind the name of an image topic: its heads.
+inline constexpr std::string_view kHeadSuffix = "/head";
 
 struct RecordSchema {
   std::string_view name, text;  // "sinew_msgs/msg/StepBatch", ros2msg

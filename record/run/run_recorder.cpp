@@ -7,7 +7,6 @@
 #include "msg/cdr.hpp"
 #include "msg/ros2msg.hpp"
 #include "record/run/run_messages.hpp"
-#include "rt/external_source.hpp"
 #include "rt/parameters.hpp"
 #include "rt/saved_state.hpp"
 #include "rt/slot_reader.hpp"
@@ -100,9 +99,7 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     note(writer_->writer().add_metadata({"sinew.newest", std::move(newest)}));
     note(writer_->writer().add_metadata({"sinew.verdict", std::move(verdicts)}));
     note(writer_->writer().add_metadata({"sinew.losses", std::move(losses)}));
-    const hal::Status finished = writer_->finish();
-    bytes_ += writer_->writer().counters().file_bytes;
-    return finished;
+    return writer_->finish();
   }
 
   // ---- of the executor's threads
@@ -134,7 +131,6 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     return lost;
   }
 
-  std::uint64_t bytes_ = 0;
   hal::Status trouble_;
   unsigned parts() const { return writer_->part() + 1; }
 
@@ -231,7 +227,8 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
       }
       const RecordSchema& image = image_schema();
       if (auto s = channel(t.about->name, image.name, image.text, t.channel, Packing::plain); !s) return s;
-      if (auto s = of_record(t.about->name + "/head", image_head_schema(), t.head_channel); !s) return s;
+      if (auto s = of_record(t.about->name + std::string(kHeadSuffix), image_head_schema(), t.head_channel); !s)
+        return s;
     }
     return {};
   }
@@ -393,7 +390,6 @@ hal::Status RunRecorder::finish() { return body_->finish(); }
 std::vector<ModuleVerdict> RunRecorder::verdict() const { return body_->verdict(); }
 std::map<std::string, Losses> RunRecorder::lost_messages() const { return body_->lost_messages(); }
 std::map<std::string, Losses> RunRecorder::lost_steps() const { return body_->lost_steps(); }
-std::uint64_t RunRecorder::bytes() const { return body_->bytes_; }
 unsigned RunRecorder::files() const { return body_->parts(); }
 const hal::Status& RunRecorder::trouble() const { return body_->trouble_; }
 

@@ -24,7 +24,7 @@ struct RecorderOptions {
 /// What the file says of the run besides what happened in it.
 struct RunDescription {
   Texts run{};                            // robot, board, seed, build, ... as metadata "sinew.run"
-  std::vector<Attachment> attachments{};  // the robot file, files read in configure()
+  std::vector<Attachment> attachments{};  // the robot file
   std::int64_t unix_ns = 0;               // added to the robot's clock for the times of the file
 };
 
@@ -39,7 +39,7 @@ class RunRecorder {
   /// Errors:  those of the files and of Writer.
   static hal::Result<std::unique_ptr<RunRecorder>> open(rt::Graph& graph, Pace pace, SplitWriter::OpenPart open_part,
                                                         RunDescription description, const RecorderOptions& options);
-  ~RunRecorder();
+  ~RunRecorder();  // finish() when nobody did; the executor has ended by then, too
 
   /// For RunnerOptions::observer.
   rt::RunObserver& observer();
@@ -53,7 +53,6 @@ class RunRecorder {
   /// Of messages by topic and of steps by thread, where there were any.
   std::map<std::string, Losses> lost_messages() const;
   std::map<std::string, Losses> lost_steps() const;
-  std::uint64_t bytes() const;  // of all files
   unsigned files() const;
   /// The first error of a file, which went on being tried; ok when there was none.
   const hal::Status& trouble() const;

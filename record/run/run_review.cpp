@@ -6,13 +6,10 @@
 #include <unordered_map>
 
 #include "math/hash.hpp"
-#include "record/run/replay.hpp"
 #include "record/run/run_messages.hpp"
 
 namespace sinew::record {
 namespace {
-
-constexpr std::string_view kHead = "/head";
 
 template <class T>
 T number_of(std::string_view text) {
@@ -182,13 +179,13 @@ class Review {
     std::vector<std::string> names;
     for (const Topic& t : topics_) {
       names.push_back(t.kept.name);
-      if (t.is_image) names.push_back(t.kept.name + std::string(kHead));
+      if (t.is_image) names.push_back(t.kept.name + std::string(kHeadSuffix));
     }
     each(std::move(names), [this](const Message& m) {
       const std::string& name = m.channel->topic;
       if (const auto known = topic_by_name_.find(name); known != topic_by_name_.end())
         return message(topics_[known->second], m);
-      head(topics_[topic_by_name_.at(name.substr(0, name.size() - kHead.size()))], m);
+      head(topics_[topic_by_name_.at(name.substr(0, name.size() - kHeadSuffix.size()))], m);
     });
     for (Topic& t : topics_) t.messages.sort();
   }

@@ -115,15 +115,12 @@ class StepLog::Ring {
     std::memset(ring_.get(), 0, words_ * sizeof(std::uint32_t));  // its pages are there before the run
   }
 
-  /// Writer: room for so many words in a row; null when there is none, which is counted.
+  /// Writer: room for so many words in a row; null when there is none.
   std::uint32_t* reserve(std::uint32_t words) noexcept {
     const std::size_t at = written_ & (words_ - 1), to_end = words_ - at;
     const std::size_t skip = words <= to_end ? 0 : to_end;
     // acquire: what the reader has left is read
-    if (written_ + skip + words - tail_.load(std::memory_order_acquire) > words_) {
-      ++lost_;
-      return nullptr;
-    }
+    if (written_ + skip + words - tail_.load(std::memory_order_acquire) > words_) return nullptr;
     if (skip != 0) {
       ring_[at] = 0;  // the rest is nothing
       written_ += skip;
@@ -136,6 +133,7 @@ class StepLog::Ring {
     lost_ = 0;
     head_.store(written_, std::memory_order_release);  // partner: next()
   }
+  void lose() noexcept { ++lost_; }
   std::uint32_t lost() const noexcept { return lost_; }
 
   /// Reader: the next entry, null when there is none; then pop().
@@ -149,7 +147,6 @@ class StepLog::Ring {
     read_ += entry[0];
     tail_.store(read_, std::memory_order_release);
   }
-  std::size_t bytes() const { return words_ * sizeof(std::uint32_t); }
 
  private:
   const std::size_t words_;
@@ -177,7 +174,6 @@ StepLog::StepLog(const rt::Graph& graph, rt::Duration room, rt::Duration state_e
     }
     const auto cycles = static_cast<std::size_t>(cycles_per_s(graph, t) * msg::seconds(room));
     rings_.push_back(std::make_unique<Ring>(std::max(cycles * cycle, 8 * largest)));
-    bytes_ += rings_.back()->bytes();
   }
 }
 
@@ -187,7 +183,7 @@ void StepLog::completed(const rt::StepRecord& r) noexcept {
   Ring& ring = *rings_[r.thread];
   const Ports& ports = ports_[r.module];
   std::uint32_t* const entry = ring.reserve(ports.words);
-  if (!entry) return;
+  if (!entry) return ring.lose();
   const StepHead head{{0, Kind::step, ring.lost()},
                       r.module,
                       r.number,
@@ -215,7 +211,7 @@ void StepLog::tell_state(const rt::StepRecord& r) noexcept {
   if (first) return;
   Ring& ring = *rings_[r.thread];
   std::uint32_t* const entry = ring.reserve(words_of<StateEntry>());
-  if (!entry) return;
+  if (!entry) return;  // a place less to begin at, and nothing lost
   r.ports->save_state(state.bytes);
   state.full.store(true, std::memory_order_release);
   ring.publish(entry, put(entry, StateEntry{{0, Kind::state, ring.lost()}, r.module, r.number, r.completed}));
@@ -251,7 +247,7 @@ std::uint32_t* StepLog::put_outputs(const rt::StepRecord& r, const Ports& ports,
 void StepLog::taken(const rt::Request& request, const rt::Effect& effect, rt::Time now) noexcept {
   Ring& ring = *rings_[request.thread];
   std::uint32_t* const entry = ring.reserve(words_of<RequestEntry>());
-  if (!entry) return;
+  if (!entry) return ring.lose();
   ring.publish(entry, put(entry, RequestEntry{{0, Kind::request, ring.lost()}, request, effect, now}));
 }
 

@@ -78,7 +78,6 @@ class StepLog final : public rt::RunObserver {
   /// Everything that is there of a thread, in its order. `last`: the run is over, so nothing follows what is lost.
   void read(std::uint32_t thread, Visitor& visitor, bool last = false);
   std::uint32_t threads() const { return static_cast<std::uint32_t>(rings_.size()); }
-  std::size_t bytes() const { return bytes_; }
 
  private:
   class Ring;
@@ -96,7 +95,6 @@ class StepLog final : public rt::RunObserver {
   std::vector<std::unique_ptr<Ring>> rings_;
   std::vector<std::uint64_t> order_;  // per thread: of the next entry; the reader's own
   LoggedStep step_;                   // the reader's own: keeps its memory
-  std::size_t bytes_ = 0;
 };
 
 }  // namespace sinew::record

@@ -100,6 +100,9 @@ class Recording(unittest.TestCase):
         run, _ = self.fly("--virtual", "--duration", "3", robot=path)
         self.assertTrue(run["recording"]["path"].startswith("here/quad-"))
         self.assertGreater(run["recording"]["files"], 2)
+        files = glob.glob(f"{self.folder.name}/here/quad-*/run*.mcap")
+        self.assertEqual(len(files), run["recording"]["files"])
+        self.assertEqual(sum(os.path.getsize(f) for f in files), run["recording"]["bytes"])
         self.assertEqual(run["recording"]["not_replayable"]["filter"], ["input imu.raw at 100 Hz"])
         self.assertIn("pixels of camera.raw not kept", run["recording"]["not_replayable"]["pad"][0])
         with open(path, "a") as f:
@@ -111,7 +114,7 @@ class Recording(unittest.TestCase):
     def test_no_recording_and_no_file_are_told_apart(self):
         code, _, err = self.sinew("replay", "no-such.mcap")
         self.assertEqual(code, 2)
-        self.assertIn("no-such.mcap: not found", err)
+        self.assertIn("no-such.mcap: no such file", err)
         path = os.path.join(self.folder.name, "text.mcap")
         with open(path, "w") as f:
             f.write("no recording")

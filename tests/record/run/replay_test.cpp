@@ -116,7 +116,7 @@ TEST_F(ReplayTest, BeginsAtASavedStateWithTheParametersOfThen) {
   RecorderOptions options;
   options.state_every = 50ms;
   fly(400ms, options);
-  const ReplayReport all = again(), late = again({.from = rt::Time{250'000'000}});
+  const ReplayReport all = again(), late = again({.from_s = 0.25});
   EXPECT_EQ(late.first_difference(), nullptr);
   EXPECT_TRUE(late.complete());
   for (const ReplayedModule& m : late.modules) {
