@@ -5,26 +5,11 @@
 #include <memory>
 #include <string>
 
-#include "hal/os.hpp"
+#include "apps/parent_options.hpp"
 #include "hal/stop_line.hpp"
 #include "hal/stream.hpp"
-#include "rt/graph_spec.hpp"
 
 namespace sinew::app {
-
-/// The robot file's [parent].
-struct ParentOptions {
-  hal::Duration hang{};    // no commit of the guardian for so long: the runtime hangs; 0: hang_of()
-  std::string watchdog{};  // "/dev/watchdog"; empty: none
-  hal::Duration watchdog_timeout = std::chrono::seconds(5);
-  std::string save_to = "faults";  // folder in which each fault gets a folder of its own
-};
-
-/// What `hang` has to be at least, two of the smallest lease: without commands the guardian commits twice a lease.
-hal::Duration shortest_hang(const rt::GraphSpec& graph);
-/// The robot file's, or else 500 ms or that, whichever is longer; in time of this machine, for a robot's clock that
-/// runs `rate` times as fast.
-hal::Duration hang_of(const ParentOptions& options, const rt::GraphSpec& graph, double rate);
 
 /// The runtime's end of the line to its parent.
 /// Thread:  owner.

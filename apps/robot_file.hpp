@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-#include "apps/parent.hpp"
+#include "apps/parent_options.hpp"
 #include "apps/record_options.hpp"
 #include "apps/validity.hpp"
 #include "rt/graph.hpp"

@@ -6,11 +6,8 @@
 #include <set>
 #include <thread>
 
-#include "../../rt/graph_fixture.hpp"
-#include "../memory_file.hpp"
 #include "hal/linux/os.hpp"
 #include "math/hash.hpp"
-#include "modules.hpp"
 #include "msg/cdr.hpp"
 #include "msg/compare.hpp"
 #include "msg/image_buffer.hpp"
@@ -18,6 +15,7 @@
 #include "record/check.hpp"
 #include "record/reader.hpp"
 #include "record/run/run_messages.hpp"
+#include "recorded_robot.hpp"
 #include "rt/real_time_executor.hpp"
 
 namespace sinew::record {
@@ -30,58 +28,17 @@ using ::testing::IsEmpty;
 
 constexpr std::int64_t kUnix = 1'700'000'000'000'000'000;
 
-/// A robot with two threads of numbers, one of them with too short a queue, and one of pictures.
-class Recorded : public ::testing::Test {
+class Recorded : public RecordedRobot {
  protected:
   Recorded() {
-    robot.configure_options.recorded = true;
-    robot.add<Numbers>("numbers");
-    robot.add<Sums>("sums", {{"latest", "numbers.out"}, {"all", "numbers.out"}});
-    robot.add<Pictures>("pictures");
-    robot.add<Looks>("looks", {{"image", "pictures.image"}});
-    robot.periodic("fast", 3, 1ms, {"numbers"});
-    robot.periodic("slow", 2, 7ms, {"sums"});
-    robot.periodic("view", 1, 10ms, {"pictures", "looks"});
-    robot.spec.topics.push_back({"pictures.image", Pictures::kBytes, Pictures::kBytes, 5});
-    robot.spec.robot = "recorded";
-  }
-
-  std::unique_ptr<RunRecorder> open(RunRecorder::Pace pace, RecorderOptions options = {}) {
-    RunDescription about;
     about.run = {{"robot", "recorded"}};
     about.attachments.push_back({1, 2, "robot.toml", "application/toml", "text of the robot file"});
     about.unix_ns = kUnix;
-    auto opened = RunRecorder::open(
-        robot.build(), pace,
-        [this](unsigned part) -> hal::Result<std::unique_ptr<hal::OutputFile>> {
-          while (disks.size() <= part) disks.push_back(std::make_unique<Disk>());
-          return std::unique_ptr<hal::OutputFile>(new MemoryOutput(*disks[part]));
-        },
-        about, options);
-    EXPECT_TRUE(opened) << opened.error().where;
-    return std::move(*opened);
   }
-
-  /// Virtual time; what came of it is in `disks`.
-  std::unique_ptr<RunRecorder> fly(rt::Duration duration, const RecorderOptions& options = {}) {
-    auto recorder = open(RunRecorder::Pace::waited_for, options);
-    robot.grants.end = rt::Time{duration.count()};
-    rt::DiscreteOptions discrete;
-    discrete.hash_topics = true;
-    discrete.observer = &recorder->observer();
-    executor = std::make_unique<rt::DiscreteExecutor>(robot.graph(), robot.clock, robot.grants, discrete);
-    EXPECT_TRUE(executor->run());
-    EXPECT_TRUE(recorder->finish());
-    return recorder;
-  }
-
   std::unique_ptr<Reader> read(unsigned part = 0) {
-    Problem why;
-    auto reader = Reader::open(std::make_unique<MemoryInput>(disks.at(part)->bytes), why);
-    EXPECT_TRUE(reader) << to_string(why);
     MemoryInput again(disks.at(part)->bytes);
     for (const Problem& p : check(again)) ADD_FAILURE() << to_string(p);
-    return reader;
+    return RecordedRobot::read(part);
   }
   template <class F>
   static void each(Reader& reader, std::string_view topic, F&& f) {
@@ -93,10 +50,6 @@ class Recorded : public ::testing::Test {
     }
   }
   std::uint64_t hash(std::string_view topic) { return executor->runner().topic_hash(robot.graph().find_topic(topic)); }
-
-  rt::Robot robot;
-  std::vector<std::unique_ptr<Disk>> disks;
-  std::unique_ptr<rt::DiscreteExecutor> executor;
 };
 
 TEST_F(Recorded, EveryMessageComesBackByteForByteWithItsSequenceAndTimes) {
@@ -236,15 +189,7 @@ TEST_F(Recorded, WhatIsLeftOutOnPurposeIsNamedInTheVerdict) {
 }
 
 TEST_F(Recorded, AFullDiskCostsMessagesThatAreCountedAndNamed) {
-  auto recorder = open(RunRecorder::Pace::waited_for, {.files = {.writer = {.chunk_bytes = 8 * 1024}}});
-  disks[0]->room = 60'000;
-  robot.grants.end = rt::Time{1'000'000'000};
-  rt::DiscreteOptions discrete;
-  discrete.observer = &recorder->observer();
-  executor = std::make_unique<rt::DiscreteExecutor>(robot.graph(), robot.clock, robot.grants, discrete);
-  ASSERT_TRUE(executor->run());
-  disks[0]->room = ~std::uint64_t{0};  // somebody made room
-  ASSERT_TRUE(recorder->finish());
+  auto recorder = fly(1s, {.files = {.writer = {.chunk_bytes = 8 * 1024}}}, 60'000);
   EXPECT_FALSE(recorder->trouble());
   ASSERT_TRUE(recorder->lost_messages().contains("numbers.out"));
   const Losses lost = recorder->lost_messages().at("numbers.out");
@@ -291,11 +236,8 @@ TEST_F(Recorded, InRealTimeNobodyWaitsForADiskThatStalls) {
 TEST_F(Recorded, ARunThatEndsWithoutAWordHasAWholeFile) {
   {
     auto recorder = open(RunRecorder::Pace::waited_for);
-    robot.grants.end = rt::Time{50'000'000};
-    rt::DiscreteOptions discrete;
-    discrete.observer = &recorder->observer();
-    rt::DiscreteExecutor run(robot.graph(), robot.clock, robot.grants, discrete);
-    ASSERT_TRUE(run.run());
+    run(*recorder, 50ms);
+    executor.reset();
   }
   std::size_t numbers = 0;
   auto reader = read();

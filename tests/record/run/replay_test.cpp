@@ -2,12 +2,9 @@
 
 #include <gmock/gmock.h>
 
-#include "../../rt/graph_fixture.hpp"
-#include "../memory_file.hpp"
 #include "hal/silent_board.hpp"
-#include "modules.hpp"
 #include "record/run/run_messages.hpp"
-#include "record/run/run_recorder.hpp"
+#include "recorded_robot.hpp"
 
 namespace sinew::record {
 namespace {
@@ -15,51 +12,12 @@ namespace {
 using namespace std::chrono_literals;
 using ::testing::HasSubstr;
 
-/// The same robot for the run and for the replay.
-void build(rt::Robot& robot) {
-  robot.add<Numbers>("numbers");
-  robot.add<Sums>("sums", {{"latest", "numbers.out"}, {"all", "numbers.out"}});
-  robot.add<Pictures>("pictures");
-  robot.add<Looks>("looks", {{"image", "pictures.image"}});
-  robot.periodic("fast", 3, 1ms, {"numbers"});
-  robot.periodic("slow", 2, 7ms, {"sums"});
-  robot.periodic("view", 1, 10ms, {"pictures", "looks"});
-  robot.spec.topics.push_back({"pictures.image", Pictures::kBytes, Pictures::kBytes, 5});
-  robot.spec.robot = "replayed";
-  robot.spec.seed = 7;
-}
-
-class ReplayTest : public ::testing::Test {
+class ReplayTest : public RecordedRobot {
  protected:
-  ReplayTest() { build(robot_); }
-
-  void fly(rt::Duration duration, const RecorderOptions& options = {}) {
-    robot_.configure_options.recorded = true;
-    auto recorder = RunRecorder::open(
-        robot_.build(), RunRecorder::Pace::waited_for,
-        [this](unsigned) -> hal::Result<std::unique_ptr<hal::OutputFile>> {
-          return std::unique_ptr<hal::OutputFile>(new MemoryOutput(disk_));
-        },
-        {}, options);
-    ASSERT_TRUE(recorder);
-    robot_.grants.end = rt::Time{duration.count()};
-    rt::DiscreteOptions discrete;
-    discrete.observer = &(*recorder)->observer();
-    rt::DiscreteExecutor executor(robot_.graph(), robot_.clock, robot_.grants, discrete);
-    ASSERT_TRUE(executor.run());
-    for (std::uint32_t m = 0; m < 4; ++m) steps_ += executor.runner().module_stats(m).steps.value();
-    ASSERT_TRUE((*recorder)->finish());
-  }
-
-  ReplayReport again(const ReplayOptions& options = {}, double gain = 1) {
-    Problem problem;
-    auto reader = Reader::open(std::make_unique<MemoryInput>(disk_.bytes), problem);
-    EXPECT_TRUE(reader) << to_string(problem);
-    return again(*reader, options, gain);
-  }
+  ReplayReport again(const ReplayOptions& options = {}, double gain = 1) { return again(*read(), options, gain); }
   ReplayReport again(Reader& reader, const ReplayOptions& options = {}, double gain = 1) {
     rt::Robot other;
-    build(other);
+    make_robot(other);
     if (gain != 1) other.module("numbers").params["gain"] = {gain, 0};
     rt::Graph graph(other.spec, other.types);
     hal::SilentBoard board;
@@ -72,17 +30,13 @@ class ReplayTest : public ::testing::Test {
   static const ReplayedModule& of(const ReplayReport& report, std::string_view name) {
     return *std::find_if(report.modules.begin(), report.modules.end(), [&](const auto& m) { return m.name == name; });
   }
-
-  rt::Robot robot_;
-  Disk disk_;
-  std::uint64_t steps_ = 0;
 };
 
 TEST_F(ReplayTest, EveryStepOfEveryModuleGivesTheSameBytes) {
-  robot_.grants.at(rt::Time{100'500'000}, [this] { ASSERT_TRUE(robot_.graph().set_param("numbers", "gain", 2.5)); });
-  robot_.grants.at(rt::Time{200'500'000}, [this] { ASSERT_TRUE(robot_.graph().set_enabled("numbers", false)); });
-  robot_.grants.at(rt::Time{250'500'000}, [this] { ASSERT_TRUE(robot_.graph().set_enabled("numbers", true)); });
-  robot_.grants.at(rt::Time{300'500'000}, [this] { ASSERT_TRUE(robot_.graph().set_period("slow", 3ms)); });
+  robot.grants.at(rt::Time{100'500'000}, [this] { ASSERT_TRUE(robot.graph().set_param("numbers", "gain", 2.5)); });
+  robot.grants.at(rt::Time{200'500'000}, [this] { ASSERT_TRUE(robot.graph().set_enabled("numbers", false)); });
+  robot.grants.at(rt::Time{250'500'000}, [this] { ASSERT_TRUE(robot.graph().set_enabled("numbers", true)); });
+  robot.grants.at(rt::Time{300'500'000}, [this] { ASSERT_TRUE(robot.graph().set_period("slow", 3ms)); });
   fly(3s);
   const ReplayReport report = again();
   EXPECT_EQ(report.first_difference(), nullptr);
@@ -93,7 +47,9 @@ TEST_F(ReplayTest, EveryStepOfEveryModuleGivesTheSameBytes) {
     steps += m.steps;
     EXPECT_EQ(m.not_compared, 0u) << m.name;
   }
-  EXPECT_EQ(steps, steps_);
+  std::uint64_t stepped = 0;
+  for (std::uint32_t m = 0; m < 4; ++m) stepped += executor->runner().module_stats(m).steps.value();
+  EXPECT_EQ(steps, stepped);
   EXPECT_EQ(of(report, "pictures").messages, 300u);
 }
 
@@ -112,7 +68,7 @@ TEST_F(ReplayTest, AnotherParameterIsNamedWithStepTimeFieldAndBothValues) {
 }
 
 TEST_F(ReplayTest, BeginsAtASavedStateWithTheParametersOfThen) {
-  robot_.grants.at(rt::Time{100'500'000}, [this] { ASSERT_TRUE(robot_.graph().set_param("numbers", "gain", 2.5)); });
+  robot.grants.at(rt::Time{100'500'000}, [this] { ASSERT_TRUE(robot.graph().set_param("numbers", "gain", 2.5)); });
   RecorderOptions options;
   options.state_every = 50ms;
   fly(400ms, options);
@@ -153,42 +109,14 @@ TEST_F(ReplayTest, WhatIsMissingStopsThoseWhoNeedItAndIsNamed) {
   EXPECT_EQ(of(report, "pictures").not_compared, 18u);
 }
 
-/// Copies a file message by message.
-void copy(Reader& from, Disk& to, const std::function<bool(const Message&, std::vector<std::byte>&)>& keep) {
-  auto writer = Writer::open(std::make_unique<MemoryOutput>(to), {});
-  ASSERT_TRUE(writer);
-  std::map<std::uint16_t, std::uint16_t> schemas, channels;
-  for (const auto& [id, s] : from.schemas()) schemas[id] = *(*writer)->add_schema(s.name, s.encoding, s.data);
-  for (const auto& [id, c] : from.channels())
-    channels[id] = *(*writer)->add_channel(c.topic, c.message_encoding, schemas[c.schema], c.metadata);
-  for (const MetadataIndex& index : from.metadata()) {
-    Metadata m;
-    Problem why;
-    ASSERT_TRUE(from.read(index, m, why));
-    ASSERT_TRUE((*writer)->add_metadata(m));
-  }
-  auto messages = from.messages({.order = Order::file});
-  Message m;
-  while (messages.next(m) == Next::message) {
-    std::vector<std::byte> data(m.data.begin(), m.data.end());
-    if (!keep(m, data)) continue;
-    ASSERT_TRUE((*writer)->write(channels[m.channel->id], m.stamps, data));
-  }
-  ASSERT_TRUE((*writer)->finish());
-}
-
 TEST_F(ReplayTest, OneFlippedBitIsNamed) {
   fly(200ms);
-  Problem problem;
-  auto reader = Reader::open(std::make_unique<MemoryInput>(disk_.bytes), problem);
-  Disk flipped;
   std::uint32_t at = 0;
-  copy(*reader, flipped, [&](const Message& m, std::vector<std::byte>& data) {
+  const Bytes flipped = rewritten([&](const Message& m, Bytes& data) {
     if (m.channel->topic == "numbers.out" && ++at == 57) data[4 + 8 + 8 + 8] ^= std::byte{1};  // last bit of value[1]
     return true;
   });
-  auto other = Reader::open(std::make_unique<MemoryInput>(flipped.bytes), problem);
-  const ReplayReport report = again(*other);
+  const ReplayReport report = again(*read(flipped));
   const ReplayDifference* d = report.first_difference();
   ASSERT_TRUE(d);
   EXPECT_EQ(d->module, "numbers");
@@ -199,26 +127,51 @@ TEST_F(ReplayTest, OneFlippedBitIsNamed) {
 
 TEST_F(ReplayTest, ALostStepEndsTheModulesOfItsThread) {
   fly(200ms);
-  Problem problem;
-  auto reader = Reader::open(std::make_unique<MemoryInput>(disk_.bytes), problem);
-  Disk shorter;
   std::uint32_t batches = 0;
-  copy(*reader, shorter, [&](const Message& m, std::vector<std::byte>&) {
+  const Bytes shorter = rewritten([&](const Message& m, Bytes&) {
     std::vector<LoggedStep> steps;
     const bool fast = m.channel->topic == kStepsTopic && decode(m.data, steps) && steps[0].thread == 0;
     return !fast || ++batches != 2;
   });
-  auto other = Reader::open(std::make_unique<MemoryInput>(shorter.bytes), problem);
-  const ReplayReport report = again(*other);
+  const ReplayReport report = again(*read(shorter));
   EXPECT_EQ(report.first_difference(), nullptr);
   EXPECT_THAT(of(report, "numbers").stopped, HasSubstr("the log of its thread has a gap"));
   EXPECT_EQ(of(report, "sums").stopped, "");
 }
 
+TEST_F(ReplayTest, ARecordWithAnOutputThatAModuleDoesNotHaveStopsThatModule) {
+  fly(100ms);
+  const std::uint32_t sums = robot.graph().find_module("sums");
+  const Bytes crafted = rewritten([&](const Message& m, Bytes& data) {
+    std::vector<LoggedStep> steps;
+    if (m.channel->topic != kStepsTopic || !decode(m.data, steps)) return true;
+    StepBatch batch;
+    for (LoggedStep& s : steps) {
+      if (s.module == sums) s.outputs = {{.port = 1000, .first = 1, .count = 1, .origin_ns = {}}};
+      batch.add(s);
+    }
+    data.assign(batch.bytes().begin(), batch.bytes().end());
+    return true;
+  });
+  const ReplayReport report = again(*read(crafted));
+  EXPECT_EQ(of(report, "sums").stopped, "the record has an output that this module does not have");
+  EXPECT_EQ(of(report, "numbers").stopped, "");
+}
+
+TEST_F(ReplayTest, MessagesOfAnotherVersionOfATypeAreNamedAndNotUsed) {
+  fly(100ms);
+  const auto renamed = [](Schema& s) {
+    if (s.name.ends_with("/Pair")) s.data.insert(s.data.find("value"), "other_");
+  };
+  const ReplayReport report = again(*read(rewritten([](const Message&, Bytes&) { return true; }, {}, renamed)));
+  ASSERT_FALSE(report.problems.empty());
+  EXPECT_THAT(to_string(report.problems[0]), HasSubstr("topic numbers.out: recorded with another version of "));
+  EXPECT_THAT(of(report, "sums").stopped, HasSubstr("is not in the file"));
+  EXPECT_EQ(of(report, "numbers").messages, 0u);
+}
+
 TEST_F(ReplayTest, AFileOfAnotherRobotIsRefusedInWords) {
   fly(20ms);
-  Problem problem;
-  auto reader = Reader::open(std::make_unique<MemoryInput>(disk_.bytes), problem);
   rt::Robot other;
   other.add<Numbers>("counter");
   other.periodic("fast", 3, 1ms, {"counter"});
@@ -226,7 +179,7 @@ TEST_F(ReplayTest, AFileOfAnotherRobotIsRefusedInWords) {
   hal::SilentBoard board;
   ASSERT_TRUE(graph.configure(board));
   std::string why;
-  EXPECT_FALSE(replay(*reader, graph, {}, why));
+  EXPECT_FALSE(replay(*read(), graph, {}, why));
   EXPECT_EQ(why, "module 000 of the run is numbers, of the robot counter");
 }
 

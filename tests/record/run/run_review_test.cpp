@@ -5,14 +5,10 @@
 #include <atomic>
 #include <thread>
 
-#include "../../rt/graph_fixture.hpp"
-#include "../memory_file.hpp"
 #include "hal/linux/os.hpp"
-#include "modules.hpp"
 #include "record/check.hpp"
-#include "record/copy.hpp"
 #include "record/run/run_messages.hpp"
-#include "record/run/run_recorder.hpp"
+#include "recorded_robot.hpp"
 
 namespace sinew::record {
 namespace {
@@ -23,89 +19,25 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-/// A flight of numbers and pictures in virtual time, and what is found in its file.
-class RunReviewOf : public ::testing::Test {
+/// A flight of 400 ms in virtual time, and what is found in its file.
+class RunReviewOf : public RecordedRobot {
  protected:
   RunReviewOf() {
-    robot.configure_options.recorded = true;
-    robot.add<Numbers>("numbers");
-    robot.add<Sums>("sums", {{"latest", "numbers.out"}, {"all", "numbers.out"}});
-    robot.add<Pictures>("pictures");
-    robot.add<Looks>("looks", {{"image", "pictures.image"}});
-    robot.periodic("fast", 3, 1ms, {"numbers"});
-    robot.periodic("slow", 2, 7ms, {"sums"});
-    robot.periodic("view", 1, 10ms, {"pictures", "looks"});
-    robot.spec.topics.push_back({"pictures.image", Pictures::kBytes, Pictures::kBytes, 5});
+    about.unix_ns = 1'700'000'000'000'000'000;
     robot.grants.at(rt::Time{100'500'000}, [this] { ASSERT_TRUE(robot.graph().set_param("numbers", "gain", 2.5)); });
   }
-
-  /// `room`: of the first disk, until the flight ends.
   std::unique_ptr<RunRecorder> fly(const RecorderOptions& options = {}, std::uint64_t room = ~std::uint64_t{0}) {
-    auto recorder = open(RunRecorder::Pace::waited_for, options);
-    disks[0]->room = room;
-    run(*recorder);
-    disks[0]->room = ~std::uint64_t{0};  // somebody made room
-    EXPECT_TRUE(recorder->finish());
-    return recorder;
+    return RecordedRobot::fly(400ms, options, room);
   }
-
-  std::unique_ptr<RunRecorder> open(RunRecorder::Pace pace, const RecorderOptions& options) {
-    auto opened = RunRecorder::open(
-        robot.build(), pace,
-        [this](unsigned part) -> hal::Result<std::unique_ptr<hal::OutputFile>> {
-          while (disks.size() <= part) disks.push_back(std::make_unique<Disk>());
-          return std::unique_ptr<hal::OutputFile>(new MemoryOutput(*disks[part]));
-        },
-        {.unix_ns = 1'700'000'000'000'000'000}, options);
-    EXPECT_TRUE(opened);
-    return std::move(*opened);
-  }
-
-  void run(RunRecorder& recorder) {
-    robot.grants.end = rt::Time{400'000'000};
-    rt::DiscreteOptions discrete;
-    discrete.observer = &recorder.observer();
-    rt::DiscreteExecutor executor(robot.graph(), robot.clock, robot.grants, discrete);
-    EXPECT_TRUE(executor.run());
-  }
-
-  static std::unique_ptr<Reader> read(const Bytes& bytes) {
-    Problem why;
-    auto reader = Reader::open(std::make_unique<MemoryInput>(bytes), why);
-    EXPECT_TRUE(reader) << to_string(why);
-    return reader;
-  }
-  RunReview found(unsigned part = 0) { return review(*read(disks.at(part)->bytes)); }
+  RunReview found(unsigned part = 0) { return review(*read(part)); }
 
   /// A whole file without the messages that `left_out` names, and with others changed.
   template <class F>
-  Bytes without(F&& left_out, bool marked = false) {
-    auto from = read(disks[0]->bytes);
-    Disk to;
-    auto writer = Writer::open(std::make_unique<MemoryOutput>(to), {});
-    Reader* const one = from.get();
-    Copied copied;
-    EXPECT_TRUE(copy({&one, 1}, {.topics = {"nothing but metadata"}}, **writer, copied));
-    std::map<std::uint16_t, std::uint16_t> channels;
-    for (const auto& [id, c] : from->channels()) {
-      const Schema& s = from->schemas().at(c.schema);
-      channels[id] = *(*writer)->add_channel(c.topic, c.message_encoding,
-                                             *(*writer)->add_schema(s.name, s.encoding, s.data), c.metadata);
-    }
-    auto messages = from->messages({.topics = {}, .order = Order::file});
-    Message m;
-    while (messages.next(m) == Next::message) {
-      Bytes data(m.data.begin(), m.data.end());
-      if (left_out(m, data)) continue;
-      EXPECT_TRUE((*writer)->write(channels.at(m.channel->id), m.stamps, data));
-    }
-    if (marked) {
-      EXPECT_TRUE((*writer)->add_metadata({std::string(kEditedName), {{"by", "test"}}}));
-    }
-    EXPECT_TRUE((*writer)->finish());
-    MemoryInput whole(to.bytes);
+  Bytes without(F&& left_out, const std::optional<Metadata>& last = {}) {
+    const Bytes copy = rewritten([&](const Message& m, Bytes& data) { return !left_out(m, data); }, last);
+    MemoryInput whole(copy);
     EXPECT_THAT(check(whole), IsEmpty()) << "nothing is wrong with it as a file";
-    return to.bytes;
+    return copy;
   }
 
   static std::vector<std::string> why_not(const RunReview& review, std::string_view module) {
@@ -126,9 +58,6 @@ class RunReviewOf : public ::testing::Test {
     EXPECT_EQ(found.lost_messages.size(), recorder.lost_messages().size());
     EXPECT_THAT(found.differences, IsEmpty());
   }
-
-  rt::Robot robot;
-  std::vector<std::unique_ptr<Disk>> disks;
 };
 
 TEST_F(RunReviewOf, AWholeRunFindsEveryModuleReplayable) {
@@ -178,7 +107,7 @@ TEST_F(RunReviewOf, MessagesOfStepsThatWereLostAreLost) {
     ASSERT_TRUE(opened->start(hal::linux_os()));
     while (!reads) std::this_thread::sleep_for(1ms);
   });
-  run(*opened);
+  run(*opened, 400ms);
   ASSERT_TRUE(opened->finish());
   EXPECT_TRUE(opened->lost_steps().contains("fast"));
   EXPECT_TRUE(opened->lost_messages().contains("numbers.out"));
@@ -245,7 +174,8 @@ TEST_F(RunReviewOf, PixelsTakenOutOrChangedAreNamed) {
 TEST_F(RunReviewOf, APartIsNotHeldAgainstTheVerdictOfTheWhole) {
   fly();
   const std::uint64_t begin = 1'700'000'000'200'000'000;
-  const Bytes part = without([&](const Message& m, Bytes&) { return m.stamps.log_time < begin; }, true);
+  const Bytes part = without([&](const Message& m, Bytes&) { return m.stamps.log_time < begin; },
+                             Metadata{std::string(kEditedName), {{"by", "test"}}});
   const RunReview review = record::review(*read(part));
   EXPECT_TRUE(review.is_part);
   EXPECT_THAT(review.differences, IsEmpty());
