@@ -6,7 +6,7 @@
 #include "apps/graph_text.hpp"
 #include "apps/live_command.hpp"
 #include "apps/message_text.hpp"
-#include "apps/topic_rate.hpp"
+#include "apps/topic_options.hpp"
 #include "apps/topic_reader.hpp"
 #include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
@@ -16,21 +16,8 @@
 namespace sinew::app {
 namespace {
 
-struct TopicOptions : LiveOptions {
+struct PubOptions : LiveOptions {
   std::string topic;
-};
-
-struct EchoOptions : TopicOptions {
-  std::uint64_t count = 0;  // 0: until Ctrl-C
-  std::string field;
-  double timeout_s = 0;  // 0: never
-};
-
-struct HzOptions : TopicOptions {
-  double seconds = 2;
-};
-
-struct PubOptions : TopicOptions {
   std::string message;
   double rate_hz = 0;  // 0: once
   std::uint64_t count = 0;
@@ -43,7 +30,8 @@ std::string rate_text(const Json& topic) {
   return hz > 0 ? fmt::format("{:.4g} Hz", hz) : "-";
 }
 
-int list_topics(const LiveOptions& options) {
+int list_topics(const TopicListOptions& options) {
+  if (!options.file.empty()) return list_topics_of_file(options);
   auto robot = LiveRobot::find(options);
   if (!robot) return kNotBegun;
   const auto reply = robot->ask("topics");
@@ -75,6 +63,7 @@ std::string type_text(const Json& types, const std::string& name) {
 }
 
 int topic_info(const TopicOptions& options) {
+  if (!options.file.empty()) return topic_info_of_file(options);
   auto robot = LiveRobot::find(options);
   if (!robot) return kNotBegun;
   const auto reply = robot->ask("topics");
@@ -101,27 +90,16 @@ int topic_info(const TopicOptions& options) {
   return fail("robot " + robot->name() + ": no topic " + options.topic + "; see `topic list`", kFailed);
 }
 
-// One message in the form that was asked for; empty, after it was said why, when it has no such field.
-std::string echo_text(const EchoOptions& options, const TopicReader& reader) {
+Json message_of(const TopicReader& reader) {
   std::string text;
   msg::JsonOptions form;
   form.bulk_hash = &math::hash64;
   msg::to_json(*reader.topic().info, reader.message(), text, form);
-  const Json message = Json::parse(text, nullptr, false);
-  const Json* part = &message;
-  std::string why;
-  if (!options.field.empty()) part = find_field(message, options.field, why);
-  if (!part) return fail("--field " + why), std::string();
-  if (options.json)
-    return to_line({{"topic", options.topic},
-                    {"sequence", reader.header().sequence},
-                    {"published_ns", reader.header().published.ns},
-                    {options.field.empty() ? "message" : "value", *part}});
-  if (part->is_object()) return indented_text(*part) + "---\n";
-  return (part->is_string() ? part->get<std::string>() : part->dump()) + "\n";
+  return Json::parse(text, nullptr, false);
 }
 
 int echo(const EchoOptions& options) {
+  if (!options.file.empty()) return echo_file(options);
   auto robot = LiveRobot::find(options);
   auto reader = robot ? TopicReader::open(*robot, options.topic) : std::nullopt;
   if (!reader) return kNotBegun;
@@ -134,7 +112,8 @@ int echo(const EchoOptions& options) {
     if (got == TopicReader::Got::nothing)
       return fail(fmt::format("{}: no message within {} s", options.topic, options.timeout_s), kFailed);
     if (got == TopicReader::Got::end) return hal::stop_requested() ? kDone : kFailed;
-    const std::string text = echo_text(options, *reader);
+    const std::string text =
+        echo_text(options, message_of(*reader), reader->header().sequence, reader->header().published.ns);
     if (text.empty()) return kNotBegun;
     std::printf("%s", text.c_str());
     std::fflush(stdout);
@@ -146,6 +125,7 @@ int echo(const EchoOptions& options) {
 }
 
 int hz(const HzOptions& options) {
+  if (!options.file.empty()) return hz_of_file(options);
   auto robot = LiveRobot::find(options);
   auto reader = robot ? TopicReader::open(*robot, options.topic) : std::nullopt;
   if (!reader) return kNotBegun;
@@ -157,21 +137,7 @@ int hz(const HzOptions& options) {
     if (hal::linux_os().now() >= end) break;
   }
   const TopicRate r = meter.result();
-  if (options.json)
-    std::printf("%s", to_line({{"topic", options.topic},
-                               {"messages", r.messages},
-                               {"lost", r.lost},
-                               {"rate_hz", r.rate_hz},
-                               {"interval_p50_ns", r.interval_p50.count()},
-                               {"interval_max_ns", r.interval_max.count()},
-                               {"jitter_p50_ns", r.jitter_p50.count()},
-                               {"jitter_p99_ns", r.jitter_p99.count()}})
-                          .c_str());
-  else
-    std::printf("%s\n", fmt::format("{}: {:.2f} Hz; interval p50 {} max {}; jitter p50 {} p99 {}; {} messages, {} lost",
-                                    options.topic, r.rate_hz, human(r.interval_p50), human(r.interval_max),
-                                    human(r.jitter_p50), human(r.jitter_p99), r.messages, r.lost)
-                            .c_str());
+  print_rate(options, r);
   if (r.messages > 0) return kDone;
   return fail(fmt::format("{}: no message within {} s", options.topic, options.seconds), kFailed);
 }
@@ -208,15 +174,59 @@ LiveCommand<O> topic_command(CLI::App& topic, CommandContext& context, const cha
   return command;
 }
 
+template <class O>
+void add_file(LiveCommand<O>& command) {
+  CLI::Option* const file =
+      command.app.add_option("--file", command.options.file, "of this recording, and of no robot")
+          ->type_name(kFileHint);
+  file->excludes(command.app.get_option("--robot"))->excludes(command.app.get_option("--wait"));
+}
+
 }  // namespace
+
+std::string echo_text(const EchoOptions& options, const Json& message, std::uint32_t sequence,
+                      std::int64_t published_ns) {
+  const Json* part = &message;
+  std::string why;
+  if (!options.field.empty()) part = find_field(message, options.field, why);
+  if (!part) return fail("--field " + why), std::string();
+  if (options.json)
+    return to_line({{"topic", options.topic},
+                    {"sequence", sequence},
+                    {"published_ns", published_ns},
+                    {options.field.empty() ? "message" : "value", *part}});
+  if (part->is_object()) return indented_text(*part) + "---\n";
+  return (part->is_string() ? part->get<std::string>() : part->dump()) + "\n";
+}
+
+void print_rate(const HzOptions& options, const TopicRate& r) {
+  if (options.json)
+    std::printf("%s", to_line({{"topic", options.topic},
+                               {"messages", r.messages},
+                               {"lost", r.lost},
+                               {"rate_hz", r.rate_hz},
+                               {"interval_p50_ns", r.interval_p50.count()},
+                               {"interval_max_ns", r.interval_max.count()},
+                               {"jitter_p50_ns", r.jitter_p50.count()},
+                               {"jitter_p99_ns", r.jitter_p99.count()}})
+                          .c_str());
+  else
+    std::printf("%s\n", fmt::format("{}: {:.2f} Hz; interval p50 {} max {}; jitter p50 {} p99 {}; {} messages, {} lost",
+                                    options.topic, r.rate_hz, human(r.interval_p50), human(r.interval_max),
+                                    human(r.jitter_p50), human(r.jitter_p99), r.messages, r.lost)
+                            .c_str());
+}
 
 void add_topic_commands(CLI::App& app, CommandContext& context) {
   CLI::App& topic = *app.add_subcommand("topic", "its topics and messages");
   topic.require_subcommand(1);
-  live_command(topic, context, "list", "all topics", list_topics);
-  topic_command(topic, context, "info", "one topic, and the fields of its message", topic_info);
+  auto list = live_command(topic, context, "list", "all topics", list_topics);
+  add_file(list);
+  auto info = topic_command(topic, context, "info", "one topic, and the fields of its message", topic_info);
+  add_file(info);
 
   auto show = topic_command(topic, context, "echo", "print its messages as they come", echo);
+  add_file(show);
   show.app.add_option("-n,--count", show.options.count, "so many; else until Ctrl-C")->type_name("N");
   show.app.add_option("--field", show.options.field, "only this part, e.g. p_world_m.x or value.0")->type_name("PATH");
   show.app.add_option("--timeout", show.options.timeout_s, "give up after so long without a message")
@@ -224,6 +234,7 @@ void add_topic_commands(CLI::App& app, CommandContext& context) {
       ->type_name("S");
 
   auto measure = topic_command(topic, context, "hz", "its rate and jitter in the robot's time, and losses", hz);
+  add_file(measure);
   measure.app.add_option("--seconds", measure.options.seconds, "how long")->check(CLI::PositiveNumber)->type_name("S");
 
   auto send = topic_command(topic, context, "pub", "send a message to an external topic", pub, kExternalHint);

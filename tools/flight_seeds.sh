@@ -6,7 +6,8 @@
 # --seeds N      seeds 1..N (default 10), as many at once as there are cores
 # --build FOLDER build/FOLDER/bin/sinew flies (default release)
 # --same-bytes   also: the hash lines of seed 1 from the release build twice, from clang, from asan, and from release
-#                with the processor's FMA and AVX hidden from the C library, must be identical
+#                with the processor's FMA and AVX hidden from the C library, must be identical; and each of them, executing
+#                again what release recorded of 8 s in virtual and in real time, must find every step identical
 #
 # Passes when at least 95 of 100 seeds land (every one of fewer than 20). A flight has landed when `sinew run` exits
 # with 0 and says so itself; read from its output are
@@ -73,9 +74,37 @@ hashes() {
   say "exit code $(cat "$out/$1.exit")"
 }
 
+hidden=-AVX512F,-AVX512VL,-AVX512DQ,-AVX512BW,-AVX512CD,-AVX2,-AVX,-FMA,-FMA4
+
+# replay PRESET FILE: what that build says of a recording, its first line only; fails when not all of it is identical.
+replay() { ASAN_OPTIONS=detect_leaks=0 timeout "$limit_s" "$root/build/$1/bin/sinew" replay "$2" 2>&1 | head -n 1; }
+
+# check_replays: names every build that does not find the release build's recordings identical.
+check_replays() {
+  local kind file said variant wrong=0
+  for kind in --virtual --plain; do
+    SINEW_RECORD=on timeout "$limit_s" "$root/build/release/bin/sinew" run "$root/robots/quad.toml" "$kind" --quiet --duration 8 \
+      --record-images --runs "$out/runs$kind" >"$out/recorded$kind.log" 2>&1 || true # it did not land by then
+    file=$(echo "$out/runs$kind"/*/run.mcap)
+    for variant in release clang asan no-fma-avx; do
+      if [[ $variant == no-fma-avx ]]; then
+        said=$(GLIBC_TUNABLES=glibc.cpu.hwcaps=$hidden replay release "$file") || wrong=1
+      else
+        said=$(replay "$variant" "$file") || wrong=1
+      fi
+      if [[ $said != identical:* ]]; then
+        say "replay of $kind by $variant: $said"
+        wrong=1
+      fi
+    done
+    say "replay (${kind#--}): $said"
+  done
+  rm -rf "$out"/runs--*
+  return "$wrong"
+}
+
 # check_same_bytes: names every variant whose hash lines differ from the first's, and the first such line.
 check_same_bytes() {
-  local hidden=-AVX512F,-AVX512VL,-AVX512DQ,-AVX512BW,-AVX512CD,-AVX2,-AVX,-FMA,-FMA4
   local variant wrong=0 count
   fly release 1 bytes-release "${options[@]}" &
   fly release 1 bytes-again "${options[@]}" &
@@ -113,6 +142,7 @@ bytes=skipped status=0
 if ((same_bytes)); then
   bytes=identical
   check_same_bytes || { bytes=DIFFERENT status=1; }
+  check_replays || { bytes=DIFFERENT status=1; }
 fi
 need=$((seeds < 20 ? seeds : seeds * 95 / 100))
 ((landed >= need)) || status=1

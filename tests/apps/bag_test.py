@@ -302,6 +302,35 @@ class Bag(unittest.TestCase):
         self.assertEqual(code, 2)
         self.assertIn("no images", err)
 
+    def test_topic_commands_work_on_a_file_as_on_a_robot(self):
+        def topic(*arguments):
+            code, out, err = run("topic", *arguments)
+            self.assertEqual((code, err), (0, ""), (arguments, out))
+            return out
+
+        topics = {t["name"]: t for t in json.loads(topic("list", "--file", FLIGHT, "--json"))["topics"]}
+        self.assertEqual(len(topics), 15, "and nothing that is not a topic of the robot")
+        self.assertEqual((topics["imu.raw"]["writer"], topics["imu.raw"]["thread"]), ("imu", "stabilise"))
+        self.assertRegex(topic("list", "--file", FLIGHT), r"(?m)^mixer.motors +sinew_msgs/msg/ActuatorCommand +mixer +stabilise ")
+        self.assertIn("float64 height_m", topic("info", "--file", FLIGHT, "filter.state"))
+        self.assertEqual(json.loads(topic("info", "--file", FLIGHT, "range.raw", "--json"))["messages"],
+                         topics["range.raw"]["messages"])
+        recorded = cat(FLIGHT, "--topic", "mixer.motors")
+        lines = [json.loads(line) for line in topic("echo", "--file", FLIGHT, "mixer.motors", "--json").splitlines()]
+        self.assertEqual([(m["sequence"], m["message"]) for m in lines], [(m["sequence"], m["message"]) for m in recorded])
+        out = topic("echo", "--file", FLIGHT, "mixer.motors", "--field", "value.0", "-n", "3")
+        self.assertEqual([float(v) for v in out.split()], [m["message"]["value"][0] for m in recorded[:3]])
+        hz = json.loads(topic("hz", "--file", FLIGHT, "imu.raw", "--json"))
+        self.assertEqual((hz["messages"], hz["lost"]), (topics["imu.raw"]["messages"], 0))
+        self.assertAlmostEqual(hz["rate_hz"], 1000, delta=1)
+        for arguments, words in ((["hz", "--file", FLIGHT, "imu"], "no topic imu; it has attitude.wrench"),
+                                 (["list", "--file", path("no such")], "no such file"),
+                                 (["echo", "--file", FLIGHT, "imu.raw", "--field", "x"], "no \"x\"; one of stamp"),
+                                 (["list", "--file", FLIGHT, "--robot", "quad"], "--robot excludes --file")):
+            code, out, err = run("topic", *arguments)
+            self.assertEqual((code, out), (2, ""), (arguments, err))
+            self.assertIn(words, err)
+
     def test_what_cannot_be_begun_ends_with_2_and_touches_nothing(self):
         with open(path("text"), "w") as f:
             f.write("no recording")

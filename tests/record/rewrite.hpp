@@ -1,6 +1,4 @@
 #pragma once
-#include <gtest/gtest.h>
-
 #include <functional>
 #include <map>
 #include <vector>
@@ -10,31 +8,32 @@
 namespace sinew::record {
 
 /// Copies a whole file, message by message as they stand in it; `change` may alter the data of a message, and says
-/// false for one that is left out. `renew` may alter the text of schemas. The caller finishes `to`.
+/// false for one that is left out. `renew` may alter the text of schemas. The caller finishes `to`. False: not all of
+/// it could be read or written.
 template <class F>
-void rewrite(
+[[nodiscard]] bool rewrite(
     Reader& from, Writer& to, F&& change, const std::function<void(Schema&)>& renew = [](Schema&) {}) {
   Reader* const one = &from;
   Copied copied;
-  ASSERT_TRUE(copy({&one, 1}, {.topics = {"nothing but metadata and attachments"}}, to, copied));
+  if (!copy({&one, 1}, {.topics = {"nothing but metadata and attachments"}}, to, copied)) return false;
   std::map<std::uint16_t, std::uint16_t> channels;
   for (const auto& [id, c] : from.channels()) {
     Schema s = from.schemas().at(c.schema);
     renew(s);
     const auto schema = to.add_schema(s.name, s.encoding, s.data);
-    ASSERT_TRUE(schema);
+    if (!schema) return false;
     const auto channel = to.add_channel(c.topic, c.message_encoding, *schema, c.metadata);
-    ASSERT_TRUE(channel);
+    if (!channel) return false;
     channels[id] = *channel;
   }
   auto messages = from.messages({.order = Order::file});
   Message m;
   for (Next next; (next = messages.next(m)) != Next::end;) {
-    ASSERT_EQ(next, Next::message) << to_string(messages.problem());
+    if (next != Next::message) return false;
     std::vector<std::byte> data(m.data.begin(), m.data.end());
-    if (!change(m, data)) continue;
-    ASSERT_TRUE(to.write(channels.at(m.channel->id), m.stamps, data));
+    if (change(m, data) && !to.write(channels.at(m.channel->id), m.stamps, data)) return false;
   }
+  return true;
 }
 
 }  // namespace sinew::record

@@ -79,7 +79,7 @@ class RecordedRobot : public ::testing::Test {
     const auto from = read();
     Disk to;
     auto writer = Writer::open(std::make_unique<MemoryOutput>(to), {});
-    rewrite(*from, **writer, change, renew);
+    EXPECT_TRUE(rewrite(*from, **writer, change, renew));
     if (last) {
       EXPECT_TRUE((*writer)->add_metadata(*last));
     }
