@@ -76,6 +76,7 @@ class Subject {
     begin_layout_ = layout;
     report.from = state.completed;
   }
+  bool begins() const { return begin_.has_value(); }
   bool waits(std::uint64_t order) const { return begin_ && order <= *begin_; }
   void stop(std::string why) {
     if (runs()) report.stopped = std::move(why);
@@ -266,21 +267,47 @@ class Replay {
       }
     for (std::uint32_t i = 0; i < graph_.modules().size(); ++i) choose(i);
     find_channels();
+    begin_midway();
     if (options_.from_s && reader_.statistics())
       find_states(robot_time(reader_.statistics()->start_time) +
                   rt::Duration{static_cast<std::int64_t>(*options_.from_s * 1e9)});
     return {};
   }
 
+  /// A file that begins in the middle of its run: each module at the state that the file names or, where it was cut
+  /// off, at its first one.
+  void begin_midway() {
+    const Texts begin = read_metadata(reader_, kBeginName), from = read_metadata(reader_, kFromName);
+    midway_ = !begin.empty();
+    if (!midway_) return;
+    for (const auto& [key, order] : begin)
+      if (const auto thread = static_cast<std::size_t>(std::atoll(key.c_str()));
+          key != "at_ns" && thread < next_order_.size())
+        next_order_[thread] = static_cast<std::uint64_t>(std::atoll(order.c_str()));
+    each_state([&](Subject& subject, const LoggedState& state, std::uint64_t layout) {
+      const auto named = from.find(subject.report.name);
+      if (!subject.begins() &&
+          (named == from.end() || state.completed.ns >= static_cast<std::int64_t>(std::atoll(named->second.c_str()))))
+        subject.begin_at(state, layout);
+    });
+  }
+
   void find_states(rt::Time until) {
+    each_state([&](Subject& subject, const LoggedState& state, std::uint64_t layout) {
+      if (state.completed <= until) subject.begin_at(state, layout);
+    });
+  }
+
+  template <class F>
+  void each_state(F&& f) {
     MessageReader messages = reader_.messages({.topics = {std::string(kStatesTopic)}, .order = Order::file});
     Message m;
     for (Next next; (next = messages.next(m)) != Next::end;) {
       LoggedState state;
       std::uint64_t layout = 0;
-      if (next == Next::message && decode(m.data, state, layout) && state.completed <= until &&
-          state.module < subjects_.size() && subjects_[state.module])
-        subjects_[state.module]->begin_at(state, layout);
+      if (next == Next::message && decode(m.data, state, layout) && state.module < subjects_.size() &&
+          subjects_[state.module])
+        f(*subjects_[state.module], state, layout);
     }
   }
 
@@ -396,6 +423,8 @@ class Replay {
   void step(const LoggedStep& s) {
     earliest_.erase(earliest_.find(s.now.ns));
     if (!subjects_[s.module]) return;
+    if (midway_ && !subjects_[s.module]->report.from)
+      subjects_[s.module]->stop("the file begins in the middle of the run, and has no saved state of it");
     subjects_[s.module]->step(s);
     for (const auto& in : s.inputs)
       if (auto waits = waiting_.find({s.module, in.port}); waits != waiting_.end() && !in.sequences.empty())
@@ -426,6 +455,7 @@ class Replay {
   rt::Graph& graph_;
   const ReplayOptions& options_;
   std::int64_t unix_ns_ = 0;
+  bool midway_ = false;
   std::uint64_t rounds_ = 0;
   rt::Time now_{INT64_MIN};
   std::vector<MessageStore> stores_;  // by topic

@@ -74,6 +74,7 @@ class Review {
     result_.said_losses = read_metadata(reader_, "sinew.losses");
     result_.ended = !result_.said_verdict.empty();
     unix_ns_ = number_of<std::int64_t>(result_.run["unix_ns"]);
+    begin_ = read_metadata(reader_, kBeginName);
     edited_ = !read_metadata(reader_, kEditedName).empty();
     if (reader_.statistics()) end_ = robot_time(reader_.statistics()->end_time);
     result_.is_part = edited_ || number_of<unsigned>(result_.run["part"]) > 0;
@@ -93,10 +94,11 @@ class Review {
   struct Topic {
     TopicKept kept;
     bool is_image = false;
-    NumberSet messages;                     // of images: heads
-    bool begun = false;                     // a message that a step names was there
-    std::optional<std::uint32_t> newest{};  // that a step named
-    msg::Time next;                         // as the recorder's
+    NumberSet messages;                                              // of images: heads
+    bool begun = false;                                              // a message that a step names was there
+    std::optional<std::pair<std::uint64_t, std::uint32_t>> first{};  // log time and sequence of the earliest
+    std::optional<std::uint32_t> newest{};                           // that a step named
+    msg::Time next;                                                  // as the recorder's
     std::unordered_map<std::uint32_t, std::uint64_t> pixel_hash;
     struct Head {
       std::uint32_t sequence;
@@ -110,8 +112,10 @@ class Review {
     std::string name;
     std::uint32_t thread = 0;
     bool source = false;
-    std::vector<std::size_t> inputs;               // topics
+    std::map<std::uint32_t, std::size_t> inputs;   // topic by port
     std::map<std::uint32_t, std::size_t> outputs;  // topic by port
+    bool stepped = false;
+    std::optional<msg::Time> from{};  // midway: the saved state where a replay can begin
   };
   struct Thread {
     std::string name;
@@ -143,12 +147,17 @@ class Review {
         m.source = value.starts_with("source");
         m.thread = number_of<std::uint32_t>(name);
         if (m.thread >= threads_.size()) return false;
-      } else if (value.starts_with("out ")) {
-        m.outputs[number_of<std::uint32_t>(std::string_view(key).substr(dot + 1))] = topic(value.substr(4));
       } else {
-        m.inputs.push_back(topic(value.substr(std::min<std::size_t>(3, value.size()))));
+        const auto port = number_of<std::uint32_t>(std::string_view(key).substr(dot + 1));
+        if (value.starts_with("out "))
+          m.outputs[port] = topic(value.substr(4));
+        else
+          m.inputs[port] = topic(value.substr(std::min<std::size_t>(3, value.size())));
       }
     }
+    for (const auto& [key, order] : begin_)
+      if (const auto index = number_of<std::size_t>(key); key != "at_ns" && index < threads_.size())
+        threads_[index].next = number_of<std::uint64_t>(order);
     return !graph.empty() && !threads_.empty();
   }
 
@@ -191,15 +200,20 @@ class Review {
   }
 
   void message(Topic& t, const Message& m) {
-    if (!t.is_image) return t.messages.add(m.stamps.sequence);
+    if (!t.is_image) return is_there(t, m.stamps);
     if (const auto pixels = image_pixels(m.data))
       t.pixel_hash[m.stamps.sequence] = math::hash64(pixels->data(), pixels->size());
+  }
+
+  static void is_there(Topic& t, const Stamps& stamps) {
+    t.messages.add(stamps.sequence);
+    if (!t.first || stamps.log_time < t.first->first) t.first = std::pair(stamps.log_time, stamps.sequence);
   }
 
   void head(Topic& t, const Message& m) {
     ImageHead head;
     if (!decode(m.data, head)) return;
-    t.messages.add(m.stamps.sequence);
+    is_there(t, m.stamps);
     t.heads.push_back({m.stamps.sequence, head.has_pixels, head.pixel_hash, robot_time(m.stamps.log_time)});
   }
 
@@ -226,7 +240,10 @@ class Review {
       LoggedState state;
       std::uint64_t layout = 0;
       if (m.channel->topic == kStatesTopic) {
-        if (decode(m.data, state, layout)) entry(state.thread, state.order);
+        if (!decode(m.data, state, layout)) return;
+        entry(state.thread, state.order);
+        if (state.module < modules_.size() && !modules_[state.module].from)
+          modules_[state.module].from = state.completed;
         return;
       }
       if (m.channel->topic == kRequestsTopic) {
@@ -251,10 +268,24 @@ class Review {
     entry(s.thread, s.order);
     if (s.thread >= threads_.size() || s.module >= modules_.size()) return;
     threads_[s.thread].newest = std::max(threads_[s.thread].newest, s.completed);
-    const Module& module = modules_[s.module];
+    Module& module = modules_[s.module];
+    module.stepped = true;
+    if (module.from && !has_inputs(module, s)) module.from.reset();
     for (const LoggedStep::Output& out : s.outputs)
       if (const auto at = module.outputs.find(out.port); at != module.outputs.end())
         output(topics_[at->second], out.first, out.count, s.completed);
+  }
+
+  /// Whether none of what it latched is of before the beginning of the file.
+  bool has_inputs(const Module& module, const LoggedStep& s) const {
+    for (const LoggedStep::Input& in : s.inputs) {
+      const auto known = module.inputs.find(in.port);
+      if (known == module.inputs.end() || in.sequences.empty()) continue;
+      const Topic& t = topics_[known->second];
+      if (t.kept.wanted && (!t.first || static_cast<std::int32_t>(in.sequences.front() - t.first->second) < 0))
+        return false;
+    }
+    return true;
   }
 
   void output(Topic& t, std::uint32_t first, std::uint32_t count, msg::Time at) {
@@ -302,8 +333,10 @@ class Review {
   void give_verdict() {
     for (const Module& m : modules_) {
       std::vector<const TopicKept*> inputs;
-      for (const std::size_t t : m.inputs) inputs.push_back(&topics_[t].kept);
-      result_.verdict.push_back({m.name, reasons(m.source, threads_[m.thread].lost, inputs)});
+      for (const auto& [port, t] : m.inputs) inputs.push_back(&topics_[t].kept);
+      ModuleVerdict v{m.name, reasons(m.source, threads_[m.thread].lost, inputs), {}};
+      if (!begin_.empty() && m.stepped) begins_at(v, m.from);
+      result_.verdict.push_back(std::move(v));
     }
   }
 
@@ -342,6 +375,7 @@ class Review {
 
   Reader& reader_;
   RunReview result_;
+  Texts begin_;  // of a file that begins midway
   bool edited_ = false;
   msg::Time end_;  // of the newest message
   std::int64_t unix_ns_ = 0;

@@ -35,8 +35,15 @@ std::vector<std::string> reasons(bool source, const Losses& steps, std::span<con
   return why;
 }
 
+void begins_at(ModuleVerdict& verdict, std::optional<msg::Time> state) {
+  if (!verdict.reasons.empty()) return;
+  verdict.from = state;
+  if (!state) verdict.reasons.emplace_back("no saved state of it with all that it latched from then on");
+}
+
 std::string to_text(const ModuleVerdict& verdict) {
-  if (verdict.reasons.empty()) return "replayable";
+  if (verdict.reasons.empty())
+    return verdict.from ? "replayable from " + seconds_text(*verdict.from) + " on" : "replayable";
   std::string text;
   for (const std::string& reason : verdict.reasons) text += (text.empty() ? "" : "; ") + reason;
   return text;
