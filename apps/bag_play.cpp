@@ -61,7 +61,7 @@ class Play {
     find_ways();
     rt::RealTimeExecutor executor(*prepared_.graph, os, real_time_options(run));
     if (const auto started = executor.start(); !started) return fail(started.error().where);
-    const auto socket = open_socket(prepared_, run, executor.runner(), os, &hal::request_stop);
+    const auto socket = open_socket(prepared_, run, executor.runner(), nullptr, os, &hal::request_stop);
     const hal::Time begin = os.now();
     bool good = feed(query, rt::Duration{}, os);
     while (options_.loop && good && !hal::stop_requested()) good = feed(query, os.now() + kStarts - first, os);

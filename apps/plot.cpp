@@ -55,23 +55,8 @@ std::vector<std::pair<double, double>> thinned(const std::vector<std::pair<doubl
   return kept;
 }
 
-}  // namespace
-
-std::vector<double> axis_marks(double low, double high, int wanted) {
-  const double raw = (high - low) / wanted;
-  const double magnitude = std::pow(10.0, std::floor(std::log10(raw)));
-  double step = magnitude * 10;
-  for (const double m : {1.0, 2.0, 5.0})
-    if (raw <= m * magnitude) {
-      step = m * magnitude;
-      break;
-    }
-  std::vector<double> marks;
-  for (double k = std::ceil(low / step); k * step <= high + step * 1e-9; ++k) marks.push_back(k * step);
-  return marks;
-}
-
-std::string to_svg(const Plot& plot) {
+/// The inside of an SVG document of kWidth x kHeight.
+std::string drawn(const Plot& plot) {
   Range x, y;
   for (const auto& s : plot.series)
     for (const auto& [px, py] : s.points) x.include(px), y.include(py);
@@ -82,8 +67,7 @@ std::string to_svg(const Plot& plot) {
     return kHeight - kBottom - (v - y.low) / (y.high - y.low) * (kHeight - kTop - kBottom);
   };
   std::string out = fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" height=\"{1}\" "
-      "font-family=\"sans-serif\" font-size=\"13\">\n<rect width=\"{0}\" height=\"{1}\" fill=\"white\"/>\n"
+      "<rect width=\"{0}\" height=\"{1}\" fill=\"white\"/>\n"
       "<text x=\"{2}\" y=\"24\" font-size=\"16\">{3}</text>\n",
       kWidth, kHeight, kLeft, escaped(plot.title));
   for (const double m : axis_marks(x.low, x.high, 10))
@@ -114,7 +98,36 @@ std::string to_svg(const Plot& plot) {
     out += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"end\" fill=\"{}\">{}</text>\n", kWidth - kRight - 8,
                        kTop + 18 + 18 * static_cast<double>(i), colour, escaped(plot.series[i].name));
   }
+  return out;
+}
+
+}  // namespace
+
+std::vector<double> axis_marks(double low, double high, int wanted) {
+  const double raw = (high - low) / wanted;
+  const double magnitude = std::pow(10.0, std::floor(std::log10(raw)));
+  double step = magnitude * 10;
+  for (const double m : {1.0, 2.0, 5.0})
+    if (raw <= m * magnitude) {
+      step = m * magnitude;
+      break;
+    }
+  std::vector<double> marks;
+  for (double k = std::ceil(low / step); k * step <= high + step * 1e-9; ++k) marks.push_back(k * step);
+  return marks;
+}
+
+std::string to_svg(std::span<const Plot> plots) {
+  std::string out = fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" height=\"{1}\" "
+      "font-family=\"sans-serif\" font-size=\"13\">\n",
+      kWidth, kHeight * static_cast<double>(plots.size()));
+  for (std::size_t i = 0; i < plots.size(); ++i)
+    out +=
+        fmt::format("<g transform=\"translate(0 {})\">\n{}</g>\n", kHeight * static_cast<double>(i), drawn(plots[i]));
   return out + "</svg>\n";
 }
+
+std::string to_svg(const Plot& plot) { return to_svg(std::span(&plot, 1)); }
 
 }  // namespace sinew::app

@@ -1,19 +1,19 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <charconv>
 #include <cstdio>
+#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "apps/bag_file.hpp"
 #include "apps/commands.hpp"
-#include "apps/dataset_run.hpp"
-#include "apps/param_value.hpp"
-#include "apps/robot_file.hpp"
+#include "apps/comparison_report.hpp"
+#include "apps/recorded_robot.hpp"
 #include "apps/run_setup.hpp"
 #include "hal/linux/os.hpp"
 #include "hal/silent_board.hpp"
+#include "record/run/comparison.hpp"
 #include "record/run/replay.hpp"
 
 namespace sinew::app {
@@ -21,52 +21,15 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr std::size_t kRows = 20, kPlots = 4;
+
 struct ReplayCommand {
   std::string file;
-  std::vector<std::string> modules, set;
-  std::optional<double> from_s;
-  bool json = false;
+  std::vector<std::string> modules, set, fields;
+  std::optional<double> from_s, until_s;
+  bool chain = false, compare = false, json = false;
+  std::string plot, truth;
 };
-
-/// The graph that the file says it ran: its robot file, the parameters of the start, the seed.
-std::unique_ptr<rt::Graph> graph_of(record::Reader& reader, const ReplayCommand& command, const rt::ModuleTypes& types,
-                                    std::string& why) {
-  const auto text = record::read_attachment(reader, "robot.toml");
-  const auto run = record::read_metadata(reader, "sinew.run");
-  if (!text || !run.contains("seed")) {
-    why = "the file holds no run of Sinew";
-    return nullptr;
-  }
-  LoadedRobot loaded = parse_robot(*text, command.file + ": robot.toml");
-  for (const auto& p : loaded.problems) why += rt::to_string(p, loaded.robot.path) + "\n";
-  if (!loaded.problems.empty()) return nullptr;
-  rt::GraphSpec& spec = loaded.robot.graph;
-  const std::string& seed = run.at("seed");
-  std::from_chars(seed.data(), seed.data() + seed.size(), spec.seed);
-
-  const auto modules = record::read_metadata(reader, "sinew.modules");
-  const auto ran = [&](const std::string& name) {
-    return std::any_of(modules.begin(), modules.end(), [&](const auto& m) { return m.second == name; });
-  };
-  if (std::any_of(spec.modules.begin(), spec.modules.end(),
-                  [&](const auto& m) { return m.type == "drivers::CameraSource" && !ran(m.name); }))
-    leave_out_camera(spec);
-  for (const auto& param : record::read_metadata(reader, "sinew.params")) {
-    const std::string &name = param.first, &value = param.second;
-    const bool is_text = value.size() >= 2 && value.front() == '"';
-    const auto module = std::find_if(spec.modules.begin(), spec.modules.end(),
-                                     [&](const auto& m) { return m.name == name.substr(0, name.find('.')); });
-    if (module == spec.modules.end()) continue;  // the guardian has none
-    module->params[name.substr(name.find('.') + 1)] = {
-        is_text ? rt::ParamValue(value.substr(1, value.size() - 2)) : param_value(value), 0};
-  }
-  for (const auto& setting : command.set)
-    if (why = apply_setting(spec, setting); !why.empty()) return nullptr;
-  auto graph = std::make_unique<rt::Graph>(spec, types);
-  for (const auto& p : graph->check()) why += rt::to_string(p, loaded.robot.path) + "\n";
-  if (!why.empty()) return nullptr;
-  return graph;
-}
 
 std::string difference_text(const record::ReplayDifference& d) {
   char at[64];
@@ -79,63 +42,176 @@ Json to_json(const record::ReplayDifference& d) {
           {"what", d.what},     {"recorded", d.recorded}, {"now", d.again}};
 }
 
-int tell(const ReplayCommand& command, const record::ReplayReport& report, double wall_s) {
-  const auto* first = report.first_difference();
-  std::uint64_t steps = 0, messages = 0;
-  Json modules = Json::object();
-  for (const auto& m : report.modules) {
-    steps += m.steps, messages += m.messages;
-    modules[m.name] = {{"steps", m.steps}, {"messages", m.messages}, {"not_compared", m.not_compared}};
-    if (!m.stopped.empty()) modules[m.name]["stopped"] = m.stopped;
-    if (m.difference) modules[m.name]["difference"] = to_json(*m.difference);
-  }
-  const double length_s = msg::seconds(report.length);
-  const bool asked_and_missed = !command.modules.empty() && !report.complete();
-  const int code = first || asked_and_missed || !report.problems.empty() ? kFailed : kDone;
-  if (command.json) {
-    Json all{{"identical", first == nullptr}, {"steps", steps},   {"messages", messages},
-             {"robot_s", length_s},           {"wall_s", wall_s}, {"modules", modules}};
-    if (first) all["first_difference"] = to_json(*first);
-    for (const auto& p : report.problems) all["problems"].push_back(record::to_string(p));
-    std::printf("%s\n", all.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
-    return code;
-  }
-  say_problems(command.file, report.problems);
-  for (const auto& m : report.modules) {
-    if (!m.stopped.empty())
-      std::printf("%s: %llu steps, then %s\n", m.name.c_str(), static_cast<unsigned long long>(m.steps),
-                  m.stopped.c_str());
-    if (m.difference && &*m.difference != first) std::printf("%s\n", difference_text(*m.difference).c_str());
-  }
-  if (first) std::printf("first difference: %s\n", difference_text(*first).c_str());
-  std::printf("%s: %llu steps and %llu messages of %zu modules compared, %.3f s in %.3f s: %.1f times real time\n",
-              first ? "NOT identical" : "identical", static_cast<unsigned long long>(steps),
-              static_cast<unsigned long long>(messages), report.modules.size(), length_s, wall_s, length_s / wall_s);
-  return code;
+Json to_json(const record::ReplayedModule& m) {
+  Json json{{"steps", m.steps}, {"messages", m.messages}, {"not_compared", m.not_compared}};
+  for (const auto& [key, count] : {std::pair("differing", m.differing), std::pair("missing", m.missing),
+                                   std::pair("extra", m.extra), std::pair("settings_ignored", m.settings_ignored)})
+    if (count > 0) json[key] = count;
+  if (!m.stopped.empty()) json["stopped"] = m.stopped;
+  if (m.difference) json["difference"] = to_json(*m.difference);
+  return json;
 }
 
-int replay(const ReplayCommand& command, const rt::ModuleTypes& types) {
-  auto progress = std::make_unique<Progress>("replay");
-  const auto reader = open_recording(command.file, *progress);
-  if (!reader) return kNotBegun;
-  std::string why;
-  const auto graph = graph_of(*reader, command, types, why);
-  if (!graph) return fail(command.file + ": " + why);
-  hal::SilentBoard board;
-  if (const auto configured = graph->configure(board); !configured) {
-    for (const auto& p : graph->configure_problems())
-      std::fprintf(stderr, "%s\n", rt::to_string(p, command.file + ": robot.toml").c_str());
-    return fail(command.file + ": its modules cannot be configured");
+/// What of each module is not said by the first difference.
+void say_modules(const record::ReplayReport& report) {
+  const auto count = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
+  for (const auto& m : report.modules) {
+    const char* const name = m.name.c_str();
+    if (!m.stopped.empty()) std::printf("%s: %llu steps, then %s\n", name, count(m.steps), m.stopped.c_str());
+    if (m.missing > 0) std::printf("%s: %llu recorded messages are not published now\n", name, count(m.missing));
+    if (m.extra > 0)
+      std::printf("%s: %llu messages are published now that the record does not have: no module latches them\n", name,
+                  count(m.extra));
+    if (m.settings_ignored > 0)
+      std::printf("%s: --set holds; %llu settings in the record were not taken\n", name, count(m.settings_ignored));
   }
-  record::ReplayOptions options;
-  options.modules = command.modules;
-  options.from_s = command.from_s;
-  const hal::Time begin = hal::linux_os().now();
-  const auto report = record::replay(*reader, *graph, options, why);
-  if (!report) return fail(command.file + ": " + why);
-  progress.reset();
-  return tell(command, *report, msg::seconds(hal::linux_os().now() - begin));
 }
+
+class ReplayRun {
+ public:
+  ReplayRun(const ReplayCommand& command, const rt::ModuleTypes& types) : command_(command), types_(types) {}
+
+  int run() {
+    auto progress = std::make_unique<Progress>("replay");
+    const auto reader = open_recording(command_.file, *progress);
+    if (!reader) return kNotBegun;
+    std::string why;
+    if (!prepare(*reader, why)) return fail(why);
+    const hal::Time begin = hal::linux_os().now();
+    const auto report = record::replay(*reader, *graph_, options_, why);
+    if (!report) return fail(command_.file + ": " + why);
+    progress.reset();
+    report_ = *report;
+    wall_s_ = msg::seconds(hal::linux_os().now() - begin);
+    for (const auto& m : report_.modules) steps_ += m.steps, messages_ += m.messages;
+    return comparison_ ? tell_comparison() : tell();
+  }
+
+ private:
+  bool prepare(record::Reader& reader, std::string& why) {
+    auto spec = recorded_spec(reader, command_.file, why);
+    if (!spec) return why = command_.file + ": " + why, false;
+    for (const auto& setting : command_.set) {
+      if (why = apply_setting(*spec, setting); !why.empty()) return false;
+      options_.keep.push_back(setting.substr(0, setting.find('=')));
+    }
+    graph_ = configured_graph(*spec, types_, board_, command_.file, why);
+    if (!graph_) return false;
+    options_.modules = command_.modules;
+    options_.from_s = command_.from_s;
+    options_.until_s = command_.until_s;
+    options_.chain = command_.chain;
+    return !command_.compare || prepare_comparison(reader, why);
+  }
+
+  bool prepare_comparison(record::Reader& reader, std::string& why) {
+    const std::string topic = command_.truth.empty() ? record::Truth::topic_of(reader) : command_.truth;
+    if (!topic.empty()) truth_ = record::Truth::read(reader, *graph_, topic, why);
+    if (!truth_ && !command_.truth.empty()) return why = command_.file + ": " + why, false;
+    record::ComparisonOptions options;
+    options.quantities = command_.fields;
+    options.modules = command_.modules;
+    options.from_s = command_.from_s;
+    options.until_s = command_.until_s;
+    options.truth = truth_ ? &*truth_ : nullptr;
+    options.record = record::recorded_time(reader);
+    options.curves = !command_.plot.empty();
+    if (!known_fields(why)) return false;
+    options_.watcher = &comparison_.emplace(*graph_, options);
+    return true;
+  }
+
+  bool known_fields(std::string& why) const {
+    const auto names = record::quantity_names(*graph_, command_.modules);
+    for (const std::string& field : command_.fields)
+      if (std::none_of(names.begin(), names.end(), [&](const auto& n) { return record::means(field, n); }))
+        return why = "--fields " + field + ": no output of the modules has it; `sinew graph` shows them, " + "e.g. " +
+                     (names.empty() ? "none" : names.front()),
+               false;
+    return true;
+  }
+
+  int exit_code(bool bad) const {
+    const bool asked_and_missed = !command_.modules.empty() && !report_.complete();
+    return bad || asked_and_missed || !report_.problems.empty() ? kFailed : kDone;
+  }
+
+  Json summary() const {
+    Json modules = Json::object();
+    for (const auto& m : report_.modules) modules[m.name] = to_json(m);
+    Json all{{"identical", report_.first_difference() == nullptr},
+             {"steps", steps_},
+             {"messages", messages_},
+             {"robot_s", msg::seconds(report_.length)},
+             {"wall_s", wall_s_},
+             {"modules", modules}};
+    if (const auto* first = report_.first_difference()) all["first_difference"] = to_json(*first);
+    for (const auto& p : report_.problems) all["problems"].push_back(record::to_string(p));
+    return all;
+  }
+
+  static void print(const Json& json) {
+    std::printf("%s\n", json.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
+  }
+
+  void print_totals(const char* verdict) const {
+    const double length_s = msg::seconds(report_.length);
+    std::printf("%s: %llu steps and %llu messages of %zu modules compared, %.3f s in %.3f s: %.1f times real time\n",
+                verdict, static_cast<unsigned long long>(steps_), static_cast<unsigned long long>(messages_),
+                report_.modules.size(), length_s, wall_s_, length_s / wall_s_);
+  }
+
+  int tell() const {
+    const auto* first = report_.first_difference();
+    const int code = exit_code(first != nullptr);
+    if (command_.json) return print(summary()), code;
+    say_problems(command_.file, report_.problems);
+    say_modules(report_);
+    for (const auto& m : report_.modules)
+      if (m.difference && &*m.difference != first) std::printf("%s\n", difference_text(*m.difference).c_str());
+    if (first) std::printf("first difference: %s\n", difference_text(*first).c_str());
+    print_totals(first ? "NOT identical" : "identical");
+    return code;
+  }
+
+  int tell_comparison() const {
+    auto compared = comparison_->result();
+    std::erase_if(compared, [](const auto& q) { return q.now.count == 0 && q.one_sided == 0; });
+    sort_by_difference(compared);
+    if (!command_.plot.empty() && !write_plot(compared)) return kFailed;
+    const int code = exit_code(false);
+    if (command_.json) {
+      Json all = summary();
+      all["compared"] = Json::array();
+      for (const auto& q : compared) all["compared"].push_back(comparison_json(q, report_.start));
+      return print(all), code;
+    }
+    say_problems(command_.file, report_.problems);
+    say_modules(report_);
+    std::printf("%s", comparison_table(compared, report_.start, command_.fields.empty() ? kRows : 10 * kRows).c_str());
+    print_totals(report_.first_difference() ? "NOT identical" : "identical");
+    if (!command_.plot.empty()) std::printf("plot: %s\n", command_.plot.c_str());
+    return code;
+  }
+
+  bool write_plot(const std::vector<record::ComparedQuantity>& compared) const {
+    std::ofstream out(command_.plot, std::ios::binary);
+    out << comparison_plot(compared, command_.fields.empty() ? kPlots : 4 * kPlots);
+    out.close();
+    return out || fail("--plot " + command_.plot + ": cannot be written", kFailed) == kDone;
+  }
+
+  const ReplayCommand& command_;
+  const rt::ModuleTypes& types_;
+  hal::SilentBoard board_;
+  std::unique_ptr<rt::Graph> graph_;
+  std::optional<record::Truth> truth_;
+  std::optional<record::Comparison> comparison_;
+  record::ReplayOptions options_;
+  record::ReplayReport report_;
+  double wall_s_ = 0;
+  std::uint64_t steps_ = 0, messages_ = 0;
+};
 
 }  // namespace
 
@@ -148,12 +224,29 @@ void add_replay_command(CLI::App& app, CommandContext& context) {
   command.add_option("--from", options->from_s, "begin at the saved states before so many seconds of the record")
       ->check(CLI::NonNegativeNumber)
       ->type_name("S");
+  command.add_option("--until", options->until_s, "end so many seconds into the record")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("S");
   command.add_option("--set", options->set, "module.param=value from the start on; may be repeated")
       ->allow_extra_args(false)
       ->type_name("M.P=V");
+  command.add_flag("--chain", options->chain,
+                   "modules latch what the others publish now, not what these did in the record");
+  CLI::Option& compare = *command.add_flag("--compare", options->compare,
+                                           "go on behind differences; RMS and maximum of each field that differs");
+  command.add_option("--fields", options->fields, "with --compare: only these, e.g. filter.state,tilt")
+      ->delimiter(',')
+      ->needs(&compare);
+  command.add_option("--plot", options->plot, "with --compare: both versions over time, as SVG")
+      ->needs(&compare)
+      ->type_name("FILE.svg");
+  command.add_option("--truth", options->truth, "with --compare: the topic of ground truth [ground_truth]")
+      ->needs(&compare)
+      ->type_name("TOPIC");
   command.add_flag("--json", options->json, "as one JSON object");
-  command.callback(
-      [&context, options] { context.action = [&types = context.types, options] { return replay(*options, types); }; });
+  command.callback([&context, options] {
+    context.action = [&types = context.types, options] { return ReplayRun(*options, types).run(); };
+  });
 }
 
 }  // namespace sinew::app

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <new>
 
+#include "msg/bulk.hpp"
 #include "msg/cdr.hpp"
 
 namespace sinew::record {
@@ -98,6 +99,22 @@ bool MessageStore::add_pixels(std::uint32_t sequence, rt::Time published, std::s
   entry.pixels = pixels->size();
   settle(entry);
   return true;
+}
+
+void MessageStore::put(std::uint32_t sequence, const rt::SlotHeader& message) {
+  const auto bulk = msg::bulk_of(*type_, message.message());
+  Entry& entry = place(sequence, message.published, bulk.size());
+  auto* header = reinterpret_cast<rt::SlotHeader*>(entry.memory.get());
+  header->stamp = message.stamp;
+  std::memcpy(header->message(), message.message(), type_->size);
+  if (!bulk.empty()) std::memcpy(static_cast<std::byte*>(header->message()) + type_->size, bulk.data(), bulk.size());
+  entry.whole = true;
+}
+
+const MessageStore::Entry* MessageStore::newest_until(std::uint32_t sequence) const {
+  const auto after = std::upper_bound(entries_.begin(), entries_.end(), sequence,
+                                      [](std::uint32_t s, const Entry& e) { return before(s, e.sequence); });
+  return after == entries_.begin() ? nullptr : &*(after - 1);
 }
 
 const MessageStore::Entry* MessageStore::find(std::uint32_t sequence) const {

@@ -35,8 +35,13 @@ class MessageStore {
   bool add_head(std::uint32_t sequence, rt::Time published, std::span<const std::byte> cdr);
   bool add_pixels(std::uint32_t sequence, rt::Time published, std::span<const std::byte> cdr);
 
+  /// A copy of a message that was published otherwise; whole.
+  void put(std::uint32_t sequence, const rt::SlotHeader& message);
+
   /// Null when it is not there.
   const Entry* find(std::uint32_t sequence) const;
+  /// The newest of those up to `sequence`; null when there is none.
+  const Entry* newest_until(std::uint32_t sequence) const;
   /// Forgets what is older than the newest `keep` of those published by `horizon`, but nothing from `from` on.
   void forget(rt::Time horizon, std::size_t keep, std::optional<std::uint32_t> from);
   const msg::TypeInfo& type() const { return *type_; }

@@ -67,11 +67,11 @@ TEST_F(RunSinkMidway, AModuleWithoutASavedStateInTheFileIsNotReplayable) {
   Disk less;
   auto writer = Writer::open(std::make_unique<MemoryOutput>(less), {});
   const auto from = read(whole);
-  rewrite(*from, **writer, [](const Message& m, std::vector<std::byte>& data) {
+  ASSERT_TRUE(rewrite(*from, **writer, [](const Message& m, std::vector<std::byte>& data) {
     LoggedState state;
     std::uint64_t layout = 0;
     return m.channel->topic != kStatesTopic || !decode(data, state, layout) || state.module != 0;
-  });
+  }));
   ASSERT_TRUE((*writer)->finish());
   const RunReview found = review(*read(less.bytes));
   EXPECT_THAT(to_text(found.verdict.at(0)), HasSubstr("gap in its steps"));  // its state has a number in the log
@@ -85,7 +85,8 @@ TEST_F(RunSinkMidway, WhatWasLatchedBeforeTheBeginningAndIsNotThereMovesTheBegin
   Disk less;
   auto writer = Writer::open(std::make_unique<MemoryOutput>(less), {});
   const auto from = read(disks.at(1)->bytes);
-  rewrite(*from, **writer, [](const Message& m, std::vector<std::byte>&) { return m.channel->topic != "plan.out"; });
+  ASSERT_TRUE(rewrite(*from, **writer,
+                      [](const Message& m, std::vector<std::byte>&) { return m.channel->topic != "plan.out"; }));
   ASSERT_TRUE((*writer)->finish());
   const RunReview found = review(*read(less.bytes));
   EXPECT_EQ(found.verdict.at(5).module, "follows");

@@ -1,0 +1,96 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "record/run/quantity.hpp"
+#include "record/run/recorded_run.hpp"
+#include "record/run/replay.hpp"
+#include "record/run/truth.hpp"
+
+namespace sinew::record {
+
+/// How far something is off, over many messages.
+struct Deviation {
+  std::uint64_t count = 0;
+  double sum_of_squares = 0, max = 0;  // max: of the amount
+  rt::Time max_at;                     // of the step, the first such
+  void add(double difference, rt::Time at);
+  double rms() const;  // 0 of none
+};
+
+/// A curve for a plot, of whatever length: the smallest and the largest value of each stretch of time are kept.
+class Curve {
+ public:
+  explicit Curve(const RecordedTime& record);
+  void add(rt::Time at, double value);
+  std::vector<std::pair<double, double>> points() const;  // s since its start, value
+
+ private:
+  struct Stretch {
+    rt::Time low_at, high_at;
+    double low = 0, high = 0;
+    bool any = false;
+  };
+  rt::Time start_;
+  double per_stretch_s_;
+  std::vector<Stretch> stretches_;
+};
+
+/// One quantity of one topic.
+struct ComparedQuantity {
+  std::string name;  // "filter.state.q_world_base.tilt"
+  std::string unit;
+  Deviation now;                // from the record
+  std::uint64_t one_sided = 0;  // messages in which only one of both is a number
+  bool has_truth = false;       // the truth has this quantity, too
+  Deviation recorded_from_truth, now_from_truth;
+  double spread = 0;  // of the recorded values: standard deviation or, of angles, RMS from the first attitude
+
+  /// "recorded", "now", "truth", or the angles between them; empty unless they were asked for.
+  std::vector<std::pair<std::string, Curve>> curves{};
+
+  /// The RMS of the difference by the spread of what was recorded; infinite where that never moved.
+  double relative() const;
+  bool same() const { return now.max == 0 && one_sided == 0; }
+};
+
+struct ComparisonOptions {
+  std::vector<std::string> quantities{};      // means(); none: all
+  std::vector<std::string> modules{};         // whose outputs; none: all
+  const Truth* truth = nullptr;               // outlives the comparison
+  std::optional<double> from_s{}, until_s{};  // of the record: only messages of steps in between
+  RecordedTime record{};
+  bool curves = false;  // kept, for a plot
+};
+
+/// Compares the outputs of a replay with the record, and both with the truth, number by number.
+/// Thread:  owner.
+class Comparison final : public ReplayWatcher {
+ public:
+  Comparison(const rt::Graph& graph, const ComparisonOptions& options);
+  ~Comparison() override;
+  void compared(const ReplayedMessage& message) override;
+  /// In the order of topics and fields; those of which no message came have none counted.
+  std::vector<ComparedQuantity> result() const;
+
+ private:
+  struct One;
+  struct Topic;
+  static void make_curves(One& one, const ComparisonOptions& options);
+  static void compare(One& one, const Topic& topic, const ReplayedMessage& message);
+  static void compare_with_truth(One& one, const ReplayedMessage& message, const void* truth);
+
+  ComparisonOptions options_;
+  rt::Time from_{INT64_MIN}, until_{INT64_MAX};
+  std::vector<Topic> topics_;
+  std::vector<std::byte> truth_;
+};
+
+/// The names of all quantities of the outputs of these modules (none: of all).
+std::vector<std::string> quantity_names(const rt::Graph& graph, const std::vector<std::string>& modules = {});
+
+}  // namespace sinew::record
