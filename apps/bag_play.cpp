@@ -200,7 +200,7 @@ class Play {
   }
 
   hal::Time robot_time(std::uint64_t log_time) const {
-    return hal::Time{static_cast<std::int64_t>(log_time) - unix_ns_};
+    return hal::Time{static_cast<std::int64_t>(log_time - static_cast<std::uint64_t>(unix_ns_))};
   }
 
   bool idle() const {
