@@ -55,6 +55,13 @@ void add_bag_commands(CLI::App& app, CommandContext& context) {
   file_command(bag, context, "check", "every checksum and index; what it says of itself against what is in it",
                bag_check);
 
+  auto play = file_command(bag, context, "play", "a robot of its own says again what was recorded", bag_play);
+  add_topics(play.app, play.options.what, "only this one; may be given again");
+  add_times(play.app, play.options.what);
+  play.app.add_option("--rate", play.options.rate, "recorded seconds per second")->check(CLI::Range(0.001, 1000.0));
+  play.app.add_option("--name", play.options.name, "on this machine; instead of the recorded robot's");
+  play.app.add_flag("--loop", play.options.loop, "again and again, until Ctrl-C");
+
   auto cat = file_command(bag, context, "cat", "its messages, a line of JSON each", bag_cat);
   add_topics(cat.app, cat.options.what, "only this one; may be given again");
   add_times(cat.app, cat.options.what);

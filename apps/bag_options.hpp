@@ -22,6 +22,13 @@ struct BagTopicOptions : BagOptions {
   Selection what{};
 };
 
+struct BagPlayOptions : BagOptions {
+  Selection what{};
+  std::string name;  // of the robot on this machine; empty: the recorded one's
+  double rate = 1;
+  bool loop = false;
+};
+
 int bag_info(const BagOptions& options);
 int bag_check(const BagOptions& options);
 int bag_recover(const BagCopyOptions& options);
@@ -29,6 +36,7 @@ int bag_cut(const BagCopyOptions& options);
 int bag_filter(const BagCopyOptions& options);
 int bag_merge(const BagCopyOptions& options);
 int bag_convert(const BagCopyOptions& options);
+int bag_play(const BagPlayOptions& options);
 int bag_cat(const BagCatOptions& options);
 int bag_csv(const BagTopicOptions& options);
 int bag_images(const BagTopicOptions& options);

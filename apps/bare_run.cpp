@@ -59,7 +59,8 @@ class BareRun {
         graph_, clock_, grants,
         {.duration = length, .os = &os_, .hash_topics = true, .observer = observer_of(recording_)});
     executor.runner().ask_for_zones(!options_.trace.empty());
-    const auto socket = open_socket(prepared_, options_, executor.runner(), clock_, &hal::request_stop);
+    const auto socket =
+        open_socket(prepared_, options_, executor.runner(), recording_.get(), clock_, &hal::request_stop);
     const hal::Time wall = os_.now();
     const auto done = executor.run();
     if (!done) return fail(done.error().where);
@@ -78,7 +79,7 @@ class BareRun {
     if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return 2;
     if (!started) return fail(started.error().where);
     executor.runner().ask_for_zones(!options_.trace.empty());
-    const auto socket = open_socket(prepared_, options_, executor.runner(), os_, &hal::request_stop);
+    const auto socket = open_socket(prepared_, options_, executor.runner(), recording_.get(), os_, &hal::request_stop);
     LiveView view(graph_, executor.runner(), options_);
     const hal::Time begin = os_.now();
     for (hal::Time next = begin;; next = next + LiveView::kPeriod) {

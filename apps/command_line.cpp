@@ -31,6 +31,7 @@ std::variant<std::function<int()>, int> understood(int argc, char** argv, const 
   add_top_command(app, context);
   add_topic_commands(app, context);
   add_param_commands(app, context);
+  add_record_commands(app, context);
   add_bag_commands(app, context);
   add_replay_command(app, context);
   add_tune_command(app, context);

@@ -25,7 +25,8 @@ void add_live_commands(CLI::App& app, CommandContext& context);     // list, sta
 void add_top_command(CLI::App& app, CommandContext& context);
 void add_topic_commands(CLI::App& app, CommandContext& context);
 void add_param_commands(CLI::App& app, CommandContext& context);
-void add_bag_commands(CLI::App& app, CommandContext& context);  // bag info, check, cat, ...: recorded files
+void add_record_commands(CLI::App& app, CommandContext& context);  // record start, stop, status, snapshot
+void add_bag_commands(CLI::App& app, CommandContext& context);     // bag info, check, cat, ...: recorded files
 void add_replay_command(CLI::App& app, CommandContext& context);
 void add_tune_command(CLI::App& app, CommandContext& context);
 

@@ -95,8 +95,8 @@ class DatasetRun {
     discrete.observer = observer_of(recording_);
     rt::DiscreteExecutor executor(*graph_, clock_, *board_, discrete);
     executor.runner().ask_for_zones(!options_.trace.empty());
-    const auto socket =
-        open_socket(prepared_, options_, executor.runner(), clock_, [&executor] { executor.request_stop(); });
+    const auto socket = open_socket(prepared_, options_, executor.runner(), recording_.get(), clock_,
+                                    [&executor] { executor.request_stop(); });
     const hal::Time wall = os_.now();
     const auto done = executor.run();
     if (!done) return fail(done.error().where);
@@ -119,7 +119,7 @@ class DatasetRun {
     executor.runner().ask_for_zones(!options_.trace.empty());
     if (auto begun = board_->start(); !begun) return fail(begun.error().where);
     play_truth();
-    const auto socket = open_socket(prepared_, options_, executor.runner(), os_, &hal::request_stop);
+    const auto socket = open_socket(prepared_, options_, executor.runner(), recording_.get(), os_, &hal::request_stop);
     const hal::Time begin = os_.now();
     const hal::Time end =
         options_.duration_s > 0 ? std::min(board_->end(), begin + run_duration(options_)) : board_->end();

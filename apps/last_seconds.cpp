@@ -10,6 +10,7 @@
 #include <fstream>
 #include <vector>
 
+#include "apps/run_folder.hpp"
 #include "msg/json.hpp"
 #include "tap/reader.hpp"
 
@@ -64,25 +65,12 @@ bool write_file(const fs::path& path, const char* data, std::size_t bytes, std::
   return !out.fail();
 }
 
-// A folder of its own, also for two faults within one second.
-fs::path new_folder(const fs::path& under, std::string_view robot, std::time_t now, std::string& why) {
-  std::error_code error;
-  fs::create_directories(under, error);
-  const std::string name = fmt::format("{}-{:%Y%m%d-%H%M%S}", robot, fmt::gmtime(now));
-  for (int n = 1; !error; ++n) {
-    const fs::path path = under / (n == 1 ? name : fmt::format("{}-{}", name, n));
-    if (fs::create_directory(path, error)) return path;
-  }
-  why = (under / name).string() + ": " + error.message();
-  return {};
-}
-
 }  // namespace
 
 std::string save_last_seconds(const std::string& folder, std::string_view robot, std::string_view fault,
                               std::span<const std::byte> memory, std::string& why) {
   const std::time_t now = std::time(nullptr);
-  const fs::path path = new_folder(folder, robot, now, why);
+  const fs::path path = make_run_folder(folder, robot, why);
   if (path.empty()) return {};
   const std::string messages = messages_of(memory);
   const std::string about =

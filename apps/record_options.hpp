@@ -18,6 +18,10 @@ struct RecordOptions {
   record::Compression compression = record::Compression::lz4;
   double split_mb = 0, split_s = 0;  // 0: one file
   double free_floor_mb = 200;        // of the disk, which the recording leaves
+  struct Ring {                      // the last seconds in memory
+    bool enabled = false;
+    double seconds = 10, megabytes = 8;
+  } ring{};
 };
 
 }  // namespace sinew::app

@@ -142,14 +142,15 @@ bool take_name(Prepared& prepared, const RunOptions& options) {
 }
 
 std::unique_ptr<tap::Server> open_socket(const Prepared& prepared, const RunOptions& options, rt::Runner& runner,
-                                         const hal::Clock& clock, std::function<void()> stop) {
+                                         tap::RecordDesk* desk, const hal::Clock& clock, std::function<void()> stop) {
   if (!prepared.name) return nullptr;
   auto server = tap::Server::open(*prepared.name, *prepared.graph, runner, hal::linux_os(),
                                   {.board = prepared.graph->spec().board,
                                    .virtual_time = options.virtual_time,
                                    .stop = std::move(stop),
                                    .robot_file = std::filesystem::absolute(options.robot).lexically_normal().string(),
-                                   .clock = &clock});
+                                   .clock = &clock,
+                                   .desk = desk});
   if (server) return std::move(*server);
   std::fprintf(stderr, "sinew: warning: no socket for other programs: %s: %s\n", prepared.name->path().c_str(),
                server.error().where);

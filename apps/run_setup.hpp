@@ -55,10 +55,11 @@ std::string apply_setting(rt::GraphSpec& graph, const std::string& setting);
 /// own, NAME-PID. Where no folder for sockets can be had the run goes on without, with a warning.
 bool take_name(Prepared& prepared, const RunOptions& options);
 
-/// The robot's socket, from here until it is destroyed; null with a warning when there can be none. `clock` is the
-/// robot's, and `stop` ends the run; both are called by any thread.
+/// The robot's socket, from here until it is destroyed; null with a warning when there can be none. `desk` answers
+/// record.* (null: there is no recorder), `clock` is the robot's, and `stop` ends the run; all are called by any
+/// thread.
 std::unique_ptr<tap::Server> open_socket(const Prepared& prepared, const RunOptions& options, rt::Runner& runner,
-                                         const hal::Clock& clock, std::function<void()> stop);
+                                         tap::RecordDesk* desk, const hal::Clock& clock, std::function<void()> stop);
 
 /// Reads the mission's and the guardian's state, if the robot has a mission, below the loops: never in their way.
 /// Thread:  owner, one.

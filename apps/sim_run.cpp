@@ -149,7 +149,8 @@ class SimRun {
     rt::DiscreteExecutor executor(graph_, clock_, grants, discrete);
     grants.executor = &executor;
     executor.runner().ask_for_zones(!options_.trace.empty());
-    const auto socket = open_socket(prepared_, options_, executor.runner(), clock_, &hal::request_stop);
+    const auto socket =
+        open_socket(prepared_, options_, executor.runner(), recording_.get(), clock_, &hal::request_stop);
     const hal::Time wall = real_os_.now();
     const auto report = executor.run();
     if (!report) {
@@ -191,7 +192,7 @@ class SimRun {
     if (!started) return fail(started.error().where), refuse();
     begin_ = executor.started_at();
     executor.runner().ask_for_zones(!options_.trace.empty());
-    const auto socket = open_socket(prepared_, options_, executor.runner(), os_, &hal::request_stop);
+    const auto socket = open_socket(prepared_, options_, executor.runner(), recording_.get(), os_, &hal::request_stop);
     follow(executor);
     const hal::MemoryUse memory = hal::memory_use();  // with the threads' stacks
     if (parent_) parent_->ending();

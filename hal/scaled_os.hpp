@@ -10,8 +10,9 @@ namespace sinew::hal {
 /// Thread:  any.   RT: as the other.
 class ScaledOs final : public Os {
  public:
-  /// From `start` of the other's clock on (the same number on both), this one advances at `rate`, > 0.
-  ScaledOs(Os& other, double rate, Time start) : other_(other), rate_(rate), start_(start) {}
+  /// At `start` of the other's clock this one shows `shows`; from then on it advances at `rate`, > 0.
+  ScaledOs(Os& other, double rate, Time start, Time shows) : other_(other), rate_(rate), start_(start), shows_(shows) {}
+  ScaledOs(Os& other, double rate, Time start) : ScaledOs(other, rate, start, start) {}
   ScaledOs(Os& other, double rate) : ScaledOs(other, rate, other.now()) {}
 
   double rate() const { return rate_; }
@@ -34,11 +35,11 @@ class ScaledOs final : public Os {
   Result<std::shared_ptr<void>> keep_awake() override { return other_.keep_awake(); }
 
   Time scaled(Time t) const noexcept {
-    return start_ + Duration{static_cast<std::int64_t>(std::floor(static_cast<double>((t - start_).count()) * rate_))};
+    return shows_ + Duration{static_cast<std::int64_t>(std::floor(static_cast<double>((t - start_).count()) * rate_))};
   }
   /// The first instant of the other clock at which this one shows `t`: nobody wakes too early.
   Time unscaled(Time t) const noexcept {
-    const double ns = std::ceil(static_cast<double>((t - start_).count()) / rate_);
+    const double ns = std::ceil(static_cast<double>((t - shows_).count()) / rate_);
     if (ns >= 9e18 - static_cast<double>(start_.ns)) return kNever;  // slower clocks reach far: further than we count
     Time other = start_ + Duration{static_cast<std::int64_t>(ns)};
     while (scaled(other) < t) other = other + Duration{1};  // what rounding has taken
@@ -48,7 +49,7 @@ class ScaledOs final : public Os {
  private:
   Os& other_;
   double rate_;
-  Time start_;
+  Time start_, shows_;
 };
 
 }  // namespace sinew::hal

@@ -101,7 +101,7 @@ struct Answers::Command {
 };
 
 const Answers::Command* Answers::find(std::string_view name) {
-  static constexpr std::array<Command, 17> kCommands{{{"hello", &Answers::hello},
+  static constexpr std::array<Command, 21> kCommands{{{"hello", &Answers::hello},
                                                       {"topics", &Answers::topics},
                                                       {"status", &Answers::status},
                                                       {"params", &Answers::params},
@@ -117,6 +117,10 @@ const Answers::Command* Answers::find(std::string_view name) {
                                                       {"arm", &Answers::arm},
                                                       {"disarm", &Answers::disarm},
                                                       {"publish", &Answers::publish},
+                                                      {"record.start", &Answers::record_start},
+                                                      {"record.stop", &Answers::record_stop},
+                                                      {"record.status", &Answers::record_status},
+                                                      {"record.snapshot", &Answers::record_snapshot},
                                                       {"stop", &Answers::stop}}};
   for (const Command& c : kCommands)
     if (c.name == name) return &c;
@@ -164,6 +168,7 @@ Reply Answers::answer(std::string_view text, std::uint64_t client) {
 }
 
 std::optional<Json> Answers::settle(const Change& change) {
+  if (change.at_desk) return settle_at_desk(change);
   const auto effect = graph_.effect(change.ticket);
   if (!effect) return std::nullopt;
   Json reply = change.reply;
@@ -178,6 +183,10 @@ std::optional<Json> Answers::settle(const Change& change) {
 
 Json Answers::still_waiting(const Change& change) const {
   Json reply = change.reply;
+  if (change.at_desk) {
+    reply.update(refused(hal::Errc::timeout, "accepted, and it takes long: record.status tells when it is done"));
+    return reply;
+  }
   reply["step"] = Json();
   return reply;
 }
@@ -433,6 +442,21 @@ Reply Answers::publish(const Json& request) {
 
 Reply Answers::enable(const Json& request) { return set_enabled(request, true); }
 Reply Answers::disable(const Json& request) { return set_enabled(request, false); }
+
+Reply Answers::at_desk(RecordDesk::Command command) {
+  if (!robot_.desk) return refuse(hal::Errc::not_supported, "this run has no recorder: it was begun without one");
+  Reply reply = good();
+  reply.change = {{}, std::move(reply.json), robot_.desk->ask(command)};
+  return reply;
+}
+
+std::optional<Json> Answers::settle_at_desk(const Change& change) const {
+  const auto answer = robot_.desk->answer(*change.at_desk);
+  if (!answer) return std::nullopt;
+  Json reply = change.reply;
+  reply.update(answer->refused ? refused(*answer->refused, answer->text) : Json::parse(answer->text, nullptr, false));
+  return reply;
+}
 
 Reply Answers::stop(const Json&) {
   if (!robot_.stop) return refuse(hal::Errc::not_supported, "this run cannot be stopped from outside");

@@ -14,15 +14,17 @@
 #include "rt/runner.hpp"
 #include "tap/bells.hpp"
 #include "tap/reader.hpp"
+#include "tap/record_desk.hpp"
 
 namespace sinew::tap {
 
 using Json = nlohmann::ordered_json;
 
-/// Something in a mailbox, and the reply that waits for it.
+/// Something in a mailbox or at the desk of the recorder, and the reply that waits for it.
 struct Change {
   rt::Ticket ticket;
   Json reply;
+  std::optional<std::uint64_t> at_desk{};  // in place of the ticket
 };
 
 struct Reply {
@@ -47,6 +49,7 @@ class Answers {
     std::function<void()> stop;
     std::string robot_file{};
     const hal::Clock* clock = nullptr;  // its time; null: os
+    RecordDesk* desk = nullptr;         // null: this run has no recorder
   };
   Answers(rt::Graph& graph, rt::Runner& runner, hal::Os& os, Bells* bells, Robot robot);
 
@@ -86,6 +89,12 @@ class Answers {
   Reply arm(const Json& request);
   Reply disarm(const Json& request);
   Reply publish(const Json& request);
+  Reply record_start(const Json&) { return at_desk(RecordDesk::Command::start); }
+  Reply record_stop(const Json&) { return at_desk(RecordDesk::Command::stop); }
+  Reply record_status(const Json&) { return at_desk(RecordDesk::Command::status); }
+  Reply record_snapshot(const Json&) { return at_desk(RecordDesk::Command::snapshot); }
+  Reply at_desk(RecordDesk::Command command);
+  std::optional<Json> settle_at_desk(const Change& change) const;
   Reply set_enabled(const Json& request, bool enabled);
   Reply posted(const hal::Result<rt::Ticket>& ticket, const std::string& why, const Json& members);
   std::optional<msg::SafetyState> safety() const;

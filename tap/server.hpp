@@ -8,6 +8,7 @@
 #include "rt/runner.hpp"
 #include "rt/stats.hpp"
 #include "tap/names.hpp"
+#include "tap/record_desk.hpp"
 
 namespace sinew::tap {
 
@@ -17,6 +18,7 @@ struct ServerOptions {
   std::function<void()> stop{};                                    // what `stop` does; empty: refused
   std::string robot_file{};                                        // absolute path, likewise for `hello`; empty: none
   const hal::Clock* clock = nullptr;                               // the robot's, of any thread; null: os
+  RecordDesk* desk = nullptr;                                      // for `record.*`; null: refused
   std::uint32_t max_clients = 16;                                  // 62 at most
   std::uint32_t max_per_process = 4;                               // connections of one process
   hal::Duration may_be_replaced_after = std::chrono::seconds(10);  // without a request, when all places are taken

@@ -7,6 +7,7 @@
 #include "record/run/replay_chain.hpp"
 #include "record/run/replay_subject.hpp"
 #include "record/run/run_messages.hpp"
+#include "record/run/verdict.hpp"
 
 namespace sinew::record {
 namespace {
@@ -51,6 +52,7 @@ class Replay {
         return hal::Error{hal::Errc::bad_data, "replay"};
       }
     for (std::uint32_t i = 0; i < graph_.modules().size(); ++i) choose(i);
+    begin_midway();
     if (options_.from_s && reader_.statistics()) find_states(time_.after_start(*options_.from_s));
     run_.begin();
     return {};
@@ -65,23 +67,55 @@ class Replay {
     if (options_.chain) chain_.add_writer(module);
   }
 
+  /// A file that begins in the middle of its run: each module at the state that the file names or, where it was cut
+  /// off, at its first one.
+  void begin_midway() {
+    const Texts begin = read_metadata(reader_, kBeginName), from = read_metadata(reader_, kFromName);
+    midway_ = !begin.empty();
+    if (!midway_) return;
+    for (const auto& [key, order] : begin)
+      if (const auto thread = static_cast<std::size_t>(std::atoll(key.c_str()));
+          key != "at_ns" && thread < next_order_.size())
+        next_order_[thread] = static_cast<std::uint64_t>(std::atoll(order.c_str()));
+    each_state([&](ReplaySubject& subject, const LoggedState& state, std::uint64_t layout) {
+      const auto named = from.find(subject.report.name);
+      if (!subject.begins() &&
+          (named == from.end() || state.completed.ns >= static_cast<std::int64_t>(std::atoll(named->second.c_str()))))
+        subject.begin_at(state, layout);
+    });
+  }
+
   void find_states(rt::Time until) {
+    each_state([&](ReplaySubject& subject, const LoggedState& state, std::uint64_t layout) {
+      if (state.completed <= until) subject.begin_at(state, layout);
+    });
+  }
+
+  template <class F>
+  void each_state(F&& f) {
     MessageReader messages = reader_.messages({.topics = {std::string(kStatesTopic)}, .order = Order::file});
     Message m;
     for (Next next; (next = messages.next(m)) != Next::end;) {
       LoggedState state;
       std::uint64_t layout = 0;
-      if (next == Next::message && decode(m.data, state, layout) && state.completed <= until &&
-          state.module < subjects_.size() && subjects_[state.module])
-        subjects_[state.module]->begin_at(state, layout);
+      if (next == Next::message && decode(m.data, state, layout) && state.module < subjects_.size() &&
+          subjects_[state.module])
+        f(*subjects_[state.module], state, layout);
     }
   }
 
   void execute(const LogItem& item) {
     log_goes_on(item);
-    if (item.step && subjects_[item.step->module]) subjects_[item.step->module]->step(*item.step);
+    if (item.step && subjects_[item.step->module]) step(*item.step);
     if (!item.request || item.request->request.kind == rt::Request::Kind::set_period) return;  // in the release times
     if (auto& subject = subjects_[item.request->request.module]) subject->request(*item.request);
+  }
+
+  void step(const LoggedStep& s) {
+    ReplaySubject& subject = *subjects_[s.module];
+    if (midway_ && !subject.report.from)
+      subject.stop("the file begins in the middle of the run, and has no saved state of it");
+    subject.step(s);
   }
 
   void log_goes_on(const LogItem& item) {
@@ -99,6 +133,7 @@ class Replay {
   const RecordedTime time_;
   RecordedRun run_;
   ReplayChain chain_;
+  bool midway_ = false;                                   // the file begins there
   std::vector<std::uint64_t> next_order_;                 // by thread
   std::vector<std::unique_ptr<ReplaySubject>> subjects_;  // by module; null: not asked for
 };

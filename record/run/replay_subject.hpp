@@ -19,6 +19,7 @@ class ReplaySubject {
 
   /// Begins behind this state; until then only parameters are followed.
   void begin_at(const LoggedState& state, std::uint64_t layout);
+  bool begins() const { return begin_.has_value(); }
   bool waits(std::uint64_t order) const { return begin_ && order <= *begin_; }
   /// Its steps end here.
   void stop(std::string why);

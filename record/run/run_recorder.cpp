@@ -1,11 +1,13 @@
 #include "record/run/run_recorder.hpp"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
+#include <mutex>
 #include <optional>
 
 #include "msg/cdr.hpp"
-#include "msg/ros2msg.hpp"
+#include "record/run/ring_trigger.hpp"
 #include "record/run/run_messages.hpp"
 #include "rt/parameters.hpp"
 #include "rt/saved_state.hpp"
@@ -16,28 +18,18 @@ namespace {
 
 constexpr std::size_t kBatchBytes = 16 * 1024;
 constexpr rt::Duration kBatchAge = std::chrono::milliseconds(50);
+// Between two modules that are asked for their states: their copies are the executor's time.
+constexpr rt::Duration kAskEvery = std::chrono::milliseconds(10);
 
-std::string number_key(std::size_t i) {
-  std::string text = std::to_string(i);
-  return std::string(text.size() < 3 ? 3 - text.size() : 0, '0') + text;  // in the order of the map
+/// By topic, how many messages a step may hold of it.
+std::vector<std::uint32_t> depths(const rt::Graph& graph) {
+  std::vector<std::uint32_t> depth(graph.topics().size());
+  for (const rt::GraphModule& m : graph.modules())
+    for (std::size_t p = 0; p < m.topic.size(); ++p)
+      if (m.topic[p] != rt::kNone && m.declaration.ports[p].kind != rt::Declaration::PortKind::output)
+        depth[m.topic[p]] = std::max(depth[m.topic[p]], m.declaration.ports[p].depth);
+  return depth;
 }
-
-// Bytes that may be used up at a rate, and saved for a second.
-class Budget {
- public:
-  explicit Budget(double per_s) : per_s_(per_s), left_(per_s) {}
-  bool take(std::size_t bytes, rt::Time now) {
-    if (now > last_) left_ = std::min(per_s_, left_ + per_s_ * msg::seconds(now - last_));
-    last_ = std::max(last_, now);
-    if (static_cast<double>(bytes) > left_) return false;
-    left_ -= static_cast<double>(bytes);
-    return true;
-  }
-
- private:
-  double per_s_, left_;
-  rt::Time last_;
-};
 
 }  // namespace
 
@@ -49,11 +41,14 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
         description_(std::move(description)),
         options_(options),
         log_(graph, options.log_room, options.state_every),
-        budget_(options.pixel_bytes_per_s),
+        trigger_(graph),
         batches_(graph.threads().size()),
-        lost_entries_(graph.threads().size()),
         entries_(graph.threads().size()) {
-    for (std::uint32_t t = 0; t < graph.topics().size(); ++t) topics_.push_back(make_topic(t));
+    const auto depth = depths(graph);
+    for (std::uint32_t t = 0; t < graph.topics().size(); ++t) {
+      topics_.push_back({.type = graph.topics()[t].type, .depth = depth[t]});
+      topics_.back().reader.emplace(graph.segment(), graph.recorder_taps()[t]);
+    }
     for (const rt::GraphModule& m : graph.modules()) layouts_.push_back(rt::SavedState(m.declaration).layout());
     for (const rt::GraphModule& m : graph.modules())
       for (const auto& p : m.declaration.params)
@@ -62,11 +57,14 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
   ~Body() override { stop_thread(); }
 
   hal::Status open(SplitWriter::OpenPart open_part) {
-    auto writer = SplitWriter::open(
-        std::move(open_part), [this](Writer& w, unsigned part) { return begin_file(w, part); }, options_.files);
-    if (!writer) return writer.error();
-    writer_.emplace(std::move(*writer));
-    return add_channels();
+    if (open_part)
+      if (auto begun = begin_file(std::move(open_part)); !begun) return begun;
+    if (options_.ring.length.count() == 0) return {};
+    auto ring = FlightRing::open(graph_, description_, options_.ring);
+    if (!ring) return ring.error();
+    ring_ = std::move(*ring);
+    next_part();
+    return {};
   }
 
   hal::Status start(hal::Os& os) {
@@ -81,169 +79,114 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     return {};
   }
 
+  bool later(std::function<void()> what) {
+    const std::lock_guard lock(mutex_);
+    if (finished_) return false;
+    asked_.push_back(std::move(what));
+    any_asked_.store(true, std::memory_order_release);
+    return true;
+  }
+
   bool finished() const { return finished_; }
   hal::Status finish() {
-    finished_ = true;
     stop_thread();
     read_all(true);
-    for (std::uint32_t t = 0; t < batches_.size(); ++t) flush_batch(t);
-    Texts verdicts;
-    for (const ModuleVerdict& v : verdict()) verdicts.emplace(v.module, to_text(v));
-    Texts losses, entries, newest;
-    for (const auto& [name, lost] : lost_messages()) losses.emplace(name, to_text(lost, "messages"));
-    for (const auto& [name, lost] : lost_steps()) losses.emplace("thread " + name, to_text(lost, "steps"));
-    for (std::size_t t = 0; t < entries_.size(); ++t) entries.emplace(number_key(t), std::to_string(entries_[t]));
-    for (const Topic& t : topics_)
-      if (t.newest) newest.emplace(t.kept.name, std::to_string(*t.newest));
-    note(writer_->writer().add_metadata({"sinew.entries", std::move(entries)}));
-    note(writer_->writer().add_metadata({"sinew.newest", std::move(newest)}));
-    note(writer_->writer().add_metadata({"sinew.verdict", std::move(verdicts)}));
-    note(writer_->writer().add_metadata({"sinew.losses", std::move(losses)}));
-    return writer_->finish();
+    between();
+    {
+      const std::lock_guard lock(mutex_);
+      finished_ = true;
+    }
+    between();  // what was asked meanwhile
+    if (ring_) ring_->wait();
+    return has_file() ? end_file() : hal::Status{};
+  }
+
+  // ---- the recordings
+
+  bool has_file() const { return file_ && !file_ended_; }
+  rt::Time now() const { return now_; }
+  const RunSink* file() const { return file_.get(); }
+  FlightRing* ring() const { return ring_.get(); }
+
+  hal::Status begin_file(SplitWriter::OpenPart open_part) {
+    if (has_file()) return hal::Error{hal::Errc::busy, "recorder: a file is being written"};
+    auto sink = RunSink::open(graph_, description_, std::move(open_part),
+                              {options_.files, options_.topics, options_.rate_hz, options_.pixel_bytes_per_s}, begin());
+    if (!sink) return sink.error();
+    file_ = std::move(*sink), file_ended_ = false;
+    tell_older(*file_);
+    return {};
+  }
+
+  hal::Status end_file() {
+    if (!has_file()) return hal::Error{hal::Errc::not_found, "recorder: no file is being written"};
+    flush_batches();
+    file_ended_ = true;
+    return file_->finish();
+  }
+
+  std::optional<std::size_t> snapshot(const std::string& reason) {
+    if (!ring_ || ring_->is_dumping()) return std::nullopt;
+    next_part();
+    return ring_->dump(reason, now_, pace_ == Pace::follows ? os_ : nullptr);
   }
 
   // ---- of the executor's threads
   void completed(const rt::StepRecord& record) noexcept override {
     log_.completed(record);
-    if (pace_ == Pace::waited_for) log_.read(record.thread, *this);
+    if (pace_ == Pace::waited_for) read_now(record.thread);
   }
   void taken(const rt::Request& request, const rt::Effect& effect, rt::Time now) noexcept override {
     log_.taken(request, effect, now);
-    if (pace_ == Pace::waited_for) log_.read(request.thread, *this);
+    if (pace_ == Pace::waited_for) read_now(request.thread);
   }
-
-  // ---- after the end
-  std::vector<ModuleVerdict> verdict() const {
-    std::vector<ModuleVerdict> all;
-    for (const rt::GraphModule& m : graph_.modules()) all.push_back({m.spec.name, why_not(m)});
-    return all;
-  }
-  std::map<std::string, Losses> lost_messages() const {
-    std::map<std::string, Losses> lost;
-    for (const Topic& t : topics_)
-      if (t.kept.lost.count != 0) lost.emplace(t.about->name, t.kept.lost);
-    return lost;
-  }
-  std::map<std::string, Losses> lost_steps() const {
-    std::map<std::string, Losses> lost;
-    for (std::size_t t = 0; t < lost_entries_.size(); ++t)
-      if (lost_entries_[t].count != 0) lost.emplace(graph_.threads()[t].spec.name, lost_entries_[t]);
-    return lost;
-  }
-
-  hal::Status trouble_;
-  unsigned parts() const { return writer_->part() + 1; }
 
  private:
   struct Topic {
-    const rt::GraphTopic* about = nullptr;
-    TopicKept kept;
-    std::optional<rt::SlotReader> reader;
-    std::uint16_t channel = 0, head_channel = 0;
-    std::optional<std::uint32_t> newest;  // sequence that a step named
-    rt::Time next;                        // rate_hz: not before
+    const msg::TypeInfo* type = nullptr;
+    std::uint32_t depth = 0;  // a step may hold so many of its messages
+    std::optional<rt::SlotReader> reader{};
+    std::optional<std::uint32_t> newest{};  // sequence that a step named
   };
 
-  Topic make_topic(std::uint32_t index) {
-    Topic t;
-    t.about = &graph_.topics()[index];
-    const auto& some = options_.topics;
-    t.kept.name = t.about->name;
-    t.kept.wanted = some.empty() || std::find(some.begin(), some.end(), t.about->name) != some.end();
-    if (const auto rate = options_.rate_hz.find(t.about->name); rate != options_.rate_hz.end())
-      t.kept.rate_hz = rate->second;
-    t.reader.emplace(graph_.segment(), graph_.recorder_taps()[index]);
-    return t;
+  /// Where a recording that begins now begins. Everything that was told before is in those that there are.
+  Beginning begin() {
+    flush_batches();
+    const bool midway = std::any_of(entries_.begin(), entries_.end(), [](auto n) { return n != 0; });
+    return {midway, now_, entries_, params_};
   }
 
-  // ---- the file
-
-  hal::Status begin_file(Writer& w, unsigned part) {
-    Texts modules, threads, chains, run = description_.run;
-    run["unix_ns"] = std::to_string(description_.unix_ns);
-    run["part"] = std::to_string(part);
-    for (std::size_t i = 0; i < graph_.modules().size(); ++i)
-      modules.emplace(number_key(i), graph_.modules()[i].spec.name);
-    for (std::size_t i = 0; i < graph_.threads().size(); ++i)
-      threads.emplace(number_key(i), graph_.threads()[i].spec.name);
-    for (std::size_t i = 0; i < graph_.chains().size(); ++i)
-      chains.emplace(number_key(i), graph_.chains()[i].spec.name);
-    const Metadata all[] = {{"sinew.run", std::move(run)},         {"sinew.modules", std::move(modules)},
-                            {"sinew.threads", std::move(threads)}, {"sinew.chains", std::move(chains)},
-                            {"sinew.graph", graph_texts()},        {"sinew.params", params_}};
-    for (const Metadata& m : all)
-      if (auto added = w.add_metadata(m); !added) return added;
-    for (const Attachment& a : description_.attachments)
-      if (auto added = w.attach(a); !added) return added;
-    return {};
-  }
-
-  /// Of each module its thread, and of each port its topic.
-  Texts graph_texts() const {
-    Texts texts;
-    for (std::size_t i = 0; i < graph_.modules().size(); ++i) {
-      const rt::GraphModule& m = graph_.modules()[i];
-      texts.emplace(number_key(i), (m.external ? "source in " : "module in ") + number_key(m.thread));
-      for (std::size_t p = 0; p < m.topic.size(); ++p) {
-        if (m.topic[p] == rt::kNone) continue;
-        const bool output = m.declaration.ports[p].kind == rt::Declaration::PortKind::output;
-        texts.emplace(number_key(i) + "." + number_key(p), (output ? "out " : "in ") + topics_[m.topic[p]].kept.name);
+  /// What was published before a recording begins, and may be latched by its first steps.
+  void tell_older(RunSink& sink) {
+    for (std::uint32_t t = 0; t < topics_.size(); ++t) {
+      Topic& topic = topics_[t];
+      if (!topic.newest || topic.depth == 0 || !sink.takes_all(t)) continue;
+      const std::uint32_t most = topic.depth + 1;  // a step that has not completed may hold one that is older
+      std::uint32_t there = 0;
+      while (there < most && topic.reader->pin(*topic.newest - there)) topic.reader->unpin(), ++there;
+      sink.lacks_until(t, *topic.newest - there);
+      for (; there > 0; --there) {
+        const std::uint32_t sequence = *topic.newest - (there - 1);
+        const rt::SlotHeader* slot = topic.reader->pin(sequence);
+        if (!slot) {
+          sink.lacks_until(t, sequence);
+          continue;
+        }
+        sink.put_older(t, form(topic, *slot));
+        topic.reader->unpin();
       }
     }
-    return texts;
   }
 
-  hal::Status add_channels() {
-    Writer& w = writer_->writer();
-    std::map<std::string, std::uint16_t, std::less<>> schemas;
-    Texts about;  // of the channels that come next
-    const auto channel = [&](std::string_view topic, std::string_view schema, std::string_view text, std::uint16_t& id,
-                             Packing packing = Packing::packed) -> hal::Status {
-      auto known = schemas.find(schema);
-      if (known == schemas.end()) {
-        auto added = w.add_schema(schema, "ros2msg", text);
-        if (!added) return added.error();
-        known = schemas.emplace(schema, *added).first;
-      }
-      auto added = w.add_channel(topic, "cdr", known->second, about, packing);
-      if (!added) return added.error();
-      id = *added;
-      return {};
-    };
-    const auto of_record = [&](std::string_view topic, const RecordSchema& schema, std::uint16_t& id) {
-      return channel(topic, schema.name, schema.text, id);
-    };
-    if (auto s = of_record(kStepsTopic, step_batch_schema(), steps_channel_); !s) return s;
-    if (auto s = of_record(kRequestsTopic, request_schema(), requests_channel_); !s) return s;
-    if (auto s = of_record(kStatesTopic, state_schema(), states_channel_); !s) return s;
-    for (Topic& t : topics_) {
-      if (!t.kept.wanted) continue;
-      about.clear();
-      if (t.kept.rate_hz > 0) about["rate_hz"] = rt::format_number(t.kept.rate_hz);
-      const msg::TypeInfo& type = *t.about->type;
-      if (!type.has_bulk()) {
-        if (auto s = channel(t.about->name, msg::ros2_name(type), msg::ros2msg_schema(type), t.channel); !s) return s;
-        continue;
-      }
-      const RecordSchema& image = image_schema();
-      if (auto s = channel(t.about->name, image.name, image.text, t.channel, Packing::plain); !s) return s;
-      if (auto s = of_record(t.about->name + std::string(kHeadSuffix), image_head_schema(), t.head_channel); !s)
-        return s;
-    }
-    return {};
+  void next_part() {
+    ring_->next_part(begin());
+    if (ring_->sink()) tell_older(*ring_->sink());
   }
 
-  Stamps stamps(std::uint32_t sequence, rt::Time log, rt::Time publish) const {
-    const auto in_file = [this](rt::Time t) {
-      const std::int64_t ns = t.ns + description_.unix_ns;
-      return static_cast<std::uint64_t>(std::max(ns, std::int64_t{0}));
-    };
-    return {sequence, in_file(log), in_file(publish)};
-  }
-
-  bool note(const hal::Status& written) {
-    if (!written && trouble_) trouble_ = written.error();
-    return written.has_value();
+  template <class F>
+  void each_sink(F&& f) {
+    if (has_file()) f(*file_);
+    if (ring_ && ring_->sink()) f(*ring_->sink());
   }
 
   // ---- what the log tells
@@ -251,85 +194,130 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
   void step(const LoggedStep& s) override {
     now_ = std::max(now_, s.completed);
     ++entries_[s.thread];
+    each_sink([&](RunSink& sink) { sink.step(s); });
     for (const LoggedStep::Output& out : s.outputs) {
-      Topic& topic = topics_[graph_.modules()[s.module].topic[out.port]];
-      if (topic.newest && topic.kept.wanted && topic.kept.rate_hz == 0 && out.first != *topic.newest + 1)
-        topic.kept.lost.add(out.first - *topic.newest - 1, s.completed);  // of steps that were lost
-      topic.newest = out.first + out.count - 1;
-      for (std::uint32_t i = 0; i < out.count; ++i)
-        if (topic.kept.wanted) message(topic, out.first + i, s.completed);
+      const std::uint32_t topic = graph_.modules()[s.module].topic[out.port];
+      topics_[topic].newest = out.first + out.count - 1;
+      for (std::uint32_t i = 0; i < out.count; ++i) message(topic, out.first + i, s.completed);
     }
     StepBatch& batch = batches_[s.thread];
     batch.add(s);
     if (batch.bytes().size() >= kBatchBytes || s.completed - batch.first() >= kBatchAge) flush_batch(s.thread);
+    if (auto why = trigger_.step(s)) happened(std::move(*why));
   }
 
   void request(const LoggedRequest& r) override {
     ++entries_[r.request.thread];
     flush_batch(r.request.thread);  // so that the file has them in their order
     encode(scratch_, r);
-    if (!note(writer_->write(requests_channel_, stamps(0, r.now, r.now), scratch_.bytes())))
-      lost_entries_[r.request.thread].add(1, r.now);
+    each_sink([&](RunSink& sink) { sink.request(r, scratch_.bytes()); });
+    trigger_.request(r);
+    follow_param(r);
   }
 
-  /// One that cannot be written costs nothing but a place to begin at; its number in the log is a gap all the same.
+  void follow_param(const LoggedRequest& r) {
+    if (r.request.kind != rt::Request::Kind::set_param || r.effect.refused) return;
+    const rt::GraphModule& m = graph_.modules()[r.request.module];
+    const auto& param = m.declaration.params[r.request.index];
+    const bool is_number = std::holds_alternative<double*>(param.target);
+    rt::ParamValue value = std::visit([](auto v) { return rt::ParamValue(v); }, r.request.value);
+    if (const auto* whole = std::get_if<std::int64_t>(&value); whole && is_number) value = static_cast<double>(*whole);
+    params_[m.spec.name + "." + param.name] = rt::to_string(value);
+  }
+
   void state(const LoggedState& s) override {
     ++entries_[s.thread];
     flush_batch(s.thread);
     encode(scratch_, s, layouts_[s.module]);
-    if (!note(writer_->write(states_channel_, stamps(0, s.completed, s.completed), scratch_.bytes())))
-      lost_entries_[s.thread].add(1, s.completed);
+    each_sink([&](RunSink& sink) { sink.state(s, scratch_.bytes()); });
   }
 
   void lost(std::uint32_t thread, std::uint64_t entries) override {
     entries_[thread] += entries;
-    lost_entries_[thread].add(entries, now_);
+    each_sink([&](RunSink& sink) { sink.lost(thread, entries, now_); });
   }
 
   void flush_batch(std::uint32_t thread) {
     StepBatch& batch = batches_[thread];
     if (batch.empty()) return;
-    if (!note(writer_->write(steps_channel_, stamps(0, batch.first(), batch.first()), batch.bytes())))
-      lost_entries_[thread].add(batch.count(), batch.first());
+    each_sink([&](RunSink& sink) { sink.steps(thread, batch); });
     batch.clear();
   }
+  void flush_batches() {
+    for (std::uint32_t t = 0; t < batches_.size(); ++t) flush_batch(t);
+  }
 
-  void message(Topic& topic, std::uint32_t sequence, rt::Time at) {
-    if (topic.kept.rate_hz > 0 && !due(topic.next, topic.kept.rate_hz, at)) return;
+  void message(std::uint32_t index, std::uint32_t sequence, rt::Time at) {
+    std::array<RunSink*, 2> takers{};
+    std::size_t count = 0;
+    each_sink([&](RunSink& sink) {
+      if (sink.takes(index, at)) takers[count++] = &sink;
+    });
+    const bool is_safety = ring_ && trigger_.is_safety(index);
+    if (count == 0 && !is_safety) return;
+    Topic& topic = topics_[index];
     const rt::SlotHeader* slot = topic.reader->pin(sequence);
-    const bool written = slot && note(topic.about->type->has_bulk() ? write_image(topic, *slot) : write(topic, *slot));
-    if (slot) topic.reader->unpin();
-    if (!written) topic.kept.lost.add(1, at);
-  }
-
-  hal::Status write(Topic& topic, const rt::SlotHeader& slot) {
-    const msg::TypeInfo& type = *topic.about->type;
-    scratch_.resize(msg::cdr_size(type, slot.message()));
-    msg::cdr_encode(type, slot.message(), {reinterpret_cast<std::uint8_t*>(scratch_.data()), scratch_.size()});
-    return writer_->write(topic.channel, stamps(slot.sequence, slot.published, slot.stamp), scratch_.bytes());
-  }
-
-  hal::Status write_image(Topic& topic, const rt::SlotHeader& slot) {
-    const auto& image = *static_cast<const msg::Image*>(slot.message());
-    const std::span<const std::byte> pixels = std::as_bytes(std::span(image.pixels(), image.bulk_used()));
-    bool kept = budget_.take(pixels.size(), slot.published);
-    const Stamps when = stamps(slot.sequence, slot.published, slot.stamp);
-    if (kept) {
-      encode_image_head(scratch_, image, description_.unix_ns, topic.about->name);
-      const std::span<const std::byte> parts[] = {scratch_.bytes(), pixels};
-      kept = note(writer_->write_parts(topic.channel, when, parts));
+    if (!slot) {
+      for (std::size_t i = 0; i < count; ++i) takers[i]->lose(index, at);
+      return;
     }
-    if (!kept) topic.kept.without_pixels.add(1, slot.published);
-    encode(scratch_, head_of(image, kept));
-    return writer_->write(topic.head_channel, when, scratch_.bytes());
+    const SinkMessage message = form(topic, *slot);
+    for (std::size_t i = 0; i < count; ++i) takers[i]->put(index, message, at);
+    if (is_safety)
+      if (auto why = trigger_.safety(*static_cast<const msg::SafetyState*>(slot->message()))) happened(std::move(*why));
+    topic.reader->unpin();
   }
 
-  std::vector<std::string> why_not(const rt::GraphModule& m) const {
-    std::vector<const TopicKept*> inputs;
-    for (std::size_t p = 0; p < m.topic.size(); ++p)
-      if (m.declaration.ports[p].kind != rt::Declaration::PortKind::output && m.topic[p] != rt::kNone)
-        inputs.push_back(&topics_[m.topic[p]].kept);
-    return reasons(m.external != nullptr, lost_entries_[m.thread], inputs);
+  SinkMessage form(const Topic& topic, const rt::SlotHeader& slot) {
+    if (topic.type->has_bulk()) return {&slot, {}, head_of(*static_cast<const msg::Image*>(slot.message()), false)};
+    message_.resize(msg::cdr_size(*topic.type, slot.message()));
+    msg::cdr_encode(*topic.type, slot.message(), {reinterpret_cast<std::uint8_t*>(message_.data()), message_.size()});
+    return {&slot, message_.bytes(), {}};
+  }
+
+  // ---- between two messages
+
+  void happened(std::string why) {
+    if (!ring_) return;
+    if (!why_dump_ && ring_->may_dump(now_))
+      why_dump_ = std::move(why);
+    else
+      ring_->count_only();
+  }
+
+  void between() {
+    if (any_asked_.load(std::memory_order_acquire)) answer();
+    if (now_ >= next_ask_) ask_for_state();
+    if (!ring_) return;
+    if (why_dump_) {
+      static_cast<void>(snapshot(*why_dump_));
+      why_dump_.reset();
+    } else if (ring_->due(now_)) {
+      next_part();
+    }
+  }
+
+  void answer() {
+    std::vector<std::function<void()>> asked;
+    {
+      const std::lock_guard lock(mutex_);
+      asked.swap(asked_);
+      any_asked_.store(false, std::memory_order_relaxed);
+    }
+    for (const auto& what : asked) what();
+  }
+
+  /// One module at a time.
+  void ask_for_state() {
+    next_ask_ = now_ + kAskEvery;
+    for (std::uint32_t i = 0; i < layouts_.size(); ++i) {
+      const auto m = static_cast<std::uint32_t>((asked_last_ + 1 + i) % layouts_.size());
+      bool needed = false;
+      each_sink([&](const RunSink& sink) { needed |= sink.needs_state(m); });
+      if (!needed) continue;
+      asked_last_ = m;
+      return log_.ask_state(m);
+    }
   }
 
   // ---- the thread
@@ -337,7 +325,8 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
   void follow() {
     while (!stop_.load(std::memory_order_relaxed)) {
       read_all(false);
-      note(writer_->writer().tick(stamps(0, now_, now_).log_time));
+      between();
+      each_sink([&](RunSink& sink) { sink.tick(now_); });
       os_->sleep_until(os_->now() + options_.poll);
     }
   }
@@ -348,24 +337,34 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
   void read_all(bool last) {
     for (std::uint32_t t = 0; t < log_.threads(); ++t) log_.read(t, *this, last);
   }
+  void read_now(std::uint32_t thread) {
+    log_.read(thread, *this);
+    between();
+  }
 
   rt::Graph& graph_;
   const Pace pace_;
   const RunDescription description_;
   const RecorderOptions options_;
   StepLog log_;
-  Budget budget_;
+  RingTrigger trigger_;
   std::vector<Topic> topics_;
   std::vector<StepBatch> batches_;      // per thread
-  std::vector<Losses> lost_entries_;    // per thread
   std::vector<std::uint64_t> entries_;  // per thread: what its log held, lost ones included
-  std::optional<SplitWriter> writer_;
-  std::uint16_t steps_channel_ = 0, requests_channel_ = 0, states_channel_ = 0;
   std::vector<std::uint64_t> layouts_;  // per module
-  Texts params_;                        // of the start: what changes them is in the file
-  Buffer scratch_;
+  Texts params_;                        // as they are now
+  Buffer scratch_, message_;
   rt::Time now_;  // the newest that was told
+  std::unique_ptr<RunSink> file_;
+  bool file_ended_ = false;
+  std::unique_ptr<FlightRing> ring_;
+  std::optional<std::string> why_dump_;
+  rt::Time next_ask_;
+  std::uint32_t asked_last_ = 0;
   hal::Os* os_ = nullptr;
+  std::mutex mutex_;  // of what later() brings
+  std::vector<std::function<void()>> asked_;
+  std::atomic<bool> any_asked_{false};
   bool finished_ = false;
   std::atomic<bool> stop_{false};
   std::unique_ptr<hal::Thread> thread_;
@@ -386,11 +385,14 @@ RunRecorder::~RunRecorder() {
 }
 rt::RunObserver& RunRecorder::observer() { return *body_; }
 hal::Status RunRecorder::start(hal::Os& os) { return body_->start(os); }
+bool RunRecorder::later(std::function<void()> what) { return body_->later(std::move(what)); }
 hal::Status RunRecorder::finish() { return body_->finish(); }
-std::vector<ModuleVerdict> RunRecorder::verdict() const { return body_->verdict(); }
-std::map<std::string, Losses> RunRecorder::lost_messages() const { return body_->lost_messages(); }
-std::map<std::string, Losses> RunRecorder::lost_steps() const { return body_->lost_steps(); }
-unsigned RunRecorder::files() const { return body_->parts(); }
-const hal::Status& RunRecorder::trouble() const { return body_->trouble_; }
+hal::Status RunRecorder::begin_file(SplitWriter::OpenPart open_part) { return body_->begin_file(std::move(open_part)); }
+hal::Status RunRecorder::end_file() { return body_->end_file(); }
+bool RunRecorder::has_file() const { return body_->has_file(); }
+rt::Time RunRecorder::now() const { return body_->now(); }
+std::optional<std::size_t> RunRecorder::snapshot(const std::string& reason) { return body_->snapshot(reason); }
+const RunSink* RunRecorder::file() const { return body_->file(); }
+const FlightRing* RunRecorder::ring() const { return body_->ring(); }
 
 }  // namespace sinew::record

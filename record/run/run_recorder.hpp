@@ -1,42 +1,43 @@
 #pragma once
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "hal/os.hpp"
+#include "record/run/flight_ring.hpp"
+#include "record/run/run_sink.hpp"
 #include "record/run/step_log.hpp"
 #include "record/run/verdict.hpp"
-#include "record/split_writer.hpp"
 
 namespace sinew::record {
 
 struct RecorderOptions {
+  // Of files, as SinkOptions:
   SplitOptions files{.writer = {.chunk_bytes = 256 * 1024}};
-  std::vector<std::string> topics{};                       // none: all
-  std::map<std::string, double> rate_hz{};                 // at most so many messages of a topic
-  double pixel_bytes_per_s = 5e6;                          // images beyond it are recorded without their pixels
+  std::vector<std::string> topics{};
+  std::map<std::string, double> rate_hz{};
+  double pixel_bytes_per_s = 5e6;
+  // Of all:
   rt::Duration log_room = std::chrono::milliseconds(500);  // of steps that wait to be read
   rt::Duration state_every = std::chrono::seconds(5);      // of each module, to begin a replay at; 0: never
   rt::Duration poll = std::chrono::milliseconds(10);
+  RingOptions ring{};
 };
 
-/// What the file says of the run besides what happened in it.
-struct RunDescription {
-  Texts run{};                            // robot, board, seed, build, ... as metadata "sinew.run"
-  std::vector<Attachment> attachments{};  // the robot file
-  std::int64_t unix_ns = 0;               // added to the robot's clock for the times of the file
-};
-
-/// Records a run: every step with what it latched and published, every request, every message, into MCAP files whose
-/// form docs/recording.md describes. In real time it follows the executor's threads from a thread of its own and
-/// nobody waits for it: what it misses is counted. In virtual time the executor waits for it.
-/// Thread:  owner; observer(): as RunObserver says.
+/// Reads along with a run: every step with what it latched and published, every request, every message, and hands them
+/// to the recordings that there are: a file, which may begin and end in the middle of the run, and the flight ring. In
+/// real time it follows the executor's threads from a thread of its own and nobody waits for it: what it misses is
+/// counted. In virtual time the executor waits for it.
+/// Thread:  owner; observer(): as RunObserver says; later(), ring(): any. What is said to be "the reader's" is called
+///          inside of later(), or while the run stands still.
 /// Owner:   graph and os must outlive it. The graph is configured with ConfigureOptions::recorded.
 class RunRecorder {
  public:
   enum class Pace : std::uint8_t { follows, waited_for };
-  /// Errors:  those of the files and of Writer.
+  /// `open_part`: of a file from the beginning on; empty: none.
+  /// Errors:  those of the files and of Writer; bad_argument of the ring.
   static hal::Result<std::unique_ptr<RunRecorder>> open(rt::Graph& graph, Pace pace, SplitWriter::OpenPart open_part,
                                                         RunDescription description, const RecorderOptions& options);
   ~RunRecorder();  // finish() when nobody did; the executor has ended by then, too
@@ -45,17 +46,33 @@ class RunRecorder {
   rt::RunObserver& observer();
   /// Pace::follows: begins to read. Errors: those of starting a thread.
   hal::Status start(hal::Os& os);
-  /// After the executor has ended: reads what is left, writes the verdict, completes the file.
+  /// Called by the reader, between two messages. False: the run is over, and nobody will call it.
+  bool later(std::function<void()> what);
+  /// After the executor has ended: reads what is left, completes the file.
   hal::Status finish();
 
-  // After finish():
-  std::vector<ModuleVerdict> verdict() const;
-  /// Of messages by topic and of steps by thread, where there were any.
-  std::map<std::string, Losses> lost_messages() const;
-  std::map<std::string, Losses> lost_steps() const;
-  unsigned files() const;
-  /// The first error of a file, which went on being tried; ok when there was none.
-  const hal::Status& trouble() const;
+  // ---- the reader's
+  /// Errors:  busy when there is one; those of the files.
+  hal::Status begin_file(SplitWriter::OpenPart open_part);
+  /// Completes it; file() stays to be asked. Errors: not_found when there is none; those of Writer.
+  hal::Status end_file();
+  bool has_file() const;
+  rt::Time now() const;  // of the newest step
+  /// What is in the ring goes to a file. The number of its report; nothing while another dump is written or without a
+  /// ring.
+  std::optional<std::size_t> snapshot(const std::string& reason);
+
+  /// The file that is being written, or the last one that was; null: there was none.
+  const RunSink* file() const;
+  /// Null: none was asked for.
+  const FlightRing* ring() const;
+
+  // Of file(), after finish():
+  std::vector<ModuleVerdict> verdict() const { return file()->verdict(); }
+  std::map<std::string, Losses> lost_messages() const { return file()->lost_messages(); }
+  std::map<std::string, Losses> lost_steps() const { return file()->lost_steps(); }
+  unsigned files() const { return file()->files(); }
+  const hal::Status& trouble() const { return file()->trouble(); }
 
  private:
   class Body;

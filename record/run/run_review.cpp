@@ -18,29 +18,58 @@ T number_of(std::string_view text) {
   return value;
 }
 
-/// Numbers that mostly come in order.
+/// Sequences that mostly come in order; they may go on at 0 behind the largest.
 class NumberSet {
  public:
   void add(std::uint32_t n) {
-    if (!runs_.empty() && n == runs_.back().first + runs_.back().count && runs_.back().count != ~0u)
-      ++runs_.back().count;
+    if (!runs_.empty() && n == runs_.back().end && runs_.back().end < kEnd)
+      ++runs_.back().end;
     else
-      runs_.push_back({n, 1});
+      runs_.push_back({n, std::uint64_t{n} + 1, 0});
   }
+  /// After the last add(), before what follows.
   void sort() {
     std::sort(runs_.begin(), runs_.end(), [](const Run& a, const Run& b) { return a.first < b.first; });
+    std::size_t last = 0;
+    for (std::size_t i = 1; i < runs_.size(); ++i)
+      if (runs_[i].first <= runs_[last].end)
+        runs_[last].end = std::max(runs_[last].end, runs_[i].end);
+      else
+        runs_[++last] = runs_[i];
+    if (!runs_.empty()) runs_.resize(last + 1);
+    std::uint64_t before = 0;
+    for (Run& r : runs_) r.before = before, before += r.end - r.first;
   }
-  bool contains(std::uint32_t n) const {
-    const auto behind =
-        std::upper_bound(runs_.begin(), runs_.end(), n, [](std::uint32_t v, const Run& r) { return v < r.first; });
-    if (behind != runs_.begin() && n - (behind - 1)->first < (behind - 1)->count) return true;
-    return !runs_.empty() && n - runs_.back().first < runs_.back().count;  // the one that may go over the end
+  /// How many of `count` numbers from `first` on are there.
+  std::uint32_t there(std::uint32_t first, std::uint32_t count) const {
+    const std::uint64_t end = std::uint64_t{first} + count;
+    std::uint64_t n = below(std::min(end, kEnd)) - below(first);
+    if (end > kEnd) n += below(end - kEnd);
+    return static_cast<std::uint32_t>(n);
+  }
+  /// The first that is there, of those; it must be one of them.
+  std::uint32_t first_there(std::uint32_t first, std::uint32_t count) const {
+    std::uint32_t none = 0, some = count;  // so many have none, so many have some
+    while (some - none > 1) {
+      const std::uint32_t half = none + (some - none) / 2;
+      (there(first, half) == 0 ? none : some) = half;
+    }
+    return first + none;
   }
 
  private:
+  static constexpr std::uint64_t kEnd = std::uint64_t{1} << 32;
   struct Run {
-    std::uint32_t first, count;
+    std::uint64_t first, end;
+    std::uint64_t before;  // in the runs before it
   };
+  std::uint64_t below(std::uint64_t n) const {
+    const auto behind =
+        std::upper_bound(runs_.begin(), runs_.end(), n, [](std::uint64_t v, const Run& r) { return v < r.first; });
+    if (behind == runs_.begin()) return 0;
+    const Run& r = *(behind - 1);
+    return r.before + std::min(n, r.end) - r.first;
+  }
   std::vector<Run> runs_;
 };
 
@@ -74,6 +103,7 @@ class Review {
     result_.said_losses = read_metadata(reader_, "sinew.losses");
     result_.ended = !result_.said_verdict.empty();
     unix_ns_ = number_of<std::int64_t>(result_.run["unix_ns"]);
+    begin_ = read_metadata(reader_, kBeginName);
     edited_ = !read_metadata(reader_, kEditedName).empty();
     if (reader_.statistics()) end_ = robot_time(reader_.statistics()->end_time);
     result_.is_part = edited_ || number_of<unsigned>(result_.run["part"]) > 0;
@@ -93,10 +123,11 @@ class Review {
   struct Topic {
     TopicKept kept;
     bool is_image = false;
-    NumberSet messages;                     // of images: heads
-    bool begun = false;                     // a message that a step names was there
-    std::optional<std::uint32_t> newest{};  // that a step named
-    msg::Time next;                         // as the recorder's
+    NumberSet messages;                                              // of images: heads
+    bool begun = false;                                              // a message that a step names was there
+    std::optional<std::pair<std::uint64_t, std::uint32_t>> first{};  // log time and sequence of the earliest
+    std::optional<std::uint32_t> newest{};                           // that a step named
+    msg::Time next;                                                  // as the recorder's
     std::unordered_map<std::uint32_t, std::uint64_t> pixel_hash;
     struct Head {
       std::uint32_t sequence;
@@ -110,8 +141,10 @@ class Review {
     std::string name;
     std::uint32_t thread = 0;
     bool source = false;
-    std::vector<std::size_t> inputs;               // topics
+    std::map<std::uint32_t, std::size_t> inputs;   // topic by port
     std::map<std::uint32_t, std::size_t> outputs;  // topic by port
+    bool stepped = false;
+    std::optional<msg::Time> from{};  // midway: the saved state where a replay can begin
   };
   struct Thread {
     std::string name;
@@ -121,7 +154,9 @@ class Review {
     Losses lost;
   };
 
-  msg::Time robot_time(std::uint64_t in_file) const { return {static_cast<std::int64_t>(in_file) - unix_ns_}; }
+  msg::Time robot_time(std::uint64_t in_file) const {
+    return {static_cast<std::int64_t>(in_file - static_cast<std::uint64_t>(unix_ns_))};
+  }
 
   std::size_t topic(const std::string& name) {
     const auto [at, is_new] = topic_by_name_.emplace(name, topics_.size());
@@ -143,12 +178,17 @@ class Review {
         m.source = value.starts_with("source");
         m.thread = number_of<std::uint32_t>(name);
         if (m.thread >= threads_.size()) return false;
-      } else if (value.starts_with("out ")) {
-        m.outputs[number_of<std::uint32_t>(std::string_view(key).substr(dot + 1))] = topic(value.substr(4));
       } else {
-        m.inputs.push_back(topic(value.substr(std::min<std::size_t>(3, value.size()))));
+        const auto port = number_of<std::uint32_t>(std::string_view(key).substr(dot + 1));
+        if (value.starts_with("out "))
+          m.outputs[port] = topic(value.substr(4));
+        else
+          m.inputs[port] = topic(value.substr(std::min<std::size_t>(3, value.size())));
       }
     }
+    for (const auto& [key, order] : begin_)
+      if (const auto index = number_of<std::size_t>(key); key != "at_ns" && index < threads_.size())
+        threads_[index].next = number_of<std::uint64_t>(order);
     return !graph.empty() && !threads_.empty();
   }
 
@@ -191,15 +231,20 @@ class Review {
   }
 
   void message(Topic& t, const Message& m) {
-    if (!t.is_image) return t.messages.add(m.stamps.sequence);
+    if (!t.is_image) return is_there(t, m.stamps);
     if (const auto pixels = image_pixels(m.data))
       t.pixel_hash[m.stamps.sequence] = math::hash64(pixels->data(), pixels->size());
+  }
+
+  static void is_there(Topic& t, const Stamps& stamps) {
+    t.messages.add(stamps.sequence);
+    if (!t.first || stamps.log_time < t.first->first) t.first = std::pair(stamps.log_time, stamps.sequence);
   }
 
   void head(Topic& t, const Message& m) {
     ImageHead head;
     if (!decode(m.data, head)) return;
-    t.messages.add(m.stamps.sequence);
+    is_there(t, m.stamps);
     t.heads.push_back({m.stamps.sequence, head.has_pixels, head.pixel_hash, robot_time(m.stamps.log_time)});
   }
 
@@ -226,7 +271,10 @@ class Review {
       LoggedState state;
       std::uint64_t layout = 0;
       if (m.channel->topic == kStatesTopic) {
-        if (decode(m.data, state, layout)) entry(state.thread, state.order);
+        if (!decode(m.data, state, layout)) return;
+        entry(state.thread, state.order);
+        if (state.module < modules_.size() && !modules_[state.module].from)
+          modules_[state.module].from = state.completed;
         return;
       }
       if (m.channel->topic == kRequestsTopic) {
@@ -251,33 +299,60 @@ class Review {
     entry(s.thread, s.order);
     if (s.thread >= threads_.size() || s.module >= modules_.size()) return;
     threads_[s.thread].newest = std::max(threads_[s.thread].newest, s.completed);
-    const Module& module = modules_[s.module];
+    Module& module = modules_[s.module];
+    module.stepped = true;
+    if (module.from && !has_inputs(module, s)) module.from.reset();
     for (const LoggedStep::Output& out : s.outputs)
       if (const auto at = module.outputs.find(out.port); at != module.outputs.end())
         output(topics_[at->second], out.first, out.count, s.completed);
   }
 
+  /// Whether none of what it latched is of before the beginning of the file.
+  bool has_inputs(const Module& module, const LoggedStep& s) const {
+    for (const LoggedStep::Input& in : s.inputs) {
+      const auto known = module.inputs.find(in.port);
+      if (known == module.inputs.end() || in.sequences.empty()) continue;
+      const Topic& t = topics_[known->second];
+      if (t.kept.wanted && (!t.first || static_cast<std::int32_t>(in.sequences.front() - t.first->second) < 0))
+        return false;
+    }
+    return true;
+  }
+
   void output(Topic& t, std::uint32_t first, std::uint32_t count, msg::Time at) {
     skipped(t, first, at);
     t.newest = first + count - 1;
-    for (std::uint32_t i = 0; i < count; ++i) published(t, first + i, at);
+    published(t, first, count, at);
   }
 
   /// Up to here, messages of steps that are lost, which need not be lost with them.
   void skipped(Topic& t, std::uint32_t end, msg::Time at) {
     constexpr std::uint32_t kMost = 1 << 24;  // more is no gap
     if (!t.newest || t.kept.rate_hz > 0 || end - *t.newest > kMost) return;
-    for (std::uint32_t sequence = *t.newest + 1; sequence != end; ++sequence) published(t, sequence, at);
+    published(t, *t.newest + 1, end - *t.newest - 1, at);
   }
 
-  void published(Topic& t, std::uint32_t sequence, msg::Time at) {
+  void published(Topic& t, std::uint32_t first, std::uint32_t count, msg::Time at) {
     if (!t.kept.wanted || (edited_ && at > end_))
       return;  // a batch of steps reaches beyond the end of what was cut out
-    if (t.kept.rate_hz > 0 && (result_.is_part || !due(t.next, t.kept.rate_hz, at)))
-      return;  // of a part it is not known which ones were due
-    const bool there = t.messages.contains(sequence);
-    t.begun = t.begun || there;
-    if (!there && (t.begun || !result_.is_part)) t.kept.lost.add(1, at);
+    if (t.kept.rate_hz > 0) {
+      if (result_.is_part) return;  // it is not known which ones were due
+      for (; count > 0 && due(t.next, t.kept.rate_hz, at); ++first, --count) all_there(t, first, 1, at);
+      return;
+    }
+    const bool any = t.messages.there(first, count) > 0;
+    if (!t.begun && result_.is_part) {
+      if (!any) return;
+      const std::uint32_t begin = t.messages.first_there(first, count);
+      count -= begin - first;
+      first = begin;
+    }
+    t.begun |= any;
+    all_there(t, first, count, at);
+  }
+
+  static void all_there(Topic& t, std::uint32_t first, std::uint32_t count, msg::Time at) {
+    if (const std::uint32_t lost = count - t.messages.there(first, count); lost > 0) t.kept.lost.add(lost, at);
   }
 
   /// What was lost at the end only the totals tell.
@@ -302,8 +377,10 @@ class Review {
   void give_verdict() {
     for (const Module& m : modules_) {
       std::vector<const TopicKept*> inputs;
-      for (const std::size_t t : m.inputs) inputs.push_back(&topics_[t].kept);
-      result_.verdict.push_back({m.name, reasons(m.source, threads_[m.thread].lost, inputs)});
+      for (const auto& [port, t] : m.inputs) inputs.push_back(&topics_[t].kept);
+      ModuleVerdict v{m.name, reasons(m.source, threads_[m.thread].lost, inputs), {}};
+      if (!begin_.empty() && m.stepped) begins_at(v, m.from);
+      result_.verdict.push_back(std::move(v));
     }
   }
 
@@ -342,6 +419,7 @@ class Review {
 
   Reader& reader_;
   RunReview result_;
+  Texts begin_;  // of a file that begins midway
   bool edited_ = false;
   msg::Time end_;  // of the newest message
   std::int64_t unix_ns_ = 0;

@@ -104,8 +104,9 @@ struct StepLog::Ports {
 struct StepLog::State {
   explicit State(std::size_t size) : bytes(size) {}
   std::vector<std::byte> bytes;
-  std::atomic<bool> full{false};  // release by the one who hands over, acquire by the other
-  rt::Time next{INT64_MIN};       // the executor's
+  std::atomic<bool> full{false};   // release by the one who hands over, acquire by the other
+  std::atomic<bool> asked{false};  // by the reader; orders nothing
+  rt::Time next{INT64_MIN};        // the executor's
 };
 
 /// Words from one writer to one reader. Positions count words for ever; an entry never goes round the end.
@@ -199,19 +200,30 @@ void StepLog::completed(const rt::StepRecord& r) noexcept {
   std::uint32_t* to = put(entry, head);
   to = put_inputs(r, ports, to);
   ring.publish(entry, put_outputs(r, ports, to));
-  if (state_every_ > rt::Duration{0}) tell_state(r);
+  tell_state(r);
+}
+
+void StepLog::ask_state(std::uint32_t module) noexcept {
+  states_[module]->asked.store(true, std::memory_order_relaxed);
 }
 
 void StepLog::tell_state(const rt::StepRecord& r) noexcept {
   State& state = *states_[r.module];
-  if (r.completed < state.next || state.full.load(std::memory_order_acquire)) return;
-  const bool first = state.next.ns == INT64_MIN;  // not all modules in the same cycle
-  const auto part = static_cast<std::int64_t>(r.module + 1), of = static_cast<std::int64_t>(states_.size());
-  state.next = r.completed + (first ? state_every_ * part / of : state_every_);
-  if (first) return;
+  const bool asked = state.asked.load(std::memory_order_relaxed);
+  if ((r.completed < state.next && !asked) || state.full.load(std::memory_order_acquire)) return;
+  const bool first = state.next.ns == INT64_MIN;
+  if (state_every_ <= rt::Duration{0})
+    state.next = rt::Time{INT64_MAX};
+  else if (first)  // not all modules in the same cycle
+    state.next = r.completed +
+                 state_every_ * (static_cast<std::int64_t>(r.module) + 1) / static_cast<std::int64_t>(states_.size());
+  else
+    state.next = r.completed + state_every_;
+  if (first && !asked) return;
   Ring& ring = *rings_[r.thread];
   std::uint32_t* const entry = ring.reserve(words_of<StateEntry>());
   if (!entry) return;  // a place less to begin at, and nothing lost
+  state.asked.store(false, std::memory_order_relaxed);
   r.ports->save_state(state.bytes);
   state.full.store(true, std::memory_order_release);
   ring.publish(entry, put(entry, StateEntry{{0, Kind::state, ring.lost()}, r.module, r.number, r.completed}));

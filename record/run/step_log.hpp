@@ -75,6 +75,8 @@ class StepLog final : public rt::RunObserver {
     /// So many entries of this thread were lost before the one that comes next, or at the end.
     virtual void lost(std::uint32_t thread, std::uint64_t entries) = 0;
   };
+  /// The state of the module is told behind its next step, whatever `state_every` says. Thread: the reader.
+  void ask_state(std::uint32_t module) noexcept;
   /// Everything that is there of a thread, in its order. `last`: the run is over, so nothing follows what is lost.
   void read(std::uint32_t thread, Visitor& visitor, bool last = false);
   std::uint32_t threads() const { return static_cast<std::uint32_t>(rings_.size()); }

@@ -9,7 +9,8 @@ namespace sinew::record {
 
 bool due(msg::Time& next, double rate_hz, msg::Time at) {
   if (at < next) return false;
-  next = std::max(next + msg::Duration{static_cast<std::int64_t>(1e9 / rate_hz)}, at);
+  constexpr double kMost_ns = 1e17;  // three years: a file may say anything
+  next = std::max(next + msg::Duration{static_cast<std::int64_t>(std::min(1e9 / rate_hz, kMost_ns))}, at);
   return true;
 }
 
@@ -35,8 +36,15 @@ std::vector<std::string> reasons(bool source, const Losses& steps, std::span<con
   return why;
 }
 
+void begins_at(ModuleVerdict& verdict, std::optional<msg::Time> state) {
+  if (!verdict.reasons.empty()) return;
+  verdict.from = state;
+  if (!state) verdict.reasons.emplace_back("no saved state of it with all that it latched from then on");
+}
+
 std::string to_text(const ModuleVerdict& verdict) {
-  if (verdict.reasons.empty()) return "replayable";
+  if (verdict.reasons.empty())
+    return verdict.from ? "replayable from " + seconds_text(*verdict.from) + " on" : "replayable";
   std::string text;
   for (const std::string& reason : verdict.reasons) text += (text.empty() ? "" : "; ") + reason;
   return text;

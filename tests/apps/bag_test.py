@@ -9,6 +9,7 @@ import hashlib
 import io
 import json
 import os
+import re
 import shutil
 import struct
 import subprocess
@@ -330,6 +331,30 @@ class Bag(unittest.TestCase):
             code, out, err = run("topic", *arguments)
             self.assertEqual((code, out), (2, ""), (arguments, err))
             self.assertIn(words, err)
+
+    def test_a_played_file_is_a_robot_that_says_again_what_was_recorded(self):
+        recorded = cat(FLIGHT, "--topic", "mission.setpoint")
+        play = subprocess.Popen([SINEW, "bag", "play", FLIGHT, "--name", "again", "--rate", "0.4", "--json"], stdout=subprocess.PIPE,
+                                text=True)
+        code, out, err = run("topic", "echo", "mission.setpoint", "--robot", "again", "--wait", "60", "-n", "50", "--json")
+        self.assertEqual(code, 0, err)
+        heard = [json.loads(line)["message"] for line in out.splitlines()]
+        stamps = [m["stamp"] for m in heard]
+        self.assertEqual(stamps, sorted(set(stamps)))
+        self.assertEqual(heard, [m["message"] for m in recorded if m["message"]["stamp"] in set(stamps)])
+        code, out, err = run("topic", "list", "--robot", "again")
+        self.assertRegex(out, r"(?m)^camera.raw +Image +camera +play ", err)
+        told = json.loads(play.communicate(timeout=300)[0])
+        self.assertEqual(play.returncode, 0)
+        topics = [t for t in json.loads(bag("info", FLIGHT, "--json")[1])["topics"] if not re.search("^sinew/|/head$", t["name"])]
+        self.assertEqual((told["topics"], told["messages"]), (len(topics), sum(t["messages"] for t in topics)))
+        self.assertEqual((told["without_pixels"], told["not_played"]), (0, 0))
+        code, out, err = bag("play", FLIGHT, "--from", "1", "--until", "1.1", "--topic", "imu.raw", "--rate", "4", "--json")
+        self.assertEqual((code, json.loads(out)["messages"]), (0, 101), err)
+        write_mcap(path("foreign.mcap"), "/chatter", "std_msgs/msg/String", "string data", [b"\0\1\0\0\1\0\0\0\0"])
+        code, _, err = bag("play", path("foreign.mcap"))
+        self.assertEqual(code, 2)
+        self.assertIn("no topic of a run of Sinew", err)
 
     def test_what_cannot_be_begun_ends_with_2_and_touches_nothing(self):
         with open(path("text"), "w") as f:

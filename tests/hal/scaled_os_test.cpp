@@ -49,6 +49,14 @@ TEST(ScaledOs, WaitsEndWhenItsOwnClockShowsTheDeadline) {
   EXPECT_EQ(half.thread_cpu_time(), 1500us) << "comparable with what now() has gone on";
 }
 
+TEST(ScaledOs, MayShowAnotherTime) {
+  FakeOs real;
+  ScaledOs past(real, 2, real.time, Time{7'000'000'000});
+  EXPECT_EQ(past.now(), Time{7'000'000'000});
+  past.sleep_until(Time{7'000'000'000} + 4ms);
+  EXPECT_EQ(real.asked, real.time + 2ms);
+}
+
 TEST(ScaledOs, NobodyWakesBeforeItsTimeNorANanosecondLaterThanNeeded) {
   std::mt19937_64 random(1);
   for (const double rate : {0.001, 0.1, 0.3, 0.5, 0.7, 1.0, 1.7, 3.0, 10.0, 1000.0}) {

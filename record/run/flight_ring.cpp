@@ -1,0 +1,109 @@
+#include "record/run/flight_ring.hpp"
+
+#include <algorithm>
+
+namespace sinew::record {
+namespace {
+
+constexpr unsigned kParts = RingMemory::kSlots;
+// What a part needs behind its last chunk: verdict, summary, schemas once more.
+constexpr std::size_t kEndBytes = 64 * 1024;
+
+}  // namespace
+
+FlightRing::FlightRing(const rt::Graph& graph, const RunDescription& description, const RingOptions& options,
+                       RingMemory memory)
+    : graph_(graph), description_(description), options_(options), memory_(memory) {
+  const std::size_t slot = memory_.slot_bytes();
+  // A process that dies takes its unfinished chunk along: they are small and short.
+  WriterOptions& writer = of_parts_.files.writer;
+  writer.chunk_bytes = std::clamp<std::size_t>(slot / 16, 16 * 1024, 64 * 1024);
+  writer.chunk_duration = std::chrono::milliseconds(50);
+  writer.free_floor_bytes = std::min(kEndBytes, slot / 2);
+  of_parts_.pixel_bytes_per_s =
+      std::min(options.pixel_bytes_per_s, static_cast<double>(bytes()) / 2 / msg::seconds(options.length));
+}
+
+FlightRing::~FlightRing() { wait(); }
+
+hal::Result<std::unique_ptr<FlightRing>> FlightRing::open(const rt::Graph& graph, const RunDescription& description,
+                                                          const RingOptions& options) {
+  auto memory = RingMemory::begin(options.memory);
+  if (!memory) return memory.error();
+  return std::unique_ptr<FlightRing>(new FlightRing(graph, description, options, *memory));
+}
+
+// Two of the slots are not of the length that is asked for: the one that is being filled, and the one that was emptied
+// for it.
+bool FlightRing::due(rt::Time now) {
+  if (dumping_) return false;  // which reads what would be overwritten
+  if (!sink_) return true;
+  begins_.back() = sink_->began();
+  const std::size_t room = memory_.slot_bytes() - of_parts_.files.writer.free_floor_bytes;
+  return now - sink_->began() >= options_.length / (kParts - 2) ||
+         sink_->bytes_planned() + of_parts_.files.writer.chunk_bytes * 3 / 2 >= room;
+}
+
+void FlightRing::next_part(Beginning beginning) {
+  if (sink_) static_cast<void>(sink_->finish());  // an unfinished part can be read, too
+  const rt::Time at = beginning.at;
+  sink_.reset();
+  if (begins_.size() == kParts) begins_.erase(begins_.begin());
+  begins_.push_back(at);
+  auto sink = RunSink::open(
+      graph_, description_,
+      [this](unsigned) -> hal::Result<std::unique_ptr<hal::OutputFile>> { return memory_.next_part(); }, of_parts_,
+      std::move(beginning));
+  if (sink) sink_ = std::move(*sink);
+}
+
+std::optional<std::size_t> FlightRing::dump(const std::string& reason, rt::Time now, hal::Os* os) {
+  if (dumping_) return std::nullopt;
+  dumped_ = now;
+  wait();
+  std::size_t index = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    index = reports_.size();
+    reports_.push_back({.reason = reason, .at = now});
+  }
+  dumping_ = true;
+  if (os) {
+    auto thread = os->start_thread({.name = "ring dump", .cpus = {}, .stack_bytes = 128 * 1024, .nice = 5},
+                                   [this, index] { write(index); });
+    if (thread) {
+      thread_ = std::move(*thread);
+      return index;
+    }
+  }
+  write(index);
+  return index;
+}
+
+void FlightRing::write(std::size_t index) {
+  auto parts = memory_.parts();
+  if (sink_ && !parts.empty()) parts.pop_back();  // the present one, which goes on
+  const DumpFile file = options_.next_file();
+  RingDumpReport report;
+  {
+    const std::lock_guard lock(mutex_);
+    report = reports_[index];
+  }
+  report.path = file.path;
+  report.status = dump_ring(parts, file, report.reason, options_.free_floor_bytes, report.dumped);
+  report.done = true;
+  {
+    const std::lock_guard lock(mutex_);
+    reports_[index] = std::move(report);
+  }
+  dumping_ = false;
+}
+
+std::vector<RingDumpReport> FlightRing::reports() const {
+  const std::lock_guard lock(mutex_);
+  return reports_;
+}
+
+rt::Duration FlightRing::held(rt::Time now) const { return begins_.empty() ? rt::Duration{} : now - begins_.front(); }
+
+}  // namespace sinew::record

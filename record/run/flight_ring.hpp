@@ -1,0 +1,86 @@
+#pragma once
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "hal/os.hpp"
+#include "record/run/ring_dump.hpp"
+#include "record/run/ring_memory.hpp"
+#include "record/run/run_sink.hpp"
+
+namespace sinew::record {
+
+struct RingOptions {
+  rt::Duration length{};          // so much of the run at least, where the memory holds it; 0: no ring
+  std::span<std::byte> memory{};  // as RingMemory wants it
+  double pixel_bytes_per_s = 0;   // at most; never more than half of the memory in `length`
+  std::function<DumpFile()> next_file{};
+  std::uint64_t free_floor_bytes = 0;  // of the disk that dumps go to
+};
+
+/// What became of one dump of the ring.
+struct RingDumpReport {
+  std::string reason, path{};
+  rt::Time at{};  // of the run
+  bool done = false;
+  hal::Status status{};
+  Dumped dumped{};
+};
+
+/// The last seconds of a run in memory: a recording that begins anew again and again, each part on the place of the
+/// oldest one. It is written to a file when something happened.
+/// Thread:  owner; reports(): any.
+class FlightRing {
+ public:
+  /// Errors:  bad_argument, of the memory's size.
+  static hal::Result<std::unique_ptr<FlightRing>> open(const rt::Graph& graph, const RunDescription& description,
+                                                       const RingOptions& options);
+  ~FlightRing();
+
+  /// Null before the first next_part(), and when a part could not be begun.
+  RunSink* sink() { return sink_.get(); }
+  /// Whether it is time for another part.
+  bool due(rt::Time now);
+  /// Ends the part and begins another one.
+  void next_part(Beginning beginning);
+
+  /// Writes everything up to the present part's beginning to a file, at once or, with an `os`, on a thread of its own;
+  /// nothing that was recorded less than `length` after the last dump began is written again for other reasons than
+  /// `asked`, but counted. Right after next_part(). The number of its report; nothing when it was only counted or one
+  /// is being written.
+  std::optional<std::size_t> dump(const std::string& reason, rt::Time now, hal::Os* os);
+  bool may_dump(rt::Time now) const { return !dumping_ && (!dumped_ || now - *dumped_ >= options_.length); }
+  bool is_dumping() const { return dumping_; }
+  void count_only() { ++not_dumped_; }
+  /// Until the last dump is written.
+  void wait() { thread_.reset(); }
+
+  std::vector<RingDumpReport> reports() const;
+  std::uint64_t not_dumped() const { return not_dumped_; }
+  rt::Duration held(rt::Time now) const;  // of the run
+  std::size_t bytes_used() const { return memory_.bytes_used(); }
+  std::size_t bytes() const { return memory_.slot_bytes() * RingMemory::kSlots; }
+  RingMemory& memory() { return memory_; }
+
+ private:
+  FlightRing(const rt::Graph& graph, const RunDescription& description, const RingOptions& options, RingMemory memory);
+  void write(std::size_t report);
+
+  const rt::Graph& graph_;
+  const RunDescription& description_;
+  const RingOptions options_;
+  RingMemory memory_;
+  SinkOptions of_parts_;
+  std::unique_ptr<RunSink> sink_;
+  std::vector<rt::Time> begins_;  // of the parts in memory, oldest first
+  std::optional<rt::Time> dumped_;
+  std::atomic<bool> dumping_{false};
+  std::atomic<std::uint64_t> not_dumped_{0};
+  mutable std::mutex mutex_;  // of reports_, between the owner, the dumping thread and who asks
+  std::vector<RingDumpReport> reports_;
+  std::unique_ptr<hal::Thread> thread_;
+};
+
+}  // namespace sinew::record

@@ -1,0 +1,53 @@
+#pragma once
+#include <atomic>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "hal/file.hpp"
+
+namespace sinew::record {
+
+/// Memory in which the last parts of a recording lie, each a file by itself: kSlots of equal size, written one after
+/// the other and over again. Whoever has the memory can read them, also when their writer is gone. Shape:   header,
+/// then kSlots x slot_bytes(). Thread:  the writer's; parts(): any, for what is not written meanwhile.
+class RingMemory {
+ public:
+  static constexpr unsigned kSlots = 8;
+  static constexpr std::size_t kLeastBytes = 1 << 20;  // what a part begins with wants room, too
+  static constexpr std::size_t kMaxFolder = 1023;
+
+  /// Begins it, zeroed or not. Errors: bad_argument for less than kLeastBytes.
+  static hal::Result<RingMemory> begin(std::span<std::byte> memory);
+  /// Of somebody else, who may be gone. Nothing when it is none.
+  static std::optional<RingMemory> open(std::span<std::byte> memory);
+
+  std::size_t slot_bytes() const;
+  /// The slot of the oldest part becomes an empty file. The memory outlives it.
+  std::unique_ptr<hal::OutputFile> next_part();
+  unsigned next_slot() const;
+  /// The parts as they are, oldest first; the last may be unfinished.
+  std::vector<std::span<const std::byte>> parts() const;
+  std::size_t bytes_used() const;
+
+  /// Where dumps of it go; empty: not known yet. What is too long is not kept.
+  void set_folder(std::string_view folder);
+  std::string folder() const;
+
+ private:
+  struct Header;
+  class Part;
+  explicit RingMemory(std::span<std::byte> memory) : memory_(memory) {}
+  Header& header() const;
+  std::span<std::byte> slot(unsigned i) const;
+
+  std::span<std::byte> memory_;
+};
+
+/// Bytes that lie in memory, as a file. Owner: the bytes outlive it.
+std::unique_ptr<hal::InputFile> input_of(std::span<const std::byte> bytes);
+
+}  // namespace sinew::record

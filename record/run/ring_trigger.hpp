@@ -1,0 +1,33 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "msg/safety.hpp"
+#include "record/run/step_log.hpp"
+#include "rt/graph.hpp"
+
+namespace sinew::record {
+
+/// What of a run is worth keeping its last seconds for: a missed deadline, a faulted step, an act of the guardian. In
+/// words, as the log tells it.
+/// Thread:  owner.
+class RingTrigger {
+ public:
+  explicit RingTrigger(const rt::Graph& graph);
+  std::optional<std::string> step(const LoggedStep& step);
+  void request(const LoggedRequest& request);
+  /// Every message of the topic that is_safety() names.
+  bool is_safety(std::uint32_t topic) const { return topic == safety_; }
+  std::optional<std::string> safety(const msg::SafetyState& state);
+
+ private:
+  const rt::Graph& graph_;
+  std::vector<rt::Duration> period_;  // per thread; 0: it has no deadline
+  std::vector<rt::Time> missed_;      // per thread: the last release that was
+  std::uint32_t safety_ = rt::kNone;
+  std::uint32_t acted_ = 0;
+  msg::GuardianMode mode_ = msg::GuardianMode::standby;
+};
+
+}  // namespace sinew::record

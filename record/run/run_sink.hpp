@@ -1,0 +1,139 @@
+#pragma once
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "record/run/run_messages.hpp"
+#include "record/run/verdict.hpp"
+#include "record/split_writer.hpp"
+#include "rt/graph.hpp"
+
+namespace sinew::record {
+
+/// What a file says of the run besides what happened in it.
+struct RunDescription {
+  Texts run{};                            // robot, board, seed, build, ... as metadata "sinew.run"
+  std::vector<Attachment> attachments{};  // the robot file
+  std::int64_t unix_ns = 0;               // added to the robot's clock for the times of the file
+};
+
+/// Where in a run a recording begins, and what holds then.
+struct Beginning {
+  bool midway = false;                   // false: before the first step
+  rt::Time at{};                         // midway: of the newest step before it
+  std::vector<std::uint64_t> entries{};  // per thread: order of the first entry that is to come
+  Texts params{};
+};
+
+struct SinkOptions {
+  SplitOptions files{.writer = {.chunk_bytes = 256 * 1024}};
+  std::vector<std::string> topics{};        // none: all
+  std::map<std::string, double> rate_hz{};  // at most so many messages of a topic
+  double pixel_bytes_per_s = 5e6;           // images beyond it are recorded without their pixels
+};
+
+/// A message in its slot, in the forms that a file has for it.
+struct SinkMessage {
+  const rt::SlotHeader* slot = nullptr;
+  std::span<const std::byte> cdr{};  // empty for images
+  ImageHead head{};                  // of images
+};
+
+/// One recording of a run: what is told of the run goes into files, and what does not fit is counted. docs/recording.md
+/// describes their form.
+/// Thread:  owner, an ordinary one.
+/// Owner:   graph and description outlive it.
+class RunSink {
+ public:
+  /// Errors:  those of the files and of Writer.
+  static hal::Result<std::unique_ptr<RunSink>> open(const rt::Graph& graph, const RunDescription& description,
+                                                    SplitWriter::OpenPart open_part, const SinkOptions& options,
+                                                    Beginning beginning);
+
+  /// Whether a message of this topic and time belongs in here; then put() or lose() it. To be asked once for each.
+  bool takes(std::uint32_t topic, rt::Time at);
+  bool takes_all(std::uint32_t topic) const { return topics_[topic].kept.wanted && topics_[topic].kept.rate_hz <= 0; }
+  void put(std::uint32_t topic, const SinkMessage& message, rt::Time at);
+  void lose(std::uint32_t topic, rt::Time at) { topics_[topic].kept.lost.add(1, at); }
+  /// One that was published before the beginning and may be latched behind it. Oldest first.
+  void put_older(std::uint32_t topic, const SinkMessage& message);
+  /// There is none of these: what was published up to here is not in the file.
+  void lacks_until(std::uint32_t topic, std::uint32_t sequence) { topics_[topic].first = sequence + 1; }
+
+  void step(const LoggedStep& step);  // before its messages; its bytes come with a batch
+  void steps(std::uint32_t thread, const StepBatch& batch);
+  void request(const LoggedRequest& request, std::span<const std::byte> bytes);
+  void state(const LoggedState& state, std::span<const std::byte> bytes);
+  void lost(std::uint32_t thread, std::uint64_t entries, rt::Time at);
+  void tick(rt::Time now);
+  /// Writes the verdict and completes the last file. Errors: those of Writer.
+  hal::Status finish();
+
+  /// Midway: the module has steps in here and no state yet from which they can be executed again.
+  bool needs_state(std::uint32_t module) const { return beginning_.midway && !from_[module]; }
+
+  /// Time of the newest step before it or, from the beginning on, of the first one.
+  rt::Time began() const { return beginning_.at; }
+  std::vector<ModuleVerdict> verdict() const;
+  /// Of messages by topic and of steps by thread, where there were any.
+  std::map<std::string, Losses> lost_messages() const;
+  std::map<std::string, Losses> lost_steps() const;
+  unsigned files() const { return writer_->part() + 1; }
+  /// Of the last file, about.
+  std::uint64_t bytes_planned() { return writer_->writer().bytes_planned(); }
+  /// The first error of a file, which went on being tried; ok when there was none.
+  const hal::Status& trouble() const { return trouble_; }
+
+ private:
+  // Bytes that may be used up at a rate, and saved for a second.
+  class Budget {
+   public:
+    explicit Budget(double per_s) : per_s_(per_s), left_(per_s) {}
+    bool take(std::size_t bytes, rt::Time now);
+
+   private:
+    double per_s_, left_;
+    rt::Time last_;
+  };
+  struct Topic {
+    TopicKept kept;
+    bool is_image = false;
+    std::uint16_t channel = 0, head_channel = 0;
+    std::optional<std::uint32_t> newest;  // sequence that a step named
+    std::optional<std::uint32_t> first;   // midway: from here on they are in the file, or counted
+    std::optional<std::uint32_t> older;   // the last that put_older() had
+    rt::Time next;                        // rate_hz: not before
+  };
+
+  RunSink(const rt::Graph& graph, const RunDescription& description, const SinkOptions& options, Beginning beginning);
+  hal::Status open(SplitWriter::OpenPart open_part, const SplitOptions& options);
+  hal::Status begin_file(Writer& writer, unsigned part);
+  hal::Status add_channels();
+  Texts graph_texts() const;
+  Stamps stamps(std::uint32_t sequence, rt::Time log, rt::Time publish) const;
+  bool note(const hal::Status& written);
+  bool write(Topic& topic, const SinkMessage& message);
+  hal::Status write_image(Topic& topic, const SinkMessage& message);
+  bool has_inputs(const LoggedStep& step) const;
+
+  const rt::Graph& graph_;
+  const RunDescription& description_;
+  Beginning beginning_;
+  Budget budget_;
+  std::vector<Topic> topics_;
+  std::vector<Losses> lost_entries_;           // per thread
+  std::vector<std::uint64_t> entries_;         // per thread: what its log held, lost ones included
+  std::vector<std::optional<rt::Time>> from_;  // per module, midway: the state where a replay can begin
+  std::vector<bool> stepped_;                  // per module
+  std::optional<SplitWriter> writer_;
+  std::uint16_t steps_channel_ = 0, requests_channel_ = 0, states_channel_ = 0;
+  Buffer scratch_;
+  hal::Status trouble_;
+};
+
+/// How names of modules and threads are numbered in metadata: "007", in the order of the map.
+std::string number_key(std::size_t i);
+
+}  // namespace sinew::record
