@@ -57,8 +57,11 @@ std::vector<std::string> candidates(const Place& place, const std::string& word,
   for (const CLI::Option* option : place.command->get_options()) {
     if (word.starts_with("-")) {
       for (const auto& name : option->get_lnames()) all.push_back("--" + name);
-    } else if (option->get_positional() && position++ == place.positionals) {
-      return values_of(*option, place, names_of);
+    } else if (option->get_positional()) {
+      const bool several = option->get_expected_max() > 1;  // such as the files of `bag merge`
+      if (position == place.positionals || (several && position < place.positionals))
+        return values_of(*option, place, names_of);
+      ++position;
     }
   }
   if (!word.starts_with("-"))

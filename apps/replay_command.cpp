@@ -220,7 +220,9 @@ void add_replay_command(CLI::App& app, CommandContext& context) {
   CLI::App& command = *app.add_subcommand(
       "replay", "execute the recorded steps of a run again and compare what comes out, byte for byte");
   command.add_option("file", options->file, "the recording")->required()->type_name(kFileHint);
-  command.add_option("--modules", options->modules, "only these, e.g. filter,attitude")->delimiter(',');
+  command.add_option("--modules", options->modules, "only these, e.g. filter,attitude")
+      ->delimiter(',')
+      ->allow_extra_args(false);
   command.add_option("--from", options->from_s, "begin at the saved states before so many seconds of the record")
       ->check(CLI::NonNegativeNumber)
       ->type_name("S");
@@ -236,9 +238,13 @@ void add_replay_command(CLI::App& app, CommandContext& context) {
                                            "go on behind differences; RMS and maximum of each field that differs");
   command.add_option("--fields", options->fields, "with --compare: only these, e.g. filter.state,tilt")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->needs(&compare);
   command.add_option("--plot", options->plot, "with --compare: both versions over time, as SVG")
       ->needs(&compare)
+      ->check(CLI::Validator(
+          [](const std::string& path) { return path.ends_with(".svg") ? "" : path + ": only SVG is drawn: FILE.svg"; },
+          "", "svg"))
       ->type_name("FILE.svg");
   command.add_option("--truth", options->truth, "with --compare: the topic of ground truth [ground_truth]")
       ->needs(&compare)

@@ -169,7 +169,8 @@ void add_tune_command(CLI::App& app, CommandContext& context) {
       ->required()
       ->type_name("FIELD");
   command.add_option("--against", options->against, "what it is held against [truth]")
-      ->check(CLI::IsMember({"truth", "recorded"}));
+      ->check(CLI::IsMember({"truth", "recorded"}).description(""))
+      ->type_name("{truth,recorded}");
   command.add_option("--truth", task.truth, "the topic of ground truth [ground_truth]")->type_name("TOPIC");
   command.add_option("--from", task.from_s, "errors count from so many seconds of the record on")
       ->check(CLI::NonNegativeNumber)

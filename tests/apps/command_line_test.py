@@ -157,6 +157,7 @@ class Completion(unittest.TestCase):
     def test_values_of_options(self):
         self.assertEqual(self.complete("run", "--board", ""), ["sim", "dataset", "none"])
         self.assertEqual(self.complete("run", "--board", "d"), ["dataset"])
+        self.assertEqual(self.complete("tune", "--against", ""), ["truth", "recorded"])
         self.assertEqual(self.complete("run", "--seed", ""), [""], "nothing is offered for a number")
 
     def test_robot_files_and_folders(self):
@@ -167,6 +168,9 @@ class Completion(unittest.TestCase):
             self.assertEqual(sorted(self.complete("check", "", cwd=folder)), ["a b.toml", "b.toml", "robots/"])
             self.assertEqual(self.complete("run", "--virtual", "b", cwd=folder), ["b.toml"])
             self.assertEqual(self.complete("run", "b.toml", "--data", "", cwd=folder), ["robots"])
+            self.assertEqual(self.complete("replay", "n", cwd=folder), ["notes.txt"])
+            self.assertEqual(self.complete("replay", "notes.txt", "n", cwd=folder), [""], "it takes one")
+            self.assertEqual(self.complete("tune", "notes.txt", "--jobs", "2", "n", cwd=folder), ["notes.txt"])
 
 
 if __name__ == "__main__":

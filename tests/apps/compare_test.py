@@ -102,7 +102,7 @@ class Flown(InFolder):
         self.assertIn("attitude.wrench.torque_nm.x: now", svg)
 
     def test_fields_may_be_chosen(self):
-        out = json.loads(self.good("replay", self.file, "--compare", "--fields", "filter.state.p_world_m,tilt", "--json"))
+        out = json.loads(self.good("replay", "--compare", "--fields", "filter.state.p_world_m,tilt", self.file, "--json"))
         self.assertEqual({q["name"] for q in out["compared"]},
                          {*(f"filter.state.p_world_m.{axis}" for axis in "xyz"), "filter.state.q_world_base.tilt",
                           "position.attitude.q_world_base.tilt"})
@@ -110,6 +110,7 @@ class Flown(InFolder):
         err = self.refused("replay", self.file, "--compare", "--fields", "filter.state.p_world_ft")
         self.assertIn("--fields filter.state.p_world_ft: no output of the modules has it", err)
         self.assertIn("--compare", self.refused("replay", self.file, "--plot", "x.svg"))
+        self.assertIn("x.png: only SVG", self.refused("replay", self.file, "--compare", "--plot", "x.png"))
 
     def test_modules_between_parameter_and_error_are_executed_again(self):
         tuned = json.loads(self.good("tune", self.file, "--param", "attitude.kp_rate=10,22", "--error",
