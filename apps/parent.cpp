@@ -7,10 +7,12 @@
 #include <optional>
 
 #include "apps/last_seconds.hpp"
+#include "apps/run_folder.hpp"
 #include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
 #include "hal/linux/socket.hpp"
 #include "hal/linux/watchdog.hpp"
+#include "record/run/ring_memory.hpp"
 #include "tap/reader.hpp"
 
 namespace sinew::app {
@@ -18,8 +20,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// What the runtime says on the line, one byte each; kTopics brings the memory.
-constexpr std::byte kTopics{'T'}, kEnding{'E'};
+// What the runtime says on the line, one byte each; kTopics and kRing bring memory.
+constexpr std::byte kTopics{'T'}, kRing{'R'}, kEnding{'E'};
 
 constexpr int kPriority = 99;                   // as the guardian: it sleeps but for a few microseconds of each look
 constexpr hal::Duration kLook = 5ms;            // between two looks at the runtime
@@ -116,6 +118,12 @@ class Parent {
     if (word[0] == kEnding) {
       ending_ = true;
       end_by_ = now + kOrderlyEnd;
+    } else if (word[0] == kRing) {
+      auto memory = line_->take_memory(hal::Stream::MemoryAccess::mapped);
+      if (!memory) return;
+      ring_ = std::move(*memory);
+      line_->expect_memory();  // the topics'
+      static_cast<void>(line_->write(word));
     } else if (word[0] == kTopics) {
       auto memory = line_->take_memory(hal::Stream::MemoryAccess::mapped);
       if (!memory) return;  // supervise() then gets no answer and fails there
@@ -174,6 +182,11 @@ class Parent {
                       : fmt::format("failed: {}", stopped_.error().where);
     std::fprintf(stderr, "sinew: stop of the actuators: %s\n", stop.c_str());
     if (watchdog_) std::fprintf(stderr, "sinew: the watchdog is not fed any more\n");
+    save_topics();
+    save_ring();
+  }
+
+  void save_topics() {
     if (!memory_) return;
     std::string why;
     const std::string folder =
@@ -184,13 +197,32 @@ class Parent {
       std::fprintf(stderr, "sinew: the last seconds are in %s\n", folder.c_str());
   }
 
+  /// The runtime is dead: its parts are as it left them.
+  void save_ring() {
+    if (!ring_) return;
+    const auto ring = record::RingMemory::open({ring_->data(), ring_->size()});
+    std::string why = "it was not begun", folder = ring ? ring->folder() : std::string();
+    if (ring && folder.empty()) folder = make_run_folder(supervised_.runs, supervised_.robot, why);
+    if (folder.empty()) {
+      std::fprintf(stderr, "sinew: the flight ring could not be saved: %s\n", why.c_str());
+      return;
+    }
+    const record::DumpFile file = next_ring_file(folder);
+    record::Dumped dumped;
+    if (const auto saved = record::dump_ring(ring->parts(), file, fault_, 0, dumped); !saved)
+      std::fprintf(stderr, "sinew: the flight ring could not be saved: %s: %s\n", file.path.c_str(),
+                   error_text(saved.error()).c_str());
+    else
+      std::fprintf(stderr, "sinew: the flight ring is in %s\n", file.path.c_str());
+  }
+
   const ParentOptions& options_;
   Supervised& supervised_;
   hal::Os& os_ = hal::linux_os();
   std::unique_ptr<hal::Watchdog> watchdog_;
   std::unique_ptr<hal::Stream> line_;
   std::unique_ptr<hal::ChildProcess> runtime_;
-  std::unique_ptr<hal::SharedMemory> memory_;
+  std::unique_ptr<hal::SharedMemory> memory_, ring_;
   std::optional<tap::Reader> topics_;
   std::uint32_t guardian_ = 0;  // one of its topics
   std::uint32_t beat_ = 0;
@@ -204,11 +236,15 @@ class Parent {
 
 }  // namespace
 
-hal::Status ParentLine::supervise(const hal::SharedMemory& topics) {
-  const std::array<std::byte, 1> word{kTopics};
+hal::Status ParentLine::supervise(const hal::SharedMemory& topics) { return hand_over(kTopics, topics); }
+
+hal::Status ParentLine::keep_ring(const hal::SharedMemory& ring) { return hand_over(kRing, ring); }
+
+hal::Status ParentLine::hand_over(std::byte what, const hal::SharedMemory& memory) {
+  const std::array<std::byte, 1> word{what};
   std::array<std::byte, 1> answer{};
   stream_->set_patience(2s);
-  if (auto sent = stream_->write_with_memory(word, topics); !sent) return sent;
+  if (auto sent = stream_->write_with_memory(word, memory); !sent) return sent;
   if (auto n = stream_->read(answer); !n) return n.error();
   return {};
 }

@@ -19,16 +19,20 @@ class ParentLine {
   /// Hands the topics to the parent, which from now on expects the guardian to commit. Before the executor starts.
   /// Errors:  what the line says: there is no parent any more.
   hal::Status supervise(const hal::SharedMemory& topics);
+  /// Hands over the flight ring, a record::RingMemory. Before supervise(). Errors: likewise.
+  hal::Status keep_ring(const hal::SharedMemory& ring);
   /// The run ends in order: the guardian will fall silent.
   void ending();
 
  private:
+  hal::Status hand_over(std::byte what, const hal::SharedMemory& memory);
   std::unique_ptr<hal::Stream> stream_;
 };
 
 /// What the parent knows of the robot before it starts.
 struct Supervised {
   std::string robot;                         // name, for the saved folder
+  std::string runs = "runs";                 // where a flight ring goes to whose runtime had no folder yet
   std::unique_ptr<hal::StopLine> stop_line;  // null: none could be had; the caller has said so
   std::function<std::unique_ptr<hal::StopLine>()> another_line = [] { return nullptr; };  // after that one has failed
   std::function<int(ParentLine&)> body;     // the runtime, in a process of its own; its exit code
@@ -37,8 +41,8 @@ struct Supervised {
 
 /// Runs the body in a child and watches it until it ends: process gone without having said that it ends, or the
 /// guardian silent for `hang`. Then: actuators stopped, the watchdog left to bite, a hanging runtime killed, the last
-/// seconds saved, in this order. The exit code: the body's own, or 1 after a fault; 2 when the child or the watchdog
-/// could not be had. While this process has one thread.
+/// seconds and the flight ring saved, in this order. The exit code: the body's own, or 1 after a fault; 2 when the
+/// child or the watchdog could not be had. While this process has one thread.
 int run_with_parent(const ParentOptions& options, Supervised supervised);
 
 }  // namespace sinew::app

@@ -180,6 +180,9 @@ class SimRun {
     const hal::Time wall = real_os_.now();
     if (auto started = board_->start(); !started) return fail("the plant does not start: " + board_->problem()), 2;
     if (auto started = recorded_ ? recorded_->start() : hal::Status{}; !started) return fail(started.error().where), 2;
+    if (parent_ && recording_ && recording_->ring_memory())
+      if (auto kept = parent_->keep_ring(*recording_->ring_memory()); !kept)
+        return fail(std::string("the parent does not take the flight ring: ") + kept.error().where), 2;
     if (parent_)
       if (auto watched = parent_->supervise(*graph_.memory()); !watched)
         return fail(std::string("the parent does not watch: ") + watched.error().where), 2;
@@ -390,6 +393,7 @@ int run_on_sim(Prepared& prepared, const RunOptions& options) {
 
   Supervised supervised;
   supervised.robot = prepared.graph->spec().robot;
+  supervised.runs = Recording::folder_of(prepared, options);
   supervised.stop_line = open_stop_line(plant->endpoint(), 2s, why);
   if (!supervised.stop_line) std::fprintf(stderr, "warning: no stop line to the plant: %s\n", why.c_str());
   // The plant may have been away and come back, which the runtime outlives and a line of old does not.

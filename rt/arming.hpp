@@ -1,4 +1,5 @@
 #pragma once
+#include <type_traits>
 #include <vector>
 
 #include "rt/declaration.hpp"
@@ -52,12 +53,15 @@ class Arming {
 
   struct State {
     bool permitted = false, ready = false, live = false;
-    bool held = false;     // by disarm(), until arm()
-    bool cut_off = false;  // by a disarm() in flight that no step has seen yet
+    bool held = false;            // by disarm(), until arm()
+    bool cut_off = false;         // by a disarm() in flight that no step has seen yet
+    std::uint8_t unused[3] = {};  // in place of padding: a saved state has the same bytes in every run
     Time disarmed{};
     std::uint32_t latched = 0, acted = 0;
     msg::FailsafeAction action = msg::FailsafeAction::none;
+    std::uint32_t unused_end = 0;
   };
+  static_assert(std::has_unique_object_representations_v<State>);
   const GuardianSpec::Arming mode_;
   const std::vector<FailsafeSpec> failsafes_;
   State is_;

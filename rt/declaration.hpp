@@ -77,7 +77,7 @@ class Declaration {
   };
   struct State {
     void* member;
-    std::span<std::byte> (*bytes)(void* member) noexcept;  // as it is now, its padding cleared
+    std::span<std::byte> (*bytes)(void* member) noexcept;  // as it is now, its padding as it happens to be
     const char* type;                                      // a name that two builds agree on
   };
 
@@ -123,10 +123,6 @@ class Declaration {
   template <class T>
   static std::span<std::byte> plain_bytes(T* first, std::size_t count) noexcept {
     static_assert(std::is_trivially_copyable_v<T> && !std::is_pointer_v<T>, "state is kept as its bytes");
-#if __has_builtin(__builtin_clear_padding)  // gcc; so that the same state has the same bytes
-    if constexpr (std::is_class_v<T> && !std::has_unique_object_representations_v<T>)
-      for (std::size_t i = 0; i < count; ++i) __builtin_clear_padding(first + i);
-#endif
     return std::as_writable_bytes(std::span(first, count));
   }
   template <class T>

@@ -42,6 +42,8 @@ class ParentFlight(unittest.TestCase):
             text = f.read()
         self.assertIn("virtual_cores = 1 }", text)
         text = text.replace("virtual_cores = 1 }", "virtual_cores = 1, tap_history_ms = 2000 }")
+        # Only the flight ring: no file.
+        text += "\n[record]\nenabled = false\n[record.ring]\nseconds = 2\n"
         # The lease has to run out long before the parent takes the silence for hanging.
         text += f'\n[parent]\nhang_ms = 600\nwatchdog = "{self.watchdog}"\nwatchdog_timeout_ms = 1000\nsave_to = "faults"\n'
         self.robot = os.path.join(self.folder.name, "quad.toml")
@@ -55,6 +57,7 @@ class ParentFlight(unittest.TestCase):
         address = f"unix:{self.folder.name}/plant.sock"
         # A sanitizer would make an exit code of the segmentation fault.
         environment = dict(os.environ, SINEW_RUN_DIR=self.folder.name, ASAN_OPTIONS="handle_segv=0")
+        del environment["SINEW_RECORD"]
         self.plant = subprocess.Popen([SINEW_SIM, "--listen", address, "--free", "--seed", "1", "--relink", "2"],
                                       stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         self.addCleanup(self.end, self.plant)
@@ -112,6 +115,19 @@ class ParentFlight(unittest.TestCase):
         states = [m["published_ns"] for m in messages if m["topic"] == "filter.state"]
         self.assertGreater(states[-1] - states[0], 1.8e9, "tap_history_ms of the robot file")
 
+    def expect_the_ring(self):
+        """What the runtime had in memory is a recording that replays, but for the last moment."""
+        dump = re.search(r"the flight ring is in (runs/quad-[0-9-]+/ring-[0-9]+.mcap)", self.said)
+        self.assertTrue(dump, self.said)
+        path = f"{self.folder.name}/{dump.group(1)}"
+        info = json.loads(subprocess.check_output([SINEW, "bag", "info", path, "--json"]))
+        self.assertTrue(info["whole"])
+        self.assertGreater(info["duration_s"], 1)
+        self.assertEqual(subprocess.call([SINEW, "bag", "check", path], stdout=subprocess.DEVNULL), 0)
+        replay = json.loads(subprocess.run([SINEW, "replay", path, "--json"], capture_output=True).stdout)
+        self.assertTrue(replay["identical"], replay.get("first_difference"))
+        self.assertGreater(replay["steps"], 0)
+
     def test_a_lost_terminal_ends_nothing(self):
         self.fly()
         self.run_.stdout.close()  # as `| tee` that dies
@@ -127,6 +143,7 @@ class ParentFlight(unittest.TestCase):
         self.fly()
         self.strike(signal.SIGKILL)
         self.expect_the_safe_end("the runtime died: signal 9")
+        self.expect_the_ring()
 
     def test_segmentation_fault(self):
         self.fly()

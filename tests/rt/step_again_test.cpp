@@ -314,17 +314,30 @@ TEST_F(StepAgainTest, RestoringLeavesParametersAsTheyAre) {
   EXPECT_EQ(*std::get<double*>(gain.target), 1.0) << "in the record it is 0.7 by then";
 }
 
-TEST_F(StepAgainTest, TheSameStateIsSavedAsTheSameBytes) {
-#if !__has_builtin(__builtin_clear_padding)
-  GTEST_SKIP() << "this compiler cannot clear padding";
-#endif
-  RunAgain run(spec, types);
-  StepAgain& mixed = run.module(id("mixed"));
-  const auto saved = record->saved(id("mixed"));
-  ASSERT_FALSE(run.run(id("mixed"), of("mixed"), 0, saved[3] + 1));
-  std::vector<std::byte> now(mixed.state_bytes());
-  mixed.save_state(now);
-  EXPECT_EQ(now, *of("mixed")[saved[3]].state);
+/// gcc 12 clears with the padding behind an array also bytes of that array (__builtin_clear_padding), as it did to the
+/// poses of a flying estimator.
+TEST_F(StepAgainTest, SavingAStateLeavesEveryByteOfItAsItIs) {
+  struct Padded {
+    bool odd;
+    double sum;
+    struct Pose {
+      std::int64_t stamp;
+      std::array<double, 7> value;
+    };
+    std::array<Pose, 64> ring;
+    std::array<std::uint32_t, 3> counters;
+    bool known;
+    double last;
+  };
+  alignas(Padded) std::array<std::byte, sizeof(Padded)> before;
+  before.fill(std::byte{0xA5});
+  Padded member;
+  std::memcpy(static_cast<void*>(&member), before.data(), sizeof member);
+  Declaration d;
+  d.state(member);
+  std::vector<std::byte> saved(SavedState(d).bytes());
+  SavedState(d).save(saved);
+  EXPECT_EQ(std::memcmp(&member, before.data(), sizeof member), 0);
 }
 
 TEST_F(StepAgainTest, SavingAStateAllocatesNothing) {
