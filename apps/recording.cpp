@@ -22,6 +22,8 @@ namespace {
 namespace fs = std::filesystem;
 using record::RunRecorder;
 
+constexpr std::size_t kMostAnswers = 64;  // more than clients there can be
+
 std::int64_t unix_ns() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch())
       .count();
@@ -225,6 +227,7 @@ void Recording::serve(Command command, std::uint64_t number) {
   }
   const std::lock_guard lock(answers_mutex_);
   answers_[number] = std::move(answer);
+  if (answers_.size() > kMostAnswers) answers_.erase(answers_.begin());  // of clients that went away
 }
 
 tap::RecordDesk::Answer Recording::start() {
