@@ -13,24 +13,6 @@
 namespace sinew::app {
 namespace {
 
-/// All messages that are wanted, in the order of time, until `f` says no. False, after it was said: some could not be
-/// read, or `f` said no.
-template <class F>
-bool each(record::Reader& reader, const record::Query& query, F&& f) {
-  auto messages = reader.messages(query);
-  record::Message m;
-  bool good = true;
-  for (record::Next next; (next = messages.next(m)) != record::Next::end;) {
-    if (next == record::Next::problem) {
-      std::fprintf(stderr, "%s\n", to_string(messages.problem()).c_str());
-      good = false;
-    } else if (!f(m)) {
-      return false;
-    }
-  }
-  return good;
-}
-
 std::string quoted(const std::string& text) { return Json(text).dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 using Row = std::vector<std::pair<std::string, std::string>>;
@@ -100,15 +82,16 @@ int bag_cat(const BagCatOptions& options) {
   if (!query) return kNotBegun;
   BagMessages texts(*reader);
   std::string line;
-  const bool good = each(*reader, *query, [&](const record::Message& m) {
+  bool written = true;
+  const bool good = each_message(*reader, *query, [&](const record::Message& m) {
     line = "{\"topic\":" + quoted(m.channel->topic) + ",\"sequence\":" + std::to_string(m.stamps.sequence) +
            ",\"log_time_ns\":" + std::to_string(m.stamps.log_time) +
            ",\"stamp_ns\":" + std::to_string(m.stamps.publish_time) + ",\"message\":";
     if (!texts.append_json(m, line)) return true;
     line += "}\n";
-    return std::fwrite(line.data(), 1, line.size(), stdout) == line.size();
+    return written = std::fwrite(line.data(), 1, line.size(), stdout) == line.size();
   });
-  return std::fflush(stdout) == 0 && good && texts.unknown() == 0 ? kDone : kFailed;
+  return std::fflush(stdout) == 0 && written && good && texts.unknown() == 0 ? kDone : kFailed;
 }
 
 int bag_csv(const BagTopicOptions& options) {
@@ -125,9 +108,11 @@ int bag_csv(const BagTopicOptions& options) {
     BagMessages texts(*reader);
     Table table(out);
     std::string text;
-    good = each(*reader, *query, [&](const record::Message& m) { return add_message(table, m, texts, text); });
+    bool one_table = true;
+    good = each_message(*reader, *query,
+                        [&](const record::Message& m) { return one_table = add_message(table, m, texts, text); });
     rows = table.rows();
-    good = good && texts.unknown() == 0;
+    good = good && one_table && texts.unknown() == 0;
     if ((out == stdout ? std::fflush(out) : std::fclose(out)) != 0)
       return fail(options.out + ": " + std::strerror(errno), kFailed);
   }

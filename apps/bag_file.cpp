@@ -8,6 +8,7 @@
 
 #include "apps/commands.hpp"
 #include "hal/linux/file.hpp"
+#include "hal/linux/process.hpp"
 
 namespace sinew::app {
 namespace {
@@ -94,6 +95,22 @@ std::optional<record::Query> query_of(const record::Reader& reader, const Select
   if (selection.from_s) query.from = time_after(start, *selection.from_s);
   if (selection.until_s) query.until = time_after(start, *selection.until_s);
   return query;
+}
+
+bool each_message(record::Reader& reader, const record::Query& query,
+                  const std::function<bool(const record::Message&)>& f) {
+  auto messages = reader.messages(query);
+  record::Message m;
+  bool good = true;
+  for (record::Next next; !hal::stop_requested() && (next = messages.next(m)) != record::Next::end;) {
+    if (next == record::Next::problem) {
+      std::fprintf(stderr, "%s\n", to_string(messages.problem()).c_str());
+      good = false;
+    } else if (!f(m)) {
+      break;
+    }
+  }
+  return good;
 }
 
 std::uint64_t start_time(const record::Reader& reader) {

@@ -162,21 +162,13 @@ class Play {
     query.topics.clear();
     for (const auto& way : ways_) query.topics.push_back(way.first);
     for (const auto& store : stores_) store->forget(rt::Time{INT64_MAX}, 0, std::nullopt);
-    auto messages = reader_.messages(query);
-    record::Message m;
-    bool good = true;
-    for (record::Next next; !hal::stop_requested() && (next = messages.next(m)) != record::Next::end;) {
-      if (next == record::Next::problem) {
-        std::fprintf(stderr, "%s\n", to_string(messages.problem()).c_str());
-        good = false;
-        continue;
-      }
+    return each_message(reader_, query, [&](const record::Message& m) {
       const hal::Time due = robot_time(m.stamps.log_time) + later;
       for (hal::Time now = os.now(); due - now > kAhead && !hal::stop_requested(); now = os.now())
         os.sleep_until(std::min(due - kAhead, now + 10 * kAhead));
       say(m, due, os);
-    }
-    return good;
+      return true;
+    });
   }
 
   void say(const record::Message& m, hal::Time due, hal::Os& os) {
@@ -200,7 +192,7 @@ class Play {
   }
 
   hal::Time robot_time(std::uint64_t log_time) const {
-    return hal::Time{static_cast<std::int64_t>(log_time) - unix_ns_};
+    return hal::Time{static_cast<std::int64_t>(log_time - static_cast<std::uint64_t>(unix_ns_))};
   }
 
   bool idle() const {

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <fstream>
 
+#include "apps/ground_truth.hpp"
 #include "apps/plot.hpp"
 #include "apps/recording.hpp"
 #include "apps/run_log.hpp"
@@ -26,10 +27,11 @@ using namespace std::chrono_literals;
 constexpr double kSettle_s = 5;  // the attitude may take this long with unknown bias
 constexpr double kGoodTilt_deg = 2.0;
 
+/// The first of this type; null: the robot has none.
 template <class M>
-const RunLog<M>* find_log(rt::Graph& graph) {
+M* find_module(rt::Graph& graph) {
   for (const auto& m : graph.modules())
-    if (const auto* log = dynamic_cast<const RunLog<M>*>(m.module.get())) return log;
+    if (auto* module = dynamic_cast<M*>(m.module.get())) return module;
   return nullptr;
 }
 
@@ -71,7 +73,21 @@ class DatasetRun {
     return true;
   }
 
+  /// Hands the truth to the module that publishes it. The report says what is wrong with it.
+  void play_truth() {
+    auto* const module = find_module<GroundTruth>(*graph_);
+    std::string why;
+    const auto truth = module ? sim_hil::GroundTruth::open(options_.data, why) : hal::Error{hal::Errc::not_found, ""};
+    if (!truth) return;
+    const std::int64_t begin_ns = board_->dataset_stamp({});
+    std::vector<msg::NavState> states;
+    for (const sim_hil::GroundTruthSample& s : truth->samples())
+      if (s.stamp_ns >= begin_ns) states.push_back(true_state(s, rt::Time{s.stamp_ns - begin_ns}));
+    module->play(std::move(states));
+  }
+
   bool run_virtual() {
+    play_truth();
     rt::DiscreteOptions discrete;
     if (options_.duration_s > 0) discrete.duration = run_duration(options_);
     discrete.os = &os_;
@@ -102,6 +118,7 @@ class DatasetRun {
     if (!started) return fail(started.error().where);
     executor.runner().ask_for_zones(!options_.trace.empty());
     if (auto begun = board_->start(); !begun) return fail(begun.error().where);
+    play_truth();
     const auto socket = open_socket(prepared_, options_, executor.runner(), recording_.get(), os_, &hal::request_stop);
     const hal::Time begin = os_.now();
     const hal::Time end =
@@ -120,13 +137,13 @@ class DatasetRun {
     summary_->add(
         "samples", samples,
         {{"imu_samples", board_->imu_samples()}, {"images", board_->images()}, {"images_lost", board_->images_lost()}});
-    if (const auto* motion = find_log<msg::MotionField>(*graph_)) {
+    if (const auto* motion = find_module<RunLog<msg::MotionField>>(*graph_)) {
       const auto& all = motion->messages();
       const auto moving = std::count_if(all.begin(), all.end(), [](const auto& m) { return m.moving != 0; });
       summary_->add("motion field", fmt::format("{} fields, {} report motion", all.size(), moving),
                     {{"motion_fields", all.size()}, {"motion_fields_moving", moving}});
     }
-    const auto* nav = find_log<msg::NavState>(*graph_);
+    const auto* nav = find_module<RunLog<msg::NavState>>(*graph_);
     return nav ? report_tilt(*nav) : summary_->finish("ran to its end", 0);
   }
 

@@ -1,5 +1,6 @@
 #include "apps/module_list.hpp"
 
+#include "apps/ground_truth.hpp"
 #include "apps/run_log.hpp"
 #include "control/attitude_controller.hpp"
 #include "control/error_state_filter.hpp"
@@ -30,6 +31,7 @@ rt::ModuleTypes all_modules() {
   types.add<vision::MotionField>("vision::MotionField");
   types.add<RunLog<msg::NavState>>("app::StateLog");
   types.add<RunLog<msg::MotionField>>("app::MotionLog");
+  types.add<GroundTruth>("app::GroundTruth");
   return types;
 }
 

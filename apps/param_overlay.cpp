@@ -24,6 +24,8 @@ void read_module(const std::string& module, TomlReader& r, ParamOverlay& overlay
   }
 }
 
+}  // namespace
+
 std::string toml_value(const rt::ParamValue& value) {
   if (const auto* text = std::get_if<std::string>(&value)) {
     std::string quoted = "\"";
@@ -41,8 +43,6 @@ std::string toml_value(const rt::ParamValue& value) {
   if (std::holds_alternative<double>(value) && text.find_first_of(".enN") == std::string::npos) text += ".0";
   return text;
 }
-
-}  // namespace
 
 ParamOverlay parse_overlay(std::string_view text, const std::string& path) {
   ParamOverlay overlay;

@@ -30,6 +30,9 @@ ParamOverlay load_overlay(const std::string& path);
 /// its range) becomes a problem with the line of the overlay. `types` say what modules declare.
 std::vector<rt::Problem> apply_overlay(const ParamOverlay& overlay, const rt::ModuleTypes& types, rt::GraphSpec& graph);
 
+/// As TOML has it: 2.0, true, "text".
+std::string toml_value(const rt::ParamValue& value);
+
 /// The text of such a file; modules in the order in which they come.
 std::string overlay_text(std::string_view robot, const std::vector<OverlayParam>& params);
 

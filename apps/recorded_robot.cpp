@@ -9,17 +9,27 @@
 
 namespace sinew::app {
 
-std::optional<rt::GraphSpec> recorded_spec(record::Reader& reader, const std::string& file, std::string& why) {
+std::optional<rt::GraphSpec> written_spec(record::Reader& reader, const std::string& file, std::string& why) {
   const auto text = record::read_attachment(reader, "robot.toml");
-  const auto run = record::read_metadata(reader, "sinew.run");
-  if (!text || !run.contains("seed")) {
+  if (!text) {
     why = "the file holds no run of Sinew";
     return std::nullopt;
   }
   LoadedRobot loaded = parse_robot(*text, file + ": robot.toml");
   for (const auto& p : loaded.problems) why += rt::to_string(p, loaded.robot.path) + "\n";
   if (!loaded.problems.empty()) return std::nullopt;
-  rt::GraphSpec& spec = loaded.robot.graph;
+  return std::move(loaded.robot.graph);
+}
+
+std::optional<rt::GraphSpec> recorded_spec(record::Reader& reader, const std::string& file, std::string& why) {
+  const auto run = record::read_metadata(reader, "sinew.run");
+  auto written = written_spec(reader, file, why);
+  if (!written) return std::nullopt;
+  if (!run.contains("seed")) {
+    why = "the file holds no run of Sinew";
+    return std::nullopt;
+  }
+  rt::GraphSpec& spec = *written;
   const std::string& seed = run.at("seed");
   std::from_chars(seed.data(), seed.data() + seed.size(), spec.seed);
 
@@ -39,7 +49,7 @@ std::optional<rt::GraphSpec> recorded_spec(record::Reader& reader, const std::st
     module->params[name.substr(name.find('.') + 1)] = {
         is_text ? rt::ParamValue(value.substr(1, value.size() - 2)) : param_value(value), 0};
   }
-  return std::move(spec);
+  return written;
 }
 
 std::unique_ptr<rt::Graph> configured_graph(const rt::GraphSpec& spec, const rt::ModuleTypes& types, hal::Board& board,

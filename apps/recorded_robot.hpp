@@ -10,8 +10,11 @@
 
 namespace sinew::app {
 
-/// The graph that a file says it ran: its robot file, the parameters of the start, the seed. Nothing, with `why`, when
-/// it holds no run, or its robot file cannot be understood.
+/// The graph of the robot file that a recording holds. Nothing, with `why`, when it holds no run, or its robot file
+/// cannot be understood.
+std::optional<rt::GraphSpec> written_spec(record::Reader& reader, const std::string& file, std::string& why);
+
+/// The graph that ran: that of the robot file with the parameters of the start and the seed. Nothing: as above.
 std::optional<rt::GraphSpec> recorded_spec(record::Reader& reader, const std::string& file, std::string& why);
 
 /// Checked and configured on a board that outlives it (hal::SilentBoard). Null, with all reasons in `why`.

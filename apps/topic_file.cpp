@@ -93,23 +93,6 @@ Json to_json(const FileTopic& t) {
           {"thread", t.thread}, {"messages", t.messages}, {"rate_hz", t.rate_hz}};
 }
 
-/// Calls f(message) until it says no. False, after it was said: some could not be read.
-template <class F>
-bool each(record::Reader& reader, const std::string& topic, F&& f) {
-  auto messages = reader.messages({.topics = {topic}});
-  record::Message m;
-  bool good = true;
-  for (record::Next next; !hal::stop_requested() && (next = messages.next(m)) != record::Next::end;) {
-    if (next == record::Next::problem) {
-      std::fprintf(stderr, "%s\n", to_string(messages.problem()).c_str());
-      good = false;
-    } else if (!f(m)) {
-      break;
-    }
-  }
-  return good;
-}
-
 }  // namespace
 
 int list_topics_of_file(const TopicListOptions& options) {
@@ -163,7 +146,7 @@ int echo_file(const EchoOptions& options) {
   std::string line;
   std::uint64_t n = 0;
   bool has_field = true;
-  const bool good = each(*reader, options.topic, [&](const record::Message& m) {
+  const bool good = each_message(*reader, {.topics = {options.topic}}, [&](const record::Message& m) {
     line.clear();
     if (!texts.append_json(m, line)) return true;  // that was said
     const std::string text =
@@ -183,7 +166,7 @@ int hz_of_file(const HzOptions& options) {
   const RecordedTopics topics(*reader);
   if (!topics.find(options.file, options.topic)) return kNotBegun;
   RateMeter meter;
-  const bool good = each(*reader, options.topic, [&](const record::Message& m) {
+  const bool good = each_message(*reader, {.topics = {options.topic}}, [&](const record::Message& m) {
     meter.add(m.stamps.sequence, rt::Time{topics.published_ns(m)});
     return true;
   });

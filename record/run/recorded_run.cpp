@@ -22,8 +22,8 @@ std::int64_t unix_ns_of(const Texts& run) {
 RecordedTime recorded_time(Reader& reader) {
   const auto& all = reader.statistics();
   if (!all) return {};
-  const std::int64_t unix_ns = unix_ns_of(read_metadata(reader, "sinew.run"));
-  return {{static_cast<std::int64_t>(all->start_time) - unix_ns},
+  const auto unix_ns = static_cast<std::uint64_t>(unix_ns_of(read_metadata(reader, "sinew.run")));
+  return {{static_cast<std::int64_t>(all->start_time - unix_ns)},
           rt::Duration{static_cast<std::int64_t>(all->end_time - all->start_time)}};
 }
 
@@ -139,7 +139,9 @@ void RecordedRun::give(std::vector<LogItem>& items) {
 }
 
 void RecordedRun::take(const Message& m, rt::Time t) {
-  const auto [what, topic] = channels_.at(m.channel->id);
+  const auto known = channels_.find(m.channel->id);
+  if (known == channels_.end()) return;  // another channel of that name
+  const auto [what, topic] = known->second;
   bool good = true;
   if (what == What::steps) {
     good = decode(m.data, batch_);

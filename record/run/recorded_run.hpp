@@ -57,7 +57,9 @@ class RecordedRun {
   /// Forgets, of stores by topic, what the steps to come cannot hold. Its own it forgets in next().
   void forget(std::span<MessageStore> stores) const;
 
-  rt::Time robot_time(std::uint64_t log_time) const { return {static_cast<std::int64_t>(log_time) - unix_ns_}; }
+  rt::Time robot_time(std::uint64_t log_time) const {
+    return {static_cast<std::int64_t>(log_time - static_cast<std::uint64_t>(unix_ns_))};
+  }
   std::vector<Problem>& problems() { return problems_; }  // of the file, so far
 
  private:

@@ -18,29 +18,58 @@ T number_of(std::string_view text) {
   return value;
 }
 
-/// Numbers that mostly come in order.
+/// Sequences that mostly come in order; they may go on at 0 behind the largest.
 class NumberSet {
  public:
   void add(std::uint32_t n) {
-    if (!runs_.empty() && n == runs_.back().first + runs_.back().count && runs_.back().count != ~0u)
-      ++runs_.back().count;
+    if (!runs_.empty() && n == runs_.back().end && runs_.back().end < kEnd)
+      ++runs_.back().end;
     else
-      runs_.push_back({n, 1});
+      runs_.push_back({n, std::uint64_t{n} + 1, 0});
   }
+  /// After the last add(), before what follows.
   void sort() {
     std::sort(runs_.begin(), runs_.end(), [](const Run& a, const Run& b) { return a.first < b.first; });
+    std::size_t last = 0;
+    for (std::size_t i = 1; i < runs_.size(); ++i)
+      if (runs_[i].first <= runs_[last].end)
+        runs_[last].end = std::max(runs_[last].end, runs_[i].end);
+      else
+        runs_[++last] = runs_[i];
+    if (!runs_.empty()) runs_.resize(last + 1);
+    std::uint64_t before = 0;
+    for (Run& r : runs_) r.before = before, before += r.end - r.first;
   }
-  bool contains(std::uint32_t n) const {
-    const auto behind =
-        std::upper_bound(runs_.begin(), runs_.end(), n, [](std::uint32_t v, const Run& r) { return v < r.first; });
-    if (behind != runs_.begin() && n - (behind - 1)->first < (behind - 1)->count) return true;
-    return !runs_.empty() && n - runs_.back().first < runs_.back().count;  // the one that may go over the end
+  /// How many of `count` numbers from `first` on are there.
+  std::uint32_t there(std::uint32_t first, std::uint32_t count) const {
+    const std::uint64_t end = std::uint64_t{first} + count;
+    std::uint64_t n = below(std::min(end, kEnd)) - below(first);
+    if (end > kEnd) n += below(end - kEnd);
+    return static_cast<std::uint32_t>(n);
+  }
+  /// The first that is there, of those; it must be one of them.
+  std::uint32_t first_there(std::uint32_t first, std::uint32_t count) const {
+    std::uint32_t none = 0, some = count;  // so many have none, so many have some
+    while (some - none > 1) {
+      const std::uint32_t half = none + (some - none) / 2;
+      (there(first, half) == 0 ? none : some) = half;
+    }
+    return first + none;
   }
 
  private:
+  static constexpr std::uint64_t kEnd = std::uint64_t{1} << 32;
   struct Run {
-    std::uint32_t first, count;
+    std::uint64_t first, end;
+    std::uint64_t before;  // in the runs before it
   };
+  std::uint64_t below(std::uint64_t n) const {
+    const auto behind =
+        std::upper_bound(runs_.begin(), runs_.end(), n, [](std::uint64_t v, const Run& r) { return v < r.first; });
+    if (behind == runs_.begin()) return 0;
+    const Run& r = *(behind - 1);
+    return r.before + std::min(n, r.end) - r.first;
+  }
   std::vector<Run> runs_;
 };
 
@@ -125,7 +154,9 @@ class Review {
     Losses lost;
   };
 
-  msg::Time robot_time(std::uint64_t in_file) const { return {static_cast<std::int64_t>(in_file) - unix_ns_}; }
+  msg::Time robot_time(std::uint64_t in_file) const {
+    return {static_cast<std::int64_t>(in_file - static_cast<std::uint64_t>(unix_ns_))};
+  }
 
   std::size_t topic(const std::string& name) {
     const auto [at, is_new] = topic_by_name_.emplace(name, topics_.size());
@@ -291,24 +322,37 @@ class Review {
   void output(Topic& t, std::uint32_t first, std::uint32_t count, msg::Time at) {
     skipped(t, first, at);
     t.newest = first + count - 1;
-    for (std::uint32_t i = 0; i < count; ++i) published(t, first + i, at);
+    published(t, first, count, at);
   }
 
   /// Up to here, messages of steps that are lost, which need not be lost with them.
   void skipped(Topic& t, std::uint32_t end, msg::Time at) {
     constexpr std::uint32_t kMost = 1 << 24;  // more is no gap
     if (!t.newest || t.kept.rate_hz > 0 || end - *t.newest > kMost) return;
-    for (std::uint32_t sequence = *t.newest + 1; sequence != end; ++sequence) published(t, sequence, at);
+    published(t, *t.newest + 1, end - *t.newest - 1, at);
   }
 
-  void published(Topic& t, std::uint32_t sequence, msg::Time at) {
+  void published(Topic& t, std::uint32_t first, std::uint32_t count, msg::Time at) {
     if (!t.kept.wanted || (edited_ && at > end_))
       return;  // a batch of steps reaches beyond the end of what was cut out
-    if (t.kept.rate_hz > 0 && (result_.is_part || !due(t.next, t.kept.rate_hz, at)))
-      return;  // of a part it is not known which ones were due
-    const bool there = t.messages.contains(sequence);
-    t.begun = t.begun || there;
-    if (!there && (t.begun || !result_.is_part)) t.kept.lost.add(1, at);
+    if (t.kept.rate_hz > 0) {
+      if (result_.is_part) return;  // it is not known which ones were due
+      for (; count > 0 && due(t.next, t.kept.rate_hz, at); ++first, --count) all_there(t, first, 1, at);
+      return;
+    }
+    const bool any = t.messages.there(first, count) > 0;
+    if (!t.begun && result_.is_part) {
+      if (!any) return;
+      const std::uint32_t begin = t.messages.first_there(first, count);
+      count -= begin - first;
+      first = begin;
+    }
+    t.begun |= any;
+    all_there(t, first, count, at);
+  }
+
+  static void all_there(Topic& t, std::uint32_t first, std::uint32_t count, msg::Time at) {
+    if (const std::uint32_t lost = count - t.messages.there(first, count); lost > 0) t.kept.lost.add(lost, at);
   }
 
   /// What was lost at the end only the totals tell.

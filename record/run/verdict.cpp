@@ -9,7 +9,8 @@ namespace sinew::record {
 
 bool due(msg::Time& next, double rate_hz, msg::Time at) {
   if (at < next) return false;
-  next = std::max(next + msg::Duration{static_cast<std::int64_t>(1e9 / rate_hz)}, at);
+  constexpr double kMost_ns = 1e17;  // three years: a file may say anything
+  next = std::max(next + msg::Duration{static_cast<std::int64_t>(std::min(1e9 / rate_hz, kMost_ns))}, at);
   return true;
 }
 

@@ -10,8 +10,10 @@ namespace sinew::record {
 namespace {
 
 using ::testing::Contains;
+using ::testing::DoubleNear;
 using ::testing::ElementsAre;
 using ::testing::Not;
+using ::testing::Pair;
 
 const ComparedQuantity& find(const std::vector<ComparedQuantity>& all, std::string_view name) {
   return *std::find_if(all.begin(), all.end(), [&](const auto& q) { return q.name == name; });
@@ -77,8 +79,8 @@ TEST_F(ComparisonTest, ACurveKeepsWhatStandsOut) {
   curve.add(rt::Time{5'000'000'000}, NAN);
   const auto points = curve.points();
   EXPECT_LE(points.size(), 1200u);
-  EXPECT_THAT(points, Contains(std::pair(4.321, 9.0)));
-  EXPECT_THAT(points, Contains(std::pair(4.325, -9.0)));
+  EXPECT_THAT(points, Contains(Pair(DoubleNear(4.321, 1e-9), 9.0)));
+  EXPECT_THAT(points, Contains(Pair(DoubleNear(4.325, 1e-9), -9.0)));
   EXPECT_TRUE(std::is_sorted(points.begin(), points.end(), [](auto& a, auto& b) { return a.first < b.first; }));
 }
 

@@ -157,6 +157,25 @@ TEST_F(RunReviewOf, ARequestTakenOutIsAGapInTheStepsOfItsThread) {
   EXPECT_THAT(why_not(review, "numbers"), ElementsAre(HasSubstr("gap in its steps at 0.10")));
 }
 
+TEST_F(RunReviewOf, AStepThatClaimsFourBillionMessagesIsCountedAndNotGoneThrough) {
+  fly();
+  const std::uint32_t numbers = robot.graph().find_module("numbers");
+  bool changed = false;
+  const Bytes crafted = without([&](const Message& m, Bytes& data) {
+    std::vector<LoggedStep> steps;
+    if (changed || m.channel->topic != kStepsTopic || !decode(m.data, steps) || steps[0].module != numbers)
+      return false;
+    steps[0].outputs[0].count = 4'000'000'000;
+    StepBatch batch;
+    for (const LoggedStep& s : steps) batch.add(s);
+    data.assign(batch.bytes().begin(), batch.bytes().end());
+    changed = true;
+    return false;
+  });
+  ASSERT_TRUE(changed);
+  EXPECT_GT(record::review(*read(crafted)).lost_messages.at("numbers.out").count, 3'999'999'000u);
+}
+
 TEST_F(RunReviewOf, PixelsTakenOutOrChangedAreNamed) {
   fly();
   int n = 0;
