@@ -22,6 +22,8 @@ namespace {
 namespace fs = std::filesystem;
 using record::RunRecorder;
 
+constexpr std::size_t kMostAnswers = 64;  // more than clients there can be
+
 std::int64_t unix_ns() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch())
       .count();
@@ -121,7 +123,12 @@ std::unique_ptr<Recording> Recording::open(const Prepared& prepared, const RunOp
   about.attachments.push_back(file_attachment(options.robot, options.virtual_time ? 0 : unix_ns()));
 
   record::RecorderOptions how = recorder_options(from, options);
-  if (from.ring.enabled) {
+  const std::size_t least = record::FlightRing::least_bytes(graph);
+  if (from.ring.enabled && from.ring.megabytes * 1e6 < static_cast<double>(least)) {
+    std::fprintf(
+        stderr, "warning: no flight ring: record.ring.megabytes: %g: %.1f or more for what this robot's modules save\n",
+        from.ring.megabytes, 1e-6 * static_cast<double>(least) + 0.05);
+  } else if (from.ring.enabled) {
     auto memory = hal::linux_os().shared_memory("sinew-ring", static_cast<std::size_t>(from.ring.megabytes * 1e6));
     if (!memory) return warn("its ring: " + error_text(memory.error())), nullptr;
     made->ring_memory_ = std::move(*memory);
@@ -225,6 +232,7 @@ void Recording::serve(Command command, std::uint64_t number) {
   }
   const std::lock_guard lock(answers_mutex_);
   answers_[number] = std::move(answer);
+  if (answers_.size() > kMostAnswers) answers_.erase(answers_.begin());  // of clients that went away
 }
 
 tap::RecordDesk::Answer Recording::start() {

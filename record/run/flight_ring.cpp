@@ -2,12 +2,18 @@
 
 #include <algorithm>
 
+#include "rt/saved_state.hpp"
+
 namespace sinew::record {
 namespace {
 
 constexpr unsigned kParts = RingMemory::kSlots;
 // What a part needs behind its last chunk: verdict, summary, schemas once more.
 constexpr std::size_t kEndBytes = 64 * 1024;
+// What a part begins with, about: the robot file, schemas, the messages that are latched.
+constexpr std::size_t kBeginBytes = 128 * 1024;
+// Not one part after the other where what each begins with leaves no room.
+constexpr rt::Duration kShortestPart = std::chrono::milliseconds(50);
 
 }  // namespace
 
@@ -19,7 +25,8 @@ FlightRing::FlightRing(const rt::Graph& graph, const RunDescription& description
   WriterOptions& writer = of_parts_.files.writer;
   writer.chunk_bytes = std::clamp<std::size_t>(slot / 16, 16 * 1024, 64 * 1024);
   writer.chunk_duration = std::chrono::milliseconds(50);
-  writer.free_floor_bytes = std::min(kEndBytes, slot / 2);
+  writer.free_floor_bytes = kEndBytes;
+  of_parts_.pixel_room_bytes = room();
   of_parts_.pixel_bytes_per_s =
       std::min(options.pixel_bytes_per_s, static_cast<double>(bytes()) / 2 / msg::seconds(options.length));
 }
@@ -28,9 +35,22 @@ FlightRing::~FlightRing() { wait(); }
 
 hal::Result<std::unique_ptr<FlightRing>> FlightRing::open(const rt::Graph& graph, const RunDescription& description,
                                                           const RingOptions& options) {
-  auto memory = RingMemory::begin(options.memory);
+  if (options.memory.size() < least_bytes(graph))
+    return hal::Error{hal::Errc::bad_argument, "flight ring: bytes of memory, at least",
+                      static_cast<std::int64_t>(least_bytes(graph))};
+  auto memory = RingMemory::create(options.memory);
   if (!memory) return memory.error();
   return std::unique_ptr<FlightRing>(new FlightRing(graph, description, options, *memory));
+}
+
+std::size_t FlightRing::least_bytes(const rt::Graph& graph) {
+  std::size_t largest = 0;
+  for (const rt::GraphModule& m : graph.modules()) largest = std::max(largest, rt::SavedState(m.declaration).bytes());
+  return kParts * (kEndBytes + kBeginBytes + room_for(largest)) + 4096;  // and its head
+}
+
+bool FlightRing::is_full_for(std::size_t bytes) {
+  return sink_ && !dumping_ && sink_->bytes_planned() + room_for(bytes) >= room();
 }
 
 // Two of the slots are not of the length that is asked for: the one that is being filled, and the one that was emptied
@@ -39,9 +59,9 @@ bool FlightRing::due(rt::Time now) {
   if (dumping_) return false;  // which reads what would be overwritten
   if (!sink_) return true;
   begins_.back() = sink_->began();
-  const std::size_t room = memory_.slot_bytes() - of_parts_.files.writer.free_floor_bytes;
-  return now - sink_->began() >= options_.length / (kParts - 2) ||
-         sink_->bytes_planned() + of_parts_.files.writer.chunk_bytes * 3 / 2 >= room;
+  const rt::Duration age = now - sink_->began();
+  return age >= options_.length / (kParts - 2) ||
+         (age >= kShortestPart && sink_->bytes_planned() + of_parts_.files.writer.chunk_bytes * 3 / 2 >= room());
 }
 
 void FlightRing::next_part(Beginning beginning) {

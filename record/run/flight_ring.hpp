@@ -34,7 +34,9 @@ struct RingDumpReport {
 /// Thread:  owner; reports(): any.
 class FlightRing {
  public:
-  /// Errors:  bad_argument, of the memory's size.
+  /// What the memory must be at least: a part holds the largest state that a module of this robot saves.
+  static std::size_t least_bytes(const rt::Graph& graph);
+  /// Errors:  bad_argument, when the memory is less than that.
   static hal::Result<std::unique_ptr<FlightRing>> open(const rt::Graph& graph, const RunDescription& description,
                                                        const RingOptions& options);
   ~FlightRing();
@@ -43,6 +45,8 @@ class FlightRing {
   RunSink* sink() { return sink_.get(); }
   /// Whether it is time for another part.
   bool due(rt::Time now);
+  /// Whether another part has to be begun before a state of so many bytes.
+  bool is_full_for(std::size_t bytes);
   /// Ends the part and begins another one.
   void next_part(Beginning beginning);
 
@@ -67,6 +71,7 @@ class FlightRing {
  private:
   FlightRing(const rt::Graph& graph, const RunDescription& description, const RingOptions& options, RingMemory memory);
   void write(std::size_t report);
+  std::size_t room() const { return memory_.slot_bytes() - of_parts_.files.writer.free_floor_bytes; }
 
   const rt::Graph& graph_;
   const RunDescription& description_;

@@ -70,7 +70,7 @@ class RingMemory::Part final : public hal::OutputFile {
 
 RingMemory::Header& RingMemory::header() const { return *std::launder(reinterpret_cast<Header*>(memory_.data())); }
 
-hal::Result<RingMemory> RingMemory::begin(std::span<std::byte> memory) {
+hal::Result<RingMemory> RingMemory::create(std::span<std::byte> memory) {
   if (memory.size() < kLeastBytes || memory.size() / kSlots > UINT32_MAX)
     return hal::Error{hal::Errc::bad_argument, "flight ring: its size", static_cast<std::int64_t>(memory.size())};
   RingMemory ring(memory);

@@ -21,7 +21,7 @@ class RingMemory {
   static constexpr std::size_t kMaxFolder = 1023;
 
   /// Begins it, zeroed or not. Errors: bad_argument for less than kLeastBytes.
-  static hal::Result<RingMemory> begin(std::span<std::byte> memory);
+  static hal::Result<RingMemory> create(std::span<std::byte> memory);
   /// Of somebody else, who may be gone. Nothing when it is none.
   static std::optional<RingMemory> open(std::span<std::byte> memory);
 

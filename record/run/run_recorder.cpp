@@ -111,7 +111,11 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
   hal::Status begin_file(SplitWriter::OpenPart open_part) {
     if (has_file()) return hal::Error{hal::Errc::busy, "recorder: a file is being written"};
     auto sink = RunSink::open(graph_, description_, std::move(open_part),
-                              {options_.files, options_.topics, options_.rate_hz, options_.pixel_bytes_per_s}, begin());
+                              {.files = options_.files,
+                               .topics = options_.topics,
+                               .rate_hz = options_.rate_hz,
+                               .pixel_bytes_per_s = options_.pixel_bytes_per_s},
+                              begin());
     if (!sink) return sink.error();
     file_ = std::move(*sink), file_ended_ = false;
     tell_older(*file_);
@@ -226,6 +230,7 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
   }
 
   void state(const LoggedState& s) override {
+    if (ring_ && ring_->is_full_for(s.bytes.size())) next_part();
     ++entries_[s.thread];
     flush_batch(s.thread);
     encode(scratch_, s, layouts_[s.module]);

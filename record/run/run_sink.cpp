@@ -17,6 +17,8 @@ bool is_input(const rt::GraphModule& module, std::size_t port) {
 
 }  // namespace
 
+std::uint64_t room_for(std::uint64_t bytes) { return bytes + bytes / 2 + 8 * 1024; }
+
 std::string number_key(std::size_t i) {
   std::string text = std::to_string(i);
   return std::string(text.size() < 3 ? 3 - text.size() : 0, '0') + text;
@@ -34,6 +36,7 @@ RunSink::RunSink(const rt::Graph& graph, const RunDescription& description, cons
                  Beginning beginning)
     : graph_(graph),
       description_(description),
+      pixel_room_bytes_(options.pixel_room_bytes),
       beginning_(std::move(beginning)),
       budget_(options.pixel_bytes_per_s),
       lost_entries_(graph.threads().size()),
@@ -194,7 +197,8 @@ hal::Status RunSink::write_image(Topic& topic, const SinkMessage& message) {
   const auto& image = *static_cast<const msg::Image*>(slot.message());
   const std::span<const std::byte> pixels = std::as_bytes(std::span(image.pixels(), image.bulk_used()));
   ImageHead head = message.head;
-  head.has_pixels = budget_.take(pixels.size(), slot.published);
+  head.has_pixels =
+      bytes_planned() + room_for(pixels.size()) <= pixel_room_bytes_ && budget_.take(pixels.size(), slot.published);
   const Stamps when = stamps(slot.sequence, slot.published, slot.stamp);
   if (head.has_pixels) {
     encode_image_head(scratch_, image, description_.unix_ns, topic.kept.name);

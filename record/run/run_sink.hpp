@@ -29,9 +29,10 @@ struct Beginning {
 
 struct SinkOptions {
   SplitOptions files{.writer = {.chunk_bytes = 256 * 1024}};
-  std::vector<std::string> topics{};        // none: all
-  std::map<std::string, double> rate_hz{};  // at most so many messages of a topic
-  double pixel_bytes_per_s = 5e6;           // images beyond it are recorded without their pixels
+  std::vector<std::string> topics{};                   // none: all
+  std::map<std::string, double> rate_hz{};             // at most so many messages of a topic
+  double pixel_bytes_per_s = 5e6;                      // images beyond it are recorded without their pixels
+  std::uint64_t pixel_room_bytes = ~std::uint64_t{0};  // of a file; pixels that would make it larger are left out
 };
 
 /// A message in its slot, in the forms that a file has for it.
@@ -120,6 +121,7 @@ class RunSink {
 
   const rt::Graph& graph_;
   const RunDescription& description_;
+  const std::uint64_t pixel_room_bytes_;
   Beginning beginning_;
   Budget budget_;
   std::vector<Topic> topics_;
@@ -132,6 +134,9 @@ class RunSink {
   Buffer scratch_;
   hal::Status trouble_;
 };
+
+/// What a file needs so that a message of so many bytes is not refused, as Writer counts.
+std::uint64_t room_for(std::uint64_t bytes);
 
 /// How names of modules and threads are numbered in metadata: "007", in the order of the map.
 std::string number_key(std::size_t i);

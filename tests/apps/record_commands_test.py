@@ -123,7 +123,7 @@ class RecordCommands(unittest.TestCase):
         self.land()
         self.assertFalse(os.path.exists(f"{self.folder.name}/runs"))
 
-    def test_in_virtual_time_the_same_run_gives_the_same_files(self):
+    def test_what_the_guardian_does_is_dumped_and_the_same_run_gives_the_same_files(self):
         files = []
         for again in range(2):
             folder = tempfile.TemporaryDirectory(prefix="sinew_record_")
@@ -135,12 +135,19 @@ class RecordCommands(unittest.TestCase):
             for model in glob.glob(f"{ROBOTS}/*.xml"):
                 os.symlink(model, os.path.join(folder.name, os.path.basename(model)))
             done = subprocess.run([SINEW, "run", "quad.toml", "--virtual", "--duration", "6", "--camera", "64x48",
-                                   "--json"], cwd=folder.name, capture_output=True,
+                                   "--json", "--fault", "range:off@4"], cwd=folder.name, capture_output=True,
                                   text=True, timeout=LIMIT_S, env=self.env)
             summary = json.loads(done.stdout)
-            with open(f"{folder.name}/{summary['recording']['path']}", "rb") as f:
-                files.append(f.read())
-        self.assertTrue(files[0] == files[1])
+            dump = summary["ring"]["dumps"][0]
+            self.assertEqual(dump["reason"], "failsafe range_lost")
+            self.assertGreater(dump["at_s"], 4.3, "that is how long the range must be silent")
+            paths = [f"{folder.name}/{p}" for p in (summary["recording"]["path"], dump["path"])]
+            self.expect_replay(paths[1])
+            for path in paths:
+                with open(path, "rb") as f:
+                    files.append(f.read())
+        self.assertTrue(files[0] == files[2], "the recording")
+        self.assertTrue(files[1] == files[3], "the dump")
 
 
 if __name__ == "__main__":

@@ -287,6 +287,22 @@ actuator.a = { command = "m.out", channels = 1, limit = [0, 1], lease_ms = 300, 
   EXPECT_THAT(with("600"), ElementsAre());
 }
 
+TEST(RobotFile, AFlightRingIsThereOnlyWhereItIsAskedFor) {
+  const std::string robot = "robot = { name = \"r\", board = \"none\" }\n";
+  EXPECT_FALSE(parse_robot(robot + "[record]\n", "f").robot.record.ring.enabled);
+  const RecordOptions by_default = parse_robot(robot + "[record.ring]\n", "f").robot.record;
+  EXPECT_TRUE(by_default.ring.enabled);
+  EXPECT_EQ(by_default.ring.seconds, 10);
+  EXPECT_EQ(by_default.ring.megabytes, 8);
+  const auto set = parse_robot(robot + "[record.ring]\nseconds = 3\nmegabytes = 20\n", "f");
+  EXPECT_TRUE(set.problems.empty());
+  EXPECT_EQ(set.robot.record.ring.seconds, 3);
+  EXPECT_EQ(set.robot.record.ring.megabytes, 20);
+  const auto wrong = parse_robot(robot + "[record.ring]\nseconds = 0\nmegabytes = 1\nmode = 1\n", "f");
+  ASSERT_EQ(wrong.problems.size(), 3u);
+  for (const rt::Problem& p : wrong.problems) EXPECT_TRUE(p.key.starts_with("record.ring.")) << p.key;
+}
+
 TEST(RobotFile, SyntaxErrorIsOneProblemWithItsLine) {
   const auto loaded = parse_robot("robot = { name = \"r\", board = \"sim\" }\n[[thread]\n", "robot.toml");
   ASSERT_EQ(loaded.problems.size(), 1u);

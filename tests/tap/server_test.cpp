@@ -226,6 +226,57 @@ TEST(Server, TimeLineShowsTheLastCycles) {
   EXPECT_EQ(ask(*client, "zones")["error"]["why"], "\"on\": true or false");
 }
 
+/// Answers the second time that it is asked, or never.
+class Desk final : public RecordDesk {
+ public:
+  std::uint64_t ask(Command command) override {
+    asked.store(static_cast<int>(command));
+    looked_ = 0;
+    return 7;
+  }
+  std::optional<Answer> answer(std::uint64_t number) override {
+    EXPECT_EQ(number, 7u);
+    if (silent || ++looked_ < 2) return std::nullopt;
+    if (asked.load() == static_cast<int>(Command::stop)) return Answer{hal::Errc::not_found, "nothing is recorded"};
+    return Answer{{}, R"({"path":"here"})"};
+  }
+  std::atomic<int> asked{-1};
+  std::atomic<bool> silent{false};
+
+ private:
+  int looked_ = 0;
+};
+
+TEST(Server, TheDeskOfTheRecorderAnswersInItsOwnTime) {
+  Desk desk;
+  RobotOptions options;
+  options.server.desk = &desk;
+  options.server.patience = 300ms;
+  Robot robot(options);
+  robot.start();
+  auto client = robot.client();
+  const Json started = ask(*client, "record.start", {{"id", 3}});
+  EXPECT_EQ(started, (Json{{"ok", true}, {"id", 3}, {"path", "here"}}));
+  EXPECT_EQ(desk.asked.load(), static_cast<int>(RecordDesk::Command::start));
+  const Json stopped = ask(*client, "record.stop");
+  EXPECT_EQ(stopped["ok"], false);
+  EXPECT_EQ(stopped["error"]["code"], "not found");
+  EXPECT_EQ(stopped["error"]["why"], "nothing is recorded");
+  ask(*client, "record.status");
+  EXPECT_EQ(desk.asked.load(), static_cast<int>(RecordDesk::Command::status));
+  ask(*client, "record.snapshot");
+  EXPECT_EQ(desk.asked.load(), static_cast<int>(RecordDesk::Command::snapshot));
+  desk.silent = true;
+  EXPECT_EQ(ask(*client, "record.snapshot")["error"]["code"], "timed out");
+  EXPECT_EQ(ask(*client, "hello")["ok"], true) << "and the connection lives";
+}
+
+TEST(Server, WithoutARecorderNothingIsRecorded) {
+  Robot robot;
+  robot.start();
+  EXPECT_EQ(ask(*robot.client(), "record.start")["error"]["code"], "not supported");
+}
+
 TEST(Server, StopAsksTheProgram) {
   std::atomic<int> stops{0};
   RobotOptions options;

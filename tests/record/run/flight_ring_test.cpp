@@ -200,8 +200,8 @@ TEST_F(FlightRingOfARun, MemoryOfAnythingElseIsNoRing) {
   std::vector<std::byte> memory(1 << 20, std::byte{0x5A});
   EXPECT_FALSE(RingMemory::open(memory));
   EXPECT_FALSE(RingMemory::open(std::span(memory).first(10)));
-  EXPECT_EQ(RingMemory::begin(std::span(memory).first(1000)).error().code, hal::Errc::bad_argument);
-  auto ring = RingMemory::begin(memory);
+  EXPECT_EQ(RingMemory::create(std::span(memory).first(1000)).error().code, hal::Errc::bad_argument);
+  auto ring = RingMemory::create(memory);
   ASSERT_TRUE(ring);
   EXPECT_TRUE(ring->parts().empty());
   ring->set_folder("runs/here");
@@ -213,7 +213,7 @@ TEST_F(FlightRingOfARun, MemoryOfAnythingElseIsNoRing) {
 
 TEST_F(FlightRingOfARun, APartThatIsFullRefusesAndKeepsWhatItHas) {
   std::vector<std::byte> memory(1 << 20);
-  auto ring = RingMemory::begin(memory);
+  auto ring = RingMemory::create(memory);
   auto part = ring->next_part();
   const std::vector<std::byte> much(ring->slot_bytes() - 10, std::byte{7}), more(11);
   const std::span<const std::byte> first[] = {much}, second[] = {more};

@@ -15,12 +15,13 @@ using ::testing::StartsWith;
 class RunSinkMidway : public MidwayRobot {
  protected:
   /// A run of 600 ms without a file from the beginning on; one from 200 ms to 400 ms on disk 1.
-  std::unique_ptr<RunRecorder> fly_with_a_file_in_the_middle(const RecorderOptions& options = {}) {
+  std::unique_ptr<RunRecorder> fly_with_a_file_in_the_middle(const RecorderOptions& options = {},
+                                                             rt::Time begin = rt::Time{200'500'000}) {
     auto opened = RunRecorder::open(robot.build(), RunRecorder::Pace::waited_for, {}, about, options);
     EXPECT_TRUE(opened);
     std::unique_ptr<RunRecorder> recorder = std::move(*opened);
     RunRecorder* const it = recorder.get();
-    robot.grants.at(rt::Time{200'500'000}, [this, it] {
+    robot.grants.at(begin, [this, it] {
       it->later([this, it] {
         ASSERT_TRUE(
             it->begin_file([this](unsigned) -> hal::Result<std::unique_ptr<hal::OutputFile>> { return disk(1); }));
@@ -91,6 +92,29 @@ TEST_F(RunSinkMidway, WhatWasLatchedBeforeTheBeginningAndIsNotThereMovesTheBegin
   const RunReview found = review(*read(less.bytes));
   EXPECT_EQ(found.verdict.at(5).module, "follows");
   EXPECT_THAT(to_text(found.verdict.at(5)), HasSubstr("no saved state of it with all that it latched"));
+}
+
+TEST_F(RunSinkMidway, AStateBehindWhichAStepLatchedWhatIsNotThereIsNoPlaceToBegin) {
+  // Each step of `sums` takes most of its period, and its queue keeps the oldest of what comes meanwhile: the one
+  // behind the first state latches what was published before the beginning, and before what is given along.
+  robot.module("sums").exec = {.kind = rt::ExecModel::Kind::constant, .constant = 6500us};
+  RecorderOptions options;
+  options.state_every = 1ms;
+  const auto recorder = fly_with_a_file_in_the_middle(options, rt::Time{201'200'000});
+  const Bytes& file = disks.at(1)->bytes;
+  std::vector<rt::Time> states;
+  auto reader = read(file);
+  auto messages = reader->messages({.topics = {std::string(kStatesTopic)}});
+  LoggedState state;
+  std::uint64_t layout = 0;
+  for (Message m; messages.next(m) == Next::message;)
+    if (decode(m.data, state, layout) && state.module == 1) states.push_back(state.completed);
+  ASSERT_GT(states.size(), 2u);
+  const auto verdict = recorder->verdict();
+  ASSERT_TRUE(verdict.at(1).from) << to_text(verdict.at(1));
+  EXPECT_GT(*verdict.at(1).from, states[0]);
+  expect_it_says_what_is_in_it(file);
+  expect_identical(again(file));
 }
 
 TEST_F(RunSinkMidway, OneFileAtATimeAndNoneAreErrors) {

@@ -105,6 +105,20 @@ TEST_F(StepLogTest, RequestsStandAmongTheSteps) {
   EXPECT_EQ(told.requests[0].now, rt::Time{77});
 }
 
+TEST_F(StepLogTest, AStateThatIsAskedForComesBehindTheNextStepOnce) {
+  StepLog log(robot.graph(), 20ms);  // none by itself
+  Told told;
+  log.completed(record(0));
+  log.ask_state(0);
+  log.completed(record(1));
+  log.completed(record(2));
+  log.read(0, told);
+  ASSERT_EQ(told.states.size(), 1u);
+  EXPECT_EQ(told.states[0].number, 1u);
+  EXPECT_EQ(told.states[0].order, 2u) << "behind the steps 0 and 1";
+  EXPECT_EQ(told.steps.size(), 3u);
+}
+
 TEST(StepLogOfTwoThreads, TellingAStepAllocatesNothing) {
   rt::Robot robot;
   robot.configure_options.recorded = true;
@@ -125,6 +139,7 @@ TEST(StepLogOfTwoThreads, TellingAStepAllocatesNothing) {
   };
   std::uint64_t more = 0;
   for (std::int64_t ms = 0; ms < 300; ++ms) {
+    if (ms % 10 == 0) log.ask_state(static_cast<std::uint32_t>(ms / 10 % 2));  // as for a ring
     const std::uint64_t before = test::allocations();
     cycle(0, rt::Time{ms * 1'000'000});
     if (ms % 3 == 0) cycle(1, rt::Time{ms * 1'000'000});
@@ -135,6 +150,7 @@ TEST(StepLogOfTwoThreads, TellingAStepAllocatesNothing) {
   log.read(0, told, true);
   EXPECT_FALSE(told.gaps.empty()) << "the way of a full ring was taken, too";
   EXPECT_GT(told.steps.size(), 200u);
+  EXPECT_GT(told.states.size(), 10u);
 }
 
 }  // namespace
