@@ -351,8 +351,8 @@ class Bag(unittest.TestCase):
         self.assertEqual((told["without_pixels"], told["not_played"]), (0, 0))
         code, out, err = bag("play", FLIGHT, "--from", "1", "--until", "1.1", "--topic", "imu.raw", "--rate", "4", "--json")
         self.assertEqual((code, json.loads(out)["messages"]), (0, 101), err)
-        write_mcap(path("foreign.mcap"), "/chatter", "std_msgs/msg/String", "string data", [b"\0\1\0\0\1\0\0\0\0"])
-        code, _, err = bag("play", path("foreign.mcap"))
+        write_mcap(path("foreign"), "/chatter", "std_msgs/msg/String", "string data", [b"\0\1\0\0\1\0\0\0\0"])
+        code, _, err = bag("play", path("foreign"))
         self.assertEqual(code, 2)
         self.assertIn("no topic of a run of Sinew", err)
 
