@@ -149,7 +149,14 @@ std::unique_ptr<Recording> Recording::open(const Prepared& prepared, const RunOp
   return made;
 }
 
-Recording::~Recording() = default;
+Recording::~Recording() {
+  if (finished_ || !recorder_ || path_.empty()) return;
+  static_cast<void>(recorder_->finish());
+  if (recorder_->now() != rt::Time{}) return;
+  std::error_code none;  // what cannot be removed stays, a whole file
+  fs::remove(path_, none);
+  fs::remove(folder_, none);
+}
 
 // ---- files and folders
 
@@ -292,6 +299,7 @@ Json Recording::status() {
 // ---- the end
 
 void Recording::finish(RunSummary& summary) {
+  finished_ = true;
   const bool writes = recorder_->has_file();
   const hal::Status finished = recorder_->finish();
   if (writes) {

@@ -33,7 +33,7 @@ class Recording final : public tap::RecordDesk {
   static bool wanted(const Prepared& prepared, const RunOptions& options);
   /// Where the folders of recordings are made.
   static std::string folder_of(const Prepared& prepared, const RunOptions& options);
-  ~Recording() override;
+  ~Recording() override;  // of a run that took no step nothing is left
 
   rt::RunObserver& observer() { return recorder_->observer(); }
   /// For a parent, who dumps it when this process is dead; null: there is no ring.
@@ -67,6 +67,7 @@ class Recording final : public tap::RecordDesk {
 
   const std::string under_, robot_;
   std::unique_ptr<hal::SharedMemory> ring_memory_;
+  bool finished_ = false;
   std::string path_;  // of the file that is being written, or was
   rt::Time file_began_{};
   std::vector<File> files_;  // completed

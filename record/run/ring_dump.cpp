@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "record/memory_input.hpp"
 #include "record/reader.hpp"
 #include "record/run/ring_memory.hpp"
 #include "record/run/run_messages.hpp"
@@ -19,7 +20,7 @@ Readers open_all(std::span<const std::span<const std::byte>> parts, std::vector<
   Readers readers;
   for (const auto& bytes : parts) {
     Problem why;
-    auto reader = Reader::open(input_of(bytes), why);
+    auto reader = Reader::open(std::make_unique<MemoryInput>(bytes), why);
     if (!reader)
       problems.push_back(why);
     else if (reader->statistics() && reader->statistics()->messages != 0)

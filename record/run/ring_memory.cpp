@@ -11,21 +11,6 @@ namespace {
 
 constexpr std::uint32_t kMagic = 0x474E4952, kVersion = 1;  // "RING"
 
-class BytesInput final : public hal::InputFile {
- public:
-  explicit BytesInput(std::span<const std::byte> bytes) : bytes_(bytes) {}
-  std::uint64_t size() const noexcept override { return bytes_.size(); }
-  hal::Status read_at(std::uint64_t offset, std::span<std::byte> into) noexcept override {
-    if (offset > bytes_.size() || into.size() > bytes_.size() - offset)
-      return hal::Error{hal::Errc::bad_data, "file ends early", static_cast<std::int64_t>(bytes_.size())};
-    std::copy_n(bytes_.begin() + static_cast<std::ptrdiff_t>(offset), into.size(), into.begin());
-    return {};
-  }
-
- private:
-  std::span<const std::byte> bytes_;
-};
-
 }  // namespace
 
 /// 32-bit words only: another process maps it.
@@ -137,10 +122,6 @@ void RingMemory::set_folder(std::string_view folder) {
 std::string RingMemory::folder() const {
   const auto& kept = header().folder;
   return {kept.begin(), std::find(kept.begin(), kept.end() - 1, '\0')};
-}
-
-std::unique_ptr<hal::InputFile> input_of(std::span<const std::byte> bytes) {
-  return std::make_unique<BytesInput>(bytes);
 }
 
 }  // namespace sinew::record

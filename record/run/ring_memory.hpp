@@ -47,7 +47,4 @@ class RingMemory {
   std::span<std::byte> memory_;
 };
 
-/// Bytes that lie in memory, as a file. Owner: the bytes outlive it.
-std::unique_ptr<hal::InputFile> input_of(std::span<const std::byte> bytes);
-
 }  // namespace sinew::record

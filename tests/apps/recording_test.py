@@ -2,9 +2,12 @@
 import glob
 import json
 import os
+import re
+import resource
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 LIMIT_S = 300
@@ -89,6 +92,28 @@ class Recording(unittest.TestCase):
         code, out, err = self.sinew("run", f"{ROBOTS}/quad.toml", "--virtual", "--duration", "1", "--quiet")
         self.assertIn("warning: this run is not recorded: runs: ", err)
         self.assertIn("result", out)
+
+    @unittest.skipIf("ASAN_OPTIONS" in os.environ, "the sanitizer itself needs more memory than this test allows")
+    def test_a_run_that_did_not_begin_leaves_nothing(self):
+        with open(f"{ROBOTS}/quad.toml") as f:
+            text = f.read()
+        path = os.path.join(self.folder.name, "deep.toml")
+        with open(path, "w") as f:  # stacks of 64 MiB: more than there is
+            f.write(re.sub("(?m)^stack_kib = .*", "stack_kib = 65536", text))
+        place = f"unix:{self.folder.name}/plant"
+        plant = subprocess.Popen([f"{os.path.dirname(SINEW)}/sinew-sim", "--listen", place], stdout=subprocess.DEVNULL)
+        try:
+            while not os.path.exists(place[5:]) and plant.poll() is None:
+                time.sleep(0.05)
+            run = subprocess.run([SINEW, "run", path, "--plant", place, "--unsupervised", "--plain"], capture_output=True,
+                                 text=True, timeout=LIMIT_S, cwd=self.folder.name, preexec_fn=lambda: resource.setrlimit(
+                                     resource.RLIMIT_AS, (250_000_000, 250_000_000)))
+        finally:
+            plant.terminate()
+            plant.wait()
+        self.assertEqual(run.returncode, 2, run.stderr)
+        self.assertIn("sinew: stack", run.stderr)
+        self.assertEqual(os.listdir(f"{self.folder.name}/runs"), [])
 
     def test_the_robot_file_chooses_topics_rates_and_pixels(self):
         with open(f"{ROBOTS}/quad.toml") as f:

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "hal/file.hpp"
+#include "record/memory_input.hpp"
 
 namespace sinew::record {
 
@@ -79,22 +80,6 @@ class MemoryOutput final : public hal::OutputFile {
 
  private:
   Disk& disk_;
-};
-
-/// A view: the bytes outlive it.
-class MemoryInput final : public hal::InputFile {
- public:
-  explicit MemoryInput(std::span<const std::byte> bytes) : bytes_(bytes) {}
-  std::uint64_t size() const noexcept override { return bytes_.size(); }
-  hal::Status read_at(std::uint64_t offset, std::span<std::byte> into) noexcept override {
-    if (offset > bytes_.size() || into.size() > bytes_.size() - offset)
-      return hal::Error{hal::Errc::bad_data, "file ends early", static_cast<std::int64_t>(bytes_.size())};
-    std::copy_n(bytes_.begin() + static_cast<std::ptrdiff_t>(offset), into.size(), into.begin());
-    return {};
-  }
-
- private:
-  std::span<const std::byte> bytes_;
 };
 
 }  // namespace sinew::record
