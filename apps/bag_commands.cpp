@@ -3,6 +3,7 @@
 
 #include "apps/bag_options.hpp"
 #include "apps/commands.hpp"
+#include "apps/number_check.hpp"
 
 namespace sinew::app {
 namespace {
@@ -40,10 +41,8 @@ CLI::Option* add_topics(CLI::App& app, Selection& what, const char* text) {
 }
 
 void add_times(CLI::App& app, Selection& what) {
-  app.add_option("--from", what.from_s, "seconds after its first message")
-      ->check(CLI::NonNegativeNumber)
-      ->type_name("S");
-  app.add_option("--until", what.until_s, "likewise; both included")->check(CLI::NonNegativeNumber)->type_name("S");
+  app.add_option("--from", what.from_s, "seconds after its first message")->check(number(0))->type_name("S");
+  app.add_option("--until", what.until_s, "likewise; both included")->check(number(0))->type_name("S");
 }
 
 }  // namespace
@@ -58,7 +57,7 @@ void add_bag_commands(CLI::App& app, CommandContext& context) {
   auto play = file_command(bag, context, "play", "a robot of its own says again what was recorded", bag_play);
   add_topics(play.app, play.options.what, "only this one; may be given again");
   add_times(play.app, play.options.what);
-  play.app.add_option("--rate", play.options.rate, "recorded seconds per second")->check(CLI::Range(0.001, 1000.0));
+  play.app.add_option("--rate", play.options.rate, "recorded seconds per second")->check(number(0.001, 1000.0));
   play.app.add_option("--name", play.options.name, "on this machine; instead of the recorded robot's");
   play.app.add_flag("--loop", play.options.loop, "again and again, until Ctrl-C");
 

@@ -9,6 +9,7 @@
 #include "apps/commands.hpp"
 #include "hal/linux/file.hpp"
 #include "hal/linux/process.hpp"
+#include "record/run/recorded_run.hpp"
 
 namespace sinew::app {
 namespace {
@@ -80,7 +81,7 @@ void say_problems(const std::string& path, const std::vector<record::Problem>& p
     std::fprintf(stderr, "%s: and %zu problems more; `bag check` lists all\n", path.c_str(), problems.size() - kSaid);
 }
 
-std::optional<record::Query> query_of(const record::Reader& reader, const Selection& selection) {
+std::optional<record::Query> query_of(record::Reader& reader, const Selection& selection) {
   std::set<std::string> known;
   for (const auto& [id, channel] : reader.channels()) known.insert(channel.topic);
   for (const std::string& topic : selection.topics) {
@@ -91,7 +92,7 @@ std::optional<record::Query> query_of(const record::Reader& reader, const Select
     return std::nullopt;
   }
   record::Query query{.topics = selection.topics};
-  const std::uint64_t start = start_time(reader);
+  const std::uint64_t start = record::recorded_start(reader);
   if (selection.from_s) query.from = time_after(start, *selection.from_s);
   if (selection.until_s) query.until = time_after(start, *selection.until_s);
   return query;
@@ -111,13 +112,6 @@ bool each_message(record::Reader& reader, const record::Query& query,
     }
   }
   return good;
-}
-
-std::uint64_t start_time(const record::Reader& reader) {
-  if (reader.statistics()) return reader.statistics()->start_time;
-  std::uint64_t start = ~std::uint64_t{0};
-  for (const auto& chunk : reader.chunks()) start = std::min(start, chunk.start_time);
-  return reader.chunks().empty() ? 0 : start;
 }
 
 std::uint64_t end_time(const record::Reader& reader) {

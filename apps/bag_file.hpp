@@ -31,14 +31,13 @@ struct Selection {
   std::optional<double> from_s{}, until_s{};  // after the first message of the file
 };
 /// Nothing, after why was said: a topic that the file does not have.
-std::optional<record::Query> query_of(const record::Reader& reader, const Selection& selection);
+std::optional<record::Query> query_of(record::Reader& reader, const Selection& selection);
 
 /// Calls f(message) for all of them, in the order of log time, until it says no or Ctrl-C. False, after it was said:
 /// some could not be read.
 bool each_message(record::Reader& reader, const record::Query& query,
                   const std::function<bool(const record::Message&)>& f);
 
-std::uint64_t start_time(const record::Reader& reader);  // of the first message
 std::uint64_t end_time(const record::Reader& reader);
 
 }  // namespace sinew::app

@@ -5,7 +5,7 @@
 #include "apps/bag_options.hpp"
 #include "apps/commands.hpp"
 #include "apps/live_robot.hpp"
-#include "record/run/replay.hpp"
+#include "record/run/recorded_run.hpp"
 
 namespace sinew::app {
 namespace {
@@ -70,7 +70,7 @@ Json info_json(const BagOptions& options, std::uint64_t bytes, record::Reader& r
           {"whole", reader.by_summary()},
           {"profile", reader.header().profile},
           {"library", reader.header().library},
-          {"start_ns", start_time(reader)},
+          {"start_ns", record::recorded_start(reader)},
           {"end_ns", end_time(reader)},
           {"duration_s", duration_s},
           {"messages", reader.statistics() ? Json(reader.statistics()->messages) : Json()},
@@ -119,7 +119,7 @@ int bag_info(const BagOptions& options) {
   record::Problem why;
   auto reader = record::Reader::open(std::move(file), why);
   if (!reader) return fail(options.file + ": " + to_string(why));
-  const double duration_s = 1e-9 * static_cast<double>(end_time(*reader) - start_time(*reader));
+  const double duration_s = 1e-9 * static_cast<double>(end_time(*reader) - record::recorded_start(*reader));
   std::printf("%s", options.json ? to_line(info_json(options, bytes, *reader, duration_s)).c_str()
                                  : info_text(options, bytes, *reader, duration_s).c_str());
   say_problems(options.file, reader->problems());

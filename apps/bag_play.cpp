@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cstdio>
 #include <optional>
+#include <set>
 
 #include "apps/bag_options.hpp"
 #include "apps/commands.hpp"
@@ -18,6 +19,7 @@
 #include "msg/ros2msg.hpp"
 #include "record/run/message_store.hpp"
 #include "record/run/player.hpp"
+#include "record/run/recorded_run.hpp"
 #include "rt/real_time_executor.hpp"
 
 namespace sinew::app {
@@ -53,7 +55,7 @@ class Play {
     if (!take_name(prepared_, run)) return kNotBegun;
     hal::SilentBoard board;
     // The clock is the recorded robot's, as are the stamps in the messages.
-    const hal::Time first = robot_time(std::max(query.from, start_time(reader_)));
+    const hal::Time first = robot_time(std::max(query.from, record::recorded_start(reader_)));
     hal::ScaledOs os(hal::linux_os(), options_.rate, hal::linux_os().now(), first + -kStarts);
     rt::ConfigureOptions how;
     how.os = &os;
@@ -105,8 +107,8 @@ class Play {
     record::Message m;
     record::ImageHead head;
     constexpr std::uint32_t kMost = msg::kMaxImageWidth * msg::kMaxImageHeight * 3;
-    while (heads.next(m) == record::Next::message)
-      if (decode(m.data, head)) return std::min(head.capacity_bytes, kMost);
+    for (record::Next next; (next = heads.next(m)) != record::Next::end;)
+      if (next == record::Next::message && decode(m.data, head)) return std::min(head.capacity_bytes, kMost);
     return 0;
   }
 
@@ -178,11 +180,12 @@ class Play {
                       : way.is_head ? way.store->add_head(m.stamps.sequence, due, m.data)
                                     : way.store->add_pixels(m.stamps.sequence, due, m.data);
     const auto* entry = fits ? way.store->find(m.stamps.sequence) : nullptr;
+    const std::pair half(way.store, m.stamps.sequence);
     if (entry && !entry->whole) {
-      ++halves_;  // until its other half comes
+      halves_.insert(half);  // until its other half comes
       return;
     }
-    if (images && entry) --halves_;
+    halves_.erase(half);
     auto handed = record::Player::Handed::too_large;
     while (entry && (handed = way.player->hand(way.topic, due, entry->message())) == record::Player::Handed::no_room &&
            !hal::stop_requested())
@@ -205,14 +208,14 @@ class Play {
                                  {"robot", prepared_.graph->spec().robot},
                                  {"topics", found_.size()},
                                  {"messages", said_},
-                                 {"without_pixels", halves_},
+                                 {"without_pixels", halves_.size()},
                                  {"not_played", unfit_},
                                  {"seconds", took_s}})
                             .c_str());
     else
       std::printf("%s\n",
                   fmt::format("{}: {} messages of {} topics in {:.2f} s{}{}", options_.file, said_, found_.size(),
-                              took_s, halves_ > 0 ? fmt::format("; {} images have no pixels", halves_) : "",
+                              took_s, halves_.empty() ? "" : fmt::format("; {} images have no pixels", halves_.size()),
                               unfit_ > 0 ? fmt::format("; {} messages do not fit their topic", unfit_) : "")
                       .c_str());
     return good && unfit_ == 0 ? kDone : kFailed;
@@ -225,8 +228,9 @@ class Play {
   std::vector<Found> found_;
   std::map<std::string, record::Player*> players_;
   std::vector<std::unique_ptr<record::MessageStore>> stores_;
-  std::map<std::string, Way> ways_;  // by channel
-  std::uint64_t said_ = 0, halves_ = 0, unfit_ = 0;
+  std::map<std::string, Way> ways_;                                   // by channel
+  std::set<std::pair<record::MessageStore*, std::uint32_t>> halves_;  // images of which one part has come
+  std::uint64_t said_ = 0, unfit_ = 0;
 };
 
 }  // namespace

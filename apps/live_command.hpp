@@ -4,6 +4,7 @@
 
 #include "apps/commands.hpp"
 #include "apps/live_robot.hpp"
+#include "apps/number_check.hpp"
 
 namespace sinew::app {
 
@@ -21,9 +22,7 @@ LiveCommand<O> live_command(CLI::App& parent, CommandContext& context, const cha
   const auto options = std::make_shared<O>();
   CLI::App& app = *parent.add_subcommand(name, text);
   app.add_option("--robot", options->robot, "which one; needed when several run")->type_name(kRobotHint);
-  app.add_option("--wait", options->wait_s, "for it to run, so long at most")
-      ->check(CLI::NonNegativeNumber)
-      ->type_name("S");
+  app.add_option("--wait", options->wait_s, "for it to run, so long at most")->check(number(0))->type_name("S");
   app.add_flag("--json", options->json, "as JSON");
   app.callback([&context, options, run] { context.action = [options, run] { return run(*options); }; });
   return {app, *options};

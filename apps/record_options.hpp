@@ -20,7 +20,7 @@ struct RecordOptions {
   double free_floor_mb = 200;        // of the disk, which the recording leaves
   struct Ring {                      // the last seconds in memory
     bool enabled = false;
-    double seconds = 10, megabytes = 8;
+    double seconds = 10, megabytes = 32;
   } ring{};
 };
 

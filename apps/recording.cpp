@@ -66,6 +66,8 @@ std::uint64_t total(const std::map<std::string, record::Losses>& losses) {
   return sum;
 }
 
+std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
 tap::RecordDesk::Answer refusal(hal::Errc code, std::string why) { return {code, std::move(why)}; }
 
 record::RecorderOptions recorder_options(const RecordOptions& from, const RunOptions& options) {
@@ -130,8 +132,10 @@ std::unique_ptr<Recording> Recording::open(const Prepared& prepared, const RunOp
         from.ring.megabytes, 1e-6 * static_cast<double>(least) + 0.05);
   } else if (from.ring.enabled) {
     auto memory = hal::linux_os().shared_memory("sinew-ring", static_cast<std::size_t>(from.ring.megabytes * 1e6));
-    if (!memory) return warn("its ring: " + error_text(memory.error())), nullptr;
-    made->ring_memory_ = std::move(*memory);
+    if (!memory) std::fprintf(stderr, "warning: no flight ring: %s\n", error_text(memory.error()).c_str());
+    if (memory) made->ring_memory_ = std::move(*memory);
+  }
+  if (made->ring_memory_) {
     how.ring.length = rt::Duration{static_cast<std::int64_t>(from.ring.seconds * 1e9)};
     how.ring.memory = {made->ring_memory_->data(), made->ring_memory_->size()};
     how.ring.next_file = [recording = made.get()] { return recording->next_dump(); };
@@ -168,7 +172,6 @@ std::string Recording::begin_file() {
       recorder_->begin_file([folder](unsigned part) { return hal::create_file(part_path(folder, part)); });
   if (!begun) return part_path(folder, 0) + ": " + error_text(begun.error());
   path_ = part_path(folder, 0);
-  file_began_ = recorder_->now();
   const std::lock_guard lock(folder_mutex_);
   folder_ = folder;
   if (ring_memory_)
@@ -188,7 +191,13 @@ record::DumpFile Recording::next_dump() {
   const std::lock_guard lock(folder_mutex_);
   if (folder_.empty()) {
     std::string why;
-    folder_ = make_run_folder(under_, robot_, why);
+    const std::string made = make_run_folder(under_, robot_, why);
+    if (made.empty()) {
+      const auto none = [] { return hal::Error{hal::Errc::denied, "no folder can be made there"}; };
+      return {why, [none]() -> hal::Result<std::unique_ptr<hal::OutputFile>> { return none(); },
+              [none]() -> hal::Result<std::unique_ptr<hal::InputFile>> { return none(); }};
+    }
+    folder_ = made;
     if (auto ring = record::RingMemory::open({ring_memory_->data(), ring_memory_->size()})) ring->set_folder(folder_);
   }
   return next_ring_file(folder_);
@@ -212,7 +221,7 @@ std::optional<tap::RecordDesk::Answer> Recording::answer(std::uint64_t number) {
     dumping_.erase(dump);
     if (!report.status)
       return refusal(report.status.error().code, report.path + ": " + error_text(report.status.error()));
-    return Answer{{}, Json{{"path", report.path}, {"bytes", report.dumped.bytes}}.dump()};
+    return Answer{{}, text_of({{"path", report.path}, {"bytes", report.dumped.bytes}})};
   }
   const auto found = answers_.find(number);
   if (found == answers_.end()) return std::nullopt;
@@ -233,9 +242,7 @@ void Recording::serve(Command command, std::uint64_t number) {
     answer = recorder_->ring() ? refusal(hal::Errc::busy, "the ring is being dumped already")
                                : refusal(hal::Errc::not_supported, "this robot has no flight ring: [record.ring]");
   } else {
-    answer = command == Command::start  ? start()
-             : command == Command::stop ? stop()
-                                        : Answer{{}, status().dump(-1, ' ', false, Json::error_handler_t::replace)};
+    answer = command == Command::start ? start() : command == Command::stop ? stop() : Answer{{}, text_of(status())};
   }
   const std::lock_guard lock(answers_mutex_);
   answers_[number] = std::move(answer);
@@ -245,14 +252,14 @@ void Recording::serve(Command command, std::uint64_t number) {
 tap::RecordDesk::Answer Recording::start() {
   if (recorder_->has_file()) return refusal(hal::Errc::busy, "it is being recorded already: " + path_);
   if (const std::string why = begin_file(); !why.empty()) return refusal(hal::Errc::io, why);
-  return {{}, Json{{"path", path_}}.dump()};
+  return {{}, text_of({{"path", path_}})};
 }
 
 tap::RecordDesk::Answer Recording::stop() {
   if (!recorder_->has_file()) return refusal(hal::Errc::not_found, "nothing is being recorded");
   const File file = end_file();
   if (!file.trouble) return refusal(file.trouble.error().code, file.path + ": " + error_text(file.trouble.error()));
-  return {{}, to_json(file).dump(-1, ' ', false, Json::error_handler_t::replace)};
+  return {{}, text_of(to_json(file))};
 }
 
 Json Recording::to_json(const File& file) {
@@ -293,6 +300,8 @@ Json Recording::status() {
                    {"room_bytes", ring->bytes()},
                    {"dumps", dumps()},
                    {"not_dumped", ring->not_dumped()}};
+  if (recorder_->ring() && !recorder_->ring()->trouble())
+    all["ring"]["error"] = error_text(recorder_->ring()->trouble().error());
   return all;
 }
 
@@ -300,9 +309,8 @@ Json Recording::status() {
 
 void Recording::finish(RunSummary& summary) {
   finished_ = true;
-  const bool writes = recorder_->has_file();
-  const hal::Status finished = recorder_->finish();
-  if (writes) {
+  const hal::Status finished = recorder_->finish();  // it answers the desk to the end
+  if (!path_.empty() && (files_.empty() || files_.back().path != path_)) {
     const record::RunSink& file = *recorder_->file();
     files_.push_back({path_, file.files(), file.verdict(), file.lost_messages(), file.lost_steps(),
                       finished ? file.trouble() : finished});
@@ -334,6 +342,9 @@ void Recording::tell_ring(RunSummary& summary) const {
   if (not_dumped != 0)
     summary.add("not dumped", fmt::format("{} that happened within the ring's length of another", not_dumped),
                 Json::object());
+  if (!recorder_->ring()->trouble())
+    std::fprintf(stderr, "warning: the flight ring has gaps: %s\n",
+                 error_text(recorder_->ring()->trouble().error()).c_str());
   summary.keep({{"ring", {{"dumps", dumps()}, {"not_dumped", not_dumped}}}});
 }
 

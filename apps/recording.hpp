@@ -56,7 +56,6 @@ class Recording final : public tap::RecordDesk {
   std::string begin_file();  // why not; empty: begun
   File end_file();
   record::DumpFile next_dump();
-  std::string folder(std::string& why);  // of this run; made when there is none yet
   void serve(Command command, std::uint64_t number);
   Answer start();
   Answer stop();
@@ -68,8 +67,7 @@ class Recording final : public tap::RecordDesk {
   const std::string under_, robot_;
   std::unique_ptr<hal::SharedMemory> ring_memory_;
   bool finished_ = false;
-  std::string path_;  // of the file that is being written, or was
-  rt::Time file_began_{};
+  std::string path_;         // of the file that is being written, or was
   std::vector<File> files_;  // completed
   std::mutex folder_mutex_;  // a dump is written by another thread than files
   std::string folder_;

@@ -9,6 +9,7 @@
 #include "apps/bag_file.hpp"
 #include "apps/commands.hpp"
 #include "apps/comparison_report.hpp"
+#include "apps/number_check.hpp"
 #include "apps/recorded_robot.hpp"
 #include "apps/run_setup.hpp"
 #include "hal/linux/os.hpp"
@@ -133,13 +134,13 @@ class ReplayRun {
 
   int exit_code(bool bad) const {
     const bool asked_and_missed = !command_.modules.empty() && !report_.complete();
-    return bad || asked_and_missed || !report_.problems.empty() ? kFailed : kDone;
+    return bad || steps_ == 0 || asked_and_missed || !report_.problems.empty() ? kFailed : kDone;
   }
 
   Json summary() const {
     Json modules = Json::object();
     for (const auto& m : report_.modules) modules[m.name] = to_json(m);
-    Json all{{"identical", report_.first_difference() == nullptr},
+    Json all{{"identical", report_.first_difference() == nullptr && steps_ > 0},
              {"steps", steps_},
              {"messages", messages_},
              {"robot_s", msg::seconds(report_.length)},
@@ -170,7 +171,10 @@ class ReplayRun {
     for (const auto& m : report_.modules)
       if (m.difference && &*m.difference != first) std::printf("%s\n", difference_text(*m.difference).c_str());
     if (first) std::printf("first difference: %s\n", difference_text(*first).c_str());
-    print_totals(first ? "NOT identical" : "identical");
+    print_totals(first                ? "NOT identical"
+                 : steps_ == 0        ? "nothing could be executed"
+                 : report_.complete() ? "identical"
+                                      : "identical as far as it goes");
     return code;
   }
 
@@ -224,10 +228,10 @@ void add_replay_command(CLI::App& app, CommandContext& context) {
       ->delimiter(',')
       ->allow_extra_args(false);
   command.add_option("--from", options->from_s, "begin at the saved states before so many seconds of the record")
-      ->check(CLI::NonNegativeNumber)
+      ->check(number(0))
       ->type_name("S");
   command.add_option("--until", options->until_s, "end so many seconds into the record")
-      ->check(CLI::NonNegativeNumber)
+      ->check(number(0))
       ->type_name("S");
   command.add_option("--set", options->set, "module.param=value from the start on; may be repeated")
       ->allow_extra_args(false)

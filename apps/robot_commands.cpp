@@ -6,6 +6,7 @@
 #include "apps/doctor.hpp"
 #include "apps/graph_json.hpp"
 #include "apps/graph_text.hpp"
+#include "apps/number_check.hpp"
 #include "apps/robot_file.hpp"
 #include "apps/run_command.hpp"
 
@@ -75,15 +76,15 @@ void describe_run(CLI::App& run, RunOptions& o) {
                "virtual time: as fast as the machine can, the same bytes for the same seed");
   run.add_option("--seed", o.seed, "instead of the file's")->type_name("N");
   run.add_option("--duration", o.duration_s, "stop after so many seconds; 0: when the mission, plant or data ends")
-      ->check(CLI::NonNegativeNumber)
+      ->check(number(0))
       ->type_name("S");
   run.add_option("--rate", o.rate, "sim board in real time: robot seconds per second, for a plant slower than life")
-      ->check(CLI::Range(0.001, 1000.0))
+      ->check(number(0.001, 1000.0))
       ->excludes("--virtual");
   run.add_flag("--real-actuators", o.real_actuators, "real actuators may move although sensors are simulated");
   run.add_option("--data", o.data, "dataset board: folder in the EuRoC/ASL form")->type_name(kFolderHint);
   run.add_option("--from", o.from_s, "dataset board: begin so many seconds after the first sample")
-      ->check(CLI::NonNegativeNumber)
+      ->check(number(0))
       ->type_name("S");
   run.add_option("--params", o.params, "parameters in place of the file's, as `param save` writes them")
       ->type_name(kRobotFileHint);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 
@@ -360,7 +361,7 @@ std::string section_header(std::string_view section) {
 
 LoadedRobot load_robot(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
-  if (!in) {
+  if (std::error_code none; !in || std::filesystem::is_directory(path, none)) {
     LoadedRobot loaded;
     loaded.robot.path = path;
     loaded.readable = false;

@@ -2,6 +2,7 @@
 #include <cstdio>
 
 #include "apps/live_command.hpp"
+#include "apps/number_check.hpp"
 #include "apps/status_text.hpp"
 #include "apps/terminal.hpp"
 #include "hal/linux/os.hpp"
@@ -50,7 +51,7 @@ void add_top_command(CLI::App& app, CommandContext& context) {
                               "threads and topics of a running robot, again and again; rates in its time", top);
   command.app.add_flag("--once", command.options.once, "one table, with the rates of one period, and no more");
   command.app.add_option("--period", command.options.period_s, "how often")
-      ->check(CLI::Range(0.05, 3600.0))
+      ->check(number(0.05, 3600.0))
       ->type_name("S");
 }
 

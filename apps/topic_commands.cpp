@@ -6,6 +6,7 @@
 #include "apps/graph_text.hpp"
 #include "apps/live_command.hpp"
 #include "apps/message_text.hpp"
+#include "apps/number_check.hpp"
 #include "apps/topic_options.hpp"
 #include "apps/topic_reader.hpp"
 #include "hal/linux/os.hpp"
@@ -230,19 +231,19 @@ void add_topic_commands(CLI::App& app, CommandContext& context) {
   show.app.add_option("-n,--count", show.options.count, "so many; else until Ctrl-C")->type_name("N");
   show.app.add_option("--field", show.options.field, "only this part, e.g. p_world_m.x or value.0")->type_name("PATH");
   show.app.add_option("--timeout", show.options.timeout_s, "give up after so long without a message")
-      ->check(CLI::PositiveNumber)
+      ->check(number(1e-6))
       ->type_name("S");
 
   auto measure = topic_command(topic, context, "hz", "its rate and jitter in the robot's time, and losses", hz);
   add_file(measure);
-  measure.app.add_option("--seconds", measure.options.seconds, "how long")->check(CLI::PositiveNumber)->type_name("S");
+  measure.app.add_option("--seconds", measure.options.seconds, "how long")->check(number(1e-6))->type_name("S");
 
   auto send = topic_command(topic, context, "pub", "send a message to an external topic", pub, kExternalHint);
   send.app.add_option("message", send.options.message, "one JSON object; what it leaves out has its default")
       ->required()
       ->type_name("JSON");
   send.app.add_option("--rate", send.options.rate_hz, "again and again, so often a second")
-      ->check(CLI::Range(0.001, 150.0))
+      ->check(number(0.001, 150.0))
       ->type_name("HZ");
   send.app.add_option("-n,--count", send.options.count, "so many; else once, or with --rate until Ctrl-C")
       ->type_name("N");

@@ -9,6 +9,7 @@
 #include "apps/commands.hpp"
 #include "apps/topic_options.hpp"
 #include "hal/linux/process.hpp"
+#include "record/run/recorded_run.hpp"
 #include "record/run/run_messages.hpp"
 
 namespace sinew::app {
@@ -28,7 +29,7 @@ class RecordedTopics {
     const auto run = read_metadata(reader, "sinew.run");
     if (const auto offset = run.find("unix_ns"); offset != run.end())
       std::from_chars(offset->second.data(), offset->second.data() + offset->second.size(), unix_ns_);
-    const double duration_s = 1e-9 * static_cast<double>(end_time(reader) - start_time(reader));
+    const double duration_s = 1e-9 * static_cast<double>(end_time(reader) - record::recorded_start(reader));
     for (const auto& entry : reader.channels())
       if (run.empty() || !is_record(entry.second.topic)) topics_.push_back(make(entry.second, duration_s));
     if (!run.empty()) find_writers();

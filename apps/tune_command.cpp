@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "apps/commands.hpp"
+#include "apps/number_check.hpp"
 #include "apps/progress.hpp"
 #include "apps/tuning.hpp"
 #include "hal/linux/os.hpp"
@@ -173,9 +174,9 @@ void add_tune_command(CLI::App& app, CommandContext& context) {
       ->type_name("{truth,recorded}");
   command.add_option("--truth", task.truth, "the topic of ground truth [ground_truth]")->type_name("TOPIC");
   command.add_option("--from", task.from_s, "errors count from so many seconds of the record on")
-      ->check(CLI::NonNegativeNumber)
+      ->check(number(0))
       ->type_name("S");
-  command.add_option("--until", task.until_s, "and until then")->check(CLI::NonNegativeNumber)->type_name("S");
+  command.add_option("--until", task.until_s, "and until then")->check(number(0))->type_name("S");
   command.add_option("--jobs", task.jobs, "replays at a time [as many as processors]")
       ->check(CLI::Range(1, 256))
       ->type_name("N");

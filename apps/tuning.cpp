@@ -194,7 +194,7 @@ bool Tuning::replay(std::size_t point, const File& file, Result& result, std::st
   result.now = task_.against_truth ? compared[0].now_from_truth : compared[0].now;
   result.recorded = compared[0].recorded_from_truth;
   for (const auto& m : report->modules) {
-    if (m.name == error_module_) result.missing = m.missing;
+    if (m.name == error_module_) result.missing = m.missing + compared[0].not_a_number;
     if (!m.stopped.empty()) result.stopped.push_back(file.path + ": " + m.name + ": " + m.stopped);
   }
   return true;

@@ -20,7 +20,8 @@ bool SplitWriter::due(std::uint64_t log_time) const {
   // Not a file for each message when what they begin with is larger than the bound.
   const std::uint64_t most = std::max(options_.file_bytes, 2 * begin_bytes_);
   if (options_.file_bytes != 0 && writer_->bytes_planned() >= most) return true;
-  const auto first = writer_->first_time();
+  auto first = writer_->first_time();
+  if (first) *first = std::max(*first, counts_from_);
   const auto duration = static_cast<std::uint64_t>(options_.file_duration.count());
   return duration != 0 && first && log_time > *first && log_time - *first >= duration;
 }

@@ -41,6 +41,9 @@ class SplitWriter {
   /// Completes the last file. On an error it may be tried again. An empty file behind it may be left of a failure.
   hal::Status finish();
 
+  /// Messages before this log time do not count for the duration of a file.
+  void count_from(std::uint64_t log_time) { counts_from_ = log_time; }
+
  private:
   SplitWriter(OpenPart open_part, BeginPart begin_part, const SplitOptions& options)
       : open_part_(std::move(open_part)), begin_part_(std::move(begin_part)), options_(options) {}
@@ -56,7 +59,8 @@ class SplitWriter {
   std::unique_ptr<Writer> writer_;
   unsigned part_ = 0;
   std::uint64_t failed_splits_ = 0;
-  hal::Status last_{};              // of the last attempt to split or to begin
+  hal::Status last_{};  // of the last attempt to split or to begin
+  std::uint64_t counts_from_ = 0;
   std::uint64_t attempted_at_ = 0;  // log time
   std::uint64_t begin_bytes_ = 0;   // what the present file begins with
   bool begun_ = false;              // it is there

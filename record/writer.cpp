@@ -195,4 +195,9 @@ std::uint64_t Writer::bytes_planned() const {
   return s.end.size() + s.packed.size() + s.plain.size() + s.summary_bytes;
 }
 
+std::uint64_t Writer::bytes_at_most() const {
+  const auto& s = *state_;
+  return s.end.size() + State::most_of(s.packed.size()) + State::most_of(s.plain.size()) + s.summary_bytes;
+}
+
 }  // namespace sinew::record

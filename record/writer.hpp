@@ -97,6 +97,8 @@ class Writer {
   std::optional<std::uint64_t> last_time() const;
   /// About the size that finish() would give now, were nothing compressed further.
   std::uint64_t bytes_planned() const;
+  /// The same, if what is in memory does not get smaller.
+  std::uint64_t bytes_at_most() const;
 
  private:
   struct State;

@@ -47,9 +47,7 @@ Status Writer::State::room_for(std::uint64_t bytes) {
   if (options.free_floor_bytes == 0) return {};
   const auto free = end.file().free_bytes();
   if (!free) return free.error();
-  // An index has 16 bytes for each message of 31 and more; nothing else grows.
-  constexpr std::uint64_t kHeads = 4096;
-  const std::uint64_t most = bytes + bytes / 2 + kHeads;
+  const std::uint64_t most = most_of(bytes);
   if (*free < most || *free - most < options.free_floor_bytes)
     return Error{Errc::io, "record: the disk is full up to its free floor", ENOSPC};
   return {};

@@ -65,6 +65,9 @@ struct Writer::State {
   void note_chunk(Lane& lane, const Lane::Sealed& chunk, std::uint64_t at);
   /// A chunk with the messages so far and this one, whose data are not copied.
   Status put_direct(Lane& lane, std::uint16_t id, const Stamps& stamps, hal::Parts parts, std::size_t size);
+  /// What a chunk of so many bytes of messages can be in the file, with its indexes: those have 16 bytes for each
+  /// message of 31 and more; nothing else grows.
+  static std::uint64_t most_of(std::uint64_t bytes) { return bytes + bytes / 2 + 4096; }
   /// Whether a chunk of so many bytes of messages leaves the free floor.
   Status room_for(std::uint64_t bytes);
   Status put_above_floor(Lane& lane) {

@@ -157,8 +157,11 @@ void Comparison::compare(One& one, const Topic& topic, const ReplayedMessage& me
   const void *recorded = message.recorded.message(), *again = message.again.message();
   const double d = difference(one.what, recorded, one.what, again);
   if (!one.is_number()) {
-    if (std::isfinite(d)) one.result.now.add(d, message.now);
     const double way = difference(one.what, topic.first.data(), one.what, recorded);
+    if (std::isfinite(d))
+      one.result.now.add(d, message.now);
+    else if (std::isfinite(way))
+      ++one.result.not_a_number;
     if (std::isfinite(way)) one.from_first.add(way, message.now);
     if (one.now && !one.true_one) one.now->add(message.now, d);
     return;
@@ -167,7 +170,7 @@ void Comparison::compare(One& one, const Topic& topic, const ReplayedMessage& me
   if (std::isfinite(d))
     one.result.now.add(d, message.now);
   else if (was != is && !(std::isnan(was) && std::isnan(is)))
-    ++one.result.one_sided;
+    ++one.result.one_sided, one.result.not_a_number += std::isfinite(was);
   if (std::isfinite(was)) one.spread.add(was);
   if (one.recorded) one.recorded->add(message.now, was);
   if (one.now) one.now->add(message.now, is);

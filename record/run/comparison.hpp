@@ -48,6 +48,7 @@ struct ComparedQuantity {
   std::uint64_t one_sided = 0;  // messages in which only one of both is a number
   bool has_truth = false;       // the truth has this quantity, too
   Deviation recorded_from_truth, now_from_truth;
+  std::uint64_t not_a_number = 0;  // messages in which it is none now and was one, of the truth or recorded
   double spread = 0;  // of the recorded values: standard deviation or, of angles, RMS from the first attitude
 
   /// "recorded", "now", "truth", or the angles between them; empty unless they were asked for.

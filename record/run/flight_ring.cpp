@@ -27,6 +27,7 @@ FlightRing::FlightRing(const rt::Graph& graph, const RunDescription& description
   writer.chunk_duration = std::chrono::milliseconds(50);
   writer.free_floor_bytes = kEndBytes;
   of_parts_.pixel_room_bytes = room();
+  of_parts_.pixels_saved = false;  // each part would have them anew
   of_parts_.pixel_bytes_per_s =
       std::min(options.pixel_bytes_per_s, static_cast<double>(bytes()) / 2 / msg::seconds(options.length));
 }
@@ -44,29 +45,30 @@ hal::Result<std::unique_ptr<FlightRing>> FlightRing::open(const rt::Graph& graph
 }
 
 std::size_t FlightRing::least_bytes(const rt::Graph& graph) {
-  std::size_t largest = 0;
-  for (const rt::GraphModule& m : graph.modules()) largest = std::max(largest, rt::SavedState(m.declaration).bytes());
-  return kParts * (kEndBytes + kBeginBytes + room_for(largest)) + 4096;  // and its head
+  std::size_t states = 0;  // a part needs one of each module
+  for (const rt::GraphModule& m : graph.modules())
+    if (const std::size_t bytes = rt::SavedState(m.declaration).bytes(); bytes > 0) states += room_for(bytes);
+  return kParts * (kEndBytes + kBeginBytes + states) + 4096;  // and its head
 }
 
 bool FlightRing::is_full_for(std::size_t bytes) {
-  return sink_ && !dumping_ && sink_->bytes_planned() + room_for(bytes) >= room();
+  return sink_ && !dumping_ && sink_->bytes_at_most() + room_for(bytes) >= room();
 }
 
 // Two of the slots are not of the length that is asked for: the one that is being filled, and the one that was emptied
 // for it.
 bool FlightRing::due(rt::Time now) {
   if (dumping_) return false;  // which reads what would be overwritten
-  if (!sink_) return true;
+  if (!sink_) return now - tried_ >= kShortestPart;
   begins_.back() = sink_->began();
   const rt::Duration age = now - sink_->began();
-  return age >= options_.length / (kParts - 2) ||
-         (age >= kShortestPart && sink_->bytes_planned() + of_parts_.files.writer.chunk_bytes * 3 / 2 >= room());
+  return age >= options_.length / (kParts - 2) || (age >= kShortestPart && !sink_->trouble()) ||
+         (age >= kShortestPart && sink_->bytes_at_most() + of_parts_.files.writer.chunk_bytes * 3 / 2 >= room());
 }
 
 void FlightRing::next_part(Beginning beginning) {
   if (sink_) static_cast<void>(sink_->finish());  // an unfinished part can be read, too
-  const rt::Time at = beginning.at;
+  const rt::Time at = tried_ = beginning.at;
   sink_.reset();
   if (begins_.size() == kParts) begins_.erase(begins_.begin());
   begins_.push_back(at);
@@ -74,7 +76,10 @@ void FlightRing::next_part(Beginning beginning) {
       graph_, description_,
       [this](unsigned) -> hal::Result<std::unique_ptr<hal::OutputFile>> { return memory_.next_part(); }, of_parts_,
       std::move(beginning));
-  if (sink) sink_ = std::move(*sink);
+  if (sink)
+    sink_ = std::move(*sink);
+  else if (trouble_)
+    trouble_ = sink.error();
 }
 
 std::optional<std::size_t> FlightRing::dump(const std::string& reason, rt::Time now, hal::Os* os) {

@@ -34,7 +34,7 @@ struct RingDumpReport {
 /// Thread:  owner; reports(): any.
 class FlightRing {
  public:
-  /// What the memory must be at least: a part holds the largest state that a module of this robot saves.
+  /// What the memory must be at least: a part holds a saved state of each module of this robot.
   static std::size_t least_bytes(const rt::Graph& graph);
   /// Errors:  bad_argument, when the memory is less than that.
   static hal::Result<std::unique_ptr<FlightRing>> open(const rt::Graph& graph, const RunDescription& description,
@@ -50,11 +50,10 @@ class FlightRing {
   /// Ends the part and begins another one.
   void next_part(Beginning beginning);
 
-  /// Writes everything up to the present part's beginning to a file, at once or, with an `os`, on a thread of its own;
-  /// nothing that was recorded less than `length` after the last dump began is written again for other reasons than
-  /// `asked`, but counted. Right after next_part(). The number of its report; nothing when it was only counted or one
-  /// is being written.
+  /// Writes everything up to the present part's beginning to a file, at once or, with an `os`, on a thread of its own.
+  /// Right after next_part(). The number of its report; nothing while another one is being written.
   std::optional<std::size_t> dump(const std::string& reason, rt::Time now, hal::Os* os);
+  /// Not what has been written before: the last dump began `length` ago.
   bool may_dump(rt::Time now) const { return !dumping_ && (!dumped_ || now - *dumped_ >= options_.length); }
   bool is_dumping() const { return dumping_; }
   void count_only() { ++not_dumped_; }
@@ -66,7 +65,8 @@ class FlightRing {
   rt::Duration held(rt::Time now) const;  // of the run
   std::size_t bytes_used() const { return memory_.bytes_used(); }
   std::size_t bytes() const { return memory_.slot_bytes() * RingMemory::kSlots; }
-  RingMemory& memory() { return memory_; }
+  /// The first error of a part that could not be begun; ok when there was none.   Thread: the owner's.
+  const hal::Status& trouble() const { return trouble_; }
 
  private:
   FlightRing(const rt::Graph& graph, const RunDescription& description, const RingOptions& options, RingMemory memory);
@@ -81,6 +81,8 @@ class FlightRing {
   std::unique_ptr<RunSink> sink_;
   std::vector<rt::Time> begins_;  // of the parts in memory, oldest first
   std::optional<rt::Time> dumped_;
+  rt::Time tried_{};  // to begin a part
+  hal::Status trouble_;
   std::atomic<bool> dumping_{false};
   std::atomic<std::uint64_t> not_dumped_{0};
   mutable std::mutex mutex_;  // of reports_, between the owner, the dumping thread and who asks

@@ -5,6 +5,7 @@
 
 #include "msg/ros2msg.hpp"
 #include "record/run/run_messages.hpp"
+#include "record/run/verdict.hpp"
 
 namespace sinew::record {
 
@@ -19,12 +20,24 @@ std::int64_t unix_ns_of(const Texts& run) {
 
 }  // namespace
 
+std::uint64_t recorded_start(Reader& reader) {
+  std::uint64_t start = ~std::uint64_t{0};
+  for (const ChunkIndex& chunk : reader.chunks()) start = std::min(start, chunk.start_time);
+  if (const auto& all = reader.statistics()) start = all->start_time;
+  const Texts begin = read_metadata(reader, kBeginName);
+  if (const auto at = begin.find("at_ns"); at != begin.end()) {
+    const auto unix_ns = static_cast<std::uint64_t>(unix_ns_of(read_metadata(reader, "sinew.run")));
+    start = std::max(start, static_cast<std::uint64_t>(std::atoll(at->second.c_str())) + unix_ns);
+  }
+  return start == ~std::uint64_t{0} ? 0 : start;
+}
+
 RecordedTime recorded_time(Reader& reader) {
   const auto& all = reader.statistics();
   if (!all) return {};
   const auto unix_ns = static_cast<std::uint64_t>(unix_ns_of(read_metadata(reader, "sinew.run")));
-  return {{static_cast<std::int64_t>(all->start_time - unix_ns)},
-          rt::Duration{static_cast<std::int64_t>(all->end_time - all->start_time)}};
+  const std::uint64_t start = std::min(recorded_start(reader), all->end_time);
+  return {{static_cast<std::int64_t>(start - unix_ns)}, rt::Duration{static_cast<std::int64_t>(all->end_time - start)}};
 }
 
 RecordedRun::RecordedRun(Reader& reader, const rt::Graph& graph)

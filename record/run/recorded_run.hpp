@@ -25,6 +25,10 @@ struct LogItem {
   }
 };
 
+/// When a record begins, in the time of the file: at its first message or, of one that begins midway, behind the older
+/// messages that its first steps hold.
+std::uint64_t recorded_start(Reader& reader);
+
 /// When a record begins, on the robot's clock, and how long it is; 0 where the file does not say.
 struct RecordedTime {
   rt::Time start;

@@ -151,11 +151,11 @@ Status dump_ring(std::span<const std::span<const std::byte>> parts, const DumpFi
   if (!file) return file.error();
   auto writer = Writer::open(std::move(*file), {.chunk_bytes = 256 * 1024, .free_floor_bytes = free_floor_bytes});
   if (!writer) return writer.error();
-  if (auto done = RingDump(std::move(readers), **writer, result).run(reason); !done) return done;
-  if (auto done = judge(**writer, to, result); !done) return done;
-  const Status finished = (*writer)->finish();
+  Status dumped = RingDump(std::move(readers), **writer, result).run(reason);
+  if (dumped) dumped = judge(**writer, to, result);
+  const Status finished = (*writer)->finish();  // a full disk, too, gets a whole file of what it took
   result.bytes = (*writer)->counters().file_bytes;
-  return finished;
+  return dumped ? finished : dumped;
 }
 
 }  // namespace sinew::record

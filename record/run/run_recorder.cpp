@@ -97,7 +97,11 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
       finished_ = true;
     }
     between();  // what was asked meanwhile
-    if (ring_) ring_->wait();
+    if (ring_) {
+      ring_->wait();
+      if (why_dump_) static_cast<void>(snapshot(*why_dump_));
+      ring_->wait();
+    }
     return has_file() ? end_file() : hal::Status{};
   }
 
@@ -284,19 +288,17 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
 
   void happened(std::string why) {
     if (!ring_) return;
-    if (!why_dump_ && ring_->may_dump(now_))
-      why_dump_ = std::move(why);
-    else
-      ring_->count_only();
+    if (why_dump_) return ring_->count_only();
+    if (!ring_->may_dump(now_)) why += " at " + seconds_text(now_);  // it is dumped later
+    why_dump_ = std::move(why);
   }
 
   void between() {
     if (any_asked_.load(std::memory_order_acquire)) answer();
     if (now_ >= next_ask_) ask_for_state();
     if (!ring_) return;
-    if (why_dump_) {
-      static_cast<void>(snapshot(*why_dump_));
-      why_dump_.reset();
+    if (why_dump_ && ring_->may_dump(now_)) {
+      if (snapshot(*why_dump_)) why_dump_.reset();
     } else if (ring_->due(now_)) {
       next_part();
     }

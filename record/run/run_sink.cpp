@@ -38,7 +38,7 @@ RunSink::RunSink(const rt::Graph& graph, const RunDescription& description, cons
       description_(description),
       pixel_room_bytes_(options.pixel_room_bytes),
       beginning_(std::move(beginning)),
-      budget_(options.pixel_bytes_per_s),
+      budget_(options.pixel_bytes_per_s, options.pixels_saved),
       lost_entries_(graph.threads().size()),
       entries_(beginning_.midway ? beginning_.entries : std::vector<std::uint64_t>(graph.threads().size())),
       from_(graph.modules().size()),
@@ -67,6 +67,7 @@ hal::Status RunSink::open(SplitWriter::OpenPart open_part, const SplitOptions& o
       std::move(open_part), [this](Writer& w, unsigned part) { return begin_file(w, part); }, options);
   if (!writer) return writer.error();
   writer_.emplace(std::move(*writer));
+  if (beginning_.midway) writer_->count_from(stamps(0, beginning_.at, {}).log_time);
   return add_channels();
 }
 
@@ -198,7 +199,7 @@ hal::Status RunSink::write_image(Topic& topic, const SinkMessage& message) {
   const std::span<const std::byte> pixels = std::as_bytes(std::span(image.pixels(), image.bulk_used()));
   ImageHead head = message.head;
   head.has_pixels =
-      bytes_planned() + room_for(pixels.size()) <= pixel_room_bytes_ && budget_.take(pixels.size(), slot.published);
+      bytes_at_most() + room_for(pixels.size()) <= pixel_room_bytes_ && budget_.take(pixels.size(), slot.published);
   const Stamps when = stamps(slot.sequence, slot.published, slot.stamp);
   if (head.has_pixels) {
     encode_image_head(scratch_, image, description_.unix_ns, topic.kept.name);

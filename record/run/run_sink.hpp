@@ -32,6 +32,7 @@ struct SinkOptions {
   std::vector<std::string> topics{};                   // none: all
   std::map<std::string, double> rate_hz{};             // at most so many messages of a topic
   double pixel_bytes_per_s = 5e6;                      // images beyond it are recorded without their pixels
+  bool pixels_saved = true;                            // of a second, at the beginning
   std::uint64_t pixel_room_bytes = ~std::uint64_t{0};  // of a file; pixels that would make it larger are left out
 };
 
@@ -72,7 +73,7 @@ class RunSink {
   /// Writes the verdict and completes the last file. Errors: those of Writer.
   hal::Status finish();
 
-  /// Midway: the module has steps in here and no state yet from which they can be executed again.
+  /// Midway: there is no state of the module yet from which its steps can be executed again.
   bool needs_state(std::uint32_t module) const { return beginning_.midway && !from_[module]; }
 
   /// Time of the newest step before it or, from the beginning on, of the first one.
@@ -82,8 +83,8 @@ class RunSink {
   std::map<std::string, Losses> lost_messages() const;
   std::map<std::string, Losses> lost_steps() const;
   unsigned files() const { return writer_->part() + 1; }
-  /// Of the last file, about.
-  std::uint64_t bytes_planned() { return writer_->writer().bytes_planned(); }
+  /// Of the last file.
+  std::uint64_t bytes_at_most() { return writer_->writer().bytes_at_most(); }
   /// The first error of a file, which went on being tried; ok when there was none.
   const hal::Status& trouble() const { return trouble_; }
 
@@ -91,7 +92,7 @@ class RunSink {
   // Bytes that may be used up at a rate, and saved for a second.
   class Budget {
    public:
-    explicit Budget(double per_s) : per_s_(per_s), left_(per_s) {}
+    Budget(double per_s, bool saved) : per_s_(per_s), left_(saved ? per_s : 0) {}
     bool take(std::size_t bytes, rt::Time now);
 
    private:

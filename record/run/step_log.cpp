@@ -109,6 +109,9 @@ struct StepLog::State {
   rt::Time next{INT64_MIN};        // the executor's
 };
 
+// Room that steps leave for requests: a step that is lost costs what it was, a lost parameter all that follows.
+constexpr std::uint32_t kRequests = 8;
+
 /// Words from one writer to one reader. Positions count words for ever; an entry never goes round the end.
 class StepLog::Ring {
  public:
@@ -116,12 +119,12 @@ class StepLog::Ring {
     std::memset(ring_.get(), 0, words_ * sizeof(std::uint32_t));  // its pages are there before the run
   }
 
-  /// Writer: room for so many words in a row; null when there is none.
-  std::uint32_t* reserve(std::uint32_t words) noexcept {
+  /// Writer: room for so many words in a row, and `spare` behind them; null when there is none.
+  std::uint32_t* reserve(std::uint32_t words, std::uint32_t spare = 0) noexcept {
     const std::size_t at = written_ & (words_ - 1), to_end = words_ - at;
     const std::size_t skip = words <= to_end ? 0 : to_end;
     // acquire: what the reader has left is read
-    if (written_ + skip + words - tail_.load(std::memory_order_acquire) > words_) return nullptr;
+    if (written_ + skip + words + spare - tail_.load(std::memory_order_acquire) > words_) return nullptr;
     if (skip != 0) {
       ring_[at] = 0;  // the rest is nothing
       written_ += skip;
@@ -137,6 +140,9 @@ class StepLog::Ring {
   void lose() noexcept { ++lost_; }
   std::uint32_t lost() const noexcept { return lost_; }
 
+  /// Reader: everything up to here is there to be read.
+  std::uint64_t there() const noexcept { return head_.load(std::memory_order_acquire); }
+  bool has_read(std::uint64_t up_to) const noexcept { return read_ >= up_to; }
   /// Reader: the next entry, null when there is none; then pop().
   const std::uint32_t* next() noexcept {
     const std::uint64_t head = head_.load(std::memory_order_acquire);
@@ -183,7 +189,7 @@ StepLog::~StepLog() = default;
 void StepLog::completed(const rt::StepRecord& r) noexcept {
   Ring& ring = *rings_[r.thread];
   const Ports& ports = ports_[r.module];
-  std::uint32_t* const entry = ring.reserve(ports.words);
+  std::uint32_t* const entry = ring.reserve(ports.words, kRequests * words_of<RequestEntry>());
   if (!entry) return ring.lose();
   const StepHead head{{0, Kind::step, ring.lost()},
                       r.module,
@@ -221,7 +227,7 @@ void StepLog::tell_state(const rt::StepRecord& r) noexcept {
     state.next = r.completed + state_every_;
   if (first && !asked) return;
   Ring& ring = *rings_[r.thread];
-  std::uint32_t* const entry = ring.reserve(words_of<StateEntry>());
+  std::uint32_t* const entry = ring.reserve(words_of<StateEntry>(), kRequests * words_of<RequestEntry>());
   if (!entry) return;  // a place less to begin at, and nothing lost
   state.asked.store(false, std::memory_order_relaxed);
   r.ports->save_state(state.bytes);
@@ -266,7 +272,9 @@ void StepLog::taken(const rt::Request& request, const rt::Effect& effect, rt::Ti
 void StepLog::read(std::uint32_t thread, Visitor& visitor, bool last) {
   Ring& ring = *rings_[thread];
   std::uint64_t& order = order_[thread];
-  while (const std::uint32_t* words = ring.next()) {
+  const std::uint64_t there = ring.there();  // not what comes meanwhile: the other threads' rings fill, too
+  while (!ring.has_read(there)) {
+    const std::uint32_t* words = ring.next();
     Head head;
     get(words, head);
     if (head.lost != 0) visitor.lost(thread, head.lost);

@@ -10,7 +10,7 @@ namespace sinew::record {
 bool due(msg::Time& next, double rate_hz, msg::Time at) {
   if (at < next) return false;
   constexpr double kMost_ns = 1e17;  // three years: a file may say anything
-  next = std::max(next + msg::Duration{static_cast<std::int64_t>(std::min(1e9 / rate_hz, kMost_ns))}, at);
+  next = std::max(next + msg::Duration{static_cast<std::int64_t>(std::clamp(1e9 / rate_hz, 1.0, kMost_ns))}, at);
   return true;
 }
 

@@ -295,7 +295,7 @@ class Guarded(Live):
             deadline = time.monotonic() + LIMIT_S
             while not self.asked("status")["guardian"]["disarmed"]:  # its next step may still be to come
                 self.assertLess(time.monotonic(), deadline)
-            self.good("stop")
+            self.sinew("stop")  # it may have come to its end meanwhile
             summary = json.loads(run.communicate(timeout=LIMIT_S)[0])
         finally:
             run.kill()

@@ -57,7 +57,7 @@ class ParentFlight(unittest.TestCase):
         address = f"unix:{self.folder.name}/plant.sock"
         # A sanitizer would make an exit code of the segmentation fault.
         environment = dict(os.environ, SINEW_RUN_DIR=self.folder.name, ASAN_OPTIONS="handle_segv=0")
-        del environment["SINEW_RECORD"]
+        environment.pop("SINEW_RECORD", None)
         self.plant = subprocess.Popen([SINEW_SIM, "--listen", address, "--free", "--seed", "1", "--relink", "2"],
                                       stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         self.addCleanup(self.end, self.plant)

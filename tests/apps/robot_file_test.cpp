@@ -293,7 +293,7 @@ TEST(RobotFile, AFlightRingIsThereOnlyWhereItIsAskedFor) {
   const RecordOptions by_default = parse_robot(robot + "[record.ring]\n", "f").robot.record;
   EXPECT_TRUE(by_default.ring.enabled);
   EXPECT_EQ(by_default.ring.seconds, 10);
-  EXPECT_EQ(by_default.ring.megabytes, 8);
+  EXPECT_EQ(by_default.ring.megabytes, 32);
   const auto set = parse_robot(robot + "[record.ring]\nseconds = 3\nmegabytes = 20\n", "f");
   EXPECT_TRUE(set.problems.empty());
   EXPECT_EQ(set.robot.record.ring.seconds, 3);
