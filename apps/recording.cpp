@@ -109,13 +109,13 @@ std::string Recording::folder_of(const Prepared& prepared, const RunOptions& opt
 }
 
 std::unique_ptr<Recording> Recording::open(const Prepared& prepared, const RunOptions& options, rt::Graph& graph,
-                                           const hal::Clock& clock) {
+                                           hal::Os& os) {
   if (!wanted(prepared, options)) return nullptr;
   const RecordOptions& from = prepared.robot.record;
   std::unique_ptr<Recording> made(new Recording(folder_of(prepared, options), graph.spec().robot));
   record::RunDescription about;
   // Virtual time has no date, so that the same run gives the same file.
-  about.unix_ns = options.virtual_time ? 0 : unix_ns() - clock.now().ns;
+  about.unix_ns = options.virtual_time ? 0 : unix_ns() - os.now().ns;
   about.run = {{"robot", graph.spec().robot},
                {"board", graph.spec().board},
                {"seed", std::to_string(graph.spec().seed)},
@@ -148,8 +148,7 @@ std::unique_ptr<Recording> Recording::open(const Prepared& prepared, const RunOp
   if (from.enabled)
     if (const std::string why = made->begin_file(); !why.empty()) warn(why);
   if (!options.virtual_time)
-    if (const auto started = made->recorder_->start(hal::linux_os()); !started)
-      return warn(started.error().where), nullptr;
+    if (const auto started = made->recorder_->start(os); !started) return warn(started.error().where), nullptr;
   return made;
 }
 

@@ -26,9 +26,9 @@ class Recording final : public tap::RecordDesk {
  public:
   /// Null when there is to be no recorder, or after a warning when there can be none: a robot flies without, too. So it
   /// does when its file cannot be begun. The graph is configured with ConfigureOptions::recorded, which wanted() tells.
-  /// In real time it reads along from now on.
+  /// In real time it reads along from now on. `os`: with the robot's clock.
   static std::unique_ptr<Recording> open(const Prepared& prepared, const RunOptions& options, rt::Graph& graph,
-                                         const hal::Clock& clock);
+                                         hal::Os& os);
   /// Whether there is to be a recorder at all.
   static bool wanted(const Prepared& prepared, const RunOptions& options);
   /// Where the folders of recordings are made.

@@ -331,7 +331,7 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
 
   void follow() {
     while (!stop_.load(std::memory_order_relaxed)) {
-      read_all(false);
+      read_all(false, os_->now() + -options_.poll);
       between();
       each_sink([&](RunSink& sink) { sink.tick(now_); });
       os_->sleep_until(os_->now() + options_.poll);
@@ -341,8 +341,10 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     stop_.store(true, std::memory_order_relaxed);
     thread_.reset();  // joins
   }
-  void read_all(bool last) {
-    for (std::uint32_t t = 0; t < log_.threads(); ++t) log_.read(t, *this, last);
+  /// `until`, some time ago, so that who published what a step held has told of it, too: a recording that begins or
+  /// ends here lacks no message that its steps name.
+  void read_all(bool last, rt::Time until = rt::Time{INT64_MAX}) {
+    for (std::uint32_t t = 0; t < log_.threads(); ++t) log_.read(t, *this, last, until);
   }
   void read_now(std::uint32_t thread) {
     log_.read(thread, *this);

@@ -22,7 +22,7 @@ struct RecorderOptions {
   // Of all:
   rt::Duration log_room = std::chrono::milliseconds(500);  // of steps that wait to be read
   rt::Duration state_every = std::chrono::seconds(5);      // of each module, to begin a replay at; 0: never
-  rt::Duration poll = std::chrono::milliseconds(10);
+  rt::Duration poll = std::chrono::milliseconds(10);       // what is younger is read the next time
   RingOptions ring{};
 };
 

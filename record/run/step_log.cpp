@@ -269,7 +269,28 @@ void StepLog::taken(const rt::Request& request, const rt::Effect& effect, rt::Ti
   ring.publish(entry, put(entry, RequestEntry{{0, Kind::request, ring.lost()}, request, effect, now}));
 }
 
-void StepLog::read(std::uint32_t thread, Visitor& visitor, bool last) {
+namespace {
+
+/// When what an entry tells was over.
+rt::Time over(const std::uint32_t* words, Kind kind) {
+  if (kind == Kind::step) {
+    StepHead step;
+    get(words, step);
+    return {step.completed_ns};
+  }
+  if (kind == Kind::state) {
+    StateEntry state;
+    get(words, state);
+    return state.completed;
+  }
+  RequestEntry request;
+  get(words, request);
+  return request.now;
+}
+
+}  // namespace
+
+void StepLog::read(std::uint32_t thread, Visitor& visitor, bool last, rt::Time until) {
   Ring& ring = *rings_[thread];
   std::uint64_t& order = order_[thread];
   const std::uint64_t there = ring.there();  // not what comes meanwhile: the other threads' rings fill, too
@@ -277,6 +298,7 @@ void StepLog::read(std::uint32_t thread, Visitor& visitor, bool last) {
     const std::uint32_t* words = ring.next();
     Head head;
     get(words, head);
+    if (over(words, head.kind) > until) break;
     if (head.lost != 0) visitor.lost(thread, head.lost);
     order += head.lost;
     if (head.kind == Kind::step) {

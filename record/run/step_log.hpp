@@ -78,7 +78,8 @@ class StepLog final : public rt::RunObserver {
   /// The state of the module is told behind its next step, whatever `state_every` says. Thread: the reader.
   void ask_state(std::uint32_t module) noexcept;
   /// Everything that is there of a thread, in its order. `last`: the run is over, so nothing follows what is lost.
-  void read(std::uint32_t thread, Visitor& visitor, bool last = false);
+  /// `until`: what was over later stays for another time.
+  void read(std::uint32_t thread, Visitor& visitor, bool last = false, rt::Time until = rt::Time{INT64_MAX});
   std::uint32_t threads() const { return static_cast<std::uint32_t>(rings_.size()); }
 
  private:

@@ -110,7 +110,7 @@ class RecordCommands(unittest.TestCase):
         ring = self.record("status")["ring"]
         self.assertIn(path, [d["path"] for d in ring["dumps"] if d["reason"] == "asked for"])
         self.assertLessEqual(ring["bytes"], ring["room_bytes"])
-        self.assertLess(ring["room_bytes"], 8.01e6, "8 MB in whole pages")
+        self.assertLess(ring["room_bytes"], 32.01e6, "32 MB in whole pages")
         summary, _ = self.land()
         self.assertIn(path, [d["path"] for d in summary["ring"]["dumps"]])
         info = json.loads(self.sinew("bag", "info", path, "--json"))

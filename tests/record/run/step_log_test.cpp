@@ -105,6 +105,28 @@ TEST_F(StepLogTest, RequestsStandAmongTheSteps) {
   EXPECT_EQ(told.requests[0].now, rt::Time{77});
 }
 
+TEST_F(StepLogTest, WhatWasOverLaterStaysForAnotherTime) {
+  StepLog log(robot.graph(), 20ms);
+  Told told;
+  for (const std::uint32_t n : {0u, 1u, 2u}) {
+    rt::StepRecord r = record(n);
+    r.completed = rt::Time{100 * n};
+    log.completed(r);
+  }
+  rt::Request request;
+  request.kind = rt::Request::Kind::set_period;
+  request.value = std::int64_t{5};
+  log.taken(request, {3, false}, rt::Time{250});
+  log.read(0, told, false, rt::Time{100});
+  EXPECT_EQ(told.steps.size(), 2u);
+  log.read(0, told, false, rt::Time{249});
+  EXPECT_EQ(told.steps.size(), 3u);
+  EXPECT_TRUE(told.requests.empty());
+  log.read(0, told);
+  EXPECT_EQ(told.requests.size(), 1u);
+  EXPECT_TRUE(told.gaps.empty());
+}
+
 TEST_F(StepLogTest, AStateThatIsAskedForComesBehindTheNextStepOnce) {
   StepLog log(robot.graph(), 20ms);  // none by itself
   Told told;
