@@ -12,6 +12,9 @@
 namespace sinew::app {
 namespace {
 
+// Not fmt::print(), which throws where the reader is gone.
+void put(const std::string& text) { std::fwrite(text.data(), 1, text.size(), stdout); }
+
 std::string quantiles(const rt::Histogram& h) {
   if (h.count() == 0) return "none";
   return fmt::format("p50 {} p99 {} p99.9 {} max {}", human(h.quantile(0.5)), human(h.quantile(0.99)),
@@ -189,13 +192,13 @@ void RunSummary::memory(const hal::MemoryUse& use) {
 
 void RunSummary::add(std::string_view label, std::string_view text, const Json& keys) {
   all_.update(keys);
-  if (!form_.json) fmt::print("{:<19} {}\n", label, text);
+  if (!form_.json) put(fmt::format("{:<19} {}\n", label, text));
 }
 
 void RunSummary::add_reasons(std::string_view label, const char* key, const std::vector<std::string>& reasons) {
   all_[key] = reasons;
   if (form_.json) return;
-  for (const auto& reason : reasons) fmt::print("{:<19} {}\n", label, reason);
+  for (const auto& reason : reasons) put(fmt::format("{:<19} {}\n", label, reason));
 }
 
 int RunSummary::finish(std::string_view result, int code) {

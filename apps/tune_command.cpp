@@ -16,6 +16,9 @@
 namespace sinew::app {
 namespace {
 
+// Not fmt::print(), which throws where the reader is gone.
+void put(const std::string& text) { std::fwrite(text.data(), 1, text.size(), stdout); }
+
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kRows = 20;
@@ -110,28 +113,28 @@ class TuneRun {
     std::string window;
     if (task.from_s) window += fmt::format(" from {:g} s", *task.from_s);
     if (task.until_s) window += fmt::format(" until {:g} s", *task.until_s);
-    fmt::print("{}{}, RMS against the {}{}; executed again: {}\n", tuning_.error_name(),
-               tuning_.unit().empty() ? "" : " (" + tuning_.unit() + ")",
-               command_.against == "truth" ? "truth" : "record", window, fmt::join(tuning_.modules(), ", "));
+    put(fmt::format("{}{}, RMS against the {}{}; executed again: {}\n", tuning_.error_name(),
+                    tuning_.unit().empty() ? "" : " (" + tuning_.unit() + ")",
+                    command_.against == "truth" ? "truth" : "record", window, fmt::join(tuning_.modules(), ", ")));
     std::vector<std::size_t> widths;
     for (const auto& p : tuning_.params()) {
       widths.push_back(std::max<std::size_t>(p.name().size(), 8));
-      fmt::print("{:>{}}  ", p.name(), widths.back());
+      put(fmt::format("{:>{}}  ", p.name(), widths.back()));
     }
-    fmt::print("{:>11} {:>11} {:>9}\n", "error", "maximum", "messages");
+    put(fmt::format("{:>11} {:>11} {:>9}\n", "error", "maximum", "messages"));
     const auto order = ranked(tuning_);
     for (std::size_t i = 0; i < std::min(kRows, order.size()); ++i) tell_row(order[i], widths);
-    if (order.size() > kRows) fmt::print("and {} more: --json has all\n", order.size() - kRows);
+    if (order.size() > kRows) put(fmt::format("and {} more: --json has all\n", order.size() - kRows));
     if (task.against_truth) {
       const auto& recorded = tuning_.recorded().error;
       std::size_t width = 0;
       for (const std::size_t w : widths) width += w + 2;
-      fmt::print("{:>{}}{:>11.4g} {:>11.4g} {:>9}\n", "as recorded  ", width, recorded.rms(), recorded.max,
-                 recorded.count);
+      put(fmt::format("{:>{}}{:>11.4g} {:>11.4g} {:>9}\n", "as recorded  ", width, recorded.rms(), recorded.max,
+                      recorded.count));
     }
-    fmt::print("{} replays in {:.2f} s\n", order.size() * task.files.size(), wall_s_);
+    put(fmt::format("{} replays in {:.2f} s\n", order.size() * task.files.size(), wall_s_));
     if (best_)
-      fmt::print("best, for the robot file:\n{}\n", tuning_.robot_file_lines(*best_));
+      put(fmt::format("best, for the robot file:\n{}\n", tuning_.robot_file_lines(*best_)));
     else
       std::fflush(stdout), fail("no combination could be executed to its end with its messages published", kFailed);
   }
@@ -139,13 +142,13 @@ class TuneRun {
   void tell_row(std::size_t point, const std::vector<std::size_t>& widths) const {
     const Score& score = tuning_.scores()[point];
     for (std::size_t i = 0; i < widths.size(); ++i)
-      fmt::print("{:>{}}  ", rt::to_string(tuning_.points()[point][i]), widths[i]);
-    fmt::print("{:>11.4g} {:>11.4g} {:>9}", score.error.rms(), score.error.max, score.error.count);
+      put(fmt::format("{:>{}}  ", rt::to_string(tuning_.points()[point][i]), widths[i]));
+    put(fmt::format("{:>11.4g} {:>11.4g} {:>9}", score.error.rms(), score.error.max, score.error.count));
     if (!score.stopped.empty())
-      fmt::print("  {}", score.stopped.front());
+      put(fmt::format("  {}", score.stopped.front()));
     else if (!score.counts())
-      fmt::print("  does not count: {} messages are missing", score.missing);
-    fmt::print("\n");
+      put(fmt::format("  does not count: {} messages are missing", score.missing));
+    put(fmt::format("\n"));
   }
 
   const TuneCommand& command_;
