@@ -9,6 +9,7 @@
 #include "apps/live_robot.hpp"
 #include "record/copy.hpp"
 #include "record/run/ros2_convert.hpp"
+#include "record/run/run_messages.hpp"
 #include "record/run/run_review.hpp"
 
 namespace sinew::app {
@@ -54,6 +55,12 @@ int say(const BagCopyOptions& options, const record::Copied& copied) {
   return kDone;
 }
 
+/// The heads of images belong to them.
+void add_heads(record::Query& query) {
+  const std::size_t topics = query.topics.size();
+  for (std::size_t i = 0; i < topics; ++i) query.topics.push_back(query.topics[i] + std::string(record::kHeadSuffix));
+}
+
 int make_copy(const BagCopyOptions& options, const char* what, const std::vector<std::string>& files,
               record::Texts said, bool ros2 = false) {
   record::Copied copied;
@@ -68,8 +75,9 @@ int make_copy(const BagCopyOptions& options, const char* what, const std::vector
     for (const auto& reader : readers) from.push_back(reader.get());
     if (from.size() > 1)
       if (const auto why = record::topic_conflict(from)) return fail(*why + ": these files cannot be merged", kFailed);
-    const auto query = query_of(*readers.front(), options.what);
+    auto query = query_of(*readers.front(), options.what);
     if (!query) return kNotBegun;
+    add_heads(*query);
     auto out = create_output(options.out);
     if (!out) return kNotBegun;
     if (!said.empty()) {

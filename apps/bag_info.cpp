@@ -79,6 +79,7 @@ Json info_json(const BagOptions& options, std::uint64_t bytes, record::Reader& r
           {"attachments", attachments},
           {"metadata", metadata},
           {"run", read_metadata(reader, "sinew.run")},
+          {"dump", read_metadata(reader, "sinew.dump")},
           {"verdict", read_metadata(reader, "sinew.verdict")},
           {"losses", read_metadata(reader, "sinew.losses")},
           {"problems", problems}};
@@ -89,6 +90,8 @@ std::string info_text(const BagOptions& options, std::uint64_t bytes, record::Re
   if (reader.statistics()) out += fmt::format(", {} messages", reader.statistics()->messages);
   out += "\n";
   if (const auto run = read_metadata(reader, "sinew.run"); !run.empty()) out += "run\n" + pairs_text(run, "  ");
+  if (const auto dump = read_metadata(reader, "sinew.dump"); !dump.empty())
+    out += "dump of the flight ring\n" + pairs_text(dump, "  ");
   out += fmt::format("\n{:<28} {:<30} {:>9} {:>10}\n", "topic", "type", "messages", "per second");
   for (const TopicLine& t : topic_lines(reader, duration_s))
     out += fmt::format("{:<28} {:<30} {:>9} {:>10}\n", t.name, t.type, t.messages,

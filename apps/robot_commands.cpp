@@ -7,6 +7,7 @@
 #include "apps/graph_json.hpp"
 #include "apps/graph_text.hpp"
 #include "apps/number_check.hpp"
+#include "apps/recording.hpp"
 #include "apps/robot_file.hpp"
 #include "apps/run_command.hpp"
 
@@ -34,6 +35,7 @@ Checked checked_graph(const std::string& path, const rt::ModuleTypes& types) {
   if (checked.problems.empty()) {
     checked.graph = std::make_unique<rt::Graph>(loaded.robot.graph, types);
     checked.problems = checked.graph->check({.virtual_time = true});
+    for (auto& p : check_recording(loaded.robot.record, *checked.graph)) checked.problems.push_back(std::move(p));
   }
   const std::size_t n = checked.problems.size();
   for (const auto& p : checked.problems) std::fprintf(stderr, "%s\n", rt::to_string(p, path).c_str());
