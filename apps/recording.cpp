@@ -114,7 +114,7 @@ std::unique_ptr<Recording> Recording::open(const Prepared& prepared, const RunOp
   const RecordOptions& from = prepared.robot.record;
   std::unique_ptr<Recording> made(new Recording(folder_of(prepared, options), graph.spec().robot));
   record::RunDescription about;
-  // Virtual time has no date, so that the same run gives the same file.
+  // Virtual time has no date, so that the same run gives the same file (but for padding inside of saved states).
   about.unix_ns = options.virtual_time ? 0 : unix_ns() - os.now().ns;
   about.run = {{"robot", graph.spec().robot},
                {"board", graph.spec().board},

@@ -2,6 +2,7 @@
 import glob
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -143,11 +144,15 @@ class RecordCommands(unittest.TestCase):
             self.assertGreater(dump["at_s"], 4.3, "that is how long the range must be silent")
             paths = [f"{folder.name}/{p}" for p in (summary["recording"]["path"], dump["path"])]
             self.expect_replay(paths[1])
-            for path in paths:
-                with open(path, "rb") as f:
-                    files.append(f.read())
+            files += [self.contents(path) for path in paths]
         self.assertTrue(files[0] == files[2], "the recording")
         self.assertTrue(files[1] == files[3], "the dump")
+
+    def contents(self, path):
+        """Every message; of saved states not the hash, since what lies between two members of a module is in it, too."""
+        lines = self.sinew("bag", "cat", path).splitlines()
+        self.assertGreater(len(lines), 1000)
+        return [re.sub('"data":{"bytes":([0-9]+),"hash":"[0-9a-f]+"}', r'"data":\1', line) for line in lines]
 
 
 if __name__ == "__main__":
