@@ -1,4 +1,5 @@
 #pragma once
+// For the files that describe options.
 #include <CLI/CLI.hpp>
 #include <string>
 

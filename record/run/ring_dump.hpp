@@ -27,9 +27,9 @@ struct Dumped {
 
 /// Makes one recording of the parts of a ring, oldest first: what they say of the beginning is that of the first, what
 /// a part repeats of those before it stands once, and the verdict is that of the whole. The last part may be
-/// unfinished: its writer may be dead. `reason` ("deadline miss") goes into the metadata "sinew.dump". Thread:  owner,
-/// an ordinary one; takes its time and memory of about four chunks. Errors:  not_found when there is no message in
-/// them, and no file then; those of the file.
+/// unfinished: its writer may be dead. `reason` ("deadline miss") goes into the metadata "sinew.dump".
+/// Thread:  owner, an ordinary one; takes its time and memory of a few chunks.
+/// Errors:  not_found when there is nothing in them, and no file then; those of the file.
 hal::Status dump_ring(std::span<const std::span<const std::byte>> parts, const DumpFile& to, const std::string& reason,
                       std::uint64_t free_floor_bytes, Dumped& result);
 

@@ -12,8 +12,9 @@
 namespace sinew::record {
 
 /// Memory in which the last parts of a recording lie, each a file by itself: kSlots of equal size, written one after
-/// the other and over again. Whoever has the memory can read them, also when their writer is gone. Shape:   header,
-/// then kSlots x slot_bytes(). Thread:  the writer's; parts(): any, for what is not written meanwhile.
+/// the other and over again. Whoever has the memory can read them, also when their writer is gone.
+/// Shape:   header, then kSlots x slot_bytes().
+/// Thread:  the writer's; parts(): any, for what is not written meanwhile.
 class RingMemory {
  public:
   static constexpr unsigned kSlots = 8;
