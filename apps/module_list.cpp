@@ -21,6 +21,10 @@ rt::ModuleTypes all_modules() {
   types.add<drivers::RangeSource>("drivers::RangeSource");
   types.add<drivers::BaroSource>("drivers::BaroSource");
   types.add<drivers::BatterySource>("drivers::BatterySource");
+  types.add<drivers::MagSource>("drivers::MagSource");
+  types.add<drivers::GnssSource>("drivers::GnssSource");
+  types.add<drivers::RcSource>("drivers::RcSource");
+  types.add<drivers::JointSource>("drivers::JointSource");
   types.add<drivers::CameraSource>("drivers::CameraSource");
   types.add<control::ErrorStateFilter>("control::ErrorStateFilter");
   types.add<control::AttitudeController>("control::AttitudeController");

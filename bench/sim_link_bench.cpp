@@ -92,7 +92,7 @@ int run() {
     std::fprintf(stderr, "%s\n", why.c_str());
     return 2;
   }
-  hal::Imu* imu = *(*board)->imu("imu");
+  hal::Imu* imu = *(*board)->sensor<msg::ImuSample>("imu");
   hal::Actuators* motors = *(*board)->actuators("motors");
   msg::ActuatorCommand command;
   command.count = 4, command.armed = 1;

@@ -2,26 +2,9 @@
 
 namespace sinew::drivers {
 
-template <>
-hal::Result<hal::Imu*> SensorSource<msg::ImuSample>::open(hal::Board& board) const {
-  return board.imu(device_name_);
-}
-template <>
-hal::Result<hal::Range*> SensorSource<msg::RangeSample>::open(hal::Board& board) const {
-  return board.range(device_name_);
-}
-template <>
-hal::Result<hal::Baro*> SensorSource<msg::BaroSample>::open(hal::Board& board) const {
-  return board.baro(device_name_);
-}
-template <>
-hal::Result<hal::Battery*> SensorSource<msg::BatterySample>::open(hal::Board& board) const {
-  return board.battery(device_name_);
-}
-
 template <class M>
 hal::Status SensorSource<M>::configure(rt::Setup& setup) {
-  auto device = open(setup.board());
+  auto device = setup.board().sensor<M>(device_name_);
   if (!device) {
     setup.explain("device '" + device_name_ + "': " + hal::to_string(device.error().code));
     return device.error();
@@ -44,5 +27,9 @@ template class SensorSource<msg::ImuSample>;
 template class SensorSource<msg::RangeSample>;
 template class SensorSource<msg::BaroSample>;
 template class SensorSource<msg::BatterySample>;
+template class SensorSource<msg::MagSample>;
+template class SensorSource<msg::GnssSample>;
+template class SensorSource<msg::RcSample>;
+template class SensorSource<msg::JointState>;
 
 }  // namespace sinew::drivers

@@ -26,7 +26,6 @@ class SensorSource : public rt::DriverModule {
  private:
   // A 1 kHz sensor read every 20 ms still fits; what is left stays in the device for the next cycle.
   static constexpr std::uint32_t kBurst = 20;
-  hal::Result<hal::Sensor<M>*> open(hal::Board& board) const;
 
   rt::Raw<M> raw_;
   std::string device_name_;
@@ -48,6 +47,22 @@ class BaroSource final : public SensorSource<msg::BaroSample> {
 class BatterySource final : public SensorSource<msg::BatterySample> {
  public:
   BatterySource() : SensorSource("battery") {}
+};
+class MagSource final : public SensorSource<msg::MagSample> {
+ public:
+  MagSource() : SensorSource("mag") {}
+};
+class GnssSource final : public SensorSource<msg::GnssSample> {
+ public:
+  GnssSource() : SensorSource("gnss") {}
+};
+class RcSource final : public SensorSource<msg::RcSample> {
+ public:
+  RcSource() : SensorSource("rc") {}
+};
+class JointSource final : public SensorSource<msg::JointState> {
+ public:
+  JointSource() : SensorSource("joints") {}
 };
 
 }  // namespace sinew::drivers

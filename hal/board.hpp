@@ -12,10 +12,15 @@ namespace sinew::hal {
 class Board {
  public:
   virtual ~Board() = default;
-  virtual Result<Imu*> imu(std::string_view name) = 0;
-  virtual Result<Range*> range(std::string_view name) = 0;
-  virtual Result<Baro*> baro(std::string_view name) = 0;
-  virtual Result<Battery*> battery(std::string_view name) = 0;
+  /// The sensor that measures messages of type M: `board.sensor<msg::ImuSample>("imu")`.
+  template <class M>
+  Result<Sensor<M>*> sensor(std::string_view name) {
+    auto device = open_sensor(kSensorKind<M>, name);
+    if (!device) return device.error();
+    return static_cast<Sensor<M>*>(*device);
+  }
+  /// Answers a Sensor<M> with kSensorKind<M> == kind.
+  virtual Result<Device*> open_sensor(SensorKind kind, std::string_view name) = 0;
   virtual Result<Camera*> camera(std::string_view name) = 0;
   virtual Result<Actuators*> actuators(std::string_view name) = 0;
 };
@@ -23,10 +28,7 @@ class Board {
 /// A board without devices: graphs that need none, and tests.
 class EmptyBoard : public Board {
  public:
-  Result<Imu*> imu(std::string_view) override { return none(); }
-  Result<Range*> range(std::string_view) override { return none(); }
-  Result<Baro*> baro(std::string_view) override { return none(); }
-  Result<Battery*> battery(std::string_view) override { return none(); }
+  Result<Device*> open_sensor(SensorKind, std::string_view) override { return none(); }
   Result<Camera*> camera(std::string_view) override { return none(); }
   Result<Actuators*> actuators(std::string_view) override { return none(); }
 

@@ -4,6 +4,7 @@
 #include "hal/result.hpp"
 #include "msg/actuators.hpp"
 #include "msg/image.hpp"
+#include "msg/joints.hpp"
 #include "msg/sensors.hpp"
 
 namespace sinew::hal {
@@ -41,6 +42,32 @@ using Imu = Sensor<msg::ImuSample>;
 using Range = Sensor<msg::RangeSample>;
 using Baro = Sensor<msg::BaroSample>;
 using Battery = Sensor<msg::BatterySample>;
+using Mag = Sensor<msg::MagSample>;
+using Gnss = Sensor<msg::GnssSample>;
+using Rc = Sensor<msg::RcSample>;
+using Joints = Sensor<msg::JointState>;
+
+/// What a sensor measures, for look-ups by name; kSensorKind<M> is that of Sensor<M>.
+enum class SensorKind : std::uint8_t { imu, range, baro, battery, mag, gnss, rc, joints };
+const char* to_string(SensorKind kind);
+template <class M>
+inline constexpr SensorKind kSensorKind = M::no_sensor_measures_this;
+template <>
+inline constexpr SensorKind kSensorKind<msg::ImuSample> = SensorKind::imu;
+template <>
+inline constexpr SensorKind kSensorKind<msg::RangeSample> = SensorKind::range;
+template <>
+inline constexpr SensorKind kSensorKind<msg::BaroSample> = SensorKind::baro;
+template <>
+inline constexpr SensorKind kSensorKind<msg::BatterySample> = SensorKind::battery;
+template <>
+inline constexpr SensorKind kSensorKind<msg::MagSample> = SensorKind::mag;
+template <>
+inline constexpr SensorKind kSensorKind<msg::GnssSample> = SensorKind::gnss;
+template <>
+inline constexpr SensorKind kSensorKind<msg::RcSample> = SensorKind::rc;
+template <>
+inline constexpr SensorKind kSensorKind<msg::JointState> = SensorKind::joints;
 
 /// A camera. read() describes `out` with format_as() and fills its pixels, at most one pass over them.
 /// Errors of read(): bad_argument when the frame does not fit the capacity of `out` (the frame is dropped).

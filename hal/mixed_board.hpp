@@ -19,10 +19,9 @@ class MixedBoard final : public Board {
   explicit MixedBoard(Board& others) : others_(others) {}
   void assign(std::string device, Board& board) { boards_.insert_or_assign(std::move(device), &board); }
 
-  Result<Imu*> imu(std::string_view name) override { return of(name).imu(name); }
-  Result<Range*> range(std::string_view name) override { return of(name).range(name); }
-  Result<Baro*> baro(std::string_view name) override { return of(name).baro(name); }
-  Result<Battery*> battery(std::string_view name) override { return of(name).battery(name); }
+  Result<Device*> open_sensor(SensorKind kind, std::string_view name) override {
+    return of(name).open_sensor(kind, name);
+  }
   Result<Camera*> camera(std::string_view name) override { return of(name).camera(name); }
   Result<Actuators*> actuators(std::string_view name) override { return of(name).actuators(name); }
 

@@ -7,10 +7,27 @@ namespace sinew::hal {
 /// taken and forgotten. For graphs whose devices are not to be touched: a record that is executed again.
 class SilentBoard final : public Board {
  public:
-  Result<Imu*> imu(std::string_view) override { return &imu_; }
-  Result<Range*> range(std::string_view) override { return &range_; }
-  Result<Baro*> baro(std::string_view) override { return &baro_; }
-  Result<Battery*> battery(std::string_view) override { return &battery_; }
+  Result<Device*> open_sensor(SensorKind kind, std::string_view) override {
+    switch (kind) {
+      case SensorKind::imu:
+        return &imu_;
+      case SensorKind::range:
+        return &range_;
+      case SensorKind::baro:
+        return &baro_;
+      case SensorKind::battery:
+        return &battery_;
+      case SensorKind::mag:
+        return &mag_;
+      case SensorKind::gnss:
+        return &gnss_;
+      case SensorKind::rc:
+        return &rc_;
+      case SensorKind::joints:
+        return &joints_;
+    }
+    return Error{Errc::not_found, "a kind of sensor"};
+  }
   Result<Camera*> camera(std::string_view) override { return &camera_; }
   Result<Actuators*> actuators(std::string_view) override { return &actuators_; }
 
@@ -31,6 +48,10 @@ class SilentBoard final : public Board {
   SilentSensor<Range, msg::RangeSample> range_;
   SilentSensor<Baro, msg::BaroSample> baro_;
   SilentSensor<Battery, msg::BatterySample> battery_;
+  SilentSensor<Mag, msg::MagSample> mag_;
+  SilentSensor<Gnss, msg::GnssSample> gnss_;
+  SilentSensor<Rc, msg::RcSample> rc_;
+  SilentSensor<Joints, msg::JointState> joints_;
   SilentSensor<Camera, msg::Image> camera_;
   SilentActuators actuators_;
 };

@@ -31,6 +31,37 @@ struct BatterySample {
   double charge = 0;     // 0..1 of the usable charge; NaN when the device does not know
 };
 
+/// Magnetic flux density in the base frame.
+struct MagSample {
+  Time stamp;
+  Vec3 field_t;
+};
+
+enum class GnssFix : std::uint32_t { none = 0, time = 1, flat = 2, full = 3, rtk_float = 4, rtk_fixed = 5 };
+
+/// Position and velocity of the antenna from satellites (WGS 84). What the receiver does not say is NaN.
+struct GnssSample {
+  Time stamp;  // when it was valid, as far as the receiver tells; else when it came in
+  double latitude_deg = 0, longitude_deg = 0;
+  double altitude_m = 0;                                                              // above mean sea level
+  Vec3 velocity_mps;                                                                  // world: x east, y north, z up
+  double horizontal_accuracy_m = 0, vertical_accuracy_m = 0, speed_accuracy_mps = 0;  // one sigma
+  GnssFix fix = GnssFix::none;
+  std::uint32_t satellites = 0;  // used
+};
+
+inline constexpr std::size_t kMaxRcChannels = 16;
+
+/// The sticks and switches of a pilot.
+struct RcSample {
+  Time stamp;
+  std::array<double, kMaxRcChannels> channel{};  // -1..1; 0 at the middle of a stick
+  double link_quality = 0;                       // 0..1 of the frames that should have come; NaN when unknown
+  double rssi_dbm = 0;                           // NaN when unknown
+  std::uint32_t count = 0;                       // channels in use
+  std::uint32_t lost = 0;                        // 1: the receiver has no transmitter; the channels mean nothing
+};
+
 template <>
 struct Description<ImuSample> {
   static constexpr std::string_view name = "ImuSample", doc = "Angular rate and specific force in the base frame.";
@@ -60,6 +91,39 @@ struct Description<BatterySample> {
       describe(field<&BatterySample::stamp>("ns"), field<&BatterySample::voltage_v>("V", "at its terminals"),
                field<&BatterySample::current_a>("A", "drawn from it"),
                field<&BatterySample::charge>("1", "0..1, NaN when unknown"));
+};
+
+template <>
+struct Description<MagSample> {
+  static constexpr std::string_view name = "MagSample", doc = "Magnetic flux density in the base frame.";
+  static constexpr auto fields =
+      describe(field<&MagSample::stamp>("ns"), field<&MagSample::field_t>("T", "base frame"));
+};
+
+template <>
+struct Description<GnssSample> {
+  static constexpr std::string_view name = "GnssSample", doc = "Position and velocity from satellites.";
+  static constexpr auto fields = describe(
+      field<&GnssSample::stamp>("ns"), field<&GnssSample::latitude_deg>("deg", "WGS 84"),
+      field<&GnssSample::longitude_deg>("deg", "WGS 84"), field<&GnssSample::altitude_m>("m", "above mean sea level"),
+      field<&GnssSample::velocity_mps>("m/s", "x east, y north, z up"),
+      field<&GnssSample::horizontal_accuracy_m>("m", "one sigma"),
+      field<&GnssSample::vertical_accuracy_m>("m", "one sigma"),
+      field<&GnssSample::speed_accuracy_mps>("m/s", "one sigma"),
+      field<&GnssSample::fix>("enum",
+                              "0 none, 1 time only, 2 two-dimensional, 3 three-dimensional, 4 RTK float, "
+                              "5 RTK fixed"),
+      field<&GnssSample::satellites>("1", "used"));
+};
+
+template <>
+struct Description<RcSample> {
+  static constexpr std::string_view name = "RcSample", doc = "The sticks and switches of a pilot.";
+  static constexpr auto fields =
+      describe(field<&RcSample::stamp>("ns"), field<&RcSample::channel>("1", "-1..1"),
+               field<&RcSample::link_quality>("1", "0..1; NaN when unknown"),
+               field<&RcSample::rssi_dbm>("dBm", "NaN when unknown"), field<&RcSample::count>("1", "channels in use"),
+               field<&RcSample::lost>("1", "1: no transmitter; the channels mean nothing"));
 };
 
 }  // namespace sinew::msg

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "sim_hil/wake_slot.hpp"
+#include "hal/wake_slot.hpp"
 
 namespace sinew::sim_hil {
 
@@ -38,7 +38,7 @@ class DatasetBoard::Cursor {
   const DatasetBoard& board_;
   std::vector<std::int64_t> stamps_;
   std::size_t next_ = 0;
-  WakeSlot wake_;
+  hal::WakeSlot wake_;
 };
 
 class DatasetBoard::ImuPlayer final : public hal::Imu {
@@ -185,18 +185,14 @@ hal::Status DatasetBoard::make_devices(std::string& why) {
   return {};
 }
 
-hal::Result<hal::Imu*> DatasetBoard::imu(std::string_view name) {
-  if (!imu_ || (name != "imu" && name != "imu0")) return Error{Errc::not_found, "DatasetBoard::imu"};
+hal::Result<hal::Device*> DatasetBoard::open_sensor(hal::SensorKind kind, std::string_view name) {
+  if (kind != hal::SensorKind::imu || !imu_ || (name != "imu" && name != "imu0"))
+    return Error{Errc::not_found, "DatasetBoard: a sensor of this kind and name"};
   return imu_.get();
 }
 hal::Result<hal::Camera*> DatasetBoard::camera(std::string_view name) {
   if (!camera_ || (name != "camera" && name != "cam0")) return Error{Errc::not_found, "DatasetBoard::camera"};
   return camera_.get();
-}
-hal::Result<hal::Range*> DatasetBoard::range(std::string_view) { return Error{Errc::not_found, "DatasetBoard::range"}; }
-hal::Result<hal::Baro*> DatasetBoard::baro(std::string_view) { return Error{Errc::not_found, "DatasetBoard::baro"}; }
-hal::Result<hal::Battery*> DatasetBoard::battery(std::string_view) {
-  return Error{Errc::not_found, "DatasetBoard::battery"};
 }
 hal::Result<hal::Actuators*> DatasetBoard::actuators(std::string_view) {
   return Error{Errc::not_found, "DatasetBoard::actuators"};

@@ -41,10 +41,7 @@ class DatasetBoard final : public hal::Board, public hal::GrantSource {
   static hal::Result<std::unique_ptr<DatasetBoard>> open(const DatasetOptions& options, std::string& why);
   ~DatasetBoard() override;
 
-  hal::Result<hal::Imu*> imu(std::string_view name) override;
-  hal::Result<hal::Range*> range(std::string_view name) override;
-  hal::Result<hal::Baro*> baro(std::string_view name) override;
-  hal::Result<hal::Battery*> battery(std::string_view name) override;
+  hal::Result<hal::Device*> open_sensor(hal::SensorKind kind, std::string_view name) override;
   hal::Result<hal::Camera*> camera(std::string_view name) override;
   hal::Result<hal::Actuators*> actuators(std::string_view name) override;
 

@@ -124,6 +124,21 @@ void SimBoard::make_devices() {
 
 // ---- devices by name
 
+static std::optional<DeviceKind> kind_of(hal::SensorKind kind) {
+  switch (kind) {
+    case hal::SensorKind::imu:
+      return DeviceKind::imu;
+    case hal::SensorKind::range:
+      return DeviceKind::range;
+    case hal::SensorKind::baro:
+      return DeviceKind::baro;
+    case hal::SensorKind::battery:
+      return DeviceKind::battery;
+    default:
+      return std::nullopt;
+  }
+}
+
 template <class Wanted>
 Result<Wanted*> SimBoard::find(std::string_view name, DeviceKind kind) {
   std::string known;
@@ -144,10 +159,14 @@ Result<Wanted*> SimBoard::find(std::string_view name, DeviceKind kind) {
   return Error{Errc::not_found, "plant has no device of this name and kind"};
 }
 
-Result<hal::Imu*> SimBoard::imu(std::string_view name) { return find<hal::Imu>(name, DeviceKind::imu); }
-Result<hal::Range*> SimBoard::range(std::string_view name) { return find<hal::Range>(name, DeviceKind::range); }
-Result<hal::Baro*> SimBoard::baro(std::string_view name) { return find<hal::Baro>(name, DeviceKind::baro); }
-Result<hal::Battery*> SimBoard::battery(std::string_view name) { return find<hal::Battery>(name, DeviceKind::battery); }
+Result<hal::Device*> SimBoard::open_sensor(hal::SensorKind kind, std::string_view name) {
+  const auto wire_kind = kind_of(kind);
+  if (!wire_kind) {
+    problem_ = "simulated plants have no " + std::string(hal::to_string(kind)) + " '" + std::string(name) + "'";
+    return Error{Errc::not_supported, "a kind of sensor that plants do not have"};
+  }
+  return find<hal::Device>(name, *wire_kind);
+}
 Result<hal::Camera*> SimBoard::camera(std::string_view name) { return find<hal::Camera>(name, DeviceKind::camera); }
 Result<hal::Actuators*> SimBoard::actuators(std::string_view name) {
   return find<hal::Actuators>(name, DeviceKind::actuators);

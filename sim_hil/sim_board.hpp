@@ -62,7 +62,7 @@ struct SimOptions {
 /// The hal's devices on a simulator's connection. In lockstep it is also what grants virtual time.
 ///     auto stream = hal::connect_stream("unix:/run/plant.sock", 5s);
 ///     auto board = SimBoard::open(std::move(*stream), {.clock = &clock}, why);
-///     hal::Imu* imu = *(*board)->imu("imu");
+///     hal::Imu* imu = *(*board)->sensor<msg::ImuSample>("imu");
 ///     ... (*board)->start(); ...
 /// Times at its devices are on the runtime's clock. While a lost plant is looked for, devices have nothing to read and
 /// actuators refuse with `closed`; the run goes on.
@@ -79,10 +79,7 @@ class SimBoard final : public hal::Board, public hal::GrantSource {
   /// True when this camera's frames come through shared memory.
   bool shares_memory() const { return line_.memory != nullptr; }
 
-  hal::Result<hal::Imu*> imu(std::string_view name) override;
-  hal::Result<hal::Range*> range(std::string_view name) override;
-  hal::Result<hal::Baro*> baro(std::string_view name) override;
-  hal::Result<hal::Battery*> battery(std::string_view name) override;
+  hal::Result<hal::Device*> open_sensor(hal::SensorKind kind, std::string_view name) override;
   hal::Result<hal::Camera*> camera(std::string_view name) override;
   hal::Result<hal::Actuators*> actuators(std::string_view name) override;
 

@@ -6,10 +6,10 @@
 
 #include "hal/device.hpp"
 #include "hal/os.hpp"
+#include "hal/wake_slot.hpp"
 #include "sim_hil/plant_clock.hpp"
 #include "sim_hil/protocol.hpp"
 #include "sim_hil/sample_ring.hpp"
-#include "sim_hil/wake_slot.hpp"
 
 namespace sinew::sim_hil {
 
@@ -93,7 +93,7 @@ class SimDevice {
     counter.fetch_add(n, std::memory_order_relaxed);
   }
   bool wanted_ = false;
-  WakeSlot wake_;
+  hal::WakeSlot wake_;
   bool first_ = true;
   Arrival last_{};
   std::size_t spare_bytes_ = 0;  // below one KiB

@@ -16,10 +16,9 @@ class WatchedBoard final : public hal::Board {
   WatchedBoard(hal::Board& board, const hal::Clock& clock, std::string group, CommandCheck* check)
       : board_(board), clock_(clock), group_(std::move(group)), check_(check) {}
 
-  hal::Result<hal::Imu*> imu(std::string_view name) override { return board_.imu(name); }
-  hal::Result<hal::Range*> range(std::string_view name) override { return board_.range(name); }
-  hal::Result<hal::Baro*> baro(std::string_view name) override { return board_.baro(name); }
-  hal::Result<hal::Battery*> battery(std::string_view name) override { return board_.battery(name); }
+  hal::Result<hal::Device*> open_sensor(hal::SensorKind kind, std::string_view name) override {
+    return board_.open_sensor(kind, name);
+  }
   hal::Result<hal::Camera*> camera(std::string_view name) override { return board_.camera(name); }
   hal::Result<hal::Actuators*> actuators(std::string_view name) override {
     auto opened = board_.actuators(name);

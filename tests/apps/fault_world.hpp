@@ -134,10 +134,20 @@ class FaultWorld final : public hal::EmptyBoard, public hal::GrantSource {
  public:
   FaultWorld(hal::ManualClock& clock, Duration lease)
       : imus_(clock), ranges_(clock), baros_(clock), batteries_(clock), camera_(clock), motors(clock, lease) {}
-  hal::Result<hal::Imu*> imu(std::string_view) override { return &imus_; }
-  hal::Result<hal::Range*> range(std::string_view) override { return &ranges_; }
-  hal::Result<hal::Baro*> baro(std::string_view) override { return &baros_; }
-  hal::Result<hal::Battery*> battery(std::string_view) override { return &batteries_; }
+  hal::Result<hal::Device*> open_sensor(hal::SensorKind kind, std::string_view) override {
+    switch (kind) {
+      case hal::SensorKind::imu:
+        return &imus_;
+      case hal::SensorKind::range:
+        return &ranges_;
+      case hal::SensorKind::baro:
+        return &baros_;
+      case hal::SensorKind::battery:
+        return &batteries_;
+      default:
+        return hal::Error{hal::Errc::not_found, "fault world"};
+    }
+  }
   hal::Result<hal::Camera*> camera(std::string_view) override { return &camera_; }
   hal::Result<hal::Actuators*> actuators(std::string_view) override { return &motors; }
 

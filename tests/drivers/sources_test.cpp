@@ -12,8 +12,8 @@ using namespace std::chrono_literals;
 /// An IMU with `waiting` samples, after which it answers with `then`.
 class FakeImu final : public hal::EmptyBoard, public hal::Imu {
  public:
-  hal::Result<hal::Imu*> imu(std::string_view name) override {
-    if (name != "imu") return hal::Error{hal::Errc::not_found, "imu"};
+  hal::Result<hal::Device*> open_sensor(hal::SensorKind kind, std::string_view name) override {
+    if (kind != hal::SensorKind::imu || name != "imu") return hal::Error{hal::Errc::not_found, "imu"};
     return static_cast<hal::Imu*>(this);
   }
   hal::Time ready_at() const noexcept override { return {}; }

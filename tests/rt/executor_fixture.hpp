@@ -92,10 +92,10 @@ class ListedImu final : public hal::Imu {
 class ListedBoard final : public hal::Board {
  public:
   explicit ListedBoard(const hal::Clock& clock) : imu_device(clock), motors(clock) {}
-  hal::Result<hal::Imu*> imu(std::string_view) override { return &imu_device; }
-  hal::Result<hal::Range*> range(std::string_view) override { return none(); }
-  hal::Result<hal::Baro*> baro(std::string_view) override { return none(); }
-  hal::Result<hal::Battery*> battery(std::string_view) override { return none(); }
+  hal::Result<hal::Device*> open_sensor(hal::SensorKind kind, std::string_view) override {
+    if (kind != hal::SensorKind::imu) return none();
+    return &imu_device;
+  }
   hal::Result<hal::Camera*> camera(std::string_view) override { return none(); }
   hal::Result<hal::Actuators*> actuators(std::string_view name) override {
     if (name != "motors") return none();

@@ -44,10 +44,7 @@ class FakeActuators final : public hal::Actuators {
 
 class FakeBoard final : public hal::Board {
  public:
-  hal::Result<hal::Imu*> imu(std::string_view) override { return none(); }
-  hal::Result<hal::Range*> range(std::string_view) override { return none(); }
-  hal::Result<hal::Baro*> baro(std::string_view) override { return none(); }
-  hal::Result<hal::Battery*> battery(std::string_view) override { return none(); }
+  hal::Result<hal::Device*> open_sensor(hal::SensorKind, std::string_view) override { return none(); }
   hal::Result<hal::Camera*> camera(std::string_view) override { return none(); }
   hal::Result<hal::Actuators*> actuators(std::string_view name) override {
     for (auto& [n, device] : groups)

@@ -238,10 +238,10 @@ class RangeDevice final : public hal::Range {
 
 class OneRange final : public hal::Board {
  public:
-  hal::Result<hal::Imu*> imu(std::string_view) override { return none(); }
-  hal::Result<hal::Range*> range(std::string_view) override { return &device; }
-  hal::Result<hal::Baro*> baro(std::string_view) override { return none(); }
-  hal::Result<hal::Battery*> battery(std::string_view) override { return none(); }
+  hal::Result<hal::Device*> open_sensor(hal::SensorKind kind, std::string_view) override {
+    if (kind != hal::SensorKind::range) return none();
+    return &device;
+  }
   hal::Result<hal::Camera*> camera(std::string_view) override { return none(); }
   hal::Result<hal::Actuators*> actuators(std::string_view) override { return none(); }
   RangeDevice device;
@@ -257,7 +257,7 @@ class RangeDriver final : public DriverModule {
     d.out("nearest", nearest_);
   }
   hal::Status configure(Setup& setup) override {
-    auto opened = setup.board().range("range");
+    auto opened = setup.board().sensor<msg::RangeSample>("range");
     if (!opened) return opened.error();
     device_ = *opened;
     return {};

@@ -80,7 +80,7 @@ Failure refused(const Folder& f, DatasetOptions options = {}) {
 /// Grants until the end; every sample as "time in us:value".
 std::vector<std::string> play(DatasetBoard& board, hal::ManualClock& clock) {
   std::vector<std::string> seen;
-  auto imu = board.imu("imu");
+  auto imu = board.sensor<msg::ImuSample>("imu");
   auto camera = board.camera("camera");
   Slot slot;
   Time done = clock.now();
@@ -125,7 +125,7 @@ TEST(DatasetBoard, NothingIsReadyBeforeItsStamp) {
   hal::ManualClock clock;
   clock.set({7'000});
   const auto board = open({.folder = f.path(), .clock = &clock});
-  hal::Imu& imu = **board->imu("imu0");
+  hal::Imu& imu = **board->sensor<msg::ImuSample>("imu0");
   hal::Camera& camera = **board->camera("cam0");
   msg::ImuSample s;
   Slot slot;
@@ -167,14 +167,14 @@ TEST(DatasetBoard, EitherPartMayBeMissingButNotBoth) {
   no_imu.write("cam0/" + image_name(0), grey_png(1));
   hal::ManualClock clock;
   const auto a = open({.folder = no_images.path(), .clock = &clock});
-  EXPECT_TRUE(a->imu("imu"));
+  EXPECT_TRUE(a->sensor<msg::ImuSample>("imu"));
   EXPECT_EQ(a->camera("camera").error().code, Errc::not_found);
   EXPECT_EQ(play(*a, clock).size(), 3u);
   const auto b = open({.folder = no_imu.path(), .clock = &clock});
-  EXPECT_EQ(b->imu("imu").error().code, Errc::not_found);
+  EXPECT_EQ(b->sensor<msg::ImuSample>("imu").error().code, Errc::not_found);
   EXPECT_TRUE(b->camera("camera"));
-  EXPECT_EQ(b->range("range").error().code, Errc::not_found);
-  EXPECT_EQ(b->baro("baro").error().code, Errc::not_found);
+  EXPECT_EQ(b->sensor<msg::RangeSample>("range").error().code, Errc::not_found);
+  EXPECT_EQ(b->sensor<msg::BaroSample>("baro").error().code, Errc::not_found);
   EXPECT_EQ(b->actuators("motors").error().code, Errc::not_found);
   const Failure none = refused(nothing);
   EXPECT_EQ(none.code, Errc::not_found);
@@ -249,18 +249,20 @@ TEST(DatasetBoard, InRealTimeSleepersAreWokenForEverySample) {
   hal::Os& os = hal::linux_os();
   const auto board = open({.folder = f.path(), .clock = &os, .os = &os});
   Count imu, camera;
-  (*board->imu("imu"))->set_wake(&imu);
+  (*board->sensor<msg::ImuSample>("imu"))->set_wake(&imu);
   (*board->camera("camera"))->set_wake(&camera);
-  EXPECT_EQ((*board->imu("imu"))->ready_at(), hal::kNever);  // the record has not begun
+  EXPECT_EQ((*board->sensor<msg::ImuSample>("imu"))->ready_at(), hal::kNever);  // the record has not begun
   msg::ImuSample s;
-  EXPECT_FALSE(*(*board->imu("imu"))->read(s));
+  EXPECT_FALSE(*(*board->sensor<msg::ImuSample>("imu"))->read(s));
   ASSERT_TRUE(board->start());
   const Time patience = os.now() + 10s;
   while ((imu.n < 9 || camera.n < 3) && os.now() < patience) std::this_thread::sleep_for(1ms);
   EXPECT_EQ(imu.n, 9);
   EXPECT_EQ(camera.n, 3);
   int samples = 0;
-  for (auto got = (*board->imu("imu"))->read(s); got && *got; got = (*board->imu("imu"))->read(s)) ++samples;
+  for (auto got = (*board->sensor<msg::ImuSample>("imu"))->read(s); got && *got;
+       got = (*board->sensor<msg::ImuSample>("imu"))->read(s))
+    ++samples;
   EXPECT_EQ(samples, 9);
 }
 
@@ -279,7 +281,7 @@ TEST(DatasetBoard, WhoIsTakenAwayWhileItIsWokenIsLetGoOfFirst) {
   hal::Os& os = hal::linux_os();
   Slow slow;
   const auto board = open({.folder = f.path(), .clock = &os, .os = &os});
-  hal::Imu& imu = **board->imu("imu");
+  hal::Imu& imu = **board->sensor<msg::ImuSample>("imu");
   imu.set_wake(&slow);
   ASSERT_TRUE(board->start());
   while (!slow.entered) std::this_thread::yield();
@@ -302,7 +304,7 @@ TEST(DatasetBoard, PlaysTheRealRecording) {
   EXPECT_GT(board->imu_samples(), 200u);
   Time done{-1};
   std::size_t samples = 0;
-  hal::Imu& imu = **board->imu("imu");
+  hal::Imu& imu = **board->sensor<msg::ImuSample>("imu");
   for (auto grant = board->next_grant(done); grant; grant = board->next_grant(done)) {
     clock.set(done = *grant);
     msg::ImuSample s;

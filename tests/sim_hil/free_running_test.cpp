@@ -32,7 +32,7 @@ TEST(SimFreeRunning, SampleWakesItsReaderAndStandsOnTheRuntimeClock) {
       },
       free_running());
   Bell& bell = rig.bell;
-  hal::Imu* imu = *rig.board->imu("imu");
+  hal::Imu* imu = *rig.board->sensor<msg::ImuSample>("imu");
   imu->set_wake(&bell);
   ASSERT_TRUE(rig.board->start());
   msg::ImuSample s;
@@ -69,7 +69,7 @@ TEST(SimFreeRunning, SlowerPlantIsFollowedOnASlowerClock) {
       },
       options);
   Bell& bell = rig.bell;
-  hal::Imu* imu = *rig.board->imu("imu");
+  hal::Imu* imu = *rig.board->sensor<msg::ImuSample>("imu");
   imu->set_wake(&bell);
   ASSERT_TRUE(rig.board->start());
   msg::ImuSample s;
@@ -92,8 +92,8 @@ TEST(SimFreeRunning, OverflowOfAQueueIsCountedAndTheNewestThatFitRemain) {
       },
       options);
   Bell& bell = rig.bell;
-  hal::Imu* imu = *rig.board->imu("imu");
-  hal::Baro* baro = *rig.board->baro("baro");
+  hal::Imu* imu = *rig.board->sensor<msg::ImuSample>("imu");
+  hal::Baro* baro = *rig.board->sensor<msg::BaroSample>("baro");
   baro->set_wake(&bell);
   ASSERT_TRUE(rig.board->start());
   msg::BaroSample b;
@@ -126,7 +126,7 @@ TEST(SimFreeRunning, ManySamplesPassInOrderWithoutLoss) {
       },
       options);
   Bell& bell = rig.bell;
-  hal::Imu* imu = *rig.board->imu("imu");
+  hal::Imu* imu = *rig.board->sensor<msg::ImuSample>("imu");
   imu->set_wake(&bell);
   ASSERT_TRUE(rig.board->start());
   msg::ImuSample s;
@@ -197,7 +197,7 @@ TEST(SimFreeRunning, EndOfTheRunWakesReadersAndQuotesThePlant) {
       },
       free_running());
   Bell& bell = rig.bell;
-  hal::Imu* imu = *rig.board->imu("imu");
+  hal::Imu* imu = *rig.board->sensor<msg::ImuSample>("imu");
   imu->set_wake(&bell);
   ASSERT_TRUE(rig.board->start());
   msg::ImuSample s;
@@ -210,7 +210,7 @@ TEST(SimFreeRunning, EndOfTheRunWakesReadersAndQuotesThePlant) {
 TEST(SimFreeRunning, ConnectionLostMidRunEndsTheRun) {
   Rig rig([](PlantLink& plant) { ASSERT_TRUE(plant.start_clock(at(0ms), linux_os().now())); }, free_running());
   Bell& bell = rig.bell;
-  hal::Imu* imu = *rig.board->imu("imu");
+  hal::Imu* imu = *rig.board->sensor<msg::ImuSample>("imu");
   imu->set_wake(&bell);
   ASSERT_TRUE(rig.board->start());
   msg::ImuSample s;
@@ -230,7 +230,7 @@ TEST(SimFreeRunning, SampleThatArrivesLongAfterItWasReadyIsLate) {
       },
       options);
   Bell& bell = rig.bell;
-  hal::Imu* imu = *rig.board->imu("imu");
+  hal::Imu* imu = *rig.board->sensor<msg::ImuSample>("imu");
   imu->set_wake(&bell);
   ASSERT_TRUE(rig.board->start());
   msg::ImuSample s;
@@ -253,7 +253,7 @@ TEST(SimFreeRunning, GapBetweenArrivalsIsMeasured) {
       },
       free_running());
   Bell& bell = rig.bell;
-  hal::Imu* imu = *rig.board->imu("imu");
+  hal::Imu* imu = *rig.board->sensor<msg::ImuSample>("imu");
   imu->set_wake(&bell);
   ASSERT_TRUE(rig.board->start());
   msg::ImuSample s;
@@ -287,7 +287,7 @@ TEST(SimFreeRunning, BellThatWasTakenAwayIsNotRungAgain) {
         }
       },
       free_running());
-  hal::Imu* imu = *rig.board->imu("imu");
+  hal::Imu* imu = *rig.board->sensor<msg::ImuSample>("imu");
   ASSERT_TRUE(rig.board->start());
   msg::ImuSample s;
   for (int i = 0; i < 200; ++i) {
@@ -306,7 +306,7 @@ TEST(SimFreeRunning, NobodyIsWokenAfterBye) {
         }
       },
       free_running());
-  hal::Imu* imu = *rig.board->imu("imu");
+  hal::Imu* imu = *rig.board->sensor<msg::ImuSample>("imu");
   imu->set_wake(&rig.bell);
   ASSERT_TRUE(rig.board->start());
   msg::ImuSample s;

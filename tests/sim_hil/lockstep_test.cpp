@@ -22,7 +22,7 @@ TEST(SimLockstep, SampleIsSeenWhenItIsReadyAndNotBefore) {
     ASSERT_TRUE(plant.send(kImu, imu_sample(2ms, 6), at(4ms)));
     static_cast<void>(plant.grant(at(10ms)));
   });
-  hal::Imu* imu = *rig.board->imu("imu");
+  hal::Imu* imu = *rig.board->sensor<msg::ImuSample>("imu");
   EXPECT_EQ(imu->ready_at(), hal::kNever);
   ASSERT_EQ(*rig.board->next_grant(at(0ms)), at(10ms));
   msg::ImuSample s;
@@ -47,8 +47,8 @@ TEST(SimLockstep, RangeAndBaroCarryTheirValues) {
     ASSERT_TRUE(plant.send(kBaro, baro, at(1ms)));
     static_cast<void>(plant.grant(at(1ms)));
   });
-  hal::Range* range = *rig.board->range("range");
-  hal::Baro* baro = *rig.board->baro("baro");
+  hal::Range* range = *rig.board->sensor<msg::RangeSample>("range");
+  hal::Baro* baro = *rig.board->sensor<msg::BaroSample>("baro");
   ASSERT_TRUE(rig.board->next_grant({}));
   rig.clock.set(at(1ms));
   const auto ranges = drain(*range);
@@ -74,7 +74,7 @@ TEST(SimLockstep, BatteryCarriesItsValues) {
         static_cast<void>(plant.grant(at(2ms)));
       },
       {}, with_battery);
-  hal::Battery* battery = *rig.board->battery("battery");
+  hal::Battery* battery = *rig.board->sensor<msg::BatterySample>("battery");
   ASSERT_TRUE(rig.board->next_grant({}));
   rig.clock.set(at(2ms));
   const auto samples = drain(*battery);
@@ -115,7 +115,7 @@ TEST(SimLockstep, RoundTripIsOneReadAndOneWriteAndAFrameThreeCopies) {
       if (!plant.grant(at(i * 1ms))) return;
     }
   });
-  hal::Imu* imu = *rig.board->imu("imu");
+  hal::Imu* imu = *rig.board->sensor<msg::ImuSample>("imu");
   hal::Camera* camera = *rig.board->camera("camera");
   hal::Actuators* motors = *rig.board->actuators("motors");
   ImageBox image(256);
@@ -156,7 +156,7 @@ TEST(SimLockstep, CommandsAreCheckedBeforeTheyAreSent) {
 
 TEST(SimLockstep, MissingDeviceIsNamedWithThoseThatExist) {
   Rig rig([](PlantLink&) {});
-  EXPECT_EQ(rig.board->imu("imu2").error().code, Errc::not_found);
+  EXPECT_EQ(rig.board->sensor<msg::ImuSample>("imu2").error().code, Errc::not_found);
   EXPECT_EQ(rig.board->problem(),
             "plant 'small' has no imu 'imu2'; it has: imu 'imu', range 'range', baro 'baro', camera 'camera', "
             "actuators 'motors'");
@@ -169,7 +169,7 @@ TEST(SimLockstep, PlantThatEndsTheRunIsQuoted) {
     ASSERT_TRUE(plant.grant(at(0ms)));
     plant.bye("vehicle left the room");
   });
-  hal::Imu* imu = *rig.board->imu("imu");
+  hal::Imu* imu = *rig.board->sensor<msg::ImuSample>("imu");
   const Time until = *rig.board->next_grant({});
   const auto end = rig.board->next_grant(until);
   ASSERT_FALSE(end);
@@ -204,7 +204,7 @@ TEST(SimLockstep, LostSamplesAndGapsAreCounted) {
     for (int ms : {0, 1, 2, 6, 7}) ASSERT_TRUE(plant.send(kImu, imu_sample(ms * 1ms), at(ms * 1ms)));
     static_cast<void>(plant.grant(at(10ms)));
   });
-  static_cast<void>(*rig.board->imu("imu"));
+  static_cast<void>(*rig.board->sensor<msg::ImuSample>("imu"));
   ASSERT_TRUE(rig.board->next_grant({}));
   const DeviceStats stats = rig.board->stats().devices[kImu];
   EXPECT_EQ(stats.samples, 5u);
@@ -232,7 +232,7 @@ TEST(SimLockstep, FullDeviceDropsTheOldestAndCountsThem) {
         static_cast<void>(plant.grant(at(10ms)));
       },
       options);
-  hal::Imu* imu = *rig.board->imu("imu");
+  hal::Imu* imu = *rig.board->sensor<msg::ImuSample>("imu");
   ASSERT_TRUE(rig.board->next_grant({}));
   rig.clock.set(at(5ms));
   auto seen = drain(*imu);
@@ -261,7 +261,7 @@ TEST(SimLockstep, QueueThatOverflowsWithinOneGrantIsCounted) {
     for (int i = 0; i < 5000; ++i) ASSERT_TRUE(plant.send(kImu, imu_sample(i * 1ms), at(i * 1ms)));
     static_cast<void>(plant.grant(at(5s)));
   });
-  static_cast<void>(*rig.board->imu("imu"));
+  static_cast<void>(*rig.board->sensor<msg::ImuSample>("imu"));
   ASSERT_TRUE(rig.board->next_grant({}));
   EXPECT_EQ(rig.board->stats().devices[kImu].overflow, 5000u - 4096u);
 }

@@ -13,7 +13,7 @@ using hal::Errc;
 /// Says which device it was asked for.
 class NamedBoard final : public hal::EmptyBoard {
  public:
-  hal::Result<hal::Imu*> imu(std::string_view name) override { return asked_for(name); }
+  hal::Result<hal::Device*> open_sensor(hal::SensorKind, std::string_view name) override { return asked_for(name); }
   hal::Result<hal::Actuators*> actuators(std::string_view name) override { return asked_for(name); }
   std::vector<std::string> asked;
 
@@ -29,7 +29,7 @@ TEST(MixedBoard, HandsEachNamedDeviceToItsBoardAndAllOthersToTheFirst) {
   hal::MixedBoard mixed(first);
   mixed.assign("motors", second);
   mixed.assign("wings", second);
-  EXPECT_FALSE(mixed.imu("imu"));
+  EXPECT_FALSE(mixed.sensor<msg::ImuSample>("imu"));
   EXPECT_FALSE(mixed.actuators("motors"));
   EXPECT_EQ(first.asked, std::vector<std::string>{"imu"});
   EXPECT_EQ(second.asked, std::vector<std::string>{"motors"});
@@ -52,7 +52,7 @@ TEST(MixedBoard, RecordedCameraFliesOnASimulatedRobotInVirtualTime) {
   ASSERT_TRUE(record) << why;
   hal::MixedBoard mixed(*rig.board);
   mixed.assign("camera", **record);
-  hal::Imu* imu = *mixed.imu("imu");
+  hal::Imu* imu = *mixed.sensor<msg::ImuSample>("imu");
   hal::Camera* camera = *mixed.camera("camera");
   ASSERT_TRUE(mixed.actuators("motors"));
   EXPECT_TRUE(mixed.unused().empty());

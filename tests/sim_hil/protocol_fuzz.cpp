@@ -93,10 +93,10 @@ void hear_as_runtime(std::unique_ptr<hal::Stream> stream) {
   for (bool more = true; more; more = until.has_value()) {
     if (until) clock.set(*until);
     for (const DeviceInfo& d : (*board)->plant().devices) {
-      if (d.kind == DeviceKind::imu) read_all((*board)->imu(d.name), imu);
-      if (d.kind == DeviceKind::range) read_all((*board)->range(d.name), range);
-      if (d.kind == DeviceKind::baro) read_all((*board)->baro(d.name), baro);
-      if (d.kind == DeviceKind::battery) read_all((*board)->battery(d.name), battery);
+      if (d.kind == DeviceKind::imu) read_all((*board)->sensor<msg::ImuSample>(d.name), imu);
+      if (d.kind == DeviceKind::range) read_all((*board)->sensor<msg::RangeSample>(d.name), range);
+      if (d.kind == DeviceKind::baro) read_all((*board)->sensor<msg::BaroSample>(d.name), baro);
+      if (d.kind == DeviceKind::battery) read_all((*board)->sensor<msg::BatterySample>(d.name), battery);
       if (d.kind == DeviceKind::camera && d.frame_bytes() < 100'000) read_all((*board)->camera(d.name), *image);
     }
     if (until) until = (*board)->next_grant(*until);

@@ -85,8 +85,8 @@ Flight fly(const std::string& kind, std::uint64_t seed) {
   auto board = SimBoard::open(std::move(*stream), options, why);
   EXPECT_TRUE(board) << why;
   if (!board) return flight;
-  hal::Imu* imu = *(*board)->imu("imu");
-  hal::Range* range = *(*board)->range("range");
+  hal::Imu* imu = *(*board)->sensor<msg::ImuSample>("imu");
+  hal::Range* range = *(*board)->sensor<msg::RangeSample>("range");
   hal::Actuators* motors = *(*board)->actuators("motors");
   Lifter lifter;
   for (auto until = (*board)->next_grant({}); until; until = (*board)->next_grant(*until)) {

@@ -91,7 +91,7 @@ TEST(SimRelink, PlantThatComesBackIsTakenUpAgainAndTheRunGoesOn) {
   };
   {
     const auto board = meet(coming_back(connect));
-    hal::Imu* imu = *board->imu("imu");
+    hal::Imu* imu = *board->sensor<msg::ImuSample>("imu");
     hal::Actuators* motors = *board->actuators("motors");
     ASSERT_TRUE(board->start());
     msg::ImuSample first, second;
@@ -178,7 +178,7 @@ TEST(SimRelink, PlantThatStaysAwayEndsTheRunWithBothReasons) {
     rig.reset();  // nobody listens any more, and then the line breaks
   });
   const auto board = meet(coming_back([=] { return hal::connect_stream(endpoint, 1ms); }, 200ms));
-  hal::Imu* imu = *board->imu("imu");
+  hal::Imu* imu = *board->sensor<msg::ImuSample>("imu");
   ASSERT_TRUE(board->start());
   ASSERT_TRUE(until([&] { return board->ended(); }));
   EXPECT_NE(board->end_reason().find("lost: closed: peer closed the connection"), std::string::npos);
@@ -298,7 +298,7 @@ class RemotePlant {
 TEST(SimRemote, StampsOfADriftingClockLieWithinTheBoundOfTheExchanges) {
   RemotePlant plant(true);
   const auto board = meet(coming_back(plant.connect()));
-  hal::Imu* imu = *board->imu("imu");
+  hal::Imu* imu = *board->sensor<msg::ImuSample>("imu");
   ASSERT_TRUE(board->start());
   EXPECT_GE(board->stats().clock.exchanges, 1u) << "a burst before the start";
   Time last{};

@@ -3,7 +3,7 @@
 
 #include "hal/device.hpp"
 
-namespace sinew::sim_hil {
+namespace sinew::hal {
 
 /// Whom a device wakes, changed while it may be waking.
 /// Thread:  ring(): one; change(): another.   RT: ring() yes; change() configure only.
@@ -13,19 +13,19 @@ class WakeSlot {
   // wake away and then looks whether somebody rings. Sequential consistency is what makes one of the two see the other.
   void ring() noexcept {
     ringing_.store(true, std::memory_order_seq_cst);
-    if (hal::Wake* wake = wake_.load(std::memory_order_seq_cst)) wake->wake();
+    if (Wake* wake = wake_.load(std::memory_order_seq_cst)) wake->wake();
     ringing_.store(false, std::memory_order_release);
   }
   /// When this returns, ring() is out of the old one and will not call it again.
-  void change(hal::Wake* wake) noexcept {
+  void change(Wake* wake) noexcept {
     wake_.store(wake, std::memory_order_seq_cst);
     while (ringing_.load(std::memory_order_seq_cst)) {  // as long as one wake() takes
     }
   }
 
  private:
-  std::atomic<hal::Wake*> wake_{nullptr};
+  std::atomic<Wake*> wake_{nullptr};
   std::atomic<bool> ringing_{false};
 };
 
-}  // namespace sinew::sim_hil
+}  // namespace sinew::hal

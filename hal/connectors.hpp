@@ -1,0 +1,81 @@
+#pragma once
+// What a computer has plugs for, by name: hal/linux opens the kernel's, sim_hil the plant's, the Windows CE stub none.
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "hal/buses.hpp"
+#include "hal/can_bus.hpp"
+#include "hal/device.hpp"
+
+namespace sinew::hal {
+
+/// A CAN bus to open. `transport`:
+/// - "socketcan": the kernel's interface of that name ("can0", "vcan0");
+/// - "udp": DroneCAN's multicast framing, address "239.65.82.B" or just the bus number B, optional ":INTERFACE";
+/// - "socketcand": a socketcand server, address "HOST:PORT/BUS".
+struct CanSpec {
+  std::string transport, address;
+  std::uint32_t bit_rate = 1'000'000;  // for the bus load; the interface itself is set up by the system
+  std::uint32_t data_bit_rate = 0;     // CAN FD; 0: classic frames only
+  bool receive_own = false;            // tests: what this bus object sends comes back to it
+};
+
+struct SerialSpec {
+  std::string path;
+  std::uint32_t bit_rate = 115200;
+  bool even_parity = false, two_stop_bits = false, inverted = false;  // SBUS: 100000 8E2, inverted in hardware
+};
+
+struct SpiSpec {
+  std::string path;  // "/dev/spidev0.0"
+  std::uint32_t hz = 1'000'000;
+  std::uint8_t mode = 0;  // 0..3
+};
+
+struct GpioSpec {
+  std::string chip;  // "/dev/gpiochip0", or the chip's label
+  std::string line;  // its number or name
+  bool output = false, active_low = false, initial = false;
+  bool rising = false, falling = false;  // edges to wait for
+};
+
+/// A sensor behind the kernel's Industrial I/O.
+struct IioSpec {
+  std::string name;                  // of the device ("mpu6050"), its label, or "iio:deviceN"
+  std::string root = "/";            // the tree with sys/bus/iio/devices and dev/: a simulated one in tests
+  double rate_hz = 0;                // 0: as it is
+  std::string trigger;               // current_trigger; empty: as it is
+  bool buffered = true;              // false: polls the *_raw files
+  std::uint32_t buffer_length = 64;  // scans
+};
+
+/// A camera behind V4L2 or libcamera.
+struct CameraSpec {
+  std::string path;  // "/dev/video0", "usb-...": see hal/linux/v4l2_camera.hpp; libcamera: its id
+  std::uint32_t width = 640, height = 480;
+  msg::PixelFormat format = msg::PixelFormat::yuyv;
+  double rate_hz = 30;
+  std::uint32_t buffers = 4;
+  std::map<std::string, double, std::less<>> controls;  // by name, "exposure_time_absolute" = 100
+};
+
+/// Opens buses, ports and kernel devices. What it opens lives as long as the caller keeps it, and not longer than this.
+/// Thread:  owner, configure only.
+/// Errors:  not_found, denied, busy, not_supported, bad_argument, io; `why` has it in words with the path and what can
+///          be done about it.
+class Connectors {
+ public:
+  virtual ~Connectors() = default;
+  virtual Result<std::unique_ptr<CanBus>> can(const CanSpec& spec, std::string& why) = 0;
+  virtual Result<std::unique_ptr<I2cBus>> i2c(const std::string& path, std::string& why) = 0;
+  virtual Result<std::unique_ptr<SpiBus>> spi(const SpiSpec& spec, std::string& why) = 0;
+  virtual Result<std::unique_ptr<Serial>> serial(const SerialSpec& spec, std::string& why) = 0;
+  virtual Result<std::unique_ptr<Gpio>> gpio(const GpioSpec& spec, std::string& why) = 0;
+  virtual Result<std::unique_ptr<Imu>> iio_imu(const IioSpec& spec, std::string& why) = 0;
+  virtual Result<std::unique_ptr<Camera>> v4l2_camera(const CameraSpec& spec, std::string& why) = 0;
+  virtual Result<std::unique_ptr<Camera>> libcamera_camera(const CameraSpec& spec, std::string& why) = 0;
+};
+
+}  // namespace sinew::hal

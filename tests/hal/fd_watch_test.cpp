@@ -1,0 +1,104 @@
+#include "hal/linux/fd_watch.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <array>
+
+#include "hal/linux/os.hpp"
+
+namespace sinew::hal {
+namespace {
+
+using namespace std::chrono_literals;
+
+class Pipe {
+ public:
+  Pipe() { EXPECT_EQ(pipe(ends_.data()), 0); }
+  ~Pipe() { close(ends_[0]), close(ends_[1]); }
+  int reader() const { return ends_[0]; }
+  void put() { EXPECT_EQ(write(ends_[1], "x", 1), 1); }
+  void take() {
+    char c = 0;
+    EXPECT_EQ(read(ends_[0], &c, 1), 1);
+  }
+
+ private:
+  std::array<int, 2> ends_{-1, -1};
+};
+
+class Bell final : public Wake {
+ public:
+  void wake() noexcept override {
+    word_.fetch_add(1, std::memory_order_release);
+    linux_os().wake(word_);
+  }
+  /// False: not rung `times` times within ten seconds.
+  bool wait(std::uint32_t times) {
+    const Time deadline = linux_os().now() + 10s;
+    for (;;) {
+      const std::uint32_t seen = word_.load(std::memory_order_acquire);
+      if (seen >= times) return true;
+      if (linux_os().now() >= deadline) return false;
+      linux_os().wait(word_, seen, deadline);
+    }
+  }
+  std::uint32_t times() const { return word_.load(); }
+
+ private:
+  WakeWord word_{0};
+};
+
+TEST(FdWatch, RingsTheLineOfTheDescriptorThatHasSomething) {
+  Pipe first, second;
+  FdLine first_line, second_line;
+  Bell first_bell, second_bell;
+  auto watch = FdWatch::start(linux_os(), {"watch"});
+  ASSERT_TRUE(watch);
+  ASSERT_TRUE((*watch)->add(first.reader(), first_line));
+  ASSERT_TRUE((*watch)->add(second.reader(), second_line));
+  first_line.change_wake(&first_bell), second_line.change_wake(&second_bell);
+  EXPECT_TRUE(first_line.ready()) << "nobody has looked yet";
+  first_line.begin_read(), second_line.begin_read();
+  second.put();
+  ASSERT_TRUE(second_bell.wait(1));
+  EXPECT_TRUE(second_line.ready());
+  EXPECT_FALSE(first_line.ready());
+  EXPECT_EQ(first_bell.times(), 0u);
+  second_line.begin_read(), second.take();
+  EXPECT_FALSE(second_line.ready());
+  second.put();
+  EXPECT_TRUE(second_bell.wait(2)) << "what comes after a read rings again";
+  (*watch)->remove(first.reader()), (*watch)->remove(second.reader());
+}
+
+TEST(FdWatch, LineThatWasTakenAwayIsNotTouched) {
+  Pipe pipe, other;
+  Bell bell;
+  auto watch = FdWatch::start(linux_os(), {"watch"});
+  ASSERT_TRUE(watch);
+  {
+    FdLine line;
+    ASSERT_TRUE((*watch)->add(pipe.reader(), line));
+    (*watch)->remove(pipe.reader());
+  }
+  pipe.put();
+  FdLine line;
+  line.change_wake(&bell);
+  ASSERT_TRUE((*watch)->add(other.reader(), line));
+  other.put();
+  EXPECT_TRUE(bell.wait(1));
+  (*watch)->remove(other.reader());
+}
+
+TEST(FdWatch, DescriptorThatCannotBeWatchedIsAnError) {
+  auto watch = FdWatch::start(linux_os(), {"watch"});
+  ASSERT_TRUE(watch);
+  FdLine line;
+  const Status added = (*watch)->add(-1, line);
+  ASSERT_FALSE(added);
+  EXPECT_EQ(added.error().code, Errc::io);
+}
+
+}  // namespace
+}  // namespace sinew::hal
