@@ -6,7 +6,8 @@
 namespace sinew::app {
 namespace {
 
-constexpr std::array<BoardKind, 3> kBoards{{{"sim", false, true}, {"dataset", false, false}, {"none", false, false}}};
+constexpr std::array<BoardKind, 4> kBoards{
+    {{"sim", false, true}, {"linux", true, true}, {"dataset", false, false}, {"none", false, false}}};
 
 class BoardCheck {
  public:

@@ -6,6 +6,7 @@
 #include "apps/doctor.hpp"
 #include "apps/graph_json.hpp"
 #include "apps/graph_text.hpp"
+#include "apps/linux_board.hpp"
 #include "apps/number_check.hpp"
 #include "apps/recording.hpp"
 #include "apps/robot_file.hpp"
@@ -35,6 +36,7 @@ Checked checked_graph(const std::string& path, const rt::ModuleTypes& types) {
   if (checked.problems.empty()) {
     checked.graph = std::make_unique<rt::Graph>(loaded.robot.graph, types);
     checked.problems = checked.graph->check({.virtual_time = true});
+    for (auto& p : check_linux_devices(loaded.robot)) checked.problems.push_back(std::move(p));
     for (auto& p : check_recording(loaded.robot.record, *checked.graph)) checked.problems.push_back(std::move(p));
   }
   const std::size_t n = checked.problems.size();
@@ -73,7 +75,7 @@ int graph(const CheckOptions& options, const rt::ModuleTypes& types) {
 void describe_run(CLI::App& run, RunOptions& o) {
   run.add_option("robot", o.robot, "robot file")->required()->type_name(kRobotFileHint);
   run.add_option("--name", o.name, "on this machine, for other programs; instead of the file's robot name");
-  run.add_option("--board", o.board, "instead of the file's")->type_name("{sim,dataset,none}");
+  run.add_option("--board", o.board, "instead of the file's")->type_name("{sim,linux,dataset,none}");
   run.add_flag("--virtual", o.virtual_time,
                "virtual time: as fast as the machine can, the same bytes for the same seed");
   run.add_option("--seed", o.seed, "instead of the file's")->type_name("N");

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "apps/device_reader.hpp"
 #include "apps/exec_reader.hpp"
 #include "apps/toml_guard.hpp"
 #include "apps/toml_reader.hpp"
@@ -217,12 +218,15 @@ void read_chain(TomlReader& r, rt::GraphSpec& graph) {
   graph.chains.push_back(std::move(c));
 }
 
-void read_robot(TomlReader& r, rt::GraphSpec& graph) {
+void read_robot(TomlReader& r, RobotFile& robot) {
+  rt::GraphSpec& graph = robot.graph;
   r.require("name", graph.robot);
-  r.require("board", graph.board, "\"sim\", \"dataset\" or \"none\"; it is required");
+  r.require("board", graph.board, "\"sim\", \"linux\", \"dataset\" or \"none\"; it is required");
   std::int64_t number = 0;
   if (r.read("seed", number, 0, INT64_MAX)) graph.seed = static_cast<std::uint64_t>(number);
   if (r.read("virtual_cores", number, 1, 64)) graph.virtual_cores = static_cast<std::uint32_t>(number);
+  if (r.read("calibration", robot.calibration.value, "the path of a calibration file"))
+    robot.calibration.line = line_of(*r.raw().get("calibration"));
   r.read_time("tap_history_ms", graph.tap_history, kMs, rt::Duration{0}, kLongestHistory);
   r.table("device_boards", [&](TomlReader& d) {
     for (const auto& [device, node] : d.raw()) {
@@ -315,7 +319,7 @@ LoadedRobot parse_robot(std::string_view text, const std::string& path) {
   rt::GraphSpec& graph = loaded.robot.graph;
   TomlReader root(parsed.table(), "", loaded.problems);
   if (!root.has("robot")) root.missing("robot", "a table with name and board; it is required");
-  root.table("robot", [&](TomlReader& r) { read_robot(r, graph); });
+  root.table("robot", [&](TomlReader& r) { read_robot(r, loaded.robot); });
   root.array_of_tables("thread", [&](TomlReader& r) { read_thread(r, graph); });
   root.tables_by_name("module", [&](const std::string& n, TomlReader& r) { read_module(n, r, graph); });
   root.tables_by_name("topic", [&](const std::string& n, TomlReader& r) { read_topic(n, r, graph); });
@@ -323,6 +327,10 @@ LoadedRobot parse_robot(std::string_view text, const std::string& path) {
   root.array_of_tables("chain", [&](TomlReader& r) { read_chain(r, graph); });
   root.table("guardian", [&](TomlReader& r) { read_guardian(r, graph.guardian); });
   root.array_of_tables("failsafe", [&](TomlReader& r) { read_failsafe(r, graph); });
+  root.tables_by_name("bus",
+                      [&](const std::string& n, TomlReader& r) { read_device(n, r, loaded.robot.devices.buses); });
+  root.tables_by_name("device",
+                      [&](const std::string& n, TomlReader& r) { read_device(n, r, loaded.robot.devices.devices); });
   root.table("sim", [&](TomlReader& r) { read_sim(r, loaded.robot.sim); });
   root.table("parent", [&](TomlReader& r) { read_parent(r, graph, loaded.robot.parent); });
   root.table("record", [&](TomlReader& r) { read_record(r, loaded.robot.record); });
@@ -355,7 +363,7 @@ std::string section_header(std::string_view section) {
   const std::string name(section);
   if (is_one_of({"robot", "guardian", "sim", "parent", "record"})) return "[" + name + "]";
   if (is_one_of({"thread", "chain", "failsafe"})) return "[[" + name + "]]";
-  if (is_one_of({"topic", "actuator"})) return "[" + name + ".NAME]";
+  if (is_one_of({"topic", "actuator", "device", "bus"})) return "[" + name + ".NAME]";
   return {};
 }
 

@@ -7,6 +7,7 @@
 #include "apps/parent_options.hpp"
 #include "apps/record_options.hpp"
 #include "apps/validity.hpp"
+#include "drivers/device_spec.hpp"
 #include "rt/graph.hpp"
 
 namespace sinew::app {
@@ -25,6 +26,8 @@ struct RobotFile {
   SimOptions sim;
   ParentOptions parent;
   RecordOptions record;
+  drivers::DeviceSpecs devices;          // of the board `linux`
+  rt::Located<std::string> calibration;  // file of what differs from one such robot to the next; empty: none
 };
 
 struct LoadedRobot {

@@ -4,10 +4,10 @@
 #include <cstdio>
 #include <cstring>
 
-#include "apps/bare_run.hpp"
 #include "apps/board_rules.hpp"
 #include "apps/commands.hpp"
 #include "apps/dataset_run.hpp"
+#include "apps/device_run.hpp"
 #include "apps/doctor.hpp"
 #include "apps/run_setup.hpp"
 #include "apps/sim_run.hpp"
@@ -37,7 +37,7 @@ int run_command(const RunOptions& options, const rt::ModuleTypes& types) {
   if (!options.virtual_time && !doctor_permits_start(*prepared->graph, options.strict)) return 2;
   if (!take_name(*prepared, options)) return 2;
   if (board == "sim") return run_on_sim(*prepared, options);
-  return board == "dataset" ? run_on_dataset(*prepared, options) : run_without_devices(*prepared, options);
+  return board == "dataset" ? run_on_dataset(*prepared, options) : run_on_devices(*prepared, options);
 }
 
 }  // namespace sinew::app

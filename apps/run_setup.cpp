@@ -4,7 +4,11 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 
+#include "apps/calibration.hpp"
+#include "apps/linux_board.hpp"
 #include "apps/param_overlay.hpp"
 #include "apps/param_value.hpp"
 #include "apps/recording.hpp"
@@ -88,6 +92,25 @@ bool accept_shortfalls(const std::vector<std::string>& shortfalls, bool strict) 
   return false;
 }
 
+// False after its problems have been printed. A robot that has none yet runs as its file says.
+static bool use_calibration(RobotFile& robot, const rt::ModuleTypes& types) {
+  const std::string path = calibration_path(robot);
+  if (path.empty() || !uses_linux_board(robot.graph)) return true;
+  std::ifstream in(path, std::ios::binary);
+  if (!in) {
+    std::fprintf(stderr, "warning: %s: no such file: this robot is not calibrated (sinew calibrate)\n", path.c_str());
+    return true;
+  }
+  const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  const Calibration calibration = parse_calibration(text, path);
+  auto problems = apply_calibration(calibration, types, robot);
+  if (problems.empty())  // what it says has to be allowed as if the robot file said so
+    for (rt::Problem& p : check_linux_devices(robot))
+      if (const int line = calibration.line_of(p.key)) p.line = line, problems.push_back(std::move(p));
+  for (const auto& p : problems) std::fprintf(stderr, "%s\n", rt::to_string(p, path).c_str());
+  return problems.empty();
+}
+
 std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes& types) {
   LoadedRobot loaded = load_robot(options.robot);
   if (!loaded.problems.empty()) add_graph_problems(loaded, types, {options.virtual_time, hal::usable_cpus()});
@@ -102,6 +125,7 @@ std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes
     for (const auto& p : problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.params).c_str());
     if (!problems.empty()) return std::nullopt;
   }
+  if (!use_calibration(loaded.robot, types)) return std::nullopt;
   for (const auto& setting : options.set) {
     if (const std::string why = apply_setting(spec, setting); !why.empty()) {
       std::fprintf(stderr, "sinew: %s\n", why.c_str());
@@ -120,6 +144,7 @@ std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes
   Prepared prepared{std::move(loaded.robot), types, nullptr, nullptr};
   prepared.graph = std::make_unique<rt::Graph>(prepared.robot.graph, prepared.types);
   auto problems = prepared.graph->check({options.virtual_time, hal::usable_cpus()});
+  for (auto& p : check_linux_devices(prepared.robot)) problems.push_back(std::move(p));
   for (auto& p : check_recording(prepared.robot.record, *prepared.graph)) problems.push_back(std::move(p));
   for (const auto& p : problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.robot).c_str());
   if (!problems.empty()) return std::nullopt;

@@ -155,7 +155,7 @@ class Completion(unittest.TestCase):
         self.assertEqual(self.complete("graph", "x.toml", "--d"), ["--dot"])
 
     def test_values_of_options(self):
-        self.assertEqual(self.complete("run", "--board", ""), ["sim", "dataset", "none"])
+        self.assertEqual(self.complete("run", "--board", ""), ["sim", "linux", "dataset", "none"])
         self.assertEqual(self.complete("run", "--board", "d"), ["dataset"])
         self.assertEqual(self.complete("tune", "--against", ""), ["truth", "recorded"])
         self.assertEqual(self.complete("run", "--seed", ""), [""], "nothing is offered for a number")

@@ -12,6 +12,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
+const ThreadOptions kThread{"watch", 0, {}, std::size_t{64} * 1024, 0};
+
 class Pipe {
  public:
   Pipe() { EXPECT_EQ(pipe(ends_.data()), 0); }
@@ -53,7 +55,7 @@ TEST(FdWatch, RingsTheLineOfTheDescriptorThatHasSomething) {
   Pipe first, second;
   FdLine first_line, second_line;
   Bell first_bell, second_bell;
-  auto watch = FdWatch::start(linux_os(), {"watch"});
+  auto watch = FdWatch::start(linux_os(), kThread);
   ASSERT_TRUE(watch);
   ASSERT_TRUE((*watch)->add(first.reader(), first_line));
   ASSERT_TRUE((*watch)->add(second.reader(), second_line));
@@ -75,7 +77,7 @@ TEST(FdWatch, RingsTheLineOfTheDescriptorThatHasSomething) {
 TEST(FdWatch, LineThatWasTakenAwayIsNotTouched) {
   Pipe pipe, other;
   Bell bell;
-  auto watch = FdWatch::start(linux_os(), {"watch"});
+  auto watch = FdWatch::start(linux_os(), kThread);
   ASSERT_TRUE(watch);
   {
     FdLine line;
@@ -92,7 +94,7 @@ TEST(FdWatch, LineThatWasTakenAwayIsNotTouched) {
 }
 
 TEST(FdWatch, DescriptorThatCannotBeWatchedIsAnError) {
-  auto watch = FdWatch::start(linux_os(), {"watch"});
+  auto watch = FdWatch::start(linux_os(), kThread);
   ASSERT_TRUE(watch);
   FdLine line;
   const Status added = (*watch)->add(-1, line);

@@ -1,8 +1,10 @@
-#include "apps/bare_run.hpp"
+#include "apps/device_run.hpp"
 
 #include <cstdio>
 
+#include "apps/linux_board.hpp"
 #include "apps/live_view.hpp"
+#include "apps/parent.hpp"
 #include "apps/recording.hpp"
 #include "apps/run_summary.hpp"
 #include "hal/linux/os.hpp"
@@ -28,20 +30,33 @@ class Grants final : public hal::GrantSource {
   hal::Time end_;
 };
 
-class BareRun {
+class DeviceRun {
  public:
-  BareRun(Prepared& prepared, const RunOptions& options)
+  /// `parent`: null when none watches.
+  DeviceRun(Prepared& prepared, const RunOptions& options, ParentLine* parent)
       : options_(options),
         prepared_(prepared),
         graph_(*prepared.graph),
+        parent_(parent),
         summary_(graph_, options.virtual_time, {.json = options.json, .quiet = options.quiet, .trace = options.trace}) {
   }
 
   int run() {
+    if (uses_linux_board(graph_.spec())) {
+      std::string why;
+      auto real = LinuxBoard::open(prepared_.robot, os_, why);
+      if (!real) return fail(why.c_str());
+      real_ = std::move(*real);
+    }
     rt::ConfigureOptions how;
     how.os = &os_;
+    how.taps = MissionWatch::taps(graph_);
     how.recorded = Recording::wanted(prepared_, options_);
-    if (!configure(graph_, board_, how, options_)) return 2;
+    if (!configure(graph_, real_ ? real_->board() : none_, how, options_)) {
+      if (real_ && !real_->problem().empty()) fail(real_->problem().c_str());
+      return 2;
+    }
+    mission_.emplace(graph_);
     recording_ = Recording::open(prepared_, options_, graph_, os_);
     return options_.virtual_time ? run_virtual() : run_real();
   }
@@ -75,24 +90,47 @@ class BareRun {
     rt::RealTimeOptions how = real_time_options(options_);
     how.runner.observer = observer_of(recording_);
     rt::RealTimeExecutor executor(graph_, os_, how);
+    if (parent_ && recording_ && recording_->ring_memory())
+      if (auto kept = parent_->keep_ring(*recording_->ring_memory()); !kept)
+        return fail("the parent does not take the flight ring");
+    if (parent_)
+      if (auto watched = parent_->supervise(*graph_.memory()); !watched) return fail("the parent does not watch");
     const auto started = executor.start();
-    if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return 2;
-    if (!started) return fail(started.error().where);
+    const bool accepted = accept_shortfalls(executor.shortfalls(), options_.strict);
+    if (!started || !accepted) {
+      if (parent_) parent_->ending();
+      return accepted ? fail(started.error().where) : 2;
+    }
     executor.runner().ask_for_zones(!options_.trace.empty());
     const auto socket = open_socket(prepared_, options_, executor.runner(), recording_.get(), os_, &hal::request_stop);
+    follow(executor);
+    if (parent_) parent_->ending();
+    executor.stop();
+    summary_.statistics(executor.runner());
+    if (recording_) recording_->finish(summary_);
+    summary_.chains_decide(true);
+    return summary_.finish(failsafes_acted() ? "a failsafe acted" : "ran to its end", failsafes_acted() ? 1 : 0);
+  }
+
+  void follow(rt::RealTimeExecutor& executor) {
     LiveView view(graph_, executor.runner(), options_);
     const hal::Time begin = os_.now();
     for (hal::Time next = begin;; next = next + LiveView::kPeriod) {
       os_.sleep_until(next);
-      const bool ends =
-          hal::stop_requested() || (options_.duration_s > 0 && os_.now() - begin > run_duration(options_));
+      mission_->look();
+      const bool ends = mission_->ended() || hal::stop_requested() ||
+                        (options_.duration_s > 0 && os_.now() - begin > run_duration(options_));
       view.show(os_.now(), "running", ends);
-      if (ends) break;
+      if (ends) return;
     }
-    executor.stop();
-    summary_.statistics(executor.runner());
-    if (recording_) recording_->finish(summary_);
-    return summary_.finish("ran to its end", 0);
+  }
+
+  bool failsafes_acted() {
+    mission_->look();
+    std::vector<std::string> acted;
+    for (std::size_t i = 0; i < graph_.spec().failsafes.size(); ++i)
+      if (mission_->safety().acted >> i & 1) acted.push_back(graph_.spec().failsafes[i].name + " acted");
+    return !acted.empty();
   }
 
   const RunOptions& options_;
@@ -100,13 +138,26 @@ class BareRun {
   rt::Graph& graph_;
   hal::Os& os_ = hal::linux_os();
   hal::ManualClock clock_;
-  hal::EmptyBoard board_;
+  ParentLine* const parent_;
+  hal::EmptyBoard none_;
+  std::unique_ptr<LinuxBoard> real_;  // null: no device is
+  std::optional<MissionWatch> mission_;
   std::unique_ptr<Recording> recording_;
   RunSummary summary_;
 };
 
 }  // namespace
 
-int run_without_devices(Prepared& prepared, const RunOptions& options) { return BareRun(prepared, options).run(); }
+int run_on_devices(Prepared& prepared, const RunOptions& options) {
+  if (options.virtual_time || options.unsupervised || prepared.graph->spec().actuators.empty())
+    return DeviceRun(prepared, options, nullptr).run();
+  Supervised supervised;
+  supervised.robot = prepared.graph->spec().robot;
+  supervised.runs = Recording::folder_of(prepared, options);
+  supervised.body = [&](ParentLine& line) { return DeviceRun(prepared, options, &line).run(); };
+  ParentOptions parent = prepared.robot.parent;
+  parent.hang = hang_of(parent, prepared.graph->spec(), options.rate);
+  return run_with_parent(parent, std::move(supervised));
+}
 
 }  // namespace sinew::app

@@ -1,0 +1,31 @@
+#include "apps/linux_board.hpp"
+
+#include <algorithm>
+
+#include "drivers/driver_list.hpp"
+#include "hal/linux/connectors.hpp"
+
+namespace sinew::app {
+
+bool uses_linux_board(const rt::GraphSpec& robot) {
+  return robot.board == "linux" || std::any_of(robot.device_boards.begin(), robot.device_boards.end(),
+                                               [](const auto& device) { return device.second.value == "linux"; });
+}
+
+std::vector<rt::Problem> check_linux_devices(const RobotFile& robot) {
+  return drivers::check_devices(robot.devices, drivers::all_drivers());
+}
+
+hal::Result<std::unique_ptr<LinuxBoard>> LinuxBoard::open(const RobotFile& robot, hal::Os& os, std::string& why) {
+  auto connectors = hal::LinuxConnectors::open(os, why);
+  if (!connectors) return connectors.error();
+  std::unique_ptr<LinuxBoard> board(new LinuxBoard);
+  board->connectors_ = std::move(*connectors);
+  board->board_ =
+      std::make_unique<drivers::DeviceBoard>(robot.devices, drivers::all_drivers(), *board->connectors_, os);
+  return board;
+}
+
+LinuxBoard::~LinuxBoard() = default;
+
+}  // namespace sinew::app

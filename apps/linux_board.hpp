@@ -1,0 +1,36 @@
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "apps/robot_file.hpp"
+#include "drivers/device_board.hpp"
+#include "hal/os.hpp"
+#include "hal/stop_line.hpp"
+
+namespace sinew::app {
+
+/// Whether any device of this robot comes from the board "linux".
+bool uses_linux_board(const rt::GraphSpec& robot);
+
+/// What is wrong with the tables of the robot's devices and buses; nothing is opened.
+std::vector<rt::Problem> check_linux_devices(const RobotFile& robot);
+
+/// The board "linux": this machine's buses and ports with the house's drivers on them.
+/// Thread:  owner, configure only.
+class LinuxBoard {
+ public:
+  /// Errors: what starting the thread that watches descriptors says; `why` has it in words.
+  static hal::Result<std::unique_ptr<LinuxBoard>> open(const RobotFile& robot, hal::Os& os, std::string& why);
+  ~LinuxBoard();
+  hal::Board& board() { return *board_; }
+  /// The last failed look-up in words; empty: none.
+  const std::string& problem() const { return board_->problem(); }
+
+ private:
+  LinuxBoard() = default;
+  std::unique_ptr<hal::Connectors> connectors_;
+  std::unique_ptr<drivers::DeviceBoard> board_;
+};
+
+}  // namespace sinew::app

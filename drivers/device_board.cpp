@@ -1,0 +1,106 @@
+#include "drivers/device_board.hpp"
+
+#include <algorithm>
+#include <set>
+
+namespace sinew::drivers {
+namespace {
+
+const DriverKind* find_driver(std::span<const DriverKind> drivers, std::string_view name) {
+  const auto it = std::find_if(drivers.begin(), drivers.end(), [&](const DriverKind& d) { return d.name == name; });
+  return it == drivers.end() ? nullptr : &*it;
+}
+
+std::string names_of(std::span<const DriverKind> drivers) {
+  std::string names;
+  for (const DriverKind& d : drivers) names += (names.empty() ? "\"" : ", \"") + std::string(d.name) + '"';
+  return names;
+}
+
+}  // namespace
+
+std::vector<rt::Problem> check_devices(const DeviceSpecs& specs, std::span<const DriverKind> drivers) {
+  std::vector<rt::Problem> problems;
+  for (const DeviceSpec& spec : specs.devices) {
+    const std::string path = "device." + spec.name;
+    const DriverKind* driver = find_driver(drivers, spec.driver);
+    if (!driver) {
+      problems.push_back({spec.line, path + ".driver", spec.driver.empty() ? "missing" : '"' + spec.driver + '"',
+                          "one of " + names_of(drivers)});
+      continue;
+    }
+    DeviceKeys keys(spec, path, problems);
+    static_cast<void>(driver->read(keys));
+    keys.finish();
+  }
+  return problems;
+}
+
+DeviceBoard::DeviceBoard(DeviceSpecs specs, std::span<const DriverKind> drivers, hal::Connectors& connectors,
+                         hal::Os& os)
+    : specs_(std::move(specs)), drivers_(drivers), context_{connectors, os, specs_} {}
+DeviceBoard::~DeviceBoard() = default;
+
+OpenedDevice* DeviceBoard::open(std::string_view name, hal::Error& error) {
+  if (const auto it = opened_.find(name); it != opened_.end()) return &it->second;
+  const auto spec =
+      std::find_if(specs_.devices.begin(), specs_.devices.end(), [&](const DeviceSpec& s) { return s.name == name; });
+  const std::string device = "device '" + std::string(name) + "'";
+  if (spec == specs_.devices.end()) {
+    std::string known;
+    for (const DeviceSpec& s : specs_.devices) known += (known.empty() ? "" : ", ") + s.name;
+    problem_ = device + ": the robot file has no [device." + std::string(name) +
+               "]; it has: " + (known.empty() ? "no device at all" : known);
+    error = {hal::Errc::not_found, "no [device.NAME] of this name"};
+    return nullptr;
+  }
+  std::vector<rt::Problem> problems;  // have been told
+  DeviceKeys keys(*spec, "device." + spec->name, problems);
+  std::string why;
+  auto opened = find_driver(drivers_, spec->driver)->read(keys)(context_, why);
+  if (!opened) {
+    error = opened.error();
+    problem_ = device + " (driver " + spec->driver + "): " + (why.empty() ? hal::to_string(error.code) : why);
+    return nullptr;
+  }
+  return &opened_.emplace(spec->name, std::move(*opened)).first->second;
+}
+
+hal::Error DeviceBoard::is_no(std::string_view name, std::string_view what) {
+  problem_ = "device '" + std::string(name) + "' is no " + std::string(what) + "; [device." + std::string(name) +
+             "] has the driver of something else";
+  return {hal::Errc::not_found, "a device of another kind"};
+}
+
+hal::Result<hal::Device*> DeviceBoard::open_sensor(hal::SensorKind kind, std::string_view name) {
+  hal::Error error;
+  OpenedDevice* device = open(name, error);
+  if (!device) return error;
+  if (hal::Device* sensor = device->sensor(kind)) return sensor;
+  return is_no(name, hal::to_string(kind));
+}
+
+hal::Result<hal::Camera*> DeviceBoard::camera(std::string_view name) {
+  hal::Error error;
+  OpenedDevice* device = open(name, error);
+  if (!device) return error;
+  if (device->camera) return device->camera;
+  return is_no(name, "camera");
+}
+
+hal::Result<hal::Actuators*> DeviceBoard::actuators(std::string_view name) {
+  hal::Error error;
+  OpenedDevice* device = open(name, error);
+  if (!device) return error;
+  if (device->actuators) return device->actuators;
+  return is_no(name, "actuator group");
+}
+
+std::vector<std::string> DeviceBoard::unused() const {
+  std::vector<std::string> names;
+  for (const DeviceSpec& s : specs_.devices)
+    if (!opened_.contains(s.name)) names.push_back(s.name);
+  return names;
+}
+
+}  // namespace sinew::drivers

@@ -1,0 +1,80 @@
+#pragma once
+#include <array>
+#include <functional>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/device_keys.hpp"
+#include "drivers/device_spec.hpp"
+#include "hal/board.hpp"
+#include "hal/connectors.hpp"
+#include "hal/os.hpp"
+
+namespace sinew::drivers {
+
+/// What one [device.NAME] turned out to be: any of these, kept alive by `owner`.
+struct OpenedDevice {
+  std::shared_ptr<void> owner;
+  std::array<hal::Device*, 8> sensors{};  // by SensorKind
+  hal::Camera* camera = nullptr;
+  hal::Actuators* actuators = nullptr;
+
+  hal::Device*& sensor(hal::SensorKind kind) { return sensors[static_cast<std::size_t>(kind)]; }
+};
+
+/// What a driver opens its device with.
+struct DeviceContext {
+  hal::Connectors& connectors;
+  hal::Os& os;
+  const DeviceSpecs& specs;
+};
+
+/// Opens a device whose keys have been read. `why` has the failure in words.
+using DeviceOpener = std::function<hal::Result<OpenedDevice>(DeviceContext&, std::string& why)>;
+
+/// One driver that a robot file can name.
+struct DriverKind {
+  std::string_view name;      // driver = "iio"
+  std::string_view measures;  // for people: "imu"
+  DeviceOpener (*read)(DeviceKeys& keys);
+};
+
+/// Every problem of form in `specs`: unknown drivers, keys, values. Nothing is opened.
+std::vector<rt::Problem> check_devices(const DeviceSpecs& specs, std::span<const DriverKind> drivers);
+
+/// The board of real devices: those of the robot file's [device.NAME], each opened when a module or the guardian first
+/// asks for it, by the driver that its table names.
+/// Thread:  owner, configure only.
+/// Errors:  not_found when there is no such table, or its device measures something else; what opening said. problem()
+///          has it in words.
+class DeviceBoard final : public hal::Board {
+ public:
+  /// `specs` without problems.
+  DeviceBoard(DeviceSpecs specs, std::span<const DriverKind> drivers, hal::Connectors& connectors, hal::Os& os);
+  ~DeviceBoard() override;
+
+  hal::Result<hal::Device*> open_sensor(hal::SensorKind kind, std::string_view name) override;
+  hal::Result<hal::Camera*> camera(std::string_view name) override;
+  hal::Result<hal::Actuators*> actuators(std::string_view name) override;
+
+  /// The last failed look-up in words.
+  const std::string& problem() const { return problem_; }
+  /// Tables that nobody has asked for: devices that the robot has and does not use.
+  std::vector<std::string> unused() const;
+
+ private:
+  OpenedDevice* open(std::string_view name, hal::Error& error);
+  hal::Error is_no(std::string_view name, std::string_view what);
+
+  DeviceSpecs specs_;
+  std::span<const DriverKind> drivers_;
+  DeviceContext context_;
+  std::map<std::string, OpenedDevice, std::less<>> opened_;
+  std::string problem_;
+};
+
+}  // namespace sinew::drivers

@@ -1,0 +1,25 @@
+#pragma once
+#include <map>
+#include <string>
+#include <vector>
+
+#include "rt/graph_spec.hpp"
+
+namespace sinew::drivers {
+
+/// [device.NAME], [bus.NAME] or [[device.NAME.joint]] of a robot file: its keys as they stand there, before anything is
+/// checked. Lines are 0 where there is no file.
+struct DeviceSpec {
+  std::string name{};
+  std::string driver{};
+  std::map<std::string, rt::Located<rt::ParamValue>> keys{};
+  std::vector<DeviceSpec> joints{};  // in the order of the channels
+  int line = 0;
+};
+
+/// What a robot's devices are on the board `linux`.
+struct DeviceSpecs {
+  std::vector<DeviceSpec> buses{}, devices{};
+};
+
+}  // namespace sinew::drivers

@@ -1,0 +1,167 @@
+#include "drivers/device_board.hpp"
+
+#include <gmock/gmock.h>
+
+#include "drivers/calibrated_imu.hpp"
+#include "hal/linux/os.hpp"
+
+namespace sinew::drivers {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+class NoConnectors final : public hal::Connectors {
+ public:
+  hal::Result<std::unique_ptr<hal::CanBus>> can(const hal::CanSpec&, std::string& why) override { return none(why); }
+  hal::Result<std::unique_ptr<hal::I2cBus>> i2c(const std::string&, std::string& why) override { return none(why); }
+  hal::Result<std::unique_ptr<hal::SpiBus>> spi(const hal::SpiSpec&, std::string& why) override { return none(why); }
+  hal::Result<std::unique_ptr<hal::Serial>> serial(const hal::SerialSpec&, std::string& why) override {
+    return none(why);
+  }
+  hal::Result<std::unique_ptr<hal::Gpio>> gpio(const hal::GpioSpec&, std::string& why) override { return none(why); }
+  hal::Result<std::unique_ptr<hal::Imu>> iio_imu(const hal::IioSpec&, std::string& why) override { return none(why); }
+  hal::Result<std::unique_ptr<hal::Camera>> v4l2_camera(const hal::CameraSpec&, std::string& why) override {
+    return none(why);
+  }
+  hal::Result<std::unique_ptr<hal::Camera>> libcamera_camera(const hal::CameraSpec&, std::string& why) override {
+    return none(why);
+  }
+
+ private:
+  static hal::Error none(std::string& why) {
+    why = "/dev/nothing: no such file";
+    return {hal::Errc::not_found, "NoConnectors"};
+  }
+};
+
+/// An IMU that always has the same sample.
+class FixedImu final : public hal::Imu {
+ public:
+  explicit FixedImu(const msg::ImuSample& sample) : sample_(sample) {}
+  hal::Result<bool> read(msg::ImuSample& out) noexcept override { return out = sample_, true; }
+  hal::Time ready_at() const noexcept override { return {}; }
+  void set_wake(hal::Wake*) noexcept override {}
+
+ private:
+  msg::ImuSample sample_;
+};
+
+int opened = 0;
+
+DeviceOpener read_fixed(DeviceKeys& keys) {
+  double rate_hz = 100;
+  keys.read("rate_hz", rate_hz, 1, 1000);
+  return [](DeviceContext&, std::string&) -> hal::Result<OpenedDevice> {
+    ++opened;
+    const auto imu = std::make_shared<FixedImu>(msg::ImuSample{{5}, {1, 2, 3}, {0, 0, 9.81}});
+    OpenedDevice device;
+    device.owner = imu;
+    device.sensor(hal::SensorKind::imu) = imu.get();
+    return device;
+  };
+}
+
+DeviceOpener read_absent(DeviceKeys& keys) {
+  std::string path;
+  keys.require("path", path, "the path of a device");
+  return [](DeviceContext& context, std::string& why) -> hal::Result<OpenedDevice> {
+    auto bus = context.connectors.i2c("/dev/nothing", why);
+    if (!bus) return bus.error();
+    return OpenedDevice{};
+  };
+}
+
+constexpr DriverKind kDrivers[] = {{"fixed", "imu", read_fixed}, {"absent", "nothing", read_absent}};
+
+DeviceSpec device(const std::string& name, const std::string& driver, int line) {
+  DeviceSpec spec;
+  spec.name = name, spec.driver = driver, spec.line = line;
+  return spec;
+}
+
+std::vector<std::string> texts(const DeviceSpecs& specs) {
+  std::vector<std::string> out;
+  for (const auto& p : check_devices(specs, kDrivers)) out.push_back(rt::to_string(p, "x.toml"));
+  return out;
+}
+
+TEST(DeviceBoard, EveryWrongKeyIsNamedInOneRun) {
+  DeviceSpecs specs;
+  specs.devices.push_back(device("imu", "fixed", 3));
+  specs.devices.back().keys["rate_hz"] = {rt::ParamValue{5000.0}, 4};
+  specs.devices.back().keys["colour"] = {rt::ParamValue{std::string("red")}, 5};
+  specs.devices.push_back(device("other", "absent", 7));
+  specs.devices.push_back(device("odd", "magic", 9));
+  EXPECT_THAT(texts(specs), ElementsAre("x.toml:4: device.imu.rate_hz: 5000: a number from 1 to 1000",
+                                        "x.toml:5: device.imu.colour: \"red\": one of rate_hz",
+                                        "x.toml:7: device.other.path: missing: the path of a device; it is required",
+                                        "x.toml:9: device.odd.driver: \"magic\": one of \"fixed\", \"absent\""));
+}
+
+TEST(DeviceBoard, OpensADeviceOnceAndOnlyWhenAskedFor) {
+  opened = 0;
+  DeviceSpecs specs;
+  specs.devices = {device("imu", "fixed", 0), device("spare", "fixed", 0)};
+  ASSERT_THAT(texts(specs), IsEmpty());
+  NoConnectors connectors;
+  DeviceBoard board(specs, kDrivers, connectors, hal::linux_os());
+  EXPECT_EQ(opened, 0);
+  const auto first = board.sensor<msg::ImuSample>("imu"), again = board.sensor<msg::ImuSample>("imu");
+  ASSERT_TRUE(first);
+  EXPECT_EQ(*first, *again);
+  EXPECT_EQ(opened, 1);
+  EXPECT_THAT(board.unused(), ElementsAre("spare"));
+}
+
+TEST(DeviceBoard, SaysInWordsWhatItCannotGive) {
+  DeviceSpecs specs;
+  specs.devices = {device("imu", "fixed", 0), device("range", "absent", 0)};
+  NoConnectors connectors;
+  DeviceBoard board(specs, kDrivers, connectors, hal::linux_os());
+  EXPECT_EQ(board.sensor<msg::BaroSample>("baro").error().code, hal::Errc::not_found);
+  EXPECT_EQ(board.problem(), "device 'baro': the robot file has no [device.baro]; it has: imu, range");
+  EXPECT_EQ(board.sensor<msg::BaroSample>("imu").error().code, hal::Errc::not_found);
+  EXPECT_THAT(board.problem(), HasSubstr("device 'imu' is no barometer"));
+  EXPECT_EQ(board.camera("imu").error().code, hal::Errc::not_found);
+  EXPECT_EQ(board.actuators("imu").error().code, hal::Errc::not_found);
+  EXPECT_EQ(board.sensor<msg::RangeSample>("range").error().code, hal::Errc::not_found);
+  EXPECT_EQ(board.problem(), "device 'range' (driver absent): /dev/nothing: no such file");
+}
+
+TEST(CalibratedImu, TakesBiasThenScaleThenTurnsIntoTheBaseFrame) {
+  DeviceSpec spec = device("imu", "fixed", 0);
+  spec.keys["gyro_bias_x_radps"] = {rt::ParamValue{0.5}};
+  spec.keys["accel_scale_z"] = {rt::ParamValue{1.1}};
+  spec.keys["mount_yaw_deg"] = {rt::ParamValue{std::int64_t{90}}};
+  std::vector<rt::Problem> problems;
+  DeviceKeys keys(spec, "device.imu", problems);
+  const ImuCalibration calibration = ImuCalibration::read(keys);
+  keys.finish();
+  EXPECT_TRUE(problems.empty());
+  FixedImu raw({{5}, {1, 2, 3}, {0, 0, 10}});
+  CalibratedImu imu(raw, calibration);
+  msg::ImuSample sample;
+  ASSERT_TRUE(*imu.read(sample));
+  EXPECT_EQ(sample.stamp.ns, 5);
+  // Chip's x is the base's y, chip's y the base's -x.
+  EXPECT_EQ(sample.gyro_radps, (msg::Vec3{-2, 0.5, 3}));
+  EXPECT_EQ(sample.accel_mps2, (msg::Vec3{0, 0, 11}));
+}
+
+TEST(CalibratedImu, ChipUpsideDownFeelsGravityUpwardInTheBase) {
+  DeviceSpec spec = device("imu", "fixed", 0);
+  spec.keys["mount_roll_deg"] = {rt::ParamValue{180.0}};
+  std::vector<rt::Problem> problems;
+  DeviceKeys keys(spec, "device.imu", problems);
+  FixedImu raw({{5}, {1, 2, 3}, {0, 0, -9.81}});
+  CalibratedImu imu(raw, ImuCalibration::read(keys));
+  msg::ImuSample sample;
+  ASSERT_TRUE(*imu.read(sample));
+  EXPECT_EQ(sample.gyro_radps, (msg::Vec3{1, -2, -3}));
+  EXPECT_EQ(sample.accel_mps2, (msg::Vec3{0, 0, 9.81}));
+}
+
+}  // namespace
+}  // namespace sinew::drivers
