@@ -89,6 +89,11 @@ class BoardCheck {
 
 }  // namespace
 
+bool needs_plant(const rt::GraphSpec& robot) {
+  return robot.board == "sim" || std::any_of(robot.device_boards.begin(), robot.device_boards.end(),
+                                             [](const auto& device) { return device.second.value == "sim"; });
+}
+
 std::span<const BoardKind> known_boards() { return kBoards; }
 
 std::vector<rt::Problem> check_boards(const rt::GraphSpec& robot, const BoardUse& use,

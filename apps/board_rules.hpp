@@ -17,6 +17,9 @@ struct BoardKind {
 /// The boards of this program.
 std::span<const BoardKind> known_boards();
 
+/// Whether any device of this robot is in a plant.
+bool needs_plant(const rt::GraphSpec& robot);
+
 struct BoardUse {
   bool virtual_time = false;
   bool real_actuators = false;  // --real-actuators

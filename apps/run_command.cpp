@@ -36,7 +36,7 @@ int run_command(const RunOptions& options, const rt::ModuleTypes& types) {
   if (!problems.empty()) return 2;
   if (!options.virtual_time && !doctor_permits_start(*prepared->graph, options.strict)) return 2;
   if (!take_name(*prepared, options)) return 2;
-  if (board == "sim") return run_on_sim(*prepared, options);
+  if (needs_plant(prepared->graph->spec())) return run_on_sim(*prepared, options);
   return board == "dataset" ? run_on_dataset(*prepared, options) : run_on_devices(*prepared, options);
 }
 

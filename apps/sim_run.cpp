@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "apps/flight_report.hpp"
+#include "apps/linux_board.hpp"
 #include "apps/live_view.hpp"
 #include "apps/parent.hpp"
 #include "apps/plant_process.hpp"
@@ -96,13 +97,21 @@ class SimRun {
     auto board = sim_hil::SimBoard::open(plant_.take_stream(), sim, why);
     if (!board) return fail(plant_.with_its_end(why));
     board_ = std::move(*board);
-    hal::MixedBoard devices(*board_);
+    if (uses_linux_board(graph_.spec())) {
+      auto real = LinuxBoard::open(robot_, os_, why);
+      if (!real) return fail(why);
+      real_ = std::move(*real);
+    }
+    hal::MixedBoard devices(graph_.spec().board == "linux" ? real_->board() : *board_);
     if (!graph_.spec().device_boards.empty() && !mix(devices)) return false;
     rt::ConfigureOptions how;
     how.os = &os_;
     how.taps = MissionWatch::taps(graph_);
     how.recorded = Recording::wanted(prepared_, options_);
-    if (!configure(graph_, devices, how, options_)) return board_->problem().empty() ? false : fail(board_->problem());
+    if (!configure(graph_, devices, how, options_)) {
+      if (real_ && !real_->problem().empty()) fail(real_->problem());
+      return board_->problem().empty() ? false : fail(board_->problem());
+    }
     for (const std::string& device : devices.unused())
       return fail("robot.device_boards." + device + ": no module and no actuator uses a device of this name");
     mission_.emplace(graph_);
@@ -110,10 +119,13 @@ class SimRun {
     return true;
   }
 
-  /// Devices with a board of their own; the others are the plant's.
+  /// Devices with a board of their own.
   bool mix(hal::MixedBoard& devices) {
     for (const auto& [device, board] : graph_.spec().device_boards) {
-      if (board.value == "sim") continue;
+      if (board.value == "sim" || board.value == "linux") {
+        devices.assign(device, board.value == "sim" ? *board_ : real_->board());
+        continue;
+      }
       std::string why;
       if (!recorded_) recorded_ = open_dataset(options_, options_.virtual_time ? &clock_ : nullptr, os_, why);
       if (!recorded_) return fail(fmt::format("robot.device_boards.{}: {}", device, why));
@@ -346,6 +358,7 @@ class SimRun {
   ParentLine* const parent_;
   std::unique_ptr<sim_hil::SimBoard> board_;
   std::unique_ptr<sim_hil::DatasetBoard> recorded_;  // of devices that are named so
+  std::unique_ptr<LinuxBoard> real_;                 // likewise
   std::optional<MissionWatch> mission_;
   std::unique_ptr<Recording> recording_;
   hal::Time begin_{};  // of the cycles

@@ -9,7 +9,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-/// There is no real board in this program yet: the rules are checked with one that only a test has.
+/// The rules know what a board is, not its name: they are checked with a real one that only a test has.
 constexpr BoardKind kBoards[] = {{"sim", false, true}, {"dataset", false, false}, {"bench", true, true}};
 
 rt::GraphSpec robot(const char* board, std::map<std::string, std::string> devices) {
@@ -52,6 +52,13 @@ TEST(BoardRules, VirtualTimeTakesNoRealDevice) {
       ElementsAre("r.toml:3: robot.device_boards.imu: \"bench\": a simulated or recorded board: in virtual time "
                   "no real device waits for a grant"));
   EXPECT_EQ(problems(robot("bench", {}), {.virtual_time = true}).size(), 1u);
+}
+
+TEST(BoardRules, AnyDeviceOnTheSimBoardNeedsAPlant) {
+  EXPECT_TRUE(needs_plant(robot("sim", {})));
+  EXPECT_TRUE(needs_plant(robot("linux", {{"imu", "sim"}})));
+  EXPECT_FALSE(needs_plant(robot("linux", {{"imu", "dataset"}})));
+  EXPECT_FALSE(needs_plant(robot("none", {})));
 }
 
 TEST(BoardRules, RealActuatorsWithSimulatedSensorsNeedThePermission) {
