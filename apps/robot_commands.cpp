@@ -76,6 +76,9 @@ void describe_run(CLI::App& run, RunOptions& o) {
   run.add_option("robot", o.robot, "robot file")->required()->type_name(kRobotFileHint);
   run.add_option("--name", o.name, "on this machine, for other programs; instead of the file's robot name");
   run.add_option("--board", o.board, "instead of the file's")->type_name("{sim,linux,dataset,none}");
+  run.add_option("--board-of", o.board_of, "one device from another board, DEVICE=BOARD; may be repeated")
+      ->allow_extra_args(false)
+      ->type_name("D=B");
   run.add_flag("--virtual", o.virtual_time,
                "virtual time: as fast as the machine can, the same bytes for the same seed");
   run.add_option("--seed", o.seed, "instead of the file's")->type_name("N");
@@ -92,7 +95,9 @@ void describe_run(CLI::App& run, RunOptions& o) {
       ->type_name("S");
   run.add_option("--params", o.params, "parameters in place of the file's, as `param save` writes them")
       ->type_name(kRobotFileHint);
-  run.add_option("--set", o.set, "module.param=value; may be repeated")->allow_extra_args(false)->type_name("M.P=V");
+  run.add_option("--set", o.set, "module.param=value, or device.NAME.key=value, bus.NAME.key=value; may be repeated")
+      ->allow_extra_args(false)
+      ->type_name("M.P=V");
   run.add_option("--plant", o.plant, "sim board: auto, unix:PATH or tcp:HOST:PORT")->type_name("PLACE");
   run.add_option("--plant-arg", o.plant_args, "one more argument for sinew-sim; may be repeated")
       ->allow_extra_args(false)

@@ -9,10 +9,11 @@ namespace sinew::app {
 
 /// What `sinew run` was asked for.
 struct RunOptions {
-  std::string robot;  // path of the robot file
-  std::string name;   // of the robot on this machine; empty: the file's
-  std::string board;  // instead of the file's; empty: the file's
-  std::string data;   // folder of the dataset board
+  std::string robot;                  // path of the robot file
+  std::string name;                   // of the robot on this machine; empty: the file's
+  std::string board;                  // instead of the file's; empty: the file's
+  std::vector<std::string> board_of;  // "DEVICE=BOARD"
+  std::string data;                   // folder of the dataset board
   bool virtual_time = false;
   std::optional<std::uint64_t> seed;
   double rate = 1;               // sim board in real time: robot seconds per second

@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <sstream>
 
 #include "apps/calibration.hpp"
 #include "apps/linux_board.hpp"
@@ -70,6 +72,33 @@ std::string apply_setting(rt::GraphSpec& graph, const std::string& setting) {
   return fmt::format("--set {}: no module {}; there are:{}", setting, module, names);
 }
 
+std::optional<std::string> apply_device_setting(drivers::DeviceSpecs& devices, const std::string& setting) {
+  const auto equals = setting.find('=');
+  std::vector<std::string> parts;
+  std::istringstream path(setting.substr(0, equals));
+  for (std::string part; std::getline(path, part, '.');) parts.push_back(part);
+  if (equals == std::string::npos || parts.size() < 3 || (parts[0] != "device" && parts[0] != "bus")) return {};
+  const auto find = [](std::vector<drivers::DeviceSpec>& all, const std::string& name) {
+    const auto it = std::find_if(all.begin(), all.end(), [&](const auto& d) { return d.name == name; });
+    return it == all.end() ? nullptr : &*it;
+  };
+  drivers::DeviceSpec* spec = find(parts[0] == "bus" ? devices.buses : devices.devices, parts[1]);
+  if (!spec) return fmt::format("--set {}: the robot file has no [{}.{}]", setting, parts[0], parts[1]);
+  if (parts.size() == 5 && parts[2] == "joint") {
+    spec = find(spec->joints, parts[3]);
+    if (!spec) return fmt::format("--set {}: [{}.{}] has no joint {}", setting, parts[0], parts[1], parts[3]);
+  } else if (parts.size() != 3) {
+    return fmt::format("--set {}: device.NAME.key=value, device.NAME.joint.JOINT.key=value or bus.NAME.key=value",
+                       setting);
+  }
+  const std::string value = setting.substr(equals + 1);
+  if (parts.back() == "driver")
+    spec->driver = value;
+  else
+    spec->keys[parts.back()] = {param_value(value), 0};
+  return std::string();
+}
+
 rt::RealTimeOptions real_time_options(const RunOptions& run) {
   rt::RealTimeOptions options;
   options.strict = run.strict;
@@ -118,6 +147,14 @@ std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes
   if (!loaded.problems.empty()) return std::nullopt;
   rt::GraphSpec& spec = loaded.robot.graph;
   if (!options.board.empty()) spec.board = options.board;
+  for (const std::string& choice : options.board_of) {
+    const auto equals = choice.find('=');
+    if (equals == std::string::npos || equals == 0) {
+      std::fprintf(stderr, "sinew: --board-of %s: DEVICE=BOARD\n", choice.c_str());
+      return std::nullopt;
+    }
+    spec.device_boards[choice.substr(0, equals)] = {choice.substr(equals + 1), 0};
+  }
   if (options.seed) spec.seed = *options.seed;
   if (!options.plant.empty()) loaded.robot.sim.plant = options.plant;
   if (!options.params.empty()) {
@@ -127,7 +164,8 @@ std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes
   }
   if (!use_calibration(loaded.robot, types)) return std::nullopt;
   for (const auto& setting : options.set) {
-    if (const std::string why = apply_setting(spec, setting); !why.empty()) {
+    const auto device = apply_device_setting(loaded.robot.devices, setting);
+    if (const std::string why = device ? *device : apply_setting(spec, setting); !why.empty()) {
       std::fprintf(stderr, "sinew: %s\n", why.c_str());
       return std::nullopt;
     }

@@ -50,6 +50,10 @@ bool accept_shortfalls(const std::vector<std::string>& shortfalls, bool strict);
 /// Applies "module.param=value"; the reason when it cannot.
 std::string apply_setting(rt::GraphSpec& graph, const std::string& setting);
 
+/// Applies "device.NAME.key=value", "device.NAME.joint.JOINT.key=value" or "bus.NAME.key=value"; the reason when it
+/// cannot. Nothing, and nothing changed, when it is none of these.
+std::optional<std::string> apply_device_setting(drivers::DeviceSpecs& devices, const std::string& setting);
+
 /// Takes the robot's name on this machine, before any device is opened. In real time a name that is taken is an error,
 /// printed: two runs would steer the same hardware. In virtual time nothing is steered, and the run gets a name of its
 /// own, NAME-PID. Where no folder for sockets can be had the run goes on without, with a warning.

@@ -1,7 +1,18 @@
 #include "drivers/driver_list.hpp"
 
+#include <vector>
+
+#include "drivers/kernel_drivers.hpp"
+
 namespace sinew::drivers {
 
-std::span<const DriverKind> all_drivers() { return {}; }
+std::span<const DriverKind> all_drivers() {
+  static const std::vector<DriverKind> all = [] {
+    std::vector<DriverKind> list;
+    for (const auto group : {kernel_drivers()}) list.insert(list.end(), group.begin(), group.end());
+    return list;
+  }();
+  return all;
+}
 
 }  // namespace sinew::drivers

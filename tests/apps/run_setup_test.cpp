@@ -46,6 +46,28 @@ TEST(Setting, OfAModuleThatIsNamedAsASectionIsTheModules) {
   EXPECT_EQ(graph.modules[0].params.size(), 1u);
 }
 
+TEST(Setting, OfADeviceTakesThePlaceOfItsKey) {
+  drivers::DeviceSpecs devices;
+  devices.buses = {{.name = "can0", .driver = "socketcan"}};
+  devices.devices = {{.name = "head", .driver = "can_servos", .joints = {{.name = "pan", .driver = "cia402"}}}};
+  EXPECT_EQ(apply_device_setting(devices, "bus.can0.driver=udp"), "");
+  EXPECT_EQ(devices.buses[0].driver, "udp");
+  EXPECT_EQ(apply_device_setting(devices, "device.head.rate_hz=250"), "");
+  EXPECT_EQ(devices.devices[0].keys.at("rate_hz").value, rt::ParamValue(std::int64_t{250}));
+  EXPECT_EQ(apply_device_setting(devices, "device.head.joint.pan.zero_rad=0.5"), "");
+  EXPECT_EQ(devices.devices[0].joints[0].keys.at("zero_rad").value, rt::ParamValue(0.5));
+  EXPECT_EQ(apply_device_setting(devices, "mixer.lag=1"), std::nullopt) << "a module's";
+}
+
+TEST(Setting, OfADeviceThatIsNotThereIsRefused) {
+  drivers::DeviceSpecs devices;
+  devices.devices = {{.name = "head", .driver = "can_servos"}};
+  EXPECT_EQ(apply_device_setting(devices, "bus.can1.bit_rate=1"),
+            "--set bus.can1.bit_rate=1: the robot file has no [bus.can1]");
+  EXPECT_EQ(apply_device_setting(devices, "device.head.joint.tilt.id=1"),
+            "--set device.head.joint.tilt.id=1: [device.head] has no joint tilt");
+}
+
 TEST(RobotFileSections, HaveTheirHeaderButForThatOfTheModules) {
   const auto loaded = parse_robot("nothing = 1\n", "robot.toml");
   const auto unknown = std::find_if(loaded.problems.begin(), loaded.problems.end(),
@@ -55,7 +77,7 @@ TEST(RobotFileSections, HaveTheirHeaderButForThatOfTheModules) {
   int sections = 0;
   for (std::string section; known >> section; ++sections)
     EXPECT_EQ(section_header(section).find(section) == std::string::npos, section == "module") << section;
-  EXPECT_EQ(sections, 11);
+  EXPECT_EQ(sections, 13);
   EXPECT_EQ(section_header("nothing"), "");
 }
 

@@ -1,0 +1,92 @@
+#include "drivers/kernel_drivers.hpp"
+
+#include <array>
+
+#include "drivers/calibrated_imu.hpp"
+
+namespace sinew::drivers {
+namespace {
+
+constexpr double kMaxImuHz = 32000, kMaxCameraHz = 1000;
+
+// An IMU with its calibration in front of it.
+struct CorrectedImu {
+  CorrectedImu(std::unique_ptr<hal::Imu> device, const ImuCalibration& calibration)
+      : raw(std::move(device)), corrected(*raw, calibration) {}
+  std::unique_ptr<hal::Imu> raw;
+  CalibratedImu corrected;
+};
+
+DeviceOpener read_iio(DeviceKeys& keys) {
+  hal::IioSpec spec;
+  keys.require("name", spec.name, "the name of an IIO device as in /sys/bus/iio/devices/*/name, e.g. \"mpu6050\"");
+  keys.read("root", spec.root, "a folder with sys/ and dev/ of the machine");
+  keys.read("rate_hz", spec.rate_hz, 0, kMaxImuHz);
+  keys.read("trigger", spec.trigger, "the name of a trigger as in /sys/bus/iio/devices/trigger*/name");
+  keys.read("buffered", spec.buffered);
+  keys.read_integer("buffer_length", spec.buffer_length, 2, 65536);
+  const ImuCalibration calibration = ImuCalibration::read(keys);
+  return [spec, calibration](DeviceContext& context, std::string& why) -> hal::Result<OpenedDevice> {
+    auto imu = context.connectors.iio_imu(spec, why);
+    if (!imu) return imu.error();
+    const auto corrected = std::make_shared<CorrectedImu>(std::move(*imu), calibration);
+    OpenedDevice device;
+    device.owner = corrected;
+    device.sensor(hal::SensorKind::imu) = &corrected->corrected;
+    return device;
+  };
+}
+
+constexpr std::string_view kControl = "control_";
+
+hal::CameraSpec read_camera(DeviceKeys& keys, std::string_view path_is) {
+  hal::CameraSpec spec;
+  keys.require("path", spec.path, path_is);
+  keys.read_integer("width", spec.width, 16, msg::kMaxImageWidth);
+  keys.read_integer("height", spec.height, 16, msg::kMaxImageHeight);
+  keys.read_choice<msg::PixelFormat>("format", spec.format,
+                                     {{"mono8", msg::PixelFormat::mono8},
+                                      {"rgb8", msg::PixelFormat::rgb8},
+                                      {"bgr8", msg::PixelFormat::bgr8},
+                                      {"yuyv", msg::PixelFormat::yuyv}});
+  keys.read("rate_hz", spec.rate_hz, 0.1, kMaxCameraHz);
+  keys.read_integer("buffers", spec.buffers, 2, 32);
+  for (const auto& [key, value] : keys.spec().keys)
+    if (key.starts_with(kControl)) {
+      double number = 0;
+      if (keys.read(key, number, -1e12, 1e12)) spec.controls.emplace(key.substr(kControl.size()), number);
+    }
+  return spec;
+}
+
+hal::Result<OpenedDevice> opened(hal::Result<std::unique_ptr<hal::Camera>> camera) {
+  if (!camera) return camera.error();
+  OpenedDevice device;
+  device.camera = camera->get();
+  device.owner = std::shared_ptr<hal::Camera>(std::move(*camera));
+  return device;
+}
+
+DeviceOpener read_v4l2(DeviceKeys& keys) {
+  const hal::CameraSpec spec = read_camera(keys, "a video device, e.g. \"/dev/video0\"");
+  return [spec](DeviceContext& context, std::string& why) { return opened(context.connectors.v4l2_camera(spec, why)); };
+}
+
+DeviceOpener read_libcamera(DeviceKeys& keys) {
+  const hal::CameraSpec spec = read_camera(keys, "the id of a camera as `cam -l` shows it, or its number, e.g. \"0\"");
+  return [spec](DeviceContext& context, std::string& why) {
+    return opened(context.connectors.libcamera_camera(spec, why));
+  };
+}
+
+constexpr std::array kDrivers{
+    DriverKind{"iio", "imu", read_iio},
+    DriverKind{"v4l2", "camera", read_v4l2},
+    DriverKind{"libcamera", "camera", read_libcamera},
+};
+
+}  // namespace
+
+std::span<const DriverKind> kernel_drivers() { return kDrivers; }
+
+}  // namespace sinew::drivers
