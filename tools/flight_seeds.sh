@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # Flies robots/quad.toml in virtual time for many seeds, and checks that one flight gives the same bytes everywhere.
 #
-#   tools/flight_seeds.sh [--seeds N] [--build FOLDER] [--same-bytes] [fly option...]
+#   tools/flight_seeds.sh [--seeds N] [--build FOLDER] [--same-bytes "FOLDER ..."] [fly option...]
 #
 # --seeds N      seeds 1..N (default 10), as many at once as there are cores
 # --build FOLDER build/FOLDER/bin/sinew flies (default release)
-# --same-bytes   also: the hash lines of seed 1 from the release build twice, from clang, from asan, and from release
+# --same-bytes   also: the hash lines of seed 1 from the release build twice, from these other builds, and from release
 #                with the processor's FMA and AVX hidden from the C library, must be identical; and each of them, executing
 #                again what release recorded of 8 s in virtual and in real time, must find every step identical
 #
@@ -20,12 +20,16 @@ set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 export SINEW_RECORD=off
 
-seeds=10 preset=release same_bytes=0 options=()
+seeds=10 preset=release same_bytes=0 others=() options=()
 while (($#)); do
   case $1 in
     --seeds) shift && seeds=$1 ;;
     --build) shift && preset=$1 ;;
-    --same-bytes) same_bytes=1 ;;
+    --same-bytes)
+      shift
+      same_bytes=1
+      read -ra others <<<"${1:?--same-bytes needs the names of builds}"
+      ;;
     *) options+=("$1") ;;
   esac
   shift
@@ -86,7 +90,7 @@ check_replays() {
     SINEW_RECORD=on timeout "$limit_s" "$root/build/release/bin/sinew" run "$root/robots/quad.toml" "$kind" --quiet --duration 8 \
       --record-images --runs "$out/runs$kind" >"$out/recorded$kind.log" 2>&1 || true # it did not land by then
     file=$(echo "$out/runs$kind"/*/run.mcap)
-    for variant in release clang asan no-fma-avx; do
+    for variant in release "${others[@]}" no-fma-avx; do
       if [[ $variant == no-fma-avx ]]; then
         said=$(GLIBC_TUNABLES=glibc.cpu.hwcaps=$hidden replay release "$file") || wrong=1
       else
@@ -109,24 +113,23 @@ check_same_bytes() {
   fly release 1 bytes-release "${options[@]}" &
   fly release 1 bytes-again "${options[@]}" &
   wait
-  fly clang 1 bytes-clang "${options[@]}" &
   GLIBC_TUNABLES=glibc.cpu.hwcaps=$hidden fly release 1 bytes-no-fma-avx "${options[@]}" &
+  for variant in "${others[@]}"; do ASAN_OPTIONS=detect_leaks=0 fly "$variant" 1 "bytes-$variant" "${options[@]}"; done
   wait
-  ASAN_OPTIONS=detect_leaks=0 fly asan 1 bytes-asan "${options[@]}"
   count=$(grep -c '^hash ' "$out/bytes-release.log" || true)
   if ((count == 0)); then
     say "same bytes: the release build printed no hash lines"
     tail -n 5 "$out/bytes-release.log"
     return 1
   fi
-  for variant in again clang no-fma-avx asan; do
+  for variant in again no-fma-avx "${others[@]}"; do
     if ! diff <(hashes bytes-release) <(hashes "bytes-$variant") >"$out/diff-$variant"; then
       say "same bytes: $variant differs from release:"
       head -n 8 "$out/diff-$variant"
       wrong=1
     fi
   done
-  ((wrong)) || say "same bytes: $count topics, identical from release twice, clang, asan, and without FMA and AVX"
+  ((wrong)) || say "same bytes: $count topics, identical from release twice, ${others[*]}, and without FMA and AVX"
   return "$wrong"
 }
 
