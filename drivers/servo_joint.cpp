@@ -22,7 +22,7 @@ bool ServoJoint::plausible(Time now, double joint_rad, double joint_radps) const
   const double fastest = config_.plausible_velocity_radps;
   if (!std::isfinite(joint_rad) || std::abs(joint_radps) > fastest) return false;  // NaN: not in this frame
   if (!believed_) return true;
-  return std::abs(joint_rad - feedback_.position_rad) <= fastest * seconds(now - arrived_) + kJumpMargin_rad;
+  return std::abs(joint_rad - feedback_.position_rad) <= fastest * msg::seconds(now - arrived_) + kJumpMargin_rad;
 }
 
 bool ServoJoint::measured(Time now, Time stamp, double drive_rad, double drive_radps, double drive_nm) noexcept {
@@ -83,7 +83,6 @@ void ServoJoint::looks_double(Time now) noexcept {
 bool ServoJoint::zero_here() noexcept {
   if (!believed_) return false;
   config_.zero_rad += feedback_.position_rad;
-  last_value_ -= config_.mode == ServoMode::position ? feedback_.position_rad : 0;
   feedback_.position_rad = 0;
   return true;
 }
@@ -120,11 +119,16 @@ bool ServoJoint::may_enable(Time now, const ServoCommand& command) noexcept {
 
 void ServoJoint::begin(Time now) noexcept {
   own_faults_ = 0;
-  behind_ = false;
-  enabled_at_ = target_at_ = now;
-  last_value_ = config_.mode == ServoMode::position ? feedback_.position_rad : 0;
+  enabled_at_ = now;
   ++stats_.enables;
+  resume(now);
   collect_faults();
+}
+
+void ServoJoint::resume(Time now) noexcept {
+  behind_ = false;
+  target_at_ = now;
+  last_value_ = config_.mode == ServoMode::position ? feedback_.position_rad : 0;
 }
 
 double ServoJoint::effort_limit() const noexcept {
@@ -150,7 +154,7 @@ ServoJoint::Target ServoJoint::target(Time now, double setpoint) noexcept {
   Target t{setpoint, effort_limit()};
   const double p = feedback_.position_rad;
   if (config_.mode == ServoMode::position) {
-    const double reach = limits.velocity_radps * seconds(now - target_at_);
+    const double reach = limits.velocity_radps * msg::seconds(now - target_at_);
     t.value = clamp(clamp(setpoint, limits.position_min_rad, limits.position_max_rad), last_value_ - reach,
                     last_value_ + reach);
   } else {
@@ -180,7 +184,10 @@ void ServoJoint::trip(Time now, std::uint32_t faults) noexcept {
   collect_faults();
 }
 
-void ServoJoint::set_mode(msg::JointMode mode) noexcept { feedback_.mode = mode; }
+msg::JointMode ServoJoint::idle_mode(Time now) const noexcept {
+  const bool held_back = drive_faults_ != 0 || double_ || (own_faults_ != 0 && !back_off_.due(now));
+  return held_back ? msg::JointMode::fault : msg::JointMode::disabled;
+}
 
 void ServoJoint::collect_faults() noexcept {
   std::uint32_t faults = drive_faults_ | own_faults_;

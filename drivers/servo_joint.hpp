@@ -59,18 +59,23 @@ class ServoJoint {
   bool may_enable(Time now, const ServoCommand& command) noexcept;
   /// The joint is about to be enabled: setpoints start from where it is, own faults are forgotten.
   void begin(Time now) noexcept;
+  /// The same in the middle: setpoints start again from where it is.
+  void resume(Time now) noexcept;
   /// The setpoint to send, within all limits, joint frame; effort_limit_nm holds the derating. Watches following.
   struct Target {
     double value = 0, effort_limit_nm = 0;
   };
   Target target(Time now, double setpoint) noexcept;
   /// The last target again, for StopAction::hold.
-  Target held() const noexcept { return {last_value_, effort_limit()}; }
+  Target held() const noexcept { return {config_.mode == ServoMode::position ? last_value_ : 0.0, effort_limit()}; }
   /// It fails by our judgement: off, in a fault, and for a growing while not enabled.
   void trip(Time now, std::uint32_t faults) noexcept;
   /// It went off by itself or was switched off: takes a newer command to be enabled again.
   void went_off() noexcept { stale_number_ = true; }
-  void set_mode(msg::JointMode mode) noexcept;
+  void set_mode(msg::JointMode mode) noexcept { feedback_.mode = mode; }
+  /// What a joint without torque that answers is in: a fault as long as one holds it back, else disabled.
+  msg::JointMode idle_mode(Time now) const noexcept;
+  bool drive_faulty() const noexcept { return drive_faults_ != 0; }
   bool tripped() const noexcept { return own_faults_ != 0; }
   bool enabled() const noexcept { return feedback_.mode == msg::JointMode::enabled; }
 
