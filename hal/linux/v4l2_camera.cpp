@@ -102,56 +102,34 @@ Result<bool> V4l2Camera::read_held(msg::Image& out, int& broken) noexcept {
   return Error{Errc::bad_data, "camera frame"};
 }
 
-/// Counts what the driver says of a frame. False: it is not to be handed on.
+/// Enters the frame into the book. False: it is not to be handed on.
 bool V4l2Camera::usable(const V4l2Session::Filled& filled) noexcept {
-  const bool stamped = (filled.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
-  const std::uint32_t step = filled.sequence - last_sequence_;  // wraps with the driver's
-  if (!first_ && stamped && filled.stamp_ns <= last_stamp_ns_) {
-    repeated_.add();
-    return false;
-  }
-  // A driver that begins its count anew, or does not count, has lost nothing that anybody could know of.
-  const bool counts = step != 0 && step < 0x8000'0000U;
-  if (first_) {
-    // After a restart at least the frame that broke the stream is missing; the very first frame has the driver's
-    // number.
-    number_ = reopens_.get() == 0 ? filled.sequence : number_ + 2;
-  } else {
-    number_ += counts ? step : 1;
-    if (counts) lost_.add(step - 1);
-    if (stamped) {
-      const std::int64_t interval = (filled.stamp_ns - last_stamp_ns_) / (counts ? step : 1);
-      const std::int64_t mean = interval_ns_.load(std::memory_order_relaxed);
-      interval_ns_.store(mean == 0 ? interval : mean + (interval - mean) / 8, std::memory_order_relaxed);
-    }
-  }
-  first_ = false;
-  last_sequence_ = filled.sequence;
-  if (stamped) last_stamp_ns_ = filled.stamp_ns;
-
+  std::optional<Time> stamp;
+  if ((filled.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC) stamp = Time{filled.stamp_ns};
+  if (!count_.arrived(filled.sequence, stamp)) return false;
   const std::size_t row = std::size_t{picture_.width} * msg::bytes_per_pixel(picture_.format);
   const std::size_t least = std::size_t{session_->picture().bytes_per_line} * (picture_.height - 1) + row;
   if ((filled.flags & V4L2_BUF_FLAG_ERROR) == 0 && filled.bytes.size() >= least) return true;
-  corrupted_.add();
+  count_.corrupted();
   return false;
 }
 
 Result<bool> V4l2Camera::copy(const V4l2Session::Filled& filled, msg::Image& out) noexcept {
   if (!out.format_as(picture_.format, picture_.width, picture_.height)) {
-    too_large_.add();
+    count_.too_large();
     return Error{Errc::bad_argument, "camera: the topic's images are too small", out.capacity_bytes};
   }
   const std::int64_t exposure_ns = exposure_ns_.load(std::memory_order_relaxed);
   out.stamp = middle(filled, exposure_ns);
   out.exposure_ns = exposure_ns;
-  out.frame_number = number_;
+  out.frame_number = count_.number();
   const std::size_t row = out.stride, line = session_->picture().bytes_per_line;
   if (row == line) {
     std::memcpy(out.pixels(), filled.bytes.data(), row * out.height);
   } else {
     for (std::uint32_t y = 0; y < out.height; ++y) std::memcpy(out.row(y), filled.bytes.data() + y * line, row);
   }
-  frames_.add();
+  count_.handed_on();
   return true;
 }
 
@@ -160,7 +138,7 @@ Result<bool> V4l2Camera::copy(const V4l2Session::Filled& filled, msg::Image& out
 Time V4l2Camera::middle(const V4l2Session::Filled& filled, std::int64_t exposure_ns) noexcept {
   const std::int64_t half = exposure_ns / 2;
   if ((filled.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) != V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC) {
-    unstamped_.add();
+    count_.unstamped();
     return {os_.now().ns - half};
   }
   const bool start = (filled.flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) == V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
@@ -182,17 +160,6 @@ Status V4l2Camera::request(std::size_t control, double value) noexcept {
 std::optional<CameraControls::Exposure> V4l2Camera::exposure() const {
   if (!exposure_control_) return std::nullopt;
   return Exposure{*exposure_control_, std::chrono::microseconds(100)};
-}
-
-V4l2CameraStats V4l2Camera::stats() const {
-  return {.frames = frames_.get(),
-          .lost = lost_.get(),
-          .corrupted = corrupted_.get(),
-          .repeated = repeated_.get(),
-          .too_large = too_large_.get(),
-          .unstamped = unstamped_.get(),
-          .reopens = reopens_.get(),
-          .tries = tries_.load(std::memory_order_relaxed)};
 }
 
 }  // namespace sinew::hal

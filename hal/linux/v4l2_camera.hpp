@@ -7,6 +7,7 @@
 
 #include "hal/camera_controls.hpp"
 #include "hal/linux/fd_watch.hpp"
+#include "hal/linux/frame_count.hpp"
 #include "hal/linux/v4l2_session.hpp"
 
 namespace sinew::hal {
@@ -17,18 +18,6 @@ struct V4l2CameraOptions {
   Duration longest_retry = std::chrono::seconds(2);
   Duration restart_after = std::chrono::seconds(5);  // without a frame, and ten periods: stream closed and opened anew
   Duration look_every = std::chrono::milliseconds(500);  // for silence, and for an exposure that the device changes
-};
-
-/// What has happened since the camera was opened.
-struct V4l2CameraStats {
-  std::uint64_t frames = 0;     // handed on
-  std::uint64_t lost = 0;       // missing between two sequence numbers of the driver
-  std::uint64_t corrupted = 0;  // marked as faulty by the driver, or too short
-  std::uint64_t repeated = 0;   // no newer than the one before
-  std::uint64_t too_large = 0;  // did not fit the topic's capacity
-  std::uint64_t unstamped = 0;  // handed on, with the time of reading for want of a stamp of the driver
-  std::uint64_t reopens = 0;    // streams begun anew
-  std::uint64_t tries = 0;      // to open it again since it was last there
 };
 
 /// A camera of the kernel (Video4Linux2), streaming into mapped buffers; docs/camera.md has keys, stamps and limits.
@@ -57,20 +46,13 @@ class V4l2Camera final : public Camera, public CameraControls {
   /// As it was opened; may stand for another node after the device was plugged in again.
   const V4l2Identity& identity() const { return identity_; }
   const V4l2Picture& picture() const { return picture_; }
-  V4l2CameraStats stats() const;
+  CameraStats stats() const { return count_.stats(); }
   /// How it does, in words for people: "streaming", "slow", "no frame for 3 s", "gone: No such device; ...". RT: no.
   std::string state() const;
 
  private:
   // Whose the session is. The reader holds it during one read(); who finds it broken leaves it to the keeper as kLost.
   enum Holder : int { kNobody, kReader, kKeeper };
-  struct Counter {  // one writer
-    std::atomic<std::uint64_t> n{0};
-    void add(std::uint64_t more = 1) noexcept {
-      n.store(n.load(std::memory_order_relaxed) + more, std::memory_order_relaxed);
-    }
-    std::uint64_t get() const noexcept { return n.load(std::memory_order_relaxed); }
-  };
   struct Request {
     std::atomic<double> value{0};
     std::atomic<bool> pending{false};  // release after the value, acquire before it
@@ -106,13 +88,8 @@ class V4l2Camera final : public Camera, public CameraControls {
   std::unique_ptr<V4l2Session> session_;  // changed by the keeper while it holds it
   std::atomic<int> holder_{kNobody};
   std::atomic<int> broken_{0};  // errno that the session was left with
-  std::atomic<std::int64_t> exposure_ns_{0}, interval_ns_{0}, last_frame_ns_{0};
-  Counter frames_, lost_, corrupted_, repeated_, too_large_, unstamped_, reopens_;
-  std::atomic<std::uint64_t> tries_{0};
-  // The reader's; the keeper's when it puts in a new session.
-  bool begun_ = false, first_ = true;
-  std::uint32_t last_sequence_ = 0, number_ = 0;
-  std::int64_t last_stamp_ns_ = 0;
+  std::atomic<std::int64_t> exposure_ns_{0}, last_frame_ns_{0};
+  FrameCount count_;  // the reader's; the keeper's while it holds the session
 
   mutable std::mutex mutex_;  // keeper and state()
   std::string path_, trouble_, control_trouble_;

@@ -53,7 +53,7 @@ Duration V4l2Camera::open_again(Duration retry) {
     if (watch_) watch_->remove(session_->fd());
     session_.reset();
   }
-  tries_.fetch_add(1, std::memory_order_relaxed);
+  count_.tried();
   set_requested();
   std::string why;
   auto session = V4l2Session::open(port_, spec_, why);
@@ -85,12 +85,9 @@ void V4l2Camera::adopt(std::unique_ptr<V4l2Session> session) {
   }
   if (!trouble.empty()) return;
   exposure_ns_.store(exposure_ns, std::memory_order_relaxed);
-  interval_ns_.store(0, std::memory_order_relaxed);
   last_frame_ns_.store(os_.now().ns, std::memory_order_relaxed);
-  tries_.store(0, std::memory_order_relaxed);
   session_ = std::move(session);
-  if (begun_) reopens_.add();
-  begun_ = first_ = true;
+  count_.stream_begins();
   line_.keep_ready();
   holder_.store(kNobody, std::memory_order_release);
 }
@@ -126,32 +123,22 @@ Duration V4l2Camera::silence() const { return os_.now() - Time{last_frame_ns_.lo
 
 std::string V4l2Camera::state() const {
   const std::lock_guard lock(mutex_);
-  const V4l2CameraStats s = stats();
   std::string text = path_ + " ('" + identity_.card + "'): ";
   if (holder_.load(std::memory_order_acquire) == kKeeper) {
     const int broken = broken_.load(std::memory_order_relaxed);
     text += broken == ETIMEDOUT ? "no frame came" : std::string("gone: ") + std::strerror(broken);
-    text += "; tried " + std::to_string(s.tries) + " times to open it again";
+    text += "; tried " + std::to_string(stats().tries) + " times to open it again";
     if (!trouble_.empty()) text += "; " + trouble_;
   } else if (silence() > kSilenceWorthSaying && (picture_.rate_hz <= 0 || seconds(silence()) > 3 / picture_.rate_hz)) {
     text += "no frame for " + number(seconds(silence())) + " s";
   } else {
-    const std::int64_t interval = interval_ns_.load(std::memory_order_relaxed);
-    const double asked = picture_.rate_hz, got = interval > 0 ? 1e9 / static_cast<double>(interval) : asked;
+    const double asked = picture_.rate_hz, got = count_.rate_hz() > 0 ? count_.rate_hz() : asked;
     text += got < kSlow * asked ? "slow, " + number(got) + " frames/s of " + number(asked) : "streaming";
     text +=
         " " + std::to_string(picture_.width) + "x" + std::to_string(picture_.height) + " " + v4l2_word(picture_.format);
     if (asked > 0 && got >= kSlow * asked) text += " at " + number(got) + " frames/s";
   }
-  const auto count = [&text](std::uint64_t n, const char* what) {
-    if (n != 0) text += "; " + std::to_string(n) + " " + what;
-  };
-  count(s.lost, "frames lost");
-  count(s.corrupted, "corrupted");
-  count(s.repeated, "repeated (no newer than the one before)");
-  count(s.too_large, "too large for the topic");
-  count(s.unstamped, "without a stamp of the driver");
-  count(s.reopens, "times opened again");
+  text += count_.text();
   if (!control_trouble_.empty()) text += "; " + control_trouble_;
   return text;
 }

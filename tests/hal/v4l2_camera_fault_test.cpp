@@ -70,7 +70,7 @@ TEST_F(V4l2CameraFault, UnpluggedAndPluggedInAgain) {
   ASSERT_TRUE(read());
   EXPECT_GT(image_->frame_number, number + 1) << "a gap shows that frames are missing";
   EXPECT_TRUE(same_pixels(30));
-  EXPECT_THAT(camera_->state(), HasSubstr("1 times opened again"));
+  EXPECT_THAT(camera_->state(), HasSubstr("1 time opened again"));
   camera_->set_wake(nullptr);
 }
 
