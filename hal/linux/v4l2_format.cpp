@@ -222,7 +222,7 @@ Result<V4l2Identity> v4l2_identify(V4l2Port& port, int fd) {
   return V4l2Identity{.card = text_of(answer.card, sizeof answer.card),
                       .driver = text_of(answer.driver, sizeof answer.driver),
                       .bus_info = text_of(answer.bus_info, sizeof answer.bus_info),
-                      .captures = (can & V4L2_CAP_VIDEO_CAPTURE) != 0,
+                      .captures = (can & (V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_TOUCH)) == V4L2_CAP_VIDEO_CAPTURE,
                       .multiplanar = (can & V4L2_CAP_VIDEO_CAPTURE_MPLANE) != 0,
                       .streams = (can & V4L2_CAP_STREAMING) != 0};
 }
