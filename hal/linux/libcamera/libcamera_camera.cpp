@@ -133,7 +133,7 @@ Status LibcameraCamera::request(std::size_t control, double value) noexcept {
 std::optional<CameraControls::Exposure> LibcameraCamera::exposure() const {
   const auto at = find("ExposureTime");
   if (!at) return std::nullopt;
-  return Exposure{*at, std::chrono::microseconds(1)};
+  return Exposure{*at, std::chrono::microseconds(1), find("AeEnable"), 0};
 }
 
 void LibcameraCamera::adopt(std::unique_ptr<LibcameraSession> session) {

@@ -36,6 +36,7 @@ class LibcameraCamera final : public Camera, public CameraControls {
   const std::vector<CameraControl>& controls() const override { return controls_; }
   Status request(std::size_t control, double value) noexcept override;
   std::optional<Exposure> exposure() const override;
+  std::optional<std::size_t> gain() const override { return find("AnalogueGain"); }
   CameraStats stats() const { return count_.stats(); }
   /// How it does, in words for people. RT: no.
   std::string state() const;
