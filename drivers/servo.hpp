@@ -34,6 +34,13 @@ struct Derating {
   double start_c = 0, end_c = 0;
 };
 
+/// How far a joint may stay behind its setpoint: further than this for longer than `time` is an overload (stuck,
+/// stalled, a drive that repeats itself), and it is switched off. 0: not watched.
+struct FollowingError {
+  double position_rad = 0.5, velocity_radps = 0;
+  Duration time{std::chrono::milliseconds(500)};
+};
+
 /// One servo: what the robot file says about it, without a word about its bus. Plain data, read once.
 /// Frames:  joint_rad = sign * drive_rad / gear_ratio - zero_rad: so zero_rad is what the joint read, before
 ///          calibration, where it should read zero. Efforts: joint_nm = sign * drive_nm * gear_ratio.
@@ -51,6 +58,7 @@ struct ServoConfig {
   double damp_kd = 0;          // the same, of StopAction::damp; 0: kd
   ServoLimits limits;
   Derating derating;
+  FollowingError following;
   Duration feedback_timeout{std::chrono::milliseconds(50)};  // no feedback for this long: lost
   Duration device_timeout{0};  // the drive is told to stop when it hears nothing for this long; 0: as it is set
   double plausible_velocity_radps = 0;  // feedback that moves faster is disbelieved; 0: four times the velocity limit
