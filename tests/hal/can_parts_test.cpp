@@ -18,10 +18,10 @@ namespace sinew::hal {
 namespace {
 
 using namespace std::chrono_literals;
-using wire::can_frame;
+using wire::frame_of;
 
 msg::CanFrame error_frame(std::uint32_t what, std::uint8_t controller = 0, std::uint8_t tx = 0, std::uint8_t rx = 0) {
-  return can_frame(what, {0, controller, 0, 0, 0, 0, tx, rx}, msg::kCanError);
+  return frame_of(what, {0, controller, 0, 0, 0, 0, tx, rx}, msg::kCanError);
 }
 
 TEST(CanError, FramesMoveTheStateOfTheController) {

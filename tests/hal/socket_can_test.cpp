@@ -15,7 +15,7 @@
 namespace sinew::hal {
 namespace {
 
-using wire::can_frame;
+using wire::frame_of;
 using wire::same_frame;
 
 bool kernel_has_can() {
@@ -77,7 +77,7 @@ TEST_F(SocketCan, EveryKindOfFrameReachesTheOthersAndNotItsSender) {
     EXPECT_GE(out.stamp.ns, before.ns - 1'000'000);
     EXPECT_LE(out.stamp, linux_os().now());
   }
-  ASSERT_TRUE(b->send(can_frame(0x77, {}), kNever));
+  ASSERT_TRUE(b->send(frame_of(0x77, {}), kNever));
   msg::CanFrame out;
   ASSERT_TRUE(next_frame(*a, out));
   EXPECT_EQ(out.id, 0x77u) << "none of its own came back";
@@ -91,7 +91,7 @@ TEST_F(SocketCan, OwnFramesComeBackWhereTheyAreWanted) {
   own.receive_own = true;
   auto bus = open(own);
   ASSERT_TRUE(bus) << why_;
-  ASSERT_TRUE(bus->send(can_frame(0x7FF, {9}), kNever));
+  ASSERT_TRUE(bus->send(frame_of(0x7FF, {9}), kNever));
   msg::CanFrame out;
   ASSERT_TRUE(next_frame(*bus, out));
   EXPECT_EQ(out.id, 0x7FFu);
@@ -115,10 +115,10 @@ TEST_F(SocketCan, FdFramesGoWhereTheInterfaceCarriesThem) {
     ASSERT_TRUE(same_frame(out, frame)) << i;
   }
   EXPECT_GT(fd_frames, 0u);
-  const Status refused = classic->send(can_frame(1, {}, msg::kCanFd), kNever);
+  const Status refused = classic->send(frame_of(1, {}, msg::kCanFd), kNever);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, Errc::bad_argument);
-  ASSERT_TRUE(a->send(can_frame(0x55, {}), kNever));
+  ASSERT_TRUE(a->send(frame_of(0x55, {}), kNever));
   msg::CanFrame out;
   do ASSERT_TRUE(next_frame(*classic, out));
   while (out.id != 0x55);
@@ -185,13 +185,13 @@ TEST_F(SocketCan, InjectedErrorFramesMoveTheState) {
   ASSERT_TRUE(other.put(CAN_ERR_FLAG | CAN_ERR_BUSOFF, {0, 0, 0, 0, 0, 0, 0, 0}));
   ASSERT_TRUE(next_frame(*bus, out));
   EXPECT_EQ(bus->stats().state, CanState::bus_off);
-  const Status sent = bus->send(can_frame(1, {}), kNever);
+  const Status sent = bus->send(frame_of(1, {}), kNever);
   ASSERT_FALSE(sent);
   EXPECT_EQ(sent.error().code, Errc::closed);
   ASSERT_TRUE(other.put(CAN_ERR_FLAG | CAN_ERR_RESTARTED, {0, 0, 0, 0, 0, 0, 0, 0}));
   ASSERT_TRUE(next_frame(*bus, out));
   EXPECT_EQ(bus->stats().state, CanState::active);
-  EXPECT_TRUE(bus->send(can_frame(1, {}), kNever));
+  EXPECT_TRUE(bus->send(frame_of(1, {}), kNever));
   EXPECT_EQ(bus->stats().bus_offs, 1u);
   EXPECT_EQ(bus->stats().restarts, 1u);
   EXPECT_EQ(bus->stats().error_frames, 3u);
@@ -212,14 +212,14 @@ TEST_F(SocketCan, InterfaceThatGoesDownAndUpIsSurvived) {
       return !read && read.error().code == Errc::closed;
     }));
     EXPECT_EQ(bus->stats().state, CanState::stopped);
-    const Status sent = bus->send(can_frame(1, {}), kNever);
+    const Status sent = bus->send(frame_of(1, {}), kNever);
     ASSERT_FALSE(sent);
     EXPECT_EQ(sent.error().code, Errc::closed);
     EXPECT_TRUE(eventually([&] {
       return bus->trouble() == "sinewup0: the interface is down: 'ip link set sinewup0 up'";
     })) << bus->trouble();
     ASSERT_TRUE(interface.up(true));
-    ASSERT_TRUE(eventually([&] { return bus->send(can_frame(2, {}), kNever).has_value(); }));
+    ASSERT_TRUE(eventually([&] { return bus->send(frame_of(2, {}), kNever).has_value(); }));
     RawCan other(interface.name());
     ASSERT_TRUE(other.good() && other.put(0x123, {1}));
     ASSERT_TRUE(next_frame(*bus, out));
@@ -244,7 +244,7 @@ TEST_F(SocketCan, InterfaceThatIsRemovedAndReturnsIsFoundWithItsFilters) {
   const auto seen = bell.times();
   ASSERT_TRUE(interface.create() && interface.up(true));
   ASSERT_TRUE(eventually([&] { return bell.times() > seen; })) << "whoever waits is told";
-  ASSERT_TRUE(eventually([&] { return bus->send(can_frame(2, {}), kNever).has_value(); }));
+  ASSERT_TRUE(eventually([&] { return bus->send(frame_of(2, {}), kNever).has_value(); }));
   RawCan other(interface.name());
   ASSERT_TRUE(other.good() && other.put(0x100, {}) && other.put(0x200, {}));
   ASSERT_TRUE(next_frame(*bus, out));
@@ -260,7 +260,7 @@ TEST_F(SocketCan, InterfaceThatIsDownAtTheStartIsOpenedAndComesUp) {
   EXPECT_EQ(why_, "sinewlt0: the interface is down: 'ip link set sinewlt0 up'");
   EXPECT_EQ(bus->stats().state, CanState::stopped);
   ASSERT_TRUE(interface.up(true));
-  ASSERT_TRUE(eventually([&] { return bus->send(can_frame(2, {}), kNever).has_value(); }));
+  ASSERT_TRUE(eventually([&] { return bus->send(frame_of(2, {}), kNever).has_value(); }));
 }
 
 TEST_F(SocketCan, WhatKeepsItFromOpeningIsSaid) {
@@ -277,10 +277,10 @@ TEST_F(SocketCan, WhatKeepsItFromOpeningIsSaid) {
 TEST_F(SocketCan, FrameWhoseDeadlineIsOverIsNotSent) {
   auto a = open(), b = open();
   ASSERT_TRUE(a && b) << why_;
-  const Status late = a->send(can_frame(1, {}), linux_os().now());
+  const Status late = a->send(frame_of(1, {}), linux_os().now());
   ASSERT_FALSE(late);
   EXPECT_EQ(late.error().code, Errc::timeout);
-  ASSERT_TRUE(a->send(can_frame(2, {}), linux_os().now() + kPatience));
+  ASSERT_TRUE(a->send(frame_of(2, {}), linux_os().now() + kPatience));
   msg::CanFrame out;
   ASSERT_TRUE(next_frame(*b, out));
   EXPECT_EQ(out.id, 2u);

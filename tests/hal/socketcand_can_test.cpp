@@ -10,7 +10,7 @@
 namespace sinew::hal {
 namespace {
 
-using wire::can_frame;
+using wire::frame_of;
 using wire::same_frame;
 
 CanSpec spec(const std::string& address) {
@@ -66,7 +66,7 @@ TEST_F(Socketcand, WhoWaitsIsWoken) {
   msg::CanFrame out;
   ASSERT_TRUE(bus->read(out));
   const auto seen = bell.times();
-  server.tell(can_frame(1, {}));
+  server.tell(frame_of(1, {}));
   EXPECT_TRUE(eventually([&] { return bell.times() > seen; }));
   bus->set_wake(nullptr);
 }
@@ -85,11 +85,11 @@ TEST_F(Socketcand, ServerThatIsLostIsFoundAgain) {
     }));
     EXPECT_EQ(bus->stats().state, CanState::stopped);
     ASSERT_TRUE(eventually([&] { return server.connections() == round + 1 && server.connected(); }));
-    server.tell(can_frame(0x7F0, {static_cast<std::uint8_t>(round)}));
+    server.tell(frame_of(0x7F0, {static_cast<std::uint8_t>(round)}));
     ASSERT_TRUE(next_frame(*bus, out));
-    EXPECT_TRUE(same_frame(out, can_frame(0x7F0, {static_cast<std::uint8_t>(round)})));
+    EXPECT_TRUE(same_frame(out, frame_of(0x7F0, {static_cast<std::uint8_t>(round)})));
     EXPECT_EQ(bus->stats().state, CanState::active);
-    const msg::CanFrame answer = can_frame(0x100 + static_cast<std::uint32_t>(round), {});
+    const msg::CanFrame answer = frame_of(0x100 + static_cast<std::uint32_t>(round), {});
     ASSERT_TRUE(eventually([&] { return bus->send(answer, kNever).has_value(); }));
     ASSERT_TRUE(eventually([&] { return !server.sent().empty() && server.sent().back().id == answer.id; }));
   }
@@ -103,14 +103,14 @@ TEST_F(Socketcand, WhileTheServerIsAwaySendingIsClosedAndCounted) {
   server.reset();
   msg::CanFrame out;
   ASSERT_TRUE(eventually([&] { return !bus->read(out); }));
-  const Status sent = bus->send(can_frame(1, {}), kNever);
+  const Status sent = bus->send(frame_of(1, {}), kNever);
   ASSERT_FALSE(sent);
   EXPECT_EQ(sent.error().code, Errc::closed);
   EXPECT_EQ(bus->stats().tx_lost, 1u);
   auto& socketcand = static_cast<SocketcandCan&>(*bus);
   EXPECT_TRUE(eventually([&] { return socketcand.trouble().find("refused") != std::string::npos; }));
   SocketcandServer again(endpoint);
-  ASSERT_TRUE(eventually([&] { return bus->send(can_frame(2, {}), kNever).has_value(); }));
+  ASSERT_TRUE(eventually([&] { return bus->send(frame_of(2, {}), kNever).has_value(); }));
   EXPECT_TRUE(eventually([&] { return again.sent().size() == 1; }));
   EXPECT_TRUE(eventually([&] { return socketcand.trouble().empty(); }));
 }
@@ -121,14 +121,14 @@ TEST_F(Socketcand, FullConnectionIsATimeOutAndElementsStayWhole) {
   ASSERT_TRUE(bus) << why_;
   std::uint64_t sent = 0, refused = 0;
   for (std::uint32_t i = 0; i < 200000 && refused < 100; ++i) {
-    const Status s = bus->send(can_frame(i & 0x7FF, {1, 2, 3, 4, 5, 6, 7, 8}), kNever);
+    const Status s = bus->send(frame_of(i & 0x7FF, {1, 2, 3, 4, 5, 6, 7, 8}), kNever);
     s ? ++sent : ++refused;
     if (!s) {
       EXPECT_EQ(s.error().code, Errc::timeout);
     }
   }
   EXPECT_GT(refused, 0u) << "the server reads more slowly than we write";
-  ASSERT_TRUE(eventually([&] { return bus->send(can_frame(0x7FF, {}), kNever).has_value(); }));
+  ASSERT_TRUE(eventually([&] { return bus->send(frame_of(0x7FF, {}), kNever).has_value(); }));
   ASSERT_TRUE(eventually([&] { return server.sent().size() == sent + 1; }));
   EXPECT_EQ(bus->stats().sent, sent + 1);
   EXPECT_GE(bus->stats().tx_lost, refused);
@@ -139,7 +139,7 @@ TEST_F(Socketcand, GarbageOnlyCounts) {
   auto bus = open(spec(server.address()));
   ASSERT_TRUE(bus) << why_;
   ASSERT_TRUE(server.say("noise < what 1 2 3 >< frame 9999 >< frame 12< rtr 123 1.0 9 >\xff<" + std::string(300, 'x')));
-  server.tell(can_frame(0x44, {5}));
+  server.tell(frame_of(0x44, {5}));
   msg::CanFrame out;
   ASSERT_TRUE(next_frame(*bus, out));
   EXPECT_EQ(out.id, 0x44u);

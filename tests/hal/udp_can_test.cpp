@@ -15,7 +15,7 @@
 namespace sinew::hal {
 namespace {
 
-using wire::can_frame;
+using wire::frame_of;
 using wire::same_frame;
 
 /// Tests run beside each other: each process has a bus of its own, as far as 255 go.
@@ -66,7 +66,7 @@ class UdpCan : public ::testing::Test {
 
 TEST_F(UdpCan, FramesReachTheOthersOfTheBusAndNotTheirSender) {
   auto a = opened(spec(), watch_), b = opened(spec(), watch_), c = opened(spec(), watch_);
-  const msg::CanFrame frame = can_frame(0x0804062A, {0, 3, 0xFD}, msg::kCanExtended);
+  const msg::CanFrame frame = frame_of(0x0804062A, {0, 3, 0xFD}, msg::kCanExtended);
   const Time before = linux_os().now();
   ASSERT_TRUE(a->send(frame, kNever));
   msg::CanFrame out;
@@ -75,7 +75,7 @@ TEST_F(UdpCan, FramesReachTheOthersOfTheBusAndNotTheirSender) {
   EXPECT_GE(out.stamp.ns, before.ns - 1'000'000);
   EXPECT_LE(out.stamp, linux_os().now()) << "on the runtime's clock";
   ASSERT_TRUE(next_frame(*c, out));
-  ASSERT_TRUE(b->send(can_frame(0x123, {1}), kNever));
+  ASSERT_TRUE(b->send(frame_of(0x123, {1}), kNever));
   ASSERT_TRUE(next_frame(*a, out));
   EXPECT_EQ(out.id, 0x123u) << "its own frame, which was first, did not come back";
   EXPECT_EQ(a->stats().sent, 1u);
@@ -87,7 +87,7 @@ TEST_F(UdpCan, OwnFramesComeBackWhereTheyAreWanted) {
   CanSpec own = spec();
   own.receive_own = true;
   auto bus = opened(own, watch_);
-  ASSERT_TRUE(bus->send(can_frame(0x7FF, {9}), kNever));
+  ASSERT_TRUE(bus->send(frame_of(0x7FF, {9}), kNever));
   msg::CanFrame out;
   ASSERT_TRUE(next_frame(*bus, out));
   EXPECT_EQ(out.id, 0x7FFu);
@@ -99,7 +99,7 @@ TEST_F(UdpCan, AnotherBusOfTheSameMachineHearsNothing) {
   other.address = "239.65.82.0:lo";  // own_bus() is never 0
   auto quiet = opened(other, watch_);
   auto peer = opened(spec(), watch_);
-  ASSERT_TRUE(bus->send(can_frame(1, {}), kNever));
+  ASSERT_TRUE(bus->send(frame_of(1, {}), kNever));
   msg::CanFrame out;
   ASSERT_TRUE(next_frame(*peer, out));
   const auto read = quiet->read(out);
@@ -114,7 +114,7 @@ TEST_F(UdpCan, WhoWaitsIsWokenWhenAFrameCame) {
   msg::CanFrame out;
   ASSERT_TRUE(b->read(out));
   const auto seen = bell.times();
-  ASSERT_TRUE(a->send(can_frame(5, {}), kNever));
+  ASSERT_TRUE(a->send(frame_of(5, {}), kNever));
   EXPECT_TRUE(eventually([&] { return bell.times() > seen; }));
   b->set_wake(nullptr);
 }
@@ -142,11 +142,11 @@ TEST_F(UdpCan, WhatTheSocketHadNoRoomForIsCounted) {
   auto bus = opened(spec(), watch_);
   Foreign foreign;
   constexpr std::uint64_t kSent = 20000;  // far more than a megabyte of socket buffer holds
-  for (std::uint64_t i = 0; i < kSent; ++i) foreign.put(can_frame(0x100, {1, 2, 3, 4, 5, 6, 7, 8}));
+  for (std::uint64_t i = 0; i < kSent; ++i) foreign.put(frame_of(0x100, {1, 2, 3, 4, 5, 6, 7, 8}));
   msg::CanFrame out;
   for (auto read = bus->read(out); read && *read;) read = bus->read(out);
   EXPECT_LT(bus->stats().received, kSent);
-  foreign.put(can_frame(0x101, {}));  // the kernel tells its count with the next packet that fits
+  foreign.put(frame_of(0x101, {}));  // the kernel tells its count with the next packet that fits
   ASSERT_TRUE(next_frame(*bus, out));
   EXPECT_EQ(out.id, 0x101u);
   EXPECT_EQ(bus->stats().received + bus->stats().rx_lost, kSent + 1);
@@ -161,8 +161,8 @@ TEST_F(UdpCan, GarbageOnlyCounts) {
     for (auto& b : bytes) b = static_cast<std::uint8_t>(random());
     foreign.put(bytes);
   }
-  foreign.put(can_frame(0x10, {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12}, msg::kCanFd));  // FD on a classic bus
-  foreign.put(can_frame(0x11, {7}));
+  foreign.put(frame_of(0x10, {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12}, msg::kCanFd));  // FD on a classic bus
+  foreign.put(frame_of(0x11, {7}));
   msg::CanFrame out;
   ASSERT_TRUE(next_frame(*bus, out));
   EXPECT_EQ(out.id, 0x11u);
@@ -175,10 +175,10 @@ TEST_F(UdpCan, FiltersLetThroughWhatTheyName) {
   const CanFilter filters[] = {{0x180, 0x780, false}, {0x0803F200, 0x00FFFF00, true}};
   ASSERT_TRUE(bus->set_filters(filters));
   Foreign foreign;
-  for (const std::uint32_t id : {0x1FFu, 0x200u, 0x181u}) foreign.put(can_frame(id, {}));
-  for (const std::uint32_t id : {0x0803F22Au, 0x0804062Au, 0x181u}) foreign.put(can_frame(id, {}, msg::kCanExtended));
+  for (const std::uint32_t id : {0x1FFu, 0x200u, 0x181u}) foreign.put(frame_of(id, {}));
+  for (const std::uint32_t id : {0x0803F22Au, 0x0804062Au, 0x181u}) foreign.put(frame_of(id, {}, msg::kCanExtended));
   ASSERT_TRUE(bus->set_filters(filters));
-  foreign.put(can_frame(0x187, {}));
+  foreign.put(frame_of(0x187, {}));
   std::vector<std::uint32_t> ids;
   msg::CanFrame out;
   do {
@@ -190,17 +190,17 @@ TEST_F(UdpCan, FiltersLetThroughWhatTheyName) {
 
 TEST_F(UdpCan, FramesThatComeTooLateOrCannotBeAreNotSent) {
   auto a = opened(spec(), watch_), b = opened(spec(), watch_);
-  const Status late = a->send(can_frame(1, {}), linux_os().now());
+  const Status late = a->send(frame_of(1, {}), linux_os().now());
   ASSERT_FALSE(late);
   EXPECT_EQ(late.error().code, Errc::timeout);
   EXPECT_EQ(a->stats().tx_lost, 1u);
-  for (const auto& bad : {can_frame(0x800, {}), can_frame(1, {}, msg::kCanError), can_frame(1, {}, msg::kCanRemote),
-                          can_frame(1, {}, msg::kCanFd)}) {
+  for (const auto& bad : {frame_of(0x800, {}), frame_of(1, {}, msg::kCanError), frame_of(1, {}, msg::kCanRemote),
+                          frame_of(1, {}, msg::kCanFd)}) {
     const Status refused = a->send(bad, kNever);
     ASSERT_FALSE(refused);
     EXPECT_EQ(refused.error().code, Errc::bad_argument);
   }
-  ASSERT_TRUE(a->send(can_frame(2, {}), linux_os().now() + kPatience));
+  ASSERT_TRUE(a->send(frame_of(2, {}), linux_os().now() + kPatience));
   msg::CanFrame out;
   ASSERT_TRUE(next_frame(*b, out));
   EXPECT_EQ(out.id, 2u) << "and nothing before it";

@@ -26,18 +26,18 @@ TEST(Candump, LinesOfALogAreRead) {
   ASSERT_EQ(candump_parse("(1436509052.249713) vcan0 044#2A366C2BBA\n", line), nullptr);
   EXPECT_EQ(line.frame.stamp.ns, 1436509052249713000);
   EXPECT_EQ(line.interface, "vcan0");
-  EXPECT_TRUE(same_frame(line.frame, can_frame(0x44, {0x2A, 0x36, 0x6C, 0x2B, 0xBA})));
+  EXPECT_TRUE(same_frame(line.frame, frame_of(0x44, {0x2A, 0x36, 0x6C, 0x2B, 0xBA})));
 
   ASSERT_EQ(candump_parse("(0000000000.000001) can1 1F334455#1122334455667788_B T", line), nullptr);
   EXPECT_TRUE(same_frame(line.frame,
-                         can_frame(0x1F334455, {0x11, 0x22, 0x33, 0x44, 0x55, 0x66, 0x77, 0x88}, msg::kCanExtended)));
+                         frame_of(0x1F334455, {0x11, 0x22, 0x33, 0x44, 0x55, 0x66, 0x77, 0x88}, msg::kCanExtended)));
 
   ASSERT_EQ(candump_parse("(1.5) can0 123##111.22", line), nullptr);
-  EXPECT_TRUE(same_frame(line.frame, can_frame(0x123, {0x11, 0x22}, msg::kCanFd | msg::kCanBitRateSwitch)));
+  EXPECT_TRUE(same_frame(line.frame, frame_of(0x123, {0x11, 0x22}, msg::kCanFd | msg::kCanBitRateSwitch)));
   EXPECT_EQ(line.frame.stamp.ns, 1500000000);
 
   ASSERT_EQ(candump_parse("(1.5) can0 123#R", line), nullptr);
-  EXPECT_TRUE(same_frame(line.frame, can_frame(0x123, {}, msg::kCanRemote)));
+  EXPECT_TRUE(same_frame(line.frame, frame_of(0x123, {}, msg::kCanRemote)));
   ASSERT_EQ(candump_parse("(1.5) can0 123#R4", line), nullptr);
   EXPECT_EQ(line.frame.size, 4u);
 
@@ -47,13 +47,13 @@ TEST(Candump, LinesOfALogAreRead) {
 }
 
 TEST(Candump, FramesAreWrittenAsCandumpWritesThem) {
-  msg::CanFrame frame = can_frame(0x44, {0x2A, 0x36});
+  msg::CanFrame frame = frame_of(0x44, {0x2A, 0x36});
   frame.stamp.ns = 1436509052249713000;
   EXPECT_EQ(formatted(frame, "vcan0"), "(1436509052.249713) vcan0 044#2A36");
-  frame = can_frame(0x1234, {0xFF}, msg::kCanExtended | msg::kCanFd | msg::kCanBitRateSwitch);
+  frame = frame_of(0x1234, {0xFF}, msg::kCanExtended | msg::kCanFd | msg::kCanBitRateSwitch);
   EXPECT_EQ(formatted(frame), "(0.000000) can0 00001234##1FF");
-  EXPECT_EQ(formatted(can_frame(0x40, {0}, msg::kCanError)), "(0.000000) can0 20000040#00");
-  EXPECT_EQ(formatted(can_frame(0x7FF, {}, msg::kCanRemote)), "(0.000000) can0 7FF#R");
+  EXPECT_EQ(formatted(frame_of(0x40, {0}, msg::kCanError)), "(0.000000) can0 20000040#00");
+  EXPECT_EQ(formatted(frame_of(0x7FF, {}, msg::kCanRemote)), "(0.000000) can0 7FF#R");
 }
 
 TEST(Candump, EveryFrameComesBackAsItWas) {
@@ -92,9 +92,9 @@ TEST(Candump, WrongLinesSayWhatIsWrong) {
 
 TEST(Candump, WhatDoesNotFitIsNotWritten) {
   std::string small(20, ' ');
-  EXPECT_EQ(candump_format(can_frame(0x123, {1, 2, 3, 4}), "can0", small), 0u);
-  EXPECT_TRUE(formatted(can_frame(0x123, {}), "a_name_that_is_too_long").empty());
-  EXPECT_TRUE(formatted(can_frame(0x800, {})).empty());
+  EXPECT_EQ(candump_format(frame_of(0x123, {1, 2, 3, 4}), "can0", small), 0u);
+  EXPECT_TRUE(formatted(frame_of(0x123, {}), "a_name_that_is_too_long").empty());
+  EXPECT_TRUE(formatted(frame_of(0x800, {})).empty());
 }
 
 }  // namespace

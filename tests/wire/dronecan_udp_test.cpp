@@ -26,11 +26,11 @@ TEST(DronecanUdp, CrcHasTheCheckValueOfItsDefinition) {
 
 // Bytes of the packets: struct.pack and binascii.crc_hqx(…, 0xFFFF) of Python, after mcast.py.
 TEST(DronecanUdp, FramesHaveTheBytesOfTheReferenceDriver) {
-  EXPECT_EQ(encoded(can_frame(0x0804062A, {0x00, 0x03, 0xFD, 0xF0, 0x08, 0x00, 0x10, 0xC5}, msg::kCanExtended)),
+  EXPECT_EQ(encoded(frame_of(0x0804062A, {0x00, 0x03, 0xFD, 0xF0, 0x08, 0x00, 0x10, 0xC5}, msg::kCanExtended)),
             (Bytes{0x34, 0x29, 0x76, 0x27, 0x00, 0x00, 0x2A, 0x06, 0x04, 0x88, 0x00, 0x03, 0xFD, 0xF0, 0x08, 0x00, 0x10,
                    0xC5}));
-  EXPECT_EQ(encoded(can_frame(0x123, {})), (Bytes{0x34, 0x29, 0xB2, 0x95, 0x00, 0x00, 0x23, 0x01, 0x00, 0x00}));
-  EXPECT_EQ(encoded(can_frame(0x7FF, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}, msg::kCanFd)),
+  EXPECT_EQ(encoded(frame_of(0x123, {})), (Bytes{0x34, 0x29, 0xB2, 0x95, 0x00, 0x00, 0x23, 0x01, 0x00, 0x00}));
+  EXPECT_EQ(encoded(frame_of(0x7FF, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}, msg::kCanFd)),
             (Bytes{0x34, 0x29, 0xDA, 0xA7, 0x01, 0x00, 0xFF, 0x07, 0x00, 0x00, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}));
 }
 
@@ -46,17 +46,17 @@ TEST(DronecanUdp, EveryFrameComesBackAsItWas) {
 }
 
 TEST(DronecanUdp, FramesThatTheFramingCannotCarryAreRefused) {
-  EXPECT_TRUE(encoded(can_frame(0x123, {}, msg::kCanRemote)).empty());
-  EXPECT_TRUE(encoded(can_frame(0x123, {}, msg::kCanError)).empty());
-  EXPECT_TRUE(encoded(can_frame(0x800, {})).empty()) << "12 bits without the extended flag";
-  EXPECT_TRUE(encoded(can_frame(0x20000000, {}, msg::kCanExtended)).empty());
-  EXPECT_TRUE(encoded(can_frame(1, {1, 2, 3, 4, 5, 6, 7, 8, 9}, msg::kCanFd)).empty()) << "no FD frame has 9 bytes";
+  EXPECT_TRUE(encoded(frame_of(0x123, {}, msg::kCanRemote)).empty());
+  EXPECT_TRUE(encoded(frame_of(0x123, {}, msg::kCanError)).empty());
+  EXPECT_TRUE(encoded(frame_of(0x800, {})).empty()) << "12 bits without the extended flag";
+  EXPECT_TRUE(encoded(frame_of(0x20000000, {}, msg::kCanExtended)).empty());
+  EXPECT_TRUE(encoded(frame_of(1, {1, 2, 3, 4, 5, 6, 7, 8, 9}, msg::kCanFd)).empty()) << "no FD frame has 9 bytes";
   std::array<std::uint8_t, kDronecanUdpHead> small{};
-  EXPECT_EQ(dronecan_udp_encode(can_frame(1, {1}), small), 0u);
+  EXPECT_EQ(dronecan_udp_encode(frame_of(1, {1}), small), 0u);
 }
 
 TEST(DronecanUdp, AnyChangedBitIsNoticed) {
-  const Bytes good = encoded(can_frame(0x0804062A, {1, 2, 3}, msg::kCanExtended));
+  const Bytes good = encoded(frame_of(0x0804062A, {1, 2, 3}, msg::kCanExtended));
   msg::CanFrame out;
   ASSERT_TRUE(dronecan_udp_decode(good, out));
   for (std::size_t bit = 0; bit < good.size() * 8; ++bit) {

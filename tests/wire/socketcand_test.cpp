@@ -58,15 +58,15 @@ TEST(Socketcand, ElementsThatDoNotEndAreDroppedAndCounted) {
 TEST(Socketcand, ExamplesOfTheProtocolPageAreRead) {
   SocketcandMessage m = parsed(" send 123 0 ");
   EXPECT_EQ(m.kind, SocketcandKind::send);
-  EXPECT_TRUE(same_frame(m.frame, can_frame(0x123, {})));
+  EXPECT_TRUE(same_frame(m.frame, frame_of(0x123, {})));
   m = parsed(" send 1AAAAAAA 2 1 F1 ");
-  EXPECT_TRUE(same_frame(m.frame, can_frame(0x1AAAAAAA, {1, 0xF1}, msg::kCanExtended)));
+  EXPECT_TRUE(same_frame(m.frame, frame_of(0x1AAAAAAA, {1, 0xF1}, msg::kCanExtended)));
   m = parsed(" sendrtr 1AAAAAAA 2 ");
   EXPECT_TRUE(m.frame.remote() && m.frame.extended());
   EXPECT_EQ(m.frame.size, 2u);
   m = parsed(" frame 123 23.424242 11 22 33 44 ");
   EXPECT_EQ(m.kind, SocketcandKind::frame);
-  EXPECT_TRUE(same_frame(m.frame, can_frame(0x123, {0x11, 0x22, 0x33, 0x44})));
+  EXPECT_TRUE(same_frame(m.frame, frame_of(0x123, {0x11, 0x22, 0x33, 0x44})));
   EXPECT_EQ(m.frame.stamp.ns, 23424242000);
   m = parsed(" rtr 123 23.424242 4 ");
   EXPECT_TRUE(m.frame.remote());
@@ -79,7 +79,7 @@ TEST(Socketcand, ExamplesOfTheProtocolPageAreRead) {
 
 TEST(Socketcand, DataMayStandTogetherAsTheRealServerWritesIt) {
   EXPECT_TRUE(same_frame(parsed(" frame 08000123 1.000000 11223344 ").frame,
-                         can_frame(0x08000123, {0x11, 0x22, 0x33, 0x44}, msg::kCanExtended)));
+                         frame_of(0x08000123, {0x11, 0x22, 0x33, 0x44}, msg::kCanExtended)));
   const auto fd = parsed(" fdframe 123 05 1.000000 000102030405060708090A0B ").frame;
   EXPECT_TRUE(fd.fd());
   EXPECT_EQ(fd.size, 12u);
@@ -129,15 +129,15 @@ TEST(Socketcand, BrokenElementsAreRefused) {
 }
 
 TEST(Socketcand, ElementsAreWrittenAsTheProtocolSays) {
-  EXPECT_EQ(written(socketcand_send, can_frame(0x123, {0x11, 2})), "< send 123 2 11 02 >");
-  EXPECT_EQ(written(socketcand_send, can_frame(0x123, {}, msg::kCanExtended)), "< send 00000123 0 >");
-  EXPECT_EQ(written(socketcand_send, can_frame(0x123, {1}, msg::kCanFd | msg::kCanBitRateSwitch)),
+  EXPECT_EQ(written(socketcand_send, frame_of(0x123, {0x11, 2})), "< send 123 2 11 02 >");
+  EXPECT_EQ(written(socketcand_send, frame_of(0x123, {}, msg::kCanExtended)), "< send 00000123 0 >");
+  EXPECT_EQ(written(socketcand_send, frame_of(0x123, {1}, msg::kCanFd | msg::kCanBitRateSwitch)),
             "< fdsend 123 01 1 01 >");
-  msg::CanFrame frame = can_frame(0x123, {0x11, 0x22});
+  msg::CanFrame frame = frame_of(0x123, {0x11, 0x22});
   frame.stamp.ns = 23424242000;
   EXPECT_EQ(written(socketcand_frame, frame), "< frame 123 23.424242 1122 >");
-  EXPECT_EQ(written(socketcand_frame, can_frame(0x40, {}, msg::kCanError)), "< error 040 0.000000 >");
-  EXPECT_EQ(written(socketcand_send, can_frame(0x40, {}, msg::kCanError)), "") << "nobody can send an error frame";
+  EXPECT_EQ(written(socketcand_frame, frame_of(0x40, {}, msg::kCanError)), "< error 040 0.000000 >");
+  EXPECT_EQ(written(socketcand_send, frame_of(0x40, {}, msg::kCanError)), "") << "nobody can send an error frame";
   std::string out(40, ' ');
   EXPECT_EQ(out.substr(0, socketcand_open("can0", out)), "< open can0 >");
   EXPECT_EQ(socketcand_open("can0 ><", out), 0u);

@@ -28,7 +28,7 @@ inline bool same_frame(const msg::CanFrame& a, const msg::CanFrame& b) {
   return a.id == b.id && a.flags == b.flags && a.size == b.size && a.data == b.data;
 }
 
-inline msg::CanFrame can_frame(std::uint32_t id, std::initializer_list<std::uint8_t> data, std::uint32_t flags = 0) {
+inline msg::CanFrame frame_of(std::uint32_t id, std::initializer_list<std::uint8_t> data, std::uint32_t flags = 0) {
   msg::CanFrame frame;
   frame.id = id, frame.flags = flags, frame.size = static_cast<std::uint32_t>(data.size());
   std::uint32_t i = 0;
