@@ -9,7 +9,8 @@ source "$results/job"
 hostname sinew-vm
 ip link set lo up
 ip route add 224.0.0.0/4 dev lo
-mount -t configfs config /sys/kernel/config 2>/dev/null
+modprobe configfs
+mount -t configfs config /sys/kernel/config
 export root build results
 cd /tmp || exit 1
 
