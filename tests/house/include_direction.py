@@ -16,7 +16,7 @@ ROOMS = {
     "msg": [],
     "wire": ["msg"],
     "hal": ["msg"],
-    "hal/linux": ["hal", "msg"],
+    "hal/linux": ["hal", "wire", "msg"],
     "rt": ["hal", "math", "msg"],
     "tap": ["hal", "hal/linux", "rt", "msg"],
     "vision": ["rt", "math", "msg"],
