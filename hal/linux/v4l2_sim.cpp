@@ -1,0 +1,248 @@
+#include "hal/linux/v4l2_sim.hpp"
+
+#include <fcntl.h>
+#include <linux/videodev2.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+#include "hal/linux/v4l2_format.hpp"
+
+namespace sinew::hal {
+namespace {
+
+constexpr std::uint32_t kMostBuffers = 8;
+
+}  // namespace
+
+V4l2SimCamera::V4l2SimCamera()
+    : offers{{v4l2_code(msg::PixelFormat::yuyv), "YUYV 4:2:2", {{640, 480}, {320, 240}}, {30, 15}},
+             {V4L2_PIX_FMT_MJPEG, "Motion-JPEG", {{1280, 720}}, {30}}},
+      controls{{V4L2_CID_GAIN, V4L2_CTRL_TYPE_INTEGER, "Gain", 0, 100, 1, 20},
+               {V4L2_CID_EXPOSURE_AUTO, V4L2_CTRL_TYPE_MENU, "Auto Exposure", 0, 3, 1, 3},
+               {V4L2_CID_EXPOSURE_ABSOLUTE, V4L2_CTRL_TYPE_INTEGER, "Exposure Time, Absolute", 1, 5000, 1, 156}},
+      capabilities(V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING),
+      stamp_flags(V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC | V4L2_BUF_FLAG_TSTAMP_SRC_SOE) {}
+
+V4l2Sim::V4l2Sim(V4l2SimCamera camera) : camera_(std::move(camera)) {}
+
+V4l2Sim::~V4l2Sim() {
+  for (auto& [fd, file] : files_) {
+    ::close(fd);
+    if (file.pipe_in >= 0) ::close(file.pipe_in);
+  }
+}
+
+// ---- the world's side
+
+V4l2Sim::File* V4l2Sim::streaming() {
+  for (auto& [fd, file] : files_)
+    if (file.streaming && !file.gone) return &file;
+  return nullptr;
+}
+
+bool V4l2Sim::deliver(const msg::Image& picture, Time stamp) {
+  const std::lock_guard lock(mutex_);
+  File* file = streaming();
+  if (!file || fault_ == V4l2Fault::silent) return false;
+  const std::uint32_t made = file->made++;
+  if (fault_ == V4l2Fault::slow && made % 4 != 0) return false;
+  if (fault_ == V4l2Fault::stuck) return put(*file, picture, last_stamp_, last_sequence_);
+  const std::uint32_t sequence = file->sequence++;
+  if (fault_ == V4l2Fault::loses && made % 2 != 0) return false;
+  last_stamp_ = stamp, last_sequence_ = sequence;
+  return put(*file, picture, stamp, sequence);
+}
+
+bool V4l2Sim::put(File& file, const msg::Image& picture, Time stamp, std::uint32_t sequence) {
+  const std::uint32_t row = picture.width * msg::bytes_per_pixel(picture.format);
+  if (v4l2_code(picture.format) != file.code || picture.width != file.width || picture.height != file.height)
+    return false;
+  if (file.queued.empty()) return false;
+  const std::uint32_t index = file.queued.front();
+  file.queued.pop_front();
+  std::vector<std::uint8_t>& memory = *file.buffers[index];
+  for (std::uint32_t y = 0; y < picture.height; ++y)
+    std::memcpy(memory.data() + std::size_t{y} * file.line, picture.row(y), row);
+  const auto used = static_cast<std::uint32_t>(memory.size()) / (fault_ == V4l2Fault::short_frame ? 2 : 1);
+  const std::uint32_t flags = camera_.stamp_flags | (fault_ == V4l2Fault::corrupt ? V4L2_BUF_FLAG_ERROR : 0);
+  file.done.push_back({index, used, flags, sequence, stamp});
+  return ::write(file.pipe_in, "f", 1) == 1;
+}
+
+void V4l2Sim::set_fault(V4l2Fault fault) {
+  const std::lock_guard lock(mutex_);
+  fault_ = fault;
+  File* file = streaming();
+  if (fault == V4l2Fault::io_error && file) static_cast<void>(::write(file->pipe_in, "e", 1) == 1);
+}
+
+void V4l2Sim::unplug() {
+  const std::lock_guard lock(mutex_);
+  plugged_ = false;
+  for (auto& [fd, file] : files_) {
+    file.gone = true;
+    if (file.pipe_in >= 0) ::close(file.pipe_in);  // hangs up
+    file.pipe_in = -1;
+  }
+}
+
+void V4l2Sim::plug_in(const std::string& node) {
+  const std::lock_guard lock(mutex_);
+  camera_.node = node;
+  plugged_ = true;
+}
+
+void V4l2Sim::refuse(unsigned long request, int error) {
+  const std::lock_guard lock(mutex_);
+  refused_[request] = error;
+}
+
+void V4l2Sim::set_busy(bool busy) {
+  const std::lock_guard lock(mutex_);
+  busy_ = busy;
+}
+
+std::int64_t V4l2Sim::control(const std::string& name) const {
+  const std::lock_guard lock(mutex_);
+  for (const auto& c : camera_.controls)
+    if (c.name == name) return c.value;
+  return -1;
+}
+bool V4l2Sim::streams() const {
+  const std::lock_guard lock(mutex_);
+  return std::any_of(files_.begin(), files_.end(), [](const auto& f) { return f.second.streaming; });
+}
+std::size_t V4l2Sim::descriptors() const {
+  const std::lock_guard lock(mutex_);
+  return files_.size();
+}
+std::size_t V4l2Sim::mapped() const {
+  const std::lock_guard lock(mutex_);
+  return mapped_.size();
+}
+std::size_t V4l2Sim::queued() const {
+  const std::lock_guard lock(mutex_);
+  for (const auto& [fd, file] : files_)
+    if (file.streaming) return file.queued.size();
+  return 0;
+}
+
+// ---- the driver's side
+
+std::vector<std::string> V4l2Sim::nodes() {
+  const std::lock_guard lock(mutex_);
+  return plugged_ ? std::vector<std::string>{camera_.node} : std::vector<std::string>{};
+}
+
+std::vector<std::string> V4l2Sim::links(const std::string& folder) {
+  const std::lock_guard lock(mutex_);
+  if (!plugged_ || folder != "/dev/v4l/by-id") return {};
+  return {camera_.by_id};
+}
+
+int V4l2Sim::open(const std::string& path) {
+  const std::lock_guard lock(mutex_);
+  if (!plugged_ || (path != camera_.node && path != "/dev/v4l/by-id/" + camera_.by_id)) return -ENOENT;
+  if (const auto refused = refused_.find(0); refused != refused_.end() && refused->second) return -refused->second;
+  std::array<int, 2> ends{};
+  if (pipe2(ends.data(), O_NONBLOCK | O_CLOEXEC) != 0) return -errno;
+  files_[ends[0]].pipe_in = ends[1];
+  return ends[0];
+}
+
+void V4l2Sim::close(int fd) noexcept {
+  const std::lock_guard lock(mutex_);
+  const auto file = files_.find(fd);
+  if (file == files_.end()) return;
+  ::close(fd);
+  if (file->second.pipe_in >= 0) ::close(file->second.pipe_in);
+  files_.erase(file);
+}
+
+int V4l2Sim::ioctl(int fd, unsigned long request, void* argument) noexcept {
+  const std::lock_guard lock(mutex_);
+  const auto file = files_.find(fd);
+  if (file == files_.end()) return -EBADF;
+  if (file->second.gone) return -ENODEV;
+  if (const auto refused = refused_.find(request); refused != refused_.end() && refused->second)
+    return -refused->second;
+  const int said = answer(file->second, request, argument);
+  char byte = 0;
+  if (request == VIDIOC_DQBUF && said == 0) static_cast<void>(::read(fd, &byte, 1) == 1);
+  return said;
+}
+
+void* V4l2Sim::map(int fd, std::size_t bytes, std::int64_t offset) {
+  const std::lock_guard lock(mutex_);
+  const auto file = files_.find(fd);
+  if (file == files_.end()) return nullptr;
+  const auto index = static_cast<std::size_t>(offset);  // of the buffer: all that an offset has to be
+  if (index >= file->second.buffers.size() || file->second.buffers[index]->size() != bytes) return nullptr;
+  mapped_[file->second.buffers[index]->data()] = file->second.buffers[index];
+  return file->second.buffers[index]->data();
+}
+
+void V4l2Sim::unmap(void* memory, std::size_t) noexcept {
+  const std::lock_guard lock(mutex_);
+  mapped_.erase(memory);
+}
+
+int V4l2Sim::buffers(File& file, unsigned long request, void* argument) {
+  switch (request) {
+    case VIDIOC_REQBUFS: {
+      auto& wanted = *static_cast<v4l2_requestbuffers*>(argument);
+      if (busy_) return -EBUSY;
+      if (wanted.memory != V4L2_MEMORY_MMAP || file.streaming) return -EINVAL;
+      wanted.count = std::min(wanted.count, kMostBuffers);
+      file.buffers.clear();
+      for (std::uint32_t i = 0; i < wanted.count; ++i)
+        file.buffers.push_back(std::make_shared<std::vector<std::uint8_t>>(std::size_t{file.line} * file.height));
+      return 0;
+    }
+    case VIDIOC_QUERYBUF: {
+      auto& buffer = *static_cast<v4l2_buffer*>(argument);
+      if (buffer.index >= file.buffers.size()) return -EINVAL;
+      buffer.length = static_cast<std::uint32_t>(file.buffers[buffer.index]->size());
+      buffer.m.offset = buffer.index;
+      return 0;
+    }
+    case VIDIOC_QBUF: {
+      const auto& buffer = *static_cast<const v4l2_buffer*>(argument);
+      const bool there = std::find(file.queued.begin(), file.queued.end(), buffer.index) != file.queued.end();
+      if (buffer.index >= file.buffers.size() || there) return -EINVAL;
+      file.queued.push_back(buffer.index);
+      return 0;
+    }
+    case VIDIOC_DQBUF: {
+      auto& buffer = *static_cast<v4l2_buffer*>(argument);
+      if (!file.streaming) return -EINVAL;
+      if (fault_ == V4l2Fault::io_error) return -EIO;
+      if (file.done.empty()) return -EAGAIN;
+      const Done done = file.done.front();
+      file.done.pop_front();
+      buffer.index = done.index, buffer.bytesused = done.used, buffer.flags = done.flags;
+      buffer.sequence = done.sequence;
+      buffer.timestamp.tv_sec = static_cast<decltype(buffer.timestamp.tv_sec)>(done.stamp.ns / 1'000'000'000);
+      buffer.timestamp.tv_usec = static_cast<decltype(buffer.timestamp.tv_usec)>(done.stamp.ns % 1'000'000'000 / 1000);
+      return 0;
+    }
+    case VIDIOC_STREAMON:
+      if (file.buffers.empty()) return -EINVAL;
+      if (busy_) return -EBUSY;
+      if (fault_ == V4l2Fault::io_error) fault_ = V4l2Fault::none;
+      file.streaming = true;
+      return 0;
+    case VIDIOC_STREAMOFF:
+      file.streaming = false;
+      file.queued.clear(), file.done.clear();
+      return 0;
+    default:
+      return -ENOTTY;
+  }
+}
+
+}  // namespace sinew::hal
