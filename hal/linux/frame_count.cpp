@@ -63,7 +63,7 @@ std::string FrameCount::text() const {
   count(s.corrupted, "corrupted");
   count(s.repeated, "repeated (no newer than the one before)");
   count(s.too_large, "too large for the topic");
-  count(s.unstamped, "without a stamp of the driver");
+  count(s.unstamped, "without a usable stamp of the driver");
   count(s.reopens, s.reopens == 1 ? "time opened again" : "times opened again");
   return text;
 }

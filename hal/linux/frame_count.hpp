@@ -15,7 +15,7 @@ struct CameraStats {
   std::uint64_t corrupted = 0;  // marked as faulty by the driver, or too short
   std::uint64_t repeated = 0;   // no newer than the one before
   std::uint64_t too_large = 0;  // did not fit the topic's capacity
-  std::uint64_t unstamped = 0;  // handed on, with the time of reading for want of a stamp of the driver
+  std::uint64_t unstamped = 0;  // handed on with the time of reading: the driver gave no stamp, or one of the future
   std::uint64_t reopens = 0;    // streams begun anew
   std::uint64_t tries = 0;      // to open it again since it was last there
 };

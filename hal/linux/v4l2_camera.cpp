@@ -137,12 +137,12 @@ Result<bool> V4l2Camera::copy(const V4l2Session::Filled& filled, msg::Image& out
 ///          last pixel was received; V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC is CLOCK_MONOTONIC, which is this system's time.
 Time V4l2Camera::middle(const V4l2Session::Filled& filled, std::int64_t exposure_ns) noexcept {
   const std::int64_t half = exposure_ns / 2;
-  if ((filled.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) != V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC) {
-    count_.unstamped();
-    return {os_.now().ns - half};
-  }
   const bool start = (filled.flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) == V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
-  return {filled.stamp_ns + (start ? half : -half)};
+  const Time stamp{filled.stamp_ns + (start ? half : -half)}, now = os_.now();
+  // A frame that is here was exposed before: vivid computes its end of frame ahead by most of a period.
+  if ((filled.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC && stamp <= now) return stamp;
+  count_.unstamped();
+  return now;
 }
 
 Status V4l2Camera::request(std::size_t control, double value) noexcept {

@@ -5,7 +5,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
+#include <functional>
 
 #include "hal/linux/os.hpp"
 #include "msg/image_buffer.hpp"
@@ -86,6 +88,7 @@ TEST_F(LibcameraOnKernel, FramesComeWithRisingNumbersAndStampsOfThisSystem) {
     EXPECT_NE(std::adjacent_find(first, end, std::not_equal_to<>()), end) << "a picture, not one grey";
   }
   EXPECT_EQ(camera_->stats().lost, gaps);
+  EXPECT_EQ(camera_->stats().unstamped, 0u);
   EXPECT_THAT(camera_->state(), HasSubstr("streaming 480x360"));
 }
 

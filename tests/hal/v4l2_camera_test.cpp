@@ -156,7 +156,15 @@ TEST_F(V4l2CameraOnSim, FrameWithoutAMonotonicStampGetsTheTimeOfReading) {
   EXPECT_GE(image_->stamp, before);
   EXPECT_LE(image_->stamp, linux_os().now());
   EXPECT_EQ((*opened)->stats().unstamped, 1u);
-  EXPECT_THAT((*opened)->state(), HasSubstr("1 without a stamp of the driver"));
+  EXPECT_THAT((*opened)->state(), HasSubstr("1 without a usable stamp of the driver"));
+}
+
+TEST_F(V4l2CameraOnSim, StampOfTheFutureIsReplacedByTheTimeOfReading) {
+  ASSERT_EQ(open(), std::nullopt) << why_;
+  ASSERT_TRUE(sim_.deliver(*picture(0), linux_os().now() + 1h));
+  ASSERT_TRUE(read());
+  EXPECT_LE(image_->stamp, linux_os().now());
+  EXPECT_EQ(camera_->stats().unstamped, 1u);
 }
 
 // ---- formats

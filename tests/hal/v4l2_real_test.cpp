@@ -42,7 +42,7 @@ class V4l2CameraOnKernel : public ::testing::Test {
   /// A file of the device in sysfs.
   std::string sysfs(const std::string& file) const {
     const std::string node = fs::canonical(spec_.path).filename();
-    return fs::canonical("/sys/class/video4linux/" + node + "/device/" + file);
+    return fs::canonical("/sys/class/video4linux/" + node + "/device" + file);
   }
 
   CameraSpec spec_;
@@ -69,6 +69,9 @@ TEST_F(V4l2CameraOnKernel, GivesFramesInEveryFormatThatImagesHave) {
 }
 
 TEST_F(V4l2CameraOnKernel, NumbersAndStampsRiseAndGapsAreCountedAsLost) {
+  ASSERT_EQ(open(), std::nullopt) << why_;
+  // vivid's end of frame is most of a period ahead of the time; its start of exposure is honest.
+  if (camera_->find("timestamp_source")) spec_.controls["timestamp_source"] = 1;
   const Time opened = linux_os().now();
   ASSERT_EQ(open(), std::nullopt) << why_;
   std::uint64_t gaps = 0;
@@ -142,7 +145,7 @@ TEST_F(V4l2CameraOnKernel, IsFoundByItsBus) {
 }
 
 TEST_F(V4l2CameraOnKernel, UnbindingClosesItAndBindingBringsItBack) {
-  const std::string driver = sysfs("driver"), device = fs::path(sysfs("")).parent_path().filename();
+  const std::string driver = sysfs("/driver"), device = fs::path(sysfs("")).filename();
   ASSERT_EQ(open(), std::nullopt) << why_;
   ASSERT_TRUE(next());
   const std::uint32_t number = image_->frame_number;

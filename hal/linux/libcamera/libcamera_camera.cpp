@@ -100,8 +100,10 @@ Result<bool> LibcameraCamera::read_held(msg::Image& out) noexcept {
     result = Error{Errc::bad_argument, "camera: the topic's images are too small", out.capacity_bytes};
   }
   if (result) {
-    out.stamp = stamp ? Time{frame.stamp_ns + frame.exposure_ns / 2} : Time{os_.now().ns - frame.exposure_ns / 2};
-    if (!stamp) count_.unstamped();
+    const Time middle{frame.stamp_ns + frame.exposure_ns / 2}, now = os_.now();
+    const bool usable = stamp && middle <= now;
+    if (!usable) count_.unstamped();
+    out.stamp = usable ? middle : now;
     out.exposure_ns = frame.exposure_ns;
     out.frame_number = count_.number();
     session_->begin_access(frame.request);
