@@ -5,10 +5,14 @@
 #include <linux/if.h>
 #include <linux/if_arp.h>
 #include <linux/rtnetlink.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
 
+#include "hal/can_waiting.hpp"
+#include "hal/linux/can.hpp"
 #include "hal/linux/can_error.hpp"
 #include "hal/linux/can_link.hpp"
 #include "hal/linux/can_stamp.hpp"
@@ -99,6 +103,23 @@ TEST(HardwareStamps, ClockThatBeginsAnewIsTakenUpAtOnce) {
   EXPECT_EQ(stamps.convert(5'000'000'000'000, Time{1'000'000'000}).ns, 1'000'000'000);
   EXPECT_EQ(stamps.convert(0, Time{1'500'000'000}).ns, 1'500'000'000);
   EXPECT_EQ(stamps.convert(1'000'000, Time{1'501'000'000}).ns, 1'501'000'000);
+}
+
+TEST(SocketCanWithoutBus, SaysWhatIsMissingAndWhatToDo) {
+  const int fd = socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, 1);
+  const bool kernel_has_can = fd >= 0;
+  if (fd >= 0) close(fd);
+  CanSpec spec;
+  spec.transport = "socketcan", spec.address = "nowhere0";
+  std::string why;
+  const auto bus = open_can(spec, linux_os(), start_watch(), why);
+  ASSERT_FALSE(bus);
+  EXPECT_EQ(bus.error().code, kernel_has_can ? Errc::not_found : Errc::not_supported);
+  EXPECT_EQ(why, kernel_has_can
+                     ? "nowhere0: there is no such interface ('ip link' lists them); a virtual one: 'ip link add dev "
+                       "nowhere0 type vcan'"
+                     : "nowhere0: this kernel has no CAN (PF_CAN): load it with 'modprobe can-raw', or use the "
+                       "transport \"udp\" or \"socketcand\", which need none");
 }
 
 /// An answer of the kernel, put together by hand: attributes nest by closing what begin() opened.

@@ -23,6 +23,7 @@ ROOMS = {
     "control": ["rt", "math", "msg"],
     "drivers": ["hal", "rt", "wire", "msg"],
     "sim_hil": ["hal", "wire", "msg"],
+    "sim_hil/wire": ["hal", "wire", "msg"],
     "sim_hil/plant": ["sim_hil", "hal", "wire", "math", "msg"],
     "record": ["hal", "msg"],
     "record/run": ["record", "rt", "hal", "math", "msg"],

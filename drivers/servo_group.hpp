@@ -1,0 +1,101 @@
+#pragma once
+// A named group of joints as the robot sees them: actuators to write, joints to read.
+//
+//   // Two pan/tilt joints on one bus, the way a board builds them from its configuration:
+//   drivers::ServoGroup head(os, "head");
+//   drivers::CanHub hub(os, bus, {.name = "can0", .tick_hz = 500, .thread = {.name = "can0", .fifo_priority = 70}});
+//   hub.add(std::make_unique<drivers::CanopenMaster>());                       // once a bus with CANopen drives
+//   drivers::ServoConfig pan{.name = "pan", .node_id = 1, .counts_per_turn = 65536};
+//   drivers::ServoConfig tilt{.name = "tilt", .node_id = 2, .counts_per_turn = 65536};
+//   for (const auto& c : {pan, tilt}) {
+//     if (auto wrong = drivers::check_cia402(c, {.tick_hz = 500}); !wrong.empty()) return wrong;
+//     head.add(hub, std::make_unique<drivers::Cia402Servo>(c, drivers::Cia402Options{.tick_hz = 500}));
+//   }
+//   std::string why;
+//   if (!hub.configure(why)) return why;                                      // numbers twice, bus load
+//   hub.start();                                                              // all hubs of all groups
+//   hal::Actuators& actuators = head; hal::Joints& joints = head;             // what hal::Board answers with
+//
+// A group outlives the threads of its hubs: declare it before them, or stop() them first.
+#include <array>
+
+#include "drivers/can_hub.hpp"
+#include "drivers/seq_lock.hpp"
+#include "hal/device.hpp"
+#include "hal/wake_slot.hpp"
+
+namespace sinew::drivers {
+
+/// Up to msg::kMaxChannels joints, on one bus or several. Setpoints are in the unit of each joint's mode, channel by
+/// channel in the order of add(). When their lease runs out each joint does its stop action.
+/// Samples come when all joints on the first joint's bus have measured anew, at least once a tick of that bus.
+/// Bit i of JointState::ready: joint i is enabled, and nothing is wrong with it but that it is warm or at a limit.
+/// Thread:  add(): owner, configure only. write(), stop(): one at a time (the guardian). read(): one. request(): any.
+/// RT:      yes, none of them waits.
+class ServoGroup final : public hal::Actuators, public hal::Joints, private ServoOwner {
+ public:
+  ServoGroup(hal::Os& os, std::string name) : os_(os), name_(std::move(name)) {}
+
+  /// The next channel. Errors: bad_argument when there are kMaxChannels already.
+  hal::Status add(CanHub& hub, std::unique_ptr<ServoProtocol> servo);
+  const std::string& name() const { return name_; }
+  std::size_t size() const { return count_; }
+
+  /// Errors: bad_argument: another number of channels, a value that is not finite: the previous setpoints run out.
+  hal::Status write(const msg::ActuatorCommand& command, Duration lease) noexcept override;
+  hal::Status stop() noexcept override;
+
+  hal::Result<bool> read(msg::JointState& out) noexcept override;
+  Time ready_at() const noexcept override;
+  void set_wake(hal::Wake* wake) noexcept override { wake_.change(wake); }
+  std::uint64_t lost_samples() const noexcept { return lost_.load(std::memory_order_relaxed); }
+
+  /// Homing, or a new zero here; done once, when the joint can.
+  void request(std::size_t joint, ServoCommand::Request what) noexcept;
+  /// The joint's protocol: identity, statistics, its zero after zero_here. Thread: when its hub does not run.
+  const ServoProtocol& servo(std::size_t joint) const { return *joints_[joint].servo; }
+
+ private:
+  struct Setpoints {
+    std::array<double, msg::kMaxChannels> value{};
+    std::int64_t until_ns = 0;  // 0: never written
+    std::uint32_t number = 0, armed = 0;
+  };
+  struct Joint {
+    std::size_t hub = 0;  // in hubs_
+    const ServoProtocol* servo = nullptr;
+    SeqLock<ServoFeedback> feedback;        // written by its hub's thread
+    std::atomic<std::uint32_t> request{0};  // number * 4 + what
+    std::uint32_t number = 0;               // of the feedback stored last; its hub's thread
+    bool absent = true;
+    std::uint32_t published = 0;  // number in the last sample; first hub's thread
+    ServoFeedback last;           // as could be read last; first hub's thread
+  };
+
+  void latch(const CanHub& hub) noexcept override;
+  ServoCommand command(std::size_t index, Time now) noexcept override;
+  void feedback(std::size_t index, const ServoFeedback& feedback) noexcept override;
+  void settled(const CanHub& hub, bool tick) noexcept override;
+  hal::Status hand_over(Setpoints setpoints) noexcept;
+  bool all_measured_anew() const noexcept;
+  void publish() noexcept;
+  void compose(msg::JointState& out) noexcept;
+
+  hal::Os& os_;
+  std::string name_;
+  std::array<Joint, msg::kMaxChannels> joints_;
+  std::size_t count_ = 0;
+  std::vector<CanHub*> hubs_;       // the first one's thread makes the samples
+  std::vector<Setpoints> latched_;  // each of its hub's thread
+  SeqLock<Setpoints> setpoints_;
+  std::uint32_t number_ = 0;  // writer's
+
+  static constexpr std::uint32_t kRing = 8;
+  std::array<msg::JointState, kRing> ring_{};
+  std::atomic<std::uint32_t> head_{0}, tail_{0};  // first hub's thread; reader's
+  std::atomic<std::uint64_t> lost_{0};
+  bool published_this_tick_ = false;
+  hal::WakeSlot wake_;
+};
+
+}  // namespace sinew::drivers
