@@ -1,0 +1,85 @@
+#!/usr/bin/env bash
+# Boots the kernel of tests/vm/setup.sh in qemu and runs there the sub-tests of one folder, each in its turn.
+#
+#   tests/vm/boot.sh board            one boot, every sub-test of tests/vm/board
+#   tests/vm/boot.sh board can v4l2   only these
+#   tests/vm/boot.sh --shell board    the same machine with a shell on this terminal; `exit` ends it
+#
+# board:  two processors, as fast as the host lets them: whether things work.
+# icount: one processor that takes 4 ns of the guest's time for each instruction, so that times do not depend on the
+#         host: how late things are.
+#
+# Of each sub-test build/vm/results/FOLDER/NAME.log is what it said, NAME.result its exit code and its seconds; kernel.log
+# is the kernel's. Exit: 0 when the guest came to the end, whatever its sub-tests' results.
+# shellcheck disable=SC2054  # commas inside of qemu's options
+set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/../../tools/lib.sh"
+
+shell=0 limit_s=300
+if [[ ${1:-} == --shell ]]; then shell=1 limit_s=36000 && shift; fi
+folder=${1:?"board or icount"}
+shift
+here=$root/tests/vm
+[[ -d $here/$folder ]] || die "$folder: no such folder of sub-tests in tests/vm"
+names=("$@")
+if ((${#names[@]} == 0)); then
+  for file in "$here/$folder"/*.sh; do names+=("$(basename "$file" .sh)"); done
+fi
+for name in "${names[@]}"; do
+  [[ -f $here/$folder/$name.sh ]] || die "$name: no such sub-test in tests/vm/$folder"
+done
+
+arch=amd64
+"$here/setup.sh" "$arch"
+vm=$root/build/vm/$arch
+results=$root/build/vm/results/$folder
+console=$logs/vm-$folder.log
+rm -rf "$results"
+mkdir -p "$results" "$logs"
+{
+  printf 'root=%q\n' "$root"
+  printf 'build=%q\n' "$root/build/release"
+  printf 'folder=%q\n' "$folder"
+  printf 'shell=%q\n' "$shell"
+  printf 'names=(%s)\n' "${names[*]@Q}"
+} >"$results/job"
+
+machine=(-M q35 -cpu max -m 1024 -nodefaults -nic none -no-reboot -display none -monitor none)
+shares=(
+  -fsdev "local,id=host,path=/,security_model=none,readonly=on,multidevs=remap"
+  -device virtio-9p-pci,fsdev=host,mount_tag=host
+  -fsdev "local,id=results,path=$results,security_model=none"
+  -device virtio-9p-pci,fsdev=results,mount_tag=results
+)
+case $folder in
+  board)
+    machine+=(-accel tcg,thread=multi -smp 2
+      -object can-bus,id=can -device kvaser_pci,canbus=can -device kvaser_pci,canbus=can)
+    ;;
+  icount) machine+=(-accel tcg -smp 1 -icount shift=2,sleep=off -rtc clock=vm -seed 1) ;;
+  *) die "$folder: no machine is described for it" ;;
+esac
+words="console=ttyS0 loglevel=4 panic=-1 nokaslr tsc=reliable vm.kernel=$vm vm.source=$root vm.results=$results"
+# Counted time leaps from timer to timer while the guest has nothing to do, also when it waits for a file of the host:
+# minutes, where the host is slow. So it always has something to do.
+[[ $folder != icount ]] || words+=" vm.busy"
+
+start=$(now_s)
+qemu=(timeout -k 5 "$limit_s" qemu-system-x86_64 "${machine[@]}" "${shares[@]}" -kernel "$(echo "$vm"/boot/vmlinuz-*)"
+  -initrd "$vm/initramfs.gz" -append "$words")
+if ((shell)); then
+  "${qemu[@]}" -serial stdio
+  exit
+fi
+status=0
+"${qemu[@]}" -serial "file:$console" </dev/null >"$console.qemu" 2>&1 || status=$?
+if [[ ! -f $results/finished ]]; then
+  tail -n 40 "$console.qemu" "$console"
+  ((status != 124)) || say "stopped after $limit_s s"
+  die "the guest did not come to the end of $folder (log: ${console#"$root"/})"
+fi
+for name in "${names[@]}"; do
+  read -r code took <"$results/$name.result" || code=missing took=0
+  say "$name: $([[ $code == 0 ]] && echo passed || echo "FAILED ($code)") in $took s"
+done
+say "vm: $folder: $(cat "$results/finished"), $(minutes $(($(now_s) - start))) with the boot"

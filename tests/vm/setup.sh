@@ -1,0 +1,138 @@
+#!/usr/bin/env bash
+# Fetches and builds what the VM bench boots: Debian's PREEMPT_RT kernel, the kernel's test drivers that Debian leaves
+# out, and a first file system. Nothing is installed; all of it lies in build/vm/ARCH. Does nothing when that is there.
+#
+#   tests/vm/setup.sh [amd64]     another kernel than the one that is there: rm -r build/vm/ARCH first
+set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/../../tools/lib.sh"
+
+arch=${1:-amd64}
+[[ $arch == amd64 ]] || die "$arch: only amd64 so far; other machines need a cross build of Sinew first"
+here=$root/tests/vm
+vm=$root/build/vm/$arch
+work=$vm.new
+log=$logs/vm-$arch-setup.log
+
+# depends PACKAGE PATTERN: the packages matching PATTERN that it asks for. The kernel's packages carry their version in
+# their names, so nothing here names one.
+depends() { apt-cache depends "$1" | awk -v pattern="$2" '$1 == "Depends:" && $2 ~ pattern { print $2 }'; }
+
+download() {
+  local image headers release version
+  image=$(depends "linux-image-rt-$arch" '^linux-image-')
+  headers=$(depends "linux-headers-rt-$arch" '^linux-headers-')
+  [[ -n $image && -n $headers ]] || return 1
+  release=${image#linux-image-}
+  version=$(cut -d. -f1,2 <<<"$release")
+  local packages=("$image" "$headers" "linux-source-$version")
+  mapfile -O 3 -t packages < <(depends "$headers" '^linux-(headers|kbuild)-')
+  mkdir -p "$work/debs"
+  (cd "$work/debs" && apt-get download -q "${packages[@]}")
+}
+
+# The lists of a fresh or an old system may be missing or stale.
+fetch() {
+  download && return
+  local as_root=()
+  ((EUID == 0)) || as_root=(sudo)
+  "${as_root[@]}" apt-get update -q && download
+}
+
+unpack() {
+  local deb
+  for deb in "$work"/debs/linux-image-*.deb; do dpkg-deb -x "$deb" "$work/kernel"; done
+  for deb in "$work"/debs/linux-{headers,kbuild}-*.deb; do dpkg-deb -x "$deb" "$work/headers"; done
+  for deb in "$work"/debs/linux-source-*.deb; do dpkg-deb -x "$deb" "$work/source"; done
+  rm -r "$work/debs"
+  local tree name
+  tree=$(echo "$work"/source/usr/src/linux-source-*.tar.xz)
+  name=$(basename "$tree" .tar.xz)
+  tar -C "$work/source" --strip-components=1 -I "xz -dT$jobs" -xf "$tree" \
+    "$name/drivers/iio" "$name/drivers/media/test-drivers/vimc"
+  rm -r "$work/source/usr"
+}
+
+# vimc: a camera with the parts of a phone's, for libcamera. iio_dummy and the triggers: a sensor whose buffer is filled
+# at a rate of our choice.
+build_modules() {
+  local build=$work/modules from=$work/source/drivers headers
+  mkdir -p "$build/vimc"
+  cp "$from"/iio/industrialio-{configfs,sw-device,sw-trigger}.c "$from"/iio/trigger/iio-trig-hrtimer.c \
+    "$from"/iio/dummy/iio_simple_dummy{.c,.h,_buffer.c} "$build/"
+  cp "$from"/media/test-drivers/vimc/*.[ch] "$build/vimc/"
+  cat >"$build/Kbuild" <<'KBUILD'
+ccflags-y += -DCONFIG_IIO_SIMPLE_DUMMY_BUFFER=1
+obj-m += industrialio-configfs.o industrialio-sw-device.o industrialio-sw-trigger.o iio-trig-hrtimer.o iio_dummy.o vimc/
+iio_dummy-y := iio_simple_dummy.o iio_simple_dummy_buffer.o
+KBUILD
+  cat >"$build/vimc/Kbuild" <<'KBUILD'
+vimc-y := vimc-core.o vimc-common.o vimc-streamer.o vimc-capture.o vimc-debayer.o vimc-scaler.o vimc-sensor.o vimc-lens.o
+obj-m += vimc.o
+KBUILD
+  headers=$(echo "$work"/headers/usr/src/linux-headers-*-rt-"$arch")
+  sed -i "s|^include /usr/src|include $work/headers/usr/src|" "$headers/Makefile" # it expects to be installed
+  make -s -C "$headers" M="$build" ARCH=x86 KBUILD_MODPOST_WARN=1 -j "$jobs" modules
+}
+
+install_modules() {
+  local release
+  release=$(basename "$work"/kernel/lib/modules/*)
+  mkdir -p "$work/kernel/lib/modules/$release/extra"
+  find "$work/modules" -name '*.ko' -exec cp -t "$work/kernel/lib/modules/$release/extra" {} +
+  strip -g "$work/kernel/lib/modules/$release/extra"/*.ko
+  depmod -b "$work/kernel" "$release"
+}
+
+# What the kernel needs before it sees the host's files: busybox, the modules of the shared folders, and guest/init.
+first_file_system() {
+  local kernel=$1 tree=$1/initramfs release module
+  release=$(basename "$kernel"/lib/modules/*)
+  rm -rf "$tree"
+  mkdir -p "$tree"/{bin,proc,sys,dev,host,layer,root,modules}
+  cp "$(command -v busybox)" "$tree/bin/busybox"
+  cp "$here/guest/init" "$tree/init"
+  chmod 755 "$tree/init"
+  for module in virtio_pci 9pnet_virtio 9p overlay; do
+    modprobe -d "$kernel" -S "$release" --show-depends "$module" | awk '$1 == "insmod" { print $2 }'
+  done | awk '!seen[$0]++' | while read -r module; do
+    cp "$module" "$tree/modules/"
+    basename "$module" >>"$tree/modules/order"
+  done
+  (cd "$tree" && find . | cpio -o -H newc --quiet -R 0:0 | gzip -1) >"$kernel/initramfs.gz"
+  rm -r "$tree"
+}
+
+make_kernel() {
+  rm -rf "$work" "$vm"
+  fetch
+  unpack
+  build_modules
+  install_modules
+  first_file_system "$work/kernel"
+  mv "$work/kernel" "$vm"
+  rm -r "$work"
+}
+
+todo=
+if [[ ! -f $vm/initramfs.gz || $here/setup.sh -nt $vm/initramfs.gz ]]; then
+  todo=make_kernel
+elif [[ $here/guest/init -nt $vm/initramfs.gz ]]; then
+  todo=first_file_system
+fi
+[[ -n $todo ]] || exit 0
+
+start=$(now_s)
+export PATH=$PATH:/usr/sbin:/sbin # kmod's, for those who are not root
+mkdir -p "$logs" "$root/build/vm"
+set +e # in a shell of its own, which ends at the first failed command
+(
+  set -e
+  "$todo" "$vm"
+) >"$log" 2>&1
+status=$?
+set -e
+if ((status != 0)); then
+  tail -n 30 "$log" >&2
+  die "no kernel to boot (log: ${log#"$root"/})"
+fi
+say "vm: $arch set up in $(minutes $(($(now_s) - start)))"
