@@ -42,6 +42,9 @@ std::optional<FlightReport> parse_report(const std::string& json) {
   r.imu_gap_max_s = number("imu_gap_max_ns") * 1e-9;
   r.frames = static_cast<std::uint64_t>(number("frames"));
   r.render_late = static_cast<std::uint64_t>(number("render_late"));
+  if (j.contains("acquired"))
+    r.follow = {flag("acquired"),       number("in_view_share"),     number("angle_rms_deg"), number("level_rms_deg"),
+                number("roll_rms_deg"), number("base_tilt_rms_deg"), number("longest_loss_s")};
   if (const auto it = j.find("faults"); it != j.end() && it->is_array())
     for (const auto& f : *it)
       if (f.is_object()) r.faults.push_back(read_fault(f));
@@ -60,6 +63,10 @@ bool soft_landing(const FlightReport& report) {
 
 bool good_landing(const FlightReport& report) {
   return soft_landing(report) && report.landing_error_m < kGoodLandingError_m;
+}
+
+bool good_following(const FollowReport& report) {
+  return report.acquired && report.in_view_share >= kGoodInViewShare && report.angle_rms_deg < kGoodAngle_deg;
 }
 
 }  // namespace sinew::app

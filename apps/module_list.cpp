@@ -4,12 +4,14 @@
 #include "apps/run_log.hpp"
 #include "control/attitude_controller.hpp"
 #include "control/error_state_filter.hpp"
+#include "control/head_follower.hpp"
 #include "control/mission.hpp"
 #include "control/mixer.hpp"
 #include "control/position_controller.hpp"
 #include "drivers/camera_source.hpp"
 #include "drivers/sensor_source.hpp"
 #include "msg/flight.hpp"
+#include "vision/ball_detector.hpp"
 #include "vision/motion_field.hpp"
 #include "vision/pad_detector.hpp"
 
@@ -31,6 +33,8 @@ rt::ModuleTypes all_modules() {
   types.add<control::PositionController>("control::PositionController");
   types.add<control::Mixer>("control::Mixer");
   types.add<control::Mission>("control::Mission");
+  types.add<control::HeadFollower>("control::HeadFollower");
+  types.add<vision::BallDetector>("vision::BallDetector");
   types.add<vision::PadDetector>("vision::PadDetector");
   types.add<vision::MotionField>("vision::MotionField");
   types.add<RunLog<msg::NavState>>("app::StateLog");

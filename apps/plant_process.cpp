@@ -57,6 +57,8 @@ bool PlantProcess::start(const PlantRequest& request, std::string& why) {
   std::vector<std::string> argv{program.string(),
                                 "--listen",
                                 endpoint_,
+                                "--world",
+                                request.world,
                                 "--seed",
                                 std::to_string(request.seed),
                                 "--camera",

@@ -9,7 +9,8 @@
 namespace sinew::app {
 
 struct PlantRequest {
-  std::string endpoint;  // "auto": start sinew-sim; else where a plant listens
+  std::string endpoint;        // "auto": start sinew-sim; else where a plant listens
+  std::string world = "quad";  // of one that is started
   std::uint64_t seed = 1;
   std::uint32_t camera_width = 320, camera_height = 240;
   bool lockstep = true;

@@ -257,6 +257,7 @@ void read_bounds(TomlReader& r, ValidityBounds& b) {
 void read_sim(TomlReader& r, SimOptions& sim) {
   r.read("plant", sim.plant, "\"auto\", \"unix:PATH\" or \"tcp:HOST:PORT\"");
   std::int64_t number = 0;
+  r.read("world", sim.world, "the name of a world of sinew-sim: \"quad\", \"desk_head\"");
   if (r.read("camera_width", number, 16, msg::kMaxImageWidth)) sim.camera_width = static_cast<std::uint32_t>(number);
   if (r.read("camera_height", number, 16, msg::kMaxImageHeight)) sim.camera_height = static_cast<std::uint32_t>(number);
   r.read("relink_s", sim.relink_s, 0.0, 3600.0);

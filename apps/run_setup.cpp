@@ -221,20 +221,28 @@ std::unique_ptr<tap::Server> open_socket(const Prepared& prepared, const RunOpti
 }
 
 std::vector<std::string> MissionWatch::taps(const rt::Graph& graph) {
-  for (const auto& topic : graph.topics()) {
-    if (topic.type != &msg::type_info<msg::MissionState>()) continue;
-    std::vector<std::string> names{topic.name};
-    if (graph.find_topic(kGuardianState) != rt::kNone) names.emplace_back(kGuardianState);
-    return names;
-  }
-  return {};
+  std::vector<std::string> names;
+  for (const auto& topic : graph.topics())
+    if (topic.type == &msg::type_info<msg::MissionState>()) {
+      names.push_back(topic.name);
+      break;
+    }
+  if (graph.find_topic(kGuardianState) != rt::kNone) names.emplace_back(kGuardianState);
+  return names;
 }
 
 MissionWatch::MissionWatch(rt::Graph& graph) {
   if (graph.taps().empty()) return;
   latch_.emplace(graph.segment());
-  latch_->bind(port_, graph.taps()[0]);
-  if (graph.taps().size() > 1) latch_->bind(safety_port_, graph.taps()[1]);
+  const std::vector<std::string> names = taps(graph);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (names[i] == kGuardianState) {
+      latch_->bind(safety_port_, graph.taps()[i]);
+    } else {
+      latch_->bind(port_, graph.taps()[i]);
+      mission_ = true;
+    }
+  }
 }
 
 const msg::MissionState* MissionWatch::look() {
@@ -254,6 +262,7 @@ const msg::MissionState* MissionWatch::look() {
 }
 
 bool MissionWatch::ended() const {
+  if (!mission_) return false;
   return last_.phase == msg::MissionPhase::done || last_safety_.stamp - calm_ > kSafeForGood;
 }
 

@@ -65,17 +65,19 @@ bool take_name(Prepared& prepared, const RunOptions& options);
 std::unique_ptr<tap::Server> open_socket(const Prepared& prepared, const RunOptions& options, rt::Runner& runner,
                                          tap::RecordDesk* desk, const hal::Clock& clock, std::function<void()> stop);
 
-/// Reads the mission's and the guardian's state, if the robot has a mission, below the loops: never in their way.
+/// Reads the mission's and the guardian's state, as far as the robot has them, below the loops: never in their way.
 /// Thread:  owner, one.
 class MissionWatch {
  public:
-  /// Names the topics for Graph::configure(); empty when the graph has no mission.
+  /// Names the topics for Graph::configure(); empty when the graph has neither.
   static std::vector<std::string> taps(const rt::Graph& graph);
   explicit MissionWatch(rt::Graph& graph);  // after configure()
   /// Looks again. Null: no mission, or nothing said yet.
   const msg::MissionState* look();
-  bool exists() const { return latch_.has_value(); }
-  /// Done, or stopped for so long that nothing more will move. As of the last look().
+  /// There is a mission.
+  bool exists() const { return mission_; }
+  /// A mission is done, or stopped for so long that nothing more will move; a robot without one goes on. As of the
+  /// last look().
   bool ended() const;
   /// What the guardian said last.
   const msg::SafetyState& safety() const { return last_safety_; }
@@ -87,7 +89,7 @@ class MissionWatch {
   msg::MissionState last_;
   msg::SafetyState last_safety_;
   msg::Time calm_;  // the guardian was last seen otherwise than safe
-  bool any_ = false;
+  bool any_ = false, mission_ = false;
 };
 
 const char* to_string(msg::MissionPhase phase);

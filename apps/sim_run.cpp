@@ -289,6 +289,7 @@ class SimRun {
     summary_.chains_decide(report->faults.empty());  // with a broken device a chain may well be late
     const auto invalid = judge(*report, real_time);
     const char* const validity = invalid.empty() ? "valid" : "invalid";
+    if (!mission_->exists() && report->follow) return verdict_of_following(*report->follow, validity, invalid.empty());
     if (!mission_->exists()) return summary_.finish(fmt::format("{} run", validity), invalid.empty() ? 0 : 1);
     if (report->touched_down) report_landing(*report);
     const auto* state = mission_->look();
@@ -301,6 +302,29 @@ class SimRun {
                                                 : "landed on the pad";
     return summary_.finish(fmt::format("{}, {} run", what, validity),
                            good_landing(*report) && done && invalid.empty() ? 0 : 1);
+  }
+
+  int verdict_of_following(const FollowReport& f, const char* validity, bool valid) {
+    summary_.add("ball in view",
+                 fmt::format("{:.1f} % of the time it could be   (limit {:.0f} %)", 100 * f.in_view_share,
+                             100 * kGoodInViewShare),
+                 {{"in_view_share", f.in_view_share}, {"longest_loss_s", f.longest_loss_s}});
+    summary_.add("ball off the axis",
+                 fmt::format("{:.2f} deg RMS   (limit {:.0f} deg)", f.angle_rms_deg, kGoodAngle_deg),
+                 {{"angle_rms_deg", f.angle_rms_deg}});
+    summary_.add("level",
+                 fmt::format("elevation {:.2f} deg RMS, horizon {:.2f} deg, on a base tilted by {:.2f} deg",
+                             f.level_rms_deg, f.roll_rms_deg, f.base_tilt_rms_deg),
+                 {{"level_rms_deg", f.level_rms_deg},
+                  {"roll_rms_deg", f.roll_rms_deg},
+                  {"base_tilt_rms_deg", f.base_tilt_rms_deg}});
+    const msg::SafetyState& safety = mission_->safety();
+    const bool faulted = safety.acted != 0 || safety.mode == msg::GuardianMode::safe;
+    const char* what = !f.acquired          ? "never found the ball"
+                       : !good_following(f) ? "did not keep the ball in view"
+                       : faulted            ? "followed the ball, but a fault stopped it"
+                                            : "followed the ball";
+    return summary_.finish(fmt::format("{}, {} run", what, validity), good_following(f) && !faulted && valid ? 0 : 1);
   }
 
   /// Says what was measured against which bound, and why the run does not count.
@@ -371,6 +395,7 @@ std::unique_ptr<PlantProcess> open_plant(const Prepared& prepared, const RunOpti
   const SimOptions& sim = prepared.robot.sim;
   PlantRequest request;
   request.endpoint = sim.plant;
+  request.world = sim.world;
   request.seed = prepared.graph->spec().seed;
   request.camera_width = sim.camera_width;
   request.camera_height = sim.camera_height;

@@ -65,7 +65,10 @@ class MessageWriter {
  private:
   template <class Payload>
   static std::size_t max_bytes(const Payload&) {
-    return kTruthBytes;  // the largest of the fixed ones
+    return kTruthBytes;  // the largest of those without a size of their own
+  }
+  static std::size_t max_bytes(const Sample<msg::JointState>&) {
+    return kJointsHeadBytes + msg::kMaxChannels * kJointBytes;
   }
   static std::size_t max_bytes(const Welcome& w) { return kWelcomeBytes + w.devices.size() * kDeviceBytes; }
   std::byte* end() noexcept { return buffer_.data() + used_; }

@@ -238,6 +238,12 @@ Status PlantLink::send(std::uint16_t device, const msg::BatterySample& sample, T
   if (auto ok = expect_kind(device, DeviceKind::battery); !ok) return ok;
   return add(Type::battery, device, sample.stamp, Sample<msg::BatterySample>{ready, sample});
 }
+Status PlantLink::send(std::uint16_t device, const msg::JointState& state, Time ready) {
+  if (auto ok = expect_kind(device, DeviceKind::joints); !ok) return ok;
+  if (state.count != plant_.devices[device].channels)
+    return Error{Errc::bad_argument, "joint state does not have one entry per channel", state.count};
+  return add(Type::joints, device, state.stamp, Sample<msg::JointState>{ready, state});
+}
 Status PlantLink::send_truth(Time now, const Truth& truth) { return add(Type::truth, 0, now, truth); }
 
 Status PlantLink::send_report(Time now, std::string_view json) {

@@ -32,6 +32,7 @@ class Put {
   Put& u32(std::uint32_t v) { return integer(v); }
   Put& u64(std::uint64_t v) { return integer(v); }
   Put& i64(std::int64_t v) { return integer(v); }
+  Put& f32(double v) { return integer(std::bit_cast<std::uint32_t>(static_cast<float>(v))); }
   Put& f64(double v) { return integer(std::bit_cast<std::uint64_t>(v)); }
   Put& vec(const msg::Vec3& v) { return f64(v.x).f64(v.y).f64(v.z); }
   Put& name(std::string_view text) {
@@ -66,6 +67,7 @@ class Get {
   std::uint32_t u32() { return integer<std::uint32_t>(); }
   std::uint64_t u64() { return integer<std::uint64_t>(); }
   std::int64_t i64() { return integer<std::int64_t>(); }
+  double f32() { return static_cast<double>(std::bit_cast<float>(u32())); }
   double f64() { return std::bit_cast<double>(u64()); }
   msg::Vec3 vec() {
     msg::Vec3 v;
@@ -134,6 +136,9 @@ Status decode_device(Get& get, std::uint64_t shared_bytes, DeviceInfo& d) {
     case DeviceKind::actuators:
       if (d.channels == 0 || d.channels > msg::kMaxChannels) return bad("actuators need 1 to 8 channels", d.channels);
       return {};
+    case DeviceKind::joints:
+      if (d.channels == 0 || d.channels > msg::kMaxChannels) return bad("joints are 1 to 8", d.channels);
+      return {};
     case DeviceKind::imu:
     case DeviceKind::range:
     case DeviceKind::baro:
@@ -190,6 +195,9 @@ Status sizes_of(Type type, Sizes& out) {
     case Type::battery:
       out = {kBatteryBytes, kBatteryBytes};
       return {};
+    case Type::joints:
+      out = {kJointsHeadBytes + kJointBytes, kJointsHeadBytes + msg::kMaxChannels * kJointBytes};
+      return {};
     case Type::frame:
       out = {kFrameBytes, kMaxMessageBytes - kHeaderBytes};
       return {};
@@ -230,6 +238,8 @@ std::string_view to_string(Type type) {
       return "Baro";
     case Type::battery:
       return "Battery";
+    case Type::joints:
+      return "Joints";
     case Type::frame:
       return "Frame";
     case Type::truth:
@@ -260,6 +270,8 @@ std::string_view to_string(DeviceKind kind) {
       return "camera";
     case DeviceKind::actuators:
       return "actuators";
+    case DeviceKind::joints:
+      return "joints";
   }
   return "unknown";
 }
@@ -320,6 +332,19 @@ std::size_t encode(const Sample<msg::BaroSample>& m, std::byte* out) noexcept {
 
 std::size_t encode(const Sample<msg::BatterySample>& m, std::byte* out) noexcept {
   return Put(out).i64(m.ready.ns).f64(m.value.voltage_v).f64(m.value.current_a).f64(m.value.charge).written();
+}
+
+std::size_t encode(const Sample<msg::JointState>& m, std::byte* out) noexcept {
+  const msg::JointState& s = m.value;
+  const std::size_t count = std::clamp<std::size_t>(s.count, 1, msg::kMaxChannels);
+  Put put(out);
+  put.i64(m.ready.ns).u32(static_cast<std::uint32_t>(count)).u32(s.ready);
+  for (std::size_t i = 0; i < count; ++i) {
+    put.i64(s.measured[i].ns).f64(s.position_rad[i]).f64(s.velocity_radps[i]).f64(s.effort_nm[i]);
+    put.f32(s.temperature_c[i]).f32(s.voltage_v[i]).u32(static_cast<std::uint32_t>(s.mode[i]));
+    put.u32(s.faults[i]).u32(s.fault_code[i]).u32(0);
+  }
+  return put.written();
 }
 
 std::size_t encode(const FrameInfo& m, std::byte* out) noexcept {
@@ -479,6 +504,34 @@ Status decode(const Header& h, Bytes payload, Sample<msg::BatterySample>& out) n
   out.value.voltage_v = get.f64();
   out.value.current_a = get.f64();
   out.value.charge = get.f64();
+  return {};
+}
+
+Status decode(const Header& h, Bytes payload, Sample<msg::JointState>& out) noexcept {
+  constexpr std::uint32_t kKnownFaults = 2 * msg::kJointDuplicate - 1;
+  if (payload.size() < kJointsHeadBytes) return bad("Joints is cut off", std::int64_t(payload.size()));
+  Get get(payload);
+  if (auto ok = decode_ready(h, get, out.ready); !ok) return ok;
+  msg::JointState& s = out.value;
+  s = {};
+  s.stamp = h.time;
+  s.count = get.u32();
+  s.ready = get.u32();
+  if (s.count == 0 || s.count > msg::kMaxChannels) return bad("joints are 1 to 8", s.count);
+  if (auto ok = expect_size(payload, kJointsHeadBytes + s.count * kJointBytes); !ok) return ok;
+  if (s.ready >> s.count != 0) return bad("a joint that does not exist is ready", s.ready);
+  for (std::size_t i = 0; i < s.count; ++i) {
+    s.measured[i].ns = get.i64();
+    s.position_rad[i] = get.f64(), s.velocity_radps[i] = get.f64(), s.effort_nm[i] = get.f64();
+    s.temperature_c[i] = get.f32(), s.voltage_v[i] = get.f32();
+    s.mode[i] = static_cast<msg::JointMode>(get.u32());
+    s.faults[i] = get.u32(), s.fault_code[i] = get.u32();
+    get.u32();
+    if (!is_time(s.measured[i].ns) || s.measured[i] > out.ready)
+      return bad("joint was measured after it is ready", s.measured[i].ns);
+    if (s.mode[i] > msg::JointMode::homing) return bad("unknown mode of a joint", std::int64_t(s.mode[i]));
+    if (s.faults[i] > kKnownFaults) return bad("unknown fault of a joint", s.faults[i]);
+  }
   return {};
 }
 

@@ -14,6 +14,7 @@
 #include "hal/result.hpp"
 #include "msg/actuators.hpp"
 #include "msg/image.hpp"
+#include "msg/joints.hpp"
 #include "msg/sensors.hpp"
 
 namespace sinew::sim_hil {
@@ -49,6 +50,7 @@ enum class Type : std::uint16_t {
   baro = 18,          // p
   frame = 19,         // p
   battery = 20,       // p
+  joints = 21,        // p
   truth = 24,         // p  for the report only, never for a module
   report = 25,        // p  JSON text about the plant's health
   clock_ask = 32,     // r  side line: what does your host's clock show?
@@ -58,7 +60,15 @@ enum class Type : std::uint16_t {
 /// What the peer has come for. A side line is a second, independent connection beside the runtime's: it can stop all
 /// actuators, and compare clocks without waiting behind samples and pixels.
 enum class Mode : std::uint16_t { lockstep = 0, free_running = 1, side_line = 2 };
-enum class DeviceKind : std::uint16_t { imu = 1, range = 2, baro = 3, camera = 4, actuators = 5, battery = 6 };
+enum class DeviceKind : std::uint16_t {
+  imu = 1,
+  range = 2,
+  baro = 3,
+  camera = 4,
+  actuators = 5,
+  battery = 6,
+  joints = 7
+};
 
 std::string_view to_string(Type type);
 std::string_view to_string(DeviceKind kind);
@@ -87,7 +97,7 @@ struct DeviceInfo {
   std::string name;
   Duration period{0};          // 0: at no fixed period
   Duration latency{0};         // nominal, from stamp to ready
-  std::uint32_t channels = 0;  // actuators: setpoints of the group
+  std::uint32_t channels = 0;  // actuators: setpoints of the group; joints: how many there are
   std::uint32_t width = 0, height = 0;
   msg::PixelFormat format = msg::PixelFormat::none;
   std::uint32_t slots = 0;         // camera: frame slots in shared memory; 0: in the stream
@@ -127,7 +137,8 @@ struct Command {
   msg::ActuatorCommand setpoints;
 };
 
-/// Header time: the stamp, also that of the value. M is one of ImuSample, RangeSample, BaroSample, BatterySample.
+/// Header time: the stamp, also that of the value. M is one of ImuSample, RangeSample, BaroSample, BatterySample,
+/// JointState.
 template <class M>
 struct Sample {
   Time ready;  // when the driver may see it; never before the stamp
@@ -160,6 +171,7 @@ struct Truth {
 inline constexpr std::size_t kHelloBytes = 64, kWelcomeBytes = 72, kDeviceBytes = 96, kClockBytes = 16;
 inline constexpr std::size_t kCommandBytes = 88, kImuBytes = 56, kRangeBytes = 16, kBaroBytes = 24, kFrameBytes = 40;
 inline constexpr std::size_t kBatteryBytes = 32, kTruthBytes = 144, kClockAskBytes = 8, kClockAnswerBytes = 24;
+inline constexpr std::size_t kJointsHeadBytes = 16, kJointBytes = 56;  // a Joints: its head, then joint by joint
 inline constexpr std::size_t kMaxMessageBytes =
     kHeaderBytes + kFrameBytes + std::size_t{msg::kMaxImageWidth} * msg::kMaxImageHeight * 3;
 inline constexpr std::size_t kMaxSmallBytes = kHeaderBytes + kMaxTextBytes;  // everything but pixels
@@ -179,6 +191,7 @@ std::size_t encode(const Sample<msg::ImuSample>& m, std::byte* out) noexcept;
 std::size_t encode(const Sample<msg::RangeSample>& m, std::byte* out) noexcept;
 std::size_t encode(const Sample<msg::BaroSample>& m, std::byte* out) noexcept;
 std::size_t encode(const Sample<msg::BatterySample>& m, std::byte* out) noexcept;
+std::size_t encode(const Sample<msg::JointState>& m, std::byte* out) noexcept;  // at most kMaxChannels of its joints
 std::size_t encode(const FrameInfo& m, std::byte* out) noexcept;
 std::size_t encode(const Truth& m, std::byte* out) noexcept;
 
@@ -195,6 +208,7 @@ hal::Status decode(const Header& h, Bytes payload, Sample<msg::ImuSample>& out) 
 hal::Status decode(const Header& h, Bytes payload, Sample<msg::RangeSample>& out) noexcept;
 hal::Status decode(const Header& h, Bytes payload, Sample<msg::BaroSample>& out) noexcept;
 hal::Status decode(const Header& h, Bytes payload, Sample<msg::BatterySample>& out) noexcept;
+hal::Status decode(const Header& h, Bytes payload, Sample<msg::JointState>& out) noexcept;
 hal::Status decode(const Header& h, Bytes payload, FrameInfo& out) noexcept;  // the first kFrameBytes of the payload
 hal::Status decode(const Header& h, Bytes payload, Truth& out) noexcept;
 /// For people: "what: where (detail)".

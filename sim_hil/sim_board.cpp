@@ -111,6 +111,9 @@ void SimBoard::make_devices() {
       case DeviceKind::battery:
         device = std::make_unique<SimSensor<msg::BatterySample>>(info, shared_, capacity, depth);
         break;
+      case DeviceKind::joints:
+        device = std::make_unique<SimSensor<msg::JointState>>(info, shared_, capacity, depth);
+        break;
       case DeviceKind::camera:
         device = std::make_unique<SimCamera>(info, shared_, line_.memory.get(),
                                              std::max<std::size_t>(options_.camera_depth, 1));
@@ -134,6 +137,8 @@ static std::optional<DeviceKind> kind_of(hal::SensorKind kind) {
       return DeviceKind::baro;
     case hal::SensorKind::battery:
       return DeviceKind::battery;
+    case hal::SensorKind::joints:
+      return DeviceKind::joints;
     default:
       return std::nullopt;
   }
@@ -216,6 +221,12 @@ Status SimBoard::take_sample(const Message& message, Time at, DeviceKind kind) {
   if (!device) return Error{Errc::bad_data, "sample of a device that the Welcome does not list", message.header.device};
   Sample<M> sample;
   if (auto ok = decode(message.header, message.payload, sample); !ok) return ok;
+  if constexpr (std::is_same_v<M, msg::JointState>) {
+    if (sample.value.count != device->info().channels)
+      return Error{Errc::bad_data, "joints are not as many as the Welcome announced", sample.value.count};
+    for (Time& measured : sample.value.measured)
+      if (measured.ns != 0) measured = shared_.plant_clock.map(measured);
+  }
   auto* sensor = static_cast<SimSensor<M>*>(device);
   auto ok = sensor->take(sample, arrival_of(message.header, sample.ready, at), message.header.size);
   if (ok && !shared_.lockstep) sensor->notify();
@@ -264,6 +275,8 @@ Status SimBoard::take(const Message& message, Time at) {
       return take_sample<msg::BaroSample>(message, at, DeviceKind::baro);
     case Type::battery:
       return take_sample<msg::BatterySample>(message, at, DeviceKind::battery);
+    case Type::joints:
+      return take_sample<msg::JointState>(message, at, DeviceKind::joints);
     case Type::frame:
       return take_frame(message, at);
     case Type::truth: {

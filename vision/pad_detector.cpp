@@ -33,12 +33,7 @@ hal::Status PadDetector::configure(rt::Setup&) {
 }
 
 Pinhole PadDetector::camera(const ImageView& image) const {
-  Pinhole p = Pinhole::from_fov(fov_y_rad_, image.width, image.height);
-  if (intrinsics_.fx_px > 0) p.fx_px = intrinsics_.fx_px;
-  if (intrinsics_.fy_px > 0) p.fy_px = intrinsics_.fy_px;
-  if (intrinsics_.cx_px > 0) p.cx_px = intrinsics_.cx_px;
-  if (intrinsics_.cy_px > 0) p.cy_px = intrinsics_.cy_px;
-  return p;
+  return Pinhole::from_fov(fov_y_rad_, image.width, image.height).or_given(intrinsics_);
 }
 
 PadCircle PadDetector::find(const ImageView& pixels, const rt::Step& step) {

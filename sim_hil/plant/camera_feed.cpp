@@ -43,8 +43,8 @@ CameraFeed::~CameraFeed() {
 
 void CameraFeed::set_seed(std::uint64_t seed) { noise_ = std::make_unique<PixelNoise>(options_.noise, seed); }
 
-void CameraFeed::request(const CameraPose& pose, std::uint32_t number, std::uint8_t* pixels) {
-  pose_ = pose;
+void CameraFeed::request(const Scene& scene, std::uint32_t number, std::uint8_t* pixels) {
+  scene_ = scene;
   number_ = number;
   pixels_ = pixels;
   requested_.fetch_add(1, std::memory_order_release);
@@ -60,7 +60,7 @@ void CameraFeed::wait() {
 }
 
 void CameraFeed::work() {
-  auto renderer = Renderer::create({options_.width, options_.height, false}, why_);
+  auto renderer = Renderer::create({options_.width, options_.height, false, options_.world}, why_);
   if (renderer)
     backend_ = (*renderer)->backend();
   else
@@ -78,7 +78,8 @@ void CameraFeed::work() {
     std::uint32_t wanted;
     while ((wanted = requested_.load(std::memory_order_acquire)) == done) os_.wait(requested_, done, hal::kNever);
     if (stop_) return;
-    (*renderer)->camera_view(pose_, options_.format, pixels_);
+    (*renderer)->place(scene_);
+    (*renderer)->camera_view(scene_.camera, options_.format, pixels_);
     if (noise_->on())
       noise_->add(pixels_, options_.width * msg::bytes_per_pixel(options_.format), options_.height, number_);
     done = wanted;

@@ -13,9 +13,10 @@ struct CameraOptions {
   std::uint32_t width = 320, height = 240;
   msg::PixelFormat format = msg::PixelFormat::yuyv;
   double noise = 1.5;  // sigma of the pixels, grey levels
+  WorldKind world = WorldKind::quad;
 };
 
-/// The downward camera's own thread: it draws from a copy of the camera's pose, so that physics never waits for pixels.
+/// The camera's own thread: it draws from a copy of what moves, so that physics never waits for pixels.
 /// One frame is in work at a time.
 /// Thread:  owner; the drawing happens on a thread of ordinary priority.
 class CameraFeed {
@@ -29,7 +30,7 @@ class CameraFeed {
 
   /// Begins a frame into `pixels`, which stay untouched until done(). Not while busy().
   /// RT: yes.
-  void request(const CameraPose& pose, std::uint32_t number, std::uint8_t* pixels);
+  void request(const Scene& scene, std::uint32_t number, std::uint8_t* pixels);
   /// A request is being worked on.
   bool busy() const { return finished_.load(std::memory_order_acquire) != requested_.load(std::memory_order_relaxed); }
   /// Waits until the last request is done.
@@ -49,7 +50,7 @@ class CameraFeed {
   std::string backend_;
   std::unique_ptr<PixelNoise> noise_;
   // The request; written by the owner before requested_ is raised (release), read by the worker after (acquire).
-  CameraPose pose_;
+  Scene scene_;
   std::uint32_t number_ = 0;
   std::uint8_t* pixels_ = nullptr;
   bool stop_ = false;

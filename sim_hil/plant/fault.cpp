@@ -20,6 +20,10 @@ std::string_view to_string(FaultDevice device) {
       return "motors";
     case FaultDevice::link:
       return "link";
+    case FaultDevice::joints:
+      return "joints";
+    case FaultDevice::head:
+      return "head";
   }
   return "unknown";
 }
@@ -50,7 +54,7 @@ std::string_view to_string(FaultKind kind) {
 
 const char* why_not(FaultDevice device, FaultKind kind) {
   if (kind == FaultKind::closed) return device == FaultDevice::link ? nullptr : "only a connection closes; use off";
-  if (device == FaultDevice::motors)
+  if (device == FaultDevice::motors || device == FaultDevice::head)
     return kind == FaultKind::duplicated ? "a command is a state: the same one twice acts like once" : nullptr;
   if (device != FaultDevice::link) return nullptr;
   switch (kind) {

@@ -12,7 +12,7 @@
 
 namespace sinew::plant {
 
-enum class FaultDevice : std::uint8_t { imu, range, baro, battery, camera, motors, link };
+enum class FaultDevice : std::uint8_t { imu, range, baro, battery, camera, motors, link, joints, head };
 enum class FaultKind : std::uint8_t {
   off,           // nothing comes any more
   stuck,         // the same values again, with new stamps
@@ -25,8 +25,8 @@ enum class FaultKind : std::uint8_t {
   closed,        // the connection goes away for good
 };
 inline constexpr FaultDevice kFaultDevices[] = {FaultDevice::imu,     FaultDevice::range,  FaultDevice::baro,
-                                                FaultDevice::battery, FaultDevice::camera, FaultDevice::motors,
-                                                FaultDevice::link};
+                                                FaultDevice::battery, FaultDevice::camera, FaultDevice::joints,
+                                                FaultDevice::motors,  FaultDevice::head,   FaultDevice::link};
 inline constexpr FaultKind kFaultKinds[] = {FaultKind::off,          FaultKind::stuck,      FaultKind::garbage,
                                             FaultKind::wrong,        FaultKind::slow,       FaultKind::delayed,
                                             FaultKind::intermittent, FaultKind::duplicated, FaultKind::closed};

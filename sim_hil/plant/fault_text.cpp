@@ -71,11 +71,17 @@ AmountRule wrong_rule(FaultDevice device) {
       return {true, false, false, -0.9, 0.9, 0.2, "share of the width by which pictures move right, -0.9 to 0.9"};
     case FaultDevice::motors:
       return {true, false, false, 0, 1, 0.1, "share of its thrust that motor 0 lacks, 0 to 1"};
+    case FaultDevice::joints:
+      return {true, false, false, -3, 3, 0.1, "rad added to each position, -3 to 3"};
+    case FaultDevice::head:
+      return {true, false, false, 0, 1, 0.1, "share of its way that joint 0 lacks, 0 to 1"};
     case FaultDevice::link:
       break;
   }
   return {};
 }
+
+bool is_actuator(FaultDevice device) { return device == FaultDevice::motors || device == FaultDevice::head; }
 
 AmountRule amount_rule(FaultDevice device, FaultKind kind) {
   switch (kind) {
@@ -84,7 +90,7 @@ AmountRule amount_rule(FaultDevice device, FaultKind kind) {
     case FaultKind::slow:
       return {true, false, true, 2, 1000, 4, "a whole number from 2 to 1000: one of so many comes"};
     case FaultKind::delayed:
-      return {true, true, false, 1e-4, 10, device == FaultDevice::motors ? 0.005 : 0.02, "a time from 100us to 10s"};
+      return {true, true, false, 1e-4, 10, is_actuator(device) ? 0.005 : 0.02, "a time from 100us to 10s"};
     case FaultKind::intermittent:
       return {true, true, false, 1e-4, 10, 0.1, "a time from 100us to 10s: mean length of a burst"};
     default:

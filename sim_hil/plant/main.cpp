@@ -1,4 +1,4 @@
-// sinew-sim: a quadrotor in a room, as a process that speaks the simulator protocol.
+// sinew-sim: a simulated world, as a process that speaks the simulator protocol.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
@@ -15,7 +15,7 @@ using namespace sinew;
 
 struct Settings {
   std::string listen = "unix:sinew-sim.sock";
-  std::string camera = "320x240", format = "yuyv", render_test;
+  std::string world = "quad", camera = "320x240", format = "yuyv", render_test;
   bool lockstep = false, free_running = false, list_faults = false;
   double wait_s = 60;
   plant::CameraOptions view;
@@ -45,23 +45,32 @@ void describe(CLI::App& app, Settings& s) {
   app.add_option("--listen", s.listen, "unix:PATH or tcp:HOST:PORT; port 0: the system chooses")->capture_default_str();
   auto* lockstep = app.add_flag("--lockstep", s.lockstep, "serve only runtimes that ask for lockstep");
   app.add_flag("--free", s.free_running, "serve only runtimes that ask for real time")->excludes(lockstep);
-  app.add_option("--seed", s.seed, "start, wind, spread and noise (default: what the runtime asks for)");
-  app.add_option("--camera", s.camera, "size of the downward camera's frames")
-      ->check(check_size)
+  app.add_option("--world", s.world,
+                 "which world: quad (a quadrotor in a room), desk_head (a head on a desk, and a ball)")
+      ->check(CLI::IsMember({"quad", "desk_head"}))
       ->capture_default_str();
+  app.add_option("--seed", s.seed, "start, wind, spread and noise (default: what the runtime asks for)");
+  app.add_option("--camera", s.camera, "size of the camera's frames")->check(check_size)->capture_default_str();
   app.add_option("--format", s.format, "of its pixels")
       ->check(CLI::IsMember({"yuyv", "rgb8", "mono8"}))
       ->capture_default_str();
   app.add_option("--camera-noise", s.view.noise, "sigma of the pixels, grey levels")
       ->check(CLI::Range(0.0, 20.0))
       ->capture_default_str();
-  app.add_option("--gust", s.session.world.gust_mps, "wind never exceeds this, m/s; 0: still air")
+  app.add_option("--gust", s.session.world.quad.gust_mps, "quad: wind never exceeds this, m/s; 0: still air")
       ->check(CLI::Range(0.0, 15.0))
       ->capture_default_str();
-  app.add_option("--spread", s.session.world.spread, "of mass and motors, as a share, either way")
+  app.add_option("--spread", s.session.world.quad.spread, "quad: of mass and motors, as a share, either way")
       ->check(CLI::Range(0.0, 0.3))
       ->capture_default_str();
-  app.add_option("--start-offset", s.session.world.start_offset_m, "largest distance of the start from the pad, m")
+  app.add_option("--start-offset", s.session.world.quad.start_offset_m,
+                 "quad: largest distance of the start from the pad, m")
+      ->check(CLI::Range(0.0, 3.0))
+      ->capture_default_str();
+  app.add_option("--rock", s.session.world.head.rock_deg, "desk_head: the platform tilts by up to this, deg")
+      ->check(CLI::Range(0.0, 20.0))
+      ->capture_default_str();
+  app.add_option("--ball-speed", s.session.world.head.ball_speed, "desk_head: share of the ball's usual speed")
       ->check(CLI::Range(0.0, 3.0))
       ->capture_default_str();
   app.add_option("--fault", s.faults,
@@ -107,12 +116,7 @@ void print(const plant::SessionReport& r) {
         static_cast<unsigned long long>(r.render_late), r.relinks);
   std::printf("leases that ran out: %llu\n", static_cast<unsigned long long>(r.lease_expiries));
   if (r.stopped_by_supervisor) std::printf("stopped by a supervisor at %.3f s\n", msg::seconds(r.stopped_at));
-  if (r.flight.touched_down)
-    std::printf("touched down at %.2f s with %.2f m/s; now %.3f m from the pad's centre%s\n",
-                msg::seconds(r.flight.touchdown_at), r.flight.touchdown_speed_mps, r.pad_distance_m(),
-                r.flight.crashed ? ", crashed" : "");
-  else
-    std::printf("%s\n", r.flight.flew ? "flew, has not touched down" : "did not fly");
+  std::printf("%s\n", r.outcome.c_str());
   for (const plant::FaultLog::Entry& e : r.faults)
     std::printf("fault %s: struck %llu times\n", plant::to_string(e.fault).c_str(),
                 static_cast<unsigned long long>(e.affected));
@@ -126,18 +130,25 @@ bool read_faults(Settings& s) {
       std::fprintf(stderr, "sinew-sim: --fault: %s\n", why.c_str());
       return false;
     }
+    if (const plant::WorldInfo world = plant::world_info(s.session.world.kind); !world.has(fault->device)) {
+      std::fprintf(stderr, "sinew-sim: --fault: fault '%s': the world %s has no device '%s'\n", text.c_str(),
+                   world.name, std::string(to_string(fault->device)).c_str());
+      return false;
+    }
     s.session.faults.push_back(*fault);
   }
   return true;
 }
 
-int list_faults() {
-  for (const plant::FaultDevice device : plant::kFaultDevices)
+int list_faults(const plant::WorldInfo& world) {
+  for (const plant::FaultDevice device : plant::kFaultDevices) {
+    if (!world.has(device)) continue;
     for (const plant::FaultKind kind : plant::kFaultKinds) {
       const char* reason = plant::why_not(device, kind);
       std::printf("%s %s%s%s\n", std::string(to_string(device)).c_str(), std::string(to_string(kind)).c_str(),
                   reason ? " - " : "", reason ? reason : "");
     }
+  }
   return 0;
 }
 
@@ -173,7 +184,7 @@ int serve(Settings& s) {
     static_cast<void>(session.serve(std::move(*caller), **door));  // the report has the reason
     if (session.report().started) {
       print(session.report());
-      if (!s.report.empty() && !write_report(s.report, session.report().json())) return 1;
+      if (!s.report.empty() && !write_report(s.report, session.report().text)) return 1;
       return session.report().broken ? 1 : 0;
     }
     // One that asked for another mode, or left before the start, as one does that looks for its plant: not the last.
@@ -187,18 +198,19 @@ int serve(Settings& s) {
 int main(int argc, char** argv) {
   Settings s;
   CLI::App app(
-      "A simulated world for Sinew: a quadrotor in a room with a landing pad, on MuJoCo.\n"
+      "Simulated worlds for Sinew: a quadrotor in a room with a landing pad, a head on a desk that follows a ball.\n"
       "Waits for one runtime, serves it until it says good-bye, and exits 0 when it did.",
       "sinew-sim");
   describe(app, s);
   CLI11_PARSE(app, argc, argv);
   std::sscanf(s.camera.c_str(), "%ux%u", &s.view.width, &s.view.height);
   s.view.format = format_of(s.format);
+  s.view.world = s.session.world.kind = plant::find_world(s.world).value_or(plant::WorldKind::quad);
   if (app.count("--seed") > 0) s.session.seed = s.seed;
   if (s.lockstep) s.session.only = sim_hil::Mode::lockstep;
   if (s.free_running) s.session.only = sim_hil::Mode::free_running;
-  if (s.list_faults) return list_faults();
+  if (s.list_faults) return list_faults(plant::world_info(s.session.world.kind));
   if (!read_faults(s)) return 1;
-  if (!s.render_test.empty()) return plant::render_test(s.render_test, s.view.width, s.view.height);
+  if (!s.render_test.empty()) return plant::render_test(s.render_test, s.view);
   return serve(s);
 }

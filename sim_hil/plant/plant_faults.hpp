@@ -1,15 +1,18 @@
 #pragma once
+#include "sim_hil/plant/actuator_faults.hpp"
 #include "sim_hil/plant/camera_feed.hpp"
 #include "sim_hil/plant/frame_faults.hpp"
-#include "sim_hil/plant/motor_faults.hpp"
 #include "sim_hil/plant/sensor_faults.hpp"
+#include "sim_hil/plant/world.hpp"
 
 namespace sinew::plant {
 
 /// All faults of one run, device by device.
 struct PlantFaults {
-  PlantFaults(const std::vector<Fault>& list, std::uint64_t seed, const CameraOptions& view)
-      : log(list, seed), frames(log, view.format, view.width, view.height), motors(log) {}
+  PlantFaults(const std::vector<Fault>& list, std::uint64_t seed, const CameraOptions& view, const WorldInfo& world)
+      : log(list, seed),
+        frames(log, view.format, view.width, view.height),
+        actuators(log, *world.find(Part::actuators)) {}
   PlantFaults(const PlantFaults&) = delete;
 
   /// A fault closes the connection at or before t.
@@ -20,8 +23,9 @@ struct PlantFaults {
   SensorFaults<msg::RangeSample> range{log, FaultDevice::range};
   SensorFaults<msg::BaroSample> baro{log, FaultDevice::baro};
   SensorFaults<msg::BatterySample> battery{log, FaultDevice::battery};
+  SensorFaults<msg::JointState> joints{log, FaultDevice::joints};
   FrameFaults frames;
-  MotorFaults motors;
+  ActuatorFaults actuators;
 };
 
 inline bool PlantFaults::line_closes_by(hal::Time t) {

@@ -9,6 +9,8 @@
 #include <filesystem>
 #include <vector>
 
+#include "sim_hil/plant/head_body.hpp"
+#include "sim_hil/plant/head_world.hpp"
 #include "sim_hil/plant/renderer.hpp"
 #include "sim_hil/plant/vec.hpp"
 
@@ -101,15 +103,64 @@ int outside_pictures(const std::filesystem::path& folder) {
   return ok ? 0 : 1;
 }
 
+/// Pan and tilt that point the head at the ball.
+std::array<double, kHeadJoints> aim(const HeadWorld& world) {
+  const math::Quat q_base = world.q_world_base();
+  const math::Vec3 neck = kPivot + q_base.rotate(kPBaseYoke + kPYokeHead);
+  const math::Vec3 d = q_base.conjugate().rotate(world.ball_m() - neck);
+  return {math::atan2(d.y, d.x), math::atan2(-d.z, math::hypot(d.x, d.y))};
+}
+
+/// A head that is told where the ball is: from outside and through its camera.
+int head_pictures(const std::filesystem::path& folder, std::uint32_t width, std::uint32_t height) {
+  constexpr std::uint32_t kWidth = 800, kHeight = 450;
+  std::string why;
+  auto outside = Renderer::create({kWidth, kHeight, true, WorldKind::desk_head}, why);
+  HeadWorld world({.seed = 1});
+  std::vector<std::uint8_t> rgb(std::size_t{kWidth} * kHeight * 3), small(std::size_t{width} * height * 3);
+  const auto advance = [&](double seconds) {
+    for (int i = 0; i < static_cast<int>(seconds * 4000); ++i) {
+      const auto command = aim(world);
+      world.step(command);
+    }
+  };
+  if (!outside) {
+    std::fprintf(stderr, "sinew-sim: no rendering: %s\n", why.c_str());
+    return 1;
+  }
+  advance(3.0);
+  (*outside)->place(world.scene());
+  (*outside)->outside_view({-0.75, -0.95, 1.50}, {0.55, 0.10, 0.98}, rgb.data());
+  if (!write_png(folder / "desk_head.png", kWidth, kHeight, msg::PixelFormat::rgb8, rgb)) return 1;
+  (*outside)->outside_view({0.55, -0.55, 1.12}, {0.0, 0.0, 0.93}, rgb.data());
+  if (!write_png(folder / "desk_head_close.png", kWidth, kHeight, msg::PixelFormat::rgb8, rgb)) return 1;
+  outside->reset();  // one OpenGL context at a time on a thread
+  auto camera = Renderer::create({width, height, false, WorldKind::desk_head}, why);
+  if (!camera) {
+    std::fprintf(stderr, "sinew-sim: no rendering: %s\n", why.c_str());
+    return 1;
+  }
+  for (int i = 0; i < 6; ++i) {
+    (*camera)->place(world.scene());
+    (*camera)->camera_view(world.camera_pose(), msg::PixelFormat::rgb8, small.data());
+    const std::string name = "desk_head_camera_" + std::to_string(i) + ".png";
+    if (!write_png(folder / name, width, height, msg::PixelFormat::rgb8, small)) return 1;
+    advance(1.7);
+  }
+  return 0;
+}
+
 }  // namespace
 
-int render_test(const std::string& folder, std::uint32_t width, std::uint32_t height) {
+int render_test(const std::string& folder, const CameraOptions& view) {
+  const std::uint32_t width = view.width, height = view.height;
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) {
     std::fprintf(stderr, "sinew-sim: cannot make %s: %s\n", folder.c_str(), error.message().c_str());
     return 1;
   }
+  if (view.world == WorldKind::desk_head) return head_pictures(folder, width, height);
   if (const int code = camera_pictures(folder, width, height); code != 0) return code;
   return outside_pictures(folder);
 }

@@ -1,11 +1,12 @@
 #pragma once
-#include <cstdint>
 #include <string>
+
+#include "sim_hil/plant/camera_feed.hpp"
 
 namespace sinew::plant {
 
-/// Writes pictures of the world into a folder (as PNG) and measures how long a camera frame takes. What
+/// Writes pictures of the view's world into a folder (as PNG) and measures how long a camera frame takes. What
 /// `sinew-sim --render-test` does. Returns an exit code.
-int render_test(const std::string& folder, std::uint32_t width, std::uint32_t height);
+int render_test(const std::string& folder, const CameraOptions& view);
 
 }  // namespace sinew::plant

@@ -4,6 +4,7 @@
 #include <EGL/eglext.h>
 #include <mujoco/mujoco.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <vector>
@@ -82,6 +83,7 @@ struct Renderer::Impl {
   hal::Status open(const Options& o, std::string& why);
   void look(const msg::Vec3& eye, const msg::Vec3& forward, const msg::Vec3& up, double half_height_per_depth);
   void draw();
+  void update();
   void show(const char* material, bool on) {
     float* alpha = model->mat_rgba + 4 * mj_name2id(model.get(), mjOBJ_MATERIAL, material) + 3;
     if (!on)
@@ -116,7 +118,7 @@ hal::Status Renderer::Impl::open(const Options& o, std::string& why) {
   }
   if (const unsigned char* name = get_string(kRendererName)) backend = reinterpret_cast<const char*>(name);
 
-  auto loaded = load_room(RoomUse::pictures);
+  auto loaded = load_room(o.world, RoomUse::pictures);
   if (!loaded) return loaded.error();
   model = std::move(*loaded);
   paint_room(*model);
@@ -133,9 +135,7 @@ hal::Status Renderer::Impl::open(const Options& o, std::string& why) {
   scene.flags[mjRND_REFLECTION] = scene.flags[mjRND_SKYBOX] = scene.flags[mjRND_FOG] = 0;
   mjv_defaultOption(&visible);
   for (int g = 0; g < mjNGROUP; ++g) visible.geomgroup[g] = g == 0 || (g == 1 && o.picture);
-  mjvCamera anywhere;
-  mjv_defaultCamera(&anywhere);
-  mjv_updateScene(model.get(), data.get(), &visible, nullptr, &anywhere, mjCAT_ALL, &scene);
+  update();
 
   mjr_defaultContext(&context);
   mjr_makeContext(model.get(), &context, mjFONTSCALE_50);
@@ -163,6 +163,13 @@ void Renderer::Impl::look(const msg::Vec3& eye, const msg::Vec3& forward, const 
   scene.camera[1] = c;  // MuJoCo draws with the mean of both
 }
 
+/// From the positions in `data` to what is drawn.
+void Renderer::Impl::update() {
+  mjvCamera anywhere;
+  mjv_defaultCamera(&anywhere);
+  mjv_updateScene(model.get(), data.get(), &visible, nullptr, &anywhere, mjCAT_ALL, &scene);
+}
+
 void Renderer::Impl::draw() {
   const mjrRect all{0, 0, static_cast<int>(options.width), static_cast<int>(options.height)};
   mjr_render(all, &scene, &context);
@@ -187,6 +194,20 @@ hal::Result<std::unique_ptr<Renderer>> Renderer::create(const Options& options, 
   return std::unique_ptr<Renderer>(new Renderer(std::move(impl)));
 }
 
+void Renderer::place(const Scene& scene) {
+  const auto bodies = std::min(scene.bodies, static_cast<std::size_t>(impl_->model->nmocap));
+  if (bodies == 0) return;
+  for (std::size_t b = 0; b < bodies; ++b) {
+    const Pose& at = scene.body[b];
+    const double p[] = {at.p_world_m.x, at.p_world_m.y, at.p_world_m.z};
+    const double q[] = {at.q_world.w, at.q_world.x, at.q_world.y, at.q_world.z};
+    std::copy_n(p, 3, impl_->data->mocap_pos + 3 * b);
+    std::copy_n(q, 4, impl_->data->mocap_quat + 4 * b);
+  }
+  mj_kinematics(impl_->model.get(), impl_->data.get());
+  impl_->update();
+}
+
 void Renderer::camera_view(const CameraPose& pose, msg::PixelFormat format, std::uint8_t* out) {
   const Rotation r(pose.q_world_optical);
   impl_->look(pose.p_world_m, r.apply({0, 0, 1}), r.apply({0, -1, 0}), 0.5 / kFocalPerHeight);
@@ -205,9 +226,12 @@ void Renderer::outside_view(const TruthState& vehicle, const msg::Vec3& eye_m, c
   i.show("blade", !turning);
   i.show("swept", turning);
   mj_kinematics(i.model.get(), i.data.get());
-  mjvCamera anywhere;
-  mjv_defaultCamera(&anywhere);
-  mjv_updateScene(i.model.get(), i.data.get(), &i.visible, nullptr, &anywhere, mjCAT_ALL, &i.scene);
+  i.update();
+  outside_view(eye_m, target_m, out);
+}
+
+void Renderer::outside_view(const msg::Vec3& eye_m, const msg::Vec3& target_m, std::uint8_t* out) {
+  Impl& i = *impl_;
   msg::Vec3 f = sub(target_m, eye_m);
   f = scale(f, 1.0 / std::sqrt(f.x * f.x + f.y * f.y + f.z * f.z));
   const double level = std::sqrt(f.x * f.x + f.y * f.y);

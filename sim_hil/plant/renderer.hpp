@@ -5,7 +5,7 @@
 
 #include "hal/result.hpp"
 #include "msg/image.hpp"
-#include "sim_hil/plant/world.hpp"
+#include "sim_hil/plant/quad_world.hpp"
 
 namespace sinew::plant {
 
@@ -17,16 +17,22 @@ class Renderer {
   struct Options {
     std::uint32_t width = 320, height = 240;
     bool picture = false;  // for people: the vehicle is drawn, with shadows and smoothed edges; ten times as slow
+    WorldKind world = WorldKind::quad;
   };
   static hal::Result<std::unique_ptr<Renderer>> create(const Options& options, std::string& why);
   ~Renderer();
 
-  /// What the downward camera sees; the vehicle's own body is out of its view.
+  /// Moves what moves in the room; as many bodies as the room has for it.
+  void place(const Scene& scene);
+
+  /// What the robot's camera sees; its own body is out of its view.
   /// `out`: width * height * bytes per pixel, top row first.
   void camera_view(const CameraPose& pose, msg::PixelFormat format, std::uint8_t* out);
 
   /// The vehicle from outside (only with `picture`), as rgb8.
   void outside_view(const TruthState& vehicle, const msg::Vec3& eye_m, const msg::Vec3& target_m, std::uint8_t* out);
+  /// The room as it was placed, robot included (only with `picture`), as rgb8.
+  void outside_view(const msg::Vec3& eye_m, const msg::Vec3& target_m, std::uint8_t* out);
 
   /// OpenGL's own description of itself.
   const std::string& backend() const;

@@ -3,6 +3,7 @@
 #include <string_view>
 
 #include "hal/result.hpp"
+#include "sim_hil/plant/world.hpp"
 
 struct mjModel_;
 struct mjData_;
@@ -16,8 +17,8 @@ struct MujocoDelete {
 using ModelPtr = std::unique_ptr<mjModel_, MujocoDelete>;
 using DataPtr = std::unique_ptr<mjData_, MujocoDelete>;
 
-/// The text of robots/quad_room.xml, built in.
-std::string_view room_xml();
+/// The text of robots/quad_room.xml or robots/desk_head_room.xml, built in.
+std::string_view room_xml(WorldKind world);
 
 enum class RoomUse {
   physics,
@@ -27,10 +28,10 @@ enum class RoomUse {
 /// Compiles the room. What MuJoCo has to say about a wrong file goes to stderr.
 /// Thread:  one at a time (the compiler of MuJoCo keeps globals).
 /// Errors:  bad_data.
-hal::Result<ModelPtr> load_room(RoomUse use);
+hal::Result<ModelPtr> load_room(WorldKind world, RoomUse use);
 
-/// Paints the textures of floor, walls, pad and the rest into the model: code instead of image files, integers only,
-/// the same bytes everywhere. Needed for rendering only.
+/// Paints the textures of floor, walls, pad and the rest, as far as the model has them: code instead of image files,
+/// integers only, the same bytes everywhere. Needed for rendering only.
 void paint_room(mjModel_& model);
 
 }  // namespace sinew::plant

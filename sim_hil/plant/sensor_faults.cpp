@@ -55,6 +55,14 @@ void scramble(msg::BatterySample& s, math::Random& random) {
   s.charge = garbage_number(random);
 }
 
+void scramble(msg::JointState& s, math::Random& random) {
+  for (std::size_t i = 0; i < s.count; ++i) {
+    s.position_rad[i] = garbage_number(random);
+    s.velocity_radps[i] = garbage_number(random);
+    s.effort_nm[i] = garbage_number(random);
+  }
+}
+
 void shift(msg::ImuSample& s, double radps) {
   s.gyro_radps.x += radps;
   s.gyro_radps.y += radps;
@@ -63,5 +71,8 @@ void shift(msg::ImuSample& s, double radps) {
 void shift(msg::RangeSample& s, double m) { s.range_m += m; }
 void shift(msg::BaroSample& s, double pa) { s.pressure_pa += pa; }
 void shift(msg::BatterySample& s, double v) { s.voltage_v += v; }
+void shift(msg::JointState& s, double rad) {
+  for (std::size_t i = 0; i < s.count; ++i) s.position_rad[i] += rad;
+}
 
 }  // namespace sinew::plant

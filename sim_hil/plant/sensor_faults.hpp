@@ -3,6 +3,7 @@
 #include <deque>
 
 #include "hal/result.hpp"
+#include "msg/joints.hpp"
 #include "msg/sensors.hpp"
 #include "sim_hil/plant/fault.hpp"
 
@@ -13,10 +14,12 @@ void scramble(msg::ImuSample& s, math::Random& random);
 void scramble(msg::RangeSample& s, math::Random& random);
 void scramble(msg::BaroSample& s, math::Random& random);
 void scramble(msg::BatterySample& s, math::Random& random);
+void scramble(msg::JointState& s, math::Random& random);  // modes and faults stay: they are not numbers
 void shift(msg::ImuSample& s, double radps);
 void shift(msg::RangeSample& s, double m);
 void shift(msg::BaroSample& s, double pa);
 void shift(msg::BatterySample& s, double v);
+void shift(msg::JointState& s, double rad);
 
 /// Stands between a sensor and the wire. Stamps are never touched; ready never decreases, so a sample behind a delayed
 /// one waits for it, as in a queue. Without faults of its device it passes everything on at once.

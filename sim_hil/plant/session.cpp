@@ -11,20 +11,35 @@ using hal::Time;
 
 constexpr std::int64_t kMsNs = 1'000'000;
 constexpr std::int64_t kExposureNs = 8'000'000;
-constexpr std::int64_t kCameraDelayNs = 25'000'000;  // middle of the exposure to the driver: exposure, read-out, USB
-constexpr std::int64_t kImuDelayNs = kImuSteps * kStepNs / 2;
 constexpr std::int64_t kAloneNs = 10'000'000'000;     // so long a world is watched whose runtime has been cut off
 constexpr std::int64_t kReportEveryNs = 100'000'000;  // the last one before the end tells where it came to rest
 
 hal::Duration ns(std::int64_t n) { return hal::Duration{n}; }
 
-sim_hil::DeviceInfo sensor(sim_hil::DeviceKind kind, const char* name, int steps, std::int64_t latency_ns) {
-  sim_hil::DeviceInfo d;
-  d.kind = kind;
-  d.name = name;
-  d.period = ns(steps * kStepNs);
-  d.latency = ns(latency_ns);
-  return d;
+sim_hil::DeviceKind kind_of(Part part) {
+  switch (part) {
+    case Part::imu:
+      return sim_hil::DeviceKind::imu;
+    case Part::range:
+      return sim_hil::DeviceKind::range;
+    case Part::baro:
+      return sim_hil::DeviceKind::baro;
+    case Part::camera:
+      return sim_hil::DeviceKind::camera;
+    case Part::actuators:
+      return sim_hil::DeviceKind::actuators;
+    case Part::battery:
+      return sim_hil::DeviceKind::battery;
+    case Part::joints:
+      break;
+  }
+  return sim_hil::DeviceKind::joints;
+}
+
+/// Of a part that a world may lack.
+std::int64_t delay_of(const WorldInfo& world, Part part) {
+  const WorldDevice* device = world.find(part);
+  return device ? device->delay_ns : 0;
 }
 
 }  // namespace
@@ -33,29 +48,23 @@ Session::Session(hal::Os& os, CameraFeed& camera_feed, const SessionOptions& opt
     : os_(os), feed_(camera_feed), options_(options) {}
 
 sim_hil::PlantDescription Session::description(const CameraOptions& view, const SessionOptions& options) {
-  using sim_hil::DeviceKind;
   sim_hil::PlantDescription d;
   d.name = "sinew-sim";
   d.step = ns(kStepNs);
   d.seed = options.seed;
-  d.devices.push_back(sensor(DeviceKind::imu, "imu", kImuSteps, kImuDelayNs));
-  d.devices.push_back(sensor(DeviceKind::range, "range", kRangeSteps, kRangeDelayNs));
-  d.devices.push_back(sensor(DeviceKind::baro, "baro", kBaroSteps, kBaroDelayNs));
-  sim_hil::DeviceInfo c;
-  c.kind = DeviceKind::camera;
-  c.name = "camera";
-  c.period = ns(1'000'000'000 / kCameraHz);
-  c.latency = ns(kCameraDelayNs);
-  c.width = view.width;
-  c.height = view.height;
-  c.format = view.format;
-  d.devices.push_back(c);
-  sim_hil::DeviceInfo m;
-  m.kind = DeviceKind::actuators;
-  m.name = "motors";
-  m.channels = kRotors;
-  d.devices.push_back(m);
-  d.devices.push_back(sensor(DeviceKind::battery, "battery", kBatterySteps, kBatteryDelayNs));
+  for (const WorldDevice& part : world_info(options.world.kind).devices) {
+    sim_hil::DeviceInfo& info = d.devices.emplace_back();
+    info.kind = kind_of(part.part);
+    info.name = part.name;
+    info.period = ns(part.steps * kStepNs);
+    info.latency = ns(part.delay_ns);
+    info.channels = part.channels;
+    if (part.part != Part::camera) continue;
+    info.period = ns(1'000'000'000 / kCameraHz);
+    info.width = view.width;
+    info.height = view.height;
+    info.format = view.format;
+  }
   return d;
 }
 
@@ -75,18 +84,20 @@ Status Session::open(sim_hil::Caller caller) {
     link_->bye(report_.reason);
     return hal::Error{hal::Errc::not_supported, "plant session"};
   }
-  WorldOptions world = options_.world;
-  world.seed = report_.seed = options_.seed.value_or(link_->hello().seed);
-  auto made = World::create(world);
+  report_.seed = options_.seed.value_or(link_->hello().seed);
+  info_ = world_info(options_.world.kind);
+  report_.world_name = info_.name;
+  for (std::size_t i = 0; i < info_.devices.size(); ++i)
+    ids_[static_cast<std::size_t>(info_.devices[i].part)] = static_cast<std::uint16_t>(i);
+  auto made = create_world(options_.world, report_.seed);
   if (!made) {
     report_.reason = "the world could not be made";
     link_->bye(report_.reason);
     return made.error();
   }
   world_ = std::move(*made);
-  report_.mass_kg = world_->mass_kg();
   feed_.set_seed(report_.seed);
-  faults_ = std::make_unique<PlantFaults>(options_.faults, report_.seed, feed_.options());
+  faults_ = std::make_unique<PlantFaults>(options_.faults, report_.seed, feed_.options(), info_);
   return {};
 }
 
@@ -124,7 +135,7 @@ Status Session::serve(sim_hil::Caller caller) {
   }
   if (s) {
     report_.reason = "duration is over";
-    static_cast<void>(link_->send_report(world_->now(), report_.json()));  // the run is over; nobody may be there
+    static_cast<void>(link_->send_report(world_->now(), report_.text));  // the run is over; nobody may be there
     link_->bye(report_.reason);
     return {};
   }
@@ -152,12 +163,15 @@ Status Session::run_lockstep() {
   return s;
 }
 
-/// Takes page faults and lazy binding before the clock runs: a short flight of a second world, ground included.
+/// Takes page faults and lazy binding before the clock runs: a short run of a second world.
 void Session::rehearse() {
   if (!os_.lock_memory()) std::fprintf(stderr, "sinew-sim: memory is not locked; page faults may delay samples\n");
-  auto scratch = World::create(options_.world);
+  auto scratch = create_world(options_.world, report_.seed);
   if (!scratch) return;  // the real one has been made already
-  for (int i = 0; i < 800; ++i) (*scratch)->step({0.8, 0.8, 0.8, 0.8});
+  std::array<double, msg::kMaxChannels> command;
+  command.fill(0.8);
+  const std::span<const double> used(command.data(), info_.find(Part::actuators)->channels);
+  for (int i = 0; i < 800; ++i) (*scratch)->step(used);
 }
 
 Status Session::run_free() {
@@ -245,22 +259,21 @@ void Session::heed_stop_line() {
 Status Session::advance_one_ms() {
   heed_stop_line();
   for (int i = 0; i < kImuSteps; ++i) {
-    commanded_ = link_->setpoints_at(motors, world_->now());
-    if (Status s = send_due(world_->step(motor_command())); !s) return s;
+    commanded_ = link_->setpoints_at(id(Part::actuators), world_->now());
+    if (Status s = send_due(world_->step(act())); !s) return s;
   }
   return {};
 }
 
-/// What the motors do in the step that starts now: nothing without a valid command.
-std::array<double, kRotors> Session::motor_command() {
-  const sim_hil::Setpoints acting = faults_->motors.act(commanded_, world_->now());
-  std::array<double, kRotors> command{};
-  if (!acting.valid || report_.stopped_by_supervisor) return command;  // the stop line passes by all faults
-  std::copy_n(acting.value.begin(), kRotors, command.begin());
+/// What the actuators do in the step that starts now: none, their safe action, without a valid command.
+std::span<const double> Session::act() {
+  const sim_hil::Setpoints acting = faults_->actuators.act(commanded_, world_->now());
+  if (!acting.valid || report_.stopped_by_supervisor) return {};  // the stop line passes by all faults
+  acting_ = acting.value;
   const Time now = world_->now();
   if (now - acting.commit >= acting.lease) ++report_.stale_actuations;
   report_.setpoint_age_max_ns = std::max(report_.setpoint_age_max_ns, (now - acting.stamp).count());
-  return command;
+  return {acting_.data(), info_.find(Part::actuators)->channels};
 }
 
 bool Session::line_closed() {
@@ -272,24 +285,24 @@ bool Session::line_closed() {
   return true;
 }
 
-/// Where the vehicle ends whose runtime hears and says nothing any more. Nobody watches, so not in real time.
+/// Where the world ends whose runtime hears and says nothing any more. Nobody watches, so not in real time.
 void Session::go_on_alone() {
   const Time end{world_->now().ns + kAloneNs};
   do {
-    world_->step(motor_command());
-    report_.last = world_->truth();
-  } while (world_->now() < end && !(report_.at_rest() && report_.motors_stopped()));
+    world_->step(act());
+  } while (world_->now() < end && !world_->still());
 }
 
 Status Session::send_due(const Due& due) {
-  const auto pass = [&](auto& faults, Device device, const auto& sample, std::int64_t delay_ns) {
-    return faults.offer(sample, sample.stamp + ns(delay_ns), sender(device));
+  const auto pass = [&](auto& faults, Part part, const auto& sample) {
+    return faults.offer(sample, sample.stamp + ns(delay_of(info_, part)), sender(part));
   };
   Status s;
-  if (due.imu) s = pass(faults_->imu, imu, due.imu_sample, kImuDelayNs);
-  if (s && due.range) s = pass(faults_->range, range, due.range_sample, kRangeDelayNs);
-  if (s && due.baro) s = pass(faults_->baro, baro, due.baro_sample, kBaroDelayNs);
-  if (s && due.battery) s = pass(faults_->battery, battery, due.battery_sample, kBatteryDelayNs);
+  if (due.imu) s = pass(faults_->imu, Part::imu, due.imu_sample);
+  if (s && due.range) s = pass(faults_->range, Part::range, due.range_sample);
+  if (s && due.baro) s = pass(faults_->baro, Part::baro, due.baro_sample);
+  if (s && due.battery) s = pass(faults_->battery, Part::battery, due.battery_sample);
+  if (s && due.joints) s = pass(faults_->joints, Part::joints, due.joints_sample);
   if (s && due.camera) s = begin_frame();
   if (s && due.truth) s = send_truth_and_report();
   return s;
@@ -297,10 +310,11 @@ Status Session::send_due(const Due& due) {
 
 /// What was held back and is ready by then.
 Status Session::release_held(Time until) {
-  Status s = faults_->imu.release(until, sender(imu));
-  if (s) s = faults_->range.release(until, sender(range));
-  if (s) s = faults_->baro.release(until, sender(baro));
-  if (s) s = faults_->battery.release(until, sender(battery));
+  Status s = faults_->imu.release(until, sender(Part::imu));
+  if (s) s = faults_->range.release(until, sender(Part::range));
+  if (s) s = faults_->baro.release(until, sender(Part::baro));
+  if (s) s = faults_->battery.release(until, sender(Part::battery));
+  if (s) s = faults_->joints.release(until, sender(Part::joints));
   if (s) s = faults_->frames.release(until, [this](auto pixels, const auto& meta) { return copy_frame(pixels, meta); });
   return s;
 }
@@ -313,13 +327,13 @@ Status Session::begin_frame() {
   }
   PendingFrame frame;
   const bool faulty = faults_->frames.any();
-  if (!faulty) frame.slot = link_->begin_frame(camera);
+  if (!faulty) frame.slot = link_->begin_frame(id(Part::camera));
   frame.meta.stamp = world_->now();
-  frame.meta.ready = frame.meta.stamp + ns(kCameraDelayNs);
+  frame.meta.ready = frame.meta.stamp + ns(delay_of(info_, Part::camera));
   frame.meta.exposure_ns = kExposureNs;
   frame.meta.number = frame_number_;
   const auto pixels = faulty ? faults_->frames.canvas() : frame.slot.pixels;
-  feed_.request(world_->camera_pose(), frame_number_, pixels.data());
+  feed_.request(world_->scene(), frame_number_, pixels.data());
   pending_ = frame;
   return {};
 }
@@ -335,43 +349,45 @@ Status Session::send_frame_due_by(Time until, bool wait) {
   ++report_.frames;
   const PendingFrame frame = *pending_;
   pending_.reset();
-  if (!faults_->frames.any()) return link_->send_frame(camera, frame.slot, frame.meta);
+  if (!faults_->frames.any()) return link_->send_frame(id(Part::camera), frame.slot, frame.meta);
   return faults_->frames.offer(frame.meta, [this](auto pixels, const auto& meta) { return copy_frame(pixels, meta); });
 }
 
 Status Session::copy_frame(std::span<const std::uint8_t> pixels, const sim_hil::FrameMeta& meta) {
-  const sim_hil::FrameSlot slot = link_->begin_frame(camera);
+  const sim_hil::FrameSlot slot = link_->begin_frame(id(Part::camera));
   std::copy(pixels.begin(), pixels.end(), slot.pixels.begin());
-  return link_->send_frame(camera, slot, meta);
+  return link_->send_frame(id(Part::camera), slot, meta);
 }
 
 Status Session::send_truth_and_report() {
-  const TruthState t = world_->truth();
+  const WorldTruth t = world_->ground_truth();
+  const Time now = world_->now();
   sim_hil::Truth out;
   out.p_world_m = t.p_world_m;
   out.v_world_mps = t.v_world_mps;
   out.q_world_base = t.q_world_base;
   out.gyro_radps = t.gyro_radps;
-  out.battery_v = t.voltage_v;
+  out.pad_world_m = t.target_world_m;
+  out.battery_v = t.battery_v;
   out.contact = t.contact;
-  out.landed = t.feet_down == 4;
-  if (Status s = link_->send_truth(t.stamp, out); !s) return s;
-  const bool news = world_->summary().touched_down && !told_touchdown_;
-  if (!news && t.stamp.ns % kReportEveryNs != 0) return {};
-  told_touchdown_ |= news;
+  out.landed = t.landed;
+  if (Status s = link_->send_truth(now, out); !s) return s;
+  const bool news = world_->news() != told_news_;
+  if (!news && now.ns % kReportEveryNs != 0) return {};
+  told_news_ = world_->news();
   refresh_report();
-  return link_->send_report(t.stamp, report_.json());
+  return link_->send_report(now, report_.text);
 }
 
 void Session::refresh_report() {
-  report_.flight = world_->summary();
-  report_.last = world_->truth();
+  report_.still = world_->still();
+  report_.outcome = world_->outcome();
   report_.plant_s = msg::seconds(world_->now());
   report_.faults.clear();
   for (const FaultLog::Entry& e : faults_->log.entries())
     if (e.fault.from_ns <= world_->now().ns) report_.faults.push_back(e);
-  if (!link_) return;
-  report_.lease_expiries = expired_before_ + link_->stats().lease_expiries;
+  if (link_) report_.lease_expiries = expired_before_ + link_->stats().lease_expiries;
+  report_.text = report_.json(*world_);
 }
 
 }  // namespace sinew::plant

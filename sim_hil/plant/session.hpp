@@ -8,14 +8,14 @@
 #include "sim_hil/plant/camera_feed.hpp"
 #include "sim_hil/plant/plant_faults.hpp"
 #include "sim_hil/plant/relink.hpp"
-#include "sim_hil/plant/world.hpp"
+#include "sim_hil/plant/worlds.hpp"
 #include "sim_hil/plant_door.hpp"
 #include "sim_hil/plant_link.hpp"
 
 namespace sinew::plant {
 
 struct SessionOptions {
-  WorldOptions world;                 // its seed is replaced by the run's
+  WorldOptions world;                 // its seed is replaced by the run's; the camera draws the same kind
   std::optional<std::uint64_t> seed;  // instead of the one that the runtime asks for
   std::optional<sim_hil::Mode> only;  // refuse the other mode
   double duration_s = 0;              // plant time after which the plant ends the run; 0: the runtime ends it
@@ -43,17 +43,13 @@ struct SessionReport {
   std::uint64_t stale_actuations = 0;    // plant steps in which motors ran on a command whose lease was over: never
   std::int64_t setpoint_age_max_ns = 0;  // oldest measurement that a running motor's command rested on
   std::vector<FaultLog::Entry> faults;   // those whose time has come
-  FlightSummary flight;
-  TruthState last;
-  double mass_kg = 0;
+  const char* world_name = "";
+  bool still = false;   // World::still() at the end
+  std::string outcome;  // of the world, in words
+  std::string text;     // the last report as it was sent
 
-  /// Touches something, and does not go anywhere any more (slower than 0.15 m/s and 2 rad/s).
-  bool at_rest() const;
-  bool motors_stopped() const;
-  /// Base to the centre of the pad, horizontally, now: after the run, the landing error.
-  double pad_distance_m() const;
   /// One JSON object: docs/sim-protocol.md names the keys that every plant has, docs/sinew-sim.md ours.
-  std::string json() const;
+  std::string json(const World& world) const;
 };
 
 /// One run: the world behind one connection to a runtime, in lockstep or free-running as the runtime asks.
@@ -73,7 +69,6 @@ class Session {
   const SessionReport& report() const { return report_; }
 
  private:
-  enum Device : std::uint16_t { imu, range, baro, camera, motors, battery };
   struct PendingFrame {
     sim_hil::FrameSlot slot;  // unless frames have faults
     sim_hil::FrameMeta meta;
@@ -90,12 +85,14 @@ class Session {
   void go_on_alone();
   hal::Status advance_one_ms();
   void heed_stop_line();
-  std::array<double, kRotors> motor_command();
+  std::span<const double> act();
   hal::Status send_due(const Due& due);
   hal::Status begin_frame();
   hal::Status copy_frame(std::span<const std::uint8_t> pixels, const sim_hil::FrameMeta& meta);
-  auto sender(Device device) {
-    return [this, device](const auto& sample, hal::Time ready) { return link_->send(device, sample, ready); };
+  /// Place of a part in the Welcome. The world has it.
+  std::uint16_t id(Part part) const { return ids_[static_cast<std::size_t>(part)]; }
+  auto sender(Part part) {
+    return [this, part](const auto& sample, hal::Time ready) { return link_->send(id(part), sample, ready); };
   }
   hal::Status release_held(hal::Time until);
   hal::Status send_frame_due_by(hal::Time until, bool wait);
@@ -113,11 +110,14 @@ class Session {
   std::unique_ptr<Relink> relink_;    // once a runtime was lost
   std::uint64_t expired_before_ = 0;  // leases, of links before this one
   std::unique_ptr<World> world_;
+  WorldInfo info_;
+  std::array<std::uint16_t, 7> ids_{};
+  std::array<double, msg::kMaxChannels> acting_{};
   std::optional<PendingFrame> pending_;
   std::unique_ptr<PlantFaults> faults_;  // made with the world, when the seed is known
   sim_hil::Setpoints commanded_;         // the newest that the link had
   std::uint32_t frame_number_ = 0;
-  bool told_touchdown_ = false;
+  std::uint32_t told_news_ = 0;
   hal::Time last_imu_{-1};
   SessionReport report_;
 };

@@ -229,11 +229,14 @@ void paint_crate(Canvas canvas) {
 }  // namespace
 
 void paint_room(mjModel_& model) {
-  paint_floor({model, "floor"});
-  paint_wall({model, "wall"});
-  paint_pad({model, "pad"});
-  paint_rug({model, "rug"});
-  paint_crate({model, "crate"});
+  const auto paint = [&](const char* name, void (*with)(Canvas)) {
+    if (mj_name2id(&model, mjOBJ_TEXTURE, name) >= 0) with({model, name});
+  };
+  paint("floor", paint_floor);
+  paint("wall", paint_wall);
+  paint("pad", paint_pad);
+  paint("rug", paint_rug);
+  paint("crate", paint_crate);
 }
 
 }  // namespace sinew::plant

@@ -18,7 +18,7 @@ TEST_P(CameraFlight, LandsOnThePadThatItSees) {
   std::string why;
   auto renderer = plant::Renderer::create({.width = kWidth, .height = kHeight}, why);
   ASSERT_TRUE(renderer) << why;
-  plant::WorldOptions o;
+  plant::QuadOptions o;
   o.seed = static_cast<std::uint64_t>(GetParam());
   PlantWorld world(o);
   ASSERT_TRUE(world.good());

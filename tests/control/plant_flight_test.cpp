@@ -12,7 +12,7 @@ using msg::MissionPhase;
 class PlantFlight : public ::testing::TestWithParam<int> {};
 
 TEST_P(PlantFlight, LandsOnThePadInGustsWithSpreadOfMassAndMotors) {
-  plant::WorldOptions o;
+  plant::QuadOptions o;
   o.seed = static_cast<std::uint64_t>(GetParam());
   PlantWorld world(o);
   ASSERT_TRUE(world.good());
@@ -30,7 +30,7 @@ TEST_P(PlantFlight, LandsOnThePadInGustsWithSpreadOfMassAndMotors) {
 INSTANTIATE_TEST_SUITE_P(Seeds, PlantFlight, ::testing::Range(1, 11));
 
 TEST(PlantFlight, WithoutAnySightingItComesDownSlowlyAndUpright) {
-  plant::WorldOptions o;
+  plant::QuadOptions o;
   o.seed = 4;
   o.gust_mps = 0.5;  // without sightings it drifts with the wind; the walls are not the subject
   PlantWorld world(o);

@@ -3,21 +3,21 @@
 #include <deque>
 #include <memory>
 
-#include "sim_hil/plant/world.hpp"
+#include "sim_hil/plant/quad_world.hpp"
 #include "test_world.hpp"
 
 namespace sinew::control::test {
 
 class PlantWorld final : public TestWorld {
  public:
-  explicit PlantWorld(const plant::WorldOptions& options) {
+  explicit PlantWorld(const plant::QuadOptions& options) {
     p_base_camera = math::Vec3(plant::kCameraPBase);
     q_base_optical = math::Quat(plant::kCameraQBaseOptical);
-    if (auto world = plant::World::create(options)) world_ = std::move(*world);
+    if (auto world = plant::QuadWorld::create(options)) world_ = std::move(*world);
   }
   bool good() const { return world_ != nullptr; }
   const plant::FlightSummary& summary() const { return world_->summary(); }
-  const plant::World& world() const { return *world_; }
+  const plant::QuadWorld& world() const { return *world_; }
 
   Truth truth() const override {
     const plant::TruthState t = world_->truth();
@@ -42,7 +42,7 @@ class PlantWorld final : public TestWorld {
     out = waiting.front();
     waiting.pop_front();
   }
-  std::unique_ptr<plant::World> world_;
+  std::unique_ptr<plant::QuadWorld> world_;
   std::deque<msg::RangeSample> ranges_;
   std::deque<msg::BaroSample> baros_;
 };

@@ -6,14 +6,16 @@
 #include <cmath>
 #include <vector>
 
+#include "sim_hil/plant/actuator_faults.hpp"
 #include "sim_hil/plant/frame_faults.hpp"
-#include "sim_hil/plant/motor_faults.hpp"
 #include "sim_hil/plant/sensor_faults.hpp"
 
 namespace sinew::plant {
 namespace {
 
 using namespace std::chrono_literals;
+
+constexpr WorldDevice kMotors{Part::actuators, "motors", 0, 0, 4, FaultDevice::motors, 0, 1};
 
 constexpr hal::Time at(hal::Duration since_start) { return hal::Time{} + since_start; }
 
@@ -63,7 +65,7 @@ TEST(FaultText, WhatIsWrongIsNamedWithWhatIsAllowed) {
   EXPECT_EQ(refusal("imu:stuck"),
             "fault 'imu:stuck': DEVICE:KIND[(AMOUNT)]@FROM[+LENGTH|..UNTIL], for example imu:stuck@5+0.5");
   EXPECT_EQ(refusal("gps:off@1"),
-            "fault 'gps:off@1': device 'gps': one of imu, range, baro, battery, camera, motors, link");
+            "fault 'gps:off@1': device 'gps': one of imu, range, baro, battery, camera, joints, motors, head, link");
   EXPECT_EQ(refusal("imu:bent@1"),
             "fault 'imu:bent@1': kind 'bent': one of off, stuck, garbage, wrong, slow, delayed, intermittent, "
             "duplicated, closed");
@@ -253,7 +255,7 @@ TEST(FrameFaults, OffDuplicatedAndGarbageDoWhatTheySay) {
 /// of each millisecond (-1: nothing).
 std::vector<double> motor(const std::vector<Fault>& faults, int ms, int commands_until_ms = 1000) {
   FaultLog log(faults, 1);
-  MotorFaults motors(log);
+  ActuatorFaults motors(log, kMotors);
   std::vector<double> out;
   sim_hil::Setpoints newest;
   for (int step = 0; step < 4 * ms; ++step) {
@@ -270,32 +272,32 @@ std::vector<double> motor(const std::vector<Fault>& faults, int ms, int commands
   return out;
 }
 
-TEST(MotorFaults, WithoutThemTheNewestCommandActs) {
+TEST(ActuatorFaults, WithoutThemTheNewestCommandActs) {
   EXPECT_EQ(motor({}, 4), (std::vector<double>{0, 0.01, 0.02, 0.03}));
 }
 
-TEST(MotorFaults, LeaseRunsOutWhenNothingComesAnyMore) {
+TEST(ActuatorFaults, LeaseRunsOutWhenNothingComesAnyMore) {
   const std::vector<double> silent{0, 0.01, 0.01, 0.01, 0.01, 0.01, -1, -1};
   EXPECT_EQ(motor({}, 8, 1), silent);
   EXPECT_EQ(motor({fault("motors:off@2ms")}, 8), silent);
   EXPECT_EQ(motor({fault("link:off@2ms")}, 8), silent);
 }
 
-TEST(MotorFaults, StuckKeepsValuesAndWrongWeakensOneMotor) {
+TEST(ActuatorFaults, StuckKeepsValuesAndWrongWeakensOneMotor) {
   EXPECT_EQ(motor({fault("motors:stuck@2ms..4ms")}, 5), (std::vector<double>{0, 0.01, 0.01, 0.01, 0.04}));
   EXPECT_EQ(motor({fault("motors:wrong(0.5)@2ms")}, 3), (std::vector<double>{0, 0.01, 0.01}));
 }
 
-TEST(MotorFaults, SlowTakesOneOfSoManyCommands) {
+TEST(ActuatorFaults, SlowTakesOneOfSoManyCommands) {
   EXPECT_EQ(motor({fault("motors:slow(3)@1ms")}, 6), (std::vector<double>{0, 0.01, 0.01, 0.01, 0.04, 0.04}));
 }
 
-TEST(MotorFaults, DelayedActsLaterButNeverPastItsLease) {
+TEST(ActuatorFaults, DelayedActsLaterButNeverPastItsLease) {
   EXPECT_EQ(motor({fault("motors:delayed(2ms)@0")}, 5), (std::vector<double>{-1, -1, 0, 0.01, 0.02}));
   for (const double value : motor({fault("motors:delayed(6ms)@0")}, 20)) EXPECT_EQ(value, -1);
 }
 
-TEST(MotorFaults, GarbageStaysWithinWhatAMotorTakes) {
+TEST(ActuatorFaults, GarbageStaysWithinWhatAMotorTakes) {
   for (const double value : motor({fault("motors:garbage@0")}, 50)) {
     EXPECT_GE(value, 0);
     EXPECT_LT(value, 1);

@@ -85,6 +85,41 @@ TEST(SimLockstep, BatteryCarriesItsValues) {
   EXPECT_EQ(samples[0].charge, 0.5);
 }
 
+PlantDescription plant_with_two_joints() {
+  PlantDescription plant = small_plant();
+  plant.devices.emplace_back().kind = DeviceKind::joints;
+  plant.devices.back().name = "joints";
+  plant.devices.back().channels = 2;
+  return plant;
+}
+
+TEST(SimLockstep, JointsCarryTheirValues) {
+  const PlantDescription described = plant_with_two_joints();
+  const auto id = static_cast<std::uint16_t>(described.devices.size() - 1);
+  Rig rig(
+      [id](PlantLink& plant) {
+        msg::JointState s;
+        s.stamp = at(1ms), s.count = 3;
+        EXPECT_FALSE(plant.send(id, s, at(2ms))) << "more joints than the Welcome says";
+        s.count = 2, s.ready = 3, s.measured = {at(1ms), at(1500us)}, s.position_rad = {0.5, -0.25};
+        s.mode = {msg::JointMode::enabled, msg::JointMode::enabled};
+        EXPECT_FALSE(plant.send(kBaro, s, at(2ms))) << "a device of another kind";
+        ASSERT_TRUE(plant.send(id, s, at(2ms)));
+        static_cast<void>(plant.grant(at(2ms)));
+      },
+      {}, described);
+  hal::Joints* joints = *rig.board->sensor<msg::JointState>("joints");
+  ASSERT_TRUE(rig.board->next_grant({}));
+  rig.clock.set(at(2ms));
+  const auto samples = drain(*joints);
+  ASSERT_EQ(samples.size(), 1u);
+  EXPECT_EQ(samples[0].stamp, at(1ms));
+  EXPECT_EQ(samples[0].measured[1], at(1500us));
+  EXPECT_EQ(samples[0].position_rad[1], -0.25);
+  EXPECT_EQ(samples[0].mode[1], msg::JointMode::enabled);
+  EXPECT_EQ(samples[0].ready, 3u);
+}
+
 TEST(SimLockstep, CommandReachesThePlantStepThatFollowsItsCommit) {
   std::vector<double> applied;
   Rig rig([&](PlantLink& plant) {

@@ -89,6 +89,7 @@ void hear_as_runtime(std::unique_ptr<hal::Stream> stream) {
   msg::RangeSample range;
   msg::BaroSample baro;
   msg::BatterySample battery;
+  msg::JointState joints;
   auto until = (*board)->next_grant({});
   for (bool more = true; more; more = until.has_value()) {
     if (until) clock.set(*until);
@@ -97,6 +98,7 @@ void hear_as_runtime(std::unique_ptr<hal::Stream> stream) {
       if (d.kind == DeviceKind::range) read_all((*board)->sensor<msg::RangeSample>(d.name), range);
       if (d.kind == DeviceKind::baro) read_all((*board)->sensor<msg::BaroSample>(d.name), baro);
       if (d.kind == DeviceKind::battery) read_all((*board)->sensor<msg::BatterySample>(d.name), battery);
+      if (d.kind == DeviceKind::joints) read_all((*board)->sensor<msg::JointState>(d.name), joints);
       if (d.kind == DeviceKind::camera && d.frame_bytes() < 100'000) read_all((*board)->camera(d.name), *image);
     }
     if (until) until = (*board)->next_grant(*until);

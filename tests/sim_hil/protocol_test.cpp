@@ -30,6 +30,18 @@ Welcome flying_plant() {
   return w;
 }
 
+Sample<msg::JointState> two_joints() {
+  Sample<msg::JointState> s;
+  s.ready = Time{5000};
+  s.value.count = 2, s.value.ready = 1;
+  s.value.measured = {Time{4000}, Time{4500}};
+  s.value.position_rad = {0.5, -0.0}, s.value.velocity_radps = {-1e-310, 3}, s.value.effort_nm = {0.25, std::nan("")};
+  s.value.temperature_c = {41.5, std::nan("")}, s.value.voltage_v = {12.25, 11};
+  s.value.mode = {msg::JointMode::enabled, msg::JointMode::fault};
+  s.value.faults = {0, msg::kJointOverload}, s.value.fault_code = {0, 0x8611};
+  return s;
+}
+
 template <class M>
 std::vector<std::byte> payload_of(const M& m, std::size_t room = 8192) {
   std::vector<std::byte> out(room);
@@ -69,6 +81,7 @@ TEST(SimProtocol, PayloadsHaveTheSizesOfThePage) {
   EXPECT_EQ(payload_of(Sample<msg::RangeSample>{}).size(), kRangeBytes);
   EXPECT_EQ(payload_of(Sample<msg::BaroSample>{}).size(), kBaroBytes);
   EXPECT_EQ(payload_of(Sample<msg::BatterySample>{}).size(), kBatteryBytes);
+  EXPECT_EQ(payload_of(two_joints()).size(), kJointsHeadBytes + 2 * kJointBytes);
   EXPECT_EQ(payload_of(FrameInfo{}).size(), kFrameBytes);
   EXPECT_EQ(payload_of(Truth{}).size(), kTruthBytes);
 }
@@ -150,6 +163,33 @@ TEST(SimProtocol, CommandAndTruthComeBackAsTheyWereSent) {
   EXPECT_EQ(t_back.landed, 1u);
 }
 
+TEST(SimProtocol, JointsComeBackWithTheSameBitsJointByJoint) {
+  const auto sent = two_joints();
+  Sample<msg::JointState> back;
+  ASSERT_TRUE(decode_payload(Type::joints, payload_of(sent), back, Time{4000}));
+  EXPECT_EQ(back.ready, Time{5000});
+  EXPECT_EQ(back.value.stamp, Time{4000});
+  EXPECT_EQ(back.value.count, 2u);
+  EXPECT_EQ(back.value.ready, 1u);
+  EXPECT_EQ(back.value.measured, sent.value.measured);
+  EXPECT_EQ(std::memcmp(&back.value.position_rad, &sent.value.position_rad, 3 * sizeof(sent.value.position_rad)), 0);
+  EXPECT_EQ(back.value.temperature_c[0], 41.5);
+  EXPECT_TRUE(std::isnan(back.value.temperature_c[1]));
+  EXPECT_EQ(back.value.voltage_v, sent.value.voltage_v);
+  EXPECT_EQ(back.value.mode, sent.value.mode);
+  EXPECT_EQ(back.value.faults, sent.value.faults);
+  EXPECT_EQ(back.value.fault_code, sent.value.fault_code);
+}
+
+TEST(SimProtocol, AllEightJointsFitIntoAWriterOfSmallMessages) {
+  Sample<msg::JointState> s;
+  s.value.count = msg::kMaxChannels;
+  MessageWriter writer(kHeaderBytes + kJointsHeadBytes + msg::kMaxChannels * kJointBytes);
+  ASSERT_TRUE(writer.add(Type::joints, 0, Time{}, s));
+  EXPECT_EQ(writer.room(), 0u);
+  EXPECT_FALSE(writer.add(Type::joints, 0, Time{}, s));
+}
+
 // ---- refusals, each for its own reason
 
 template <class M>
@@ -194,7 +234,8 @@ TEST(SimProtocol, WelcomeIsCheckedDeviceByDevice) {
   EXPECT_EQ(refused([](Welcome& w) { w.step = 0ns; }), "plant's step is not positive");
   EXPECT_EQ(refused([](Welcome& w) { w.devices[1].name = "imu"; }), "two devices have the same name");
   EXPECT_EQ(refused([](Welcome& w) { w.devices[1].channels = 9; }), "actuators need 1 to 8 channels");
-  EXPECT_EQ(refused([](Welcome& w) { w.devices[0].kind = DeviceKind{7}; }), "unknown kind of device");
+  EXPECT_EQ(refused([](Welcome& w) { w.devices[0].kind = DeviceKind{8}; }), "unknown kind of device");
+  EXPECT_EQ(refused([](Welcome& w) { w.devices[0].kind = DeviceKind::joints; }), "joints are 1 to 8");
   EXPECT_EQ(refused([](Welcome& w) { w.devices[0].period = -1ns; }), "device has a bad period or latency");
   EXPECT_EQ(refused([](Welcome& w) { w.devices[2].width = 1282; }), "camera is larger than 1280x960 or empty");
   EXPECT_EQ(refused([](Welcome& w) { w.devices[2].width = 15; }), "yuyv needs an even width");
@@ -205,6 +246,29 @@ TEST(SimProtocol, WelcomeIsCheckedDeviceByDevice) {
             "frame slots lie outside of the shared memory");
   EXPECT_EQ(refused([](Welcome& w) { w.shared_bytes = 64 + 4 * 320 - 1; }),
             "frame slots lie outside of the shared memory");
+}
+
+TEST(SimProtocol, JointsAreCheckedFieldByField) {
+  const auto refused = [](auto change, std::size_t bytes = SIZE_MAX) {
+    auto s = two_joints();
+    change(s.value);
+    auto payload = payload_of(s);
+    payload.resize(std::min(payload.size(), bytes));
+    return refusal<Sample<msg::JointState>>(Type::joints, payload, Time{4000});
+  };
+  EXPECT_EQ(refused([](msg::JointState&) {}), "accepted");
+  EXPECT_EQ(refused([](msg::JointState&) {}, 15), "Joints is cut off");
+  EXPECT_EQ(refused([](msg::JointState&) {}, 127), "message has the wrong size for its type");
+  EXPECT_EQ(refused([](msg::JointState& s) { s.ready = 4; }), "a joint that does not exist is ready");
+  EXPECT_EQ(refused([](msg::JointState& s) { s.measured[1] = Time{5001}; }), "joint was measured after it is ready");
+  EXPECT_EQ(refused([](msg::JointState& s) { s.measured[1] = Time{-1}; }), "joint was measured after it is ready");
+  EXPECT_EQ(refused([](msg::JointState& s) { s.mode[0] = msg::JointMode{7}; }), "unknown mode of a joint");
+  EXPECT_EQ(refused([](msg::JointState& s) { s.faults[1] = 2048; }), "unknown fault of a joint");
+  auto payload = payload_of(two_joints());
+  payload[8] = std::byte{9};
+  EXPECT_EQ(refusal<Sample<msg::JointState>>(Type::joints, payload, Time{4000}), "joints are 1 to 8");
+  EXPECT_EQ(refusal<Sample<msg::JointState>>(Type::joints, payload_of(two_joints()), Time{5001}),
+            "sample is ready before it was measured");
 }
 
 TEST(SimProtocol, CommandIsCheckedFieldByField) {

@@ -1,14 +1,17 @@
-#include "sim_hil/plant/world.hpp"
+#include "sim_hil/plant/quad_world.hpp"
 
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstdio>
 
 #include "math/random.hpp"
+#include "sim_hil/plant/json_object.hpp"
 #include "sim_hil/plant/room.hpp"
 #include "sim_hil/plant/rotors.hpp"
+#include "sim_hil/plant/sensors.hpp"
 #include "sim_hil/plant/vec.hpp"
 #include "sim_hil/plant/wind.hpp"
 
@@ -58,10 +61,24 @@ std::array<double, kRotors> spread_thrust(math::Random& noise, double spread) {
   return f;
 }
 
+constexpr std::int64_t kBatteryDelayNs = 5'000'000;
+constexpr std::int64_t kCameraDelayNs = 25'000'000;  // middle of the exposure to the driver: exposure, read-out, USB
+
+constexpr WorldDevice kDevices[] = {
+    {Part::imu, "imu", kImuSteps, kImuSteps* kStepNs / 2, 0, FaultDevice::imu},
+    {Part::range, "range", kRangeSteps, kRangeDelayNs, 0, FaultDevice::range},
+    {Part::baro, "baro", kBaroSteps, kBaroDelayNs, 0, FaultDevice::baro},
+    {Part::camera, "camera", 0, kCameraDelayNs, 0, FaultDevice::camera},
+    {Part::actuators, "motors", 0, 0, kRotors, FaultDevice::motors, 0, 1},
+    {Part::battery, "battery", kBatterySteps, kBatteryDelayNs, 0, FaultDevice::battery},
+};
+
 }  // namespace
 
-struct World::Impl {
-  Impl(const WorldOptions& o, ModelPtr m)
+WorldInfo QuadWorld::info() { return {"quad", kDevices}; }
+
+struct QuadWorld::Impl {
+  Impl(const QuadOptions& o, ModelPtr m)
       : options(o),
         noise(o.seed, 0x706c616e),
         model(std::move(m)),
@@ -129,7 +146,7 @@ struct World::Impl {
   double true_range() const;
   int feet_down() const;
 
-  WorldOptions options;
+  QuadOptions options;
   math::Random noise;
   ModelPtr model;
   DataPtr data;
@@ -150,7 +167,7 @@ struct World::Impl {
   FlightSummary summary;
 };
 
-void World::Impl::apply_forces(const std::array<double, kRotors>& command) {
+void QuadWorld::Impl::apply_forces(const std::array<double, kRotors>& command) {
   const Rotation r(attitude());
   const msg::Vec3& air_world = wind.step(kStepS);
   Wrench w = propulsion.step(command, data->qpos[2] + kRotorMounts[0].p_base_m.z, kStepS);
@@ -167,7 +184,7 @@ void World::Impl::apply_forces(const std::array<double, kRotors>& command) {
   q[0] = f.x, q[1] = f.y, q[2] = f.z, q[3] = w.torque_nm.x, q[4] = w.torque_nm.y, q[5] = w.torque_nm.z;
 }
 
-void World::Impl::integrate() {
+void QuadWorld::Impl::integrate() {
   const Rotation before(attitude());
   const double* a = data->qacc;
   force_specific = before.inverse({a[0], a[1], a[2] + kGravity});
@@ -182,7 +199,7 @@ void World::Impl::integrate() {
   ++steps;
 }
 
-void World::Impl::watch_contacts(const msg::Vec3& v_before) {
+void QuadWorld::Impl::watch_contacts(const msg::Vec3& v_before) {
   const msg::Vec3 p = position();
   summary.max_height_m = std::max(summary.max_height_m, p.z);
   const bool contact = data->ncon > 0;
@@ -198,7 +215,7 @@ void World::Impl::watch_contacts(const msg::Vec3& v_before) {
   summary.touchdown_error_m = std::sqrt(p.x * p.x + p.y * p.y);
 }
 
-double World::Impl::true_range() const {
+double QuadWorld::Impl::true_range() const {
   const Rotation r(attitude());
   const msg::Vec3 from = add(position(), r.apply(kRangePBase)), along = r.apply({0, 0, -1});
   const mjtNum pnt[3] = {from.x, from.y, from.z}, vec[3] = {along.x, along.y, along.z};
@@ -207,7 +224,7 @@ double World::Impl::true_range() const {
   return mj_ray(model.get(), data.get(), pnt, vec, kRoomOnly, 1, body, &geom);
 }
 
-int World::Impl::feet_down() const {
+int QuadWorld::Impl::feet_down() const {
   unsigned feet = 0;
   for (int i = 0; i < data->ncon; ++i)
     for (const int geom : {data->contact[i].geom1, data->contact[i].geom2})
@@ -215,7 +232,7 @@ int World::Impl::feet_down() const {
   return std::popcount(feet);
 }
 
-void World::Impl::sample() {
+void QuadWorld::Impl::sample() {
   due.imu = steps % kImuSteps == 0;
   due.range = steps % kRangeSteps == 0;
   due.baro = steps % kBaroSteps == 0;
@@ -244,19 +261,21 @@ void World::Impl::sample() {
   }
 }
 
-World::World(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-World::~World() = default;
+QuadWorld::QuadWorld(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+QuadWorld::~QuadWorld() = default;
 
-hal::Result<std::unique_ptr<World>> World::create(const WorldOptions& options) {
-  auto model = load_room(RoomUse::physics);
+hal::Result<std::unique_ptr<QuadWorld>> QuadWorld::create(const QuadOptions& options) {
+  auto model = load_room(WorldKind::quad, RoomUse::physics);
   if (!model) return model.error();
-  return std::unique_ptr<World>(new World(std::make_unique<Impl>(options, std::move(*model))));
+  return std::unique_ptr<QuadWorld>(new QuadWorld(std::make_unique<Impl>(options, std::move(*model))));
 }
 
-const Due& World::step(const std::array<double, kRotors>& command) {
+const Due& QuadWorld::step(std::span<const double> command) {
   Impl& w = *impl_;
+  std::array<double, kRotors> motors{};
+  std::copy_n(command.begin(), std::min(command.size(), kRotors), motors.begin());
   const msg::Vec3 v_before = w.velocity();
-  w.apply_forces(command);
+  w.apply_forces(motors);
   mj_forwardSkip(w.model.get(), w.data.get(), mjSTAGE_NONE, 1);
   w.integrate();
   w.watch_contacts(v_before);
@@ -264,12 +283,12 @@ const Due& World::step(const std::array<double, kRotors>& command) {
   return w.due;
 }
 
-msg::Time World::now() const { return impl_->now(); }
-const FlightSummary& World::summary() const { return impl_->summary; }
-double World::mass_kg() const { return impl_->model->body_mass[impl_->body]; }
-const std::array<double, kRotors>& World::thrust_factor() const { return impl_->factor; }
+msg::Time QuadWorld::now() const { return impl_->now(); }
+const FlightSummary& QuadWorld::summary() const { return impl_->summary; }
+double QuadWorld::mass_kg() const { return impl_->model->body_mass[impl_->body]; }
+const std::array<double, kRotors>& QuadWorld::thrust_factor() const { return impl_->factor; }
 
-TruthState World::truth() const {
+TruthState QuadWorld::truth() const {
   const Impl& w = *impl_;
   TruthState t;
   t.stamp = w.now();
@@ -289,12 +308,68 @@ TruthState World::truth() const {
   return t;
 }
 
-CameraPose World::camera_pose() const {
+CameraPose QuadWorld::camera_pose() const {
   const Rotation r(impl_->attitude());
   return {add(impl_->position(), r.apply(kCameraPBase)), mul(impl_->attitude(), kCameraQBaseOptical)};
 }
 
-void World::place(const msg::Vec3& p_world_m, const msg::Quat& q_world_base, const msg::Vec3& v_world_mps) {
+WorldTruth QuadWorld::ground_truth() const {
+  const TruthState t = truth();
+  return {t.p_world_m, t.v_world_mps, t.q_world_base, t.gyro_radps, {}, t.voltage_v, t.contact, t.feet_down == 4};
+}
+
+bool QuadWorld::at_rest() const {
+  // Contacts of the physics know no rolling friction: what has fallen on its side rocks for long.
+  constexpr double kStill_mps = 0.15, kStill_radps = 2.0;
+  const auto norm2 = [](const msg::Vec3& v) { return v.x * v.x + v.y * v.y + v.z * v.z; };
+  return impl_->data->ncon > 0 && norm2(impl_->velocity()) < kStill_mps * kStill_mps &&
+         norm2(impl_->rates()) < kStill_radps * kStill_radps;
+}
+
+bool QuadWorld::motors_stopped() const {
+  constexpr double kStill_radps = 0.01 * RotorParams{}.omega_max_radps;
+  return std::ranges::all_of(impl_->propulsion.omega_radps(), [](double w) { return w < kStill_radps; });
+}
+
+double QuadWorld::pad_distance_m() const {
+  const msg::Vec3 p = impl_->position();
+  return std::sqrt(p.x * p.x + p.y * p.y);
+}
+
+void QuadWorld::add_to(JsonObject& j) const {
+  const TruthState last = truth();
+  const FlightSummary& flight = summary();
+  j.number("mass_kg", mass_kg());
+  j.boolean("flew", flight.flew);
+  j.boolean("crashed", flight.crashed);
+  j.boolean("touched_down", flight.touched_down);
+  j.number("max_height_m", flight.max_height_m);
+  if (flight.touched_down) {
+    j.number("touchdown_s", msg::seconds(flight.touchdown_at));
+    j.number("touchdown_speed_mps", flight.touchdown_speed_mps);
+    j.number("touchdown_drift_mps", flight.touchdown_drift_mps);
+    j.number("touchdown_error_m", flight.touchdown_error_m);
+    j.number("landing_error_m", pad_distance_m());
+  }
+  j.number("pad_distance_m", pad_distance_m());
+  j.boolean("on_pad", last.on_pad);
+  j.number("height_m", last.p_world_m.z);
+  j.number("battery_v", last.voltage_v);
+  j.boolean("at_rest", at_rest());
+  j.boolean("motors_stopped", motors_stopped());
+}
+
+std::string QuadWorld::outcome() const {
+  const FlightSummary& flight = summary();
+  if (!flight.touched_down) return flight.flew ? "flew, has not touched down" : "did not fly";
+  char text[160];
+  std::snprintf(text, sizeof text, "touched down at %.2f s with %.2f m/s; now %.3f m from the pad's centre%s",
+                msg::seconds(flight.touchdown_at), flight.touchdown_speed_mps, pad_distance_m(),
+                flight.crashed ? ", crashed" : "");
+  return text;
+}
+
+void QuadWorld::place(const msg::Vec3& p_world_m, const msg::Quat& q_world_base, const msg::Vec3& v_world_mps) {
   impl_->set_pose(p_world_m, q_world_base, v_world_mps);
 }
 

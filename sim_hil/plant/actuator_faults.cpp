@@ -1,10 +1,10 @@
-#include "sim_hil/plant/motor_faults.hpp"
+#include "sim_hil/plant/actuator_faults.hpp"
 
 #include <algorithm>
 
 namespace sinew::plant {
 
-sim_hil::Setpoints MotorFaults::act(const sim_hil::Setpoints& commanded, hal::Time now) {
+sim_hil::Setpoints ActuatorFaults::act(const sim_hil::Setpoints& commanded, hal::Time now) {
   if (!faults_.any()) {
     acting_ = commanded;
   } else if (commanded.commit != last_commit_) {
@@ -18,13 +18,13 @@ sim_hil::Setpoints MotorFaults::act(const sim_hil::Setpoints& commanded, hal::Ti
   return out;
 }
 
-void MotorFaults::hear(sim_hil::Setpoints command, hal::Time now) {
+void ActuatorFaults::hear(sim_hil::Setpoints command, hal::Time now) {
   const FaultEffect effect = faults_.next(command.commit);
   if (effect.lost) return;
   if (effect.stuck && acting_.count > 0) command.value = acting_.value;
   if (effect.wrong) command.value[0] *= 1.0 - *effect.wrong;
   if (effect.garbage)
-    for (double& value : command.value) value = faults_.random().uniform();
+    for (double& value : command.value) value = faults_.random().uniform(least_, most_);
   last_at_ = std::max(now + effect.delay, last_at_);
   held_.push_back({command, last_at_});
 }

@@ -1,11 +1,12 @@
 // The simulated world without rendering: is it physics, and is it repeatable?
-#include "sim_hil/plant/world.hpp"
+#include "sim_hil/plant/quad_world.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstring>
 
+#include "sim_hil/plant/sensors.hpp"
 #include "sim_hil/plant/wind.hpp"
 
 namespace sinew::plant {
@@ -15,8 +16,8 @@ constexpr std::array<double, kRotors> kOff{};
 constexpr std::array<double, kRotors> kHalf{0.5, 0.5, 0.5, 0.5};
 constexpr msg::Quat kLevel{};
 
-WorldOptions ideal() {
-  WorldOptions o;
+QuadOptions ideal() {
+  QuadOptions o;
   o.gust_mps = 0;
   o.spread = 0;
   o.start_offset_m = 0;
@@ -26,18 +27,18 @@ WorldOptions ideal() {
   return o;
 }
 
-std::unique_ptr<World> make(const WorldOptions& o) {
-  auto world = World::create(o);
+std::unique_ptr<QuadWorld> make(const QuadOptions& o) {
+  auto world = QuadWorld::create(o);
   EXPECT_TRUE(world);
   return std::move(*world);
 }
 
 template <class EachStep>
-void run(World& world, double seconds, const std::array<double, kRotors>& command, EachStep&& each) {
+void run(QuadWorld& world, double seconds, const std::array<double, kRotors>& command, EachStep&& each) {
   const auto steps = static_cast<int>(seconds * 1e9 / static_cast<double>(kStepNs));
   for (int i = 0; i < steps; ++i) each(world.step(command));
 }
-void run(World& world, double seconds, const std::array<double, kRotors>& command) {
+void run(QuadWorld& world, double seconds, const std::array<double, kRotors>& command) {
   run(world, seconds, command, [](const Due&) {});
 }
 
@@ -151,7 +152,7 @@ TEST(PlantWorld, BatterySagLowersThrust) {
 }
 
 TEST(PlantWorld, DragPullsTowardsTheWind) {
-  WorldOptions o = ideal();
+  QuadOptions o = ideal();
   o.drag = true;
   o.gust_mps = 2.0;
   auto world = make(o);
@@ -242,7 +243,7 @@ TEST(PlantWorld, SensorsComeAtTheirRatesWithStampsInOrder) {
 }
 
 TEST(PlantWorld, ImuErrorsAreWithinTheirSheet) {
-  WorldOptions o = ideal();
+  QuadOptions o = ideal();
   o.sensor_errors = true;
   auto world = make(o);
   run(*world, 0.5, kOff);
@@ -261,7 +262,7 @@ TEST(PlantWorld, ImuErrorsAreWithinTheirSheet) {
 TEST(PlantWorld, SpreadStaysWithinFivePercentAndDiffersBySeed) {
   double lightest = 10, heaviest = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
-    WorldOptions o;
+    QuadOptions o;
     o.seed = seed;
     auto world = make(o);
     lightest = std::min(lightest, world->mass_kg());
@@ -297,7 +298,7 @@ TEST(PlantWorld, DroppedVehicleLandsAndTheTouchdownIsMeasured) {
 }
 
 std::uint64_t hash_run(std::uint64_t seed) {
-  WorldOptions o;
+  QuadOptions o;
   o.seed = seed;
   auto world = make(o);
   std::uint64_t h = 0xcbf29ce484222325u;

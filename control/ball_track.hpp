@@ -1,0 +1,56 @@
+#pragma once
+#include "math/linear.hpp"
+#include "msg/time.hpp"
+
+namespace sinew::control {
+
+struct BallTrackParams {
+  double accel_radps2 = 3.0;  // of the ball's direction, 1 sigma: how fast its motion changes
+  double noise_rad = 0.004;   // of a sighting, 1 sigma
+  double gate = 25;           // largest squared normalised innovation
+  std::int64_t refuse = 3;    // so many sightings in a row beyond the gate are another ball, or a jump: begin anew
+  double settle_s = 0.4;      // unseen for longer than a moment its speed is believed less and less, with this time
+};
+
+/// Where a ball is seen in a level frame: azimuth and elevation with their speeds, each by a Kalman filter of constant
+/// velocity. Sightings count for the instant at which they were taken.
+/// Frames:  level: z up; azimuth counter-clockwise, elevation up.
+/// Source:  Y. Bar-Shalom, X. R. Li, T. Kirubarajan, Estimation with Applications to Tracking and Navigation (2001),
+///          section 6.3.2: discrete white noise acceleration.
+/// Thread:  owner.   RT: yes.
+class BallTrack {
+ public:
+  struct Aim {
+    double azimuth_rad = 0, elevation_rad = 0, azimuth_radps = 0, elevation_radps = 0;
+  };
+  BallTrackParams params;
+
+  void reset();
+  /// False: refused, or not newer than the last one.
+  bool add(msg::Time stamp, const math::Vec3& direction_level);
+  bool exists() const { return exists_ != 0; }
+  /// Of the newest sighting that was used.
+  msg::Time stamp() const { return stamp_; }
+  /// Expected at t, not before stamp().
+  Aim at(msg::Time t) const;
+  double innovation_rad() const { return innovation_rad_; }
+  std::uint32_t used() const { return used_; }
+
+ private:
+  struct Axis {
+    double x = 0, v = 0, xx = 0, xv = 0, vv = 0;
+    void begin(double at, double noise);
+    void predict(double dt, double accel);
+    double normalised(double innovation, double noise) const;
+    void update(double innovation, double noise);
+  };
+  void begin(msg::Time stamp, double azimuth, double elevation);
+
+  Axis azimuth_, elevation_;
+  msg::Time stamp_;
+  double innovation_rad_ = 0;
+  std::int64_t refused_ = 0;
+  std::uint32_t exists_ = 0, used_ = 0;
+};
+
+}  // namespace sinew::control

@@ -1,0 +1,71 @@
+#pragma once
+#include <array>
+
+#include "control/ball_track.hpp"
+#include "control/pose_history.hpp"
+#include "math/linear.hpp"
+#include "msg/flight.hpp"
+#include "msg/head.hpp"
+#include "msg/joints.hpp"
+#include "msg/safety.hpp"
+
+namespace sinew::control {
+
+/// Numbers of a pan/tilt head; the module HeadFollower gives each its range.
+struct HeadParams {
+  double pan_least_rad = -1.35, pan_most_rad = 1.35, tilt_least_rad = -0.95, tilt_most_rad = 0.85;
+  double speed_radps = 5.0;                         // largest change of a setpoint
+  double lag_s = 0.042;                             // of a servo behind a setpoint that moves, its bus included
+  double rate_smooth_s = 0.015;                     // of the base's angular rate
+  double coast_s = 1.2;                             // unseen for longer: search
+  double blind_s = 0.3;                             // no picture for longer: hold
+  double scan_radps = 0.7, scan_reach_rad = 0.8;    // of the search: speed, and how far to both sides
+  double turn_radps = 2.0;                          // of the aim, when it is not the ball's
+  math::Quat q_head_optical{0.5, -0.5, 0.5, -0.5};  // optical frame to head: z to x, x to -y, y to -z
+};
+
+/// Keeps a camera on two joints level, and looks where a ball is.
+///
+/// The IMU sits on the head, so the estimate gives the head's attitude; with the joints' positions that is the base's.
+/// What is wanted is a direction in a level frame (azimuth and elevation). Seen from the base as it will be one servo
+/// lag ahead, it gives pan and tilt: the base's pitch and yaw are taken out, whatever their cause. Two joints cannot
+/// take out the roll about the direction in which they look: the picture's horizon leans as the base does across it.
+/// Frames:  head: x the way it looks, y left, z up at joint angles 0, as base; pan about z, then tilt about y (down is
+///          positive). Level frame: the estimate's world.
+/// Thread:  owner.   RT: yes.
+class HeadLaw {
+ public:
+  HeadParams params;
+  BallTrack track;
+
+  void reset();
+  /// A sighting counts for the attitude at its stamp; one from before the history of 0.3 s is not used.
+  void add(const msg::BallSighting& sighting);
+  void set_safety(const msg::SafetyState& safety);
+  /// Pan and tilt wanted at `now`. Inputs are fresh.
+  void step(msg::Time now, const msg::NavState& nav, const msg::JointState& joints, double dt_s);
+  const std::array<double, 2>& setpoint_rad() const { return setpoint_; }
+  bool armed() const { return armed_ != 0; }
+  const msg::HeadState& state() const { return state_; }
+
+ private:
+  struct Aim {
+    double azimuth_rad = 0, elevation_rad = 0;
+  };
+  void choose_mode(msg::Time now);
+  void enter(msg::HeadMode mode, msg::Time now);
+  void move_aim(msg::Time at, double forward_rad, double dt_s);
+  void point(const math::Quat& q_level_base, double dt_s);
+
+  PoseHistory history_;
+  msg::HeadState state_;
+  Aim aim_;
+  std::array<double, 2> setpoint_{};
+  math::Vec3 base_rate_radps_;
+  msg::Time last_picture_;
+  double scan_side_ = 1;
+  msg::FailsafeAction action_ = msg::FailsafeAction::none;
+  std::uint32_t permitted_ = 1, armed_ = 0;
+};
+
+}  // namespace sinew::control

@@ -1,0 +1,39 @@
+#pragma once
+#include <memory>
+
+#include "msg/head.hpp"
+#include "rt/module.hpp"
+#include "vision/ball_finder.hpp"
+#include "vision/pinhole.hpp"
+
+namespace sinew::vision {
+
+/// Looks for a coloured ball in each image (yuyv, rgb8 or bgr8) and says where it is. A message comes for every image;
+/// without a ball its `found` is 0.
+/// Units:   range_m is the distance from the camera to the ball's centre.
+/// Frames:  direction in camera_optical: z forward, x right, y down.
+/// Thread:  executor.   RT: yes.
+/// Errors:  stale when there is no new image; fault when the image's header or format is of no use.
+/// Colour and limits are read in configure(); the camera's numbers and the ball's radius may change between steps.
+class BallDetector final : public rt::Module {
+ public:
+  void declare(rt::Declaration& d) override;
+  hal::Status configure(rt::Setup& setup) override;
+  rt::Status step(const rt::Step& step) noexcept override;
+
+ private:
+  Pinhole camera(const ImageView& image) const;
+  BallImage find(const ImageView& pixels, const Pinhole& camera, const rt::Step& step);
+
+  rt::In<msg::Image> image_;
+  rt::Out<msg::BallSighting> sighting_;
+  Pinhole intrinsics_;               // zeros: from the field of view and the size of the image
+  double fov_y_rad_ = 1.0382921838;  // 2 atan(0.5 / 0.875): the focal length is 0.875 image heights
+  double radius_m_ = 0.07;
+  BallLook look_;
+  std::int64_t min_area_px_ = 12;
+  std::int64_t max_runs_ = 8192;
+  std::unique_ptr<BallFinder> finder_;
+};
+
+}  // namespace sinew::vision
