@@ -200,7 +200,7 @@ int calibrate_joint(const CalibrateOptions& o) {
   if (channel == group->joints.size() || channel >= msg::kMaxChannels)
     return fail(fmt::format("[device.{}] has no joint '{}'; it has: {}", o.device, o.joint, known));
   auto joints = bench.board->board().sensor<msg::JointState>(o.device);
-  if (!joints) return fail(bench.board->problem());
+  if (!joints || !bench.board->start()) return fail(bench.board->problem());
   double sum = 0;
   std::size_t count = 0;
   const auto length = hal::Duration{static_cast<std::int64_t>(o.seconds * 1e9)};

@@ -56,6 +56,8 @@ class DeviceRun {
       if (real_ && !real_->problem().empty()) fail(real_->problem().c_str());
       return 2;
     }
+    if (real_)
+      if (auto started = real_->start(); !started) return fail(real_->problem().c_str());
     mission_.emplace(graph_);
     recording_ = Recording::open(prepared_, options_, graph_, os_);
     return options_.virtual_time ? run_virtual() : run_real();

@@ -24,7 +24,9 @@ class LinuxBoard {
   static hal::Result<std::unique_ptr<LinuxBoard>> open(const RobotFile& robot, hal::Os& os, std::string& why);
   ~LinuxBoard();
   hal::Board& board() { return *board_; }
-  /// The last failed look-up in words; empty: none.
+  /// When everything is configured, before the first cycle: the threads of the buses start. Errors: problem() says.
+  hal::Status start();
+  /// The last failure in words; empty: none.
   const std::string& problem() const { return board_->problem(); }
 
  private:

@@ -112,6 +112,8 @@ class SimRun {
       if (real_ && !real_->problem().empty()) fail(real_->problem());
       return board_->problem().empty() ? false : fail(board_->problem());
     }
+    if (real_)
+      if (auto started = real_->start(); !started) return fail(real_->problem());
     for (const std::string& device : devices.unused())
       return fail("robot.device_boards." + device + ": no module and no actuator uses a device of this name");
     mission_.emplace(graph_);

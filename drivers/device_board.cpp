@@ -21,6 +21,15 @@ std::string names_of(std::span<const DriverKind> drivers) {
 
 std::vector<rt::Problem> check_devices(const DeviceSpecs& specs, std::span<const DriverKind> drivers) {
   std::vector<rt::Problem> problems;
+  for (const DeviceSpec& spec : specs.buses) {
+    const std::string path = "bus." + spec.name;
+    if (spec.driver != "socketcan" && spec.driver != "udp" && spec.driver != "socketcand")
+      problems.push_back(
+          {spec.line, path + ".driver", '"' + spec.driver + '"', "one of \"socketcan\", \"udp\", \"socketcand\""});
+    DeviceKeys keys(spec, path, problems);
+    static_cast<void>(read_can_bus(keys));
+    keys.finish();
+  }
   for (const DeviceSpec& spec : specs.devices) {
     const std::string path = "device." + spec.name;
     const DriverKind* driver = find_driver(drivers, spec.driver);
@@ -30,18 +39,24 @@ std::vector<rt::Problem> check_devices(const DeviceSpecs& specs, std::span<const
       continue;
     }
     DeviceKeys keys(spec, path, problems);
-    static_cast<void>(driver->read(keys));
+    static_cast<void>(driver->read(keys, specs));
     keys.finish();
+    if (!spec.joints.empty() && spec.driver != "can_servos")
+      problems.push_back({spec.joints.front().line, path + ".joint", "[[" + path + ".joint]]",
+                          "none: only the driver can_servos has joints"});
   }
   return problems;
 }
 
 DeviceBoard::DeviceBoard(DeviceSpecs specs, std::span<const DriverKind> drivers, hal::Connectors& connectors,
                          hal::Os& os)
-    : specs_(std::move(specs)), drivers_(drivers), context_{connectors, os, specs_} {}
+    : specs_(std::move(specs)),
+      drivers_(drivers),
+      can_(specs_, connectors, os),
+      context_{connectors, os, can_, [this](std::string_view name, std::string& why) { return open(name, why); }} {}
 DeviceBoard::~DeviceBoard() = default;
 
-OpenedDevice* DeviceBoard::open(std::string_view name, hal::Error& error) {
+hal::Result<OpenedDevice*> DeviceBoard::open(std::string_view name, std::string& why) {
   if (const auto it = opened_.find(name); it != opened_.end()) return &it->second;
   const auto spec =
       std::find_if(specs_.devices.begin(), specs_.devices.end(), [&](const DeviceSpec& s) { return s.name == name; });
@@ -49,22 +64,30 @@ OpenedDevice* DeviceBoard::open(std::string_view name, hal::Error& error) {
   if (spec == specs_.devices.end()) {
     std::string known;
     for (const DeviceSpec& s : specs_.devices) known += (known.empty() ? "" : ", ") + s.name;
-    problem_ = device + ": the robot file has no [device." + std::string(name) +
-               "]; it has: " + (known.empty() ? "no device at all" : known);
-    error = {hal::Errc::not_found, "no [device.NAME] of this name"};
-    return nullptr;
+    why = device + ": the robot file has no [device." + std::string(name) +
+          "]; it has: " + (known.empty() ? "no device at all" : known);
+    return hal::Error{hal::Errc::not_found, "no [device.NAME] of this name"};
   }
   std::vector<rt::Problem> problems;  // have been told
   DeviceKeys keys(*spec, "device." + spec->name, problems);
-  std::string why;
-  auto opened = find_driver(drivers_, spec->driver)->read(keys)(context_, why);
+  std::string because;
+  auto opened = find_driver(drivers_, spec->driver)->read(keys, specs_)(context_, because);
   if (!opened) {
-    error = opened.error();
-    problem_ = device + " (driver " + spec->driver + "): " + (why.empty() ? hal::to_string(error.code) : why);
-    return nullptr;
+    why =
+        device + " (driver " + spec->driver + "): " + (because.empty() ? hal::to_string(opened.error().code) : because);
+    return opened.error();
   }
   return &opened_.emplace(spec->name, std::move(*opened)).first->second;
 }
+
+OpenedDevice* DeviceBoard::find(std::string_view name, hal::Error& error) {
+  auto device = open(name, problem_);
+  if (device) return *device;
+  error = device.error();
+  return nullptr;
+}
+
+hal::Status DeviceBoard::start() { return can_.start(problem_); }
 
 hal::Error DeviceBoard::is_no(std::string_view name, std::string_view what) {
   problem_ = "device '" + std::string(name) + "' is no " + std::string(what) + "; [device." + std::string(name) +
@@ -74,7 +97,7 @@ hal::Error DeviceBoard::is_no(std::string_view name, std::string_view what) {
 
 hal::Result<hal::Device*> DeviceBoard::open_sensor(hal::SensorKind kind, std::string_view name) {
   hal::Error error;
-  OpenedDevice* device = open(name, error);
+  OpenedDevice* device = find(name, error);
   if (!device) return error;
   if (hal::Device* sensor = device->sensor(kind)) return sensor;
   return is_no(name, hal::to_string(kind));
@@ -82,7 +105,7 @@ hal::Result<hal::Device*> DeviceBoard::open_sensor(hal::SensorKind kind, std::st
 
 hal::Result<hal::Camera*> DeviceBoard::camera(std::string_view name) {
   hal::Error error;
-  OpenedDevice* device = open(name, error);
+  OpenedDevice* device = find(name, error);
   if (!device) return error;
   if (device->camera) return device->camera;
   return is_no(name, "camera");
@@ -90,7 +113,7 @@ hal::Result<hal::Camera*> DeviceBoard::camera(std::string_view name) {
 
 hal::Result<hal::Actuators*> DeviceBoard::actuators(std::string_view name) {
   hal::Error error;
-  OpenedDevice* device = open(name, error);
+  OpenedDevice* device = find(name, error);
   if (!device) return error;
   if (device->actuators) return device->actuators;
   return is_no(name, "actuator group");

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "drivers/can_buses.hpp"
 #include "drivers/device_keys.hpp"
 #include "drivers/device_spec.hpp"
 #include "hal/board.hpp"
@@ -30,7 +31,9 @@ struct OpenedDevice {
 struct DeviceContext {
   hal::Connectors& connectors;
   hal::Os& os;
-  const DeviceSpecs& specs;
+  CanBuses& can;
+  /// Another device of the board. Errors: those of its opening, `why` likewise.
+  std::function<hal::Result<OpenedDevice*>(std::string_view name, std::string& why)> device;
 };
 
 /// Opens a device whose keys have been read. `why` has the failure in words.
@@ -40,7 +43,8 @@ using DeviceOpener = std::function<hal::Result<OpenedDevice>(DeviceContext&, std
 struct DriverKind {
   std::string_view name;      // driver = "iio"
   std::string_view measures;  // for people: "imu"
-  DeviceOpener (*read)(DeviceKeys& keys);
+  /// Reads one table; `specs` are all, for what one table says of another.
+  DeviceOpener (*read)(DeviceKeys& keys, const DeviceSpecs& specs);
 };
 
 /// Every problem of form in `specs`: unknown drivers, keys, values. Nothing is opened.
@@ -61,17 +65,23 @@ class DeviceBoard final : public hal::Board {
   hal::Result<hal::Camera*> camera(std::string_view name) override;
   hal::Result<hal::Actuators*> actuators(std::string_view name) override;
 
-  /// The last failed look-up in words.
+  /// When all devices have been asked for, before the first cycle: the threads of the buses start.
+  /// Errors:  a bus that cannot carry what its joints need; problem() has it in words.
+  hal::Status start();
+
+  /// The last failure in words.
   const std::string& problem() const { return problem_; }
   /// Tables that nobody has asked for: devices that the robot has and does not use.
   std::vector<std::string> unused() const;
 
  private:
-  OpenedDevice* open(std::string_view name, hal::Error& error);
+  hal::Result<OpenedDevice*> open(std::string_view name, std::string& why);
+  OpenedDevice* find(std::string_view name, hal::Error& error);
   hal::Error is_no(std::string_view name, std::string_view what);
 
   DeviceSpecs specs_;
   std::span<const DriverKind> drivers_;
+  CanBuses can_;  // before what its hubs serve is let go, they have to stop: hold()
   DeviceContext context_;
   std::map<std::string, OpenedDevice, std::less<>> opened_;
   std::string problem_;

@@ -17,7 +17,7 @@ struct CorrectedImu {
   CalibratedImu corrected;
 };
 
-DeviceOpener read_iio(DeviceKeys& keys) {
+DeviceOpener read_iio(DeviceKeys& keys, const DeviceSpecs&) {
   hal::IioSpec spec;
   keys.require("name", spec.name, "the name of an IIO device as in /sys/bus/iio/devices/*/name, e.g. \"mpu6050\"");
   keys.read("root", spec.root, "a folder with sys/ and dev/ of the machine");
@@ -67,12 +67,12 @@ hal::Result<OpenedDevice> opened(hal::Result<std::unique_ptr<hal::Camera>> camer
   return device;
 }
 
-DeviceOpener read_v4l2(DeviceKeys& keys) {
+DeviceOpener read_v4l2(DeviceKeys& keys, const DeviceSpecs&) {
   const hal::CameraSpec spec = read_camera(keys, "a video device, e.g. \"/dev/video0\"");
   return [spec](DeviceContext& context, std::string& why) { return opened(context.connectors.v4l2_camera(spec, why)); };
 }
 
-DeviceOpener read_libcamera(DeviceKeys& keys) {
+DeviceOpener read_libcamera(DeviceKeys& keys, const DeviceSpecs&) {
   const hal::CameraSpec spec = read_camera(keys, "the id of a camera as `cam -l` shows it, or its number, e.g. \"0\"");
   return [spec](DeviceContext& context, std::string& why) {
     return opened(context.connectors.libcamera_camera(spec, why));

@@ -1,30 +1,52 @@
 #include "hal/linux/connectors.hpp"
 
+#include "hal/linux/can.hpp"
+#include "hal/linux/gpio.hpp"
+#include "hal/linux/i2c.hpp"
+#include "hal/linux/iio_imu.hpp"
+#include "hal/linux/serial.hpp"
+#include "hal/linux/spi.hpp"
+#include "hal/linux/v4l2_camera.hpp"
+
 namespace sinew::hal {
 
-Result<std::unique_ptr<Connectors>> LinuxConnectors::open(Os& os, std::string& why) {
+Result<std::unique_ptr<Connectors>> LinuxConnectors::open(Os& os, std::string& why, LibcameraOpener* libcamera) {
   // Its thread is an interrupt thread: above every module that waits for a device.
   auto watch = FdWatch::start(os, {"devices", 95, {}, std::size_t{64} * 1024});
   if (!watch) {
     why = "the thread that watches the devices does not start";
     return watch.error();
   }
-  return std::unique_ptr<Connectors>(new LinuxConnectors(os, std::move(*watch)));
+  return std::unique_ptr<Connectors>(new LinuxConnectors(os, std::move(*watch), libcamera));
 }
 
-namespace {
-Error none(std::string& why) { return why = "not in this build", Error{Errc::not_supported, "LinuxConnectors"}; }
-}  // namespace
-
-Result<std::unique_ptr<CanBus>> LinuxConnectors::can(const CanSpec&, std::string& why) { return none(why); }
-Result<std::unique_ptr<I2cBus>> LinuxConnectors::i2c(const std::string&, std::string& why) { return none(why); }
-Result<std::unique_ptr<SpiBus>> LinuxConnectors::spi(const SpiSpec&, std::string& why) { return none(why); }
-Result<std::unique_ptr<Serial>> LinuxConnectors::serial(const SerialSpec&, std::string& why) { return none(why); }
-Result<std::unique_ptr<Gpio>> LinuxConnectors::gpio(const GpioSpec&, std::string& why) { return none(why); }
-Result<std::unique_ptr<Imu>> LinuxConnectors::iio_imu(const IioSpec&, std::string& why) { return none(why); }
-Result<std::unique_ptr<Camera>> LinuxConnectors::v4l2_camera(const CameraSpec&, std::string& why) { return none(why); }
-Result<std::unique_ptr<Camera>> LinuxConnectors::libcamera_camera(const CameraSpec&, std::string& why) {
-  return none(why);
+Result<std::unique_ptr<CanBus>> LinuxConnectors::can(const CanSpec& spec, std::string& why) {
+  return open_can(spec, os_, watch_, why);
+}
+Result<std::unique_ptr<I2cBus>> LinuxConnectors::i2c(const std::string& path, std::string& why) {
+  return open_i2c(path, why);
+}
+Result<std::unique_ptr<SpiBus>> LinuxConnectors::spi(const SpiSpec& spec, std::string& why) {
+  return open_spi(spec, why);
+}
+Result<std::unique_ptr<Serial>> LinuxConnectors::serial(const SerialSpec& spec, std::string& why) {
+  return open_serial(spec, why);
+}
+Result<std::unique_ptr<Gpio>> LinuxConnectors::gpio(const GpioSpec& spec, std::string& why) {
+  return open_gpio(spec, why);
+}
+Result<std::unique_ptr<Imu>> LinuxConnectors::iio_imu(const IioSpec& spec, std::string& why) {
+  return open_iio_imu(os_, spec, why);
+}
+Result<std::unique_ptr<Camera>> LinuxConnectors::v4l2_camera(const CameraSpec& spec, std::string& why) {
+  auto camera = open_v4l2_camera(spec, os_, watch_, why);
+  if (!camera) return camera.error();
+  return std::unique_ptr<Camera>(std::move(*camera));
+}
+Result<std::unique_ptr<Camera>> LinuxConnectors::libcamera_camera(const CameraSpec& spec, std::string& why) {
+  if (libcamera_) return libcamera_(spec, os_, why);
+  why = "this program was built without libcamera (SINEW_LIBCAMERA and Debian's libcamera-dev)";
+  return Error{Errc::not_supported, "libcamera"};
 }
 
 }  // namespace sinew::hal

@@ -50,7 +50,7 @@ class FixedImu final : public hal::Imu {
 
 int opened = 0;
 
-DeviceOpener read_fixed(DeviceKeys& keys) {
+DeviceOpener read_fixed(DeviceKeys& keys, const DeviceSpecs&) {
   double rate_hz = 100;
   keys.read("rate_hz", rate_hz, 1, 1000);
   return [](DeviceContext&, std::string&) -> hal::Result<OpenedDevice> {
@@ -63,7 +63,7 @@ DeviceOpener read_fixed(DeviceKeys& keys) {
   };
 }
 
-DeviceOpener read_absent(DeviceKeys& keys) {
+DeviceOpener read_absent(DeviceKeys& keys, const DeviceSpecs&) {
   std::string path;
   keys.require("path", path, "the path of a device");
   return [](DeviceContext& context, std::string& why) -> hal::Result<OpenedDevice> {

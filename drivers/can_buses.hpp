@@ -1,0 +1,53 @@
+#pragma once
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "drivers/can_hub.hpp"
+#include "drivers/device_keys.hpp"
+#include "hal/connectors.hpp"
+
+namespace sinew::drivers {
+
+/// [bus.NAME]: a CAN bus and how its hub runs.
+struct CanBusConfig {
+  hal::CanSpec spec;
+  CanHubConfig hub;
+  std::uint32_t master_node = 126;  // CANopen: our own node id
+  hal::Duration master_heartbeat{std::chrono::milliseconds(10)};
+};
+CanBusConfig read_can_bus(DeviceKeys& keys);
+
+/// The CAN buses of one board with their hubs: each opened when its first joint is, all started together when all
+/// joints are there.
+/// Thread:  owner, configure only. What its hubs serve (ServoGroup) is kept alive by hold() until they are gone.
+class CanBuses {
+ public:
+  CanBuses(const DeviceSpecs& specs, hal::Connectors& connectors, hal::Os& os);
+  ~CanBuses();
+
+  struct Bus {
+    CanBusConfig config;
+    std::unique_ptr<hal::CanBus> bus;
+    std::unique_ptr<CanHub> hub;
+    bool has_canopen_master = false, started = false;
+  };
+  /// Errors: those of opening; not_found when there is no such table. `why` has it in words.
+  hal::Result<Bus*> open(const std::string& name, std::string& why);
+  void hold(std::shared_ptr<void> owner) { held_.push_back(std::move(owner)); }
+  /// Plans the load of every bus and starts its thread. Errors: bad_argument (more than a bus carries, a number twice),
+  /// and those of starting a thread.
+  hal::Status start(std::string& why);
+
+  const std::map<std::string, Bus>& opened() const { return opened_; }
+
+ private:
+  const DeviceSpecs& specs_;
+  hal::Connectors& connectors_;
+  hal::Os& os_;
+  std::vector<std::shared_ptr<void>> held_;  // outlive the hubs
+  std::map<std::string, Bus> opened_;
+};
+
+}  // namespace sinew::drivers
