@@ -10,6 +10,7 @@
 #include "drivers/cybergear_servo.hpp"
 #include "drivers/mit_servo.hpp"
 #include "drivers/servo_group.hpp"
+#include "rt/trap.hpp"
 #include "sim_hil/wire/memory_can.hpp"
 #include "sim_hil/wire/sim_cia402.hpp"
 #include "sim_hil/wire/sim_impedance.hpp"
@@ -42,13 +43,45 @@ inline const char* name_of(Protocol p) {
   return names[static_cast<int>(p)];
 }
 
+/// The bus in memory locks and allocates, which a real one does not: the trap looks away in there, and only there.
+class Untrapped final : public hal::CanBus {
+ public:
+  explicit Untrapped(hal::CanBus& bus) : bus_(bus) {}
+  hal::Result<bool> read(msg::CanFrame& out) noexcept override {
+    const rt::trap::Scope off(nullptr);
+    return bus_.read(out);
+  }
+  hal::Status send(const msg::CanFrame& frame, Time deadline) noexcept override {
+    const rt::trap::Scope off(nullptr);
+    return bus_.send(frame, deadline);
+  }
+  hal::Status set_filters(std::span<const hal::CanFilter> filters) override { return bus_.set_filters(filters); }
+  void set_wake(hal::Wake* wake) noexcept override { bus_.set_wake(wake); }
+  hal::CanStats stats() const noexcept override { return bus_.stats(); }
+  std::uint32_t bit_rate() const noexcept override { return bus_.bit_rate(); }
+
+ private:
+  hal::CanBus& bus_;
+};
+
 /// One bus with its hub and the simulated servos at its other end.
 struct RigBus {
   RigBus(StillOs& os, const CanHubConfig& config, std::uint32_t bit_rate)
-      : wire(bit_rate, &os.clock), port(wire.attach()), far(wire.attach()), sims(far), hub(os, port, config) {}
+      : wire(bit_rate, &os.clock),
+        port(wire.attach()),
+        far(wire.attach()),
+        sims(far),
+        bus(port),
+        hub(os, bus, config) {}
+  /// As on the hub's thread: whatever allocates, locks or blocks in there ends the test.
+  Time step(Time now) {
+    const rt::trap::Scope trap("hub");
+    return hub.step(now);
+  }
   sim_hil::MemoryCan wire;
   sim_hil::MemoryCanPort &port, &far;
   sim_hil::SimServos sims;
+  Untrapped bus;
   CanHub hub;
   bool has_master = false;
 };
@@ -137,12 +170,13 @@ class ServoRig {
     os.clock.set(os.now() + 500us);
     for (auto& b : bus) {
       b->sims.poll(os.now());
-      b->hub.step(os.now());
+      b->step(os.now());
       b->sims.poll(os.now());  // answers while it is still now
-      b->hub.step(os.now());
+      b->step(os.now());
     }
     for (auto& group : groups) {
       while (true) {
+        const rt::trap::Scope trap("reader");
         const auto got = group->read(sample);
         if (!got || !*got) break;
         ++samples;
@@ -156,7 +190,12 @@ class ServoRig {
       command.count = static_cast<std::uint32_t>(group->size());
       command.armed = 1;
       for (std::size_t i = 0; i < group->size(); ++i) command.value[i] = setpoint[at++];
-      ASSERT_TRUE(group->write(command, lease));
+      bool written = false;
+      {
+        const rt::trap::Scope trap("guardian");
+        written = group->write(command, lease).has_value();
+      }
+      ASSERT_TRUE(written);
     }
   }
   /// Until joint i is in this mode, at most ten seconds of virtual time. False: never.
