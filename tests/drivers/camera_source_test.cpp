@@ -113,7 +113,8 @@ TEST(CameraSource, GainOfACameraWithoutOneIsRefusedWithWhatItHas) {
   ASSERT_FALSE(configured);
   EXPECT_EQ(configured.error().code, hal::Errc::not_supported);
   ASSERT_FALSE(rig.problems().empty());
-  EXPECT_THAT(rig.problems()[0].allowed, HasSubstr("param 'gain': the camera has no such control; it has: auto_exposure"));
+  EXPECT_THAT(rig.problems()[0].allowed,
+              HasSubstr("param 'gain': the camera has no such control; it has: auto_exposure"));
 }
 
 TEST(CameraSource, GainOutsideOfTheDevicesRangeIsRefusedWithTheRange) {
