@@ -107,10 +107,10 @@ TEST_F(SocketCan, FdFramesGoWhereTheInterfaceCarriesThem) {
   const Status refused = classic->send(frame_of(1, {}, msg::kCanFd), kNever);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, Errc::bad_argument);
-  ASSERT_TRUE(a->send(frame_of(0x55, {}), kNever));
+  ASSERT_TRUE(a->send(frame_of(0x1ABCDEF0, {}, msg::kCanExtended), kNever));
   msg::CanFrame out;
   do ASSERT_TRUE(next_frame(*classic, out));
-  while (out.id != 0x55);
+  while (out.id != 0x1ABCDEF0);
   EXPECT_EQ(classic->stats().received, 301 - fd_frames) << "classic frames only";
 }
 
