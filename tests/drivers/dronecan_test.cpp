@@ -227,6 +227,37 @@ TEST(DronecanServo, GarbageUnderItsIdentifiersOnlyCounts) {
   EXPECT_GT(bench.servos[0]->stats().malformed, 0u);
 }
 
+TEST(DronecanServo, FullBusOfForeignFramesForAMinuteOnlyCounts) {
+  Bench bench;
+  bench.simulated(sim(20, 0));
+  bench.servo(actuator(20, 0));
+  bench.run(1s, Intent::follow, 0.4);
+  auto& stranger = bench.wire.attach();
+  std::uint32_t random = 1;
+  const auto next = [&random] { return (random = random * 1664525u + 1013904223u) >> 8; };
+  for (int tick = 0; tick < 30000; ++tick) {
+    for (int i = 0; i < 14; ++i) {  // 2 ms of a bus of 1 Mbit/s
+      msg::CanFrame frame;
+      frame.flags = next() % 4 == 0 ? 0u : msg::kCanExtended;
+      frame.id = frame.extended() ? next() << 5 & 0x1FFFFFFF : next() & 0x7FF;
+      // Every source but ours and our servo's, and half of them with the types that we listen to.
+      const std::uint32_t type = next() % 2 == 0 ? 1011u : 341u;
+      if (next() % 2 == 0 && frame.extended()) frame.id = type << 8 | (30 + next() % 90);
+      if (frame.extended() && ((frame.id & 0x7F) == 20 || (frame.id & 0x7F) == 10)) frame.id ^= 1;
+      frame.size = next() % 9;
+      for (std::size_t k = 0; k < frame.size; ++k) frame.data[k] = static_cast<std::uint8_t>(next());
+      ASSERT_TRUE(stranger.send(frame, hal::kNever));
+    }
+    bench.run(2ms, Intent::follow, 0.4);
+    ASSERT_EQ(bench.servos[0]->feedback().mode, JointMode::enabled) << tick;
+    for (msg::CanFrame frame; *stranger.read(frame);) {
+    }
+  }
+  EXPECT_EQ(bench.servos[0]->stats().losses, 0u);
+  EXPECT_EQ(bench.servos[0]->stats().faults, 0u);
+  EXPECT_NEAR(bench.joints[0]->position_rad(), 0.4, 0.02);
+}
+
 TEST(DronecanServo, WrongConfigurationsAreNamed) {
   ServoConfig c = actuator(20, 0);
   c.stop = StopAction::torque_off;
