@@ -10,7 +10,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr double kEarliest = 0.9;    // part of a period after which a setpoint makes the next tick
-constexpr double kLatest = 1.1;      // and until when a tick waits for one, while setpoints come
+constexpr double kLatest = 1.1;      // and until when the tick after one waits for the next
 constexpr int kFramesPerStep = 512;  // a flood does not keep ticks from coming
 constexpr std::size_t kMostMasks = 8;
 constexpr Duration kLoadWindow = 1s;
@@ -233,21 +233,22 @@ bool CanHub::dispatch(std::uint16_t at, const msg::CanFrame& frame, Time now) no
 }
 
 void CanHub::tick(Time now) noexcept {
-  poked_.exchange(false, std::memory_order_acq_rel);
+  const bool poked = poked_.exchange(false, std::memory_order_acq_rel);
   sink_.deadline = now + period_;
   for (const auto& service : services_) service->begin(now, sink_);
   for (ServoOwner* owner : owners_) owner->latch(*this);
-  bool live = false;
   for (const Entry& entry : servos_) {
-    const ServoCommand command = entry.owner->command(entry.index, now);
-    live = live || command.intent == ServoCommand::Intent::follow;
-    entry.servo->tick(now, command, sink_);
+    entry.servo->tick(now, entry.owner->command(entry.index, now), sink_);
     entry.owner->feedback(entry.index, entry.servo->feedback());
   }
   for (const auto& service : services_) service->end(now, sink_);
   for (ServoOwner* owner : owners_) owner->settled(*this, true);
   last_tick_ = now;
-  next_tick_ = now + (live ? part(period_, kLatest) : period_);
+  if (poked) {
+    next_tick_ = now + part(period_, kLatest);  // the next setpoint is awaited
+  } else {                                      // what came late does not shift what follows
+    next_tick_ = now - next_tick_ < period_ && now >= next_tick_ ? next_tick_ + period_ : now + period_;
+  }
   count(counters_.ticks);
   measure_load(now);
 }
