@@ -320,10 +320,13 @@ void SocketCanBus::lose() noexcept {
 }
 
 void SocketCanBus::keep() {
-  Duration pause = kFirstPause;
+  Duration pause = kLongPause;
+  bool waited = false;
   while (!stop_.load(std::memory_order_acquire)) {
     const std::uint32_t seen = keeper_word_.load(std::memory_order_acquire);
-    pause = look(pause);
+    const bool waits = look();
+    pause = !waits ? kLongPause : waited ? std::min<Duration>(2 * pause, kLongPause) : kFirstPause;
+    waited = waits;
     // While it is lost, what wakes it is more of the same: it keeps its pauses.
     const Time until = os_.now() + pause;
     os_.wait(keeper_word_, seen, until);
@@ -335,7 +338,7 @@ void SocketCanBus::keep() {
   }
 }
 
-Duration SocketCanBus::look(Duration pause) {
+bool SocketCanBus::look() {
   const std::uint64_t error_frames = counters_.error_frames();
   const auto link = read_can_link(spec_.address);
   const std::lock_guard lock(mutex_);
@@ -360,8 +363,7 @@ Duration SocketCanBus::look(Duration pause) {
     }
   }
   trouble_ = trouble;
-  const bool waits = lost_.load(std::memory_order_acquire) || counters_.state() == CanState::bus_off;
-  return waits ? std::min<Duration>(2 * pause, kLongPause) : kLongPause;
+  return lost_.load(std::memory_order_acquire) || counters_.state() == CanState::bus_off;
 }
 
 /// With mutex_ held, or before there is a keeper.

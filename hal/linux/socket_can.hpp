@@ -59,7 +59,7 @@ class SocketCanBus final : public CanBus {
   Time stamp_of(std::size_t i) noexcept;
   void lose() noexcept;
   void keep();
-  Duration look(Duration pause);
+  bool look();  // true: something is waited for
   void follow_controller(const CanLink& link, std::uint64_t error_frames_before, std::string& trouble);
 
   const CanSpec spec_;
