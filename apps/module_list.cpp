@@ -6,6 +6,7 @@
 #include "control/error_state_filter.hpp"
 #include "control/mission.hpp"
 #include "control/mixer.hpp"
+#include "control/pilot_switch.hpp"
 #include "control/position_controller.hpp"
 #include "drivers/camera_source.hpp"
 #include "drivers/sensor_source.hpp"
@@ -31,6 +32,7 @@ rt::ModuleTypes all_modules() {
   types.add<control::PositionController>("control::PositionController");
   types.add<control::Mixer>("control::Mixer");
   types.add<control::Mission>("control::Mission");
+  types.add<control::PilotSwitch>("control::PilotSwitch");
   types.add<vision::PadDetector>("vision::PadDetector");
   types.add<vision::MotionField>("vision::MotionField");
   types.add<RunLog<msg::NavState>>("app::StateLog");
