@@ -7,6 +7,7 @@
 #include "control/head_follower.hpp"
 #include "control/mission.hpp"
 #include "control/mixer.hpp"
+#include "control/pilot_switch.hpp"
 #include "control/position_controller.hpp"
 #include "drivers/camera_source.hpp"
 #include "drivers/sensor_source.hpp"
@@ -35,6 +36,7 @@ rt::ModuleTypes all_modules() {
   types.add<control::Mission>("control::Mission");
   types.add<control::HeadFollower>("control::HeadFollower");
   types.add<vision::BallDetector>("vision::BallDetector");
+  types.add<control::PilotSwitch>("control::PilotSwitch");
   types.add<vision::PadDetector>("vision::PadDetector");
   types.add<vision::MotionField>("vision::MotionField");
   types.add<RunLog<msg::NavState>>("app::StateLog");

@@ -10,6 +10,7 @@ using namespace std::chrono_literals;
 void Mission::declare(rt::Declaration& d) {
   d.in("state", state_, {.max_age = 20ms});
   d.in("safety", safety_, {.optional = true, .supervises = true});
+  d.in("pilot", pilot_, {.optional = true, .supervises = true});
   d.out("setpoint", setpoint_);
   d.out("mission", mission_);
   d.state(plan_);
@@ -67,7 +68,10 @@ rt::Status Mission::step(const rt::Step& step) noexcept {
   if (!state) return rt::Status::stale;
   if (!plausible(*state)) return rt::Status::fault;
   if (const msg::SafetyState* safety = safety_.get()) plan_.set_safety({safety->permitted != 0, safety->action});
-  plan_.step(step.now, *state, step_seconds(step.dt));
+  if (const msg::PilotSwitches* pilot = pilot_.get(); pilot && pilot->take_over)
+    plan_.stand_by(step.now, *state);
+  else
+    plan_.step(step.now, *state, step_seconds(step.dt));
   setpoint_.loan() = plan_.setpoint();
   mission_.loan() = plan_.state();
   return rt::Status::ok;

@@ -95,6 +95,23 @@ void MissionPlan::step(msg::Time now, const msg::NavState& nav, double dt_s) {
   state_.target_world_m = target_m_.to<msg::Vec3>();
 }
 
+void MissionPlan::stand_by(msg::Time now, const msg::NavState& nav) {
+  obey(now);
+  const bool air = flying() || state_.phase == MissionPhase::touchdown || state_.phase == MissionPhase::abort;
+  if (air) enter(MissionPhase::abort, now);  // again each time, so that its times count from the handing back
+  if (state_.phase == MissionPhase::arm) enter(MissionPhase::wait, now);
+  valid_s_ = invalid_s_ = 0;
+  setpoint_ = {};
+  setpoint_.stamp = nav.stamp;
+  setpoint_.yaw_rad = yaw_rad_ = math::Quat(nav.q_world_base).yaw();
+  setpoint_.v_world_mps = nav.v_world_mps;  // no error, so nothing winds up below
+  setpoint_.p_world_m = nav.p_world_m;
+  setpoint_.mode = air ? msg::FlightMode::velocity : msg::FlightMode::idle;
+  setpoint_.armed = air ? 1 : 0;
+  state_.stamp = nav.stamp;
+  state_.pad_known = nav.pad_known;
+}
+
 void MissionPlan::obey(msg::Time now) {
   const bool stopped = !safety_.permitted || safety_.action == msg::FailsafeAction::stop;
   const bool calm = !stopped && safety_.action == msg::FailsafeAction::none;

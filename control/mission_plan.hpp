@@ -56,6 +56,9 @@ class MissionPlan {
   void set_safety(const MissionSafety& safety) { safety_ = safety; }
   /// One step at `now` with the newest estimate; dt since the last step.
   void step(msg::Time now, const msg::NavState& nav, double dt_s);
+  /// Instead of step() while a pilot flies by hand: the setpoint follows the vehicle. What was flying comes down where
+  /// it is when the pilot hands back: the plan of before is over.
+  void stand_by(msg::Time now, const msg::NavState& nav);
   const msg::FlightSetpoint& setpoint() const { return setpoint_; }
   const msg::MissionState& state() const { return state_; }
 

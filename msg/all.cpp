@@ -7,6 +7,7 @@
 #include "msg/image.hpp"
 #include "msg/joints.hpp"
 #include "msg/operator.hpp"
+#include "msg/pilot.hpp"
 #include "msg/safety.hpp"
 #include "msg/sensors.hpp"
 
@@ -23,9 +24,9 @@ std::span<const TypeInfo* const> all_types() {
       &type_info<JointState>(),      &type_info<MagSample>(),
       &type_info<MissionState>(),    &type_info<MotionField>(),
       &type_info<NavState>(),        &type_info<OperatorLink>(),
-      &type_info<PadSighting>(),     &type_info<RangeSample>(),
-      &type_info<RcSample>(),        &type_info<SafetyState>(),
-      &type_info<WrenchSetpoint>(),
+      &type_info<PadSighting>(),     &type_info<PilotSwitches>(),
+      &type_info<RangeSample>(),     &type_info<RcSample>(),
+      &type_info<SafetyState>(),     &type_info<WrenchSetpoint>(),
   };
   return types;
 }
