@@ -25,7 +25,7 @@ df -Pk "$near" 2>/dev/null | {
   read -r _ _ _ free _ && echo "free_kib=$free"
 }
 if command -v tar >/dev/null 2>&1; then echo tar=yes; fi
-if [ -d /run/systemd/system ]; then echo systemd=yes; fi
+if systemctl list-units >/dev/null 2>&1; then echo systemd=yes; fi
 echo "cpus=$(cat /sys/devices/system/cpu/online 2>/dev/null)"
 for group in video render dialout i2c spi gpio iio input plugdev; do
   if getent group "$group" >/dev/null 2>&1; then echo "group=$group"; fi
