@@ -7,7 +7,11 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "apps/linux_board.hpp"
 #include "apps/robot_file.hpp"
+#if __has_include("hal/linux/can_link.hpp")
+#include "hal/linux/can_link.hpp"
+#endif
 
 namespace sinew::app {
 namespace {
@@ -19,6 +23,31 @@ std::size_t count(const std::vector<hal::SystemCheck>& checks, CheckState state)
       std::count_if(checks.begin(), checks.end(), [&](const auto& c) { return c.state == state; }));
 }
 
+/// The text of a key; empty: it has none.
+std::string text_of(const drivers::DeviceSpec& spec, const char* key) {
+  const auto it = spec.keys.find(key);
+  const auto* text = it == spec.keys.end() ? nullptr : std::get_if<std::string>(&it->second.value);
+  return text ? *text : "";
+}
+
+/// Files in /dev are whatever a value says that begins so; a driver's own words need not be known here.
+void add_device(const std::string& name, const drivers::DeviceSpec& spec, hal::SystemDemand& demand) {
+  for (const auto& key : spec.keys)
+    if (const auto* text = std::get_if<std::string>(&key.second.value); text && text->starts_with("/dev/"))
+      demand.nodes.push_back({*text, name});
+  if (spec.driver == "iio") demand.iio = true;
+  if (spec.driver == "socketcan") {
+    std::string interface = text_of(spec, "interface");
+    if (interface.empty()) interface = text_of(spec, "address");
+    hal::SystemDemand::Can can{interface, name, 0};
+    if (const auto it = spec.keys.find("bit_rate"); it != spec.keys.end())
+      if (const auto* rate = std::get_if<std::int64_t>(&it->second.value); rate && *rate > 0)
+        can.bit_rate = static_cast<std::uint32_t>(*rate);
+    if (!interface.empty()) demand.can.push_back(std::move(can));
+  }
+  for (const auto& joint : spec.joints) add_device(name + ".joint." + joint.name, joint, demand);
+}
+
 /// False after the robot file's problems have been printed.
 bool demand_of_file(const std::string& path, const rt::ModuleTypes& types, hal::SystemDemand& demand) {
   LoadedRobot loaded = load_robot(path);
@@ -26,7 +55,10 @@ bool demand_of_file(const std::string& path, const rt::ModuleTypes& types, hal::
   if (problems.empty()) {
     rt::Graph graph(loaded.robot.graph, types);
     problems = graph.check({});
-    if (problems.empty()) demand = system_demand(graph, true);
+    if (problems.empty()) {
+      demand = system_demand(graph, true);
+      add_devices(loaded.robot, demand);
+    }
   }
   for (const auto& p : problems) std::fprintf(stderr, "%s\n", rt::to_string(p, path).c_str());
   return problems.empty();
@@ -46,6 +78,25 @@ hal::SystemDemand system_demand(rt::Graph& graph, bool real_devices) {
   }
   if (graph.make_plan({})) demand.locked_bytes += graph.plan().bytes();
   return demand;
+}
+
+void add_devices(const RobotFile& robot, hal::SystemDemand& demand) {
+  if (!uses_linux_board(robot.graph)) return;
+  demand.real_board = true;
+  for (const auto& bus : robot.devices.buses) add_device("bus." + bus.name, bus, demand);
+  for (const auto& device : robot.devices.devices) {
+    const auto other = robot.graph.device_boards.find(device.name);
+    const std::string& board = other == robot.graph.device_boards.end() ? robot.graph.board : other->second.value;
+    if (board == "linux") add_device("device." + device.name, device, demand);
+  }
+  if (!robot.parent.watchdog.empty()) demand.nodes.push_back({robot.parent.watchdog, "parent.watchdog"});
+#if __has_include("hal/linux/can_link.hpp")
+  demand.can_facts = [](const std::string& interface) -> std::optional<hal::SystemDemand::CanFacts> {
+    const auto link = hal::read_can_link(interface);
+    if (!link) return std::nullopt;
+    return hal::SystemDemand::CanFacts{link->bit_rate, link->restart_ms, link->state == hal::CanState::bus_off};
+  };
+#endif
 }
 
 std::string doctor_text(const std::vector<hal::SystemCheck>& checks) {

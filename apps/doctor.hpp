@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/robot_file.hpp"
 #include "hal/linux/system_check.hpp"
 #include "rt/graph.hpp"
 
@@ -20,6 +21,10 @@ int doctor_command(const DoctorOptions& options, const rt::ModuleTypes& types);
 
 /// What a checked graph asks of its machine. `real_devices`: drivers wait for interrupts, not for a simulator.
 hal::SystemDemand system_demand(rt::Graph& graph, bool real_devices);
+
+/// What the robot's own devices ask of it: files in /dev, CAN interfaces. Nothing where no device is of the board
+/// `linux`.
+void add_devices(const RobotFile& robot, hal::SystemDemand& demand);
 
 /// One block a check; short: one line for each warning and problem, nothing for the rest.
 std::string doctor_text(const std::vector<hal::SystemCheck>& checks);

@@ -22,3 +22,25 @@ std::span<const ProjectFile> project_files() {
 }  // namespace sinew::app
 ")
 endfunction()
+
+# sinew_embed_scripts(OUTPUT FOLDER): a source with board_script(name), the text of FOLDER/*.sh.
+function(sinew_embed_scripts output folder)
+  file(GLOB files CONFIGURE_DEPENDS RELATIVE ${folder} ${folder}/*.sh)
+  set(entries "")
+  foreach(file ${files})
+    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${folder}/${file})
+    file(READ ${folder}/${file} text)
+    string(REGEX REPLACE "[.]sh$" "" name ${file})
+    string(APPEND entries "  if (name == \"${name}\") return R\"__(${text})__\";\n")
+  endforeach()
+  file(CONFIGURE OUTPUT ${output} @ONLY NEWLINE_STYLE UNIX CONTENT "#include \"apps/board_shell.hpp\"
+
+namespace sinew::app {
+
+std::string_view board_script(std::string_view name) {
+@entries@  return {};
+}
+
+}  // namespace sinew::app
+")
+endfunction()

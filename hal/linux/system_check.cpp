@@ -223,6 +223,7 @@ std::vector<SystemCheck> check_system(const SystemFiles& files, const SystemDema
                                   preemption(files),         hres_timers(files), clock_source(files),
                                   timer_slack(files)};
   check_processors(files, demand, checks);
+  check_board(files, demand, checks);
   return checks;
 }
 

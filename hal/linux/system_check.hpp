@@ -1,6 +1,8 @@
 #pragma once
 // Does this machine hold what a robot's timing needs? What `sinew doctor` and every real-time start say.
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -35,6 +37,28 @@ struct SystemDemand {
   };
   std::vector<Thread> threads;  // empty: no robot was named
   std::uint64_t locked_bytes = 0;
+
+  /// A file in /dev that a device or bus of the robot file names.
+  struct Node {
+    std::string path;     // "/dev/i2c-1"
+    std::string used_by;  // "device.imu"
+  };
+  /// A CAN interface of the kernel.
+  struct Can {
+    std::string interface, used_by;
+    std::uint32_t bit_rate = 0;  // that the robot file says; 0: it does not
+  };
+  std::vector<Node> nodes{};
+  std::vector<Can> can{};
+  bool iio = false;         // a sensor behind the kernel's Industrial I/O
+  bool real_board = false;  // it has devices of this machine
+
+  /// What the kernel tells of a CAN interface by netlink and not in files.
+  struct CanFacts {
+    std::uint32_t bit_rate = 0, restart_ms = 0;
+    bool bus_off = false;
+  };
+  std::function<std::optional<CanFacts>(const std::string& interface)> can_facts{};  // none: not known
 };
 
 /// All checks, in the order in which they should be read.
@@ -42,7 +66,12 @@ struct SystemDemand {
 /// Thread:  any; for a start, not for a loop.
 std::vector<SystemCheck> check_system(const SystemFiles& files, const SystemDemand& demand);
 
-/// The part about processors: those usable, their clocks' speeds, idle states, the interrupt threads that they run.
+/// The part about processors: those usable, their clocks' speeds, idle states, who else runs on those of the robot's
+/// threads, the interrupt threads.
 void check_processors(const SystemFiles& files, const SystemDemand& demand, std::vector<SystemCheck>& checks);
+
+/// The part about a board with devices of its own: their files and CAN interfaces, what its kernel was built with,
+/// swap, the root file system, the wall clock. Nothing where the robot has no real devices.
+void check_board(const SystemFiles& files, const SystemDemand& demand, std::vector<SystemCheck>& checks);
 
 }  // namespace sinew::hal

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <sstream>
 
+#include "hal/linux/os.hpp"
 #include "hal/linux/system_check.hpp"
 
 namespace sinew::hal {
@@ -26,6 +27,16 @@ std::vector<std::string> cpu_folders(const SystemFiles& files) {
   return folders;
 }
 
+/// A service's CPUAffinity= is where its threads begin, not where they end: the thread says itself what it did not get.
+bool can_be_tied_to(const std::vector<int>& cpus) {
+  ThreadOptions options;
+  options.name = "doctor";
+  options.cpus = cpus;
+  options.stack_bytes = 16 * 1024;
+  const auto thread = linux_os().start_thread(options, [] {});
+  return thread && (*thread)->shortfall().empty();
+}
+
 SystemCheck cpus(const SystemFiles& files, const SystemDemand& demand) {
   const auto allowed = files.field("proc/self/status", "Cpus_allowed_list:");
   if (!allowed) return {"cpus", unknown, "the processors that this process may use cannot be read", ""};
@@ -33,13 +44,17 @@ SystemCheck cpus(const SystemFiles& files, const SystemDemand& demand) {
   std::vector<int> usable;
   for (const int cpu : cpu_list(*allowed))
     if (!online || contains(cpu_list(*online), cpu)) usable.push_back(cpu);
+  // A thread that asks for them gets them, though nothing is put there by itself.
+  const auto isolated = cpu_list(files.text(std::string(kCpus) + "isolated").value_or(""));
   const std::string seen = "usable processors: " + to_text(usable);
   std::string missing;
   for (const auto& t : demand.threads) {
     std::vector<int> out_of_reach;
     for (const int cpu : t.cpus)
-      if (!contains(usable, cpu)) out_of_reach.push_back(cpu);
-    if (!out_of_reach.empty()) missing += "; thread " + t.name + " asks for " + to_text(out_of_reach);
+      if (!contains(usable, cpu) && !(contains(isolated, cpu) && (!online || contains(cpu_list(*online), cpu))))
+        out_of_reach.push_back(cpu);
+    if (!out_of_reach.empty() && !(files.is_live() && can_be_tied_to(out_of_reach)))
+      missing += "; thread " + t.name + " asks for " + to_text(out_of_reach);
   }
   if (missing.empty()) return {"cpus", ok, seen, ""};
   return {"cpus", problem, seen + missing,
@@ -87,7 +102,36 @@ SystemCheck idle_states(const SystemFiles& files) {
               std::to_string(kHarmlessWake_us)};
 }
 
-// ---- interrupt threads
+/// Processors that threads of a fixed priority are tied to, the guardian's too.
+std::vector<int> tied_cpus(const SystemDemand& demand) {
+  std::vector<int> tied;
+  for (const auto& t : demand.threads)
+    if (t.fifo_priority > 0)
+      for (const int cpu : t.cpus)
+        if (!contains(tied, cpu)) tied.push_back(cpu);
+  std::sort(tied.begin(), tied.end());
+  return tied;
+}
+
+SystemCheck isolation(const SystemFiles& files, const SystemDemand& demand) {
+  const auto tied = tied_cpus(demand);
+  if (tied.empty()) return {"isolation", ok, "no thread of a fixed priority is tied to processors", ""};
+  const auto isolated = cpu_list(files.text(std::string(kCpus) + "isolated").value_or(""));
+  const auto tickless = cpu_list(files.text(std::string(kCpus) + "nohz_full").value_or(""));
+  std::vector<int> shared, ticking;
+  for (const int cpu : tied) {
+    if (!contains(isolated, cpu)) shared.push_back(cpu);
+    if (!contains(tickless, cpu)) ticking.push_back(cpu);
+  }
+  const std::string seen = "threads of fixed priorities are tied to processors " + to_text(tied);
+  if (shared.empty())
+    return {"isolation", ok, seen + ", which are isolated" + (ticking.empty() ? " and without a tick" : ""), ""};
+  return {"isolation", warning, seen + "; on " + to_text(shared) + " everything else runs, too",
+          "on the kernel's command line: isolcpus=" + to_text(tied) + " nohz_full=" + to_text(tied) +
+              " rcu_nocbs=" + to_text(tied) + " irqaffinity=(the others)"};
+}
+
+// ---- interrupts
 
 struct IrqThread {
   std::string pid, device;
@@ -152,12 +196,44 @@ SystemCheck irq_priorities(const SystemFiles& files, const SystemDemand& demand)
           "a thread that is not below the interrupt thread of its own device keeps it from delivering: " + how};
 }
 
+/// Who handles this interrupt: folders in its own.
+std::string handlers(const SystemFiles& files, const std::string& irq) {
+  std::string names;
+  for (const auto& entry : files.list("proc/irq/" + irq))
+    if (!files.text("proc/irq/" + irq + "/" + entry)) names += (names.empty() ? "" : ", ") + entry;
+  return names;
+}
+
+SystemCheck irq_affinity(const SystemFiles& files, const SystemDemand& demand) {
+  const auto tied = tied_cpus(demand);
+  std::string disturbing, how;
+  for (const auto& irq : files.list("proc/irq")) {
+    if (tied.empty() || irq.find_first_not_of("0123456789") != std::string::npos) continue;
+    const std::string folder = "proc/irq/" + irq + "/";
+    auto where = files.text(folder + "effective_affinity_list");
+    if (!where || where->empty()) where = files.text(folder + "smp_affinity_list");
+    const auto cpus = cpu_list(where.value_or(""));
+    const bool there = std::any_of(cpus.begin(), cpus.end(), [&](int cpu) { return contains(tied, cpu); });
+    const std::string who = there ? handlers(files, irq) : "";
+    if (who.empty() || serves_a_robots_device(who)) continue;
+    disturbing += (disturbing.empty() ? "" : "; ") + irq + " (" + who + ") on " + to_text(cpus);
+    how += (how.empty() ? "" : " ") + irq;
+  }
+  if (disturbing.empty()) return {"irq_affinity", ok, "no foreign interrupt comes to the robot's processors", ""};
+  return {
+      "irq_affinity", warning, "interrupts of others come to processors of the robot's threads: " + disturbing,
+      "irqaffinity= on the kernel's command line, or write other processors into /proc/irq/N/smp_affinity_list (N: " +
+          how + ")"};
+}
+
 }  // namespace
 
 void check_processors(const SystemFiles& files, const SystemDemand& demand, std::vector<SystemCheck>& checks) {
   checks.push_back(cpus(files, demand));
   checks.push_back(governor(files));
   checks.push_back(idle_states(files));
+  checks.push_back(isolation(files, demand));
+  checks.push_back(irq_affinity(files, demand));
   checks.push_back(irq_priorities(files, demand));
 }
 

@@ -4,6 +4,8 @@
 #include <zlib.h>
 #endif
 #include <dirent.h>
+#include <grp.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -98,7 +100,15 @@ std::vector<std::string> SystemFiles::list(const std::string& folder) const {
   return names;
 }
 
-bool SystemFiles::writable(const std::string& name) const { return access((root_ + name).c_str(), W_OK) == 0; }
+bool SystemFiles::writable(const std::string& name) const { return ::access((root_ + name).c_str(), W_OK) == 0; }
+
+std::optional<SystemFiles::Access> SystemFiles::access(const std::string& name) const {
+  struct stat info {};
+  if (::stat((root_ + name).c_str(), &info) != 0) return std::nullopt;
+  const group* g = getgrgid(info.st_gid);
+  return Access{::access((root_ + name).c_str(), R_OK | W_OK) == 0, info.st_mode & 07777u,
+                g ? g->gr_name : std::to_string(info.st_gid)};
+}
 
 std::optional<std::string> SystemFiles::kernel_option(std::string_view option) const {
   if (!config_) return std::nullopt;

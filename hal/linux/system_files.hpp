@@ -25,6 +25,13 @@ class SystemFiles {
   /// Names in a folder, numbers in them in their order (cpu2 before cpu10).
   std::vector<std::string> list(const std::string& folder) const;
   bool writable(const std::string& name) const;
+  /// Who may use a file; nothing when there is none.
+  struct Access {
+    bool ours = false;   // this process may read and write it
+    std::uint32_t mode;  // permission bits, 0660
+    std::string group;   // its name, or its number where that has none
+  };
+  std::optional<Access> access(const std::string& name) const;
   /// A switch of the running kernel's build (CONFIG_...): "y", "m", a value; "" when it is off, nothing when no
   /// configuration can be read. Looks into proc/config.gz and boot/config-RELEASE.
   std::optional<std::string> kernel_option(std::string_view option) const;

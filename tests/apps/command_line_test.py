@@ -65,9 +65,9 @@ class CommandLine(unittest.TestCase):
         code, out, err = run("doctor", QUAD)
         self.assertIn(code, (0, 1), err)
         self.assertEqual(code == 1, bool(re.search(r"^problem ", out, re.M)), out)
-        self.assertRegex(out, r"(?m)^11 checks: ")
+        self.assertRegex(out, r"(?m)^13 checks: ")
         checks = json.loads(run("doctor", "--json")[1])["checks"]
-        self.assertEqual(len(checks), 11)
+        self.assertEqual(len(checks), 13)
         strict = run("doctor", "--strict")[0]
         self.assertEqual(strict, int(any(c["state"] in ("problem", "warning") for c in checks)))
 

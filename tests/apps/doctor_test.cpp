@@ -63,6 +63,36 @@ TEST(Doctor, ARobotsDemandIsThatOfItsFile) {
   EXPECT_GT(demand.locked_bytes, 2u << 20) << "slots of the camera";
 }
 
+TEST(Doctor, DevicesOfTheBoardLinuxAreLookedFor) {
+  RobotFile robot;
+  robot.graph.board = "linux";
+  robot.graph.device_boards["range"].value = "sim";
+  robot.parent.watchdog = "/dev/watchdog";
+  const auto spec = [](const char* name, const char* driver, const char* key, const char* text) {
+    drivers::DeviceSpec s;
+    s.name = name, s.driver = driver, s.keys[key].value = std::string(text);
+    return s;
+  };
+  robot.devices.buses = {spec("arms", "socketcan", "interface", "can0")};
+  robot.devices.buses[0].keys["bit_rate"].value = std::int64_t{500'000};
+  robot.devices.devices = {spec("imu", "iio", "name", "mpu6050"), spec("gps", "ublox", "path", "/dev/ttyS1"),
+                           spec("range", "tfmini", "path", "/dev/ttyS2")};
+  hal::SystemDemand demand;
+  add_devices(robot, demand);
+  EXPECT_TRUE(demand.real_board && demand.iio);
+  ASSERT_EQ(demand.can.size(), 1u);
+  EXPECT_EQ(demand.can[0].interface, "can0");
+  EXPECT_EQ(demand.can[0].bit_rate, 500'000u);
+  ASSERT_EQ(demand.nodes.size(), 2u) << "the range finder is simulated";
+  EXPECT_EQ(demand.nodes[0].path, "/dev/ttyS1");
+  EXPECT_EQ(demand.nodes[0].used_by, "device.gps");
+  EXPECT_EQ(demand.nodes[1].used_by, "parent.watchdog");
+  robot.graph.board = "sim";
+  demand = {};
+  add_devices(robot, demand);
+  EXPECT_FALSE(demand.real_board);
+}
+
 class DoctorCommand : public ::testing::Test {
  protected:
   DoctorCommand() {

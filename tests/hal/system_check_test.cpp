@@ -2,11 +2,8 @@
 #include "hal/linux/system_check.hpp"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <filesystem>
-#include <fstream>
+#include "made_machine.hpp"
 
 namespace sinew::hal {
 namespace {
@@ -14,57 +11,6 @@ namespace {
 using enum CheckState;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-namespace fs = std::filesystem;
-
-constexpr const char* kNoPrivilege = "Name:\tsinew\nCapEff:\t0000000000000000\nCpus_allowed_list:\t0-1\n";
-constexpr const char* kRoot = "Name:\tsinew\nCapEff:\t000001ffffffffff\nCpus_allowed_list:\t0-1\n";
-
-std::string limits(const std::string& priority, const std::string& locked) {
-  return "Limit                     Soft Limit           Hard Limit           Units     \n"
-         "Max locked memory         " +
-         locked +
-         "              8388608              bytes     \n"
-         "Max realtime priority     " +
-         priority + "                    99                        \n";
-}
-
-/// A machine as a folder of its own.
-class Machine : public ::testing::Test {
- protected:
-  Machine() {
-    std::string pattern = (fs::temp_directory_path() / "sinew_machine_XXXXXX").string();
-    root_ = ::mkdtemp(pattern.data());
-  }
-  ~Machine() override { fs::remove_all(root_); }
-
-  void file(const std::string& name, const std::string& text) {
-    fs::create_directories((root_ / name).parent_path());
-    std::ofstream(root_ / name) << text << "\n";
-  }
-  void cpus(int count) {
-    for (int i = 0; i < count; ++i)
-      fs::create_directories(root_ / "sys/devices/system/cpu" / ("cpu" + std::to_string(i)));
-    file("sys/devices/system/cpu/online", "0-" + std::to_string(count - 1));
-  }
-  void irq_thread(const std::string& pid, const std::string& comm, int priority) {
-    file("proc/" + pid + "/comm", comm);
-    std::string stat = pid + " (" + comm + ") S";
-    for (int field = 4; field < 40; ++field) stat += " " + std::to_string(field);
-    file("proc/" + pid + "/stat", stat + " " + std::to_string(priority) + " 1 0");
-  }
-  void thread(const std::string& name, int priority, std::vector<int> cpus = {}) {
-    demand.threads.push_back({name, priority, std::move(cpus), true});
-  }
-  SystemCheck look(const std::string& id) {
-    for (const auto& c : check_system(SystemFiles(root_.string()), demand))
-      if (c.id == id) return c;
-    ADD_FAILURE() << "no check " << id;
-    return {};
-  }
-
-  fs::path root_;
-  SystemDemand demand;
-};
 
 TEST_F(Machine, ThatSaysNothingIsUnknownAndNotIll) {
   std::vector<std::string> unknowns;
@@ -91,6 +37,7 @@ TEST_F(Machine, EveryAilmentComesWithAdvice) {
   file("sys/devices/system/cpu/cpu1/cpuidle/state2/latency", "500");
   irq_thread("51", "irq/45-can0", 50);
   thread("control", 80, {7});
+  irq(30, "eth0", "0-7");
   for (const auto& c : check_system(SystemFiles(root_.string()), demand)) {
     EXPECT_TRUE(c.state == problem || c.state == warning) << c.id << ": " << c.seen;
     EXPECT_FALSE(c.advice.empty()) << c.id;
@@ -210,7 +157,7 @@ TEST_F(Machine, TimersNeedHighResolution) {
   EXPECT_EQ(look("hres_timers").state, ok);
   file("proc/timer_list", "Timer List Version: v0.10\n  .hres_active    : 0");
   EXPECT_EQ(look("hres_timers").state, problem);
-  fs::remove(root_ / "proc/timer_list");
+  std::filesystem::remove(root_ / "proc/timer_list");
   file("proc/sys/kernel/osrelease", "6.6.1");
   file("boot/config-6.6.1", "CONFIG_HIGH_RES_TIMERS=y");
   EXPECT_EQ(look("hres_timers").state, ok);
@@ -277,12 +224,51 @@ TEST_F(Machine, DeepIdleStatesMatterWhereNobodyMayForbidThem) {
   EXPECT_THAT(look("idle_states").seen, HasSubstr("133 us (C6)"));
   file("dev/cpu_dma_latency", "");
   EXPECT_EQ(look("idle_states").state, ok) << "a run forbids them";
-  fs::remove(root_ / "dev/cpu_dma_latency");
+  std::filesystem::remove(root_ / "dev/cpu_dma_latency");
   file(state + "disable", "1");
   EXPECT_EQ(look("idle_states").state, ok) << "switched off";
 }
 
-// ---- interrupt threads
+TEST_F(Machine, IsolatedProcessorsAreThereForWhoAsksForThem) {
+  file("proc/self/status", kRoot);  // 0-1
+  cpus(4);
+  thread("control", 80, {2, 3});
+  EXPECT_EQ(look("cpus").state, problem);
+  EXPECT_EQ(look("isolation").state, warning);
+  EXPECT_THAT(look("isolation").seen, HasSubstr("on 2,3 everything else runs, too"));
+  EXPECT_THAT(look("isolation").advice, HasSubstr("isolcpus=2,3 nohz_full=2,3"));
+  file("sys/devices/system/cpu/isolated", "3");
+  EXPECT_THAT(look("isolation").seen, HasSubstr("on 2 everything else"));
+  file("sys/devices/system/cpu/isolated", "2-3");
+  EXPECT_EQ(look("cpus").state, ok);
+  EXPECT_EQ(look("isolation").state, ok);
+  EXPECT_THAT(look("isolation").seen, ::testing::Not(HasSubstr("without a tick")));
+  file("sys/devices/system/cpu/nohz_full", "2-3");
+  EXPECT_THAT(look("isolation").seen, HasSubstr("isolated and without a tick"));
+  file("sys/devices/system/cpu/online", "0-2");
+  EXPECT_THAT(look("cpus").seen, HasSubstr("thread control asks for 3")) << "isolated, and off";
+}
+
+TEST_F(Machine, OrdinaryThreadsNeedNoProcessorForThemselves) {
+  thread("slow", 0, {1});
+  thread("control", 80);
+  EXPECT_EQ(look("isolation").state, ok);
+}
+
+// ---- interrupts
+
+TEST_F(Machine, ForeignInterruptsOnTheRobotsProcessorsAreNamed) {
+  thread("control", 80, {3});
+  irq(30, "eth0", "0-2");
+  irq(31, "can0", "3");
+  EXPECT_EQ(look("irq_affinity").state, ok) << "its own device may be near";
+  irq(32, "mmc0", "0-3");
+  EXPECT_EQ(look("irq_affinity").state, warning);
+  EXPECT_THAT(look("irq_affinity").seen, HasSubstr("32 (mmc0) on 0-3"));
+  EXPECT_THAT(look("irq_affinity").seen, ::testing::Not(HasSubstr("eth0")));
+  file("proc/irq/32/effective_affinity_list", "0");
+  EXPECT_EQ(look("irq_affinity").state, ok) << "where it really goes counts";
+}
 
 TEST_F(Machine, AThreadAboveTheInterruptThreadOfItsDeviceStarvesItself) {
   irq_thread("51", "irq/45-can0", 50);
@@ -332,7 +318,7 @@ TEST(SystemFiles, TheLiveMachineIsLookedAtAsItIs) {
   EXPECT_TRUE(live.is_live());
   EXPECT_TRUE(live.text("proc/version").value_or("").starts_with("Linux"));
   const auto checks = check_system(live, {});
-  EXPECT_EQ(checks.size(), 11u);
+  EXPECT_EQ(checks.size(), 13u);
   for (const auto& c : checks) EXPECT_FALSE(c.seen.empty()) << c.id;
 }
 
