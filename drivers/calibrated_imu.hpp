@@ -1,20 +1,24 @@
 #pragma once
-#include <array>
 
+#include "drivers/device_board.hpp"
 #include "drivers/device_keys.hpp"
+#include "drivers/mount.hpp"
 #include "hal/device.hpp"
 
 namespace sinew::drivers {
+
+/// mount_roll_deg, mount_pitch_deg, mount_yaw_deg.
+MountAngles read_mount(DeviceKeys& keys);
 
 /// What one IMU differs in from its datasheet, and how it is mounted: corrected = R * ((raw - bias) * scale), first in
 /// the chip's own axes, then turned into the base frame.
 struct ImuCalibration {
   msg::Vec3 gyro_bias_radps, accel_bias_mps2;
   msg::Vec3 gyro_scale{1, 1, 1}, accel_scale{1, 1, 1};
-  std::array<double, 9> r_base_chip{1, 0, 0, 0, 1, 0, 0, 0, 1};  // row-major
+  Mount mount;
 
   /// Keys of an IMU's [device.NAME]: gyro_bias_x_radps .., accel_bias_x_mps2 .., gyro_scale_x .., accel_scale_x ..,
-  /// mount_roll_deg, mount_pitch_deg, mount_yaw_deg (chip seen from the base, applied as yaw, pitch, roll).
+  /// and those of read_mount().
   static ImuCalibration read(DeviceKeys& keys);
 };
 
@@ -30,5 +34,8 @@ class CalibratedImu final : public hal::Imu {
   hal::Imu& raw_;
   const ImuCalibration calibration_;
 };
+
+/// An IMU with its calibration in front of it, for a board.
+OpenedDevice opened_imu(std::unique_ptr<hal::Imu> raw, const ImuCalibration& calibration);
 
 }  // namespace sinew::drivers

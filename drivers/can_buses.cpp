@@ -24,6 +24,7 @@ CanBusConfig read_can_bus(DeviceKeys& keys) {
   double heartbeat_ms = 10;
   if (keys.read("master_heartbeat_ms", heartbeat_ms, 1, 1000))
     c.master_heartbeat = hal::Duration{static_cast<std::int64_t>(heartbeat_ms * 1e6)};
+  keys.read_integer("dronecan_node", c.dronecan.node_id, 1, 127);
   return c;
 }
 

@@ -6,6 +6,7 @@
 
 #include "drivers/can_hub.hpp"
 #include "drivers/device_keys.hpp"
+#include "drivers/dronecan_node.hpp"
 #include "hal/connectors.hpp"
 
 namespace sinew::drivers {
@@ -16,6 +17,7 @@ struct CanBusConfig {
   CanHubConfig hub;
   std::uint32_t master_node = 126;  // CANopen: our own node id
   hal::Duration master_heartbeat{std::chrono::milliseconds(10)};
+  DronecanNodeConfig dronecan;  // our node there
 };
 CanBusConfig read_can_bus(DeviceKeys& keys);
 
@@ -32,6 +34,7 @@ class CanBuses {
     std::unique_ptr<hal::CanBus> bus;
     std::unique_ptr<CanHub> hub;
     bool has_canopen_master = false, started = false;
+    DronecanNode* dronecan = nullptr;  // the hub's; null: no servo needs it
   };
   /// Errors: those of opening; not_found when there is no such table. `why` has it in words.
   hal::Result<Bus*> open(const std::string& name, std::string& why);

@@ -5,6 +5,7 @@
 #include "drivers/cia402_servo.hpp"
 #include "drivers/cybergear_servo.hpp"
 #include "drivers/device_board.hpp"
+#include "drivers/dronecan_servo.hpp"
 #include "drivers/mit_servo.hpp"
 #include "drivers/servo_group.hpp"
 
@@ -107,6 +108,23 @@ void read_cybergear(DeviceKeys& keys, JointConfig& joint) {
   };
 }
 
+void read_dronecan(DeviceKeys& keys, JointConfig& joint) {
+  DronecanServoOptions o;
+  keys.read("esc", o.esc);
+  keys.read("esc_full_radps", o.esc_full_radps, 0, kMostRadps);
+  keys.read("status_hz", o.status_hz, 0.1, 2000);
+  keys.read_integer("actuator_id", joint.servo.actuator_id, 0, 255);
+  refuse(keys, check_dronecan(joint.servo, o));
+  joint.make = [config = joint.servo, o](CanBuses::Bus& on) -> std::unique_ptr<ServoProtocol> {
+    if (!on.dronecan) {
+      auto node = std::make_unique<DronecanNode>(on.config.dronecan);
+      on.dronecan = node.get();
+      on.hub->add(std::move(node));
+    }
+    return std::make_unique<DronecanServo>(config, o, *on.dronecan);
+  };
+}
+
 }  // namespace
 
 JointConfig read_joint(DeviceKeys& keys, const DeviceSpecs& specs) {
@@ -132,9 +150,11 @@ JointConfig read_joint(DeviceKeys& keys, const DeviceSpecs& specs) {
     read_mit(keys, joint);
   else if (protocol == "cybergear")
     read_cybergear(keys, joint);
+  else if (protocol == "dronecan")
+    read_dronecan(keys, joint);
   else
-    keys.problems().push_back(
-        {keys.spec().line, keys.path() + ".driver", '"' + protocol + '"', "one of \"cia402\", \"mit\", \"cybergear\""});
+    keys.problems().push_back({keys.spec().line, keys.path() + ".driver", '"' + protocol + '"',
+                               "one of \"cia402\", \"mit\", \"cybergear\", \"dronecan\""});
   return joint;
 }
 

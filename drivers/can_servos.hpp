@@ -17,7 +17,7 @@ struct JointConfig {
   std::function<std::unique_ptr<ServoProtocol>(CanBuses::Bus&)> make;
 };
 
-/// Reads a joint's keys; its `driver` is the protocol: cia402, mit, cybergear.
+/// Reads a joint's keys; its `driver` is the protocol: cia402, mit, cybergear, dronecan.
 JointConfig read_joint(DeviceKeys& keys, const DeviceSpecs& specs);
 
 /// driver = "can_servos": a group of joints, actuators and sensor in one.

@@ -9,14 +9,6 @@ namespace {
 
 constexpr double kMaxImuHz = 32000, kMaxCameraHz = 1000;
 
-// An IMU with its calibration in front of it.
-struct CorrectedImu {
-  CorrectedImu(std::unique_ptr<hal::Imu> device, const ImuCalibration& calibration)
-      : raw(std::move(device)), corrected(*raw, calibration) {}
-  std::unique_ptr<hal::Imu> raw;
-  CalibratedImu corrected;
-};
-
 DeviceOpener read_iio(DeviceKeys& keys, const DeviceSpecs&) {
   hal::IioSpec spec;
   keys.require("name", spec.name, "the name of an IIO device as in /sys/bus/iio/devices/*/name, e.g. \"mpu6050\"");
@@ -29,11 +21,7 @@ DeviceOpener read_iio(DeviceKeys& keys, const DeviceSpecs&) {
   return [spec, calibration](DeviceContext& context, std::string& why) -> hal::Result<OpenedDevice> {
     auto imu = context.connectors.iio_imu(spec, why);
     if (!imu) return imu.error();
-    const auto corrected = std::make_shared<CorrectedImu>(std::move(*imu), calibration);
-    OpenedDevice device;
-    device.owner = corrected;
-    device.sensor(hal::SensorKind::imu) = &corrected->corrected;
-    return device;
+    return opened_imu(std::move(*imu), calibration);
   };
 }
 

@@ -4,6 +4,7 @@
 
 #include "drivers/calibrated_imu.hpp"
 #include "hal/linux/os.hpp"
+#include "no_connectors.hpp"
 
 namespace sinew::drivers {
 namespace {
@@ -11,30 +12,6 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-
-class NoConnectors final : public hal::Connectors {
- public:
-  hal::Result<std::unique_ptr<hal::CanBus>> can(const hal::CanSpec&, std::string& why) override { return none(why); }
-  hal::Result<std::unique_ptr<hal::I2cBus>> i2c(const std::string&, std::string& why) override { return none(why); }
-  hal::Result<std::unique_ptr<hal::SpiBus>> spi(const hal::SpiSpec&, std::string& why) override { return none(why); }
-  hal::Result<std::unique_ptr<hal::Serial>> serial(const hal::SerialSpec&, std::string& why) override {
-    return none(why);
-  }
-  hal::Result<std::unique_ptr<hal::Gpio>> gpio(const hal::GpioSpec&, std::string& why) override { return none(why); }
-  hal::Result<std::unique_ptr<hal::Imu>> iio_imu(const hal::IioSpec&, std::string& why) override { return none(why); }
-  hal::Result<std::unique_ptr<hal::Camera>> v4l2_camera(const hal::CameraSpec&, std::string& why) override {
-    return none(why);
-  }
-  hal::Result<std::unique_ptr<hal::Camera>> libcamera_camera(const hal::CameraSpec&, std::string& why) override {
-    return none(why);
-  }
-
- private:
-  static hal::Error none(std::string& why) {
-    why = "/dev/nothing: no such file";
-    return {hal::Errc::not_found, "NoConnectors"};
-  }
-};
 
 /// An IMU that always has the same sample.
 class FixedImu final : public hal::Imu {
@@ -105,7 +82,7 @@ TEST(DeviceBoard, OpensADeviceOnceAndOnlyWhenAskedFor) {
   DeviceSpecs specs;
   specs.devices = {device("imu", "fixed", 0), device("spare", "fixed", 0)};
   ASSERT_THAT(texts(specs), IsEmpty());
-  NoConnectors connectors;
+  test::NoConnectors connectors;
   DeviceBoard board(specs, kDrivers, connectors, hal::linux_os());
   EXPECT_EQ(opened, 0);
   const auto first = board.sensor<msg::ImuSample>("imu"), again = board.sensor<msg::ImuSample>("imu");
@@ -118,7 +95,7 @@ TEST(DeviceBoard, OpensADeviceOnceAndOnlyWhenAskedFor) {
 TEST(DeviceBoard, SaysInWordsWhatItCannotGive) {
   DeviceSpecs specs;
   specs.devices = {device("imu", "fixed", 0), device("range", "absent", 0)};
-  NoConnectors connectors;
+  test::NoConnectors connectors;
   DeviceBoard board(specs, kDrivers, connectors, hal::linux_os());
   EXPECT_EQ(board.sensor<msg::BaroSample>("baro").error().code, hal::Errc::not_found);
   EXPECT_EQ(board.problem(), "device 'baro': the robot file has no [device.baro]; it has: imu, range");

@@ -1,0 +1,11 @@
+#pragma once
+#include <span>
+
+#include "drivers/device_board.hpp"
+
+namespace sinew::drivers {
+
+/// Our own drivers of chips on I2C and SPI, and of sensors and receivers on serial lines.
+std::span<const DriverKind> chip_drivers();
+
+}  // namespace sinew::drivers

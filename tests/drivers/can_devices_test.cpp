@@ -1,0 +1,177 @@
+// Joints as a robot file describes them, on a bus in memory with simulated drives behind it.
+#include <gmock/gmock.h>
+
+#include <atomic>
+#include <thread>
+
+#include "drivers/can_servos.hpp"
+#include "drivers/driver_list.hpp"
+#include "hal/linux/os.hpp"
+#include "no_connectors.hpp"
+#include "sim_hil/wire/memory_can.hpp"
+#include "sim_hil/wire/sim_cia402.hpp"
+#include "sim_hil/wire/sim_impedance.hpp"
+
+namespace sinew::drivers {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+/// Every bus is one in memory; those who open it get a port.
+class MemoryConnectors final : public test::NoConnectors {
+ public:
+  hal::Result<std::unique_ptr<hal::CanBus>> can(const hal::CanSpec& spec, std::string&) override {
+    opened = spec;
+    return std::unique_ptr<hal::CanBus>(std::make_unique<Port>(wire.attach()));
+  }
+  sim_hil::MemoryCan wire{1'000'000, &hal::linux_os()};
+  hal::CanSpec opened;
+
+ private:
+  class Port final : public hal::CanBus {
+   public:
+    explicit Port(hal::CanBus& port) : port_(port) {}
+    hal::Result<bool> read(msg::CanFrame& out) noexcept override { return port_.read(out); }
+    hal::Status send(const msg::CanFrame& f, hal::Time deadline) noexcept override { return port_.send(f, deadline); }
+    hal::Status set_filters(std::span<const hal::CanFilter> f) override { return port_.set_filters(f); }
+    void set_wake(hal::Wake* wake) noexcept override { port_.set_wake(wake); }
+    hal::CanStats stats() const noexcept override { return port_.stats(); }
+    std::uint32_t bit_rate() const noexcept override { return port_.bit_rate(); }
+
+   private:
+    hal::CanBus& port_;
+  };
+};
+
+DeviceSpec table(const std::string& name, const std::string& driver, int line,
+                 std::map<std::string, rt::ParamValue> keys) {
+  DeviceSpec spec;
+  spec.name = name, spec.driver = driver, spec.line = line;
+  for (auto& [key, value] : keys) spec.keys[key] = {value, line};
+  return spec;
+}
+
+DeviceSpecs head() {
+  DeviceSpecs specs;
+  specs.buses.push_back(
+      table("can0", "udp", 1,
+            {{"address", std::string("7")}, {"tick_hz", std::int64_t{200}}, {"priority", std::int64_t{0}}}));
+  DeviceSpec group = table("head", "can_servos", 3, {});
+  group.joints.push_back(table("pan", "cia402", 5,
+                               {{"bus", std::string("can0")},
+                                {"id", std::int64_t{1}},
+                                {"counts_per_turn", std::int64_t{65536}},
+                                {"max_velocity_radps", 20.0},
+                                {"rated_effort_nm", 2.0},
+                                {"zero_rad", 0.25}}));
+  group.joints.push_back(table("tilt", "mit", 9,
+                               {{"bus", std::string("can0")},
+                                {"id", std::int64_t{2}},
+                                {"motor", std::string("ak80_9")},
+                                {"kp", 40.0},
+                                {"kd", 2.0},
+                                {"max_velocity_radps", 20.0}}));
+  specs.devices.push_back(group);
+  specs.devices.push_back(table("joints", "joints_of", 12, {{"group", std::string("head")}}));
+  return specs;
+}
+
+std::vector<std::string> texts(const DeviceSpecs& specs) {
+  std::vector<std::string> out;
+  for (const auto& p : check_devices(specs, all_drivers())) out.push_back(rt::to_string(p, "r.toml"));
+  return out;
+}
+
+TEST(CanDevices, RobotFileMakesJointsThatFollow) {
+  const DeviceSpecs specs = head();
+  ASSERT_THAT(texts(specs), IsEmpty());
+  MemoryConnectors connectors;
+  sim_hil::SimServos sims(connectors.wire.attach());
+  sim_hil::JointModel pan, tilt;
+  sims.add<sim_hil::SimCia402>(pan, {.zero_rad = 0.25}, sim_hil::SimCia402::Parameters{.node_id = 1});
+  sims.add<sim_hil::SimMitMotor>(
+      tilt, {}, sim_hil::SimMitMotor::Parameters{.motor = 2, .master = 0, .type = *wire::mit_motor_type("ak80_9")});
+  std::atomic<bool> stop{false};
+  std::thread world([&] {
+    while (!stop) {
+      sims.poll(hal::linux_os().now());
+      hal::linux_os().sleep_until(hal::linux_os().now() + 1ms);
+    }
+  });
+  {
+    DeviceBoard board(specs, all_drivers(), connectors, hal::linux_os());
+    auto actuators = board.actuators("head");
+    auto joints = board.sensor<msg::JointState>("joints");
+    ASSERT_TRUE(actuators) << board.problem();
+    ASSERT_TRUE(joints) << board.problem();
+    EXPECT_EQ(connectors.opened.transport, "udp");
+    EXPECT_EQ(connectors.opened.address, "7");
+    ASSERT_TRUE(board.start()) << board.problem();
+    msg::ActuatorCommand command;
+    command.count = 2, command.armed = 1;
+    command.value[0] = 0.5, command.value[1] = -0.4;
+    msg::JointState state;
+    const hal::Time deadline = hal::linux_os().now() + 20s;
+    const auto near = [&] {
+      return std::abs(state.position_rad[0] - 0.5) < 0.02 && std::abs(state.position_rad[1] + 0.4) < 0.02;
+    };
+    while (!(state.ready == 3 && near()) && hal::linux_os().now() < deadline) {
+      ASSERT_TRUE((*actuators)->write(command, 500ms));
+      hal::linux_os().sleep_until(hal::linux_os().now() + 5ms);
+      while (true) {
+        const auto got = (*joints)->read(state);
+        if (!got || !*got) break;
+      }
+    }
+    EXPECT_EQ(state.count, 2u);
+    EXPECT_EQ(state.ready, 3u);
+    EXPECT_NEAR(state.position_rad[0], 0.5, 0.02);
+    EXPECT_NEAR(state.position_rad[1], -0.4, 0.02);
+  }
+  stop = true;
+  world.join();
+}
+
+TEST(CanDevices, EveryWrongKeyIsNamed) {
+  DeviceSpecs specs = head();
+  specs.buses[0].keys["bit_rate"] = {rt::ParamValue{std::int64_t{1}}, 2};
+  specs.devices[0].joints[0].keys["bus"] = {rt::ParamValue{std::string("can9")}, 6};
+  specs.devices[0].joints[0].keys["colour"] = {rt::ParamValue{std::string("red")}, 7};
+  specs.devices[0].joints[1].driver = "servo";
+  specs.devices[1].keys["group"] = {rt::ParamValue{std::string("legs")}, 13};
+  EXPECT_THAT(
+      texts(specs),
+      ElementsAre(HasSubstr("r.toml:2: bus.can0.bit_rate: 1: an integer from 10000 to 1000000"),
+                  HasSubstr("r.toml:6: device.head.joint.pan.bus: \"can9\": the name of a [bus.NAME]: can0"),
+                  HasSubstr("r.toml:7: device.head.joint.pan.colour: \"red\": one of"),
+                  HasSubstr("r.toml:9: device.head.joint.tilt.driver: \"servo\": one of"),
+                  HasSubstr("r.toml:9: device.head.joint.tilt."), HasSubstr("r.toml:9: device.head.joint.tilt."),
+                  HasSubstr("r.toml:13: device.joints.group: \"legs\"")));
+}
+
+TEST(CanDevices, BusThatCannotCarryItsJointsDoesNotStart) {
+  DeviceSpecs specs = head();
+  specs.buses[0].keys["bit_rate"] = {rt::ParamValue{std::int64_t{125'000}}, 2};
+  specs.buses[0].keys["tick_hz"] = {rt::ParamValue{std::int64_t{1000}}, 2};
+  class SlowWire final : public test::NoConnectors {
+   public:
+    hal::Result<std::unique_ptr<hal::CanBus>> can(const hal::CanSpec& spec, std::string&) override {
+      wire = std::make_unique<sim_hil::MemoryCan>(spec.bit_rate, &hal::linux_os());
+      return std::unique_ptr<hal::CanBus>(std::make_unique<sim_hil::MemoryCanPort>(*wire));
+    }
+    std::unique_ptr<sim_hil::MemoryCan> wire;
+  } connectors;
+  DeviceBoard board(specs, all_drivers(), connectors, hal::linux_os());
+  ASSERT_TRUE(board.actuators("head")) << board.problem();
+  const hal::Status started = board.start();
+  ASSERT_FALSE(started);
+  EXPECT_EQ(started.error().code, hal::Errc::bad_argument);
+  EXPECT_THAT(board.problem(), HasSubstr("bus 'can0': "));
+  EXPECT_THAT(board.problem(), HasSubstr("%"));
+}
+
+}  // namespace
+}  // namespace sinew::drivers
