@@ -6,7 +6,9 @@ namespace sinew::control {
 namespace {
 
 constexpr double kFirstSpeed_radps = 1.0;  // 1 sigma of what is seen for the first time
-constexpr double kMoment_s = 0.15;         // so long a prediction is as good as the last speed
+// Unseen for longer, where it went meanwhile says little about its speed, and a wrong sighting would say much.
+constexpr double kAnew_s = 0.25;
+constexpr double kMoment_s = 0.15;  // so long a prediction is as good as the last speed
 
 }  // namespace
 
@@ -59,6 +61,12 @@ bool BallTrack::add(msg::Time stamp, const math::Vec3& d) {
   }
   const double dt = msg::seconds(stamp - stamp_);
   if (dt <= 0) return false;
+  if (dt > kAnew_s) {
+    const Aim a = at(stamp);
+    begin(stamp, azimuth, elevation);
+    azimuth_.v = a.azimuth_radps, elevation_.v = a.elevation_radps;
+    return true;
+  }
   Axis az = azimuth_, el = elevation_;
   az.predict(dt, params.accel_radps2);
   el.predict(dt, params.accel_radps2);

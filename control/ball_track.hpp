@@ -6,7 +6,7 @@ namespace sinew::control {
 
 struct BallTrackParams {
   double accel_radps2 = 3.0;  // of the ball's direction, 1 sigma: how fast its motion changes
-  double noise_rad = 0.004;   // of a sighting, 1 sigma
+  double noise_rad = 0.003;   // of a sighting, 1 sigma
   double gate = 25;           // largest squared normalised innovation
   std::int64_t refuse = 3;    // so many sightings in a row beyond the gate are another ball, or a jump: begin anew
   double settle_s = 0.4;      // unseen for longer than a moment its speed is believed less and less, with this time
