@@ -50,6 +50,7 @@ struct Model {
     s.stamp = now();
     const Vec3 d = math::normalized((head() * law.params.q_head_optical).conjugate().rotate(ball()));
     s.found = sees && d.z > 0.75;
+    s.confidence = 0.9, s.angular_radius_rad = 0.04;
     s.direction_optical = d.to<msg::Vec3>();
     on_the_way.push_back(s);
   }
