@@ -34,7 +34,7 @@ class Following(unittest.TestCase):
             self.assertEqual(summary["result"], "followed the ball, valid run")
             self.assertGreaterEqual(summary["in_view_share"], 0.95)
             self.assertLess(summary["angle_rms_deg"], 3)
-            self.assertLess(summary["level_rms_deg"], 1.5)
+            self.assertLess(summary["level_rms_deg"], 3)
             self.assertGreater(summary["base_tilt_rms_deg"], 3, "there was something to level")
             self.assertEqual([c["missed"] for c in summary["chains"]], [0, 0])
 
