@@ -6,7 +6,9 @@ namespace sinew::control {
 namespace {
 
 constexpr double kFirstSpeed_radps = 1.0;  // 1 sigma of what is seen for the first time
-constexpr double kMoment_s = 0.15;         // so long a prediction is as good as the last speed
+// Unseen for longer, where it went meanwhile says little about its speed, and a wrong sighting would say much.
+constexpr double kAnew_s = 0.09;
+constexpr double kMoment_s = 0.15;  // so long a prediction is as good as the last speed
 
 }  // namespace
 
@@ -41,9 +43,9 @@ void BallTrack::reset() {
   params = keep;
 }
 
-void BallTrack::begin(msg::Time stamp, double azimuth, double elevation) {
-  azimuth_.begin(azimuth, params.noise_rad);
-  elevation_.begin(elevation, params.noise_rad);
+void BallTrack::begin(msg::Time stamp, double azimuth, double elevation, double noise_rad) {
+  azimuth_.begin(azimuth, noise_rad);
+  elevation_.begin(elevation, noise_rad);
   stamp_ = stamp;
   refused_ = 0;
   innovation_rad_ = 0;
@@ -51,26 +53,33 @@ void BallTrack::begin(msg::Time stamp, double azimuth, double elevation) {
   ++used_;
 }
 
-bool BallTrack::add(msg::Time stamp, const math::Vec3& d) {
+bool BallTrack::add(msg::Time stamp, const math::Vec3& d, double doubt_rad) {
+  const double noise = math::hypot(params.noise_rad, doubt_rad);
   const double azimuth = math::atan2(d.y, d.x), elevation = math::atan2(d.z, math::hypot(d.x, d.y));
   if (!exists_) {
-    begin(stamp, azimuth, elevation);
+    begin(stamp, azimuth, elevation, noise);
     return true;
   }
   const double dt = msg::seconds(stamp - stamp_);
   if (dt <= 0) return false;
+  if (dt > kAnew_s) {
+    const Aim a = at(stamp);
+    begin(stamp, azimuth, elevation, noise);
+    azimuth_.v = a.azimuth_radps, elevation_.v = a.elevation_radps;
+    return true;
+  }
   Axis az = azimuth_, el = elevation_;
   az.predict(dt, params.accel_radps2);
   el.predict(dt, params.accel_radps2);
   const double off_az = math::wrap_pi(azimuth - az.x), off_el = elevation - el.x;
-  const bool fits = az.normalised(off_az, params.noise_rad) + el.normalised(off_el, params.noise_rad) <= params.gate;
+  const bool fits = az.normalised(off_az, noise) + el.normalised(off_el, noise) <= params.gate;
   if (!fits && ++refused_ < params.refuse) return false;
   if (!fits) {
-    begin(stamp, azimuth, elevation);
+    begin(stamp, azimuth, elevation, noise);
     return true;
   }
-  az.update(off_az, params.noise_rad);
-  el.update(off_el, params.noise_rad);
+  az.update(off_az, noise);
+  el.update(off_el, noise);
   az.x = math::wrap_pi(az.x);
   azimuth_ = az, elevation_ = el;
   stamp_ = stamp;

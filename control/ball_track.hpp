@@ -6,7 +6,7 @@ namespace sinew::control {
 
 struct BallTrackParams {
   double accel_radps2 = 3.0;  // of the ball's direction, 1 sigma: how fast its motion changes
-  double noise_rad = 0.004;   // of a sighting, 1 sigma
+  double noise_rad = 0.003;   // of a sighting, 1 sigma
   double gate = 25;           // largest squared normalised innovation
   std::int64_t refuse = 3;    // so many sightings in a row beyond the gate are another ball, or a jump: begin anew
   double settle_s = 0.4;      // unseen for longer than a moment its speed is believed less and less, with this time
@@ -26,8 +26,9 @@ class BallTrack {
   BallTrackParams params;
 
   void reset();
-  /// False: refused, or not newer than the last one.
-  bool add(msg::Time stamp, const math::Vec3& direction_level);
+  /// False: refused, or not newer than the last one. `doubt_rad`: 1 sigma on top of the noise, of a ball that is half
+  /// hidden.
+  bool add(msg::Time stamp, const math::Vec3& direction_level, double doubt_rad = 0);
   bool exists() const { return exists_ != 0; }
   /// Of the newest sighting that was used.
   msg::Time stamp() const { return stamp_; }
@@ -44,7 +45,7 @@ class BallTrack {
     double normalised(double innovation, double noise) const;
     void update(double innovation, double noise);
   };
-  void begin(msg::Time stamp, double azimuth, double elevation);
+  void begin(msg::Time stamp, double azimuth, double elevation, double noise_rad);
 
   Axis azimuth_, elevation_;
   msg::Time stamp_;

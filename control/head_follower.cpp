@@ -21,7 +21,8 @@ bool plausible(const msg::BallSighting& s) {
   if (!s.found) return true;
   const msg::Vec3& d = s.direction_optical;
   const double n = d.x * d.x + d.y * d.y + d.z * d.z;
-  return n > 0.98 && n < 1.02;
+  return n > 0.98 && n < 1.02 && s.angular_radius_rad >= 0 && s.angular_radius_rad < 1.6 && s.confidence >= 0 &&
+         s.confidence <= 1;
 }
 
 }  // namespace

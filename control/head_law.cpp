@@ -31,7 +31,10 @@ void HeadLaw::add(const msg::BallSighting& s) {
   const auto then = history_.at(s.stamp);
   if (!then) return;
   const Vec3 in_head = params.q_head_optical.rotate(Vec3(s.direction_optical));
-  track.add(s.stamp, then->q_world_base.rotate(in_head));
+  // A ball in full sight has a confidence of 0.8 and more; of one that is half hidden the middle is guessed.
+  constexpr double kSure = 0.75;
+  const double doubt = s.confidence < kSure ? s.angular_radius_rad * (kSure - s.confidence) : 0;
+  track.add(s.stamp, then->q_world_base.rotate(in_head), doubt);
 }
 
 void HeadLaw::set_safety(const msg::SafetyState& safety) {

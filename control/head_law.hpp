@@ -17,7 +17,7 @@ struct HeadParams {
   double speed_radps = 5.0;                         // largest change of a setpoint
   double lag_s = 0.042;                             // of a servo behind a setpoint that moves, its bus included
   double rate_smooth_s = 0.015;                     // of the base's angular rate
-  double coast_s = 1.2;                             // unseen for longer: search
+  double coast_s = 3.0;                             // unseen for longer: search
   double blind_s = 0.3;                             // no picture for longer: hold
   double scan_radps = 0.7, scan_reach_rad = 0.8;    // of the search: speed, and how far to both sides
   double turn_radps = 2.0;                          // of the aim, when it is not the ball's

@@ -13,6 +13,8 @@ void BallDetector::declare(rt::Declaration& d) {
   d.param("cy_px", intrinsics_.cy_px, {.unit = "px", .min = 0, .max = 1e5, .doc = "0: middle of the image"});
   d.param("fov_y_rad", fov_y_rad_, {.unit = "rad", .min = 0.05, .max = 3.0, .doc = "from top to bottom"});
   d.param("radius_m", radius_m_, {.unit = "m", .min = 0, .max = 10, .doc = "of the ball; 0: unknown, no range"});
+  d.param("range_max_m", range_max_m_,
+          {.unit = "m", .min = 0, .max = 1000, .doc = "what would be farther away is no ball; 0: any"});
   HueSector& c = look_.colour;
   d.param("hue_from_deg", c.hue_from_deg, {.unit = "deg", .min = 0, .max = 360, .doc = "of the ball; at the start"});
   d.param("hue_to_deg", c.hue_to_deg, {.unit = "deg", .min = 0, .max = 360, .doc = "of the ball; at the start"});
@@ -57,13 +59,14 @@ rt::Status BallDetector::step(const rt::Step& step) noexcept {
   out.stamp = image->stamp;
   out.blobs = ball.blobs;
   out.range_m = math::kNan;
-  if (!ball.found) return rt::Status::ok;
+  const double range_m = ball.found && radius_m_ > 0 ? radius_m_ / math::sin(ball.angular_radius_rad) : math::kNan;
+  if (!ball.found || (range_max_m_ > 0 && range_m > range_max_m_)) return rt::Status::ok;
   out.found = 1;
   out.direction_optical = ball.direction.to<msg::Vec3>();
   out.u_px = ball.u_px, out.v_px = ball.v_px;
   out.radius_px = ball.radius_px;
   out.angular_radius_rad = ball.angular_radius_rad;
-  if (radius_m_ > 0) out.range_m = radius_m_ / math::sin(ball.angular_radius_rad);
+  out.range_m = range_m;
   out.confidence = ball.confidence;
   return rt::Status::ok;
 }

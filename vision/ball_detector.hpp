@@ -29,7 +29,7 @@ class BallDetector final : public rt::Module {
   rt::Out<msg::BallSighting> sighting_;
   Pinhole intrinsics_;               // zeros: from the field of view and the size of the image
   double fov_y_rad_ = 1.0382921838;  // 2 atan(0.5 / 0.875): the focal length is 0.875 image heights
-  double radius_m_ = 0.07;
+  double radius_m_ = 0.07, range_max_m_ = 0;
   BallLook look_;
   std::int64_t min_area_px_ = 12;
   std::int64_t max_runs_ = 8192;

@@ -198,6 +198,18 @@ TEST(BallDetector, SaysWhereTheBallIsAndHowFarAway) {
   EXPECT_NEAR(s->angular_radius_rad, 9.8 / 210 * std::pow(std::cos(std::atan(1.0 / 3)), 1.5), 0.004);
 }
 
+TEST(BallDetector, WhatWouldBeTooFarAwayIsNoBall) {
+  BallDetector detector;
+  rt::ModuleRig rig(detector);
+  rig.set("range_max_m", 3.0);
+  rig.put_image("image", message(picture(320, 240, {{100, 100, 4}}), msg::Time{1}));  // 3.7 m
+  ASSERT_EQ(rig.step(msg::Time{2}, 33ms), rt::Status::ok);
+  EXPECT_EQ(rig.get<msg::BallSighting>("sighting")->found, 0u);
+  rig.put_image("image", message(picture(320, 240, {{100, 100, 6}}), msg::Time{3}));
+  ASSERT_EQ(rig.step(msg::Time{4}, 33ms), rt::Status::ok);
+  EXPECT_EQ(rig.get<msg::BallSighting>("sighting")->found, 1u);
+}
+
 TEST(BallDetector, AnImageWithoutABallIsASightingOfNothing) {
   BallDetector detector;
   rt::ModuleRig rig(detector);
