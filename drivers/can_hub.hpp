@@ -12,8 +12,8 @@ namespace sinew::drivers {
 struct CanHubConfig {
   std::string name = "can0";
   double tick_hz = 500;   // setpoints, SYNC and questions go out so often
-  double max_load = 0.8;  // of the bus's bit rate, as planned from what its listeners need
-  hal::ThreadOptions thread;
+  double max_load = 0.9;  // of the bit rate, as planned from what its listeners need, with the most stuff bits
+  hal::ThreadOptions thread{};
 };
 
 class CanHub;

@@ -147,7 +147,7 @@ void Cia402Servo::next_step(Time now, FrameSink& out) noexcept {
       return;
     case SdoClient::State::aborted:
       if (!steps_[step_].optional) {
-        joint_.set_drive_faults(msg::kJointOther, sdo_.abort_code());
+        joint_.set_drive_faults(now, msg::kJointOther, sdo_.abort_code());
         give_up();
         joint_.set_mode(msg::JointMode::fault);
         return;
@@ -168,7 +168,7 @@ void Cia402Servo::next_step(Time now, FrameSink& out) noexcept {
   }
   sdo_.reset();
   identity_.serial = serial_;
-  joint_.set_drive_faults(0, 0);
+  joint_.set_drive_faults(now, 0, 0);
   out.send(wire::encode_nmt(wire::NmtCommand::start, config().node_id));
   phase_ = Phase::starting;
   deadline_ = now + 1s;

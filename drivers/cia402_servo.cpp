@@ -176,9 +176,9 @@ void Cia402Servo::note_state(Time now, bool holding) noexcept {
   const bool fault = state_ == DriveState::fault || state_ == DriveState::fault_reaction;
   if (fault) {
     const std::uint32_t faults = wire::joint_faults(error_code_);
-    joint_.set_drive_faults(faults != 0 ? faults : std::uint32_t{msg::kJointOther}, error_code_);
+    joint_.set_drive_faults(now, faults != 0 ? faults : std::uint32_t{msg::kJointOther}, error_code_);
   } else {
-    joint_.set_drive_faults(0, 0);
+    joint_.set_drive_faults(now, 0, 0);
   }
   const bool on = state_ == DriveState::operation_enabled;
   if (wants_ && !on && (was_enabled_ || now > deadline_ || fault)) {
@@ -187,10 +187,8 @@ void Cia402Servo::note_state(Time now, bool holding) noexcept {
     end_homing();
     joint_.went_off();
   }
-  if (wants_ && on && !was_enabled_) {
-    was_enabled_ = true;
-    fault_reset_.reset();
-  }
+  if (wants_ && on) was_enabled_ = true;
+  if (joint_.runs_well(now)) fault_reset_.reset();
   if (quick_ && (now > deadline_ || (!on && state_ != DriveState::quick_stop_active))) quick_ = false;
   msg::JointMode mode = joint_.idle_mode(now);
   if (wants_) {

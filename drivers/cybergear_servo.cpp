@@ -87,7 +87,7 @@ Heard CyberGearServo::on_frame(const msg::CanFrame& frame, Time now) noexcept {
     return Heard::mine;
   }
   if (const auto bits = wire::decode_cybergear_fault(frame)) {
-    if (*bits != 0) joint_.set_drive_faults(wire::joint_faults_of_report(*bits), *bits);
+    if (*bits != 0) joint_.set_drive_faults(now, wire::joint_faults_of_report(*bits), *bits);
     return Heard::mine;
   }
   joint_.malformed();

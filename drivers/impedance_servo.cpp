@@ -37,7 +37,7 @@ void ImpedanceServo::heard(Time now, const Reply& reply) noexcept {
   probe_.reset();
   if (!std::isnan(reply.temperature_c)) joint_.set_temperature(reply.temperature_c);
   if (!std::isnan(reply.voltage_v)) joint_.set_voltage(reply.voltage_v);
-  joint_.set_drive_faults(reply.faults, reply.code);
+  joint_.set_drive_faults(now, reply.faults, reply.code);
   if (!on_ || reply.faults != 0) return;
   if (!reply.status_known || reply.enabled) {
     ++confirmations_;
@@ -122,7 +122,7 @@ void ImpedanceServo::stay_on(Time now, const ServoCommand& command, FrameSink& o
     ask(encode(Switch::enable), out);  // a lost one is said again
     return;
   }
-  clear_.reset();
+  if (joint_.runs_well(now)) clear_.reset();
   const MitCommand motion = stopping ? stop() : follow(now, command.setpoint);
   if (joint_.tripped()) {
     go_off(now, out);

@@ -3,7 +3,9 @@
 //
 //   // Two pan/tilt joints on one bus, the way a board builds them from its configuration:
 //   drivers::ServoGroup head(os, "head");
-//   drivers::CanHub hub(os, bus, {.name = "can0", .tick_hz = 500, .thread = {.name = "can0", .fifo_priority = 70}});
+//   drivers::CanHubConfig can0{.name = "can0", .tick_hz = 500};
+//   can0.thread.name = "can0", can0.thread.fifo_priority = 70;
+//   drivers::CanHub hub(os, bus, can0);
 //   hub.add(std::make_unique<drivers::CanopenMaster>());                       // once a bus with CANopen drives
 //   drivers::ServoConfig pan{.name = "pan", .node_id = 1, .counts_per_turn = 65536};
 //   drivers::ServoConfig tilt{.name = "tilt", .node_id = 2, .counts_per_turn = 65536};

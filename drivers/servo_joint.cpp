@@ -56,9 +56,10 @@ void ServoJoint::set_velocity(double drive_radps) noexcept {
   feedback_.velocity_radps = joint_radps;
 }
 
-void ServoJoint::set_drive_faults(std::uint32_t faults, std::uint32_t code) noexcept {
+void ServoJoint::set_drive_faults(Time now, std::uint32_t faults, std::uint32_t code) noexcept {
   if (faults != 0 && drive_faults_ == 0) {
     ++stats_.faults;
+    back_off_.attempt(now);
     went_off();
   }
   drive_faults_ = faults;
@@ -89,7 +90,7 @@ bool ServoJoint::zero_here() noexcept {
 
 bool ServoJoint::watch(Time now) noexcept {
   if (double_ && now - double_at_ > 2s) double_ = false;
-  if (enabled() && now - enabled_at_ > 1s) back_off_.reset();
+  if (runs_well(now)) back_off_.reset();
   collect_faults();
   if (!believed_ || now - arrived_ <= config_.feedback_timeout) return false;
   believed_ = false;
@@ -105,6 +106,8 @@ bool ServoJoint::watch(Time now) noexcept {
 
 bool ServoJoint::may_enable(Time now, const ServoCommand& command) noexcept {
   if (command.intent != ServoCommand::Intent::follow) disarmed_ = true;
+  // What was commanded while it could not be enabled is as old as what was commanded before.
+  if (!believed_ || drive_faults_ != 0 || double_ || !back_off_.due(now)) stale_number_ = true;
   if (stale_number_) {  // the first command that is seen after going off does not count: it may be the old one
     stale_number_ = false;
     seen_number_ = command.number;
@@ -124,6 +127,8 @@ void ServoJoint::begin(Time now) noexcept {
   resume(now);
   collect_faults();
 }
+
+bool ServoJoint::runs_well(Time now) const noexcept { return enabled() && now - enabled_at_ > 1s; }
 
 void ServoJoint::resume(Time now) noexcept {
   behind_ = false;

@@ -40,7 +40,7 @@ class ServoJoint {
   void set_temperature(double c) noexcept { feedback_.temperature_c = c; }
   void set_voltage(double v) noexcept { feedback_.voltage_v = v; }
   /// What the drive says is wrong now: msg::JointFault bits and its own code; 0, 0: nothing.
-  void set_drive_faults(std::uint32_t faults, std::uint32_t code) noexcept;
+  void set_drive_faults(Time now, std::uint32_t faults, std::uint32_t code) noexcept;
   void malformed() noexcept { ++stats_.malformed; }
   void missed() noexcept { ++stats_.missed; }
   /// A sign that two drives answer to this number; two within a second make it a fault until none came for two.
@@ -75,6 +75,8 @@ class ServoJoint {
   void set_mode(msg::JointMode mode) noexcept { feedback_.mode = mode; }
   /// What a joint without torque that answers is in: a fault as long as one holds it back, else disabled.
   msg::JointMode idle_mode(Time now) const noexcept;
+  /// Enabled for a second: pauses begin at their shortest again.
+  bool runs_well(Time now) const noexcept;
   bool drive_faulty() const noexcept { return drive_faults_ != 0; }
   bool tripped() const noexcept { return own_faults_ != 0; }
   bool enabled() const noexcept { return feedback_.mode == msg::JointMode::enabled; }

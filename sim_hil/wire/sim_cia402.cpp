@@ -252,7 +252,7 @@ void SimCia402::on_controlword() {
   state_ = next_state(state_, word, control_before_);
   if (state_ == DriveState::quick_stop_active && before != state_) quick_ = true;
   if (before == DriveState::fault && state_ != before) {
-    if (fault_stays) {
+    if (fault_stays || temperature_c > p_.hot_c) {
       enter_fault(static_cast<std::uint16_t>(stays_code_));
     } else {
       set(wire::kErrorCode, 0);

@@ -20,7 +20,7 @@ class SimImpedance : public SimServo {
   void on_power() override;
   void say(Time) override {}
   void clear() {
-    if (!fault_stays) fault_ = 0;
+    if (!fault_stays && temperature_c <= hot_c_) fault_ = 0;
   }
   virtual std::uint32_t hot_code() const = 0;
 

@@ -1,0 +1,199 @@
+// One bus and everything on it: load, numbers, unknown and hostile frames, a bus that goes away.
+#include "drivers/can_hub.hpp"
+
+#include "servo_rig.hpp"
+
+namespace sinew::drivers {
+namespace {
+
+using msg::JointMode;
+
+TEST(CanHub, LoadThatDoesNotFitIsSaidBeforeTheStart) {
+  ServoRig rig({.name = "can0", .tick_hz = 1000});
+  for (std::uint32_t id = 1; id <= 8; ++id) rig.add(Protocol::cia402, ServoRig::plain(Protocol::cia402, id));
+  std::string why;
+  const auto ok = rig.bus[0]->hub.configure(why);
+  ASSERT_FALSE(ok);
+  EXPECT_EQ(ok.error().code, hal::Errc::bad_argument);
+  EXPECT_EQ(why,
+            "bus 'can0': 8 servos at 1000 Hz need 271 % of 1000 kbit/s, allowed are 90 % (max_load): fewer servos, a "
+            "lower rate, or another bus");
+}
+
+TEST(CanHub, MeasuredLoadIsWithinThePlannedOne) {
+  ServoRig rig({.name = "can0", .tick_hz = 500});
+  for (std::uint32_t id = 1; id <= 4; ++id) rig.add(Protocol::cia402, ServoRig::plain(Protocol::cia402, id));
+  rig.configure();
+  rig.run(5s);
+  const CanHubStats stats = rig.bus[0]->hub.stats();
+  EXPECT_GT(stats.measured_load, 0.5);
+  EXPECT_LT(stats.measured_load, stats.planned_load);
+  EXPECT_LT(stats.planned_load, stats.measured_load * 1.2) << "planned for ticks that come a tenth earlier";
+}
+
+TEST(CanHub, TwoServosOfOneNumberAreRefused) {
+  ServoRig rig;
+  rig.add(Protocol::ak80, ServoRig::plain(Protocol::ak80, 4));
+  ServoConfig other = ServoRig::plain(Protocol::ak80, 4);
+  other.name = "elbow";
+  rig.add(Protocol::ak80, other);
+  std::string why;
+  EXPECT_FALSE(rig.bus[0]->hub.configure(why));
+  EXPECT_EQ(why, "bus 'can0': servos 'joint4' and 'elbow' have the same number, 4");
+}
+
+TEST(CanHub, ProtocolsMixOnOneBus) {
+  ServoRig rig;
+  rig.add(Protocol::cia402, ServoRig::plain(Protocol::cia402, 1));
+  rig.add(Protocol::ak80, ServoRig::plain(Protocol::ak80, 2));
+  rig.add(Protocol::cybergear, ServoRig::plain(Protocol::cybergear, 3));
+  rig.configure();
+  for (std::size_t i = 0; i < 3; ++i) rig.setpoint[i] = 0.1 * static_cast<double>(i + 1);
+  rig.run(5s);
+  EXPECT_EQ(rig.sample.ready, 7u);
+  for (std::size_t i = 0; i < 3; ++i)
+    EXPECT_NEAR(rig.joints[i]->position_rad(), 0.1 * (static_cast<double>(i) + 1), 0.02);
+  EXPECT_EQ(rig.bus[0]->hub.stats().unknown, 0u);
+}
+
+TEST(CanHub, TwentyJointsOnFourBusesAllFollow) {
+  ServoRig rig({.tick_hz = 500}, 4);
+  for (std::uint32_t i = 0; i < 20; ++i) {
+    if (i > 0 && i % 8 == 0) rig.groups.push_back(std::make_unique<ServoGroup>(rig.os, "more"));
+    const Protocol p = i % 5 == 4 ? Protocol::damiao : Protocol::cia402;
+    rig.add(p, ServoRig::plain(p, i / 4 + 1), i % 4);
+    rig.setpoint[i] = 0.05 * i;
+  }
+  rig.configure();
+  rig.run(6s);
+  for (std::uint32_t i = 0; i < 20; ++i) {
+    EXPECT_NEAR(rig.joints[i]->position_rad(), 0.05 * i, 0.03) << i;
+    const ServoStats& stats = rig.groups[i / 8]->servo(i % 8).stats();
+    EXPECT_EQ(stats.losses + stats.faults, 0u) << i;
+    EXPECT_EQ(stats.enables, 1u) << i;
+  }
+  for (const auto& b : rig.bus) {
+    EXPECT_GT(b->hub.stats().ticks, 2600u);
+    EXPECT_LT(b->hub.stats().measured_load, 0.9);
+    EXPECT_EQ(b->hub.stats().late_ticks, 0u);
+  }
+}
+
+/// Frames of a full bus for `seconds`, as many as 1 Mbit/s carries beside what is there anyway, in virtual time.
+void flood(ServoRig& rig, double seconds, std::uint32_t seed, bool valid_identifiers) {
+  sim_hil::MemoryCanPort& noise = rig.bus[0]->wire.attach();
+  std::uint64_t random = seed;
+  const auto next = [&random] {
+    random = random * 6364136223846793005u + 1442695040888963407u;
+    return static_cast<std::uint32_t>(random >> 33);
+  };
+  sim_hil::MemoryCan& wire = rig.bus[0]->wire;
+  const Time end = rig.os.now() + Duration{static_cast<std::int64_t>(seconds * 1e9)};
+  double room = 0;
+  while (rig.os.now() < end) {
+    const std::uint64_t before = wire.bits();
+    if (++rig.steps % 4 == 0) rig.write(100ms);
+    rig.step();
+    room += 500 - static_cast<double>(wire.bits() - before);  // half a millisecond of 1 Mbit/s
+    while (room > 0) {
+      msg::CanFrame frame;
+      const bool extended = next() % 2 == 0;
+      frame.flags = extended ? std::uint32_t{msg::kCanExtended} : 0u;
+      frame.id = extended ? next() & 0x1FFFFFFF : next() & 0x7FF;
+      const std::uint32_t mine[] = {0x181, 0x281, 0x701, 0x081, 0x581, 0x000, 0x182, 0x702};
+      if (valid_identifiers) {
+        frame.id = mine[next() % 8];
+        frame.flags = 0;
+      } else if (!extended && (frame.id & 0x7F) < 3) {
+        frame.id |= 0x40;  // foreign: none of ours
+      }
+      frame.size = next() % 9;
+      for (std::size_t i = 0; i < 8; ++i) frame.data[i] = static_cast<std::uint8_t>(next());
+      room -= hal::can_frame_bits(frame);
+      (void)noise.send(frame, hal::kNever);
+    }
+  }
+}
+
+TEST(CanHub, ForeignFramesAtFullLoadForAMinuteChangeOnlyCounters) {
+  ServoRig rig;
+  for (std::uint32_t id = 1; id <= 2; ++id) rig.add(Protocol::cia402, ServoRig::plain(Protocol::cia402, id));
+  rig.configure();
+  rig.setpoint[0] = 0.5;
+  ASSERT_TRUE(rig.until(0, JointMode::enabled));
+  ASSERT_TRUE(rig.until(1, JointMode::enabled));
+  flood(rig, 60, 1, false);
+  const CanHubStats stats = rig.bus[0]->hub.stats();
+  EXPECT_GT(stats.unknown, 200'000u);
+  EXPECT_GT(stats.measured_load, 0.95);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const ServoStats& servo = rig.group().servo(i).stats();
+    EXPECT_EQ(servo.losses + servo.faults + servo.implausible + servo.malformed, 0u);
+    EXPECT_EQ(servo.enables, 1u);
+  }
+  EXPECT_EQ(rig.sample.ready, 3u);
+  EXPECT_NEAR(rig.joints[0]->position_rad(), 0.5, 0.01);
+}
+
+TEST(CanHub, NonsenseUnderOurOwnIdentifiersNeverReachesAJoint) {
+  ServoRig rig;
+  for (std::uint32_t id = 1; id <= 2; ++id) rig.add(Protocol::cia402, ServoRig::plain(Protocol::cia402, id));
+  rig.configure();
+  rig.run(1s);
+  flood(rig, 5, 2, true);
+  // A full bus of frames with our numbers takes the joints away: that is said, and nothing of it is measured.
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_GT(rig.group().servo(i).stats().malformed, 1000u);
+    EXPECT_LT(std::abs(rig.joints[i]->position_rad()), 0.5) << "nothing of it moved the joint far";
+  }
+  rig.run(8s);  // the bus is quiet again
+  EXPECT_EQ(rig.sample.ready, 3u);
+}
+
+TEST(CanHub, BusThatGoesAwayIsCountedAndComesBack) {
+  ServoRig rig;
+  rig.add(Protocol::ak80, ServoRig::plain(Protocol::ak80, 1));
+  rig.configure();
+  ASSERT_TRUE(rig.until(0, JointMode::enabled));
+  rig.bus[0]->wire.connect(false);
+  rig.run(1s);
+  EXPECT_EQ(rig.sample.mode[0], JointMode::absent);
+  EXPECT_GT(rig.bus[0]->hub.stats().send_failed, 0u);
+  EXPECT_GT(rig.bus[0]->hub.stats().errors, 0u);
+  rig.bus[0]->wire.connect(true);
+  EXPECT_TRUE(rig.until(0, JointMode::enabled));
+}
+
+TEST(CanHub, ErrorFramesAreCountedAndGoNoFurther) {
+  ServoRig rig;
+  rig.add(Protocol::ak80, ServoRig::plain(Protocol::ak80, 1));
+  rig.configure();
+  rig.run(100ms);
+  msg::CanFrame error;
+  error.flags = msg::kCanError;
+  error.size = 8;
+  (void)rig.bus[0]->far.send(error, hal::kNever);
+  rig.run(10ms);
+  EXPECT_EQ(rig.bus[0]->hub.stats().errors, 1u);
+  EXPECT_EQ(rig.group().servo(0).stats().malformed, 0u);
+}
+
+TEST(CanHub, SetpointMakesTheTickThatIsNearlyDue) {
+  ServoRig rig({.tick_hz = 100});
+  rig.add(Protocol::ak80, ServoRig::plain(Protocol::ak80, 1));
+  rig.configure();
+  CanHub& hub = rig.bus[0]->hub;
+  Time now = rig.os.now();
+  hub.step(now);
+  const std::uint64_t before = hub.stats().ticks;
+  rig.write(1s);
+  EXPECT_EQ(hub.step(now + 1ms), now + 9ms) << "too early: when it may come is said";
+  EXPECT_EQ(hub.stats().ticks, before);
+  hub.step(now + 9ms);
+  EXPECT_EQ(hub.stats().ticks, before + 1);
+  hub.step(now + 11ms);
+  EXPECT_EQ(hub.stats().ticks, before + 1) << "the next one is a period later";
+}
+
+}  // namespace
+}  // namespace sinew::drivers
