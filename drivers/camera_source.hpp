@@ -1,20 +1,27 @@
 #pragma once
+#include <optional>
 #include <string>
 
+#include "hal/camera_controls.hpp"
 #include "rt/module.hpp"
 
 namespace sinew::drivers {
 
 /// Brings the frames of one camera into the graph: raw topic `raw`. The board writes the pixels straight into the
 /// topic's slot. When several frames wait, only the newest two are worth a cycle, and each gets its own message.
-/// Thread:  executor.   RT: yes.
-/// Errors:  configure: what opening the device says. A frame that does not fit the topic's image capacity is lost and
-///          counted by the device.
+/// Exposure and gain are parameters that reach the camera while it runs, where it has such controls
+/// (hal::CameraControls); the camera sets them on a thread of its own, some frames later. Thread:  executor.   RT: yes.
+/// Errors:  configure: what opening the device says; not_supported when exposure or gain is given and the camera has no
+///          such control, bad_argument when it is out of the device's range. A later value that it cannot take changes
+///          nothing. A frame that does not fit the topic's image capacity is lost and counted by the device.
 class CameraSource final : public rt::DriverModule {
  public:
   void declare(rt::Declaration& d) override {
     d.raw("raw", raw_, {.burst = 2});
     d.param("device", device_name_, {.doc = "name of the device on the board"});
+    d.param("exposure_us", exposure_us_,
+            {.unit = "us", .min = 0, .max = 1e6, .doc = "exposure time; 0 leaves it to the camera"});
+    d.param("gain", gain_, {.min = -1, .max = 1e6, .doc = "in the camera's own units; -1 leaves it as it is"});
   }
   hal::Status configure(rt::Setup& setup) override;
   void collect(rt::Time now) noexcept override;
@@ -22,9 +29,18 @@ class CameraSource final : public rt::DriverModule {
   hal::Device* device() override { return camera_; }
 
  private:
+  hal::Status find_controls(rt::Setup& setup);
+  hal::Status set_exposure() noexcept;
+
   rt::Raw<msg::Image> raw_;
   std::string device_name_ = "camera";
+  double exposure_us_ = 0, gain_ = -1;
   hal::Camera* camera_ = nullptr;
+  // What the camera was asked for last.
+  hal::CameraControls* controls_ = nullptr;
+  std::optional<hal::CameraControls::Exposure> exposure_;
+  std::optional<std::size_t> gain_control_;
+  double asked_exposure_us_ = 0, asked_gain_ = -1;
 };
 
 }  // namespace sinew::drivers

@@ -31,12 +31,17 @@ class CameraControls {
   /// refuses it says so in its state text, and a camera that comes back gets it again.
   /// Thread:  any.   RT: yes.   Errors: bad_argument: no such control, out of its range, read only, not a number.
   virtual Status request(std::size_t control, double value) noexcept = 0;
-  /// The control that is the exposure time, and what one of its units is.
+  /// The control that is the exposure time, what one of its units is, and how the camera is told not to choose it
+  /// itself: `automatic` (where there is one) is to be `manual`.
   struct Exposure {
     std::size_t control = 0;
     Duration unit{0};
+    std::optional<std::size_t> automatic;
+    double manual = 0;
   };
   virtual std::optional<Exposure> exposure() const = 0;
+  /// The control that is the gain of the sensor, in the device's own units.
+  virtual std::optional<std::size_t> gain() const = 0;
   /// Where `name` is among the controls(). Nothing: unknown.
   std::optional<std::size_t> find(std::string_view name) const;
   /// All of them in words, one after the other: for the error about an unknown one.

@@ -22,7 +22,6 @@ Result<std::unique_ptr<V4l2Camera>> V4l2Camera::open(V4l2Port& port, const Camer
   camera->identity_ = (*session)->identity();
   camera->picture_ = (*session)->picture();
   camera->controls_ = (*session)->controls().list();
-  camera->exposure_control_ = (*session)->controls().exposure_control();
   camera->requests_ = std::make_unique<Request[]>(camera->controls_.size());
   camera->adopt(std::move(*session));
   if (!camera->trouble_.empty()) {
@@ -158,8 +157,14 @@ Status V4l2Camera::request(std::size_t control, double value) noexcept {
 }
 
 std::optional<CameraControls::Exposure> V4l2Camera::exposure() const {
-  if (!exposure_control_) return std::nullopt;
-  return Exposure{*exposure_control_, std::chrono::microseconds(100)};
+  const auto time = find("exposure_time_absolute");
+  if (!time) return std::nullopt;
+  return Exposure{*time, std::chrono::microseconds(100), find("auto_exposure"), V4L2_EXPOSURE_MANUAL};
+}
+
+std::optional<std::size_t> V4l2Camera::gain() const {
+  const auto gain = find("gain");
+  return gain ? gain : find("analogue_gain");
 }
 
 }  // namespace sinew::hal

@@ -42,6 +42,7 @@ class V4l2Camera final : public Camera, public CameraControls {
   const std::vector<CameraControl>& controls() const override { return controls_; }
   Status request(std::size_t control, double value) noexcept override;
   std::optional<Exposure> exposure() const override;
+  std::optional<std::size_t> gain() const override;
 
   /// As it was opened; may stand for another node after the device was plugged in again.
   const V4l2Identity& identity() const { return identity_; }
@@ -81,7 +82,6 @@ class V4l2Camera final : public Camera, public CameraControls {
   V4l2Identity identity_;
   V4l2Picture picture_;
   std::vector<CameraControl> controls_;
-  std::optional<std::size_t> exposure_control_;
   std::unique_ptr<Request[]> requests_;  // as many as controls
 
   FdLine line_;

@@ -31,7 +31,6 @@ class V4l2Controls {
 
   /// The time that the sensor now collects light; 0: the device does not say, or decides by itself.
   std::int64_t exposure_ns(V4l2Port& port, int fd) const;
-  std::optional<std::size_t> exposure_control() const { return exposure_; }
 
  private:
   struct Code {

@@ -7,10 +7,14 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <functional>
 
+#include "drivers/camera_source.hpp"
 #include "hal/linux/os.hpp"
 #include "msg/image_buffer.hpp"
+#include "rt/module_rig.hpp"
 
 namespace sinew::hal {
 namespace {
@@ -125,6 +129,56 @@ TEST_F(LibcameraOnKernel, SecondOneOfTheSameCameraIsBusy) {
   const auto second = open_libcamera_camera(spec_, linux_os(), why);
   ASSERT_FALSE(second);
   EXPECT_EQ(second.error().code, Errc::busy) << why;
+}
+
+/// A board with this one camera.
+class CameraBoard final : public EmptyBoard {
+ public:
+  explicit CameraBoard(Camera& device) : device_(device) {}
+  Result<Camera*> camera(std::string_view) override { return &device_; }
+
+ private:
+  Camera& device_;
+};
+
+TEST_F(LibcameraOnKernel, FramesGoThroughAGraphAndAreWhatTheSlotHolds) {
+  ASSERT_EQ(open(), std::nullopt) << why_;
+  CameraBoard board(*camera_);
+  drivers::CameraSource source;
+  rt::ModuleRig rig(source, {.board = &board});
+  std::uint32_t messages = 0, newest = 0;
+  const Time deadline = linux_os().now() + 20s;
+  while (messages < 10 && linux_os().now() < deadline) {
+    linux_os().sleep_until(linux_os().now() + 5ms);
+    if (rig.step(linux_os().now(), 5ms) != rt::Status::ok) continue;
+    for (const msg::Image* image : rig.all<msg::Image>("raw")) {
+      EXPECT_EQ(image->bulk_used(), 480u * 360 * 3);
+      if (messages++ > 0) {
+        EXPECT_GT(image->frame_number, newest);
+      }
+      newest = image->frame_number;
+    }
+  }
+  EXPECT_GE(messages, 10u) << camera_->state();
+}
+
+// Last, because the driver stays away: libcamera 0.0.3 ends a process in which vimc is bound again. Root only.
+TEST_F(LibcameraOnKernel, VanishedCameraIsClosedAndSaidAndDoesNotEndTheProcess) {
+  const std::string vimc = "/sys/bus/platform/drivers/vimc/";
+  if (!std::filesystem::exists(vimc + "vimc.0")) GTEST_SKIP() << "the camera is not vimc's";
+  ASSERT_EQ(open(), std::nullopt) << why_;
+  ASSERT_TRUE(next());
+  ASSERT_TRUE(std::ofstream(vimc + "unbind") << "vimc.0" << std::flush);
+  const auto said = [&] {
+    const auto got = camera_->read(*image_);
+    return !got && got.error().code == Errc::closed &&
+           camera_->state().find("gone; the device left") != std::string::npos;
+  };
+  bool was = false;
+  const Time deadline = linux_os().now() + 30s;
+  while (!(was = said()) && linux_os().now() < deadline) linux_os().sleep_until(linux_os().now() + 1ms);
+  EXPECT_TRUE(was) << camera_->state();
+  camera_.reset();
 }
 
 }  // namespace

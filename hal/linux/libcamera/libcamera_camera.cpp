@@ -133,7 +133,7 @@ Status LibcameraCamera::request(std::size_t control, double value) noexcept {
 std::optional<CameraControls::Exposure> LibcameraCamera::exposure() const {
   const auto at = find("ExposureTime");
   if (!at) return std::nullopt;
-  return Exposure{*at, std::chrono::microseconds(1)};
+  return Exposure{*at, std::chrono::microseconds(1), find("AeEnable"), 0};
 }
 
 void LibcameraCamera::adopt(std::unique_ptr<LibcameraSession> session) {
@@ -155,6 +155,15 @@ void LibcameraCamera::keep() noexcept {
     if (holder_.load(std::memory_order_acquire) != kKeeper) {
       retry = kFirstRetry;
       if (serve()) os_.wait(bell_, seen, os_.now() + kLookEvery);
+      continue;
+    }
+    if (session_ && session_->vanished()) {  // not to be stopped before libcamera has heard of it
+      {
+        const std::lock_guard lock(mutex_);
+        trouble_ =
+            "the device left, and libcamera has not heard of it (it does of USB cameras, from udevd): start again";
+      }
+      os_.wait(bell_, seen, os_.now() + kLookEvery);
       continue;
     }
     session_.reset();
@@ -184,8 +193,9 @@ bool LibcameraCamera::serve() {
   }
   for (const auto& [name, value] : unsent_) spec_.controls[name] = value;
   const Status sent = session_->requeue(unsent_);
-  if (sent && !session_->gone() && os_.now() - Time{last_frame_ns_.load(std::memory_order_relaxed)} < kRestartAfter)
-    return true;
+  const Duration silence = os_.now() - Time{last_frame_ns_.load(std::memory_order_relaxed)};
+  const bool vanished = silence > kLookEvery && session_->vanished();
+  if (sent && !session_->gone() && !vanished && silence < kRestartAfter) return true;
   int nobody = kNobody;
   if (!holder_.compare_exchange_strong(nobody, kKeeper, std::memory_order_acquire)) return true;  // it is being read
   return false;
@@ -195,7 +205,8 @@ std::string LibcameraCamera::state() const {
   const std::lock_guard lock(mutex_);
   std::string text = "'" + spec_.path + "': ";
   if (holder_.load(std::memory_order_acquire) == kKeeper) {
-    text += "gone; tried " + std::to_string(stats().tries) + " times to open it again";
+    text += "gone";
+    if (stats().tries > 0) text += "; tried " + std::to_string(stats().tries) + " times to open it again";
     if (!trouble_.empty()) text += "; " + trouble_;
   } else {
     text += "streaming " + std::to_string(spec_.width) + "x" + std::to_string(spec_.height);

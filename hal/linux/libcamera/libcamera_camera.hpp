@@ -19,7 +19,9 @@ class LibcameraSession;
 /// A camera behind libcamera 0.0.3 (Debian 12): what sits on a board's own camera connector and needs more than one
 /// kernel device to give a picture. docs/camera.md has keys, stamps and limits.
 /// Requests finish in libcamera's thread; read() copies the pixels of the oldest once, and a thread of low priority
-/// sends the request round again, sets controls, and opens the camera again when it was away.
+/// sends the request round again, sets controls, and begins a stream anew that fell silent.
+/// A camera that goes away is opened again when libcamera says that it went (its USB pipeline does). Of another's going
+/// state() tells, and the program has to be started again: see LibcameraSession::vanished().
 /// Stamps:  SensorTimestamp (start of the exposure) plus half of ExposureTime, where the pipeline reports them.
 /// Thread:  read(): owner. request(), stats(), state(): any.   RT: read(), request() yes.
 /// Errors:  read(): closed while the camera is away; bad_data for a faulty frame; bad_argument: too large.
@@ -36,6 +38,7 @@ class LibcameraCamera final : public Camera, public CameraControls {
   const std::vector<CameraControl>& controls() const override { return controls_; }
   Status request(std::size_t control, double value) noexcept override;
   std::optional<Exposure> exposure() const override;
+  std::optional<std::size_t> gain() const override { return find("AnalogueGain"); }
   CameraStats stats() const { return count_.stats(); }
   /// How it does, in words for people. RT: no.
   std::string state() const;

@@ -10,12 +10,15 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <mutex>
 
 #include "hal/linux/v4l2_format.hpp"
 
 namespace sinew::hal {
 namespace {
+
+namespace fs = std::filesystem;
 
 /// libcamera names packed RGB as DRM does, by the 24-bit word and not by the bytes: its BGR888 is red first in memory.
 libcamera::PixelFormat pixel_format(msg::PixelFormat format) {
@@ -193,9 +196,33 @@ Status LibcameraSession::start(const CameraSpec& spec, std::string& why) {
   return {};
 }
 
+bool LibcameraSession::vanished() const {
+  if (gone()) return false;
+  std::error_code none;
+  for (fs::directory_iterator at("/proc/self/fd", none), end; !none && at != end; at.increment(none)) {
+    std::error_code closed;  // meanwhile, by another thread
+    const std::string to = fs::read_symlink(at->path(), closed).string();
+    const bool camera = to.starts_with("/dev/video") || to.starts_with("/dev/media") || to.starts_with("/dev/v4l-");
+    if (camera && to.ends_with(" (deleted)")) return true;
+  }
+  return false;
+}
+
 LibcameraSession::~LibcameraSession() {
-  if (running_) camera_->stop();  // all requests come back as cancelled before this returns
   if (camera_) {
+    if (running_ && vanished()) {
+      camera_->requestCompleted.disconnect(this);
+      camera_->disconnected.disconnect(this);
+      struct Left {
+        std::shared_ptr<libcamera::CameraManager> manager;
+        std::shared_ptr<libcamera::Camera> camera;
+        std::unique_ptr<libcamera::FrameBufferAllocator> allocator;
+        std::vector<std::unique_ptr<libcamera::Request>> requests;
+      };
+      static_cast<void>(new Left{std::move(manager_), std::move(camera_), std::move(allocator_), std::move(requests_)});
+      return;
+    }
+    if (running_) camera_->stop();  // all requests come back as cancelled before this returns
     camera_->requestCompleted.disconnect(this);
     camera_->disconnected.disconnect(this);
   }

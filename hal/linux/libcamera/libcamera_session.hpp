@@ -51,6 +51,10 @@ class LibcameraSession {
   /// Sends what was given back on its way again, the first of them with these controls, which are then taken off the
   /// list. Errors: closed, io.
   Status requeue(Wanted& controls);
+  /// Whether a device of libcamera's has left /dev without libcamera having said so: it does for its USB pipeline only,
+  /// and from udevd. To stop such a camera ends the process: libcamera 0.0.3 asserts that all requests come back, and
+  /// none do (seen with vimc). So a session in that state is not stopped, and its destructor leaves it lying.
+  bool vanished() const;
   bool gone() const noexcept { return gone_.load(std::memory_order_acquire); }
   /// Reading the buffers by the processor begins and ends: what caches need. RT: two short calls of the kernel.
   void begin_access(std::uint32_t request) noexcept;

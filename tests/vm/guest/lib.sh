@@ -68,11 +68,12 @@ iio_device() {
   [[ -n $device ]]
 }
 
-# Servos on CAN buses, see tests/vm/servo_buses.cpp. begin_drives PLACE...: the last one's can be ended by end_drives.
+# Servos on CAN buses, see tests/vm/servo_buses.cpp. begin_drives PLACE...: the last one's can be ended by end_drives. They
+# go before everything ordinary: a real drive does not wait for our scripts.
 begin_drives() {
   local place
   for place in "$@"; do
-    "$build/tests/vm/vm_servo_buses" drives "$place" >>drives.txt &
+    chrt --fifo 60 "$build/tests/vm/vm_servo_buses" drives "$place" >>drives.txt &
     drives=$!
   done
 }
