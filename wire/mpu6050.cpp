@@ -56,6 +56,11 @@ std::optional<std::array<RegisterWrite, 9>> setup_writes(const Setup& setup, Chi
             {kUserControl, user}}}};
 }
 
+msg::Duration filter_delay(int filter) noexcept {
+  constexpr int kMicroseconds[] = {980, 1900, 2800, 4800, 8300, 13400, 18600};
+  return std::chrono::microseconds(filter >= 0 && filter < 7 ? kMicroseconds[filter] : 0);
+}
+
 Sample decode_burst(std::span<const std::uint8_t, kBurst> bytes) noexcept {
   return {three(bytes.data()), three(bytes.data() + 8)};
 }

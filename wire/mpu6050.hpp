@@ -8,6 +8,7 @@
 #include <span>
 
 #include "msg/geometry.hpp"
+#include "msg/time.hpp"
 #include "wire/sensor_bytes.hpp"
 
 namespace sinew::wire::mpu6050 {
@@ -41,6 +42,9 @@ struct Setup {
 };
 /// What to write, in this order, after a reset; nothing when the set-up is not one that the chip has.
 std::optional<std::array<RegisterWrite, 9>> setup_writes(const Setup& setup, Chip chip) noexcept;
+
+/// By how much the filter delays the gyroscope; the accelerometer within 0.2 ms of it. RM-MPU-6000A section 4.3.
+msg::Duration filter_delay(int filter) noexcept;
 
 /// A sample in the chip's axes.
 struct Sample {

@@ -118,7 +118,7 @@ int drives(const Place& place) {
   }
   for (;;) {
     servos.poll(os.now());
-    os.sleep_until(os.now() + 500us);
+    os.sleep_until(os.now() + 1ms);
   }
 }
 

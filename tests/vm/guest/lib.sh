@@ -69,11 +69,11 @@ iio_device() {
 }
 
 # Servos on CAN buses, see tests/vm/servo_buses.cpp. begin_drives PLACE...: the last one's can be ended by end_drives. They
-# go before everything ordinary: a real drive does not wait for our scripts.
+# go before our scripts, for which a real drive does not wait.
 begin_drives() {
   local place
   for place in "$@"; do
-    chrt --fifo 60 "$build/tests/vm/vm_servo_buses" drives "$place" >>drives.txt &
+    nice -n -15 "$build/tests/vm/vm_servo_buses" drives "$place" >>drives.txt &
     drives=$!
   done
 }

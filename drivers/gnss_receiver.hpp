@@ -1,0 +1,47 @@
+#pragma once
+#include <optional>
+
+#include "drivers/polled_sensor.hpp"
+#include "drivers/serial_line.hpp"
+#include "wire/nmea.hpp"
+#include "wire/sensor_bytes.hpp"
+#include "wire/ubx.hpp"
+
+namespace sinew::drivers {
+
+struct GnssConfig {
+  bool configure_ubx = false;  // asks a u-blox receiver for NAV-PVT at this period
+  std::uint16_t period_ms = 200;
+  hal::Duration delay{};          // from the solution's instant to its coming in: the receiver's manual
+  double error_per_hdop_m = 2.5;  // NMEA tells no accuracy: one sigma is this times the dilution
+};
+
+/// A satellite receiver on a serial line: NMEA (GGA with RMC, GSA, VTG) or UBX (NAV-PVT, preferred when it comes).
+/// Stamps:  the time of coming in, less `delay`. Without a fix the position is NaN, and a sample.
+/// Errors:  closed when the line is gone; bad_data when nothing but garbage comes (wrong bit rate).
+class GnssReceiver final : public PolledDevice<msg::GnssSample> {
+ public:
+  GnssReceiver(SerialOpener opener, const GnssConfig& config) : line_(std::move(opener)), config_(config) {}
+  hal::Status set_up(std::string& why) override;
+  hal::Status poll(hal::Time now, std::vector<msg::GnssSample>& out, std::string& why) override;
+  hal::Serial* line() override { return line_.get(); }
+
+ private:
+  void on_sentence(const wire::NmeaSentence& s, hal::Time now, std::vector<msg::GnssSample>& out);
+  /// One instant's sentences as a sample.
+  void flush(std::vector<msg::GnssSample>& out);
+  msg::GnssSample combined() const;
+
+  SerialLine line_;
+  GnssConfig config_;
+  wire::NmeaScanner nmea_;
+  wire::UbxScanner ubx_;
+  std::optional<wire::NmeaGga> gga_;
+  std::optional<wire::NmeaRmc> rmc_;
+  std::optional<wire::NmeaGsa> gsa_;  // of the newest instant that had one
+  hal::Time came_in_;                 // the first sentence of this instant
+  std::optional<hal::Time> pvt_;      // when UBX spoke last
+  std::uint64_t bytes_ = 0;           // since the last frame of either kind
+};
+
+}  // namespace sinew::drivers

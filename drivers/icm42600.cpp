@@ -1,0 +1,137 @@
+#include "drivers/icm42600.hpp"
+
+#include <array>
+#include <cstdio>
+
+namespace sinew::drivers {
+
+using namespace std::chrono_literals;
+namespace chip = wire::icm42600;
+
+namespace {
+
+constexpr std::size_t kPacketsAtOnce = 16;
+
+hal::Error dead_line(const Registers& registers, std::string& why) {
+  why = registers.where() + ": reads only 0x00 or 0xff (power, pull-ups?)";
+  return {hal::Errc::bad_data, "icm42600: dead line"};
+}
+
+}  // namespace
+
+Icm42600::Icm42600(hal::Os& os, std::unique_ptr<Registers> registers, const Icm42600Config& config)
+    : os_(os),
+      registers_(std::move(registers)),
+      config_(config),
+      mount_(config.mount),
+      clock_(period(config)),
+      watch_(config.stuck_after) {}
+
+hal::Duration Icm42600::period(const Icm42600Config& config) {
+  return hal::Duration{1'000'000'000 / std::max(1, config.chip.rate_hz)};
+}
+
+hal::Status Icm42600::set_up(std::string& why) {
+  const auto failed = [&](const hal::Error& e) {
+    why = bus_problem(*registers_, e);
+    return e;
+  };
+  if (auto done = registers_->write(chip::kBank, 0); !done) return failed(done.error());
+  const auto who = registers_->read(chip::kWhoAmI);
+  if (!who) return failed(who.error());
+  if (!chip::name_of(*who)) {
+    char hex[8];
+    std::snprintf(hex, sizeof hex, "0x%02x", unsigned{*who});
+    why = registers_->where() + ": answers who-am-i with " + hex + "; an ICM-42605 says 0x42, an ICM-42688-P 0x47";
+    return hal::Error{hal::Errc::not_found, "icm42600: another chip", *who};
+  }
+  const auto writes = chip::setup_writes(config_.chip);
+  if (!writes) {
+    why =
+        "accel_g is 2, 4, 8 or 16; gyro_dps 250, 500, 1000 or 2000; rate_hz 25, 50, 100, 200, 500, 1000, 2000, 4000 or "
+        "8000";
+    return hal::Error{hal::Errc::bad_argument, "icm42600"};
+  }
+  if (auto done = registers_->write(chip::kDeviceConfig, chip::kSoftReset); !done) return failed(done.error());
+  os_.sleep_until(os_.now() + 2ms);  // DS-000347, DEVICE_CONFIG: wait 1 ms
+  if (auto done = registers_->write_and_check(*writes); !done) return failed(done.error());
+  os_.sleep_until(os_.now() + 50ms);  // the gyroscope runs 45 ms after it was switched on
+  if (config_.chip.fifo)
+    if (auto done = registers_->write(chip::kSignalPathReset, chip::kFifoFlush); !done) return failed(done.error());
+  clock_ = SampleClock(period(config_));
+  watch_.restart();
+  return {};
+}
+
+hal::Status Icm42600::poll(hal::Time now, std::vector<msg::ImuSample>& out, std::string& why) {
+  why.clear();
+  hal::Status done = config_.chip.fifo ? poll_fifo(now, out, why) : poll_newest(now, out, why);
+  if (!done && why.empty()) why = bus_problem(*registers_, done.error());
+  return done;
+}
+
+hal::Status Icm42600::poll_fifo(hal::Time now, std::vector<msg::ImuSample>& out, std::string& why) {
+  std::array<std::uint8_t, 3> head{};  // status and count stand side by side
+  static_assert(chip::kIntStatus + 1 == chip::kFifoCount);
+  if (auto done = registers_->read(chip::kIntStatus, head); !done) return done;
+  const std::size_t count = wire::be16(&head[1]);
+  // Up to one packet more than the FIFO holds can be on its way.
+  if (count > chip::kFifoBytes + chip::kPacket) {
+    why = registers_->where() + ": says " + std::to_string(count) + " bytes are in a FIFO of 2048";
+    return hal::Error{hal::Errc::bad_data, "icm42600: fifo", static_cast<std::int64_t>(count)};
+  }
+  if ((head[0] & chip::kFifoFull) && count + chip::kPacket > chip::kFifoBytes) {
+    ++overflows_;
+    clock_.restart();
+    return registers_->write(chip::kSignalPathReset, chip::kFifoFlush);
+  }
+  const std::size_t packets = count / chip::kPacket;
+  if (packets == 0) return {};
+  const auto stamps = clock_.found(packets, now);
+  for (std::size_t at = 0; at < packets;) {
+    std::array<std::uint8_t, kPacketsAtOnce * chip::kPacket> bytes{};
+    const std::size_t n = std::min(packets - at, kPacketsAtOnce);
+    const std::span part(bytes.data(), n * chip::kPacket);
+    if (auto done = registers_->read(chip::kFifoData, part); !done) return done;
+    if (ImuWatch::is_dead(part)) return dead_line(*registers_, why);
+    for (std::size_t i = 0; i < n; ++i, ++at) {
+      const auto raw =
+          chip::decode_packet(std::span<const std::uint8_t, chip::kPacket>(&part[i * chip::kPacket], chip::kPacket));
+      if (!raw) {
+        why = registers_->where() + ": the FIFO holds something else than samples";
+        return hal::Error{hal::Errc::bad_data, "icm42600: packet"};
+      }
+      if (auto done = deliver(*raw, stamps.at(at), now, out, why); !done) return done;
+    }
+  }
+  return {};
+}
+
+hal::Status Icm42600::poll_newest(hal::Time now, std::vector<msg::ImuSample>& out, std::string& why) {
+  constexpr std::size_t kToStatus = chip::kIntStatus - chip::kTemperature;  // one read for sample and status
+  std::array<std::uint8_t, kToStatus + 1> bytes{};
+  if (auto done = registers_->read(chip::kTemperature, bytes); !done) return done;
+  if (ImuWatch::is_dead(std::span(bytes).first<chip::kBurst>())) return dead_line(*registers_, why);
+  if (!(bytes[kToStatus] & chip::kDataReady)) return {};
+  const auto raw = chip::decode_burst(std::span<const std::uint8_t, chip::kBurst>(bytes.data(), chip::kBurst));
+  return deliver(raw, clock_.found(1, now).first, now, out, why);
+}
+
+hal::Status Icm42600::deliver(const chip::Sample& raw, hal::Time stamp, hal::Time now, std::vector<msg::ImuSample>& out,
+                              std::string& why) {
+  if (!chip::is_valid(raw)) return {};  // not started yet
+  const std::array<std::int16_t, 6> six{raw.accel[0], raw.accel[1], raw.accel[2],
+                                        raw.gyro[0],  raw.gyro[1],  raw.gyro[2]};
+  if (watch_.is_stuck(six, now)) {
+    why = registers_->where() + ": repeats the same numbers";
+    return hal::Error{hal::Errc::bad_data, "icm42600: stuck"};
+  }
+  msg::ImuSample sample;
+  sample.stamp = stamp;
+  sample.accel_mps2 = mount_.to_base(chip::accel_mps2(raw, config_.chip));
+  sample.gyro_radps = mount_.to_base(chip::gyro_radps(raw, config_.chip));
+  out.push_back(sample);
+  return {};
+}
+
+}  // namespace sinew::drivers
