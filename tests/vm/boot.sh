@@ -8,6 +8,7 @@
 # board:  two processors, as fast as the host lets them: whether things work.
 # icount: one processor that takes 4 ns of the guest's time for each instruction, so that times do not depend on the
 #         host: how late things are.
+# buses:  the same with 1 ns for each instruction: as many frames a second as a board has, however slow the host is.
 #
 # Of each sub-test build/vm/results/FOLDER/NAME.log is what it said, NAME.result its exit code and its seconds; kernel.log
 # is the kernel's. Exit: 0 when the guest came to the end, whatever its sub-tests' results.
@@ -17,7 +18,7 @@ source "$(dirname "${BASH_SOURCE[0]}")/../../tools/lib.sh"
 
 shell=0 limit_s=300
 if [[ ${1:-} == --shell ]]; then shell=1 limit_s=36000 && shift; fi
-folder=${1:?"board or icount"}
+folder=${1:?"board, icount or buses"}
 shift
 here=$root/tests/vm
 [[ -d $here/$folder ]] || die "$folder: no such folder of sub-tests in tests/vm"
@@ -54,6 +55,10 @@ shares=(
 case $folder in
   board)
     machine+=(-accel tcg,thread=multi -smp 2
+      -object can-bus,id=can -device kvaser_pci,canbus=can -device kvaser_pci,canbus=can)
+    ;;
+  buses)
+    machine+=(-accel tcg -smp 1 -icount shift=0,sleep=off -rtc clock=vm -seed 1
       -object can-bus,id=can -device kvaser_pci,canbus=can -device kvaser_pci,canbus=can)
     ;;
   icount) machine+=(-accel tcg -smp 1 -icount shift=2,sleep=off -rtc clock=vm -seed 1) ;;

@@ -67,3 +67,25 @@ iio_device() {
   done
   [[ -n $device ]]
 }
+
+# Servos on CAN buses, see tests/vm/servo_buses.cpp. begin_drives PLACE...: the last one's can be ended by end_drives. They
+# go before our scripts, for which a real drive does not wait.
+begin_drives() {
+  local place
+  for place in "$@"; do
+    nice -n -15 "$build/tests/vm/vm_servo_buses" drives "$place" >>drives.txt &
+    drives=$!
+  done
+}
+end_drives() { kill "$drives"; }
+begin_master() {
+  trap 'cat drives.txt master.txt' EXIT
+  "$build/tests/vm/vm_servo_buses" master "$@" >master.txt &
+  master=$!
+}
+# reached WORD: the master has said so.
+reached() {
+  grep -qx "$1" master.txt && return
+  kill -0 "$master" || fail "the master ended before it was $1"
+  return 1
+}
