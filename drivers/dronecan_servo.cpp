@@ -126,11 +126,11 @@ bool DronecanServo::on_node_status(const wire::DronecanTransfer& transfer, Time 
   uptime_s_ = status.uptime_s;
   const bool bad = status.health == wire::DronecanHealth::error || status.health == wire::DronecanHealth::critical;
   if (bad)
-    joint_.set_drive_faults(msg::kJointOther, status.vendor_code);
+    joint_.set_drive_faults(now, msg::kJointOther, status.vendor_code);
   else if (status.mode != static_cast<std::uint8_t>(wire::DronecanMode::operational))
-    joint_.set_drive_faults(msg::kJointOther, kModeCode | status.mode);
+    joint_.set_drive_faults(now, msg::kJointOther, kModeCode | status.mode);
   else
-    joint_.set_drive_faults(0, 0);
+    joint_.set_drive_faults(now, 0, 0);
   return true;
 }
 
