@@ -4,7 +4,9 @@
 #include <cstdio>
 #include <fstream>
 
+#include "hal/linux/can.hpp"
 #include "hal/linux/os.hpp"
+#include "hal/linux/serial.hpp"
 #include "hal/linux/socket.hpp"
 #include "sim_hil/plant/render_test.hpp"
 #include "sim_hil/plant/session.hpp"
@@ -23,6 +25,8 @@ struct Settings {
   std::uint64_t seed = 0;
   std::vector<std::string> faults;
   std::string report;
+  std::string can, iio;
+  std::vector<std::string> servos;
 };
 
 /// "640x480"; an empty text when it is one.
@@ -78,6 +82,11 @@ void describe(CLI::App& app, Settings& s) {
       ->allow_extra_args(false);
   app.add_flag("--list-faults", s.list_faults,
                "print every device with every kind, and why those that are none are none");
+  app.add_option("--can", s.can, "real time: drives on this CAN bus move the joints: TRANSPORT:ADDRESS, e.g. udp:7");
+  app.add_option("--servo", s.servos, "the drive of the next joint: cia402:ID, cybergear:ID or mit:ID:MOTOR")
+      ->allow_extra_args(false)
+      ->needs("--can");
+  app.add_option("--iio", s.iio, "real time: the IMU also as the kernel's IIO would show it, under this folder");
   app.add_option("--report", s.report, "write the last report (JSON) into this file");
   app.add_option("--duration", s.session.duration_s, "end the run after so many seconds of plant time; 0: never")
       ->check(CLI::NonNegativeNumber)
@@ -160,8 +169,46 @@ bool write_report(const std::string& path, const std::string& json) {
   return static_cast<bool>(out);
 }
 
+/// False after it was said why.
+bool open_wire(const Settings& s, hal::Os& os, plant::WireDevices& wire) {
+  std::string why;
+  if (!s.can.empty()) {
+    std::vector<plant::WireServo> servos;
+    for (const std::string& text : s.servos) {
+      const auto servo = plant::parse_wire_servo(text, why);
+      if (!servo) return std::fprintf(stderr, "sinew-sim: --servo: %s\n", why.c_str()), false;
+      servos.push_back(*servo);
+    }
+    const auto colon = s.can.find(':');
+    const hal::CanSpec spec{s.can.substr(0, colon), colon == std::string::npos ? "" : s.can.substr(colon + 1)};
+    auto watch = hal::FdWatch::start(os, {"sim_devices", 0, {}, std::size_t{64} * 1024, 0});
+    if (!watch) return std::fprintf(stderr, "sinew-sim: --can: no thread\n"), false;
+    auto bus = hal::open_can(spec, os, *watch, why);
+    if (!bus) return std::fprintf(stderr, "sinew-sim: --can: %s\n", why.c_str()), false;
+    wire.add_servos(std::move(*bus), std::move(servos));
+  }
+  if (!s.iio.empty()) {
+    sim_hil::IioTreeSpec spec;
+    spec.root = s.iio;
+    auto tree = sim_hil::IioTree::make(spec);
+    if (!tree) return std::fprintf(stderr, "sinew-sim: --iio %s: cannot be made\n", s.iio.c_str()), false;
+    auto pipe = hal::make_pipe((*tree)->buffer_path());
+    if (!pipe) {
+      std::fprintf(stderr, "sinew-sim: --iio %s: %s\n", (*tree)->buffer_path().c_str(),
+                   hal::to_string(pipe.error().code));
+      return false;
+    }
+    (*tree)->attach(std::move(*pipe));
+    wire.add_imu(std::move(*tree));
+  }
+  return true;
+}
+
 int serve(Settings& s) {
   hal::Os& os = hal::linux_os();
+  plant::WireDevices wire;
+  if (!open_wire(s, os, wire)) return 1;
+  if (!s.can.empty() || !s.iio.empty()) s.session.wire = &wire;
   auto listener = hal::listen_stream(s.listen);
   if (!listener) return fail("cannot listen on " + s.listen, listener.error());
   // The door first: a stop line does not wait for pixels.

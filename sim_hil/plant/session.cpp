@@ -96,6 +96,14 @@ Status Session::open(sim_hil::Caller caller) {
     return made.error();
   }
   world_ = std::move(*made);
+  if (options_.wire) {
+    if (report_.mode == sim_hil::Mode::lockstep) report_.reason = "devices at the wire are in real time only";
+    if (Status s = options_.wire->attach(*world_); !s) report_.reason = s.error().where;
+    if (!report_.reason.empty()) {
+      link_->bye(report_.reason);
+      return hal::Error{hal::Errc::not_supported, "devices at the wire"};
+    }
+  }
   feed_.set_seed(report_.seed);
   faults_ = std::make_unique<PlantFaults>(options_.faults, report_.seed, feed_.options(), info_);
   return {};
@@ -180,6 +188,7 @@ Status Session::run_free() {
     const hal::Duration cpu = os_.thread_cpu_time();
     const double rate = link_->hello().rate;
     const Time start = os_.now();
+    host_zero_ = start;
     result = link_->start_clock(Time{0}, start);
     while (result && !over() && !line_closed()) {
       const std::int64_t end_ns = world_->now().ns + kMsNs;
@@ -260,7 +269,9 @@ Status Session::advance_one_ms() {
   heed_stop_line();
   for (int i = 0; i < kImuSteps; ++i) {
     commanded_ = link_->setpoints_at(id(Part::actuators), world_->now());
-    if (Status s = send_due(world_->step(act())); !s) return s;
+    const Due& due = world_->step(act());
+    if (options_.wire) options_.wire->step(*world_, due, host_zero_ + (world_->now() - Time{0}));
+    if (Status s = send_due(due); !s) return s;
   }
   return {};
 }

@@ -8,6 +8,7 @@
 #include "sim_hil/plant/camera_feed.hpp"
 #include "sim_hil/plant/plant_faults.hpp"
 #include "sim_hil/plant/relink.hpp"
+#include "sim_hil/plant/wire_devices.hpp"
 #include "sim_hil/plant/worlds.hpp"
 #include "sim_hil/plant_door.hpp"
 #include "sim_hil/plant_link.hpp"
@@ -22,6 +23,7 @@ struct SessionOptions {
   std::vector<Fault> faults;          // docs/faults.md
   double relink_s = 5;                // free-running, by a door: the world waits so long for another runtime
   int fifo_priority = 85;             // of the physics thread, free-running: above the robot's threads, like a device
+  WireDevices* wire = nullptr;        // parts of the world at the wire, besides; free-running only. Not owned
 };
 
 /// How a run went, from the plant's side.
@@ -119,6 +121,7 @@ class Session {
   std::uint32_t frame_number_ = 0;
   std::uint32_t told_news_ = 0;
   hal::Time last_imu_{-1};
+  hal::Time host_zero_{};  // free-running: the host's clock at plant time 0
   SessionReport report_;
 };
 

@@ -24,7 +24,7 @@ ROOMS = {
     "drivers": ["hal", "rt", "wire", "msg"],
     "sim_hil": ["hal", "wire", "msg"],
     "sim_hil/wire": ["hal", "wire", "msg"],
-    "sim_hil/plant": ["sim_hil", "hal", "wire", "math", "msg"],
+    "sim_hil/plant": ["sim_hil", "sim_hil/wire", "hal", "wire", "math", "msg"],
     "record": ["hal", "msg"],
     "record/run": ["record", "rt", "hal", "math", "msg"],
     "net": ["tap", "rt", "msg"],

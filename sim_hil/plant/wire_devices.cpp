@@ -1,0 +1,106 @@
+#include "sim_hil/plant/wire_devices.hpp"
+
+#include <charconv>
+
+#include "sim_hil/plant/joints.hpp"
+#include "sim_hil/wire/sim_cia402.hpp"
+#include "sim_hil/wire/sim_impedance.hpp"
+
+namespace sinew::plant {
+
+/// A joint of the world under a drive: the drive's effort is what moves it.
+class WireDevices::Joint final : public sim_hil::SimJoint {
+ public:
+  Joint(PlantJoints& joints, std::size_t index) : joints_(joints), index_(index) {}
+  double position_rad() const override { return joints_.motion(index_).position_rad; }
+  double velocity_radps() const override { return joints_.motion(index_).velocity_radps; }
+  void set_effort(double nm) override {
+    joints_.drive(index_, nm == 0 ? JointDrive{} : JointDrive{.mode = DriveMode::effort, .effort_nm = nm});
+  }
+  void advance(hal::Duration) override {}  // the world does
+
+ private:
+  PlantJoints& joints_;
+  std::size_t index_;
+};
+
+std::optional<WireServo> parse_wire_servo(const std::string& text, std::string& why) {
+  const auto refuse = [&] {
+    std::string types;
+    for (const auto& t : wire::mit_motor_types()) types += std::string(types.empty() ? "" : ", ") + t.name;
+    why = "'" + text + "' is none of cia402:ID, cybergear:ID, mit:ID:MOTOR (ID 1 to 127; motors: " + types + ")";
+    return std::nullopt;
+  };
+  WireServo servo;
+  const auto colon = text.find(':'), second = text.find(':', colon + 1);
+  if (colon == std::string::npos) return refuse();
+  const std::string protocol = text.substr(0, colon);
+  const char* begin = text.data() + colon + 1;
+  const char* end = text.data() + (second == std::string::npos ? text.size() : second);
+  const auto [rest, error] = std::from_chars(begin, end, servo.id);
+  if (error != std::errc() || rest != end || servo.id < 1 || servo.id > 127) return refuse();
+  if (second != std::string::npos) servo.motor = text.substr(second + 1);
+  if (protocol == "mit" && wire::mit_motor_type(servo.motor)) {
+    servo.protocol = WireServo::Protocol::mit;
+    return servo;
+  }
+  if (second != std::string::npos) return refuse();
+  if (protocol == "cia402") return servo;
+  if (protocol != "cybergear") return refuse();
+  servo.protocol = WireServo::Protocol::cybergear;
+  return servo;
+}
+
+void WireDevices::add_servos(std::unique_ptr<hal::CanBus> bus, std::vector<WireServo> servos) {
+  bus_ = std::move(bus);
+  servos_ = std::move(servos);
+}
+
+hal::Status WireDevices::attach(World& world) {
+  joints_.clear();
+  sims_.reset();
+  if (servos_.empty()) return {};
+  PlantJoints* joints = world.joints();
+  if (!joints || joints->count() < servos_.size())
+    return hal::Error{hal::Errc::bad_argument, "more drives than the world has joints",
+                      static_cast<std::int64_t>(servos_.size())};
+  sims_ = std::make_unique<sim_hil::SimServos>(*bus_);
+  for (std::size_t i = 0; i < servos_.size(); ++i) {
+    Joint& joint = *joints_.emplace_back(std::make_unique<Joint>(*joints, i));
+    const WireServo& s = servos_[i];
+    joint.set_effort(0);
+    switch (s.protocol) {
+      case WireServo::Protocol::cia402: {
+        sim_hil::SimCia402::Parameters p;
+        p.node_id = s.id;
+        p.rated_nm = joints->limits(i).effort_nm;
+        // A joint of some 0.01 kg m^2, held at 25/s without ringing.
+        p.kp = 8, p.kd = 0.5;
+        sims_->add<sim_hil::SimCia402>(joint, {}, p);
+        break;
+      }
+      case WireServo::Protocol::mit: {
+        sim_hil::SimMitMotor::Parameters p;
+        p.motor = s.id;
+        p.type = *wire::mit_motor_type(s.motor);
+        sims_->add<sim_hil::SimMitMotor>(joint, {}, p);
+        break;
+      }
+      case WireServo::Protocol::cybergear:
+        sims_->add<sim_hil::SimCyberGear>(joint, {}, sim_hil::SimCyberGear::Parameters{.motor = s.id});
+        break;
+    }
+  }
+  return {};
+}
+
+void WireDevices::step(const World& world, const Due& due, hal::Time now) {
+  if (sims_) sims_->poll(now);
+  if (imu_ && due.imu && imu_->enabled()) {
+    msg::ImuSample sample = due.imu_sample;
+    sample.stamp = now - (world.now() - sample.stamp);
+    static_cast<void>(imu_->feed(sample));  // full: nobody reads, as in the kernel
+  }
+}
+
+}  // namespace sinew::plant
