@@ -36,7 +36,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   for (; size >= 14; data += 14, size -= 14) {
     msg::CanFrame frame;
     frame.size = data[0] % 10;
-    now.ns += data[1] * 10'000'000;
+    now.ns += std::int64_t{data[1]} * 10'000'000;
     frame.id = data[2] | data[3] << 8 | data[4] << 16 | static_cast<std::uint32_t>(data[5]) << 24;
     frame.flags = (frame.id >> 31) != 0 ? 0u : msg::kCanExtended;
     frame.id &= 0x3FFFFFFF;
