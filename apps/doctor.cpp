@@ -9,9 +9,7 @@
 
 #include "apps/linux_board.hpp"
 #include "apps/robot_file.hpp"
-#if __has_include("hal/linux/can_link.hpp")
 #include "hal/linux/can_link.hpp"
-#endif
 
 namespace sinew::app {
 namespace {
@@ -37,8 +35,7 @@ void add_device(const std::string& name, const drivers::DeviceSpec& spec, hal::S
       demand.nodes.push_back({*text, name});
   if (spec.driver == "iio") demand.iio = true;
   if (spec.driver == "socketcan") {
-    std::string interface = text_of(spec, "interface");
-    if (interface.empty()) interface = text_of(spec, "address");
+    const std::string interface = text_of(spec, "address");
     hal::SystemDemand::Can can{interface, name, 0};
     if (const auto it = spec.keys.find("bit_rate"); it != spec.keys.end())
       if (const auto* rate = std::get_if<std::int64_t>(&it->second.value); rate && *rate > 0)
@@ -90,13 +87,11 @@ void add_devices(const RobotFile& robot, hal::SystemDemand& demand) {
     if (board == "linux") add_device("device." + device.name, device, demand);
   }
   if (!robot.parent.watchdog.empty()) demand.nodes.push_back({robot.parent.watchdog, "parent.watchdog"});
-#if __has_include("hal/linux/can_link.hpp")
   demand.can_facts = [](const std::string& interface) -> std::optional<hal::SystemDemand::CanFacts> {
     const auto link = hal::read_can_link(interface);
     if (!link) return std::nullopt;
     return hal::SystemDemand::CanFacts{link->bit_rate, link->restart_ms, link->state == hal::CanState::bus_off};
   };
-#endif
 }
 
 std::string doctor_text(const std::vector<hal::SystemCheck>& checks) {

@@ -200,7 +200,7 @@ SystemCheck irq_priorities(const SystemFiles& files, const SystemDemand& demand)
 std::string handlers(const SystemFiles& files, const std::string& irq) {
   std::string names;
   for (const auto& entry : files.list("proc/irq/" + irq))
-    if (!files.text("proc/irq/" + irq + "/" + entry)) names += (names.empty() ? "" : ", ") + entry;
+    if (files.is_folder("proc/irq/" + irq + "/" + entry)) names += (names.empty() ? "" : ", ") + entry;
   return names;
 }
 

@@ -24,7 +24,13 @@ std::string trimmed(std::string_view text) {
   return std::string(text.substr(first, text.find_last_not_of(white) - first + 1));
 }
 
+bool is_folder_at(const std::string& path) {
+  struct stat info {};
+  return ::stat(path.c_str(), &info) == 0 && S_ISDIR(info.st_mode);
+}
+
 std::optional<std::string> whole_file(const std::string& path) {
+  if (is_folder_at(path)) return std::nullopt;  // it would open, and throw when it is read
   std::ifstream in(path, std::ios::binary);
   if (!in) return std::nullopt;
   return std::string(std::istreambuf_iterator<char>(in), {});
@@ -99,6 +105,8 @@ std::vector<std::string> SystemFiles::list(const std::string& folder) const {
   std::sort(names.begin(), names.end(), before);
   return names;
 }
+
+bool SystemFiles::is_folder(const std::string& name) const { return is_folder_at(root_ + name); }
 
 bool SystemFiles::writable(const std::string& name) const { return ::access((root_ + name).c_str(), W_OK) == 0; }
 

@@ -24,6 +24,7 @@ class SystemFiles {
   std::optional<std::string> field(const std::string& name, std::string_view key) const;
   /// Names in a folder, numbers in them in their order (cpu2 before cpu10).
   std::vector<std::string> list(const std::string& folder) const;
+  bool is_folder(const std::string& name) const;
   bool writable(const std::string& name) const;
   /// Who may use a file; nothing when there is none.
   struct Access {

@@ -73,7 +73,7 @@ TEST(Doctor, DevicesOfTheBoardLinuxAreLookedFor) {
     s.name = name, s.driver = driver, s.keys[key].value = std::string(text);
     return s;
   };
-  robot.devices.buses = {spec("arms", "socketcan", "interface", "can0")};
+  robot.devices.buses = {spec("arms", "socketcan", "address", "can0")};
   robot.devices.buses[0].keys["bit_rate"].value = std::int64_t{500'000};
   robot.devices.devices = {spec("imu", "iio", "name", "mpu6050"), spec("gps", "ublox", "path", "/dev/ttyS1"),
                            spec("range", "tfmini", "path", "/dev/ttyS2")};
