@@ -9,7 +9,7 @@
 #include "hal/wake_slot.hpp"
 #include "sim_hil/plant_clock.hpp"
 #include "sim_hil/protocol.hpp"
-#include "sim_hil/sample_ring.hpp"
+#include "hal/sample_ring.hpp"
 
 namespace sinew::sim_hil {
 
@@ -67,7 +67,7 @@ class SimDevice {
 
   /// Drops what a device with a queue of `depth` would have dropped by now, oldest first; how many are left to read.
   template <class Item>
-  std::size_t trim(SampleRing<Item>& queue, std::size_t depth) noexcept {
+  std::size_t trim(hal::SampleRing<Item>& queue, std::size_t depth) noexcept {
     const Time now = shared_.lockstep ? shared_.clock->now() : hal::kNever;
     const std::size_t size = queue.size();
     std::size_t ready = 0;
@@ -80,7 +80,7 @@ class SimDevice {
     return ready;
   }
   template <class Item>
-  Time earliest(const SampleRing<Item>& queue) const noexcept {
+  Time earliest(const hal::SampleRing<Item>& queue) const noexcept {
     return queue.size() > 0 ? queue.at(0).ready : hal::kNever;
   }
 
@@ -133,7 +133,7 @@ class SimSensor final : public hal::Sensor<M>, public SimDevice {
     Time ready;
     M value;
   };
-  SampleRing<Waiting> queue_;
+  hal::SampleRing<Waiting> queue_;
   std::size_t depth_;
 };
 
@@ -166,7 +166,7 @@ class SimCamera final : public hal::Camera, public SimDevice {
   bool copy(const Waiting& frame, std::uint8_t* to) const noexcept;
 
   const hal::SharedMemory* memory_;  // receiver's: the plant's; null: frames come in the stream
-  SampleRing<Waiting> queue_;
+  hal::SampleRing<Waiting> queue_;
   std::size_t depth_;
   std::vector<std::uint8_t> pool_;  // queue capacity x frame
   bool first_ = true;

@@ -51,6 +51,9 @@ std::optional<WireServo> parse_wire_servo(const std::string& text, std::string& 
   return servo;
 }
 
+WireDevices::WireDevices() = default;
+WireDevices::~WireDevices() = default;
+
 void WireDevices::add_servos(std::unique_ptr<hal::CanBus> bus, std::vector<WireServo> servos) {
   bus_ = std::move(bus);
   servos_ = std::move(servos);

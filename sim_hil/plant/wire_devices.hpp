@@ -26,6 +26,8 @@ std::optional<WireServo> parse_wire_servo(const std::string& text, std::string& 
 /// Thread:  one: the world's owner.
 class WireDevices {
  public:
+  WireDevices();
+  ~WireDevices();
   /// `servos`: of the joints in their order; fewer leave the others to the group's command.
   void add_servos(std::unique_ptr<hal::CanBus> bus, std::vector<WireServo> servos);
   void add_imu(std::unique_ptr<sim_hil::IioTree> tree) { imu_ = std::move(tree); }

@@ -91,7 +91,9 @@ TEST(CanDevices, RobotFileMakesJointsThatFollow) {
   MemoryConnectors connectors;
   sim_hil::SimServos sims(connectors.wire.attach());
   sim_hil::JointModel pan, tilt;
-  sims.add<sim_hil::SimCia402>(pan, {.zero_rad = 0.25}, sim_hil::SimCia402::Parameters{.node_id = 1});
+  sim_hil::SimMount mount;
+  mount.zero_rad = 0.25;
+  sims.add<sim_hil::SimCia402>(pan, mount, sim_hil::SimCia402::Parameters());
   sims.add<sim_hil::SimMitMotor>(
       tilt, {}, sim_hil::SimMitMotor::Parameters{.motor = 2, .master = 0, .type = *wire::mit_motor_type("ak80_9")});
   std::atomic<bool> stop{false};
