@@ -10,7 +10,7 @@ using namespace std::chrono_literals;
 void Mission::declare(rt::Declaration& d) {
   d.in("state", state_, {.max_age = 20ms});
   d.in("safety", safety_, {.optional = true, .supervises = true});
-  d.in("pilot", pilot_, {.optional = true, .supervises = true});
+  d.in("pilot", pilot_, {.optional = true, .previous = true, .supervises = true});
   d.out("setpoint", setpoint_);
   d.out("mission", mission_);
   d.state(plan_);

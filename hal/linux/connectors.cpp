@@ -4,20 +4,21 @@
 #include "hal/linux/gpio.hpp"
 #include "hal/linux/i2c.hpp"
 #include "hal/linux/iio_imu.hpp"
+#include "hal/linux/libcamera_plugin.hpp"
 #include "hal/linux/serial.hpp"
 #include "hal/linux/spi.hpp"
 #include "hal/linux/v4l2_camera.hpp"
 
 namespace sinew::hal {
 
-Result<std::unique_ptr<Connectors>> LinuxConnectors::open(Os& os, std::string& why, LibcameraOpener* libcamera) {
+Result<std::unique_ptr<Connectors>> LinuxConnectors::open(Os& os, std::string& why) {
   // Its thread is an interrupt thread: above every module that waits for a device.
   auto watch = FdWatch::start(os, {"devices", 95, {}, std::size_t{64} * 1024});
   if (!watch) {
     why = "the thread that watches the devices does not start";
     return watch.error();
   }
-  return std::unique_ptr<Connectors>(new LinuxConnectors(os, std::move(*watch), libcamera));
+  return std::unique_ptr<Connectors>(new LinuxConnectors(os, std::move(*watch)));
 }
 
 Result<std::unique_ptr<CanBus>> LinuxConnectors::can(const CanSpec& spec, std::string& why) {
@@ -44,9 +45,7 @@ Result<std::unique_ptr<Camera>> LinuxConnectors::v4l2_camera(const CameraSpec& s
   return std::unique_ptr<Camera>(std::move(*camera));
 }
 Result<std::unique_ptr<Camera>> LinuxConnectors::libcamera_camera(const CameraSpec& spec, std::string& why) {
-  if (libcamera_) return libcamera_(spec, os_, why);
-  why = "this program was built without libcamera (SINEW_LIBCAMERA and Debian's libcamera-dev)";
-  return Error{Errc::not_supported, "libcamera"};
+  return open_libcamera_plugin(spec, os_, why);
 }
 
 }  // namespace sinew::hal

@@ -4,14 +4,11 @@
 
 namespace sinew::hal {
 
-/// How a camera of libcamera is opened: in a library of its own, hal/linux/libcamera, that not every program links.
-using LibcameraOpener = Result<std::unique_ptr<Camera>>(const CameraSpec& spec, Os& os, std::string& why);
-
 /// The kernel's buses, ports and devices. One thread watches all their descriptors.
 /// Thread:  owner, configure only. What it opened is gone before this is.
 class LinuxConnectors final : public Connectors {
  public:
-  static Result<std::unique_ptr<Connectors>> open(Os& os, std::string& why, LibcameraOpener* libcamera = nullptr);
+  static Result<std::unique_ptr<Connectors>> open(Os& os, std::string& why);
 
   Result<std::unique_ptr<CanBus>> can(const CanSpec& spec, std::string& why) override;
   Result<std::unique_ptr<I2cBus>> i2c(const std::string& path, std::string& why) override;
@@ -23,11 +20,9 @@ class LinuxConnectors final : public Connectors {
   Result<std::unique_ptr<Camera>> libcamera_camera(const CameraSpec& spec, std::string& why) override;
 
  private:
-  LinuxConnectors(Os& os, std::shared_ptr<FdWatch> watch, LibcameraOpener* libcamera)
-      : os_(os), watch_(std::move(watch)), libcamera_(libcamera) {}
+  LinuxConnectors(Os& os, std::shared_ptr<FdWatch> watch) : os_(os), watch_(std::move(watch)) {}
   Os& os_;
   std::shared_ptr<FdWatch> watch_;
-  LibcameraOpener* libcamera_;  // null: not in this program
 };
 
 }  // namespace sinew::hal
