@@ -53,11 +53,11 @@ class DeviceRun {
     how.taps = MissionWatch::taps(graph_);
     how.recorded = Recording::wanted(prepared_, options_);
     if (!configure(graph_, real_ ? real_->board() : none_, how, options_)) {
-      if (real_ && !real_->problem().empty()) fail(real_->problem().c_str());
+      if (real_) real_->print_problems();
       return 2;
     }
     if (real_)
-      if (auto started = real_->start(); !started) return fail(real_->problem().c_str());
+      if (auto started = real_->start(); !started) return real_->print_problems(), 2;
     mission_.emplace(graph_);
     recording_ = Recording::open(prepared_, options_, graph_, os_);
     return options_.virtual_time ? run_virtual() : run_real();

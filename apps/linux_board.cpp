@@ -1,6 +1,8 @@
 #include "apps/linux_board.hpp"
 
 #include <algorithm>
+#include <cstdio>
+#include <sstream>
 
 #include "drivers/driver_list.hpp"
 #include "hal/linux/connectors.hpp"
@@ -27,6 +29,11 @@ hal::Result<std::unique_ptr<LinuxBoard>> LinuxBoard::open(const RobotFile& robot
 }
 
 LinuxBoard::~LinuxBoard() = default;
+
+void LinuxBoard::print_problems() const {
+  std::istringstream lines(problem());
+  for (std::string line; std::getline(lines, line);) std::fprintf(stderr, "sinew: %s\n", line.c_str());
+}
 
 hal::Status LinuxBoard::start() { return board_->start(); }
 

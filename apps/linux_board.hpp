@@ -26,8 +26,10 @@ class LinuxBoard {
   hal::Board& board() { return *board_; }
   /// When everything is configured, before the first cycle: the threads of the buses start. Errors: problem() says.
   hal::Status start();
-  /// The last failure in words; empty: none.
+  /// All failures so far in words, one a line; empty: none.
   const std::string& problem() const { return board_->problem(); }
+  /// The same on standard error.
+  void print_problems() const;
 
  private:
   LinuxBoard() = default;

@@ -109,11 +109,11 @@ class SimRun {
     how.taps = MissionWatch::taps(graph_);
     how.recorded = Recording::wanted(prepared_, options_);
     if (!configure(graph_, devices, how, options_)) {
-      if (real_ && !real_->problem().empty()) fail(real_->problem());
+      if (real_) real_->print_problems();
       return board_->problem().empty() ? false : fail(board_->problem());
     }
     if (real_)
-      if (auto started = real_->start(); !started) return fail(real_->problem());
+      if (auto started = real_->start(); !started) return real_->print_problems(), false;
     for (const std::string& device : devices.unused())
       return fail("robot.device_boards." + device + ": no module and no actuator uses a device of this name");
     mission_.emplace(graph_);

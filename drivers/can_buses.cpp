@@ -7,8 +7,14 @@ namespace sinew::drivers {
 CanBusConfig read_can_bus(DeviceKeys& keys) {
   CanBusConfig c;
   c.spec.transport = keys.spec().driver;
-  keys.require("address", c.spec.address,
-               "an interface (socketcan), a bus number or 239.65.82.B (udp), or HOST:PORT/BUS (socketcand)");
+  const auto address = keys.spec().keys.find("address");
+  std::uint32_t number = 0;  // of a bus over UDP, as a number or as a text
+  if (address != keys.spec().keys.end() && std::holds_alternative<std::int64_t>(address->second.value)) {
+    if (keys.read_integer("address", number, 0, 255)) c.spec.address = std::to_string(number);
+  } else {
+    keys.require("address", c.spec.address,
+                 "an interface (socketcan), a bus number or 239.65.82.B (udp), or HOST:PORT/BUS (socketcand)");
+  }
   keys.read_integer("bit_rate", c.spec.bit_rate, 10'000, 1'000'000);
   keys.read_integer("data_bit_rate", c.spec.data_bit_rate, 0, 8'000'000);
   c.hub.name = keys.spec().name;

@@ -81,17 +81,29 @@ hal::Result<OpenedDevice*> DeviceBoard::open(std::string_view name, std::string&
 }
 
 OpenedDevice* DeviceBoard::find(std::string_view name, hal::Error& error) {
-  auto device = open(name, problem_);
+  std::string why;
+  auto device = open(name, why);
   if (device) return *device;
+  tell(why);
   error = device.error();
   return nullptr;
 }
 
-hal::Status DeviceBoard::start() { return can_.start(problem_); }
+hal::Status DeviceBoard::start() {
+  std::string why;
+  auto started = can_.start(why);
+  if (!started) tell(why);
+  return started;
+}
+
+void DeviceBoard::tell(const std::string& what) {
+  if (("\n" + problem_ + "\n").find("\n" + what + "\n") != std::string::npos) return;
+  problem_ += (problem_.empty() ? "" : "\n") + what;
+}
 
 hal::Error DeviceBoard::is_no(std::string_view name, std::string_view what) {
-  problem_ = "device '" + std::string(name) + "' is no " + std::string(what) + "; [device." + std::string(name) +
-             "] has the driver of something else";
+  tell("device '" + std::string(name) + "' is no " + std::string(what) + "; [device." + std::string(name) +
+       "] has the driver of something else");
   return {hal::Errc::not_found, "a device of another kind"};
 }
 

@@ -69,7 +69,7 @@ class DeviceBoard final : public hal::Board {
   /// Errors:  a bus that cannot carry what its joints need; problem() has it in words.
   hal::Status start();
 
-  /// The last failure in words.
+  /// All failures so far in words, one a line, each once.
   const std::string& problem() const { return problem_; }
   /// Tables that nobody has asked for: devices that the robot has and does not use.
   std::vector<std::string> unused() const;
@@ -77,6 +77,7 @@ class DeviceBoard final : public hal::Board {
  private:
   hal::Result<OpenedDevice*> open(std::string_view name, std::string& why);
   OpenedDevice* find(std::string_view name, hal::Error& error);
+  void tell(const std::string& what);
   hal::Error is_no(std::string_view name, std::string_view what);
 
   DeviceSpecs specs_;

@@ -42,12 +42,12 @@ class DeskHeadAtTheWire(unittest.TestCase):
     def test_follows_its_ball_through_the_real_drivers(self):
         told = []
         for attempt in range(3):
-            with tempfile.TemporaryDirectory() as name:
+            with tempfile.TemporaryDirectory(prefix="sinew-") as name:
                 run, report = run_once(pathlib.Path(name), 100 + attempt + os.getpid() % 100)
             self.assertNotEqual(run.returncode, 2, run.stderr)
             summary = json.loads(run.stdout)
-            told.append(f"{summary.get('result')}: in view {report.get('in_view')}; {run.stderr}")
-            if report.get("in_view", 0) > 0.5:
+            told.append(f"{summary['result']}: in view {report['in_view_share']}; {run.stderr}")
+            if report["acquired"] and report["in_view_share"] > 0.8 and "failsafe" not in summary["result"]:
                 return
         self.fail("\n".join(told))
 
@@ -57,7 +57,9 @@ class DeskHeadAtTheWire(unittest.TestCase):
             run = subprocess.run([SINEW, "run", ROBOT, "--board", "linux", "--duration", "1", "--no-record",
                                   "--set", f"device.imu.root={name}"], capture_output=True, text=True, env=env, timeout=60)
         self.assertEqual(run.returncode, 2)
-        self.assertIn("device 'imu' (driver iio)", run.stderr)
+        self.assertIn("device 'imu' (driver iio): ", run.stderr)
+        self.assertIn("device 'head' (driver can_servos): bus 'can0': ", run.stderr)
+        self.assertIn("device 'camera' (driver v4l2): /dev/video0: ", run.stderr)
 
 
 if __name__ == "__main__":

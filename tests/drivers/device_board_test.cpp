@@ -104,7 +104,13 @@ TEST(DeviceBoard, SaysInWordsWhatItCannotGive) {
   EXPECT_EQ(board.camera("imu").error().code, hal::Errc::not_found);
   EXPECT_EQ(board.actuators("imu").error().code, hal::Errc::not_found);
   EXPECT_EQ(board.sensor<msg::RangeSample>("range").error().code, hal::Errc::not_found);
-  EXPECT_EQ(board.problem(), "device 'range' (driver absent): /dev/nothing: no such file");
+  EXPECT_EQ(board.sensor<msg::RangeSample>("range").error().code, hal::Errc::not_found) << "told once";
+  EXPECT_EQ(board.problem(),
+            "device 'baro': the robot file has no [device.baro]; it has: imu, range\n"
+            "device 'imu' is no barometer; [device.imu] has the driver of something else\n"
+            "device 'imu' is no camera; [device.imu] has the driver of something else\n"
+            "device 'imu' is no actuator group; [device.imu] has the driver of something else\n"
+            "device 'range' (driver absent): /dev/nothing: no such file");
 }
 
 TEST(CalibratedImu, TakesBiasThenScaleThenTurnsIntoTheBaseFrame) {
