@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 
 #include <filesystem>
+#include <fstream>
+
+#include "hal/linux/run_dir.hpp"
 
 namespace sinew::app {
 namespace {
@@ -14,7 +17,7 @@ namespace fs = std::filesystem;
 
 class FetchRuns : public ::testing::Test {
  protected:
-  FetchRuns() : into_(fs::path(::testing::TempDir()) / "fetch_runs") {
+  FetchRuns() : into_(fs::path(::testing::TempDir()) / ("fetch_runs_" + std::to_string(hal::process_id()))) {
     fs::remove_all(into_), fs::create_directories(into_);
   }
   ~FetchRuns() override { fs::remove_all(into_); }

@@ -57,6 +57,9 @@ void expect_number(const nlohmann::json& j, msg::Kind kind, const std::uint8_t* 
     case msg::Kind::u32:
       EXPECT_EQ(j.get<std::int64_t>(), read<std::uint32_t>(p));
       return;
+    case msg::Kind::u8:
+      EXPECT_EQ(j.get<std::int64_t>(), read<std::uint8_t>(p));
+      return;
     default:
       FAIL() << "no message uses this kind yet: extend the test";
   }
