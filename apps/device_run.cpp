@@ -156,6 +156,9 @@ int run_on_devices(Prepared& prepared, const RunOptions& options) {
   Supervised supervised;
   supervised.robot = prepared.graph->spec().robot;
   supervised.runs = Recording::folder_of(prepared, options);
+  std::fprintf(stderr,
+               "warning: no stop line to the actuators: when the runtime dies they stop by their own time-outs "
+               "(device_timeout_ms)\n");
   supervised.body = [&](ParentLine& line) { return DeviceRun(prepared, options, &line).run(); };
   ParentOptions parent = prepared.robot.parent;
   parent.hang = hang_of(parent, prepared.graph->spec(), options.rate);
