@@ -5,7 +5,7 @@
 #
 # --seeds N      seeds 1..N (default 10), as many at once as there are cores
 # --build FOLDER build/FOLDER/bin/sinew flies (default release)
-# --same-bytes   also: the hash lines of seed 1 from the release build twice, from these other builds, and from release
+# --same-bytes   also: the hash lines of seed 1 from the release build twice, from these other builds (none: ''), and from release
 #                with the processor's FMA and AVX hidden from the C library, must be identical; and each of them, executing
 #                again what release recorded of 8 s in virtual and in real time, must find every step identical
 #
@@ -28,7 +28,7 @@ while (($#)); do
     --same-bytes)
       shift
       same_bytes=1
-      read -ra others <<<"${1:?--same-bytes needs the names of builds}"
+      read -ra others <<<"${1?--same-bytes needs the names of builds}"
       ;;
     *) options+=("$1") ;;
   esac
@@ -129,7 +129,7 @@ check_same_bytes() {
       wrong=1
     fi
   done
-  ((wrong)) || say "same bytes: $count topics, identical from release twice, ${others[*]}, and without FMA and AVX"
+  ((wrong)) || say "same bytes: $count topics, identical from release twice,${others:+ ${others[*]},} and without FMA and AVX"
   return "$wrong"
 }
 
