@@ -11,7 +11,8 @@ namespace sinew::control {
 /// setpoint and the attitude controller.
 /// - `switches` says every step whether the link is lost and what the switches want; [[failsafe]] conditions on it stop
 ///   or land (docs/safety.md). It is published whatever else is missing.
-/// - `attitude` is that of `mission` as it came, or the pilot's while they have taken over: tilt by two sticks, turning by
+/// - `attitude` is that of `mission` as it came, or the pilot's while they have taken over: tilt by two sticks, turning
+/// by
 ///   the third, thrust by the throttle, whose middle carries the weight. The pilot's motors are armed as the mission's
 ///   were when the pilot took over: nobody starts from the ground by hand.
 /// Frames:  sticks right, forward, clockwise and up are positive.

@@ -6,10 +6,10 @@
 
 #include "hal/device.hpp"
 #include "hal/os.hpp"
+#include "hal/sample_ring.hpp"
 #include "hal/wake_slot.hpp"
 #include "sim_hil/plant_clock.hpp"
 #include "sim_hil/protocol.hpp"
-#include "hal/sample_ring.hpp"
 
 namespace sinew::sim_hil {
 

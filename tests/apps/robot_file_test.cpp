@@ -260,7 +260,8 @@ safe = "pray"
   EXPECT_THAT(
       lines,
       UnorderedElementsAre(
-          "robot.toml:1: robot.colour: \"red\": unknown key; known here: board calibration device_boards name seed tap_history_ms "
+          "robot.toml:1: robot.colour: \"red\": unknown key; known here: board calibration device_boards name seed "
+          "tap_history_ms "
           "virtual_cores",
           "robot.toml:4: thread.control.priority: 120: an integer from 0 to 98",
           "robot.toml:2: thread.control: : exactly one of period_us, trigger (topics), device (a driver module)",
