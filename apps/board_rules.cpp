@@ -22,6 +22,7 @@ class BoardCheck {
     actuators_on_boards_that_have_some();
     real_actuators_with_permission();
     the_plant_is_the_board();
+    no_real_device_beside_a_record();
     return std::move(problems_);
   }
 
@@ -79,6 +80,14 @@ class BoardCheck {
       if (board.value == "sim" && robot_.board != "sim" && !kind(robot_.board)->real)
         problem(board.line, key(device), board.value,
                 "robot.board = \"sim\" with other boards per device: one plant, one source of time");
+  }
+
+  void no_real_device_beside_a_record() {
+    if (kind(robot_.board)->real || robot_.board == "sim") return;
+    for (const auto& [device, board] : robot_.device_boards)
+      if (kind(board.value)->real)
+        problem(board.line, key(device), board.value,
+                "a real robot.board with the others named per device: a run ends with its own board");
   }
 
   const rt::GraphSpec& robot_;

@@ -29,6 +29,7 @@ struct BoardUse {
 /// - Boards are known ones; a board without actuators is given none.
 /// - Virtual time takes no real device: it would have to wait for a grant.
 /// - Real actuators with simulated sensors need the explicit permission: what they do, the sensors do not show.
+/// - A record that is the board takes no real device beside it; a real board takes a record beside it.
 /// - With a plant, the plant is the board, and other boards are named per device: there is one source of time.
 std::vector<rt::Problem> check_boards(const rt::GraphSpec& robot, const BoardUse& use,
                                       std::span<const BoardKind> boards = known_boards());

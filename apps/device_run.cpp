@@ -9,8 +9,10 @@
 #include "apps/run_summary.hpp"
 #include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
+#include "hal/mixed_board.hpp"
 #include "rt/discrete_executor.hpp"
 #include "rt/real_time_executor.hpp"
+#include "sim_hil/dataset_board.hpp"
 
 namespace sinew::app {
 namespace {
@@ -52,12 +54,16 @@ class DeviceRun {
     how.os = &os_;
     how.taps = MissionWatch::taps(graph_);
     how.recorded = Recording::wanted(prepared_, options_);
-    if (!configure(graph_, real_ ? real_->board() : none_, how, options_)) {
+    hal::MixedBoard devices(graph_.spec().board == "linux" ? real_->board() : none_);
+    if (!mix(devices)) return 2;
+    if (!configure(graph_, devices, how, options_)) {
       if (real_) real_->print_problems();
       return 2;
     }
     if (real_)
       if (auto started = real_->start(); !started) return real_->print_problems(), 2;
+    for (const std::string& device : devices.unused())
+      return fail(("robot.device_boards." + device + ": no module and no actuator uses a device of this name").c_str());
     mission_.emplace(graph_);
     recording_ = Recording::open(prepared_, options_, graph_, os_);
     return options_.virtual_time ? run_virtual() : run_real();
@@ -67,6 +73,21 @@ class DeviceRun {
   static int fail(const char* what) {
     std::fprintf(stderr, "sinew: %s\n", what);
     return 2;
+  }
+
+  /// Devices with a board of their own. False after the reason was printed.
+  bool mix(hal::MixedBoard& devices) {
+    for (const auto& [device, board] : graph_.spec().device_boards) {
+      if (board.value == "dataset" && !recorded_) {
+        std::string why;
+        recorded_ = open_dataset(options_, options_.virtual_time ? &clock_ : nullptr, os_, why);
+        if (!recorded_) return fail(("robot.device_boards." + device + ": " + why).c_str()), false;
+      }
+      devices.assign(device, board.value == "linux"     ? real_->board()
+                             : board.value == "dataset" ? static_cast<hal::Board&>(*recorded_)
+                                                        : none_);
+    }
+    return true;
   }
 
   int run_virtual() {
@@ -97,6 +118,7 @@ class DeviceRun {
         return fail("the parent does not take the flight ring");
     if (parent_)
       if (auto watched = parent_->supervise(*graph_.memory()); !watched) return fail("the parent does not watch");
+    if (auto begun = recorded_ ? recorded_->start() : hal::Status{}; !begun) return fail(begun.error().where);
     const auto started = executor.start();
     const bool accepted = accept_shortfalls(executor.shortfalls(), options_.strict);
     if (!started || !accepted) {
@@ -111,7 +133,8 @@ class DeviceRun {
     summary_.statistics(executor.runner());
     if (recording_) recording_->finish(summary_);
     summary_.chains_decide(true);
-    return summary_.finish(failsafes_acted() ? "a failsafe acted" : "ran to its end", failsafes_acted() ? 1 : 0);
+    const bool acted = tell_failsafes();
+    return summary_.finish(acted ? "a failsafe acted" : "ran to its end", acted ? 1 : 0);
   }
 
   void follow(rt::RealTimeExecutor& executor) {
@@ -127,11 +150,13 @@ class DeviceRun {
     }
   }
 
-  bool failsafes_acted() {
+  /// Names those that acted in the summary; false: none.
+  bool tell_failsafes() {
     mission_->look();
     std::vector<std::string> acted;
     for (std::size_t i = 0; i < graph_.spec().failsafes.size(); ++i)
       if (mission_->safety().acted >> i & 1) acted.push_back(graph_.spec().failsafes[i].name + " acted");
+    summary_.add_reasons("failsafe", "failsafes", acted);
     return !acted.empty();
   }
 
@@ -142,7 +167,8 @@ class DeviceRun {
   hal::ManualClock clock_;
   ParentLine* const parent_;
   hal::EmptyBoard none_;
-  std::unique_ptr<LinuxBoard> real_;  // null: no device is
+  std::unique_ptr<LinuxBoard> real_;                 // null: no device is
+  std::unique_ptr<sim_hil::DatasetBoard> recorded_;  // of devices that are named so
   std::optional<MissionWatch> mission_;
   std::unique_ptr<Recording> recording_;
   RunSummary summary_;

@@ -54,6 +54,12 @@ TEST(BoardRules, VirtualTimeTakesNoRealDevice) {
   EXPECT_EQ(problems(robot("bench", {}), {.virtual_time = true}).size(), 1u);
 }
 
+TEST(BoardRules, RealDeviceBesideARecordIsRefused) {
+  EXPECT_THAT(problems(robot("dataset", {{"imu", "bench"}})),
+              ElementsAre("r.toml:3: robot.device_boards.imu: \"bench\": a real robot.board with the others named per "
+                          "device: a run ends with its own board"));
+}
+
 TEST(BoardRules, AnyDeviceOnTheSimBoardNeedsAPlant) {
   EXPECT_TRUE(needs_plant(robot("sim", {})));
   EXPECT_TRUE(needs_plant(robot("linux", {{"imu", "sim"}})));
