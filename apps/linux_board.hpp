@@ -6,7 +6,6 @@
 #include "apps/robot_file.hpp"
 #include "drivers/device_board.hpp"
 #include "hal/os.hpp"
-#include "hal/stop_line.hpp"
 
 namespace sinew::app {
 

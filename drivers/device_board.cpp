@@ -131,11 +131,4 @@ hal::Result<hal::Actuators*> DeviceBoard::actuators(std::string_view name) {
   return is_no(name, "actuator group");
 }
 
-std::vector<std::string> DeviceBoard::unused() const {
-  std::vector<std::string> names;
-  for (const DeviceSpec& s : specs_.devices)
-    if (!opened_.contains(s.name)) names.push_back(s.name);
-  return names;
-}
-
 }  // namespace sinew::drivers

@@ -20,7 +20,7 @@ namespace sinew::drivers {
 /// What one [device.NAME] turned out to be: any of these, kept alive by `owner`.
 struct OpenedDevice {
   std::shared_ptr<void> owner;
-  std::array<hal::Device*, 8> sensors{};  // by SensorKind
+  std::array<hal::Device*, static_cast<std::size_t>(hal::SensorKind::joints) + 1> sensors{};  // by SensorKind
   hal::Camera* camera = nullptr;
   hal::Actuators* actuators = nullptr;
 
@@ -71,8 +71,6 @@ class DeviceBoard final : public hal::Board {
 
   /// All failures so far in words, one a line, each once.
   const std::string& problem() const { return problem_; }
-  /// Tables that nobody has asked for: devices that the robot has and does not use.
-  std::vector<std::string> unused() const;
 
  private:
   hal::Result<OpenedDevice*> open(std::string_view name, std::string& why);

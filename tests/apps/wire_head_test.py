@@ -25,7 +25,7 @@ def run_once(folder, bus):
                               "--servo", "cia402:1", "--servo", "cia402:2", "--iio", str(iio), "--report", str(report)],
                              stdout=subprocess.PIPE, text=True, env=env)
     try:
-        plant.stdout.readline()  # it listens
+        plant.stdout.readline()  # it listens; the rest is little enough to stay in the pipe
         run = subprocess.run(
             [SINEW, "run", ROBOT, "--board", "linux", "--board-of", "camera=sim", "--plant", listen,
              "--real-actuators", "--duration", "12", "--json", "--no-record",
@@ -34,7 +34,7 @@ def run_once(folder, bus):
         plant.wait(20)
     finally:
         plant.kill()
-        plant.wait()
+        plant.communicate()
     return run, json.loads(report.read_text())
 
 
