@@ -4,7 +4,7 @@
 #include "msg/head.hpp"
 #include "rt/module.hpp"
 #include "vision/ball_finder.hpp"
-#include "vision/pinhole.hpp"
+#include "vision/detector_parameters.hpp"
 
 namespace sinew::vision {
 
@@ -22,17 +22,14 @@ class BallDetector final : public rt::Module {
   rt::Status step(const rt::Step& step) noexcept override;
 
  private:
-  Pinhole camera(const ImageView& image) const;
   BallImage find(const ImageView& pixels, const Pinhole& camera, const rt::Step& step);
 
   rt::In<msg::Image> image_;
   rt::Out<msg::BallSighting> sighting_;
-  Pinhole intrinsics_;               // zeros: from the field of view and the size of the image
-  double fov_y_rad_ = 1.0382921838;  // 2 atan(0.5 / 0.875): the focal length is 0.875 image heights
+  CameraParameters camera_;
+  ColourParameters colour_;
   double radius_m_ = 0.07, range_max_m_ = 0;
   BallLook look_;
-  std::int64_t min_area_px_ = 12;
-  std::int64_t max_runs_ = 8192;
   std::unique_ptr<BallFinder> finder_;
 };
 

@@ -1,7 +1,5 @@
 #include "vision/ball_finder.hpp"
 
-#include <utility>
-
 #include "math/convert.hpp"
 #include "math/elementary.hpp"
 
@@ -10,7 +8,7 @@ namespace {
 
 double clamp01(double v) { return v < 0 ? 0 : v > 1 ? 1 : v; }
 
-constexpr std::size_t kMinPoints = 6;  // of an outline; a circle has three unknowns
+constexpr StrayLimits kStrays{.smooth_rms_px = 0.5, .smooth_px = 1.25, .factor = 1.8, .min_points = 6};
 constexpr double kMinRadius_px = 1.5;
 constexpr double kMinCut_px = 6;  // at the border the end of anything may look like some of a small ball
 
@@ -37,39 +35,11 @@ void BallFinder::collect(const Turned& view, const Blob& blob) {
   const auto add = [&](double u, double v) {
     if (point_count_ < kMaxPoints) points_[point_count_++] = view.from_image(u, v);
   };
-  const auto runs = segmentation_.runs(blob.colour);
-  for (std::size_t i = 0; i < runs.size();) {
-    if (runs[i].label != blob.region) {
-      ++i;
-      continue;
-    }
-    const std::uint32_t y = runs[i].y, x0 = runs[i].x0;
-    std::uint32_t x1 = 0;
-    for (; i < runs.size() && runs[i].y == y; ++i)
-      if (runs[i].label == blob.region) x1 = runs[i].x1;
+  each_row(segmentation_.runs(blob.colour), blob.region, [&](std::uint32_t y, std::uint32_t x0, std::uint32_t x1) {
     if (x0 > 0) add(x0 - 0.5, y);
     if (x1 < view.image.width) add(x1 - 0.5, y);
-  }
+  });
   outline_count_ = point_count_;
-}
-
-/// Twice without those that lie far from it: the edge of what hides some of the ball, a neighbour that touches it.
-Circle BallFinder::fit() {
-  Circle c;
-  for (int round = 0; round < 3; ++round) {
-    if (point_count_ < kMinPoints) return {};
-    c = fit_circle({points_.data(), point_count_});
-    if (!c.valid) return c;
-    const double limit = c.rms < 0.5 ? 1.25 : 1.8 * c.rms;
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < point_count_; ++i) {
-      const double dx = points_[i].x - c.x, dy = points_[i].y - c.y;
-      if (math::fabs(math::sqrt(dx * dx + dy * dy) - c.radius) <= limit) points_[kept++] = points_[i];
-    }
-    if (kept == point_count_) break;
-    point_count_ = kept;
-  }
-  return c;
 }
 
 /// Direction by direction from the centre: where the outline would be in the image, is there some of it?
@@ -112,7 +82,7 @@ double visible_share(const Circle& c, const InImage& in_image) {
 
 BallImage BallFinder::judge(const Turned& view, const Blob& blob, const Circle& c) const {
   BallImage ball;
-  if (!c.valid || point_count_ < kMinPoints || c.radius < kMinRadius_px) return ball;
+  if (!c.valid || point_count_ < kStrays.min_points || c.radius < kMinRadius_px) return ball;
   bool cut = false;
   ball.coverage = coverage(view, c, cut);
   const double f = view.focal_px();
@@ -140,20 +110,15 @@ BallImage BallFinder::judge(const Turned& view, const Blob& blob, const Circle& 
 
 BallImage BallFinder::outline(const ImageView& image, const Pinhole& camera) {
   const auto blobs = segmentation_.blobs();
-  std::array<const Blob*, kCandidates> largest{};
-  for (const Blob& b : blobs) {
-    const Blob* candidate = &b;
-    for (const Blob*& place : largest)
-      if (candidate != nullptr && (place == nullptr || candidate->area_px > place->area_px))
-        std::swap(candidate, place);
-  }
   BallImage best;
-  for (const Blob* blob : largest) {
+  for (const Blob* blob : largest<kCandidates>(blobs)) {
     if (blob == nullptr) break;
     const math::Vec3 middle(camera.direction(blob->centre_x(), blob->centre_y()));
     const Turned view{image, camera, math::Quat::between(middle, {0, 0, 1})};
     collect(view, *blob);
-    const BallImage ball = judge(view, *blob, fit());
+    const Outline outline = fit_outline({points_.data(), point_count_}, kStrays);
+    point_count_ = outline.points;
+    const BallImage ball = judge(view, *blob, outline.circle);
     if (ball.found && (!best.found || ball.radius_px > best.radius_px)) best = ball;
   }
   best.blobs = static_cast<std::uint32_t>(blobs.size());

@@ -62,7 +62,6 @@ class BallFinder {
   };
 
   void collect(const Turned& view, const Blob& blob);
-  Circle fit();
   double coverage(const Turned& view, const Circle& circle, bool& cut) const;
   BallImage judge(const Turned& view, const Blob& blob, const Circle& circle) const;
 

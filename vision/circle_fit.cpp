@@ -66,4 +66,22 @@ Circle fit_circle(std::span<const PointPx> points) {
   return c;
 }
 
+Outline fit_outline(std::span<PointPx> points, const StrayLimits& limits) {
+  Outline outline{.circle = {}, .points = points.size()};
+  for (int round = 0; round < 3; ++round) {
+    if (outline.points < limits.min_points) return {.circle = {}, .points = outline.points};
+    const Circle& c = outline.circle = fit_circle(points.first(outline.points));
+    if (!c.valid) break;
+    const double limit = c.rms < limits.smooth_rms_px ? limits.smooth_px : limits.factor * c.rms;
+    std::size_t kept = 0;
+    for (const PointPx& p : points.first(outline.points)) {
+      const double dx = p.x - c.x, dy = p.y - c.y;
+      if (math::fabs(math::sqrt(dx * dx + dy * dy) - c.radius) <= limit) points[kept++] = p;
+    }
+    if (kept == outline.points) break;
+    outline.points = kept;
+  }
+  return outline;
+}
+
 }  // namespace sinew::vision

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <span>
 
 namespace sinew::vision {
@@ -18,5 +19,21 @@ struct Circle {
 /// Thread:  any.   RT: yes.
 /// Source:  G. Taubin, "Estimation of planar curves...", PAMI 13 (1991) 1115, solved by Newton's method from zero.
 Circle fit_circle(std::span<const PointPx> points);
+
+/// When a point lies too far from a circle to be some of it: with a small rms it is `smooth_px`, else `factor` * rms.
+struct StrayLimits {
+  double smooth_rms_px, smooth_px, factor;
+  std::size_t min_points;  // fewer make no outline
+};
+
+struct Outline {
+  Circle circle;
+  std::size_t points = 0;  // that agree with it
+};
+
+/// Fits a circle, then twice without the points that lie far from it: the edge of what hides some of it, a shadow's
+/// rim, a neighbour that touches it. The points that agree are in front afterwards.
+/// Thread:  any.   RT: yes.
+Outline fit_outline(std::span<PointPx> points, const StrayLimits& limits);
 
 }  // namespace sinew::vision

@@ -3,8 +3,8 @@
 
 #include "msg/flight.hpp"
 #include "rt/module.hpp"
+#include "vision/detector_parameters.hpp"
 #include "vision/pad_finder.hpp"
-#include "vision/pinhole.hpp"
 
 namespace sinew::vision {
 
@@ -22,16 +22,13 @@ class PadDetector final : public rt::Module {
   rt::Status step(const rt::Step& step) noexcept override;
 
  private:
-  Pinhole camera(const ImageView& image) const;
   PadCircle find(const ImageView& pixels, const rt::Step& step);
 
   rt::In<msg::Image> image_;
   rt::Out<msg::PadSighting> sighting_;
-  Pinhole intrinsics_;               // zeros: from the field of view and the size of the image
-  double fov_y_rad_ = 1.0382921838;  // 2 atan(0.5 / 0.875): the focal length is 0.875 image heights
+  CameraParameters camera_;
+  ColourParameters colour_;
   PadLook look_;
-  std::int64_t min_area_px_ = 12;
-  std::int64_t max_runs_ = 8192;
   std::unique_ptr<PadFinder> finder_;
 };
 

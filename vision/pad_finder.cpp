@@ -16,7 +16,7 @@ double clamp01(double v) { return v < 0 ? 0 : v > 1 ? 1 : v; }
 
 // Far enough from the edge that neither blur nor a shared chroma sample reaches it.
 constexpr std::uint32_t kProbePx = 3;
-constexpr std::size_t kMinPoints = 8;  // of an outline; a circle has three unknowns
+constexpr StrayLimits kStrays{.smooth_rms_px = 0.6, .smooth_px = 1.5, .factor = 2.5, .min_points = 8};
 
 }  // namespace
 
@@ -34,42 +34,20 @@ void PadFinder::collect_edges(const ImageView& image, const Blob& blob) {
     const double border = left ? x + 0.5 : x - 0.5;
     edges_[edge_count_++] = {{border, double(y)}, left, brightness(image, out, y) > brightness(image, in, y)};
   };
-  const auto runs = segmentation_.runs(blob.colour);
-  for (std::size_t i = 0; i < runs.size();) {
-    if (runs[i].label != blob.region) {
-      ++i;
-      continue;
-    }
-    const std::uint32_t y = runs[i].y, x0 = runs[i].x0;
-    std::uint32_t x1 = 0;
-    for (; i < runs.size() && runs[i].y == y; ++i)
-      if (runs[i].label == blob.region) x1 = runs[i].x1;
-    if (x1 - x0 < 2 * kProbePx) continue;  // too short to tell inside from outside
+  each_row(segmentation_.runs(blob.colour), blob.region, [&](std::uint32_t y, std::uint32_t x0, std::uint32_t x1) {
+    if (x1 - x0 < 2 * kProbePx) return;  // too short to tell inside from outside
     if (x0 > 0) add(x0 - 1, y, true);
     if (x1 < image.width) add(x1, y, false);
-  }
+  });
 }
 
-/// Circle of the edges of one kind; twice without those that lie far from it (a shadow's rim, something on the pad).
 Circle PadFinder::fit(bool bright) {
   point_count_ = 0;
   for (std::size_t i = 0; i < edge_count_; ++i)
     if (edges_[i].bright == bright) points_[point_count_++] = edges_[i].at;
-  Circle c;
-  for (int round = 0; round < 3; ++round) {
-    if (point_count_ < kMinPoints) return {};
-    c = fit_circle({points_.data(), point_count_});
-    if (!c.valid) return c;
-    const double limit = c.rms < 0.6 ? 1.5 : 2.5 * c.rms;
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < point_count_; ++i) {
-      const double dx = points_[i].x - c.x, dy = points_[i].y - c.y;
-      if (math::fabs(math::sqrt(dx * dx + dy * dy) - c.radius) <= limit) points_[kept++] = points_[i];
-    }
-    if (kept == point_count_) break;
-    point_count_ = kept;
-  }
-  return c;
+  const Outline outline = fit_outline({points_.data(), point_count_}, kStrays);
+  point_count_ = outline.points;
+  return outline.circle;
 }
 
 /// How much of the circle, where the image shows it, has the pad's colour.
@@ -96,7 +74,7 @@ double PadFinder::fill(const ImageView& image, const Circle& c) const {
 
 PadCircle PadFinder::judge(const ImageView& image, const Circle& circle, bool bright) const {
   PadCircle pad;
-  if (!circle.valid || point_count_ < kMinPoints) return pad;
+  if (!circle.valid || point_count_ < kStrays.min_points) return pad;
   // The region must lie inside of the circle: left ends left of the centre. (The outer edge of the ring is no circle
   // around the region that it bounds.)
   std::size_t same = 0, fitting = 0;
@@ -140,16 +118,10 @@ void correct_perspective(const PadCircle& edge, const PadCircle& mark, PadCircle
 
 PadCircle PadFinder::outline(const ImageView& image) {
   const auto blobs = segmentation_.blobs();
-  std::array<const Blob*, kCandidates> largest{};
-  for (const Blob& b : blobs) {
-    const Blob* candidate = &b;
-    for (const Blob*& place : largest)
-      if (candidate != nullptr && (place == nullptr || candidate->area_px > place->area_px))
-        std::swap(candidate, place);
-  }
+  const auto candidates = largest<kCandidates>(blobs);
   PadCircle edge, mark;
-  for (const Blob* blob : largest) {
-    if (blob == nullptr || 20 * blob->area_px < largest[0]->area_px) break;  // crumbs beside the pad
+  for (const Blob* blob : candidates) {
+    if (blob == nullptr || 20 * blob->area_px < candidates[0]->area_px) break;  // crumbs beside the pad
     collect_edges(image, *blob);
     for (const bool bright : {false, true}) {
       if (bright && look_.mark_radius_m <= 0) continue;

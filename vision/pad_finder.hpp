@@ -54,7 +54,7 @@ class PadFinder {
   static constexpr std::size_t kCandidates = 4;  // regions looked at, the largest first
 
   void collect_edges(const ImageView& image, const Blob& blob);
-  Circle fit(bool bright);
+  Circle fit(bool bright);  // through the edges of one kind
   PadCircle judge(const ImageView& image, const Circle& circle, bool bright) const;
   double fill(const ImageView& image, const Circle& circle) const;
 

@@ -2,6 +2,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "vision/colour_table.hpp"
@@ -51,6 +52,35 @@ class Segmentation {
   std::vector<Blob> regions_, blobs_;
   std::uint32_t blob_count_ = 0, dropped_blobs_ = 0;
 };
+
+/// The `N` largest blobs, the largest first; the rest is null.
+template <std::size_t N>
+std::array<const Blob*, N> largest(std::span<const Blob> blobs) {
+  std::array<const Blob*, N> places{};
+  for (const Blob& b : blobs) {
+    const Blob* candidate = &b;
+    for (const Blob*& place : places)
+      if (candidate != nullptr && (place == nullptr || candidate->area_px > place->area_px))
+        std::swap(candidate, place);
+  }
+  return places;
+}
+
+/// `row(y, x0, x1)` for each row of a region, from its first pixel to behind its last one; holes do not matter.
+template <class Row>
+void each_row(std::span<const Run> runs, std::uint32_t region, const Row& row) {
+  for (std::size_t i = 0; i < runs.size();) {
+    if (runs[i].label != region) {
+      ++i;
+      continue;
+    }
+    const std::uint32_t y = runs[i].y, x0 = runs[i].x0;
+    std::uint32_t x1 = 0;
+    for (; i < runs.size() && runs[i].y == y; ++i)
+      if (runs[i].label == region) x1 = runs[i].x1;
+    row(y, x0, x1);
+  }
+}
 
 namespace detail {
 /// Runs of all boxes, rows ended. `joiners` has one place per box.
