@@ -5,12 +5,10 @@
 #include <optional>
 #include <string>
 
+#include "apps/mission_watch.hpp"
 #include "apps/robot_file.hpp"
 #include "apps/run_command.hpp"
-#include "msg/flight.hpp"
-#include "msg/safety.hpp"
 #include "rt/graph.hpp"
-#include "rt/latch.hpp"
 #include "rt/module_types.hpp"
 #include "rt/real_time_executor.hpp"
 #include "rt/runner.hpp"
@@ -64,34 +62,5 @@ bool take_name(Prepared& prepared, const RunOptions& options);
 /// thread.
 std::unique_ptr<tap::Server> open_socket(const Prepared& prepared, const RunOptions& options, rt::Runner& runner,
                                          tap::RecordDesk* desk, const hal::Clock& clock, std::function<void()> stop);
-
-/// Reads the mission's and the guardian's state, as far as the robot has them, below the loops: never in their way.
-/// Thread:  owner, one.
-class MissionWatch {
- public:
-  /// Names the topics for Graph::configure(); empty when the graph has neither.
-  static std::vector<std::string> taps(const rt::Graph& graph);
-  explicit MissionWatch(rt::Graph& graph);  // after configure()
-  /// Looks again. Null: no mission, or nothing said yet.
-  const msg::MissionState* look();
-  /// There is a mission.
-  bool exists() const { return mission_; }
-  /// A mission is done, or stopped for so long that nothing more will move; a robot without one goes on. As of the
-  /// last look().
-  bool ended() const;
-  /// What the guardian said last.
-  const msg::SafetyState& safety() const { return last_safety_; }
-
- private:
-  std::optional<rt::Latch> latch_;
-  rt::In<msg::MissionState> port_;
-  rt::In<msg::SafetyState> safety_port_;
-  msg::MissionState last_;
-  msg::SafetyState last_safety_;
-  msg::Time calm_;  // the guardian was last seen otherwise than safe
-  bool any_ = false, mission_ = false;
-};
-
-const char* to_string(msg::MissionPhase phase);
 
 }  // namespace sinew::app

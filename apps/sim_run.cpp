@@ -29,9 +29,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr rt::Duration kAfterMission = 300ms;  // so that what happens at rest is in the report
-constexpr rt::Duration kSettles = 5s;          // what is in the air when the mission ends has come down by then
-
 // The plant's latest report; written by the receiving thread.
 class ReportBox {
  public:
@@ -117,6 +114,7 @@ class SimRun {
     for (const std::string& device : devices.unused())
       return fail("robot.device_boards." + device + ": no module and no actuator uses a device of this name");
     mission_.emplace(graph_);
+    end_.emplace(*mission_);
     recording_ = Recording::open(prepared_, options_, graph_, os_);
     return true;
   }
@@ -255,18 +253,7 @@ class SimRun {
 
   // ---- both
 
-  bool over(hal::Time now) {
-    mission_->look();
-    if (!mission_->ended()) {
-      mission_end_ = hal::kNever;
-      return false;
-    }
-    if (mission_end_ == hal::kNever) mission_end_ = still_since_ = now;
-    const auto report = parse_report(report_.get());
-    // What rocks is still for a moment each time it turns.
-    if (report && !report->still) still_since_ = now;
-    return now - still_since_ >= kAfterMission || now - mission_end_ >= kSettles;
-  }
+  bool over(hal::Time now) { return end_->reached(now, report_.get()); }
 
   void end_plant() {
     board_->bye("the runtime ended the run");
@@ -386,9 +373,9 @@ class SimRun {
   std::unique_ptr<sim_hil::DatasetBoard> recorded_;  // of devices that are named so
   std::unique_ptr<LinuxBoard> real_;                 // likewise
   std::optional<MissionWatch> mission_;
+  std::optional<FlightEnd> end_;
   std::unique_ptr<Recording> recording_;
   hal::Time begin_{};  // of the cycles
-  hal::Time mission_end_ = hal::kNever, still_since_ = hal::kNever;
   RunEvidence evidence_;
   RunSummary summary_;
 };

@@ -1,0 +1,164 @@
+// sinew-fly: a robot file against a simulator, in lockstep, and nothing beside it: no recorder, no socket, no watching
+// parent. The smallest program that a whole robot fits in, for systems where `sinew` is not, and for comparing bytes.
+#include <charconv>
+#include <cstdio>
+#include <string>
+#include <string_view>
+
+#include "apps/flight_report.hpp"
+#include "apps/mission_watch.hpp"
+#include "apps/robot_file.hpp"
+#include "apps/robot_modules.hpp"
+#include "hal/platform.hpp"
+#include "rt/discrete_executor.hpp"
+#include "sim_hil/sim_board.hpp"
+
+namespace {
+
+using namespace sinew;
+using namespace std::chrono_literals;
+
+constexpr const char* kUsage =
+    "usage: sinew-fly ROBOT.toml ENDPOINT [--seed N] [--duration SECONDS]\n"
+    "  ROBOT.toml   what runs, e.g. robots/quad.toml\n"
+    "  ENDPOINT     of a simulator in lockstep, tcp:HOST:PORT: sinew-sim --listen tcp:0.0.0.0:4560 --lockstep\n"
+    "Prints a hash of all bytes of each topic. 0: landed well; 1: not, or the simulator failed; 2: could not begin.\n";
+
+struct Options {
+  std::string robot, endpoint;
+  std::uint64_t seed = 0;
+  bool has_seed = false;
+  double duration_s = 0;  // 0: until the mission has ended
+};
+
+int fail(int code, const std::string& what) {
+  std::fprintf(stderr, "sinew-fly: %s\n", what.c_str());
+  return code;
+}
+
+template <class Number>
+bool read_number(std::string_view text, Number& number) {
+  const auto end = text.data() + text.size();
+  const auto read = std::from_chars(text.data(), end, number);
+  return read.ec == std::errc() && read.ptr == end && number >= 0;
+}
+
+/// The reason, empty when all was understood.
+std::string read_options(int count, char** words, Options& o) {
+  for (int i = 1; i < count; ++i) {
+    const std::string_view word = words[i];
+    if (!word.starts_with("--")) {
+      if (!o.endpoint.empty()) return std::string(word) + ": a third word";
+      (o.robot.empty() ? o.robot : o.endpoint) = word;
+      continue;
+    }
+    if (word != "--seed" && word != "--duration") return std::string(word) + ": unknown; there are --seed, --duration";
+    const std::string_view value = ++i < count ? words[i] : "";
+    o.has_seed = o.has_seed || word == "--seed";
+    if (!(word == "--seed" ? read_number(value, o.seed) : read_number(value, o.duration_s)))
+      return std::string(word) + " " + std::string(value) + ": a number, not below 0";
+  }
+  return o.endpoint.empty() ? "a robot file and an endpoint are needed" : "";
+}
+
+bool print(const std::vector<rt::Problem>& problems, const std::string& file) {
+  for (const auto& p : problems) std::fprintf(stderr, "%s\n", rt::to_string(p, file).c_str());
+  return !problems.empty();
+}
+
+/// Looks at the mission between two grants, where the graph stands still.
+class Watched final : public hal::GrantSource {
+ public:
+  Watched(sim_hil::SimBoard& board, app::FlightEnd& end, const std::string& report)
+      : board_(board), end_(end), report_(report) {}
+  hal::Result<hal::Time> next_grant(hal::Time done) override {
+    if (++grants_ % 64 == 0 && end_.reached(done, report_)) executor->request_stop();
+    return board_.next_grant(done);
+  }
+  rt::DiscreteExecutor* executor = nullptr;
+
+ private:
+  sim_hil::SimBoard& board_;
+  app::FlightEnd& end_;
+  const std::string& report_;
+  std::uint64_t grants_ = 0;
+};
+
+int verdict(const std::string& json, bool mission) {
+  const auto report = app::parse_report(json);
+  if (!report) return fail(1, "the simulator sent no report");
+  if (!report->valid) return fail(1, "invalid run: " + report->reason);
+  if (!mission && !report->follow) return 0;
+  if (report->follow) {
+    std::printf("ball in view        %.1f %% of the time, %.2f deg RMS off the axis\n",
+                100 * report->follow->in_view_share, report->follow->angle_rms_deg);
+    return app::good_following(*report->follow) ? 0 : 1;
+  }
+  if (!report->touched_down) return fail(1, "did not land");
+  std::printf("landing error       %.3f m\ntouchdown speed     %.2f m/s\nflight time         %.1f s\n",
+              report->landing_error_m, report->touchdown_speed_mps, report->touchdown_s);
+  std::printf("%s\n", app::good_landing(*report) ? "landed on the pad" : "landed badly");
+  return app::good_landing(*report) ? 0 : 1;
+}
+
+int fly(const Options& options) {
+  const rt::ModuleTypes types = app::robot_modules();
+  app::LoadedRobot loaded = app::load_robot(options.robot);
+  if (print(loaded.problems, options.robot)) return 2;
+  if (options.has_seed) loaded.robot.graph.seed = options.seed;
+  rt::Graph graph(loaded.robot.graph, types);
+  if (print(graph.check({.virtual_time = true}), options.robot)) return 2;
+
+  auto stream = hal::connect_stream(options.endpoint, 10s);
+  if (!stream)
+    return fail(2, options.endpoint + ": " + stream.error().where + " (" + to_string(stream.error().code) + ")");
+  hal::Os& os = hal::system_os();
+  hal::ManualClock clock;
+  std::string why, report;
+  sim_hil::SimOptions sim;
+  sim.robot = graph.spec().robot;
+  sim.seed = graph.spec().seed;
+  sim.clock = &clock;
+  sim.os = &os;
+  sim.patience = 60s;  // nobody waits in virtual time
+  sim.on_report = [&](const std::string& json) { report = json; };
+  auto board = sim_hil::SimBoard::open(std::move(*stream), sim, why);
+  if (!board) return fail(2, why);
+  rt::ConfigureOptions how;
+  how.os = &os;
+  how.taps = app::MissionWatch::taps(graph);
+  const auto ready = graph.configure(**board, how);
+  if (print(graph.configure_problems(), options.robot) || !ready)
+    return fail(2, ready ? (*board)->problem() : ready.error().where);
+
+  app::MissionWatch mission(graph);
+  app::FlightEnd end(mission);
+  Watched grants(**board, end, report);
+  rt::DiscreteOptions discrete;
+  if (options.duration_s > 0) discrete.duration = rt::Duration{static_cast<std::int64_t>(options.duration_s * 1e9)};
+  discrete.os = &os;
+  discrete.hash_topics = true;
+  rt::DiscreteExecutor executor(graph, clock, grants, discrete);
+  grants.executor = &executor;
+  const hal::Time begin = os.now();
+  const auto ran = executor.run();
+  if (!ran) return fail(2, ran.error().where);
+  const double wall_s = msg::seconds(os.now() - begin);
+  (*board)->bye("the flight is over");
+  if (ran->end == rt::DiscreteReport::End::source_failed) return fail(1, "the simulator failed: " + (*board)->problem());
+  for (std::uint32_t t = 0; t < graph.topics().size(); ++t)
+    std::printf("hash %-24s %016llx\n", graph.topics()[t].name.c_str(),
+                static_cast<unsigned long long>(executor.runner().topic_hash(t)));
+  std::printf("virtual time        %.1f s in %.1f s\n", msg::seconds(ran->reached - hal::Time{}), wall_s);
+  return verdict(report, mission.exists());
+}
+
+}  // namespace
+
+int main(int count, char** words) {
+  Options options;
+  const std::string why = read_options(count, words, options);
+  if (why.empty()) return fly(options);
+  std::fprintf(stderr, "sinew-fly: %s\n%s", why.c_str(), kUsage);
+  return 2;
+}

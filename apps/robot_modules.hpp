@@ -1,0 +1,9 @@
+#pragma once
+#include "rt/module_types.hpp"
+
+namespace sinew::app {
+
+/// What a robot is made of: the modules of drivers, vision and control, by the names that robot files use.
+rt::ModuleTypes robot_modules();
+
+}  // namespace sinew::app
