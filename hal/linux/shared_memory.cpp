@@ -1,17 +1,16 @@
 #include "hal/linux/shared_memory.hpp"
 
 #include <fcntl.h>
-#include <linux/futex.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
-#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <climits>
 #include <cstring>
-#include <ctime>
 #include <string>
+
+#include "hal/linux/futex.hpp"
 
 #ifndef F_SEAL_FUTURE_WRITE
 #define F_SEAL_FUTURE_WRITE 0x0010  // Linux 5.1; older C library headers do not name it
@@ -112,14 +111,9 @@ Result<std::unique_ptr<SharedMemory>> open_shared_memory(int fd, Stream::MemoryA
 }
 
 void wait_shared(const WakeWord& word, std::uint32_t expected, Time deadline) noexcept {
-  const timespec until{static_cast<time_t>(deadline.ns / 1'000'000'000),
-                       static_cast<long>(deadline.ns % 1'000'000'000)};
-  ::syscall(SYS_futex, &word, FUTEX_WAIT_BITSET, expected, deadline == kNever ? nullptr : &until, nullptr,
-            FUTEX_BITSET_MATCH_ANY);
+  futex_wait(word, expected, deadline, FutexScope::machine);
 }
 
-void wake_shared(const WakeWord& word) noexcept {
-  ::syscall(SYS_futex, &word, FUTEX_WAKE, INT_MAX, nullptr, nullptr, 0);
-}
+void wake_shared(const WakeWord& word) noexcept { futex_wake(word, INT_MAX, FutexScope::machine); }
 
 }  // namespace sinew::hal
