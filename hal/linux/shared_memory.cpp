@@ -9,6 +9,7 @@
 #include <climits>
 #include <cstring>
 #include <string>
+#include <utility>
 
 #include "hal/linux/futex.hpp"
 
@@ -86,6 +87,7 @@ Result<std::unique_ptr<SharedMemory>> map(int fd, std::size_t bytes, int protect
 
 Result<std::unique_ptr<SharedMemory>> create_shared_memory(std::string_view name, std::size_t bytes) {
   if (bytes == 0) return Error{Errc::bad_argument, "shared memory of no bytes"};
+  if (bytes > std::size_t{PTRDIFF_MAX} / 2) return Error{Errc::out_of_memory, "shared memory: too large", EFBIG};
   const int fd = ::memfd_create(std::string(name).c_str(), MFD_CLOEXEC | MFD_ALLOW_SEALING);
   if (fd < 0) return failed(fd, "shared memory: memfd_create");
   const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
@@ -104,6 +106,10 @@ Result<std::unique_ptr<SharedMemory>> open_shared_memory(int fd, Stream::MemoryA
   if (seals < 0 || (seals & F_SEAL_SHRINK) == 0 || ::fstat(fd, &info) != 0 || info.st_size <= 0) {
     ::close(fd);
     return Error{Errc::bad_data, "shared memory from the peer is not sealed against shrinking", seals};
+  }
+  if (!std::in_range<std::ptrdiff_t>(info.st_size)) {
+    ::close(fd);
+    return Error{Errc::out_of_memory, "shared memory from the peer is more than this machine can address", EFBIG};
   }
   const auto bytes = static_cast<std::size_t>(info.st_size);
   if (access == Stream::MemoryAccess::copied) return std::unique_ptr<SharedMemory>(new CopiedMemory(fd, bytes));
