@@ -61,7 +61,8 @@ std::string chain_line(const Json& c) {
 std::string guardian_lines(const Json& guardian) {
   constexpr std::array<const char*, 4> kModes{"standby", "armed", "active", "safe"};
   const bool permitted = number(guardian, "permitted") != 0, ready = number(guardian, "ready") != 0;
-  std::string out = fmt::format("guardian  {}; commands {}{}\n", kModes[number(guardian, "mode") % kModes.size()],
+  std::string out = fmt::format("guardian  {}; commands {}{}\n",
+                                kModes[static_cast<std::size_t>(number(guardian, "mode") % kModes.size())],
                                 permitted ? "pass" : "do not pass",
                                 permitted ? ""
                                 : ready   ? "; ready to arm"

@@ -20,6 +20,9 @@ add_compile_options(-Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wn
 # projects are compiled with these, too (cmake/SinewConfig.cmake.in).
 set(SINEW_CODE_OPTIONS -fno-strict-aliasing -ffp-contract=off -fno-math-errno -fno-trapping-math)
 add_compile_options(${SINEW_CODE_OPTIONS})
+if(CMAKE_SIZEOF_VOID_P EQUAL 4)  # a 32-bit C library else counts seconds to 2038 and files to 2 GB
+  add_compile_definitions(_TIME_BITS=64 _FILE_OFFSET_BITS=64)
+endif()
 # A robot locks its program into memory: what nobody calls is left out. Which functions those are only the linker knows.
 add_compile_options(-ffunction-sections -fdata-sections)
 add_link_options(-Wl,--gc-sections)

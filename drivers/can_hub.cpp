@@ -15,7 +15,7 @@ constexpr int kFramesPerStep = 512;  // a flood does not keep ticks from coming
 constexpr std::size_t kMostMasks = 8;
 constexpr Duration kLoadWindow = 1s;
 
-void count(std::atomic<std::uint64_t>& counter) noexcept { counter.fetch_add(1, std::memory_order_relaxed); }
+void count(hal::Tally& tally) noexcept { tally.add(); }
 
 Duration part(Duration period, double of) {
   return Duration{static_cast<std::int64_t>(static_cast<double>(period.count()) * of)};
@@ -259,7 +259,7 @@ void CanHub::measure_load(Time now) noexcept {
   if (window < kLoadWindow) return;
   const double rate = bus_.bit_rate();
   const double load = rate > 0 ? static_cast<double>(load_bits_) / (msg::seconds(window) * rate) : 0;
-  counters_.measured.store(load, std::memory_order_relaxed);
+  counters_.measured.store(load);
   load_bits_ = 0;
   load_since_ = now;
 }
@@ -274,7 +274,7 @@ void CanHub::Sink::send(const msg::CanFrame& frame) noexcept {
 }
 
 CanHubStats CanHub::stats() const noexcept {
-  const auto of = [](const std::atomic<std::uint64_t>& c) { return c.load(std::memory_order_relaxed); };
+  const auto of = [](const hal::Tally& tally) { return tally.value(); };
   CanHubStats s;
   s.frames = of(counters_.frames);
   s.unknown = of(counters_.unknown);
@@ -286,7 +286,7 @@ CanHubStats CanHub::stats() const noexcept {
   s.ticks = of(counters_.ticks);
   s.late_ticks = of(counters_.late_ticks);
   s.planned_load = planned_load_;
-  s.measured_load = counters_.measured.load(std::memory_order_relaxed);
+  s.measured_load = counters_.measured.load();
   return s;
 }
 

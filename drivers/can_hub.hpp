@@ -6,6 +6,7 @@
 
 #include "drivers/servo.hpp"
 #include "hal/os.hpp"
+#include "hal/wide.hpp"
 
 namespace sinew::drivers {
 
@@ -143,9 +144,8 @@ class CanHub final {
   Time load_since_{};
   std::uint64_t load_bits_ = 0;
   struct Counters {  // written by the hub's thread alone; relaxed: each is a number for itself
-    std::atomic<std::uint64_t> frames{0}, unknown{0}, foreign{0}, malformed{0}, errors{0}, sent{0}, send_failed{0},
-        ticks{0}, late_ticks{0};
-    std::atomic<double> measured{0};
+    hal::Tally frames, unknown, foreign, malformed, errors, sent, send_failed, ticks, late_ticks;
+    hal::Wide<double> measured;
   } counters_;
   double planned_load_ = 0;
 };

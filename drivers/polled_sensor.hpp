@@ -80,8 +80,8 @@ class PolledSensor final : public hal::SensorQueue<M> {
   PollStats stats() const {
     return {.samples = this->delivered(),
             .lost = this->hal::template SensorQueue<M>::lost(),
-            .errors = errors_.load(std::memory_order_relaxed),
-            .restarts = restarts_.load(std::memory_order_relaxed)};
+            .errors = errors_.value(),
+            .restarts = restarts_.value()};
   }
   /// What is wrong now, in words; empty: nothing.
   std::string problem() const { return trouble_.get(); }
@@ -123,13 +123,13 @@ class PolledSensor final : public hal::SensorQueue<M> {
           all_is_well();
         continue;
       }
-      errors_.fetch_add(1, std::memory_order_relaxed);
+      errors_.add();
       tell(why);
       if (done.error().code != hal::Errc::closed && ++failures < options_.errors_in_a_row) continue;
       this->set_gone(true);
       if (!come_back()) return;
       this->set_gone(false);
-      restarts_.fetch_add(1, std::memory_order_relaxed);
+      restarts_.add();
       failures = 0;
       next = heard = os_.now();
     }
@@ -153,7 +153,7 @@ class PolledSensor final : public hal::SensorQueue<M> {
       if (stopped()) return false;
       std::string why;
       if (device_->set_up(why)) return true;
-      errors_.fetch_add(1, std::memory_order_relaxed);
+      errors_.add();
       tell(why);
     }
   }
@@ -163,7 +163,7 @@ class PolledSensor final : public hal::SensorQueue<M> {
   const PollOptions options_;
   hal::TroubleText trouble_;
   bool told_ = false;
-  std::atomic<std::uint64_t> errors_{0}, restarts_{0};
+  hal::Tally errors_, restarts_;
   hal::WakeWord stop_{0};
   std::unique_ptr<hal::Thread> thread_;
 };

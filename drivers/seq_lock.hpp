@@ -16,7 +16,7 @@ class SeqLock {
  public:
   SeqLock() { store(T{}); }
   void store(const T& value) noexcept {
-    std::array<std::uint64_t, kWords> words{};
+    std::array<Word, kWords> words{};
     std::memcpy(words.data(), &value, sizeof(T));
     const std::uint32_t before = sequence_.load(std::memory_order_relaxed);
     sequence_.store(before + 1, std::memory_order_relaxed);
@@ -25,7 +25,7 @@ class SeqLock {
     sequence_.store(before + 2, std::memory_order_release);  // pairs with load's first: all words are there
   }
   bool load(T& out) const noexcept {
-    std::array<std::uint64_t, kWords> words;
+    std::array<Word, kWords> words;
     for (int tries = 0; tries < kTries; ++tries) {
       const std::uint32_t before = sequence_.load(std::memory_order_acquire);
       for (std::size_t i = 0; i < kWords; ++i) words[i] = words_[i].load(std::memory_order_acquire);
@@ -37,10 +37,11 @@ class SeqLock {
   }
 
  private:
-  static constexpr std::size_t kWords = (sizeof(T) + 7) / 8;
+  using Word = std::size_t;  // what the machine reads at once
+  static constexpr std::size_t kWords = (sizeof(T) + sizeof(Word) - 1) / sizeof(Word);
   static constexpr int kTries = 64;  // the writer may be a thread of lower priority, in the middle of a store
   std::atomic<std::uint32_t> sequence_{0};
-  std::array<std::atomic<std::uint64_t>, kWords> words_{};
+  std::array<std::atomic<Word>, kWords> words_{};
 };
 
 }  // namespace sinew::drivers

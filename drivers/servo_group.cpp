@@ -113,7 +113,7 @@ void ServoGroup::publish() noexcept {
   const std::uint32_t head = head_.load(std::memory_order_relaxed);
   // acquire: pairs with read()'s release, so that the slot has been read before it is written again
   if (head - tail_.load(std::memory_order_acquire) == kRing) {
-    lost_.fetch_add(1, std::memory_order_relaxed);
+    lost_.add();
   } else {
     compose(ring_[head % kRing]);
     head_.store(head + 1, std::memory_order_release);  // pairs with read()'s acquire: the sample lies before it
@@ -152,7 +152,7 @@ hal::Result<bool> ServoGroup::read(msg::JointState& out) noexcept {
   std::uint32_t tail = tail_.load(std::memory_order_relaxed);
   if (head == tail) return false;
   if (head - tail == kRing) {  // nobody has read for long: only the newest is worth it
-    lost_.fetch_add(kRing - 1, std::memory_order_relaxed);
+    lost_.add(kRing - 1);
     tail = head - 1;
   }
   out = ring_[tail % kRing];

@@ -50,7 +50,7 @@ class ServoGroup final : public hal::Actuators, public hal::Joints, private Serv
   hal::Result<bool> read(msg::JointState& out) noexcept override;
   Time ready_at() const noexcept override;
   void set_wake(hal::Wake* wake) noexcept override { wake_.change(wake); }
-  std::uint64_t lost_samples() const noexcept { return lost_.load(std::memory_order_relaxed); }
+  std::uint64_t lost_samples() const noexcept { return lost_.value(); }
 
   /// Homing, or a new zero here; done once, when the joint can.
   void request(std::size_t joint, ServoCommand::Request what) noexcept;
@@ -95,7 +95,7 @@ class ServoGroup final : public hal::Actuators, public hal::Joints, private Serv
   static constexpr std::uint32_t kRing = 8;
   std::array<msg::JointState, kRing> ring_{};
   std::atomic<std::uint32_t> head_{0}, tail_{0};  // first hub's thread; reader's
-  std::atomic<std::uint64_t> lost_{0};
+  hal::Tally lost_;
   bool published_this_tick_ = false;
   hal::WakeSlot wake_;
 };

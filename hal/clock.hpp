@@ -1,7 +1,7 @@
 #pragma once
-#include <atomic>
 #include <limits>
 
+#include "hal/wide.hpp"
 #include "msg/time.hpp"
 
 namespace sinew::hal {
@@ -23,11 +23,11 @@ class Clock {
 /// Thread:  owner writes; any reads. What was written before it moved is not thereby visible.
 class ManualClock final : public Clock {
  public:
-  Time now() const noexcept override { return {now_ns_.load(std::memory_order_relaxed)}; }
-  void set(Time t) noexcept { now_ns_.store(t.ns, std::memory_order_relaxed); }
+  Time now() const noexcept override { return {now_ns_.load()}; }
+  void set(Time t) noexcept { now_ns_.store(t.ns); }
 
  private:
-  std::atomic<std::int64_t> now_ns_{0};  // alone: nobody waits for it
+  Wide<std::int64_t> now_ns_;  // alone: nobody waits for it
 };
 
 }  // namespace sinew::hal

@@ -6,6 +6,7 @@
 #include "hal/device.hpp"
 #include "hal/sample_ring.hpp"
 #include "hal/wake_slot.hpp"
+#include "hal/wide.hpp"
 
 namespace sinew::hal {
 
@@ -48,16 +49,16 @@ class SensorQueue : public Sensor<M> {
   void set_wake(Wake* wake) noexcept override { wake_.change(wake); }
 
   /// Samples that found the ring full.
-  std::uint64_t lost() const noexcept { return lost_.load(std::memory_order_relaxed); }
-  std::uint64_t delivered() const noexcept { return delivered_.load(std::memory_order_relaxed); }
+  std::uint64_t lost() const noexcept { return lost_.value(); }
+  std::uint64_t delivered() const noexcept { return delivered_.value(); }
   bool gone() const noexcept { return gone_.load(std::memory_order_relaxed); }
 
  protected:
   void put(const M& sample) noexcept {
     if (ring_.push(sample))
-      delivered_.fetch_add(1, std::memory_order_relaxed);
+      delivered_.add();
     else
-      lost_.fetch_add(1, std::memory_order_relaxed);
+      lost_.add();
     wake_.ring();
   }
   /// From now on read() says closed when the ring is empty; or no longer.
@@ -66,7 +67,7 @@ class SensorQueue : public Sensor<M> {
  private:
   SampleRing<M> ring_;
   WakeSlot wake_;
-  std::atomic<std::uint64_t> lost_{0}, delivered_{0};
+  Tally lost_, delivered_;
   std::atomic<bool> gone_{false};  // alone: what lies in the ring is ordered by the ring
 };
 

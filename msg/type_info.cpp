@@ -13,6 +13,8 @@ namespace sinew::msg {
 static_assert(std::endian::native == std::endian::little,
               "slots, hashes and recordings hold messages as they are in memory, and all of these are little-endian");
 
+static_assert(alignof(std::int64_t) == 8 && alignof(double) == 8, "32-bit x86 would lay them out otherwise");
+
 static_assert(check_layout<ImuSample>() && check_layout<RangeSample>() && check_layout<BaroSample>());
 static_assert(check_layout<BatterySample>());
 static_assert(check_layout<Image>() && sizeof(Image) == 40);

@@ -121,7 +121,7 @@ Commit::Commit(Segment& segment, WriterId writer)
     out.writer.queue_count = static_cast<std::uint32_t>(out.queues.size());
     out.writer.start(segment.header().first_sequence);
     out.slots = &segment.at<std::byte>(entry.slots);
-    out.stride = entry.slot_stride;
+    out.stride = static_cast<std::size_t>(entry.slot_stride);
     out.burst = topic.sum.burst;
     out.type = topic.plan.type;
     out.pieces = NanPieces(topic.plan.type->floats);

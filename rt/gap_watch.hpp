@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "hal/os.hpp"
+#include "hal/wide.hpp"
 #include "rt/stats.hpp"
 
 namespace sinew::rt {
@@ -60,8 +61,8 @@ class GapWatch {
   Time last_{};       // end of the last cycle, or begin of this one
   Duration slept_{};  // since begin()
   // Nobody waits for these; a reader may see one a little before another.
-  std::atomic<std::int64_t> awake_since_ns_{0};  // of the last sleep's end
-  std::atomic<std::int64_t> busy_until_ns_{0};
+  hal::Wide<std::int64_t> awake_since_ns_;  // of the last sleep's end
+  hal::Wide<std::int64_t> busy_until_ns_;
   std::atomic<bool> asleep_{true};
 };
 

@@ -145,7 +145,7 @@ class Graph {
   /// What became of it; nothing while it waits, or when a mailbox full of later ones was done.
   std::optional<Effect> effect(Ticket ticket) const;
   /// Requests that met a full mailbox or no room for messages. Thread: any.
-  std::uint64_t busy_posts() const { return busy_posts_.load(std::memory_order_relaxed); }
+  std::uint64_t busy_posts() const { return busy_posts_.value(); }
 
  private:
   void add_guardian();
@@ -180,7 +180,7 @@ class Graph {
   std::vector<std::vector<ConnectionId>> connections_;
   std::vector<ConnectionId> taps_, recorder_taps_;
   std::vector<std::unique_ptr<Mailbox>> mailboxes_;
-  std::atomic<std::uint64_t> busy_posts_{0};
+  hal::Tally busy_posts_;
 };
 
 }  // namespace sinew::rt

@@ -53,7 +53,7 @@ hal::Result<Ticket> Graph::post(Request request, std::string* why) {
   if (mailboxes_.empty()) return refuse(why, hal::Errc::not_supported, "mailbox", "the graph is not configured yet");
   auto number = mailboxes_[request.thread]->post(request);
   if (number) return Ticket{request.thread, *number};
-  ++busy_posts_;
+  busy_posts_.add();
   return refuse(why, number.error().code, number.error().where,
                 "the mailbox of thread " + threads_[request.thread].spec.name + " is full");
 }
@@ -139,7 +139,7 @@ hal::Result<Ticket> Graph::publish(std::string_view topic, std::span<const std::
   if (mailboxes_.empty()) return refuse(why, hal::Errc::not_supported, "mailbox", "the graph is not configured yet");
   const auto place = writer.external->stage(topics_[t].port, message);
   if (!place) {
-    ++busy_posts_;
+    busy_posts_.add();
     return refuse(why, place.error().code, place.error().where,
                   std::to_string(ExternalSource::kRoom) + " messages of " + writer.spec.name + " wait already");
   }

@@ -85,7 +85,7 @@ void Latch::bind(InputBase& input, ConnectionId id, Duration max_age, std::uint3
   port.input = &input;
   port.ring = segment_.ring(c.topic);
   port.slots = &segment_.at<std::byte>(entry.slots);
-  port.stride = entry.slot_stride;
+  port.stride = static_cast<std::size_t>(entry.slot_stride);
   port.output = entry.output;
   port.depth = c.plan.depth;
   port.carried_chains = carried_chains;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "hal/result.hpp"
+#include "hal/wide.hpp"
 
 namespace sinew::rt {
 
@@ -50,8 +51,8 @@ class Mailbox {
     std::atomic<std::uint32_t> turn;  // acquire/release: hands `request` between poster and taker
     Request request;
     // Of the last request that was done: ticket << 32 | step; the ticket's lowest bit, which the cell implies, is
-    // `refused` instead. One word, so that it is read whole.
-    std::atomic<std::uint64_t> done{0};
+    // `refused` instead. One number, so that it is read whole.
+    hal::Wide<std::uint64_t> done;
   };
   std::vector<Cell> cells_;
   const std::uint32_t mask_;

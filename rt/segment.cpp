@@ -20,7 +20,12 @@ static_assert(sizeof(SegmentHeader) == 48 && sizeof(TopicEntry) == 184 && sizeof
 constexpr std::size_t kLine = 64;  // slots, rings and commit numbers of different writers share no cache line
 constexpr std::size_t kPage = 4096;
 
-constexpr std::size_t round_up(std::size_t n, std::size_t to) { return (n + to - 1) / to * to; }
+constexpr std::uint64_t round_up(std::uint64_t n, std::size_t to) { return (n + to - 1) / to * to; }
+
+/// A size that no memory has stands for all that a 32-bit machine could not address.
+constexpr std::size_t addressable(std::uint64_t bytes) {
+  return static_cast<std::size_t>(std::min<std::uint64_t>(bytes, SIZE_MAX / kPage * kPage));
+}
 
 template <std::size_t N>
 void copy_name(char (&to)[N], std::string_view from) {
@@ -78,7 +83,7 @@ SlotSum SegmentPlan::slots(TopicId topic) const {
 
 std::size_t SegmentPlan::slot_stride(TopicId topic) const {
   const TopicPlan& plan = topics_[topic].plan;
-  return round_up(sizeof(SlotHeader) + plan.type->size + plan.bulk_bytes, kLine);
+  return addressable(round_up(std::uint64_t{sizeof(SlotHeader)} + plan.type->size + plan.bulk_bytes, kLine));
 }
 
 /// Where everything lies; the one place that adds up sizes.
@@ -95,11 +100,11 @@ struct SegmentPlan::Offsets {
   std::vector<Writer> writers;
 
   explicit Offsets(const SegmentPlan& plan) {
-    std::size_t end = sizeof(SegmentHeader);
-    const auto take = [&end](std::size_t bytes, std::size_t align) {
-      const std::size_t begin = round_up(end, align);
+    std::uint64_t end = sizeof(SegmentHeader);
+    const auto take = [&end](std::uint64_t bytes, std::size_t align) {
+      const std::uint64_t begin = round_up(end, align);
       end = begin + bytes;
-      return begin;
+      return addressable(begin);
     };
     topics_at = take(plan.topics_.size() * sizeof(TopicEntry), kLine);
     writers_at = take(plan.writers_.size() * sizeof(WriterEntry), kLine);
@@ -116,8 +121,9 @@ struct SegmentPlan::Offsets {
       topics.push_back({states, ring, 0, sum.total(), ring_size});
     }
     for (TopicId t = 0; t < plan.topics_.size(); ++t)
-      topics[t].slots = take(topics[t].slot_count * plan.slot_stride(t), plan.slot_stride(t) < kPage ? kLine : kPage);
-    total = round_up(end, kPage);
+      topics[t].slots =
+          take(std::uint64_t{topics[t].slot_count} * plan.slot_stride(t), plan.slot_stride(t) < kPage ? kLine : kPage);
+    total = addressable(round_up(end, kPage));
   }
 };
 

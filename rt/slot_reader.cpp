@@ -7,7 +7,7 @@ SlotReader::SlotReader(Segment& segment, ConnectionId id) {
   const TopicEntry& entry = segment.entry(topic);
   ring_ = segment.ring(topic);
   slots_ = &segment.at<std::byte>(entry.slots);
-  stride_ = entry.slot_stride;
+  stride_ = static_cast<std::size_t>(entry.slot_stride);
 }
 
 const SlotHeader* SlotReader::pin(std::uint32_t sequence) noexcept {

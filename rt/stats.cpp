@@ -6,16 +6,16 @@
 namespace sinew::rt {
 
 std::size_t Histogram::bucket_of(std::uint64_t ns) noexcept {
-  if (ns < kSub) return ns;
+  if (ns < kSub) return static_cast<std::size_t>(ns);
   const int shift = static_cast<int>(std::bit_width(ns)) - 5;  // leaves 16..31
-  const std::size_t bucket = static_cast<std::size_t>(shift) * kSub + (ns >> shift);
+  const std::size_t bucket = static_cast<std::size_t>(shift) * kSub + static_cast<std::size_t>(ns >> shift);
   return std::min(bucket, kBuckets - 1);
 }
 
 std::uint64_t Histogram::upper_bound(std::size_t bucket) noexcept {
   if (bucket < kSub) return bucket;
   const std::size_t shift = bucket / kSub - 1;
-  return ((kSub + bucket % kSub + 1) << shift) - 1;
+  return (std::uint64_t{kSub + bucket % kSub + 1} << shift) - 1;
 }
 
 void Histogram::add(Duration d) noexcept {

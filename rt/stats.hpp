@@ -2,9 +2,9 @@
 // Counters and histograms of a run. Written by the executor's threads, read by anybody: values are single words written
 // by one thread each, so a reader sees each number whole but not all of one instant.
 #include <array>
-#include <atomic>
 #include <cstdint>
 
+#include "hal/wide.hpp"
 #include "msg/time.hpp"
 
 namespace sinew::rt {
@@ -17,14 +17,14 @@ using msg::Time;
 template <class V>
 class Counter {
  public:
-  V value() const noexcept { return value_.load(std::memory_order_relaxed); }
-  void set(V v) noexcept { value_.store(v, std::memory_order_relaxed); }
+  V value() const noexcept { return value_.load(); }
+  void set(V v) noexcept { value_.store(v); }
   void add(V v = 1) noexcept { set(value() + v); }
 
  private:
-  std::atomic<V> value_{};
+  hal::Wide<V> value_;
 };
-using Count = Counter<std::uint64_t>;  // 64-bit atomics: private memory only
+using Count = Counter<std::uint64_t>;
 
 /// Log-linear histogram of durations: 16 buckets per octave from 1 ns to about 36 minutes, relative error under 1/16.
 /// What is negative counts as 0, what is longer as the longest.

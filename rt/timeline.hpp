@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "hal/clock.hpp"
+#include "hal/wide.hpp"
 #include "rt/graph.hpp"
 
 namespace sinew::rt {
@@ -80,7 +81,7 @@ class TimelineRing {
   }
 
   struct Slot {
-    std::atomic<std::uint64_t> at, rest;
+    hal::Wide<std::uint64_t> at, rest;
   };
   struct Zone {
     std::atomic<const char*> name{nullptr};

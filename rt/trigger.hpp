@@ -5,6 +5,7 @@
 
 #include "hal/device.hpp"
 #include "hal/os.hpp"
+#include "rt/instant_word.hpp"
 #include "rt/step.hpp"
 
 namespace sinew::rt {
@@ -32,10 +33,10 @@ class Trigger final : public hal::Wake {
 
   /// Thread: any.   RT: yes.
   void fire(Time now) noexcept {
-    std::int64_t none = kNone;
-    if (first_.load(std::memory_order_relaxed) == kNone)
-      first_.compare_exchange_strong(none, now.ns, std::memory_order_relaxed);
-    latest_.store(now.ns, std::memory_order_relaxed);
+    auto none = Instant::kNone;
+    if (first_.load(std::memory_order_relaxed) == none)
+      first_.compare_exchange_strong(none, Instant::of(now), std::memory_order_relaxed);
+    latest_.store(Instant::of(now), std::memory_order_relaxed);
     // release: partner is waiting(); whoever sees the count sees the commit behind it and the instants.
     if (word_.fetch_add(2, std::memory_order_release) & 1) os_.wake(word_);
   }
@@ -51,10 +52,11 @@ class Trigger final : public hal::Wake {
     const std::uint32_t n = waiting();
     if (n == 0) return {};
     taken_ = (taken_ + n) & kCountMask;
-    const Time latest{latest_.load(std::memory_order_relaxed)};
-    const std::int64_t first = first_.exchange(kNone, std::memory_order_relaxed);
+    const auto now = [this] { return os_.now(); };
+    const Time latest = Instant::time(latest_.load(std::memory_order_relaxed), now);
+    const auto first = first_.exchange(Instant::kNone, std::memory_order_relaxed);
     // None was offered when the trigger met the offer of one that was being taken at that moment: it is from now.
-    return {n, first == kNone ? std::max(latest, os_.now()) : Time{first}, latest};
+    return {n, first == Instant::kNone ? std::max(latest, os_.now()) : Instant::time(first, now), latest};
   }
   /// Sleeps until a trigger waits or the deadline has passed. False: the deadline.
   bool wait(Time deadline) noexcept {
@@ -70,12 +72,11 @@ class Trigger final : public hal::Wake {
 
  private:
   static constexpr std::uint32_t kCountMask = 0x7FFFFFFF;
-  static constexpr std::int64_t kNone = INT64_MIN;
+  using Instant = InstantWord<>;
   hal::Os& os_;
   hal::WakeWord word_{0};
-  std::uint32_t taken_ = 0;                 // the owner's own
-  std::atomic<std::int64_t> first_{kNone};  // private memory, so 64 bits are fine
-  std::atomic<std::int64_t> latest_{kNone};
+  std::uint32_t taken_ = 0;  // the owner's own
+  std::atomic<Instant::Word> first_{Instant::kNone}, latest_{Instant::kNone};
 };
 
 }  // namespace sinew::rt

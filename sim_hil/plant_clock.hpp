@@ -1,10 +1,10 @@
 #pragma once
 #include <algorithm>
-#include <atomic>
 #include <cstdint>
 #include <cstdlib>
 
 #include "hal/clock.hpp"
+#include "hal/wide.hpp"
 
 namespace sinew::sim_hil {
 
@@ -43,8 +43,8 @@ class PlantClock {
   }
 
  private:
-  // Each stands for itself: nobody concludes anything from one about the other. Private memory, so 64 bits are fine.
-  std::atomic<std::int64_t> target_ns_{0}, offset_ns_{0};
+  // Each stands for itself: nobody concludes anything from one about the other.
+  hal::Wide<std::int64_t> target_ns_, offset_ns_;
   hal::Time newest_{};
 };
 

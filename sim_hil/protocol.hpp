@@ -1,6 +1,7 @@
 #pragma once
-// The simulator protocol, byte by byte as docs/sim-protocol.md has it: what a plant and a runtime say to each other.
-// Pure: bytes in, values out, and back. Sockets are hal's matter, devices sim_board.hpp's and plant_link.hpp's.
+// The simulator protocol, byte by byte, little-endian, as docs/sim-protocol.md has it: what a plant and a runtime say
+// to each other. Pure: bytes in, values out, and back. Sockets are hal's matter, devices sim_board.hpp's and
+// plant_link.hpp's.
 #include <array>
 #include <cstddef>
 #include <cstdint>

@@ -21,7 +21,7 @@ void raise(std::atomic<std::uint32_t>& to, std::uint32_t value) {
 }
 
 /// The first word of a slot, which another process writes. False: it is not this one.
-bool holds(const hal::SharedMemory& memory, std::uint64_t slot, std::uint32_t generation) {
+bool holds(const hal::SharedMemory& memory, std::size_t slot, std::uint32_t generation) {
   std::uint32_t word = 0;
   return memory.copy(slot, std::as_writable_bytes(std::span(&word, 1))) && word == generation;
 }
@@ -115,7 +115,9 @@ bool SimCamera::copy(const Waiting& frame, std::uint8_t* to) const noexcept {
     std::memcpy(to, pool_.data() + frame.pool_index * bytes, bytes);
     return true;
   }
-  const std::uint64_t slot = info_.slots_offset + std::uint64_t{frame.info.slot} * info_.slot_bytes;
+  const std::uint64_t place = info_.slots_offset + std::uint64_t{frame.info.slot} * info_.slot_bytes;
+  const auto slot = static_cast<std::size_t>(place);
+  if (slot != place) return false;  // beyond what this machine could map
   const std::span pixels(reinterpret_cast<std::byte*>(to), bytes);
   if (!holds(*frame.memory, slot, frame.info.generation)) return false;
   if (!frame.memory->copy(slot + kSlotHeaderBytes, pixels)) return false;

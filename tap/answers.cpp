@@ -134,7 +134,7 @@ Answers::Answers(rt::Graph& graph, rt::Runner& runner, hal::Os& os, Bells* bells
     for (const auto& p : m.declaration.params) values.push_back(rt::current(p));
   }
   const rt::SegmentHeader& segment = graph_.segment().header();
-  auto reader = Reader::open({reinterpret_cast<const std::byte*>(&segment), segment.bytes});
+  auto reader = Reader::open({reinterpret_cast<const std::byte*>(&segment), static_cast<std::size_t>(segment.bytes)});
   if (!reader) return;
   reader_.emplace(std::move(*reader));
   for (std::uint32_t t = 0; t < reader_->topics().size(); ++t)

@@ -7,6 +7,8 @@
 
 namespace sinew::tap {
 
+static_assert(sizeof(hal::WakeWord) == 4 && hal::WakeWord::is_always_lock_free, "other processes map the page");
+
 Bells::Bells(const rt::Segment& segment, hal::Os& os, std::unique_ptr<hal::SharedMemory> page)
     : segment_(segment), os_(os), page_(std::move(page)) {
   new (page_->data()) hal::WakeWord[segment.header().writer_count]{};

@@ -79,8 +79,9 @@ hal::Status Reader::read_topic(const rt::TopicEntry& e, std::uint32_t index, std
       (e.bulk_bytes == 0 || info->has_bulk()))
     topic.info = info;
   topics_.push_back(std::move(topic));
-  places_.push_back({e.slots, e.slot_stride, e.ring, w.number, w.records, e.slot_count, e.ring_size - 1,
-                     w.record_count - 1, 1 + w.outputs, e.output});
+  const auto in_memory = [](std::uint64_t checked) { return static_cast<std::size_t>(checked); };
+  places_.push_back({in_memory(e.slots), in_memory(e.slot_stride), in_memory(e.ring), in_memory(w.number),
+                     in_memory(w.records), e.slot_count, e.ring_size - 1, w.record_count - 1, 1 + w.outputs, e.output});
   return {};
 }
 

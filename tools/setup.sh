@@ -2,6 +2,7 @@
 # Installs the Debian packages of tools/packages.txt that are missing; does nothing, quickly, when none is.
 #
 #   tools/setup.sh [build | test | ci]      each includes the ones before it; default: build
+#   tools/setup.sh cross [ARCH...]          what builds for boards, with the sysroots of armhf, arm64 and mipsel, or these
 #
 # Exit: 0 all there, 3 something is missing and cannot be installed here (says what), 2 wrong call.
 # SINEW_SKIP_SETUP=1 skips the check, for systems where the same things come from elsewhere.
@@ -12,12 +13,24 @@ case ${1:-build} in
   build) groups=' build ' ;;
   test) groups=' build test ' ;;
   ci) groups=' build test ci ' ;;
+  cross) groups=' build cross ' ;;
   *)
-    say "usage: tools/setup.sh [build | test | ci]" >&2
+    say "usage: tools/setup.sh [build | test | ci | cross [ARCH...]]" >&2
     exit 2
     ;;
 esac
-if [[ ${SINEW_SKIP_SETUP:-0} == 1 ]]; then exit 0; fi
+boards=()
+if [[ ${1:-} == cross ]]; then
+  boards=("${@:2}")
+  ((${#boards[@]})) || boards=(armhf arm64 mipsel)
+fi
+
+# Sysroots are files of ours, no packages: also where the packages are not looked at.
+end() {
+  ((${#boards[@]} == 0)) || exec "$root/toolchains/sysroot.sh" "${boards[@]}"
+  exit 0
+}
+if [[ ${SINEW_SKIP_SETUP:-0} == 1 ]]; then end; fi
 
 wanted=()
 while read -r group package _; do
@@ -64,7 +77,7 @@ fi
 mapfile -t lacking < <(missing)
 if ((${#lacking[@]} == 0)); then
   readers_of_others
-  exit 0
+  end
 fi
 
 as_root=(env DEBIAN_FRONTEND=noninteractive)
@@ -89,3 +102,4 @@ fi
 touch "$root/build/.packages-changed"
 readers_of_others
 say "setup: $(minutes $(($(now_s) - start)))"
+end

@@ -1,6 +1,6 @@
 #pragma once
 // Registers of the BMP280 barometer (and of the BME280, which measures pressure in the same way), and how its numbers
-// become pressure.
+// become pressure. The calibration is little-endian, measurements come with their highest byte first.
 // Source:  Bosch BST-BMP280-DS001 rev 1.26: memory map section 4, compensation section 3.11.3 and appendix 8.1.
 #include <array>
 #include <cstdint>

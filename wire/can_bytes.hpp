@@ -1,5 +1,6 @@
 #pragma once
-// Numbers in the data of a CAN frame. RT: yes. Reading checks bounds: what is not there reads as 0 and says so by size.
+// Numbers in the data of a CAN frame, in the byte order that each name says. RT: yes. Reading checks bounds: what is
+// not there reads as 0 and says so by size.
 #include <cstring>
 #include <initializer_list>
 #include <type_traits>

@@ -1,6 +1,6 @@
 #pragma once
-// Xiaomi CyberGear motors: 29-bit identifiers that carry a kind, 16 bits of data and an address.
-// Source: Xiaomi, "CyberGear micro-motor instruction manual" (2023), chapter 4; constants compared with
+// Xiaomi CyberGear motors: 29-bit identifiers that carry a kind, 16 bits of data and an address. Setpoints are
+// big-endian. Source: Xiaomi, "CyberGear micro-motor instruction manual" (2023), chapter 4; constants compared with
 //         project-sternbergia/cybergear_m5 src/cybergear_driver_defs.hh.
 #include <optional>
 

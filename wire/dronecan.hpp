@@ -1,6 +1,6 @@
 #pragma once
 // DroneCAN (UAVCAN v0) on classic CAN: identifiers, and transfers of more than one frame. What is in them:
-// dronecan_types.hpp.
+// dronecan_types.hpp. The transfer CRC comes lowest byte first.
 // Source:  DroneCAN specification, "CAN bus transport layer" (identifier fields, tail byte, transfer CRC, time-outs).
 #include <cstddef>
 #include <cstdint>

@@ -1,5 +1,5 @@
 #pragma once
-// Scans of the kernel's Industrial I/O: how channels lie in the bytes of /dev/iio:deviceN.
+// Scans of the kernel's Industrial I/O: how channels lie in the bytes of /dev/iio:deviceN; each says its byte order.
 // Source:  Linux Documentation/ABI/testing/sysfs-bus-iio (scan_elements/*_type, *_index, in_mount_matrix) and
 //          Documentation/iio/iio_devbuf.rst; alignment as in drivers/iio/industrialio-buffer.c.
 #include <array>

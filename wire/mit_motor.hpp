@@ -1,8 +1,9 @@
 #pragma once
 // "MIT" motor frames: one frame with position, velocity, gains and torque, answered by one with what the motor
-// measures. Source: the open controller firmware they come from, bgkatz/motorcontrol Core/Src/can.c; CubeMars, "AK
-// series actuator
-//         driver manual" 1.0.15, section 5.3; Damiao, "DM-J4310 user manual", section on MIT mode.
+// measures. Numbers of 12 and 16 bits follow each other, highest bit first. Source: the open controller firmware they
+// come from,
+//         bgkatz/motorcontrol Core/Src/can.c; CubeMars, "AK series actuator driver manual" 1.0.15, section 5.3; Damiao,
+//         "DM-J4310 user manual", section on MIT mode.
 #include <optional>
 #include <string_view>
 

@@ -3,6 +3,7 @@
 #include <span>
 
 #include "hal/can_bus.hpp"
+#include "hal/wide.hpp"
 
 namespace sinew::hal {
 
@@ -15,11 +16,11 @@ class CanCounters {
     add(received_), add(received_bits_, can_frame_bits(frame, ratio_));
   }
   void sent(const msg::CanFrame& frame) noexcept { add(sent_), add(sent_bits_, can_frame_bits(frame, ratio_)); }
-  void rx_lost(std::uint64_t n = 1) noexcept { add(rx_lost_, n); }
+  void rx_lost(std::uint32_t n = 1) noexcept { add(rx_lost_, n); }
   void tx_lost() noexcept { add(tx_lost_); }
-  void malformed(std::uint64_t n = 1) noexcept { add(malformed_, n); }
+  void malformed(std::uint32_t n = 1) noexcept { add(malformed_, n); }
   void error_frame() noexcept { add(error_frames_); }
-  std::uint64_t error_frames() const noexcept { return error_frames_.load(std::memory_order_relaxed); }
+  std::uint64_t error_frames() const noexcept { return error_frames_.value(); }
   void set_errors(std::uint8_t tx, std::uint8_t rx) noexcept {
     tx_errors_.store(tx, std::memory_order_relaxed), rx_errors_.store(rx, std::memory_order_relaxed);
   }
@@ -44,13 +45,12 @@ class CanCounters {
   }
 
  private:
-  using Counter = std::atomic<std::uint64_t>;
-  static void add(Counter& counter, std::uint64_t n = 1) noexcept { counter.fetch_add(n, std::memory_order_relaxed); }
-  static std::uint64_t get(const Counter& counter) noexcept { return counter.load(std::memory_order_relaxed); }
+  static void add(Tally& tally, std::uint32_t n = 1) noexcept { tally.add(n); }
+  static std::uint64_t get(const Tally& tally) noexcept { return tally.value(); }
 
   const double ratio_;
-  Counter received_{0}, sent_{0}, received_bits_{0}, sent_bits_{0}, rx_lost_{0}, tx_lost_{0};
-  Counter error_frames_{0}, bus_offs_{0}, restarts_{0}, malformed_{0};
+  Tally received_, sent_, received_bits_, sent_bits_, rx_lost_, tx_lost_;
+  Tally error_frames_, bus_offs_, restarts_, malformed_;
   std::atomic<CanState> state_{CanState::active};
   std::atomic<std::uint8_t> tx_errors_{0}, rx_errors_{0};
 };

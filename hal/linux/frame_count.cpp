@@ -19,8 +19,8 @@ bool FrameCount::arrived(std::uint32_t sequence, std::optional<Time> stamp) noex
     if (counts) lost_.add(step - 1);
     if (stamp && last_stamp_) {
       const std::int64_t interval = (stamp->ns - last_stamp_->ns) / (counts ? step : 1);
-      const std::int64_t mean = interval_ns_.load(std::memory_order_relaxed);
-      interval_ns_.store(mean == 0 ? interval : mean + (interval - mean) / 8, std::memory_order_relaxed);
+      const std::int64_t mean = interval_ns_.load();
+      interval_ns_.store(mean == 0 ? interval : mean + (interval - mean) / 8);
     }
   }
   first_ = false;
@@ -33,8 +33,8 @@ void FrameCount::stream_begins() noexcept {
   if (begun_) reopens_.add();
   begun_ = first_ = true;
   last_stamp_.reset();
-  interval_ns_.store(0, std::memory_order_relaxed);
-  tries_.store(0, std::memory_order_relaxed);
+  interval_ns_.store(0);
+  tries_.n.store(0);
 }
 
 CameraStats FrameCount::stats() const noexcept {
@@ -45,11 +45,11 @@ CameraStats FrameCount::stats() const noexcept {
           .too_large = too_large_.get(),
           .unstamped = unstamped_.get(),
           .reopens = reopens_.get(),
-          .tries = tries_.load(std::memory_order_relaxed)};
+          .tries = tries_.get()};
 }
 
 double FrameCount::rate_hz() const noexcept {
-  const std::int64_t interval = interval_ns_.load(std::memory_order_relaxed);
+  const std::int64_t interval = interval_ns_.load();
   return interval > 0 ? 1e9 / static_cast<double>(interval) : 0;
 }
 

@@ -1,10 +1,10 @@
 #pragma once
-#include <atomic>
 #include <cstdint>
 #include <optional>
 #include <string>
 
 #include "hal/clock.hpp"
+#include "hal/wide.hpp"
 
 namespace sinew::hal {
 
@@ -35,7 +35,7 @@ class FrameCount {
   void unstamped() noexcept { unstamped_.add(); }
   /// A stream begins; each but the first one is a reopening. The next frame's number leaves a gap.
   void stream_begins() noexcept;
-  void tried() noexcept { tries_.fetch_add(1, std::memory_order_relaxed); }
+  void tried() noexcept { tries_.add(); }
 
   CameraStats stats() const noexcept;
   /// Frames a second by their stamps, of late; 0: not known yet.
@@ -45,15 +45,12 @@ class FrameCount {
 
  private:
   struct Counter {  // one writer
-    std::atomic<std::uint64_t> n{0};
-    void add(std::uint64_t more = 1) noexcept {
-      n.store(n.load(std::memory_order_relaxed) + more, std::memory_order_relaxed);
-    }
-    std::uint64_t get() const noexcept { return n.load(std::memory_order_relaxed); }
+    Wide<std::uint64_t> n;
+    void add(std::uint64_t more = 1) noexcept { n.store(n.load() + more); }
+    std::uint64_t get() const noexcept { return n.load(); }
   };
-  Counter frames_, lost_, corrupted_, repeated_, too_large_, unstamped_, reopens_;
-  std::atomic<std::uint64_t> tries_{0};
-  std::atomic<std::int64_t> interval_ns_{0};
+  Counter frames_, lost_, corrupted_, repeated_, too_large_, unstamped_, reopens_, tries_;
+  Wide<std::int64_t> interval_ns_;
   bool begun_ = false, first_ = true;
   std::uint32_t last_sequence_ = 0, number_ = 0;
   std::optional<Time> last_stamp_;

@@ -61,9 +61,9 @@ IioImu::~IioImu() {
 IioStats IioImu::stats() const {
   return {.samples = delivered(),
           .lost = lost(),
-          .bad = bad_.load(std::memory_order_relaxed),
-          .unjoined = unjoined_.load(std::memory_order_relaxed),
-          .restarts = restarts_.load(std::memory_order_relaxed)};
+          .bad = bad_.value(),
+          .unjoined = unjoined_.load(),
+          .restarts = restarts_.value()};
 }
 
 Status IioImu::connect(std::string& why) {
@@ -118,7 +118,7 @@ void IioImu::run() noexcept {
     set_gone(true);
     retry();
     if (devices_.empty()) return;
-    restarts_.fetch_add(1, std::memory_order_relaxed);
+    restarts_.add();
     trouble_.set({});
     set_gone(false);
   }
@@ -164,7 +164,7 @@ Status IioImu::read_buffer(std::size_t device) noexcept {
     const std::span<const std::uint8_t> scan(space_.data() + at, bytes);
     const Time stamp = checked(device, d.stamp(scan).value_or(0), now);
     if (stamp <= last_[device]) {
-      bad_.fetch_add(1, std::memory_order_relaxed);
+      bad_.add();
       continue;
     }
     last_[device] = stamp;
@@ -198,7 +198,7 @@ Status IioImu::poll_all() noexcept {
     const bool one = devices_.size() == 1;
     const auto value = devices_[one ? 0 : i]->poll(one ? i : 0);
     if (!value && value.error().code == Errc::bad_data) {
-      bad_.fetch_add(1, std::memory_order_relaxed);
+      bad_.add();
       return {};
     }
     if (!value) return value.error();
@@ -233,7 +233,7 @@ void IioImu::take(std::size_t device, Time stamp, const std::array<double, 3>* r
     join_.add_accel(stamp, d.axes(0).to_board(raw[0]), deliver);
   else
     join_.add_gyro(stamp, d.axes(0).to_board(raw[0]), deliver);
-  unjoined_.store(join_.dropped(), std::memory_order_relaxed);
+  unjoined_.store(join_.dropped());
 }
 
 Result<std::unique_ptr<Imu>> open_iio_imu(Os& os, const IioSpec& spec, std::string& why) {

@@ -64,7 +64,8 @@ class IioImu final : public SensorQueue<msg::ImuSample> {
   IioJoin join_;
   std::vector<std::uint8_t> space_;
   TroubleText trouble_;
-  std::atomic<std::uint64_t> bad_{0}, unjoined_{0}, restarts_{0};
+  Tally bad_, restarts_;
+  Wide<std::uint64_t> unjoined_;
   Time next_poll_, heard_;
   bool silent_told_ = false, clock_told_ = false;
   int stop_ = -1;

@@ -2,14 +2,12 @@
 
 #include <alloca.h>
 #include <fcntl.h>
-#include <linux/futex.h>
 #include <malloc.h>
 #include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
-#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -18,6 +16,7 @@
 #include <cstring>
 #include <ctime>
 
+#include "hal/linux/futex.hpp"
 #include "hal/linux/memory.hpp"
 #include "hal/linux/shared_memory.hpp"
 
@@ -96,7 +95,7 @@ class LinuxThread final : public Thread {
     if (error != 0) return Error{Errc::io, "pthread_create", error};
     joinable_ = true;
     while (set_up_.load(std::memory_order_acquire) == 0)  // so that shortfall() is complete when start returns
-      syscall(SYS_futex, &set_up_, FUTEX_WAIT_PRIVATE, 0, nullptr, nullptr, 0);
+      futex_wait(set_up_, 0, kNever, FutexScope::process);
     return {};
   }
 
@@ -111,7 +110,7 @@ class LinuxThread final : public Thread {
     auto& t = *static_cast<LinuxThread*>(self);
     t.set_up();
     t.set_up_.store(1, std::memory_order_release);
-    syscall(SYS_futex, &t.set_up_, FUTEX_WAKE_PRIVATE, INT_MAX, nullptr, nullptr, 0);
+    futex_wake(t.set_up_, INT_MAX, FutexScope::process);
     t.body_();
     return nullptr;
   }
@@ -147,7 +146,7 @@ class LinuxThread final : public Thread {
   std::string shortfall_;
   pthread_t thread_{};
   bool joinable_ = false;
-  std::atomic<std::uint32_t> set_up_{0};
+  WakeWord set_up_{0};
 };
 
 class LinuxOs final : public Os {
@@ -165,12 +164,10 @@ class LinuxOs final : public Os {
   }
 
   void wait(WakeWord& word, std::uint32_t expected, Time deadline) noexcept override {
-    const timespec ts = deadline == kNever ? timespec{} : to_timespec(deadline);
-    syscall(SYS_futex, &word, FUTEX_WAIT_BITSET_PRIVATE, expected, deadline == kNever ? nullptr : &ts, nullptr,
-            FUTEX_BITSET_MATCH_ANY);
+    futex_wait(word, expected, deadline, FutexScope::process);
   }
 
-  void wake(WakeWord& word) noexcept override { syscall(SYS_futex, &word, FUTEX_WAKE_PRIVATE, 1, nullptr, nullptr, 0); }
+  void wake(WakeWord& word) noexcept override { futex_wake(word, 1, FutexScope::process); }
 
   Duration thread_cpu_time() noexcept override { return Duration{read_clock(CLOCK_THREAD_CPUTIME_ID).ns}; }
 

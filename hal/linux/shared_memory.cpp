@@ -1,17 +1,17 @@
 #include "hal/linux/shared_memory.hpp"
 
 #include <fcntl.h>
-#include <linux/futex.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
-#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <climits>
 #include <cstring>
-#include <ctime>
 #include <string>
+#include <utility>
+
+#include "hal/linux/futex.hpp"
 
 #ifndef F_SEAL_FUTURE_WRITE
 #define F_SEAL_FUTURE_WRITE 0x0010  // Linux 5.1; older C library headers do not name it
@@ -87,6 +87,7 @@ Result<std::unique_ptr<SharedMemory>> map(int fd, std::size_t bytes, int protect
 
 Result<std::unique_ptr<SharedMemory>> create_shared_memory(std::string_view name, std::size_t bytes) {
   if (bytes == 0) return Error{Errc::bad_argument, "shared memory of no bytes"};
+  if (bytes > std::size_t{PTRDIFF_MAX} / 2) return Error{Errc::out_of_memory, "shared memory: too large", EFBIG};
   const int fd = ::memfd_create(std::string(name).c_str(), MFD_CLOEXEC | MFD_ALLOW_SEALING);
   if (fd < 0) return failed(fd, "shared memory: memfd_create");
   const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
@@ -106,20 +107,19 @@ Result<std::unique_ptr<SharedMemory>> open_shared_memory(int fd, Stream::MemoryA
     ::close(fd);
     return Error{Errc::bad_data, "shared memory from the peer is not sealed against shrinking", seals};
   }
+  if (!std::in_range<std::ptrdiff_t>(info.st_size)) {
+    ::close(fd);
+    return Error{Errc::out_of_memory, "shared memory from the peer is more than this machine can address", EFBIG};
+  }
   const auto bytes = static_cast<std::size_t>(info.st_size);
   if (access == Stream::MemoryAccess::copied) return std::unique_ptr<SharedMemory>(new CopiedMemory(fd, bytes));
   return map(fd, bytes, PROT_READ);
 }
 
 void wait_shared(const WakeWord& word, std::uint32_t expected, Time deadline) noexcept {
-  const timespec until{static_cast<time_t>(deadline.ns / 1'000'000'000),
-                       static_cast<long>(deadline.ns % 1'000'000'000)};
-  ::syscall(SYS_futex, &word, FUTEX_WAIT_BITSET, expected, deadline == kNever ? nullptr : &until, nullptr,
-            FUTEX_BITSET_MATCH_ANY);
+  futex_wait(word, expected, deadline, FutexScope::machine);
 }
 
-void wake_shared(const WakeWord& word) noexcept {
-  ::syscall(SYS_futex, &word, FUTEX_WAKE, INT_MAX, nullptr, nullptr, 0);
-}
+void wake_shared(const WakeWord& word) noexcept { futex_wake(word, INT_MAX, FutexScope::machine); }
 
 }  // namespace sinew::hal

@@ -258,7 +258,7 @@ bool SocketcandCan::take(msg::CanFrame& out) noexcept {
       counters_.received(out);
     return true;
   }
-  counters_.malformed(splitter_.dropped() - dropped_);
+  counters_.malformed(static_cast<std::uint32_t>(splitter_.dropped() - dropped_));
   dropped_ = splitter_.dropped();
   return false;
 }

@@ -55,7 +55,7 @@ class V4l2Camera final : public Camera, public CameraControls {
   // Whose the session is. The reader holds it during one read(); who finds it broken leaves it to the keeper as kLost.
   enum Holder : int { kNobody, kReader, kKeeper };
   struct Request {
-    std::atomic<double> value{0};
+    AnybodysNumber value{0};
     std::atomic<bool> pending{false};  // release after the value, acquire before it
   };
 
@@ -88,7 +88,7 @@ class V4l2Camera final : public Camera, public CameraControls {
   std::unique_ptr<V4l2Session> session_;  // changed by the keeper while it holds it
   std::atomic<int> holder_{kNobody};
   std::atomic<int> broken_{0};  // errno that the session was left with
-  std::atomic<std::int64_t> exposure_ns_{0}, last_frame_ns_{0};
+  Wide<std::int64_t> exposure_ns_, last_frame_ns_;
   FrameCount count_;  // the reader's; the keeper's while it holds the session
 
   mutable std::mutex mutex_;  // keeper and state()

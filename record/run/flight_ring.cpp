@@ -47,7 +47,8 @@ hal::Result<std::unique_ptr<FlightRing>> FlightRing::open(const rt::Graph& graph
 std::size_t FlightRing::least_bytes(const rt::Graph& graph) {
   std::size_t states = 0;  // a part needs one of each module
   for (const rt::GraphModule& m : graph.modules())
-    if (const std::size_t bytes = rt::SavedState(m.declaration).bytes(); bytes > 0) states += room_for(bytes);
+    if (const std::size_t bytes = rt::SavedState(m.declaration).bytes(); bytes > 0)
+      states += static_cast<std::size_t>(room_for(bytes));
   return kParts * (kEndBytes + kBeginBytes + states) + 4096;  // and its head
 }
 

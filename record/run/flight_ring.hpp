@@ -56,12 +56,12 @@ class FlightRing {
   /// Not what has been written before: the last dump began `length` ago.
   bool may_dump(rt::Time now) const { return !dumping_ && (!dumped_ || now - *dumped_ >= options_.length); }
   bool is_dumping() const { return dumping_; }
-  void count_only() { ++not_dumped_; }
+  void count_only() { not_dumped_.add(); }
   /// Until the last dump is written.
   void wait() { thread_.reset(); }
 
   std::vector<RingDumpReport> reports() const;
-  std::uint64_t not_dumped() const { return not_dumped_; }
+  std::uint64_t not_dumped() const { return not_dumped_.value(); }
   rt::Duration held(rt::Time now) const;  // of the run
   std::size_t bytes_used() const { return memory_.bytes_used(); }
   std::size_t bytes() const { return memory_.slot_bytes() * RingMemory::kSlots; }
@@ -71,7 +71,9 @@ class FlightRing {
  private:
   FlightRing(const rt::Graph& graph, const RunDescription& description, const RingOptions& options, RingMemory memory);
   void write(std::size_t report);
-  std::size_t room() const { return memory_.slot_bytes() - of_parts_.files.writer.free_floor_bytes; }
+  std::size_t room() const {
+    return memory_.slot_bytes() - static_cast<std::size_t>(of_parts_.files.writer.free_floor_bytes);
+  }
 
   const rt::Graph& graph_;
   const RunDescription& description_;
@@ -84,7 +86,7 @@ class FlightRing {
   rt::Time tried_{};  // to begin a part
   hal::Status trouble_;
   std::atomic<bool> dumping_{false};
-  std::atomic<std::uint64_t> not_dumped_{0};
+  hal::Tally not_dumped_;
   mutable std::mutex mutex_;  // of reports_, between the owner, the dumping thread and who asks
   std::vector<RingDumpReport> reports_;
   std::unique_ptr<hal::Thread> thread_;

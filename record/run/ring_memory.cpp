@@ -24,6 +24,8 @@ struct RingMemory::Header {
   std::array<char, kMaxFolder + 1> folder;
 };
 
+static_assert(std::atomic<std::uint32_t>::is_always_lock_free && sizeof(std::atomic<std::uint32_t>) == 4);
+
 /// A file in a slot.
 class RingMemory::Part final : public hal::OutputFile {
  public:

@@ -112,9 +112,12 @@ struct StepLog::State {
 // Room that steps leave for requests: a step that is lost costs what it was, a lost parameter all that follows.
 constexpr std::uint32_t kRequests = 8;
 
-/// Words from one writer to one reader. Positions count words for ever; an entry never goes round the end.
+/// Words from one writer to one reader. Positions count words, round and round where they have 32 bits; an entry never
+/// goes round the end.
 class StepLog::Ring {
  public:
+  using Position = std::size_t;  // what every machine reads at once
+
   explicit Ring(std::size_t words) : words_(std::bit_ceil(words)), ring_(std::make_unique<std::uint32_t[]>(words_)) {
     std::memset(ring_.get(), 0, words_ * sizeof(std::uint32_t));  // its pages are there before the run
   }
@@ -141,11 +144,11 @@ class StepLog::Ring {
   std::uint32_t lost() const noexcept { return lost_; }
 
   /// Reader: everything up to here is there to be read.
-  std::uint64_t there() const noexcept { return head_.load(std::memory_order_acquire); }
-  bool has_read(std::uint64_t up_to) const noexcept { return read_ >= up_to; }
+  Position there() const noexcept { return head_.load(std::memory_order_acquire); }
+  bool has_read(Position up_to) const noexcept { return static_cast<std::ptrdiff_t>(read_ - up_to) >= 0; }
   /// Reader: the next entry, null when there is none; then pop().
   const std::uint32_t* next() noexcept {
-    const std::uint64_t head = head_.load(std::memory_order_acquire);
+    const Position head = head_.load(std::memory_order_acquire);
     if (read_ == head) return nullptr;
     if (ring_[read_ & (words_ - 1)] == 0) read_ += words_ - (read_ & (words_ - 1));
     return &ring_[read_ & (words_ - 1)];
@@ -158,11 +161,11 @@ class StepLog::Ring {
  private:
   const std::size_t words_;
   const std::unique_ptr<std::uint32_t[]> ring_;
-  std::uint64_t written_ = 0;           // the writer's
-  std::uint32_t lost_ = 0;              // since the last entry; the writer's, read by others only after the run
-  std::atomic<std::uint64_t> head_{0};  // private memory, so 64 bits are fine
-  alignas(64) std::atomic<std::uint64_t> tail_{0};
-  std::uint64_t read_ = 0;  // the reader's
+  Position written_ = 0;    // the writer's
+  std::uint32_t lost_ = 0;  // since the last entry; the writer's, read by others only after the run
+  std::atomic<Position> head_{0};
+  alignas(64) std::atomic<Position> tail_{0};
+  Position read_ = 0;  // the reader's
 };
 
 StepLog::StepLog(const rt::Graph& graph, rt::Duration room, rt::Duration state_every)
@@ -293,7 +296,7 @@ rt::Time over(const std::uint32_t* words, Kind kind) {
 void StepLog::read(std::uint32_t thread, Visitor& visitor, bool last, rt::Time until) {
   Ring& ring = *rings_[thread];
   std::uint64_t& order = order_[thread];
-  const std::uint64_t there = ring.there();  // not what comes meanwhile: the other threads' rings fill, too
+  const Ring::Position there = ring.there();  // not what comes meanwhile: the other threads' rings fill, too
   while (!ring.has_read(there)) {
     const std::uint32_t* words = ring.next();
     Head head;

@@ -17,7 +17,7 @@ void SimChip::write_to(std::uint8_t first, std::span<const std::uint8_t> values)
 
 hal::Status SimI2cBus::transfer(std::uint8_t address, std::span<const std::uint8_t> write,
                                 std::span<std::uint8_t> read) noexcept {
-  ++transfers;
+  transfers.add();
   const BusFault now = fault;
   if (now == BusFault::errors) return hal::Error{hal::Errc::io, "simulated", 5};
   if (now == BusFault::gone) return hal::Error{hal::Errc::closed, "simulated", 19};

@@ -51,7 +51,7 @@ class SimI2cBus final : public hal::I2cBus {
   hal::Status transfer(std::uint8_t address, std::span<const std::uint8_t> write,
                        std::span<std::uint8_t> read) noexcept override;
   std::atomic<BusFault> fault{BusFault::none};
-  std::atomic<std::uint64_t> transfers{0};
+  hal::Tally transfers;
 
  private:
   std::map<std::uint8_t, std::shared_ptr<SimChip>> chips_;

@@ -132,7 +132,7 @@ TEST(SeqLock, ReaderNeverSeesHalfOfAValue) {
 class Bell final : public hal::Wake {
  public:
   void wake() noexcept override { ++rung; }
-  std::atomic<std::uint64_t> rung{0};
+  std::atomic<std::uint32_t> rung{0};
 };
 
 TEST(ServoGroup, RunsOnThreadsOfTwoBusesAndStopsThem) {

@@ -61,7 +61,7 @@ TEST_F(File, WhatIsCutOffIsGoneAndWritingGoesOnThere) {
   ASSERT_TRUE((*out)->cut(4));
   ASSERT_TRUE((*out)->append(second));
   auto in = open_file(path("a"));
-  EXPECT_EQ(read(**in, 0, (*in)->size()), "0123abc");
+  EXPECT_EQ(read(**in, 0, static_cast<std::size_t>((*in)->size())), "0123abc");
 }
 
 TEST_F(File, NothingThatExistsIsOverwritten) {

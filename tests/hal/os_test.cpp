@@ -80,6 +80,11 @@ TEST(LinuxOs, CpuThatDoesNotExistIsNamedAndTheThreadStillRuns) {
   EXPECT_NE((*thread)->shortfall().find("CPU set refused"), std::string::npos);
 }
 
+TEST(LinuxOs, SharedMemoryThatNoMachineHasIsRefused) {
+  EXPECT_EQ(linux_os().shared_memory("sinew-test", SIZE_MAX).error().code, Errc::out_of_memory);
+  EXPECT_EQ(linux_os().shared_memory("sinew-test", SIZE_MAX / 4096 * 4096).error().code, Errc::out_of_memory);
+}
+
 TEST(LinuxOs, SharedMemoryIsZeroedAndPageAligned) {
   auto memory = linux_os().shared_memory("sinew-test", 10'000);
   ASSERT_TRUE(memory);

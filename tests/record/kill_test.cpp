@@ -173,7 +173,7 @@ TEST_F(Kill, AfterAnyNumberOfBytes) {
 TEST_F(Kill, FromOutsideAtAnyMoment) {
   void* shared = ::mmap(nullptr, 4096, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   ASSERT_NE(shared, MAP_FAILED);
-  auto& written = *new (shared) std::atomic<std::uint64_t>(0);  // the child's messages; a hint only, so relaxed
+  auto& written = *new (shared) std::atomic<std::uint32_t>(0);  // the child's messages; a hint only, so relaxed
   std::mt19937 random(5);
   int killed = 0, inside = 0;
   for (int run = 0; run < kRuns; ++run) {
@@ -182,8 +182,9 @@ TEST_F(Kill, FromOutsideAtAnyMoment) {
     written.store(0, std::memory_order_relaxed);
     const int status = end_of_process(
         [&] {
-          return bool(record_all(std::make_unique<RealFile>(*file_),
-                                 [&](std::uint64_t n) { written.store(n, std::memory_order_relaxed); }));
+          return bool(record_all(std::make_unique<RealFile>(*file_), [&](std::uint64_t n) {
+            written.store(static_cast<std::uint32_t>(n), std::memory_order_relaxed);
+          }));
         },
         [&](pid_t child) {
           siginfo_t ended{};

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <new>
 
-static std::atomic<std::uint64_t> count{0};
+static std::atomic<std::size_t> count{0};
 
 std::uint64_t sinew::test::allocations() { return count; }
 

@@ -8,6 +8,7 @@
 
 #include "graph_fixture.hpp"
 #include "hal/linux/os.hpp"
+#include "hal/wide.hpp"
 #include "rt/guardian.hpp"
 #include "rt/latch.hpp"
 #include "rt/real_time_executor.hpp"
@@ -55,7 +56,7 @@ class Sensor final : public Module {
     return Status::ok;
   }
   std::atomic<bool> silent{false};
-  std::atomic<double> voltage_v{12};
+  hal::Wide<double> voltage_v{12};
 
  private:
   Out<msg::BatterySample> out_;
@@ -221,9 +222,9 @@ TEST_F(GuardianInRealTime, ABadValueStopsForGood) {
   f.below = 10;
   start();
   ASSERT_TRUE(until_moving());
-  sensor.voltage_v = 9;
+  sensor.voltage_v.store(9);
   ASSERT_TRUE(until_fault(msg::kFaultFailsafe));
-  sensor.voltage_v = 12;
+  sensor.voltage_v.store(12);
   EXPECT_TRUE(stays_stopped());
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 // The Linux kernel as Os, watched: how long it is asked to sleep, and that executor threads call nothing beside it.
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <functional>
@@ -64,14 +65,14 @@ class ProbeOs final : public hal::Os {
 
  private:
   void note_sleep(hal::Time t) noexcept {
-    const std::int64_t ns = (t - os_.now()).count();
-    std::int64_t longest = longest_ns_.load();
+    const auto ns = static_cast<std::uint32_t>(std::clamp<std::int64_t>((t - os_.now()).count(), 0, UINT32_MAX));
+    std::uint32_t longest = longest_ns_.load();
     while (ns > longest && !longest_ns_.compare_exchange_weak(longest, ns)) {
     }
   }
 
   hal::Os& os_ = hal::linux_os();
-  std::atomic<std::int64_t> longest_ns_{0};
+  std::atomic<std::uint32_t> longest_ns_{0};  // 4 s are long enough
   std::array<std::uint32_t, 16> calls_{};
   std::size_t threads_ = 0;
 };

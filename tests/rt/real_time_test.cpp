@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "graph_fixture.hpp"
+#include "hal/wide.hpp"
 #include "probe_os.hpp"
 #include "rt/trigger.hpp"
 #include "test_modules.hpp"
@@ -365,7 +366,7 @@ TEST_F(RealTime, AParameterChangesBetweenTwoSteps) {
       seen.store(gain_);
       return Status::ok;
     }
-    std::atomic<double> seen{0};
+    hal::Wide<double> seen;
 
    private:
     double gain_ = 1.0;

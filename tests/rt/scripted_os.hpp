@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "hal/linux/os.hpp"
+#include "hal/wide.hpp"
 
 namespace sinew::rt {
 
@@ -98,15 +99,15 @@ class ScriptedOs final : public hal::Os {
   void move_to(hal::Time t) {
     while (next_event() <= t) {
       const hal::Time due = next_event();
-      now_ns_ = std::max(now_ns_.load(), due.ns);
+      now_ns_.store(std::max(now_ns_.load(), due.ns));
       for (auto& [when, event] : script_)
         if (event && when == due) std::exchange(event, nullptr)();
     }
-    now_ns_ = std::max(now_ns_.load(), t.ns);
+    now_ns_.store(std::max(now_ns_.load(), t.ns));
   }
 
   std::atomic<bool> woken_once_{false};
-  std::atomic<std::int64_t> now_ns_{1'000'000'000};
+  hal::Wide<std::int64_t> now_ns_{1'000'000'000};
   std::int64_t cpu_ns_ = 0;
   std::uint32_t sleeps_ = 0;
   std::deque<std::pair<hal::Time, std::function<void()>>> script_;

@@ -395,6 +395,15 @@ TEST_F(Topic, SequencesWrapWithoutLossOrGap) {
   EXPECT_TRUE(wrapped);
 }
 
+/// What 32 bits could not count must not come out small.
+TEST_F(Topic, MoreThanAMachineCanAddressIsNeverSaidToFit) {
+  plan.add_topic(
+      plan.add_writer("c"),
+      {.name = "c.a", .type = &msg::type_info<msg::Image>(), .bulk_bytes = 0xFFFFFF00, .burst = 3, .history = 5});
+  constexpr std::uint64_t kLeast = std::uint64_t{8} * 0xFFFFFF00;
+  EXPECT_GE(plan.bytes(), std::min<std::uint64_t>(kLeast, SIZE_MAX / 4096 * 4096));
+}
+
 TEST_F(Topic, SegmentCanBeReadByOffsetsAlone) {
   plan.connect(a_topic, latest());
   start();

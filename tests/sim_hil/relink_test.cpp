@@ -1,6 +1,7 @@
 // A plant that is lost and comes back, and one on another machine: its clock, and what happens in the meantime.
 #include "door_rig.hpp"
 #include "hal/scaled_os.hpp"
+#include "hal/wide.hpp"
 
 namespace sinew::sim_hil {
 namespace {
@@ -260,7 +261,7 @@ class RemotePlant {
   Time here(Time t) const { return host_.unscaled(t); }
 
   static constexpr double kDrift = 100e-6;
-  std::atomic<std::int64_t> zero_ns{0};  // plant host's clock at plant time 0
+  hal::Wide<std::int64_t> zero_ns;  // plant host's clock at plant time 0
 
  private:
   void run() {
@@ -278,7 +279,7 @@ class RemotePlant {
     auto link = PlantLink::accept(std::move(caller), small_plant(), nullptr, why);
     if (!link || !(*link)->wait_start()) return;
     const Time zero = host_.now();
-    zero_ns = zero.ns;
+    zero_ns.store(zero.ns);
     if (!(*link)->start_clock(at(0s), zero)) return;
     while (!over_) {
       const Duration stamp = host_.now() - zero;

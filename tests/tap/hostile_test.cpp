@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "hal/linux/process.hpp"
+#include "qemu_user.hpp"
 #include "tap_rig.hpp"
 
 namespace sinew::tap {
@@ -19,7 +20,7 @@ class Hostile {
  public:
   Hostile(const Robot& robot, const std::string& what, const std::string& amount)
       : log_(g_run_dir.path() + "/" + what + ".log") {
-    auto started = hal::ChildProcess::start({TAP_HOSTILE, what, robot.name->path(), amount}, log_);
+    auto started = hal::ChildProcess::start(test::command(TAP_HOSTILE, {what, robot.name->path(), amount}), log_);
     if (started)
       process_ = std::move(*started);
     else
@@ -122,7 +123,7 @@ TEST(Hostile, AnotherUserIsNotAnsweredEvenWhenLetIntoTheFolder) {
 }
 
 TEST(Hostile, WhatAKilledRobotLeftBehindIsTakenOver) {
-  auto process = hal::ChildProcess::start({TAP_HOSTILE, "hold", "robot"}, "/dev/null");
+  auto process = hal::ChildProcess::start(test::command(TAP_HOSTILE, {"hold", "robot"}), "/dev/null");
   ASSERT_TRUE(process);
   const int pid = (*process)->pid();
   const std::string socket = g_run_dir.path() + "/robot.sock";

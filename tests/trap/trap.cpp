@@ -20,6 +20,8 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <string_view>
+#include <utility>
 
 #include "rt/trap.hpp"
 
@@ -44,9 +46,39 @@ struct Name {
   }
 };
 
+// A 32-bit C library has some functions twice. With 64-bit times and offsets its headers give the names of the first to
+// the second, so those are the ones that are replaced here, and passed on to.
+const char* symbol(std::string_view name) {
+#ifdef __USE_TIME_BITS64
+  static constexpr std::pair<std::string_view, const char*> kLong[] = {
+      {"mmap", "mmap64"},
+      {"pread", "pread64"},
+      {"pwrite", "pwrite64"},
+      {"open", "open64"},
+      {"openat", "openat64"},
+      {"fopen", "fopen64"},
+      {"ioctl", "__ioctl_time64"},
+      {"ppoll", "__ppoll64"},
+      {"select", "__select64"},
+      {"sendmsg", "__sendmsg64"},
+      {"recvmsg", "__recvmsg64"},
+      {"pthread_mutex_timedlock", "__pthread_mutex_timedlock64"},
+      {"pthread_cond_timedwait", "__pthread_cond_timedwait64"},
+      {"pthread_cond_clockwait", "__pthread_cond_clockwait64"},
+      {"sem_timedwait", "__sem_timedwait64"},
+      {"nanosleep", "__nanosleep64"},
+      {"clock_nanosleep", "__clock_nanosleep_time64"},
+      {"clock_gettime", "__clock_gettime64"},
+  };
+  for (const auto& [first, second] : kLong)
+    if (name == first) return second;
+#endif
+  return name.data();
+}
+
 template <class F>
 F* real(const char* name) {
-  return reinterpret_cast<F*>(dlsym(RTLD_NEXT, name));
+  return reinterpret_cast<F*>(dlsym(RTLD_NEXT, symbol(name)));
 }
 
 [[noreturn]] void fail(const char* call) {

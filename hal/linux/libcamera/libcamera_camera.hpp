@@ -46,7 +46,7 @@ class LibcameraCamera final : public Camera, public CameraControls {
  private:
   enum Holder : int { kNobody, kReader, kKeeper };  // whose the session is; see V4l2Camera
   struct Request {
-    std::atomic<double> value{0};
+    AnybodysNumber value{0};
     std::atomic<bool> pending{false};  // release after the value, acquire before it
   };
 
@@ -69,7 +69,7 @@ class LibcameraCamera final : public Camera, public CameraControls {
   std::atomic<bool> ready_{false};  // something has come since read() last found nothing
   std::unique_ptr<LibcameraSession> session_;
   std::atomic<int> holder_{kNobody};
-  std::atomic<std::int64_t> last_frame_ns_{0};
+  Wide<std::int64_t> last_frame_ns_;
   FrameCount count_;
   mutable std::mutex mutex_;  // keeper and state()
   std::string trouble_;

@@ -1,0 +1,32 @@
+#pragma once
+// Tests of boards run here in qemu-user, a processor's emulator on this machine's kernel. What it does not do as a board
+// would is left out there, by name; the list is in docs/boards.md.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace sinew::test {
+
+/// How qemu-user runs this program ("qemu-arm -L SYSROOT"), as our toolchain files let it say; null: it does not.
+inline const char* qemu_user() { return std::getenv("SINEW_QEMU_USER"); }
+
+/// The command line of another program of this build: the kernel starts it only on its own machine.
+inline std::vector<std::string> command(const std::string& program, std::vector<std::string> arguments) {
+  std::vector<std::string> words;
+  if (qemu_user()) {
+    std::istringstream emulator(qemu_user());
+    for (std::string word; emulator >> word;) words.push_back(word);
+  }
+  words.push_back(program);
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  return words;
+}
+
+}  // namespace sinew::test
+
+/// Ends the test there, skipped, with what qemu-user does not do.
+#define SINEW_SKIP_UNDER_QEMU_USER(lacks) \
+  if (sinew::test::qemu_user()) GTEST_SKIP() << "qemu-user: " << (lacks)

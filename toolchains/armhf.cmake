@@ -1,0 +1,6 @@
+# 32-bit Arm: ARMv7-A with VFPv3-D16, which every Cortex-A has (Debian's armhf).
+set(SINEW_BOARD armhf)
+set(SINEW_TRIPLET arm-linux-gnueabihf)
+set(CMAKE_SYSTEM_PROCESSOR arm)
+set(SINEW_EMULATOR qemu-arm)
+include(${CMAKE_CURRENT_LIST_DIR}/board.cmake)

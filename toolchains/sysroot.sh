@@ -1,0 +1,141 @@
+#!/usr/bin/env bash
+# Makes the file tree of a board to compile and link against, from Debian packages, without installing anything: the group
+# `sysroot` of tools/packages.txt for another machine, unpacked. Does nothing, quickly, when it is there.
+#
+#   toolchains/sysroot.sh ARCH...      armhf, arm64 or mipsel
+#
+# It lies in build/sysroot/ARCH, or in $SINEW_SYSROOTS/ARCH, which several clones may share; the packages and their
+# versions are in its file `packages`. To take newer versions: rm -r that folder first.
+# SINEW_SYSROOT_SOURCE="deb http://HOST/debian SUITE main" names another source than the one this system has.
+# Exit: 0 all there, 1 not made (says why), 2 wrong call.
+set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/../tools/lib.sh"
+
+home=${SINEW_SYSROOTS:-$root/build/sysroot}
+mapfile -t wanted < <(awk '$1 == "sysroot" { print $2 }' "$root/tools/packages.txt")
+
+# Of the main suite only: its security updates do not come out at the same time for every machine, and one tree must not
+# mix their versions.
+source_line() {
+  if [[ -n ${SINEW_SYSROOT_SOURCE:-} ]]; then
+    say "$SINEW_SYSROOT_SOURCE"
+    return
+  fi
+  local suite
+  suite=$(sed -n 's/^VERSION_CODENAME=//p' /etc/os-release)
+  # shellcheck disable=SC2016  # apt's and dpkg's own names in dollars
+  apt-get indextargets --format '$(REPO_URI) $(CODENAME) $(COMPONENT)' 'Created-By: Packages' |
+    awk -v suite="$suite" '$2 == suite && $3 == "main" { print "deb", $1, $2, $3; exit }'
+}
+
+# own_apt WORK ARCH SOURCE: a package manager's state of its own in WORK, so that the system's is neither read nor changed.
+own_apt() {
+  mkdir -p "$1"/{lists/partial,archives/partial,empty}
+  : >"$1/status"
+  say "$3" >"$1/sources.list"
+  cat >"$1/apt.conf" <<TEXT
+APT::Architecture "$2";
+APT::Architectures { "$2"; };
+APT::Install-Recommends "false";
+APT::Sandbox::User "";
+Acquire::Languages "none";
+Acquire::Retries "3";
+Dir::State "$1";
+Dir::State::status "$1/status";
+Dir::Cache "$1";
+Dir::Etc::sourcelist "$1/sources.list";
+Dir::Etc::sourceparts "$1/empty";
+Dir::Etc::preferences "$1/empty/none";
+Dir::Etc::preferencesparts "$1/empty";
+TEXT
+}
+
+# unpack WORK TREE: every package that was fetched. Documents and settings are not for a compiler.
+unpack() {
+  local deb
+  for deb in "$1"/archives/*.deb; do
+    dpkg-deb --fsys-tarfile "$deb" | tar -x -C "$2" --no-same-owner --keep-directory-symlink --exclude=./etc \
+      --exclude=./usr/share/{doc,man,locale,info,lintian,bash-completion} --exclude=./var --exclude=./dev
+    # shellcheck disable=SC2016
+    dpkg-deb -W --showformat='${Package} ${Version}\n' "$deb"
+  done >"$2/packages"
+}
+
+# What the packages leave to their installation: /lib within /usr, as on a running system, and no link that leaves the tree.
+settle() {
+  local folder link target libraries name
+  for folder in lib lib32 lib64 libx32 bin sbin; do
+    [[ -d $1/$folder && ! -L $1/$folder ]] || continue
+    mkdir -p "$1/usr/$folder"
+    cp -a "$1/$folder/." "$1/usr/$folder/"
+    rm -r "${1:?}/$folder"
+    ln -s "usr/$folder" "$1/$folder"
+  done
+  while read -r link; do
+    target=$(readlink "$link")
+    ln -snf "$(realpath -ms --relative-to="$(dirname "$link")" "$1$target")" "$link"
+  done < <(find "$1" -type l -lname '/*')
+  libraries=$(echo "$1"/usr/lib/*-linux-gnu*)
+  for name in blas lapack; do # two makers offer them, so a link is made to one; OpenCV wants it
+    [[ ! -e $libraries/$name/lib$name.so.3 ]] || ln -snf "$name/lib$name.so.3" "$libraries/lib$name.so.3"
+  done
+}
+
+# make_tree ARCH TREE: in a shell of its own, which ends at the first failed command.
+make_tree() {
+  local work=$2.apt source
+  source=$(source_line)
+  [[ -n $source ]] || {
+    say "no main suite among this system's package sources; name one in SINEW_SYSROOT_SOURCE"
+    return 1
+  }
+  rm -rf "$2" "$work"
+  mkdir -p "$2"
+  own_apt "$work" "$1" "$source"
+  export APT_CONFIG=$work/apt.conf
+  apt-get update -q --error-on=any
+  apt-get install -y -q --download-only "${wanted[@]}"
+  unpack "$work" "$2"
+  settle "$2"
+  rm -r "$work"
+}
+
+if (($# == 0)); then
+  say "usage: toolchains/sysroot.sh ARCH...      armhf, arm64 or mipsel" >&2
+  exit 2
+fi
+# Made anew when another thing is wanted of it, or it is made in another way.
+made_by=$({ cat "${BASH_SOURCE[0]}" && printf '%s\n' "${wanted[@]}" "${SINEW_SYSROOT_SOURCE:-}"; } | sha256sum)
+for arch in "$@"; do
+  if [[ ! -f $root/toolchains/$arch.cmake ]]; then
+    say "sysroot: no machine '$arch'; known: $(cd "$root/toolchains" && echo [am]*[0-9a-z].cmake | sed 's/\.cmake//g')" >&2
+    exit 2
+  fi
+  tree=$home/$arch
+  [[ "$(cat "$tree/made-by" 2>/dev/null)" != "$made_by" ]] || continue
+  for tool in apt-get dpkg-deb flock; do
+    command -v "$tool" >/dev/null || die "$tool is missing: a sysroot is made of Debian packages, on a Debian system"
+  done
+  mkdir -p "$home" "$logs"
+  exec {lock}>"$home/$arch.lock"
+  flock "$lock" # another clone may be making it
+  [[ "$(cat "$tree/made-by" 2>/dev/null)" != "$made_by" ]] || continue
+  start=$(now_s) log=$logs/sysroot-$arch.log
+  say "sysroot: $arch from ${#wanted[@]} packages and what they need"
+  set +e
+  (
+    set -e
+    make_tree "$arch" "$tree.new"
+  ) >"$log" 2>&1
+  status=$?
+  set -e
+  if ((status != 0)); then
+    tail -n 20 "$log" >&2
+    die "no sysroot for $arch (log: ${log#"$root"/})"
+  fi
+  say "$made_by" >"$tree.new/made-by"
+  rm -rf "$tree"
+  mv "$tree.new" "$tree"
+  exec {lock}>&-
+  say "sysroot: $arch in $(minutes $(($(now_s) - start))), $(wc -l <"$tree/packages") packages, $(du -sm "$tree" | cut -f1) MB"
+done
