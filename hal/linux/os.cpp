@@ -19,6 +19,7 @@
 #include "hal/linux/futex.hpp"
 #include "hal/linux/memory.hpp"
 #include "hal/linux/shared_memory.hpp"
+#include "hal/platform.hpp"
 
 namespace sinew::hal {
 namespace {
@@ -205,5 +206,7 @@ Os& linux_os() {
   static LinuxOs os;
   return os;
 }
+
+Os& system_os() { return linux_os(); }
 
 }  // namespace sinew::hal

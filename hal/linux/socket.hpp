@@ -1,25 +1,14 @@
 #pragma once
-// hal::Stream and hal::Listener on Unix sockets and TCP.
-// Endpoints are written "unix:PATH" or "tcp:HOST:PORT" ("tcp:[::1]:4560" for IPv6); text with a '/' and without a
-// prefix is a path, HOST:PORT without a prefix is TCP.
+// hal::Stream and hal::Listener on Unix sockets and TCP: what every system has is in hal/platform.hpp.
 #include <cstdint>
 #include <memory>
 #include <span>
 #include <string_view>
 #include <utility>
 
-#include "hal/stream.hpp"
+#include "hal/platform.hpp"
 
 namespace sinew::hal {
-
-/// Tries until somebody listens there or `patience` is over (the peer may still be starting).
-/// Errors:  bad_argument for an endpoint that cannot be read; not_found when the host is unknown or the file does not
-///          exist, closed when nobody listens there (the last try's reason); denied, io.
-Result<std::unique_ptr<Stream>> connect_stream(std::string_view endpoint, Duration patience);
-
-/// Unix: mode 0600, and a file left behind by a dead process is replaced. TCP: port 0 lets the system choose.
-/// Errors:  bad_argument; busy when somebody listens there already; denied, io.
-Result<std::unique_ptr<Listener>> listen_stream(std::string_view endpoint);
 
 struct Waiting {
   std::intptr_t handle = -1;  // of a Stream or Listener; negative: never ready

@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "graph_fixture.hpp"
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "hal/wide.hpp"
 #include "rt/guardian.hpp"
 #include "rt/latch.hpp"
@@ -117,7 +117,7 @@ class GuardianInRealTime : public ::testing::Test {
     latch_ = std::make_unique<Latch>(graph->segment());
     latch_->bind(safety_, graph->taps()[0]);
     latch_->bind(group_, graph->taps()[1]);
-    executor = std::make_unique<RealTimeExecutor>(*graph, hal::linux_os());
+    executor = std::make_unique<RealTimeExecutor>(*graph, hal::system_os());
     ASSERT_TRUE(executor->start());
   }
   /// False after a minute, which fails the test that asked.

@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "graph_fixture.hpp"
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "msg/operator.hpp"
 #include "rt/external_source.hpp"
 #include "rt/real_time_executor.hpp"
@@ -448,7 +448,7 @@ TEST(RealTimeWayIn, EveryAcceptedMessageOfManyPostersComesInOnceAndInItsOrder) {
   constexpr std::uint32_t kPosters = 4, kEach = 500;
   OperatedRobot robot;
   robot.virtual_time = false;
-  RealTimeExecutor executor(robot.build(), hal::linux_os(), without_privileges());
+  RealTimeExecutor executor(robot.build(), hal::system_os(), without_privileges());
   ASSERT_TRUE(executor.start());
   std::vector<std::thread> posters;
   std::array<std::vector<Ticket>, kPosters> tickets;
@@ -479,7 +479,7 @@ TEST(RealTimeWayIn, APeriodChangesAndItsPhaseRestarts) {
   RealTimeOptions options = without_privileges();
   Records records;
   options.runner.observer = &records;
-  RealTimeExecutor executor(robot.build(), hal::linux_os(), options);
+  RealTimeExecutor executor(robot.build(), hal::system_os(), options);
   ASSERT_TRUE(executor.start());
   const ThreadStats& stats = executor.runner().thread_stats(0);
   ASSERT_TRUE(until([&] { return stats.completions.value() >= 5; }));

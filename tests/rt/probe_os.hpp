@@ -7,7 +7,7 @@
 #include <memory>
 #include <utility>
 
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "rt/trap.hpp"
 
 namespace sinew::rt {
@@ -71,7 +71,7 @@ class ProbeOs final : public hal::Os {
     }
   }
 
-  hal::Os& os_ = hal::linux_os();
+  hal::Os& os_ = hal::system_os();
   std::atomic<std::uint32_t> longest_ns_{0};  // 4 s are long enough
   std::array<std::uint32_t, 16> calls_{};
   std::size_t threads_ = 0;

@@ -6,7 +6,7 @@
 
 #include "again_robot.hpp"
 #include "graph_fixture.hpp"
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "memory_record.hpp"
 #include "rt/real_time_executor.hpp"
 
@@ -28,14 +28,14 @@ TEST(RealTimeAgain, EveryStepOfARunInRealTimeComesOutTheSame) {
   const ModuleTypes types = test_types();
   Graph graph(spec, types);
   FakeBoard board;
-  board.add("motors", hal::linux_os());
+  board.add("motors", hal::system_os());
   ASSERT_TRUE(graph.configure(board, {.first_sequence = kNearWrap}));
   MemoryRecord record(graph, 20ms);
   RealTimeOptions options;
   options.lock_memory = options.keep_awake = options.fixed_priority = false;
   options.runner.observer = &record;
   options.runner.fault_limit = 5;
-  RealTimeExecutor executor(graph, hal::linux_os(), options);
+  RealTimeExecutor executor(graph, hal::system_os(), options);
   ASSERT_TRUE(executor.start());
   const auto steps = [&](const char* module) {
     return executor.runner().module_stats(graph.find_module(module)).steps.value();

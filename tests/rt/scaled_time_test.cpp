@@ -4,7 +4,7 @@
 #include <thread>
 
 #include "graph_fixture.hpp"
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "hal/scaled_os.hpp"
 #include "rt/real_time_executor.hpp"
 #include "test_modules.hpp"
@@ -16,7 +16,7 @@ class Pace : public ::testing::TestWithParam<double> {};
 
 TEST_P(Pace, ReleasesAreDueOnTheScaledClockAndNoneComesBefore) {
   constexpr Duration kPeriod = 2ms;
-  hal::ScaledOs os(hal::linux_os(), GetParam());
+  hal::ScaledOs os(hal::system_os(), GetParam());
   Robot robot;
   robot.virtual_time = false;
   robot.add<Numbers>("numbers");

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "hal/wide.hpp"
 
 namespace sinew::rt {
@@ -61,7 +61,7 @@ class ScriptedOs final : public hal::Os {
     return std::unique_ptr<hal::Thread>(new ScriptedThread(options, std::move(body)));
   }
   hal::Result<std::unique_ptr<hal::SharedMemory>> shared_memory(std::string_view name, std::size_t bytes) override {
-    return hal::linux_os().shared_memory(name, bytes);
+    return hal::system_os().shared_memory(name, bytes);
   }
   hal::Status lock_memory() override {
     if (!locks) return hal::Error{hal::Errc::denied, "scripted"};

@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "graph_fixture.hpp"
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "rt/chrome_trace.hpp"
 #include "rt/real_time_executor.hpp"
 #include "rt/zone.hpp"
@@ -214,7 +214,7 @@ TEST(Zones, LieInsideTheirStepsInRealTime) {
   RealTimeOptions options;
   options.start_delay = 1ms;
   options.lock_memory = false;
-  RealTimeExecutor executor(robot.build(), hal::linux_os(), options);
+  RealTimeExecutor executor(robot.build(), hal::system_os(), options);
   ASSERT_TRUE(executor.start());
   executor.runner().ask_for_zones(true);
   std::size_t while_running = 0;
