@@ -1,4 +1,4 @@
-# 32-bit Arm: ARMv7-A with VFPv3-D16, which every Cortex-A has (Debian's armhf).
+# 32-bit Arm: ARMv7-A with VFPv3-D16, hard-float (Debian's armhf).
 set(SINEW_BOARD armhf)
 set(SINEW_TRIPLET arm-linux-gnueabihf)
 set(CMAKE_SYSTEM_PROCESSOR arm)
