@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -24,9 +24,11 @@ using record::RunRecorder;
 
 constexpr std::size_t kMostAnswers = 64;  // more than clients there can be
 
+/// Not by std::chrono: Debian's 32-bit library behind it counts seconds to 2038.
 std::int64_t unix_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch())
-      .count();
+  std::timespec now{};
+  std::timespec_get(&now, TIME_UTC);
+  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
 }
 
 void warn(const std::string& why) { std::fprintf(stderr, "warning: this run is not recorded: %s\n", why.c_str()); }

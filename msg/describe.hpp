@@ -242,7 +242,8 @@ FieldInfo field_info(const Field<Member>& f) {
   using E = Element<Value>;
   constexpr Kind kind = kind_of<typename E::Type>();
   alignas(T) static const std::byte storage[sizeof(T)]{};
-  const T* object = static_cast<const T*>(static_cast<const void*>(storage));  // only the address of the member is taken
+  const T* object =
+      static_cast<const T*>(static_cast<const void*>(storage));  // only the address of the member is taken
   const auto offset = reinterpret_cast<const std::byte*>(&(object->*Member)) - storage;
   const TypeInfo* nested = nullptr;
   if constexpr (kind == Kind::nested) nested = &type_info<typename E::Type>();

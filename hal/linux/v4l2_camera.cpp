@@ -150,7 +150,8 @@ Status V4l2Camera::request(std::size_t control, double value) noexcept {
   if (c.read_only || !(value >= c.min && value <= c.max)) return Error{Errc::bad_argument, "camera control"};
   const double steps = std::round((value - c.min) / (c.step > 1 ? c.step : 1.0));
   const double near = c.min + steps * (c.step > 1 ? c.step : 1.0);  // tuning hits the nearest step
-  requests_[control].value.store(near > c.max ? c.max : near, std::memory_order_relaxed);
+  requests_[control].value.store(static_cast<AnybodysNumber::value_type>(near > c.max ? c.max : near),
+                                 std::memory_order_relaxed);
   requests_[control].pending.store(true, std::memory_order_release);
   call_keeper();
   return {};

@@ -11,6 +11,7 @@
 
 #include "hal/linux/os.hpp"
 #include "hal/linux/system_files.hpp"
+#include "qemu_user.hpp"
 
 namespace sinew::hal {
 namespace {
@@ -97,6 +98,7 @@ TEST(LockMemory, AlsoWhatStandsBesideAStack) {
 }
 
 TEST(LockMemory, AThreadsStackIsFilledAsFarAsItAskedFor) {
+  SINEW_SKIP_UNDER_QEMU_USER("/proc/self/smaps of the program: it shows its own");
   const int code = in_a_child([] {
     const std::uint64_t before = memory_use().stacks;
     std::atomic<bool> end{false};

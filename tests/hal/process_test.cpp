@@ -8,9 +8,12 @@
 #include <fstream>
 
 #include "hal/linux/os.hpp"
+#include "qemu_user.hpp"
 
 namespace sinew::hal {
 namespace {
+
+constexpr const char* kOwnThread = "it has a thread of its own, and a process with two is not copied";
 
 using namespace std::chrono_literals;
 
@@ -77,6 +80,7 @@ int before_a_full_pipe(const std::function<int()>& body) {
 }
 
 TEST(PrintNow, AFullPipeHoldsUpNobody) {
+  SINEW_SKIP_UNDER_QEMU_USER(kOwnThread);
   EXPECT_EQ(before_a_full_pipe([] {
               const std::string line(1000, 'x');
               for (int i = 0; i < 1000; ++i) print_now(line);
@@ -86,6 +90,7 @@ TEST(PrintNow, AFullPipeHoldsUpNobody) {
 }
 
 TEST(PrintNow, WhatIsTakenComesInOrder) {
+  SINEW_SKIP_UNDER_QEMU_USER(kOwnThread);
   const auto file = std::filesystem::temp_directory_path() / ("sinew_print_" + std::to_string(::getpid()));
   auto child = ChildProcess::fork([&] {
     if (!std::freopen(file.c_str(), "w", stdout)) return 1;
@@ -104,6 +109,7 @@ TEST(PrintNow, WhatIsTakenComesInOrder) {
 }
 
 TEST(OutliveTerminal, ALostReaderAndAHangUpEndNothing) {
+  SINEW_SKIP_UNDER_QEMU_USER(kOwnThread);
   auto child = ChildProcess::fork([] {
     outlive_terminal();
     ::raise(SIGHUP);
@@ -127,12 +133,14 @@ TEST(Process, KnowsItsUse) {
 // The thread sanitizer keeps a thread of its own, so there a process never has only one.
 #ifndef __SANITIZE_THREAD__
 TEST(ChildProcess, CopyEndsWithWhatItsBodyAnswers) {
+  SINEW_SKIP_UNDER_QEMU_USER(kOwnThread);
   auto child = ChildProcess::fork([] { return 5; });
   ASSERT_TRUE(child);
   EXPECT_EQ((*child)->wait(10s), 5);
 }
 
 TEST(ChildProcess, SignalThatEndedItIsNamed) {
+  SINEW_SKIP_UNDER_QEMU_USER(kOwnThread);
   auto child = ChildProcess::fork([] {
     for (;;) ::pause();
     return 0;

@@ -9,6 +9,7 @@
 
 #include "hal/can_waiting.hpp"
 #include "hal/linux/can.hpp"
+#include "qemu_user.hpp"
 #include "wire/dronecan_udp.hpp"
 #include "wire/random_can_frame.hpp"
 
@@ -61,6 +62,7 @@ class Foreign {
 
 class UdpCan : public ::testing::Test {
  protected:
+  void SetUp() override { SINEW_SKIP_UNDER_QEMU_USER("IP_MULTICAST_IF"); }
   std::shared_ptr<FdWatch> watch_ = start_watch();
 };
 

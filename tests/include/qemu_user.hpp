@@ -1,6 +1,6 @@
 #pragma once
-// Tests of boards run here in qemu-user, a processor's emulator on this machine's kernel. What it does not do as a board
-// would is left out there, by name; the list is in docs/boards.md.
+// Tests of boards run here in qemu-user, a processor's emulator on this machine's kernel. What it does not do as a
+// board would is left out there, by name; the list is in docs/boards.md.
 #include <gtest/gtest.h>
 
 #include <cstdlib>

@@ -124,7 +124,8 @@ Status LibcameraCamera::request(std::size_t control, double value) noexcept {
   if (control >= controls_.size()) return Error{Errc::bad_argument, "camera control"};
   const CameraControl& c = controls_[control];
   if (!(value >= c.min && value <= c.max)) return Error{Errc::bad_argument, "camera control"};
-  requests_[control].value.store(c.step >= 1 ? std::round(value) : value, std::memory_order_relaxed);
+  requests_[control].value.store(static_cast<AnybodysNumber::value_type>(c.step >= 1 ? std::round(value) : value),
+                                 std::memory_order_relaxed);
   requests_[control].pending.store(true, std::memory_order_release);
   call_keeper();
   return {};
