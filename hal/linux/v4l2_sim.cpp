@@ -14,7 +14,7 @@
 namespace sinew::hal {
 namespace {
 
-constexpr std::uint32_t kMostBuffers = 8;
+constexpr std::uint32_t kMostBuffers = 8, kMostUserBuffers = 32;
 
 }  // namespace
 
@@ -64,10 +64,11 @@ bool V4l2Sim::put(File& file, const msg::Image& picture, Time stamp, std::uint32
   if (file.queued.empty()) return false;
   const std::uint32_t index = file.queued.front();
   file.queued.pop_front();
-  std::vector<std::uint8_t>& memory = *file.buffers[index];
+  std::uint8_t* memory = file.users.empty() ? file.buffers[index]->data() : file.users[index];
   for (std::uint32_t y = 0; y < picture.height; ++y)
-    std::memcpy(memory.data() + std::size_t{y} * file.line, picture.row(y), row);
-  const auto used = static_cast<std::uint32_t>(memory.size()) / (fault_ == V4l2Fault::short_frame ? 2 : 1);
+    std::memcpy(memory + std::size_t{y} * file.line, picture.row(y), row);
+  filled_ = memory;
+  const auto used = file.line * file.height / (fault_ == V4l2Fault::short_frame ? 2 : 1);
   const std::uint32_t flags = camera_.stamp_flags | (fault_ == V4l2Fault::corrupt ? V4L2_BUF_FLAG_ERROR : 0);
   file.done.push_back({index, used, flags, sequence, stamp});
   return ::write(file.pipe_in, "f", 1) == 1;
@@ -127,8 +128,13 @@ std::size_t V4l2Sim::mapped() const {
 std::size_t V4l2Sim::queued() const {
   const std::lock_guard lock(mutex_);
   for (const auto& [fd, file] : files_)
-    if (file.streaming) return file.queued.size();
+    if (!file.gone) return file.queued.size();
   return 0;
+}
+
+const std::uint8_t* V4l2Sim::filled() const {
+  const std::lock_guard lock(mutex_);
+  return filled_;
 }
 
 // ---- the driver's side
@@ -196,9 +202,17 @@ int V4l2Sim::buffers(File& file, unsigned long request, void* argument) {
     case VIDIOC_REQBUFS: {
       auto& wanted = *static_cast<v4l2_requestbuffers*>(argument);
       if (busy_) return -EBUSY;
-      if (wanted.memory != V4L2_MEMORY_MMAP || file.streaming) return -EINVAL;
-      wanted.count = std::min(wanted.count, kMostBuffers);
+      const bool users = wanted.memory == V4L2_MEMORY_USERPTR && camera_.user_pointers;
+      if ((wanted.memory != V4L2_MEMORY_MMAP && !users) || file.streaming) return -EINVAL;
+      if (wanted.count != 0) wanted.count = std::max(wanted.count, camera_.fewest_buffers);
+      wanted.count = std::min(wanted.count, users ? kMostUserBuffers : kMostBuffers);
       file.buffers.clear();
+      file.users.clear();
+      file.queued.clear();
+      if (users) {
+        file.users.resize(wanted.count);
+        return 0;
+      }
       for (std::uint32_t i = 0; i < wanted.count; ++i)
         file.buffers.push_back(std::make_shared<std::vector<std::uint8_t>>(std::size_t{file.line} * file.height));
       return 0;
@@ -212,8 +226,17 @@ int V4l2Sim::buffers(File& file, unsigned long request, void* argument) {
     }
     case VIDIOC_QBUF: {
       const auto& buffer = *static_cast<const v4l2_buffer*>(argument);
-      const bool there = std::find(file.queued.begin(), file.queued.end(), buffer.index) != file.queued.end();
-      if (buffer.index >= file.buffers.size() || there) return -EINVAL;
+      const auto here = [&buffer](std::uint32_t index) { return index == buffer.index; };
+      if (buffer.index >= std::max(file.buffers.size(), file.users.size()) ||
+          std::any_of(file.queued.begin(), file.queued.end(), here) ||
+          std::any_of(file.done.begin(), file.done.end(), [&](const Done& d) { return here(d.index); }))
+        return -EINVAL;
+      if (buffer.memory != (file.users.empty() ? V4L2_MEMORY_MMAP : V4L2_MEMORY_USERPTR)) return -EINVAL;
+      if (!file.users.empty()) {
+        if (buffer.length < file.line * file.height || buffer.m.userptr % camera_.pointer_alignment != 0)
+          return -EINVAL;
+        file.users[buffer.index] = reinterpret_cast<std::uint8_t*>(buffer.m.userptr);
+      }
       file.queued.push_back(buffer.index);
       return 0;
     }
@@ -231,7 +254,7 @@ int V4l2Sim::buffers(File& file, unsigned long request, void* argument) {
       return 0;
     }
     case VIDIOC_STREAMON:
-      if (file.buffers.empty()) return -EINVAL;
+      if (file.buffers.empty() && file.users.empty()) return -EINVAL;
       if (busy_) return -EBUSY;
       if (fault_ == V4l2Fault::io_error) fault_ = V4l2Fault::none;
       file.streaming = true;

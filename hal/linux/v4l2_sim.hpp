@@ -40,7 +40,10 @@ struct V4l2SimCamera {
   std::uint32_t capabilities;       // V4L2_CAP_*
   std::uint32_t stamp_flags;        // V4L2_BUF_FLAG_TIMESTAMP_* | V4L2_BUF_FLAG_TSTAMP_SRC_*
   std::uint32_t padding_bytes = 0;  // behind each row
-  bool lists_sizes = true;          // false: what fits is only found out by asking for it
+  bool user_pointers = true;        // takes memory of its user
+  std::uint32_t fewest_buffers = 2;
+  std::uint32_t pointer_alignment = 1;  // of its user's memory
+  bool lists_sizes = true;              // false: what fits is only found out by asking for it
 };
 
 /// What is wrong with it, until told otherwise.
@@ -78,9 +81,10 @@ class V4l2Sim final : public V4l2Port {
 
   std::int64_t control(const std::string& name) const;
   bool streams() const;
-  std::size_t descriptors() const;  // open now
-  std::size_t mapped() const;       // pieces of memory that are mapped now
-  std::size_t queued() const;       // buffers that wait for a frame
+  std::size_t descriptors() const;     // open now
+  std::size_t mapped() const;          // pieces of memory that are mapped now
+  std::size_t queued() const;          // buffers that wait for a frame
+  const std::uint8_t* filled() const;  // where the newest frame was put
 
   std::vector<std::string> nodes() override;
   std::vector<std::string> links(const std::string& folder) override;
@@ -102,6 +106,7 @@ class V4l2Sim final : public V4l2Port {
     std::uint32_t code = 0, width = 0, height = 0, line = 0;
     double rate_hz = 0;
     std::vector<Memory> buffers;
+    std::vector<std::uint8_t*> users;  // in place of `buffers`: memory of the user, by index; null: none yet
     std::deque<std::uint32_t> queued;
     std::deque<Done> done;
     std::uint32_t sequence = 0, made = 0;
@@ -120,6 +125,7 @@ class V4l2Sim final : public V4l2Port {
   V4l2Fault fault_ = V4l2Fault::none;
   Time last_stamp_;
   std::uint32_t last_sequence_ = 0;
+  const std::uint8_t* filled_ = nullptr;
   std::map<int, File> files_;
   std::map<void*, Memory> mapped_;
   std::map<unsigned long, int> refused_;
