@@ -1,9 +1,9 @@
 #include "drivers/device_board.hpp"
 
-#include "hal/camera_memory.hpp"
-
 #include <algorithm>
 #include <set>
+
+#include "hal/camera_memory.hpp"
 
 namespace sinew::drivers {
 namespace {

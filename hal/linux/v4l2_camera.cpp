@@ -123,7 +123,8 @@ bool V4l2Camera::usable(const V4l2Session::Filled& filled) noexcept {
   if ((filled.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC) stamp = Time{filled.stamp_ns};
   if (!count_.arrived(filled.sequence, stamp)) return false;
   const std::size_t row = std::size_t{picture_.width} * msg::bytes_per_pixel(picture_.format);
-  const std::size_t least = std::size_t{session_->picture().bytes_per_line} * (picture_.height - 1) + row;
+  const V4l2Picture& comes = session_->picture();
+  const std::size_t least = comes.is_jpeg ? 1 : std::size_t{comes.bytes_per_line} * (picture_.height - 1) + row;
   if ((filled.flags & V4L2_BUF_FLAG_ERROR) == 0 && filled.bytes.size() >= least) return true;
   count_.corrupted();
   return false;
@@ -145,6 +146,14 @@ bool V4l2Camera::describe(const V4l2Session::Filled& filled, msg::Image& out) no
 Result<bool> V4l2Camera::copy(const V4l2Session::Filled& filled, msg::Image& out) noexcept {
   if (!describe(filled, out))
     return Error{Errc::bad_argument, "camera: the topic's images are too small", out.capacity_bytes};
+  if (session_->picture().is_jpeg) {
+    if (!jpeg_->decode(filled.bytes, out)) {
+      count_.corrupted();
+      return Error{Errc::bad_data, "camera: a broken JPEG"};
+    }
+    count_.handed_on();
+    return true;
+  }
   const std::size_t row = out.stride, line = session_->picture().bytes_per_line;
   if (row == line) {
     std::memcpy(out.pixels(), filled.bytes.data(), row * out.height);

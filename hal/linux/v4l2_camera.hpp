@@ -9,6 +9,7 @@
 #include "hal/camera_memory.hpp"
 #include "hal/linux/fd_watch.hpp"
 #include "hal/linux/frame_count.hpp"
+#include "hal/linux/jpeg_decoder.hpp"
 #include "hal/linux/v4l2_session.hpp"
 
 namespace sinew::hal {
@@ -104,6 +105,7 @@ class V4l2Camera final : public Camera, public CameraControls, public CameraMemo
   std::unique_ptr<Request[]> requests_;  // as many as controls
 
   FdLine line_;
+  std::unique_ptr<JpegDecoder> jpeg_;     // of a session whose pictures are JPEG; it stays when the session goes
   std::unique_ptr<V4l2Session> session_;  // changed by the keeper while it holds it
   std::atomic<int> holder_{kNobody};
   std::atomic<int> broken_{0};  // errno that the session was left with

@@ -96,6 +96,8 @@ void V4l2Camera::adopt(std::unique_ptr<V4l2Session> session) {
   exposure_ns_.store(exposure_ns, std::memory_order_relaxed);
   last_frame_ns_.store(os_.now().ns, std::memory_order_relaxed);
   streams_.store(session->streams(), std::memory_order_relaxed);
+  const V4l2Picture& picture = session->picture();
+  if (picture.is_jpeg && !jpeg_) jpeg_ = std::make_unique<JpegDecoder>(picture.format, picture.width, picture.height);
   session_ = std::move(session);
   count_.stream_begins();
   line_.keep_ready();

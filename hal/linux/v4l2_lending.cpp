@@ -24,6 +24,8 @@ Status V4l2Session::may_lend(const CameraSpec& spec, std::uint32_t room_bytes, s
   const std::uint32_t row = picture_.width * msg::bytes_per_pixel(picture_.format);
   if (spec.memory == CameraSpec::Memory::mapped)
     why = "memory = \"mmap\"";
+  else if (picture_.is_jpeg)
+    why = "the camera has this picture as MJPEG only, which is decoded";
   else if (picture_.bytes_per_line != row)
     why = "the driver's rows are " + std::to_string(picture_.bytes_per_line) + " bytes long, an image's " +
           std::to_string(row);

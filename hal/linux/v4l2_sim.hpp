@@ -1,9 +1,11 @@
 #pragma once
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -69,6 +71,8 @@ class V4l2Sim final : public V4l2Port {
   /// A picture in the agreed format and size goes into the oldest queued buffer, stamped as the driver would.
   /// False: nobody streams, no buffer was free (the frame counts as lost), or a fault swallowed it.
   bool deliver(const msg::Image& picture, Time stamp);
+  /// The same for a camera that was brought to MJPEG: these bytes, as they are.
+  bool deliver_jpeg(std::span<const std::uint8_t> jpeg, Time stamp);
   void set_fault(V4l2Fault fault);
   /// The plug is pulled: open descriptors are dead from now on, the node is gone.
   void unplug();
@@ -103,7 +107,7 @@ class V4l2Sim final : public V4l2Port {
   struct File {
     int pipe_in = -1;  // a byte for each frame that waits
     bool gone = false, streaming = false;
-    std::uint32_t code = 0, width = 0, height = 0, line = 0;
+    std::uint32_t code = 0, width = 0, height = 0, line = 0, image_bytes = 0;
     double rate_hz = 0;
     std::vector<Memory> buffers;
     std::vector<std::uint8_t*> users;  // in place of `buffers`: memory of the user, by index; null: none yet
@@ -116,7 +120,10 @@ class V4l2Sim final : public V4l2Port {
   int formats(File& file, unsigned long request, void* argument);
   int buffers(File& file, unsigned long request, void* argument);
   int controls(unsigned long request, void* argument);
-  bool put(File& file, const msg::Image& picture, Time stamp, std::uint32_t sequence);
+  /// `fill` writes a picture into a buffer of so many bytes, and answers how many it used; 0: it does not fit.
+  using Fill = std::function<std::uint32_t(const File& file, std::uint8_t* memory, std::uint32_t room)>;
+  bool deliver(const Fill& fill, Time stamp);
+  bool put(File& file, const Fill& fill, Time stamp, std::uint32_t sequence);
   File* streaming();
 
   mutable std::mutex mutex_;
