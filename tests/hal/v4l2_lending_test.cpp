@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "../rt/counting_new.hpp"
 #include "v4l2_fixture.hpp"
 
 namespace sinew::hal {
@@ -293,6 +294,50 @@ TEST_F(V4l2Lending, DriverThatRefusesTheMemoryItselfIsReadFromThenOn) {
   EXPECT_TRUE(eventually([&] { return read(); }));
   EXPECT_THAT(camera_->state(),
               HasSubstr("pixels are copied once: the driver refuses the topic's memory (Bad address)"));
+}
+
+/// Passes everything on, and knows what the simulated driver itself allocated meanwhile.
+class CountingPort final : public V4l2Port {
+ public:
+  explicit CountingPort(V4l2Port& port) : port_(port) {}
+  std::vector<std::string> nodes() override { return port_.nodes(); }
+  std::vector<std::string> links(const std::string& folder) override { return port_.links(folder); }
+  int open(const std::string& path) override { return port_.open(path); }
+  void close(int fd) noexcept override { port_.close(fd); }
+  int ioctl(int fd, unsigned long request, void* argument) noexcept override {
+    const std::uint64_t before = test::allocations();
+    const int said = port_.ioctl(fd, request, argument);
+    inside_ += test::allocations() - before;
+    return said;
+  }
+  void* map(int fd, std::size_t bytes, std::int64_t offset) override { return port_.map(fd, bytes, offset); }
+  void unmap(void* memory, std::size_t bytes) noexcept override { port_.unmap(memory, bytes); }
+  std::uint64_t inside() const { return inside_; }
+
+ private:
+  V4l2Port& port_;
+  std::atomic<std::uint64_t> inside_{0};
+};
+
+TEST_F(V4l2Lending, CycleAllocatesNothing) {
+  CountingPort port(sim_);
+  options_.look_every = 1h;  // nor does the camera's own thread, which is no part of a cycle, while this is counted
+  auto opened = V4l2Camera::open(port, spec_, linux_os(), watch_, options_, why_);
+  ASSERT_TRUE(opened) << why_;
+  camera_ = std::move(*opened);
+  ASSERT_EQ(begin(), std::nullopt) << why_;
+  free_.reserve(kImages);
+  ASSERT_TRUE(streams());
+  std::uint64_t allocated = 0;
+  for (std::uint32_t n = 0; n < 200; ++n) {
+    ASSERT_TRUE(deliver(n));
+    const std::uint64_t before = test::allocations() - port.inside();
+    msg::Image* image = cycle();
+    allocated += test::allocations() - port.inside() - before;
+    ASSERT_NE(image, nullptr);
+    give_up(image);
+  }
+  EXPECT_EQ(allocated, 0u);
 }
 
 TEST_F(V4l2Lending, TakingWhileItComesAndGoesAndRestsNeverMixesPictures) {
