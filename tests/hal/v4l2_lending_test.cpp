@@ -338,6 +338,8 @@ TEST_F(V4l2Lending, CycleAllocatesNothing) {
     give_up(image);
   }
   EXPECT_EQ(allocated, 0u);
+  end();
+  camera_.reset();  // before the port
 }
 
 TEST_F(V4l2Lending, TakingWhileItComesAndGoesAndRestsNeverMixesPictures) {
