@@ -8,6 +8,8 @@
 #include <cerrno>
 #include <set>
 
+#include "drivers/device_board.hpp"
+#include "drivers/driver_list.hpp"
 #include "hal/linux/os.hpp"
 #include "hal/linux/v4l2_camera.hpp"
 #include "hal/linux/v4l2_sim.hpp"
@@ -191,6 +193,23 @@ TEST(CameraSourceLends, DriverThatRefusesTheSlotsAtTheLastMomentIsReadFromThenOn
   ASSERT_TRUE(eventually([&] { return run.step() == rt::Status::ok; }));
   EXPECT_EQ(run.board.device->path_of_pixels(),
             "pixels are copied once: the driver refuses the topic's memory (Bad address)");
+}
+
+TEST(CameraSourceLends, MemoryOfTheTableIsOneOfThreeWords) {
+  const auto problems_of = [](const char* word) {
+    DeviceSpec camera;
+    camera.name = "camera", camera.driver = "v4l2";
+    camera.keys["path"] = {std::string("/dev/video0"), 1};
+    camera.keys["memory"] = {std::string(word), 2};
+    DeviceSpecs specs;
+    specs.devices.push_back(camera);
+    std::string text;
+    for (const auto& p : check_devices(specs, all_drivers())) text += rt::to_string(p, "robot.toml") + "\n";
+    return text;
+  };
+  for (const char* word : {"auto", "mmap", "userptr"}) EXPECT_EQ(problems_of(word), "") << word;
+  EXPECT_THAT(problems_of("dmabuf"), HasSubstr("robot.toml:2: device.camera.memory"));
+  EXPECT_THAT(problems_of("dmabuf"), HasSubstr("one of \"auto\", \"mmap\", \"userptr\""));
 }
 
 TEST(CameraSourceLends, LendOrNothingIsRefusedWithTheReason) {
