@@ -330,9 +330,10 @@ TEST_F(V4l2Lending, CycleAllocatesNothing) {
   ASSERT_EQ(begin(), std::nullopt) << why_;
   free_.reserve(kImages);
   ASSERT_TRUE(streams());
+  const auto shown = picture(0);
   std::uint64_t allocated = 0;
   for (std::uint32_t n = 0; n < 200; ++n) {
-    ASSERT_TRUE(deliver(n));
+    ASSERT_TRUE(sim_.deliver(*shown, stamp(n)));
     const std::uint64_t before = test::allocations() - port.inside();
     msg::Image* image = cycle();
     allocated += test::allocations() - port.inside() - before;
