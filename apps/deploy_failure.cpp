@@ -23,6 +23,7 @@ constexpr Library kLibraries[] = {{"libfmt.so.9", "libfmt9"},
                                   {"libatomic.so.1", "libatomic1"},
                                   {"libopencv_core.so.406", "libopencv-core406"},
                                   {"libopencv_imgproc.so.406", "libopencv-imgproc406"},
+                                  {"libturbojpeg.so.0", "libturbojpeg0"},
                                   {"libcamera.so.0.0.3", "libcamera0.0.3"},
                                   {"libcamera-base.so.0.0.3", "libcamera0.0.3"}};
 

@@ -62,6 +62,7 @@ class DeviceRun {
     }
     if (real_)
       if (auto started = real_->start(); !started) return real_->print_problems(), 2;
+    if (real_ && !options_.quiet) real_->print_notes();
     for (const std::string& device : devices.unused())
       return fail(("robot.device_boards." + device + ": no module and no actuator uses a device of this name").c_str());
     mission_.emplace(graph_);

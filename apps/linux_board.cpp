@@ -30,10 +30,13 @@ hal::Result<std::unique_ptr<LinuxBoard>> LinuxBoard::open(const RobotFile& robot
 
 LinuxBoard::~LinuxBoard() = default;
 
-void LinuxBoard::print_problems() const {
-  std::istringstream lines(problem());
+static void print_lines(const std::string& text) {
+  std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) std::fprintf(stderr, "sinew: %s\n", line.c_str());
 }
+
+void LinuxBoard::print_problems() const { print_lines(problem()); }
+void LinuxBoard::print_notes() const { print_lines(board_->notes()); }
 
 hal::Status LinuxBoard::start() { return board_->start(); }
 

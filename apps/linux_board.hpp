@@ -29,6 +29,8 @@ class LinuxBoard {
   const std::string& problem() const { return board_->problem(); }
   /// The same on standard error.
   void print_problems() const;
+  /// DeviceBoard::notes(), there too.
+  void print_notes() const;
 
  private:
   LinuxBoard() = default;

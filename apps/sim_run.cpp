@@ -111,6 +111,7 @@ class SimRun {
     }
     if (real_)
       if (auto started = real_->start(); !started) return real_->print_problems(), false;
+    if (!options_.quiet) real_->print_notes();
     for (const std::string& device : devices.unused())
       return fail("robot.device_boards." + device + ": no module and no actuator uses a device of this name");
     mission_.emplace(graph_);

@@ -9,7 +9,23 @@ hal::Status CameraSource::configure(rt::Setup& setup) {
     return camera.error();
   }
   camera_ = *camera;
+  if (auto found = find_memory(setup); !found) return found;
   return find_controls(setup);
+}
+
+hal::Status CameraSource::find_memory(rt::Setup& setup) {
+  memory_ = dynamic_cast<hal::CameraMemory*>(camera_);
+  if (!memory_) return {};
+  std::string why;
+  const auto images = memory_->begin_lending(setup.image_bytes(raw_), why);
+  if (images) {
+    setup.hold(raw_, *images);
+    return {};
+  }
+  memory_ = nullptr;
+  if (images.error().code != hal::Errc::bad_argument) return {};  // read() copies
+  setup.explain("device '" + device_name_ + "': " + why);
+  return images.error();
 }
 
 hal::Status CameraSource::find_controls(rt::Setup& setup) {
@@ -51,12 +67,49 @@ void CameraSource::collect(rt::Time) noexcept {
   if (exposure_us_ != asked_exposure_us_ && exposure_us_ > 0 && exposure_) static_cast<void>(set_exposure());
   if (gain_ != asked_gain_ && gain_ >= 0 && gain_control_) static_cast<void>(controls_->request(*gain_control_, gain_));
   asked_exposure_us_ = exposure_us_, asked_gain_ = gain_;
+  if (memory_ && collect_lent()) return;
   while (msg::Image* image = raw_.loan()) {
     const auto got = camera_->read(*image);
     if (got && *got) continue;
     raw_.cancel();
     return;  // nothing is ready, or this frame is lost: the next cycle goes on
   }
+}
+
+/// What the camera has filled is published where it lies, and the camera gets other slots for it. False: pictures are
+/// read() from now on.
+bool CameraSource::collect_lent() noexcept {
+  bool goes_on = true;
+  for (std::uint32_t i = 0; i < kBurst; ++i) {
+    const auto filled = memory_->take_filled();
+    if (!filled) goes_on = filled.error().code != hal::Errc::not_supported;
+    if (!filled || !*filled) break;
+    static_cast<void>(raw_.publish(**filled));  // within the burst
+  }
+  while (msg::Image* image = goes_on ? raw_.hold() : nullptr) {
+    const auto lent = memory_->lend(*image);
+    if (lent) continue;
+    raw_.put_back(*image);
+    goes_on = lent.error().code != hal::Errc::not_supported;
+    break;  // the next cycle tries again
+  }
+  if (goes_on) return true;
+  take_back();
+  return false;
+}
+
+void CameraSource::take_back() noexcept {
+  while (msg::Image* image = memory_->take_back()) raw_.put_back(*image);
+}
+
+void CameraSource::rest(rt::Time) noexcept {
+  if (memory_) take_back();
+}
+
+void CameraSource::end() noexcept {
+  if (!memory_) return;
+  memory_->stop_lending();
+  take_back();
 }
 
 }  // namespace sinew::drivers

@@ -3,21 +3,25 @@
 #include <string>
 
 #include "hal/camera_controls.hpp"
+#include "hal/camera_memory.hpp"
 #include "rt/module.hpp"
 
 namespace sinew::drivers {
 
 /// Brings the frames of one camera into the graph: raw topic `raw`. The board writes the pixels straight into the
-/// topic's slot. When several frames wait, only the newest two are worth a cycle, and each gets its own message.
-/// Exposure and gain are parameters that reach the camera while it runs, where it has such controls
-/// (hal::CameraControls); the camera sets them on a thread of its own, some frames later. Thread:  executor.   RT: yes.
-/// Errors:  configure: what opening the device says; not_supported when exposure or gain is given and the camera has no
-///          such control, bad_argument when it is out of the device's range. A later value that it cannot take changes
+/// topic's slot; where camera and driver can, the driver does (hal::CameraMemory): the source then lends the camera
+/// some slots for as long as it runs, and nothing copies a pixel. Of several frames that wait two come in one cycle,
+/// each a message of its own. Exposure and gain are parameters that reach the camera while it runs, where it has such
+/// controls (hal::CameraControls); the camera sets them on a thread of its own, some frames later. Thread:  executor.
+/// RT: yes. Errors:  configure: what opening the device says; not_supported when exposure or gain is given and the
+/// camera has no
+///          such control, bad_argument when it is out of the device's range, and when the camera's table demands lent
+///          slots and they cannot be had. A later value that it cannot take changes
 ///          nothing. A frame that does not fit the topic's image capacity is lost and counted by the device.
 class CameraSource final : public rt::DriverModule {
  public:
   void declare(rt::Declaration& d) override {
-    d.raw("raw", raw_, {.burst = 2});
+    d.raw("raw", raw_, {.burst = kBurst});
     d.param("device", device_name_, {.doc = "name of the device on the board"});
     d.param("exposure_us", exposure_us_,
             {.unit = "us", .min = 0, .max = 1e6, .doc = "exposure time; 0 leaves it to the camera"});
@@ -25,10 +29,16 @@ class CameraSource final : public rt::DriverModule {
   }
   hal::Status configure(rt::Setup& setup) override;
   void collect(rt::Time now) noexcept override;
+  void rest(rt::Time now) noexcept override;
+  void end() noexcept override;
   rt::Status step(const rt::Step&) noexcept override { return raw_.empty() ? rt::Status::stale : rt::Status::ok; }
   hal::Device* device() override { return camera_; }
 
  private:
+  static constexpr std::uint32_t kBurst = 2;
+  hal::Status find_memory(rt::Setup& setup);
+  bool collect_lent() noexcept;
+  void take_back() noexcept;
   hal::Status find_controls(rt::Setup& setup);
   hal::Status set_exposure() noexcept;
 
@@ -36,6 +46,7 @@ class CameraSource final : public rt::DriverModule {
   std::string device_name_ = "camera";
   double exposure_us_ = 0, gain_ = -1;
   hal::Camera* camera_ = nullptr;
+  hal::CameraMemory* memory_ = nullptr;  // null: pictures are read()
   // What the camera was asked for last.
   hal::CameraControls* controls_ = nullptr;
   std::optional<hal::CameraControls::Exposure> exposure_;

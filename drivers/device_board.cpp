@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <set>
 
+#include "hal/camera_memory.hpp"
+
 namespace sinew::drivers {
 namespace {
 
@@ -121,6 +123,14 @@ hal::Result<hal::Camera*> DeviceBoard::camera(std::string_view name) {
   if (!device) return error;
   if (device->camera) return device->camera;
   return is_no(name, "camera");
+}
+
+std::string DeviceBoard::notes() const {
+  std::string text;
+  for (const auto& [name, device] : opened_)
+    if (const auto* memory = dynamic_cast<const hal::CameraMemory*>(device.camera))
+      text += (text.empty() ? "" : "\n") + ("device '" + name + "': " + memory->path_of_pixels());
+  return text;
 }
 
 hal::Result<hal::Actuators*> DeviceBoard::actuators(std::string_view name) {

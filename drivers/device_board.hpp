@@ -69,6 +69,8 @@ class DeviceBoard final : public hal::Board {
   /// Errors:  a bus that cannot carry what its joints need; problem() has it in words.
   hal::Status start();
 
+  /// How the devices that are open work, where a user should know, one a line: a camera's pixels.
+  std::string notes() const;
   /// All failures so far in words, one a line, each once.
   const std::string& problem() const { return problem_; }
 

@@ -58,6 +58,12 @@ struct CameraSpec {
   msg::PixelFormat format = msg::PixelFormat::yuyv;
   double rate_hz = 30;
   std::uint32_t buffers = 4;
+  /// Where the driver puts pictures. V4L2 only: hal/camera_memory.hpp.
+  enum class Memory : std::uint8_t {
+    automatic,  // lent by the reader where both sides can, else mapped
+    mapped,     // the driver's own; copied once
+    lent,       // lent by the reader, or nothing
+  } memory = Memory::automatic;
   std::map<std::string, double, std::less<>> controls;  // by name, "exposure_time_absolute" = 100
 };
 

@@ -69,7 +69,9 @@ struct alignas(64) CommitOutput {
   std::uint32_t spares = 0;     // in `spare`: owned, given back by cancel() or discard(); the top is the oldest
   std::uint32_t committed = 0;  // the first of `hand` after a commit, until the next loan
   std::uint32_t burst;
+  std::uint32_t held = 0, most_held = 0;  // owned, in neither `hand` nor `spare`
   std::unique_ptr<SlotHeader*[]> hand, spare;
+  std::unique_ptr<bool[]> is_held;  // per slot
   std::byte* slots;
   std::size_t stride;
   const SlotHeader** newest;  // of the segment's topic
@@ -94,6 +96,8 @@ struct alignas(64) CommitOutput {
   std::byte* message(std::uint32_t loan) const { return static_cast<std::byte*>(hand[loan]->message()); }
   bool cancel() noexcept;
   void discard() noexcept;
+  SlotHeader* hold() noexcept;
+  SlotHeader* let_go_of(void* message) noexcept;
   void fill(SlotHeader* header, std::uint32_t number, const CommitInfo& info) const noexcept;
   bool publish_one(std::uint32_t number, const CommitInfo& info) noexcept;
   void publish_all(std::uint32_t number, const CommitInfo& info) noexcept;
@@ -128,8 +132,11 @@ Commit::Commit(Segment& segment, WriterId writer)
     out.bulk_bytes = topic.plan.bulk_bytes;
     out.stamp_at = stamp_offset(*topic.plan.type);
     out.source_chains = topic.plan.source_chains;
+    out.most_held = topic.sum.held;
     out.hand = std::make_unique<SlotHeader*[]>(out.burst);
-    out.spare = std::make_unique<SlotHeader*[]>(out.burst);
+    // Nothing more is owned while one is here: loans, spares and what is held are never more than burst and most_held.
+    out.spare = std::make_unique<SlotHeader*[]>(out.burst + out.most_held);
+    out.is_held = std::make_unique<bool[]>(entry.slot_count);
     out.newest = &topic.newest;
     out.owner = this;
     out.index = i;
@@ -168,6 +175,31 @@ inline bool CommitOutput::cancel() noexcept {
   if (loans == 0) return false;
   spare[spares++] = hand[--loans];
   return true;
+}
+
+SlotHeader* CommitOutput::hold() noexcept {
+  if (held == most_held) return nullptr;
+  SlotHeader* header = nullptr;
+  if (spares != 0) {
+    header = spare[--spares];
+  } else {
+    const std::uint32_t slot = writer.own();
+    if (slot == kNoSlot) bug("out of slots: somebody holds more messages than planned", name);
+    header = reinterpret_cast<SlotHeader*>(slots + slot * stride);
+  }
+  ++held;
+  is_held[header->slot] = true;
+  return header;
+}
+
+SlotHeader* CommitOutput::let_go_of(void* message) noexcept {
+  const std::ptrdiff_t at = static_cast<std::byte*>(message) - slots - static_cast<std::ptrdiff_t>(sizeof(SlotHeader));
+  const std::size_t slot = static_cast<std::size_t>(at) / stride;
+  if (at < 0 || static_cast<std::size_t>(at) % stride != 0 || slot >= writer.slot_count || !is_held[slot])
+    bug("publishes or puts back a message that it does not hold", name);
+  is_held[slot] = false;
+  --held;
+  return static_cast<SlotHeader*>(message) - 1;
 }
 
 void CommitOutput::discard() noexcept {
@@ -219,6 +251,8 @@ void* Commit::try_loan(std::uint32_t output) noexcept {
 }
 bool Commit::cancel(std::uint32_t output) noexcept { return outputs_[output].cancel(); }
 std::uint32_t Commit::loans(std::uint32_t output) const noexcept { return outputs_[output].loans; }
+
+std::uint32_t Commit::held(std::uint32_t output) const noexcept { return outputs_[output].held; }
 
 std::uint32_t Commit::commit(const CommitInfo& info) noexcept {
   const std::uint32_t number = number_ + 1;
@@ -275,6 +309,19 @@ void* OutputBase::try_claim() {
 void OutputBase::cancel_newest() {
   if (!output_->cancel()) bug("cancel() without a loan", output_->name);
 }
+
+void* OutputBase::hold_slot() {
+  SlotHeader* header = output_->hold();
+  return header ? header->message() : nullptr;
+}
+
+bool OutputBase::publish_held(void* message) {
+  if (output_->loans == output_->burst) return false;
+  output_->take_in_hand(output_->let_go_of(message));
+  return true;
+}
+
+void OutputBase::put_back_held(void* message) { output_->spare[output_->spares++] = output_->let_go_of(message); }
 
 const void* OutputBase::newest_committed() const {
   const auto slots = output_->owner->committed(output_->index);

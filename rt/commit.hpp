@@ -35,6 +35,7 @@ class Commit {
   /// Takes the newest loan back. False when there is none.
   bool cancel(std::uint32_t output) noexcept;
   std::uint32_t loans(std::uint32_t output) const noexcept;
+  std::uint32_t held(std::uint32_t output) const noexcept;
 
   /// Publishes all loans as one commit. Answers which outputs got messages: bit i is output i. Without loans nothing
   /// happens, and the commit number stays.

@@ -35,6 +35,7 @@ struct GraphModule {
   std::uint32_t position = 0;                 // in its thread
   std::vector<std::uint32_t> topic;           // per port of the declaration: read or written; kNone: unbound
   std::vector<std::uint32_t> carried_chains;  // per port: bit c: an input through which chain c goes on
+  std::vector<std::uint32_t> held;            // per port: slots that configure() asked for with Setup::hold()
 };
 
 struct GraphTopic {
@@ -88,10 +89,11 @@ class Graph {
 
   /// All problems in one run; configure() only when there are none.
   std::vector<Problem> check(const CheckOptions& options = {}) const;
-  /// Applies the parameters, makes the segment, configures and resets the modules. The last allocation of the run.
+  /// Applies the parameters, configures and resets the modules, makes the segment. The last allocation of the run.
   /// Errors:  what the first failing module said; configure_problems() has all of them in words.
   hal::Status configure(hal::Board& board, const ConfigureOptions& options = {});
-  /// The first part of configure(): how many slots every topic gets. Allows plan() and slots() without a board.
+  /// The first part of configure(): how many slots every topic gets. Allows plan() and slots() without a board,
+  /// where nothing is known yet of the slots that drivers will hold for their devices.
   hal::Status make_plan(const ConfigureOptions& options);
   const std::vector<Problem>& configure_problems() const { return configure_problems_; }
 

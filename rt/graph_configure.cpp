@@ -12,7 +12,7 @@ constexpr std::uint32_t kImageHistory = 5, kEventHistory = 50, kMaxHistory = 409
 
 class ModuleSetup final : public Setup {
  public:
-  ModuleSetup(hal::Board& board, const GraphModule& module, const std::vector<GraphTopic>& topics,
+  ModuleSetup(hal::Board& board, GraphModule& module, const std::vector<GraphTopic>& topics,
               std::vector<Problem>& problems)
       : board_(board), module_(module), topics_(topics), problems_(problems) {}
   hal::Board& board() override { return board_; }
@@ -23,13 +23,27 @@ class ModuleSetup final : public Setup {
         return topics_[module_.topic[p]].image_pixels;
     return 0;
   }
+  std::uint32_t image_bytes(const OutputBase& output) const override {
+    for (std::size_t p = 0; p < module_.topic.size(); ++p)
+      if (module_.declaration.ports[p].output == &output && module_.topic[p] != kNone)
+        return topics_[module_.topic[p]].image_bytes;
+    return 0;
+  }
+  void hold(const OutputBase& raw, std::uint32_t slots) override {
+    for (std::size_t p = 0; p < module_.topic.size(); ++p) {
+      const Declaration::Port& port = module_.declaration.ports[p];
+      if (port.output != &raw) continue;
+      if (port.kind != PortKind::raw) bug("only slots of raw topics can be held", module_.spec.name + "." + port.name);
+      module_.held[p] = slots;
+    }
+  }
   void explain(std::string text) override {
     problems_.push_back({module_.spec.line, "module." + module_.spec.name, "not ready", std::move(text)});
   }
 
  private:
   hal::Board& board_;
-  const GraphModule& module_;
+  GraphModule& module_;
   const std::vector<GraphTopic>& topics_;
   std::vector<Problem>& problems_;
 };
@@ -44,7 +58,6 @@ hal::Status Graph::configure(hal::Board& board, const ConfigureOptions& options)
   configure_problems_.clear();
   for (GraphModule& m : modules_)
     for (const auto& [name, value] : m.spec.params) assign(*find_param(m.declaration, name), value.value);
-  if (auto made = make_segment(options); !made) return made;
   mailboxes_.clear();
   for (std::size_t i = 0; i < threads_.size(); ++i) mailboxes_.push_back(std::make_unique<Mailbox>());
 
@@ -54,6 +67,7 @@ hal::Status Graph::configure(hal::Board& board, const ConfigureOptions& options)
     if (first) first = e;
   };
   for (GraphModule& m : modules_) {
+    m.held.assign(m.topic.size(), 0);
     ModuleSetup setup(board, m, topics_, configure_problems_);
     if (auto configured = m.module->configure(setup); !configured) fail(m, configured.error());
   }
@@ -62,9 +76,10 @@ hal::Status Graph::configure(hal::Board& board, const ConfigureOptions& options)
     if (first)
       fail(modules_[t.device_module], {hal::Errc::not_supported, "trigger `device`: this module has no device"});
   }
-  if (first)
-    for (GraphModule& m : modules_) m.module->reset();
-  return first;
+  if (!first) return first;
+  if (auto made = make_segment(options); !made) return made;  // now that it is known what will be held
+  for (GraphModule& m : modules_) m.module->reset();
+  return {};
 }
 
 hal::Status Graph::make_plan(const ConfigureOptions& options) {
@@ -151,6 +166,7 @@ void Graph::plan_outputs(std::uint32_t module) {
     plan.type = topic.type;
     plan.bulk_bytes = topic.image_bytes;
     plan.burst = port.burst;
+    plan.held = p < m.held.size() ? m.held[p] : 0;
     plan.history = history_of(m.topic[p]);
     plan.source_chains = topic.source_chains;
     topic_ids_[m.topic[p]] = plan_->add_topic(writer, std::move(plan));

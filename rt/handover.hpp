@@ -9,6 +9,10 @@
 // visible at once. A reader takes the number of the newest commit, the last sequence of each output in that commit, the
 // slot in the ring, pins it and looks whether the slot still holds that sequence; if not, the writer went round
 // meanwhile, and the reader starts again from the newest commit.
+//
+// A writer may own several slots at once, loans of one step or held over many (Raw<>::hold()): to readers a held slot
+// is one whose loan takes long. Between own() and publish() nobody but the owner looks at a slot's state, so which of
+// the owned ones is published next changes nothing in what the tests above go through.
 #include <atomic>
 #include <cstddef>
 #include <cstdint>

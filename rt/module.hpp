@@ -19,6 +19,11 @@ class Setup {
   virtual std::string_view module_name() const = 0;
   /// Pixels that an image of this input has at most, as the robot file promises; 0: it is not bound.
   virtual std::uint32_t image_pixels(const InputBase& input) const = 0;
+  /// Room for pixels behind the images of this output.
+  virtual std::uint32_t image_bytes(const OutputBase& output) const = 0;
+  /// Adds slots to a raw topic of this module, which its hooks may hold over steps: Raw<>::hold(). They come on top of
+  /// all that loans and readers need, so publishing never waits for them.
+  virtual void hold(const OutputBase& raw, std::uint32_t slots) = 0;
   /// Reports a problem in words besides the Error that configure() returns ("device 'imu0' is held by pid 12").
   virtual void explain(std::string text) = 0;
 };
@@ -47,6 +52,12 @@ class DriverModule : public Module {
   virtual void collect(Time /*now*/) noexcept {}
   /// After an ok step: hands committed outputs to the device; read them from Out<>::committed(). RT: yes.
   virtual void emit(Time /*now*/) noexcept {}
+  /// In place of collect(), in each cycle in which the module does not run because it is switched off or was stopped
+  /// after faults. What collect() holds in Raw<> goes back here as soon as the device lets go of it. RT: yes.
+  virtual void rest(Time /*now*/) noexcept {}
+  /// No cycle comes any more, and the topics go. When this returns, the device does not touch a slot again and all that
+  /// was held has been put back. Thread: owner. RT: no, may wait for the device.
+  virtual void end() noexcept {}
   /// What the hooks learned that steps depend on, besides raw topics: a device that refused, say. It is recorded with
   /// the step that follows; replay, which calls no hook, hands it to the module before that step. RT: yes.
   virtual std::uint32_t device_state() const noexcept { return 0; }

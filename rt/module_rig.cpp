@@ -54,6 +54,8 @@ class Driver final : public DriverModule {
   Status step(const Step& step) noexcept override { return module_.step(step); }
   void collect(Time now) noexcept override { module_.collect(now); }
   void emit(Time now) noexcept override { module_.emit(now); }
+  void rest(Time now) noexcept override { module_.rest(now); }
+  void end() noexcept override { module_.end(); }
   hal::Device* device() override { return module_.device(); }
 
  private:
@@ -263,6 +265,7 @@ Status ModuleRig::step(Time now, Duration dt, bool timed_out) {
   be_configured();
   Run& run = *run_;
   now_ = now;
+  if (!run.runner(run.subject).runs()) run.runner(run.subject).set_enabled(true);  // after rest()
   const Cycle cycle{now, dt, timed_out};
   for (const std::uint32_t sink : run.sinks) run.runner(sink).complete(now, Duration{0});  // lets the last step's go
   run.runner(run.subject).start(cycle, now);
@@ -270,6 +273,18 @@ Status ModuleRig::step(Time now, Duration dt, bool timed_out) {
   const Status status = run.observer.status;
   for (const std::uint32_t sink : run.sinks) run.runner(sink).start(cycle, now);
   return status;
+}
+
+void ModuleRig::rest(Time now) {
+  be_configured();
+  Run& run = *run_;
+  now_ = now;
+  ModuleRunner& subject = run.runner(run.subject);
+  for (const std::uint32_t sink : run.sinks) run.runner(sink).complete(now, Duration{0});
+  subject.set_enabled(false);
+  subject.start({now, Duration{1}, false}, now);
+  subject.complete(now, Duration{0});
+  for (const std::uint32_t sink : run.sinks) run.runner(sink).start({now, Duration{1}, false}, now);
 }
 
 void ModuleRig::reset() {

@@ -75,6 +75,8 @@ class ModuleRig {
   Status step(Time now, Duration dt, bool timed_out = false);
   /// The module forgets all state, as when it is enabled again; its next step has number 0.
   void reset();
+  /// One cycle in which the module is switched off; step() switches it on again, and resets it.
+  void rest(Time now);
 
   // ---- messages out, of the last step; raw topics of driver modules too
   /// The newest; null when the step published none there.

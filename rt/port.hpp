@@ -118,6 +118,9 @@ class OutputBase {
   void* try_claim();    // null when the burst is used up
   void cancel_newest();
   const void* newest_committed() const;
+  void* hold_slot();                 // null: as many are held as were asked for
+  bool publish_held(void* message);  // false: the burst is used up
+  void put_back_held(void* message);
 
   /// Every field at its default; the bulk stays as it was.
   template <class M>
@@ -156,6 +159,18 @@ class Raw : public InQueue<M>, public OutputBase {
     return slot ? this->template fresh<M>(slot) : nullptr;
   }
   void cancel() { cancel_newest(); }
+
+  // Slots that stay with the driver over its steps, for a device that fills them itself: as many as configure() asked
+  // for with Setup::hold(). In the hooks of the driver only: what steps held over would be state that no record has.
+  /// A fresh message that is the driver's until it publishes it or puts it back. Null when all are held.
+  M* hold() {
+    void* slot = hold_slot();
+    return slot ? this->template fresh<M>(slot) : nullptr;
+  }
+  /// Inside collect() only. The next message of this topic, in place of a loan. False, and it is still held, when the
+  /// burst is used up.
+  bool publish(M& held) { return publish_held(&held); }
+  void put_back(M& held) { put_back_held(&held); }
 };
 
 }  // namespace sinew::rt

@@ -37,6 +37,13 @@ ModuleRunner::ModuleRunner(RunBoard& board, std::uint32_t module)
   bind();
 }
 
+ModuleRunner::~ModuleRunner() {
+  if (!module_.driver) return;
+  module_.driver->end();
+  for (const auto& raw : raws_)
+    if (raw->held(0) != 0) bug("still holds slots of its raw topic after end()", module_.spec.name);
+}
+
 void ModuleRunner::bind() {
   Graph& graph = board_.graph;
   const WriterId writer = graph.output_writer(index_);
@@ -69,7 +76,10 @@ void ModuleRunner::bind() {
 std::span<const std::uint32_t> ModuleRunner::start(const Cycle& cycle, Time now) noexcept {
   published_.clear();
   stepping_ = runs();
-  if (!stepping_) return {};
+  if (!stepping_) {
+    if (module_.driver) module_.driver->rest(now);
+    return {};
+  }
   if (module_.driver) {
     module_.driver->collect(now);
     for (const auto& raw : raws_) publish(*raw, raw->commit({now}), now);

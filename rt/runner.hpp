@@ -87,6 +87,7 @@ struct RunBoard {
 class ModuleRunner final : StepPorts {
  public:
   ModuleRunner(RunBoard& board, std::uint32_t module);
+  ~ModuleRunner();  // DriverModule::end()
   ModuleRunner(const ModuleRunner&) = delete;
   ModuleRunner& operator=(const ModuleRunner&) = delete;
 

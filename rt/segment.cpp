@@ -68,7 +68,7 @@ ConnectionId SegmentPlan::connect(TopicId topic, ConnectionPlan plan) {
 
 SlotSum SegmentPlan::slots(TopicId topic) const {
   const TopicPlan& plan = topics_[topic].plan;
-  SlotSum sum{plan.burst, std::max(plan.history, 1U), 0, 0};
+  SlotSum sum{plan.burst, plan.held, std::max(plan.history, 1U), 0, 0};
   for (const Connection& c : connections_) {
     if (c.topic != topic) continue;
     if (c.plan.kind == ConnectionPlan::Kind::drop_newest) {
@@ -197,7 +197,8 @@ void Segment::build(const SegmentPlan& plan) {
       slot->slot = i;
       p.type->reset(slot->message());
     }
-    topics_.push_back({p, plan.slots(t), false, nullptr, {}});
+    // What is held leaves the strict order in which the slots of an unshared topic go round.
+    topics_.push_back({p, plan.slots(t), p.held != 0, nullptr, {}});
   }
 
   for (const auto& c : plan.connections_) {

@@ -26,6 +26,7 @@ struct TopicPlan {
   const msg::TypeInfo* type = nullptr;
   std::uint32_t bulk_bytes = 0;     // capacity behind the struct; types with bulk only
   std::uint32_t burst = 1;          // loans in flight
+  std::uint32_t held = 0;           // slots that the writer may hold over its steps besides
   std::uint32_t history = 0;        // newest messages kept for the tap
   std::uint32_t source_chains = 0;  // bit c: chain c begins here, its origin is the message's own stamp
 };
@@ -41,10 +42,11 @@ struct ConnectionPlan {
 /// What one topic's slots are for; `sinew check` prints it.
 struct SlotSum {
   std::uint32_t burst = 0;    // loans in flight
+  std::uint32_t held = 0;     // of the writer, over its steps: Raw<>::hold()
   std::uint32_t keep = 0;     // newest published: max(deepest queue, tap history, 1)
   std::uint32_t pins = 0;     // what all pinning readers may hold in their steps
   std::uint32_t pending = 0;  // depths of drop-newest queues
-  std::uint32_t total() const { return burst + keep + pins + pending; }
+  std::uint32_t total() const { return burst + held + keep + pins + pending; }
 };
 
 struct SegmentOptions {

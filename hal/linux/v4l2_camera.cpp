@@ -56,13 +56,13 @@ void V4l2Camera::call_keeper() noexcept {
   os_.wake(bell_);
 }
 
-Result<bool> V4l2Camera::read(msg::Image& out) noexcept {
-  line_.begin_read();
+bool V4l2Camera::take_session() noexcept {
   int nobody = kNobody;
-  if (!holder_.compare_exchange_strong(nobody, kReader, std::memory_order_acquire))
-    return Error{Errc::closed, "camera", broken_.load(std::memory_order_relaxed)};
-  int broken = 0;
-  const Result<bool> result = read_held(out, broken);
+  return holder_.compare_exchange_strong(nobody, kReader, std::memory_order_acquire);
+}
+
+/// `broken`: errno when the stream must be begun anew.
+void V4l2Camera::leave_session(int broken) noexcept {
   if (broken == 0) {
     holder_.store(kNobody, std::memory_order_release);
   } else {
@@ -70,14 +70,30 @@ Result<bool> V4l2Camera::read(msg::Image& out) noexcept {
     holder_.store(kKeeper, std::memory_order_release);
     call_keeper();
   }
+}
+
+Result<bool> V4l2Camera::read(msg::Image& out) noexcept {
+  line_.begin_read();
+  if (!take_session()) return Error{Errc::closed, "camera", broken_.load(std::memory_order_relaxed)};
+  if (session_->lends()) {
+    leave_session(0);
+    return Error{Errc::not_supported, "camera: its pictures go into lent memory"};
+  }
+  int broken = 0;
+  V4l2Session::Filled filled;
+  Result<bool> result = next_frame(filled, broken);
+  if (result && *result) {
+    result = copy(filled, out);
+    if (const int said = session_->give_back(filled.index); said < 0) broken = -said;
+  }
+  leave_session(broken);
   return result;
 }
 
 /// With the session in hand: the oldest usable frame. `broken`: errno when the stream must be begun anew.
-Result<bool> V4l2Camera::read_held(msg::Image& out, int& broken) noexcept {
+Result<bool> V4l2Camera::next_frame(V4l2Session::Filled& filled, int& broken) noexcept {
   bool faulty = false;
   for (std::uint32_t i = 0; i < session_->buffers(); ++i) {  // no more than can have been waiting
-    V4l2Session::Filled filled;
     const int taken = session_->take(filled);
     if (taken < 0) {
       broken = -taken;
@@ -89,11 +105,11 @@ Result<bool> V4l2Camera::read_held(msg::Image& out, int& broken) noexcept {
     }
     last_frame_ns_.store(os_.now().ns, std::memory_order_relaxed);
     const bool good = usable(filled);
-    Result<bool> result = good ? copy(filled, out) : Result<bool>(false);
-    if (const int said = session_->give_back(filled.index); said < 0) broken = -said;
+    if (!good)
+      if (const int said = session_->give_back(filled.index); said < 0) broken = -said;
     if (good || broken != 0) {
       line_.keep_ready();  // another one may wait
-      return result;
+      return good;
     }
     faulty = true;
   }
@@ -107,21 +123,37 @@ bool V4l2Camera::usable(const V4l2Session::Filled& filled) noexcept {
   if ((filled.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC) stamp = Time{filled.stamp_ns};
   if (!count_.arrived(filled.sequence, stamp)) return false;
   const std::size_t row = std::size_t{picture_.width} * msg::bytes_per_pixel(picture_.format);
-  const std::size_t least = std::size_t{session_->picture().bytes_per_line} * (picture_.height - 1) + row;
+  const V4l2Picture& comes = session_->picture();
+  const std::size_t least = comes.is_jpeg ? 1 : std::size_t{comes.bytes_per_line} * (picture_.height - 1) + row;
   if ((filled.flags & V4L2_BUF_FLAG_ERROR) == 0 && filled.bytes.size() >= least) return true;
   count_.corrupted();
   return false;
 }
 
-Result<bool> V4l2Camera::copy(const V4l2Session::Filled& filled, msg::Image& out) noexcept {
+/// Everything of an image but its pixels. False: it has no room for them.
+bool V4l2Camera::describe(const V4l2Session::Filled& filled, msg::Image& out) noexcept {
   if (!out.format_as(picture_.format, picture_.width, picture_.height)) {
     count_.too_large();
-    return Error{Errc::bad_argument, "camera: the topic's images are too small", out.capacity_bytes};
+    return false;
   }
   const std::int64_t exposure_ns = exposure_ns_.load(std::memory_order_relaxed);
   out.stamp = middle(filled, exposure_ns);
   out.exposure_ns = exposure_ns;
   out.frame_number = count_.number();
+  return true;
+}
+
+Result<bool> V4l2Camera::copy(const V4l2Session::Filled& filled, msg::Image& out) noexcept {
+  if (!describe(filled, out))
+    return Error{Errc::bad_argument, "camera: the topic's images are too small", out.capacity_bytes};
+  if (session_->picture().is_jpeg) {
+    if (!jpeg_->decode(filled.bytes, out)) {
+      count_.corrupted();
+      return Error{Errc::bad_data, "camera: a broken JPEG"};
+    }
+    count_.handed_on();
+    return true;
+  }
   const std::size_t row = out.stride, line = session_->picture().bytes_per_line;
   if (row == line) {
     std::memcpy(out.pixels(), filled.bytes.data(), row * out.height);

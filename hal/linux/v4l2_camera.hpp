@@ -6,8 +6,10 @@
 #include <vector>
 
 #include "hal/camera_controls.hpp"
+#include "hal/camera_memory.hpp"
 #include "hal/linux/fd_watch.hpp"
 #include "hal/linux/frame_count.hpp"
+#include "hal/linux/jpeg_decoder.hpp"
 #include "hal/linux/v4l2_session.hpp"
 
 namespace sinew::hal {
@@ -20,14 +22,16 @@ struct V4l2CameraOptions {
   Duration look_every = std::chrono::milliseconds(500);  // for silence, and for an exposure that the device changes
 };
 
-/// A camera of the kernel (Video4Linux2), streaming into mapped buffers; docs/camera.md has keys, stamps and limits.
-/// read() copies the pixels once, from the driver's buffer into `out`, without the padding of its rows.
+/// A camera of the kernel (Video4Linux2); docs/camera.md has keys, stamps and limits. It streams into mapped buffers,
+/// and read() copies the pixels once, from the driver's buffer into `out`, without the padding of its rows; or into
+/// memory that the reader lends it, where the driver can (CameraMemory), and nothing is copied.
 /// A device that is unplugged, fails or falls silent is opened again by a thread of low priority: meanwhile read() says
 /// closed, then frames go on with higher numbers, the format and the controls as they were.
 /// Stamps:  the driver's (CLOCK_MONOTONIC), moved to the middle of the exposure where its length is known.
-/// Thread:  read(): owner. request(), stats(), state(): any.   RT: read(), request() yes (one DQBUF and QBUF a frame).
+/// Thread:  read(), CameraMemory: owner. request(), stats(), state(): any.
+/// RT:      read(), request() yes (one DQBUF and QBUF a frame).
 /// Errors:  read(): closed while the device is gone; bad_data when only faulty frames were waiting; bad_argument.
-class V4l2Camera final : public Camera, public CameraControls {
+class V4l2Camera final : public Camera, public CameraControls, public CameraMemory {
  public:
   /// Errors:  those of V4l2Session::open(), with its `why`; io when no thread can be started.
   static Result<std::unique_ptr<V4l2Camera>> open(V4l2Port& port, const CameraSpec& spec, Os& os,
@@ -38,6 +42,13 @@ class V4l2Camera final : public Camera, public CameraControls {
   Time ready_at() const noexcept override { return line_.ready() ? Time{0} : kNever; }
   void set_wake(Wake* wake) noexcept override { line_.change_wake(wake); }
   Result<bool> read(msg::Image& out) noexcept override;
+
+  Result<std::uint32_t> begin_lending(std::uint32_t room_bytes, std::string& why) override;
+  Status lend(msg::Image& image) noexcept override;
+  Result<msg::Image*> take_filled() noexcept override;
+  msg::Image* take_back() noexcept override;
+  void stop_lending() noexcept override;
+  std::string path_of_pixels() const override;
 
   const std::vector<CameraControl>& controls() const override { return controls_; }
   Status request(std::size_t control, double value) noexcept override;
@@ -61,15 +72,24 @@ class V4l2Camera final : public Camera, public CameraControls {
 
   V4l2Camera(V4l2Port& port, CameraSpec spec, Os& os, std::shared_ptr<FdWatch> watch, const V4l2CameraOptions& options);
   // v4l2_camera.cpp: the reader's side
-  Result<bool> read_held(msg::Image& out, int& broken) noexcept;
+  bool take_session() noexcept;
+  void leave_session(int broken) noexcept;
+  Result<bool> next_frame(V4l2Session::Filled& filled, int& broken) noexcept;
   bool usable(const V4l2Session::Filled& filled) noexcept;
+  bool describe(const V4l2Session::Filled& filled, msg::Image& out) noexcept;
   Result<bool> copy(const V4l2Session::Filled& filled, msg::Image& out) noexcept;
   Time middle(const V4l2Session::Filled& filled, std::int64_t exposure_ns) noexcept;
   void call_keeper() noexcept;
+  // v4l2_camera_lending.cpp: the reader's side of lent memory
+  int queue_lent() noexcept;
+  Status cannot_lend(int error) noexcept;
   // v4l2_camera_keeper.cpp: its own thread's
   void keep() noexcept;
   Duration open_again(Duration retry);
   void look_after();
+  void start_or_stop();
+  void end_stream() noexcept;
+  std::string words_for_pixels() const;
   void set_requested();
   void adopt(std::unique_ptr<V4l2Session> session);
   Duration silence() const;
@@ -85,10 +105,24 @@ class V4l2Camera final : public Camera, public CameraControls {
   std::unique_ptr<Request[]> requests_;  // as many as controls
 
   FdLine line_;
+  std::unique_ptr<JpegDecoder> jpeg_;     // of a session whose pictures are JPEG; it stays when the session goes
   std::unique_ptr<V4l2Session> session_;  // changed by the keeper while it holds it
   std::atomic<int> holder_{kNobody};
   std::atomic<int> broken_{0};  // errno that the session was left with
   Wide<std::int64_t> exposure_ns_, last_frame_ns_;
+
+  // Lent memory. The list is the reader's alone; the keeper closes and opens streams, and never queues.
+  enum class Wish : int { none, start, stop };
+  std::vector<msg::Image*> lent_;             // what the reader has lent, in a stream or waiting for one
+  std::uint32_t lent_count_ = 0;              // so many make a stream
+  std::atomic<std::uint32_t> room_bytes_{0};  // of each; 0: nothing is lent, the stream is into mapped buffers
+  std::atomic<bool> kernel_has_lent_{false};  // set by the reader before it queues; cleared when a stream has ended
+  std::atomic<bool> streams_{true};           // false: a stream into lent memory that is not begun
+  std::atomic<bool> resting_{false};          // and that nobody wants now
+  std::atomic<Wish> wish_{Wish::none};        // the reader's, to the keeper; who fulfils it, clears it
+  std::string copies_because_;                // under mutex_; empty: nobody has asked for anything else
+  std::atomic<int> lending_error_{0};         // with which the driver refused memory that begin_lending() promised
+
   FrameCount count_;  // the reader's; the keeper's while it holds the session
 
   mutable std::mutex mutex_;  // keeper and state()

@@ -11,6 +11,8 @@ namespace {
 
 constexpr double kSlow = 0.8;  // of the asked rate: below it people are told
 constexpr auto kSilenceWorthSaying = std::chrono::seconds(1);
+constexpr auto kAskForMemory = std::chrono::milliseconds(10);  // until the reader has lent enough for a stream
+constexpr auto kUntilReadEnds = std::chrono::microseconds(100);
 
 std::string number(double v) {
   char text[32];
@@ -38,10 +40,15 @@ void V4l2Camera::keep() noexcept {
         retry = std::min(retry * 2, options_.longest_retry);
         continue;
       }
+      next = os_.now();
     } else {
       retry = options_.first_retry;
       look_after();
-      if (holder_.load(std::memory_order_acquire) == kKeeper) continue;  // it was silent for too long
+      if (holder_.load(std::memory_order_acquire) == kKeeper) continue;  // it was silent for too long, or broke
+      if (!streams_.load(std::memory_order_relaxed)) {                   // no descriptor wakes the reader now
+        line_.ring();
+        if (!resting_.load(std::memory_order_relaxed)) next = std::min(next, os_.now() + kAskForMemory);
+      }
     }
     os_.wait(bell_, seen, next);
   }
@@ -52,11 +59,13 @@ Duration V4l2Camera::open_again(Duration retry) {
   if (session_) {
     if (watch_) watch_->remove(session_->fd());
     session_.reset();
+    kernel_has_lent_.store(false, std::memory_order_release);
+    wish_.store(Wish::none, std::memory_order_release);  // it was about that stream
   }
   count_.tried();
   set_requested();
   std::string why;
-  auto session = V4l2Session::open(port_, spec_, why);
+  auto session = V4l2Session::open(port_, spec_, why, room_bytes_.load(std::memory_order_relaxed));
   if (!session) {
     const std::lock_guard lock(mutex_);
     trouble_ = why;
@@ -70,7 +79,7 @@ Duration V4l2Camera::open_again(Duration retry) {
 void V4l2Camera::adopt(std::unique_ptr<V4l2Session> session) {
   const std::int64_t exposure_ns = session->controls().exposure_ns(port_, session->fd());
   std::string trouble;
-  if (watch_) {
+  if (watch_ && session->streams()) {
     // Now that buffers are queued and the stream is on: polled before, the kernel would take the reader for one that
     // wants read(2), and say error.
     if (const Status added = watch_->add(session->fd(), line_); !added) {
@@ -86,9 +95,13 @@ void V4l2Camera::adopt(std::unique_ptr<V4l2Session> session) {
   if (!trouble.empty()) return;
   exposure_ns_.store(exposure_ns, std::memory_order_relaxed);
   last_frame_ns_.store(os_.now().ns, std::memory_order_relaxed);
+  streams_.store(session->streams(), std::memory_order_relaxed);
+  const V4l2Picture& picture = session->picture();
+  if (picture.is_jpeg && !jpeg_) jpeg_ = std::make_unique<JpegDecoder>(picture.format, picture.width, picture.height);
   session_ = std::move(session);
   count_.stream_begins();
   line_.keep_ready();
+  broken_.store(0, std::memory_order_relaxed);
   holder_.store(kNobody, std::memory_order_release);
 }
 
@@ -110,13 +123,45 @@ void V4l2Camera::set_requested() {
 /// While the reader streams: the controls, the exposure as it is now, and whether anything comes at all.
 void V4l2Camera::look_after() {
   set_requested();
+  start_or_stop();
+  if (holder_.load(std::memory_order_acquire) == kKeeper) return;
   exposure_ns_.store(session_->controls().exposure_ns(port_, session_->fd()), std::memory_order_relaxed);
   Duration patience = options_.restart_after;
   if (picture_.rate_hz > 0) patience = std::max(patience, Duration(static_cast<std::int64_t>(10e9 / picture_.rate_hz)));
-  if (silence() < patience) return;
+  if (silence() < patience || !streams_.load(std::memory_order_relaxed)) return;
   int nobody = kNobody;
   if (!holder_.compare_exchange_strong(nobody, kKeeper, std::memory_order_acquire)) return;  // it is being read
   broken_.store(ETIMEDOUT, std::memory_order_relaxed);
+}
+
+/// What the reader wishes of a stream into lent memory, which takes some cameras too long for a reader.
+void V4l2Camera::start_or_stop() {
+  if (wish_.load(std::memory_order_acquire) == Wish::none) return;
+  for (int nobody = kNobody; !holder_.compare_exchange_strong(nobody, kKeeper, std::memory_order_acquire);
+       nobody = kNobody) {
+    if (nobody == kKeeper || stop_.load(std::memory_order_acquire)) return;  // the reader found it broken
+    os_.sleep_until(os_.now() + kUntilReadEnds);
+  }
+  const Wish wish = wish_.exchange(Wish::none, std::memory_order_acq_rel);
+  int said = 0;
+  if (wish == Wish::start && session_->lends() && !session_->streams()) {
+    said = session_->start();
+    if (said == 0 && watch_ && !watch_->add(session_->fd(), line_)) said = -EIO;
+    last_frame_ns_.store(os_.now().ns, std::memory_order_relaxed);
+  } else if (wish == Wish::stop && session_->lends()) {
+    end_stream();
+  }
+  streams_.store(session_->streams(), std::memory_order_relaxed);
+  broken_.store(-said, std::memory_order_relaxed);
+  if (said == 0) holder_.store(kNobody, std::memory_order_release);
+}
+
+/// With the session in hand: no lent memory is the kernel's any more.
+void V4l2Camera::end_stream() noexcept {
+  if (watch_) watch_->remove(session_->fd());
+  session_->stop();
+  streams_.store(false, std::memory_order_relaxed);
+  kernel_has_lent_.store(false, std::memory_order_release);
 }
 
 Duration V4l2Camera::silence() const { return os_.now() - Time{last_frame_ns_.load(std::memory_order_relaxed)}; }
@@ -126,9 +171,15 @@ std::string V4l2Camera::state() const {
   std::string text = path_ + " ('" + identity_.card + "'): ";
   if (holder_.load(std::memory_order_acquire) == kKeeper) {
     const int broken = broken_.load(std::memory_order_relaxed);
-    text += broken == ETIMEDOUT ? "no frame came" : std::string("gone: ") + std::strerror(broken);
-    text += "; tried " + std::to_string(stats().tries) + " times to open it again";
-    if (!trouble_.empty()) text += "; " + trouble_;
+    if (broken == 0) {
+      text += "begins or ends its stream";
+    } else {
+      text += broken == ETIMEDOUT ? "no frame came" : std::string("gone: ") + std::strerror(broken);
+      text += "; tried " + std::to_string(stats().tries) + " times to open it again";
+      if (!trouble_.empty()) text += "; " + trouble_;
+    }
+  } else if (!streams_.load(std::memory_order_relaxed)) {
+    text += "waits for memory to fill";
   } else if (silence() > kSilenceWorthSaying && (picture_.rate_hz <= 0 || seconds(silence()) > 3 / picture_.rate_hz)) {
     text += "no frame for " + number(seconds(silence())) + " s";
   } else {
@@ -138,7 +189,7 @@ std::string V4l2Camera::state() const {
         " " + std::to_string(picture_.width) + "x" + std::to_string(picture_.height) + " " + v4l2_word(picture_.format);
     if (asked > 0 && got >= kSlow * asked) text += " at " + number(got) + " frames/s";
   }
-  text += count_.text();
+  text += "; " + words_for_pixels() + count_.text();
   if (!control_trouble_.empty()) text += "; " + control_trouble_;
   return text;
 }

@@ -9,6 +9,8 @@
 #include <cstring>
 #include <optional>
 
+#include "hal/linux/jpeg_decoder.hpp"
+
 namespace sinew::hal {
 namespace {
 
@@ -147,17 +149,43 @@ Error refused(int result, const char* where) {
   }
 }
 
-/// The rate: an error where the device lists others; what it says it does otherwise.
-Result<double> agree_on_rate(V4l2Port& port, int fd, const CameraSpec& spec, std::string& why) {
-  if (spec.rate_hz > 0) {
-    const auto listed = rates(port, fd, v4l2_code(spec.format), spec.width, spec.height);
-    const auto holds = [&](const Rates& r) { return r.holds(spec.rate_hz); };
-    if (!listed.empty() && std::none_of(listed.begin(), listed.end(), holds)) {
-      why = size_text(spec.width, spec.height) + " " + v4l2_word(spec.format) + " at " + number(spec.rate_hz) +
-            " frames/s is not offered; it has " + rates_text(listed);
-      return Error{Errc::bad_argument, "camera rate"};
-    }
+/// Whether the device lists what is wanted, with pixels named `fourcc`: an error with what it has instead.
+Status is_listed(V4l2Port& port, int fd, const CameraSpec& spec, std::uint32_t fourcc, std::string& why) {
+  const std::string wanted = size_text(spec.width, spec.height) + " " + v4l2_word(spec.format);
+  const auto offered = formats(port, fd);
+  if (std::none_of(offered.begin(), offered.end(), [&](const Format& f) { return f.fourcc == fourcc; })) {
+    why = std::string(v4l2_word(spec.format)) + " is not offered; the device has: " + v4l2_offers(port, fd);
+    return Error{Errc::not_supported, "camera format"};
   }
+  const auto of_size = sizes(port, fd, fourcc);
+  const auto holds = [&](const Sizes& s) { return s.holds(spec.width, spec.height); };
+  if (!of_size.empty() && std::none_of(of_size.begin(), of_size.end(), holds)) {
+    why = wanted + " is not offered; it has " + sizes_text(of_size);
+    return Error{Errc::bad_argument, "camera size"};
+  }
+  const auto of_rate = rates(port, fd, fourcc, spec.width, spec.height);
+  const auto keeps = [&](const Rates& r) { return r.holds(spec.rate_hz); };
+  if (spec.rate_hz > 0 && !of_rate.empty() && std::none_of(of_rate.begin(), of_rate.end(), keeps)) {
+    why = wanted + " at " + number(spec.rate_hz) + " frames/s is not offered; it has " + rates_text(of_rate);
+    return Error{Errc::bad_argument, "camera rate"};
+  }
+  return {};
+}
+
+/// The format to ask for: the image's own, or MJPEG where the device has only that.
+Result<std::uint32_t> choose(V4l2Port& port, int fd, const CameraSpec& spec, std::string& why) {
+  const std::uint32_t fourcc = v4l2_code(spec.format);
+  const Status raw = is_listed(port, fd, spec, fourcc, why);
+  if (raw) return fourcc;
+  std::string none;
+  if (!is_listed(port, fd, spec, V4L2_PIX_FMT_MJPEG, none)) return raw.error();
+  if (JpegDecoder::built()) return std::uint32_t{V4L2_PIX_FMT_MJPEG};
+  why += "; as MJPEG it has it, which this build cannot decode (SINEW_TURBOJPEG)";
+  return raw.error();
+}
+
+/// The rate that the device says it does: an error where it is another one.
+Result<double> agree_on_rate(V4l2Port& port, int fd, const CameraSpec& spec, std::string& why) {
   auto parameters = cleared<v4l2_streamparm>();
   parameters.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
   if (port.ioctl(fd, VIDIOC_G_PARM, &parameters) < 0) return 0.0;  // a device without the idea of a rate
@@ -243,9 +271,8 @@ std::string v4l2_offers(V4l2Port& port, int fd) {
 }
 
 Result<V4l2Picture> v4l2_agree(V4l2Port& port, int fd, const CameraSpec& spec, std::string& why) {
-  const std::uint32_t fourcc = v4l2_code(spec.format);
   const std::uint32_t row = spec.width * msg::bytes_per_pixel(spec.format);
-  if (fourcc == 0 || spec.width == 0 || spec.height == 0 || spec.width > msg::kMaxImageWidth ||
+  if (v4l2_code(spec.format) == 0 || spec.width == 0 || spec.height == 0 || spec.width > msg::kMaxImageWidth ||
       spec.height > msg::kMaxImageHeight) {
     why = "images are mono8, rgb8, bgr8 or yuyv, 1x1 to " + size_text(msg::kMaxImageWidth, msg::kMaxImageHeight) +
           "; asked was " + size_text(spec.width, spec.height) + " " + v4l2_word(spec.format);
@@ -255,18 +282,10 @@ Result<V4l2Picture> v4l2_agree(V4l2Port& port, int fd, const CameraSpec& spec, s
     why = "a rate of " + number(spec.rate_hz) + " frames/s is none; 0 leaves it as it is";
     return Error{Errc::bad_argument, "camera rate"};
   }
-  const auto offered = formats(port, fd);
-  if (std::none_of(offered.begin(), offered.end(), [&](const Format& f) { return f.fourcc == fourcc; })) {
-    why = std::string(v4l2_word(spec.format)) + " is not offered; the device has: " + v4l2_offers(port, fd);
-    return Error{Errc::not_supported, "camera format"};
-  }
-  const auto listed = sizes(port, fd, fourcc);
-  const auto holds = [&](const Sizes& s) { return s.holds(spec.width, spec.height); };
-  if (!listed.empty() && std::none_of(listed.begin(), listed.end(), holds)) {
-    why = size_text(spec.width, spec.height) + " " + v4l2_word(spec.format) + " is not offered; it has " +
-          sizes_text(listed);
-    return Error{Errc::bad_argument, "camera size"};
-  }
+  const auto chosen = choose(port, fd, spec, why);
+  if (!chosen) return chosen.error();
+  const std::uint32_t fourcc = *chosen;
+  why.clear();
   auto asked = cleared<v4l2_format>();
   asked.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
   asked.fmt.pix.width = spec.width, asked.fmt.pix.height = spec.height;
@@ -284,9 +303,15 @@ Result<V4l2Picture> v4l2_agree(V4l2Port& port, int fd, const CameraSpec& spec, s
           size_text(got.width, got.height) + " " + fourcc_text(got.pixelformat) + (whole ? "" : ", interlaced");
     return Error{Errc::bad_argument, "camera format"};
   }
-  V4l2Picture picture{spec.format, got.width, got.height, std::max(got.bytesperline, row), got.sizeimage, 0};
+  const bool is_jpeg = fourcc == V4L2_PIX_FMT_MJPEG;
+  V4l2Picture picture{.format = spec.format,
+                      .width = got.width,
+                      .height = got.height,
+                      .is_jpeg = is_jpeg,
+                      .bytes_per_line = is_jpeg ? 0 : std::max(got.bytesperline, row),
+                      .image_bytes = got.sizeimage};
   const std::uint64_t least = std::uint64_t{picture.bytes_per_line} * (picture.height - 1) + row;
-  if ((got.bytesperline != 0 && got.bytesperline < row) || picture.image_bytes < least) {
+  if (is_jpeg ? got.sizeimage == 0 : (got.bytesperline != 0 && got.bytesperline < row) || picture.image_bytes < least) {
     why = "the driver's sizes do not fit together: " + std::to_string(got.bytesperline) + " bytes per line, " +
           std::to_string(got.sizeimage) + " bytes per image for " + size_text(got.width, got.height);
     return Error{Errc::bad_data, "VIDIOC_S_FMT"};

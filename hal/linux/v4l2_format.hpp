@@ -23,14 +23,16 @@ Result<V4l2Identity> v4l2_identify(V4l2Port& port, int fd);
 struct V4l2Picture {
   msg::PixelFormat format = msg::PixelFormat::none;
   std::uint32_t width = 0, height = 0;
-  std::uint32_t bytes_per_line = 0;  // >= width * bytes per pixel
+  bool is_jpeg = false;              // comes as MJPEG, and is decoded into `format`
+  std::uint32_t bytes_per_line = 0;  // >= width * bytes per pixel; of a JPEG: nothing
   std::uint32_t image_bytes = 0;
   double rate_hz = 0;  // 0: the driver does not say
 };
 
 /// Brings the device to the asked format, size and rate: exactly these, or an error with what it offers. The format is
-/// not changed before it is known to be offered.
-/// Errors:  not_supported: the device has no such format; bad_argument: not this size or rate; busy; io. `why` names
+/// not changed before it is known to be offered. What the device has as MJPEG only is taken so, where it can be
+/// decoded. Errors:  not_supported: the device has no such format; bad_argument: not this size or rate; busy; io. `why`
+/// names
 ///          what was asked, what was got and what there is.
 /// Source:  Linux Media Infrastructure userspace API, part I: 1.21 Data Formats, VIDIOC_ENUM_FMT,
 /// VIDIOC_ENUM_FRAMESIZES,

@@ -93,13 +93,14 @@ Result<std::string> v4l2_find(V4l2Port& port, const std::string& name, std::stri
   return Error{Errc::not_found, "camera name", static_cast<std::int64_t>(found.size())};
 }
 
-Result<std::unique_ptr<V4l2Session>> V4l2Session::open(V4l2Port& port, const CameraSpec& spec, std::string& why) {
+Result<std::unique_ptr<V4l2Session>> V4l2Session::open(V4l2Port& port, const CameraSpec& spec, std::string& why,
+                                                       std::uint32_t room_bytes) {
   std::unique_ptr<V4l2Session> session(new V4l2Session(port));
-  if (const Status begun = session->begin(spec, why); !begun) return begun.error();
+  if (const Status begun = session->begin(spec, room_bytes, why); !begun) return begun.error();
   return session;
 }
 
-Status V4l2Session::begin(const CameraSpec& spec, std::string& why) {
+Status V4l2Session::begin(const CameraSpec& spec, std::uint32_t room_bytes, std::string& why) {
   if (const Status opened = open_node(spec.path, why); !opened) return opened;
   std::string reason;
   const auto told = [&](const Status& failed) {
@@ -116,8 +117,8 @@ Status V4l2Session::begin(const CameraSpec& spec, std::string& why) {
   if (!picture) return told(picture.error());
   picture_ = *picture;
   if (const Status set = controls_.set(port_, fd_, spec.controls, reason); !set) return told(set);
-  if (const Status started = start_stream(spec.buffers, reason); !started) return told(started);
-  return {};
+  const Status started = room_bytes != 0 ? begin_lending(spec, room_bytes, reason) : start_stream(spec.buffers, reason);
+  return started ? started : told(started);
 }
 
 Status V4l2Session::open_node(const std::string& name, std::string& why) {
@@ -152,17 +153,13 @@ Status V4l2Session::start_stream(std::uint32_t buffers, std::string& why) {
     why = std::string(request) + advice(-said, path_);
     return Error{kind_of(-said), request, -said};
   };
-  v4l2_requestbuffers wanted;
-  std::memset(&wanted, 0, sizeof wanted);
-  wanted.count = buffers;
-  wanted.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-  wanted.memory = V4L2_MEMORY_MMAP;
-  if (const int said = port_.ioctl(fd_, VIDIOC_REQBUFS, &wanted); said < 0) return failed("VIDIOC_REQBUFS", said);
-  if (wanted.count < kFewestBuffers || wanted.count > kMostBuffers) {
-    why = "the driver gives " + std::to_string(wanted.count) + " buffers, 2 to 32 are needed";
-    return Error{Errc::out_of_memory, "VIDIOC_REQBUFS", wanted.count};
+  std::uint32_t count = buffers;
+  if (const int said = request_buffers(V4L2_MEMORY_MMAP, count); said < 0) return failed("VIDIOC_REQBUFS", said);
+  if (count < kFewestBuffers || count > kMostBuffers) {
+    why = "the driver gives " + std::to_string(count) + " buffers, 2 to 32 are needed";
+    return Error{Errc::out_of_memory, "VIDIOC_REQBUFS", count};
   }
-  for (std::uint32_t i = 0; i < wanted.count; ++i) {
+  for (std::uint32_t i = 0; i < count; ++i) {
     v4l2_buffer buffer;
     std::memset(&buffer, 0, sizeof buffer);
     buffer.index = i, buffer.type = V4L2_BUF_TYPE_VIDEO_CAPTURE, buffer.memory = V4L2_MEMORY_MMAP;
@@ -180,28 +177,61 @@ Status V4l2Session::start_stream(std::uint32_t buffers, std::string& why) {
     memory_.push_back({static_cast<std::uint8_t*>(memory), buffer.length});
     if (const int said = give_back(i); said < 0) return failed("VIDIOC_QBUF", said);
   }
-  int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-  if (const int said = port_.ioctl(fd_, VIDIOC_STREAMON, &type); said < 0) return failed("VIDIOC_STREAMON", said);
-  streaming_ = true;
+  if (const int said = start(); said < 0) return failed("VIDIOC_STREAMON", said);
   return {};
+}
+
+int V4l2Session::request_buffers(std::uint32_t memory, std::uint32_t& count) noexcept {
+  v4l2_requestbuffers wanted;
+  std::memset(&wanted, 0, sizeof wanted);
+  wanted.count = count;
+  wanted.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  wanted.memory = memory;
+  const int said = port_.ioctl(fd_, VIDIOC_REQBUFS, &wanted);
+  count = wanted.count;
+  return said;
+}
+
+int V4l2Session::start() noexcept {
+  int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  const int said = port_.ioctl(fd_, VIDIOC_STREAMON, &type);
+  streaming_ = said == 0;
+  return said;
+}
+
+void V4l2Session::stop() noexcept {
+  int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  port_.ioctl(fd_, VIDIOC_STREAMOFF, &type);  // fails on a device that is gone: nothing is left to stop
+  streaming_ = false;
+  is_queued_.assign(is_queued_.size(), false);
+  queued_ = 0;
+}
+
+void V4l2Session::end_mapping() noexcept {
+  if (!lends_)
+    for (const auto memory : memory_) port_.unmap(memory.data(), memory.size());
+  memory_.clear();
 }
 
 V4l2Session::~V4l2Session() {
   if (fd_ < 0) return;
-  int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-  if (streaming_) port_.ioctl(fd_, VIDIOC_STREAMOFF, &type);  // fails on a device that is gone: nothing is left to stop
-  for (const auto memory : memory_) port_.unmap(memory.data(), memory.size());
+  if (streaming_ || lends_) stop();
+  end_mapping();
   port_.close(fd_);
 }
 
 int V4l2Session::take(Filled& filled) noexcept {
   v4l2_buffer buffer;
   std::memset(&buffer, 0, sizeof buffer);
-  buffer.type = V4L2_BUF_TYPE_VIDEO_CAPTURE, buffer.memory = V4L2_MEMORY_MMAP;
+  buffer.type = V4L2_BUF_TYPE_VIDEO_CAPTURE, buffer.memory = lends_ ? V4L2_MEMORY_USERPTR : V4L2_MEMORY_MMAP;
   const int said = port_.ioctl(fd_, VIDIOC_DQBUF, &buffer);
   if (said == -EAGAIN) return 0;
   if (said < 0) return said;
   if (buffer.index >= memory_.size()) return -EIO;  // not one of ours: the driver is not to be trusted any more
+  if (lends_) {
+    if (!is_queued_[buffer.index]) return -EIO;
+    is_queued_[buffer.index] = false, --queued_;
+  }
   const auto memory = memory_[buffer.index];
   filled.index = buffer.index;
   filled.sequence = buffer.sequence;
@@ -213,6 +243,7 @@ int V4l2Session::take(Filled& filled) noexcept {
 }
 
 int V4l2Session::give_back(std::uint32_t index) noexcept {
+  if (lends_) return queue(index);
   v4l2_buffer buffer;
   std::memset(&buffer, 0, sizeof buffer);
   buffer.index = index, buffer.type = V4L2_BUF_TYPE_VIDEO_CAPTURE, buffer.memory = V4L2_MEMORY_MMAP;

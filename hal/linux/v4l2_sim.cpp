@@ -14,7 +14,7 @@
 namespace sinew::hal {
 namespace {
 
-constexpr std::uint32_t kMostBuffers = 8;
+constexpr std::uint32_t kMostBuffers = 8, kMostUserBuffers = 32;
 
 }  // namespace
 
@@ -45,29 +45,50 @@ V4l2Sim::File* V4l2Sim::streaming() {
 }
 
 bool V4l2Sim::deliver(const msg::Image& picture, Time stamp) {
+  return deliver(
+      [&picture](const File& file, std::uint8_t* memory, std::uint32_t room) -> std::uint32_t {
+        if (v4l2_code(picture.format) != file.code || picture.width != file.width || picture.height != file.height)
+          return 0;
+        const std::uint32_t row = picture.width * msg::bytes_per_pixel(picture.format);
+        for (std::uint32_t y = 0; y < picture.height; ++y)
+          std::memcpy(memory + std::size_t{y} * file.line, picture.row(y), row);
+        return room;
+      },
+      stamp);
+}
+
+bool V4l2Sim::deliver_jpeg(std::span<const std::uint8_t> jpeg, Time stamp) {
+  return deliver(
+      [jpeg](const File& file, std::uint8_t* memory, std::uint32_t room) -> std::uint32_t {
+        if (file.code != V4L2_PIX_FMT_MJPEG || jpeg.size() > room) return 0;
+        std::copy(jpeg.begin(), jpeg.end(), memory);
+        return static_cast<std::uint32_t>(jpeg.size());
+      },
+      stamp);
+}
+
+bool V4l2Sim::deliver(const Fill& fill, Time stamp) {
   const std::lock_guard lock(mutex_);
   File* file = streaming();
   if (!file || fault_ == V4l2Fault::silent) return false;
   const std::uint32_t made = file->made++;
   if (fault_ == V4l2Fault::slow && made % 4 != 0) return false;
-  if (fault_ == V4l2Fault::stuck) return put(*file, picture, last_stamp_, last_sequence_);
+  if (fault_ == V4l2Fault::stuck) return put(*file, fill, last_stamp_, last_sequence_);
   const std::uint32_t sequence = file->sequence++;
   if (fault_ == V4l2Fault::loses && made % 2 != 0) return false;
   last_stamp_ = stamp, last_sequence_ = sequence;
-  return put(*file, picture, stamp, sequence);
+  return put(*file, fill, stamp, sequence);
 }
 
-bool V4l2Sim::put(File& file, const msg::Image& picture, Time stamp, std::uint32_t sequence) {
-  const std::uint32_t row = picture.width * msg::bytes_per_pixel(picture.format);
-  if (v4l2_code(picture.format) != file.code || picture.width != file.width || picture.height != file.height)
-    return false;
+bool V4l2Sim::put(File& file, const Fill& fill, Time stamp, std::uint32_t sequence) {
   if (file.queued.empty()) return false;
   const std::uint32_t index = file.queued.front();
+  std::uint8_t* memory = file.users.empty() ? file.buffers[index]->data() : file.users[index];
+  const std::uint32_t filled = fill(file, memory, file.image_bytes);
+  if (filled == 0) return false;
   file.queued.pop_front();
-  std::vector<std::uint8_t>& memory = *file.buffers[index];
-  for (std::uint32_t y = 0; y < picture.height; ++y)
-    std::memcpy(memory.data() + std::size_t{y} * file.line, picture.row(y), row);
-  const auto used = static_cast<std::uint32_t>(memory.size()) / (fault_ == V4l2Fault::short_frame ? 2 : 1);
+  filled_ = memory;
+  const std::uint32_t used = filled / (fault_ == V4l2Fault::short_frame ? 2 : 1);
   const std::uint32_t flags = camera_.stamp_flags | (fault_ == V4l2Fault::corrupt ? V4L2_BUF_FLAG_ERROR : 0);
   file.done.push_back({index, used, flags, sequence, stamp});
   return ::write(file.pipe_in, "f", 1) == 1;
@@ -127,8 +148,13 @@ std::size_t V4l2Sim::mapped() const {
 std::size_t V4l2Sim::queued() const {
   const std::lock_guard lock(mutex_);
   for (const auto& [fd, file] : files_)
-    if (file.streaming) return file.queued.size();
+    if (!file.gone) return file.queued.size();
   return 0;
+}
+
+const std::uint8_t* V4l2Sim::filled() const {
+  const std::lock_guard lock(mutex_);
+  return filled_;
 }
 
 // ---- the driver's side
@@ -196,11 +222,19 @@ int V4l2Sim::buffers(File& file, unsigned long request, void* argument) {
     case VIDIOC_REQBUFS: {
       auto& wanted = *static_cast<v4l2_requestbuffers*>(argument);
       if (busy_) return -EBUSY;
-      if (wanted.memory != V4L2_MEMORY_MMAP || file.streaming) return -EINVAL;
-      wanted.count = std::min(wanted.count, kMostBuffers);
+      const bool users = wanted.memory == V4L2_MEMORY_USERPTR && camera_.user_pointers;
+      if ((wanted.memory != V4L2_MEMORY_MMAP && !users) || file.streaming) return -EINVAL;
+      if (wanted.count != 0) wanted.count = std::max(wanted.count, camera_.fewest_buffers);
+      wanted.count = std::min(wanted.count, users ? kMostUserBuffers : kMostBuffers);
       file.buffers.clear();
+      file.users.clear();
+      file.queued.clear();
+      if (users) {
+        file.users.resize(wanted.count);
+        return 0;
+      }
       for (std::uint32_t i = 0; i < wanted.count; ++i)
-        file.buffers.push_back(std::make_shared<std::vector<std::uint8_t>>(std::size_t{file.line} * file.height));
+        file.buffers.push_back(std::make_shared<std::vector<std::uint8_t>>(file.image_bytes));
       return 0;
     }
     case VIDIOC_QUERYBUF: {
@@ -212,8 +246,16 @@ int V4l2Sim::buffers(File& file, unsigned long request, void* argument) {
     }
     case VIDIOC_QBUF: {
       const auto& buffer = *static_cast<const v4l2_buffer*>(argument);
-      const bool there = std::find(file.queued.begin(), file.queued.end(), buffer.index) != file.queued.end();
-      if (buffer.index >= file.buffers.size() || there) return -EINVAL;
+      const auto here = [&buffer](std::uint32_t index) { return index == buffer.index; };
+      if (buffer.index >= std::max(file.buffers.size(), file.users.size()) ||
+          std::any_of(file.queued.begin(), file.queued.end(), here) ||
+          std::any_of(file.done.begin(), file.done.end(), [&](const Done& d) { return here(d.index); }))
+        return -EINVAL;
+      if (buffer.memory != (file.users.empty() ? V4L2_MEMORY_MMAP : V4L2_MEMORY_USERPTR)) return -EINVAL;
+      if (!file.users.empty()) {
+        if (buffer.length < file.image_bytes || buffer.m.userptr % camera_.pointer_alignment != 0) return -EINVAL;
+        file.users[buffer.index] = reinterpret_cast<std::uint8_t*>(buffer.m.userptr);
+      }
       file.queued.push_back(buffer.index);
       return 0;
     }
@@ -231,7 +273,7 @@ int V4l2Sim::buffers(File& file, unsigned long request, void* argument) {
       return 0;
     }
     case VIDIOC_STREAMON:
-      if (file.buffers.empty()) return -EINVAL;
+      if (file.buffers.empty() && file.users.empty()) return -EINVAL;
       if (busy_) return -EBUSY;
       if (fault_ == V4l2Fault::io_error) fault_ = V4l2Fault::none;
       file.streaming = true;

@@ -1,9 +1,11 @@
 #pragma once
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -40,7 +42,10 @@ struct V4l2SimCamera {
   std::uint32_t capabilities;       // V4L2_CAP_*
   std::uint32_t stamp_flags;        // V4L2_BUF_FLAG_TIMESTAMP_* | V4L2_BUF_FLAG_TSTAMP_SRC_*
   std::uint32_t padding_bytes = 0;  // behind each row
-  bool lists_sizes = true;          // false: what fits is only found out by asking for it
+  bool user_pointers = true;        // takes memory of its user
+  std::uint32_t fewest_buffers = 2;
+  std::uint32_t pointer_alignment = 1;  // of its user's memory
+  bool lists_sizes = true;              // false: what fits is only found out by asking for it
 };
 
 /// What is wrong with it, until told otherwise.
@@ -66,6 +71,8 @@ class V4l2Sim final : public V4l2Port {
   /// A picture in the agreed format and size goes into the oldest queued buffer, stamped as the driver would.
   /// False: nobody streams, no buffer was free (the frame counts as lost), or a fault swallowed it.
   bool deliver(const msg::Image& picture, Time stamp);
+  /// The same for a camera that was brought to MJPEG: these bytes, as they are.
+  bool deliver_jpeg(std::span<const std::uint8_t> jpeg, Time stamp);
   void set_fault(V4l2Fault fault);
   /// The plug is pulled: open descriptors are dead from now on, the node is gone.
   void unplug();
@@ -78,9 +85,10 @@ class V4l2Sim final : public V4l2Port {
 
   std::int64_t control(const std::string& name) const;
   bool streams() const;
-  std::size_t descriptors() const;  // open now
-  std::size_t mapped() const;       // pieces of memory that are mapped now
-  std::size_t queued() const;       // buffers that wait for a frame
+  std::size_t descriptors() const;     // open now
+  std::size_t mapped() const;          // pieces of memory that are mapped now
+  std::size_t queued() const;          // buffers that wait for a frame
+  const std::uint8_t* filled() const;  // where the newest frame was put
 
   std::vector<std::string> nodes() override;
   std::vector<std::string> links(const std::string& folder) override;
@@ -99,9 +107,10 @@ class V4l2Sim final : public V4l2Port {
   struct File {
     int pipe_in = -1;  // a byte for each frame that waits
     bool gone = false, streaming = false;
-    std::uint32_t code = 0, width = 0, height = 0, line = 0;
+    std::uint32_t code = 0, width = 0, height = 0, line = 0, image_bytes = 0;
     double rate_hz = 0;
     std::vector<Memory> buffers;
+    std::vector<std::uint8_t*> users;  // in place of `buffers`: memory of the user, by index; null: none yet
     std::deque<std::uint32_t> queued;
     std::deque<Done> done;
     std::uint32_t sequence = 0, made = 0;
@@ -111,7 +120,10 @@ class V4l2Sim final : public V4l2Port {
   int formats(File& file, unsigned long request, void* argument);
   int buffers(File& file, unsigned long request, void* argument);
   int controls(unsigned long request, void* argument);
-  bool put(File& file, const msg::Image& picture, Time stamp, std::uint32_t sequence);
+  /// `fill` writes a picture into a buffer of so many bytes, and answers how many it used; 0: it does not fit.
+  using Fill = std::function<std::uint32_t(const File& file, std::uint8_t* memory, std::uint32_t room)>;
+  bool deliver(const Fill& fill, Time stamp);
+  bool put(File& file, const Fill& fill, Time stamp, std::uint32_t sequence);
   File* streaming();
 
   mutable std::mutex mutex_;
@@ -120,6 +132,7 @@ class V4l2Sim final : public V4l2Port {
   V4l2Fault fault_ = V4l2Fault::none;
   Time last_stamp_;
   std::uint32_t last_sequence_ = 0;
+  const std::uint8_t* filled_ = nullptr;
   std::map<int, File> files_;
   std::map<void*, Memory> mapped_;
   std::map<unsigned long, int> refused_;

@@ -120,9 +120,11 @@ int V4l2Sim::formats(File& file, unsigned long request, void* argument) {
     }
     pix.pixelformat = best->code;
     pix.field = V4L2_FIELD_NONE;
-    pix.bytesperline = pix.width * bytes_of_pixel(pix.pixelformat) + camera_.padding_bytes;
-    pix.sizeimage = pix.bytesperline * pix.height;
+    const std::uint32_t line = pix.width * bytes_of_pixel(pix.pixelformat) + camera_.padding_bytes;
+    pix.bytesperline = pix.pixelformat == V4L2_PIX_FMT_MJPEG ? 0 : line;
+    pix.sizeimage = line * pix.height;
     file.code = pix.pixelformat, file.width = pix.width, file.height = pix.height, file.line = pix.bytesperline;
+    file.image_bytes = pix.sizeimage;
     file.rate_hz = best->rates.empty() ? 0 : best->rates.front();
     return 0;
   }

@@ -3,7 +3,13 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <linux/videodev2.h>
 
+#include <cerrno>
+#include <set>
+
+#include "drivers/device_board.hpp"
+#include "drivers/driver_list.hpp"
 #include "hal/linux/os.hpp"
 #include "hal/linux/v4l2_camera.hpp"
 #include "hal/linux/v4l2_sim.hpp"
@@ -17,11 +23,23 @@ using ::testing::HasSubstr;
 
 constexpr std::uint32_t kWidth = 320, kHeight = 240;
 
+bool eventually(const std::function<bool()>& holds) {
+  const hal::Time deadline = hal::linux_os().now() + 10s;
+  while (!holds()) {
+    if (hal::linux_os().now() >= deadline) return false;
+    hal::linux_os().sleep_until(hal::linux_os().now() + 1ms);
+  }
+  return true;
+}
+
 /// A board whose "camera" is a V4l2Camera on a device in memory.
 class CameraBoard final : public hal::EmptyBoard {
  public:
-  explicit CameraBoard(hal::V4l2SimCamera pretends = {}) : sim(std::move(pretends)) {
+  explicit CameraBoard(hal::V4l2SimCamera pretends = {},
+                       hal::CameraSpec::Memory memory = hal::CameraSpec::Memory::automatic)
+      : sim(std::move(pretends)) {
     hal::CameraSpec spec;
+    spec.memory = memory;
     spec.path = "/dev/video0", spec.width = kWidth, spec.height = kHeight;
     std::string why;
     auto opened = hal::V4l2Camera::open(sim, spec, hal::linux_os(), nullptr, {}, why);
@@ -41,13 +59,170 @@ class CameraBoard final : public hal::EmptyBoard {
   std::unique_ptr<hal::V4l2Camera> device;
 };
 
-bool eventually(const std::function<bool()>& holds) {
-  const hal::Time deadline = hal::linux_os().now() + 10s;
-  while (!holds()) {
-    if (hal::linux_os().now() >= deadline) return false;
-    hal::linux_os().sleep_until(hal::linux_os().now() + 1ms);
+/// The driver puts pictures into the topic's own slots: the module, on a board of its own.
+struct Lending {
+  explicit Lending(hal::V4l2SimCamera pretends = {}) : board(std::move(pretends)) {}
+  /// One step, a millisecond after the last.
+  rt::Status step() { return rig.step(hal::Time{++now * 1'000'000}, 1ms); }
+  void rest() { rig.rest(hal::Time{++now * 1'000'000}); }
+  /// Steps until the camera streams into so many lent slots.
+  bool streams() {
+    return eventually([&] {
+      static_cast<void>(step());
+      return board.sim.streams() && board.sim.queued() == kBuffers && is_open();
+    });
   }
-  return true;
+
+  /// The camera's own thread has its hands off the stream.
+  bool is_open() const { return board.device->state().find("): streaming ") != std::string::npos; }
+
+  static constexpr std::size_t kBuffers = 4;
+  CameraBoard board;
+  CameraSource source;
+  rt::ModuleRig rig{source, {.board = &board}};
+  std::int64_t now = 0;
+};
+
+TEST(CameraSourceLends, DriverFillsTheVerySlotThatSubscribersSee) {
+  Lending run;
+  ASSERT_TRUE(run.streams());
+  std::set<const void*> slots;
+  for (std::uint32_t n = 1; n <= 50; ++n) {
+    run.board.deliver(n);
+    ASSERT_EQ(run.step(), rt::Status::ok) << n;
+    const auto* image = run.rig.get<msg::Image>("raw");
+    ASSERT_NE(image, nullptr);
+    ASSERT_EQ(image->pixels(), run.board.sim.filled()) << "no byte was moved";
+    ASSERT_EQ(image->pixels()[image->bulk_used() - 1], static_cast<std::uint8_t>(n));
+    ASSERT_EQ(image->stamp, hal::Time{1'000'000} + n * 33ms);
+    ASSERT_EQ(run.board.sim.queued(), Lending::kBuffers) << "another slot took its place";
+    slots.insert(image);
+  }
+  EXPECT_GT(slots.size(), Lending::kBuffers) << "the slots of the topic go round";
+  EXPECT_EQ(run.board.device->stats().frames, 50u);
+  EXPECT_EQ(run.board.device->stats().lost, 0u);
+  EXPECT_EQ(run.board.sim.mapped(), 0u);
+  EXPECT_EQ(run.board.device->path_of_pixels(), "the driver fills the topic's slots");
+}
+
+TEST(CameraSourceLends, FramesThatMeetNoSlotAreCountedAsLost) {
+  Lending run;
+  ASSERT_TRUE(run.streams());
+  msg::ImageBuffer picture(msg::PixelFormat::yuyv, kWidth, kHeight);
+  for (std::uint32_t n = 1; n <= 6; ++n) {
+    EXPECT_EQ(run.board.sim.deliver(*picture, hal::Time{1'000'000} + n * 33ms), n <= 4);
+  }
+  EXPECT_EQ(run.step(), rt::Status::ok);
+  EXPECT_EQ(run.step(), rt::Status::ok);
+  run.board.deliver(7);
+  EXPECT_EQ(run.step(), rt::Status::ok);
+  EXPECT_EQ(run.rig.get<msg::Image>("raw")->frame_number, 6u);
+  EXPECT_EQ(run.board.device->stats().lost, 2u);
+}
+
+TEST(CameraSourceLends, UnpluggedAndPluggedInAgainTheCameraGoesOnWithTheSameSlots) {
+  Lending run;
+  std::uint32_t n = 0, last = 0;
+  for (int round = 0; round < 10; ++round) {
+    ASSERT_TRUE(run.streams()) << run.board.device->state();
+    run.board.deliver(++n);
+    ASSERT_EQ(run.step(), rt::Status::ok);
+    ASSERT_EQ(run.rig.all<msg::Image>("raw").size(), 1u) << "nothing comes twice";
+    const auto* image = run.rig.get<msg::Image>("raw");
+    EXPECT_EQ(image->pixels(), run.board.sim.filled());
+    EXPECT_EQ(image->pixels()[0], n);
+    if (n > 1) {
+      EXPECT_GT(image->frame_number, last);
+    }
+    last = image->frame_number;
+    run.board.deliver(++n);  // filled, and never taken
+    run.board.sim.unplug();
+    ASSERT_EQ(run.step(), rt::Status::stale);
+    run.board.sim.plug_in();
+  }
+}
+
+TEST(CameraSourceLends, SwitchedOffItHasAllSlotsBackAndTheCameraStops) {
+  Lending run;
+  for (int round = 0; round < 5; ++round) {
+    ASSERT_TRUE(run.streams());
+    ASSERT_TRUE(eventually([&] {
+      run.rest();
+      return !run.board.sim.streams() && run.board.sim.queued() == 0;
+    }));
+    EXPECT_TRUE(run.rig.headers("raw").empty());
+  }
+  run.board.sim.unplug();
+  run.rest();
+  run.board.sim.plug_in();
+  ASSERT_TRUE(run.streams());
+  run.board.deliver(1);
+  EXPECT_EQ(run.step(), rt::Status::ok);
+}  // and that nothing is held at the end, the rig looks
+
+TEST(CameraSourceLends, EndWhileTheCameraIsGoneGivesAllBack) {
+  Lending run;
+  ASSERT_TRUE(run.streams());
+  run.board.sim.unplug();
+}
+
+TEST(CameraSourceLends, DriverWithoutUserPointersIsReadWithOnePass) {
+  hal::V4l2SimCamera old;
+  old.user_pointers = false;
+  Lending run(old);
+  EXPECT_EQ(run.step(), rt::Status::stale);
+  run.board.deliver(1);
+  ASSERT_EQ(run.step(), rt::Status::ok);
+  EXPECT_NE(run.rig.get<msg::Image>("raw")->pixels(), run.board.sim.filled());
+  EXPECT_THAT(run.board.device->path_of_pixels(),
+              HasSubstr("pixels are copied once: the driver does not take memory of the caller (VIDIOC_REQBUFS: "));
+}
+
+TEST(CameraSourceLends, DriverThatRefusesTheSlotsAtTheLastMomentIsReadFromThenOn) {
+  Lending run;
+  ASSERT_TRUE(run.rig.configure());
+  run.board.sim.refuse(VIDIOC_QBUF, EFAULT);
+  EXPECT_EQ(run.step(), rt::Status::stale);
+  run.board.sim.refuse(VIDIOC_QBUF, 0);
+  ASSERT_TRUE(eventually([&] {
+    static_cast<void>(run.step());
+    return run.board.sim.streams();
+  }));
+  ASSERT_EQ(run.board.sim.mapped(), Lending::kBuffers);
+  run.board.deliver(1);
+  ASSERT_TRUE(eventually([&] { return run.step() == rt::Status::ok; }));
+  EXPECT_EQ(run.board.device->path_of_pixels(),
+            "pixels are copied once: the driver refuses the topic's memory (Bad address)");
+}
+
+TEST(CameraSourceLends, MemoryOfTheTableIsOneOfThreeWords) {
+  const auto problems_of = [](const char* word) {
+    DeviceSpec camera;
+    camera.name = "camera", camera.driver = "v4l2";
+    camera.keys["path"] = {std::string("/dev/video0"), 1};
+    camera.keys["memory"] = {std::string(word), 2};
+    DeviceSpecs specs;
+    specs.devices.push_back(camera);
+    std::string text;
+    for (const auto& p : check_devices(specs, all_drivers())) text += rt::to_string(p, "robot.toml") + "\n";
+    return text;
+  };
+  for (const char* word : {"auto", "mmap", "userptr"}) EXPECT_EQ(problems_of(word), "") << word;
+  EXPECT_THAT(problems_of("dmabuf"), HasSubstr("robot.toml:2: device.camera.memory"));
+  EXPECT_THAT(problems_of("dmabuf"), HasSubstr("one of \"auto\", \"mmap\", \"userptr\""));
+}
+
+TEST(CameraSourceLends, LendOrNothingIsRefusedWithTheReason) {
+  CameraBoard board({}, hal::CameraSpec::Memory::lent);
+  CameraSource source;
+  rt::ModuleRig rig(source, {.board = &board});
+  rig.image_capacity("raw", kWidth * kHeight);
+  EXPECT_FALSE(rig.configure());
+  ASSERT_FALSE(rig.problems().empty());
+  EXPECT_EQ(
+      rig.problems()[0].allowed,
+      "device 'camera': /dev/video0 ('Simulated Camera'): the driver wants 153600 bytes for a picture, the topic's "
+      "images have 76800; memory = \"userptr\" cannot be had");
 }
 
 TEST(CameraSource, FramesBecomeMessagesInTheirOrder) {
@@ -55,6 +230,7 @@ TEST(CameraSource, FramesBecomeMessagesInTheirOrder) {
   CameraSource source;
   rt::ModuleRig rig(source, {.board = &board});
   EXPECT_EQ(rig.step({1'000'000}, 1ms), rt::Status::stale) << "nothing was delivered";
+  ASSERT_TRUE(eventually([&] { return board.sim.streams(); }));
   board.deliver(1), board.deliver(2);
   EXPECT_EQ(rig.step({2'000'000}, 1ms), rt::Status::ok);
   const auto all = rig.all<msg::Image>("raw");
@@ -72,7 +248,10 @@ TEST(CameraSource, CameraThatIsGoneIsStaleAndComesBack) {
   EXPECT_EQ(rig.step({1'000'000}, 1ms), rt::Status::stale);
   EXPECT_EQ(rig.step({2'000'000}, 1ms), rt::Status::stale);
   board.sim.plug_in();
-  ASSERT_TRUE(eventually([&] { return board.device->stats().reopens == 1; }));
+  ASSERT_TRUE(eventually([&] {
+    static_cast<void>(rig.step({3'000'000}, 1ms));
+    return board.device->stats().reopens == 1 && board.sim.streams();
+  }));
   board.deliver(3);
   EXPECT_EQ(rig.step({3'000'000}, 1ms), rt::Status::ok);
 }

@@ -1,8 +1,10 @@
 // V4l2Camera on a device of the running kernel: SINEW_V4L2=/dev/video0 (tests/vm loads vivid for it). The unplugging
 // unbinds the device from its driver, which needs root.
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <set>
 
 #include "v4l2_fixture.hpp"
 
@@ -142,6 +144,113 @@ TEST_F(V4l2CameraOnKernel, IsFoundByItsBus) {
   spec_.path = camera_->identity().bus_info;
   ASSERT_EQ(open(), std::nullopt) << why_;
   EXPECT_TRUE(next());
+}
+
+/// Lends the camera images whose pixels lie as those of a topic's slots do, and takes them filled.
+class V4l2LendingOnKernel : public V4l2CameraOnKernel {
+ protected:
+  static constexpr std::size_t kImages = 8;
+  static constexpr std::uint32_t kRoom = 640 * 360 * 3;
+  static constexpr std::uint8_t kUntouched = 0xA5;
+  void TearDown() override {
+    if (!camera_) return;
+    camera_->stop_lending();
+    while (camera_->take_back()) --lent_;
+    EXPECT_EQ(lent_, 0u);
+  }
+  bool begin() {
+    if (open() != std::nullopt) return false;
+    const auto begun = camera_->begin_lending(kRoom, why_);
+    return begun.has_value();
+  }
+  /// A filled one within ten seconds; it is lent again in the next call.
+  msg::Image* take() {
+    msg::Image* image = nullptr;
+    eventually([&] {
+      for (auto& mine : images_) {
+        if (lent_ == spec_.buffers || out_.contains(&*mine)) continue;
+        std::fill_n(mine->pixels(), kRoom, kUntouched);
+        if (!camera_->lend(*mine)) break;
+        out_.insert(&*mine), ++lent_;
+      }
+      const auto got = camera_->take_filled();
+      image = got ? *got : nullptr;
+      return image != nullptr;
+    });
+    if (image) {
+      EXPECT_EQ(out_.erase(image), 1u) << "not one that was lent";
+      --lent_;
+    }
+    return image;
+  }
+
+  std::vector<msg::ImageBuffer> images_ = [] {
+    std::vector<msg::ImageBuffer> all;
+    for (std::size_t i = 0; i < kImages; ++i) all.emplace_back(kRoom);
+    return all;
+  }();
+  std::set<const msg::Image*> out_;
+  std::size_t lent_ = 0;
+};
+
+TEST_F(V4l2LendingOnKernel, KernelFillsTheReadersMemoryInEveryFormat) {
+  for (const auto format :
+       {msg::PixelFormat::yuyv, msg::PixelFormat::mono8, msg::PixelFormat::rgb8, msg::PixelFormat::bgr8}) {
+    spec_.format = format;
+    ASSERT_TRUE(begin()) << why_;
+    EXPECT_EQ(camera_->path_of_pixels(), "the driver fills the topic's slots");
+    std::uint32_t number = 0;
+    std::set<const msg::Image*> seen;
+    for (int i = 0; i < 20; ++i) {
+      const msg::Image* image = take();
+      ASSERT_NE(image, nullptr) << camera_->state();
+      ASSERT_EQ(image->format, format);
+      ASSERT_EQ(image->bulk_used(), 640u * 360 * msg::bytes_per_pixel(format));
+      const auto* end = image->pixels() + image->bulk_used();
+      ASSERT_LT(std::count(image->pixels(), end, kUntouched), image->bulk_used() / 4) << "the kernel wrote it";
+      ASSERT_NE(std::adjacent_find(image->pixels(), end, std::not_equal_to<>()), end);
+      if (image->capacity_bytes > image->bulk_used()) {
+        ASSERT_EQ(*end, kUntouched) << "and nothing beyond";
+      }
+      if (i > 0) {
+        ASSERT_GT(image->frame_number, number);
+      }
+      number = image->frame_number;
+      seen.insert(image);
+    }
+    EXPECT_GT(seen.size(), 1u);
+    EXPECT_EQ(camera_->stats().corrupted, 0u);
+    camera_->stop_lending();
+    while (camera_->take_back()) --lent_;
+    out_.clear();
+  }
+}
+
+TEST_F(V4l2LendingOnKernel, StreamEndsWhenItIsAskedForAndBeginsAnew) {
+  ASSERT_TRUE(begin()) << why_;
+  for (int round = 0; round < 3; ++round) {
+    ASSERT_NE(take(), nullptr) << camera_->state();
+    ASSERT_TRUE(eventually([&] {
+      while (camera_->take_back()) --lent_;
+      return lent_ == 0;
+    })) << camera_->state();
+    out_.clear();
+  }
+}
+
+TEST_F(V4l2LendingOnKernel, UnboundAndBoundAgainItFillsTheSameMemory) {
+  ASSERT_TRUE(begin()) << why_;
+  const std::string driver = sysfs("/driver"), device = fs::path(sysfs("")).filename();
+  ASSERT_NE(take(), nullptr);
+  ASSERT_TRUE(std::ofstream(driver + "/unbind") << device << std::flush);
+  EXPECT_TRUE(eventually([&] {
+    const auto got = camera_->take_filled();
+    if (got && *got) out_.erase(*got), --lent_;
+    return !got && got.error().code == Errc::closed && camera_->stats().tries > 0;
+  })) << camera_->state();
+  ASSERT_TRUE(std::ofstream(driver + "/bind") << device << std::flush);
+  ASSERT_TRUE(eventually([&] { return camera_->stats().reopens == 1; })) << camera_->state();
+  ASSERT_NE(take(), nullptr) << camera_->state();
 }
 
 TEST_F(V4l2CameraOnKernel, UnbindingClosesItAndBindingBringsItBack) {
