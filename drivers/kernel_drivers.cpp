@@ -56,7 +56,8 @@ hal::Result<OpenedDevice> opened(hal::Result<std::unique_ptr<hal::Camera>> camer
 }
 
 DeviceOpener read_v4l2(DeviceKeys& keys, const DeviceSpecs&) {
-  const hal::CameraSpec spec = read_camera(keys, "a video device, e.g. \"/dev/video0\"");
+  hal::CameraSpec spec = read_camera(keys, "a video device, e.g. \"/dev/video0\"");
+  keys.read("root", spec.root, "a folder with dev/ of the machine");
   return [spec](DeviceContext& context, std::string& why) { return opened(context.connectors.v4l2_camera(spec, why)); };
 }
 

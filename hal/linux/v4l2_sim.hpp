@@ -66,6 +66,8 @@ class V4l2Sim final : public V4l2Port {
   /// A picture in the agreed format and size goes into the oldest queued buffer, stamped as the driver would.
   /// False: nobody streams, no buffer was free (the frame counts as lost), or a fault swallowed it.
   bool deliver(const msg::Image& picture, Time stamp);
+  /// So many frames were taken and never came here: the driver's count goes on.
+  void lose(std::uint32_t frames);
   void set_fault(V4l2Fault fault);
   /// The plug is pulled: open descriptors are dead from now on, the node is gone.
   void unplug();
