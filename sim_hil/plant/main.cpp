@@ -6,10 +6,13 @@
 
 #include "hal/linux/can.hpp"
 #include "hal/linux/os.hpp"
+#include "hal/linux/process.hpp"
 #include "hal/linux/serial.hpp"
 #include "hal/linux/socket.hpp"
+#include "hal/linux/v4l2_source.hpp"
 #include "sim_hil/plant/render_test.hpp"
 #include "sim_hil/plant/session.hpp"
+#include "sim_hil/plant/wire_run.hpp"
 
 namespace {
 
@@ -25,8 +28,9 @@ struct Settings {
   std::uint64_t seed = 0;
   std::vector<std::string> faults;
   std::string report;
-  std::string can, iio;
+  std::string can, iio, v4l2, unplug;
   std::vector<std::string> servos;
+  bool alone = false;
 };
 
 /// "640x480"; an empty text when it is one.
@@ -37,6 +41,14 @@ std::string check_size(const std::string& text) {
       h <= msg::kMaxImageHeight && w % 2 == 0)
     return "";
   return "'" + text + "' is not WIDTHxHEIGHT with an even width of 16..1280 and a height of 16..960";
+}
+
+/// "5+3": from second 5 for 3 s; an empty text when it is such a time.
+std::string check_stretch(const std::string& text) {
+  double from = 0, length = 0;
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%lf+%lf%c", &from, &length, &rest) == 2 && from >= 0 && length > 0) return "";
+  return "'" + text + "' is not FROM+LENGTH in seconds, e.g. 5+3";
 }
 
 msg::PixelFormat format_of(const std::string& name) {
@@ -87,6 +99,16 @@ void describe(CLI::App& app, Settings& s) {
       ->allow_extra_args(false)
       ->needs("--can");
   app.add_option("--iio", s.iio, "real time: the IMU also as the kernel's IIO would show it, under this folder");
+  auto* v4l2 = app.add_option(
+      "--v4l2", s.v4l2,
+      "real time: the camera also as the V4L2 device /dev/video0 under this folder (a robot's key root)");
+  app.add_option("--unplug-camera", s.unplug, "the plug of the --v4l2 camera is out: FROM+LENGTH in s of plant time")
+      ->check(check_stretch)
+      ->needs(v4l2);
+  app.add_flag(
+      "--alone", s.alone,
+      "real time: no runtime connects; the world begins at once, with its devices at the wire, until --duration "
+      "is over or a signal comes");
   app.add_option("--report", s.report, "write the last report (JSON) into this file");
   app.add_option("--duration", s.session.duration_s, "end the run after so many seconds of plant time; 0: never")
       ->check(CLI::NonNegativeNumber)
@@ -169,6 +191,25 @@ bool write_report(const std::string& path, const std::string& json) {
   return static_cast<bool>(out);
 }
 
+/// The door's and the video node's threads: a stop line does not wait for pixels, nor do these for physics.
+int lines_priority(const Settings& s) {
+  return s.session.fifo_priority > 0 ? std::min(s.session.fifo_priority + 1, 99) : 0;
+}
+
+hal::Time plant_time(double seconds) { return hal::Time{static_cast<std::int64_t>(seconds * 1e9)}; }
+
+/// The world's camera behind a V4L2 device.
+class VideoNode final : public plant::WireCamera {
+ public:
+  explicit VideoNode(std::unique_ptr<hal::V4l2Source> source) : source_(std::move(source)) {}
+  std::span<std::uint8_t> canvas() noexcept override { return source_->canvas(); }
+  void deliver(hal::Time middle, std::uint32_t number) noexcept override { source_->deliver(middle, number); }
+  void set_plugged(bool plugged) noexcept override { source_->set_plugged(plugged); }
+
+ private:
+  std::unique_ptr<hal::V4l2Source> source_;
+};
+
 /// False after it was said why.
 bool open_wire(const Settings& s, hal::Os& os, plant::WireDevices& wire) {
   std::string why;
@@ -201,20 +242,50 @@ bool open_wire(const Settings& s, hal::Os& os, plant::WireDevices& wire) {
     (*tree)->attach(std::move(*pipe));
     wire.add_imu(std::move(*tree));
   }
+  if (s.v4l2.empty()) return true;
+  hal::V4l2SourceSpec spec;
+  spec.root = s.v4l2;
+  spec.format = s.view.format, spec.width = s.view.width, spec.height = s.view.height;
+  spec.rate_hz = plant::kCameraHz;
+  hal::ThreadOptions thread;
+  thread.name = "plant_video";
+  thread.fifo_priority = lines_priority(s);
+  auto source = hal::V4l2Source::open(os, spec, thread, why);
+  if (!source) return std::fprintf(stderr, "sinew-sim: --v4l2: %s\n", why.c_str()), false;
+  wire.add_camera(std::make_unique<VideoNode>(std::move(*source)));
+  double from = 0, length = 0;
+  if (std::sscanf(s.unplug.c_str(), "%lf+%lf", &from, &length) == 2)
+    wire.unplug_camera(plant_time(from), plant_time(from + length));
   return true;
+}
+
+/// A world without a runtime.
+int run_alone(const Settings& s, hal::Os& os, plant::WireDevices& wire) {
+  static_cast<void>(hal::stop_requested());  // from here on a signal asks
+  std::string why;
+  auto camera = plant::CameraFeed::start(os, s.view, why);
+  if (!camera) return fail("no camera: " + why, camera.error());
+  std::printf("%s runs alone, camera %s %s drawn by %s\n", s.world.c_str(), s.camera.c_str(), s.format.c_str(),
+              (*camera)->backend().c_str());
+  std::fflush(stdout);
+  plant::WireRun run(os, **camera, wire, s.session);
+  if (const hal::Status done = run.run(&hal::stop_requested); !done) return fail(run.report().reason, done.error());
+  print(run.report());
+  return s.report.empty() || write_report(s.report, run.report().text) ? 0 : 1;
 }
 
 int serve(Settings& s) {
   hal::Os& os = hal::linux_os();
   plant::WireDevices wire;
   if (!open_wire(s, os, wire)) return 1;
-  if (!s.can.empty() || !s.iio.empty()) s.session.wire = &wire;
+  if (s.alone) return run_alone(s, os, wire);
+  if (!s.can.empty() || !s.iio.empty() || !s.v4l2.empty()) s.session.wire = &wire;
   auto listener = hal::listen_stream(s.listen);
   if (!listener) return fail("cannot listen on " + s.listen, listener.error());
   // The door first: a stop line does not wait for pixels.
   hal::ThreadOptions lines;
   lines.name = "plant_door";
-  lines.fifo_priority = s.session.fifo_priority > 0 ? std::min(s.session.fifo_priority + 1, 99) : 0;
+  lines.fifo_priority = lines_priority(s);
   auto door = sim_hil::PlantDoor::open(os, std::move(*listener), plant::Session::description(s.view, s.session), lines);
   if (!door) return fail("cannot serve " + s.listen, door.error());
   std::string why;
@@ -258,6 +329,11 @@ int main(int argc, char** argv) {
   if (s.free_running) s.session.only = sim_hil::Mode::free_running;
   if (s.list_faults) return list_faults(plant::world_info(s.session.world.kind));
   if (!read_faults(s)) return 1;
+  if (s.alone && (!s.faults.empty() || s.lockstep))
+    return std::fprintf(stderr, "sinew-sim: --alone: %s\n",
+                        s.lockstep ? "in real time only, not with --lockstep"
+                                   : "--fault strikes what goes to a runtime, and none connects"),
+           1;
   if (!s.render_test.empty()) return plant::render_test(s.render_test, s.view);
   return serve(s);
 }

@@ -99,6 +99,8 @@ hal::Status WireDevices::attach(World& world) {
 
 void WireDevices::step(const World& world, const Due& due, hal::Time now) {
   if (sims_) sims_->poll(now);
+  const bool plugged = world.now() < out_from_ || world.now() >= out_until_;
+  if (camera_ && plugged != plugged_) camera_->set_plugged(plugged_ = plugged);
   if (imu_ && due.imu && imu_->enabled()) {
     msg::ImuSample sample = due.imu_sample;
     sample.stamp = now - (world.now() - sample.stamp);
