@@ -53,7 +53,10 @@ void CameraSource::collect(rt::Time) noexcept {
   asked_exposure_us_ = exposure_us_, asked_gain_ = gain_;
   while (msg::Image* image = raw_.loan()) {
     const auto got = camera_->read(*image);
-    if (got && *got) continue;
+    if (got && *got) {
+      image->stamp = image->stamp + hal::Duration{static_cast<std::int64_t>(time_offset_ms_ * 1e6)};
+      continue;
+    }
     raw_.cancel();
     return;  // nothing is ready, or this frame is lost: the next cycle goes on
   }

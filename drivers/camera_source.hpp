@@ -11,6 +11,7 @@ namespace sinew::drivers {
 /// topic's slot. When several frames wait, only the newest two are worth a cycle, and each gets its own message.
 /// Exposure and gain are parameters that reach the camera while it runs, where it has such controls
 /// (hal::CameraControls); the camera sets them on a thread of its own, some frames later. Thread:  executor.   RT: yes.
+/// Stamps:  the device's, and `time_offset_ms` on top.
 /// Errors:  configure: what opening the device says; not_supported when exposure or gain is given and the camera has no
 ///          such control, bad_argument when it is out of the device's range. A later value that it cannot take changes
 ///          nothing. A frame that does not fit the topic's image capacity is lost and counted by the device.
@@ -21,6 +22,9 @@ class CameraSource final : public rt::DriverModule {
     d.param("device", device_name_, {.doc = "name of the device on the board"});
     d.param("exposure_us", exposure_us_,
             {.unit = "us", .min = 0, .max = 1e6, .doc = "exposure time; 0 leaves it to the camera"});
+    d.param(
+        "time_offset_ms", time_offset_ms_,
+        {.unit = "ms", .min = -200, .max = 200, .doc = "added to the device's stamps: sinew calibrate camera-offset"});
     d.param("gain", gain_, {.min = -1, .max = 1e6, .doc = "in the camera's own units; -1 leaves it as it is"});
   }
   hal::Status configure(rt::Setup& setup) override;
@@ -34,7 +38,7 @@ class CameraSource final : public rt::DriverModule {
 
   rt::Raw<msg::Image> raw_;
   std::string device_name_ = "camera";
-  double exposure_us_ = 0, gain_ = -1;
+  double exposure_us_ = 0, gain_ = -1, time_offset_ms_ = 0;
   hal::Camera* camera_ = nullptr;
   // What the camera was asked for last.
   hal::CameraControls* controls_ = nullptr;

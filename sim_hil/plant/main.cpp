@@ -29,6 +29,8 @@ struct Settings {
   std::vector<std::string> faults;
   std::string report;
   std::string can, iio, v4l2, unplug;
+  double camera_late_ms = 0;
+  std::string camera_turned;
   std::vector<std::string> servos;
   bool alone = false;
 };
@@ -49,6 +51,14 @@ std::string check_stretch(const std::string& text) {
   char rest = 0;
   if (std::sscanf(text.c_str(), "%lf+%lf%c", &from, &length, &rest) == 2 && from >= 0 && length > 0) return "";
   return "'" + text + "' is not FROM+LENGTH in seconds, e.g. 5+3";
+}
+
+/// "1.5,-2,0"; an empty text when it is one.
+std::string check_turn(const std::string& text) {
+  double x = 0, y = 0, z = 0;
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%lf,%lf,%lf%c", &x, &y, &z, &rest) == 3 && x * x + y * y + z * z <= 900) return "";
+  return "'" + text + "' is not RIGHT,DOWN,FORWARD in degrees, at most 30 together";
 }
 
 msg::PixelFormat format_of(const std::string& name) {
@@ -105,6 +115,12 @@ void describe(CLI::App& app, Settings& s) {
   app.add_option("--unplug-camera", s.unplug, "the plug of the --v4l2 camera is out: FROM+LENGTH in s of plant time")
       ->check(check_stretch)
       ->needs(v4l2);
+  app.add_option("--camera-late", s.camera_late_ms, "the stamps of the --v4l2 camera are late by so many ms")
+      ->check(CLI::Range(-100.0, 100.0))
+      ->needs(v4l2);
+  app.add_option("--camera-turned", s.camera_turned,
+                 "how the camera is mounted off its place: deg about its right, down and forward axis, e.g. 1.5,-2,0")
+      ->check(check_turn);
   app.add_flag(
       "--alone", s.alone,
       "real time: no runtime connects; the world begins at once, with its devices at the wire, until --duration "
@@ -253,6 +269,7 @@ bool open_wire(const Settings& s, hal::Os& os, plant::WireDevices& wire) {
   auto source = hal::V4l2Source::open(os, spec, thread, why);
   if (!source) return std::fprintf(stderr, "sinew-sim: --v4l2: %s\n", why.c_str()), false;
   wire.add_camera(std::make_unique<VideoNode>(std::move(*source)));
+  wire.delay_stamps(hal::Duration{static_cast<std::int64_t>(1e6 * s.camera_late_ms)});
   double from = 0, length = 0;
   if (std::sscanf(s.unplug.c_str(), "%lf+%lf", &from, &length) == 2)
     wire.unplug_camera(plant_time(from), plant_time(from + length));
@@ -323,6 +340,9 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   std::sscanf(s.camera.c_str(), "%ux%u", &s.view.width, &s.view.height);
   s.view.format = format_of(s.format);
+  math::Vec3& turned = s.view.turned_rad;
+  if (std::sscanf(s.camera_turned.c_str(), "%lf,%lf,%lf", &turned.x, &turned.y, &turned.z) == 3)
+    turned *= math::kPi / 180;
   s.view.world = s.session.world.kind = plant::find_world(s.world).value_or(plant::WorldKind::quad);
   if (app.count("--seed") > 0) s.session.seed = s.seed;
   if (s.lockstep) s.session.only = sim_hil::Mode::lockstep;

@@ -367,7 +367,7 @@ Status Session::send_frame_due_by(Time until, bool wait) {
 Status Session::send_frame(const sim_hil::FrameSlot& slot, const sim_hil::FrameMeta& meta) {
   if (WireCamera* camera = options_.wire ? options_.wire->camera() : nullptr) {
     std::copy(slot.pixels.begin(), slot.pixels.end(), camera->canvas().begin());
-    camera->deliver(host_zero_ + (meta.stamp - Time{0}), meta.number);
+    camera->deliver(host_zero_ + (meta.stamp - Time{0}) + options_.wire->stamps_late(), meta.number);
   }
   return link_->send_frame(id(Part::camera), slot, meta);
 }

@@ -46,6 +46,9 @@ class WireDevices {
   void add_imu(std::unique_ptr<sim_hil::IioTree> tree) { imu_ = std::move(tree); }
 
   void add_camera(std::unique_ptr<WireCamera> camera) { camera_ = std::move(camera); }
+  /// Its driver's stamps are late by so much.
+  void delay_stamps(hal::Duration late) { late_ = late; }
+  hal::Duration stamps_late() const { return late_; }
   /// Its plug is out from one moment of plant time to another.
   void unplug_camera(hal::Time from, hal::Time until) { out_from_ = from, out_until_ = until; }
 
@@ -67,6 +70,7 @@ class WireDevices {
   std::unique_ptr<WireCamera> camera_;
   hal::Time out_from_ = hal::kNever, out_until_ = hal::kNever;
   bool plugged_ = true;
+  hal::Duration late_{0};
 };
 
 }  // namespace sinew::plant

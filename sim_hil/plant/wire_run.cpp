@@ -108,7 +108,7 @@ void WireRun::finish_frame() {
   if (age_ns < camera_delay_ns_) return;
   if (age_ns > camera_delay_ns_ + kMs.count()) ++report_.render_late;
   ++report_.frames;
-  wire_.camera()->deliver(host_zero_ + (drawn_->stamp - Time{0}), drawn_->number);
+  wire_.camera()->deliver(host_zero_ + (drawn_->stamp - Time{0}) + wire_.stamps_late(), drawn_->number);
   drawn_.reset();
 }
 
