@@ -29,7 +29,7 @@ struct CameraOffset::Fit {
   math::Mat3 map = math::Mat3::identity();
   Vec3 bias_radps;
   double squares = 0, total = 0;  // of the residuals; of the rotations
-  Vec3 gyro_squares;              // about each optical axis
+  Vec3 excitation_radps;          // about each optical axis: what of its rate the other axes do not say
   double seconds = 0;
   std::size_t used = 0;
   std::vector<double> residual;  // of each pair; negative: outside of what the IMU has
@@ -82,10 +82,12 @@ CameraOffset::Fit CameraOffset::fit(const std::vector<Pair>& pairs, const Quat& 
       for (int b = 0; b < 4; ++b) normal(a, b) += rows[i][a] * rows[i][b];
       for (int b = 0; b < 3; ++b) right(a, b) += rows[i][a] * p.rotation_rad[b];
     }
-    for (int a = 0; a < 3; ++a) f.gyro_squares[a] += rows[i][a] * rows[i][a] / dt;
   }
   const auto solved = math::solve(normal, right);
-  if (!solved) return f;
+  const auto spread = math::inverse(normal);
+  if (!solved || !spread) return f;
+  for (int a = 0; a < 3; ++a)
+    f.excitation_radps[a] = std::sqrt(static_cast<double>(f.used) / (*spread)(a, a)) / f.seconds;
   for (int a = 0; a < 3; ++a) {
     for (int b = 0; b < 3; ++b) f.map(a, b) = (*solved)(b, a);
     f.bias_radps[a] = (*solved)(3, a);
@@ -140,6 +142,16 @@ std::optional<CameraOffset::Result> CameraOffset::solve(const Quat& q_nominal, s
     return std::nullopt;
   }
   Result r;
+  r.excitation_radps = fit(pairs, q_nominal, 0).excitation_radps;
+  for (int a = 0; a < 3; ++a)
+    if (!(r.excitation_radps[a] > kLeastRate_radps)) {
+      why = fmt::format("it was turned too little about the camera's {} axis: {:.3f} rad/s RMS, {} are needed",
+                        a == 0   ? "right"
+                        : a == 1 ? "down"
+                                 : "forward",
+                        r.excitation_radps[a], kLeastRate_radps);
+      return std::nullopt;
+    }
   Quat q = q_nominal;
   Fit f;
   for (int round = 0; round < 6; ++round) {
@@ -158,16 +170,6 @@ std::optional<CameraOffset::Result> CameraOffset::solve(const Quat& q_nominal, s
     if (kept.size() > pairs.size() / 2) pairs = std::move(kept);
   }
   f = fit(pairs, q, r.time_offset_ms);
-  for (int a = 0; a < 3; ++a) r.excitation_radps[a] = std::sqrt(f.gyro_squares[a] / f.seconds);
-  for (int a = 0; a < 3; ++a)
-    if (r.excitation_radps[a] < kLeastRate_radps) {
-      why = fmt::format("it was turned too little about the camera's {} axis: {:.3f} rad/s RMS, {} are needed",
-                        a == 0   ? "right"
-                        : a == 1 ? "down"
-                                 : "forward",
-                        r.excitation_radps[a], kLeastRate_radps);
-      return std::nullopt;
-    }
   const double explained = 1 - f.squares / f.total;
   if (!(explained > kLeastExplained) || std::abs(r.time_offset_ms) > kMostOffset_ms - kCoarse_ms) {
     why = fmt::format(

@@ -28,7 +28,7 @@ class CameraOffset {
     math::Vec3 turned_deg;        // of that against the nominal, about the optical axes
     double scale = 1;             // turns across the line of sight, by the pictures / by the gyro
     double residual_radps = 0;    // RMS of an axis
-    math::Vec3 excitation_radps;  // RMS rate about each optical axis
+    math::Vec3 excitation_radps;  // RMS rate about each optical axis, apart from the others'
     std::size_t pairs = 0;
   };
   static constexpr double kMostOffset_ms = 150;

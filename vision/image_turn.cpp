@@ -1,6 +1,7 @@
 #include "vision/image_turn.hpp"
 
 #include <algorithm>
+#include <array>
 
 namespace sinew::vision {
 namespace {
@@ -11,7 +12,7 @@ using math::Vec3;
 
 constexpr std::uint32_t kFineWidth = 200;  // pixels, at most: bins are chosen for it
 constexpr int kIterations = 12;
-constexpr double kHuber = 8;         // grey levels: what differs by more is not the same point
+constexpr double kSame = 8;          // grey levels: what differs by more is hardly the same point
 constexpr double kDone_rad = 1e-6;   // a step below it is no step
 constexpr double kMost_rad = 0.35;   // between two pictures
 constexpr double kLeastShare = 0.4;  // of the picture, seen in both
@@ -32,25 +33,34 @@ bool grey(const ImageView& image, double u, double v, double& value, double& du,
   return true;
 }
 
+/// How much a difference counts. On the way Huber's weights, which lead there from far; at last those of Geman and
+/// McClure, for which what does not fit is nearly not there.
+enum class Weights : std::uint8_t { wide, strict };
+double weight(Weights which, double residual) {
+  const double r = math::fabs(residual) / kSame;
+  if (which == Weights::wide) return r > 1 ? 1 / r : 1;
+  const double share = 1 / (1 + r * r);
+  return share * share;
+}
+
 /// Sums of one iteration: least squares for a turn and one common change of brightness.
 struct Sums {
   Mat<4, 4> normal;
   Mat<4, 1> right;
-  double weight = 0, squares = 0;
+  double weights = 0, squares = 0;
 
-  void add(const std::array<double, 4>& row, double residual) {
-    const double size = math::fabs(residual), w = size > kHuber ? kHuber / size : 1;
+  void add(const std::array<double, 4>& row, double residual, double w) {
     for (int i = 0; i < 4; ++i) {
       for (int j = 0; j < 4; ++j) normal(i, j) += w * row[i] * row[j];
       right(i) += w * row[i] * residual;
     }
-    weight += w;
+    weights += w;
     squares += w * residual * residual;
   }
 };
 
 Sums compare(const ImageView& older, const ImageView& newer, const Pinhole& camera, const Quat& q_older_newer,
-             double brighter) {
+             double brighter, Weights which) {
   Sums sums;
   const math::Mat3 r = q_older_newer.matrix();
   for (std::uint32_t v = 0; v < newer.height; ++v)
@@ -61,34 +71,39 @@ Sums compare(const ImageView& older, const ImageView& newer, const Pinhole& came
       double value = 0, du = 0, dv = 0;
       if (!grey(older, camera.cx_px + camera.fx_px * x, camera.cy_px + camera.fy_px * y, value, du, dv)) continue;
       du *= camera.fx_px, dv *= camera.fy_px;
-      sums.add({-x * y * du - (1 + y * y) * dv, (1 + x * x) * du + x * y * dv, -y * du + x * dv, 1},
-               newer.row(v)[u] - value - brighter);
+      const double residual = newer.row(v)[u] - value - brighter;
+      sums.add({-x * y * du - (1 + y * y) * dv, (1 + x * x) * du + x * y * dv, -y * du + x * dv, 1}, residual,
+               weight(which, residual));
     }
   return sums;
 }
 
-/// Turns `q` until the pictures agree. False: they do not.
-bool align(const ImageView& older, const ImageView& newer, double fov_y_rad, Quat& q, ImageTurn::Turn& turn) {
-  const Pinhole camera = Pinhole::from_fov(fov_y_rad, newer.width, newer.height);
+/// Where the search stands.
+struct Guess {
+  Quat q_older_newer;
   double brighter = 0;
-  for (int i = 0; i < kIterations; ++i) {
-    const Sums sums = compare(older, newer, camera, q, brighter);
-    if (sums.weight < kLeastShare * newer.width * newer.height) return false;
+};
+
+/// Turns the guess until the pictures agree. False: they do not.
+bool align(const ImageView& older, const ImageView& newer, double fov_y_rad, Weights which, Guess& guess,
+           ImageTurn::Turn& turn) {
+  const Pinhole camera = Pinhole::from_fov(fov_y_rad, newer.width, newer.height);
+  for (int i = 1;; ++i) {
+    const Sums sums = compare(older, newer, camera, guess.q_older_newer, guess.brighter, which);
     const auto step = math::solve(sums.normal, sums.right);
-    if (!step) return false;
+    if (!step || sums.weights < kLeastShare * newer.width * newer.height) return false;
     const Vec3 by{(*step)(0), (*step)(1), (*step)(2)};
-    q = (Quat::exp(by) * q).normalized();
-    brighter += (*step)(3);
-    if (!math::is_finite(by) || norm(q.log()) > kMost_rad) return false;
-    if (norm(by) > kDone_rad && i + 1 < kIterations) continue;
+    guess.q_older_newer = (Quat::exp(by) * guess.q_older_newer).normalized();
+    guess.brighter += (*step)(3);
+    if (!math::is_finite(by) || norm(guess.q_older_newer.log()) > kMost_rad) return false;
+    if (norm(by) > kDone_rad && i < kIterations) continue;
     const auto spread = math::inverse(sums.normal);
     if (!spread) return false;
-    const double variance = sums.squares / sums.weight;
+    const double variance = sums.squares / sums.weights;
     turn.disagreement = math::sqrt(variance);
     turn.sigma_rad = math::sqrt(variance * std::max({(*spread)(0, 0), (*spread)(1, 1), (*spread)(2, 2)}));
-    break;
+    return true;
   }
-  return true;
 }
 
 }  // namespace
@@ -103,6 +118,8 @@ void ImageTurn::reset() {
 }
 
 std::optional<ImageTurn::Turn> ImageTurn::add(const ImageView& image) {
+  const bool same_size = image.width == width_ && image.height == height_;
+  width_ = image.width, height_ = image.height;
   const std::uint32_t bin = image.width > 2 * kFineWidth ? 4 : image.width > kFineWidth ? 2 : 1;
   for (Level* level : {&fine_, &coarse_}) level->older.swap(level->newer);
   if (!fine_.newer.take(image, bin) || !coarse_.newer.take(fine_.newer.view(), 2)) {
@@ -110,13 +127,14 @@ std::optional<ImageTurn::Turn> ImageTurn::add(const ImageView& image) {
     return std::nullopt;
   }
   const ImageView before = fine_.older.view(), now = fine_.newer.view();
-  if (!before || before.width != now.width || before.height != now.height) return std::nullopt;
-  Quat q;
+  if (!before || !same_size) return std::nullopt;
+  Guess guess;
   Turn turn;
-  if (!align(coarse_.older.view(), coarse_.newer.view(), fov_y_rad_, q, turn) ||
-      !align(before, now, fov_y_rad_, q, turn) || turn.sigma_rad > kCertain_rad)
+  if (!align(coarse_.older.view(), coarse_.newer.view(), fov_y_rad_, Weights::wide, guess, turn) ||
+      !align(before, now, fov_y_rad_, Weights::wide, guess, turn) ||
+      !align(before, now, fov_y_rad_, Weights::strict, guess, turn) || turn.sigma_rad > kCertain_rad)
     return std::nullopt;
-  turn.rotation_rad = q.log();
+  turn.rotation_rad = guess.q_older_newer.log();
   return turn;
 }
 

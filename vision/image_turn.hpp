@@ -10,10 +10,11 @@ namespace sinew::vision {
 /// How a camera turned between two pictures: the rotation that makes the one lie best on the other, by Gauss-Newton on
 /// the grey values of the whole picture, coarse to fine. The scene should stand still and be far: the camera's own
 /// travel looks like a turn of travel / distance (across the line of sight only, not about it). What moves in a part
-/// of the picture, and what comes in or leaves, counts little (Huber's weights).
+/// of the picture, and what comes in or leaves, counts little.
 /// Frames:  camera_optical: z forward, x right, y down.
 /// Source:  B. D. Lucas, T. Kanade, An iterative image registration technique with an application to stereo vision
 ///          (1981), with the motion of a rotating camera: the derivative of a pinhole's pixel by a small turn.
+///          Weights: S. Geman, D. E. McClure, Statistical methods for tomographic image reconstruction (1987).
 /// Thread:  owner.   RT: no bound worth naming (some ms); allocates only in the constructor.
 class ImageTurn {
  public:
@@ -35,6 +36,7 @@ class ImageTurn {
     Luma older, newer;
   };
   double fov_y_rad_;
+  std::uint32_t width_ = 0, height_ = 0;  // of the last picture
   Level fine_, coarse_;
 };
 
