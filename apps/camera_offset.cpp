@@ -19,7 +19,8 @@ constexpr double kLeastRate_radps = 0.03;         // RMS about each axis
 constexpr double kLeastExplained = 0.6;           // of the pictures' turns, by the gyro
 constexpr double kCoarse_ms = 2, kFine_ms = 0.5;  // steps of the delay
 constexpr double kOutlier = 4;                    // RMS residuals
-constexpr double kLongestGap_s = 0.2;             // of an IMU, and between pictures
+constexpr double kLongestGap_s = 0.012;           // of an IMU: in a longer one the rate may have turned round
+constexpr double kLongestPair_s = 0.2;            // of an IMU, and between pictures
 constexpr double kRad = math::kPi / 180;
 
 }  // namespace
@@ -37,28 +38,31 @@ struct CameraOffset::Fit {
 
 void CameraOffset::add(const msg::ImuSample& s) {
   const Vec3 rate(s.gyro_radps);
-  if (!turned_.empty() && s.stamp <= turned_.back().at) return;
-  Vec3 angle;
-  if (!turned_.empty())
-    angle = turned_.back().angle_rad + 0.5 * msg::seconds(s.stamp - turned_.back().at) * (last_radps_ + rate);
-  turned_.push_back({s.stamp, angle});
+  Turned next{s.stamp, {}, 0};
+  if (!turned_.empty()) {
+    const Turned& before = turned_.back();
+    const double dt = msg::seconds(s.stamp - before.at);
+    if (dt <= 0) return;
+    next.angle_rad = before.angle_rad + 0.5 * dt * (last_radps_ + rate);
+    next.stretch = before.stretch + (dt > kLongestGap_s ? 1 : 0);
+  }
+  turned_.push_back(next);
   last_radps_ = rate;
 }
 
 void CameraOffset::add(msg::Time older, msg::Time newer, const Vec3& rotation_rad) {
   const double dt = msg::seconds(newer - older);
-  if (dt > 0 && dt < kLongestGap_s) pairs_.push_back({older, newer, rotation_rad});
+  if (dt > 0 && dt < kLongestPair_s) pairs_.push_back({older, newer, rotation_rad});
 }
 
-std::optional<Vec3> CameraOffset::turned_by(double at_ns) const {
+std::optional<CameraOffset::Turned> CameraOffset::turned_by(double at_ns) const {
   const auto after = std::lower_bound(turned_.begin(), turned_.end(), at_ns,
                                       [](const Turned& t, double ns) { return static_cast<double>(t.at.ns) < ns; });
   if (after == turned_.begin() || after == turned_.end()) return std::nullopt;
   const Turned &a = *(after - 1), &b = *after;
-  const double length = static_cast<double>((b.at - a.at).count());
-  if (length > kLongestGap_s * 1e9) return std::nullopt;
-  const double share = (at_ns - static_cast<double>(a.at.ns)) / length;
-  return a.angle_rad + share * (b.angle_rad - a.angle_rad);
+  if (a.stretch != b.stretch) return std::nullopt;
+  const double share = (at_ns - static_cast<double>(a.at.ns)) / static_cast<double>((b.at - a.at).count());
+  return Turned{{static_cast<std::int64_t>(at_ns)}, a.angle_rad + share * (b.angle_rad - a.angle_rad), a.stretch};
 }
 
 CameraOffset::Fit CameraOffset::fit(const std::vector<Pair>& pairs, const Quat& q, double offset_ms) const {
@@ -71,8 +75,8 @@ CameraOffset::Fit CameraOffset::fit(const std::vector<Pair>& pairs, const Quat& 
     const Pair& p = pairs[i];
     const auto from = turned_by(static_cast<double>(p.older.ns) + 1e6 * offset_ms);
     const auto to = turned_by(static_cast<double>(p.newer.ns) + 1e6 * offset_ms);
-    if (!from || !to) continue;
-    const Vec3 by = q.conjugate().rotate(*to - *from);
+    if (!from || !to || from->stretch != to->stretch) continue;
+    const Vec3 by = q.conjugate().rotate(to->angle_rad - from->angle_rad);
     const double dt = msg::seconds(p.newer - p.older);
     rows[i] = {by.x, by.y, by.z, dt};
     f.residual[i] = 0;
@@ -124,21 +128,22 @@ double CameraOffset::best_offset_ms(const std::vector<Pair>& pairs, const Quat& 
   return bend > 0 ? best + std::clamp(0.5 * (a - c) / bend, -1.0, 1.0) * kFine_ms : best;
 }
 
-/// Those whose whole search range the IMU covers, so that every delay is judged by the same ones.
+/// Those whose whole search range the IMU covers without a gap, so that every delay is judged by the same ones.
 std::vector<CameraOffset::Pair> CameraOffset::usable() const {
   std::vector<Pair> kept;
-  for (const Pair& p : pairs_)
-    if (turned_by(static_cast<double>(p.older.ns) - 1e6 * kMostOffset_ms) &&
-        turned_by(static_cast<double>(p.newer.ns) + 1e6 * kMostOffset_ms))
-      kept.push_back(p);
+  for (const Pair& p : pairs_) {
+    const auto from = turned_by(static_cast<double>(p.older.ns) - 1e6 * kMostOffset_ms);
+    const auto to = turned_by(static_cast<double>(p.newer.ns) + 1e6 * kMostOffset_ms);
+    if (from && to && from->stretch == to->stretch) kept.push_back(p);
+  }
   return kept;
 }
 
 std::optional<CameraOffset::Result> CameraOffset::solve(const Quat& q_nominal, std::string& why) const {
   std::vector<Pair> pairs = usable();
   if (pairs.size() < kFewestPairs) {
-    why =
-        fmt::format("only {} pairs of pictures with gyro rates around them, {} are needed", pairs.size(), kFewestPairs);
+    why = fmt::format("only {} pairs of pictures with gyro rates around them without a gap, {} are needed",
+                      pairs.size(), kFewestPairs);
     return std::nullopt;
   }
   Result r;

@@ -45,14 +45,15 @@ class CameraOffset {
  private:
   struct Turned {
     msg::Time at;
-    math::Vec3 angle_rad;  // integrated gyro since the first sample, IMU frame
+    math::Vec3 angle_rad;       // integrated gyro since the first sample, IMU frame
+    std::uint32_t stretch = 0;  // without a gap
   };
   struct Pair {
     msg::Time older, newer;
     math::Vec3 rotation_rad;
   };
   struct Fit;
-  std::optional<math::Vec3> turned_by(double at_ns) const;
+  std::optional<Turned> turned_by(double at_ns) const;
   Fit fit(const std::vector<Pair>& pairs, const math::Quat& q, double offset_ms) const;
   double best_offset_ms(const std::vector<Pair>& pairs, const math::Quat& q) const;
   std::vector<Pair> usable() const;

@@ -30,7 +30,7 @@ struct Settings {
   std::string report;
   std::string can, iio, v4l2, unplug;
   double camera_late_ms = 0;
-  std::string camera_turned;
+  std::string camera_turned, gyro_bias;
   std::vector<std::string> servos;
   bool alone = false;
 };
@@ -53,11 +53,20 @@ std::string check_stretch(const std::string& text) {
   return "'" + text + "' is not FROM+LENGTH in seconds, e.g. 5+3";
 }
 
+bool three(const std::string& text, double& x, double& y, double& z) {
+  char rest = 0;
+  return std::sscanf(text.c_str(), "%lf,%lf,%lf%c", &x, &y, &z, &rest) == 3;
+}
+
+std::string check_three(const std::string& text) {
+  double x = 0, y = 0, z = 0;
+  return three(text, x, y, z) && x * x + y * y + z * z <= 1e4 ? "" : "'" + text + "' is not X,Y,Z";
+}
+
 /// "1.5,-2,0"; an empty text when it is one.
 std::string check_turn(const std::string& text) {
   double x = 0, y = 0, z = 0;
-  char rest = 0;
-  if (std::sscanf(text.c_str(), "%lf,%lf,%lf%c", &x, &y, &z, &rest) == 3 && x * x + y * y + z * z <= 900) return "";
+  if (three(text, x, y, z) && x * x + y * y + z * z <= 900) return "";
   return "'" + text + "' is not RIGHT,DOWN,FORWARD in degrees, at most 30 together";
 }
 
@@ -105,10 +114,15 @@ void describe(CLI::App& app, Settings& s) {
   app.add_flag("--list-faults", s.list_faults,
                "print every device with every kind, and why those that are none are none");
   app.add_option("--can", s.can, "real time: drives on this CAN bus move the joints: TRANSPORT:ADDRESS, e.g. udp:7");
-  app.add_option("--servo", s.servos, "the drive of the next joint: cia402:ID, cybergear:ID or mit:ID:MOTOR")
+  app.add_option("--servo", s.servos,
+                 "the drive of the next joint: cia402:ID, cybergear:ID or mit:ID:MOTOR, with @RAD behind it for a zero "
+                 "that is off")
       ->allow_extra_args(false)
       ->needs("--can");
   app.add_option("--iio", s.iio, "real time: the IMU also as the kernel's IIO would show it, under this folder");
+  app.add_option("--gyro-bias", s.gyro_bias, "on top of the --iio IMU's own errors: X,Y,Z in rad/s")
+      ->check(check_three)
+      ->needs("--iio");
   auto* v4l2 = app.add_option(
       "--v4l2", s.v4l2,
       "real time: the camera also as the V4L2 device /dev/video0 under this folder (a robot's key root)");
@@ -258,6 +272,7 @@ bool open_wire(const Settings& s, hal::Os& os, plant::WireDevices& wire) {
     (*tree)->attach(std::move(*pipe));
     wire.add_imu(std::move(*tree));
   }
+  if (msg::Vec3 bias; three(s.gyro_bias, bias.x, bias.y, bias.z)) wire.add_gyro_bias(bias);
   if (s.v4l2.empty()) return true;
   hal::V4l2SourceSpec spec;
   spec.root = s.v4l2;
@@ -341,8 +356,7 @@ int main(int argc, char** argv) {
   std::sscanf(s.camera.c_str(), "%ux%u", &s.view.width, &s.view.height);
   s.view.format = format_of(s.format);
   math::Vec3& turned = s.view.turned_rad;
-  if (std::sscanf(s.camera_turned.c_str(), "%lf,%lf,%lf", &turned.x, &turned.y, &turned.z) == 3)
-    turned *= math::kPi / 180;
+  if (three(s.camera_turned, turned.x, turned.y, turned.z)) turned *= math::kPi / 180;
   s.view.world = s.session.world.kind = plant::find_world(s.world).value_or(plant::WorldKind::quad);
   if (app.count("--seed") > 0) s.session.seed = s.seed;
   if (s.lockstep) s.session.only = sim_hil::Mode::lockstep;

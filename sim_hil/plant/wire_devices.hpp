@@ -13,11 +13,12 @@
 namespace sinew::plant {
 
 /// The drive of one joint: "cia402:1", "mit:2:ak80_9" (with the type of the motor), "cybergear:3". The number is its
-/// node id on the bus.
+/// node id on the bus; "@0.2" behind it all: it reads 0.2 rad more than the joint stands at.
 struct WireServo {
   enum class Protocol : std::uint8_t { cia402, mit, cybergear } protocol = Protocol::cia402;
   std::uint32_t id = 1;
   std::string motor;  // mit
+  double zero_rad = 0;
 };
 /// Nothing: `why` says what is allowed.
 std::optional<WireServo> parse_wire_servo(const std::string& text, std::string& why);
@@ -46,7 +47,9 @@ class WireDevices {
   void add_imu(std::unique_ptr<sim_hil::IioTree> tree) { imu_ = std::move(tree); }
 
   void add_camera(std::unique_ptr<WireCamera> camera) { camera_ = std::move(camera); }
-  /// Its driver's stamps are late by so much.
+  /// The IMU's rates are off by so much, besides the world's own errors.
+  void add_gyro_bias(const msg::Vec3& radps) { gyro_bias_radps_ = radps; }
+  /// The camera driver's stamps are late by so much.
   void delay_stamps(hal::Duration late) { late_ = late; }
   hal::Duration stamps_late() const { return late_; }
   /// Its plug is out from one moment of plant time to another.
@@ -71,6 +74,7 @@ class WireDevices {
   hal::Time out_from_ = hal::kNever, out_until_ = hal::kNever;
   bool plugged_ = true;
   hal::Duration late_{0};
+  msg::Vec3 gyro_bias_radps_;
 };
 
 }  // namespace sinew::plant

@@ -32,12 +32,16 @@ struct Turned {
             swing_radps.y * (std::sin(2.9 * t + 2 * p) + 0.5 * std::cos(4.1 * t + p)),
             swing_radps.z * (std::cos(1.7 * t + 3 * p) + 0.5 * std::sin(6.1 * t + 1))};
   }
+  std::vector<double> gaps_s{};  // from these moments on 50 ms of the IMU are missing
+
   CameraOffset measured() const {
     CameraOffset offset;
     math::Random noise(seed, 7);
     const Vec3 bias{0.01, -0.006, 0.012};
     const Quat q = kNominal * Quat::exp(kDeg * mount_deg);
     for (int i = 0; i < 1000 * (seconds + 1); ++i) {
+      if (std::any_of(gaps_s.begin(), gaps_s.end(), [&](double g) { return 1e-3 * i > g && 1e-3 * i < g + 0.05; }))
+        continue;
       msg::ImuSample s;
       s.stamp = msg::Time{1'000'000'000} + std::chrono::microseconds(1000 * i);
       const Vec3 w = rate(1e-3 * i) + bias + gyro_noise * Vec3{noise.normal(), noise.normal(), noise.normal()};
@@ -120,6 +124,16 @@ TEST(CameraOffset, TooLittleOfItIsRefused) {
   EXPECT_FALSE((Turned{.seconds = 2}.measured().solve(kNominal, why)));
   EXPECT_THAT(why, HasSubstr("100 are needed"));
   EXPECT_FALSE(CameraOffset().solve(kNominal, why));
+}
+
+TEST(CameraOffset, GapsOfTheImuAreLeftOut) {
+  std::string why;
+  const auto found = Turned{.late_ms = 20, .gaps_s = {2, 5, 9.5, 14}}.measured().solve(kNominal, why);
+  const auto whole = Turned{.late_ms = 20}.measured().solve(kNominal, why);
+  ASSERT_TRUE(found && whole) << why;
+  EXPECT_LT(found->pairs, whole->pairs - 20);
+  EXPECT_NEAR(found->time_offset_ms, -20, 1);
+  EXPECT_LT(found->residual_radps, 1.1 * whole->residual_radps);
 }
 
 TEST(CameraOffset, AFewWrongTurnsDoNoHarm) {
