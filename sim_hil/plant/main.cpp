@@ -130,7 +130,7 @@ void describe(CLI::App& app, Settings& s) {
       ->check(check_stretch)
       ->needs(v4l2);
   app.add_option("--camera-late", s.camera_late_ms, "the stamps of the --v4l2 camera are late by so many ms")
-      ->check(CLI::Range(-100.0, 100.0))
+      ->check(CLI::Range(-100.0, 20.0))  // it is here after 25 ms, and the driver believes no stamp of the future
       ->needs(v4l2);
   app.add_option("--camera-turned", s.camera_turned,
                  "how the camera is mounted off its place: deg about its right, down and forward axis, e.g. 1.5,-2,0")
