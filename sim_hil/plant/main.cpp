@@ -12,6 +12,7 @@
 #include "hal/linux/v4l2_source.hpp"
 #include "sim_hil/plant/render_test.hpp"
 #include "sim_hil/plant/session.hpp"
+#include "sim_hil/plant/wire_options.hpp"
 #include "sim_hil/plant/wire_run.hpp"
 
 namespace {
@@ -28,10 +29,7 @@ struct Settings {
   std::uint64_t seed = 0;
   std::vector<std::string> faults;
   std::string report;
-  std::string can, iio, v4l2, unplug;
-  double camera_late_ms = 0;
-  std::string camera_turned, gyro_bias;
-  std::vector<std::string> servos;
+  plant::WireOptions wire;
   bool alone = false;
 };
 
@@ -43,31 +41,6 @@ std::string check_size(const std::string& text) {
       h <= msg::kMaxImageHeight && w % 2 == 0)
     return "";
   return "'" + text + "' is not WIDTHxHEIGHT with an even width of 16..1280 and a height of 16..960";
-}
-
-/// "5+3": from second 5 for 3 s; an empty text when it is such a time.
-std::string check_stretch(const std::string& text) {
-  double from = 0, length = 0;
-  char rest = 0;
-  if (std::sscanf(text.c_str(), "%lf+%lf%c", &from, &length, &rest) == 2 && from >= 0 && length > 0) return "";
-  return "'" + text + "' is not FROM+LENGTH in seconds, e.g. 5+3";
-}
-
-bool three(const std::string& text, double& x, double& y, double& z) {
-  char rest = 0;
-  return std::sscanf(text.c_str(), "%lf,%lf,%lf%c", &x, &y, &z, &rest) == 3;
-}
-
-std::string check_three(const std::string& text) {
-  double x = 0, y = 0, z = 0;
-  return three(text, x, y, z) && x * x + y * y + z * z <= 1e4 ? "" : "'" + text + "' is not X,Y,Z";
-}
-
-/// "1.5,-2,0"; an empty text when it is one.
-std::string check_turn(const std::string& text) {
-  double x = 0, y = 0, z = 0;
-  if (three(text, x, y, z) && x * x + y * y + z * z <= 900) return "";
-  return "'" + text + "' is not RIGHT,DOWN,FORWARD in degrees, at most 30 together";
 }
 
 msg::PixelFormat format_of(const std::string& name) {
@@ -113,28 +86,7 @@ void describe(CLI::App& app, Settings& s) {
       ->allow_extra_args(false);
   app.add_flag("--list-faults", s.list_faults,
                "print every device with every kind, and why those that are none are none");
-  app.add_option("--can", s.can, "real time: drives on this CAN bus move the joints: TRANSPORT:ADDRESS, e.g. udp:7");
-  app.add_option("--servo", s.servos,
-                 "the drive of the next joint: cia402:ID, cybergear:ID or mit:ID:MOTOR, with @RAD behind it for a zero "
-                 "that is off")
-      ->allow_extra_args(false)
-      ->needs("--can");
-  app.add_option("--iio", s.iio, "real time: the IMU also as the kernel's IIO would show it, under this folder");
-  app.add_option("--gyro-bias", s.gyro_bias, "on top of the --iio IMU's own errors: X,Y,Z in rad/s")
-      ->check(check_three)
-      ->needs("--iio");
-  auto* v4l2 = app.add_option(
-      "--v4l2", s.v4l2,
-      "real time: the camera also as the V4L2 device /dev/video0 under this folder (a robot's key root)");
-  app.add_option("--unplug-camera", s.unplug, "the plug of the --v4l2 camera is out: FROM+LENGTH in s of plant time")
-      ->check(check_stretch)
-      ->needs(v4l2);
-  app.add_option("--camera-late", s.camera_late_ms, "the stamps of the --v4l2 camera are late by so many ms")
-      ->check(CLI::Range(-100.0, 20.0))  // it is here after 25 ms, and the driver believes no stamp of the future
-      ->needs(v4l2);
-  app.add_option("--camera-turned", s.camera_turned,
-                 "how the camera is mounted off its place: deg about its right, down and forward axis, e.g. 1.5,-2,0")
-      ->check(check_turn);
+  s.wire.describe(app);
   app.add_flag(
       "--alone", s.alone,
       "real time: no runtime connects; the world begins at once, with its devices at the wire, until --duration "
@@ -243,26 +195,27 @@ class VideoNode final : public plant::WireCamera {
 /// False after it was said why.
 bool open_wire(const Settings& s, hal::Os& os, plant::WireDevices& wire) {
   std::string why;
-  if (!s.can.empty()) {
+  if (!s.wire.can.empty()) {
     std::vector<plant::WireServo> servos;
-    for (const std::string& text : s.servos) {
+    for (const std::string& text : s.wire.servos) {
       const auto servo = plant::parse_wire_servo(text, why);
       if (!servo) return std::fprintf(stderr, "sinew-sim: --servo: %s\n", why.c_str()), false;
       servos.push_back(*servo);
     }
-    const auto colon = s.can.find(':');
-    const hal::CanSpec spec{s.can.substr(0, colon), colon == std::string::npos ? "" : s.can.substr(colon + 1)};
+    const auto colon = s.wire.can.find(':');
+    const hal::CanSpec spec{s.wire.can.substr(0, colon),
+                            colon == std::string::npos ? "" : s.wire.can.substr(colon + 1)};
     auto watch = hal::FdWatch::start(os, {"sim_devices", 0, {}, std::size_t{64} * 1024, 0});
     if (!watch) return std::fprintf(stderr, "sinew-sim: --can: no thread\n"), false;
     auto bus = hal::open_can(spec, os, *watch, why);
     if (!bus) return std::fprintf(stderr, "sinew-sim: --can: %s\n", why.c_str()), false;
     wire.add_servos(std::move(*bus), std::move(servos));
   }
-  if (!s.iio.empty()) {
+  if (!s.wire.iio.empty()) {
     sim_hil::IioTreeSpec spec;
-    spec.root = s.iio;
+    spec.root = s.wire.iio;
     auto tree = sim_hil::IioTree::make(spec);
-    if (!tree) return std::fprintf(stderr, "sinew-sim: --iio %s: cannot be made\n", s.iio.c_str()), false;
+    if (!tree) return std::fprintf(stderr, "sinew-sim: --iio %s: cannot be made\n", s.wire.iio.c_str()), false;
     auto pipe = hal::make_pipe((*tree)->buffer_path());
     if (!pipe) {
       std::fprintf(stderr, "sinew-sim: --iio %s: %s\n", (*tree)->buffer_path().c_str(),
@@ -272,10 +225,10 @@ bool open_wire(const Settings& s, hal::Os& os, plant::WireDevices& wire) {
     (*tree)->attach(std::move(*pipe));
     wire.add_imu(std::move(*tree));
   }
-  if (msg::Vec3 bias; three(s.gyro_bias, bias.x, bias.y, bias.z)) wire.add_gyro_bias(bias);
-  if (s.v4l2.empty()) return true;
+  wire.add_gyro_bias(s.wire.gyro_bias_radps());
+  if (s.wire.v4l2.empty()) return true;
   hal::V4l2SourceSpec spec;
-  spec.root = s.v4l2;
+  spec.root = s.wire.v4l2;
   spec.format = s.view.format, spec.width = s.view.width, spec.height = s.view.height;
   spec.rate_hz = plant::kCameraHz;
   hal::ThreadOptions thread;
@@ -284,10 +237,9 @@ bool open_wire(const Settings& s, hal::Os& os, plant::WireDevices& wire) {
   auto source = hal::V4l2Source::open(os, spec, thread, why);
   if (!source) return std::fprintf(stderr, "sinew-sim: --v4l2: %s\n", why.c_str()), false;
   wire.add_camera(std::make_unique<VideoNode>(std::move(*source)));
-  wire.delay_stamps(hal::Duration{static_cast<std::int64_t>(1e6 * s.camera_late_ms)});
-  double from = 0, length = 0;
-  if (std::sscanf(s.unplug.c_str(), "%lf+%lf", &from, &length) == 2)
-    wire.unplug_camera(plant_time(from), plant_time(from + length));
+  wire.delay_stamps(hal::Duration{static_cast<std::int64_t>(1e6 * s.wire.camera_late_ms)});
+  if (double from = 0, until = 0; s.wire.unplugged(from, until))
+    wire.unplug_camera(plant_time(from), plant_time(until));
   return true;
 }
 
@@ -311,7 +263,7 @@ int serve(Settings& s) {
   plant::WireDevices wire;
   if (!open_wire(s, os, wire)) return 1;
   if (s.alone) return run_alone(s, os, wire);
-  if (!s.can.empty() || !s.iio.empty() || !s.v4l2.empty()) s.session.wire = &wire;
+  if (s.wire.any()) s.session.wire = &wire;
   auto listener = hal::listen_stream(s.listen);
   if (!listener) return fail("cannot listen on " + s.listen, listener.error());
   // The door first: a stop line does not wait for pixels.
@@ -355,8 +307,7 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   std::sscanf(s.camera.c_str(), "%ux%u", &s.view.width, &s.view.height);
   s.view.format = format_of(s.format);
-  math::Vec3& turned = s.view.turned_rad;
-  if (three(s.camera_turned, turned.x, turned.y, turned.z)) turned *= math::kPi / 180;
+  s.view.turned_rad = s.wire.camera_turned_rad();
   s.view.world = s.session.world.kind = plant::find_world(s.world).value_or(plant::WorldKind::quad);
   if (app.count("--seed") > 0) s.session.seed = s.seed;
   if (s.lockstep) s.session.only = sim_hil::Mode::lockstep;
