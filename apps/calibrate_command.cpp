@@ -1,129 +1,16 @@
-// calibrate imu, joint: measures what one robot differs in, and keeps it in its calibration file.
+// calibrate imu, joint, camera-offset: measures what one robot differs in, and keeps it in its calibration file.
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
 #include <iostream>
-#include <iterator>
 
-#include "apps/calibration.hpp"
-#include "apps/commands.hpp"
+#include "apps/calibration_bench.hpp"
 #include "apps/imu_rest.hpp"
-#include "apps/linux_board.hpp"
 #include "apps/number_check.hpp"
-#include "hal/linux/os.hpp"
-#include "hal/linux/process.hpp"
 
 namespace sinew::app {
 namespace {
-
-using namespace std::chrono_literals;
-
-struct CalibrateOptions {
-  std::string robot, device, joint, file;
-  double seconds = 5, gravity_mps2 = 9.80665, at_rad = 0;
-  bool six = false, dry = false;
-};
-
-constexpr hal::Duration kSilent = 2s;  // a device that says nothing for so long is given up
-
-/// The robot file, its board, and the calibration that is there already.
-class Bench {
- public:
-  /// False after the reason was printed. `factory`: the device is opened without these keys of its table.
-  bool open(const CalibrateOptions& o, const std::vector<std::string>& factory) {
-    LoadedRobot loaded = load_robot(o.robot);
-    for (const auto& p : loaded.problems) std::fprintf(stderr, "%s\n", rt::to_string(p, o.robot).c_str());
-    if (!loaded.problems.empty()) return false;
-    robot = std::move(loaded.robot);
-    path = !o.file.empty() ? o.file : calibration_path(robot);
-    if (path.empty() && !o.dry)
-      return fail(o.robot + ": robot.calibration names no file; write it there, or say --file FILE"), false;
-    if (!read_old()) return false;
-    std::vector<rt::Problem> problems = apply_keys();
-    for (auto& device : robot.devices.devices)
-      if (device.name == o.device)
-        for (const std::string& key : factory) device.keys.erase(key);
-    for (auto& p : check_linux_devices(robot)) problems.push_back(std::move(p));
-    for (const auto& p : problems) std::fprintf(stderr, "%s\n", rt::to_string(p, o.robot).c_str());
-    if (!problems.empty()) return false;
-    std::string why;
-    auto real = LinuxBoard::open(robot, hal::linux_os(), why);
-    if (!real) return fail(why), false;
-    board = std::move(*real);
-    return true;
-  }
-
-  void set(const std::string& device, const std::string& joint, const std::string& key, double value) {
-    std::erase_if(old.keys,
-                  [&](const CalibratedKey& k) { return k.device == device && k.joint == joint && k.key == key; });
-    old.keys.push_back({device, joint, key, value, 0});
-  }
-
-  /// Another file takes the place of the old one in one piece.
-  int write(bool dry) const {
-    const std::string text = calibration_text(robot.graph.robot, old);
-    if (dry) return std::fputs(text.c_str(), stdout), kDone;
-    const std::string fresh = path + ".new";
-    std::ofstream out(fresh, std::ios::binary);
-    out << text;
-    out.close();
-    std::error_code error;
-    if (out) std::filesystem::rename(fresh, path, error);
-    if (!out || error) return fail(path + ": cannot be written", kFailed);
-    std::printf("written: %s\n", path.c_str());
-    return kDone;
-  }
-
-  RobotFile robot;
-  std::string path;
-  Calibration old;
-  std::unique_ptr<LinuxBoard> board;
-
- private:
-  bool read_old() {
-    std::ifstream in(path, std::ios::binary);
-    if (!in) return true;  // the first one
-    const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-    old = parse_calibration(text, path);
-    for (const auto& p : old.problems) std::fprintf(stderr, "%s\n", rt::to_string(p, path).c_str());
-    return old.problems.empty();
-  }
-  std::vector<rt::Problem> apply_keys() {
-    Calibration keys = old;
-    keys.params = {};  // modules are not run here
-    return apply_calibration(keys, rt::ModuleTypes{}, robot);
-  }
-};
-
-/// Reads a sensor for so long; false when it stayed silent, failed, or a signal ended it, after that was said.
-template <class M, class Each>
-bool read_for(hal::Sensor<M>& sensor, hal::Duration length, const std::string& name, const Each& each) {
-  hal::Os& os = hal::linux_os();
-  const hal::Time begin = os.now();
-  hal::Time last = begin;
-  std::size_t failed = 0;
-  while (os.now() - begin < length || last == begin) {
-    if (hal::stop_requested()) return fail("ended by a signal", kFailed), false;
-    M sample;
-    const auto got = sensor.read(sample);
-    if (got && *got) {
-      last = os.now();
-      each(sample);
-      continue;
-    }
-    if (!got) ++failed;
-    if (os.now() - last > kSilent)
-      return fail(fmt::format("device '{}': nothing came for {} s{}", name, kSilent.count() / 1'000'000'000,
-                              failed ? fmt::format(", {} reads failed", failed) : ""),
-                  kFailed),
-             false;
-    os.sleep_until(os.now() + 1ms);
-  }
-  return true;
-}
 
 bool rest_for(hal::Imu& imu, const CalibrateOptions& o, ImuRest& rest) {
   const auto length = hal::Duration{static_cast<std::int64_t>(o.seconds * 1e9)};
@@ -144,7 +31,7 @@ std::vector<std::string> imu_keys() {
 }
 
 int calibrate_imu(const CalibrateOptions& o) {
-  Bench bench;
+  CalibrationBench bench;
   if (!bench.open(o, imu_keys())) return kNotBegun;
   auto imu = bench.board->board().sensor<msg::ImuSample>(o.device);
   if (!imu) return fail(bench.board->problem());
@@ -185,7 +72,7 @@ int calibrate_imu(const CalibrateOptions& o) {
 }
 
 int calibrate_joint(const CalibrateOptions& o) {
-  Bench bench;
+  CalibrationBench bench;
   if (!bench.open(o, {})) return kNotBegun;
   const drivers::DeviceSpec* group = nullptr;
   for (const auto& d : bench.robot.devices.devices)
@@ -222,13 +109,16 @@ int calibrate_joint(const CalibrateOptions& o) {
 }
 
 CLI::App& calibrate(CLI::App& parent, CommandContext& context, const char* name, const char* text,
-                    int (*run)(const CalibrateOptions&), const std::shared_ptr<CalibrateOptions>& o) {
+                    const std::function<int(const CalibrateOptions&)>& run,
+                    const std::shared_ptr<CalibrateOptions>& o) {
   CLI::App& app = *parent.add_subcommand(name, text);
   app.add_option("robot", o->robot, "robot file; the robot is not running")->required()->type_name(kRobotFileHint);
   app.add_option("--seconds", o->seconds, "how long it is measured (each time)")
       ->check(number(0.1, 3600))
       ->type_name("S");
   app.add_option("--file", o->file, "calibration file; default: robot.calibration")->type_name(kFileHint);
+  app.add_option("--set", o->set, "device.NAME.KEY=VALUE or bus.NAME.KEY=VALUE, for this time; may be repeated")
+      ->allow_extra_args(false);
   app.add_flag("--dry", o->dry, "print what would be written");
   app.callback([&context, o, run] { context.action = [o, run] { return run(*o); }; });
   return app;
@@ -254,6 +144,24 @@ void add_calibrate_command(CLI::App& app, CommandContext& context) {
   joint.add_option("--device", joint_options->device, "the actuator group")->required();
   joint.add_option("--joint", joint_options->joint, "its joint")->required();
   joint.add_option("--at", joint_options->at_rad, "where it stands, rad")->check(number(-1000, 1000))->type_name("RAD");
+
+  const auto camera_options = std::make_shared<CalibrateOptions>();
+  camera_options->device = "imu";
+  camera_options->seconds = 20;
+  CLI::App& camera = calibrate(
+      parent, context, "camera-offset",
+      "a camera's delay and mount against the IMU, while you turn the robot about all axes",
+      [&types = context.types](const CalibrateOptions& o) { return calibrate_camera_offset(o, types); },
+      camera_options);
+  camera.add_option("--camera", camera_options->camera, "which camera")->capture_default_str();
+  camera.add_option("--device", camera_options->device, "which IMU")->capture_default_str();
+  camera.add_option("--mount", camera_options->mount,
+                    "the module whose camera_qw, camera_qx, camera_qy, camera_qz say how the camera is mounted");
+  camera
+      .add_option("--fov", camera_options->fov_y_deg,
+                  "of the camera from top to bottom, deg; default: fov_y_rad of a module")
+      ->check(number(5, 150))
+      ->type_name("DEG");
 }
 
 }  // namespace sinew::app

@@ -55,7 +55,9 @@ void HeadFollower::declare(rt::Declaration& d) {
   seconds("coast_s", p.coast_s, 60, "unseen for longer: search");
   seconds("blind_s", p.blind_s, 60, "without a picture for longer: hold");
   speed("scan_radps", p.scan_radps, "of the search");
-  angle("scan_reach_rad", p.scan_reach_rad, "of the search, to both sides");
+  angle("scan_reach_rad", p.scan_reach_rad, "of the search, to both sides at most");
+  d.param("view_rad", p.view_rad,
+          {.unit = "rad", .min = 0.01, .max = 1.5, .doc = "half the picture's width, with the whole ball in it"});
   speed("turn_radps", p.turn_radps, "of the aim when it is not the ball's");
   const rt::ParamOptions turn{.unit = "1", .min = -1, .max = 1, .doc = "unit quaternion, optical frame to head"};
   d.param("camera_qw", p.q_head_optical.w, turn);

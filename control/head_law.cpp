@@ -1,5 +1,7 @@
 #include "control/head_law.hpp"
 
+#include <algorithm>
+
 #include "control/limits.hpp"
 
 namespace sinew::control {
@@ -46,9 +48,34 @@ void HeadLaw::enter(HeadMode mode, msg::Time now) {
   if (state_.mode == mode) return;
   state_.mode = mode;
   state_.mode_since = now;
-  if (mode != HeadMode::search || !track.exists()) return;
-  const double v = track.at(track.stamp()).azimuth_radps;
-  if (v != 0) scan_side_ = v > 0 ? 1 : -1;  // after it first
+  if (mode == HeadMode::search) begin_search(now);
+}
+
+void HeadLaw::begin_search(msg::Time now) {
+  scan_turns_ = 0;
+  if (!track.exists()) {  // it can be anywhere
+    scan_centre_ = {aim_.azimuth_rad, 0};
+    scan_swing_ = math::kPi;
+    return;
+  }
+  // It comes out again where it went in, or where its speed was taking it.
+  const BallTrack::Aim seen = track.at(track.stamp()), gone = track.at(now);
+  const double way = math::wrap_pi(gone.azimuth_rad - seen.azimuth_rad);
+  scan_centre_ = {math::wrap_pi(seen.azimuth_rad + 0.5 * way), 0.5 * (seen.elevation_rad + gone.elevation_rad)};
+  scan_swing_ = std::max(params.view_rad - 0.5 * math::fabs(way), 0.25 * params.view_rad);
+  if (seen.azimuth_radps != 0) scan_side_ = seen.azimuth_radps > 0 ? 1 : -1;  // after it first
+}
+
+void HeadLaw::search(double forward_rad, double dt_s) {
+  const double from_centre = math::wrap_pi(aim_.azimuth_rad - scan_centre_.azimuth_rad);
+  const double from_forward = math::wrap_pi(aim_.azimuth_rad - forward_rad);
+  if (scan_side_ * from_centre > scan_swing_ || scan_side_ * from_forward > params.scan_reach_rad) {
+    scan_side_ = -scan_side_;
+    if (++scan_turns_ % 2 == 0) scan_swing_ = clamp(scan_swing_ + params.view_rad, 0, math::kPi);
+  }
+  aim_.azimuth_rad = math::wrap_pi(aim_.azimuth_rad + scan_side_ * params.scan_radps * dt_s);
+  const double elevation = scan_turns_ < 2 ? scan_centre_.elevation_rad : 0;
+  aim_.elevation_rad = towards(aim_.elevation_rad, elevation, params.turn_radps * dt_s);
 }
 
 void HeadLaw::choose_mode(msg::Time now) {
@@ -78,14 +105,9 @@ void HeadLaw::move_aim(msg::Time at, double forward_rad, double dt_s) {
       state_.ball_elevation_radps = ball.elevation_radps;
       break;
     }
-    case HeadMode::search: {
-      const double side = math::wrap_pi(aim_.azimuth_rad - forward_rad);
-      if (side > params.scan_reach_rad) scan_side_ = -1;
-      if (side < -params.scan_reach_rad) scan_side_ = 1;
-      aim_.azimuth_rad = math::wrap_pi(aim_.azimuth_rad + scan_side_ * params.scan_radps * dt_s);
-      aim_.elevation_rad = towards(aim_.elevation_rad, 0, turn);
+    case HeadMode::search:
+      search(forward_rad, dt_s);
       break;
-    }
     case HeadMode::hold: {
       const double side = math::wrap_pi(aim_.azimuth_rad - forward_rad);
       aim_.azimuth_rad = math::wrap_pi(forward_rad + towards(side, 0, turn));

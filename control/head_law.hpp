@@ -19,7 +19,8 @@ struct HeadParams {
   double rate_smooth_s = 0.015;                     // of the base's angular rate
   double coast_s = 3.0;                             // unseen for longer: search
   double blind_s = 0.3;                             // no picture for longer: hold
-  double scan_radps = 0.7, scan_reach_rad = 0.8;    // of the search: speed, and how far to both sides
+  double scan_radps = 0.7, scan_reach_rad = 0.8;    // of the search: speed, and how far to both sides at most
+  double view_rad = 0.55;                           // half the picture's width, with the whole ball in it
   double turn_radps = 2.0;                          // of the aim, when it is not the ball's
   math::Quat q_head_optical{0.5, -0.5, 0.5, -0.5};  // optical frame to head: z to x, x to -y, y to -z
 };
@@ -30,6 +31,10 @@ struct HeadParams {
 /// What is wanted is a direction in a level frame (azimuth and elevation). Seen from the base as it will be one servo
 /// lag ahead, it gives pan and tilt: the base's pitch and yaw are taken out, whatever their cause. Two joints cannot
 /// take out the roll about the direction in which they look: the picture's horizon leans as the base does across it.
+///
+/// What is lost from sight within the picture is behind something, and comes out beside it: where it went in, or where
+/// its speed was taking it. The search swings about the middle of these two places, first only so far that both stay in
+/// the picture, then wider by half a picture each time, until it sweeps all that the head may see.
 /// Frames:  head: x the way it looks, y left, z up at joint angles 0, as base; pan about z, then tilt about y (down is
 ///          positive). Level frame: the estimate's world.
 /// Thread:  owner.   RT: yes.
@@ -55,6 +60,8 @@ class HeadLaw {
   void choose_mode(msg::Time now);
   void enter(msg::HeadMode mode, msg::Time now);
   void move_aim(msg::Time at, double forward_rad, double dt_s);
+  void begin_search(msg::Time now);
+  void search(double forward_rad, double dt_s);
   void point(const math::Quat& q_level_base, double dt_s);
 
   PoseHistory history_;
@@ -63,7 +70,9 @@ class HeadLaw {
   std::array<double, 2> setpoint_{};
   math::Vec3 base_rate_radps_;
   msg::Time last_picture_;
-  double scan_side_ = 1;
+  Aim scan_centre_;
+  double scan_side_ = 1, scan_swing_ = 0;  // where it turns to; how far from the centre it turns round
+  std::int64_t scan_turns_ = 0;
   msg::FailsafeAction action_ = msg::FailsafeAction::none;
   std::uint32_t permitted_ = 1, armed_ = 0;
 };

@@ -70,10 +70,17 @@ void CameraSource::collect(rt::Time) noexcept {
   if (memory_ && collect_lent()) return;
   while (msg::Image* image = raw_.loan()) {
     const auto got = camera_->read(*image);
-    if (got && *got) continue;
+    if (got && *got) {
+      shift(*image);
+      continue;
+    }
     raw_.cancel();
     return;  // nothing is ready, or this frame is lost: the next cycle goes on
   }
+}
+
+void CameraSource::shift(msg::Image& image) const noexcept {
+  image.stamp = image.stamp + hal::Duration{static_cast<std::int64_t>(time_offset_ms_ * 1e6)};
 }
 
 /// What the camera has filled is published where it lies, and the camera gets other slots for it. False: pictures are
@@ -84,6 +91,7 @@ bool CameraSource::collect_lent() noexcept {
     const auto filled = memory_->take_filled();
     if (!filled) goes_on = filled.error().code != hal::Errc::not_supported;
     if (!filled || !*filled) break;
+    shift(**filled);
     static_cast<void>(raw_.publish(**filled));  // within the burst
   }
   while (msg::Image* image = goes_on ? raw_.hold() : nullptr) {

@@ -12,9 +12,10 @@ namespace sinew::drivers {
 /// topic's slot; where camera and driver can, the driver does (hal::CameraMemory): the source then lends the camera
 /// some slots for as long as it runs, and nothing copies a pixel. Of several frames that wait two come in one cycle,
 /// each a message of its own. Exposure and gain are parameters that reach the camera while it runs, where it has such
-/// controls (hal::CameraControls); the camera sets them on a thread of its own, some frames later. Thread:  executor.
-/// RT: yes. Errors:  configure: what opening the device says; not_supported when exposure or gain is given and the
-/// camera has no
+/// controls (hal::CameraControls); the camera sets them on a thread of its own, some frames later.
+/// Thread:  executor.   RT: yes.
+/// Stamps:  the device's, and `time_offset_ms` on top.
+/// Errors:  configure: what opening the device says; not_supported when exposure or gain is given and the camera has no
 ///          such control, bad_argument when it is out of the device's range, and when the camera's table demands lent
 ///          slots and they cannot be had. A later value that it cannot take changes
 ///          nothing. A frame that does not fit the topic's image capacity is lost and counted by the device.
@@ -25,6 +26,9 @@ class CameraSource final : public rt::DriverModule {
     d.param("device", device_name_, {.doc = "name of the device on the board"});
     d.param("exposure_us", exposure_us_,
             {.unit = "us", .min = 0, .max = 1e6, .doc = "exposure time; 0 leaves it to the camera"});
+    d.param(
+        "time_offset_ms", time_offset_ms_,
+        {.unit = "ms", .min = -200, .max = 200, .doc = "added to the device's stamps: sinew calibrate camera-offset"});
     d.param("gain", gain_, {.min = -1, .max = 1e6, .doc = "in the camera's own units; -1 leaves it as it is"});
   }
   hal::Status configure(rt::Setup& setup) override;
@@ -39,12 +43,13 @@ class CameraSource final : public rt::DriverModule {
   hal::Status find_memory(rt::Setup& setup);
   bool collect_lent() noexcept;
   void take_back() noexcept;
+  void shift(msg::Image& image) const noexcept;  // by time_offset_ms
   hal::Status find_controls(rt::Setup& setup);
   hal::Status set_exposure() noexcept;
 
   rt::Raw<msg::Image> raw_;
   std::string device_name_ = "camera";
-  double exposure_us_ = 0, gain_ = -1;
+  double exposure_us_ = 0, gain_ = -1, time_offset_ms_ = 0;
   hal::Camera* camera_ = nullptr;
   hal::CameraMemory* memory_ = nullptr;  // null: pictures are read()
   // What the camera was asked for last.

@@ -60,6 +60,7 @@ DeviceOpener read_v4l2(DeviceKeys& keys, const DeviceSpecs&) {
   using Memory = hal::CameraSpec::Memory;
   keys.read_choice<Memory>("memory", spec.memory,
                            {{"auto", Memory::automatic}, {"mmap", Memory::mapped}, {"userptr", Memory::lent}});
+  keys.read("root", spec.root, "a folder with dev/ of the machine");
   return [spec](DeviceContext& context, std::string& why) { return opened(context.connectors.v4l2_camera(spec, why)); };
 }
 

@@ -8,6 +8,7 @@
 #include "hal/linux/serial.hpp"
 #include "hal/linux/spi.hpp"
 #include "hal/linux/v4l2_camera.hpp"
+#include "hal/linux/v4l2_tree_port.hpp"
 
 namespace sinew::hal {
 
@@ -40,7 +41,9 @@ Result<std::unique_ptr<Imu>> LinuxConnectors::iio_imu(const IioSpec& spec, std::
   return open_iio_imu(os_, spec, why);
 }
 Result<std::unique_ptr<Camera>> LinuxConnectors::v4l2_camera(const CameraSpec& spec, std::string& why) {
-  auto camera = open_v4l2_camera(spec, os_, watch_, why);
+  std::unique_ptr<V4l2Port>* tree = spec.root == "/" ? nullptr : &trees_[spec.root];
+  if (tree && !*tree) *tree = std::make_unique<V4l2TreePort>(os_, spec.root);
+  auto camera = V4l2Camera::open(tree ? **tree : kernel_v4l2_port(), spec, os_, watch_, {}, why);
   if (!camera) return camera.error();
   return std::unique_ptr<Camera>(std::move(*camera));
 }

@@ -1,6 +1,9 @@
 #pragma once
+#include <map>
+
 #include "hal/connectors.hpp"
 #include "hal/linux/fd_watch.hpp"
+#include "hal/linux/v4l2_port.hpp"
 
 namespace sinew::hal {
 
@@ -23,6 +26,7 @@ class LinuxConnectors final : public Connectors {
   LinuxConnectors(Os& os, std::shared_ptr<FdWatch> watch) : os_(os), watch_(std::move(watch)) {}
   Os& os_;
   std::shared_ptr<FdWatch> watch_;
+  std::map<std::string, std::unique_ptr<V4l2Port>> trees_;  // simulated ones, by their folders
 };
 
 }  // namespace sinew::hal

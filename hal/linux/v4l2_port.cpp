@@ -17,27 +17,8 @@ namespace fs = std::filesystem;
 
 class KernelV4l2Port final : public V4l2Port {
  public:
-  std::vector<std::string> nodes() override {
-    std::vector<int> numbers;
-    for (const std::string& name : links("/dev")) {
-      int number = -1;
-      if (!name.starts_with("video")) continue;
-      const auto [end, wrong] = std::from_chars(name.data() + 5, name.data() + name.size(), number);
-      if (wrong == std::errc() && end == name.data() + name.size()) numbers.push_back(number);
-    }
-    std::sort(numbers.begin(), numbers.end());
-    std::vector<std::string> paths;
-    for (const int number : numbers) paths.push_back("/dev/video" + std::to_string(number));
-    return paths;
-  }
-  std::vector<std::string> links(const std::string& folder) override {
-    std::vector<std::string> names;
-    std::error_code none;  // a machine without cameras has no such folder
-    for (fs::directory_iterator at(folder, none), end; !none && at != end; at.increment(none))
-      names.push_back(at->path().filename().string());
-    std::sort(names.begin(), names.end());
-    return names;
-  }
+  std::vector<std::string> nodes() override { return v4l2_nodes(v4l2_names("/dev")); }
+  std::vector<std::string> links(const std::string& folder) override { return v4l2_names(folder); }
   int open(const std::string& path) override {
     const int fd = ::open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
     return fd >= 0 ? fd : -errno;
@@ -57,6 +38,29 @@ class KernelV4l2Port final : public V4l2Port {
 };
 
 }  // namespace
+
+std::vector<std::string> v4l2_names(const std::string& folder) {
+  std::vector<std::string> names;
+  std::error_code none;  // a machine without cameras has no such folder
+  for (fs::directory_iterator at(folder, none), end; !none && at != end; at.increment(none))
+    names.push_back(at->path().filename().string());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+std::vector<std::string> v4l2_nodes(const std::vector<std::string>& names) {
+  std::vector<int> numbers;
+  for (const std::string& name : names) {
+    int number = -1;
+    if (!name.starts_with("video")) continue;
+    const auto [end, wrong] = std::from_chars(name.data() + 5, name.data() + name.size(), number);
+    if (wrong == std::errc() && end == name.data() + name.size()) numbers.push_back(number);
+  }
+  std::sort(numbers.begin(), numbers.end());
+  std::vector<std::string> paths;
+  for (const int number : numbers) paths.push_back("/dev/video" + std::to_string(number));
+  return paths;
+}
 
 V4l2Port& kernel_v4l2_port() {
   static KernelV4l2Port port;

@@ -29,4 +29,9 @@ class V4l2Port {
 /// The running kernel's.
 V4l2Port& kernel_v4l2_port();
 
+/// Names of the files in a folder, sorted; a folder that is not there has none. RT: no.
+std::vector<std::string> v4l2_names(const std::string& folder);
+/// "/dev/video0", "/dev/video10": the video nodes among the names of /dev, by their numbers. RT: no.
+std::vector<std::string> v4l2_nodes(const std::vector<std::string>& names);
+
 }  // namespace sinew::hal

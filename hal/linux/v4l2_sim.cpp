@@ -94,6 +94,11 @@ bool V4l2Sim::put(File& file, const Fill& fill, Time stamp, std::uint32_t sequen
   return ::write(file.pipe_in, "f", 1) == 1;
 }
 
+void V4l2Sim::lose(std::uint32_t frames) {
+  const std::lock_guard lock(mutex_);
+  if (File* file = streaming()) file->sequence += frames;
+}
+
 void V4l2Sim::set_fault(V4l2Fault fault) {
   const std::lock_guard lock(mutex_);
   fault_ = fault;

@@ -73,6 +73,8 @@ class V4l2Sim final : public V4l2Port {
   bool deliver(const msg::Image& picture, Time stamp);
   /// The same for a camera that was brought to MJPEG: these bytes, as they are.
   bool deliver_jpeg(std::span<const std::uint8_t> jpeg, Time stamp);
+  /// So many frames were taken and never came here: the driver's count goes on.
+  void lose(std::uint32_t frames);
   void set_fault(V4l2Fault fault);
   /// The plug is pulled: open descriptors are dead from now on, the node is gone.
   void unplug();

@@ -45,6 +45,8 @@ void CameraFeed::set_seed(std::uint64_t seed) { noise_ = std::make_unique<PixelN
 
 void CameraFeed::request(const Scene& scene, std::uint32_t number, std::uint8_t* pixels) {
   scene_ = scene;
+  if (msg::Quat& q = scene_.camera.q_world_optical; options_.turned_rad != math::Vec3{})
+    q = (math::Quat(q) * math::Quat::exp(options_.turned_rad)).normalized().to<msg::Quat>();
   number_ = number;
   pixels_ = pixels;
   requested_.fetch_add(1, std::memory_order_release);

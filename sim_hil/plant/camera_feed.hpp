@@ -4,6 +4,7 @@
 #include <thread>
 
 #include "hal/os.hpp"
+#include "math/linear.hpp"
 #include "sim_hil/plant/pixels.hpp"
 #include "sim_hil/plant/renderer.hpp"
 
@@ -14,6 +15,7 @@ struct CameraOptions {
   msg::PixelFormat format = msg::PixelFormat::yuyv;
   double noise = 1.5;  // sigma of the pixels, grey levels
   WorldKind world = WorldKind::quad;
+  math::Vec3 turned_rad;  // rotation vector about its right, down and forward axis: how it is mounted off its place
 };
 
 /// The camera's own thread: it draws from a copy of what moves, so that physics never waits for pixels.

@@ -6,10 +6,14 @@
 
 #include "hal/linux/can.hpp"
 #include "hal/linux/os.hpp"
+#include "hal/linux/process.hpp"
 #include "hal/linux/serial.hpp"
 #include "hal/linux/socket.hpp"
+#include "hal/linux/v4l2_source.hpp"
 #include "sim_hil/plant/render_test.hpp"
 #include "sim_hil/plant/session.hpp"
+#include "sim_hil/plant/wire_options.hpp"
+#include "sim_hil/plant/wire_run.hpp"
 
 namespace {
 
@@ -25,8 +29,8 @@ struct Settings {
   std::uint64_t seed = 0;
   std::vector<std::string> faults;
   std::string report;
-  std::string can, iio;
-  std::vector<std::string> servos;
+  plant::WireOptions wire;
+  bool alone = false;
 };
 
 /// "640x480"; an empty text when it is one.
@@ -82,11 +86,11 @@ void describe(CLI::App& app, Settings& s) {
       ->allow_extra_args(false);
   app.add_flag("--list-faults", s.list_faults,
                "print every device with every kind, and why those that are none are none");
-  app.add_option("--can", s.can, "real time: drives on this CAN bus move the joints: TRANSPORT:ADDRESS, e.g. udp:7");
-  app.add_option("--servo", s.servos, "the drive of the next joint: cia402:ID, cybergear:ID or mit:ID:MOTOR")
-      ->allow_extra_args(false)
-      ->needs("--can");
-  app.add_option("--iio", s.iio, "real time: the IMU also as the kernel's IIO would show it, under this folder");
+  s.wire.describe(app);
+  app.add_flag(
+      "--alone", s.alone,
+      "real time: no runtime connects; the world begins at once, with its devices at the wire, until --duration "
+      "is over or a signal comes");
   app.add_option("--report", s.report, "write the last report (JSON) into this file");
   app.add_option("--duration", s.session.duration_s, "end the run after so many seconds of plant time; 0: never")
       ->check(CLI::NonNegativeNumber)
@@ -169,29 +173,49 @@ bool write_report(const std::string& path, const std::string& json) {
   return static_cast<bool>(out);
 }
 
+/// The door's and the video node's threads: a stop line does not wait for pixels, nor do these for physics.
+int lines_priority(const Settings& s) {
+  return s.session.fifo_priority > 0 ? std::min(s.session.fifo_priority + 1, 99) : 0;
+}
+
+hal::Time plant_time(double seconds) { return hal::Time{static_cast<std::int64_t>(seconds * 1e9)}; }
+
+/// The world's camera behind a V4L2 device.
+class VideoNode final : public plant::WireCamera {
+ public:
+  explicit VideoNode(std::unique_ptr<hal::V4l2Source> source) : source_(std::move(source)) {}
+  std::span<std::uint8_t> canvas() noexcept override { return source_->canvas(); }
+  void deliver(hal::Time middle, std::uint32_t number) noexcept override { source_->deliver(middle, number); }
+  void set_plugged(bool plugged) noexcept override { source_->set_plugged(plugged); }
+
+ private:
+  std::unique_ptr<hal::V4l2Source> source_;
+};
+
 /// False after it was said why.
 bool open_wire(const Settings& s, hal::Os& os, plant::WireDevices& wire) {
   std::string why;
-  if (!s.can.empty()) {
+  if (!s.wire.can.empty()) {
     std::vector<plant::WireServo> servos;
-    for (const std::string& text : s.servos) {
+    for (const std::string& text : s.wire.servos) {
       const auto servo = plant::parse_wire_servo(text, why);
       if (!servo) return std::fprintf(stderr, "sinew-sim: --servo: %s\n", why.c_str()), false;
       servos.push_back(*servo);
     }
-    const auto colon = s.can.find(':');
-    const hal::CanSpec spec{s.can.substr(0, colon), colon == std::string::npos ? "" : s.can.substr(colon + 1)};
+    const auto colon = s.wire.can.find(':');
+    const hal::CanSpec spec{s.wire.can.substr(0, colon),
+                            colon == std::string::npos ? "" : s.wire.can.substr(colon + 1)};
     auto watch = hal::FdWatch::start(os, {"sim_devices", 0, {}, std::size_t{64} * 1024, 0});
     if (!watch) return std::fprintf(stderr, "sinew-sim: --can: no thread\n"), false;
     auto bus = hal::open_can(spec, os, *watch, why);
     if (!bus) return std::fprintf(stderr, "sinew-sim: --can: %s\n", why.c_str()), false;
     wire.add_servos(std::move(*bus), std::move(servos));
   }
-  if (!s.iio.empty()) {
+  if (!s.wire.iio.empty()) {
     sim_hil::IioTreeSpec spec;
-    spec.root = s.iio;
+    spec.root = s.wire.iio;
     auto tree = sim_hil::IioTree::make(spec);
-    if (!tree) return std::fprintf(stderr, "sinew-sim: --iio %s: cannot be made\n", s.iio.c_str()), false;
+    if (!tree) return std::fprintf(stderr, "sinew-sim: --iio %s: cannot be made\n", s.wire.iio.c_str()), false;
     auto pipe = hal::make_pipe((*tree)->buffer_path());
     if (!pipe) {
       std::fprintf(stderr, "sinew-sim: --iio %s: %s\n", (*tree)->buffer_path().c_str(),
@@ -201,20 +225,51 @@ bool open_wire(const Settings& s, hal::Os& os, plant::WireDevices& wire) {
     (*tree)->attach(std::move(*pipe));
     wire.add_imu(std::move(*tree));
   }
+  wire.add_gyro_bias(s.wire.gyro_bias_radps());
+  if (s.wire.v4l2.empty()) return true;
+  hal::V4l2SourceSpec spec;
+  spec.root = s.wire.v4l2;
+  spec.format = s.view.format, spec.width = s.view.width, spec.height = s.view.height;
+  spec.rate_hz = plant::kCameraHz;
+  hal::ThreadOptions thread;
+  thread.name = "plant_video";
+  thread.fifo_priority = lines_priority(s);
+  auto source = hal::V4l2Source::open(os, spec, thread, why);
+  if (!source) return std::fprintf(stderr, "sinew-sim: --v4l2: %s\n", why.c_str()), false;
+  wire.add_camera(std::make_unique<VideoNode>(std::move(*source)));
+  wire.delay_stamps(hal::Duration{static_cast<std::int64_t>(1e6 * s.wire.camera_late_ms)});
+  if (double from = 0, until = 0; s.wire.unplugged(from, until))
+    wire.unplug_camera(plant_time(from), plant_time(until));
   return true;
+}
+
+/// A world without a runtime.
+int run_alone(const Settings& s, hal::Os& os, plant::WireDevices& wire) {
+  static_cast<void>(hal::stop_requested());  // from here on a signal asks
+  std::string why;
+  auto camera = plant::CameraFeed::start(os, s.view, why);
+  if (!camera) return fail("no camera: " + why, camera.error());
+  std::printf("%s runs alone, camera %s %s drawn by %s\n", s.world.c_str(), s.camera.c_str(), s.format.c_str(),
+              (*camera)->backend().c_str());
+  std::fflush(stdout);
+  plant::WireRun run(os, **camera, wire, s.session);
+  if (const hal::Status done = run.run(&hal::stop_requested); !done) return fail(run.report().reason, done.error());
+  print(run.report());
+  return s.report.empty() || write_report(s.report, run.report().text) ? 0 : 1;
 }
 
 int serve(Settings& s) {
   hal::Os& os = hal::linux_os();
   plant::WireDevices wire;
   if (!open_wire(s, os, wire)) return 1;
-  if (!s.can.empty() || !s.iio.empty()) s.session.wire = &wire;
+  if (s.alone) return run_alone(s, os, wire);
+  if (s.wire.any()) s.session.wire = &wire;
   auto listener = hal::listen_stream(s.listen);
   if (!listener) return fail("cannot listen on " + s.listen, listener.error());
   // The door first: a stop line does not wait for pixels.
   hal::ThreadOptions lines;
   lines.name = "plant_door";
-  lines.fifo_priority = s.session.fifo_priority > 0 ? std::min(s.session.fifo_priority + 1, 99) : 0;
+  lines.fifo_priority = lines_priority(s);
   auto door = sim_hil::PlantDoor::open(os, std::move(*listener), plant::Session::description(s.view, s.session), lines);
   if (!door) return fail("cannot serve " + s.listen, door.error());
   std::string why;
@@ -252,12 +307,18 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   std::sscanf(s.camera.c_str(), "%ux%u", &s.view.width, &s.view.height);
   s.view.format = format_of(s.format);
+  s.view.turned_rad = s.wire.camera_turned_rad();
   s.view.world = s.session.world.kind = plant::find_world(s.world).value_or(plant::WorldKind::quad);
   if (app.count("--seed") > 0) s.session.seed = s.seed;
   if (s.lockstep) s.session.only = sim_hil::Mode::lockstep;
   if (s.free_running) s.session.only = sim_hil::Mode::free_running;
   if (s.list_faults) return list_faults(plant::world_info(s.session.world.kind));
   if (!read_faults(s)) return 1;
+  if (s.alone && (!s.faults.empty() || s.lockstep))
+    return std::fprintf(stderr, "sinew-sim: --alone: %s\n",
+                        s.lockstep ? "in real time only, not with --lockstep"
+                                   : "--fault strikes what goes to a runtime, and none connects"),
+           1;
   if (!s.render_test.empty()) return plant::render_test(s.render_test, s.view);
   return serve(s);
 }

@@ -360,14 +360,22 @@ Status Session::send_frame_due_by(Time until, bool wait) {
   ++report_.frames;
   const PendingFrame frame = *pending_;
   pending_.reset();
-  if (!faults_->frames.any()) return link_->send_frame(id(Part::camera), frame.slot, frame.meta);
+  if (!faults_->frames.any()) return send_frame(frame.slot, frame.meta);
   return faults_->frames.offer(frame.meta, [this](auto pixels, const auto& meta) { return copy_frame(pixels, meta); });
+}
+
+Status Session::send_frame(const sim_hil::FrameSlot& slot, const sim_hil::FrameMeta& meta) {
+  if (WireCamera* camera = options_.wire ? options_.wire->camera() : nullptr) {
+    std::copy(slot.pixels.begin(), slot.pixels.end(), camera->canvas().begin());
+    camera->deliver(host_zero_ + (meta.stamp - Time{0}) + options_.wire->stamps_late(), meta.number);
+  }
+  return link_->send_frame(id(Part::camera), slot, meta);
 }
 
 Status Session::copy_frame(std::span<const std::uint8_t> pixels, const sim_hil::FrameMeta& meta) {
   const sim_hil::FrameSlot slot = link_->begin_frame(id(Part::camera));
   std::copy(pixels.begin(), pixels.end(), slot.pixels.begin());
-  return link_->send_frame(id(Part::camera), slot, meta);
+  return send_frame(slot, meta);
 }
 
 Status Session::send_truth_and_report() {

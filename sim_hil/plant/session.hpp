@@ -90,6 +90,7 @@ class Session {
   std::span<const double> act();
   hal::Status send_due(const Due& due);
   hal::Status begin_frame();
+  hal::Status send_frame(const sim_hil::FrameSlot& slot, const sim_hil::FrameMeta& meta);
   hal::Status copy_frame(std::span<const std::uint8_t> pixels, const sim_hil::FrameMeta& meta);
   /// Place of a part in the Welcome. The world has it.
   std::uint16_t id(Part part) const { return ids_[static_cast<std::size_t>(part)]; }

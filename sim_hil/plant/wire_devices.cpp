@@ -24,14 +24,22 @@ class WireDevices::Joint final : public sim_hil::SimJoint {
   std::size_t index_;
 };
 
-std::optional<WireServo> parse_wire_servo(const std::string& text, std::string& why) {
+std::optional<WireServo> parse_wire_servo(const std::string& whole, std::string& why) {
   const auto refuse = [&] {
     std::string types;
     for (const auto& t : wire::mit_motor_types()) types += std::string(types.empty() ? "" : ", ") + t.name;
-    why = "'" + text + "' is none of cia402:ID, cybergear:ID, mit:ID:MOTOR (ID 1 to 127; motors: " + types + ")";
+    why = "'" + whole + "' is none of cia402:ID, cybergear:ID, mit:ID:MOTOR (ID 1 to 127; motors: " + types +
+          "), with @RAD behind it for a zero that is off by up to 10";
     return std::nullopt;
   };
   WireServo servo;
+  const auto at = whole.find('@');
+  const std::string text = whole.substr(0, at);
+  if (at != std::string::npos) {
+    const char* const stop = whole.data() + whole.size();
+    const auto [behind, wrong] = std::from_chars(whole.data() + at + 1, stop, servo.zero_rad);
+    if (wrong != std::errc() || behind != stop || !(servo.zero_rad >= -10 && servo.zero_rad <= 10)) return refuse();
+  }
   const auto colon = text.find(':'), second = text.find(':', colon + 1);
   if (colon == std::string::npos) return refuse();
   const std::string protocol = text.substr(0, colon);
@@ -71,6 +79,7 @@ hal::Status WireDevices::attach(World& world) {
   for (std::size_t i = 0; i < servos_.size(); ++i) {
     Joint& joint = *joints_.emplace_back(std::make_unique<Joint>(*joints, i));
     const WireServo& s = servos_[i];
+    const sim_hil::SimMount mount{.zero_rad = s.zero_rad};
     joint.set_effort(0);
     switch (s.protocol) {
       case WireServo::Protocol::cia402: {
@@ -79,18 +88,18 @@ hal::Status WireDevices::attach(World& world) {
         p.rated_nm = joints->limits(i).effort_nm;
         // A joint of some 0.01 kg m^2, held at 25/s without ringing.
         p.kp = 8, p.kd = 0.5;
-        sims_->add<sim_hil::SimCia402>(joint, {}, p);
+        sims_->add<sim_hil::SimCia402>(joint, mount, p);
         break;
       }
       case WireServo::Protocol::mit: {
         sim_hil::SimMitMotor::Parameters p;
         p.motor = s.id;
         p.type = *wire::mit_motor_type(s.motor);
-        sims_->add<sim_hil::SimMitMotor>(joint, {}, p);
+        sims_->add<sim_hil::SimMitMotor>(joint, mount, p);
         break;
       }
       case WireServo::Protocol::cybergear:
-        sims_->add<sim_hil::SimCyberGear>(joint, {}, sim_hil::SimCyberGear::Parameters{.motor = s.id});
+        sims_->add<sim_hil::SimCyberGear>(joint, mount, sim_hil::SimCyberGear::Parameters{.motor = s.id});
         break;
     }
   }
@@ -99,8 +108,12 @@ hal::Status WireDevices::attach(World& world) {
 
 void WireDevices::step(const World& world, const Due& due, hal::Time now) {
   if (sims_) sims_->poll(now);
+  const bool plugged = world.now() < out_from_ || world.now() >= out_until_;
+  if (camera_ && plugged != plugged_) camera_->set_plugged(plugged_ = plugged);
   if (imu_ && due.imu && imu_->enabled()) {
     msg::ImuSample sample = due.imu_sample;
+    sample.gyro_radps = {sample.gyro_radps.x + gyro_bias_radps_.x, sample.gyro_radps.y + gyro_bias_radps_.y,
+                         sample.gyro_radps.z + gyro_bias_radps_.z};
     sample.stamp = now - (world.now() - sample.stamp);
     static_cast<void>(imu_->feed(sample));  // full: nobody reads, as in the kernel
   }

@@ -1,6 +1,7 @@
 #pragma once
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -12,18 +13,31 @@
 namespace sinew::plant {
 
 /// The drive of one joint: "cia402:1", "mit:2:ak80_9" (with the type of the motor), "cybergear:3". The number is its
-/// node id on the bus.
+/// node id on the bus; "@0.2" behind it all: it reads 0.2 rad more than the joint stands at.
 struct WireServo {
   enum class Protocol : std::uint8_t { cia402, mit, cybergear } protocol = Protocol::cia402;
   std::uint32_t id = 1;
   std::string motor;  // mit
+  double zero_rad = 0;
 };
 /// Nothing: `why` says what is allowed.
 std::optional<WireServo> parse_wire_servo(const std::string& text, std::string& why);
 
-/// Parts of a world at the wire, besides its protocol to the runtime: drives on a CAN bus that move its joints, and an
-/// IMU as the kernel's IIO would show it. The robot reaches them with its real drivers. In real time only.
-/// Thread:  one: the world's owner.
+/// Takes the pictures of the world's camera for a robot that has it behind a real driver.
+/// Thread:  one; set_plugged() any.   RT: yes.
+class WireCamera {
+ public:
+  virtual ~WireCamera() = default;
+  /// Where the next picture is drawn or copied to, in the feed's format and size; until deliver().
+  virtual std::span<std::uint8_t> canvas() noexcept = 0;
+  /// Frame `number` of the sensor, exposed around `middle` of the host's clock.
+  virtual void deliver(hal::Time middle, std::uint32_t number) noexcept = 0;
+  virtual void set_plugged(bool plugged) noexcept = 0;
+};
+
+/// Parts of a world at the wire, besides its protocol to the runtime: drives on a CAN bus that move its joints, an IMU
+/// as the kernel's IIO would show it, a camera as its V4L2 would. The robot reaches them with its real drivers. In real
+/// time only. Thread:  one: the world's owner.
 class WireDevices {
  public:
   WireDevices();
@@ -32,11 +46,22 @@ class WireDevices {
   void add_servos(std::unique_ptr<hal::CanBus> bus, std::vector<WireServo> servos);
   void add_imu(std::unique_ptr<sim_hil::IioTree> tree) { imu_ = std::move(tree); }
 
+  void add_camera(std::unique_ptr<WireCamera> camera) { camera_ = std::move(camera); }
+  /// The IMU's rates are off by so much, besides the world's own errors.
+  void add_gyro_bias(const msg::Vec3& radps) { gyro_bias_radps_ = radps; }
+  /// The camera driver's stamps are late by so much.
+  void delay_stamps(hal::Duration late) { late_ = late; }
+  hal::Duration stamps_late() const { return late_; }
+  /// Its plug is out from one moment of plant time to another.
+  void unplug_camera(hal::Time from, hal::Time until) { out_from_ = from, out_until_ = until; }
+
   /// Makes the drives on this world's joints. Errors: bad_argument when it has none, or fewer than drives.
   hal::Status attach(World& world);
   /// After each step of the world, at `now` of the host's clock.
   void step(const World& world, const Due& due, hal::Time now);
   bool has_servos() const { return !servos_.empty(); }
+  /// Null: the camera is not at the wire.
+  WireCamera* camera() { return camera_.get(); }
 
  private:
   class Joint;
@@ -45,6 +70,11 @@ class WireDevices {
   std::vector<std::unique_ptr<Joint>> joints_;
   std::unique_ptr<sim_hil::SimServos> sims_;
   std::unique_ptr<sim_hil::IioTree> imu_;
+  std::unique_ptr<WireCamera> camera_;
+  hal::Time out_from_ = hal::kNever, out_until_ = hal::kNever;
+  bool plugged_ = true;
+  hal::Duration late_{0};
+  msg::Vec3 gyro_bias_radps_;
 };
 
 }  // namespace sinew::plant

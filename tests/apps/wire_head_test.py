@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""The desk head on its real drivers: CAN servos over CANopen in UDP, the IMU by IIO files, against the simulated world.
+"""The desk head on its real drivers: CAN servos over CANopen in UDP, the IMU by IIO files, the camera by V4L2 requests,
+against the simulated world; once with the pictures by the simulator's protocol, once without any of it.
 
 usage: wire_head_test.py SINEW SINEW_SIM ROBOT.toml
 
@@ -17,20 +18,26 @@ import unittest
 SINEW, SINEW_SIM, ROBOT = sys.argv[1:4]
 
 
-def run_once(folder, bus):
-    iio, listen = folder / "iio", f"unix:{folder}/head.sock"
+def run_once(folder, bus, alone, plant_options=()):
+    """One run of 12 s. `alone`: the world has no connection to the runtime but its devices."""
+    wire, listen = folder / "wire", f"unix:{folder}/head.sock"
     report = folder / "report.json"
     env = dict(os.environ, SINEW_RUN_DIR=str(folder), SINEW_RECORD="off")
-    plant = subprocess.Popen([SINEW_SIM, "--world", "desk_head", "--listen", listen, "--can", f"udp:{bus}",
-                              "--servo", "cia402:1", "--servo", "cia402:2", "--iio", str(iio), "--report", str(report)],
+    by_protocol = ["--board-of", "camera=sim", "--plant", listen]
+    plant = subprocess.Popen([SINEW_SIM, "--world", "desk_head", "--can", f"udp:{bus}", "--servo", "cia402:1", "--servo",
+                              "cia402:2", "--iio", str(wire), "--report", str(report),
+                              *(["--alone", "--v4l2", str(wire)] if alone else ["--listen", listen]), *plant_options],
                              stdout=subprocess.PIPE, text=True, env=env)
     try:
-        plant.stdout.readline()  # it listens; the rest is little enough to stay in the pipe
+        plant.stdout.readline()  # it is there; the rest is little enough to stay in the pipe
         run = subprocess.run(
-            [SINEW, "run", ROBOT, "--board", "linux", "--board-of", "camera=sim", "--plant", listen,
+            [SINEW, "run", ROBOT, "--board", "linux", *([] if alone else by_protocol),
              "--real-actuators", "--duration", "12", "--json", "--no-record",
-             "--set", "bus.can0.driver=udp", "--set", f"bus.can0.address={bus}", "--set", f"device.imu.root={iio}"],
+             "--set", "bus.can0.driver=udp", "--set", f"bus.can0.address={bus}", "--set", f"device.imu.root={wire}",
+             "--set", f"device.camera.root={wire}"],
             capture_output=True, text=True, env=env, timeout=90)
+        if alone:
+            plant.terminate()
         plant.wait(20)
     finally:
         plant.kill()
@@ -39,17 +46,35 @@ def run_once(folder, bus):
 
 
 class DeskHeadAtTheWire(unittest.TestCase):
-    def test_follows_its_ball_through_the_real_drivers(self):
+    def follows(self, alone, *plant_options):
         told = []
         for attempt in range(3):
             with tempfile.TemporaryDirectory(prefix="sinew-") as name:
-                run, report = run_once(pathlib.Path(name), 100 + attempt + os.getpid() % 100)
+                run, report = run_once(pathlib.Path(name), 100 + attempt + os.getpid() % 100, alone, plant_options)
             self.assertNotEqual(run.returncode, 2, run.stderr)
             summary = json.loads(run.stdout)
             told.append(f"{summary['result']}: in view {report['in_view_share']}; {run.stderr}")
             if report["acquired"] and report["in_view_share"] > 0.8 and "failsafe" not in summary["result"]:
-                return
+                return summary
         self.fail("\n".join(told))
+
+    def test_follows_its_ball_with_pictures_by_the_simulators_protocol(self):
+        self.follows(alone=False)
+
+    def test_follows_its_ball_with_nothing_but_real_drivers(self):
+        summary = self.follows(alone=True)
+        camera = next(m for m in summary["modules"] if m["name"] == "camera")
+        self.assertGreater(camera["ok"], 60, "pictures came by V4L2")
+
+    def test_follows_its_ball_again_after_the_camera_was_unplugged(self):
+        # Shorter than camera_lost (0.5 s) would take for an end; the driver opens it again 0.1 s after it is back.
+        self.follows(True, "--unplug-camera", "6+0.15")
+
+    def test_a_camera_that_stays_unplugged_is_noticed(self):
+        with tempfile.TemporaryDirectory(prefix="sinew-") as name:
+            run, _ = run_once(pathlib.Path(name), 100 + os.getpid() % 100, True, ["--unplug-camera", "6+60"])
+        self.assertEqual(run.returncode, 1, run.stderr)
+        self.assertIn("camera_lost", run.stdout)
 
     def test_without_its_bus_it_says_why_and_does_not_start(self):
         with tempfile.TemporaryDirectory() as name:

@@ -144,6 +144,44 @@ TEST(HeadLaw, AHiddenBallIsWaitedForThenSearchedAndFoundAgain) {
   EXPECT_EQ(m.law.state().mode, HeadMode::follow);
 }
 
+TEST(HeadLaw, SearchKeepsThePlaceOfTheLastSightingInThePictureAtFirstThenGoesWider) {
+  Model m;
+  m.ball_m = {1.7, 0.6, 0.2};
+  m.run(3);
+  m.sees = false;
+  const Vec3 place = math::normalized(m.ball());
+  const auto farthest = [&](double seconds) {
+    double most = 0;
+    for (const double end = m.t + seconds; m.t < end;) {
+      m.step();
+      const Vec3 axis = m.head().rotate({1, 0, 0});
+      most = std::max(most, std::fabs(std::atan2(axis.y, axis.x) - std::atan2(place.y, place.x)));
+    }
+    return most;
+  };
+  const HeadParams& p = m.law.params;
+  m.run(p.coast_s + 0.1);
+  ASSERT_EQ(m.law.state().mode, HeadMode::search);
+  EXPECT_LT(farthest(2 * p.view_rad / p.scan_radps), p.view_rad + 0.05) << "there, and back to the place";
+  EXPECT_LT(std::fabs(m.law.state().elevation_rad - std::asin(place.z)), 0.02) << "at its height";
+  EXPECT_GT(farthest(10), p.view_rad + 0.3);
+}
+
+TEST(HeadLaw, SearchBeginsToTheSideWhereTheBallWasGoing) {
+  for (const double side : {-1.0, 1.0}) {
+    Model m;
+    m.ball_m = {1.7, -side, 0}, m.ball_mps = {0, 0.6 * side, 0};
+    m.run(2);
+    m.sees = false;
+    m.ball_mps = {};
+    m.run(m.law.params.coast_s);
+    const double before = m.law.state().azimuth_rad;
+    m.run(0.4);
+    ASSERT_EQ(m.law.state().mode, HeadMode::search);
+    EXPECT_GT(side * (m.law.state().azimuth_rad - before), 0.1);
+  }
+}
+
 TEST(HeadLaw, WithoutPicturesItLooksStraightAheadAndLevel) {
   Model m;
   m.run(3);

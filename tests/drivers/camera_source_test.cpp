@@ -240,6 +240,16 @@ TEST(CameraSource, FramesBecomeMessagesInTheirOrder) {
   EXPECT_EQ(all[1]->stamp, hal::Time{1'000'000} + 2 * 33ms);
 }
 
+TEST(CameraSource, StampsAreShiftedByTheCalibratedOffset) {
+  CameraBoard board;
+  CameraSource source;
+  rt::ModuleRig rig(source, {.board = &board});
+  rig.set("time_offset_ms", -12.5);
+  board.deliver(1);
+  ASSERT_EQ(rig.step({2'000'000}, 1ms), rt::Status::ok);
+  EXPECT_EQ(rig.all<msg::Image>("raw")[0]->stamp, hal::Time{1'000'000} + 33ms - 12'500us);
+}
+
 TEST(CameraSource, CameraThatIsGoneIsStaleAndComesBack) {
   CameraBoard board;
   CameraSource source;
