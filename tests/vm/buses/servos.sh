@@ -3,7 +3,7 @@
 # and comes back, and the other joints do not notice.
 can_up
 begin_drives 1000000:vcan0:cia402:5 1000000:vcan1:ak80:5 1000000:vcan2:cybergear:5 1000000:vcan3:damiao:5
-begin_master 500 1000 20 1000000:vcan0:cia402:5 1000000:vcan1:ak80:5 1000000:vcan2:cybergear:5 1000000:vcan3:damiao:5
+begin_master 500 500 20 1000000:vcan0:cia402:5 1000000:vcan1:ak80:5 1000000:vcan2:cybergear:5 1000000:vcan3:damiao:5
 eventually 60 reached running
 for ((i = 0; i < 20; ++i)); do
   cansend vcan0 2000008C#0004000000000000 # a driver's word for: receiver warned, a bit was wrong
