@@ -37,7 +37,7 @@ namespace {
 using namespace std::chrono_literals;
 using hal::Duration, hal::Time;
 
-constexpr Duration kPatience = 60s, kLease = 500ms;
+constexpr Duration kPatience = 10s, kLease = 500ms;
 constexpr double kNear_rad = 0.05, kCountsPerTurn = 65536;
 
 [[noreturn]] void give_up(const std::string& what) {
@@ -195,7 +195,7 @@ class Master {
     while (!holds()) {
       if (hal::linux_os().now() > deadline) {
         report();
-        give_up(std::string("not within a minute: ") + what);
+        give_up(std::string("not within ten seconds: ") + what);
       }
       cycle();
     }

@@ -41,4 +41,4 @@ else
   echo "${#names[@]} sub-tests in $(($(cut -d. -f1 /proc/uptime) - begun)) s, up after $begun s" >"$results/finished"
 fi
 sync
-poweroff -f
+busybox poweroff -f

@@ -20,7 +20,7 @@ mkdir -m 700 run world
 $build/bin/sinew-sim --world desk_head --seed 2 --camera 160x120 --listen unix:/tmp/head.sock --report report.json \
   --can socketcan:vcan0 --servo cia402:1 --servo cia402:2 --iio /tmp/world >world.txt 2>&1 &
 world=$!
-trap 'cat world.txt feeder.txt robot.txt report.json' EXIT
+trap 'kill $(jobs -p) || true; cat world.txt feeder.txt robot.txt report.json' EXIT
 eventually 60 test -S head.sock
 chrt --fifo 84 "$build/tests/vm/vm_chip_feeder" /tmp/world "$adapter" 0x69 >feeder.txt 2>&1 &
 feeder=$!
@@ -29,9 +29,15 @@ $build/bin/sinew run "$root/robots/desk_head.toml" --board linux --board-of came
   --real-actuators --duration 30 --json --no-record --set bus.can0.address=vcan0 \
   --set device.imu.name=bmi160 --set device.imu.trigger=hr0 --set device.imu.rate_hz=800 >robot.txt 2>&1 &
 robot=$!
+steer_is_fixed() { # at priority 80
+  grep -lsx steer /proc/$robot/task/*/comm >thread.txt && awk '$41 == 1 && $40 == 80' "$(dirname "$(cat thread.txt)")/stat" | grep -q .
+}
+eventually 20 steer_is_fixed
+locked_kb=$(awk '/^VmLck:/ { print $2 }' /proc/$robot/status)
+((locked_kb > 1000)) || fail "the robot's memory is not locked: $locked_kb kB"
+
 status=0
 wait $robot || status=$?
-head -1 /proc/stat; cut -d" " -f1 /proc/uptime
 ip -statistics link show vcan0
 wait $world || fail "sinew-sim ended with $?"
 wait $feeder || fail "the feeder ended with $?"
