@@ -5,20 +5,21 @@
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
-#include <thread>
 #include <utility>
+
+#include "hal/linux/os.hpp"
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
+using sinew::hal::linux_os, sinew::hal::Time;
 
 /// Both clocks at one moment: the pair of reads, out of a hundred, that took the shortest time.
-std::pair<Clock::time_point, std::uint64_t> now() {
-  std::pair<Clock::time_point, std::uint64_t> best;
+std::pair<Time, std::uint64_t> now() {
+  std::pair<Time, std::uint64_t> best;
   std::uint64_t shortest = ~std::uint64_t{0};
   for (int i = 0; i < 100; ++i) {
     const std::uint64_t before = __rdtsc();
-    const auto at = Clock::now();
+    const Time at = linux_os().now();
     const std::uint64_t took = __rdtsc() - before;
     if (took < shortest) shortest = took, best = {at, before + took / 2};
   }
@@ -29,7 +30,7 @@ std::pair<Clock::time_point, std::uint64_t> now() {
 
 int main() {
   const auto from = now();
-  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  linux_os().sleep_until(linux_os().now() + std::chrono::milliseconds(100));
   const auto to = now();
   const std::chrono::duration<double, std::milli> ms = to.first - from.first;
   std::printf("%.0f\n", static_cast<double>(to.second - from.second) / ms.count());
