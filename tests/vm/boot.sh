@@ -4,11 +4,13 @@
 #   tests/vm/boot.sh board            one boot, every sub-test of tests/vm/board
 #   tests/vm/boot.sh board can v4l2   only these
 #   tests/vm/boot.sh --shell board    the same machine with a shell on this terminal; `exit` ends it
+#   tests/vm/boot.sh --arch arm64 ... another machine (amd64): the programs of build/arm64
 #
 # board:  two processors, as fast as the host lets them: whether things work.
 # icount: one processor that takes 4 ns of the guest's time for each instruction, so that times do not depend on the
 #         host: how late things are.
 # buses:  the same with 1 ns for each instruction: as many frames a second as a board has, however slow the host is.
+# head:   the same with more memory, for a robot and the world around it.
 #
 # Of each sub-test build/vm/results/FOLDER/NAME.log is what it said, NAME.result its exit code and its seconds; kernel.log
 # is the kernel's. Exit: 0 when the guest came to the end, whatever its sub-tests' results.
@@ -16,9 +18,15 @@
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../../tools/lib.sh"
 
-shell=0 limit_s=300
-if [[ ${1:-} == --shell ]]; then shell=1 limit_s=36000 && shift; fi
-folder=${1:?"board, icount or buses"}
+shell=0 limit_s=1500 arch=amd64
+while [[ ${1:-} == --* ]]; do
+  case $1 in
+    --shell) shell=1 limit_s=36000 && shift ;;
+    --arch) arch=${2:?"amd64 or arm64"} && shift 2 ;;
+    *) die "$1: --shell or --arch ARCH" ;;
+  esac
+done
+folder=${1:?"board, icount, buses or head"}
 shift
 here=$root/tests/vm
 [[ -d $here/$folder ]] || die "$folder: no such folder of sub-tests in tests/vm"
@@ -30,22 +38,33 @@ for name in "${names[@]}"; do
   [[ -f $here/$folder/$name.sh ]] || die "$name: no such sub-test in tests/vm/$folder"
 done
 
-arch=amd64
 "$here/setup.sh" "$arch"
 vm=$root/build/vm/$arch
-results=$root/build/vm/results/$folder
-console=$logs/vm-$folder.log
+case $arch in
+  amd64)
+    build=$root/build/release results=$root/build/vm/results/$folder console=$logs/vm-$folder.log
+    # Without what TCG is slow at and no test is about: page tables of five levels, guards of the kernel's own memory.
+    machine=(qemu-system-x86_64 -M q35 -cpu "max,-la57,-smap,-smep")
+    port=ttyS0
+    ;;
+  arm64)
+    build=$root/build/arm64 results=$root/build/vm/results/$arch-$folder console=$logs/vm-$arch-$folder.log
+    machine=(qemu-system-aarch64 -M virt -cpu cortex-a57)
+    port=ttyAMA0
+    ;;
+esac
+command -v "${machine[0]}" >/dev/null || die "${machine[0]} is missing"
 rm -rf "$results"
 mkdir -p "$results" "$logs"
 {
   printf 'root=%q\n' "$root"
-  printf 'build=%q\n' "$root/build/release"
+  printf 'build=%q\n' "$build"
   printf 'folder=%q\n' "$folder"
   printf 'shell=%q\n' "$shell"
   printf 'names=(%s)\n' "${names[*]@Q}"
 } >"$results/job"
 
-machine=(-M q35 -cpu max -m 1024 -nodefaults -nic none -no-reboot -display none -monitor none)
+machine+=(-m 1024 -nodefaults -nic none -no-reboot -display none -monitor none)
 shares=(
   -fsdev "local,id=host,path=/,security_model=none,readonly=on,multidevs=remap"
   -device virtio-9p-pci,fsdev=host,mount_tag=host
@@ -61,16 +80,22 @@ case $folder in
     machine+=(-accel tcg -smp 1 -icount shift=0,sleep=off -rtc clock=vm -seed 1
       -object can-bus,id=can -device kvaser_pci,canbus=can -device kvaser_pci,canbus=can)
     ;;
+  head) machine+=(-accel tcg -smp 1 -m 2048 -icount shift=0,sleep=off -rtc clock=vm -seed 1) ;;
   icount) machine+=(-accel tcg -smp 1 -icount shift=2,sleep=off -rtc clock=vm -seed 1) ;;
   *) die "$folder: no machine is described for it" ;;
 esac
-words="console=ttyS0 loglevel=4 panic=-1 nokaslr tsc=reliable vm.kernel=$vm vm.source=$root vm.results=$results"
+words="console=$port mitigations=off loglevel=4 panic=-1 nokaslr tsc=reliable"
+words+=" vm.kernel=$vm vm.source=$root vm.results=$results"
+[[ ! -d $vm/tree ]] || words+=" vm.tree=$vm/tree"
 # Counted time leaps from timer to timer while the guest has nothing to do, also when it waits for a file of the host:
 # minutes, where the host is slow. So it always has something to do.
-[[ $folder != icount ]] || words+=" vm.busy"
+[[ $folder == board ]] || words+=" vm.busy"
+
+# In real time a guest of amd64 reads the host's counter.
+[[ $folder != board || $arch != amd64 ]] || words+=" tsc_early_khz=$("$build/tests/vm/vm_tsc_khz")"
 
 start=$(now_s)
-qemu=(timeout -k 5 "$limit_s" qemu-system-x86_64 "${machine[@]}" "${shares[@]}" -kernel "$(echo "$vm"/boot/vmlinuz-*)"
+qemu=(timeout -k 5 "$limit_s" "${machine[@]}" "${shares[@]}" -kernel "$(echo "$vm"/boot/vmlinuz-*)"
   -initrd "$vm/initramfs.gz" -append "$words")
 if ((shell)); then
   "${qemu[@]}" -serial stdio

@@ -79,7 +79,7 @@ begin_drives() {
 }
 end_drives() { kill "$drives"; }
 begin_master() {
-  trap 'cat drives.txt master.txt' EXIT
+  trap 'kill $(jobs -p) || true; cat drives.txt master.txt' EXIT
   "$build/tests/vm/vm_servo_buses" master "$@" >master.txt &
   master=$!
 }

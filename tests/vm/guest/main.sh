@@ -13,6 +13,11 @@ modprobe configfs
 mount -t configfs config /sys/kernel/config
 export root build results
 cd /tmp || exit 1
+# What has kept the processor busy so far is a shell, at ten times the cost for the host.
+if [[ -e /dev/vm_busy ]]; then
+  nice -n 19 "$build/tests/vm/vm_busy" &
+  kill "$(cat /dev/vm_busy)"
+fi
 
 # run NAME: a sub-test in a shell of its own; its processes end with it.
 run() {
@@ -36,4 +41,4 @@ else
   echo "${#names[@]} sub-tests in $(($(cut -d. -f1 /proc/uptime) - begun)) s, up after $begun s" >"$results/finished"
 fi
 sync
-poweroff -f
+busybox poweroff -f
