@@ -150,11 +150,13 @@ void Cia402Servo::decide(Time now, const ServoCommand& command) noexcept {
 }
 
 void Cia402Servo::aim(Time now, const ServoCommand& command) noexcept {
-  ServoJoint::Target target{joint_.feedback().position_rad, joint_.effort_limit()};
-  if (config().mode != ServoMode::position) target.value = 0;
+  ServoJoint::Target target;
   if (wants_ && was_enabled_ && homing_ == Homing::no) {
-    target = command.intent == ServoCommand::Intent::follow ? joint_.target(now, command.setpoint) : joint_.held();
+    target = command.intent == ServoCommand::Intent::follow ? joint_.target(now, command.setpoint) : joint_.held(now);
     if (joint_.tripped()) wants_ = was_enabled_ = false;
+  } else {
+    joint_.resume(now);
+    target = joint_.held(now);
   }
   switch (config().mode) {
     case ServoMode::position:

@@ -199,7 +199,7 @@ void DronecanServo::tick(Time now, const ServoCommand& wish, FrameSink& out) noe
     command_stop();
   } else {
     joint_.set_mode(stop ? msg::JointMode::stopping : msg::JointMode::enabled);
-    const ServoJoint::Target target = stop ? joint_.held() : joint_.target(now, wish.setpoint);
+    const ServoJoint::Target target = stop ? joint_.held(now) : joint_.target(now, wish.setpoint);
     if (joint_.tripped()) {
       on_ = false;
       command_stop();

@@ -119,11 +119,12 @@ void ImpedanceServo::stay_on(Time now, const ServoCommand& command, FrameSink& o
       go_off(now, out);
       return;
     }
+    joint_.resume(now);
     ask(encode(Switch::enable), out);  // a lost one is said again
     return;
   }
   if (joint_.runs_well(now)) clear_.reset();
-  const MitCommand motion = stopping ? stop() : follow(now, command.setpoint);
+  const MitCommand motion = stopping ? stop(now) : follow(now, command.setpoint);
   if (joint_.tripped()) {
     go_off(now, out);
     return;
@@ -165,14 +166,15 @@ MitCommand ImpedanceServo::follow(Time now, double setpoint) noexcept {
   return command;
 }
 
-MitCommand ImpedanceServo::stop() const noexcept {
+MitCommand ImpedanceServo::stop(Time now) noexcept {
   const ServoConfig& c = config();
   MitCommand command;
   if (c.stop != StopAction::hold) {
+    joint_.resume(now);
     command.kd = joint_.to_drive_gain(c.damp_kd > 0 ? c.damp_kd : c.kd);
     return command;
   }
-  const ServoJoint::Target held = joint_.held();
+  const ServoJoint::Target held = joint_.held(now);
   command.position_rad =
       joint_.to_drive_position(pulled(held.value, joint_.feedback().position_rad, c.kp, held.effort_limit_nm));
   command.kp = joint_.to_drive_gain(c.kp);

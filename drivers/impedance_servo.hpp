@@ -49,7 +49,7 @@ class ImpedanceServo : public ServoProtocol {
   void go_off(Time now, FrameSink& out) noexcept;
   void ask(const msg::CanFrame& frame, FrameSink& out) noexcept;
   wire::MitCommand follow(Time now, double setpoint) noexcept;
-  wire::MitCommand stop() const noexcept;
+  wire::MitCommand stop(Time now) noexcept;
   /// A position (velocity) whose distance from the measured one is worth no more effort than allowed, at this gain.
   static double pulled(double target, double measured, double gain, double most_nm) noexcept;
 

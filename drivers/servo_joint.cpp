@@ -180,6 +180,12 @@ ServoJoint::Target ServoJoint::target(Time now, double setpoint) noexcept {
   return t;
 }
 
+ServoJoint::Target ServoJoint::held(Time now) noexcept {
+  target_at_ = now;
+  behind_ = false;
+  return {config_.mode == ServoMode::position ? last_value_ : 0.0, effort_limit()};
+}
+
 void ServoJoint::trip(Time now, std::uint32_t faults) noexcept {
   if ((own_faults_ & faults) != faults) ++stats_.faults;
   own_faults_ |= faults;

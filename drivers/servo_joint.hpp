@@ -59,15 +59,16 @@ class ServoJoint {
   bool may_enable(Time now, const ServoCommand& command) noexcept;
   /// The joint is about to be enabled: setpoints start from where it is, own faults are forgotten.
   void begin(Time now) noexcept;
-  /// The same in the middle: setpoints start again from where it is.
+  /// Setpoints start again from where it is: in every tick in which it is on and follows nothing, so that the first
+  /// setpoint after it may move no further than within one tick.
   void resume(Time now) noexcept;
   /// The setpoint to send, within all limits, joint frame; effort_limit_nm holds the derating. Watches following.
   struct Target {
     double value = 0, effort_limit_nm = 0;
   };
   Target target(Time now, double setpoint) noexcept;
-  /// The last target again, for StopAction::hold.
-  Target held() const noexcept { return {config_.mode == ServoMode::position ? last_value_ : 0.0, effort_limit()}; }
+  /// The last target again, for StopAction::hold; what follows starts from it.
+  Target held(Time now) noexcept;
   /// It fails by our judgement: off, in a fault, and for a growing while not enabled.
   void trip(Time now, std::uint32_t faults) noexcept;
   /// It went off by itself or was switched off: takes a newer command to be enabled again.

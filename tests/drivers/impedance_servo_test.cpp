@@ -50,6 +50,25 @@ TEST_P(Impedance, DampSlowsDownAndDoesNotHold) {
   EXPECT_NEAR(rig->joints[0]->position_rad(), -0.2, 0.05) << "nothing pulls it back";
 }
 
+TEST_P(Impedance, AfterDampingItGoesOnFromWhereItSagged) {
+  ServoConfig c = plain();
+  c.limits = {-3, 3, 1, 20};
+  c.kd = 0.5;
+  c.stop = StopAction::damp;
+  build(c);
+  rig->run(500ms, false);
+  ASSERT_EQ(rig->sample.mode[0], JointMode::stopping);
+  for (int i = 1; i <= 100; ++i) {  // slowly, by its weight
+    rig->joints[0]->place(-0.005 * i);
+    rig->run(10ms, false);
+  }
+  rig->setpoint[0] = 2;
+  rig->run(50ms);
+  EXPECT_EQ(rig->sample.mode[0], JointMode::enabled);
+  EXPECT_LT(rig->joints[0]->position_rad(), -0.4) << "1 rad/s at most";
+  EXPECT_GT(rig->joints[0]->position_rad(), -0.51);
+}
+
 TEST_P(Impedance, HoldPullsBack) {
   ServoConfig c = plain();
   c.stop = StopAction::hold;
