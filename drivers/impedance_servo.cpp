@@ -29,6 +29,12 @@ std::string check_impedance(const ServoConfig& c, double most_kp, double most_kd
   return {};
 }
 
+ServoConfig ImpedanceServo::with_spring(ServoConfig c, double motor_nm) {
+  if (c.following.position_rad >= 0 || !(c.kp > 0)) return c;
+  c.following.position_rad = FollowingError::kUsual_rad + std::min(c.limits.effort_nm, motor_nm * c.gear_ratio) / c.kp;
+  return c;
+}
+
 void ImpedanceServo::heard(Time now, const Reply& reply) noexcept {
   ++replies_;
   waiting_ = false;
@@ -68,6 +74,7 @@ void ImpedanceServo::take_request(Time now, const ServoCommand& command) noexcep
 void ImpedanceServo::tick(Time now, const ServoCommand& command, FrameSink& out) noexcept {
   if (joint_.watch(now)) {
     on_ = false;
+    on_off();
     probe_.reset();
     asked_ = replies_ = 0;
   }
@@ -84,7 +91,7 @@ void ImpedanceServo::tick(Time now, const ServoCommand& command, FrameSink& out)
 void ImpedanceServo::stay_off(Time now, const ServoCommand& command, FrameSink& out) noexcept {
   const ServoFeedback& f = joint_.feedback();
   const bool alive = f.measured.ns != 0 && (f.faults & msg::kJointLost) == 0;
-  if (joint_.may_enable(now, command)) {
+  if (joint_.may_enable(now, command) && told_settings()) {
     joint_.begin(now);
     joint_.set_mode(msg::JointMode::enabling);
     on_ = true;
@@ -135,6 +142,7 @@ void ImpedanceServo::stay_on(Time now, const ServoCommand& command, FrameSink& o
 
 void ImpedanceServo::go_off(Time now, FrameSink& out) noexcept {
   on_ = false;
+  on_off();
   joint_.went_off();
   joint_.set_mode(joint_.idle_mode(now));
   next_ask_ = now;  // said again at once, should this frame be lost

@@ -247,6 +247,21 @@ TEST_P(EveryProtocol, WarmthTakesEffortBeforeTheDriveGivesUp) {
   EXPECT_GT(most, 0.5);
 }
 
+TEST_P(EveryProtocol, JointThatIsTooWarmToFollowIsNoOverload) {
+  ServoConfig c = ServoRig::plain(GetParam(), 1);
+  c.derating = {50, 70};
+  build(c);
+  enable();
+  servo->temperature_c = 75;
+  rig->run(1500ms);
+  rig->setpoint[0] = 2.5;
+  rig->run(3s);
+  EXPECT_LT(rig->joints[0]->position_rad(), 0.5) << "it has no effort left";
+  EXPECT_EQ(now().mode[0], JointMode::enabled);
+  EXPECT_EQ(now().faults[0], std::uint32_t{msg::kJointDerated});
+  EXPECT_EQ(stats().enables, 1u);
+}
+
 TEST_P(EveryProtocol, TwoWithOneNumberAreFound) {
   sim_hil::JointModel other;
   rig->add_sim(GetParam(), ServoRig::plain(GetParam(), 1), other);
