@@ -137,7 +137,7 @@ TEST_F(Cia402, HomesByItselfBeforeItFollowsAnything) {
   build(c, with_switch(-0.8));
   rig->setpoint[0] = 0.2;
   ASSERT_TRUE(rig->until(0, JointMode::homing));
-  while (rig->sample.mode[0] == JointMode::homing) {
+  for (int i = 0; i < 10'000 && rig->sample.mode[0] == JointMode::homing; ++i) {
     EXPECT_EQ(rig->sample.ready, 0u);
     ASSERT_LT(rig->joints[0]->position_rad(), 0.01) << "it goes to its switch, not to its setpoint";
     rig->run(1ms);
@@ -173,7 +173,7 @@ TEST_F(Cia402, PowerThatWasAwayTakesHomingAnewAndAFaultDoesNot) {
   ASSERT_TRUE(rig->until(0, JointMode::enabled));
   drive->fail(0x3220);
   ASSERT_TRUE(rig->until(0, JointMode::fault));
-  while (rig->sample.mode[0] != JointMode::enabled) {
+  for (int i = 0; i < 10'000 && rig->sample.mode[0] != JointMode::enabled; ++i) {
     ASSERT_NE(rig->sample.mode[0], JointMode::homing);
     rig->run(1ms);
   }
