@@ -64,6 +64,10 @@ std::string CanHub::find_twins() const {
   for (std::size_t i = 0; i < servos_.size(); ++i) {
     for (std::size_t k = i + 1; k < servos_.size(); ++k) {
       const ServoProtocol &a = *servos_[i].servo, &b = *servos_[k].servo;
+      if (!a.shares().empty() && a.shares() == b.shares() && a.config().actuator_id == b.config().actuator_id) {
+        return "bus '" + config_.name + "': servos '" + a.config().name + "' and '" + b.config().name +
+               "' have the same actuator_id, " + std::to_string(a.config().actuator_id);
+      }
       const auto first = a.interests(), second = b.interests();
       if (a.config().node_id != b.config().node_id || a.config().actuator_id != b.config().actuator_id) continue;
       if (first.empty() || second.empty() || first[0].id != second[0].id || first[0].extended != second[0].extended) {
@@ -149,6 +153,7 @@ void CanHub::run() {
     sleeping_.store(false, std::memory_order_relaxed);
   }
   sink_.deadline = os_.now() + 100ms;
+  sink_.patient = true;
   for (const Entry& entry : servos_) entry.servo->farewell(sink_);
 }
 
@@ -265,7 +270,12 @@ void CanHub::measure_load(Time now) noexcept {
 }
 
 void CanHub::Sink::send(const msg::CanFrame& frame) noexcept {
-  if (!hub_.bus_.send(frame, deadline)) {
+  hal::Status sent = hub_.bus_.send(frame, deadline);
+  while (patient && !sent && sent.error().code == hal::Errc::timeout && hub_.os_.now() < deadline) {
+    hub_.os_.sleep_until(hub_.os_.now() + 1ms);  // some eight frames leave meanwhile
+    sent = hub_.bus_.send(frame, deadline);
+  }
+  if (!sent) {
     count(hub_.counters_.send_failed);
     return;
   }

@@ -97,6 +97,7 @@ class CanHub final {
     explicit Sink(CanHub& hub) : hub_(hub) {}
     void send(const msg::CanFrame& frame) noexcept override;
     Time deadline{};
+    bool patient = false;  // waits for room in the queue until then; not for ticks
 
    private:
     CanHub& hub_;

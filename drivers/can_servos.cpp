@@ -48,6 +48,8 @@ ServoConfig read_config(DeviceKeys& keys) {
   double ms = 50;
   if (keys.read("feedback_timeout_ms", ms, 1, 10'000)) c.feedback_timeout = from_ms(ms);
   if (keys.read("device_timeout_ms", ms, 0, 10'000)) c.device_timeout = from_ms(ms);
+  keys.read("following_error_rad", c.following.position_rad, 0, kMostRad);
+  if (keys.read("following_time_ms", ms, 1, 60'000)) c.following.time = from_ms(ms);
   keys.read("plausible_velocity_radps", c.plausible_velocity_radps, 0, kMostRadps);
   keys.read_integer("homing_method", c.homing_method, -128, 127);
   keys.read("needs_disarm", c.needs_disarm);
@@ -57,6 +59,8 @@ ServoConfig read_config(DeviceKeys& keys) {
 void refuse(DeviceKeys& keys, const std::string& wrong) {
   if (!wrong.empty()) keys.problems().push_back({keys.spec().line, keys.path(), '"' + keys.spec().driver + '"', wrong});
 }
+
+Duration tick_of(const CanBusConfig& bus) { return from_ms(1e3 / bus.hub.tick_hz); }
 
 void read_cia402(DeviceKeys& keys, JointConfig& joint, const CanBusConfig& bus) {
   Cia402Options o;
@@ -68,6 +72,7 @@ void read_cia402(DeviceKeys& keys, JointConfig& joint, const CanBusConfig& bus) 
   keys.read_integer("temperature_sub", o.temperature_object.sub, 0, 254);
   keys.read("temperature_unit_c", o.temperature_unit_c, 1e-6, 1e3);
   refuse(keys, check_cia402(joint.servo, o));
+  refuse(keys, check_times(joint.servo, tick_of(bus), std::max(tick_of(bus), bus.master_heartbeat)));
   joint.make = [config = joint.servo, o](CanBuses::Bus& on) -> std::unique_ptr<ServoProtocol> {
     if (!on.has_canopen_master)
       on.hub->add(
@@ -77,7 +82,7 @@ void read_cia402(DeviceKeys& keys, JointConfig& joint, const CanBusConfig& bus) 
   };
 }
 
-void read_mit(DeviceKeys& keys, JointConfig& joint) {
+void read_mit(DeviceKeys& keys, JointConfig& joint, const CanBusConfig& bus) {
   std::string names, name;
   for (const wire::MitMotorType& t : wire::mit_motor_types()) names += std::string(t.name) + ", ";
   keys.require("motor", name, "the type of the motor: " + names + "or \"custom\" with its ranges");
@@ -94,15 +99,17 @@ void read_mit(DeviceKeys& keys, JointConfig& joint) {
   keys.read("range_kd", o.type.kd, 1e-3, 1e4);
   keys.read_integer("master_id", o.master_id, 0, 0x7FF);
   refuse(keys, check_mit(joint.servo, o));
+  refuse(keys, check_times(joint.servo, tick_of(bus), tick_of(bus)));
   joint.make = [config = joint.servo, o](CanBuses::Bus&) -> std::unique_ptr<ServoProtocol> {
     return std::make_unique<MitServo>(config, o);
   };
 }
 
-void read_cybergear(DeviceKeys& keys, JointConfig& joint) {
+void read_cybergear(DeviceKeys& keys, JointConfig& joint, const CanBusConfig& bus) {
   std::uint32_t host = 0xFD;
   keys.read_integer("host_id", host, 0, 0xFF);
   refuse(keys, check_cybergear(joint.servo, host));
+  refuse(keys, check_times(joint.servo, tick_of(bus), tick_of(bus)));
   joint.make = [config = joint.servo, host](CanBuses::Bus&) -> std::unique_ptr<ServoProtocol> {
     return std::make_unique<CyberGearServo>(config, host);
   };
@@ -113,8 +120,10 @@ void read_dronecan(DeviceKeys& keys, JointConfig& joint) {
   keys.read("esc", o.esc);
   keys.read("esc_full_radps", o.esc_full_radps, 0, kMostRadps);
   keys.read("status_hz", o.status_hz, 0.1, 2000);
+  if (!keys.has("actuator_id")) keys.problem("actuator_id", "its place in the commands; it is required");
   keys.read_integer("actuator_id", joint.servo.actuator_id, 0, 255);
   refuse(keys, check_dronecan(joint.servo, o));
+  refuse(keys, check_times(joint.servo, from_ms(1e3 / o.status_hz), Duration{0}));
   joint.make = [config = joint.servo, o](CanBuses::Bus& on) -> std::unique_ptr<ServoProtocol> {
     if (!on.dronecan) {
       auto node = std::make_unique<DronecanNode>(on.config.dronecan);
@@ -147,9 +156,9 @@ JointConfig read_joint(DeviceKeys& keys, const DeviceSpecs& specs) {
   if (protocol == "cia402")
     read_cia402(keys, joint, on);
   else if (protocol == "mit")
-    read_mit(keys, joint);
+    read_mit(keys, joint, on);
   else if (protocol == "cybergear")
-    read_cybergear(keys, joint);
+    read_cybergear(keys, joint, on);
   else if (protocol == "dronecan")
     read_dronecan(keys, joint);
   else

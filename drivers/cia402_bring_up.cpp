@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "drivers/cia402_servo.hpp"
 
@@ -16,6 +17,24 @@ wire::DriveMode Cia402Servo::mode_of(ServoMode mode) {
                                        : wire::DriveMode::cyclic_torque;
 }
 
+namespace {
+
+/// 60C2h: `value` * 10^`exponent` seconds. Nothing: it cannot hold this cycle, and the drive would drift against SYNC.
+struct CycleTime {
+  std::uint8_t value = 0;
+  std::int8_t exponent = 0;
+};
+std::optional<CycleTime> cycle_time(double tick_hz) {
+  for (const int exponent : {-4, -3, -5, -6, -2, -1, 0}) {
+    const double value = std::pow(10, -exponent) / tick_hz, whole = std::round(value);
+    if (whole < 1 || whole > 255 || std::abs(value - whole) > 1e-9 * whole) continue;
+    return CycleTime{static_cast<std::uint8_t>(whole), static_cast<std::int8_t>(exponent)};
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
 std::string check_cia402(const ServoConfig& c, const Cia402Options& o) {
   if (std::string wrong = check_servo(c); !wrong.empty()) return wrong;
   const auto say = [&c](const char* what) { return "servo '" + c.name + "': " + what; };
@@ -29,6 +48,7 @@ std::string check_cia402(const ServoConfig& c, const Cia402Options& o) {
   if (!(o.tick_hz > 0) || o.tick_hz > 4000) return say("tick_hz: above 0, at most 4000");
   if (o.slow_every < 1 || o.slow_every > 240) return say("slow_every: 1..240");
   if (c.device_timeout > 65s) return say("device_timeout: at most 65 s");
+  if (!cycle_time(o.tick_hz)) return say("tick_hz: 60C2h holds 1 to 255 times a power of ten seconds: 250, 500, 1000");
   return {};
 }
 
@@ -102,10 +122,11 @@ void Cia402Servo::plan() {
                                : c.mode == ServoMode::velocity ? wire::mapped(wire::kTargetVelocity, 32)
                                                                : wire::mapped(wire::kTargetTorque, 16);
   const std::uint32_t rpdo1[] = {wire::mapped(wire::kControlword, 16), target, wire::mapped(wire::kMaxTorque, 16)};
+  const std::size_t rpdo1_entries = limits_effort() ? 3 : 2;
   const std::uint32_t tpdo1[] = {wire::mapped(wire::kStatusword, 16), wire::mapped(wire::kActualPosition, 32),
                                  wire::mapped(wire::kActualTorque, 16)};
   const std::uint32_t tpdo2[] = {wire::mapped(wire::kActualVelocity, 32), wire::mapped(wire::kDcLinkVoltage, 32)};
-  plan_pdo(false, 1, 1, rpdo1);
+  plan_pdo(false, 1, 1, std::span(rpdo1).first(rpdo1_entries));
   plan_pdo(true, 1, 1, tpdo1);
   plan_pdo(true, 2, options_.slow_every, tpdo2);
   write(wire::kHeartbeatProducer, 100, 2, true);
@@ -117,8 +138,9 @@ void Cia402Servo::plan() {
   }
   write(wire::kQuickStopOption, 2, 2, true);  // slows down on the quick stop ramp, then off
   write(wire::kModeOfOperation, static_cast<std::uint8_t>(mode_of(c.mode)), 1);
-  write(wire::kInterpolationTime, static_cast<std::uint32_t>(std::lround(1e4 / options_.tick_hz)), 1, true);
-  write(wire::kInterpolationExponent, static_cast<std::uint8_t>(-4), 1, true);  // in 0.1 ms
+  const auto cycle = cycle_time(options_.tick_hz).value_or(CycleTime{});  // else check_cia402() has said so
+  write(wire::kInterpolationTime, cycle.value, 1, true);
+  write(wire::kInterpolationExponent, static_cast<std::uint8_t>(cycle.exponent), 1, true);
 }
 
 void Cia402Servo::bring_up(Time now, FrameSink& out) noexcept {
@@ -167,6 +189,12 @@ void Cia402Servo::next_step(Time now, FrameSink& out) noexcept {
     return;
   }
   sdo_.reset();
+  if (!(rated_nm() > 0)) {  // no per mille of it says anything
+    joint_.set_drive_faults(now, msg::kJointOther, wire::kRatedTorque.index);
+    give_up();
+    joint_.set_mode(msg::JointMode::fault);
+    return;
+  }
   identity_.serial = serial_;
   joint_.set_drive_faults(now, 0, 0);
   out.send(wire::encode_nmt(wire::NmtCommand::start, config().node_id));
@@ -203,6 +231,7 @@ void Cia402Servo::drop() noexcept {
   state_ = wire::DriveState::not_ready;
   error_code_ = 0;
   homing_ = Homing::no;
+  homed_ = false;  // it may have been without power
   tpdos_ = ticks_ = 0;
   joint_.went_off();
   joint_.forget_position();
@@ -211,6 +240,8 @@ void Cia402Servo::drop() noexcept {
 double Cia402Servo::rated_nm() const noexcept {
   return config().rated_effort_nm > 0 ? config().rated_effort_nm : rated_mnm_ / 1000.0;
 }
+
+bool Cia402Servo::limits_effort() const noexcept { return std::isfinite(config().limits.effort_nm); }
 
 double Cia402Servo::velocity_unit() const noexcept {
   return options_.velocity_unit_radps > 0 ? options_.velocity_unit_radps

@@ -140,7 +140,8 @@ void Cia402Servo::decide(Time now, const ServoCommand& command) noexcept {
     deadline_ = now + 1s;
     return;
   }
-  const bool stop = command.intent == Intent::stop && config().stop != StopAction::hold;
+  const bool holds = config().stop == StopAction::hold && homing_ == Homing::no;  // what homes moves without a lease
+  const bool stop = command.intent == Intent::stop && !holds;
   if (command.intent != Intent::off && !stop && !broken) return;
   quick_ = command.intent == Intent::stop && config().stop == StopAction::quick_stop && was_enabled_ && !broken;
   wants_ = was_enabled_ = false;
@@ -150,11 +151,13 @@ void Cia402Servo::decide(Time now, const ServoCommand& command) noexcept {
 }
 
 void Cia402Servo::aim(Time now, const ServoCommand& command) noexcept {
-  ServoJoint::Target target{joint_.feedback().position_rad, joint_.effort_limit()};
-  if (config().mode != ServoMode::position) target.value = 0;
-  if (wants_ && was_enabled_ && homing_ == Homing::no) {
-    target = command.intent == ServoCommand::Intent::follow ? joint_.target(now, command.setpoint) : joint_.held();
+  ServoJoint::Target target;
+  if (wants_ && was_enabled_ && homing_ == Homing::no && homed()) {
+    target = command.intent == ServoCommand::Intent::follow ? joint_.target(now, command.setpoint) : joint_.held(now);
     if (joint_.tripped()) wants_ = was_enabled_ = false;
+  } else {
+    joint_.resume(now);
+    target = joint_.held(now);
   }
   switch (config().mode) {
     case ServoMode::position:
@@ -168,6 +171,7 @@ void Cia402Servo::aim(Time now, const ServoCommand& command) noexcept {
       target_ = to_integer<std::int16_t>(joint_.to_drive_effort(target.value) / rated_nm() * 1000);
       break;
   }
+  if (!limits_effort()) return;
   const double most = std::abs(joint_.to_drive_effort(target.effort_limit_nm)) / rated_nm() * 1000;
   torque_limit_ = to_integer<std::uint16_t>(most);
 }
@@ -192,10 +196,10 @@ void Cia402Servo::note_state(Time now, bool holding) noexcept {
   if (quick_ && (now > deadline_ || (!on && state_ != DriveState::quick_stop_active))) quick_ = false;
   msg::JointMode mode = joint_.idle_mode(now);
   if (wants_) {
-    mode = homing_ != Homing::no ? msg::JointMode::homing
-           : !was_enabled_       ? msg::JointMode::enabling
-           : holding             ? msg::JointMode::stopping
-                                 : msg::JointMode::enabled;
+    mode = !was_enabled_                       ? msg::JointMode::enabling
+           : homing_ != Homing::no || !homed() ? msg::JointMode::homing
+           : holding                           ? msg::JointMode::stopping
+                                               : msg::JointMode::enabled;
   } else if (quick_ || (on && mode != msg::JointMode::fault)) {
     mode = msg::JointMode::stopping;
   }
@@ -216,14 +220,16 @@ std::uint16_t Cia402Servo::controlword(Time now) noexcept {
 
 void Cia402Servo::send_rpdo(FrameSink& out) noexcept {
   const bool torque = config().mode == ServoMode::effort;
-  msg::CanFrame frame = wire::can_frame(wire::rpdo_id(1, config().node_id), torque ? 6 : 8);
+  const std::uint8_t size = torque ? 4 : 6;
+  msg::CanFrame frame =
+      wire::can_frame(wire::rpdo_id(1, config().node_id), limits_effort() ? static_cast<std::uint8_t>(size + 2) : size);
   wire::put_le(frame, 0, control_);
   if (torque) {
     wire::put_le(frame, 2, static_cast<std::int16_t>(target_));
   } else {
     wire::put_le(frame, 2, target_);
   }
-  wire::put_le(frame, torque ? 4 : 6, torque_limit_);
+  if (limits_effort()) wire::put_le(frame, size, torque_limit_);
   out.send(frame);
 }
 

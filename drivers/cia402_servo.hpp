@@ -42,11 +42,14 @@ struct Cia402Options {
 std::string check_cia402(const ServoConfig& config, const Cia402Options& options);
 
 /// Brings a drive up by SDO (identity, PDO mapping, heartbeats, mode), starts it, and then talks in PDOs: RPDO1 takes
-/// controlword, target and torque limit with each SYNC, TPDO1 brings statusword, position and torque, TPDO2 velocity
-/// and DC link voltage. Setpoints are cyclic synchronous position, velocity or torque.
-/// Lease:   StopAction torque_off, quick_stop, hold; the drive itself watches the master's heartbeat (1016h) when
+/// controlword, target and torque limit (if there is one) with each SYNC, TPDO1 brings statusword, position and torque,
+/// TPDO2 velocity and DC link voltage. Setpoints are cyclic synchronous position, velocity or torque. Lease: StopAction
+/// torque_off, quick_stop, hold; the drive itself watches the master's heartbeat (1016h) when
 ///          ServoConfig::device_timeout is set, and then stops by 6007h.
-/// Homing:  Request::home runs mode 6 with ServoConfig::homing_method; zero_here moves our own offset.
+/// Homing:  with ServoConfig::homing_method it homes by itself (mode 6) when it is enabled for the first time after it
+///          was brought up, and follows nothing before: whoever was away may have been without power. A drive that
+///          says in mode 6 that it is homed already does not move for that. Without a lease homing ends, and the torque
+///          with it. Request::home homes again; zero_here moves our own offset.
 /// Thread, RT: as ServoProtocol.
 class Cia402Servo final : public ServoProtocol {
  public:
@@ -64,7 +67,8 @@ class Cia402Servo final : public ServoProtocol {
 
  private:
   enum class Phase : std::uint8_t { absent, configuring, starting, running };
-  enum class Homing : std::uint8_t { no, set_method, set_mode, moving, set_back };
+  /// Arriving: in mode 6, whose statusword is on its way.
+  enum class Homing : std::uint8_t { no, set_method, set_mode, check_mode, arriving, moving, set_back, check_back };
   /// One step of bringing it up; a drive may refuse what is optional.
   struct Step {
     wire::Sdo request;
@@ -93,6 +97,10 @@ class Cia402Servo final : public ServoProtocol {
   std::uint16_t controlword(Time now) noexcept;
   void home(Time now, const ServoCommand& command) noexcept;
   void begin_homing(Time now, const ServoCommand& command) noexcept;
+  void next_homing_step(Time now) noexcept;
+  void watch_homing(Time now) noexcept;
+  void check_mode(Homing step) noexcept;
+  bool homed() const noexcept { return homed_ || config().homing_method == 0; }
   void end_homing() noexcept;
   void set_mode(wire::DriveMode mode, Homing step) noexcept;
   static wire::DriveMode mode_of(ServoMode mode);
@@ -101,6 +109,7 @@ class Cia402Servo final : public ServoProtocol {
   void aim(Time now, const ServoCommand& command) noexcept;
   void drop() noexcept;
   double rated_nm() const noexcept;
+  bool limits_effort() const noexcept;  // else the drive's own 6072h stays as it is
   double velocity_unit() const noexcept;
 
   Cia402Options options_;
@@ -123,8 +132,9 @@ class Cia402Servo final : public ServoProtocol {
   std::uint32_t tpdos_ = 0, ticks_ = 0;  // in a window; many more frames than ticks are two drives
   bool heard_ = false;                   // since the last tick
   Homing homing_ = Homing::no;
+  bool homed_ = false, home_anew_ = false, homing_began_ = false;
   Time homing_deadline_{};
-  std::uint32_t homing_number_ = 0;  // of the feedback at its start; 0: not yet
+  std::uint32_t homing_number_ = 0;  // of the feedback at the start of its step
   std::uint32_t request_seen_ = 0;
   Time next_temperature_{}, last_heartbeat_{};
   bool reading_temperature_ = false;

@@ -7,7 +7,8 @@ using wire::CyberGearKind;
 
 namespace {
 
-constexpr Duration kQuestions = 250ms;  // between two of them: voltage, identity, time-out
+constexpr Duration kQuestions = 250ms;  // between two of them: voltage, identity
+constexpr int kTimesTold = 3;           // in ticks one after the other: no answer tells whether it was heard
 
 }  // namespace
 
@@ -21,7 +22,7 @@ std::string check_cybergear(const ServoConfig& c, std::uint32_t host_id) {
 }
 
 CyberGearServo::CyberGearServo(const ServoConfig& config, std::uint32_t host_id)
-    : ImpedanceServo(config), host_(host_id) {
+    : ImpedanceServo(config, wire::kCyberGearEffort_nm), host_(host_id) {
   constexpr std::uint32_t kMask = 0x1F00FFFF;  // kind, motor, whom to; of feedback the rest of `data` is status
   const std::uint32_t motor = config.node_id;
   interests_ = {Interest{wire::cybergear_id(CyberGearKind::feedback, motor, host_), kMask, true},
@@ -46,20 +47,27 @@ msg::CanFrame CyberGearServo::encode(Switch what) const noexcept {
 }
 
 void CyberGearServo::ask_more(Time now, FrameSink& out) noexcept {
-  if (now < next_question_) return;
-  next_question_ = now + kQuestions;
   const std::uint32_t motor = config().node_id;
-  if (identity_.serial == 0) {
-    out.send(wire::encode_cybergear(CyberGearKind::identify, host_, motor));
-  } else if (config().device_timeout > 0ns && !told_timeout_) {
+  const bool off = joint_.feedback().mode == msg::JointMode::disabled;
+  if (config().device_timeout > 0ns && off && timeouts_told_ < kTimesTold) {
     // 20000 is a second (manual of firmware 1.2.1.5, 4.1.11).
     const auto count = static_cast<std::uint32_t>(config().device_timeout / 50us);
     out.send(wire::encode_cybergear_parameter(CyberGearKind::write, host_, motor, {wire::kCyberGearCanTimeout, count}));
-    told_timeout_ = true;
+    ++timeouts_told_;
+    return;
+  }
+  if (now < next_question_) return;
+  next_question_ = now + kQuestions;
+  if (identity_.serial == 0) {
+    out.send(wire::encode_cybergear(CyberGearKind::identify, host_, motor));
   } else {
     out.send(wire::encode_cybergear_parameter(CyberGearKind::read, host_, motor, {wire::kCyberGearVbus, 0}));
-    if (joint_.feedback().mode != msg::JointMode::enabled) told_timeout_ = false;  // it may have been without power
+    if (off && timeouts_told_ == kTimesTold) --timeouts_told_;  // once more: it may have been without power
   }
+}
+
+bool CyberGearServo::told_settings() const noexcept {
+  return config().device_timeout <= 0ns || timeouts_told_ == kTimesTold;
 }
 
 void CyberGearServo::on_identity(std::uint64_t serial, Time now) noexcept {

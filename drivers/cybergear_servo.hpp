@@ -8,9 +8,8 @@ namespace sinew::drivers {
 std::string check_cybergear(const ServoConfig& config, std::uint32_t host_id);
 
 /// A CyberGear motor in its motion mode. It is identified by its processor's number, tells faults by name, and its bus
-/// voltage when asked, twice a second. ServoConfig::device_timeout goes into its CAN_TIMEOUT (newer firmwares only: 0
-/// is what older ones do).
-/// Thread, RT: as ServoProtocol.
+/// voltage when asked, a few times a second. ServoConfig::device_timeout goes into its CAN_TIMEOUT (newer firmwares
+/// only: 0 is what older ones do) before each time that it is enabled. Thread, RT: as ServoProtocol.
 class CyberGearServo final : public ImpedanceServo {
  public:
   explicit CyberGearServo(const ServoConfig& config, std::uint32_t host_id = 0xFD);
@@ -24,11 +23,13 @@ class CyberGearServo final : public ImpedanceServo {
   msg::CanFrame encode(const wire::MitCommand& command) const noexcept override;
   msg::CanFrame encode(Switch what) const noexcept override;
   void ask_more(Time now, FrameSink& out) noexcept override;
+  bool told_settings() const noexcept override;
+  void on_off() noexcept override { timeouts_told_ = 0; }
   void on_identity(std::uint64_t serial, Time now) noexcept;
 
   std::uint32_t host_;
   std::array<Interest, 4> interests_;
-  bool told_timeout_ = false;
+  int timeouts_told_ = 0;  // since it was on
   Time next_question_{};
 };
 

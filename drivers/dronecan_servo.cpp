@@ -43,6 +43,7 @@ std::string check_dronecan(const ServoConfig& c, const DronecanServoOptions& o) 
                : c.mode == ServoMode::velocity ? "stop: a DroneCAN actuator in mode velocity has damp"
                                                : "stop: a DroneCAN actuator in mode effort has torque_off");
   if (c.homing_method != 0) return say("homing_method: DroneCAN has none");
+  if (c.device_timeout > Duration{0}) return say("device_timeout: is set in the device, no frame does it");
   if (!(o.status_hz > 0)) return say("status_hz: above 0");
   return {};
 }
@@ -199,7 +200,7 @@ void DronecanServo::tick(Time now, const ServoCommand& wish, FrameSink& out) noe
     command_stop();
   } else {
     joint_.set_mode(stop ? msg::JointMode::stopping : msg::JointMode::enabled);
-    const ServoJoint::Target target = stop ? joint_.held() : joint_.target(now, wish.setpoint);
+    const ServoJoint::Target target = stop ? joint_.held(now) : joint_.target(now, wish.setpoint);
     if (joint_.tripped()) {
       on_ = false;
       command_stop();

@@ -36,6 +36,7 @@ class DronecanServo final : public ServoProtocol {
   const ServoIdentity& identity() const noexcept override { return identity_; }
   const ServoStats& stats() const noexcept override { return joint_.stats(); }
   const ServoConfig& config() const noexcept override { return joint_.config(); }
+  std::string_view shares() const noexcept override { return options_.esc ? "esc" : "actuator"; }
   void farewell(FrameSink& out) noexcept override;
 
  private:

@@ -29,6 +29,12 @@ std::string check_impedance(const ServoConfig& c, double most_kp, double most_kd
   return {};
 }
 
+ServoConfig ImpedanceServo::with_spring(ServoConfig c, double motor_nm) {
+  if (c.following.position_rad >= 0 || !(c.kp > 0)) return c;
+  c.following.position_rad = FollowingError::kUsual_rad + std::min(c.limits.effort_nm, motor_nm * c.gear_ratio) / c.kp;
+  return c;
+}
+
 void ImpedanceServo::heard(Time now, const Reply& reply) noexcept {
   ++replies_;
   waiting_ = false;
@@ -68,6 +74,7 @@ void ImpedanceServo::take_request(Time now, const ServoCommand& command) noexcep
 void ImpedanceServo::tick(Time now, const ServoCommand& command, FrameSink& out) noexcept {
   if (joint_.watch(now)) {
     on_ = false;
+    on_off();
     probe_.reset();
     asked_ = replies_ = 0;
   }
@@ -84,7 +91,7 @@ void ImpedanceServo::tick(Time now, const ServoCommand& command, FrameSink& out)
 void ImpedanceServo::stay_off(Time now, const ServoCommand& command, FrameSink& out) noexcept {
   const ServoFeedback& f = joint_.feedback();
   const bool alive = f.measured.ns != 0 && (f.faults & msg::kJointLost) == 0;
-  if (joint_.may_enable(now, command)) {
+  if (joint_.may_enable(now, command) && told_settings()) {
     joint_.begin(now);
     joint_.set_mode(msg::JointMode::enabling);
     on_ = true;
@@ -119,11 +126,12 @@ void ImpedanceServo::stay_on(Time now, const ServoCommand& command, FrameSink& o
       go_off(now, out);
       return;
     }
+    joint_.resume(now);
     ask(encode(Switch::enable), out);  // a lost one is said again
     return;
   }
   if (joint_.runs_well(now)) clear_.reset();
-  const MitCommand motion = stopping ? stop() : follow(now, command.setpoint);
+  const MitCommand motion = stopping ? stop(now) : follow(now, command.setpoint);
   if (joint_.tripped()) {
     go_off(now, out);
     return;
@@ -134,6 +142,7 @@ void ImpedanceServo::stay_on(Time now, const ServoCommand& command, FrameSink& o
 
 void ImpedanceServo::go_off(Time now, FrameSink& out) noexcept {
   on_ = false;
+  on_off();
   joint_.went_off();
   joint_.set_mode(joint_.idle_mode(now));
   next_ask_ = now;  // said again at once, should this frame be lost
@@ -165,14 +174,15 @@ MitCommand ImpedanceServo::follow(Time now, double setpoint) noexcept {
   return command;
 }
 
-MitCommand ImpedanceServo::stop() const noexcept {
+MitCommand ImpedanceServo::stop(Time now) noexcept {
   const ServoConfig& c = config();
   MitCommand command;
   if (c.stop != StopAction::hold) {
+    joint_.resume(now);
     command.kd = joint_.to_drive_gain(c.damp_kd > 0 ? c.damp_kd : c.kd);
     return command;
   }
-  const ServoJoint::Target held = joint_.held();
+  const ServoJoint::Target held = joint_.held(now);
   command.position_rad =
       joint_.to_drive_position(pulled(held.value, joint_.feedback().position_rad, c.kp, held.effort_limit_nm));
   command.kp = joint_.to_drive_gain(c.kp);

@@ -14,7 +14,9 @@ namespace sinew::drivers {
 /// Thread, RT: as ServoProtocol.
 class ImpedanceServo : public ServoProtocol {
  public:
-  explicit ImpedanceServo(const ServoConfig& config) : joint_(config) {}
+  /// `motor_nm`: the most effort that the motor has, drive side. A spring that carries as much stands so far off its
+  /// setpoint; only what is further is an overload.
+  ImpedanceServo(const ServoConfig& config, double motor_nm) : joint_(with_spring(config, motor_nm)) {}
 
   void tick(Time now, const ServoCommand& command, FrameSink& out) noexcept override;
   const ServoFeedback& feedback() const noexcept override { return joint_.feedback(); }
@@ -31,6 +33,10 @@ class ImpedanceServo : public ServoProtocol {
     bool status_known = false, enabled = false;  // whether the reply says that it is enabled
   };
   enum class Switch : std::uint8_t { enable, disable, clear_fault };
+  /// What the motor has to be told before it may be enabled has been sent.
+  virtual bool told_settings() const noexcept { return true; }
+  /// It was switched off, failed or fell silent: it may have forgotten what it was told.
+  virtual void on_off() noexcept {}
   virtual msg::CanFrame encode(const wire::MitCommand& command) const noexcept = 0;
   virtual msg::CanFrame encode(Switch what) const noexcept = 0;
   /// Questions and settings beside; at most two frames. Called once a tick while the motor answers.
@@ -42,6 +48,7 @@ class ImpedanceServo : public ServoProtocol {
   ServoIdentity identity_;
 
  private:
+  static ServoConfig with_spring(ServoConfig config, double motor_nm);
   void count_replies(Time now) noexcept;
   void take_request(Time now, const ServoCommand& command) noexcept;
   void stay_off(Time now, const ServoCommand& command, FrameSink& out) noexcept;
@@ -49,7 +56,7 @@ class ImpedanceServo : public ServoProtocol {
   void go_off(Time now, FrameSink& out) noexcept;
   void ask(const msg::CanFrame& frame, FrameSink& out) noexcept;
   wire::MitCommand follow(Time now, double setpoint) noexcept;
-  wire::MitCommand stop() const noexcept;
+  wire::MitCommand stop(Time now) noexcept;
   /// A position (velocity) whose distance from the measured one is worth no more effort than allowed, at this gain.
   static double pulled(double target, double measured, double gain, double most_nm) noexcept;
 

@@ -17,7 +17,7 @@ std::string check_mit(const ServoConfig& config, const MitOptions& options);
 class MitServo final : public ImpedanceServo {
  public:
   MitServo(const ServoConfig& config, const MitOptions& options)
-      : ImpedanceServo(config), options_(options), interest_{options.master_id, 0x7FF, false} {}
+      : ImpedanceServo(config, options.type.effort_nm), options_(options), interest_{options.master_id, 0x7FF, false} {}
 
   std::span<const Interest> interests() const override { return {&interest_, 1}; }
   BusNeed need(double tick_hz) const override;

@@ -6,6 +6,7 @@
 #include <limits>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "hal/can_bus.hpp"
 #include "msg/can.hpp"
@@ -26,18 +27,22 @@ enum class StopAction : std::uint8_t { torque_off, damp, hold, quick_stop };
 struct ServoLimits {
   double position_min_rad = -1e9, position_max_rad = 1e9;
   double velocity_radps = 1e3;  // of a velocity setpoint, and of the change of a position setpoint
-  double effort_nm = 1e3;
+  double effort_nm = std::numeric_limits<double>::infinity();  // not finite: what the drive itself allows
 };
 
-/// From `start_c` on the effort limit goes down, to nothing at `end_c` and above; start >= end: never.
+/// From `start_c` on the effort limit, which has to be given then, goes down, to nothing at `end_c` and above; start >=
+/// end: never.
 struct Derating {
   double start_c = 0, end_c = 0;
 };
 
 /// How far a joint may stay behind its setpoint: further than this for longer than `time` is an overload (stuck,
-/// stalled, a drive that repeats itself), and it is switched off. 0: not watched.
+/// stalled, a drive that repeats itself), and it is switched off. 0: not watched. A joint that derating has weakened
+/// may stay behind.
 struct FollowingError {
-  double position_rad = 0.5, velocity_radps = 0;
+  static constexpr double kUsual = -1;  // kUsual_rad; for motors that are springs also what their most effort bends
+  static constexpr double kUsual_rad = 0.5;
+  double position_rad = kUsual, velocity_radps = 0;
   Duration time{std::chrono::milliseconds(500)};
 };
 
@@ -63,7 +68,7 @@ struct ServoConfig {
   Duration device_timeout{0};  // the drive is told to stop when it hears nothing for this long; 0: as it is set
   double plausible_velocity_radps = 0;  // feedback that moves faster is disbelieved; 0: four times the velocity limit
   int homing_method = 0;                // CiA 402 6098h; 0: the drive knows where it is
-  bool needs_disarm = false;            // after a fault: commands have to stop (armed = 0) before it is enabled again
+  bool needs_disarm = false;            // after a fault: it has to be disarmed (armed = 0) before it is enabled again
   std::uint32_t actuator_id = 0;        // DroneCAN: actuator_id, or index in esc.RawCommand
 };
 
@@ -75,6 +80,7 @@ struct ServoCommand {
     follow,  // setpoint holds
   };
   Intent intent = Intent::off;
+  bool disarmed = false;     // off because somebody wants it so, not for want of commands
   double setpoint = 0;       // joint frame, in the unit of the mode; finite
   std::uint32_t number = 0;  // counts the commands written; a joint is only enabled again by one it has not seen yet
   enum class Request : std::uint8_t { none, home, zero_here };
@@ -173,6 +179,9 @@ class ServoProtocol : public CanListener {
   virtual const ServoIdentity& identity() const noexcept = 0;
   virtual const ServoStats& stats() const noexcept = 0;
   virtual const ServoConfig& config() const noexcept = 0;
+  /// The commands in which actuator_id is its place, shared with others on the bus (none may have the same); empty:
+  /// its frames are its own.
+  virtual std::string_view shares() const noexcept { return {}; }
   /// Sent when the hub ends: leaves the drive without torque, whatever state it is in.
   virtual void farewell(FrameSink& out) noexcept = 0;
 

@@ -23,7 +23,8 @@ hal::Status ServoGroup::add(CanHub& hub, std::unique_ptr<ServoProtocol> servo) {
 // ---- the guardian's side ----
 
 hal::Status ServoGroup::hand_over(Setpoints setpoints) noexcept {
-  setpoints.number = ++number_;
+  setpoints.number = handed_.number + 1;
+  handed_ = setpoints;
   setpoints_.store(setpoints);
   for (CanHub* hub : hubs_) hub->poke();
   return {};
@@ -40,11 +41,19 @@ hal::Status ServoGroup::write(const msg::ActuatorCommand& command, Duration leas
   }
   const std::int64_t now = os_.now().ns, room = hal::kNever.ns - now;
   setpoints.until_ns = lease.count() < room ? now + lease.count() : hal::kNever.ns;
-  setpoints.armed = command.armed;
+  setpoints.armed = command.armed != 0;
   return hand_over(setpoints);
 }
 
 hal::Status ServoGroup::stop() noexcept { return hand_over({}); }
+
+hal::Status ServoGroup::fall_back(hal::FallBack how) noexcept {
+  Setpoints over = handed_;  // armed as it was: this neither arms nor disarms
+  over.limp = how == hal::FallBack::limp;
+  if (over.until_ns == 0 && over.limp == handed_.limp) return {};
+  over.until_ns = 0;
+  return hand_over(over);
+}
 
 void ServoGroup::request(std::size_t joint, ServoCommand::Request what) noexcept {
   if (joint >= count_) return;
@@ -70,7 +79,10 @@ ServoCommand ServoGroup::command(std::size_t index, Time now) noexcept {
   ServoCommand command;
   command.setpoint = setpoints.value[index];
   command.number = setpoints.number;
-  if (setpoints.armed != 0) command.intent = now.ns < setpoints.until_ns ? Intent::follow : Intent::stop;
+  command.disarmed = !setpoints.armed;
+  if (setpoints.armed && !setpoints.limp) {
+    command.intent = now.ns < setpoints.until_ns ? Intent::follow : Intent::stop;
+  }
   const std::uint32_t request = joint.request.load(std::memory_order_relaxed);
   command.request = static_cast<ServoCommand::Request>(request & 3);
   command.request_number = request >> 2;
@@ -114,6 +126,10 @@ void ServoGroup::publish() noexcept {
   // acquire: pairs with read()'s release, so that the slot has been read before it is written again
   if (head - tail_.load(std::memory_order_acquire) == kRing) {
     lost_.add();
+    compose(beside_.sample);
+    beside_.head = head;
+    beside_.any = true;
+    newest_.store(beside_);
   } else {
     compose(ring_[head % kRing]);
     head_.store(head + 1, std::memory_order_release);  // pairs with read()'s acquire: the sample lies before it
@@ -151,12 +167,17 @@ hal::Result<bool> ServoGroup::read(msg::JointState& out) noexcept {
   const std::uint32_t head = head_.load(std::memory_order_acquire);
   std::uint32_t tail = tail_.load(std::memory_order_relaxed);
   if (head == tail) return false;
-  if (head - tail == kRing) {  // nobody has read for long: only the newest is worth it
-    lost_.add(kRing - 1);
-    tail = head - 1;
+  if (head - tail < kRing) {
+    out = ring_[tail % kRing];
+    tail_.store(tail + 1, std::memory_order_release);
+    return true;
   }
-  out = ring_[tail % kRing];
-  tail_.store(tail + 1, std::memory_order_release);
+  // Nobody has read for long: only the newest is worth it. It lies beside the ring when that was full.
+  lost_.add(kRing - 1);
+  out = ring_[(head - 1) % kRing];
+  Beside beside;
+  if (newest_.load(beside) && beside.any && beside.head == head) out = beside.sample;
+  tail_.store(head, std::memory_order_release);
   return true;
 }
 

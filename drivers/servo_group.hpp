@@ -30,7 +30,8 @@ namespace sinew::drivers {
 
 /// Up to msg::kMaxChannels joints, on one bus or several. Setpoints are in the unit of each joint's mode, channel by
 /// channel in the order of add(). When their lease runs out each joint does its stop action.
-/// Samples come when all joints on the first joint's bus have measured anew, at least once a tick of that bus.
+/// Samples come when all joints on the first joint's bus have measured anew, at least once a tick of that bus. A reader
+/// that was away for long gets the newest one alone.
 /// Bit i of JointState::ready: joint i is enabled, and nothing is wrong with it but that it is warm or at a limit.
 /// Thread:  add(): owner, configure only. write(), stop(): one at a time (the guardian). read(): one. request(): any.
 /// RT:      yes, none of them waits.
@@ -46,6 +47,8 @@ class ServoGroup final : public hal::Actuators, public hal::Joints, private Serv
   /// Errors: bad_argument: another number of channels, a value that is not finite: the previous setpoints run out.
   hal::Status write(const msg::ActuatorCommand& command, Duration lease) noexcept override;
   hal::Status stop() noexcept override;
+  /// own: each joint does its stop action, as at the end of a lease; limp: no torque, and no disarming.
+  hal::Status fall_back(hal::FallBack how) noexcept override;
 
   hal::Result<bool> read(msg::JointState& out) noexcept override;
   Time ready_at() const noexcept override;
@@ -61,7 +64,8 @@ class ServoGroup final : public hal::Actuators, public hal::Joints, private Serv
   struct Setpoints {
     std::array<double, msg::kMaxChannels> value{};
     std::int64_t until_ns = 0;  // 0: never written
-    std::uint32_t number = 0, armed = 0;
+    std::uint32_t number = 0;
+    bool armed = false, limp = false;
   };
   struct Joint {
     std::size_t hub = 0;  // in hubs_
@@ -90,10 +94,17 @@ class ServoGroup final : public hal::Actuators, public hal::Joints, private Serv
   std::vector<CanHub*> hubs_;       // the first one's thread makes the samples
   std::vector<Setpoints> latched_;  // each of its hub's thread
   SeqLock<Setpoints> setpoints_;
-  std::uint32_t number_ = 0;  // writer's
+  Setpoints handed_;  // the last ones; writer's
 
-  static constexpr std::uint32_t kRing = 8;
+  static constexpr std::uint32_t kRing = 32;
   std::array<msg::JointState, kRing> ring_{};
+  struct Beside {
+    msg::JointState sample;
+    std::uint32_t head = 0;  // of the ring that was full
+    bool any = false;
+  };
+  Beside beside_;                                 // the newest that the ring had no room for; first hub's thread
+  SeqLock<Beside> newest_;                        // the same, for the reader
   std::atomic<std::uint32_t> head_{0}, tail_{0};  // first hub's thread; reader's
   hal::Tally lost_;
   bool published_this_tick_ = false;

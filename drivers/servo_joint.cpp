@@ -1,6 +1,7 @@
 #include "drivers/servo_joint.hpp"
 
 #include <cmath>
+#include <cstdio>
 
 namespace sinew::drivers {
 namespace {
@@ -16,12 +17,13 @@ double clamp(double value, double low, double high) { return value < low ? low :
 
 ServoJoint::ServoJoint(const ServoConfig& config) : config_(config) {
   if (config_.plausible_velocity_radps <= 0) config_.plausible_velocity_radps = 4 * config_.limits.velocity_radps;
+  if (config_.following.position_rad < 0) config_.following.position_rad = FollowingError::kUsual_rad;
 }
 
 bool ServoJoint::plausible(Time now, double joint_rad, double joint_radps) const noexcept {
   const double fastest = config_.plausible_velocity_radps;
   if (!std::isfinite(joint_rad) || std::abs(joint_radps) > fastest) return false;  // NaN: not in this frame
-  if (!believed_) return true;
+  if (!believed_ || new_zero_) return true;
   return std::abs(joint_rad - feedback_.position_rad) <= fastest * msg::seconds(now - arrived_) + kJumpMargin_rad;
 }
 
@@ -41,7 +43,7 @@ bool ServoJoint::measured(Time now, Time stamp, double drive_rad, double drive_r
   if (!std::isnan(drive_nm)) feedback_.effort_nm = config_.sign * drive_nm * config_.gear_ratio;
   arrived_ = now;
   believed_ = true;
-  doubted_ = false;
+  new_zero_ = doubted_ = false;
   lost_ = false;
   collect_faults();
   return true;
@@ -105,14 +107,14 @@ bool ServoJoint::watch(Time now) noexcept {
 }
 
 bool ServoJoint::may_enable(Time now, const ServoCommand& command) noexcept {
-  if (command.intent != ServoCommand::Intent::follow) disarmed_ = true;
+  if (command.disarmed) disarmed_ = true;
   // What was commanded while it could not be enabled is as old as what was commanded before.
   if (!believed_ || drive_faults_ != 0 || double_ || !back_off_.due(now)) stale_number_ = true;
   if (stale_number_) {  // the first command that is seen after going off does not count: it may be the old one
     stale_number_ = false;
     seen_number_ = command.number;
     if (config_.needs_disarm && stats_.faults + stats_.losses > 0) {
-      disarmed_ = command.intent != ServoCommand::Intent::follow;
+      disarmed_ = command.disarmed;
     }
     return false;
   }
@@ -142,11 +144,12 @@ double ServoJoint::effort_limit() const noexcept {
   if (d.start_c < d.end_c && !std::isnan(feedback_.temperature_c)) {
     part = clamp((d.end_c - feedback_.temperature_c) / (d.end_c - d.start_c), 0, 1);
   }
-  return part * config_.limits.effort_nm;
+  return part < 1 ? part * config_.limits.effort_nm : config_.limits.effort_nm;
 }
 
 bool ServoJoint::falls_behind(double value) const noexcept {
   const FollowingError& f = config_.following;
+  if (effort_limit() < config_.limits.effort_nm) return false;
   if (config_.mode == ServoMode::position) {
     return f.position_rad > 0 && std::abs(value - feedback_.position_rad) > f.position_rad;
   }
@@ -178,6 +181,12 @@ ServoJoint::Target ServoJoint::target(Time now, double setpoint) noexcept {
     trip(now, msg::kJointOverload);
   }
   return t;
+}
+
+ServoJoint::Target ServoJoint::held(Time now) noexcept {
+  target_at_ = now;
+  behind_ = false;
+  return {config_.mode == ServoMode::position ? last_value_ : 0.0, effort_limit()};
 }
 
 void ServoJoint::trip(Time now, std::uint32_t faults) noexcept {
@@ -215,11 +224,33 @@ std::string check_servo(const ServoConfig& c) {
   if (!std::isfinite(c.zero_rad)) return say("zero_rad: a number");
   if (!(l.position_min_rad < l.position_max_rad)) return say("limits: position_min_rad below position_max_rad");
   if (!(l.velocity_radps > 0) || !std::isfinite(l.velocity_radps)) return say("limits: velocity_radps above 0");
-  if (!(l.effort_nm > 0) || !std::isfinite(l.effort_nm)) return say("limits: effort_nm above 0");
+  if (!(l.effort_nm > 0)) return say("limits: effort_nm above 0");
+  if (c.derating.start_c < c.derating.end_c && !std::isfinite(l.effort_nm)) {
+    return say("derating: needs max_effort_nm");
+  }
+  if (c.following.time <= Duration{0}) return say("following: time above 0");
   if (!(c.kp >= 0) || !(c.kd >= 0) || !(c.damp_kd >= 0)) return say("gains: not below 0");
   if (c.feedback_timeout <= Duration{0}) return say("feedback_timeout: above 0");
   if (c.device_timeout < Duration{0}) return say("device_timeout: not below 0");
   return {};
+}
+
+std::string check_times(const ServoConfig& c, Duration feedback, Duration life) {
+  const auto too_short = [&c](const char* what, Duration is, double least, const char* of, Duration between) {
+    const auto ms = [](Duration d) {
+      char text[32];
+      std::snprintf(text, sizeof text, "%g ms", msg::seconds(d) * 1e3);
+      return std::string(text);
+    };
+    const Duration needed{static_cast<std::int64_t>(static_cast<double>(between.count()) * least)};
+    if (is >= needed) return std::string{};
+    return "servo '" + c.name + "': " + what + ": at least " + ms(needed) + ", as " + of + " come every " + ms(between);
+  };
+  std::string wrong = too_short("feedback_timeout", c.feedback_timeout, 2.5, "its answers", feedback);
+  if (wrong.empty() && c.device_timeout > Duration{0}) {
+    wrong = too_short("device_timeout", c.device_timeout, 3, "our signs of life", life);
+  }
+  return wrong;
 }
 
 }  // namespace sinew::drivers

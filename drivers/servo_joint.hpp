@@ -45,8 +45,10 @@ class ServoJoint {
   void missed() noexcept { ++stats_.missed; }
   /// A sign that two drives answer to this number; two within a second make it a fault until none came for two.
   void looks_double(Time now) noexcept;
-  /// Any next position is believed: the drive changes its zero.
+  /// Nothing is known any more, nor expected: any next position is believed, whenever it comes.
   void forget_position() noexcept { believed_ = false; }
+  /// Any next position is believed, but one has to come in time: the drive changes its zero.
+  void expect_new_zero() noexcept { new_zero_ = true; }
   /// From now on the joint reads 0 here. False: no position is known.
   bool zero_here() noexcept;
 
@@ -59,15 +61,16 @@ class ServoJoint {
   bool may_enable(Time now, const ServoCommand& command) noexcept;
   /// The joint is about to be enabled: setpoints start from where it is, own faults are forgotten.
   void begin(Time now) noexcept;
-  /// The same in the middle: setpoints start again from where it is.
+  /// Setpoints start again from where it is: in every tick in which it is on and follows nothing, so that the first
+  /// setpoint after it may move no further than within one tick.
   void resume(Time now) noexcept;
   /// The setpoint to send, within all limits, joint frame; effort_limit_nm holds the derating. Watches following.
   struct Target {
     double value = 0, effort_limit_nm = 0;
   };
   Target target(Time now, double setpoint) noexcept;
-  /// The last target again, for StopAction::hold.
-  Target held() const noexcept { return {config_.mode == ServoMode::position ? last_value_ : 0.0, effort_limit()}; }
+  /// The last target again, for StopAction::hold; what follows starts from it.
+  Target held(Time now) noexcept;
   /// It fails by our judgement: off, in a fault, and for a growing while not enabled.
   void trip(Time now, std::uint32_t faults) noexcept;
   /// It went off by itself or was switched off: takes a newer command to be enabled again.
@@ -108,7 +111,7 @@ class ServoJoint {
   ServoFeedback feedback_;
   ServoStats stats_;
   std::uint32_t drive_faults_ = 0, own_faults_ = 0;
-  bool believed_ = false, lost_ = false, doubted_ = false;
+  bool believed_ = false, new_zero_ = false, lost_ = false, doubted_ = false;
   Time arrived_{}, behind_since_{}, enabled_at_{}, target_at_{}, double_at_{}, double_first_{};
   std::uint32_t doubles_ = 0;
   bool behind_ = false, double_ = false;
@@ -120,5 +123,8 @@ class ServoJoint {
 
 /// What is wrong with a configuration whatever its protocol; empty: nothing. For the robot file's reader.
 std::string check_servo(const ServoConfig& config);
+/// Whether its time-outs leave room for what is late: `feedback` and `life` are the times between two of what its
+/// driver hears (positions) and between two of what the drive hears.
+std::string check_times(const ServoConfig& config, Duration feedback, Duration life);
 
 }  // namespace sinew::drivers

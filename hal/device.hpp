@@ -73,6 +73,10 @@ inline constexpr SensorKind kSensorKind<msg::JointState> = SensorKind::joints;
 /// Errors of read(): bad_argument when the frame does not fit the capacity of `out` (the frame is dropped).
 class Camera : public Sensor<msg::Image> {};
 
+/// What actuators do when their setpoints end although nobody took their permission: `own` is the safe action that the
+/// device has for the end of a lease (damp, hold, a ramp, off), `limp` no torque.
+enum class FallBack : std::uint8_t { own, limp };
+
 /// A group of actuators that act together (e.g. four motors).
 class Actuators {
  public:
@@ -81,8 +85,11 @@ class Actuators {
   /// Thread:  owner (the guardian).   RT: yes, never blocks.
   /// Errors:  closed, io; the previous setpoints then run out with their lease.
   virtual Status write(const msg::ActuatorCommand& command, Duration lease) noexcept = 0;
-  /// Stops at once (motors off, torque off).
+  /// Stops at once (motors off, torque off): disarmed, killed, or the end of the run.
   virtual Status stop() noexcept = 0;
+  /// Ends the lease at once: the last setpoints do not hold any more. A group that was stopped stays stopped. Devices
+  /// whose only safe action is to be off need not have it.
+  virtual Status fall_back(FallBack) noexcept { return stop(); }
 };
 
 }  // namespace sinew::hal

@@ -20,6 +20,7 @@ struct Guardian::Group {
   void judge(Time now, const Arming& arming);
   void write_state(Time now);
   void act(Time now);
+  hal::Status fall_back();
 
   ActuatorSpec spec;
   In<msg::ActuatorCommand> command;
@@ -27,6 +28,7 @@ struct Guardian::Group {
   hal::Actuators* device = nullptr;
 
   GuardianMode mode = GuardianMode::standby;
+  bool off = true;  // it has no right to any torque: what does not pass is not a fault alone
   std::uint32_t faults = 0, fault_events = 0;
   bool device_refused = false;
   bool has_good = false;  // since it was last disarmed
@@ -76,6 +78,7 @@ hal::Status Guardian::configure(Setup& setup) {
 void Guardian::reset() {
   for (const auto& g : groups_) {
     g->mode = GuardianMode::standby;
+    g->off = true;
     g->faults = g->fault_events = 0;
     g->device_refused = g->has_good = false;
     g->good = {};
@@ -218,6 +221,7 @@ void Guardian::Group::judge(Time now, const Arming& arming) {
     faults |= msg::kFaultFailsafe;
     mode = GuardianMode::safe;
   }
+  off = !permitted || !c || !c->armed;  // a failsafe's stop ends the permission
   if (faults && !before) ++fault_events;
 }
 
@@ -233,15 +237,20 @@ void Guardian::Group::write_state(Time now) {
   for (std::size_t i = spec.channels; i < s.value.size(); ++i) s.value[i] = 0;
 }
 
+hal::Status Guardian::Group::fall_back() {
+  const bool limp = spec.safe == ActuatorSpec::Safe::torque_off;
+  return device->fall_back(limp ? hal::FallBack::limp : hal::FallBack::own);
+}
+
 void Guardian::Group::act(Time now) {
   hal::Status done;
   if (passes()) {
     const Duration left = spec.lease - (now - good_published);
-    done = left > Duration{0} ? device->write(good, left) : device->stop();
+    done = left > Duration{0} ? device->write(good, left) : fall_back();
   } else if (holds()) {
     done = device->write(good, spec.lease);
   } else {
-    done = device->stop();
+    done = off ? device->stop() : fall_back();
   }
   device_refused = !done;
 }

@@ -20,8 +20,9 @@ namespace sinew::rt {
 /// controller that asks for the impossible is not one to follow half-way. The rate is that against the last good
 /// command, over the time between the two commits. A command with armed = 0 stops the group and is checked for nothing.
 ///
-/// Safe actions: `hold` repeats the last good values; `stop`, `damp` and `torque_off` stop the device (a damped or limp
-/// stop is the device's own; ActuatorCommand cannot express it).
+/// Safe actions: after a fault `hold` repeats the last good values; `stop` and `damp` let the device fall back to its
+/// own safe action (of a joint its on_stop; of motors off), `torque_off` makes it limp. Whoever is not permitted,
+/// disarmed, or stopped by a failsafe (unless it holds) is switched off: hal::Actuators::stop().
 ///
 /// No armed command passes without permission (Arming), which the robot file's failsafe conditions can end: their
 /// topics are latest inputs. A condition acts in the first step at or after the instant at which it is due: with the

@@ -24,7 +24,8 @@ std::uint16_t state_bits(DriveState state);
 
 // Statusword bits beside the state.
 constexpr std::uint16_t kStatusVoltage = 1 << 4, kStatusWarning = 1 << 7, kStatusRemote = 1 << 9,
-                        kStatusLimit = 1 << 11, kStatusHomed = 1 << 12, kStatusHomingError = 1 << 13;
+                        kStatusLimit = 1 << 11, kStatusTargetReached = 1 << 10, kStatusHomed = 1 << 12,
+                        kStatusHomingError = 1 << 13;
 // Controlword commands.
 constexpr std::uint16_t kControlDisableVoltage = 0x00, kControlQuickStop = 0x02, kControlShutdown = 0x06,
                         kControlSwitchOn = 0x07, kControlEnable = 0x0F, kControlFaultReset = 0x80,

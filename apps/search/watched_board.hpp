@@ -40,6 +40,10 @@ class WatchedBoard final : public hal::Board {
       check_.stopped(clock_.now());
       return device_.stop();
     }
+    hal::Status fall_back(hal::FallBack how) noexcept override {
+      check_.stopped(clock_.now());
+      return device_.fall_back(how);
+    }
 
    private:
     hal::Actuators& device_;

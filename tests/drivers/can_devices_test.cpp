@@ -153,6 +153,48 @@ TEST(CanDevices, EveryWrongKeyIsNamed) {
                           HasSubstr("r.toml:13: device.joints.group: \"legs\"")));
 }
 
+TEST(CanDevices, FollowingIsWatchedAsTheRobotFileSays) {
+  DeviceSpecs specs = head();
+  specs.devices[0].joints[0].keys["following_error_rad"] = {rt::ParamValue{0.1}, 7};
+  specs.devices[0].joints[0].keys["following_time_ms"] = {rt::ParamValue{200.0}, 8};
+  EXPECT_THAT(texts(specs), IsEmpty());
+  std::vector<rt::Problem> problems;
+  DeviceKeys keys(specs.devices[0].joints[0], "joint", problems);
+  const JointConfig joint = read_joint(keys, specs);
+  EXPECT_EQ(joint.servo.following.position_rad, 0.1);
+  EXPECT_EQ(joint.servo.following.time, hal::Duration{200ms});
+}
+
+TEST(CanDevices, TimeOutsLeaveRoomForWhatIsLate) {
+  DeviceSpecs specs = head();
+  specs.buses[0].keys["tick_hz"] = {rt::ParamValue{std::int64_t{25}}, 2};
+  EXPECT_THAT(
+      texts(specs),
+      ElementsAre(HasSubstr("servo 'pan': feedback_timeout: at least 100 ms, as its answers come every 40 ms"),
+                  HasSubstr("servo 'tilt': feedback_timeout: at least 100 ms, as its answers come every 40 ms")));
+  specs = head();
+  specs.devices[0].joints[0].keys["device_timeout_ms"] = {rt::ParamValue{30.0}, 7};
+  EXPECT_THAT(texts(specs), IsEmpty());
+  specs.buses[0].keys["master_heartbeat_ms"] = {rt::ParamValue{20.0}, 2};
+  EXPECT_THAT(texts(specs),
+              ElementsAre(HasSubstr("device_timeout: at least 60 ms, as our signs of life come every 20 ms")));
+}
+
+TEST(CanDevices, DronecanJointsHaveTheirPlaceAndAnswerOftenEnough) {
+  DeviceSpecs specs = head();
+  DeviceSpec& joint = specs.devices[0].joints[0];
+  joint = table("pan", "dronecan", 5,
+                {{"bus", std::string("can0")}, {"id", std::int64_t{20}}, {"on_stop", std::string("hold")}});
+  EXPECT_THAT(texts(specs), ElementsAre(HasSubstr("device.head.joint.pan.actuator_id")));
+  joint.keys["actuator_id"] = {rt::ParamValue{std::int64_t{0}}, 6};
+  EXPECT_THAT(texts(specs), IsEmpty());
+  joint.keys["status_hz"] = {rt::ParamValue{10.0}, 7};
+  EXPECT_THAT(texts(specs),
+              ElementsAre(HasSubstr("feedback_timeout: at least 250 ms, as its answers come every 100 ms")));
+  joint.keys["feedback_timeout_ms"] = {rt::ParamValue{250.0}, 8};
+  EXPECT_THAT(texts(specs), IsEmpty());
+}
+
 TEST(CanDevices, BusThatCannotCarryItsJointsDoesNotStart) {
   DeviceSpecs specs = head();
   specs.buses[0].keys["bit_rate"] = {rt::ParamValue{std::int64_t{125'000}}, 2};

@@ -1,6 +1,8 @@
 // One bus and everything on it: load, numbers, unknown and hostile frames, a bus that goes away.
 #include "drivers/can_hub.hpp"
 
+#include "drivers/dronecan_servo.hpp"
+#include "hal/linux/os.hpp"
 #include "servo_rig.hpp"
 
 namespace sinew::drivers {
@@ -40,6 +42,80 @@ TEST(CanHub, TwoServosOfOneNumberAreRefused) {
   std::string why;
   EXPECT_FALSE(rig.bus[0]->hub.configure(why));
   EXPECT_EQ(why, "bus 'can0': servos 'joint4' and 'elbow' have the same number, 4");
+}
+
+TEST(CanHub, TwoDronecanDevicesOfOnePlaceAreRefusedAndOfTwoKindsAreNot) {
+  const auto configure = [](std::uint32_t second_id, bool second_is_esc) {
+    ServoRig rig;
+    CanHub& hub = rig.bus[0]->hub;
+    auto service = std::make_unique<DronecanNode>(DronecanNodeConfig{});
+    DronecanNode& node = *service;
+    hub.add(std::move(service));
+    ServoConfig c = ServoRig::plain(Protocol::ak80, 20);
+    c.stop = StopAction::hold;
+    EXPECT_TRUE(rig.group().add(hub, std::make_unique<DronecanServo>(c, DronecanServoOptions{}, node)));
+    c.name = "elbow";
+    c.node_id = 21;
+    c.actuator_id = second_id;
+    DronecanServoOptions o;
+    if (second_is_esc) o.esc = true, o.esc_full_radps = 100, c.mode = ServoMode::velocity;
+    EXPECT_TRUE(rig.group().add(hub, std::make_unique<DronecanServo>(c, o, node)));
+    std::string why;
+    (void)hub.configure(why);
+    return why;
+  };
+  EXPECT_EQ(configure(0, false), "bus 'can0': servos 'joint20' and 'elbow' have the same actuator_id, 0");
+  EXPECT_EQ(configure(1, false), "");
+  EXPECT_EQ(configure(0, true), "");
+}
+
+/// Takes ten frames, and lets one of them go each 100 us, as a real one at 1 Mbit/s.
+class NarrowBus final : public hal::CanBus {
+ public:
+  explicit NarrowBus(hal::Os& os) : os_(os) {}
+  hal::Result<bool> read(msg::CanFrame&) noexcept override { return false; }
+  hal::Status send(const msg::CanFrame& frame, Time) noexcept override {
+    const Time now = os_.now();
+    while (waiting_ > 0 && now >= next_out_) --waiting_, next_out_ = next_out_ + 100us;
+    if (waiting_ == 10) return hal::Error{hal::Errc::timeout, "no room"};
+    if (waiting_++ == 0) next_out_ = now + 100us;
+    sent.push_back(frame);
+    return {};
+  }
+  hal::Status set_filters(std::span<const hal::CanFilter>) override { return {}; }
+  void set_wake(hal::Wake*) noexcept override {}
+  hal::CanStats stats() const noexcept override { return {}; }
+  std::uint32_t bit_rate() const noexcept override { return 1'000'000; }
+  std::vector<msg::CanFrame> sent;
+
+ private:
+  hal::Os& os_;
+  int waiting_ = 0;
+  Time next_out_{};
+};
+
+TEST(CanHub, FarewellsAllGoOutThroughAQueueThatIsTooShortForThem) {
+  hal::Os& os = hal::linux_os();
+  NarrowBus bus(os);
+  ServoGroup group(os, "arm");
+  CanHubConfig config{.name = "can0", .tick_hz = 50};
+  config.thread.name = "can0";
+  CanHub hub(os, bus, config);
+  for (std::uint32_t id = 1; id <= 8; ++id) {
+    ASSERT_TRUE(group.add(hub, std::make_unique<Cia402Servo>(ServoRig::plain(Protocol::cia402, id), Cia402Options{})));
+  }
+  std::string why;
+  ASSERT_TRUE(hub.configure(why)) << why;
+  ASSERT_TRUE(hub.start());
+  hub.stop();
+  std::size_t off = 0, switched_off = 0;
+  for (const msg::CanFrame& frame : bus.sent) {
+    const wire::CanopenId id = wire::canopen_id(frame.id);
+    off += id.kind == wire::CanopenKind::rpdo;
+    switched_off += id.kind == wire::CanopenKind::sdo_request && frame.data[1] == 0x40 && frame.data[2] == 0x60;
+  }
+  EXPECT_EQ(off, 8u) << "no torque by PDO";
+  EXPECT_EQ(switched_off, 8u) << "and by SDO";
 }
 
 TEST(CanHub, ProtocolsMixOnOneBus) {

@@ -1,4 +1,5 @@
 // What only CiA 402 drives do.
+#include <cmath>
 #include <cstring>
 
 #include "servo_rig.hpp"
@@ -122,44 +123,217 @@ TEST_F(Cia402, HoldStaysWhereItIs) {
   EXPECT_NEAR(rig->joints[0]->position_rad(), 0.5, 0.02);
 }
 
-TEST_F(Cia402, HomesAndGoesOnFromThere) {
+/// A drive that has its switch at `home_rad`.
+sim_hil::SimCia402::Parameters with_switch(double home_rad) {
+  sim_hil::SimCia402::Parameters p;
+  p.node_id = 5;
+  p.home_rad = home_rad;
+  return p;
+}
+
+TEST_F(Cia402, HomesByItselfBeforeItFollowsAnything) {
   ServoConfig c = plain();
   c.homing_method = 1;
-  build(c, [] {
-    sim_hil::SimCia402::Parameters p;
-    p.node_id = 5;
-    p.home_rad = -0.8;
-    return p;
-  }());
+  build(c, with_switch(-0.8));
+  rig->setpoint[0] = 0.2;
+  ASSERT_TRUE(rig->until(0, JointMode::homing));
+  for (int i = 0; i < 10'000 && rig->sample.mode[0] == JointMode::homing; ++i) {
+    EXPECT_EQ(rig->sample.ready, 0u);
+    ASSERT_LT(rig->joints[0]->position_rad(), 0.01) << "it goes to its switch, not to its setpoint";
+    rig->run(1ms);
+  }
+  ASSERT_EQ(rig->sample.mode[0], JointMode::enabled);
+  EXPECT_EQ(drive->object(wire::kModeOfOperation), 8u);
+  EXPECT_NEAR(rig->joints[0]->position_rad(), -0.8, 0.05);
+  rig->run(3s);
+  EXPECT_NEAR(rig->sample.position_rad[0], 0.2, 0.02);
+  EXPECT_NEAR(rig->joints[0]->position_rad(), -0.6, 0.03) << "0.2 from its switch";
+  EXPECT_EQ(rig->group().servo(0).stats().faults, 0u);
+  EXPECT_EQ(rig->group().servo(0).stats().losses, 0u);
+}
+
+TEST_F(Cia402, HomesAgainWhenItIsAskedTo) {
+  ServoConfig c = plain();
+  c.homing_method = 1;
+  build(c, with_switch(-0.8));
   ASSERT_TRUE(rig->until(0, JointMode::enabled));
+  rig->run(3s);
   rig->group().request(0, ServoCommand::Request::home);
   ASSERT_TRUE(rig->until(0, JointMode::homing));
   ASSERT_TRUE(rig->until(0, JointMode::enabled));
   rig->setpoint[0] = 0.2;
   rig->run(3s);
-  EXPECT_NEAR(rig->sample.position_rad[0], 0.2, 0.02);
-  EXPECT_NEAR(rig->joints[0]->position_rad(), -0.6, 0.03) << "0.2 from its switch";
-  EXPECT_EQ(rig->group().servo(0).stats().faults, 0u);
+  EXPECT_NEAR(rig->joints[0]->position_rad(), -0.6, 0.03);
 }
 
-TEST_F(Cia402, HomingThatIsInterruptedLeavesTheDriveInItsMode) {
+TEST_F(Cia402, PowerThatWasAwayTakesHomingAnewAndAFaultDoesNot) {
   ServoConfig c = plain();
   c.homing_method = 1;
-  build(c, [] {
-    sim_hil::SimCia402::Parameters p;
-    p.node_id = 5;
-    p.home_rad = -2.8;
-    return p;
-  }());
+  build(c, with_switch(-0.3));
   ASSERT_TRUE(rig->until(0, JointMode::enabled));
-  rig->group().request(0, ServoCommand::Request::home);
+  drive->fail(0x3220);
+  ASSERT_TRUE(rig->until(0, JointMode::fault));
+  for (int i = 0; i < 10'000 && rig->sample.mode[0] != JointMode::enabled; ++i) {
+    ASSERT_NE(rig->sample.mode[0], JointMode::homing);
+    rig->run(1ms);
+  }
+  drive->power(false);
+  rig->run(200ms);
+  drive->power(true);
+  EXPECT_TRUE(rig->until(0, JointMode::homing));
+  EXPECT_TRUE(rig->until(0, JointMode::enabled));
+}
+
+TEST_F(Cia402, HomingThatIsInterruptedLeavesTheDriveInItsModeAndBeginsAgain) {
+  ServoConfig c = plain();
+  c.homing_method = 1;
+  build(c, with_switch(-2.8));
   ASSERT_TRUE(rig->until(0, JointMode::homing));
   rig->run(30ms);
   ASSERT_TRUE(rig->group().stop());
   rig->run(100ms, false);
   EXPECT_FALSE(drive->live());
   EXPECT_EQ(drive->object(wire::kModeOfOperation), 8u);
+  EXPECT_TRUE(rig->until(0, JointMode::homing));
   EXPECT_TRUE(rig->until(0, JointMode::enabled));
+}
+
+TEST_F(Cia402, HomingEndsWithItsLeaseEvenWhereStoppingMeansHolding) {
+  ServoConfig c = plain();
+  c.homing_method = 1;
+  c.stop = StopAction::hold;
+  build(c, with_switch(-2.8));
+  ASSERT_TRUE(rig->until(0, JointMode::homing));
+  rig->run(30ms);
+  ASSERT_TRUE(drive->live());
+  rig->run(150ms, false);
+  EXPECT_FALSE(drive->live());
+  EXPECT_GT(rig->joints[0]->position_rad(), -2.5) << "on its way";
+}
+
+TEST_F(Cia402, DriveThatFallsSilentWhileItHomesIsLost) {
+  ServoConfig c = plain();
+  c.homing_method = 1;
+  build(c, with_switch(-2.8));
+  ASSERT_TRUE(rig->until(0, JointMode::homing));
+  rig->run(100ms);
+  ASSERT_TRUE(drive->live());
+  drive->faults.silent = true;
+  rig->run(100ms);
+  EXPECT_EQ(rig->sample.mode[0], JointMode::absent);
+  EXPECT_EQ(rig->group().servo(0).stats().losses, 1u);
+}
+
+/// In the cyclic modes bits 12 and 10 mean other things, and are set.
+void set_homed_bits(msg::CanFrame& frame) { frame.data[1] |= 0x14; }
+bool is_status(const msg::CanFrame& frame) { return frame.id == wire::tpdo_id(1, 5); }
+
+TEST_F(Cia402, BitsOfTheModeOfBeforeAreNotTakenForHomed) {
+  ServoConfig c = plain();
+  c.homing_method = 1;
+  build(c, with_switch(-0.8));
+  int slow = 0;  // answers until the drive is in mode 6
+  rig->bus[0]->bus.tamper = [&](msg::CanFrame& frame) {
+    const bool asked = drive->object(wire::kModeOfOperation) == 6;
+    if (is_status(frame) && (!asked || slow < 20)) set_homed_bits(frame);
+    const auto sdo = wire::decode_sdo_reply(frame);
+    if (asked && frame.id == wire::sdo_reply_id(5) && sdo && sdo->object == wire::kModeDisplay && slow < 20) {
+      frame.data[4] = 8;
+    }
+    if (asked && is_status(frame)) ++slow;
+  };
+  ASSERT_TRUE(rig->until(0, JointMode::homing));
+  ASSERT_TRUE(rig->until(0, JointMode::enabled));
+  EXPECT_NEAR(rig->joints[0]->position_rad(), -0.8, 0.05);
+}
+
+TEST_F(Cia402, HomingThatIsAskedForIsNotTakenForTheOneBefore) {
+  ServoConfig c = plain();
+  c.homing_method = 1;
+  build(c, with_switch(-0.3));
+  ASSERT_TRUE(rig->until(0, JointMode::enabled));
+  rig->setpoint[0] = 0.8;
+  rig->run(3s);
+  int late = 0;  // statuswords until it takes the bits back
+  rig->bus[0]->bus.tamper = [&](msg::CanFrame& frame) {
+    if (!is_status(frame) || drive->object(wire::kModeOfOperation) != 6 || late > 20) return;
+    set_homed_bits(frame);
+    if ((drive->object(wire::kControlword) & 0x10) != 0) ++late;
+  };
+  rig->setpoint[0] = 0;
+  rig->group().request(0, ServoCommand::Request::home);
+  ASSERT_TRUE(rig->until(0, JointMode::homing));
+  ASSERT_TRUE(rig->until(0, JointMode::enabled));
+  EXPECT_NEAR(rig->joints[0]->position_rad(), -0.3, 0.05);
+}
+
+TEST_F(Cia402, DriveThatSaysInModeSixThatItIsHomedDoesNotMoveForIt) {
+  ServoConfig c = plain();
+  c.homing_method = 1;
+  build(c, with_switch(-0.8));
+  rig->bus[0]->bus.tamper = [&](msg::CanFrame& frame) {
+    if (is_status(frame) && drive->object(wire::kModeOfOperation) == 6) set_homed_bits(frame);
+  };
+  ASSERT_TRUE(rig->until(0, JointMode::homing));
+  ASSERT_TRUE(rig->until(0, JointMode::enabled));
+  EXPECT_NEAR(rig->joints[0]->position_rad(), 0, 0.01);
+}
+
+TEST_F(Cia402, WithoutAnEffortLimitTheDrivesOwnStays) {
+  ServoConfig c = plain();
+  c.limits.effort_nm = ServoLimits{}.effort_nm;
+  build(c);
+  rig->setpoint[0] = 0.5;
+  ASSERT_TRUE(rig->until(0, JointMode::enabled));
+  rig->run(3s);
+  EXPECT_EQ(drive->object(wire::rpdo_mapping(1, 0)), 2u);
+  EXPECT_EQ(drive->object(wire::kMaxTorque), 1000u) << "as it was set";
+  EXPECT_NEAR(rig->joints[0]->position_rad(), 0.5, 0.02);
+
+  c.limits.effort_nm = 1;
+  build(c);
+  ASSERT_TRUE(rig->until(0, JointMode::enabled));
+  EXPECT_EQ(drive->object(wire::kMaxTorque), 500u) << "1 of its 2 N m";
+
+  c.limits.effort_nm = ServoLimits{}.effort_nm;
+  c.derating = {50, 70};
+  EXPECT_EQ(check_cia402(c, {}), "servo 'joint5': derating: needs max_effort_nm");
+}
+
+TEST_F(Cia402, DriveWithoutARatedTorqueIsAFaultUntilTheRobotFileHasIt) {
+  sim_hil::SimCia402::Parameters p;
+  p.node_id = 5;
+  p.rated_nm = 1e-4;  // 0 thousandths of a newton metre
+  ServoConfig c = plain();
+  c.mode = ServoMode::effort;
+  build(c, p);
+  ASSERT_TRUE(rig->until(0, JointMode::fault));
+  EXPECT_EQ(rig->sample.fault_code[0], 0x6076u);
+  EXPECT_FALSE(drive->live());
+  c.rated_effort_nm = 2;
+  build(c, p);
+  EXPECT_TRUE(rig->until(0, JointMode::enabled));
+}
+
+TEST_F(Cia402, CycleTimeIsExactOrRefused) {
+  const auto check = [](double hz) { return check_cia402(plain(), {.tick_hz = hz}); };
+  for (const double hz : {1.0, 25.0, 50.0, 100.0, 125.0, 200.0, 250.0, 400.0, 500.0, 800.0, 1000.0, 2000.0, 4000.0}) {
+    EXPECT_EQ(check(hz), "") << hz;
+  }
+  EXPECT_EQ(check(300), "servo 'joint5': tick_hz: 60C2h holds 1 to 255 times a power of ten seconds: 250, 500, 1000");
+  EXPECT_NE(check(30), "");
+  const auto cycle_of = [this](double hz) {
+    rig = std::make_unique<ServoRig>(CanHubConfig{.name = "can0", .tick_hz = hz, .max_load = 10});
+    ServoConfig c = plain();
+    c.feedback_timeout = 1s;
+    drive = dynamic_cast<sim_hil::SimCia402*>(&rig->add(Protocol::cia402, c));
+    rig->configure();
+    EXPECT_TRUE(rig->until(0, JointMode::enabled));
+    const auto exponent = static_cast<std::int8_t>(drive->object(wire::kInterpolationExponent));
+    return drive->object(wire::kInterpolationTime) * std::pow(10.0, exponent);
+  };
+  EXPECT_DOUBLE_EQ(cycle_of(4000), 0.00025);
+  EXPECT_DOUBLE_EQ(cycle_of(25), 0.04);
 }
 
 TEST_F(Cia402, OptionalObjectsMayBeMissing) {

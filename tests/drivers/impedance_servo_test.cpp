@@ -50,6 +50,25 @@ TEST_P(Impedance, DampSlowsDownAndDoesNotHold) {
   EXPECT_NEAR(rig->joints[0]->position_rad(), -0.2, 0.05) << "nothing pulls it back";
 }
 
+TEST_P(Impedance, AfterDampingItGoesOnFromWhereItSagged) {
+  ServoConfig c = plain();
+  c.limits = {-3, 3, 1, 20};
+  c.kd = 0.5;
+  c.stop = StopAction::damp;
+  build(c);
+  rig->run(500ms, false);
+  ASSERT_EQ(rig->sample.mode[0], JointMode::stopping);
+  for (int i = 1; i <= 100; ++i) {  // slowly, by its weight
+    rig->joints[0]->place(-0.005 * i);
+    rig->run(10ms, false);
+  }
+  rig->setpoint[0] = 2;
+  rig->run(50ms);
+  EXPECT_EQ(rig->sample.mode[0], JointMode::enabled);
+  EXPECT_LT(rig->joints[0]->position_rad(), -0.4) << "1 rad/s at most";
+  EXPECT_GT(rig->joints[0]->position_rad(), -0.51);
+}
+
 TEST_P(Impedance, HoldPullsBack) {
   ServoConfig c = plain();
   c.stop = StopAction::hold;
@@ -76,6 +95,39 @@ TEST_P(Impedance, EffortLimitHoldsAgainstTheSpring) {
   EXPECT_GT(most, 0.2);
 }
 
+/// Something hangs on it.
+class HeavyJoint final : public sim_hil::SimJoint {
+ public:
+  explicit HeavyJoint(double load_nm) : load_nm_(load_nm) {}
+  double position_rad() const override { return model_.position_rad(); }
+  double velocity_radps() const override { return model_.velocity_radps(); }
+  void set_effort(double nm) override { model_.set_effort(nm - load_nm_); }
+  void advance(Duration dt) override { model_.advance(dt); }
+
+ private:
+  double load_nm_;
+  sim_hil::JointModel model_;
+};
+
+TEST_P(Impedance, SpringThatCarriesItsLoadIsNoOverload) {
+  ServoConfig c = plain();
+  c.kp = 12;
+  c.kd = 1;
+  c.limits.effort_nm = 9.5;
+  rig = std::make_unique<ServoRig>();
+  HeavyJoint joint(9);
+  rig->add_driver(GetParam(), c, 0);
+  rig->add_sim(GetParam(), c, joint);
+  rig->configure();
+  ASSERT_TRUE(rig->until(0, JointMode::enabled));
+  rig->setpoint[0] = 0;
+  rig->run(5s);
+  EXPECT_LT(joint.position_rad(), -0.7) << "9 N m over 12 N m/rad";
+  EXPECT_EQ(rig->group().servo(0).stats().faults, 0u);
+  EXPECT_EQ(rig->group().servo(0).stats().enables, 1u);
+  rig.reset();  // before its joint
+}
+
 TEST_P(Impedance, WhatItCannotDoIsSaidBeforeTheStart) {
   const auto check = [](const ServoConfig& c) {
     return GetParam() == Protocol::cybergear ? check_cybergear(c, 0xFD) : check_mit(c, ServoRig::mit(GetParam()));
@@ -100,8 +152,7 @@ TEST_P(Impedance, WhatItCannotDoIsSaidBeforeTheStart) {
 TEST_P(Impedance, MotorStopsByItselfWhenNobodySpeaksToIt) {
   ServoConfig c = plain();
   if (GetParam() == Protocol::cybergear) c.device_timeout = 100ms;  // the others have it set in the motor
-  build(c);
-  rig->run(1s);  // the CyberGear's is told beside the setpoints
+  build(c);                                                         // the CyberGear's is told before it is enabled
   ASSERT_TRUE(motor->live());
   for (int i = 0; i < 400; ++i) {  // the hub is not stepped any more
     rig->os.clock.set(rig->os.now() + 500us);

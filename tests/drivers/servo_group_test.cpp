@@ -43,6 +43,48 @@ TEST(ServoGroup, DisarmedMeansNoTorque) {
   EXPECT_FALSE(servo.live());
 }
 
+TEST(ServoGroup, FallingBackIsTheStopActionOfEachJointAndComesBeforeTheLeaseEnds) {
+  ServoRig rig;
+  const StopAction actions[] = {StopAction::damp, StopAction::hold, StopAction::torque_off};
+  sim_hil::SimServo* motors[3];
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    ServoConfig c = ServoRig::plain(Protocol::ak80, i + 1);
+    c.stop = actions[i];
+    motors[i] = &rig.add(Protocol::ak80, c);
+  }
+  rig.configure();
+  for (std::size_t i = 0; i < 3; ++i) ASSERT_TRUE(rig.until(i, JointMode::enabled));
+  rig.write(1h);
+  ASSERT_TRUE(rig.group().fall_back(hal::FallBack::own));
+  rig.run(20ms, false);
+  EXPECT_EQ(rig.sample.mode[0], JointMode::stopping);
+  EXPECT_TRUE(motors[0]->live());
+  EXPECT_EQ(rig.sample.mode[1], JointMode::stopping);
+  EXPECT_TRUE(motors[1]->live());
+  EXPECT_EQ(rig.sample.mode[2], JointMode::disabled);
+  EXPECT_FALSE(motors[2]->live());
+  ASSERT_TRUE(rig.group().fall_back(hal::FallBack::limp));
+  rig.run(20ms, false);
+  for (const sim_hil::SimServo* motor : motors) EXPECT_FALSE(motor->live());
+  ASSERT_TRUE(rig.group().fall_back(hal::FallBack::own));
+  rig.run(20ms, false);
+  for (const sim_hil::SimServo* motor : motors) EXPECT_FALSE(motor->live()) << "nobody is enabled by it";
+}
+
+TEST(ServoGroup, WhatWasStoppedFallsBackToNothing) {
+  ServoRig rig;
+  ServoConfig c = ServoRig::plain(Protocol::ak80, 1);
+  c.stop = StopAction::hold;
+  auto& motor = rig.add(Protocol::ak80, c);
+  rig.configure();
+  ASSERT_TRUE(rig.until(0, JointMode::enabled));
+  ASSERT_TRUE(rig.group().stop());
+  ASSERT_TRUE(rig.group().fall_back(hal::FallBack::own));
+  rig.run(20ms, false);
+  EXPECT_FALSE(motor.live());
+  EXPECT_EQ(rig.sample.mode[0], JointMode::disabled);
+}
+
 TEST(ServoGroup, AfterAFaultItMayAskForADisarmFirst) {
   ServoRig rig;
   ServoConfig c = ServoRig::plain(Protocol::damiao, 1);
@@ -54,6 +96,13 @@ TEST(ServoGroup, AfterAFaultItMayAskForADisarmFirst) {
   ASSERT_TRUE(rig.until(0, JointMode::fault));
   rig.run(5s);
   EXPECT_EQ(rig.sample.mode[0], JointMode::disabled) << "well again, and commands alone do not enable it";
+  rig.run(200ms, false);
+  rig.run(1s);
+  EXPECT_EQ(rig.sample.mode[0], JointMode::disabled) << "nor does a lease that was over meanwhile";
+  ASSERT_TRUE(rig.group().fall_back(hal::FallBack::limp));
+  rig.run(20ms, false);
+  rig.run(1s);
+  EXPECT_EQ(rig.sample.mode[0], JointMode::disabled) << "nor the guardian's stop for want of commands";
   ASSERT_TRUE(rig.group().stop());
   rig.run(20ms, false);
   EXPECT_TRUE(rig.until(0, JointMode::enabled));
@@ -98,6 +147,7 @@ TEST(ServoGroup, ReaderThatWasAwayGetsTheNewest) {
   msg::JointState first, second;
   ASSERT_TRUE(*rig.group().read(first));
   EXPECT_FALSE(*rig.group().read(second)) << "what was old is gone";
+  EXPECT_LE(rig.os.now() - first.stamp, 20ms) << "a joint at rest is asked every 12.5 ms";
   EXPECT_GT(rig.group().lost_samples(), 50u);
 }
 

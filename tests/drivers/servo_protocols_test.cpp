@@ -82,6 +82,42 @@ TEST_P(EveryProtocol, SetpointsAreKeptWithinLimits) {
   EXPECT_NEAR(rig->joints[0]->position_rad(), 0.4, 0.02);
 }
 
+TEST_P(EveryProtocol, TimeThatPassesUntilItIsEnabledIsNoLeaveToJump) {
+  ServoConfig c = ServoRig::plain(GetParam(), 1);
+  c.limits = {-3, 3, 1, 20};  // strong and quick enough to show a jump
+  c.kd = 0.5;
+  c.feedback_timeout = 2s;
+  build(c);
+  rig->run(2s, false);
+  ASSERT_EQ(now().mode[0], JointMode::disabled);
+  servo->faults.silent = true;  // its brake is slow, and it says nothing meanwhile
+  rig->setpoint[0] = 2;
+  rig->run(300ms);
+  ASSERT_NE(now().mode[0], JointMode::enabled);
+  servo->faults.silent = false;
+  ASSERT_TRUE(rig->until(0, JointMode::enabled));
+  rig->run(50ms);
+  EXPECT_LT(rig->joints[0]->position_rad(), 0.1) << "1 rad/s at most, from the moment on in which it is enabled";
+  rig->run(3s);
+  EXPECT_NEAR(rig->joints[0]->position_rad(), 2, 0.03);
+}
+
+TEST_P(EveryProtocol, TimeInWhichItHoldsIsNoLeaveToJump) {
+  ServoConfig c = ServoRig::plain(GetParam(), 1);
+  c.limits = {-3, 3, 1, 20};
+  c.kd = 0.5;
+  c.stop = StopAction::hold;
+  build(c);
+  enable();
+  rig->run(2s, false);
+  ASSERT_EQ(now().mode[0], JointMode::stopping);
+  rig->setpoint[0] = 2;
+  rig->run(52ms);
+  EXPECT_EQ(now().mode[0], JointMode::enabled);
+  EXPECT_LT(rig->joints[0]->position_rad(), 0.1);
+  EXPECT_GT(rig->joints[0]->position_rad(), 0);
+}
+
 TEST_P(EveryProtocol, LeaseThatRunsOutTakesTheTorqueAndANewCommandBringsItBack) {
   enable();
   rig->run(150ms, false);  // the lease was 100 ms
@@ -209,6 +245,21 @@ TEST_P(EveryProtocol, WarmthTakesEffortBeforeTheDriveGivesUp) {
   }
   EXPECT_LT(most, 1.15) << "half of 2 N m, and what lies between two answers";
   EXPECT_GT(most, 0.5);
+}
+
+TEST_P(EveryProtocol, JointThatIsTooWarmToFollowIsNoOverload) {
+  ServoConfig c = ServoRig::plain(GetParam(), 1);
+  c.derating = {50, 70};
+  build(c);
+  enable();
+  servo->temperature_c = 75;
+  rig->run(1500ms);
+  rig->setpoint[0] = 2.5;
+  rig->run(3s);
+  EXPECT_LT(rig->joints[0]->position_rad(), 0.5) << "it has no effort left";
+  EXPECT_EQ(now().mode[0], JointMode::enabled);
+  EXPECT_EQ(now().faults[0], std::uint32_t{msg::kJointDerated});
+  EXPECT_EQ(stats().enables, 1u);
 }
 
 TEST_P(EveryProtocol, TwoWithOneNumberAreFound) {

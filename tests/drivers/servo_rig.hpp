@@ -2,6 +2,7 @@
 // Joints behind real drivers and simulated servos on buses in memory, in virtual time.
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -49,7 +50,9 @@ class Untrapped final : public hal::CanBus {
   explicit Untrapped(hal::CanBus& bus) : bus_(bus) {}
   hal::Result<bool> read(msg::CanFrame& out) noexcept override {
     const rt::trap::Scope off(nullptr);
-    return bus_.read(out);
+    auto got = bus_.read(out);
+    if (got && *got && tamper) tamper(out);
+    return got;
   }
   hal::Status send(const msg::CanFrame& frame, Time deadline) noexcept override {
     const rt::trap::Scope off(nullptr);
@@ -59,6 +62,7 @@ class Untrapped final : public hal::CanBus {
   void set_wake(hal::Wake* wake) noexcept override { bus_.set_wake(wake); }
   hal::CanStats stats() const noexcept override { return bus_.stats(); }
   std::uint32_t bit_rate() const noexcept override { return bus_.bit_rate(); }
+  std::function<void(msg::CanFrame&)> tamper;  // changes what the hub reads
 
  private:
   hal::CanBus& bus_;

@@ -319,6 +319,39 @@ TEST_F(FailsafeTest, WhatWasNeverPermittedIsNotHeld) {
   EXPECT_FALSE(moved_between(0ms, 30ms));
 }
 
+TEST_F(FailsafeTest, WhoHasNoPermissionIsSwitchedOffWhateverElseIsWrong) {
+  manual();
+  commander.value = 0;
+  at(10'500us, [&] { EXPECT_TRUE(guardian().arm()); });
+  at(20'500us, [&] { commander.silent = true; });
+  at(40'500us, [&] { guardian().disarm(); });
+  robot.run(60ms);
+  for (const auto& e : motors.events) {
+    if (!e.stopped) continue;
+    const bool permitted = e.at > Time{10'500'000} && e.at < Time{40'500'000};
+    EXPECT_EQ(e.fell_back.has_value(), permitted)
+        << "a lease that is over is the device's to end; a kill is not: " << e.at.ns;
+  }
+  EXPECT_TRUE(motors.events.back().stopped);
+}
+
+TEST_F(FailsafeTest, AFailsafesStopSwitchesOffWhateverElseIsWrong) {
+  robot.spec.actuators[0].safe = ActuatorSpec::Safe::damp;
+  condition(Kind::silent, 50ms, FailsafeAction::stop);
+  at(45ms, [&] { sensor.silent = true; });
+  at(60ms, [&] { commander.value = std::numeric_limits<double>::quiet_NaN(); });
+  robot.run(150ms);
+  int fell = 0, off = 0;
+  for (const auto& e : motors.events) {
+    if (e.stopped && e.at < Time{91'010'000}) fell += e.fell_back == hal::FallBack::own;
+    if (e.at < Time{91'010'000}) continue;
+    EXPECT_TRUE(e.stopped && !e.fell_back) << e.at.ns;
+    ++off;
+  }
+  EXPECT_GT(fell, 20);
+  EXPECT_GT(off, 20);
+}
+
 // ---- conditions: when they act
 
 TEST_F(FailsafeTest, SilenceActsWithTheFirstCommandAtOrAfterItsInstant) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -24,12 +25,14 @@ class FakeActuators final : public hal::Actuators {
     bool stopped = false;
     std::array<double, msg::kMaxChannels> value{};
     Duration lease{};
+    std::optional<hal::FallBack> fell_back{};  // stopped, but not switched off
   };
   explicit FakeActuators(const hal::Clock& clock) : clock_(clock) { events.reserve(100'000); }
   hal::Status write(const msg::ActuatorCommand& c, Duration lease) noexcept override {
-    return note({clock_.now(), false, c.value, lease});
+    return note({clock_.now(), false, c.value, lease, {}});
   }
-  hal::Status stop() noexcept override { return note({clock_.now(), true, {}, {}}); }
+  hal::Status stop() noexcept override { return note({clock_.now(), true, {}, {}, {}}); }
+  hal::Status fall_back(hal::FallBack how) noexcept override { return note({clock_.now(), true, {}, {}, how}); }
   std::vector<Event> events;
   bool refuses = false;
 

@@ -144,12 +144,14 @@ TEST_F(GuardianTest, ASilentCommanderIsStoppedAtTheInstantAtWhichItsLeaseEnds) {
   const Event* stop = first_stop_since(0us);
   ASSERT_NE(stop, nullptr);
   EXPECT_EQ(stop->at, Time{3'010'000 + 5'000'000 + 5'000}) << "the lease, and 5 us for the guardian itself";
+  EXPECT_EQ(stop->fell_back, hal::FallBack::own) << "how it stops is the device's own; it is not switched off";
   EXPECT_EQ(state_at(8100us).faults, msg::kFaultLease);
   EXPECT_EQ(state_at(8100us).mode, GuardianMode::safe);
   EXPECT_EQ(state_at(8009us).mode, GuardianMode::active);
   for (const Event& e : motors.events)
     if (e.at > stop->at) {
       EXPECT_TRUE(e.stopped) << "and stays stopped";
+      EXPECT_EQ(e.fell_back, hal::FallBack::own);
     }
 }
 
@@ -244,6 +246,7 @@ TEST_F(GuardianTest, DisarmingStopsAtOnceAndIsNoFault) {
   run_with_fault([&] { commander.armed = 0; }, [&] { commander.armed = 1; });
   EXPECT_EQ(first_since(4ms).at, Time{4'015'000});
   EXPECT_TRUE(first_since(4ms).stopped);
+  EXPECT_FALSE(first_since(4ms).fell_back) << "switched off";
   EXPECT_EQ(state_at(4500us).mode, GuardianMode::standby);
   EXPECT_FALSE(first_since(7ms).stopped);
   EXPECT_EQ(log.states.back().fault_events, 0u);
@@ -263,7 +266,7 @@ TEST_F(GuardianTest, BeforeTheFirstCommandItStopsAndStandsBy) {
   robot.run(20ms);
   ASSERT_FALSE(motors.events.empty());
   EXPECT_EQ(motors.events[0].at, Time{2'505'000}) << "half a lease after the start";
-  for (const Event& e : motors.events) EXPECT_TRUE(e.stopped);
+  for (const Event& e : motors.events) EXPECT_TRUE(e.stopped && !e.fell_back);
   EXPECT_EQ(log.states.back().mode, GuardianMode::standby);
 }
 
@@ -312,6 +315,7 @@ TEST_P(EverySafeStop, StopsTheDevice) {
   actuator().safe = GetParam();
   run_with_fault([&] { commander.value = kNan; }, [&] { commander.value = 0.5; });
   expect_stopped_and_recovered(msg::kFaultNotFinite);
+  EXPECT_EQ(first_since(4ms).fell_back, GetParam() == Safe::torque_off ? hal::FallBack::limp : hal::FallBack::own);
 }
 INSTANTIATE_TEST_SUITE_P(Guardian, EverySafeStop, ::testing::Values(Safe::stop, Safe::damp, Safe::torque_off));
 
