@@ -114,7 +114,7 @@ void V4l2Source::deliver(Time middle, std::uint32_t number) noexcept {
   const std::uint32_t slot = std::exchange(drawing_, kCableSlots);
   if (!streams()) return;
   if (slot == kCableSlots) {
-    lost_.fetch_add(1, std::memory_order_relaxed);
+    lost_.add();
     return;
   }
   msg::Image& picture = image(slot);
@@ -225,7 +225,7 @@ void V4l2Source::send_filled() {
     const auto owner = std::find_if(clients_.begin(), clients_.end(), [&](const auto& c) { return c.get() == owner_; });
     if (streams() && owner != clients_.end() && (*owner)->line->write(bytes_of(message))) {
       lent_ |= 1u << oldest;
-      sent_.fetch_add(1, std::memory_order_relaxed);
+      sent_.add();
     } else {
       free_.fetch_or(1u << oldest, std::memory_order_release);
     }

@@ -9,6 +9,7 @@
 #include "hal/linux/v4l2_cable.hpp"
 #include "hal/os.hpp"
 #include "hal/stream.hpp"
+#include "hal/wide.hpp"
 
 namespace sinew::hal {
 
@@ -45,8 +46,8 @@ class V4l2Source {
   void set_plugged(bool plugged) noexcept;
   bool streams() const { return streams_.load(std::memory_order_acquire); }
   /// Frames that were handed over; frames that found no place while somebody streamed.
-  std::uint64_t sent() const { return sent_.load(std::memory_order_relaxed); }
-  std::uint64_t lost() const { return lost_.load(std::memory_order_relaxed); }
+  std::uint64_t sent() const { return sent_.value(); }
+  std::uint64_t lost() const { return lost_.value(); }
 
  private:
   struct Client {
@@ -77,7 +78,7 @@ class V4l2Source {
   // thread.
   std::atomic<std::uint32_t> free_{(1u << kCableSlots) - 1}, filled_{0};
   std::atomic<bool> plugged_{true}, stop_{false}, streams_{false};
-  std::atomic<std::uint64_t> sent_{0}, lost_{0};
+  Tally sent_, lost_;
   std::unique_ptr<Stream> bell_, bell_heard_;
 
   // The thread's own.
