@@ -121,6 +121,7 @@ void SimCia402::on_nmt(const wire::Nmt& nmt) {
       break;
     case wire::NmtCommand::stop:
       nmt_ = wire::NmtState::stopped;
+      lose_connection();
       break;
     case wire::NmtCommand::pre_operational:
       nmt_ = wire::NmtState::pre_operational;
@@ -247,6 +248,7 @@ void SimCia402::send_tpdo(std::uint32_t number) {
 // ---- what it does ----
 
 void SimCia402::on_controlword() {
+  if (deaf) return;
   const auto word = static_cast<std::uint16_t>(object(wire::kControlword));
   const DriveState before = state_;
   state_ = next_state(state_, word, control_before_);
@@ -327,6 +329,11 @@ void SimCia402::watch_master(Time now) {
   if (!master_watched_ || patience.count() == 0 || now - master_heard_ <= patience) return;
   master_watched_ = false;
   send(wire::encode_emergency(p_.node_id, {0x8130, 0x10, {}}));
+  lose_connection();
+}
+
+/// 6007h: what it does without its master, and in NMT stopped.
+void SimCia402::lose_connection() {
   const bool on = state_ == DriveState::operation_enabled;
   switch (object(wire::kAbortOption)) {
     case 1:
