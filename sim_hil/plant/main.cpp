@@ -10,6 +10,7 @@
 #include "hal/linux/socket.hpp"
 #include "sim_hil/plant/render_test.hpp"
 #include "sim_hil/plant/session.hpp"
+#include "sim_hil/wire/socketcand_server.hpp"
 
 namespace {
 
@@ -82,8 +83,11 @@ void describe(CLI::App& app, Settings& s) {
       ->allow_extra_args(false);
   app.add_flag("--list-faults", s.list_faults,
                "print every device with every kind, and why those that are none are none");
-  app.add_option("--can", s.can, "real time: drives on this CAN bus move the joints: TRANSPORT:ADDRESS, e.g. udp:7");
-  app.add_option("--servo", s.servos, "the drive of the next joint: cia402:ID, cybergear:ID or mit:ID:MOTOR")
+  app.add_option("--can", s.can,
+                 "real time: drives on this CAN bus move the joints: TRANSPORT:ADDRESS, e.g. udp:7; "
+                 "socketcand-server:[HOST:]PORT is one that others open as HOST:PORT/can0");
+  app.add_option("--servo", s.servos,
+                 "the drive of the next joint: cia402:ID, cybergear:ID, dronecan:ID or mit:ID:MOTOR")
       ->allow_extra_args(false)
       ->needs("--can");
   app.add_option("--iio", s.iio, "real time: the IMU also as the kernel's IIO would show it, under this folder");
@@ -169,24 +173,8 @@ bool write_report(const std::string& path, const std::string& json) {
   return static_cast<bool>(out);
 }
 
-/// False after it was said why.
-bool open_wire(const Settings& s, hal::Os& os, plant::WireDevices& wire) {
-  std::string why;
-  if (!s.can.empty()) {
-    std::vector<plant::WireServo> servos;
-    for (const std::string& text : s.servos) {
-      const auto servo = plant::parse_wire_servo(text, why);
-      if (!servo) return std::fprintf(stderr, "sinew-sim: --servo: %s\n", why.c_str()), false;
-      servos.push_back(*servo);
-    }
-    const auto colon = s.can.find(':');
-    const hal::CanSpec spec{s.can.substr(0, colon), colon == std::string::npos ? "" : s.can.substr(colon + 1)};
-    auto watch = hal::FdWatch::start(os, {"sim_devices", 0, {}, std::size_t{64} * 1024, 0});
-    if (!watch) return std::fprintf(stderr, "sinew-sim: --can: no thread\n"), false;
-    auto bus = hal::open_can(spec, os, *watch, why);
-    if (!bus) return std::fprintf(stderr, "sinew-sim: --can: %s\n", why.c_str()), false;
-    wire.add_servos(std::move(*bus), std::move(servos));
-  }
+/// False after it was said why; so do the next two.
+bool open_imu(const Settings& s, plant::WireDevices& wire) {
   if (!s.iio.empty()) {
     sim_hil::IioTreeSpec spec;
     spec.root = s.iio;
@@ -202,6 +190,48 @@ bool open_wire(const Settings& s, hal::Os& os, plant::WireDevices& wire) {
     wire.add_imu(std::move(*tree));
   }
   return true;
+}
+
+/// The drives are on a bus of this process, and a server lets others onto it.
+bool serve_bus(const std::string& address, hal::Os& os, plant::WireDevices& wire,
+               std::vector<plant::WireServo> servos) {
+  const auto refuse = [&](const hal::Error& e) {
+    std::fprintf(stderr, "sinew-sim: --can: socketcand-server:%s: %s (%s)\n", address.c_str(), hal::to_string(e.code),
+                 e.where);
+    return false;
+  };
+  const bool port_alone = address.find(':') == std::string::npos;
+  auto listener = hal::listen_stream("tcp:" + (port_alone ? "127.0.0.1:" + address : address));
+  if (!listener) return refuse(listener.error());
+  auto server = sim_hil::SocketcandServer::open(os, std::move(*listener), {"can0"});
+  if (!server) return refuse(server.error());
+  auto bus = (*server)->bus("can0");
+  if (!bus) return refuse(bus.error());
+  wire.add_servos(std::move(*bus), std::move(servos));
+  wire.keep(std::move(*server));
+  return true;
+}
+
+bool open_wire(const Settings& s, hal::Os& os, plant::WireDevices& wire) {
+  std::string why;
+  if (!s.can.empty()) {
+    std::vector<plant::WireServo> servos;
+    for (const std::string& text : s.servos) {
+      const auto servo = plant::parse_wire_servo(text, why);
+      if (!servo) return std::fprintf(stderr, "sinew-sim: --servo: %s\n", why.c_str()), false;
+      servos.push_back(*servo);
+    }
+    if (constexpr std::string_view kServe = "socketcand-server:"; s.can.starts_with(kServe))
+      return serve_bus(s.can.substr(kServe.size()), os, wire, std::move(servos)) && open_imu(s, wire);
+    const auto colon = s.can.find(':');
+    const hal::CanSpec spec{s.can.substr(0, colon), colon == std::string::npos ? "" : s.can.substr(colon + 1)};
+    auto watch = hal::FdWatch::start(os, {"sim_devices", 0, {}, std::size_t{64} * 1024, 0});
+    if (!watch) return std::fprintf(stderr, "sinew-sim: --can: no thread\n"), false;
+    auto bus = hal::open_can(spec, os, *watch, why);
+    if (!bus) return std::fprintf(stderr, "sinew-sim: --can: %s\n", why.c_str()), false;
+    wire.add_servos(std::move(*bus), std::move(servos));
+  }
+  return open_imu(s, wire);
 }
 
 int serve(Settings& s) {

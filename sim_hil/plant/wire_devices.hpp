@@ -11,10 +11,10 @@
 
 namespace sinew::plant {
 
-/// The drive of one joint: "cia402:1", "mit:2:ak80_9" (with the type of the motor), "cybergear:3". The number is its
-/// node id on the bus.
+/// The drive of one joint: "cia402:1", "mit:2:ak80_9" (with the type of the motor), "cybergear:3", "dronecan:20" (an
+/// actuator; its actuator_id is its place among the joints). The number is its node id on the bus.
 struct WireServo {
-  enum class Protocol : std::uint8_t { cia402, mit, cybergear } protocol = Protocol::cia402;
+  enum class Protocol : std::uint8_t { cia402, mit, cybergear, dronecan } protocol = Protocol::cia402;
   std::uint32_t id = 1;
   std::string motor;  // mit
 };
@@ -32,6 +32,9 @@ class WireDevices {
   void add_servos(std::unique_ptr<hal::CanBus> bus, std::vector<WireServo> servos);
   void add_imu(std::unique_ptr<sim_hil::IioTree> tree) { imu_ = std::move(tree); }
 
+  /// What the bus needs to be there.
+  void keep(std::shared_ptr<void> server) { kept_ = std::move(server); }
+
   /// Makes the drives on this world's joints. Errors: bad_argument when it has none, or fewer than drives.
   hal::Status attach(World& world);
   /// After each step of the world, at `now` of the host's clock.
@@ -40,6 +43,7 @@ class WireDevices {
 
  private:
   class Joint;
+  std::shared_ptr<void> kept_;
   std::unique_ptr<hal::CanBus> bus_;
   std::vector<WireServo> servos_;
   std::vector<std::unique_ptr<Joint>> joints_;
