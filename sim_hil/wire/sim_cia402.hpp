@@ -42,6 +42,7 @@ class SimCia402 final : public SimServo {
   void say(Time now) override;
 
  private:
+  static constexpr wire::ObjectAddress kTemperature{0x2300, 1};
   struct Value {
     std::uint32_t value = 0;
     std::uint8_t bytes = 4;
