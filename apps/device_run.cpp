@@ -2,6 +2,7 @@
 
 #include <cstdio>
 
+#include "apps/device_stop.hpp"
 #include "apps/linux_board.hpp"
 #include "apps/live_view.hpp"
 #include "apps/parent.hpp"
@@ -183,9 +184,7 @@ int run_on_devices(Prepared& prepared, const RunOptions& options) {
   Supervised supervised;
   supervised.robot = prepared.graph->spec().robot;
   supervised.runs = Recording::folder_of(prepared, options);
-  std::fprintf(stderr,
-               "warning: no stop line to the actuators: when the runtime dies they stop by their own time-outs "
-               "(device_timeout_ms)\n");
+  add_stops_of_linux_devices(prepared, supervised.stops);
   supervised.body = [&](ParentLine& line) { return DeviceRun(prepared, options, &line).run(); };
   ParentOptions parent = prepared.robot.parent;
   parent.hang = hang_of(parent, prepared.graph->spec(), options.rate);

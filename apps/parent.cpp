@@ -44,6 +44,7 @@ class Parent {
     });
     if (!child) return refuse("no process for the runtime", child.error());
     supervised_.in_parent();
+    open_lines();
     line->second.reset();
     line_ = std::move(line->first);
     runtime_ = std::move(*child);
@@ -62,6 +63,13 @@ class Parent {
     if (watchdog_) static_cast<void>(watchdog_->release());
     std::fprintf(stderr, "sinew: parent: %s: %s (%s)\n", what, hal::to_string(error.code), error.where);
     return 2;
+  }
+
+  /// Beside the runtime: what is opened here is not in its copy, and may have threads.
+  void open_lines() {
+    for (StopWay& way : supervised_.stops)
+      if (!way.line) way.line = way.open();
+    stopped_.resize(supervised_.stops.size());
   }
 
   bool open_watchdog() {
@@ -86,6 +94,8 @@ class Parent {
 
   void look(hal::Time now) {
     listen(now);
+    for (const StopWay& way : supervised_.stops)
+      if (way.line) way.line->tend();
     if (hal::stop_requested() && !asked_to_end_) {
       asked_to_end_ = true;
       end_by_ = now + kOrderlyEnd;
@@ -154,36 +164,68 @@ class Parent {
     }
   }
 
-  // In the order of urgency; the watchdog is simply not fed again.
+  // In the order of urgency; the watchdog is simply not fed again. Lines that last need no dead runtime.
   void act(hal::Time now, std::string fault) {
     fault_ = std::move(fault);
-    stop(now);
+    for (std::size_t i = 0; i < stopped_.size(); ++i)
+      if (lasts(i)) stop(i, now);
     runtime_->kill_now();
-    runtime_->wait(2s);
-    for (const hal::Time until = os_.now() + kStopRepeated; !stopped_ && os_.now() < until;) {
-      os_.sleep_until(os_.now() + 10ms);
-      if (auto line = supervised_.another_line()) supervised_.stop_line = std::move(line);
-      stop(now);
+    stop_what_does_not_last(now);
+    if (!runtime_->poll()) {  // it may have sent meanwhile
+      runtime_->wait(2s);
+      stop_what_does_not_last(now);
+    }
+    for (const hal::Time until = os_.now() + kStopRepeated; os_.now() < until;) {
+      bool all = true;
+      for (std::size_t i = 0; i < stopped_.size(); ++i) all = stop_again(i, now) && all;
+      if (all) break;
     }
     done_ = true;
   }
 
-  void stop(hal::Time since) {
-    if (!supervised_.stop_line) return;
-    stopped_ = supervised_.stop_line->stop();
-    stopped_after_ = os_.now() - since;
+  bool lasts(std::size_t i) const { return supervised_.stops[i].line && supervised_.stops[i].line->lasts(); }
+
+  void stop_what_does_not_last(hal::Time since) {
+    for (std::size_t i = 0; i < stopped_.size(); ++i)
+      if (!lasts(i)) stop(i, since);
+  }
+
+  /// True: it has been stopped, or there is no way.
+  bool stop_again(std::size_t i, hal::Time since) {
+    if (stopped_[i].status) return true;
+    os_.sleep_until(os_.now() + 10ms);
+    if (auto line = supervised_.stops[i].open()) supervised_.stops[i].line = std::move(line);
+    if (!supervised_.stops[i].line) return false;
+    stop(i, since);
+    return stopped_[i].status.has_value();
+  }
+
+  void stop(std::size_t i, hal::Time since) {
+    if (!supervised_.stops[i].line) return;
+    stopped_[i].status = supervised_.stops[i].line->stop();
+    stopped_[i].after = os_.now() - since;
   }
 
   void report() {
     std::fprintf(stderr, "sinew: %s\n", fault_.c_str());
-    std::string stop = "no stop line";
-    if (supervised_.stop_line)
-      stop = stopped_ ? fmt::format("sent {:.1f} ms later", static_cast<double>(stopped_after_.count()) * 1e-6)
-                      : fmt::format("failed: {}", stopped_.error().where);
-    std::fprintf(stderr, "sinew: stop of the actuators: %s\n", stop.c_str());
+    if (stopped_.empty()) std::fprintf(stderr, "sinew: stop of the actuators: no stop line\n");
+    for (std::size_t i = 0; i < stopped_.size(); ++i) report_stop(i);
     if (watchdog_) std::fprintf(stderr, "sinew: the watchdog is not fed any more\n");
     save_topics();
     save_ring();
+  }
+
+  void report_stop(std::size_t i) {
+    const StopWay& way = supervised_.stops[i];
+    std::string stop = "no stop line";
+    if (way.line) {
+      stop = stopped_[i].status
+                 ? fmt::format("sent {:.1f} ms later", static_cast<double>(stopped_[i].after.count()) * 1e-6)
+                 : fmt::format("failed: {}", stopped_[i].status.error().where);
+      if (const std::string told = way.line->told(); !told.empty()) stop += "; " + told;
+    }
+    const std::string of = stopped_.size() > 1 ? " (" + way.name + ")" : "";
+    std::fprintf(stderr, "sinew: stop of the actuators%s: %s\n", of.c_str(), stop.c_str());
   }
 
   void save_topics() {
@@ -230,8 +272,11 @@ class Parent {
   bool asked_to_end_ = false, ending_ = false, done_ = false, feed_failed_ = false;
   int exit_code_ = 0;
   std::string fault_;
-  hal::Status stopped_ = hal::Error{hal::Errc::not_found, "no stop line"};
-  hal::Duration stopped_after_{};
+  struct Stopped {
+    hal::Status status = hal::Error{hal::Errc::not_found, "no stop line"};
+    hal::Duration after{};
+  };
+  std::vector<Stopped> stopped_;  // as Supervised::stops
 };
 
 }  // namespace

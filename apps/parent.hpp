@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "apps/parent_options.hpp"
 #include "hal/stop_line.hpp"
@@ -29,20 +30,29 @@ class ParentLine {
   std::unique_ptr<hal::Stream> stream_;
 };
 
+/// How the parent reaches some of the robot's actuators.
+struct StopWay {
+  std::string name{};                     // of what it leads to, for texts
+  std::unique_ptr<hal::StopLine> line{};  // of before the start
+  /// Opens it in the parent: right after the start when there is none yet, and another one after it has failed. Null:
+  /// it cannot be had; who opens says so.
+  std::function<std::unique_ptr<hal::StopLine>()> open = [] { return nullptr; };
+};
+
 /// What the parent knows of the robot before it starts.
 struct Supervised {
-  std::string robot;                         // name, for the saved folder
-  std::string runs = "runs";                 // where a flight ring goes to whose runtime had no folder yet
-  std::unique_ptr<hal::StopLine> stop_line;  // null: none could be had; the caller has said so
-  std::function<std::unique_ptr<hal::StopLine>()> another_line = [] { return nullptr; };  // after that one has failed
+  std::string robot;          // name, for the saved folder
+  std::string runs = "runs";  // where a flight ring goes to whose runtime had no folder yet
+  std::vector<StopWay> stops{};
   std::function<int(ParentLine&)> body;     // the runtime, in a process of its own; its exit code
   std::function<void()> in_parent = [] {};  // right after the start: lets go what is the runtime's
 };
 
 /// Runs the body in a child and watches it until it ends: process gone without having said that it ends, or the
-/// guardian silent for `hang`. Then: actuators stopped, the watchdog left to bite, a hanging runtime killed, the last
-/// seconds and the flight ring saved, in this order. The exit code: the body's own, or 1 after a fault; 2 when the
-/// child or the watchdog could not be had. While this process has one thread.
+/// guardian silent for `hang`. Then: actuators stopped, the watchdog left to bite, a hanging runtime killed, actuators
+/// stopped whose StopLine does not last, the last seconds and the flight ring saved, in this order. The exit code: the
+/// body's own, or 1 after a fault; 2 when the child or the watchdog could not be had. While this process has one
+/// thread.
 int run_with_parent(const ParentOptions& options, Supervised supervised);
 
 }  // namespace sinew::app

@@ -6,6 +6,7 @@
 #include <mutex>
 #include <optional>
 
+#include "apps/device_stop.hpp"
 #include "apps/flight_report.hpp"
 #include "apps/linux_board.hpp"
 #include "apps/live_view.hpp"
@@ -422,10 +423,12 @@ int run_on_sim(Prepared& prepared, const RunOptions& options) {
   Supervised supervised;
   supervised.robot = prepared.graph->spec().robot;
   supervised.runs = Recording::folder_of(prepared, options);
-  supervised.stop_line = open_stop_line(plant->endpoint(), 2s, why);
-  if (!supervised.stop_line) std::fprintf(stderr, "warning: no stop line to the plant: %s\n", why.c_str());
+  StopWay to_plant{.name = "plant", .line = open_stop_line(plant->endpoint(), 2s, why)};
+  if (!to_plant.line) std::fprintf(stderr, "warning: no stop line to the plant: %s\n", why.c_str());
   // The plant may have been away and come back, which the runtime outlives and a line of old does not.
-  supervised.another_line = [&] { return open_stop_line(plant->endpoint(), 200ms, why); };
+  to_plant.open = [&] { return open_stop_line(plant->endpoint(), 200ms, why); };
+  supervised.stops.push_back(std::move(to_plant));
+  add_stops_of_linux_devices(prepared, supervised.stops);
   supervised.body = [&](ParentLine& line) {
     plant->leave_to_parent();
     return SimRun(prepared, options, *plant, &line).run();

@@ -1,6 +1,8 @@
 #include "drivers/can_servos.hpp"
 
 #include <algorithm>
+#include <charconv>
+#include <optional>
 
 #include "drivers/cia402_servo.hpp"
 #include "drivers/cybergear_servo.hpp"
@@ -115,6 +117,23 @@ void read_cybergear(DeviceKeys& keys, JointConfig& joint, const CanBusConfig& bu
   };
 }
 
+/// 32 hexadecimal digits; nothing: there are none, or a problem was told.
+std::optional<wire::DronecanUniqueId> read_unique_id(DeviceKeys& keys) {
+  constexpr const char* kAllowed = "32 hexadecimal digits: who asks for a node id with these gets `id`";
+  std::string text;
+  if (!keys.read("unique_id", text, kAllowed)) return std::nullopt;
+  wire::DronecanUniqueId id{};
+  bool good = text.size() == 2 * id.size();
+  for (std::size_t i = 0; good && i < id.size(); ++i) {
+    const char* begin = text.data() + 2 * i;
+    const auto [end, error] = std::from_chars(begin, begin + 2, id[i], 16);
+    good = error == std::errc() && end == begin + 2;
+  }
+  if (good) return id;
+  keys.problem("unique_id", kAllowed);
+  return std::nullopt;
+}
+
 void read_dronecan(DeviceKeys& keys, JointConfig& joint) {
   DronecanServoOptions o;
   keys.read("esc", o.esc);
@@ -122,14 +141,16 @@ void read_dronecan(DeviceKeys& keys, JointConfig& joint) {
   keys.read("status_hz", o.status_hz, 0.1, 2000);
   if (!keys.has("actuator_id")) keys.problem("actuator_id", "its place in the commands; it is required");
   keys.read_integer("actuator_id", joint.servo.actuator_id, 0, 255);
+  const auto unique_id = read_unique_id(keys);
   refuse(keys, check_dronecan(joint.servo, o));
   refuse(keys, check_times(joint.servo, from_ms(1e3 / o.status_hz), Duration{0}));
-  joint.make = [config = joint.servo, o](CanBuses::Bus& on) -> std::unique_ptr<ServoProtocol> {
+  joint.make = [config = joint.servo, o, unique_id](CanBuses::Bus& on) -> std::unique_ptr<ServoProtocol> {
     if (!on.dronecan) {
       auto node = std::make_unique<DronecanNode>(on.config.dronecan);
       on.dronecan = node.get();
       on.hub->add(std::move(node));
     }
+    if (unique_id) on.dronecan->allocate(*unique_id, static_cast<std::uint8_t>(config.node_id));
     return std::make_unique<DronecanServo>(config, o, *on.dronecan);
   };
 }

@@ -257,4 +257,27 @@ void Cia402Servo::farewell(FrameSink& out) noexcept {
   out.send(wire::encode_nmt(wire::NmtCommand::pre_operational, config().node_id));
 }
 
+void Cia402Servo::ask_torque(FrameSink& out) noexcept {
+  out.send(wire::encode_sdo_request(config().node_id, wire::sdo_read(wire::kStatusword)));
+}
+
+void Cia402Servo::insist(FrameSink& out) noexcept {
+  out.send(wire::encode_nmt(wire::NmtCommand::stop, config().node_id));
+}
+
+TorqueSaid Cia402Servo::torque_said(const msg::CanFrame& frame, Time /*now*/) noexcept {
+  std::optional<DriveState> state;
+  if (frame.id == wire::sdo_reply_id(config().node_id)) {
+    const auto reply = wire::decode_sdo_reply(frame);
+    if (reply && reply->kind == wire::Sdo::Kind::value && reply->object == wire::kStatusword)
+      state = wire::drive_state(static_cast<std::uint16_t>(reply->value()));
+  } else if (frame.id == wire::tpdo_id(1, config().node_id) && wire::is_data(frame, false) && frame.size == 8) {
+    state = wire::drive_state(wire::get_le<std::uint16_t>(frame, 0));
+  }
+  if (!state) return TorqueSaid::nothing;
+  const bool on = *state == DriveState::operation_enabled || *state == DriveState::quick_stop_active ||
+                  *state == DriveState::fault_reaction;
+  return on ? TorqueSaid::on : TorqueSaid::off;
+}
+
 }  // namespace sinew::drivers

@@ -64,6 +64,10 @@ class Cia402Servo final : public ServoProtocol {
   const ServoStats& stats() const noexcept override { return joint_.stats(); }
   const ServoConfig& config() const noexcept override { return joint_.config(); }
   void farewell(FrameSink& out) noexcept override;
+  void ask_torque(FrameSink& out) noexcept override;
+  TorqueSaid torque_said(const msg::CanFrame& frame, Time now) noexcept override;
+  /// NMT stop: the drive then does what 6007h says, which bringing it up has set (CiA 402-2, 6007h).
+  void insist(FrameSink& out) noexcept override;
 
  private:
   enum class Phase : std::uint8_t { absent, configuring, starting, running };

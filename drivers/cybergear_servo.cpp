@@ -102,4 +102,10 @@ Heard CyberGearServo::on_frame(const msg::CanFrame& frame, Time now) noexcept {
   return Heard::malformed;
 }
 
+TorqueSaid CyberGearServo::torque_said(const msg::CanFrame& frame, Time /*now*/) noexcept {
+  const auto f = wire::decode_cybergear_feedback(frame);
+  if (!f) return TorqueSaid::nothing;
+  return f->mode == wire::CyberGearFeedback::Mode::running ? TorqueSaid::on : TorqueSaid::off;
+}
+
 }  // namespace sinew::drivers

@@ -18,6 +18,7 @@ class CyberGearServo final : public ImpedanceServo {
   BusNeed need(double tick_hz) const override;
   Heard on_frame(const msg::CanFrame& frame, Time now) noexcept override;
   void farewell(FrameSink& out) noexcept override { out.send(encode(Switch::disable)); }
+  TorqueSaid torque_said(const msg::CanFrame& frame, Time now) noexcept override;
 
  private:
   msg::CanFrame encode(const wire::MitCommand& command) const noexcept override;

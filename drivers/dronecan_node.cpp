@@ -15,6 +15,7 @@ constexpr int kAnswerFramesPerTick = 2;
 constexpr std::uint8_t kCommandPriority = 8, kStatusPriority = 24, kAnswerPriority = 30;
 constexpr Duration kStatusPeriod =
     1s;  // the most that the specification allows is 1 s: NodeStatus.MAX_BROADCASTING_PERIOD
+constexpr Duration kArmingPeriod = 500ms;
 constexpr Duration kAllocationTimeout = 500ms;  // Allocation.FOLLOWUP_TIMEOUT
 
 }  // namespace
@@ -38,9 +39,16 @@ DronecanNode::DronecanNode(const DronecanNodeConfig& config) : config_(config), 
   const std::uint32_t own = config_.node_id;
   interests_ = {{wire::kDronecanNodeStatus.type << 8u | own, 0x00FFFFFF, true},
                 {1u << 16 | 0x8000u | own << 8 | 0x80u, 0x00FFFF80, true}};
-  if (!config_.allocation.empty()) interests_.push_back({wire::kDronecanAllocation.type << 8u, 0x3FF, true});
+  if (!config_.allocation.empty()) listen_for_askers();
   info_.set_name(config_.name);
   info_.unique_id = config_.unique_id;
+}
+
+void DronecanNode::listen_for_askers() { interests_.push_back({wire::kDronecanAllocation.type << 8u, 0x3FF, true}); }
+
+void DronecanNode::allocate(const wire::DronecanUniqueId& unique_id, std::uint8_t node_id) {
+  if (config_.allocation.empty()) listen_for_askers();
+  config_.allocation.push_back({unique_id, node_id});
 }
 
 BusNeed DronecanNode::need(double tick_hz) const {
@@ -48,7 +56,7 @@ BusNeed DronecanNode::need(double tick_hz) const {
   msg::CanFrame full;
   full.size = 8, full.flags = msg::kCanExtended;
   BusNeed need;
-  need.add(full, 1);
+  need.add(full, 1 + 1 / msg::seconds(kArmingPeriod));
   for (std::size_t left = actuators_; left > 0; left -= std::min<std::size_t>(left, 15))
     need.add(full, tick_hz * frames(4 * std::min<std::size_t>(left, 15)));
   if (escs_ > 0) need.add(full, tick_hz * frames((14 * escs_ + 7) / 8));
@@ -87,8 +95,18 @@ void DronecanNode::say_status(Time now, FrameSink& out) noexcept {
            std::span(bytes).first(encode(info_.status, bytes)), out);
 }
 
+void DronecanNode::say_armed(Time now, FrameSink& out) noexcept {
+  if (armed_ == said_armed_ && now < armed_at_) return;
+  armed_at_ = now + kArmingPeriod;
+  said_armed_ = armed_;
+  std::array<std::uint8_t, 1> bytes{};
+  send_all(wire::kDronecanArmingStatus, kCommandPriority, arming_transfer_,
+           std::span(bytes).first(encode(wire::DronecanArmingStatus{armed_}, bytes)), out);
+}
+
 void DronecanNode::begin(Time now, FrameSink& out) noexcept {
   command_count_ = 0;
+  armed_ = false;
   raw_ = {};
   raw_.count = static_cast<std::uint8_t>(std::min(escs_, raw_.command.size()));
   if (!begun_) {
@@ -108,7 +126,8 @@ void DronecanNode::begin(Time now, FrameSink& out) noexcept {
   }
 }
 
-void DronecanNode::end(Time /*now*/, FrameSink& out) noexcept {
+void DronecanNode::end(Time now, FrameSink& out) noexcept {
+  say_armed(now, out);
   std::array<std::uint8_t, 60> bytes{};
   for (std::size_t at = 0; at < command_count_;) {
     wire::DronecanActuatorCommand command;

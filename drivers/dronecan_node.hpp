@@ -30,9 +30,11 @@ struct DronecanNodeStats {
   wire::DronecanStats transfers;
 };
 
-/// Says NodeStatus each second, answers GetNodeInfo, gives node ids away by its table, and sends one ArrayCommand and
-/// one RawCommand a tick with what the servos left. An answer of many frames goes out over several ticks.
-/// Lease:   what nobody sets in a tick is not sent: actuators fall back by their own time-out. In RawCommand, whose
+/// Says NodeStatus each second and ArmingStatus twice a second and on change (armed: any servo of the bus is live; some
+/// devices move only then, and all of them stop without), answers GetNodeInfo, gives node ids away by its table, and
+/// sends one ArrayCommand and one RawCommand a tick with what the servos left. An answer of many frames goes out over
+/// several ticks. Lease:   what nobody sets in a tick is not sent: actuators fall back by their own time-out. In
+/// RawCommand, whose
 ///          places are counted, an index that nobody set is 0: stop.
 /// Source:  DroneCAN specification, "Node discovery", "Dynamic node id allocation" (three requests of 6, 6 and 4 bytes
 ///          of unique id; a gap of more than 500 ms begins anew).
@@ -45,10 +47,14 @@ class DronecanNode final : public BusService {
   std::uint8_t id() const noexcept { return config_.node_id; }
   /// Once, before the start: what the bus load is planned for.
   void join_actuator() { ++actuators_; }
+  /// Once more: `node_id` is given to the node of this unique id, when that asks for one.
+  void allocate(const wire::DronecanUniqueId& unique_id, std::uint8_t node_id);
   void join_esc(std::size_t index) { escs_ = index + 1 > escs_ ? index + 1 : escs_; }
   /// For this tick. What goes beyond 15 actuators a transfer goes into another one.
   void set_actuator(std::uint8_t actuator_id, wire::DronecanCommandType type, double value) noexcept;
   void set_esc(std::size_t index, std::int16_t command) noexcept;
+  /// In this tick a servo is live: devices that wait for ArmingStatus may move.
+  void set_armed() noexcept { armed_ = true; }
   /// A transfer of one frame by us, as a request for GetNodeInfo is.
   void send_short(const wire::DronecanId& id, std::uint64_t signature, std::uint8_t transfer,
                   std::span<const std::uint8_t> payload, FrameSink& out) const noexcept;
@@ -63,6 +69,8 @@ class DronecanNode final : public BusService {
 
  private:
   void say_status(Time now, FrameSink& out) noexcept;
+  void listen_for_askers();
+  void say_armed(Time now, FrameSink& out) noexcept;
   void send_all(const wire::DronecanWanted& type, std::uint8_t priority, std::uint8_t& transfer,
                 std::span<const std::uint8_t> payload, FrameSink& out) noexcept;
   bool answer(const wire::DronecanId& id, std::uint64_t signature, std::uint8_t transfer, std::size_t size) noexcept;
@@ -76,8 +84,10 @@ class DronecanNode final : public BusService {
   wire::DronecanNodeInfo info_;
   DronecanNodeStats stats_;
   Time started_, status_at_;
-  bool begun_ = false;
-  std::uint8_t status_transfer_ = 0, actuator_transfer_ = 0, esc_transfer_ = 0, allocation_transfer_ = 0;
+  bool begun_ = false, armed_ = false, said_armed_ = false;
+  Time armed_at_;
+  std::uint8_t arming_transfer_ = 0, status_transfer_ = 0, actuator_transfer_ = 0, esc_transfer_ = 0,
+               allocation_transfer_ = 0;
 
   static constexpr std::size_t kMaxActuators = 60;
   std::size_t actuators_ = 0, escs_ = 0;

@@ -163,8 +163,11 @@ void DronecanServo::command(double joint_value) noexcept {
   const double drive = c.mode == ServoMode::position   ? joint_.to_drive_position(joint_value)
                        : c.mode == ServoMode::velocity ? joint_.to_drive_velocity(joint_value)
                                                        : joint_.to_drive_effort(joint_value);
+  // An ESC takes no effort limit: derated, it turns no faster than the same part of its speed limit.
   if (!options_.esc) return node_.set_actuator(static_cast<std::uint8_t>(c.actuator_id), type_of(c.mode), drive);
-  const double raw = std::clamp(drive / options_.esc_full_radps, -1.0, 1.0) * wire::kDronecanEscFull;
+  const double fastest = c.limits.velocity_radps * joint_.effort_limit() / c.limits.effort_nm * c.gear_ratio;
+  const double raw =
+      std::clamp(std::clamp(drive, -fastest, fastest) / options_.esc_full_radps, -1.0, 1.0) * wire::kDronecanEscFull;
   node_.set_esc(c.actuator_id, static_cast<std::int16_t>(std::lround(raw)));
 }
 
@@ -194,6 +197,7 @@ void DronecanServo::tick(Time now, const ServoCommand& wish, FrameSink& out) noe
     on_ = false;
     joint_.went_off();
   }
+  if (on_) node_.set_armed();
   const bool alive = joint_.feedback().measured.ns != 0 && (joint_.feedback().faults & msg::kJointLost) == 0;
   if (!on_) {
     joint_.set_mode(alive ? joint_.idle_mode(now) : msg::JointMode::absent);
@@ -217,29 +221,51 @@ void DronecanServo::show() noexcept {
   if (options_.esc) shown_.position_rad = kUnknown;
 }
 
+TorqueSaid DronecanServo::torque_said(const msg::CanFrame& frame, Time now) noexcept {
+  wire::DronecanTransfer transfer;
+  if (assembler_.push(frame, now, node_.id(), transfer) != wire::DronecanAssembler::Heard::complete ||
+      transfer.id.service || transfer.id.source != config().node_id)
+    return TorqueSaid::nothing;
+  constexpr std::uint8_t kPowerUnknown = 127;
+  std::uint8_t power_pct = kPowerUnknown;
+  if (options_.esc && transfer.id.type == wire::kDronecanEscStatus.type) {
+    wire::DronecanEscStatus status;
+    if (decode(transfer.payload, status) && status.esc_index == config().actuator_id) power_pct = status.power_pct;
+  } else if (!options_.esc && transfer.id.type == wire::kDronecanActuatorStatus.type) {
+    wire::DronecanActuatorStatus status;
+    if (decode(transfer.payload, status) && status.actuator_id == config().actuator_id) power_pct = status.power_pct;
+  }
+  if (power_pct == kPowerUnknown) return TorqueSaid::nothing;
+  return power_pct == 0 ? TorqueSaid::off : TorqueSaid::on;
+}
+
+template <class Message>
+void DronecanServo::say(const wire::DronecanWanted& type, const Message& message, FrameSink& out) const noexcept {
+  std::array<std::uint8_t, 40> bytes{};
+  wire::DronecanId id;
+  id.priority = 8, id.type = type.type, id.source = node_.id();
+  wire::DronecanSplitter splitter(id, type.signature, farewell_transfer_,
+                                  std::span(bytes).first(encode(message, bytes)));
+  for (msg::CanFrame frame; splitter.next(frame);) out.send(frame);
+}
+
+/// Disarmed, which is the only word for an actuator in mode position, and then 0, as far as there is one.
 void DronecanServo::farewell(FrameSink& out) noexcept {
   const ServoConfig& c = config();
-  if (c.mode == ServoMode::position) return;  // nothing is sent any more, and there is no other way
-  std::array<std::uint8_t, 40> bytes{};
-  std::size_t size = 0;
-  wire::DronecanId id;
-  id.priority = 8, id.source = node_.id();
-  std::uint64_t signature = 0;
+  farewell_transfer_ =
+      static_cast<std::uint8_t>((farewell_transfer_ + 1) & 31);  // one that is known is not listened to
+  say(wire::kDronecanArmingStatus, wire::DronecanArmingStatus{}, out);
   if (options_.esc) {
     // RawCommand of zeros up to this one: those before it stop, too, and so they shall when the hub ends.
     wire::DronecanEscRawCommand zeros;
     zeros.count = static_cast<std::uint8_t>(c.actuator_id + 1);
-    size = encode(zeros, bytes);
-    id.type = wire::kDronecanEscRawCommand.type, signature = wire::kDronecanEscRawCommand.signature;
-  } else {
+    say(wire::kDronecanEscRawCommand, zeros, out);
+  } else if (c.mode != ServoMode::position) {
     wire::DronecanActuatorCommand zero;
     zero.count = 1;
     zero.command[0] = {static_cast<std::uint8_t>(c.actuator_id), static_cast<std::uint8_t>(type_of(c.mode)), 0.0};
-    size = encode(zero, bytes);
-    id.type = wire::kDronecanActuatorCommand.type, signature = wire::kDronecanActuatorCommand.signature;
+    say(wire::kDronecanActuatorCommand, zero, out);
   }
-  wire::DronecanSplitter splitter(id, signature, 0, std::span(bytes).first(size));
-  for (msg::CanFrame frame; splitter.next(frame);) out.send(frame);
 }
 
 }  // namespace sinew::drivers

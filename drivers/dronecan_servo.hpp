@@ -15,10 +15,12 @@ std::string check_dronecan(const ServoConfig& config, const DronecanServoOptions
 /// A DroneCAN actuator or ESC: ServoConfig::node_id is its node, actuator_id its place in the commands.
 ///
 /// The protocol knows neither enabling nor disabling. A joint is enabled by being sent setpoints, and switched off by
-/// being sent none (actuators: position), speed 0, force 0, or command 0 (ESCs). What a device does then, and when it
-/// hears nothing, is its own setting, so check_dronecan() allows only the stop action that each mode really has:
+/// being sent none (actuators: position), speed 0, force 0, or command 0 (ESCs); ArmingStatus says for the whole bus
+/// whether anything may move, to devices that mind it. What a device does then, and when it hears nothing, is its own
+/// setting, so check_dronecan() allows only the stop action that each mode really has:
 /// position: hold; velocity: damp (speed 0); effort and ESCs: torque_off.
 /// Feedback: actuators: position, velocity, effort. ESCs: velocity, temperature, voltage; no position (NaN).
+/// Derating: of an ESC, which has no effort limit, its fastest speed; actuators tell no temperature.
 /// Faults:  NodeStatus: health error or critical, or not operational: kJointOther with the vendor's code. A node that
 ///          begins anew has to be enabled again; uptime that goes back without that: two nodes of one id.
 /// Homing:  zero_here moves our offset; home: there is none. Identity: GetNodeInfo.
@@ -38,6 +40,8 @@ class DronecanServo final : public ServoProtocol {
   const ServoConfig& config() const noexcept override { return joint_.config(); }
   std::string_view shares() const noexcept override { return options_.esc ? "esc" : "actuator"; }
   void farewell(FrameSink& out) noexcept override;
+  /// A status whose power is 0 % of the device's; actuators may not know it, and then never say it.
+  TorqueSaid torque_said(const msg::CanFrame& frame, Time now) noexcept override;
 
  private:
   bool on_status(const wire::DronecanTransfer& transfer, Time now) noexcept;
@@ -45,6 +49,8 @@ class DronecanServo final : public ServoProtocol {
   bool on_info(const wire::DronecanTransfer& transfer) noexcept;
   void ask_identity(Time now, FrameSink& out) noexcept;
   void command(double joint_value) noexcept;
+  template <class Message>
+  void say(const wire::DronecanWanted& type, const Message& message, FrameSink& out) const noexcept;
   void command_stop() noexcept;
   void show() noexcept;
 
@@ -56,7 +62,7 @@ class DronecanServo final : public ServoProtocol {
   ServoIdentity identity_;
   ServoFeedback shown_;  // the joint's, without a position where there is none
   BackOff ask_;
-  std::uint8_t ask_transfer_ = 0;
+  std::uint8_t ask_transfer_ = 0, farewell_transfer_ = 0;
   bool on_ = false, heard_status_ = false;
   std::uint32_t uptime_s_ = 0, request_seen_ = 0;
 };

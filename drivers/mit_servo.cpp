@@ -48,4 +48,10 @@ Heard MitServo::on_frame(const msg::CanFrame& frame, Time now) noexcept {
   return Heard::mine;
 }
 
+TorqueSaid MitServo::torque_said(const msg::CanFrame& frame, Time /*now*/) noexcept {
+  const auto reply = decode_mit_reply(frame, options_.type);
+  if (!reply || reply->motor != config().node_id) return TorqueSaid::nothing;
+  return reply->status_known && reply->enabled ? TorqueSaid::on : TorqueSaid::off;
+}
+
 }  // namespace sinew::drivers

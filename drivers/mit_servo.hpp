@@ -23,6 +23,8 @@ class MitServo final : public ImpedanceServo {
   BusNeed need(double tick_hz) const override;
   Heard on_frame(const msg::CanFrame& frame, Time now) noexcept override;
   void farewell(FrameSink& out) noexcept override { out.send(encode(Switch::disable)); }
+  /// Types that do not say whether they are enabled: an answer to farewell() counts as "off".
+  TorqueSaid torque_said(const msg::CanFrame& frame, Time now) noexcept override;
 
  private:
   msg::CanFrame encode(const wire::MitCommand& command) const noexcept override;

@@ -166,6 +166,9 @@ class BusService : public CanListener {
   virtual void end(Time /*now*/, FrameSink& /*out*/) noexcept {}
 };
 
+/// What a frame says about the torque of a drive.
+enum class TorqueSaid : std::uint8_t { nothing, off, on };
+
 /// The protocol of one servo: brings it up, feeds it setpoints, watches it, and brings it up again.
 /// It is never given up: absent or broken servos are tried again with growing pauses. It is enabled by a command
 /// (Intent::follow) that is newer than its last fault or loss, and never by itself.
@@ -184,6 +187,17 @@ class ServoProtocol : public CanListener {
   virtual std::string_view shares() const noexcept { return {}; }
   /// Sent when the hub ends: leaves the drive without torque, whatever state it is in.
   virtual void farewell(FrameSink& out) noexcept = 0;
+
+  // For who stops the drive from outside of its hub (CanStopLine), with an object that never ticked.
+  // RT: yes; each sends at most kMaxFramesPerTick frames.
+
+  /// Makes the drive say whether it has torque, after a farewell(). Where farewell() itself is answered, that.
+  virtual void ask_torque(FrameSink& out) noexcept { farewell(out); }
+  /// Of a frame that one of the interests names.
+  virtual TorqueSaid torque_said(const msg::CanFrame& frame, Time now) noexcept = 0;
+  /// Another way, for a drive that farewell() did not move; it may have to be brought up anew afterwards. Default:
+  /// none.
+  virtual void insist(FrameSink& /*out*/) noexcept {}
 
   static constexpr int kMaxFramesPerTick = 4;
 };

@@ -168,4 +168,16 @@ bool decode(Payload in, DronecanActuatorStatus& out) noexcept {
   return bits.ok();
 }
 
+std::size_t encode(const DronecanArmingStatus& in, std::span<std::uint8_t> out) noexcept {
+  BitWriter bits(out);
+  bits.put(in.armed ? 255 : 0, 8);
+  return bits.size();
+}
+
+bool decode(Payload in, DronecanArmingStatus& out) noexcept {
+  BitReader bits(in);
+  out.armed = bits.take(8) == 255;
+  return bits.ok();
+}
+
 }  // namespace sinew::wire

@@ -18,6 +18,7 @@ inline constexpr DronecanWanted kDronecanEscRawCommand{1030, false, 0x217F5C87D7
 inline constexpr DronecanWanted kDronecanEscStatus{1034, false, 0xA9AF28AEA2FBB254};
 inline constexpr DronecanWanted kDronecanActuatorCommand{1010, false, 0xD8A7486238EC3AF3};
 inline constexpr DronecanWanted kDronecanActuatorStatus{1011, false, 0x5E9BBA44FAF1EA04};
+inline constexpr DronecanWanted kDronecanArmingStatus{1100, false, 0x8700F375556A8003};
 
 using Payload = std::span<const std::uint8_t>;
 
@@ -114,5 +115,12 @@ struct DronecanActuatorStatus {
 };
 std::size_t encode(const DronecanActuatorStatus& in, std::span<std::uint8_t> out) noexcept;
 bool decode(Payload in, DronecanActuatorStatus& out) noexcept;
+
+/// uavcan/equipment/safety/1100.ArmingStatus: 255 fully armed, 0 disarmed; what lies between is no permission either.
+struct DronecanArmingStatus {
+  bool armed = false;
+};
+std::size_t encode(const DronecanArmingStatus& in, std::span<std::uint8_t> out) noexcept;
+bool decode(Payload in, DronecanArmingStatus& out) noexcept;
 
 }  // namespace sinew::wire

@@ -22,6 +22,10 @@ Result<std::unique_ptr<Connectors>> LinuxConnectors::open(Os& os, std::string& w
   return std::unique_ptr<Connectors>(new LinuxConnectors(os, std::move(*watch)));
 }
 
+std::unique_ptr<Connectors> LinuxConnectors::unwatched(Os& os) {
+  return std::unique_ptr<Connectors>(new LinuxConnectors(os, FdWatch::none()));
+}
+
 Result<std::unique_ptr<CanBus>> LinuxConnectors::can(const CanSpec& spec, std::string& why) {
   return open_can(spec, os_, watch_, why);
 }

@@ -12,6 +12,8 @@ namespace sinew::hal {
 class LinuxConnectors final : public Connectors {
  public:
   static Result<std::unique_ptr<Connectors>> open(Os& os, std::string& why);
+  /// For who asks his devices himself: nobody is woken by them, and no thread watches.
+  static std::unique_ptr<Connectors> unwatched(Os& os);
 
   Result<std::unique_ptr<CanBus>> can(const CanSpec& spec, std::string& why) override;
   Result<std::unique_ptr<I2cBus>> i2c(const std::string& path, std::string& why) override;

@@ -38,6 +38,7 @@ FdWatch::~FdWatch() {
 }
 
 Status FdWatch::add(int fd, FdLine& line) {
+  if (epoll_ < 0) return {};
   const std::lock_guard lock(mutex_);
   entries_.push_back({fd, &line});
   epoll_event event{};
@@ -50,6 +51,7 @@ Status FdWatch::add(int fd, FdLine& line) {
 }
 
 void FdWatch::remove(int fd) noexcept {
+  if (epoll_ < 0) return;
   const std::lock_guard lock(mutex_);
   epoll_ctl(epoll_, EPOLL_CTL_DEL, fd, nullptr);
   std::erase_if(entries_, [fd](const Entry& e) { return e.fd == fd; });

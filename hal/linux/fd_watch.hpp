@@ -36,6 +36,8 @@ class FdWatch {
  public:
   /// `priority`: SCHED_FIFO, as that of an interrupt thread: above the modules that wait for it.
   static Result<std::shared_ptr<FdWatch>> start(Os& os, const ThreadOptions& options);
+  /// One without a thread, which rings nobody: for who looks by himself.
+  static std::shared_ptr<FdWatch> none() { return std::shared_ptr<FdWatch>(new FdWatch(-1, -1)); }
   ~FdWatch();
   /// Rings `line` whenever `fd` has more to read, hangs up or fails. The fd stays the caller's. Errors: io.
   Status add(int fd, FdLine& line);

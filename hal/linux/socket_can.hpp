@@ -8,10 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "hal/connectors.hpp"
-#include "hal/linux/can_counters.hpp"
 #include "hal/linux/can_link.hpp"
-#include "hal/linux/fd_watch.hpp"
+#include "hal/linux/can_port.hpp"
 
 namespace sinew::hal {
 
@@ -28,7 +26,7 @@ namespace sinew::hal {
 ///
 /// Stamps: the controller's where its driver gives them, else the kernel's; both on CLOCK_MONOTONIC (can_stamp.hpp).
 /// Filters are the kernel's; error frames always come.
-class SocketCanBus final : public CanBus {
+class SocketCanBus final : public CanPort {
  public:
   /// `why`: on an error what is missing and what to do; on success empty, or what will be missing later.
   /// Errors:  not_supported: the kernel has no CAN, or CAN FD is asked for and not there; not_found: no such interface;
@@ -40,9 +38,6 @@ class SocketCanBus final : public CanBus {
   Result<bool> read(msg::CanFrame& out) noexcept override;
   Status send(const msg::CanFrame& frame, Time deadline) noexcept override;
   Status set_filters(std::span<const CanFilter> filters) override;
-  void set_wake(Wake* wake) noexcept override { line_.change_wake(wake); }
-  CanStats stats() const noexcept override { return counters_.snapshot(); }
-  std::uint32_t bit_rate() const noexcept override { return spec_.bit_rate; }
   /// What keeps the bus from working, in words; empty: nothing. Thread: any. RT: no.
   std::string trouble() const;
 
@@ -62,12 +57,7 @@ class SocketCanBus final : public CanBus {
   bool look();  // true: something is waited for
   void follow_controller(const CanLink& link, std::uint64_t error_frames_before, std::string& trouble);
 
-  const CanSpec spec_;
-  Os& os_;
-  const std::shared_ptr<FdWatch> watch_;
-  FdLine line_;
   int fd_ = -1;
-  CanCounters counters_;
   std::unique_ptr<Batch> batch_;
   std::uint32_t overflow_ = 0;  // the socket's own count when last seen; wraps
   std::atomic<int> bound_{0};   // index of the interface

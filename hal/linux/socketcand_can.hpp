@@ -6,9 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/connectors.hpp"
-#include "hal/linux/can_counters.hpp"
-#include "hal/linux/fd_watch.hpp"
+#include "hal/linux/can_port.hpp"
 #include "wire/socketcand.hpp"
 
 namespace sinew::hal {
@@ -20,7 +18,7 @@ namespace sinew::hal {
 /// Stamps are times of reading here: the server's clock is another one. What TCP has taken cannot be taken back; its
 /// buffer is kept small, and when it is full send() says timeout. A frame that was cut by a loss is lost. The protocol
 /// tells of an error frame only its class. Own frames never come back: receive_own is refused.
-class SocketcandCan final : public CanBus {
+class SocketcandCan final : public CanPort {
  public:
   /// Connects once, at most about two seconds long.
   /// Errors:  bad_argument: the address; not_supported: receive_own; not_found, closed, timeout: nobody there who
@@ -34,14 +32,11 @@ class SocketcandCan final : public CanBus {
   Status send(const msg::CanFrame& frame, Time deadline) noexcept override;
   /// Done here: the protocol's raw mode has none.
   Status set_filters(std::span<const CanFilter> filters) override;
-  void set_wake(Wake* wake) noexcept override { line_.change_wake(wake); }
-  CanStats stats() const noexcept override { return counters_.snapshot(); }
-  std::uint32_t bit_rate() const noexcept override { return spec_.bit_rate; }
   /// What the last attempt to connect failed at; empty: connected. Thread: any. RT: no.
   std::string trouble() const;
 
  private:
-  SocketcandCan(const CanSpec& spec, Os& os, std::shared_ptr<FdWatch> watch);
+  SocketcandCan(const CanSpec& spec, Os& os, std::shared_ptr<FdWatch> watch) : CanPort(spec, os, std::move(watch)) {}
   Result<int> connect_once(std::string& why);
   Status shake_hands(int fd, std::string& why);
   Status expect_ok(int fd, std::string_view what, std::string& why);
@@ -51,17 +46,12 @@ class SocketcandCan final : public CanBus {
   bool take(msg::CanFrame& out) noexcept;
   Status flush() noexcept;
 
-  const CanSpec spec_;
-  Os& os_;
-  const std::shared_ptr<FdWatch> watch_;
   std::string host_, port_, bus_;
-  FdLine line_;
   int fd_ = -1;  // the keeper's, while connected_ is false; else the reader's and sender's
   // read() and send() say that they are in before they look at connected_; the keeper takes connected_ away before it
   // looks whether they are in. Sequential consistency: one of the two sees the other.
   std::atomic<bool> connected_{false}, reading_{false}, sending_{false}, stop_{false};
   std::atomic<std::uint32_t> connection_{0};  // counts them: what was half sent or read belongs to one
-  CanCounters counters_;
   WakeWord keeper_word_{0};
   // The reader's:
   wire::SocketcandSplitter splitter_;

@@ -10,7 +10,6 @@
 #include <charconv>
 #include <cstring>
 
-#include "wire/can_check.hpp"
 #include "wire/dronecan_udp.hpp"
 
 namespace sinew::hal {
@@ -58,10 +57,7 @@ struct UdpCanBus::Batch {
 };
 
 UdpCanBus::UdpCanBus(const CanSpec& spec, Os& os, std::shared_ptr<FdWatch> watch)
-    : spec_(spec),
-      os_(os),
-      watch_(std::move(watch)),
-      counters_(spec.bit_rate > 0 ? static_cast<double>(spec.data_bit_rate) / spec.bit_rate : 1.0) {}
+    : CanPort(spec, os, std::move(watch)) {}
 
 Result<std::unique_ptr<CanBus>> UdpCanBus::open(const CanSpec& spec, Os& os, std::shared_ptr<FdWatch> watch,
                                                 std::string& why) {
@@ -192,9 +188,8 @@ bool UdpCanBus::take(std::size_t i, msg::CanFrame& out) noexcept {
 Status UdpCanBus::send(const msg::CanFrame& frame, Time deadline) noexcept {
   std::array<std::uint8_t, wire::kDronecanUdpMax> packet{};
   const std::size_t size = wire::dronecan_udp_encode(frame, packet);
-  if (size == 0 || (frame.fd() && spec_.data_bit_rate == 0)) return Error{Errc::bad_argument, "frame"};
-  const Time now = os_.now();
-  if (deadline != kNever && now >= deadline) return counters_.tx_lost(), Error{Errc::timeout, "deadline"};
+  if (size == 0) return Error{Errc::bad_argument, "frame"};
+  if (const Status may = may_leave(frame, deadline); !may) return may;
   // ECONNREFUSED would be somebody's answer to an earlier packet.
   ssize_t n = ::send(out_, packet.data(), size, MSG_DONTWAIT);
   if (n < 0 && errno == ECONNREFUSED) n = ::send(out_, packet.data(), size, MSG_DONTWAIT);
@@ -204,15 +199,14 @@ Status UdpCanBus::send(const msg::CanFrame& frame, Time deadline) noexcept {
     return {};
   }
   const int error = errno;
-  counters_.tx_lost();
-  if (error == EAGAIN || error == ENOBUFS || error == EINTR) return Error{Errc::timeout, "no room", error};
+  if (error == EAGAIN || error == ENOBUFS || error == EINTR) return lost(Errc::timeout, "no room", error);
   // The interface is down, or another one of the same name: its membership went with it.
   counters_.set_state(CanState::stopped);
-  if (now >= rejoin_at_) {
+  if (const Time now = os_.now(); now >= rejoin_at_) {
     rejoin_at_ = now + 1s;
-    if (!join()) return Error{Errc::closed, "interface", error};
+    static_cast<void>(join());  // or with a later frame
   }
-  return Error{Errc::closed, "interface", error};
+  return lost(Errc::closed, "interface", error);
 }
 
 }  // namespace sinew::hal

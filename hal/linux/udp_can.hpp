@@ -6,10 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "hal/connectors.hpp"
-#include "hal/linux/can_counters.hpp"
+#include "hal/linux/can_port.hpp"
 #include "hal/linux/can_stamp.hpp"
-#include "hal/linux/fd_watch.hpp"
 
 namespace sinew::hal {
 
@@ -21,7 +19,7 @@ namespace sinew::hal {
 /// There are no error frames and no arbitration; bit_rate() is what the spec says, for the load. A frame that was sent
 /// cannot be taken back. Its own frames are known by their sender and come back only with CanSpec::receive_own.
 /// CAN FD frames that come where data_bit_rate is 0, remote frames and everything else that is no frame: malformed.
-class UdpCanBus final : public CanBus {
+class UdpCanBus final : public CanPort {
  public:
   /// Errors:  bad_argument: the address; not_found: no such interface; denied, busy, io.
   static Result<std::unique_ptr<CanBus>> open(const CanSpec& spec, Os& os, std::shared_ptr<FdWatch> watch,
@@ -31,9 +29,6 @@ class UdpCanBus final : public CanBus {
   Result<bool> read(msg::CanFrame& out) noexcept override;
   Status send(const msg::CanFrame& frame, Time deadline) noexcept override;
   Status set_filters(std::span<const CanFilter> filters) override;
-  void set_wake(Wake* wake) noexcept override { line_.change_wake(wake); }
-  CanStats stats() const noexcept override { return counters_.snapshot(); }
-  std::uint32_t bit_rate() const noexcept override { return spec_.bit_rate; }
 
  private:
   struct Batch;
@@ -44,16 +39,11 @@ class UdpCanBus final : public CanBus {
   Result<bool> fill() noexcept;
   bool take(std::size_t i, msg::CanFrame& out) noexcept;
 
-  const CanSpec spec_;
-  Os& os_;
-  const std::shared_ptr<FdWatch> watch_;
-  FdLine line_;
   std::string interface_ = "lo";
   sockaddr_in group_{};
   int in_ = -1, out_ = -1;
   in_port_t own_port_ = 0;  // of out_, network order; with own_address_ it is how our frames are known
   in_addr_t own_address_ = 0;
-  CanCounters counters_;
   std::unique_ptr<Batch> batch_;
   std::uint32_t overflow_ = 0;
   Time rejoin_at_;  // send(): after an error, the membership is renewed at most once a second

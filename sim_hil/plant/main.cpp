@@ -14,6 +14,7 @@
 #include "sim_hil/plant/session.hpp"
 #include "sim_hil/plant/wire_options.hpp"
 #include "sim_hil/plant/wire_run.hpp"
+#include "sim_hil/wire/socketcand_server.hpp"
 
 namespace {
 
@@ -192,25 +193,9 @@ class VideoNode final : public plant::WireCamera {
   std::unique_ptr<hal::V4l2Source> source_;
 };
 
-/// False after it was said why.
-bool open_wire(const Settings& s, hal::Os& os, plant::WireDevices& wire) {
+/// False after it was said why; so do the next two.
+bool open_imu_and_camera(const Settings& s, hal::Os& os, plant::WireDevices& wire) {
   std::string why;
-  if (!s.wire.can.empty()) {
-    std::vector<plant::WireServo> servos;
-    for (const std::string& text : s.wire.servos) {
-      const auto servo = plant::parse_wire_servo(text, why);
-      if (!servo) return std::fprintf(stderr, "sinew-sim: --servo: %s\n", why.c_str()), false;
-      servos.push_back(*servo);
-    }
-    const auto colon = s.wire.can.find(':');
-    const hal::CanSpec spec{s.wire.can.substr(0, colon),
-                            colon == std::string::npos ? "" : s.wire.can.substr(colon + 1)};
-    auto watch = hal::FdWatch::start(os, {"sim_devices", 0, {}, std::size_t{64} * 1024, 0});
-    if (!watch) return std::fprintf(stderr, "sinew-sim: --can: no thread\n"), false;
-    auto bus = hal::open_can(spec, os, *watch, why);
-    if (!bus) return std::fprintf(stderr, "sinew-sim: --can: %s\n", why.c_str()), false;
-    wire.add_servos(std::move(*bus), std::move(servos));
-  }
   if (!s.wire.iio.empty()) {
     sim_hil::IioTreeSpec spec;
     spec.root = s.wire.iio;
@@ -241,6 +226,50 @@ bool open_wire(const Settings& s, hal::Os& os, plant::WireDevices& wire) {
   if (double from = 0, until = 0; s.wire.unplugged(from, until))
     wire.unplug_camera(plant_time(from), plant_time(until));
   return true;
+}
+
+/// The drives are on a bus of this process, and a server lets others onto it.
+bool serve_bus(const std::string& address, hal::Os& os, plant::WireDevices& wire,
+               std::vector<plant::WireServo> servos) {
+  const auto refuse = [&](const hal::Error& e) {
+    std::fprintf(stderr, "sinew-sim: --can: socketcand-server:%s: %s (%s)\n", address.c_str(), hal::to_string(e.code),
+                 e.where);
+    return false;
+  };
+  const bool port_alone = address.find(':') == std::string::npos;
+  auto listener = hal::listen_stream("tcp:" + (port_alone ? "127.0.0.1:" + address : address));
+  if (!listener) return refuse(listener.error());
+  auto server = sim_hil::SocketcandServer::open(os, std::move(*listener), {"can0"});
+  if (!server) return refuse(server.error());
+  auto bus = (*server)->bus("can0");
+  if (!bus) return refuse(bus.error());
+  wire.add_servos(std::move(*bus), std::move(servos));
+  wire.keep(std::move(*server));
+  return true;
+}
+
+bool open_wire(const Settings& s, hal::Os& os, plant::WireDevices& wire) {
+  std::string why;
+  if (!s.wire.can.empty()) {
+    std::vector<plant::WireServo> servos;
+    for (const std::string& text : s.wire.servos) {
+      const auto servo = plant::parse_wire_servo(text, why);
+      if (!servo) return std::fprintf(stderr, "sinew-sim: --servo: %s\n", why.c_str()), false;
+      servos.push_back(*servo);
+    }
+    if (constexpr std::string_view kServe = "socketcand-server:"; s.wire.can.starts_with(kServe))
+      return serve_bus(s.wire.can.substr(kServe.size()), os, wire, std::move(servos)) &&
+             open_imu_and_camera(s, os, wire);
+    const auto colon = s.wire.can.find(':');
+    const hal::CanSpec spec{s.wire.can.substr(0, colon),
+                            colon == std::string::npos ? "" : s.wire.can.substr(colon + 1)};
+    auto watch = hal::FdWatch::start(os, {"sim_devices", 0, {}, std::size_t{64} * 1024, 0});
+    if (!watch) return std::fprintf(stderr, "sinew-sim: --can: no thread\n"), false;
+    auto bus = hal::open_can(spec, os, *watch, why);
+    if (!bus) return std::fprintf(stderr, "sinew-sim: --can: %s\n", why.c_str()), false;
+    wire.add_servos(std::move(*bus), std::move(servos));
+  }
+  return open_imu_and_camera(s, os, wire);
 }
 
 /// A world without a runtime.

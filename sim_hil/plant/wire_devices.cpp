@@ -4,6 +4,7 @@
 
 #include "sim_hil/plant/joints.hpp"
 #include "sim_hil/wire/sim_cia402.hpp"
+#include "sim_hil/wire/sim_dronecan.hpp"
 #include "sim_hil/wire/sim_impedance.hpp"
 
 namespace sinew::plant {
@@ -28,7 +29,8 @@ std::optional<WireServo> parse_wire_servo(const std::string& whole, std::string&
   const auto refuse = [&] {
     std::string types;
     for (const auto& t : wire::mit_motor_types()) types += std::string(types.empty() ? "" : ", ") + t.name;
-    why = "'" + whole + "' is none of cia402:ID, cybergear:ID, mit:ID:MOTOR (ID 1 to 127; motors: " + types +
+    why = "'" + whole +
+          "' is none of cia402:ID, cybergear:ID, dronecan:ID, mit:ID:MOTOR (ID 1 to 127; motors: " + types +
           "), with @RAD behind it for a zero that is off by up to 10";
     return std::nullopt;
   };
@@ -54,8 +56,8 @@ std::optional<WireServo> parse_wire_servo(const std::string& whole, std::string&
   }
   if (second != std::string::npos) return refuse();
   if (protocol == "cia402") return servo;
-  if (protocol != "cybergear") return refuse();
-  servo.protocol = WireServo::Protocol::cybergear;
+  if (protocol != "cybergear" && protocol != "dronecan") return refuse();
+  servo.protocol = protocol == "dronecan" ? WireServo::Protocol::dronecan : WireServo::Protocol::cybergear;
   return servo;
 }
 
@@ -96,6 +98,15 @@ hal::Status WireDevices::attach(World& world) {
         p.motor = s.id;
         p.type = *wire::mit_motor_type(s.motor);
         sims_->add<sim_hil::SimMitMotor>(joint, mount, p);
+        break;
+      }
+      case WireServo::Protocol::dronecan: {
+        sim_hil::SimDronecanServo::Parameters p;
+        p.node_id = static_cast<std::uint8_t>(s.id);
+        p.actuator_id = static_cast<std::uint8_t>(i);
+        p.most_nm = joints->limits(i).effort_nm;
+        p.kp = 8, p.kd = 0.5;  // as above
+        sims_->add<sim_hil::SimDronecanServo>(joint, mount, p);
         break;
       }
       case WireServo::Protocol::cybergear:

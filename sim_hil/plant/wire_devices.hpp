@@ -12,10 +12,11 @@
 
 namespace sinew::plant {
 
-/// The drive of one joint: "cia402:1", "mit:2:ak80_9" (with the type of the motor), "cybergear:3". The number is its
-/// node id on the bus; "@0.2" behind it all: it reads 0.2 rad more than the joint stands at.
+/// The drive of one joint: "cia402:1", "mit:2:ak80_9" (with the type of the motor), "cybergear:3", "dronecan:20" (an
+/// actuator; its actuator_id is its place among the joints). The number is its node id on the bus; "@0.2" behind it
+/// all: it reads 0.2 rad more than the joint stands at.
 struct WireServo {
-  enum class Protocol : std::uint8_t { cia402, mit, cybergear } protocol = Protocol::cia402;
+  enum class Protocol : std::uint8_t { cia402, mit, cybergear, dronecan } protocol = Protocol::cia402;
   std::uint32_t id = 1;
   std::string motor;  // mit
   double zero_rad = 0;
@@ -54,6 +55,8 @@ class WireDevices {
   hal::Duration stamps_late() const { return late_; }
   /// Its plug is out from one moment of plant time to another.
   void unplug_camera(hal::Time from, hal::Time until) { out_from_ = from, out_until_ = until; }
+  /// What the bus needs to be there.
+  void keep(std::shared_ptr<void> server) { kept_ = std::move(server); }
 
   /// Makes the drives on this world's joints. Errors: bad_argument when it has none, or fewer than drives.
   hal::Status attach(World& world);
@@ -65,6 +68,7 @@ class WireDevices {
 
  private:
   class Joint;
+  std::shared_ptr<void> kept_;
   std::unique_ptr<hal::CanBus> bus_;
   std::vector<WireServo> servos_;
   std::vector<std::unique_ptr<Joint>> joints_;

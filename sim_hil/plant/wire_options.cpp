@@ -33,9 +33,12 @@ std::string check_turn(const std::string& text) {
 }  // namespace
 
 void WireOptions::describe(CLI::App& app) {
-  app.add_option("--can", can, "real time: drives on this CAN bus move the joints: TRANSPORT:ADDRESS, e.g. udp:7");
+  app.add_option("--can", can,
+                 "real time: drives on this CAN bus move the joints: TRANSPORT:ADDRESS, e.g. udp:7; "
+                 "socketcand-server:[HOST:]PORT is one that others open as HOST:PORT/can0");
   app.add_option("--servo", servos,
-                 "the drive of the next joint: cia402:ID, cybergear:ID or mit:ID:MOTOR, with @RAD behind it for a zero "
+                 "the drive of the next joint: cia402:ID, cybergear:ID, dronecan:ID or mit:ID:MOTOR, with @RAD behind "
+                 "it for a zero "
                  "that is off")
       ->allow_extra_args(false)
       ->needs("--can");

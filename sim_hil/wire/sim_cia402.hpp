@@ -32,6 +32,8 @@ class SimCia402 final : public SimServo {
   std::uint32_t object(wire::ObjectAddress object) const;
   /// The cause of a fault does not go away: a reset is followed by the same fault.
   bool fault_stays = false;
+  /// Controlwords move nothing any more.
+  bool deaf = false;
 
  protected:
   void on_frame(const msg::CanFrame& frame, Time now) override;
@@ -40,6 +42,7 @@ class SimCia402 final : public SimServo {
   void say(Time now) override;
 
  private:
+  static constexpr wire::ObjectAddress kTemperature{0x2300, 1};
   struct Value {
     std::uint32_t value = 0;
     std::uint8_t bytes = 4;
@@ -60,6 +63,7 @@ class SimCia402 final : public SimServo {
   void on_controlword();
   void enter_fault(std::uint16_t code);
   void watch_master(Time now);
+  void lose_connection();
   double position_target() const;
   double home(Time now);
 

@@ -12,7 +12,8 @@ using wire::DronecanId;
 using wire::DronecanWanted;
 
 constexpr DronecanWanted kHeard[] = {wire::kDronecanGetNodeInfo, wire::kDronecanAllocation,
-                                     wire::kDronecanEscRawCommand, wire::kDronecanActuatorCommand};
+                                     wire::kDronecanEscRawCommand, wire::kDronecanActuatorCommand,
+                                     wire::kDronecanArmingStatus};
 constexpr double kRpmPerRadps = 60 / (2 * 3.14159265358979323846);
 
 }  // namespace
@@ -23,7 +24,7 @@ SimDronecanServo::SimDronecanServo(hal::CanBus& bus, SimJoint& joint, const SimM
 
 void SimDronecanServo::on_power() {
   node_id_ = p_.node_id;
-  live_ = began_ = false;
+  live_ = began_ = disarmed_ = false;
   fault_ = 0;
   known_ = 0;
 }
@@ -77,12 +78,14 @@ void SimDronecanServo::say_status() {
     out.voltage_v = voltage_v, out.temperature_k = temperature_c + 273.15;
     out.rpm = static_cast<std::int32_t>(std::lround(drive_velocity() * kRpmPerRadps));
     out.esc_index = p_.actuator_id;
+    out.power_pct = power_pct();
     const std::size_t size = encode(out, bytes);
     return tell(wire::kDronecanEscStatus, status_transfer_, std::span(bytes).first(size));
   }
   wire::DronecanActuatorStatus out;
   out.actuator_id = p_.actuator_id;
   out.position = drive_position(), out.speed = drive_velocity(), out.force = drive_effort();
+  out.power_pct = power_pct();
   const std::size_t size = encode(out, bytes);
   tell(wire::kDronecanActuatorStatus, status_transfer_, std::span(bytes).first(size));
 }
@@ -134,8 +137,9 @@ void SimDronecanServo::on_command(const wire::DronecanTransfer& transfer, Time n
   if (transfer.id.type == wire::kDronecanEscRawCommand.type) {
     wire::DronecanEscRawCommand raw;
     ours = p_.esc && decode(transfer.payload, raw) && p_.actuator_id < raw.count;
-    type_ = DronecanCommandType::speed;
-    if (ours) setpoint_ = raw.command[p_.actuator_id] * p_.esc_full_radps / wire::kDronecanEscFull;
+    if (ours)
+      type_ = DronecanCommandType::speed,
+      setpoint_ = raw.command[p_.actuator_id] * p_.esc_full_radps / wire::kDronecanEscFull;
   } else {
     wire::DronecanActuatorCommand command;
     if (p_.esc || !decode(transfer.payload, command)) return;
@@ -146,10 +150,23 @@ void SimDronecanServo::on_command(const wire::DronecanTransfer& transfer, Time n
       setpoint_ = command.command[i].value;
     }
   }
-  if (!ours || fault_ != 0) return;
+  if (!ours || fault_ != 0 || disarmed_) return;
   ++commands_;
   commanded_ = now;
   live_ = !(p_.esc && setpoint_ == 0);
+}
+
+void SimDronecanServo::on_arming(const wire::DronecanTransfer& transfer) {
+  wire::DronecanArmingStatus status;
+  if (!decode(transfer.payload, status)) return;
+  disarmed_ = !status.armed;
+  if (disarmed_) live_ = false;
+}
+
+/// Of the most torque; at least 1 while it is live, so that 0 means that it is not.
+std::uint8_t SimDronecanServo::power_pct() const {
+  if (!live_) return 0;
+  return static_cast<std::uint8_t>(std::clamp(100 * std::abs(drive_effort()) / p_.most_nm, 1.0, 100.0));
 }
 
 void SimDronecanServo::on_frame(const msg::CanFrame& frame, Time now) {
@@ -169,6 +186,8 @@ void SimDronecanServo::on_frame(const msg::CanFrame& frame, Time now) {
     send_all(id, wire::kDronecanGetNodeInfo.signature, transfer.transfer_id, std::span(bytes).first(size));
   } else if (transfer.id.type == wire::kDronecanAllocation.type) {
     on_allocation(transfer, now);
+  } else if (transfer.id.type == wire::kDronecanArmingStatus.type) {
+    on_arming(transfer);
   } else if (node_id_ != 0) {
     on_command(transfer, now);
   }

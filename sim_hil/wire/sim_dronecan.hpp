@@ -8,7 +8,8 @@
 namespace sinew::sim_hil {
 
 /// Says NodeStatus each second and its status at a rate, follows ArrayCommand or RawCommand, answers GetNodeInfo; with
-/// node_id 0 it asks for one first, and says and does nothing until it has it.
+/// node_id 0 it asks for one first, and says and does nothing until it has it. Disarmed by ArmingStatus it has no
+/// torque and follows nothing until it is armed; where nobody says ArmingStatus, commands alone are enough.
 class SimDronecanServo final : public SimServo {
  public:
   struct Parameters {
@@ -47,12 +48,14 @@ class SimDronecanServo final : public SimServo {
   void ask_for_id(Time now);
   void on_allocation(const wire::DronecanTransfer& transfer, Time now);
   void on_command(const wire::DronecanTransfer& transfer, Time now);
+  void on_arming(const wire::DronecanTransfer& transfer);
+  std::uint8_t power_pct() const;
   wire::DronecanNodeStatus status(Time now) const;
 
   Parameters p_;
   wire::DronecanAssembler assembler_;
   std::uint8_t node_id_ = 0, node_transfer_ = 0, status_transfer_ = 0, ask_transfer_ = 0;
-  bool live_ = false;
+  bool live_ = false, disarmed_ = false;
   std::uint32_t fault_ = 0;
   std::uint64_t commands_ = 0;
   wire::DronecanCommandType type_ = wire::DronecanCommandType::position;

@@ -92,9 +92,9 @@ class ParentTest : public testing::Test {
 
   int run(std::function<int(ParentLine&)> body, int stop_failures = 0, bool another_line = false) {
     testing::internal::CaptureStderr();
-    Supervised supervised{
-        .robot = "robot", .stop_line = std::make_unique<CountedStop>(stops_, stop_failures), .body = std::move(body)};
-    if (another_line) supervised.another_line = [this] { return std::make_unique<CountedStop>(other_stops_); };
+    Supervised supervised{.robot = "robot", .body = std::move(body)};
+    supervised.stops.push_back({.line = std::make_unique<CountedStop>(stops_, stop_failures)});
+    if (another_line) supervised.stops[0].open = [this] { return std::make_unique<CountedStop>(other_stops_); };
     const int code = run_with_parent(options_, std::move(supervised));
     said_ = testing::internal::GetCapturedStderr();
     char buffer[4096];

@@ -10,10 +10,14 @@ come up, the joints follow, the pictures are looked at. That the ball is followe
 import json
 import os
 import pathlib
+import signal
 import subprocess
 import sys
 import tempfile
 import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+from can_robot import children
 
 SINEW, SINEW_SIM, ROBOT = sys.argv[1:4]
 
@@ -76,6 +80,46 @@ class DeskHeadAtTheWire(unittest.TestCase):
         self.assertEqual(run.returncode, 1, run.stderr)
         self.assertIn("camera_lost", run.stdout)
 
+    def test_killed_runtime_is_followed_by_a_stop_of_plant_and_drives(self):
+        for driver in ("udp", "socketcand"):
+            with self.subTest(driver), tempfile.TemporaryDirectory(prefix="sinew-") as name:
+                said = self.kill_one(pathlib.Path(name), driver)
+                self.assertIn("the runtime died: signal 9", said)
+                self.assertRegex(said, r"stop of the actuators \(plant\): sent")
+                self.assertRegex(said, r"stop of the actuators \(CAN\): sent [0-9.]+ ms later; "
+                                       r"2 of 2 joints are without torque")
+
+    def kill_one(self, folder, driver):
+        number = 100 + os.getpid() % 100 if driver == "udp" else 20000 + os.getpid() % 10000
+        far = f"udp:{number}" if driver == "udp" else f"socketcand-server:{number}"
+        near = str(number) if driver == "udp" else f"127.0.0.1:{number}/can0"
+        iio, listen = folder / "iio", f"unix:{folder}/head.sock"
+        env = dict(os.environ, SINEW_RUN_DIR=str(folder), SINEW_RECORD="off")
+        plant = subprocess.Popen([SINEW_SIM, "--world", "desk_head", "--listen", listen, "--can", far,
+                                  "--servo", "cia402:1", "--servo", "cia402:2", "--iio", str(iio)],
+                                 stdout=subprocess.PIPE, text=True, env=env)
+        run = None
+        try:
+            self.assertIn("listening", plant.stdout.readline())
+            run = subprocess.Popen(
+                [SINEW, "run", ROBOT, "--board", "linux", "--board-of", "camera=sim", "--plant", listen,
+                 "--real-actuators", "--plain", "--no-record", "--set", f"bus.can0.driver={driver}",
+                 "--set", f"bus.can0.address={near}", "--set", f"device.imu.root={iio}"],
+                cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=env)
+            said = run.stdout.readline()  # it says something every two seconds once it runs
+            runtime = children(run.pid)
+            self.assertEqual(len(runtime), 1, said)
+            os.kill(runtime[0], signal.SIGKILL)
+            _, err = run.communicate(timeout=60)
+            self.assertEqual(run.returncode, 1, err)
+            return err
+        finally:
+            for process in (plant, run):
+                if process and process.poll() is None:
+                    process.kill()
+                if process:
+                    process.communicate()
+
     def test_without_its_bus_it_says_why_and_does_not_start(self):
         with tempfile.TemporaryDirectory() as name:
             env = dict(os.environ, SINEW_RUN_DIR=name, SINEW_RECORD="off")
@@ -88,4 +132,4 @@ class DeskHeadAtTheWire(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=sys.argv[:1], verbosity=2)
+    unittest.main(argv=sys.argv[:1] + sys.argv[4:], verbosity=2)

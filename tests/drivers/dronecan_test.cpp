@@ -139,6 +139,48 @@ TEST(DronecanServo, EscTurnsAsFastAsItIsTold) {
   EXPECT_FALSE(esc.live()) << "command 0";
 }
 
+TEST(DronecanServo, HotEscTurnsSlowerAndSaysSo) {
+  Bench bench;
+  auto p = sim(30, 2);
+  p.esc = true;
+  SimDronecanServo& esc = bench.simulated(p);
+  ServoConfig c = actuator(30, 2);
+  c.mode = ServoMode::velocity, c.stop = StopAction::torque_off;
+  c.derating = {60, 80};
+  DronecanServo& servo = bench.servo(c, {.esc = true, .esc_full_radps = 100, .status_hz = 100});
+  esc.temperature_c = 70;  // half of what it may: 10 of 20 rad/s
+  bench.run(800ms, Intent::follow, 18);
+  EXPECT_NEAR(servo.feedback().velocity_radps, 10, 1);
+  EXPECT_NE(servo.feedback().faults & msg::kJointDerated, 0u);
+  EXPECT_EQ(servo.feedback().mode, JointMode::enabled);
+  esc.temperature_c = 90;
+  bench.run(500ms, Intent::follow, 18);
+  EXPECT_NEAR(servo.feedback().velocity_radps, 0, 1);
+}
+
+TEST(DronecanNode, ArmsTheBusAsLongAsAServoIsLiveAndDisarmsIt) {
+  Bench bench;
+  SimDronecanServo& servo = bench.simulated(sim(20, 0));
+  bench.servo(actuator(20, 0));
+  bench.run(2100ms, Intent::follow, 0.3);  // it was said 100 ms ago
+  EXPECT_TRUE(servo.live());
+  auto& stranger = bench.wire.attach();
+  wire::DronecanId id;
+  id.type = wire::kDronecanArmingStatus.type, id.source = 99;
+  const std::array<std::uint8_t, 1> disarmed{};
+  wire::DronecanSplitter splitter(id, wire::kDronecanArmingStatus.signature, 0, disarmed);
+  msg::CanFrame frame;
+  ASSERT_TRUE(splitter.next(frame));
+  ASSERT_TRUE(stranger.send(frame, hal::kNever));
+  bench.run(2ms, Intent::follow, 0.3);
+  bench.run(2ms, Intent::follow, 0.3);
+  EXPECT_FALSE(servo.live()) << "a device that minds it";
+  bench.run(600ms, Intent::follow, 0.3);
+  EXPECT_TRUE(servo.live()) << "said again twice a second";
+  bench.run(10ms, Intent::off);
+  EXPECT_FALSE(servo.live()) << "at once, not by its time-out";
+}
+
 TEST(DronecanServo, WhenTheLeaseEndsThePositionIsHeldAndWhenItIsOffNothingIsSent) {
   Bench bench;
   SimDronecanServo& servo = bench.simulated(sim(20, 0));

@@ -30,7 +30,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static constexpr wire::DronecanWanted kAll[] = {wire::kDronecanNodeStatus,      wire::kDronecanGetNodeInfo,
                                                   wire::kDronecanAllocation,      wire::kDronecanEscRawCommand,
                                                   wire::kDronecanActuatorCommand, wire::kDronecanActuatorStatus,
-                                                  wire::kDronecanEscStatus};
+                                                  wire::kDronecanEscStatus,       wire::kDronecanArmingStatus};
   wire::DronecanAssembler assembler(kAll, 3);
   msg::Time now;
   for (; size >= 14; data += 14, size -= 14) {
@@ -51,6 +51,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     again<wire::DronecanActuatorCommand>(transfer.payload);
     again<wire::DronecanEscStatus>(transfer.payload);
     again<wire::DronecanActuatorStatus>(transfer.payload);
+    again<wire::DronecanArmingStatus>(transfer.payload);
   }
   return 0;
 }

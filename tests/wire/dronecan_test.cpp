@@ -100,6 +100,7 @@ std::uint64_t signature(std::string_view definition, std::initializer_list<std::
 
 TEST(Dronecan, SignaturesFollowFromTheDefinitions) {
   EXPECT_EQ(signature("uavcan.equipment.esc.RawCommand\nsaturated int14[<=20] cmd"), kDronecanEscRawCommand.signature);
+  EXPECT_EQ(signature("uavcan.equipment.safety.ArmingStatus\nsaturated uint8 status"), kDronecanArmingStatus.signature);
   EXPECT_EQ(signature("uavcan.equipment.esc.Status\nsaturated uint32 error_count\nsaturated float16 voltage\n"
                       "saturated float16 current\nsaturated float16 temperature\nsaturated int18 rpm\n"
                       "saturated uint7 power_rating_pct\nsaturated uint5 esc_index"),

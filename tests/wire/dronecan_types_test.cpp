@@ -140,6 +140,17 @@ TEST(DronecanTypes, NodeInfoKeepsItsNameAndSkipsCertificates) {
   EXPECT_EQ(back.name().size(), 80u);
 }
 
+TEST(DronecanTypes, OnlyFullyArmedIsArmed) {
+  EXPECT_EQ(encoded(DronecanArmingStatus{true}), (Bytes{255}));
+  EXPECT_EQ(encoded(DronecanArmingStatus{}), (Bytes{0}));
+  DronecanArmingStatus back;
+  ASSERT_TRUE(decode(Bytes{255}, back));
+  EXPECT_TRUE(back.armed);
+  ASSERT_TRUE(decode(Bytes{254}, back));
+  EXPECT_FALSE(back.armed);
+  EXPECT_FALSE(decode(Bytes{}, back));
+}
+
 TEST(DronecanTypes, AllocationHasItsFlagBelowTheNodeId) {
   DronecanAllocation a;
   a.node_id = 100, a.first_part = true, a.size = 6;

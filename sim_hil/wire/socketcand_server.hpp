@@ -1,0 +1,92 @@
+#pragma once
+// Simulated CAN buses for whoever speaks socketcand: python-can, our own client, on this machine or another.
+#include <atomic>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "hal/os.hpp"
+#include "hal/stream.hpp"
+#include "sim_hil/wire/memory_can.hpp"
+#include "wire/socketcand.hpp"
+
+namespace sinew::sim_hil {
+
+/// Counted since the start.
+struct SocketcandServerStats {
+  std::uint64_t clients = 0;    // that came
+  std::uint64_t refused = 0;    // more than kMostClients at once
+  std::uint64_t hung_up = 0;    // by us: nonsense, no bus asked for, nothing taken for long
+  std::uint64_t malformed = 0;  // elements that are none, or frames that cannot be
+  std::uint64_t lost = 0;       // frames that a client had no room for
+};
+
+/// A socketcand server of one or several buses in memory. Who sends a frame does not get it back; everybody else on the
+/// bus does: other clients, and devices of this process (bus()). Raw mode only. Stamps are this machine's
+/// CLOCK_MONOTONIC.
+///
+/// Strict: an element is at most wire::kSocketcandMax long; a client is hung up on after kMostNonsense elements that
+/// are none, when it is not in raw mode within kGreeting, or takes nothing for kStalled; what goes beyond kMostWaiting
+/// bytes of its queue is lost and counted. For python-can 4.1, which reads "< ok >" alone and drops the character after
+/// an element when it has read half of the next: frames begin kAfterOk after raw mode was granted, and a blank stands
+/// before each of them. Thread:  one of its own, which looks every millisecond while there are clients; what bus() gave
+/// is for any one. RT:      no. Source:  linux-can/socketcand, doc/protocol.md; python-can 4.1.0,
+/// interfaces/socketcand/socketcand.py.
+class SocketcandServer {
+ public:
+  static constexpr std::size_t kMostClients = 16, kMostWaiting = 64 * 1024;
+  static constexpr std::uint64_t kMostNonsense = 100;
+  static constexpr hal::Duration kGreeting = std::chrono::seconds(10), kStalled = std::chrono::seconds(5),
+                                 kAfterOk = std::chrono::milliseconds(50);
+
+  /// Errors:  those of starting a thread.
+  static hal::Result<std::unique_ptr<SocketcandServer>> open(hal::Os& os, std::unique_ptr<hal::Listener> listener,
+                                                             const std::vector<std::string>& buses);
+  ~SocketcandServer();
+
+  /// A port of that bus for devices on this side; no longer than this. Before the first client comes.
+  /// Errors:  not_found.
+  hal::Result<std::unique_ptr<hal::CanBus>> bus(std::string_view name);
+  /// Where it listens, with the port that the system chose: "tcp:127.0.0.1:29536".
+  const std::string& endpoint() const { return listener_->endpoint(); }
+  /// Thread: any.
+  SocketcandServerStats stats() const noexcept;
+
+ private:
+  struct Bus {
+    Bus(std::string of, const hal::Clock& clock) : name(std::move(of)), wire(1'000'000, &clock), port(wire.attach()) {}
+    std::string name;
+    MemoryCan wire;
+    MemoryCanPort& port;  // the clients'
+  };
+  struct Client {
+    std::unique_ptr<hal::Stream> stream;
+    wire::SocketcandSplitter splitter;
+    Bus* bus = nullptr;
+    bool raw = false, leaves = false;
+    hal::Time since{}, frames_from{}, took{};  // came; gets frames from then on; took something last
+    std::uint64_t nonsense = 0, dropped = 0;
+    std::string waiting, held;  // to be written; frames that wait for frames_from
+  };
+
+  SocketcandServer(hal::Os& os, std::unique_ptr<hal::Listener> listener) : os_(os), listener_(std::move(listener)) {}
+  void run();
+  void admit(std::unique_ptr<hal::Stream> stream);
+  void serve(Client& client, hal::Time now);
+  void take(Client& client, std::string_view element, hal::Time now);
+  void nonsense(Client& client, std::uint64_t n = 1);
+  void hang_up(Client& client);
+  void pass_on(Bus& bus, const msg::CanFrame& frame, const Client* from);
+  static void say(Client& client, std::string_view text) { client.waiting += text; }
+
+  hal::Os& os_;
+  std::unique_ptr<hal::Listener> listener_;
+  std::vector<std::unique_ptr<Bus>> buses_;
+  std::vector<std::unique_ptr<Client>> clients_;
+  std::atomic<bool> stop_{false};
+  std::atomic<std::uint64_t> came_{0}, refused_{0}, hung_up_{0}, malformed_{0}, lost_{0};  // relaxed: numbers alone
+  std::unique_ptr<hal::Thread> thread_;  // last: ends before what it uses
+};
+
+}  // namespace sinew::sim_hil
