@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "hal/camera_controls.hpp"
+#include "hal/complains.hpp"
 #include "hal/linux/fd_watch.hpp"
 #include "hal/linux/frame_count.hpp"
 #include "hal/linux/v4l2_session.hpp"
@@ -27,7 +28,7 @@ struct V4l2CameraOptions {
 /// Stamps:  the driver's (CLOCK_MONOTONIC), moved to the middle of the exposure where its length is known.
 /// Thread:  read(): owner. request(), stats(), state(): any.   RT: read(), request() yes (one DQBUF and QBUF a frame).
 /// Errors:  read(): closed while the device is gone; bad_data when only faulty frames were waiting; bad_argument.
-class V4l2Camera final : public Camera, public CameraControls {
+class V4l2Camera final : public Camera, public CameraControls, public Complains {
  public:
   /// Errors:  those of V4l2Session::open(), with its `why`; io when no thread can be started.
   static Result<std::unique_ptr<V4l2Camera>> open(V4l2Port& port, const CameraSpec& spec, Os& os,
@@ -50,6 +51,8 @@ class V4l2Camera final : public Camera, public CameraControls {
   CameraStats stats() const { return count_.stats(); }
   /// How it does, in words for people: "streaming", "slow", "no frame for 3 s", "gone: No such device; ...". RT: no.
   std::string state() const;
+  /// state() as long as frames do not come as they should; empty: they do.
+  std::string problem() const override;
 
  private:
   // Whose the session is. The reader holds it during one read(); who finds it broken leaves it to the keeper as kLost.
@@ -73,6 +76,7 @@ class V4l2Camera final : public Camera, public CameraControls {
   void set_requested();
   void adopt(std::unique_ptr<V4l2Session> session);
   Duration silence() const;
+  std::string words(bool& well) const;
 
   V4l2Port& port_;
   CameraSpec spec_;  // keeper: its controls follow what was requested
@@ -88,7 +92,7 @@ class V4l2Camera final : public Camera, public CameraControls {
   std::unique_ptr<V4l2Session> session_;  // changed by the keeper while it holds it
   std::atomic<int> holder_{kNobody};
   std::atomic<int> broken_{0};  // errno that the session was left with
-  std::atomic<std::int64_t> exposure_ns_{0}, last_frame_ns_{0};
+  std::atomic<std::int64_t> exposure_ns_{0}, last_frame_ns_{0}, last_good_ns_{0};
   FrameCount count_;  // the reader's; the keeper's while it holds the session
 
   mutable std::mutex mutex_;  // keeper and state()

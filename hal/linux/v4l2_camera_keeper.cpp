@@ -86,6 +86,7 @@ void V4l2Camera::adopt(std::unique_ptr<V4l2Session> session) {
   if (!trouble.empty()) return;
   exposure_ns_.store(exposure_ns, std::memory_order_relaxed);
   last_frame_ns_.store(os_.now().ns, std::memory_order_relaxed);
+  last_good_ns_.store(os_.now().ns, std::memory_order_relaxed);
   session_ = std::move(session);
   count_.stream_begins();
   line_.keep_ready();
@@ -122,6 +123,17 @@ void V4l2Camera::look_after() {
 Duration V4l2Camera::silence() const { return os_.now() - Time{last_frame_ns_.load(std::memory_order_relaxed)}; }
 
 std::string V4l2Camera::state() const {
+  bool well = false;
+  return words(well);
+}
+
+std::string V4l2Camera::problem() const {
+  bool well = false;
+  std::string text = words(well);
+  return well ? std::string() : text;
+}
+
+std::string V4l2Camera::words(bool& well) const {
   const std::lock_guard lock(mutex_);
   std::string text = path_ + " ('" + identity_.card + "'): ";
   if (holder_.load(std::memory_order_acquire) == kKeeper) {
@@ -131,11 +143,15 @@ std::string V4l2Camera::state() const {
     if (!trouble_.empty()) text += "; " + trouble_;
   } else if (silence() > kSilenceWorthSaying && (picture_.rate_hz <= 0 || seconds(silence()) > 3 / picture_.rate_hz)) {
     text += "no frame for " + number(seconds(silence())) + " s";
+  } else if (const Duration since = os_.now() - Time{last_good_ns_.load(std::memory_order_relaxed)};
+             since > kSilenceWorthSaying && since - silence() > kSilenceWorthSaying / 2) {
+    text += "only faulty frames for " + number(seconds(since)) + " s (cable, supply, bandwidth of its bus?)";
   } else {
     const double asked = picture_.rate_hz, got = count_.rate_hz() > 0 ? count_.rate_hz() : asked;
     text += got < kSlow * asked ? "slow, " + number(got) + " frames/s of " + number(asked) : "streaming";
     text +=
         " " + std::to_string(picture_.width) + "x" + std::to_string(picture_.height) + " " + v4l2_word(picture_.format);
+    well = got >= kSlow * asked && control_trouble_.empty();
     if (asked > 0 && got >= kSlow * asked) text += " at " + number(got) + " frames/s";
   }
   text += count_.text();
