@@ -86,7 +86,7 @@ class LibcameraRig final : public Rig {
   }
   std::vector<Way> ways(Fault fault) const override {
     if (fault == Fault::absent) return {{.label = "libcamera itself"}};
-    return {{.cannot = {Reason::vm_only}}};
+    return {{.cannot = {Reason::kernel_only}}};
   }
   void inject(Fault, std::size_t) override {}  // it is absent beside this test
   void heal() override {}

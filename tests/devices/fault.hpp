@@ -19,15 +19,15 @@ inline bool at_start(Fault fault) { return fault <= Fault::busy; }
 
 /// Why a device cannot have a fault. There are no other reasons.
 enum class Reason {
-  shared,     // any number of programs may have it open
-  no_number,  // nothing in its bytes says that two measurements are the same one
-  vm_only,    // nothing but a kernel's device can play it: the VM bench does
+  shared,       // any number of programs may have it open
+  no_number,    // nothing in its bytes says that two measurements are the same one
+  kernel_only,  // nothing but a kernel's own device can play it
 };
 inline const char* to_string(Reason reason) {
   constexpr const char* kTexts[] = {
       "cannot be: any number of programs may have it open at once",
       "cannot be told: nothing in what it sends says that two equal measurements are one; both count",
-      "not played here: only a kernel's own camera can; the [VM bench](vm-bench.md) has one",
+      "not played: only a kernel's own camera can; what was tried with one: [camera.md](camera.md#what-was-tried)",
   };
   return kTexts[static_cast<int>(reason)];
 }
