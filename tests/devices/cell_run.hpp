@@ -53,7 +53,7 @@ class CellRun final : private Script {
   std::string how_;
   std::int64_t steps_ = 0;
   Seen in_fault_;  // from 1 s after it struck
-  double farthest_other_ = 0, farthest_own_ = 0;
+  double farthest_other_ = 0;
   bool other_stopped_ = false, own_stopped_ = false, until_enabled_ = false;
   Duration back_{};
 };
