@@ -148,6 +148,7 @@ class DeviceRun {
       const bool ends = mission_->ended() || hal::stop_requested() ||
                         (options_.duration_s > 0 && os_.now() - begin > run_duration(options_));
       view.show(os_.now(), "running", ends);
+      if (real_) real_->tell_changes();
       if (ends) return;
     }
   }

@@ -38,6 +38,19 @@ static void print_lines(const std::string& text) {
 void LinuxBoard::print_problems() const { print_lines(problem()); }
 void LinuxBoard::print_notes() const { print_lines(board_->notes()); }
 
+void LinuxBoard::tell_changes() {
+  std::set<std::string> now;
+  for (const std::string& line : board_->complaints()) {
+    std::string same = line;  // "for 3 s", "tried 4 times": the same complaint as a second ago
+    std::erase_if(same, [](char c) { return (c >= '0' && c <= '9') || c == '.'; });
+    now.insert(same);
+    if (stood_.contains(same) && told_.insert(same).second) std::fprintf(stderr, "sinew: %s\n", line.c_str());
+  }
+  if (now.empty() && !told_.empty()) std::fprintf(stderr, "sinew: all devices are well again\n");
+  std::erase_if(told_, [&](const std::string& t) { return !now.contains(t); });
+  stood_ = std::move(now);
+}
+
 hal::Status LinuxBoard::start() { return board_->start(); }
 
 }  // namespace sinew::app

@@ -1,5 +1,6 @@
 #pragma once
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -31,9 +32,13 @@ class LinuxBoard {
   void print_problems() const;
   /// DeviceBoard::notes(), there too.
   void print_notes() const;
+  /// What is wrong with devices that run, on standard error: each complaint once it has stood
+  /// for two calls, and when all are over. Call it every now and then. Thread: owner.
+  void tell_changes();
 
  private:
   LinuxBoard() = default;
+  std::set<std::string> stood_, told_;  // complaints without the numbers in them
   std::unique_ptr<hal::Connectors> connectors_;
   std::unique_ptr<drivers::DeviceBoard> board_;
 };

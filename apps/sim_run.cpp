@@ -242,6 +242,7 @@ class SimRun {
       const auto* state = mission_->look();
       const std::string trouble = board_->link_trouble();
       view.show(now, !trouble.empty() ? trouble.c_str() : state ? phase_text(*state) : "running", ends);
+      if (real_) real_->tell_changes();
       if (ends) return;
     }
   }

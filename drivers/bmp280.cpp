@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdio>
+#include <utility>
 
 namespace sinew::drivers {
 
@@ -18,7 +19,7 @@ hal::Status Bmp280::set_up(std::string& why) {
   if (!chip::name_of(*id)) {
     char hex[8];
     std::snprintf(hex, sizeof hex, "0x%02x", unsigned{*id});
-    why = registers_->where() + ": its id is " + hex + "; a BMP280 says 0x58, a BME280 0x60";
+    why = registers_->where() + ": its id is " + hex + "; a BMP280 says 0x58, a BME280 0x60" + bus_hint(*id);
     return hal::Error{hal::Errc::not_found, "bmp280: another chip", *id};
   }
   if (auto done = registers_->write(chip::kReset, chip::kResetWord); !done) return failed(done.error());
@@ -31,6 +32,7 @@ hal::Status Bmp280::set_up(std::string& why) {
     return hal::Error{hal::Errc::bad_data, "bmp280: calibration"};
   }
   calibration_ = *calibration;
+  last_ = {};
   if (auto done = registers_->write_and_check(chip::kSetupWrites); !done) return failed(done.error());
   os_.sleep_until(os_.now() + 50ms);  // the first measurement
   return {};
@@ -44,6 +46,9 @@ hal::Status Bmp280::poll(hal::Time now, std::vector<msg::BaroSample>& out, std::
   }
   const chip::Raw raw = chip::decode_burst(bytes);
   if (!chip::is_measured(raw)) return {};
+  // It has no data-ready: registers that stand still are the measurement of before, read once more. Two measurements
+  // with the same 40 bits are rare, as noise moves the lowest ones, and one that is passed over does no harm.
+  if (std::exchange(last_, bytes) == bytes) return {};
   const chip::Reading reading = chip::compensate(raw, calibration_);
   if (!(reading.pressure_pa >= 30000 && reading.pressure_pa <= 110000)) {
     why = registers_->where() + ": says " + std::to_string(reading.pressure_pa) +

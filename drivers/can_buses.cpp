@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "hal/complains.hpp"
+
 namespace sinew::drivers {
 
 CanBusConfig read_can_bus(DeviceKeys& keys) {
@@ -62,6 +64,20 @@ hal::Result<CanBuses::Bus*> CanBuses::open(const std::string& name, std::string&
   bus.bus = std::move(*opened);
   bus.hub = std::make_unique<CanHub>(os_, *bus.bus, bus.config.hub);
   return &opened_.emplace(name, std::move(bus)).first->second;
+}
+
+std::vector<std::string> CanBuses::complaints() const {
+  std::vector<std::string> all;
+  for (const auto& [name, bus] : opened_) {
+    const auto* voice = dynamic_cast<const hal::Complains*>(bus.bus.get());
+    std::string text = voice ? voice->problem() : "";
+    const hal::CanState state = bus.bus->stats().state;
+    if (text.empty() && state == hal::CanState::bus_off) text = "is bus-off (wires, termination, bit rate?)";
+    if (text.empty() && state == hal::CanState::passive) text = "has many errors (wires, termination, bit rate?)";
+    if (text.empty() && state == hal::CanState::stopped) text = "is gone or down (plug, 'ip link')";
+    if (!text.empty()) all.push_back("bus '" + name + "' (" + bus.config.spec.transport + "): " + text);
+  }
+  return all;
 }
 
 hal::Status CanBuses::start(std::string& why) {

@@ -28,6 +28,8 @@ class CanBuses {
  public:
   CanBuses(const DeviceSpecs& specs, hal::Connectors& connectors, hal::Os& os);
   ~CanBuses();
+  /// What is wrong with the buses now, a line each; empty: nothing. Thread: any, after start().
+  std::vector<std::string> complaints() const;
 
   struct Bus {
     CanBusConfig config;

@@ -214,6 +214,7 @@ DeviceOpener read_can_servos(DeviceKeys& keys, const DeviceSpecs& specs) {
     }
     OpenedDevice device;
     device.owner = group;
+    device.voice = group.get();
     device.actuators = group.get();
     device.sensor(hal::SensorKind::joints) = static_cast<hal::Joints*>(group.get());
     return device;

@@ -11,6 +11,7 @@
 #include "drivers/qmc5883l.hpp"
 #include "drivers/rc_receiver.hpp"
 #include "drivers/registers.hpp"
+#include "drivers/reopened_bus.hpp"
 #include "drivers/tf_mini.hpp"
 
 namespace sinew::drivers {
@@ -43,20 +44,25 @@ ChipPlace read_place(DeviceKeys& keys, int address) {
 
 hal::Result<std::unique_ptr<Registers>> open_registers(const ChipPlace& place, DeviceContext& context,
                                                        std::string& why) {
+  // The connectors live as long as the board, and so do its devices.
+  hal::Connectors& connectors = context.connectors;
   if (place.is_spi()) {
-    auto bus = context.connectors.spi(place.spi, why);
-    if (!bus) return bus.error();
-    return std::unique_ptr<Registers>(std::make_unique<SpiRegisters>(std::shared_ptr<hal::SpiBus>(std::move(*bus))));
+    auto bus = std::make_shared<ReopenedSpi>();
+    const auto opener = [&connectors, spi = place.spi](std::string& text) { return connectors.spi(spi, text); };
+    if (auto done = bus->open(opener, why); !done) return done.error();
+    return std::unique_ptr<Registers>(std::make_unique<SpiRegisters>(std::move(bus)));
   }
-  auto bus = context.connectors.i2c(place.path, why);
-  if (!bus) return bus.error();
-  return std::unique_ptr<Registers>(std::make_unique<I2cRegisters>(std::shared_ptr<hal::I2cBus>(std::move(*bus)),
-                                                                   static_cast<std::uint8_t>(place.address)));
+  auto bus = std::make_shared<ReopenedI2c>();
+  const auto opener = [&connectors, path = place.path](std::string& text) { return connectors.i2c(path, text); };
+  if (auto done = bus->open(opener, why); !done) return done.error();
+  return std::unique_ptr<Registers>(
+      std::make_unique<I2cRegisters>(std::move(bus), static_cast<std::uint8_t>(place.address)));
 }
 
-PollOptions read_poll(DeviceKeys& keys, hal::Duration period) {
+PollOptions read_poll(DeviceKeys& keys, const std::string& path, hal::Duration period) {
   PollOptions poll;
   poll.name = keys.spec().name;
+  poll.path = path;
   poll.period = period;
   poll.fifo_priority = 88;  // above the loops that wait for it
   keys.read_integer("priority", poll.fifo_priority, 0, 99);
@@ -71,6 +77,7 @@ hal::Result<OpenedDevice> started(DeviceContext& context, std::unique_ptr<Polled
   const std::shared_ptr<PolledSensor<M>> shared = std::move(*sensor);
   OpenedDevice device;
   device.owner = shared;
+  device.voice = shared.get();
   device.sensor(hal::kSensorKind<M>) = static_cast<hal::Sensor<M>*>(shared.get());
   return device;
 }
@@ -98,7 +105,8 @@ DeviceOpener read_mpu6050(DeviceKeys& keys, const DeviceSpecs&) {
   keys.read_integer("rate_hz", config.chip.rate_hz, 4, 1000);
   keys.read("fifo", config.chip.fifo);
   config.chip.spi = place.is_spi();
-  return imu_opener<Mpu6050>(place, config, read_poll(keys, Mpu6050::period(config)), ImuCalibration::read(keys));
+  return imu_opener<Mpu6050>(place, config, read_poll(keys, place.path, Mpu6050::period(config)),
+                             ImuCalibration::read(keys));
 }
 
 DeviceOpener read_icm42600(DeviceKeys& keys, const DeviceSpecs&) {
@@ -108,12 +116,13 @@ DeviceOpener read_icm42600(DeviceKeys& keys, const DeviceSpecs&) {
   keys.read_integer("gyro_dps", config.chip.gyro_dps, 250, 2000);
   keys.read_integer("rate_hz", config.chip.rate_hz, 25, 8000);
   keys.read("fifo", config.chip.fifo);
-  return imu_opener<Icm42600>(place, config, read_poll(keys, Icm42600::period(config)), ImuCalibration::read(keys));
+  return imu_opener<Icm42600>(place, config, read_poll(keys, place.path, Icm42600::period(config)),
+                              ImuCalibration::read(keys));
 }
 
 DeviceOpener read_bmp280(DeviceKeys& keys, const DeviceSpecs&) {
   const ChipPlace place = read_place(keys, 0x76);
-  const PollOptions poll = read_poll(keys, 40ms);
+  const PollOptions poll = read_poll(keys, place.path, 40ms);
   return [=](DeviceContext& context, std::string& why) -> hal::Result<OpenedDevice> {
     auto registers = open_registers(place, context, why);
     if (!registers) return registers.error();
@@ -127,7 +136,7 @@ DeviceOpener read_qmc5883l(DeviceKeys& keys, const DeviceSpecs&) {
   keys.read_integer("range_gauss", setup.range_gauss, 2, 8);
   keys.read_integer("rate_hz", setup.rate_hz, 10, 200);
   const MountAngles mount = read_mount(keys);
-  const PollOptions poll = read_poll(keys, hal::Duration{500'000'000 / setup.rate_hz});
+  const PollOptions poll = read_poll(keys, place.path, hal::Duration{500'000'000 / setup.rate_hz});
   return [=](DeviceContext& context, std::string& why) -> hal::Result<OpenedDevice> {
     auto registers = open_registers(place, context, why);
     if (!registers) return registers.error();
@@ -153,7 +162,7 @@ DeviceOpener read_tfmini(DeviceKeys& keys, const DeviceSpecs&) {
   const hal::SerialSpec spec = read_serial(keys, 115200);
   std::uint16_t weakest = 100;
   keys.read_integer("weakest_echo", weakest, 0, 65535);
-  const PollOptions poll = read_poll(keys, 10ms);
+  const PollOptions poll = read_poll(keys, spec.path, 10ms);
   return [=](DeviceContext& context, std::string& why) {
     return started<msg::RangeSample>(context, std::make_unique<TfMini>(opener_of(spec, context), weakest), poll, why);
   };
@@ -167,7 +176,7 @@ DeviceOpener read_gnss(DeviceKeys& keys, const DeviceSpecs&) {
   double delay_ms = 0;
   if (keys.read("delay_ms", delay_ms, 0, 2000)) config.delay = hal::Duration{static_cast<std::int64_t>(delay_ms * 1e6)};
   keys.read("error_per_hdop_m", config.error_per_hdop_m, 0.01, 100);
-  PollOptions poll = read_poll(keys, 20ms);
+  PollOptions poll = read_poll(keys, spec.path, 20ms);
   poll.silent_after = 3s;
   return [=](DeviceContext& context, std::string& why) {
     return started<msg::GnssSample>(context, std::make_unique<GnssReceiver>(opener_of(spec, context), config), poll,
@@ -185,7 +194,7 @@ DeviceOpener read_rc(DeviceKeys& keys, const DeviceSpecs&) {
   double lost_ms = 200;
   if (keys.read("lost_after_ms", lost_ms, 20, 10'000))
     config.lost_after = hal::Duration{static_cast<std::int64_t>(lost_ms * 1e6)};
-  const PollOptions poll = read_poll(keys, 5ms);
+  const PollOptions poll = read_poll(keys, spec.path, 5ms);
   return [=](DeviceContext& context, std::string& why) {
     return started<msg::RcSample>(context, std::make_unique<RcReceiver>(opener_of(spec, context), config), poll, why);
   };

@@ -19,6 +19,13 @@ std::string names_of(std::span<const DriverKind> drivers) {
   return names;
 }
 
+/// Of the device and its driver; what the driver itself says begins with the name already, which need not stand twice.
+std::string titled(std::string_view name, const std::string& driver, const std::string& text) {
+  const std::string begin = std::string(name) + ": ";
+  return "device '" + std::string(name) + "' (driver " + driver +
+         "): " + (text.starts_with(begin) ? text.substr(begin.size()) : text);
+}
+
 }  // namespace
 
 std::vector<rt::Problem> check_devices(const DeviceSpecs& specs, std::span<const DriverKind> drivers) {
@@ -75,8 +82,7 @@ hal::Result<OpenedDevice*> DeviceBoard::open(std::string_view name, std::string&
   std::string because;
   auto opened = find_driver(drivers_, spec->driver)->read(keys, specs_)(context_, because);
   if (!opened) {
-    why =
-        device + " (driver " + spec->driver + "): " + (because.empty() ? hal::to_string(opened.error().code) : because);
+    why = titled(name, spec->driver, because.empty() ? hal::to_string(opened.error().code) : because);
     return opened.error();
   }
   return &opened_.emplace(spec->name, std::move(*opened)).first->second;
@@ -96,6 +102,16 @@ hal::Status DeviceBoard::start() {
   auto started = can_.start(why);
   if (!started) tell(why);
   return started;
+}
+
+std::vector<std::string> DeviceBoard::complaints() const {
+  std::vector<std::string> all = can_.complaints();
+  for (const DeviceSpec& spec : specs_.devices) {
+    const auto it = opened_.find(spec.name);
+    const std::string text = it == opened_.end() || !it->second.voice ? "" : it->second.voice->problem();
+    if (!text.empty()) all.push_back(titled(spec.name, spec.driver, text));
+  }
+  return all;
 }
 
 void DeviceBoard::tell(const std::string& what) {

@@ -12,6 +12,7 @@
 #include "drivers/device_keys.hpp"
 #include "drivers/device_spec.hpp"
 #include "hal/board.hpp"
+#include "hal/complains.hpp"
 #include "hal/connectors.hpp"
 #include "hal/os.hpp"
 
@@ -23,6 +24,7 @@ struct OpenedDevice {
   std::array<hal::Device*, static_cast<std::size_t>(hal::SensorKind::joints) + 1> sensors{};  // by SensorKind
   hal::Camera* camera = nullptr;
   hal::Actuators* actuators = nullptr;
+  const hal::Complains* voice = nullptr;  // null: it never says what is wrong
 
   hal::Device*& sensor(hal::SensorKind kind) { return sensors[static_cast<std::size_t>(kind)]; }
 };
@@ -71,7 +73,11 @@ class DeviceBoard final : public hal::Board {
 
   /// How the devices that are open work, where a user should know, one a line: a camera's pixels.
   std::string notes() const;
-  /// All failures so far in words, one a line, each once.
+  /// What is wrong now with the devices and buses that are open, a line each; empty: nothing. Thread: any, after
+  /// start().
+  std::vector<std::string> complaints() const;
+
+  /// All failures of opening so far in words, one a line, each once.
   const std::string& problem() const { return problem_; }
 
  private:

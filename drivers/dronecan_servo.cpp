@@ -12,7 +12,9 @@ using wire::DronecanWanted;
 constexpr DronecanWanted kHeard[] = {wire::kDronecanNodeStatus, wire::kDronecanGetNodeInfo,
                                      wire::kDronecanActuatorStatus, wire::kDronecanEscStatus};
 constexpr double kRadpsPerRpm = 2 * 3.14159265358979323846 / 60;
-constexpr std::uint32_t kFreshUptime_s = 3;   // a node that says less has just begun
+constexpr std::uint32_t kFreshUptime_s = 3;                  // a node that says less has just begun
+constexpr double kUptimeSlack_s = 1;                         // they are whole seconds
+constexpr Duration kForthAndBack = std::chrono::seconds(3);  // statuses come each second
 constexpr std::uint32_t kModeCode = 0x10000;  // fault codes above the vendor's 16 bits: not operational, and its mode
 
 DronecanCommandType type_of(ServoMode mode) {
@@ -113,8 +115,14 @@ bool DronecanServo::on_status(const wire::DronecanTransfer& transfer, Time now) 
 bool DronecanServo::on_node_status(const wire::DronecanTransfer& transfer, Time now) noexcept {
   wire::DronecanNodeStatus status;
   if (!decode(transfer.payload, status)) return false;
+  // A node that begins anew goes back once; two of them go back and forth, also when one has just been plugged in.
+  const bool ahead = heard_status_ && status.uptime_s > uptime_s_ + msg::seconds(now - status_at_) + kUptimeSlack_s;
+  if (ahead) {
+    joint_.looks_double(now);
+    ahead_at_ = now;
+  }
   if (heard_status_ && status.uptime_s < uptime_s_) {
-    if (status.uptime_s > kFreshUptime_s) {
+    if (status.uptime_s > kFreshUptime_s || (ahead_at_.ns != 0 && now - ahead_at_ < kForthAndBack)) {
       joint_.looks_double(now);
     } else {  // it has begun anew, and knows nothing of us
       on_ = false;
@@ -125,6 +133,7 @@ bool DronecanServo::on_node_status(const wire::DronecanTransfer& transfer, Time 
   }
   heard_status_ = true;
   uptime_s_ = status.uptime_s;
+  status_at_ = now;
   const bool bad = status.health == wire::DronecanHealth::error || status.health == wire::DronecanHealth::critical;
   if (bad)
     joint_.set_drive_faults(now, msg::kJointOther, status.vendor_code);

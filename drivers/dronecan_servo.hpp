@@ -65,6 +65,7 @@ class DronecanServo final : public ServoProtocol {
   std::uint8_t ask_transfer_ = 0, farewell_transfer_ = 0;
   bool on_ = false, heard_status_ = false;
   std::uint32_t uptime_s_ = 0, request_seen_ = 0;
+  Time status_at_{}, ahead_at_{};  // the last node status, and the last one that was too far ahead of it
 };
 
 }  // namespace sinew::drivers

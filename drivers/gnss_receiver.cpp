@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace sinew::drivers {
 
@@ -11,6 +12,7 @@ namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 constexpr std::uint64_t kMuchGarbage = 2000;  // bytes: more than any receiver sends between two good frames
+constexpr hal::Duration kClockStands = 2s;    // the same instant for so long is no instant
 constexpr hal::Duration kUbxHolds = 2s;       // NMEA beside it is passed over for so long
 
 msg::GnssFix fix_of(int quality, int gsa) {
@@ -29,6 +31,7 @@ msg::GnssFix fix_of(int quality, int gsa) {
   }
 }
 
+// NaN, when there is no time yet, is no instant.
 bool same_instant(double a, double b) { return std::abs(a - b) < 0.005; }
 
 }  // namespace
@@ -77,6 +80,10 @@ hal::Status GnssReceiver::poll(hal::Time now, std::vector<msg::GnssSample>& out,
     }
   };
   if (auto done = line_.read(on_bytes, why); !done) return done;
+  if (std::exchange(repeats_, false)) {
+    why = "sends the same instant again and again (its clock stands; power it off and on)";
+    return hal::Error{hal::Errc::bad_data, "gnss: repeats"};
+  }
   if (bytes_ < kMuchGarbage) return {};
   bytes_ = 0;
   why = "only garbage comes in; wrong bit rate? (receivers begin with 9600 or 38400 bit/s)";
@@ -92,18 +99,25 @@ void GnssReceiver::on_sentence(const wire::NmeaSentence& s, hal::Time now, std::
   const auto rmc = wire::decode_rmc(s);
   if (!gga && !rmc) return;
   const double time_s = gga ? gga->time_s : rmc->time_s;
+  if (same_instant(told_s_, time_s)) {
+    repeats_ = now - told_at_ >= kClockStands;
+    return;
+  }
   // Sentences of another instant (or without one, when there is no time yet): what was begun is all there will be.
-  if ((gga && gga_) || (rmc && rmc_) || (gga_ && !same_instant(gga_->time_s, time_s)) ||
-      (rmc_ && !same_instant(rmc_->time_s, time_s)))
-    flush(out);
+  // One that says the same again is not another one.
+  if ((gga_ && !same_instant(gga_->time_s, time_s)) || (rmc_ && !same_instant(rmc_->time_s, time_s))) flush(now, out);
   if (!gga_ && !rmc_) came_in_ = now;
   if (gga) gga_ = *gga;
   if (rmc) rmc_ = *rmc;
-  if (gga_ && rmc_) flush(out);
+  if (gga_ && rmc_) flush(now, out);
 }
 
-void GnssReceiver::flush(std::vector<msg::GnssSample>& out) {
-  if (gga_) out.push_back(combined());  // RMC alone has no height and no number of satellites
+void GnssReceiver::flush(hal::Time now, std::vector<msg::GnssSample>& out) {
+  if (gga_) {  // RMC alone has no height and no number of satellites
+    out.push_back(combined());
+    told_s_ = gga_->time_s;
+    told_at_ = now;
+  }
   gga_.reset(), rmc_.reset();
 }
 

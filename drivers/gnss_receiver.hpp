@@ -18,7 +18,8 @@ struct GnssConfig {
 
 /// A satellite receiver on a serial line: NMEA (GGA with RMC, GSA, VTG) or UBX (NAV-PVT, preferred when it comes).
 /// Stamps:  the time of coming in, less `delay`. Without a fix the position is NaN, and a sample.
-/// Errors:  closed when the line is gone; bad_data when nothing but garbage comes (wrong bit rate).
+/// Errors:  closed when the line is gone; bad_data when nothing but garbage comes (wrong bit rate),
+///          or the same instant again and again. A sentence that is repeated is dropped.
 class GnssReceiver final : public PolledDevice<msg::GnssSample> {
  public:
   GnssReceiver(SerialOpener opener, const GnssConfig& config) : line_(std::move(opener)), config_(config) {}
@@ -29,7 +30,7 @@ class GnssReceiver final : public PolledDevice<msg::GnssSample> {
  private:
   void on_sentence(const wire::NmeaSentence& s, hal::Time now, std::vector<msg::GnssSample>& out);
   /// One instant's sentences as a sample.
-  void flush(std::vector<msg::GnssSample>& out);
+  void flush(hal::Time now, std::vector<msg::GnssSample>& out);
   msg::GnssSample combined() const;
 
   SerialLine line_;
@@ -41,6 +42,9 @@ class GnssReceiver final : public PolledDevice<msg::GnssSample> {
   std::optional<wire::NmeaGsa> gsa_;  // of the newest instant that had one
   hal::Time came_in_;                 // the first sentence of this instant
   std::optional<hal::Time> pvt_;      // when UBX spoke last
+  double told_s_ = -1;                // UTC of the instant that became a sample last
+  hal::Time told_at_;                 // and when it did
+  bool repeats_ = false;              // only that instant comes, again and again
   std::uint64_t bytes_ = 0;           // since the last frame of either kind
 };
 

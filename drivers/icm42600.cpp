@@ -42,7 +42,8 @@ hal::Status Icm42600::set_up(std::string& why) {
   if (!chip::name_of(*who)) {
     char hex[8];
     std::snprintf(hex, sizeof hex, "0x%02x", unsigned{*who});
-    why = registers_->where() + ": answers who-am-i with " + hex + "; an ICM-42605 says 0x42, an ICM-42688-P 0x47";
+    why = registers_->where() + ": answers who-am-i with " + hex + "; an ICM-42605 says 0x42, an ICM-42688-P 0x47" +
+          bus_hint(*who);
     return hal::Error{hal::Errc::not_found, "icm42600: another chip", *who};
   }
   const auto writes = chip::setup_writes(config_.chip);

@@ -43,7 +43,8 @@ hal::Status Mpu6050::set_up(std::string& why) {
   if (!found) {
     char hex[8];
     std::snprintf(hex, sizeof hex, "0x%02x", unsigned{*who});
-    why = registers_->where() + ": answers who-am-i with " + hex + "; an MPU-6050 says 0x68, 6500 0x70, 9250 0x71";
+    why = registers_->where() + ": answers who-am-i with " + hex + "; an MPU-6050 says 0x68, 6500 0x70, 9250 0x71" +
+          bus_hint(*who);
     return hal::Error{hal::Errc::not_found, "mpu6050: another chip", *who};
   }
   chip_ = *found;

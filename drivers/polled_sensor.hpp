@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "hal/buses.hpp"
+#include "hal/complains.hpp"
 #include "hal/os.hpp"
 #include "hal/sensor_queue.hpp"
 
@@ -30,6 +31,7 @@ class PolledDevice {
 
 struct PollOptions {
   std::string name = "sensor";  // for texts and the thread
+  std::string path = {};        // of its bus or line, for texts; empty: they have it already
   hal::Duration period = std::chrono::milliseconds(1);
   int fifo_priority = 0;
   std::vector<int> cpus;
@@ -49,14 +51,14 @@ struct PollStats {
 /// Thread:  polls on a thread of its own.   RT: read() yes.
 /// Errors:  read(): closed while the device does not answer; it is set up again with growing pauses.
 template <class M>
-class PolledSensor final : public hal::SensorQueue<M> {
+class PolledSensor final : public hal::SensorQueue<M>, public hal::Complains {
  public:
   /// Sets the device up and starts. Errors: what set_up() says, with words in `why`.
   static hal::Result<std::unique_ptr<PolledSensor>> start(hal::Os& os, std::unique_ptr<PolledDevice<M>> device,
                                                           PollOptions options, std::string& why) {
     std::unique_ptr<PolledSensor> sensor(new PolledSensor(os, std::move(device), std::move(options)));
     if (auto done = sensor->device_->set_up(why); !done) {
-      why = sensor->options_.name + ": " + why;
+      why = sensor->named(why);
       return done.error();
     }
     hal::ThreadOptions thread;
@@ -84,7 +86,7 @@ class PolledSensor final : public hal::SensorQueue<M> {
             .restarts = restarts_.value()};
   }
   /// What is wrong now, in words; empty: nothing.
-  std::string problem() const { return trouble_.get(); }
+  std::string problem() const override { return trouble_.get(); }
 
  private:
   PolledSensor(hal::Os& os, std::unique_ptr<PolledDevice<M>> device, PollOptions options)
@@ -94,9 +96,14 @@ class PolledSensor final : public hal::SensorQueue<M> {
   void sleep_until(hal::Time t) noexcept {
     while (!stopped() && os_.now() < t) os_.wait(stop_, 0, t);
   }
-  void tell(std::string text) {
+  /// With its name, and its path where the text has none.
+  std::string named(const std::string& text) const {
+    const bool has_path = options_.path.empty() || text.find(options_.path) != std::string::npos;
+    return options_.name + ": " + (has_path ? "" : options_.path + ": ") + text;
+  }
+  void tell(const std::string& text) {
     told_ = true;
-    trouble_.set(options_.name + ": " + std::move(text));
+    trouble_.set(named(text));
   }
   void all_is_well() {
     if (told_) trouble_.set({});
@@ -107,7 +114,7 @@ class PolledSensor final : public hal::SensorQueue<M> {
     std::vector<M> found;
     std::string why;
     int failures = 0;
-    hal::Time next = os_.now(), heard = next;
+    hal::Time next = os_.now(), heard = next, erred{};
     while (!stopped()) {
       next = wait(next);
       if (stopped()) return;
@@ -117,14 +124,18 @@ class PolledSensor final : public hal::SensorQueue<M> {
       if (!found.empty()) heard = os_.now();
       if (done) {
         failures = 0;
-        if (os_.now() - heard >= options_.silent_after)
-          tell("answers, but sends nothing");
+        // What it said of garbage in between says more than that nothing came of it.
+        const bool said = erred.ns != 0 && os_.now() - erred < 2 * options_.silent_after && erred > heard;
+        if (os_.now() - heard >= options_.silent_after && !said)
+          tell(device_->line() ? "is open, but nothing comes in (power, wires, bit rate?)"
+                               : "answers, but sends nothing (its clock or power?)");
         else if (!found.empty())
           all_is_well();
         continue;
       }
       errors_.add();
       tell(why);
+      erred = os_.now();
       if (done.error().code != hal::Errc::closed && ++failures < options_.errors_in_a_row) continue;
       this->set_gone(true);
       if (!come_back()) return;

@@ -47,10 +47,17 @@ hal::Status SpiRegisters::write(std::uint8_t address, std::uint8_t value) noexce
   return bus_->transfer(bytes, {});
 }
 
+std::string bus_hint(std::uint8_t value) {
+  return value == 0x00 || value == 0xFF ? " (nobody there: wiring, power, chip select?)" : "";
+}
+
 std::string bus_problem(const Registers& registers, const hal::Error& error) {
   std::string text = registers.where() + ": ";
   if (error.code == hal::Errc::not_found) return text + "nothing answers (wiring, address, power?)";
   if (error.code == hal::Errc::busy) return text + "a kernel driver holds this chip; use its IIO device, or unbind it";
+  if (error.code == hal::Errc::closed) return text + "its bus is gone (adapter unplugged, driver unloaded?)";
+  if (error.code == hal::Errc::timeout)
+    return text + "the bus is held (a wire, or a chip that holds it; power it off and on)";
   if (error.code == hal::Errc::bad_data) {
     char hex[32];
     std::snprintf(hex, sizeof hex, "register 0x%02x", static_cast<unsigned>(error.detail) & 0xFF);

@@ -60,6 +60,8 @@ class SpiRegisters final : public Registers {
   std::array<std::uint8_t, kMostBytes + 1> out_{}, in_{};
 };
 
+/// What a register that reads like this may mean: nobody drives the line. Empty: something does.
+std::string bus_hint(std::uint8_t value);
 /// "i2c 0x68: no answer", "spi: input/output error (errno 5)".
 std::string bus_problem(const Registers& registers, const hal::Error& error);
 

@@ -23,6 +23,7 @@
 
 #include "drivers/can_hub.hpp"
 #include "drivers/seq_lock.hpp"
+#include "hal/complains.hpp"
 #include "hal/device.hpp"
 #include "hal/wake_slot.hpp"
 
@@ -35,7 +36,7 @@ namespace sinew::drivers {
 /// Bit i of JointState::ready: joint i is enabled, and nothing is wrong with it but that it is warm or at a limit.
 /// Thread:  add(): owner, configure only. write(), stop(): one at a time (the guardian). read(): one. request(): any.
 /// RT:      yes, none of them waits.
-class ServoGroup final : public hal::Actuators, public hal::Joints, private ServoOwner {
+class ServoGroup final : public hal::Actuators, public hal::Joints, public hal::Complains, private ServoOwner {
  public:
   ServoGroup(hal::Os& os, std::string name) : os_(os), name_(std::move(name)) {}
 
@@ -53,6 +54,8 @@ class ServoGroup final : public hal::Actuators, public hal::Joints, private Serv
   hal::Result<bool> read(msg::JointState& out) noexcept override;
   Time ready_at() const noexcept override;
   void set_wake(hal::Wake* wake) noexcept override { wake_.change(wake); }
+  /// Joint by joint: "joint 'pan' (number 1): is silent ...". Thread: any.
+  std::string problem() const override;
   std::uint64_t lost_samples() const noexcept { return lost_.value(); }
 
   /// Homing, or a new zero here; done once, when the joint can.

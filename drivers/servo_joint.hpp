@@ -41,7 +41,7 @@ class ServoJoint {
   void set_voltage(double v) noexcept { feedback_.voltage_v = v; }
   /// What the drive says is wrong now: msg::JointFault bits and its own code; 0, 0: nothing.
   void set_drive_faults(Time now, std::uint32_t faults, std::uint32_t code) noexcept;
-  void malformed() noexcept { ++stats_.malformed; }
+  void malformed() noexcept { ++stats_.malformed, doubted_ = true; }
   void missed() noexcept { ++stats_.missed; }
   /// A sign that two drives answer to this number; two within a second make it a fault until none came for two.
   void looks_double(Time now) noexcept;

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cerrno>
 #include <mutex>
 
@@ -53,11 +54,22 @@ class LinuxI2c final : public I2cBus {
   Status combined(std::uint8_t address, Bytes write, std::span<std::uint8_t> read) noexcept {
     std::array<i2c_msg, 2> messages{};
     unsigned count = 0;
+    if (auto free = claim(address); !free) return free;
     if (!write.empty())  // the kernel's structure is not const; it only reads what goes out
       messages[count++] = {address, 0, static_cast<__u16>(write.size()), const_cast<__u8*>(write.data())};
     if (!read.empty()) messages[count++] = {address, I2C_M_RD, static_cast<__u16>(read.size()), read.data()};
     i2c_rdwr_ioctl_data data{messages.data(), count};
     if (::ioctl(fd_, I2C_RDWR, &data) < 0) return transfer_error(errno);
+    return {};
+  }
+
+  /// I2C_RDWR goes past a kernel driver that holds the chip, and both would then confuse it; I2C_SLAVE does not.
+  /// Source:  Linux drivers/i2c/i2c-dev.c, i2cdev_check_addr(): EBUSY for an address with a driver.
+  Status claim(std::uint8_t address) noexcept {
+    if (claimed_[address].load(std::memory_order_relaxed)) return {};
+    const std::lock_guard lock(mutex_);
+    if (::ioctl(fd_, I2C_SLAVE, static_cast<unsigned long>(address)) < 0) return transfer_error(errno);
+    claimed_[address].store(true, std::memory_order_relaxed);  // alone: asked twice is no harm
     return {};
   }
 
@@ -119,6 +131,7 @@ class LinuxI2c final : public I2cBus {
   int fd_;
   unsigned long functions_;
   std::mutex mutex_;
+  std::array<std::atomic<bool>, 128> claimed_{};  // no driver had it when it was used first
 };
 
 }  // namespace

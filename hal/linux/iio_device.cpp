@@ -139,6 +139,8 @@ bool IioDevice::has(std::string_view sensor) const {
 std::string IioDevice::channels() const { return joined(names_in(folder_, "in_")); }
 
 Status IioDevice::set_up(const IioSpec& spec, const std::vector<std::string>& sensors, std::string& why) {
+  if (spec.buffered && exists(file("buffer/enable")))  // ours alone, before anything of another program is touched
+    if (auto done = open_node(why); !done) return done;
   if (exists(file("buffer/enable")))  // left on by a program that was killed: nothing can be set while it is
     if (auto done = write_file(file("buffer/enable"), "0", why); !done) return done;
   if (auto done = set_trigger(spec, why); !done) return done;
@@ -148,6 +150,13 @@ Status IioDevice::set_up(const IioSpec& spec, const std::vector<std::string>& se
     sensors_.push_back({.name = name, .axes = {}, .channel = {}, .raw_fd = {-1, -1, -1}});
     if (auto done = read_axes(sensors_.back(), why); !done) return done;
   }
+  return {};
+}
+
+Status IioDevice::open_node(std::string& why) {
+  const std::string path = root_ + "/dev/" + entry_;
+  fd_ = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  if (fd_ < 0) return open_error(path, errno, {"its driver has no buffer"}, "iio: open", why);
   return {};
 }
 
@@ -301,16 +310,11 @@ Status IioDevice::start_buffer(const IioSpec& spec, std::string& why) {
   std::string ignored;  // older kernels have no watermark, and 1 is their way
   if (exists(file("buffer/watermark"))) (void)write_file(file("buffer/watermark"), "1", ignored);
 
-  const std::string path = root_ + "/dev/" + entry_;
-  const int fd = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
-  if (fd < 0) return open_error(path, errno, {"its driver has no buffer"}, "iio: open", why);
   if (auto done = write_file(file("buffer/enable"), "1", why); !done) {
-    ::close(fd);
     if (done.error().code == Errc::bad_argument)
       why += "; the buffer needs a trigger: name one (ls " + root_ + kFolder + "/trigger*/name)";
     return done;
   }
-  fd_ = fd;
   part_size_ = 0;
   return {};
 }

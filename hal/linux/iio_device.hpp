@@ -77,6 +77,7 @@ class IioDevice {
   Result<double> number_of(std::initializer_list<std::string> names, double otherwise, std::string& why);
   Status choose_elements(std::string& why);
   Status read_layout(std::string& why);
+  Status open_node(std::string& why);
 
   std::string root_, entry_, title_, folder_;
   std::vector<Sensor3> sensors_;

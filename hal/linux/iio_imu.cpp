@@ -97,7 +97,7 @@ Status IioImu::connect(std::string& why) {
   last_.assign(devices_.size(), Time{INT64_MIN});
   join_ = {};
   next_poll_ = heard_ = os_.now();
-  silent_told_ = clock_told_ = false;
+  silent_told_ = clock_told_ = repeats_told_ = false;
   return {};
 }
 
@@ -165,6 +165,10 @@ Status IioImu::read_buffer(std::size_t device) noexcept {
     const Time stamp = checked(device, d.stamp(scan).value_or(0), now);
     if (stamp <= last_[device]) {
       bad_.add();
+      doubted_ = now;
+      if (!repeats_told_)
+        trouble_.set(d.title() + ": sends samples with the stamp of the one before, or an older one; they are dropped");
+      repeats_told_ = true;
       continue;
     }
     last_[device] = stamp;
@@ -180,6 +184,7 @@ Time IioImu::checked(std::size_t device, std::int64_t stamp_ns, Time now) noexce
   const Time stamp{stamp_ns};
   const bool near = stamp - now < kClockSlack && now - stamp < kClockSlack;
   if (near) return stamp;
+  doubted_ = now;
   if (!clock_told_ && stamp_ns != 0) {
     clock_told_ = true;
     trouble_.set(devices_[device]->title() +
@@ -215,8 +220,9 @@ Status IioImu::poll_all() noexcept {
 
 void IioImu::take(std::size_t device, Time stamp, const std::array<double, 3>* raw) noexcept {
   heard_ = os_.now();
-  if (silent_told_) {
-    silent_told_ = false;
+  const bool over = (clock_told_ || repeats_told_) && heard_ - doubted_ > options_.silent_after;
+  if (silent_told_ || over) {
+    silent_told_ = clock_told_ = repeats_told_ = false;
     trouble_.set({});
   }
   const IioDevice& d = *devices_[device];

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "hal/complains.hpp"
 #include "hal/connectors.hpp"
 #include "hal/linux/iio_device.hpp"
 #include "hal/linux/iio_join.hpp"
@@ -33,7 +34,7 @@ struct IioOptions {
 ///          of reading. Frames: as the mount matrix has them, or the chip's own.
 /// Thread:  reads on a thread of its own.   RT: read() yes.
 /// Errors:  read(): closed while the device is gone; it is looked for again with growing pauses, up to retry_most.
-class IioImu final : public SensorQueue<msg::ImuSample> {
+class IioImu final : public SensorQueue<msg::ImuSample>, public Complains {
  public:
   /// Errors:  what opening says, with words in `why`.
   static Result<std::unique_ptr<IioImu>> open(Os& os, const IioSpec& spec, std::string& why, IioOptions options = {});
@@ -41,7 +42,7 @@ class IioImu final : public SensorQueue<msg::ImuSample> {
 
   IioStats stats() const;
   /// What is wrong now, in words; empty: nothing.
-  std::string problem() const { return trouble_.get(); }
+  std::string problem() const override { return trouble_.get(); }
 
  private:
   IioImu(Os& os, const IioSpec& spec, IioOptions options);
@@ -67,7 +68,8 @@ class IioImu final : public SensorQueue<msg::ImuSample> {
   Tally bad_, restarts_;
   Wide<std::uint64_t> unjoined_;
   Time next_poll_, heard_;
-  bool silent_told_ = false, clock_told_ = false;
+  bool silent_told_ = false, clock_told_ = false, repeats_told_ = false;
+  Time doubted_;  // when a stamp was last not to be used
   int stop_ = -1;
   std::unique_ptr<Thread> thread_;
 };

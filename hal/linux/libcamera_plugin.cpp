@@ -16,7 +16,7 @@ Result<std::unique_ptr<Camera>> open_libcamera_plugin(const CameraSpec& spec, Os
   if (!entry) {
     const char* said = dlerror();
     why = "libcamera cannot be used: " + std::string(said ? said : "its library is another one") +
-          "; it is built where Debian's libcamera-dev is installed (SINEW_LIBCAMERA)";
+          "; it is built where libcamera-dev is installed: sudo apt install libcamera-dev, then build again";
     return Error{Errc::not_supported, "libcamera"};
   }
   Result<std::unique_ptr<Camera>> camera = Error{Errc::io, "libcamera"};

@@ -120,6 +120,10 @@ Status SocketCanBus::open_socket(std::string& why) {
       return Error{Errc::not_supported, "PF_CAN", error};
     }
     why = name + ": no CAN socket: " + std::strerror(error);
+    if (error == EPERM || error == EACCES)
+      why +=
+          "; a sandbox keeps it from us: of systemd (RestrictAddressFamilies= has to list AF_CAN), a container's "
+          "seccomp profile, or SELinux";
     return Error{error == EPERM || error == EACCES ? Errc::denied : Errc::io, "PF_CAN", error};
   }
   const auto link = read_can_link(name);

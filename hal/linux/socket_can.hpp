@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "hal/complains.hpp"
 #include "hal/linux/can_link.hpp"
 #include "hal/linux/can_port.hpp"
 
@@ -26,7 +27,7 @@ namespace sinew::hal {
 ///
 /// Stamps: the controller's where its driver gives them, else the kernel's; both on CLOCK_MONOTONIC (can_stamp.hpp).
 /// Filters are the kernel's; error frames always come.
-class SocketCanBus final : public CanPort {
+class SocketCanBus final : public CanPort, public Complains {
  public:
   /// `why`: on an error what is missing and what to do; on success empty, or what will be missing later.
   /// Errors:  not_supported: the kernel has no CAN, or CAN FD is asked for and not there; not_found: no such interface;
@@ -40,6 +41,7 @@ class SocketCanBus final : public CanPort {
   Status set_filters(std::span<const CanFilter> filters) override;
   /// What keeps the bus from working, in words; empty: nothing. Thread: any. RT: no.
   std::string trouble() const;
+  std::string problem() const override { return trouble(); }
 
  private:
   struct Batch;

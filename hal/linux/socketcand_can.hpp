@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "hal/complains.hpp"
 #include "hal/linux/can_port.hpp"
 #include "wire/socketcand.hpp"
 
@@ -18,7 +19,7 @@ namespace sinew::hal {
 /// Stamps are times of reading here: the server's clock is another one. What TCP has taken cannot be taken back; its
 /// buffer is kept small, and when it is full send() says timeout. A frame that was cut by a loss is lost. The protocol
 /// tells of an error frame only its class. Own frames never come back: receive_own is refused.
-class SocketcandCan final : public CanPort {
+class SocketcandCan final : public CanPort, public Complains {
  public:
   /// Connects once, at most about two seconds long.
   /// Errors:  bad_argument: the address; not_supported: receive_own; not_found, closed, timeout: nobody there who
@@ -34,6 +35,7 @@ class SocketcandCan final : public CanPort {
   Status set_filters(std::span<const CanFilter> filters) override;
   /// What the last attempt to connect failed at; empty: connected. Thread: any. RT: no.
   std::string trouble() const;
+  std::string problem() const override { return trouble(); }
 
  private:
   SocketcandCan(const CanSpec& spec, Os& os, std::shared_ptr<FdWatch> watch) : CanPort(spec, os, std::move(watch)) {}

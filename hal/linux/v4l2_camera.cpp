@@ -161,6 +161,7 @@ Result<bool> V4l2Camera::copy(const V4l2Session::Filled& filled, msg::Image& out
     for (std::uint32_t y = 0; y < out.height; ++y) std::memcpy(out.row(y), filled.bytes.data() + y * line, row);
   }
   count_.handed_on();
+  last_good_ns_.store(os_.now().ns, std::memory_order_relaxed);
   return true;
 }
 

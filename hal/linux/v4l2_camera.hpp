@@ -7,6 +7,7 @@
 
 #include "hal/camera_controls.hpp"
 #include "hal/camera_memory.hpp"
+#include "hal/complains.hpp"
 #include "hal/linux/fd_watch.hpp"
 #include "hal/linux/frame_count.hpp"
 #include "hal/linux/jpeg_decoder.hpp"
@@ -31,7 +32,7 @@ struct V4l2CameraOptions {
 /// Thread:  read(), CameraMemory: owner. request(), stats(), state(): any.
 /// RT:      read(), request() yes (one DQBUF and QBUF a frame).
 /// Errors:  read(): closed while the device is gone; bad_data when only faulty frames were waiting; bad_argument.
-class V4l2Camera final : public Camera, public CameraControls, public CameraMemory {
+class V4l2Camera final : public Camera, public CameraControls, public CameraMemory, public Complains {
  public:
   /// Errors:  those of V4l2Session::open(), with its `why`; io when no thread can be started.
   static Result<std::unique_ptr<V4l2Camera>> open(V4l2Port& port, const CameraSpec& spec, Os& os,
@@ -61,6 +62,8 @@ class V4l2Camera final : public Camera, public CameraControls, public CameraMemo
   CameraStats stats() const { return count_.stats(); }
   /// How it does, in words for people: "streaming", "slow", "no frame for 3 s", "gone: No such device; ...". RT: no.
   std::string state() const;
+  /// state() as long as frames do not come as they should; empty: they do.
+  std::string problem() const override;
 
  private:
   // Whose the session is. The reader holds it during one read(); who finds it broken leaves it to the keeper as kLost.
@@ -93,6 +96,7 @@ class V4l2Camera final : public Camera, public CameraControls, public CameraMemo
   void set_requested();
   void adopt(std::unique_ptr<V4l2Session> session);
   Duration silence() const;
+  std::string words(bool& well) const;
 
   V4l2Port& port_;
   CameraSpec spec_;  // keeper: its controls follow what was requested
@@ -109,7 +113,7 @@ class V4l2Camera final : public Camera, public CameraControls, public CameraMemo
   std::unique_ptr<V4l2Session> session_;  // changed by the keeper while it holds it
   std::atomic<int> holder_{kNobody};
   std::atomic<int> broken_{0};  // errno that the session was left with
-  Wide<std::int64_t> exposure_ns_, last_frame_ns_;
+  Wide<std::int64_t> exposure_ns_, last_frame_ns_, last_good_ns_;
 
   // Lent memory. The list is the reader's alone; the keeper closes and opens streams, and never queues.
   enum class Wish : int { none, start, stop };

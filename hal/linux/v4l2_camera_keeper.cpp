@@ -98,6 +98,7 @@ void V4l2Camera::adopt(std::unique_ptr<V4l2Session> session) {
   streams_.store(session->streams(), std::memory_order_relaxed);
   const V4l2Picture& picture = session->picture();
   if (picture.is_jpeg && !jpeg_) jpeg_ = std::make_unique<JpegDecoder>(picture.format, picture.width, picture.height);
+  last_good_ns_.store(os_.now().ns, std::memory_order_relaxed);
   session_ = std::move(session);
   count_.stream_begins();
   line_.keep_ready();
@@ -167,6 +168,17 @@ void V4l2Camera::end_stream() noexcept {
 Duration V4l2Camera::silence() const { return os_.now() - Time{last_frame_ns_.load(std::memory_order_relaxed)}; }
 
 std::string V4l2Camera::state() const {
+  bool well = false;
+  return words(well);
+}
+
+std::string V4l2Camera::problem() const {
+  bool well = false;
+  std::string text = words(well);
+  return well ? std::string() : text;
+}
+
+std::string V4l2Camera::words(bool& well) const {
   const std::lock_guard lock(mutex_);
   std::string text = path_ + " ('" + identity_.card + "'): ";
   if (holder_.load(std::memory_order_acquire) == kKeeper) {
@@ -182,11 +194,15 @@ std::string V4l2Camera::state() const {
     text += "waits for memory to fill";
   } else if (silence() > kSilenceWorthSaying && (picture_.rate_hz <= 0 || seconds(silence()) > 3 / picture_.rate_hz)) {
     text += "no frame for " + number(seconds(silence())) + " s";
+  } else if (const Duration since = os_.now() - Time{last_good_ns_.load(std::memory_order_relaxed)};
+             since > kSilenceWorthSaying && since - silence() > kSilenceWorthSaying / 2) {
+    text += "only faulty frames for " + number(seconds(since)) + " s (cable, supply, bandwidth of its bus?)";
   } else {
     const double asked = picture_.rate_hz, got = count_.rate_hz() > 0 ? count_.rate_hz() : asked;
     text += got < kSlow * asked ? "slow, " + number(got) + " frames/s of " + number(asked) : "streaming";
     text +=
         " " + std::to_string(picture_.width) + "x" + std::to_string(picture_.height) + " " + v4l2_word(picture_.format);
+    well = got >= kSlow * asked && control_trouble_.empty();
     if (asked > 0 && got >= kSlow * asked) text += " at " + number(got) + " frames/s";
   }
   text += "; " + words_for_pixels() + count_.text();

@@ -293,7 +293,7 @@ Result<V4l2Picture> v4l2_agree(V4l2Port& port, int fd, const CameraSpec& spec, s
   asked.fmt.pix.field = V4L2_FIELD_NONE;  // whole pictures, not half ones of an interlaced signal
   if (const int set = port.ioctl(fd, VIDIOC_S_FMT, &asked); set < 0) {
     why = "setting " + size_text(spec.width, spec.height) + " " + v4l2_word(spec.format) + ": " +
-          (set == -EBUSY ? "another program uses the device" : std::strerror(-set));
+          (set == -EBUSY ? "another program uses the device; `fuser -v` on its path says which" : std::strerror(-set));
     return refused(set, "VIDIOC_S_FMT");
   }
   const v4l2_pix_format& got = asked.fmt.pix;

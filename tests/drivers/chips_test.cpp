@@ -156,6 +156,20 @@ TEST_F(ChipTest, Bmp280MeasuresPressureAndTemperature) {
   EXPECT_EQ(out[0].stamp, os.now() - 22ms);
 }
 
+TEST_F(ChipTest, Bmp280ThatMeasuresNoMoreIsSilent) {
+  auto chip = bmp280();
+  Bmp280 driver(os, at(0x76, chip));
+  ASSERT_TRUE(driver.set_up(why)) << why;
+  std::vector<msg::BaroSample> out;
+  ASSERT_TRUE(poll(driver, out));
+  EXPECT_EQ(out.size(), 1u);
+  ASSERT_TRUE(poll(driver, out));
+  EXPECT_TRUE(out.empty()) << "the same measurement once more";
+  chip->poke(wire::bmp280::kPressure + 1, 0x5B);
+  ASSERT_TRUE(poll(driver, out));
+  EXPECT_EQ(out.size(), 1u);
+}
+
 TEST_F(ChipTest, Bmp280ThatHasNotMeasuredSaysNothing) {
   auto chip = bmp280();
   std::uint8_t at_ = wire::bmp280::kPressure;
@@ -176,7 +190,8 @@ TEST_F(ChipTest, Bmp280TellsGarbageInWords) {
   EXPECT_FALSE(poll(driver, out));
   EXPECT_THAT(why, HasSubstr("the chip measures 30000 to 110000"));
   EXPECT_FALSE(driver.set_up(why));
-  EXPECT_EQ(why, "i2c 0x76: its id is 0xff; a BMP280 says 0x58, a BME280 0x60");
+  EXPECT_EQ(why,
+            "i2c 0x76: its id is 0xff; a BMP280 says 0x58, a BME280 0x60 (nobody there: wiring, power, chip select?)");
   bus->fault = BusFault::none;
   for (int i = 0; i < 24; ++i) chip->poke(static_cast<std::uint8_t>(wire::bmp280::kCalibration + i), 0);
   EXPECT_FALSE(driver.set_up(why));

@@ -14,8 +14,10 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 /// An IMU that always has the same sample.
-class FixedImu final : public hal::Imu {
+class FixedImu final : public hal::Imu, public hal::Complains {
  public:
+  std::string problem() const override { return wrong; }
+  static inline std::string wrong;
   explicit FixedImu(const msg::ImuSample& sample) : sample_(sample) {}
   hal::Result<bool> read(msg::ImuSample& out) noexcept override { return out = sample_, true; }
   hal::Time ready_at() const noexcept override { return {}; }
@@ -35,6 +37,7 @@ DeviceOpener read_fixed(DeviceKeys& keys, const DeviceSpecs&) {
     const auto imu = std::make_shared<FixedImu>(msg::ImuSample{{5}, {1, 2, 3}, {0, 0, 9.81}});
     OpenedDevice device;
     device.owner = imu;
+    device.voice = imu.get();
     device.sensor(hal::SensorKind::imu) = imu.get();
     return device;
   };
@@ -89,6 +92,19 @@ TEST(DeviceBoard, OpensADeviceOnceAndOnlyWhenAskedFor) {
   ASSERT_TRUE(first);
   EXPECT_EQ(*first, *again);
   EXPECT_EQ(opened, 1);
+}
+
+TEST(DeviceBoard, SaysWhatIsWrongWithWhatIsOpenAndOnlyAsLongAsItIs) {
+  DeviceSpecs specs;
+  specs.devices = {device("imu", "fixed", 0), device("spare", "fixed", 0)};
+  test::NoConnectors connectors;
+  DeviceBoard board(specs, kDrivers, connectors, hal::linux_os());
+  ASSERT_TRUE(board.sensor<msg::ImuSample>("imu"));
+  EXPECT_THAT(board.complaints(), IsEmpty());
+  FixedImu::wrong = "imu: /dev/i2c-1: repeats itself";
+  EXPECT_THAT(board.complaints(), ElementsAre("device 'imu' (driver fixed): /dev/i2c-1: repeats itself"));
+  FixedImu::wrong.clear();
+  EXPECT_THAT(board.complaints(), IsEmpty());
 }
 
 TEST(DeviceBoard, SaysInWordsWhatItCannotGive) {

@@ -244,6 +244,17 @@ TEST(DronecanServo, TwoNodesOfOneIdAreNoticed) {
   EXPECT_EQ(bench.servos[0]->feedback().mode, JointMode::fault);
 }
 
+TEST(DronecanServo, ASecondNodeOfItsIdThatIsPluggedInLaterIsNoticed) {
+  Bench bench;
+  bench.simulated(sim(20, 0)).uptime_offset_s = 1000;
+  bench.servo(actuator(20, 0));
+  bench.run(2s, Intent::follow, 0.0);
+  ASSERT_EQ(bench.servos[0]->feedback().mode, JointMode::enabled);
+  bench.simulated(sim(20, 0));
+  bench.run(3s, Intent::follow, 0.0);
+  EXPECT_NE(bench.servos[0]->feedback().faults & msg::kJointDuplicate, 0u);
+}
+
 TEST(DronecanServo, EveryTenthFrameMayBeLost) {
   Bench bench;
   bench.simulated(sim(20, 0)).faults.lost = 0.1;

@@ -190,6 +190,24 @@ TEST_F(SerialSensorTest, AWrongBitRateOfAReceiverIsTold) {
   EXPECT_THAT(why, HasSubstr("wrong bit rate?"));
 }
 
+TEST_F(SerialSensorTest, SentencesThatAreRepeatedAreOneSampleAndAClockThatStandsIsTold) {
+  GnssReceiver device(opener(), {});
+  ASSERT_TRUE(device.set_up(why));
+  const std::string gga = closed("GNGGA,120000.00,4730.0000,N,00830.0000,E,1,12,1.0,450.0,M,47.0,M,,");
+  const std::string rmc = closed("GNRMC,120000.00,A,4730.0000,N,00830.0000,E,10.0,090.0,010126,,,A");
+  for (const std::string& sentence : {gga, gga, rmc, rmc, gga, rmc}) come_in(sentence);
+  EXPECT_EQ(poll(device).size(), 1u);
+  EXPECT_FALSE(error);
+  come_in(gga);
+  EXPECT_TRUE(poll(device, 2s).empty());
+  EXPECT_EQ(error, hal::Errc::bad_data);
+  EXPECT_EQ(why, "sends the same instant again and again (its clock stands; power it off and on)");
+  come_in(closed("GNGGA,120002.20,4730.0000,N,00830.0000,E,1,12,1.0,450.0,M,47.0,M,,"));
+  come_in(closed("GNRMC,120002.20,A,4730.0000,N,00830.0000,E,10.0,090.0,010126,,,A"));
+  EXPECT_EQ(poll(device).size(), 1u);
+  EXPECT_FALSE(error);
+}
+
 // ---- radio control
 
 Bytes sbus(double first, bool missed = false, bool failsafe = false) {

@@ -295,6 +295,7 @@ TEST_F(IioTest, AValueThatTheDriverRefusesComesWithWhatItTakes) {
 TEST_F(IioTest, PermissionDeniedSaysWhoMay) {
   auto tree = plug(tree_spec());
   ::chmod(folder.path().c_str(), 0755);
+  ::chmod(tree->buffer_path().c_str(), 0666);
   ::chmod((tree->folder() + "/buffer/enable").c_str(), 0400);
   const test::Unprivileged user;
   EXPECT_FALSE(open(spec()));

@@ -39,7 +39,9 @@ TEST_F(V4l2CameraFault, PermissionDenied) {
 TEST_F(V4l2CameraFault, Busy) {
   sim_.set_busy(true);
   EXPECT_EQ(open(), Errc::busy);
-  EXPECT_EQ(why_, "/dev/video0 ('Simulated Camera'): setting 320x240 yuyv: another program uses the device");
+  EXPECT_EQ(why_,
+            "/dev/video0 ('Simulated Camera'): setting 320x240 yuyv: another program uses the device; `fuser "
+            "-v` on its path says which");
   sim_.set_busy(false);
   sim_.refuse(VIDIOC_STREAMON, EBUSY);
   EXPECT_EQ(open(), Errc::busy);
@@ -149,6 +151,7 @@ TEST_F(V4l2CameraFault, GarbageMarkedByTheDriver) {
   EXPECT_FALSE(error_of_read());
   EXPECT_EQ(camera_->stats().corrupted, 1u);
   EXPECT_THAT(camera_->state(), HasSubstr("1 corrupted"));
+  EXPECT_EQ(camera_->problem(), "") << "one bad frame is no problem";
   sim_.set_fault(V4l2Fault::none);
   ASSERT_TRUE(deliver(2));
   ASSERT_TRUE(read());

@@ -202,6 +202,10 @@ bool LibcameraCamera::serve() {
   return false;
 }
 
+std::string LibcameraCamera::problem() const {
+  return holder_.load(std::memory_order_acquire) == kKeeper ? state() : std::string();
+}
+
 std::string LibcameraCamera::state() const {
   const std::lock_guard lock(mutex_);
   std::string text = "'" + spec_.path + "': ";

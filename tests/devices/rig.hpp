@@ -1,0 +1,93 @@
+#pragma once
+// One device with everything that the matrix needs of it: its table in a robot file, the simulated hardware behind it,
+// and how each fault is played there.
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "drivers/device_spec.hpp"
+#include "fault.hpp"
+#include "hal/connectors.hpp"
+#include "msg/safety.hpp"
+#include "sim_kernel.hpp"
+#include "virtual_os.hpp"
+
+namespace sinew::test {
+
+using namespace std::chrono_literals;
+using hal::Duration, hal::Time;
+
+/// hal/linux's own openers on the simulated kernel; a rig puts another in the place of one that needs more than nodes.
+class BenchConnectors final : public hal::Connectors {
+ public:
+  template <class T, class... A>
+  using Opener = std::function<hal::Result<std::unique_ptr<T>>(A..., std::string& why)>;
+  Opener<hal::CanBus, const hal::CanSpec&> open_can;
+  Opener<hal::Imu, const hal::IioSpec&> open_iio;
+  Opener<hal::Camera, const hal::CameraSpec&> open_v4l2, open_libcamera;
+
+  hal::Result<std::unique_ptr<hal::CanBus>> can(const hal::CanSpec& spec, std::string& why) override {
+    return open_can(spec, why);
+  }
+  hal::Result<std::unique_ptr<hal::I2cBus>> i2c(const std::string& path, std::string& why) override;
+  hal::Result<std::unique_ptr<hal::SpiBus>> spi(const hal::SpiSpec& spec, std::string& why) override;
+  hal::Result<std::unique_ptr<hal::Serial>> serial(const hal::SerialSpec& spec, std::string& why) override;
+  hal::Result<std::unique_ptr<hal::Gpio>> gpio(const hal::GpioSpec& spec, std::string& why) override;
+  hal::Result<std::unique_ptr<hal::Imu>> iio_imu(const hal::IioSpec& spec, std::string& why) override {
+    return open_iio(spec, why);
+  }
+  hal::Result<std::unique_ptr<hal::Camera>> v4l2_camera(const hal::CameraSpec& spec, std::string& why) override {
+    return open_v4l2(spec, why);
+  }
+  hal::Result<std::unique_ptr<hal::Camera>> libcamera_camera(const hal::CameraSpec& spec, std::string& why) override {
+    return open_libcamera(spec, why);
+  }
+};
+
+/// A device under test. A new one for each cell.
+class Rig {
+ public:
+  virtual ~Rig() = default;
+  /// The ways in which a fault can be played here; one way without a label where there is only one.
+  virtual std::vector<Way> ways(Fault) const { return {{}}; }
+  virtual void inject(Fault fault, std::size_t way) = 0;
+  virtual void heal() = 0;
+  /// The world goes on to `now`: the hardware measures, moves and sends.
+  virtual void advance(Time now) = 0;
+
+  /// What a fault makes of the texts: paths of the test become those of a robot.
+  virtual std::string as_on_a_robot(std::string text) const { return text; }
+
+  std::string kind, title;           // of the registry; for the page
+  std::string device, measures;      // name in the robot file; "imu", "camera", "joints" ...
+  std::vector<std::string> names{};  // one of which an error text must have beside the device: path, bus
+  drivers::DeviceSpecs specs;
+  bool heals = true;      // false: what is missing cannot be had in a test
+  bool is_group = false;  // it is the robot's actuator group, too
+  SimKernel kernel;
+  VirtualOs os;
+  BenchConnectors connectors;
+};
+
+/// What the matrix knows how to play: by driver kind, as many rigs as it has buses or protocols that differ.
+struct RigKind {
+  std::string kind, title;
+  std::function<std::unique_ptr<Rig>()> make;
+};
+std::vector<RigKind> chip_rigs();
+std::vector<RigKind> serial_rigs();
+std::vector<RigKind> iio_rigs();
+std::vector<RigKind> camera_rigs();
+std::vector<RigKind> joint_rigs();
+
+/// A table of a robot file.
+inline drivers::DeviceSpec table(const std::string& name, const std::string& driver,
+                                 std::map<std::string, rt::ParamValue> keys) {
+  drivers::DeviceSpec spec;
+  spec.name = name, spec.driver = driver;
+  for (auto& [key, value] : keys) spec.keys[key] = {value, 0};
+  return spec;
+}
+
+}  // namespace sinew::test
