@@ -71,6 +71,7 @@ hal::Result<OpenedDevice> started(DeviceContext& context, std::unique_ptr<Polled
   const std::shared_ptr<PolledSensor<M>> shared = std::move(*sensor);
   OpenedDevice device;
   device.owner = shared;
+  device.report = shared.get();
   device.sensor(hal::kSensorKind<M>) = static_cast<hal::Sensor<M>*>(shared.get());
   return device;
 }

@@ -1,7 +1,7 @@
 #include "drivers/device_board.hpp"
 
 #include <algorithm>
-#include <set>
+#include <sstream>
 
 namespace sinew::drivers {
 namespace {
@@ -15,6 +15,13 @@ std::string names_of(std::span<const DriverKind> drivers) {
   std::string names;
   for (const DriverKind& d : drivers) names += (names.empty() ? "\"" : ", \"") + std::string(d.name) + '"';
   return names;
+}
+
+// Each line of `text`, beginning with the device's name; some drivers know it and say it themselves.
+void add_lines(const std::string& name, const std::string& text, std::vector<std::string>& all) {
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);)
+    all.push_back(line.starts_with(name + ": ") || line.starts_with(name + ".") ? line : name + ": " + line);
 }
 
 }  // namespace
@@ -77,6 +84,7 @@ hal::Result<OpenedDevice*> DeviceBoard::open(std::string_view name, std::string&
         device + " (driver " + spec->driver + "): " + (because.empty() ? hal::to_string(opened.error().code) : because);
     return opened.error();
   }
+  if (!because.empty()) warnings_.push_back(device + ": " + because);
   return &opened_.emplace(spec->name, std::move(*opened)).first->second;
 }
 
@@ -94,6 +102,31 @@ hal::Status DeviceBoard::start() {
   auto started = can_.start(why);
   if (!started) tell(why);
   return started;
+}
+
+std::vector<std::string> DeviceBoard::warnings() const {
+  std::vector<std::string> all = can_.warnings();
+  all.insert(all.end(), warnings_.begin(), warnings_.end());
+  return all;
+}
+
+std::vector<std::string> DeviceBoard::complaints() const {
+  std::vector<std::string> all = can_.complaints();
+  for (const auto& [name, device] : opened_)
+    if (device.report) add_lines(name, device.report->trouble(), all);
+  return all;
+}
+
+std::vector<std::string> DeviceBoard::shortfalls() const {
+  std::vector<std::string> all = can_.shortfalls();
+  for (const auto& [name, device] : opened_)
+    if (device.report)
+      if (const std::string what = device.report->shortfall(); !what.empty())
+        all.push_back("thread of device '" + name + "': " + what);
+  if (const auto* report = dynamic_cast<const hal::SelfReport*>(&context_.connectors))
+    if (const std::string what = report->shortfall(); !what.empty())
+      all.push_back("thread that watches the devices: " + what);
+  return all;
 }
 
 void DeviceBoard::tell(const std::string& what) {

@@ -14,6 +14,7 @@
 #include "hal/board.hpp"
 #include "hal/connectors.hpp"
 #include "hal/os.hpp"
+#include "hal/self_report.hpp"
 
 namespace sinew::drivers {
 
@@ -23,6 +24,7 @@ struct OpenedDevice {
   std::array<hal::Device*, static_cast<std::size_t>(hal::SensorKind::joints) + 1> sensors{};  // by SensorKind
   hal::Camera* camera = nullptr;
   hal::Actuators* actuators = nullptr;
+  const hal::SelfReport* report = nullptr;  // null: it has no words for itself
 
   hal::Device*& sensor(hal::SensorKind kind) { return sensors[static_cast<std::size_t>(kind)]; }
 };
@@ -72,6 +74,14 @@ class DeviceBoard final : public hal::Board {
   /// All failures so far in words, one a line, each once.
   const std::string& problem() const { return problem_; }
 
+  /// What opening warned of although it succeeded, one a line.
+  std::vector<std::string> warnings() const;
+  /// What is wrong now with any device or bus that was opened, one a line, which begins with its name:
+  /// "head.tilt (cia402 2 on can0): absent". Thread: any, from start() until the board goes. RT: no.
+  std::vector<std::string> complaints() const;
+  /// Threads of devices and buses that run without what they asked for (SCHED_FIFO), one a line. From start() on.
+  std::vector<std::string> shortfalls() const;
+
  private:
   hal::Result<OpenedDevice*> open(std::string_view name, std::string& why);
   OpenedDevice* find(std::string_view name, hal::Error& error);
@@ -84,6 +94,7 @@ class DeviceBoard final : public hal::Board {
   DeviceContext context_;
   std::map<std::string, OpenedDevice, std::less<>> opened_;
   std::string problem_;
+  std::vector<std::string> warnings_;
 };
 
 }  // namespace sinew::drivers

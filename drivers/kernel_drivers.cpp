@@ -51,6 +51,7 @@ hal::Result<OpenedDevice> opened(hal::Result<std::unique_ptr<hal::Camera>> camer
   if (!camera) return camera.error();
   OpenedDevice device;
   device.camera = camera->get();
+  device.report = dynamic_cast<const hal::SelfReport*>(camera->get());
   device.owner = std::shared_ptr<hal::Camera>(std::move(*camera));
   return device;
 }

@@ -8,6 +8,7 @@
 
 #include "hal/buses.hpp"
 #include "hal/os.hpp"
+#include "hal/self_report.hpp"
 #include "hal/sensor_queue.hpp"
 
 namespace sinew::drivers {
@@ -49,7 +50,7 @@ struct PollStats {
 /// Thread:  polls on a thread of its own.   RT: read() yes.
 /// Errors:  read(): closed while the device does not answer; it is set up again with growing pauses.
 template <class M>
-class PolledSensor final : public hal::SensorQueue<M> {
+class PolledSensor final : public hal::SensorQueue<M>, public hal::SelfReport {
  public:
   /// Sets the device up and starts. Errors: what set_up() says, with words in `why`.
   static hal::Result<std::unique_ptr<PolledSensor>> start(hal::Os& os, std::unique_ptr<PolledDevice<M>> device,
@@ -85,6 +86,8 @@ class PolledSensor final : public hal::SensorQueue<M> {
   }
   /// What is wrong now, in words; empty: nothing.
   std::string problem() const { return trouble_.get(); }
+  std::string trouble() const override { return problem(); }
+  std::string shortfall() const override { return thread_ ? thread_->shortfall() : std::string(); }
 
  private:
   PolledSensor(hal::Os& os, std::unique_ptr<PolledDevice<M>> device, PollOptions options)

@@ -54,6 +54,8 @@ class ServoGroup final : public hal::Actuators, public hal::Joints, private Serv
 
   /// Homing, or a new zero here; done once, when the joint can.
   void request(std::size_t joint, ServoCommand::Request what) noexcept;
+  /// What the joint said last. False: its hub was writing all the while, look again. Thread: any. RT: yes.
+  bool feedback_of(std::size_t joint, ServoFeedback& out) const noexcept { return joints_[joint].feedback.load(out); }
   /// The joint's protocol: identity, statistics, its zero after zero_here. Thread: when its hub does not run.
   const ServoProtocol& servo(std::size_t joint) const { return *joints_[joint].servo; }
 

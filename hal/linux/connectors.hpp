@@ -1,12 +1,13 @@
 #pragma once
 #include "hal/connectors.hpp"
 #include "hal/linux/fd_watch.hpp"
+#include "hal/self_report.hpp"
 
 namespace sinew::hal {
 
 /// The kernel's buses, ports and devices. One thread watches all their descriptors.
 /// Thread:  owner, configure only. What it opened is gone before this is.
-class LinuxConnectors final : public Connectors {
+class LinuxConnectors final : public Connectors, public SelfReport {
  public:
   static Result<std::unique_ptr<Connectors>> open(Os& os, std::string& why);
 
@@ -18,6 +19,9 @@ class LinuxConnectors final : public Connectors {
   Result<std::unique_ptr<Imu>> iio_imu(const IioSpec& spec, std::string& why) override;
   Result<std::unique_ptr<Camera>> v4l2_camera(const CameraSpec& spec, std::string& why) override;
   Result<std::unique_ptr<Camera>> libcamera_camera(const CameraSpec& spec, std::string& why) override;
+
+  std::string trouble() const override { return {}; }  // what it opened tells for itself
+  std::string shortfall() const override { return watch_->shortfall(); }
 
  private:
   LinuxConnectors(Os& os, std::shared_ptr<FdWatch> watch) : os_(os), watch_(std::move(watch)) {}

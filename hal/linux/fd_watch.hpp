@@ -2,6 +2,7 @@
 #include <atomic>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <vector>
 
 #include "hal/os.hpp"
@@ -41,6 +42,8 @@ class FdWatch {
   Status add(int fd, FdLine& line);
   /// When this returns, the line is not touched any more. Before the fd is closed.
   void remove(int fd) noexcept;
+  /// What its thread could not have; see Thread::shortfall().
+  const std::string& shortfall() const { return thread_->shortfall(); }
 
  private:
   FdWatch(int epoll, int stop);

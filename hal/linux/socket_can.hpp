@@ -12,6 +12,7 @@
 #include "hal/linux/can_counters.hpp"
 #include "hal/linux/can_link.hpp"
 #include "hal/linux/fd_watch.hpp"
+#include "hal/self_report.hpp"
 
 namespace sinew::hal {
 
@@ -28,7 +29,7 @@ namespace sinew::hal {
 ///
 /// Stamps: the controller's where its driver gives them, else the kernel's; both on CLOCK_MONOTONIC (can_stamp.hpp).
 /// Filters are the kernel's; error frames always come.
-class SocketCanBus final : public CanBus {
+class SocketCanBus final : public CanBus, public SelfReport {
  public:
   /// `why`: on an error what is missing and what to do; on success empty, or what will be missing later.
   /// Errors:  not_supported: the kernel has no CAN, or CAN FD is asked for and not there; not_found: no such interface;
@@ -44,7 +45,7 @@ class SocketCanBus final : public CanBus {
   CanStats stats() const noexcept override { return counters_.snapshot(); }
   std::uint32_t bit_rate() const noexcept override { return spec_.bit_rate; }
   /// What keeps the bus from working, in words; empty: nothing. Thread: any. RT: no.
-  std::string trouble() const;
+  std::string trouble() const override;
 
  private:
   struct Batch;

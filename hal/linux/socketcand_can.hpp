@@ -9,6 +9,7 @@
 #include "hal/connectors.hpp"
 #include "hal/linux/can_counters.hpp"
 #include "hal/linux/fd_watch.hpp"
+#include "hal/self_report.hpp"
 #include "wire/socketcand.hpp"
 
 namespace sinew::hal {
@@ -20,7 +21,7 @@ namespace sinew::hal {
 /// Stamps are times of reading here: the server's clock is another one. What TCP has taken cannot be taken back; its
 /// buffer is kept small, and when it is full send() says timeout. A frame that was cut by a loss is lost. The protocol
 /// tells of an error frame only its class. Own frames never come back: receive_own is refused.
-class SocketcandCan final : public CanBus {
+class SocketcandCan final : public CanBus, public SelfReport {
  public:
   /// Connects once, at most about two seconds long.
   /// Errors:  bad_argument: the address; not_supported: receive_own; not_found, closed, timeout: nobody there who
@@ -38,7 +39,7 @@ class SocketcandCan final : public CanBus {
   CanStats stats() const noexcept override { return counters_.snapshot(); }
   std::uint32_t bit_rate() const noexcept override { return spec_.bit_rate; }
   /// What the last attempt to connect failed at; empty: connected. Thread: any. RT: no.
-  std::string trouble() const;
+  std::string trouble() const override;
 
  private:
   SocketcandCan(const CanSpec& spec, Os& os, std::shared_ptr<FdWatch> watch);

@@ -9,6 +9,7 @@
 #include "hal/linux/fd_watch.hpp"
 #include "hal/linux/frame_count.hpp"
 #include "hal/linux/v4l2_session.hpp"
+#include "hal/self_report.hpp"
 
 namespace sinew::hal {
 
@@ -27,7 +28,7 @@ struct V4l2CameraOptions {
 /// Stamps:  the driver's (CLOCK_MONOTONIC), moved to the middle of the exposure where its length is known.
 /// Thread:  read(): owner. request(), stats(), state(): any.   RT: read(), request() yes (one DQBUF and QBUF a frame).
 /// Errors:  read(): closed while the device is gone; bad_data when only faulty frames were waiting; bad_argument.
-class V4l2Camera final : public Camera, public CameraControls {
+class V4l2Camera final : public Camera, public CameraControls, public SelfReport {
  public:
   /// Errors:  those of V4l2Session::open(), with its `why`; io when no thread can be started.
   static Result<std::unique_ptr<V4l2Camera>> open(V4l2Port& port, const CameraSpec& spec, Os& os,
@@ -50,6 +51,8 @@ class V4l2Camera final : public Camera, public CameraControls {
   CameraStats stats() const { return count_.stats(); }
   /// How it does, in words for people: "streaming", "slow", "no frame for 3 s", "gone: No such device; ...". RT: no.
   std::string state() const;
+  /// The part of state() that is no good news, in words that stay.
+  std::string trouble() const override;
 
  private:
   // Whose the session is. The reader holds it during one read(); who finds it broken leaves it to the keeper as kLost.

@@ -143,4 +143,21 @@ std::string V4l2Camera::state() const {
   return text;
 }
 
+std::string V4l2Camera::trouble() const {
+  const std::lock_guard lock(mutex_);
+  std::string text;
+  const double asked = picture_.rate_hz;
+  if (holder_.load(std::memory_order_acquire) == kKeeper) {
+    const int broken = broken_.load(std::memory_order_relaxed);
+    text = broken == ETIMEDOUT ? "no frame came, it is opened again" : std::string("gone: ") + std::strerror(broken);
+    if (!trouble_.empty()) text += "; " + trouble_;
+  } else if (silence() > kSilenceWorthSaying && (asked <= 0 || seconds(silence()) > 3 / asked)) {
+    text = "is there, but sends no frames";
+  } else if (count_.rate_hz() > 0 && count_.rate_hz() < kSlow * asked) {
+    text = "slow: fewer than " + number(kSlow * asked) + " frames/s of " + number(asked);
+  }
+  if (!control_trouble_.empty()) text += (text.empty() ? "" : "; ") + control_trouble_;
+  return text.empty() ? text : path_ + " ('" + identity_.card + "'): " + text;
+}
+
 }  // namespace sinew::hal
