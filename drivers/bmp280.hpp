@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <memory>
 
 #include "drivers/polled_sensor.hpp"
@@ -7,7 +8,8 @@
 
 namespace sinew::drivers {
 
-/// BMP280 or BME280 barometer on I2C (0x76, 0x77) or SPI. Poll it each 40 ms or slower.
+/// BMP280 or BME280 barometer on I2C (0x76, 0x77) or SPI. Poll it each 40 ms or slower; a conversion that
+/// was read before is not handed on again.
 /// Stamps:  the time of reading, less half of the chip's 44 ms of measuring and waiting.
 /// Errors:  set_up(): not_found (no answer, another chip), bad_data (calibration, registers). poll(): those of the bus;
 ///          bad_data where the pressure is none that the chip can measure (300 to 1100 hPa), after which it is set up
@@ -22,6 +24,7 @@ class Bmp280 final : public PolledDevice<msg::BaroSample> {
   hal::Os& os_;
   std::unique_ptr<Registers> registers_;
   wire::bmp280::Calibration calibration_;
+  std::array<std::uint8_t, wire::bmp280::kBurst> last_{};  // as it was read last
 };
 
 }  // namespace sinew::drivers

@@ -36,7 +36,9 @@ struct PollOptions {
   std::vector<int> cpus;
   int errors_in_a_row = 3;  // then it is set up again
   hal::Duration retry_first = std::chrono::milliseconds(20), retry_most = std::chrono::seconds(1);
-  hal::Duration silent_after = std::chrono::seconds(1);  // problem() says so then
+  // Without a sample for so long problem() says so; a device that is asked (no line()) is set up again then, as one
+  // that lost its power for a moment answers and has forgotten that it shall measure.
+  hal::Duration silent_after = std::chrono::seconds(1);
 };
 
 /// Counted since the start.
@@ -120,15 +122,15 @@ class PolledSensor final : public hal::SensorQueue<M>, public hal::SelfReport {
       if (!found.empty()) heard = os_.now();
       if (done) {
         failures = 0;
-        if (os_.now() - heard >= options_.silent_after)
-          tell("answers, but sends nothing");
-        else if (!found.empty())
-          all_is_well();
-        continue;
+        const bool silent = os_.now() - heard >= options_.silent_after;
+        if (silent) tell("answers, but sends nothing");
+        if (!silent && !found.empty()) all_is_well();
+        if (!silent || device_->line()) continue;  // a receiver may have nothing to say; a chip always measures
+      } else {
+        errors_.fetch_add(1, std::memory_order_relaxed);
+        tell(why);
+        if (done.error().code != hal::Errc::closed && ++failures < options_.errors_in_a_row) continue;
       }
-      errors_.fetch_add(1, std::memory_order_relaxed);
-      tell(why);
-      if (done.error().code != hal::Errc::closed && ++failures < options_.errors_in_a_row) continue;
       this->set_gone(true);
       if (!come_back()) return;
       this->set_gone(false);
