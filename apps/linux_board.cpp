@@ -35,6 +35,14 @@ void LinuxBoard::print_problems() const {
   for (std::string line; std::getline(lines, line);) std::fprintf(stderr, "sinew: %s\n", line.c_str());
 }
 
+std::vector<std::string> LinuxBoard::print_warnings() const {
+  std::vector<std::string> all = board_->warnings();
+  for (std::string& text : board_->complaints())
+    if (std::find(all.begin(), all.end(), text) == all.end()) all.push_back(std::move(text));
+  for (const std::string& text : all) std::fprintf(stderr, "warning: %s\n", text.c_str());
+  return all;
+}
+
 hal::Status LinuxBoard::start() { return board_->start(); }
 
 }  // namespace sinew::app

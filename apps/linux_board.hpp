@@ -29,6 +29,12 @@ class LinuxBoard {
   const std::string& problem() const { return board_->problem(); }
   /// The same on standard error.
   void print_problems() const;
+  /// What opening warned of, and what is wrong from the start; on standard error. Answers it.
+  std::vector<std::string> print_warnings() const;
+  /// What is wrong now with its devices and buses, one a line; see drivers::DeviceBoard. Thread: any, after start().
+  std::vector<std::string> complaints() const { return board_->complaints(); }
+  /// Threads of its devices without what they asked for. After start().
+  std::vector<std::string> shortfalls() const { return board_->shortfalls(); }
 
  private:
   LinuxBoard() = default;
