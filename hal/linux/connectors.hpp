@@ -7,6 +7,10 @@ namespace sinew::hal {
 
 /// The kernel's buses, ports and devices. One thread watches all their descriptors.
 /// Thread:  owner, configure only. What it opened is gone before this is.
+/// SCHED_FIFO of the thread that watches all descriptors: an interrupt thread, above every module that waits for a
+/// device.
+inline constexpr int kDeviceWatchPriority = 95;
+
 class LinuxConnectors final : public Connectors, public SelfReport {
  public:
   static Result<std::unique_ptr<Connectors>> open(Os& os, std::string& why);
