@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "apps/calibration.hpp"
+#include "hal/linux/libcamera_plugin.hpp"
 #include "hal/linux/system_files.hpp"
 
 namespace sinew::app {
@@ -72,6 +73,20 @@ class FileList {
     }
     list_.calibration = named.lexically_normal().string();
     if (!add(named)) list_.notes.push_back(named.string() + ": there is no calibration yet");
+  }
+  /// The library that opens cameras of libcamera is looked for beside the program.
+  void libcamera(const std::string& program) {
+    const fs::path library = fs::path(program).parent_path() / hal::kLibcameraPluginFile;
+    const std::string name = std::string("bin/") + hal::kLibcameraPluginFile;
+    std::error_code none;
+    const auto same = [&](const DeployFile& f) { return f.name == name; };
+    if (std::any_of(list_.files.begin(), list_.files.end(), same)) return;
+    if (fs::is_regular_file(library, none))
+      list_.files.push_back({library.string(), name, false});
+    else
+      list_.notes.push_back(library.string() +
+                            ": there is no such file, and the driver libcamera needs it: build it where "
+                            "libcamera-dev is installed");
   }
   void value(const rt::ParamValue& value) {
     if (const auto* text = std::get_if<std::string>(&value)) add(*text);
@@ -143,7 +158,10 @@ DeployFiles files_of(const RobotFile& robot, const std::string& program) {
   list.calibration(robot);
   for (const auto& module : robot.graph.modules)
     for (const auto& param : module.params) list.value(param.second.value);
-  for (const auto& device : robot.devices.devices) list.device(device);
+  for (const auto& device : robot.devices.devices) {
+    list.device(device);
+    if (device.driver == "libcamera") list.libcamera(program);
+  }
   for (const auto& bus : robot.devices.buses) list.device(bus);
   return list.take();
 }

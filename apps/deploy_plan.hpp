@@ -54,8 +54,8 @@ struct DeployFiles {
   std::string calibration{};        // name of the calibration file there; empty: the robot has none beside it
   std::vector<std::string> notes{};
 };
-/// The program, the robot file, its calibration, and every file beside it that it names: values of modules and devices
-/// that are relative paths of existing files.
+/// The program, with libsinew_libcamera.so where a device needs it; the robot file, its calibration, and every file
+/// beside it that it names: values of modules and devices that are relative paths of existing files.
 DeployFiles files_of(const RobotFile& robot, const std::string& program);
 
 /// Why this cannot go to that board; empty: it can. `as_root`: a unit is installed.

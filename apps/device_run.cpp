@@ -57,13 +57,14 @@ class DeviceRun {
     how.recorded = Recording::wanted(prepared_, options_);
     hal::MixedBoard devices(graph_.spec().board == "linux" ? real_->board() : none_);
     if (!mix(devices)) return 2;
-    if (!configure(graph_, devices, how, options_)) {
-      if (real_) real_->print_problems();
+    if (!configure(graph_, devices, how, options_, [this] { return real_ ? real_->problem() : std::string(); }))
       return 2;
-    }
     if (real_)
       if (auto started = real_->start(); !started) return real_->print_problems(), 2;
     if (real_ && !options_.quiet) real_->print_notes();
+    // Before the first cycle: what --strict forbids to start shall not have moved anything.
+    if (real_ && !accept_shortfalls(real_->shortfalls(), options_.strict)) return 2;
+    if (real_) devices_ = DeviceWatch([this] { return real_->complaints(); }, real_->print_warnings());
     for (const std::string& device : devices.unused())
       return fail(("robot.device_boards." + device + ": no module and no actuator uses a device of this name").c_str());
     mission_.emplace(graph_);
@@ -128,19 +129,21 @@ class DeviceRun {
       return accepted ? fail(started.error().where) : 2;
     }
     executor.runner().ask_for_zones(!options_.trace.empty());
-    const auto socket = open_socket(prepared_, options_, executor.runner(), recording_.get(), os_, &hal::request_stop);
+    const auto socket = open_socket(prepared_, options_, executor.runner(), recording_.get(), os_, &hal::request_stop,
+                                    real_ ? [this] { return real_->complaints(); } : DeviceWatch::Ask());
     follow(executor);
     if (parent_) parent_->ending();
     executor.stop();
     summary_.statistics(executor.runner());
     if (recording_) recording_->finish(summary_);
     summary_.chains_decide(true);
+    summary_.add_reasons("device", "devices", devices_.all());
     const bool acted = tell_failsafes();
     return summary_.finish(acted ? "a failsafe acted" : "ran to its end", acted ? 1 : 0);
   }
 
   void follow(rt::RealTimeExecutor& executor) {
-    LiveView view(graph_, executor.runner(), options_);
+    LiveView view(graph_, executor.runner(), options_, devices_);
     const hal::Time begin = os_.now();
     for (hal::Time next = begin;; next = next + LiveView::kPeriod) {
       os_.sleep_until(next);
@@ -148,7 +151,6 @@ class DeviceRun {
       const bool ends = mission_->ended() || hal::stop_requested() ||
                         (options_.duration_s > 0 && os_.now() - begin > run_duration(options_));
       view.show(os_.now(), "running", ends);
-      if (real_) real_->tell_changes();
       if (ends) return;
     }
   }
@@ -172,6 +174,7 @@ class DeviceRun {
   hal::EmptyBoard none_;
   std::unique_ptr<LinuxBoard> real_;                 // null: no device is
   std::unique_ptr<sim_hil::DatasetBoard> recorded_;  // of devices that are named so
+  DeviceWatch devices_{[] { return std::vector<std::string>(); }};
   std::optional<MissionWatch> mission_;
   std::unique_ptr<Recording> recording_;
   RunSummary summary_;

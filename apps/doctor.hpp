@@ -22,8 +22,8 @@ int doctor_command(const DoctorOptions& options, const rt::ModuleTypes& types);
 /// What a checked graph asks of its machine. `real_devices`: drivers wait for interrupts, not for a simulator.
 hal::SystemDemand system_demand(rt::Graph& graph, bool real_devices);
 
-/// What the robot's own devices ask of it: files in /dev, CAN interfaces. Nothing where no device is of the board
-/// `linux`.
+/// What the robot's own devices ask of it: files in /dev, CAN interfaces, priorities of their threads. Nothing where no
+/// device is of the board `linux`.
 void add_devices(const RobotFile& robot, hal::SystemDemand& demand);
 
 /// One block a check; short: one line for each warning and problem, nothing for the rest.
@@ -35,6 +35,6 @@ std::string doctor_json(const std::vector<hal::SystemCheck>& checks);
 bool ails(const std::vector<hal::SystemCheck>& checks, bool strict);
 
 /// At a start in real time: prints what ails to standard error. False when `strict` forbids to start.
-bool doctor_permits_start(rt::Graph& graph, bool strict);
+bool doctor_permits_start(rt::Graph& graph, const RobotFile& robot, bool strict);
 
 }  // namespace sinew::app

@@ -38,17 +38,12 @@ static void print_lines(const std::string& text) {
 void LinuxBoard::print_problems() const { print_lines(problem()); }
 void LinuxBoard::print_notes() const { print_lines(board_->notes()); }
 
-void LinuxBoard::tell_changes() {
-  std::set<std::string> now;
-  for (const std::string& line : board_->complaints()) {
-    std::string same = line;  // "for 3 s", "tried 4 times": the same complaint as a second ago
-    std::erase_if(same, [](char c) { return (c >= '0' && c <= '9') || c == '.'; });
-    now.insert(same);
-    if (stood_.contains(same) && told_.insert(same).second) std::fprintf(stderr, "sinew: %s\n", line.c_str());
-  }
-  if (now.empty() && !told_.empty()) std::fprintf(stderr, "sinew: all devices are well again\n");
-  std::erase_if(told_, [&](const std::string& t) { return !now.contains(t); });
-  stood_ = std::move(now);
+std::vector<std::string> LinuxBoard::print_warnings() const {
+  std::vector<std::string> all = board_->warnings();
+  for (std::string& text : board_->complaints())
+    if (std::find(all.begin(), all.end(), text) == all.end()) all.push_back(std::move(text));
+  for (const std::string& text : all) std::fprintf(stderr, "warning: %s\n", text.c_str());
+  return all;
 }
 
 hal::Status LinuxBoard::start() { return board_->start(); }

@@ -1,6 +1,5 @@
 #pragma once
 #include <memory>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -32,13 +31,15 @@ class LinuxBoard {
   void print_problems() const;
   /// DeviceBoard::notes(), there too.
   void print_notes() const;
-  /// What is wrong with devices that run, on standard error: each complaint once it has stood
-  /// for two calls, and when all are over. Call it every now and then. Thread: owner.
-  void tell_changes();
+  /// What opening warned of, and what is wrong from the start; on standard error. Answers it.
+  std::vector<std::string> print_warnings() const;
+  /// What is wrong now with its devices and buses, one a line; see drivers::DeviceBoard. Thread: any, after start().
+  std::vector<std::string> complaints() const { return board_->complaints(); }
+  /// Threads of its devices without what they asked for. After start().
+  std::vector<std::string> shortfalls() const { return board_->shortfalls(); }
 
  private:
   LinuxBoard() = default;
-  std::set<std::string> stood_, told_;  // complaints without the numbers in them
   std::unique_ptr<hal::Connectors> connectors_;
   std::unique_ptr<drivers::DeviceBoard> board_;
 };

@@ -1,6 +1,7 @@
 #pragma once
 #include <string>
 
+#include "apps/device_watch.hpp"
 #include "apps/run_command.hpp"
 #include "apps/status_table.hpp"
 #include "apps/terminal.hpp"
@@ -12,7 +13,8 @@ namespace sinew::app {
 /// Thread:  owner.
 class LiveView {
  public:
-  LiveView(const rt::Graph& graph, rt::Runner& runner, const RunOptions& options);
+  /// `devices`: what they complain about is shown above the table, or on a line when it changes.
+  LiveView(const rt::Graph& graph, rt::Runner& runner, const RunOptions& options, DeviceWatch& devices);
   /// `state` is the line above the table. Call every kPeriod; `last` for the run's end.
   void show(rt::Time now, std::string_view state, bool last);
 
@@ -21,6 +23,7 @@ class LiveView {
  private:
   const rt::Graph& graph_;
   rt::Runner& runner_;
+  DeviceWatch& devices_;
   StatusTable table_;
   Redrawn screen_;
   const bool silent_, live_;

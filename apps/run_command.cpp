@@ -34,7 +34,7 @@ int run_command(const RunOptions& options, const rt::ModuleTypes& types) {
   const auto problems = check_boards(prepared->graph->spec(), {options.virtual_time, options.real_actuators});
   for (const auto& p : problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.robot).c_str());
   if (!problems.empty()) return 2;
-  if (!options.virtual_time && !doctor_permits_start(*prepared->graph, options.strict)) return 2;
+  if (!options.virtual_time && !doctor_permits_start(*prepared->graph, prepared->robot, options.strict)) return 2;
   if (!take_name(*prepared, options)) return 2;
   if (needs_plant(prepared->graph->spec())) return run_on_sim(*prepared, options);
   return board == "dataset" ? run_on_dataset(*prepared, options) : run_on_devices(*prepared, options);

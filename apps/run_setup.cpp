@@ -20,12 +20,30 @@
 #include "hal/linux/system_files.hpp"
 
 namespace sinew::app {
-bool configure(rt::Graph& graph, hal::Board& board, const rt::ConfigureOptions& how, const RunOptions& options) {
+bool configure(rt::Graph& graph, hal::Board& board, const rt::ConfigureOptions& how, const RunOptions& options,
+               const std::function<std::string()>& devices) {
   const auto ready = graph.configure(board, how);
-  for (const auto& p : graph.configure_problems())
+  const std::string why = devices ? devices() : std::string();
+  for (const auto& p : without_devices(graph.configure_problems(), why))
     std::fprintf(stderr, "%s\n", rt::to_string(p, options.robot).c_str());
-  if (!ready) std::fprintf(stderr, "sinew: %s\n", ready.error().where);
-  return ready.has_value();
+  if (ready) return true;
+  std::istringstream lines(why);
+  for (std::string line; std::getline(lines, line);) std::fprintf(stderr, "sinew: %s\n", line.c_str());
+  if (why.empty() && graph.configure_problems().empty()) std::fprintf(stderr, "sinew: %s\n", ready.error().where);
+  return false;
+}
+
+std::vector<rt::Problem> without_devices(const std::vector<rt::Problem>& problems, const std::string& devices) {
+  std::vector<rt::Problem> rest;
+  for (const rt::Problem& p : problems) {
+    // "device 'imu': not found" of a source, "actuators 'head' of the board: ..." of the guardian.
+    const bool of_device = p.allowed.starts_with("device '") || p.allowed.starts_with("actuators '");
+    const auto from = p.allowed.find('\''), to = p.allowed.find('\'', from + 1);
+    const bool told = of_device && to != std::string::npos &&
+                      devices.find("device " + p.allowed.substr(from, to + 1 - from)) != std::string::npos;
+    if (!told) rest.push_back(p);
+  }
+  return rest;
 }
 
 std::unique_ptr<sim_hil::DatasetBoard> open_dataset(const RunOptions& options, const hal::Clock* clock, hal::Os& os,
@@ -198,7 +216,8 @@ bool take_name(Prepared& prepared, const RunOptions& options) {
 }
 
 std::unique_ptr<tap::Server> open_socket(const Prepared& prepared, const RunOptions& options, rt::Runner& runner,
-                                         tap::RecordDesk* desk, const hal::Clock& clock, std::function<void()> stop) {
+                                         tap::RecordDesk* desk, const hal::Clock& clock, std::function<void()> stop,
+                                         std::function<std::vector<std::string>()> complaints) {
   if (!prepared.name) return nullptr;
   auto server = tap::Server::open(*prepared.name, *prepared.graph, runner, hal::linux_os(),
                                   {.board = prepared.graph->spec().board,
@@ -206,7 +225,8 @@ std::unique_ptr<tap::Server> open_socket(const Prepared& prepared, const RunOpti
                                    .stop = std::move(stop),
                                    .robot_file = std::filesystem::absolute(options.robot).lexically_normal().string(),
                                    .clock = &clock,
-                                   .desk = desk});
+                                   .desk = desk,
+                                   .complaints = std::move(complaints)});
   if (server) return std::move(*server);
   std::fprintf(stderr, "sinew: warning: no socket for other programs: %s: %s\n", prepared.name->path().c_str(),
                server.error().where);

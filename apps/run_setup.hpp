@@ -29,8 +29,13 @@ struct Prepared {
 /// Prints every problem to standard error; empty when there was one.
 std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes& types);
 
-/// Configures the graph on a board; false after its problems have been printed.
-bool configure(rt::Graph& graph, hal::Board& board, const rt::ConfigureOptions& how, const RunOptions& options);
+/// Configures the graph on a board; false after its problems have been printed, each once. `devices` is what boards say
+/// of devices that they could not open, one a line: it is printed in place of "not ready" of the modules that use them.
+bool configure(rt::Graph& graph, hal::Board& board, const rt::ConfigureOptions& how, const RunOptions& options,
+               const std::function<std::string()>& devices = {});
+
+/// The problems of configuring without those that a line of `devices` ("device 'imu' ...: why") tells better.
+std::vector<rt::Problem> without_devices(const std::vector<rt::Problem>& problems, const std::string& devices);
 
 /// The recorded folder of --data. `clock` is virtual time's, which then drives the board; null in real time.
 std::unique_ptr<sim_hil::DatasetBoard> open_dataset(const RunOptions& options, const hal::Clock* clock, hal::Os& os,
@@ -58,9 +63,10 @@ std::optional<std::string> apply_device_setting(drivers::DeviceSpecs& devices, c
 bool take_name(Prepared& prepared, const RunOptions& options);
 
 /// The robot's socket, from here until it is destroyed; null with a warning when there can be none. `desk` answers
-/// record.* (null: there is no recorder), `clock` is the robot's, and `stop` ends the run; all are called by any
-/// thread.
+/// record.* (null: there is no recorder), `clock` is the robot's, `stop` ends the run, and `complaints` are what is
+/// wrong with devices (empty: none can be); all are called by any thread.
 std::unique_ptr<tap::Server> open_socket(const Prepared& prepared, const RunOptions& options, rt::Runner& runner,
-                                         tap::RecordDesk* desk, const hal::Clock& clock, std::function<void()> stop);
+                                         tap::RecordDesk* desk, const hal::Clock& clock, std::function<void()> stop,
+                                         std::function<std::vector<std::string>()> complaints = {});
 
 }  // namespace sinew::app

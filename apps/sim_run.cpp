@@ -106,13 +106,15 @@ class SimRun {
     how.os = &os_;
     how.taps = MissionWatch::taps(graph_);
     how.recorded = Recording::wanted(prepared_, options_);
-    if (!configure(graph_, devices, how, options_)) {
-      if (real_) real_->print_problems();
+    if (!configure(graph_, devices, how, options_, [this] { return real_ ? real_->problem() : std::string(); }))
       return board_->problem().empty() ? false : fail(board_->problem());
-    }
     if (real_)
       if (auto started = real_->start(); !started) return real_->print_problems(), false;
-    if (!options_.quiet) real_->print_notes();
+    if (real_ && !options_.quiet) real_->print_notes();
+    // Before the first cycle: what --strict forbids to start shall not have moved anything.
+    if (real_ && !accept_shortfalls(real_->shortfalls(), options_.strict)) return false;
+    devices_ =
+        DeviceWatch([this] { return complaints(); }, real_ ? real_->print_warnings() : std::vector<std::string>());
     for (const std::string& device : devices.unused())
       return fail("robot.device_boards." + device + ": no module and no actuator uses a device of this name");
     mission_.emplace(graph_);
@@ -134,6 +136,13 @@ class SimRun {
       devices.assign(device, *recorded_);
     }
     return true;
+  }
+
+  /// Of real devices, and of the line to the plant, behind which all the others are. Thread: any.
+  std::vector<std::string> complaints() const {
+    std::vector<std::string> all = real_ ? real_->complaints() : std::vector<std::string>();
+    if (const std::string trouble = board_->link_trouble(); !trouble.empty()) all.push_back("plant: " + trouble);
+    return all;
   }
 
   // ---- virtual time
@@ -209,7 +218,8 @@ class SimRun {
     if (!started) return fail(started.error().where), refuse();
     begin_ = executor.started_at();
     executor.runner().ask_for_zones(!options_.trace.empty());
-    const auto socket = open_socket(prepared_, options_, executor.runner(), recording_.get(), os_, &hal::request_stop);
+    const auto socket = open_socket(prepared_, options_, executor.runner(), recording_.get(), os_, &hal::request_stop,
+                                    [this] { return complaints(); });
     follow(executor);
     const hal::MemoryUse memory = hal::memory_use();  // with the threads' stacks
     if (parent_) parent_->ending();
@@ -219,6 +229,7 @@ class SimRun {
     end_plant();
     summary_.statistics(executor.runner());
     if (recording_) recording_->finish(summary_);
+    summary_.add_reasons("device", "devices", devices_.all());
     const double processor = 100 * msg::seconds(after.cpu - before.cpu) / wall_s;
     summary_.add("processor", fmt::format("{:.1f} % of a core", processor),
                  {{"wall_s", wall_s}, {"processor_percent", processor}});
@@ -232,7 +243,7 @@ class SimRun {
   }
 
   void follow(rt::RealTimeExecutor& executor) {
-    LiveView view(graph_, executor.runner(), options_);
+    LiveView view(graph_, executor.runner(), options_, devices_);
     const hal::Time begin = os_.now();
     for (hal::Time next = begin;; next = next + LiveView::kPeriod) {
       os_.sleep_until(next);
@@ -242,7 +253,6 @@ class SimRun {
       const auto* state = mission_->look();
       const std::string trouble = board_->link_trouble();
       view.show(now, !trouble.empty() ? trouble.c_str() : state ? phase_text(*state) : "running", ends);
-      if (real_) real_->tell_changes();
       if (ends) return;
     }
   }
@@ -375,6 +385,7 @@ class SimRun {
   std::unique_ptr<sim_hil::SimBoard> board_;
   std::unique_ptr<sim_hil::DatasetBoard> recorded_;  // of devices that are named so
   std::unique_ptr<LinuxBoard> real_;                 // likewise
+  DeviceWatch devices_{[] { return std::vector<std::string>(); }};
   std::optional<MissionWatch> mission_;
   std::optional<FlightEnd> end_;
   std::unique_ptr<Recording> recording_;

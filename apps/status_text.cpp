@@ -73,6 +73,15 @@ std::string guardian_lines(const Json& guardian) {
   return out;
 }
 
+// Each complaint of a device, as it says it.
+std::string device_lines(const Json& devices) {
+  const Json& complaints = list(devices, "complaints");
+  std::string out = fmt::format("devices   {}\n", complaints.empty() ? "nothing to complain about" : "complain:");
+  for (const Json& line : complaints)
+    if (line.is_string()) out += fmt::format("          {}\n", line.get_ref<const std::string&>());
+  return out;
+}
+
 }  // namespace
 
 std::string status_text(const Json& all) {
@@ -90,6 +99,7 @@ std::string status_text(const Json& all) {
   out += fmt::format("topics    {}; with losses: {}\n", topics.size(), names_of(topics, losing));
   for (const Json& c : list(all, "chains")) out += chain_line(c);
   if (const auto guardian = all.find("guardian"); guardian != all.end()) out += guardian_lines(*guardian);
+  if (const auto devices = all.find("devices"); devices != all.end()) out += device_lines(*devices);
   if (const auto others = all.find("outsiders"); others != all.end())
     out += fmt::format("outsiders {} connected, {} requests so far\n", number(*others, "clients"),
                        number(*others, "requests"));

@@ -10,8 +10,9 @@ namespace sinew::control {
 /// when one asks to land.
 /// Units:   commands are positions in rad: pan, tilt.
 /// Thread:  executor, 500 to 1000 Hz, after the estimate.   RT: yes.
-/// Errors:  stale without a fresh and valid attitude or without fresh joints, fault when they are no numbers that a
-///          head can have: nothing is published, and the guardian acts when the last command's lease runs out.
+/// Errors:  stale without a fresh and valid attitude, without fresh joints, or while a joint has not said yet where it
+///          is (its position is no number), fault when they are no numbers that a head can have: nothing is published,
+///          and the guardian acts when the last command's lease runs out.
 class HeadFollower final : public rt::Module {
  public:
   void declare(rt::Declaration& d) override;

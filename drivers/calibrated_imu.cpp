@@ -56,8 +56,8 @@ OpenedDevice opened_imu(std::unique_ptr<hal::Imu> raw, const ImuCalibration& cal
   };
   const auto both = std::make_shared<Both>(std::move(raw), calibration);
   OpenedDevice device;
-  device.voice = dynamic_cast<const hal::Complains*>(both->raw.get());
   device.owner = both;
+  device.report = dynamic_cast<const hal::SelfReport*>(both->raw.get());
   device.sensor(hal::SensorKind::imu) = &both->corrected;
   return device;
 }

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "hal/complains.hpp"
+#include "hal/self_report.hpp"
 
 namespace sinew::drivers {
 
@@ -56,28 +56,17 @@ hal::Result<CanBuses::Bus*> CanBuses::open(const std::string& name, std::string&
   DeviceKeys keys(*spec, "bus." + name, problems);
   Bus bus;
   bus.config = read_can_bus(keys);
-  auto opened = connectors_.can(bus.config.spec, why);
+  std::string said;
+  auto opened = connectors_.can(bus.config.spec, said);
+  if (!said.empty()) said = "bus '" + name + "': " + said;
   if (!opened) {
-    why = "bus '" + name + "': " + why;
+    why = said;
     return opened.error();
   }
+  if (!said.empty()) warnings_.push_back(said);
   bus.bus = std::move(*opened);
   bus.hub = std::make_unique<CanHub>(os_, *bus.bus, bus.config.hub);
   return &opened_.emplace(name, std::move(bus)).first->second;
-}
-
-std::vector<std::string> CanBuses::complaints() const {
-  std::vector<std::string> all;
-  for (const auto& [name, bus] : opened_) {
-    const auto* voice = dynamic_cast<const hal::Complains*>(bus.bus.get());
-    std::string text = voice ? voice->problem() : "";
-    const hal::CanState state = bus.bus->stats().state;
-    if (text.empty() && state == hal::CanState::bus_off) text = "is bus-off (wires, termination, bit rate?)";
-    if (text.empty() && state == hal::CanState::passive) text = "has many errors (wires, termination, bit rate?)";
-    if (text.empty() && state == hal::CanState::stopped) text = "is gone or down (plug, 'ip link')";
-    if (!text.empty()) all.push_back("bus '" + name + "' (" + bus.config.spec.transport + "): " + text);
-  }
-  return all;
 }
 
 hal::Status CanBuses::start(std::string& why) {
@@ -94,6 +83,29 @@ hal::Status CanBuses::start(std::string& why) {
     bus.started = true;
   }
   return {};
+}
+
+std::vector<std::string> CanBuses::complaints() const {
+  std::vector<std::string> all;
+  for (const auto& [name, bus] : opened_) {
+    const auto* report = dynamic_cast<const hal::SelfReport*>(bus.bus.get());
+    std::string what = report ? report->trouble() : std::string();
+    const hal::CanStats stats = bus.bus->stats();
+    // What the transport has no words for; the controller's own counters move with every frame and are left out.
+    if (what.empty() && stats.state == hal::CanState::bus_off) what = "bus-off: nothing is sent or received";
+    if (what.empty() && stats.state == hal::CanState::passive)
+      what = "error-passive: nobody acknowledges, or many errors (wiring, termination, bit rate, power of the drives?)";
+    if (!what.empty()) all.push_back("bus '" + name + "': " + what);
+  }
+  return all;
+}
+
+std::vector<std::string> CanBuses::shortfalls() const {
+  std::vector<std::string> all;
+  for (const auto& [name, bus] : opened_)
+    if (const std::string what = bus.hub->shortfall(); !what.empty())
+      all.push_back("thread of bus '" + name + "': " + what);
+  return all;
 }
 
 }  // namespace sinew::drivers

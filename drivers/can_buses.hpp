@@ -28,8 +28,6 @@ class CanBuses {
  public:
   CanBuses(const DeviceSpecs& specs, hal::Connectors& connectors, hal::Os& os);
   ~CanBuses();
-  /// What is wrong with the buses now, a line each; empty: nothing. Thread: any, after start().
-  std::vector<std::string> complaints() const;
 
   struct Bus {
     CanBusConfig config;
@@ -46,6 +44,12 @@ class CanBuses {
   hal::Status start(std::string& why);
 
   const std::map<std::string, Bus>& opened() const { return opened_; }
+  /// What opening a bus warned of although it opened, one a line, e.g. that its interface is down.
+  const std::vector<std::string>& warnings() const { return warnings_; }
+  /// What is wrong with the buses now, one a line. Thread: any, from start() on.
+  std::vector<std::string> complaints() const;
+  /// What the threads of the buses could not have, one a line. From start() on.
+  std::vector<std::string> shortfalls() const;
 
  private:
   const DeviceSpecs& specs_;
@@ -53,6 +57,7 @@ class CanBuses {
   hal::Os& os_;
   std::vector<std::shared_ptr<void>> held_;  // outlive the hubs
   std::map<std::string, Bus> opened_;
+  std::vector<std::string> warnings_;
 };
 
 }  // namespace sinew::drivers

@@ -2,6 +2,7 @@
 // One CAN bus and everything on it: the bus's only reader, on a thread of its own.
 #include <atomic>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "drivers/servo.hpp"
@@ -71,6 +72,8 @@ class CanHub final {
   void poke() noexcept;
 
   CanHubStats stats() const noexcept;
+  /// What its thread could not have; see hal::Thread::shortfall(). Between start() and stop().
+  std::string shortfall() const { return thread_ ? thread_->shortfall() : std::string(); }
   const CanHubConfig& config() const noexcept { return config_; }
   std::size_t servos() const noexcept { return servos_.size(); }
 

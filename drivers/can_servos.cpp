@@ -8,6 +8,7 @@
 #include "drivers/cybergear_servo.hpp"
 #include "drivers/device_board.hpp"
 #include "drivers/dronecan_servo.hpp"
+#include "drivers/joint_words.hpp"
 #include "drivers/mit_servo.hpp"
 #include "drivers/servo_group.hpp"
 
@@ -155,10 +156,42 @@ void read_dronecan(DeviceKeys& keys, JointConfig& joint) {
   };
 }
 
+/// The group as its board holds it: which joint each complaint is about, by name, protocol, number and bus.
+class JointsReport final : public hal::SelfReport {
+ public:
+  explicit JointsReport(std::shared_ptr<ServoGroup> group) : group_(std::move(group)) {}
+  void add(const JointConfig& joint, const CanHub& hub) {
+    joints_.push_back({group_->name() + "." + joint.servo.name + " (" + joint.protocol + " " +
+                           std::to_string(joint.servo.node_id) + " on " + joint.bus + ")",
+                       &hub});
+  }
+  std::string trouble() const override {
+    std::string all;
+    for (std::size_t i = 0; i < joints_.size(); ++i) {
+      ServoFeedback said;
+      if (!group_->feedback_of(i, said)) continue;  // the next look
+      // For a second nobody is missed: the bus has just been started, and drives answer one after the other.
+      const bool awaited = said.mode == msg::JointMode::absent && said.measured.ns == 0;
+      if (awaited && static_cast<double>(joints_[i].hub->stats().ticks) < joints_[i].hub->config().tick_hz) continue;
+      if (const std::string words = joint_words(said); !words.empty()) all += joints_[i].title + ": " + words + "\n";
+    }
+    return all;
+  }
+
+ private:
+  struct Joint {
+    std::string title;
+    const CanHub* hub;
+  };
+  std::shared_ptr<ServoGroup> group_;
+  std::vector<Joint> joints_;
+};
+
 }  // namespace
 
 JointConfig read_joint(DeviceKeys& keys, const DeviceSpecs& specs) {
   JointConfig joint;
+  joint.protocol = keys.spec().driver;
   std::string buses;
   for (const DeviceSpec& b : specs.buses) buses += (buses.empty() ? "" : ", ") + b.name;
   keys.require("bus", joint.bus, "the name of a [bus.NAME]: " + (buses.empty() ? "there is none" : buses));
@@ -203,6 +236,7 @@ DeviceOpener read_can_servos(DeviceKeys& keys, const DeviceSpecs& specs) {
                                                         std::string& why) -> hal::Result<OpenedDevice> {
     const auto group = std::make_shared<ServoGroup>(context.os, name);
     context.can.hold(group);
+    const auto report = std::make_shared<JointsReport>(group);
     for (const JointConfig& joint : joints) {
       auto bus = context.can.open(joint.bus, why);
       if (!bus) return bus.error();
@@ -211,10 +245,11 @@ DeviceOpener read_can_servos(DeviceKeys& keys, const DeviceSpecs& specs) {
         return hal::Error{hal::Errc::bad_argument, "bus has started"};
       }
       if (auto added = group->add(*(*bus)->hub, joint.make(**bus)); !added) return added.error();
+      report->add(joint, *(*bus)->hub);
     }
     OpenedDevice device;
-    device.owner = group;
-    device.voice = group.get();
+    device.owner = report;
+    device.report = report.get();
     device.actuators = group.get();
     device.sensor(hal::SensorKind::joints) = static_cast<hal::Joints*>(group.get());
     return device;

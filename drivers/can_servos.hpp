@@ -11,7 +11,7 @@ namespace sinew::drivers {
 
 /// One [[device.NAME.joint]]: which bus, and what makes its protocol there.
 struct JointConfig {
-  std::string bus;
+  std::string bus, protocol;
   ServoConfig servo;
   /// Makes the protocol, and what it shares with others on the bus when that is not there yet.
   std::function<std::unique_ptr<ServoProtocol>(CanBuses::Bus&)> make;

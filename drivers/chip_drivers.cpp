@@ -1,5 +1,6 @@
 #include "drivers/chip_drivers.hpp"
 
+#include <algorithm>
 #include <array>
 
 #include "drivers/bmp280.hpp"
@@ -77,7 +78,7 @@ hal::Result<OpenedDevice> started(DeviceContext& context, std::unique_ptr<Polled
   const std::shared_ptr<PolledSensor<M>> shared = std::move(*sensor);
   OpenedDevice device;
   device.owner = shared;
-  device.voice = shared.get();
+  device.report = shared.get();
   device.sensor(hal::kSensorKind<M>) = static_cast<hal::Sensor<M>*>(shared.get());
   return device;
 }
@@ -86,11 +87,13 @@ hal::Result<OpenedDevice> started(DeviceContext& context, std::unique_ptr<Polled
 template <class Chip, class Config>
 DeviceOpener imu_opener(const ChipPlace& place, const Config& config, const PollOptions& poll,
                         const ImuCalibration& calibration) {
+  PollOptions brisk = poll;
+  brisk.silent_after = std::max<hal::Duration>(100ms, 10 * poll.period);  // a loop hangs on it
   return [=](DeviceContext& context, std::string& why) -> hal::Result<OpenedDevice> {
     auto registers = open_registers(place, context, why);
     if (!registers) return registers.error();
     auto sensor = PolledSensor<msg::ImuSample>::start(
-        context.os, std::make_unique<Chip>(context.os, std::move(*registers), config), poll, why);
+        context.os, std::make_unique<Chip>(context.os, std::move(*registers), config), brisk, why);
     if (!sensor) return sensor.error();
     return opened_imu(std::move(*sensor), calibration);
   };
@@ -187,7 +190,8 @@ DeviceOpener read_gnss(DeviceKeys& keys, const DeviceSpecs&) {
 template <RcProtocol kProtocol>
 DeviceOpener read_rc(DeviceKeys& keys, const DeviceSpecs&) {
   hal::SerialSpec spec = read_serial(keys, kProtocol == RcProtocol::sbus ? 100'000 : 420'000);
-  spec.even_parity = spec.two_stop_bits = spec.inverted = kProtocol == RcProtocol::sbus;
+  spec.even_parity = spec.two_stop_bits = kProtocol == RcProtocol::sbus;
+  // Not inverted by default: no call of the kernel inverts a line; an inverter or the device tree does.
   if (kProtocol == RcProtocol::sbus) keys.read("inverted", spec.inverted);
   RcConfig config;
   config.protocol = kProtocol;

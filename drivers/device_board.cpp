@@ -1,7 +1,7 @@
 #include "drivers/device_board.hpp"
 
 #include <algorithm>
-#include <set>
+#include <sstream>
 
 #include "hal/camera_memory.hpp"
 
@@ -24,6 +24,13 @@ std::string titled(std::string_view name, const std::string& driver, const std::
   const std::string begin = std::string(name) + ": ";
   return "device '" + std::string(name) + "' (driver " + driver +
          "): " + (text.starts_with(begin) ? text.substr(begin.size()) : text);
+}
+
+// Each line of `text`, beginning with the device's name; some drivers know it and say it themselves.
+void add_lines(const std::string& name, const std::string& text, std::vector<std::string>& all) {
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);)
+    all.push_back(line.starts_with(name + ": ") || line.starts_with(name + ".") ? line : name + ": " + line);
 }
 
 }  // namespace
@@ -85,6 +92,7 @@ hal::Result<OpenedDevice*> DeviceBoard::open(std::string_view name, std::string&
     why = titled(name, spec->driver, because.empty() ? hal::to_string(opened.error().code) : because);
     return opened.error();
   }
+  if (!because.empty()) warnings_.push_back(device + ": " + because);
   return &opened_.emplace(spec->name, std::move(*opened)).first->second;
 }
 
@@ -104,13 +112,28 @@ hal::Status DeviceBoard::start() {
   return started;
 }
 
+std::vector<std::string> DeviceBoard::warnings() const {
+  std::vector<std::string> all = can_.warnings();
+  all.insert(all.end(), warnings_.begin(), warnings_.end());
+  return all;
+}
+
 std::vector<std::string> DeviceBoard::complaints() const {
   std::vector<std::string> all = can_.complaints();
-  for (const DeviceSpec& spec : specs_.devices) {
-    const auto it = opened_.find(spec.name);
-    const std::string text = it == opened_.end() || !it->second.voice ? "" : it->second.voice->problem();
-    if (!text.empty()) all.push_back(titled(spec.name, spec.driver, text));
-  }
+  for (const auto& [name, device] : opened_)
+    if (device.report) add_lines(name, device.report->trouble(), all);
+  return all;
+}
+
+std::vector<std::string> DeviceBoard::shortfalls() const {
+  std::vector<std::string> all = can_.shortfalls();
+  for (const auto& [name, device] : opened_)
+    if (device.report)
+      if (const std::string what = device.report->shortfall(); !what.empty())
+        all.push_back("thread of device '" + name + "': " + what);
+  if (const auto* report = dynamic_cast<const hal::SelfReport*>(&context_.connectors))
+    if (const std::string what = report->shortfall(); !what.empty())
+      all.push_back("thread that watches the devices: " + what);
   return all;
 }
 

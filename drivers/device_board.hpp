@@ -12,9 +12,9 @@
 #include "drivers/device_keys.hpp"
 #include "drivers/device_spec.hpp"
 #include "hal/board.hpp"
-#include "hal/complains.hpp"
 #include "hal/connectors.hpp"
 #include "hal/os.hpp"
+#include "hal/self_report.hpp"
 
 namespace sinew::drivers {
 
@@ -24,7 +24,7 @@ struct OpenedDevice {
   std::array<hal::Device*, static_cast<std::size_t>(hal::SensorKind::joints) + 1> sensors{};  // by SensorKind
   hal::Camera* camera = nullptr;
   hal::Actuators* actuators = nullptr;
-  const hal::Complains* voice = nullptr;  // null: it never says what is wrong
+  const hal::SelfReport* report = nullptr;  // null: it has no words for itself
 
   hal::Device*& sensor(hal::SensorKind kind) { return sensors[static_cast<std::size_t>(kind)]; }
 };
@@ -73,12 +73,16 @@ class DeviceBoard final : public hal::Board {
 
   /// How the devices that are open work, where a user should know, one a line: a camera's pixels.
   std::string notes() const;
-  /// What is wrong now with the devices and buses that are open, a line each; empty: nothing. Thread: any, after
-  /// start().
-  std::vector<std::string> complaints() const;
-
   /// All failures of opening so far in words, one a line, each once.
   const std::string& problem() const { return problem_; }
+
+  /// What opening warned of although it succeeded, one a line.
+  std::vector<std::string> warnings() const;
+  /// What is wrong now with any device or bus that was opened, one a line, which begins with its name:
+  /// "head.tilt (cia402 2 on can0): absent". Thread: any, from start() until the board goes. RT: no.
+  std::vector<std::string> complaints() const;
+  /// Threads of devices and buses that run without what they asked for (SCHED_FIFO), one a line. From start() on.
+  std::vector<std::string> shortfalls() const;
 
  private:
   hal::Result<OpenedDevice*> open(std::string_view name, std::string& why);
@@ -92,6 +96,7 @@ class DeviceBoard final : public hal::Board {
   DeviceContext context_;
   std::map<std::string, OpenedDevice, std::less<>> opened_;
   std::string problem_;
+  std::vector<std::string> warnings_;
 };
 
 }  // namespace sinew::drivers

@@ -61,6 +61,7 @@ hal::Status Icm42600::set_up(std::string& why) {
     if (auto done = registers_->write(chip::kSignalPathReset, chip::kFifoFlush); !done) return failed(done.error());
   clock_ = SampleClock(period(config_));
   watch_.restart();
+  cut_ = false;
   return {};
 }
 
@@ -72,6 +73,12 @@ hal::Status Icm42600::poll(hal::Time now, std::vector<msg::ImuSample>& out, std:
 }
 
 hal::Status Icm42600::poll_fifo(hal::Time now, std::vector<msg::ImuSample>& out, std::string& why) {
+  if (cut_) {  // what is in the FIFO begins in the middle of a packet
+    clock_.restart();
+    const hal::Status flushed = registers_->write(chip::kSignalPathReset, chip::kFifoFlush);
+    cut_ = !flushed;
+    return flushed;
+  }
   std::array<std::uint8_t, 3> head{};  // status and count stand side by side
   static_assert(chip::kIntStatus + 1 == chip::kFifoCount);
   if (auto done = registers_->read(chip::kIntStatus, head); !done) return done;
@@ -93,6 +100,7 @@ hal::Status Icm42600::poll_fifo(hal::Time now, std::vector<msg::ImuSample>& out,
     std::array<std::uint8_t, kPacketsAtOnce * chip::kPacket> bytes{};
     const std::size_t n = std::min(packets - at, kPacketsAtOnce);
     const std::span part(bytes.data(), n * chip::kPacket);
+    cut_ = true;  // until the packets were read and looked right: a part of a failed burst may have left the FIFO
     if (auto done = registers_->read(chip::kFifoData, part); !done) return done;
     if (ImuWatch::is_dead(part)) return dead_line(*registers_, why);
     for (std::size_t i = 0; i < n; ++i, ++at) {
@@ -104,6 +112,7 @@ hal::Status Icm42600::poll_fifo(hal::Time now, std::vector<msg::ImuSample>& out,
       }
       if (auto done = deliver(*raw, stamps.at(at), now, out, why); !done) return done;
     }
+    cut_ = false;
   }
   return {};
 }

@@ -39,6 +39,7 @@ class Icm42600 final : public PolledDevice<msg::ImuSample> {
   SampleClock clock_;
   ImuWatch watch_;
   std::uint64_t overflows_ = 0;
+  bool cut_ = false;  // a burst of the FIFO failed, or its packets made no sense
 };
 
 }  // namespace sinew::drivers

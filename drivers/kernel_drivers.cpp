@@ -17,6 +17,8 @@ DeviceOpener read_iio(DeviceKeys& keys, const DeviceSpecs&) {
   keys.read("trigger", spec.trigger, "the name of a trigger as in /sys/bus/iio/devices/trigger*/name");
   keys.read("buffered", spec.buffered);
   keys.read_integer("buffer_length", spec.buffer_length, 2, 65536);
+  spec.fifo_priority = 88;  // above the loops that wait for it
+  keys.read_integer("priority", spec.fifo_priority, 0, 99);
   const ImuCalibration calibration = ImuCalibration::read(keys);
   return [spec, calibration](DeviceContext& context, std::string& why) -> hal::Result<OpenedDevice> {
     auto imu = context.connectors.iio_imu(spec, why);
@@ -51,7 +53,7 @@ hal::Result<OpenedDevice> opened(hal::Result<std::unique_ptr<hal::Camera>> camer
   if (!camera) return camera.error();
   OpenedDevice device;
   device.camera = camera->get();
-  device.voice = dynamic_cast<const hal::Complains*>(camera->get());
+  device.report = dynamic_cast<const hal::SelfReport*>(camera->get());
   device.owner = std::shared_ptr<hal::Camera>(std::move(*camera));
   return device;
 }

@@ -59,6 +59,7 @@ hal::Status Mpu6050::set_up(std::string& why) {
   os_.sleep_until(os_.now() + 30ms);  // the gyroscope starts
   clock_ = SampleClock(period(config_));
   watch_.restart();
+  cut_ = false, odd_ = 0;
   if (config_.chip.fifo)
     if (auto done = empty_fifo(); !done) return failed(done.error());
   return {};
@@ -78,6 +79,11 @@ hal::Status Mpu6050::poll(hal::Time now, std::vector<msg::ImuSample>& out, std::
 
 hal::Status Mpu6050::poll_fifo(hal::Time now, std::vector<msg::ImuSample>& out, std::string& why) {
   why.clear();
+  if (cut_) {  // what is in the FIFO begins in the middle of a packet
+    const hal::Status emptied = empty_fifo();
+    cut_ = !emptied;
+    return emptied;
+  }
   std::array<std::uint8_t, 2> count_bytes{};
   if (auto done = registers_->read(chip::kFifoCount, count_bytes); !done) return done;
   const std::size_t count = wire::be16(count_bytes.data()), room = chip::fifo_bytes(chip_);
@@ -89,6 +95,13 @@ hal::Status Mpu6050::poll_fifo(hal::Time now, std::vector<msg::ImuSample>& out, 
     ++overflows_;
     return empty_fifo();
   }
+  // While the chip writes a packet, a part of it may be counted; twice in a row it has lost its beat.
+  odd_ = count % chip::kPacket == 0 ? 0 : odd_ + 1;
+  if (odd_ == 1) return {};
+  if (odd_ > 1) {
+    odd_ = 0, ++overflows_;
+    return empty_fifo();
+  }
   const std::size_t packets = count / chip::kPacket;
   if (packets == 0) return {};
   const auto stamps = clock_.found(packets, now - chip::filter_delay(config_.chip.filter));
@@ -96,7 +109,10 @@ hal::Status Mpu6050::poll_fifo(hal::Time now, std::vector<msg::ImuSample>& out, 
     std::array<std::uint8_t, kPacketsAtOnce * chip::kPacket> bytes{};
     const std::size_t n = std::min(packets - at, kPacketsAtOnce);
     const std::span part(bytes.data(), n * chip::kPacket);
-    if (auto done = registers_->read(chip::kFifoData, part); !done) return done;
+    if (auto done = registers_->read(chip::kFifoData, part); !done) {
+      cut_ = true;  // a part of the burst may have left the FIFO
+      return done;
+    }
     if (ImuWatch::is_dead(part)) {
       why = registers_->where() + ": reads only 0x00 or 0xff (power, pull-ups?)";
       return hal::Error{hal::Errc::bad_data, "mpu6050: dead line"};

@@ -17,17 +17,17 @@ struct Mpu6050Config {
 };
 
 /// MPU-6000/6050/6500/9250 on I2C or SPI (SPI: not the 6050). With the FIFO every sample is fetched in order; without
-/// it each poll takes the newest one. An adapter that only speaks SMBus needs fifo = false.
-/// Stamps:  when the chip took the sample, less the delay of its filter.
-/// Errors:  set_up(): not_found (no answer, another chip), bad_argument (a set-up that the chip does not have),
-/// bad_data
+/// it each poll takes the newest one. After a burst that failed half-way the FIFO is emptied: samples are lost, and
+/// none is made of halves of two. An adapter that only speaks SMBus needs fifo = false. Stamps:  when the chip took the
+/// sample, less the delay of its filter. Errors:  set_up(): not_found (no answer, another chip), bad_argument (a set-up
+/// that the chip does not have), bad_data
 ///          (registers do not keep what is written). poll(): those of the bus; bad_data: lines held low or high, stuck.
 class Mpu6050 final : public PolledDevice<msg::ImuSample> {
  public:
   Mpu6050(hal::Os& os, std::unique_ptr<Registers> registers, const Mpu6050Config& config);
   hal::Status set_up(std::string& why) override;
   hal::Status poll(hal::Time now, std::vector<msg::ImuSample>& out, std::string& why) override;
-  /// Times that the FIFO ran over and was emptied.
+  /// Times that the FIFO ran over, or held parts of packets, and was emptied.
   std::uint64_t overflows() const { return overflows_; }
   /// A sensible PollOptions::period.
   static hal::Duration period(const Mpu6050Config& config);
@@ -46,6 +46,8 @@ class Mpu6050 final : public PolledDevice<msg::ImuSample> {
   SampleClock clock_;
   ImuWatch watch_;
   std::uint64_t overflows_ = 0;
+  bool cut_ = false;  // a burst of the FIFO failed
+  int odd_ = 0;       // polls in a row that found a part of a packet
 };
 
 }  // namespace sinew::drivers

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "hal/buses.hpp"
-#include "hal/complains.hpp"
 #include "hal/os.hpp"
+#include "hal/self_report.hpp"
 #include "hal/sensor_queue.hpp"
 
 namespace sinew::drivers {
@@ -37,7 +37,9 @@ struct PollOptions {
   std::vector<int> cpus;
   int errors_in_a_row = 3;  // then it is set up again
   hal::Duration retry_first = std::chrono::milliseconds(20), retry_most = std::chrono::seconds(1);
-  hal::Duration silent_after = std::chrono::seconds(1);  // problem() says so then
+  // Without a sample for so long problem() says so; a device that is asked (no line()) is set up again then, as one
+  // that lost its power for a moment answers and has forgotten that it shall measure.
+  hal::Duration silent_after = std::chrono::seconds(1);
 };
 
 /// Counted since the start.
@@ -51,7 +53,7 @@ struct PollStats {
 /// Thread:  polls on a thread of its own.   RT: read() yes.
 /// Errors:  read(): closed while the device does not answer; it is set up again with growing pauses.
 template <class M>
-class PolledSensor final : public hal::SensorQueue<M>, public hal::Complains {
+class PolledSensor final : public hal::SensorQueue<M>, public hal::SelfReport {
  public:
   /// Sets the device up and starts. Errors: what set_up() says, with words in `why`.
   static hal::Result<std::unique_ptr<PolledSensor>> start(hal::Os& os, std::unique_ptr<PolledDevice<M>> device,
@@ -86,7 +88,9 @@ class PolledSensor final : public hal::SensorQueue<M>, public hal::Complains {
             .restarts = restarts_.value()};
   }
   /// What is wrong now, in words; empty: nothing.
-  std::string problem() const override { return trouble_.get(); }
+  std::string problem() const { return trouble_.get(); }
+  std::string trouble() const override { return problem(); }
+  std::string shortfall() const override { return thread_ ? thread_->shortfall() : std::string(); }
 
  private:
   PolledSensor(hal::Os& os, std::unique_ptr<PolledDevice<M>> device, PollOptions options)
@@ -124,19 +128,20 @@ class PolledSensor final : public hal::SensorQueue<M>, public hal::Complains {
       if (!found.empty()) heard = os_.now();
       if (done) {
         failures = 0;
+        const bool silent = os_.now() - heard >= options_.silent_after;
         // What it said of garbage in between says more than that nothing came of it.
         const bool said = erred.ns != 0 && os_.now() - erred < 2 * options_.silent_after && erred > heard;
-        if (os_.now() - heard >= options_.silent_after && !said)
+        if (silent && !said)
           tell(device_->line() ? "is open, but nothing comes in (power, wires, bit rate?)"
                                : "answers, but sends nothing (its clock or power?)");
-        else if (!found.empty())
-          all_is_well();
-        continue;
+        if (!silent && !found.empty()) all_is_well();
+        if (!silent || device_->line()) continue;  // a receiver may have nothing to say; a chip always measures
+      } else {
+        errors_.add();
+        tell(why);
+        erred = os_.now();
+        if (done.error().code != hal::Errc::closed && ++failures < options_.errors_in_a_row) continue;
       }
-      errors_.add();
-      tell(why);
-      erred = os_.now();
-      if (done.error().code != hal::Errc::closed && ++failures < options_.errors_in_a_row) continue;
       this->set_gone(true);
       if (!come_back()) return;
       this->set_gone(false);

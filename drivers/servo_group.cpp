@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drivers/joint_text.hpp"
-
 namespace sinew::drivers {
 
 hal::Status ServoGroup::add(CanHub& hub, std::unique_ptr<ServoProtocol> servo) {
@@ -181,19 +179,6 @@ hal::Result<bool> ServoGroup::read(msg::JointState& out) noexcept {
   if (newest_.load(beside) && beside.any && beside.head == head) out = beside.sample;
   tail_.store(head, std::memory_order_release);
   return true;
-}
-
-std::string ServoGroup::problem() const {
-  std::string all;
-  for (std::size_t i = 0; i < count_; ++i) {
-    ServoFeedback feedback;
-    if (!joints_[i].feedback.load(feedback)) continue;  // being written too often: the next look will see it
-    const std::string text = joint_problem(feedback);
-    const ServoConfig& c = joints_[i].servo->config();
-    if (!text.empty())
-      all += (all.empty() ? "" : "; ") + ("joint '" + c.name + "' (number " + std::to_string(c.node_id)) + "): " + text;
-  }
-  return all;
 }
 
 Time ServoGroup::ready_at() const noexcept {

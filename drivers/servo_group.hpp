@@ -23,7 +23,6 @@
 
 #include "drivers/can_hub.hpp"
 #include "drivers/seq_lock.hpp"
-#include "hal/complains.hpp"
 #include "hal/device.hpp"
 #include "hal/wake_slot.hpp"
 
@@ -36,7 +35,7 @@ namespace sinew::drivers {
 /// Bit i of JointState::ready: joint i is enabled, and nothing is wrong with it but that it is warm or at a limit.
 /// Thread:  add(): owner, configure only. write(), stop(): one at a time (the guardian). read(): one. request(): any.
 /// RT:      yes, none of them waits.
-class ServoGroup final : public hal::Actuators, public hal::Joints, public hal::Complains, private ServoOwner {
+class ServoGroup final : public hal::Actuators, public hal::Joints, private ServoOwner {
  public:
   ServoGroup(hal::Os& os, std::string name) : os_(os), name_(std::move(name)) {}
 
@@ -54,12 +53,12 @@ class ServoGroup final : public hal::Actuators, public hal::Joints, public hal::
   hal::Result<bool> read(msg::JointState& out) noexcept override;
   Time ready_at() const noexcept override;
   void set_wake(hal::Wake* wake) noexcept override { wake_.change(wake); }
-  /// Joint by joint: "joint 'pan' (number 1): is silent ...". Thread: any.
-  std::string problem() const override;
   std::uint64_t lost_samples() const noexcept { return lost_.value(); }
 
   /// Homing, or a new zero here; done once, when the joint can.
   void request(std::size_t joint, ServoCommand::Request what) noexcept;
+  /// What the joint said last. False: its hub was writing all the while, look again. Thread: any. RT: yes.
+  bool feedback_of(std::size_t joint, ServoFeedback& out) const noexcept { return joints_[joint].feedback.load(out); }
   /// The joint's protocol: identity, statistics, its zero after zero_here. Thread: when its hub does not run.
   const ServoProtocol& servo(std::size_t joint) const { return *joints_[joint].servo; }
 

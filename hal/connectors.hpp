@@ -49,6 +49,7 @@ struct IioSpec {
   std::string trigger;               // current_trigger; empty: as it is
   bool buffered = true;              // false: polls the *_raw files
   std::uint32_t buffer_length = 64;  // scans
+  int fifo_priority = 0;             // SCHED_FIFO of the thread that reads it; 0: ordinary
 };
 
 /// A camera behind V4L2 or libcamera.

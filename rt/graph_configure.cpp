@@ -69,7 +69,11 @@ hal::Status Graph::configure(hal::Board& board, const ConfigureOptions& options)
   for (GraphModule& m : modules_) {
     m.held.assign(m.topic.size(), 0);
     ModuleSetup setup(board, m, topics_, configure_problems_);
-    if (auto configured = m.module->configure(setup); !configured) fail(m, configured.error());
+    const std::size_t before = configure_problems_.size();
+    const auto configured = m.module->configure(setup);
+    if (configured) continue;
+    if (configure_problems_.size() == before) fail(m, configured.error());  // it said nothing better itself
+    if (first) first = configured.error();
   }
   for (const GraphThread& t : threads_) {
     if (t.spec.trigger != ThreadSpec::Trigger::device || modules_[t.device_module].driver->device()) continue;

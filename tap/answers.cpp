@@ -225,6 +225,7 @@ Reply Answers::status(const Json&) {
   Json json = status_json(graph_, runner_);
   json["now_ns"] = (robot_.clock ? *robot_.clock : os_).now().ns;
   if (Json guardian = guardian_json(); !guardian.is_null()) json["guardian"] = std::move(guardian);
+  if (robot_.complaints) json["devices"] = {{"complaints", robot_.complaints()}};
   if (outsiders) json["outsiders"] = outsiders();
   return good(json);
 }

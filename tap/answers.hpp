@@ -48,8 +48,9 @@ class Answers {
     bool virtual_time = false;
     std::function<void()> stop;
     std::string robot_file{};
-    const hal::Clock* clock = nullptr;  // its time; null: os
-    RecordDesk* desk = nullptr;         // null: this run has no recorder
+    const hal::Clock* clock = nullptr;                       // its time; null: os
+    RecordDesk* desk = nullptr;                              // null: this run has no recorder
+    std::function<std::vector<std::string>()> complaints{};  // of devices, one a line; empty: it has none that can say
   };
   Answers(rt::Graph& graph, rt::Runner& runner, hal::Os& os, Bells* bells, Robot robot);
 

@@ -37,10 +37,10 @@ class Server::Body {
       if (!bells) return bells.error();
       bells_ = std::move(*bells);
     }
-    answers_ =
-        std::make_unique<Answers>(graph_, runner, os_, bells_.get(),
-                                  Answers::Robot{name.robot(), options_.board, options_.virtual_time, options_.stop,
-                                                 options_.robot_file, options_.clock, options_.desk});
+    answers_ = std::make_unique<Answers>(
+        graph_, runner, os_, bells_.get(),
+        Answers::Robot{name.robot(), options_.board, options_.virtual_time, options_.stop, options_.robot_file,
+                       options_.clock, options_.desk, options_.complaints});
     answers_->outsiders = [this] { return outsiders(); };
     auto listener = hal::listen_stream("unix:" + name.path());
     if (!listener) return listener.error();

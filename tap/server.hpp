@@ -2,6 +2,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "hal/os.hpp"
 #include "hal/stream.hpp"
@@ -19,6 +20,7 @@ struct ServerOptions {
   std::string robot_file{};                                        // absolute path, likewise for `hello`; empty: none
   const hal::Clock* clock = nullptr;                               // the robot's, of any thread; null: os
   RecordDesk* desk = nullptr;                                      // for `record.*`; null: refused
+  std::function<std::vector<std::string>()> complaints{};          // of devices, for `status`; of any thread
   std::uint32_t max_clients = 16;                                  // 62 at most
   std::uint32_t max_per_process = 4;                               // connections of one process
   hal::Duration may_be_replaced_after = std::chrono::seconds(10);  // without a request, when all places are taken

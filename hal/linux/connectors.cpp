@@ -13,8 +13,7 @@
 namespace sinew::hal {
 
 Result<std::unique_ptr<Connectors>> LinuxConnectors::open(Os& os, std::string& why) {
-  // Its thread is an interrupt thread: above every module that waits for a device.
-  auto watch = FdWatch::start(os, {"devices", 95, {}, std::size_t{64} * 1024});
+  auto watch = FdWatch::start(os, {"devices", kDeviceWatchPriority, {}, std::size_t{64} * 1024});
   if (!watch) {
     why = "the thread that watches the devices does not start";
     return watch.error();

@@ -2,6 +2,7 @@
 #include <atomic>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <vector>
 
 #include "hal/os.hpp"
@@ -43,6 +44,8 @@ class FdWatch {
   Status add(int fd, FdLine& line);
   /// When this returns, the line is not touched any more. Before the fd is closed.
   void remove(int fd) noexcept;
+  /// What its thread could not have; see Thread::shortfall().
+  std::string shortfall() const { return thread_ ? thread_->shortfall() : std::string(); }
 
  private:
   FdWatch(int epoll, int stop);

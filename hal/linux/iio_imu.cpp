@@ -243,7 +243,9 @@ void IioImu::take(std::size_t device, Time stamp, const std::array<double, 3>* r
 }
 
 Result<std::unique_ptr<Imu>> open_iio_imu(Os& os, const IioSpec& spec, std::string& why) {
-  auto imu = IioImu::open(os, spec, why);
+  IioOptions options;
+  options.thread.fifo_priority = spec.fifo_priority;
+  auto imu = IioImu::open(os, spec, why, std::move(options));
   if (!imu) return imu.error();
   return std::unique_ptr<Imu>(std::move(*imu));
 }

@@ -4,11 +4,11 @@
 #include <string>
 #include <vector>
 
-#include "hal/complains.hpp"
 #include "hal/connectors.hpp"
 #include "hal/linux/iio_device.hpp"
 #include "hal/linux/iio_join.hpp"
 #include "hal/os.hpp"
+#include "hal/self_report.hpp"
 #include "hal/sensor_queue.hpp"
 
 namespace sinew::hal {
@@ -34,7 +34,7 @@ struct IioOptions {
 ///          of reading. Frames: as the mount matrix has them, or the chip's own.
 /// Thread:  reads on a thread of its own.   RT: read() yes.
 /// Errors:  read(): closed while the device is gone; it is looked for again with growing pauses, up to retry_most.
-class IioImu final : public SensorQueue<msg::ImuSample>, public Complains {
+class IioImu final : public SensorQueue<msg::ImuSample>, public SelfReport {
  public:
   /// Errors:  what opening says, with words in `why`.
   static Result<std::unique_ptr<IioImu>> open(Os& os, const IioSpec& spec, std::string& why, IioOptions options = {});
@@ -42,7 +42,9 @@ class IioImu final : public SensorQueue<msg::ImuSample>, public Complains {
 
   IioStats stats() const;
   /// What is wrong now, in words; empty: nothing.
-  std::string problem() const override { return trouble_.get(); }
+  std::string problem() const { return trouble_.get(); }
+  std::string trouble() const override { return problem(); }
+  std::string shortfall() const override { return thread_ ? thread_->shortfall() : std::string(); }
 
  private:
   IioImu(Os& os, const IioSpec& spec, IioOptions options);

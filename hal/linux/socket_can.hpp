@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "hal/complains.hpp"
 #include "hal/linux/can_link.hpp"
 #include "hal/linux/can_port.hpp"
+#include "hal/self_report.hpp"
 
 namespace sinew::hal {
 
@@ -27,7 +27,7 @@ namespace sinew::hal {
 ///
 /// Stamps: the controller's where its driver gives them, else the kernel's; both on CLOCK_MONOTONIC (can_stamp.hpp).
 /// Filters are the kernel's; error frames always come.
-class SocketCanBus final : public CanPort, public Complains {
+class SocketCanBus final : public CanPort, public SelfReport {
  public:
   /// `why`: on an error what is missing and what to do; on success empty, or what will be missing later.
   /// Errors:  not_supported: the kernel has no CAN, or CAN FD is asked for and not there; not_found: no such interface;
@@ -40,8 +40,7 @@ class SocketCanBus final : public CanPort, public Complains {
   Status send(const msg::CanFrame& frame, Time deadline) noexcept override;
   Status set_filters(std::span<const CanFilter> filters) override;
   /// What keeps the bus from working, in words; empty: nothing. Thread: any. RT: no.
-  std::string trouble() const;
-  std::string problem() const override { return trouble(); }
+  std::string trouble() const override;
 
  private:
   struct Batch;

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "hal/complains.hpp"
 #include "hal/linux/can_port.hpp"
+#include "hal/self_report.hpp"
 #include "wire/socketcand.hpp"
 
 namespace sinew::hal {
@@ -19,7 +19,7 @@ namespace sinew::hal {
 /// Stamps are times of reading here: the server's clock is another one. What TCP has taken cannot be taken back; its
 /// buffer is kept small, and when it is full send() says timeout. A frame that was cut by a loss is lost. The protocol
 /// tells of an error frame only its class. Own frames never come back: receive_own is refused.
-class SocketcandCan final : public CanPort, public Complains {
+class SocketcandCan final : public CanPort, public SelfReport {
  public:
   /// Connects once, at most about two seconds long.
   /// Errors:  bad_argument: the address; not_supported: receive_own; not_found, closed, timeout: nobody there who
@@ -34,8 +34,7 @@ class SocketcandCan final : public CanPort, public Complains {
   /// Done here: the protocol's raw mode has none.
   Status set_filters(std::span<const CanFilter> filters) override;
   /// What the last attempt to connect failed at; empty: connected. Thread: any. RT: no.
-  std::string trouble() const;
-  std::string problem() const override { return trouble(); }
+  std::string trouble() const override;
 
  private:
   SocketcandCan(const CanSpec& spec, Os& os, std::shared_ptr<FdWatch> watch) : CanPort(spec, os, std::move(watch)) {}

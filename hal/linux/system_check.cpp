@@ -39,7 +39,7 @@ bool has_capability(const SystemFiles& files, int bit) {
 std::string mib(std::uint64_t bytes) { return std::to_string((bytes + (1 << 20) - 1) >> 20) + " MiB"; }
 
 int highest_priority(const SystemDemand& demand) {
-  int highest = 0;
+  int highest = demand.device_priority;
   for (const auto& t : demand.threads) highest = std::max(highest, t.fifo_priority);
   return highest;
 }

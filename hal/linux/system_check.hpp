@@ -36,6 +36,7 @@ struct SystemDemand {
     bool reads_devices = false;  // waits for what an interrupt thread of the kernel delivers
   };
   std::vector<Thread> threads;  // empty: no robot was named
+  int device_priority = 0;      // the highest that threads of its devices ask for; 0: none asks
   std::uint64_t locked_bytes = 0;
 
   /// A file in /dev that a device or bus of the robot file names.

@@ -7,11 +7,11 @@
 
 #include "hal/camera_controls.hpp"
 #include "hal/camera_memory.hpp"
-#include "hal/complains.hpp"
 #include "hal/linux/fd_watch.hpp"
 #include "hal/linux/frame_count.hpp"
 #include "hal/linux/jpeg_decoder.hpp"
 #include "hal/linux/v4l2_session.hpp"
+#include "hal/self_report.hpp"
 
 namespace sinew::hal {
 
@@ -32,7 +32,7 @@ struct V4l2CameraOptions {
 /// Thread:  read(), CameraMemory: owner. request(), stats(), state(): any.
 /// RT:      read(), request() yes (one DQBUF and QBUF a frame).
 /// Errors:  read(): closed while the device is gone; bad_data when only faulty frames were waiting; bad_argument.
-class V4l2Camera final : public Camera, public CameraControls, public CameraMemory, public Complains {
+class V4l2Camera final : public Camera, public CameraControls, public CameraMemory, public SelfReport {
  public:
   /// Errors:  those of V4l2Session::open(), with its `why`; io when no thread can be started.
   static Result<std::unique_ptr<V4l2Camera>> open(V4l2Port& port, const CameraSpec& spec, Os& os,
@@ -62,8 +62,8 @@ class V4l2Camera final : public Camera, public CameraControls, public CameraMemo
   CameraStats stats() const { return count_.stats(); }
   /// How it does, in words for people: "streaming", "slow", "no frame for 3 s", "gone: No such device; ...". RT: no.
   std::string state() const;
-  /// state() as long as frames do not come as they should; empty: they do.
-  std::string problem() const override;
+  /// The part of state() that is no good news, in words that stay.
+  std::string trouble() const override;
 
  private:
   // Whose the session is. The reader holds it during one read(); who finds it broken leaves it to the keeper as kLost.
@@ -96,7 +96,7 @@ class V4l2Camera final : public Camera, public CameraControls, public CameraMemo
   void set_requested();
   void adopt(std::unique_ptr<V4l2Session> session);
   Duration silence() const;
-  std::string words(bool& well) const;
+  Duration only_faulty() const;
 
   V4l2Port& port_;
   CameraSpec spec_;  // keeper: its controls follow what was requested

@@ -167,18 +167,13 @@ void V4l2Camera::end_stream() noexcept {
 
 Duration V4l2Camera::silence() const { return os_.now() - Time{last_frame_ns_.load(std::memory_order_relaxed)}; }
 
+/// How long only faulty frames have come, when that is worth saying; else 0.
+Duration V4l2Camera::only_faulty() const {
+  const Duration since = os_.now() - Time{last_good_ns_.load(std::memory_order_relaxed)};
+  return since > kSilenceWorthSaying && since - silence() > kSilenceWorthSaying / 2 ? since : Duration{0};
+}
+
 std::string V4l2Camera::state() const {
-  bool well = false;
-  return words(well);
-}
-
-std::string V4l2Camera::problem() const {
-  bool well = false;
-  std::string text = words(well);
-  return well ? std::string() : text;
-}
-
-std::string V4l2Camera::words(bool& well) const {
   const std::lock_guard lock(mutex_);
   std::string text = path_ + " ('" + identity_.card + "'): ";
   if (holder_.load(std::memory_order_acquire) == kKeeper) {
@@ -194,20 +189,40 @@ std::string V4l2Camera::words(bool& well) const {
     text += "waits for memory to fill";
   } else if (silence() > kSilenceWorthSaying && (picture_.rate_hz <= 0 || seconds(silence()) > 3 / picture_.rate_hz)) {
     text += "no frame for " + number(seconds(silence())) + " s";
-  } else if (const Duration since = os_.now() - Time{last_good_ns_.load(std::memory_order_relaxed)};
-             since > kSilenceWorthSaying && since - silence() > kSilenceWorthSaying / 2) {
+  } else if (const Duration since = only_faulty(); since > Duration{0}) {
     text += "only faulty frames for " + number(seconds(since)) + " s (cable, supply, bandwidth of its bus?)";
   } else {
     const double asked = picture_.rate_hz, got = count_.rate_hz() > 0 ? count_.rate_hz() : asked;
     text += got < kSlow * asked ? "slow, " + number(got) + " frames/s of " + number(asked) : "streaming";
     text +=
         " " + std::to_string(picture_.width) + "x" + std::to_string(picture_.height) + " " + v4l2_word(picture_.format);
-    well = got >= kSlow * asked && control_trouble_.empty();
     if (asked > 0 && got >= kSlow * asked) text += " at " + number(got) + " frames/s";
   }
   text += "; " + words_for_pixels() + count_.text();
   if (!control_trouble_.empty()) text += "; " + control_trouble_;
   return text;
+}
+
+std::string V4l2Camera::trouble() const {
+  const std::lock_guard lock(mutex_);
+  std::string text;
+  const double asked = picture_.rate_hz;
+  if (holder_.load(std::memory_order_acquire) == kKeeper) {
+    const int broken = broken_.load(std::memory_order_relaxed);
+    if (broken != 0)  // else it only begins or ends its stream
+      text = broken == ETIMEDOUT ? "no frame came, it is opened again" : std::string("gone: ") + std::strerror(broken);
+    if (broken != 0 && !trouble_.empty()) text += "; " + trouble_;
+  } else if (!streams_.load(std::memory_order_relaxed)) {
+    // it waits for memory to fill: nothing is wrong with it
+  } else if (silence() > kSilenceWorthSaying && (asked <= 0 || seconds(silence()) > 3 / asked)) {
+    text = "is there, but sends no frames";
+  } else if (only_faulty() > Duration{0}) {
+    text = "only faulty frames come (cable, supply, bandwidth of its bus?)";
+  } else if (count_.rate_hz() > 0 && count_.rate_hz() < kSlow * asked) {
+    text = "slow: fewer than " + number(kSlow * asked) + " frames/s of " + number(asked);
+  }
+  if (!control_trouble_.empty()) text += (text.empty() ? "" : "; ") + control_trouble_;
+  return text.empty() ? text : path_ + " ('" + identity_.card + "'): " + text;
 }
 
 }  // namespace sinew::hal

@@ -26,6 +26,11 @@ hal::Status SimI2cBus::transfer(std::uint8_t address, std::span<const std::uint8
     return hal::Error{hal::Errc::not_found, "simulated", 6};
   const auto lock = chip->second->lock();
   if (write.size() > 1) chip->second->write_to(write[0], write.subspan(1));
+  if (const int cut = cut_next_after; cut >= 0 && read.size() > static_cast<std::size_t>(cut)) {
+    cut_next_after = -1;
+    chip->second->read_from(write[0], read.first(static_cast<std::size_t>(cut)));
+    return hal::Error{hal::Errc::io, "simulated", 5};
+  }
   chip->second->read_from(write[0], read);
   if (now == BusFault::held_high) std::fill(read.begin(), read.end(), std::uint8_t{0xFF});
   if (now == BusFault::held_low) std::fill(read.begin(), read.end(), std::uint8_t{0});

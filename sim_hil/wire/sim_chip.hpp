@@ -52,6 +52,9 @@ class SimI2cBus final : public hal::I2cBus {
                        std::span<std::uint8_t> read) noexcept override;
   std::atomic<BusFault> fault{BusFault::none};
   hal::Tally transfers;
+  /// The next read that is longer fails when the chip has handed over so many bytes, as one that is not acknowledged
+  /// half-way. Negative: none does.
+  std::atomic<int> cut_next_after{-1};
 
  private:
   std::map<std::uint8_t, std::shared_ptr<SimChip>> chips_;

@@ -163,6 +163,31 @@ TEST(DeployPlan, FilesAreThoseBesideTheRobotFileThatItNames) {
   fs::remove(folder.parent_path() / "outside");
 }
 
+TEST(DeployPlan, ALibraryThatADriverLoadsGoesAlong) {
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::path(::testing::TempDir()) / "deploy_library";
+  fs::create_directories(folder);
+  RobotFile robot;
+  robot.path = (folder / "eye.toml").string();
+  const std::string program = (folder / "sinew").string();
+  std::ofstream(robot.path) << "robot";
+  std::ofstream(program) << "program";
+  drivers::DeviceSpec camera;
+  camera.name = "camera", camera.driver = "libcamera";
+  robot.devices.devices = {camera, camera};
+  EXPECT_THAT(files_of(robot, program).notes,
+              ElementsAre(HasSubstr("the driver libcamera needs it"), HasSubstr("the driver libcamera needs it")));
+  std::ofstream(folder / "libsinew_libcamera.so") << "library";
+  const DeployFiles files = files_of(robot, program);
+  EXPECT_THAT(files.notes, IsEmpty());
+  std::vector<std::string> names;
+  for (const auto& file : files.files) names.push_back(file.name);
+  EXPECT_THAT(names, ElementsAre("bin/sinew", "eye.toml", "bin/libsinew_libcamera.so")) << "once, beside the program";
+  robot.devices.devices[0].driver = robot.devices.devices[1].driver = "v4l2";
+  EXPECT_EQ(files_of(robot, program).files.size(), 2u) << "not where nobody loads it";
+  fs::remove_all(folder);
+}
+
 TEST(TarStream, HeadersAreWhatTheStandardSays) {
   const std::string header = tar_header("bin/sinew", 3, true, 0);
   ASSERT_EQ(header.size(), 512u);

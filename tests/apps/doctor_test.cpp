@@ -80,6 +80,7 @@ TEST(Doctor, DevicesOfTheBoardLinuxAreLookedFor) {
   hal::SystemDemand demand;
   add_devices(robot, demand);
   EXPECT_TRUE(demand.real_board && demand.iio);
+  EXPECT_EQ(demand.device_priority, 95) << "the thread that watches descriptors";
   ASSERT_EQ(demand.can.size(), 1u);
   EXPECT_EQ(demand.can[0].interface, "can0");
   EXPECT_EQ(demand.can[0].bit_rate, 500'000u);
@@ -87,6 +88,12 @@ TEST(Doctor, DevicesOfTheBoardLinuxAreLookedFor) {
   EXPECT_EQ(demand.nodes[0].path, "/dev/ttyS1");
   EXPECT_EQ(demand.nodes[0].used_by, "device.gps");
   EXPECT_EQ(demand.nodes[1].used_by, "parent.watchdog");
+  robot.devices.devices[0].keys["priority"].value = std::int64_t{97};
+  robot.devices.devices[0].keys["root"].value = std::string("/tmp/iio");
+  demand = {};
+  add_devices(robot, demand);
+  EXPECT_EQ(demand.device_priority, 97);
+  EXPECT_FALSE(demand.iio) << "its files are not the kernel's";
   robot.graph.board = "sim";
   demand = {};
   add_devices(robot, demand);

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include "apps/completion.hpp"
+#include "apps/device_watch.hpp"
 #include "apps/message_text.hpp"
 #include "apps/module_list.hpp"
 #include "apps/param_overlay.hpp"
@@ -125,6 +126,35 @@ TEST(StatusText, NamesWhatNeedsAttention) {
   EXPECT_THAT(text, HasSubstr("topics    1; with losses: none\n"));
   EXPECT_THAT(text,
               HasSubstr("standby; commands do not pass; not ready:\n          battery_low: 13.1 V\n          motors"));
+}
+
+TEST(StatusText, HasWhatDevicesComplainAbout) {
+  EXPECT_THAT(status_text(Json::parse(R"({"devices": {"complaints": ["bus 'can0': bus-off", "imu: silent"]}})")),
+              HasSubstr("devices   complain:\n          bus 'can0': bus-off\n          imu: silent\n"));
+  EXPECT_THAT(status_text(Json::parse(R"({"devices": {"complaints": []}})")),
+              HasSubstr("devices   nothing to complain about\n"));
+  EXPECT_THAT(status_text(Json::parse(R"({"devices": 3})")), HasSubstr("devices   nothing"));
+  EXPECT_THAT(status_text(Json::parse("{}")), ::testing::Not(HasSubstr("devices")));
+}
+
+TEST(DeviceWatch, SaysWhatComesAndGoesOnceAndRemembersItForTheEnd) {
+  std::vector<std::string> now{"bus 'can0': down"};
+  DeviceWatch watch([&] { return now; }, {"bus 'can0': down"});
+  const auto at = [](double s) { return hal::Time{static_cast<std::int64_t>(s * 1e9)}; };
+  EXPECT_THAT(watch.look(at(1)), IsEmpty()) << "was said when it was opened";
+  now.push_back("imu: silent");
+  EXPECT_THAT(watch.look(at(1.2)), ElementsAre("imu: silent"));
+  EXPECT_THAT(watch.look(at(1.4)), IsEmpty()) << "no news";
+  now = {"bus 'can0': down"};
+  EXPECT_THAT(watch.look(at(1.6)), IsEmpty()) << "it may come back";
+  EXPECT_THAT(watch.now(), ElementsAre("bus 'can0': down", "imu: silent"));
+  EXPECT_THAT(watch.look(at(3.4)), ElementsAre("over after 0.2 s: imu: silent"));
+  EXPECT_THAT(watch.now(), ElementsAre("bus 'can0': down"));
+  now.push_back("imu: silent");
+  EXPECT_THAT(watch.look(at(5)), ElementsAre("imu: silent"));
+  EXPECT_THAT(watch.look(at(6)), IsEmpty());
+  EXPECT_THAT(watch.all(),
+              ElementsAre("bus 'can0': down (5.0 s, to the end)", "imu: silent (2 times, 1.2 s, to the end)"));
 }
 
 TEST(StatusText, AReplyOfAnotherKindIsNoCrash) {

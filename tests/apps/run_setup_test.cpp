@@ -14,6 +14,19 @@ rt::GraphSpec two_modules() {
   return graph;
 }
 
+TEST(Configuring, WhatADeviceSaysItselfIsNotSaidAgainForItsModules) {
+  const std::vector<rt::Problem> problems{{3, "module.imu", "not ready", "device 'imu': not found"},
+                                          {5, "module.baro", "not ready", "device 'baro': not found"},
+                                          {7, "module.guardian", "not ready", "actuators 'head' of the board: PF_CAN"},
+                                          {9, "module.camera", "not ready", "param 'gain': the camera has none"}};
+  const auto rest =
+      without_devices(problems, "device 'imu' (driver iio): no such\ndevice 'head' (driver can_servos): no");
+  ASSERT_EQ(rest.size(), 2u);
+  EXPECT_EQ(rest[0].key, "module.baro") << "nobody else says it";
+  EXPECT_EQ(rest[1].key, "module.camera");
+  EXPECT_EQ(without_devices(problems, "").size(), 4u);
+}
+
 TEST(Setting, BecomesAParameterOfItsModule) {
   rt::GraphSpec graph = two_modules();
   EXPECT_EQ(apply_setting(graph, "lap.laps=4"), "");

@@ -129,6 +129,9 @@ class DeskHeadAtTheWire(unittest.TestCase):
         self.assertIn("device 'imu' (driver iio): ", run.stderr)
         self.assertIn("device 'head' (driver can_servos): bus 'can0': ", run.stderr)
         self.assertIn("device 'camera' (driver v4l2): /dev/video0: ", run.stderr)
+        self.assertNotIn("not ready", run.stderr, "each cause once, in the device's own words")
+        for device in "imu", "head", "joints", "camera":
+            self.assertEqual(run.stderr.count(f"sinew: device '{device}' "), 1, run.stderr)
 
 
 if __name__ == "__main__":

@@ -275,11 +275,20 @@ TEST(HeadFollower, OldOrUnusableInputsGiveNoCommand) {
   };
   EXPECT_EQ(status([](Rig& r) { r.nav.attitude_valid = 0; }), rt::Status::stale);
   EXPECT_EQ(status([](Rig& r) { r.joints.stamp = Time{-30'000'000}; }), rt::Status::stale);
-  EXPECT_EQ(status([](Rig& r) { r.joints.position_rad[1] = math::kNan; }), rt::Status::fault);
+  EXPECT_EQ(status([](Rig& r) { r.joints.position_rad[0] = math::kInf; }), rt::Status::fault);
   EXPECT_EQ(status([](Rig& r) { r.joints.velocity_radps[0] = 1e9; }), rt::Status::fault);
   EXPECT_EQ(status([](Rig& r) { r.joints.count = 3; }), rt::Status::fault);
   EXPECT_EQ(status([](Rig& r) { r.nav.q_world_base.w = 5; }), rt::Status::fault);
   EXPECT_EQ(status([](Rig& r) { r.nav.gyro_radps.x = math::kInf; }), rt::Status::fault);
+}
+
+TEST(HeadFollower, AJointThatIsPoweredUpLaterIsWaitedFor) {
+  Rig r;
+  r.joints.position_rad[1] = math::kNan;
+  for (int i = 0; i < 100; ++i) ASSERT_EQ(r.step(), rt::Status::stale) << "faults in a row would stop the module";
+  EXPECT_EQ(r.rig.get<msg::ActuatorCommand>("command"), nullptr);
+  r.joints.position_rad[1] = 0.1;
+  EXPECT_EQ(r.step(), rt::Status::ok);
 }
 
 }  // namespace

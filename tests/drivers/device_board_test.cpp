@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "drivers/calibrated_imu.hpp"
+#include "drivers/driver_list.hpp"
 #include "hal/linux/os.hpp"
 #include "no_connectors.hpp"
 
@@ -14,9 +15,9 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 /// An IMU that always has the same sample.
-class FixedImu final : public hal::Imu, public hal::Complains {
+class FixedImu final : public hal::Imu, public hal::SelfReport {
  public:
-  std::string problem() const override { return wrong; }
+  std::string trouble() const override { return wrong; }
   static inline std::string wrong;
   explicit FixedImu(const msg::ImuSample& sample) : sample_(sample) {}
   hal::Result<bool> read(msg::ImuSample& out) noexcept override { return out = sample_, true; }
@@ -37,7 +38,7 @@ DeviceOpener read_fixed(DeviceKeys& keys, const DeviceSpecs&) {
     const auto imu = std::make_shared<FixedImu>(msg::ImuSample{{5}, {1, 2, 3}, {0, 0, 9.81}});
     OpenedDevice device;
     device.owner = imu;
-    device.voice = imu.get();
+    device.report = imu.get();
     device.sensor(hal::SensorKind::imu) = imu.get();
     return device;
   };
@@ -102,7 +103,7 @@ TEST(DeviceBoard, SaysWhatIsWrongWithWhatIsOpenAndOnlyAsLongAsItIs) {
   ASSERT_TRUE(board.sensor<msg::ImuSample>("imu"));
   EXPECT_THAT(board.complaints(), IsEmpty());
   FixedImu::wrong = "imu: /dev/i2c-1: repeats itself";
-  EXPECT_THAT(board.complaints(), ElementsAre("device 'imu' (driver fixed): /dev/i2c-1: repeats itself"));
+  EXPECT_THAT(board.complaints(), ElementsAre("imu: /dev/i2c-1: repeats itself"));
   FixedImu::wrong.clear();
   EXPECT_THAT(board.complaints(), IsEmpty());
 }
@@ -126,6 +127,51 @@ TEST(DeviceBoard, SaysInWordsWhatItCannotGive) {
             "device 'imu' is no camera; [device.imu] has the driver of something else\n"
             "device 'imu' is no actuator group; [device.imu] has the driver of something else\n"
             "device 'range' (driver absent): /dev/nothing: no such file");
+}
+
+/// A machine that notes how it is asked, and has nothing.
+class NotingConnectors final : public test::NoConnectors {
+ public:
+  hal::Result<std::unique_ptr<hal::Serial>> serial(const hal::SerialSpec& spec, std::string& why) override {
+    line = spec;
+    return NoConnectors::serial(spec, why);
+  }
+  hal::Result<std::unique_ptr<hal::Imu>> iio_imu(const hal::IioSpec& spec, std::string& why) override {
+    iio = spec;
+    return NoConnectors::iio_imu(spec, why);
+  }
+  hal::SerialSpec line;
+  hal::IioSpec iio;
+};
+
+// Opens the one device of `spec`, which fails, and answers how the machine was asked.
+NotingConnectors asked(const DeviceSpec& spec) {
+  NotingConnectors connectors;
+  DeviceSpecs specs;
+  specs.devices = {spec};
+  EXPECT_THAT(check_devices(specs, all_drivers()), IsEmpty());
+  DeviceBoard board(specs, all_drivers(), connectors, hal::linux_os());
+  static_cast<void>(board.open_sensor(hal::SensorKind::rc, spec.name));
+  return connectors;
+}
+
+TEST(Drivers, SbusIsOpenedAsItsPageSaysAndInvertsOnlyWhenTold) {
+  DeviceSpec rc = device("rc", "sbus", 0);
+  rc.keys["path"] = {rt::ParamValue{std::string("/dev/ttyS1")}};
+  const hal::SerialSpec line = asked(rc).line;
+  EXPECT_EQ(line.bit_rate, 100'000u);
+  EXPECT_TRUE(line.even_parity && line.two_stop_bits);
+  EXPECT_FALSE(line.inverted) << "no kernel can: the documented file must open";
+  rc.keys["inverted"] = {rt::ParamValue{true}};
+  EXPECT_TRUE(asked(rc).line.inverted);
+}
+
+TEST(Drivers, AnImuOfTheKernelIsReadAboveTheLoopsThatWaitForIt) {
+  DeviceSpec imu = device("imu", "iio", 0);
+  imu.keys["name"] = {rt::ParamValue{std::string("mpu6050")}};
+  EXPECT_EQ(asked(imu).iio.fifo_priority, 88);
+  imu.keys["priority"] = {rt::ParamValue{std::int64_t{91}}};
+  EXPECT_EQ(asked(imu).iio.fifo_priority, 91);
 }
 
 TEST(CalibratedImu, TakesBiasThenScaleThenTurnsIntoTheBaseFrame) {

@@ -111,6 +111,44 @@ TEST_F(Mpu6050Test, AFifoThatRanOverIsEmptiedAndCounted) {
   EXPECT_NEAR(out[0].gyro_radps.x, 0.17, 0.0006);
 }
 
+TEST_F(Mpu6050Test, AfterABurstThatFailedHalfWayNoSampleIsMadeOfTwoHalves) {
+  for (const int cut : {2, 6, 11, 17}) {
+    make();
+    ASSERT_TRUE(driver->set_up(why)) << why;
+    for (int i = 0; i < 5; ++i) chip->measure(sample(i)), os.pass(1ms);
+    bus->cut_next_after = cut;
+    EXPECT_FALSE(poll());
+    EXPECT_TRUE(out.empty());
+    int got = 0;
+    for (int i = 5; i < 15; ++i) {
+      chip->measure(sample(i)), os.pass(1ms);
+      ASSERT_TRUE(poll()) << why;
+      for (const msg::ImuSample& s : out) {
+        ++got;
+        EXPECT_NEAR(s.gyro_radps.y, -0.2, 0.001) << "cut after " << cut;
+        EXPECT_NEAR(s.accel_mps2.z, 9.81, 0.002) << "cut after " << cut;
+      }
+    }
+    EXPECT_EQ(got, 9) << "the poll after the failure emptied the FIFO";
+  }
+}
+
+TEST_F(Mpu6050Test, AFifoThatStaysOffItsBeatIsEmptied) {
+  make();
+  ASSERT_TRUE(driver->set_up(why)) << why;
+  for (int i = 0; i < 3; ++i) chip->measure(sample(i)), os.pass(1ms);
+  std::uint8_t byte = 0;
+  const std::uint8_t fifo = wire::mpu6050::kFifoData;
+  ASSERT_TRUE(bus->transfer(0x68, {&fifo, 1}, {&byte, 1})) << "somebody else takes a byte";
+  for (int i = 3; i < 13; ++i) {
+    chip->measure(sample(i)), os.pass(1ms);
+    ASSERT_TRUE(poll()) << why;
+    for (const msg::ImuSample& s : out) EXPECT_NEAR(s.gyro_radps.y, -0.2, 0.001);
+  }
+  EXPECT_EQ(out.size(), 1u);
+  EXPECT_EQ(driver->overflows(), 1u);
+}
+
 // ---- what is wrong, in words
 
 TEST_F(Mpu6050Test, AnAbsentChipIsToldWithItsAddress) {
@@ -259,6 +297,22 @@ TEST_F(Mpu6050Sensor, ASilentChipIsTold) {
   ASSERT_TRUE(sensor) << why;
   EXPECT_TRUE(wait_until([&] { return sensor->problem() == "imu: answers, but sends nothing (its clock or power?)"; }))
       << sensor->problem();
+}
+
+TEST_F(Mpu6050Sensor, AChipThatLostItsPowerForAMomentIsSetUpAgain) {
+  auto sensor = start();
+  ASSERT_TRUE(sensor) << why;
+  ASSERT_TRUE(delivers(*sensor));
+  {
+    const auto held = chip->lock();  // its registers are those of power-on: it answers and sleeps
+    chip->poke(wire::mpu6050::kPower1, 0x40);
+    chip->poke(wire::mpu6050::kUserControl, 0), chip->poke(wire::mpu6050::kFifoEnable, 0);
+  }
+  ASSERT_TRUE(wait_until([&] {
+    chip->measure(sample(++k_));
+    return sensor->stats().restarts == 1;
+  })) << sensor->problem();
+  EXPECT_TRUE(wait_until([&] { return delivers(*sensor) && sensor->problem().empty(); })) << sensor->problem();
 }
 
 TEST_F(Mpu6050Sensor, AStuckChipIsResetAndHeals) {

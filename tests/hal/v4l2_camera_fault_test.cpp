@@ -61,6 +61,8 @@ TEST_F(V4l2CameraFault, UnpluggedAndPluggedInAgain) {
   EXPECT_EQ(error_of_read(), Errc::closed) << "and goes on to say so";
   EXPECT_THAT(camera_->state(), HasSubstr("gone: No such device; tried "));
   EXPECT_THAT(camera_->state(), HasSubstr("/dev/video0: there is no such device"));
+  EXPECT_THAT(camera_->trouble(), HasSubstr("gone: No such device; /dev/video0: there is no such device"))
+      << "without counts, so that it is told once";
   EXPECT_EQ(sim_.descriptors(), 0u) << "the dead device is let go";
   ASSERT_TRUE(camera_->request(*camera_->find("gain"), 55)) << "asked for while it is away";
   sim_.plug_in();
@@ -73,6 +75,7 @@ TEST_F(V4l2CameraFault, UnpluggedAndPluggedInAgain) {
   EXPECT_GT(image_->frame_number, number + 1) << "a gap shows that frames are missing";
   EXPECT_TRUE(same_pixels(30));
   EXPECT_THAT(camera_->state(), HasSubstr("1 time opened again"));
+  EXPECT_EQ(camera_->trouble(), "");
   camera_->set_wake(nullptr);
 }
 
@@ -138,6 +141,7 @@ TEST_F(V4l2CameraFault, SilenceIsSaid) {
   stream_from(0);
   EXPECT_TRUE(eventually([&] { return camera_->state().find("no frame for ") != std::string::npos; }))
       << camera_->state();
+  EXPECT_THAT(camera_->trouble(), HasSubstr("is there, but sends no frames"));
   ASSERT_TRUE(deliver(1));
   ASSERT_TRUE(read());
   EXPECT_THAT(camera_->state(), HasSubstr("streaming 320x240 yuyv at 30 frames/s"));

@@ -66,6 +66,23 @@ TEST(Server, StatusCountsGoOn) {
   EXPECT_EQ(status["outsiders"]["clients"], 1);
 }
 
+TEST(Server, StatusHasWhatDevicesComplainAbout) {
+  RobotOptions options;
+  std::atomic<int> asked{0};
+  options.server.complaints = [&] {
+    ++asked;
+    return std::vector<std::string>{"imu: i2c 0x68: nothing answers"};
+  };
+  Robot robot(options);
+  robot.start();
+  auto client = robot.client();
+  EXPECT_EQ(ask(*client, "status")["devices"]["complaints"], Json({"imu: i2c 0x68: nothing answers"}));
+  EXPECT_EQ(asked, 1) << "only when somebody wants to know";
+  Robot without({.name = "without"});
+  without.start();
+  EXPECT_FALSE(ask(*without.client(), "status").contains("devices"));
+}
+
 TEST(Server, StatusIsInTheRobotsTime) {
   hal::ManualClock clock;
   RobotOptions options;

@@ -12,7 +12,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Duration kFirstRetry = 100ms, kLongestRetry = 2s, kRestartAfter = 5s, kLookEvery = 500ms;
+constexpr Duration kFirstRetry = 100ms, kLongestRetry = 2s, kRestartAfter = 5s, kLookEvery = 500ms,
+                   kSilenceWorthSaying = 1s;
 
 }  // namespace
 
@@ -202,10 +203,6 @@ bool LibcameraCamera::serve() {
   return false;
 }
 
-std::string LibcameraCamera::problem() const {
-  return holder_.load(std::memory_order_acquire) == kKeeper ? state() : std::string();
-}
-
 std::string LibcameraCamera::state() const {
   const std::lock_guard lock(mutex_);
   std::string text = "'" + spec_.path + "': ";
@@ -219,6 +216,17 @@ std::string LibcameraCamera::state() const {
     if (spec_.rate_hz > 0 && !rate_set_) text += " (its rate cannot be set)";
   }
   return text + count_.text();
+}
+
+std::string LibcameraCamera::trouble() const {
+  const std::lock_guard lock(mutex_);
+  const std::string who = "'" + spec_.path + "': ";
+  if (holder_.load(std::memory_order_acquire) == kKeeper)
+    return who + "gone" + (trouble_.empty() ? "" : "; " + trouble_);
+  const Duration silence = os_.now() - Time{last_frame_ns_.load(std::memory_order_relaxed)};
+  if (silence > kSilenceWorthSaying && (spec_.rate_hz <= 0 || msg::seconds(silence) > 3 / spec_.rate_hz))
+    return who + "is there, but sends no frames";
+  return {};
 }
 
 }  // namespace sinew::hal

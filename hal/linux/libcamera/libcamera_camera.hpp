@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "hal/camera_controls.hpp"
-#include "hal/complains.hpp"
 #include "hal/connectors.hpp"
 #include "hal/linux/frame_count.hpp"
 #include "hal/os.hpp"
+#include "hal/self_report.hpp"
 #include "hal/wake_slot.hpp"
 
 namespace sinew::hal {
@@ -26,7 +26,7 @@ class LibcameraSession;
 /// Stamps:  SensorTimestamp (start of the exposure) plus half of ExposureTime, where the pipeline reports them.
 /// Thread:  read(): owner. request(), stats(), state(): any.   RT: read(), request() yes.
 /// Errors:  read(): closed while the camera is away; bad_data for a faulty frame; bad_argument: too large.
-class LibcameraCamera final : public Camera, public CameraControls, public Complains {
+class LibcameraCamera final : public Camera, public CameraControls, public SelfReport {
  public:
   /// Errors:  not_found, busy, denied, not_supported, bad_argument, io; `why` says it with the camera's name.
   static Result<std::unique_ptr<LibcameraCamera>> open(const CameraSpec& spec, Os& os, std::string& why);
@@ -43,8 +43,8 @@ class LibcameraCamera final : public Camera, public CameraControls, public Compl
   CameraStats stats() const { return count_.stats(); }
   /// How it does, in words for people. RT: no.
   std::string state() const;
-  /// state() while the camera is away; else empty.
-  std::string problem() const override;
+  /// The part of state() that is no good news, in words that stay.
+  std::string trouble() const override;
 
  private:
   enum Holder : int { kNobody, kReader, kKeeper };  // whose the session is; see V4l2Camera

@@ -1,0 +1,43 @@
+#include "drivers/joint_words.hpp"
+
+#include <array>
+#include <cstdio>
+#include <utility>
+
+namespace sinew::drivers {
+namespace {
+
+constexpr std::array<std::pair<std::uint32_t, const char*>, 11> kFaults{
+    {{msg::kJointOverCurrent, "over-current"},
+     {msg::kJointOverVoltage, "over-voltage"},
+     {msg::kJointUnderVoltage, "under-voltage"},
+     {msg::kJointOverTemperature, "over-temperature"},
+     {msg::kJointDerated, "warm, its effort is limited"},
+     {msg::kJointEncoder, "encoder"},
+     {msg::kJointOverload, "overload (stuck, or too far behind its setpoint)"},
+     {msg::kJointLost, "silent for longer than its time-out"},
+     {msg::kJointLimit, "outside its limits"},
+     {msg::kJointOther, "the drive says so"},
+     {msg::kJointDuplicate, "two drives answer to its number"}}};
+
+}  // namespace
+
+std::string joint_words(const ServoFeedback& feedback) {
+  const bool absent = feedback.mode == msg::JointMode::absent;
+  std::string faults;
+  for (const auto& [bit, words] : kFaults)
+    if ((feedback.faults & bit) != 0) faults += (faults.empty() ? "" : ", ") + std::string(words);
+  if (absent && feedback.measured.ns == 0) return faults.empty() ? "absent" : "absent; " + faults;
+  if (absent) return faults.empty() ? "absent, it was there before" : "absent; " + faults;
+  const bool fault = feedback.mode == msg::JointMode::fault;
+  if (!fault && faults.empty()) return {};
+  if (fault && feedback.fault_code != 0) {
+    char code[32];
+    std::snprintf(code, sizeof code, " (code 0x%04x)", static_cast<unsigned>(feedback.fault_code));
+    faults += code;
+  }
+  if (!fault) return faults;
+  return faults.empty() ? "fault" : "fault: " + faults;
+}
+
+}  // namespace sinew::drivers
