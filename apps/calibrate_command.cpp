@@ -143,7 +143,10 @@ void add_calibrate_command(CLI::App& app, CommandContext& context) {
                               calibrate_joint, joint_options);
   joint.add_option("--device", joint_options->device, "the actuator group")->required();
   joint.add_option("--joint", joint_options->joint, "its joint")->required();
-  joint.add_option("--at", joint_options->at_rad, "where it stands, rad")->check(number(-1000, 1000))->type_name("RAD");
+  joint.add_option("--at", joint_options->at_rad, "where it stands, rad")
+      ->check(number(-1000, 1000))
+      ->type_name("RAD")
+      ->required();
 
   const auto camera_options = std::make_shared<CalibrateOptions>();
   camera_options->device = "imu";

@@ -31,11 +31,13 @@ Checked checked_graph(const std::string& path, const rt::ModuleTypes& types) {
   Checked checked;
   LoadedRobot loaded = load_robot(path);
   checked.readable = loaded.readable;
-  if (!loaded.problems.empty()) add_graph_problems(loaded, types, {.virtual_time = true});
+  // Real devices never run in virtual time, which alone needs execution times.
+  const rt::CheckOptions how{.virtual_time = loaded.robot.graph.board != "linux"};
+  if (!loaded.problems.empty()) add_graph_problems(loaded, types, how);
   checked.problems = std::move(loaded.problems);
   if (checked.problems.empty()) {
     checked.graph = std::make_unique<rt::Graph>(loaded.robot.graph, types);
-    checked.problems = checked.graph->check({.virtual_time = true});
+    checked.problems = checked.graph->check(how);
     for (auto& p : check_linux_devices(loaded.robot)) checked.problems.push_back(std::move(p));
     for (auto& p : check_recording(loaded.robot.record, *checked.graph)) checked.problems.push_back(std::move(p));
   }

@@ -3,6 +3,7 @@
 #
 #   tools/setup.sh [build | test | ci]      each includes the ones before it; default: build
 #   tools/setup.sh cross [ARCH...]          what builds for boards, with the sysroots of armhf, arm64 and mipsel, or these
+#   tools/setup.sh windows                  what builds for Windows, and Wine
 #
 # Exit: 0 all there, 3 something is missing and cannot be installed here (says what), 2 wrong call.
 # SINEW_SKIP_SETUP=1 skips the check, for systems where the same things come from elsewhere.
@@ -14,8 +15,9 @@ case ${1:-build} in
   test) groups=' build test ' ;;
   ci) groups=' build test ci ' ;;
   cross) groups=' build cross ' ;;
+  windows) groups=' build windows ' ;;
   *)
-    say "usage: tools/setup.sh [build | test | ci | cross [ARCH...]]" >&2
+    say "usage: tools/setup.sh [build | test | ci | cross [ARCH...] | windows]" >&2
     exit 2
     ;;
 esac

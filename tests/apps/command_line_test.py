@@ -39,6 +39,18 @@ class CommandLine(unittest.TestCase):
         self.assertRegex(err, r":17: module.mixer.params.idle: 0.9")
         self.assertIn("4 problems", err)
 
+    def test_check_asks_no_execution_time_of_a_robot_with_real_devices(self):
+        with open(f"{SOURCE}/robots/desk_head.toml") as file:
+            text = file.read()
+        with tempfile.TemporaryDirectory() as folder:
+            for board, code in (("sim", 1), ("linux", 0)):
+                robot = os.path.join(folder, f"{board}.toml")
+                with open(robot, "w") as file:
+                    file.write(re.sub(r"(?m)^exec_us = .*$", "", text).replace('board = "sim"', f'board = "{board}"'))
+                done, _, err = run("check", robot)
+                self.assertEqual(done, code, err)
+                self.assertEqual("exec_us" in err, board == "sim")
+
     def test_check_says_the_same_in_json(self):
         code, out, _ = run("check", f"{SOURCE}/examples/broken_robot.toml", "--json")
         self.assertEqual(code, 1)
@@ -108,6 +120,7 @@ class CommandLine(unittest.TestCase):
                 (["run", BALL], "module.ball.type: \"my::Ball\": a known module type"),
                 (["run", f"{SOURCE}/robots/mav_dataset.toml", "--virtual", "--data", "/no/such/folder"], "/no/such/folder"),
                 (["run", f"{SOURCE}/robots/mav_dataset.toml", "--virtual"], "--data DIR"),
+                (["calibrate", "joint", f"{SOURCE}/robots/desk_head.toml", "--device", "head", "--joint", "pan"], "--at"),
                 (["doctor", "no_such.toml"], "a robot file that can be read"),
                 (["doctor", "--root", "/no/such/folder"], "/no/such/folder"),
                 (["new", "Big"], "Big: a name of a-z, 0-9 and _"),

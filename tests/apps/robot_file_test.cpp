@@ -276,6 +276,11 @@ safe = "pray"
           "robot.toml:16: actuator.tilt.safe: \"pray\": one of \"stop\", \"hold\", \"damp\", \"torque_off\""));
 }
 
+TEST(RobotFile, ABoardThatIsNoneIsNamedWithItsLine) {
+  EXPECT_THAT(problems_of("\n[robot]\nname = \"r\"\nboard = \"Linux\"\n"),
+              ElementsAre("robot.toml:4: robot.board: \"Linux\": \"sim\", \"linux\", \"dataset\" or \"none\""));
+}
+
 TEST(RobotFile, AHangIsNoShorterThanTwoLeases) {
   const auto with = [](const char* hang) {
     return problems_of(std::string(R"(robot = { name = "x", board = "none" }
