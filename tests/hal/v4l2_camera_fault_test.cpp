@@ -155,7 +155,7 @@ TEST_F(V4l2CameraFault, GarbageMarkedByTheDriver) {
   EXPECT_FALSE(error_of_read());
   EXPECT_EQ(camera_->stats().corrupted, 1u);
   EXPECT_THAT(camera_->state(), HasSubstr("1 corrupted"));
-  EXPECT_EQ(camera_->problem(), "") << "one bad frame is no problem";
+  EXPECT_EQ(camera_->trouble(), "") << "one bad frame is no problem";
   sim_.set_fault(V4l2Fault::none);
   ASSERT_TRUE(deliver(2));
   ASSERT_TRUE(read());
