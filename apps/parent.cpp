@@ -167,10 +167,16 @@ class Parent {
   // In the order of urgency; the watchdog is simply not fed again. Lines that last need no dead runtime.
   void act(hal::Time now, std::string fault) {
     fault_ = std::move(fault);
+    // Who may be fed by threads of the runtime that still live is first rid of it; the plant, which may be what hangs,
+    // is asked after that.
+    const bool mixed = any_that_does_not_last();
+    if (mixed) {
+      runtime_->kill_now();
+      stop_what_does_not_last(now);
+    }
     for (std::size_t i = 0; i < stopped_.size(); ++i)
       if (lasts(i)) stop(i, now);
-    runtime_->kill_now();
-    stop_what_does_not_last(now);
+    if (!mixed) runtime_->kill_now();
     if (!runtime_->poll()) {  // it may have sent meanwhile
       runtime_->wait(2s);
       stop_what_does_not_last(now);
@@ -184,6 +190,12 @@ class Parent {
   }
 
   bool lasts(std::size_t i) const { return supervised_.stops[i].line && supervised_.stops[i].line->lasts(); }
+
+  bool any_that_does_not_last() const {
+    for (std::size_t i = 0; i < stopped_.size(); ++i)
+      if (supervised_.stops[i].line && !lasts(i)) return true;
+    return false;
+  }
 
   void stop_what_does_not_last(hal::Time since) {
     for (std::size_t i = 0; i < stopped_.size(); ++i)

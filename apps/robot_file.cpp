@@ -223,10 +223,10 @@ void read_robot(TomlReader& r, RobotFile& robot) {
   r.require("name", graph.robot);
   constexpr const char* kBoards = "\"sim\", \"linux\", \"dataset\" or \"none\"";
   r.require("board", graph.board, std::string(kBoards) + "; it is required");
-  const toml::node* board = r.raw().get("board");
-  if (board && board->is_string() && graph.board != "sim" && graph.board != "linux" && graph.board != "dataset" &&
+  const toml::node* named = r.raw().get("board");
+  if (named && named->is_string() && graph.board != "sim" && graph.board != "linux" && graph.board != "dataset" &&
       graph.board != "none")
-    r.problem(*board, "board", kBoards);
+    r.problem(*named, "board", kBoards);
   std::int64_t number = 0;
   if (r.read("seed", number, 0, INT64_MAX)) graph.seed = static_cast<std::uint64_t>(number);
   if (r.read("virtual_cores", number, 1, 64)) graph.virtual_cores = static_cast<std::uint32_t>(number);

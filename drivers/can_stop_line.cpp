@@ -48,6 +48,7 @@ bool CanStopLine::add(const DeviceSpec& spec, std::vector<std::string>& lost) {
   auto opened = can_.open(joint.bus, why);
   if (!opened) {
     if (std::find(lost.begin(), lost.end(), why) == lost.end()) lost.push_back(why);
+    without_bus_.push_back("joint '" + spec.name + "' (" + joint.bus + ") could not be reached from the start");
     return false;
   }
   auto bus = std::find_if(buses_.begin(), buses_.end(), [&](const auto& b) { return b->name_ == joint.bus; });
@@ -62,7 +63,13 @@ bool CanStopLine::add(const DeviceSpec& spec, std::vector<std::string>& lost) {
 }
 
 void CanStopLine::Bus::send(const msg::CanFrame& frame) noexcept {
-  if (const auto sent = bus_.send(frame, os_.now() + kDeadline); sent) {
+  // A queue that is full (the kernel's holds 10 frames by default) has room again in a moment.
+  auto sent = bus_.send(frame, os_.now() + kDeadline);
+  while (!sent && sent.error().code == hal::Errc::timeout && os_.now() < patient_until_) {
+    os_.sleep_until(os_.now() + kLook);
+    sent = bus_.send(frame, os_.now() + kDeadline);
+  }
+  if (sent) {
     ++sent_;
   } else {
     ++refused_;
@@ -86,6 +93,7 @@ void CanStopLine::tend() noexcept {
 
 /// Round 0, 2, ...: farewell; 1, 3, ...: the question. At half time those who still have torque are told otherwise.
 void CanStopLine::say(int round) noexcept {
+  for (const auto& bus : buses_) bus->patient_until_ = os_.now() + kRound;
   for (Joint& joint : joints_) {
     FrameSink& out = *buses_[joint.bus];
     const bool off = joint.said == TorqueSaid::off;
@@ -95,7 +103,7 @@ void CanStopLine::say(int round) noexcept {
       joint.servo->insist(out);
     } else if (round % 2 == 0) {
       if (!off || round < kLeast) joint.servo->farewell(out);
-    } else {
+    } else if (!off || round < kLeast) {
       joint.servo->ask_torque(out);
     }
   }
@@ -128,18 +136,21 @@ hal::Status CanStopLine::stop() noexcept {
   listen(false);
   const Time begin = os_.now();
   for (int round = 1; round <= kRounds; ++round) {
-    for (const Time until = begin + round * kRound; os_.now() < until;) {
+    const Time until = begin + round * kRound;
+    do {
       os_.sleep_until(os_.now() + kLook);
       listen(round > 1);
-    }
-    if (round >= kLeast && all_off()) return {};
+    } while (os_.now() < until);
+    if (round >= kLeast && all_off()) break;
     if (round < kRounds) say(round);
   }
+  if (all_off() && without_bus_.empty()) return {};
   const bool any_sent = std::any_of(buses_.begin(), buses_.end(), [](const auto& b) { return b->sent_ > 0; });
   if (!any_sent) return hal::Error{hal::Errc::closed, "no CAN bus took a frame"};
   return hal::Error{
       hal::Errc::timeout, "not every joint has said that it is without torque",
-      std::count_if(joints_.begin(), joints_.end(), [](const Joint& joint) { return joint.said != TorqueSaid::off; })};
+      static_cast<std::int64_t>(without_bus_.size()) +
+          std::count_if(joints_.begin(), joints_.end(), [](const Joint& j) { return j.said != TorqueSaid::off; })};
 }
 
 std::string CanStopLine::told() const {
@@ -148,6 +159,7 @@ std::string CanStopLine::told() const {
   for (const auto& bus : buses_)
     if (bus->sent_ == 0)
       texts.push_back("bus '" + bus->name_ + "' takes no frame (" + hal::to_string(bus->error_) + ")");
+  texts.insert(texts.end(), without_bus_.begin(), without_bus_.end());
   std::size_t off = 0;
   for (const Joint& joint : joints_) {
     const std::string& bus = buses_[joint.bus]->name_;
@@ -155,8 +167,8 @@ std::string CanStopLine::told() const {
     if (joint.said == TorqueSaid::on) texts.push_back("joint '" + joint.name + "' (" + bus + ") still has torque");
     if (joint.said == TorqueSaid::nothing) texts.push_back("joint '" + joint.name + "' (" + bus + ") did not answer");
   }
-  return std::to_string(off) + " of " + std::to_string(joints_.size()) + " joints are without torque" +
-         (texts.empty() ? "" : "; " + lines(texts));
+  return std::to_string(off) + " of " + std::to_string(joints_.size() + without_bus_.size()) +
+         " joints are without torque" + (texts.empty() ? "" : "; " + lines(texts));
 }
 
 }  // namespace sinew::drivers

@@ -47,6 +47,7 @@ class CanStopLine final : public hal::StopLine {
     hal::Os& os_;
     std::uint64_t sent_ = 0, refused_ = 0;  // of this stop()
     hal::Errc error_ = hal::Errc::io;       // the last refusal's
+    hal::Time patient_until_;               // a full queue is waited for until then
     std::vector<hal::CanFilter> filters_;
   };
   struct Joint {
@@ -69,6 +70,7 @@ class CanStopLine final : public hal::StopLine {
   CanBuses can_;  // its hubs are made for what they hold, and never start
   std::vector<std::unique_ptr<Bus>> buses_;
   std::vector<Joint> joints_;
+  std::vector<std::string> without_bus_;  // joints whose bus could not be opened, in words
   bool stopped_once_ = false;
 };
 

@@ -131,6 +131,7 @@ void Cia402Servo::count_cycle(Time now) noexcept {
 
 void Cia402Servo::decide(Time now, const ServoCommand& command) noexcept {
   using Intent = ServoCommand::Intent;
+  if (command.intent == Intent::off) quick_ = false;  // a disarm does not wait for a ramp
   const bool broken = joint_.tripped() || joint_.idle_mode(now) == msg::JointMode::fault;
   if (!wants_) {
     if (!joint_.may_enable(now, command) || state_ == DriveState::fault || quick_ || homing_ != Homing::no) return;

@@ -174,7 +174,8 @@ void DronecanServo::command(double joint_value) noexcept {
                                                        : joint_.to_drive_effort(joint_value);
   // An ESC takes no effort limit: derated, it turns no faster than the same part of its speed limit.
   if (!options_.esc) return node_.set_actuator(static_cast<std::uint8_t>(c.actuator_id), type_of(c.mode), drive);
-  const double fastest = c.limits.velocity_radps * joint_.effort_limit() / c.limits.effort_nm * c.gear_ratio;
+  const double share = std::isfinite(c.limits.effort_nm) ? joint_.effort_limit() / c.limits.effort_nm : 1;
+  const double fastest = c.limits.velocity_radps * share * c.gear_ratio;
   const double raw =
       std::clamp(std::clamp(drive, -fastest, fastest) / options_.esc_full_radps, -1.0, 1.0) * wire::kDronecanEscFull;
   node_.set_esc(c.actuator_id, static_cast<std::int16_t>(std::lround(raw)));

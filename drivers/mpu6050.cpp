@@ -95,13 +95,16 @@ hal::Status Mpu6050::poll_fifo(hal::Time now, std::vector<msg::ImuSample>& out, 
     ++overflows_;
     return empty_fifo();
   }
-  // While the chip writes a packet, a part of it may be counted; twice in a row it has lost its beat.
-  odd_ = count % chip::kPacket == 0 ? 0 : odd_ + 1;
-  if (odd_ == 1) return {};
-  if (odd_ > 1) {
+  // While the chip writes a packet, a part of it may be counted: what is there waits for the next poll. The same part
+  // again and again is one of a packet that was torn.
+  const std::size_t rest = count % chip::kPacket;
+  odd_ = rest == 0 ? 0 : rest == rest_ ? odd_ + 1 : 1;
+  rest_ = rest;
+  if (odd_ >= kTorn) {
     odd_ = 0, ++overflows_;
     return empty_fifo();
   }
+  if (odd_ > 0) return {};
   const std::size_t packets = count / chip::kPacket;
   if (packets == 0) return {};
   const auto stamps = clock_.found(packets, now - chip::filter_delay(config_.chip.filter));

@@ -47,7 +47,9 @@ class Mpu6050 final : public PolledDevice<msg::ImuSample> {
   ImuWatch watch_;
   std::uint64_t overflows_ = 0;
   bool cut_ = false;  // a burst of the FIFO failed
-  int odd_ = 0;       // polls in a row that found a part of a packet
+  static constexpr int kTorn = 5;
+  int odd_ = 0;  // polls in a row that found the same part of a packet
+  std::size_t rest_ = 0;
 };
 
 }  // namespace sinew::drivers

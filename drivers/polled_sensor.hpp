@@ -118,12 +118,15 @@ class PolledSensor final : public hal::SensorQueue<M>, public hal::SelfReport {
     std::vector<M> found;
     std::string why;
     int failures = 0;
-    hal::Time next = os_.now(), heard = next, erred{};
+    hal::Time next = os_.now(), heard = next, erred{}, polled = next;
     while (!stopped()) {
       next = wait(next);
       if (stopped()) return;
       found.clear();
-      const hal::Status done = device_->poll(os_.now(), found, why);
+      // Who did not ask for so long, or could not, has not heard that the chip is silent.
+      if (!device_->line() && os_.now() - polled > options_.silent_after / 2) heard = os_.now();
+      polled = os_.now();
+      const hal::Status done = device_->poll(polled, found, why);
       for (const M& sample : found) this->put(sample);
       if (!found.empty()) heard = os_.now();
       if (done) {
@@ -140,6 +143,7 @@ class PolledSensor final : public hal::SensorQueue<M>, public hal::SelfReport {
         errors_.add();
         tell(why);
         erred = os_.now();
+        if (!device_->line()) heard = erred;
         if (done.error().code != hal::Errc::closed && ++failures < options_.errors_in_a_row) continue;
       }
       this->set_gone(true);

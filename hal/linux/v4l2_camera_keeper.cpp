@@ -65,7 +65,14 @@ Duration V4l2Camera::open_again(Duration retry) {
   count_.tried();
   set_requested();
   std::string why;
-  auto session = V4l2Session::open(port_, spec_, why, room_bytes_.load(std::memory_order_relaxed));
+  const std::uint32_t room_bytes = room_bytes_.load(std::memory_order_relaxed);
+  auto session = V4l2Session::open(port_, spec_, why, room_bytes);
+  if (!session && room_bytes != 0 && spec_.memory == CameraSpec::Memory::automatic)
+    if (auto mapped = V4l2Session::open(port_, spec_, why, 0)) {  // it came back as one that cannot fill lent memory
+      room_bytes_.store(0, std::memory_order_relaxed);
+      lending_error_.store(EINVAL, std::memory_order_relaxed);
+      session = std::move(mapped);
+    }
   if (!session) {
     const std::lock_guard lock(mutex_);
     trouble_ = why;
@@ -149,6 +156,7 @@ void V4l2Camera::start_or_stop() {
     said = session_->start();
     if (said == 0 && watch_ && !watch_->add(session_->fd(), line_)) said = -EIO;
     last_frame_ns_.store(os_.now().ns, std::memory_order_relaxed);
+    last_good_ns_.store(os_.now().ns, std::memory_order_relaxed);
   } else if (wish == Wish::stop && session_->lends()) {
     end_stream();
   }

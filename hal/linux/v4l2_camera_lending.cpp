@@ -110,6 +110,7 @@ Result<msg::Image*> V4l2Camera::take_filled() noexcept {
     lent_.erase(at);
     static_cast<void>(describe(filled, *image));  // it has room: lend() has looked
     count_.handed_on();
+    last_good_ns_.store(os_.now().ns);
   }
   leave_session(broken);
   if (!got) return got.error();

@@ -152,8 +152,11 @@ class CeThread final : public Thread {
     if (options_.fifo_priority > 0)
       fall_short("SCHED_FIFO: one of Windows' levels instead, which many priorities share");
     if (!options_.cpus.empty()) fall_short("CPU set: the system has none");
-    if (ResumeThread(thread_) == static_cast<Dword>(-1)) return Error{Errc::io, "ResumeThread", GetLastError()};
-    return {};
+    if (ResumeThread(thread_) != static_cast<Dword>(-1)) return {};
+    const Dword why = GetLastError();
+    CloseHandle(thread_);  // it never runs, and nobody may wait for it
+    thread_ = nullptr;
+    return Error{Errc::io, "ResumeThread", why};
   }
 
   void join() override {

@@ -109,6 +109,22 @@ TEST_F(Cia402, QuickStopBrakesAndEndsWithoutTorque) {
   EXPECT_TRUE(rig->until(0, JointMode::enabled)) << "and it comes back";
 }
 
+TEST_F(Cia402, DisarmedInTheMiddleOfAQuickStopItIsWithoutTorqueAtOnce) {
+  ServoConfig c = plain();
+  c.mode = ServoMode::velocity;
+  c.stop = StopAction::quick_stop;
+  build(c);
+  rig->setpoint[0] = 3;
+  ASSERT_TRUE(rig->until(0, JointMode::enabled));
+  rig->run(300ms);
+  rig->write(1ms);
+  ASSERT_TRUE(rig->until(0, JointMode::stopping, false));
+  ASSERT_TRUE(drive->live()) << "it brakes";
+  ASSERT_TRUE(rig->group().stop());
+  rig->run(6ms, false);
+  EXPECT_FALSE(drive->live());
+}
+
 TEST_F(Cia402, HoldStaysWhereItIs) {
   ServoConfig c = plain();
   c.stop = StopAction::hold;

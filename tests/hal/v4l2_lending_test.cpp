@@ -102,6 +102,17 @@ TEST_F(V4l2Lending, PicturesLieWhereTheDriverPutThem) {
   EXPECT_THAT(camera_->state(), HasSubstr("; the driver fills the topic's slots"));
 }
 
+TEST_F(V4l2Lending, CameraThatIsWellComplainsOfNothing) {
+  ASSERT_TRUE(start()) << why_ << camera_->state();
+  const Time until = linux_os().now() + 1500ms;
+  for (std::uint32_t n = 0; linux_os().now() < until; ++n) {
+    ASSERT_TRUE(deliver(n));
+    if (msg::Image* image = cycle()) give_up(image);
+    ASSERT_EQ(camera_->trouble(), "");
+    linux_os().sleep_until(linux_os().now() + 20ms);
+  }
+}
+
 TEST_F(V4l2Lending, WhoWaitsIsWokenForMemoryAndForFrames) {
   ASSERT_EQ(open(), std::nullopt);
   ASSERT_EQ(begin(), std::nullopt) << why_;

@@ -205,7 +205,7 @@ TEST_F(RealTime, CatchUpRunsTheOldestThatMayWaitAndSkipsTheRest) {
 
 /// An instant as a trigger keeps it on this machine.
 Time as_kept(Time t) {
-  return InstantWord<>::time(InstantWord<>::of(t), [] { return hal::linux_os().now(); });
+  return InstantWord<>::time(InstantWord<>::of(t), [] { return hal::system_os().now(); });
 }
 
 TEST_F(RealTime, ACommitWakesTheThreadThatWaitsForItsTopic) {
