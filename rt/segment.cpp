@@ -129,11 +129,11 @@ struct SegmentPlan::Offsets {
 
 std::size_t SegmentPlan::bytes() const { return Offsets(*this).total; }
 
-void Segment::Free::operator()(std::byte* p) const { ::operator delete(p, std::align_val_t{kPage}); }
+void Segment::Free::operator()(std::byte* p) const { ::operator delete (p, std::align_val_t{kPage}); }
 
 Segment::Segment(const SegmentPlan& plan) {
   const std::size_t bytes = plan.bytes();
-  own_.reset(static_cast<std::byte*>(::operator new(bytes, std::align_val_t{kPage}, std::nothrow)));
+  own_.reset(static_cast<std::byte*>(::operator new (bytes, std::align_val_t{kPage}, std::nothrow)));
   if (!own_) bug("no memory", "segment");
   std::memset(own_.get(), 0, bytes);
   base_ = own_.get();

@@ -145,7 +145,8 @@ int fly(const Options& options) {
   if (!ran) return fail(2, ran.error().where);
   const double wall_s = msg::seconds(os.now() - begin);
   (*board)->bye("the flight is over");
-  if (ran->end == rt::DiscreteReport::End::source_failed) return fail(1, "the simulator failed: " + (*board)->problem());
+  if (ran->end == rt::DiscreteReport::End::source_failed)
+    return fail(1, "the simulator failed: " + (*board)->problem());
   for (std::uint32_t t = 0; t < graph.topics().size(); ++t)
     std::printf("hash %-24s %016llx\n", graph.topics()[t].name.c_str(),
                 static_cast<unsigned long long>(executor.runner().topic_hash(t)));
