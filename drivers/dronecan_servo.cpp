@@ -31,7 +31,7 @@ StopAction stop_of(const ServoConfig& c, const DronecanServoOptions& o) {
 }  // namespace
 
 std::string check_dronecan(const ServoConfig& c, const DronecanServoOptions& o) {
-  if (std::string wrong = check_servo(c); !wrong.empty()) return wrong;
+  if (std::string wrong = check_servo(c, o.esc); !wrong.empty()) return wrong;
   const auto say = [&c](const char* what) { return "servo '" + c.name + "': " + what; };
   if (c.node_id < 1 || c.node_id > wire::kDronecanMaxNode) return say("node_id: 1..127");
   if (o.esc && c.mode != ServoMode::velocity) return say("mode: an ESC has velocity only");
@@ -174,8 +174,7 @@ void DronecanServo::command(double joint_value) noexcept {
                                                        : joint_.to_drive_effort(joint_value);
   // An ESC takes no effort limit: derated, it turns no faster than the same part of its speed limit.
   if (!options_.esc) return node_.set_actuator(static_cast<std::uint8_t>(c.actuator_id), type_of(c.mode), drive);
-  const double share = std::isfinite(c.limits.effort_nm) ? joint_.effort_limit() / c.limits.effort_nm : 1;
-  const double fastest = c.limits.velocity_radps * share * c.gear_ratio;
+  const double fastest = c.limits.velocity_radps * joint_.strength() * c.gear_ratio;
   const double raw =
       std::clamp(std::clamp(drive, -fastest, fastest) / options_.esc_full_radps, -1.0, 1.0) * wire::kDronecanEscFull;
   node_.set_esc(c.actuator_id, static_cast<std::int16_t>(std::lround(raw)));

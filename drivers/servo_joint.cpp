@@ -138,18 +138,20 @@ void ServoJoint::resume(Time now) noexcept {
   last_value_ = config_.mode == ServoMode::position ? feedback_.position_rad : 0;
 }
 
-double ServoJoint::effort_limit() const noexcept {
+double ServoJoint::strength() const noexcept {
   const Derating& d = config_.derating;
-  double part = 1;
-  if (d.start_c < d.end_c && !std::isnan(feedback_.temperature_c)) {
-    part = clamp((d.end_c - feedback_.temperature_c) / (d.end_c - d.start_c), 0, 1);
-  }
-  return part < 1 ? part * config_.limits.effort_nm : config_.limits.effort_nm;
+  if (d.start_c >= d.end_c || std::isnan(feedback_.temperature_c)) return 1;
+  return clamp((d.end_c - feedback_.temperature_c) / (d.end_c - d.start_c), 0, 1);
+}
+
+double ServoJoint::effort_limit() const noexcept {
+  const double most = config_.limits.effort_nm;
+  return std::isfinite(most) ? strength() * most : most;
 }
 
 bool ServoJoint::falls_behind(double value) const noexcept {
   const FollowingError& f = config_.following;
-  if (effort_limit() < config_.limits.effort_nm) return false;
+  if (strength() < 1) return false;
   if (config_.mode == ServoMode::position) {
     return f.position_rad > 0 && std::abs(value - feedback_.position_rad) > f.position_rad;
   }
@@ -207,7 +209,7 @@ void ServoJoint::collect_faults() noexcept {
   std::uint32_t faults = drive_faults_ | own_faults_;
   if (lost_) faults |= msg::kJointLost;
   if (double_) faults |= msg::kJointDuplicate;
-  if (effort_limit() < config_.limits.effort_nm) faults |= msg::kJointDerated;
+  if (strength() < 1) faults |= msg::kJointDerated;
   const double p = feedback_.position_rad;
   if (believed_ && (p < config_.limits.position_min_rad - kLimitMargin_rad ||
                     p > config_.limits.position_max_rad + kLimitMargin_rad)) {
@@ -216,7 +218,7 @@ void ServoJoint::collect_faults() noexcept {
   feedback_.faults = faults;
 }
 
-std::string check_servo(const ServoConfig& c) {
+std::string check_servo(const ServoConfig& c, bool derates_speed) {
   const auto say = [&c](const char* what) { return "servo '" + c.name + "': " + what; };
   const ServoLimits& l = c.limits;
   if (c.sign != 1 && c.sign != -1) return say("sign: 1 or -1");
@@ -225,7 +227,7 @@ std::string check_servo(const ServoConfig& c) {
   if (!(l.position_min_rad < l.position_max_rad)) return say("limits: position_min_rad below position_max_rad");
   if (!(l.velocity_radps > 0) || !std::isfinite(l.velocity_radps)) return say("limits: velocity_radps above 0");
   if (!(l.effort_nm > 0)) return say("limits: effort_nm above 0");
-  if (c.derating.start_c < c.derating.end_c && !std::isfinite(l.effort_nm)) {
+  if (!derates_speed && c.derating.start_c < c.derating.end_c && !std::isfinite(l.effort_nm)) {
     return say("derating: needs max_effort_nm");
   }
   if (c.following.time <= Duration{0}) return say("following: time above 0");

@@ -97,6 +97,8 @@ class ServoJoint {
   double to_drive_gain(double gain) const noexcept { return gain / (config_.gear_ratio * config_.gear_ratio); }
 
   double effort_limit() const noexcept;
+  /// What its warmth leaves of it: 1 all, 0 nothing. See Derating.
+  double strength() const noexcept;
   const ServoConfig& config() const noexcept { return config_; }
   const ServoFeedback& feedback() const noexcept { return feedback_; }
   ServoStats& stats() noexcept { return stats_; }
@@ -122,7 +124,7 @@ class ServoJoint {
 };
 
 /// What is wrong with a configuration whatever its protocol; empty: nothing. For the robot file's reader.
-std::string check_servo(const ServoConfig& config);
+std::string check_servo(const ServoConfig& config, bool derates_speed = false);
 /// Whether its time-outs leave room for what is late: `feedback` and `life` are the times between two of what its
 /// driver hears (positions) and between two of what the drive hears.
 std::string check_times(const ServoConfig& config, Duration feedback, Duration life);

@@ -120,7 +120,7 @@ class ForeignPeer(unittest.TestCase):
                 status, counts, _ = struct.unpack("<Hih", frame.data)
                 return status & 0x6F == 0x27 and 0.15 < counts / 65536 * 2 * 3.14159265 < 0.85
             wait(stands_there)                                                      # enabled, and where it is told
-            setpoint = wait(lambda f: f.arbitration_id == 0x201 and len(f.data) == 8)  # our RPDO1
+            setpoint = wait(lambda f: f.arbitration_id == 0x201 and len(f.data) >= 6)  # our RPDO1
             print("control", struct.unpack("<H", setpoint.data[:2])[0])
             print("vendor", ask([0x40, 0x18, 0x10, 1, 0, 0, 0, 0]).hex())           # while it is driven
             """, self.port, "can0"), "control 15", "vendor 4318100151000000")

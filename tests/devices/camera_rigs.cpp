@@ -81,7 +81,12 @@ class LibcameraRig final : public Rig {
     heals = false;
     specs.devices.push_back(table(device, "libcamera", {{"path", std::string("0")}}));
     connectors.open_libcamera = [this](const hal::CameraSpec& spec, std::string& why) {
-      return hal::open_libcamera_plugin(spec, os, why);
+      auto camera = hal::open_libcamera_plugin(spec, os, why);
+      // Beside the program, wherever that is.
+      const std::string file = hal::kLibcameraPluginFile;
+      if (const auto end = why.find(file); end != std::string::npos && end > 0 && why[end - 1] == '/')
+        why.erase(why.find('/'), end - why.find('/'));
+      return camera;
     };
   }
   std::vector<Way> ways(Fault fault) const override {

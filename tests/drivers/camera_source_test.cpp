@@ -245,6 +245,8 @@ TEST(CameraSource, StampsAreShiftedByTheCalibratedOffset) {
   CameraSource source;
   rt::ModuleRig rig(source, {.board = &board});
   rig.set("time_offset_ms", -12.5);
+  EXPECT_EQ(rig.step({1'000'000}, 1ms), rt::Status::stale) << "nothing was delivered";
+  ASSERT_TRUE(eventually([&] { return board.sim.streams(); }));
   board.deliver(1);
   ASSERT_EQ(rig.step({2'000'000}, 1ms), rt::Status::ok);
   EXPECT_EQ(rig.all<msg::Image>("raw")[0]->stamp, hal::Time{1'000'000} + 33ms - 12'500us);

@@ -20,8 +20,8 @@ class Topics {
   explicit Topics(std::uint32_t keep) {
     rt::SegmentPlan plan({.first_sequence = kNearWrap});
     const auto w = plan.add_writer("w");
-    plan.add_topic(w, {"w.range", &msg::type_info<msg::RangeSample>(), 0, 2, keep, 0});
-    plan.add_topic(w, {"w.baro", &msg::type_info<msg::BaroSample>(), 0, 1, keep, 0});
+    plan.add_topic(w, {"w.range", &msg::type_info<msg::RangeSample>(), 0, 2, 0, keep, 0});
+    plan.add_topic(w, {"w.baro", &msg::type_info<msg::BaroSample>(), 0, 1, 0, keep, 0});
     segment = std::make_unique<rt::Segment>(plan);
     commit = std::make_unique<rt::Commit>(*segment, w);
     auto opened = Reader::open(memory());
