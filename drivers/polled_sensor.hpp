@@ -37,7 +37,7 @@ struct PollOptions {
   std::vector<int> cpus;
   int errors_in_a_row = 3;  // then it is set up again
   hal::Duration retry_first = std::chrono::milliseconds(20), retry_most = std::chrono::seconds(1);
-  // Without a sample for so long problem() says so; a device that is asked (no line()) is set up again then, as one
+  // Without a sample for so long trouble() says so; a device that is asked (no line()) is set up again then, as one
   // that lost its power for a moment answers and has forgotten that it shall measure.
   hal::Duration silent_after = std::chrono::seconds(1);
 };
@@ -88,8 +88,7 @@ class PolledSensor final : public hal::SensorQueue<M>, public hal::SelfReport {
             .restarts = restarts_.value()};
   }
   /// What is wrong now, in words; empty: nothing.
-  std::string problem() const { return trouble_.get(); }
-  std::string trouble() const override { return problem(); }
+  std::string trouble() const override { return trouble_.get(); }
   std::string shortfall() const override { return thread_ ? thread_->shortfall() : std::string(); }
 
  private:

@@ -25,7 +25,7 @@ struct IioStats {
 struct IioOptions {
   ThreadOptions thread{.name = "iio", .fifo_priority = 0, .cpus = {}, .nice = 0};
   Duration retry_first = std::chrono::milliseconds(50), retry_most = std::chrono::seconds(2);
-  Duration silent_after = std::chrono::seconds(1);  // problem() says so then
+  Duration silent_after = std::chrono::seconds(1);  // trouble() says so then
 };
 
 /// An IMU behind the kernel's IIO as a board's device: one IIO device with accelerometer and gyroscope, or two
@@ -42,8 +42,7 @@ class IioImu final : public SensorQueue<msg::ImuSample>, public SelfReport {
 
   IioStats stats() const;
   /// What is wrong now, in words; empty: nothing.
-  std::string problem() const { return trouble_.get(); }
-  std::string trouble() const override { return problem(); }
+  std::string trouble() const override { return trouble_.get(); }
   std::string shortfall() const override { return thread_ ? thread_->shortfall() : std::string(); }
 
  private:

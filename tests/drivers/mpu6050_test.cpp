@@ -284,19 +284,19 @@ TEST_F(Mpu6050Sensor, DeliversAndIsSetUpAgainAfterErrors) {
     const auto read = sensor->read(got);
     return !read && read.error().code == hal::Errc::closed;
   }));
-  EXPECT_EQ(sensor->problem(), "imu: i2c 0x68: input/output error (errno 5)");
+  EXPECT_EQ(sensor->trouble(), "imu: i2c 0x68: input/output error (errno 5)");
   bus->fault = BusFault::none;
   ASSERT_TRUE(wait_until([&] { return sensor->stats().restarts == 1; }));
-  ASSERT_TRUE(delivers(*sensor)) << sensor->problem();
-  EXPECT_TRUE(wait_until([&] { return delivers(*sensor) && sensor->problem().empty(); })) << sensor->problem();
+  ASSERT_TRUE(delivers(*sensor)) << sensor->trouble();
+  EXPECT_TRUE(wait_until([&] { return delivers(*sensor) && sensor->trouble().empty(); })) << sensor->trouble();
   EXPECT_GE(sensor->stats().errors, 3u);
 }
 
 TEST_F(Mpu6050Sensor, ASilentChipIsTold) {
   auto sensor = start();
   ASSERT_TRUE(sensor) << why;
-  EXPECT_TRUE(wait_until([&] { return sensor->problem() == "imu: answers, but sends nothing (its clock or power?)"; }))
-      << sensor->problem();
+  EXPECT_TRUE(wait_until([&] { return sensor->trouble() == "imu: answers, but sends nothing (its clock or power?)"; }))
+      << sensor->trouble();
 }
 
 TEST_F(Mpu6050Sensor, AChipThatLostItsPowerForAMomentIsSetUpAgain) {
@@ -311,8 +311,8 @@ TEST_F(Mpu6050Sensor, AChipThatLostItsPowerForAMomentIsSetUpAgain) {
   ASSERT_TRUE(wait_until([&] {
     chip->measure(sample(++k_));
     return sensor->stats().restarts == 1;
-  })) << sensor->problem();
-  EXPECT_TRUE(wait_until([&] { return delivers(*sensor) && sensor->problem().empty(); })) << sensor->problem();
+  })) << sensor->trouble();
+  EXPECT_TRUE(wait_until([&] { return delivers(*sensor) && sensor->trouble().empty(); })) << sensor->trouble();
 }
 
 TEST_F(Mpu6050Sensor, AStuckChipIsResetAndHeals) {
@@ -323,7 +323,7 @@ TEST_F(Mpu6050Sensor, AStuckChipIsResetAndHeals) {
     return sensor->stats().restarts > 0;
   }));
   EXPECT_GE(chip->resets(), 2);
-  EXPECT_TRUE(delivers(*sensor)) << sensor->problem();
+  EXPECT_TRUE(delivers(*sensor)) << sensor->trouble();
 }
 
 TEST_F(Mpu6050Sensor, AnAbsentChipDoesNotStart) {

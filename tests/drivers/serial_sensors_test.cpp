@@ -368,7 +368,7 @@ TEST(SerialSensorThread, APilotIsUnpluggedAndPluggedInAgain) {
   EXPECT_EQ((*rc)->stats().restarts, 1u);
   msg::RcSample old;  // what came before it was unplugged
   for (auto got = (*rc)->read(old); got && *got;) got = (*rc)->read(old);
-  EXPECT_TRUE(moves()) << (*rc)->problem();
+  EXPECT_TRUE(moves()) << (*rc)->trouble();
 }
 
 }  // namespace

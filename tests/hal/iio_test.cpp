@@ -90,7 +90,7 @@ TEST_F(IioTest, AScanBecomesASampleInSiUnitsWithTheKernelsStamp) {
   const msg::ImuSample in = sample(os.now());
   ASSERT_TRUE(tree->feed(in));
   const auto out = next(*imu);
-  ASSERT_TRUE(out) << imu->problem();
+  ASSERT_TRUE(out) << imu->trouble();
   EXPECT_EQ(out->stamp, in.stamp);
   expect_near(out->accel_mps2, in.accel_mps2, 0.0004);
   expect_near(out->gyro_radps, in.gyro_radps, 0.0006);
@@ -154,7 +154,7 @@ TEST_F(IioTest, TwoDevicesAreJoinedByTheirStamps) {
   in.stamp = t0 + 10ms, in.accel_mps2 = {4, 0, 10};
   ASSERT_TRUE(accel->feed(in));
   const auto out = next(*imu);
-  ASSERT_TRUE(out) << imu->problem();
+  ASSERT_TRUE(out) << imu->trouble();
   EXPECT_EQ(out->stamp, t0 + 5ms);
   expect_near(out->gyro_radps, {1, 2, 3}, 0.001);
   expect_near(out->accel_mps2, {2, 0, 10}, 0.001);
@@ -316,28 +316,28 @@ TEST_F(IioTest, AnUnpluggedDeviceIsClosedAndComesBack) {
     const auto got = imu->read(out);
     return !got && got.error().code == Errc::closed;
   }));
-  EXPECT_TRUE(wait_until([&] { return imu->problem().find("not in ") != std::string::npos; })) << imu->problem();
+  EXPECT_TRUE(wait_until([&] { return imu->trouble().find("not in ") != std::string::npos; })) << imu->trouble();
   tree.reset();
   tree = plug(tree_spec());
   ASSERT_TRUE(wait_until([&] { return imu->stats().restarts == 1 && tree->enabled(); }));
   ASSERT_TRUE(tree->feed(sample(os.now())));
-  EXPECT_TRUE(next(*imu)) << imu->problem();
-  EXPECT_EQ(imu->problem(), "");
+  EXPECT_TRUE(next(*imu)) << imu->trouble();
+  EXPECT_EQ(imu->trouble(), "");
 }
 
 TEST_F(IioTest, ASilentDeviceIsToldAndHealsByItself) {
   auto tree = plug(tree_spec());
   auto imu = open(spec());
   ASSERT_TRUE(imu) << why;
-  EXPECT_TRUE(wait_until([&] { return !imu->problem().empty(); }));
-  EXPECT_EQ(imu->problem(), "iio device 'mpu6050': is there, but sends nothing (trigger, interrupt?)");
+  EXPECT_TRUE(wait_until([&] { return !imu->trouble().empty(); }));
+  EXPECT_EQ(imu->trouble(), "iio device 'mpu6050': is there, but sends nothing (trigger, interrupt?)");
   msg::ImuSample out;
   const auto got = imu->read(out);
   ASSERT_TRUE(got) << "silence is not an error of read(): the guardian's silent_ms sees it";
   EXPECT_FALSE(*got);
   ASSERT_TRUE(tree->feed(sample(os.now())));
   ASSERT_TRUE(next(*imu));
-  EXPECT_EQ(imu->problem(), "");
+  EXPECT_EQ(imu->trouble(), "");
 }
 
 TEST_F(IioTest, RepeatedAndOldStampsAreCountedNotDelivered) {
@@ -360,7 +360,7 @@ TEST_F(IioTest, StampsOfAnotherClockAreReplacedAndTold) {
   ASSERT_TRUE(out);
   EXPECT_GE(out->stamp, before);
   EXPECT_LE(out->stamp, os.now());
-  EXPECT_THAT(imu->problem(), HasSubstr("its stamps are not of the monotonic clock"));
+  EXPECT_THAT(imu->trouble(), HasSubstr("its stamps are not of the monotonic clock"));
 }
 
 TEST_F(IioTest, AScanThatComesInPiecesIsPutTogether) {
@@ -418,7 +418,7 @@ TEST(IioKernel, TheRealDeviceDelivers) {
   while (count < 50 && linux_os().now() < deadline) {
     msg::ImuSample out;
     const auto got = (*imu)->read(out);
-    ASSERT_TRUE(got) << (*imu)->problem();
+    ASSERT_TRUE(got) << (*imu)->trouble();
     if (!*got) {
       linux_os().sleep_until(linux_os().now() + 1ms);
       continue;
@@ -428,7 +428,7 @@ TEST(IioKernel, TheRealDeviceDelivers) {
     last = out.stamp;
     ++count;
   }
-  EXPECT_EQ(count, 50) << (*imu)->problem();
+  EXPECT_EQ(count, 50) << (*imu)->trouble();
 }
 
 }  // namespace
