@@ -10,45 +10,10 @@
 # Exit: 0 all there, 1 not made (says why), 2 wrong call.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../tools/lib.sh"
+source "$root/tools/own_apt.sh"
 
 home=${SINEW_SYSROOTS:-$root/build/sysroot}
 mapfile -t wanted < <(awk '$1 == "sysroot" { print $2 }' "$root/tools/packages.txt")
-
-# Of the main suite only: its security updates do not come out at the same time for every machine, and one tree must not
-# mix their versions.
-source_line() {
-  if [[ -n ${SINEW_SYSROOT_SOURCE:-} ]]; then
-    say "$SINEW_SYSROOT_SOURCE"
-    return
-  fi
-  local suite
-  suite=$(sed -n 's/^VERSION_CODENAME=//p' /etc/os-release)
-  # shellcheck disable=SC2016  # apt's and dpkg's own names in dollars
-  apt-get indextargets --format '$(REPO_URI) $(CODENAME) $(COMPONENT)' 'Created-By: Packages' |
-    awk -v suite="$suite" '$2 == suite && $3 == "main" { print "deb", $1, $2, $3; exit }'
-}
-
-# own_apt WORK ARCH SOURCE: a package manager's state of its own in WORK, so that the system's is neither read nor changed.
-own_apt() {
-  mkdir -p "$1"/{lists/partial,archives/partial,empty}
-  : >"$1/status"
-  say "$3" >"$1/sources.list"
-  cat >"$1/apt.conf" <<TEXT
-APT::Architecture "$2";
-APT::Architectures { "$2"; };
-APT::Install-Recommends "false";
-APT::Sandbox::User "";
-Acquire::Languages "none";
-Acquire::Retries "3";
-Dir::State "$1";
-Dir::State::status "$1/status";
-Dir::Cache "$1";
-Dir::Etc::sourcelist "$1/sources.list";
-Dir::Etc::sourceparts "$1/empty";
-Dir::Etc::preferences "$1/empty/none";
-Dir::Etc::preferencesparts "$1/empty";
-TEXT
-}
 
 # unpack WORK TREE: every package that was fetched. Documents and settings are not for a compiler.
 unpack() {
@@ -84,7 +49,7 @@ settle() {
 # make_tree ARCH TREE: in a shell of its own, which ends at the first failed command.
 make_tree() {
   local work=$2.apt source
-  source=$(source_line)
+  source=$(main_suite)
   [[ -n $source ]] || {
     say "no main suite among this system's package sources; name one in SINEW_SYSROOT_SOURCE"
     return 1
@@ -105,7 +70,7 @@ if (($# == 0)); then
   exit 2
 fi
 # Made anew when another thing is wanted of it, or it is made in another way.
-made_by=$({ cat "${BASH_SOURCE[0]}" && printf '%s\n' "${wanted[@]}" "${SINEW_SYSROOT_SOURCE:-}"; } | sha256sum)
+made_by=$({ cat "${BASH_SOURCE[0]}" "$root/tools/own_apt.sh" && printf '%s\n' "${wanted[@]}" "${SINEW_SYSROOT_SOURCE:-}"; } | sha256sum)
 for arch in "$@"; do
   if [[ ! -f $root/toolchains/$arch.cmake ]]; then
     say "sysroot: no machine '$arch'; known: $(cd "$root/toolchains" && echo [am]*[0-9a-z].cmake | sed 's/\.cmake//g')" >&2

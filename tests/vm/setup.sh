@@ -6,6 +6,7 @@
 #   tests/vm/setup.sh [amd64 | arm64]     another kernel than the one that is there: rm -r build/vm/ARCH first
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../../tools/lib.sh"
+source "$root/tools/own_apt.sh"
 
 arch=${1:-amd64}
 triplet='' tools=() # of another machine than this one
@@ -22,33 +23,6 @@ here=$root/tests/vm
 vm=$root/build/vm/$arch
 work=$vm.new
 log=$logs/vm-$arch-setup.log
-
-# Packages of another machine are found by a package manager with a state of its own: the system's is not touched.
-own_apt() {
-  local state=$work/apt suite
-  mkdir -p "$state"/{lists/partial,archives/partial,empty}
-  : >"$state/status"
-  suite=$(sed -n 's/^VERSION_CODENAME=//p' /etc/os-release)
-  # shellcheck disable=SC2016  # apt's own names in dollars
-  apt-get indextargets --format '$(REPO_URI) $(CODENAME) $(COMPONENT)' 'Created-By: Packages' |
-    awk -v suite="$suite" '$2 == suite && $3 == "main" { print "deb", $1, $2, $3; exit }' >"$state/sources.list"
-  cat >"$state/apt.conf" <<TEXT
-APT::Architecture "$arch";
-APT::Architectures { "$arch"; };
-APT::Install-Recommends "false";
-APT::Sandbox::User "";
-Acquire::Languages "none";
-Dir::State "$state";
-Dir::State::status "$state/status";
-Dir::Cache "$state";
-Dir::Etc::sourcelist "$state/sources.list";
-Dir::Etc::sourceparts "$state/empty";
-Dir::Etc::preferences "$state/empty/none";
-Dir::Etc::preferencesparts "$state/empty";
-TEXT
-  export APT_CONFIG=$state/apt.conf
-  apt-get update -q --error-on=any
-}
 
 # depends PACKAGE PATTERN: the packages matching PATTERN that it asks for. The kernel's packages carry their version in
 # their names, so nothing here names one.
@@ -72,7 +46,9 @@ download() {
 # The lists of a fresh or an old system may be missing or stale.
 fetch() {
   if [[ -n $triplet ]]; then
-    own_apt
+    own_apt "$work/apt" "$arch" "$(main_suite)"
+    export APT_CONFIG=$work/apt/apt.conf
+    apt-get update -q --error-on=any
     download
     apt-get install -y -q --download-only "${tools[@]}"
     return
