@@ -79,7 +79,7 @@ class Simulator {
     std::optional<Cycle> cycle;
     std::deque<Cycle> waiting;
     bool begun = false;
-    long begun_rank = 0;           // when it began, among all
+    std::int64_t begun_rank = 0;   // when it began, among all
     std::optional<unsigned> step;  // module in execution
     unsigned next = 0;             // module to execute next
     int left = 0;
@@ -193,11 +193,11 @@ class Simulator {
       for (int k = 0; !pick && k < cores_; ++k)
         if (allowed(i, k) && !taken[static_cast<std::size_t>(k)] && runner[static_cast<std::size_t>(k)] < 0) pick = k;
       if (!pick) {
-        long last = -1;
+        std::int64_t last = -1;
         for (int k = 0; k < cores_; ++k) {
           const auto at = static_cast<std::size_t>(k);
           if (!allowed(i, k) || taken[at] || runner[at] < 0) continue;
-          const long p = place(static_cast<unsigned>(runner[at]));
+          const std::int64_t p = place(static_cast<unsigned>(runner[at]));
           if (p > last) last = p, pick = k;
         }
         if (pick && last < place(i)) pick.reset();  // only someone later in the order gives way
@@ -237,7 +237,7 @@ class Simulator {
   int cores_;
   Demand demand_;
   std::vector<State> state_;
-  long begun_count_ = 0;
+  std::int64_t begun_count_ = 0;
   Outcome out_;
 };
 

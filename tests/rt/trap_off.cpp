@@ -1,4 +1,7 @@
-// Stands in where the trap is not linked (sanitizer builds).
+// Stands in where the trap is not linked: in sanitizer builds, and on Windows, which has no trap and no weak symbols.
 namespace sinew::trap {
-[[gnu::weak]] bool is_set() { return false; }
+#ifndef _WIN32
+[[gnu::weak]] bool is_set();
+#endif
+bool is_set() { return false; }
 }  // namespace sinew::trap
