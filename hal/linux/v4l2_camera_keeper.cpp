@@ -65,14 +65,7 @@ Duration V4l2Camera::open_again(Duration retry) {
   count_.tried();
   set_requested();
   std::string why;
-  const std::uint32_t room_bytes = room_bytes_.load(std::memory_order_relaxed);
-  auto session = V4l2Session::open(port_, spec_, why, room_bytes);
-  if (!session && room_bytes != 0 && spec_.memory == CameraSpec::Memory::automatic)
-    if (auto mapped = V4l2Session::open(port_, spec_, why, 0)) {  // it came back as one that cannot fill lent memory
-      room_bytes_.store(0, std::memory_order_relaxed);
-      lending_error_.store(EINVAL, std::memory_order_relaxed);
-      session = std::move(mapped);
-    }
+  auto session = V4l2Session::open(port_, spec_, why, room_bytes_.load(std::memory_order_relaxed));
   if (!session) {
     const std::lock_guard lock(mutex_);
     trouble_ = why;
