@@ -3,6 +3,7 @@
 // and how each fault is played there.
 #include <functional>
 #include <memory>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -74,6 +75,7 @@ class Rig {
 struct RigKind {
   std::string kind, title;
   std::function<std::unique_ptr<Rig>()> make;
+  friend void PrintTo(const RigKind& rig, std::ostream* out) { *out << rig.title; }  // gtest's name for the parameter
 };
 std::vector<RigKind> chip_rigs();
 std::vector<RigKind> serial_rigs();

@@ -31,11 +31,15 @@ $build/bin/sinew run head.toml --board linux --board-of camera=sim --plant unix:
   --real-actuators --duration 30 --json --no-record --set bus.can0.address=vcan0 \
   --set device.imu.name=bmi160 --set device.imu.trigger=hr0 --set device.imu.rate_hz=800 >robot.txt 2>&1 &
 robot=$!
-steer_is_fixed() { # at priority 80
-  grep -lsx steer /proc/$robot/task/*/comm >thread.txt && awk '$41 == 1 && $40 == 80' "$(dirname "$(cat thread.txt)")/stat" | grep -q .
+steer_is_fixed() { # at priority 80, in the parent's child
+  for runtime in $(cat /proc/$robot/task/*/children); do
+    grep -lsx steer /proc/"$runtime"/task/*/comm >thread.txt &&
+      awk '$41 == 1 && $40 == 80' "$(dirname "$(cat thread.txt)")/stat" | grep -q . && return
+  done
+  return 1
 }
-eventually 20 steer_is_fixed
-locked_kb=$(awk '/^VmLck:/ { print $2 }' /proc/$robot/status)
+eventually 60 steer_is_fixed
+locked_kb=$(awk '/^VmLck:/ { print $2 }' "/proc/$runtime/status")
 ((locked_kb > 1000)) || fail "the robot's memory is not locked: $locked_kb kB"
 
 status=0
