@@ -158,7 +158,7 @@ class Joint(unittest.TestCase):
             self.assertAlmostEqual(reads, stands, delta=within)
 
     def test_a_joint_that_does_not_answer_is_said(self):
-        with Bench("--rock", "0", servos=("cia402:1",)) as bench:
+        with Bench("--rock", "0", servos=("cia402:1", "none")) as bench:
             done = bench.sinew("calibrate", "joint", str(bench.robot), "--device", "head", "--joint", "tilt", "--at", "0")
             self.assertEqual(done.returncode, 1, done.stdout)
             self.assertRegex(done.stderr, "joint 'tilt' of 'head' does not answer|nothing came")
