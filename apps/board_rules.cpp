@@ -110,4 +110,12 @@ std::vector<rt::Problem> check_boards(const rt::GraphSpec& robot, const BoardUse
   return BoardCheck(robot, use, boards).all();
 }
 
+std::string unfelt_fault(const rt::GraphSpec& robot, const std::string& fault) {
+  const std::string device = fault.substr(0, fault.find(':'));
+  const auto it = robot.device_boards.find(device);
+  const std::string& board = it == robot.device_boards.end() ? robot.board : it->second.value;
+  if (device == "link" || board == "sim") return "";
+  return "--fault: '" + fault + "' strikes the simulator's " + device + ", and this run has it from the board " + board;
+}
+
 }  // namespace sinew::app

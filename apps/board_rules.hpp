@@ -1,5 +1,6 @@
 #pragma once
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -33,5 +34,9 @@ struct BoardUse {
 /// - With a plant, the plant is the board, and other boards are named per device: there is one source of time.
 std::vector<rt::Problem> check_boards(const rt::GraphSpec& robot, const BoardUse& use,
                                       std::span<const BoardKind> boards = known_boards());
+
+/// A fault of the plant ("DEVICE:KIND...") reaches nobody when this robot has DEVICE from another board: what is wrong
+/// then, in words; else an empty text. Faults of the link and of devices that no robot names are the plant's to judge.
+std::string unfelt_fault(const rt::GraphSpec& robot, const std::string& fault);
 
 }  // namespace sinew::app

@@ -86,13 +86,13 @@ class Deployment {
   std::optional<int> finish(const DeployFiles& files) {
     const std::string unit = o_.unit ? unit_name(robot_) : "";
     std::string text = o_.unit ? unit_text(robot_, unit_options(files)) : "";
-    const auto answer =
-        link_.ask({.script = "finish",
-                   .arguments = {board_.folder, files.robot, data(), unit, kUnits, o_.user, o_.start ? "yes" : "no"},
-                   .root = as_root_,
-                   .input = [&, sent = false]() mutable -> std::string_view {
-                     return sent ? std::string_view() : (sent = true, std::string_view(text));
-                   }});
+    const auto answer = link_.ask(
+        {.script = "finish",
+         .arguments = {board_.folder, files.robot, data(), unit, kUnits, o_.user, o_.start ? "yes" : "no", o_.board},
+         .root = as_root_,
+         .input = [&, sent = false]() mutable -> std::string_view {
+           return sent ? std::string_view() : (sent = true, std::string_view(text));
+         }});
     if (!answer) return fail(link_.problem(), kFailed);
     const MarkedText said(answer->out);
     if (const auto doctor = said.after("doctor")) std::printf("doctor:\n"), print_indented(*doctor);
@@ -103,8 +103,9 @@ class Deployment {
     if (answer->code != 0) return fail(explain_failure(answer->code, answer->errors, o_.host, board_.folder), kFailed);
     if (said.word_after("started")) std::printf("%s runs\n", unit.c_str());
     if (!o_.unit)
-      std::printf("to run it there: mkdir -p %s && cd %s && %s/app/bin/sinew run %s/app/%s\n", data().c_str(),
-                  data().c_str(), board_.folder.c_str(), board_.folder.c_str(), files.robot.c_str());
+      std::printf("to run it there: mkdir -p %s && cd %s && %s/app/bin/sinew run %s/app/%s%s\n", data().c_str(),
+                  data().c_str(), board_.folder.c_str(), board_.folder.c_str(), files.robot.c_str(),
+                  board_argument(o_.board).c_str());
     return std::nullopt;
   }
 
@@ -123,7 +124,7 @@ class Deployment {
   }
 
   UnitOptions unit_options(const DeployFiles& files) const {
-    return {board_.folder, files.robot, data(), o_.user, board_.cpus, board_.groups};
+    return {board_.folder, files.robot, data(), o_.user, board_.cpus, board_.groups, o_.board};
   }
 
  private:
@@ -176,10 +177,13 @@ int deploy_command(const DeployOptions& o, const rt::ModuleTypes& types) {
     return there.rollback();
   }
   loaded = load_robot(o.robot);
+  if (!o.board.empty()) loaded.robot.graph.board = o.board;
   if (!passes(loaded, o, types)) return kNotBegun;
+  if (const std::string why = refuse_simulated(loaded.robot); !why.empty()) return fail(o.robot + ": " + why);
   const std::string program = o.binary.empty() ? hal::program_path() : o.binary;
   const DeployFiles files = files_of(loaded.robot, program);
   UnitOptions unit{o.folder, files.robot, o.data.empty() ? o.folder + "/data" : o.data, o.user};
+  unit.board = o.board;
   if (o.unit || o.print_unit)
     if (const std::string why = refuse_unit(unit); !why.empty()) return fail("--unit: " + why);
   if (o.print_unit) {
@@ -206,6 +210,9 @@ void add_deploy_command(CLI::App& app, CommandContext& context) {
   deploy.add_option("--binary", o->binary, "program for the board, such as a cross-built one; default: this one")
       ->type_name(kFileHint);
   deploy.add_option("--ssh", o->ssh, "how to reach it: \"ssh -p 2222\"")->capture_default_str()->type_name("COMMAND");
+  deploy.add_option("--board", o->board, "it runs there with this board instead of the file's")
+      ->type_name("{linux,none}")
+      ->check(CLI::IsMember({"linux", "none"}));
   CLI::Option* unit = deploy.add_flag("--unit", o->unit, "install and enable the robot's systemd unit");
   deploy.add_flag("--start", o->start, "start it, where the doctor finds no problem")->needs(unit);
   deploy.add_option("--user", o->user, "under which the unit runs")->capture_default_str();

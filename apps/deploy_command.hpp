@@ -12,6 +12,7 @@ struct DeployOptions {
   std::string data;                   // there, too: where runs are recorded; empty: FOLDER/data
   std::string binary;                 // empty: this program
   std::string ssh = "ssh";
+  std::string board;           // instead of the file's, there too; empty: the file's
   std::string user = "sinew";  // of the unit
   bool unit = false, start = false, print_unit = false, rollback = false;
   std::optional<std::string> fetch;  // brings runs back into this folder, and does nothing else

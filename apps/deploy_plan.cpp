@@ -166,6 +166,21 @@ DeployFiles files_of(const RobotFile& robot, const std::string& program) {
   return list.take();
 }
 
+std::string refuse_simulated(const RobotFile& robot) {
+  const auto elsewhere = [](const std::string& board) { return board == "sim" || board == "dataset"; };
+  if (elsewhere(robot.graph.board))
+    return fmt::format(
+        "robot.board: \"{}\": on a robot's own computer it is \"linux\", with a table [device.NAME] for each device: "
+        "write "
+        "it, or deploy with --board linux",
+        robot.graph.board);
+  for (const auto& [device, board] : robot.graph.device_boards)
+    if (elsewhere(board.value))
+      return fmt::format("robot.device_boards.{}: \"{}\": on a robot's own computer there is none", device,
+                         board.value);
+  return {};
+}
+
 std::string refuse_board(const BoardFacts& board, const ElfTarget& target, std::uint64_t bytes, bool as_root) {
   if (!fits(target, board.machine))
     return fmt::format("the program is for {}, the board is {}: build it for the board and name it with --binary FILE",

@@ -58,6 +58,9 @@ struct DeployFiles {
 /// beside it that it names: values of modules and devices that are relative paths of existing files.
 DeployFiles files_of(const RobotFile& robot, const std::string& program);
 
+/// Why this robot has nothing to run with on a board: a device of it is simulated, or recorded. Empty: it has.
+std::string refuse_simulated(const RobotFile& robot);
+
 /// Why this cannot go to that board; empty: it can. `as_root`: a unit is installed.
 std::string refuse_board(const BoardFacts& board, const ElfTarget& target, std::uint64_t bytes, bool as_root);
 

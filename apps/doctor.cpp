@@ -51,8 +51,10 @@ void add_device(const std::string& name, const drivers::DeviceSpec& spec, hal::S
 }
 
 /// False after the robot file's problems have been printed.
-bool demand_of_file(const std::string& path, const rt::ModuleTypes& types, hal::SystemDemand& demand) {
+bool demand_of_file(const DoctorOptions& options, const rt::ModuleTypes& types, hal::SystemDemand& demand) {
+  const std::string& path = options.robot;
   LoadedRobot loaded = load_robot(path);
+  if (!options.board.empty()) loaded.robot.graph.board = options.board;
   auto problems = loaded.problems;
   if (problems.empty()) {
     rt::Graph graph(loaded.robot.graph, types);
@@ -60,6 +62,9 @@ bool demand_of_file(const std::string& path, const rt::ModuleTypes& types, hal::
     if (problems.empty()) {
       demand = system_demand(graph, true);
       add_devices(loaded.robot, demand);
+      if (!demand.real_board && !loaded.robot.devices.devices.empty())
+        std::fprintf(stderr, "note: board = \"%s\": its devices were not looked at; --board linux does\n",
+                     loaded.robot.graph.board.c_str());
     }
   }
   for (const auto& p : problems) std::fprintf(stderr, "%s\n", rt::to_string(p, path).c_str());
@@ -141,7 +146,7 @@ int doctor_command(const DoctorOptions& options, const rt::ModuleTypes& types) {
     return 2;
   }
   hal::SystemDemand demand;
-  if (!options.robot.empty() && !demand_of_file(options.robot, types, demand)) return 2;
+  if (!options.robot.empty() && !demand_of_file(options, types, demand)) return 2;
   const auto checks = hal::check_system(hal::SystemFiles(options.root), demand);
   std::fputs((options.json ? doctor_json(checks) : doctor_text(checks)).c_str(), stdout);
   return ails(checks, options.strict) ? 1 : 0;

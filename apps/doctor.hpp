@@ -11,6 +11,7 @@ namespace sinew::app {
 
 struct DoctorOptions {
   std::string robot;       // robot file; empty: the machine alone
+  std::string board;       // instead of the robot file's
   std::string root = "/";  // where the machine's files are: a copy of another one's
   bool json = false;
   bool strict = false;  // warnings count as problems

@@ -124,6 +124,9 @@ void describe_run(CLI::App& run, RunOptions& o) {
 
 void describe_doctor(CLI::App& doctor, DoctorOptions& o) {
   doctor.add_option("robot", o.robot, "robot file: what it asks for is checked, too")->type_name(kRobotFileHint);
+  doctor.add_option("--board", o.board, "instead of the file's: linux looks at its devices")
+      ->type_name("{sim,linux,dataset,none}")
+      ->check(CLI::IsMember({"sim", "linux", "dataset", "none"}));
   doctor.add_option("--root", o.root, "where proc, sys and dev of the machine are: a copy of another one's")
       ->type_name(kFolderHint);
   doctor.add_flag("--json", o.json, "as one JSON object");

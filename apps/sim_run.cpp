@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <mutex>
 #include <optional>
 
+#include "apps/board_rules.hpp"
 #include "apps/device_stop.hpp"
 #include "apps/flight_report.hpp"
 #include "apps/linux_board.hpp"
@@ -408,6 +410,11 @@ std::unique_ptr<PlantProcess> open_plant(const Prepared& prepared, const RunOpti
     why = "--fault: only a plant that this run starts itself (plant \"auto\") plays faults";
     return nullptr;
   }
+  // Drives that the plant has on a bus are its own, whatever board the robot reaches them by.
+  const bool drives = std::ranges::find(options.plant_args, "--servo") != options.plant_args.end();
+  for (const std::string& fault : options.faults)
+    if (why = unfelt_fault(prepared.graph->spec(), fault); !why.empty() && !(drives && fault.starts_with("joints:")))
+      return nullptr;
   for (const std::string& fault : options.faults) request.extra.insert(request.extra.end(), {"--fault", fault});
   return PlantProcess::open(request, why);
 }

@@ -139,8 +139,11 @@ int hz(const HzOptions& options) {
   }
   const TopicRate r = meter.result();
   print_rate(options, r);
-  if (r.messages > 0) return kDone;
-  return fail(fmt::format("{}: no message within {} s", options.topic, options.seconds), kFailed);
+  if (r.messages > 1) return kDone;
+  // The first one is what the topic has had all along: it may be as old as the run.
+  return fail(fmt::format("{}: {} within {} s{}", options.topic, r.messages == 0 ? "no message" : "nothing new",
+                          options.seconds, r.messages == 0 ? "" : ", only a message of before"),
+              kFailed);
 }
 
 int pub(const PubOptions& options) {
@@ -205,13 +208,13 @@ void print_rate(const HzOptions& options, const TopicRate& r) {
     std::printf("%s", to_line({{"topic", options.topic},
                                {"messages", r.messages},
                                {"lost", r.lost},
-                               {"rate_hz", r.rate_hz},
+                               {"rate_hz", r.rate_hz > 0 ? Json(r.rate_hz) : Json(nullptr)},
                                {"interval_p50_ns", r.interval_p50.count()},
                                {"interval_max_ns", r.interval_max.count()},
                                {"jitter_p50_ns", r.jitter_p50.count()},
                                {"jitter_p99_ns", r.jitter_p99.count()}})
                           .c_str());
-  else
+  else if (r.messages > 1)
     std::printf("%s\n", fmt::format("{}: {:.2f} Hz; interval p50 {} max {}; jitter p50 {} p99 {}; {} messages, {} lost",
                                     options.topic, r.rate_hz, human(r.interval_p50), human(r.interval_max),
                                     human(r.jitter_p50), human(r.jitter_p99), r.messages, r.lost)

@@ -174,6 +174,7 @@ int hz_of_file(const HzOptions& options) {
   const TopicRate rate = meter.result();
   print_rate(options, rate);
   if (rate.messages == 0) return fail(options.file + ": no message of " + options.topic, kFailed);
+  if (rate.messages == 1) return fail(options.file + ": one message of " + options.topic + ": no rate", kFailed);
   return good ? kDone : kFailed;
 }
 

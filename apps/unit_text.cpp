@@ -37,6 +37,8 @@ std::string restart_lines(const RobotFile& robot) {
 
 }  // namespace
 
+std::string board_argument(const std::string& board) { return board.empty() ? "" : " --board " + board; }
+
 std::string unit_name(const RobotFile& robot) {
   std::string name = robot.graph.robot;
   std::replace_if(
@@ -67,10 +69,10 @@ std::string unit_text(const RobotFile& robot, const UnitOptions& options) {
       "StartLimitBurst=5\n"
       "\n[Service]\n"
       "Type=exec\n"
-      "ExecStart={}/bin/sinew run {}/{} --plain\n"
+      "ExecStart={}/bin/sinew run {}/{}{} --plain\n"
       "WorkingDirectory={}\n"
       "User={}\n",
-      robot.graph.robot, app, app, options.robot_file, options.data, options.user);
+      robot.graph.robot, app, app, options.robot_file, board_argument(options.board), options.data, options.user);
   if (!groups.empty()) text += "SupplementaryGroups=" + groups + "\n";
   text +=
       "RuntimeDirectory=sinew\n"

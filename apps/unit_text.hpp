@@ -14,8 +14,12 @@ struct UnitOptions {
   std::string user = "sinew";  // under which the robot runs
   std::vector<int> cpus{};     // of the board; empty: not known
   std::vector<std::string>
-      groups{};  // of devices, that the board has: an unknown one would keep the unit from starting
+      groups{};         // of devices, that the board has: an unknown one would keep the unit from starting
+  std::string board{};  // instead of the robot file's; empty: the file's
 };
+
+/// What `sinew run` and `doctor` are told of that: " --board linux", or nothing.
+std::string board_argument(const std::string& board);
 
 /// "sinew-quad.service".
 std::string unit_name(const RobotFile& robot);

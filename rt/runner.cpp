@@ -143,7 +143,7 @@ void ModuleRunner::publish(Commit& commit, std::uint32_t outputs, Time now) noex
       stats.messages.add();
       stats.last_stamp_ns.set(slot->stamp.ns);
       stats.last_published_ns.set(now.ns);
-      stats.age.add(now - slot->stamp);
+      if (slot->stamp != Time{}) stats.age.add(now - slot->stamp);  // 0: a device that has measured nothing yet
       if (board_.options.hash_topics) msg::add_to_hash(board_.hashes[topic], *about.type, slot->message());
       for (std::uint32_t chains = about.sink_chains; chains; chains &= chains - 1) {
         const auto c = static_cast<std::uint32_t>(std::countr_zero(chains));

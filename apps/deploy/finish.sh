@@ -1,8 +1,9 @@
 # Looks at the machine with the robot's eyes; with a unit: installs, enables and starts it. The unit comes on stdin.
-# Arguments: folder, robot file, folder of runs, unit ("": none), folder of units, user of the unit, start (yes, no).
-dir=$1 robot=$2 data=$3 unit=$4 units=$5 user=$6 start=$7
+# Arguments: folder, robot file, folder of runs, unit ("": none), folder of units, user of the unit, start (yes, no),
+# board instead of the robot file's ("": none).
+dir=$1 robot=$2 data=$3 unit=$4 units=$5 user=$6 start=$7 board=$8
 echo '::sinew doctor'
-"$dir/app/bin/sinew" doctor "$dir/app/$robot" </dev/null 2>&1
+"$dir/app/bin/sinew" doctor "$dir/app/$robot" ${board:+--board "$board"} </dev/null 2>&1
 ill=$?
 echo "::sinew doctor-ended $ill"
 if [ -z "$unit" ]; then exit 0; fi

@@ -2,6 +2,7 @@
 // parent. The smallest program that a whole robot fits in, for systems where `sinew` is not, and for comparing bytes.
 #include <charconv>
 #include <cstdio>
+#include <limits>
 #include <string>
 #include <string_view>
 
@@ -24,6 +25,8 @@ constexpr const char* kUsage =
     "  ENDPOINT     of a simulator in lockstep, tcp:HOST:PORT: sinew-sim --listen tcp:0.0.0.0:4560 --lockstep\n"
     "Prints a hash of all bytes of each topic. 0: landed well; 1: not, or the simulator failed; 2: could not begin.\n";
 
+constexpr double kMostSeconds = 366 * 86400;
+
 struct Options {
   std::string robot, endpoint;
   std::uint64_t seed = 0;
@@ -40,7 +43,7 @@ template <class Number>
 bool read_number(std::string_view text, Number& number) {
   const auto end = text.data() + text.size();
   const auto read = std::from_chars(text.data(), end, number);
-  return read.ec == std::errc() && read.ptr == end && number >= 0;
+  return read.ec == std::errc() && read.ptr == end && number >= 0 && number <= std::numeric_limits<Number>::max();
 }
 
 /// The reason, empty when all was understood.
@@ -57,6 +60,7 @@ std::string read_options(int count, char** words, Options& o) {
     o.has_seed = o.has_seed || word == "--seed";
     if (!(word == "--seed" ? read_number(value, o.seed) : read_number(value, o.duration_s)))
       return std::string(word) + " " + std::string(value) + ": a number, not below 0";
+    if (o.duration_s > kMostSeconds) return std::string(word) + " " + std::string(value) + ": at most a year";
   }
   return o.endpoint.empty() ? "a robot file and an endpoint are needed" : "";
 }
@@ -101,10 +105,20 @@ int verdict(const std::string& json, bool mission) {
   return app::good_landing(*report) ? 0 : 1;
 }
 
+/// Of a robot whose devices are not all a simulator's: whose they are; else nothing.
+std::string other_board(const rt::GraphSpec& robot) {
+  constexpr const char* kOnlySim = "\": this program has the simulator's only (\"sim\")";
+  if (robot.board != "sim") return "robot.board: \"" + robot.board + kOnlySim;
+  for (const auto& [device, board] : robot.device_boards)
+    if (board.value != "sim") return "robot.device_boards." + device + ": \"" + board.value + kOnlySim;
+  return "";
+}
+
 int fly(const Options& options) {
   const rt::ModuleTypes types = app::robot_modules();
   app::LoadedRobot loaded = app::load_robot(options.robot);
   if (print(loaded.problems, options.robot)) return 2;
+  if (const std::string why = other_board(loaded.robot.graph); !why.empty()) return fail(2, options.robot + ": " + why);
   if (options.has_seed) loaded.robot.graph.seed = options.seed;
   rt::Graph graph(loaded.robot.graph, types);
   if (print(graph.check({.virtual_time = true}), options.robot)) return 2;

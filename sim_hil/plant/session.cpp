@@ -405,6 +405,9 @@ void Session::refresh_report() {
   report_.faults.clear();
   for (const FaultLog::Entry& e : faults_->log.entries())
     if (e.fault.from_ns <= world_->now().ns) report_.faults.push_back(e);
+  if (options_.wire)
+    for (const FaultLog::Entry& e : options_.wire->faults())
+      if (e.fault.from_ns <= world_->now().ns) report_.faults.push_back(e);
   if (link_) report_.lease_expiries = expired_before_ + link_->stats().lease_expiries;
   report_.text = report_.json(*world_);
 }

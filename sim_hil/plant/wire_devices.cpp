@@ -31,10 +31,14 @@ std::optional<WireServo> parse_wire_servo(const std::string& whole, std::string&
     for (const auto& t : wire::mit_motor_types()) types += std::string(types.empty() ? "" : ", ") + t.name;
     why = "'" + whole +
           "' is none of cia402:ID, cybergear:ID, dronecan:ID, mit:ID:MOTOR (ID 1 to 127; motors: " + types +
-          "), with @RAD behind it for a zero that is off by up to 10";
+          "), with @RAD behind it for a zero that is off by up to 10, and no 'none'";
     return std::nullopt;
   };
   WireServo servo;
+  if (whole == "none") {
+    servo.protocol = WireServo::Protocol::none;
+    return servo;
+  }
   const auto at = whole.find('@');
   const std::string text = whole.substr(0, at);
   if (at != std::string::npos) {
@@ -61,6 +65,8 @@ std::optional<WireServo> parse_wire_servo(const std::string& whole, std::string&
   return servo;
 }
 
+bool plays(FaultKind kind) { return kind == FaultKind::off || kind == FaultKind::stuck || kind == FaultKind::garbage; }
+
 WireDevices::WireDevices() = default;
 WireDevices::~WireDevices() = default;
 
@@ -69,8 +75,26 @@ void WireDevices::add_servos(std::unique_ptr<hal::CanBus> bus, std::vector<WireS
   servos_ = std::move(servos);
 }
 
+void WireDevices::add_faults(const std::vector<Fault>& faults) {
+  for (const Fault& fault : faults) faults_.push_back({fault, 0});
+}
+
+void WireDevices::play_faults(hal::Time plant_now) {
+  bool off = false, stuck = false, garbage = false;
+  for (FaultLog::Entry& entry : faults_) {
+    if (!entry.fault.acts_at(plant_now)) continue;
+    entry.affected = drives_.size();
+    (entry.fault.kind == FaultKind::off ? off : entry.fault.kind == FaultKind::stuck ? stuck : garbage) = true;
+  }
+  for (sim_hil::SimServo* drive : drives_) {
+    drive->power(!off);
+    drive->faults.stuck = stuck, drive->faults.garbage = garbage;
+  }
+}
+
 hal::Status WireDevices::attach(World& world) {
   joints_.clear();
+  drives_.clear();
   sims_.reset();
   if (servos_.empty()) return {};
   PlantJoints* joints = world.joints();
@@ -79,6 +103,7 @@ hal::Status WireDevices::attach(World& world) {
                       static_cast<std::int64_t>(servos_.size())};
   sims_ = std::make_unique<sim_hil::SimServos>(*bus_);
   for (std::size_t i = 0; i < servos_.size(); ++i) {
+    if (!servos_[i].has_drive()) continue;
     Joint& joint = *joints_.emplace_back(std::make_unique<Joint>(*joints, i));
     const WireServo& s = servos_[i];
     const sim_hil::SimMount mount{.zero_rad = s.zero_rad};
@@ -90,14 +115,14 @@ hal::Status WireDevices::attach(World& world) {
         p.rated_nm = joints->limits(i).effort_nm;
         // A joint of some 0.01 kg m^2, held at 25/s without ringing.
         p.kp = 8, p.kd = 0.5;
-        sims_->add<sim_hil::SimCia402>(joint, mount, p);
+        drives_.push_back(&sims_->add<sim_hil::SimCia402>(joint, mount, p));
         break;
       }
       case WireServo::Protocol::mit: {
         sim_hil::SimMitMotor::Parameters p;
         p.motor = s.id;
         p.type = *wire::mit_motor_type(s.motor);
-        sims_->add<sim_hil::SimMitMotor>(joint, mount, p);
+        drives_.push_back(&sims_->add<sim_hil::SimMitMotor>(joint, mount, p));
         break;
       }
       case WireServo::Protocol::dronecan: {
@@ -106,11 +131,14 @@ hal::Status WireDevices::attach(World& world) {
         p.actuator_id = static_cast<std::uint8_t>(i);
         p.most_nm = joints->limits(i).effort_nm;
         p.kp = 8, p.kd = 0.5;  // as above
-        sims_->add<sim_hil::SimDronecanServo>(joint, mount, p);
+        drives_.push_back(&sims_->add<sim_hil::SimDronecanServo>(joint, mount, p));
         break;
       }
       case WireServo::Protocol::cybergear:
-        sims_->add<sim_hil::SimCyberGear>(joint, mount, sim_hil::SimCyberGear::Parameters{.motor = s.id});
+        drives_.push_back(
+            &sims_->add<sim_hil::SimCyberGear>(joint, mount, sim_hil::SimCyberGear::Parameters{.motor = s.id}));
+        break;
+      case WireServo::Protocol::none:
         break;
     }
   }
@@ -118,6 +146,7 @@ hal::Status WireDevices::attach(World& world) {
 }
 
 void WireDevices::step(const World& world, const Due& due, hal::Time now) {
+  if (sims_ && !faults_.empty()) play_faults(world.now());
   if (sims_) sims_->poll(now);
   const bool plugged = world.now() < out_from_ || world.now() >= out_until_;
   if (camera_ && plugged != plugged_) camera_->set_plugged(plugged_ = plugged);

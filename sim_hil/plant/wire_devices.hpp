@@ -14,13 +14,17 @@ namespace sinew::plant {
 
 /// The drive of one joint: "cia402:1", "mit:2:ak80_9" (with the type of the motor), "cybergear:3", "dronecan:20" (an
 /// actuator; its actuator_id is its place among the joints). The number is its node id on the bus; "@0.2" behind it
-/// all: it reads 0.2 rad more than the joint stands at.
+/// all: it reads 0.2 rad more than the joint stands at. "none": nothing drives this joint.
 struct WireServo {
-  enum class Protocol : std::uint8_t { cia402, mit, cybergear, dronecan } protocol = Protocol::cia402;
+  enum class Protocol : std::uint8_t { cia402, mit, cybergear, dronecan, none } protocol = Protocol::cia402;
   std::uint32_t id = 1;
   std::string motor;  // mit
   double zero_rad = 0;
+
+  bool has_drive() const { return protocol != Protocol::none; }
 };
+/// Whether drives at the wire can have such a fault: off (without power), stuck, garbage.
+bool plays(FaultKind kind);
 /// Nothing: `why` says what is allowed.
 std::optional<WireServo> parse_wire_servo(const std::string& text, std::string& why);
 
@@ -43,7 +47,7 @@ class WireDevices {
  public:
   WireDevices();
   ~WireDevices();
-  /// `servos`: of the joints in their order; fewer leave the others to the group's command.
+  /// `servos`: of the joints in their order; those without a drive are left to the group's command.
   void add_servos(std::unique_ptr<hal::CanBus> bus, std::vector<WireServo> servos);
   void add_imu(std::unique_ptr<sim_hil::IioTree> tree) { imu_ = std::move(tree); }
 
@@ -55,6 +59,10 @@ class WireDevices {
   hal::Duration stamps_late() const { return late_; }
   /// Its plug is out from one moment of plant time to another.
   void unplug_camera(hal::Time from, hal::Time until) { out_from_ = from, out_until_ = until; }
+  /// Faults of the joints that the drives play, all of them alike; of kinds that plays() knows.
+  void add_faults(const std::vector<Fault>& faults);
+  /// Those and how many drives each has struck so far.
+  const std::vector<FaultLog::Entry>& faults() const { return faults_; }
   /// What the bus needs to be there.
   void keep(std::shared_ptr<void> server) { kept_ = std::move(server); }
 
@@ -68,11 +76,14 @@ class WireDevices {
 
  private:
   class Joint;
+  void play_faults(hal::Time plant_now);
   std::shared_ptr<void> kept_;
   std::unique_ptr<hal::CanBus> bus_;
   std::vector<WireServo> servos_;
   std::vector<std::unique_ptr<Joint>> joints_;
   std::unique_ptr<sim_hil::SimServos> sims_;
+  std::vector<sim_hil::SimServo*> drives_;
+  std::vector<FaultLog::Entry> faults_;
   std::unique_ptr<sim_hil::IioTree> imu_;
   std::unique_ptr<WireCamera> camera_;
   hal::Time out_from_ = hal::kNever, out_until_ = hal::kNever;

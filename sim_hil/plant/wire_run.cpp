@@ -55,6 +55,8 @@ Status WireRun::run(const std::function<bool()>& stop) {
   report_.outcome = world_->outcome();
   report_.plant_s = msg::seconds(world_->now());
   report_.wall_s = msg::seconds(os_.now() - host_zero_);
+  for (const FaultLog::Entry& e : wire_.faults())
+    if (e.fault.from_ns <= world_->now().ns) report_.faults.push_back(e);
   report_.text = report_.json(*world_);
   return {};
 }

@@ -99,5 +99,14 @@ TEST(BoardRules, PlantBesideARecordIsTheBoard) {
                           "device: one plant, one source of time"));
 }
 
+TEST(BoardRules, FaultOfASimulatedDeviceThatThisRunHasFromElsewhereReachesNobody) {
+  const auto mixed = robot("linux", {{"camera", "sim"}});
+  EXPECT_EQ(unfelt_fault(mixed, "joints:off@1"),
+            "--fault: 'joints:off@1' strikes the simulator's joints, and this run has it from the board linux");
+  EXPECT_EQ(unfelt_fault(mixed, "camera:off@1"), "");
+  EXPECT_EQ(unfelt_fault(mixed, "link:closed@1"), "");
+  EXPECT_EQ(unfelt_fault(robot("sim", {}), "joints:off@1"), "");
+}
+
 }  // namespace
 }  // namespace sinew::app

@@ -33,8 +33,8 @@ class Bench:
         self.bus = 100 + os.getpid() % 100
         self.wire, self.report = self.folder / "wire", self.folder / "report.json"
         text = pathlib.Path(ROBOT).read_text()
-        text = text.replace('robot = { name = "desk_head", board = "sim",',
-                            'robot = { name = "desk_head", board = "linux", calibration = "unit.toml",')
+        text = text.replace('board = "sim", calibration = "desk_head_calibration.toml"',
+                            'board = "linux", calibration = "unit.toml"')
         text = text.replace('driver = "socketcan"\naddress = "can0"', f'driver = "udp"\naddress = "{self.bus}"')
         text = text.replace('driver = "iio"', f'driver = "iio"\nroot = "{self.wire}"')
         text = text.replace('driver = "v4l2"', f'driver = "v4l2"\nroot = "{self.wire}"')
@@ -158,7 +158,7 @@ class Joint(unittest.TestCase):
             self.assertAlmostEqual(reads, stands, delta=within)
 
     def test_a_joint_that_does_not_answer_is_said(self):
-        with Bench("--rock", "0", servos=("cia402:1",)) as bench:
+        with Bench("--rock", "0", servos=("cia402:1", "none")) as bench:
             done = bench.sinew("calibrate", "joint", str(bench.robot), "--device", "head", "--joint", "tilt", "--at", "0")
             self.assertEqual(done.returncode, 1, done.stdout)
             self.assertRegex(done.stderr, "joint 'tilt' of 'head' does not answer|nothing came")

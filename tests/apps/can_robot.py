@@ -1,8 +1,10 @@
 """A robot on the board `linux` with nothing but CAN joints, and simulated drives in another process at the far end."""
+import ctypes
 import glob
 import os
 import queue
 import re
+import signal
 import subprocess
 import tempfile
 import threading
@@ -76,11 +78,17 @@ def children(pid):
     return found
 
 
+def end_with_the_test():
+    """In a new process: it is told to end when the test does, however that ends (PR_SET_PDEATHSIG)."""
+    ctypes.CDLL(None).prctl(1, signal.SIGTERM)
+
+
 class Said:
     """Lines of a process, read by a thread, so that nobody has to wait for a line that does not come."""
 
     def __init__(self, argv, **more):
-        self.process = subprocess.Popen(argv, stdout=subprocess.PIPE, stdin=subprocess.PIPE, text=True, bufsize=1, **more)
+        self.process = subprocess.Popen(argv, stdout=subprocess.PIPE, stdin=subprocess.PIPE, text=True, bufsize=1,
+                                        preexec_fn=end_with_the_test, **more)
         self.lines, self.all = queue.Queue(), []
         threading.Thread(target=self._read, daemon=True).start()
 
@@ -132,17 +140,17 @@ class Bench:
                                  more_order=more_order, more_modules=more_modules))
         self.environment = dict(os.environ, SINEW_RUN_DIR=self.folder, SINEW_RECORD="off")
         run = subprocess.Popen([self.sway, "run", robot, "--plain", *arguments], cwd=self.folder,
-                               stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env=self.environment)
+                               stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env=self.environment,
+                               start_new_session=True, preexec_fn=end_with_the_test)
         self.test.addCleanup(self.end, run)
         return run
 
     @staticmethod
     def end(run):
-        if run.poll() is None:
-            for pid in [*children(run.pid), run.pid]:
-                try:
-                    os.kill(pid, 9)
-                except ProcessLookupError:
-                    pass
+        """Ends all processes of the run: also a runtime whose parent has died, and what the parent has started since."""
+        try:
+            os.killpg(run.pid, signal.SIGKILL)  # of a session of its own
+        except ProcessLookupError:
+            pass  # they have ended
         run.wait()
         run.stderr.close()

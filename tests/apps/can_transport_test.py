@@ -3,7 +3,9 @@
 
 usage: can_transport_test.py SWAY_ROBOT CAN_DRIVES [TEST...]    exit 77: a foreign program is missing (ForeignPeer)
 """
+import os
 import pathlib
+import shutil
 import subprocess
 import sys
 import textwrap
@@ -83,6 +85,72 @@ class Transports(unittest.TestCase):
 
     def test_socketcand(self):
         self.drive("socketcand-server:0", "socketcand", "127.0.0.1:PORT/can0")
+
+
+class Leftovers(unittest.TestCase):
+    """A test that fails, or is killed, leaves no process of a robot behind."""
+
+    def alive(self, folder):
+        """Processes that were started for a robot file in this folder."""
+        found = []
+        for pid in filter(str.isdigit, os.listdir("/proc")):
+            try:
+                with open(f"/proc/{pid}/cmdline") as f:
+                    if folder in f.read():
+                        found.append(int(pid))
+            except OSError:
+                pass  # it ended meanwhile
+        return found
+
+    def start(self):
+        bus = free_bus()
+        bench = Bench(self, SWAY, DRIVES)
+        drives = bench.drives(f"udp:{bus}", *SERVOS)
+        run = bench.run(bus_text("can0", "udp", bus), joints("can0"), 3)
+        drives.wait_for(r"^0 live$")
+        self.assertEqual(len(self.alive(bench.folder)), 2, "the parent and the runtime")
+        return bench, run
+
+    def test_of_a_run_that_is_ended(self):
+        bench, run = self.start()
+        bench.end(run)
+        self.gone(bench.folder)
+
+    def test_of_a_run_whose_parent_was_killed(self):
+        bench, run = self.start()
+        run.kill()
+        run.wait(PATIENCE_S)
+        bench.end(run)
+        self.gone(bench.folder)
+
+    def test_of_a_test_that_is_killed(self):
+        # A test of its own, as a runner ends one that takes too long.
+        script = textwrap.dedent(f"""
+            import sys, time, unittest
+            sys.path.insert(0, {str(pathlib.Path(__file__).parent)!r})
+            from can_robot import Bench
+            bench = Bench(unittest.TestCase(), {SWAY!r}, {DRIVES!r})
+            drives = bench.drives("udp:{free_bus()}", *{SERVOS!r})
+            bench.run({bus_text("can0", "udp", free_bus())!r}, {joints("can0")!r}, 3)
+            drives.wait_for("^0 live$")
+            print(bench.folder, flush=True)
+            time.sleep(600)
+            """)
+        test = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
+        self.addCleanup(test.wait)
+        self.addCleanup(test.kill)
+        folder = test.stdout.readline().strip()
+        test.stdout.close()
+        self.assertTrue(self.alive(folder))
+        test.kill()
+        self.gone(folder)
+        shutil.rmtree(folder, ignore_errors=True)
+
+    def gone(self, folder):
+        end = time.monotonic() + PATIENCE_S
+        while left := self.alive(folder):
+            self.assertLess(time.monotonic(), end, f"left behind: {left}")
+            time.sleep(0.05)
 
 
 class ForeignPeer(unittest.TestCase):

@@ -53,7 +53,7 @@ class Board(unittest.TestCase):
         return done.returncode, done.stdout, done.stderr
 
     def deploy(self, *arguments):
-        return self.sinew(self.robot, "--dir", self.dir, *arguments)
+        return self.sinew(self.robot, "--dir", self.dir, "--board", "linux", *arguments)
 
     def fetch(self, *arguments):
         return self.sinew("--dir", self.dir, "--fetch", *arguments)
@@ -77,6 +77,16 @@ class Copies(Board):
         self.assertIn("there is no calibration yet", out)
         self.assertFalse((self.dir / "incoming").exists())
         self.assertNotIn("sudo", self.log())
+
+    def test_the_boards_doctor_looks_at_the_devices_of_the_board_that_it_runs_with(self):
+        self.robot.write_text(pathlib.Path(f"{SOURCE}/robots/desk_head.toml").read_text(encoding="utf-8"))
+        code, out, err = self.deploy()
+        self.assertEqual(code, 0, out + err)
+        self.assertIn("device.camera", out)
+        self.assertRegex(out, r"to run it there: .*/app/desk\.toml --board linux\n")
+        here = subprocess.run([SINEW, "doctor", f"{SOURCE}/robots/desk_head.toml"], capture_output=True, text=True)
+        self.assertNotIn("device.camera", here.stdout)
+        self.assertIn('board = "sim": its devices were not looked at; --board linux does', here.stderr)
 
     def test_a_login_that_talks_is_not_taken_for_the_board(self):
         self.fault = "noise"
@@ -147,7 +157,7 @@ class Refusals(Board):
             self.refused(words)
 
     def test_a_machine_without_ssh(self):
-        code, _, err = self.sinew(self.robot, ssh="no-such-ssh-here -p 1")
+        code, _, err = self.sinew(self.robot, "--board", "linux", ssh="no-such-ssh-here -p 1")
         self.assertEqual(code, 2)
         self.assertIn("there is no program 'no-such-ssh-here' (Debian: apt-get install openssh-client)", err)
 
@@ -214,9 +224,22 @@ class Refusals(Board):
         self.assertIn("thread.stabilise.priority: 200", err)
         self.assertEqual(self.log(), "")
 
+    def test_a_simulated_robot_stays_here(self):
+        for board in ("sim", "dataset"):
+            self.robot.write_text(ROBOT.replace('board = "sim"', f'board = "{board}"'))
+            for arguments in ((), ("--unit",), ("--print-unit",)):
+                code, out, err = self.sinew(self.robot, "--dir", self.dir, *arguments)
+                self.assertEqual(code, 2, out + err)
+                self.assertIn(f'desk.toml: robot.board: "{board}": on a robot\'s own computer it is "linux"', err)
+        self.robot.write_text(ROBOT.replace('board = "sim"', 'board = "linux", device_boards = { camera = "sim" }'))
+        code, out, err = self.sinew(self.robot, "--dir", self.dir)
+        self.assertEqual(code, 2, out + err)
+        self.assertIn('robot.device_boards.camera: "sim"', err)
+        self.assertEqual(self.log(), "")
+
     def test_options_that_make_no_sense(self):
         for arguments, words in (([self.robot, "--start"], "--unit"), ([], "a robot file is required"),
-                                 ([self.robot, "--unit", "--dir", "/opt/a b"], "cannot stand in a unit")):
+                                 ([self.robot, "--board", "linux", "--unit", "--dir", "/opt/a b"], "cannot stand in a unit")):
             code, _, err = self.sinew(*arguments)
             self.assertEqual(code, 2, err)
             self.assertIn(words, err)
@@ -249,7 +272,7 @@ esac''')
         code, out, err = self.deploy("--unit")
         self.assertEqual(code, 0, out + err)
         text = self.unit.read_text()
-        self.assertIn(f"ExecStart={self.dir}/app/bin/sinew run {self.dir}/app/desk.toml --plain\n", text)
+        self.assertIn(f"ExecStart={self.dir}/app/bin/sinew run {self.dir}/app/desk.toml --board linux --plain\n", text)
         self.assertIn("SupplementaryGroups=video i2c\n", text)
         log = self.log()
         self.assertIn(f"useradd --system --user-group --no-create-home --home-dir {self.dir}/data", log)
@@ -297,6 +320,7 @@ esac''')
         self.assertFalse((self.dir / "app").exists())
 
     def test_print_unit_needs_no_board(self):
+        self.robot.write_text(ROBOT.replace('board = "sim"', 'board = "linux"'))
         code, out, err = self.sinew(self.robot, "--print-unit")
         self.assertEqual(code, 0, err)
         for line in ("ExecStart=/opt/sinew/app/bin/sinew run /opt/sinew/app/desk.toml --plain", "User=sinew",

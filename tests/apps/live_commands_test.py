@@ -127,7 +127,16 @@ class LiveCommands(Live):
                          r"^ball.height: [0-9.]+ Hz; interval p50 .* lost\n$")
         code, _, err = self.sinew("topic", "hz", "operator.range", "--seconds", "0.2")
         self.assertEqual(code, 1)
-        self.assertIn("no message within 0.2 s", err)
+        self.assertRegex(err, "no message within 0.2 s|nothing new within 0.2 s")
+
+    def test_topic_hz_of_a_topic_that_is_dead_has_no_rate(self):
+        self.good("topic", "pub", "operator.range", '{"range_m": 2.5}')
+        for as_json in ((), ("--json",)):
+            code, out, err = self.sinew("topic", "hz", "operator.range", "--seconds", "0.2", *as_json)
+            self.assertEqual(code, 1, out)
+            self.assertIn("nothing new within 0.2 s, only a message of before", err)
+            self.assertNotIn("Hz", out)
+        self.assertIsNone(json.loads(out)["rate_hz"])
 
     def test_topic_pub_reaches_the_robot(self):
         echo = subprocess.Popen([SINEW, "topic", "echo", "operator.range", "-n", "3", "--field", "range_m"],

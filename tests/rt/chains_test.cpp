@@ -39,6 +39,26 @@ class Fusion final : public Module {
   Out<Pair> out_;
 };
 
+TEST(Chains, TheAgeOfATopicLeavesOutWhatWasNeverMeasured) {
+  // A joint that is absent from the start has the stamp 0: how long ago the clock began says nothing of the topic.
+  struct Absent final : Module {
+    void declare(Declaration& d) override { d.out("out", out); }
+    Status step(const Step& step) noexcept override {
+      out.loan().stamp = step.now < Time{} + 35ms ? Time{} : step.now - 2ms;
+      return Status::ok;
+    }
+    Out<Pair> out;
+  };
+  Robot robot;
+  robot.add<Absent>("absent", {});
+  robot.periodic("main", 10, 10ms, {"absent"});
+  robot.run(55ms);
+  const TopicStats& stats = robot.runner().topic_stats(robot.graph().find_topic("absent.out"));
+  EXPECT_EQ(stats.messages.value(), 6u);
+  EXPECT_EQ(stats.age.count(), 2u);
+  EXPECT_LT(stats.age.max(), Duration{3ms});
+}
+
 TEST(Chains, TheAgeIsThatOfTheOldestThatWentIn) {
   Robot robot;
   robot.add<Sensor>("near", {}, 1ms);
