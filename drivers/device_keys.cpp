@@ -3,17 +3,13 @@
 #include <algorithm>
 #include <charconv>
 
+#include "drivers/key_number.hpp"
+
 namespace sinew::drivers {
 namespace {
 
 constexpr double kMs = 1e6;  // ns
 constexpr std::string_view kFamilyName = "NAME";
-
-std::string number_text(double value) {
-  char text[32];
-  const auto end = std::to_chars(text, text + sizeof text, value).ptr;
-  return {text, end};
-}
 
 std::string number_text(std::int64_t value, bool hex) {
   if (!hex || value < 0) return std::to_string(value);
@@ -26,7 +22,7 @@ std::string number_text(std::int64_t value, bool hex) {
 std::string value_text(const rt::ParamValue& value, bool hex) {
   if (const auto* b = std::get_if<bool>(&value)) return *b ? "true" : "false";
   if (const auto* i = std::get_if<std::int64_t>(&value)) return number_text(*i, hex);
-  if (const auto* d = std::get_if<double>(&value)) return number_text(*d);
+  if (const auto* d = std::get_if<double>(&value)) return key_number(*d);
   return '"' + std::get<std::string>(value) + '"';
 }
 
@@ -83,7 +79,7 @@ bool DeviceKeys::read_text_or_number(std::string_view key, std::string& out, std
 }
 
 bool DeviceKeys::read(std::string_view key, bool& out, const KeyInfo& info) {
-  const Value* value = declare(key, info, row("true/false", out ? "true" : "false", "", "true or false"));
+  const Value* value = declare(key, info, row("boolean", out ? "true" : "false", "", "true or false"));
   if (!value) return false;
   const auto* flag = std::get_if<bool>(&value->value);
   if (!flag) return refuse(key);
@@ -92,7 +88,7 @@ bool DeviceKeys::read(std::string_view key, bool& out, const KeyInfo& info) {
 
 bool DeviceKeys::read(std::string_view key, double& out, double min, double max, const KeyInfo& info) {
   const Value* value =
-      declare(key, info, row("number", number_text(out), kNumberFrom, number_text(min) + " to " + number_text(max)));
+      declare(key, info, row("number", key_number(out), kNumberFrom, key_number(min) + " to " + key_number(max)));
   if (!value) return false;
   const auto* whole = std::get_if<std::int64_t>(&value->value);
   const auto* real = std::get_if<double>(&value->value);
@@ -146,7 +142,7 @@ bool DeviceKeys::read_named(std::string_view key, std::size_t& chosen, const std
 
 void DeviceKeys::read_all(std::string_view prefix, std::map<std::string, double, std::less<>>& out, double min,
                           double max, const KeyInfo& info) {
-  KeyRow family = row("number", {}, kNumberFrom, number_text(min) + " to " + number_text(max));
+  KeyRow family = row("number", {}, kNumberFrom, key_number(min) + " to " + key_number(max));
   family.family = true;
   static_cast<void>(declare(std::string(prefix) + std::string(kFamilyName), info, family));
   for (const auto& [key, value] : spec_.keys) {

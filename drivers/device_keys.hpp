@@ -28,7 +28,7 @@ struct KeyInfo {
 /// One row of a driver's table of keys: what a robot file may say, and what holds when it does not.
 struct KeyRow {
   std::string key;        // "rate_hz"; "control_NAME": all that begin so
-  std::string type;       // "true/false", "integer", "number", "text", "choice"
+  std::string type;       // "boolean", "integer", "number", "text", "choice"
   std::string unit;       // empty: none
   std::string otherwise;  // without the key; empty: nothing. Words when `in_words`
   std::string allowed;    // "4 to 1000", "2, 4, 8, 16"

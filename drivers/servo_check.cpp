@@ -1,6 +1,5 @@
 #include "drivers/servo_check.hpp"
 
-#include <charconv>
 #include <cmath>
 
 namespace sinew::drivers {
@@ -16,12 +15,6 @@ std::string because(const char* what, const Pace& pace) {
 }
 
 }  // namespace
-
-std::string key_number(double value) {
-  char text[32];
-  const auto end = std::to_chars(text, text + sizeof text, value).ptr;
-  return {text, end};
-}
 
 std::string to_string(const WrongKeys& all) {
   std::string text;

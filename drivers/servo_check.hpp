@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "drivers/key_number.hpp"
 #include "drivers/servo.hpp"
 
 namespace sinew::drivers {
@@ -16,9 +17,6 @@ using WrongKeys = std::vector<WrongKey>;
 
 /// "id: an integer from 1 to 127; kp: ..." for people. Empty: nothing is wrong.
 std::string to_string(const WrongKeys& all);
-
-/// A number as a robot file has it: "0.5", "500".
-std::string key_number(double value);
 
 /// What is wrong with a configuration whatever its protocol. `derates_speed`: derating needs no max_effort_nm.
 WrongKeys check_servo(const ServoConfig& config, bool derates_speed = false);
