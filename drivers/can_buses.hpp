@@ -1,7 +1,9 @@
 #pragma once
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "drivers/can_hub.hpp"
@@ -19,6 +21,8 @@ struct CanBusConfig {
   hal::Duration master_heartbeat{std::chrono::milliseconds(10)};
   DronecanNodeConfig dronecan;  // our node there
 };
+/// What a bus's `driver` may be: socketcan, udp, socketcand.
+std::span<const std::string_view> can_transports();
 CanBusConfig read_can_bus(DeviceKeys& keys);
 
 /// The CAN buses of one board with their hubs: each opened when its first joint is, all started together when all

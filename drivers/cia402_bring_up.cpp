@@ -35,21 +35,33 @@ std::optional<CycleTime> cycle_time(double tick_hz) {
 
 }  // namespace
 
-std::string check_cia402(const ServoConfig& c, const Cia402Options& o) {
-  if (std::string wrong = check_servo(c); !wrong.empty()) return wrong;
-  const auto say = [&c](const char* what) { return "servo '" + c.name + "': " + what; };
-  if (c.node_id < 1 || c.node_id > wire::kMaxCanopenNode) return say("node_id: 1..127");
-  if (c.node_id == o.master_node) return say("node_id: is that of the master");
-  if (o.master_node < 1 || o.master_node > wire::kMaxCanopenNode) return say("master_node: 1..127");
-  if (c.stop == StopAction::damp) return say("stop: CiA 402 has torque_off, quick_stop and hold");
-  if (c.stop == StopAction::hold && c.mode == ServoMode::effort) return say("stop: an effort cannot hold a position");
-  if (!(c.counts_per_turn > 0)) return say("counts_per_turn: above 0");
-  if (!(c.rated_effort_nm >= 0)) return say("rated_effort_nm: not below 0");
-  if (!(o.tick_hz > 0) || o.tick_hz > 4000) return say("tick_hz: above 0, at most 4000");
-  if (o.slow_every < 1 || o.slow_every > 240) return say("slow_every: 1..240");
-  if (c.device_timeout > 65s) return say("device_timeout: at most 65 s");
-  if (!cycle_time(o.tick_hz)) return say("tick_hz: 60C2h holds 1 to 255 times a power of ten seconds: 250, 500, 1000");
-  return {};
+bool is_homing_method(int method) noexcept {
+  return (method >= -128 && method <= 14) || (method >= 17 && method <= 30) || (method >= 33 && method <= 35) ||
+         method == 37;
+}
+
+WrongKeys check_cia402(const ServoConfig& c, const Cia402Options& o) {
+  WrongKeys wrong = check_servo(c);
+  if (c.node_id < 1 || c.node_id > wire::kMaxCanopenNode) wrong.push_back({"id", "an integer from 1 to 127"});
+  if (c.node_id == o.master_node) wrong.push_back({"id", "another number than the bus's master_node"});
+  if (o.master_node < 1 || o.master_node > wire::kMaxCanopenNode)
+    wrong.push_back({"bus.master_node", "an integer from 1 to 127"});
+  if (c.stop == StopAction::damp)
+    wrong.push_back({"on_stop", "\"torque_off\", \"quick_stop\" or \"hold\"; CiA 402 has no damp"});
+  if (c.stop == StopAction::hold && c.mode == ServoMode::effort)
+    wrong.push_back({"on_stop", "\"torque_off\" or \"quick_stop\"; an effort cannot hold a position"});
+  if (!(c.counts_per_turn > 0)) wrong.push_back({"counts_per_turn", "a number above 0; it is required"});
+  if (!(c.rated_effort_nm >= 0)) wrong.push_back({"rated_effort_nm", "a number not below 0"});
+  if (o.slow_every < 1 || o.slow_every > 240) wrong.push_back({"slow_every", "an integer from 1 to 240"});
+  if (c.device_timeout > 65s) wrong.push_back({"device_timeout_ms", "at most 65000"});
+  if (!is_homing_method(c.homing_method)) wrong.push_back({"homing_method", std::string(kHomingMethods)});
+  if (!(o.tick_hz > 0) || o.tick_hz > 4000)
+    wrong.push_back({"bus.tick_hz", "a number above 0, at most 4000"});
+  else if (!cycle_time(o.tick_hz))
+    wrong.push_back({"bus.tick_hz",
+                     "with cia402 on it a rate whose period 60C2h holds, 1 to 255 times a power of ten "
+                     "seconds: 100, 125, 200, 250, 400, 500, 800, 1000, 2000 and such"});
+  return wrong;
 }
 
 BusNeed CanopenMaster::need(double tick_hz) const {

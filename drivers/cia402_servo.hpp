@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "drivers/sdo_client.hpp"
+#include "drivers/servo_check.hpp"
 #include "drivers/servo_joint.hpp"
 #include "wire/cia402.hpp"
 
@@ -38,8 +39,12 @@ struct Cia402Options {
   wire::ObjectAddress temperature_object{};  // no profile has one: the maker's, read once a second; index 0: none
   double temperature_unit_c = 1;
 };
-/// Empty: fine. Otherwise what is wrong, in words.
-std::string check_cia402(const ServoConfig& config, const Cia402Options& options);
+/// 6098h: those of the profile, and a maker's own. Source: CiA 402-2, "Homing": 15, 16, 31, 32 and 36 are reserved.
+bool is_homing_method(int method) noexcept;
+inline constexpr std::string_view kHomingMethods =
+    "0 (none), 1 to 14, 17 to 30, 33 to 35, 37, or -128 to -1 (the maker's own)";
+/// Empty: fine.
+WrongKeys check_cia402(const ServoConfig& config, const Cia402Options& options);
 
 /// Brings a drive up by SDO (identity, PDO mapping, heartbeats, mode), starts it, and then talks in PDOs: RPDO1 takes
 /// controlword, target and torque limit (if there is one) with each SYNC, TPDO1 brings statusword, position and torque,

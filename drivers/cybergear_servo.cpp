@@ -12,13 +12,13 @@ constexpr int kTimesTold = 3;           // in ticks one after the other: no answ
 
 }  // namespace
 
-std::string check_cybergear(const ServoConfig& c, std::uint32_t host_id) {
-  if (std::string wrong = check_impedance(c, wire::kCyberGearKp, wire::kCyberGearKd); !wrong.empty()) return wrong;
-  const auto say = [&c](const char* what) { return "servo '" + c.name + "': " + what; };
-  if (c.node_id < 1 || c.node_id > 127) return say("node_id: 1..127");
-  if (host_id > 0xFF || host_id == c.node_id) return say("host_id: 0..255, another than the motor's");
-  if (c.device_timeout > 20s) return say("device_timeout: at most 20 s");
-  return {};
+WrongKeys check_cybergear(const ServoConfig& c, std::uint32_t host_id) {
+  WrongKeys wrong = check_impedance(c, wire::kCyberGearKp, wire::kCyberGearKd);
+  if (c.node_id < 1 || c.node_id > 127) wrong.push_back({"id", "an integer from 1 to 127"});
+  if (host_id > 0xFF || host_id == c.node_id)
+    wrong.push_back({"host_id", "an integer from 0x0 to 0xFF, another than the motor's id"});
+  if (c.device_timeout > 20s) wrong.push_back({"device_timeout_ms", "at most 20000"});
+  return wrong;
 }
 
 CyberGearServo::CyberGearServo(const ServoConfig& config, std::uint32_t host_id)

@@ -4,8 +4,8 @@
 
 namespace sinew::drivers {
 
-/// Empty: fine. Otherwise what is wrong, in words.
-std::string check_cybergear(const ServoConfig& config, std::uint32_t host_id);
+/// Empty: fine.
+WrongKeys check_cybergear(const ServoConfig& config, std::uint32_t host_id);
 
 /// A CyberGear motor in its motion mode. It is identified by its processor's number, tells faults by name, and its bus
 /// voltage when asked, a few times a second. ServoConfig::device_timeout goes into its CAN_TIMEOUT (newer firmwares

@@ -13,9 +13,9 @@ const DriverKind* find_driver(std::span<const DriverKind> drivers, std::string_v
   return it == drivers.end() ? nullptr : &*it;
 }
 
-std::string names_of(std::span<const DriverKind> drivers) {
-  std::string names;
-  for (const DriverKind& d : drivers) names += (names.empty() ? "\"" : ", \"") + std::string(d.name) + '"';
+std::vector<std::string_view> names_of(std::span<const DriverKind> drivers) {
+  std::vector<std::string_view> names;
+  for (const DriverKind& d : drivers) names.push_back(d.name);
   return names;
 }
 
@@ -38,23 +38,18 @@ void add_lines(const std::string& name, const std::string& text, std::vector<std
 std::vector<rt::Problem> check_devices(const DeviceSpecs& specs, std::span<const DriverKind> drivers) {
   std::vector<rt::Problem> problems;
   for (const DeviceSpec& spec : specs.buses) {
-    const std::string path = "bus." + spec.name;
-    if (spec.driver != "socketcan" && spec.driver != "udp" && spec.driver != "socketcand")
-      problems.push_back(
-          {spec.line, path + ".driver", '"' + spec.driver + '"', "one of \"socketcan\", \"udp\", \"socketcand\""});
-    DeviceKeys keys(spec, path, problems);
+    DeviceKeys keys(spec, "bus." + spec.name, problems);
     static_cast<void>(read_can_bus(keys));
     keys.finish();
   }
   for (const DeviceSpec& spec : specs.devices) {
     const std::string path = "device." + spec.name;
     const DriverKind* driver = find_driver(drivers, spec.driver);
+    DeviceKeys keys(spec, path, problems);
     if (!driver) {
-      problems.push_back({spec.line, path + ".driver", spec.driver.empty() ? "missing" : '"' + spec.driver + '"',
-                          "one of " + names_of(drivers)});
+      keys.refuse_driver(names_of(drivers));
       continue;
     }
-    DeviceKeys keys(spec, path, problems);
     static_cast<void>(driver->read(keys, specs));
     keys.finish();
     if (!spec.joints.empty() && spec.driver != "can_servos")

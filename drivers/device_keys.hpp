@@ -1,17 +1,47 @@
 #pragma once
+#include <chrono>
+#include <functional>
 #include <initializer_list>
+#include <map>
 #include <set>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "drivers/device_spec.hpp"
+#include "hal/clock.hpp"
 
 namespace sinew::drivers {
 
-/// Reads the keys of a DeviceSpec one by one, so that what is left over is unknown. What does not fit becomes a problem
-/// and the default stays: all problems come in one run.
+/// What a key is, beside the values that it takes.
+struct KeyInfo {
+  std::string_view unit = {};
+  std::string_view doc = {};
+  std::string_view otherwise = {};  // what holds without the key, where that is no value of it: "as it is"
+  std::string_view allowed = {};    // in the place of what the reading says, where that says too much
+  bool required = false;
+  bool hex = false;  // its numbers are told in hexadecimal
+};
+
+/// One row of a driver's table of keys: what a robot file may say, and what holds when it does not.
+struct KeyRow {
+  std::string key;        // "rate_hz"; "control_NAME": all that begin so
+  std::string type;       // "boolean", "integer", "number", "text", "choice"
+  std::string unit;       // empty: none
+  std::string otherwise;  // without the key; empty: nothing. Words when `in_words`
+  std::string allowed;    // "4 to 1000", "2, 4, 8, 16"
+  std::string says;       // the same in an error: "an integer from 4 to 1000", "one of 2, 4, 8, 16"
+  std::string doc;
+  bool required = false, in_words = false, hex = false;
+  bool family = false;  // see `key`
+};
+
+/// Reads the keys of a DeviceSpec one by one, which is at the same time what declares them: each read() is a row of the
+/// driver's table, whose default is what `out` held. So a driver's reader is the one truth for its keys, their errors
+/// and their documentation; it reads all of its keys, whatever the others say.
+/// What does not fit becomes a problem, and the default stays: all problems come in one run, one a key at most.
 class DeviceKeys {
  public:
   DeviceKeys(const DeviceSpec& spec, std::string path, std::vector<rt::Problem>& problems)
@@ -22,43 +52,76 @@ class DeviceKeys {
   std::vector<rt::Problem>& problems() { return problems_; }
   bool has(std::string_view key) const { return spec_.keys.contains(std::string(key)); }
 
-  bool read(std::string_view key, std::string& out, std::string_view allowed);
-  bool read(std::string_view key, bool& out);
+  // True: the robot file has the key, and `out` is it.
+
+  /// `allowed` in words; an empty text never is.
+  bool read(std::string_view key, std::string& out, std::string_view allowed, const KeyInfo& info);
+  /// A whole number counts as its text.
+  bool read_text_or_number(std::string_view key, std::string& out, std::string_view allowed, const KeyInfo& info);
+  bool read(std::string_view key, bool& out, const KeyInfo& info);
   /// Limits are inclusive.
-  bool read(std::string_view key, double& out, double min, double max);
+  bool read(std::string_view key, double& out, double min, double max, const KeyInfo& info);
+  /// A number of milliseconds.
+  bool read_ms(std::string_view key, hal::Duration& out, double min_ms, double max_ms, KeyInfo info);
   template <class Integer>
-  bool read_integer(std::string_view key, Integer& out, std::int64_t min, std::int64_t max) {
-    std::int64_t value = 0;
-    if (!read_int64(key, value, min, max)) return false;
+  bool read_integer(std::string_view key, Integer& out, std::int64_t min, std::int64_t max, const KeyInfo& info) {
+    std::int64_t value = out;
+    if (!read_int64(key, value, min, max, info)) return false;
+    return out = static_cast<Integer>(value), true;
+  }
+  /// One of a few whole numbers.
+  template <class Integer>
+  bool read_one_of(std::string_view key, Integer& out, std::initializer_list<std::int64_t> values,
+                   const KeyInfo& info) {
+    std::int64_t value = out;
+    if (!read_listed(key, value, values, info)) return false;
     return out = static_cast<Integer>(value), true;
   }
   template <class E>
-  bool read_choice(std::string_view key, E& out, std::initializer_list<std::pair<std::string_view, E>> choices) {
-    std::string text, allowed = "one of";
-    for (const auto& [name, value] : choices)
-      allowed += (allowed == "one of" ? " \"" : ", \"") + std::string(name) + '"';
-    if (!read(key, text, allowed)) return false;
-    for (const auto& [name, value] : choices)
-      if (text == name) return out = value, true;
-    problem(key, allowed);
-    return false;
+  bool read_choice(std::string_view key, E& out, std::initializer_list<std::pair<std::string_view, E>> choices,
+                   const KeyInfo& info) {
+    std::vector<std::string_view> names;
+    std::size_t chosen = choices.size();
+    for (const auto& [name, value] : choices) {
+      if (value == out) chosen = names.size();
+      names.push_back(name);
+    }
+    if (!read_named(key, chosen, names, info)) return false;
+    return out = (choices.begin() + chosen)->second, true;
   }
-  /// A key without which the device is nothing.
-  void require(std::string_view key, std::string& out, std::string_view allowed);
+  /// All keys that begin with `prefix`: numbers, by what follows it.
+  void read_all(std::string_view prefix, std::map<std::string, double, std::less<>>& out, double min, double max,
+                const KeyInfo& info);
 
-  /// Says what is wrong with the value of `key`, or, where it is not there, that it is missing.
+  /// Says what is wrong with the value of `key`, or with its being missing, unless something was said of it already.
   void problem(std::string_view key, std::string_view allowed);
+  /// Whether something was said of `key`.
+  bool told(std::string_view key) const { return told_.contains(key); }
+  /// The `driver` of the table is none of these; of its keys nothing is said then.
+  void refuse_driver(std::span<const std::string_view> drivers);
   /// Every key that nobody asked for becomes a problem that lists the known ones.
   void finish();
+  /// All that was read, in this order.
+  const std::vector<KeyRow>& rows() const { return rows_; }
 
  private:
-  const rt::Located<rt::ParamValue>* take(std::string_view key);
-  bool read_int64(std::string_view key, std::int64_t& out, std::int64_t min, std::int64_t max);
+  using Value = rt::Located<rt::ParamValue>;
+  // Notes the row. Null: there is no such key, which is told when it is required.
+  const Value* declare(std::string_view key, const KeyInfo& info, KeyRow row);
+  const KeyRow* row_of(std::string_view key) const;
+  bool read_int64(std::string_view key, std::int64_t& out, std::int64_t min, std::int64_t max, const KeyInfo& info);
+  bool read_listed(std::string_view key, std::int64_t& out, std::initializer_list<std::int64_t> values,
+                   const KeyInfo& info);
+  bool read_named(std::string_view key, std::size_t& chosen, const std::vector<std::string_view>& names,
+                  const KeyInfo& info);
+  bool refuse(std::string_view key);
 
   const DeviceSpec& spec_;
   std::string path_;
   std::vector<rt::Problem>& problems_;
-  std::set<std::string, std::less<>> known_;
+  std::vector<KeyRow> rows_;
+  std::set<std::string, std::less<>> told_;
+  bool has_driver_ = true;
 };
 
 }  // namespace sinew::drivers

@@ -30,24 +30,27 @@ StopAction stop_of(const ServoConfig& c, const DronecanServoOptions& o) {
 
 }  // namespace
 
-std::string check_dronecan(const ServoConfig& c, const DronecanServoOptions& o) {
-  if (std::string wrong = check_servo(c, o.esc); !wrong.empty()) return wrong;
-  const auto say = [&c](const char* what) { return "servo '" + c.name + "': " + what; };
-  if (c.node_id < 1 || c.node_id > wire::kDronecanMaxNode) return say("node_id: 1..127");
-  if (o.esc && c.mode != ServoMode::velocity) return say("mode: an ESC has velocity only");
-  if (o.esc && !(o.esc_full_radps > 0 && std::isfinite(o.esc_full_radps))) return say("esc_full_radps: above 0");
-  if (o.esc && c.zero_rad != 0) return say("zero_rad: an ESC has no position");
-  if (c.actuator_id > (o.esc ? 19u : 255u))
-    return say(o.esc ? "actuator_id: index of an ESC, 0..19" : "actuator_id: 0..255");
+WrongKeys check_dronecan(const ServoConfig& c, const DronecanServoOptions& o) {
+  WrongKeys wrong = check_servo(c, o.esc);
+  if (c.node_id < 1 || c.node_id > wire::kDronecanMaxNode) wrong.push_back({"id", "an integer from 1 to 127"});
+  if (o.esc && c.mode != ServoMode::velocity) wrong.push_back({"mode", "\"velocity\"; an ESC has no other"});
+  if (o.esc && !(o.esc_full_radps > 0 && std::isfinite(o.esc_full_radps)))
+    wrong.push_back({"esc_full_radps", "a number above 0; required for an ESC"});
+  if (o.esc && c.zero_rad != 0) wrong.push_back({"zero_rad", "0: an ESC has no position"});
+  const std::uint32_t most_id = o.esc ? 19 : 255;
+  if (c.actuator_id > most_id)
+    wrong.push_back({"actuator_id", "an integer from 0 to " + std::to_string(most_id) + (o.esc ? ", for an ESC" : "")});
   if (c.stop != stop_of(c, o))
-    return say(o.esc                           ? "stop: an ESC has torque_off"
-               : c.mode == ServoMode::position ? "stop: a DroneCAN actuator in mode position has hold"
-               : c.mode == ServoMode::velocity ? "stop: a DroneCAN actuator in mode velocity has damp"
-                                               : "stop: a DroneCAN actuator in mode effort has torque_off");
-  if (c.homing_method != 0) return say("homing_method: DroneCAN has none");
-  if (c.device_timeout > Duration{0}) return say("device_timeout: is set in the device, no frame does it");
-  if (!(o.status_hz > 0)) return say("status_hz: above 0");
-  return {};
+    wrong.push_back({"on_stop", o.esc                           ? "\"torque_off\"; an ESC has no other"
+                                : c.mode == ServoMode::position ? "\"hold\"; an actuator in mode position has no other"
+                                : c.mode == ServoMode::velocity
+                                    ? "\"damp\"; an actuator in mode velocity has no other"
+                                    : "\"torque_off\"; an actuator in mode effort has no other"});
+  if (c.homing_method != 0) wrong.push_back({"homing_method", "0: DroneCAN has none"});
+  if (c.device_timeout > Duration{0})
+    wrong.push_back({"device_timeout_ms", "0: it is set in the device, no frame does it"});
+  if (!(o.status_hz > 0)) wrong.push_back({"status_hz", "a number above 0"});
+  return wrong;
 }
 
 DronecanServo::DronecanServo(const ServoConfig& config, const DronecanServoOptions& options, DronecanNode& node)

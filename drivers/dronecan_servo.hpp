@@ -1,5 +1,6 @@
 #pragma once
 #include "drivers/dronecan_node.hpp"
+#include "drivers/servo_check.hpp"
 #include "drivers/servo_joint.hpp"
 
 namespace sinew::drivers {
@@ -9,8 +10,8 @@ struct DronecanServoOptions {
   double esc_full_radps = 0;  // drive speed at the full command of 8191; ESCs have no other unit
   double status_hz = 50;      // how often it tells its status, for the bus load
 };
-/// Empty: fine. Otherwise what is wrong, in words.
-std::string check_dronecan(const ServoConfig& config, const DronecanServoOptions& options);
+/// Empty: fine.
+WrongKeys check_dronecan(const ServoConfig& config, const DronecanServoOptions& options);
 
 /// A DroneCAN actuator or ESC: ServoConfig::node_id is its node, actuator_id its place in the commands.
 ///

@@ -15,18 +15,23 @@ constexpr int kConfirmations = 2;      // the first reply may belong to a questi
 
 }  // namespace
 
-std::string check_impedance(const ServoConfig& c, double most_kp, double most_kd) {
-  if (std::string wrong = check_servo(c); !wrong.empty()) return wrong;
-  const auto say = [&c](const char* what) { return "servo '" + c.name + "': " + what; };
-  const double gear = c.gear_ratio * c.gear_ratio;
-  if (c.mode == ServoMode::position && !(c.kp > 0 && c.kp / gear <= most_kp)) return say("kp: outside its range");
-  if (c.mode != ServoMode::effort && !(c.kd > 0 && c.kd / gear <= most_kd)) return say("kd: outside its range");
-  if (!(c.damp_kd / gear <= most_kd)) return say("damp_kd: outside its range");
-  if (c.stop == StopAction::quick_stop) return say("stop: this motor has torque_off, damp and hold");
-  if (c.stop == StopAction::hold && c.mode != ServoMode::position) return say("stop: hold needs mode position");
-  if (c.stop == StopAction::damp && !(c.damp_kd > 0 || c.kd > 0)) return say("stop: damp needs damp_kd or kd");
-  if (c.homing_method != 0) return say("homing_method: this motor has none");
-  return {};
+WrongKeys check_impedance(const ServoConfig& c, double most_kp, double most_kd) {
+  WrongKeys wrong = check_servo(c);
+  const double gear = c.gear_ratio * c.gear_ratio;  // gains are the joint's, ranges the motor's
+  const auto up_to = [gear](double most) { return "a number above 0, at most " + key_number(most * gear); };
+  if (c.mode == ServoMode::position && !(c.kp > 0 && c.kp / gear <= most_kp))
+    wrong.push_back({"kp", up_to(most_kp) + "; required for mode position"});
+  if (c.mode != ServoMode::effort && !(c.kd > 0 && c.kd / gear <= most_kd))
+    wrong.push_back({"kd", up_to(most_kd) + "; required for mode position and velocity"});
+  if (!(c.damp_kd / gear <= most_kd)) wrong.push_back({"damp_kd", "at most " + key_number(most_kd * gear)});
+  if (c.stop == StopAction::quick_stop)
+    wrong.push_back({"on_stop", "\"torque_off\", \"damp\" or \"hold\"; this motor has no quick_stop"});
+  if (c.stop == StopAction::hold && c.mode != ServoMode::position)
+    wrong.push_back({"on_stop", "\"torque_off\" or \"damp\"; hold needs mode position"});
+  if (c.stop == StopAction::damp && !(c.damp_kd > 0 || c.kd > 0))
+    wrong.push_back({"damp_kd", up_to(most_kd) + "; required for on_stop = \"damp\" without kd"});
+  if (c.homing_method != 0) wrong.push_back({"homing_method", "0; this motor has none"});
+  return wrong;
 }
 
 ServoConfig ImpedanceServo::with_spring(ServoConfig c, double motor_nm) {

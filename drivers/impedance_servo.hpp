@@ -1,5 +1,6 @@
 #pragma once
 // Motors that take position, velocity, gains and torque in one frame and answer it: MIT frames, CyberGear.
+#include "drivers/servo_check.hpp"
 #include "drivers/servo_joint.hpp"
 #include "wire/mit_motor.hpp"
 
@@ -68,6 +69,6 @@ class ImpedanceServo : public ServoProtocol {
 };
 
 /// What check_mit() and check_cybergear() have in common. `most_kp`, `most_kd`: drive side.
-std::string check_impedance(const ServoConfig& config, double most_kp, double most_kd);
+WrongKeys check_impedance(const ServoConfig& config, double most_kp, double most_kd);
 
 }  // namespace sinew::drivers

@@ -11,14 +11,17 @@ constexpr double kMaxImuHz = 32000, kMaxCameraHz = 1000;
 
 DeviceOpener read_iio(DeviceKeys& keys, const DeviceSpecs&) {
   hal::IioSpec spec;
-  keys.require("name", spec.name, "the name of an IIO device as in /sys/bus/iio/devices/*/name, e.g. \"mpu6050\"");
-  keys.read("root", spec.root, "a folder with sys/ and dev/ of the machine");
-  keys.read("rate_hz", spec.rate_hz, 0, kMaxImuHz);
-  keys.read("trigger", spec.trigger, "the name of a trigger as in /sys/bus/iio/devices/trigger*/name");
-  keys.read("buffered", spec.buffered);
-  keys.read_integer("buffer_length", spec.buffer_length, 2, 65536);
+  keys.read("name", spec.name, "the name of an IIO device, e.g. \"mpu6050\"",
+            {.doc = "as in /sys/bus/iio/devices/*/name, its label, or \"iio:deviceN\"", .required = true});
+  keys.read("root", spec.root, "the path of a folder", {.doc = "with sys/ and dev/ of the machine: a simulated one"});
+  keys.read("rate_hz", spec.rate_hz, 0, kMaxImuHz,
+            {.unit = "Hz", .doc = "samples a second, as far as the device has it; 0: as it is set"});
+  keys.read("trigger", spec.trigger, "the name of a trigger",
+            {.doc = "as in /sys/bus/iio/devices/trigger*/name", .otherwise = "as it is set"});
+  keys.read("buffered", spec.buffered, {.doc = "every sample, from the kernel's buffer; false: polls the newest one"});
+  keys.read_integer("buffer_length", spec.buffer_length, 2, 65536, {.doc = "samples that the kernel holds"});
   spec.fifo_priority = 88;  // above the loops that wait for it
-  keys.read_integer("priority", spec.fifo_priority, 0, 99);
+  keys.read_integer("priority", spec.fifo_priority, 0, 99, {.doc = "SCHED_FIFO of its thread; 0: an ordinary one"});
   const ImuCalibration calibration = ImuCalibration::read(keys);
   return [spec, calibration](DeviceContext& context, std::string& why) -> hal::Result<OpenedDevice> {
     auto imu = context.connectors.iio_imu(spec, why);
@@ -27,25 +30,24 @@ DeviceOpener read_iio(DeviceKeys& keys, const DeviceSpecs&) {
   };
 }
 
-constexpr std::string_view kControl = "control_";
-
 hal::CameraSpec read_camera(DeviceKeys& keys, std::string_view path_is) {
   hal::CameraSpec spec;
-  keys.require("path", spec.path, path_is);
-  keys.read_integer("width", spec.width, 16, msg::kMaxImageWidth);
-  keys.read_integer("height", spec.height, 16, msg::kMaxImageHeight);
+  keys.read("path", spec.path, path_is, {.doc = "which camera", .required = true});
+  keys.read_integer("width", spec.width, 16, msg::kMaxImageWidth,
+                    {.unit = "px", .doc = "of the pictures in the topic"});
+  keys.read_integer("height", spec.height, 16, msg::kMaxImageHeight,
+                    {.unit = "px", .doc = "of the pictures in the topic"});
   keys.read_choice<msg::PixelFormat>("format", spec.format,
                                      {{"mono8", msg::PixelFormat::mono8},
                                       {"rgb8", msg::PixelFormat::rgb8},
                                       {"bgr8", msg::PixelFormat::bgr8},
-                                      {"yuyv", msg::PixelFormat::yuyv}});
-  keys.read("rate_hz", spec.rate_hz, 0.1, kMaxCameraHz);
-  keys.read_integer("buffers", spec.buffers, 2, 32);
-  for (const auto& [key, value] : keys.spec().keys)
-    if (key.starts_with(kControl)) {
-      double number = 0;
-      if (keys.read(key, number, -1e12, 1e12)) spec.controls.emplace(key.substr(kControl.size()), number);
-    }
+                                      {"yuyv", msg::PixelFormat::yuyv}},
+                                     {.doc = "of the pictures in the topic, which the driver or we turn into it"});
+  keys.read("rate_hz", spec.rate_hz, 0.1, kMaxCameraHz,
+            {.unit = "Hz", .doc = "pictures a second, as near as it has it"});
+  keys.read_integer("buffers", spec.buffers, 2, 32, {.doc = "pictures that the driver may have in work"});
+  keys.read_all("control_", spec.controls, -1e12, 1e12,
+                {.doc = "a control by its name, e.g. control_exposure_time_absolute", .otherwise = "as it is set"});
   return spec;
 }
 
@@ -59,11 +61,12 @@ hal::Result<OpenedDevice> opened(hal::Result<std::unique_ptr<hal::Camera>> camer
 }
 
 DeviceOpener read_v4l2(DeviceKeys& keys, const DeviceSpecs&) {
-  hal::CameraSpec spec = read_camera(keys, "a video device, e.g. \"/dev/video0\"");
+  hal::CameraSpec spec = read_camera(keys, "a video device, e.g. \"/dev/video0\" or \"usb-...\"");
   using Memory = hal::CameraSpec::Memory;
-  keys.read_choice<Memory>("memory", spec.memory,
-                           {{"auto", Memory::automatic}, {"mmap", Memory::mapped}, {"userptr", Memory::lent}});
-  keys.read("root", spec.root, "a folder with dev/ of the machine");
+  keys.read_choice<Memory>(
+      "memory", spec.memory, {{"auto", Memory::automatic}, {"mmap", Memory::mapped}, {"userptr", Memory::lent}},
+      {.doc = "who owns the pictures' memory: the driver (mmap), which is copied once, or the topic"});
+  keys.read("root", spec.root, "the path of a folder", {.doc = "with dev/ of the machine: a simulated one"});
   return [spec](DeviceContext& context, std::string& why) { return opened(context.connectors.v4l2_camera(spec, why)); };
 }
 

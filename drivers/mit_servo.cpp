@@ -2,19 +2,25 @@
 
 namespace sinew::drivers {
 
-std::string check_mit(const ServoConfig& c, const MitOptions& o) {
-  const auto say = [&c](const char* what) { return "servo '" + c.name + "': " + what; };
+WrongKeys check_mit(const ServoConfig& c, const MitOptions& o) {
   const wire::MitMotorType& t = o.type;
-  if (!(t.position_rad > 0 && t.velocity_radps > 0 && t.effort_nm > 0 && t.kp > 0 && t.kd > 0)) {
-    return say("ranges of the motor: above 0");
-  }
-  if (std::string wrong = check_impedance(c, t.kp, t.kd); !wrong.empty()) return wrong;
-  const bool short_id = t.reply == wire::MitReply::status;  // half a byte of the reply
-  if (c.node_id < 1 || c.node_id > (short_id ? 15u : 255u)) return say(short_id ? "node_id: 1..15" : "node_id: 1..255");
-  if (o.master_id > 0x7FF) return say("master_id: 0..2047");
-  if (o.master_id == c.node_id) return say("master_id: is the motor's own");
-  if (c.device_timeout > Duration{0}) return say("device_timeout: is set in the motor, no frame does it");
-  return {};
+  WrongKeys wrong;
+  for (const auto& [key, range] : {std::pair{"range_position_rad", t.position_rad},
+                                   {"range_velocity_radps", t.velocity_radps},
+                                   {"range_effort_nm", t.effort_nm},
+                                   {"range_kp", t.kp},
+                                   {"range_kd", t.kd}})
+    if (!(range > 0)) wrong.push_back({key, "a number above 0"});
+  if (!wrong.empty()) return wrong;  // gains are checked against these
+  wrong = check_impedance(c, t.kp, t.kd);
+  const std::uint32_t most_id = t.reply == wire::MitReply::status ? 15 : 255;  // half a byte of the reply
+  if (c.node_id < 1 || c.node_id > most_id)
+    wrong.push_back({"id", "an integer from 1 to " + std::to_string(most_id) + ", for this motor"});
+  if (o.master_id > 0x7FF) wrong.push_back({"master_id", "an integer from 0x0 to 0x7FF"});
+  if (o.master_id == c.node_id) wrong.push_back({"master_id", "another number than the motor's id"});
+  if (c.device_timeout > Duration{0})
+    wrong.push_back({"device_timeout_ms", "0: it is set in the motor, no frame does it"});
+  return wrong;
 }
 
 BusNeed MitServo::need(double tick_hz) const {

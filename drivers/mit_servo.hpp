@@ -7,8 +7,8 @@ struct MitOptions {
   wire::MitMotorType type;
   std::uint32_t master_id = 0;  // identifier of its replies; several motors may share it
 };
-/// Empty: fine. Otherwise what is wrong, in words.
-std::string check_mit(const ServoConfig& config, const MitOptions& options);
+/// Empty: fine.
+WrongKeys check_mit(const ServoConfig& config, const MitOptions& options);
 
 /// A motor that speaks MIT frames. Its own time-out, when nobody speaks to it, is set in the motor; no frame tells it.
 /// Types that do not say whether they are enabled are believed when they have answered; one that ignores `enable` is

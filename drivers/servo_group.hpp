@@ -10,7 +10,7 @@
 //   drivers::ServoConfig pan{.name = "pan", .node_id = 1, .counts_per_turn = 65536};
 //   drivers::ServoConfig tilt{.name = "tilt", .node_id = 2, .counts_per_turn = 65536};
 //   for (const auto& c : {pan, tilt}) {
-//     if (auto wrong = drivers::check_cia402(c, {.tick_hz = 500}); !wrong.empty()) return wrong;
+//     if (auto wrong = drivers::check_cia402(c, {.tick_hz = 500}); !wrong.empty()) return to_string(wrong);
 //     head.add(hub, std::make_unique<drivers::Cia402Servo>(c, drivers::Cia402Options{.tick_hz = 500}));
 //   }
 //   std::string why;

@@ -1,7 +1,6 @@
 #include "drivers/servo_joint.hpp"
 
 #include <cmath>
-#include <cstdio>
 
 namespace sinew::drivers {
 namespace {
@@ -216,43 +215,6 @@ void ServoJoint::collect_faults() noexcept {
     faults |= msg::kJointLimit;
   }
   feedback_.faults = faults;
-}
-
-std::string check_servo(const ServoConfig& c, bool derates_speed) {
-  const auto say = [&c](const char* what) { return "servo '" + c.name + "': " + what; };
-  const ServoLimits& l = c.limits;
-  if (c.sign != 1 && c.sign != -1) return say("sign: 1 or -1");
-  if (!(c.gear_ratio > 0) || !std::isfinite(c.gear_ratio)) return say("gear_ratio: above 0");
-  if (!std::isfinite(c.zero_rad)) return say("zero_rad: a number");
-  if (!(l.position_min_rad < l.position_max_rad)) return say("limits: position_min_rad below position_max_rad");
-  if (!(l.velocity_radps > 0) || !std::isfinite(l.velocity_radps)) return say("limits: velocity_radps above 0");
-  if (!(l.effort_nm > 0)) return say("limits: effort_nm above 0");
-  if (!derates_speed && c.derating.start_c < c.derating.end_c && !std::isfinite(l.effort_nm)) {
-    return say("derating: needs max_effort_nm");
-  }
-  if (c.following.time <= Duration{0}) return say("following: time above 0");
-  if (!(c.kp >= 0) || !(c.kd >= 0) || !(c.damp_kd >= 0)) return say("gains: not below 0");
-  if (c.feedback_timeout <= Duration{0}) return say("feedback_timeout: above 0");
-  if (c.device_timeout < Duration{0}) return say("device_timeout: not below 0");
-  return {};
-}
-
-std::string check_times(const ServoConfig& c, Duration feedback, Duration life) {
-  const auto too_short = [&c](const char* what, Duration is, double least, const char* of, Duration between) {
-    const auto ms = [](Duration d) {
-      char text[32];
-      std::snprintf(text, sizeof text, "%g ms", msg::seconds(d) * 1e3);
-      return std::string(text);
-    };
-    const Duration needed{static_cast<std::int64_t>(static_cast<double>(between.count()) * least)};
-    if (is >= needed) return std::string{};
-    return "servo '" + c.name + "': " + what + ": at least " + ms(needed) + ", as " + of + " come every " + ms(between);
-  };
-  std::string wrong = too_short("feedback_timeout", c.feedback_timeout, 2.5, "its answers", feedback);
-  if (wrong.empty() && c.device_timeout > Duration{0}) {
-    wrong = too_short("device_timeout", c.device_timeout, 3, "our signs of life", life);
-  }
-  return wrong;
 }
 
 }  // namespace sinew::drivers

@@ -123,10 +123,4 @@ class ServoJoint {
   std::uint32_t seen_number_ = 0;
 };
 
-/// What is wrong with a configuration whatever its protocol; empty: nothing. For the robot file's reader.
-std::string check_servo(const ServoConfig& config, bool derates_speed = false);
-/// Whether its time-outs leave room for what is late: `feedback` and `life` are the times between two of what its
-/// driver hears (positions) and between two of what the drive hears.
-std::string check_times(const ServoConfig& config, Duration feedback, Duration life);
-
 }  // namespace sinew::drivers

@@ -51,6 +51,32 @@ class CommandLine(unittest.TestCase):
                 self.assertEqual(done, code, err)
                 self.assertEqual("exec_us" in err, board == "sim")
 
+    def test_keys_of_devices_are_refused_at_their_line_before_anything_opens(self):
+        with open(f"{SOURCE}/robots/desk_head.toml") as file:
+            lines = file.read().split("\n")
+        wrong = {'address = "can0"': ('address = "host:1/can0"', 'bus.can0.address: "host:1/can0": the name of an '
+                                      'interface, e.g. "can0"'),
+                 "device_timeout_ms = 100": ("device_timeout_ms = 1", "device.head.joint.pan.device_timeout_ms: 1: 0 (as "
+                                             "the drive is set) or at least 30, as our signs of life come every 10 ms "
+                                             "(the bus's master_heartbeat_ms)"),
+                 'format = "yuyv"': ('format = "jpeg"', 'device.camera.format: "jpeg": one of "mono8", "rgb8", "bgr8", '
+                                     '"yuyv"')}
+        expected = []
+        for old, (new, text) in wrong.items():
+            at = lines.index(old)
+            lines[at] = new
+            expected.append(f":{at + 1}: {text}\n")
+        with tempfile.TemporaryDirectory() as folder:
+            robot = os.path.join(folder, "wrong.toml")
+            with open(robot, "w") as file:
+                file.write("\n".join(lines))
+            for command in (["check", robot], ["run", robot, "--board", "linux", "--duration", "1"]):
+                code, _, err = run(*command)
+                self.assertNotEqual(code, 0)
+                for text in expected:
+                    self.assertIn(robot + text, err)
+                self.assertNotIn("there is no such device", err)
+
     def test_check_says_the_same_in_json(self):
         code, out, _ = run("check", f"{SOURCE}/examples/broken_robot.toml", "--json")
         self.assertEqual(code, 1)

@@ -99,7 +99,7 @@ class Robot : public ServoRig {
     c.stop = esc ? StopAction::torque_off : StopAction::hold;
     c.limits = {-3, 3, 10, 20};
     const DronecanServoOptions options{.esc = esc, .esc_full_radps = esc ? 100.0 : 0.0, .status_hz = 100};
-    ASSERT_EQ(check_dronecan(c, options), "");
+    ASSERT_EQ(to_string(check_dronecan(c, options)), "");
     ASSERT_TRUE(group().add(bus[3]->hub, std::make_unique<DronecanServo>(c, options, node)));
     sim_hil::SimDronecanServo::Parameters p;
     p.node_id = static_cast<std::uint8_t>(c.node_id), p.actuator_id = static_cast<std::uint8_t>(c.actuator_id);

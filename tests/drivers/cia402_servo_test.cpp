@@ -313,7 +313,8 @@ TEST_F(Cia402, WithoutAnEffortLimitTheDrivesOwnStays) {
 
   c.limits.effort_nm = ServoLimits{}.effort_nm;
   c.derating = {50, 70};
-  EXPECT_EQ(check_cia402(c, {}), "servo 'joint5': derating: needs max_effort_nm");
+  EXPECT_EQ(to_string(check_cia402(c, {})),
+            "max_effort_nm: a number above 0; required with derate_start_c and derate_end_c");
 }
 
 TEST_F(Cia402, DriveWithoutARatedTorqueIsAFaultUntilTheRobotFileHasIt) {
@@ -332,11 +333,13 @@ TEST_F(Cia402, DriveWithoutARatedTorqueIsAFaultUntilTheRobotFileHasIt) {
 }
 
 TEST_F(Cia402, CycleTimeIsExactOrRefused) {
-  const auto check = [](double hz) { return check_cia402(plain(), {.tick_hz = hz}); };
+  const auto check = [](double hz) { return to_string(check_cia402(plain(), {.tick_hz = hz})); };
   for (const double hz : {1.0, 25.0, 50.0, 100.0, 125.0, 200.0, 250.0, 400.0, 500.0, 800.0, 1000.0, 2000.0, 4000.0}) {
     EXPECT_EQ(check(hz), "") << hz;
   }
-  EXPECT_EQ(check(300), "servo 'joint5': tick_hz: 60C2h holds 1 to 255 times a power of ten seconds: 250, 500, 1000");
+  EXPECT_EQ(check(300),
+            "bus.tick_hz: with cia402 on it a rate whose period 60C2h holds, 1 to 255 times a power of ten seconds: "
+            "100, 125, 200, 250, 400, 500, 800, 1000, 2000 and such");
   EXPECT_NE(check(30), "");
   const auto cycle_of = [this](double hz) {
     rig = std::make_unique<ServoRig>(CanHubConfig{.name = "can0", .tick_hz = hz, .max_load = 10});
@@ -400,18 +403,25 @@ TEST_F(Cia402, DriveThatRestartsIsConfiguredAgain) {
 TEST_F(Cia402, WhatItCannotDoIsSaidBeforeTheStart) {
   const Cia402Options o;
   ServoConfig c = plain();
-  EXPECT_EQ(check_cia402(c, o), "");
+  EXPECT_EQ(to_string(check_cia402(c, o)), "");
   c.stop = StopAction::damp;
-  EXPECT_EQ(check_cia402(c, o), "servo 'joint5': stop: CiA 402 has torque_off, quick_stop and hold");
+  EXPECT_EQ(to_string(check_cia402(c, o)), "on_stop: \"torque_off\", \"quick_stop\" or \"hold\"; CiA 402 has no damp");
   c = plain();
   c.counts_per_turn = 0;
-  EXPECT_EQ(check_cia402(c, o), "servo 'joint5': counts_per_turn: above 0");
+  EXPECT_EQ(to_string(check_cia402(c, o)), "counts_per_turn: a number above 0; it is required");
   c = plain();
   c.node_id = 126;
-  EXPECT_EQ(check_cia402(c, o), "servo 'joint5': node_id: is that of the master");
+  EXPECT_EQ(to_string(check_cia402(c, o)), "id: another number than the bus's master_node");
   c = plain();
   c.limits.position_min_rad = 5;
-  EXPECT_EQ(check_cia402(c, o), "servo 'joint5': limits: position_min_rad below position_max_rad");
+  EXPECT_EQ(to_string(check_cia402(c, o)), "max_rad: a number above min_rad, 5");
+  c = plain();
+  for (const int method : {0, 1, 14, 17, 30, 33, 37, -1, -128}) EXPECT_TRUE(is_homing_method(method)) << method;
+  for (const int method : {15, 16, 31, 32, 36, 38, 99, -129}) {
+    c.homing_method = method;
+    EXPECT_EQ(to_string(check_cia402(c, o)),
+              "homing_method: 0 (none), 1 to 14, 17 to 30, 33 to 35, 37, or -128 to -1 (the maker's own)");
+  }
 }
 
 }  // namespace

@@ -32,7 +32,7 @@ int opened = 0;
 
 DeviceOpener read_fixed(DeviceKeys& keys, const DeviceSpecs&) {
   double rate_hz = 100;
-  keys.read("rate_hz", rate_hz, 1, 1000);
+  keys.read("rate_hz", rate_hz, 1, 1000, {});
   return [](DeviceContext&, std::string&) -> hal::Result<OpenedDevice> {
     ++opened;
     const auto imu = std::make_shared<FixedImu>(msg::ImuSample{{5}, {1, 2, 3}, {0, 0, 9.81}});
@@ -46,7 +46,7 @@ DeviceOpener read_fixed(DeviceKeys& keys, const DeviceSpecs&) {
 
 DeviceOpener read_absent(DeviceKeys& keys, const DeviceSpecs&) {
   std::string path;
-  keys.require("path", path, "the path of a device");
+  keys.read("path", path, "the path of a device", {.required = true});
   return [](DeviceContext& context, std::string& why) -> hal::Result<OpenedDevice> {
     auto bus = context.connectors.i2c("/dev/nothing", why);
     if (!bus) return bus.error();

@@ -270,7 +270,7 @@ TEST(DronecanKeys, WrongOnesAreNamed) {
   std::string all;
   for (const auto& p : check_devices(specs, all_drivers())) all += rt::to_string(p, "r.toml") + "\n";
   EXPECT_THAT(all, HasSubstr("r.toml:7: device.head.joint.late.unique_id: \"0102\": 32 hexadecimal digits"));
-  EXPECT_THAT(all, HasSubstr("mode: an ESC has velocity only"));
+  EXPECT_THAT(all, HasSubstr("r.toml:8: device.head.joint.left.mode: \"position\": \"velocity\"; an ESC has no other"));
 }
 
 }  // namespace

@@ -45,7 +45,7 @@ class Bench {
     return sims.add<SimDronecanServo>(*joints.back(), sim_hil::SimMount{}, p);
   }
   DronecanServo& servo(const ServoConfig& config, const DronecanServoOptions& options = {}) {
-    EXPECT_EQ(check_dronecan(config, options), "");
+    EXPECT_EQ(to_string(check_dronecan(config, options)), "");
     servos.push_back(std::make_unique<DronecanServo>(config, options, node));
     return *servos.back();
   }
@@ -314,14 +314,18 @@ TEST(DronecanServo, FullBusOfForeignFramesForAMinuteOnlyCounts) {
 TEST(DronecanServo, WrongConfigurationsAreNamed) {
   ServoConfig c = actuator(20, 0);
   c.stop = StopAction::torque_off;
-  EXPECT_EQ(check_dronecan(c, {}), "servo 'pan': stop: a DroneCAN actuator in mode position has hold");
+  EXPECT_EQ(to_string(check_dronecan(c, {})), "on_stop: \"hold\"; an actuator in mode position has no other");
   c = actuator(128, 0);
-  EXPECT_EQ(check_dronecan(c, {}), "servo 'pan': node_id: 1..127");
-  EXPECT_EQ(check_dronecan(actuator(1, 0), {.esc = true}), "servo 'pan': mode: an ESC has velocity only");
+  EXPECT_EQ(to_string(check_dronecan(c, {})), "id: an integer from 1 to 127");
+  EXPECT_EQ(to_string(check_dronecan(actuator(1, 0), {.esc = true})),
+            "mode: \"velocity\"; an ESC has no other; esc_full_radps: a number above 0; required for an ESC; "
+            "on_stop: \"torque_off\"; an ESC has no other");
   c = actuator(1, 20);
   c.mode = ServoMode::velocity, c.stop = StopAction::torque_off;
-  EXPECT_EQ(check_dronecan(c, {.esc = true}), "servo 'pan': esc_full_radps: above 0");
-  EXPECT_EQ(check_dronecan(c, {.esc = true, .esc_full_radps = 10}), "servo 'pan': actuator_id: index of an ESC, 0..19");
+  EXPECT_EQ(to_string(check_dronecan(c, {.esc = true})),
+            "esc_full_radps: a number above 0; required for an ESC; actuator_id: an integer from 0 to 19, for an ESC");
+  EXPECT_EQ(to_string(check_dronecan(c, {.esc = true, .esc_full_radps = 10})),
+            "actuator_id: an integer from 0 to 19, for an ESC");
 }
 
 // ---- our own node ----

@@ -130,23 +130,24 @@ TEST_P(Impedance, SpringThatCarriesItsLoadIsNoOverload) {
 
 TEST_P(Impedance, WhatItCannotDoIsSaidBeforeTheStart) {
   const auto check = [](const ServoConfig& c) {
-    return GetParam() == Protocol::cybergear ? check_cybergear(c, 0xFD) : check_mit(c, ServoRig::mit(GetParam()));
+    return to_string(GetParam() == Protocol::cybergear ? check_cybergear(c, 0xFD)
+                                                       : check_mit(c, ServoRig::mit(GetParam())));
   };
   ServoConfig c = plain();
   EXPECT_EQ(check(c), "");
   c.stop = StopAction::quick_stop;
-  EXPECT_EQ(check(c), "servo 'joint3': stop: this motor has torque_off, damp and hold");
+  EXPECT_EQ(check(c), "on_stop: \"torque_off\", \"damp\" or \"hold\"; this motor has no quick_stop");
   c = plain();
   c.kp = 900;
-  EXPECT_EQ(check(c), "servo 'joint3': kp: outside its range");
+  EXPECT_EQ(check(c), "kp: a number above 0, at most 500; required for mode position");
   c = plain();
   c.node_id = 200;
   EXPECT_EQ(check(c), GetParam() == Protocol::ak80     ? ""
-                      : GetParam() == Protocol::damiao ? "servo 'joint3': node_id: 1..15"
-                                                       : "servo 'joint3': node_id: 1..127");
+                      : GetParam() == Protocol::damiao ? "id: an integer from 1 to 15, for this motor"
+                                                       : "id: an integer from 1 to 127");
   c = plain();
   c.sign = 0;
-  EXPECT_EQ(check(c), "servo 'joint3': sign: 1 or -1");
+  EXPECT_EQ(check(c), "reversed: a sign of 1 or -1");
 }
 
 TEST_P(Impedance, MotorStopsByItselfWhenNobodySpeaksToIt) {

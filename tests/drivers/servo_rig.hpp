@@ -125,14 +125,14 @@ class ServoRig {
       bus[b]->has_master = true;
       const Cia402Options options{
           .tick_hz = bus[b]->hub.config().tick_hz, .temperature_object = {0x2300, 1}, .temperature_unit_c = 0.1};
-      wrong = check_cia402(c, options);
+      wrong = to_string(check_cia402(c, options));
       servo = std::make_unique<Cia402Servo>(c, options);
     } else if (protocol == Protocol::cybergear) {
-      wrong = check_cybergear(c, 0xFD);
+      wrong = to_string(check_cybergear(c, 0xFD));
       servo = std::make_unique<CyberGearServo>(c);
     } else {
       const MitOptions options = mit(protocol);
-      wrong = check_mit(c, options);
+      wrong = to_string(check_mit(c, options));
       servo = std::make_unique<MitServo>(c, options);
     }
     EXPECT_EQ(wrong, "");

@@ -148,14 +148,14 @@ struct Line {
       if (id == 1) hub.add(std::make_unique<drivers::CanopenMaster>());
       c.counts_per_turn = kCountsPerTurn;
       const drivers::Cia402Options options{.tick_hz = hub.config().tick_hz};
-      wrong = drivers::check_cia402(c, options);
+      wrong = to_string(drivers::check_cia402(c, options));
       servo = std::make_unique<drivers::Cia402Servo>(c, options);
     } else if (kind == "cybergear") {
-      wrong = drivers::check_cybergear(c, 0xFD);
+      wrong = to_string(drivers::check_cybergear(c, 0xFD));
       servo = std::make_unique<drivers::CyberGearServo>(c);
     } else {
       const drivers::MitOptions options{mit_type(kind), 0};
-      wrong = drivers::check_mit(c, options);
+      wrong = to_string(drivers::check_mit(c, options));
       servo = std::make_unique<drivers::MitServo>(c, options);
     }
     if (!wrong.empty()) give_up(wrong);

@@ -1,0 +1,12 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "drivers/driver_list.hpp"
+
+namespace sinew::test {
+
+/// docs/device-keys.md: all tables of keys.
+std::string keys_page(const std::vector<drivers::KeyTable>& tables);
+
+}  // namespace sinew::test
