@@ -3,6 +3,7 @@
 # `sysroot` of tools/packages.txt for another machine, unpacked. Does nothing, quickly, when it is there.
 #
 #   toolchains/sysroot.sh ARCH...      armhf, arm64 or mipsel
+#   toolchains/sysroot.sh i386         what runs 32-bit Windows programs (group wine32), to chroot to: see wine32.sh
 #
 # It lies in build/sysroot/ARCH, or in $SINEW_SYSROOTS/ARCH, which several clones may share; the packages and their
 # versions are in its file `packages`. To take newer versions: rm -r that folder first.
@@ -13,7 +14,13 @@ source "$(dirname "${BASH_SOURCE[0]}")/../tools/lib.sh"
 source "$root/tools/own_apt.sh"
 
 home=${SINEW_SYSROOTS:-$root/build/sysroot}
-mapfile -t wanted < <(awk '$1 == "sysroot" { print $2 }' "$root/tools/packages.txt")
+
+# wanted_of ARCH: the packages of its group, one a line.
+wanted_of() {
+  local group=sysroot
+  [[ $1 != i386 ]] || group=wine32
+  awk -v group="$group" '$1 == group { print $2 }' "$root/tools/packages.txt"
+}
 
 # record DEB NAMES DATABASE: what dpkg keeps of an installed package, as far as dpkg-shlibdeps and `dpkg -S` ask for it:
 # packages of ours that are built with this tree name the packages that they need by it.
@@ -59,6 +66,12 @@ settle() {
     target=$(readlink "$link")
     ln -snf "$(realpath -ms --relative-to="$(dirname "$link")" "$1$target")" "$link"
   done < <(find "$1" -type l -lname '/*')
+  # Wine's user32 loads it among Wine's own libraries only, which have this mark behind the 64 bytes of their first header.
+  name=$1/usr/lib/i386-linux-gnu/wine/i386-windows/zlib1.dll
+  if [[ -d $(dirname "$name") ]]; then
+    cp "$1/usr/i686-w64-mingw32/lib/zlib1.dll" "$name"
+    { printf 'Wine builtin DLL' && head -c 16 /dev/zero; } | dd of="$name" bs=1 seek=64 conv=notrunc status=none
+  fi
   libraries=$(echo "$1"/usr/lib/*-linux-gnu*)
   for name in blas lapack; do # two makers offer them, so a link is made to one; OpenCV wants it
     [[ ! -e $libraries/$name/lib$name.so.3 ]] || ln -snf "$name/lib$name.so.3" "$libraries/lib$name.so.3"
@@ -85,16 +98,18 @@ make_tree() {
 }
 
 if (($# == 0)); then
-  say "usage: toolchains/sysroot.sh ARCH...      armhf, arm64 or mipsel" >&2
+  say "usage: toolchains/sysroot.sh ARCH...      armhf, arm64, mipsel or i386" >&2
   exit 2
 fi
 # Made anew when another thing is wanted of it, or it is made in another way.
-made_by=$({ cat "${BASH_SOURCE[0]}" "$root/tools/own_apt.sh" && printf '%s\n' "${wanted[@]}" "${SINEW_SYSROOT_SOURCE:-}"; } | sha256sum)
+how=$(cat "${BASH_SOURCE[0]}" "$root/tools/own_apt.sh")
 for arch in "$@"; do
-  if [[ ! -f $root/toolchains/$arch.cmake ]]; then
-    say "sysroot: no machine '$arch'; known: $(cd "$root/toolchains" && echo [am]*[0-9a-z].cmake | sed 's/\.cmake//g')" >&2
+  if [[ $arch != i386 && ! -f $root/toolchains/$arch.cmake ]]; then
+    say "sysroot: no machine '$arch'; known: $(cd "$root/toolchains" && echo [am]*[0-9a-z].cmake | sed 's/\.cmake//g') i386" >&2
     exit 2
   fi
+  mapfile -t wanted < <(wanted_of "$arch")
+  made_by=$(printf '%s\n' "$how" "${wanted[@]}" "${SINEW_SYSROOT_SOURCE:-}" | sha256sum)
   tree=$home/$arch
   [[ "$(cat "$tree/made-by" 2>/dev/null)" != "$made_by" ]] || continue
   for tool in apt-get dpkg-deb flock; do

@@ -1,13 +1,24 @@
-# 64-bit Windows by mingw-w64, run by Wine where there is no Windows. See docs/windows.md.
+# Windows by mingw-w64, run by Wine where there is no Windows: 64 bits, or what windows32.cmake asks for. See docs/windows.md.
+if(NOT SINEW_WINDOWS_TRIPLET)
+  set(SINEW_WINDOWS_TRIPLET x86_64-w64-mingw32)
+endif()
 set(CMAKE_SYSTEM_NAME Windows)
-set(CMAKE_SYSTEM_PROCESSOR x86_64)
-set(CMAKE_C_COMPILER x86_64-w64-mingw32-gcc-posix)  # GoogleTest names C among its languages
-set(CMAKE_CXX_COMPILER x86_64-w64-mingw32-g++-posix)
-set(CMAKE_RC_COMPILER x86_64-w64-mingw32-windres)
-set(CMAKE_FIND_ROOT_PATH /usr/x86_64-w64-mingw32)
+set(CMAKE_C_COMPILER ${SINEW_WINDOWS_TRIPLET}-gcc-posix)  # GoogleTest names C among its languages
+set(CMAKE_CXX_COMPILER ${SINEW_WINDOWS_TRIPLET}-g++-posix)
+set(CMAKE_RC_COMPILER ${SINEW_WINDOWS_TRIPLET}-windres)
+set(CMAKE_FIND_ROOT_PATH /usr/${SINEW_WINDOWS_TRIPLET})
 set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
 set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
 set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
 set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
 set(CMAKE_EXE_LINKER_FLAGS_INIT "-static")  # one file: the compiler's own libraries are in it
-set(CMAKE_CROSSCOMPILING_EMULATOR ${CMAKE_CURRENT_LIST_DIR}/wine.sh)
+if(SINEW_WINDOWS_TRIPLET MATCHES ^i686)
+  set(CMAKE_SYSTEM_PROCESSOR i686)
+  # The x87, which else calculates there, keeps 80 bits: other results than everywhere else.
+  set(CMAKE_C_FLAGS_INIT "-msse2 -mfpmath=sse")
+  set(CMAKE_CXX_FLAGS_INIT "-msse2 -mfpmath=sse")
+  set(CMAKE_CROSSCOMPILING_EMULATOR ${CMAKE_CURRENT_LIST_DIR}/wine32.sh)
+else()
+  set(CMAKE_SYSTEM_PROCESSOR x86_64)
+  set(CMAKE_CROSSCOMPILING_EMULATOR ${CMAKE_CURRENT_LIST_DIR}/wine.sh)
+endif()

@@ -3,7 +3,8 @@
 #
 #   tools/setup.sh [build | test | ci]      each includes the ones before it; default: build
 #   tools/setup.sh cross [ARCH...]          what builds for boards, with the sysroots of armhf, arm64 and mipsel, or these
-#   tools/setup.sh windows                  what builds for Windows, and Wine
+#   tools/setup.sh windows                  what builds for 64-bit Windows, and Wine
+#   tools/setup.sh windows32                the same and what builds for 32 bits, with a file tree for Wine's 32-bit half
 #
 # Exit: 0 all there, 3 something is missing and cannot be installed here (says what), 2 wrong call.
 # SINEW_SKIP_SETUP=1 skips the check, for systems where the same things come from elsewhere.
@@ -16,8 +17,9 @@ case ${1:-build} in
   ci) groups=' build test ci ' ;;
   cross) groups=' build cross ' ;;
   windows) groups=' build windows ' ;;
+  windows32) groups=' build windows windows32 ' ;;
   *)
-    say "usage: tools/setup.sh [build | test | ci | cross [ARCH...] | windows]" >&2
+    say "usage: tools/setup.sh [build | test | ci | cross [ARCH...] | windows | windows32]" >&2
     exit 2
     ;;
 esac
@@ -26,6 +28,7 @@ if [[ ${1:-} == cross ]]; then
   boards=("${@:2}")
   ((${#boards[@]})) || boards=(armhf arm64 mipsel)
 fi
+if [[ ${1:-} == windows32 ]]; then boards=(i386); fi
 
 # Sysroots are files of ours, no packages: also where the packages are not looked at.
 end() {

@@ -4,11 +4,11 @@
 
 #include <atomic>
 #include <chrono>
-#include <thread>
 
 #include "graph_fixture.hpp"
 #include "rt/real_time_executor.hpp"
 #include "scripted_os.hpp"
+#include "until.hpp"
 
 namespace sinew::rt {
 namespace {
@@ -94,8 +94,7 @@ class ExecutorTiming : public ::testing::Test {
     options.runner.observer = &steps;
     executor = std::make_unique<RealTimeExecutor>(robot.build(), os, options);
     ASSERT_TRUE(executor->start());
-    for (int i = 0; i < 600'000 && steps.count.load(std::memory_order_acquire) < count; ++i)
-      std::this_thread::sleep_for(100us);
+    until([&] { return steps.count.load(std::memory_order_acquire) >= count; });
     executor->stop();
     ASSERT_GE(steps.all.size(), count);
     steps.all.resize(count);

@@ -15,6 +15,7 @@
 #include "rt/trap.hpp"
 #include "test_modules.hpp"
 #include "trap.hpp"
+#include "until.hpp"
 
 namespace sinew::rt {
 namespace {
@@ -426,16 +427,6 @@ TEST(WayIn, TakingRequestsAllocatesLocksAndCallsTheKernelNotOnce) {
 }
 
 // ---- real threads
-
-/// Waits for other threads; false after a minute, which fails the test that asked.
-template <class Condition>
-bool until(Condition&& condition) {
-  for (int i = 0; i < 300'000; ++i) {
-    if (condition()) return true;
-    std::this_thread::sleep_for(200us);
-  }
-  return false;
-}
 
 RealTimeOptions without_privileges() {
   RealTimeOptions options;

@@ -1,5 +1,6 @@
 #pragma once
-// The Linux kernel as Os, watched: how long it is asked to sleep, and that executor threads call nothing beside it.
+// The system under the test as Os, watched: how long it is asked to sleep, and that executor threads call nothing
+// beside it.
 #include <algorithm>
 #include <array>
 #include <atomic>

@@ -2,26 +2,16 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <thread>
 
 #include "again_robot.hpp"
 #include "graph_fixture.hpp"
 #include "hal/platform.hpp"
 #include "memory_record.hpp"
 #include "rt/real_time_executor.hpp"
+#include "until.hpp"
 
 namespace sinew::rt {
 namespace {
-
-/// Waits for other threads; false after a minute, which fails the test that asked.
-template <class Condition>
-bool until(Condition&& condition) {
-  for (int i = 0; i < 300'000; ++i) {
-    if (condition()) return true;
-    std::this_thread::sleep_for(200us);
-  }
-  return false;
-}
 
 TEST(RealTimeAgain, EveryStepOfARunInRealTimeComesOutTheSame) {
   const GraphSpec spec = test_spec();

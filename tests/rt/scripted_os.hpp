@@ -43,13 +43,13 @@ class ScriptedOs final : public hal::Os {
   void wait(hal::WakeWord& word, std::uint32_t expected, hal::Time deadline) noexcept override {
     while (word.load() == expected && now() < deadline) {
       if (!woken_once_)
-        std::this_thread::sleep_for(std::chrono::microseconds(100));
+        doze();
       else if (next_event() <= deadline && next_event() != hal::kNever)
         move_to(next_event());
       else if (deadline != hal::kNever)
         move_to(deadline);
       else
-        std::this_thread::sleep_for(std::chrono::microseconds(100));  // for the test to stop it
+        doze();  // for the test to stop it
     }
     std::this_thread::yield();
   }
@@ -89,6 +89,10 @@ class ScriptedOs final : public hal::Os {
     std::jthread thread_;
   };
 
+  static void doze() {
+    hal::Os& real = hal::system_os();
+    real.sleep_until(real.now() + std::chrono::microseconds(100));
+  }
   hal::Time next_event() const {
     hal::Time next = hal::kNever;
     for (const auto& [t, event] : script_)

@@ -14,6 +14,7 @@
 #include "rt/real_time_executor.hpp"
 #include "rt/zone.hpp"
 #include "test_modules.hpp"
+#include "until.hpp"
 
 namespace sinew::rt {
 namespace {
@@ -218,10 +219,10 @@ TEST(Zones, LieInsideTheirStepsInRealTime) {
   ASSERT_TRUE(executor.start());
   executor.runner().ask_for_zones(true);
   std::size_t while_running = 0;
-  for (int i = 0; i < 100'000 && (zoned.steps.load() < 30 || while_running == 0); ++i) {
+  until([&] {
     while_running = zones(executor.runner().timeline().snapshot());
-    std::this_thread::sleep_for(1ms);
-  }
+    return zoned.steps.load() >= 30 && while_running > 0;
+  });
   executor.stop();
   EXPECT_GT(while_running, 0u) << "it can be read while it is written";
   const auto events = executor.runner().timeline().snapshot();

@@ -1,0 +1,61 @@
+#!/usr/bin/env bash
+# Runs a 32-bit Windows program by Wine's 32-bit half, which toolchains/sysroot.sh i386 unpacked: with its folder as the
+# root of the file system, and with processes and mounts of its own, which all end with the program.
+#
+#   toolchains/wine32.sh PROGRAM ARGUMENT...
+#   toolchains/wine32.sh --check       nothing runs: says why not, and exits with 77, where it cannot be had
+#
+# That takes root, or a kernel that lets anybody be root in a space of their own. ctest counts exit 77 as not run.
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+tree=${SINEW_SYSROOTS:-$root/build/sysroot}/i386
+
+not_run() {
+  printf 'wine32.sh: not run: %s\n' "$*" >&2
+  exit 77
+}
+
+spaces=(unshare --mount --pid --fork --kill-child --propagation private)
+((EUID == 0)) || spaces+=(--map-root-user)
+
+# --inside PROGRAM ARGUMENT...: this script again, as the first process of the new spaces.
+if [[ ${1:-} == --inside ]]; then
+  shift
+  (($$ == 1)) || not_run "--inside is for this script alone: the mounts would stay"
+  mount -t tmpfs tmp "$tree/tmp" # Wine's server listens there: each program has its own, which ends with it
+  mount --rbind /proc "$tree/proc"
+  mount --rbind /dev "$tree/dev"
+  mount --rbind "$root" "$tree$root"
+  echo '<fontconfig/>' >"$tree/tmp/fonts.conf" # there are no fonts, and each program would complain
+  export FONTCONFIG_FILE=/tmp/fonts.conf PATH=/usr/bin:/bin HOME=/root WINEPREFIX=/root/prefix WINEARCH=win32 WINESERVER=/usr/lib/wine/wineserver32
+  export WINEDEBUG=${WINEDEBUG--all} WINEDLLOVERRIDES='mscoree=;mshtml=' DISPLAY='' TMPDIR=/tmp
+  within=(unshare --root="$tree" --wd="$PWD")
+  [[ $1 == --make-prefix ]] || exec "${within[@]}" /usr/lib/wine/wine "$@"
+  "${within[@]}" /usr/lib/wine/wine wineboot -i
+  exec "${within[@]}" "$WINESERVER" -w # it writes the registry when it ends, and must not be ended before
+fi
+
+[[ -x $tree/usr/lib/wine/wine ]] || not_run "no Wine of 32 bits in $tree (tools/setup.sh windows32)"
+for tool in unshare mount flock; do command -v "$tool" >/dev/null || not_run "$tool is missing"; done
+mkdir -p "$tree"/{proc,dev,tmp,root} "$tree$root" 2>/dev/null || not_run "$tree belongs to somebody else"
+case $PWD/ in
+  "$root"/*) ;;
+  *) not_run "started outside of $root, which is all that the program sees" ;;
+esac
+"${spaces[@]}" "${BASH_SOURCE[0]}" --inside --version >/dev/null 2>&1 ||
+  not_run "it needs root, to mount and to change the root folder, and that is not to be had here"
+[[ ${1:-} != --check ]] || exit 0
+
+# The folder that is its drive C takes seconds to make and half a gigabyte: once, by the first who comes.
+if [[ ! -e $tree/root/prefix.made ]]; then
+  exec {lock}>"$tree/root/prefix.lock"
+  flock "$lock"
+  if [[ ! -e $tree/root/prefix.made ]]; then
+    rm -rf "$tree/root/prefix"
+    "${spaces[@]}" "${BASH_SOURCE[0]}" --inside --make-prefix >&2
+    [[ -s $tree/root/prefix/system.reg ]] || { printf 'wine32.sh: wineboot made no registry\n' >&2 && exit 1; }
+    touch "$tree/root/prefix.made"
+  fi
+  exec {lock}>&-
+fi
+exec "${spaces[@]}" "${BASH_SOURCE[0]}" --inside "$@"
