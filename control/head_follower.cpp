@@ -32,7 +32,7 @@ void HeadFollower::declare(rt::Declaration& d) {
   d.in("joints", joints_, {.max_age = 20ms});
   d.in("ball", ball_, {.depth = 4});
   d.in("safety", safety_, {.optional = true, .supervises = true});
-  d.out("command", command_);
+  d.out("command", command_, {.channels = 2});
   d.out("head", head_);
   d.state(law_);
   HeadParams& p = law_.params;

@@ -8,7 +8,7 @@ using namespace std::chrono_literals;
 
 void Mixer::declare(rt::Declaration& d) {
   d.in("wrench", wrench_, {.max_age = 10ms});
-  d.out("motors", motors_);
+  d.out("motors", motors_, {.channels = 4});
   d.param("arm_x_m", rotors_.arm_x_m, {.unit = "m", .min = 0.01, .max = 5, .doc = "of a motor, along x"});
   d.param("arm_y_m", rotors_.arm_y_m, {.unit = "m", .min = 0.01, .max = 5, .doc = "of a motor, along y"});
   d.param("torque_per_thrust_m", rotors_.torque_per_thrust_m, {.unit = "m", .min = 1e-4, .max = 1});

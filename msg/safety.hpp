@@ -33,6 +33,10 @@ struct SafetyState {
   std::uint32_t groups_not_idle = 0;     // commanded to move
   std::uint32_t groups_device_refused = 0;
   std::uint32_t groups_moving = 0;  // get setpoints to move: passed on, or held
+  // Of the first of groups_bad_command, the first thing that is wrong with its command:
+  std::uint32_t bad_fault = 0;    // GuardianFault: count, not finite or limit
+  std::uint32_t bad_channel = 0;  // whose value it is
+  double bad_value = 0;           // the value; of a wrong count the command's number of channels
 };
 
 template <>
@@ -52,7 +56,10 @@ struct Description<SafetyState> {
       field<&SafetyState::groups_bad_command>("1", "bits: not finite, outside limits, or wrong count"),
       field<&SafetyState::groups_not_idle>("1", "bits: commanded to move"),
       field<&SafetyState::groups_device_refused>("1", "bits"),
-      field<&SafetyState::groups_moving>("1", "bits: get setpoints to move, passed on or held"));
+      field<&SafetyState::groups_moving>("1", "bits: get setpoints to move, passed on or held"),
+      field<&SafetyState::bad_fault>("enum", "of the first bad command: 2 not finite, 4 limit, 16 count"),
+      field<&SafetyState::bad_channel>("1", "whose value it is"),
+      field<&SafetyState::bad_value>("", "that value; of a wrong count the number of channels"));
 };
 
 }  // namespace sinew::msg

@@ -32,7 +32,8 @@ struct QueueOptions {
 };
 
 struct OutOptions {
-  std::uint32_t burst = 1;  // loans in one step
+  std::uint32_t burst = 1;     // loans in one step
+  std::uint32_t channels = 0;  // of an ActuatorCommand: it always has so many; 0: as its parameters or inputs say
 };
 
 struct RawOptions {
@@ -67,6 +68,7 @@ class Declaration {
     bool optional = false;
     bool previous = false;
     bool supervises = false;
+    std::uint32_t channels = 0;  // output: OutOptions::channels
   };
   struct Param {
     std::string name;
@@ -94,6 +96,7 @@ class Declaration {
   template <msg::Described M>
   void out(std::string_view name, Out<M>& port, const OutOptions& o = {}) {
     ports.push_back({std::string(name), PortKind::output, &msg::type_info<M>(), nullptr, &port, 0, o.burst});
+    ports.back().channels = o.channels;
   }
   template <msg::Described M>
   void raw(std::string_view name, Raw<M>& port, const RawOptions& o = {}) {

@@ -34,6 +34,7 @@ class GraphCheck {
   void external(const TopicSpec& topic);
   void actuators();
   void actuator_command(const ActuatorSpec& a);
+  void actuator_channels(const ActuatorSpec& a, const GraphTopic& command);
   void chains();
   // rt/graph_check_failsafes.cpp
   void failsafes();

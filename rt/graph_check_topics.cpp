@@ -143,10 +143,11 @@ void GraphCheck::actuators() {
     if (a.name == "state") add(a.line, key, quoted(a.name), "another name; guardian.state is the guardian's own topic");
     actuator_command(a);
     if (a.channels < 1 || a.channels > msg::kMaxChannels)
-      add(a.line, key + ".channels", std::to_string(a.channels),
+      add(a.channels_line ? a.channels_line : a.line, key + ".channels", std::to_string(a.channels),
           "an integer from 1 to " + std::to_string(msg::kMaxChannels));
     if (!is_finite(a.min) || !is_finite(a.max) || a.min > a.max)
-      add(a.line, key + ".limit", "[ " + format_number(a.min) + ", " + format_number(a.max) + " ]",
+      add(a.limit_line ? a.limit_line : a.line, key + ".limit",
+          "[ " + format_number(a.min) + ", " + format_number(a.max) + " ]",
           "[smallest, largest], two numbers in this order");
     if (!is_finite(a.rate_per_s) || a.rate_per_s < 0)
       add(a.line, key + ".rate_per_s", format_number(a.rate_per_s), "a number from 0 up; 0: no limit");
@@ -165,6 +166,16 @@ void GraphCheck::actuator_command(const ActuatorSpec& a) {
   else if (graph_.topics()[topic].type != &wanted)
     add(line, "actuator." + a.name + ".command",
         quoted(a.command.value) + " of " + std::string(graph_.topics()[topic].type->name), topic_candidates(&wanted));
+  else
+    actuator_channels(a, graph_.topics()[topic]);
+}
+
+void GraphCheck::actuator_channels(const ActuatorSpec& a, const GraphTopic& command) {
+  const GraphModule& writer = graph_.modules()[command.writer];
+  const std::uint32_t has = writer.declaration.ports[command.port].channels;
+  if (has != 0 && has != a.channels)
+    add(a.channels_line ? a.channels_line : a.line, "actuator." + a.name + ".channels", std::to_string(a.channels),
+        std::to_string(has) + ": so many has " + command.name + " of " + writer.spec.type);
 }
 
 void GraphCheck::chains() {

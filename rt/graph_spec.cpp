@@ -4,8 +4,8 @@ namespace sinew::rt {
 
 std::string to_string(const Problem& problem, std::string_view file) {
   std::string text(file);
-  text += ':' + std::to_string(problem.line) + ": " + problem.key + ": " + problem.value + ": " + problem.allowed;
-  return text;
+  if (problem.line > 0) text += ':' + std::to_string(problem.line);
+  return text + ": " + problem.key + ": " + problem.value + ": " + problem.allowed;
 }
 
 std::pair<std::string_view, std::string_view> split_topic(std::string_view name) {

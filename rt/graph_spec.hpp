@@ -14,7 +14,8 @@
 
 namespace sinew::rt {
 
-/// A value with the line of the robot file that gave it; 0: none (built by code, or a default).
+/// A value with the line of the robot file that gave it; 0: none (built by code, or a default); below 0: from
+/// elsewhere, as whoever made the spec has numbered it (an option of the command line).
 template <class T>
 struct Located {
   T value{};
@@ -98,6 +99,7 @@ struct ActuatorSpec {
   Duration lease{};
   Safe safe = Safe::stop;
   int line = 0;
+  int channels_line = 0, limit_line = 0;  // 0: as `line`
 };
 
 struct ChainSpec {
@@ -151,17 +153,18 @@ struct GraphSpec {
   std::vector<ChainSpec> chains{};
   GuardianSpec guardian{};
   std::vector<FailsafeSpec> failsafes{};
+  int board_line = 0;
 };
 
 /// One thing that is wrong with a robot file.
 struct Problem {
-  int line = 0;
+  int line = 0;           // as of Located
   std::string key{};      // "thread.control.priority"
   std::string value{};    // as written
   std::string allowed{};  // what would be right
 };
 
-/// `file:line: key: value: what is allowed`
+/// `file:line: key: value: what is allowed`; without a line `file: key: ...`.
 std::string to_string(const Problem& problem, std::string_view file);
 
 }  // namespace sinew::rt

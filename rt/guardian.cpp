@@ -11,6 +11,7 @@ struct Guardian::Group {
 
   std::uint32_t faults_of(const msg::ActuatorCommand& command, Time published) const;
   std::uint32_t values_of(const msg::ActuatorCommand& command) const;
+  void tell_what_is_bad(msg::SafetyState& s) const;
   bool commanded() const { return command.get() && command.get()->armed; }
   bool fresh(Time now) const { return command.get() && now - command.header(0)->published < spec.lease; }
   bool good_to_arm() const;
@@ -131,7 +132,10 @@ void Guardian::write_state(Time now, std::uint32_t conditions) noexcept {
     if (g.mode == GuardianMode::active || g.holds()) s.groups_moving |= bit;
     if (s.permitted) continue;
     if (!g.fresh(now)) s.groups_without_command |= bit;
-    if (g.command.get() && !g.good_to_arm()) s.groups_bad_command |= bit;
+    if (g.command.get() && !g.good_to_arm()) {
+      if (s.groups_bad_command == 0) g.tell_what_is_bad(s);
+      s.groups_bad_command |= bit;
+    }
     if (arming_.wants_idle() && !g.idle()) s.groups_not_idle |= bit;
     if (g.device_refused) s.groups_device_refused |= bit;
   }
@@ -179,6 +183,22 @@ std::uint32_t Guardian::Group::values_of(const msg::ActuatorCommand& c) const {
       found |= msg::kFaultLimit;
   }
   return found;
+}
+
+/// The first thing that values_of() finds.
+void Guardian::Group::tell_what_is_bad(msg::SafetyState& s) const {
+  const msg::ActuatorCommand& c = *command.get();
+  if (c.count != spec.channels) {
+    s.bad_fault = msg::kFaultCount;
+    s.bad_value = c.count;
+    return;
+  }
+  for (std::uint32_t i = 0; i < c.count && s.bad_fault == 0; ++i) {
+    const double v = c.value[i];
+    s.bad_channel = i;
+    s.bad_value = v;
+    s.bad_fault = v - v != 0 ? msg::kFaultNotFinite : v < spec.min || v > spec.max ? msg::kFaultLimit : msg::kFaultNone;
+  }
 }
 
 /// A disarmed command may hold any values, but must be one of this group.

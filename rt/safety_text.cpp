@@ -30,6 +30,22 @@ std::string seen(const FailsafeSpec& f, double measured) {
          (math::is_finite(measured) ? format_number(measured) : "no number") + " (" + bounds(f) + ")";
 }
 
+/// The one thing that is wrong with the command of the first such group.
+std::string bad(const ActuatorSpec& a, const msg::SafetyState& s) {
+  const std::string command = "the command on " + a.command.value, key = "; actuator." + a.name + '.';
+  const std::string value = "channel " + std::to_string(s.bad_channel) + " of " + command + " is ";
+  switch (s.bad_fault) {
+    case msg::kFaultCount:
+      return command + " has " + format_number(s.bad_value) + " channels" + key + "channels is " +
+             std::to_string(a.channels);
+    case msg::kFaultNotFinite:
+      return value + "not finite";
+    default:
+      return value + format_number(s.bad_value) + key + "limit is [" + format_number(a.min) + ", " +
+             format_number(a.max) + "]";
+  }
+}
+
 }  // namespace
 
 std::string to_string(const FailsafeSpec& f) {
@@ -61,9 +77,13 @@ std::vector<std::string> not_ready(const GraphSpec& spec, const msg::SafetyState
       if (bits >> i & 1) reasons.push_back(spec.actuators[i].name + ": " + words(spec.actuators[i].command.value));
   };
   groups(state.groups_without_command, [](const std::string& topic) { return "no fresh command on " + topic; });
-  groups(state.groups_bad_command, [](const std::string& topic) {
-    return "the command on " + topic + " is not finite, outside its limits, or of a wrong number of channels";
-  });
+  std::uint32_t others = state.groups_bad_command;
+  for (std::size_t i = 0; i < spec.actuators.size() && others == state.groups_bad_command; ++i)
+    if (others >> i & 1) {
+      reasons.push_back(spec.actuators[i].name + ": " + bad(spec.actuators[i], state));
+      others &= ~(1u << i);
+    }
+  groups(others, [](const std::string& topic) { return "nor is the command on " + topic + " one that may pass"; });
   groups(state.groups_not_idle, [](const std::string& topic) { return "the command on " + topic + " is not idle"; });
   groups(state.groups_device_refused, [](const std::string&) { return std::string("the device refuses commands"); });
   return reasons;

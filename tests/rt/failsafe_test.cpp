@@ -223,14 +223,43 @@ TEST_F(FailsafeTest, AllReasonsComeAtOnce) {
   sensor.stuck = true;
   at(45ms, [&] { sensor.silent = true; });
   robot.run(120ms);
-  EXPECT_THAT(
-      reasons_at(100ms),
-      ElementsAre(
-          "sensor_lost: sensor.raw has been silent for 58 ms (at most 50 ms)",
-          "battery_low: sensor.raw.voltage_v is 9.5 (at least 10, at most 14)",
-          "sensor_stuck: sensor.raw has not changed for 40 ms (at most 20 ms)",
-          "motors: the command on commander.out is not finite, outside its limits, or of a wrong number of channels",
-          "motors: the command on commander.out is not idle", "motors: the device refuses commands"));
+  EXPECT_THAT(reasons_at(100ms),
+              ElementsAre("sensor_lost: sensor.raw has been silent for 58 ms (at most 50 ms)",
+                          "battery_low: sensor.raw.voltage_v is 9.5 (at least 10, at most 14)",
+                          "sensor_stuck: sensor.raw has not changed for 40 ms (at most 20 ms)",
+                          "motors: the command on commander.out has 3 channels; actuator.motors.channels is 2",
+                          "motors: the command on commander.out is not idle", "motors: the device refuses commands"));
+}
+
+TEST_F(FailsafeTest, OneReasonIsToldOfACommandThatMayNotPassWithBothNumbers) {
+  manual();
+  at(20ms, [&] { commander.value = 1.5; });
+  at(40ms, [&] { commander.value = std::nan(""); });
+  at(60ms, [&] { commander.count = 1; });
+  robot.run(80ms);
+  const std::string command = "the command on commander.out ";
+  const auto first = [&](Duration t) { return reasons_at(t).empty() ? std::string("none") : reasons_at(t)[0]; };
+  EXPECT_EQ(first(15ms), "motors: " + command + "is not idle");
+  EXPECT_EQ(first(35ms), "motors: channel 0 of " + command + "is 1.5; actuator.motors.limit is [-1, 1]");
+  EXPECT_EQ(first(55ms), "motors: channel 0 of " + command + "is not finite");
+  EXPECT_EQ(first(75ms), "motors: " + command + "has 1 channels; actuator.motors.channels is 2");
+}
+
+TEST_F(FailsafeTest, ASecondBadCommandIsNamedBesideTheReasonOfTheFirst) {
+  manual();
+  robot.add<Commander>("second").value = 7;
+  robot.periodic("gripping", 10, 1ms, {"second"});
+  robot.board.add("gripper", robot.clock);
+  ActuatorSpec gripper = robot.spec.actuators[0];
+  gripper.name = "gripper";
+  gripper.command = {"second.out", 0};
+  robot.spec.actuators.push_back(gripper);
+  commander.count = 3, commander.armed = 0;
+  robot.run(20ms);
+  EXPECT_THAT(reasons_at(15ms), ElementsAre("motors: the command on commander.out has 3 channels; "
+                                            "actuator.motors.channels is 2",
+                                            "gripper: nor is the command on second.out one that may pass",
+                                            "gripper: the command on second.out is not idle"));
 }
 
 TEST_F(FailsafeTest, ASensorThatHasNeverSaidAnythingIsNotReady) {

@@ -95,12 +95,22 @@ class DriverOfNothing final : public DriverModule {
   Raw<Pair> raw_;
 };
 
+class ThreeChannels final : public Module {
+ public:
+  void declare(Declaration& d) override { d.out("command", out_, {.channels = 3}); }
+  Status step(const Step&) noexcept override { return Status::ok; }
+
+ private:
+  Out<msg::ActuatorCommand> out_;
+};
+
 ModuleTypes all_types() {
   ModuleTypes types;
   types.add<Maker>("test::Maker");
   types.add<User>("test::User");
   types.add<LoopUser>("test::LoopUser");
   types.add<Viewer>("test::Viewer");
+  types.add<ThreeChannels>("test::ThreeChannels");
   types.add<TwoPorts>("test::TwoPorts");
   types.add<DriverOfNothing>("test::DriverOfNothing");
   return types;
@@ -165,7 +175,7 @@ TEST_F(GraphCheckTest, ARobotWithoutFaultsHasNoProblems) {
 TEST_F(GraphCheckTest, NoThreadAtAll) {
   GraphSpec empty;
   spec = empty;
-  EXPECT_THAT(problems(), ElementsAre("r.toml:0: thread: missing: at least one [[thread]]"));
+  EXPECT_THAT(problems(), ElementsAre("r.toml: thread: missing: at least one [[thread]]"));
 }
 
 TEST_F(GraphCheckTest, NamesAreOfAFewLettersAndUnique) {
@@ -286,7 +296,7 @@ TEST_F(GraphCheckTest, CpusExist) {
 
 TEST_F(GraphCheckTest, VirtualCoresHaveARange) {
   spec.virtual_cores = 65;
-  EXPECT_THAT(problems(), ElementsAre("r.toml:0: robot.virtual_cores: 65: an integer from 1 to 64"));
+  EXPECT_THAT(problems(), ElementsAre("r.toml: robot.virtual_cores: 65: an integer from 1 to 64"));
 }
 
 TEST_F(GraphCheckTest, OrderNamesModulesThatExist) {
@@ -302,7 +312,7 @@ TEST_F(GraphCheckTest, AModuleTypeThatNobodyKnows) {
   maker().type = "test::Makre";
   EXPECT_THAT(problems(),
               ::testing::Contains("r.toml:11: module.maker.type: \"test::Makre\": a known module type: "
-                                  "test::DriverOfNothing test::LoopUser test::Maker test::TwoPorts test::User "
+                                  "test::DriverOfNothing test::LoopUser test::Maker test::ThreeChannels test::TwoPorts test::User "
                                   "test::Viewer"));
 }
 
@@ -504,6 +514,24 @@ TEST_F(GraphCheckTest, ActuatorsHaveACommandOfTheirType) {
   motors().command = {"maker.pair", 21};
   EXPECT_THAT(problems(), ElementsAre("r.toml:21: actuator.motors.command: \"maker.pair\" of Pair: a topic of "
                                       "ActuatorCommand: user.result"));
+}
+
+TEST_F(GraphCheckTest, ActuatorsHaveAsManyChannelsAsTheModuleThatCommandsThem) {
+  maker().type = "test::ThreeChannels";
+  spec.modules.pop_back();
+  spec.threads[0].order.pop_back();
+  spec.chains.clear();
+  motors().command = {"maker.command", 21};
+  motors().channels_line = 22;
+  EXPECT_THAT(problems(), ElementsAre("r.toml:22: actuator.motors.channels: 4: 3: so many has maker.command of "
+                                      "test::ThreeChannels"));
+  motors().channels = 3;
+  EXPECT_THAT(problems(), ElementsAre());
+}
+
+TEST(ProblemText, HasNoLineWhereTheFileSaysNothing) {
+  EXPECT_EQ(to_string(Problem{7, "a.b", "1", "2"}, "r.toml"), "r.toml:7: a.b: 1: 2");
+  EXPECT_EQ(to_string(Problem{0, "thread", "missing", "one"}, "r.toml"), "r.toml: thread: missing: one");
 }
 
 TEST_F(GraphCheckTest, ActuatorsHaveLimitsAndALease) {
