@@ -165,6 +165,17 @@ void RunSummary::virtual_time(double run_s, double wall_s) {
       {{"run_s", run_s}, {"wall_s", wall_s}});
 }
 
+void RunSummary::grants(std::uint32_t count, double run_s, double wall_s) {
+  add("grants",
+      fmt::format("{}, {:.2f} for each ms; {:.3f} ms each, with what the plant and the robot did", count,
+                  count / (run_s * 1e3), wall_s * 1e3 / count),
+      {{"grants", count}});
+}
+
+void RunSummary::start_up(double s) {
+  add("start-up", fmt::format("{:.2f} s to the first cycle", s), {{"startup_s", s}});
+}
+
 void RunSummary::hashes(rt::Runner& runner) {
   for (std::uint32_t t = 0; t < graph_.topics().size(); ++t) {
     const std::string hash = fmt::format("{:016x}", runner.topic_hash(t));

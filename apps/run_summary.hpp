@@ -29,6 +29,10 @@ class RunSummary {
   /// Chains that missed their budget, in words; after statistics().
   const std::vector<std::string>& failed_chains() const { return failed_chains_; }
   void virtual_time(double run_s, double wall_s);
+  /// Of a plant in lockstep, within that time: each is a question and its answer.
+  void grants(std::uint32_t count, double run_s, double wall_s);
+  /// From the start of the program to the first cycle.
+  void start_up(double s);
   void hashes(rt::Runner& runner);
   /// What the process has in memory, and for what.
   void memory(const hal::MemoryUse& use);

@@ -53,9 +53,11 @@ hal::Duration from_ms(double ms) { return hal::Duration{static_cast<std::int64_t
 
 class SimRun {
  public:
-  /// `parent`: null when none watches.
-  SimRun(Prepared& prepared, const RunOptions& options, PlantProcess& plant, ParentLine* parent)
-      : options_(options),
+  /// `parent`: null when none watches. `program`: when it was started; nothing when that is unknown.
+  SimRun(Prepared& prepared, const RunOptions& options, PlantProcess& plant, ParentLine* parent,
+         std::optional<hal::Time> program)
+      : program_(program),
+        options_(options),
         prepared_(prepared),
         robot_(prepared.robot),
         graph_(*prepared.graph),
@@ -190,6 +192,8 @@ class SimRun {
     }
     summary_.statistics(executor.runner());
     summary_.virtual_time(plant_s, wall_s);
+    summary_.grants(board_->stats().grants, plant_s, wall_s);
+    report_start_up(wall);
     summary_.hashes(executor.runner());
     if (recording_) recording_->finish(summary_);
     return verdict(false);
@@ -218,6 +222,7 @@ class SimRun {
     const auto started = executor.start();
     if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return refuse();
     if (!started) return fail(started.error().where), refuse();
+    const hal::Time first_cycle = real_os_.now();
     begin_ = executor.started_at();
     executor.runner().ask_for_zones(!options_.trace.empty());
     const auto socket = open_socket(prepared_, options_, executor.runner(), recording_.get(), os_, &hal::request_stop,
@@ -236,6 +241,7 @@ class SimRun {
     summary_.add("processor", fmt::format("{:.1f} % of a core", processor),
                  {{"wall_s", wall_s}, {"processor_percent", processor}});
     summary_.memory(memory);
+    report_start_up(first_cycle);
     for (std::uint32_t t = 0; t < graph_.threads().size(); ++t) {
       evidence_.releases += executor.runner().thread_stats(t).releases.value();
       evidence_.missed += executor.runner().thread_stats(t).overruns.value();
@@ -373,6 +379,11 @@ class SimRun {
     summary_.add("flight time", fmt::format("{:.1f} s", report.touchdown_s), {{"flight_s", report.touchdown_s}});
   }
 
+  void report_start_up(hal::Time first_cycle) {
+    if (program_) summary_.start_up(msg::seconds(first_cycle - *program_));
+  }
+
+  const std::optional<hal::Time> program_;
   const RunOptions& options_;
   const Prepared& prepared_;
   const RobotFile& robot_;
@@ -431,13 +442,14 @@ std::unique_ptr<hal::StopLine> open_stop_line(const std::string& plant, hal::Dur
 
 int run_on_sim(Prepared& prepared, const RunOptions& options) {
   std::string why;
+  const std::optional<hal::Time> program = hal::process_start();  // the runtime may be a copy of it, started later
   const auto plant = open_plant(prepared, options, why);
   if (!plant) {
     std::fprintf(stderr, "sinew: %s\n", why.c_str());
     return 2;
   }
   if (options.virtual_time || options.unsupervised || prepared.graph->spec().actuators.empty())
-    return SimRun(prepared, options, *plant, nullptr).run();
+    return SimRun(prepared, options, *plant, nullptr, program).run();
 
   Supervised supervised;
   supervised.robot = prepared.graph->spec().robot;
@@ -450,7 +462,7 @@ int run_on_sim(Prepared& prepared, const RunOptions& options) {
   add_stops_of_linux_devices(prepared, supervised.stops);
   supervised.body = [&](ParentLine& line) {
     plant->leave_to_parent();
-    return SimRun(prepared, options, *plant, &line).run();
+    return SimRun(prepared, options, *plant, &line, program).run();
   };
   supervised.in_parent = [&] { plant->leave_to_runtime(); };
   ParentOptions parent = prepared.robot.parent;

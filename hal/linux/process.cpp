@@ -8,6 +8,7 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -183,6 +184,23 @@ ProcessUse process_use() {
     std::fclose(f);
   }
   return use;
+}
+
+std::optional<Time> process_start() {
+  std::FILE* f = std::fopen("/proc/self/stat", "r");
+  if (!f) return std::nullopt;
+  char text[1024];
+  text[std::fread(text, 1, sizeof(text) - 1, f)] = '\0';
+  std::fclose(f);
+  // The program's name stands in parentheses and may contain some; field 3 follows the last, field 22 is wanted.
+  const char* field = std::strrchr(text, ')');
+  for (int i = 2; field && i < 22; ++i) field = std::strchr(field + 1, ' ');
+  timespec since_boot{};
+  if (!field || clock_gettime(CLOCK_BOOTTIME, &since_boot) != 0) return std::nullopt;
+  const std::int64_t ticks = std::strtoll(field, nullptr, 10);
+  const Duration began{ticks * (1'000'000'000 / sysconf(_SC_CLK_TCK))};
+  const Duration now{std::int64_t{since_boot.tv_sec} * 1'000'000'000 + since_boot.tv_nsec};
+  return linux_os().now() - (now - began);
 }
 
 std::string program_path() {

@@ -74,6 +74,10 @@ struct ProcessUse {
 };
 ProcessUse process_use();
 
+/// When this process was started, before its first instruction, on linux_os()'s clock; to 10 ms, as the kernel tells
+/// it. Nothing when the kernel does not.
+std::optional<Time> process_start();
+
 /// The running program's own path; empty when the kernel does not say.
 std::string program_path();
 

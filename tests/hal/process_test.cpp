@@ -130,6 +130,12 @@ TEST(Process, KnowsItsUse) {
   EXPECT_GE(usable_cpus(), 1u);
 }
 
+TEST(Process, IsAtLeastAsOldAsTheTimeItComputed) {
+  const auto start = process_start();
+  ASSERT_TRUE(start);
+  EXPECT_GE(linux_os().now() - *start + 10ms, process_use().cpu);
+}
+
 // The thread sanitizer keeps a thread of its own, so there a process never has only one.
 #ifndef __SANITIZE_THREAD__
 TEST(ChildProcess, CopyEndsWithWhatItsBodyAnswers) {
@@ -154,6 +160,17 @@ TEST(ChildProcess, SignalThatEndedItIsNamed) {
 }
 
 #endif
+
+TEST(Process, ACopyWasStartedWhenItWasMade) {
+  SINEW_SKIP_UNDER_QEMU_USER(kOwnThread);
+  const Time before = linux_os().now();
+  auto child = ChildProcess::fork([before] {
+    const auto start = process_start();
+    return start && *start + 20ms > before && *start <= linux_os().now() ? 7 : 2;
+  });
+  ASSERT_TRUE(child);
+  EXPECT_EQ((*child)->wait(10s), 7);
+}
 
 TEST(ChildProcess, ProcessWithMoreThreadsIsNotCopied) {
   WakeWord over{0};

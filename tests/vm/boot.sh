@@ -17,6 +17,7 @@
 # shellcheck disable=SC2054  # commas inside of qemu's options
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../../tools/lib.sh"
+source "$root/tests/vm/kernel.sh"
 
 shell=0 limit_s=1500 arch=amd64
 while [[ ${1:-} == --* ]]; do
@@ -40,20 +41,11 @@ done
 
 "$here/setup.sh" "$arch"
 vm=$root/build/vm/$arch
+machine_of "$arch"
 case $arch in
-  amd64)
-    build=$root/build/release results=$root/build/vm/results/$folder console=$logs/vm-$folder.log
-    # Without what TCG is slow at and no test is about: page tables of five levels, guards of the kernel's own memory.
-    machine=(qemu-system-x86_64 -M q35 -cpu "max,-la57,-smap,-smep")
-    port=ttyS0
-    ;;
-  arm64)
-    build=$root/build/arm64 results=$root/build/vm/results/$arch-$folder console=$logs/vm-$arch-$folder.log
-    machine=(qemu-system-aarch64 -M virt -cpu cortex-a57)
-    port=ttyAMA0
-    ;;
+  amd64) build=$root/build/release results=$root/build/vm/results/$folder console=$logs/vm-$folder.log ;;
+  arm64) build=$root/build/arm64 results=$root/build/vm/results/$arch-$folder console=$logs/vm-$arch-$folder.log ;;
 esac
-command -v "${machine[0]}" >/dev/null || die "${machine[0]} is missing"
 rm -rf "$results"
 mkdir -p "$results" "$logs"
 {
@@ -64,13 +56,9 @@ mkdir -p "$results" "$logs"
   printf 'names=(%s)\n' "${names[*]@Q}"
 } >"$results/job"
 
-machine+=(-m 1024 -nodefaults -nic none -no-reboot -display none -monitor none)
-shares=(
-  -fsdev "local,id=host,path=/,security_model=none,readonly=on,multidevs=remap"
-  -device virtio-9p-pci,fsdev=host,mount_tag=host
-  -fsdev "local,id=results,path=$results,security_model=none"
-  -device virtio-9p-pci,fsdev=results,mount_tag=results
-)
+machine+=(-m 1024 -nic none)
+share host / readonly=on
+share results "$results"
 case $folder in
   board)
     machine+=(-accel tcg,thread=multi -smp 2
@@ -95,7 +83,7 @@ words+=" vm.kernel=$vm vm.source=$root vm.results=$results"
 [[ $folder != board || $arch != amd64 ]] || words+=" tsc_early_khz=$("$build/tests/vm/vm_tsc_khz")"
 
 start=$(now_s)
-qemu=(timeout -k 5 "$limit_s" "${machine[@]}" "${shares[@]}" -kernel "$(echo "$vm"/boot/vmlinuz-*)"
+qemu=(timeout -k 5 "$limit_s" "${machine[@]}" -kernel "$(echo "$vm"/boot/vmlinuz-*)"
   -initrd "$vm/initramfs.gz" -append "$words")
 if ((shell)); then
   "${qemu[@]}" -serial stdio

@@ -7,6 +7,7 @@
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../../tools/lib.sh"
 source "$root/tools/own_apt.sh"
+source "$root/tests/vm/kernel.sh"
 
 arch=${1:-amd64}
 triplet='' tools=() # of another machine than this one
@@ -24,13 +25,9 @@ vm=$root/build/vm/$arch
 work=$vm.new
 log=$logs/vm-$arch-setup.log
 
-# depends PACKAGE PATTERN: the packages matching PATTERN that it asks for. The kernel's packages carry their version in
-# their names, so nothing here names one.
-depends() { apt-cache depends "$1" | awk -v pattern="$2" '$1 == "Depends:" && $2 ~ pattern { print $2 }'; }
-
 download() {
   local image headers release version
-  image=$(depends "linux-image-rt-$arch" '^linux-image-')
+  image=$(depends "$(kernel_package "$arch")" '^linux-image-')
   headers=$(depends "linux-headers-rt-$arch" '^linux-headers-')
   [[ -n $image && -n $headers ]] || return 1
   release=${image#linux-image-}
@@ -119,25 +116,12 @@ install_modules() {
   depmod -b "$work/kernel" "$release"
 }
 
-# What the kernel needs before it sees the host's files: busybox, the modules of the shared folders, and guest/init.
-first_file_system() {
-  local kernel=$1 tree=$1/initramfs release module busybox
-  release=$(basename "$kernel"/lib/modules/*)
-  rm -rf "$tree"
-  mkdir -p "$tree"/{bin,proc,sys,dev,host,layer,root,modules}
+# The modules of the shared folders come first, and guest/init.
+pack() {
+  local busybox
   busybox=$(command -v busybox)
-  [[ -z $triplet ]] || busybox=$kernel/tree/usr/bin/busybox
-  cp "$busybox" "$tree/bin/busybox"
-  cp "$here/guest/init" "$tree/init"
-  chmod 755 "$tree/init"
-  for module in virtio_pci 9pnet_virtio 9p overlay; do
-    modprobe -d "$kernel" -S "$release" --show-depends "$module" | awk '$1 == "insmod" { print $2 }'
-  done | awk '!seen[$0]++' | while read -r module; do
-    cp "$module" "$tree/modules/"
-    basename "$module" >>"$tree/modules/order"
-  done
-  (cd "$tree" && find . | cpio -o -H newc --quiet -R 0:0 | gzip -1) >"$kernel/initramfs.gz"
-  rm -r "$tree"
+  [[ -z $triplet ]] || busybox=$1/tree/usr/bin/busybox
+  first_file_system "$1" "$busybox" "$here/guest/init" virtio_pci 9pnet_virtio 9p overlay
 }
 
 make_kernel() {
@@ -147,7 +131,7 @@ make_kernel() {
   build_modules
   install_modules
   [[ -z $triplet ]] || unpack_tree "$work/kernel/tree"
-  first_file_system "$work/kernel"
+  pack "$work/kernel"
   mv "$work/kernel" "$vm"
   rm -r "$work"
 }
@@ -159,7 +143,7 @@ todo=
 if [[ ! -f $vm/initramfs.gz || $here/setup.sh -nt $vm/initramfs.gz ]]; then
   todo=make_kernel
 elif [[ $here/guest/init -nt $vm/initramfs.gz ]]; then
-  todo=first_file_system
+  todo=pack
 fi
 [[ -n $todo ]] || exit 0
 

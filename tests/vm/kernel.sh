@@ -1,0 +1,59 @@
+# shellcheck shell=bash
+# Debian's kernels in qemu, what tests/vm and tests/boards have in common: `source` it after lib.sh.
+
+# kernel_package ARCH: the package that names Debian's newest kernel for it, with PREEMPT_RT where there is one.
+kernel_package() {
+  case $1 in
+    amd64 | arm64) say "linux-image-rt-$1" ;;
+    armhf) say linux-image-rt-armmp ;;
+    mipsel) say linux-image-4kc-malta ;;
+    *) return 1 ;;
+  esac
+}
+
+# depends PACKAGE PATTERN: the packages matching PATTERN that it asks for. The kernel's packages carry their version in
+# their names, so nothing here names one.
+depends() { apt-cache depends "$1" | awk -v pattern="$2" '$1 == "Depends:" && $2 ~ pattern { print $2 }'; }
+
+# machine_of ARCH: what emulates it, in `machine`; what its kernel calls the serial line, in `port`.
+# shellcheck disable=SC2034  # port is for who sources this
+machine_of() {
+  case $1 in
+    # Without what TCG is slow at and no test is about: page tables of five levels, guards of the kernel's own memory.
+    amd64) machine=(qemu-system-x86_64 -M q35 -cpu "max,-la57,-smap,-smep") port=ttyS0 ;;
+    arm64) machine=(qemu-system-aarch64 -M virt -cpu cortex-a57) port=ttyAMA0 ;;
+    # With its PCI window above 4 GB the kernel would find no device.
+    armhf) machine=(qemu-system-arm -M "virt,highmem=off" -cpu cortex-a15) port=ttyAMA0 ;;
+    mipsel) machine=(qemu-system-mipsel -M malta -cpu 24Kf) port=ttyS0 ;;
+    *) die "$1: no machine is described for it" ;;
+  esac
+  command -v "${machine[0]}" >/dev/null || die "${machine[0]} is missing: tools/packages.txt has its package"
+  machine+=(-nodefaults -no-reboot -display none -monitor none)
+}
+
+# share NAME FOLDER [OPTION]: that folder of the host in the guest, in `machine`. It is written to only without readonly=on.
+share() {
+  machine+=(-fsdev "local,id=$1,path=$2,security_model=none,multidevs=remap${3:+,$3}"
+    -device "virtio-9p-pci,fsdev=$1,mount_tag=$1")
+}
+
+# first_file_system KERNEL BUSYBOX INIT MODULE...: what KERNEL (its unpacked package) needs before it sees the host's files,
+# as KERNEL/initramfs.gz: busybox, those modules with what they need, listed in modules/order, and INIT.
+first_file_system() {
+  local kernel=$1 busybox=$2 init=$3 tree=$1/initramfs release module
+  shift 3
+  release=$(basename "$kernel"/lib/modules/*)
+  rm -rf "$tree"
+  mkdir -p "$tree"/{bin,proc,sys,dev,host,layer,root,modules}
+  cp "$busybox" "$tree/bin/busybox"
+  cp "$init" "$tree/init"
+  chmod 755 "$tree/init"
+  for module in "$@"; do
+    modprobe -d "$kernel" -S "$release" --show-depends "$module" | awk '$1 == "insmod" { print $2 }'
+  done | awk '!seen[$0]++' | while read -r module; do
+    cp "$module" "$tree/modules/"
+    basename "$module" >>"$tree/modules/order"
+  done
+  (cd "$tree" && find . | cpio -o -H newc --quiet -R 0:0 | gzip -1) >"$kernel/initramfs.gz"
+  rm -r "$tree"
+}
