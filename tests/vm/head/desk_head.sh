@@ -11,22 +11,22 @@ modprobe bmi160_i2c
 echo bmi160 0x69 >"/sys/bus/i2c/devices/i2c-$adapter/new_device"
 eventually 10 iio_device bmi160
 
-# What the world's thread may touch for the first time while it runs comes from the host: now, not then.
-ldd "$build/bin/sinew-sim" "$build/bin/sinew" | awk '$3 ~ "^/" { print $3 }' | sort -u |
-  xargs cat "$build/bin/sinew-sim" "$build/bin/sinew" >/dev/null
-
 export SINEW_RUN_DIR=/tmp/run SINEW_RECORD=off LP_NUM_THREADS=0 LP_NATIVE_VECTOR_WIDTH=128
 mkdir -m 700 run world
 $build/bin/sinew-sim --world desk_head --seed 2 --camera 160x120 --listen unix:/tmp/head.sock --report report.json \
   --can socketcan:vcan0 --servo cia402:1 --servo cia402:2 --iio /tmp/world >world.txt 2>&1 &
 world=$!
-trap 'kill $(jobs -p) || true; cat world.txt feeder.txt robot.txt report.json' EXIT
+trap 'kill $(jobs -p) 2>/dev/null || true; cat world.txt feeder.txt robot.txt report.json' EXIT
 eventually 60 test -S head.sock
+# What the programs may touch for the first time while they run comes from the host: now, not then.
+{ awk '$6 ~ "^/" { print $6 }' /proc/$world/maps && ldd "$build/bin/sinew" | awk '$3 ~ "^/" { print $3 }' && echo "$build/bin/sinew"; } |
+  sort -u | while read -r file; do [[ ! -f $file ]] || cat "$file"; done >/dev/null
 chrt --fifo 84 "$build/tests/vm/vm_chip_feeder" /tmp/world "$adapter" 0x69 >feeder.txt 2>&1 &
 feeder=$!
 
-# The world's thread locks no memory and once took 3 ms for a step: where less than 2 ms are asked for, no run is valid.
-{ cat "$root/robots/desk_head.toml" && printf '\n[sim.bounds]\nplant_gap_ms = 5\n'; } >head.toml
+# The world has the same processor, in software, and draws with what the robot leaves of it: a step once took 3 ms, and
+# of 958 frames 61 came late and 2 not at all.
+{ cat "$root/robots/desk_head.toml" && printf '\n[sim.bounds]\nplant_gap_ms = 5\nframes_late_percent = 15\nlost = 10\n'; } >head.toml
 $build/bin/sinew run head.toml --board linux --board-of camera=sim --plant unix:/tmp/head.sock \
   --real-actuators --duration 30 --json --no-record --set bus.can0.address=vcan0 \
   --set device.imu.name=bmi160 --set device.imu.trigger=hr0 --set device.imu.rate_hz=800 >robot.txt 2>&1 &
