@@ -36,6 +36,7 @@ std::variant<std::function<int()>, int> understood(int argc, char** argv, const 
   add_replay_command(app, context);
   add_tune_command(app, context);
   add_calibrate_command(app, context);
+  add_devices_command(app, context);
   add_deploy_command(app, context);
   add_project_commands(app, context);
   if (argc > 1 && std::string_view(argv[1]) == kCompleteCommand) {

@@ -29,6 +29,7 @@ void add_record_commands(CLI::App& app, CommandContext& context);  // record sta
 void add_bag_commands(CLI::App& app, CommandContext& context);     // bag info, check, cat, ...: recorded files
 void add_replay_command(CLI::App& app, CommandContext& context);
 void add_calibrate_command(CLI::App& app, CommandContext& context);  // calibrate imu, joint
+void add_devices_command(CLI::App& app, CommandContext& context);
 void add_deploy_command(CLI::App& app, CommandContext& context);
 void add_tune_command(CLI::App& app, CommandContext& context);
 

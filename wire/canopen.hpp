@@ -137,9 +137,9 @@ std::optional<Sdo> decode_sdo_reply(const msg::CanFrame& frame);
 
 // ---- objects of the communication profile (CiA 301, 7.5.2) ----
 
-constexpr ObjectAddress kErrorRegister{0x1001, 0}, kDeviceName{0x1008, 0}, kHeartbeatConsumer{0x1016, 1},
-    kHeartbeatProducer{0x1017, 0}, kVendorId{0x1018, 1}, kProductCode{0x1018, 2}, kRevision{0x1018, 3},
-    kSerialNumber{0x1018, 4};
+constexpr ObjectAddress kDeviceType{0x1000, 0}, kErrorRegister{0x1001, 0}, kDeviceName{0x1008, 0},
+    kHeartbeatConsumer{0x1016, 1}, kHeartbeatProducer{0x1017, 0}, kVendorId{0x1018, 1}, kProductCode{0x1018, 2},
+    kRevision{0x1018, 3}, kSerialNumber{0x1018, 4};
 /// Communication (sub 1 COB-ID, 2 transmission type, 5 event timer) and mapping of PDO `number` 1..4.
 constexpr ObjectAddress rpdo_communication(std::uint32_t number, std::uint8_t sub) {
   return {static_cast<std::uint16_t>(0x13FF + number), sub};

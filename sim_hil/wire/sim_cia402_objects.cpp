@@ -13,6 +13,7 @@ void SimCia402::add(ObjectAddress object, std::uint32_t value, std::uint8_t byte
 
 void SimCia402::on_power() {
   objects_.clear();
+  add(wire::kDeviceType, 0x00020192, 4);  // CiA 402-1: a servo drive
   add(wire::kErrorRegister, 0, 1);
   add(wire::kHeartbeatConsumer, 0, 4, true);
   add(wire::kHeartbeatProducer, 0, 2, true);
