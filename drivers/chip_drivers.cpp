@@ -2,18 +2,18 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "drivers/bmp280.hpp"
 #include "drivers/calibrated_imu.hpp"
-#include "drivers/gnss_receiver.hpp"
 #include "drivers/icm42600.hpp"
+#include "drivers/key_number.hpp"
 #include "drivers/mpu6050.hpp"
-#include "drivers/polled_sensor.hpp"
+#include "drivers/polled_driver.hpp"
+#include "drivers/power_monitor.hpp"
 #include "drivers/qmc5883l.hpp"
-#include "drivers/rc_receiver.hpp"
 #include "drivers/registers.hpp"
 #include "drivers/reopened_bus.hpp"
-#include "drivers/tf_mini.hpp"
 
 namespace sinew::drivers {
 namespace {
@@ -27,8 +27,6 @@ struct ChipPlace {
   hal::SpiSpec spi;
   bool is_spi() const { return path.find("spi") != std::string::npos; }
 };
-
-bool is_path(std::string_view path) { return path.size() > 1 && path.front() == '/'; }
 
 /// `addresses`: those that the chip can have, the usual one first.
 ChipPlace read_place(DeviceKeys& keys, std::initializer_list<std::int64_t> addresses, bool has_spi = true) {
@@ -51,6 +49,16 @@ ChipPlace read_place(DeviceKeys& keys, std::initializer_list<std::int64_t> addre
   return place;
 }
 
+hal::Result<std::shared_ptr<hal::I2cBus>> open_i2c(const ChipPlace& place, DeviceContext& context, std::string& why) {
+  auto bus = std::make_shared<ReopenedI2c>();
+  // The connectors live as long as the board, and so do its devices.
+  const auto opener = [&connectors = context.connectors, path = place.path](std::string& text) {
+    return connectors.i2c(path, text);
+  };
+  if (auto done = bus->open(opener, why); !done) return done.error();
+  return std::shared_ptr<hal::I2cBus>(std::move(bus));
+}
+
 hal::Result<std::unique_ptr<Registers>> open_registers(const ChipPlace& place, DeviceContext& context,
                                                        std::string& why) {
   // The connectors live as long as the board, and so do its devices.
@@ -61,34 +69,10 @@ hal::Result<std::unique_ptr<Registers>> open_registers(const ChipPlace& place, D
     if (auto done = bus->open(opener, why); !done) return done.error();
     return std::unique_ptr<Registers>(std::make_unique<SpiRegisters>(std::move(bus)));
   }
-  auto bus = std::make_shared<ReopenedI2c>();
-  const auto opener = [&connectors, path = place.path](std::string& text) { return connectors.i2c(path, text); };
-  if (auto done = bus->open(opener, why); !done) return done.error();
+  auto bus = open_i2c(place, context, why);
+  if (!bus) return bus.error();
   return std::unique_ptr<Registers>(
-      std::make_unique<I2cRegisters>(std::move(bus), static_cast<std::uint8_t>(place.address)));
-}
-
-PollOptions read_poll(DeviceKeys& keys, const std::string& path, hal::Duration period) {
-  PollOptions poll;
-  poll.name = keys.spec().name;
-  poll.path = path;
-  poll.period = period;
-  poll.fifo_priority = 88;  // above the loops that wait for it
-  keys.read_integer("priority", poll.fifo_priority, 0, 99, {.doc = "SCHED_FIFO of its thread; 0: an ordinary one"});
-  return poll;
-}
-
-template <class M>
-hal::Result<OpenedDevice> started(DeviceContext& context, std::unique_ptr<PolledDevice<M>> chip,
-                                  const PollOptions& poll, std::string& why) {
-  auto sensor = PolledSensor<M>::start(context.os, std::move(chip), poll, why);
-  if (!sensor) return sensor.error();
-  const std::shared_ptr<PolledSensor<M>> shared = std::move(*sensor);
-  OpenedDevice device;
-  device.owner = shared;
-  device.report = shared.get();
-  device.sensor(hal::kSensorKind<M>) = static_cast<hal::Sensor<M>*>(shared.get());
-  return device;
+      std::make_unique<I2cRegisters>(std::move(*bus), static_cast<std::uint8_t>(place.address)));
 }
 
 template <class Chip, class Config>
@@ -166,82 +150,61 @@ DeviceOpener read_qmc5883l(DeviceKeys& keys, const DeviceSpecs&) {
   };
 }
 
-hal::SerialSpec read_serial(DeviceKeys& keys, std::uint32_t bit_rate) {
-  constexpr std::string_view kPath = "the path of a serial line, e.g. \"/dev/ttyS1\"";
-  hal::SerialSpec spec;
-  if (keys.read("path", spec.path, kPath, {.doc = "its serial line", .required = true}) && !is_path(spec.path))
-    keys.problem("path", kPath);
-  spec.bit_rate = bit_rate;
-  return spec;
+std::optional<BatteryCells> read_cells(DeviceKeys& keys, double most_v) {
+  BatteryCells cells;
+  const bool given =
+      keys.read_integer("cells", cells.count, 1, 8,
+                        {.doc = "in series; without them the charge is not known (NaN)", .otherwise = "none"});
+  keys.read("empty_v", cells.empty_v, 0.5, 5,
+            {.unit = "V", .doc = "of a cell without a load: charge 0; in between in a straight line"});
+  keys.read("full_v", cells.full_v, 0.5, 5, {.unit = "V", .doc = "of a cell without a load: charge 1"});
+  double mohm = 0;
+  keys.read("resistance_mohm", mohm, 0, 1000,
+            {.unit = "mohm", .doc = "of all cells and wires: what a load takes from the voltage, for the charge"});
+  cells.resistance_ohm = mohm / 1e3;
+  for (const char* key : {"empty_v", "full_v", "resistance_mohm"})
+    if (!given && keys.has(key)) keys.problem(key, "none without `cells`");
+  if (!(cells.empty_v < cells.full_v)) keys.problem("full_v", "a number above empty_v, " + key_number(cells.empty_v));
+  if (given && cells.count * cells.full_v > most_v)
+    keys.problem("cells", "at most " + key_number(std::floor(most_v / cells.full_v)) + ", as the chip measures " +
+                              key_number(most_v) + " V");
+  return given ? std::optional(cells) : std::nullopt;
 }
 
-constexpr KeyInfo kBitRate{.unit = "bit/s", .doc = "as the device is set"};
-
-// The connectors live as long as the board, and so do its devices.
-SerialOpener opener_of(const hal::SerialSpec& spec, DeviceContext& context) {
-  return [spec, &connectors = context.connectors](std::string& why) { return connectors.serial(spec, why); };
-}
-
-DeviceOpener read_tfmini(DeviceKeys& keys, const DeviceSpecs&) {
-  hal::SerialSpec spec = read_serial(keys, 115'200);
-  keys.read_integer("bit_rate", spec.bit_rate, 9'600, 921'600, kBitRate);
-  std::uint16_t weakest = 100;
-  keys.read_integer("weakest_echo", weakest, 0, 65535, {.doc = "a distance whose echo is weaker is none"});
-  const PollOptions poll = read_poll(keys, spec.path, 10ms);
-  return [=](DeviceContext& context, std::string& why) {
-    return started<msg::RangeSample>(context, std::make_unique<TfMini>(opener_of(spec, context), weakest), poll, why);
-  };
-}
-
-DeviceOpener read_gnss(DeviceKeys& keys, const DeviceSpecs&) {
-  hal::SerialSpec spec = read_serial(keys, 9'600);
-  // NMEA 0183's own is the first; the others are those that receivers and serial lines have in common.
-  keys.read_one_of("bit_rate", spec.bit_rate,
-                   {4'800, 9'600, 14'400, 19'200, 38'400, 57'600, 115'200, 230'400, 460'800, 921'600, 1'000'000,
-                    1'500'000, 2'000'000, 3'000'000, 4'000'000},
-                   kBitRate);
-  GnssConfig config;
-  keys.read("configure_ubx", config.configure_ubx, {.doc = "asks a u-blox receiver for NAV-PVT at period_ms"});
-  keys.read_integer("period_ms", config.period_ms, 25, 10'000, {.unit = "ms", .doc = "with configure_ubx"});
-  keys.read_ms("delay_ms", config.delay, 0, 2000,
-               {.doc = "from the instant of a solution to its coming in, taken off the stamps: the receiver's manual"});
-  keys.read("error_per_hdop_m", config.error_per_hdop_m, 0.01, 100,
-            {.unit = "m", .doc = "NMEA tells no accuracy: one sigma is this times the dilution"});
-  PollOptions poll = read_poll(keys, spec.path, 20ms);
-  poll.silent_after = 3s;
-  return [=](DeviceContext& context, std::string& why) {
-    return started<msg::GnssSample>(context, std::make_unique<GnssReceiver>(opener_of(spec, context), config), poll,
-                                    why);
-  };
-}
-
-template <RcProtocol kProtocol>
-DeviceOpener read_rc(DeviceKeys& keys, const DeviceSpecs&) {
-  constexpr bool kIsSbus = kProtocol == RcProtocol::sbus;
-  hal::SerialSpec spec = read_serial(keys, kIsSbus ? 100'000 : 420'000);
-  if (kIsSbus)
-    keys.read_one_of("bit_rate", spec.bit_rate, {100'000, 200'000}, {.unit = "bit/s", .doc = "200000: its fast mode"});
-  else  // 416666 by its makers, 420000 by most, and receivers that can be set to others
-    keys.read_integer("bit_rate", spec.bit_rate, 115'200, 4'000'000, kBitRate);
-  spec.even_parity = spec.two_stop_bits = kIsSbus;
-  // Not inverted by default: no call of the kernel inverts a line; an inverter or the device tree does.
-  if (kIsSbus)
-    keys.read("inverted", spec.inverted,
-              {.doc = "the line comes inverted; Linux cannot undo that, an inverter or the device tree does"});
-  RcConfig config;
-  config.protocol = kProtocol;
-  keys.read_ms("lost_after_ms", config.lost_after, 20, 10'000, {.doc = "no frame for so long: the pilot is lost"});
-  const PollOptions poll = read_poll(keys, spec.path, 5ms);
-  return [=](DeviceContext& context, std::string& why) {
-    return started<msg::RcSample>(context, std::make_unique<RcReceiver>(opener_of(spec, context), config), poll, why);
+template <wire::ina2xx::Chip kChip>
+DeviceOpener read_power_monitor(DeviceKeys& keys, const DeviceSpecs&) {
+  const ChipPlace place = read_place(
+      keys, {0x40, 0x41, 0x42, 0x43, 0x44, 0x45, 0x46, 0x47, 0x48, 0x49, 0x4A, 0x4B, 0x4C, 0x4D, 0x4E, 0x4F}, false);
+  PowerMonitorConfig config;
+  config.chip = kChip;
+  double mohm = 0;
+  if (keys.read(
+          "shunt_mohm", mohm, 0.01, 1000,
+          {.unit = "mohm",
+           .doc = kChip == wire::ina2xx::Chip::ina219 ? "the shunt; 320 mV over it is the most that it measures"
+                                                      : "the shunt; 81.92 mV over it is the most that it measures",
+           .required = true}))
+    config.shunt_ohm = mohm / 1e3;
+  keys.read("reversed", config.reversed,
+            {.doc = "the shunt is wired the other way round: a current drawn reads below 0"});
+  config.cells = read_cells(keys, wire::ina2xx::facts(kChip).most_bus_v);
+  const PollOptions poll = read_poll(keys, place.path, 10ms);
+  return [=](DeviceContext& context, std::string& why) -> hal::Result<OpenedDevice> {
+    auto bus = open_i2c(place, context, why);
+    if (!bus) return bus.error();
+    WordRegisters registers(std::move(*bus), static_cast<std::uint8_t>(place.address));
+    return started<msg::BatterySample>(
+        context, std::make_unique<PowerMonitor>(context.os, std::move(registers), config), poll, why);
   };
 }
 
 constexpr std::array kDrivers{
-    DriverKind{"mpu6050", "imu", read_mpu6050},          DriverKind{"icm42600", "imu", read_icm42600},
-    DriverKind{"bmp280", "baro", read_bmp280},           DriverKind{"qmc5883l", "mag", read_qmc5883l},
-    DriverKind{"tfmini", "range", read_tfmini},          DriverKind{"gnss", "gnss", read_gnss},
-    DriverKind{"sbus", "rc", read_rc<RcProtocol::sbus>}, DriverKind{"crsf", "rc", read_rc<RcProtocol::crsf>},
+    DriverKind{"mpu6050", "imu", read_mpu6050},
+    DriverKind{"icm42600", "imu", read_icm42600},
+    DriverKind{"bmp280", "baro", read_bmp280},
+    DriverKind{"qmc5883l", "mag", read_qmc5883l},
+    DriverKind{"ina219", "battery", read_power_monitor<wire::ina2xx::Chip::ina219>},
+    DriverKind{"ina226", "battery", read_power_monitor<wire::ina2xx::Chip::ina226>},
 };
 
 }  // namespace

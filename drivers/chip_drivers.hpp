@@ -5,7 +5,7 @@
 
 namespace sinew::drivers {
 
-/// Our own drivers of chips on I2C and SPI, and of sensors and receivers on serial lines.
+/// Our own drivers of chips on I2C and SPI.
 std::span<const DriverKind> chip_drivers();
 
 }  // namespace sinew::drivers

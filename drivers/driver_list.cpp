@@ -8,13 +8,15 @@
 #include "drivers/can_servos.hpp"
 #include "drivers/chip_drivers.hpp"
 #include "drivers/kernel_drivers.hpp"
+#include "drivers/serial_drivers.hpp"
 
 namespace sinew::drivers {
 
 std::span<const DriverKind> all_drivers() {
   static const std::vector<DriverKind> all = [] {
     std::vector<DriverKind> list;
-    for (const auto group : {kernel_drivers(), chip_drivers()}) list.insert(list.end(), group.begin(), group.end());
+    for (const auto group : {kernel_drivers(), chip_drivers(), serial_drivers()})
+      list.insert(list.end(), group.begin(), group.end());
     list.push_back({"can_servos", "actuators, joints", read_can_servos});
     list.push_back({"joints_of", "joints", read_joints_of});
     return list;

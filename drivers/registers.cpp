@@ -51,8 +51,8 @@ std::string bus_hint(std::uint8_t value) {
   return value == 0x00 || value == 0xFF ? " (nobody there: wiring, power, chip select?)" : "";
 }
 
-std::string bus_problem(const Registers& registers, const hal::Error& error) {
-  std::string text = registers.where() + ": ";
+std::string bus_problem(const std::string& where, const hal::Error& error) {
+  std::string text = where + ": ";
   if (error.code == hal::Errc::not_found) return text + "nothing answers (wiring, address, power?)";
   if (error.code == hal::Errc::busy) return text + "a kernel driver holds this chip; use its IIO device, or unbind it";
   if (error.code == hal::Errc::closed) return text + "its bus is gone (adapter unplugged, driver unloaded?)";

@@ -63,6 +63,9 @@ class SpiRegisters final : public Registers {
 /// What a register that reads like this may mean: nobody drives the line. Empty: something does.
 std::string bus_hint(std::uint8_t value);
 /// "i2c 0x68: no answer", "spi: input/output error (errno 5)".
-std::string bus_problem(const Registers& registers, const hal::Error& error);
+std::string bus_problem(const std::string& where, const hal::Error& error);
+inline std::string bus_problem(const Registers& registers, const hal::Error& error) {
+  return bus_problem(registers.where(), error);
+}
 
 }  // namespace sinew::drivers

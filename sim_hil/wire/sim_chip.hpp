@@ -20,8 +20,8 @@ class SimChip {
   std::uint8_t peek(std::uint8_t address) const { return registers_[address]; }
 
   /// What the bus does: under lock().
-  void read_from(std::uint8_t first, std::span<std::uint8_t> into);
-  void write_to(std::uint8_t first, std::span<const std::uint8_t> values);
+  virtual void read_from(std::uint8_t first, std::span<std::uint8_t> into);
+  virtual void write_to(std::uint8_t first, std::span<const std::uint8_t> values);
 
  protected:
   virtual std::uint8_t on_read(std::uint8_t address) { return registers_[address]; }

@@ -1,9 +1,10 @@
-// MPU-6050, ICM-42600, BMP280 and QMC5883L behind /dev/i2c-1 and /dev/spidev0.0.
+// MPU-6050, ICM-42600, BMP280, QMC5883L, INA219 and INA226 behind /dev/i2c-1 and /dev/spidev0.0.
 #include <cerrno>
 #include <cmath>
 
 #include "rig.hpp"
 #include "sim_hil/wire/sim_imu_chips.hpp"
+#include "sim_hil/wire/sim_power_monitor.hpp"
 #include "wire/bmp280.hpp"
 #include "wire/qmc5883l.hpp"
 
@@ -181,6 +182,23 @@ class Qmc5883lRig final : public ChipRig {
   std::shared_ptr<PlainChip> chip_;
 };
 
+class PowerMonitorRig final : public ChipRig {
+ public:
+  PowerMonitorRig(const char* driver, wire::ina2xx::Chip which)
+      : PowerMonitorRig(driver, std::make_shared<sim_hil::SimPowerMonitor>(which)) {}
+
+ private:
+  PowerMonitorRig(const char* driver, std::shared_ptr<sim_hil::SimPowerMonitor> chip)
+      : ChipRig(0x40, chip, 35ms, false), chip_(std::move(chip)) {
+    device = measures = "battery";
+    specs.devices.push_back(place(driver, {{"shunt_mohm", 1.0}, {"cells", std::int64_t{4}}}));
+  }
+  void measure(Time now, bool stuck) override {
+    chip_->measure(15.2, 0.012 + (stuck ? 0 : 0.001 * wave(now)));  // four cells, 12 A
+  }
+  std::shared_ptr<sim_hil::SimPowerMonitor> chip_;
+};
+
 }  // namespace
 
 std::vector<RigKind> chip_rigs() {
@@ -190,6 +208,10 @@ std::vector<RigKind> chip_rigs() {
        [] { return std::make_unique<ImuRig<sim_hil::SimIcm42600>>("icm42600", true); }},
       {"bmp280", "`bmp280` on I2C", [] { return std::make_unique<Bmp280Rig>(); }},
       {"qmc5883l", "`qmc5883l` on I2C", [] { return std::make_unique<Qmc5883lRig>(); }},
+      {"ina219", "`ina219` on I2C",
+       [] { return std::make_unique<PowerMonitorRig>("ina219", wire::ina2xx::Chip::ina219); }},
+      {"ina226", "`ina226` on I2C",
+       [] { return std::make_unique<PowerMonitorRig>("ina226", wire::ina2xx::Chip::ina226); }},
   };
 }
 

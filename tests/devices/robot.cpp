@@ -18,6 +18,7 @@ void add_source(const std::string& measures, rt::ModuleTypes& types, Seen& seen)
   if (measures == "imu") add_pair<drivers::ImuSource, msg::ImuSample>(types, seen);
   if (measures == "baro") add_pair<drivers::BaroSource, msg::BaroSample>(types, seen);
   if (measures == "mag") add_pair<drivers::MagSource, msg::MagSample>(types, seen);
+  if (measures == "battery") add_pair<drivers::BatterySource, msg::BatterySample>(types, seen);
   if (measures == "range") add_pair<drivers::RangeSource, msg::RangeSample>(types, seen);
   if (measures == "gnss") add_pair<drivers::GnssSource, msg::GnssSample>(types, seen);
   if (measures == "rc") add_pair<drivers::RcSource, msg::RcSample>(types, seen);
@@ -96,6 +97,7 @@ void Robot::add_failsafes() {
   add("silent", Kind::silent, is_slow ? 1000ms : m == "camera" ? 500ms : 200ms);
   if (m != "camera") add("stuck", Kind::stuck, is_slow ? 2000ms : 400ms);
   if (m == "imu") out_of("gyro_radps.x", -20, 20);
+  if (m == "battery") out_of("voltage_v", 14, 17);
   if (m == "joints") out_of("position_rad[0]", -1.6, 1.6);
   if (m == "rc") {
     rt::FailsafeSpec& f = add("lost", Kind::value, 300ms);

@@ -5,6 +5,7 @@
 
 #include "wire/bmp280.hpp"
 #include "wire/icm42600.hpp"
+#include "wire/ina2xx.hpp"
 #include "wire/mpu6050.hpp"
 #include "wire/qmc5883l.hpp"
 
@@ -28,6 +29,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
               beyond(wire::icm42600::gyro_radps(*icm, {}), 35)))
     std::abort();
   if (beyond(wire::qmc5883l::field_t(wire::qmc5883l::decode_burst(in.first<7>()), {}), 1.1e-3)) std::abort();
+  for (const auto chip : {wire::ina2xx::Chip::ina219, wire::ina2xx::Chip::ina226}) {
+    const double shunt_v = wire::ina2xx::shunt_v(wire::be16(in.data()), chip);
+    if (std::abs(shunt_v) > 0.32 || !(wire::ina2xx::bus_v(wire::be16(&in[2]), chip) < 82)) std::abort();
+  }
   if (const auto c = wire::bmp280::decode_calibration(in.first<24>())) {
     const auto reading = wire::bmp280::compensate(wire::bmp280::decode_burst(in.subspan<24, 6>()), *c);
     if (!std::isfinite(reading.temperature_c)) std::abort();
