@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/linux_board.hpp"
+#include "apps/robot_check.hpp"
 #include "apps/robot_file.hpp"
 #include "hal/linux/can_link.hpp"
 #include "hal/linux/connectors.hpp"
@@ -56,7 +57,7 @@ bool demand_of_file(const std::string& path, const rt::ModuleTypes& types, hal::
   auto problems = loaded.problems;
   if (problems.empty()) {
     rt::Graph graph(loaded.robot.graph, types);
-    problems = graph.check({});
+    problems = check_robot(loaded.robot, graph, {});
     if (problems.empty()) {
       demand = system_demand(graph, true);
       add_devices(loaded.robot, demand);

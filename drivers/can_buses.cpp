@@ -17,6 +17,7 @@ CanBusConfig read_can_bus(DeviceKeys& keys) {
     keys.require("address", c.spec.address,
                  "an interface (socketcan), a bus number or 239.65.82.B (udp), or HOST:PORT/BUS (socketcand)");
   }
+  keys.claim("address", c.spec.transport + " bus " + c.spec.address);
   keys.read_integer("bit_rate", c.spec.bit_rate, 10'000, 1'000'000);
   keys.read_integer("data_bit_rate", c.spec.data_bit_rate, 0, 8'000'000);
   c.hub.name = keys.spec().name;
@@ -66,6 +67,7 @@ hal::Result<CanBuses::Bus*> CanBuses::open(const std::string& name, std::string&
   if (!said.empty()) warnings_.push_back(said);
   bus.bus = std::move(*opened);
   bus.hub = std::make_unique<CanHub>(os_, *bus.bus, bus.config.hub);
+  bus.add = [hub = bus.hub.get()](std::unique_ptr<BusService> service) { hub->add(std::move(service)); };
   return &opened_.emplace(name, std::move(bus)).first->second;
 }
 

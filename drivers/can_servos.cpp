@@ -76,9 +76,9 @@ void read_cia402(DeviceKeys& keys, JointConfig& joint, const CanBusConfig& bus) 
   keys.read("temperature_unit_c", o.temperature_unit_c, 1e-6, 1e3);
   refuse(keys, check_cia402(joint.servo, o));
   refuse(keys, check_times(joint.servo, tick_of(bus), std::max(tick_of(bus), bus.master_heartbeat)));
-  joint.make = [config = joint.servo, o](CanBuses::Bus& on) -> std::unique_ptr<ServoProtocol> {
+  joint.make = [config = joint.servo, o](BusPlace& on) -> std::unique_ptr<ServoProtocol> {
     if (!on.has_canopen_master)
-      on.hub->add(
+      on.add(
           std::make_unique<CanopenMaster>(CanopenMaster::Options{on.config.master_node, on.config.master_heartbeat}));
     on.has_canopen_master = true;
     return std::make_unique<Cia402Servo>(config, o);
@@ -103,7 +103,7 @@ void read_mit(DeviceKeys& keys, JointConfig& joint, const CanBusConfig& bus) {
   keys.read_integer("master_id", o.master_id, 0, 0x7FF);
   refuse(keys, check_mit(joint.servo, o));
   refuse(keys, check_times(joint.servo, tick_of(bus), tick_of(bus)));
-  joint.make = [config = joint.servo, o](CanBuses::Bus&) -> std::unique_ptr<ServoProtocol> {
+  joint.make = [config = joint.servo, o](BusPlace&) -> std::unique_ptr<ServoProtocol> {
     return std::make_unique<MitServo>(config, o);
   };
 }
@@ -113,7 +113,7 @@ void read_cybergear(DeviceKeys& keys, JointConfig& joint, const CanBusConfig& bu
   keys.read_integer("host_id", host, 0, 0xFF);
   refuse(keys, check_cybergear(joint.servo, host));
   refuse(keys, check_times(joint.servo, tick_of(bus), tick_of(bus)));
-  joint.make = [config = joint.servo, host](CanBuses::Bus&) -> std::unique_ptr<ServoProtocol> {
+  joint.make = [config = joint.servo, host](BusPlace&) -> std::unique_ptr<ServoProtocol> {
     return std::make_unique<CyberGearServo>(config, host);
   };
 }
@@ -145,11 +145,11 @@ void read_dronecan(DeviceKeys& keys, JointConfig& joint) {
   const auto unique_id = read_unique_id(keys);
   refuse(keys, check_dronecan(joint.servo, o));
   refuse(keys, check_times(joint.servo, from_ms(1e3 / o.status_hz), Duration{0}));
-  joint.make = [config = joint.servo, o, unique_id](CanBuses::Bus& on) -> std::unique_ptr<ServoProtocol> {
+  joint.make = [config = joint.servo, o, unique_id](BusPlace& on) -> std::unique_ptr<ServoProtocol> {
     if (!on.dronecan) {
       auto node = std::make_unique<DronecanNode>(on.config.dronecan);
       on.dronecan = node.get();
-      on.hub->add(std::move(node));
+      on.add(std::move(node));
     }
     if (unique_id) on.dronecan->allocate(*unique_id, static_cast<std::uint8_t>(config.node_id));
     return std::make_unique<DronecanServo>(config, o, *on.dronecan);

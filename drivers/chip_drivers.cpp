@@ -37,8 +37,10 @@ ChipPlace read_place(DeviceKeys& keys, int address) {
     keys.read_integer("spi_hz", place.spi.hz, 10'000, 50'000'000);
     place.spi.mode = 3;  // what all chips here take
     keys.read_integer("spi_mode", place.spi.mode, 0, 3);
+    keys.claim("path", "chip at " + place.path);
   } else {
     keys.read_integer("address", place.address, 3, 0x77);
+    keys.claim("address", "chip at " + place.path + ", address " + std::to_string(place.address));
   }
   return place;
 }
@@ -151,6 +153,7 @@ DeviceOpener read_qmc5883l(DeviceKeys& keys, const DeviceSpecs&) {
 hal::SerialSpec read_serial(DeviceKeys& keys, std::uint32_t bit_rate) {
   hal::SerialSpec spec;
   keys.require("path", spec.path, "a serial line, e.g. \"/dev/ttyS1\"");
+  keys.claim("path", "serial line " + spec.path);
   spec.bit_rate = bit_rate;
   keys.read_integer("bit_rate", spec.bit_rate, 300, 4'000'000);
   return spec;

@@ -48,6 +48,14 @@ class DeviceKeys {
 
   /// Says what is wrong with the value of `key`, or, where it is not there, that it is missing.
   void problem(std::string_view key, std::string_view allowed);
+  /// The device has `place`, which the value of `key` names, for itself: "serial line /dev/ttyS1". check_devices()
+  /// finds those that two devices claim.
+  void claim(std::string_view key, std::string place) { claims_.push_back({std::string(key), std::move(place)}); }
+  struct Claim {
+    std::string key, place;
+  };
+  const std::vector<Claim>& claims() const { return claims_; }
+
   /// Every key that nobody asked for becomes a problem that lists the known ones.
   void finish();
 
@@ -59,6 +67,7 @@ class DeviceKeys {
   std::string path_;
   std::vector<rt::Problem>& problems_;
   std::set<std::string, std::less<>> known_;
+  std::vector<Claim> claims_;
 };
 
 }  // namespace sinew::drivers

@@ -13,6 +13,7 @@ DeviceOpener read_iio(DeviceKeys& keys, const DeviceSpecs&) {
   hal::IioSpec spec;
   keys.require("name", spec.name, "the name of an IIO device as in /sys/bus/iio/devices/*/name, e.g. \"mpu6050\"");
   keys.read("root", spec.root, "a folder with sys/ and dev/ of the machine");
+  keys.claim("name", "IIO device " + spec.name + (spec.root == "/" ? "" : " under " + spec.root));
   keys.read("rate_hz", spec.rate_hz, 0, kMaxImuHz);
   keys.read("trigger", spec.trigger, "the name of a trigger as in /sys/bus/iio/devices/trigger*/name");
   keys.read("buffered", spec.buffered);
@@ -32,6 +33,7 @@ constexpr std::string_view kControl = "control_";
 hal::CameraSpec read_camera(DeviceKeys& keys, std::string_view path_is) {
   hal::CameraSpec spec;
   keys.require("path", spec.path, path_is);
+  keys.claim("path", "camera " + spec.path);
   keys.read_integer("width", spec.width, 16, msg::kMaxImageWidth);
   keys.read_integer("height", spec.height, 16, msg::kMaxImageHeight);
   keys.read_choice<msg::PixelFormat>("format", spec.format,
@@ -83,5 +85,11 @@ constexpr std::array kDrivers{
 }  // namespace
 
 std::span<const DriverKind> kernel_drivers() { return kDrivers; }
+
+hal::CameraSpec camera_of(const DeviceSpec& spec) {
+  std::vector<rt::Problem> told;
+  DeviceKeys keys(spec, "", told);
+  return read_camera(keys, "");
+}
 
 }  // namespace sinew::drivers
