@@ -15,7 +15,7 @@ class BoardCheck {
       : robot_(robot), use_(use), boards_(boards) {}
 
   std::vector<rt::Problem> all() {
-    known("robot.board", robot_.board, 0);
+    known("robot.board", robot_.board, robot_.board_line);
     for (const auto& [device, board] : robot_.device_boards) known(key(device), board.value, board.line);
     if (!problems_.empty()) return std::move(problems_);
     no_real_device_in_virtual_time();
@@ -31,10 +31,6 @@ class BoardCheck {
   const BoardKind* kind(std::string_view name) const {
     const auto it = std::find_if(boards_.begin(), boards_.end(), [&](const auto& b) { return b.name == name; });
     return it == boards_.end() ? nullptr : &*it;
-  }
-  const std::string& board_of(const std::string& device) const {
-    const auto it = robot_.device_boards.find(device);
-    return it == robot_.device_boards.end() ? robot_.board : it->second.value;
   }
   bool is_actuator(const std::string& device) const {
     return std::any_of(robot_.actuators.begin(), robot_.actuators.end(),
@@ -53,7 +49,7 @@ class BoardCheck {
   void no_real_device_in_virtual_time() {
     if (!use_.virtual_time) return;
     constexpr auto kAllowed = "a simulated or recorded board: in virtual time no real device waits for a grant";
-    if (kind(robot_.board)->real) problem(0, "robot.board", robot_.board, kAllowed);
+    if (kind(robot_.board)->real) problem(robot_.board_line, "robot.board", robot_.board, kAllowed);
     for (const auto& [device, board] : robot_.device_boards)
       if (kind(board.value)->real) problem(board.line, key(device), board.value, kAllowed);
   }
@@ -71,8 +67,8 @@ class BoardCheck {
         simulated += (simulated.empty() ? "" : ", ") + device + ": " + board.value;
     if (simulated.empty()) return;
     for (const auto& a : robot_.actuators)
-      if (kind(board_of(a.name))->real)
-        problem(a.line, "actuator." + a.name, board_of(a.name),
+      if (kind(board_of(robot_, a.name))->real)
+        problem(a.line, "actuator." + a.name, board_of(robot_, a.name),
                 "real actuators with simulated sensors (" + simulated + ") only with --real-actuators");
   }
   void the_plant_is_the_board() {
@@ -97,6 +93,11 @@ class BoardCheck {
 };
 
 }  // namespace
+
+const std::string& board_of(const rt::GraphSpec& robot, const std::string& device) {
+  const auto it = robot.device_boards.find(device);
+  return it == robot.device_boards.end() ? robot.board : it->second.value;
+}
 
 bool needs_plant(const rt::GraphSpec& robot) {
   return robot.board == "sim" || std::any_of(robot.device_boards.begin(), robot.device_boards.end(),

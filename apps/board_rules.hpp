@@ -18,6 +18,9 @@ struct BoardKind {
 /// The boards of this program.
 std::span<const BoardKind> known_boards();
 
+/// Where a device comes from.
+const std::string& board_of(const rt::GraphSpec& robot, const std::string& device);
+
 /// Whether any device of this robot is in a plant.
 bool needs_plant(const rt::GraphSpec& robot);
 

@@ -7,6 +7,7 @@
 
 #include "apps/toml_guard.hpp"
 #include "apps/toml_reader.hpp"
+#include "rt/parameters.hpp"
 
 namespace sinew::app {
 namespace {
@@ -46,6 +47,10 @@ drivers::DeviceSpec* find(std::vector<drivers::DeviceSpec>& all, const std::stri
   return it == all.end() ? nullptr : &*it;
 }
 
+std::string path_of(const CalibratedKey& k) {
+  return "device." + k.device + (k.joint.empty() ? "" : ".joint." + k.joint) + '.' + k.key;
+}
+
 std::string names(const std::vector<drivers::DeviceSpec>& all) {
   std::string text;
   for (const auto& d : all) text += (text.empty() ? "" : ", ") + d.name;
@@ -81,8 +86,7 @@ Calibration parse_calibration(std::string_view text, const std::string& path) {
 
 int Calibration::line_of(std::string_view path) const {
   for (const CalibratedKey& k : keys) {
-    const std::string own = "device." + k.device + (k.joint.empty() ? "" : ".joint." + k.joint) + '.' + k.key;
-    if (path == own) return k.line;
+    if (path == path_of(k)) return k.line;
   }
   return 0;
 }
@@ -91,16 +95,15 @@ std::vector<rt::Problem> apply_calibration(const Calibration& calibration, const
                                            RobotFile& robot) {
   std::vector<rt::Problem> problems = calibration.problems;
   for (const CalibratedKey& k : calibration.keys) {
+    const std::string path = path_of(k), value = rt::to_string(k.value);
     drivers::DeviceSpec* device = find(robot.devices.devices, k.device);
     if (!device) {
-      problems.push_back(
-          {k.line, "device." + k.device, k.key, "a device of the robot file: " + names(robot.devices.devices)});
+      problems.push_back({k.line, path, value, "a key of a device of the robot file: " + names(robot.devices.devices)});
       continue;
     }
     drivers::DeviceSpec* target = k.joint.empty() ? device : find(device->joints, k.joint);
     if (!target) {
-      problems.push_back({k.line, "device." + k.device + ".joint." + k.joint, k.key,
-                          "a joint of this device: " + names(device->joints)});
+      problems.push_back({k.line, path, value, "a key of a joint of this device: " + names(device->joints)});
       continue;
     }
     target->keys[k.key] = {k.value, k.line};

@@ -23,13 +23,14 @@ bool CalibrationBench::open(const CalibrateOptions& o, const std::vector<std::st
   for (auto& device : robot.devices.devices)
     if (device.name == o.device)
       for (const std::string& key : factory) device.keys.erase(key);
+  OptionLines options;
   for (const std::string& setting : o.set) {
-    const auto why = apply_device_setting(robot.devices, setting);
+    const auto why = apply_device_setting(robot.devices, setting, options.line_of("--set " + setting));
     if (!why) return fail("--set " + setting + ": device.NAME.KEY=VALUE or bus.NAME.KEY=VALUE"), false;
     if (!why->empty()) return fail("--set " + setting + ": " + *why), false;
   }
   for (auto& p : check_linux_devices(robot)) problems.push_back(std::move(p));
-  for (const auto& p : problems) std::fprintf(stderr, "%s\n", rt::to_string(p, o.robot).c_str());
+  for (const auto& p : problems) std::fprintf(stderr, "%s\n", options.told(p, o.robot).c_str());
   if (!problems.empty()) return false;
   std::string why;
   auto real = LinuxBoard::open(robot, hal::linux_os(), why);

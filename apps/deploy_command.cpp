@@ -12,6 +12,7 @@
 #include "apps/commands.hpp"
 #include "apps/deploy_failure.hpp"
 #include "apps/deploy_plan.hpp"
+#include "apps/robot_check.hpp"
 #include "apps/tar_source.hpp"
 #include "apps/unit_text.hpp"
 #include "hal/linux/process.hpp"
@@ -35,7 +36,7 @@ std::optional<ElfTarget> target_of(const std::string& program) {
 /// Prints the problems of the robot file; whether there are none. What only the board's own program knows it checks.
 bool passes(LoadedRobot& loaded, const DeployOptions& o, const rt::ModuleTypes& types) {
   if (loaded.problems.empty() && o.binary.empty())
-    loaded.problems = rt::Graph(loaded.robot.graph, types).check({.virtual_time = true});
+    loaded.problems = rt::Graph(loaded.robot.graph, types).check(check_options(loaded.robot));
   for (const auto& p : loaded.problems) std::fprintf(stderr, "%s\n", rt::to_string(p, o.robot).c_str());
   return loaded.problems.empty();
 }

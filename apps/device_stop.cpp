@@ -1,7 +1,5 @@
 #include "apps/device_stop.hpp"
 
-#include <cstdio>
-
 #include "drivers/can_stop_line.hpp"
 #include "hal/linux/connectors.hpp"
 #include "hal/linux/os.hpp"
@@ -13,15 +11,13 @@ namespace {
 class DeviceStop final : public hal::StopLine {
  public:
   static std::unique_ptr<hal::StopLine> open(const drivers::DeviceSpecs& devices,
-                                             const std::vector<std::string>& groups) {
+                                             const std::vector<std::string>& groups, std::string& warning) {
     std::unique_ptr<DeviceStop> stop(new DeviceStop);
     std::string why;
     stop->line_ = drivers::CanStopLine::open(devices, groups, *stop->connectors_, hal::linux_os(), why);
     if (!why.empty() || !stop->line_)
-      std::fprintf(stderr,
-                   "warning: no stop line to %s: when the runtime dies, joints there stop by their own time-outs "
-                   "(device_timeout_ms)\n",
-                   why.empty() ? "the actuators" : why.c_str());
+      warning = "no stop line to " + (why.empty() ? "the actuators" : why) +
+                ": when the runtime dies, joints there stop by their own time-outs (device_timeout_ms)";
     if (!stop->line_) return nullptr;
     return stop;
   }
@@ -54,10 +50,10 @@ void add_stops_of_linux_devices(const Prepared& prepared, std::vector<StopWay>& 
   StopWay way{.name = "CAN"};
   // Once, beside the runtime: its buses come back by themselves.
   way.open = [&devices = prepared.robot.devices, groups = std::move(groups),
-              opened = false]() mutable -> std::unique_ptr<hal::StopLine> {
+              warning = way.warning, opened = false]() mutable -> std::unique_ptr<hal::StopLine> {
     if (opened) return nullptr;
     opened = true;
-    return DeviceStop::open(devices, groups);
+    return DeviceStop::open(devices, groups, *warning);
   };
   stops.push_back(std::move(way));
 }

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/linux_board.hpp"
+#include "apps/robot_check.hpp"
 #include "apps/robot_file.hpp"
 #include "hal/linux/can_link.hpp"
 #include "hal/linux/connectors.hpp"
@@ -58,7 +59,7 @@ bool demand_of_file(const DoctorOptions& options, const rt::ModuleTypes& types, 
   auto problems = loaded.problems;
   if (problems.empty()) {
     rt::Graph graph(loaded.robot.graph, types);
-    problems = graph.check({});
+    problems = check_robot(loaded.robot, graph, {});
     if (problems.empty()) {
       demand = system_demand(graph, true);
       add_devices(loaded.robot, demand);

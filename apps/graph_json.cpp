@@ -118,10 +118,15 @@ std::string graph_json(const rt::Graph& graph) {
   return j.dump();
 }
 
-std::string check_json(const std::string& path, rt::Graph* graph, const std::vector<rt::Problem>& problems) {
-  Json j{{"file", path}, {"ok", problems.empty()}, {"problems", Json::array()}};
-  for (const auto& p : problems)
-    j["problems"].push_back({{"line", p.line}, {"key", p.key}, {"value", p.value}, {"allowed", p.allowed}});
+std::string check_json(const std::string& path, rt::Graph* graph, const std::vector<rt::Problem>& problems,
+                       const std::string& calibration, const std::vector<rt::Problem>& calibrated) {
+  Json j{{"file", path}, {"ok", problems.empty() && calibrated.empty()}, {"problems", Json::array()}};
+  const auto add = [&j](const rt::Problem& p) -> Json& {
+    return j["problems"].emplace_back(
+        Json{{"line", p.line}, {"key", p.key}, {"value", p.value}, {"allowed", p.allowed}});
+  };
+  for (const auto& p : problems) add(p);
+  for (const auto& p : calibrated) add(p)["file"] = calibration;
   if (!graph || !graph->make_plan({})) return j.dump();
   j["robot"] = graph->spec().robot;
   j["threads"] = graph->threads().size();

@@ -10,6 +10,8 @@ namespace sinew::app {
 std::string graph_json(const rt::Graph& graph);
 
 /// `sinew check --json`: the problems, or the slots and bytes of every topic. `graph` is null when there are problems.
-std::string check_json(const std::string& path, rt::Graph* graph, const std::vector<rt::Problem>& problems);
+/// Those of its calibration file come after the others, with `file`.
+std::string check_json(const std::string& path, rt::Graph* graph, const std::vector<rt::Problem>& problems,
+                       const std::string& calibration, const std::vector<rt::Problem>& calibrated);
 
 }  // namespace sinew::app

@@ -145,6 +145,8 @@ class Parent {
         if (topics_->topics()[t].name.starts_with("guardian.")) guardian_ = t;
       beat_ = pulse();
       last_change_ = now + 1s;  // the executor's threads are still to come up
+      for (const StopWay& way : supervised_.stops)
+        if (!way.warning->empty()) std::fprintf(stderr, "warning: %s\n", way.warning->c_str());
       static_cast<void>(line_->write(word));
     }
   }

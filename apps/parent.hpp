@@ -37,6 +37,8 @@ struct StopWay {
   /// Opens it in the parent: right after the start when there is none yet, and another one after it has failed. Null:
   /// it cannot be had; who opens says so.
   std::function<std::unique_ptr<hal::StopLine>()> open = [] { return nullptr; };
+  /// What open() wants to be told of it, once the runtime has begun: of one that does not, its own reasons are enough.
+  std::shared_ptr<std::string> warning = std::make_shared<std::string>();
 };
 
 /// What the parent knows of the robot before it starts.

@@ -6,9 +6,8 @@
 #include "apps/doctor.hpp"
 #include "apps/graph_json.hpp"
 #include "apps/graph_text.hpp"
-#include "apps/linux_board.hpp"
 #include "apps/number_check.hpp"
-#include "apps/recording.hpp"
+#include "apps/robot_check.hpp"
 #include "apps/robot_file.hpp"
 #include "apps/run_command.hpp"
 
@@ -23,7 +22,11 @@ struct CheckOptions {
 struct Checked {
   std::unique_ptr<rt::Graph> graph;
   std::vector<rt::Problem> problems;
+  std::string calibration;              // file of that robot, and
+  std::vector<rt::Problem> calibrated;  // what is wrong there
   bool readable = true;
+
+  std::size_t count() const { return problems.size() + calibrated.size(); }
 };
 
 // All problems of a robot file, said on standard error.
@@ -31,31 +34,34 @@ Checked checked_graph(const std::string& path, const rt::ModuleTypes& types) {
   Checked checked;
   LoadedRobot loaded = load_robot(path);
   checked.readable = loaded.readable;
-  // Real devices never run in virtual time, which alone needs execution times.
-  const rt::CheckOptions how{.virtual_time = loaded.robot.graph.board != "linux"};
+  const rt::CheckOptions how = check_options(loaded.robot);
   if (!loaded.problems.empty()) add_graph_problems(loaded, types, how);
   checked.problems = std::move(loaded.problems);
   if (checked.problems.empty()) {
     checked.graph = std::make_unique<rt::Graph>(loaded.robot.graph, types);
-    checked.problems = checked.graph->check(how);
-    for (auto& p : check_linux_devices(loaded.robot)) checked.problems.push_back(std::move(p));
-    for (auto& p : check_recording(loaded.robot.record, *checked.graph)) checked.problems.push_back(std::move(p));
+    checked.problems = check_robot(loaded.robot, *checked.graph, how);
   }
-  const std::size_t n = checked.problems.size();
+  if (checked.problems.empty()) {  // with the robot file's own, nobody could tell whose fault theirs are
+    const UsedCalibration used = use_calibration(loaded.robot, types);
+    checked.calibration = used.file;
+    checked.calibrated = used.problems;
+  }
+  const std::size_t n = checked.count();
   for (const auto& p : checked.problems) std::fprintf(stderr, "%s\n", rt::to_string(p, path).c_str());
+  for (const auto& p : checked.calibrated) std::fprintf(stderr, "%s\n", rt::to_string(p, checked.calibration).c_str());
   if (n > 0) std::fprintf(stderr, "%zu problem%s\n", n, n == 1 ? "" : "s");
   return checked;
 }
 
-int code_of(const Checked& checked) {
-  return checked.problems.empty() ? kDone : checked.readable ? kFailed : kNotBegun;
-}
+int code_of(const Checked& checked) { return checked.count() == 0 ? kDone : checked.readable ? kFailed : kNotBegun; }
 
 int check(const CheckOptions& options, const rt::ModuleTypes& types) {
   const Checked checked = checked_graph(options.robot, types);
-  const bool good = checked.problems.empty();
+  const bool good = checked.count() == 0;
   if (options.json) {
-    std::printf("%s\n", check_json(options.robot, good ? checked.graph.get() : nullptr, checked.problems).c_str());
+    std::printf("%s\n", check_json(options.robot, good ? checked.graph.get() : nullptr, checked.problems,
+                                   checked.calibration, checked.calibrated)
+                            .c_str());
   } else if (good) {
     rt::Graph& graph = *checked.graph;
     std::printf("%s: %zu threads, %zu modules, %zu topics, %zu chains: no problems\n", options.robot.c_str(),
@@ -67,7 +73,7 @@ int check(const CheckOptions& options, const rt::ModuleTypes& types) {
 
 int graph(const CheckOptions& options, const rt::ModuleTypes& types) {
   const Checked checked = checked_graph(options.robot, types);
-  if (!checked.problems.empty()) return code_of(checked);
+  if (checked.count() > 0) return code_of(checked);
   const rt::Graph& graph = *checked.graph;
   const std::string text = options.json ? graph_json(graph) + "\n" : options.dot ? graph_dot(graph) : graph_tree(graph);
   std::printf("%s", text.c_str());

@@ -136,12 +136,13 @@ void read_actuator(const std::string& name, TomlReader& r, rt::GraphSpec& graph)
   if (!r.has("channels")) r.missing("channels", "an integer from 1 to 8; it is required");
   r.read("channels", channels, 1, static_cast<std::int64_t>(msg::kMaxChannels));
   a.channels = static_cast<std::uint32_t>(channels);
+  if (const toml::node* node = r.raw().get("channels")) a.channels_line = line_of(*node);
   if (const toml::node* node = r.take("limit")) {
     const toml::array* limit = node->as_array();
     const auto low = limit && limit->size() == 2 ? (*limit)[0].value<double>() : std::nullopt;
     const auto high = limit && limit->size() == 2 ? (*limit)[1].value<double>() : std::nullopt;
     if (low && high && *low <= *high) {
-      a.min = *low, a.max = *high;
+      a.min = *low, a.max = *high, a.limit_line = line_of(*node);
     } else {
       r.problem(*node, "limit", "[smallest, largest], two numbers in this order");
     }
@@ -218,12 +219,21 @@ void read_chain(TomlReader& r, rt::GraphSpec& graph) {
   graph.chains.push_back(std::move(c));
 }
 
+// Other programs find the robot by it (tap::Name).
+constexpr std::size_t kLongestName = 40;
+bool in_robot_name(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+}
+
 void read_robot(TomlReader& r, RobotFile& robot) {
   rt::GraphSpec& graph = robot.graph;
   r.require("name", graph.robot);
   constexpr const char* kBoards = "\"sim\", \"linux\", \"dataset\" or \"none\"";
   r.require("board", graph.board, std::string(kBoards) + "; it is required");
+  if (!std::all_of(graph.robot.begin(), graph.robot.end(), in_robot_name) || graph.robot.size() > kLongestName)
+    r.problem(*r.raw().get("name"), "name", "letters, digits, _ and -, at most 40");
   const toml::node* named = r.raw().get("board");
+  if (named) graph.board_line = line_of(*named);
   if (named && named->is_string() && graph.board != "sim" && graph.board != "linux" && graph.board != "dataset" &&
       graph.board != "none")
     r.problem(*named, "board", kBoards);
@@ -260,9 +270,16 @@ void read_bounds(TomlReader& r, ValidityBounds& b) {
 }
 
 void read_sim(TomlReader& r, SimOptions& sim) {
-  r.read("plant", sim.plant, "\"auto\", \"unix:PATH\" or \"tcp:HOST:PORT\"");
+  constexpr const char* kPlants = "\"auto\", \"unix:PATH\" or \"tcp:HOST:PORT\"";
+  if (r.read("plant", sim.plant, kPlants) && sim.plant != "auto" && !sim.plant.starts_with("unix:") &&
+      !sim.plant.starts_with("tcp:"))
+    r.problem(*r.raw().get("plant"), "plant", kPlants);
   std::int64_t number = 0;
-  r.read("world", sim.world, "the name of a world of sinew-sim: \"quad\", \"desk_head\"");
+  constexpr const char* kWorlds = "the name of a world of sinew-sim: \"quad\", \"desk_head\"";
+  if (r.read("world", sim.world, kWorlds) && sim.world != "quad" && sim.world != "desk_head")
+    r.problem(*r.raw().get("world"), "world", kWorlds);
+  for (const char* key : {"camera_width", "camera_height"})
+    if (const toml::node* node = r.raw().get(key); node && !sim.camera_line) sim.camera_line = line_of(*node);
   if (r.read("camera_width", number, 16, msg::kMaxImageWidth)) sim.camera_width = static_cast<std::uint32_t>(number);
   if (r.read("camera_height", number, 16, msg::kMaxImageHeight)) sim.camera_height = static_cast<std::uint32_t>(number);
   r.read("relink_s", sim.relink_s, 0.0, 3600.0);

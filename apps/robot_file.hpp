@@ -17,6 +17,7 @@ struct SimOptions {
   std::string plant = "auto";  // "auto": start sinew-sim; else "unix:PATH" or "tcp:HOST:PORT"
   std::string world = "quad";  // of a plant that is started
   std::uint32_t camera_width = 320, camera_height = 240;
+  int camera_line = 0;
   double relink_s = 10;  // real time: how long a lost plant is looked for
   ValidityBounds bounds;
 };

@@ -5,15 +5,13 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <sstream>
 
-#include "apps/calibration.hpp"
 #include "apps/linux_board.hpp"
 #include "apps/param_overlay.hpp"
 #include "apps/param_value.hpp"
 #include "apps/recording.hpp"
+#include "apps/robot_check.hpp"
 #include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
 #include "hal/linux/run_dir.hpp"
@@ -65,14 +63,14 @@ rt::Duration run_duration(const RunOptions& options) {
   return rt::Duration{static_cast<std::int64_t>(options.duration_s * 1e9)};
 }
 
-std::string apply_setting(rt::GraphSpec& graph, const std::string& setting) {
+std::string apply_setting(rt::GraphSpec& graph, const std::string& setting, int line) {
   const auto dot = setting.find('.'), equals = setting.find('=');
   if (dot == std::string::npos || equals == std::string::npos || equals < dot)
     return fmt::format("--set {}: module.param=value", setting);
   const std::string module = setting.substr(0, dot);
   for (auto& m : graph.modules) {
     if (m.name != module) continue;
-    m.params[setting.substr(dot + 1, equals - dot - 1)] = {param_value(setting.substr(equals + 1)), 0};
+    m.params[setting.substr(dot + 1, equals - dot - 1)] = {param_value(setting.substr(equals + 1)), line};
     return {};
   }
   if (const std::string header = section_header(module); !header.empty())
@@ -83,7 +81,7 @@ std::string apply_setting(rt::GraphSpec& graph, const std::string& setting) {
   return fmt::format("--set {}: no module {}; there are:{}", setting, module, names);
 }
 
-std::optional<std::string> apply_device_setting(drivers::DeviceSpecs& devices, const std::string& setting) {
+std::optional<std::string> apply_device_setting(drivers::DeviceSpecs& devices, const std::string& setting, int line) {
   const auto equals = setting.find('=');
   std::vector<std::string> parts;
   std::istringstream path(setting.substr(0, equals));
@@ -104,9 +102,9 @@ std::optional<std::string> apply_device_setting(drivers::DeviceSpecs& devices, c
   }
   const std::string value = setting.substr(equals + 1);
   if (parts.back() == "driver")
-    spec->driver = value;
+    spec->driver = value, spec->line = line ? line : spec->line;
   else
-    spec->keys[parts.back()] = {param_value(value), 0};
+    spec->keys[parts.back()] = {param_value(value), line};
   return std::string();
 }
 
@@ -133,22 +131,25 @@ bool accept_shortfalls(const std::vector<std::string>& shortfalls, bool strict) 
 }
 
 // False after its problems have been printed. A robot that has none yet runs as its file says.
-static bool use_calibration(RobotFile& robot, const rt::ModuleTypes& types) {
-  const std::string path = calibration_path(robot);
-  if (path.empty() || !uses_linux_board(robot.graph)) return true;
-  std::ifstream in(path, std::ios::binary);
-  if (!in) {
-    std::fprintf(stderr, "warning: %s: no such file: this robot is not calibrated (sinew calibrate)\n", path.c_str());
-    return true;
-  }
-  const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-  const Calibration calibration = parse_calibration(text, path);
-  auto problems = apply_calibration(calibration, types, robot);
-  if (problems.empty())  // what it says has to be allowed as if the robot file said so
-    for (rt::Problem& p : check_linux_devices(robot))
-      if (const int line = calibration.line_of(p.key)) p.line = line, problems.push_back(std::move(p));
-  for (const auto& p : problems) std::fprintf(stderr, "%s\n", rt::to_string(p, path).c_str());
-  return problems.empty();
+static bool calibrate(RobotFile& robot, const rt::ModuleTypes& types) {
+  if (!uses_linux_board(robot.graph)) return true;
+  const UsedCalibration used = use_calibration(robot, types);
+  if (used.absent)
+    std::fprintf(stderr, "warning: %s: no such file: this robot is not calibrated (sinew calibrate)\n",
+                 used.file.c_str());
+  for (const auto& p : used.problems) std::fprintf(stderr, "%s\n", rt::to_string(p, used.file).c_str());
+  return used.problems.empty();
+}
+
+int OptionLines::line_of(std::string option) {
+  options_.push_back(std::move(option));
+  return -static_cast<int>(options_.size());
+}
+
+std::string OptionLines::told(const rt::Problem& problem, std::string_view file) const {
+  if (problem.line >= 0) return rt::to_string(problem, file);
+  return rt::to_string({0, problem.key, problem.value, problem.allowed},
+                       "from " + options_[static_cast<std::size_t>(-problem.line - 1)]);
 }
 
 std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes& types) {
@@ -157,14 +158,15 @@ std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes
   for (const auto& p : loaded.problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.robot).c_str());
   if (!loaded.problems.empty()) return std::nullopt;
   rt::GraphSpec& spec = loaded.robot.graph;
-  if (!options.board.empty()) spec.board = options.board;
+  OptionLines lines;
+  if (!options.board.empty()) spec.board = options.board, spec.board_line = lines.line_of("--board " + options.board);
   for (const std::string& choice : options.board_of) {
     const auto equals = choice.find('=');
     if (equals == std::string::npos || equals == 0) {
       std::fprintf(stderr, "sinew: --board-of %s: DEVICE=BOARD\n", choice.c_str());
       return std::nullopt;
     }
-    spec.device_boards[choice.substr(0, equals)] = {choice.substr(equals + 1), 0};
+    spec.device_boards[choice.substr(0, equals)] = {choice.substr(equals + 1), lines.line_of("--board-of " + choice)};
   }
   if (options.seed) spec.seed = *options.seed;
   if (!options.plant.empty()) loaded.robot.sim.plant = options.plant;
@@ -173,10 +175,11 @@ std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes
     for (const auto& p : problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.params).c_str());
     if (!problems.empty()) return std::nullopt;
   }
-  if (!use_calibration(loaded.robot, types)) return std::nullopt;
+  if (!calibrate(loaded.robot, types)) return std::nullopt;
   for (const auto& setting : options.set) {
-    const auto device = apply_device_setting(loaded.robot.devices, setting);
-    if (const std::string why = device ? *device : apply_setting(spec, setting); !why.empty()) {
+    const int line = lines.line_of("--set " + setting);
+    const auto device = apply_device_setting(loaded.robot.devices, setting, line);
+    if (const std::string why = device ? *device : apply_setting(spec, setting, line); !why.empty()) {
       std::fprintf(stderr, "sinew: %s\n", why.c_str());
       return std::nullopt;
     }
@@ -189,13 +192,12 @@ std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes
       return std::nullopt;
     }
     loaded.robot.sim.camera_width = w, loaded.robot.sim.camera_height = h;
+    loaded.robot.sim.camera_line = lines.line_of("--camera " + options.camera);
   }
-  Prepared prepared{std::move(loaded.robot), types, nullptr, nullptr};
+  Prepared prepared{std::move(loaded.robot), types, nullptr, nullptr, std::move(lines)};
   prepared.graph = std::make_unique<rt::Graph>(prepared.robot.graph, prepared.types);
-  auto problems = prepared.graph->check({options.virtual_time, hal::usable_cpus()});
-  for (auto& p : check_linux_devices(prepared.robot)) problems.push_back(std::move(p));
-  for (auto& p : check_recording(prepared.robot.record, *prepared.graph)) problems.push_back(std::move(p));
-  for (const auto& p : problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.robot).c_str());
+  const auto problems = check_robot(prepared.robot, *prepared.graph, {options.virtual_time, hal::usable_cpus()});
+  for (const auto& p : problems) std::fprintf(stderr, "%s\n", prepared.options.told(p, options.robot).c_str());
   if (!problems.empty()) return std::nullopt;
   return prepared;
 }

@@ -4,6 +4,8 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "apps/mission_watch.hpp"
 #include "apps/robot_file.hpp"
@@ -18,12 +20,26 @@
 
 namespace sinew::app {
 
+/// Options that change the robot. Their values have lines below 0, so that a problem with one is told as "from --set
+/// ...".
+class OptionLines {
+ public:
+  /// The line of what this option says.
+  int line_of(std::string option);
+  /// rt::to_string(), with the option in place of file and line where it is one's.
+  std::string told(const rt::Problem& problem, std::string_view file) const;
+
+ private:
+  std::vector<std::string> options_;
+};
+
 /// A robot file with the options applied and its graph checked.
 struct Prepared {
   RobotFile robot;
   rt::ModuleTypes types;
   std::unique_ptr<rt::Graph> graph;
   std::unique_ptr<tap::Name> name;  // held until the run ends; null: the run has no socket
+  OptionLines options{};
 };
 
 /// Prints every problem to standard error; empty when there was one.
@@ -50,12 +66,13 @@ rt::RealTimeOptions real_time_options(const RunOptions& run);
 /// Prints what a real-time run could not have. False when `strict` forbids to go on.
 bool accept_shortfalls(const std::vector<std::string>& shortfalls, bool strict);
 
-/// Applies "module.param=value"; the reason when it cannot.
-std::string apply_setting(rt::GraphSpec& graph, const std::string& setting);
+/// Applies "module.param=value"; the reason when it cannot. `line`: of the value.
+std::string apply_setting(rt::GraphSpec& graph, const std::string& setting, int line = 0);
 
 /// Applies "device.NAME.key=value", "device.NAME.joint.JOINT.key=value" or "bus.NAME.key=value"; the reason when it
 /// cannot. Nothing, and nothing changed, when it is none of these.
-std::optional<std::string> apply_device_setting(drivers::DeviceSpecs& devices, const std::string& setting);
+std::optional<std::string> apply_device_setting(drivers::DeviceSpecs& devices, const std::string& setting,
+                                                int line = 0);
 
 /// Takes the robot's name on this machine, before any device is opened. In real time a name that is taken is an error,
 /// printed: two runs would steer the same hardware. In virtual time nothing is steered, and the run gets a name of its

@@ -2,6 +2,7 @@
 #include <optional>
 #include <string>
 
+#include "drivers/device_reader.hpp"
 #include "hal/camera_controls.hpp"
 #include "hal/camera_memory.hpp"
 #include "rt/module.hpp"
@@ -19,7 +20,7 @@ namespace sinew::drivers {
 ///          such control, bad_argument when it is out of the device's range, and when the camera's table demands lent
 ///          slots and they cannot be had. A later value that it cannot take changes
 ///          nothing. A frame that does not fit the topic's image capacity is lost and counted by the device.
-class CameraSource final : public rt::DriverModule {
+class CameraSource final : public rt::DriverModule, public DeviceReader {
  public:
   void declare(rt::Declaration& d) override {
     d.raw("raw", raw_, {.burst = kBurst});
@@ -37,6 +38,7 @@ class CameraSource final : public rt::DriverModule {
   void end() noexcept override;
   rt::Status step(const rt::Step&) noexcept override { return raw_.empty() ? rt::Status::stale : rt::Status::ok; }
   hal::Device* device() override { return camera_; }
+  std::string_view reads() const override { return "camera"; }
 
  private:
   static constexpr std::uint32_t kBurst = 2;

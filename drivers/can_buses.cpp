@@ -74,6 +74,7 @@ CanBusConfig read_can_bus(DeviceKeys& keys) {
     keys.refuse_driver(kTransports);
     return c;
   }
+  keys.claim("address", c.spec.transport + " bus " + c.spec.address);
   read_address(keys, c.spec);
   // What controllers are set to; CiA 301 section 5.5, and the two of SAE J2411 and of older cars.
   keys.read_one_of("bit_rate", c.spec.bit_rate,
@@ -131,6 +132,7 @@ hal::Result<CanBuses::Bus*> CanBuses::open(const std::string& name, std::string&
   if (!said.empty()) warnings_.push_back(said);
   bus.bus = std::move(*opened);
   bus.hub = std::make_unique<CanHub>(os_, *bus.bus, bus.config.hub);
+  bus.add = [hub = bus.hub.get()](std::unique_ptr<BusService> service) { hub->add(std::move(service)); };
   return &opened_.emplace(name, std::move(bus)).first->second;
 }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <map>
 #include <memory>
 #include <span>
@@ -25,6 +26,14 @@ struct CanBusConfig {
 std::span<const std::string_view> can_transports();
 CanBusConfig read_can_bus(DeviceKeys& keys);
 
+/// Where servos are made for: a bus, open or only planned, and what those on it have in common.
+struct BusPlace {
+  CanBusConfig config;
+  bool has_canopen_master = false;
+  DronecanNode* dronecan = nullptr;  // one of those that were added; null: no servo needs it
+  std::function<void(std::unique_ptr<BusService>)> add;
+};
+
 /// The CAN buses of one board with their hubs: each opened when its first joint is, all started together when all
 /// joints are there.
 /// Thread:  owner, configure only. What its hubs serve (ServoGroup) is kept alive by hold() until they are gone.
@@ -33,12 +42,10 @@ class CanBuses {
   CanBuses(const DeviceSpecs& specs, hal::Connectors& connectors, hal::Os& os);
   ~CanBuses();
 
-  struct Bus {
-    CanBusConfig config;
+  struct Bus : BusPlace {
     std::unique_ptr<hal::CanBus> bus;
     std::unique_ptr<CanHub> hub;
-    bool has_canopen_master = false, started = false;
-    DronecanNode* dronecan = nullptr;  // the hub's; null: no servo needs it
+    bool started = false;
   };
   /// Errors: those of opening; not_found when there is no such table. `why` has it in words.
   hal::Result<Bus*> open(const std::string& name, std::string& why);

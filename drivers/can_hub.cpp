@@ -9,8 +9,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr double kEarliest = 0.9;    // part of a period after which a setpoint makes the next tick
-constexpr double kLatest = 1.1;      // and until when the tick after one waits for the next
+constexpr double kLatest = 1.1;      // part of a period until which the tick after an early one waits for the next
 constexpr int kFramesPerStep = 512;  // a flood does not keep ticks from coming
 constexpr std::size_t kMostMasks = 8;
 constexpr Duration kLoadWindow = 1s;
@@ -20,8 +19,6 @@ void count(hal::Tally& tally) noexcept { tally.add(); }
 Duration part(Duration period, double of) {
   return Duration{static_cast<std::int64_t>(static_cast<double>(period.count()) * of)};
 }
-
-std::string percent(double part) { return std::to_string(std::lround(part * 100)) + " %"; }
 
 }  // namespace
 
@@ -48,49 +45,29 @@ hal::Status CanHub::configure(std::string& why) {
     hooked = hook(*servos_[i].servo, static_cast<std::uint16_t>(i)) && hooked;
   }
   if (!(config_.tick_hz > 0) || config_.tick_hz > 10'000) {
-    why = "bus '" + config_.name + "': tick_hz: above 0, at most 10000";
+    why = "tick_hz: above 0, at most 10000";
   } else if (!hooked) {
-    why = "bus '" + config_.name + "': listens to too many kinds of identifiers";
+    why = "listens to too many kinds of identifiers";
   } else {
-    why = find_twins();
-    if (why.empty()) why = plan_load();
+    why = plan();
   }
   if (!why.empty()) return hal::Error{hal::Errc::bad_argument, "CAN hub"};
   bus_.set_wake(&bus_wake_);
   return {};
 }
 
-std::string CanHub::find_twins() const {
-  for (std::size_t i = 0; i < servos_.size(); ++i) {
-    for (std::size_t k = i + 1; k < servos_.size(); ++k) {
-      const ServoProtocol &a = *servos_[i].servo, &b = *servos_[k].servo;
-      if (!a.shares().empty() && a.shares() == b.shares() && a.config().actuator_id == b.config().actuator_id) {
-        return "bus '" + config_.name + "': servos '" + a.config().name + "' and '" + b.config().name +
-               "' have the same actuator_id, " + std::to_string(a.config().actuator_id);
-      }
-      const auto first = a.interests(), second = b.interests();
-      if (a.config().node_id != b.config().node_id || a.config().actuator_id != b.config().actuator_id) continue;
-      if (first.empty() || second.empty() || first[0].id != second[0].id || first[0].extended != second[0].extended) {
-        continue;
-      }
-      return "bus '" + config_.name + "': servos '" + a.config().name + "' and '" + b.config().name +
-             "' have the same number, " + std::to_string(a.config().node_id);
-    }
+std::string CanHub::plan() {
+  std::vector<const ServoProtocol*> servos;
+  for (const Entry& entry : servos_) servos.push_back(entry.servo.get());
+  if (const auto clashes = find_clashes(servos); !clashes.empty()) {
+    const BusClash& c = clashes.front();
+    return "servo '" + servos[c.second]->config().name + "': " + std::string(c.key) + ": " + std::to_string(c.number) +
+           ": " + c.why;
   }
-  return {};
-}
-
-std::string CanHub::plan_load() {
-  const double rate = bus_.bit_rate();
-  double bits = 0;
-  for (const auto& service : services_) bits += service->need(config_.tick_hz / kEarliest).bits_per_s;
-  for (const Entry& entry : servos_) bits += entry.servo->need(config_.tick_hz / kEarliest).bits_per_s;
-  planned_load_ = rate > 0 ? bits / rate : 0;
-  if (planned_load_ <= config_.max_load) return {};
-  return "bus '" + config_.name + "': " + std::to_string(servos_.size()) + " servos at " +
-         std::to_string(std::lround(config_.tick_hz)) + " Hz need " + percent(planned_load_) + " of " +
-         std::to_string(std::lround(rate / 1000)) + " kbit/s, allowed are " + percent(config_.max_load) +
-         " (max_load): fewer servos, a lower rate, or another bus";
+  const BusLoad load = plan_load(services_, servos, config_.tick_hz, bus_.bit_rate());
+  planned_load_ = load.part;
+  if (load.part <= config_.max_load) return {};
+  return "max_load_percent: " + std::to_string(std::lround(100 * config_.max_load)) + ": " + to_string(load);
 }
 
 std::uint16_t* CanHub::head(const Interest& interest) {
@@ -174,7 +151,7 @@ Time CanHub::step(Time now) noexcept {
     if (last_tick_.ns != 0 && now - next_tick_ > period_) count(counters_.late_ticks);
     tick(now);
   } else if (poked_.load(std::memory_order_acquire)) {
-    const Time earliest = last_tick_ + part(period_, kEarliest);
+    const Time earliest = last_tick_ + part(period_, kEarliestTick);
     if (now < earliest) return more ? now : earliest;
     tick(now);
   }

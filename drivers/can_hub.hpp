@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "drivers/bus_plan.hpp"
 #include "drivers/servo.hpp"
 #include "hal/os.hpp"
 #include "hal/wide.hpp"
@@ -62,7 +63,7 @@ class CanHub final {
   void add(std::unique_ptr<BusService> service);
   ServoProtocol& add(std::unique_ptr<ServoProtocol> servo, ServoOwner& owner, std::size_t index);
 
-  /// Fills the tables and plans the bus load. Errors: bad_argument; `why` says which, for the robot file's reader.
+  /// Fills the tables and plans the bus load. Errors: bad_argument; `why` says which, without the name of the bus.
   hal::Status configure(std::string& why);
   /// Errors: what starting a thread says.
   hal::Status start();
@@ -119,8 +120,7 @@ class CanHub final {
   void run();
   bool hook(CanListener& listener, std::uint16_t servo);
   std::uint16_t* head(const Interest& interest);
-  std::string plan_load();
-  std::string find_twins() const;
+  std::string plan();
   bool read_frames(Time now) noexcept;
   bool dispatch(std::uint16_t head, const msg::CanFrame& frame, Time now) noexcept;
   void take(const msg::CanFrame& frame, Time now) noexcept;

@@ -40,6 +40,10 @@ ChipPlace read_place(DeviceKeys& keys, std::initializer_list<std::int64_t> addre
   place.address = static_cast<int>(*addresses.begin());
   keys.read_one_of("address", place.address, addresses, {.doc = "on I2C", .hex = true});
   if (place.is_spi() && keys.has("address")) keys.problem("address", "none on SPI: `path` has its chip select");
+  if (place.is_spi())
+    keys.claim("path", "chip at " + place.path);
+  else
+    keys.claim("address", "chip at " + place.path + ", address " + std::to_string(place.address));
   if (!has_spi) return place;
   place.spi.mode = 3;  // what all chips here take
   keys.read_integer("spi_hz", place.spi.hz, 10'000, 50'000'000, {.unit = "Hz", .doc = "clock of SPI"});

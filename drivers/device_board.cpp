@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "drivers/bus_check.hpp"
 #include "hal/camera_memory.hpp"
 
 namespace sinew::drivers {
@@ -35,12 +36,38 @@ void add_lines(const std::string& name, const std::string& text, std::vector<std
 
 }  // namespace
 
+namespace {
+
+/// Who has which serial line, chip, camera or bus.
+class Claims {
+ public:
+  explicit Claims(std::vector<rt::Problem>& problems) : problems_(problems) {}
+  void take(const DeviceKeys& keys) {
+    for (const DeviceKeys::Claim& claim : keys.claims()) {
+      const auto [owner, free] = owners_.emplace(claim.place, keys.path());
+      if (free) continue;
+      const auto key = keys.spec().keys.find(claim.key);
+      problems_.push_back({key == keys.spec().keys.end() ? keys.spec().line : key->second.line,
+                           keys.path() + '.' + claim.key, '"' + claim.place + '"',
+                           "one that no other has: it is [" + owner->second + "]'s"});
+    }
+  }
+
+ private:
+  std::vector<rt::Problem>& problems_;
+  std::map<std::string, std::string> owners_;
+};
+
+}  // namespace
+
 std::vector<rt::Problem> check_devices(const DeviceSpecs& specs, std::span<const DriverKind> drivers) {
   std::vector<rt::Problem> problems;
+  Claims claims(problems);
   for (const DeviceSpec& spec : specs.buses) {
     DeviceKeys keys(spec, "bus." + spec.name, problems);
     static_cast<void>(read_can_bus(keys));
     keys.finish();
+    claims.take(keys);
   }
   for (const DeviceSpec& spec : specs.devices) {
     const std::string path = "device." + spec.name;
@@ -52,10 +79,12 @@ std::vector<rt::Problem> check_devices(const DeviceSpecs& specs, std::span<const
     }
     static_cast<void>(driver->read(keys, specs));
     keys.finish();
+    claims.take(keys);
     if (!spec.joints.empty() && spec.driver != "can_servos")
       problems.push_back({spec.joints.front().line, path + ".joint", "[[" + path + ".joint]]",
                           "none: only the driver can_servos has joints"});
   }
+  if (problems.empty()) problems = check_buses(specs);  // what is of wrong form has no load
   return problems;
 }
 
@@ -64,7 +93,11 @@ DeviceBoard::DeviceBoard(DeviceSpecs specs, std::span<const DriverKind> drivers,
     : specs_(std::move(specs)),
       drivers_(drivers),
       can_(specs_, connectors, os),
-      context_{connectors, os, can_, [this](std::string_view name, std::string& why) { return open(name, why); }} {}
+      context_{connectors, os, can_, [this](std::string_view name, std::string& why) {
+                 auto other = open(name, why);
+                 if (!other) tell(why), why = "device '" + std::string(name) + "' is not there";
+                 return other;
+               }} {}
 DeviceBoard::~DeviceBoard() = default;
 
 hal::Result<OpenedDevice*> DeviceBoard::open(std::string_view name, std::string& why) {

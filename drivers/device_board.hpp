@@ -34,7 +34,7 @@ struct DeviceContext {
   hal::Connectors& connectors;
   hal::Os& os;
   CanBuses& can;
-  /// Another device of the board. Errors: those of its opening, `why` likewise.
+  /// Another device of the board. Errors: those of its opening, which the board tells itself; `why` names the device.
   std::function<hal::Result<OpenedDevice*>(std::string_view name, std::string& why)> device;
 };
 

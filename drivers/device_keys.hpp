@@ -99,6 +99,14 @@ class DeviceKeys {
   bool told(std::string_view key) const { return told_.contains(key); }
   /// The `driver` of the table is none of these; of its keys nothing is said then.
   void refuse_driver(std::span<const std::string_view> drivers);
+  /// The device has `place`, which the value of `key` names, for itself: "serial line /dev/ttyS1". check_devices()
+  /// finds those that two devices claim.
+  void claim(std::string_view key, std::string place) { claims_.push_back({std::string(key), std::move(place)}); }
+  struct Claim {
+    std::string key, place;
+  };
+  const std::vector<Claim>& claims() const { return claims_; }
+
   /// Every key that nobody asked for becomes a problem that lists the known ones.
   void finish();
   /// All that was read, in this order.
@@ -122,6 +130,7 @@ class DeviceKeys {
   std::vector<KeyRow> rows_;
   std::set<std::string, std::less<>> told_;
   bool has_driver_ = true;
+  std::vector<Claim> claims_;
 };
 
 }  // namespace sinew::drivers

@@ -78,4 +78,14 @@ std::vector<KeyTable> key_tables() {
   return all;
 }
 
+bool gives(const DriverKind& driver, std::string_view what) {
+  std::string_view rest = driver.measures;  // a list: "actuators, joints"
+  while (!rest.empty()) {
+    const std::size_t end = rest.find(", ");
+    if (rest.substr(0, end) == what) return true;
+    rest = end == std::string_view::npos ? std::string_view() : rest.substr(end + 2);
+  }
+  return false;
+}
+
 }  // namespace sinew::drivers

@@ -24,5 +24,7 @@ struct KeyTable {
 };
 /// All there are: devices, buses, joints.
 std::vector<KeyTable> key_tables();
+/// Whether devices of this driver give `what`, e.g. "imu".
+bool gives(const DriverKind& driver, std::string_view what);
 
 }  // namespace sinew::drivers

@@ -16,7 +16,7 @@ struct JointConfig {
   std::string bus, protocol;
   ServoConfig servo;
   /// Makes the protocol, and what it shares with others on the bus when that is not there yet.
-  std::function<std::unique_ptr<ServoProtocol>(CanBuses::Bus&)> make;
+  std::function<std::unique_ptr<ServoProtocol>(BusPlace&)> make;
 };
 
 /// What a joint's `driver` may be: cia402, mit, cybergear, dronecan.

@@ -69,9 +69,9 @@ void JointReader::read_cia402() {
   refuse(check_cia402(c_, o));
   const Pace heartbeat{bus_.master_heartbeat, "the bus's master_heartbeat_ms"};
   refuse(check_times(c_, tick(), heartbeat.every > tick().every ? heartbeat : tick()));
-  joint_.make = [config = c_, o](CanBuses::Bus& on) -> std::unique_ptr<ServoProtocol> {
+  joint_.make = [config = c_, o](BusPlace& on) -> std::unique_ptr<ServoProtocol> {
     if (!on.has_canopen_master)
-      on.hub->add(
+      on.add(
           std::make_unique<CanopenMaster>(CanopenMaster::Options{on.config.master_node, on.config.master_heartbeat}));
     on.has_canopen_master = true;
     return std::make_unique<Cia402Servo>(config, o);
@@ -114,7 +114,7 @@ void JointReader::read_mit() {
                      {.doc = "the identifier of its replies; several motors may share it", .hex = true});
   refuse(check_mit(c_, o));
   refuse(check_times(c_, tick(), tick()));
-  joint_.make = [config = c_, o](CanBuses::Bus&) -> std::unique_ptr<ServoProtocol> {
+  joint_.make = [config = c_, o](BusPlace&) -> std::unique_ptr<ServoProtocol> {
     return std::make_unique<MitServo>(config, o);
   };
 }
@@ -131,7 +131,7 @@ void JointReader::read_cybergear() {
   keys_.read_integer("host_id", host, 0, 0xFF, {.doc = "our own number; another than the motor's id", .hex = true});
   refuse(check_cybergear(c_, host));
   refuse(check_times(c_, tick(), tick()));
-  joint_.make = [config = c_, host](CanBuses::Bus&) -> std::unique_ptr<ServoProtocol> {
+  joint_.make = [config = c_, host](BusPlace&) -> std::unique_ptr<ServoProtocol> {
     return std::make_unique<CyberGearServo>(config, host);
   };
 }
@@ -158,11 +158,11 @@ void JointReader::read_dronecan() {
   refuse(check_dronecan(c_, o));
   if (c_.node_id == bus_.dronecan.node_id) keys_.problem("id", "another number than the bus's dronecan_node");
   refuse(check_times(c_, {from_ms(1e3 / o.status_hz), "status_hz"}, {}));
-  joint_.make = [config = c_, o, unique_id](CanBuses::Bus& on) -> std::unique_ptr<ServoProtocol> {
+  joint_.make = [config = c_, o, unique_id](BusPlace& on) -> std::unique_ptr<ServoProtocol> {
     if (!on.dronecan) {
       auto node = std::make_unique<DronecanNode>(on.config.dronecan);
       on.dronecan = node.get();
-      on.hub->add(std::move(node));
+      on.add(std::move(node));
     }
     if (unique_id) on.dronecan->allocate(*unique_id, static_cast<std::uint8_t>(config.node_id));
     return std::make_unique<DronecanServo>(config, o, *on.dronecan);

@@ -14,6 +14,7 @@ DeviceOpener read_iio(DeviceKeys& keys, const DeviceSpecs&) {
   keys.read("name", spec.name, "the name of an IIO device, e.g. \"mpu6050\"",
             {.doc = "as in /sys/bus/iio/devices/*/name, its label, or \"iio:deviceN\"", .required = true});
   keys.read("root", spec.root, "the path of a folder", {.doc = "with sys/ and dev/ of the machine: a simulated one"});
+  keys.claim("name", "IIO device " + spec.name + (spec.root == "/" ? "" : " under " + spec.root));
   keys.read("rate_hz", spec.rate_hz, 0, kMaxImuHz,
             {.unit = "Hz", .doc = "samples a second, as far as the device has it; 0: as it is set"});
   keys.read("trigger", spec.trigger, "the name of a trigger",
@@ -33,6 +34,7 @@ DeviceOpener read_iio(DeviceKeys& keys, const DeviceSpecs&) {
 hal::CameraSpec read_camera(DeviceKeys& keys, std::string_view path_is) {
   hal::CameraSpec spec;
   keys.read("path", spec.path, path_is, {.doc = "which camera", .required = true});
+  keys.claim("path", "camera " + spec.path);
   keys.read_integer("width", spec.width, 16, msg::kMaxImageWidth,
                     {.unit = "px", .doc = "of the pictures in the topic"});
   keys.read_integer("height", spec.height, 16, msg::kMaxImageHeight,
@@ -86,5 +88,11 @@ constexpr std::array kDrivers{
 }  // namespace
 
 std::span<const DriverKind> kernel_drivers() { return kDrivers; }
+
+hal::CameraSpec camera_of(const DeviceSpec& spec) {
+  std::vector<rt::Problem> told;
+  DeviceKeys keys(spec, "", told);
+  return read_camera(keys, "");
+}
 
 }  // namespace sinew::drivers

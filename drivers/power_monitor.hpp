@@ -19,7 +19,7 @@ struct BatteryCells {
 struct PowerMonitorConfig {
   wire::ina2xx::Chip chip = wire::ina2xx::Chip::ina226;
   double shunt_ohm = 0.001;
-  bool reversed = false;              // the shunt is wired the other way round
+  bool reversed = false;                // the shunt is wired the other way round
   std::optional<BatteryCells> cells{};  // nothing: the charge is not known
 };
 

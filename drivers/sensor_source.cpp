@@ -1,5 +1,7 @@
 #include "drivers/sensor_source.hpp"
 
+#include <array>
+
 namespace sinew::drivers {
 
 template <class M>
@@ -21,6 +23,13 @@ void SensorSource<M>::collect(rt::Time) noexcept {
     raw_.cancel();
     return;  // nothing is ready, or the device failed: the next cycle goes on
   }
+}
+
+template <class M>
+std::string_view SensorSource<M>::reads() const {
+  constexpr std::array<std::string_view, 8> kAsDriversSay{"imu", "range", "baro", "battery",
+                                                          "mag", "gnss",  "rc",   "joints"};  // by SensorKind
+  return kAsDriversSay[static_cast<std::size_t>(hal::kSensorKind<M>)];
 }
 
 template class SensorSource<msg::ImuSample>;

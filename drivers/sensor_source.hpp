@@ -1,6 +1,7 @@
 #pragma once
 #include <string>
 
+#include "drivers/device_reader.hpp"
 #include "rt/module.hpp"
 
 namespace sinew::drivers {
@@ -11,7 +12,7 @@ namespace sinew::drivers {
 ///          and ends this cycle's reading; while nothing arrives the step is stale, so that whoever watches this module
 ///          sees a silent sensor.
 template <class M>
-class SensorSource : public rt::DriverModule {
+class SensorSource : public rt::DriverModule, public DeviceReader {
  public:
   explicit SensorSource(std::string default_device) : device_name_(std::move(default_device)) {}
   void declare(rt::Declaration& d) override {
@@ -22,6 +23,7 @@ class SensorSource : public rt::DriverModule {
   void collect(rt::Time now) noexcept override;
   rt::Status step(const rt::Step&) noexcept override { return raw_.empty() ? rt::Status::stale : rt::Status::ok; }
   hal::Device* device() override { return device_; }
+  std::string_view reads() const override;
 
  private:
   // A 1 kHz sensor read every 20 ms still fits; what is left stays in the device for the next cycle.

@@ -17,6 +17,7 @@ hal::SerialSpec read_serial(DeviceKeys& keys, std::uint32_t bit_rate) {
   hal::SerialSpec spec;
   if (keys.read("path", spec.path, kPath, {.doc = "its serial line", .required = true}) && !is_path(spec.path))
     keys.problem("path", kPath);
+  keys.claim("path", "serial line " + spec.path);
   spec.bit_rate = bit_rate;
   return spec;
 }

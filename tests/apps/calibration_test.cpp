@@ -64,8 +64,8 @@ TEST(Calibration, OfSomethingThatTheRobotHasNotIsAProblemWithItsLine) {
       "[module.ball]\nfocal_px = 300.0\n",
       "c.toml");
   EXPECT_THAT(texts(apply_calibration(c, all_modules(), r)),
-              ElementsAre("c.toml:2: device.gps: offset: a device of the robot file: one of head, imu",
-                          "c.toml:4: device.head.joint.tilt: zero_rad: a joint of this device: one of pan",
+              ElementsAre("c.toml:2: device.gps.offset: 1: a key of a device of the robot file: one of head, imu",
+                          "c.toml:4: device.head.joint.tilt.zero_rad: 1: a key of a joint of this device: one of pan",
                           ::testing::HasSubstr("c.toml:6: module.ball")));
 }
 

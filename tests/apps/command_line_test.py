@@ -77,6 +77,68 @@ class CommandLine(unittest.TestCase):
                     self.assertIn(robot + text, err)
                 self.assertNotIn("there is no such device", err)
 
+    def desk_head(self, *changes):
+        """The path of a robot like robots/desk_head.toml, but for these."""
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        with open(f"{SOURCE}/robots/desk_head.toml") as file:
+            text = file.read()
+        for old, new in changes:
+            self.assertIn(old, text)
+            text = text.replace(old, new, 1)
+        robot = os.path.join(folder.name, "head.toml")
+        with open(robot, "w") as file:
+            file.write(text)
+        return robot, lambda place: 1 + text[:text.index(place)].count("\n")
+
+    def test_check_and_run_refuse_the_same_in_the_same_words(self):
+        for change, place, words in (
+                (("id = 2\n", "id = 1\n"), "id = 1\ncounts_per_turn = 65536\nmin_rad = -1.0",
+                 "device.head.joint.tilt.id: 1: a number that no other servo on its bus has: 'pan' has it (bus can0)"),
+                (("tick_hz = 500", "tick_hz = 4000"), "[bus.can0]", "bus.can0.max_load_percent: 90: 2 servos at 4000 Hz need "),
+                (("channels = 2", "channels = 3"), "channels = 3", "actuator.head.channels: 3: 2: so many has follower.command"),
+                (("[device.imu]", "[device.gyro]"), "[module.imu]", "module.imu: \"imu\": the name of a [device.NAME] that gives imu: gyro"),
+                (("width = 320\nheight = 240\nformat = \"yuyv\"", "width = 1280\nheight = 720\nformat = \"rgb8\""),
+                 "width = 1280", "device.camera: 1280x720 rgb8, 2764800 bytes: at most 614400 bytes, as topic.\"camera.raw\"")):
+            robot, line_of = self.desk_head(change, ('board = "sim"', 'board = "linux"'))
+            code, _, err = run("check", robot)
+            self.assertEqual(code, 1, err)
+            self.assertIn(f"{robot}:{line_of(place)}: {words}", err)
+            done, _, said = run("run", robot, "--duration", "1")
+            self.assertEqual(done, 2, said)
+            self.assertEqual(re.sub(r"\d+ problems?\n", "", err), said)
+
+    def test_check_reads_the_calibration_that_is_there(self):
+        robot, _ = self.desk_head(('board = "sim"', 'board = "sim", calibration = "unit.toml"'))
+        unit = os.path.join(os.path.dirname(robot), "unit.toml")
+        self.assertEqual(run("check", robot)[0], 0, "it is not there on a new robot")
+        with open(unit, "w") as file:
+            file.write("[device.foo]\nx = 1\n[device.imu]\nrate_hz = -5\n")
+        code, _, err = run("check", robot)
+        self.assertEqual(code, 1, err)
+        self.assertIn(f"{unit}:2: device.foo.x: 1: a key of a device of the robot file: ", err)
+        code, out, _ = run("check", robot, "--json")
+        problem = json.loads(out)["problems"][0]
+        self.assertEqual((code, problem["file"], problem["line"], problem["key"]), (1, unit, 2, "device.foo.x"))
+        with open(unit, "w") as file:
+            file.write("[device.imu]\nrate_hz = -5\n")
+        self.assertIn(f"{unit}:2: device.imu.rate_hz: -5: a number from 0", run("check", robot)[2])
+        with open(unit, "w") as file:
+            file.write("[device.imu]\ngyro_bias_x_radps = 0.002\n")
+        self.assertEqual(run("check", robot)[0], 0)
+
+    def test_what_an_option_says_wrong_is_told_as_from_it(self):
+        robot = f"{SOURCE}/robots/desk_head.toml"
+        for options, words in ((["--board", "moon"], "from --board moon: robot.board: \"moon\": "),
+                               (["--board-of", "imu=moon"], "from --board-of imu=moon: robot.device_boards.imu: "),
+                               (["--set", "ball.radius_m=-1"], "from --set ball.radius_m=-1: module.ball.params.radius_m: -1: "),
+                               (["--set", "bus.can0.bit_rate=5"], "from --set bus.can0.bit_rate=5: bus.can0.bit_rate: 5: "),
+                               (["--camera", "1280x960"], "from --camera 1280x960: sim.camera: 1280x960 yuyv, ")):
+            code, _, err = run("run", robot, "--virtual", *options)
+            self.assertEqual(code, 2, err)
+            self.assertIn(words, err)
+            self.assertNotIn(":0:", err)
+
     def test_check_says_the_same_in_json(self):
         code, out, _ = run("check", f"{SOURCE}/examples/broken_robot.toml", "--json")
         self.assertEqual(code, 1)

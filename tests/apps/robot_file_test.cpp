@@ -281,6 +281,21 @@ TEST(RobotFile, ABoardThatIsNoneIsNamedWithItsLine) {
               ElementsAre("robot.toml:4: robot.board: \"Linux\": \"sim\", \"linux\", \"dataset\" or \"none\""));
 }
 
+TEST(RobotFile, ANameIsOneThatOtherProgramsCanAskFor) {
+  EXPECT_THAT(problems_of("[robot]\nname = \"my robot\"\nboard = \"none\"\n"),
+              ElementsAre("robot.toml:2: robot.name: \"my robot\": letters, digits, _ and -, at most 40"));
+  EXPECT_THAT(problems_of("[robot]\nname = \"" + std::string(41, 'a') + "\"\nboard = \"none\"\n"),
+              ElementsAre(HasSubstr("robot.toml:2: robot.name: ")));
+}
+
+TEST(RobotFile, APlantIsAPlaceAndAWorldOneThatThereIs) {
+  EXPECT_THAT(problems_of("robot = { name = \"r\", board = \"sim\" }\n[sim]\nplant = \"here\"\nworld = \"moon\"\n"),
+              UnorderedElementsAre("robot.toml:3: sim.plant: \"here\": \"auto\", \"unix:PATH\" or \"tcp:HOST:PORT\"",
+                                   "robot.toml:4: sim.world: \"moon\": the name of a world of sinew-sim: \"quad\", "
+                                   "\"desk_head\""));
+  EXPECT_THAT(problems_of("robot = { name = \"r\", board = \"sim\" }\n[sim]\nplant = \"unix:/tmp/p\"\n"), IsEmpty());
+}
+
 TEST(RobotFile, AHangIsNoShorterThanTwoLeases) {
   const auto with = [](const char* hang) {
     return problems_of(std::string(R"(robot = { name = "x", board = "none" }

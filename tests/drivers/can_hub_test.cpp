@@ -18,8 +18,8 @@ TEST(CanHub, LoadThatDoesNotFitIsSaidBeforeTheStart) {
   ASSERT_FALSE(ok);
   EXPECT_EQ(ok.error().code, hal::Errc::bad_argument);
   EXPECT_EQ(why,
-            "bus 'can0': 8 servos at 1000 Hz need 271 % of 1000 kbit/s, allowed are 90 % (max_load): fewer servos, a "
-            "lower rate, or another bus");
+            "max_load_percent: 90: 8 servos at 1000 Hz need 271 % of 1000 kbit/s: fewer servos, a lower tick_hz, or "
+            "another bus");
 }
 
 TEST(CanHub, MeasuredLoadIsWithinThePlannedOne) {
@@ -41,7 +41,7 @@ TEST(CanHub, TwoServosOfOneNumberAreRefused) {
   rig.add(Protocol::ak80, other);
   std::string why;
   EXPECT_FALSE(rig.bus[0]->hub.configure(why));
-  EXPECT_EQ(why, "bus 'can0': servos 'joint4' and 'elbow' have the same number, 4");
+  EXPECT_EQ(why, "servo 'elbow': id: 4: a number that no other servo on its bus has: 'joint4' has it");
 }
 
 TEST(CanHub, TwoDronecanDevicesOfOnePlaceAreRefusedAndOfTwoKindsAreNot) {
@@ -64,7 +64,8 @@ TEST(CanHub, TwoDronecanDevicesOfOnePlaceAreRefusedAndOfTwoKindsAreNot) {
     (void)hub.configure(why);
     return why;
   };
-  EXPECT_EQ(configure(0, false), "bus 'can0': servos 'joint20' and 'elbow' have the same actuator_id, 0");
+  EXPECT_EQ(configure(0, false),
+            "servo 'elbow': actuator_id: 0: a place that no other servo on its bus has: 'joint20' has it");
   EXPECT_EQ(configure(1, false), "");
   EXPECT_EQ(configure(0, true), "");
 }

@@ -1,0 +1,305 @@
+// What `check` and `run` refuse alike: relations between the sections of a robot file, each with file, line and key.
+#include "apps/wiring_rules.hpp"
+
+#include <gmock/gmock.h>
+
+#include "apps/module_list.hpp"
+#include "apps/robot_check.hpp"
+#include "apps/run_setup.hpp"
+
+namespace sinew::app {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr std::string_view kRobot = R"(robot = { name = "head", board = "linux" }
+[[thread]]
+name = "steer"
+priority = 80
+period_us = 1000
+order = ["imu", "baro", "joints", "filter", "camera", "ball", "follower"]
+[module.imu]
+type = "drivers::ImuSource"
+[module.baro]
+type = "drivers::BaroSource"
+params = { device = "air" }
+[module.joints]
+type = "drivers::JointSource"
+params = { device = "head" }
+[module.filter]
+type = "control::ErrorStateFilter"
+in = { imu = "imu.raw" }
+[module.camera]
+type = "drivers::CameraSource"
+[module.ball]
+type = "vision::BallDetector"
+in = { image = "camera.raw" }
+[module.follower]
+type = "control::HeadFollower"
+in = { state = "filter.state", joints = "joints.raw", ball = "ball.sighting", safety = "guardian.state" }
+[topic."camera.raw"]
+image = { width = 640, height = 480, format = "yuyv" }
+[actuator.head]
+command = "follower.command"
+channels = 2
+limit = [-1.4, 1.4]
+lease_ms = 20
+[bus.can0]
+driver = "udp"
+address = 7
+max_load_percent = 80
+[device.imu]
+driver = "mpu6050"
+path = "/dev/i2c-1"
+[device.air]
+driver = "bmp280"
+path = "/dev/i2c-1"
+[device.camera]
+driver = "v4l2"
+path = "/dev/video0"
+width = 640
+height = 480
+format = "yuyv"
+[device.head]
+driver = "can_servos"
+[[device.head.joint]]
+name = "pan"
+driver = "cia402"
+bus = "can0"
+id = 1
+counts_per_turn = 65536
+min_rad = -1.4
+max_rad = 1.4
+[[device.head.joint]]
+name = "tilt"
+driver = "cia402"
+bus = "can0"
+id = 2
+counts_per_turn = 65536
+min_rad = -1.0
+max_rad = 0.9
+)";
+
+using Change = std::pair<std::string_view, std::string_view>;
+
+std::string changed(const std::vector<Change>& changes) {
+  std::string text(kRobot);
+  for (const auto& [from, to] : changes) {
+    const auto at = text.find(from);
+    EXPECT_NE(at, text.npos) << from;
+    if (at != text.npos) text.replace(at, from.size(), to);
+  }
+  return text;
+}
+
+/// What is said of the robot with these changes, each of the first place where the text is.
+std::vector<std::string> problems(const std::vector<Change>& changes = {}) {
+  std::vector<std::string> out;
+  const LoadedRobot loaded = parse_robot(changed(changes), "r.toml");
+  for (const auto& p : loaded.problems) out.push_back(rt::to_string(p, "r.toml"));
+  if (!out.empty()) return out;
+  const rt::Graph graph(loaded.robot.graph, all_modules());
+  for (const auto& p : check_robot(loaded.robot, graph, check_options(loaded.robot)))
+    out.push_back(rt::to_string(p, "r.toml"));
+  return out;
+}
+
+/// The line of the robot file, 1 for the first, on which `text` begins for the first time.
+std::string at(std::string_view text) {
+  const auto place = kRobot.find(text);
+  EXPECT_NE(place, kRobot.npos) << text;
+  return "r.toml:" + std::to_string(1 + std::count(kRobot.begin(), kRobot.begin() + place, '\n')) + ": ";
+}
+
+TEST(WiringRules, ARobotThatIsWholeHasNoProblem) { EXPECT_THAT(problems(), IsEmpty()); }
+
+// ---- modules and devices
+
+TEST(WiringRules, AModuleWithoutItsDeviceIsRefused) {
+  EXPECT_THAT(
+      problems({{"[device.imu]", "[device.gyro]"}}),
+      ElementsAre(at("[module.imu]") + "module.imu: \"imu\": the name of a [device.NAME] that gives imu: gyro"));
+  EXPECT_THAT(problems({{"device = \"air\"", "device = \"sky\""}}),
+              ElementsAre(at("params = { device = \"air\"") +
+                          "module.baro.params.device: \"sky\": the name of a [device.NAME] that gives baro: air"));
+}
+
+TEST(WiringRules, AModuleOfADeviceOfAnotherKindIsRefusedOnAnyBoard) {
+  const std::string said =
+      "module.baro.params.device: \"imu\", with driver \"mpu6050\": a device that gives baro, as "
+      "module.baro reads: driver one of bmp280";
+  const Change wrong{"device = \"air\"", "device = \"imu\""};
+  EXPECT_THAT(problems({wrong}), ElementsAre(at("params = { device = \"air\"") + said));
+}
+
+TEST(WiringRules, WithASimulatorOnlyTablesThatAreThereAreLookedAt) {
+  LoadedRobot loaded = parse_robot(changed({{"board = \"linux\"", "board = \"sim\""}}), "r.toml");
+  std::erase_if(loaded.robot.devices.devices, [](const auto& d) { return d.name == "imu"; });
+  const rt::Graph graph(loaded.robot.graph, all_modules());
+  EXPECT_THAT(check_robot(loaded.robot, graph, {}), IsEmpty());
+  for (auto& d : loaded.robot.devices.devices)
+    if (d.name == "air") d.driver = "qmc5883l";
+  const auto wrong = check_robot(loaded.robot, graph, {});
+  ASSERT_EQ(wrong.size(), 1u);
+  EXPECT_THAT(wrong[0].allowed, HasSubstr("gives baro"));
+}
+
+TEST(WiringRules, AnActuatorGroupWithoutADeviceIsRefused) {
+  EXPECT_THAT(problems({{"[actuator.head]", "[actuator.neck]"}}),
+              ElementsAre(at("[actuator.head]") +
+                          "actuator.neck: \"neck\": the name of a [device.NAME] that gives actuators: head"));
+  EXPECT_THAT(
+      problems({{"[actuator.head]", "[actuator.camera]"}}),
+      ElementsAre(HasSubstr("actuator.camera: \"camera\", with driver \"v4l2\": a device that gives actuators")));
+}
+
+TEST(WiringRules, ABoardOfADeviceThatNobodyUsesIsRefused) {
+  EXPECT_THAT(problems({{"board = \"linux\"", "board = \"linux\", device_boards = { lidar = \"sim\" }"}}),
+              ElementsAre(HasSubstr("r.toml:1: robot.device_boards.lidar: \"sim\": a device that a module or an "
+                                    "actuator uses: ")));
+}
+
+TEST(WiringRules, ABoardOfADeviceIsOneThatThereIs) {
+  EXPECT_THAT(problems({{"board = \"linux\"", "board = \"linux\", device_boards = { camera = \"moon\" }"}}),
+              ElementsAre(HasSubstr("r.toml:1: robot.device_boards.camera: \"moon\": \"sim\", \"linux\"")));
+}
+
+// ---- actuators and joints
+
+TEST(WiringRules, AGroupHasAsManyChannelsAsJoints) {
+  const Change third{"max_rad = 0.9\n",
+                     "max_rad = 0.9\n[[device.head.joint]]\nname = \"roll\"\ndriver = \"cia402\"\nbus = \"can0\"\n"
+                     "id = 3\ncounts_per_turn = 65536\nmax_rad = 1.4\nmin_rad = -1.4\n"};
+  EXPECT_THAT(problems({third}),
+              ElementsAre(at("channels = 2") + "actuator.head.channels: 2: 3: so many joints has [device.head]"));
+}
+
+TEST(WiringRules, AGroupHasAsManyChannelsAsTheModuleThatCommandsIt) {
+  EXPECT_THAT(problems({{"channels = 2", "channels = 3"}}),
+              ElementsAre(at("channels = 2") +
+                          "actuator.head.channels: 3: 2: so many has follower.command of control::HeadFollower"));
+}
+
+TEST(WiringRules, ALimitIsNoWiderThanTheWidestJoint) {
+  EXPECT_THAT(problems({{"limit = [-1.4, 1.4]", "limit = [-1.4, 1.5]"}}),
+              ElementsAre(at("limit = ") + "actuator.head.limit: [-1.4, 1.5]: within [-1.4, 1.4], the widest range of "
+                                           "the joints of [device.head]: what is beyond is pulled in"));
+  EXPECT_THAT(problems({{"limit = [-1.4, 1.4]", "limit = [-1.0, 0.9]"}}), IsEmpty());
+}
+
+// ---- cameras and topics
+
+TEST(WiringRules, FramesFitIntoTheirTopic) {
+  EXPECT_THAT(
+      problems({{"width = 640\nheight = 480\nformat = \"yuyv\"", "width = 1280\nheight = 720\nformat = \"rgb8\""}}),
+      ElementsAre(at("width = 640\nheight") + "device.camera: 1280x720 rgb8, 2764800 bytes: at most 614400 bytes, as "
+                                              "topic.\"camera.raw\".image has room for: every frame would be dropped"));
+  EXPECT_THAT(
+      problems({{"width = 640\nheight = 480\nformat = \"yuyv\"", "width = 320\nheight = 240\nformat = \"rgb8\""}}),
+      IsEmpty())
+      << "smaller is fine";
+}
+
+TEST(WiringRules, FramesOfTheSimulatorFitIntoTheirTopic) {
+  LoadedRobot loaded = parse_robot(
+      changed({{"board = \"linux\"", "board = \"sim\""}, {"[device.imu]", "[sim]\ncamera_width = 1280\n[device.imu]"}}),
+      "r.toml");
+  loaded.robot.sim.camera_height = 960;
+  const auto wrong = check_robot(loaded.robot, rt::Graph(loaded.robot.graph, all_modules()), {});
+  ASSERT_EQ(wrong.size(), 1u);
+  EXPECT_EQ(wrong[0].key, "sim.camera");
+  EXPECT_EQ(wrong[0].line, std::stoi(at("[device.imu]").substr(7)) + 1);
+}
+
+// ---- joints and buses
+
+TEST(BusRules, TwoJointsOfOneNameAreRefusedAtTheSecond) {
+  EXPECT_THAT(problems({{"name = \"tilt\"", "name = \"pan\""}}),
+              ElementsAre(at("[[device.head.joint]]\nname = \"tilt\"") +
+                          "device.head.joint.pan: \"pan\": a name that no other joint of head has"));
+}
+
+TEST(BusRules, TwoJointsOfOneNumberAreRefusedAtTheSecond) {
+  EXPECT_THAT(problems({{"id = 2", "id = 1"}}),
+              ElementsAre(at("id = 2") + "device.head.joint.tilt.id: 1: a number that no other servo on its bus has: "
+                                         "'pan' has it (bus can0)"));
+}
+
+constexpr Change kPanMit{"driver = \"cia402\"\nbus = \"can0\"\nid = 1\ncounts_per_turn = 65536\n",
+                         "driver = \"mit\"\nbus = \"can0\"\nid = 1\nmotor = \"ak80_9\"\nkp = 40.0\nkd = 2.0\n"};
+
+TEST(BusRules, OneNumberOfTwoProtocolsIsFineWhereTheirFramesDiffer) {
+  EXPECT_THAT(problems({kPanMit, {"id = 2", "id = 1"}}), IsEmpty());
+}
+
+TEST(BusRules, TwoProtocolsThatListenToOneIdentifierAreRefused) {
+  const Change answers{"motor = \"ak80_9\"", "motor = \"ak80_9\"\nmaster_id = 0x182"};  // TPDO1 of node 2
+  EXPECT_THAT(problems({kPanMit, answers}),
+              ElementsAre(HasSubstr("device.head.joint.tilt.id: 2: a number whose frames are not taken for those of "
+                                    "'pan' (bus can0)")));
+}
+
+TEST(BusRules, AMotorThatAnswersUnderTheNumberOfAnotherIsRefused) {
+  const Change tilt{
+      "driver = \"cia402\"\nbus = \"can0\"\nid = 2\ncounts_per_turn = 65536\n",
+      "driver = \"mit\"\nbus = \"can0\"\nid = 2\nmotor = \"ak80_9\"\nkp = 40.0\nkd = 2.0\nmaster_id = 1\n"};
+  EXPECT_THAT(problems({kPanMit, tilt}),
+              ElementsAre(HasSubstr("device.head.joint.tilt.master_id: 1: no number of a motor: what it answers would "
+                                    "be a command to 'pan' (bus can0)")));
+  const Change same{"id = 2\nmotor", "id = 1\nmotor"}, elsewhere{"master_id = 1", "master_id = 5"};
+  EXPECT_THAT(problems({kPanMit, tilt, same, elsewhere}),
+              ElementsAre(HasSubstr("device.head.joint.tilt.id: 1: a number that no other servo on its bus has")))
+      << "commands go by the number alone";
+}
+
+TEST(BusRules, ADronecanNodeDoesNotHaveOurNumber) {
+  const Change pan{"driver = \"cia402\"\nbus = \"can0\"\nid = 1\ncounts_per_turn = 65536\n",
+                   "driver = \"dronecan\"\nbus = \"can0\"\nid = 9\nactuator_id = 0\non_stop = \"hold\"\n"};
+  EXPECT_THAT(problems({pan, {"address = 7", "address = 7\ndronecan_node = 9"}}),
+              ElementsAre(HasSubstr("device.head.joint.pan.id: 9: another than ours: bus.can0.dronecan_node")));
+}
+
+TEST(BusRules, LoadIsPlannedByTheHubsOwnFunctionAndToldWithItsKey) {
+  EXPECT_THAT(
+      problems({{"max_load_percent = 80", "max_load_percent = 80\nbit_rate = 250000"}}),
+      ElementsAre(HasSubstr(at("max_load_percent = 80") + "bus.can0.max_load_percent: 80: 2 servos at 500 Hz need ")));
+}
+
+// ---- what only one can have
+
+TEST(DeviceClaims, TwoDevicesOnOneSerialLineAreRefused) {
+  const Change two{"[device.air]\n",
+                   "[device.gnss]\ndriver = \"gnss\"\npath = \"/dev/ttyS1\"\n[device.range]\ndriver = "
+                   "\"tfmini\"\npath = \"/dev/ttyS1\"\n[device.air]\n"};
+  EXPECT_THAT(problems({two}), ElementsAre(HasSubstr("device.range.path: \"serial line /dev/ttyS1\": one that no other "
+                                                     "has: it is [device.gnss]'s")));
+}
+
+TEST(DeviceClaims, ChipsShareABusButNoAddress) {
+  EXPECT_THAT(problems({{"driver = \"bmp280\"\npath = \"/dev/i2c-1\"",
+                         "driver = \"bmp280\"\npath = \"/dev/i2c-1\"\naddress = 0x68"}}),
+              ElementsAre(HasSubstr("chip at /dev/i2c-1, address 104")));
+}
+
+TEST(DeviceClaims, TwoBusesDoNotHaveOneAddress) {
+  EXPECT_THAT(problems({{"[device.imu]", "[bus.can1]\ndriver = \"udp\"\naddress = 7\n[device.imu]"}}),
+              ElementsAre(HasSubstr("bus.can1.address: \"udp bus 7\": one that no other has: it is [bus.can0]'s")));
+}
+
+// ---- what is not of the file
+
+TEST(OptionLines, TellWhereAValueComesFrom) {
+  OptionLines lines;
+  const int first = lines.line_of("--board moon"), second = lines.line_of("--set bus.can0.address=x");
+  EXPECT_LT(first, 0);
+  EXPECT_EQ(lines.told({second, "bus.can0.address", "\"x\"", "a bus"}, "r.toml"),
+            "from --set bus.can0.address=x: bus.can0.address: \"x\": a bus");
+  EXPECT_EQ(lines.told({first, "robot.board", "\"moon\"", "none"}, "r.toml"),
+            "from --board moon: robot.board: \"moon\": none");
+  EXPECT_EQ(lines.told({4, "robot.board", "\"moon\"", "none"}, "r.toml"), "r.toml:4: robot.board: \"moon\": none");
+}
+
+}  // namespace
+}  // namespace sinew::app
