@@ -7,6 +7,7 @@
 # COMMAND gets "ROBOT tcp:H:PORT --seed N [--duration S]" appended, e.g.
 #   tools/compare_flight.sh -- toolchains/wine.sh build/windows/bin/sinew-fly.exe
 #   tools/compare_flight.sh --duration 5 -- qemu-arm -L build/sysroot/armhf build/armhf/bin/sinew-fly
+#   tools/compare_flight.sh --label mipsel --host 10.0.2.2 -- tests/boards/fly.sh mipsel
 # Without --duration both fly the whole mission and must land well. --host: how COMMAND names this machine (127.0.0.1).
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
@@ -34,7 +35,7 @@ trap 'rm -rf "$work"' EXIT
 fly() {
   local name=$1 as=$2 code=0 endpoint='' sim
   shift 2
-  "$bin/sinew-sim" --listen tcp:127.0.0.1:0 --lockstep --seed "$seed" --wait 120 >"$work/$name.sim" 2>&1 &
+  "$bin/sinew-sim" --listen tcp:127.0.0.1:0 --lockstep --seed "$seed" --wait 300 >"$work/$name.sim" 2>&1 &
   sim=$!
   for ((i = 0; i < 600; ++i)); do
     endpoint=$(sed -n 's/^listening on tcp:[^:]*:\([0-9]*\).*/\1/p' "$work/$name.sim")
@@ -50,6 +51,7 @@ fly() {
   tr -d '\r' <"$work/$name" | grep '^hash ' >"$work/$name.hashes" || true
   [[ -s $work/$name.hashes ]] || die "$name: no flight (exit $code): $(tail -n 5 "$work/$name.err")"
   say "$name: $(wc -l <"$work/$name.hashes") topics, $((SECONDS - start)) s, exit $code$(tr -d '\r' <"$work/$name" | sed -n 's/^landing error */, landing error /p')"
+  tr -d '\r' <"$work/$name" | grep -E '^(grants|start-up|board) ' || true
   # A flight that is cut short has not landed, and says so with 1.
   [[ $code == 0 || (${#duration[@]} -gt 0 && $code == 1) ]] || die "$name: exit $code: $(tail -n 5 "$work/$name.err")"
 }
