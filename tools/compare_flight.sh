@@ -49,6 +49,7 @@ words_of() {
 fly() {
   local name=$1 as=$2 code=0 endpoint='' sim words
   shift 2
+  : >"$work/$name.sim" # it is read before a busy machine has started the simulator
   "$bin/sinew-sim" --listen tcp:127.0.0.1:0 --lockstep --seed "$seed" --wait 120 >"$work/$name.sim" 2>&1 &
   sim=$!
   for ((i = 0; i < 600; ++i)); do
