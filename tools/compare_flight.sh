@@ -1,20 +1,23 @@
 #!/usr/bin/env bash
-# Flies one robot twice in lockstep: by this machine's sinew-fly, and by a program built for another one. All bytes of
+# Flies one robot twice in lockstep: by this machine's sinew-fly, and by the same program built for another one. All bytes of
 # all topics must be the same; the first topic that differs is named.
 #
-#   tools/compare_flight.sh [--seed N] [--duration S] [--robot FILE] [--host H] [--label TEXT] -- COMMAND...
+#   tools/compare_flight.sh [--replay] [--seed N] [--duration S] [--robot FILE] [--host H] [--label TEXT] -- COMMAND...
 #
 # COMMAND gets "ROBOT tcp:H:PORT --seed N [--duration S]" appended, e.g.
 #   tools/compare_flight.sh -- toolchains/wine.sh build/windows/bin/sinew-fly.exe
 #   tools/compare_flight.sh --duration 5 -- qemu-arm -L build/sysroot/armhf build/armhf/bin/sinew-fly
 #   tools/compare_flight.sh --label mipsel --host 10.0.2.2 -- tests/boards/fly.sh mipsel
 # Without --duration both fly the whole mission and must land well. --host: how COMMAND names this machine (127.0.0.1).
+# --replay: COMMAND is the other machine's `sinew`. Both record their flight, pixels included, and each executes again
+# what the other has recorded: every step of every module must be identical; the first that is not is told with its field.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-seed=1 duration=() robot=robots/quad.toml host=127.0.0.1 label=other limit_s=${SINEW_FLIGHT_LIMIT_S:-900}
+seed=1 duration=() robot=robots/quad.toml host=127.0.0.1 label=other program=sinew-fly limit_s=${SINEW_FLIGHT_LIMIT_S:-900}
 while (($#)); do
   case $1 in
+    --replay) program=sinew ;;
     --seed) shift && seed=$1 ;;
     --duration) shift && duration=(--duration "$1") ;;
     --robot) shift && robot=$1 ;;
@@ -27,14 +30,27 @@ while (($#)); do
 done
 (($#)) || die "which command flies? It comes after --"
 bin=$root/build/release/bin
-for program in sinew-sim sinew-fly; do [[ -x $bin/$program ]] || die "build/release has no $program: ./run builds it"; done
+for needed in sinew-sim "$program"; do [[ -x $bin/$needed ]] || die "build/release has no $needed: ./run builds it"; done
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
+mkdir -m 700 "$work/robots"
+export SINEW_RUN_DIR=$work/robots SINEW_RECORD=on
+
+# words_of NAME ENDPOINT: what makes the program fly, one word a line.
+words_of() {
+  if [[ $program == sinew ]]; then
+    printf '%s\n' run "$robot" --virtual --plant "$2" --quiet --record-images --runs "$work/runs-$1"
+  else
+    printf '%s\n' "$robot" "$2"
+  fi
+  printf '%s\n' --seed "$seed" "${duration[@]}"
+}
 
 # fly NAME HOST COMMAND...: one flight; its output in $work/NAME.
 fly() {
-  local name=$1 as=$2 code=0 endpoint='' sim
+  local name=$1 as=$2 code=0 endpoint='' sim words
   shift 2
+  : >"$work/$name.sim" # it is read before a busy machine has started the simulator
   "$bin/sinew-sim" --listen tcp:127.0.0.1:0 --lockstep --seed "$seed" --wait 300 >"$work/$name.sim" 2>&1 &
   sim=$!
   for ((i = 0; i < 600; ++i)); do
@@ -44,8 +60,9 @@ fly() {
     sleep 0.1
   done
   [[ -n $endpoint ]] || die "sinew-sim does not listen after 60 s"
+  mapfile -t words < <(words_of "$name" "tcp:$as:$endpoint")
   local start=$SECONDS
-  timeout "$limit_s" "$@" "$robot" "tcp:$as:$endpoint" --seed "$seed" "${duration[@]}" >"$work/$name" 2>"$work/$name.err" </dev/null || code=$?
+  timeout "$limit_s" "$@" "${words[@]}" >"$work/$name" 2>"$work/$name.err" </dev/null || code=$?
   kill "$sim" 2>/dev/null || true
   wait "$sim" 2>/dev/null || true
   tr -d '\r' <"$work/$name" | grep '^hash ' >"$work/$name.hashes" || true
@@ -56,10 +73,25 @@ fly() {
   [[ $code == 0 || (${#duration[@]} -gt 0 && $code == 1) ]] || die "$name: exit $code: $(tail -n 5 "$work/$name.err")"
 }
 
+# again NAME WHOSE COMMAND...: NAME executes once more what WHOSE flight has recorded.
+again() {
+  local name=$1 whose=$2 file said code=0 start=$SECONDS
+  shift 2
+  file=$(echo "$work/runs-$whose"/*/run.mcap)
+  [[ -f $file ]] || die "$whose recorded nothing: $(tail -n 5 "$work/$whose" "$work/$whose.err")"
+  said=$(timeout "$limit_s" "$@" replay "$file" 2>&1 </dev/null) || code=$?
+  [[ $code == 0 && $said == identical:* ]] || die "$name, executing again what $whose recorded (exit $code): $(head -n 12 <<<"$said")"
+  say "$name, executing again what $whose recorded ($(($(stat -c %s "$file") / 1000000)) MB, $((SECONDS - start)) s): $(head -n 1 <<<"$said")"
+}
+
 cd "$root"
-fly here 127.0.0.1 "$bin/sinew-fly"
+fly here 127.0.0.1 "$bin/$program"
 fly "$label" "$host" "$@"
 if ! difference=$(diff "$work/here.hashes" "$work/$label.hashes"); then
   die "$label: the first topic that differs: $(sed -n 's/^< hash \([^ ]*\).*/\1/p' <<<"$difference" | head -n 1)"
 fi
 say "$label: the same bytes on all $(wc -l <"$work/here.hashes") topics"
+if [[ $program == sinew ]]; then
+  again "$label" here "$@"
+  again here "$label" "$bin/sinew"
+fi
