@@ -128,6 +128,7 @@ void Cia402Servo::plan() {
   read(wire::kRevision, &identity_.revision);
   read(wire::kSerialNumber, &serial_);
   read(wire::kDeviceName, nullptr);
+  read(wire::kHeartbeatProducer, &mark_read_);
   if (c.rated_effort_nm <= 0) read(wire::kRatedTorque, &rated_mnm_, false);
   write(wire::kControlword, 0, 2);
   const std::uint32_t target = c.mode == ServoMode::position   ? wire::mapped(wire::kTargetPosition, 32)
@@ -141,7 +142,8 @@ void Cia402Servo::plan() {
   plan_pdo(false, 1, 1, std::span(rpdo1).first(rpdo1_entries));
   plan_pdo(true, 1, 1, tpdo1);
   plan_pdo(true, 2, options_.slow_every, tpdo2);
-  write(wire::kHeartbeatProducer, 100, 2, true);
+  mark_step_ = steps_.size();
+  write(wire::kHeartbeatProducer, kHeartbeatMs, 2, true);
   if (c.device_timeout > 0ns) {
     const auto ms = static_cast<std::uint32_t>((c.device_timeout + 999'999ns) / 1ms);
     write(wire::kHeartbeatConsumer, options_.master_node << 16 | ms, 4);
@@ -162,6 +164,9 @@ void Cia402Servo::bring_up(Time now, FrameSink& out) noexcept {
     ++joint_.stats().restarts;
     out.send(wire::encode_nmt(wire::NmtCommand::pre_operational, config().node_id));  // PDOs are mapped there only
     step_ = 0;
+    mark_read_ = 0;
+    const auto mark = static_cast<std::uint32_t>(kHeartbeatMs + joint_.stats().restarts % kMarks);
+    steps_[mark_step_].request.set_value(mark, 2);
     sdo_.start(steps_[0].request);
     sdo_.tick(now, out);
     phase_ = Phase::configuring;
@@ -186,6 +191,7 @@ void Cia402Servo::next_step(Time now, FrameSink& out) noexcept {
         joint_.set_mode(msg::JointMode::fault);
         return;
       }
+      if (step_ == mark_step_) homed_before_ = false, mark_ = 0;  // it takes no mark: nothing is known of its power
       ++step_;
       break;
     case SdoClient::State::done:
@@ -208,6 +214,8 @@ void Cia402Servo::next_step(Time now, FrameSink& out) noexcept {
     return;
   }
   identity_.serial = serial_;
+  homed_ = homed_before_;
+  homed_before_ = false;
   joint_.set_drive_faults(now, 0, 0);
   out.send(wire::encode_nmt(wire::NmtCommand::start, config().node_id));
   phase_ = Phase::starting;
@@ -217,6 +225,11 @@ void Cia402Servo::next_step(Time now, FrameSink& out) noexcept {
 void Cia402Servo::finish_step() noexcept {
   const Step& step = steps_[step_++];
   if (step.into != nullptr) *step.into = sdo_.value();
+  if (step_ == mark_step_ + 1) {
+    // All that could lose it has been asked: whoever still has our mark has had power since we set it.
+    homed_before_ = homed_before_ && mark_ != 0 && mark_read_ == mark_;
+    mark_ = step.request.value();
+  }
   if (step.request.object == wire::kDeviceName) {
     const std::string_view name = sdo_.text();
     const std::size_t size = std::min(name.size(), sizeof identity_.name - 1);
@@ -243,7 +256,8 @@ void Cia402Servo::drop() noexcept {
   state_ = wire::DriveState::not_ready;
   error_code_ = 0;
   homing_ = Homing::no;
-  homed_ = false;  // it may have been without power
+  homed_before_ = homed_before_ || homed_;  // bringing it up tells whether it has been without power
+  homed_ = false;
   tpdos_ = ticks_ = 0;
   joint_.went_off();
   joint_.forget_position();

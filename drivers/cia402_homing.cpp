@@ -35,7 +35,7 @@ void Cia402Servo::begin_homing(Time now, const ServoCommand& command) noexcept {
     if (command.request == ServoCommand::Request::zero_here && joint_.zero_here()) joint_.resume(now);
   }
   if (!was_enabled_ || config().homing_method == 0 || (homed_ && !asked)) return;
-  homed_ = false;
+  homed_ = homed_before_ = false;
   home_anew_ = asked;
   reading_temperature_ = false;
   sdo_.start(wire::sdo_write(wire::kHomingMethod, static_cast<std::uint8_t>(config().homing_method), 1));

@@ -86,6 +86,7 @@ Heard Cia402Servo::on_heartbeat(const msg::CanFrame& frame, Time now) noexcept {
   if (begins || (phase_ == Phase::running && *nmt != wire::NmtState::operational)) {  // or somebody stopped it
     if (wants_) joint_.trip(now, msg::kJointOther);
     if (phase_ != Phase::absent) give_up();
+    if (begins) homed_before_ = false;  // from power-up or a reset
   }
   if (begins || first) retry_.reset();  // it is there: no need to wait for the next attempt
   return Heard::mine;

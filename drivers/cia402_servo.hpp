@@ -52,9 +52,11 @@ WrongKeys check_cia402(const ServoConfig& config, const Cia402Options& options);
 /// torque_off, quick_stop, hold; the drive itself watches the master's heartbeat (1016h) when
 ///          ServoConfig::device_timeout is set, and then stops by 6007h.
 /// Homing:  with ServoConfig::homing_method it homes by itself (mode 6) when it is enabled for the first time after it
-///          was brought up, and follows nothing before: whoever was away may have been without power. A drive that
-///          says in mode 6 that it is homed already does not move for that. Without a lease homing ends, and the torque
-///          with it. Request::home homes again; zero_here moves our own offset.
+///          was brought up, and follows nothing before. One that was homed and fell silent only homes anew if it has
+///          been without power: each time it is brought up its heartbeat time (1017h) is set to another number, which a
+///          drive forgets with its power; if that is not there any more, or a boot-up message came, it homes. A drive
+///          that says in mode 6 that it is homed already does not move for that. Without a lease homing ends, and the
+///          torque with it. Request::home homes again; zero_here moves our own offset.
 /// Thread, RT: as ServoProtocol.
 class Cia402Servo final : public ServoProtocol {
  public:
@@ -84,6 +86,8 @@ class Cia402Servo final : public ServoProtocol {
     bool optional = false;
     std::uint32_t* into = nullptr;  // of a read
   };
+
+  static constexpr std::uint32_t kHeartbeatMs = 100, kMarks = 50;  // 100 to 149 ms
 
   void plan();
   void read(wire::ObjectAddress object, std::uint32_t* into, bool optional = true);
@@ -142,6 +146,10 @@ class Cia402Servo final : public ServoProtocol {
   bool heard_ = false;                   // since the last tick
   Homing homing_ = Homing::no;
   bool homed_ = false, home_anew_ = false, homing_began_ = false;
+  bool homed_before_ = false;  // it fell silent
+  // 1017h: what we wrote when it was last brought up (0: never), and what it was when it came back.
+  std::uint32_t mark_ = 0, mark_read_ = 0;
+  std::size_t mark_step_ = 0;
   Time homing_deadline_{};
   std::uint32_t homing_number_ = 0;  // of the feedback at the start of its step
   std::uint32_t request_seen_ = 0;
