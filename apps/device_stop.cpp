@@ -1,5 +1,6 @@
 #include "apps/device_stop.hpp"
 
+#include <atomic>
 #include <cstdio>
 
 #include "drivers/can_stop_line.hpp"
@@ -9,32 +10,72 @@
 namespace sinew::app {
 namespace {
 
-/// The stop line with what it is made of.
+using namespace std::chrono_literals;
+
+constexpr hal::Duration kPatience = 200ms, kLook = 2ms;
+
+/// The stop line with what it is made of. A bus behind a network may take seconds to be connected to, and its owner
+/// watches over the runtime: so a thread opens it, and nobody waits for that longer than kPatience.
+/// Thread:  owner.
 class DeviceStop final : public hal::StopLine {
  public:
+  /// Null: it is known by then that there is no bus, and it was said.
   static std::unique_ptr<hal::StopLine> open(const drivers::DeviceSpecs& devices,
                                              const std::vector<std::string>& groups) {
     std::unique_ptr<DeviceStop> stop(new DeviceStop);
+    hal::ThreadOptions options;
+    options.name = "stop_line";
+    options.stack_bytes = std::size_t{256} * 1024;  // looking up a host takes some
+    auto opener =
+        hal::linux_os().start_thread(options, [s = stop.get(), &devices, groups] { s->connect(devices, groups); });
+    if (!opener) {
+      std::fprintf(stderr, "warning: no stop line to the actuators: no thread: %s\n", opener.error().where);
+      return nullptr;
+    }
+    stop->opener_ = std::move(*opener);
+    if (stop->opened() && !stop->line_) return nullptr;
+    return stop;
+  }
+  hal::Status stop() noexcept override {
+    if (!opened()) return hal::Error{hal::Errc::timeout, "its buses are still being connected to"};
+    if (!line_) return hal::Error{hal::Errc::closed, "no bus could be connected to"};
+    return line_->stop();
+  }
+  bool lasts() const noexcept override { return false; }
+  void tend() noexcept override {
+    if (ready_.load(std::memory_order_acquire) && line_) line_->tend();
+  }
+  std::string told() const override {
+    return ready_.load(std::memory_order_acquire) && line_ ? line_->told() : std::string();
+  }
+
+ private:
+  DeviceStop() = default;
+  void connect(const drivers::DeviceSpecs& devices, const std::vector<std::string>& groups) {
     std::string why;
-    stop->line_ = drivers::CanStopLine::open(devices, groups, *stop->connectors_, hal::linux_os(), why);
-    if (!why.empty() || !stop->line_)
+    line_ = drivers::CanStopLine::open(devices, groups, *connectors_, hal::linux_os(), why);
+    if (!why.empty() || !line_)
       std::fprintf(stderr,
                    "warning: no stop line to %s: when the runtime dies, joints there stop by their own time-outs "
                    "(device_timeout_ms)\n",
                    why.empty() ? "the actuators" : why.c_str());
-    if (!stop->line_) return nullptr;
-    return stop;
+    ready_.store(true, std::memory_order_release);  // with the acquires above: line_ is whole
   }
-  hal::Status stop() noexcept override { return line_->stop(); }
-  bool lasts() const noexcept override { return line_->lasts(); }
-  void tend() noexcept override { line_->tend(); }
-  std::string told() const override { return line_->told(); }
+  /// Whether it is known what there is; waits a moment for it.
+  bool opened() const noexcept {
+    hal::Os& os = hal::linux_os();
+    for (const hal::Time end = os.now() + kPatience; !ready_.load(std::memory_order_acquire);) {
+      if (os.now() >= end) return false;
+      os.sleep_until(os.now() + kLook);
+    }
+    return true;
+  }
 
- private:
-  DeviceStop() = default;
   // Looked at every few milliseconds anyway: no thread has to watch.
   std::unique_ptr<hal::Connectors> connectors_ = hal::LinuxConnectors::unwatched(hal::linux_os());
-  std::unique_ptr<drivers::CanStopLine> line_;
+  std::unique_ptr<drivers::CanStopLine> line_;  // the opener's until it is ready
+  std::atomic<bool> ready_{false};
+  std::unique_ptr<hal::Thread> opener_;  // last: ends before what it uses
 };
 
 std::vector<std::string> linux_groups(const rt::GraphSpec& robot) {
