@@ -194,7 +194,7 @@ class DevicesCommand {
       lines += fmt::format("  {:<10}{:>3}  no answer; {}\n", to_string(e.family), e.id, e.name);
     }
     if (!o_.json)
-      std::printf("bus %s: %zu answer%s\n%s", name.c_str(), found.size(), found.size() == 1 ? "s" : "", lines.c_str());
+      std::printf("bus %s: %zu device%s\n%s", name.c_str(), found.size(), found.size() == 1 ? "" : "s", lines.c_str());
     const bool complete = missing.empty();
     all.push_back({{"bus", bus.name},
                    {"driver", bus.spec.transport},

@@ -97,6 +97,11 @@ void SocketcandServer::nonsense(Client& client, std::uint64_t n) {
   if (client.nonsense > kMostNonsense && !client.leaves) hang_up(client);
 }
 
+void SocketcandServer::say(Client& client, std::string_view text) {
+  if (client.waiting.size() + text.size() > kMostWaiting) return count(lost_);  // it asks, and does not read
+  client.waiting += text;
+}
+
 void SocketcandServer::serve(Client& client, hal::Time now) {
   std::array<char, 4096> text{};
   for (int i = 0; i < kReadsPerLook && !client.leaves; ++i) {

@@ -19,7 +19,7 @@ struct SocketcandServerStats {
   std::uint64_t refused = 0;    // more than kMostClients at once
   std::uint64_t hung_up = 0;    // by us: nonsense, no bus asked for, nothing taken for long
   std::uint64_t malformed = 0;  // elements that are none, or frames that cannot be
-  std::uint64_t lost = 0;       // frames that a client had no room for
+  std::uint64_t lost = 0;       // frames and answers that a client had no room for
 };
 
 /// A socketcand server of one or several buses in memory. Who sends a frame does not get it back; everybody else on the
@@ -78,7 +78,7 @@ class SocketcandServer {
   void nonsense(Client& client, std::uint64_t n = 1);
   void hang_up(Client& client);
   void pass_on(Bus& bus, const msg::CanFrame& frame, const Client* from);
-  static void say(Client& client, std::string_view text) { client.waiting += text; }
+  void say(Client& client, std::string_view text);
 
   hal::Os& os_;
   std::unique_ptr<hal::Listener> listener_;

@@ -104,6 +104,29 @@ TEST_F(SocketcandServerTest, FramesGoBothWaysAndToOtherClientsButNotBack) {
   EXPECT_EQ(got.size, 0u);
 }
 
+TEST_F(SocketcandServerTest, WhoAsksAndNeverReadsCostsNoMoreThanItsQueue) {
+  Text flood(server->endpoint());
+  ASSERT_TRUE(flood.greet("can0"));
+  std::string many;
+  while (many.size() < 64 * 1024) many += "< echo >";
+  const std::uint64_t each = many.size() / 8;
+  std::uint64_t asked = 0;
+  for (int i = 0; i < 2000 && server->stats().lost == 0; ++i, asked += each) ASSERT_TRUE(flood.say(many));
+  EXPECT_GT(server->stats().lost, 0u) << "of " << asked;
+  // The others are served, and it gets what had room, whole.
+  const auto other = ours("can0");
+  ASSERT_TRUE(other) << why;
+  ASSERT_TRUE(devices[0]->send(frame_of(0x181, {7}), hal::kNever));
+  msg::CanFrame got;
+  EXPECT_TRUE(gets(*other, got));
+  EXPECT_TRUE(until([&] {
+    std::uint64_t answers = 0;
+    const std::string& all = flood.hear();
+    for (auto at = all.find("< echo >"); at != std::string::npos; at = all.find("< echo >", at + 8)) ++answers;
+    return answers + server->stats().lost >= asked;
+  }));
+}
+
 TEST_F(SocketcandServerTest, BusesAreApart) {
   const auto zero = ours("can0"), one = ours("can1");
   ASSERT_TRUE(zero && one) << why;
