@@ -25,7 +25,9 @@ class JointsReport final : public hal::SelfReport {
       // For a second nobody is missed: the bus has just been started, and drives answer one after the other.
       const bool awaited = said.mode == msg::JointMode::absent && said.measured.ns == 0;
       if (awaited && static_cast<double>(joints_[i].hub->stats().ticks) < joints_[i].hub->config().tick_hz) continue;
-      if (const std::string words = joint_words(said); !words.empty()) all += joints_[i].title + ": " + words + "\n";
+      std::string words = joint_words(said);
+      if (words.empty()) words = refusal_words(said);
+      if (!words.empty()) all += joints_[i].title + ": " + words + "\n";
     }
     return all;
   }

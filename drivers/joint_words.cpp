@@ -20,6 +20,12 @@ constexpr std::array<std::pair<std::uint32_t, const char*>, 11> kFaults{
      {msg::kJointOther, "the drive says so"},
      {msg::kJointDuplicate, "two drives answer to its number"}}};
 
+std::string code_text(std::uint32_t code) {
+  char text[16];
+  std::snprintf(text, sizeof text, "0x%04x", static_cast<unsigned>(code));
+  return text;
+}
+
 }  // namespace
 
 std::string joint_words(const ServoFeedback& feedback) {
@@ -31,13 +37,20 @@ std::string joint_words(const ServoFeedback& feedback) {
   if (absent) return faults.empty() ? "absent, it was there before" : "absent; " + faults;
   const bool fault = feedback.mode == msg::JointMode::fault;
   if (!fault && faults.empty()) return {};
-  if (fault && feedback.fault_code != 0) {
-    char code[32];
-    std::snprintf(code, sizeof code, " (code 0x%04x)", static_cast<unsigned>(feedback.fault_code));
-    faults += code;
-  }
+  if (fault && feedback.fault_code != 0) faults += " (code " + code_text(feedback.fault_code) + ")";
   if (!fault) return faults;
   return faults.empty() ? "fault" : "fault: " + faults;
+}
+
+std::string refusal_words(const ServoFeedback& feedback) {
+  using msg::JointMode;
+  constexpr Duration kPatience = std::chrono::seconds(3);  // more than the longest pause between two attempts
+  const JointMode m = feedback.mode;
+  const bool refuses = m == JointMode::disabled || m == JointMode::enabling || m == JointMode::fault;
+  if (!refuses || feedback.refusing <= kPatience) return {};
+  const std::string last = feedback.fault_code == 0 ? "its enable input is open, or it has to be disarmed first?"
+                                                    : "the last fault code is " + code_text(feedback.fault_code);
+  return "told to move for more than 3 s, and not ready (" + last + ")";
 }
 
 }  // namespace sinew::drivers

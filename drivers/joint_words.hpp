@@ -9,4 +9,9 @@ namespace sinew::drivers {
 /// "outside its limits". Empty: nothing is; a joint without torque that answers is well.
 std::string joint_words(const ServoFeedback& feedback);
 
+/// Of a joint that answers, has been told to move for more than 3 s and is still not ready: a fault that comes again
+/// each time it is enabled, a drive whose enable input is open. Empty: it is none. It changes only with the drive's
+/// code.
+std::string refusal_words(const ServoFeedback& feedback);
+
 }  // namespace sinew::drivers

@@ -99,6 +99,7 @@ struct ServoFeedback {
   msg::JointMode mode = msg::JointMode::absent;
   std::uint32_t faults = 0;      // msg::JointFault bits, now
   std::uint32_t fault_code = 0;  // the drive's own, of the last fault
+  Duration refusing{};           // for how long it answers, is told to follow, and was not ready for a second on end
 };
 
 /// Who it says it is; zero and empty where the protocol does not tell.

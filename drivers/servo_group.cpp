@@ -4,6 +4,17 @@
 #include <cmath>
 
 namespace sinew::drivers {
+namespace {
+
+constexpr Duration kWell = std::chrono::seconds(1);  // ready for so long on end
+
+/// Warmth and a limit do not make a joint less ready.
+bool is_ready(const ServoFeedback& f) {
+  constexpr std::uint32_t kWarnings = msg::kJointDerated | msg::kJointLimit;
+  return f.mode == msg::JointMode::enabled && (f.faults & ~kWarnings) == 0;
+}
+
+}  // namespace
 
 hal::Status ServoGroup::add(CanHub& hub, std::unique_ptr<ServoProtocol> servo) {
   if (count_ == msg::kMaxChannels) return hal::Error{hal::Errc::bad_argument, "joints of a group", 0};
@@ -83,15 +94,25 @@ ServoCommand ServoGroup::command(std::size_t index, Time now) noexcept {
   if (setpoints.armed && !setpoints.limp) {
     command.intent = now.ns < setpoints.until_ns ? Intent::follow : Intent::stop;
   }
+  watch(joints_[index], command.intent == Intent::follow, now);
   const std::uint32_t request = joint.request.load(std::memory_order_relaxed);
   command.request = static_cast<ServoCommand::Request>(request & 3);
   command.request_number = request >> 2;
   return command;
 }
 
+void ServoGroup::watch(Joint& joint, bool wanted, Time now) noexcept {
+  if (!joint.ready) joint.ready_since = now;
+  if (!wanted || joint.absent || now - joint.ready_since >= kWell || joint.well_at.ns == 0) joint.well_at = now;
+  joint.refusing = now - joint.well_at;
+}
+
 void ServoGroup::feedback(std::size_t index, const ServoFeedback& feedback) noexcept {
   Joint& joint = joints_[index];
-  joint.feedback.store(feedback);
+  joint.ready = is_ready(feedback);
+  ServoFeedback said = feedback;
+  said.refusing = joint.refusing;
+  joint.feedback.store(said);
   joint.number = feedback.number;
   joint.absent = feedback.mode == msg::JointMode::absent;
 }
@@ -138,7 +159,6 @@ void ServoGroup::publish() noexcept {
 }
 
 void ServoGroup::compose(msg::JointState& out) noexcept {
-  constexpr std::uint32_t kWarnings = msg::kJointDerated | msg::kJointLimit;
   out = {};
   out.count = static_cast<std::uint32_t>(count_);
   Time oldest = hal::kNever, newest{};
@@ -154,7 +174,7 @@ void ServoGroup::compose(msg::JointState& out) noexcept {
     out.mode[i] = f.mode;
     out.faults[i] = f.faults;
     out.fault_code[i] = f.fault_code;
-    if (f.mode == msg::JointMode::enabled && (f.faults & ~kWarnings) == 0) out.ready |= 1u << i;
+    if (is_ready(f)) out.ready |= 1u << i;
     if (f.measured > newest) newest = f.measured;
     if (f.mode != msg::JointMode::absent && f.measured.ns != 0 && f.measured < oldest) oldest = f.measured;
   }

@@ -75,15 +75,18 @@ class ServoGroup final : public hal::Actuators, public hal::Joints, private Serv
     SeqLock<ServoFeedback> feedback;        // written by its hub's thread
     std::atomic<std::uint32_t> request{0};  // number * 4 + what
     std::uint32_t number = 0;               // of the feedback stored last; its hub's thread
-    bool absent = true;
-    std::uint32_t published = 0;  // number in the last sample; first hub's thread
-    ServoFeedback last;           // as could be read last; first hub's thread
+    bool absent = true, ready = false;      // likewise
+    Time ready_since{}, well_at{};          // well: ready for a second on end, or nobody wants it; its hub's thread
+    Duration refusing{};                    // see ServoFeedback; its hub's thread
+    std::uint32_t published = 0;            // number in the last sample; first hub's thread
+    ServoFeedback last;                     // as could be read last; first hub's thread
   };
 
   void latch(const CanHub& hub) noexcept override;
   ServoCommand command(std::size_t index, Time now) noexcept override;
   void feedback(std::size_t index, const ServoFeedback& feedback) noexcept override;
   void settled(const CanHub& hub, bool tick) noexcept override;
+  static void watch(Joint& joint, bool wanted, Time now) noexcept;
   hal::Status hand_over(Setpoints setpoints) noexcept;
   bool all_measured_anew() const noexcept;
   void publish() noexcept;

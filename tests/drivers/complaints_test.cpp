@@ -1,6 +1,7 @@
 // What devices of a board complain about, in the words that a user reads.
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <atomic>
 #include <thread>
 
@@ -37,6 +38,22 @@ TEST(JointWords, NameEveryFaultAndNothingOfAJointThatIsWell) {
   EXPECT_EQ(joint_words(joint(msg::JointMode::fault, msg::kJointOverTemperature | msg::kJointOverVoltage, 0x4310)),
             "fault: over-voltage, over-temperature (code 0x4310)");
   EXPECT_EQ(joint_words(joint(msg::JointMode::fault)), "fault");
+}
+
+TEST(JointWords, OneThatIsToldToMoveAndNeverGetsReadyRefuses) {
+  ServoFeedback f = joint(msg::JointMode::enabling);
+  f.refusing = 3s;
+  EXPECT_EQ(refusal_words(f), "") << "a pause between two attempts is no refusal";
+  f.refusing = 4s;
+  EXPECT_EQ(
+      refusal_words(f),
+      "told to move for more than 3 s, and not ready (its enable input is open, or it has to be disarmed first?)");
+  f.fault_code = 0x8130;
+  EXPECT_EQ(refusal_words(f), "told to move for more than 3 s, and not ready (the last fault code is 0x8130)");
+  for (const auto mode : {msg::JointMode::absent, msg::JointMode::homing, msg::JointMode::enabled}) {
+    f.mode = mode;
+    EXPECT_EQ(refusal_words(f), "");
+  }
 }
 
 /// A bus in memory that says what it was told to say.
@@ -172,6 +189,47 @@ TEST(Complaints, AJointThatIsMissingIsNamedWithItsProtocolNumberAndBus) {
       return state.mode[0] == msg::JointMode::disabled && all.size() == 1 &&
              all[0] == "head.tilt (cia402 2 on can0): absent";
     })) << ::testing::PrintToString(board.complaints());
+  }
+  stop = true;
+  world.join();
+}
+
+TEST(Complaints, ADriveThatIsInFaultAgainEachTimeItIsEnabledIsToldToRefuse) {
+  TalkingConnectors connectors;
+  sim_hil::SimServos sims(connectors.wire.attach());
+  sim_hil::JointModel pan, tilt;
+  auto& good = sims.add<sim_hil::SimCia402>(pan, {}, sim_hil::SimCia402::Parameters());
+  sim_hil::SimCia402::Parameters second;
+  second.node_id = 2;
+  auto& bad = sims.add<sim_hil::SimCia402>(tilt, {}, second);
+  std::atomic<bool> stop{false}, breaks{true};
+  std::thread world([&] {
+    while (!stop) {
+      sims.poll(hal::linux_os().now());
+      if (breaks && bad.live()) bad.fail(0x8130);  // it misses a heartbeat that it looks for too closely
+      hal::linux_os().sleep_until(hal::linux_os().now() + 1ms);
+    }
+  });
+  static_cast<void>(good);
+  {
+    DeviceBoard board(head(), all_drivers(), connectors, hal::linux_os());
+    auto actuators = board.actuators("head");
+    ASSERT_TRUE(actuators) << board.problem();
+    ASSERT_TRUE(board.start()) << board.problem();
+    const std::string refusal =
+        "head.tilt (cia402 2 on can0): told to move for more than 3 s, and not ready (the last fault code is 0x8130)";
+    msg::ActuatorCommand command;
+    command.count = 2, command.armed = 1;
+    const auto told = [&] {
+      EXPECT_TRUE((*actuators)->write(command, 5s));
+      const auto all = board.complaints();
+      return std::find(all.begin(), all.end(), refusal) != all.end();
+    };
+    EXPECT_TRUE(eventually(told)) << ::testing::PrintToString(board.complaints());
+    for (const std::string& text : board.complaints()) EXPECT_FALSE(text.starts_with("head.pan")) << text;
+    breaks = false;
+    EXPECT_TRUE(eventually([&] { return !told() && board.complaints().empty(); }))
+        << ::testing::PrintToString(board.complaints());
   }
   stop = true;
   world.join();
