@@ -55,7 +55,8 @@ std::variant<std::function<int()>, int> understood(int argc, char** argv, const 
 
 }  // namespace
 
-int command_line(int argc, char** argv, const rt::ModuleTypes& types) {
+int command_line(int argc, char** argv, const rt::ModuleTypes& types, const Place& place) {
+  set_place(place);
   const auto asked = understood(argc, argv, types);
   if (const int* code = std::get_if<int>(&asked)) return *code;
   return std::get<0>(asked)();

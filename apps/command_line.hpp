@@ -1,4 +1,5 @@
 #pragma once
+#include "apps/place.hpp"
 #include "rt/module_types.hpp"
 
 namespace sinew::app {
@@ -11,9 +12,11 @@ namespace sinew::app {
 ///     return sinew::app::command_line(argc, argv, types);
 ///   }
 ///
+/// `place` is filled by find_package(Sinew); see apps/place.hpp.
 /// Returns the exit code: 0 done; 1 the thing failed; 2 it could not be begun (usage, no such file, no such robot).
 /// Thread:  owner, once in a process.
 /// Source:  docs/command-line.md
-int command_line(int argc, char** argv, const rt::ModuleTypes& types);
+int command_line(int argc, char** argv, const rt::ModuleTypes& types,
+                 const Place& place = {SINEW_PROGRAMS_FOLDER, SINEW_PACKAGE_FOLDER});
 
 }  // namespace sinew::app

@@ -74,19 +74,18 @@ class FileList {
     list_.calibration = named.lexically_normal().string();
     if (!add(named)) list_.notes.push_back(named.string() + ": there is no calibration yet");
   }
-  /// The library that opens cameras of libcamera is looked for beside the program.
+  /// The library that opens cameras of libcamera comes from where the program itself would load it.
   void libcamera(const std::string& program) {
-    const fs::path library = fs::path(program).parent_path() / hal::kLibcameraPluginFile;
     const std::string name = std::string("bin/") + hal::kLibcameraPluginFile;
     std::error_code none;
     const auto same = [&](const DeployFile& f) { return f.name == name; };
     if (std::any_of(list_.files.begin(), list_.files.end(), same)) return;
-    if (fs::is_regular_file(library, none))
-      list_.files.push_back({library.string(), name, false});
-    else
-      list_.notes.push_back(library.string() +
-                            ": there is no such file, and the driver libcamera needs it: build it where "
-                            "libcamera-dev is installed");
+    const auto paths = hal::libcamera_plugin_paths(program);
+    for (const std::string& path : paths)
+      if (fs::is_regular_file(path, none)) return list_.files.push_back({path, name, false});
+    list_.notes.push_back(paths.front() +
+                          ": there is no such file, and the driver libcamera needs it: build it where libcamera-dev is "
+                          "installed");
   }
   void value(const rt::ParamValue& value) {
     if (const auto* text = std::get_if<std::string>(&value)) add(*text);

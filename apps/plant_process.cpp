@@ -15,13 +15,6 @@ namespace {
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
-// Beside our own program, where the build puts both; a program of another project finds it where ours are.
-fs::path find_sinew_sim() {
-  const fs::path beside = fs::path(hal::program_path()).parent_path() / "sinew-sim";
-  std::error_code ignored;  // what cannot be looked at is not there
-  return fs::exists(beside, ignored) ? beside : fs::path(program_folder()) / "sinew-sim";
-}
-
 }  // namespace
 
 std::unique_ptr<PlantProcess> PlantProcess::open(const PlantRequest& request, std::string& why) {
@@ -49,12 +42,18 @@ std::unique_ptr<PlantProcess> PlantProcess::open(const PlantRequest& request, st
 }
 
 bool PlantProcess::start(const PlantRequest& request, std::string& why) {
-  const fs::path program = find_sinew_sim();
+  const std::string program = find_program("sinew-sim");
+  if (program.empty()) {
+    why =
+        "sinew-sim is neither beside this program nor in PATH; Debian package sinew-sim has it, and the build has it "
+        "where MuJoCo is installed (Debian: libmujoco-dev)";
+    return false;
+  }
   const fs::path base = fs::temp_directory_path() / fmt::format("sinew-{}-{}", hal::linux_os().now().ns, request.seed);
   socket_path_ = base.string() + ".sock";
   log_path_ = base.string() + ".log";
   endpoint_ = "unix:" + socket_path_;
-  std::vector<std::string> argv{program.string(),
+  std::vector<std::string> argv{program,
                                 "--listen",
                                 endpoint_,
                                 "--world",
@@ -67,8 +66,7 @@ bool PlantProcess::start(const PlantRequest& request, std::string& why) {
   argv.insert(argv.end(), request.extra.begin(), request.extra.end());
   auto child = hal::ChildProcess::start(argv, log_path_);
   if (!child) {
-    why = fmt::format("cannot start {}: {}; it is built where MuJoCo is installed (Debian: libmujoco-dev)",
-                      program.string(), hal::to_string(child.error().code));
+    why = fmt::format("cannot start {}: {}", program, hal::to_string(child.error().code));
     return false;
   }
   child_ = std::move(*child);

@@ -21,7 +21,8 @@ add_compile_options(-Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wn
 set(SINEW_CODE_OPTIONS -fno-strict-aliasing -ffp-contract=off -fno-math-errno -fno-trapping-math)
 add_compile_options(${SINEW_CODE_OPTIONS})
 if(CMAKE_SIZEOF_VOID_P EQUAL 4)  # a 32-bit C library else counts seconds to 2038 and files to 2 GB
-  add_compile_definitions(_TIME_BITS=64 _FILE_OFFSET_BITS=64)
+  set(SINEW_CODE_DEFINITIONS _TIME_BITS=64 _FILE_OFFSET_BITS=64)
+  add_compile_definitions(${SINEW_CODE_DEFINITIONS})
 endif()
 # A robot locks its program into memory: what nobody calls is left out. Which functions those are only the linker knows.
 add_compile_options(-ffunction-sections -fdata-sections)

@@ -1,10 +1,12 @@
-# sinew_room(NAME [DIR dir] SOURCES ... USES room...): one static library `sinew_NAME` for one folder.
+# sinew_room(NAME [DIR dir] SOURCES ... USES room... [LIBS ...] [PRIVATE_LIBS ...] [HEADERS_OF ...] [INTERNAL]): one static
+# library `sinew_NAME` for one folder. HEADERS_OF names libraries of others that are headers, which only the room's own
+# sources include: who links the room needs none of them. INTERNAL: not installed.
 #
 # Only the headers of rooms that are linked can be included, because each room's include path holds links to that
 # room's own headers and to nothing else: `#include "rt/topic.hpp"` needs rt in USES. Always write the room's name in
 # an include, also inside the room.
 function(sinew_room name)
-  cmake_parse_arguments(ARG "" "DIR" "SOURCES;USES;LIBS;PRIVATE_LIBS" ${ARGN})
+  cmake_parse_arguments(ARG "INTERNAL" "DIR" "SOURCES;USES;LIBS;PRIVATE_LIBS;HEADERS_OF" ${ARGN})
   if(NOT ARG_DIR)
     set(ARG_DIR ${name})
   endif()
@@ -25,13 +27,21 @@ function(sinew_room name)
   add_library(sinew::${name} ALIAS sinew_${name})
   set_target_properties(sinew_${name} PROPERTIES EXPORT_NAME ${name})
   set_property(GLOBAL APPEND PROPERTY SINEW_ROOMS sinew_${name})
-  target_include_directories(sinew_${name} ${scope} ${gate})
+  target_include_directories(sinew_${name} ${scope} $<BUILD_INTERFACE:${gate}> $<INSTALL_INTERFACE:${SINEW_INCLUDE_FOLDER}>)
+  if(NOT ARG_INTERNAL)
+    set_property(GLOBAL APPEND PROPERTY SINEW_INSTALLED_ROOMS sinew_${name})
+    list(TRANSFORM headers PREPEND ${PROJECT_SOURCE_DIR}/${ARG_DIR}/)
+    install(FILES ${headers} DESTINATION ${SINEW_INCLUDE_FOLDER}/${ARG_DIR} COMPONENT dev)
+  endif()
   foreach(room ${ARG_USES})
     target_link_libraries(sinew_${name} ${scope} sinew::${room})
   endforeach()
   target_link_libraries(sinew_${name} ${scope} ${ARG_LIBS})
   if(ARG_SOURCES)
     target_link_libraries(sinew_${name} PRIVATE ${ARG_PRIVATE_LIBS})
+    foreach(other ${ARG_HEADERS_OF})
+      target_include_directories(sinew_${name} SYSTEM PRIVATE $<TARGET_PROPERTY:${other},INTERFACE_INCLUDE_DIRECTORIES>)
+    endforeach()
     # Bytes of a device or a file are put together, never looked at as a number where they lie: boards do not read
     # across words. What lies aligned in memory of ours (topics, rings) is rt's, tap's and hal/linux's matter.
     if(CMAKE_CROSSCOMPILING AND NOT WIN32 AND name MATCHES "^(math|msg|wire|hal|drivers|control|vision|record)$")

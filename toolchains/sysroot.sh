@@ -15,12 +15,31 @@ source "$root/tools/own_apt.sh"
 home=${SINEW_SYSROOTS:-$root/build/sysroot}
 mapfile -t wanted < <(awk '$1 == "sysroot" { print $2 }' "$root/tools/packages.txt")
 
-# unpack WORK TREE: every package that was fetched. Documents and settings are not for a compiler.
+# record DEB NAMES DATABASE: what dpkg keeps of an installed package, as far as dpkg-shlibdeps and `dpkg -S` ask for it:
+# packages of ours that are built with this tree name the packages that they need by it.
+record() {
+  local control=$3/control name file
+  dpkg-deb -e "$1" "$control"
+  name=$(sed -n 's/^Package: //p' "$control/control")
+  ! grep -qx 'Multi-Arch: same' "$control/control" || name+=:$(sed -n 's/^Architecture: //p' "$control/control")
+  { sed '/^Package: /a Status: install ok installed' "$control/control" && echo; } >>"$3/status"
+  sed -n 's|^\.\(/.*[^/]\)/*$|\1|p' "$2" >"$3/info/$name.list"
+  for file in symbols shlibs; do
+    [[ ! -f $control/$file ]] || cp "$control/$file" "$3/info/$name.$file"
+  done
+  rm -r "$control"
+}
+
+# unpack WORK TREE: every package that was fetched. Documents but licences, and settings, are not for a compiler.
 unpack() {
-  local deb
+  local deb database=$2/var/lib/dpkg
+  mkdir -p "$database/info"
+  echo 1 >"$database/info/format" # names of files say the machine
   for deb in "$1"/archives/*.deb; do
-    dpkg-deb --fsys-tarfile "$deb" | tar -x -C "$2" --no-same-owner --keep-directory-symlink --exclude=./etc \
-      --exclude=./usr/share/{doc,man,locale,info,lintian,bash-completion} --exclude=./var --exclude=./dev
+    dpkg-deb --fsys-tarfile "$deb" | tar -xv -C "$2" --no-same-owner --keep-directory-symlink --exclude=./etc \
+      --exclude=./usr/share/{man,locale,info,lintian,bash-completion} --exclude=./var --exclude=./dev \
+      --exclude='./usr/share/doc/*/[!c]*' --exclude='./usr/share/doc/*/c[!o]*' >"$1/names"
+    record "$deb" "$1/names" "$database"
     # shellcheck disable=SC2016
     dpkg-deb -W --showformat='${Package} ${Version}\n' "$deb"
   done >"$2/packages"

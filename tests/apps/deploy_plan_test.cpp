@@ -7,6 +7,7 @@
 
 #include "apps/deploy_failure.hpp"
 #include "apps/tar_stream.hpp"
+#include "hal/linux/libcamera_plugin.hpp"
 
 namespace sinew::app {
 namespace {
@@ -177,6 +178,12 @@ TEST(DeployPlan, ALibraryThatADriverLoadsGoesAlong) {
   robot.devices.devices = {camera, camera};
   EXPECT_THAT(files_of(robot, program).notes,
               ElementsAre(HasSubstr("the driver libcamera needs it"), HasSubstr("the driver libcamera needs it")));
+  const std::string installed = (folder / "prefix/bin/sinew").string();
+  const fs::path library = hal::libcamera_plugin_paths(installed)[1];
+  fs::create_directories(folder / "prefix/bin");
+  fs::create_directories(library.lexically_normal().parent_path());
+  std::ofstream(library) << "library";
+  EXPECT_EQ(files_of(robot, installed).files.back().from, library) << "of an installed program";
   std::ofstream(folder / "libsinew_libcamera.so") << "library";
   const DeployFiles files = files_of(robot, program);
   EXPECT_THAT(files.notes, IsEmpty());

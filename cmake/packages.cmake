@@ -1,0 +1,145 @@
+# Packages: `cmake --build build/PRESET --target packages` builds what they contain, and writes them, each with its bill of
+# materials, into build/PRESET/packages. See docs/packages.md.
+set(SINEW_PACKAGE_CONTACT "The Sinew authors <sinew@example.org>" CACHE STRING "Maintainer in the packages' fields")
+set(CPACK_PACKAGE_NAME sinew)
+set(CPACK_PACKAGE_VENDOR "The Sinew authors")
+set(CPACK_PACKAGE_CONTACT ${SINEW_PACKAGE_CONTACT})
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY ${PROJECT_DESCRIPTION})
+set(CPACK_PACKAGE_DIRECTORY ${CMAKE_BINARY_DIR}/packages)
+set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
+set(CPACK_VERBATIM_VARIABLES ON)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
+    OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+set(CPACK_COMPONENTS_ALL runtime dev)
+if(TARGET sinew-sim)
+  list(APPEND CPACK_COMPONENTS_ALL sim)
+endif()
+
+# Which kind, for which machine, by Debian's names of machines.
+set(SINEW_PACKAGE_ARCH ${SINEW_BOARD})
+if(NOT SINEW_BOARD AND NOT WIN32)
+  execute_process(COMMAND dpkg --print-architecture OUTPUT_VARIABLE SINEW_PACKAGE_ARCH OUTPUT_STRIP_TRAILING_WHITESPACE
+                  ERROR_QUIET)
+endif()
+if(WIN32)
+  set(SINEW_PACKAGE_ARCH windows-x86-64)
+  set(CPACK_GENERATOR ZIP)
+  set(CPACK_COMPONENTS_ALL runtime)
+elseif(SINEW_PACKAGE_ARCH MATCHES "^(amd64|arm64|armhf)$")
+  set(CPACK_GENERATOR DEB)
+else()  # a system of another kind, or a machine that Debian 13 has no longer
+  set(CPACK_GENERATOR TGZ)
+endif()
+set(CPACK_PACKAGE_FILE_NAME sinew-${PROJECT_VERSION}-${SINEW_PACKAGE_ARCH})
+if(NOT CPACK_GENERATOR STREQUAL DEB)
+  set(CPACK_INCLUDE_TOPLEVEL_DIRECTORY ON)
+  set(CPACK_COMPONENTS_GROUPING ALL_COMPONENTS_IN_ONE)
+  set(CPACK_ARCHIVE_COMPONENT_INSTALL ON)
+  set(CPACK_COMPONENT_INCLUDE_TOPLEVEL_DIRECTORY ON)
+endif()
+
+# Debian's fields. Which packages the programs need is looked up when packages are made: cmake/package/describe.cmake.
+set(SINEW_DEB_VERSION ${PROJECT_VERSION}-1)
+set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_ARCHITECTURE ${SINEW_PACKAGE_ARCH})
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_DEBIAN_PACKAGE_SOURCE "sinew (${SINEW_DEB_VERSION})")
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME sinew)
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION misc)
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_SUGGESTS "sinew-sim, libsinew-dev")
+set(CPACK_COMPONENT_RUNTIME_DESCRIPTION "runtime of a robot's onboard computer
+The sinew command runs, checks, records and repeats robots that are described
+by a file: drivers, estimation, control and vision as modules with fixed
+priorities, in real time or in virtual time against a simulator.")
+set(CPACK_DEBIAN_DEV_PACKAGE_NAME libsinew-dev)
+set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS "sinew (= ${SINEW_DEB_VERSION})")
+set(CPACK_COMPONENT_DEV_DESCRIPTION "runtime of robots, to write modules for
+Headers, static libraries and the CMake package of Sinew, for programs with
+modules of one's own. The command \"sinew new\" writes such a project.")
+set(CPACK_DEBIAN_SIM_PACKAGE_NAME sinew-sim)
+set(CPACK_DEBIAN_SIM_PACKAGE_SECTION misc)
+set(CPACK_COMPONENT_SIM_DESCRIPTION "simulator for robots of the Sinew runtime
+A simulated world on MuJoCo that stands in for every device of a robot, with
+its camera, in lockstep or in real time; and sinew-fuzz, which looks for
+flights that go wrong.")
+
+# Dependencies of those who link: what the rooms of sinew::apps name, which is what find_package(Sinew COMPONENTS apps)
+# looks for; of rooms that are asked for by themselves a suggestion.
+set(wanted libc6-dev libstdc++-12-dev)
+set(suggested cmake)
+if(CPACK_GENERATOR STREQUAL DEB)
+  sinew_needs(sinew::apps needs)
+  foreach(need ${needs})
+    sinew_debian_package(${need} package)
+    if(NOT package)
+      message(FATAL_ERROR "packages: ${need}: its Debian package is not named in cmake/externals.cmake")
+    endif()
+    list(APPEND wanted ${package})
+  endforeach()
+  foreach(room hal_libcamera vision_opencv)
+    if(TARGET sinew::${room})
+      sinew_needs(sinew::${room} needs)
+      foreach(need ${needs})
+        sinew_debian_package(${need} package)
+        list(APPEND suggested ${package})
+      endforeach()
+    endif()
+  endforeach()
+  list(REMOVE_ITEM suggested ${wanted})
+endif()
+list(REMOVE_DUPLICATES wanted)
+list(REMOVE_DUPLICATES suggested)
+list(JOIN wanted ", " CPACK_DEBIAN_DEV_PACKAGE_DEPENDS)
+list(JOIN suggested ", " CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS)
+
+# Every package of Debian has these two. SOURCE_DATE_EPOCH fixes the date.
+if(CPACK_GENERATOR STREQUAL DEB)
+  string(TIMESTAMP SINEW_PACKAGE_DATE "%a, %d %b %Y %H:%M:%S +0000" UTC)
+  file(READ LICENSE licence)
+  string(REGEX MATCH "Copyright [^\n]*" SINEW_COPYRIGHT "${licence}")
+  string(REGEX REPLACE "^Copyright (\\(c\\) )?" "" SINEW_COPYRIGHT "${SINEW_COPYRIGHT}")
+  string(REGEX REPLACE "^.*(Redistribution and use)" "\\1" licence "${licence}")
+  string(REPLACE "\n\n" "\n.\n" licence "${licence}")
+  string(REGEX REPLACE "\n+$" "" licence "${licence}")
+  string(REPLACE "\n" "\n " SINEW_LICENCE_TEXT " ${licence}")
+  set(folder ${CMAKE_BINARY_DIR}/package/doc)
+  configure_file(cmake/package/copyright.in ${folder}/copyright @ONLY)
+  configure_file(cmake/package/changelog.in ${folder}/changelog.Debian @ONLY)
+  execute_process(COMMAND gzip -9nkf ${folder}/changelog.Debian COMMAND_ERROR_IS_FATAL ANY)
+  foreach(pair runtime:sinew dev:libsinew-dev sim:sinew-sim)
+    string(REPLACE ":" ";" pair ${pair})
+    list(GET pair 0 component)
+    list(GET pair 1 package)
+    install(FILES ${folder}/copyright ${folder}/changelog.Debian.gz DESTINATION share/doc/${package}
+            COMPONENT ${component})
+  endforeach()
+endif()
+
+# For the two scripts that run while packages are made.
+find_package(Python3 QUIET COMPONENTS Interpreter)
+set(CPACK_SINEW_PYTHON ${Python3_EXECUTABLE})
+set(CPACK_SINEW_SOURCE ${PROJECT_SOURCE_DIR})
+set(CPACK_SINEW_BUILD ${CMAKE_BINARY_DIR})
+set(CPACK_SINEW_SYSROOT ${CMAKE_SYSROOT})
+set(CPACK_SINEW_ARCH ${SINEW_PACKAGE_ARCH})
+set(CPACK_SINEW_TRIPLET ${CMAKE_LIBRARY_ARCHITECTURE})
+set(CPACK_PROJECT_CONFIG_FILE ${PROJECT_SOURCE_DIR}/cmake/package/depends.cmake)
+set(CPACK_POST_BUILD_SCRIPTS ${PROJECT_SOURCE_DIR}/cmake/package/describe.cmake)
+set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)  # tests are not installed; the target below names what is
+include(CPack)
+set(contents ${SINEW_INSTALLED_PROGRAMS})
+if(NOT WIN32)
+  get_property(rooms GLOBAL PROPERTY SINEW_INSTALLED_ROOMS)
+  list(APPEND contents ${rooms} sinew_completion)
+endif()
+add_custom_target(installed)
+add_dependencies(installed ${contents})
+add_custom_target(packages
+  COMMAND ${CMAKE_COMMAND} -E rm -rf ${CPACK_PACKAGE_DIRECTORY}
+  COMMAND ${CMAKE_CPACK_COMMAND} --config ${CMAKE_BINARY_DIR}/CPackConfig.cmake
+  WORKING_DIRECTORY ${CMAKE_BINARY_DIR} USES_TERMINAL VERBATIM)
+add_dependencies(packages installed)
