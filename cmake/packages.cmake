@@ -127,6 +127,14 @@ set(CPACK_SINEW_BUILD ${CMAKE_BINARY_DIR})
 set(CPACK_SINEW_SYSROOT ${CMAKE_SYSROOT})
 set(CPACK_SINEW_ARCH ${SINEW_PACKAGE_ARCH})
 set(CPACK_SINEW_TRIPLET ${CMAKE_LIBRARY_ARCHITECTURE})
+set(CPACK_SINEW_STATIC "")
+if(WIN32)  # what -static takes of the compiler
+  foreach(library libstdc++.a libgcc.a libgcc_eh.a libwinpthread.a libmingwex.a)
+    execute_process(COMMAND ${CMAKE_CXX_COMPILER} -print-file-name=${library} OUTPUT_VARIABLE path
+                    OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+    list(APPEND CPACK_SINEW_STATIC ${path})
+  endforeach()
+endif()
 set(CPACK_PROJECT_CONFIG_FILE ${PROJECT_SOURCE_DIR}/cmake/package/depends.cmake)
 set(CPACK_POST_BUILD_SCRIPTS ${PROJECT_SOURCE_DIR}/cmake/package/describe.cmake)
 set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)  # tests are not installed; the target below names what is

@@ -3,6 +3,7 @@ cmake_policy(VERSION 3.25)
 if(NOT CPACK_GENERATOR STREQUAL DEB)
   return()
 endif()
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "")  # each has one of its own
 set(command ${CPACK_SINEW_PYTHON} -B ${CPACK_SINEW_SOURCE}/tools/deb_depends.py)
 if(CPACK_SINEW_SYSROOT)
   list(APPEND command --sysroot ${CPACK_SINEW_SYSROOT} --arch ${CPACK_SINEW_ARCH} --triplet ${CPACK_SINEW_TRIPLET})

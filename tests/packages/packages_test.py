@@ -1,0 +1,274 @@
+"""The packages of a build, taken as their user takes them: unpacked somewhere else, and a project built against them.
+
+    packages_test.py --source DIR --build DIR [--emulator "qemu-arm -L SYSROOT" --toolchain FILE] [CASE...]
+
+The packages have to be there: `cmake --build DIR --target packages` makes them.
+"""
+import argparse
+import glob
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tarfile
+import tempfile
+import unittest
+import zipfile
+
+parser = argparse.ArgumentParser()
+parser.add_argument("--source", required=True)
+parser.add_argument("--build", required=True)
+parser.add_argument("--emulator", default="")
+parser.add_argument("--toolchain", default="")
+ARGS, CASES = parser.parse_known_args()
+PACKAGES = f"{ARGS.build}/packages"
+CROSS = bool(ARGS.emulator)
+WORK = tempfile.TemporaryDirectory(prefix="sinew-packages-")
+os.environ.update({"SINEW_RECORD": "off", "SINEW_RUN_DIR": f"{WORK.name}/run", "LC_ALL": "C"})
+os.mkdir(f"{WORK.name}/run", 0o700)
+
+
+def found(pattern):
+    return sorted(glob.glob(f"{PACKAGES}/{pattern}"))
+
+
+def unpacked():
+    """The folder that stands for usr/ of the machine: all packages together."""
+    folder = f"{WORK.name}/unpacked"
+    if not os.path.isdir(folder):
+        os.mkdir(folder)
+        for deb in found("*.deb"):
+            subprocess.run(["dpkg-deb", "-x", deb, folder], check=True)
+        for tarball in found("*.tar.gz"):
+            with tarfile.open(tarball) as tar:
+                tar.extractall(folder, filter="tar")
+    inner = glob.glob(f"{folder}/sinew-*")
+    return inner[0] if inner else f"{folder}/usr"
+
+
+if not found("*.spdx.json"):
+    print(f"no packages in {PACKAGES}; this makes them: cmake --build {ARGS.build} --target packages")
+    sys.exit(77)  # ctest: skipped
+
+
+def field(deb, name):
+    return subprocess.run(["dpkg-deb", "-f", deb, name], check=True, capture_output=True, text=True).stdout.strip()
+
+
+class Base(unittest.TestCase):
+    def sh(self, command, cwd=None, code=0, **env):
+        done = subprocess.run(command, cwd=cwd or WORK.name, shell=isinstance(command, str), capture_output=True,
+                              text=True, timeout=900, env={**os.environ, **env})
+        self.assertEqual(done.returncode, code, f"{command}\n{done.stdout}\n{done.stderr}")
+        return done.stdout
+
+    def program(self, name):
+        """How a program of the packages is started here."""
+        return ARGS.emulator.split() + [f"{unpacked()}/bin/{name}"]
+
+
+class Contents(Base):
+    def test_there_is_a_package_of_each_kind(self):
+        names = sorted(os.path.basename(p).split("_")[0] for p in found("*.deb"))
+        if names:
+            self.assertEqual(names, ["libsinew-dev", "sinew"] + ([] if CROSS else ["sinew-sim"]))
+        else:
+            self.assertEqual(len(found("*.tar.gz")), 1)
+
+    def test_each_has_what_it_is_for_and_nothing_else(self):
+        libraries = "usr/lib/[a-z0-9_-]+-linux-gnu[a-z]*/"
+        allowed = {
+            "sinew": rf"usr/bin/sinew(-fly)?$|{libraries}sinew/libsinew_libcamera\.so$|usr/lib/systemd/system/sinew@\.service$"
+                     r"|usr/share/(sinew/robots/\w+\.(toml|xml)|bash-completion/completions/sinew)$",
+            "libsinew-dev": rf"usr/include/sinew/[\w/]+\.hpp$|{libraries}(libsinew_\w+\.a|cmake/Sinew/Sinew[\w-]+\.cmake)$"
+                            r"|usr/share/doc/sinew/[\w-]+\.md$",
+            "sinew-sim": r"usr/bin/sinew-(sim|fuzz)$",
+        }
+        needed = {
+            "sinew": ["usr/bin/sinew", "usr/bin/sinew-fly", "usr/share/sinew/robots/quad.toml"],
+            "libsinew-dev": ["usr/include/sinew/rt/module.hpp", "usr/include/sinew/hal/linux/os.hpp"],
+            "sinew-sim": ["usr/bin/sinew-sim"],
+        }
+        for deb in found("*.deb"):
+            name = field(deb, "Package")
+            lines = self.sh(["dpkg-deb", "-c", deb]).splitlines()
+            paths = [line.split(None, 5)[5][2:] for line in lines]
+            files = [p for p in paths if not p.endswith("/")]
+            for path in files:
+                document = rf"usr/share/doc/{name}/(copyright|changelog\.Debian\.gz)$"
+                self.assertRegex(path, f"^({allowed[name]}|{document})", f"in {name}")
+            for path in needed[name] + [f"usr/share/doc/{name}/copyright"]:
+                self.assertIn(path, files)
+            for line, path in zip(lines, paths):
+                mode = "drwxr-xr-x" if path.endswith("/") else "-rwxr-xr-x" if "/bin/" in path else "-rw-r--r--"
+                self.assertTrue(line.startswith(f"{mode} root/root "), line)
+
+    def test_fields_are_those_of_debian(self):
+        for deb in found("*.deb"):
+            arch = deb.rsplit("_", 1)[1][:-len(".deb")]
+            self.assertEqual(field(deb, "Architecture"), arch)
+            self.assertRegex(field(deb, "Version"), r"^\d+\.\d+\.\d+-\d+$")
+            depends = field(deb, "Depends")
+            self.assertRegex(depends, r"libc6(-dev)?\b")
+            if field(deb, "Package") == "sinew":
+                self.assertRegex(depends, r"libc6 \(>= 2\.\d+\).*libstdc\+\+6 \(>= ")
+                self.assertIn("liblz4-1", depends)
+                self.assertNotIn("libcamera", depends, "it is loaded when a robot asks for it")
+            if field(deb, "Package") == "sinew-sim":
+                self.assertIn("libmujoco", depends)
+                self.assertIn(f"sinew (= {field(deb, 'Version')})", depends)
+
+    def test_programs_are_stripped_and_of_the_right_machine(self):
+        machines = {"amd64": "X86-64", "arm64": "AArch64", "armhf": "ARM", "mipsel": "MIPS"}
+        arch = next((m for m in machines if any(re.search(rf"[_-]{m}\.", p) for p in found("*.deb") + found("*.tar.gz"))))
+        for program in glob.glob(f"{unpacked()}/bin/*") + glob.glob(f"{unpacked()}/lib/*/sinew/*.so"):
+            self.assertIn(machines[arch], self.sh(["readelf", "-h", program]))
+            self.assertNotIn(".debug_info", self.sh(["readelf", "-SW", program]))
+            self.assertNotIn(".symtab", self.sh(["readelf", "-SW", program]))
+
+    def test_nothing_names_a_folder_of_the_machine_that_built_it(self):
+        hidden = [ARGS.source, ARGS.build] + re.findall(r"-L (\S+)", ARGS.emulator)
+        for where, _, names in os.walk(unpacked()):
+            for name in names:
+                with open(f"{where}/{name}", "rb") as f:
+                    data = f.read()
+                for folder in hidden:
+                    self.assertNotIn(os.path.realpath(folder).encode() + b"/", data, f"{where}/{name}")
+
+    def test_beside_each_is_a_true_bill_of_materials(self):
+        for package in found("*.deb") + found("*.tar.gz") + found("*.zip"):
+            self.sh([sys.executable, "-B", f"{ARGS.source}/tools/sbom_check.py", f"{package}.spdx.json", package])
+            with open(f"{package}.spdx.json") as f:
+                bill = json.load(f)
+            names = {p["name"] for p in bill["packages"]}
+            self.assertTrue({"sinew::rt", "sinew::hal", "libtomlplusplus-dev"} <= names or "sim" in package, names)
+            if "sim" in package:
+                self.assertTrue(any(n.startswith("libmujoco") for n in names), names)
+
+    def test_depends_are_what_dpkg_shlibdeps_says_of_the_installed_programs(self):
+        for deb in found("sinew_*.deb"):
+            with open(f"{deb}.spdx.json") as f:
+                bill = json.load(f)
+            ids = {p["SPDXID"]: p["name"] for p in bill["packages"]}
+            programs = {f["SPDXID"] for f in bill["files"] if "/bin/" in f["fileName"]}
+            linked = {ids[r["relatedSpdxElement"]] for r in bill["relationships"]
+                      if r["relationshipType"] == "DYNAMIC_LINK" and r["spdxElementId"] in programs}
+            self.assertEqual({d.split()[0] for d in field(deb, "Depends").split(", ")}, linked,
+                             "two ways to look it up, one answer")
+
+    def test_lintian_finds_no_error(self):
+        if not shutil.which("lintian"):
+            self.skipTest("lintian is not installed")
+        for deb in found("*.deb"):
+            self.sh(["lintian", "--fail-on", "error", "--suppress-tags", "bogus-mail-host,bogus-mail-host-in-debian-changelog",
+                     deb])
+
+
+class Installed(Base):
+    def test_the_command_runs(self):
+        self.assertRegex(self.sh(self.program("sinew") + ["--version"]), r"^\d+\.\d+\.\d+$")
+        said = self.sh(self.program("sinew") + ["check", f"{unpacked()}/share/sinew/robots/quad.toml"])
+        self.assertIn("topics", said)
+
+    def test_completion_is_the_commands_own(self):
+        with open(f"{unpacked()}/share/bash-completion/completions/sinew") as f:
+            self.assertEqual(f.read(), self.sh(self.program("sinew") + ["completion", "bash"]))
+
+    def test_a_robot_flies_with_the_simulator_beside_it(self):
+        if CROSS:
+            self.skipTest("sinew-sim is a desk's program")
+        said = self.sh(self.program("sinew") + ["run", f"{unpacked()}/share/sinew/robots/quad.toml", "--virtual",
+                                                "--duration", "0.5"], code=1, PATH="/usr/bin:/bin")
+        self.assertIn("did not land", said)
+
+    def test_without_the_simulator_it_is_said_where_it_comes_from(self):
+        alone = f"{WORK.name}/alone"
+        os.makedirs(alone)
+        shutil.copy(f"{unpacked()}/bin/sinew", alone)
+        command = ARGS.emulator.split() + [f"{alone}/sinew", "run", f"{unpacked()}/share/sinew/robots/quad.toml", "--virtual"]
+        done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "PATH": "/nowhere" if not CROSS
+                                                                            else "/usr/bin:/bin"})
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn("Debian package sinew-sim", done.stderr)
+
+
+class Project(Base):
+    """What `sinew new` writes, built by the commands of its README against the unpacked packages."""
+
+    def configure(self, folder, *options, code=0, **env):
+        command = ["cmake", "-B", "build", "-G", "Ninja", "-DCMAKE_CXX_COMPILER_LAUNCHER=", *options]
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, env={**os.environ, **env})
+        self.assertEqual(done.returncode == 0, code == 0, done.stdout + done.stderr)
+        return done.stdout + done.stderr
+
+    def project(self, name):
+        self.sh(self.program("sinew") + ["new", name])
+        return f"{WORK.name}/{name}"
+
+    def where(self, *extra):
+        options = [f"-DCMAKE_PREFIX_PATH={unpacked()}", *extra]
+        return options + [f"-DCMAKE_TOOLCHAIN_FILE={ARGS.toolchain}"] if ARGS.toolchain else options
+
+    def test_it_builds_and_runs_and_passes_its_test(self):
+        here = self.project("first")
+        said = self.configure(here, *self.where())
+        self.assertNotIn("Warning", said)
+        with open(f"{here}/build/CMakeCache.txt") as f:
+            self.assertIn(f"Sinew_DIR:PATH={unpacked()}/lib/", f.read())
+        self.sh(["cmake", "--build", "build", "-j2"], here)
+        self.sh(["ctest", "--test-dir", "build", "--no-tests=error"], here)
+        self.assertIn("1000 ok", self.sh(ARGS.emulator.split() + ["./build/first", "run", "first.toml", "--virtual"], here))
+        if not CROSS:  # a program elsewhere, with nothing in PATH, finds the simulator of the prefix
+            said = self.sh(["./build/first", "run", f"{unpacked()}/share/sinew/robots/quad.toml", "--virtual", "--duration",
+                            "0.5"], here, code=1, PATH="/usr/bin:/bin")
+            self.assertIn("did not land", said)
+        with open(f"{here}/build/build.ninja") as f:
+            rules = f.read()
+        self.assertIn("-ffp-contract=off", rules, "the same arithmetic as ours")
+        small = self.sh(["readelf", "-h", "build/first"], here).find("ELF32") >= 0
+        self.assertEqual("_TIME_BITS=64" in rules, small, "the same times as ours")
+
+    def test_the_command_that_wrote_it_is_found_without_a_word(self):
+        if CROSS:
+            self.skipTest("a cross build is told where the board's files are")
+        here = self.project("second")
+        self.configure(here, CMAKE_PREFIX_PATH="")
+        with open(f"{here}/build/CMakeCache.txt") as f:
+            self.assertIn(f"Sinew_DIR:PATH={unpacked()}/lib/", f.read())
+
+    def test_only_what_is_asked_for_is_looked_for(self):
+        here = f"{WORK.name}/small"
+        os.makedirs(here)
+        with open(f"{here}/CMakeLists.txt", "w") as f:
+            f.write("cmake_minimum_required(VERSION 3.25)\nproject(small LANGUAGES CXX)\n"
+                    "find_package(Sinew REQUIRED COMPONENTS rt OPTIONAL_COMPONENTS record nothing)\n"
+                    "message(STATUS \"record: ${Sinew_record_FOUND} nothing: ${Sinew_nothing_FOUND}\")\n"
+                    "if(TARGET fmt::fmt OR TARGET PNG::PNG)\n  message(FATAL_ERROR \"rt needs neither\")\nendif()\n")
+        said = self.configure(here, *self.where("-DSINEW_EXTERNAL_LZ4=OFF"))
+        self.assertIn("record: FALSE nothing: FALSE", said)
+
+    def test_what_is_missing_is_named_with_its_package(self):
+        here = f"{WORK.name}/missing"
+        os.makedirs(here)
+        with open(f"{here}/CMakeLists.txt", "w") as f:
+            f.write("cmake_minimum_required(VERSION 3.25)\nproject(missing LANGUAGES CXX)\n"
+                    "find_package(Sinew REQUIRED COMPONENTS record kitchen)\n")
+        said = self.configure(here, *self.where("-DSINEW_EXTERNAL_LZ4=OFF"), code=1)
+        flat = " ".join(said.split())
+        self.assertIn("sinew::record: SinewExternal::lz4 is missing (Debian: liblz4-dev)", flat)
+        self.assertIn("sinew::kitchen: there is no such room in this Sinew", flat)
+
+    def test_libraries_of_another_machine_are_refused(self):
+        here = f"{WORK.name}/foreign"
+        os.makedirs(here)
+        with open(f"{here}/CMakeLists.txt", "w") as f:
+            f.write("cmake_minimum_required(VERSION 3.25)\nproject(foreign LANGUAGES CXX)\n"
+                    "set(CMAKE_LIBRARY_ARCHITECTURE vax-linux-gnu)\nfind_package(Sinew REQUIRED COMPONENTS rt)\n")
+        folder = glob.glob(f"{unpacked()}/lib/*/cmake/Sinew")[0]
+        self.assertRegex(self.configure(here, *self.where(f"-DSinew_DIR={folder}"), code=1), r"version: [\d.]+ \(\S+-linux-gnu")
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *CASES], verbosity=2)

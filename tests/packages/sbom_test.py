@@ -1,0 +1,110 @@
+"""tools/sbom_check.py names what is wrong in a bill of materials, and tools/sbom.py reads licences as they are meant."""
+import copy
+import hashlib
+import os
+import sys
+import tempfile
+import unittest
+import zipfile
+
+TOOLS = sys.argv[1]
+sys.path.insert(0, TOOLS)
+import debian_packages  # noqa: E402
+import sbom  # noqa: E402
+from sbom_check import problems_of  # noqa: E402
+
+DEP5 = "Format: https://www.debian.org/doc/packaging-manuals/copyright-format/1.0/\n\n"
+
+
+class Bill(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.package = f"{self.folder.name}/sinew-0.1.0-windows-x86-64.zip"
+        with zipfile.ZipFile(self.package, "w") as archive:
+            archive.writestr("sinew/README.md", "read me")
+            archive.writestr("sinew/robots/quad.toml", "robot")
+        files = sbom.unpack(self.package, f"{self.folder.name}/unpacked")
+        self.document = sbom.Document(self.package, files, f"{self.folder.name}/unpacked")
+
+    def bill(self):
+        import json
+        return json.loads(self.document.text())
+
+    def problem(self, change, package=None):
+        bill = copy.deepcopy(self.bill())
+        change(bill)
+        return "\n".join(problems_of(bill, package))
+
+    def test_a_whole_one_has_no_problem(self):
+        self.assertEqual(problems_of(self.bill(), self.package), [])
+
+    def test_hashes_are_those_of_the_files(self):
+        told = {f["fileName"]: f["checksums"][1]["checksumValue"] for f in self.bill()["files"]}
+        self.assertEqual(told["./sinew/README.md"], hashlib.sha256(b"read me").hexdigest())
+
+    def test_each_wrong_thing_is_named(self):
+        def change(path, value):
+            def apply(bill):
+                at = bill
+                for key in path[:-1]:
+                    at = at[key]
+                if value is None:
+                    del at[path[-1]]
+                else:
+                    at[path[-1]] = value
+            return apply
+
+        wrong = [
+            (("spdxVersion",), "SPDX-2.2", "spdxVersion"),
+            (("documentNamespace",), "https://a/b#c", "documentNamespace"),
+            (("creationInfo", "created"), "yesterday", "created"),
+            (("packages", 0, "downloadLocation"), None, "downloadLocation"),
+            (("packages", 0, "licenseDeclared"), "a licence, or so", "licenseDeclared"),
+            (("packages", 0, "packageVerificationCode"), None, "packageVerificationCode"),
+            (("packages", 0, "supplier"), "someone", "supplier"),
+            (("files", 0, "fileName"), "/absolute", "fileName"),
+            (("files", 0, "checksums"), [], "no SHA256"),
+            (("files", 0, "SPDXID"), "SPDXRef-DOCUMENT", "twice"),
+            (("relationships", 0, "relatedSpdxElement"), "SPDXRef-Package-none", "not in the document"),
+            (("relationships", 0, "relationshipType"), "KNOWS", "KNOWS"),
+            (("files",), None, "files is missing"),
+        ]
+        for path, value, named in wrong:
+            with self.subTest(path=path):
+                self.assertIn(named, self.problem(change(path, value)))
+
+    def test_a_lie_about_the_package_is_found(self):
+        def other_hash(bill):
+            bill["files"][0]["checksums"][1]["checksumValue"] = "0" * 64
+        self.assertIn("other checksums", self.problem(other_hash, self.package))
+
+        def one_less(bill):
+            gone = bill["files"].pop()["SPDXID"]
+            bill["relationships"] = [r for r in bill["relationships"] if r["relatedSpdxElement"] != gone]
+        self.assertIn("not in the document", self.problem(one_less, self.package))
+        with zipfile.ZipFile(self.package, "a") as archive:
+            archive.writestr("sinew/late.txt", "late")
+        said = self.problem(lambda bill: None, self.package)
+        self.assertIn("sinew/late.txt: is in the package", said)
+        self.assertIn("SHA256", said)
+
+    def test_a_licence_is_named_only_where_there_is_one(self):
+        one = DEP5 + "Files: *\nCopyright: a\nLicense: Expat\n\nFiles: debian/*\nCopyright: b\nLicense: GPL-2+\n"
+        self.assertEqual(debian_packages.licence_of(one)[0], "MIT")
+        two = one + "\nFiles: src/*\nCopyright: c\nLicense: Zlib\n"
+        self.assertEqual(debian_packages.licence_of(two), ("NOASSERTION", "Debian's copyright file names: Expat; Zlib"))
+        self.assertEqual(debian_packages.licence_of(one.replace("Expat", "My-own"))[0], "NOASSERTION")
+        self.assertEqual(debian_packages.licence_of("This is free.\n")[0], "NOASSERTION")
+
+    def test_what_cannot_be_looked_up_is_an_error(self):
+        with self.assertRaisesRegex(SystemExit, "no package database"):
+            debian_packages.Debian(self.folder.name)
+        with self.assertRaisesRegex(SystemExit, "libnobody.so.7: no Debian package"):
+            debian_packages.Debian("").library("libnobody.so.7")
+        with self.assertRaisesRegex(SystemExit, "NAME-VERSION-MACHINE"):
+            sbom.name_of("sinew.zip")
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0]], verbosity=2)
