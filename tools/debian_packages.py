@@ -45,9 +45,9 @@ class Debian:
         return self.owners[path]
 
     def headers(self):
-        """{path: package} of the libraries that are headers, of those that are there."""
+        """{path: package} of the libraries that are headers, or can be used so, of those that are there."""
         found = {}
-        for package in HEADER_LIBRARIES:
+        for package in (*HEADER_LIBRARIES, "libfmt-dev"):
             done = subprocess.run(["dpkg-query", f"--admindir={self.admindir}", "-L", package], capture_output=True, text=True)
             found.update({path: package for path in done.stdout.splitlines() if path.startswith("/usr/include/")})
         return found

@@ -22,7 +22,7 @@ import tarfile
 import tempfile
 import zipfile
 
-from debian_packages import NONE, Debian, run
+from debian_packages import HEADER_LIBRARIES, NONE, Debian, run
 
 
 def unpack(package, folder):
@@ -84,8 +84,12 @@ class Build:
         return rooms, {p for i in inputs for h in self.objects.get(i, ()) if (p := self.owner(h))}
 
     def owner(self, header):
+        headers_only = header.startswith("external/")  # apps/CMakeLists.txt, for Windows
+        if headers_only:
+            header = os.path.realpath(os.path.join(self.folder, header))
         at = header.find("/usr/include/")  # also below a sysroot
-        return self.owners.get(header[at:]) if at >= 0 else None
+        owner = self.owners.get(header[at:]) if at >= 0 else None
+        return owner if headers_only or owner in HEADER_LIBRARIES else None
 
 
 class Document:
