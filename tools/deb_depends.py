@@ -71,6 +71,13 @@ def main():
         parser.error("--sysroot needs --arch and --triplet")
     if not shutil.which("dpkg-shlibdeps"):
         sys.exit("deb_depends: dpkg-shlibdeps is missing (Debian: dpkg-dev)")
+    for path in args.depends + args.recommends:
+        try:
+            with open(path, "rb") as f:
+                if f.read(4) != b"\x7fELF":
+                    sys.exit(f"deb_depends: {path}: neither a program nor a library")
+        except OSError as error:
+            sys.exit(f"deb_depends: {path}: {error.strerror}")
     with tempfile.TemporaryDirectory() as folder:
         found = shlibdeps(args, folder)
     needed = found.get("Depends", "")

@@ -1,7 +1,8 @@
-"""tools/sbom_check.py names what is wrong in a bill of materials, and tools/sbom.py reads licences as they are meant."""
+"""The tools of packages: what is wrong in a bill of materials is named, and what cannot be looked up is an error."""
 import copy
 import hashlib
-import os
+import json
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -28,7 +29,6 @@ class Bill(unittest.TestCase):
         self.document = sbom.Document(self.package, files, f"{self.folder.name}/unpacked")
 
     def bill(self):
-        import json
         return json.loads(self.document.text())
 
     def problem(self, change, package=None):
@@ -104,6 +104,19 @@ class Bill(unittest.TestCase):
             debian_packages.Debian("").library("libnobody.so.7")
         with self.assertRaisesRegex(SystemExit, "NAME-VERSION-MACHINE"):
             sbom.name_of("sinew.zip")
+
+    def test_dependencies_that_cannot_be_looked_up_are_an_error(self):
+        def depends(*options):
+            return subprocess.run([sys.executable, "-B", f"{TOOLS}/deb_depends.py", *options], capture_output=True, text=True)
+        said = depends("--sysroot", self.folder.name, "--arch", "arm64", "--triplet", "aarch64-linux-gnu", "--depends",
+                       "/bin/true")
+        self.assertEqual((said.returncode, said.stdout), (1, ""))
+        self.assertIn("no package database", said.stderr)
+        said = depends("--depends", self.package)
+        self.assertEqual((said.returncode, said.stdout), (1, ""), "a zip is no program")
+        self.assertEqual(depends("--sysroot", "/", "--depends", "/bin/true").returncode, 2)
+        said = depends("--depends", "/bin/true", "--recommends", "/bin/true")
+        self.assertRegex(said.stdout, r"^Depends: libc6 \(>= [0-9.]+\)\nRecommends: \n$", said.stderr)
 
 
 if __name__ == "__main__":
