@@ -21,6 +21,9 @@ set(SINEW_PACKAGE_ARCH ${SINEW_BOARD})
 if(NOT SINEW_BOARD AND NOT WIN32)
   execute_process(COMMAND dpkg --print-architecture OUTPUT_VARIABLE SINEW_PACKAGE_ARCH OUTPUT_STRIP_TRAILING_WHITESPACE
                   ERROR_QUIET)
+  if(NOT SINEW_PACKAGE_ARCH)
+    set(SINEW_PACKAGE_ARCH ${CMAKE_SYSTEM_PROCESSOR})
+  endif()
 endif()
 if(WIN32)
   string(REPLACE _ - SINEW_PACKAGE_ARCH windows-${CMAKE_SYSTEM_PROCESSOR})
@@ -28,7 +31,7 @@ if(WIN32)
   set(CPACK_COMPONENTS_ALL runtime)
 elseif(SINEW_PACKAGE_ARCH MATCHES "^(amd64|arm64|armhf)$")
   set(CPACK_GENERATOR DEB)
-else()  # a system of another kind, or a machine that Debian 13 has no longer
+else()  # mipsel: a board with that processor seldom runs Debian, and Debian 13 has it no longer
   set(CPACK_GENERATOR TGZ)
 endif()
 set(CPACK_PACKAGE_FILE_NAME sinew-${PROJECT_VERSION}-${SINEW_PACKAGE_ARCH})
