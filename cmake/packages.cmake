@@ -42,7 +42,7 @@ if(NOT CPACK_GENERATOR STREQUAL DEB)
   set(CPACK_COMPONENT_INCLUDE_TOPLEVEL_DIRECTORY ON)
 endif()
 
-# Debian's fields. Which packages the programs need is looked up when packages are made: cmake/package/describe.cmake.
+# Debian's fields. Which packages the programs need is looked up when packages are made: cmake/package/depends.cmake.
 set(SINEW_DEB_VERSION ${PROJECT_VERSION}-1)
 set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
