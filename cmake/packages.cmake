@@ -21,6 +21,9 @@ set(SINEW_PACKAGE_ARCH ${SINEW_BOARD})
 if(NOT SINEW_BOARD AND NOT WIN32)
   execute_process(COMMAND dpkg --print-architecture OUTPUT_VARIABLE SINEW_PACKAGE_ARCH OUTPUT_STRIP_TRAILING_WHITESPACE
                   ERROR_QUIET)
+  if(NOT SINEW_PACKAGE_ARCH)
+    set(SINEW_PACKAGE_ARCH ${CMAKE_SYSTEM_PROCESSOR})
+  endif()
 endif()
 if(WIN32)
   string(REPLACE _ - SINEW_PACKAGE_ARCH windows-${CMAKE_SYSTEM_PROCESSOR})
@@ -28,8 +31,12 @@ if(WIN32)
   set(CPACK_COMPONENTS_ALL runtime)
 elseif(SINEW_PACKAGE_ARCH MATCHES "^(amd64|arm64|armhf)$")
   set(CPACK_GENERATOR DEB)
-else()  # a system of another kind, or a machine that Debian 13 has no longer
+else()  # mipsel: a board with that processor seldom runs Debian, and Debian 13 has it no longer
   set(CPACK_GENERATOR TGZ)
+endif()
+set(SINEW_PACKAGE_KIND "" CACHE STRING "DEB or TGZ, where another kind is wanted than the machine's usual one")
+if(SINEW_PACKAGE_KIND)
+  set(CPACK_GENERATOR ${SINEW_PACKAGE_KIND})
 endif()
 set(CPACK_PACKAGE_FILE_NAME sinew-${PROJECT_VERSION}-${SINEW_PACKAGE_ARCH})
 if(NOT CPACK_GENERATOR STREQUAL DEB)
@@ -39,7 +46,7 @@ if(NOT CPACK_GENERATOR STREQUAL DEB)
   set(CPACK_COMPONENT_INCLUDE_TOPLEVEL_DIRECTORY ON)
 endif()
 
-# Debian's fields. Which packages the programs need is looked up when packages are made: cmake/package/describe.cmake.
+# Debian's fields. Which packages the programs need is looked up when packages are made: cmake/package/depends.cmake.
 set(SINEW_DEB_VERSION ${PROJECT_VERSION}-1)
 set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
 set(CPACK_DEB_COMPONENT_INSTALL ON)

@@ -9,7 +9,8 @@ if(CPACK_SINEW_SYSROOT)
   list(APPEND command --sysroot ${CPACK_SINEW_SYSROOT} --arch ${CPACK_SINEW_ARCH} --triplet ${CPACK_SINEW_TRIPLET})
 endif()
 
-# sinew_look_up(COMPONENT EXACT [LOADED]): EXACT packages of ours; LOADED is a library that a program takes when it is there.
+# sinew_look_up(COMPONENT EXACT PROGRAMS [LOADED]): EXACT packages of ours; LOADED is a library that a program takes when it
+# is there.
 function(sinew_look_up component exact programs)
   set(recommends "")
   if(ARGN AND EXISTS ${ARGN})

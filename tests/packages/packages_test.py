@@ -4,7 +4,6 @@
 
 The packages have to be there: `cmake --build DIR --target packages` makes them.
 """
-import argparse
 import glob
 import json
 import os
@@ -13,63 +12,9 @@ import shutil
 import subprocess
 import sys
 import tarfile
-import tempfile
 import unittest
-import zipfile
 
-parser = argparse.ArgumentParser()
-parser.add_argument("--source", required=True)
-parser.add_argument("--build", required=True)
-parser.add_argument("--emulator", default="")
-parser.add_argument("--toolchain", default="")
-ARGS, CASES = parser.parse_known_args()
-PACKAGES = f"{ARGS.build}/packages"
-CROSS = bool(ARGS.emulator)
-WORK = tempfile.TemporaryDirectory(prefix="sinew-packages-")
-os.environ.update({"SINEW_RECORD": "off", "SINEW_RUN_DIR": f"{WORK.name}/run", "LC_ALL": "C"})
-os.mkdir(f"{WORK.name}/run", 0o700)
-
-
-def found(pattern):
-    return sorted(glob.glob(f"{PACKAGES}/{pattern}"))
-
-
-def unpacked():
-    """The folder that stands for usr/ of the machine: all packages together."""
-    folder = f"{WORK.name}/unpacked"
-    if not os.path.isdir(folder):
-        os.mkdir(folder)
-        for deb in found("*.deb"):
-            subprocess.run(["dpkg-deb", "-x", deb, folder], check=True)
-        for archive in found("*.zip"):
-            with zipfile.ZipFile(archive) as z:
-                z.extractall(folder)
-        for tarball in found("*.tar.gz"):
-            with tarfile.open(tarball) as tar:
-                tar.extractall(folder, filter="tar")
-    inner = glob.glob(f"{folder}/sinew-*")
-    return inner[0] if inner else f"{folder}/usr"
-
-
-if not found("*.spdx.json"):
-    print(f"no packages in {PACKAGES}; this makes them: cmake --build {ARGS.build} --target packages")
-    sys.exit(77)  # ctest: skipped
-
-
-def field(deb, name):
-    return subprocess.run(["dpkg-deb", "-f", deb, name], check=True, capture_output=True, text=True).stdout.strip()
-
-
-class Base(unittest.TestCase):
-    def sh(self, command, cwd=None, code=0, **env):
-        done = subprocess.run(command, cwd=cwd or WORK.name, shell=isinstance(command, str), capture_output=True,
-                              text=True, timeout=900, env={**os.environ, **env})
-        self.assertEqual(done.returncode, code, f"{command}\n{done.stdout}\n{done.stderr}")
-        return done.stdout
-
-    def program(self, name):
-        """How a program of the packages is started here."""
-        return ARGS.emulator.split() + [f"{unpacked()}/bin/{name}"]
+from unpacked import ARGS, CASES, CROSS, WORK, Base, field, found, unpacked
 
 
 class Contents(Base):
@@ -179,35 +124,6 @@ class Lintian(Base):  # a minute for each package
             self.skipTest("lintian is not installed")
         for deb in found("*.deb"):
             self.sh(["lintian", "--fail-on", "error", deb])
-
-
-class Windows(Base):
-    def test_the_folder_has_the_program_its_robots_and_the_pages(self):
-        have = {os.path.relpath(os.path.join(w, n), unpacked()) for w, _, names in os.walk(unpacked()) for n in names}
-        for path in ("bin/sinew-fly.exe", "robots/quad.toml", "docs/windows.md", "README.md", "LICENSE"):
-            self.assertIn(path, have)
-        for path in have:
-            self.assertRegex(path, r"^(bin/sinew-fly\.exe|robots/\w+\.(toml|xml)|docs/[\w-]+\.md|README\.md|LICENSE)$")
-
-    def test_the_program_runs_and_reads_its_robot(self):
-        program = ARGS.emulator.split() + ["bin/sinew-fly.exe"]
-        said = subprocess.run(program, cwd=unpacked(), capture_output=True, text=True)
-        self.assertEqual(said.returncode, 2)
-        self.assertIn("usage: sinew-fly ROBOT.toml ENDPOINT", said.stderr)
-        said = subprocess.run(program + ["robots/quad.toml", "tcp:127.0.0.1:1"], cwd=unpacked(), capture_output=True, text=True)
-        self.assertEqual(said.returncode, 2, said.stderr)
-        self.assertIn("tcp:127.0.0.1:1", said.stderr, "the robot was understood, nobody listens")
-
-    def test_it_loads_nothing_that_windows_has_not(self):
-        names = re.findall(r"DLL Name: (\S+)", self.sh(["objdump", "-p", f"{unpacked()}/bin/sinew-fly.exe"]))
-        self.assertEqual({n.lower() for n in names}, {"kernel32.dll", "ws2_32.dll", "msvcrt.dll"})
-
-    def test_beside_it_is_a_true_bill_of_materials(self):
-        package = found("*.zip")[0]
-        self.sh([sys.executable, "-B", f"{ARGS.source}/tools/sbom_check.py", f"{package}.spdx.json", package])
-        with open(f"{package}.spdx.json") as f:
-            names = {p["name"] for p in json.load(f)["packages"]}
-        self.assertLessEqual({"sinew::hal_wince", "libtomlplusplus-dev", "libfmt-dev", "nlohmann-json3-dev"}, names)
 
 
 class Installed(Base):
