@@ -12,6 +12,7 @@
 #include "apps/toml_reader.hpp"
 #include "msg/actuators.hpp"
 #include "msg/image.hpp"
+#include "sim_hil/world_list.hpp"
 
 namespace sinew::app {
 namespace {
@@ -276,7 +277,7 @@ void read_sim(TomlReader& r, SimOptions& sim) {
     r.problem(*r.raw().get("plant"), "plant", kPlants);
   std::int64_t number = 0;
   constexpr const char* kWorlds = "the name of a world of sinew-sim: \"quad\", \"desk_head\"";
-  if (r.read("world", sim.world, kWorlds) && sim.world != "quad" && sim.world != "desk_head")
+  if (r.read("world", sim.world, kWorlds) && sim_hil::parts_of_world(sim.world).empty())
     r.problem(*r.raw().get("world"), "world", kWorlds);
   for (const char* key : {"camera_width", "camera_height"})
     if (const toml::node* node = r.raw().get(key); node && !sim.camera_line) sim.camera_line = line_of(*node);

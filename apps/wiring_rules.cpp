@@ -13,6 +13,7 @@
 #include "drivers/kernel_drivers.hpp"
 #include "rt/graph_check.hpp"
 #include "rt/parameters.hpp"
+#include "sim_hil/world_list.hpp"
 
 namespace sinew::app {
 namespace {
@@ -84,11 +85,31 @@ class WiringCheck {
                        [&](const auto& d) { return d.name == device.driver && drivers::gives(d, what); });
   }
 
+  /// What there is in the plant that is started; empty: another one's parts are not known.
+  std::span<const sim_hil::WorldPart> world() const {
+    if (robot_.sim.plant != "auto") return {};
+    return sim_hil::parts_of_world(robot_.sim.world);
+  }
+  const sim_hil::WorldPart* part(std::string_view name, std::string_view what) const {
+    for (const sim_hil::WorldPart& p : world())
+      if (p.name == name && sim_hil::to_string(p.kind) == what) return &p;
+    return nullptr;
+  }
+  std::string parts_that_give(std::string_view what) const {
+    std::string names;
+    for (const sim_hil::WorldPart& p : world())
+      if (sim_hil::to_string(p.kind) == what) names += (names.empty() ? "" : ", ") + std::string(p.name);
+    return fmt::format("the name of {} in the world {}: {}", what, robot_.sim.world,
+                       names.empty() ? "there is none" : names);
+  }
+
   /// Of `user` ("module.imu"), which has `device` at `line` under `key`; its table where that is right.
   const DeviceSpec* wired(const std::string& device, std::string_view what, const std::string& user, std::string key,
                           int line) {
     if (std::find(used_.begin(), used_.end(), device) == used_.end()) used_.push_back(device);
     const DeviceSpec* spec = table(device);
+    if (board_of(graph_.spec(), device) == "sim" && !part(device, what) && !world().empty())
+      add(line, key, rt::quoted(device), parts_that_give(what));
     if (!spec) {
       if (board_of(graph_.spec(), device) == "linux")
         add(line, std::move(key), rt::quoted(device), tables_that_give(what));
@@ -148,6 +169,10 @@ class WiringCheck {
   void actuator(const rt::ActuatorSpec& a) {
     const std::string key = "actuator." + a.name;
     const DeviceSpec* device = wired(a.name, kActuators, "[" + key + "]", key, a.line);
+    const sim_hil::WorldPart* simulated = board_of(graph_.spec(), a.name) == "sim" ? part(a.name, kActuators) : nullptr;
+    if (simulated && a.channels != simulated->channels)
+      add(line_or(a.channels_line, a.line), key + ".channels", std::to_string(a.channels),
+          fmt::format("{}: so many has {} in the world {}", simulated->channels, a.name, robot_.sim.world));
     if (!device || device->joints.empty()) return;
     if (a.channels != device->joints.size())
       add(line_or(a.channels_line, a.line), key + ".channels", std::to_string(a.channels),

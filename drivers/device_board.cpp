@@ -41,7 +41,6 @@ namespace {
 /// Who has which serial line, chip, camera or bus.
 class Claims {
  public:
-  explicit Claims(std::vector<rt::Problem>& problems) : problems_(problems) {}
   void take(const DeviceKeys& keys) {
     for (const DeviceKeys::Claim& claim : keys.claims()) {
       const auto [owner, free] = owners_.emplace(claim.place, keys.path());
@@ -52,9 +51,10 @@ class Claims {
                            "one that no other has: it is [" + owner->second + "]'s"});
     }
   }
+  std::vector<rt::Problem> problems() { return std::move(problems_); }
 
  private:
-  std::vector<rt::Problem>& problems_;
+  std::vector<rt::Problem> problems_;
   std::map<std::string, std::string> owners_;
 };
 
@@ -62,7 +62,7 @@ class Claims {
 
 std::vector<rt::Problem> check_devices(const DeviceSpecs& specs, std::span<const DriverKind> drivers) {
   std::vector<rt::Problem> problems;
-  Claims claims(problems);
+  Claims claims;
   for (const DeviceSpec& spec : specs.buses) {
     DeviceKeys keys(spec, "bus." + spec.name, problems);
     static_cast<void>(read_can_bus(keys));
@@ -84,7 +84,9 @@ std::vector<rt::Problem> check_devices(const DeviceSpecs& specs, std::span<const
       problems.push_back({spec.joints.front().line, path + ".joint", "[[" + path + ".joint]]",
                           "none: only the driver can_servos has joints"});
   }
-  if (problems.empty()) problems = check_buses(specs);  // what is of wrong form has no load
+  // What is of wrong form neither claims nor loads anything.
+  if (problems.empty()) problems = claims.problems();
+  if (problems.empty()) problems = check_buses(specs);
   return problems;
 }
 

@@ -90,10 +90,14 @@ class ParentTest : public testing::Test {
     if (!folder_.empty()) fs::remove_all(folder_);
   }
 
+  // Of the first line, told when the runtime has begun.
+  std::string warning_;
+
   int run(std::function<int(ParentLine&)> body, int stop_failures = 0, bool another_line = false) {
     testing::internal::CaptureStderr();
     Supervised supervised{.robot = "robot", .body = std::move(body)};
     supervised.stops.push_back({.line = std::make_unique<CountedStop>(stops_, stop_failures)});
+    *supervised.stops[0].warning = warning_;
     if (another_line) supervised.stops[0].open = [this] { return std::make_unique<CountedStop>(other_stops_); };
     const int code = run_with_parent(options_, std::move(supervised));
     said_ = testing::internal::GetCapturedStderr();
@@ -184,6 +188,21 @@ TEST_F(ParentTest, RuntimeThatCommitsIsNotTakenForHanging) {
   });
   EXPECT_EQ(code, 0) << said_;
   EXPECT_EQ(stops_, 0);
+}
+
+TEST_F(ParentTest, WhatAStopLineLacksIsToldOnceTheRuntimeHasBegun) {
+  warning_ = "no stop line to bus 'can0'";
+  EXPECT_EQ(run([](ParentLine&) { return 2; }), 2);
+  EXPECT_EQ(said_, "") << "what did not begin has said why";
+  EXPECT_EQ(run([](ParentLine& line) {
+              SmallRuntime runtime(line);
+              if (!runtime.supervised()) return 9;
+              runtime.commit(5);
+              line.ending();
+              return 0;
+            }),
+            0);
+  EXPECT_EQ(said_, "warning: no stop line to bus 'can0'\n");
 }
 
 TEST_F(ParentTest, DeathBeforeTheTopicsExistStopsTheActuatorsToo) {

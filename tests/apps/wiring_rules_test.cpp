@@ -134,16 +134,39 @@ TEST(WiringRules, AModuleOfADeviceOfAnotherKindIsRefusedOnAnyBoard) {
   EXPECT_THAT(problems({wrong}), ElementsAre(at("params = { device = \"air\"") + said));
 }
 
+LoadedRobot simulated(const std::string& sim, const std::vector<Change>& changes = {}) {
+  std::vector<Change> all = changes;
+  all.emplace_back("board = \"linux\"", "board = \"sim\"");
+  std::string text = changed(all) + "[sim]\n" + sim;
+  return parse_robot(text, "r.toml");
+}
+std::vector<std::string> problems_of(const LoadedRobot& loaded) {
+  std::vector<std::string> out;
+  for (const auto& p : loaded.problems) out.push_back(rt::to_string(p, "r.toml"));
+  for (const auto& p : check_robot(loaded.robot, rt::Graph(loaded.robot.graph, all_modules()), {}))
+    out.push_back(rt::to_string(p, "r.toml"));
+  return out;
+}
+
 TEST(WiringRules, WithASimulatorOnlyTablesThatAreThereAreLookedAt) {
-  LoadedRobot loaded = parse_robot(changed({{"board = \"linux\"", "board = \"sim\""}}), "r.toml");
+  LoadedRobot loaded = simulated("plant = \"unix:/tmp/plant\"\n");
   std::erase_if(loaded.robot.devices.devices, [](const auto& d) { return d.name == "imu"; });
-  const rt::Graph graph(loaded.robot.graph, all_modules());
-  EXPECT_THAT(check_robot(loaded.robot, graph, {}), IsEmpty());
+  EXPECT_THAT(problems_of(loaded), IsEmpty());
   for (auto& d : loaded.robot.devices.devices)
     if (d.name == "air") d.driver = "qmc5883l";
-  const auto wrong = check_robot(loaded.robot, graph, {});
-  ASSERT_EQ(wrong.size(), 1u);
-  EXPECT_THAT(wrong[0].allowed, HasSubstr("gives baro"));
+  EXPECT_THAT(problems_of(loaded), ElementsAre(HasSubstr("a device that gives baro")));
+}
+
+TEST(WiringRules, AWorldThatIsStartedHasWhatTheRobotUses) {
+  EXPECT_THAT(problems_of(simulated("world = \"desk_head\"\n")),
+              ElementsAre(at("params = { device = \"air\"") + "module.baro.params.device: \"air\": the name of baro in "
+                                                              "the world desk_head: there is none",
+                          at("params = { device = \"head\"") + "module.joints.params.device: \"head\": the name of "
+                                                               "joints in the world desk_head: joints"));
+  EXPECT_THAT(problems_of(simulated("world = \"quad\"\n", {{"device = \"air\"", "device = \"baro\""}})),
+              ElementsAre(HasSubstr("module.joints.params.device: \"head\""),
+                          at("[actuator.head]") + "actuator.head: \"head\": the name of actuators in the world quad: "
+                                                  "motors"));
 }
 
 TEST(WiringRules, AnActuatorGroupWithoutADeviceIsRefused) {
@@ -203,14 +226,11 @@ TEST(WiringRules, FramesFitIntoTheirTopic) {
 }
 
 TEST(WiringRules, FramesOfTheSimulatorFitIntoTheirTopic) {
-  LoadedRobot loaded = parse_robot(
-      changed({{"board = \"linux\"", "board = \"sim\""}, {"[device.imu]", "[sim]\ncamera_width = 1280\n[device.imu]"}}),
-      "r.toml");
-  loaded.robot.sim.camera_height = 960;
-  const auto wrong = check_robot(loaded.robot, rt::Graph(loaded.robot.graph, all_modules()), {});
-  ASSERT_EQ(wrong.size(), 1u);
-  EXPECT_EQ(wrong[0].key, "sim.camera");
-  EXPECT_EQ(wrong[0].line, std::stoi(at("[device.imu]").substr(7)) + 1);
+  const std::string world = "world = \"desk_head\"\n", size = "camera_width = 1280\ncamera_height = 960\n";
+  EXPECT_THAT(problems_of(simulated(world + size)),
+              ::testing::Contains(HasSubstr("sim.camera: 1280x960 yuyv, 2457600")));
+  EXPECT_THAT(problems_of(simulated(world)), ::testing::Not(::testing::Contains(HasSubstr("sim.camera"))));
+  EXPECT_THAT(problems_of(simulated("plant = \"unix:/tmp/plant\"\n" + size)), IsEmpty()) << "another's own size";
 }
 
 // ---- joints and buses

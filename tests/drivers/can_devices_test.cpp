@@ -200,6 +200,19 @@ TEST(CanDevices, DronecanJointsHaveTheirPlaceAndAnswerOftenEnough) {
   EXPECT_THAT(texts(specs), IsEmpty());
 }
 
+TEST(CanDevices, WhyABusCannotBeOpenedIsSaidOnceWhoeverAsksFirst) {
+  for (const bool joints_first : {false, true}) {
+    test::NoConnectors connectors;
+    DeviceBoard board(head(), all_drivers(), connectors, hal::linux_os());
+    if (joints_first) static_cast<void>(board.sensor<msg::JointState>("joints"));
+    EXPECT_FALSE(board.actuators("head"));
+    EXPECT_FALSE(board.sensor<msg::JointState>("joints"));
+    EXPECT_EQ(board.problem(),
+              "device 'head' (driver can_servos): bus 'can0': /dev/nothing: no such file\n"
+              "device 'joints' (driver joints_of): device 'head' is not there");
+  }
+}
+
 TEST(CanDevices, BusThatCannotCarryItsJointsDoesNotStart) {
   DeviceSpecs specs = head();
   specs.buses[0].keys["bit_rate"] = {rt::ParamValue{std::int64_t{125'000}}, 2};
@@ -217,8 +230,12 @@ TEST(CanDevices, BusThatCannotCarryItsJointsDoesNotStart) {
   const hal::Status started = board.start();
   ASSERT_FALSE(started);
   EXPECT_EQ(started.error().code, hal::Errc::bad_argument);
-  EXPECT_THAT(board.problem(), HasSubstr("bus 'can0': "));
-  EXPECT_THAT(board.problem(), HasSubstr("%"));
+  const auto checked = texts(specs);
+  ASSERT_EQ(checked.size(), 1u);
+  const auto load = checked[0].find("2 servos at 1000 Hz need ");
+  ASSERT_NE(load, std::string::npos) << checked[0];
+  EXPECT_EQ(checked[0].substr(0, load), "r.toml:1: bus.can0.max_load_percent: 90: ");
+  EXPECT_EQ(board.problem(), "bus 'can0': max_load_percent: 90: " + checked[0].substr(load)) << "by the same function";
 }
 
 }  // namespace

@@ -15,7 +15,9 @@
 #include "hal/linux/socket.hpp"
 #include "math/hash.hpp"
 #include "sim_hil/message_io.hpp"
+#include "sim_hil/plant/worlds.hpp"
 #include "sim_hil/side_line.hpp"
+#include "sim_hil/world_list.hpp"
 
 namespace sinew::plant {
 namespace {
@@ -521,6 +523,21 @@ TEST_F(PlantSession, FreeRunningDeliversEverySampleAndMeasuresTheGap) {
   EXPECT_TRUE(got.imu_in_order);
   EXPECT_GT(report_.imu_gap_max_ns, 1'900'000);  // at half the rate 2 ms apart
   EXPECT_NE(got.last_report.find("\"imu_gap_max_ns\":"), std::string::npos);
+}
+
+TEST(WorldList, SaysWhatTheWorldsHave) {
+  ASSERT_EQ(std::size(kWorldKinds), sim_hil::kWorlds.size());
+  for (const WorldKind kind : kWorldKinds) {
+    const WorldInfo info = world_info(kind);
+    const auto listed = sim_hil::parts_of_world(info.name);
+    ASSERT_EQ(listed.size(), info.devices.size()) << info.name;
+    for (std::size_t i = 0; i < listed.size(); ++i) {
+      const WorldDevice& device = info.devices[i];
+      EXPECT_EQ(listed[i].name, device.name);
+      EXPECT_EQ(static_cast<int>(listed[i].kind), static_cast<int>(device.part) + 1) << device.name;
+      EXPECT_EQ(listed[i].channels, device.channels) << device.name;
+    }
+  }
 }
 
 }  // namespace
