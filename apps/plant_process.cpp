@@ -23,8 +23,10 @@ std::unique_ptr<PlantProcess> PlantProcess::open(const PlantRequest& request, st
   if (request.endpoint == "auto" && !plant->start(request, why)) return nullptr;
   hal::Os& os = hal::linux_os();
   const hal::Time give_up = os.now() + 20s;
+  // Across a network the first packets may take their time. A plant of our own is looked at between the tries.
+  const hal::Duration patience = request.endpoint.starts_with("tcp:") ? 10s : 1s;
   while (true) {
-    auto stream = hal::connect_stream(plant->endpoint_, 1s);
+    auto stream = hal::connect_stream(plant->endpoint_, patience);
     if (stream) {
       plant->stream_ = std::move(*stream);
       return plant;
