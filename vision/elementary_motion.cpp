@@ -6,24 +6,30 @@ namespace sinew::vision {
 
 void correlate_polar(const ImageView& older, const ImageView& newer, float* magnitude, float* direction_rad,
                      Simd simd) {
-#ifdef SINEW_VISION_AVX2
+#if defined(SINEW_VISION_AVX2)
   if (simd == Simd::avx2) return detail::polar_avx2(older, newer, magnitude, direction_rad);
+#elif defined(SINEW_VISION_NEON)
+  if (simd == Simd::neon) return detail::polar_neon(older, newer, magnitude, direction_rad);
 #endif
   (void)simd;
   detail::polar_scalar(older, newer, magnitude, direction_rad);
 }
 
 CorrelatorSums correlate_sums(const ImageView& older, const ImageView& newer, Simd simd) {
-#ifdef SINEW_VISION_AVX2
+#if defined(SINEW_VISION_AVX2)
   if (simd == Simd::avx2) return detail::sums_avx2(older, newer);
+#elif defined(SINEW_VISION_NEON)
+  if (simd == Simd::neon) return detail::sums_neon(older, newer);
 #endif
   (void)simd;
   return detail::sums_scalar(older, newer);
 }
 
 CellSums correlate_cell(const ImageView& older, const ImageView& newer, const PixelRect& cell, Simd simd) {
-#ifdef SINEW_VISION_AVX2
+#if defined(SINEW_VISION_AVX2)
   if (simd == Simd::avx2 && cell.x1 - cell.x0 >= 16) return detail::cell_avx2(older, newer, cell);
+#elif defined(SINEW_VISION_NEON)
+  if (simd == Simd::neon && cell.x1 - cell.x0 >= 16) return detail::cell_neon(older, newer, cell);
 #endif
   (void)simd;
   return detail::cell_scalar(older, newer, cell);

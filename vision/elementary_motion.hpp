@@ -51,10 +51,13 @@ CellSums correlate_cell(const ImageView& older, const ImageView& newer, const Pi
 namespace detail {
 void polar_scalar(const ImageView& older, const ImageView& newer, float* magnitude, float* direction_rad);
 void polar_avx2(const ImageView& older, const ImageView& newer, float* magnitude, float* direction_rad);
+void polar_neon(const ImageView& older, const ImageView& newer, float* magnitude, float* direction_rad);
 CorrelatorSums sums_scalar(const ImageView& older, const ImageView& newer);
 CorrelatorSums sums_avx2(const ImageView& older, const ImageView& newer);
+CorrelatorSums sums_neon(const ImageView& older, const ImageView& newer);
 CellSums cell_scalar(const ImageView& older, const ImageView& newer, const PixelRect& cell);
 CellSums cell_avx2(const ImageView& older, const ImageView& newer, const PixelRect& cell);
+CellSums cell_neon(const ImageView& older, const ImageView& newer, const PixelRect& cell);
 
 // atan on [0, 1] as an odd polynomial a + a^3 (c0 + c1 a^2 + c2 a^4), least maximal error for this degree.
 // Source:  Remez fit by tools/fit_atan.py; largest error 1.4e-4 rad.

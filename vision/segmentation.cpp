@@ -102,9 +102,13 @@ bool Segmentation::by_boxes(const ImageView& image, std::span<const ColourBox> b
                     boxes.size() <= limits_.colours;
   start(good ? boxes.size() : 0);
   if (!good) return false;
-#ifdef SINEW_VISION_AVX2
+#if defined(SINEW_VISION_AVX2)
   if (simd == Simd::avx2)
     detail::box_runs_avx2(image, boxes, joiners_.data());
+  else
+#elif defined(SINEW_VISION_NEON)
+  if (simd == Simd::neon)
+    detail::box_runs_neon(image, boxes, joiners_.data());
   else
 #endif
     detail::box_runs_scalar(image, boxes, joiners_.data());

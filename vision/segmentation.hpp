@@ -86,6 +86,7 @@ namespace detail {
 /// Runs of all boxes, rows ended. `joiners` has one place per box.
 void box_runs_scalar(const ImageView& image, std::span<const ColourBox> boxes, RunJoiner* joiners);
 void box_runs_avx2(const ImageView& image, std::span<const ColourBox> boxes, RunJoiner* joiners);
+void box_runs_neon(const ImageView& image, std::span<const ColourBox> boxes, RunJoiner* joiners);
 }  // namespace detail
 
 }  // namespace sinew::vision

@@ -1,7 +1,7 @@
 // The box thresholds on 32 pixels a step. Integers only: exactly the runs of the scalar kernel.
-#include <bit>
 #include <cstring>
 
+#include "vision/mask_runs.hpp"
 #include "vision/segmentation.hpp"
 
 #ifdef SINEW_VISION_AVX2
@@ -44,29 +44,6 @@ SINEW_AVX2_INLINE std::uint32_t inside(const Planes& p, const BoxLanes& b) {
   return static_cast<std::uint32_t>(_mm256_movemask_epi8(_mm256_cmpeq_epi8(out, _mm256_setzero_si256())));
 }
 
-struct RowState {
-  std::uint32_t carry = 0;  // 1: the last pixel was inside
-  std::uint32_t from = 0;   // where the open run began
-};
-
-/// Turns the changes within 32 pixels into runs.
-SINEW_AVX2_INLINE void take(std::uint32_t mask, std::uint32_t y, std::uint32_t x, RowState& s, RunJoiner& joiner) {
-  std::uint32_t edge = mask ^ ((mask << 1) | s.carry);
-  s.carry = mask >> 31;
-  if (joiner.full()) [[unlikely]] {  // bounded time for noise: only count the runs that end here
-    joiner.drop(static_cast<std::uint32_t>(std::popcount(edge & ~mask)));
-    return;
-  }
-  while (edge != 0) {
-    const auto bit = static_cast<std::uint32_t>(std::countr_zero(edge));
-    edge &= edge - 1;
-    if ((mask >> bit) & 1)
-      s.from = x + bit;
-    else
-      joiner.add(y, s.from, x + bit);
-  }
-}
-
 }  // namespace
 
 SINEW_AVX2 void box_runs_avx2(const ImageView& image, std::span<const ColourBox> boxes, RunJoiner* joiners) {
@@ -82,11 +59,11 @@ SINEW_AVX2 void box_runs_avx2(const ImageView& image, std::span<const ColourBox>
   const std::uint32_t whole = image.width / 32 * 32, rest = image.width - whole;
   for (std::uint32_t y = 0; y < image.height; ++y) {
     const std::uint8_t* p = image.row(y);
-    RowState state[kMaxColours];
+    MaskRow state[kMaxColours];
     for (std::uint32_t x = 0; x < whole; x += 32, p += 64) {
       const Planes planes = planes_of(p);
       for (std::size_t c = 0; c < n; ++c)
-        take(inside(planes, lanes[c]) & lanes[c].possible, y, x, state[c], joiners[c]);
+        add_mask(inside(planes, lanes[c]) & lanes[c].possible, y, x, state[c], joiners[c]);
     }
     if (rest != 0) {
       std::uint8_t padded[64] = {};
@@ -94,7 +71,7 @@ SINEW_AVX2 void box_runs_avx2(const ImageView& image, std::span<const ColourBox>
       const Planes planes = planes_of(padded);
       const std::uint32_t valid = (1u << rest) - 1;
       for (std::size_t c = 0; c < n; ++c)
-        take(inside(planes, lanes[c]) & lanes[c].possible & valid, y, whole, state[c], joiners[c]);
+        add_mask(inside(planes, lanes[c]) & lanes[c].possible & valid, y, whole, state[c], joiners[c]);
     }
     for (std::size_t c = 0; c < n; ++c) {
       if (state[c].carry != 0) joiners[c].add(y, state[c].from, image.width);
