@@ -1,10 +1,8 @@
 #include "hal/linux/process.hpp"
 
 #include <fcntl.h>
-#include <sched.h>
 #include <signal.h>
 #include <sys/ioctl.h>
-#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -16,9 +14,9 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
 
-#include "hal/linux/os.hpp"
+#include "hal/linux/beyond_posix.hpp"
+#include "hal/platform.hpp"
 
 namespace sinew::hal {
 namespace {
@@ -31,7 +29,7 @@ void hear_of_children() { std::signal(SIGCHLD, SIG_DFL); }
 
 // Between fork and exec: only calls that are safe there.
 [[noreturn]] void become(const std::vector<char*>& argv, const char* log_path, int report_fd, pid_t parent) {
-  prctl(PR_SET_PDEATHSIG, SIGTERM);
+  beyond_posix::end_with_parent();
   if (getppid() != parent) _exit(127);
   if (log_path) {
     const int fd = open(log_path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
@@ -76,11 +74,7 @@ Result<std::unique_ptr<ChildProcess>> ChildProcess::start(const std::vector<std:
 }
 
 Result<std::unique_ptr<ChildProcess>> ChildProcess::fork(const std::function<int()>& body) {
-  std::error_code unreadable;
-  std::size_t threads = 0;
-  for (std::filesystem::directory_iterator task("/proc/self/task", unreadable), end; !unreadable && task != end;
-       task.increment(unreadable))
-    ++threads;
+  const std::size_t threads = beyond_posix::threads();
   if (threads > 1) return Error{Errc::not_supported, "fork with more than one thread", std::int64_t(threads)};
   hear_of_children();
   std::fflush(nullptr);  // or both would write what is buffered
@@ -99,7 +93,7 @@ std::optional<int> ChildProcess::poll() {
 }
 
 std::optional<int> ChildProcess::wait(Duration patience) {
-  Os& os = linux_os();
+  Os& os = system_os();
   const Time end = os.now() + patience;
   while (!poll() && os.now() < end) os.sleep_until(os.now() + std::chrono::milliseconds(2));
   return poll();
@@ -147,7 +141,8 @@ void print_now(std::string_view text) {
   static const int out = [] {
     struct stat info {};
     const bool may_wait = fstat(STDOUT_FILENO, &info) == 0 && (S_ISCHR(info.st_mode) || S_ISFIFO(info.st_mode));
-    const int own = may_wait ? open("/proc/self/fd/1", O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC) : -1;
+    const int own =
+        may_wait ? beyond_posix::open_again(STDOUT_FILENO, O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC) : -1;
     return own < 0 ? STDOUT_FILENO : own;
   }();
   static_cast<void>(write(out, text.data(), text.size()) < 0);  // then nobody sees it
@@ -176,26 +171,8 @@ ProcessUse process_use() {
     use.cpu = Duration{to_ns(r.ru_utime) + to_ns(r.ru_stime)};
     use.peak_rss_bytes = static_cast<std::uint64_t>(r.ru_maxrss) * 1024;
   }
-  if (std::FILE* f = std::fopen("/proc/self/statm", "r")) {
-    unsigned long total = 0, resident = 0;
-    if (std::fscanf(f, "%lu %lu", &total, &resident) == 2)
-      use.rss_bytes = resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
-    std::fclose(f);
-  }
+  use.rss_bytes = beyond_posix::resident_bytes();
   return use;
-}
-
-std::string program_path() {
-  char path[4096];
-  const auto n = readlink("/proc/self/exe", path, sizeof(path));
-  return n > 0 ? std::string(path, static_cast<std::size_t>(n)) : std::string();
-}
-
-std::uint32_t usable_cpus() {
-  cpu_set_t set;
-  CPU_ZERO(&set);
-  if (sched_getaffinity(0, sizeof(set), &set) != 0) return 1;
-  return static_cast<std::uint32_t>(CPU_COUNT(&set));
 }
 
 }  // namespace sinew::hal
