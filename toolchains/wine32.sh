@@ -23,7 +23,7 @@ if [[ ${1:-} == --inside ]]; then
   shift
   (($$ == 1)) || not_run "--inside is for this script alone: the mounts would stay"
   mount -t tmpfs tmp "$tree/tmp" # Wine's server listens there: each program has its own, which ends with it
-  mount --rbind /proc "$tree/proc"
+  mount -t proc proc "$tree/proc" # of these processes: Wine reads there how much processor time a thread has used
   mount --rbind /dev "$tree/dev"
   mount --rbind "$root" "$tree$root"
   echo '<fontconfig/>' >"$tree/tmp/fonts.conf" # there are no fonts, and each program would complain

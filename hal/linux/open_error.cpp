@@ -24,12 +24,15 @@ std::string who_may(const std::string& path) {
   return "only its owner may: give it to a group with a udev rule (GROUP=\"" + name + "\", MODE=\"0660\")";
 }
 
+// strerror_r() has two forms: GNU's answers a text that may lie elsewhere, POSIX' has put it into the space.
+[[maybe_unused]] std::string text_of(const char* answer, const char*) { return answer; }
+[[maybe_unused]] std::string text_of(int, const char* space) { return space; }
+
 }  // namespace
 
 std::string errno_text(int why_errno) {
   std::array<char, 128> space{};
-  // The GNU form: answers a text that may lie elsewhere.
-  return strerror_r(why_errno, space.data(), space.size());
+  return text_of(strerror_r(why_errno, space.data(), space.size()), space.data());
 }
 
 Error open_error(const std::string& path, int e, const OpenHint& hint, const char* where, std::string& why) {

@@ -3,13 +3,14 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
-#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
 #include <csignal>
+
+#include "hal/linux/beyond_posix.hpp"
 
 namespace sinew::hal {
 namespace {
@@ -51,7 +52,7 @@ class NoBrokenPipe {
 
 // Between fork and exec: only calls that are safe there.
 [[noreturn]] void become(const std::vector<char*>& argv, int in, int out, int err, int report, pid_t parent) {
-  prctl(PR_SET_PDEATHSIG, SIGTERM);
+  beyond_posix::end_with_parent();
   if (getppid() != parent) _exit(127);
   std::signal(SIGPIPE, SIG_DFL);
   dup2(in, STDIN_FILENO);

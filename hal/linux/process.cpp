@@ -1,10 +1,8 @@
 #include "hal/linux/process.hpp"
 
 #include <fcntl.h>
-#include <sched.h>
 #include <signal.h>
 #include <sys/ioctl.h>
-#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -17,9 +15,9 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
 
-#include "hal/linux/os.hpp"
+#include "hal/linux/beyond_posix.hpp"
+#include "hal/platform.hpp"
 
 namespace sinew::hal {
 namespace {
@@ -32,7 +30,7 @@ void hear_of_children() { std::signal(SIGCHLD, SIG_DFL); }
 
 // Between fork and exec: only calls that are safe there.
 [[noreturn]] void become(const std::vector<char*>& argv, const char* log_path, int report_fd, pid_t parent) {
-  prctl(PR_SET_PDEATHSIG, SIGTERM);
+  beyond_posix::end_with_parent();
   if (getppid() != parent) _exit(127);
   if (log_path) {
     const int fd = open(log_path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
@@ -77,11 +75,7 @@ Result<std::unique_ptr<ChildProcess>> ChildProcess::start(const std::vector<std:
 }
 
 Result<std::unique_ptr<ChildProcess>> ChildProcess::fork(const std::function<int()>& body) {
-  std::error_code unreadable;
-  std::size_t threads = 0;
-  for (std::filesystem::directory_iterator task("/proc/self/task", unreadable), end; !unreadable && task != end;
-       task.increment(unreadable))
-    ++threads;
+  const std::size_t threads = beyond_posix::threads();
   if (threads > 1) return Error{Errc::not_supported, "fork with more than one thread", std::int64_t(threads)};
   hear_of_children();
   std::fflush(nullptr);  // or both would write what is buffered
@@ -100,7 +94,7 @@ std::optional<int> ChildProcess::poll() {
 }
 
 std::optional<int> ChildProcess::wait(Duration patience) {
-  Os& os = linux_os();
+  Os& os = system_os();
   const Time end = os.now() + patience;
   while (!poll() && os.now() < end) os.sleep_until(os.now() + std::chrono::milliseconds(2));
   return poll();
@@ -148,7 +142,8 @@ void print_now(std::string_view text) {
   static const int out = [] {
     struct stat info {};
     const bool may_wait = fstat(STDOUT_FILENO, &info) == 0 && (S_ISCHR(info.st_mode) || S_ISFIFO(info.st_mode));
-    const int own = may_wait ? open("/proc/self/fd/1", O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC) : -1;
+    const int own =
+        may_wait ? beyond_posix::open_again(STDOUT_FILENO, O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC) : -1;
     return own < 0 ? STDOUT_FILENO : own;
   }();
   static_cast<void>(write(out, text.data(), text.size()) < 0);  // then nobody sees it
@@ -177,43 +172,8 @@ ProcessUse process_use() {
     use.cpu = Duration{to_ns(r.ru_utime) + to_ns(r.ru_stime)};
     use.peak_rss_bytes = static_cast<std::uint64_t>(r.ru_maxrss) * 1024;
   }
-  if (std::FILE* f = std::fopen("/proc/self/statm", "r")) {
-    unsigned long total = 0, resident = 0;
-    if (std::fscanf(f, "%lu %lu", &total, &resident) == 2)
-      use.rss_bytes = resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
-    std::fclose(f);
-  }
+  use.rss_bytes = beyond_posix::resident_bytes();
   return use;
-}
-
-std::optional<Time> process_start() {
-  std::FILE* f = std::fopen("/proc/self/stat", "r");
-  if (!f) return std::nullopt;
-  char text[1024];
-  text[std::fread(text, 1, sizeof(text) - 1, f)] = '\0';
-  std::fclose(f);
-  // The program's name stands in parentheses and may contain some; field 3 follows the last, field 22 is wanted.
-  const char* field = std::strrchr(text, ')');
-  for (int i = 2; field && i < 22; ++i) field = std::strchr(field + 1, ' ');
-  timespec since_boot{};
-  if (!field || clock_gettime(CLOCK_BOOTTIME, &since_boot) != 0) return std::nullopt;
-  const std::int64_t ticks = std::strtoll(field, nullptr, 10);
-  const Duration began{ticks * (1'000'000'000 / sysconf(_SC_CLK_TCK))};
-  const Duration now{std::int64_t{since_boot.tv_sec} * 1'000'000'000 + since_boot.tv_nsec};
-  return linux_os().now() - (now - began);
-}
-
-std::string program_path() {
-  char path[4096];
-  const auto n = readlink("/proc/self/exe", path, sizeof(path));
-  return n > 0 ? std::string(path, static_cast<std::size_t>(n)) : std::string();
-}
-
-std::uint32_t usable_cpus() {
-  cpu_set_t set;
-  CPU_ZERO(&set);
-  if (sched_getaffinity(0, sizeof(set), &set) != 0) return 1;
-  return static_cast<std::uint32_t>(CPU_COUNT(&set));
 }
 
 }  // namespace sinew::hal

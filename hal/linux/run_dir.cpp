@@ -9,6 +9,8 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "hal/linux/beyond_posix.hpp"
+
 namespace sinew::hal {
 namespace {
 
@@ -26,15 +28,6 @@ std::string path_of_run_dir() {
   auto folder = std::filesystem::temp_directory_path(ignored);
   if (ignored) folder = P_tmpdir;
   return (folder / ("sinew-" + std::to_string(user_id()))).string();
-}
-
-// A lock of the open file, not of the process: also two of one process exclude each other, and closing another
-// descriptor of the file does not let go.
-struct flock whole_file() {
-  struct flock lock {};
-  lock.l_type = F_WRLCK;
-  lock.l_whence = SEEK_SET;
-  return lock;
 }
 
 int written_pid(int fd) {
@@ -73,8 +66,7 @@ Result<std::unique_ptr<FileLock>> FileLock::take(const std::string& path) {
   for (;;) {
     const int fd = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
     if (fd < 0) return failed("lock file");
-    struct flock lock = whole_file();
-    if (::fcntl(fd, F_OFD_SETLK, &lock) != 0) {
+    if (!beyond_posix::lock_file(fd)) {
       const Error e =
           errno == EAGAIN || errno == EACCES ? Error{Errc::busy, "lock file", written_pid(fd)} : failed("lock file");
       ::close(fd);
@@ -97,8 +89,7 @@ Result<std::unique_ptr<FileLock>> FileLock::take(const std::string& path) {
 std::optional<int> FileLock::holder(const std::string& path) {
   const int fd = ::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW);
   if (fd < 0) return std::nullopt;
-  struct flock lock = whole_file();
-  const bool held = ::fcntl(fd, F_OFD_GETLK, &lock) == 0 && lock.l_type != F_UNLCK;
+  const bool held = beyond_posix::is_locked_by_another(fd);
   const int pid = written_pid(fd);
   ::close(fd);
   return held ? std::optional<int>(pid) : std::nullopt;

@@ -1,20 +1,21 @@
 #include "hal/linux/serial.hpp"
 
-#include <asm/termbits.h>
 #include <fcntl.h>
 #include <poll.h>
 #include <stdlib.h>
 #include <sys/file.h>
 #include <sys/ioctl.h>
 #include <sys/stat.h>
+#include <termios.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
 
+#include "hal/linux/beyond_posix.hpp"
 #include "hal/linux/open_error.hpp"
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 
 namespace sinew::hal {
 namespace {
@@ -52,22 +53,13 @@ class LinuxSerial final : public Serial {
     }
   }
   Status set_bit_rate(std::uint32_t bits_per_s) noexcept override {
-    termios2 t{};
     if (bits_per_s == 0) return Error{Errc::bad_argument, "serial: bit rate"};
-    if (::ioctl(fd_, TCGETS2, &t) < 0) return failed("serial: TCGETS2");
-    t.c_cflag = (t.c_cflag & ~static_cast<tcflag_t>(CBAUD)) | BOTHER;
-    t.c_ispeed = t.c_ospeed = bits_per_s;
-    if (::ioctl(fd_, TCSETS2, &t) < 0) return failed("serial: TCSETS2");
-    // A driver that cannot do a rate keeps or picks another one: 3 % is what a UART still reads.
-    if (::ioctl(fd_, TCGETS2, &t) < 0) return failed("serial: TCGETS2");
-    const double off = static_cast<double>(t.c_ospeed) / bits_per_s;
-    if (off < 0.97 || off > 1.03)
-      return Error{Errc::not_supported, "serial: the driver cannot do this bit rate", t.c_ospeed};
-    return {};
+    return beyond_posix::set_bit_rate(fd_, bits_per_s);
   }
   Result<bool> wait_readable(Time deadline) noexcept override {
     pollfd waiting{fd_, POLLIN, 0};
-    const std::int64_t left = deadline == kNever ? 0 : std::max<std::int64_t>(0, (deadline - linux_os().now()).count());
+    const std::int64_t left =
+        deadline == kNever ? 0 : std::max<std::int64_t>(0, (deadline - system_os().now()).count());
     const timespec limit{static_cast<time_t>(left / 1'000'000'000), static_cast<long>(left % 1'000'000'000)};
     const int n = ::ppoll(&waiting, 1, deadline == kNever ? nullptr : &limit, nullptr);
     if (n < 0) return errno == EINTR ? Result<bool>(false) : Result<bool>(failed("serial: poll"));
@@ -81,21 +73,6 @@ class LinuxSerial final : public Serial {
   int fd_;
   std::string remove_;
 };
-
-/// Raw: no echo, no flow control, no translation.
-Status make_raw(int fd, const SerialSpec& spec) {
-  termios2 t{};
-  if (::ioctl(fd, TCGETS2, &t) < 0) return Error{Errc::io, "serial: TCGETS2", errno};
-  t.c_iflag = spec.even_parity ? INPCK : 0;
-  t.c_oflag = 0;
-  t.c_lflag = 0;
-  t.c_cflag = (t.c_cflag & CBAUD) | CS8 | CREAD | CLOCAL | (spec.even_parity ? PARENB : 0u) |
-              (spec.two_stop_bits ? CSTOPB : 0u);
-  t.c_cc[VMIN] = 1;  // so that nothing to read and a line that is gone differ
-  t.c_cc[VTIME] = 0;
-  if (::ioctl(fd, TCSETS2, &t) < 0) return Error{Errc::io, "serial: TCSETS2", errno};
-  return {};
-}
 
 }  // namespace
 
@@ -120,7 +97,7 @@ Result<std::unique_ptr<Serial>> open_serial(const SerialSpec& spec, std::string&
     if (error.code == Errc::not_supported) why = spec.path + ": is no serial line";
     return error;
   }
-  if (auto done = make_raw(fd, spec); !done) {
+  if (auto done = beyond_posix::make_raw(fd, spec); !done) {
     why = spec.path + ": cannot be set up: " + errno_text(static_cast<int>(done.error().detail));
     return done.error();
   }
@@ -129,7 +106,7 @@ Result<std::unique_ptr<Serial>> open_serial(const SerialSpec& spec, std::string&
     if (done.error().code == Errc::not_supported) why += ", only " + std::to_string(done.error().detail);
     return done.error();
   }
-  ::ioctl(fd, TCFLSH, TCIFLUSH);  // what came before was at another rate
+  ::tcflush(fd, TCIFLUSH);  // what came before was at another rate
   return std::unique_ptr<Serial>(std::move(line));
 }
 
@@ -140,7 +117,7 @@ Result<PseudoSerial> make_pseudo_serial() {
   std::array<char, 128> path{};
   if (::grantpt(fd) != 0 || ::unlockpt(fd) != 0 || ::ptsname_r(fd, path.data(), path.size()) != 0)
     return Error{Errc::io, "ptsname_r", errno};
-  if (auto done = make_raw(fd, {}); !done) return done.error();
+  if (auto done = beyond_posix::make_raw(fd, {}); !done) return done.error();
   return PseudoSerial{std::move(end), path.data()};
 }
 

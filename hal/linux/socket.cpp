@@ -6,6 +6,7 @@
 #include <poll.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/time.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -17,6 +18,7 @@
 #include <thread>
 #include <vector>
 
+#include "hal/linux/beyond_posix.hpp"
 #include "hal/linux/shared_memory.hpp"
 
 namespace sinew::hal {
@@ -61,13 +63,9 @@ class SocketStream final : public Stream {
  public:
   SocketStream(int fd, bool local) : fd_(fd), local_(local) {
     if (local) return;
-    set_tcp(TCP_NODELAY, 1);  // lockstep sends small messages and waits for each answer
-    // A peer whose machine or network is gone is noticed: after kSilence, whether we write or only listen.
-    set_tcp(TCP_USER_TIMEOUT, static_cast<int>(kSilence / std::chrono::milliseconds(1)));
-    const int on = 1;
-    ::setsockopt(fd_, SOL_SOCKET, SO_KEEPALIVE, &on, sizeof on);
-    set_tcp(TCP_KEEPIDLE, 2);
-    set_tcp(TCP_KEEPINTVL, 1);
+    const int on = 1;  // lockstep sends small messages and waits for each answer
+    ::setsockopt(fd_, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+    beyond_posix::give_up_on_a_silent_peer(fd_, kSilence);
   }
   ~SocketStream() override {
     if (received_fd_ >= 0) ::close(received_fd_);
@@ -125,11 +123,8 @@ class SocketStream final : public Stream {
   bool local() const noexcept override { return local_; }
   void expect_memory() noexcept override { expects_memory_ = true; }
   Result<Peer> peer() const noexcept override {
-    ucred who{};
-    socklen_t size = sizeof who;
-    if (!local_ || ::getsockopt(fd_, SOL_SOCKET, SO_PEERCRED, &who, &size) != 0)
-      return Error{Errc::not_supported, "peer of this connection"};
-    return Peer{who.pid, who.uid};
+    if (!local_) return Error{Errc::not_supported, "peer of this connection"};
+    return beyond_posix::peer_of(fd_);
   }
   std::intptr_t handle() const noexcept override { return fd_; }
   void shutdown() noexcept override { ::shutdown(fd_, SHUT_RDWR); }
@@ -164,8 +159,6 @@ class SocketStream final : public Stream {
   }
 
  private:
-  void set_tcp(int option, int value) noexcept { ::setsockopt(fd_, IPPROTO_TCP, option, &value, sizeof value); }
-
   Result<std::size_t> receive(std::span<std::byte> into, int flags) noexcept {
     for (;;) {
       const ssize_t n =
@@ -343,8 +336,8 @@ std::string tcp_endpoint_of(int fd) {
   sockaddr_storage own{};
   socklen_t size = sizeof own;
   ::getsockname(fd, reinterpret_cast<sockaddr*>(&own), &size);
-  std::array<char, NI_MAXHOST> host{};
-  std::array<char, NI_MAXSERV> port{};
+  std::array<char, INET6_ADDRSTRLEN + 32> host{};  // with the interface's name
+  std::array<char, 8> port{};
   ::getnameinfo(reinterpret_cast<sockaddr*>(&own), size, host.data(), host.size(), port.data(), port.size(),
                 NI_NUMERICHOST | NI_NUMERICSERV);
   const bool v6 = own.ss_family == AF_INET6;
@@ -380,9 +373,9 @@ Result<std::unique_ptr<Listener>> listen_stream(std::string_view endpoint) {
     const int on = 1;
     ::setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
   }
-  // Linux gives the file the socket's own mode, so nobody else can connect between bind and a later chmod.
-  if ((!path.empty() && ::fchmod(fd, S_IRUSR | S_IWUSR) != 0) || ::bind(fd, address->get(), address->size) != 0 ||
-      ::listen(fd, 4) != 0) {
+  const bool bound = path.empty() ? ::bind(fd, address->get(), address->size) == 0
+                                  : beyond_posix::bind_for_its_owner(fd, address->get(), address->size);
+  if (!bound || ::listen(fd, 4) != 0) {
     const int why = errno;
     ::close(fd);
     return system_error("cannot listen at this endpoint", why);

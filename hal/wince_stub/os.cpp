@@ -247,6 +247,9 @@ class CeOs final : public Os {
 
   Result<std::unique_ptr<SharedMemory>> shared_memory(std::string_view, std::size_t bytes) override {
     if (bytes == 0) return Error{Errc::bad_argument, "shared memory of 0 bytes"};
+    // More than there are addresses is not even asked for: Wine's 32-bit half refuses it and then hangs, with a lock
+    // held.
+    if (bytes > std::size_t{PTRDIFF_MAX} / 2) return Error{Errc::out_of_memory, "shared memory: too large"};
     const Handle mapping = CreateFileMappingW(kInvalidHandle, nullptr, kPageReadWrite,
                                               static_cast<Dword>(static_cast<std::uint64_t>(bytes) >> 32),
                                               static_cast<Dword>(bytes), nullptr);

@@ -62,6 +62,30 @@ TEST(SystemOs, SharedMemoryIsZeroedAndPageAligned) {
   for (std::size_t i = 0; i < (*memory)->size(); ++i) ASSERT_EQ((*memory)->data()[i], std::byte{0});
 }
 
+// What the compiler takes for granted where it uses wide instructions: on 32-bit Windows neither comes by itself.
+TEST(SystemOs, ObjectsOnHeapsAndStacksAreAlignedAsTheirTypeSays) {
+  struct alignas(16) Wide {
+    double value[3];
+  };
+  volatile std::uintptr_t low_bits = 0;  // not what the compiler believes them to be
+  std::vector<std::unique_ptr<Wide>> all;
+  std::vector<std::unique_ptr<char[]>> between;
+  for (std::size_t i = 1; i < 100; ++i) {
+    all.push_back(std::make_unique<Wide>());
+    between.push_back(std::make_unique<char[]>(i));
+    Wide* volatile at = all.back().get();
+    low_bits = low_bits | (reinterpret_cast<std::uintptr_t>(at) & 15);
+  }
+  auto thread = system_os().start_thread({.name = "wide", .cpus = {}}, [&] {
+    Wide here{};
+    Wide* volatile at = &here;
+    low_bits = low_bits | (reinterpret_cast<std::uintptr_t>(at) & 15);
+  });
+  ASSERT_TRUE(thread);
+  (*thread)->join();
+  EXPECT_EQ(low_bits, 0u);
+}
+
 TEST(SystemOs, ThreadCpuTimeGrowsWithWorkAndNotWithSleep) {
   Os& os = system_os();
   const Duration before = os.thread_cpu_time();
