@@ -49,8 +49,8 @@ void add_stops_of_linux_devices(const Prepared& prepared, std::vector<StopWay>& 
   if (groups.empty()) return;
   StopWay way{.name = "CAN"};
   // Once, beside the runtime: its buses come back by themselves.
-  way.open = [&devices = prepared.robot.devices, groups = std::move(groups),
-              warning = way.warning, opened = false]() mutable -> std::unique_ptr<hal::StopLine> {
+  way.open = [&devices = prepared.robot.devices, groups = std::move(groups), warning = way.warning,
+              opened = false]() mutable -> std::unique_ptr<hal::StopLine> {
     if (opened) return nullptr;
     opened = true;
     return DeviceStop::open(devices, groups, *warning);
