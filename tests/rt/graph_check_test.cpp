@@ -311,9 +311,10 @@ TEST_F(GraphCheckTest, OrderNamesModulesThatExist) {
 TEST_F(GraphCheckTest, AModuleTypeThatNobodyKnows) {
   maker().type = "test::Makre";
   EXPECT_THAT(problems(),
-              ::testing::Contains("r.toml:11: module.maker.type: \"test::Makre\": a known module type: "
-                                  "test::DriverOfNothing test::LoopUser test::Maker test::ThreeChannels test::TwoPorts test::User "
-                                  "test::Viewer"));
+              ::testing::Contains(
+                  "r.toml:11: module.maker.type: \"test::Makre\": a known module type: "
+                  "test::DriverOfNothing test::LoopUser test::Maker test::ThreeChannels test::TwoPorts test::User "
+                  "test::Viewer"));
 }
 
 TEST_F(GraphCheckTest, AModuleIsInOneThread) {
