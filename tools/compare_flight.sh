@@ -35,6 +35,7 @@ trap 'rm -rf "$work"' EXIT
 fly() {
   local name=$1 as=$2 code=0 endpoint='' sim
   shift 2
+  : >"$work/$name.sim" # it is read before the plant writes it
   "$bin/sinew-sim" --listen tcp:127.0.0.1:0 --lockstep --seed "$seed" --wait 300 >"$work/$name.sim" 2>&1 &
   sim=$!
   for ((i = 0; i < 600; ++i)); do
