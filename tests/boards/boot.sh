@@ -4,7 +4,7 @@
 #
 #   tests/boards/boot.sh mipsel build/mipsel/bin/sinew --version
 #   tests/boards/boot.sh --limit 60 armhf busybox uname -a
-#   tests/boards/boot.sh --shell arm64              a shell on this terminal instead; poweroff -f ends it
+#   tests/boards/boot.sh --shell arm64              a shell on this terminal instead; `exit` ends it
 #
 # BOARD: arm64 and armhf (PREEMPT_RT, 2 processors), mipsel (malta, one processor). It reaches this host's 127.0.0.1 as
 # 10.0.2.2. The first word's file is copied into the board's memory: from a shared folder MIPS cannot start a program.
