@@ -41,7 +41,6 @@ class PlannedBus {
     for (const BusClash& c : find_clashes(servos))
       problems.push_back({line_of(joints_[c.second].spec, c.key), joints_[c.second].path + '.' + std::string(c.key),
                           std::to_string(c.number), c.why + " (bus " + spec_.name + ")"});
-    own_node(problems);
     const BusLoad load = plan_load(services_, servos, place_.config.hub.tick_hz, place_.config.spec.bit_rate);
     if (load.part > place_.config.hub.max_load)
       problems.push_back({line_of(spec_, "max_load_percent"), "bus." + spec_.name + ".max_load_percent",
@@ -53,15 +52,6 @@ class PlannedBus {
     const DeviceSpec& spec;
     std::string path;
   };
-
-  /// Nobody may have the number that is our own.
-  void own_node(std::vector<rt::Problem>& problems) const {
-    for (std::size_t i = 0; i < servos_.size(); ++i)
-      if (joints_[i].spec.driver == "dronecan" && servos_[i]->config().node_id == place_.config.dronecan.node_id)
-        problems.push_back({line_of(joints_[i].spec, "id"), joints_[i].path + ".id",
-                            std::to_string(servos_[i]->config().node_id),
-                            "another than ours: bus." + spec_.name + ".dronecan_node"});
-  }
 
   const DeviceSpec& spec_;
   BusPlace place_;

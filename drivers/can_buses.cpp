@@ -74,8 +74,8 @@ CanBusConfig read_can_bus(DeviceKeys& keys) {
     keys.refuse_driver(kTransports);
     return c;
   }
-  keys.claim("address", c.spec.transport + " bus " + c.spec.address);
   read_address(keys, c.spec);
+  keys.claim("address", c.spec.transport + " bus " + c.spec.address);
   // What controllers are set to; CiA 301 section 5.5, and the two of SAE J2411 and of older cars.
   keys.read_one_of("bit_rate", c.spec.bit_rate,
                    {10'000, 20'000, 33'333, 50'000, 83'333, 100'000, 125'000, 250'000, 500'000, 800'000, 1'000'000},

@@ -13,8 +13,8 @@ import unittest
 SINEW, SOURCE = sys.argv[1:3]
 SSH = f"{sys.executable} {SOURCE}/tests/apps/fake_ssh.py"
 # The quadrotor, with a calibration file.
-ROBOT = pathlib.Path(f"{SOURCE}/robots/quad.toml").read_text(encoding="utf-8")
-ROBOT = ROBOT.replace('name = "quad"', 'name = "desk", calibration = "unit/calibration.toml"', 1)
+ROBOT = pathlib.Path(f"{SOURCE}/robots/quad_pilot.toml").read_text(encoding="utf-8")
+ROBOT = ROBOT.replace('"quad_pilot", board', '"desk", board', 1).replace("quad_pilot_calibration.toml", "unit/calibration.toml", 1)
 # Called as NAME ARGUMENTS; what begins with /etc is of the board.
 LOG = '''#!/bin/sh
 echo "$(basename "$0") $*" >>"$FAKE_BOARD/log"
@@ -226,12 +226,12 @@ class Refusals(Board):
 
     def test_a_simulated_robot_stays_here(self):
         for board in ("sim", "dataset"):
-            self.robot.write_text(ROBOT.replace('board = "sim"', f'board = "{board}"'))
+            self.robot.write_text(ROBOT.replace('board = "linux"', f'board = "{board}"'))
             for arguments in ((), ("--unit",), ("--print-unit",)):
                 code, out, err = self.sinew(self.robot, "--dir", self.dir, *arguments)
                 self.assertEqual(code, 2, out + err)
                 self.assertIn(f'desk.toml: robot.board: "{board}": on a robot\'s own computer it is "linux"', err)
-        self.robot.write_text(ROBOT.replace('board = "sim"', 'board = "linux", device_boards = { camera = "sim" }'))
+        self.robot.write_text(ROBOT.replace('board = "linux"', 'board = "linux", device_boards = { camera = "sim" }'))
         code, out, err = self.sinew(self.robot, "--dir", self.dir)
         self.assertEqual(code, 2, out + err)
         self.assertIn('robot.device_boards.camera: "sim"', err)

@@ -40,7 +40,7 @@ class Refusals(unittest.TestCase):
         self.assertIn("--duration 1e300: at most a year", self.refused(QUAD, "tcp:127.0.0.1:1", "--duration", "1e300"))
 
     def test_a_robot_file_that_is_not_there_or_wrong(self):
-        self.assertIn("/no/such.toml:0: file: ", self.refused("/no/such.toml", "tcp:127.0.0.1:1"))
+        self.assertIn("/no/such.toml: file: ", self.refused("/no/such.toml", "tcp:127.0.0.1:1"))
         with tempfile.TemporaryDirectory() as folder:
             robot = pathlib.Path(folder, "wrong.toml")
             robot.write_text(pathlib.Path(QUAD).read_text().replace("priority = 80", "priority = 200"))

@@ -278,7 +278,7 @@ TEST(BusRules, ADronecanNodeDoesNotHaveOurNumber) {
   const Change pan{"driver = \"cia402\"\nbus = \"can0\"\nid = 1\ncounts_per_turn = 65536\n",
                    "driver = \"dronecan\"\nbus = \"can0\"\nid = 9\nactuator_id = 0\non_stop = \"hold\"\n"};
   EXPECT_THAT(problems({pan, {"address = 7", "address = 7\ndronecan_node = 9"}}),
-              ElementsAre(HasSubstr("device.head.joint.pan.id: 9: another than ours: bus.can0.dronecan_node")));
+              ElementsAre(HasSubstr("device.head.joint.pan.id: 9: another number than the bus's dronecan_node")));
 }
 
 TEST(BusRules, LoadIsPlannedByTheHubsOwnFunctionAndToldWithItsKey) {
@@ -298,9 +298,9 @@ TEST(DeviceClaims, TwoDevicesOnOneSerialLineAreRefused) {
 }
 
 TEST(DeviceClaims, ChipsShareABusButNoAddress) {
-  EXPECT_THAT(problems({{"driver = \"bmp280\"\npath = \"/dev/i2c-1\"",
-                         "driver = \"bmp280\"\npath = \"/dev/i2c-1\"\naddress = 0x68"}}),
-              ElementsAre(HasSubstr("chip at /dev/i2c-1, address 104")));
+  EXPECT_THAT(
+      problems({{"[device.air]\n", "[device.other]\ndriver = \"icm42600\"\npath = \"/dev/i2c-1\"\n[device.air]\n"}}),
+      ElementsAre(HasSubstr("chip at /dev/i2c-1, address 104")));
 }
 
 TEST(DeviceClaims, TwoBusesDoNotHaveOneAddress) {
