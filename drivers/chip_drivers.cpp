@@ -115,8 +115,8 @@ DeviceOpener read_mpu6050(DeviceKeys& keys, const DeviceSpecs&) {
   keys.read_one_of("rate_hz", config.chip.rate_hz, {4, 5, 8, 10, 20, 25, 40, 50, 100, 125, 200, 250, 500, 1000},
                    {.unit = "Hz", .doc = "samples a second"});
   config.chip.spi = place.is_spi();
-  return imu_opener<Mpu6050>(place, config, read_poll(keys, place.path, Mpu6050::period(config)),
-                             ImuCalibration::read(keys));
+  const PollOptions poll = read_poll(keys, place.path, Mpu6050::period(config));
+  return imu_opener<Mpu6050>(place, config, poll, ImuCalibration::read(keys));
 }
 
 DeviceOpener read_icm42600(DeviceKeys& keys, const DeviceSpecs&) {
@@ -125,8 +125,8 @@ DeviceOpener read_icm42600(DeviceKeys& keys, const DeviceSpecs&) {
   read_ranges(keys, config.chip);
   keys.read_one_of("rate_hz", config.chip.rate_hz, {25, 50, 100, 200, 500, 1000, 2000, 4000, 8000},
                    {.unit = "Hz", .doc = "samples a second"});
-  return imu_opener<Icm42600>(place, config, read_poll(keys, place.path, Icm42600::period(config)),
-                              ImuCalibration::read(keys));
+  const PollOptions poll = read_poll(keys, place.path, Icm42600::period(config));
+  return imu_opener<Icm42600>(place, config, poll, ImuCalibration::read(keys));
 }
 
 DeviceOpener read_bmp280(DeviceKeys& keys, const DeviceSpecs&) {
