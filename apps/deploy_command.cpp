@@ -76,7 +76,7 @@ class Deployment {
     std::fflush(stdout);
     TarSource tar(files.files);
     const auto answer = link_.ask({.script = "copy",
-                                   .arguments = {board_.folder, files.robot, files.calibration, about(files.robot)},
+                                   .arguments = {board_.folder, files.robot, files.calibration, about(files.robot), o_.board},
                                    .root = as_root_,
                                    .input = [&] { return tar.next(); }});
     if (!answer) return fail(link_.problem(), kFailed);

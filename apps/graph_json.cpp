@@ -1,5 +1,6 @@
 #include "apps/graph_json.hpp"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 namespace sinew::app {
@@ -123,7 +124,7 @@ std::string check_json(const std::string& path, rt::Graph* graph, const std::vec
   Json j{{"file", path}, {"ok", problems.empty() && calibrated.empty()}, {"problems", Json::array()}};
   const auto add = [&j](const rt::Problem& p) -> Json& {
     return j["problems"].emplace_back(
-        Json{{"line", p.line}, {"key", p.key}, {"value", p.value}, {"allowed", p.allowed}});
+        Json{{"line", std::max(p.line, 0)}, {"key", p.key}, {"value", p.value}, {"allowed", p.allowed}});
   };
   for (const auto& p : problems) add(p);
   for (const auto& p : calibrated) add(p)["file"] = calibration;

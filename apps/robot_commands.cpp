@@ -10,12 +10,13 @@
 #include "apps/robot_check.hpp"
 #include "apps/robot_file.hpp"
 #include "apps/run_command.hpp"
+#include "apps/run_setup.hpp"
 
 namespace sinew::app {
 namespace {
 
 struct CheckOptions {
-  std::string robot;
+  std::string robot, board{};
   bool dot = false, json = false;
 };
 
@@ -30,10 +31,14 @@ struct Checked {
 };
 
 // All problems of a robot file, said on standard error.
-Checked checked_graph(const std::string& path, const rt::ModuleTypes& types) {
+Checked checked_graph(const CheckOptions& options, const rt::ModuleTypes& types) {
+  const std::string& path = options.robot;
   Checked checked;
   LoadedRobot loaded = load_robot(path);
   checked.readable = loaded.readable;
+  OptionLines lines;
+  if (rt::GraphSpec& spec = loaded.robot.graph; !options.board.empty())
+    spec.board = options.board, spec.board_line = lines.line_of("--board " + options.board);
   const rt::CheckOptions how = check_options(loaded.robot);
   if (!loaded.problems.empty()) add_graph_problems(loaded, types, how);
   checked.problems = std::move(loaded.problems);
@@ -47,7 +52,7 @@ Checked checked_graph(const std::string& path, const rt::ModuleTypes& types) {
     checked.calibrated = used.problems;
   }
   const std::size_t n = checked.count();
-  for (const auto& p : checked.problems) std::fprintf(stderr, "%s\n", rt::to_string(p, path).c_str());
+  for (const auto& p : checked.problems) std::fprintf(stderr, "%s\n", lines.told(p, path).c_str());
   for (const auto& p : checked.calibrated) std::fprintf(stderr, "%s\n", rt::to_string(p, checked.calibration).c_str());
   if (n > 0) std::fprintf(stderr, "%zu problem%s\n", n, n == 1 ? "" : "s");
   return checked;
@@ -56,7 +61,7 @@ Checked checked_graph(const std::string& path, const rt::ModuleTypes& types) {
 int code_of(const Checked& checked) { return checked.count() == 0 ? kDone : checked.readable ? kFailed : kNotBegun; }
 
 int check(const CheckOptions& options, const rt::ModuleTypes& types) {
-  const Checked checked = checked_graph(options.robot, types);
+  const Checked checked = checked_graph(options, types);
   const bool good = checked.count() == 0;
   if (options.json) {
     std::printf("%s\n", check_json(options.robot, good ? checked.graph.get() : nullptr, checked.problems,
@@ -72,7 +77,7 @@ int check(const CheckOptions& options, const rt::ModuleTypes& types) {
 }
 
 int graph(const CheckOptions& options, const rt::ModuleTypes& types) {
-  const Checked checked = checked_graph(options.robot, types);
+  const Checked checked = checked_graph(options, types);
   if (checked.count() > 0) return code_of(checked);
   const rt::Graph& graph = *checked.graph;
   const std::string text = options.json ? graph_json(graph) + "\n" : options.dot ? graph_dot(graph) : graph_tree(graph);
@@ -157,10 +162,13 @@ void add_robot_commands(CLI::App& app, CommandContext& context) {
   });
 
   const auto check_options = std::make_shared<CheckOptions>();
-  robot_file_command(app, "check", "check a robot file as a whole; all problems in one run", *check_options)
-      .callback([&context, check_options] {
-        context.action = [&types = context.types, check_options] { return check(*check_options, types); };
-      });
+  CLI::App& check_command =
+      robot_file_command(app, "check", "check a robot file as a whole; all problems in one run", *check_options);
+  check_command.add_option("--board", check_options->board, "as it would be with this board instead of the file's")
+      ->type_name("{sim,linux,dataset,none}");
+  check_command.callback([&context, check_options] {
+    context.action = [&types = context.types, check_options] { return check(*check_options, types); };
+  });
 
   const auto graph_options = std::make_shared<CheckOptions>();
   CLI::App& graph_command =

@@ -1,7 +1,7 @@
 # Takes a tar stream, tries what came, and only then makes it the version that runs.
-# Arguments: folder, robot file, calibration file ("": none), free text about this version.
+# Arguments: folder, robot file, calibration file ("": none), free text about this version, board ("": the file's).
 # Exit codes are those of BoardStep in apps/deploy_plan.hpp.
-dir=$1 robot=$2 calibration=$3 about=$4
+dir=$1 robot=$2 calibration=$3 about=$4 board=$5
 umask 022
 fresh=$dir/incoming
 if ! { mkdir -p "$dir" && rm -rf "$fresh" && mkdir "$fresh"; }; then exit 10; fi
@@ -22,7 +22,7 @@ LD_TRACE_LOADED_OBJECTS=1 "$fresh/bin/sinew" --version </dev/null 2>&1
 echo '::sinew version'
 "$fresh/bin/sinew" --version </dev/null || exit 13
 echo '::sinew check'
-"$fresh/bin/sinew" check "$fresh/$robot" </dev/null 2>&1 || exit 14
+"$fresh/bin/sinew" check "$fresh/$robot" ${board:+--board "$board"} </dev/null 2>&1 || exit 14
 sync
 last=0
 for version in "$dir"/version-*; do

@@ -127,6 +127,16 @@ class CommandLine(unittest.TestCase):
             file.write("[device.imu]\ngyro_bias_x_radps = 0.002\n")
         self.assertEqual(run("check", robot)[0], 0)
 
+    def test_check_takes_another_board_than_the_files(self):
+        self.assertEqual(run("check", f"{SOURCE}/robots/desk_head.toml", "--board", "linux")[0], 0)
+        code, _, err = run("check", f"{SOURCE}/robots/quad.toml", "--board", "linux")
+        self.assertEqual(code, 1)
+        self.assertIn("module.imu: \"imu\": the name of a [device.NAME] that gives imu: there is none", err)
+        code, out, err = run("check", f"{SOURCE}/robots/quad.toml", "--board", "moon", "--json")
+        self.assertEqual(code, 1)
+        self.assertIn("from --board moon: robot.board: ", err)
+        self.assertEqual(json.loads(out)["problems"][0]["line"], 0)
+
     def test_what_an_option_says_wrong_is_told_as_from_it(self):
         robot = f"{SOURCE}/robots/desk_head.toml"
         for options, words in ((["--board", "moon"], "from --board moon: robot.board: \"moon\": "),

@@ -224,6 +224,13 @@ class Refusals(Board):
         self.assertIn("thread.stabilise.priority: 200", err)
         self.assertEqual(self.log(), "")
 
+    def test_a_robot_that_lacks_devices_is_not_taken(self):
+        self.robot.write_text(pathlib.Path(f"{SOURCE}/robots/quad.toml").read_text(encoding="utf-8"))
+        code, out, err = self.deploy()
+        self.assertEqual(code, 1, out + err)
+        self.assertIn("that gives imu: there is none", out)
+        self.assertFalse((self.dir / "app").exists())
+
     def test_a_simulated_robot_stays_here(self):
         for board in ("sim", "dataset"):
             self.robot.write_text(ROBOT.replace('board = "linux"', f'board = "{board}"'))
