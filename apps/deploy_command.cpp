@@ -75,10 +75,11 @@ class Deployment {
     std::printf("copying %.1f MiB: %s\n", static_cast<double>(bytes) / (1 << 20), names.c_str());
     std::fflush(stdout);
     TarSource tar(files.files);
-    const auto answer = link_.ask({.script = "copy",
-                                   .arguments = {board_.folder, files.robot, files.calibration, about(files.robot), o_.board},
-                                   .root = as_root_,
-                                   .input = [&] { return tar.next(); }});
+    const auto answer =
+        link_.ask({.script = "copy",
+                   .arguments = {board_.folder, files.robot, files.calibration, about(files.robot), o_.board},
+                   .root = as_root_,
+                   .input = [&] { return tar.next(); }});
     if (!answer) return fail(link_.problem(), kFailed);
     if (!tar.failure().empty()) return fail(tar.failure(), kFailed);
     return say_copied(*answer);
