@@ -113,8 +113,7 @@ std::vector<rt::Problem> check_boards(const rt::GraphSpec& robot, const BoardUse
 
 std::string unfelt_fault(const rt::GraphSpec& robot, const std::string& fault) {
   const std::string device = fault.substr(0, fault.find(':'));
-  const auto it = robot.device_boards.find(device);
-  const std::string& board = it == robot.device_boards.end() ? robot.board : it->second.value;
+  const std::string& board = board_of(robot, device);
   if (device == "link" || board == "sim") return "";
   return "--fault: '" + fault + "' strikes the simulator's " + device + ", and this run has it from the board " + board;
 }

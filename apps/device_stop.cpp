@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstdio>
 
+#include "apps/board_rules.hpp"
 #include "drivers/can_stop_line.hpp"
 #include "hal/linux/connectors.hpp"
 #include "hal/linux/os.hpp"
@@ -86,10 +87,8 @@ class DeviceStop final : public hal::StopLine {
 
 std::vector<std::string> linux_groups(const rt::GraphSpec& robot) {
   std::vector<std::string> groups;
-  for (const rt::ActuatorSpec& a : robot.actuators) {
-    const auto other = robot.device_boards.find(a.name);
-    if ((other == robot.device_boards.end() ? robot.board : other->second.value) == "linux") groups.push_back(a.name);
-  }
+  for (const rt::ActuatorSpec& a : robot.actuators)
+    if (board_of(robot, a.name) == "linux") groups.push_back(a.name);
   return groups;
 }
 

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "apps/board_rules.hpp"
 #include "apps/linux_board.hpp"
 #include "apps/robot_check.hpp"
 #include "apps/robot_file.hpp"
@@ -94,9 +95,7 @@ void add_devices(const RobotFile& robot, hal::SystemDemand& demand) {
   demand.device_priority = hal::kDeviceWatchPriority;  // no driver asks for more by itself
   for (const auto& bus : robot.devices.buses) add_device("bus." + bus.name, bus, demand);
   for (const auto& device : robot.devices.devices) {
-    const auto other = robot.graph.device_boards.find(device.name);
-    const std::string& board = other == robot.graph.device_boards.end() ? robot.graph.board : other->second.value;
-    if (board == "linux") add_device("device." + device.name, device, demand);
+    if (board_of(robot.graph, device.name) == "linux") add_device("device." + device.name, device, demand);
   }
   if (!robot.parent.watchdog.empty()) demand.nodes.push_back({robot.parent.watchdog, "parent.watchdog"});
   demand.can_facts = [](const std::string& interface) -> std::optional<hal::SystemDemand::CanFacts> {

@@ -37,6 +37,17 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 10> kReaders
                                                                                   {"camera", "drivers::CameraSource"},
                                                                                   {"actuators", "[actuator.NAME]"}}};
 
+/// Each of DriverKind::measures, a list: "actuators, joints".
+std::vector<std::string_view> measured_by(const DriverKind& driver) {
+  std::vector<std::string_view> things;
+  for (std::string_view rest = driver.measures; !rest.empty();) {
+    const std::size_t end = std::min(rest.find(", "), rest.size());
+    things.push_back(rest.substr(0, end));
+    rest.remove_prefix(std::min(end + 2, rest.size()));
+  }
+  return things;
+}
+
 /// What reading a table without keys declares.
 template <class Read>
 KeyTable table_of(std::string_view header, std::string_view driver, Read&& read) {
@@ -63,11 +74,7 @@ std::vector<KeyTable> key_tables() {
   for (const DriverKind& driver : all_drivers()) {
     KeyTable table = table_of("[device.NAME]", driver.name, [&](DeviceKeys& keys) { return driver.read(keys, none); });
     table.measures = driver.measures;
-    for (std::string_view rest = driver.measures; !rest.empty();) {
-      const std::size_t end = std::min(rest.find(", "), rest.size());
-      table.readers.push_back(reader_of(rest.substr(0, end)));
-      rest.remove_prefix(std::min(end + 2, rest.size()));
-    }
+    for (const std::string_view thing : measured_by(driver)) table.readers.push_back(reader_of(thing));
     all.push_back(std::move(table));
   }
   for (const std::string_view transport : can_transports())
@@ -79,13 +86,8 @@ std::vector<KeyTable> key_tables() {
 }
 
 bool gives(const DriverKind& driver, std::string_view what) {
-  std::string_view rest = driver.measures;  // a list: "actuators, joints"
-  while (!rest.empty()) {
-    const std::size_t end = rest.find(", ");
-    if (rest.substr(0, end) == what) return true;
-    rest = end == std::string_view::npos ? std::string_view() : rest.substr(end + 2);
-  }
-  return false;
+  const auto things = measured_by(driver);
+  return std::find(things.begin(), things.end(), what) != things.end();
 }
 
 }  // namespace sinew::drivers
