@@ -9,9 +9,8 @@ namespace sinew::app {
 
 /// What `check` refuses here, `run` does, too, before any device is opened; `robot` is as it runs, with its options.
 /// - A module that reads a device (drivers::DeviceReader), an actuator group and a board per device have one; on the
-/// board
-///   `linux` that is a table [device.NAME], and wherever that stands its driver gives what the module reads; on the
-///   board `sim` a part of the world that is started.
+///   board `linux` that is a table [device.NAME], and wherever that stands its driver gives what the module reads; on
+///   the board `sim` a part of the world that is started.
 /// - An actuator group has as many channels as its device has joints, and no wider limit than the widest of them.
 /// - Frames of a camera fit into the topic of the module that reads it: every one would be dropped.
 /// Graph and devices without problems of their own.
