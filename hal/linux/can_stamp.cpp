@@ -9,27 +9,43 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Duration kClockReading = 1ms;  // between reading two clocks, on a machine that is busy
 constexpr std::int64_t kJump = 1'000'000'000;
 
 }  // namespace
 
-bool RealtimeStamps::possible(Time t) const noexcept { return t.ns >= (floor_ - kClockReading).ns && t <= now_; }
+ClockReading read_clocks(Os& os) noexcept {
+  ClockReading out;
+  timespec wall{};
+  out.before = os.now();
+  clock_gettime(CLOCK_REALTIME, &wall);
+  out.after = os.now();
+  out.realtime_ns = ns_of(wall);
+  return out;
+}
 
-void RealtimeStamps::begin(Time now, std::int64_t realtime_ns) noexcept {
-  const std::int64_t offset = realtime_ns - now.ns;
-  offset_before_ns_ = begun_ ? offset_ns_ : offset;
-  offset_ns_ = offset;
-  now_ = now;
+void RealtimeStamps::begin(const ClockReading& clocks) noexcept {
+  now_ = clocks.before;
+  const Offset read{clocks.realtime_ns - clocks.after.ns, clocks.realtime_ns - clocks.before.ns};
+  const Offset both{std::max(read.least, offset_.least), std::min(read.most, offset_.most)};
+  if (begun_ && both.least <= both.most) {
+    offset_ = both;
+    return;
+  }
+  offset_before_ = begun_ ? offset_ : read;
+  offset_ = read;
   begun_ = true;
 }
 
+bool RealtimeStamps::fits(std::int64_t realtime_ns, const Offset& offset, Time& out) const noexcept {
+  const Time earliest{realtime_ns - offset.most}, latest{realtime_ns - offset.least};
+  if (latest < floor_ || earliest > now_) return false;
+  out = std::clamp(Time{earliest.ns + (latest - earliest).count() / 2}, floor_, now_);
+  return true;
+}
+
 Time RealtimeStamps::convert(std::int64_t realtime_ns) const noexcept {
-  const Time t{realtime_ns - offset_ns_};
-  if (possible(t)) return t;
-  if (t > now_ && t.ns - now_.ns < Duration(kClockReading).count()) return now_;
-  const Time before{realtime_ns - offset_before_ns_};
-  return possible(before) ? before : now_;
+  Time out;
+  return fits(realtime_ns, offset_, out) || fits(realtime_ns, offset_before_, out) ? out : now_;
 }
 
 Time HardwareStamps::convert(std::int64_t hardware_ns, Time kernel) noexcept {

@@ -25,14 +25,6 @@ using namespace std::chrono_literals;
 constexpr std::size_t kBatch = 16;
 constexpr int kReceiveBytes = 1 << 20, kSendBytes = 16 << 10;  // the kernel doubles both
 
-std::int64_t ns_of(const timespec& t) { return std::int64_t{t.tv_sec} * 1'000'000'000 + t.tv_nsec; }
-
-std::int64_t realtime_ns() {
-  timespec t{};
-  clock_gettime(CLOCK_REALTIME, &t);
-  return ns_of(t);
-}
-
 bool gone(int error) { return error == ENETDOWN || error == ENODEV || error == ENXIO || error == ENETUNREACH; }
 
 template <class T>
@@ -229,11 +221,13 @@ Result<bool> SocketCanBus::fill() noexcept {
     b.heads[i].msg_hdr.msg_control = b.control[i].data();
     b.heads[i].msg_hdr.msg_controllen = b.control[i].size();
   }
+  const Time asked = os_.now();
   const int n = recvmmsg(fd_, b.heads.data(), kBatch, MSG_DONTWAIT, nullptr);
   if (n > 0) {
     b.count = static_cast<std::size_t>(n);
-    b.read_at = os_.now();
-    b.realtime.begin(b.read_at, realtime_ns());
+    const ClockReading clocks = read_clocks(os_);
+    b.read_at = clocks.before;
+    b.realtime.begin(clocks);
     return true;
   }
   if (n < 0 && errno == EINTR) return false;
@@ -243,9 +237,8 @@ Result<bool> SocketCanBus::fill() noexcept {
     lose();
     return Error{Errc::closed, "interface", error};
   }
-  b.read_at = os_.now();
-  b.realtime.begin(b.read_at, realtime_ns());
-  b.realtime.drained();
+  b.realtime.begin(read_clocks(os_));
+  b.realtime.drained(asked);
   if (lost_.load(std::memory_order_acquire)) return Error{Errc::closed, "interface"};
   return false;
 }

@@ -32,8 +32,6 @@ bool read_address(std::string_view text, unsigned& bus, std::string& interface) 
   return error == std::errc() && end == text.data() + text.size() && bus <= 255 && !interface.empty();
 }
 
-std::int64_t ns_of(const timespec& t) { return std::int64_t{t.tv_sec} * 1'000'000'000 + t.tv_nsec; }
-
 }  // namespace
 
 struct UdpCanBus::Batch {
@@ -146,14 +144,15 @@ Result<bool> UdpCanBus::fill() noexcept {
     b.heads[i].msg_hdr.msg_controllen = b.control[i].size();
     b.heads[i].msg_hdr.msg_namelen = sizeof b.from[i];
   }
+  const Time asked = os_.now();
   const int n = recvmmsg(in_, b.heads.data(), kBatch, MSG_DONTWAIT, nullptr);
   const int error = n < 0 ? errno : 0;
-  timespec wall{};
-  clock_gettime(CLOCK_REALTIME, &wall);
-  b.read_at = os_.now();
-  b.realtime.begin(b.read_at, ns_of(wall));
+  const ClockReading clocks = read_clocks(os_);
+  b.read_at = clocks.before;
+  b.realtime.begin(clocks);
   if (n > 0) return b.count = static_cast<std::size_t>(n), true;
-  if (error == 0 || error == EAGAIN || error == EINTR) return b.realtime.drained(), false;
+  if (error == EAGAIN) b.realtime.drained(asked);
+  if (error == 0 || error == EAGAIN || error == EINTR) return false;
   return Error{error == ENETDOWN ? Errc::closed : Errc::io, "recvmmsg", error};
 }
 

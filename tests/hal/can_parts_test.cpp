@@ -59,29 +59,52 @@ TEST(CanError, FramesThatTheControllerLostAreCounted) {
 
 constexpr std::int64_t kWall = 1'700'000'000'000'000'000;
 
+ClockReading clocks(std::int64_t ns, std::int64_t set_by = 0, std::int64_t kept_waiting = 0,
+                    std::int64_t before_it = 0) {
+  return {Time{ns}, kWall + set_by + ns + before_it, Time{ns + kept_waiting}};
+}
+
 TEST(RealtimeStamps, WallTimeBecomesMonotonic) {
   RealtimeStamps stamps(Time{0});
-  stamps.begin(Time{5'000'000'000}, kWall + 5'000'000'000);
+  stamps.begin(clocks(5'000'000'000));
   EXPECT_EQ(stamps.convert(kWall + 4'999'000'000).ns, 4'999'000'000);
 }
 
 TEST(RealtimeStamps, ClockThatIsSetWhileFramesWaitMovesNoStamp) {
   for (const std::int64_t step : {std::int64_t{3'600'000'000'000}, std::int64_t{-3'600'000'000'000}}) {
     RealtimeStamps stamps(Time{0});
-    stamps.begin(Time{1'000'000'000}, kWall + 1'000'000'000);
-    stamps.drained();
-    stamps.begin(Time{2'000'000'000}, kWall + step + 2'000'000'000);
+    stamps.begin(clocks(1'000'000'000));
+    stamps.drained(Time{1'000'000'000});
+    stamps.begin(clocks(2'000'000'000, step));
     EXPECT_EQ(stamps.convert(kWall + step + 1'999'000'000).ns, 1'999'000'000) << "stamped after it was set";
     EXPECT_EQ(stamps.convert(kWall + 1'500'000'000).ns, 1'500'000'000) << "and before";
   }
 }
 
-TEST(RealtimeStamps, StampsNeverLieInTheFuture) {
+TEST(RealtimeStamps, ThreadThatIsKeptWaitingBetweenTheClocksMovesNoStamp) {
   RealtimeStamps stamps(Time{0});
-  stamps.begin(Time{1'000'000'000}, kWall + 1'000'000'000);
+  stamps.begin(clocks(1'000'000'000));
+  stamps.drained(Time{1'000'000'000});
+  for (const std::int64_t late :
+       {std::int64_t{0}, std::int64_t{20'000'000}}) {  // before or after the wall clock was read
+    stamps.begin(clocks(2'000'000'000, 0, 20'000'000, late));
+    EXPECT_EQ(stamps.convert(kWall + 1'999'000'000).ns, 1'999'000'000) << late;
+  }
+  RealtimeStamps fresh(Time{900'000'000});
+  fresh.begin(clocks(1'000'000'000, 0, 20'000'000, 20'000'000));
+  EXPECT_NEAR(static_cast<double>(fresh.convert(kWall + 990'000'000).ns), 990e6, 10e6)
+      << "half the wait when it is the first";
+  fresh.begin(clocks(1'050'000'000));
+  EXPECT_EQ(fresh.convert(kWall + 1'040'000'000).ns, 1'040'000'000) << "nothing of it from the next reading on";
+}
+
+TEST(RealtimeStamps, StampsLieBetweenTheEmptySocketAndTheReading) {
+  RealtimeStamps stamps(Time{500'000'000});
+  stamps.begin(clocks(1'000'000'000, 0, 2'000'000));
   EXPECT_EQ(stamps.convert(kWall + 1'000'100'000).ns, 1'000'000'000);
   EXPECT_EQ(stamps.convert(kWall + 9'000'000'000).ns, 1'000'000'000);
-  EXPECT_EQ(stamps.convert(5).ns, 1'000'000'000) << "nor before the socket was opened";
+  EXPECT_EQ(stamps.convert(kWall + 498'500'000).ns, 500'000'000) << "what the reading leaves open is decided by it";
+  EXPECT_EQ(stamps.convert(5).ns, 1'000'000'000) << "what cannot be is the time of reading";
 }
 
 TEST(HardwareStamps, FollowTheControllersClockWithTheLeastDelayThatWasSeen) {

@@ -63,7 +63,9 @@ TEST_F(SocketCan, EveryKindOfFrameReachesTheOthersAndNotItsSender) {
     msg::CanFrame out;
     ASSERT_TRUE(next_frame(*b, out));
     ASSERT_TRUE(same_frame(out, frame)) << i;
-    EXPECT_GE(out.stamp.ns, before.ns - 1'000'000);
+    if (i >= 20) {  // the clocks have been read undisturbed by then
+      EXPECT_GE(out.stamp.ns, before.ns - 100'000) << i;
+    }
     EXPECT_LE(out.stamp, linux_os().now());
   }
   ASSERT_TRUE(b->send(frame_of(0x77, {}), kNever));

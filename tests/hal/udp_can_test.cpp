@@ -74,7 +74,7 @@ TEST_F(UdpCan, FramesReachTheOthersOfTheBusAndNotTheirSender) {
   msg::CanFrame out;
   ASSERT_TRUE(next_frame(*b, out));
   EXPECT_TRUE(same_frame(out, frame));
-  EXPECT_GE(out.stamp.ns, before.ns - 1'000'000);
+  EXPECT_GE(out.stamp.ns, before.ns - 10'000'000);
   EXPECT_LE(out.stamp, linux_os().now()) << "on the runtime's clock";
   ASSERT_TRUE(next_frame(*c, out));
   ASSERT_TRUE(b->send(frame_of(0x123, {1}), kNever));
