@@ -3,6 +3,7 @@
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 logs=$root/build/logs
 jobs=${SINEW_JOBS:-$(nproc 2>/dev/null || getconf _NPROCESSORS_ONLN)}
+configure_options=() # for builds that do not exist yet
 launcher=() # what builds and tests are started through, e.g. (setarch -R)
 
 say() { printf '%s\n' "$*"; }
@@ -66,7 +67,7 @@ configure() {
     quietly "$logs/$1-configure.log" ninja -C "$root/build/$1" build.ninja
     return
   fi
-  (cd "$root" && quietly "$logs/$1-configure.log" cmake --preset "$1") || return
+  (cd "$root" && quietly "$logs/$1-configure.log" cmake --preset "$1" "${configure_options[@]}") || return
   touch "$ninja_file"
 }
 
