@@ -17,7 +17,7 @@ case $arch in
   *) die "$arch: amd64 or arm64" ;;
 esac
 if [[ -n $triplet ]]; then # what the sub-tests call, and the libraries of our programs
-  tools=(bash coreutils grep sed mawk findutils util-linux mount hostname procps kmod iproute2 can-utils busybox-static
+  tools=(bash dash coreutils grep sed mawk findutils util-linux mount hostname procps kmod iproute2 can-utils busybox-static
     libstdc++6 zlib1g liblz4-1 libzstd1 libpng16-16 libfmt9 libcamera0.0.3 libcamera-ipa)
 fi
 here=$root/tests/vm
