@@ -16,8 +16,10 @@ if(SINEW_WINDOWS_TRIPLET MATCHES ^i686)
   set(CMAKE_SYSTEM_PROCESSOR i686)
   # The x87, which else calculates there, keeps 80 bits: other results than everywhere else. And SSE wants 16 bytes of
   # alignment, where that system's stacks have 4 and its heap has 8, of which the compiler thinks 16.
-  set(CMAKE_C_FLAGS_INIT "-msse2 -mfpmath=sse -mstackrealign")
-  set(CMAKE_CXX_FLAGS_INIT "-msse2 -mfpmath=sse -mstackrealign -faligned-new=8")
+  # There a member function takes its arguments off the stack itself, and other functions leave that to their caller. gcc 12
+  # makes one function of two that else do the same, and who calls the other one returns to an argument: not to be done.
+  set(CMAKE_C_FLAGS_INIT "-msse2 -mfpmath=sse -mstackrealign -fno-ipa-icf")
+  set(CMAKE_CXX_FLAGS_INIT "-msse2 -mfpmath=sse -mstackrealign -fno-ipa-icf -faligned-new=8")
   set(CMAKE_CROSSCOMPILING_EMULATOR ${CMAKE_CURRENT_LIST_DIR}/wine32.sh)
 else()
   set(CMAKE_SYSTEM_PROCESSOR x86_64)

@@ -29,6 +29,23 @@ class Windows(Base):
         self.assertEqual(said.returncode, 2, said.stderr)
         self.assertIn("tcp:127.0.0.1:1", said.stderr, "the robot was understood, nobody listens")
 
+    def test_the_program_says_what_is_wrong_with_its_words(self):
+        with open(f"{unpacked()}/robots/quad.toml") as f:
+            text = f.read()
+        with open(f"{unpacked()}/robots/real.toml", "w") as f:
+            f.write(text.replace('board = "sim"', 'board = "linux"'))
+        self.addCleanup(os.remove, f"{unpacked()}/robots/real.toml")
+        here = "tcp:127.0.0.1:1"
+        for words, complaint in ((["robots/quad.toml", here, "--fast"], "--fast: unknown"),
+                                 (["robots/quad.toml", here, "--seed", "x"], "--seed x: a number"),
+                                 (["robots/none.toml", here], "none.toml: file: "),
+                                 (["robots/real.toml", here], 'robot.board: "linux": this program has the simulator'),
+                                 (["robots/quad.toml", "nowhere"], "sinew-fly: nowhere: ")):
+            said = subprocess.run(ARGS.emulator.split() + ["bin/sinew-fly.exe", *words], cwd=unpacked(), capture_output=True,
+                                  text=True)
+            self.assertEqual(said.returncode, 2, said.stderr)
+            self.assertIn(complaint, said.stderr)
+
     def test_it_loads_nothing_that_windows_has_not(self):
         names = re.findall(r"DLL Name: (\S+)", self.sh(["objdump", "-p", f"{unpacked()}/bin/sinew-fly.exe"]))
         self.assertEqual({n.lower() for n in names}, {"kernel32.dll", "ws2_32.dll", "msvcrt.dll"})
