@@ -24,9 +24,9 @@ class Sizes(unittest.TestCase):
         ours, theirs = cls.root / "CMakeFiles/p.dir", cls.root / "theirs"
         ours.mkdir(parents=True)
         theirs.mkdir()
-        (ours / "a.cpp").write_text("extern const char there[];\nextern const char here[20000] = {1};\nint number[3000];\n"
+        (ours / "a.cpp").write_text("extern const char there[];\nextern const char here[200000] = {1};\nint number[30000];\n"
                                     "int main(int n, char**) { return here[n] + there[n] + number[n]; }\n")
-        (theirs / "b.cpp").write_text("extern const char there[30000] = {1};\n")
+        (theirs / "b.cpp").write_text("extern const char there[300000] = {1};\n")
         cls.bin = cls.root / "bin"
         cls.bin.mkdir()
         for folder, name in ((ours, "a"), (theirs, "b")):
@@ -73,8 +73,8 @@ class Sizes(unittest.TestCase):
 
     def test_own_text_has_our_objects_and_no_others(self):
         own = self.own_text()
-        self.assertGreaterEqual(own, 20000)
-        self.assertLess(own, 20000 + 2000)  # not the 30000 of the other object
+        self.assertGreaterEqual(own, 200000)
+        self.assertLess(own, 200000 + 2000)  # not the 300000 of the other object
 
     def test_six_per_cent_too_large_fails_with_both_numbers_and_what_to_do(self):
         allowed = int(self.text / 1.06)
@@ -86,6 +86,12 @@ class Sizes(unittest.TestCase):
 
     def test_four_per_cent_more_is_within(self):
         self.write(text=int(self.text / 1.04))
+        self.assertEqual(self.run_sizes()[0], 0)
+
+    def test_a_page_more_is_no_matter_however_small_the_rest_is(self):
+        self.write()
+        self.budget.write_text(self.budget.read_text().replace(f"\tdata\t{self.data}\t", "\tdata\t1\t"))
+        self.assertLess(self.data, 4096)
         self.assertEqual(self.run_sizes()[0], 0)
 
     def test_much_less_is_told_and_no_failure(self):
@@ -148,7 +154,7 @@ class Sizes(unittest.TestCase):
 
     def test_memory_on_a_board_has_a_budget_too(self):
         self.write(more=[("resident", 2000 * 1024, ""), ("locked", 3000 * 1024, 4000 * 1024)])
-        good = "rss_kb=1900\nlocked_kb={}\npeak_rss_kb=2000\n"
+        good = "rss_kb=2000\nlocked_kb={}\npeak_rss_kb=1900\n"
         self.assertEqual(self.run_sizes(*self.memory(good.format(3000)))[0], 0)
         code, out = self.run_sizes(*self.memory(good.format(3200)))
         self.assertEqual(code, 1, out)
