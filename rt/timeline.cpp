@@ -54,7 +54,7 @@ Timeline::Timeline(const Graph& graph, Time start) : graph_(graph) {
     const std::int64_t events = cycles * static_cast<std::int64_t>(t.modules.size() + 3);
     const auto capacity = std::bit_ceil(static_cast<std::uint32_t>(std::clamp<std::int64_t>(events, 512, 65536)));
     rings_.push_back(std::make_unique<TimelineRing>(capacity, start));
-    bytes_ += capacity * 2 * sizeof(std::uint64_t);
+    bytes_ += capacity * 2 * sizeof(hal::Wide<std::uint64_t>);
   }
 }
 
