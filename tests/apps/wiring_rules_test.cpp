@@ -308,6 +308,35 @@ TEST(DeviceClaims, TwoBusesDoNotHaveOneAddress) {
               ElementsAre(HasSubstr("bus.can1.address: \"udp bus 7\": one that no other has: it is [bus.can0]'s")));
 }
 
+TEST(DeviceClaims, PlacesAreComparedByWhatTheyMean) {
+  const auto bus = [](const std::string& address) {
+    return problems({{"[device.imu]", "[bus.can1]\ndriver = \"udp\"\naddress = \"" + address + "\"\n[device.imu]"}});
+  };
+  EXPECT_THAT(bus("239.65.82.7"), ElementsAre(HasSubstr("bus.can1.address: \"udp bus 7\": one that no other has")));
+  EXPECT_THAT(bus("7:lo"), ElementsAre(HasSubstr("bus.can1.address: \"udp bus 7\": one that no other has")));
+  EXPECT_THAT(bus("7:eth0"), IsEmpty());
+  const auto before_air = [](const std::string& tables) {
+    return problems({{"[device.air]\n", tables + "[device.air]\n"}});
+  };
+  EXPECT_THAT(before_air("[device.gnss]\ndriver = \"gnss\"\npath = \"/dev/ttyS1\"\n"
+                         "[device.range]\ndriver = \"tfmini\"\npath = \"/dev//ttyS1\"\n"),
+              ElementsAre(HasSubstr("device.range.path: \"serial line /dev/ttyS1\": one that no other has")));
+  EXPECT_THAT(before_air("[device.other]\ndriver = \"icm42600\"\npath = \"/dev//i2c-1\"\naddress = 104\n"),
+              ElementsAre(HasSubstr("chip at /dev/i2c-1, address 104")));
+  EXPECT_THAT(before_air("[device.both]\ndriver = \"iio\"\nname = \"accel_3d,gyro_3d\"\n"
+                         "[device.one]\ndriver = \"iio\"\nname = \"gyro_3d\"\n"),
+              ElementsAre(HasSubstr("device.one.name: \"IIO device gyro_3d\": one that no other has")));
+}
+
+TEST(DeviceClaims, TwoSimulatedCamerasMayHaveOneNodeInDifferentFolders) {
+  const auto second = [](const std::string& root) {
+    return problems({{"[device.camera]\n", "[device.second]\ndriver = \"v4l2\"\npath = \"/dev//video0\"\nroot = \"" +
+                                               root + "\"\n[device.camera]\n"}});
+  };
+  EXPECT_THAT(second("/tmp/wire"), IsEmpty());
+  EXPECT_THAT(second("//"), ElementsAre(HasSubstr("\"camera /dev/video0\": one that no other has")));
+}
+
 // ---- what is not of the file
 
 TEST(OptionLines, TellWhereAValueComesFrom) {
