@@ -212,6 +212,20 @@ TEST(WiringRules, ALimitIsNoWiderThanTheWidestJoint) {
   EXPECT_THAT(problems({{"limit = [-1.4, 1.4]", "limit = [-1.0, 0.9]"}}), IsEmpty());
 }
 
+TEST(WiringRules, ALimitThatLeavesNothingToAJointIsRefusedWithItsName) {
+  EXPECT_THAT(
+      problems({{"limit = [-1.4, 1.4]", "limit = [1.0, 1.4]"}}),
+      ElementsAre(at("limit = ") + "actuator.head.limit: [1, 1.4]: a range that has something of [-1, 0.9], that "
+                                   "of the joint tilt of [device.head]: it could follow nothing"));
+}
+
+TEST(WiringRules, AJointThatIsNarrowerThanItsGroupIsNamed) {
+  const auto robot = [](const std::vector<Change>& changes) { return parse_robot(changed(changes), "r.toml").robot; };
+  EXPECT_THAT(narrower_joints(robot({})),
+              ElementsAre("actuator.head.limit [-1.4, 1.4]: joint tilt goes from -1 to 0.9, and is pulled in beyond"));
+  EXPECT_THAT(narrower_joints(robot({{"limit = [-1.4, 1.4]", "limit = [-1.0, 0.9]"}})), IsEmpty());
+}
+
 // ---- cameras and topics
 
 TEST(WiringRules, FramesFitIntoTheirTopic) {
