@@ -14,6 +14,7 @@
 #include "apps/run_setup.hpp"
 #include "drivers/can_buses.hpp"
 #include "drivers/can_scan.hpp"
+#include "drivers/joint_keys.hpp"
 #include "hal/linux/connectors.hpp"
 #include "hal/linux/os.hpp"
 #include "tap/names.hpp"
@@ -27,7 +28,7 @@ using Json = nlohmann::ordered_json;
 
 /// A joint of the robot file, as it is on its bus.
 struct Expected {
-  std::string name, driver, bus;
+  std::string name, bus;
   CanFamily family{};
   std::uint32_t id = 0, master = 0;  // master: mit
 };
@@ -37,18 +38,7 @@ struct Bus {
   hal::CanSpec spec;
 };
 
-std::uint32_t number(const drivers::DeviceSpec& spec, const char* key) {
-  const auto it = spec.keys.find(key);
-  const auto* value = it == spec.keys.end() ? nullptr : std::get_if<std::int64_t>(&it->second.value);
-  return value ? static_cast<std::uint32_t>(*value) : 0;
-}
-
-std::string text(const drivers::DeviceSpec& spec, const char* key) {
-  const auto it = spec.keys.find(key);
-  const auto* value = it == spec.keys.end() ? nullptr : std::get_if<std::string>(&it->second.value);
-  return value ? *value : "";
-}
-
+/// Of devices without problems: each joint as it is opened.
 std::vector<Expected> joints_of(const drivers::DeviceSpecs& specs) {
   constexpr std::pair<const char*, CanFamily> kDrivers[] = {{"cia402", CanFamily::canopen},
                                                             {"mit", CanFamily::mit},
@@ -56,11 +46,14 @@ std::vector<Expected> joints_of(const drivers::DeviceSpecs& specs) {
                                                             {"dronecan", CanFamily::dronecan}};
   std::vector<Expected> all;
   for (const auto& device : specs.devices)
-    for (const auto& joint : device.joints)
+    for (const auto& joint : device.joints) {
+      std::vector<rt::Problem> told;
+      drivers::DeviceKeys keys(joint, "", told);
+      const drivers::JointConfig config = drivers::read_joint(keys, specs);
       for (const auto& [driver, family] : kDrivers)
-        if (joint.driver == driver)
-          all.push_back({device.name + "." + joint.name, driver, text(joint, "bus"), family, number(joint, "id"),
-                         number(joint, "master_id")});
+        if (config.protocol == driver)
+          all.push_back({device.name + "." + joint.name, config.bus, family, config.servo.node_id, config.replies_as});
+    }
   return all;
 }
 

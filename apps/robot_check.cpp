@@ -7,6 +7,7 @@
 #include "apps/board_rules.hpp"
 #include "apps/calibration.hpp"
 #include "apps/linux_board.hpp"
+#include "apps/pace_rules.hpp"
 #include "apps/recording.hpp"
 #include "apps/wiring_rules.hpp"
 
@@ -21,7 +22,9 @@ std::vector<rt::Problem> check_robot(const RobotFile& robot, const rt::Graph& gr
   add(check_boards(graph.spec(), {.virtual_time = false, .real_actuators = true}));
   add(check_linux_devices(robot));
   add(check_recording(robot.record, graph));
-  if (all.empty()) add(check_wiring(robot, graph));  // what is wrong in itself is no half of a relation
+  // What is wrong in itself is no half of a relation.
+  if (all.empty()) add(check_wiring(robot, graph));
+  if (all.empty()) add(check_paces(robot, graph));
   std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.line < b.line; });
   return all;
 }

@@ -11,6 +11,7 @@
 #include "apps/robot_file.hpp"
 #include "apps/run_command.hpp"
 #include "apps/run_setup.hpp"
+#include "apps/wiring_rules.hpp"
 
 namespace sinew::app {
 namespace {
@@ -26,6 +27,7 @@ struct Checked {
   std::string calibration;              // file of that robot, and
   std::vector<rt::Problem> calibrated;  // what is wrong there
   bool readable = true;
+  std::vector<std::string> narrower;  // narrower_joints()
 
   std::size_t count() const { return problems.size() + calibrated.size(); }
 };
@@ -52,6 +54,7 @@ Checked checked_graph(const CheckOptions& options, const rt::ModuleTypes& types)
     checked.calibrated = used.problems;
   }
   const std::size_t n = checked.count();
+  if (n == 0) checked.narrower = narrower_joints(loaded.robot);
   for (const auto& p : checked.problems) std::fprintf(stderr, "%s\n", lines.told(p, path).c_str());
   for (const auto& p : checked.calibrated) std::fprintf(stderr, "%s\n", rt::to_string(p, checked.calibration).c_str());
   if (n > 0) std::fprintf(stderr, "%zu problem%s\n", n, n == 1 ? "" : "s");
@@ -71,6 +74,7 @@ int check(const CheckOptions& options, const rt::ModuleTypes& types) {
     rt::Graph& graph = *checked.graph;
     std::printf("%s: %zu threads, %zu modules, %zu topics, %zu chains: no problems\n", options.robot.c_str(),
                 graph.threads().size(), graph.modules().size(), graph.topics().size(), graph.chains().size());
+    for (const std::string& joint : checked.narrower) std::printf("%s\n", joint.c_str());
     std::printf("%s", slot_table(graph).c_str());
   }
   return code_of(checked);

@@ -45,6 +45,27 @@ std::pair<double, double> range_of(const drivers::ServoConfig& joint) {
   return {l.position_min_rad, l.position_max_rad};
 }
 
+/// `[a, b]`
+std::string range_text(double from, double to) {
+  return fmt::format("[{}, {}]", rt::format_number(from), rt::format_number(to));
+}
+
+/// Each joint of a group with its range.
+struct JointRange {
+  std::string name;
+  double from, to;
+};
+std::vector<JointRange> ranges_of(const DeviceSpec& group, const drivers::DeviceSpecs& devices) {
+  std::vector<JointRange> all;
+  for (const DeviceSpec& j : group.joints) {
+    std::vector<rt::Problem> told;
+    drivers::DeviceKeys keys(j, "", told);
+    const auto [from, to] = range_of(drivers::read_joint(keys, devices).servo);
+    all.push_back({j.name, from, to});
+  }
+  return all;
+}
+
 class WiringCheck {
  public:
   WiringCheck(const RobotFile& robot, const rt::Graph& graph) : robot_(robot), graph_(graph) {}
@@ -177,18 +198,20 @@ class WiringCheck {
     if (a.channels != device->joints.size())
       add(line_or(a.channels_line, a.line), key + ".channels", std::to_string(a.channels),
           fmt::format("{}: so many joints has [device.{}]", device->joints.size(), a.name));
+    const std::string limit = range_text(a.min, a.max);
     double low = std::numeric_limits<double>::infinity(), high = -low;
-    for (const DeviceSpec& j : device->joints) {
-      std::vector<rt::Problem> told;
-      drivers::DeviceKeys keys(j, "", told);
-      const auto [from, to] = range_of(drivers::read_joint(keys, robot_.devices).servo);
-      low = std::min(low, from), high = std::max(high, to);
+    for (const JointRange& j : ranges_of(*device, robot_.devices)) {
+      low = std::min(low, j.from), high = std::max(high, j.to);
+      if (a.max < j.from || a.min > j.to)
+        add(line_or(a.limit_line, a.line), key + ".limit", limit,
+            fmt::format(
+                "a range that has something of {}, that of the joint {} of [device.{}]: it could follow nothing",
+                range_text(j.from, j.to), j.name, a.name));
     }
     if (a.min < low || a.max > high)
-      add(line_or(a.limit_line, a.line), key + ".limit",
-          fmt::format("[{}, {}]", rt::format_number(a.min), rt::format_number(a.max)),
-          fmt::format("within [{}, {}], the widest range of the joints of [device.{}]: what is beyond is pulled in",
-                      rt::format_number(low), rt::format_number(high), a.name));
+      add(line_or(a.limit_line, a.line), key + ".limit", limit,
+          fmt::format("within {}, the widest range of the joints of [device.{}]: what is beyond is pulled in",
+                      range_text(low, high), a.name));
   }
 
   /// Boards of devices that nobody asks for; run says so, too, when everything has been asked for.
@@ -210,6 +233,22 @@ class WiringCheck {
 
 std::vector<rt::Problem> check_wiring(const RobotFile& robot, const rt::Graph& graph) {
   return WiringCheck(robot, graph).all();
+}
+
+std::vector<std::string> narrower_joints(const RobotFile& robot) {
+  std::vector<std::string> all;
+  for (const rt::ActuatorSpec& a : robot.graph.actuators) {
+    for (const DeviceSpec& d : robot.devices.devices) {
+      if (d.name != a.name || board_of(robot.graph, a.name) != "linux") continue;
+      for (const JointRange& j : ranges_of(d, robot.devices))
+        if (j.from > a.min || j.to < a.max)
+          all.push_back(fmt::format("actuator.{}.limit {}: joint {} goes from {} to {}, and is pulled in beyond",
+                                    a.name, range_text(a.min, a.max), j.name,
+                                    rt::format_number(std::max(j.from, a.min)),
+                                    rt::format_number(std::min(j.to, a.max))));
+    }
+  }
+  return all;
 }
 
 }  // namespace sinew::app

@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 
+#include "drivers/device_place.hpp"
 #include "hal/self_report.hpp"
 
 namespace sinew::drivers {
@@ -75,7 +76,7 @@ CanBusConfig read_can_bus(DeviceKeys& keys) {
     return c;
   }
   read_address(keys, c.spec);
-  keys.claim("address", c.spec.transport + " bus " + c.spec.address);
+  keys.claim("address", c.spec.transport + " bus " + place_of_bus(c.spec.transport, c.spec.address));
   // What controllers are set to; CiA 301 section 5.5, and the two of SAE J2411 and of older cars.
   keys.read_one_of("bit_rate", c.spec.bit_rate,
                    {10'000, 20'000, 33'333, 50'000, 83'333, 100'000, 125'000, 250'000, 500'000, 800'000, 1'000'000},

@@ -27,6 +27,7 @@ class JointsReport final : public hal::SelfReport {
       if (awaited && static_cast<double>(joints_[i].hub->stats().ticks) < joints_[i].hub->config().tick_hz) continue;
       std::string words = joint_words(said);
       if (words.empty()) words = refusal_words(said);
+      if (words.empty()) words = beyond_words(said);
       if (!words.empty()) all += joints_[i].title + ": " + words + "\n";
     }
     return all;

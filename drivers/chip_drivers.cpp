@@ -6,6 +6,7 @@
 
 #include "drivers/bmp280.hpp"
 #include "drivers/calibrated_imu.hpp"
+#include "drivers/device_place.hpp"
 #include "drivers/icm42600.hpp"
 #include "drivers/key_number.hpp"
 #include "drivers/mpu6050.hpp"
@@ -41,9 +42,9 @@ ChipPlace read_place(DeviceKeys& keys, std::initializer_list<std::int64_t> addre
   keys.read_one_of("address", place.address, addresses, {.doc = "on I2C", .hex = true});
   if (place.is_spi() && keys.has("address")) keys.problem("address", "none on SPI: `path` has its chip select");
   if (place.is_spi())
-    keys.claim("path", "chip at " + place.path);
+    keys.claim("path", "chip at " + place_of_path(place.path));
   else
-    keys.claim("address", "chip at " + place.path + ", address " + std::to_string(place.address));
+    keys.claim("address", "chip at " + place_of_path(place.path) + ", address " + std::to_string(place.address));
   if (!has_spi) return place;
   place.spi.mode = 3;  // what all chips here take
   keys.read_integer("spi_hz", place.spi.hz, 10'000, 50'000'000, {.unit = "Hz", .doc = "clock of SPI"});

@@ -107,7 +107,7 @@ void Cia402Servo::write(ObjectAddress object, std::uint32_t value, std::uint8_t 
 
 /// A PDO is switched off, mapped anew, and switched on (CiA 301, 7.5.2.36 and 7.5.2.38).
 void Cia402Servo::plan_pdo(bool transmit, std::uint32_t number, std::uint32_t type,
-                           std::span<const std::uint32_t> entries) {
+                           std::span<const std::uint32_t> entries, bool last_is_optional) {
   const std::uint32_t node = config().node_id;
   const std::uint32_t id = transmit ? wire::tpdo_id(number, node) : wire::rpdo_id(number, node);
   const auto communication = transmit ? wire::tpdo_communication : wire::rpdo_communication;
@@ -116,6 +116,7 @@ void Cia402Servo::plan_pdo(bool transmit, std::uint32_t number, std::uint32_t ty
   write(mapping(number, 0), 0, 1);
   std::uint8_t sub = 0;
   for (const std::uint32_t entry : entries) write(mapping(number, ++sub), entry, 4);
+  if (last_is_optional) steps_.back().optional = true, steps_.back().entry = sub;
   write(mapping(number, 0), sub, 1);
   write(communication(number, 2), type, 1);
   write(communication(number, 1), id, 4);
@@ -141,7 +142,7 @@ void Cia402Servo::plan() {
   const std::uint32_t tpdo2[] = {wire::mapped(wire::kActualVelocity, 32), wire::mapped(wire::kDcLinkVoltage, 32)};
   plan_pdo(false, 1, 1, std::span(rpdo1).first(rpdo1_entries));
   plan_pdo(true, 1, 1, tpdo1);
-  plan_pdo(true, 2, options_.slow_every, tpdo2);
+  plan_pdo(true, 2, options_.slow_every, tpdo2, true);  // 6079h is optional, CiA 402-2
   mark_step_ = steps_.size();
   write(wire::kHeartbeatProducer, kHeartbeatMs, 2, true);
   if (c.device_timeout > 0ns) {
@@ -192,9 +193,11 @@ void Cia402Servo::next_step(Time now, FrameSink& out) noexcept {
         return;
       }
       if (step_ == mark_step_) homed_before_ = false, mark_ = 0;  // it takes no mark: nothing is known of its power
+      note_entry(false);
       ++step_;
       break;
     case SdoClient::State::done:
+      note_entry(true);
       finish_step();
       break;
     default:
@@ -220,6 +223,13 @@ void Cia402Servo::next_step(Time now, FrameSink& out) noexcept {
   out.send(wire::encode_nmt(wire::NmtCommand::start, config().node_id));
   phase_ = Phase::starting;
   deadline_ = now + 1s;
+}
+
+void Cia402Servo::note_entry(bool mapped) noexcept {
+  const std::uint8_t entry = steps_[step_].entry;
+  if (entry == 0) return;
+  tells_voltage_ = mapped;
+  steps_[step_ + 1].request.set_value(mapped ? entry : entry - 1u, 1);
 }
 
 void Cia402Servo::finish_step() noexcept {

@@ -70,10 +70,10 @@ Heard Cia402Servo::on_tpdo1(const msg::CanFrame& frame, Time now) noexcept {
 }
 
 Heard Cia402Servo::on_tpdo2(const msg::CanFrame& frame) noexcept {
-  if (!wire::is_data(frame, false) || frame.size != 8) return Heard::malformed;
   if (phase_ != Phase::running) return Heard::foreign;
+  if (!wire::is_data(frame, false) || frame.size != (tells_voltage_ ? 8 : 4)) return Heard::malformed;
   joint_.set_velocity(wire::get_le<std::int32_t>(frame, 0) * velocity_unit());
-  joint_.set_voltage(wire::get_le<std::uint32_t>(frame, 4) * 1e-3);
+  if (tells_voltage_) joint_.set_voltage(wire::get_le<std::uint32_t>(frame, 4) * 1e-3);
   return Heard::mine;
 }
 

@@ -48,8 +48,8 @@ WrongKeys check_cia402(const ServoConfig& config, const Cia402Options& options);
 
 /// Brings a drive up by SDO (identity, PDO mapping, heartbeats, mode), starts it, and then talks in PDOs: RPDO1 takes
 /// controlword, target and torque limit (if there is one) with each SYNC, TPDO1 brings statusword, position and torque,
-/// TPDO2 velocity and DC link voltage. Setpoints are cyclic synchronous position, velocity or torque. Lease: StopAction
-/// torque_off, quick_stop, hold; the drive itself watches the master's heartbeat (1016h) when
+/// TPDO2 velocity and, where the drive has it, DC link voltage. Setpoints are cyclic synchronous position, velocity or
+/// torque. Lease: StopAction torque_off, quick_stop, hold; the drive itself watches the master's heartbeat (1016h) when
 ///          ServoConfig::device_timeout is set, and then stops by 6007h.
 /// Homing:  with ServoConfig::homing_method it homes by itself (mode 6) when it is enabled for the first time after it
 ///          was brought up, and follows nothing before. One that was homed and fell silent only homes anew if it has
@@ -85,6 +85,7 @@ class Cia402Servo final : public ServoProtocol {
     wire::Sdo request;
     bool optional = false;
     std::uint32_t* into = nullptr;  // of a read
+    std::uint8_t entry = 0;         // of a PDO, its last one and optional: the next step writes how many there are
   };
 
   static constexpr std::uint32_t kHeartbeatMs = 100, kMarks = 50;  // 100 to 149 ms
@@ -92,7 +93,8 @@ class Cia402Servo final : public ServoProtocol {
   void plan();
   void read(wire::ObjectAddress object, std::uint32_t* into, bool optional = true);
   void write(wire::ObjectAddress object, std::uint32_t value, std::uint8_t bytes, bool optional = false);
-  void plan_pdo(bool transmit, std::uint32_t number, std::uint32_t type, std::span<const std::uint32_t> entries);
+  void plan_pdo(bool transmit, std::uint32_t number, std::uint32_t type, std::span<const std::uint32_t> entries,
+                bool last_is_optional = false);
 
   Heard on_tpdo1(const msg::CanFrame& frame, Time now) noexcept;
   Heard on_tpdo2(const msg::CanFrame& frame) noexcept;
@@ -102,6 +104,7 @@ class Cia402Servo final : public ServoProtocol {
   void bring_up(Time now, FrameSink& out) noexcept;
   void next_step(Time now, FrameSink& out) noexcept;
   void finish_step() noexcept;
+  void note_entry(bool mapped) noexcept;
   void give_up() noexcept;
   void run(Time now, const ServoCommand& command, FrameSink& out) noexcept;
   void count_cycle(Time now) noexcept;
@@ -144,6 +147,7 @@ class Cia402Servo final : public ServoProtocol {
   std::uint16_t torque_limit_ = 0;
   std::uint32_t tpdos_ = 0, ticks_ = 0;  // in a window; many more frames than ticks are two drives
   bool heard_ = false;                   // since the last tick
+  bool tells_voltage_ = true;            // in TPDO2
   Homing homing_ = Homing::no;
   bool homed_ = false, home_anew_ = false, homing_began_ = false;
   bool homed_before_ = false;  // it fell silent

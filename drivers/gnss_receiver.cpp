@@ -57,15 +57,7 @@ hal::Status GnssReceiver::set_up(std::string& why) {
 hal::Status GnssReceiver::poll(hal::Time now, std::vector<msg::GnssSample>& out, std::string& why) {
   const auto on_ubx = [&](std::span<const std::uint8_t> frame) {
     bytes_ = 0;
-    const auto pvt = wire::decode_nav_pvt(frame);
-    if (!pvt) return;
-    pvt_ = now;
-    gga_.reset(), rmc_.reset();
-    msg::GnssSample s = pvt->sample;
-    s.stamp = now - config_.delay;
-    if (s.fix == msg::GnssFix::none || s.fix == msg::GnssFix::time)
-      s.latitude_deg = s.longitude_deg = s.altitude_m = kUnknown;
-    out.push_back(s);
+    if (const auto pvt = wire::decode_nav_pvt(frame)) on_solution(*pvt, now, out);
   };
   const auto on_nmea = [&](std::span<const std::uint8_t> frame) {
     bytes_ = 0;
@@ -88,6 +80,24 @@ hal::Status GnssReceiver::poll(hal::Time now, std::vector<msg::GnssSample>& out,
   bytes_ = 0;
   why = "only garbage comes in; wrong bit rate? (receivers begin with 9600 or 38400 bit/s)";
   return hal::Error{hal::Errc::bad_data, "gnss: garbage"};
+}
+
+void GnssReceiver::on_solution(const wire::UbxPvt& pvt, hal::Time now, std::vector<msg::GnssSample>& out) {
+  pvt_ = now;
+  gga_.reset(), rmc_.reset();
+  msg::GnssSample s = pvt.sample;
+  const bool has = s.fix != msg::GnssFix::none && s.fix != msg::GnssFix::time;
+  // Without a position its clock may stand for good reasons, and saying so twice harms nobody.
+  if (has && told_week_ms_ == pvt.time_of_week_ms) {
+    repeats_ = now - told_at_ >= kClockStands;
+    return;
+  }
+  told_week_ms_.reset();
+  if (has) told_week_ms_ = pvt.time_of_week_ms;
+  told_at_ = now;
+  s.stamp = now - config_.delay;
+  if (!has) s.latitude_deg = s.longitude_deg = s.altitude_m = kUnknown;
+  out.push_back(s);
 }
 
 void GnssReceiver::on_sentence(const wire::NmeaSentence& s, hal::Time now, std::vector<msg::GnssSample>& out) {

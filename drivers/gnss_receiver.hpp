@@ -19,7 +19,7 @@ struct GnssConfig {
 /// A satellite receiver on a serial line: NMEA (GGA with RMC, GSA, VTG) or UBX (NAV-PVT, preferred when it comes).
 /// Stamps:  the time of coming in, less `delay`. Without a fix the position is NaN, and a sample.
 /// Errors:  closed when the line is gone; bad_data when nothing but garbage comes (wrong bit rate),
-///          or the same instant again and again. A sentence that is repeated is dropped.
+///          or the same instant again and again. A sentence or a solution that is repeated is dropped.
 class GnssReceiver final : public PolledDevice<msg::GnssSample> {
  public:
   GnssReceiver(SerialOpener opener, const GnssConfig& config) : line_(std::move(opener)), config_(config) {}
@@ -28,6 +28,8 @@ class GnssReceiver final : public PolledDevice<msg::GnssSample> {
   hal::Serial* line() override { return line_.get(); }
 
  private:
+  /// One of UBX; the same instant twice is one solution.
+  void on_solution(const wire::UbxPvt& pvt, hal::Time now, std::vector<msg::GnssSample>& out);
   void on_sentence(const wire::NmeaSentence& s, hal::Time now, std::vector<msg::GnssSample>& out);
   /// One instant's sentences as a sample.
   void flush(hal::Time now, std::vector<msg::GnssSample>& out);
@@ -39,13 +41,14 @@ class GnssReceiver final : public PolledDevice<msg::GnssSample> {
   wire::UbxScanner ubx_;
   std::optional<wire::NmeaGga> gga_;
   std::optional<wire::NmeaRmc> rmc_;
-  std::optional<wire::NmeaGsa> gsa_;  // of the newest instant that had one
-  hal::Time came_in_;                 // the first sentence of this instant
-  std::optional<hal::Time> pvt_;      // when UBX spoke last
-  double told_s_ = -1;                // UTC of the instant that became a sample last
-  hal::Time told_at_;                 // and when it did
-  bool repeats_ = false;              // only that instant comes, again and again
-  std::uint64_t bytes_ = 0;           // since the last frame of either kind
+  std::optional<wire::NmeaGsa> gsa_;           // of the newest instant that had one
+  hal::Time came_in_;                          // the first sentence of this instant
+  std::optional<hal::Time> pvt_;               // when UBX spoke last
+  double told_s_ = -1;                         // UTC of the instant that became a sample last
+  std::optional<std::uint32_t> told_week_ms_;  // UBX: its time of week, when it had a position
+  hal::Time told_at_;                          // and when it did
+  bool repeats_ = false;                       // only that instant comes, again and again
+  std::uint64_t bytes_ = 0;                    // since the last frame of either kind
 };
 
 }  // namespace sinew::drivers

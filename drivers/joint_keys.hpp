@@ -15,6 +15,7 @@ namespace sinew::drivers {
 struct JointConfig {
   std::string bus, protocol;
   ServoConfig servo;
+  std::uint32_t replies_as = 0;  // mit: the identifier of its answers
   /// Makes the protocol, and what it shares with others on the bus when that is not there yet.
   std::function<std::unique_ptr<ServoProtocol>(BusPlace&)> make;
 };

@@ -112,6 +112,7 @@ void JointReader::read_mit() {
   read_watches(kSpring);
   keys_.read_integer("master_id", o.master_id, 0, 0x7FF,
                      {.doc = "the identifier of its replies; several motors may share it", .hex = true});
+  joint_.replies_as = o.master_id;
   refuse(check_mit(c_, o));
   refuse(check_times(c_, tick(), tick()));
   joint_.make = [config = c_, o](BusPlace&) -> std::unique_ptr<ServoProtocol> {

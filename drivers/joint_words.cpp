@@ -20,6 +20,8 @@ constexpr std::array<std::pair<std::uint32_t, const char*>, 11> kFaults{
      {msg::kJointOther, "the drive says so"},
      {msg::kJointDuplicate, "two drives answer to its number"}}};
 
+constexpr Duration kPatience = std::chrono::seconds(3);  // more than the longest pause between two attempts
+
 std::string code_text(std::uint32_t code) {
   char text[16];
   std::snprintf(text, sizeof text, "0x%04x", static_cast<unsigned>(code));
@@ -44,13 +46,17 @@ std::string joint_words(const ServoFeedback& feedback) {
 
 std::string refusal_words(const ServoFeedback& feedback) {
   using msg::JointMode;
-  constexpr Duration kPatience = std::chrono::seconds(3);  // more than the longest pause between two attempts
   const JointMode m = feedback.mode;
   const bool refuses = m == JointMode::disabled || m == JointMode::enabling || m == JointMode::fault;
   if (!refuses || feedback.refusing <= kPatience) return {};
   const std::string last = feedback.fault_code == 0 ? "its enable input is open, or it has to be disarmed first?"
                                                     : "the last fault code is " + code_text(feedback.fault_code);
   return "told to move for more than 3 s, and not ready (" + last + ")";
+}
+
+std::string beyond_words(const ServoFeedback& feedback) {
+  if (feedback.mode != msg::JointMode::enabled || feedback.beyond <= kPatience) return {};
+  return "told for more than 3 s to go beyond its own limits, and stays within them";
 }
 
 }  // namespace sinew::drivers

@@ -14,4 +14,8 @@ std::string joint_words(const ServoFeedback& feedback);
 /// code.
 std::string refusal_words(const ServoFeedback& feedback);
 
+/// Of a joint that has followed setpoints beyond its own limits for more than 3 s: nothing breaks, but it does not go
+/// where it is told to. Empty: it is none.
+std::string beyond_words(const ServoFeedback& feedback);
+
 }  // namespace sinew::drivers

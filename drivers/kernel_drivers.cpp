@@ -1,20 +1,31 @@
 #include "drivers/kernel_drivers.hpp"
 
+#include <algorithm>
 #include <array>
 
 #include "drivers/calibrated_imu.hpp"
+#include "drivers/device_place.hpp"
 
 namespace sinew::drivers {
 namespace {
 
 constexpr double kMaxImuHz = 32000, kMaxCameraHz = 1000;
 
+/// Each of `name`, a list of two where an accelerometer and a gyroscope are joined.
+void claim_devices(DeviceKeys& keys, const hal::IioSpec& spec) {
+  for (std::string_view rest = spec.name; !rest.empty();) {
+    const std::size_t end = std::min(rest.find(','), rest.size());
+    keys.claim("name", place_under("IIO device " + std::string(rest.substr(0, end)), spec.root));
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+}
+
 DeviceOpener read_iio(DeviceKeys& keys, const DeviceSpecs&) {
   hal::IioSpec spec;
   keys.read("name", spec.name, "the name of an IIO device, e.g. \"mpu6050\"",
             {.doc = "as in /sys/bus/iio/devices/*/name, its label, or \"iio:deviceN\"", .required = true});
   keys.read("root", spec.root, "the path of a folder", {.doc = "with sys/ and dev/ of the machine: a simulated one"});
-  keys.claim("name", "IIO device " + spec.name + (spec.root == "/" ? "" : " under " + spec.root));
+  claim_devices(keys, spec);
   keys.read("rate_hz", spec.rate_hz, 0, kMaxImuHz,
             {.unit = "Hz", .doc = "samples a second, as far as the device has it; 0: as it is set"});
   keys.read("trigger", spec.trigger, "the name of a trigger",
@@ -34,7 +45,6 @@ DeviceOpener read_iio(DeviceKeys& keys, const DeviceSpecs&) {
 hal::CameraSpec read_camera(DeviceKeys& keys, std::string_view path_is) {
   hal::CameraSpec spec;
   keys.read("path", spec.path, path_is, {.doc = "which camera", .required = true});
-  keys.claim("path", "camera " + spec.path);
   keys.read_integer("width", spec.width, 16, msg::kMaxImageWidth,
                     {.unit = "px", .doc = "of the pictures in the topic"});
   keys.read_integer("height", spec.height, 16, msg::kMaxImageHeight,
@@ -69,11 +79,13 @@ DeviceOpener read_v4l2(DeviceKeys& keys, const DeviceSpecs&) {
       "memory", spec.memory, {{"auto", Memory::automatic}, {"mmap", Memory::mapped}, {"userptr", Memory::lent}},
       {.doc = "who owns the pictures' memory: the driver (mmap), which is copied once, or the topic"});
   keys.read("root", spec.root, "the path of a folder", {.doc = "with dev/ of the machine: a simulated one"});
+  keys.claim("path", place_under("camera " + place_of_camera(spec.path), spec.root));
   return [spec](DeviceContext& context, std::string& why) { return opened(context.connectors.v4l2_camera(spec, why)); };
 }
 
 DeviceOpener read_libcamera(DeviceKeys& keys, const DeviceSpecs&) {
   const hal::CameraSpec spec = read_camera(keys, "the id of a camera as `cam -l` shows it, or its number, e.g. \"0\"");
+  keys.claim("path", "libcamera's camera " + spec.path);
   return [spec](DeviceContext& context, std::string& why) {
     return opened(context.connectors.libcamera_camera(spec, why));
   };

@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "drivers/device_place.hpp"
 #include "drivers/gnss_receiver.hpp"
 #include "drivers/polled_driver.hpp"
 #include "drivers/rc_receiver.hpp"
@@ -17,7 +18,7 @@ hal::SerialSpec read_serial(DeviceKeys& keys, std::uint32_t bit_rate) {
   hal::SerialSpec spec;
   if (keys.read("path", spec.path, kPath, {.doc = "its serial line", .required = true}) && !is_path(spec.path))
     keys.problem("path", kPath);
-  keys.claim("path", "serial line " + spec.path);
+  keys.claim("path", "serial line " + place_of_path(spec.path));
   spec.bit_rate = bit_rate;
   return spec;
 }

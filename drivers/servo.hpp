@@ -99,6 +99,7 @@ struct ServoFeedback {
   msg::JointMode mode = msg::JointMode::absent;
   std::uint32_t faults = 0;      // msg::JointFault bits, now
   std::uint32_t fault_code = 0;  // the drive's own, of the last fault
+  Duration beyond{};             // for how long it follows a setpoint that is beyond its limits, and is pulled in
   Duration refusing{};           // for how long it answers, is told to follow, and was not ready for a second on end
 };
 

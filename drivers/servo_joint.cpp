@@ -9,6 +9,7 @@ using namespace std::chrono_literals;
 
 constexpr double kJumpMargin_rad = 0.02;  // for quantisation, and for time stamps that are not the measurement's
 constexpr double kLimitMargin_rad = 0.01;
+constexpr double kBeyond = 1.0001;  // of a limit: no rounding
 
 double clamp(double value, double low, double high) { return value < low ? low : value > high ? high : value; }
 
@@ -133,7 +134,7 @@ bool ServoJoint::runs_well(Time now) const noexcept { return enabled() && now - 
 
 void ServoJoint::resume(Time now) noexcept {
   behind_ = false;
-  target_at_ = now;
+  target_at_ = asked_well_ = now;
   last_value_ = config_.mode == ServoMode::position ? feedback_.position_rad : 0;
 }
 
@@ -158,8 +159,18 @@ bool ServoJoint::falls_behind(double value) const noexcept {
          std::abs(value - feedback_.velocity_radps) > f.velocity_radps;
 }
 
+bool ServoJoint::asks_too_much(double setpoint) const noexcept {
+  const ServoLimits& l = config_.limits;
+  if (config_.mode == ServoMode::position)
+    return setpoint < l.position_min_rad - kLimitMargin_rad || setpoint > l.position_max_rad + kLimitMargin_rad;
+  const double most = config_.mode == ServoMode::velocity ? l.velocity_radps : l.effort_nm;
+  return std::abs(setpoint) > kBeyond * most;
+}
+
 ServoJoint::Target ServoJoint::target(Time now, double setpoint) noexcept {
   const ServoLimits& limits = config_.limits;
+  if (!asks_too_much(setpoint)) asked_well_ = now;
+  feedback_.beyond = now - asked_well_;
   Target t{setpoint, effort_limit()};
   const double p = feedback_.position_rad;
   if (config_.mode == ServoMode::position) {
@@ -185,7 +196,8 @@ ServoJoint::Target ServoJoint::target(Time now, double setpoint) noexcept {
 }
 
 ServoJoint::Target ServoJoint::held(Time now) noexcept {
-  target_at_ = now;
+  target_at_ = asked_well_ = now;
+  feedback_.beyond = {};
   behind_ = false;
   return {config_.mode == ServoMode::position ? last_value_ : 0.0, effort_limit()};
 }

@@ -74,7 +74,7 @@ class ServoJoint {
   /// It fails by our judgement: off, in a fault, and for a growing while not enabled.
   void trip(Time now, std::uint32_t faults) noexcept;
   /// It went off by itself or was switched off: takes a newer command to be enabled again.
-  void went_off() noexcept { stale_number_ = true; }
+  void went_off() noexcept { stale_number_ = true, feedback_.beyond = {}; }
   void set_mode(msg::JointMode mode) noexcept { feedback_.mode = mode; }
   /// What a joint without torque that answers is in: a fault as long as one holds it back, else disabled.
   msg::JointMode idle_mode(Time now) const noexcept;
@@ -108,13 +108,14 @@ class ServoJoint {
   void collect_faults() noexcept;
   bool plausible(Time now, double joint_rad, double joint_radps) const noexcept;
   bool falls_behind(double value) const noexcept;
+  bool asks_too_much(double setpoint) const noexcept;
 
   ServoConfig config_;
   ServoFeedback feedback_;
   ServoStats stats_;
   std::uint32_t drive_faults_ = 0, own_faults_ = 0;
   bool believed_ = false, new_zero_ = false, lost_ = false, doubted_ = false;
-  Time arrived_{}, behind_since_{}, enabled_at_{}, target_at_{}, double_at_{}, double_first_{};
+  Time arrived_{}, behind_since_{}, enabled_at_{}, target_at_{}, asked_well_{}, double_at_{}, double_first_{};
   std::uint32_t doubles_ = 0;
   bool behind_ = false, double_ = false;
   double last_value_ = 0;

@@ -20,6 +20,13 @@ std::string number(double v) {
   return text;
 }
 
+std::string beyond_range(const CameraControl& c, double asked) {
+  char text[128];
+  std::snprintf(text, sizeof text, ": asked for %.9g, which is not %.9g to %.9g; it stays as it was", asked, c.min,
+                c.max);
+  return c.name + text;
+}
+
 double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
 
 }  // namespace
@@ -109,14 +116,22 @@ void V4l2Camera::adopt(std::unique_ptr<V4l2Session> session) {
 /// What was requested becomes what the camera is opened with, and what it has now.
 void V4l2Camera::set_requested() {
   V4l2Controls::Wanted wanted;
+  std::string refused;
   for (std::size_t i = 0; i < controls_.size(); ++i) {
+    if (requests_[i].refused.exchange(false, std::memory_order_acquire))
+      refused += (refused.empty() ? "" : "; ") + beyond_range(controls_[i], requests_[i].beyond.load());
     if (!requests_[i].pending.exchange(false, std::memory_order_acquire)) continue;
     wanted[controls_[i].name] = requests_[i].value.load(std::memory_order_relaxed);
   }
   for (const auto& [name, value] : wanted) spec_.controls[name] = value;
+  if (!refused.empty()) {
+    const std::lock_guard lock(mutex_);
+    control_trouble_ = refused;
+  }
   if (wanted.empty() || !session_) return;
   std::string why;
   static_cast<void>(session_->controls().set(port_, session_->fd(), wanted, why));  // `why` has every refusal
+  if (!refused.empty()) why += (why.empty() ? "" : "; ") + refused;
   const std::lock_guard lock(mutex_);
   control_trouble_ = why;
 }

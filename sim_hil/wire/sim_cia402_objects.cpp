@@ -1,6 +1,8 @@
 // The object dictionary of a simulated CiA 402 drive, and its SDO server.
 #include "sim_hil/wire/sim_cia402.hpp"
 
+#include <algorithm>
+
 namespace sinew::sim_hil {
 
 using wire::DriveState;
@@ -128,7 +130,9 @@ std::uint32_t SimCia402::write(const wire::Sdo& request) {
       return static_cast<std::uint32_t>(SdoAbort::unsupported);
     }
     const auto mapped = static_cast<std::uint32_t>(request.value() >> 8);
-    if (request.object.sub > 0 && !objects_.contains(mapped)) {
+    const bool refused =
+        std::any_of(p_.refuses.begin(), p_.refuses.end(), [&](ObjectAddress o) { return key(o) == mapped; });
+    if (request.object.sub > 0 && (refused || !objects_.contains(mapped))) {
       return static_cast<std::uint32_t>(SdoAbort::cannot_be_mapped);
     }
   }

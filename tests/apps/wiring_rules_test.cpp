@@ -212,6 +212,52 @@ TEST(WiringRules, ALimitIsNoWiderThanTheWidestJoint) {
   EXPECT_THAT(problems({{"limit = [-1.4, 1.4]", "limit = [-1.0, 0.9]"}}), IsEmpty());
 }
 
+TEST(WiringRules, ALimitThatLeavesNothingToAJointIsRefusedWithItsName) {
+  EXPECT_THAT(
+      problems({{"limit = [-1.4, 1.4]", "limit = [1.0, 1.4]"}}),
+      ElementsAre(at("limit = ") + "actuator.head.limit: [1, 1.4]: a range that has something of [-1, 0.9], that "
+                                   "of the joint tilt of [device.head]: it could follow nothing"));
+}
+
+TEST(WiringRules, AJointThatIsNarrowerThanItsGroupIsNamed) {
+  const auto robot = [](const std::vector<Change>& changes) { return parse_robot(changed(changes), "r.toml").robot; };
+  EXPECT_THAT(narrower_joints(robot({})),
+              ElementsAre("actuator.head.limit [-1.4, 1.4]: joint tilt goes from -1 to 0.9, and is pulled in beyond"));
+  EXPECT_THAT(narrower_joints(robot({{"limit = [-1.4, 1.4]", "limit = [-1.0, 0.9]"}})), IsEmpty());
+}
+
+// ---- time-outs and how often something comes
+
+TEST(PaceRules, ALeaseOutlivesThePauseBetweenTwoCommands) {
+  EXPECT_THAT(problems({{"period_us = 1000", "period_us = 20000"}}),
+              ElementsAre(at("[actuator.head]") + "actuator.head.lease_ms: 20: more than 20, the period of the thread "
+                                                  "steer"));
+  EXPECT_THAT(problems({{"period_us = 1000", "period_us = 19000"}}), IsEmpty());
+}
+
+TEST(PaceRules, ALeaseOutlivesATickOfTheBus) {
+  EXPECT_THAT(problems({{"lease_ms = 20", "lease_ms = 2"}}),
+              ElementsAre(at("[actuator.head]") + "actuator.head.lease_ms: 2: more than 2, as [bus.can0] has tick_hz "
+                                                  "500"));
+  EXPECT_THAT(problems({{"lease_ms = 20", "lease_ms = 2.1"}}), IsEmpty());
+}
+
+TEST(PaceRules, SilenceIsLongerThanThePauseBetweenTwoMessages) {
+  const auto silent = [](const std::string& topic, const std::string& ms) {
+    return problems({{"[bus.can0]", "[[failsafe]]\nname = \"lost\"\ntopic = \"" + topic + "\"\nsilent_ms = " + ms +
+                                        "\naction = \"stop\"\n[bus.can0]"}});
+  };
+  EXPECT_THAT(silent("imu.raw", "1"),
+              ElementsAre(HasSubstr("failsafe.lost.silent_ms: 1: more than 1, the period of the thread steer")));
+  EXPECT_THAT(silent("imu.raw", "1.1"), IsEmpty());
+  EXPECT_THAT(silent("joints.raw", "2"),
+              ElementsAre(HasSubstr("failsafe.lost.silent_ms: 2: more than 2, as [bus.can0] has tick_hz 500")));
+  EXPECT_THAT(
+      silent("camera.raw", "33"),
+      ElementsAre(HasSubstr("failsafe.lost.silent_ms: 33: more than 33.333333, as [device.camera] has rate_hz 30")));
+  EXPECT_THAT(silent("camera.raw", "34"), IsEmpty());
+}
+
 // ---- cameras and topics
 
 TEST(WiringRules, FramesFitIntoTheirTopic) {
@@ -306,6 +352,35 @@ TEST(DeviceClaims, ChipsShareABusButNoAddress) {
 TEST(DeviceClaims, TwoBusesDoNotHaveOneAddress) {
   EXPECT_THAT(problems({{"[device.imu]", "[bus.can1]\ndriver = \"udp\"\naddress = 7\n[device.imu]"}}),
               ElementsAre(HasSubstr("bus.can1.address: \"udp bus 7\": one that no other has: it is [bus.can0]'s")));
+}
+
+TEST(DeviceClaims, PlacesAreComparedByWhatTheyMean) {
+  const auto bus = [](const std::string& address) {
+    return problems({{"[device.imu]", "[bus.can1]\ndriver = \"udp\"\naddress = \"" + address + "\"\n[device.imu]"}});
+  };
+  EXPECT_THAT(bus("239.65.82.7"), ElementsAre(HasSubstr("bus.can1.address: \"udp bus 7\": one that no other has")));
+  EXPECT_THAT(bus("7:lo"), ElementsAre(HasSubstr("bus.can1.address: \"udp bus 7\": one that no other has")));
+  EXPECT_THAT(bus("7:eth0"), IsEmpty());
+  const auto before_air = [](const std::string& tables) {
+    return problems({{"[device.air]\n", tables + "[device.air]\n"}});
+  };
+  EXPECT_THAT(before_air("[device.gnss]\ndriver = \"gnss\"\npath = \"/dev/ttyS1\"\n"
+                         "[device.range]\ndriver = \"tfmini\"\npath = \"/dev//ttyS1\"\n"),
+              ElementsAre(HasSubstr("device.range.path: \"serial line /dev/ttyS1\": one that no other has")));
+  EXPECT_THAT(before_air("[device.other]\ndriver = \"icm42600\"\npath = \"/dev//i2c-1\"\naddress = 104\n"),
+              ElementsAre(HasSubstr("chip at /dev/i2c-1, address 104")));
+  EXPECT_THAT(before_air("[device.both]\ndriver = \"iio\"\nname = \"accel_3d,gyro_3d\"\n"
+                         "[device.one]\ndriver = \"iio\"\nname = \"gyro_3d\"\n"),
+              ElementsAre(HasSubstr("device.one.name: \"IIO device gyro_3d\": one that no other has")));
+}
+
+TEST(DeviceClaims, TwoSimulatedCamerasMayHaveOneNodeInDifferentFolders) {
+  const auto second = [](const std::string& root) {
+    return problems({{"[device.camera]\n", "[device.second]\ndriver = \"v4l2\"\npath = \"/dev//video0\"\nroot = \"" +
+                                               root + "\"\n[device.camera]\n"}});
+  };
+  EXPECT_THAT(second("/tmp/wire"), IsEmpty());
+  EXPECT_THAT(second("//"), ElementsAre(HasSubstr("\"camera /dev/video0\": one that no other has")));
 }
 
 // ---- what is not of the file

@@ -8,6 +8,7 @@
 #include "wire/rc_channels.hpp"
 #include "wire/sbus.hpp"
 #include "wire/tfmini.hpp"
+#include "wire/ubx.hpp"
 
 namespace sinew::test {
 namespace {
@@ -22,6 +23,7 @@ struct Sender {
   /// Frame `number`; stuck: the same numbers, as measured at the instant given.
   Bytes (*frame)(Time now, bool stuck);
   std::vector<Way> duplicate{{.cannot = {Reason::no_number}}};
+  std::string title = "`" + driver + "`";
 };
 
 class SerialRig final : public Rig {
@@ -120,6 +122,18 @@ Bytes position_frame(Time now, bool) {
   return {text.begin(), text.end()};
 }
 
+/// Five times a second a solution of a u-blox receiver; stuck: of the same instant.
+Bytes solution_frame(Time now, bool) {
+  wire::UbxPvt pvt;
+  pvt.time_of_week_ms = static_cast<std::uint32_t>(now.ns / 1'000'000);
+  pvt.sample.fix = msg::GnssFix::full;
+  pvt.sample.satellites = 12;
+  pvt.sample.latitude_deg = 47.5 + 1e-4 * wave(now), pvt.sample.longitude_deg = 8.5;
+  Bytes frame(128);
+  frame.resize(wire::encode_nav_pvt(pvt, frame));
+  return frame;
+}
+
 wire::RcCounts sticks(Time now) {
   wire::RcCounts counts{};
   counts.fill(wire::kRcMiddle);
@@ -140,14 +154,15 @@ Bytes crsf_frame(Time now, bool) {
 }
 
 RigKind rig(const Sender& sender) {
-  return {sender.driver, "`" + sender.driver + "`", [sender] { return std::make_unique<SerialRig>(sender); }};
+  return {sender.driver, sender.title, [sender] { return std::make_unique<SerialRig>(sender); }};
 }
 
 }  // namespace
 
 std::vector<RigKind> serial_rigs() {
   return {rig({"tfmini", "range", 10ms, range_frame}), rig({"gnss", "gnss", 200ms, position_frame, {{}}}),
-          rig({"sbus", "rc", 14ms, sbus_frame}), rig({"crsf", "rc", 14ms, crsf_frame})};
+          rig({"gnss", "gnss", 200ms, solution_frame, {{}}, "`gnss`, UBX"}), rig({"sbus", "rc", 14ms, sbus_frame}),
+          rig({"crsf", "rc", 14ms, crsf_frame})};
 }
 
 }  // namespace sinew::test

@@ -417,6 +417,31 @@ TEST_F(Cia402, OptionalObjectsMayBeMissing) {
   EXPECT_TRUE(rig->until(0, JointMode::enabled));
 }
 
+TEST_F(Cia402, DriveWithoutAVoltageHasAllTheRest) {
+  sim_hil::SimCia402::Parameters p;
+  p.node_id = 5;
+  p.refuses = {wire::kDcLinkVoltage};
+  ServoConfig c = plain();
+  c.mode = ServoMode::velocity;
+  build(c, p);
+  rig->setpoint[0] = 1;
+  ASSERT_TRUE(rig->until(0, JointMode::enabled));
+  rig->run(500ms);
+  EXPECT_EQ(drive->object(wire::tpdo_mapping(2, 0)), 1u);
+  EXPECT_NEAR(rig->sample.velocity_radps[0], 1, 0.1) << "TPDO2 without its second half";
+  EXPECT_TRUE(std::isnan(rig->sample.voltage_v[0]));
+  EXPECT_EQ(rig->group().servo(0).stats().malformed, 0u);
+}
+
+TEST_F(Cia402, DriveThatHasNoPlaceForWhatMovesItIsAFault) {
+  sim_hil::SimCia402::Parameters p;
+  p.node_id = 5;
+  p.refuses = {wire::kTargetPosition};
+  build(plain(), p);
+  ASSERT_TRUE(rig->until(0, JointMode::fault));
+  EXPECT_EQ(rig->sample.fault_code[0], static_cast<std::uint32_t>(wire::SdoAbort::cannot_be_mapped));
+}
+
 TEST_F(Cia402, DriveThatRefusesItsConfigurationIsAFaultWithTheAbortCode) {
   sim_hil::SimCia402::Parameters p;
   p.node_id = 5;

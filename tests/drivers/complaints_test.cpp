@@ -56,6 +56,16 @@ TEST(JointWords, OneThatIsToldToMoveAndNeverGetsReadyRefuses) {
   }
 }
 
+TEST(JointWords, OneThatIsToldToGoBeyondItsLimitsSaysSoAfterAWhile) {
+  ServoFeedback f = joint(msg::JointMode::enabled);
+  f.beyond = 3s;
+  EXPECT_EQ(beyond_words(f), "") << "a controller may touch a limit";
+  f.beyond = 3001ms;
+  EXPECT_EQ(beyond_words(f), "told for more than 3 s to go beyond its own limits, and stays within them");
+  f.mode = msg::JointMode::fault;
+  EXPECT_EQ(beyond_words(f), "");
+}
+
 /// A bus in memory that says what it was told to say.
 class TalkingConnectors final : public test::NoConnectors {
  public:

@@ -181,6 +181,33 @@ TEST_F(SerialSensorTest, UbxGoesBeforeNmea) {
   EXPECT_EQ(out.size(), 1u) << "UBX is silent: NMEA counts again";
 }
 
+TEST_F(SerialSensorTest, ASolutionThatIsRepeatedIsOneSampleAndAClockThatStandsIsTold) {
+  GnssReceiver device(opener(), {});
+  ASSERT_TRUE(device.set_up(why));
+  const auto solution = [&](std::uint32_t week_ms, msg::GnssFix fix) {
+    wire::UbxPvt pvt;
+    pvt.time_of_week_ms = week_ms;
+    pvt.sample.latitude_deg = 47.25;
+    pvt.sample.fix = fix;
+    std::array<std::uint8_t, 128> frame{};
+    come_in(std::span(frame).first(wire::encode_nav_pvt(pvt, frame)));
+  };
+  for (const std::uint32_t week_ms : {1000u, 1000u, 1200u, 1200u, 1200u}) solution(week_ms, msg::GnssFix::full);
+  EXPECT_EQ(poll(device).size(), 2u);
+  EXPECT_FALSE(error);
+  solution(1200, msg::GnssFix::full);
+  EXPECT_TRUE(poll(device, 2s).empty());
+  EXPECT_EQ(error, hal::Errc::bad_data);
+  EXPECT_EQ(why, "sends the same instant again and again (its clock stands; power it off and on)");
+  solution(3400, msg::GnssFix::full);
+  EXPECT_EQ(poll(device).size(), 1u);
+  EXPECT_FALSE(error);
+  solution(3400, msg::GnssFix::none);
+  solution(3400, msg::GnssFix::none);
+  EXPECT_EQ(poll(device, 3s).size(), 2u) << "without a position its clock may stand: it says so each time";
+  EXPECT_FALSE(error);
+}
+
 TEST_F(SerialSensorTest, AWrongBitRateOfAReceiverIsTold) {
   GnssReceiver device(opener(), {});
   ASSERT_TRUE(device.set_up(why));

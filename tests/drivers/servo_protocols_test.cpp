@@ -80,6 +80,13 @@ TEST_P(EveryProtocol, SetpointsAreKeptWithinLimits) {
   EXPECT_LT(rig->joints[0]->position_rad(), 0.26) << "0.5 rad/s at most";
   rig->run(3s);
   EXPECT_NEAR(rig->joints[0]->position_rad(), 0.4, 0.02);
+  ServoFeedback said;
+  ASSERT_TRUE(rig->groups[0]->feedback_of(0, said));
+  EXPECT_GT(said.beyond, hal::Duration(3s)) << "and says for how long it was asked for more";
+  rig->setpoint[0] = 0.4;
+  rig->run(20ms);
+  ASSERT_TRUE(rig->groups[0]->feedback_of(0, said));
+  EXPECT_EQ(said.beyond, hal::Duration{});
 }
 
 TEST_P(EveryProtocol, TimeThatPassesUntilItIsEnabledIsNoLeaveToJump) {

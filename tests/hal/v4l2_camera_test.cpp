@@ -309,8 +309,14 @@ TEST_F(V4l2CameraOnSim, RequestOutsideOfTheRangeChangesNothing) {
     EXPECT_FALSE(camera_->request(*gain, wrong));
   EXPECT_FALSE(camera_->request(99, 1));
   EXPECT_FALSE(camera_->find("gian"));
+  EXPECT_FALSE(camera_->request(*gain, 101));
+  EXPECT_TRUE(eventually([&] {
+    return camera_->trouble().find("gain: asked for 101, which is not 0 to 100; it stays") != std::string::npos;
+  })) << "who asks while the robot runs has nobody to tell: "
+      << camera_->trouble();
   ASSERT_TRUE(camera_->request(*gain, 77));
   EXPECT_TRUE(eventually([&] { return sim_.control("Gain") == 77; }));
+  EXPECT_TRUE(eventually([&] { return camera_->trouble().empty(); })) << camera_->trouble();
 }
 
 TEST_F(V4l2CameraOnSim, RefusalOfAControlIsSaidAndFramesGoOn) {
