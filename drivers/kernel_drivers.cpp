@@ -5,6 +5,7 @@
 
 #include "drivers/calibrated_imu.hpp"
 #include "drivers/device_place.hpp"
+#include "drivers/key_number.hpp"
 
 namespace sinew::drivers {
 namespace {
@@ -31,6 +32,8 @@ DeviceOpener read_iio(DeviceKeys& keys, const DeviceSpecs&) {
   keys.read("trigger", spec.trigger, "the name of a trigger",
             {.doc = "as in /sys/bus/iio/devices/trigger*/name", .otherwise = "as it is set"});
   keys.read("buffered", spec.buffered, {.doc = "every sample, from the kernel's buffer; false: polls the newest one"});
+  if (!spec.buffered && spec.rate_hz <= 0)
+    keys.problem("rate_hz", "a number above 0, at most " + key_number(kMaxImuHz) + "; required with buffered = false");
   keys.read_integer("buffer_length", spec.buffer_length, 2, 65536, {.doc = "samples that the kernel holds"});
   spec.fifo_priority = 88;  // above the loops that wait for it
   keys.read_integer("priority", spec.fifo_priority, 0, 99, {.doc = "SCHED_FIFO of its thread; 0: an ordinary one"});

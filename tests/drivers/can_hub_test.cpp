@@ -212,6 +212,53 @@ TEST(CanHub, ForeignFramesAtFullLoadForAMinuteChangeOnlyCounters) {
   EXPECT_NEAR(rig.joints[0]->position_rad(), 0.5, 0.01);
 }
 
+/// As flood(), of frames under identifiers that somebody listens to, none of a length that anybody speaks there.
+void flood_malformed(ServoRig& rig, double seconds) {
+  sim_hil::MemoryCanPort& noise = rig.bus[0]->wire.attach();
+  sim_hil::MemoryCan& wire = rig.bus[0]->wire;
+  std::vector<Interest> all;
+  for (std::size_t i = 0; i < rig.group().size(); ++i)
+    for (const Interest& one : rig.group().servo(i).interests()) all.push_back(one);
+  constexpr std::uint32_t kNobodys[] = {0, 2, 3, 4, 5};  // 1: heartbeats, 6 to 8: MIT, 8: all others
+  const Time end = rig.os.now() + Duration{static_cast<std::int64_t>(seconds * 1e9)};
+  double room = 0;
+  for (std::uint32_t n = 0; rig.os.now() < end;) {
+    const std::uint64_t before = wire.bits();
+    if (++rig.steps % 4 == 0) rig.write(100ms);
+    rig.step();
+    for (room += 500 - static_cast<double>(wire.bits() - before); room > 0; ++n) {
+      const Interest& one = all[n % all.size()];
+      msg::CanFrame frame;
+      frame.id = one.id | (n * 2654435761u & ~one.mask & (one.extended ? 0x1FFFFFFFu : 0x7FFu));
+      frame.flags = one.extended ? std::uint32_t{msg::kCanExtended} : 0u;
+      frame.size = static_cast<std::uint8_t>(kNobodys[n / all.size() % std::size(kNobodys)]);
+      for (std::uint8_t& byte : frame.data) byte = static_cast<std::uint8_t>(n * 2246822519u >> 13);
+      room -= hal::can_frame_bits(frame);
+      (void)noise.send(frame, hal::kNever);
+    }
+  }
+}
+
+TEST(CanHub, MalformedFramesAtFullLoadForAMinuteChangeOnlyCounters) {
+  ServoRig rig;
+  std::uint32_t id = 0;
+  for (const Protocol p : {Protocol::cia402, Protocol::ak80, Protocol::damiao, Protocol::cybergear})
+    rig.add(p, ServoRig::plain(p, ++id));
+  rig.configure();
+  for (std::size_t i = 0; i < id; ++i) rig.setpoint[i] = 0.2;
+  for (std::size_t i = 0; i < id; ++i) ASSERT_TRUE(rig.until(i, JointMode::enabled)) << i;
+  flood_malformed(rig, 60);
+  EXPECT_GT(rig.bus[0]->hub.stats().measured_load, 0.95);
+  for (std::size_t i = 0; i < id; ++i) {
+    const ServoStats& servo = rig.group().servo(i).stats();
+    EXPECT_GT(servo.malformed, 10'000u) << i;
+    EXPECT_EQ(servo.losses + servo.faults + servo.implausible, 0u) << i;
+    EXPECT_EQ(servo.enables, 1u) << i;
+    EXPECT_NEAR(rig.joints[i]->position_rad(), 0.2, 0.02) << i;
+  }
+  EXPECT_EQ(rig.sample.ready, (1u << id) - 1);
+}
+
 TEST(CanHub, NonsenseUnderOurOwnIdentifiersNeverReachesAJoint) {
   ServoRig rig;
   for (std::uint32_t id = 1; id <= 2; ++id) rig.add(Protocol::cia402, ServoRig::plain(Protocol::cia402, id));

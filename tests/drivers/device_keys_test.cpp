@@ -117,6 +117,13 @@ TEST(DeviceKeys, WhatBelongsToNoRowIsUnknownButForAFamily) {
                                 "path, rate_hz, root, width"));
 }
 
+TEST(DeviceKeys, AnImuThatIsPolledHasARate) {
+  EXPECT_THAT(of_device("iio", {{"name", std::string("mpu6050")}, {"buffered", false}}),
+              ElementsAre(HasSubstr("device.d.rate_hz: default 0: a number above 0, at most 32000; required with "
+                                    "buffered = false")));
+  EXPECT_THAT(of_device("iio", {{"name", std::string("mpu6050")}, {"buffered", false}, {"rate_hz", 200.0}}), IsEmpty());
+}
+
 TEST(DriverKeys, RangesAreThoseThatTheChipsHave) {
   const Keys base = {{"path", kI2c}};
   const auto is_fine = [&](const std::string& driver, const std::string& key, int value) {

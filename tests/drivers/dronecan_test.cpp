@@ -267,6 +267,32 @@ TEST(DronecanServo, EveryTenthFrameMayBeLost) {
   EXPECT_NEAR(bench.joints[0]->position_rad(), 0.4, 0.05);
 }
 
+TEST(DronecanServo, SpoofedPositionsStayWithinWhatAJointCanDo) {
+  Bench bench;
+  bench.simulated(sim(20, 0));
+  ServoConfig c = actuator(20, 0);
+  c.limits.velocity_radps = 2;
+  bench.servo(c);
+  bench.run(1s, Intent::follow, 0.3);
+  ASSERT_EQ(bench.servos[0]->feedback().mode, JointMode::enabled);
+  auto& liar = bench.wire.attach();
+  double worst = 0;
+  // Whole transfers in its name that are all right but for where it is.
+  for (std::uint8_t n = 0; n < 100; ++n) {
+    std::array<std::uint8_t, 16> bytes{};
+    const std::size_t size = encode(wire::DronecanActuatorStatus{.position = 2.5}, bytes);
+    wire::DronecanId id;
+    id.type = wire::kDronecanActuatorStatus.type, id.source = 20;
+    wire::DronecanSplitter frames(id, wire::kDronecanActuatorStatus.signature, n % 32, std::span(bytes).first(size));
+    for (msg::CanFrame frame; frames.next(frame);) ASSERT_TRUE(liar.send(frame, hal::kNever));
+    bench.run(10ms, Intent::follow, 0.3);
+    worst = std::max(worst, std::abs(bench.servos[0]->feedback().position_rad - 0.3));
+  }
+  EXPECT_GT(bench.servos[0]->stats().implausible, 20u);
+  EXPECT_LT(worst, 0.3);
+  EXPECT_NEAR(bench.joints[0]->position_rad(), 0.3, 0.02);
+}
+
 TEST(DronecanServo, GarbageUnderItsIdentifiersOnlyCounts) {
   Bench bench;
   SimDronecanServo& servo = bench.simulated(sim(20, 0));
