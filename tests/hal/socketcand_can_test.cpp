@@ -77,6 +77,7 @@ TEST_F(Socketcand, ServerThatIsLostIsFoundAgain) {
   auto bus = open(spec(server.address()));
   ASSERT_TRUE(bus) << why_;
   msg::CanFrame out;
+  ASSERT_TRUE(eventually([&] { return server.connected(); }));
   for (int round = 1; round <= 3; ++round) {
     server.say("< frame 123 1.0 11");  // cut in the middle of an element
     server.hang_up();
@@ -142,6 +143,7 @@ TEST_F(Socketcand, GarbageOnlyCounts) {
   SocketcandServer server;
   auto bus = open(spec(server.address()));
   ASSERT_TRUE(bus) << why_;
+  ASSERT_TRUE(eventually([&] { return server.connected(); }));
   ASSERT_TRUE(server.say("noise < what 1 2 3 >< frame 9999 >< frame 12< rtr 123 1.0 9 >\xff<" + std::string(300, 'x')));
   server.tell(frame_of(0x44, {5}));
   msg::CanFrame out;
