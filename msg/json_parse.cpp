@@ -1,6 +1,7 @@
 // The reading half of msg/json.hpp. It only ever parses what the description announces, so its depth is that of the
 // type.
 #include <array>
+#include <bit>
 #include <charconv>
 #include <cstring>
 #include <limits>
@@ -182,6 +183,15 @@ bool Parser::integer(std::byte* p, const std::string& path) {
   return true;
 }
 
+/// As canonicalise() has it: the C++ library's own is another one on MIPS.
+template <class F>
+constexpr F the_one_nan() {
+  if constexpr (sizeof(F) == 4)
+    return std::bit_cast<F>(std::uint32_t{0x7fc00000});
+  else
+    return std::bit_cast<F>(std::uint64_t{0x7ff8000000000000});
+}
+
 template <class F>
 bool Parser::floating(std::byte* p, const std::string& path) {
   const std::string allowed = "a number, \"NaN\", \"Infinity\" or \"-Infinity\"";
@@ -191,7 +201,7 @@ bool Parser::floating(std::byte* p, const std::string& path) {
     const std::size_t start = at_;
     std::string_view name;
     if (string(name) && name == "NaN")
-      value = std::numeric_limits<F>::quiet_NaN();
+      value = the_one_nan<F>();
     else if (name == "Infinity")
       value = std::numeric_limits<F>::infinity();
     else if (name == "-Infinity")

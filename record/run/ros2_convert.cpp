@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <limits>
 
+#include "math/elementary.hpp"
 #include "msg/cdr.hpp"
 #include "msg/flight.hpp"
 #include "msg/ros2msg.hpp"
@@ -15,7 +16,7 @@ namespace sinew::record {
 namespace {
 
 constexpr std::string_view kBase = "base_link", kWorld = "odom";
-constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
+constexpr float kUnknown = math::kNanF;
 
 // Source: common_interfaces of ROS 2, fields only.
 #define SINEW_LINE "================================================================================\n"
@@ -84,16 +85,19 @@ constexpr RecordSchema kOdometry{
 #undef SINEW_VECTOR
 #undef SINEW_QUATERNION
 
+/// Each machine makes NaNs of its own; the file is the same from all.
+double the_same(double x) { return x == x ? x : math::kNan; }
+
 void put(CdrWriter& to, const msg::Vec3& v) {
-  for (const double x : {v.x, v.y, v.z}) to.number(x);
+  for (const double x : {v.x, v.y, v.z}) to.number(the_same(x));
 }
 void put(CdrWriter& to, const msg::Quat& q) {
-  for (const double x : {q.x, q.y, q.z, q.w}) to.number(x);
+  for (const double x : {q.x, q.y, q.z, q.w}) to.number(the_same(x));
 }
-void put(CdrWriter& to, float value) { to.number(std::bit_cast<std::uint32_t>(value)); }
+void put(CdrWriter& to, float value) { to.number(std::bit_cast<std::uint32_t>(value == value ? value : math::kNanF)); }
 template <std::size_t N>
 void put(CdrWriter& to, const std::array<double, N>& values) {
-  for (const double x : values) to.number(x);
+  for (const double x : values) to.number(the_same(x));
 }
 
 /// A vector of the world in base coordinates.

