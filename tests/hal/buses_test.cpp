@@ -12,6 +12,7 @@
 #include "hal/linux/os.hpp"
 #include "hal/linux/serial.hpp"
 #include "hal/linux/spi.hpp"
+#include "qemu_user.hpp"
 #include "temp_folder.hpp"
 
 namespace sinew::hal {
@@ -19,6 +20,8 @@ namespace {
 
 using namespace std::chrono_literals;
 using ::testing::HasSubstr;
+
+constexpr const char* kOwnIoctls = "what it does not know of ioctl it refuses itself, with ENOSYS";
 
 TEST(OpenError, SaysWhatToDo) {
   std::string why;
@@ -56,6 +59,7 @@ void expect_refused(Open open, Errc code, const std::string& text) {
 }
 
 TEST(I2c, AnAbsentOrOtherFileIsToldInWords) {
+  SINEW_SKIP_UNDER_QEMU_USER(kOwnIoctls);
   expect_refused([](std::string& w) { return open_i2c("/dev/i2c-250", w); }, Errc::not_found,
                  "/dev/i2c-250: there is no such device; load the module (sudo modprobe i2c-dev)");
   expect_refused([](std::string& w) { return open_i2c("/dev/null", w); }, Errc::not_supported,
@@ -63,6 +67,7 @@ TEST(I2c, AnAbsentOrOtherFileIsToldInWords) {
 }
 
 TEST(Spi, AnAbsentOrOtherFileOrModeIsToldInWords) {
+  SINEW_SKIP_UNDER_QEMU_USER(kOwnIoctls);
   expect_refused([](std::string& w) { return open_spi({.path = "/dev/spidev9.9"}, w); }, Errc::not_found,
                  "/dev/spidev9.9: there is no such device; the chip select needs a 'spidev' node");
   expect_refused([](std::string& w) { return open_spi({.path = "/dev/null"}, w); }, Errc::not_supported,
@@ -72,6 +77,7 @@ TEST(Spi, AnAbsentOrOtherFileOrModeIsToldInWords) {
 }
 
 TEST(Gpio, AnAbsentOrOtherChipIsToldInWords) {
+  SINEW_SKIP_UNDER_QEMU_USER(kOwnIoctls);
   GpioSpec s;
   s.chip = "/dev/gpiochip250";
   s.line = "3";
@@ -87,6 +93,7 @@ TEST(Gpio, AnAbsentOrOtherChipIsToldInWords) {
 
 class SerialTest : public ::testing::Test {
  protected:
+  void SetUp() override { SINEW_SKIP_UNDER_QEMU_USER(kOwnIoctls); }  // TCGETS2, for any bit rate
   SerialTest() {
     auto made = make_pseudo_serial();
     if (made) far = std::move(made->end), path = made->path;
