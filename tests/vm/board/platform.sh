@@ -4,6 +4,7 @@ grep -q PREEMPT_RT /proc/version
 gtest hal/hal_linux_os_test
 gtest hal/hal_linux_memory_test
 gtest hal/hal_linux_process_test
+gtest hal/hal_linux_buses_test --gtest_filter='-OpenError.PermissionDenied*' # an arm64 guest has no list of groups
 
 $build/examples/example_real_time_loop | tee loop.txt
 if grep "not granted" loop.txt; then fail "the executor did not get what it asked for"; fi
