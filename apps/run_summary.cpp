@@ -21,7 +21,7 @@ std::string quantiles(const rt::Histogram& h) {
                      human(h.quantile(0.999)), human(h.max()));
 }
 
-const char* to_string(rt::ChainVerdict::Result result) {
+const char* verdict_name(rt::ChainVerdict::Result result) {
   using R = rt::ChainVerdict::Result;
   switch (result) {
     case R::pass:
@@ -71,7 +71,7 @@ std::string tables(const rt::Graph& graph, rt::Runner& runner) {
     const rt::ChainStats& s = runner.chain_stats(c);
     out += fmt::format("chain {:<14} age {}, budget {} missed {} of {}: {}\n", graph.chains()[c].spec.name,
                        quantiles(s.age), human(graph.chains()[c].spec.budget), s.budget_misses.value(), s.age.count(),
-                       to_string(rt::chain_within_budget(runner, c).result));
+                       verdict_name(rt::chain_within_budget(runner, c).result));
   }
   return out;
 }
@@ -129,7 +129,7 @@ Json chains_json(const rt::Graph& graph, rt::Runner& runner) {
     all.push_back({{"name", graph.chains()[c].spec.name},
                    {"budget_ns", graph.chains()[c].spec.budget.count()},
                    {"missed", s.budget_misses.value()},
-                   {"verdict", to_string(rt::chain_within_budget(runner, c).result)},
+                   {"verdict", verdict_name(rt::chain_within_budget(runner, c).result)},
                    {"age_ns", quantiles_ns(s.age)}});
   }
   return all;
