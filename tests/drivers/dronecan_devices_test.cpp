@@ -13,6 +13,7 @@
 #include "drivers/driver_list.hpp"
 #include "hal/linux/connectors.hpp"
 #include "hal/linux/os.hpp"
+#include "qemu_user.hpp"
 #include "sim_hil/wire/sim_dronecan.hpp"
 
 namespace sinew::drivers {
@@ -116,6 +117,7 @@ class Nodes {
 class DronecanDevices : public testing::Test {
  protected:
   void SetUp() override {
+    SINEW_SKIP_UNDER_QEMU_USER("IP_MULTICAST_ALL");
     std::string why;
     auto opened = hal::LinuxConnectors::open(hal::linux_os(), why);
     ASSERT_TRUE(opened) << why;
