@@ -14,8 +14,10 @@ struct ClockReading {
   Time after;
 };
 
+/// Thread:  any.   RT: yes.
 ClockReading read_clocks(Os& os) noexcept;
 
+/// Since the epoch of its clock.
 inline std::int64_t ns_of(const std::timespec& t) { return std::int64_t{t.tv_sec} * 1'000'000'000 + t.tv_nsec; }
 
 /// The kernel stamps frames with wall time, which may be set while they wait in the socket. What the two clocks differ
