@@ -85,19 +85,17 @@ constexpr RecordSchema kOdometry{
 #undef SINEW_VECTOR
 #undef SINEW_QUATERNION
 
-/// Each machine makes NaNs of its own; the file is the same from all.
-double the_same(double x) { return x == x ? x : math::kNan; }
-
+// Each machine makes NaNs of its own; the file is the same from all.
 void put(CdrWriter& to, const msg::Vec3& v) {
-  for (const double x : {v.x, v.y, v.z}) to.number(the_same(x));
+  for (const double x : {v.x, v.y, v.z}) to.number(math::canonical(x));
 }
 void put(CdrWriter& to, const msg::Quat& q) {
-  for (const double x : {q.x, q.y, q.z, q.w}) to.number(the_same(x));
+  for (const double x : {q.x, q.y, q.z, q.w}) to.number(math::canonical(x));
 }
-void put(CdrWriter& to, float value) { to.number(std::bit_cast<std::uint32_t>(value == value ? value : math::kNanF)); }
+void put(CdrWriter& to, float value) { to.number(std::bit_cast<std::uint32_t>(math::canonical(value))); }
 template <std::size_t N>
 void put(CdrWriter& to, const std::array<double, N>& values) {
-  for (const double x : values) to.number(the_same(x));
+  for (const double x : values) to.number(math::canonical(x));
 }
 
 /// A vector of the world in base coordinates.
