@@ -29,44 +29,65 @@ hal::Status CameraSource::find_memory(rt::Setup& setup) {
 }
 
 hal::Status CameraSource::find_controls(rt::Setup& setup) {
-  asked_exposure_us_ = 0, asked_gain_ = -1;
+  asked_exposure_us_ = kLeftAloneUs, asked_gain_ = kLeftAlone;
   exposure_.reset(), gain_control_.reset();
   controls_ = dynamic_cast<hal::CameraControls*>(camera_);
   if (controls_) exposure_ = controls_->exposure(), gain_control_ = controls_->gain();
-  const auto lacking = [&](const char* param) {
-    setup.explain("param '" + std::string(param) + "': the camera has no such control" +
-                  (controls_ ? "; it has: " + controls_->list() : ""));
-    return hal::Error{hal::Errc::not_supported, "camera control"};
-  };
-  const auto refused = [&](const char* param, std::size_t control) {
-    setup.explain("param '" + std::string(param) + "': the camera allows " + to_text(controls_->controls()[control]));
-    return hal::Error{hal::Errc::bad_argument, "camera control"};
-  };
-  if (exposure_us_ > 0) {
-    if (!exposure_) return lacking("exposure_us");
-    if (!set_exposure()) return refused("exposure_us", exposure_->control);
-  }
-  if (gain_ >= 0) {
-    if (!gain_control_) return lacking("gain");
-    if (!controls_->request(*gain_control_, gain_)) return refused("gain", *gain_control_);
-  }
-  asked_exposure_us_ = exposure_us_, asked_gain_ = gain_;
+  const auto exposure_fits = setup.narrow("exposure_us", exposure_range());
+  const auto gain_fits = setup.narrow("gain", gain_range());
+  if (!exposure_fits) return exposure_fits;
+  if (!gain_fits) return gain_fits;
+  set_what_changed();
   return {};
 }
 
+/// Of one control, in units of the parameter; only `left_alone` where nobody can set it.
+rt::ParamRange CameraSource::range_of(std::optional<std::size_t> control, double unit, double left_alone) const {
+  const std::string device = "device '" + device_name_ + "'";
+  if (!control)
+    return {left_alone,
+            left_alone,
+            {},
+            device + " has no such control" + (controls_ ? "; it has: " + controls_->list() : "")};
+  const hal::CameraControl& c = controls_->controls()[*control];
+  const std::string which = "control '" + c.name + "' of " + device;
+  if (c.read_only) return {left_alone, left_alone, {}, which + " is read only"};
+  return {c.min * unit, c.max * unit, left_alone, which};
+}
+
+rt::ParamRange CameraSource::exposure_range() const {
+  if (!exposure_) return range_of({}, 1, kLeftAloneUs);
+  if (exposure_->automatic) {
+    const hal::CameraControl& c = controls_->controls()[*exposure_->automatic];
+    if (c.read_only || exposure_->manual < c.min || exposure_->manual > c.max)
+      return {
+          kLeftAloneUs, kLeftAloneUs, {}, "device '" + device_name_ + "' always chooses it by itself: " + to_text(c)};
+  }
+  return range_of(exposure_->control, unit_us(), kLeftAloneUs);
+}
+
+rt::ParamRange CameraSource::gain_range() const { return range_of(gain_control_, 1, kLeftAlone); }
+
+double CameraSource::unit_us() const noexcept {
+  return std::chrono::duration<double, std::micro>(exposure_->unit).count();
+}
+
+/// What the ranges let through is taken by the camera; what becomes of it later is the device's to say.
+void CameraSource::set_what_changed() noexcept {
+  if (exposure_us_ != asked_exposure_us_ && exposure_us_ > kLeftAloneUs) static_cast<void>(set_exposure());
+  if (gain_ != asked_gain_ && gain_ > kLeftAlone) static_cast<void>(controls_->request(*gain_control_, gain_));
+  asked_exposure_us_ = exposure_us_, asked_gain_ = gain_;
+}
+
 hal::Status CameraSource::set_exposure() noexcept {
-  const double unit_us = std::chrono::duration<double, std::micro>(exposure_->unit).count();
   if (exposure_->automatic) {
     if (const auto manual = controls_->request(*exposure_->automatic, exposure_->manual); !manual) return manual;
   }
-  return controls_->request(exposure_->control, exposure_us_ / unit_us);
+  return controls_->request(exposure_->control, exposure_us_ / unit_us());
 }
 
 void CameraSource::collect(rt::Time) noexcept {
-  // A parameter that has changed; what the camera cannot take is not asked for again.
-  if (exposure_us_ != asked_exposure_us_ && exposure_us_ > 0 && exposure_) static_cast<void>(set_exposure());
-  if (gain_ != asked_gain_ && gain_ >= 0 && gain_control_) static_cast<void>(controls_->request(*gain_control_, gain_));
-  asked_exposure_us_ = exposure_us_, asked_gain_ = gain_;
+  set_what_changed();
   if (memory_ && collect_lent()) return;
   while (msg::Image* image = raw_.loan()) {
     const auto got = camera_->read(*image);

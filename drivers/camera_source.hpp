@@ -13,13 +13,15 @@ namespace sinew::drivers {
 /// topic's slot; where camera and driver can, the driver does (hal::CameraMemory): the source then lends the camera
 /// some slots for as long as it runs, and nothing copies a pixel. Of several frames that wait two come in one cycle,
 /// each a message of its own. Exposure and gain are parameters that reach the camera while it runs, where it has such
-/// controls (hal::CameraControls); the camera sets them on a thread of its own, some frames later.
+/// controls (hal::CameraControls); the camera sets them on a thread of its own, some frames later. configure() narrows
+/// both to what this camera allows; a camera that has no such control, or none that can be set, leaves only "left
+/// alone". These ranges stay for the whole run: of a camera that comes back with others the device itself complains.
 /// Thread:  executor.   RT: yes.
 /// Stamps:  the device's, and `time_offset_ms` on top.
-/// Errors:  configure: what opening the device says; not_supported when exposure or gain is given and the camera has no
-///          such control, bad_argument when it is out of the device's range, and when the camera's table demands lent
-///          slots and they cannot be had. A later value that it cannot take changes
-///          nothing. A frame that does not fit the topic's image capacity is lost and counted by the device.
+/// Errors:  configure: what opening the device says; bad_argument when exposure or gain is not what this camera allows,
+///          and when the camera's table demands lent slots and they cannot be had. A later value that it does not
+///          allow is refused by Graph::set_param(). A frame that does not fit the topic's image capacity is lost and
+///          counted by the device.
 class CameraSource final : public rt::DriverModule, public DeviceReader {
  public:
   void declare(rt::Declaration& d) override {
@@ -42,23 +44,29 @@ class CameraSource final : public rt::DriverModule, public DeviceReader {
 
  private:
   static constexpr std::uint32_t kBurst = 2;
+  static constexpr double kLeftAloneUs = 0, kLeftAlone = -1;
   hal::Status find_memory(rt::Setup& setup);
   bool collect_lent() noexcept;
   void take_back() noexcept;
   void shift(msg::Image& image) const noexcept;  // by time_offset_ms
   hal::Status find_controls(rt::Setup& setup);
+  rt::ParamRange range_of(std::optional<std::size_t> control, double unit, double left_alone) const;
+  rt::ParamRange exposure_range() const;
+  rt::ParamRange gain_range() const;
+  double unit_us() const noexcept;  // what one of the exposure control's units is
+  void set_what_changed() noexcept;
   hal::Status set_exposure() noexcept;
 
   rt::Raw<msg::Image> raw_;
   std::string device_name_ = "camera";
-  double exposure_us_ = 0, gain_ = -1, time_offset_ms_ = 0;
+  double exposure_us_ = kLeftAloneUs, gain_ = kLeftAlone, time_offset_ms_ = 0;
   hal::Camera* camera_ = nullptr;
   hal::CameraMemory* memory_ = nullptr;  // null: pictures are read()
   // What the camera was asked for last.
   hal::CameraControls* controls_ = nullptr;
   std::optional<hal::CameraControls::Exposure> exposure_;
   std::optional<std::size_t> gain_control_;
-  double asked_exposure_us_ = 0, asked_gain_ = -1;
+  double asked_exposure_us_ = kLeftAloneUs, asked_gain_ = kLeftAlone;
 };
 
 }  // namespace sinew::drivers

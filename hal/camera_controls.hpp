@@ -25,7 +25,7 @@ std::string to_text(const CameraControl& control);
 class CameraControls {
  public:
   virtual ~CameraControls() = default;
-  /// What was there when the camera was opened, in the device's order.
+  /// What was there when the camera was opened, in the device's order; stays so when it comes back with other ranges.
   virtual const std::vector<CameraControl>& controls() const = 0;
   /// Asks for a value, which the camera's own thread then sets; of several at once the last one counts. A device that
   /// refuses it says so in its state text, and a camera that comes back gets it again.

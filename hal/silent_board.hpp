@@ -1,5 +1,8 @@
 #pragma once
+#include <limits>
+
 #include "hal/board.hpp"
+#include "hal/camera_controls.hpp"
 
 namespace sinew::hal {
 
@@ -33,11 +36,23 @@ class SilentBoard final : public Board {
 
  private:
   template <class Interface, class M>
-  class SilentSensor final : public Interface {
+  class SilentSensor : public Interface {
    public:
     Result<bool> read(M&) noexcept override { return false; }
     Time ready_at() const noexcept override { return kNever; }
     void set_wake(Wake*) noexcept override {}
+  };
+  /// Takes any exposure and gain: what a record has was allowed by the camera of then.
+  class SilentCamera final : public SilentSensor<Camera, msg::Image>, public CameraControls {
+   public:
+    const std::vector<CameraControl>& controls() const override { return controls_; }
+    Status request(std::size_t, double) noexcept override { return {}; }
+    std::optional<Exposure> exposure() const override { return Exposure{0, std::chrono::microseconds(1), {}, 0}; }
+    std::optional<std::size_t> gain() const override { return 1; }
+
+   private:
+    static constexpr double kAny = std::numeric_limits<double>::max();
+    const std::vector<CameraControl> controls_{{"exposure_us", -kAny, kAny}, {"gain", -kAny, kAny}};
   };
   class SilentActuators final : public Actuators {
    public:
@@ -52,7 +67,7 @@ class SilentBoard final : public Board {
   SilentSensor<Gnss, msg::GnssSample> gnss_;
   SilentSensor<Rc, msg::RcSample> rc_;
   SilentSensor<Joints, msg::JointState> joints_;
-  SilentSensor<Camera, msg::Image> camera_;
+  SilentCamera camera_;
   SilentActuators actuators_;
 };
 

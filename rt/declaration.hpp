@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -49,6 +50,13 @@ struct ParamOptions {
 };
 
 using ParamValue = std::variant<bool, std::int64_t, double, std::string>;
+
+/// What is left of a number's declared range in one run, because the device behind it allows no more.
+struct ParamRange {
+  double min, max;                // inclusive; equal: nothing can be set here
+  std::optional<double> besides;  // one value more, outside of these: it leaves the device alone
+  std::string because;            // whose range it is: "control 'gain' of device 'camera'"
+};
 
 /// Collects what declare() says. Names are [a-z0-9_]+ and unique within the module, ports and parameters apart.
 /// Thread:  owner, before configure().

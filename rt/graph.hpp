@@ -32,10 +32,11 @@ struct GraphModule {
   ExternalSource* external = nullptr;
   Declaration declaration;
   std::uint32_t thread = kNone;
-  std::uint32_t position = 0;                 // in its thread
-  std::vector<std::uint32_t> topic;           // per port of the declaration: read or written; kNone: unbound
-  std::vector<std::uint32_t> carried_chains;  // per port: bit c: an input through which chain c goes on
-  std::vector<std::uint32_t> held;            // per port: slots that configure() asked for with Setup::hold()
+  std::uint32_t position = 0;                       // in its thread
+  std::vector<std::uint32_t> topic;                 // per port of the declaration: read or written; kNone: unbound
+  std::vector<std::uint32_t> carried_chains;        // per port: bit c: an input through which chain c goes on
+  std::vector<std::uint32_t> held;                  // per port: slots that configure() asked for with Setup::hold()
+  std::vector<std::optional<ParamRange>> narrowed;  // per parameter: what configure() left of it with Setup::narrow()
 };
 
 struct GraphTopic {
@@ -132,6 +133,7 @@ class Graph {
   // beginning of its next cycle, before the first step. What cannot be done is refused at once; `why` says it in words.
   // Errors: not_found, bad_argument, not_supported; busy when the mailbox (or the room for messages) is full.
 
+  /// In the range that is declared and that the module's device leaves of it (Setup::narrow()).
   hal::Result<Ticket> set_param(std::string_view module, std::string_view name, const ParamValue& value,
                                 std::string* why = nullptr);
   /// Steps a module or not; enabling resets it. Not for the guardian and the sources of external topics.

@@ -37,6 +37,22 @@ class ModuleSetup final : public Setup {
       module_.held[p] = slots;
     }
   }
+  hal::Status narrow(std::string_view param, ParamRange range) override {
+    const Declaration::Param* p = find_param(module_.declaration, param);
+    const std::string name = module_.spec.name + "." + std::string(param);
+    if (!p) bug("a parameter that is not declared is narrowed", name);
+    if (!std::holds_alternative<double*>(p->target) && !std::holds_alternative<std::int64_t*>(p->target))
+      bug("only numbers can be narrowed", name);
+    auto& narrowed = module_.narrowed[static_cast<std::size_t>(p - module_.declaration.params.data())];
+    narrowed = within(*p, std::move(range));
+    const ParamValue value = current(*p);
+    if (accepts(*p, value, narrowed)) return {};
+    const auto given = module_.spec.params.find(std::string(param));
+    problems_.push_back({given == module_.spec.params.end() ? module_.spec.line : given->second.line,
+                         "module." + module_.spec.name + ".params." + std::string(param), to_string(value),
+                         allowed_values(*p, narrowed)});
+    return hal::Error{hal::Errc::bad_argument, "parameter"};
+  }
   void explain(std::string text) override {
     problems_.push_back({module_.spec.line, "module." + module_.spec.name, "not ready", std::move(text)});
   }
@@ -68,6 +84,7 @@ hal::Status Graph::configure(hal::Board& board, const ConfigureOptions& options)
   };
   for (GraphModule& m : modules_) {
     m.held.assign(m.topic.size(), 0);
+    m.narrowed.assign(m.declaration.params.size(), {});
     ModuleSetup setup(board, m, topics_, configure_problems_);
     const std::size_t before = configure_problems_.size();
     const auto configured = m.module->configure(setup);

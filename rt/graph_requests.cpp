@@ -69,13 +69,16 @@ hal::Result<Ticket> Graph::set_param(std::string_view module, std::string_view n
                       "; it has: " + listed(names_of(modules_[m].declaration.params)));
   if (std::holds_alternative<std::string*>(p->target))
     return refuse(why, hal::Errc::not_supported, "parameter", "a text is set before the start only");
-  if (!accepts(*p, value))
-    return refuse(why, hal::Errc::bad_argument, "parameter",
-                  std::string(module) + "." + std::string(name) + ": " + to_string(value) + ": " + allowed_values(*p));
+  const auto index = static_cast<std::uint32_t>(p - modules_[m].declaration.params.data());
+  const std::optional<ParamRange> none, &narrowed = mailboxes_.empty() ? none : modules_[m].narrowed[index];
+  if (!accepts(*p, value, narrowed))
+    return refuse(
+        why, hal::Errc::bad_argument, "parameter",
+        std::string(module) + "." + std::string(name) + ": " + to_string(value) + ": " + allowed_values(*p, narrowed));
   Request request;
   request.thread = modules_[m].thread;
   request.module = m;
-  request.index = static_cast<std::uint32_t>(p - modules_[m].declaration.params.data());
+  request.index = index;
   if (const auto* b = std::get_if<bool>(&value)) request.value = *b;
   if (const auto* i = std::get_if<std::int64_t>(&value)) request.value = *i;
   if (const auto* d = std::get_if<double>(&value)) request.value = *d;

@@ -24,6 +24,12 @@ class Setup {
   /// Adds slots to a raw topic of this module, which its hooks may hold over steps: Raw<>::hold(). They come on top of
   /// all that loans and readers need, so publishing never waits for them.
   virtual void hold(const OutputBase& raw, std::uint32_t slots) = 0;
+  /// Narrows a number among this module's parameters, for this run: what set_param() and a test's rig accept from now
+  /// on, and what the robot's socket says is allowed. The declaration stays as it is, so that a record of this run is
+  /// executed again, and swept, without the device.
+  /// Errors:  bad_argument when the value that it has now (the robot file's, say) is outside: reported in words
+  /// already.
+  virtual hal::Status narrow(std::string_view param, ParamRange range) = 0;
   /// Reports a problem in words besides the Error that configure() returns ("device 'imu0' is held by pid 12").
   virtual void explain(std::string text) = 0;
 };

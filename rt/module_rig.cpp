@@ -206,6 +206,7 @@ hal::Status ModuleRig::configure() {
   }
   run_ = std::make_unique<Run>(spec(), types);
   Run& run = *run_;
+  run.subject = run.graph.find_module(options_.name);
   ConfigureOptions options;
   options.first_sequence = options_.first_sequence;
   auto configured = run.graph.configure(options_.board ? *options_.board : run.no_devices, options);
@@ -215,7 +216,6 @@ hal::Status ModuleRig::configure() {
     run.runners.push_back(std::make_unique<ModuleRunner>(*run.board, m));
     if (dynamic_cast<Sink*>(run.graph.modules()[m].module.get())) run.sinks.push_back(m);
   }
-  run.subject = run.graph.find_module(options_.name);
   return {};
 }
 
@@ -236,7 +236,9 @@ void ModuleRig::be_configured() {
 std::string ModuleRig::refusal(std::string_view name, const ParamValue& value) const {
   const Declaration::Param* p = find_param(declaration_, name);
   if (!p) misuse(name, "no such parameter");
-  return accepts(*p, value) ? std::string() : allowed_values(*p);
+  const auto index = static_cast<std::size_t>(p - declaration_.params.data());
+  const std::optional<ParamRange> none, &narrowed = run_ ? run_->graph.modules()[run_->subject].narrowed[index] : none;
+  return accepts(*p, value, narrowed) ? std::string() : allowed_values(*p, narrowed);
 }
 
 void ModuleRig::set(std::string_view name, const ParamValue& value) {

@@ -56,6 +56,7 @@ class ModuleRig {
   const std::vector<Problem>& problems() const;
 
   // ---- parameters, between steps
+  /// Before and after configure(), which may have narrowed what is accepted.
   void set(std::string_view name, const ParamValue& value);
   /// What is allowed, in the words of the robot file's check, when the parameter refuses the value; else empty.
   std::string refusal(std::string_view name, const ParamValue& value) const;

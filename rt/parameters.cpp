@@ -1,5 +1,6 @@
 #include "rt/parameters.hpp"
 
+#include <algorithm>
 #include <charconv>
 
 namespace sinew::rt {
@@ -7,17 +8,21 @@ namespace {
 
 constexpr double kUnbounded = std::numeric_limits<double>::max();
 
-std::string range_words(const Declaration::Param& p) {
-  const bool low = p.min > -kUnbounded, high = p.max < kUnbounded;
-  std::string words;
-  if (low) words += " from " + format_number(p.min);
-  if (high) words += (low ? " to " : " up to ") + format_number(p.max);
+/// "a number from 0 to 2 rad"
+std::string range_words(const Declaration::Param& p, double min, double max) {
+  const bool low = min > -kUnbounded, high = max < kUnbounded;
+  std::string words = std::holds_alternative<std::int64_t*>(p.target) ? "an integer" : "a number";
+  if (low) words += " from " + format_number(min);
+  if (high) words += (low ? " to " : " up to ") + format_number(max);
   if (low && !high) words += " up";
   if (!p.unit.empty() && p.unit != "1") words += (low || high ? " " : " in ") + p.unit;
   return words;
 }
 
-bool in_range(const Declaration::Param& p, double value) { return value >= p.min && value <= p.max; }  // false for NaN
+bool in_range(const Declaration::Param& p, double value, const std::optional<ParamRange>& narrowed) {
+  if (!(value >= p.min && value <= p.max)) return false;  // NaN, too
+  return !narrowed || value == narrowed->besides || (value >= narrowed->min && value <= narrowed->max);
+}
 
 }  // namespace
 
@@ -34,19 +39,30 @@ std::string to_string(const ParamValue& value) {
   return '"' + std::get<std::string>(value) + '"';
 }
 
-std::string allowed_values(const Declaration::Param& p) {
-  if (std::holds_alternative<bool*>(p.target)) return "true or false";
-  if (std::holds_alternative<std::string*>(p.target)) return "a string";
-  return (std::holds_alternative<std::int64_t*>(p.target) ? "an integer" : "a number") + range_words(p);
+ParamRange within(const Declaration::Param& p, ParamRange range) {
+  range.min = std::max(range.min, p.min), range.max = std::min(range.max, p.max);
+  if (range.min > range.max && range.besides) range.min = range.max = *range.besides;
+  if (range.besides && *range.besides >= range.min && *range.besides <= range.max) range.besides.reset();
+  return range;
 }
 
-bool accepts(const Declaration::Param& p, const ParamValue& value) {
+std::string allowed_values(const Declaration::Param& p, const std::optional<ParamRange>& narrowed) {
+  if (std::holds_alternative<bool*>(p.target)) return "true or false";
+  if (std::holds_alternative<std::string*>(p.target)) return "a string";
+  if (!narrowed) return range_words(p, p.min, p.max);
+  std::string words = narrowed->min > narrowed->max ? "nothing" : range_words(p, narrowed->min, narrowed->max);
+  if (narrowed->min == narrowed->max) words = "only " + format_number(narrowed->min);
+  if (narrowed->besides) words += ", or " + format_number(*narrowed->besides);
+  return words + ": " + narrowed->because;
+}
+
+bool accepts(const Declaration::Param& p, const ParamValue& value, const std::optional<ParamRange>& narrowed) {
   if (std::holds_alternative<bool*>(p.target)) return std::holds_alternative<bool>(value);
   if (std::holds_alternative<std::string*>(p.target)) return std::holds_alternative<std::string>(value);
   const auto* integer = std::get_if<std::int64_t>(&value);
-  if (integer) return in_range(p, static_cast<double>(*integer));
+  if (integer) return in_range(p, static_cast<double>(*integer), narrowed);
   const auto* number = std::get_if<double>(&value);
-  return number && std::holds_alternative<double*>(p.target) && in_range(p, *number);
+  return number && std::holds_alternative<double*>(p.target) && in_range(p, *number, narrowed);
 }
 
 void assign(const Declaration::Param& p, const ParamValue& value) {

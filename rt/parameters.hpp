@@ -13,11 +13,15 @@ namespace sinew::rt {
 std::string to_string(const ParamValue& value);
 std::string format_number(double value);  // shortest text that reads back as the same number
 
-/// What a parameter accepts, in words: "a number from 0 to 2 rad".
-std::string allowed_values(const Declaration::Param& param);
+/// What a parameter accepts, in words: "a number from 0 to 2 rad"; narrowed: "a number from 0 to 100, or -1: control
+/// 'gain' of device 'camera'".
+std::string allowed_values(const Declaration::Param& param, const std::optional<ParamRange>& narrowed = {});
 
-/// True when the parameter accepts this value; an integer is a number too.
-bool accepts(const Declaration::Param& param, const ParamValue& value);
+/// True when the parameter accepts this value; an integer is a number too. Narrowed: both ranges have to.
+bool accepts(const Declaration::Param& param, const ParamValue& value, const std::optional<ParamRange>& narrowed = {});
+
+/// What of the device's range lies within the declared one. Without any such number: only `besides`.
+ParamRange within(const Declaration::Param& param, ParamRange range);
 
 /// Writes a value that the parameter accepts. RT: yes, but for strings.
 void assign(const Declaration::Param& param, const ParamValue& value);

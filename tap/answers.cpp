@@ -232,16 +232,17 @@ Reply Answers::status(const Json&) {
 
 Json Answers::param_json(const rt::GraphModule& module, std::size_t param, const rt::ParamValue& value) const {
   const rt::Declaration::Param& p = module.declaration.params[param];
+  const std::optional<rt::ParamRange>& narrowed = module.narrowed[param];
   return {{"module", module.spec.name},
           {"param", p.name},
           {"type", type_name(p)},
           {"value", to_json(value)},
           {"default", to_json(p.default_value)},
           {"unit", p.unit},
-          {"min", limit(p.min)},
-          {"max", limit(p.max)},
+          {"min", limit(narrowed ? narrowed->min : p.min)},
+          {"max", limit(narrowed ? narrowed->max : p.max)},
           {"doc", p.doc},
-          {"allowed", rt::allowed_values(p)}};
+          {"allowed", rt::allowed_values(p, narrowed)}};
 }
 
 Reply Answers::params(const Json& request) {

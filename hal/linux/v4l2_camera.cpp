@@ -180,14 +180,7 @@ Time V4l2Camera::middle(const V4l2Session::Filled& filled, std::int64_t exposure
 Status V4l2Camera::request(std::size_t control, double value) noexcept {
   if (control >= controls_.size()) return Error{Errc::bad_argument, "camera control"};
   const CameraControl& c = controls_[control];
-  if (c.read_only || !(value >= c.min && value <= c.max)) {
-    if (std::isfinite(value)) {  // whoever asked may have nobody to tell: state() does
-      requests_[control].beyond.store(static_cast<AnybodysNumber::value_type>(value), std::memory_order_relaxed);
-      requests_[control].refused.store(true, std::memory_order_release);
-      call_keeper();
-    }
-    return Error{Errc::bad_argument, "camera control"};
-  }
+  if (c.read_only || !(value >= c.min && value <= c.max)) return Error{Errc::bad_argument, "camera control"};
   const double steps = std::round((value - c.min) / (c.step > 1 ? c.step : 1.0));
   const double near = c.min + steps * (c.step > 1 ? c.step : 1.0);  // tuning hits the nearest step
   requests_[control].value.store(static_cast<AnybodysNumber::value_type>(near > c.max ? c.max : near),

@@ -71,8 +71,6 @@ class V4l2Camera final : public Camera, public CameraControls, public CameraMemo
   struct Request {
     AnybodysNumber value{0};
     std::atomic<bool> pending{false};  // release after the value, acquire before it
-    AnybodysNumber beyond{0};          // what was asked for, and is outside of its range
-    std::atomic<bool> refused{false};  // likewise
   };
 
   V4l2Camera(V4l2Port& port, CameraSpec spec, Os& os, std::shared_ptr<FdWatch> watch, const V4l2CameraOptions& options);

@@ -20,13 +20,6 @@ std::string number(double v) {
   return text;
 }
 
-std::string beyond_range(const CameraControl& c, double asked) {
-  char text[128];
-  std::snprintf(text, sizeof text, ": asked for %.9g, which is not %.9g to %.9g; it stays as it was", asked, c.min,
-                c.max);
-  return c.name + text;
-}
-
 double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
 
 }  // namespace
@@ -116,22 +109,24 @@ void V4l2Camera::adopt(std::unique_ptr<V4l2Session> session) {
 /// What was requested becomes what the camera is opened with, and what it has now.
 void V4l2Camera::set_requested() {
   V4l2Controls::Wanted wanted;
-  std::string refused;
+  std::string beyond;
+  bool any = false;
   for (std::size_t i = 0; i < controls_.size(); ++i) {
-    if (requests_[i].refused.exchange(false, std::memory_order_acquire))
-      refused += (refused.empty() ? "" : "; ") + beyond_range(controls_[i], requests_[i].beyond.load());
     if (!requests_[i].pending.exchange(false, std::memory_order_acquire)) continue;
-    wanted[controls_[i].name] = requests_[i].value.load(std::memory_order_relaxed);
+    const V4l2Controls::Wanted one{{controls_[i].name, requests_[i].value.load(std::memory_order_relaxed)}};
+    std::string why;  // a camera that came back may have other ranges than the one that was opened
+    any = true;
+    if (!session_ || session_->controls().check(one, why)) {
+      wanted.insert(*one.begin());
+    } else {
+      beyond += (beyond.empty() ? "" : "; ") + why;
+    }
   }
   for (const auto& [name, value] : wanted) spec_.controls[name] = value;
-  if (!refused.empty()) {
-    const std::lock_guard lock(mutex_);
-    control_trouble_ = refused;
-  }
-  if (wanted.empty() || !session_) return;
+  if (!any || !session_) return;
   std::string why;
   static_cast<void>(session_->controls().set(port_, session_->fd(), wanted, why));  // `why` has every refusal
-  if (!refused.empty()) why += (why.empty() ? "" : "; ") + refused;
+  if (!beyond.empty()) why += (why.empty() ? "" : "; ") + beyond;
   const std::lock_guard lock(mutex_);
   control_trouble_ = why;
 }

@@ -111,11 +111,11 @@ Status V4l2Session::begin(const CameraSpec& spec, std::uint32_t room_bytes, std:
     reason = "buffers = " + std::to_string(spec.buffers) + ": 2 to 32 are allowed";
     return told(Error{Errc::bad_argument, "camera buffers", spec.buffers});
   }
-  controls_ = V4l2Controls::enumerate(port_, fd_);
-  if (const Status known = controls_.check(spec.controls, reason); !known) return told(known);
   const auto picture = v4l2_agree(port_, fd_, spec, reason);
   if (!picture) return told(picture.error());
   picture_ = *picture;
+  controls_ = V4l2Controls::enumerate(port_, fd_);  // now: a sensor's longest exposure follows from size and rate
+  if (const Status known = controls_.check(spec.controls, reason); !known) return told(known);
   if (const Status set = controls_.set(port_, fd_, spec.controls, reason); !set) return told(set);
   const Status started = room_bytes != 0 ? begin_lending(spec, room_bytes, reason) : start_stream(spec.buffers, reason);
   return started ? started : told(started);

@@ -127,6 +127,12 @@ void V4l2Sim::refuse(unsigned long request, int error) {
   refused_[request] = error;
 }
 
+void V4l2Sim::set_range(const std::string& name, std::int64_t min, std::int64_t max) {
+  const std::lock_guard lock(mutex_);
+  for (auto& c : camera_.controls)
+    if (c.name == name) c.min = min, c.max = max, c.value = std::clamp(c.value, min, max);
+}
+
 void V4l2Sim::set_busy(bool busy) {
   const std::lock_guard lock(mutex_);
   busy_ = busy;

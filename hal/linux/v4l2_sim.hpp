@@ -45,6 +45,7 @@ struct V4l2SimCamera {
   bool user_pointers = true;        // takes memory of its user
   std::uint32_t fewest_buffers = 2;
   std::uint32_t pointer_alignment = 1;  // of its user's memory
+  bool exposure_in_period = false;      // the longest exposure is the period of its frames, as of many sensors
   bool lists_sizes = true;              // false: what fits is only found out by asking for it
 };
 
@@ -82,6 +83,8 @@ class V4l2Sim final : public V4l2Port {
   void plug_in(const std::string& node = "/dev/video0");
   /// From now on this request answers with an error; 0: as usual again. Request 0 is opening.
   void refuse(unsigned long request, int error);
+  /// As if another camera were plugged in: what this control allows. Its value comes along.
+  void set_range(const std::string& name, std::int64_t min, std::int64_t max);
   /// Another program streams.
   void set_busy(bool busy);
 

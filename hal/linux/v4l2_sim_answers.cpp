@@ -132,6 +132,9 @@ int V4l2Sim::formats(File& file, unsigned long request, void* argument) {
   if (file.rate_hz == 0) return -ENOTTY;
   if (request == VIDIOC_S_PARM && capture.timeperframe.numerator != 0)
     file.rate_hz = static_cast<double>(capture.timeperframe.denominator) / capture.timeperframe.numerator;
+  for (auto& c : camera_.controls)
+    if (camera_.exposure_in_period && c.id == V4L2_CID_EXPOSURE_ABSOLUTE && file.rate_hz > 0)
+      c.max = static_cast<std::int64_t>(1e4 / file.rate_hz), c.value = std::min(c.value, c.max);
   capture.capability = V4L2_CAP_TIMEPERFRAME;
   capture.timeperframe = interval_of(file.rate_hz);
   return 0;

@@ -212,6 +212,12 @@ class ParamSave(unittest.TestCase):
                     self.assertEqual(bench.sinew("param", "set", "camera.gain", "33").returncode, 0)
                     while "33" not in bench.sinew("param", "get", "camera.gain").stdout:
                         self.assertLess(time.monotonic(), deadline)
+                    # What its device does not allow is refused at once, with the device's range, and changes nothing.
+                    no = bench.sinew("param", "set", "camera.gain", "101")
+                    self.assertEqual(no.returncode, 1, no.stdout)
+                    self.assertIn("camera.gain: 101: a number from 0 to 100, or -1: control 'gain' of device 'camera'",
+                                  no.stderr)
+                    self.assertIn("33", bench.sinew("param", "get", "camera.gain").stdout)
                     done = bench.sinew("param", "save", str(saved))
                 finally:
                     run.terminate()

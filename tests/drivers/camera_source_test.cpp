@@ -5,7 +5,9 @@
 #include <gtest/gtest.h>
 #include <linux/videodev2.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <set>
 
 #include "drivers/device_board.hpp"
@@ -13,6 +15,7 @@
 #include "hal/linux/os.hpp"
 #include "hal/linux/v4l2_camera.hpp"
 #include "hal/linux/v4l2_sim.hpp"
+#include "hal/silent_board.hpp"
 #include "rt/module_rig.hpp"
 
 namespace sinew::drivers {
@@ -293,29 +296,133 @@ TEST(CameraSource, ParametersLeftAloneLeaveTheCameraAlone) {
   EXPECT_EQ(board.sim.control("Gain"), 20);
 }
 
-TEST(CameraSource, GainOfACameraWithoutOneIsRefusedWithWhatItHas) {
+/// A camera as configured with nothing asked for.
+struct Ranges {
+  explicit Ranges(const std::function<void(hal::V4l2SimCamera&)>& change) : board(changed(change)) {
+    EXPECT_TRUE(rig.configure());
+  }
+  static hal::V4l2SimCamera changed(const std::function<void(hal::V4l2SimCamera&)>& change) {
+    hal::V4l2SimCamera camera;
+    change(camera);
+    return camera;
+  }
+  static hal::V4l2SimCamera::Control& control(hal::V4l2SimCamera& camera, std::uint32_t id) {
+    const auto at = std::find_if(camera.controls.begin(), camera.controls.end(), [id](auto& c) { return c.id == id; });
+    EXPECT_NE(at, camera.controls.end());
+    return *at;
+  }
+  CameraBoard board;
+  CameraSource source;
+  rt::ModuleRig rig{source, {.board = &board}};
+};
+
+TEST(CameraSourceRanges, AreThoseOfTheDevicesControls) {
+  Ranges of([](auto&) {});
+  const std::string gain = "a number from 0 to 100, or -1: control 'gain' of device 'camera'";
+  const std::string exposure =
+      "a number from 100 to 5e+05 us, or 0: control 'exposure_time_absolute' of device 'camera'";
+  EXPECT_EQ(of.rig.refusal("gain", 101.0), gain);
+  EXPECT_EQ(of.rig.refusal("gain", -0.5), gain);
+  EXPECT_EQ(of.rig.refusal("exposure_us", 99.0), exposure);
+  EXPECT_EQ(of.rig.refusal("exposure_us", 500001.0), exposure);
+  for (const double taken : {-1.0, 0.0, 100.0}) EXPECT_EQ(of.rig.refusal("gain", taken), "");
+  for (const double taken : {0.0, 100.0, 500000.0}) EXPECT_EQ(of.rig.refusal("exposure_us", taken), "");
+}
+
+TEST(CameraSourceRanges, EveryValueThatIsAcceptedReachesTheDevice) {
+  Ranges of([](auto&) {});
+  std::int64_t ms = 1;
+  for (const double gain : {0.0, 100.0, 33.4}) {
+    of.rig.set("gain", gain);
+    static_cast<void>(of.rig.step({ms++ * 1'000'000}, 1ms));
+    EXPECT_TRUE(eventually([&] { return of.board.sim.control("Gain") == std::lround(gain); })) << gain;
+  }
+  for (const double us : {100.0, 500000.0, 149.0}) {
+    of.rig.set("exposure_us", us);
+    static_cast<void>(of.rig.step({ms++ * 1'000'000}, 1ms));
+    EXPECT_TRUE(eventually([&] { return of.board.sim.control("Exposure Time, Absolute") == std::lround(us / 100); }))
+        << us;
+  }
+  EXPECT_EQ(of.board.device->trouble(), "");
+}
+
+TEST(CameraSourceRanges, CameraWithoutAControlLeavesNothingToSetAndSaysWhatItHas) {
+  Ranges of([](hal::V4l2SimCamera& c) { c.controls = {Ranges::control(c, V4L2_CID_EXPOSURE_AUTO)}; });
+  EXPECT_EQ(of.rig.refusal("gain", 33.0),
+            "only -1: device 'camera' has no such control; it has: auto_exposure 0 to 3, is 3");
+  EXPECT_EQ(of.rig.refusal("exposure_us", 4000.0),
+            "only 0: device 'camera' has no such control; it has: auto_exposure 0 to 3, is 3");
+  EXPECT_EQ(of.rig.refusal("gain", -1.0), "");
+  Ranges none([](hal::V4l2SimCamera& c) { c.controls.clear(); });
+  EXPECT_EQ(none.rig.refusal("gain", 33.0), "only -1: device 'camera' has no such control; it has: no controls at all");
+}
+
+TEST(CameraSourceRanges, ControlThatIsReadOnlyLeavesNothingToSet) {
+  Ranges of([](hal::V4l2SimCamera& c) { Ranges::control(c, V4L2_CID_GAIN).flags = V4L2_CTRL_FLAG_READ_ONLY; });
+  EXPECT_EQ(of.rig.refusal("gain", 33.0), "only -1: control 'gain' of device 'camera' is read only");
+}
+
+TEST(CameraSourceRanges, CameraThatAlwaysExposesByItselfLeavesNothingToSet) {
+  Ranges fixed(
+      [](hal::V4l2SimCamera& c) { Ranges::control(c, V4L2_CID_EXPOSURE_AUTO).flags = V4L2_CTRL_FLAG_READ_ONLY; });
+  EXPECT_THAT(fixed.rig.refusal("exposure_us", 4000.0),
+              HasSubstr("only 0: device 'camera' always chooses it by itself: auto_exposure 0 to 3, is 3, read only"));
+  Ranges without([](hal::V4l2SimCamera& c) { Ranges::control(c, V4L2_CID_EXPOSURE_AUTO).max = 0; });
+  EXPECT_THAT(without.rig.refusal("exposure_us", 4000.0), HasSubstr("auto_exposure 0 to 0"));
+}
+
+TEST(CameraSourceRanges, WhatTheRobotFileSaysIsRefusedInTheSameWords) {
   hal::V4l2SimCamera without;
   without.controls.erase(without.controls.begin());
   CameraBoard board(without);
   CameraSource source;
   rt::ModuleRig rig(source, {.board = &board});
+  rig.set("exposure_us", 600000.0);
   rig.set("gain", 33.0);
   const hal::Status configured = rig.configure();
   ASSERT_FALSE(configured);
-  EXPECT_EQ(configured.error().code, hal::Errc::not_supported);
-  ASSERT_FALSE(rig.problems().empty());
-  EXPECT_THAT(rig.problems()[0].allowed,
-              HasSubstr("param 'gain': the camera has no such control; it has: auto_exposure"));
+  EXPECT_EQ(configured.error().code, hal::Errc::bad_argument);
+  ASSERT_EQ(rig.problems().size(), 2u) << "both at once";
+  EXPECT_EQ(rt::to_string(rig.problems()[0], "r.toml"),
+            "r.toml: module.module.params.exposure_us: 6e+05: a number from 100 to 5e+05 us, or 0: control "
+            "'exposure_time_absolute' of device 'camera'");
+  EXPECT_THAT(rt::to_string(rig.problems()[1], "r.toml"), HasSubstr("params.gain: 33: only -1: device 'camera' has"));
+  EXPECT_EQ(board.sim.control("Exposure Time, Absolute"), 156) << "nothing was asked of the device";
 }
 
-TEST(CameraSource, GainOutsideOfTheDevicesRangeIsRefusedWithTheRange) {
-  CameraBoard board;
+TEST(CameraSourceRanges, ARecordedRunIsConfiguredAgainWithoutItsCamera) {
+  hal::SilentBoard board;
   CameraSource source;
   rt::ModuleRig rig(source, {.board = &board});
-  rig.set("gain", 200.0);
-  ASSERT_FALSE(rig.configure());
-  ASSERT_FALSE(rig.problems().empty());
-  EXPECT_THAT(rig.problems()[0].allowed, HasSubstr("param 'gain': the camera allows gain 0 to 100"));
+  rig.set("exposure_us", 4000.0);
+  rig.set("gain", 33.0);
+  ASSERT_TRUE(rig.configure()) << rig.problems()[0].allowed;
+  EXPECT_EQ(rig.refusal("gain", 1e6), "") << "what the declaration takes";
+  EXPECT_EQ(rig.refusal("exposure_us", 1e6), "");
+  EXPECT_EQ(rig.step({1'000'000}, 1ms), rt::Status::stale);
+}
+
+TEST(CameraSourceRanges, OfTheFirstOpeningStayWhenAnotherCameraComesBackAndTheDeviceComplains) {
+  Ranges of([](auto&) {});
+  of.board.sim.unplug();
+  ASSERT_EQ(of.rig.step({1'000'000}, 1ms), rt::Status::stale);
+  of.board.sim.set_range("Gain", 0, 50);
+  of.board.sim.plug_in();
+  ASSERT_TRUE(eventually([&] {
+    static_cast<void>(of.rig.step({2'000'000}, 1ms));
+    return of.board.device->stats().reopens == 1;
+  }));
+  EXPECT_EQ(of.rig.refusal("gain", 60.0), "");
+  of.rig.set("gain", 60.0);
+  static_cast<void>(of.rig.step({3'000'000}, 1ms));
+  EXPECT_TRUE(eventually([&] {
+    return of.board.device->trouble().find("control gain = 60.000000 is not allowed: gain 0 to 50") !=
+           std::string::npos;
+  })) << of.board.device->trouble();
+  EXPECT_EQ(of.board.sim.control("Gain"), 20) << "it stays as it was";
+  of.rig.set("gain", 40.0);
+  static_cast<void>(of.rig.step({4'000'000}, 1ms));
+  EXPECT_TRUE(eventually([&] { return of.board.sim.control("Gain") == 40 && of.board.device->trouble().empty(); }));
 }
 
 }  // namespace

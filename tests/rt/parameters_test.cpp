@@ -5,6 +5,8 @@
 #include <limits>
 
 #include "graph_fixture.hpp"
+#include "hal/board.hpp"
+#include "rt/step_again.hpp"
 #include "test_modules.hpp"
 
 namespace sinew::rt {
@@ -91,6 +93,120 @@ TEST(Parameters, TheLimitsThemselvesAndIntegersAreNumbers) {
   robot.grants.at(Time{1'500'000}, [&] { EXPECT_TRUE(graph.set_param("gain", "gain", ParamValue(std::int64_t{2}))); });
   robot.run(2500us);
   EXPECT_THAT(gain.values, ElementsAre(1.0, 0.0, 2.0));
+}
+
+/// Has a device that allows less than what is declared, or says that there is nothing to set.
+class Lens final : public Module {
+ public:
+  Lens() { zooms.reserve(100); }
+  void declare(Declaration& d) override {
+    d.param("zoom", zoom_, {.unit = "mm", .min = -1, .max = 1000});
+    d.param("stop", stop_, {.min = 0, .max = 22});
+  }
+  hal::Status configure(Setup& setup) override {
+    const auto zoom = setup.narrow("zoom", device_zoom);
+    const auto stop = setup.narrow("stop", device_stop);
+    return zoom ? stop : zoom;
+  }
+  Status step(const Step&) noexcept override {
+    zooms.push_back(zoom_);
+    return Status::ok;
+  }
+  ParamRange device_zoom{24, 70, -1, "control 'zoom' of device 'eye'"};
+  ParamRange device_stop{0, 0, {}, "device 'eye' has no stop"};
+  std::vector<double> zooms;
+
+ private:
+  double zoom_ = -1;
+  std::int64_t stop_ = 0;
+};
+
+/// What set_param() says; empty: it was accepted.
+std::string refusal(Graph& graph, const char* name, const ParamValue& value) {
+  std::string why;
+  const auto ticket = graph.set_param("lens", name, value, &why);
+  if (!ticket) {
+    EXPECT_EQ(ticket.error().code, hal::Errc::bad_argument);
+  }
+  return why;
+}
+
+TEST(ParametersNarrowed, OnlyWhatTheDeviceAllowsIsAcceptedAndTheRefusalSaysWhoseRangeItIs) {
+  Robot robot;
+  Lens& lens = robot.add<Lens>("lens");
+  robot.periodic("main", 10, 1ms, {"lens"});
+  Graph& graph = robot.build();
+  const std::string allowed = ": a number from 24 to 70 mm, or -1: control 'zoom' of device 'eye'";
+  EXPECT_EQ(refusal(graph, "zoom", 71.0), "lens.zoom: 71" + allowed);
+  EXPECT_EQ(refusal(graph, "zoom", 0.0), "lens.zoom: 0" + allowed) << "the declaration alone would take it";
+  EXPECT_EQ(refusal(graph, "zoom", 2000.0), "lens.zoom: 2000" + allowed) << "what is left, not what was declared";
+  EXPECT_EQ(refusal(graph, "zoom", std::numeric_limits<double>::quiet_NaN()), "lens.zoom: nan" + allowed);
+  EXPECT_EQ(refusal(graph, "stop", std::int64_t{8}), "lens.stop: 8: only 0: device 'eye' has no stop");
+  EXPECT_EQ(refusal(graph, "stop", std::int64_t{0}), "");
+  robot.grants.at(Time{500'000}, [&] { EXPECT_EQ(refusal(graph, "zoom", 24.0), ""); });
+  robot.grants.at(Time{1'500'000}, [&] { EXPECT_EQ(refusal(graph, "zoom", std::int64_t{70}), ""); });
+  robot.grants.at(Time{2'500'000}, [&] { EXPECT_EQ(refusal(graph, "zoom", -1.0), ""); });
+  robot.run(3500us);
+  EXPECT_THAT(lens.zooms, ElementsAre(-1.0, 24.0, 70.0, -1.0));
+}
+
+TEST(ParametersNarrowed, WhatTheRobotFileSaysIsHeldAgainstTheDeviceToo) {
+  Robot robot;
+  robot.add<Lens>("lens");
+  robot.module("lens").params["zoom"] = {ParamValue(20.0), 7};
+  robot.module("lens").params["stop"] = {ParamValue(std::int64_t{8}), 8};
+  robot.periodic("main", 10, 1ms, {"lens"});
+  Graph graph(robot.spec, robot.types);
+  ASSERT_TRUE(graph.check({.virtual_time = true}).empty());
+  hal::EmptyBoard board;
+  const auto configured = graph.configure(board);
+  ASSERT_FALSE(configured);
+  EXPECT_EQ(configured.error().code, hal::Errc::bad_argument);
+  std::vector<std::string> problems;
+  for (const Problem& p : graph.configure_problems()) problems.push_back(to_string(p, "r.toml"));
+  EXPECT_THAT(problems, ElementsAre("r.toml:7: module.lens.params.zoom: 20: a number from 24 to 70 mm, or -1: control "
+                                    "'zoom' of device 'eye'",
+                                    "r.toml:8: module.lens.params.stop: 8: only 0: device 'eye' has no stop"));
+}
+
+TEST(ParametersNarrowed, RangeOfTheDeviceNeverWidensTheDeclaredOne) {
+  const auto left = [](ParamRange device) {
+    Robot robot;
+    robot.add<Lens>("lens").device_zoom = std::move(device);
+    robot.periodic("main", 10, 1ms, {"lens"});
+    return refusal(robot.build(), "zoom", 1e6);
+  };
+  EXPECT_EQ(left({-50, 5000, -1, "x"}), "lens.zoom: 1e+06: a number from -1 to 1000 mm: x");
+  EXPECT_EQ(left({2000, 3000, -1, "x"}), "lens.zoom: 1e+06: only -1: x") << "nothing in common";
+}
+
+TEST(ParametersNarrowed, ConfiguredAgainTheRangeIsThatOfTheLastTime) {
+  Robot robot;
+  Lens& lens = robot.add<Lens>("lens");
+  robot.periodic("main", 10, 1ms, {"lens"});
+  Graph& graph = robot.build();
+  lens.device_zoom = {-1, 300, {}, "another eye"};
+  hal::EmptyBoard board;
+  ASSERT_TRUE(graph.configure(board));
+  EXPECT_EQ(refusal(graph, "zoom", 299.0), "");
+  EXPECT_EQ(refusal(graph, "zoom", 301.0), "lens.zoom: 301: a number from -1 to 300 mm: another eye");
+}
+
+TEST(ParametersNarrowed, DeclarationStaysSoThatARecordIsExecutedAgainWithoutTheDevice) {
+  Robot run;
+  run.add<Lens>("lens").device_zoom = {-1, 5000, {}, "a longer eye"};
+  run.periodic("main", 10, 1ms, {"lens"});
+  Graph& graph = run.build();
+  EXPECT_EQ(refusal(graph, "zoom", 900.0), "");
+  Robot other;  // with a device that allows less
+  other.add<Lens>("lens");
+  other.periodic("main", 10, 1ms, {"lens"});
+  StepAgain again(other.build(), 0);
+  Request request;
+  request.value = 900.0;
+  EXPECT_TRUE(again.take(request, Effect{1})) << "a record holds what was allowed then";
+  request.value = 1001.0;
+  EXPECT_FALSE(again.take(request, Effect{1})) << "no run could have had that";
 }
 
 TEST(Parameters, AFullMailboxRefusesAndLosesNothing) {

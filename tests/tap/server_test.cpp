@@ -143,6 +143,13 @@ TEST(Server, RefusesWhatIsNotAllowedAndSaysWhatIs) {
   EXPECT_EQ(why("param.set", {{"module", "counter"}, {"param", "label"}, {"value", "b"}}),
             std::string(never) + ": a text is set before the start only");
   EXPECT_EQ(why("param.set", {{"param", "gain"}, {"value", 1}}), std::string(bad) + ": \"module\": a module's name");
+  EXPECT_EQ(why("param.set", {{"module", "follower"}, {"param", "height_m"}, {"value", 8001}}),
+            std::string(bad) + ": follower.height_m: 8001: a number from -100 to 8000 m: what the barometer measures")
+      << "declared without limits, narrowed by configure()";
+  const Json height = ask(*client, "params", {{"module", "follower"}})["params"][0];
+  EXPECT_EQ(height["min"], -100.0);
+  EXPECT_EQ(height["max"], 8000.0);
+  EXPECT_EQ(height["allowed"], "a number from -100 to 8000 m: what the barometer measures");
   EXPECT_EQ(why("module.disable", {{"module", "mixer"}}),
             std::string(no) + ": no module mixer; there are: counter follower eye operator");
   EXPECT_EQ(why("params", {{"module", "mixer"}}),

@@ -67,6 +67,9 @@ class Follower final : public rt::Module {
     d.out("baro", out_);
     d.param("height_m", height_m_, {.unit = "m"});
   }
+  hal::Status configure(rt::Setup& setup) override {
+    return setup.narrow("height_m", {-100, 8000, {}, "what the barometer measures"});
+  }
   rt::Status step(const rt::Step& step) noexcept override {
     if (in_.empty()) return rt::Status::stale;
     if (in_.dropped() > 0 || in_.back().stamp < last_) return rt::Status::fault;
