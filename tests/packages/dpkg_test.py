@@ -109,7 +109,7 @@ class Install(Root):
 
     def test_missing_dependencies_are_refused(self):
         said = self.dpkg("--install", DEBS["sinew"], code=1)
-        self.assertIn("sinew depends on libc6", said)
+        self.assertRegex(said, r"sinew(:\w+)? depends on libc6")
         self.assertIn("unpacked", self.state_of("sinew"))
 
     def test_the_simulator_wants_the_command_of_its_own_version(self):
