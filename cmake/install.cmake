@@ -9,6 +9,7 @@ function(sinew_install_program target component)
 endfunction()
 sinew_install_program(sinew runtime)
 sinew_install_program(sinew-fly runtime)
+sinew_install_program(sinew-control runtime)
 sinew_install_program(sinew-sim sim)
 if(TARGET sinew-sim)
   sinew_install_program(sinew-fuzz sim)
@@ -35,4 +36,34 @@ file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/package/completion)
 add_custom_command(OUTPUT ${completion} COMMAND sinew completion bash > ${completion} DEPENDS sinew VERBATIM)
 add_custom_target(sinew_completion DEPENDS ${completion})
 install(FILES ${completion} DESTINATION share/bash-completion/completions COMPONENT runtime)
+
+# A manual page of each program is what its --help prints.
+find_package(Python3 QUIET COMPONENTS Interpreter)
+if(NOT Python3_FOUND)
+  message(STATUS "manual pages: not made, Python makes them")
+endif()
+set(pages "")
+function(sinew_manual_page target component what)
+  if(NOT TARGET ${target} OR NOT Python3_FOUND)
+    return()
+  endif()
+  set(tool ${PROJECT_SOURCE_DIR}/tools/manual_page.py)
+  set(page ${CMAKE_BINARY_DIR}/package/man/${target}.1.gz)
+  add_custom_command(
+    OUTPUT ${page}
+    COMMAND ${Python3_EXECUTABLE} -B ${tool} --name ${target} --what ${what} --version ${PROJECT_VERSION} --into ${page} --
+            ${CMAKE_CROSSCOMPILING_EMULATOR} $<TARGET_FILE:${target}>
+    DEPENDS ${target} ${tool} VERBATIM)
+  install(FILES ${page} DESTINATION share/man/man1 COMPONENT ${component})
+  set(pages ${pages} ${page} PARENT_SCOPE)
+endfunction()
+sinew_manual_page(sinew runtime "runs, checks, records and repeats robots")
+sinew_manual_page(sinew-fly runtime "flies a robot file against a simulator in lockstep")
+sinew_manual_page(sinew-control runtime "the smallest robot that controls something")
+if(NOT CMAKE_CROSSCOMPILING)  # a desk's programs
+  sinew_manual_page(sinew-sim sim "simulated worlds in place of a robot's devices")
+  sinew_manual_page(sinew-fuzz sim "looks for flights that go wrong")
+endif()
+add_custom_target(sinew_manual_pages DEPENDS ${pages})
+
 install(FILES ${PROJECT_SOURCE_DIR}/cmake/package/sinew@.service DESTINATION lib/systemd/system COMPONENT runtime)

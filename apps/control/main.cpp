@@ -59,8 +59,10 @@ rt::GraphSpec robot() {
 
 constexpr const char* kUsage =
     "usage: sinew-control [SECONDS [RATE]]\n"
-    "  RATE   of its clock, 0.01 to 1: slower than life where an emulator cannot keep a millisecond\n"
-    "  0: level in the end; 1: not; 2: could not begin.\n";
+    "Brings a simulated body on a stand to the level, in real time.\n"
+    "  SECONDS   for so long; 2 unless said\n"
+    "  RATE      of its clock, 0.01 to 1: slower than life where an emulator cannot keep a millisecond\n"
+    "0: level in the end; 1: not; 2: could not begin.\n";
 
 bool read_number(std::string_view text, double least, double most, double& number) {
   const auto end = text.data() + text.size();
@@ -89,6 +91,10 @@ void report(const rt::ThreadStats& s, const app::Stand& stand, const hal::Memory
 
 int main(int count, char** words) {
   double run_for_s = kRunFor_s, rate = 1;
+  if (count == 2 && std::string_view(words[1]) == "--help") {
+    std::fputs(kUsage, stdout);
+    return 0;
+  }
   if (count > 3 || (count > 1 && !read_number(words[1], kShortest_s, kLongest_s, run_for_s)) ||
       (count > 2 && !read_number(words[2], 0.01, 1, rate))) {
     std::fputs(kUsage, stderr);

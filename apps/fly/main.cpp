@@ -172,6 +172,10 @@ int fly(const Options& options) {
 
 int main(int count, char** words) {
   Options options;
+  if (count == 2 && std::string_view(words[1]) == "--help") {
+    std::fputs(kUsage, stdout);
+    return 0;
+  }
   const std::string why = read_options(count, words, options);
   if (why.empty()) return fly(options);
   std::fprintf(stderr, "sinew-fly: %s\n%s", why.c_str(), kUsage);

@@ -28,7 +28,7 @@ function(sinew_look_up component exact programs)
 endfunction()
 
 set(bin ${CPACK_SINEW_BUILD}/bin)
-sinew_look_up(RUNTIME "" "${bin}/sinew;${bin}/sinew-fly" ${bin}/libsinew_libcamera.so)
+sinew_look_up(RUNTIME "" "${bin}/sinew;${bin}/sinew-fly;${bin}/sinew-control" ${bin}/libsinew_libcamera.so)
 if(sim IN_LIST CPACK_COMPONENTS_ALL)
   sinew_look_up(SIM "sinew (= ${CPACK_PACKAGE_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE})" "${bin}/sinew-sim;${bin}/sinew-fuzz")
 endif()

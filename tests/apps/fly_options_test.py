@@ -29,6 +29,11 @@ class Refusals(unittest.TestCase):
         self.assertIn("more: a third word", self.refused(QUAD, "tcp:127.0.0.1:1", "more"))
         self.assertIn("--fast: unknown; there are --seed, --duration", self.refused(QUAD, "tcp:127.0.0.1:1", "--fast"))
 
+    def test_its_help_is_no_complaint(self):
+        done = subprocess.run([FLY, "--help"], capture_output=True, text=True, timeout=60)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertTrue(done.stdout.startswith("usage: sinew-fly ROBOT.toml ENDPOINT"), done.stdout)
+
     def test_numbers_that_are_none(self):
         for option in ("--seed", "--duration"):
             for value in ("x", "-1", "3x", "", "1e999", "nan"):

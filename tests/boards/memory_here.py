@@ -1,0 +1,56 @@
+#!/usr/bin/env python3
+"""What a program takes of memory on this machine: as tests/boards/init has it of a board, for tools/sizes.py --memory.
+
+    tests/boards/memory_here.py OUT PROGRAM [WORD...]      the program's output and exit code are this script's
+
+OUT gets rss_kb and locked_kb, the most of the whole run (in kB of 1024 bytes): every 20 ms the kernel counts the pages
+(smaps_rollup; VmRSS of `status` is late by up to 64 pages a thread), and says what is locked (VmLck). And start_ms: what
+`sinew-control` says of its start.
+Exit: the program's; 2 wrong call; 3 it could not be started, or was gone before it was looked at.
+"""
+import pathlib
+import re
+import subprocess
+import sys
+import time
+
+
+def numbers(path, names):
+    """kB by name, of what stands in such a file of /proc now; nothing when the process has ended."""
+    try:
+        text = pathlib.Path(path).read_text(encoding="ascii")
+    except OSError:
+        return {}
+    return {name: int(found[1]) for name in names if (found := re.search(rf"^{name}:\s+(\d+) kB$", text, re.M))}
+
+
+def main(words):
+    if len(words) < 2:
+        print(__doc__, file=sys.stderr)
+        return 2
+    most = {"Rss": 0, "VmLck": 0}
+    try:
+        program = subprocess.Popen(words[1:], stdout=subprocess.PIPE, text=True)
+    except OSError as error:
+        print(f"memory_here: {words[1]}: {error.strerror}", file=sys.stderr)
+        return 3
+    with program:
+        while program.poll() is None:
+            for name, size in {**numbers(f"/proc/{program.pid}/smaps_rollup", ["Rss"]),
+                               **numbers(f"/proc/{program.pid}/status", ["VmLck"])}.items():
+                most[name] = max(most[name], size)
+            time.sleep(0.02)
+        said = program.stdout.read()
+    print(said, end="")
+    if not most["Rss"]:
+        print(f"memory_here: {words[1]}: ended before it was looked at", file=sys.stderr)
+        return 3
+    lines = [f"rss_kb={most['Rss']}", f"locked_kb={most['VmLck']}"]
+    if found := re.search(r"^ready (\d+\.\d+) s after the start$", said, re.M):
+        lines.append(f"start_ms={round(float(found[1]) * 1000)}")
+    pathlib.Path(words[0]).write_text("\n".join(lines) + "\n", encoding="ascii")
+    return program.returncode
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
