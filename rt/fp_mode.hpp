@@ -10,12 +10,13 @@
 namespace sinew::rt {
 
 /// RT: yes, all.   Thread: the calling thread's own mode.
-/// Source:  Intel 64 and IA-32 SDM, volume 1, 10.2.3 (MXCSR); Arm ARM for A-profile, FPCR and FPSCR.
+/// Source:  Intel 64 and IA-32 SDM, volume 1, 10.2.3 (MXCSR); Arm ARM for A-profile, FPCR and FPSCR; MIPS32
+///          Architecture, volume I-A, and MIPS32 24K software manual, FCSR.
 class FpMode {
  public:
   /// Rounds to nearest, keeps subnormal numbers, traps nothing.
   static void set() noexcept { write((read() & ~kMustBeZero) | kMustBeSet); }
-  /// True when the control register says so; a few instructions. Elsewhere than on x86 and Arm: computes_right().
+  /// True when the control register says so; a few instructions. Elsewhere than on x86, Arm and MIPS: computes_right().
   static bool is_set() noexcept {
     return kHasRegister ? (read() & (kMustBeZero | kMustBeSet)) == kMustBeSet : computes_right();
   }
@@ -58,6 +59,18 @@ class FpMode {
   }
   static constexpr bool kHasRegister = true;
   static void write(Word w) noexcept { asm volatile("vmsr fpscr, %0" ::"r"(w)); }
+#elif defined(__mips_hard_float)
+  using Word = std::uint32_t;
+  // FCSR: bits 0-1 rounding, 7-11 trap enables, 21-22 FN and FO (other ways to flush, on some processors), 24 FS.
+  static constexpr Word kMustBeZero = 3U | 0x1FU << 7 | 3U << 21 | 1U << 24, kMustBeSet = 0;
+  static Word read() noexcept {
+    Word w;
+    asm volatile("cfc1 %0, $31" : "=r"(w));
+    return w;
+  }
+  static constexpr bool kHasRegister = true;
+  // Bits 12-17 are the causes of the last operation: written beside their trap enables, they trap.
+  static void write(Word w) noexcept { asm volatile("ctc1 %0, $31" ::"r"(w & ~(0x3FU << 12))); }
 #else
   using Word = std::uint32_t;
   static constexpr Word kMustBeZero = 0, kMustBeSet = 0;

@@ -22,6 +22,8 @@ class Spoiled {
     _mm_setcsr(_mm_getcsr() | 0x8040);
 #elif defined(__aarch64__)
     asm volatile("msr fpcr, %0" ::"r"(std::uint64_t{1} << 24));
+#elif defined(__mips_hard_float)
+    asm volatile("ctc1 %0, $31" ::"r"(1U << 24));
 #else
     std::fesetround(FE_UPWARD);
 #endif
