@@ -38,8 +38,6 @@ def files_below(folder):
     return {path for path in have if not re.match("var(/lib(/dpkg.*)?)?$", path)}
 
 
-@unittest.skipUnless(DEBS, "no .deb in this build")
-@unittest.skipUnless(may_be_root(), "not root, and no user namespace to be root in: dpkg installs nothing")
 class Root(Base):
     def setUp(self):
         self.root = f"{WORK.name}/{self.id().rsplit('.', 1)[1]}"
@@ -204,4 +202,9 @@ class Upgrade(Root):
 
 
 if __name__ == "__main__":
+    for there, why in ((bool(DEBS), "no .deb in this build"),
+                       (may_be_root(), "not root, and no user namespace to be root in: dpkg would install nothing")):
+        if not there:
+            print(f"skipped: {why}")
+            sys.exit(77)  # ctest: skipped
     unittest.main(argv=[sys.argv[0], *CASES], verbosity=2)
