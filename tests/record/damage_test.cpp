@@ -34,7 +34,7 @@ class Damage : public testing::TestWithParam<Compression> {
     whole_ = all(*reader, {.topics = {}, .order = Order::file}).samples;
     for (const ChunkIndex& chunk : chunks_) {
       // What a file holds that ends with this chunk.
-      auto cut = open(std::span(disk_.bytes).first(chunk.offset + chunk.length));
+      auto cut = open(std::span(disk_.bytes).first(static_cast<std::size_t>(chunk.offset + chunk.length)));
       up_to_.push_back(all(*cut, {.topics = {}, .order = Order::file}).samples.size());
     }
   }
@@ -166,7 +166,7 @@ TEST_P(Damage, CheckSaysWhatAndWhere) {
   const auto& chunk = chunks_[1];
   const auto at = std::to_string(chunk.offset);
   Bytes bytes = disk_.bytes;
-  bytes[chunk.offset + chunk.length - 12] ^= std::byte{4};  // in its records
+  bytes.at(static_cast<std::size_t>(chunk.offset + chunk.length - 12)) ^= std::byte{4};  // in its records
   EXPECT_THAT(to_string(check_bytes(bytes).at(0)),
               testing::AnyOf("offset " + at + ": bad checksum: the chunk's bytes are not those that were written",
                              "offset " + at + ": bad compression: damaged " + to_string(GetParam()) + " frame"));
@@ -176,7 +176,7 @@ TEST_P(Damage, CheckSaysWhatAndWhere) {
 TEST_P(Damage, ADamagedChunkIsToldWhileTheRestIsRecovered) {
   const auto& chunk = chunks_[1];
   Bytes bytes = disk_.bytes;
-  bytes[chunk.offset + chunk.length - 12] ^= std::byte{4};
+  bytes.at(static_cast<std::size_t>(chunk.offset + chunk.length - 12)) ^= std::byte{4};
   Disk recovered;
   Recovered result;
   ASSERT_TRUE(recover(std::make_unique<MemoryInput>(bytes), std::make_unique<MemoryOutput>(recovered), result));

@@ -29,11 +29,10 @@ hal::Status record_all(std::unique_ptr<hal::OutputFile> file, const Told& told) 
   Writer& out = **opened;
   const std::uint16_t imu = *out.add_channel("/imu", "cdr", 0);
   const std::uint16_t image = *out.add_channel("/image", "cdr", 0, {}, Packing::plain);
-  for (std::uint64_t i = 0; i < kMessages; ++i) {
+  for (std::uint32_t i = 0; i < kMessages; ++i) {
     const bool large = i % 100 == 37;
-    const auto n = static_cast<std::uint32_t>(i);
-    const std::string data = some_data(n, large ? 70'000 : 60 + i % 90);
-    if (auto done = out.write(large ? image : imu, {n, i, i}, as_bytes(data)); !done) return done;
+    const std::string data = some_data(i, large ? 70'000 : 60 + i % 90);
+    if (auto done = out.write(large ? image : imu, {i, i, i}, as_bytes(data)); !done) return done;
     if (i == kMessages / 2)
       if (auto done = out.attach({i, i, "robot.toml", "application/toml", some_data(1, 3000)}); !done) return done;
     told(i + 1);
@@ -60,7 +59,7 @@ class DeadlyFile final : public RealFile {
   DeadlyFile(hal::OutputFile& file, std::uint64_t bytes_to_live) : RealFile(file), left_(bytes_to_live) {}
   hal::Status append(hal::Parts parts) noexcept override {
     for (const auto& part : parts) {
-      const auto written = part.first(std::min<std::size_t>(part.size(), left_));
+      const auto written = part.first(static_cast<std::size_t>(std::min<std::uint64_t>(part.size(), left_)));
       if (auto done = RealFile::append({&written, 1}); !done) return done;
       if (written.size() < part.size()) ::raise(SIGKILL);
       left_ -= written.size();
@@ -120,7 +119,7 @@ class Kill : public testing::Test {
   }
 
   void expect_all_up_to_the_last_whole_chunk() {
-    const std::uint64_t size = std::filesystem::file_size(path());
+    const auto size = static_cast<std::size_t>(std::filesystem::file_size(path()));
     ASSERT_LE(size, whole_.bytes.size());
     Bytes bytes(size);
     auto file = hal::open_file(path());

@@ -57,8 +57,8 @@ class MemoryOutput final : public hal::OutputFile {
     ++disk_.appends;
     if (disk_.on_append) disk_.on_append();
     for (const auto& part : parts) {
-      const std::size_t room = disk_.room > disk_.bytes.size() ? disk_.room - disk_.bytes.size() : 0;
-      const auto fits = part.first(std::min<std::size_t>(part.size(), room));
+      const std::uint64_t room = disk_.room > disk_.bytes.size() ? disk_.room - disk_.bytes.size() : 0;
+      const auto fits = part.first(static_cast<std::size_t>(std::min<std::uint64_t>(part.size(), room)));
       disk_.bytes.insert(disk_.bytes.end(), fits.begin(), fits.end());  // a part of it arrives, as with writev()
       if (fits.size() != part.size()) return hal::Error{hal::Errc::io, "memory file", ENOSPC};
     }

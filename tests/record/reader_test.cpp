@@ -97,14 +97,14 @@ TEST(Reader, IgnoresWhatNewerFormatsAppendToARecord) {
 TEST(Reader, ReadsFilesWithoutChunks) {
   Hand file;
   Hand::define(file.bytes());
-  for (std::uint64_t i = 0; i < 5000; ++i) Hand::put_message(file.bytes(), 1, 10'000 - i, std::string(i % 700, 'x'));
+  for (std::uint32_t i = 0; i < 5000; ++i) Hand::put_message(file.bytes(), 1, 10'000 - i, std::string(i % 700, 'x'));
   const auto bytes = file.finish(definitions());
   auto reader = open(bytes);
   EXPECT_FALSE(reader->by_summary());
   EXPECT_EQ(reader->statistics()->messages, 5000u);
   const Contents read = all(*reader, {});
   ASSERT_THAT(read.samples, SizeIs(5000));
-  for (std::uint64_t i = 0; i < 5000; ++i) ASSERT_EQ(read.samples[i].stamps.log_time, 5001 + i);
+  for (std::uint32_t i = 0; i < 5000; ++i) ASSERT_EQ(read.samples[i].stamps.log_time, 5001 + i);
   EXPECT_EQ(all(*reader, {.topics = {}, .from = 6000, .until = 6009}).samples.size(), 10u);
   EXPECT_THAT(read.problems, IsEmpty());
 }
@@ -243,7 +243,7 @@ TEST(Reader, SizesBeyondTheFileAreNotBelieved) {
   Buffer records;
   Hand::define(records);
   const ChunkIndex chunk = file.put_chunk(records, 0, 0);
-  for (const std::uint64_t size : {records.size() + 1, std::uint64_t{1} << 40, ~std::uint64_t{0}}) {
+  for (const std::uint64_t size : {std::uint64_t{records.size()} + 1, std::uint64_t{1} << 40, ~std::uint64_t{0}}) {
     Buffer bytes;
     bytes.append(file.bytes().bytes());
     Buffer::put(bytes.data() + chunk.offset + 1, size);  // of the record

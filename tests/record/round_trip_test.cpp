@@ -13,7 +13,7 @@ class RoundTrip : public testing::TestWithParam<Compression> {
     out_.add_channel("/imu");
     out_.add_channel("/image", Packing::plain);
     out_.add_channel("/never");
-    for (std::uint64_t i = 0; i < 300; ++i) {
+    for (std::uint32_t i = 0; i < 300; ++i) {
       EXPECT_TRUE(out_.write("/imu", 1000 + i * 10 - i % 3 * 4, 40 + i % 50));
       if (i % 20 == 7) {
         EXPECT_TRUE(out_.write("/image", 1000 + i * 10, i == 107 ? 100'000 : 900));
@@ -53,7 +53,7 @@ TEST_P(RoundTrip, ChecksWholeAndLooksTheSameWithoutItsSummary) {
   EXPECT_THAT(check_bytes(disk_.bytes), IsEmpty());
   auto whole = open(disk_.bytes);
   const std::uint64_t end = whole->metadata().back().offset + whole->metadata().back().length;
-  auto cut = open(std::span(disk_.bytes).first(end));
+  auto cut = open(std::span(disk_.bytes).first(static_cast<std::size_t>(end)));
   EXPECT_FALSE(cut->by_summary());
   EXPECT_TRUE(cut->statistics() == whole->statistics());
   EXPECT_TRUE(cut->channels() == whole->channels());

@@ -56,7 +56,7 @@ TEST(Writer, AChunkEndsBeforeItWouldOutgrowItsBytes) {
   Disk disk;
   SampleWriter out(disk, {.compression = Compression::none, .chunk_bytes = 2000});
   out.add_channel("/a");
-  for (std::uint64_t i = 0; i < 100; ++i) ASSERT_TRUE(out.write("/a", i, 150 + i));
+  for (std::uint32_t i = 0; i < 100; ++i) ASSERT_TRUE(out.write("/a", i, 150 + i));
   ASSERT_TRUE(out.write("/a", 100, 5000));  // longer than a chunk: one of its own
   ASSERT_TRUE(out.writer().finish());
   auto reader = open(disk.bytes);
