@@ -13,10 +13,6 @@ using wire::SocketcandKind;
 constexpr hal::Duration kIdle = 20ms, kLook = 1ms;
 constexpr int kReadsPerLook = 16;  // of a client: what it says faster waits in its socket
 
-void count(std::atomic<std::uint64_t>& counter, std::uint64_t n = 1) {
-  counter.fetch_add(n, std::memory_order_relaxed);
-}
-
 /// A port that somebody may own; the bus keeps the real one.
 class Port final : public hal::CanBus {
  public:
@@ -61,8 +57,7 @@ hal::Result<std::unique_ptr<hal::CanBus>> SocketcandServer::bus(std::string_view
 }
 
 SocketcandServerStats SocketcandServer::stats() const noexcept {
-  const auto of = [](const std::atomic<std::uint64_t>& c) { return c.load(std::memory_order_relaxed); };
-  return {of(came_), of(refused_), of(hung_up_), of(malformed_), of(lost_)};
+  return {came_.value(), refused_.value(), hung_up_.value(), malformed_.value(), lost_.value()};
 }
 
 void SocketcandServer::run() {
@@ -77,8 +72,8 @@ void SocketcandServer::run() {
 }
 
 void SocketcandServer::admit(std::unique_ptr<hal::Stream> stream) {
-  if (clients_.size() == kMostClients) return count(refused_);  // and it is closed
-  count(came_);
+  if (clients_.size() == kMostClients) return refused_.add();  // and it is closed
+  came_.add();
   auto client = std::make_unique<Client>();
   client->stream = std::move(stream);
   client->since = client->took = os_.now();
@@ -88,17 +83,17 @@ void SocketcandServer::admit(std::unique_ptr<hal::Stream> stream) {
 
 void SocketcandServer::hang_up(Client& client) {
   client.leaves = true;
-  count(hung_up_);
+  hung_up_.add();
 }
 
 void SocketcandServer::nonsense(Client& client, std::uint64_t n) {
-  count(malformed_, n);
+  malformed_.add(static_cast<std::uint32_t>(n));
   client.nonsense += n;
   if (client.nonsense > kMostNonsense && !client.leaves) hang_up(client);
 }
 
 void SocketcandServer::say(Client& client, std::string_view text) {
-  if (client.waiting.size() + text.size() > kMostWaiting) return count(lost_);  // it asks, and does not read
+  if (client.waiting.size() + text.size() > kMostWaiting) return lost_.add();  // it asks, and does not read
   client.waiting += text;
 }
 
@@ -169,14 +164,14 @@ void SocketcandServer::take(Client& client, std::string_view element, hal::Time 
 void SocketcandServer::pass_on(Bus& bus, const msg::CanFrame& frame, const Client* from) {
   std::array<char, wire::kSocketcandMax> text{};
   const std::size_t size = wire::socketcand_frame(frame, text);
-  if (size == 0) return count(lost_);
+  if (size == 0) return lost_.add();
   const hal::Time now = os_.now();
   for (const auto& client : clients_) {
     if (client.get() == from || client->bus != &bus || !client->raw) continue;
     const bool early = now < client->frames_from || !client->held.empty();
     std::string& queue = early ? client->held : client->waiting;
     if (queue.size() + size + 1 > kMostWaiting) {
-      count(lost_);
+      lost_.add();
       continue;
     }
     queue += ' ';

@@ -8,6 +8,7 @@
 
 #include "hal/os.hpp"
 #include "hal/stream.hpp"
+#include "hal/wide.hpp"
 #include "sim_hil/wire/memory_can.hpp"
 #include "wire/socketcand.hpp"
 
@@ -85,7 +86,7 @@ class SocketcandServer {
   std::vector<std::unique_ptr<Bus>> buses_;
   std::vector<std::unique_ptr<Client>> clients_;
   std::atomic<bool> stop_{false};
-  std::atomic<std::uint64_t> came_{0}, refused_{0}, hung_up_{0}, malformed_{0}, lost_{0};  // relaxed: numbers alone
+  hal::Tally came_, refused_, hung_up_, malformed_, lost_;
   std::unique_ptr<hal::Thread> thread_;  // last: ends before what it uses
 };
 

@@ -2,6 +2,7 @@
 // missing is told.
 #include <set>
 
+#include "qemu_user.hpp"
 #include "record/recover.hpp"
 #include "samples.hpp"
 
@@ -10,7 +11,7 @@ namespace {
 
 using testing::IsEmpty;
 
-constexpr bool kEverywhere = !kSanitized;  // else one bit of each byte, every third cut
+const bool kEverywhere = !kSanitized && !test::qemu_user();  // else one bit of each byte, every third cut
 
 /// A small file with everything in it, and where its chunks are.
 class Damage : public testing::TestWithParam<Compression> {

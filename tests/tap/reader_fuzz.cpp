@@ -30,7 +30,7 @@ struct Memory {
       if (!static_cast<msg::Image*>(frames.try_loan(0))->format_as(msg::PixelFormat::mono8, 16, 16)) std::abort();
       frames.commit({});
     }
-    bytes = segment->header().bytes;
+    bytes = static_cast<std::size_t>(segment->header().bytes);
   }
   const std::byte* data() const { return reinterpret_cast<const std::byte*>(&segment->header()); }
 };

@@ -28,7 +28,7 @@ class Topics {
     if (opened) reader.emplace(std::move(*opened));
   }
   std::span<const std::byte> memory() const {
-    return {reinterpret_cast<const std::byte*>(&segment->header()), segment->header().bytes};
+    return {reinterpret_cast<const std::byte*>(&segment->header()), static_cast<std::size_t>(segment->header().bytes)};
   }
   void publish(double range_m) {
     static_cast<msg::RangeSample*>(commit->try_loan(0))->range_m = range_m;
