@@ -160,7 +160,7 @@ std::vector<std::string> DeviceBoard::shortfalls() const {
   for (const auto& [name, device] : opened_)
     if (device.report)
       if (const std::string what = device.report->shortfall(); !what.empty())
-        all.push_back("thread of device '" + name + "': " + what);
+        all.push_back("device '" + name + "': " + what);
   if (const auto* report = dynamic_cast<const hal::SelfReport*>(&context_.connectors))
     if (const std::string what = report->shortfall(); !what.empty())
       all.push_back("thread that watches the devices: " + what);

@@ -31,8 +31,12 @@ DeviceOpener read_iio(DeviceKeys& keys, const DeviceSpecs&) {
             {.unit = "Hz", .doc = "samples a second, as far as the device has it; 0: as it is set"});
   keys.read("trigger", spec.trigger, "the name of a trigger",
             {.doc = "as in /sys/bus/iio/devices/trigger*/name", .otherwise = "as it is set"});
-  keys.read("buffered", spec.buffered, {.doc = "every sample, from the kernel's buffer; false: polls the newest one"});
-  if (!spec.buffered && spec.rate_hz <= 0)
+  bool buffered = true;
+  if (keys.read("buffered", buffered,
+                {.doc = "every sample, from the kernel's buffer; false: polls the newest one, `rate_hz` times a second",
+                 .otherwise = "true if the device can; if not, and with `rate_hz`: false"}))
+    spec.buffered = buffered;
+  if (spec.buffered == false && spec.rate_hz <= 0)
     keys.problem("rate_hz", "a number above 0, at most " + key_number(kMaxImuHz) + "; required with buffered = false");
   keys.read_integer("buffer_length", spec.buffer_length, 2, 65536, {.doc = "samples that the kernel holds"});
   spec.fifo_priority = 88;  // above the loops that wait for it

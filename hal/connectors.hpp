@@ -2,6 +2,7 @@
 // What a computer has plugs for, by name: hal/linux opens the kernel's, sim_hil the plant's, the Windows CE stub none.
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -43,11 +44,13 @@ struct GpioSpec {
 
 /// A sensor behind the kernel's Industrial I/O.
 struct IioSpec {
-  std::string name;                  // of the device ("mpu6050"), its label, or "iio:deviceN"
-  std::string root = "/";            // the tree with sys/bus/iio/devices and dev/: a simulated one in tests
-  double rate_hz = 0;                // 0: as it is
-  std::string trigger;               // current_trigger; empty: as it is
-  bool buffered = true;              // false: polls the *_raw files
+  std::string name;        // of the device ("mpu6050"), its label, or "iio:deviceN"
+  std::string root = "/";  // the tree with sys/bus/iio/devices and dev/: a simulated one in tests
+  double rate_hz = 0;      // 0: as it is
+  std::string trigger;     // current_trigger; empty: as it is
+  /// True: from its buffer; false: its *_raw files are polled at rate_hz. Empty: from the buffer if it has one that can
+  /// be started, else polled if there is a rate_hz; with a `trigger` from the buffer.
+  std::optional<bool> buffered;
   std::uint32_t buffer_length = 64;  // scans
   int fifo_priority = 0;             // SCHED_FIFO of the thread that reads it; 0: ordinary
 };

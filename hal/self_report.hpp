@@ -12,8 +12,8 @@ class SelfReport {
   /// counters, no times.
   /// Thread:  any.   RT: no (may lock, allocates).
   virtual std::string trouble() const = 0;
-  /// What its own threads asked for and could not have (SCHED_FIFO, a processor), one thread a line. Does not change
-  /// any more once it runs.
+  /// What it asked for and could not have: SCHED_FIFO or a processor for its own threads, a kernel's buffer. Does not
+  /// change any more once it runs.
   virtual std::string shortfall() const { return {}; }
 };
 

@@ -138,13 +138,21 @@ bool IioDevice::has(std::string_view sensor) const {
 
 std::string IioDevice::channels() const { return joined(names_in(folder_, "in_")); }
 
-Status IioDevice::set_up(const IioSpec& spec, const std::vector<std::string>& sensors, std::string& why) {
-  if (spec.buffered && exists(file("buffer/enable")))  // ours alone, before anything of another program is touched
+Status IioDevice::set_up(const IioSpec& spec, bool buffered, const std::vector<std::string>& sensors,
+                         std::string& why) {
+  if (buffered && (!exists(file("scan_elements")) || !exists(file("buffer/enable")))) {
+    why = title_ + ": its driver has no buffer (no interrupt or trigger?)";
+    return Error{Errc::not_supported, "iio: buffer"};
+  }
+  if (buffered)  // ours alone, before anything of another program is touched
     if (auto done = open_node(why); !done) return done;
-  if (exists(file("buffer/enable")))  // left on by a program that was killed: nothing can be set while it is
+  std::string ignored;
+  // Left on by a program that was killed: nothing can be set while it is.
+  if (const auto on = read_file(file("buffer/enable"), ignored); on && *on == "1")
     if (auto done = write_file(file("buffer/enable"), "0", why); !done) return done;
-  if (auto done = set_trigger(spec, why); !done) return done;
-  if (auto done = set_rate(spec, why); !done) return done;
+  if (buffered && !spec.trigger.empty())
+    if (auto done = set_trigger(spec, why); !done) return done;
+  if (auto done = set_rate(spec, buffered, why); !done) return done;
   sensors_.clear();
   for (const std::string& name : sensors) {
     sensors_.push_back({.name = name, .axes = {}, .channel = {}, .raw_fd = {-1, -1, -1}});
@@ -160,9 +168,9 @@ Status IioDevice::open_node(std::string& why) {
   return {};
 }
 
-Status IioDevice::set_rate(const IioSpec& spec, std::string& why) {
+Status IioDevice::set_rate(const IioSpec& spec, bool buffered, std::string& why) {
   if (spec.rate_hz <= 0) return {};
-  bool any = !spec.trigger.empty() || !spec.buffered;  // the trigger, or our own polling, makes the rate
+  bool any = !spec.trigger.empty() || !buffered;  // the trigger, or our own polling, makes the rate
   for (const char* name : {"sampling_frequency", "in_accel_sampling_frequency", "in_anglvel_sampling_frequency"}) {
     if (!exists(file(name))) continue;
     any = true;
@@ -182,7 +190,6 @@ Status IioDevice::set_rate(const IioSpec& spec, std::string& why) {
 }
 
 Status IioDevice::set_trigger(const IioSpec& spec, std::string& why) {
-  if (spec.trigger.empty() || !spec.buffered) return {};
   const std::string folder = root_ + kFolder;
   std::vector<std::string> seen;
   for (const std::string& entry : names_in(folder, "trigger")) {
@@ -295,10 +302,6 @@ Status IioDevice::read_layout(std::string& why) {
 }
 
 Status IioDevice::start_buffer(const IioSpec& spec, std::string& why) {
-  if (!exists(file("scan_elements")) || !exists(file("buffer/enable"))) {
-    why = title_ + ": its driver has no buffer (no interrupt or trigger?); write buffered = false to poll it";
-    return Error{Errc::not_supported, "iio: buffer"};
-  }
   if (exists(file("current_timestamp_clock"))) {
     if (auto done = write_file(file("current_timestamp_clock"), "monotonic", why); !done) return done;
     monotonic_ = true;
@@ -311,9 +314,9 @@ Status IioDevice::start_buffer(const IioSpec& spec, std::string& why) {
   if (exists(file("buffer/watermark"))) (void)write_file(file("buffer/watermark"), "1", ignored);
 
   if (auto done = write_file(file("buffer/enable"), "1", why); !done) {
-    if (done.error().code == Errc::bad_argument)
-      why += "; the buffer needs a trigger: name one (ls " + root_ + kFolder + "/trigger*/name)";
-    return done;
+    if (done.error().code != Errc::bad_argument) return done;
+    why += "; the buffer needs a trigger: name one (ls " + root_ + kFolder + "/trigger*/name)";
+    return Error{Errc::not_supported, "iio: no trigger", done.error().detail};
   }
   part_size_ = 0;
   return {};

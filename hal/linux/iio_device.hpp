@@ -37,10 +37,12 @@ class IioDevice {
   /// What it measures, by its in_*_raw files; for error texts.
   std::string channels() const;
 
-  /// Rate and trigger of the spec, then scales, offsets and mount matrices of these sensors.
-  /// Errors:  bad_argument (rate, trigger), bad_data (a file that holds no number), denied, io.
-  Status set_up(const IioSpec& spec, const std::vector<std::string>& sensors, std::string& why);
-  /// Switches the scan elements of those sensors and the timestamp on, and starts. Errors: not_supported (no buffer),
+  /// Rate and trigger of the spec, then scales, offsets and mount matrices of these sensors. `buffered`: for
+  /// start_buffer(), else for start_polling(), where the caller makes the rate.
+  /// Errors:  not_supported (no buffer), bad_argument (rate, trigger), bad_data (a file that holds no number), denied,
+  ///          io.
+  Status set_up(const IioSpec& spec, bool buffered, const std::vector<std::string>& sensors, std::string& why);
+  /// Switches the scan elements of those sensors and the timestamp on, and starts. Errors: not_supported (no trigger),
   /// busy, bad_data, denied, io.
   Status start_buffer(const IioSpec& spec, std::string& why);
   /// Opens the raw files instead.
@@ -70,7 +72,7 @@ class IioDevice {
   };
   IioDevice(std::string root, std::string entry, std::string title);
   std::string file(std::string_view name) const { return folder_ + "/" + std::string(name); }
-  Status set_rate(const IioSpec& spec, std::string& why);
+  Status set_rate(const IioSpec& spec, bool buffered, std::string& why);
   Status set_trigger(const IioSpec& spec, std::string& why);
   Status read_axes(Sensor3& sensor, std::string& why);
   /// Of the first of these files that exists; `otherwise` when none does.

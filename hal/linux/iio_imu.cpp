@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstdio>
+#include <utility>
 
 namespace sinew::hal {
 namespace {
@@ -28,7 +30,7 @@ std::vector<std::string> split(const std::string& names) {
 }  // namespace
 
 Result<std::unique_ptr<IioImu>> IioImu::open(Os& os, const IioSpec& spec, std::string& why, IioOptions options) {
-  if (!spec.buffered && spec.rate_hz <= 0) {
+  if (spec.buffered == false && spec.rate_hz <= 0) {
     why = "iio device '" + spec.name + "': polled (buffered = false) needs rate_hz";
     return Error{Errc::bad_argument, "iio"};
   }
@@ -46,7 +48,11 @@ Result<std::unique_ptr<IioImu>> IioImu::open(Os& os, const IioSpec& spec, std::s
 }
 
 IioImu::IioImu(Os& os, const IioSpec& spec, IioOptions options)
-    : SensorQueue(std::max<std::size_t>(64, spec.buffer_length)), os_(os), spec_(spec), options_(std::move(options)) {}
+    : SensorQueue(std::max<std::size_t>(64, spec.buffer_length)),
+      os_(os),
+      spec_(spec),
+      options_(std::move(options)),
+      buffered_(spec.trigger.empty() ? spec.buffered : spec.buffered.value_or(true)) {}
 
 IioImu::~IioImu() {
   if (thread_) {
@@ -66,7 +72,35 @@ IioStats IioImu::stats() const {
           .restarts = restarts_.value()};
 }
 
+std::string IioImu::shortfall() const {
+  std::string text = thread_ ? thread_->shortfall() : std::string();
+  if (!polled_because_.empty()) text += (text.empty() ? "" : "; ") + polled_because_;
+  return text;
+}
+
 Status IioImu::connect(std::string& why) {
+  if (buffered_) return connect_as(*buffered_, why);
+  const Status done = connect_as(true, why);
+  if (done) {
+    buffered_ = true;
+    return done;
+  }
+  // No buffer, or none that starts; in contrast to: denied, busy, not there, a key that is wrong.
+  if (done.error().code != Errc::not_supported) return done;
+  if (spec_.rate_hz <= 0) {
+    why += "; with rate_hz it would be polled instead";
+    return done;
+  }
+  const std::string because = std::exchange(why, {});
+  if (const Status polled = connect_as(false, why); !polled) return polled;
+  buffered_ = false;
+  char rate[32];
+  std::snprintf(rate, sizeof rate, "%.9g", spec_.rate_hz);
+  polled_because_ = std::string("polled ") + rate + " times a second, with the stamps of reading: " + because;
+  return {};
+}
+
+Status IioImu::connect_as(bool buffered, std::string& why) {
   devices_.clear();
   std::vector<std::unique_ptr<IioDevice>> found;
   const std::vector<std::string> names = split(spec_.name);
@@ -83,10 +117,10 @@ Status IioImu::connect(std::string& why) {
       if (!(*device)->has(sensor)) {
         why = (*device)->title() + ": has no in_" + sensor + "_x_raw; it has: " + (*device)->channels();
         if (names.size() == 1) why += " (two devices are written \"accelerometer,gyroscope\")";
-        return Error{Errc::not_supported, "iio: no such sensor"};
+        return Error{Errc::bad_argument, "iio: no such sensor"};
       }
-    if (auto done = (*device)->set_up(spec_, sensors, why); !done) return done;
-    auto started = spec_.buffered ? (*device)->start_buffer(spec_, why) : (*device)->start_polling(why);
+    if (auto done = (*device)->set_up(spec_, buffered, sensors, why); !done) return done;
+    auto started = buffered ? (*device)->start_buffer(spec_, why) : (*device)->start_polling(why);
     if (!started) return started;
     found.push_back(std::move(*device));
   }
@@ -103,9 +137,9 @@ Status IioImu::connect(std::string& why) {
 
 void IioImu::run() noexcept {
   for (;;) {
-    const Time deadline = spec_.buffered ? os_.now() + options_.silent_after : next_poll_;
+    const Time deadline = *buffered_ ? os_.now() + options_.silent_after : next_poll_;
     if (!wait(deadline)) return;
-    const Status done = spec_.buffered ? read_all() : poll_all();
+    const Status done = *buffered_ ? read_all() : poll_all();
     if (done) {
       if (!silent_told_ && os_.now() - heard_ >= options_.silent_after) {
         silent_told_ = true;

@@ -1,6 +1,7 @@
 #pragma once
 #include <atomic>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,8 +31,12 @@ struct IioOptions {
 
 /// An IMU behind the kernel's IIO as a board's device: one IIO device with accelerometer and gyroscope, or two
 /// ("accel_3d,gyro_3d"), whose samples are joined by their stamps.
-/// Stamps:  the kernel's (current_timestamp_clock = monotonic); of a device without them, or in another clock, the time
-///          of reading. Frames: as the mount matrix has them, or the chip's own.
+/// Unless the spec says which, it is read from its buffer. A device without one, or whose buffer does not start for
+/// want of a trigger, is polled at rate_hz; shortfall() says so with the reason. Which of them is found out when it is
+/// opened, and stays for a device that comes back.
+/// Stamps:  the kernel's (current_timestamp_clock = monotonic); of a device without them, in another clock, or
+///          polled, the time of reading.
+/// Frames:  as the mount matrix has them, or the chip's own.
 /// Thread:  reads on a thread of its own.   RT: read() yes.
 /// Errors:  read(): closed while the device is gone; it is looked for again with growing pauses, up to retry_most.
 class IioImu final : public SensorQueue<msg::ImuSample>, public SelfReport {
@@ -43,11 +48,14 @@ class IioImu final : public SensorQueue<msg::ImuSample>, public SelfReport {
   IioStats stats() const;
   /// What is wrong now, in words; empty: nothing.
   std::string trouble() const override { return trouble_.get(); }
-  std::string shortfall() const override { return thread_ ? thread_->shortfall() : std::string(); }
+  /// Also that it is polled because it could not be buffered. Does not change any more.
+  std::string shortfall() const override;
 
  private:
   IioImu(Os& os, const IioSpec& spec, IioOptions options);
+  /// As open() chose; the first time, either.
   Status connect(std::string& why);
+  Status connect_as(bool buffered, std::string& why);
   void run() noexcept;
   void retry() noexcept;
   /// Sleeps until something is there; false: to be stopped.
@@ -61,6 +69,8 @@ class IioImu final : public SensorQueue<msg::ImuSample>, public SelfReport {
   Os& os_;
   const IioSpec spec_;
   const IioOptions options_;
+  std::optional<bool> buffered_;                     // empty until the first connect()
+  std::string polled_because_;                       // empty: it is not, or it was asked for
   std::vector<std::unique_ptr<IioDevice>> devices_;  // one, or accelerometer and gyroscope
   std::vector<Time> last_;
   IioJoin join_;

@@ -7,17 +7,20 @@
 
 namespace sinew::hal {
 
-/// Decodes the JPEG pictures of cameras (MJPEG) straight into images of one format and size: mono8, rgb8 and bgr8 in
-/// one pass; yuyv through planes of its own, of which the rows are interleaved. Values:  as JPEG has them: Y, Cb and Cr
-/// over the full range 0 to 255 (JFIF), also in yuyv. Thread:  one at a time. RT:      bounded by the size of the
-/// picture; nothing of ours allocates, but libjpeg-turbo does for each picture. Errors:  a picture that is broken in
-/// any way (also one that the library would only warn about), or of another size
+/// Decodes the JPEG pictures of cameras (MJPEG) straight into images of one format and size, in one pass: mono8, rgb8,
+/// bgr8. Not yuyv: the library has no packed luma and chroma, so it would take planes of our own and a second pass.
+/// Values:  mono8 is JPEG's Y, over the full range 0 to 255 (JFIF).
+/// Thread:  one at a time.
+/// RT:      bounded by the size of the picture; nothing of ours allocates, but libjpeg-turbo does for each picture.
+/// Errors:  a picture that is broken in any way (also one that the library would only warn about), or of another size
 ///          than the image, is refused; the pixels then are unspecified.
 /// Source:  ITU-T T.81 by libjpeg-turbo's TurboJPEG interface, where it was there when Sinew was built.
 class JpegDecoder {
  public:
   /// Whether this build can decode at all.
   static bool built();
+  /// Whether it decodes into such images.
+  static bool gives(msg::PixelFormat format);
 
   JpegDecoder(msg::PixelFormat format, std::uint32_t width, std::uint32_t height);
   ~JpegDecoder();

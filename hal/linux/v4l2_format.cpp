@@ -172,15 +172,16 @@ Status is_listed(V4l2Port& port, int fd, const CameraSpec& spec, std::uint32_t f
   return {};
 }
 
-/// The format to ask for: the image's own, or MJPEG where the device has only that.
+/// The format to ask for: the image's own, or MJPEG where the device has only that and it can be decoded in one pass.
 Result<std::uint32_t> choose(V4l2Port& port, int fd, const CameraSpec& spec, std::string& why) {
   const std::uint32_t fourcc = v4l2_code(spec.format);
   const Status raw = is_listed(port, fd, spec, fourcc, why);
   if (raw) return fourcc;
   std::string none;
   if (!is_listed(port, fd, spec, V4L2_PIX_FMT_MJPEG, none)) return raw.error();
-  if (JpegDecoder::built()) return std::uint32_t{V4L2_PIX_FMT_MJPEG};
-  why += "; as MJPEG it has it, which this build cannot decode (SINEW_TURBOJPEG)";
+  if (JpegDecoder::gives(spec.format)) return std::uint32_t{V4L2_PIX_FMT_MJPEG};
+  why += JpegDecoder::built() ? "; as MJPEG it has it, which gives mono8, rgb8 or bgr8"
+                              : "; as MJPEG it has it, which this build cannot decode (SINEW_TURBOJPEG)";
   return raw.error();
 }
 

@@ -1,9 +1,12 @@
 // The kernel's IIO read by the real driver, from a simulated tree; and from the real kernel where SINEW_IIO names a
-// device (with SINEW_IIO_TRIGGER, SINEW_IIO_RATE, SINEW_IIO_POLL=1).
+// device (with SINEW_IIO_TRIGGER, SINEW_IIO_RATE, SINEW_IIO_POLL=1; SINEW_IIO_NO_TRIGGER=1: it has none and is polled).
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <filesystem>
 
 #include "hal/linux/iio_imu.hpp"
@@ -174,20 +177,36 @@ TEST_F(IioTest, RateAndTriggerAreWritten) {
   EXPECT_EQ(tree->file("buffer/length"), "128");
 }
 
-TEST_F(IioTest, WithoutBufferTheRawFilesArePolled) {
-  IioTreeSpec t = tree_spec();
-  t.buffer = false;
-  auto tree = plug(t);
-  ASSERT_TRUE(tree->feed(sample(os.now())));
-  EXPECT_FALSE(open(spec()));
-  EXPECT_EQ(error, Errc::not_supported);
-  EXPECT_THAT(why, HasSubstr("iio:device0 (mpu6050): its driver has no buffer"));
-  EXPECT_THAT(why, HasSubstr("buffered = false"));
+TEST_F(IioTest, PolledByChoiceNeedsARateAndIsNoShortfall) {
+  auto tree = plug(tree_spec());
   IioSpec s = spec();
   s.buffered = false;
   EXPECT_FALSE(open(s));
   EXPECT_EQ(why, "iio device 'mpu6050': polled (buffered = false) needs rate_hz");
   s.rate_hz = 500;
+  auto imu = open(s);
+  ASSERT_TRUE(imu) << why;
+  EXPECT_TRUE(next(*imu));
+  EXPECT_EQ(imu->shortfall(), "");
+  EXPECT_FALSE(tree->enabled()) << "although it has a buffer";
+}
+
+TEST_F(IioTest, WithoutABufferItIsPolledAndSaysWhy) {
+  IioTreeSpec t = tree_spec();
+  t.buffer = false;
+  auto tree = plug(t);
+  ASSERT_TRUE(tree->feed(sample(os.now())));
+  const std::string reason = "iio:device0 (mpu6050): its driver has no buffer (no interrupt or trigger?)";
+  EXPECT_FALSE(open(spec()));
+  EXPECT_EQ(error, Errc::not_supported);
+  EXPECT_EQ(why, reason + "; with rate_hz it would be polled instead");
+  IioSpec s = spec();
+  s.rate_hz = 500;
+  s.buffered = true;
+  EXPECT_FALSE(open(s));
+  EXPECT_EQ(error, Errc::not_supported) << "who asks for the buffer gets nothing else";
+  EXPECT_EQ(why, reason);
+  s.buffered.reset();
   const Time before = os.now();
   auto imu = open(s);
   ASSERT_TRUE(imu) << why;
@@ -196,6 +215,92 @@ TEST_F(IioTest, WithoutBufferTheRawFilesArePolled) {
   expect_near(first->accel_mps2, {1, -2, 9.81}, 0.0004);
   EXPECT_GE(first->stamp, before);
   EXPECT_GT(second->stamp, first->stamp);
+  EXPECT_EQ(imu->shortfall(), "polled 500 times a second, with the stamps of reading: " + reason);
+  EXPECT_EQ(imu->trouble(), "") << "it is well";
+}
+
+TEST_F(IioTest, BufferThatDoesNotStartForWantOfATriggerGivesWayToPolling) {
+  auto tree = plug(tree_spec());
+  // A file of the kernel's that refuses a number as the kernel does a buffer without a trigger (EINVAL).
+  const std::string refuses = "/proc/self/timens_offsets", enable = tree->folder() + "/buffer/enable";
+  const int fd = ::open(refuses.c_str(), O_WRONLY | O_CLOEXEC);
+  const bool invalid = fd >= 0 && ::write(fd, "1", 1) < 0 && errno == EINVAL;
+  if (fd >= 0) ::close(fd);
+  if (!invalid) GTEST_SKIP() << refuses << " does not answer EINVAL here";
+  std::filesystem::remove(enable);
+  std::filesystem::create_symlink(refuses, enable);
+  EXPECT_FALSE(open(spec()));
+  EXPECT_EQ(error, Errc::not_supported);
+  EXPECT_THAT(why, HasSubstr("the buffer needs a trigger: name one"));
+  EXPECT_THAT(why, HasSubstr("; with rate_hz it would be polled instead"));
+  IioSpec s = spec();
+  s.rate_hz = 250;
+  auto imu = open(s);
+  ASSERT_TRUE(imu) << why;
+  EXPECT_TRUE(next(*imu));
+  EXPECT_THAT(imu->shortfall(), HasSubstr("polled 250 times a second, with the stamps of reading: "));
+  EXPECT_THAT(imu->shortfall(), HasSubstr("the buffer needs a trigger"));
+  s.trigger = "hr0";
+  IioTree::make_trigger(folder.path(), 3, "hr0");
+  EXPECT_FALSE(open(s)) << "who names a trigger is not polled";
+}
+
+TEST_F(IioTest, RateThatTheDeviceCannotHaveIsAnErrorAndNoReasonToPoll) {
+  auto tree = plug(tree_spec());
+  tree->set_file("sampling_frequency", "");
+  IioSpec s = spec();
+  s.rate_hz = 250;
+  EXPECT_FALSE(open(s));
+  EXPECT_EQ(error, Errc::bad_argument);
+  EXPECT_THAT(why, HasSubstr("has no sampling_frequency; leave rate_hz out"));
+}
+
+TEST_F(IioTest, BufferThatStartsIsNeverPolled) {
+  auto tree = plug(tree_spec());
+  IioSpec s = spec();
+  s.rate_hz = 500;
+  auto imu = open(s);
+  ASSERT_TRUE(imu) << why;
+  EXPECT_TRUE(tree->enabled());
+  EXPECT_EQ(imu->shortfall(), "");
+}
+
+TEST_F(IioTest, WhoNamesATriggerIsNotPolled) {
+  auto tree = plug(tree_spec());
+  IioTree::make_trigger(folder.path(), 3, "hr0");
+  IioSpec s = spec();
+  s.rate_hz = 500;
+  s.trigger = "hr1";
+  EXPECT_FALSE(open(s));
+  EXPECT_EQ(error, Errc::bad_argument);
+  EXPECT_EQ(why, "iio trigger 'hr1': there is: hr0");
+}
+
+TEST_F(IioTest, DeviceThatMayNotBeOpenedIsNotPolledInstead) {
+  auto tree = plug(tree_spec());
+  std::filesystem::remove(tree->buffer_path());
+  IioSpec s = spec();
+  s.rate_hz = 500;
+  EXPECT_FALSE(open(s));
+  EXPECT_EQ(error, Errc::not_found) << "the node is missing: udev, or a container; polling would hide that";
+}
+
+TEST_F(IioTest, DeviceThatComesBackWithoutItsBufferIsWaitedFor) {
+  auto tree = plug(tree_spec());
+  IioSpec s = spec();
+  s.rate_hz = 500;
+  auto imu = open(s);
+  ASSERT_TRUE(imu) << why;
+  tree->unplug();
+  tree.reset();
+  IioTreeSpec t = tree_spec();
+  t.buffer = false;
+  tree = plug(t);
+  EXPECT_TRUE(wait_until([&] { return imu->trouble().find("has no buffer") != std::string::npos; })) << imu->trouble();
+  EXPECT_EQ(imu->shortfall(), "") << "stamps do not change their meaning in a run";
+  tree.reset();
+  tree = plug(tree_spec());
+  ASSERT_TRUE(wait_until([&] { return imu->stats().restarts == 1 && tree->enabled(); }));
 }
 
 TEST_F(IioTest, WhoWaitsIsWoken) {
@@ -243,7 +348,7 @@ TEST_F(IioTest, ADeviceThatIsNoImuSaysWhatItHas) {
   s.gyro = false;
   auto tree = plug(s);
   EXPECT_FALSE(open(spec()));
-  EXPECT_EQ(error, Errc::not_supported);
+  EXPECT_EQ(error, Errc::bad_argument);
   EXPECT_THAT(why, HasSubstr("iio:device0 (mpu6050): has no in_anglvel_x_raw; it has: in_accel_scale, in_accel_x_raw"));
 }
 
@@ -300,7 +405,7 @@ TEST_F(IioTest, PermissionDeniedSaysWhoMay) {
   const test::Unprivileged user;
   EXPECT_FALSE(open(spec()));
   EXPECT_EQ(error, Errc::denied);
-  EXPECT_THAT(why, HasSubstr("/buffer/enable: permission denied; "));
+  EXPECT_THAT(why, HasSubstr("/current_timestamp_clock: permission denied; "));
   EXPECT_THAT(why, HasSubstr("udev rule"));
 }
 
@@ -408,10 +513,13 @@ TEST(IioKernel, TheRealDeviceDelivers) {
   s.name = name;
   if (const char* trigger = std::getenv("SINEW_IIO_TRIGGER")) s.trigger = trigger;
   if (const char* rate = std::getenv("SINEW_IIO_RATE")) s.rate_hz = std::atof(rate);
-  s.buffered = std::getenv("SINEW_IIO_POLL") == nullptr;
+  if (std::getenv("SINEW_IIO_POLL")) s.buffered = false;
   std::string why;
   auto imu = IioImu::open(linux_os(), s, why);
   ASSERT_TRUE(imu) << why;
+  if (std::getenv("SINEW_IIO_NO_TRIGGER")) {
+    EXPECT_THAT((*imu)->shortfall(), HasSubstr("the buffer needs a trigger"));
+  }
   Time last{INT64_MIN};
   int count = 0;
   const Time deadline = linux_os().now() + 20s;
