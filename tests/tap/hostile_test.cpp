@@ -97,7 +97,7 @@ TEST(Hostile, WhoTakesAllPlacesGivesWay) {
   Robot robot(options);
   robot.start();
   Hostile sits(robot, "sit", "3");
-  while (robot.server->stats().accepted.value() < 16) std::this_thread::sleep_for(1ms);
+  while (robot.server->stats().accepted.value() < 16 && !sits.done()) std::this_thread::sleep_for(1ms);
   std::unique_ptr<Client> client;
   std::string why;
   while (!client && !sits.done()) {
