@@ -225,7 +225,7 @@ int __wrap_clock_gettime(clockid_t id, timespec* out) {
   if (!os || id != CLOCK_MONOTONIC) return __real_clock_gettime(id, out);
   const std::int64_t ns = os->now().ns;
   out->tv_sec = ns / 1'000'000'000;
-  out->tv_nsec = ns % 1'000'000'000;
+  out->tv_nsec = static_cast<long>(ns % 1'000'000'000);
   return 0;
 }
 
