@@ -18,6 +18,7 @@ inline std::vector<std::string> command(const std::string& program, std::vector<
   std::vector<std::string> words;
   if (qemu_user()) {
     std::istringstream emulator(qemu_user());
+    words.push_back("/usr/bin/env");  // looks for the emulator, as a shell would
     for (std::string word; emulator >> word;) words.push_back(word);
   }
   words.push_back(program);
