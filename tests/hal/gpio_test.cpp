@@ -148,7 +148,7 @@ TEST_F(GpioLine, AChipIsFoundByItsLabelAndOthersAreNamed) {
 
 TEST_F(GpioLine, EdgesCarryTheKernelsStampAndOnlyThoseAskedForAreTold) {
   SINEW_NEEDS_LINE("SINEW_GPIO_PULSED");
-  const auto next = [this](Gpio& line, Time after) {
+  const auto next = [](Gpio& line, Time after) {
     const auto edge = line.wait_edge(linux_os().now() + 30s);
     EXPECT_TRUE(edge);
     if (!edge) return after;
