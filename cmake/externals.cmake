@@ -1,7 +1,8 @@
 # Libraries of others that rooms link, by name: sinew_external(lz4) makes the target SinewExternal::lz4 where the library is,
-# and none where it is not. Looked for by file, since Debian's lz4, turbojpeg and libcamera have no CMake file, and those
-# of OpenCV and MuJoCo name other packages that need not be there. The build reads this, and so does find_package(Sinew):
-# no path of the machine that built Sinew is in an installed file.
+# and none where it is not. Looked for by file, since Debian's lz4, turbojpeg and libcamera have no CMake file, those of
+# OpenCV and MuJoCo name other packages that need not be there, and CMake's own for EGL wants libraries that nothing of ours
+# links. The build reads this, and so does find_package(Sinew): no path of the machine that built Sinew is in an installed
+# file.
 function(sinew_external name)
   if(TARGET SinewExternal::${name})
     return()
@@ -24,6 +25,8 @@ function(sinew_external name)
     set(folder opencv4)
   elseif(name STREQUAL mujoco)
     set(header mujoco/mujoco.h)
+  elseif(name STREQUAL EGL)
+    set(header EGL/egl.h)
   else()
     message(FATAL_ERROR "sinew_external(${name}): unknown")
   endif()
@@ -54,7 +57,7 @@ function(sinew_debian_package target result)
     SinewExternal::lz4 liblz4-dev  SinewExternal::zstd libzstd-dev  SinewExternal::turbojpeg libturbojpeg0-dev
     SinewExternal::camera libcamera-dev  SinewExternal::camera-base libcamera-dev
     SinewExternal::opencv_core libopencv-core-dev  SinewExternal::opencv_imgproc libopencv-imgproc-dev
-    SinewExternal::mujoco libmujoco-dev
+    SinewExternal::mujoco libmujoco-dev  SinewExternal::EGL libegl-dev
     PNG::PNG libpng-dev  ZLIB::ZLIB zlib1g-dev  fmt::fmt libfmt-dev  Threads::Threads libc6-dev)
   list(FIND names ${target} at)
   if(at EQUAL -1)

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Makes the file tree of a board to compile and link against, from Debian packages, without installing anything: the group
-# `sysroot` of tools/packages.txt for another machine, unpacked. Does nothing, quickly, when it is there.
+# Makes the file tree of a board to compile and link against, from Debian packages, without installing anything: the groups
+# `sysroot` and `sysroot-ARCH` of tools/packages.txt for another machine, unpacked. Does nothing, quickly, when it is there.
 #
 #   toolchains/sysroot.sh ARCH...      armhf, arm64 or mipsel
 #   toolchains/sysroot.sh i386         what runs 32-bit Windows programs (group wine32), to chroot to: see wine32.sh
@@ -15,11 +15,11 @@ source "$root/tools/own_apt.sh"
 
 home=${SINEW_SYSROOTS:-$root/build/sysroot}
 
-# wanted_of ARCH: the packages of its group, one a line.
+# wanted_of ARCH: the packages of its groups, one a line.
 wanted_of() {
   local group=sysroot
   [[ $1 != i386 ]] || group=wine32
-  awk -v group="$group" '$1 == group { print $2 }' "$root/tools/packages.txt"
+  awk -v group="$group" -v own="$group-$1" '$1 == group || $1 == own { print $2 }' "$root/tools/packages.txt"
 }
 
 # record DEB NAMES DATABASE: what dpkg keeps of an installed package, as far as dpkg-shlibdeps and `dpkg -S` ask for it:
