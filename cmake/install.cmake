@@ -60,10 +60,8 @@ endfunction()
 sinew_manual_page(sinew runtime "runs, checks, records and repeats robots")
 sinew_manual_page(sinew-fly runtime "flies a robot file against a simulator in lockstep")
 sinew_manual_page(sinew-control runtime "the smallest robot that controls something")
-if(NOT CMAKE_CROSSCOMPILING)  # a desk's programs
-  sinew_manual_page(sinew-sim sim "simulated worlds in place of a robot's devices")
-  sinew_manual_page(sinew-fuzz sim "looks for flights that go wrong")
-endif()
+sinew_manual_page(sinew-sim sim "simulated worlds in place of a robot's devices")
+sinew_manual_page(sinew-fuzz sim "looks for flights that go wrong")
 add_custom_target(sinew_manual_pages DEPENDS ${pages})
 
 install(FILES ${PROJECT_SOURCE_DIR}/cmake/package/sinew@.service DESTINATION lib/systemd/system COMPONENT runtime)
