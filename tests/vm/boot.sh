@@ -74,7 +74,7 @@ case $folder in
   head) machine+=(-accel tcg -smp 1 -m 2048 -icount shift=0,sleep=off -rtc clock=vm -seed 1) ;;
   icount)
     machine+=(-accel tcg -smp 1 -icount shift=2,sleep=off -rtc clock=vm -seed 1)
-    [[ $arch != arm64 ]] || machine+=(-device i6300esb -action watchdog=shutdown) # a hand at the power button: gpio_edges
+    [[ $arch != arm64 ]] || machine+=(-device i6300esb -action watchdog=shutdown) # a hand at the power button: power_button.sh
     ;;
   *) die "$folder: no machine is described for it" ;;
 esac
