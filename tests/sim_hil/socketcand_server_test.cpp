@@ -255,21 +255,6 @@ TEST_F(SocketcandServerTest, BusThatIsNeverSilentStarvesNobody) {
   talker.join();
 }
 
-TEST_F(SocketcandServerTest, BusThatIsNeverSilentStarvesNobody) {
-  const auto good = ours("can0");
-  ASSERT_TRUE(good) << why;
-  std::atomic<bool> stop{false};
-  std::thread talker([&] {
-    while (!stop) static_cast<void>(devices[0]->send(frame_of(0x181, {1, 2, 3, 4, 5, 6, 7, 8}), hal::kNever));
-  });
-  msg::CanFrame got;
-  EXPECT_TRUE(gets(*good, got));
-  Text other(server->endpoint());
-  EXPECT_TRUE(other.hears("< hi >"));
-  stop = true;
-  talker.join();
-}
-
 TEST_F(SocketcandServerTest, MoreClientsThanItTakesAreTurnedAway) {
   std::vector<std::unique_ptr<Text>> all;
   for (std::size_t i = 0; i <= SocketcandServer::kMostClients; ++i)

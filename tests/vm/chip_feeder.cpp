@@ -68,7 +68,7 @@ int main(int argc, char** argv) {
   const auto tree = hal::IioDevice::find(spec.root, spec.name, why);
   if (!tree) return fail(why);
   hal::IioDevice& world = **tree;
-  if (!world.set_up(spec, {"anglvel", "accel"}, why) || !world.start_buffer(spec, why)) return fail(why);
+  if (!world.set_up(spec, true, {"anglvel", "accel"}, why) || !world.start_buffer(spec, why)) return fail(why);
 
   unsigned long samples = 0;
   std::vector<std::uint8_t> scans(world.scan_bytes() * 64);
