@@ -11,8 +11,8 @@
 #include "apps/commands.hpp"
 #include "apps/live_robot.hpp"
 #include "apps/run_setup.hpp"
-#include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
+#include "hal/platform.hpp"
 #include "hal/scaled_os.hpp"
 #include "hal/silent_board.hpp"
 #include "msg/all.hpp"
@@ -56,7 +56,7 @@ class Play {
     hal::SilentBoard board;
     // The clock is the recorded robot's, as are the stamps in the messages.
     const hal::Time first = robot_time(std::max(query.from, record::recorded_start(reader_)));
-    hal::ScaledOs os(hal::linux_os(), options_.rate, hal::linux_os().now(), first + -kStarts);
+    hal::ScaledOs os(hal::system_os(), options_.rate, hal::system_os().now(), first + -kStarts);
     rt::ConfigureOptions how;
     how.os = &os;
     if (!configure(*prepared_.graph, board, how, run)) return kNotBegun;

@@ -102,7 +102,7 @@ std::optional<Taken> reduced(const msg::Image& image, vision::Luma& luma) {
 /// Both devices for so long; pictures are only kept meanwhile, so that none is missed. False after it was said why not.
 bool watch(hal::Imu& imu, hal::Camera& camera, const CalibrateOptions& o, CameraOffset& offset,
            std::vector<Taken>& pictures) {
-  hal::Os& os = hal::linux_os();
+  hal::Os& os = hal::system_os();
   msg::ImageBuffer image;
   vision::Luma luma(std::size_t{msg::kMaxImageWidth} * msg::kMaxImageHeight);
   const hal::Time begin = os.now();

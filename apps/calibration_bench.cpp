@@ -33,7 +33,7 @@ bool CalibrationBench::open(const CalibrateOptions& o, const std::vector<std::st
   for (const auto& p : problems) std::fprintf(stderr, "%s\n", options.told(p, o.robot).c_str());
   if (!problems.empty()) return false;
   std::string why;
-  auto real = LinuxBoard::open(robot, hal::linux_os(), why);
+  auto real = LinuxBoard::open(robot, hal::system_os(), why);
   if (!real) return fail(why), false;
   board = std::move(*real);
   return true;

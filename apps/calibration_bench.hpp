@@ -10,8 +10,8 @@
 #include "apps/calibration.hpp"
 #include "apps/commands.hpp"
 #include "apps/linux_board.hpp"
-#include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
+#include "hal/platform.hpp"
 
 namespace sinew::app {
 
@@ -50,7 +50,7 @@ class CalibrationBench {
 /// Reads a sensor for so long; false when it stayed silent, failed, or a signal ended it, after that was said.
 template <class M, class Each>
 bool read_for(hal::Sensor<M>& sensor, hal::Duration length, const std::string& name, const Each& each) {
-  hal::Os& os = hal::linux_os();
+  hal::Os& os = hal::system_os();
   const hal::Time begin = os.now();
   hal::Time last = begin;
   std::size_t failed = 0;

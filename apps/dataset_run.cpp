@@ -12,8 +12,8 @@
 #include "apps/run_log.hpp"
 #include "apps/run_summary.hpp"
 #include "apps/tilt_error.hpp"
-#include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
+#include "hal/platform.hpp"
 #include "rt/discrete_executor.hpp"
 #include "rt/real_time_executor.hpp"
 #include "sim_hil/dataset_board.hpp"
@@ -189,7 +189,7 @@ class DatasetRun {
   Prepared& prepared_;
   const RunOptions& options_;
   rt::Graph* graph_ = nullptr;
-  hal::Os& os_ = hal::linux_os();
+  hal::Os& os_ = hal::system_os();
   hal::ManualClock clock_;
   std::unique_ptr<sim_hil::DatasetBoard> board_;
   std::vector<std::string> left_out_;

@@ -8,9 +8,9 @@
 #include "apps/parent.hpp"
 #include "apps/recording.hpp"
 #include "apps/run_summary.hpp"
-#include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
 #include "hal/mixed_board.hpp"
+#include "hal/platform.hpp"
 #include "rt/discrete_executor.hpp"
 #include "rt/real_time_executor.hpp"
 #include "sim_hil/dataset_board.hpp"
@@ -168,7 +168,7 @@ class DeviceRun {
   const RunOptions& options_;
   const Prepared& prepared_;
   rt::Graph& graph_;
-  hal::Os& os_ = hal::linux_os();
+  hal::Os& os_ = hal::system_os();
   hal::ManualClock clock_;
   ParentLine* const parent_;
   hal::EmptyBoard none_;

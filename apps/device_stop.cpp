@@ -6,7 +6,7 @@
 #include "apps/board_rules.hpp"
 #include "drivers/can_stop_line.hpp"
 #include "hal/linux/connectors.hpp"
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 
 namespace sinew::app {
 namespace {
@@ -28,7 +28,7 @@ class DeviceStop final : public hal::StopLine {
     options.name = "stop_line";
     options.stack_bytes = std::size_t{256} * 1024;  // looking up a host takes some
     auto opener =
-        hal::linux_os().start_thread(options, [s = stop.get(), &devices, groups] { s->connect(devices, groups); });
+        hal::system_os().start_thread(options, [s = stop.get(), &devices, groups] { s->connect(devices, groups); });
     if (!opener) {
       warning = std::string("no stop line to the actuators: no thread: ") + opener.error().where;
       return nullptr;
@@ -60,7 +60,7 @@ class DeviceStop final : public hal::StopLine {
   DeviceStop() = default;
   void connect(const drivers::DeviceSpecs& devices, const std::vector<std::string>& groups) {
     std::string why;
-    line_ = drivers::CanStopLine::open(devices, groups, *connectors_, hal::linux_os(), why);
+    line_ = drivers::CanStopLine::open(devices, groups, *connectors_, hal::system_os(), why);
     if (!why.empty() || !line_)
       warning_ = "no stop line to " + (why.empty() ? "the actuators" : why) +
                  ": when the runtime dies, joints there stop by their own time-outs (device_timeout_ms)";
@@ -68,7 +68,7 @@ class DeviceStop final : public hal::StopLine {
   }
   /// Whether it is known what there is; waits a moment for it.
   bool opened() const noexcept {
-    hal::Os& os = hal::linux_os();
+    hal::Os& os = hal::system_os();
     for (const hal::Time end = os.now() + kPatience; !ready_.load(std::memory_order_acquire);) {
       if (os.now() >= end) return false;
       os.sleep_until(os.now() + kLook);
@@ -77,7 +77,7 @@ class DeviceStop final : public hal::StopLine {
   }
 
   // Looked at every few milliseconds anyway: no thread has to watch.
-  std::unique_ptr<hal::Connectors> connectors_ = hal::LinuxConnectors::unwatched(hal::linux_os());
+  std::unique_ptr<hal::Connectors> connectors_ = hal::LinuxConnectors::unwatched(hal::system_os());
   std::unique_ptr<drivers::CanStopLine> line_;  // the opener's until it is ready; so is warning_
   std::string warning_;
   bool late_ = false;  // whoever opened it no longer waits for the warning

@@ -16,7 +16,7 @@
 #include "drivers/can_scan.hpp"
 #include "drivers/joint_keys.hpp"
 #include "hal/linux/connectors.hpp"
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "tap/names.hpp"
 
 namespace sinew::app {
@@ -138,7 +138,7 @@ class DevicesCommand {
 
   bool scan(const Bus& bus, Json& all) {
     std::string why;
-    hal::Os& os = hal::linux_os();
+    hal::Os& os = hal::system_os();
     const auto connectors = hal::LinuxConnectors::unwatched(os);
     auto opened = connectors->can(bus.spec, why);
     const std::string name = bus.name == bus.spec.transport + ":" + bus.spec.address

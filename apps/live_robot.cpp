@@ -3,8 +3,8 @@
 #include <cstdio>
 
 #include "apps/commands.hpp"
-#include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
+#include "hal/platform.hpp"
 
 namespace sinew::app {
 namespace {
@@ -20,7 +20,7 @@ const char* words(const hal::Error& error) {
 std::string to_line(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n"; }
 
 std::optional<LiveRobot> LiveRobot::find(const LiveOptions& options) {
-  hal::Os& os = hal::linux_os();
+  hal::Os& os = hal::system_os();
   const hal::Time give_up = os.now() + hal::Duration{static_cast<std::int64_t>(options.wait_s * 1e9)};
   while (true) {
     std::string why;

@@ -8,10 +8,10 @@
 
 #include "apps/last_seconds.hpp"
 #include "apps/run_folder.hpp"
-#include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
 #include "hal/linux/socket.hpp"
 #include "hal/linux/watchdog.hpp"
+#include "hal/platform.hpp"
 #include "record/run/ring_memory.hpp"
 #include "tap/reader.hpp"
 
@@ -274,7 +274,7 @@ class Parent {
 
   const ParentOptions& options_;
   Supervised& supervised_;
-  hal::Os& os_ = hal::linux_os();
+  hal::Os& os_ = hal::system_os();
   std::unique_ptr<hal::Watchdog> watchdog_;
   std::unique_ptr<hal::Stream> line_;
   std::unique_ptr<hal::ChildProcess> runtime_;

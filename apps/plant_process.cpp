@@ -6,8 +6,8 @@
 #include <fstream>
 
 #include "apps/place.hpp"
-#include "hal/linux/os.hpp"
 #include "hal/linux/socket.hpp"
+#include "hal/platform.hpp"
 
 namespace sinew::app {
 namespace {
@@ -21,7 +21,7 @@ std::unique_ptr<PlantProcess> PlantProcess::open(const PlantRequest& request, st
   std::unique_ptr<PlantProcess> plant(new PlantProcess());
   plant->endpoint_ = request.endpoint;
   if (request.endpoint == "auto" && !plant->start(request, why)) return nullptr;
-  hal::Os& os = hal::linux_os();
+  hal::Os& os = hal::system_os();
   const hal::Time give_up = os.now() + 20s;
   // Across a network the first packets may take their time. A plant of our own is looked at between the tries.
   const hal::Duration patience = request.endpoint.starts_with("tcp:") ? 10s : 1s;
@@ -51,7 +51,7 @@ bool PlantProcess::start(const PlantRequest& request, std::string& why) {
         "where MuJoCo is installed (Debian: libmujoco-dev)";
     return false;
   }
-  const fs::path base = fs::temp_directory_path() / fmt::format("sinew-{}-{}", hal::linux_os().now().ns, request.seed);
+  const fs::path base = fs::temp_directory_path() / fmt::format("sinew-{}-{}", hal::system_os().now().ns, request.seed);
   socket_path_ = base.string() + ".sock";
   log_path_ = base.string() + ".log";
   endpoint_ = "unix:" + socket_path_;

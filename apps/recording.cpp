@@ -13,7 +13,7 @@
 #include "apps/run_folder.hpp"
 #include "apps/run_setup.hpp"
 #include "hal/linux/file.hpp"
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "rt/graph_check.hpp"
 
 namespace sinew::app {
@@ -133,7 +133,7 @@ std::unique_ptr<Recording> Recording::open(const Prepared& prepared, const RunOp
         stderr, "warning: no flight ring: record.ring.megabytes: %g: %.1f or more for what this robot's modules save\n",
         from.ring.megabytes, 1e-6 * static_cast<double>(least) + 0.05);
   } else if (from.ring.enabled) {
-    auto memory = hal::linux_os().shared_memory("sinew-ring", static_cast<std::size_t>(from.ring.megabytes * 1e6));
+    auto memory = hal::system_os().shared_memory("sinew-ring", static_cast<std::size_t>(from.ring.megabytes * 1e6));
     if (!memory) std::fprintf(stderr, "warning: no flight ring: %s\n", error_text(memory.error()).c_str());
     if (memory) made->ring_memory_ = std::move(*memory);
   }

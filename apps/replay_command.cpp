@@ -12,7 +12,7 @@
 #include "apps/number_check.hpp"
 #include "apps/recorded_robot.hpp"
 #include "apps/run_setup.hpp"
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "hal/silent_board.hpp"
 #include "record/run/comparison.hpp"
 #include "record/run/replay.hpp"
@@ -78,12 +78,12 @@ class ReplayRun {
     if (!reader) return kNotBegun;
     std::string why;
     if (!prepare(*reader, why)) return fail(why);
-    const hal::Time begin = hal::linux_os().now();
+    const hal::Time begin = hal::system_os().now();
     const auto report = record::replay(*reader, *graph_, options_, why);
     if (!report) return fail(command_.file + ": " + why);
     progress.reset();
     report_ = *report;
-    wall_s_ = msg::seconds(hal::linux_os().now() - begin);
+    wall_s_ = msg::seconds(hal::system_os().now() - begin);
     for (const auto& m : report_.modules) steps_ += m.steps, messages_ += m.messages;
     return comparison_ ? tell_comparison() : tell();
   }

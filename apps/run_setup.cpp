@@ -12,10 +12,10 @@
 #include "apps/param_value.hpp"
 #include "apps/recording.hpp"
 #include "apps/robot_check.hpp"
-#include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
 #include "hal/linux/run_dir.hpp"
 #include "hal/linux/system_files.hpp"
+#include "hal/platform.hpp"
 
 namespace sinew::app {
 bool configure(rt::Graph& graph, hal::Board& board, const rt::ConfigureOptions& how, const RunOptions& options,
@@ -221,7 +221,7 @@ std::unique_ptr<tap::Server> open_socket(const Prepared& prepared, const RunOpti
                                          tap::RecordDesk* desk, const hal::Clock& clock, std::function<void()> stop,
                                          std::function<std::vector<std::string>()> complaints) {
   if (!prepared.name) return nullptr;
-  auto server = tap::Server::open(*prepared.name, *prepared.graph, runner, hal::linux_os(),
+  auto server = tap::Server::open(*prepared.name, *prepared.graph, runner, hal::system_os(),
                                   {.board = prepared.graph->spec().board,
                                    .virtual_time = options.virtual_time,
                                    .stop = std::move(stop),

@@ -17,10 +17,10 @@
 #include "apps/recording.hpp"
 #include "apps/run_summary.hpp"
 #include "hal/linux/memory.hpp"
-#include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
 #include "hal/linux/socket.hpp"
 #include "hal/mixed_board.hpp"
+#include "hal/platform.hpp"
 #include "hal/scaled_os.hpp"
 #include "rt/discrete_executor.hpp"
 #include "rt/real_time_executor.hpp"
@@ -388,7 +388,7 @@ class SimRun {
   const Prepared& prepared_;
   const RobotFile& robot_;
   rt::Graph& graph_;
-  hal::Os& real_os_ = hal::linux_os();
+  hal::Os& real_os_ = hal::system_os();
   std::optional<hal::ScaledOs> scaled_os_;
   hal::Os& os_;  // the robot's pace
   hal::ManualClock clock_;

@@ -5,8 +5,8 @@
 #include "apps/number_check.hpp"
 #include "apps/status_text.hpp"
 #include "apps/terminal.hpp"
-#include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
+#include "hal/platform.hpp"
 
 namespace sinew::app {
 namespace {
@@ -19,7 +19,7 @@ struct TopOptions : LiveOptions {
 int top(const TopOptions& options) {
   auto robot = LiveRobot::find(options);
   if (!robot) return kNotBegun;
-  hal::Os& os = hal::linux_os();
+  hal::Os& os = hal::system_os();
   const rt::Duration period{static_cast<std::int64_t>(options.period_s * 1e9)};
   const bool redraw = hal::output_is_terminal() && !options.once && !options.json;
   StatusTable table;

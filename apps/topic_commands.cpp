@@ -9,8 +9,8 @@
 #include "apps/number_check.hpp"
 #include "apps/topic_options.hpp"
 #include "apps/topic_reader.hpp"
-#include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
+#include "hal/platform.hpp"
 #include "math/hash.hpp"
 #include "msg/json.hpp"
 
@@ -107,7 +107,7 @@ int echo(const EchoOptions& options) {
   if (!reader->topic().known())
     return fail("this program does not know the message " + reader->topic().type +
                 " (or knows another version): use the " + "one that runs the robot");
-  hal::Os& os = hal::linux_os();
+  hal::Os& os = hal::system_os();
   for (std::uint64_t n = 0; options.count == 0 || n < options.count; ++n) {
     const auto got = reader->next(options.timeout_s > 0 ? os.now() + seconds(options.timeout_s) : hal::kNever);
     if (got == TopicReader::Got::nothing)
@@ -131,11 +131,11 @@ int hz(const HzOptions& options) {
   auto reader = robot ? TopicReader::open(*robot, options.topic) : std::nullopt;
   if (!reader) return kNotBegun;
   RateMeter meter;
-  const hal::Time end = hal::linux_os().now() + seconds(options.seconds);
+  const hal::Time end = hal::system_os().now() + seconds(options.seconds);
   for (auto got = TopicReader::Got::message; got == TopicReader::Got::message;) {
     got = reader->next(end);
     if (got == TopicReader::Got::message) meter.add(reader->header().sequence, reader->header().published);
-    if (hal::linux_os().now() >= end) break;
+    if (hal::system_os().now() >= end) break;
   }
   const TopicRate r = meter.result();
   print_rate(options, r);
@@ -151,7 +151,7 @@ int pub(const PubOptions& options) {
   if (!message.is_object()) return fail("a message is one JSON object, e.g. '{\"range_m\": 1.5}'");
   auto robot = LiveRobot::find(options);
   if (!robot) return kNotBegun;
-  hal::Os& os = hal::linux_os();
+  hal::Os& os = hal::system_os();
   const std::uint64_t count = options.count > 0 ? options.count : options.rate_hz > 0 ? 0 : 1;
   const rt::Duration period = options.rate_hz > 0 ? seconds(1 / options.rate_hz) : rt::Duration{};
   hal::Time next = os.now();

@@ -1,8 +1,8 @@
 #include "apps/topic_reader.hpp"
 
 #include "apps/commands.hpp"
-#include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
+#include "hal/platform.hpp"
 
 namespace sinew::app {
 namespace {
@@ -45,7 +45,7 @@ bool TopicReader::take() {
 }
 
 TopicReader::Got TopicReader::next(hal::Time deadline) {
-  hal::Os& os = hal::linux_os();
+  hal::Os& os = hal::system_os();
   hal::Time heard = os.now();
   while (true) {
     const std::uint32_t bell = robot_->client().bell(index_);

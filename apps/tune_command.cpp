@@ -10,7 +10,7 @@
 #include "apps/number_check.hpp"
 #include "apps/progress.hpp"
 #include "apps/tuning.hpp"
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "rt/parameters.hpp"
 
 namespace sinew::app {
@@ -66,13 +66,13 @@ class TuneRun {
     std::string why;
     if (!tuning_.prepare(command_.task, types, why)) return fail(why);
     const std::size_t replays = tuning_.points().size() * command_.task.files.size();
-    const hal::Time begin = hal::linux_os().now();
+    const hal::Time begin = hal::system_os().now();
     {
       Progress progress("tune");
       progress.expect(replays);
       if (!tuning_.run([&](std::size_t n) { progress.add(n); }, why)) return fail(why);
     }
-    wall_s_ = msg::seconds(hal::linux_os().now() - begin);
+    wall_s_ = msg::seconds(hal::system_os().now() - begin);
     best_ = tuning_.best();
     command_.json ? tell_json() : tell();
     return best_ ? kDone : kFailed;

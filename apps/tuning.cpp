@@ -12,8 +12,8 @@
 #include "apps/param_overlay.hpp"
 #include "apps/recorded_robot.hpp"
 #include "hal/linux/file.hpp"
-#include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
+#include "hal/platform.hpp"
 #include "hal/silent_board.hpp"
 
 namespace sinew::app {
@@ -214,7 +214,7 @@ bool Tuning::run(const std::function<void(std::size_t)>& progress, std::string& 
       if (!failed.exchange(true)) why = words;
     }
   };
-  hal::Os& os = hal::linux_os();
+  hal::Os& os = hal::system_os();
   {
     std::vector<std::unique_ptr<hal::Thread>> threads;
     const std::size_t jobs = std::min<std::size_t>(task_.jobs ? task_.jobs : hal::usable_cpus(), results.size());

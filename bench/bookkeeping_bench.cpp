@@ -5,7 +5,7 @@
 #include <thread>
 
 #include "executor_rig.hpp"
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "pairs.hpp"
 
 namespace sinew::bench {
@@ -34,7 +34,7 @@ class JumpingOs final : public hal::Os {
   hal::Status lock_memory() override { return {}; }
 
  private:
-  hal::Os& os_ = hal::linux_os();
+  hal::Os& os_ = hal::system_os();
   std::int64_t ahead_ns_ = 0;  // of the one thread
 };
 
@@ -49,7 +49,7 @@ class Batches final : public rt::RunObserver {
     before = now;
     if (ns.size() == want) done = true;
   }
-  hal::Os& os = hal::linux_os();
+  hal::Os& os = hal::system_os();
   std::size_t want;
   std::vector<double> ns;
   hal::Time before{};
@@ -87,7 +87,7 @@ int main(int argc, char** argv) {
     periods_of(1, std::strtoul(argv[2], nullptr, 10));
     return 0;
   }
-  hal::Os& os = hal::linux_os();
+  hal::Os& os = hal::system_os();
   std::vector<double> reads;
   for (int i = 0; i < 400; ++i) {
     const hal::Time begin = os.now();

@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "handover_topics.hpp"
 #include "pairs.hpp"
 
@@ -38,7 +38,7 @@ bool measure(const char* name, bool same_thread, bool with_clock, int pairs, dou
   M& floor_message = floor_topic.out.loan();
   Check<M> check;
   Sink* sink = &check;
-  hal::Os& os = hal::linux_os();
+  hal::Os& os = hal::system_os();
   std::int64_t n = 0;
   bool good = true;
   const auto ours = [&] {
@@ -64,7 +64,7 @@ bool measure(const char* name, bool same_thread, bool with_clock, int pairs, dou
 
 /// What one clock read costs, in virtual calls.
 void measure_clock(int pairs) {
-  hal::Os& os = hal::linux_os();
+  hal::Os& os = hal::system_os();
   Small message;
   Check<Small> check;
   Sink* sink = &check;

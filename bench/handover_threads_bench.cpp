@@ -9,7 +9,7 @@
 #include <cstdlib>
 #include <memory>
 
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "handover_topics.hpp"
 #include "pairs.hpp"
 #include "rt/trigger.hpp"
@@ -50,7 +50,7 @@ struct FutexLane {
 
 template <class M>
 struct TopicLane {
-  hal::Os& os = hal::linux_os();
+  hal::Os& os = hal::system_os();
   Topic<M> topic{false};
   rt::Trigger trigger{os};
 
@@ -73,13 +73,13 @@ struct PingPong {
   std::atomic<bool> stop{false};
   bool good = true, echo_good = true;
   std::int64_t n = 0;
-  hal::Os& os = hal::linux_os();
+  hal::Os& os = hal::system_os();
   std::vector<double> single_us;  // every round trip
   std::unique_ptr<hal::Thread> echo;
 
   explicit PingPong(const hal::ThreadOptions& options) {
     single_us.reserve(1 << 20);
-    auto thread = hal::linux_os().start_thread(options, [this] {
+    auto thread = hal::system_os().start_thread(options, [this] {
       for (std::int64_t i = 1;; ++i) {
         const bool whole = there.receive(i);
         if (stop) return;
@@ -133,7 +133,7 @@ int main(int argc, char** argv) {
   options.cpus = {0};
   bool good = true;
   // The measuring thread is one of the two, so it runs with the same options.
-  auto body = hal::linux_os().start_thread(options, [&] {
+  auto body = hal::system_os().start_thread(options, [&] {
     good &= measure<Small>("handover_one_core_64", options, pairs, 1.15);
     good &= measure<msg::Image>("handover_one_core_921600", options, pairs, 1.15);
   });

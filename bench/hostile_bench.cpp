@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <mutex>
 
-#include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
+#include "hal/platform.hpp"
 #include "msg/image.hpp"
 #include "msg/sensors.hpp"
 #include "pairs.hpp"
@@ -115,7 +115,7 @@ int run(int turns) {
   types.add<Eye>("eye");
   rt::Graph graph(robot(), types);
   hal::EmptyBoard board;
-  hal::Os& os = hal::linux_os();
+  hal::Os& os = hal::system_os();
   if (!graph.check({}).empty() || !graph.configure(board, {.os = &os})) return 2;
   Turn turn;
   rt::RealTimeOptions options;

@@ -7,7 +7,7 @@
 
 #include "apps/module_list.hpp"
 #include "apps/robot_file.hpp"
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "hal/silent_board.hpp"
 #include "rt/graph.hpp"
 #include "rt/saved_state.hpp"
@@ -22,9 +22,9 @@ template <class Work>
 double best_ns(const Work& work) {
   double best = 1e18;
   for (int b = 0; b < kBatches; ++b) {
-    const hal::Time before = hal::linux_os().now();
+    const hal::Time before = hal::system_os().now();
     for (int i = 0; i < kBatch; ++i) work();
-    best = std::min(best, static_cast<double>((hal::linux_os().now() - before).count()) / kBatch);
+    best = std::min(best, static_cast<double>((hal::system_os().now() - before).count()) / kBatch);
   }
   return best;
 }

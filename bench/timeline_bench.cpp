@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "rt/timeline.hpp"
 #include "rt/zone.hpp"
 
@@ -38,7 +38,7 @@ double ns_each(hal::Os& os, int n, Body&& body) {
 }
 
 void measure() {
-  hal::Os& os = hal::linux_os();
+  hal::Os& os = hal::system_os();
   rt::TimelineRing ring(8192, rt::Time{0});
   rt::ZoneLog log{ring, os, 0};
   math::Random random(1, 2, 3);

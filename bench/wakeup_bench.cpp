@@ -9,8 +9,8 @@
 #include <thread>
 
 #include "executor_rig.hpp"
-#include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
+#include "hal/platform.hpp"
 #include "pairs.hpp"
 
 namespace sinew::bench {
@@ -54,7 +54,7 @@ Window ours(bool precise) {
   spec.cpus = last_cpu();
   spec.precise = precise;
   const auto graph = one_thread(spec);
-  hal::Os& os = hal::linux_os();
+  hal::Os& os = hal::system_os();
   Lateness lateness;
   rt::RealTimeOptions options;
   options.runner.observer = &lateness;
@@ -83,7 +83,7 @@ std::vector<double> bare() {
     clock_gettime(CLOCK_MONOTONIC, &t);
     return std::int64_t{t.tv_sec} * 1'000'000'000 + t.tv_nsec;
   };
-  auto thread = hal::linux_os().start_thread(options, [&] {
+  auto thread = hal::system_os().start_thread(options, [&] {
     std::int64_t next = clock_ns() + 2'000'000;
     for (int i = 0; i < kWindow; ++i, next += 1'000'000) {
       const timespec t{next / 1'000'000'000, next % 1'000'000'000};
@@ -170,7 +170,7 @@ bool measure(const std::string& machine, int pairs) {
 
 int run(int pairs) {
   mlockall(MCL_CURRENT | MCL_FUTURE);
-  const auto awake = hal::linux_os().keep_awake();  // for the bare loop too
+  const auto awake = hal::system_os().keep_awake();  // for the bare loop too
   bool good = measure("idle", pairs);
   const Load load;
   return measure("loaded", pairs) && good ? 0 : 1;

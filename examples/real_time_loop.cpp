@@ -1,7 +1,7 @@
 // A loop of 1 kHz in real time for half a second, with its statistics: the shortest main() around a graph.
 #include <cstdio>
 
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "msg/sensors.hpp"
 #include "rt/real_time_executor.hpp"
 
@@ -27,7 +27,7 @@ int main() {
   hal::EmptyBoard board;
   if (!graph.check().empty() || !graph.configure(board)) return 1;
 
-  hal::Os& os = hal::linux_os();
+  hal::Os& os = hal::system_os();
   rt::RealTimeExecutor executor(graph, os);
   if (!executor.start()) return 1;
   for (const auto& line : executor.shortfalls()) std::printf("not granted: %s\n", line.c_str());

@@ -10,6 +10,7 @@
 
 namespace sinew::hal {
 
+/// On Linux CLOCK_MONOTONIC, SCHED_FIFO, private futexes, memfd; on Windows those of its calls that CE has.
 /// Thread: any.
 Os& system_os();
 

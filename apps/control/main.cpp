@@ -12,8 +12,8 @@
 #include "control/mixer.hpp"
 #include "drivers/sensor_source.hpp"
 #include "hal/linux/memory.hpp"
-#include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
+#include "hal/platform.hpp"
 #include "hal/scaled_os.hpp"
 #include "rt/real_time_executor.hpp"
 
@@ -111,12 +111,12 @@ int main(int count, char** words) {
   for (const rt::Problem& p : problems) std::fprintf(stderr, "%s\n", rt::to_string(p, "main.cpp").c_str());
   if (!problems.empty()) return 2;
 
-  hal::ScaledOs os(hal::linux_os(), rate);
+  hal::ScaledOs os(hal::system_os(), rate);
   app::Stand stand(os, kStartTilt_rad);
   if (const auto ready = graph.configure(stand); !ready) return fail(ready.error());
   rt::RealTimeExecutor executor(graph, os);
   if (const auto started = executor.start(); !started) return fail(started.error());
-  const hal::Time ready = hal::linux_os().now();
+  const hal::Time ready = hal::system_os().now();
   for (const auto& line : executor.shortfalls()) std::printf("not granted: %s\n", line.c_str());
   os.sleep_until(executor.started_at() + rt::Duration{static_cast<std::int64_t>(run_for_s * 1e9)});
   const hal::MemoryUse memory = hal::memory_use();

@@ -13,7 +13,7 @@
 #include "apps/plant_process.hpp"
 #include "apps/search/schedule_check.hpp"
 #include "apps/search/watched_board.hpp"
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "rt/discrete_executor.hpp"
 #include "rt/latch.hpp"
 #include "sim_hil/sim_board.hpp"
@@ -118,7 +118,7 @@ class CaseFlight final : private rt::RunObserver, private hal::GrantSource {
     options.duration = settings_.limits.run;
     options.hash_topics = true;
     options.observer = this;
-    options.os = &hal::linux_os();
+    options.os = &hal::system_os();
     hal::GrantSource& grants = *this;
     executor_ = std::make_unique<rt::DiscreteExecutor>(*graph_, clock_, grants, options);
     misses_.assign(graph_->chains().size(), 0);

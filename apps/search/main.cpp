@@ -13,7 +13,7 @@
 #include "apps/search/pool.hpp"
 #include "apps/search/shrink.hpp"
 #include "apps/search/summary.hpp"
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 
 namespace {
 
@@ -150,7 +150,7 @@ class Search {
               hal::Duration{static_cast<std::int64_t>(o.patience_s * 1e9)}) {}
 
   int run() {
-    hal::Os& os = hal::linux_os();
+    hal::Os& os = hal::system_os();
     const hal::Time begin = os.now();
     plan();
     const bool through = pool_.run(cases_, [&](std::size_t i, const Result& r) { return take(i, r); });

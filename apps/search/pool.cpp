@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "apps/search/outcome_text.hpp"
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 
 namespace sinew::search {
 namespace {
@@ -36,7 +36,7 @@ struct Pool::Job {
 };
 
 std::unique_ptr<Pool::Job> Pool::start(const Case& c) {
-  hal::Os& os = hal::linux_os();
+  hal::Os& os = hal::system_os();
   auto job = std::make_unique<Job>();
   job->log = (fs::temp_directory_path() / fmt::format("sinew-fuzz-{}-{}.log", os.now().ns, runs_)).string();
   job->give_up = os.now() + patience_;
@@ -55,7 +55,7 @@ std::unique_ptr<Pool::Job> Pool::start(const Case& c) {
 bool Pool::collect(Job& job) {
   if (job.result) return true;
   const auto code = job.child->poll();
-  if (!code && hal::linux_os().now() > job.give_up) {
+  if (!code && hal::system_os().now() > job.give_up) {
     job.result = violated("end", fmt::format("the process hangs: no outcome within {:.0f} s", msg::seconds(patience_)));
     job.child.reset();
     return true;
@@ -78,7 +78,7 @@ bool Pool::collect(Job& job) {
 }
 
 bool Pool::run(const std::vector<Case>& cases, const std::function<bool(std::size_t, const Result&)>& done) {
-  hal::Os& os = hal::linux_os();
+  hal::Os& os = hal::system_os();
   std::vector<std::unique_ptr<Job>> jobs;  // from `told` on, in the order of the cases
   std::size_t told = 0, next = 0;
   while (told < cases.size()) {

@@ -14,7 +14,7 @@
 #include <optional>
 
 #include "hal/linux/open_error.hpp"
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 
 namespace sinew::hal {
 namespace {
@@ -42,7 +42,8 @@ class LinuxGpio final : public Gpio {
   Result<Time> wait_edge(Time deadline) noexcept override {
     if (!edges_) return Error{Errc::not_supported, "gpio: the line was opened without edges"};
     pollfd waiting{fd_, POLLIN, 0};
-    const std::int64_t left = deadline == kNever ? 0 : std::max<std::int64_t>(0, (deadline - linux_os().now()).count());
+    const std::int64_t left =
+        deadline == kNever ? 0 : std::max<std::int64_t>(0, (deadline - system_os().now()).count());
     const timespec limit{static_cast<time_t>(left / 1'000'000'000), static_cast<long>(left % 1'000'000'000)};
     const int n = ::ppoll(&waiting, 1, deadline == kNever ? nullptr : &limit, nullptr);
     if (n < 0 && errno != EINTR) return failed("gpio: poll");

@@ -1,4 +1,4 @@
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 
 #include <alloca.h>
 #include <fcntl.h>
@@ -19,7 +19,6 @@
 #include "hal/linux/futex.hpp"
 #include "hal/linux/memory.hpp"
 #include "hal/linux/shared_memory.hpp"
-#include "hal/platform.hpp"
 
 namespace sinew::hal {
 namespace {
@@ -202,11 +201,9 @@ class LinuxOs final : public Os {
 
 }  // namespace
 
-Os& linux_os() {
+Os& system_os() {
   static LinuxOs os;
   return os;
 }
-
-Os& system_os() { return linux_os(); }
 
 }  // namespace sinew::hal

@@ -74,7 +74,7 @@ struct ProcessUse {
 };
 ProcessUse process_use();
 
-/// When this process was started, before its first instruction, on linux_os()'s clock; to 10 ms, as the kernel tells
+/// When this process was started, before its first instruction, on system_os()'s clock; to 10 ms, as the kernel tells
 /// it. Nothing when the kernel does not.
 std::optional<Time> process_start();
 

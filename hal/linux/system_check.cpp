@@ -4,7 +4,7 @@
 #include <charconv>
 #include <ctime>
 
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 
 namespace sinew::hal {
 namespace {
@@ -122,7 +122,7 @@ bool fifo_is_refused(int priority) {
   options.name = "doctor";
   options.fifo_priority = priority;
   options.stack_bytes = 16 * 1024;
-  const auto thread = linux_os().start_thread(options, [] {});
+  const auto thread = system_os().start_thread(options, [] {});
   return !thread || !(*thread)->shortfall().empty();
 }
 

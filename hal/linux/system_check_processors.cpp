@@ -4,8 +4,8 @@
 #include <cstdlib>
 #include <sstream>
 
-#include "hal/linux/os.hpp"
 #include "hal/linux/system_check.hpp"
+#include "hal/platform.hpp"
 
 namespace sinew::hal {
 namespace {
@@ -33,7 +33,7 @@ bool can_be_tied_to(const std::vector<int>& cpus) {
   options.name = "doctor";
   options.cpus = cpus;
   options.stack_bytes = 16 * 1024;
-  const auto thread = linux_os().start_thread(options, [] {});
+  const auto thread = system_os().start_thread(options, [] {});
   return thread && (*thread)->shortfall().empty();
 }
 

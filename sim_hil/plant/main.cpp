@@ -2,9 +2,9 @@
 #include <cstdio>
 #include <fstream>
 
-#include "hal/linux/os.hpp"
 #include "hal/linux/process.hpp"
 #include "hal/linux/socket.hpp"
+#include "hal/platform.hpp"
 #include "sim_hil/plant/render_test.hpp"
 #include "sim_hil/plant/session.hpp"
 #include "sim_hil/plant/sim_options.hpp"
@@ -76,7 +76,7 @@ int run_alone(const plant::SimOptions& s, hal::Os& os, plant::WireDevices& wire)
 }
 
 int serve(plant::SimOptions& s) {
-  hal::Os& os = hal::linux_os();
+  hal::Os& os = hal::system_os();
   plant::WireDevices wire;
   if (!plant::open_wire(s, os, wire)) return 1;
   if (s.alone) return run_alone(s, os, wire);

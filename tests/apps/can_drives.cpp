@@ -15,8 +15,8 @@
 #include <sstream>
 
 #include "hal/linux/can.hpp"
-#include "hal/linux/os.hpp"
 #include "hal/linux/socket.hpp"
+#include "hal/platform.hpp"
 #include "sim_hil/wire/sim_cia402.hpp"
 #include "sim_hil/wire/sim_dronecan.hpp"
 #include "sim_hil/wire/sim_impedance.hpp"
@@ -105,7 +105,7 @@ struct Drives {
 int main(int argc, char** argv) {
   const std::string address = argc > 1 ? argv[1] : "";
   const auto colon = address.find(':');
-  hal::Os& os = hal::linux_os();
+  hal::Os& os = hal::system_os();
   auto watch = hal::FdWatch::start(os, {"drives", 0, {}, std::size_t{64} * 1024, 0});
   std::string why;
   const hal::CanSpec spec{address.substr(0, colon), colon == std::string::npos ? "" : address.substr(colon + 1)};

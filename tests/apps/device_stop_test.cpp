@@ -5,8 +5,8 @@
 
 #include <atomic>
 
-#include "hal/linux/os.hpp"
 #include "hal/linux/socket.hpp"
+#include "hal/platform.hpp"
 #include "sim_hil/wire/sim_cia402.hpp"
 #include "sim_hil/wire/socketcand_server.hpp"
 
@@ -16,7 +16,7 @@ namespace {
 using namespace std::chrono_literals;
 using ::testing::HasSubstr;
 
-hal::Os& os() { return hal::linux_os(); }
+hal::Os& os() { return hal::system_os(); }
 
 class DeviceStopTest : public ::testing::Test {
  protected:

@@ -11,7 +11,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "msg/actuators.hpp"
 #include "rt/commit.hpp"
 #include "rt/segment.hpp"
@@ -44,7 +44,7 @@ class SmallRuntime {
     rt::SegmentPlan plan;
     const auto writer = plan.add_writer("guardian");
     plan.add_topic(writer, {.name = "guardian.motors", .type = &msg::type_info<msg::GuardianState>(), .history = 64});
-    auto memory = hal::linux_os().shared_memory("sinew", plan.bytes());
+    auto memory = hal::system_os().shared_memory("sinew", plan.bytes());
     memory_ = std::move(*memory);
     segment_ = std::make_unique<rt::Segment>(plan, *memory_);
     commit_ = std::make_unique<rt::Commit>(*segment_, writer);
@@ -54,8 +54,8 @@ class SmallRuntime {
   void commit(int times) {
     for (int i = 0; i < times; ++i) {
       state_.loan().fault_events = ++events_;
-      static_cast<void>(commit_->commit({hal::linux_os().now()}));
-      hal::linux_os().sleep_until(hal::linux_os().now() + 5ms);
+      static_cast<void>(commit_->commit({hal::system_os().now()}));
+      hal::system_os().sleep_until(hal::system_os().now() + 5ms);
     }
   }
 

@@ -4,9 +4,9 @@
 #include <cerrno>
 
 #include "hal/linux/libcamera_plugin.hpp"
-#include "hal/linux/os.hpp"
 #include "hal/linux/v4l2_camera.hpp"
 #include "hal/linux/v4l2_sim.hpp"
+#include "hal/platform.hpp"
 #include "msg/image_buffer.hpp"
 #include "rig.hpp"
 

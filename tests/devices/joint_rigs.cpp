@@ -2,7 +2,7 @@
 #include <cerrno>
 
 #include "hal/linux/can.hpp"
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "rig.hpp"
 #include "sim_hil/wire/memory_can.hpp"
 #include "sim_hil/wire/sim_cia402.hpp"
@@ -63,7 +63,7 @@ class JointRig final : public Rig {
       if (!real_socket_) return std::unique_ptr<hal::CanBus>(std::make_unique<Port>(wire_.attach()));
       hal::ThreadOptions options;
       options.name = "watch";
-      auto watch = hal::FdWatch::start(hal::linux_os(), options);
+      auto watch = hal::FdWatch::start(hal::system_os(), options);
       if (!watch) return watch.error();
       return hal::open_can(spec, os, *watch, why);
     };

@@ -12,9 +12,9 @@
 
 #include "drivers/device_board.hpp"
 #include "drivers/driver_list.hpp"
-#include "hal/linux/os.hpp"
 #include "hal/linux/v4l2_camera.hpp"
 #include "hal/linux/v4l2_sim.hpp"
+#include "hal/platform.hpp"
 #include "hal/silent_board.hpp"
 #include "rt/module_rig.hpp"
 
@@ -27,10 +27,10 @@ using ::testing::HasSubstr;
 constexpr std::uint32_t kWidth = 320, kHeight = 240;
 
 bool eventually(const std::function<bool()>& holds) {
-  const hal::Time deadline = hal::linux_os().now() + 10s;
+  const hal::Time deadline = hal::system_os().now() + 10s;
   while (!holds()) {
-    if (hal::linux_os().now() >= deadline) return false;
-    hal::linux_os().sleep_until(hal::linux_os().now() + 1ms);
+    if (hal::system_os().now() >= deadline) return false;
+    hal::system_os().sleep_until(hal::system_os().now() + 1ms);
   }
   return true;
 }
@@ -45,7 +45,7 @@ class CameraBoard final : public hal::EmptyBoard {
     spec.memory = memory;
     spec.path = "/dev/video0", spec.width = kWidth, spec.height = kHeight;
     std::string why;
-    auto opened = hal::V4l2Camera::open(sim, spec, hal::linux_os(), nullptr, {}, why);
+    auto opened = hal::V4l2Camera::open(sim, spec, hal::system_os(), nullptr, {}, why);
     EXPECT_TRUE(opened) << why;
     if (opened) device = std::move(*opened);
   }

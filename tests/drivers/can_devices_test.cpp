@@ -6,7 +6,7 @@
 
 #include "drivers/can_servos.hpp"
 #include "drivers/driver_list.hpp"
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "no_connectors.hpp"
 #include "sim_hil/wire/memory_can.hpp"
 #include "sim_hil/wire/sim_cia402.hpp"
@@ -27,7 +27,7 @@ class MemoryConnectors final : public test::NoConnectors {
     opened = spec;
     return std::unique_ptr<hal::CanBus>(std::make_unique<Port>(wire.attach()));
   }
-  sim_hil::MemoryCan wire{1'000'000, &hal::linux_os()};
+  sim_hil::MemoryCan wire{1'000'000, &hal::system_os()};
   hal::CanSpec opened;
 
  private:
@@ -99,12 +99,12 @@ TEST(CanDevices, RobotFileMakesJointsThatFollow) {
   std::atomic<bool> stop{false};
   std::thread world([&] {
     while (!stop) {
-      sims.poll(hal::linux_os().now());
-      hal::linux_os().sleep_until(hal::linux_os().now() + 1ms);
+      sims.poll(hal::system_os().now());
+      hal::system_os().sleep_until(hal::system_os().now() + 1ms);
     }
   });
   {
-    DeviceBoard board(specs, all_drivers(), connectors, hal::linux_os());
+    DeviceBoard board(specs, all_drivers(), connectors, hal::system_os());
     auto actuators = board.actuators("head");
     auto joints = board.sensor<msg::JointState>("joints");
     ASSERT_TRUE(actuators) << board.problem();
@@ -116,13 +116,13 @@ TEST(CanDevices, RobotFileMakesJointsThatFollow) {
     command.count = 2, command.armed = 1;
     command.value[0] = 0.5, command.value[1] = -0.4;
     msg::JointState state;
-    const hal::Time deadline = hal::linux_os().now() + 20s;
+    const hal::Time deadline = hal::system_os().now() + 20s;
     const auto near = [&] {
       return std::abs(state.position_rad[0] - 0.5) < 0.02 && std::abs(state.position_rad[1] + 0.4) < 0.02;
     };
-    while (!(state.ready == 3 && near()) && hal::linux_os().now() < deadline) {
+    while (!(state.ready == 3 && near()) && hal::system_os().now() < deadline) {
       ASSERT_TRUE((*actuators)->write(command, 500ms));
-      hal::linux_os().sleep_until(hal::linux_os().now() + 5ms);
+      hal::system_os().sleep_until(hal::system_os().now() + 5ms);
       while (true) {
         const auto got = (*joints)->read(state);
         if (!got || !*got) break;
@@ -203,7 +203,7 @@ TEST(CanDevices, DronecanJointsHaveTheirPlaceAndAnswerOftenEnough) {
 TEST(CanDevices, WhyABusCannotBeOpenedIsSaidOnceWhoeverAsksFirst) {
   for (const bool joints_first : {false, true}) {
     test::NoConnectors connectors;
-    DeviceBoard board(head(), all_drivers(), connectors, hal::linux_os());
+    DeviceBoard board(head(), all_drivers(), connectors, hal::system_os());
     if (joints_first) static_cast<void>(board.sensor<msg::JointState>("joints"));
     EXPECT_FALSE(board.actuators("head"));
     EXPECT_FALSE(board.sensor<msg::JointState>("joints"));
@@ -220,12 +220,12 @@ TEST(CanDevices, BusThatCannotCarryItsJointsDoesNotStart) {
   class SlowWire final : public test::NoConnectors {
    public:
     hal::Result<std::unique_ptr<hal::CanBus>> can(const hal::CanSpec& spec, std::string&) override {
-      wire = std::make_unique<sim_hil::MemoryCan>(spec.bit_rate, &hal::linux_os());
+      wire = std::make_unique<sim_hil::MemoryCan>(spec.bit_rate, &hal::system_os());
       return std::unique_ptr<hal::CanBus>(std::make_unique<sim_hil::MemoryCanPort>(*wire));
     }
     std::unique_ptr<sim_hil::MemoryCan> wire;
   } connectors;
-  DeviceBoard board(specs, all_drivers(), connectors, hal::linux_os());
+  DeviceBoard board(specs, all_drivers(), connectors, hal::system_os());
   ASSERT_TRUE(board.actuators("head")) << board.problem();
   const hal::Status started = board.start();
   ASSERT_FALSE(started);

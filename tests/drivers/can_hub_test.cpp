@@ -2,7 +2,7 @@
 #include "drivers/can_hub.hpp"
 
 #include "drivers/dronecan_servo.hpp"
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "servo_rig.hpp"
 
 namespace sinew::drivers {
@@ -96,7 +96,7 @@ class NarrowBus final : public hal::CanBus {
 };
 
 TEST(CanHub, FarewellsAllGoOutThroughAQueueThatIsTooShortForThem) {
-  hal::Os& os = hal::linux_os();
+  hal::Os& os = hal::system_os();
   NarrowBus bus(os);
   ServoGroup group(os, "arm");
   CanHubConfig config{.name = "can0", .tick_hz = 50};

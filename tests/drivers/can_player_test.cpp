@@ -100,11 +100,11 @@ TEST(CanPlayer, LogReachesAnotherProgramsSocket) {
   hal::CanSpec spec;
   spec.transport = "udp", spec.address = std::to_string(getpid() % 255 + 1);
   std::string why;
-  auto bus = hal::open_can(spec, hal::linux_os(), watch, why), ear = hal::open_can(spec, hal::linux_os(), watch, why);
+  auto bus = hal::open_can(spec, hal::system_os(), watch, why), ear = hal::open_can(spec, hal::system_os(), watch, why);
   ASSERT_TRUE(bus && ear) << why;
   CanPlayer player = opened(kLog);
-  for (Time next = hal::linux_os().now(); next != hal::kNever; next = player.step(hal::linux_os().now(), **bus))
-    hal::linux_os().sleep_until(next);
+  for (Time next = hal::system_os().now(); next != hal::kNever; next = player.step(hal::system_os().now(), **bus))
+    hal::system_os().sleep_until(next);
   EXPECT_EQ(player.stats().sent, 5u);
   EXPECT_EQ(player.stats().refused, 1u) << "UDP has no remote frames";
   std::vector<std::uint32_t> ids;

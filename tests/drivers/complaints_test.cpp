@@ -7,7 +7,7 @@
 
 #include "drivers/driver_list.hpp"
 #include "drivers/joint_words.hpp"
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "hal/sensor_queue.hpp"
 #include "no_connectors.hpp"
 #include "sim_hil/wire/memory_can.hpp"
@@ -73,7 +73,7 @@ class TalkingConnectors final : public test::NoConnectors {
     why = warning;
     return std::unique_ptr<hal::CanBus>(std::make_unique<Port>(wire.attach(), *this));
   }
-  sim_hil::MemoryCan wire{1'000'000, &hal::linux_os()};
+  sim_hil::MemoryCan wire{1'000'000, &hal::system_os()};
   std::string warning;
   hal::TroubleText trouble;
   std::atomic<hal::CanState> state{hal::CanState::active};
@@ -136,7 +136,7 @@ class PoorOs final : public hal::Os {
     std::unique_ptr<hal::Thread> thread_;
     const std::string shortfall_;
   };
-  hal::Os& os_ = hal::linux_os();
+  hal::Os& os_ = hal::system_os();
 };
 
 using Keys = std::map<std::string, rt::ParamValue>;
@@ -165,10 +165,10 @@ DeviceSpecs head() {
 }
 
 bool eventually(const std::function<bool()>& holds) {
-  const hal::Time deadline = hal::linux_os().now() + 20s;
+  const hal::Time deadline = hal::system_os().now() + 20s;
   while (!holds()) {
-    if (hal::linux_os().now() > deadline) return false;
-    hal::linux_os().sleep_until(hal::linux_os().now() + 5ms);
+    if (hal::system_os().now() > deadline) return false;
+    hal::system_os().sleep_until(hal::system_os().now() + 5ms);
   }
   return true;
 }
@@ -181,12 +181,12 @@ TEST(Complaints, AJointThatIsMissingIsNamedWithItsProtocolNumberAndBus) {
   std::atomic<bool> stop{false};
   std::thread world([&] {
     while (!stop) {
-      sims.poll(hal::linux_os().now());
-      hal::linux_os().sleep_until(hal::linux_os().now() + 1ms);
+      sims.poll(hal::system_os().now());
+      hal::system_os().sleep_until(hal::system_os().now() + 1ms);
     }
   });
   {
-    DeviceBoard board(head(), all_drivers(), connectors, hal::linux_os());
+    DeviceBoard board(head(), all_drivers(), connectors, hal::system_os());
     auto joints = board.sensor<msg::JointState>("head");
     ASSERT_TRUE(joints) << board.problem();
     EXPECT_THAT(board.complaints(), IsEmpty()) << "nobody is missed before the bus runs";
@@ -215,14 +215,14 @@ TEST(Complaints, ADriveThatIsInFaultAgainEachTimeItIsEnabledIsToldToRefuse) {
   std::atomic<bool> stop{false}, breaks{true};
   std::thread world([&] {
     while (!stop) {
-      sims.poll(hal::linux_os().now());
+      sims.poll(hal::system_os().now());
       if (breaks && bad.live()) bad.fail(0x8130);  // it misses a heartbeat that it looks for too closely
-      hal::linux_os().sleep_until(hal::linux_os().now() + 1ms);
+      hal::system_os().sleep_until(hal::system_os().now() + 1ms);
     }
   });
   static_cast<void>(good);
   {
-    DeviceBoard board(head(), all_drivers(), connectors, hal::linux_os());
+    DeviceBoard board(head(), all_drivers(), connectors, hal::system_os());
     auto actuators = board.actuators("head");
     ASSERT_TRUE(actuators) << board.problem();
     ASSERT_TRUE(board.start()) << board.problem();
@@ -248,7 +248,7 @@ TEST(Complaints, ADriveThatIsInFaultAgainEachTimeItIsEnabledIsToldToRefuse) {
 TEST(Complaints, OfABusReachTheBoardAndGoWhenItIsWell) {
   TalkingConnectors connectors;
   connectors.warning = "can0: the interface is down: 'ip link set can0 up'";
-  DeviceBoard board(head(), all_drivers(), connectors, hal::linux_os());
+  DeviceBoard board(head(), all_drivers(), connectors, hal::system_os());
   ASSERT_TRUE(board.actuators("head")) << board.problem();
   EXPECT_THAT(board.warnings(), ElementsAre("bus 'can0': can0: the interface is down: 'ip link set can0 up'"));
   connectors.trouble.set("can0: the interface is down: 'ip link set can0 up'");

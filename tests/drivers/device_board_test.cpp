@@ -4,7 +4,7 @@
 
 #include "drivers/calibrated_imu.hpp"
 #include "drivers/driver_list.hpp"
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "no_connectors.hpp"
 
 namespace sinew::drivers {
@@ -87,7 +87,7 @@ TEST(DeviceBoard, OpensADeviceOnceAndOnlyWhenAskedFor) {
   specs.devices = {device("imu", "fixed", 0), device("spare", "fixed", 0)};
   ASSERT_THAT(texts(specs), IsEmpty());
   test::NoConnectors connectors;
-  DeviceBoard board(specs, kDrivers, connectors, hal::linux_os());
+  DeviceBoard board(specs, kDrivers, connectors, hal::system_os());
   EXPECT_EQ(opened, 0);
   const auto first = board.sensor<msg::ImuSample>("imu"), again = board.sensor<msg::ImuSample>("imu");
   ASSERT_TRUE(first);
@@ -99,7 +99,7 @@ TEST(DeviceBoard, SaysWhatIsWrongWithWhatIsOpenAndOnlyAsLongAsItIs) {
   DeviceSpecs specs;
   specs.devices = {device("imu", "fixed", 0), device("spare", "fixed", 0)};
   test::NoConnectors connectors;
-  DeviceBoard board(specs, kDrivers, connectors, hal::linux_os());
+  DeviceBoard board(specs, kDrivers, connectors, hal::system_os());
   ASSERT_TRUE(board.sensor<msg::ImuSample>("imu"));
   EXPECT_THAT(board.complaints(), IsEmpty());
   FixedImu::wrong = "imu: /dev/i2c-1: repeats itself";
@@ -112,7 +112,7 @@ TEST(DeviceBoard, SaysInWordsWhatItCannotGive) {
   DeviceSpecs specs;
   specs.devices = {device("imu", "fixed", 0), device("range", "absent", 0)};
   test::NoConnectors connectors;
-  DeviceBoard board(specs, kDrivers, connectors, hal::linux_os());
+  DeviceBoard board(specs, kDrivers, connectors, hal::system_os());
   EXPECT_EQ(board.sensor<msg::BaroSample>("baro").error().code, hal::Errc::not_found);
   EXPECT_EQ(board.problem(), "device 'baro': the robot file has no [device.baro]; it has: imu, range");
   EXPECT_EQ(board.sensor<msg::BaroSample>("imu").error().code, hal::Errc::not_found);
@@ -150,7 +150,7 @@ NotingConnectors asked(const DeviceSpec& spec) {
   DeviceSpecs specs;
   specs.devices = {spec};
   EXPECT_THAT(check_devices(specs, all_drivers()), IsEmpty());
-  DeviceBoard board(specs, all_drivers(), connectors, hal::linux_os());
+  DeviceBoard board(specs, all_drivers(), connectors, hal::system_os());
   static_cast<void>(board.open_sensor(hal::SensorKind::rc, spec.name));
   return connectors;
 }

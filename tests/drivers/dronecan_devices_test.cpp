@@ -12,7 +12,7 @@
 #include "drivers/device_board.hpp"
 #include "drivers/driver_list.hpp"
 #include "hal/linux/connectors.hpp"
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "qemu_user.hpp"
 #include "sim_hil/wire/sim_dronecan.hpp"
 
@@ -80,9 +80,9 @@ class Nodes {
       while (!stop_) {
         {
           const std::lock_guard lock(mutex_);
-          sims_.poll(hal::linux_os().now());
+          sims_.poll(hal::system_os().now());
         }
-        hal::linux_os().sleep_until(hal::linux_os().now() + 1ms);
+        hal::system_os().sleep_until(hal::system_os().now() + 1ms);
       }
     });
   }
@@ -119,7 +119,7 @@ class DronecanDevices : public testing::Test {
   void SetUp() override {
     SINEW_SKIP_UNDER_QEMU_USER("IP_MULTICAST_ALL");
     std::string why;
-    auto opened = hal::LinuxConnectors::open(hal::linux_os(), why);
+    auto opened = hal::LinuxConnectors::open(hal::system_os(), why);
     ASSERT_TRUE(opened) << why;
     connectors = std::move(*opened);
     hal::CanSpec spec{"udp", address()};
@@ -130,7 +130,7 @@ class DronecanDevices : public testing::Test {
     ear = std::move(*third);
     specs = head();
     for (const auto& p : check_devices(specs, all_drivers())) ADD_FAILURE() << rt::to_string(p, "r.toml");
-    board = std::make_unique<DeviceBoard>(specs, all_drivers(), *connectors, hal::linux_os());
+    board = std::make_unique<DeviceBoard>(specs, all_drivers(), *connectors, hal::system_os());
     auto group = board->actuators("head");
     auto sensor = board->sensor<msg::JointState>("head");
     ASSERT_TRUE(group && sensor) << board->problem();
@@ -146,9 +146,9 @@ class DronecanDevices : public testing::Test {
   }
   /// Commands until it holds, at most 30 s.
   bool until(const std::function<bool()>& holds) {
-    for (const hal::Time end = hal::linux_os().now() + 30s; hal::linux_os().now() < end;) {
+    for (const hal::Time end = hal::system_os().now() + 30s; hal::system_os().now() < end;) {
       EXPECT_TRUE(actuators->write(command, 5s));
-      hal::linux_os().sleep_until(hal::linux_os().now() + 5ms);
+      hal::system_os().sleep_until(hal::system_os().now() + 5ms);
       for (auto got = joints->read(state); got && *got; got = joints->read(state)) {
       }
       if (holds()) return true;
@@ -255,13 +255,13 @@ TEST_F(DronecanDevices, HotEscIsDeratedAndSaysSo) {
 TEST_F(DronecanDevices, WhenCommandsEndTheBusIsDisarmed) {
   ASSERT_TRUE(until([this] { return all_follow(); }));
   ASSERT_TRUE(actuators->stop());
-  const hal::Time end = hal::linux_os().now() + 30s;
+  const hal::Time end = hal::system_os().now() + 30s;
   const auto any_live = [this] {
     bool live = false;
     for (std::size_t i = 0; i < 5; ++i) live = nodes->at(i, [](auto& s) { return s.live(); }) || live;
     return live;
   };
-  while (any_live() && hal::linux_os().now() < end) hal::linux_os().sleep_until(hal::linux_os().now() + 1ms);
+  while (any_live() && hal::system_os().now() < end) hal::system_os().sleep_until(hal::system_os().now() + 1ms);
   EXPECT_FALSE(any_live());
 }
 

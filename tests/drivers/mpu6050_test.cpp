@@ -9,7 +9,7 @@
 
 #include "bench_os.hpp"
 #include "hal/linux/i2c.hpp"
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "sim_hil/wire/sim_imu_chips.hpp"
 
 namespace sinew::drivers {
@@ -246,7 +246,7 @@ class Mpu6050Sensor : public Mpu6050Test {
     options.retry_first = 2ms;
     options.retry_most = 10ms;
     options.silent_after = 100ms;
-    auto& real = hal::linux_os();
+    auto& real = hal::system_os();
     auto sensor =
         Sensor::start(real, std::make_unique<Mpu6050>(real, std::make_unique<I2cRegisters>(bus, 0x68), Mpu6050Config{}),
                       options, why);
@@ -254,7 +254,7 @@ class Mpu6050Sensor : public Mpu6050Test {
   }
   template <class F>
   bool wait_until(F&& holds) {
-    auto& real = hal::linux_os();
+    auto& real = hal::system_os();
     const hal::Time deadline = real.now() + 10s;
     while (real.now() < deadline) {
       if (holds()) return true;
@@ -327,7 +327,7 @@ TEST_F(Mpu6050Sensor, AStuckChipIsResetAndHeals) {
 }
 
 TEST_F(Mpu6050Sensor, AnAbsentChipDoesNotStart) {
-  auto& real = hal::linux_os();
+  auto& real = hal::system_os();
   bus = std::make_shared<sim_hil::SimI2cBus>();
   auto sensor =
       Sensor::start(real, std::make_unique<Mpu6050>(real, std::make_unique<I2cRegisters>(bus, 0x68), Mpu6050Config{}),
@@ -350,7 +350,7 @@ TEST(Mpu6050Kernel, TheRealBusDelivers) {
   Mpu6050Config config;
   config.chip.fifo = false;  // a stub has none, and SMBus cannot read one
   config.stuck_after = {};   // a stub's registers stand still
-  auto& os = hal::linux_os();
+  auto& os = hal::system_os();
   auto registers = std::make_unique<I2cRegisters>(std::shared_ptr<hal::I2cBus>(std::move(*opened)),
                                                   static_cast<std::uint8_t>(address));
   Mpu6050 driver(os, std::move(registers), config);

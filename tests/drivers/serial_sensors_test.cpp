@@ -7,8 +7,8 @@
 #include "drivers/gnss_receiver.hpp"
 #include "drivers/rc_receiver.hpp"
 #include "drivers/tf_mini.hpp"
-#include "hal/linux/os.hpp"
 #include "hal/linux/serial.hpp"
+#include "hal/platform.hpp"
 #include "qemu_user.hpp"
 
 namespace sinew::drivers {
@@ -353,7 +353,7 @@ TEST_F(RcTest, GarbageMovesNoStickAndIsALostLink) {
 
 TEST(SerialSensorThread, APilotIsUnpluggedAndPluggedInAgain) {
   SINEW_SKIP_UNDER_QEMU_USER("it knows no struct termios2, which free bit rates need");
-  auto& os = hal::linux_os();
+  auto& os = hal::system_os();
   auto far = hal::make_pseudo_serial();
   ASSERT_TRUE(far);
   std::string path = far->path, why;

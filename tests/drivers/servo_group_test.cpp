@@ -5,7 +5,7 @@
 #include <limits>
 #include <thread>
 
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "servo_rig.hpp"
 
 namespace sinew::drivers {
@@ -186,7 +186,7 @@ class Bell final : public hal::Wake {
 };
 
 TEST(ServoGroup, RunsOnThreadsOfTwoBusesAndStopsThem) {
-  hal::Os& os = hal::linux_os();
+  hal::Os& os = hal::system_os();
   sim_hil::MemoryCan wires[2] = {sim_hil::MemoryCan(1'000'000, &os), sim_hil::MemoryCan(1'000'000, &os)};
   ServoGroup group(os, "head");
   sim_hil::JointModel joints[2];

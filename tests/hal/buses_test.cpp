@@ -9,9 +9,9 @@
 #include "hal/linux/gpio.hpp"
 #include "hal/linux/i2c.hpp"
 #include "hal/linux/open_error.hpp"
-#include "hal/linux/os.hpp"
 #include "hal/linux/serial.hpp"
 #include "hal/linux/spi.hpp"
+#include "hal/platform.hpp"
 #include "qemu_user.hpp"
 #include "temp_folder.hpp"
 
@@ -116,8 +116,8 @@ TEST_F(SerialTest, BytesGoBothWaysUntouched) {
     Serial& from = to == line.get() ? *far : *line;
     ASSERT_EQ(*from.write_now(all), all.size());
     std::vector<std::uint8_t> got;
-    const Time deadline = linux_os().now() + 10s;
-    while (got.size() < all.size() && linux_os().now() < deadline) {
+    const Time deadline = system_os().now() + 10s;
+    while (got.size() < all.size() && system_os().now() < deadline) {
       ASSERT_TRUE(to->wait_readable(deadline));
       std::array<std::uint8_t, 64> part{};
       const auto n = to->read_now(part);
@@ -135,7 +135,7 @@ TEST_F(SerialTest, NothingThereIsZeroAndNotAnError) {
   const auto n = line->read_now(into);
   ASSERT_TRUE(n);
   EXPECT_EQ(*n, 0u);
-  const auto waited = line->wait_readable(linux_os().now() + 1ms);
+  const auto waited = line->wait_readable(system_os().now() + 1ms);
   ASSERT_TRUE(waited);
   EXPECT_FALSE(*waited);
 }
@@ -164,7 +164,7 @@ TEST_F(SerialTest, AnUnpluggedLineIsClosed) {
   const auto n = line->read_now(into);
   ASSERT_FALSE(n);
   EXPECT_EQ(n.error().code, Errc::closed);
-  const auto waited = line->wait_readable(linux_os().now() + 10s);
+  const auto waited = line->wait_readable(system_os().now() + 10s);
   EXPECT_TRUE(!waited || *waited) << "who sleeps is woken";
 }
 

@@ -135,7 +135,7 @@ TEST(SocketCanWithoutBus, SaysWhatIsMissingAndWhatToDo) {
   CanSpec spec;
   spec.transport = "socketcan", spec.address = "nowhere0";
   std::string why;
-  const auto bus = open_can(spec, linux_os(), start_watch(), why);
+  const auto bus = open_can(spec, system_os(), start_watch(), why);
   ASSERT_FALSE(bus);
   EXPECT_EQ(bus.error().code, kernel_has_can ? Errc::not_found : Errc::not_supported);
   EXPECT_EQ(why, kernel_has_can

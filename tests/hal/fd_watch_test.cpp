@@ -5,7 +5,7 @@
 
 #include <array>
 
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 
 namespace sinew::hal {
 namespace {
@@ -33,16 +33,16 @@ class Bell final : public Wake {
  public:
   void wake() noexcept override {
     word_.fetch_add(1, std::memory_order_release);
-    linux_os().wake(word_);
+    system_os().wake(word_);
   }
   /// False: not rung `times` times within ten seconds.
   bool wait(std::uint32_t times) {
-    const Time deadline = linux_os().now() + 10s;
+    const Time deadline = system_os().now() + 10s;
     for (;;) {
       const std::uint32_t seen = word_.load(std::memory_order_acquire);
       if (seen >= times) return true;
-      if (linux_os().now() >= deadline) return false;
-      linux_os().wait(word_, seen, deadline);
+      if (system_os().now() >= deadline) return false;
+      system_os().wait(word_, seen, deadline);
     }
   }
   std::uint32_t times() const { return word_.load(); }
@@ -55,7 +55,7 @@ TEST(FdWatch, RingsTheLineOfTheDescriptorThatHasSomething) {
   Pipe first, second;
   FdLine first_line, second_line;
   Bell first_bell, second_bell;
-  auto watch = FdWatch::start(linux_os(), kThread);
+  auto watch = FdWatch::start(system_os(), kThread);
   ASSERT_TRUE(watch);
   ASSERT_TRUE((*watch)->add(first.reader(), first_line));
   ASSERT_TRUE((*watch)->add(second.reader(), second_line));
@@ -77,7 +77,7 @@ TEST(FdWatch, RingsTheLineOfTheDescriptorThatHasSomething) {
 TEST(FdWatch, LineThatWasTakenAwayIsNotTouched) {
   Pipe pipe, other;
   Bell bell;
-  auto watch = FdWatch::start(linux_os(), kThread);
+  auto watch = FdWatch::start(system_os(), kThread);
   ASSERT_TRUE(watch);
   {
     FdLine line;
@@ -94,7 +94,7 @@ TEST(FdWatch, LineThatWasTakenAwayIsNotTouched) {
 }
 
 TEST(FdWatch, DescriptorThatCannotBeWatchedIsAnError) {
-  auto watch = FdWatch::start(linux_os(), kThread);
+  auto watch = FdWatch::start(system_os(), kThread);
   ASSERT_TRUE(watch);
   FdLine line;
   const Status added = (*watch)->add(-1, line);

@@ -8,7 +8,7 @@
 
 #include <cstdlib>
 
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 
 namespace sinew::hal {
 namespace {
@@ -87,7 +87,7 @@ TEST_F(GpioLine, AnInputIsNotSetAndWithoutEdgesNotWaitedFor) {
   const auto set = in->set(true);
   ASSERT_FALSE(set);
   EXPECT_EQ(set.error().code, Errc::not_supported);
-  const auto edge = in->wait_edge(linux_os().now() + 1s);
+  const auto edge = in->wait_edge(system_os().now() + 1s);
   ASSERT_FALSE(edge);
   EXPECT_EQ(edge.error().code, Errc::not_supported);
 }
@@ -97,11 +97,11 @@ TEST_F(GpioLine, ALineWithoutAnEdgeIsWaitedForUntilTheDeadline) {
   line_.rising = line_.falling = true;
   const auto in = open(line_);
   ASSERT_TRUE(in) << why_;
-  const Time deadline = linux_os().now() + 20ms;
+  const Time deadline = system_os().now() + 20ms;
   const auto edge = in->wait_edge(deadline);
   ASSERT_FALSE(edge);
   EXPECT_EQ(edge.error().code, Errc::timeout);
-  EXPECT_GE(linux_os().now(), deadline);
+  EXPECT_GE(system_os().now(), deadline);
 }
 
 TEST_F(GpioLine, ALineIsHeldByOneAndFreeAfterwards) {
@@ -149,14 +149,14 @@ TEST_F(GpioLine, AChipIsFoundByItsLabelAndOthersAreNamed) {
 TEST_F(GpioLine, EdgesCarryTheKernelsStampAndOnlyThoseAskedForAreTold) {
   SINEW_NEEDS_LINE("SINEW_GPIO_PULSED");
   const auto next = [](Gpio& line, Time after) {
-    const auto edge = line.wait_edge(linux_os().now() + 30s);
+    const auto edge = line.wait_edge(system_os().now() + 30s);
     EXPECT_TRUE(edge);
     if (!edge) return after;
     EXPECT_GT(*edge, after);
-    EXPECT_LE(*edge, linux_os().now());
+    EXPECT_LE(*edge, system_os().now());
     return *edge;
   };
-  Time last = linux_os().now();
+  Time last = system_os().now();
   line_.rising = true;
   {
     const auto in = open(line_);

@@ -10,8 +10,8 @@
 #include <filesystem>
 
 #include "hal/linux/iio_imu.hpp"
-#include "hal/linux/os.hpp"
 #include "hal/linux/serial.hpp"
+#include "hal/platform.hpp"
 #include "sim_hil/wire/iio_tree.hpp"
 #include "temp_folder.hpp"
 
@@ -78,7 +78,7 @@ class IioTest : public ::testing::Test {
     EXPECT_NEAR(a.z, b.z, step);
   }
 
-  Os& os = linux_os();
+  Os& os = system_os();
   test::TempFolder folder;
   std::string why;
   Errc error{};
@@ -515,24 +515,24 @@ TEST(IioKernel, TheRealDeviceDelivers) {
   if (const char* rate = std::getenv("SINEW_IIO_RATE")) s.rate_hz = std::atof(rate);
   if (std::getenv("SINEW_IIO_POLL")) s.buffered = false;
   std::string why;
-  auto imu = IioImu::open(linux_os(), s, why);
+  auto imu = IioImu::open(system_os(), s, why);
   ASSERT_TRUE(imu) << why;
   if (std::getenv("SINEW_IIO_NO_TRIGGER")) {
     EXPECT_THAT((*imu)->shortfall(), HasSubstr("the buffer needs a trigger"));
   }
   Time last{INT64_MIN};
   int count = 0;
-  const Time deadline = linux_os().now() + 20s;
-  while (count < 50 && linux_os().now() < deadline) {
+  const Time deadline = system_os().now() + 20s;
+  while (count < 50 && system_os().now() < deadline) {
     msg::ImuSample out;
     const auto got = (*imu)->read(out);
     ASSERT_TRUE(got) << (*imu)->trouble();
     if (!*got) {
-      linux_os().sleep_until(linux_os().now() + 1ms);
+      system_os().sleep_until(system_os().now() + 1ms);
       continue;
     }
     EXPECT_GT(out.stamp, last);
-    EXPECT_LE(out.stamp, linux_os().now());
+    EXPECT_LE(out.stamp, system_os().now());
     last = out.stamp;
     ++count;
   }

@@ -12,7 +12,7 @@
 #include <functional>
 
 #include "drivers/camera_source.hpp"
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "msg/image_buffer.hpp"
 #include "rt/module_rig.hpp"
 
@@ -33,7 +33,7 @@ CameraSpec spec_of(const std::string& name) {
 
 TEST(LibcameraCamera, UnknownNameIsAnErrorThatSaysWhatThereIs) {
   std::string why;
-  const auto camera = open_libcamera_camera(spec_of("no such camera"), linux_os(), why);
+  const auto camera = open_libcamera_camera(spec_of("no such camera"), system_os(), why);
   ASSERT_FALSE(camera);
   EXPECT_EQ(camera.error().code, Errc::not_found);
   EXPECT_THAT(why, HasSubstr("no camera 'no such camera' for libcamera: it sees "));
@@ -49,17 +49,17 @@ class LibcameraOnKernel : public ::testing::Test {
   }
   std::optional<Errc> open() {
     camera_.reset();
-    auto opened = open_libcamera_camera(spec_, linux_os(), why_);
+    auto opened = open_libcamera_camera(spec_, system_os(), why_);
     if (!opened) return opened.error().code;
     camera_ = std::move(*opened);
     return std::nullopt;
   }
   bool next() {
-    const Time deadline = linux_os().now() + 20s;
-    while (linux_os().now() < deadline) {
+    const Time deadline = system_os().now() + 20s;
+    while (system_os().now() < deadline) {
       const auto got = camera_->read(*image_);
       if (got && *got) return true;
-      linux_os().sleep_until(linux_os().now() + 1ms);
+      system_os().sleep_until(system_os().now() + 1ms);
     }
     return false;
   }
@@ -70,7 +70,7 @@ class LibcameraOnKernel : public ::testing::Test {
 };
 
 TEST_F(LibcameraOnKernel, FramesComeWithRisingNumbersAndStampsOfThisSystem) {
-  const Time opened = linux_os().now();
+  const Time opened = system_os().now();
   ASSERT_EQ(open(), std::nullopt) << why_;
   std::uint64_t gaps = 0;
   std::uint32_t number = 0;
@@ -86,7 +86,7 @@ TEST_F(LibcameraOnKernel, FramesComeWithRisingNumbersAndStampsOfThisSystem) {
     }
     number = image_->frame_number, stamp = image_->stamp;
     EXPECT_GT(stamp, opened);
-    EXPECT_LE(stamp, linux_os().now());
+    EXPECT_LE(stamp, system_os().now());
     const auto* first = image_->pixels();
     const auto* end = first + image_->bulk_used();
     EXPECT_NE(std::adjacent_find(first, end, std::not_equal_to<>()), end) << "a picture, not one grey";
@@ -126,7 +126,7 @@ TEST_F(LibcameraOnKernel, IsOpenedAgainAndAgain) {
 TEST_F(LibcameraOnKernel, SecondOneOfTheSameCameraIsBusy) {
   ASSERT_EQ(open(), std::nullopt) << why_;
   std::string why;
-  const auto second = open_libcamera_camera(spec_, linux_os(), why);
+  const auto second = open_libcamera_camera(spec_, system_os(), why);
   ASSERT_FALSE(second);
   EXPECT_EQ(second.error().code, Errc::busy) << why;
 }
@@ -147,10 +147,10 @@ TEST_F(LibcameraOnKernel, FramesGoThroughAGraphAndAreWhatTheSlotHolds) {
   drivers::CameraSource source;
   rt::ModuleRig rig(source, {.board = &board});
   std::uint32_t messages = 0, newest = 0;
-  const Time deadline = linux_os().now() + 20s;
-  while (messages < 10 && linux_os().now() < deadline) {
-    linux_os().sleep_until(linux_os().now() + 5ms);
-    if (rig.step(linux_os().now(), 5ms) != rt::Status::ok) continue;
+  const Time deadline = system_os().now() + 20s;
+  while (messages < 10 && system_os().now() < deadline) {
+    system_os().sleep_until(system_os().now() + 5ms);
+    if (rig.step(system_os().now(), 5ms) != rt::Status::ok) continue;
     for (const msg::Image* image : rig.all<msg::Image>("raw")) {
       EXPECT_EQ(image->bulk_used(), 480u * 360 * 3);
       if (messages++ > 0) {
@@ -175,8 +175,8 @@ TEST_F(LibcameraOnKernel, VanishedCameraIsClosedAndSaidAndDoesNotEndTheProcess) 
            camera_->state().find("gone; the device left") != std::string::npos;
   };
   bool was = false;
-  const Time deadline = linux_os().now() + 30s;
-  while (!(was = said()) && linux_os().now() < deadline) linux_os().sleep_until(linux_os().now() + 1ms);
+  const Time deadline = system_os().now() + 30s;
+  while (!(was = said()) && system_os().now() < deadline) system_os().sleep_until(system_os().now() + 1ms);
   EXPECT_TRUE(was) << camera_->state();
   camera_.reset();
 }

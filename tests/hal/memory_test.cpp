@@ -9,8 +9,8 @@
 #include <cstring>
 #include <memory>
 
-#include "hal/linux/os.hpp"
 #include "hal/linux/system_files.hpp"
+#include "hal/platform.hpp"
 #include "qemu_user.hpp"
 
 namespace sinew::hal {
@@ -54,7 +54,7 @@ TEST(MemoryUse, PartsAreTheWhole) {
 
 TEST(MemoryUse, SlotsAreTheSharedMemoryThatWeMade) {
   const std::uint64_t before = memory_use().slots;
-  auto memory = linux_os().shared_memory("sinew-test", 3 * kMiB);
+  auto memory = system_os().shared_memory("sinew-test", 3 * kMiB);
   ASSERT_TRUE(memory);
   EXPECT_EQ(memory_use().slots - before, 3 * kMiB);
   EXPECT_EQ(memory_use().peers, 0u);
@@ -84,7 +84,7 @@ TEST(LockMemory, AlsoWhatStandsBesideAStack) {
   const int code = in_a_child([] {
     const auto block = untouched();
     std::atomic<bool> end{false};
-    auto idle = linux_os().start_thread({.name = "idle", .cpus = {}, .stack_bytes = 64 * 1024}, [&] {
+    auto idle = system_os().start_thread({.name = "idle", .cpus = {}, .stack_bytes = 64 * 1024}, [&] {
       while (!end) ::usleep(1000);
     });
     const std::uint64_t before = memory_use().heap;
@@ -103,7 +103,7 @@ TEST(LockMemory, AThreadsStackIsFilledAsFarAsItAskedFor) {
   const int code = in_a_child([] {
     const std::uint64_t before = memory_use().stacks;
     std::atomic<bool> end{false};
-    auto idle = linux_os().start_thread({.name = "idle", .cpus = {}, .stack_bytes = 512 * 1024}, [&] {
+    auto idle = system_os().start_thread({.name = "idle", .cpus = {}, .stack_bytes = 512 * 1024}, [&] {
       while (!end) ::usleep(1000);
     });
     const bool locked = lock();

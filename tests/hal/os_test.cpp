@@ -1,4 +1,4 @@
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 
 #include <gtest/gtest.h>
 #include <pthread.h>
@@ -16,7 +16,7 @@ TEST(LinuxOs, ThreadHasWhatWasAskedForOrSaysWhatIsMissing) {
   sched_param param{};
   int cpus = 0;
   std::array<char, 16> name{};
-  auto thread = linux_os().start_thread({.name = "control", .fifo_priority = 20, .cpus = {0}}, [&] {
+  auto thread = system_os().start_thread({.name = "control", .fifo_priority = 20, .cpus = {0}}, [&] {
     pthread_getschedparam(pthread_self(), &policy, &param);
     cpu_set_t set;
     pthread_getaffinity_np(pthread_self(), sizeof(set), &set);
@@ -37,7 +37,7 @@ TEST(LinuxOs, ThreadHasWhatWasAskedForOrSaysWhatIsMissing) {
 
 TEST(LinuxOs, CpuThatDoesNotExistIsNamedAndTheThreadStillRuns) {
   bool ran = false;
-  auto thread = linux_os().start_thread({.name = "lost", .cpus = {1000}}, [&] { ran = true; });
+  auto thread = system_os().start_thread({.name = "lost", .cpus = {1000}}, [&] { ran = true; });
   ASSERT_TRUE(thread);
   (*thread)->join();
   EXPECT_TRUE(ran);

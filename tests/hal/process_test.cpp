@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "qemu_user.hpp"
 
 namespace sinew::hal {
@@ -133,7 +133,7 @@ TEST(Process, KnowsItsUse) {
 TEST(Process, IsAtLeastAsOldAsTheTimeItComputed) {
   const auto start = process_start();
   ASSERT_TRUE(start);
-  EXPECT_GE(linux_os().now() - *start + 10ms, process_use().cpu);
+  EXPECT_GE(system_os().now() - *start + 10ms, process_use().cpu);
 }
 
 // The thread sanitizer keeps a thread of its own, so there a process never has only one.
@@ -163,10 +163,10 @@ TEST(ChildProcess, SignalThatEndedItIsNamed) {
 
 TEST(Process, ACopyWasStartedWhenItWasMade) {
   SINEW_SKIP_UNDER_QEMU_USER(kOwnThread);
-  const Time before = linux_os().now();
+  const Time before = system_os().now();
   auto child = ChildProcess::fork([before] {
     const auto start = process_start();
-    return start && *start + 20ms > before && *start <= linux_os().now() ? 7 : 2;
+    return start && *start + 20ms > before && *start <= system_os().now() ? 7 : 2;
   });
   ASSERT_TRUE(child);
   EXPECT_EQ((*child)->wait(10s), 7);
@@ -174,13 +174,13 @@ TEST(Process, ACopyWasStartedWhenItWasMade) {
 
 TEST(ChildProcess, ProcessWithMoreThreadsIsNotCopied) {
   WakeWord over{0};
-  auto gates = linux_os().start_thread({}, [&] {
-    while (over == 0) linux_os().wait(over, 0, kNever);
+  auto gates = system_os().start_thread({}, [&] {
+    while (over == 0) system_os().wait(over, 0, kNever);
   });
   ASSERT_TRUE(gates);
   auto child = ChildProcess::fork([] { return 0; });
   over = 1;
-  linux_os().wake(over);
+  system_os().wake(over);
   ASSERT_FALSE(child);
   EXPECT_EQ(child.error().code, Errc::not_supported);
 }

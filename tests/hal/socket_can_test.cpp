@@ -40,7 +40,7 @@ class SocketCan : public ::testing::Test {
     ASSERT_TRUE(kernel_has_can()) << "SINEW_CAN is set, and the kernel has no CAN";
   }
   std::unique_ptr<SocketCanBus> open(const CanSpec& s) {
-    auto bus = open_can(s, linux_os(), watch_, why_);
+    auto bus = open_can(s, system_os(), watch_, why_);
     if (bus) return std::unique_ptr<SocketCanBus>(static_cast<SocketCanBus*>(bus->release()));
     code_ = bus.error().code;
     return nullptr;
@@ -58,7 +58,7 @@ TEST_F(SocketCan, EveryKindOfFrameReachesTheOthersAndNotItsSender) {
   std::mt19937 random(8);
   for (int i = 0; i < 500; ++i) {
     const msg::CanFrame frame = wire::random_can_frame(random, true, false);
-    const Time before = linux_os().now();
+    const Time before = system_os().now();
     ASSERT_TRUE(a->send(frame, kNever));
     msg::CanFrame out;
     ASSERT_TRUE(next_frame(*b, out));
@@ -66,7 +66,7 @@ TEST_F(SocketCan, EveryKindOfFrameReachesTheOthersAndNotItsSender) {
     if (i >= 20) {  // the clocks have been read undisturbed by then
       EXPECT_GE(out.stamp.ns, before.ns - 100'000) << i;
     }
-    EXPECT_LE(out.stamp, linux_os().now());
+    EXPECT_LE(out.stamp, system_os().now());
   }
   ASSERT_TRUE(b->send(frame_of(0x77, {}), kNever));
   msg::CanFrame out;
@@ -271,10 +271,10 @@ TEST_F(SocketCan, WhatKeepsItFromOpeningIsSaid) {
 TEST_F(SocketCan, FrameWhoseDeadlineIsOverIsNotSent) {
   auto a = open(), b = open();
   ASSERT_TRUE(a && b) << why_;
-  const Status late = a->send(frame_of(1, {}), linux_os().now());
+  const Status late = a->send(frame_of(1, {}), system_os().now());
   ASSERT_FALSE(late);
   EXPECT_EQ(late.error().code, Errc::timeout);
-  ASSERT_TRUE(a->send(frame_of(2, {}), linux_os().now() + kPatience));
+  ASSERT_TRUE(a->send(frame_of(2, {}), system_os().now() + kPatience));
   msg::CanFrame out;
   ASSERT_TRUE(next_frame(*b, out));
   EXPECT_EQ(out.id, 2u);

@@ -13,8 +13,8 @@
 #include <fstream>
 
 #include "hal/linux/memory.hpp"
-#include "hal/linux/os.hpp"
 #include "hal/linux/shared_memory.hpp"
+#include "hal/platform.hpp"
 
 namespace sinew::hal {
 namespace {
@@ -44,8 +44,8 @@ TEST(UnixSocket, WrongEndpointsAreRefusedBeforeAnythingHappens) {
 TEST(UnixSocket, PeerThatStartsLaterIsFound) {
   const std::string path = socket_path("later");
   std::unique_ptr<Listener> listener;
-  auto starter = linux_os().start_thread({"starter", 0, {}, 256 * 1024}, [&] {
-    linux_os().sleep_until(linux_os().now() + 20ms);
+  auto starter = system_os().start_thread({"starter", 0, {}, 256 * 1024}, [&] {
+    system_os().sleep_until(system_os().now() + 20ms);
     listener = std::move(*listen_stream(path));
   });
   EXPECT_TRUE(connect_stream(path, 20s));

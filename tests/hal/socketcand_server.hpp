@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "hal/linux/os.hpp"
 #include "hal/linux/socket.hpp"
+#include "hal/platform.hpp"
 #include "wire/socketcand.hpp"
 
 namespace sinew::hal {
@@ -19,7 +19,7 @@ class SocketcandServer {
     listener_ = std::move(*listener);
     ThreadOptions options;
     options.name = "server";
-    auto thread = linux_os().start_thread(options, [this] { serve(); });
+    auto thread = system_os().start_thread(options, [this] { serve(); });
     if (thread) thread_ = std::move(*thread);
   }
   ~SocketcandServer() {

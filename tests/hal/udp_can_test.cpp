@@ -30,7 +30,7 @@ CanSpec spec(std::uint32_t data_bit_rate = 0) {
 
 std::unique_ptr<CanBus> opened(const CanSpec& s, const std::shared_ptr<FdWatch>& watch) {
   std::string why;
-  auto bus = open_can(s, linux_os(), watch, why);
+  auto bus = open_can(s, system_os(), watch, why);
   EXPECT_TRUE(bus) << why;
   return bus ? std::move(*bus) : nullptr;
 }
@@ -69,13 +69,13 @@ class UdpCan : public ::testing::Test {
 TEST_F(UdpCan, FramesReachTheOthersOfTheBusAndNotTheirSender) {
   auto a = opened(spec(), watch_), b = opened(spec(), watch_), c = opened(spec(), watch_);
   const msg::CanFrame frame = frame_of(0x0804062A, {0, 3, 0xFD}, msg::kCanExtended);
-  const Time before = linux_os().now();
+  const Time before = system_os().now();
   ASSERT_TRUE(a->send(frame, kNever));
   msg::CanFrame out;
   ASSERT_TRUE(next_frame(*b, out));
   EXPECT_TRUE(same_frame(out, frame));
   EXPECT_GE(out.stamp.ns, before.ns - 10'000'000);
-  EXPECT_LE(out.stamp, linux_os().now()) << "on the runtime's clock";
+  EXPECT_LE(out.stamp, system_os().now()) << "on the runtime's clock";
   ASSERT_TRUE(next_frame(*c, out));
   ASSERT_TRUE(b->send(frame_of(0x123, {1}), kNever));
   ASSERT_TRUE(next_frame(*a, out));
@@ -192,7 +192,7 @@ TEST_F(UdpCan, FiltersLetThroughWhatTheyName) {
 
 TEST_F(UdpCan, FramesThatComeTooLateOrCannotBeAreNotSent) {
   auto a = opened(spec(), watch_), b = opened(spec(), watch_);
-  const Status late = a->send(frame_of(1, {}), linux_os().now());
+  const Status late = a->send(frame_of(1, {}), system_os().now());
   ASSERT_FALSE(late);
   EXPECT_EQ(late.error().code, Errc::timeout);
   EXPECT_EQ(a->stats().tx_lost, 1u);
@@ -202,7 +202,7 @@ TEST_F(UdpCan, FramesThatComeTooLateOrCannotBeAreNotSent) {
     ASSERT_FALSE(refused);
     EXPECT_EQ(refused.error().code, Errc::bad_argument);
   }
-  ASSERT_TRUE(a->send(frame_of(2, {}), linux_os().now() + kPatience));
+  ASSERT_TRUE(a->send(frame_of(2, {}), system_os().now() + kPatience));
   msg::CanFrame out;
   ASSERT_TRUE(next_frame(*b, out));
   EXPECT_EQ(out.id, 2u) << "and nothing before it";
@@ -217,7 +217,7 @@ TEST_F(UdpCan, WrongAddressesSayWhatIsAllowed) {
     CanSpec wrong = spec();
     wrong.address = address;
     std::string why;
-    EXPECT_FALSE(open_can(wrong, linux_os(), watch_, why));
+    EXPECT_FALSE(open_can(wrong, system_os(), watch_, why));
     EXPECT_EQ(why, text);
   }
 }
@@ -226,7 +226,7 @@ TEST_F(UdpCan, AnUnknownTransportIsNamed) {
   CanSpec wrong = spec();
   wrong.transport = "slcan";
   std::string why;
-  const auto bus = open_can(wrong, linux_os(), watch_, why);
+  const auto bus = open_can(wrong, system_os(), watch_, why);
   ASSERT_FALSE(bus);
   EXPECT_EQ(bus.error().code, Errc::bad_argument);
   EXPECT_EQ(why, "'slcan' is no transport of CAN frames: socketcan, udp or socketcand");

@@ -233,12 +233,12 @@ TEST_F(V4l2CameraFault, DriverThatFailsIsOpenedAgain) {
 TEST_F(V4l2CameraFault, ReadingWhileItComesAndGoesNeverMixesFrames) {
   ASSERT_EQ(open(), std::nullopt) << why_;
   std::atomic<bool> done{false};
-  auto world = linux_os().start_thread(named("world"), [&] {
+  auto world = system_os().start_thread(named("world"), [&] {
     for (std::uint32_t i = 0; i < 400; ++i) {
       if (i % 100 == 50) sim_.unplug();
       if (i % 100 == 55) sim_.plug_in();
       deliver(i);
-      linux_os().sleep_until(linux_os().now() + 100us);
+      system_os().sleep_until(system_os().now() + 100us);
     }
     done = true;
   });

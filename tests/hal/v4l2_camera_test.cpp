@@ -50,7 +50,7 @@ TEST_F(V4l2CameraOnSim, EveryBufferGoesBackToTheDriver) {
 
 TEST_F(V4l2CameraOnSim, PaddingBehindRowsIsLeftBehind) {
   V4l2Sim padded(camera_with([](V4l2SimCamera& c) { c.padding_bytes = 64; }));
-  auto opened = V4l2Camera::open(padded, spec_, linux_os(), watch_, options_, why_);
+  auto opened = V4l2Camera::open(padded, spec_, system_os(), watch_, options_, why_);
   ASSERT_TRUE(opened) << why_;
   EXPECT_EQ((*opened)->picture().bytes_per_line, 320u * 2 + 64);
   ASSERT_TRUE(padded.deliver(*picture(5), stamp(5)));
@@ -129,7 +129,7 @@ TEST_F(V4l2CameraOnSim, StampOfTheEndOfAFrameGoesBackByHalfTheExposure) {
   V4l2Sim end(camera_with(
       [](V4l2SimCamera& c) { c.stamp_flags = V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC | V4L2_BUF_FLAG_TSTAMP_SRC_EOF; }));
   spec_.controls = {{"auto_exposure", 1}, {"exposure_time_absolute", 100}};
-  auto opened = V4l2Camera::open(end, spec_, linux_os(), watch_, options_, why_);
+  auto opened = V4l2Camera::open(end, spec_, system_os(), watch_, options_, why_);
   ASSERT_TRUE(opened) << why_;
   ASSERT_TRUE(end.deliver(*picture(3), stamp(3)));
   const auto got = (*opened)->read(*image_);
@@ -147,23 +147,23 @@ TEST_F(V4l2CameraOnSim, StampStaysTheDriversWhereTheExposureIsAutomatic) {
 
 TEST_F(V4l2CameraOnSim, FrameWithoutAMonotonicStampGetsTheTimeOfReading) {
   V4l2Sim unstamped(camera_with([](V4l2SimCamera& c) { c.stamp_flags = V4L2_BUF_FLAG_TIMESTAMP_UNKNOWN; }));
-  auto opened = V4l2Camera::open(unstamped, spec_, linux_os(), watch_, options_, why_);
+  auto opened = V4l2Camera::open(unstamped, spec_, system_os(), watch_, options_, why_);
   ASSERT_TRUE(opened) << why_;
-  const Time before = linux_os().now();
+  const Time before = system_os().now();
   ASSERT_TRUE(unstamped.deliver(*picture(0), Time{5}));
   const auto got = (*opened)->read(*image_);
   ASSERT_TRUE(got && *got);
   EXPECT_GE(image_->stamp, before);
-  EXPECT_LE(image_->stamp, linux_os().now());
+  EXPECT_LE(image_->stamp, system_os().now());
   EXPECT_EQ((*opened)->stats().unstamped, 1u);
   EXPECT_THAT((*opened)->state(), HasSubstr("1 without a usable stamp of the driver"));
 }
 
 TEST_F(V4l2CameraOnSim, StampOfTheFutureIsReplacedByTheTimeOfReading) {
   ASSERT_EQ(open(), std::nullopt) << why_;
-  ASSERT_TRUE(sim_.deliver(*picture(0), linux_os().now() + 1h));
+  ASSERT_TRUE(sim_.deliver(*picture(0), system_os().now() + 1h));
   ASSERT_TRUE(read());
-  EXPECT_LE(image_->stamp, linux_os().now());
+  EXPECT_LE(image_->stamp, system_os().now());
   EXPECT_EQ(camera_->stats().unstamped, 1u);
 }
 

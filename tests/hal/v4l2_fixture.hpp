@@ -4,9 +4,9 @@
 
 #include <functional>
 
-#include "hal/linux/os.hpp"
 #include "hal/linux/v4l2_camera.hpp"
 #include "hal/linux/v4l2_sim.hpp"
+#include "hal/platform.hpp"
 #include "msg/image_buffer.hpp"
 
 namespace sinew::hal {
@@ -15,10 +15,10 @@ using namespace std::chrono_literals;
 
 /// Looks again and again. False: not within ten seconds.
 inline bool eventually(const std::function<bool()>& holds) {
-  const Time deadline = linux_os().now() + 10s;
+  const Time deadline = system_os().now() + 10s;
   while (!holds()) {
-    if (linux_os().now() >= deadline) return false;
-    linux_os().sleep_until(linux_os().now() + 1ms);
+    if (system_os().now() >= deadline) return false;
+    system_os().sleep_until(system_os().now() + 1ms);
   }
   return true;
 }
@@ -42,7 +42,7 @@ class Bell final : public Wake {
 class V4l2Test : public ::testing::Test {
  protected:
   V4l2Test() {
-    auto watch = FdWatch::start(linux_os(), named("watch"));
+    auto watch = FdWatch::start(system_os(), named("watch"));
     EXPECT_TRUE(watch);
     if (watch) watch_ = *watch;
     spec_.path = "/dev/video0";
@@ -60,7 +60,7 @@ class V4l2Test : public ::testing::Test {
   std::optional<Errc> open() {
     camera_.reset();
     why_.clear();
-    auto opened = V4l2Camera::open(sim_, spec_, linux_os(), watch_, options_, why_);
+    auto opened = V4l2Camera::open(sim_, spec_, system_os(), watch_, options_, why_);
     if (!opened) return opened.error().code;
     camera_ = std::move(*opened);
     return std::nullopt;

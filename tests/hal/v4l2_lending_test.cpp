@@ -24,7 +24,7 @@ class V4l2Lending : public V4l2Test {
   /// On another simulated camera than the default one.
   std::optional<Errc> open_on(V4l2Sim& sim) {
     camera_.reset();
-    auto opened = V4l2Camera::open(sim, spec_, linux_os(), watch_, options_, why_);
+    auto opened = V4l2Camera::open(sim, spec_, system_os(), watch_, options_, why_);
     if (!opened) return opened.error().code;
     camera_ = std::move(*opened);
     return std::nullopt;
@@ -104,12 +104,12 @@ TEST_F(V4l2Lending, PicturesLieWhereTheDriverPutThem) {
 
 TEST_F(V4l2Lending, CameraThatIsWellComplainsOfNothing) {
   ASSERT_TRUE(start()) << why_ << camera_->state();
-  const Time until = linux_os().now() + 1500ms;
-  for (std::uint32_t n = 0; linux_os().now() < until; ++n) {
+  const Time until = system_os().now() + 1500ms;
+  for (std::uint32_t n = 0; system_os().now() < until; ++n) {
     ASSERT_TRUE(deliver(n));
     if (msg::Image* image = cycle()) give_up(image);
     ASSERT_EQ(camera_->trouble(), "");
-    linux_os().sleep_until(linux_os().now() + 20ms);
+    system_os().sleep_until(system_os().now() + 20ms);
   }
 }
 
@@ -335,7 +335,7 @@ class CountingPort final : public V4l2Port {
 TEST_F(V4l2Lending, CycleAllocatesNothing) {
   CountingPort port(sim_);
   options_.look_every = 1h;  // nor does the camera's own thread, which is no part of a cycle, while this is counted
-  auto opened = V4l2Camera::open(port, spec_, linux_os(), watch_, options_, why_);
+  auto opened = V4l2Camera::open(port, spec_, system_os(), watch_, options_, why_);
   ASSERT_TRUE(opened) << why_;
   camera_ = std::move(*opened);
   ASSERT_EQ(begin(), std::nullopt) << why_;
@@ -359,12 +359,12 @@ TEST_F(V4l2Lending, CycleAllocatesNothing) {
 TEST_F(V4l2Lending, TakingWhileItComesAndGoesAndRestsNeverMixesPictures) {
   ASSERT_TRUE(start());
   std::atomic<bool> done{false};
-  auto world = linux_os().start_thread(named("world"), [&] {
+  auto world = system_os().start_thread(named("world"), [&] {
     for (std::uint32_t i = 0; i < 600; ++i) {
       if (i % 100 == 50) sim_.unplug();
       if (i % 100 == 55) sim_.plug_in();
       deliver(i);
-      linux_os().sleep_until(linux_os().now() + 100us);
+      system_os().sleep_until(system_os().now() + 100us);
     }
     done = true;
   });

@@ -19,7 +19,7 @@ class V4l2CameraOnKernel : public ::testing::Test {
   void SetUp() override {
     const char* path = std::getenv("SINEW_V4L2");
     if (!path) GTEST_SKIP() << "SINEW_V4L2 names no device";
-    auto watch = FdWatch::start(linux_os(), named("watch"));
+    auto watch = FdWatch::start(system_os(), named("watch"));
     ASSERT_TRUE(watch);
     watch_ = *watch;
     spec_.path = path;
@@ -29,7 +29,7 @@ class V4l2CameraOnKernel : public ::testing::Test {
   }
   std::optional<Errc> open() {
     camera_.reset();
-    auto opened = V4l2Camera::open(kernel_v4l2_port(), spec_, linux_os(), watch_, options_, why_);
+    auto opened = V4l2Camera::open(kernel_v4l2_port(), spec_, system_os(), watch_, options_, why_);
     if (!opened) return opened.error().code;
     camera_ = std::move(*opened);
     return std::nullopt;
@@ -74,7 +74,7 @@ TEST_F(V4l2CameraOnKernel, NumbersAndStampsRiseAndGapsAreCountedAsLost) {
   ASSERT_EQ(open(), std::nullopt) << why_;
   // vivid's end of frame is most of a period ahead of the time; its start of exposure is honest.
   if (camera_->find("timestamp_source")) spec_.controls["timestamp_source"] = 1;
-  const Time opened = linux_os().now();
+  const Time opened = system_os().now();
   ASSERT_EQ(open(), std::nullopt) << why_;
   std::uint64_t gaps = 0;
   std::uint32_t number = 0;
@@ -88,7 +88,7 @@ TEST_F(V4l2CameraOnKernel, NumbersAndStampsRiseAndGapsAreCountedAsLost) {
     }
     number = image_->frame_number, stamp = image_->stamp;
     EXPECT_GT(stamp, opened) << "on the clock of this system";
-    EXPECT_LE(stamp, linux_os().now());
+    EXPECT_LE(stamp, system_os().now());
   }
   EXPECT_EQ(camera_->stats().frames, 20u);
   EXPECT_EQ(camera_->stats().lost, gaps);
@@ -115,7 +115,7 @@ TEST_F(V4l2CameraOnKernel, SizeThatItHasNotIsRefused) {
 TEST_F(V4l2CameraOnKernel, SecondStreamOfTheSameDeviceIsBusy) {
   ASSERT_EQ(open(), std::nullopt) << why_;
   std::string why;
-  const auto second = V4l2Camera::open(kernel_v4l2_port(), spec_, linux_os(), watch_, options_, why);
+  const auto second = V4l2Camera::open(kernel_v4l2_port(), spec_, system_os(), watch_, options_, why);
   ASSERT_FALSE(second);
   EXPECT_EQ(second.error().code, Errc::busy) << why;
   EXPECT_THAT(why, HasSubstr("another program uses"));

@@ -21,7 +21,7 @@ class V4l2Tree : public ::testing::Test {
   V4l2Tree() {
     std::string name = fs::temp_directory_path() / "sinew-XXXXXX";
     root_ = mkdtemp(name.data());
-    auto watch = FdWatch::start(linux_os(), named("watch"));
+    auto watch = FdWatch::start(system_os(), named("watch"));
     EXPECT_TRUE(watch);
     if (watch) watch_ = *watch;
     made_.root = root_;
@@ -29,7 +29,7 @@ class V4l2Tree : public ::testing::Test {
     spec_.path = "/dev/video0", spec_.width = 64, spec_.height = 48;
     options_.first_retry = 1ms, options_.longest_retry = 5ms, options_.look_every = 5ms;
     options_.restart_after = 1h;
-    port_ = std::make_unique<V4l2TreePort>(linux_os(), root_);
+    port_ = std::make_unique<V4l2TreePort>(system_os(), root_);
     plug_in();
   }
   ~V4l2Tree() override {
@@ -38,12 +38,12 @@ class V4l2Tree : public ::testing::Test {
     fs::remove_all(root_);
   }
   void plug_in() {
-    auto source = V4l2Source::open(linux_os(), made_, named("video"), why_);
+    auto source = V4l2Source::open(system_os(), made_, named("video"), why_);
     ASSERT_TRUE(source) << why_;
     source_ = std::move(*source);
   }
   std::optional<Errc> open() {
-    auto opened = V4l2Camera::open(*port_, spec_, linux_os(), watch_, options_, why_);
+    auto opened = V4l2Camera::open(*port_, spec_, system_os(), watch_, options_, why_);
     if (!opened) return opened.error().code;
     camera_ = std::move(*opened);
     // The start has a way to go.
@@ -131,7 +131,7 @@ TEST_F(V4l2Tree, IsFoundByItsStableNameItsBusAndItsCard) {
 
 TEST_F(V4l2Tree, NodesAreListedByTheirNumbers) {
   made_.number = 10, made_.by_id = "other";
-  auto other = V4l2Source::open(linux_os(), made_, named("video"), why_);
+  auto other = V4l2Source::open(system_os(), made_, named("video"), why_);
   ASSERT_TRUE(other) << why_;
   EXPECT_EQ(port_->nodes(), (std::vector<std::string>{"/dev/video0", "/dev/video10"}));
   spec_.path = "/dev/video7";
@@ -170,16 +170,16 @@ TEST_F(V4l2Tree, PicturesForWhichThereWasNoPlaceAreMissingInTheNumbers) {
 
 TEST_F(V4l2Tree, ASecondProgramReadsBusyUntilTheFirstOneEnds) {
   ASSERT_EQ(open(), std::nullopt) << why_;
-  V4l2TreePort another(linux_os(), root_);
-  EXPECT_EQ(V4l2Camera::open(another, spec_, linux_os(), watch_, options_, why_).error().code, Errc::busy);
+  V4l2TreePort another(system_os(), root_);
+  EXPECT_EQ(V4l2Camera::open(another, spec_, system_os(), watch_, options_, why_).error().code, Errc::busy);
   EXPECT_THAT(why_, HasSubstr("another program uses the device"));
   camera_.reset();
   ASSERT_TRUE(eventually([&] { return !source_->streams(); }));
-  EXPECT_TRUE(V4l2Camera::open(another, spec_, linux_os(), watch_, options_, why_)) << why_;
+  EXPECT_TRUE(V4l2Camera::open(another, spec_, system_os(), watch_, options_, why_)) << why_;
 }
 
 TEST_F(V4l2Tree, OfTwoThatOpenAtOnceTheFirstToAskGetsTheBuffers) {
-  V4l2TreePort another(linux_os(), root_);
+  V4l2TreePort another(system_os(), root_);
   const int late = another.open("/dev/video0");  // nobody has claimed it yet
   ASSERT_GE(late, 0);
   v4l2_format format{};
@@ -237,7 +237,7 @@ TEST_F(V4l2Tree, WhoeverElseListensThereIsNoCamera) {
   source_.reset();
   auto listener = listen_stream("unix:" + root_ + "/dev/video0");
   ASSERT_TRUE(listener);
-  auto thread = linux_os().start_thread(named("stranger"), [&] {
+  auto thread = system_os().start_thread(named("stranger"), [&] {
     auto line = (*listener)->accept(10s);
     ASSERT_TRUE(line);
     const std::array<std::byte, 200> nonsense{};

@@ -13,7 +13,7 @@ class IncludeDirection(unittest.TestCase):
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory()
         self.root = pathlib.Path(self.folder.name)
-        for header in ["msg/time.hpp", "math/sin.hpp", "hal/clock.hpp", "hal/linux/os.hpp", "rt/topic.hpp",
+        for header in ["msg/time.hpp", "math/sin.hpp", "hal/clock.hpp", "hal/linux/process.hpp", "rt/topic.hpp",
                        "control/filter.hpp", "vision/blob.hpp", "apps/robot_file.hpp", "sim_hil/board.hpp"]:
             self.write(header, "#pragma once\n")
 
@@ -53,7 +53,7 @@ class IncludeDirection(unittest.TestCase):
         self.refuses("control/a.hpp", '#include "hal/clock.hpp"\n', 1, "control may not include hal")
 
     def test_rt_does_not_see_the_linux_part_of_the_hal(self):
-        self.refuses("rt/a.cpp", '#include "hal/linux/os.hpp"\n', 1, "rt may not include hal/linux")
+        self.refuses("rt/a.cpp", '#include "hal/linux/process.hpp"\n', 1, "rt may not include hal/linux")
 
     def test_nothing_includes_the_apps(self):
         self.refuses("sim_hil/a.cpp", '#include "apps/robot_file.hpp"\n', 1, "sim_hil may not include apps")
@@ -63,8 +63,8 @@ class IncludeDirection(unittest.TestCase):
         self.refuses("sim_hil/a.cpp", '#include "sim_hil/plant/world.hpp"\n', 1, "sim_hil may not include sim_hil/plant")
 
     def test_only_the_simulators_main_opens_real_sockets(self):
-        self.accepts("sim_hil/plant/main.cpp", '#include "hal/linux/os.hpp"\n')
-        self.refuses("sim_hil/plant/world.cpp", '#include "hal/linux/os.hpp"\n', 1, "may not include hal/linux")
+        self.accepts("sim_hil/plant/main.cpp", '#include "hal/linux/process.hpp"\n')
+        self.refuses("sim_hil/plant/world.cpp", '#include "hal/linux/process.hpp"\n', 1, "may not include hal/linux")
 
     def test_tests_include_the_apps_and_apps_not_the_tests(self):
         self.accepts("tests/apps/a_test.cpp", '#include "apps/robot_file.hpp"\n')
@@ -73,7 +73,7 @@ class IncludeDirection(unittest.TestCase):
 
     def test_apps_and_tests_include_every_room(self):
         for room in ["apps", "tests/rt", "examples", "bench"]:
-            self.accepts(f"{room}/a.cpp", '#include "hal/linux/os.hpp"\n#include "vision/blob.hpp"\n#include <unistd.h>\n')
+            self.accepts(f"{room}/a.cpp", '#include "hal/linux/process.hpp"\n#include "vision/blob.hpp"\n#include <unistd.h>\n')
 
     def test_an_include_without_its_room_is_named(self):
         self.refuses("rt/a.cpp", '#include "topic.hpp"\n', 1, "with its room")

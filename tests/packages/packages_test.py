@@ -37,7 +37,7 @@ class Contents(Base):
         }
         needed = {
             "sinew": ["usr/bin/sinew", "usr/bin/sinew-fly", "usr/bin/sinew-control", "usr/share/sinew/robots/quad.toml"],
-            "libsinew-dev": ["usr/include/sinew/rt/module.hpp", "usr/include/sinew/hal/linux/os.hpp"],
+            "libsinew-dev": ["usr/include/sinew/rt/module.hpp", "usr/include/sinew/hal/platform.hpp"],
             "sinew-sim": ["usr/bin/sinew-sim"],
         }
         for tarball in found("*.tar.gz"):  # the first two as one prefix

@@ -11,8 +11,8 @@
 #include <functional>
 #include <thread>
 
-#include "hal/linux/os.hpp"
 #include "hal/linux/socket.hpp"
+#include "hal/platform.hpp"
 #include "math/hash.hpp"
 #include "sim_hil/message_io.hpp"
 #include "sim_hil/plant/worlds.hpp"
@@ -197,7 +197,7 @@ class PlantSession : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     std::string why;
-    auto made = CameraFeed::start(hal::linux_os(), {}, why);
+    auto made = CameraFeed::start(hal::system_os(), {}, why);
     ASSERT_TRUE(made) << why;
     feed_ = std::move(*made);
   }
@@ -208,7 +208,7 @@ class PlantSession : public testing::Test {
                const std::function<Command(Time)>& command) {
     auto pair = hal::stream_pair();
     EXPECT_TRUE(pair);
-    Session session(hal::linux_os(), *feed_, options_);
+    Session session(hal::system_os(), *feed_, options_);
     std::thread plant([&] { served_ = session.serve(std::move(pair->first)); });
     ScriptedRuntime runtime(std::move(pair->second), hello);
     runtime.run(Time{static_cast<std::int64_t>(seconds * 1e9)}, lease, command);
@@ -358,12 +358,12 @@ TEST_F(PlantSession, MotorsStopWhenTheLeaseIsOver) {
 /// A plant behind a door, on a socket of its own.
 class DoorPlant {
  public:
-  DoorPlant(CameraFeed& feed, const SessionOptions& options) : session(hal::linux_os(), feed, options) {
+  DoorPlant(CameraFeed& feed, const SessionOptions& options) : session(hal::system_os(), feed, options) {
     EXPECT_NE(mkdtemp(folder_.data()), nullptr);
     auto listener = hal::listen_stream("unix:" + folder_ + "/plant.sock");
     EXPECT_TRUE(listener);
     endpoint_ = (*listener)->endpoint();
-    door_ = std::move(*sim_hil::PlantDoor::open(hal::linux_os(), std::move(*listener),
+    door_ = std::move(*sim_hil::PlantDoor::open(hal::system_os(), std::move(*listener),
                                                 Session::description({}, options), {"door", 0, {}, 1 << 18}));
     thread_ = std::thread([this] {
       auto caller = door_->wait_runtime(kPatience);
@@ -504,7 +504,7 @@ TEST_F(PlantSession, RefusesTheModeThatItWasNotStartedFor) {
 TEST_F(PlantSession, ALostConnectionIsNotAGoodEnd) {
   auto pair = hal::stream_pair();
   ASSERT_TRUE(pair);
-  Session session(hal::linux_os(), *feed_, options_);
+  Session session(hal::system_os(), *feed_, options_);
   std::thread plant([&] { served_ = session.serve(std::move(pair->first)); });
   pair->second.reset();
   plant.join();

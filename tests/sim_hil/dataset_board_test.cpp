@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "dataset_fixture.hpp"
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 
 namespace sinew::sim_hil {
 namespace {
@@ -211,7 +211,7 @@ TEST(DatasetBoard, ImagesBeyondTheMemoryAreDecodedWhenReadInVirtualTimeAndRefuse
   hal::ManualClock clock;
   const auto board = open({.folder = f.path(), .clock = &clock, .max_decoded_bytes = 1000});
   EXPECT_EQ(play(*board, clock), kAll);
-  hal::Os& os = hal::linux_os();
+  hal::Os& os = hal::system_os();
   const Failure real = refused(f, {.folder = {}, .os = &os, .max_decoded_bytes = 1000});
   EXPECT_EQ(real.code, Errc::not_supported);
   EXPECT_NE(real.why.find("3 images need more than 0 MiB decoded"), std::string::npos) << real.why;
@@ -246,7 +246,7 @@ TEST(DatasetBoard, InRealTimeSleepersAreWokenForEverySample) {
   };
   Folder f;
   write_flat(f);
-  hal::Os& os = hal::linux_os();
+  hal::Os& os = hal::system_os();
   const auto board = open({.folder = f.path(), .clock = &os, .os = &os});
   Count imu, camera;
   (*board->sensor<msg::ImuSample>("imu"))->set_wake(&imu);
@@ -278,7 +278,7 @@ TEST(DatasetBoard, WhoIsTakenAwayWhileItIsWokenIsLetGoOfFirst) {
   };
   Folder f;
   write_flat(f);
-  hal::Os& os = hal::linux_os();
+  hal::Os& os = hal::system_os();
   Slow slow;
   const auto board = open({.folder = f.path(), .clock = &os, .os = &os});
   hal::Imu& imu = **board->sensor<msg::ImuSample>("imu");

@@ -36,7 +36,7 @@ class DoorRig {
     auto listener = hal::listen_stream(endpoint_.name());
     EXPECT_TRUE(listener);
     door =
-        std::move(*PlantDoor::open(hal::linux_os(), std::move(*listener), std::move(plant), {"door", 0, {}, 1 << 18}));
+        std::move(*PlantDoor::open(hal::system_os(), std::move(*listener), std::move(plant), {"door", 0, {}, 1 << 18}));
   }
   std::string endpoint() const { return endpoint_.name(); }
   std::unique_ptr<hal::Stream> connect() const { return std::move(*hal::connect_stream(endpoint_.name(), kLong)); }

@@ -5,27 +5,27 @@ namespace sinew::sim_hil {
 namespace {
 
 using hal::Errc;
-using hal::linux_os;
+using hal::system_os;
 
 SimOptions free_running() {
   SimOptions o;
   o.mode = Mode::free_running;
-  o.clock = &linux_os();
-  o.os = &linux_os();
+  o.clock = &system_os();
+  o.os = &system_os();
   o.late_after = 1h;
   return o;
 }
 
 /// Keeps the line open until the runtime is done with it.
 void idle(PlantLink& plant) {
-  while (plant.exchange()) linux_os().sleep_until(linux_os().now() + 1ms);
+  while (plant.exchange()) system_os().sleep_until(system_os().now() + 1ms);
 }
 
 TEST(SimFreeRunning, SampleWakesItsReaderAndStandsOnTheRuntimeClock) {
   Time zero;
   Rig rig(
       [&](PlantLink& plant) {
-        zero = linux_os().now();
+        zero = system_os().now();
         ASSERT_TRUE(plant.start_clock(at(0ms), zero));
         ASSERT_TRUE(plant.send(kImu, imu_sample(1ms, 5), at(2ms)));
         idle(plant);
@@ -47,10 +47,10 @@ TEST(SimFreeRunning, SampleWakesItsReaderAndStandsOnTheRuntimeClock) {
 /// A clock at half speed, as for a plant that cannot keep up with life.
 class HalfClock final : public hal::Clock {
  public:
-  Time now() const noexcept override { return Time{} + (linux_os().now() - start_) / 2; }
+  Time now() const noexcept override { return Time{} + (system_os().now() - start_) / 2; }
 
  private:
-  Time start_ = linux_os().now();
+  Time start_ = system_os().now();
 };
 
 TEST(SimFreeRunning, SlowerPlantIsFollowedOnASlowerClock) {
@@ -62,7 +62,7 @@ TEST(SimFreeRunning, SlowerPlantIsFollowedOnASlowerClock) {
   Rig rig(
       [&](PlantLink& plant) {
         zero_half = half.now();
-        zero = linux_os().now();
+        zero = system_os().now();
         ASSERT_TRUE(plant.start_clock(at(0ms), zero));
         ASSERT_TRUE(plant.send(kImu, imu_sample(10ms), at(10ms)));
         idle(plant);
@@ -83,7 +83,7 @@ TEST(SimFreeRunning, OverflowOfAQueueIsCountedAndTheNewestThatFitRemain) {
   options.sensor_depth = 4;  // the queue behind it holds 16
   Rig rig(
       [](PlantLink& plant) {
-        ASSERT_TRUE(plant.start_clock(at(0ms), linux_os().now()));
+        ASSERT_TRUE(plant.start_clock(at(0ms), system_os().now()));
         for (int i = 0; i < 100; ++i) ASSERT_TRUE(plant.send(kImu, imu_sample(i * 1ms), at(i * 1ms)));
         msg::BaroSample last;
         last.stamp = at(1s);
@@ -114,9 +114,9 @@ TEST(SimFreeRunning, ManySamplesPassInOrderWithoutLoss) {
   std::atomic<int> taken{0};
   Rig rig(
       [&](PlantLink& plant) {
-        ASSERT_TRUE(plant.start_clock(at(0ms), linux_os().now()));
+        ASSERT_TRUE(plant.start_clock(at(0ms), system_os().now()));
         for (int i = 0; i < kSamples; ++i) {
-          while (i - taken.load() > 500) linux_os().sleep_until(linux_os().now() + 100us);
+          while (i - taken.load() > 500) system_os().sleep_until(system_os().now() + 100us);
           ASSERT_TRUE(plant.send(kImu, imu_sample(i * 1ms, i), at(i * 1ms)));
           if (i % 10 == 0) {
             ASSERT_TRUE(plant.exchange());
@@ -143,21 +143,21 @@ TEST(SimFreeRunning, CommandActsOnThePlantAndRunsOutThere) {
   std::atomic<bool> acted{false}, ran_out{false};
   Rig rig(
       [&](PlantLink& plant) {
-        const Time zero = linux_os().now();
+        const Time zero = system_os().now();
         ASSERT_TRUE(plant.start_clock(at(0ms), zero));
         while (plant.exchange()) {
-          const Setpoints s = plant.setpoints_at(kMotors, Time{} + (linux_os().now() - zero));
+          const Setpoints s = plant.setpoints_at(kMotors, Time{} + (system_os().now() - zero));
           if (s.valid && s.value[2] == 0.5) acted = true;
           if (acted && s.lease_over) ran_out = true;
-          linux_os().sleep_until(linux_os().now() + 200us);
+          system_os().sleep_until(system_os().now() + 200us);
         }
       },
       free_running());
   hal::Actuators* motors = *rig.board->actuators("motors");
   ASSERT_TRUE(rig.board->start());
-  ASSERT_TRUE(motors->write(hover(0.5, linux_os().now() - Time{}), 300ms));
-  const Time deadline = linux_os().now() + kLong;
-  while (!ran_out && linux_os().now() < deadline) linux_os().sleep_until(linux_os().now() + 5ms);
+  ASSERT_TRUE(motors->write(hover(0.5, system_os().now() - Time{}), 300ms));
+  const Time deadline = system_os().now() + kLong;
+  while (!ran_out && system_os().now() < deadline) system_os().sleep_until(system_os().now() + 5ms);
   EXPECT_TRUE(acted);
   EXPECT_TRUE(ran_out);
 }
@@ -166,8 +166,8 @@ TEST(SimFreeRunning, PlantThatTakesNoCommandsCostsCommandsNotTheLine) {
   std::atomic<bool> jammed{true};
   Rig rig(
       [&](PlantLink& plant) {
-        ASSERT_TRUE(plant.start_clock(at(0ms), linux_os().now()));
-        while (jammed) linux_os().sleep_until(linux_os().now() + 1ms);
+        ASSERT_TRUE(plant.start_clock(at(0ms), system_os().now()));
+        while (jammed) system_os().sleep_until(system_os().now() + 1ms);
         idle(plant);
       },
       free_running());
@@ -179,11 +179,11 @@ TEST(SimFreeRunning, PlantThatTakesNoCommandsCostsCommandsNotTheLine) {
   EXPECT_EQ(status.error().code, Errc::busy);
   EXPECT_GE(rig.board->stats().commands_dropped, 1u);
   jammed = false;
-  const Time deadline = linux_os().now() + kLong;
+  const Time deadline = system_os().now() + kLong;
   do {
-    linux_os().sleep_until(linux_os().now() + 1ms);
+    system_os().sleep_until(system_os().now() + 1ms);
     status = motors->write(hover(0.5), 1ms);
-  } while (!status && linux_os().now() < deadline);
+  } while (!status && system_os().now() < deadline);
   EXPECT_TRUE(status);
   rig.finish();
   EXPECT_EQ(rig.plant_reason, "runtime closed the connection") << "the framing has survived";
@@ -192,7 +192,7 @@ TEST(SimFreeRunning, PlantThatTakesNoCommandsCostsCommandsNotTheLine) {
 TEST(SimFreeRunning, EndOfTheRunWakesReadersAndQuotesThePlant) {
   Rig rig(
       [](PlantLink& plant) {
-        ASSERT_TRUE(plant.start_clock(at(0ms), linux_os().now()));
+        ASSERT_TRUE(plant.start_clock(at(0ms), system_os().now()));
         plant.bye("battery empty");
       },
       free_running());
@@ -208,7 +208,7 @@ TEST(SimFreeRunning, EndOfTheRunWakesReadersAndQuotesThePlant) {
 }
 
 TEST(SimFreeRunning, ConnectionLostMidRunEndsTheRun) {
-  Rig rig([](PlantLink& plant) { ASSERT_TRUE(plant.start_clock(at(0ms), linux_os().now())); }, free_running());
+  Rig rig([](PlantLink& plant) { ASSERT_TRUE(plant.start_clock(at(0ms), system_os().now())); }, free_running());
   Bell& bell = rig.bell;
   hal::Imu* imu = *rig.board->sensor<msg::ImuSample>("imu");
   imu->set_wake(&bell);
@@ -224,7 +224,7 @@ TEST(SimFreeRunning, SampleThatArrivesLongAfterItWasReadyIsLate) {
   options.late_after = 100ms;
   Rig rig(
       [](PlantLink& plant) {
-        ASSERT_TRUE(plant.start_clock(at(10s), linux_os().now()));
+        ASSERT_TRUE(plant.start_clock(at(10s), system_os().now()));
         ASSERT_TRUE(plant.send(kImu, imu_sample(1s), at(2s)));
         idle(plant);
       },
@@ -242,12 +242,12 @@ TEST(SimFreeRunning, GapBetweenArrivalsIsMeasured) {
   std::atomic<bool> first_is_read{false};
   Rig rig(
       [&](PlantLink& plant) {
-        ASSERT_TRUE(plant.start_clock(at(0s), linux_os().now()));
+        ASSERT_TRUE(plant.start_clock(at(0s), system_os().now()));
         ASSERT_TRUE(plant.send(kImu, imu_sample(1ms), at(1ms)));
         ASSERT_TRUE(plant.exchange());
-        const Time give_up = linux_os().now() + kLong;
-        while (!first_is_read && linux_os().now() < give_up) linux_os().sleep_until(linux_os().now() + 1ms);
-        linux_os().sleep_until(linux_os().now() + 5ms);
+        const Time give_up = system_os().now() + kLong;
+        while (!first_is_read && system_os().now() < give_up) system_os().sleep_until(system_os().now() + 1ms);
+        system_os().sleep_until(system_os().now() + 5ms);
         ASSERT_TRUE(plant.send(kImu, imu_sample(2ms), at(2ms)));
         idle(plant);
       },
@@ -265,7 +265,7 @@ TEST(SimFreeRunning, GapBetweenArrivalsIsMeasured) {
 }
 
 TEST(SimFreeRunning, PlantWithAnotherHostClockIsRefused) {
-  Rig rig([](PlantLink& plant) { static_cast<void>(plant.start_clock(at(0s), linux_os().now() + 2h)); },
+  Rig rig([](PlantLink& plant) { static_cast<void>(plant.start_clock(at(0s), system_os().now() + 2h)); },
           free_running());
   const auto status = rig.board->start();
   ASSERT_FALSE(status);
@@ -282,7 +282,7 @@ TEST(SimFreeRunning, PlantThatDoesNotAnswerStartWithClockIsRefused) {
 TEST(SimFreeRunning, BellThatWasTakenAwayIsNotRungAgain) {
   Rig rig(
       [](PlantLink& plant) {
-        ASSERT_TRUE(plant.start_clock(at(0s), linux_os().now()));
+        ASSERT_TRUE(plant.start_clock(at(0s), system_os().now()));
         for (int i = 0; plant.send(kImu, imu_sample(i * 1us), at(i * 1us)) && plant.exchange(); ++i) {
         }
       },
@@ -301,7 +301,7 @@ TEST(SimFreeRunning, BellThatWasTakenAwayIsNotRungAgain) {
 TEST(SimFreeRunning, NobodyIsWokenAfterBye) {
   Rig rig(
       [](PlantLink& plant) {
-        ASSERT_TRUE(plant.start_clock(at(0s), linux_os().now()));
+        ASSERT_TRUE(plant.start_clock(at(0s), system_os().now()));
         for (int i = 0; plant.send(kImu, imu_sample(i * 1us), at(i * 1us)) && plant.exchange(); ++i) {
         }
       },
@@ -327,9 +327,9 @@ TEST_P(SimFreeCamera, FramesArriveWholeWhileThePlantGoesOn) {
   std::atomic<std::uint32_t> taken{0};
   Rig rig(
       [&](PlantLink& plant) {
-        ASSERT_TRUE(plant.start_clock(at(0ms), linux_os().now()));
+        ASSERT_TRUE(plant.start_clock(at(0ms), system_os().now()));
         for (std::uint32_t n = 1; n <= kFrames; ++n) {
-          while (n - taken.load() > 3) linux_os().sleep_until(linux_os().now() + 50us);
+          while (n - taken.load() > 3) system_os().sleep_until(system_os().now() + 50us);
           const FrameSlot slot = plant.begin_frame(kCamera);
           for (auto& p : slot.pixels) p = static_cast<std::uint8_t>(n);
           ASSERT_TRUE(plant.send_frame(kCamera, slot, {at(n * 33ms), at(n * 33ms), 0, n}));

@@ -55,7 +55,7 @@ TEST(PlantDoor, StrangersHinderNobody) {
   ASSERT_TRUE(garbage->write(std::as_bytes(std::span("GET / HTTP/1.1\r\nHost: plant\r\n\r\n"))));
   EXPECT_NE(next_word(*garbage).find("no Hello from the runtime"), std::string::npos);
   auto line = rig.side_line();
-  EXPECT_TRUE(line->compare_clocks(hal::linux_os()));
+  EXPECT_TRUE(line->compare_clocks(hal::system_os()));
   auto runtime = rig.connect();
   say_hello(*runtime);
   EXPECT_TRUE(rig.door->wait_runtime(kLong));
@@ -69,10 +69,10 @@ TEST(PlantDoor, MoreConnectionsThanItServesAreTurnedAwayWithWords) {
   for (std::size_t i = 0; i < PlantDoor::kMaxLines; ++i) lines.push_back(rig.side_line());
   EXPECT_EQ(next_word(*rig.connect()), "too many connections to this plant");
   lines.pop_back();  // and when one has left, another is served
-  const Time give_up = hal::linux_os().now() + kLong;
-  while (!SideLine::open(rig.connect(), "late", kLong, rig.why) && hal::linux_os().now() < give_up) {
+  const Time give_up = hal::system_os().now() + kLong;
+  while (!SideLine::open(rig.connect(), "late", kLong, rig.why) && hal::system_os().now() < give_up) {
   }
-  EXPECT_LT(hal::linux_os().now(), give_up);
+  EXPECT_LT(hal::system_os().now(), give_up);
 }
 
 TEST(PlantDoor, SideLineThatBreaksTheProtocolHearsWhy) {
@@ -102,7 +102,7 @@ TEST(SideLine, FourTimeStampsStandInTheirOrder) {
   DoorRig rig;
   auto line = rig.side_line();
   for (int i = 0; i < 20; ++i) {
-    auto e = line->compare_clocks(hal::linux_os());  // on one machine both clocks are one
+    auto e = line->compare_clocks(hal::system_os());  // on one machine both clocks are one
     ASSERT_TRUE(e);
     EXPECT_LE(e->asked, e->received);
     EXPECT_LE(e->received, e->answered);
@@ -145,7 +145,7 @@ TEST(SideLine, PlantWithoutADoorSaysThatItTakesNone) {
   auto ends = hal::stream_pair();
   ASSERT_TRUE(ends);
   std::string why, plant_why;
-  auto plant = hal::linux_os().start_thread({"plant", 0, {}, 1 << 18}, [&] {
+  auto plant = hal::system_os().start_thread({"plant", 0, {}, 1 << 18}, [&] {
     EXPECT_FALSE(PlantLink::accept(std::move(ends->second), small_plant(), nullptr, plant_why));
   });
   EXPECT_FALSE(SideLine::open(std::move(ends->first), "parent", kLong, why));

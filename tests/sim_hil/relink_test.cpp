@@ -7,7 +7,7 @@ namespace sinew::sim_hil {
 namespace {
 
 using hal::Errc;
-using hal::linux_os;
+using hal::system_os;
 
 /// A plant behind a door, on a thread: one part of the test after the other, each with a connection of its own.
 class ReturningPlant {
@@ -15,7 +15,7 @@ class ReturningPlant {
   using Part = std::function<void(PlantLink&)>;
   explicit ReturningPlant(std::vector<Part> parts, std::vector<PlantDescription> plants = {}) {
     if (plants.empty()) plants.assign(parts.size(), small_plant());
-    thread_ = std::move(*linux_os().start_thread({"plant", 0, {}, 1 << 18}, [this, parts, plants] {
+    thread_ = std::move(*system_os().start_thread({"plant", 0, {}, 1 << 18}, [this, parts, plants] {
       for (std::size_t i = 0; i < parts.size(); ++i) {
         auto caller = rig_.door->wait_runtime(kLong);
         if (!caller) return;
@@ -41,8 +41,8 @@ class ReturningPlant {
 SimOptions coming_back(Connect connect, Duration relink_for = kLong) {
   SimOptions o;
   o.mode = Mode::free_running;
-  o.clock = &linux_os();
-  o.os = &linux_os();
+  o.clock = &system_os();
+  o.os = &system_os();
   o.late_after = 1h;
   o.connect = std::move(connect);
   o.relink_for = relink_for;
@@ -60,21 +60,21 @@ std::unique_ptr<SimBoard> meet(const SimOptions& options) {
 
 template <class Done>
 bool until(Done done) {
-  const Time give_up = linux_os().now() + kLong;
+  const Time give_up = system_os().now() + kLong;
   while (!done())
-    if (linux_os().now() > give_up)
+    if (system_os().now() > give_up)
       return false;
     else
-      linux_os().sleep_until(linux_os().now() + 200us);
+      system_os().sleep_until(system_os().now() + 200us);
   return true;
 }
 
 /// Sends one sample and keeps the line open until `hang_up`.
 ReturningPlant::Part one_sample(Duration stamp, double gyro_x, std::atomic<bool>& hang_up) {
   return [=, &hang_up](PlantLink& plant) {
-    ASSERT_TRUE(plant.start_clock(at(stamp), linux_os().now()));
+    ASSERT_TRUE(plant.start_clock(at(stamp), system_os().now()));
     ASSERT_TRUE(plant.send(kImu, imu_sample(stamp, gyro_x), at(stamp)));
-    while (!hang_up && plant.exchange()) linux_os().sleep_until(linux_os().now() + 1ms);
+    while (!hang_up && plant.exchange()) system_os().sleep_until(system_os().now() + 1ms);
   };
 }
 
@@ -98,13 +98,13 @@ TEST(SimRelink, PlantThatComesBackIsTakenUpAgainAndTheRunGoesOn) {
     msg::ImuSample first, second;
     ASSERT_TRUE(until([&] { return *imu->read(first); }));
     EXPECT_EQ(first.gyro_radps.x, 1);
-    EXPECT_TRUE(motors->write(hover(0.5, linux_os().now() - Time{}), 1s));
+    EXPECT_TRUE(motors->write(hover(0.5, system_os().now() - Time{}), 1s));
     EXPECT_EQ(board->link_trouble(), "");
     in_reach = false;  // until the outage has been seen
     lose = true;
     bool refused = false, told = false;
     ASSERT_TRUE(until([&] {
-      const hal::Status sent = motors->write(hover(0.5, linux_os().now() - Time{}), 1s);
+      const hal::Status sent = motors->write(hover(0.5, system_os().now() - Time{}), 1s);
       refused |= !sent && sent.error().code == Errc::closed;
       told |= !board->link_trouble().empty();
       if (refused && told) in_reach = true;
@@ -116,14 +116,14 @@ TEST(SimRelink, PlantThatComesBackIsTakenUpAgainAndTheRunGoesOn) {
     EXPECT_TRUE(told);
     EXPECT_EQ(second.gyro_radps.x, 2);
     EXPECT_GT(second.stamp, first.stamp) << "on the runtime's clock time goes forward";
-    EXPECT_TRUE(until([&] { return static_cast<bool>(motors->write(hover(0.5, linux_os().now() - Time{}), 1s)); }));
+    EXPECT_TRUE(until([&] { return static_cast<bool>(motors->write(hover(0.5, system_os().now() - Time{}), 1s)); }));
     EXPECT_FALSE(board->ended());
     const SimStats stats = board->stats();
     ASSERT_EQ(stats.outages.size(), 1u);
     EXPECT_GT(stats.outages[0].length, 0ns);
     EXPECT_NE(stats.outages[0].why.find("connection to plant 'small' lost"), std::string::npos) << stats.outages[0].why;
     EXPECT_EQ(stats.devices[kImu].lost, 0u) << "the outage says it";
-    linux_os().sleep_until(linux_os().now() + 20ms);
+    system_os().sleep_until(system_os().now() + 20ms);
     end = true;
   }
 }
@@ -132,12 +132,12 @@ TEST(SimRelink, FramesInSharedMemoryGoOnAndAnOldOneIsStillWhole) {
   std::atomic<bool> lose{false}, end{false};
   const auto frames_of = [](std::uint8_t value, std::atomic<bool>& over) {
     return [=, &over](PlantLink& link) {
-      ASSERT_TRUE(link.start_clock(at(0s), linux_os().now()));
+      ASSERT_TRUE(link.start_clock(at(0s), system_os().now()));
       ASSERT_TRUE(link.frames_in_shared_memory());
       const FrameSlot slot = link.begin_frame(kCamera);
       for (auto& p : slot.pixels) p = value;
       ASSERT_TRUE(link.send_frame(kCamera, slot, {at(33ms), at(33ms), 0, 1}));
-      while (!over && link.exchange()) linux_os().sleep_until(linux_os().now() + 1ms);
+      while (!over && link.exchange()) system_os().sleep_until(system_os().now() + 1ms);
     };
   };
   ReturningPlant plant({frames_of(11, lose), frames_of(22, end)});
@@ -170,12 +170,12 @@ TEST(SimRelink, PlantThatComesBackAsAnotherEndsTheRunAndSaysWhatDiffers) {
 TEST(SimRelink, PlantThatStaysAwayEndsTheRunWithBothReasons) {
   auto rig = std::make_unique<DoorRig>();
   const std::string endpoint = rig->endpoint();
-  auto thread = linux_os().start_thread({"plant", 0, {}, 1 << 18}, [&] {
+  auto thread = system_os().start_thread({"plant", 0, {}, 1 << 18}, [&] {
     auto caller = rig->door->wait_runtime(kLong);
     std::string why;
     auto link = PlantLink::accept(std::move(*caller), small_plant(), nullptr, why);
     ASSERT_TRUE((*link)->wait_start());
-    ASSERT_TRUE((*link)->start_clock(at(0s), linux_os().now()));
+    ASSERT_TRUE((*link)->start_clock(at(0s), system_os().now()));
     rig.reset();  // nobody listens any more, and then the line breaks
   });
   const auto board = meet(coming_back([=] { return hal::connect_stream(endpoint, 1ms); }, 200ms));
@@ -191,7 +191,7 @@ TEST(SimRelink, PlantThatStaysAwayEndsTheRunWithBothReasons) {
 
 TEST(SimRelink, PlantThatSaysByeIsNotLookedFor) {
   ReturningPlant plant({[](PlantLink& link) {
-    ASSERT_TRUE(link.start_clock(at(0s), linux_os().now()));
+    ASSERT_TRUE(link.start_clock(at(0s), system_os().now()));
     link.bye("battery empty");
   }});
   const auto board = meet(coming_back(plant.connect()));
@@ -248,7 +248,7 @@ class RemotePlant {
       door_ = std::move(*PlantDoor::open(host_, std::move(*listener), small_plant(), {"door", 0, {}, 1 << 18}));
     else
       listener_ = std::move(*listener);
-    thread_ = std::move(*linux_os().start_thread({"plant", 0, {}, 1 << 18}, [this] { run(); }));
+    thread_ = std::move(*system_os().start_thread({"plant", 0, {}, 1 << 18}, [this] { run(); }));
   }
   ~RemotePlant() {
     over_ = true;
@@ -288,7 +288,7 @@ class RemotePlant {
     }
   }
 
-  hal::ScaledOs host_{linux_os(), 1 + kDrift, Time{-1'000'000'000'000'000}};
+  hal::ScaledOs host_{system_os(), 1 + kDrift, Time{-1'000'000'000'000'000}};
   std::string endpoint_;
   std::unique_ptr<PlantDoor> door_;
   std::unique_ptr<hal::Listener> listener_;

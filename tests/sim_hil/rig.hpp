@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "hal/linux/os.hpp"
 #include "hal/linux/shared_memory.hpp"
 #include "hal/linux/socket.hpp"
+#include "hal/platform.hpp"
 #include "sim_hil/plant_link.hpp"
 #include "sim_hil/sim_board.hpp"
 
@@ -58,18 +58,18 @@ class Bell final : public hal::Wake {
  public:
   void wake() noexcept override {
     rings_.fetch_add(1, std::memory_order_release);
-    hal::linux_os().wake(rings_);
+    hal::system_os().wake(rings_);
   }
   std::uint32_t rings() const { return rings_.load(std::memory_order_acquire); }
   /// Until `done()` says so, looking again after each ring.
   template <class Done>
   bool wait_until(Done done) {
-    const Time deadline = hal::linux_os().now() + kLong;
+    const Time deadline = hal::system_os().now() + kLong;
     for (;;) {
       const std::uint32_t seen = rings_.load(std::memory_order_acquire);
       if (done()) return true;
-      if (hal::linux_os().now() > deadline) return false;
-      hal::linux_os().wait(rings_, seen, hal::linux_os().now() + 50ms);
+      if (hal::system_os().now() > deadline) return false;
+      hal::system_os().wait(rings_, seen, hal::system_os().now() + 50ms);
     }
   }
 
@@ -86,7 +86,7 @@ class Rig {
     EXPECT_TRUE(ends);
     plant_stream_ = std::move(ends->second);
     frames_ = std::move(*hal::create_shared_memory("frames", PlantLink::frame_memory_bytes(description)));
-    thread_ = std::move(*hal::linux_os().start_thread({"plant", 0, {}, 256 * 1024}, [this, plant, description] {
+    thread_ = std::move(*hal::system_os().start_thread({"plant", 0, {}, 256 * 1024}, [this, plant, description] {
       auto link = PlantLink::accept(std::move(plant_stream_), description, frames_.get(), plant_why);
       if (!link) return;
       if ((*link)->wait_start()) plant(**link);

@@ -11,8 +11,8 @@
 #include <thread>
 
 #include "hal/linux/connectors.hpp"
-#include "hal/linux/os.hpp"
 #include "hal/linux/socket.hpp"
+#include "hal/platform.hpp"
 #include "wire/can_bytes.hpp"
 
 namespace sinew::sim_hil {
@@ -22,7 +22,7 @@ using namespace std::chrono_literals;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-hal::Os& os() { return hal::linux_os(); }
+hal::Os& os() { return hal::system_os(); }
 
 template <class Holds>
 bool until(Holds&& holds, hal::Duration patience = 10s) {

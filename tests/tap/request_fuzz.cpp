@@ -3,7 +3,7 @@
 #include <cstdlib>
 
 #include "hal/board.hpp"
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "rt/discrete_executor.hpp"
 #include "tap/answers.hpp"
 #include "tap/frames.hpp"
@@ -27,7 +27,7 @@ struct StandingRobot {
   StandingRobot() {
     require(graph.check().empty() && graph.configure(board));
     executor = std::make_unique<rt::DiscreteExecutor>(graph, clock, grants);
-    answers = std::make_unique<Answers>(graph, executor->runner(), hal::linux_os(), nullptr,
+    answers = std::make_unique<Answers>(graph, executor->runner(), hal::system_os(), nullptr,
                                         Answers::Robot{"robot", "none", true, [] {}});
   }
 };

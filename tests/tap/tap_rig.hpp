@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "rt/discrete_executor.hpp"
 #include "rt/real_time_executor.hpp"
 #include "tap/client.hpp"
@@ -94,7 +94,7 @@ class Robot {
   RobotOptions options_;
 
  public:
-  hal::Os& os = hal::linux_os();
+  hal::Os& os = hal::system_os();
   rt::Graph graph;
   std::unique_ptr<rt::RealTimeExecutor> real;
   std::unique_ptr<rt::DiscreteExecutor> discrete;

@@ -12,7 +12,7 @@
 #include <string>
 
 #include "hal/board.hpp"
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "msg/flight.hpp"
 #include "rt/real_time_executor.hpp"
 #include "vision/pad_detector.hpp"
@@ -140,7 +140,7 @@ int run(const char* reference) {
   for (const auto& p : graph.check({})) std::printf("%s\n", rt::to_string(p, "lateness").c_str());
   if (!graph.check({}).empty() || !graph.configure(board)) return 2;
 
-  hal::Os& os = hal::linux_os();
+  hal::Os& os = hal::system_os();
   rt::RealTimeOptions options;
   options.strict = true;  // not a figure without fixed priorities and locked memory
   rt::RealTimeExecutor executor(graph, os, options);

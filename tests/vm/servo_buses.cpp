@@ -27,7 +27,7 @@
 #include "drivers/mit_servo.hpp"
 #include "drivers/servo_group.hpp"
 #include "hal/linux/can.hpp"
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "sim_hil/wire/sim_cia402.hpp"
 #include "sim_hil/wire/sim_impedance.hpp"
 
@@ -66,7 +66,7 @@ std::shared_ptr<hal::FdWatch> watch(int fifo_priority) {
   hal::ThreadOptions options;
   options.name = "watch";
   options.fifo_priority = fifo_priority;
-  auto started = hal::FdWatch::start(hal::linux_os(), options);
+  auto started = hal::FdWatch::start(hal::system_os(), options);
   if (!started) give_up("no watch");
   return *started;
 }
@@ -76,7 +76,7 @@ std::unique_ptr<hal::CanBus> open_bus(const std::string& name, std::uint32_t bit
   hal::CanSpec spec;
   spec.transport = "socketcan", spec.address = name, spec.bit_rate = bit_rate;
   std::string why;
-  auto bus = hal::open_can(spec, hal::linux_os(), watch, why);
+  auto bus = hal::open_can(spec, hal::system_os(), watch, why);
   if (!bus) give_up(why);
   if (!why.empty()) say(why);
   return std::move(*bus);
@@ -103,7 +103,7 @@ struct Place {
 };
 
 int drives(const Place& place) {
-  hal::Os& os = hal::linux_os();
+  hal::Os& os = hal::system_os();
   const std::string& kind = place.kind;
   const auto bus = open_bus(place.bus, place.bit_rate, watch(kDrivesWatch));
   sim_hil::SimServos servos(*bus);
@@ -131,8 +131,8 @@ struct Line {
   Line(const std::string& bus_name, std::uint32_t bit_rate, double hz, const std::shared_ptr<hal::FdWatch>& watch)
       : name(bus_name),
         bus(open_bus(name, bit_rate, watch)),
-        group(hal::linux_os(), name),
-        hub(hal::linux_os(), *bus, config(name, hz)) {}
+        group(hal::system_os(), name),
+        hub(hal::system_os(), *bus, config(name, hz)) {}
   static drivers::CanHubConfig config(const std::string& bus_name, double hz) {
     drivers::CanHubConfig c;
     c.name = bus_name, c.tick_hz = hz, c.max_load = 0.95;
@@ -184,20 +184,20 @@ class Master {
     for (std::uint32_t id = 1; id <= place.count; ++id) lines_.back()->add(place.kind, id);
   }
   void start() {
-    if (const auto locked = hal::linux_os().lock_memory(); !locked) give_up("memory is not locked");
+    if (const auto locked = hal::system_os().lock_memory(); !locked) give_up("memory is not locked");
     for (auto& line : lines_) {
       std::string why;
       if (!line->hub.configure(why)) give_up(why);
       if (!line->hub.start()) give_up(line->name + ": no thread");
     }
-    next_ = hal::linux_os().now();
+    next_ = hal::system_os().now();
   }
   /// Makes cycles until `holds`, or says what did not come about.
   template <class F>
   void until(const char* what, F&& holds) {
-    const Time deadline = hal::linux_os().now() + kPatience;
+    const Time deadline = hal::system_os().now() + kPatience;
     while (!holds()) {
-      if (hal::linux_os().now() > deadline) {
+      if (hal::system_os().now() > deadline) {
         report();
         give_up(std::string("not within ten seconds: ") + what);
       }
@@ -236,7 +236,7 @@ class Master {
     for (std::size_t l = 0; l < lines_.size(); ++l) {
       Line& line = *lines_[l];
       msg::ActuatorCommand command;
-      command.stamp = hal::linux_os().now();
+      command.stamp = hal::system_os().now();
       command.count = static_cast<std::uint32_t>(line.group.size());
       command.armed = 1;
       for (std::size_t j = 0; j < line.group.size(); ++j) command.value[j] = target(l, j);
@@ -246,8 +246,8 @@ class Master {
         if (!line.ready()) ++line.samples_not_ready;
       }
     }
-    next_ = std::max(next_ + period_, hal::linux_os().now());
-    hal::linux_os().sleep_until(next_);
+    next_ = std::max(next_ + period_, hal::system_os().now());
+    hal::system_os().sleep_until(next_);
   }
 
   const std::shared_ptr<hal::FdWatch> watch_ = watch(kRobotsWatch);

@@ -7,11 +7,11 @@
 #include <cstdio>
 #include <utility>
 
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 
 namespace {
 
-using sinew::hal::linux_os, sinew::hal::Time;
+using sinew::hal::system_os, sinew::hal::Time;
 
 /// Both clocks at one moment: the pair of reads, out of a hundred, that took the shortest time.
 std::pair<Time, std::uint64_t> now() {
@@ -19,7 +19,7 @@ std::pair<Time, std::uint64_t> now() {
   std::uint64_t shortest = ~std::uint64_t{0};
   for (int i = 0; i < 100; ++i) {
     const std::uint64_t before = __rdtsc();
-    const Time at = linux_os().now();
+    const Time at = system_os().now();
     const std::uint64_t took = __rdtsc() - before;
     if (took < shortest) shortest = took, best = {at, before + took / 2};
   }
@@ -30,7 +30,7 @@ std::pair<Time, std::uint64_t> now() {
 
 int main() {
   const auto from = now();
-  linux_os().sleep_until(linux_os().now() + std::chrono::milliseconds(100));
+  system_os().sleep_until(system_os().now() + std::chrono::milliseconds(100));
   const auto to = now();
   const std::chrono::duration<double, std::milli> ms = to.first - from.first;
   std::printf("%.0f\n", static_cast<double>(to.second - from.second) / ms.count());

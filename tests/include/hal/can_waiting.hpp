@@ -4,7 +4,7 @@
 
 #include "hal/can_bus.hpp"
 #include "hal/linux/fd_watch.hpp"
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 
 namespace sinew::hal {
 
@@ -14,10 +14,10 @@ class Bell final : public Wake {
  public:
   void wake() noexcept override {
     word_.fetch_add(1, std::memory_order_release);
-    linux_os().wake(word_);
+    system_os().wake(word_);
   }
   std::uint32_t times() const { return word_.load(std::memory_order_acquire); }
-  void wait_beyond(std::uint32_t seen, Time deadline) { linux_os().wait(word_, seen, deadline); }
+  void wait_beyond(std::uint32_t seen, Time deadline) { system_os().wait(word_, seen, deadline); }
 
  private:
   WakeWord word_{0};
@@ -26,7 +26,7 @@ class Bell final : public Wake {
 inline std::shared_ptr<FdWatch> start_watch() {
   ThreadOptions options;
   options.name = "watch";
-  auto watch = FdWatch::start(linux_os(), options);
+  auto watch = FdWatch::start(system_os(), options);
   EXPECT_TRUE(watch);
   return watch ? *watch : nullptr;
 }
@@ -34,10 +34,10 @@ inline std::shared_ptr<FdWatch> start_watch() {
 /// Tries again every millisecond until `done` or the patience is over.
 template <class Done>
 bool eventually(Done done) {
-  const Time deadline = linux_os().now() + kPatience;
+  const Time deadline = system_os().now() + kPatience;
   while (!done()) {
-    if (linux_os().now() >= deadline) return false;
-    linux_os().sleep_until(linux_os().now() + std::chrono::milliseconds(1));
+    if (system_os().now() >= deadline) return false;
+    system_os().sleep_until(system_os().now() + std::chrono::milliseconds(1));
   }
   return true;
 }

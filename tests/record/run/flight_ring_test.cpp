@@ -4,7 +4,7 @@
 
 #include <thread>
 
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "midway_robot.hpp"
 #include "rt/real_time_executor.hpp"
 
@@ -230,7 +230,7 @@ TEST_F(FlightRingOfARun, APartThatIsFullRefusesAndKeepsWhatItHas) {
 TEST_F(FlightRingOfARun, InRealTimeADumpIsWrittenWhileTheRunGoesOn) {
   auto recorder = open_ring(RunRecorder::Pace::follows, with_ring(100ms));
   RunRecorder* const it = recorder.get();
-  hal::Os& os = hal::linux_os();
+  hal::Os& os = hal::system_os();
   ASSERT_TRUE(recorder->start(os));
   rt::RealTimeOptions how;
   how.fixed_priority = how.lock_memory = how.keep_awake = false;

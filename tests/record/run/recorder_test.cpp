@@ -6,7 +6,7 @@
 #include <set>
 #include <thread>
 
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "math/hash.hpp"
 #include "msg/cdr.hpp"
 #include "msg/compare.hpp"
@@ -206,7 +206,7 @@ TEST_F(Recorded, InRealTimeNobodyWaitsForADiskThatStalls) {
   disks[0]->on_append = [&stalls] {
     if (stalls) std::this_thread::sleep_for(100ms);
   };
-  hal::Os& os = hal::linux_os();
+  hal::Os& os = hal::system_os();
   ASSERT_TRUE(recorder->start(os));
   rt::RealTimeOptions how;
   how.fixed_priority = how.lock_memory = how.keep_awake = false;

@@ -5,7 +5,7 @@
 #include <atomic>
 #include <thread>
 
-#include "hal/linux/os.hpp"
+#include "hal/platform.hpp"
 #include "record/check.hpp"
 #include "record/run/run_messages.hpp"
 #include "recorded_robot.hpp"
@@ -104,7 +104,7 @@ TEST_F(RunReviewOf, MessagesOfStepsThatWereLostAreLost) {
   std::atomic<bool> reads = false;
   disks[0]->on_append = [&] { reads = true; };
   robot.grants.at(rt::Time{300'500'000}, [&] {  // its log has been full for long
-    ASSERT_TRUE(opened->start(hal::linux_os()));
+    ASSERT_TRUE(opened->start(hal::system_os()));
     while (!reads) std::this_thread::sleep_for(1ms);
   });
   run(*opened, 400ms);
