@@ -17,8 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 msg::PixelFormat format_of(std::string_view encoding) {
-  for (const auto format :
-       {msg::PixelFormat::mono8, msg::PixelFormat::rgb8, msg::PixelFormat::bgr8, msg::PixelFormat::yuyv})
+  for (const auto& [name, format] : msg::kPixelFormats)
     if (record::ros_encoding(format) == encoding) return format;
   return msg::PixelFormat::none;
 }

@@ -113,11 +113,7 @@ void read_topic(const std::string& name, TomlReader& r, rt::GraphSpec& graph) {
       if (!image.has(key)) image.missing(key, "an integer; it is required");
     image.read("width", width, 1, msg::kMaxImageWidth);
     image.read("height", height, 1, msg::kMaxImageHeight);
-    image.read_choice<msg::PixelFormat>("format", format,
-                                        {{"mono8", msg::PixelFormat::mono8},
-                                         {"rgb8", msg::PixelFormat::rgb8},
-                                         {"bgr8", msg::PixelFormat::bgr8},
-                                         {"yuyv", msg::PixelFormat::yuyv}});
+    image.read_choice("format", format, msg::kPixelFormats);
     t.image_pixels = static_cast<std::uint32_t>(width * height);
     t.image_bytes = t.image_pixels * msg::bytes_per_pixel(format);
   });

@@ -24,19 +24,6 @@ constexpr const char* kActuators = "actuators";
 
 int line_or(int line, int otherwise) { return line ? line : otherwise; }
 
-const char* format_name(msg::PixelFormat format) {
-  switch (format) {
-    case msg::PixelFormat::mono8:
-      return "mono8";
-    case msg::PixelFormat::rgb8:
-      return "rgb8";
-    case msg::PixelFormat::bgr8:
-      return "bgr8";
-    default:
-      return "yuyv";
-  }
-}
-
 /// The range of one joint in the unit of its setpoints.
 std::pair<double, double> range_of(const drivers::ServoConfig& joint) {
   const drivers::ServoLimits& l = joint.limits;
@@ -180,7 +167,7 @@ class WiringCheck {
       if (!m.declaration.ports[p].output || m.topic[p] == rt::kNone) continue;
       const rt::GraphTopic& topic = graph_.topics()[m.topic[p]];
       if (!topic.type->has_bulk() || bytes <= topic.image_bytes) continue;
-      add(line, std::move(key), fmt::format("{}x{} {}, {} bytes", width, height, format_name(format), bytes),
+      add(line, std::move(key), fmt::format("{}x{} {}, {} bytes", width, height, msg::pixel_format_name(format), bytes),
           fmt::format("at most {} bytes, as topic.\"{}\".image has room for: every frame would be dropped",
                       topic.image_bytes, topic.name));
       return;

@@ -56,12 +56,8 @@ hal::CameraSpec read_camera(DeviceKeys& keys, std::string_view path_is) {
                     {.unit = "px", .doc = "of the pictures in the topic"});
   keys.read_integer("height", spec.height, 16, msg::kMaxImageHeight,
                     {.unit = "px", .doc = "of the pictures in the topic"});
-  keys.read_choice<msg::PixelFormat>("format", spec.format,
-                                     {{"mono8", msg::PixelFormat::mono8},
-                                      {"rgb8", msg::PixelFormat::rgb8},
-                                      {"bgr8", msg::PixelFormat::bgr8},
-                                      {"yuyv", msg::PixelFormat::yuyv}},
-                                     {.doc = "of the pictures in the topic, which the driver or we turn into it"});
+  keys.read_choice("format", spec.format, msg::kPixelFormats,
+                   {.doc = "of the pictures in the topic, which the driver or we turn into it"});
   keys.read("rate_hz", spec.rate_hz, 0.1, kMaxCameraHz,
             {.unit = "Hz", .doc = "pictures a second, as near as it has it"});
   keys.read_integer("buffers", spec.buffers, 2, 32, {.doc = "pictures that the driver may have in work"});

@@ -1,12 +1,35 @@
 #pragma once
 #include <cstdint>
+#include <initializer_list>
 #include <span>
+#include <string_view>
+#include <utility>
 
 #include "msg/describe.hpp"
 
 namespace sinew::msg {
 
 enum class PixelFormat : std::uint32_t { none = 0, mono8 = 1, rgb8 = 2, bgr8 = 3, yuyv = 4 };
+
+/// Each format that has pixels, by the name that robot files and messages give it.
+inline constexpr std::initializer_list<std::pair<std::string_view, PixelFormat>> kPixelFormats = {
+    {"mono8", PixelFormat::mono8},
+    {"rgb8", PixelFormat::rgb8},
+    {"bgr8", PixelFormat::bgr8},
+    {"yuyv", PixelFormat::yuyv}};
+
+constexpr const char* pixel_format_name(PixelFormat f) {
+  for (const auto& [name, format] : kPixelFormats)
+    if (format == f) return name.data();
+  return "none";
+}
+
+/// `none` for a name that no format has.
+constexpr PixelFormat pixel_format_of(std::string_view name) {
+  for (const auto& [known, format] : kPixelFormats)
+    if (known == name) return format;
+  return PixelFormat::none;
+}
 
 constexpr std::uint32_t bytes_per_pixel(PixelFormat f) {
   switch (f) {

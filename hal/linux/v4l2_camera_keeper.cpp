@@ -205,8 +205,8 @@ std::string V4l2Camera::state() const {
   } else {
     const double asked = picture_.rate_hz, got = count_.rate_hz() > 0 ? count_.rate_hz() : asked;
     text += got < kSlow * asked ? "slow, " + number(got) + " frames/s of " + number(asked) : "streaming";
-    text +=
-        " " + std::to_string(picture_.width) + "x" + std::to_string(picture_.height) + " " + v4l2_word(picture_.format);
+    text += " " + std::to_string(picture_.width) + "x" + std::to_string(picture_.height) + " " +
+            msg::pixel_format_name(picture_.format);
     if (asked > 0 && got >= kSlow * asked) text += " at " + number(got) + " frames/s";
   }
   text += "; " + words_for_pixels() + count_.text();

@@ -151,10 +151,11 @@ Error refused(int result, const char* where) {
 
 /// Whether the device lists what is wanted, with pixels named `fourcc`: an error with what it has instead.
 Status is_listed(V4l2Port& port, int fd, const CameraSpec& spec, std::uint32_t fourcc, std::string& why) {
-  const std::string wanted = size_text(spec.width, spec.height) + " " + v4l2_word(spec.format);
+  const std::string wanted = size_text(spec.width, spec.height) + " " + msg::pixel_format_name(spec.format);
   const auto offered = formats(port, fd);
   if (std::none_of(offered.begin(), offered.end(), [&](const Format& f) { return f.fourcc == fourcc; })) {
-    why = std::string(v4l2_word(spec.format)) + " is not offered; the device has: " + v4l2_offers(port, fd);
+    why =
+        std::string(msg::pixel_format_name(spec.format)) + " is not offered; the device has: " + v4l2_offers(port, fd);
     return Error{Errc::not_supported, "camera format"};
   }
   const auto of_size = sizes(port, fd, fourcc);
@@ -225,22 +226,6 @@ std::uint32_t v4l2_code(msg::PixelFormat format) {
   return 0;
 }
 
-const char* v4l2_word(msg::PixelFormat format) {
-  switch (format) {
-    case msg::PixelFormat::mono8:
-      return "mono8";
-    case msg::PixelFormat::rgb8:
-      return "rgb8";
-    case msg::PixelFormat::bgr8:
-      return "bgr8";
-    case msg::PixelFormat::yuyv:
-      return "yuyv";
-    case msg::PixelFormat::none:
-      break;
-  }
-  return "none";
-}
-
 Result<V4l2Identity> v4l2_identify(V4l2Port& port, int fd) {
   auto answer = cleared<v4l2_capability>();
   if (const int said = port.ioctl(fd, VIDIOC_QUERYCAP, &answer); said < 0) {
@@ -276,7 +261,7 @@ Result<V4l2Picture> v4l2_agree(V4l2Port& port, int fd, const CameraSpec& spec, s
   if (v4l2_code(spec.format) == 0 || spec.width == 0 || spec.height == 0 || spec.width > msg::kMaxImageWidth ||
       spec.height > msg::kMaxImageHeight) {
     why = "images are mono8, rgb8, bgr8 or yuyv, 1x1 to " + size_text(msg::kMaxImageWidth, msg::kMaxImageHeight) +
-          "; asked was " + size_text(spec.width, spec.height) + " " + v4l2_word(spec.format);
+          "; asked was " + size_text(spec.width, spec.height) + " " + msg::pixel_format_name(spec.format);
     return Error{Errc::bad_argument, "camera format"};
   }
   if (!std::isfinite(spec.rate_hz) || spec.rate_hz < 0 || spec.rate_hz > 100'000) {
@@ -293,7 +278,7 @@ Result<V4l2Picture> v4l2_agree(V4l2Port& port, int fd, const CameraSpec& spec, s
   asked.fmt.pix.pixelformat = fourcc;
   asked.fmt.pix.field = V4L2_FIELD_NONE;  // whole pictures, not half ones of an interlaced signal
   if (const int set = port.ioctl(fd, VIDIOC_S_FMT, &asked); set < 0) {
-    why = "setting " + size_text(spec.width, spec.height) + " " + v4l2_word(spec.format) + ": " +
+    why = "setting " + size_text(spec.width, spec.height) + " " + msg::pixel_format_name(spec.format) + ": " +
           (set == -EBUSY ? "another program uses the device; `fuser -v` on its path says which" : std::strerror(-set));
     return refused(set, "VIDIOC_S_FMT");
   }

@@ -44,6 +44,5 @@ std::string v4l2_offers(V4l2Port& port, int fd);
 
 /// The V4L2 name of a format that images can have; 0: none.
 std::uint32_t v4l2_code(msg::PixelFormat format);
-const char* v4l2_word(msg::PixelFormat format);  // "yuyv", as in robot files
 
 }  // namespace sinew::hal

@@ -50,8 +50,10 @@ V4l2SimCamera camera_of(const CableHello& hello, const std::string& path) {
   V4l2SimCamera c;
   c.node = path;
   c.card = hello.card, c.bus_info = hello.bus_info, c.driver = "sinew-sim";
-  c.offers = {
-      {v4l2_code(hello.format), v4l2_word(hello.format), {{hello.width, hello.height}}, {hello.rate_mhz / 1e3}}};
+  c.offers = {{v4l2_code(hello.format),
+               msg::pixel_format_name(hello.format),
+               {{hello.width, hello.height}},
+               {hello.rate_mhz / 1e3}}};
   c.controls = {{V4L2_CID_GAIN, V4L2_CTRL_TYPE_INTEGER, "Gain", 0, 100, 1, 20},
                 {V4L2_CID_EXPOSURE_AUTO, V4L2_CTRL_TYPE_MENU, "Auto Exposure", 0, 3, 1, V4L2_EXPOSURE_MANUAL},
                 {V4L2_CID_EXPOSURE_ABSOLUTE, V4L2_CTRL_TYPE_INTEGER, kExposure, 1, 300, 1, 80}};

@@ -20,12 +20,6 @@ std::string check_size(const std::string& text) {
   return "'" + text + "' is not WIDTHxHEIGHT with an even width of 16..1280 and a height of 16..960";
 }
 
-msg::PixelFormat format_of(const std::string& name) {
-  if (name == "rgb8") return msg::PixelFormat::rgb8;
-  if (name == "mono8") return msg::PixelFormat::mono8;
-  return msg::PixelFormat::yuyv;
-}
-
 void describe(CLI::App& app, SimOptions& s, std::vector<std::string>& faults) {
   app.add_option("--listen", s.listen, "unix:PATH or tcp:HOST:PORT; port 0: the system chooses")->capture_default_str();
   auto* lockstep = app.add_flag("--lockstep", s.lockstep, "serve only runtimes that ask for lockstep");
@@ -197,7 +191,7 @@ bool read_command_line(int argc, char** argv, SimOptions& s, int& exit_code) {
     return false;
   }
   std::sscanf(s.camera.c_str(), "%ux%u", &s.view.width, &s.view.height);
-  s.view.format = format_of(s.format);
+  s.view.format = msg::pixel_format_of(s.format);
   s.view.turned_rad = s.wire.camera_turned_rad();
   s.view.world = s.session.world.kind = find_world(s.world).value_or(WorldKind::quad);
   if (s.lockstep) s.session.only = sim_hil::Mode::lockstep;

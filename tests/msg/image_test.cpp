@@ -19,6 +19,19 @@ TEST(Image, FormatIsRefusedWhereRowsDoNotFitAndNothingChanges) {
   EXPECT_EQ(buffer->bulk_used(), 320U * 240U);
 }
 
+TEST(Image, EveryFormatThatHasPixelsHasANameAndIsFoundByIt) {
+  std::uint32_t next = 1;  // of the enumeration: none is left out
+  for (const auto& [name, format] : kPixelFormats) {
+    EXPECT_EQ(static_cast<std::uint32_t>(format), next++);
+    EXPECT_GT(bytes_per_pixel(format), 0U);
+    EXPECT_EQ(pixel_format_name(format), name);
+    EXPECT_EQ(pixel_format_of(name), format);
+  }
+  EXPECT_EQ(bytes_per_pixel(static_cast<PixelFormat>(next)), 0U);
+  EXPECT_STREQ(pixel_format_name(PixelFormat::none), "none");
+  EXPECT_EQ(pixel_format_of("yuv"), PixelFormat::none);
+}
+
 TEST(Image, UsedBytesNeverExceedTheCapacityWhateverTheFieldsSay) {
   ImageBuffer buffer(100);
   buffer->stride = 0xffffffff, buffer->height = 0xffffffff;

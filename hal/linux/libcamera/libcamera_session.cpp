@@ -135,9 +135,9 @@ Status LibcameraSession::configure(const CameraSpec& spec, std::string& why) {
   const auto valid = configuration->validate();
   if (valid == libcamera::CameraConfiguration::Invalid || stream.pixelFormat != format ||
       stream.size != libcamera::Size(spec.width, spec.height)) {
-    why = "asked for " + std::to_string(spec.width) + "x" + std::to_string(spec.height) + " " + v4l2_word(spec.format) +
-          " (" + format.toString() + " to libcamera), the camera gives " + stream.toString() + "; it has " +
-          offers(stream);
+    why = "asked for " + std::to_string(spec.width) + "x" + std::to_string(spec.height) + " " +
+          msg::pixel_format_name(spec.format) + " (" + format.toString() + " to libcamera), the camera gives " +
+          stream.toString() + "; it has " + offers(stream);
     return Error{stream.pixelFormat != format ? Errc::not_supported : Errc::bad_argument, "camera format"};
   }
   if (const int said = camera_->configure(configuration.get()); said < 0) return failed(said, "configure", why);
