@@ -100,7 +100,7 @@ class Poisoner final : public rt::DriverModule {
     if (target_.type->has_bulk()) return spoil_image(*static_cast<msg::Image*>(message), step);
     const std::span<const msg::FloatRun> runs = target_.type->floats;
     if (plan_.fault == Fault::bit_flipped) {
-      const auto& run = runs[step.random.next_u64() % runs.size()];
+      const auto& run = runs[static_cast<std::size_t>(step.random.next_u64() % runs.size())];
       const std::uint32_t size = run.is_f64 ? 8 : 4;
       auto* bytes = static_cast<std::uint8_t*>(message) + run.offset;
       bytes[step.random.next_u64() % (run.count * size)] ^= static_cast<std::uint8_t>(1u << step.random.next_u64() % 8);
