@@ -53,14 +53,14 @@ function(sinew_room name)
   endif()
 endfunction()
 
-# sinew_test(NAME SOURCES ... USES room... [LIBS ...] [LABELS ...] [TIMEOUT s]): one GoogleTest program, its cases
-# listed in ctest. Nothing in a build without SINEW_TESTS (the fuzzers'). A folder whose room is headers, which only the
-# tests compile, sets SINEW_ROOM_IS_HEADERS.
+# sinew_test(NAME SOURCES ... USES room... [LIBS ...] [LABELS ...] [TIMEOUT s] [EMULATED_SHARDS n]): one GoogleTest
+# program, its cases listed in ctest; in an emulator one of n of them. Nothing in a build without SINEW_TESTS (the
+# fuzzers'). A folder whose room is headers, which only the tests compile, sets SINEW_ROOM_IS_HEADERS.
 function(sinew_test name)
   if(NOT SINEW_TESTS)
     return()
   endif()
-  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;USES;LIBS;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "" "TIMEOUT;EMULATED_SHARDS" "SOURCES;USES;LIBS;LABELS" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 120)
   endif()
@@ -96,6 +96,10 @@ function(sinew_test name)
     add_test(NAME ${name} COMMAND ${name})
     set_tests_properties(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}"
                          SKIP_RETURN_CODE 77)  # toolchains/wine32.sh: nothing could be run
+    if(ARG_EMULATED_SHARDS)  # for hundreds of cases of one kind that take seconds each: one of so many there
+      set_tests_properties(${name} PROPERTIES ENVIRONMENT
+                           "GTEST_TOTAL_SHARDS=${ARG_EMULATED_SHARDS};GTEST_SHARD_INDEX=0")
+    endif()
   else()
     gtest_discover_tests(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}" DISCOVERY_TIMEOUT 60)
   endif()

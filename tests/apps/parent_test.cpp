@@ -13,6 +13,7 @@
 
 #include "hal/platform.hpp"
 #include "msg/actuators.hpp"
+#include "qemu_user.hpp"
 #include "rt/commit.hpp"
 #include "rt/segment.hpp"
 
@@ -74,6 +75,7 @@ class ParentTest : public testing::Test {
 #ifdef __SANITIZE_THREAD__
     GTEST_SKIP() << "the thread sanitizer's own thread forbids the fork";
 #endif
+    SINEW_SKIP_UNDER_QEMU_USER("one thread: it has one of its own, which forbids the fork");
     char folder[] = "/tmp/sinew_parent_XXXXXX";
     ASSERT_NE(::mkdtemp(folder), nullptr);
     folder_ = folder;
