@@ -1,5 +1,5 @@
 #pragma once
-// The records of an MCAP file as values, and their bytes.
+// The records of an MCAP file as values, and their bytes: little-endian (buffer.hpp).
 // Source:  "MCAP File Format Specification", major version 0 (mcap.dev/spec); the tables of its section "Records".
 #include <array>
 #include <map>

@@ -1,6 +1,7 @@
 #pragma once
 // Lines of a `candump -l` log: "(1436509052.249713) can0 123#11223344", CAN FD "123##3112233" (one digit of flags),
 // remote frames "123#R" and "123#R4", 29-bit identifiers with eight digits, error frames as 29 bits with 0x20000000.
+// Text: identifiers with their highest digit first, data byte by byte in the order of the frame.
 // Source:  linux-can/can-utils, lib.h (parse_canframe, sprint_canframe) and candump.c (log line).
 #include <span>
 #include <string_view>

@@ -1,5 +1,6 @@
 #pragma once
-// Drives of the CiA 402 profile: state machine, modes, objects, fault codes.
+// Drives of the CiA 402 profile: state machine, modes, objects, fault codes. Values, no bytes: canopen.hpp puts them
+// into frames, little-endian.
 // Source: IEC 61800-7-201 (CiA 402-2) 8.3 (state machine), 8.4 (modes), 6.2.3 (error codes), annex of objects.
 #include "msg/joints.hpp"
 #include "wire/canopen.hpp"

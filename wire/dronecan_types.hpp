@@ -1,6 +1,7 @@
 #pragma once
 // The DroneCAN data types that we speak. encode() answers the bytes written, 0 when they do not fit; decode() false
-// when the payload is too short or says what the type does not allow. Both: RT yes.
+// when the payload is too short or says what the type does not allow. Both: RT yes. The order of bytes and bits is that
+// of dronecan_bits.hpp: lowest byte first, in each byte the highest bit first.
 // Source:  dronecan/DSDL; each struct names its file. Signatures follow from the definitions (tests compute them).
 #include <array>
 #include <cstdint>

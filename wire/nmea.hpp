@@ -1,5 +1,5 @@
 #pragma once
-// Sentences of satellite receivers: GGA, RMC, VTG and GSA of any talker (GP, GN, GL, GA, ...).
+// Sentences of satellite receivers: GGA, RMC, VTG and GSA of any talker (GP, GN, GL, GA, ...). Text: no byte order.
 // Source:  NMEA 0183 as reproduced in u-blox UBX-13003221 (M8 receiver description) section 31.
 #include <array>
 #include <cstdint>

@@ -1,5 +1,6 @@
 #pragma once
-// Trace files of CAN frames that tshark and Wireshark read: pcap with nanoseconds, link type 227.
+// Trace files of CAN frames that tshark and Wireshark read: pcap with nanoseconds, link type 227. The heads of file
+// and records are little endian, which the file's first number tells.
 // Source:  draft-ietf-opsawg-pcap (file and record header), tcpdump.org "LINKTYPE_CAN_SOCKETCAN" (identifier big
 //          endian with the bits of linux/can.h, length, FD flags, two reserved bytes, data).
 #include <array>

@@ -1,5 +1,6 @@
 #pragma once
-// SBUS of Futaba and FrSky receivers: 100000 bit/s, 8E2, inverted; a frame each 7 or 14 ms.
+// SBUS of Futaba and FrSky receivers: 100000 bit/s, 8E2, inverted; a frame each 7 or 14 ms. Channels are packed with
+// the lowest bit first (rc_channels.hpp); all else is single bytes.
 // Source:  no public standard; layout as in Betaflight src/main/rx/sbus.c and PX4 src/lib/rc/sbus.cpp.
 #include <array>
 #include <cstdint>

@@ -1,5 +1,6 @@
 #pragma once
 // The text protocol of socketcand: CAN buses over TCP. Elements "< word ... >", one after the other without line ends.
+// Bytes of data are two hexadecimal digits each, in the order of the frame.
 // Source:  linux-can/socketcand, doc/protocol.md; the CAN FD elements and the form of "< error" in src/state_raw.c.
 #include <array>
 #include <cstdint>

@@ -1,5 +1,5 @@
 #pragma once
-// u-blox receivers' binary protocol: framing, NAV-PVT, and the two messages that switch it on.
+// u-blox receivers' binary protocol: framing, NAV-PVT, and the two messages that switch it on. All little endian.
 // Source:  u-blox UBX-13003221 (M8) section 32: 32.2 framing, 32.4 checksum, 32.17.15 NAV-PVT, 32.10.18 CFG-MSG,
 //          32.10.27 CFG-RATE; the same in UBX-18010854 (F9).
 #include <array>
