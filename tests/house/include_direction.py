@@ -42,6 +42,7 @@ SYSTEM_ONLY_IN = [
      r"(sys|linux|arpa|netinet|net|asm)/.*|(unistd|pthread|fcntl|poll|sched|semaphore|signal|dirent|dlfcn|termios|spawn"
      r"|netdb|mqueue|aio|syslog|pwd|grp|ucontext|execinfo)\.h|csignal",
      ["hal/linux", "sim_hil/plant"]),
+    ("a header of Windows", r"(windows|win\w+|ws2\w+|mswsock|process|synchapi|processthreadsapi|tlhelp32|psapi)\.h", []),
     ("EGL, OpenGL or MuJoCo", r"(EGL|GL|GLES\d?|KHR|mujoco)/.*", ["sim_hil/plant"]),
     ("OpenCV", r"opencv2?/.*", ["vision/opencv"]),
     ("Eigen", r"Eigen/.*|unsupported/Eigen/.*", ["vision", "control", "sim_hil"]),
@@ -58,6 +59,11 @@ FORBIDDEN_IN = [
     ("files or streams", r"fstream|filesystem|iostream|sstream|ostream|istream", ["rt", "control", "vision"]),
     ("the C library's files", r"cstdio|stdio\.h", ["control", "vision"]),  # rt has a last word before it aborts
     ("a text library", r"fmt/.*|format", CORE),
+    # What Windows CE lacks comes with the system's headers, and with what of the standard library rests on them.
+    ("a C header (coredll.hpp declares what Windows CE has)", r".*\.h", ["hal/wince_stub"]),
+    ("what rests on calls that Windows CE lacks",
+     r"thread|mutex|shared_mutex|condition_variable|future|semaphore|latch|barrier|stop_token|fstream|filesystem|chrono|ctime",
+     ["hal/wince_stub"]),
 ]
 # Words of the text itself, comments and strings taken out.
 WORDS = [
@@ -125,7 +131,7 @@ def check_include(root, path, room, kind, header):
         yield f'<{header}> is ours: write "{header}"'
     for what, pattern, places in SYSTEM_ONLY_IN:
         if re.fullmatch(pattern, header) and room not in TOPS and not within(path, places):
-            yield f"<{header}>: {what} is allowed only in {', '.join(places)}"
+            yield f"<{header}>: {what} is allowed {'only in ' + ', '.join(places) if places else 'in no room'}"
     for what, pattern, places in FORBIDDEN_IN:
         if re.fullmatch(pattern, header) and within(path, places):
             yield f"<{header}>: {what} is not allowed in {room}"

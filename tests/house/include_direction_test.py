@@ -92,6 +92,16 @@ class IncludeDirection(unittest.TestCase):
         self.write("rt/a.cpp", "")
         self.accepts("hal/linux/os.cpp", "#include <sys/mman.h>\n#include <thread>\n")
 
+    def test_no_room_sees_windows_headers_and_its_own_part_no_c_header(self):
+        for header in ["windows.h", "winsock2.h", "process.h"]:
+            self.refuses("rt/a.cpp", f"#include <{header}>\n", 1, "a header of Windows is allowed in no room")
+        (self.root / "rt/a.cpp").unlink()
+        self.accepts("tests/hal/facts.cpp", "#include <winsock2.h>\n#include <windows.h>\n")
+        self.refuses("hal/wince_stub/os.cpp", "#include <errno.h>\n", 1, "a C header")
+        for header in ["mutex", "condition_variable", "filesystem"]:
+            self.refuses("hal/wince_stub/os.cpp", f"#include <{header}>\n", 1, "Windows CE lacks")
+        self.accepts("hal/wince_stub/os.cpp", "#include <array>\n#include <cstring>\n")
+
     def test_the_c_librarys_mathematics_is_not_in_rt_control_vision(self):
         for room in ["rt", "control", "vision"]:
             self.refuses(f"{room}/a.cpp", "\n#include <cmath>\n", 2, "use math/")
