@@ -58,12 +58,13 @@ show_last_line() {
   done
 }
 
-# configure PRESET: anew when there is no build yet, or a preset or an installed package may have changed it; else
-# only if a CMakeLists.txt or the set of files did.
+# configure PRESET: anew when there is no build yet, or a preset, an installed package or a board's sysroot may have changed
+# it; else only if a CMakeLists.txt or the set of files did.
 configure() {
   local ninja_file=$root/build/$1/build.ninja
-  if [[ -f $ninja_file && $ninja_file -nt $root/CMakePresets.json &&
-    ! $root/build/.packages-changed -nt $ninja_file ]]; then
+  local sysroot=${SINEW_SYSROOTS:-$root/build/sysroot}/$1
+  if [[ -f $ninja_file && $ninja_file -nt $root/CMakePresets.json && ! $root/build/.packages-changed -nt $ninja_file &&
+    ! $sysroot/made-by -nt $ninja_file ]]; then
     quietly "$logs/$1-configure.log" ninja -C "$root/build/$1" build.ninja
     return
   fi
