@@ -25,6 +25,8 @@ namespace {
 
 constexpr std::int64_t kNsPerSecond = 1'000'000'000;
 
+static_assert(sizeof(time_t) == 8, "times have 64 bits on every machine: _TIME_BITS=64 (cmake/compiler.cmake)");
+
 timespec to_timespec(Time t) {
   timespec ts;
   ts.tv_sec = static_cast<time_t>(t.ns / kNsPerSecond);
