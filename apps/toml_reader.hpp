@@ -1,9 +1,13 @@
 #pragma once
 // A table of a TOML file whose keys are consumed one by one, so that what is left over is unknown.
 #include <functional>
+#include <initializer_list>
 #include <set>
+#include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 // The library asserts that "[[:" cannot be, before it reports it as an error: a wrong file must not end the process.
@@ -47,7 +51,12 @@ class TomlReader {
   /// A string or an array of strings.
   bool read_names(std::string_view key, std::vector<rt::Located<std::string>>& out);
   template <class E>
-  bool read_choice(std::string_view key, E& out, std::initializer_list<std::pair<std::string_view, E>> choices);
+  bool read_choice(std::string_view key, E& out, std::initializer_list<std::pair<std::string_view, E>> choices) {
+    return read_choice(key, out, std::span(choices.begin(), choices.size()));
+  }
+  template <class E>
+  bool read_choice(std::string_view key, E& out,
+                   std::span<const std::pair<std::string_view, std::type_identity_t<E>>> choices);
   /// Calls `each` with a reader for the sub-table `key`, if there.
   void table(std::string_view key, const std::function<void(TomlReader&)>& each);
   /// Calls `each` for every entry of the table `key`, all of which must be tables.
@@ -79,7 +88,7 @@ class TomlReader {
 
 template <class E>
 bool TomlReader::read_choice(std::string_view key, E& out,
-                             std::initializer_list<std::pair<std::string_view, E>> choices) {
+                             std::span<const std::pair<std::string_view, std::type_identity_t<E>>> choices) {
   const toml::node* node = take(key);
   if (!node) return false;
   std::string allowed = "one of";

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -80,6 +81,11 @@ class DeviceKeys {
   template <class E>
   bool read_choice(std::string_view key, E& out, std::initializer_list<std::pair<std::string_view, E>> choices,
                    const KeyInfo& info) {
+    return read_choice(key, out, std::span(choices.begin(), choices.size()), info);
+  }
+  template <class E>
+  bool read_choice(std::string_view key, E& out,
+                   std::span<const std::pair<std::string_view, std::type_identity_t<E>>> choices, const KeyInfo& info) {
     std::vector<std::string_view> names;
     std::size_t chosen = choices.size();
     for (const auto& [name, value] : choices) {
@@ -87,7 +93,7 @@ class DeviceKeys {
       names.push_back(name);
     }
     if (!read_named(key, chosen, names, info)) return false;
-    return out = (choices.begin() + chosen)->second, true;
+    return out = choices[chosen].second, true;
   }
   /// All keys that begin with `prefix`: numbers, by what follows it.
   void read_all(std::string_view prefix, std::map<std::string, double, std::less<>>& out, double min, double max,

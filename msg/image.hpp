@@ -1,6 +1,5 @@
 #pragma once
 #include <cstdint>
-#include <initializer_list>
 #include <span>
 #include <string_view>
 #include <utility>
@@ -12,11 +11,10 @@ namespace sinew::msg {
 enum class PixelFormat : std::uint32_t { none = 0, mono8 = 1, rgb8 = 2, bgr8 = 3, yuyv = 4 };
 
 /// Each format that has pixels, by the name that robot files and messages give it.
-inline constexpr std::initializer_list<std::pair<std::string_view, PixelFormat>> kPixelFormats = {
-    {"mono8", PixelFormat::mono8},
-    {"rgb8", PixelFormat::rgb8},
-    {"bgr8", PixelFormat::bgr8},
-    {"yuyv", PixelFormat::yuyv}};
+inline constexpr std::pair<std::string_view, PixelFormat> kPixelFormats[] = {{"mono8", PixelFormat::mono8},
+                                                                             {"rgb8", PixelFormat::rgb8},
+                                                                             {"bgr8", PixelFormat::bgr8},
+                                                                             {"yuyv", PixelFormat::yuyv}};
 
 constexpr const char* pixel_format_name(PixelFormat f) {
   for (const auto& [name, format] : kPixelFormats)
