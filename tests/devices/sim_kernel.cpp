@@ -143,6 +143,19 @@ int answer(int said) {
 }
 }  // namespace
 
+#ifdef __USE_TIME_BITS64  // other names there: see CMakeLists.txt
+#define __real_open __real_open64
+#define __wrap_open __wrap_open64
+#define __real_ioctl __real___ioctl_time64
+#define __wrap_ioctl __wrap___ioctl_time64
+#define __real_stat __real___stat64_time64
+#define __wrap_stat __wrap___stat64_time64
+#define __real_ppoll __real___ppoll64
+#define __wrap_ppoll __wrap___ppoll64
+#define __real_clock_gettime __real___clock_gettime64
+#define __wrap_clock_gettime __wrap___clock_gettime64
+#endif
+
 extern "C" {
 
 int __real_open(const char* path, int flags, ...);
