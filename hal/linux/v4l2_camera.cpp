@@ -2,11 +2,24 @@
 
 #include <linux/videodev2.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
 
 namespace sinew::hal {
+namespace {
+
+void copy_rows(std::span<const std::uint8_t> from, std::size_t line, msg::Image& out) noexcept {
+  const std::size_t row = out.stride;
+  if (row == line) {
+    std::memcpy(out.pixels(), from.data(), row * out.height);
+  } else {
+    for (std::uint32_t y = 0; y < out.height; ++y) std::memcpy(out.row(y), from.data() + y * line, row);
+  }
+}
+
+}  // namespace
 
 Result<std::unique_ptr<V4l2Camera>> open_v4l2_camera(const CameraSpec& spec, Os& os, std::shared_ptr<FdWatch> watch,
                                                      std::string& why) {
@@ -151,14 +164,8 @@ Result<bool> V4l2Camera::copy(const V4l2Session::Filled& filled, msg::Image& out
       count_.corrupted();
       return Error{Errc::bad_data, "camera: a broken JPEG"};
     }
-    count_.handed_on();
-    return true;
-  }
-  const std::size_t row = out.stride, line = session_->picture().bytes_per_line;
-  if (row == line) {
-    std::memcpy(out.pixels(), filled.bytes.data(), row * out.height);
   } else {
-    for (std::uint32_t y = 0; y < out.height; ++y) std::memcpy(out.row(y), filled.bytes.data() + y * line, row);
+    copy_rows(filled.bytes, session_->picture().bytes_per_line, out);
   }
   count_.handed_on();
   last_good_ns_.store(os_.now().ns, std::memory_order_relaxed);
@@ -181,9 +188,9 @@ Status V4l2Camera::request(std::size_t control, double value) noexcept {
   if (control >= controls_.size()) return Error{Errc::bad_argument, "camera control"};
   const CameraControl& c = controls_[control];
   if (c.read_only || !(value >= c.min && value <= c.max)) return Error{Errc::bad_argument, "camera control"};
-  const double steps = std::round((value - c.min) / (c.step > 1 ? c.step : 1.0));
-  const double near = c.min + steps * (c.step > 1 ? c.step : 1.0);  // tuning hits the nearest step
-  requests_[control].value.store(static_cast<AnybodysNumber::value_type>(near > c.max ? c.max : near),
+  const double step = c.step > 1 ? c.step : 1.0;  // tuning hits the nearest one, and the largest value may be none
+  const double steps = std::min(std::round((value - c.min) / step), std::floor((c.max - c.min) / step));
+  requests_[control].value.store(static_cast<AnybodysNumber::value_type>(c.min + steps * step),
                                  std::memory_order_relaxed);
   requests_[control].pending.store(true, std::memory_order_release);
   call_keeper();

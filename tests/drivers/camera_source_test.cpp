@@ -343,7 +343,7 @@ TEST(CameraSourceRanges, EveryValueThatIsAcceptedReachesTheDevice) {
     EXPECT_TRUE(eventually([&] { return of.board.sim.control("Exposure Time, Absolute") == std::lround(us / 100); }))
         << us;
   }
-  EXPECT_EQ(of.board.device->trouble(), "");
+  EXPECT_EQ(of.board.device->trouble().find("control"), std::string::npos) << of.board.device->trouble();
 }
 
 TEST(CameraSourceRanges, CameraWithoutAControlLeavesNothingToSetAndSaysWhatItHas) {
@@ -422,7 +422,9 @@ TEST(CameraSourceRanges, OfTheFirstOpeningStayWhenAnotherCameraComesBackAndTheDe
   EXPECT_EQ(of.board.sim.control("Gain"), 20) << "it stays as it was";
   of.rig.set("gain", 40.0);
   static_cast<void>(of.rig.step({4'000'000}, 1ms));
-  EXPECT_TRUE(eventually([&] { return of.board.sim.control("Gain") == 40 && of.board.device->trouble().empty(); }));
+  EXPECT_TRUE(eventually([&] {  // of anything else it may complain: no frames are delivered here
+    return of.board.sim.control("Gain") == 40 && of.board.device->trouble().find("control") == std::string::npos;
+  })) << of.board.device->trouble();
 }
 
 }  // namespace

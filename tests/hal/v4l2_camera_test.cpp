@@ -7,6 +7,7 @@ namespace sinew::hal {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 /// The same tests on another simulated camera than the default one.
 template <class Change>
@@ -311,7 +312,21 @@ TEST_F(V4l2CameraOnSim, RequestOutsideOfTheRangeChangesNothing) {
   EXPECT_FALSE(camera_->find("gian"));
   ASSERT_TRUE(camera_->request(*gain, 77));
   EXPECT_TRUE(eventually([&] { return sim_.control("Gain") == 77; })) << "and not what was asked before";
-  EXPECT_EQ(camera_->trouble(), "") << "who asks is told; the camera is well";
+  EXPECT_THAT(camera_->trouble(), Not(HasSubstr("gain"))) << "who asks is told; the camera is well";
+}
+
+TEST_F(V4l2CameraOnSim, RequestHitsAStepAlsoWhereTheLargestValueIsNone) {
+  V4l2Sim sim(camera_with([](V4l2SimCamera& c) {
+    c.controls = {{V4L2_CID_GAIN, V4L2_CTRL_TYPE_INTEGER, "Gain", 0, 255, 10, 20}};
+  }));
+  const auto opened = V4l2Camera::open(sim, spec_, system_os(), watch_, options_, why_);
+  ASSERT_TRUE(opened) << why_;
+  V4l2Camera& camera = **opened;
+  for (const auto& [asked, set] : {std::pair{255.0, 250}, {34.0, 30}, {36.0, 40}, {249.0, 250}}) {
+    ASSERT_TRUE(camera.request(*camera.gain(), asked));
+    EXPECT_TRUE(eventually([&, set = set] { return sim.control("Gain") == set; })) << asked << camera.trouble();
+  }
+  EXPECT_THAT(camera.trouble(), Not(HasSubstr("gain")));
 }
 
 TEST_F(V4l2CameraOnSim, RangesAreThoseOfTheRateThatItWasBroughtTo) {

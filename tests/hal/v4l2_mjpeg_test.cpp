@@ -8,6 +8,7 @@ namespace sinew::hal {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class V4l2Mjpeg : public V4l2Test {
  protected:
@@ -100,6 +101,18 @@ TEST_F(V4l2Mjpeg, BrokenPictureIsALostFrameAndTheNextOneComes) {
   EXPECT_EQ(camera_->stats().frames, 1u);
   EXPECT_THAT(camera_->state(), HasSubstr("3 corrupted"));
   EXPECT_EQ(sim_.queued(), spec_.buffers);
+}
+
+TEST_F(V4l2Mjpeg, CameraThatStreamsForLongIsWell) {
+  ASSERT_EQ(open(), std::nullopt) << why_;
+  const auto jpeg = jpeg_of(spec_.width, spec_.height, TJSAMP_422, 1);
+  std::uint32_t n = 0;
+  for (const Time end = system_os().now() + 1500ms; system_os().now() < end;) {  // longer than what is worth saying
+    ASSERT_TRUE(sim_.deliver_jpeg(jpeg, stamp(++n)));
+    ASSERT_TRUE(read());
+  }
+  EXPECT_THAT(camera_->trouble(), Not(HasSubstr("faulty"))) << "each of its " << n << " pictures was good";
+  EXPECT_THAT(camera_->state(), Not(HasSubstr("faulty")));
 }
 
 TEST_F(V4l2Mjpeg, CameraThatComesBackIsDecodedAgain) {
