@@ -69,10 +69,13 @@ Headers, static libraries and the CMake package of Sinew, for programs with
 modules of one's own. The command \"sinew new\" writes such a project.")
 set(CPACK_DEBIAN_SIM_PACKAGE_NAME sinew-sim)
 set(CPACK_DEBIAN_SIM_PACKAGE_SECTION misc)
+set(with_fuzz "")
+if(TARGET sinew-fuzz)  # a desk's program
+  set(with_fuzz "\nWith it comes sinew-fuzz, which looks for flights that go wrong.")
+endif()
 set(CPACK_COMPONENT_SIM_DESCRIPTION "simulator for robots of the Sinew runtime
 A simulated world on MuJoCo that stands in for every device of a robot, with
-its camera, in lockstep or in real time; and sinew-fuzz, which looks for
-flights that go wrong.")
+its camera, in lockstep or in real time.${with_fuzz}")
 
 # Dependencies of those who link: what the rooms of sinew::apps name, which is what find_package(Sinew COMPONENTS apps)
 # looks for; of rooms that are asked for by themselves a suggestion.
@@ -134,6 +137,8 @@ set(CPACK_SINEW_BUILD ${CMAKE_BINARY_DIR})
 set(CPACK_SINEW_SYSROOT ${CMAKE_SYSROOT})
 set(CPACK_SINEW_ARCH ${SINEW_PACKAGE_ARCH})
 set(CPACK_SINEW_TRIPLET ${CMAKE_LIBRARY_ARCHITECTURE})
+set(CPACK_SINEW_RUNTIME_PROGRAMS ${SINEW_PROGRAMS_OF_runtime})
+set(CPACK_SINEW_SIM_PROGRAMS ${SINEW_PROGRAMS_OF_sim})
 set(CPACK_SINEW_STATIC "")
 if(WIN32)  # what -static takes of the compiler
   foreach(library libstdc++.a libgcc.a libgcc_eh.a libwinpthread.a libmingwex.a)
