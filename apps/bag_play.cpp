@@ -59,7 +59,7 @@ class Play {
     hal::ScaledOs os(hal::system_os(), options_.rate, hal::system_os().now(), first + -kStarts);
     rt::ConfigureOptions how;
     how.os = &os;
-    if (!configure(*prepared_.graph, board, how, run)) return kNotBegun;
+    if (!configure(prepared_, board, how, run)) return kNotBegun;
     find_ways();
     rt::RealTimeExecutor executor(*prepared_.graph, os, real_time_options(run));
     if (const auto started = executor.start(); !started) return fail(started.error().where);

@@ -68,7 +68,7 @@ class DatasetRun {
     rt::ConfigureOptions how;
     how.os = &os_;
     how.recorded = Recording::wanted(prepared_, options_);
-    if (!configure(*graph_, *board_, how, options_)) return false;
+    if (!configure(prepared_, *board_, how, options_)) return false;
     recording_ = Recording::open(prepared_, options_, *graph_, os_);
     return true;
   }

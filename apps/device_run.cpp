@@ -57,7 +57,7 @@ class DeviceRun {
     how.recorded = Recording::wanted(prepared_, options_);
     hal::MixedBoard devices(graph_.spec().board == "linux" ? real_->board() : none_);
     if (!mix(devices)) return 2;
-    if (!configure(graph_, devices, how, options_, [this] { return real_ ? real_->problem() : std::string(); }))
+    if (!configure(prepared_, devices, how, options_, [this] { return real_ ? real_->problem() : std::string(); }))
       return 2;
     if (real_)
       if (auto started = real_->start(); !started) return real_->print_problems(), 2;

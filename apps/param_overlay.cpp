@@ -78,8 +78,8 @@ ParamOverlay load_overlay(const std::string& path) {
   return parse_overlay(text, path);
 }
 
-std::vector<rt::Problem> apply_overlay(const ParamOverlay& overlay, const rt::ModuleTypes& types,
-                                       rt::GraphSpec& graph) {
+std::vector<rt::Problem> apply_overlay(const ParamOverlay& overlay, const rt::ModuleTypes& types, rt::GraphSpec& graph,
+                                       int line) {
   std::vector<rt::Problem> problems = overlay.problems;
   for (const auto& p : overlay.params) {
     const std::string key = p.module + "." + p.param, value = rt::to_string(p.value);
@@ -99,7 +99,7 @@ std::vector<rt::Problem> apply_overlay(const ParamOverlay& overlay, const rt::Mo
     else if (!rt::accepts(*declared, p.value))
       problems.push_back({p.line, key, value, rt::allowed_values(*declared)});
     else
-      module->params[p.param] = {p.value, 0};
+      module->params[p.param] = {p.value, line};
   }
   return problems;
 }

@@ -27,8 +27,10 @@ ParamOverlay parse_overlay(std::string_view text, const std::string& path);
 ParamOverlay load_overlay(const std::string& path);
 
 /// Puts the values in place of those of the robot file. What does not fit (no such module or parameter, a value out of
-/// its range) becomes a problem with the line of the overlay. `types` say what modules declare.
-std::vector<rt::Problem> apply_overlay(const ParamOverlay& overlay, const rt::ModuleTypes& types, rt::GraphSpec& graph);
+/// its range) becomes a problem with the line of the overlay. `types` say what modules declare. `line` is what problems
+/// that are found later get for such a value (OptionLines).
+std::vector<rt::Problem> apply_overlay(const ParamOverlay& overlay, const rt::ModuleTypes& types, rt::GraphSpec& graph,
+                                       int line = 0);
 
 /// As TOML has it: 2.0, true, "text".
 std::string toml_value(const rt::ParamValue& value);

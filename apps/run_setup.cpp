@@ -18,12 +18,13 @@
 #include "hal/platform.hpp"
 
 namespace sinew::app {
-bool configure(rt::Graph& graph, hal::Board& board, const rt::ConfigureOptions& how, const RunOptions& options,
+bool configure(const Prepared& prepared, hal::Board& board, const rt::ConfigureOptions& how, const RunOptions& options,
                const std::function<std::string()>& devices) {
+  rt::Graph& graph = *prepared.graph;
   const auto ready = graph.configure(board, how);
   const std::string why = devices ? devices() : std::string();
   for (const auto& p : without_devices(graph.configure_problems(), why))
-    std::fprintf(stderr, "%s\n", rt::to_string(p, options.robot).c_str());
+    std::fprintf(stderr, "%s\n", prepared.options.told(p, options.robot).c_str());
   if (ready) return true;
   std::istringstream lines(why);
   for (std::string line; std::getline(lines, line);) std::fprintf(stderr, "sinew: %s\n", line.c_str());
@@ -171,7 +172,8 @@ std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes
   if (options.seed) spec.seed = *options.seed;
   if (!options.plant.empty()) loaded.robot.sim.plant = options.plant;
   if (!options.params.empty()) {
-    const auto problems = apply_overlay(load_overlay(options.params), types, spec);
+    const auto problems =
+        apply_overlay(load_overlay(options.params), types, spec, lines.line_of("--params " + options.params));
     for (const auto& p : problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.params).c_str());
     if (!problems.empty()) return std::nullopt;
   }

@@ -45,9 +45,9 @@ struct Prepared {
 /// Prints every problem to standard error; empty when there was one.
 std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes& types);
 
-/// Configures the graph on a board; false after its problems have been printed, each once. `devices` is what boards say
+/// Configures its graph on a board; false after its problems have been printed, each once. `devices` is what boards say
 /// of devices that they could not open, one a line: it is printed in place of "not ready" of the modules that use them.
-bool configure(rt::Graph& graph, hal::Board& board, const rt::ConfigureOptions& how, const RunOptions& options,
+bool configure(const Prepared& prepared, hal::Board& board, const rt::ConfigureOptions& how, const RunOptions& options,
                const std::function<std::string()>& devices = {});
 
 /// The problems of configuring without those that a line of `devices` ("device 'imu' ...: why") tells better.

@@ -110,7 +110,7 @@ class SimRun {
     how.os = &os_;
     how.taps = MissionWatch::taps(graph_);
     how.recorded = Recording::wanted(prepared_, options_);
-    if (!configure(graph_, devices, how, options_, [this] { return real_ ? real_->problem() : std::string(); }))
+    if (!configure(prepared_, devices, how, options_, [this] { return real_ ? real_->problem() : std::string(); }))
       return board_->problem().empty() ? false : fail(board_->problem());
     if (real_)
       if (auto started = real_->start(); !started) return real_->print_problems(), false;

@@ -3,7 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
 #include <sstream>
+
+#include "apps/param_overlay.hpp"
+#include "hal/board.hpp"
 
 namespace sinew::app {
 namespace {
@@ -25,6 +29,48 @@ TEST(Configuring, WhatADeviceSaysItselfIsNotSaidAgainForItsModules) {
   EXPECT_EQ(rest[0].key, "module.baro") << "nobody else says it";
   EXPECT_EQ(rest[1].key, "module.camera");
   EXPECT_EQ(without_devices(problems, "").size(), 4u);
+}
+
+/// A module whose device allows no gain but 0 to 100.
+class Lens final : public rt::Module {
+ public:
+  void declare(rt::Declaration& d) override { d.param("gain", gain_, {.min = -1, .max = 1000}); }
+  hal::Status configure(rt::Setup& setup) override { return setup.narrow("gain", {0, 100, -1, "device 'eye'"}); }
+  rt::Status step(const rt::Step&) noexcept override { return rt::Status::ok; }
+
+ private:
+  double gain_ = -1;
+};
+
+TEST(Configuring, WhatTheDeviceDoesNotAllowIsToldOfTheOptionThatSaysItAndNotOfTheRobotFile) {
+  const auto told = [](const std::function<void(rt::GraphSpec&, OptionLines&)>& say) {
+    Prepared prepared;
+    prepared.types.add<Lens>("Lens");
+    rt::GraphSpec spec;
+    spec.modules = {{.name = "camera", .type = "Lens"}};
+    spec.threads = {{.name = "main", .priority = 10, .period = rt::Duration{1'000'000}, .order = {{"camera", 0}}}};
+    say(spec, prepared.options);
+    prepared.graph = std::make_unique<rt::Graph>(spec, prepared.types);
+    hal::EmptyBoard board;
+    RunOptions options;
+    options.robot = "r.toml";
+    testing::internal::CaptureStderr();
+    EXPECT_FALSE(configure(prepared, board, {}, options));
+    return testing::internal::GetCapturedStderr();
+  };
+  const std::string allowed = ": module.camera.params.gain: 101: a number from 0 to 100, or -1: device 'eye'\n";
+  EXPECT_EQ(told([](auto& spec, auto&) { spec.modules[0].params["gain"] = {101.0, 7}; }), "r.toml:7" + allowed);
+  EXPECT_EQ(told([](auto& spec, auto& lines) {
+              EXPECT_EQ(apply_setting(spec, "camera.gain=101", lines.line_of("--set camera.gain=101")), "");
+            }),
+            "from --set camera.gain=101" + allowed);
+  EXPECT_EQ(told([](auto& spec, auto& lines) {
+              rt::ModuleTypes types;
+              types.add<Lens>("Lens");
+              const auto overlay = parse_overlay("[camera]\ngain = 101\n", "p.toml");
+              EXPECT_TRUE(apply_overlay(overlay, types, spec, lines.line_of("--params p.toml")).empty());
+            }),
+            "from --params p.toml" + allowed);
 }
 
 TEST(Setting, BecomesAParameterOfItsModule) {
