@@ -12,6 +12,7 @@ import pathlib
 import re
 import subprocess
 import sys
+import tempfile
 import time
 
 
@@ -29,18 +30,19 @@ def main(words):
         print(__doc__, file=sys.stderr)
         return 2
     most = {"Rss": 0, "VmLck": 0}
-    try:
-        program = subprocess.Popen(words[1:], stdout=subprocess.PIPE, text=True)
-    except OSError as error:
-        print(f"memory_here: {words[1]}: {error.strerror}", file=sys.stderr)
-        return 3
-    with program:
+    with tempfile.TemporaryFile("w+") as output:  # a pipe that nobody empties would stop the program
+        try:
+            program = subprocess.Popen(words[1:], stdout=output)
+        except OSError as error:
+            print(f"memory_here: {words[1]}: {error.strerror}", file=sys.stderr)
+            return 3
         while program.poll() is None:
             for name, size in {**numbers(f"/proc/{program.pid}/smaps_rollup", ["Rss"]),
                                **numbers(f"/proc/{program.pid}/status", ["VmLck"])}.items():
                 most[name] = max(most[name], size)
             time.sleep(0.02)
-        said = program.stdout.read()
+        output.seek(0)
+        said = output.read()
     print(said, end="")
     if not most["Rss"]:
         print(f"memory_here: {words[1]}: ended before it was looked at", file=sys.stderr)

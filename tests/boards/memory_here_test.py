@@ -28,7 +28,8 @@ class Memory(unittest.TestCase):
     def measure(self, *program):
         with tempfile.TemporaryDirectory() as folder:
             out = pathlib.Path(folder) / "memory"
-            done = subprocess.run([sys.executable, "-B", TOOL, out, *program], capture_output=True, text=True, check=False)
+            done = subprocess.run([sys.executable, "-B", TOOL, out, *program], capture_output=True, text=True, check=False,
+                                  timeout=60)
             return done, dict(re.findall(r"^(\w+)=(\d+)$", out.read_text(), re.M)) if out.exists() else None
 
     def test_most_of_the_run_is_told_and_the_programs_words_and_exit_code(self):
@@ -39,6 +40,11 @@ class Memory(unittest.TestCase):
         self.assertGreater(int(memory["rss_kb"]), 40 * 1024)
         self.assertLess(int(memory["rss_kb"]), 80 * 1024)
         self.assertEqual(memory["start_ms"], "70")
+
+    def test_a_program_may_say_much(self):
+        done, memory = self.measure(sys.executable, "-c", "import time; print('x' * 300_000, flush=True); time.sleep(0.5)")
+        self.assertEqual((done.returncode, len(done.stdout)), (0, 300_001))
+        self.assertIsNotNone(memory)
 
     def test_what_cannot_be_measured_is_no_number(self):
         done, memory = self.measure("/nowhere/program")
