@@ -106,29 +106,29 @@ void V4l2Camera::adopt(std::unique_ptr<V4l2Session> session) {
   holder_.store(kNobody, std::memory_order_release);
 }
 
-/// What was requested becomes what the camera is opened with, and what it has now.
+/// What was requested becomes what the camera has now, and what it is opened with; not so what it refuses, which would
+/// keep it closed when it comes back.
 void V4l2Camera::set_requested() {
-  V4l2Controls::Wanted wanted;
-  std::string beyond;
+  std::string refused;
   bool any = false;
   for (std::size_t i = 0; i < controls_.size(); ++i) {
     if (!requests_[i].pending.exchange(false, std::memory_order_acquire)) continue;
-    const V4l2Controls::Wanted one{{controls_[i].name, requests_[i].value.load(std::memory_order_relaxed)}};
-    std::string why;  // a camera that came back may have other ranges than the one that was opened
-    any = true;
-    if (!session_ || session_->controls().check(one, why)) {
-      wanted.insert(*one.begin());
-    } else {
-      beyond += (beyond.empty() ? "" : "; ") + why;
+    const double value = requests_[i].value.load(std::memory_order_relaxed);
+    if (session_) {
+      any = true;
+      const V4l2Controls& controls = session_->controls();
+      std::string why;  // a camera that came back may have other ranges than the one that was opened
+      if (const V4l2Controls::Wanted one{{controls_[i].name, value}};
+          !controls.check(one, why) || !controls.set(port_, session_->fd(), one, why)) {
+        refused += (refused.empty() ? "" : "; ") + why;
+        continue;
+      }
     }
+    spec_.controls[controls_[i].name] = value;
   }
-  for (const auto& [name, value] : wanted) spec_.controls[name] = value;
-  if (!any || !session_) return;
-  std::string why;
-  static_cast<void>(session_->controls().set(port_, session_->fd(), wanted, why));  // `why` has every refusal
-  if (!beyond.empty()) why += (why.empty() ? "" : "; ") + beyond;
+  if (!any) return;
   const std::lock_guard lock(mutex_);
-  control_trouble_ = why;
+  control_trouble_ = refused;
 }
 
 /// While the reader streams: the controls, the exposure as it is now, and whether anything comes at all.

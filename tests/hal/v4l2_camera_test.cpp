@@ -357,6 +357,21 @@ TEST_F(V4l2CameraOnSim, CameraThatComesBackAndDoesNotAllowWhatWasSetStaysClosedA
   EXPECT_TRUE(eventually([&] { return camera_->stats().reopens == 1 && sim_.control("Gain") == 50; }));
 }
 
+TEST_F(V4l2CameraOnSim, WhatItRefusedDoesNotKeepItClosedWhenItComesBack) {
+  ASSERT_EQ(open(), std::nullopt) << why_;
+  ASSERT_TRUE(camera_->request(*camera_->gain(), 80));
+  ASSERT_TRUE(eventually([&] { return sim_.control("Gain") == 80; }));
+  sim_.refuse(VIDIOC_S_EXT_CTRLS, ERANGE);
+  ASSERT_TRUE(camera_->request(*camera_->gain(), 95));
+  ASSERT_TRUE(eventually([&] { return camera_->trouble().find("the device refused gain") != std::string::npos; }));
+  sim_.refuse(VIDIOC_S_EXT_CTRLS, 0);
+  sim_.unplug();
+  EXPECT_FALSE(read());
+  sim_.plug_in();
+  EXPECT_TRUE(eventually([&] { return camera_->stats().reopens == 1; })) << camera_->trouble();
+  EXPECT_EQ(sim_.control("Gain"), 80) << "what it took last";
+}
+
 TEST_F(V4l2CameraOnSim, RefusalOfAControlIsSaidAndFramesGoOn) {
   ASSERT_EQ(open(), std::nullopt) << why_;
   sim_.refuse(VIDIOC_S_EXT_CTRLS, EBUSY);
