@@ -41,13 +41,15 @@ class LinuxGpio final : public Gpio {
   }
   Result<Time> wait_edge(Time deadline) noexcept override {
     if (!edges_) return Error{Errc::not_supported, "gpio: the line was opened without edges"};
-    pollfd waiting{fd_, POLLIN, 0};
-    const std::int64_t left =
-        deadline == kNever ? 0 : std::max<std::int64_t>(0, (deadline - system_os().now()).count());
-    const timespec limit{static_cast<time_t>(left / 1'000'000'000), static_cast<long>(left % 1'000'000'000)};
-    const int n = ::ppoll(&waiting, 1, deadline == kNever ? nullptr : &limit, nullptr);
-    if (n < 0 && errno != EINTR) return failed("gpio: poll");
-    if (n <= 0) return Error{Errc::timeout, "gpio: no edge"};
+    for (int n = 0; n <= 0;) {
+      pollfd waiting{fd_, POLLIN, 0};
+      const std::int64_t left =
+          deadline == kNever ? 0 : std::max<std::int64_t>(0, (deadline - system_os().now()).count());
+      const timespec limit{static_cast<time_t>(left / 1'000'000'000), static_cast<long>(left % 1'000'000'000)};
+      n = ::ppoll(&waiting, 1, deadline == kNever ? nullptr : &limit, nullptr);
+      if (n < 0 && errno != EINTR) return failed("gpio: poll");
+      if (n == 0) return Error{Errc::timeout, "gpio: no edge"};
+    }
     gpio_v2_line_event event{};
     if (::read(fd_, &event, sizeof event) != static_cast<ssize_t>(sizeof event)) return failed("gpio: read");
     return Time{static_cast<std::int64_t>(event.timestamp_ns)};

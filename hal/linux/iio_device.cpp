@@ -8,6 +8,7 @@
 #include <cstring>
 #include <filesystem>
 #include <map>
+#include <utility>
 
 #include "hal/linux/open_error.hpp"
 
@@ -146,10 +147,7 @@ Status IioDevice::set_up(const IioSpec& spec, bool buffered, const std::vector<s
   }
   if (buffered)  // ours alone, before anything of another program is touched
     if (auto done = open_node(why); !done) return done;
-  std::string ignored;
-  // Left on by a program that was killed: nothing can be set while it is.
-  if (const auto on = read_file(file("buffer/enable"), ignored); on && *on == "1")
-    if (auto done = write_file(file("buffer/enable"), "0", why); !done) return done;
+  if (auto done = end_left_stream(buffered, why); !done) return done;
   if (buffered && !spec.trigger.empty())
     if (auto done = set_trigger(spec, why); !done) return done;
   if (auto done = set_rate(spec, buffered, why); !done) return done;
@@ -159,6 +157,18 @@ Status IioDevice::set_up(const IioSpec& spec, bool buffered, const std::vector<s
     if (auto done = read_axes(sensors_.back(), why); !done) return done;
   }
   return {};
+}
+
+/// A buffer that was left on by a program that was killed: nothing can be set while it is. Who has its node is told
+/// busy when another program reads it.
+Status IioDevice::end_left_stream(bool keep_node, std::string& why) {
+  std::string ignored;
+  if (const auto on = read_file(file("buffer/enable"), ignored); !on || *on != "1") return {};
+  if (!keep_node)
+    if (auto done = open_node(why); !done) return done;
+  const Status ended = write_file(file("buffer/enable"), "0", why);
+  if (!keep_node) ::close(std::exchange(fd_, -1));
+  return ended;
 }
 
 Status IioDevice::open_node(std::string& why) {

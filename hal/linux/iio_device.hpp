@@ -80,6 +80,7 @@ class IioDevice {
   Status choose_elements(std::string& why);
   Status read_layout(std::string& why);
   Status open_node(std::string& why);
+  Status end_left_stream(bool keep_node, std::string& why);
 
   std::string root_, entry_, title_, folder_;
   std::vector<Sensor3> sensors_;

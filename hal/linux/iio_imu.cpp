@@ -92,7 +92,10 @@ Status IioImu::connect(std::string& why) {
     return done;
   }
   const std::string because = std::exchange(why, {});
-  if (const Status polled = connect_as(false, why); !polled) return polled;
+  if (const Status polled = connect_as(false, why); !polled) {
+    why = because + "; nor can it be polled: " + why;
+    return polled;
+  }
   buffered_ = false;
   char rate[32];
   std::snprintf(rate, sizeof rate, "%.9g", spec_.rate_hz);

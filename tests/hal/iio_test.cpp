@@ -255,6 +255,30 @@ TEST_F(IioTest, RateThatTheDeviceCannotHaveIsAnErrorAndNoReasonToPoll) {
   EXPECT_THAT(why, HasSubstr("has no sampling_frequency; leave rate_hz out"));
 }
 
+TEST_F(IioTest, WhoseBufferIsNotPolledSaysBothReasons) {
+  IioTreeSpec t = tree_spec();
+  t.buffer = false;
+  auto tree = plug(t);
+  std::filesystem::remove(tree->folder() + "/in_accel_y_raw");
+  IioSpec s = spec();
+  s.rate_hz = 250;
+  EXPECT_FALSE(open(s));
+  EXPECT_THAT(why, HasSubstr("its driver has no buffer (no interrupt or trigger?); nor can it be polled: "));
+  EXPECT_THAT(why, HasSubstr("in_accel_y_raw"));
+}
+
+TEST_F(IioTest, PollingLeavesTheBufferToWhoHasIt) {
+  auto tree = plug(tree_spec());
+  tree->set_file("buffer/enable", "1");
+  std::filesystem::remove(tree->buffer_path());  // as good as "busy": the node cannot be had
+  IioSpec s = spec();
+  s.rate_hz = 500;
+  s.buffered = false;
+  EXPECT_FALSE(open(s));
+  EXPECT_EQ(error, Errc::not_found);
+  EXPECT_TRUE(tree->enabled()) << "it was not ours to end";
+}
+
 TEST_F(IioTest, BufferThatStartsIsNeverPolled) {
   auto tree = plug(tree_spec());
   IioSpec s = spec();
