@@ -109,26 +109,28 @@ void V4l2Camera::adopt(std::unique_ptr<V4l2Session> session) {
 /// What was requested becomes what the camera has now, and what it is opened with; not so what it refuses, which would
 /// keep it closed when it comes back.
 void V4l2Camera::set_requested() {
-  std::string refused;
+  V4l2Controls::Wanted wanted, taken;
+  std::string beyond;
   bool any = false;
-  for (std::size_t i = 0; i < controls_.size(); ++i) {
+  // Backwards: who asks for an exposure by hand has asked for the mode before it, which has the smaller number.
+  for (std::size_t i = controls_.size(); i-- > 0;) {
     if (!requests_[i].pending.exchange(false, std::memory_order_acquire)) continue;
-    const double value = requests_[i].value.load(std::memory_order_relaxed);
-    if (session_) {
-      any = true;
-      const V4l2Controls& controls = session_->controls();
-      std::string why;  // a camera that came back may have other ranges than the one that was opened
-      if (const V4l2Controls::Wanted one{{controls_[i].name, value}};
-          !controls.check(one, why) || !controls.set(port_, session_->fd(), one, why)) {
-        refused += (refused.empty() ? "" : "; ") + why;
-        continue;
-      }
+    const V4l2Controls::Wanted one{{controls_[i].name, requests_[i].value.load(std::memory_order_relaxed)}};
+    std::string why;  // a camera that came back may have other ranges than the one that was opened
+    any = true;
+    if (!session_ || session_->controls().check(one, why)) {
+      wanted.insert(*one.begin());
+    } else {
+      beyond += (beyond.empty() ? "" : "; ") + why;
     }
-    spec_.controls[controls_[i].name] = value;
   }
-  if (!any) return;
+  std::string why;  // has every refusal
+  if (session_) static_cast<void>(session_->controls().set(port_, session_->fd(), wanted, why, &taken));
+  for (const auto& [name, value] : session_ ? taken : wanted) spec_.controls[name] = value;
+  if (!any || !session_) return;
+  if (!beyond.empty()) why += (why.empty() ? "" : "; ") + beyond;
   const std::lock_guard lock(mutex_);
-  control_trouble_ = refused;
+  control_trouble_ = why;
 }
 
 /// While the reader streams: the controls, the exposure as it is now, and whether anything comes at all.

@@ -114,7 +114,7 @@ Status V4l2Controls::check(const Wanted& wanted, std::string& why) const {
   return Error{Errc::bad_argument, "camera control"};
 }
 
-Status V4l2Controls::set(V4l2Port& port, int fd, const Wanted& wanted, std::string& why) const {
+Status V4l2Controls::set(V4l2Port& port, int fd, const Wanted& wanted, std::string& why, Wanted* taken) const {
   Status result;
   std::string refused;
   for (const bool numbers : {false, true}) {
@@ -129,7 +129,10 @@ Status V4l2Controls::set(V4l2Port& port, int fd, const Wanted& wanted, std::stri
         control.value = static_cast<std::int32_t>(value);
       }
       const int said = one(port, fd, VIDIOC_S_EXT_CTRLS, control);
-      if (said == 0) continue;
+      if (said == 0) {
+        if (taken) taken->insert(*want);
+        continue;
+      }
       refused += (refused.empty() ? "" : "; ") + list_[i].name + ": " + std::strerror(-said);
       result = Error{kind_of(-said), "VIDIOC_S_EXT_CTRLS", -said};
     }

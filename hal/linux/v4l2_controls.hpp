@@ -24,8 +24,9 @@ class V4l2Controls {
   /// Whether every name is known and every value within its range and steps. Errors: bad_argument; `why` has each.
   Status check(const Wanted& wanted, std::string& why) const;
   /// Sets them: first switches and menus, because `auto_exposure` decides whether `exposure_time_absolute` counts.
-  /// Errors:  denied, busy, io, closed: the device refused one; the others are set all the same. `why` names each.
-  Status set(V4l2Port& port, int fd, const Wanted& wanted, std::string& why) const;
+  /// Errors:  denied, busy, io, closed: the device refused one; the others are set all the same. `why` names each,
+  ///          `taken` gets those that it took.
+  Status set(V4l2Port& port, int fd, const Wanted& wanted, std::string& why, Wanted* taken = nullptr) const;
   /// In units of the control. Nothing: write only, or the device is gone.
   std::optional<std::int64_t> get(V4l2Port& port, int fd, std::size_t control) const;
 
