@@ -141,8 +141,8 @@ class Review {
     std::string name;
     std::uint32_t thread = 0;
     bool source = false;
-    std::map<std::uint32_t, std::size_t> inputs;   // topic by port
-    std::map<std::uint32_t, std::size_t> outputs;  // topic by port
+    std::map<std::uint32_t, std::size_t> topics;  // by port
+    std::vector<std::size_t> inputs;              // topics; a driver's raw one, which its steps publish, too
     bool stepped = false;
     std::optional<msg::Time> from{};  // midway: the saved state where a replay can begin
   };
@@ -179,11 +179,10 @@ class Review {
         m.thread = number_of<std::uint32_t>(name);
         if (m.thread >= threads_.size()) return false;
       } else {
-        const auto port = number_of<std::uint32_t>(std::string_view(key).substr(dot + 1));
-        if (value.starts_with("out "))
-          m.outputs[port] = topic(value.substr(4));
-        else
-          m.inputs[port] = topic(value.substr(std::min<std::size_t>(3, value.size())));
+        const bool out = value.starts_with("out ");
+        const std::size_t t = topic(value.substr(std::min<std::size_t>(out ? 4 : 3, value.size())));
+        m.topics[number_of<std::uint32_t>(std::string_view(key).substr(dot + 1))] = t;
+        if (!out) m.inputs.push_back(t);
       }
     }
     for (const auto& [key, order] : begin_)
@@ -303,15 +302,15 @@ class Review {
     module.stepped = true;
     if (module.from && !has_inputs(module, s)) module.from.reset();
     for (const LoggedStep::Output& out : s.outputs)
-      if (const auto at = module.outputs.find(out.port); at != module.outputs.end())
+      if (const auto at = module.topics.find(out.port); at != module.topics.end())
         output(topics_[at->second], out.first, out.count, s.completed);
   }
 
   /// Whether none of what it latched is of before the beginning of the file.
   bool has_inputs(const Module& module, const LoggedStep& s) const {
     for (const LoggedStep::Input& in : s.inputs) {
-      const auto known = module.inputs.find(in.port);
-      if (known == module.inputs.end() || in.sequences.empty()) continue;
+      const auto known = module.topics.find(in.port);
+      if (known == module.topics.end() || in.sequences.empty()) continue;
       const Topic& t = topics_[known->second];
       if (t.kept.wanted && (!t.first || static_cast<std::int32_t>(in.sequences.front() - t.first->second) < 0))
         return false;
@@ -377,7 +376,7 @@ class Review {
   void give_verdict() {
     for (const Module& m : modules_) {
       std::vector<const TopicKept*> inputs;
-      for (const auto& [port, t] : m.inputs) inputs.push_back(&topics_[t].kept);
+      for (const std::size_t t : m.inputs) inputs.push_back(&topics_[t].kept);
       ModuleVerdict v{m.name, reasons(m.source, threads_[m.thread].lost, inputs), {}};
       if (!begin_.empty() && m.stepped) begins_at(v, m.from);
       result_.verdict.push_back(std::move(v));

@@ -99,7 +99,24 @@ TEST_F(RunReviewOf, AFullDiskFindsTheGapsThatWereCounted) {
   EXPECT_THAT(why_not(review, "numbers"), Contains(HasSubstr("gap in its steps at ")));
 }
 
+/// A driver: its raw topic is filled by its hook, and its step reads it.
+class Gauge final : public rt::DriverModule {
+ public:
+  void declare(rt::Declaration& d) override { d.raw("raw", raw_); }
+  void collect(rt::Time now) noexcept override { raw_.loan()->stamp = now; }
+  rt::Status step(const rt::Step&) noexcept override { return rt::Status::ok; }
+
+ private:
+  rt::Raw<rt::Pair> raw_;
+};
+
+void add_gauge(rt::Robot& robot) {
+  robot.add<Gauge>("gauge");
+  robot.periodic("gauges", 4, 2ms, {"gauge"});
+}
+
 TEST_F(RunReviewOf, MessagesOfStepsThatWereLostAreLost) {
+  add_gauge(robot);
   auto opened = open(RunRecorder::Pace::follows, {.files = {.writer = {.chunk_bytes = 1024}}, .log_room = 100ms});
   std::atomic<bool> reads = false;
   disks[0]->on_append = [&] { reads = true; };
@@ -113,8 +130,23 @@ TEST_F(RunReviewOf, MessagesOfStepsThatWereLostAreLost) {
   EXPECT_TRUE(opened->lost_messages().contains("numbers.out"));
   const RunReview review = found();
   EXPECT_THAT(review.differences, IsEmpty());
-  EXPECT_EQ(review.lost_messages.at("numbers.out").count, opened->lost_messages().at("numbers.out").count);
+  for (const std::string topic : {"numbers.out", "gauge.raw"}) {
+    ASSERT_TRUE(review.lost_messages.contains(topic)) << topic;
+    EXPECT_EQ(review.lost_messages.at(topic).count, opened->lost_messages().at(topic).count) << topic;
+  }
   EXPECT_THAT(why_not(review, "sums"), Contains(HasSubstr("gap in numbers.out at ")));
+}
+
+TEST_F(RunReviewOf, OneMessageOfADriverTakenOutIsNamed) {
+  add_gauge(robot);
+  const auto recorder = fly();
+  expect_same(*recorder, found());
+  int n = 0;
+  const Bytes copy = without([&](const Message& m, Bytes&) { return m.channel->topic == "gauge.raw" && ++n == 100; });
+  const RunReview review = record::review(*read(copy));
+  ASSERT_TRUE(review.lost_messages.contains("gauge.raw"));
+  EXPECT_THAT(why_not(review, "gauge"), ElementsAre(HasSubstr("gap in gauge.raw at 0.198 s")));
+  EXPECT_THAT(review.differences, Contains(HasSubstr("gauge.raw: 1 are missing, the file says 0")));
 }
 
 TEST_F(RunReviewOf, OneMessageTakenOutIsNamed) {
