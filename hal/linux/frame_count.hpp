@@ -21,7 +21,8 @@ struct CameraStats {
 };
 
 /// The book that a camera keeps of its frames: which number each gets, which are missing, how often they come.
-/// Thread:  one writes (the reader; between two streams whoever begins the next), any asks.   RT: yes, but for text().
+/// Thread:  one writes (the reader; between two streams whoever begins the next, who also calls reopened()), any asks.
+/// RT: yes, but for text().
 class FrameCount {
  public:
   /// A frame as the driver delivered it. False: no newer than the last one, not to be handed on.
@@ -33,8 +34,10 @@ class FrameCount {
   void corrupted() noexcept { corrupted_.add(); }
   void too_large() noexcept { too_large_.add(); }
   void unstamped() noexcept { unstamped_.add(); }
-  /// A stream begins; each but the first one is a reopening. The next frame's number leaves a gap.
-  void stream_begins() noexcept;
+  /// A stream begins. True: not the first one, so that the next frame's number leaves a gap, and reopened() is to be
+  /// called once the reader can have frames: who sees the count of reopenings rise can read.
+  [[nodiscard]] bool stream_begins() noexcept;
+  void reopened() noexcept { reopens_.add(); }
   void tried() noexcept { tries_.add(); }
 
   CameraStats stats() const noexcept;
@@ -51,7 +54,7 @@ class FrameCount {
   };
   Counter frames_, lost_, corrupted_, repeated_, too_large_, unstamped_, reopens_, tries_;
   Wide<std::int64_t> interval_ns_;
-  bool begun_ = false, first_ = true;
+  bool begun_ = false, again_ = false, first_ = true;
   std::uint32_t last_sequence_ = 0, number_ = 0;
   std::optional<Time> last_stamp_;
 };

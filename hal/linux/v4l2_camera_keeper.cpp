@@ -100,10 +100,11 @@ void V4l2Camera::adopt(std::unique_ptr<V4l2Session> session) {
   if (picture.is_jpeg && !jpeg_) jpeg_ = std::make_unique<JpegDecoder>(picture.format, picture.width, picture.height);
   last_good_ns_.store(os_.now().ns, std::memory_order_relaxed);
   session_ = std::move(session);
-  count_.stream_begins();
+  const bool again = count_.stream_begins();
   line_.keep_ready();
   broken_.store(0, std::memory_order_relaxed);
   holder_.store(kNobody, std::memory_order_release);
+  if (again) count_.reopened();
 }
 
 /// What was requested becomes what the camera has now, and what it is opened with; not so what it refuses, which would

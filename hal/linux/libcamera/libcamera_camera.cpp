@@ -144,9 +144,10 @@ void LibcameraCamera::adopt(std::unique_ptr<LibcameraSession> session) {
     trouble_.clear();
   }
   session_ = std::move(session);
-  count_.stream_begins();
+  const bool again = count_.stream_begins();
   last_frame_ns_.store(os_.now().ns, std::memory_order_relaxed);
   holder_.store(kNobody, std::memory_order_release);
+  if (again) count_.reopened();
 }
 
 void LibcameraCamera::keep() noexcept {
