@@ -57,6 +57,12 @@ void convert_image(const std::uint8_t* rgbx, std::uint32_t width, std::uint32_t 
   }
 }
 
+bool has_pattern(const std::uint8_t* rgbx, std::uint32_t width, std::uint32_t height) {
+  for (std::size_t i = 1; i < std::size_t{width} * height; ++i)
+    if (rgbx[4 * i + 1] != rgbx[1]) return true;
+  return false;
+}
+
 PixelNoise::PixelNoise(double sigma, std::uint64_t seed) : on_(sigma > 0), seed_(seed) {
   math::Random noise(seed, 0x70697865);
   for (std::int8_t& v : table_) {

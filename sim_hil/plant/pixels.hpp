@@ -12,6 +12,9 @@ namespace sinew::plant {
 void convert_image(const std::uint8_t* rgbx, std::uint32_t width, std::uint32_t height, msg::PixelFormat format,
                    std::uint8_t* out);
 
+/// Whether any two of the pixels that OpenGL reads back differ in green.
+bool has_pattern(const std::uint8_t* rgbx, std::uint32_t width, std::uint32_t height);
+
 /// Adds sensor noise to an image: a fixed table of normal deviates (sigma in grey levels), entered at a random place
 /// per row. Chroma bytes of yuyv get it as well. The same bytes for the same seed and frame.
 class PixelNoise {

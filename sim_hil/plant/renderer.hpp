@@ -11,7 +11,7 @@ namespace sinew::plant {
 
 /// Draws the room without a display: OpenGL in software (Mesa's llvmpipe) on a surfaceless EGL context.
 /// Thread:  create, use and destroy on one thread; several renderers may live on several threads.
-/// Errors:  not_supported when EGL or OpenGL cannot be had; `why` says which call failed.
+/// Errors:  not_supported when EGL or OpenGL cannot be had, or draws no textures; `why` says which call failed.
 class Renderer {
  public:
   struct Options {

@@ -3,6 +3,7 @@
 
 #include "flight.hpp"
 #include "plant_world.hpp"
+#include "qemu_user.hpp"
 #include "sim_hil/plant/renderer.hpp"
 #include "vision/pad_finder.hpp"
 #include "vision/pinhole.hpp"
@@ -17,6 +18,7 @@ class CameraFlight : public ::testing::TestWithParam<int> {};
 TEST_P(CameraFlight, LandsOnThePadThatItSees) {
   std::string why;
   auto renderer = plant::Renderer::create({.width = kWidth, .height = kHeight}, why);
+  if (!renderer) SINEW_SKIP_UNDER_QEMU_USER(why);
   ASSERT_TRUE(renderer) << why;
   plant::QuadOptions o;
   o.seed = static_cast<std::uint64_t>(GetParam());

@@ -108,6 +108,16 @@ TEST_F(PlantRenderer, SameViewGivesTheSameBytesAlsoFromAnotherRenderer) {
   EXPECT_EQ(first, look({0.4, 0.2, 1.1}));
 }
 
+TEST_F(PlantRenderer, DrawsInEveryRoomAlsoTheSmallestPictures) {
+  renderer_.reset();  // one context per thread
+  for (const WorldKind world : {WorldKind::quad, WorldKind::desk_head})
+    for (const bool picture : {false, true}) {
+      std::string why;
+      EXPECT_TRUE(Renderer::create({16, 16, picture, world}, why)) << why;
+    }
+  SetUpTestSuite();
+}
+
 TEST(PlantPixels, YuyvIsLimitedRangeBt601AndFlipsRows) {
   // Two rows of two pixels, bottom row first: below white and black, above red twice.
   const std::uint8_t rgbx[] = {255, 255, 255, 0, 0, 0, 0, 0, 255, 0, 0, 0, 255, 0, 0, 0};
@@ -121,6 +131,14 @@ TEST(PlantPixels, YuyvIsLimitedRangeBt601AndFlipsRows) {
   EXPECT_EQ(rgb[1], 0);
   EXPECT_EQ(rgb[6], 255);
   EXPECT_EQ(rgb[9], 0);
+}
+
+TEST(PlantPixels, SurfacesWithoutTheirTexturesHaveNoPattern) {
+  std::vector<std::uint8_t> rgbx(16 * 16 * 4);
+  for (std::size_t i = 0; i < rgbx.size(); ++i) rgbx[i] = static_cast<std::uint8_t>(i % 4 == 3 ? i : 70 + i % 4);
+  EXPECT_FALSE(has_pattern(rgbx.data(), 16, 16)) << "the fourth byte is no colour";
+  rgbx[rgbx.size() - 3] ^= 1;
+  EXPECT_TRUE(has_pattern(rgbx.data(), 16, 16));
 }
 
 TEST(PlantPixels, NoiseHasItsSigmaStaysInRangeAndRepeats) {
