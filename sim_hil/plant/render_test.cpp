@@ -33,6 +33,18 @@ CameraPose camera_at(const msg::Vec3& base, const msg::Quat& q_world_base) {
   return {add(base, Rotation(q_world_base).apply(kCameraPBase)), mul(q_world_base, kCameraQBaseOptical)};
 }
 
+/// Prints the time of a frame. `draw(i)` draws the i-th of many.
+template <class Draw>
+void time_frames(std::uint32_t width, std::uint32_t height, Draw&& draw) {
+  constexpr int kFrames = 200;
+  const auto begin = std::chrono::steady_clock::now();
+  const std::clock_t cpu = std::clock();
+  for (int i = 0; i < kFrames; ++i) draw(i);
+  const std::chrono::duration<double, std::milli> wall = std::chrono::steady_clock::now() - begin;
+  const double cpu_ms = 1e3 * static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC;
+  std::printf("%u x %u: %.2f ms per frame, %.2f ms of CPU\n", width, height, wall.count() / kFrames, cpu_ms / kFrames);
+}
+
 struct View {
   const char* name;
   msg::Vec3 base;
@@ -64,16 +76,9 @@ int camera_pictures(const std::filesystem::path& folder, std::uint32_t width, st
   const std::size_t at = (std::size_t{height / 2} * width + width / 2) * 2;
   std::printf("pad as rendered: Y %d U %d V %d\n", yuyv[at], yuyv[at + 1], yuyv[at + 3]);
 
-  constexpr int kFrames = 200;
-  const auto begin = std::chrono::steady_clock::now();
-  const std::clock_t cpu = std::clock();
-  for (int i = 0; i < kFrames; ++i) {
-    const double x = 0.005 * i;
-    (*renderer)->camera_view(camera_at({x, 0.3, 1.5}, {}), msg::PixelFormat::yuyv, yuyv.data());
-  }
-  const std::chrono::duration<double, std::milli> wall = std::chrono::steady_clock::now() - begin;
-  const double cpu_ms = 1e3 * static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC;
-  std::printf("%u x %u: %.2f ms per frame, %.2f ms of CPU\n", width, height, wall.count() / kFrames, cpu_ms / kFrames);
+  time_frames(width, height, [&](int i) {
+    (*renderer)->camera_view(camera_at({0.005 * i, 0.3, 1.5}, {}), msg::PixelFormat::yuyv, yuyv.data());
+  });
   return 0;
 }
 
@@ -147,6 +152,10 @@ int head_pictures(const std::filesystem::path& folder, std::uint32_t width, std:
     if (!write_png(folder / name, width, height, msg::PixelFormat::rgb8, small)) return 1;
     advance(1.7);
   }
+  time_frames(width, height, [&](int) {
+    (*camera)->place(world.scene());
+    (*camera)->camera_view(world.camera_pose(), msg::PixelFormat::rgb8, small.data());
+  });
   return 0;
 }
 
