@@ -17,6 +17,7 @@ source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 seed=1 duration=() robot=robots/quad.toml host=127.0.0.1 label=other program=sinew-fly limit_s=${SINEW_FLIGHT_LIMIT_S:-900}
 while (($#)); do
   case $1 in
+    --seed | --duration | --robot | --host | --label) [[ ${2:---} != -- ]] || die "$1: of what?" ;;&
     --replay) program=sinew ;;
     --seed) shift && seed=$1 ;;
     --duration) shift && duration=(--duration "$1") ;;
@@ -30,9 +31,15 @@ while (($#)); do
 done
 (($#)) || die "which command flies? It comes after --"
 bin=$root/build/release/bin
-for needed in sinew-sim "$program"; do [[ -x $bin/$needed ]] || die "build/release has no $needed: ./run builds it"; done
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
+for needed in sinew-sim "$program"; do [[ -x $bin/$needed ]] || die "build/release has no $needed: cmake --build build/release --target $needed"; done
+work=$(mktemp -d) sim=
+# Whatever was started ends with this script, also when that is interrupted.
+finish() {
+  end_limited
+  [[ -z $sim ]] || kill "$sim" 2>/dev/null || true
+  rm -rf "$work"
+}
+trap finish EXIT
 mkdir -m 700 "$work/robots"
 export SINEW_RUN_DIR=$work/robots SINEW_RECORD=on
 
@@ -48,7 +55,7 @@ words_of() {
 
 # fly NAME HOST COMMAND...: one flight; its output in $work/NAME.
 fly() {
-  local name=$1 as=$2 code=0 endpoint='' sim words
+  local name=$1 as=$2 code=0 endpoint='' words
   shift 2
   : >"$work/$name.sim" # it is read before a busy machine has started the simulator
   "$bin/sinew-sim" --listen tcp:127.0.0.1:0 --lockstep --seed "$seed" --wait 300 >"$work/$name.sim" 2>&1 &
@@ -62,9 +69,10 @@ fly() {
   [[ -n $endpoint ]] || die "sinew-sim does not listen after 60 s"
   mapfile -t words < <(words_of "$name" "tcp:$as:$endpoint")
   local start=$SECONDS
-  timeout "$limit_s" "$@" "${words[@]}" >"$work/$name" 2>"$work/$name.err" </dev/null || code=$?
+  limited "$limit_s" "$@" "${words[@]}" >"$work/$name" 2>"$work/$name.err" || code=$?
   kill "$sim" 2>/dev/null || true
   wait "$sim" 2>/dev/null || true
+  sim=
   tr -d '\r' <"$work/$name" | grep '^hash ' >"$work/$name.hashes" || true
   [[ -s $work/$name.hashes ]] || die "$name: no flight (exit $code): $(tail -n 5 "$work/$name.err")"
   say "$name: $(wc -l <"$work/$name.hashes") topics, $((SECONDS - start)) s, exit $code$(tr -d '\r' <"$work/$name" | sed -n 's/^landing error */, landing error /p')"
@@ -75,20 +83,20 @@ fly() {
 
 # again NAME WHOSE COMMAND...: NAME executes once more what WHOSE flight has recorded.
 again() {
-  local name=$1 whose=$2 file said code=0 start=$SECONDS
+  local name=$1 whose=$2 file code=0 start=$SECONDS
   shift 2
   file=$(echo "$work/runs-$whose"/*/run.mcap)
   [[ -f $file ]] || die "$whose recorded nothing: $(tail -n 5 "$work/$whose" "$work/$whose.err")"
-  said=$(timeout "$limit_s" "$@" replay "$file" 2>&1 </dev/null) || code=$?
-  [[ $code == 0 && $said == identical:* ]] || die "$name, executing again what $whose recorded (exit $code): $(head -n 12 <<<"$said")"
-  say "$name, executing again what $whose recorded ($(($(stat -c %s "$file") / 1000000)) MB, $((SECONDS - start)) s): $(head -n 1 <<<"$said")"
+  limited "$limit_s" "$@" replay "$file" >"$work/said" 2>&1 || code=$?
+  [[ $code == 0 && $(head -n 1 "$work/said") == identical:* ]] || die "$name, executing again what $whose recorded (exit $code): $(head -n 12 "$work/said")"
+  say "$name, executing again what $whose recorded ($(($(stat -c %s "$file") / 1000000)) MB, $((SECONDS - start)) s): $(head -n 1 "$work/said")"
 }
 
 cd "$root"
 fly here 127.0.0.1 "$bin/$program"
 fly "$label" "$host" "$@"
 if ! difference=$(diff "$work/here.hashes" "$work/$label.hashes"); then
-  die "$label: the first topic that differs: $(sed -n 's/^< hash \([^ ]*\).*/\1/p' <<<"$difference" | head -n 1)"
+  die "$label: the first topic that differs: $(sed -n 's/^[<>] hash \([^ ]*\).*/\1/p' <<<"$difference" | head -n 1)"
 fi
 say "$label: the same bytes on all $(wc -l <"$work/here.hashes") topics"
 if [[ $program == sinew ]]; then

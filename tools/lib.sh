@@ -51,6 +51,25 @@ quietly() {
   return "$status"
 }
 
+# limited SECONDS COMMAND...: the command without input, and its exit code; 124 or 137 when it was ended after that time.
+# `timeout` by itself stands in a group of its own, where no Ctrl-C is heard, and outlives who started it: a script that
+# calls this has end_limited in its trap for EXIT.
+limited_pid=
+limited() {
+  local status=0
+  timeout -k 5 "$@" </dev/null &
+  limited_pid=$!
+  wait "$limited_pid" || status=$?
+  limited_pid=
+  return "$status"
+}
+
+end_limited() {
+  [[ -n $limited_pid ]] || return 0
+  kill "$limited_pid" 2>/dev/null || true
+  wait "$limited_pid" 2>/dev/null || true
+}
+
 show_last_line() {
   local width=$(($(tput cols 2>/dev/null || echo 80) - 3))
   while sleep 0.3 && kill -0 $$ 2>/dev/null; do # ends with the script, also when that is interrupted

@@ -19,7 +19,11 @@ source "$root/tests/vm/kernel.sh"
 limit_s=900 shell=0
 while [[ ${1:-} == --* ]]; do
   case $1 in
-    --limit) limit_s=${2:?seconds} && shift 2 ;;
+    --limit)
+      limit_s=${2:-}
+      [[ $limit_s =~ ^[0-9]+(\.[0-9]+)?$ ]] || die "--limit: ${limit_s:-nothing}: no number of seconds"
+      shift 2
+      ;;
     --shell) shell=1 limit_s=36000 && shift ;;
     *) die "$1: --limit SECONDS or --shell" ;;
   esac
@@ -31,10 +35,10 @@ shift
 sysroot=${SINEW_SYSROOTS:-$root/build/sysroot}/$board
 [[ -d $sysroot ]] || die "no sysroot: toolchains/sysroot.sh $board"
 kernel=$root/build/boards/$board out=$root/build/boards/$board/out console=$logs/boards-$board.log
-rm -rf "$out"
-mkdir -p "$out" "$logs"
 exec {lock}>"$kernel/lock"
 flock -n "$lock" || die "$board is running already"
+rm -rf "$out"
+mkdir -p "$out" "$logs"
 
 # job COMMAND...: the command as the board's shell reads it.
 job() {
@@ -55,13 +59,14 @@ share out "$out"
 machine+=(-m 512 -accel "tcg,thread=multi" -nic "user,model=virtio-net-pci,restrict=off")
 [[ $board == mipsel ]] || machine+=(-smp 2)
 words="console=$port mitigations=off loglevel=4 panic=-1 nokaslr board.source=$root"
-qemu=(timeout -k 5 "$limit_s" "${machine[@]}" -kernel "$(echo "$kernel"/boot/vmlinu[xz]-*)"
+qemu=("${machine[@]}" -kernel "$(echo "$kernel"/boot/vmlinu[xz]-*)"
   -initrd "$kernel/initramfs.gz" -append "$words")
 if ((shell)); then
-  exec "${qemu[@]}" -serial stdio
+  exec timeout -k 5 "$limit_s" "${qemu[@]}" -serial stdio
 fi
+trap end_limited EXIT
 status=0
-"${qemu[@]}" -serial "file:$console" </dev/null >"$console.qemu" 2>&1 || status=$?
+limited "$limit_s" "${qemu[@]}" -serial "file:$console" >"$console.qemu" 2>&1 || status=$?
 [[ ! -f $out/stdout ]] || cat "$out/stdout"
 [[ ! -f $out/stderr ]] || cat "$out/stderr" >&2
 if ((status != 0)) || [[ ! -f $out/kernel.log ]] || ! grep -q '^board: came to its end' "$console"; then

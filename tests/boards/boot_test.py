@@ -1,0 +1,141 @@
+#!/usr/bin/env python3
+"""Holds tests/boards/boot.sh to what its head says, with a program of ours in qemu's place: how it ends, and what it leaves.
+
+The script runs from a folder that has it, what it reads, and a board that was set up before; nothing is fetched.
+"""
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+NEEDED = ["tests/boards/boot.sh", "tests/boards/setup.sh", "tests/boards/init", "tests/vm/kernel.sh", "tools/lib.sh",
+          "tools/own_apt.sh"]
+
+# What a board does, as far as boot.sh can tell: BOARD says how it ends.
+QEMU = """#!/bin/bash
+for word in "$@"; do
+  case $word in
+    local,id=out,path=*) out=${word#local,id=out,path=} out=${out%%,*} ;;
+    file:*) console=${word#file:} ;;
+  esac
+done
+echo booting >"$console"
+if [[ $BOARD == hangs ]]; then
+  echo $$ >"$HERE/pid"
+  exec sleep 60
+fi
+[[ $BOARD != dies ]] || exit 3
+echo said >"$out/stdout" && echo complained >"$out/stderr" && echo "$STATUS" >"$out/status"
+echo "$UNALIGNED" >"$out/unaligned" && : >"$out/kernel.log"
+echo 'board: came to its end' >>"$console"
+"""
+
+
+def until(what):
+    """Waits for what makes this true."""
+    end = time.monotonic() + 10
+    while not what():
+        if time.monotonic() > end:
+            raise AssertionError("it did not come to that in 10 s")
+        time.sleep(0.02)
+
+
+def alive(pid):
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return "\nState:\tZ" not in pathlib.Path(f"/proc/{pid}/status").read_text(encoding="ascii")
+
+
+class Boot(unittest.TestCase):
+    def setUp(self):
+        holder = tempfile.TemporaryDirectory()
+        self.addCleanup(holder.cleanup)
+        self.here = pathlib.Path(holder.name)
+        for name in NEEDED:
+            (self.here / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(ROOT / name, self.here / name)
+        self.board = self.here / "build/boards/mipsel"
+        for folder in (self.board / "boot", self.here / "build/sysroot/mipsel", self.here / "bin"):
+            folder.mkdir(parents=True)
+        (self.board / "boot/vmlinux-1").touch()
+        (self.board / "initramfs.gz").touch()  # newer than what makes it
+        qemu = self.here / "bin/qemu-system-mipsel"
+        qemu.write_text(QEMU, encoding="ascii")
+        qemu.chmod(0o755)
+
+    def start(self, *words, how="well", status=0, unaligned=0):
+        environment = {**os.environ, "PATH": f"{self.here}/bin:{os.environ['PATH']}", "HERE": str(self.here), "BOARD": how,
+                       "STATUS": str(status), "UNALIGNED": str(unaligned)}
+        environment.pop("SINEW_SYSROOTS", None)
+        process = subprocess.Popen([self.here / "tests/boards/boot.sh", *words], stdout=subprocess.PIPE, text=True,
+                                   stderr=subprocess.PIPE, env=environment, start_new_session=True)
+        self.addCleanup(process.communicate)
+        self.addCleanup(process.terminate)
+        return process
+
+    def boot(self, *words, **how):
+        process = self.start(*(words or ("mipsel", "true")), **how)
+        out, err = process.communicate(timeout=60)
+        return process.returncode, out, err
+
+    def hanging(self):
+        """One that runs, and qemu's process in it."""
+        process = self.start("mipsel", "true", how="hangs")
+        until(lambda: (self.here / "pid").exists() and (self.here / "pid").read_text(encoding="ascii").strip())
+        return process, int((self.here / "pid").read_text(encoding="ascii"))
+
+    def test_the_commands_words_and_exit_code_are_its_own(self):
+        self.assertEqual(self.boot(status=7), (7, "said\n", "complained\n"))
+        self.assertEqual(self.boot()[0], 0)
+
+    def test_a_board_that_does_not_come_to_its_end_is_125(self):
+        code, _, err = self.boot(how="dies")
+        self.assertEqual(code, 125)
+        self.assertIn("mipsel did not come to its end (qemu: 3", err)
+        code, _, err = self.boot("--limit", "0.2", "mipsel", "true", how="hangs")
+        self.assertEqual(code, 125)
+        self.assertIn("stopped after 0.2 s", err)
+
+    def test_reads_across_words_fail_a_run_that_was_well(self):
+        code, out, err = self.boot(unaligned=3)
+        self.assertEqual((code, out), (124, "said\n"))
+        self.assertIn("3 reads or writes across words", err)
+        self.assertEqual(self.boot(unaligned=3, status=7)[0], 7)
+
+    def test_a_board_that_runs_keeps_its_folder_when_somebody_else_wants_it(self):
+        self.hanging()
+        before = sorted(path.name for path in (self.board / "out").iterdir())
+        self.assertIn("job", before)
+        code, _, err = self.boot("mipsel", "false")
+        self.assertEqual((code, err), (1, "boot.sh: mipsel is running already\n"))
+        self.assertEqual(sorted(path.name for path in (self.board / "out").iterdir()), before)
+        self.assertIn("true", (self.board / "out/job").read_text(encoding="utf-8"))
+
+    def test_the_emulator_ends_with_it(self):
+        for how in (signal.SIGTERM, signal.SIGINT):
+            process, qemu = self.hanging()
+            (self.here / "pid").unlink()
+            os.killpg(process.pid, how)  # as a terminal does it; qemu stands in a group of its own
+            process.communicate(timeout=30)
+            self.assertEqual(process.returncode, -how)
+            until(lambda: not alive(qemu))  # pylint: disable=cell-var-from-loop
+
+    def test_wrong_calls_are_told(self):
+        for words, said in ((["--limit", "soon", "mipsel", "true"], "soon: no number of seconds"),
+                            (["--limit"], "--limit: nothing: no number of seconds"), (["--fast", "mipsel"], "--fast: --limit SECONDS or --shell"),
+                            (["sparc", "true"], "sparc: arm64, armhf or mipsel"), (["mipsel"], "which command runs on mipsel?")):
+            code, out, err = self.boot(*words)
+            self.assertEqual((code, out), (1, ""))
+            self.assertIn(said, err)
+        self.assertFalse((self.board / "out").exists())
+
+
+if __name__ == "__main__":
+    unittest.main()
