@@ -30,7 +30,8 @@ def unpack(package, folder):
         run("dpkg-deb", "-x", package, folder)
     elif package.endswith(".tar.gz"):
         with tarfile.open(package) as tar:
-            tar.extractall(folder, filter="data")
+            # Debian 12's Python (3.11.2) knows no filters yet, and later ones want to be told of one.
+            tar.extractall(folder, **({"filter": "data"} if hasattr(tarfile, "data_filter") else {}))
     elif package.endswith(".zip"):
         with zipfile.ZipFile(package) as archive:
             archive.extractall(folder)

@@ -169,9 +169,19 @@ def main():
     if len(sys.argv) not in (2, 3) or sys.argv[1].startswith("-"):
         print(__doc__, file=sys.stderr)
         sys.exit(2)
-    with open(sys.argv[1]) as f:
-        document = json.load(f)
-    problems = problems_of(document, *sys.argv[2:])
+    try:
+        with open(sys.argv[1], encoding="utf-8") as f:
+            document = json.load(f)
+        if not isinstance(document, dict):
+            raise ValueError("it is no object")
+    except OSError as error:
+        sys.exit(f"sbom_check: {sys.argv[1]}: {error.strerror}")
+    except ValueError as error:  # of JSON, too
+        sys.exit(f"sbom_check: {sys.argv[1]}: no SPDX document: {error}")
+    try:
+        problems = problems_of(document, *sys.argv[2:])
+    except OSError as error:
+        sys.exit(f"sbom_check: {sys.argv[2]}: {error.strerror}")
     for problem in problems:
         print(problem)
     sys.exit(1 if problems else 0)

@@ -29,13 +29,28 @@ def main(words):
     if len(words) < 2:
         print(__doc__, file=sys.stderr)
         return 2
+    try:
+        out = pathlib.Path(words[0]).open("w", encoding="ascii")
+    except OSError as error:
+        print(f"memory_here: {words[0]}: {error.strerror}", file=sys.stderr)
+        return 2
+    with out:
+        code, lines = measure(words[1:])
+        out.write("".join(f"{line}\n" for line in lines))
+    if not lines:  # nor those of an earlier run
+        pathlib.Path(words[0]).unlink()
+    return code
+
+
+def measure(words):
+    """The program's exit code, or 3; what was measured, one number a line."""
     most = {"Rss": 0, "VmLck": 0}
     with tempfile.TemporaryFile("w+") as output:  # a pipe that nobody empties would stop the program
         try:
-            program = subprocess.Popen(words[1:], stdout=output)
+            program = subprocess.Popen(words, stdout=output)
         except OSError as error:
-            print(f"memory_here: {words[1]}: {error.strerror}", file=sys.stderr)
-            return 3
+            print(f"memory_here: {words[0]}: {error.strerror}", file=sys.stderr)
+            return 3, []
         while program.poll() is None:
             for name, size in {**numbers(f"/proc/{program.pid}/smaps_rollup", ["Rss"]),
                                **numbers(f"/proc/{program.pid}/status", ["VmLck"])}.items():
@@ -45,13 +60,12 @@ def main(words):
         said = output.read()
     print(said, end="")
     if not most["Rss"]:
-        print(f"memory_here: {words[1]}: ended before it was looked at", file=sys.stderr)
-        return 3
+        print(f"memory_here: {words[0]}: ended before it was looked at", file=sys.stderr)
+        return 3, []
     lines = [f"rss_kb={most['Rss']}", f"locked_kb={most['VmLck']}"]
     if found := re.search(r"^ready (\d+\.\d+) s after the start$", said, re.M):
         lines.append(f"start_ms={round(float(found[1]) * 1000)}")
-    pathlib.Path(words[0]).write_text("\n".join(lines) + "\n", encoding="ascii")
-    return program.returncode
+    return program.returncode, lines
 
 
 if __name__ == "__main__":

@@ -52,6 +52,15 @@ class Memory(unittest.TestCase):
         self.assertIn("/nowhere/program: ", done.stderr)
         self.assertEqual(self.measure()[0].returncode, 2)
 
+    def test_where_the_numbers_cannot_go_nothing_is_started(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for out in (f"{folder}/nowhere/memory", folder):
+                done = subprocess.run([sys.executable, "-B", TOOL, out, "touch", f"{folder}/started"], capture_output=True,
+                                      text=True, check=False, timeout=60)
+                self.assertEqual(done.returncode, 2)
+                self.assertRegex(done.stderr, rf"^memory_here: {re.escape(out)}: ")
+            self.assertFalse(pathlib.Path(folder, "started").exists())
+
 
 if __name__ == "__main__":
     unittest.main()

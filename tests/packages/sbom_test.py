@@ -4,6 +4,7 @@ import hashlib
 import json
 import subprocess
 import sys
+import tarfile
 import tempfile
 import unittest
 import zipfile
@@ -43,6 +44,14 @@ class Bill(unittest.TestCase):
         told = {f["fileName"]: f["checksums"][1]["checksumValue"] for f in self.bill()["files"]}
         self.assertEqual(told["./sinew/README.md"], hashlib.sha256(b"read me").hexdigest())
 
+    def test_a_tarball_is_read_like_the_others(self):
+        package, files = f"{self.folder.name}/sinew-0.1.0-mipsel.tar.gz", f"{self.folder.name}/unpacked"
+        with tarfile.open(package, "w:gz") as tar:
+            tar.add(f"{files}/sinew", "sinew")
+        again = f"{self.folder.name}/again"
+        document = sbom.Document(package, sbom.unpack(package, again), again)
+        self.assertEqual(problems_of(json.loads(document.text()), package), [])
+
     def test_each_wrong_thing_is_named(self):
         def change(path, value):
             def apply(bill):
@@ -73,6 +82,26 @@ class Bill(unittest.TestCase):
         for path, value, named in wrong:
             with self.subTest(path=path):
                 self.assertIn(named, self.problem(change(path, value)))
+
+    def test_the_command_says_what_it_cannot_read(self):
+        def check(*words):
+            done = subprocess.run([f"{TOOLS}/sbom_check.py", *words], capture_output=True, text=True, check=False)
+            self.assertNotIn("Traceback", done.stderr)
+            return done.returncode, done.stdout + done.stderr
+
+        bill, other = f"{self.folder.name}/bill.json", f"{self.folder.name}/other"
+        with open(bill, "w", encoding="utf-8") as f:
+            f.write(self.document.text())
+        self.assertEqual(check(bill, self.package), (0, ""))
+        self.assertEqual(check()[0], 2)
+        for text, named in ((None, "No such file"), ("[1]", "no SPDX document"), ("sinew", "no SPDX document")):
+            if text:
+                with open(other, "w", encoding="utf-8") as f:
+                    f.write(text)
+            code, said = check(other)
+            self.assertEqual(code, 1)
+            self.assertIn(f"{other}: {named}", said)
+        self.assertEqual(check(bill, other)[0], 1)
 
     def test_a_lie_about_the_package_is_found(self):
         def other_hash(bill):

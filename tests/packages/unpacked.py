@@ -38,7 +38,8 @@ def unpacked():
                 z.extractall(folder)
         for tarball in found("*.tar.gz"):
             with tarfile.open(tarball) as tar:
-                tar.extractall(folder, filter="tar")
+                # Debian 12's Python (3.11.2) knows no filters yet, and later ones want to be told of one.
+                tar.extractall(folder, **({"filter": "tar"} if hasattr(tarfile, "tar_filter") else {}))
     inner = glob.glob(f"{folder}/sinew-*")
     return inner[0] if inner else f"{folder}/usr"
 
