@@ -1,5 +1,8 @@
 # cpack reads this before it makes packages: which of Debian's the programs need, looked up in what was built.
 cmake_policy(VERSION 3.25)
+if(NOT CPACK_SINEW_PYTHON)
+  message(FATAL_ERROR "packages: Python 3 was missing when this was configured; tools/setup.sh test installs it")
+endif()
 if(NOT CPACK_GENERATOR STREQUAL DEB)
   return()
 endif()
