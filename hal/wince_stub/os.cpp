@@ -127,8 +127,8 @@ std::int64_t ticks_per_second() {
   return per_second > 0 ? per_second : 1000;
 }
 
-/// 99 priorities on three levels, since both systems have seven, of which three are below an ordinary thread. CE's own 256
-/// (CeSetThreadPriority) are not on a desk's Windows.
+/// 99 priorities on three levels, since both systems have seven, of which three are below an ordinary thread. CE's own
+/// 256 (CeSetThreadPriority) are not on a desk's Windows.
 int level_of(const ThreadOptions& options) {
   const int p = options.fifo_priority;
   if (p >= 70) return time_critical;

@@ -4,9 +4,11 @@
 usage: posix_part.py ROOT COMPILER     prints file: what is wrong; exit 1 when anything is
 
 Each system header that they include, also by the rooms' own headers, is one of POSIX' or in ALSO; no path of Linux' own file
-systems is in them; and each compiles where only POSIX' names are visible (posix_only.hpp).
+systems is in them; and each compiles where only POSIX' names are visible (posix_only.hpp). Every source of the room is named
+in docs/bsd.md, which says what becomes of it in a port.
 """
 import concurrent.futures
+import fnmatch
 import pathlib
 import re
 import subprocess
@@ -60,11 +62,20 @@ def problems_of(root, compiler, source):
         yield f"{source}: does not compile with POSIX alone: " + "; ".join(wrong[:5])
 
 
+def unnamed(root):
+    """Sources of the room that the page for ports does not name, as `name.cpp`, `name` or `na*`."""
+    named = re.findall(r"`([a-z0-9_*]+)(?:\.[ch]pp)?`", (root / "docs/bsd.md").read_text(encoding="utf-8"))
+    for path in sorted((root / "hal/linux").glob("*.cpp")):
+        if not any(fnmatch.fnmatch(path.stem, name) for name in named):
+            yield f"hal/linux/{path.name}: docs/bsd.md does not say what becomes of it in a port"
+
+
 def main():
     root, compiler = pathlib.Path(sys.argv[1]), sys.argv[2]
     sources = listed(root)
     with concurrent.futures.ThreadPoolExecutor(2) as pool:
         found = [p for some in pool.map(lambda s: list(problems_of(root, compiler, s)), sources) for p in some]
+    found += unnamed(root)
     for problem in found:
         print(problem)
     print(f"posix_part: {len(sources)} sources, {len(found)} problems")

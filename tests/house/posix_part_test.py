@@ -11,10 +11,12 @@ CHECKER = pathlib.Path(__file__).with_name("posix_part.py")
 
 
 class PosixPart(unittest.TestCase):
-    def check(self, files, listed="a.cpp  what it is\n"):
+    def check(self, files, listed="a.cpp  what it is\n", page="`a.cpp`, and `v4l2_*`"):
         with tempfile.TemporaryDirectory() as folder:
             room = pathlib.Path(folder, "hal/linux")
             room.mkdir(parents=True)
+            pathlib.Path(folder, "docs").mkdir()
+            pathlib.Path(folder, "docs/bsd.md").write_text(page, encoding="utf-8")
             (room / "posix.txt").write_text("# a comment\n" + listed, encoding="utf-8")
             for name, text in files.items():
                 (room / name).write_text(text, encoding="utf-8")
@@ -51,6 +53,12 @@ class PosixPart(unittest.TestCase):
 
     def test_a_listed_file_that_is_not_there_is_named(self):
         self.refuses({}, "hal/linux/a.cpp: is listed in hal/linux/posix.txt, and there is no such file")
+
+    def test_a_source_that_the_page_for_ports_does_not_name_is_named(self):
+        code, out = self.check({"a.cpp": "", "v4l2_camera.cpp": "#include <linux/videodev2.h>\n"})
+        self.assertEqual(code, 0, out)
+        self.refuses({"a.cpp": "", "gpio.cpp": ""}, "hal/linux/gpio.cpp: docs/bsd.md does not say what becomes of it")
+        self.refuses({"a.cpp": "", "can.cpp": ""}, "hal/linux/can.cpp: docs/bsd.md", page="`a.cpp`, `socketcand_can.cpp`, `can_*`")
 
     def test_an_empty_list_is_no_success(self):
         code, out = self.check({}, listed="")
