@@ -92,14 +92,14 @@ words+=" vm.kernel=$vm vm.source=$root vm.results=$results"
 [[ $folder != board || $arch != amd64 ]] || words+=" tsc_early_khz=$("$build/tests/vm/vm_tsc_khz")"
 
 start=$(now_s)
-qemu=(timeout -k 5 "$limit_s" "${machine[@]}" -kernel "$(echo "$vm"/boot/vmlinuz-*)"
+qemu=("${machine[@]}" -kernel "$(echo "$vm"/boot/vmlinuz-*)"
   -initrd "$vm/initramfs.gz" -append "$words")
 if ((shell)); then
-  "${qemu[@]}" -serial stdio
-  exit
+  exec timeout -k 5 "$limit_s" "${qemu[@]}" -serial stdio # in its place: one of a group of its own may not read a terminal
 fi
+trap end_limited EXIT
 status=0
-"${qemu[@]}" -serial "file:$console" </dev/null >"$console.qemu" 2>&1 || status=$?
+limited "$limit_s" "${qemu[@]}" -serial "file:$console" >"$console.qemu" 2>&1 || status=$?
 if [[ ! -f $results/finished ]]; then
   tail -n 40 "$console.qemu" "$console"
   ((status != 124)) || say "stopped after $limit_s s"
