@@ -27,6 +27,9 @@ boards=()
 if [[ ${1:-} == cross ]]; then
   boards=("${@:2}")
   ((${#boards[@]})) || boards=(armhf arm64 mipsel)
+  for board in "${boards[@]}"; do # before anything is installed
+    [[ $board =~ ^(armhf|arm64|mipsel)$ ]] || { say "setup: no board '$board'; known: armhf arm64 mipsel" >&2 && exit 2; }
+  done
 fi
 if [[ ${1:-} == windows32 ]]; then boards=(i386); fi
 
