@@ -129,6 +129,22 @@ class Boot(unittest.TestCase):
             self.assertEqual(process.returncode, -how)
             until(lambda: not alive(qemu))  # pylint: disable=cell-var-from-loop
 
+    def test_a_first_file_system_that_could_not_be_packed_is_packed_again(self):
+        for path in (self.board / "lib/modules/1", self.board / "busybox"):
+            path.mkdir(parents=True) if path.name == "1" else path.touch()
+        os.utime(self.board / "initramfs.gz", (1, 1))  # older than its first program
+        os.utime(self.here / "tests/boards/setup.sh", (0, 0))
+        for name, text in (("modprobe", "#!/bin/sh\n"), ("cpio", "#!/bin/sh\ncat >/dev/null\nexit 1\n")):
+            (self.here / "bin" / name).write_text(text, encoding="ascii")
+            (self.here / "bin" / name).chmod(0o755)
+        for _ in range(2):
+            code, _, err = self.boot()
+            self.assertEqual(code, 1, err)
+            self.assertIn("no kernel to boot", err)
+        (self.here / "bin/cpio").write_text("#!/bin/sh\ncat\n", encoding="ascii")
+        self.assertEqual(self.boot()[:2], (0, "said\n"))
+        self.assertGreater((self.board / "initramfs.gz").stat().st_size, 0)
+
     def test_wrong_calls_are_told(self):
         for words, said in ((["--limit", "soon", "mipsel", "true"], "soon: no number of seconds"),
                             (["--limit"], "--limit: nothing: no number of seconds"), (["--fast", "mipsel"], "--fast: --limit SECONDS or --shell"),

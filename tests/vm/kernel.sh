@@ -55,6 +55,7 @@ first_file_system() {
     cp "$module" "$tree/modules/"
     basename "$module" >>"$tree/modules/order"
   done
-  (cd "$tree" && find . | cpio -o -H newc --quiet -R 0:0 | gzip -1) >"$kernel/initramfs.gz"
+  (cd "$tree" && find . | cpio -o -H newc --quiet -R 0:0 | gzip -1) >"$kernel/initramfs.gz.new"
+  mv "$kernel/initramfs.gz.new" "$kernel/initramfs.gz" # whole, or not there: its age says whether it is to be made
   rm -r "$tree"
 }
