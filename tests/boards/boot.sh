@@ -42,8 +42,11 @@ mkdir -p "$out" "$logs"
 
 # job COMMAND...: the command as the board's shell reads it.
 job() {
+  local file below
   if [[ -f $1 ]]; then
-    printf 'cp %q /tmp/\n' "$(realpath "$1")"
+    file=$(realpath "$1") below=$(realpath "$root")
+    [[ $file == "$below"/* ]] || die "$1: not below $root, which is what the board sees"
+    printf 'cp %q /tmp/\n' "$root/${file#"$below"/}"
     set -- "/tmp/$(basename "$1")" "${@:2}"
   fi
   printf 'exec'

@@ -72,6 +72,9 @@ class Boot(unittest.TestCase):
         qemu.write_text(QEMU, encoding="ascii")
         qemu.chmod(0o755)
 
+    def job(self):
+        return (self.board / "out/job").read_text(encoding="utf-8")
+
     def start(self, *words, how="well", status=0, unaligned=0):
         environment = {**os.environ, "PATH": f"{self.here}/bin:{os.environ['PATH']}", "HERE": str(self.here), "BOARD": how,
                        "STATUS": str(status), "UNALIGNED": str(unaligned)}
@@ -97,6 +100,19 @@ class Boot(unittest.TestCase):
         self.assertEqual(self.boot(status=7), (7, "said\n", "complained\n"))
         self.assertEqual(self.boot()[0], 0)
 
+    def test_a_program_has_to_be_where_the_board_sees_it(self):
+        program = self.here / "build/p"
+        program.touch()
+        self.assertEqual(self.boot("mipsel", str(program), "two words")[0], 0)
+        self.assertEqual(self.job(), f"cp {program} /tmp/\nexec /tmp/p two\\ words\n")
+        with tempfile.TemporaryDirectory() as elsewhere:
+            os.symlink(self.here, f"{elsewhere}/way")
+            self.assertEqual(self.boot("mipsel", f"{elsewhere}/way/build/p")[0], 0)
+            self.assertEqual(self.job(), f"cp {program} /tmp/\nexec /tmp/p\n")
+            pathlib.Path(elsewhere, "p").touch()
+            code, _, err = self.boot("mipsel", f"{elsewhere}/p")
+        self.assertEqual((code, err), (1, f"boot.sh: {elsewhere}/p: not below {self.here}, which is what the board sees\n"))
+
     def test_a_board_that_does_not_come_to_its_end_is_125(self):
         code, _, err = self.boot(how="dies")
         self.assertEqual(code, 125)
@@ -118,7 +134,7 @@ class Boot(unittest.TestCase):
         code, _, err = self.boot("mipsel", "false")
         self.assertEqual((code, err), (1, "boot.sh: mipsel is running already\n"))
         self.assertEqual(sorted(path.name for path in (self.board / "out").iterdir()), before)
-        self.assertIn("true", (self.board / "out/job").read_text(encoding="utf-8"))
+        self.assertIn("true", self.job())
 
     def test_the_emulator_ends_with_it(self):
         for how in (signal.SIGTERM, signal.SIGINT):
