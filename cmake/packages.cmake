@@ -127,6 +127,8 @@ if(CPACK_GENERATOR STREQUAL DEB)
     install(FILES ${folder}/copyright ${folder}/changelog.Debian.gz DESTINATION share/doc/${package}
             COMPONENT ${component})
   endforeach()
+elseif(NOT WIN32)  # the licence goes where the programs go
+  install(FILES LICENSE DESTINATION ${SINEW_DOC_FOLDER} COMPONENT runtime)
 endif()
 
 # For the two scripts that run while packages are made.

@@ -44,8 +44,8 @@ class Contents(Base):
             with tarfile.open(tarball) as tar:
                 files = ["usr/" + m.name.split("/", 1)[1] for m in tar.getmembers() if m.isfile()]
             for path in files:
-                self.assertRegex(path, f"^({allowed['sinew']}|{allowed['libsinew-dev']})")
-            for path in needed["sinew"] + needed["libsinew-dev"]:
+                self.assertRegex(path, f"^({allowed['sinew']}|{allowed['libsinew-dev']}|usr/share/doc/sinew/LICENSE$)")
+            for path in needed["sinew"] + needed["libsinew-dev"] + ["usr/share/doc/sinew/LICENSE"]:
                 self.assertIn(path, files)
         for deb in found("*.deb"):
             name = field(deb, "Package")
