@@ -19,8 +19,10 @@ endif()
 # Which kind, for which machine, by Debian's names of machines.
 set(SINEW_PACKAGE_ARCH ${SINEW_BOARD})
 if(NOT SINEW_BOARD AND NOT WIN32)
-  execute_process(COMMAND dpkg --print-architecture OUTPUT_VARIABLE SINEW_PACKAGE_ARCH OUTPUT_STRIP_TRAILING_WHITESPACE
-                  ERROR_QUIET)
+  if(NOT CMAKE_CROSSCOMPILING)  # by another toolchain file, for a machine that dpkg does not know of
+    execute_process(COMMAND dpkg --print-architecture OUTPUT_VARIABLE SINEW_PACKAGE_ARCH OUTPUT_STRIP_TRAILING_WHITESPACE
+                    ERROR_QUIET)
+  endif()
   if(NOT SINEW_PACKAGE_ARCH)
     set(SINEW_PACKAGE_ARCH ${CMAKE_SYSTEM_PROCESSOR})
   endif()
