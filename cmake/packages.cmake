@@ -108,6 +108,24 @@ list(REMOVE_DUPLICATES suggested)
 list(JOIN wanted ", " CPACK_DEBIAN_DEV_PACKAGE_DEPENDS)
 list(JOIN suggested ", " CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS)
 
+# What our programs hold of others, headers mostly, goes with its licence: as Debian's package of it has that.
+set(others libtomlplusplus-dev nlohmann-json3-dev libcli11-dev)
+if(WIN32)  # -static takes these of the compiler, too
+  string(REGEX REPLACE "-w64-mingw32$" "" machine ${SINEW_WINDOWS_TRIPLET})
+  string(REPLACE _ - machine ${machine})
+  list(APPEND others mingw-w64-${machine}-dev gcc-mingw-w64-${machine}-posix g++-mingw-w64-${machine}-posix)
+endif()
+set(SINEW_NOTICES "")
+foreach(package ${others})
+  set(licence ${CMAKE_SYSROOT}/usr/share/doc/${package}/copyright)
+  if(EXISTS ${licence})
+    configure_file(${licence} ${CMAKE_BINARY_DIR}/package/third-party/${package}.txt COPYONLY)
+    list(APPEND SINEW_NOTICES ${CMAKE_BINARY_DIR}/package/third-party/${package}.txt)
+  else()
+    message(STATUS "packages: without the licence of ${package}: ${licence} is missing")
+  endif()
+endforeach()
+
 # Every package of Debian has these two. SOURCE_DATE_EPOCH fixes the date.
 if(CPACK_GENERATOR STREQUAL DEB)
   string(TIMESTAMP SINEW_PACKAGE_DATE "%a, %d %b %Y %H:%M:%S +0000" UTC)
@@ -128,9 +146,13 @@ if(CPACK_GENERATOR STREQUAL DEB)
     list(GET pair 1 package)
     install(FILES ${folder}/copyright ${folder}/changelog.Debian.gz DESTINATION share/doc/${package}
             COMPONENT ${component})
+    install(FILES ${SINEW_NOTICES} DESTINATION share/doc/${package}/third-party COMPONENT ${component})
   endforeach()
-elseif(NOT WIN32)  # the licence goes where the programs go
+elseif(WIN32)
+  install(FILES ${SINEW_NOTICES} DESTINATION third-party COMPONENT runtime)
+else()  # the licences go where the programs go
   install(FILES LICENSE DESTINATION ${SINEW_DOC_FOLDER} COMPONENT runtime)
+  install(FILES ${SINEW_NOTICES} DESTINATION ${SINEW_DOC_FOLDER}/third-party COMPONENT runtime)
 endif()
 
 # For the two scripts that run while packages are made.

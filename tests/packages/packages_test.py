@@ -44,7 +44,7 @@ class Contents(Base):
             with tarfile.open(tarball) as tar:
                 files = ["usr/" + m.name.split("/", 1)[1] for m in tar.getmembers() if m.isfile()]
             for path in files:
-                self.assertRegex(path, f"^({allowed['sinew']}|{allowed['libsinew-dev']}|usr/share/doc/sinew/LICENSE$)")
+                self.assertRegex(path, f"^({allowed['sinew']}|{allowed['libsinew-dev']}|usr/share/doc/sinew/(LICENSE|third-party/[a-z0-9+-]+\\.txt)$)")
             for path in needed["sinew"] + needed["libsinew-dev"] + ["usr/share/doc/sinew/LICENSE"]:
                 self.assertIn(path, files)
         for deb in found("*.deb"):
@@ -53,7 +53,7 @@ class Contents(Base):
             paths = [line.split(None, 5)[5][2:] for line in lines]
             files = [p for p in paths if not p.endswith("/")]
             for path in files:
-                document = rf"usr/share/doc/{name}/(copyright|changelog\.Debian\.gz)$"
+                document = rf"usr/share/doc/{name}/(copyright|changelog\.Debian\.gz|third-party/[a-z0-9+-]+\.txt)$"
                 self.assertRegex(path, f"^({allowed[name]}|{document})", f"in {name}")
             for program in [p for p in files if "/bin/" in p]:
                 self.assertIn(f"usr/share/man/man1/{os.path.basename(program)}.1.gz", files)
@@ -106,6 +106,15 @@ class Contents(Base):
             self.assertTrue({"sinew::rt", "sinew::hal", "libtomlplusplus-dev"} <= names or "sinew-sim" in os.path.basename(package), names)
             if "sinew-sim" in os.path.basename(package):
                 self.assertTrue(any(n.startswith("libmujoco") for n in names), names)
+
+    def test_what_each_holds_of_others_goes_with_its_licence(self):
+        for package in found("*.deb") + found("*.tar.gz") + found("*.zip"):
+            with open(f"{package}.spdx.json") as f:
+                bill = json.load(f)
+            names = {p["SPDXID"]: p["name"] for p in bill["packages"]}
+            held = {names[r["relatedSpdxElement"]] for r in bill["relationships"] if r["relationshipType"] == "STATIC_LINK"}
+            licences = {os.path.basename(f["fileName"]) for f in bill["files"] if "/third-party/" in f["fileName"]}
+            self.assertEqual({f"{name}.txt" for name in held if not name.startswith("sinew::")} - licences, set(), package)
 
     def test_depends_are_what_dpkg_shlibdeps_says_of_the_installed_programs(self):
         if not found("*.deb"):
