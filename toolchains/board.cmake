@@ -4,7 +4,7 @@ set(CMAKE_SYSTEM_NAME Linux)
 # Asked again for each try-compile, in a process that sees the environment but not the cache.
 if(NOT SINEW_SYSROOT)
   set(SINEW_SYSROOT ${CMAKE_CURRENT_LIST_DIR}/../build/sysroot/${SINEW_BOARD})
-  if(DEFINED ENV{SINEW_SYSROOTS})
+  if(NOT "$ENV{SINEW_SYSROOTS}" STREQUAL "")
     set(SINEW_SYSROOT $ENV{SINEW_SYSROOTS}/${SINEW_BOARD})
   endif()
   get_filename_component(SINEW_SYSROOT ${SINEW_SYSROOT} ABSOLUTE)

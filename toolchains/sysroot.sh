@@ -101,13 +101,15 @@ if (($# == 0)); then
   say "usage: toolchains/sysroot.sh ARCH...      armhf, arm64, mipsel or i386" >&2
   exit 2
 fi
+for arch in "$@"; do # all of them before the first is made
+  if [[ ! $arch =~ ^(armhf|arm64|mipsel|i386)$ ]]; then
+    say "sysroot: no machine '$arch'; known: armhf arm64 mipsel i386" >&2
+    exit 2
+  fi
+done
 # Made anew when another thing is wanted of it, or it is made in another way.
 how=$(cat "${BASH_SOURCE[0]}" "$root/tools/own_apt.sh")
 for arch in "$@"; do
-  if [[ $arch != i386 && ! -f $root/toolchains/$arch.cmake ]]; then
-    say "sysroot: no machine '$arch'; known: $(cd "$root/toolchains" && echo [am]*[0-9a-z].cmake | sed 's/\.cmake//g') i386" >&2
-    exit 2
-  fi
   mapfile -t wanted < <(wanted_of "$arch")
   made_by=$(printf '%s\n' "$how" "${wanted[@]}" "${SINEW_SYSROOT_SOURCE:-}" | sha256sum)
   tree=$home/$arch
