@@ -44,7 +44,7 @@ function(sinew_room name)
     endforeach()
     # Bytes of a device or a file are put together, never looked at as a number where they lie: boards do not read
     # across words. What lies aligned in memory of ours (topics, rings) is rt's, tap's and hal/linux's matter.
-    if(CMAKE_CROSSCOMPILING AND NOT WIN32 AND name MATCHES "^(math|msg|wire|hal|drivers|control|vision|record)$")
+    if(CMAKE_CROSSCOMPILING AND NOT WIN32 AND name MATCHES "^(math|msg|wire|hal|drivers|control|vision|record|sim_hil)$")
       target_compile_options(sinew_${name} PRIVATE -Wcast-align=strict)
     endif()
     if(SINEW_FUZZ AND NOT name STREQUAL apps)  # no fuzzer runs commands

@@ -20,7 +20,8 @@ std::size_t slot_bytes(const DeviceInfo& camera) {
 }
 
 std::atomic_ref<std::uint32_t> generation_of(std::byte* slot) {
-  return std::atomic_ref<std::uint32_t>(*reinterpret_cast<std::uint32_t*>(slot));
+  // A slot begins on a cache line.
+  return std::atomic_ref<std::uint32_t>(*static_cast<std::uint32_t*>(static_cast<void*>(slot)));
 }
 
 }  // namespace
