@@ -109,8 +109,11 @@ list(JOIN wanted ", " CPACK_DEBIAN_DEV_PACKAGE_DEPENDS)
 list(JOIN suggested ", " CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS)
 
 # What our programs hold of others, headers mostly, goes with its licence: as Debian's package of it has that.
-set(others libtomlplusplus-dev nlohmann-json3-dev libcli11-dev)
-if(WIN32)  # -static takes these of the compiler, too
+set(others libtomlplusplus-dev nlohmann-json3-dev)
+if(NOT WIN32)
+  list(APPEND others libcli11-dev)
+else()  # headers of fmt instead of its library, and what -static takes of the compiler
+  list(APPEND others libfmt-dev)
   string(REGEX REPLACE "-w64-mingw32$" "" machine ${SINEW_WINDOWS_TRIPLET})
   string(REPLACE _ - machine ${machine})
   list(APPEND others mingw-w64-${machine}-dev gcc-mingw-w64-${machine}-posix g++-mingw-w64-${machine}-posix)

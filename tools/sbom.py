@@ -69,6 +69,7 @@ class Build:
             output = line.split(": ")[0]
             if ".dir/" not in output and output.endswith((".a", ".so", ".exe")) or output.startswith("bin/"):
                 self.outputs.setdefault(os.path.basename(output), output)
+        self.for_windows = any(o.endswith(".exe") for o in self.outputs)
         self.objects, current = {}, None
         for line in run("ninja", "-C", folder, "-t", "deps").splitlines():
             if line and not line.startswith(" "):
@@ -85,12 +86,13 @@ class Build:
         return rooms, {p for i in inputs for h in self.objects.get(i, ()) if (p := self.owner(h))}
 
     def owner(self, header):
-        headers_only = header.startswith("external/")  # apps/CMakeLists.txt, for Windows
-        if headers_only:
+        # A program for Windows has of this machine's libraries their headers only (apps/CMakeLists.txt), by a link of the
+        # build or, where that is shorter, by their own names.
+        if self.for_windows:
             header = os.path.realpath(os.path.join(self.folder, header))
         at = header.find("/usr/include/")  # also below a sysroot
         owner = self.owners.get(header[at:]) if at >= 0 else None
-        return owner if headers_only or owner in HEADER_LIBRARIES else None
+        return owner if self.for_windows or owner in HEADER_LIBRARIES else None
 
 
 class Document:

@@ -1,6 +1,7 @@
 """The packages of a build, unpacked into a scratch folder; what the tests of packages share."""
 import argparse
 import glob
+import json
 import os
 import subprocess
 import sys
@@ -59,6 +60,15 @@ class Base(unittest.TestCase):
                               text=True, timeout=900, env={**os.environ, **env})
         self.assertEqual(done.returncode, code, f"{command}\n{done.stdout}\n{done.stderr}")
         return done.stdout
+
+    def expect_licences(self, package):
+        """Whatever of others is in its programs and libraries by its bill, the licence is with it."""
+        with open(f"{package}.spdx.json") as f:
+            bill = json.load(f)
+        names = {p["SPDXID"]: p["name"] for p in bill["packages"]}
+        held = {names[r["relatedSpdxElement"]] for r in bill["relationships"] if r["relationshipType"] == "STATIC_LINK"}
+        licences = {os.path.basename(f["fileName"]) for f in bill["files"] if "/third-party/" in f["fileName"]}
+        self.assertEqual({f"{n}.txt" for n in held if not n.startswith("sinew::")} - licences, set(), package)
 
     def program(self, name):
         """How a program of the packages is started here."""

@@ -18,7 +18,7 @@ class Windows(Base):
         for path in ("bin/sinew-fly.exe", "robots/quad.toml", "docs/windows.md", "README.md", "LICENSE"):
             self.assertIn(path, have)
         for path in have:
-            self.assertRegex(path, r"^(bin/sinew-fly\.exe|robots/\w+\.(toml|xml)|docs/[\w-]+\.md|README\.md|LICENSE)$")
+            self.assertRegex(path, r"^(bin/sinew-fly\.exe|robots/\w+\.(toml|xml)|docs/[\w-]+\.md|third-party/[a-z0-9+-]+\.txt|README\.md|LICENSE)$")
 
     def test_the_program_runs_and_reads_its_robot(self):
         program = ARGS.emulator.split() + ["bin/sinew-fly.exe"]
@@ -56,6 +56,7 @@ class Windows(Base):
         with open(f"{package}.spdx.json") as f:
             names = {p["name"] for p in json.load(f)["packages"]}
         self.assertLessEqual({"sinew::hal_wince", "libtomlplusplus-dev", "libfmt-dev", "nlohmann-json3-dev"}, names)
+        self.expect_licences(package)
 
 
 if __name__ == "__main__":
