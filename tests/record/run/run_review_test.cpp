@@ -118,11 +118,11 @@ void add_gauge(rt::Robot& robot) {
 TEST_F(RunReviewOf, MessagesOfStepsThatWereLostAreLost) {
   add_gauge(robot);
   auto opened = open(RunRecorder::Pace::follows, {.files = {.writer = {.chunk_bytes = 1024}}, .log_room = 100ms});
-  std::atomic<bool> reads = false;
-  disks[0]->on_append = [&] { reads = true; };
-  robot.grants.at(rt::Time{300'500'000}, [&] {  // its log has been full for long
+  std::atomic<bool> has_read = false;
+  robot.grants.at(rt::Time{300'500'000}, [&] {  // its logs have been full for long
+    ASSERT_TRUE(opened->later([&] { has_read = true; }));
     ASSERT_TRUE(opened->start(hal::system_os()));
-    while (!reads) std::this_thread::sleep_for(1ms);
+    while (!has_read) std::this_thread::sleep_for(1ms);  // all of them: what comes next says what was lost
   });
   run(*opened, 400ms);
   ASSERT_TRUE(opened->finish());
