@@ -13,7 +13,7 @@ bool FrameCount::arrived(std::uint32_t sequence, std::optional<Time> stamp) noex
   if (first_) {
     // After a restart at least the frame that broke the stream is missing; the very first frame has the driver's
     // number.
-    number_ = again_ ? number_ + 2 : sequence;
+    number_ = streams_ > 1 ? number_ + 2 : sequence;
   } else {
     number_ += counts ? step : 1;
     if (counts) lost_.add(step - 1);
@@ -30,12 +30,12 @@ bool FrameCount::arrived(std::uint32_t sequence, std::optional<Time> stamp) noex
 }
 
 bool FrameCount::stream_begins() noexcept {
-  again_ = begun_;
-  begun_ = first_ = true;
+  ++streams_;
+  first_ = true;
   last_stamp_.reset();
   interval_ns_.store(0);
   tries_.n.store(0);
-  return again_;
+  return streams_ > 1;
 }
 
 CameraStats FrameCount::stats() const noexcept {

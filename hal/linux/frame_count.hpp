@@ -54,7 +54,8 @@ class FrameCount {
   };
   Counter frames_, lost_, corrupted_, repeated_, too_large_, unstamped_, reopens_, tries_;
   Wide<std::int64_t> interval_ns_;
-  bool begun_ = false, again_ = false, first_ = true;
+  std::uint32_t streams_ = 0;  // begun
+  bool first_ = true;          // of its stream: the frame to come
   std::uint32_t last_sequence_ = 0, number_ = 0;
   std::optional<Time> last_stamp_;
 };
