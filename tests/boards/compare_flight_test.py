@@ -62,30 +62,27 @@ class CompareFlight(unittest.TestCase):
     def fly(self, how, *options):
         return self.compare("--label", "board", *options, "--", str(self.bin / "sinew-fly"), how)
 
+    def expect_failure(self, how, said):
+        code, _, err = self.fly(how)
+        self.assertEqual(code, 1)
+        self.assertIn(said, err)
+
     def test_the_same_bytes_are_told(self):
         code, out, err = self.fly("same")
         self.assertEqual((code, err), (0, ""))
         self.assertIn("board: the same bytes on all 2 topics", out)
 
     def test_the_first_topic_that_differs_is_named(self):
-        code, _, err = self.fly("other")
-        self.assertEqual(code, 1)
-        self.assertIn("board: the first topic that differs: filter.state", err)
+        self.expect_failure("other", "board: the first topic that differs: filter.state")
 
     def test_a_topic_that_only_the_other_has_is_named(self):
-        code, _, err = self.fly("more")
-        self.assertEqual(code, 1)
-        self.assertIn("board: the first topic that differs: camera.image", err)
+        self.expect_failure("more", "board: the first topic that differs: camera.image")
 
     def test_a_flight_that_was_none_is_told_with_its_words(self):
-        code, _, err = self.fly("silent")
-        self.assertEqual(code, 1)
-        self.assertIn("board: no flight (exit 2): no robot file", err)
+        self.expect_failure("silent", "board: no flight (exit 2): no robot file")
 
     def test_the_whole_mission_has_to_end_well_and_a_part_of_it_need_not(self):
-        code, _, err = self.fly("crashes")
-        self.assertEqual(code, 1)
-        self.assertIn("board: exit 1", err)
+        self.expect_failure("crashes", "board: exit 1")
         self.assertEqual(self.fly("crashes", "--duration", "5")[0], 0)
 
     def test_whatever_it_started_ends_with_it(self):
