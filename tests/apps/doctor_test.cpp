@@ -10,6 +10,7 @@
 
 #include "apps/module_list.hpp"
 #include "apps/robot_file.hpp"
+#include "source_dir.hpp"
 
 namespace sinew::app {
 namespace {

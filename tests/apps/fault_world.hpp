@@ -14,6 +14,7 @@
 #include "rt/discrete_executor.hpp"
 #include "rt/guardian.hpp"
 #include "rt/latch.hpp"
+#include "source_dir.hpp"
 #include "vision/pinhole.hpp"
 
 namespace sinew::app::test {

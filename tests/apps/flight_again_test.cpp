@@ -8,6 +8,7 @@
 
 #include "../rt/memory_record.hpp"
 #include "fault_world.hpp"
+#include "source_dir.hpp"
 
 namespace sinew::app::test {
 namespace {

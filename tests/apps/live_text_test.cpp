@@ -9,6 +9,7 @@
 #include "apps/robot_file.hpp"
 #include "apps/status_text.hpp"
 #include "apps/topic_rate.hpp"
+#include "source_dir.hpp"
 
 namespace sinew::app {
 namespace {

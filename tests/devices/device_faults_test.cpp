@@ -11,6 +11,7 @@
 #include "cell_run.hpp"
 #include "drivers/driver_list.hpp"
 #include "page.hpp"
+#include "source_dir.hpp"
 
 namespace sinew::test {
 namespace {

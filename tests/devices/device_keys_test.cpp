@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "keys_page.hpp"
+#include "source_dir.hpp"
 
 namespace sinew::test {
 namespace {

@@ -8,6 +8,7 @@
 
 #include "hal/linux/socket.hpp"
 #include "sim_hil/sim_board.hpp"
+#include "source_dir.hpp"
 
 namespace sinew::sim_hil {
 namespace {
