@@ -94,9 +94,9 @@ class Play {
           found_.push_back({channel.topic, &msg::type_info<msg::Image>(), bytes});
         continue;
       }
-      constexpr std::string_view kOurs = "sinew_msgs/msg/";
-      if (!schema->second.name.starts_with(kOurs)) continue;
-      const msg::TypeInfo* type = msg::find_type(schema->second.name.substr(kOurs.size()));
+      constexpr std::string_view kOurPrefix = "sinew_msgs/msg/";
+      if (!schema->second.name.starts_with(kOurPrefix)) continue;
+      const msg::TypeInfo* type = msg::find_type(schema->second.name.substr(kOurPrefix.size()));
       if (type && !type->has_bulk() && msg::ros2msg_schema(*type) == schema->second.data)
         found_.push_back({channel.topic, type});
     }

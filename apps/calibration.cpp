@@ -15,11 +15,11 @@ namespace {
 constexpr std::string_view kNameLetters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-";
 
 // A name as TOML has it in a header.
-std::string quoted(const std::string& name) {
+std::string toml_key(const std::string& name) {
   return name.empty() || name.find_first_not_of(kNameLetters) != std::string::npos ? '"' + name + '"' : name;
 }
 
-void read_keys(const std::string& device, const std::string& joint, TomlReader& r, Calibration& out) {
+void read_device_keys(const std::string& device, const std::string& joint, TomlReader& r, Calibration& out) {
   for (const auto& [key, node] : r.raw()) {
     if (joint.empty() && key.str() == "joint") continue;
     r.take(key.str());
@@ -73,8 +73,8 @@ Calibration parse_calibration(std::string_view text, const std::string& path) {
   }
   TomlReader root(parsed.table(), "", c.problems);
   root.tables_by_name("device", [&](const std::string& device, TomlReader& r) {
-    read_keys(device, "", r, c);
-    r.tables_by_name("joint", [&](const std::string& joint, TomlReader& j) { read_keys(device, joint, j, c); });
+    read_device_keys(device, "", r, c);
+    r.tables_by_name("joint", [&](const std::string& joint, TomlReader& j) { read_device_keys(device, joint, j, c); });
   });
   root.tables_by_name("module", [&](const std::string& module, TomlReader& r) { read_module(module, r, c); });
   root.finish();
@@ -127,17 +127,17 @@ std::string calibration_text(std::string_view robot, const Calibration& calibrat
   std::string header;
   const auto put = [&](const std::string& section, const std::string& key, const rt::ParamValue& value) {
     if (section != header) text += fmt::format("\n[{}]\n", header = section);
-    text += fmt::format("{} = {}\n", quoted(key), toml_value(value));
+    text += fmt::format("{} = {}\n", toml_key(key), toml_value(value));
   };
   auto keys = calibration.keys;
   std::stable_sort(keys.begin(), keys.end(), [](const auto& a, const auto& b) {
     return std::tie(a.device, a.joint) < std::tie(b.device, b.joint);
   });
   for (const CalibratedKey& k : keys)
-    put("device." + quoted(k.device) + (k.joint.empty() ? "" : ".joint." + quoted(k.joint)), k.key, k.value);
+    put("device." + toml_key(k.device) + (k.joint.empty() ? "" : ".joint." + toml_key(k.joint)), k.key, k.value);
   auto params = calibration.params.params;
   std::stable_sort(params.begin(), params.end(), [](const auto& a, const auto& b) { return a.module < b.module; });
-  for (const OverlayParam& p : params) put("module." + quoted(p.module), p.param, p.value);
+  for (const OverlayParam& p : params) put("module." + toml_key(p.module), p.param, p.value);
   return text;
 }
 

@@ -13,7 +13,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr hal::Duration kPatience = 200ms, kLook = 2ms;
+constexpr hal::Duration kPatience = 200ms, kStopLook = 2ms;
 
 /// The stop line with what it is made of. A bus behind a network may take seconds to be connected to, and its owner
 /// watches over the runtime: so a thread opens it, and nobody waits for that longer than kPatience.
@@ -71,7 +71,7 @@ class DeviceStop final : public hal::StopLine {
     hal::Os& os = hal::system_os();
     for (const hal::Time end = os.now() + kPatience; !ready_.load(std::memory_order_acquire);) {
       if (os.now() >= end) return false;
-      os.sleep_until(os.now() + kLook);
+      os.sleep_until(os.now() + kStopLook);
     }
     return true;
   }

@@ -8,14 +8,14 @@ namespace {
 using namespace std::chrono_literals;
 using rt::Duration;
 
-constexpr double kUs = 1e3;
-constexpr Duration kLongest = 3600s;
+constexpr double kExecUs = 1e3;
+constexpr Duration kLongestExec = 3600s;
 
 /// False: not a number of microseconds from 0.001 to 3.6e9.
 bool read_us(const toml::node& node, Duration& time) {
   const double us = node.value<double>().value_or(0.0);
   if (!(us >= 0.001 && us <= 3.6e9)) return false;
-  time = Duration{std::llround(us * kUs)};
+  time = Duration{std::llround(us * kExecUs)};
   return true;
 }
 
@@ -40,7 +40,7 @@ void read_exec_quantiles(TomlReader& r, rt::ExecModel& exec) {
 
 void read_exec(TomlReader& r, rt::ExecModel& exec) {
   using Kind = rt::ExecModel::Kind;
-  if (r.read_time("exec_us", exec.constant, kUs, 1ns, kLongest)) exec.kind = Kind::constant;
+  if (r.read_time("exec_us", exec.constant, kExecUs, 1ns, kLongestExec)) exec.kind = Kind::constant;
   if (const toml::node* node = r.take("exec_trace_us")) {
     const toml::array* array = node->as_array();
     bool good = array && !array->empty();

@@ -9,8 +9,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr hal::Duration kLook = 200ms;     // for Ctrl-C
-constexpr hal::Duration kSilence = 500ms;  // without a message: is the robot still there?
+constexpr hal::Duration kTopicLook = 200ms;  // for Ctrl-C
+constexpr hal::Duration kSilence = 500ms;    // without a message: is the robot still there?
 
 }  // namespace
 
@@ -57,7 +57,7 @@ TopicReader::Got TopicReader::next(hal::Time deadline) {
       if (!robot_->ask("hello")) return Got::end;
       heard = now;
     }
-    robot_->client().wait(index_, bell, std::min(deadline, now + kLook));
+    robot_->client().wait(index_, bell, std::min(deadline, now + kTopicLook));
   }
 }
 

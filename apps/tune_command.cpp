@@ -21,7 +21,7 @@ void put(const std::string& text) { std::fwrite(text.data(), 1, text.size(), std
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kRows = 20;
+constexpr std::size_t kTunedRows = 20;
 
 struct TuneCommand {
   TuningTask task;
@@ -123,8 +123,8 @@ class TuneRun {
     }
     put(fmt::format("{:>11} {:>11} {:>9}\n", "error", "maximum", "messages"));
     const auto order = ranked(tuning_);
-    for (std::size_t i = 0; i < std::min(kRows, order.size()); ++i) tell_row(order[i], widths);
-    if (order.size() > kRows) put(fmt::format("and {} more: --json has all\n", order.size() - kRows));
+    for (std::size_t i = 0; i < std::min(kTunedRows, order.size()); ++i) tell_row(order[i], widths);
+    if (order.size() > kTunedRows) put(fmt::format("and {} more: --json has all\n", order.size() - kTunedRows));
     if (task.against_truth) {
       const auto& recorded = tuning_.recorded().error;
       std::size_t width = 0;

@@ -1,3 +1,18 @@
+# sinew_batches(TARGET [SIZE]): its sources are compiled SIZE (16) at a time, so that headers are read once for each batch.
+# Names in unnamed namespaces must then differ within a room; SKIP_UNITY_BUILD_INCLUSION keeps one file out.
+function(sinew_batches target)
+  if(NOT SINEW_BATCHES)
+    return()
+  endif()
+  set(size 16)
+  if(ARGC GREATER 1)
+    set(size ${ARGV1})
+  endif()
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${size})
+  # What gcc suspects of a type of an unnamed namespace in an included file does not hold for a source file.
+  target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+endfunction()
+
 # sinew_room(NAME [DIR dir] SOURCES ... USES room... [LIBS ...] [PRIVATE_LIBS ...] [HEADERS_OF ...] [INTERNAL]): one static
 # library `sinew_NAME` for one folder. HEADERS_OF names libraries of others that are headers, which only the room's own
 # sources include: who links the room needs none of them. INTERNAL: not installed.
@@ -38,6 +53,7 @@ function(sinew_room name)
   endforeach()
   target_link_libraries(sinew_${name} ${scope} ${ARG_LIBS})
   if(ARG_SOURCES)
+    sinew_batches(sinew_${name})
     target_link_libraries(sinew_${name} PRIVATE ${ARG_PRIVATE_LIBS})
     foreach(other ${ARG_HEADERS_OF})
       target_include_directories(sinew_${name} SYSTEM PRIVATE $<TARGET_PROPERTY:${other},INTERFACE_INCLUDE_DIRECTORIES>)

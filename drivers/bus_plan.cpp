@@ -9,7 +9,7 @@ namespace {
 
 bool same_protocol(const ServoProtocol& a, const ServoProtocol& b) { return typeid(a) == typeid(b); }
 
-std::string quoted(const ServoProtocol& servo) { return "'" + servo.config().name + "'"; }
+std::string name_in_quotes(const ServoProtocol& servo) { return "'" + servo.config().name + "'"; }
 
 /// An identifier that both listen to.
 const Interest* common(const ServoProtocol& a, const ServoProtocol& b) {
@@ -30,22 +30,23 @@ std::optional<BusClash> clash(const ServoProtocol& a, const ServoProtocol& b) {
   const ServoConfig &first = a.config(), &second = b.config();
   if (!same_protocol(a, b)) {
     if (!common(a, b)) return std::nullopt;
-    return BusClash{0, 0, "id", second.node_id, "a number whose frames are not taken for those of " + quoted(a)};
+    return BusClash{0, 0, "id", second.node_id,
+                    "a number whose frames are not taken for those of " + name_in_quotes(a)};
   }
   if (!a.shares().empty()) {
     if (a.shares() != b.shares() || first.actuator_id != second.actuator_id) return std::nullopt;
     return BusClash{0, 0, "actuator_id", second.actuator_id,
-                    "a place that no other servo on its bus has: " + quoted(a) + " has it"};
+                    "a place that no other servo on its bus has: " + name_in_quotes(a) + " has it"};
   }
   if (first.node_id == second.node_id)
     return BusClash{0, 0, "id", second.node_id,
-                    "a number that no other servo on its bus has: " + quoted(a) + " has it"};
+                    "a number that no other servo on its bus has: " + name_in_quotes(a) + " has it"};
   if (answers_as_command(b, a))
     return BusClash{0, 0, "master_id", first.node_id,
-                    "no number of a motor: what it answers would be a command to " + quoted(a)};
+                    "no number of a motor: what it answers would be a command to " + name_in_quotes(a)};
   if (answers_as_command(a, b))
     return BusClash{0, 0, "id", second.node_id,
-                    "not the master_id of " + quoted(a) + ", whose answers would be commands to it"};
+                    "not the master_id of " + name_in_quotes(a) + ", whose answers would be commands to it"};
   return std::nullopt;
 }
 

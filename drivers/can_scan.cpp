@@ -14,14 +14,14 @@ using hal::Duration;
 using hal::Time;
 using namespace std::chrono_literals;
 
-constexpr int kRounds = 2;
+constexpr int kScanRounds = 2;
 constexpr Duration kAnswer = 200ms;    // after the last question
 constexpr Duration kMitAnswer = 50ms;  // a motor answers at once
 constexpr Duration kBusPatience = 1s;  // a bus may be away for a moment
 constexpr std::uint32_t kHost = 0xFD;  // of CyberGear's manual
 constexpr std::size_t kPlaces = 4;     // NodeStatus is one frame: no transfer is ever under way
 
-const wire::DronecanWanted kHeard[] = {wire::kDronecanNodeStatus};
+const wire::DronecanWanted kScanHeard[] = {wire::kDronecanNodeStatus};
 
 }  // namespace
 
@@ -77,7 +77,8 @@ msg::CanFrame CanScan::Question::frame() const {
   }
 }
 
-CanScan::CanScan(hal::CanBus& bus, const Options& options) : bus_(bus), options_(options), assembler_(kHeard, kPlaces) {
+CanScan::CanScan(hal::CanBus& bus, const Options& options)
+    : bus_(bus), options_(options), assembler_(kScanHeard, kPlaces) {
   options_.most_id = std::clamp<std::uint32_t>(options_.most_id, 1, kIds - 1);
 }
 
@@ -113,7 +114,8 @@ hal::Result<Time> CanScan::step(Time now) {
     if (!got || !*got) break;
     hear(frame, now);
   }
-  if (queue_.empty() && round_ < kRounds && now - last_question_ >= (round_ > 0 ? kAnswer : Duration{0})) queue_round();
+  if (queue_.empty() && round_ < kScanRounds && now - last_question_ >= (round_ > 0 ? kAnswer : Duration{0}))
+    queue_round();
   while (!queue_.empty() && now >= next_) {
     const Question question = queue_.back();
     const msg::CanFrame ask = question.frame();
@@ -132,7 +134,7 @@ hal::Result<Time> CanScan::step(Time now) {
   }
   const Duration listens = wants(CanFamily::dronecan) ? kListen : kAnswer;
   done_ = now - begin_ >= kMost ||
-          (queue_.empty() && round_ >= kRounds && now - last_question_ >= kAnswer && now - begin_ >= listens);
+          (queue_.empty() && round_ >= kScanRounds && now - last_question_ >= kAnswer && now - begin_ >= listens);
   return std::min(queue_.empty() ? now + 5ms : next_, now + 5ms);
 }
 

@@ -203,7 +203,7 @@ DeviceOpener read_power_monitor(DeviceKeys& keys, const DeviceSpecs&) {
   };
 }
 
-constexpr std::array kDrivers{
+constexpr std::array kChipDrivers{
     DriverKind{"mpu6050", "imu", read_mpu6050},
     DriverKind{"icm42600", "imu", read_icm42600},
     DriverKind{"bmp280", "baro", read_bmp280},
@@ -214,6 +214,6 @@ constexpr std::array kDrivers{
 
 }  // namespace
 
-std::span<const DriverKind> chip_drivers() { return kDrivers; }
+std::span<const DriverKind> chip_drivers() { return kChipDrivers; }
 
 }  // namespace sinew::drivers

@@ -22,7 +22,7 @@ T to_integer(double value) {
   return static_cast<T>(std::lround(value < low ? low : value > high ? high : value));
 }
 
-constexpr std::uint32_t kWindow = 20;  // ticks over which frames are counted to find a second drive
+constexpr std::uint32_t kFramesWindow = 20;  // ticks over which frames are counted to find a second drive
 
 }  // namespace
 
@@ -125,8 +125,8 @@ void Cia402Servo::run(Time now, const ServoCommand& command, FrameSink& out) noe
 void Cia402Servo::count_cycle(Time now) noexcept {
   if (!heard_) joint_.missed();
   heard_ = false;
-  if (++ticks_ < kWindow) return;
-  if (tpdos_ > kWindow * 3 / 2) joint_.looks_double(now);
+  if (++ticks_ < kFramesWindow) return;
+  if (tpdos_ > kFramesWindow * 3 / 2) joint_.looks_double(now);
   ticks_ = tpdos_ = 0;
 }
 

@@ -10,7 +10,8 @@ using namespace std::chrono_literals;
 using wire::DronecanId;
 using wire::DronecanWanted;
 
-constexpr DronecanWanted kHeard[] = {wire::kDronecanNodeStatus, wire::kDronecanGetNodeInfo, wire::kDronecanAllocation};
+constexpr DronecanWanted kNodeHeard[] = {wire::kDronecanNodeStatus, wire::kDronecanGetNodeInfo,
+                                         wire::kDronecanAllocation};
 constexpr int kAnswerFramesPerTick = 2;
 constexpr std::uint8_t kCommandPriority = 8, kStatusPriority = 24, kAnswerPriority = 30;
 constexpr Duration kStatusPeriod =
@@ -35,7 +36,7 @@ std::string check_dronecan_node(const DronecanNodeConfig& config) {
   return {};
 }
 
-DronecanNode::DronecanNode(const DronecanNodeConfig& config) : config_(config), assembler_(kHeard, 2) {
+DronecanNode::DronecanNode(const DronecanNodeConfig& config) : config_(config), assembler_(kNodeHeard, 2) {
   const std::uint32_t own = config_.node_id;
   interests_ = {{wire::kDronecanNodeStatus.type << 8u | own, 0x00FFFFFF, true},
                 {1u << 16 | 0x8000u | own << 8 | 0x80u, 0x00FFFF80, true}};

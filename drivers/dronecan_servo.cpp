@@ -9,8 +9,8 @@ namespace {
 using wire::DronecanCommandType;
 using wire::DronecanWanted;
 
-constexpr DronecanWanted kHeard[] = {wire::kDronecanNodeStatus, wire::kDronecanGetNodeInfo,
-                                     wire::kDronecanActuatorStatus, wire::kDronecanEscStatus};
+constexpr DronecanWanted kServoHeard[] = {wire::kDronecanNodeStatus, wire::kDronecanGetNodeInfo,
+                                          wire::kDronecanActuatorStatus, wire::kDronecanEscStatus};
 constexpr double kRadpsPerRpm = 2 * 3.14159265358979323846 / 60;
 constexpr std::uint32_t kFreshUptime_s = 3;                  // a node that says less has just begun
 constexpr double kUptimeSlack_s = 1;                         // they are whole seconds
@@ -54,7 +54,7 @@ WrongKeys check_dronecan(const ServoConfig& c, const DronecanServoOptions& o) {
 }
 
 DronecanServo::DronecanServo(const ServoConfig& config, const DronecanServoOptions& options, DronecanNode& node)
-    : joint_(config), options_(options), node_(node), assembler_(kHeard, 2) {
+    : joint_(config), options_(options), node_(node), assembler_(kServoHeard, 2) {
   const std::uint32_t status = options.esc ? wire::kDronecanEscStatus.type : wire::kDronecanActuatorStatus.type;
   interests_ = {Interest{status << 8 | config.node_id, 0x00FFFFFF, true},
                 Interest{wire::kDronecanNodeStatus.type << 8u | config.node_id, 0x00FFFFFF, true},

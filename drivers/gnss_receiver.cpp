@@ -10,10 +10,10 @@ using namespace std::chrono_literals;
 
 namespace {
 
-constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-constexpr std::uint64_t kMuchGarbage = 2000;  // bytes: more than any receiver sends between two good frames
-constexpr hal::Duration kClockStands = 2s;    // the same instant for so long is no instant
-constexpr hal::Duration kUbxHolds = 2s;       // NMEA beside it is passed over for so long
+constexpr double kUnknownGnss = std::numeric_limits<double>::quiet_NaN();
+constexpr std::uint64_t kMuchGnssGarbage = 2000;  // bytes: more than any receiver sends between two good frames
+constexpr hal::Duration kClockStands = 2s;        // the same instant for so long is no instant
+constexpr hal::Duration kUbxHolds = 2s;           // NMEA beside it is passed over for so long
 
 msg::GnssFix fix_of(int quality, int gsa) {
   using enum msg::GnssFix;
@@ -76,7 +76,7 @@ hal::Status GnssReceiver::poll(hal::Time now, std::vector<msg::GnssSample>& out,
     why = "sends the same instant again and again (its clock stands; power it off and on)";
     return hal::Error{hal::Errc::bad_data, "gnss: repeats"};
   }
-  if (bytes_ < kMuchGarbage) return {};
+  if (bytes_ < kMuchGnssGarbage) return {};
   bytes_ = 0;
   why = "only garbage comes in; wrong bit rate? (receivers begin with 9600 or 38400 bit/s)";
   return hal::Error{hal::Errc::bad_data, "gnss: garbage"};
@@ -96,7 +96,7 @@ void GnssReceiver::on_solution(const wire::UbxPvt& pvt, hal::Time now, std::vect
   if (has) told_week_ms_ = pvt.time_of_week_ms;
   told_at_ = now;
   s.stamp = now - config_.delay;
-  if (!has) s.latitude_deg = s.longitude_deg = s.altitude_m = kUnknown;
+  if (!has) s.latitude_deg = s.longitude_deg = s.altitude_m = kUnknownGnss;
   out.push_back(s);
 }
 
@@ -137,19 +137,19 @@ msg::GnssSample GnssReceiver::combined() const {
   s.fix = fix_of(gga_->quality, gsa_ ? gsa_->fix : 3);
   if (rmc_ && !rmc_->valid) s.fix = msg::GnssFix::none;
   const bool has = s.fix != msg::GnssFix::none;
-  s.latitude_deg = has ? gga_->latitude_deg : kUnknown;
-  s.longitude_deg = has ? gga_->longitude_deg : kUnknown;
-  s.altitude_m = has ? gga_->altitude_m : kUnknown;
+  s.latitude_deg = has ? gga_->latitude_deg : kUnknownGnss;
+  s.longitude_deg = has ? gga_->longitude_deg : kUnknownGnss;
+  s.altitude_m = has ? gga_->altitude_m : kUnknownGnss;
   s.satellites = static_cast<std::uint32_t>(gga_->satellites);
   s.horizontal_accuracy_m = gga_->hdop * config_.error_per_hdop_m;
-  s.vertical_accuracy_m = gsa_ ? gsa_->vdop * config_.error_per_hdop_m : kUnknown;
-  s.speed_accuracy_mps = kUnknown;
-  s.velocity_mps = {kUnknown, kUnknown, kUnknown};
+  s.vertical_accuracy_m = gsa_ ? gsa_->vdop * config_.error_per_hdop_m : kUnknownGnss;
+  s.speed_accuracy_mps = kUnknownGnss;
+  s.velocity_mps = {kUnknownGnss, kUnknownGnss, kUnknownGnss};
   if (rmc_ && has) {
     // Standing still, receivers leave the course out: then there is no velocity to point anywhere.
     const double course = std::isnan(rmc_->course_deg) ? 0 : rmc_->course_deg * wire::kRadPerDeg;
     if (!std::isnan(rmc_->course_deg) || rmc_->speed_mps < 0.5)
-      s.velocity_mps = {rmc_->speed_mps * std::sin(course), rmc_->speed_mps * std::cos(course), kUnknown};
+      s.velocity_mps = {rmc_->speed_mps * std::sin(course), rmc_->speed_mps * std::cos(course), kUnknownGnss};
   }
   return s;
 }

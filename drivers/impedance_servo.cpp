@@ -10,8 +10,8 @@ using wire::MitCommand;
 
 namespace {
 
-constexpr std::uint32_t kWindow = 20;  // questions after which replies are counted, to find a second motor
-constexpr int kConfirmations = 2;      // the first reply may belong to a question of before
+constexpr std::uint32_t kRepliesWindow = 20;  // questions after which replies are counted, to find a second motor
+constexpr int kConfirmations = 2;             // the first reply may belong to a question of before
 
 }  // namespace
 
@@ -65,7 +65,7 @@ void ImpedanceServo::ask(const msg::CanFrame& frame, FrameSink& out) noexcept {
 }
 
 void ImpedanceServo::count_replies(Time now) noexcept {
-  if (asked_ < kWindow) return;
+  if (asked_ < kRepliesWindow) return;
   if (replies_ > asked_ * 3 / 2) joint_.looks_double(now);
   asked_ = replies_ = 0;
 }

@@ -94,7 +94,7 @@ DeviceOpener read_libcamera(DeviceKeys& keys, const DeviceSpecs&) {
   };
 }
 
-constexpr std::array kDrivers{
+constexpr std::array kKernelDrivers{
     DriverKind{"iio", "imu", read_iio},
     DriverKind{"v4l2", "camera", read_v4l2},
     DriverKind{"libcamera", "camera", read_libcamera},
@@ -102,7 +102,7 @@ constexpr std::array kDrivers{
 
 }  // namespace
 
-std::span<const DriverKind> kernel_drivers() { return kDrivers; }
+std::span<const DriverKind> kernel_drivers() { return kKernelDrivers; }
 
 hal::CameraSpec camera_of(const DeviceSpec& spec) {
   std::vector<rt::Problem> told;

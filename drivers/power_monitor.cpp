@@ -10,7 +10,7 @@
 namespace sinew::drivers {
 
 using namespace std::chrono_literals;
-namespace chip = wire::ina2xx;
+namespace ina = wire::ina2xx;
 
 namespace {
 
@@ -33,12 +33,12 @@ hal::Result<std::uint16_t> PowerMonitor::read(std::uint8_t address, std::string&
 
 // The INA219 has no identity: it is known by its set-up after a reset.
 hal::Status PowerMonitor::identify(std::string& why) {
-  if (config_.chip != chip::Chip::ina226) return {};
-  const auto maker = read(chip::kMaker, why);
+  if (config_.chip != ina::Chip::ina226) return {};
+  const auto maker = read(ina::kMaker, why);
   if (!maker) return maker.error();
-  const auto die = read(chip::kDie, why);
+  const auto die = read(ina::kDie, why);
   if (!die) return die.error();
-  if (*maker == chip::kMakerTi && chip::is_ina226(*die)) return {};
+  if (*maker == ina::kMakerTi && ina::is_ina226(*die)) return {};
   why = registers_.where() + ": its ids are " + hex(*maker) + ", " + hex(*die) + "; an INA226 says 0x5449, 0x2260" +
         hint(*maker);
   return hal::Error{hal::Errc::not_found, "ina226: another chip", *maker};
@@ -47,13 +47,13 @@ hal::Status PowerMonitor::identify(std::string& why) {
 hal::Status PowerMonitor::set_up(std::string& why) {
   if (auto done = identify(why); !done) return done;
   const auto put = [&](std::uint16_t value) {
-    auto done = registers_.write(chip::kConfig, value);
+    auto done = registers_.write(ina::kConfig, value);
     if (!done) why = bus_problem(registers_.where(), done.error());
     return done;
   };
-  if (auto done = put(chip::kReset); !done) return done;
+  if (auto done = put(ina::kReset); !done) return done;
   os_.sleep_until(os_.now() + 1ms);
-  const auto fresh = read(chip::kConfig, why);
+  const auto fresh = read(ina::kConfig, why);
   if (!fresh) return fresh.error();
   if (*fresh != chip_.after_reset) {
     why = registers_.where() + ": its set-up after a reset is " + hex(*fresh) + "; an " + chip_.name + " has " +
@@ -61,15 +61,15 @@ hal::Status PowerMonitor::set_up(std::string& why) {
     return hal::Error{hal::Errc::not_found, "ina2xx: another chip", *fresh};
   }
   if (auto done = put(chip_.measuring); !done) return done;
-  const auto kept = read(chip::kConfig, why);
+  const auto kept = read(ina::kConfig, why);
   if (!kept) return kept.error();
   if (*kept == chip_.measuring) return {};
-  why = bus_problem(registers_.where(), {hal::Errc::bad_data, "ina2xx: set-up", chip::kConfig});
-  return hal::Error{hal::Errc::bad_data, "ina2xx: set-up", chip::kConfig};
+  why = bus_problem(registers_.where(), {hal::Errc::bad_data, "ina2xx: set-up", ina::kConfig});
+  return hal::Error{hal::Errc::bad_data, "ina2xx: set-up", ina::kConfig};
 }
 
 hal::Result<bool> PowerMonitor::is_ready(std::string& why) {
-  const auto setup = read(chip::kConfig, why);
+  const auto setup = read(ina::kConfig, why);
   if (!setup) return setup.error();
   if (*setup != chip_.measuring) {
     why = registers_.where() + ": its set-up reads " + hex(*setup) + ", not " + hex(chip_.measuring) +
@@ -94,19 +94,19 @@ hal::Status PowerMonitor::poll(hal::Time now, std::vector<msg::BatterySample>& o
   const auto ready = is_ready(why);
   if (!ready) return ready.error();
   if (!*ready) return {};
-  const auto shunt = read(chip::kShunt, why);
+  const auto shunt = read(ina::kShunt, why);
   if (!shunt) return shunt.error();
-  const auto bus = read(chip::kBus, why);
+  const auto bus = read(ina::kBus, why);
   if (!bus) return bus.error();
   if (chip_.cleared != chip_.ready_at)
     if (const auto done = read(chip_.cleared, why); !done) return done.error();
-  const double voltage_v = chip::bus_v(*bus, config_.chip);
+  const double voltage_v = ina::bus_v(*bus, config_.chip);
   if (voltage_v > chip_.most_bus_v) {
     why = registers_.where() + ": says " + std::to_string(voltage_v) + " V; the chip measures at most " +
           std::to_string(static_cast<int>(chip_.most_bus_v));
     return hal::Error{hal::Errc::bad_data, "ina2xx: voltage"};
   }
-  const double current_a = (config_.reversed ? -1 : 1) * chip::shunt_v(*shunt, config_.chip) / config_.shunt_ohm;
+  const double current_a = (config_.reversed ? -1 : 1) * ina::shunt_v(*shunt, config_.chip) / config_.shunt_ohm;
   const hal::Duration half{static_cast<std::int64_t>(chip_.window_ms / 2 * 1e6)};
   out.push_back(
       {.stamp = now - half, .voltage_v = voltage_v, .current_a = current_a, .charge = charge(voltage_v, current_a)});

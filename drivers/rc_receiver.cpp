@@ -7,15 +7,15 @@ namespace sinew::drivers {
 using namespace std::chrono_literals;
 
 namespace {
-constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+constexpr double kUnknownRc = std::numeric_limits<double>::quiet_NaN();
 constexpr hal::Duration kPause = 3ms;  // between SBUS frames at least 4 ms
 constexpr double kQualityShare = 1.0 / 32;
 }  // namespace
 
 hal::Status RcReceiver::set_up(std::string& why) {
   sbus_ = {}, crsf_ = {};
-  quality_ = config_.protocol == RcProtocol::sbus ? 1 : kUnknown;
-  rssi_dbm_ = kUnknown;
+  quality_ = config_.protocol == RcProtocol::sbus ? 1 : kUnknownRc;
+  rssi_dbm_ = kUnknownRc;
   begun_ = false;
   return line_.open(why);
 }
@@ -38,7 +38,7 @@ hal::Status RcReceiver::poll(hal::Time now, std::vector<msg::RcSample>& out, std
   if (now - last_told_ < config_.lost_after) return {};
   last_told_ = now;
   // What comes after an outage counts at once; CRSF tells its quality again.
-  quality_ = config_.protocol == RcProtocol::sbus ? 0 : kUnknown;
+  quality_ = config_.protocol == RcProtocol::sbus ? 0 : kUnknownRc;
   out.push_back(lost(now));
   return {};
 }

@@ -85,7 +85,7 @@ DeviceOpener read_rc(DeviceKeys& keys, const DeviceSpecs&) {
   };
 }
 
-constexpr std::array kDrivers{
+constexpr std::array kSerialDrivers{
     DriverKind{"tfmini", "range", read_tfmini},
     DriverKind{"gnss", "gnss", read_gnss},
     DriverKind{"sbus", "rc", read_rc<RcProtocol::sbus>},
@@ -94,6 +94,6 @@ constexpr std::array kDrivers{
 
 }  // namespace
 
-std::span<const DriverKind> serial_drivers() { return kDrivers; }
+std::span<const DriverKind> serial_drivers() { return kSerialDrivers; }
 
 }  // namespace sinew::drivers

@@ -2,7 +2,7 @@
 
 namespace sinew::drivers {
 namespace {
-constexpr std::uint64_t kMuchGarbage = 200;  // bytes: 20 frames' worth without one good frame
+constexpr std::uint64_t kMuchTfMiniGarbage = 200;  // bytes: 20 frames' worth without one good frame
 }
 
 hal::Status TfMini::set_up(std::string& why) {
@@ -20,7 +20,7 @@ hal::Status TfMini::poll(hal::Time now, std::vector<msg::RangeSample>& out, std:
     for (const std::uint8_t b : bytes) scanner_.push(b, on_frame);
   };
   if (auto done = line_.read(on_bytes, why); !done) return done;
-  if (scanner_.stats().skipped_bytes - garbage_ < kMuchGarbage) return {};
+  if (scanner_.stats().skipped_bytes - garbage_ < kMuchTfMiniGarbage) return {};
   garbage_ = scanner_.stats().skipped_bytes;
   why = "only garbage comes in; a TFmini sends at 115200 bit/s";
   return hal::Error{hal::Errc::bad_data, "tfmini: garbage"};

@@ -5,7 +5,7 @@
 namespace sinew::record {
 namespace {
 
-std::string number(std::uint64_t value) { return std::to_string(value); }
+std::string number_text(std::uint64_t value) { return std::to_string(value); }
 
 }  // namespace
 
@@ -13,17 +13,18 @@ bool read_bytes(hal::InputFile& file, std::uint64_t offset, std::uint64_t length
                 Problem& problem) {
   if (length > file.size() || offset > file.size() - length) {
     problem = {ProblemKind::truncated, offset,
-               number(length) + " bytes wanted, the file has " + number(file.size()) + " in all"};
+               number_text(length) + " bytes wanted, the file has " + number_text(file.size()) + " in all"};
     return false;
   }
   if (length > limits.record_bytes) {
     problem = {ProblemKind::too_large, offset,
-               number(length) + " bytes; this reader takes " + number(limits.record_bytes)};
+               number_text(length) + " bytes; this reader takes " + number_text(limits.record_bytes)};
     return false;
   }
   to.resize(static_cast<std::size_t>(length));
   if (auto done = file.read_at(offset, {to.data(), to.size()}); !done) {
-    problem = {ProblemKind::io, offset, std::string(done.error().where) + ", error " + number(done.error().detail)};
+    problem = {ProblemKind::io, offset,
+               std::string(done.error().where) + ", error " + number_text(done.error().detail)};
     return false;
   }
   return true;
@@ -50,8 +51,8 @@ bool ChunkContents::load(hal::InputFile& file, const Block& block, const ReadLim
   if (!take_apart(block, problem)) return false;
   if (block.judged && !entries_.empty() && (start_time_ != block.start_time || end_time_ != block.end_time)) {
     problem = {ProblemKind::bad_index, block.offset,
-               "messages from " + number(start_time_) + " to " + number(end_time_) + ", the index says from " +
-                   number(block.start_time) + " to " + number(block.end_time)};
+               "messages from " + number_text(start_time_) + " to " + number_text(end_time_) +
+                   ", the index says from " + number_text(block.start_time) + " to " + number_text(block.end_time)};
     return false;
   }
   return true;
@@ -62,7 +63,7 @@ bool ChunkContents::unpack(const Block& block, const ReadLimits& limits, Decompr
   const auto op = static_cast<Op>(cursor.number<std::uint8_t>());
   const auto length = cursor.number<std::uint64_t>();
   if (op != Op::chunk || length != cursor.rest().size()) {
-    problem = {ProblemKind::bad_index, block.offset, "no chunk of " + number(block.length) + " bytes is here"};
+    problem = {ProblemKind::bad_index, block.offset, "no chunk of " + number_text(block.length) + " bytes is here"};
     return false;
   }
   std::span<const std::byte> packed;
@@ -80,8 +81,9 @@ bool ChunkContents::unpack(const Block& block, const ReadLimits& limits, Decompr
     records_ = packed;
   } else {
     if (head_->uncompressed_size > limits.record_bytes) {
-      problem = {ProblemKind::too_large, block.offset,
-                 number(head_->uncompressed_size) + " bytes; this reader takes " + number(limits.record_bytes)};
+      problem = {
+          ProblemKind::too_large, block.offset,
+          number_text(head_->uncompressed_size) + " bytes; this reader takes " + number_text(limits.record_bytes)};
       return false;
     }
     // No frame of lz4 grows more than 255 times: what claims to is not worth the memory.
@@ -107,7 +109,7 @@ bool ChunkContents::take_apart(const Block& block, Problem& problem) {
   Cursor cursor(records_);
   const auto bad = [&](std::uint64_t place, const char* what) {
     problem = {ProblemKind::bad_record, block.loose ? block.offset + place : block.offset,
-               block.loose ? what : "at " + number(place) + " of the uncompressed chunk: " + what};
+               block.loose ? what : "at " + number_text(place) + " of the uncompressed chunk: " + what};
     return false;
   };
   while (!cursor.rest().empty()) {
@@ -149,18 +151,19 @@ bool merge_definitions(const std::vector<Schema>& schemas, const std::vector<Cha
   for (const Schema& schema : schemas) {
     if (schema.id == 0) continue;  // invalid, to be ignored
     if (known.schemas.emplace(schema.id, schema).first->second != schema) {
-      problem = {ProblemKind::bad_record, offset, "schema " + number(schema.id) + " is not what it was before"};
+      problem = {ProblemKind::bad_record, offset, "schema " + number_text(schema.id) + " is not what it was before"};
       return false;
     }
   }
   for (const Channel& channel : channels) {
     if (channel.schema != 0 && !known.schemas.contains(channel.schema)) {
-      problem = {ProblemKind::unknown_channel, offset,
-                 "channel " + number(channel.id) + " has schema " + number(channel.schema) + ", not defined before"};
+      problem = {
+          ProblemKind::unknown_channel, offset,
+          "channel " + number_text(channel.id) + " has schema " + number_text(channel.schema) + ", not defined before"};
       return false;
     }
     if (known.channels.emplace(channel.id, channel).first->second != channel) {
-      problem = {ProblemKind::bad_record, offset, "channel " + number(channel.id) + " is not what it was before"};
+      problem = {ProblemKind::bad_record, offset, "channel " + number_text(channel.id) + " is not what it was before"};
       return false;
     }
   }

@@ -3,8 +3,6 @@
 namespace sinew::rt {
 namespace {
 
-using Kind = TimelineEvent::Kind;
-
 /// Microseconds with the nanoseconds behind the point.
 std::string us(std::int64_t ns) {
   const std::string sign = ns < 0 ? "-" : "";
@@ -62,21 +60,21 @@ class Writer {
 
   void event(const TimelineEvent& e) {
     switch (e.kind) {
-      case Kind::release:
+      case TimelineEvent::Kind::release:
         return instant(e, "release", "\"late_us\":" + us(e.length.count()));
-      case Kind::cycle:
+      case TimelineEvent::Kind::cycle:
         return slice(e, "cycle", "cycle");
-      case Kind::step:
+      case TimelineEvent::Kind::step:
         return slice(e, module_name(e.module), "step");
-      case Kind::overrun:
+      case TimelineEvent::Kind::overrun:
         return instant(e, "overrun", "");
-      case Kind::skip:
+      case TimelineEvent::Kind::skip:
         return instant(e, "skip", "");
-      case Kind::preempted:
+      case TimelineEvent::Kind::preempted:
         return slice(e, "preempted", "schedule");
-      case Kind::off_processor:  // no slice: its bounds are known about, and slices must nest
+      case TimelineEvent::Kind::off_processor:  // no slice: its bounds are known about, and slices must nest
         return instant(e, "off_processor", "\"about_us\":" + us(e.length.count()));
-      case Kind::zone:
+      case TimelineEvent::Kind::zone:
         return slice(e, e.zone ? e.zone : "?", "zone");
     }
   }

@@ -77,6 +77,8 @@ class Declaration {
     bool previous = false;
     bool supervises = false;
     std::uint32_t channels = 0;  // output: OutOptions::channels
+
+    bool is_input() const { return kind == PortKind::latest || kind == PortKind::queue; }
   };
   struct Param {
     std::string name;

@@ -13,8 +13,6 @@ namespace {
 
 using PortKind = Declaration::PortKind;
 
-bool is_input(const Declaration::Port& p) { return p.kind == PortKind::latest || p.kind == PortKind::queue; }
-
 template <class Container, class Name>
 std::uint32_t find_by_name(const Container& all, std::string_view name, Name&& name_of) {
   for (std::size_t i = 0; i < all.size(); ++i)
@@ -132,7 +130,7 @@ void Graph::resolve_topics() {
     GraphModule& m = modules_[i];
     for (std::uint32_t p = 0; p < m.declaration.ports.size(); ++p) {
       const Declaration::Port& port = m.declaration.ports[p];
-      if (is_input(port)) continue;
+      if (port.is_input()) continue;
       GraphTopic t;
       t.name = m.spec.name + "." + port.name;
       t.type = port.type;
@@ -177,7 +175,7 @@ void Graph::resolve_inputs() {
     for (std::uint32_t p = 0; p < m.declaration.ports.size(); ++p) {
       const auto bound = m.spec.in.find(m.declaration.ports[p].name);
       Declaration::Port& port = m.declaration.ports[p];
-      if (!is_input(port) || bound == m.spec.in.end()) continue;
+      if (!port.is_input() || bound == m.spec.in.end()) continue;
       m.topic[p] = find_topic(bound->second.value);
       if (port.type || m.topic[p] == kNone) continue;
       port.type = topics_[m.topic[p]].type;

@@ -1,3 +1,4 @@
+#include "math/elementary.hpp"
 #include "rt/failsafe.hpp"
 #include "rt/graph_check.hpp"
 #include "rt/parameters.hpp"
@@ -6,12 +7,9 @@ namespace sinew::rt {
 namespace {
 
 using namespace std::chrono_literals;
-using Kind = FailsafeSpec::Kind;
+constexpr Duration kShortestTime = 1ms, kLongestTime = 3600s;
 
-constexpr Duration kShortest = 1ms, kLongest = 3600s;
-
-std::string in_ms(Duration d) { return format_number(static_cast<double>(d.count()) / 1e6); }
-bool is_finite(double v) { return v - v == 0; }
+std::string number_of_ms(Duration d) { return format_number(static_cast<double>(d.count()) / 1e6); }
 
 }  // namespace
 
@@ -28,12 +26,14 @@ void GraphCheck::failsafes() {
 
 void GraphCheck::failsafe(const FailsafeSpec& f) {
   const std::string key = "failsafe." + f.name;
-  const char* const unit = f.kind == Kind::silent ? ".silent_ms" : f.kind == Kind::stuck ? ".stuck_ms" : ".for_ms";
-  const Duration least = f.kind == Kind::value ? 0ns : kShortest;
-  if (f.time < least || f.time > kLongest)
-    add(f.line, key + unit, in_ms(f.time), "a number from " + in_ms(least) + " to 3600000");
-  if (f.stop_after && (*f.stop_after < 0ns || *f.stop_after > kLongest))
-    add(f.line, key + ".then_after_ms", in_ms(*f.stop_after), "a number from 0 to 3600000");
+  const char* const unit = f.kind == FailsafeSpec::Kind::silent  ? ".silent_ms"
+                           : f.kind == FailsafeSpec::Kind::stuck ? ".stuck_ms"
+                                                                 : ".for_ms";
+  const Duration least = f.kind == FailsafeSpec::Kind::value ? 0ns : kShortestTime;
+  if (f.time < least || f.time > kLongestTime)
+    add(f.line, key + unit, number_of_ms(f.time), "a number from " + number_of_ms(least) + " to 3600000");
+  if (f.stop_after && (*f.stop_after < 0ns || *f.stop_after > kLongestTime))
+    add(f.line, key + ".then_after_ms", number_of_ms(*f.stop_after), "a number from 0 to 3600000");
   const std::uint32_t topic = graph_.find_topic(f.topic.value);
   const int line = f.topic.line ? f.topic.line : f.line;
   if (topic == kNone) {
@@ -43,10 +43,10 @@ void GraphCheck::failsafe(const FailsafeSpec& f) {
   const GraphTopic& t = graph_.topics()[topic];
   if (t.writer == 0 && !graph_.spec().actuators.empty())
     add(line, key + ".topic", quoted(f.topic.value), "a topic that the guardian does not write itself");
-  if (f.kind == Kind::stuck && t.type->has_bulk())
+  if (f.kind == FailsafeSpec::Kind::stuck && t.type->has_bulk())
     add(line, key + ".stuck_ms", quoted(f.topic.value) + " of " + std::string(t.type->name),
         "silent_ms, or a topic that is made from the pixels; pixels are not compared");
-  if (f.kind == Kind::value) failsafe_field(f, *t.type);
+  if (f.kind == FailsafeSpec::Kind::value) failsafe_field(f, *t.type);
 }
 
 void GraphCheck::failsafe_field(const FailsafeSpec& f, const msg::TypeInfo& type) {
@@ -56,7 +56,8 @@ void GraphCheck::failsafe_field(const FailsafeSpec& f, const msg::TypeInfo& type
         "a number of " + std::string(type.name) + ": " + listed(number_paths(type)));
   if (!f.below && !f.above) add(f.line, key, "no limit", "below, above or both");
   for (const auto& limit : {f.below, f.above})
-    if (limit && !is_finite(*limit)) add(f.line, key, format_number(*limit), "finite numbers for below and above");
+    if (limit && !math::is_finite(*limit))
+      add(f.line, key, format_number(*limit), "finite numbers for below and above");
   if (f.below && f.above && *f.below > *f.above)
     add(f.line, key + ".below", format_number(*f.below), "a number up to `above`, " + format_number(*f.above));
 }

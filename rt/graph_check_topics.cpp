@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "math/elementary.hpp"
 #include "msg/actuators.hpp"
 #include "msg/all.hpp"
 #include "rt/graph_check.hpp"
@@ -9,9 +10,6 @@ namespace sinew::rt {
 namespace {
 
 using PortKind = Declaration::PortKind;
-
-bool is_input(const Declaration::Port& p) { return p.kind == PortKind::latest || p.kind == PortKind::queue; }
-bool is_finite(double v) { return v - v == 0; }
 
 }  // namespace
 
@@ -28,7 +26,7 @@ void GraphCheck::bindings(const GraphModule& m) {
   std::vector<std::string> inputs, seen;
   for (std::uint32_t p = 0; p < m.declaration.ports.size(); ++p) {
     const Declaration::Port& port = m.declaration.ports[p];
-    if (is_input(port)) {
+    if (port.is_input()) {
       inputs.push_back(port.name);
       binding(m, p);
     }
@@ -145,11 +143,11 @@ void GraphCheck::actuators() {
     if (a.channels < 1 || a.channels > msg::kMaxChannels)
       add(a.channels_line ? a.channels_line : a.line, key + ".channels", std::to_string(a.channels),
           "an integer from 1 to " + std::to_string(msg::kMaxChannels));
-    if (!is_finite(a.min) || !is_finite(a.max) || a.min > a.max)
+    if (!math::is_finite(a.min) || !math::is_finite(a.max) || a.min > a.max)
       add(a.limit_line ? a.limit_line : a.line, key + ".limit",
           "[ " + format_number(a.min) + ", " + format_number(a.max) + " ]",
           "[smallest, largest], two numbers in this order");
-    if (!is_finite(a.rate_per_s) || a.rate_per_s < 0)
+    if (!math::is_finite(a.rate_per_s) || a.rate_per_s < 0)
       add(a.line, key + ".rate_per_s", format_number(a.rate_per_s), "a number from 0 up; 0: no limit");
     if (a.lease < 100us || a.lease > 10s)
       add(a.line, key + ".lease_ms", format_number(static_cast<double>(a.lease.count()) / 1e6),

@@ -5,8 +5,6 @@
 
 namespace sinew::rt {
 
-using Kind = ConnectionPlan::Kind;
-
 struct Latch::Port {
   InputBase* input;
   TopicRing<StdAtomics> ring;
@@ -14,7 +12,7 @@ struct Latch::Port {
   std::size_t stride;
   std::uint32_t output, depth;
   std::uint32_t carried_chains;
-  Kind kind;
+  ConnectionPlan::Kind kind;
   bool pins;               // false: writer and reader never run at the same time
   std::uint32_t last = 0;  // sequence of the topic in the latched commit
   std::uint32_t before;    // queue: last sequence consumed; latest: sequence held by the previous step
@@ -72,7 +70,7 @@ void Latch::bind(InputBase& input, ConnectionId id, Duration max_age, std::uint3
   const std::uint32_t sequence_before = segment_.header().first_sequence - 1;
   carried_chains &= (1U << kMaxChains) - 1;
   input.max_age_ = max_age;
-  if (c.plan.kind == Kind::latest && c.plan.same_thread) {
+  if (c.plan.kind == ConnectionPlan::Kind::latest && c.plan.same_thread) {
     near_.push_back({&input, &segment_.topics_[c.topic].newest, std::make_unique<const SlotHeader*>(nullptr),
                      carried_chains, sequence_before});
     input.slots_ = near_.back().held.get();
@@ -131,7 +129,7 @@ bool Latch::Port::take_queue() noexcept {
 /// Takes back what take_...() did; a drop-newest queue's messages stay in the queue.
 void Latch::Port::undo() noexcept {
   if (pins && !queue) ring.unpin(held_slot.get(), input->count_);
-  if (kind != Kind::latest) input->dropped_total_ -= input->dropped_;
+  if (kind != ConnectionPlan::Kind::latest) input->dropped_total_ -= input->dropped_;
   input->count_ = 0;
 }
 
@@ -144,7 +142,7 @@ inline bool Latch::Group::take() noexcept {
   for (Port* port = first; port != end; ++port) port->last = log.last(record, port->output);
   if (!log.holds(record, n)) return false;
   for (Port* port = first; port != end; ++port) {
-    if (port->kind == Kind::latest ? port->take_latest() : port->take_queue()) continue;
+    if (port->kind == ConnectionPlan::Kind::latest ? port->take_latest() : port->take_queue()) continue;
     for (Port* taken = first; taken != port; ++taken) taken->undo();
     return false;
   }

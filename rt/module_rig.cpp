@@ -13,7 +13,6 @@ using PortKind = Declaration::PortKind;
 
 constexpr const char* kModule = "rig::Module";
 
-bool is_input(const Declaration::Port& p) { return p.kind == PortKind::latest || p.kind == PortKind::queue; }
 std::string source_of(const std::string& port) { return "in_" + port; }
 std::string sink_of(const std::string& port) { return "out_" + port; }
 
@@ -147,7 +146,7 @@ const Declaration::Port& ModuleRig::port(std::string_view name) const {
 void ModuleRig::leave_unbound(std::string_view input) {
   const Declaration::Port& p = port(input);
   if (run_) misuse(input, "leave_unbound() comes before the first put() or step()");
-  if (!is_input(p) || !p.optional) misuse(input, "is no optional input");
+  if (!p.is_input() || !p.optional) misuse(input, "is no optional input");
   unbound_.push_back(p.name);
 }
 
@@ -174,14 +173,14 @@ GraphSpec ModuleRig::spec() const {
     all.modules.push_back(std::move(m));
   };
   for (const Declaration::Port& p : declaration_.ports) {
-    if (is_input(p) && std::find(unbound_.begin(), unbound_.end(), p.name) != unbound_.end()) continue;
-    const std::string topic = is_input(p) ? source_of(p.name) + ".message" : options_.name + "." + p.name;
+    if (p.is_input() && std::find(unbound_.begin(), unbound_.end(), p.name) != unbound_.end()) continue;
+    const std::string topic = p.is_input() ? source_of(p.name) + ".message" : options_.name + "." + p.name;
     const auto bytes = image_bytes_.find(p.name);
     if (p.type->has_bulk())
       all.topics.push_back({topic, bytes == image_bytes_.end() ? options_.image_bytes : bytes->second, 0, 0});
     ModuleSpec end;
-    end.name = end.type = is_input(p) ? source_of(p.name) : sink_of(p.name);
-    if (is_input(p))
+    end.name = end.type = p.is_input() ? source_of(p.name) : sink_of(p.name);
+    if (p.is_input())
       subject.in[p.name] = {topic, 0};
     else
       end.in["message"] = {topic, 0};
@@ -199,7 +198,7 @@ hal::Status ModuleRig::configure() {
     return std::make_unique<Plain>(module_, declaration_);
   });
   for (const Declaration::Port& p : declaration_.ports) {
-    if (is_input(p))
+    if (p.is_input())
       types.add(source_of(p.name), [&p] { return std::make_unique<Source>(*p.type); });
     else
       types.add(sink_of(p.name), [&p] { return std::make_unique<Sink>(p); });
@@ -250,7 +249,7 @@ void ModuleRig::set(std::string_view name, const ParamValue& value) {
 void ModuleRig::put_erased(std::string_view input, const msg::TypeInfo& type, const void* message,
                            std::optional<Time> published) {
   const Declaration::Port& p = port(input);
-  if (!is_input(p)) misuse(input, "is an output");
+  if (!p.is_input()) misuse(input, "is an output");
   if (p.type != &type) misuse(input, "takes " + std::string(p.type->name) + ", not " + std::string(type.name));
   be_configured();
   const std::uint32_t source = run_->graph.find_module(source_of(p.name));
@@ -303,7 +302,7 @@ std::vector<const SlotHeader*> ModuleRig::published(std::string_view output, con
 
 std::vector<const SlotHeader*> ModuleRig::headers(std::string_view output) const {
   const Declaration::Port& p = port(output);
-  if (is_input(p)) misuse(output, "is an input");
+  if (p.is_input()) misuse(output, "is an input");
   if (!run_ || run_->runners.empty()) return {};
   return static_cast<const Sink&>(run_->module(sink_of(p.name))).messages();
 }

@@ -13,7 +13,7 @@ constexpr Duration kPeriod = 200ms;    // of the exchanges afterwards
 constexpr Duration kPatience = 500ms;  // for one answer
 constexpr Duration kReopenAfter = 1s;  // when the side line broke
 
-Duration scaled(Duration d, double rate) {
+Duration scaled_by(Duration d, double rate) {
   return Duration(static_cast<std::int64_t>(static_cast<double>(d.count()) * rate));
 }
 
@@ -104,9 +104,9 @@ void ClockKeeper::steer() {
   const std::lock_guard lock(mutex_);
   if (!filter_.any()) return;
   const ClockFilter::Estimate e = filter_.at(os_.now());
-  plant_clock_.steer(base_offset_ + scaled(e.offset - base_host_offset_, rate_));
+  plant_clock_.steer(base_offset_ + scaled_by(e.offset - base_host_offset_, rate_));
   stats_.offset = e.offset, stats_.drift = e.drift;
-  stats_.bound = scaled(e.bound, rate_) + plant_clock_.lag();
+  stats_.bound = scaled_by(e.bound, rate_) + plant_clock_.lag();
   stats_.worst_bound = std::max(stats_.worst_bound, stats_.bound);
   stats_.followed = line_ != nullptr || stats_.followed;
   stats_.rejected = filter_.rejected(), stats_.restarts = filter_.restarts();

@@ -6,9 +6,7 @@
 namespace sinew::vision {
 namespace {
 
-double clamp01(double v) { return v < 0 ? 0 : v > 1 ? 1 : v; }
-
-constexpr StrayLimits kStrays{.smooth_rms_px = 0.5, .smooth_px = 1.25, .factor = 1.8, .min_points = 6};
+constexpr StrayLimits kBallStrays{.smooth_rms_px = 0.5, .smooth_px = 1.25, .factor = 1.8, .min_points = 6};
 constexpr double kMinRadius_px = 1.5;
 constexpr double kMinCut_px = 6;  // at the border the end of anything may look like some of a small ball
 
@@ -82,7 +80,7 @@ double visible_share(const Circle& c, const InImage& in_image) {
 
 BallImage BallFinder::judge(const Turned& view, const Blob& blob, const Circle& c) const {
   BallImage ball;
-  if (!c.valid || point_count_ < kStrays.min_points || c.radius < kMinRadius_px) return ball;
+  if (!c.valid || point_count_ < kBallStrays.min_points || c.radius < kMinRadius_px) return ball;
   bool cut = false;
   ball.coverage = coverage(view, c, cut);
   const double f = view.focal_px();
@@ -97,10 +95,10 @@ BallImage BallFinder::judge(const Turned& view, const Blob& blob, const Circle& 
   const double z3 = ball.direction.z * ball.direction.z * ball.direction.z;
   const double share = cut ? visible_share(c, [&](const PointPx& p) { return view.in_image(p); }) : 1;
   ball.fill = share > 0 ? blob.area_px * z3 / (math::kPi * c.radius * c.radius * share) : 0;
-  const double smooth = clamp01(1.5 - c.rms / (0.03 * c.radius + 0.4));
+  const double smooth = clamp_share(1.5 - c.rms / (0.03 * c.radius + 0.4));
   const double agreeing =
-      clamp01((static_cast<double>(point_count_) / static_cast<double>(outline_count_) - 0.4) / 0.3);
-  ball.confidence = smooth * agreeing * clamp01(ball.fill) * ball.coverage * clamp01(c.radius / 4);
+      clamp_share((static_cast<double>(point_count_) / static_cast<double>(outline_count_) - 0.4) / 0.3);
+  ball.confidence = smooth * agreeing * clamp_share(ball.fill) * ball.coverage * clamp_share(c.radius / 4);
   // More area than the circle has: something else of the colour hangs on it. Small discs are ragged.
   const double most = 1.15 + 1 / c.radius;
   ball.found = ball.coverage >= look_.coverage_min && ball.fill >= look_.fill_min && ball.fill <= most && smooth > 0 &&
@@ -116,7 +114,7 @@ BallImage BallFinder::outline(const ImageView& image, const Pinhole& camera) {
     const math::Vec3 middle(camera.direction(blob->centre_x(), blob->centre_y()));
     const Turned view{image, camera, math::Quat::between(middle, {0, 0, 1})};
     collect(view, *blob);
-    const Outline outline = fit_outline({points_.data(), point_count_}, kStrays);
+    const Outline outline = fit_outline({points_.data(), point_count_}, kBallStrays);
     point_count_ = outline.points;
     const BallImage ball = judge(view, *blob, outline.circle);
     if (ball.found && (!best.found || ball.radius_px > best.radius_px)) best = ball;

@@ -20,6 +20,9 @@ struct Circle {
 /// Source:  G. Taubin, "Estimation of planar curves...", PAMI 13 (1991) 1115, solved by Newton's method from zero.
 Circle fit_circle(std::span<const PointPx> points);
 
+/// A confidence from any measure of agreement: 0 to 1.
+inline double clamp_share(double v) { return v < 0 ? 0 : v > 1 ? 1 : v; }
+
 /// When a point lies too far from a circle to be some of it: with a small rms it is `smooth_px`, else `factor` * rms.
 struct StrayLimits {
   double smooth_rms_px, smooth_px, factor;

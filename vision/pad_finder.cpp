@@ -12,11 +12,9 @@ int brightness(const ImageView& image, std::uint32_t x, std::uint32_t y) {
   return image.format == msg::PixelFormat::yuyv ? row[2 * x] : row[3 * x + 1];
 }
 
-double clamp01(double v) { return v < 0 ? 0 : v > 1 ? 1 : v; }
-
 // Far enough from the edge that neither blur nor a shared chroma sample reaches it.
 constexpr std::uint32_t kProbePx = 3;
-constexpr StrayLimits kStrays{.smooth_rms_px = 0.6, .smooth_px = 1.5, .factor = 2.5, .min_points = 8};
+constexpr StrayLimits kPadStrays{.smooth_rms_px = 0.6, .smooth_px = 1.5, .factor = 2.5, .min_points = 8};
 
 }  // namespace
 
@@ -45,7 +43,7 @@ Circle PadFinder::fit(bool bright) {
   point_count_ = 0;
   for (std::size_t i = 0; i < edge_count_; ++i)
     if (edges_[i].bright == bright) points_[point_count_++] = edges_[i].at;
-  const Outline outline = fit_outline({points_.data(), point_count_}, kStrays);
+  const Outline outline = fit_outline({points_.data(), point_count_}, kPadStrays);
   point_count_ = outline.points;
   return outline.circle;
 }
@@ -74,7 +72,7 @@ double PadFinder::fill(const ImageView& image, const Circle& c) const {
 
 PadCircle PadFinder::judge(const ImageView& image, const Circle& circle, bool bright) const {
   PadCircle pad;
-  if (!circle.valid || point_count_ < kStrays.min_points) return pad;
+  if (!circle.valid || point_count_ < kPadStrays.min_points) return pad;
   // The region must lie inside of the circle: left ends left of the centre. (The outer edge of the ring is no circle
   // around the region that it bounds.)
   std::size_t same = 0, fitting = 0;
@@ -84,13 +82,13 @@ PadCircle PadFinder::judge(const ImageView& image, const Circle& circle, bool br
     fitting += edges_[i].left == (edges_[i].at.x < circle.x);
   }
   // A circle has two ends in each of its 2 r rows.
-  pad.coverage = clamp01(static_cast<double>(point_count_) / (4 * circle.radius));
-  const double smooth = clamp01(1.5 - circle.rms / (0.04 * circle.radius + 0.4));
-  const double agreeing = clamp01((static_cast<double>(point_count_) / static_cast<double>(same) - 0.4) / 0.3);
+  pad.coverage = clamp_share(static_cast<double>(point_count_) / (4 * circle.radius));
+  const double smooth = clamp_share(1.5 - circle.rms / (0.04 * circle.radius + 0.4));
+  const double agreeing = clamp_share((static_cast<double>(point_count_) / static_cast<double>(same) - 0.4) / 0.3);
   // The paint inside (ring and H) leaves 0.89 of the pad and 0.86 of the ring's inside in the pad's colour.
   pad.fill = fill(image, circle);
-  const double filled = clamp01((pad.fill - 0.6) / 0.15);
-  pad.confidence = smooth * agreeing * filled * clamp01(pad.coverage / 0.2) * clamp01(circle.radius / 5);
+  const double filled = clamp_share((pad.fill - 0.6) / 0.15);
+  pad.confidence = smooth * agreeing * filled * clamp_share(pad.coverage / 0.2) * clamp_share(circle.radius / 5);
   pad.circle = circle;
   pad.is_mark = bright;
   pad.radius_m = bright ? look_.mark_radius_m : look_.radius_m;
@@ -101,7 +99,7 @@ PadCircle PadFinder::judge(const ImageView& image, const Circle& circle, bool br
 namespace {
 
 /// More metres of outline in sight is the better measurement, as far as the outline is round.
-double weight(const PadCircle& pad) { return pad.found ? pad.confidence * pad.coverage * pad.radius_m : 0; }
+double pad_weight(const PadCircle& pad) { return pad.found ? pad.confidence * pad.coverage * pad.radius_m : 0; }
 
 /// The image of a circle's centre lies off the centre of the circle's image by k * radius^2 with the same k for circles
 /// in one plane: two concentric ones give k.
@@ -127,10 +125,10 @@ PadCircle PadFinder::outline(const ImageView& image) {
       if (bright && look_.mark_radius_m <= 0) continue;
       const PadCircle pad = judge(image, fit(bright), bright);
       PadCircle& best = bright ? mark : edge;
-      if (weight(pad) > weight(best)) best = pad;
+      if (pad_weight(pad) > pad_weight(best)) best = pad;
     }
   }
-  PadCircle best = weight(edge) >= weight(mark) ? edge : mark;
+  PadCircle best = pad_weight(edge) >= pad_weight(mark) ? edge : mark;
   if (edge.found && mark.found) correct_perspective(edge, mark, best);
   best.blobs = static_cast<std::uint32_t>(blobs.size());
   return best;

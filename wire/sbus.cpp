@@ -2,11 +2,11 @@
 
 namespace sinew::wire {
 namespace {
-constexpr std::uint8_t kHead = 0x0F;
+constexpr std::uint8_t kSbusHead = 0x0F;
 }
 
 FrameVerdict SbusFormat::check(std::span<const std::uint8_t> bytes) noexcept {
-  if (bytes[0] != kHead) return {FrameVerdict::foreign};
+  if (bytes[0] != kSbusHead) return {FrameVerdict::foreign};
   if (bytes.size() < kMaxFrame) return {FrameVerdict::more};
   const std::uint8_t flags = bytes[23], end = bytes[24];
   const bool right = flags < 0x10 && (end == 0x00 || ((end & 0x0F) == 0x04 && end < 0x40));
@@ -21,7 +21,7 @@ SbusFrame SbusScanner::decode(std::span<const std::uint8_t> bytes) noexcept {
 
 std::array<std::uint8_t, 25> encode_sbus(const SbusFrame& frame) noexcept {
   std::array<std::uint8_t, 25> out{};
-  out[0] = kHead;
+  out[0] = kSbusHead;
   pack_rc(frame.channel, std::span(out).subspan<1, kRcBytes>());
   out[23] = static_cast<std::uint8_t>((frame.channel_17 ? 1 : 0) | (frame.channel_18 ? 2 : 0) |
                                       (frame.frame_lost ? 4 : 0) | (frame.failsafe ? 8 : 0));

@@ -6,7 +6,7 @@
 namespace sinew::wire {
 namespace {
 
-constexpr std::uint32_t kFdBitRateSwitch = 1;  // CANFD_BRS of linux/can.h
+constexpr std::uint32_t kSocketcandBitRateSwitch = 1;  // CANFD_BRS of linux/can.h
 constexpr std::size_t kMaxBusName = 16;
 
 bool read_id(TextScan& text, msg::CanFrame& frame) {
@@ -28,7 +28,7 @@ bool read_time(TextScan& text, msg::CanFrame& frame) {
 bool read_fd_flags(TextScan& text, msg::CanFrame& frame) {
   const auto flags = parse_hex(text.word(), 2);
   if (!flags) return false;
-  frame.flags |= msg::kCanFd | ((*flags & kFdBitRateSwitch) != 0 ? msg::kCanBitRateSwitch : 0u);
+  frame.flags |= msg::kCanFd | ((*flags & kSocketcandBitRateSwitch) != 0 ? msg::kCanBitRateSwitch : 0u);
   return true;
 }
 
@@ -97,7 +97,7 @@ void read_error(TextScan& text, SocketcandMessage& out) {
 
 TextPut& put_id(TextPut& text, const msg::CanFrame& frame) { return text.hex(frame.id, frame.extended() ? 8 : 3); }
 std::uint32_t fd_flags(const msg::CanFrame& frame) {
-  return (frame.flags & msg::kCanBitRateSwitch) != 0 ? kFdBitRateSwitch : 0;
+  return (frame.flags & msg::kCanBitRateSwitch) != 0 ? kSocketcandBitRateSwitch : 0;
 }
 
 }  // namespace

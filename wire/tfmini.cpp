@@ -7,7 +7,7 @@
 namespace sinew::wire {
 namespace {
 
-constexpr std::uint8_t kHead = 0x59;
+constexpr std::uint8_t kTfMiniHead = 0x59;
 
 std::uint8_t sum_of(std::span<const std::uint8_t> bytes) {
   std::uint8_t sum = 0;
@@ -18,7 +18,7 @@ std::uint8_t sum_of(std::span<const std::uint8_t> bytes) {
 }  // namespace
 
 FrameVerdict TfMiniFormat::check(std::span<const std::uint8_t> bytes) noexcept {
-  if (bytes[0] != kHead || (bytes.size() > 1 && bytes[1] != kHead)) return {FrameVerdict::foreign};
+  if (bytes[0] != kTfMiniHead || (bytes.size() > 1 && bytes[1] != kTfMiniHead)) return {FrameVerdict::foreign};
   if (bytes.size() < kMaxFrame) return {FrameVerdict::more};
   return {sum_of(bytes.first(8)) == bytes[8] ? FrameVerdict::good : FrameVerdict::broken, kMaxFrame};
 }
@@ -33,8 +33,8 @@ TfMiniReading decode_tfmini(std::span<const std::uint8_t> frame, std::uint16_t w
 }
 
 std::array<std::uint8_t, 9> encode_tfmini(std::uint16_t cm, std::uint16_t strength) noexcept {
-  std::array<std::uint8_t, 9> f{kHead,
-                                kHead,
+  std::array<std::uint8_t, 9> f{kTfMiniHead,
+                                kTfMiniHead,
                                 static_cast<std::uint8_t>(cm),
                                 static_cast<std::uint8_t>(cm >> 8),
                                 static_cast<std::uint8_t>(strength),

@@ -8,7 +8,6 @@
 namespace sinew::search {
 namespace {
 
-constexpr std::int64_t kMsNs = 1'000'000;
 constexpr double kLongestS = 1000;
 
 bool amount_is_time(std::string_view kind) { return kind == "delayed" || kind == "intermittent"; }

@@ -13,6 +13,8 @@ namespace sinew::search {
 using msg::Duration;
 using msg::Time;
 
+inline constexpr std::int64_t kMsNs = 1'000'000;  // nanoseconds of a millisecond
+
 /// A fault that the plant plays on one device for a while; docs/faults.md says what each does.
 struct Fault {
   std::string device, kind;

@@ -7,7 +7,6 @@ namespace sinew::search {
 namespace {
 
 constexpr std::uint32_t kCaseStream = 0x63617365, kRunStream = 0x72756e73;
-constexpr std::int64_t kMsNs = 1'000'000;
 constexpr double kFirstOnset_s = 0.3, kLastOnset_s = 20.0;  // a flight takes 15 to 20 s
 
 /// What a device can do wrong: amounts in steps of `grain`, lengths in milliseconds.

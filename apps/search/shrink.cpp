@@ -5,8 +5,6 @@
 namespace sinew::search {
 namespace {
 
-constexpr std::int64_t kMsNs = 1'000'000;
-
 /// In whole tenths, this share of the way to 1.
 double nearer_to_one(double factor, double share) { return std::floor(10 * (factor + share * (1 - factor))) / 10; }
 

@@ -97,7 +97,7 @@ bool take_link_info(Bytes info, CanLink& link) {
   return each_attribute(data, [&](int type, Bytes payload) { take_can_attribute(type, payload, link); }) && whole;
 }
 
-Error refused(int error, const char* where) {
+Error refused_link(int error, const char* where) {
   if (error == ENODEV) return {Errc::not_found, where, error};
   if (error == EPERM || error == EACCES) return {Errc::denied, where, error};
   if (error == EBUSY || error == EINVAL) return {Errc::busy, where, error};
@@ -147,7 +147,7 @@ bool is_error(Bytes answer, int& error) {
 
 Result<CanLink> parse_can_link(Bytes answer) {
   int error = 0;
-  if (is_error(answer, error)) return refused(error, "interface");
+  if (is_error(answer, error)) return refused_link(error, "interface");
   nlmsghdr head{};
   ifinfomsg info{};
   if (!take(answer, head) || head.nlmsg_len > answer.size() || head.nlmsg_type != RTM_NEWLINK ||
@@ -207,7 +207,7 @@ Status restart_can(int index) {
   if (!got) return got.error();
   int error = 0;
   if (!is_error(*got, error)) return Error{Errc::bad_data, "netlink answer"};
-  if (error != 0) return refused(error, "restart");
+  if (error != 0) return refused_link(error, "restart");
   return {};
 }
 

@@ -13,7 +13,7 @@
 namespace sinew::hal {
 namespace {
 
-Error failed(const char* where) {
+Error file_error(const char* where) {
   switch (errno) {
     case EEXIST:
       return {Errc::busy, where, errno};
@@ -116,7 +116,7 @@ Status sync_folder_of(const std::string& path) {
   const std::size_t slash = path.rfind('/');
   const std::string folder = slash == std::string::npos ? "." : path.substr(0, std::max<std::size_t>(slash, 1));
   const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (fd < 0) return failed("file: open of its folder");
+  if (fd < 0) return file_error("file: open of its folder");
   const bool good = ::fsync(fd) == 0 || errno == EINVAL;  // EINVAL: this file system has no such thing
   const int why = errno;
   ::close(fd);
@@ -128,7 +128,7 @@ Status sync_folder_of(const std::string& path) {
 
 Result<std::unique_ptr<OutputFile>> create_file(const std::string& path) {
   const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
-  if (fd < 0) return failed("file: open");
+  if (fd < 0) return file_error("file: open");
   std::unique_ptr<OutputFile> file = std::make_unique<LinuxOutputFile>(fd);
   if (auto done = sync_folder_of(path); !done) return done.error();
   return file;
@@ -136,7 +136,7 @@ Result<std::unique_ptr<OutputFile>> create_file(const std::string& path) {
 
 Result<std::unique_ptr<InputFile>> open_file(const std::string& path) {
   const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a fifo must not hold us up
-  if (fd < 0) return failed("file: open");
+  if (fd < 0) return file_error("file: open");
   struct stat about {};
   if (::fstat(fd, &about) != 0 || !S_ISREG(about.st_mode)) {
     ::close(fd);

@@ -19,7 +19,7 @@
 namespace sinew::hal {
 namespace {
 
-Error failed(const char* where) { return {errno == ENODEV ? Errc::closed : Errc::io, where, errno}; }
+Error gpio_error(const char* where) { return {errno == ENODEV ? Errc::closed : Errc::io, where, errno}; }
 
 class LinuxGpio final : public Gpio {
  public:
@@ -30,13 +30,13 @@ class LinuxGpio final : public Gpio {
 
   Result<bool> get() noexcept override {
     gpio_v2_line_values v{0, 1};
-    if (::ioctl(fd_, GPIO_V2_LINE_GET_VALUES_IOCTL, &v) < 0) return failed("gpio: get");
+    if (::ioctl(fd_, GPIO_V2_LINE_GET_VALUES_IOCTL, &v) < 0) return gpio_error("gpio: get");
     return (v.bits & 1) != 0;
   }
   Status set(bool active) noexcept override {
     if (!output_) return Error{Errc::not_supported, "gpio: the line is an input"};
     gpio_v2_line_values v{active ? 1u : 0u, 1};
-    if (::ioctl(fd_, GPIO_V2_LINE_SET_VALUES_IOCTL, &v) < 0) return failed("gpio: set");
+    if (::ioctl(fd_, GPIO_V2_LINE_SET_VALUES_IOCTL, &v) < 0) return gpio_error("gpio: set");
     return {};
   }
   Result<Time> wait_edge(Time deadline) noexcept override {
@@ -47,11 +47,11 @@ class LinuxGpio final : public Gpio {
           deadline == kNever ? 0 : std::max<std::int64_t>(0, (deadline - system_os().now()).count());
       const timespec limit{static_cast<time_t>(left / 1'000'000'000), static_cast<long>(left % 1'000'000'000)};
       n = ::ppoll(&waiting, 1, deadline == kNever ? nullptr : &limit, nullptr);
-      if (n < 0 && errno != EINTR) return failed("gpio: poll");
+      if (n < 0 && errno != EINTR) return gpio_error("gpio: poll");
       if (n == 0) return Error{Errc::timeout, "gpio: no edge"};
     }
     gpio_v2_line_event event{};
-    if (::read(fd_, &event, sizeof event) != static_cast<ssize_t>(sizeof event)) return failed("gpio: read");
+    if (::read(fd_, &event, sizeof event) != static_cast<ssize_t>(sizeof event)) return gpio_error("gpio: read");
     return Time{static_cast<std::int64_t>(event.timestamp_ns)};
   }
 

@@ -17,7 +17,7 @@
 namespace sinew::hal {
 namespace {
 
-using Bytes = std::span<const std::uint8_t>;
+using I2cBytes = std::span<const std::uint8_t>;
 constexpr std::size_t kMost = 4096;  // of one message; the kernel refuses 8192 and more
 
 Error transfer_error(int why) {
@@ -44,14 +44,14 @@ class LinuxI2c final : public I2cBus {
   LinuxI2c(const LinuxI2c&) = delete;
   LinuxI2c& operator=(const LinuxI2c&) = delete;
 
-  Status transfer(std::uint8_t address, Bytes write, std::span<std::uint8_t> read) noexcept override {
+  Status transfer(std::uint8_t address, I2cBytes write, std::span<std::uint8_t> read) noexcept override {
     if (address > 0x7F || write.size() > kMost || read.size() > kMost || (write.empty() && read.empty()))
       return Error{Errc::bad_argument, "i2c: no such transfer", address};
     return functions_ & I2C_FUNC_I2C ? combined(address, write, read) : smbus(address, write, read);
   }
 
  private:
-  Status combined(std::uint8_t address, Bytes write, std::span<std::uint8_t> read) noexcept {
+  Status combined(std::uint8_t address, I2cBytes write, std::span<std::uint8_t> read) noexcept {
     std::array<i2c_msg, 2> messages{};
     unsigned count = 0;
     if (auto free = claim(address); !free) return free;
@@ -73,7 +73,7 @@ class LinuxI2c final : public I2cBus {
     return {};
   }
 
-  Status smbus(std::uint8_t address, Bytes write, std::span<std::uint8_t> read) noexcept {
+  Status smbus(std::uint8_t address, I2cBytes write, std::span<std::uint8_t> read) noexcept {
     const std::lock_guard lock(mutex_);  // the address belongs to the open file, not to the call
     if (::ioctl(fd_, I2C_SLAVE, static_cast<unsigned long>(address)) < 0) return transfer_error(errno);
     if (read.empty()) return write_registers(write);
@@ -87,7 +87,7 @@ class LinuxI2c final : public I2cBus {
     return {};
   }
 
-  Status write_registers(Bytes write) noexcept {
+  Status write_registers(I2cBytes write) noexcept {
     if (write.size() == 1) return call(I2C_SMBUS_WRITE, write[0], I2C_SMBUS_BYTE, nullptr);
     i2c_smbus_data data{};
     for (std::size_t at = 1; at < write.size();) {

@@ -51,7 +51,7 @@ class NoBrokenPipe {
 };
 
 // Between fork and exec: only calls that are safe there.
-[[noreturn]] void become(const std::vector<char*>& argv, int in, int out, int err, int report, pid_t parent) {
+[[noreturn]] void become_piped(const std::vector<char*>& argv, int in, int out, int err, int report, pid_t parent) {
   beyond_posix::end_with_parent();
   if (getppid() != parent) _exit(127);
   std::signal(SIGPIPE, SIG_DFL);
@@ -130,7 +130,7 @@ Result<int> run_piped(const std::vector<std::string>& argv, const PipedIo& io) {
     return Error{Errc::io, "pipe2", errno};
   const pid_t parent = getpid();
   const pid_t pid = ::fork();
-  if (pid == 0) become(raw, in.read, out.write, err.write, report.write, parent);
+  if (pid == 0) become_piped(raw, in.read, out.write, err.write, report.write, parent);
   if (pid < 0) return Error{Errc::io, "fork", errno};
   for (int* end : {&in.read, &out.write, &err.write, &report.write}) Pipe::close(*end);
   if (!io.input) Pipe::close(in.write);

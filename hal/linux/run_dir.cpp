@@ -14,7 +14,7 @@
 namespace sinew::hal {
 namespace {
 
-Error failed(const char* where) {
+Error run_dir_error(const char* where) {
   const int why = errno;
   return {why == EACCES || why == EPERM || why == EROFS ? Errc::denied : Errc::io, where, why};
 }
@@ -51,9 +51,9 @@ int process_id() { return ::getpid(); }
 
 Status run_dir(std::string& path) {
   path = path_of_run_dir();
-  if (::mkdir(path.c_str(), 0700) != 0 && errno != EEXIST) return failed("folder of running robots");
+  if (::mkdir(path.c_str(), 0700) != 0 && errno != EEXIST) return run_dir_error("folder of running robots");
   struct stat info {};
-  if (::lstat(path.c_str(), &info) != 0) return failed("folder of running robots");
+  if (::lstat(path.c_str(), &info) != 0) return run_dir_error("folder of running robots");
   if (!S_ISDIR(info.st_mode)) return Error{Errc::denied, "folder of running robots: is no folder"};
   if (info.st_uid != user_id())
     return Error{Errc::denied, "folder of running robots: belongs to another user", info.st_uid};
@@ -65,10 +65,10 @@ Status run_dir(std::string& path) {
 Result<std::unique_ptr<FileLock>> FileLock::take(const std::string& path) {
   for (;;) {
     const int fd = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
-    if (fd < 0) return failed("lock file");
+    if (fd < 0) return run_dir_error("lock file");
     if (!beyond_posix::lock_file(fd)) {
-      const Error e =
-          errno == EAGAIN || errno == EACCES ? Error{Errc::busy, "lock file", written_pid(fd)} : failed("lock file");
+      const Error e = errno == EAGAIN || errno == EACCES ? Error{Errc::busy, "lock file", written_pid(fd)}
+                                                         : run_dir_error("lock file");
       ::close(fd);
       return e;
     }
@@ -78,7 +78,7 @@ Result<std::unique_ptr<FileLock>> FileLock::take(const std::string& path) {
     }
     const std::string text = std::to_string(process_id()) + "\n";
     if (::ftruncate(fd, 0) != 0 || ::pwrite(fd, text.data(), text.size(), 0) != static_cast<ssize_t>(text.size())) {
-      const Error e = failed("lock file");
+      const Error e = run_dir_error("lock file");
       ::close(fd);
       return e;
     }

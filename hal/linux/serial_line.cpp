@@ -9,7 +9,7 @@
 namespace sinew::hal::beyond_posix {
 namespace {
 
-Error failed(const char* where) {
+Error serial_error(const char* where) {
   const bool gone = errno == EIO || errno == ENODEV || errno == ENXIO || errno == EPIPE || errno == ESHUTDOWN;
   return {gone ? Errc::closed : Errc::io, where, errno};
 }
@@ -32,12 +32,12 @@ Status make_raw(int line, const SerialSpec& spec) noexcept {
 
 Status set_bit_rate(int line, std::uint32_t bits_per_s) noexcept {
   termios2 t{};
-  if (::ioctl(line, TCGETS2, &t) < 0) return failed("serial: TCGETS2");
+  if (::ioctl(line, TCGETS2, &t) < 0) return serial_error("serial: TCGETS2");
   t.c_cflag = (t.c_cflag & ~static_cast<tcflag_t>(CBAUD)) | BOTHER;
   t.c_ispeed = t.c_ospeed = bits_per_s;
-  if (::ioctl(line, TCSETS2, &t) < 0) return failed("serial: TCSETS2");
+  if (::ioctl(line, TCSETS2, &t) < 0) return serial_error("serial: TCSETS2");
   // A driver that cannot do a rate keeps or picks another one.
-  if (::ioctl(line, TCGETS2, &t) < 0) return failed("serial: TCGETS2");
+  if (::ioctl(line, TCGETS2, &t) < 0) return serial_error("serial: TCGETS2");
   const double off = static_cast<double>(t.c_ospeed) / bits_per_s;
   if (off < 0.97 || off > 1.03)
     return Error{Errc::not_supported, "serial: the driver cannot do this bit rate", t.c_ospeed};

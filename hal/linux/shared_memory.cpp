@@ -69,7 +69,7 @@ class CopiedMemory final : public SharedMemory {
   std::size_t size_;
 };
 
-Error failed(int fd, const char* where) {
+Error shared_memory_error(int fd, const char* where) {
   const int why = errno;
   if (fd >= 0) ::close(fd);
   return Error{why == ENOMEM ? Errc::out_of_memory : Errc::io, where, why};
@@ -77,7 +77,7 @@ Error failed(int fd, const char* where) {
 
 Result<std::unique_ptr<SharedMemory>> map(int fd, std::size_t bytes, int protection) {
   void* at = ::mmap(nullptr, bytes, protection, MAP_SHARED | MAP_POPULATE, fd, 0);
-  if (at == MAP_FAILED) return failed(fd, "shared memory: mmap");
+  if (at == MAP_FAILED) return shared_memory_error(fd, "shared memory: mmap");
   // Without the privilege the pages are merely not pinned; who needs that guarantee asks Os::lock_memory().
   static_cast<void>(::mlock(at, bytes));
   return std::unique_ptr<SharedMemory>(new MappedMemory(fd, static_cast<std::byte*>(at), bytes));
@@ -89,11 +89,11 @@ Result<std::unique_ptr<SharedMemory>> create_shared_memory(std::string_view name
   if (bytes == 0) return Error{Errc::bad_argument, "shared memory of no bytes"};
   if (bytes > std::size_t{PTRDIFF_MAX} / 2) return Error{Errc::out_of_memory, "shared memory: too large", EFBIG};
   const int fd = ::memfd_create(std::string(name).c_str(), MFD_CLOEXEC | MFD_ALLOW_SEALING);
-  if (fd < 0) return failed(fd, "shared memory: memfd_create");
+  if (fd < 0) return shared_memory_error(fd, "shared memory: memfd_create");
   const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
   const std::size_t rounded = (bytes + page - 1) / page * page;
-  if (::ftruncate(fd, static_cast<off_t>(rounded)) != 0) return failed(fd, "shared memory: ftruncate");
-  if (::fcntl(fd, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW) != 0) return failed(fd, "shared memory: seal");
+  if (::ftruncate(fd, static_cast<off_t>(rounded)) != 0) return shared_memory_error(fd, "shared memory: ftruncate");
+  if (::fcntl(fd, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW) != 0) return shared_memory_error(fd, "shared memory: seal");
   auto memory = map(fd, rounded, PROT_READ | PROT_WRITE);
   // Ours is mapped by now; whoever maps later may only read. Kernels before 5.1 refuse, and then peers are trusted.
   if (memory) static_cast<void>(::fcntl(fd, F_ADD_SEALS, F_SEAL_FUTURE_WRITE | F_SEAL_SEAL));

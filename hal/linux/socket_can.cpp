@@ -22,8 +22,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::size_t kBatch = 16;
-constexpr int kReceiveBytes = 1 << 20, kSendBytes = 16 << 10;  // the kernel doubles both
+constexpr std::size_t kCanBatch = 16;
+constexpr int kCanReceiveBytes = 1 << 20, kCanSendBytes = 16 << 10;  // the kernel doubles both
 
 bool gone(int error) { return error == ENETDOWN || error == ENODEV || error == ENXIO || error == ENETUNREACH; }
 
@@ -58,16 +58,16 @@ canfd_frame to_kernel(const msg::CanFrame& frame) {
 /// What one recvmmsg() fills, made once.
 struct SocketCanBus::Batch {
   explicit Batch(Time now) : realtime(now) {
-    for (std::size_t i = 0; i < kBatch; ++i) {
+    for (std::size_t i = 0; i < kCanBatch; ++i) {
       parts[i] = {&frames[i], sizeof frames[i]};
       heads[i].msg_hdr.msg_iov = &parts[i];
       heads[i].msg_hdr.msg_iovlen = 1;
     }
   }
-  alignas(cmsghdr) std::array<std::array<std::byte, 128>, kBatch> control{};
-  std::array<canfd_frame, kBatch> frames{};
-  std::array<iovec, kBatch> parts{};
-  std::array<mmsghdr, kBatch> heads{};
+  alignas(cmsghdr) std::array<std::array<std::byte, 128>, kCanBatch> control{};
+  std::array<canfd_frame, kCanBatch> frames{};
+  std::array<iovec, kCanBatch> parts{};
+  std::array<mmsghdr, kCanBatch> heads{};
   std::size_t next = 0, count = 0;
   Time read_at;
   RealtimeStamps realtime;
@@ -167,7 +167,7 @@ Status SocketCanBus::set_options(const CanLink& link, std::string& why) {
                      SOF_TIMESTAMPING_RAW_HARDWARE;
   if (const Status s = set_option(fd_, SOL_SOCKET, SO_TIMESTAMPING, stamps, "SO_TIMESTAMPING"); !s) return s;
   // A larger queue in, beyond net.core.rmem_max where permitted; a short one out, so that nothing grows old there.
-  const int in = kReceiveBytes, out = kSendBytes;
+  const int in = kCanReceiveBytes, out = kCanSendBytes;
   if (setsockopt(fd_, SOL_SOCKET, SO_RCVBUFFORCE, &in, sizeof in) != 0)
     if (const Status s = set_option(fd_, SOL_SOCKET, SO_RCVBUF, in, "SO_RCVBUF"); !s) return s;
   return set_option(fd_, SOL_SOCKET, SO_SNDBUF, out, "SO_SNDBUF");
@@ -217,12 +217,12 @@ Result<bool> SocketCanBus::read(msg::CanFrame& out) noexcept {
 Result<bool> SocketCanBus::fill() noexcept {
   Batch& b = *batch_;
   b.next = b.count = 0;
-  for (std::size_t i = 0; i < kBatch; ++i) {
+  for (std::size_t i = 0; i < kCanBatch; ++i) {
     b.heads[i].msg_hdr.msg_control = b.control[i].data();
     b.heads[i].msg_hdr.msg_controllen = b.control[i].size();
   }
   const Time asked = os_.now();
-  const int n = recvmmsg(fd_, b.heads.data(), kBatch, MSG_DONTWAIT, nullptr);
+  const int n = recvmmsg(fd_, b.heads.data(), kCanBatch, MSG_DONTWAIT, nullptr);
   if (n > 0) {
     b.count = static_cast<std::size_t>(n);
     const ClockReading clocks = read_clocks(os_);

@@ -17,8 +17,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Duration kFirstPause = 100ms, kLongPause = 1s;
-constexpr int kConnectMs = 2000, kSendBytes = 8 << 10;  // the kernel doubles it
+constexpr Duration kFirstConnectPause = 100ms, kLongConnectPause = 1s;
+constexpr int kConnectMs = 2000, kSocketcandSendBytes = 8 << 10;  // the kernel doubles it
 
 bool wait_for(int fd, short what, int milliseconds) {
   pollfd item{fd, what, 0};
@@ -59,7 +59,7 @@ Result<int> SocketcandCan::connect_once(std::string& why) {
                                          : Errc::io,
                  "connect", error};
   }
-  const int on = 1, bytes = kSendBytes, idle_s = 2, interval_s = 1, count = 3, patience_ms = 5000;
+  const int on = 1, bytes = kSocketcandSendBytes, idle_s = 2, interval_s = 1, count = 3, patience_ms = 5000;
   setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
   setsockopt(fd, SOL_SOCKET, SO_SNDBUF, &bytes, sizeof bytes);
   // A peer that vanishes without a word is noticed within some five seconds.
@@ -137,11 +137,11 @@ void SocketcandCan::lose() noexcept {
 }
 
 void SocketcandCan::keep() {
-  Duration pause = kFirstPause;
+  Duration pause = kFirstConnectPause;
   while (!stop_.load(std::memory_order_acquire)) {
     const std::uint32_t seen = keeper_word_.load(std::memory_order_acquire);
     if (connected_.load(std::memory_order_seq_cst)) {
-      pause = kFirstPause;
+      pause = kFirstConnectPause;
       os_.wait(keeper_word_, seen, kNever);
       continue;
     }
@@ -154,7 +154,7 @@ void SocketcandCan::keep() {
     }
     if (fd) continue;
     os_.wait(keeper_word_, seen, os_.now() + pause);
-    pause = std::min<Duration>(2 * pause, kLongPause);
+    pause = std::min<Duration>(2 * pause, kLongConnectPause);
   }
 }
 

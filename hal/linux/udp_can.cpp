@@ -17,8 +17,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::size_t kBatch = 16;
-constexpr int kReceiveBytes = 1 << 20;
+constexpr std::size_t kUdpBatch = 16;
+constexpr int kUdpReceiveBytes = 1 << 20;
 
 /// "B", "239.65.82.B", each with ":INTERFACE".
 bool read_address(std::string_view text, unsigned& bus, std::string& interface) {
@@ -36,7 +36,7 @@ bool read_address(std::string_view text, unsigned& bus, std::string& interface) 
 
 struct UdpCanBus::Batch {
   explicit Batch(Time now) : realtime(now) {
-    for (std::size_t i = 0; i < kBatch; ++i) {
+    for (std::size_t i = 0; i < kUdpBatch; ++i) {
       parts[i] = {packets[i].data(), packets[i].size()};
       heads[i].msg_hdr.msg_iov = &parts[i];
       heads[i].msg_hdr.msg_iovlen = 1;
@@ -44,11 +44,11 @@ struct UdpCanBus::Batch {
     }
   }
   // One byte more than a packet may have: a longer one is seen to be longer.
-  std::array<std::array<std::uint8_t, wire::kDronecanUdpMax + 1>, kBatch> packets{};
-  alignas(cmsghdr) std::array<std::array<std::byte, 128>, kBatch> control{};
-  std::array<sockaddr_in, kBatch> from{};
-  std::array<iovec, kBatch> parts{};
-  std::array<mmsghdr, kBatch> heads{};
+  std::array<std::array<std::uint8_t, wire::kDronecanUdpMax + 1>, kUdpBatch> packets{};
+  alignas(cmsghdr) std::array<std::array<std::byte, 128>, kUdpBatch> control{};
+  std::array<sockaddr_in, kUdpBatch> from{};
+  std::array<iovec, kUdpBatch> parts{};
+  std::array<mmsghdr, kUdpBatch> heads{};
   std::size_t next = 0, count = 0;
   Time read_at;
   RealtimeStamps realtime;
@@ -91,7 +91,7 @@ Status UdpCanBus::open_sockets(std::string& /*why*/) {
   in_ = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   out_ = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   if (in_ < 0 || out_ < 0) return failed("socket");
-  const int on = 1, off = 0, bytes = kReceiveBytes;
+  const int on = 1, off = 0, bytes = kUdpReceiveBytes;
   if (setsockopt(in_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) != 0) return failed("SO_REUSEADDR");
   // Bound to the group itself: frames of other buses, whose port is the same, stay outside.
   if (bind(in_, reinterpret_cast<const sockaddr*>(&group_), sizeof group_) != 0) return failed("bind");
@@ -139,13 +139,13 @@ Result<bool> UdpCanBus::read(msg::CanFrame& out) noexcept {
 Result<bool> UdpCanBus::fill() noexcept {
   Batch& b = *batch_;
   b.next = b.count = 0;
-  for (std::size_t i = 0; i < kBatch; ++i) {
+  for (std::size_t i = 0; i < kUdpBatch; ++i) {
     b.heads[i].msg_hdr.msg_control = b.control[i].data();
     b.heads[i].msg_hdr.msg_controllen = b.control[i].size();
     b.heads[i].msg_hdr.msg_namelen = sizeof b.from[i];
   }
   const Time asked = os_.now();
-  const int n = recvmmsg(in_, b.heads.data(), kBatch, MSG_DONTWAIT, nullptr);
+  const int n = recvmmsg(in_, b.heads.data(), kUdpBatch, MSG_DONTWAIT, nullptr);
   const int error = n < 0 ? errno : 0;
   const ClockReading clocks = read_clocks(os_);
   b.read_at = clocks.before;

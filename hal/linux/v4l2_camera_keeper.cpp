@@ -14,7 +14,7 @@ constexpr auto kSilenceWorthSaying = std::chrono::seconds(1);
 constexpr auto kAskForMemory = std::chrono::milliseconds(10);  // until the reader has lent enough for a stream
 constexpr auto kUntilReadEnds = std::chrono::microseconds(100);
 
-std::string number(double v) {
+std::string short_number(double v) {
   char text[32];
   std::snprintf(text, sizeof text, "%.3g", v);
   return text;
@@ -113,7 +113,7 @@ void V4l2Camera::set_requested() {
   V4l2Controls::Wanted wanted, taken;
   std::string beyond;
   bool any = false;
-  // Backwards: who asks for an exposure by hand has asked for the mode before it, which has the smaller number.
+  // Backwards: who asks for an exposure by hand has asked for the mode before it, which has the smaller short_number.
   for (std::size_t i = controls_.size(); i-- > 0;) {
     if (!requests_[i].pending.exchange(false, std::memory_order_acquire)) continue;
     const V4l2Controls::Wanted one{{controls_[i].name, requests_[i].value.load(std::memory_order_relaxed)}};
@@ -202,15 +202,15 @@ std::string V4l2Camera::state() const {
   } else if (!streams_.load(std::memory_order_relaxed)) {
     text += "waits for memory to fill";
   } else if (silence() > kSilenceWorthSaying && (picture_.rate_hz <= 0 || seconds(silence()) > 3 / picture_.rate_hz)) {
-    text += "no frame for " + number(seconds(silence())) + " s";
+    text += "no frame for " + short_number(seconds(silence())) + " s";
   } else if (const Duration since = only_faulty(); since > Duration{0}) {
-    text += "only faulty frames for " + number(seconds(since)) + " s (cable, supply, bandwidth of its bus?)";
+    text += "only faulty frames for " + short_number(seconds(since)) + " s (cable, supply, bandwidth of its bus?)";
   } else {
     const double asked = picture_.rate_hz, got = count_.rate_hz() > 0 ? count_.rate_hz() : asked;
-    text += got < kSlow * asked ? "slow, " + number(got) + " frames/s of " + number(asked) : "streaming";
+    text += got < kSlow * asked ? "slow, " + short_number(got) + " frames/s of " + short_number(asked) : "streaming";
     text += " " + std::to_string(picture_.width) + "x" + std::to_string(picture_.height) + " " +
             msg::pixel_format_name(picture_.format);
-    if (asked > 0 && got >= kSlow * asked) text += " at " + number(got) + " frames/s";
+    if (asked > 0 && got >= kSlow * asked) text += " at " + short_number(got) + " frames/s";
   }
   text += "; " + words_for_pixels() + count_.text();
   if (!control_trouble_.empty()) text += "; " + control_trouble_;
@@ -233,7 +233,7 @@ std::string V4l2Camera::trouble() const {
   } else if (only_faulty() > Duration{0}) {
     text = "only faulty frames come (cable, supply, bandwidth of its bus?)";
   } else if (count_.rate_hz() > 0 && count_.rate_hz() < kSlow * asked) {
-    text = "slow: fewer than " + number(kSlow * asked) + " frames/s of " + number(asked);
+    text = "slow: fewer than " + short_number(kSlow * asked) + " frames/s of " + short_number(asked);
   }
   if (!control_trouble_.empty()) text += (text.empty() ? "" : "; ") + control_trouble_;
   return text.empty() ? text : path_ + " ('" + identity_.card + "'): " + text;

@@ -43,7 +43,7 @@ v4l2_ext_control about(std::uint32_t id) {
   return control;
 }
 
-Errc kind_of(int error) {
+Errc control_error_kind(int error) {
   switch (error) {
     case EACCES:
     case EPERM:
@@ -134,7 +134,7 @@ Status V4l2Controls::set(V4l2Port& port, int fd, const Wanted& wanted, std::stri
         continue;
       }
       refused += (refused.empty() ? "" : "; ") + list_[i].name + ": " + std::strerror(-said);
-      result = Error{kind_of(-said), "VIDIOC_S_EXT_CTRLS", -said};
+      result = Error{control_error_kind(-said), "VIDIOC_S_EXT_CTRLS", -said};
     }
   }
   if (!refused.empty()) why = "the device refused " + refused;

@@ -135,7 +135,7 @@ std::string sizes_text(const std::vector<Sizes>& all) {
   return text;
 }
 
-Error refused(int result, const char* where) {
+Error refused_format(int result, const char* where) {
   switch (-result) {
     case EBUSY:
       return {Errc::busy, where, -result};
@@ -197,7 +197,7 @@ Result<double> agree_on_rate(V4l2Port& port, int fd, const CameraSpec& spec, std
     interval.denominator = static_cast<std::uint32_t>(std::lround(spec.rate_hz * 1000));
     if (const int set = port.ioctl(fd, VIDIOC_S_PARM, &parameters); set < 0) {
       why = "setting " + number(spec.rate_hz) + " frames/s: " + std::strerror(-set);
-      return refused(set, "VIDIOC_S_PARM");
+      return refused_format(set, "VIDIOC_S_PARM");
     }
   }
   const double got = rate_of(interval);
@@ -230,7 +230,7 @@ Result<V4l2Identity> v4l2_identify(V4l2Port& port, int fd) {
   auto answer = cleared<v4l2_capability>();
   if (const int said = port.ioctl(fd, VIDIOC_QUERYCAP, &answer); said < 0) {
     if (said == -ENOTTY || said == -EINVAL) return Error{Errc::not_supported, "VIDIOC_QUERYCAP", -said};
-    return refused(said, "VIDIOC_QUERYCAP");
+    return refused_format(said, "VIDIOC_QUERYCAP");
   }
   const std::uint32_t can = answer.capabilities & V4L2_CAP_DEVICE_CAPS ? answer.device_caps : answer.capabilities;
   return V4l2Identity{.card = text_of(answer.card, sizeof answer.card),
@@ -280,7 +280,7 @@ Result<V4l2Picture> v4l2_agree(V4l2Port& port, int fd, const CameraSpec& spec, s
   if (const int set = port.ioctl(fd, VIDIOC_S_FMT, &asked); set < 0) {
     why = "setting " + size_text(spec.width, spec.height) + " " + msg::pixel_format_name(spec.format) + ": " +
           (set == -EBUSY ? "another program uses the device; `fuser -v` on its path says which" : std::strerror(-set));
-    return refused(set, "VIDIOC_S_FMT");
+    return refused_format(set, "VIDIOC_S_FMT");
   }
   const v4l2_pix_format& got = asked.fmt.pix;
   const bool whole = got.field == V4L2_FIELD_NONE || got.field == V4L2_FIELD_ANY;

@@ -13,7 +13,7 @@
 namespace sinew::hal {
 namespace {
 
-constexpr std::uint32_t kMostBuffers = 32;  // VIDEO_MAX_FRAME
+constexpr std::uint32_t kMostLent = 32;  // VIDEO_MAX_FRAME
 // Where the pixels of a slot begin within its 64 bytes: what a driver may find too little aligned.
 constexpr std::size_t kSlotAlignment = 64, kPixelsAt = sizeof(msg::Image) % kSlotAlignment;
 
@@ -72,9 +72,9 @@ Status V4l2Session::take_user_pointers(std::uint32_t buffers, std::string& why) 
   if (const int said = try_memory(); said < 0) return refused("VIDIOC_QBUF", said);
   // An index for every piece of memory that comes, as far as there are any: then each is pinned only once. Indices cost
   // nothing while they are not used.
-  std::uint32_t count = kMostBuffers;
+  std::uint32_t count = kMostLent;
   if (const int said = request_buffers(V4L2_MEMORY_USERPTR, count); said < 0) return refused("VIDIOC_REQBUFS", said);
-  memory_.assign(std::clamp(count, buffers, kMostBuffers), {});
+  memory_.assign(std::clamp(count, buffers, kMostLent), {});
   is_queued_.assign(memory_.size(), false);
   queued_ = 0;
   return {};

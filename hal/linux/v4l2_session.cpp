@@ -12,7 +12,7 @@ namespace {
 constexpr const char* kByIdFolder = "/dev/v4l/by-id";
 constexpr std::uint32_t kFewestBuffers = 2, kMostBuffers = 32;  // VIDEO_MAX_FRAME
 
-Errc kind_of(int error) {
+Errc open_error_kind(int error) {
   switch (error) {
     case ENOENT:
     case ENXIO:
@@ -129,7 +129,7 @@ Status V4l2Session::open_node(const std::string& name, std::string& why) {
   if (fd_ < 0) {
     why = path_ + advice(-fd_, path_);
     if (fd_ == -ENOENT) why += "; " + text_of(capture_nodes(port_));
-    return Error{kind_of(-fd_), "camera open", -fd_};
+    return Error{open_error_kind(-fd_), "camera open", -fd_};
   }
   const auto identity = v4l2_identify(port_, fd_);
   if (!identity) {
@@ -151,7 +151,7 @@ Status V4l2Session::open_node(const std::string& name, std::string& why) {
 Status V4l2Session::start_stream(std::uint32_t buffers, std::string& why) {
   const auto failed = [&](const char* request, int said) {
     why = std::string(request) + advice(-said, path_);
-    return Error{kind_of(-said), request, -said};
+    return Error{open_error_kind(-said), request, -said};
   };
   std::uint32_t count = buffers;
   if (const int said = request_buffers(V4L2_MEMORY_MMAP, count); said < 0) return failed("VIDIOC_REQBUFS", said);

@@ -14,7 +14,7 @@
 namespace sinew::hal {
 namespace {
 
-constexpr std::uint32_t kMostBuffers = 8, kMostUserBuffers = 32;
+constexpr std::uint32_t kMostSimBuffers = 8, kMostUserBuffers = 32;
 
 }  // namespace
 
@@ -236,7 +236,7 @@ int V4l2Sim::buffers(File& file, unsigned long request, void* argument) {
       const bool users = wanted.memory == V4L2_MEMORY_USERPTR && camera_.user_pointers;
       if ((wanted.memory != V4L2_MEMORY_MMAP && !users) || file.streaming) return -EINVAL;
       if (wanted.count != 0) wanted.count = std::max(wanted.count, camera_.fewest_buffers);
-      wanted.count = std::min(wanted.count, users ? kMostUserBuffers : kMostBuffers);
+      wanted.count = std::min(wanted.count, users ? kMostUserBuffers : kMostSimBuffers);
       file.buffers.clear();
       file.users.clear();
       file.queued.clear();

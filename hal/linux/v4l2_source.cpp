@@ -19,7 +19,7 @@ constexpr std::size_t kMostClients = 16;
 constexpr std::size_t kAlign = 64;
 
 template <std::size_t N>
-void put_text(char (&to)[N], const std::string& text) {
+void put_name(char (&to)[N], const std::string& text) {
   std::memcpy(to, text.data(), std::min(text.size(), N - 1));
 }
 
@@ -164,8 +164,8 @@ void V4l2Source::welcome() {
   hello.slot_bytes = static_cast<std::uint32_t>(slot_bytes_);
   hello.rate_mhz = static_cast<std::uint32_t>(std::lround(spec_.rate_hz * 1000));
   hello.busy = owner_ != nullptr;
-  put_text(hello.card, spec_.card);
-  put_text(hello.bus_info, spec_.bus_info);
+  put_name(hello.card, spec_.card);
+  put_name(hello.bus_info, spec_.bus_info);
   (*line)->set_patience(100ms);
   if (!(*line)->write_with_memory(bytes_of(hello), *memory_)) return;
   clients_.push_back(std::make_unique<Client>());

@@ -9,7 +9,7 @@
 namespace sinew::record {
 namespace {
 
-constexpr std::uint32_t kMagic = 0x474E4952, kVersion = 1;  // "RING"
+constexpr std::uint32_t kRingMagic = 0x474E4952, kRingVersion = 1;  // "RING"
 
 }  // namespace
 
@@ -62,7 +62,7 @@ hal::Result<RingMemory> RingMemory::create(std::span<std::byte> memory) {
     return hal::Error{hal::Errc::bad_argument, "flight ring: its size", static_cast<std::int64_t>(memory.size())};
   RingMemory ring(memory);
   auto* header = new (memory.data()) Header{};
-  header->magic = kMagic, header->version = kVersion;
+  header->magic = kRingMagic, header->version = kRingVersion;
   header->slot_bytes = static_cast<std::uint32_t>((memory.size() - sizeof(Header)) / kSlots);
   return ring;
 }
@@ -71,7 +71,7 @@ std::optional<RingMemory> RingMemory::open(std::span<std::byte> memory) {
   if (memory.size() < sizeof(Header)) return std::nullopt;
   RingMemory ring(memory);
   const Header& h = ring.header();
-  if (h.magic != kMagic || h.version != kVersion || h.slot_bytes > (memory.size() - sizeof(Header)) / kSlots)
+  if (h.magic != kRingMagic || h.version != kRingVersion || h.slot_bytes > (memory.size() - sizeof(Header)) / kSlots)
     return std::nullopt;
   return ring;
 }

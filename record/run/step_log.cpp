@@ -12,11 +12,11 @@ namespace {
 using PortKind = rt::Declaration::PortKind;
 
 // Entries are words: so many of them in the first one, then this, then what varies.
-enum class Kind : std::uint32_t { skip, step, request, state };
+enum class EntryKind : std::uint32_t { skip, step, request, state };
 
 struct Head {
   std::uint32_t words;
-  Kind kind;
+  EntryKind kind;
   std::uint32_t lost;  // entries before this one
   std::uint32_t unused = 0;
 };
@@ -194,7 +194,7 @@ void StepLog::completed(const rt::StepRecord& r) noexcept {
   const Ports& ports = ports_[r.module];
   std::uint32_t* const entry = ring.reserve(ports.words, kRequests * words_of<RequestEntry>());
   if (!entry) return ring.lose();
-  const StepHead head{{0, Kind::step, ring.lost()},
+  const StepHead head{{0, EntryKind::step, ring.lost()},
                       r.module,
                       r.number,
                       r.device_state,
@@ -235,7 +235,7 @@ void StepLog::tell_state(const rt::StepRecord& r) noexcept {
   state.asked.store(false, std::memory_order_relaxed);
   r.ports->save_state(state.bytes);
   state.full.store(true, std::memory_order_release);
-  ring.publish(entry, put(entry, StateEntry{{0, Kind::state, ring.lost()}, r.module, r.number, r.completed}));
+  ring.publish(entry, put(entry, StateEntry{{0, EntryKind::state, ring.lost()}, r.module, r.number, r.completed}));
 }
 
 std::uint32_t* StepLog::put_inputs(const rt::StepRecord& r, const Ports& ports, std::uint32_t* to) const noexcept {
@@ -269,19 +269,19 @@ void StepLog::taken(const rt::Request& request, const rt::Effect& effect, rt::Ti
   Ring& ring = *rings_[request.thread];
   std::uint32_t* const entry = ring.reserve(words_of<RequestEntry>());
   if (!entry) return ring.lose();
-  ring.publish(entry, put(entry, RequestEntry{{0, Kind::request, ring.lost()}, request, effect, now}));
+  ring.publish(entry, put(entry, RequestEntry{{0, EntryKind::request, ring.lost()}, request, effect, now}));
 }
 
 namespace {
 
 /// When what an entry tells was over.
-rt::Time over(const std::uint32_t* words, Kind kind) {
-  if (kind == Kind::step) {
+rt::Time over(const std::uint32_t* words, EntryKind kind) {
+  if (kind == EntryKind::step) {
     StepHead step;
     get(words, step);
     return {step.completed_ns};
   }
-  if (kind == Kind::state) {
+  if (kind == EntryKind::state) {
     StateEntry state;
     get(words, state);
     return state.completed;
@@ -304,12 +304,12 @@ void StepLog::read(std::uint32_t thread, Visitor& visitor, bool last, rt::Time u
     if (over(words, head.kind) > until) break;
     if (head.lost != 0) visitor.lost(thread, head.lost);
     order += head.lost;
-    if (head.kind == Kind::step) {
+    if (head.kind == EntryKind::step) {
       read_step(thread, words);
       step_.order = order++;
       ring.pop(words);
       visitor.step(step_);
-    } else if (head.kind == Kind::state) {
+    } else if (head.kind == EntryKind::state) {
       StateEntry entry;
       get(words, entry);
       ring.pop(words);

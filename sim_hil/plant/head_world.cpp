@@ -18,20 +18,20 @@ namespace {
 using math::Quat;
 using math::Vec3;
 
-constexpr double kStepS = 1e-9 * kStepNs;
+constexpr double kHeadStepS = 1e-9 * kStepNs;
 constexpr double kYawRad = 0.1;  // of the platform, either way
 constexpr double kBusVolt = 12;
-constexpr std::int64_t kJointsDelayNs = 500'000;     // a poll over a field bus
-constexpr std::int64_t kCameraDelayNs = 25'000'000;  // as the quadrotor's: exposure, read-out, USB
+constexpr std::int64_t kJointsDelayNs = 500'000;         // a poll over a field bus
+constexpr std::int64_t kHeadCameraDelayNs = 25'000'000;  // as the quadrotor's: exposure, read-out, USB
 
-constexpr WorldDevice kDevices[] = {
+constexpr WorldDevice kHeadDevices[] = {
     {Part::imu, "imu", kImuSteps, kImuSteps* kStepNs / 2, 0, FaultDevice::imu},
     {Part::joints, "joints", kJointSteps, kJointsDelayNs, kHeadJoints, FaultDevice::joints},
-    {Part::camera, "camera", 0, kCameraDelayNs, 0, FaultDevice::camera},
+    {Part::camera, "camera", 0, kHeadCameraDelayNs, 0, FaultDevice::camera},
     {Part::actuators, "head", 0, 0, kHeadJoints, FaultDevice::head, -1.4, 1.4},
 };
 
-ImuErrors imu_errors(bool on) {
+ImuErrors head_imu_errors(bool on) {
   ImuErrors e{0, 0, 0, 0, 0, 0, 0, 0};
   if (on) e = {}, e.vibration_mps2 = 0;  // nothing shakes it
   return e;
@@ -63,7 +63,7 @@ struct HeadWorld::Impl {
         rocking(o.rock_deg * (math::kPi / 180), o.rock_deg > 0 ? kYawRad : 0, o.seed),
         path(o.ball_speed, o.seed),
         pillar(pillar_place(o.pillar, o.seed)),
-        imu(imu_errors(o.sensor_errors), o.seed),
+        imu(head_imu_errors(o.sensor_errors), o.seed),
         errors(joint_errors(o.sensor_errors)),
         noise(o.seed, 0x6a6f696e) {
     // It was left looking anywhere before the camera's limits.
@@ -125,18 +125,18 @@ void HeadWorld::Impl::integrate() {
     effort[i] = servo[i].motor_nm(acting[i], q[i], v[i]);
     torque[i] = effort[i] + servo[i].friction_nm(q[i], v[i]);
     armature[i] = servo[i].params().armature_kgm2;
-    servo[i].warm(effort[i], kStepS);
+    servo[i].warm(effort[i], kHeadStepS);
   }
   const HeadMotion m = head_motion(base.motion, q, v, torque, armature);
   at_imu.w_radps = m.head.w_radps;
   at_imu.dw_radps2 = m.head.dw_radps2;
   at_imu.a_mps2 =
       m.head.a_mps2 + cross(m.head.dw_radps2, kPHeadImu) + cross(m.head.w_radps, cross(m.head.w_radps, kPHeadImu));
-  gyro_sum += at_imu.w_radps + kStepS * at_imu.dw_radps2;  // the rate with which the step moves the joints
+  gyro_sum += at_imu.w_radps + kHeadStepS * at_imu.dw_radps2;  // the rate with which the step moves the joints
   accel_sum += at_imu.a_mps2;
   for (std::size_t i = 0; i < kHeadJoints; ++i) {
-    v[i] += kStepS * m.accel_radps2[i];
-    q[i] += kStepS * v[i];
+    v[i] += kHeadStepS * m.accel_radps2[i];
+    q[i] += kHeadStepS * v[i];
   }
   ++steps;
   base = rocking.at(now_s());
@@ -178,11 +178,11 @@ void HeadWorld::Impl::sample() {
   if (due.camera) ++next_frame;
   if (due.imu) {
     constexpr double kShare = 1.0 / kImuSteps;
-    due.imu_sample =
-        imu.measure((kShare * gyro_sum).to<msg::Vec3>(), (kShare * accel_sum).to<msg::Vec3>(), 0, kImuSteps * kStepS);
+    due.imu_sample = imu.measure((kShare * gyro_sum).to<msg::Vec3>(), (kShare * accel_sum).to<msg::Vec3>(), 0,
+                                 kImuSteps * kHeadStepS);
     due.imu_sample.stamp = {now().ns - kImuSteps * kStepNs / 2};  // the middle of the interval averaged over
     gyro_sum = accel_sum = {};
-    score.look(now(), camera(), ball, base.q_world_base, hidden(), kImuSteps * kStepS);
+    score.look(now(), camera(), ball, base.q_world_base, hidden(), kImuSteps * kHeadStepS);
   }
   if (due.joints) due.joints_sample = joint_state();
 }
@@ -190,7 +190,7 @@ void HeadWorld::Impl::sample() {
 HeadWorld::HeadWorld(const HeadOptions& options) : impl_(std::make_unique<Impl>(options)) {}
 HeadWorld::~HeadWorld() = default;
 
-WorldInfo HeadWorld::info() { return {"desk_head", kDevices}; }
+WorldInfo HeadWorld::info() { return {"desk_head", kHeadDevices}; }
 
 const Due& HeadWorld::step(std::span<const double> command) {
   impl_->choose_drives(command);
