@@ -69,26 +69,84 @@ function(sinew_room name)
   endif()
 endfunction()
 
-# sinew_test(NAME SOURCES ... USES room... [LIBS ...] [LABELS ...] [TIMEOUT s] [EMULATED_SHARDS n]): one GoogleTest
-# program, its cases listed in ctest; in an emulator one of n of them. Nothing in a build without SINEW_TESTS (the
-# fuzzers'). A folder whose room is headers, which only the tests compile, sets SINEW_ROOM_IS_HEADERS.
+# sinew_test(NAME SOURCES ... USES room... [LIBS ...] [ALONE] [TIMEOUT s] [EMULATED_SHARDS n]): GoogleTest cases. Here they
+# are linked into one program for each folder, `rt_tests` for tests/rt; ALONE keeps them out of it, for who wraps calls of
+# the linker or loads a library that others shall not have. NAME is a program of these cases alone: built on demand, and
+# always for a board or Windows, where it is one test (one of n shards in an emulator), since the emulator takes longer to
+# start than most cases run. Objects are in NAME_object. Nothing in a build without SINEW_TESTS (the fuzzers'). A folder
+# whose room is headers, which only the tests compile, sets SINEW_ROOM_IS_HEADERS.
 function(sinew_test name)
   if(NOT SINEW_TESTS)
     return()
   endif()
-  cmake_parse_arguments(ARG "" "TIMEOUT;EMULATED_SHARDS" "SOURCES;USES;LIBS;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "ALONE" "TIMEOUT;EMULATED_SHARDS" "SOURCES;USES;LIBS" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 120)
   endif()
-  add_executable(${name} ${ARG_SOURCES})
-  foreach(room ${ARG_USES})
-    target_link_libraries(${name} PRIVATE sinew::${room})
-  endforeach()
-  target_link_libraries(${name} PRIVATE ${ARG_LIBS} GTest::gmock GTest::gtest_main)
-  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests/include ${CMAKE_BINARY_DIR}/tests/include)
+  list(TRANSFORM ARG_USES PREPEND sinew::)
+  set(libraries ${ARG_USES} ${ARG_LIBS} GTest::gmock GTest::gtest_main)
   if(TARGET sinew_trap)
-    target_link_libraries(${name} PRIVATE sinew_trap)
+    list(APPEND libraries sinew_trap)
   endif()
+  if(CMAKE_CROSSCOMPILING)
+    set(ARG_ALONE ON)
+  endif()
+
+  # A source that several tests of the folder list is in its program once.
+  set(own ${ARG_SOURCES})
+  set(shared "")
+  if(NOT ARG_ALONE)
+    get_property(known DIRECTORY PROPERTY SINEW_TEST_SOURCES)
+    foreach(source ${ARG_SOURCES})
+      if(source IN_LIST known)
+        list(REMOVE_ITEM own ${source})
+        list(APPEND shared ${source})
+      endif()
+    endforeach()
+    set_property(DIRECTORY APPEND PROPERTY SINEW_TEST_SOURCES ${own})
+  endif()
+  add_library(${name}_object OBJECT ${own})
+  sinew_test_options(${name}_object)
+  target_link_libraries(${name}_object PRIVATE ${libraries})
+
+  add_executable(${name} ${shared})
+  sinew_test_options(${name})
+  target_link_libraries(${name} PRIVATE ${name}_object ${libraries} ${SINEW_SOURCE_DIR_LIBRARY})
+  if(ARG_ALONE)
+    sinew_test_cases(${name} ${ARG_TIMEOUT} "${ARG_EMULATED_SHARDS}")
+    return()
+  endif()
+  set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL ON)
+  get_property(begun DIRECTORY PROPERTY SINEW_TEST_OBJECTS)
+  if(NOT begun)
+    cmake_language(DEFER CALL sinew_test_program)
+  endif()
+  set_property(DIRECTORY APPEND PROPERTY SINEW_TEST_OBJECTS ${name}_object)
+  set_property(DIRECTORY APPEND PROPERTY SINEW_TEST_LIBRARIES ${libraries})
+  get_property(longest DIRECTORY PROPERTY SINEW_TEST_TIMEOUT)
+  if(NOT longest OR ARG_TIMEOUT GREATER longest)
+    set_property(DIRECTORY PROPERTY SINEW_TEST_TIMEOUT ${ARG_TIMEOUT})
+  endif()
+endfunction()
+
+# The program of all tests of this folder that do not stand alone.
+function(sinew_test_program)
+  file(RELATIVE_PATH program ${PROJECT_SOURCE_DIR}/tests ${CMAKE_CURRENT_SOURCE_DIR})
+  string(REPLACE / _ program ${program}_tests)
+  get_property(objects DIRECTORY PROPERTY SINEW_TEST_OBJECTS)
+  get_property(libraries DIRECTORY PROPERTY SINEW_TEST_LIBRARIES)
+  get_property(timeout DIRECTORY PROPERTY SINEW_TEST_TIMEOUT)
+  list(REMOVE_DUPLICATES libraries)
+  add_executable(${program})
+  set_target_properties(${program} PROPERTIES LINKER_LANGUAGE CXX)
+  target_link_libraries(${program} PRIVATE ${objects} ${libraries} ${SINEW_SOURCE_DIR_LIBRARY})
+  target_link_options(${program} PRIVATE ${SINEW_FAST_LINK})
+  sinew_test_cases(${program} ${timeout} "")
+endfunction()
+
+# How a test is compiled.
+function(sinew_test_options target)
+  target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR}/tests/include)
   set(options "")
   # Undefined behaviour is looked for in the rooms, not in what GoogleTest makes of a test: half the time to compile it.
   if(SINEW_SANITIZE MATCHES undefined AND NOT SINEW_ROOM_IS_HEADERS)
@@ -98,28 +156,29 @@ function(sinew_test name)
     list(APPEND options -g0)
     # Nor are they optimised where they do not calculate much themselves: another fifth, of rt's half. What rt has in
     # headers to do without locks is tried as robots have it.
-    if(name MATCHES "^(wire|hal|rt|drivers|tap|record|sim_hil|apps)_" AND
-       NOT name MATCHES "^rt_(topic|held_loans|mailbox|instant_word|handover|schedule|stats|fp_mode)")
+    if(target MATCHES "^(wire|hal|rt|drivers|tap|record|sim_hil|apps)_" AND
+       NOT target MATCHES "^rt_(topic|held_loans|mailbox|instant_word|handover|schedule|stats|fp_mode)")
       list(APPEND options -O0)
     endif()
   endif()
-  target_compile_options(${name} PRIVATE ${options})
-  target_link_options(${name} PRIVATE ${SINEW_FAST_LINK})
+  target_compile_options(${target} PRIVATE ${options})
+  target_link_options(${target} PRIVATE ${SINEW_FAST_LINK})
   if(SINEW_PRECOMPILED)
-    sinew_precompiled(${name} ${options})
+    sinew_precompiled(${target} ${options})
   endif()
-  if(CMAKE_CROSSCOMPILING)
-    # Whole programs: the emulator takes longer to start than most cases run, and the build needs none to list them.
-    math(EXPR ARG_TIMEOUT "${ARG_TIMEOUT} * 5")
-    add_test(NAME ${name} COMMAND ${name})
-    set_tests_properties(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}"
-                         SKIP_RETURN_CODE 77)  # toolchains/wine32.sh: nothing could be run
-    if(ARG_EMULATED_SHARDS)  # for hundreds of cases of one kind that take seconds each: one of so many there
-      set_tests_properties(${name} PROPERTIES ENVIRONMENT
-                           "GTEST_TOTAL_SHARDS=${ARG_EMULATED_SHARDS};GTEST_SHARD_INDEX=0")
-    endif()
-  else()
-    gtest_discover_tests(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}" DISCOVERY_TIMEOUT 60)
+endfunction()
+
+# Its cases are tests of ctest.
+function(sinew_test_cases program timeout emulated_shards)
+  if(NOT CMAKE_CROSSCOMPILING)
+    gtest_discover_tests(${program} PROPERTIES TIMEOUT ${timeout} DISCOVERY_TIMEOUT 60)
+    return()
+  endif()
+  math(EXPR timeout "${timeout} * 5")
+  add_test(NAME ${program} COMMAND ${program})
+  set_tests_properties(${program} PROPERTIES TIMEOUT ${timeout} SKIP_RETURN_CODE 77)  # toolchains/wine32.sh: nothing could be run
+  if(emulated_shards)  # for hundreds of cases of one kind that take seconds each: one of so many there
+    set_tests_properties(${program} PROPERTIES ENVIRONMENT "GTEST_TOTAL_SHARDS=${emulated_shards};GTEST_SHARD_INDEX=0")
   endif()
 endfunction()
 
@@ -128,12 +187,13 @@ function(sinew_precompiled target)
   string(MD5 key "${ARGN}")
   set(base precompiled_${key})
   if(NOT TARGET ${base})
-    file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/precompiled.cpp CONTENT "int main() {}\n")
-    add_executable(${base} EXCLUDE_FROM_ALL ${CMAKE_BINARY_DIR}/precompiled.cpp)
+    file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/precompiled.cpp CONTENT "")
+    add_library(${base} OBJECT EXCLUDE_FROM_ALL ${CMAKE_BINARY_DIR}/precompiled.cpp)
     target_link_libraries(${base} PRIVATE GTest::gmock)
-    target_compile_options(${base} PRIVATE ${ARGN})
+    target_compile_options(${base} PRIVATE ${ARGN} ${SINEW_CACHED_PRECOMPILED})
     target_precompile_headers(${base} PRIVATE ${PROJECT_SOURCE_DIR}/tests/include/precompiled.hpp)
   endif()
+  target_compile_options(${target} PRIVATE ${SINEW_CACHED_PRECOMPILED})
   target_precompile_headers(${target} REUSE_FROM ${base})
 endfunction()
 

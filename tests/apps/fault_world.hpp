@@ -219,7 +219,7 @@ struct SafetyEvent {
 class FaultFlight {
  public:
   explicit FaultFlight(std::function<void(rt::GraphSpec&)> change = {}) {
-    auto loaded = load_robot(std::string(SINEW_SOURCE_DIR) + "/robots/quad.toml");
+    auto loaded = load_robot(sinew::test::source_dir() + "/robots/quad.toml");
     EXPECT_TRUE(loaded.problems.empty());
     spec = std::move(loaded.robot.graph);
     if (change) change(spec);

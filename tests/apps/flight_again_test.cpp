@@ -25,7 +25,7 @@ class RecordedRun {
   RecordedRun(const std::string& robot, Duration duration, std::vector<Event> events = {},
               const std::function<void(rt::GraphSpec&)>& change = {})
       : events_(std::move(events)) {
-    auto loaded = load_robot(std::string(SINEW_SOURCE_DIR) + "/robots/" + robot);
+    auto loaded = load_robot(sinew::test::source_dir() + "/robots/" + robot);
     EXPECT_TRUE(loaded.problems.empty());
     spec = std::move(loaded.robot.graph);
     if (change) change(spec);

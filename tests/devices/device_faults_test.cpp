@@ -42,7 +42,7 @@ std::vector<Cell> play(const RigKind& kind) {
   return cells;
 }
 
-const std::string kPage = std::string(SINEW_SOURCE_DIR) + "/docs/device-faults.md";
+const std::string kPage = test::source_dir() + "/docs/device-faults.md";
 
 std::string committed_page() {
   std::ifstream in(kPage);

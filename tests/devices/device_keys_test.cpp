@@ -12,7 +12,7 @@
 namespace sinew::test {
 namespace {
 
-const std::string kPage = std::string(SINEW_SOURCE_DIR) + "/docs/device-keys.md";
+const std::string kPage = test::source_dir() + "/docs/device-keys.md";
 
 TEST(DeviceKeysPage, SaysWhatTheTablesOfTheDriversSay) {
   const std::string is = keys_page(drivers::key_tables());

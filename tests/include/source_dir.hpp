@@ -1,0 +1,10 @@
+#pragma once
+#include <string>
+
+namespace sinew::test {
+
+/// The checkout that this program was built from, without a slash at its end: for tests that read robot files and pages.
+/// Thread:  any.   RT: no, it allocates.
+std::string source_dir();
+
+}  // namespace sinew::test
