@@ -22,7 +22,7 @@ set(SINEW_CACHED_PRECOMPILED $<IF:$<CXX_COMPILER_ID:GNU>,-fpch-preprocess,SHELL:
 
 add_compile_options(-Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Wold-style-cast
                     -Woverloaded-virtual -Wimplicit-fallthrough -Werror)
-# Contraction to FMA and errno-setting libm calls would make two machines differ; see math/README.md. Modules of other
+# Contraction to FMA and errno-setting libm calls would make two machines differ; see docs/design.md. Modules of other
 # projects are compiled with these, too (cmake/SinewConfig.cmake.in).
 set(SINEW_CODE_OPTIONS -fno-strict-aliasing -ffp-contract=off -fno-math-errno -fno-trapping-math)
 add_compile_options(${SINEW_CODE_OPTIONS})

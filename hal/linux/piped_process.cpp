@@ -135,7 +135,10 @@ Result<int> run_piped(const std::vector<std::string>& argv, const PipedIo& io) {
   for (int* end : {&in.read, &out.write, &err.write, &report.write}) Pipe::close(*end);
   if (!io.input) Pipe::close(in.write);
   int error = 0;
-  if (::read(report.read, &error, sizeof error) == sizeof error) {
+  ssize_t got = 0;
+  do got = ::read(report.read, &error, sizeof error);
+  while (got < 0 && errno == EINTR);
+  if (got == sizeof error) {
     reap(pid);
     return not_started(error);
   }

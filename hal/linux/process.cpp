@@ -65,10 +65,13 @@ Result<std::unique_ptr<ChildProcess>> ChildProcess::start(const std::vector<std:
     return Error{Errc::io, "fork", fork_error};
   }
   int error = 0;
-  const auto got = read(report[0], &error, sizeof(error));
+  ssize_t got = 0;
+  do got = read(report[0], &error, sizeof(error));
+  while (got < 0 && errno == EINTR);
   close(report[0]);
   if (got == sizeof(error)) {
-    waitpid(pid, nullptr, 0);
+    while (waitpid(pid, nullptr, 0) < 0 && errno == EINTR) {
+    }
     return Error{error == ENOENT ? Errc::not_found : Errc::io, "exec", error};
   }
   return std::unique_ptr<ChildProcess>(new ChildProcess(pid));

@@ -14,6 +14,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -231,7 +232,10 @@ struct Address {
   const sockaddr* get() const { return reinterpret_cast<const sockaddr*>(&storage); }
 };
 
-Result<Address> unix_address(std::string_view path) {
+/// A host may have several: tried in the order of the system's preference (RFC 6724).
+using Addresses = std::vector<Address>;
+
+Result<Addresses> unix_address(std::string_view path) {
   Address a;
   auto* un = reinterpret_cast<sockaddr_un*>(&a.storage);
   if (path.empty() || path.size() >= sizeof un->sun_path)
@@ -240,10 +244,10 @@ Result<Address> unix_address(std::string_view path) {
   std::memcpy(un->sun_path, path.data(), path.size());
   a.size = sizeof(sockaddr_un);
   a.local = true;
-  return a;
+  return Addresses{a};
 }
 
-Result<Address> tcp_address(std::string_view host_port, bool passive) {
+Result<Addresses> tcp_addresses(std::string_view host_port, bool passive) {
   const auto colon = host_port.rfind(':');
   if (colon == std::string_view::npos || colon == 0 || colon + 1 == host_port.size())
     return Error{Errc::bad_argument, "endpoint is neither unix:PATH nor tcp:HOST:PORT"};
@@ -258,18 +262,21 @@ Result<Address> tcp_address(std::string_view host_port, bool passive) {
       ::getaddrinfo(std::string(host).c_str(), std::string(host_port.substr(colon + 1)).c_str(), &hints, &list);
   if (why != 0 || !list)
     return Error{why == EAI_SERVICE ? Errc::bad_argument : Errc::not_found, "host or port is unknown", why};
-  Address a;
-  std::memcpy(&a.storage, list->ai_addr, list->ai_addrlen);
-  a.size = list->ai_addrlen;
+  Addresses all;
+  for (const addrinfo* one = list; one; one = one->ai_next) {
+    Address& a = all.emplace_back();
+    std::memcpy(&a.storage, one->ai_addr, one->ai_addrlen);
+    a.size = one->ai_addrlen;
+  }
   ::freeaddrinfo(list);
-  return a;
+  return all;
 }
 
-Result<Address> parse_endpoint(std::string_view endpoint, bool passive) {
+Result<Addresses> parse_endpoint(std::string_view endpoint, bool passive) {
   if (endpoint.starts_with("unix:")) return unix_address(endpoint.substr(5));
-  if (endpoint.starts_with("tcp:")) return tcp_address(endpoint.substr(4), passive);
+  if (endpoint.starts_with("tcp:")) return tcp_addresses(endpoint.substr(4), passive);
   if (endpoint.find('/') != std::string_view::npos) return unix_address(endpoint);
-  return tcp_address(endpoint, passive);
+  return tcp_addresses(endpoint, passive);
 }
 
 /// Waits at most `patience`, where there is something to wait for: a host that does not answer at all.
@@ -287,6 +294,22 @@ Result<int> connect_once(const Address& a, Duration patience) {
   if (why == 0) return fd;
   ::close(fd);
   return system_error("nobody answers at this endpoint", why);
+}
+
+/// Somebody may listen there a little later.
+bool may_come(const Error& e) { return e.code == Errc::closed || e.code == Errc::not_found || e.code == Errc::timeout; }
+
+/// One after the other; the time goes in equal parts to those that are left. The error is the first one's, but that of
+/// an address where somebody may come goes before one of a network that is not there.
+Result<int> connect_any(const Addresses& all, std::chrono::steady_clock::time_point give_up) {
+  std::optional<Error> first;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const Duration left = give_up - std::chrono::steady_clock::now();
+    auto fd = connect_once(all[i], left / static_cast<std::int64_t>(all.size() - i));
+    if (fd) return fd;
+    if (!first || (!may_come(*first) && may_come(fd.error()))) first = fd.error();
+  }
+  return *first;
 }
 
 class SocketListener final : public Listener {
@@ -344,37 +367,19 @@ std::string tcp_endpoint_of(int fd) {
   return std::string("tcp:") + (v6 ? "[" : "") + host.data() + (v6 ? "]:" : ":") + port.data();
 }
 
-}  // namespace
-
-Result<std::unique_ptr<Stream>> connect_stream(std::string_view endpoint, Duration patience) {
-  auto address = parse_endpoint(endpoint, false);
-  if (!address) return address.error();
-  const auto give_up = std::chrono::steady_clock::now() + patience;
-  for (;;) {
-    auto fd = connect_once(*address, give_up - std::chrono::steady_clock::now());
-    if (fd) return std::unique_ptr<Stream>(new SocketStream(*fd, address->local));
-    const Errc code = fd.error().code;
-    const bool may_come = code == Errc::closed || code == Errc::not_found || code == Errc::timeout;
-    if (!may_come || std::chrono::steady_clock::now() >= give_up) return fd.error();
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  }
-}
-
-Result<std::unique_ptr<Listener>> listen_stream(std::string_view endpoint) {
-  auto address = parse_endpoint(endpoint, true);
-  if (!address) return address.error();
-  const int fd = ::socket(address->storage.ss_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+Result<std::unique_ptr<Listener>> listen_at(const Address& address) {
+  const int fd = ::socket(address.storage.ss_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (fd < 0) return system_error("socket", errno);
   std::string path;
-  if (address->local) {
-    path = reinterpret_cast<const sockaddr_un*>(&address->storage)->sun_path;
-    remove_dead_file(*address, path.c_str());
+  if (address.local) {
+    path = reinterpret_cast<const sockaddr_un*>(&address.storage)->sun_path;
+    remove_dead_file(address, path.c_str());
   } else {
     const int on = 1;
     ::setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
   }
-  const bool bound = path.empty() ? ::bind(fd, address->get(), address->size) == 0
-                                  : beyond_posix::bind_for_its_owner(fd, address->get(), address->size);
+  const bool bound = path.empty() ? ::bind(fd, address.get(), address.size) == 0
+                                  : beyond_posix::bind_for_its_owner(fd, address.get(), address.size);
   if (!bound || ::listen(fd, 4) != 0) {
     const int why = errno;
     ::close(fd);
@@ -382,6 +387,32 @@ Result<std::unique_ptr<Listener>> listen_stream(std::string_view endpoint) {
   }
   std::string own = path.empty() ? tcp_endpoint_of(fd) : "unix:" + path;
   return std::unique_ptr<Listener>(new SocketListener(fd, std::move(own), std::move(path)));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Stream>> connect_stream(std::string_view endpoint, Duration patience) {
+  const auto addresses = parse_endpoint(endpoint, false);
+  if (!addresses) return addresses.error();
+  const auto give_up = std::chrono::steady_clock::now() + patience;
+  for (;;) {
+    auto fd = connect_any(*addresses, give_up);
+    if (fd) return std::unique_ptr<Stream>(new SocketStream(*fd, addresses->front().local));
+    if (!may_come(fd.error()) || std::chrono::steady_clock::now() >= give_up) return fd.error();
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+}
+
+Result<std::unique_ptr<Listener>> listen_stream(std::string_view endpoint) {
+  const auto addresses = parse_endpoint(endpoint, true);
+  if (!addresses) return addresses.error();
+  std::optional<Error> first;
+  for (const Address& address : *addresses) {
+    auto listener = listen_at(address);
+    if (listener) return listener;
+    if (!first) first = listener.error();
+  }
+  return *first;
 }
 
 Status wait_ready(std::span<Waiting> items, Duration patience) {

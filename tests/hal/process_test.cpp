@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/time.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -27,6 +28,23 @@ TEST(ChildProcess, ProgramThatIsNotThereIsNotFound) {
   auto child = ChildProcess::start({"/no/such/program"});
   ASSERT_FALSE(child);
   EXPECT_EQ(child.error().code, Errc::not_found);
+}
+
+TEST(ChildProcess, ProgramThatIsNotThereIsNotFoundAlsoWhereSignalsInterrupt) {
+  struct sigaction before {
+  }, action{};
+  action.sa_handler = [](int) {};  // without SA_RESTART: read() ends with EINTR
+  sigaction(SIGALRM, &action, &before);
+  const itimerval often{{0, 500}, {0, 500}}, never{};
+  setitimer(ITIMER_REAL, &often, nullptr);
+  int not_found = 0;
+  for (int i = 0; i < 300; ++i) {
+    auto child = ChildProcess::start({"/no/such/program"});
+    not_found += !child && child.error().code == Errc::not_found;
+  }
+  setitimer(ITIMER_REAL, &never, nullptr);
+  sigaction(SIGALRM, &before, nullptr);
+  EXPECT_EQ(not_found, 300);
 }
 
 TEST(ChildProcess, EndsWithItsOwner) {

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <netdb.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -33,12 +34,38 @@ std::string socket_path(const char* name) {
   return testing::TempDir() + "sinew_" + name + "_" + std::to_string(::getpid());
 }
 
+bool resolves_to_ipv6(const char* host) {
+  addrinfo hints{};
+  hints.ai_family = AF_INET6;
+  addrinfo* list = nullptr;
+  if (::getaddrinfo(host, nullptr, &hints, &list) != 0) return false;
+  ::freeaddrinfo(list);
+  return true;
+}
+
 TEST(UnixSocket, WrongEndpointsAreRefusedBeforeAnythingHappens) {
   for (const std::string& wrong : {std::string("unix:"), "unix:/" + std::string(200, 'x')}) {
     EXPECT_EQ(connect_stream(wrong, 0s).error().code, Errc::bad_argument) << wrong;
     EXPECT_EQ(listen_stream(wrong).error().code, Errc::bad_argument) << wrong;
   }
   EXPECT_EQ(connect_stream("unix:" + socket_path("nobody"), 10ms).error().code, Errc::not_found);
+}
+
+TEST(TcpSocket, EachAddressOfAHostIsTried) {
+  for (const char* own : {"127.0.0.1", "[::1]"}) {
+    auto listener = listen_stream(std::string("tcp:") + own + ":0");
+    if (!listener) continue;  // no IPv6 here
+    const std::string& at = (*listener)->endpoint();
+    auto stream = connect_stream("tcp:localhost" + at.substr(at.rfind(':')), 0s);
+    if (own[0] == '[' && !stream && !resolves_to_ipv6("localhost")) continue;
+    EXPECT_TRUE(stream) << at << ": " << to_string(stream.error().code);
+  }
+}
+
+TEST(TcpSocket, ListensAtAnAddressOfTheHostThatThereIs) {
+  // The first address of the name may be of a kind that this machine does not have: then the next is taken.
+  auto listener = listen_stream("tcp:localhost:0");
+  ASSERT_TRUE(listener) << to_string(listener.error().code);
 }
 
 TEST(UnixSocket, PeerThatStartsLaterIsFound) {
