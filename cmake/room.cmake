@@ -116,7 +116,7 @@ function(sinew_test name)
     sinew_test_cases(${name} ${ARG_TIMEOUT} "${ARG_EMULATED_SHARDS}")
     return()
   endif()
-  set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL ON)
+  set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL ON DISABLE_PRECOMPILE_HEADERS ON)  # a program is not -fPIC
   get_property(begun DIRECTORY PROPERTY SINEW_TEST_OBJECTS)
   if(NOT begun)
     cmake_language(DEFER CALL sinew_test_program)

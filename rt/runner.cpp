@@ -8,8 +8,11 @@
 #include "rt/saved_state.hpp"
 
 namespace sinew::rt {
+namespace {
 
 using PortKind = Declaration::PortKind;
+
+}  // namespace
 
 RunBoard::RunBoard(Graph& g, const RunnerOptions& o)
     : graph(g),

@@ -8,8 +8,11 @@
 #include "rt/saved_state.hpp"
 
 namespace sinew::rt {
+namespace {
 
 using PortKind = Declaration::PortKind;
+
+}  // namespace
 
 StepAgain::StepAgain(Graph& graph, std::uint32_t module)
     : module_(graph.modules()[module]), code_(graph, module), output_of_port_(module_.topic.size(), kNone) {

@@ -10,4 +10,13 @@ wine=$(command -v wine64 || echo /usr/lib/wine/wine64)
 [ -x "$wine" ] || { echo "wine.sh: wine64 is missing (Debian: wine64)" >&2; exit 77; }
 [ "${1:-}" != --check ] || exit 0
 mkdir -p "$WINEPREFIX"
+# Who comes while another one makes the prefix finds half of it: the first makes it, the others wait.
+ready=$WINEPREFIX/sinew-ready
+if [ ! -e "$ready" ]; then
+  exec 9>"$WINEPREFIX/sinew-lock"
+  flock 9
+  [ -e "$ready" ] || { "$wine" wineboot --init </dev/null >/dev/null 2>&1 9>&- && : >"$ready"; } ||
+    { echo "wine.sh: wineboot could not make $WINEPREFIX" >&2; exit 1; }
+  exec 9>&-
+fi
 exec "$wine" "$@"

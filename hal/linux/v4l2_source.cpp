@@ -32,7 +32,7 @@ std::span<const std::byte> bytes_of(const T& value) {
 
 Result<std::unique_ptr<V4l2Source>> V4l2Source::open(Os& os, const V4l2SourceSpec& spec, const ThreadOptions& thread,
                                                      std::string& why) {
-  std::unique_ptr<V4l2Source> source(new V4l2Source(os, spec));
+  std::unique_ptr<V4l2Source> source(new V4l2Source(spec));
   if (const Status prepared = source->prepare(why); !prepared) return prepared.error();
   if (const Status listens = source->listen(why); !listens) return listens.error();
   auto started = os.start_thread(thread, [s = source.get()] { s->work(); });

@@ -55,7 +55,7 @@ class V4l2Source {
     std::array<std::byte, sizeof(CableMessage)> partial{};
     std::size_t have = 0;
   };
-  V4l2Source(Os& os, V4l2SourceSpec spec) : os_(os), spec_(std::move(spec)) {}
+  explicit V4l2Source(V4l2SourceSpec spec) : spec_(std::move(spec)) {}
   Status prepare(std::string& why);
   Status listen(std::string& why);
   void work() noexcept;
@@ -67,7 +67,6 @@ class V4l2Source {
   void close_all();
   msg::Image& image(std::uint32_t slot) noexcept;
 
-  Os& os_;
   const V4l2SourceSpec spec_;
   std::string node_, link_;
   std::unique_ptr<SharedMemory> memory_;

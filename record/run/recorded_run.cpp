@@ -8,10 +8,9 @@
 #include "record/run/verdict.hpp"
 
 namespace sinew::record {
+namespace {
 
 using PortKind = rt::Declaration::PortKind;
-
-namespace {
 
 std::int64_t unix_ns_of(const Texts& run) {
   const auto said = run.find("unix_ns");
