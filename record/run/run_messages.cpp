@@ -225,13 +225,13 @@ void encode(Buffer& to, const LoggedRequest& r) {
 }
 
 bool decode(std::span<const std::byte> bytes, LoggedRequest& r) {
-  using Kind = rt::Request::Kind;
+  using RequestKind = rt::Request::Kind;
   CdrReader cdr(bytes);
   r.request.thread = cdr.number<std::uint32_t>();
   r.order = cdr.number<std::uint64_t>();
   r.now.ns = cdr.number<std::int64_t>();
   const auto kind = cdr.number<std::uint8_t>();
-  r.request.kind = static_cast<Kind>(kind);
+  r.request.kind = static_cast<RequestKind>(kind);
   r.request.module = cdr.number<std::uint32_t>();
   r.request.index = cdr.number<std::uint32_t>();
   const auto value = cdr.number<std::uint8_t>();
@@ -243,7 +243,7 @@ bool decode(std::span<const std::byte> bytes, LoggedRequest& r) {
   if (value == 2) r.request.value = as_double;
   r.effect.step = cdr.number<std::uint32_t>();
   r.effect.refused = cdr.boolean();
-  return cdr.at_end() && kind <= static_cast<std::uint8_t>(Kind::message) && value <= 2;
+  return cdr.at_end() && kind <= static_cast<std::uint8_t>(RequestKind::message) && value <= 2;
 }
 
 void encode(Buffer& to, const LoggedState& state, std::uint64_t layout) {
