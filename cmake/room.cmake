@@ -13,6 +13,19 @@ function(sinew_batches target)
   target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 endfunction()
 
+# sinew_batch(TARGET NAME REGEX...): its sources with these names are one batch, so that a program which needs others of the
+# room is not linked with the libraries that these call. What is in no batch is then compiled by itself.
+function(sinew_batch target name)
+  if(NOT SINEW_BATCHES)
+    return()
+  endif()
+  get_target_property(sources ${target} SOURCES)
+  list(JOIN ARGN "|" pattern)
+  list(FILTER sources INCLUDE REGEX "(^|/)(${pattern})[.]cpp$")
+  set_source_files_properties(${sources} PROPERTIES UNITY_GROUP ${name})
+  set_target_properties(${target} PROPERTIES UNITY_BUILD_MODE GROUP)
+endfunction()
+
 # sinew_room(NAME [DIR dir] SOURCES ... USES room... [LIBS ...] [PRIVATE_LIBS ...] [HEADERS_OF ...] [INTERNAL]): one static
 # library `sinew_NAME` for one folder. HEADERS_OF names libraries of others that are headers, which only the room's own
 # sources include: who links the room needs none of them. INTERNAL: not installed.
