@@ -83,8 +83,8 @@ function(sinew_room name)
 endfunction()
 
 # sinew_test(NAME SOURCES ... USES room... [LIBS ...] [ALONE] [TIMEOUT s] [EMULATED_SHARDS n]): GoogleTest cases. Here they
-# are linked into one program for each folder, `rt_tests` for tests/rt; ALONE keeps them out of it, for who wraps calls of
-# the linker or loads a library that others shall not have. NAME is a program of these cases alone: built on demand, and
+# are linked into one program for each folder, `rt_tests` for tests/rt; ALONE keeps them out of it: tests that replace calls
+# or link a library that others shall not have. NAME is a program of these cases alone: built on demand, and
 # always for a board or Windows, where it is one test (one of n shards in an emulator), since the emulator takes longer to
 # start than most cases run. Objects are in NAME_object. Nothing in a build without SINEW_TESTS (the fuzzers'). A folder
 # whose room is headers, which only the tests compile, sets SINEW_ROOM_IS_HEADERS.
