@@ -22,7 +22,9 @@ function(sinew_batch target name)
   get_target_property(sources ${target} SOURCES)
   list(JOIN ARGN "|" pattern)
   list(FILTER sources INCLUDE REGEX "(^|/)(${pattern})[.]cpp$")
-  set_source_files_properties(${sources} PROPERTIES UNITY_GROUP ${name})
+  if(sources)  # a file may be left out for a system
+    set_source_files_properties(${sources} PROPERTIES UNITY_GROUP ${name})
+  endif()
   set_target_properties(${target} PROPERTIES UNITY_BUILD_MODE GROUP)
 endfunction()
 
