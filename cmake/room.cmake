@@ -42,6 +42,7 @@ function(sinew_room name)
   endif()
   set(gate ${CMAKE_BINARY_DIR}/include/${name})
   file(GLOB headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}/${ARG_DIR} ${PROJECT_SOURCE_DIR}/${ARG_DIR}/*.hpp)
+  list(REMOVE_ITEM headers precompiled.hpp)  # the compiler's, nobody includes it
   file(REMOVE_RECURSE ${gate})
   file(MAKE_DIRECTORY ${gate}/${ARG_DIR})
   foreach(header ${headers})
