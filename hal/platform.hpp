@@ -16,7 +16,7 @@ Os& system_os();
 
 /// Tries until somebody listens there or `patience` is over (the peer may still be starting). "tcp:HOST:PORT"
 /// ("tcp:[::1]:4560" for IPv6) everywhere, "unix:PATH" where there are such sockets; text with a '/' and without a
-/// prefix is a path, HOST:PORT without a prefix is TCP.
+/// prefix is a path, HOST:PORT without a prefix is TCP. The addresses of a host are tried in turn.
 /// Errors:  bad_argument for an endpoint that cannot be read; not_found when the host is unknown or the file does not
 ///          exist, closed when nobody listens there (the last try's reason); not_supported; denied, io.
 Result<std::unique_ptr<Stream>> connect_stream(std::string_view endpoint, Duration patience);
