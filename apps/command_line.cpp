@@ -4,15 +4,17 @@
 #include <cstdio>
 #include <variant>
 
-#include "apps/commands.hpp"
+#include "apps/bag/commands.hpp"
+#include "apps/calibrate/commands.hpp"
+#include "apps/deploy/commands.hpp"
+#include "apps/live/commands.hpp"
+#include "apps/replay/commands.hpp"
+#include "apps/run/commands.hpp"
 #include "apps/completion.hpp"
+#include "apps/live/running_names.hpp"
+#include "apps/project_commands.hpp"
 
 namespace sinew::app {
-
-int fail(const std::string& why, int code) {
-  std::fprintf(stderr, "sinew: %s\n", why.c_str());
-  return code;
-}
 
 namespace {
 
@@ -23,7 +25,7 @@ std::variant<std::function<int()>, int> understood(int argc, char** argv, const 
   CLI::App app("Sinew: an embedded real-time runtime for the onboard computers of humanoids and UAVs.",
                path.substr(path.rfind('/') + 1));
   app.require_subcommand(1);
-  app.set_version_flag("--version", SINEW_VERSION);
+  app.set_version_flag("--version", version());
   app.footer("Exit codes: 0 done, 1 the thing failed, 2 it could not be begun.");
   CommandContext context{types};
   add_robot_commands(app, context);

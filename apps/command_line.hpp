@@ -1,5 +1,5 @@
 #pragma once
-#include "apps/place.hpp"
+#include "apps/command/place.hpp"
 #include "rt/module_types.hpp"
 
 namespace sinew::app {
@@ -12,7 +12,7 @@ namespace sinew::app {
 ///     return sinew::app::command_line(argc, argv, types);
 ///   }
 ///
-/// `place` is filled by find_package(Sinew); see apps/place.hpp.
+/// `place` is filled by find_package(Sinew); see apps/command/place.hpp.
 /// Returns the exit code: 0 done; 1 the thing failed; 2 it could not be begun (usage, no such file, no such robot).
 /// Thread:  owner, once in a process.
 /// Source:  docs/command-line.md

@@ -4,13 +4,13 @@
 
 #include <CLI/CLI.hpp>
 
-#include "apps/commands.hpp"
+#include "apps/command/command.hpp"
 
 namespace sinew::app {
 namespace {
 
 // The command that the words before the unfinished one lead to, and what they leave open.
-struct Place {
+struct Position {
   const CLI::App* command;
   const CLI::Option* awaits_value = nullptr;  // the last word is an option that takes one
   std::size_t positionals = 0;                // already given
@@ -22,50 +22,50 @@ const CLI::App* subcommand(const CLI::App& command, const std::string& name) {
   return found.empty() ? nullptr : found.front();
 }
 
-Place walk(const CLI::App& app, const std::vector<std::string>& words) {
-  Place place{&app};
+Position walk(const CLI::App& app, const std::vector<std::string>& words) {
+  Position at{&app};
   for (std::size_t i = 0; i + 1 < words.size(); ++i) {
     const std::string& word = words[i];
-    if (place.awaits_value) {
-      if (place.awaits_value->get_name() == "--robot") place.robot = word;
-      place.awaits_value = nullptr;
+    if (at.awaits_value) {
+      if (at.awaits_value->get_name() == "--robot") at.robot = word;
+      at.awaits_value = nullptr;
     } else if (word.starts_with("-")) {
-      const CLI::Option* option = place.command->get_option_no_throw(word);
-      if (option && option->get_expected_max() > 0) place.awaits_value = option;
-    } else if (const CLI::App* sub = subcommand(*place.command, word)) {
-      place.command = sub;
+      const CLI::Option* option = at.command->get_option_no_throw(word);
+      if (option && option->get_expected_max() > 0) at.awaits_value = option;
+    } else if (const CLI::App* sub = subcommand(*at.command, word)) {
+      at.command = sub;
     } else {
-      ++place.positionals;
+      ++at.positionals;
     }
   }
-  return place;
+  return at;
 }
 
-std::vector<std::string> values_of(const CLI::Option& option, const Place& place, const NamesOf& names_of) {
+std::vector<std::string> values_of(const CLI::Option& option, const Position& at, const NamesOf& names_of) {
   const std::string hint = option.get_type_name();
   if (hint == kRobotFileHint) return {":file .toml"};
   if (hint == kFileHint) return {":file"};
   if (hint == kFolderHint) return {":folder"};
-  if (!hint.starts_with("{")) return names_of(hint, place.robot);
+  if (!hint.starts_with("{")) return names_of(hint, at.robot);
   return CLI::detail::split(hint.substr(1, hint.size() - 2), ',');
 }
 
-std::vector<std::string> candidates(const Place& place, const std::string& word, const NamesOf& names_of) {
-  if (place.awaits_value) return values_of(*place.awaits_value, place, names_of);
+std::vector<std::string> candidates(const Position& at, const std::string& word, const NamesOf& names_of) {
+  if (at.awaits_value) return values_of(*at.awaits_value, at, names_of);
   std::vector<std::string> all;
   std::size_t position = 0;
-  for (const CLI::Option* option : place.command->get_options()) {
+  for (const CLI::Option* option : at.command->get_options()) {
     if (word.starts_with("-")) {
       for (const auto& name : option->get_lnames()) all.push_back("--" + name);
     } else if (option->get_positional()) {
       const bool several = option->get_expected_max() > 1;  // such as the files of `bag merge`
-      if (position == place.positionals || (several && position < place.positionals))
-        return values_of(*option, place, names_of);
+      if (position == at.positionals || (several && position < at.positionals))
+        return values_of(*option, at, names_of);
       ++position;
     }
   }
   if (!word.starts_with("-"))
-    for (const CLI::App* sub : place.command->get_subcommands({})) all.push_back(sub->get_name());
+    for (const CLI::App* sub : at.command->get_subcommands({})) all.push_back(sub->get_name());
   return all;
 }
 

@@ -18,9 +18,6 @@ inline constexpr std::string_view kCompleteCommand = "complete";
 /// The names that a running robot has of a kind (a hint of commands.hpp); `robot` is what --robot said, or empty.
 using NamesOf = std::function<std::vector<std::string>(std::string_view hint, const std::string& robot)>;
 
-/// NamesOf of the robots that run on this machine. No robot, no names.
-std::vector<std::string> running_names(std::string_view hint, const std::string& robot);
-
 /// Candidates for the last word, or one of ":file", ":file .toml", ":folder", which ask the shell to complete paths.
 std::vector<std::string> completions(const CLI::App& app, const std::vector<std::string>& words,
                                      const NamesOf& names_of);

@@ -1,8 +1,8 @@
 #include "apps/module_list.hpp"
 
-#include "apps/ground_truth.hpp"
-#include "apps/robot_modules.hpp"
-#include "apps/run_log.hpp"
+#include "apps/flight/robot_modules.hpp"
+#include "apps/run/ground_truth_source.hpp"
+#include "apps/run/run_log.hpp"
 #include "msg/flight.hpp"
 
 namespace sinew::app {
@@ -11,7 +11,7 @@ rt::ModuleTypes all_modules() {
   rt::ModuleTypes types = robot_modules();
   types.add<RunLog<msg::NavState>>("app::StateLog");
   types.add<RunLog<msg::MotionField>>("app::MotionLog");
-  types.add<GroundTruth>("app::GroundTruth");
+  types.add<GroundTruthSource>("app::GroundTruth");
   return types;
 }
 

@@ -2,10 +2,10 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
-#include "apps/commands.hpp"
+#include "apps/command/place.hpp"
+#include "apps/project_commands.hpp"
 #include "apps/completion.hpp"
 #include "apps/new_project.hpp"
-#include "apps/place.hpp"
 
 namespace sinew::app {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 
 #include "hal/board.hpp"
+#include "rt/exec/real_time_executor.hpp"
 #include "rt/graph.hpp"
-#include "rt/real_time_executor.hpp"
 
 namespace sinew::bench {
 

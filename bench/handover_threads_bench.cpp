@@ -12,7 +12,7 @@
 #include "hal/platform.hpp"
 #include "handover_topics.hpp"
 #include "pairs.hpp"
-#include "rt/trigger.hpp"
+#include "rt/exec/trigger.hpp"
 
 namespace sinew::bench {
 namespace {

@@ -12,7 +12,7 @@
 #include "msg/image.hpp"
 #include "msg/sensors.hpp"
 #include "pairs.hpp"
-#include "rt/real_time_executor.hpp"
+#include "rt/exec/real_time_executor.hpp"
 #include "tap/server.hpp"
 
 namespace sinew::bench {

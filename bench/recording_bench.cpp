@@ -5,7 +5,7 @@
 
 #include "pairs.hpp"
 #include "record/run/step_log.hpp"
-#include "rt/runner.hpp"
+#include "rt/exec/runner.hpp"
 
 namespace sinew::bench {
 

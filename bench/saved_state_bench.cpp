@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "apps/module_list.hpp"
-#include "apps/robot_file.hpp"
+#include "apps/robot_file/robot_file.hpp"
 #include "hal/platform.hpp"
 #include "hal/silent_board.hpp"
 #include "rt/graph.hpp"

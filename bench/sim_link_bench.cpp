@@ -10,8 +10,8 @@
 
 #include "hal/linux/socket.hpp"
 #include "pairs.hpp"
-#include "sim_hil/plant_link.hpp"
-#include "sim_hil/sim_board.hpp"
+#include "sim_hil/board/sim_board.hpp"
+#include "sim_hil/server/plant_link.hpp"
 
 namespace sinew {
 namespace {

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "hal/platform.hpp"
-#include "rt/timeline.hpp"
+#include "rt/exec/timeline.hpp"
 #include "rt/zone.hpp"
 
 namespace sinew::bench {

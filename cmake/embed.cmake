@@ -33,7 +33,7 @@ function(sinew_embed_scripts output folder)
     string(REGEX REPLACE "[.]sh$" "" name ${file})
     string(APPEND entries "  if (name == \"${name}\") return R\"__(${text})__\";\n")
   endforeach()
-  file(CONFIGURE OUTPUT ${output} @ONLY NEWLINE_STYLE UNIX CONTENT "#include \"apps/board_shell.hpp\"
+  file(CONFIGURE OUTPUT ${output} @ONLY NEWLINE_STYLE UNIX CONTENT "#include \"apps/deploy/board_shell.hpp\"
 
 namespace sinew::app {
 

@@ -28,25 +28,46 @@ function(sinew_batch target name)
   set_target_properties(${target} PROPERTIES UNITY_BUILD_MODE GROUP)
 endfunction()
 
-# sinew_room(NAME [DIR dir] SOURCES ... USES room... [LIBS ...] [PRIVATE_LIBS ...] [HEADERS_OF ...] [INTERNAL]): one static
-# library `sinew_NAME` for one folder. HEADERS_OF names libraries of others that are headers, which only the room's own
-# sources include: who links the room needs none of them. INTERNAL: not installed.
+# The table of rooms: SINEW_ROOM_PATHS in its order, and SINEW_SEES_name of each.
+set_property(DIRECTORY ${PROJECT_SOURCE_DIR} APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/cmake/rooms.txt)
+file(STRINGS ${PROJECT_SOURCE_DIR}/cmake/rooms.txt lines REGEX "^[a-z]")
+set(SINEW_ROOM_PATHS "")
+foreach(line ${lines})
+  if(NOT line MATCHES "^([a-z0-9_/]+):([a-z0-9_/ ]*)[|] .")
+    message(FATAL_ERROR "cmake/rooms.txt: ${line}: a line is 'room: rooms that it sees | what it holds'")
+  endif()
+  set(path ${CMAKE_MATCH_1})
+  string(STRIP "${CMAKE_MATCH_2}" sees)
+  string(REPLACE / _ name ${path})
+  string(REPLACE / _ sees "${sees}")
+  string(REPLACE " " ";" SINEW_SEES_${name} "${sees}")
+  list(APPEND SINEW_ROOM_PATHS ${path})
+endforeach()
+
+# sinew_room(PATH [SOURCES ...] [LIBS ...] [PRIVATE_LIBS ...] [HEADERS_OF ...] [INTERNAL]): one static library for one folder,
+# `sinew_hal_linux` for hal/linux,
+# of all its sources unless some are named. What it sees stands in cmake/rooms.txt. HEADERS_OF names libraries of others that are
+# headers, which only the room's own sources include: who links the room needs none of them. INTERNAL: not installed.
 #
 # Only the headers of rooms that are linked can be included, because each room's include path holds links to that
-# room's own headers and to nothing else: `#include "rt/topic.hpp"` needs rt in USES. Always write the room's name in
-# an include, also inside the room.
-function(sinew_room name)
-  cmake_parse_arguments(ARG "INTERNAL" "DIR" "SOURCES;USES;LIBS;PRIVATE_LIBS;HEADERS_OF" ${ARGN})
-  if(NOT ARG_DIR)
-    set(ARG_DIR ${name})
+# room's own headers and to nothing else: `#include "rt/topic.hpp"` needs rt in the table's line. Always write the room's
+# path in an include, also inside the room.
+function(sinew_room path)
+  cmake_parse_arguments(ARG "INTERNAL;HEADERS_ONLY" "" "SOURCES;LIBS;PRIVATE_LIBS;HEADERS_OF" ${ARGN})
+  if(NOT path IN_LIST SINEW_ROOM_PATHS)
+    message(FATAL_ERROR "${path}: not in cmake/rooms.txt, which says what each room may include")
   endif()
+  if(NOT ARG_SOURCES AND NOT ARG_HEADERS_ONLY)
+    file(GLOB ARG_SOURCES CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/${path}/*.cpp)
+  endif()
+  string(REPLACE / _ name ${path})
   set(gate ${CMAKE_BINARY_DIR}/include/${name})
-  file(GLOB headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}/${ARG_DIR} ${PROJECT_SOURCE_DIR}/${ARG_DIR}/*.hpp)
+  file(GLOB headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}/${path} ${PROJECT_SOURCE_DIR}/${path}/*.hpp)
   list(REMOVE_ITEM headers precompiled.hpp)  # the compiler's, nobody includes it
   file(REMOVE_RECURSE ${gate})
-  file(MAKE_DIRECTORY ${gate}/${ARG_DIR})
+  file(MAKE_DIRECTORY ${gate}/${path})
   foreach(header ${headers})
-    file(CREATE_LINK ${PROJECT_SOURCE_DIR}/${ARG_DIR}/${header} ${gate}/${ARG_DIR}/${header} SYMBOLIC)
+    file(CREATE_LINK ${PROJECT_SOURCE_DIR}/${path}/${header} ${gate}/${path}/${header} SYMBOLIC)
   endforeach()
   if(ARG_SOURCES)
     add_library(sinew_${name} STATIC ${ARG_SOURCES})
@@ -61,10 +82,10 @@ function(sinew_room name)
   target_include_directories(sinew_${name} ${scope} $<BUILD_INTERFACE:${gate}> $<INSTALL_INTERFACE:${SINEW_INCLUDE_FOLDER}>)
   if(NOT ARG_INTERNAL)
     set_property(GLOBAL APPEND PROPERTY SINEW_INSTALLED_ROOMS sinew_${name})
-    list(TRANSFORM headers PREPEND ${PROJECT_SOURCE_DIR}/${ARG_DIR}/)
-    install(FILES ${headers} DESTINATION ${SINEW_INCLUDE_FOLDER}/${ARG_DIR} COMPONENT dev)
+    list(TRANSFORM headers PREPEND ${PROJECT_SOURCE_DIR}/${path}/)
+    install(FILES ${headers} DESTINATION ${SINEW_INCLUDE_FOLDER}/${path} COMPONENT dev)
   endif()
-  foreach(room ${ARG_USES})
+  foreach(room ${SINEW_SEES_${name}})
     target_link_libraries(sinew_${name} ${scope} sinew::${room})
   endforeach()
   target_link_libraries(sinew_${name} ${scope} ${ARG_LIBS})
@@ -76,11 +97,12 @@ function(sinew_room name)
     endforeach()
     # Bytes of a device or a file are put together, never looked at as a number where they lie: boards do not read
     # across words. What lies aligned in memory of ours (topics, rings) is rt's, tap's and hal/linux's matter.
-    if(CMAKE_CROSSCOMPILING AND NOT WIN32 AND name MATCHES "^(math|msg|wire|hal|drivers|control|vision|record|sim_hil)$")
+    if(CMAKE_CROSSCOMPILING AND NOT WIN32 AND path MATCHES "^(math|msg|wire|hal|drivers|control|vision|record|sim_hil|dataset)(/|$)" AND
+       NOT path MATCHES "^hal/linux")
       target_compile_options(sinew_${name} PRIVATE -Wcast-align=strict)
     endif()
-    if(SINEW_FUZZ AND NOT name STREQUAL apps)  # no fuzzer runs commands
-      target_compile_options(sinew_${name} PRIVATE -fsanitize=fuzzer-no-link)
+    if(SINEW_FUZZ AND NOT path MATCHES "^apps($|/)" OR path STREQUAL apps/robot_file)  # no fuzzer runs commands
+      target_compile_options(sinew_${name} PRIVATE $<$<BOOL:${SINEW_FUZZ}>:-fsanitize=fuzzer-no-link>)
     endif()
   endif()
 endfunction()
@@ -172,7 +194,7 @@ function(sinew_test_options target)
     list(APPEND options -g0)
     # Nor are they optimised where they do not calculate much themselves: another fifth, of rt's half. What rt has in
     # headers to do without locks is tried as robots have it.
-    if(target MATCHES "^(wire|hal|rt|drivers|tap|record|sim_hil|apps)_" AND
+    if(target MATCHES "^(wire|hal|rt|drivers|tap|record|dataset|sim_hil|apps)_" AND
        NOT target MATCHES "^rt_(topic|held_loans|mailbox|instant_word|handover|schedule|stats|fp_mode)")
       list(APPEND options -O0)
     endif()
@@ -180,7 +202,7 @@ function(sinew_test_options target)
   target_compile_options(${target} PRIVATE ${options})
   target_link_options(${target} PRIVATE ${SINEW_FAST_LINK})
   if(SINEW_PRECOMPILED)
-    sinew_precompiled(${target} ${options})
+    sinew_precompile(${target} ${PROJECT_SOURCE_DIR}/tests/include/precompiled.hpp GTest::gmock "${options}")
   endif()
 endfunction()
 
@@ -198,16 +220,17 @@ function(sinew_test_cases program timeout emulated_shards)
   endif()
 endfunction()
 
-# sinew_precompiled(TARGET OPTION...): what nearly all tests include is compiled once for all that have these options.
-function(sinew_precompiled target)
-  string(MD5 key "${ARGN}")
+# sinew_precompile(TARGET HEADER LIBRARIES OPTIONS): what nearly all targets of a kind include is compiled once for those that
+# have the same options.
+function(sinew_precompile target header libraries options)
+  string(MD5 key "${header} ${options}")
   set(base precompiled_${key})
   if(NOT TARGET ${base})
     file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/precompiled.cpp CONTENT "")
     add_library(${base} OBJECT EXCLUDE_FROM_ALL ${CMAKE_BINARY_DIR}/precompiled.cpp)
-    target_link_libraries(${base} PRIVATE GTest::gmock)
-    target_compile_options(${base} PRIVATE ${ARGN} ${SINEW_CACHED_PRECOMPILED})
-    target_precompile_headers(${base} PRIVATE ${PROJECT_SOURCE_DIR}/tests/include/precompiled.hpp)
+    target_link_libraries(${base} PRIVATE ${libraries})
+    target_compile_options(${base} PRIVATE ${options} ${SINEW_CACHED_PRECOMPILED})
+    target_precompile_headers(${base} PRIVATE ${header})
   endif()
   target_compile_options(${target} PRIVATE ${SINEW_CACHED_PRECOMPILED})
   target_precompile_headers(${target} REUSE_FROM ${base})

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "drivers/device_board.hpp"
+#include "drivers/driver.hpp"
 #include "drivers/device_keys.hpp"
 #include "drivers/mount.hpp"
 #include "hal/device.hpp"

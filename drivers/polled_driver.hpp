@@ -1,6 +1,6 @@
 #pragma once
 // What the drivers of polled chips and serial lines have in common when they read their keys and open.
-#include "drivers/device_board.hpp"
+#include "drivers/driver.hpp"
 #include "drivers/polled_sensor.hpp"
 
 namespace sinew::drivers {

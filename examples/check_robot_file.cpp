@@ -2,7 +2,7 @@
 #include <cstdio>
 
 #include "apps/module_list.hpp"
-#include "apps/robot_file.hpp"
+#include "apps/robot_file/robot_file.hpp"
 #include "rt/graph.hpp"
 
 int main(int argc, char** argv) {

@@ -2,7 +2,7 @@
 #include <cstdio>
 
 #include "msg/sensors.hpp"
-#include "rt/discrete_executor.hpp"
+#include "rt/exec/discrete_executor.hpp"
 
 using namespace sinew;
 using namespace std::chrono_literals;

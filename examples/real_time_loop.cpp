@@ -3,7 +3,7 @@
 
 #include "hal/platform.hpp"
 #include "msg/sensors.hpp"
-#include "rt/real_time_executor.hpp"
+#include "rt/exec/real_time_executor.hpp"
 
 using namespace sinew;
 using namespace std::chrono_literals;

@@ -2,7 +2,7 @@
 #include <cstdio>
 
 #include "control/mixer.hpp"
-#include "rt/module_rig.hpp"
+#include "rt/exec/module_rig.hpp"
 
 using namespace sinew;
 using namespace std::chrono_literals;

@@ -10,8 +10,8 @@
 
 #include "hal/os.hpp"
 #include "msg/safety.hpp"
+#include "rt/exec/runner.hpp"
 #include "rt/graph.hpp"
-#include "rt/runner.hpp"
 #include "tap/bells.hpp"
 #include "tap/reader.hpp"
 #include "tap/record_desk.hpp"

@@ -6,8 +6,8 @@
 
 #include "hal/os.hpp"
 #include "hal/stream.hpp"
-#include "rt/runner.hpp"
-#include "rt/stats.hpp"
+#include "rt/exec/runner.hpp"
+#include "rt/exec/stats.hpp"
 #include "tap/names.hpp"
 #include "tap/record_desk.hpp"
 

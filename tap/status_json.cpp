@@ -1,7 +1,7 @@
 #include <array>
 
+#include "rt/exec/timeline.hpp"
 #include "rt/schema_hash.hpp"
-#include "rt/timeline.hpp"
 #include "tap/answers.hpp"
 
 namespace sinew::tap {

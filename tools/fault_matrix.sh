@@ -7,7 +7,7 @@
 # --build FOLDER build/FOLDER/bin/sinew flies (default release)
 # --device NAME  only this one; may be repeated
 #
-# Passes when every flight ends as the table in tests/apps/fault_matrix.py says. All flights stand in build/faults.txt;
+# Passes when every flight ends as the table in tests/apps/run/fault_matrix.py says. All flights stand in build/faults.txt;
 # printed are those that went wrong, and per cell how many landed, stopped, or neither.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
@@ -30,7 +30,7 @@ out=$root/build/faults.txt
 start=$(now_s)
 status=0
 # The drawing library's own threads would fight for the cores that the other flights need.
-LP_NUM_THREADS=0 python3 -B "$root/tests/apps/fault_matrix.py" "$bin/sinew" "$bin/sinew-sim" "$root/robots/quad.toml" \
+LP_NUM_THREADS=0 python3 -B "$root/tests/apps/run/fault_matrix.py" "$bin/sinew" "$bin/sinew-sim" "$root/robots/quad.toml" \
   --seeds "$seeds" --first-seed 1 --jobs "$jobs" "${options[@]}" >"$out" || status=1
 awk '$3 ~ /^[0-9]+$/ && NF > 4 { cell = sprintf("%-8s %-13s", $1, $2); if (!(cell in n)) order[++cells] = cell
                        ++n[cell]; ++ended[cell, $4]; wrong[cell] += /WRONG/ }

@@ -10,12 +10,12 @@
 #include "control/attitude_controller.hpp"
 #include "control/error_state_filter.hpp"
 #include "control/mixer.hpp"
-#include "drivers/sensor_source.hpp"
+#include "drivers/sources/sensor_source.hpp"
 #include "hal/linux/memory.hpp"
 #include "hal/linux/process.hpp"
 #include "hal/platform.hpp"
 #include "hal/scaled_os.hpp"
-#include "rt/real_time_executor.hpp"
+#include "rt/exec/real_time_executor.hpp"
 
 using namespace sinew;
 using namespace std::chrono_literals;

@@ -6,13 +6,13 @@
 #include <string>
 #include <string_view>
 
-#include "apps/flight_report.hpp"
-#include "apps/mission_watch.hpp"
-#include "apps/robot_file.hpp"
-#include "apps/robot_modules.hpp"
+#include "apps/flight/mission_watch.hpp"
+#include "apps/flight/robot_modules.hpp"
+#include "apps/robot_file/flight_report.hpp"
+#include "apps/robot_file/robot_file.hpp"
 #include "hal/platform.hpp"
-#include "rt/discrete_executor.hpp"
-#include "sim_hil/sim_board.hpp"
+#include "rt/exec/discrete_executor.hpp"
+#include "sim_hil/board/sim_board.hpp"
 
 namespace {
 

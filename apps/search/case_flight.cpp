@@ -8,15 +8,15 @@
 
 #include <nlohmann/json.hpp>
 
-#include "apps/flight_report.hpp"
 #include "apps/module_list.hpp"
-#include "apps/plant_process.hpp"
+#include "apps/robot_file/flight_report.hpp"
+#include "apps/run/plant_process.hpp"
 #include "apps/search/schedule_check.hpp"
 #include "apps/search/watched_board.hpp"
 #include "hal/platform.hpp"
-#include "rt/discrete_executor.hpp"
+#include "rt/exec/discrete_executor.hpp"
 #include "rt/latch.hpp"
-#include "sim_hil/sim_board.hpp"
+#include "sim_hil/board/sim_board.hpp"
 
 namespace sinew::search {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/robot_file.hpp"
+#include "apps/robot_file/robot_file.hpp"
 #include "apps/search/exec_profile.hpp"
 #include "apps/search/flight_check.hpp"
 

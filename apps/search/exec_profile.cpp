@@ -6,7 +6,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "apps/exec_reader.hpp"
+#include "apps/robot_file/exec_reader.hpp"
 
 namespace sinew::search {
 namespace {

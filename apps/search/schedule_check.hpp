@@ -2,7 +2,7 @@
 #include <vector>
 
 #include "apps/search/verdict.hpp"
-#include "rt/runner.hpp"
+#include "rt/exec/runner.hpp"
 
 namespace sinew::search {
 

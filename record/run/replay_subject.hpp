@@ -5,7 +5,7 @@
 #include "record/run/recorded_run.hpp"
 #include "record/run/replay.hpp"
 #include "record/run/replay_chain.hpp"
-#include "rt/step_again.hpp"
+#include "rt/exec/step_again.hpp"
 
 namespace sinew::record {
 

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "rt/runner.hpp"
+#include "rt/exec/runner.hpp"
 
 namespace sinew::record {
 

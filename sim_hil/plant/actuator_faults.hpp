@@ -1,8 +1,8 @@
 #pragma once
 #include <deque>
 
-#include "sim_hil/plant/world.hpp"
-#include "sim_hil/plant_link.hpp"
+#include "sim_hil/server/plant_link.hpp"
+#include "sim_hil/worlds/world.hpp"
 
 namespace sinew::plant {
 

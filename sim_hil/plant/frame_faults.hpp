@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "msg/image.hpp"
-#include "sim_hil/plant/fault.hpp"
-#include "sim_hil/plant_link.hpp"
+#include "sim_hil/server/plant_link.hpp"
+#include "sim_hil/worlds/fault.hpp"
 
 namespace sinew::plant {
 

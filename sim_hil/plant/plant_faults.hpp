@@ -2,8 +2,8 @@
 #include "sim_hil/plant/actuator_faults.hpp"
 #include "sim_hil/plant/camera_feed.hpp"
 #include "sim_hil/plant/frame_faults.hpp"
-#include "sim_hil/plant/sensor_faults.hpp"
-#include "sim_hil/plant/world.hpp"
+#include "sim_hil/worlds/sensor_faults.hpp"
+#include "sim_hil/worlds/world.hpp"
 
 namespace sinew::plant {
 

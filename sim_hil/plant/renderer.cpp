@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "sim_hil/plant/pixels.hpp"
-#include "sim_hil/plant/room.hpp"
-#include "sim_hil/plant/vec.hpp"
+#include "sim_hil/worlds/room.hpp"
+#include "sim_hil/worlds/vec.hpp"
 
 namespace sinew::plant {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "hal/result.hpp"
 #include "msg/image.hpp"
-#include "sim_hil/plant/quad_world.hpp"
+#include "sim_hil/worlds/quad_world.hpp"
 
 namespace sinew::plant {
 

@@ -7,11 +7,11 @@
 #include "hal/stream.hpp"
 #include "sim_hil/plant/camera_feed.hpp"
 #include "sim_hil/plant/plant_faults.hpp"
-#include "sim_hil/plant/relink.hpp"
 #include "sim_hil/plant/wire_devices.hpp"
-#include "sim_hil/plant/worlds.hpp"
-#include "sim_hil/plant_door.hpp"
-#include "sim_hil/plant_link.hpp"
+#include "sim_hil/server/plant_link.hpp"
+#include "sim_hil/server/plant_listener.hpp"
+#include "sim_hil/server/relink.hpp"
+#include "sim_hil/worlds/worlds.hpp"
 
 namespace sinew::plant {
 

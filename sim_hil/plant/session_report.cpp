@@ -1,5 +1,5 @@
-#include "sim_hil/plant/json_object.hpp"
 #include "sim_hil/plant/session.hpp"
+#include "sim_hil/worlds/json_object.hpp"
 
 namespace sinew::plant {
 namespace {

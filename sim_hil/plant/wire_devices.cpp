@@ -2,10 +2,10 @@
 
 #include <charconv>
 
-#include "sim_hil/plant/joints.hpp"
 #include "sim_hil/wire/sim_cia402.hpp"
 #include "sim_hil/wire/sim_dronecan.hpp"
 #include "sim_hil/wire/sim_impedance.hpp"
+#include "sim_hil/worlds/joints.hpp"
 
 namespace sinew::plant {
 

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "hal/can_bus.hpp"
-#include "sim_hil/plant/world.hpp"
 #include "sim_hil/wire/iio_tree.hpp"
 #include "sim_hil/wire/sim_servo.hpp"
+#include "sim_hil/worlds/world.hpp"
 
 namespace sinew::plant {
 

@@ -7,7 +7,7 @@
 #include <deque>
 
 #include "control/head_follower.hpp"
-#include "rt/module_rig.hpp"
+#include "rt/exec/module_rig.hpp"
 
 namespace sinew::control {
 namespace {

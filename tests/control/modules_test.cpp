@@ -6,7 +6,7 @@
 #include "control/mission.hpp"
 #include "control/mixer.hpp"
 #include "control/position_controller.hpp"
-#include "rt/module_rig.hpp"
+#include "rt/exec/module_rig.hpp"
 
 namespace sinew::control {
 namespace {

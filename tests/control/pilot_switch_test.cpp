@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "control/mission.hpp"
-#include "rt/module_rig.hpp"
+#include "rt/exec/module_rig.hpp"
 
 namespace sinew::control {
 namespace {

@@ -3,9 +3,9 @@
 
 #include <cerrno>
 
-#include "hal/linux/libcamera_plugin.hpp"
-#include "hal/linux/v4l2_camera.hpp"
-#include "hal/linux/v4l2_sim.hpp"
+#include "hal/linux/camera/libcamera_plugin.hpp"
+#include "hal/linux/camera/v4l2_camera.hpp"
+#include "hal/linux/camera/v4l2_sim.hpp"
 #include "hal/platform.hpp"
 #include "msg/image_buffer.hpp"
 #include "rig.hpp"

@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "cell_run.hpp"
-#include "drivers/driver_list.hpp"
+#include "drivers/board/driver_list.hpp"
 #include "page.hpp"
 #include "source_dir.hpp"
 

@@ -4,9 +4,9 @@
 
 #include <gtest/gtest.h>
 
-#include "../hal/temp_folder.hpp"
-#include "hal/linux/iio_imu.hpp"
-#include "hal/linux/serial.hpp"
+#include "../hal/linux/devices/temp_folder.hpp"
+#include "hal/linux/devices/iio_imu.hpp"
+#include "hal/linux/devices/serial.hpp"
 #include "rig.hpp"
 #include "sim_hil/wire/iio_tree.hpp"
 

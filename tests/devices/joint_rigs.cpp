@@ -1,7 +1,7 @@
 // Two joints on one bus in memory, of each protocol; their drives and joints are simulated, SocketCAN is hal/linux's.
 #include <cerrno>
 
-#include "hal/linux/can.hpp"
+#include "hal/linux/can/can.hpp"
 #include "hal/platform.hpp"
 #include "rig.hpp"
 #include "sim_hil/wire/memory_can.hpp"

@@ -2,7 +2,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/driver_list.hpp"
+#include "drivers/board/driver_list.hpp"
 
 namespace sinew::test {
 

@@ -1,9 +1,9 @@
 #include "rig.hpp"
 
-#include "hal/linux/gpio.hpp"
-#include "hal/linux/i2c.hpp"
-#include "hal/linux/serial.hpp"
-#include "hal/linux/spi.hpp"
+#include "hal/linux/devices/gpio.hpp"
+#include "hal/linux/devices/i2c.hpp"
+#include "hal/linux/devices/serial.hpp"
+#include "hal/linux/devices/spi.hpp"
 
 namespace sinew::test {
 

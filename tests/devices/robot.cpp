@@ -1,6 +1,6 @@
 #include "robot.hpp"
 
-#include "drivers/driver_list.hpp"
+#include "drivers/board/driver_list.hpp"
 #include "robot_modules.hpp"
 #include "rt/guardian.hpp"
 #include "rt/safety_text.hpp"

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "drivers/device_board.hpp"
+#include "drivers/board/device_board.hpp"
 #include "rig.hpp"
-#include "rt/discrete_executor.hpp"
+#include "rt/exec/discrete_executor.hpp"
 #include "rt/latch.hpp"
 
 namespace sinew::test {

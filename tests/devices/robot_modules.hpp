@@ -2,8 +2,8 @@
 // The modules of the matrix's robot that are not the house's.
 #include <cmath>
 
-#include "drivers/camera_source.hpp"
-#include "drivers/sensor_source.hpp"
+#include "drivers/sources/camera_source.hpp"
+#include "drivers/sources/sensor_source.hpp"
 #include "robot.hpp"
 
 namespace sinew::test {

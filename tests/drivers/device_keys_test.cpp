@@ -3,7 +3,7 @@
 
 #include <gmock/gmock.h>
 
-#include "drivers/driver_list.hpp"
+#include "drivers/board/driver_list.hpp"
 #include "wire/icm42600.hpp"
 #include "wire/mpu6050.hpp"
 #include "wire/qmc5883l.hpp"

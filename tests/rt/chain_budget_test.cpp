@@ -1,4 +1,4 @@
-#include "rt/chain_budget.hpp"
+#include "rt/exec/chain_budget.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Virtual time: grants, clocks, execution-time models, ends, and the same bytes every time.
-#include "rt/discrete_executor.hpp"
+#include "rt/exec/discrete_executor.hpp"
 
 #include <gtest/gtest.h>
 

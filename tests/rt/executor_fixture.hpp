@@ -8,7 +8,7 @@
 
 #include "msg/actuators.hpp"
 #include "msg/sensors.hpp"
-#include "rt/discrete_executor.hpp"
+#include "rt/exec/discrete_executor.hpp"
 #include "topic_fixture.hpp"
 
 namespace sinew::rt {

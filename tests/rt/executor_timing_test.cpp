@@ -7,7 +7,7 @@
 
 #include "graph_fixture.hpp"
 #include "hal/wide.hpp"
-#include "rt/real_time_executor.hpp"
+#include "rt/exec/real_time_executor.hpp"
 #include "scripted_os.hpp"
 #include "until.hpp"
 
@@ -88,7 +88,7 @@ class ExecutorTiming : public ::testing::Test {
   ScriptedDriver& on_bell(Duration timeout, Scripted::Step_ step) {
     ScriptedDriver& driver = robot.add<ScriptedDriver>("driver", {}, std::move(step));
     robot.on_device("main", 10, {"driver"}, timeout);
-    if (!hal::kReadsWideAtOnce) early_ = 255ns;  // a trigger's instant is rounded down (rt/instant_word.hpp)
+    if (!hal::kReadsWideAtOnce) early_ = 255ns;  // a trigger's instant is rounded down (rt/exec/instant_word.hpp)
     return driver;
   }
   void run(std::size_t count) {

@@ -1,4 +1,4 @@
-#include "rt/fp_mode.hpp"
+#include "rt/exec/fp_mode.hpp"
 
 #include <gtest/gtest.h>
 

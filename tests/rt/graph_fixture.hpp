@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "rt/discrete_executor.hpp"
+#include "rt/exec/discrete_executor.hpp"
 #include "topic_fixture.hpp"
 
 namespace sinew::rt {

@@ -9,9 +9,9 @@
 #include "graph_fixture.hpp"
 #include "hal/platform.hpp"
 #include "hal/wide.hpp"
+#include "rt/exec/real_time_executor.hpp"
 #include "rt/guardian.hpp"
 #include "rt/latch.hpp"
-#include "rt/real_time_executor.hpp"
 
 namespace sinew::rt {
 namespace {

@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "counting_new.hpp"
-#include "rt/module_rig.hpp"
+#include "rt/exec/module_rig.hpp"
 #include "topic_fixture.hpp"
 
 namespace sinew::rt {

@@ -1,5 +1,5 @@
 // Instants in one word: the way of machines that read 32 bits at once is tried everywhere.
-#include "rt/instant_word.hpp"
+#include "rt/exec/instant_word.hpp"
 
 #include <gtest/gtest.h>
 

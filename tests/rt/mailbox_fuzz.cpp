@@ -9,7 +9,7 @@
 
 #include "msg/operator.hpp"
 #include "msg/sensors.hpp"
-#include "rt/discrete_executor.hpp"
+#include "rt/exec/discrete_executor.hpp"
 
 namespace sinew::rt {
 namespace {

@@ -13,8 +13,8 @@
 
 #include "hal/silent_board.hpp"
 #include "msg/compare.hpp"
+#include "rt/exec/step_again.hpp"
 #include "rt/external_source.hpp"
-#include "rt/step_again.hpp"
 
 namespace sinew::rt {
 

@@ -1,4 +1,4 @@
-#include "rt/module_rig.hpp"
+#include "rt/exec/module_rig.hpp"
 
 #include <gtest/gtest.h>
 

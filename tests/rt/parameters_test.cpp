@@ -6,7 +6,7 @@
 
 #include "graph_fixture.hpp"
 #include "hal/board.hpp"
-#include "rt/step_again.hpp"
+#include "rt/exec/step_again.hpp"
 #include "test_modules.hpp"
 
 namespace sinew::rt {

@@ -7,7 +7,7 @@
 #include "graph_fixture.hpp"
 #include "hal/platform.hpp"
 #include "memory_record.hpp"
-#include "rt/real_time_executor.hpp"
+#include "rt/exec/real_time_executor.hpp"
 #include "until.hpp"
 
 namespace sinew::rt {

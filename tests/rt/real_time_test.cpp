@@ -1,5 +1,5 @@
 // The real-time executor on the kernel, without an assertion about how fast anything is.
-#include "rt/real_time_executor.hpp"
+#include "rt/exec/real_time_executor.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 #include "graph_fixture.hpp"
 #include "hal/wide.hpp"
 #include "probe_os.hpp"
-#include "rt/trigger.hpp"
+#include "rt/exec/trigger.hpp"
 #include "test_modules.hpp"
 #include "trap.hpp"
 #include "until.hpp"

@@ -4,7 +4,7 @@
 #include "graph_fixture.hpp"
 #include "hal/platform.hpp"
 #include "hal/scaled_os.hpp"
-#include "rt/real_time_executor.hpp"
+#include "rt/exec/real_time_executor.hpp"
 #include "test_modules.hpp"
 #include "until.hpp"
 

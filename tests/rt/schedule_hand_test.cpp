@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "rt/schedule.hpp"
+#include "rt/exec/schedule.hpp"
 
 namespace sinew::rt {
 namespace {

@@ -5,7 +5,7 @@
 #include <sstream>
 
 #include "math/random.hpp"
-#include "rt/schedule.hpp"
+#include "rt/exec/schedule.hpp"
 #include "schedule_oracle.hpp"
 
 namespace sinew::rt {

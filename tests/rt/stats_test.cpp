@@ -1,4 +1,4 @@
-#include "rt/stats.hpp"
+#include "rt/exec/stats.hpp"
 
 #include <gtest/gtest.h>
 

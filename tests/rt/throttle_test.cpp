@@ -8,7 +8,7 @@
 #include "graph_fixture.hpp"
 #include "hal/linux/system_files.hpp"
 #include "probe_os.hpp"
-#include "rt/real_time_executor.hpp"
+#include "rt/exec/real_time_executor.hpp"
 
 namespace sinew::rt {
 namespace {

@@ -1,5 +1,5 @@
 // The time line: what is written, what is read while it is written, the zones, and the trace for viewers.
-#include "rt/timeline.hpp"
+#include "rt/exec/timeline.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,8 +10,8 @@
 
 #include "graph_fixture.hpp"
 #include "hal/platform.hpp"
-#include "rt/chrome_trace.hpp"
-#include "rt/real_time_executor.hpp"
+#include "rt/exec/chrome_trace.hpp"
+#include "rt/exec/real_time_executor.hpp"
 #include "rt/zone.hpp"
 #include "test_modules.hpp"
 #include "until.hpp"

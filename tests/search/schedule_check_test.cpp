@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "rt/discrete_executor.hpp"
+#include "rt/exec/discrete_executor.hpp"
 
 namespace sinew::search {
 namespace {

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "memory_stream.hpp"
-#include "sim_hil/plant_link.hpp"
-#include "sim_hil/side_line.hpp"
-#include "sim_hil/side_line_server.hpp"
-#include "sim_hil/sim_board.hpp"
+#include "sim_hil/board/side_line.hpp"
+#include "sim_hil/board/sim_board.hpp"
+#include "sim_hil/server/plant_link.hpp"
+#include "sim_hil/server/side_line_server.hpp"
 
 namespace sinew::sim_hil {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "hal/board.hpp"
 #include "hal/platform.hpp"
-#include "rt/discrete_executor.hpp"
+#include "rt/exec/discrete_executor.hpp"
 #include "tap/answers.hpp"
 #include "tap/frames.hpp"
 #include "tap_graph.hpp"

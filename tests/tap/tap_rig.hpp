@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 
 #include "hal/platform.hpp"
-#include "rt/discrete_executor.hpp"
-#include "rt/real_time_executor.hpp"
+#include "rt/exec/discrete_executor.hpp"
+#include "rt/exec/real_time_executor.hpp"
 #include "tap/client.hpp"
 #include "tap/server.hpp"
 #include "tap_graph.hpp"

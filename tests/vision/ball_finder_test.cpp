@@ -8,7 +8,7 @@
 
 #include "images.hpp"
 #include "msg/image_buffer.hpp"
-#include "rt/module_rig.hpp"
+#include "rt/exec/module_rig.hpp"
 #include "vision/ball_detector.hpp"
 
 namespace sinew::vision {

@@ -5,9 +5,9 @@
 
 #include "images.hpp"
 #include "qemu_user.hpp"
-#include "sim_hil/plant/head_body.hpp"
-#include "sim_hil/plant/head_world.hpp"
 #include "sim_hil/plant/renderer.hpp"
+#include "sim_hil/worlds/head_body.hpp"
+#include "sim_hil/worlds/head_world.hpp"
 #include "vision/ball_finder.hpp"
 #include "vision/pinhole.hpp"
 

@@ -3,7 +3,7 @@
 
 #include "msg/image_buffer.hpp"
 #include "pad_scene.hpp"
-#include "rt/module_rig.hpp"
+#include "rt/exec/module_rig.hpp"
 #include "vision/motion_field.hpp"
 #include "vision/pad_detector.hpp"
 

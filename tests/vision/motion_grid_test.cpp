@@ -6,8 +6,8 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "dataset/dataset_folder.hpp"
 #include "images.hpp"
-#include "sim_hil/dataset_folder.hpp"
 #include "vision/luma.hpp"
 
 namespace sinew::vision {
@@ -224,14 +224,14 @@ class RealFrames : public testing::Test {
     if (folder == nullptr || !std::filesystem::is_directory(folder))
       GTEST_SKIP() << "SINEW_DATA does not name a folder in the EuRoC form";
     std::string why;
-    auto data = sim_hil::DatasetFolder::open(folder, why);
+    auto data = dataset::DatasetFolder::open(folder, why);
     ASSERT_TRUE(data) << why;
     if (data->images.empty()) GTEST_SKIP() << folder << " has no images";
     data_ = std::move(*data);
     const std::size_t frames = std::min<std::size_t>(40, data_.images.size());
     Luma older(1280 * 960), newer(1280 * 960);
     for (std::size_t i = 0; i < frames; ++i) {
-      sim_hil::DecodedImage image;
+      dataset::DecodedImage image;
       ASSERT_TRUE(data_.decode(data_.images[i], image, why)) << why;
       ASSERT_TRUE(newer.take({image.pixels.data(), image.width, image.height, image.width, image.format}, 1));
       msg::MotionField m;
@@ -242,7 +242,7 @@ class RealFrames : public testing::Test {
       older.swap(newer);
     }
   }
-  sim_hil::DatasetFolder data_;
+  dataset::DatasetFolder data_;
   std::vector<msg::MotionField> fields_;  // between frames i and i + 1
 };
 

@@ -4,7 +4,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "msg/image_buffer.hpp"
-#include "rt/module_rig.hpp"
+#include "rt/exec/module_rig.hpp"
 #include "vision/opencv/contour_finder.hpp"
 #include "vision/opencv/mat_view.hpp"
 

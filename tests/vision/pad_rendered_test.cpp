@@ -6,7 +6,7 @@
 #include "images.hpp"
 #include "qemu_user.hpp"
 #include "sim_hil/plant/renderer.hpp"
-#include "sim_hil/plant/vec.hpp"
+#include "sim_hil/worlds/vec.hpp"
 #include "vision/pad_finder.hpp"
 #include "vision/pinhole.hpp"
 

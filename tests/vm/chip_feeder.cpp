@@ -23,7 +23,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/linux/iio_device.hpp"
+#include "hal/linux/devices/iio_device.hpp"
 
 namespace {
 

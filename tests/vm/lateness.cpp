@@ -14,7 +14,7 @@
 #include "hal/board.hpp"
 #include "hal/platform.hpp"
 #include "msg/flight.hpp"
-#include "rt/real_time_executor.hpp"
+#include "rt/exec/real_time_executor.hpp"
 #include "vision/pad_detector.hpp"
 
 namespace sinew::vm {

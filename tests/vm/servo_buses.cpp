@@ -22,11 +22,11 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/cia402_servo.hpp"
-#include "drivers/cybergear_servo.hpp"
-#include "drivers/mit_servo.hpp"
-#include "drivers/servo_group.hpp"
-#include "hal/linux/can.hpp"
+#include "drivers/joints/cia402_servo.hpp"
+#include "drivers/joints/cybergear_servo.hpp"
+#include "drivers/joints/mit_servo.hpp"
+#include "drivers/joints/servo_group.hpp"
+#include "hal/linux/can/can.hpp"
 #include "hal/platform.hpp"
 #include "sim_hil/wire/sim_cia402.hpp"
 #include "sim_hil/wire/sim_impedance.hpp"

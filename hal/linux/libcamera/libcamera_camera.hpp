@@ -8,7 +8,7 @@
 
 #include "hal/camera_controls.hpp"
 #include "hal/connectors.hpp"
-#include "hal/linux/frame_count.hpp"
+#include "hal/linux/camera/frame_count.hpp"
 #include "hal/os.hpp"
 #include "hal/self_report.hpp"
 #include "hal/wake_slot.hpp"

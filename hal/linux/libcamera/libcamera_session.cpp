@@ -13,7 +13,7 @@
 #include <filesystem>
 #include <mutex>
 
-#include "hal/linux/v4l2_format.hpp"
+#include "hal/linux/camera/v4l2_format.hpp"
 
 namespace sinew::hal {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "hal/platform.hpp"
 #include "midway_robot.hpp"
-#include "rt/real_time_executor.hpp"
+#include "rt/exec/real_time_executor.hpp"
 
 namespace sinew::record {
 namespace {

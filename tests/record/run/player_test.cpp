@@ -7,7 +7,7 @@
 
 #include "../../rt/topic_fixture.hpp"
 #include "msg/image_buffer.hpp"
-#include "rt/module_rig.hpp"
+#include "rt/exec/module_rig.hpp"
 
 namespace sinew::record {
 namespace {

@@ -16,7 +16,7 @@
 #include "record/reader.hpp"
 #include "record/run/run_messages.hpp"
 #include "recorded_robot.hpp"
-#include "rt/real_time_executor.hpp"
+#include "rt/exec/real_time_executor.hpp"
 
 namespace sinew::record {
 namespace {

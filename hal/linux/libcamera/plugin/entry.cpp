@@ -1,6 +1,6 @@
 // The library that programs load when a robot has a camera of libcamera.
+#include "hal/linux/camera/libcamera_plugin.hpp"
 #include "hal/linux/libcamera/libcamera_camera.hpp"
-#include "hal/linux/libcamera_plugin.hpp"
 
 extern "C" __attribute__((visibility("default"))) void sinew_open_libcamera(
     const sinew::hal::CameraSpec& spec, sinew::hal::Os& os, std::string& why,

@@ -1,0 +1,97 @@
+// bag: recorded files.
+#include <CLI/CLI.hpp>
+
+#include "apps/bag/bag_options.hpp"
+#include "apps/command/number_check.hpp"
+#include "apps/bag/commands.hpp"
+
+namespace sinew::app {
+namespace {
+
+template <class O>
+struct BagCommand {
+  CLI::App& app;
+  O& options;
+};
+
+template <class O>
+BagCommand<O> bag_command(CLI::App& bag, CommandContext& context, const char* name, const char* text,
+                          int (*run)(const O&)) {
+  const auto options = std::make_shared<O>();
+  CLI::App& app = *bag.add_subcommand(name, text);
+  app.add_flag("--json", options->json, "as JSON");
+  app.callback([&context, options, run] { context.action = [options, run] { return run(*options); }; });
+  return {app, *options};
+}
+
+template <class O>
+BagCommand<O> file_command(CLI::App& bag, CommandContext& context, const char* name, const char* text,
+                           int (*run)(const O&)) {
+  auto command = bag_command(bag, context, name, text, run);
+  command.app.add_option("file", command.options.file, "an MCAP file")->required()->type_name(kFileHint);
+  return command;
+}
+
+void add_out(CLI::App& app, std::string& out) {
+  app.add_option("out", out, "a new file")->required()->type_name(kFileHint);
+}
+
+CLI::Option* add_topics(CLI::App& app, Selection& what, const char* text) {
+  return app.add_option("--topic", what.topics, text)->type_name(kTopicHint)->allow_extra_args(false);
+}
+
+void add_times(CLI::App& app, Selection& what) {
+  app.add_option("--from", what.from_s, "seconds after its first message")->check(number(0))->type_name("S");
+  app.add_option("--until", what.until_s, "likewise; both included")->check(number(0))->type_name("S");
+}
+
+}  // namespace
+
+void add_bag_commands(CLI::App& app, CommandContext& context) {
+  CLI::App& bag = *app.add_subcommand("bag", "recorded files");
+  bag.require_subcommand(1);
+  file_command(bag, context, "info", "what is in it, what ran, what is missing", bag_info);
+  file_command(bag, context, "check", "every checksum and index; what it says of itself against what is in it",
+               bag_check);
+
+  auto play = file_command(bag, context, "play", "a robot of its own says again what was recorded", bag_play);
+  add_topics(play.app, play.options.what, "only this one; may be given again");
+  add_times(play.app, play.options.what);
+  play.app.add_option("--rate", play.options.rate, "recorded seconds per second")->check(number(0.001, 1000.0));
+  play.app.add_option("--name", play.options.name, "on this machine; instead of the recorded robot's");
+  play.app.add_flag("--loop", play.options.loop, "again and again, until Ctrl-C");
+
+  auto cat = file_command(bag, context, "cat", "its messages, a line of JSON each", bag_cat);
+  add_topics(cat.app, cat.options.what, "only this one; may be given again");
+  add_times(cat.app, cat.options.what);
+
+  auto csv = file_command(bag, context, "csv", "the messages of one topic as a table", bag_csv);
+  csv.app.add_option("out", csv.options.out, "a new file; else standard output")->type_name(kFileHint);
+  add_topics(csv.app, csv.options.what, "which one")->required()->expected(1);
+  add_times(csv.app, csv.options.what);
+
+  auto images = file_command(bag, context, "images", "the images of one topic as PNG files", bag_images);
+  images.app.add_option("folder", images.options.out, "where to")->required()->type_name(kFolderHint);
+  add_topics(images.app, images.options.what, "which one")->required()->expected(1);
+  add_times(images.app, images.options.what);
+
+  auto recover =
+      file_command(bag, context, "recover", "a whole file of what can be read of a damaged one", bag_recover);
+  add_out(recover.app, recover.options.out);
+  auto cut = file_command(bag, context, "cut", "a file of a part of its time", bag_cut);
+  add_out(cut.app, cut.options.out);
+  add_times(cut.app, cut.options.what);
+  auto filter = file_command(bag, context, "filter", "a file of some of its topics", bag_filter);
+  add_out(filter.app, filter.options.out);
+  add_topics(filter.app, filter.options.what, "this one; may be given again")->required();
+
+  auto convert = file_command(bag, context, "convert", "a file for the programs of others", bag_convert);
+  add_out(convert.app, convert.options.out);
+  convert.app.add_flag("--ros2", convert.options.ros2, "messages that ROS 2 has, too, become that type")->required();
+
+  auto merge = bag_command(bag, context, "merge", "one file of several, in the order of time", bag_merge);
+  add_out(merge.app, merge.options.out);
+  merge.app.add_option("files", merge.options.files, "MCAP files")->required()->expected(2, 1000)->type_name(kFileHint);
+}
+
+}  // namespace sinew::app

@@ -1,0 +1,43 @@
+#pragma once
+// Recorded files, for the commands that read and write them.
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/command/progress.hpp"
+#include "record/reader.hpp"
+#include "record/writer.hpp"
+
+namespace sinew::app {
+
+/// Null, after why was said. What is read of it counts as progress; `passes`: how often all of it will be read.
+std::unique_ptr<hal::InputFile> open_input(const std::string& path, Progress& progress, unsigned passes = 1);
+std::unique_ptr<record::Reader> open_recording(const std::string& path, Progress& progress, unsigned passes = 1);
+
+/// A new file, as hal::create_file(); null, after why was said.
+std::unique_ptr<hal::OutputFile> create_output(const std::string& path);
+
+/// An error of a file in words: "FILE: No space left on device".
+std::string file_error(const std::string& path, const hal::Error& error);
+
+/// Says on standard error what is wrong with a file; of many problems the first ones.
+void say_problems(const std::string& path, const std::vector<record::Problem>& problems);
+
+/// What a command wants of the messages.
+struct Selection {
+  std::vector<std::string> topics{};
+  std::optional<double> from_s{}, until_s{};  // after the first message of the file
+};
+/// Nothing, after why was said: a topic that the file does not have.
+std::optional<record::Query> query_of(record::Reader& reader, const Selection& selection);
+
+/// Calls f(message) for all of them, in the order of log time, until it says no or Ctrl-C. False, after it was said:
+/// some could not be read.
+bool each_message(record::Reader& reader, const record::Query& query,
+                  const std::function<bool(const record::Message&)>& f);
+
+std::uint64_t end_time(const record::Reader& reader);
+
+}  // namespace sinew::app

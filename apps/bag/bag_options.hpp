@@ -1,0 +1,44 @@
+#pragma once
+// The commands on recorded files, each with what it is told.
+#include "apps/bag/bag_file.hpp"
+
+namespace sinew::app {
+
+struct BagOptions {
+  std::string file;
+  bool json = false;
+};
+struct BagCopyOptions : BagOptions {
+  std::string out;
+  std::vector<std::string> files{};  // merge: instead of `file`
+  bool ros2 = false;                 // convert: to what
+  Selection what{};
+};
+struct BagCatOptions : BagOptions {
+  Selection what{};
+};
+struct BagTopicOptions : BagOptions {
+  std::string out;  // csv: empty: standard output
+  Selection what{};
+};
+
+struct BagPlayOptions : BagOptions {
+  Selection what{};
+  std::string name;  // of the robot on this machine; empty: the recorded one's
+  double rate = 1;
+  bool loop = false;
+};
+
+int bag_info(const BagOptions& options);
+int bag_check(const BagOptions& options);
+int bag_recover(const BagCopyOptions& options);
+int bag_cut(const BagCopyOptions& options);
+int bag_filter(const BagCopyOptions& options);
+int bag_merge(const BagCopyOptions& options);
+int bag_convert(const BagCopyOptions& options);
+int bag_play(const BagPlayOptions& options);
+int bag_cat(const BagCatOptions& options);
+int bag_csv(const BagTopicOptions& options);
+int bag_images(const BagTopicOptions& options);
+
+}  // namespace sinew::app

@@ -1,0 +1,80 @@
+#pragma once
+// What the commands `sinew calibrate ...` share: their options, the robot with its devices, its calibration file.
+#include <fmt/format.h>
+
+#include <chrono>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "apps/command/command.hpp"
+#include "apps/robot/linux_board.hpp"
+#include "apps/robot_file/calibration.hpp"
+#include "hal/linux/process.hpp"
+#include "hal/platform.hpp"
+
+namespace sinew::app {
+
+struct CalibrateOptions {
+  std::string robot, device, joint, file;
+  double seconds = 5, gravity_mps2 = 9.80665, at_rad = 0;
+  bool six = false, dry = false;
+  std::vector<std::string> set;  // "device.imu.root=/tmp/x"
+  // camera-offset
+  std::string camera = "camera", mount;
+  double fov_y_deg = 0;  // 0: the robot file's
+};
+
+inline constexpr hal::Duration kSilent = std::chrono::seconds(2);  // a device that says nothing for so long is given up
+
+/// The robot file, its board, and the calibration that is there already.
+class CalibrationBench {
+ public:
+  /// False after the reason was printed. `factory`: the device is opened without these keys of its table.
+  bool open(const CalibrateOptions& o, const std::vector<std::string>& factory);
+  void set(const std::string& device, const std::string& joint, const std::string& key, double value);
+  void set_param(const std::string& module, const std::string& param, double value);
+  /// Another file takes the place of the old one in one piece. The exit code.
+  int write(bool dry) const;
+
+  RobotFile robot;
+  std::string path;
+  Calibration old;
+  std::unique_ptr<LinuxBoard> board;
+
+ private:
+  bool read_old();
+  std::vector<rt::Problem> apply_keys();
+};
+
+/// Reads a sensor for so long; false when it stayed silent, failed, or a signal ended it, after that was said.
+template <class M, class Each>
+bool read_for(hal::Sensor<M>& sensor, hal::Duration length, const std::string& name, const Each& each) {
+  hal::Os& os = hal::system_os();
+  const hal::Time begin = os.now();
+  hal::Time last = begin;
+  std::size_t failed = 0;
+  while (os.now() - begin < length || last == begin) {
+    if (hal::stop_requested()) return fail("ended by a signal", kFailed), false;
+    M sample;
+    const auto got = sensor.read(sample);
+    if (got && *got) {
+      last = os.now();
+      each(sample);
+      continue;
+    }
+    if (!got) ++failed;
+    if (os.now() - last > kSilent)
+      return fail(fmt::format("device '{}': nothing came for {} s{}", name, kSilent.count() / 1'000'000'000,
+                              failed ? fmt::format(", {} reads failed", failed) : ""),
+                  kFailed),
+             false;
+    os.sleep_until(os.now() + std::chrono::milliseconds(1));
+  }
+  return true;
+}
+
+/// `calibrate camera-offset`: the exit code.
+int calibrate_camera_offset(const CalibrateOptions& o, const rt::ModuleTypes& types);
+
+}  // namespace sinew::app

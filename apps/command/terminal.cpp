@@ -1,0 +1,16 @@
+#include "apps/command/terminal.hpp"
+
+namespace sinew::app {
+
+std::string Redrawn::over(std::string_view text, int rows) {
+  std::string out = lines_ > 0 ? "\033[" + std::to_string(lines_) + "A" : std::string();  // back to the first line
+  lines_ = 0;
+  for (const char c : text) {
+    if (lines_ + 1 >= rows) break;             // the last row is the cursor's
+    if (c == '\n') out += "\033[K", ++lines_;  // what is left of the line before
+    out += c;
+  }
+  return out + "\033[J";  // lines that are no more
+}
+
+}  // namespace sinew::app

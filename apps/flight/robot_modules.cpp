@@ -1,0 +1,42 @@
+#include "apps/flight/robot_modules.hpp"
+
+#include "control/attitude_controller.hpp"
+#include "control/error_state_filter.hpp"
+#include "control/head_follower.hpp"
+#include "control/mission.hpp"
+#include "control/mixer.hpp"
+#include "control/pilot_switch.hpp"
+#include "control/position_controller.hpp"
+#include "drivers/sources/camera_source.hpp"
+#include "drivers/sources/sensor_source.hpp"
+#include "vision/ball_detector.hpp"
+#include "vision/motion_field.hpp"
+#include "vision/pad_detector.hpp"
+
+namespace sinew::app {
+
+rt::ModuleTypes robot_modules() {
+  rt::ModuleTypes types;
+  types.add<drivers::ImuSource>("drivers::ImuSource");
+  types.add<drivers::RangeSource>("drivers::RangeSource");
+  types.add<drivers::BaroSource>("drivers::BaroSource");
+  types.add<drivers::BatterySource>("drivers::BatterySource");
+  types.add<drivers::MagSource>("drivers::MagSource");
+  types.add<drivers::GnssSource>("drivers::GnssSource");
+  types.add<drivers::RcSource>("drivers::RcSource");
+  types.add<drivers::JointSource>("drivers::JointSource");
+  types.add<drivers::CameraSource>("drivers::CameraSource");
+  types.add<control::ErrorStateFilter>("control::ErrorStateFilter");
+  types.add<control::AttitudeController>("control::AttitudeController");
+  types.add<control::PositionController>("control::PositionController");
+  types.add<control::Mixer>("control::Mixer");
+  types.add<control::Mission>("control::Mission");
+  types.add<control::HeadFollower>("control::HeadFollower");
+  types.add<vision::BallDetector>("vision::BallDetector");
+  types.add<control::PilotSwitch>("control::PilotSwitch");
+  types.add<vision::PadDetector>("vision::PadDetector");
+  types.add<vision::MotionField>("vision::MotionField");
+  return types;
+}
+
+}  // namespace sinew::app

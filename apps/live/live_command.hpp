@@ -1,0 +1,31 @@
+#pragma once
+// How the commands for a running robot are described; for the files that describe them.
+#include <CLI/CLI.hpp>
+
+#include "apps/command/number_check.hpp"
+#include "apps/command/command.hpp"
+#include "apps/live/live_robot.hpp"
+
+namespace sinew::app {
+
+/// A command of `parent` whose options are an O (LiveOptions and more), with --robot and --json. `run` gets them once
+/// the whole command line has been understood; add further arguments to the answer.
+template <class O>
+struct LiveCommand {
+  CLI::App& app;
+  O& options;
+};
+
+template <class O>
+LiveCommand<O> live_command(CLI::App& parent, CommandContext& context, const char* name, const char* text,
+                            int (*run)(const O&)) {
+  const auto options = std::make_shared<O>();
+  CLI::App& app = *parent.add_subcommand(name, text);
+  app.add_option("--robot", options->robot, "which one; needed when several run")->type_name(kRobotHint);
+  app.add_option("--wait", options->wait_s, "for it to run, so long at most")->check(number(0))->type_name("S");
+  app.add_flag("--json", options->json, "as JSON");
+  app.callback([&context, options, run] { context.action = [options, run] { return run(*options); }; });
+  return {app, *options};
+}
+
+}  // namespace sinew::app

@@ -1,0 +1,129 @@
+// list, status, stop, arm, disarm, module, thread: a running robot as a whole.
+#include <fmt/format.h>
+
+#include <cstdio>
+
+#include "apps/live/commands.hpp"
+#include "apps/live/live_command.hpp"
+#include "apps/live/status_text.hpp"
+#include "apps/view/graph_text.hpp"
+
+namespace sinew::app {
+namespace {
+
+struct ModuleOptions : LiveOptions {
+  std::string module;
+};
+
+struct PeriodOptions : LiveOptions {
+  std::string thread;
+  double period_us = 0;
+};
+
+int list_robots(const LiveOptions& options) {
+  std::string why;
+  const auto all = tap::running(why);
+  if (!all) return fail(why);
+  Json json = Json::array();
+  std::string text = fmt::format("{:<24} {:>8}  {}\n", "robot", "process", "socket");
+  for (const auto& r : *all) {
+    json.push_back({{"robot", r.robot}, {"pid", r.pid}, {"socket", r.path}});
+    text += fmt::format("{:<24} {:>8}  {}\n", r.robot, r.pid, r.path);
+  }
+  if (options.json)
+    std::printf("%s", to_line({{"robots", json}}).c_str());
+  else if (all->empty())
+    std::printf("no robot runs\n");
+  else
+    std::printf("%s", text.c_str());
+  return kDone;
+}
+
+int status(const LiveOptions& options) {
+  auto robot = LiveRobot::find(options);
+  if (!robot) return kNotBegun;
+  const auto hello = robot->ask("hello");
+  const auto reply = hello ? robot->ask("status") : std::nullopt;
+  if (!reply) return kFailed;
+  Json all = *hello;
+  all.update(*reply);
+  all.erase("ok");
+  std::printf("%s", (options.json ? to_line(all) : status_text(all)).c_str());
+  return kDone;
+}
+
+// For people: from which step on a change holds.
+std::string effect_text(const Json& reply) {
+  const auto step = reply.find("step");
+  if (step == reply.end()) return {};
+  return step->is_number() ? fmt::format(", from step {} on", step->dump()) : ", as soon as its thread runs";
+}
+
+// Asks for a change; prints what holds now, in the form that was asked for.
+int change(const LiveOptions& options, const char* request, const Json& arguments, const std::string& done) {
+  auto robot = LiveRobot::find(options);
+  if (!robot) return kNotBegun;
+  auto reply = robot->ask(request, arguments);
+  if (!reply) return kFailed;
+  reply->erase("ok");
+  if (options.json)
+    std::printf("%s", to_line(*reply).c_str());
+  else
+    std::printf("%s: %s%s\n", robot->name().c_str(), done.c_str(), effect_text(*reply).c_str());
+  return kDone;
+}
+
+int stop(const LiveOptions& o) { return change(o, "stop", Json::object(), "ends its run"); }
+int arm(const LiveOptions& o) { return change(o, "arm", Json::object(), "armed"); }
+int disarm(const LiveOptions& o) { return change(o, "disarm", Json::object(), "disarmed"); }
+
+int enable(const ModuleOptions& o) {
+  return change(o, "module.enable", {{"module", o.module}}, "module " + o.module + " enabled");
+}
+
+int disable(const ModuleOptions& o) {
+  return change(o, "module.disable", {{"module", o.module}}, "module " + o.module + " disabled");
+}
+
+int period(const PeriodOptions& o) {
+  return change(o, "thread.period", {{"thread", o.thread}, {"period_us", o.period_us}},
+                fmt::format("thread {} every {} us", o.thread, o.period_us));
+}
+
+int list_modules(const LiveOptions& options) {
+  auto robot = LiveRobot::find(options);
+  if (!robot) return kNotBegun;
+  const auto reply = robot->ask("status");
+  if (!reply) return kFailed;
+  if (options.json)
+    std::printf("%s", to_line({{"modules", reply->at("modules")}}).c_str());
+  else
+    std::printf("%s", module_table(*reply).c_str());
+  return kDone;
+}
+
+}  // namespace
+
+void add_live_commands(CLI::App& app, CommandContext& context) {
+  live_command(app, context, "list", "the robots that run on this machine", list_robots);
+  live_command(app, context, "status", "how a running robot is", status);
+  live_command(app, context, "stop", "end its run, as Ctrl-C would", stop);
+  live_command(app, context, "arm", "permit its actuators to move; says every reason against it", arm);
+  live_command(app, context, "disarm", "stop its actuators", disarm);
+
+  CLI::App& module = *app.add_subcommand("module", "its modules");
+  module.require_subcommand(1);
+  live_command(module, context, "list", "what each did so far", list_modules);
+  auto on = live_command(module, context, "enable", "reset it, and step it again", enable);
+  on.app.add_option("module", on.options.module)->required()->type_name(kModuleHint);
+  auto off = live_command(module, context, "disable", "step it no more", disable);
+  off.app.add_option("module", off.options.module)->required()->type_name(kModuleHint);
+
+  CLI::App& thread = *app.add_subcommand("thread", "its threads");
+  thread.require_subcommand(1);
+  auto command = live_command(thread, context, "period", "change the period of a periodic thread", period);
+  command.app.add_option("thread", command.options.thread)->required()->type_name(kThreadHint);
+  command.app.add_option("period_us", command.options.period_us, "microseconds")->required()->type_name("US");
+}
+
+}  // namespace sinew::app

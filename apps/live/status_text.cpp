@@ -1,0 +1,130 @@
+#include "apps/live/status_text.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+
+#include "apps/view/graph_text.hpp"
+
+namespace sinew::app {
+namespace {
+
+const Json& list(const Json& of, const char* key) {
+  static const Json kNone = Json::array();
+  const auto at = of.is_object() ? of.find(key) : of.end();
+  return at != of.end() && at->is_array() ? *at : kNone;
+}
+
+std::uint64_t number(const Json& of, const char* key) {
+  const auto at = of.is_object() ? of.find(key) : of.end();
+  return at != of.end() && at->is_number_unsigned() ? at->get<std::uint64_t>() : 0;
+}
+
+std::string text(const Json& of, const char* key) {
+  const auto at = of.is_object() ? of.find(key) : of.end();
+  return at != of.end() && at->is_string() ? at->get<std::string>() : std::string();
+}
+
+bool flag(const Json& of, const char* key) {
+  const auto at = of.is_object() ? of.find(key) : of.end();
+  return at != of.end() && at->is_boolean() && at->get<bool>();
+}
+
+rt::Duration quantile(const Json& of, const char* histogram, const char* which) {
+  const auto at = of.is_object() ? of.find(histogram) : of.end();
+  return rt::Duration{at != of.end() ? static_cast<std::int64_t>(number(*at, which)) : 0};
+}
+
+// "pad, motion": the names of those that are so, or "none".
+template <class Is>
+std::string names_of(const Json& all, Is is) {
+  std::string names;
+  for (const Json& one : all)
+    if (is(one)) names += (names.empty() ? "" : ", ") + text(one, "name");
+  return names.empty() ? "none" : names;
+}
+
+const char* state_of(const Json& module) {
+  if (flag(module, "running")) return "runs";
+  return number(module, "stops") > 0 ? "stopped" : "disabled";
+}
+
+std::string chain_line(const Json& c) {
+  return fmt::format("chain     {}: age p50 {} p99 {} max {}, budget {} missed {} of {}\n", text(c, "name"),
+                     human(quantile(c, "age", "p50_ns")), human(quantile(c, "age", "p99_ns")),
+                     human(quantile(c, "age", "max_ns")),
+                     human(rt::Duration{static_cast<std::int64_t>(number(c, "budget_ns"))}), number(c, "budget_misses"),
+                     c.contains("age") ? number(c["age"], "count") : 0);
+}
+
+// What the guardian permits; else every reason why arming would be refused.
+std::string guardian_lines(const Json& guardian) {
+  constexpr std::array<const char*, 4> kModes{"standby", "armed", "active", "safe"};
+  const bool permitted = number(guardian, "permitted") != 0, ready = number(guardian, "ready") != 0;
+  std::string out = fmt::format("guardian  {}; commands {}{}\n",
+                                kModes[static_cast<std::size_t>(number(guardian, "mode") % kModes.size())],
+                                permitted ? "pass" : "do not pass",
+                                permitted ? ""
+                                : ready   ? "; ready to arm"
+                                          : "; not ready:");
+  if (permitted || ready) return out;
+  for (const Json& reason : list(guardian, "reasons"))
+    if (reason.is_string()) out += fmt::format("          {}\n", reason.get_ref<const std::string&>());
+  return out;
+}
+
+// Each complaint of a device, as it says it.
+std::string device_lines(const Json& devices) {
+  const Json& complaints = list(devices, "complaints");
+  std::string out = fmt::format("devices   {}\n", complaints.empty() ? "nothing to complain about" : "complain:");
+  for (const Json& line : complaints)
+    if (line.is_string()) out += fmt::format("          {}\n", line.get_ref<const std::string&>());
+  return out;
+}
+
+}  // namespace
+
+std::string status_text(const Json& all) {
+  const Json &threads = list(all, "threads"), &modules = list(all, "modules"), &topics = list(all, "topics");
+  const auto over = [](const Json& t) { return number(t, "overruns") > 0; };
+  const auto stopped = [](const Json& m) { return state_of(m) == std::string_view("stopped"); };
+  const auto disabled = [](const Json& m) { return state_of(m) == std::string_view("disabled"); };
+  const auto faulty = [](const Json& m) { return number(m, "fault") > 0; };
+  const auto losing = [](const Json& t) { return number(t, "drops") > 0; };
+  std::string out = fmt::format("robot     {}: process {}, board {}, {}\n", text(all, "robot"), number(all, "pid"),
+                                text(all, "board"), flag(all, "virtual_time") ? "virtual time" : "real time");
+  out += fmt::format("threads   {}; with overruns: {}\n", threads.size(), names_of(threads, over));
+  out += fmt::format("modules   {}; stopped: {}; disabled: {}; with faults: {}\n", modules.size(),
+                     names_of(modules, stopped), names_of(modules, disabled), names_of(modules, faulty));
+  out += fmt::format("topics    {}; with losses: {}\n", topics.size(), names_of(topics, losing));
+  for (const Json& c : list(all, "chains")) out += chain_line(c);
+  if (const auto guardian = all.find("guardian"); guardian != all.end()) out += guardian_lines(*guardian);
+  if (const auto devices = all.find("devices"); devices != all.end()) out += device_lines(*devices);
+  if (const auto others = all.find("outsiders"); others != all.end())
+    out += fmt::format("outsiders {} connected, {} requests so far\n", number(*others, "clients"),
+                       number(*others, "requests"));
+  return out;
+}
+
+std::string module_table(const Json& status) {
+  std::string out = fmt::format("{:<16} {:<30} {:<12} {:<9} {:>9} {:>7} {:>6} {:>9}\n", "module", "type", "thread",
+                                "state", "steps", "stale", "faults", "exec p99");
+  for (const Json& m : list(status, "modules"))
+    out += fmt::format("{:<16} {:<30} {:<12} {:<9} {:>9} {:>7} {:>6} {:>9}\n", text(m, "name"), text(m, "type"),
+                       text(m, "thread"), state_of(m), number(m, "steps"), number(m, "stale"), number(m, "fault"),
+                       human(quantile(m, "exec", "p99_ns")));
+  return out;
+}
+
+StatusRows rows_of(const Json& status) {
+  StatusRows rows;
+  for (const Json& t : list(status, "threads"))
+    rows.threads.push_back({text(t, "name"), static_cast<int>(number(t, "priority")), number(t, "completions"),
+                            number(t, "overruns"), quantile(t, "lateness", "p50_ns"), quantile(t, "lateness", "p99_ns"),
+                            quantile(t, "exec", "p99_ns")});
+  for (const Json& t : list(status, "topics"))
+    rows.topics.push_back({text(t, "name"), number(t, "messages"), number(t, "drops"), quantile(t, "age", "p99_ns")});
+  return rows;
+}
+
+}  // namespace sinew::app

@@ -1,0 +1,39 @@
+#pragma once
+// The topic commands, each with what it is told; `file`: of a recorded file instead of a running robot.
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "apps/live/live_robot.hpp"
+#include "apps/live/topic_rate.hpp"
+
+namespace sinew::app {
+
+struct TopicListOptions : LiveOptions {
+  std::string file;
+};
+
+struct TopicOptions : TopicListOptions {
+  std::string topic;
+};
+
+struct EchoOptions : TopicOptions {
+  std::uint64_t count = 0;  // 0: until Ctrl-C, or to the end of the file
+  std::string field;
+  double timeout_s = 0;  // 0: never
+};
+
+struct HzOptions : TopicOptions {
+  double seconds = 2;  // of a robot; a file is looked at as a whole
+};
+
+int list_topics_of_file(const TopicListOptions& options);
+int topic_info_of_file(const TopicOptions& options);
+int echo_file(const EchoOptions& options);
+int hz_of_file(const HzOptions& options);
+
+/// One message in the form that was asked for; empty, after it was said why, when it has no such field.
+std::string echo_text(const EchoOptions& options, const Json& message, std::uint32_t sequence,
+                      std::int64_t published_ns);
+void print_rate(const HzOptions& options, const TopicRate& rate);
+
+}  // namespace sinew::app

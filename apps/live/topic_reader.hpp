@@ -1,0 +1,42 @@
+#pragma once
+// The messages of one topic of a running robot, in order, read from its memory.
+#include <optional>
+#include <vector>
+
+#include "apps/live/live_robot.hpp"
+#include "hal/os.hpp"
+
+namespace sinew::app {
+
+/// Thread:  owner.
+class TopicReader {
+ public:
+  /// Nothing, after why was said: no such topic (the list follows), or its memory cannot be read.
+  static std::optional<TopicReader> open(LiveRobot& robot, const std::string& topic);
+
+  enum class Got { message, nothing, end };
+  /// Waits for the next message, until `deadline`; `end`: the robot ended (that was said), or Ctrl-C.
+  Got next(hal::Time deadline);
+
+  /// Of the message that next() got: its own copy.
+  const rt::SlotHeader& header() const { return *reinterpret_cast<const rt::SlotHeader*>(copy_.data()); }
+  const void* message() const { return copy_.data() + sizeof(rt::SlotHeader); }
+  const tap::Topic& topic() const { return reader_->topics()[index_]; }
+  std::uint64_t lost() const { return cursor_.lost; }
+
+ private:
+  TopicReader(LiveRobot& robot, const tap::Reader& reader, std::uint32_t index);
+  bool take();
+
+  LiveRobot* robot_;
+  const tap::Reader* reader_;
+  std::uint32_t index_;
+  tap::Cursor cursor_;
+  struct alignas(64) Block {
+    std::byte bytes[64];
+  };
+  std::vector<Block> blocks_;
+  std::span<std::byte> copy_;
+};
+
+}  // namespace sinew::app

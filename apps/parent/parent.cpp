@@ -1,0 +1,318 @@
+#include "apps/parent/parent.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cstdio>
+#include <optional>
+
+#include "apps/parent/last_seconds.hpp"
+#include "apps/parent/run_folder.hpp"
+#include "hal/linux/process.hpp"
+#include "hal/linux/socket.hpp"
+#include "hal/linux/watchdog.hpp"
+#include "hal/platform.hpp"
+#include "record/run/ring_memory.hpp"
+#include "tap/reader.hpp"
+
+namespace sinew::app {
+namespace {
+
+using namespace std::chrono_literals;
+
+// What the runtime says on the line, one byte each; kTopics and kRing bring memory.
+constexpr std::byte kTopics{'T'}, kRing{'R'}, kEnding{'E'};
+
+constexpr int kPriority = 99;                   // as the guardian: it sleeps but for a few microseconds of each look
+constexpr hal::Duration kLook = 5ms;            // between two looks at the runtime
+constexpr hal::Duration kOrderlyEnd = 20s;      // from kEnding, or from asking, to the end of the process
+constexpr hal::Duration kStopRepeated = 500ms;  // the line may be broken by the same fault for a moment
+
+class Parent {
+ public:
+  Parent(const ParentOptions& options, Supervised& supervised) : options_(options), supervised_(supervised) {}
+
+  int run() {
+    if (!open_watchdog()) return 2;
+    auto line = hal::stream_pair();
+    if (!line) return refuse("no line to the runtime", line.error());
+    auto child = hal::ChildProcess::fork([&] {
+      line->first.reset();
+      watchdog_.reset();  // only the parent's hand feeds it; the device stays open there
+      ParentLine to_parent(std::move(line->second));
+      return supervised_.body(to_parent);
+    });
+    if (!child) return refuse("no process for the runtime", child.error());
+    supervised_.in_parent();
+    open_lines();
+    line->second.reset();
+    line_ = std::move(line->first);
+    runtime_ = std::move(*child);
+    // Above everything that the runtime may let run wild; without the privilege it watches all the same.
+    auto thread = os_.start_thread({"parent", kPriority, {}, 64 * 1024}, [this] { watch(); });
+    if (!thread) return refuse("no thread for the parent", thread.error());
+    (*thread)->join();
+    if (fault_.empty()) return exit_code_;
+    report();
+    return 1;
+  }
+
+ private:
+  int refuse(const char* what, const hal::Error& error) {
+    runtime_.reset();  // ended
+    if (watchdog_) static_cast<void>(watchdog_->release());
+    std::fprintf(stderr, "sinew: parent: %s: %s (%s)\n", what, hal::to_string(error.code), error.where);
+    return 2;
+  }
+
+  /// Beside the runtime: what is opened here is not in its copy, and may have threads.
+  void open_lines() {
+    for (StopWay& way : supervised_.stops)
+      if (!way.line) way.line = way.open();
+    stopped_.resize(supervised_.stops.size());
+  }
+
+  bool open_watchdog() {
+    if (options_.watchdog.empty()) return true;
+    auto opened = hal::open_watchdog(options_.watchdog, options_.watchdog_timeout);
+    if (!opened) {
+      std::fprintf(stderr, "sinew: parent.watchdog: \"%s\": %s (%s)\n", options_.watchdog.c_str(),
+                   hal::to_string(opened.error().code), opened.error().where);
+      return false;
+    }
+    watchdog_ = std::move(*opened);
+    return true;
+  }
+
+  void watch() {
+    last_change_ = os_.now();
+    for (hal::Time next = os_.now(); !done_; next = next + kLook) {
+      os_.sleep_until(next);
+      look(os_.now());
+    }
+  }
+
+  void look(hal::Time now) {
+    listen(now);
+    for (const StopWay& way : supervised_.stops)
+      if (way.line) way.line->tend();
+    if (hal::stop_requested() && !asked_to_end_) {
+      asked_to_end_ = true;
+      end_by_ = now + kOrderlyEnd;
+      runtime_->terminate();
+    }
+    if (const auto code = runtime_->poll()) {
+      exit_code_ = *code;
+      if (*code > 128 || (topics_ && !ending_)) return act(now, "the runtime died: " + hal::describe_exit(*code));
+      if (watchdog_) static_cast<void>(watchdog_->release());
+      done_ = true;
+      return;
+    }
+    if (now > end_by_) return act(now, "the runtime does not end");
+    if (!ending_ && topics_) {
+      if (const std::uint32_t beat = pulse(); beat != beat_) {
+        beat_ = beat;
+        last_change_ = now;
+      } else if (now - last_change_ > options_.hang) {
+        return act(now, fmt::format("the runtime hangs: no commit of the guardian for {} ms",
+                                    (now - last_change_).count() / 1'000'000));
+      }
+    }
+    feed(now);
+  }
+
+  void listen(hal::Time now) {
+    std::array<std::byte, 1> word{};
+    const auto n = line_->read_now(word);
+    if (!n || *n == 0) return;  // nothing new, or the runtime's end is gone: poll() tells
+    if (word[0] == kEnding) {
+      ending_ = true;
+      end_by_ = now + kOrderlyEnd;
+    } else if (word[0] == kRing) {
+      auto memory = line_->take_memory(hal::Stream::MemoryAccess::mapped);
+      if (!memory) return;
+      ring_ = std::move(*memory);
+      line_->expect_memory();  // the topics'
+      static_cast<void>(line_->write(word));
+    } else if (word[0] == kTopics) {
+      auto memory = line_->take_memory(hal::Stream::MemoryAccess::mapped);
+      if (!memory) return;  // supervise() then gets no answer and fails there
+      memory_ = std::move(*memory);
+      auto reader = tap::Reader::open({memory_->data(), memory_->size()});
+      if (!reader) return;
+      topics_ = std::move(*reader);
+      for (std::uint32_t t = 0; t < topics_->topics().size(); ++t)
+        if (topics_->topics()[t].name.starts_with("guardian.")) guardian_ = t;
+      beat_ = pulse();
+      last_change_ = now + 1s;  // the executor's threads are still to come up
+      for (const StopWay& way : supervised_.stops)
+        if (!way.warning->empty()) std::fprintf(stderr, "warning: %s\n", way.warning->c_str());
+      static_cast<void>(line_->write(word));
+    }
+  }
+
+  // The guardian publishes in every cycle, at least twice a lease.
+  std::uint32_t pulse() const {
+    const auto message = topics_->newest(guardian_);
+    return message ? message->sequence : 0;
+  }
+
+  void feed(hal::Time now) {
+    if (!watchdog_ || now < next_feed_) return;
+    next_feed_ = now + watchdog_->timeout() / 4;
+    if (auto fed = watchdog_->feed(); !fed && !feed_failed_) {
+      feed_failed_ = true;
+      std::fprintf(stderr, "warning: the watchdog takes no food: %s\n", fed.error().where);
+    }
+  }
+
+  // In the order of urgency; the watchdog is simply not fed again. Lines that last need no dead runtime.
+  void act(hal::Time now, std::string fault) {
+    fault_ = std::move(fault);
+    // Who may be fed by threads of the runtime that still live is first rid of it; the plant, which may be what hangs,
+    // is asked after that.
+    const bool mixed = any_that_does_not_last();
+    if (mixed) {
+      runtime_->kill_now();
+      stop_what_does_not_last(now);
+    }
+    for (std::size_t i = 0; i < stopped_.size(); ++i)
+      if (lasts(i)) stop(i, now);
+    if (!mixed) runtime_->kill_now();
+    if (!runtime_->poll()) {  // it may have sent meanwhile
+      runtime_->wait(2s);
+      stop_what_does_not_last(now);
+    }
+    for (const hal::Time until = os_.now() + kStopRepeated; os_.now() < until;) {
+      bool all = true;
+      for (std::size_t i = 0; i < stopped_.size(); ++i) all = stop_again(i, now) && all;
+      if (all) break;
+    }
+    done_ = true;
+  }
+
+  bool lasts(std::size_t i) const { return supervised_.stops[i].line && supervised_.stops[i].line->lasts(); }
+
+  bool any_that_does_not_last() const {
+    for (std::size_t i = 0; i < stopped_.size(); ++i)
+      if (supervised_.stops[i].line && !lasts(i)) return true;
+    return false;
+  }
+
+  void stop_what_does_not_last(hal::Time since) {
+    for (std::size_t i = 0; i < stopped_.size(); ++i)
+      if (!lasts(i)) stop(i, since);
+  }
+
+  /// True: it has been stopped, or there is no way.
+  bool stop_again(std::size_t i, hal::Time since) {
+    if (stopped_[i].status) return true;
+    os_.sleep_until(os_.now() + 10ms);
+    if (auto line = supervised_.stops[i].open()) supervised_.stops[i].line = std::move(line);
+    if (!supervised_.stops[i].line) return false;
+    stop(i, since);
+    return stopped_[i].status.has_value();
+  }
+
+  void stop(std::size_t i, hal::Time since) {
+    if (!supervised_.stops[i].line) return;
+    stopped_[i].status = supervised_.stops[i].line->stop();
+    stopped_[i].after = os_.now() - since;
+  }
+
+  void report() {
+    std::fprintf(stderr, "sinew: %s\n", fault_.c_str());
+    if (stopped_.empty()) std::fprintf(stderr, "sinew: stop of the actuators: no stop line\n");
+    for (std::size_t i = 0; i < stopped_.size(); ++i) report_stop(i);
+    if (watchdog_) std::fprintf(stderr, "sinew: the watchdog is not fed any more\n");
+    save_topics();
+    save_ring();
+  }
+
+  void report_stop(std::size_t i) {
+    const StopWay& way = supervised_.stops[i];
+    std::string stop = "no stop line";
+    if (way.line) {
+      stop = stopped_[i].status
+                 ? fmt::format("sent {:.1f} ms later", static_cast<double>(stopped_[i].after.count()) * 1e-6)
+                 : fmt::format("failed: {}", stopped_[i].status.error().where);
+      if (const std::string told = way.line->told(); !told.empty()) stop += "; " + told;
+    }
+    const std::string of = stopped_.size() > 1 ? " (" + way.name + ")" : "";
+    std::fprintf(stderr, "sinew: stop of the actuators%s: %s\n", of.c_str(), stop.c_str());
+  }
+
+  void save_topics() {
+    if (!memory_) return;
+    std::string why;
+    const std::string folder =
+        save_last_seconds(options_.save_to, supervised_.robot, fault_, {memory_->data(), memory_->size()}, why);
+    if (folder.empty())
+      std::fprintf(stderr, "sinew: the last seconds could not be saved: %s\n", why.c_str());
+    else
+      std::fprintf(stderr, "sinew: the last seconds are in %s\n", folder.c_str());
+  }
+
+  /// The runtime is dead: its parts are as it left them.
+  void save_ring() {
+    if (!ring_) return;
+    const auto ring = record::RingMemory::open({ring_->data(), ring_->size()});
+    std::string why = "it was not begun", folder = ring ? ring->folder() : std::string();
+    if (ring && folder.empty()) folder = make_run_folder(supervised_.runs, supervised_.robot, why);
+    if (folder.empty()) {
+      std::fprintf(stderr, "sinew: the flight ring could not be saved: %s\n", why.c_str());
+      return;
+    }
+    const record::DumpFile file = next_ring_file(folder);
+    record::Dumped dumped;
+    if (const auto saved = record::dump_ring(ring->parts(), file, fault_, 0, dumped); !saved)
+      std::fprintf(stderr, "sinew: the flight ring could not be saved: %s: %s\n", file.path.c_str(),
+                   error_text(saved.error()).c_str());
+    else
+      std::fprintf(stderr, "sinew: the flight ring is in %s\n", file.path.c_str());
+  }
+
+  const ParentOptions& options_;
+  Supervised& supervised_;
+  hal::Os& os_ = hal::system_os();
+  std::unique_ptr<hal::Watchdog> watchdog_;
+  std::unique_ptr<hal::Stream> line_;
+  std::unique_ptr<hal::ChildProcess> runtime_;
+  std::unique_ptr<hal::SharedMemory> memory_, ring_;
+  std::optional<tap::Reader> topics_;
+  std::uint32_t guardian_ = 0;  // one of its topics
+  std::uint32_t beat_ = 0;
+  hal::Time last_change_{}, next_feed_{}, end_by_ = hal::kNever;
+  bool asked_to_end_ = false, ending_ = false, done_ = false, feed_failed_ = false;
+  int exit_code_ = 0;
+  std::string fault_;
+  struct Stopped {
+    hal::Status status = hal::Error{hal::Errc::not_found, "no stop line"};
+    hal::Duration after{};
+  };
+  std::vector<Stopped> stopped_;  // as Supervised::stops
+};
+
+}  // namespace
+
+hal::Status ParentLine::supervise(const hal::SharedMemory& topics) { return hand_over(kTopics, topics); }
+
+hal::Status ParentLine::keep_ring(const hal::SharedMemory& ring) { return hand_over(kRing, ring); }
+
+hal::Status ParentLine::hand_over(std::byte what, const hal::SharedMemory& memory) {
+  const std::array<std::byte, 1> word{what};
+  std::array<std::byte, 1> answer{};
+  stream_->set_patience(2s);
+  if (auto sent = stream_->write_with_memory(word, memory); !sent) return sent;
+  if (auto n = stream_->read(answer); !n) return n.error();
+  return {};
+}
+
+void ParentLine::ending() {
+  const std::array<std::byte, 1> word{kEnding};
+  static_cast<void>(stream_->write(word));  // a parent that is gone needs no telling
+}
+
+int run_with_parent(const ParentOptions& options, Supervised supervised) { return Parent(options, supervised).run(); }
+
+}  // namespace sinew::app

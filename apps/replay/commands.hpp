@@ -1,0 +1,10 @@
+#pragma once
+#include "apps/replay/commands.hpp"
+#include "apps/command/command.hpp"
+
+namespace sinew::app {
+
+void add_replay_command(CLI::App& app, CommandContext& context);
+void add_tune_command(CLI::App& app, CommandContext& context);
+
+}  // namespace sinew::app

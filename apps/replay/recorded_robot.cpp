@@ -1,0 +1,66 @@
+#include "apps/replay/recorded_robot.hpp"
+
+#include <algorithm>
+#include <charconv>
+
+#include "apps/robot_file/param_value.hpp"
+#include "apps/robot_file/robot_file.hpp"
+#include "apps/robot/without_camera.hpp"
+
+namespace sinew::app {
+
+std::optional<rt::GraphSpec> written_spec(record::Reader& reader, const std::string& file, std::string& why) {
+  const auto text = record::read_attachment(reader, "robot.toml");
+  if (!text) {
+    why = "the file holds no run of Sinew";
+    return std::nullopt;
+  }
+  LoadedRobot loaded = parse_robot(*text, file + ": robot.toml");
+  for (const auto& p : loaded.problems) why += rt::to_string(p, loaded.robot.path) + "\n";
+  if (!loaded.problems.empty()) return std::nullopt;
+  return std::move(loaded.robot.graph);
+}
+
+std::optional<rt::GraphSpec> recorded_spec(record::Reader& reader, const std::string& file, std::string& why) {
+  const auto run = record::read_metadata(reader, "sinew.run");
+  auto written = written_spec(reader, file, why);
+  if (!written) return std::nullopt;
+  if (!run.contains("seed")) {
+    why = "the file holds no run of Sinew";
+    return std::nullopt;
+  }
+  rt::GraphSpec& spec = *written;
+  const std::string& seed = run.at("seed");
+  std::from_chars(seed.data(), seed.data() + seed.size(), spec.seed);
+
+  const auto modules = record::read_metadata(reader, "sinew.modules");
+  const auto ran = [&](const std::string& name) {
+    return std::any_of(modules.begin(), modules.end(), [&](const auto& m) { return m.second == name; });
+  };
+  if (std::any_of(spec.modules.begin(), spec.modules.end(),
+                  [&](const auto& m) { return m.type == "drivers::CameraSource" && !ran(m.name); }))
+    leave_out_camera(spec);
+  for (const auto& param : record::read_metadata(reader, "sinew.params")) {
+    const std::string &name = param.first, &value = param.second;
+    const bool is_text = value.size() >= 2 && value.front() == '"';
+    const auto module = std::find_if(spec.modules.begin(), spec.modules.end(),
+                                     [&](const auto& m) { return m.name == name.substr(0, name.find('.')); });
+    if (module == spec.modules.end()) continue;  // the guardian has none
+    module->params[name.substr(name.find('.') + 1)] = {
+        is_text ? rt::ParamValue(value.substr(1, value.size() - 2)) : param_value(value), 0};
+  }
+  return written;
+}
+
+std::unique_ptr<rt::Graph> configured_graph(const rt::GraphSpec& spec, const rt::ModuleTypes& types, hal::Board& board,
+                                            const std::string& file, std::string& why) {
+  auto graph = std::make_unique<rt::Graph>(spec, types);
+  for (const auto& p : graph->check()) why += (why.empty() ? "" : "\n") + rt::to_string(p, file + ": robot.toml");
+  if (!why.empty()) return nullptr;
+  if (graph->configure(board)) return graph;
+  why = file + ": its modules cannot be configured";
+  for (const auto& p : graph->configure_problems()) why += "\n" + rt::to_string(p, file + ": robot.toml");
+  return nullptr;
+}
+
+}  // namespace sinew::app

@@ -1,0 +1,76 @@
+#pragma once
+// Recordings executed again with other parameters, many at a time, each scored by an error.
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/replay/sweep.hpp"
+#include "record/run/comparison.hpp"
+
+namespace sinew::app {
+
+struct TuningTask {
+  std::vector<std::string> files;
+  std::vector<std::string> params;            // parse_sweep()
+  std::string error;                          // a quantity, as record::means() knows it
+  bool against_truth = true;                  // else against the record
+  std::string truth;                          // topic; empty: the one that the file has
+  std::optional<double> from_s{}, until_s{};  // of each record: what counts
+  unsigned jobs = 0;                          // at a time; 0: a processor each
+};
+
+/// What came of one point, or of the recorded parameters.
+struct Score {
+  record::Deviation error;               // over all files
+  std::vector<record::Deviation> files;  // each
+  std::uint64_t missing = 0;             // messages that the recorded version published and this does not
+  std::vector<std::string> stopped{};    // modules that could not be executed to the end, in words
+  /// It published nearly all messages: a filter that says nothing makes no errors.
+  bool counts() const;
+};
+
+/// Thread:  owner.
+class Tuning {
+ public:
+  /// Errors:  false, with `why`: files, parameters, the error, no truth to hold it against.
+  bool prepare(TuningTask task, const rt::ModuleTypes& types, std::string& why);
+
+  const std::vector<SweptParam>& params() const { return params_; }
+  const std::vector<SweepPoint>& points() const { return points_; }
+  const std::string& error_name() const { return error_; }
+  const std::string& unit() const { return unit_; }
+  const std::vector<std::string>& modules() const { return modules_; }  // that are executed again
+
+  /// Executes everything; `progress` is told how many of points() x files are done more. Errors: false, with `why`.
+  bool run(const std::function<void(std::size_t)>& progress, std::string& why);
+  const std::vector<Score>& scores() const { return scores_; }  // of points()
+  const Score& recorded() const { return recorded_; }
+  /// The point with the smallest error of those that count; nothing: none does.
+  std::optional<std::size_t> best() const;
+  /// For each module the line of its parameters in the (first) robot file, with the values of this point.
+  std::string robot_file_lines(std::size_t point) const;
+
+ private:
+  struct File;
+  struct Result;
+  bool open(const std::string& path, std::string& why);
+  bool choose_error(const rt::Graph& graph, std::string& why);
+  void choose_modules(const rt::Graph& graph, std::uint32_t error_module);
+  bool replay(std::size_t point, const File& file, Result& result, std::string& why) const;
+  void sum_up(const std::vector<Result>& results);
+
+  TuningTask task_;
+  const rt::ModuleTypes* types_ = nullptr;
+  std::vector<std::shared_ptr<File>> files_;
+  rt::GraphSpec written_;  // robot file of the first
+  std::vector<SweptParam> params_;
+  std::vector<SweepPoint> points_;
+  std::string error_, error_module_, unit_;
+  std::vector<std::string> modules_;
+  std::vector<Score> scores_;
+  Score recorded_;
+};
+
+}  // namespace sinew::app

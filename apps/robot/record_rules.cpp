@@ -1,0 +1,20 @@
+#include "apps/robot/record_rules.hpp"
+
+#include "rt/parameters.hpp"
+
+namespace sinew::app {
+
+std::vector<rt::Problem> check_recording(const RecordOptions& record, const rt::Graph& graph) {
+  std::vector<rt::Problem> problems;
+  const auto look = [&](int line, const char* key, const std::string& topic) {
+    if (graph.find_topic(topic) != rt::kNone) return;
+    std::vector<std::string> names;
+    for (const auto& t : graph.topics()) names.push_back(t.name);
+    problems.push_back({line, std::string("record.") + key, rt::quoted(topic), "a topic: " + rt::listed(names)});
+  };
+  for (const auto& topic : record.topics) look(topic.line, "topics", topic.value);
+  for (const auto& [topic, rate] : record.rate_hz) look(rate.line, "rate_hz", topic);
+  return problems;
+}
+
+}  // namespace sinew::app

@@ -1,0 +1,51 @@
+#include "apps/robot/robot_check.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+
+#include "apps/robot/board_rules.hpp"
+#include "apps/robot/linux_board.hpp"
+#include "apps/robot/pace_rules.hpp"
+#include "apps/robot/wiring_rules.hpp"
+#include "apps/robot_file/calibration.hpp"
+#include "apps/robot/record_rules.hpp"
+
+namespace sinew::app {
+
+std::vector<rt::Problem> check_robot(const RobotFile& robot, const rt::Graph& graph, const rt::CheckOptions& how) {
+  std::vector<rt::Problem> all = graph.check(how);
+  const auto add = [&all](std::vector<rt::Problem> more) {
+    std::move(more.begin(), more.end(), std::back_inserter(all));
+  };
+  // How a run goes (time, permission) is not the file's.
+  add(check_boards(graph.spec(), {.virtual_time = false, .real_actuators = true}));
+  add(check_linux_devices(robot));
+  add(check_recording(robot.record, graph));
+  // What is wrong in itself is no half of a relation.
+  if (all.empty()) add(check_wiring(robot, graph));
+  if (all.empty()) add(check_paces(robot, graph));
+  std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.line < b.line; });
+  return all;
+}
+
+rt::CheckOptions check_options(const RobotFile& robot) { return {.virtual_time = robot.graph.board != "linux"}; }
+
+UsedCalibration use_calibration(RobotFile& robot, const rt::ModuleTypes& types) {
+  UsedCalibration used{calibration_path(robot), false, {}};
+  if (used.file.empty()) return used;
+  std::ifstream in(used.file, std::ios::binary);
+  if (!in) {
+    used.absent = true;
+    return used;
+  }
+  const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  const Calibration calibration = parse_calibration(text, used.file);
+  used.problems = apply_calibration(calibration, types, robot);
+  if (used.problems.empty())  // what it says has to be allowed as if the robot file said so
+    for (rt::Problem& p : check_linux_devices(robot))
+      if (const int line = calibration.line_of(p.key)) p.line = line, used.problems.push_back(std::move(p));
+  return used;
+}
+
+}  // namespace sinew::app

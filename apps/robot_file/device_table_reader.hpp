@@ -1,0 +1,10 @@
+#pragma once
+#include "apps/robot_file/toml_reader.hpp"
+#include "drivers/device_spec.hpp"
+
+namespace sinew::app {
+
+/// [device.NAME] and [bus.NAME] of a robot file. Keys are only collected; drivers::check_devices() knows them.
+void read_device(const std::string& name, TomlReader& r, std::vector<drivers::DeviceSpec>& out);
+
+}  // namespace sinew::app

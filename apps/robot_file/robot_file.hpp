@@ -1,0 +1,57 @@
+#pragma once
+// Robot files: TOML to rt::GraphSpec, with every problem named at once.
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "apps/robot_file/parent_options.hpp"
+#include "apps/robot_file/record_options.hpp"
+#include "apps/robot_file/validity.hpp"
+#include "drivers/device_spec.hpp"
+#include "rt/graph.hpp"
+
+namespace sinew::app {
+
+/// How the sim board reaches its plant.
+struct SimOptions {
+  std::string plant = "auto";  // "auto": start sinew-sim; else "unix:PATH" or "tcp:HOST:PORT"
+  std::string world = "quad";  // of a plant that is started
+  std::uint32_t camera_width = 320, camera_height = 240;
+  int camera_line = 0;
+  double relink_s = 10;  // real time: how long a lost plant is looked for
+  ValidityBounds bounds;
+};
+
+struct RobotFile {
+  std::string path;
+  rt::GraphSpec graph;
+  SimOptions sim;
+  ParentOptions parent;
+  RecordOptions record;
+  drivers::DeviceSpecs devices;          // of the board `linux`
+  rt::Located<std::string> calibration;  // file of what differs from one such robot to the next; empty: none
+};
+
+struct LoadedRobot {
+  RobotFile robot;
+  // Of form only (keys, types, ranges of the file); rt::Graph::check() does the rest.
+  std::vector<rt::Problem> problems{};
+  bool readable = true;  // the file could be read at all
+  bool parsed = false;   // and is TOML
+};
+
+/// Adds what rt::Graph::check() says of the graph that could be read, but for what follows from problems of form.
+void add_graph_problems(LoadedRobot& loaded, const rt::ModuleTypes& types, const rt::CheckOptions& options);
+
+/// Reads the text of a robot file. Never stops at the first problem, except for TOML that does not parse.
+/// Source:  docs/robot-file.md lists all keys.
+LoadedRobot parse_robot(std::string_view text, const std::string& path);
+
+/// The header under which a robot file has the keys of `section`: "[guardian]", "[[thread]]", "[actuator.NAME]". Empty:
+/// there is no such section, or it is `module`.
+std::string section_header(std::string_view section);
+
+/// Reads a robot file from disk; a file that cannot be read is one problem.
+LoadedRobot load_robot(const std::string& path);
+
+}  // namespace sinew::app

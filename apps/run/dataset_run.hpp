@@ -1,0 +1,10 @@
+#pragma once
+#include "apps/run/run_setup.hpp"
+
+namespace sinew::app {
+
+/// Runs a prepared robot on a recorded folder, in virtual or real time, and compares its attitude with the ground truth
+/// that lies there. The exit code of `sinew run`.
+int run_on_dataset(Prepared& prepared, const RunOptions& options);
+
+}  // namespace sinew::app

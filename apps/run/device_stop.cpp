@@ -1,0 +1,111 @@
+#include "apps/run/device_stop.hpp"
+
+#include <atomic>
+#include <cstdio>
+
+#include "apps/robot/board_rules.hpp"
+#include "drivers/joints/can_stop_line.hpp"
+#include "hal/linux/devices/connectors.hpp"
+#include "hal/platform.hpp"
+
+namespace sinew::app {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr hal::Duration kPatience = 200ms, kStopLook = 2ms;
+
+/// The stop line with what it is made of. A bus behind a network may take seconds to be connected to, and its owner
+/// watches over the runtime: so a thread opens it, and nobody waits for that longer than kPatience.
+/// Thread:  owner.
+class DeviceStop final : public hal::StopLine {
+ public:
+  /// Null: it is known by then that there is no bus, and it was said.
+  static std::unique_ptr<hal::StopLine> open(const drivers::DeviceSpecs& devices,
+                                             const std::vector<std::string>& groups, std::string& warning) {
+    std::unique_ptr<DeviceStop> stop(new DeviceStop);
+    hal::ThreadOptions options;
+    options.name = "stop_line";
+    options.stack_bytes = std::size_t{256} * 1024;  // looking up a host takes some
+    auto opener =
+        hal::system_os().start_thread(options, [s = stop.get(), &devices, groups] { s->connect(devices, groups); });
+    if (!opener) {
+      warning = std::string("no stop line to the actuators: no thread: ") + opener.error().where;
+      return nullptr;
+    }
+    stop->opener_ = std::move(*opener);
+    stop->late_ = !stop->opened();
+    if (stop->late_) return stop;
+    warning = stop->warning_;
+    if (!stop->line_) return nullptr;
+    return stop;
+  }
+  hal::Status stop() noexcept override {
+    if (!opened()) return hal::Error{hal::Errc::timeout, "its buses are still being connected to"};
+    if (!line_) return hal::Error{hal::Errc::closed, "no bus could be connected to"};
+    return line_->stop();
+  }
+  bool lasts() const noexcept override { return false; }
+  void tend() noexcept override {
+    if (!ready_.load(std::memory_order_acquire)) return;
+    if (late_ && !warning_.empty()) std::fprintf(stderr, "warning: %s\n", warning_.c_str());
+    late_ = false;
+    if (line_) line_->tend();
+  }
+  std::string told() const override {
+    return ready_.load(std::memory_order_acquire) && line_ ? line_->told() : std::string();
+  }
+
+ private:
+  DeviceStop() = default;
+  void connect(const drivers::DeviceSpecs& devices, const std::vector<std::string>& groups) {
+    std::string why;
+    line_ = drivers::CanStopLine::open(devices, groups, *connectors_, hal::system_os(), why);
+    if (!why.empty() || !line_)
+      warning_ = "no stop line to " + (why.empty() ? "the actuators" : why) +
+                 ": when the runtime dies, joints there stop by their own time-outs (device_timeout_ms)";
+    ready_.store(true, std::memory_order_release);  // with the acquires above: line_ is whole
+  }
+  /// Whether it is known what there is; waits a moment for it.
+  bool opened() const noexcept {
+    hal::Os& os = hal::system_os();
+    for (const hal::Time end = os.now() + kPatience; !ready_.load(std::memory_order_acquire);) {
+      if (os.now() >= end) return false;
+      os.sleep_until(os.now() + kStopLook);
+    }
+    return true;
+  }
+
+  // Looked at every few milliseconds anyway: no thread has to watch.
+  std::unique_ptr<hal::Connectors> connectors_ = hal::LinuxConnectors::unwatched(hal::system_os());
+  std::unique_ptr<drivers::CanStopLine> line_;  // the opener's until it is ready; so is warning_
+  std::string warning_;
+  bool late_ = false;  // whoever opened it no longer waits for the warning
+  std::atomic<bool> ready_{false};
+  std::unique_ptr<hal::Thread> opener_;  // last: ends before what it uses
+};
+
+std::vector<std::string> linux_groups(const rt::GraphSpec& robot) {
+  std::vector<std::string> groups;
+  for (const rt::ActuatorSpec& a : robot.actuators)
+    if (board_of(robot, a.name) == "linux") groups.push_back(a.name);
+  return groups;
+}
+
+}  // namespace
+
+void add_stops_of_linux_devices(const Prepared& prepared, std::vector<StopWay>& stops) {
+  auto groups = linux_groups(prepared.graph->spec());
+  if (groups.empty()) return;
+  StopWay way{.name = "CAN"};
+  // Once, beside the runtime: its buses come back by themselves.
+  way.open = [&devices = prepared.robot.devices, groups = std::move(groups), warning = way.warning,
+              opened = false]() mutable -> std::unique_ptr<hal::StopLine> {
+    if (opened) return nullptr;
+    opened = true;
+    return DeviceStop::open(devices, groups, *warning);
+  };
+  stops.push_back(std::move(way));
+}
+
+}  // namespace sinew::app

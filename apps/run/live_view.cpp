@@ -1,0 +1,39 @@
+#include "apps/run/live_view.hpp"
+
+#include <fmt/format.h>
+
+#include "hal/linux/process.hpp"
+
+namespace sinew::app {
+namespace {
+
+constexpr rt::Duration kLinePeriod = std::chrono::seconds(2);
+
+}  // namespace
+
+LiveView::LiveView(const rt::Graph& graph, rt::Runner& runner, const RunOptions& options, DeviceWatch& devices)
+    : graph_(graph),
+      runner_(runner),
+      devices_(devices),
+      silent_(options.quiet || options.json),
+      live_(!silent_ && !options.plain && hal::output_is_terminal()) {}
+
+void LiveView::show(rt::Time now, std::string_view state, bool last) {
+  if (begin_ == hal::kNever) begin_ = now;
+  const rt::Duration since = now - begin_;
+  const std::string line = fmt::format("{:6.1f} s  {}\n", msg::seconds(since), state);
+  const std::vector<std::string> news = devices_.look(now);
+  if (live_) {
+    std::string devices;
+    for (const std::string& complaint : devices_.now()) devices += "  device  " + complaint + "\n";
+    const std::string table = table_.render(rows_of(graph_, runner_), now, hal::terminal_columns());
+    hal::print_now(screen_.over(line + devices + table, hal::terminal_rows()));
+    return;
+  }
+  if (silent_) return;
+  for (const std::string& text : news)
+    hal::print_now(fmt::format("{:6.1f} s  device  {}\n", msg::seconds(since), text));
+  if (last || since % kLinePeriod < kPeriod) hal::print_now(line);
+}
+
+}  // namespace sinew::app

@@ -1,0 +1,33 @@
+#pragma once
+#include <string>
+
+#include "apps/command/terminal.hpp"
+#include "apps/run/device_watch.hpp"
+#include "apps/run/run_command.hpp"
+#include "apps/view/status_table.hpp"
+
+namespace sinew::app {
+
+/// What `sinew run` shows while a real-time run goes on: on a terminal a table that is drawn over itself, elsewhere a
+/// line every now and then, with --quiet or --json nothing. A terminal or a pipe that takes nothing is not waited for.
+/// Thread:  owner.
+class LiveView {
+ public:
+  /// `devices`: what they complain about is shown above the table, or on a line when it changes.
+  LiveView(const rt::Graph& graph, rt::Runner& runner, const RunOptions& options, DeviceWatch& devices);
+  /// `state` is the line above the table. Call every kPeriod; `last` for the run's end.
+  void show(rt::Time now, std::string_view state, bool last);
+
+  static constexpr rt::Duration kPeriod = std::chrono::milliseconds(200);
+
+ private:
+  const rt::Graph& graph_;
+  rt::Runner& runner_;
+  DeviceWatch& devices_;
+  StatusTable table_;
+  Redrawn screen_;
+  const bool silent_, live_;
+  rt::Time begin_ = hal::kNever;
+};
+
+}  // namespace sinew::app

@@ -1,0 +1,83 @@
+#pragma once
+#include <atomic>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "apps/robot_file/record_options.hpp"
+#include "apps/run/run_summary.hpp"
+#include "record/run/run_recorder.hpp"
+#include "tap/record_desk.hpp"
+
+namespace sinew::app {
+
+struct Prepared;
+struct RunOptions;
+
+/// What one run leaves on disk: recordings FOLDER/ROBOT-TIME/run.mcap, one from the beginning on if the robot file says
+/// so, others from `sinew record start` to `stop`, and beside them what the flight ring was dumped into.
+/// Thread:  owner; of the desk: the server's.
+class Recording final : public tap::RecordDesk {
+ public:
+  /// Null when there is to be no recorder, or after a warning when there can be none: a robot flies without, too. So it
+  /// does when its file cannot be begun. The graph is configured with ConfigureOptions::recorded, which wanted() tells.
+  /// In real time it reads along from now on. `os`: with the robot's clock.
+  static std::unique_ptr<Recording> open(const Prepared& prepared, const RunOptions& options, rt::Graph& graph,
+                                         hal::Os& os);
+  /// Whether there is to be a recorder at all.
+  static bool wanted(const Prepared& prepared, const RunOptions& options);
+  /// Where the folders of recordings are made.
+  static std::string folder_of(const Prepared& prepared, const RunOptions& options);
+  ~Recording() override;  // of a run that took no step nothing is left
+
+  rt::RunObserver& observer() { return recorder_->observer(); }
+  /// For a parent, who dumps it when this process is dead; null: there is no ring.
+  const hal::SharedMemory* ring_memory() const { return ring_memory_.get(); }
+  /// After the executor has ended: completes the file and tells the summary.
+  void finish(RunSummary& summary);
+
+  std::uint64_t ask(Command command) override;
+  std::optional<Answer> answer(std::uint64_t number) override;
+
+ private:
+  struct File {  // that was completed
+    std::string path;
+    unsigned parts = 0;
+    std::vector<record::ModuleVerdict> verdict{};
+    std::map<std::string, record::Losses> messages{}, steps{};
+    hal::Status trouble{};
+  };
+  Recording(std::string under, std::string robot) : under_(std::move(under)), robot_(std::move(robot)) {}
+  std::string begin_file();  // why not; empty: begun
+  File end_file();
+  record::DumpFile next_dump();
+  void serve(Command command, std::uint64_t number);
+  Answer start();
+  Answer stop();
+  Json status();
+  Json dumps() const;
+  void tell_ring(RunSummary& summary) const;
+  static Json to_json(const File& file);
+
+  const std::string under_, robot_;
+  std::unique_ptr<hal::SharedMemory> ring_memory_;
+  bool finished_ = false;
+  std::string path_;         // of the file that is being written, or was
+  std::vector<File> files_;  // completed
+  std::mutex folder_mutex_;  // a dump is written by another thread than files
+  std::string folder_;
+  std::mutex answers_mutex_;
+  std::map<std::uint64_t, Answer> answers_;
+  std::map<std::uint64_t, std::size_t> dumping_;   // report of the ring that is the answer
+  std::uint64_t asked_ = 0;                        // the server's
+  std::unique_ptr<record::RunRecorder> recorder_;  // the last: its threads use the others
+};
+
+/// For RunnerOptions and DiscreteOptions: null without a recording.
+inline rt::RunObserver* observer_of(const std::unique_ptr<Recording>& recording) {
+  return recording ? &recording->observer() : nullptr;
+}
+
+}  // namespace sinew::app

@@ -1,0 +1,223 @@
+#include "apps/run/run_summary.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+
+#include "apps/run/trace_file.hpp"
+#include "apps/view/gap_text.hpp"
+#include "apps/view/graph_text.hpp"
+#include "rt/exec/chain_budget.hpp"
+
+namespace sinew::app {
+namespace {
+
+// Not fmt::print(), which throws where the reader is gone.
+void put(const std::string& text) { std::fwrite(text.data(), 1, text.size(), stdout); }
+
+std::string quantiles(const rt::Histogram& h) {
+  if (h.count() == 0) return "none";
+  return fmt::format("p50 {} p99 {} p99.9 {} max {}", human(h.quantile(0.5)), human(h.quantile(0.99)),
+                     human(h.quantile(0.999)), human(h.max()));
+}
+
+const char* verdict_name(rt::ChainVerdict::Result result) {
+  using R = rt::ChainVerdict::Result;
+  switch (result) {
+    case R::pass:
+      return "pass";
+    case R::fail:
+      return "FAIL";
+    case R::no_budget:
+      return "no budget";
+    case R::nothing_came:
+      return "nothing came";
+    case R::unknown:
+      break;
+  }
+  return "?";
+}
+
+Json quantiles_ns(const rt::Histogram& h) {
+  return {{"count", h.count()},
+          {"p50", h.quantile(0.5).count()},
+          {"p99", h.quantile(0.99).count()},
+          {"p999", h.quantile(0.999).count()},
+          {"max", h.max().count()}};
+}
+
+std::string tables(const rt::Graph& graph, rt::Runner& runner) {
+  std::string out = "threads\n";
+  for (std::uint32_t t = 0; t < graph.threads().size(); ++t) {
+    const rt::ThreadStats& s = runner.thread_stats(t);
+    out += fmt::format("  {:<14} {} cycles, {} overruns, {} skips, {} coalesced, {} time-outs, {} preemptions\n",
+                       graph.threads()[t].spec.name, s.completions.value(), s.overruns.value(), s.skips.value(),
+                       s.coalesced.value(), s.timeouts.value(), s.preemptions.value());
+    out += fmt::format("  {:<14}   lateness {}\n  {:<14}   execution {}\n", "", quantiles(s.lateness), "",
+                       quantiles(s.exec));
+  }
+  out += gap_lines(graph, runner);
+  out += "modules\n";
+  for (std::uint32_t m = 0; m < graph.modules().size(); ++m) {
+    const rt::ModuleStats& s = runner.module_stats(m);
+    out += fmt::format("  {:<14} {} steps, {} ok, {} stale, {} fault{}; {}\n", graph.modules()[m].spec.name,
+                       s.steps.value(), s.ok.value(), s.stale.value(), s.fault.value(),
+                       s.stopped.value() ? ", stopped" : "", quantiles(s.exec));
+  }
+  for (std::uint32_t i = 0; i < graph.topics().size(); ++i)
+    if (runner.topic_drops(i) > 0)
+      out += fmt::format("topic {}: {} messages lost to full queues\n", graph.topics()[i].name, runner.topic_drops(i));
+  for (std::uint32_t c = 0; c < graph.chains().size(); ++c) {
+    const rt::ChainStats& s = runner.chain_stats(c);
+    out += fmt::format("chain {:<14} age {}, budget {} missed {} of {}: {}\n", graph.chains()[c].spec.name,
+                       quantiles(s.age), human(graph.chains()[c].spec.budget), s.budget_misses.value(), s.age.count(),
+                       verdict_name(rt::chain_within_budget(runner, c).result));
+  }
+  return out;
+}
+
+Json threads_json(const rt::Graph& graph, rt::Runner& runner) {
+  Json all = Json::array();
+  for (std::uint32_t t = 0; t < graph.threads().size(); ++t) {
+    const rt::ThreadStats& s = runner.thread_stats(t);
+    all.push_back({{"name", graph.threads()[t].spec.name},
+                   {"cycles", s.completions.value()},
+                   {"overruns", s.overruns.value()},
+                   {"skips", s.skips.value()},
+                   {"coalesced", s.coalesced.value()},
+                   {"timeouts", s.timeouts.value()},
+                   {"preemptions", s.preemptions.value()},
+                   {"gaps_throttled", s.throttled.count.value()},
+                   {"gaps_taken", s.taken.count.value()},
+                   {"lateness_ns", quantiles_ns(s.lateness)},
+                   {"execution_ns", quantiles_ns(s.exec)}});
+  }
+  return all;
+}
+
+Json modules_json(const rt::Graph& graph, rt::Runner& runner) {
+  Json all = Json::array();
+  for (std::uint32_t m = 0; m < graph.modules().size(); ++m) {
+    const rt::ModuleStats& s = runner.module_stats(m);
+    all.push_back({{"name", graph.modules()[m].spec.name},
+                   {"steps", s.steps.value()},
+                   {"ok", s.ok.value()},
+                   {"stale", s.stale.value()},
+                   {"fault", s.fault.value()},
+                   {"stopped", s.stopped.value() != 0},
+                   {"execution_ns", quantiles_ns(s.exec)}});
+  }
+  return all;
+}
+
+Json topics_json(const rt::Graph& graph, rt::Runner& runner) {
+  Json all = Json::array();
+  for (std::uint32_t t = 0; t < graph.topics().size(); ++t) {
+    const rt::TopicStats& s = runner.topic_stats(t);
+    all.push_back({{"name", graph.topics()[t].name},
+                   {"messages", s.messages.value()},
+                   {"lost", runner.topic_drops(t)},
+                   {"age_ns", quantiles_ns(s.age)}});
+  }
+  return all;
+}
+
+Json chains_json(const rt::Graph& graph, rt::Runner& runner) {
+  Json all = Json::array();
+  for (std::uint32_t c = 0; c < graph.chains().size(); ++c) {
+    const rt::ChainStats& s = runner.chain_stats(c);
+    all.push_back({{"name", graph.chains()[c].spec.name},
+                   {"budget_ns", graph.chains()[c].spec.budget.count()},
+                   {"missed", s.budget_misses.value()},
+                   {"verdict", verdict_name(rt::chain_within_budget(runner, c).result)},
+                   {"age_ns", quantiles_ns(s.age)}});
+  }
+  return all;
+}
+
+}  // namespace
+
+RunSummary::RunSummary(const rt::Graph& graph, bool virtual_time, Form form)
+    : graph_(graph),
+      form_(form),
+      all_{{"robot", graph.spec().robot},
+           {"board", graph.spec().board},
+           {"virtual", virtual_time},
+           {"seed", graph.spec().seed}} {}
+
+void RunSummary::statistics(rt::Runner& runner) {
+  if (!form_.trace.empty()) trace_failed_ = !write_trace(form_.trace, runner);
+  for (std::uint32_t c = 0; c < graph_.chains().size(); ++c)
+    if (const auto kept = rt::chain_within_budget(runner, c); kept.result == rt::ChainVerdict::Result::fail)
+      failed_chains_.push_back(kept.text);
+  if (!form_.json) {
+    if (!form_.quiet) std::printf("%s", tables(graph_, runner).c_str());
+    return;
+  }
+  all_["threads"] = threads_json(graph_, runner);
+  all_["modules"] = modules_json(graph_, runner);
+  all_["topics"] = topics_json(graph_, runner);
+  all_["chains"] = chains_json(graph_, runner);
+}
+
+void RunSummary::virtual_time(double run_s, double wall_s) {
+  add("virtual time", fmt::format("{:.3f} s in {:.3f} s: {:.1f} times real time", run_s, wall_s, run_s / wall_s),
+      {{"run_s", run_s}, {"wall_s", wall_s}});
+}
+
+void RunSummary::grants(std::uint32_t count, double run_s, double wall_s) {
+  add("grants",
+      fmt::format("{}, {:.2f} for each ms; {:.3f} ms each, with what the plant and the robot did", count,
+                  count / (run_s * 1e3), wall_s * 1e3 / count),
+      {{"grants", count}});
+}
+
+void RunSummary::start_up(double s) {
+  add("start-up", fmt::format("{:.2f} s to the first cycle", s), {{"startup_s", s}});
+}
+
+void RunSummary::hashes(rt::Runner& runner) {
+  for (std::uint32_t t = 0; t < graph_.topics().size(); ++t) {
+    const std::string hash = fmt::format("{:016x}", runner.topic_hash(t));
+    if (form_.json)
+      all_["hashes"][graph_.topics()[t].name] = hash;
+    else
+      std::printf("hash %-24s %s\n", graph_.topics()[t].name.c_str(), hash.c_str());
+  }
+}
+
+void RunSummary::memory(const hal::MemoryUse& use) {
+  const std::pair<const char*, std::uint64_t> parts[] = {
+      {"slots", use.slots}, {"peers", use.peers},   {"program", use.program}, {"libraries", use.libraries},
+      {"heap", use.heap},   {"stacks", use.stacks}, {"other", use.other}};
+  std::string text = fmt::format("{:.1f} MB", static_cast<double>(use.total) * 1e-6);
+  Json keys;
+  const char* between = " = ";
+  for (const auto& [name, bytes] : parts) {
+    keys[name] = bytes;
+    text += fmt::format("{}{} {:.1f}", between, name, static_cast<double>(bytes) * 1e-6);
+    between = " + ";
+  }
+  add("memory", text, {{"memory_bytes", use.total}, {"memory", keys}});
+}
+
+void RunSummary::add(std::string_view label, std::string_view text, const Json& keys) {
+  all_.update(keys);
+  if (!form_.json) put(fmt::format("{:<19} {}\n", label, text));
+}
+
+void RunSummary::add_reasons(std::string_view label, const char* key, const std::vector<std::string>& reasons) {
+  all_[key] = reasons;
+  if (form_.json) return;
+  for (const auto& reason : reasons) put(fmt::format("{:<19} {}\n", label, reason));
+}
+
+int RunSummary::finish(std::string_view result, int code) {
+  add_reasons("age budget", "chains_failed", failed_chains_);
+  if (code == 0 && ((chains_decide_ && !failed_chains_.empty()) || trace_failed_)) code = 1;
+  add("result", result, {{"result", std::string(result)}, {"exit_code", code}});
+  if (form_.json) std::printf("%s\n", all_.dump().c_str());
+  return code;
+}
+
+}  // namespace sinew::app

@@ -1,0 +1,124 @@
+// sinew-sim: a simulated world, as a process that speaks the simulator protocol.
+#include <cstdio>
+#include <fstream>
+
+#include "hal/linux/process.hpp"
+#include "hal/linux/socket.hpp"
+#include "hal/platform.hpp"
+#include "apps/sim/render_test.hpp"
+#include "sim_hil/plant/session.hpp"
+#include "apps/sim/sim_options.hpp"
+#include "apps/sim/wire_open.hpp"
+#include "sim_hil/plant/wire_run.hpp"
+
+namespace {
+
+using namespace sinew;
+
+int fail(const std::string& what, const hal::Error& error) {
+  std::fprintf(stderr, "sinew-sim: %s: %s (%s, %lld)\n", what.c_str(), hal::to_string(error.code), error.where,
+               static_cast<long long>(error.detail));
+  return 1;
+}
+
+void print(const plant::SessionReport& r) {
+  std::printf("ended: %s\n", r.reason.c_str());
+  std::printf("%s, seed %llu: %.2f s of plant time in %.2f s, physics thread %.1f ms of CPU per second, %llu frames\n",
+              r.mode == sim_hil::Mode::lockstep ? "lockstep" : "real time", static_cast<unsigned long long>(r.seed),
+              r.plant_s, r.wall_s, r.plant_s > 0 ? 1e3 * r.cpu_s / r.plant_s : 0.0,
+              static_cast<unsigned long long>(r.frames));
+  if (r.mode == sim_hil::Mode::free_running)
+    std::printf(
+        "largest gap between IMU samples %.3f ms, %llu steps late, %llu frames late, %u runtimes lost and followed\n",
+        1e-6 * static_cast<double>(r.imu_gap_max_ns), static_cast<unsigned long long>(r.steps_late),
+        static_cast<unsigned long long>(r.render_late), r.relinks);
+  std::printf("leases that ran out: %llu\n", static_cast<unsigned long long>(r.lease_expiries));
+  if (r.stopped_by_supervisor) std::printf("stopped by a supervisor at %.3f s\n", msg::seconds(r.stopped_at));
+  std::printf("%s\n", r.outcome.c_str());
+  for (const plant::FaultLog::Entry& e : r.faults)
+    std::printf("fault %s: struck %llu times\n", plant::to_string(e.fault).c_str(),
+                static_cast<unsigned long long>(e.affected));
+}
+
+int list_faults(const plant::WorldInfo& world) {
+  for (const plant::FaultDevice device : plant::kFaultDevices) {
+    if (!world.has(device)) continue;
+    for (const plant::FaultKind kind : plant::kFaultKinds) {
+      const char* reason = plant::why_not(device, kind);
+      std::printf("%s %s%s%s\n", std::string(to_string(device)).c_str(), std::string(to_string(kind)).c_str(),
+                  reason ? " - " : "", reason ? reason : "");
+    }
+  }
+  return 0;
+}
+
+bool write_report(const std::string& path, const std::string& json) {
+  std::ofstream out(path);
+  out << json << '\n';
+  out.close();
+  if (!out) std::fprintf(stderr, "sinew-sim: cannot write the report to %s\n", path.c_str());
+  return static_cast<bool>(out);
+}
+
+/// A world without a runtime.
+int run_alone(const plant::SimOptions& s, hal::Os& os, plant::WireDevices& wire) {
+  static_cast<void>(hal::stop_requested());  // from here on a signal asks
+  std::string why;
+  auto camera = plant::CameraFeed::start(os, s.view, why);
+  if (!camera) return fail("no camera: " + why, camera.error());
+  std::printf("%s runs alone, camera %s %s drawn by %s\n", s.world.c_str(), s.camera.c_str(), s.format.c_str(),
+              (*camera)->backend().c_str());
+  std::fflush(stdout);
+  plant::WireRun run(os, **camera, wire, s.session);
+  if (const hal::Status done = run.run(&hal::stop_requested); !done) return fail(run.report().reason, done.error());
+  print(run.report());
+  return s.report.empty() || write_report(s.report, run.report().text) ? 0 : 1;
+}
+
+int serve(plant::SimOptions& s) {
+  hal::Os& os = hal::system_os();
+  plant::WireDevices wire;
+  if (!plant::open_wire(s, os, wire)) return 1;
+  if (s.alone) return run_alone(s, os, wire);
+  if (s.wire.any()) s.session.wire = &wire;
+  auto listener = hal::listen_stream(s.listen);
+  if (!listener) return fail("cannot listen on " + s.listen, listener.error());
+  // The door first: a stop line does not wait for pixels.
+  hal::ThreadOptions lines;
+  lines.name = "plant_door";
+  lines.fifo_priority = s.lines_priority();
+  auto door = sim_hil::PlantDoor::open(os, std::move(*listener), plant::Session::description(s.view, s.session), lines);
+  if (!door) return fail("cannot serve " + s.listen, door.error());
+  std::string why;
+  auto camera = plant::CameraFeed::start(os, s.view, why);
+  if (!camera) return fail("no camera: " + why, camera.error());
+  std::printf("listening on %s, camera %s %s drawn by %s\n", (*door)->endpoint().c_str(), s.camera.c_str(),
+              s.format.c_str(), (*camera)->backend().c_str());
+  std::fflush(stdout);
+  const hal::Time give_up = os.now() + hal::Duration{static_cast<std::int64_t>(s.wait_s * 1e9)};
+  for (;;) {
+    auto caller = (*door)->wait_runtime(give_up - os.now());
+    if (!caller) return fail("no runtime has connected", caller.error());
+    plant::Session session(os, **camera, s.session);
+    static_cast<void>(session.serve(std::move(*caller), **door));  // the report has the reason
+    if (session.report().started) {
+      print(session.report());
+      if (!s.report.empty() && !write_report(s.report, session.report().text)) return 1;
+      return session.report().broken ? 1 : 0;
+    }
+    // One that asked for another mode, or left before the start, as one does that looks for its plant: not the last.
+    std::fprintf(stderr, "sinew-sim: no run: %s\n", session.report().reason.c_str());
+    (*door)->let_go();
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  plant::SimOptions s;
+  int exit_code = 0;
+  if (!plant::read_command_line(argc, argv, s, exit_code)) return exit_code;
+  if (s.list_faults) return list_faults(plant::world_info(s.session.world.kind));
+  if (!s.render_test.empty()) return plant::render_test(s.render_test, s.view);
+  return serve(s);
+}

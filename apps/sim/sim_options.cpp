@@ -1,0 +1,208 @@
+#include "apps/sim/sim_options.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <ranges>
+
+namespace sinew::plant {
+namespace {
+
+/// "640x480"; an empty text when it is one.
+std::string check_size(const std::string& text) {
+  unsigned w = 0, h = 0;
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%ux%u%c", &w, &h, &rest) == 2 && w >= 16 && h >= 16 && w <= msg::kMaxImageWidth &&
+      h <= msg::kMaxImageHeight && w % 2 == 0)
+    return "";
+  return "'" + text + "' is not WIDTHxHEIGHT with an even width of 16..1280 and a height of 16..960";
+}
+
+void describe(CLI::App& app, SimOptions& s, std::vector<std::string>& faults) {
+  app.add_option("--listen", s.listen, "unix:PATH or tcp:HOST:PORT; port 0: the system chooses")->capture_default_str();
+  auto* lockstep = app.add_flag("--lockstep", s.lockstep, "serve only runtimes that ask for lockstep");
+  app.add_flag("--free", s.free_running, "serve only runtimes that ask for real time")->excludes(lockstep);
+  app.add_option("--world", s.world,
+                 "which world: quad (a quadrotor in a room), desk_head (a head on a desk, and a ball)")
+      ->check(CLI::IsMember({"quad", "desk_head"}))
+      ->capture_default_str();
+  app.add_option("--seed", s.session.seed, "start, wind, spread and noise (default: what the runtime asks for)");
+  app.add_option("--camera", s.camera, "size of the camera's frames")->check(check_size)->capture_default_str();
+  app.add_option("--format", s.format, "of its pixels")
+      ->check(CLI::IsMember({"yuyv", "rgb8", "mono8"}))
+      ->capture_default_str();
+  app.add_option("--camera-noise", s.view.noise, "sigma of the pixels, grey levels")
+      ->check(CLI::Range(0.0, 20.0))
+      ->capture_default_str();
+  app.add_option("--gust", s.session.world.quad.gust_mps, "quad: wind never exceeds this, m/s; 0: still air")
+      ->check(CLI::Range(0.0, 15.0))
+      ->capture_default_str();
+  app.add_option("--spread", s.session.world.quad.spread, "quad: of mass and motors, as a share, either way")
+      ->check(CLI::Range(0.0, 0.3))
+      ->capture_default_str();
+  app.add_option("--start-offset", s.session.world.quad.start_offset_m,
+                 "quad: largest distance of the start from the pad, m")
+      ->check(CLI::Range(0.0, 3.0))
+      ->capture_default_str();
+  app.add_option("--rock", s.session.world.head.rock_deg, "desk_head: the platform tilts by up to this, deg")
+      ->check(CLI::Range(0.0, 20.0))
+      ->capture_default_str();
+  app.add_option("--ball-speed", s.session.world.head.ball_speed, "desk_head: share of the ball's usual speed")
+      ->check(CLI::Range(0.0, 3.0))
+      ->capture_default_str();
+  app.add_option("--fault", faults,
+                 "DEVICE:KIND[(AMOUNT)]@FROM[+LENGTH|..UNTIL], e.g. imu:stuck@5+0.5; may be repeated")
+      ->allow_extra_args(false);
+  app.add_flag("--list-faults", s.list_faults,
+               "print every device with every kind, and why those that are none are none");
+  s.wire.describe(app);
+  app.add_flag(
+      "--alone", s.alone,
+      "real time: no runtime connects; the world begins at once, with its devices at the wire, until --duration "
+      "is over or a signal comes");
+  app.add_option("--report", s.report, "write the last report (JSON) into this file");
+  app.add_option("--duration", s.session.duration_s, "end the run after so many seconds of plant time; 0: never")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  app.add_option("--priority", s.session.fifo_priority,
+                 "SCHED_FIFO priority of the physics thread in real time; 0: none")
+      ->check(CLI::Range(0, 99))
+      ->capture_default_str();
+  app.add_option("--relink", s.session.relink_s,
+                 "real time: when the runtime is lost, the world waits so many seconds for another; 0: it ends")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  app.add_option("--wait", s.wait_s, "give up when no runtime has come after so many seconds")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--render-test", s.render_test,
+                 "write pictures of the world into this folder, time a frame, and exit");
+}
+
+/// Those that say nothing to this world, this mode, or this way of running. An empty text: none.
+std::string useless(const CLI::App& app, const SimOptions& s) {
+  struct Only {
+    const char* option;
+    bool useful;
+    const char* where;
+  };
+  const bool quad = s.session.world.kind == WorldKind::quad, lockstep = s.session.only == sim_hil::Mode::lockstep;
+  const Only onlys[] = {
+      {"--gust", quad, "only of the world quad"},
+      {"--spread", quad, "only of the world quad"},
+      {"--start-offset", quad, "only of the world quad"},
+      {"--rock", !quad, "only of the world desk_head"},
+      {"--ball-speed", !quad, "only of the world desk_head"},
+      {"--listen", !s.alone, "only for a runtime; with --alone none connects"},
+      {"--wait", !s.alone, "only for a runtime; with --alone none connects"},
+      {"--relink", !s.alone && !lockstep, "only for runtimes in real time; not with --alone, not with --lockstep"},
+      {"--free", !s.alone, "only for a runtime; with --alone none connects"},
+      {"--lockstep", !s.alone, "only for a runtime; with --alone none connects, and the world is in real time"},
+      {"--can", !lockstep, "in real time only, not with --lockstep"},
+      {"--iio", !lockstep, "in real time only, not with --lockstep"},
+      {"--v4l2", !lockstep, "in real time only, not with --lockstep"},
+  };
+  for (const Only& only : onlys)
+    if (app.count(only.option) > 0 && !only.useful) return fmt::format("{}: {}", only.option, only.where);
+  return s.alone && !s.wire.any() ? "--alone: nobody reaches a world without --can, --iio or --v4l2" : "";
+}
+
+/// --can and --servo against the world's joints; an empty text when they fit.
+std::string read_servos(SimOptions& s) {
+  if (s.wire.can.empty() && s.wire.servos.empty()) return "";
+  if (s.wire.can.empty()) return "--servo: on which bus? --can says it";
+  const WorldInfo world = world_info(s.session.world.kind);
+  const WorldDevice* joints = world.find(Part::joints);
+  if (!joints) return fmt::format("--can: the world {} has no joints for drives on a bus", world.name);
+  std::string why;
+  for (const std::string& text : s.wire.servos) {
+    const auto servo = parse_wire_servo(text, why);
+    if (!servo) return "--servo: " + why;
+    const auto same = std::ranges::find_if(s.servos, [&](const WireServo& other) {
+      return other.has_drive() && servo->has_drive() && other.id == servo->id;
+    });
+    if (same != s.servos.end())
+      return fmt::format("--servo: '{}' has the id {} of '{}': one bus, so each drive has an id of its own", text,
+                         servo->id, s.wire.servos[static_cast<std::size_t>(same - s.servos.begin())]);
+    s.servos.push_back(*servo);
+  }
+  if (s.servos.size() != joints->channels)
+    return fmt::format(
+        "--servo: {} given, but the world {} has {} joints: one for each, 'none' for one without a drive",
+        s.servos.size(), world.name, joints->channels);
+  if (std::ranges::none_of(s.servos, &WireServo::has_drive)) return "--can: there is no drive on it";
+  return "";
+}
+
+/// What devices at the wire make of a fault; an empty text when the fault acts.
+std::string place_fault(SimOptions& s, const std::string& text, const Fault& fault) {
+  const bool servos = !s.servos.empty();
+  const auto at_wire = [&](const char* option, const char* how) {
+    return fmt::format("--fault: '{}' strikes what goes over the protocol, but {} puts this device at the wire{}", text,
+                       option, how);
+  };
+  if (fault.device == FaultDevice::joints && servos) {
+    if (!plays(fault.kind))
+      return fmt::format("--fault: '{}': drives at the wire (--servo) play off, stuck and garbage", text);
+    s.wire_faults.push_back(fault);
+    return "";
+  }
+  if (fault.device == FaultDevice::head && servos) return at_wire("--servo", "; joints:off is one that drives play");
+  if (fault.device == FaultDevice::imu && !s.wire.iio.empty()) return at_wire("--iio", "");
+  if (fault.device == FaultDevice::camera && !s.wire.v4l2.empty())
+    return at_wire("--v4l2", "; --unplug-camera takes its plug out");
+  if (s.alone) return fmt::format("--fault: '{}' strikes what goes to a runtime, and with --alone none connects", text);
+  s.session.faults.push_back(fault);
+  return "";
+}
+
+std::string read_faults(SimOptions& s, const std::vector<std::string>& faults) {
+  std::string why;
+  for (const std::string& text : faults) {
+    const auto fault = parse_fault(text, why);
+    if (!fault) return "--fault: " + why;
+    if (const WorldInfo world = world_info(s.session.world.kind); !world.has(fault->device))
+      return fmt::format("--fault: fault '{}': the world {} has no device '{}'", text, world.name,
+                         to_string(fault->device));
+    if (std::string wrong = place_fault(s, text, *fault); !wrong.empty()) return wrong;
+  }
+  return "";
+}
+
+}  // namespace
+
+int SimOptions::lines_priority() const {
+  return session.fifo_priority > 0 ? std::min(session.fifo_priority + 1, 99) : 0;
+}
+
+bool read_command_line(int argc, char** argv, SimOptions& s, int& exit_code) {
+  CLI::App app(
+      "Simulated worlds for Sinew: a quadrotor in a room with a landing pad, a head on a desk that follows a ball.\n"
+      "Waits for one runtime, serves it until it says good-bye, and exits 0 when it did.",
+      "sinew-sim");
+  std::vector<std::string> faults;
+  describe(app, s, faults);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    exit_code = app.exit(e) == 0 ? 0 : kUsage;  // it says why; its own codes are a list of its own
+    return false;
+  }
+  std::sscanf(s.camera.c_str(), "%ux%u", &s.view.width, &s.view.height);
+  s.view.format = msg::pixel_format_of(s.format);
+  s.view.turned_rad = s.wire.camera_turned_rad();
+  s.view.world = s.session.world.kind = find_world(s.world).value_or(WorldKind::quad);
+  if (s.lockstep) s.session.only = sim_hil::Mode::lockstep;
+  if (s.free_running) s.session.only = sim_hil::Mode::free_running;
+  std::string wrong = useless(app, s);
+  if (wrong.empty()) wrong = read_servos(s);
+  if (wrong.empty()) wrong = read_faults(s, faults);
+  if (wrong.empty()) return true;
+  std::fprintf(stderr, "sinew-sim: %s\n", wrong.c_str());
+  exit_code = kUsage;
+  return false;
+}
+
+}  // namespace sinew::plant

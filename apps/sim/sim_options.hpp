@@ -1,0 +1,32 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "sim_hil/plant/session.hpp"
+#include "apps/sim/wire_options.hpp"
+
+namespace sinew::plant {
+
+/// What sinew-sim was asked for on its command line.
+struct SimOptions {
+  std::string listen = "unix:sinew-sim.sock";
+  std::string world = "quad", camera = "320x240", format = "yuyv", render_test, report;
+  bool list_faults = false, alone = false, lockstep = false, free_running = false;
+  double wait_s = 60;
+  CameraOptions view;
+  SessionOptions session;  // its faults are those of what goes over the protocol
+  WireOptions wire;
+  std::vector<WireServo> servos;   // of wire.servos
+  std::vector<Fault> wire_faults;  // those that the drives at the wire play
+
+  /// The threads of the door and of the video node: a stop line does not wait for pixels, nor do these for physics.
+  int lines_priority() const;
+};
+
+inline constexpr int kUsage = 2;  // exit code
+
+/// Reads the command line into `options`. False: the process ends with `exit_code`, after it was said why: 0 when help
+/// was asked for, kUsage when the options are wrong or make no sense together.
+bool read_command_line(int argc, char** argv, SimOptions& options, int& exit_code);
+
+}  // namespace sinew::plant

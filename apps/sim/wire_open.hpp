@@ -1,0 +1,11 @@
+#pragma once
+#include "hal/os.hpp"
+#include "apps/sim/sim_options.hpp"
+#include "sim_hil/plant/wire_devices.hpp"
+
+namespace sinew::plant {
+
+/// Opens the buses, folders and nodes that the options put parts of the world at. False after it was said why.
+bool open_wire(const SimOptions& options, hal::Os& os, WireDevices& wire);
+
+}  // namespace sinew::plant

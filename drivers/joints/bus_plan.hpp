@@ -1,0 +1,40 @@
+#pragma once
+// What a CAN bus is asked to carry, known before anything is opened: the check of a robot file and the hub of the open
+// bus ask the same functions.
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/joints/servo.hpp"
+
+namespace sinew::drivers {
+
+/// Part of a period after which a setpoint makes the next tick; the load is planned for ticks that all come so early.
+inline constexpr double kEarliestTick = 0.9;
+
+struct BusLoad {
+  std::size_t servos = 0;
+  double tick_hz = 0, bit_rate = 0;
+  double part = 0;  // of the bit rate, with the most stuff bits
+};
+BusLoad plan_load(std::span<const std::unique_ptr<BusService>> services, std::span<const ServoProtocol* const> servos,
+                  double tick_hz, double bit_rate);
+/// "8 servos at 1000 Hz need 271 % of 1000 kbit/s: fewer servos, a lower tick_hz, or another bus"
+std::string to_string(const BusLoad& load);
+
+/// A servo that cannot stand on a bus beside an earlier one: frames of one would be taken for the other's.
+struct BusClash {
+  std::size_t first = 0, second = 0;  // by their place in the list
+  std::string_view key;               // of the second one's table: what is to be changed
+  std::uint32_t number = 0;           // its value
+  std::string why;                    // what it would have to be
+};
+/// Each servo that clashes, with the first one that it clashes with.
+/// - Two of one protocol with one number; of DroneCAN, where a node may have several: with one place in a command.
+/// - A MIT motor that answers under an identifier that is a command to another motor.
+/// - Two of different protocols that listen to the same identifier.
+std::vector<BusClash> find_clashes(std::span<const ServoProtocol* const> servos);
+
+}  // namespace sinew::drivers

@@ -1,0 +1,101 @@
+#include "drivers/joints/can_servos.hpp"
+
+#include <algorithm>
+
+#include "drivers/joints/joint_words.hpp"
+#include "drivers/joints/servo_group.hpp"
+
+namespace sinew::drivers {
+namespace {
+
+/// The group as its board holds it: which joint each complaint is about, by name, protocol, number and bus.
+class JointsReport final : public hal::SelfReport {
+ public:
+  explicit JointsReport(std::shared_ptr<ServoGroup> group) : group_(std::move(group)) {}
+  void add(const JointConfig& joint, const CanHub& hub) {
+    joints_.push_back({group_->name() + "." + joint.servo.name + " (" + joint.protocol + " " +
+                           std::to_string(joint.servo.node_id) + " on " + joint.bus + ")",
+                       &hub});
+  }
+  std::string trouble() const override {
+    std::string all;
+    for (std::size_t i = 0; i < joints_.size(); ++i) {
+      ServoFeedback said;
+      if (!group_->feedback_of(i, said)) continue;  // the next look
+      // For a second nobody is missed: the bus has just been started, and drives answer one after the other.
+      const bool awaited = said.mode == msg::JointMode::absent && said.measured.ns == 0;
+      if (awaited && static_cast<double>(joints_[i].hub->stats().ticks) < joints_[i].hub->config().tick_hz) continue;
+      std::string words = joint_words(said);
+      if (words.empty()) words = refusal_words(said);
+      if (words.empty()) words = beyond_words(said);
+      if (!words.empty()) all += joints_[i].title + ": " + words + "\n";
+    }
+    return all;
+  }
+
+ private:
+  struct Joint {
+    std::string title;
+    const CanHub* hub;
+  };
+  std::shared_ptr<ServoGroup> group_;
+  std::vector<Joint> joints_;
+};
+
+}  // namespace
+
+DeviceOpener read_can_servos(DeviceKeys& keys, const DeviceSpecs& specs) {
+  std::vector<JointConfig> joints;
+  const DeviceSpec& spec = keys.spec();
+  for (const DeviceSpec& j : spec.joints) {
+    DeviceKeys joint_keys(j, keys.path() + ".joint." + j.name, keys.problems());
+    joints.push_back(read_joint(joint_keys, specs));
+    joint_keys.finish();
+  }
+  if (joints.empty() || joints.size() > msg::kMaxChannels)
+    keys.problems().push_back({spec.line, keys.path() + ".joint", std::to_string(joints.size()) + " joints",
+                               "1 to " + std::to_string(msg::kMaxChannels) + ", each a [[" + keys.path() + ".joint]]"});
+  return [joints = std::move(joints), name = spec.name](DeviceContext& context,
+                                                        std::string& why) -> hal::Result<OpenedDevice> {
+    const auto group = std::make_shared<ServoGroup>(context.os, name);
+    context.can.hold(group);
+    const auto report = std::make_shared<JointsReport>(group);
+    for (const JointConfig& joint : joints) {
+      auto bus = context.can.open(joint.bus, why);
+      if (!bus) return bus.error();
+      if ((*bus)->started) {
+        why = "its bus runs already: ask for all devices before the start";
+        return hal::Error{hal::Errc::bad_argument, "bus has started"};
+      }
+      if (auto added = group->add(*(*bus)->hub, joint.make(**bus)); !added) return added.error();
+      report->add(joint, *(*bus)->hub);
+    }
+    OpenedDevice device;
+    device.owner = report;
+    device.report = report.get();
+    device.actuators = group.get();
+    device.sensor(hal::SensorKind::joints) = static_cast<hal::Joints*>(group.get());
+    return device;
+  };
+}
+
+DeviceOpener read_joints_of(DeviceKeys& keys, const DeviceSpecs& specs) {
+  std::string group, groups;
+  for (const DeviceSpec& d : specs.devices)
+    if (d.driver == "can_servos") groups += (groups.empty() ? ": " : ", ") + d.name;
+  const std::string allowed = "the name of a device with can_servos" + groups;
+  keys.read("group", group, allowed, {.doc = "the joints of that one under this name, too", .required = true});
+  const bool known = std::any_of(specs.devices.begin(), specs.devices.end(),
+                                 [&](const DeviceSpec& d) { return d.name == group && d.driver == "can_servos"; });
+  if (!group.empty() && !known) keys.problem("group", groups.empty() ? allowed + ": there is none" : allowed);
+  return [group](DeviceContext& context, std::string& why) -> hal::Result<OpenedDevice> {
+    auto device = context.device(group, why);
+    if (!device) return device.error();
+    OpenedDevice joints;
+    joints.owner = (*device)->owner;
+    joints.sensor(hal::SensorKind::joints) = (*device)->sensor(hal::SensorKind::joints);
+    return joints;
+  };
+}
+
+}  // namespace sinew::drivers

@@ -1,0 +1,158 @@
+#pragma once
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hal/board.hpp"
+#include "hal/os.hpp"
+#include "hal/stream.hpp"
+#include "sim_hil/board/clock_keeper.hpp"
+#include "sim_hil/board/plant_connection.hpp"
+#include "sim_hil/board/sim_devices.hpp"
+#include "sim_hil/protocol.hpp"
+
+namespace sinew::sim_hil {
+
+/// A time without a plant: the connection was lost, and made anew.
+struct Outage {
+  Time at;             // runtime clock
+  Duration length{0};  // of the runtime's clock too
+  std::string why;
+};
+
+/// What the connection did, for the report's word on validity.
+struct SimStats {
+  std::vector<DeviceStats> devices;  // in the Welcome's order
+  std::uint32_t grants = 0;
+  std::uint32_t commands = 0;
+  std::uint32_t commands_dropped = 0;  // free-running: the plant did not take them in time
+  Duration clock_offset{0};            // runtime clock minus plant time
+  bool remote = false;                 // the plant runs on another machine: `clock` says how well it is known
+  ClockStats clock;
+  std::vector<Outage> outages;  // free-running: times without a plant
+};
+
+/// How to meet a plant.
+struct SimOptions {
+  Mode mode = Mode::lockstep;
+  std::string robot = "robot";
+  std::uint64_t seed = 0;
+  double rate = 1.0;                  // free-running: plant seconds per real second
+  const hal::Clock* clock = nullptr;  // the executor's: in lockstep its ManualClock; free-running: runs at `rate`
+  hal::Os* os = nullptr;              // free-running only
+  hal::ThreadOptions reader{"sim_reader", 0, {}, 256 * 1024};  // free-running: the thread that receives
+  // Free-running: how to reach the same plant once more. For the side line that compares clocks with a plant on another
+  // machine, and for coming back to one that was lost. Empty: neither.
+  Connect connect;
+  Duration relink_for{0};  // how long a lost plant is looked for, with `connect`; 0: the run ends with the connection
+  bool accepts_shared_memory = true;
+  std::size_t sensor_depth = 64;  // samples a device keeps for its driver, then it drops the oldest
+  std::size_t camera_depth = 4;
+  Duration patience = std::chrono::seconds(10);        // a plant that is silent for longer is gone
+  Duration late_after = std::chrono::milliseconds(2);  // free-running: arrival after `ready` that counts as late
+  // Ground truth and the plant's report, for the run's report only. Called on the receiving thread: in lockstep the
+  // executor's, inside next_grant().
+  std::function<void(Time, const Truth&)> on_truth;
+  std::function<void(const std::string& json)> on_report;
+};
+
+/// The hal's devices on a simulator's connection. In lockstep it is also what grants virtual time.
+///     auto stream = hal::connect_stream("unix:/run/plant.sock", 5s);
+///     auto board = SimBoard::open(std::move(*stream), {.clock = &clock}, why);
+///     hal::Imu* imu = *(*board)->sensor<msg::ImuSample>("imu");
+///     ... (*board)->start(); ...
+/// Times at its devices are on the runtime's clock. While a lost plant is looked for, devices have nothing to read and
+/// actuators refuse with `closed`; the run goes on.
+/// Thread:  owner; in free-running one thread per device, and all actuator groups on one.
+/// RT:      after start(): the devices, and next_grant() but for its wait.
+/// Errors:  see hal/board.hpp; problem() has them in words.
+class SimBoard final : public hal::Board, public hal::GrantSource {
+ public:
+  static hal::Result<std::unique_ptr<SimBoard>> open(std::unique_ptr<hal::Stream> stream, const SimOptions& options,
+                                                     std::string& why);
+  ~SimBoard() override;
+
+  const Welcome& plant() const { return welcome_; }
+  /// True when this camera's frames come through shared memory.
+  bool shares_memory() const { return line_.memory != nullptr; }
+
+  hal::Result<hal::Device*> open_sensor(hal::SensorKind kind, std::string_view name) override;
+  hal::Result<hal::Camera*> camera(std::string_view name) override;
+  hal::Result<hal::Actuators*> actuators(std::string_view name) override;
+
+  /// Everything is configured: the plant's time begins. In lockstep the first next_grant() does it when nobody did.
+  hal::Status start();
+  /// Lockstep: `done_to` must be the last grant (anything at the first call).
+  hal::Result<Time> next_grant(Time done_to) override;
+  /// Ends the run politely: nothing is received and nobody woken any more when this returns. The destructor does it
+  /// with a general reason.
+  void bye(std::string_view reason);
+
+  bool ended() const { return shared_.ended.load(std::memory_order_acquire); }
+  /// Why the run ended, the plant's own words if it said any. After ended().
+  const std::string& end_reason() const { return end_reason_; }
+  /// The last failed look-up in words, or the reason of the end.
+  const std::string& problem() const { return ended() ? end_reason_ : problem_; }
+  SimStats stats() const;
+  /// One line about a plant that is looked for; empty: it is there. Thread: any.
+  std::string link_trouble() const;
+
+ private:
+  class Group;
+  class Sending;
+  SimBoard(std::unique_ptr<hal::Stream> stream, const SimOptions& options);
+  hal::Status shake_hands(std::string& why);
+  Hello hello() const;
+  void make_devices();
+  template <class Wanted>
+  hal::Result<Wanted*> find(std::string_view name, DeviceKind kind);
+  hal::Status start_plant(PlantConnection& line, std::string& why);
+  hal::Status set_clock(const Message& message, Time sent, bool local);
+  void read_loop();
+  hal::Status read_some();
+  bool relink(const hal::Error& lost);
+  bool try_relink(std::string& why);
+  bool take_line(PlantConnection& fresh);
+  bool leaving() const { return leave_.load(std::memory_order_acquire) != 0; }
+  void say_trouble(std::string text);
+  hal::Status take(const Message& message, Time arrival);
+  hal::Status take_frame(const Message& message, Time arrival);
+  hal::Result<bool> read_pixels(std::span<std::uint8_t> into);
+  template <class M>
+  hal::Status take_sample(const Message& message, Time arrival, DeviceKind kind);
+  SimDevice* device_of(std::uint16_t id, DeviceKind kind);
+  Arrival arrival_of(const Header& h, Time ready, Time at);
+  hal::Status send(Type type, std::uint16_t device, const Command* command);
+  hal::Status send_now(Type type, std::uint16_t device, Time commit, const Command* command);
+  bool add(Type type, std::uint16_t device, Time commit, const Command* command);
+  hal::Status end(const hal::Error& error);
+
+  SimOptions options_;
+  SimShared shared_;
+  Welcome welcome_;  // the first one's; a plant that comes back has to fit it
+  PlantConnection line_;
+  std::optional<ClockKeeper> keeper_;                // a plant on another machine
+  std::vector<std::unique_ptr<SimDevice>> devices_;  // by id; null for actuators
+  std::vector<std::unique_ptr<Group>> groups_;       // by id; null for the others
+  std::unique_ptr<hal::Thread> reader_;
+  bool started_ = false, said_bye_ = false;
+  hal::Error end_error_{hal::Errc::closed, "the plant ended the run"};
+  std::string end_reason_, problem_;
+  Time last_commit_{};  // of the line; the actuators' thread, or the receiver's while there is no line
+  std::atomic<std::uint32_t> grants_{0}, commands_{0}, commands_dropped_{0};
+
+  // While the receiver replaces the line, nobody may be sending on it: who sends says so and then looks whether there
+  // is a line; the receiver takes it away and then looks whether somebody sends. Sequential consistency is what makes
+  // one of the two see the other.
+  std::atomic<bool> linked_{true}, sending_{false};
+  hal::WakeWord leave_{0};         // we are going: look for no plant any more
+  mutable std::mutex link_mutex_;  // the line's stream against bye(), the outages, the trouble
+  std::vector<Outage> outages_;
+  std::string trouble_;
+  std::vector<std::unique_ptr<hal::SharedMemory>> retired_;  // frames of lost plants that somebody may still read
+};
+
+}  // namespace sinew::sim_hil

@@ -1,0 +1,76 @@
+#pragma once
+#include <atomic>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hal/os.hpp"
+#include "hal/stream.hpp"
+#include "sim_hil/caller.hpp"
+#include "sim_hil/server/plant_link.hpp"
+
+namespace sinew::sim_hil {
+
+/// The entrance of a plant: lets one runtime in at a time and answers side lines beside it, from the first moment to
+/// the last. A side line may stop all actuators (stopped()) and compare its clock with ours.
+///     auto door = PlantDoor::open(os, std::move(listener), description, {});
+///     auto caller = door->wait_runtime(60s);             // then PlantLink::accept(std::move(*caller), ...)
+/// Thread:  owner; stopped() any. It has a thread that accepts and one for each connection that it serves.
+class PlantDoor {
+ public:
+  static constexpr std::size_t kMaxLines = 8;  // side lines, and callers that have not said Hello yet
+
+  /// `os` tells the clock that plant time follows. `thread` is for all threads of the door: above the physics', so that
+  /// neither a stop nor a look at the clock waits.
+  /// Errors:  those of starting a thread.
+  static hal::Result<std::unique_ptr<PlantDoor>> open(hal::Os& os, std::unique_ptr<hal::Listener> listener,
+                                                      PlantDescription plant, const hal::ThreadOptions& thread);
+  ~PlantDoor();
+  PlantDoor(const PlantDoor&) = delete;
+  PlantDoor& operator=(const PlantDoor&) = delete;
+
+  const std::string& endpoint() const { return listener_->endpoint(); }
+  /// The runtime that called, or the next that will. From then on others are turned away, until let_go().
+  /// Errors:  timeout.
+  hal::Result<Caller> wait_runtime(hal::Duration patience);
+  /// The runtime that came in is gone: another one may come.
+  void let_go();
+  /// Somebody pulled the stop line: from now on no command may act.
+  bool stopped() const noexcept { return stopped_.load(std::memory_order_acquire); }
+  /// Callers turned away, and side lines served so far.
+  std::uint32_t turned_away() const { return turned_away_.load(std::memory_order_relaxed); }
+  std::uint32_t side_lines() const { return side_lines_.load(std::memory_order_relaxed); }
+
+ private:
+  struct Line {
+    Caller caller;  // its stream leaves with a runtime, under the mutex
+    std::atomic<bool> over{false};
+    std::unique_ptr<hal::Thread> thread;
+  };
+
+  PlantDoor(hal::Os& os, std::unique_ptr<hal::Listener> listener, PlantDescription plant,
+            const hal::ThreadOptions& thread);
+  void accept_loop();
+  void admit(std::unique_ptr<hal::Stream> stream);
+  void serve(Caller& caller);
+  void keep_runtime(Caller& caller);
+  void refuse(hal::Stream& stream, std::string_view reason);
+
+  hal::Os& os_;
+  std::unique_ptr<hal::Listener> listener_;
+  PlantDescription plant_;
+  hal::ThreadOptions thread_options_;
+  std::mutex mutex_;
+  std::condition_variable came_;
+  std::optional<Caller> waiting_;
+  bool taken_ = false;  // a runtime is inside
+  std::vector<std::unique_ptr<Line>> lines_;
+  std::atomic<bool> closing_{false}, stopped_{false};
+  std::atomic<std::uint32_t> turned_away_{0}, side_lines_{0};
+  std::unique_ptr<hal::Thread> acceptor_;
+};
+
+}  // namespace sinew::sim_hil

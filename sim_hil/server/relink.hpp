@@ -1,0 +1,46 @@
+#pragma once
+#include <atomic>
+#include <memory>
+
+#include "hal/os.hpp"
+#include "sim_hil/server/plant_link.hpp"
+#include "sim_hil/server/plant_listener.hpp"
+
+namespace sinew::plant {
+
+/// Looks out for another runtime while the world goes on without one: greets it on a thread of its own, so that physics
+/// waits for nobody.
+/// Thread:  owner.
+class Relink {
+ public:
+  /// A runtime has to come with this rate; `frames` is lent to its link (may be null).
+  Relink(hal::Os& os, sim_hil::PlantDoor& door, sim_hil::PlantDescription plant, hal::SharedMemory* frames, double rate)
+      : os_(os), door_(door), plant_(std::move(plant)), frames_(frames), rate_(rate) {}
+  ~Relink() { thread_.reset(); }
+  Relink(const Relink&) = delete;
+  Relink& operator=(const Relink&) = delete;
+
+  /// The last one is gone. Errors: those of starting a thread.
+  hal::Status look(hal::Duration patience);
+  bool looking() const { return thread_ != nullptr; }
+  /// A runtime that has said Start, ready for start_clock(); null: none yet. RT: but for the end of a thread.
+  std::unique_ptr<sim_hil::PlantLink> take();
+  /// Nobody came in time.
+  bool in_vain() const { return state_.load(std::memory_order_acquire) == State::in_vain; }
+
+ private:
+  enum class State : std::uint8_t { looking, found, in_vain };
+  void run(hal::Time give_up);
+  bool greet(sim_hil::Caller caller);
+
+  hal::Os& os_;
+  sim_hil::PlantDoor& door_;
+  sim_hil::PlantDescription plant_;
+  hal::SharedMemory* frames_;
+  double rate_;
+  std::unique_ptr<sim_hil::PlantLink> link_;  // the thread's until it says `found`
+  std::atomic<State> state_{State::looking};
+  std::unique_ptr<hal::Thread> thread_;
+};
+
+}  // namespace sinew::plant

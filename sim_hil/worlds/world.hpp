@@ -1,0 +1,118 @@
+#pragma once
+// What every simulated world is to the session with a runtime: steps, samples, a picture, a word for the report.
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "hal/result.hpp"
+#include "msg/joints.hpp"
+#include "msg/sensors.hpp"
+#include "sim_hil/worlds/fault.hpp"
+
+namespace sinew::plant {
+
+class JsonObject;
+class PlantJoints;
+
+inline constexpr std::int64_t kStepNs = 250'000;
+inline constexpr int kImuSteps = 4, kTruthSteps = 40;  // 1 kHz, 100 Hz
+inline constexpr int kCameraHz = 30;
+
+/// Stamp (mid-point of the exposure) of the frame with this number, counted from 1: multiples of 1/30 s on the grid of
+/// the plant's steps.
+constexpr std::int64_t camera_stamp_ns(std::uint32_t frame) {
+  const std::int64_t exact = std::int64_t{frame} * 1'000'000'000 / kCameraHz;
+  return (exact + kStepNs / 2) / kStepNs * kStepNs;
+}
+
+enum class WorldKind : std::uint8_t { quad, desk_head };
+
+enum class Part : std::uint8_t { imu, range, baro, camera, actuators, battery, joints };
+
+/// One device of a world.
+struct WorldDevice {
+  Part part{};
+  const char* name = "";
+  int steps = 0;              // plant steps from sample to sample; 0: at no fixed period
+  std::int64_t delay_ns = 0;  // stamp to availability
+  std::uint32_t channels = 0;
+  FaultDevice fault{};
+  double least = 0, most = 0;  // actuators: what a command may sensibly ask for, in its unit
+};
+
+/// What a world has on board, each part at most once, in the order of the Welcome.
+struct WorldInfo {
+  const char* name = "";
+  std::span<const WorldDevice> devices;
+
+  /// Null when it has none.
+  const WorldDevice* find(Part part) const;
+  bool has(FaultDevice device) const;
+};
+
+/// What the step that just ended has made available. Samples carry their stamps; delays are not applied yet.
+struct Due {
+  bool imu = false, range = false, baro = false, battery = false, joints = false, camera = false, truth = false;
+  msg::ImuSample imu_sample;
+  msg::RangeSample range_sample;
+  msg::BaroSample baro_sample;
+  msg::BatterySample battery_sample;
+  msg::JointState joints_sample;
+};
+
+/// Where something is: its position, and the rotation that takes its coordinates to the world's.
+struct Pose {
+  msg::Vec3 p_world_m;
+  msg::Quat q_world;
+};
+
+/// Pose of the camera.
+struct CameraPose {
+  msg::Vec3 p_world_m;
+  msg::Quat q_world_optical;
+};
+
+/// All that a picture depends on: the camera, and what moves in its sight, in the order of the room's mocap bodies.
+struct Scene {
+  static constexpr std::size_t kMost = 6;
+  CameraPose camera;
+  std::array<Pose, kMost> body{};
+  std::size_t bodies = 0;
+};
+
+/// For the report and for tests; no module ever sees it.
+struct WorldTruth {
+  msg::Vec3 p_world_m, v_world_mps;
+  msg::Quat q_world_base;
+  msg::Vec3 gyro_radps;      // base
+  msg::Vec3 target_world_m;  // the pad, the ball
+  double battery_v = 0;
+  bool contact = false, landed = false;
+};
+
+/// A simulated world, without rendering, in steps of 0.25 ms. Same options and same commands give the same bytes on
+/// every machine: nothing in it calls the C library's mathematics, which differ between CPUs.
+/// Thread:  owner.
+class World {
+ public:
+  virtual ~World() = default;
+  /// Advances by 0.25 ms. `command`: one setpoint per channel of the actuator group, or none: its safe action.
+  virtual const Due& step(std::span<const double> command) = 0;
+  virtual msg::Time now() const = 0;
+  virtual WorldTruth ground_truth() const = 0;
+  virtual Scene scene() const = 0;
+  /// Nothing is driven, and nothing that was moves any more: a world left alone may end.
+  virtual bool still() const = 0;
+  /// How often something has happened that a report should tell at once.
+  virtual std::uint32_t news() const { return 0; }
+  /// Its keys of the report: docs/sinew-sim.md.
+  virtual void add_to(JsonObject& report) const = 0;
+  /// How it went, in one line for people.
+  virtual std::string outcome() const = 0;
+  /// The joints of its actuator group, for whoever plays their drives; null: it has none.
+  virtual PlantJoints* joints() { return nullptr; }
+};
+
+}  // namespace sinew::plant

@@ -1,0 +1,372 @@
+#include "apps/robot_file/robot_file.hpp"
+
+#include <gmock/gmock.h>
+
+namespace sinew::app {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::UnorderedElementsAre;
+
+constexpr std::string_view kGood =
+    R"(robot = { name = "desk", board = "sim", seed = 7, virtual_cores = 2, tap_history_ms = 2000 }
+
+[[thread]]
+name = "control"
+priority = 80
+period_us = 1000
+phase_us = 250
+overrun = "catch_up"
+catch_up_max = 3
+cpus = [1]
+order = ["imu", "gimbal"]
+
+[[thread]]
+name = "vision"
+priority = 40
+device = "camera"
+timeout_us = 100000
+order = ["camera"]
+
+[module]
+imu    = { type = "drivers::ImuSource", exec_us = 2.5 }
+gimbal = { type = "control::Level", in = { imu = "imu.raw" }, params = { kp = 1.5, on = true, n = 3, s = "x" }, exec_trace_us = [10, 20] }
+camera = { type = "drivers::CameraSource", exec_measured_factor = 1.5, enabled = false }
+
+[topic."camera.raw"]
+image = { width = 640, height = 480, format = "yuyv" }
+history = 5
+
+[topic."operator.link"]
+writer = "external"
+type = "OperatorLink"
+thread = "control"
+exec_us = 2
+
+[actuator.tilt]
+command = "gimbal.tilt"
+channels = 2
+limit = [-0.6, 0.6]
+rate_per_s = 5
+lease_ms = 20
+safe = "hold"
+
+[[chain]]
+name = "imu_to_tilt"
+from = "imu.raw"
+to = "guardian.tilt"
+budget_ms = 5
+
+[guardian]
+priority = 90
+arming = "manual"
+exec_us = 4
+
+[[failsafe]]
+name = "camera_lost"
+topic = "camera.raw"
+silent_ms = 500
+action = "land"
+then = "stop"
+then_after_ms = 20000
+
+[[failsafe]]
+name = "imu_stuck"
+topic = "imu.raw"
+stuck_ms = 20
+action = "stop"
+
+[[failsafe]]
+name = "hot"
+topic = "baro.raw"
+field = "temperature_c"
+below = -20
+above = 70.5
+for_ms = 1000
+action = "land"
+)";
+
+std::vector<std::string> problems_of(std::string_view text) {
+  std::vector<std::string> lines;
+  for (const auto& p : parse_robot(text, "robot.toml").problems) lines.push_back(rt::to_string(p, "robot.toml"));
+  return lines;
+}
+
+TEST(RobotFile, TypeAndThreadOfATopicBelongToExternalOnes) {
+  EXPECT_THAT(problems_of(R"(robot = { name = "a", board = "sim" }
+[topic."a.b"]
+type = "OperatorLink"
+[topic."c.d"]
+writer = "module"
+[topic."e.f"]
+writer = "external"
+)"),
+              UnorderedElementsAre("robot.toml:3: topic.a.b.type: \"OperatorLink\": none without writer = \"external\"",
+                                   "robot.toml:5: topic.c.d.writer: \"module\": one of \"external\"",
+                                   "robot.toml:6: topic.e.f.type: missing: the type of a message, e.g. "
+                                   "\"OperatorLink\"; it is required",
+                                   "robot.toml:6: topic.e.f.thread: missing: the name of a thread; it is required"));
+}
+
+TEST(RobotFile, EveryKeyReachesTheGraphSpec) {
+  const auto loaded = parse_robot(kGood, "robot.toml");
+  ASSERT_THAT(loaded.problems, IsEmpty());
+  const rt::GraphSpec& g = loaded.robot.graph;
+  EXPECT_EQ(g.robot, "desk");
+  EXPECT_EQ(g.board, "sim");
+  EXPECT_EQ(g.seed, 7u);
+  EXPECT_EQ(g.virtual_cores, 2u);
+  EXPECT_EQ(g.tap_history, 2s);
+  ASSERT_EQ(g.threads.size(), 2u);
+  EXPECT_EQ(g.threads[0].priority, 80);
+  EXPECT_EQ(g.threads[0].period, 1ms);
+  EXPECT_EQ(g.threads[0].phase, 250us);
+  EXPECT_EQ(g.threads[0].overrun, rt::ThreadSpec::Overrun::catch_up);
+  EXPECT_EQ(g.threads[0].catch_up_max, 3u);
+  EXPECT_THAT(g.threads[0].cpus, ElementsAre(1));
+  EXPECT_EQ(g.threads[0].order[1].value, "gimbal");
+  EXPECT_EQ(g.threads[1].trigger, rt::ThreadSpec::Trigger::device);
+  EXPECT_EQ(g.threads[1].timeout, 100ms);
+  ASSERT_EQ(g.modules.size(), 3u);
+  EXPECT_EQ(g.modules[0].name, "imu") << "modules keep the order of the file";
+  EXPECT_EQ(g.modules[0].exec.constant, 2500ns);
+  EXPECT_EQ(g.modules[1].in.at("imu").value, "imu.raw");
+  EXPECT_EQ(std::get<double>(g.modules[1].params.at("kp").value), 1.5);
+  EXPECT_EQ(std::get<bool>(g.modules[1].params.at("on").value), true);
+  EXPECT_EQ(std::get<std::int64_t>(g.modules[1].params.at("n").value), 3);
+  EXPECT_EQ(std::get<std::string>(g.modules[1].params.at("s").value), "x");
+  EXPECT_THAT(g.modules[1].exec.trace, ElementsAre(rt::Duration{10us}, rt::Duration{20us}));
+  EXPECT_EQ(g.modules[2].exec.kind, rt::ExecModel::Kind::measured);
+  EXPECT_FALSE(g.modules[2].enabled);
+  ASSERT_EQ(g.topics.size(), 2u);
+  EXPECT_EQ(g.topics[0].image_bytes, 640u * 480 * 2);
+  EXPECT_EQ(g.topics[0].image_pixels, 640u * 480);
+  EXPECT_EQ(g.topics[0].history, 5u);
+  EXPECT_FALSE(g.topics[0].external);
+  ASSERT_TRUE(g.topics[1].external);
+  EXPECT_EQ(g.topics[1].external->type, "OperatorLink");
+  EXPECT_EQ(g.topics[1].external->thread, "control");
+  EXPECT_EQ(g.topics[1].external->exec.constant, 2us);
+  ASSERT_EQ(g.actuators.size(), 1u);
+  EXPECT_EQ(g.actuators[0].min, -0.6);
+  EXPECT_EQ(g.actuators[0].lease, 20ms);
+  EXPECT_EQ(g.actuators[0].safe, rt::ActuatorSpec::Safe::hold);
+  ASSERT_EQ(g.chains.size(), 1u);
+  EXPECT_EQ(g.chains[0].budget, 5ms);
+  EXPECT_EQ(g.guardian.priority, 90);
+  EXPECT_EQ(g.guardian.exec.constant, 4us);
+  EXPECT_EQ(g.guardian.arming, rt::GuardianSpec::Arming::manual);
+}
+
+TEST(RobotFile, EveryKeyOfAFailsafeReachesTheGraphSpec) {
+  using Kind = rt::FailsafeSpec::Kind;
+  const auto loaded = parse_robot(kGood, "robot.toml");
+  ASSERT_THAT(loaded.problems, IsEmpty());
+  const std::vector<rt::FailsafeSpec>& f = loaded.robot.graph.failsafes;
+  ASSERT_EQ(f.size(), 3u);
+  EXPECT_EQ(f[0].name, "camera_lost");
+  EXPECT_EQ(f[0].topic.value, "camera.raw");
+  EXPECT_EQ(f[0].kind, Kind::silent);
+  EXPECT_EQ(f[0].time, 500ms);
+  EXPECT_EQ(f[0].action, msg::FailsafeAction::land);
+  EXPECT_EQ(f[0].stop_after, rt::Duration{20s});
+  EXPECT_EQ(f[1].kind, Kind::stuck);
+  EXPECT_EQ(f[1].time, 20ms);
+  EXPECT_EQ(f[1].action, msg::FailsafeAction::stop);
+  EXPECT_FALSE(f[1].stop_after);
+  EXPECT_EQ(f[2].kind, Kind::value);
+  EXPECT_EQ(f[2].field.value, "temperature_c");
+  EXPECT_EQ(f[2].below, -20.0);
+  EXPECT_EQ(f[2].above, 70.5);
+  EXPECT_EQ(f[2].time, 1000ms);
+}
+
+TEST(RobotFile, AFailsafeIsOfOneKindAndEveryProblemIsNamed) {
+  EXPECT_THAT(problems_of(R"(robot = { name = "r", board = "sim" }
+[[failsafe]]
+name = "a"
+topic = "x.y"
+action = "land"
+[[failsafe]]
+name = "b"
+topic = "x.y"
+silent_ms = 0
+stuck_ms = 5
+action = "pray"
+then = "stop"
+[[failsafe]]
+name = "c"
+field = "v"
+below = "low"
+[guardian]
+arming = "never"
+)"),
+              UnorderedElementsAre(
+                  "robot.toml:2: failsafe.a: : exactly one of silent_ms, stuck_ms, field (with below or above)",
+                  "robot.toml:9: failsafe.b.silent_ms: 0: a number from 1 to 3600000",
+                  "robot.toml:6: failsafe.b: : exactly one of silent_ms, stuck_ms, field (with below or above)",
+                  "robot.toml:11: failsafe.b.action: \"pray\": one of \"land\", \"stop\"",
+                  "robot.toml:6: failsafe.b: : then and then_after_ms together, or neither",
+                  "robot.toml:13: failsafe.c.topic: missing: the name of a topic; it is required",
+                  "robot.toml:16: failsafe.c.below: \"low\": a number from -1e+300 to 1e+300",
+                  "robot.toml:13: failsafe.c.action: missing: one of land stop; it is required",
+                  "robot.toml:18: guardian.arming: \"never\": one of \"auto\", \"manual\""));
+}
+
+TEST(RobotFile, QuantilesOfExecutionTimesReachTheGraphSpec) {
+  const auto loaded = parse_robot(R"(robot = { name = "r", board = "sim" }
+[module]
+m = { type = "t", exec_quantiles_us = [[0.5, 12], [1, 80.5]] }
+)",
+                                  "robot.toml");
+  ASSERT_THAT(loaded.problems, IsEmpty());
+  const rt::ExecModel& exec = loaded.robot.graph.modules[0].exec;
+  EXPECT_EQ(exec.kind, rt::ExecModel::Kind::quantiles);
+  ASSERT_EQ(exec.quantiles.size(), 2u);
+  EXPECT_EQ(exec.quantiles[0].share, 0.5);
+  EXPECT_EQ(exec.quantiles[1].exec, 80500ns);
+  EXPECT_THAT(problems_of(R"(robot = { name = "r", board = "sim" }
+[module]
+m = { type = "t", exec_quantiles_us = [[0.5, 12], 3] }
+n = { type = "t", exec_quantiles_us = [[1, 12]], exec_us = 3 }
+)"),
+              ElementsAre("robot.toml:3: module.m.exec_quantiles_us: [ [ 0.5, 12 ], 3 ]: an array of pairs [share, "
+                          "us], us from 0.001 to 3.6e9",
+                          "robot.toml:4: module.n.exec_us: 3: only one of exec_us, exec_trace_us, exec_quantiles_us, "
+                          "exec_measured_factor"));
+}
+
+TEST(RobotFile, EveryProblemIsNamedInOneRun) {
+  const auto lines = problems_of(R"(robot = { name = "r", board = "sim", colour = "red" }
+[[thread]]
+name = "control"
+priority = 120
+period_us = 1000
+trigger = "imu.raw"
+order = ["m"]
+[module]
+m = { exec_us = -3, params = { k = [1] } }
+[topic."camera.raw"]
+image = { width = 5000, height = 480, format = "hsv" }
+[actuator.tilt]
+command = "m.tilt"
+channels = 9
+limit = [1, -1]
+safe = "pray"
+)");
+  EXPECT_THAT(
+      lines,
+      UnorderedElementsAre(
+          "robot.toml:1: robot.colour: \"red\": unknown key; known here: board calibration device_boards name seed "
+          "tap_history_ms "
+          "virtual_cores",
+          "robot.toml:4: thread.control.priority: 120: an integer from 0 to 98",
+          "robot.toml:2: thread.control: : exactly one of period_us, trigger (topics), device (a driver module)",
+          "robot.toml:9: module.m.type: missing: the type of a module, e.g. \"control::Mixer\"; it is required",
+          "robot.toml:9: module.m.exec_us: -3: a number from 0.001 to 3600000000",
+          "robot.toml:9: module.m.params.k: [ 1 ]: a boolean, a number or a string",
+          "robot.toml:11: topic.camera.raw.image.width: 5000: an integer from 1 to 1280",
+          "robot.toml:11: topic.camera.raw.image.format: \"hsv\": one of \"mono8\", \"rgb8\", \"bgr8\", \"yuyv\"",
+          "robot.toml:14: actuator.tilt.channels: 9: an integer from 1 to 8",
+          "robot.toml:15: actuator.tilt.limit: [ 1, -1 ]: [smallest, largest], two numbers in this order",
+          "robot.toml:12: actuator.tilt.lease_ms: missing: a number from 0.1 to 10000; it is required",
+          "robot.toml:16: actuator.tilt.safe: \"pray\": one of \"stop\", \"hold\", \"damp\", \"torque_off\""));
+}
+
+TEST(RobotFile, ABoardThatIsNoneIsNamedWithItsLine) {
+  EXPECT_THAT(problems_of("\n[robot]\nname = \"r\"\nboard = \"Linux\"\n"),
+              ElementsAre("robot.toml:4: robot.board: \"Linux\": \"sim\", \"linux\", \"dataset\" or \"none\""));
+}
+
+TEST(RobotFile, ANameIsOneThatOtherProgramsCanAskFor) {
+  EXPECT_THAT(problems_of("[robot]\nname = \"my robot\"\nboard = \"none\"\n"),
+              ElementsAre("robot.toml:2: robot.name: \"my robot\": letters, digits, _ and -, at most 40"));
+  EXPECT_THAT(problems_of("[robot]\nname = \"" + std::string(41, 'a') + "\"\nboard = \"none\"\n"),
+              ElementsAre(HasSubstr("robot.toml:2: robot.name: ")));
+}
+
+TEST(RobotFile, APlantIsAPlaceAndAWorldOneThatThereIs) {
+  EXPECT_THAT(problems_of("robot = { name = \"r\", board = \"sim\" }\n[sim]\nplant = \"here\"\nworld = \"moon\"\n"),
+              UnorderedElementsAre("robot.toml:3: sim.plant: \"here\": \"auto\", \"unix:PATH\" or \"tcp:HOST:PORT\"",
+                                   "robot.toml:4: sim.world: \"moon\": the name of a world of sinew-sim: \"quad\", "
+                                   "\"desk_head\""));
+  EXPECT_THAT(problems_of("robot = { name = \"r\", board = \"sim\" }\n[sim]\nplant = \"unix:/tmp/p\"\n"), IsEmpty());
+}
+
+TEST(RobotFile, AHangIsNoShorterThanTwoLeases) {
+  const auto with = [](const char* hang) {
+    return problems_of(std::string(R"(robot = { name = "x", board = "none" }
+actuator.a = { command = "m.out", channels = 1, limit = [0, 1], lease_ms = 300, safe = "stop" }
+)") +
+                       "parent = { hang_ms = " + hang + " }\n");
+  };
+  EXPECT_THAT(with("599"),
+              ElementsAre("robot.toml:3: parent.hang_ms: 599: at least two of the smallest lease: 600 or more"));
+  EXPECT_THAT(with("600"), ElementsAre());
+}
+
+TEST(RobotFile, AFlightRingIsThereOnlyWhereItIsAskedFor) {
+  const std::string robot = "robot = { name = \"r\", board = \"none\" }\n";
+  EXPECT_FALSE(parse_robot(robot + "[record]\n", "f").robot.record.ring.enabled);
+  const RecordOptions by_default = parse_robot(robot + "[record.ring]\n", "f").robot.record;
+  EXPECT_TRUE(by_default.ring.enabled);
+  EXPECT_EQ(by_default.ring.seconds, 10);
+  EXPECT_EQ(by_default.ring.megabytes, 32);
+  const auto set = parse_robot(robot + "[record.ring]\nseconds = 3\nmegabytes = 20\n", "f");
+  EXPECT_TRUE(set.problems.empty());
+  EXPECT_EQ(set.robot.record.ring.seconds, 3);
+  EXPECT_EQ(set.robot.record.ring.megabytes, 20);
+  const auto wrong = parse_robot(robot + "[record.ring]\nseconds = 0\nmegabytes = 1\nmode = 1\n", "f");
+  ASSERT_EQ(wrong.problems.size(), 3u);
+  for (const rt::Problem& p : wrong.problems) EXPECT_TRUE(p.key.starts_with("record.ring.")) << p.key;
+}
+
+TEST(RobotFile, SyntaxErrorIsOneProblemWithItsLine) {
+  const auto loaded = parse_robot("robot = { name = \"r\", board = \"sim\" }\n[[thread]\n", "robot.toml");
+  ASSERT_EQ(loaded.problems.size(), 1u);
+  EXPECT_EQ(loaded.problems[0].line, 2);
+  EXPECT_EQ(loaded.problems[0].key, "TOML");
+}
+
+TEST(RobotFile, HeaderThatIsNoKeyIsOneProblemAndNotAnAbort) {
+  EXPECT_THAT(problems_of("\n[[:m]]\n"), ElementsAre(HasSubstr("robot.toml:2: TOML: syntax: ")));
+}
+
+TEST(RobotFile, OnlyCommentsGoBeyondAscii) {
+  const std::string says = ": TOML: syntax: only ASCII outside of comments";
+  EXPECT_THAT(problems_of("# ok: \u00b0\n\u00b0 = 1\n"), ElementsAre("robot.toml:2" + says));
+  EXPECT_THAT(problems_of("a = '''\n# '\n\u00b0'''\n"), ElementsAre("robot.toml:3" + says));
+  EXPECT_THAT(problems_of("a = \"\\\"# \u00b0\"\n"), ElementsAre("robot.toml:1" + says));
+  EXPECT_THAT(problems_of("a = \"\\\u00b0\"\n"), ElementsAre("robot.toml:1" + says));
+  const auto named = parse_robot("robot = { name = \"cafe #1\", board = \"sim\" } # \u00b0\n", "robot.toml");
+  EXPECT_EQ(named.robot.graph.robot, "cafe #1");
+}
+
+TEST(RobotFile, NotANumberIsShownInsideAnArrayToo) {
+  EXPECT_THAT(problems_of("robot = [nan, [inf], []]\n"),
+              testing::Contains(HasSubstr("robot.toml:1: robot: [ nan, [ inf ], [] ]: ")));
+}
+
+TEST(RobotFile, FileThatIsNotThereIsNamed) {
+  const auto loaded = load_robot("no/such/robot.toml");
+  ASSERT_EQ(loaded.problems.size(), 1u);
+  EXPECT_EQ(loaded.problems[0].value, "no/such/robot.toml");
+}
+
+TEST(RobotFile, WrongShapeOfATableIsAProblemAndNotACrash) {
+  EXPECT_THAT(problems_of("robot = 3\nthread = [1]\nmodule = 4\n"),
+              UnorderedElementsAre("robot.toml:1: robot: 3: a table",
+                                   "robot.toml:2: thread: [ 1 ]: an array of tables, written [[thread]]",
+                                   "robot.toml:3: module: 4: a table of tables"));
+}
+
+TEST(RobotFile, EmptyKeyIsNamedAsOne) {
+  EXPECT_THAT(problems_of("'' = 1\nrobot = { name = \"r\", board = \"sim\" }\n"),
+              ElementsAre(testing::StartsWith("robot.toml:1: \"\": 1: unknown key; known here:")));
+}
+
+}  // namespace
+}  // namespace sinew::app

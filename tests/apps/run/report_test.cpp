@@ -1,0 +1,106 @@
+// Plots, tilt errors, the plant's report and what a camera-less dataset leaves out.
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "apps/robot_file/flight_report.hpp"
+#include "apps/robot/without_camera.hpp"
+#include "apps/run/tilt_error.hpp"
+#include "apps/view/graph_text.hpp"
+#include "apps/view/plot.hpp"
+
+namespace sinew::app {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using namespace std::chrono_literals;
+
+TEST(TiltError, IsTheAngleBetweenTheUpVectorsWhateverTheYaw) {
+  const double half = 0.5 * 0.1;  // 0.1 rad about x
+  const msg::Quat level{1, 0, 0, 0}, tilted{std::cos(half), std::sin(half), 0, 0}, turned{0.6, 0, 0, 0.8};
+  EXPECT_NEAR(tilt_error_rad(level, tilted), 0.1, 1e-12);
+  EXPECT_NEAR(tilt_error_rad(level, turned), 0, 1e-12) << "yaw cannot be seen";
+}
+
+TEST(TiltError, RmsAndMaximumCountFromSettlingOn) {
+  const TiltErrors e = summarise({{0, 50}, {4.9, 40}, {5, 3}, {6, -4}}, 5);
+  EXPECT_EQ(e.compared, 2u);
+  EXPECT_NEAR(e.rms_deg, std::sqrt(12.5), 1e-12);
+  EXPECT_EQ(e.max_deg, 3);
+  EXPECT_EQ(e.over_time.size(), 4u);
+}
+
+TEST(Plot, MarksAreRoundAndInside) {
+  EXPECT_THAT(axis_marks(0, 10, 5), ElementsAre(0, 2, 4, 6, 8, 10));
+  EXPECT_THAT(axis_marks(-0.03, 0.03, 3), ElementsAre(-0.02, 0, 0.02));
+}
+
+TEST(Plot, PeakOfALongSeriesSurvivesThinning) {
+  Plot plot{"t", "x", "y", {{"s", {}}}};
+  for (int i = 0; i < 100'000; ++i) plot.series[0].points.emplace_back(i, i == 77'777 ? 9.0 : 0.0);
+  const std::string svg = to_svg(plot);
+  EXPECT_LT(svg.size(), 100'000u);
+  EXPECT_THAT(svg, HasSubstr(" 40.0L")) << "the peak touches the upper edge";
+}
+
+TEST(Plot, NamesAreEscapedAndGapsLiftThePen) {
+  const std::string svg = to_svg({"a<b & c", "x", "y", {{"s", {{0, 0}, {1, NAN}, {2, 1}}}}});
+  EXPECT_THAT(svg, HasSubstr("a&lt;b &amp; c"));
+  EXPECT_THAT(svg, testing::Not(HasSubstr("nan")));
+}
+
+TEST(FlightReport, FaultsOfThePlantAreNamed) {
+  const auto report = parse_report(
+      R"({"valid":true,"faults":[{"fault":"imu:off@1","device":"imu","kind":"off","from_s":1,"affected":7}, 3, {"fault":1,"affected":-1}]})");
+  ASSERT_TRUE(report);
+  EXPECT_EQ(report->faults.at(0).text, "imu:off@1");
+  EXPECT_EQ(report->faults.at(0).affected, 7u);
+  EXPECT_TRUE(report->is_faulty("imu"));
+  EXPECT_FALSE(report->is_faulty("range"));
+}
+
+TEST(FlightReport, GoodLandingNeedsTouchdownPlaceAndSpeed) {
+  const auto report = [](double error, double speed, bool down = true) {
+    FlightReport r;
+    r.touched_down = down, r.landing_error_m = error, r.touchdown_speed_mps = speed;
+    return r;
+  };
+  EXPECT_TRUE(good_landing(report(0.1, 0.3)));
+  EXPECT_FALSE(good_landing(report(0.2, 0.3)));
+  EXPECT_FALSE(good_landing(report(0.1, 0.6)));
+  EXPECT_FALSE(good_landing(report(0.1, 0.3, false)));
+}
+
+TEST(FlightReport, TextThatIsNoReportIsNone) {
+  EXPECT_FALSE(parse_report(""));
+  EXPECT_FALSE(parse_report("[1,2]"));
+  EXPECT_FALSE(parse_report("{\"valid\":"));
+}
+
+TEST(DatasetRun, WithoutImagesCameraAndWhatNeedsItAreLeftOut) {
+  rt::GraphSpec g;
+  g.modules = {{.name = "cam", .type = "drivers::CameraSource"},
+               {.name = "see", .type = "V", .in = {{"image", {"cam.raw"}}}},
+               {.name = "think", .type = "T", .in = {{"seen", {"see.out"}}}},
+               {.name = "imu", .type = "drivers::ImuSource"}};
+  g.threads = {{.name = "a", .order = {{"cam"}, {"see"}}}, {.name = "b", .order = {{"imu"}, {"think"}}}};
+  g.topics = {{.name = "cam.raw"}};
+  EXPECT_THAT(leave_out_camera(g), ElementsAre("cam", "see", "think"));
+  ASSERT_EQ(g.threads.size(), 1u);
+  EXPECT_EQ(g.threads[0].order.size(), 1u);
+  EXPECT_THAT(g.topics, IsEmpty());
+}
+
+TEST(GraphText, DurationsAreForPeople) {
+  EXPECT_EQ(human(1ms), "1 ms");
+  EXPECT_EQ(human(33'333us), "33.3 ms");
+  EXPECT_EQ(human(5us), "5 us");
+  EXPECT_EQ(human(-2s), "-2 s");
+  EXPECT_EQ(human(999'499ns), "999 us");
+  EXPECT_EQ(human(999'600ns), "1 ms") << "not 1e+03 us";
+}
+
+}  // namespace
+}  // namespace sinew::app
