@@ -14,13 +14,13 @@ class StopLine {
   /// Thread:  owner.   RT: allocates nothing; waits for the answer, bounded.
   /// Errors:  closed when there is nobody left to stop; timeout when nobody answered (the stop has been sent); io.
   virtual Status stop() noexcept = 0;
-  /// Whether the devices remember it. False: whoever sends commands afterwards undoes it, so that it has to be said
-  /// when the runtime is dead, or again then.
-  virtual bool lasts() const noexcept { return true; }
-  /// Now and then while all is well: takes what has come on the line. Thread: owner. RT: yes.
-  virtual void tend() noexcept {}
+  /// Whether the devices keep the stop. False: a later command undoes it, so that the stop has to be sent when the
+  /// runtime is dead, or again then.
+  virtual bool is_latching() const noexcept { return true; }
+  /// Every few milliseconds while all is well: takes what has come on the line. Thread: owner. RT: yes.
+  virtual void poll() noexcept {}
   /// What the last stop() came to, in words; empty: its status says it all. Thread: owner. RT: no.
-  virtual std::string told() const { return {}; }
+  virtual std::string last_report() const { return {}; }
 };
 
 }  // namespace sinew::hal

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <atomic>
 #include <cstdio>
 #include <optional>
 
@@ -26,6 +27,7 @@ constexpr std::byte kTopics{'T'}, kRing{'R'}, kEnding{'E'};
 constexpr int kPriority = 99;                   // as the guardian: it sleeps but for a few microseconds of each look
 constexpr hal::Duration kLook = 5ms;            // between two looks at the runtime
 constexpr hal::Duration kOrderlyEnd = 20s;      // from kEnding, or from asking, to the end of the process
+constexpr hal::Duration kLateWarning = 200ms;   // between two looks for one that is not known yet
 constexpr hal::Duration kStopRepeated = 500ms;  // the line may be broken by the same fault for a moment
 
 class Parent {
@@ -49,8 +51,9 @@ class Parent {
     line_ = std::move(line->first);
     runtime_ = std::move(*child);
     // Above everything that the runtime may let run wild; without the privilege it watches all the same.
-    auto thread = os_.start_thread({"parent", kPriority, {}, 64 * 1024}, [this] { watch(); });
+    auto thread = os_.start_thread({"parent", kPriority, {}, 256 * 1024}, [this] { watch(); });
     if (!thread) return refuse("no thread for the parent", thread.error());
+    print_while_watched();
     (*thread)->join();
     if (fault_.empty()) return exit_code_;
     report();
@@ -84,18 +87,57 @@ class Parent {
     return true;
   }
 
+  // ---- the main thread: what is printed meanwhile
+
+  // A terminal may stand still for as long as it likes: the thread that watches does not wait for this one.
+  void print_while_watched() {
+    std::vector<bool> printed(supervised_.stops.size());
+    bool feed_told = false;
+    for (;;) {
+      const std::uint32_t seen = said_.load();
+      if (watched_.load()) return;
+      bool all_known = true;
+      for (std::size_t i = 0; i < printed.size() && begun_.load(); ++i) {
+        const StopWarning& warning = *supervised_.stops[i].warning;
+        if (printed[i]) continue;
+        printed[i] = warning.known.load(std::memory_order_acquire);
+        all_known = all_known && printed[i];
+        if (printed[i] && !warning.text.empty()) std::fprintf(stderr, "warning: %s\n", warning.text.c_str());
+      }
+      if (feed_failed_.load() && !feed_told) {
+        feed_told = true;
+        std::fprintf(stderr, "warning: the watchdog takes no food: %s\n", feed_error_);
+      }
+      os_.wait(said_, seen, all_known ? hal::kNever : os_.now() + kLateWarning);
+    }
+  }
+
+  // ---- the thread that watches: it prints nothing and waits for nobody but the devices
+
+  /// Something that print_while_watched() looks at has changed.
+  void tell() {
+    said_.fetch_add(1);
+    os_.wake(said_);
+  }
+
   void watch() {
     last_change_ = os_.now();
     for (hal::Time next = os_.now(); !done_; next = next + kLook) {
       os_.sleep_until(next);
       look(os_.now());
     }
+    if (!fault_.empty()) {  // here, and before a word of it is printed: the terminal may take words late, or never
+      saved_topics_ = saved_topics();
+      saved_ring_ = saved_ring();
+    }
+    watched_.store(true);
+    tell();
   }
 
   void look(hal::Time now) {
     listen(now);
     for (const StopWay& way : supervised_.stops)
-      if (way.line) way.line->tend();
+      if (way.line) way.line->poll();
     if (hal::stop_requested() && !asked_to_end_) {
       asked_to_end_ = true;
       end_by_ = now + kOrderlyEnd;
@@ -145,8 +187,8 @@ class Parent {
         if (topics_->topics()[t].name.starts_with("guardian.")) guardian_ = t;
       beat_ = pulse();
       last_change_ = now + 1s;  // the executor's threads are still to come up
-      for (const StopWay& way : supervised_.stops)
-        if (!way.warning->empty()) std::fprintf(stderr, "warning: %s\n", way.warning->c_str());
+      begun_.store(true);
+      tell();
       static_cast<void>(line_->write(word));
     }
   }
@@ -160,28 +202,29 @@ class Parent {
   void feed(hal::Time now) {
     if (!watchdog_ || now < next_feed_) return;
     next_feed_ = now + watchdog_->timeout() / 4;
-    if (auto fed = watchdog_->feed(); !fed && !feed_failed_) {
-      feed_failed_ = true;
-      std::fprintf(stderr, "warning: the watchdog takes no food: %s\n", fed.error().where);
+    if (auto fed = watchdog_->feed(); !fed && !feed_failed_.load()) {
+      feed_error_ = fed.error().where;
+      feed_failed_.store(true);
+      tell();
     }
   }
 
-  // In the order of urgency; the watchdog is simply not fed again. Lines that last need no dead runtime.
+  // In the order of urgency; the watchdog is simply not fed again. Lines that latch need no dead runtime.
   void act(hal::Time now, std::string fault) {
     fault_ = std::move(fault);
-    // Who may be fed by threads of the runtime that still live is first rid of it; the plant, which may be what hangs,
-    // is asked after that.
-    const bool mixed = any_that_does_not_last();
+    // A device that a thread of the runtime could start again is stopped after the runtime is killed. The plant comes
+    // last: it may be what hangs.
+    const bool mixed = any_that_does_not_latch();
     if (mixed) {
       runtime_->kill_now();
-      stop_what_does_not_last(now);
+      stop_what_does_not_latch(now);
     }
     for (std::size_t i = 0; i < stopped_.size(); ++i)
-      if (lasts(i)) stop(i, now);
+      if (latches(i)) stop(i, now);
     if (!mixed) runtime_->kill_now();
     if (!runtime_->poll()) {  // it may have sent meanwhile
       runtime_->wait(2s);
-      stop_what_does_not_last(now);
+      stop_what_does_not_latch(now);
     }
     for (const hal::Time until = os_.now() + kStopRepeated; os_.now() < until;) {
       bool all = true;
@@ -191,17 +234,17 @@ class Parent {
     done_ = true;
   }
 
-  bool lasts(std::size_t i) const { return supervised_.stops[i].line && supervised_.stops[i].line->lasts(); }
+  bool latches(std::size_t i) const { return supervised_.stops[i].line && supervised_.stops[i].line->is_latching(); }
 
-  bool any_that_does_not_last() const {
+  bool any_that_does_not_latch() const {
     for (std::size_t i = 0; i < stopped_.size(); ++i)
-      if (supervised_.stops[i].line && !lasts(i)) return true;
+      if (supervised_.stops[i].line && !latches(i)) return true;
     return false;
   }
 
-  void stop_what_does_not_last(hal::Time since) {
+  void stop_what_does_not_latch(hal::Time since) {
     for (std::size_t i = 0; i < stopped_.size(); ++i)
-      if (!lasts(i)) stop(i, since);
+      if (!latches(i)) stop(i, since);
   }
 
   /// True: it has been stopped, or there is no way.
@@ -220,13 +263,15 @@ class Parent {
     stopped_[i].after = os_.now() - since;
   }
 
+  // ---- afterwards
+
   void report() {
     std::fprintf(stderr, "sinew: %s\n", fault_.c_str());
     if (stopped_.empty()) std::fprintf(stderr, "sinew: stop of the actuators: no stop line\n");
     for (std::size_t i = 0; i < stopped_.size(); ++i) report_stop(i);
     if (watchdog_) std::fprintf(stderr, "sinew: the watchdog is not fed any more\n");
-    save_topics();
-    save_ring();
+    for (const std::string& line : {saved_topics_, saved_ring_})
+      if (!line.empty()) std::fprintf(stderr, "sinew: %s\n", line.c_str());
   }
 
   void report_stop(std::size_t i) {
@@ -236,40 +281,34 @@ class Parent {
       stop = stopped_[i].status
                  ? fmt::format("sent {:.1f} ms later", static_cast<double>(stopped_[i].after.count()) * 1e-6)
                  : fmt::format("failed: {}", stopped_[i].status.error().where);
-      if (const std::string told = way.line->told(); !told.empty()) stop += "; " + told;
+      if (const std::string report = way.line->last_report(); !report.empty()) stop += "; " + report;
     }
     const std::string of = stopped_.size() > 1 ? " (" + way.name + ")" : "";
     std::fprintf(stderr, "sinew: stop of the actuators%s: %s\n", of.c_str(), stop.c_str());
   }
 
-  void save_topics() {
-    if (!memory_) return;
+  /// Where they are, or why they are not; empty: there were none.
+  std::string saved_topics() {
+    if (!memory_) return {};
     std::string why;
     const std::string folder =
         save_last_seconds(options_.save_to, supervised_.robot, fault_, {memory_->data(), memory_->size()}, why);
-    if (folder.empty())
-      std::fprintf(stderr, "sinew: the last seconds could not be saved: %s\n", why.c_str());
-    else
-      std::fprintf(stderr, "sinew: the last seconds are in %s\n", folder.c_str());
+    if (folder.empty()) return "the last seconds could not be saved: " + why;
+    return "the last seconds are in " + folder;
   }
 
   /// The runtime is dead: its parts are as it left them.
-  void save_ring() {
-    if (!ring_) return;
+  std::string saved_ring() {
+    if (!ring_) return {};
     const auto ring = record::RingMemory::open({ring_->data(), ring_->size()});
     std::string why = "it was not begun", folder = ring ? ring->folder() : std::string();
     if (ring && folder.empty()) folder = make_run_folder(supervised_.runs, supervised_.robot, why);
-    if (folder.empty()) {
-      std::fprintf(stderr, "sinew: the flight ring could not be saved: %s\n", why.c_str());
-      return;
-    }
+    if (folder.empty()) return "the flight ring could not be saved: " + why;
     const record::DumpFile file = next_ring_file(folder);
     record::Dumped dumped;
     if (const auto saved = record::dump_ring(ring->parts(), file, fault_, 0, dumped); !saved)
-      std::fprintf(stderr, "sinew: the flight ring could not be saved: %s: %s\n", file.path.c_str(),
-                   error_text(saved.error()).c_str());
-    else
-      std::fprintf(stderr, "sinew: the flight ring is in %s\n", file.path.c_str());
+      return "the flight ring could not be saved: " + file.path + ": " + error_text(saved.error());
+    return "the flight ring is in " + file.path;
   }
 
   const ParentOptions& options_;
@@ -283,9 +322,13 @@ class Parent {
   std::uint32_t guardian_ = 0;  // one of its topics
   std::uint32_t beat_ = 0;
   hal::Time last_change_{}, next_feed_{}, end_by_ = hal::kNever;
-  bool asked_to_end_ = false, ending_ = false, done_ = false, feed_failed_ = false;
+  bool asked_to_end_ = false, ending_ = false, done_ = false;
+  // From the thread that watches to the one that prints.
+  std::atomic<bool> watched_{false}, begun_{false}, feed_failed_{false};
+  const char* feed_error_ = "";  // before feed_failed_
+  hal::WakeWord said_{0};
   int exit_code_ = 0;
-  std::string fault_;
+  std::string fault_, saved_topics_, saved_ring_;  // of the thread that watches, until it has ended
   struct Stopped {
     hal::Status status = hal::Error{hal::Errc::not_found, "no stop line"};
     hal::Duration after{};

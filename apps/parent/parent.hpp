@@ -1,6 +1,7 @@
 #pragma once
 // The process that stands beside a runtime in real time, for the faults that end the runtime itself: it stops the
 // actuators, feeds or starves the hardware watchdog, and saves the last seconds from the memory that it still holds.
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <string>
@@ -30,6 +31,12 @@ class ParentLine {
   std::unique_ptr<hal::Stream> stream_;
 };
 
+/// What is wrong with a way to stop, in words for the user; it may become known later, from another thread.
+struct StopWarning {
+  std::string text{};             // empty: nothing is wrong
+  std::atomic<bool> known{true};  // release after `text`, acquire before it is read
+};
+
 /// How the parent reaches some of the robot's actuators.
 struct StopWay {
   std::string name{};                     // of what it leads to, for texts
@@ -37,8 +44,9 @@ struct StopWay {
   /// Opens it in the parent: right after the start when there is none yet, and another one after it has failed. Null:
   /// it cannot be had; who opens says so.
   std::function<std::unique_ptr<hal::StopLine>()> open = [] { return nullptr; };
-  /// What open() wants to be told of it, once the runtime has begun: of one that does not, its own reasons are enough.
-  std::shared_ptr<std::string> warning = std::make_shared<std::string>();
+  /// What open() found: printed once the runtime has begun, since of a runtime that does not begin its own reasons are
+  /// enough.
+  std::shared_ptr<StopWarning> warning = std::make_shared<StopWarning>();
 };
 
 /// What the parent knows of the robot before it starts.
@@ -52,9 +60,9 @@ struct Supervised {
 
 /// Runs the body in a child and watches it until it ends: process gone without having said that it ends, or the
 /// guardian silent for `hang`. Then: actuators stopped, the watchdog left to bite, a hanging runtime killed, actuators
-/// stopped whose StopLine does not last, the last seconds and the flight ring saved, in this order. The exit code: the
+/// stopped whose StopLine does not latch, the last seconds and the flight ring saved, in this order. The exit code: the
 /// body's own, or 1 after a fault; 2 when the child or the watchdog could not be had. While this process has one
-/// thread.
+/// thread. What watches prints nothing: a terminal that takes no text delays no stop and no feeding of the watchdog.
 int run_with_parent(const ParentOptions& options, Supervised supervised);
 
 }  // namespace sinew::app

@@ -1,7 +1,6 @@
 #include "apps/run/device_stop.hpp"
 
 #include <atomic>
-#include <cstdio>
 
 #include "apps/robot/board_rules.hpp"
 #include "drivers/joints/can_stop_line.hpp"
@@ -20,24 +19,24 @@ constexpr hal::Duration kPatience = 200ms, kStopLook = 2ms;
 /// Thread:  owner.
 class DeviceStop final : public hal::StopLine {
  public:
-  /// Null: it is known by then that there is no bus, and it was said.
+  /// Null: it is known by then that there is no bus, and `warning` says so.
   static std::unique_ptr<hal::StopLine> open(const drivers::DeviceSpecs& devices,
-                                             const std::vector<std::string>& groups, std::string& warning) {
-    std::unique_ptr<DeviceStop> stop(new DeviceStop);
+                                             const std::vector<std::string>& groups,
+                                             const std::shared_ptr<StopWarning>& warning) {
+    warning->known.store(false);
+    std::unique_ptr<DeviceStop> stop(new DeviceStop(warning));
     hal::ThreadOptions options;
     options.name = "stop_line";
     options.stack_bytes = std::size_t{256} * 1024;  // looking up a host takes some
     auto opener =
         hal::system_os().start_thread(options, [s = stop.get(), &devices, groups] { s->connect(devices, groups); });
     if (!opener) {
-      warning = std::string("no stop line to the actuators: no thread: ") + opener.error().where;
+      warning->text = std::string("no stop line to the actuators: no thread: ") + opener.error().where;
+      warning->known.store(true, std::memory_order_release);
       return nullptr;
     }
     stop->opener_ = std::move(*opener);
-    stop->late_ = !stop->opened();
-    if (stop->late_) return stop;
-    warning = stop->warning_;
-    if (!stop->line_) return nullptr;
+    if (stop->opened() && !stop->line_) return nullptr;
     return stop;
   }
   hal::Status stop() noexcept override {
@@ -45,25 +44,23 @@ class DeviceStop final : public hal::StopLine {
     if (!line_) return hal::Error{hal::Errc::closed, "no bus could be connected to"};
     return line_->stop();
   }
-  bool lasts() const noexcept override { return false; }
-  void tend() noexcept override {
-    if (!ready_.load(std::memory_order_acquire)) return;
-    if (late_ && !warning_.empty()) std::fprintf(stderr, "warning: %s\n", warning_.c_str());
-    late_ = false;
-    if (line_) line_->tend();
+  bool is_latching() const noexcept override { return false; }
+  void poll() noexcept override {
+    if (ready_.load(std::memory_order_acquire) && line_) line_->poll();
   }
-  std::string told() const override {
-    return ready_.load(std::memory_order_acquire) && line_ ? line_->told() : std::string();
+  std::string last_report() const override {
+    return ready_.load(std::memory_order_acquire) && line_ ? line_->last_report() : std::string();
   }
 
  private:
-  DeviceStop() = default;
+  explicit DeviceStop(std::shared_ptr<StopWarning> warning) : warning_(std::move(warning)) {}
   void connect(const drivers::DeviceSpecs& devices, const std::vector<std::string>& groups) {
     std::string why;
     line_ = drivers::CanStopLine::open(devices, groups, *connectors_, hal::system_os(), why);
     if (!why.empty() || !line_)
-      warning_ = "no stop line to " + (why.empty() ? "the actuators" : why) +
-                 ": when the runtime dies, joints there stop by their own time-outs (device_timeout_ms)";
+      warning_->text = "no stop line to " + (why.empty() ? "the actuators" : why) +
+                       ": when the runtime dies, joints there stop by their own time-outs (device_timeout_ms)";
+    warning_->known.store(true, std::memory_order_release);
     ready_.store(true, std::memory_order_release);  // with the acquires above: line_ is whole
   }
   /// Whether it is known what there is; waits a moment for it.
@@ -78,9 +75,8 @@ class DeviceStop final : public hal::StopLine {
 
   // Looked at every few milliseconds anyway: no thread has to watch.
   std::unique_ptr<hal::Connectors> connectors_ = hal::LinuxConnectors::unwatched(hal::system_os());
-  std::unique_ptr<drivers::CanStopLine> line_;  // the opener's until it is ready; so is warning_
-  std::string warning_;
-  bool late_ = false;  // whoever opened it no longer waits for the warning
+  std::unique_ptr<drivers::CanStopLine> line_;  // the opener's until it is ready
+  const std::shared_ptr<StopWarning> warning_;
   std::atomic<bool> ready_{false};
   std::unique_ptr<hal::Thread> opener_;  // last: ends before what it uses
 };
@@ -103,7 +99,7 @@ void add_stops_of_linux_devices(const Prepared& prepared, std::vector<StopWay>& 
               opened = false]() mutable -> std::unique_ptr<hal::StopLine> {
     if (opened) return nullptr;
     opened = true;
-    return DeviceStop::open(devices, groups, *warning);
+    return DeviceStop::open(devices, groups, warning);
   };
   stops.push_back(std::move(way));
 }

@@ -83,7 +83,7 @@ bool CanStopLine::concerns(const ServoProtocol& servo, const msg::CanFrame& fram
   return false;
 }
 
-void CanStopLine::tend() noexcept {
+void CanStopLine::poll() noexcept {
   msg::CanFrame frame;
   for (const auto& bus : buses_) {
     for (int i = 0; i < kFramesPerLook; ++i)
@@ -153,7 +153,7 @@ hal::Status CanStopLine::stop() noexcept {
           std::count_if(joints_.begin(), joints_.end(), [](const Joint& j) { return j.said != TorqueSaid::off; })};
 }
 
-std::string CanStopLine::told() const {
+std::string CanStopLine::last_report() const {
   if (!stopped_once_) return {};
   std::vector<std::string> texts;
   for (const auto& bus : buses_)

@@ -17,8 +17,8 @@ namespace sinew::drivers {
 /// is told by its protocol's other way (CiA 402: NMT stop).
 ///
 /// A CAN bus remembers nothing: a runtime that lives and sends setpoints enables its drives again. So it has to be dead
-/// first, or the stop is repeated when it is (lasts() is false; apps/parent/parent.cpp does both).
-/// Thread:  owner.   RT: stop() and tend() allocate nothing; stop() sleeps.
+/// first, or the stop is repeated when it is (is_latching() is false; apps/parent/parent.cpp does both).
+/// Thread:  owner.   RT: stop() and poll() allocate nothing; stop() sleeps.
 class CanStopLine final : public hal::StopLine {
  public:
   static constexpr hal::Duration kPatience = std::chrono::milliseconds(200);
@@ -30,11 +30,11 @@ class CanStopLine final : public hal::StopLine {
                                            hal::Connectors& connectors, hal::Os& os, std::string& why);
 
   /// Ok: each joint has said that it has no torque.
-  /// Errors:  closed: no bus took a frame; timeout: not every joint has said it; told() names them.
+  /// Errors:  closed: no bus took a frame; timeout: not every joint has said it; last_report() names them.
   hal::Status stop() noexcept override;
-  bool lasts() const noexcept override { return false; }
-  void tend() noexcept override;
-  std::string told() const override;
+  bool is_latching() const noexcept override { return false; }
+  void poll() noexcept override;
+  std::string last_report() const override;
   std::size_t joints() const noexcept { return joints_.size(); }
 
  private:

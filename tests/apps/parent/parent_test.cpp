@@ -3,10 +3,13 @@
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
+#include <poll.h>
 #include <signal.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -99,7 +102,7 @@ class ParentTest : public testing::Test {
     testing::internal::CaptureStderr();
     Supervised supervised{.robot = "robot", .body = std::move(body)};
     supervised.stops.push_back({.line = std::make_unique<CountedStop>(stops_, stop_failures)});
-    *supervised.stops[0].warning = warning_;
+    supervised.stops[0].warning->text = warning_;
     if (another_line) supervised.stops[0].open = [this] { return std::make_unique<CountedStop>(other_stops_); };
     const int code = run_with_parent(options_, std::move(supervised));
     said_ = testing::internal::GetCapturedStderr();
@@ -109,7 +112,8 @@ class ParentTest : public testing::Test {
     return code;
   }
   std::string saved(const std::string& file) {
-    for (const auto& entry : fs::directory_iterator(options_.save_to)) {
+    std::error_code ignored;  // nothing has been saved yet
+    for (const auto& entry : fs::directory_iterator(options_.save_to, ignored)) {
       std::ifstream in(entry.path() / file);
       std::stringstream text;
       text << in.rdbuf();
@@ -177,6 +181,64 @@ TEST_F(ParentTest, RuntimeThatHangsIsStoppedKilledAndSaved) {
   EXPECT_THAT(fed_, Not(HasSubstr("V")));
   EXPECT_THAT(said_, HasSubstr("the runtime hangs: no commit of the guardian for "));
   EXPECT_THAT(saved("messages.jsonl"), HasSubstr("\"fault_events\":3"));
+}
+
+TEST_F(ParentTest, ATerminalThatTakesNoTextDelaysNoStopAndNoSaving) {
+  options_.hang = 300ms;
+  int terminal[2], stopped[2];
+  ASSERT_EQ(::pipe(terminal), 0);
+  ASSERT_EQ(::pipe(stopped), 0);
+  ASSERT_EQ(::fcntl(terminal[1], F_SETFL, O_NONBLOCK), 0);
+  const std::string block(4096, '.');
+  while (::write(terminal[1], block.data(), block.size()) > 0) {
+  }
+  ASSERT_EQ(::fcntl(terminal[1], F_SETFL, 0), 0);  // full: the next word waits until somebody reads
+  const pid_t parent = ::fork();
+  ASSERT_GE(parent, 0);
+  if (parent == 0) {
+    ::dup2(terminal[1], STDERR_FILENO);
+    ::close(terminal[0]);
+    class Told final : public hal::StopLine {
+     public:
+      explicit Told(int pipe) : pipe_(pipe) {}
+      hal::Status stop() noexcept override {
+        if (::write(pipe_, "s", 1) != 1) return hal::Error{hal::Errc::io, "pipe"};
+        return {};
+      }
+
+     private:
+      int pipe_;
+    };
+    Supervised supervised{.robot = "robot", .body = [](ParentLine& line) {
+                            SmallRuntime runtime(line);
+                            if (!runtime.supervised()) return 9;
+                            runtime.commit(3);
+                            ::raise(SIGSTOP);
+                            return 0;
+                          }};
+    supervised.stops.push_back({.line = std::make_unique<Told>(stopped[1])});
+    supervised.stops[0].warning->text = "something that the terminal does not take";
+    ::_exit(run_with_parent(options_, std::move(supervised)));
+  }
+  ::close(stopped[1]);
+  pollfd pipe{.fd = stopped[0], .events = POLLIN, .revents = 0};
+  EXPECT_EQ(::poll(&pipe, 1, 20'000), 1) << "no stop while the terminal stood still";
+  const auto end = hal::system_os().now() + 20s;
+  while (saved("fault.json").empty() && hal::system_os().now() < end)
+    hal::system_os().sleep_until(hal::system_os().now() + 10ms);
+  EXPECT_THAT(saved("fault.json"), HasSubstr("the runtime hangs"));
+  std::string said;
+  std::array<char, 4096> text{};
+  int status = 0;
+  ::close(terminal[1]);
+  for (ssize_t n = 0; (n = ::read(terminal[0], text.data(), text.size())) > 0;)
+    said.append(text.data(), static_cast<std::size_t>(n));
+  ASSERT_EQ(::waitpid(parent, &status, 0), parent);
+  EXPECT_EQ(WEXITSTATUS(status), 1);
+  EXPECT_THAT(said, HasSubstr("warning: something that the terminal does not take"));
+  EXPECT_THAT(said, HasSubstr("the last seconds are in"));
+  ::close(terminal[0]);
+  ::close(stopped[0]);
 }
 
 TEST_F(ParentTest, RuntimeThatCommitsIsNotTakenForHanging) {

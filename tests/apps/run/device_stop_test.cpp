@@ -53,7 +53,7 @@ TEST_F(DeviceStopTest, ABusThatConnectsSlowlyKeepsNobodyWaitingAndIsStoppedWhenI
   ASSERT_EQ(stops.size(), 1u);
   const auto line = stops[0].open();
   ASSERT_TRUE(line) << "it is not known yet whether the server will speak";
-  line->tend();
+  line->poll();
   const hal::Status early = line->stop();
   ASSERT_FALSE(early);
   EXPECT_EQ(early.error().code, hal::Errc::timeout);
@@ -73,8 +73,8 @@ TEST_F(DeviceStopTest, ABusThatConnectsSlowlyKeepsNobodyWaitingAndIsStoppedWhenI
   hal::Status stopped = early;
   for (const hal::Time end = os().now() + 10s; !stopped && os().now() < end;) stopped = line->stop();
   EXPECT_TRUE(stopped) << stopped.error().where;
-  EXPECT_THAT(line->told(), HasSubstr("1 of 1 joints are without torque"));
-  EXPECT_FALSE(line->lasts());
+  EXPECT_THAT(line->last_report(), HasSubstr("1 of 1 joints are without torque"));
+  EXPECT_FALSE(line->is_latching());
   ends = true;
   (*drives)->join();
 }

@@ -177,14 +177,14 @@ TEST_F(CanStopLineTest, JointsOfEveryProtocolAreWithoutTorqueAndSaySo) {
   ASSERT_TRUE(line) << why;
   EXPECT_EQ(line->joints(), 6u);
   EXPECT_EQ(plugs.opened, 4) << "each bus once";
-  EXPECT_FALSE(line->lasts());
+  EXPECT_FALSE(line->is_latching());
   ASSERT_TRUE(robot.come_alive());
   const Time before = os.now();
   const hal::Status stopped = stop(*line);
-  EXPECT_TRUE(stopped) << line->told();
+  EXPECT_TRUE(stopped) << line->last_report();
   EXPECT_TRUE(robot.none_live());
   EXPECT_LT(os.now() - before, CanStopLine::kPatience);
-  EXPECT_EQ(line->told(), "6 of 6 joints are without torque");
+  EXPECT_EQ(line->last_report(), "6 of 6 joints are without torque");
   robot.pass(1s);
   EXPECT_TRUE(robot.none_live());
 }
@@ -192,10 +192,10 @@ TEST_F(CanStopLineTest, JointsOfEveryProtocolAreWithoutTorqueAndSaySo) {
 TEST_F(CanStopLineTest, DriveIsStoppedInWhateverStateItIs) {
   const auto line = open();
   ASSERT_TRUE(line);
-  EXPECT_TRUE(stop(*line)) << "before anything was configured: " << line->told();
+  EXPECT_TRUE(stop(*line)) << "before anything was configured: " << line->last_report();
   ASSERT_TRUE(robot.come_alive());
   robot.drive->fail(0x4310);
-  EXPECT_TRUE(stop(*line)) << "in a fault: " << line->told();
+  EXPECT_TRUE(stop(*line)) << "in a fault: " << line->last_report();
   EXPECT_TRUE(robot.none_live());
 }
 
@@ -207,7 +207,7 @@ TEST_F(CanStopLineTest, JointThatDoesNotAnswerIsNamedAndStoppedAllTheSame) {
   ASSERT_FALSE(stopped);
   EXPECT_EQ(stopped.error().code, hal::Errc::timeout);
   EXPECT_EQ(stopped.error().detail, 1);
-  EXPECT_EQ(line->told(), "5 of 6 joints are without torque; joint 'hip' (can0) did not answer");
+  EXPECT_EQ(line->last_report(), "5 of 6 joints are without torque; joint 'hip' (can0) did not answer");
   EXPECT_TRUE(robot.none_live()) << "it heard";
 }
 
@@ -217,7 +217,7 @@ TEST_F(CanStopLineTest, WhatADriveSaidBeforeIsNoAnswer) {
   robot.run(2s, false);  // the drive says many times that it has no torque; nobody reads the line's queue
   robot.drive->power(false);
   EXPECT_FALSE(stop(*line));
-  EXPECT_THAT(line->told(), HasSubstr("joint 'hip' (can0) did not answer"));
+  EXPECT_THAT(line->last_report(), HasSubstr("joint 'hip' (can0) did not answer"));
 }
 
 TEST_F(CanStopLineTest, DriveThatIgnoresItsControlwordIsStoppedByNmt) {
@@ -225,7 +225,7 @@ TEST_F(CanStopLineTest, DriveThatIgnoresItsControlwordIsStoppedByNmt) {
   ASSERT_TRUE(robot.come_alive());
   robot.drive->deaf = true;
   auto& ear = robot.bus[0]->wire.attach();
-  EXPECT_TRUE(stop(*line)) << "6007h, with NMT stopped: " << line->told();
+  EXPECT_TRUE(stop(*line)) << "6007h, with NMT stopped: " << line->last_report();
   EXPECT_TRUE(robot.none_live());
   int nmt_stops = 0;
   for (msg::CanFrame frame; *ear.read(frame);) {
@@ -242,11 +242,11 @@ TEST_F(CanStopLineTest, BusThatIsGoneIsNamedAndTheOthersAreStopped) {
   const hal::Status stopped = stop(*line);
   ASSERT_FALSE(stopped);
   EXPECT_EQ(stopped.error().code, hal::Errc::timeout);
-  EXPECT_THAT(line->told(), HasSubstr("5 of 6 joints are without torque; bus 'can2' takes no frame (closed)"));
-  EXPECT_THAT(line->told(), HasSubstr("joint 'neck' (can2) did not answer"));
+  EXPECT_THAT(line->last_report(), HasSubstr("5 of 6 joints are without torque; bus 'can2' takes no frame (closed)"));
+  EXPECT_THAT(line->last_report(), HasSubstr("joint 'neck' (can2) did not answer"));
   for (std::size_t i = 0; i < robot.motors.size(); ++i) EXPECT_EQ(robot.motors[i]->live(), i == 3) << i;
   robot.bus[2]->wire.connect(true);
-  EXPECT_TRUE(stop(*line)) << "and again when it is back: " << line->told();
+  EXPECT_TRUE(stop(*line)) << "and again when it is back: " << line->last_report();
   EXPECT_TRUE(robot.none_live());
 }
 
@@ -267,7 +267,7 @@ TEST_F(CanStopLineTest, RuntimeThatStillSendsUndoesItUntilItIsDead) {
   EXPECT_FALSE(robot.none_live()) << "this is why it does not last";
   (void)stop(*line);
   os.runtime_lives = false;
-  EXPECT_TRUE(stop(*line)) << line->told();
+  EXPECT_TRUE(stop(*line)) << line->last_report();
   EXPECT_TRUE(robot.none_live());
 }
 
@@ -277,10 +277,10 @@ TEST_F(CanStopLineTest, QueueIsKeptEmptyAndNothingIsSentWhileAllIsWell) {
   for (int i = 0; i < 400; ++i) {
     robot.run(5ms);
     const rt::trap::Scope trap("tend");
-    line->tend();
+    line->poll();
   }
   EXPECT_TRUE(robot.all_live());
-  EXPECT_TRUE(stop(*line)) << line->told();
+  EXPECT_TRUE(stop(*line)) << line->last_report();
 }
 
 TEST_F(CanStopLineTest, BusThatCannotBeOpenedIsSaidAndTheOthersHaveTheirLine) {
