@@ -1,6 +1,6 @@
 #include "apps/flight/mission_watch.hpp"
 
-#include "apps/robot_file/flight_report.hpp"
+#include "apps/robot_file/world_report.hpp"
 
 namespace sinew::app {
 namespace {

@@ -8,8 +8,9 @@
 
 #include "apps/flight/mission_watch.hpp"
 #include "apps/flight/robot_modules.hpp"
-#include "apps/robot_file/flight_report.hpp"
+#include "apps/flight/verdict.hpp"
 #include "apps/robot_file/robot_file.hpp"
+#include "apps/robot_file/world_report.hpp"
 #include "hal/platform.hpp"
 #include "rt/exec/discrete_executor.hpp"
 #include "sim_hil/board/sim_board.hpp"
@@ -88,21 +89,15 @@ class Watched final : public hal::GrantSource {
   std::uint64_t grants_ = 0;
 };
 
-int verdict(const std::string& json, bool mission) {
+int tell(const std::string& json, app::MissionWatch& mission) {
   const auto report = app::parse_report(json);
   if (!report) return fail(1, "the simulator sent no report");
   if (!report->valid) return fail(1, "invalid run: " + report->reason);
-  if (!mission && !report->follow) return 0;
-  if (report->follow) {
-    std::printf("ball in view        %.1f %% of the time, %.2f deg RMS off the axis\n",
-                100 * report->follow->in_view_share, report->follow->angle_rms_deg);
-    return app::good_following(*report->follow) ? 0 : 1;
-  }
-  if (!report->touched_down) return fail(1, "did not land");
-  std::printf("landing error       %.3f m\ntouchdown speed     %.2f m/s\nflight time         %.1f s\n",
-              report->landing_error_m, report->touchdown_speed_mps, report->touchdown_s);
-  std::printf("%s\n", app::good_landing(*report) ? "landed on the pad" : "landed badly");
-  return app::good_landing(*report) ? 0 : 1;
+  const app::RunVerdict verdict = app::judge(*report, mission);
+  if (report->verdict)
+    for (const auto& m : report->verdict->measures) std::printf("%-19s %s\n", m.label.c_str(), to_string(m).c_str());
+  if (!verdict.outcome.empty()) std::printf("%s\n", verdict.outcome.c_str());
+  return verdict.good ? 0 : 1;
 }
 
 /// Of a robot whose devices are not all a simulator's: whose they are; else nothing.
@@ -165,7 +160,7 @@ int fly(const Options& options) {
     std::printf("hash %-24s %016llx\n", graph.topics()[t].name.c_str(),
                 static_cast<unsigned long long>(executor.runner().topic_hash(t)));
   std::printf("virtual time        %.1f s in %.1f s\n", msg::seconds(ran->reached - hal::Time{}), wall_s);
-  return verdict(report, mission.exists());
+  return tell(report, mission);
 }
 
 }  // namespace

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/robot_file/flight_report.hpp"
+#include "apps/robot_file/world_report.hpp"
 #include "sim_hil/board/sim_board.hpp"
 
 namespace sinew::app {
@@ -26,7 +26,7 @@ struct ValidityBounds {
 struct RunEvidence {
   bool real_time = false;
   double rate = 1;  // robot seconds per second
-  FlightReport plant;
+  WorldReport plant;
   sim_hil::SimStats board;
   std::uint64_t releases = 0, missed = 0;  // of the graph's threads; missed: met an unfinished cycle
 };

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/module_list.hpp"
-#include "apps/robot_file/flight_report.hpp"
+#include "apps/robot_file/world_report.hpp"
 #include "apps/run/plant_process.hpp"
 #include "apps/search/schedule_check.hpp"
 #include "apps/search/watched_board.hpp"
@@ -150,8 +150,8 @@ class CaseFlight final : private rt::RunObserver, private hal::GrantSource {
     for (std::uint32_t t = 0; t < graph_->threads().size(); ++t) o.overruns += runner.thread_stats(t).overruns.value();
     o.commands = board_->stats().commands;
     if (report) {
-      o.landing_error_m = report->landing_error_m;
-      o.touchdown_speed_mps = report->touchdown_speed_mps;
+      o.landing_error_m = report->number("landing_error_m");
+      o.touchdown_speed_mps = report->number("touchdown_speed_mps");
     }
     o.ending = ending(report);
     judge_ending(o);
@@ -278,14 +278,14 @@ class CaseFlight final : private rt::RunObserver, private hal::GrantSource {
 
   // ---- afterwards
 
-  Ending ending(const std::optional<app::FlightReport>& report) const {
+  Ending ending(const std::optional<app::WorldReport>& report) const {
     const bool stopped = !commands_ || commands_->valid_until() <= ended_;
     if (flight_.fell()) return Ending::fell;
-    if (report && report->crashed) return at_wall_ ? Ending::at_the_wall : Ending::crashed;
+    if (report && report->number("crashed") != 0) return at_wall_ ? Ending::at_the_wall : Ending::crashed;
     if (!flight_.flew()) return contact_ && stopped ? Ending::did_not_fly : Ending::not_over;
-    if (!report || !report->touched_down || !contact_ || !stopped) return Ending::not_over;
-    return phase_ == MissionPhase::done && app::good_landing(*report) ? Ending::landed_on_pad
-                                                                      : Ending::landed_elsewhere;
+    if (!report || report->number("touched_down") == 0 || !contact_ || !stopped) return Ending::not_over;
+    const bool good = report->verdict && report->verdict->good;
+    return phase_ == MissionPhase::done && good ? Ending::landed_on_pad : Ending::landed_elsewhere;
   }
 
   void judge_ending(const Outcome& o) {

@@ -15,6 +15,25 @@ std::string fault_json(const FaultLog::Entry& e) {
   return j.done();
 }
 
+std::string verdict_json(const Verdict& verdict) {
+  std::vector<std::string> measures;
+  for (const Measure& m : verdict.measures) {
+    JsonObject j;
+    j.text("key", m.key);
+    j.text("label", m.label);
+    j.text("unit", m.unit);
+    j.number("value", m.value);
+    if (m.limit) j.number(m.at_least ? "at_least" : "at_most", *m.limit);
+    measures.push_back(j.done());
+  }
+  JsonObject j;
+  j.text("outcome", verdict.outcome);
+  j.boolean("good", verdict.good);
+  j.boolean("begun", verdict.begun);
+  j.list("measures", measures);
+  return j.done();
+}
+
 }  // namespace
 
 std::string SessionReport::json(const World& world) const {
@@ -35,6 +54,8 @@ std::string SessionReport::json(const World& world) const {
   j.integer("seed", seed);
   j.number("plant_s", plant_s);
   j.text("world", std::string(world_name));
+  j.boolean("still", world.still());
+  j.object("verdict", verdict_json(world.verdict()));
   world.add_to(j);
   std::vector<std::string> list;
   for (const FaultLog::Entry& e : faults) list.push_back(fault_json(e));

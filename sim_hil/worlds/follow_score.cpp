@@ -62,9 +62,30 @@ double FollowScore::rms(double sum) const {
   return s > 0 ? math::sqrt(sum / s) : 0;
 }
 
-void FollowScore::add_to(JsonObject& j) const {
+double FollowScore::rms_of_all_deg(double sum) const {
   const double all_s = seen_s_ + missed_s_ + hidden_s_;
-  const auto rms_all = [&](double sum) { return all_s > 0 ? degrees(math::sqrt(sum / all_s)) : 0; };
+  return all_s > 0 ? degrees(math::sqrt(sum / all_s)) : 0;
+}
+
+Verdict FollowScore::verdict() const {
+  constexpr double kLeastShare = 0.95, kMostAngle_deg = 3;
+  const double angle_deg = degrees(angle_rms_rad());
+  Verdict verdict;
+  verdict.measures = {{"in_view_share", "ball in view", "of the time it could be", in_view_share(), kLeastShare, true},
+                      {"longest_loss_s", "longest loss", "s", longest_loss_s_},
+                      {"angle_rms_deg", "ball off the axis", "deg RMS", angle_deg, kMostAngle_deg},
+                      {"level_rms_deg", "elevation", "deg RMS", degrees(rms(level2_))},
+                      {"roll_rms_deg", "horizon", "deg RMS", rms_of_all_deg(roll2_)},
+                      {"base_tilt_rms_deg", "tilt of the base", "deg RMS", rms_of_all_deg(base_tilt2_)}};
+  verdict.good = acquired_ && in_view_share() >= kLeastShare && angle_deg < kMostAngle_deg;
+  if (!acquired_)
+    verdict.outcome = "never found the ball";
+  else
+    verdict.outcome = verdict.good ? "followed the ball" : "did not keep the ball in view";
+  return verdict;
+}
+
+void FollowScore::add_to(JsonObject& j) const {
   j.boolean("acquired", acquired_);
   if (acquired_) j.number("acquired_s", msg::seconds(acquired_at_));
   j.number("visible_s", seen_s_ + missed_s_);
@@ -74,8 +95,8 @@ void FollowScore::add_to(JsonObject& j) const {
   j.number("angle_rms_deg", degrees(angle_rms_rad()));
   j.number("angle_max_deg", degrees(angle_max_));
   j.number("level_rms_deg", degrees(rms(level2_)));
-  j.number("roll_rms_deg", rms_all(roll2_));
-  j.number("base_tilt_rms_deg", rms_all(base_tilt2_));
+  j.number("roll_rms_deg", rms_of_all_deg(roll2_));
+  j.number("base_tilt_rms_deg", rms_of_all_deg(base_tilt2_));
   j.number("longest_loss_s", longest_loss_s_);
 }
 

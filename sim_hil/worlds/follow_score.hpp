@@ -19,10 +19,12 @@ class FollowScore {
   double in_view_share() const { return seen_s_ + missed_s_ > 0 ? seen_s_ / (seen_s_ + missed_s_) : 0; }
   /// Of the angle between the optical axis and the ball, over the same time.
   double angle_rms_rad() const { return rms(angle2_); }
+  Verdict verdict() const;
   void add_to(JsonObject& report) const;
 
  private:
   double rms(double sum) const;
+  double rms_of_all_deg(double sum) const;
 
   bool acquired_ = false, in_view_ = false;
   bool was_hidden_ = false;

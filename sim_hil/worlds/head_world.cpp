@@ -244,6 +244,8 @@ void HeadWorld::add_to(JsonObject& j) const {
   j.boolean("motors_stopped", impl_->acting[0].mode == DriveMode::off && impl_->acting[1].mode == DriveMode::off);
 }
 
+Verdict HeadWorld::verdict() const { return impl_->score.verdict(); }
+
 std::string HeadWorld::outcome() const {
   const FollowScore& s = impl_->score;
   if (!s.acquired()) return "never had the ball in the middle of the picture";

@@ -34,6 +34,7 @@ class HeadWorld final : public World, public PlantJoints {
   Scene scene() const override;
   bool still() const override;
   void add_to(JsonObject& report) const override;
+  Verdict verdict() const override;
   std::string outcome() const override;
   PlantJoints* joints() override { return this; }
 

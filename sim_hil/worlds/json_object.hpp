@@ -30,6 +30,7 @@ class JsonObject {
     for (const std::string& o : objects) all += (all.empty() ? "" : ",") + o;
     raw(key, "[" + all + "]");
   }
+  void object(const char* key, const std::string& json) { raw(key, json); }
   std::string done() const { return out_ + "}"; }
 
  private:

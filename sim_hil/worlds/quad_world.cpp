@@ -359,6 +359,31 @@ void QuadWorld::add_to(JsonObject& j) const {
   j.boolean("motors_stopped", motors_stopped());
 }
 
+Verdict QuadWorld::verdict() const {
+  constexpr double kMostError_m = 0.15, kMostSpeed_mps = 0.5;
+  const FlightSummary& flight = summary();
+  const double error_m = pad_distance_m();
+  const bool soft = flight.touchdown_speed_mps < kMostSpeed_mps;
+  Verdict verdict;
+  verdict.begun = flight.flew;
+  if (flight.touched_down)
+    verdict.measures = {{"landing_error_m", "landing error", "m", error_m, kMostError_m},
+                        {"touchdown_speed_mps", "touchdown speed", "m/s", flight.touchdown_speed_mps, kMostSpeed_mps},
+                        {"flight_s", "flight time", "s", msg::seconds(flight.touchdown_at)}};
+  if (flight.crashed)
+    verdict.outcome = "crashed";
+  else if (!flight.touched_down)
+    verdict.outcome = "did not land";
+  else if (!soft)
+    verdict.outcome = "landed hard";
+  else if (error_m >= kMostError_m)
+    verdict.outcome = "landed off the pad";
+  else
+    verdict.outcome = "landed on the pad";
+  verdict.good = flight.touched_down && !flight.crashed && soft && error_m < kMostError_m;
+  return verdict;
+}
+
 std::string QuadWorld::outcome() const {
   const FlightSummary& flight = summary();
   if (!flight.touched_down) return flight.flew ? "flew, has not touched down" : "did not fly";

@@ -61,6 +61,7 @@ class QuadWorld final : public World {
   bool still() const override { return at_rest() && motors_stopped(); }
   std::uint32_t news() const override { return summary().touched_down ? 1 : 0; }
   void add_to(JsonObject& report) const override;
+  Verdict verdict() const override;
   std::string outcome() const override;
 
   TruthState truth() const;

@@ -3,8 +3,10 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "hal/result.hpp"
 #include "msg/joints.hpp"
@@ -82,6 +84,24 @@ struct Scene {
   std::size_t bodies = 0;
 };
 
+/// One figure of how a run went, with what it may be.
+struct Measure {
+  const char* key = "";    // of the report and the summary: "landing_error_m"
+  const char* label = "";  // for people: "landing error"
+  const char* unit = "";
+  double value = 0;
+  std::optional<double> limit{};  // none: told, not judged
+  bool at_least = false;          // the limit is the least; else the most
+};
+
+/// How a run went, as only its world can know. The runtime prints it, and its exit code follows `good`.
+struct Verdict {
+  std::string outcome;  // in words: "landed on the pad"
+  bool good = false;
+  bool begun = true;  // something happened that can be judged: a robot without a mission may also never begin
+  std::vector<Measure> measures{};
+};
+
 /// For the report and for tests; no module ever sees it.
 struct WorldTruth {
   msg::Vec3 p_world_m, v_world_mps;
@@ -109,7 +129,9 @@ class World {
   virtual std::uint32_t news() const { return 0; }
   /// Its keys of the report: docs/sinew-sim.md.
   virtual void add_to(JsonObject& report) const = 0;
-  /// How it went, in one line for people.
+  /// How it went, so far.
+  virtual Verdict verdict() const = 0;
+  /// The same with figures, in one line for people.
   virtual std::string outcome() const = 0;
   /// The joints of its actuator group, for whoever plays their drives; null: it has none.
   virtual PlantJoints* joints() { return nullptr; }

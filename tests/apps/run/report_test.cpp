@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "apps/robot_file/flight_report.hpp"
 #include "apps/robot/without_camera.hpp"
+#include "apps/robot_file/world_report.hpp"
 #include "apps/run/tilt_error.hpp"
 #include "apps/view/graph_text.hpp"
 #include "apps/view/plot.hpp"
@@ -51,7 +51,7 @@ TEST(Plot, NamesAreEscapedAndGapsLiftThePen) {
   EXPECT_THAT(svg, testing::Not(HasSubstr("nan")));
 }
 
-TEST(FlightReport, FaultsOfThePlantAreNamed) {
+TEST(WorldReport, FaultsOfThePlantAreNamed) {
   const auto report = parse_report(
       R"({"valid":true,"faults":[{"fault":"imu:off@1","device":"imu","kind":"off","from_s":1,"affected":7}, 3, {"fault":1,"affected":-1}]})");
   ASSERT_TRUE(report);
@@ -61,19 +61,34 @@ TEST(FlightReport, FaultsOfThePlantAreNamed) {
   EXPECT_FALSE(report->is_faulty("range"));
 }
 
-TEST(FlightReport, GoodLandingNeedsTouchdownPlaceAndSpeed) {
-  const auto report = [](double error, double speed, bool down = true) {
-    FlightReport r;
-    r.touched_down = down, r.landing_error_m = error, r.touchdown_speed_mps = speed;
-    return r;
-  };
-  EXPECT_TRUE(good_landing(report(0.1, 0.3)));
-  EXPECT_FALSE(good_landing(report(0.2, 0.3)));
-  EXPECT_FALSE(good_landing(report(0.1, 0.6)));
-  EXPECT_FALSE(good_landing(report(0.1, 0.3, false)));
+TEST(WorldReport, HoldsTheVerdictOfTheWorldWithItsMeasures) {
+  const auto report = parse_report(
+      R"({"valid":true,"still":false,"height_m":1.5,"touched_down":true,"verdict":{"outcome":"landed hard","good":false,"measures":[
+          {"key":"speed_mps","label":"speed","unit":"m/s","value":0.7,"at_most":0.5},
+          {"key":"share","label":"share","unit":"","value":0.9,"at_least":0.8},
+          {"key":"time_s","label":"time","unit":"s","value":12.5}, {"label":"without a key"}, 7]}})");
+  ASSERT_TRUE(report && report->verdict);
+  EXPECT_EQ(report->verdict->outcome, "landed hard");
+  EXPECT_FALSE(report->verdict->good);
+  EXPECT_TRUE(report->verdict->begun) << "unless the world says otherwise";
+  EXPECT_FALSE(report->still);
+  ASSERT_EQ(report->verdict->measures.size(), 3u);
+  EXPECT_EQ(to_string(report->verdict->measures[0]), "0.700 m/s   (limit 0.5 m/s)");
+  EXPECT_EQ(to_string(report->verdict->measures[1]), "0.900   (at least 0.8)");
+  EXPECT_EQ(to_string(report->verdict->measures[2]), "12.500 s");
+  EXPECT_EQ(report->number("height_m"), 1.5);
+  EXPECT_EQ(report->number("touched_down"), 1);
+  EXPECT_EQ(report->number("nothing"), 0);
 }
 
-TEST(FlightReport, TextThatIsNoReportIsNone) {
+TEST(WorldReport, OfASimulatorThatSaysLittleIsWhatItSays) {
+  const auto report = parse_report(R"({"valid":true,"verdict":5,"still":"yes","faults":{}})");
+  ASSERT_TRUE(report);
+  EXPECT_FALSE(report->verdict);
+  EXPECT_TRUE(report->still);
+}
+
+TEST(WorldReport, TextThatIsNoReportIsNone) {
   EXPECT_FALSE(parse_report(""));
   EXPECT_FALSE(parse_report("[1,2]"));
   EXPECT_FALSE(parse_report("{\"valid\":"));

@@ -1,0 +1,99 @@
+#include "apps/robot_file/world_report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+namespace sinew::app {
+namespace {
+
+using nlohmann::json;
+
+// A report of somebody else may hold anything; what is not there, or is of another type, stays as it is.
+template <class T>
+void read(const json& object, const char* key, T& value) {
+  const auto it = object.find(key);
+  if (it == object.end()) return;
+  if constexpr (std::is_same_v<T, std::string>) {
+    if (it->is_string()) value = it->template get<std::string>();
+  } else if constexpr (std::is_same_v<T, bool>) {
+    if (it->is_boolean()) value = it->template get<bool>();
+  } else if constexpr (std::is_same_v<T, std::uint64_t>) {
+    if (it->is_number_unsigned()) value = it->template get<std::uint64_t>();
+  } else {
+    if (it->is_number()) value = it->template get<double>();
+  }
+}
+
+template <class Each>
+void for_each_object(const json& object, const char* key, const Each& each) {
+  const auto it = object.find(key);
+  if (it == object.end() || !it->is_array()) return;
+  for (const json& one : *it)
+    if (one.is_object()) each(one);
+}
+
+WorldReport::Verdict read_verdict(const json& said) {
+  WorldReport::Verdict verdict;
+  read(said, "outcome", verdict.outcome);
+  read(said, "good", verdict.good);
+  read(said, "begun", verdict.begun);
+  for_each_object(said, "measures", [&](const json& m) {
+    WorldReport::Measure measure;
+    read(m, "key", measure.key);
+    read(m, "label", measure.label);
+    read(m, "unit", measure.unit);
+    read(m, "value", measure.value);
+    if (m.contains("at_most")) read(m, "at_most", measure.at_most.emplace());
+    if (m.contains("at_least")) read(m, "at_least", measure.at_least.emplace());
+    if (!measure.key.empty()) verdict.measures.push_back(std::move(measure));
+  });
+  return verdict;
+}
+
+}  // namespace
+
+std::optional<WorldReport> parse_report(const std::string& text) {
+  const json said = json::parse(text, nullptr, false);
+  if (!said.is_object()) return std::nullopt;
+  WorldReport report;
+  for (const auto& [key, value] : said.items()) {
+    if (value.is_number()) report.numbers[key] = value.get<double>();
+    if (value.is_boolean()) report.numbers[key] = value.get<bool>() ? 1 : 0;
+  }
+  read(said, "valid", report.valid);
+  read(said, "reason", report.reason);
+  read(said, "still", report.still);
+  read(said, "frames", report.frames);
+  read(said, "render_late", report.render_late);
+  report.imu_gap_max_s = report.number("imu_gap_max_ns") * 1e-9;
+  if (const auto it = said.find("verdict"); it != said.end() && it->is_object()) report.verdict = read_verdict(*it);
+  for_each_object(said, "faults", [&](const json& f) {
+    WorldReport::Fault fault;
+    read(f, "fault", fault.text);
+    read(f, "device", fault.device);
+    read(f, "affected", fault.affected);
+    report.faults.push_back(std::move(fault));
+  });
+  return report;
+}
+
+bool WorldReport::is_faulty(const std::string& device) const {
+  return std::ranges::any_of(faults, [&](const Fault& f) { return f.device == device || f.device == "link"; });
+}
+
+double WorldReport::number(std::string_view key) const {
+  const auto it = numbers.find(key);
+  return it == numbers.end() ? 0 : it->second;
+}
+
+std::string to_string(const WorldReport::Measure& m) {
+  const std::string unit = m.unit.empty() ? "" : " " + m.unit;
+  std::string text = fmt::format("{:.3f}{}", m.value, unit);
+  if (m.at_most) text += fmt::format("   (limit {:g}{})", *m.at_most, unit);
+  if (m.at_least) text += fmt::format("   (at least {:g})", *m.at_least);
+  return text;
+}
+
+}  // namespace sinew::app

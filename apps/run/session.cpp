@@ -1,0 +1,296 @@
+#include "apps/run/session.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+
+#include "apps/command/command.hpp"
+#include "apps/run/device_stop.hpp"
+#include "apps/run/live_view.hpp"
+#include "hal/linux/memory.hpp"
+#include "hal/linux/process.hpp"
+#include "rt/exec/discrete_executor.hpp"
+#include "rt/exec/real_time_executor.hpp"
+
+namespace sinew::app {
+namespace {
+
+const char* phase_text(const RunContext& run, const msg::MissionState& state) {
+  const msg::SafetyState& safety = run.mission->safety();
+  const bool by_hand = run.prepared.graph->spec().guardian.arming == rt::GuardianSpec::Arming::manual;
+  if (by_hand && !safety.permitted && safety.ready) return "ready: `sinew arm` lets it go";
+  return to_string(state.phase);
+}
+
+/// Looks at the run between two grants, where the graph stands still.
+class WatchedGrants final : public hal::GrantSource {
+ public:
+  WatchedGrants(RunContext& run, RunBoard& board) : run_(run), board_(board) {}
+  hal::Result<hal::Time> next_grant(hal::Time done) override {
+    if (++grants_ % kLookEvery == 0 && (board_.over(run_, done) || hal::stop_requested())) executor->request_stop();
+    return board_.grants().next_grant(done);
+  }
+  rt::DiscreteExecutor* executor = nullptr;
+
+ private:
+  static constexpr std::uint64_t kLookEvery = 64;
+  RunContext& run_;
+  RunBoard& board_;
+  std::uint64_t grants_ = 0;
+};
+
+class Session {
+ public:
+  Session(Prepared& prepared, const RunOptions& options, RunBoard& board, ParentLine* parent,
+          std::optional<hal::Time> program)
+      : program_(program),
+        options_(options),
+        board_(board),
+        parent_(parent),
+        run_{prepared, options, hal::system_os(),
+             options.rate == 1 ? hal::system_os() : scaled_os_.emplace(hal::system_os(), options.rate)} {}
+
+  int run() {
+    if (!open()) return kNotBegun;
+    summary_.emplace(run_.graph(), options_.virtual_time,
+                     RunSummary::Form{.json = options_.json, .quiet = options_.quiet, .trace = options_.trace});
+    return options_.virtual_time ? run_virtual() : run_real();
+  }
+
+ private:
+  bool refuse(const std::string& why) {
+    fail(why);
+    return false;
+  }
+
+  bool open() {
+    std::string why;
+    if (!board_.open(run_, why)) return refuse(why);
+    if (uses_linux_board(spec())) {
+      auto real = LinuxBoard::open(run_.prepared.robot, run_.os, why);
+      if (!real) return refuse(why);
+      real_ = std::move(*real);
+    }
+    hal::Board* const own = board_named(spec().board, why);
+    if (!own) return refuse(why);
+    hal::MixedBoard devices(*own);
+    for (const auto& [device, board] : spec().device_boards) {
+      hal::Board* const other = board_named(board.value, why);
+      if (!other) return refuse(fmt::format("robot.device_boards.{}: {}", device, why));
+      devices.assign(device, *other);
+    }
+    if (!configure_on(devices) || !start_real()) return false;
+    for (const std::string& device : devices.unused())
+      return refuse("robot.device_boards." + device + ": no module and no actuator uses a device of this name");
+    run_.mission.emplace(run_.graph());
+    recording_ = Recording::open(run_.prepared, options_, run_.graph(), run_.os);
+    return true;
+  }
+
+  /// Null, with `why`, when it cannot be had.
+  hal::Board* board_named(const std::string& name, std::string& why) {
+    if (name == board_.name()) return &board_.devices();
+    if (name == "linux") return &real_->board();
+    if (name != "dataset") return &none_;
+    if (!recorded_) recorded_ = open_dataset(options_, options_.virtual_time ? &run_.clock : nullptr, run_.os, why);
+    return recorded_.get();
+  }
+
+  bool configure_on(hal::Board& devices) {
+    rt::ConfigureOptions how;
+    how.os = &run_.os;
+    how.taps = MissionWatch::taps(run_.graph());
+    how.recorded = Recording::wanted(run_.prepared, options_);
+    if (configure(run_.prepared, devices, how, options_, [this] { return real_ ? real_->problem() : std::string(); }))
+      return true;
+    if (const std::string why = board_.problem(); !why.empty()) fail(why);
+    return false;
+  }
+
+  bool start_real() {
+    std::vector<std::string> told;
+    if (real_) {
+      if (auto started = real_->start(); !started) {
+        real_->print_problems();
+        return false;
+      }
+      if (!options_.quiet) real_->print_notes();
+      // Before the first cycle: what --strict forbids to start shall not have moved anything.
+      if (!accept_shortfalls(real_->shortfalls(), options_.strict)) return false;
+      told = real_->print_warnings();
+    }
+    complaints_ = DeviceWatch([this] { return complaints(); }, std::move(told));
+    return true;
+  }
+
+  /// Of real devices, and of the line to a plant, behind which all the others are. Thread: any.
+  std::vector<std::string> complaints() const {
+    std::vector<std::string> all = real_ ? real_->complaints() : std::vector<std::string>();
+    if (const std::string trouble = board_.trouble(); !trouble.empty()) all.push_back("plant: " + trouble);
+    return all;
+  }
+
+  // ---- virtual time
+
+  int run_virtual() {
+    std::string why;
+    if (!board_.start(run_, why)) return fail(why);
+    WatchedGrants grants(run_, board_);
+    rt::DiscreteOptions how;
+    if (options_.duration_s > 0) how.duration = run_duration(options_);
+    how.os = &run_.os;
+    how.hash_topics = true;
+    how.observer = observer_of(recording_);
+    rt::DiscreteExecutor executor(run_.graph(), run_.clock, grants, how);
+    grants.executor = &executor;
+    executor.runner().ask_for_zones(!options_.trace.empty());
+    const auto socket =
+        open_socket(run_.prepared, options_, executor.runner(), recording_.get(), run_.clock, &hal::request_stop);
+    const hal::Time wall = run_.system.now();
+    const auto done = executor.run();
+    if (!done) return fail(done.error().where);
+    run_.wall_s = msg::seconds(run_.system.now() - wall);
+    run_.reached_s = msg::seconds(done->reached);
+    board_.end();
+    if (done->end == rt::DiscreteReport::End::source_failed) return fail(board_.why_no_grant(done->error), kFailed);
+    summary_->statistics(executor.runner());
+    summary_->virtual_time(*run_.reached_s, *run_.wall_s);
+    report_start_up(wall);
+    summary_->hashes(executor.runner());
+    if (recording_) recording_->finish(*summary_);
+    return board_.report(run_, *summary_);
+  }
+
+  // ---- real time
+
+  int run_real() {
+    rt::RealTimeOptions how = real_time_options(options_);
+    how.runner.observer = observer_of(recording_);
+    rt::RealTimeExecutor executor(run_.graph(), run_.os, how);
+    const hal::ProcessUse before = hal::process_use();
+    const hal::Time wall = run_.system.now();
+    // Whatever may refuse comes before the parent watches: a run that did not begin is no fault.
+    std::string why;
+    if (!board_.start(run_, why)) return fail(why);
+    if (const auto started = recorded_ ? recorded_->start() : hal::Status{}; !started)
+      return fail(started.error().where);
+    if (!hand_to_parent(why)) return fail(why);
+    const auto refuse_start = [this] {
+      if (parent_) parent_->ending();
+      return kNotBegun;
+    };
+    const auto started = executor.start();
+    if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return refuse_start();
+    if (!started) {
+      fail(started.error().where);
+      return refuse_start();
+    }
+    const hal::Time first_cycle = run_.system.now();
+    run_.begin = executor.started_at();
+    executor.runner().ask_for_zones(!options_.trace.empty());
+    const auto socket = open_socket(run_.prepared, options_, executor.runner(), recording_.get(), run_.os,
+                                    &hal::request_stop, [this] { return complaints(); });
+    follow(executor.runner());
+    const hal::MemoryUse memory = hal::memory_use();  // with the threads' stacks
+    if (parent_) parent_->ending();
+    executor.stop();
+    const hal::ProcessUse after = hal::process_use();
+    const double wall_s = msg::seconds(run_.system.now() - wall);
+    board_.end();
+    summary_->statistics(executor.runner());
+    if (recording_) recording_->finish(*summary_);
+    summary_->add_reasons("device", "devices", complaints_.all());
+    const double processor = 100 * msg::seconds(after.cpu - before.cpu) / wall_s;
+    summary_->add("processor", fmt::format("{:.1f} % of a core", processor),
+                  {{"wall_s", wall_s}, {"processor_percent", processor}});
+    summary_->memory(memory);
+    report_start_up(first_cycle);
+    for (std::uint32_t t = 0; t < run_.graph().threads().size(); ++t) {
+      run_.releases += executor.runner().thread_stats(t).releases.value();
+      run_.missed += executor.runner().thread_stats(t).overruns.value();
+    }
+    summary_->add("missed deadlines", std::to_string(run_.missed), {{"missed_deadlines", run_.missed}});
+    return board_.report(run_, *summary_);
+  }
+
+  bool hand_to_parent(std::string& why) {
+    if (!parent_) return true;
+    if (recording_ && recording_->ring_memory())
+      if (auto kept = parent_->keep_ring(*recording_->ring_memory()); !kept) {
+        why = std::string("the parent does not take the flight ring: ") + kept.error().where;
+        return false;
+      }
+    const auto watched = parent_->supervise(*run_.graph().memory());
+    if (!watched) why = std::string("the parent does not watch: ") + watched.error().where;
+    return static_cast<bool>(watched);
+  }
+
+  void follow(rt::Runner& runner) {
+    LiveView view(run_.graph(), runner, options_, complaints_);
+    const hal::Time begin = run_.os.now();
+    for (hal::Time next = begin;; next = next + LiveView::kPeriod) {
+      run_.os.sleep_until(next);
+      const hal::Time now = run_.os.now();
+      const auto* state = run_.mission->look();
+      const bool ends = board_.over(run_, now) || hal::stop_requested() ||
+                        (options_.duration_s > 0 && now - begin > run_duration(options_));
+      const std::string trouble = board_.trouble();
+      if (!trouble.empty())
+        view.show(now, trouble, ends);
+      else
+        view.show(now, state ? phase_text(run_, *state) : "running", ends);
+      if (ends) return;
+    }
+  }
+
+  void report_start_up(hal::Time first_cycle) {
+    if (program_) summary_->start_up(msg::seconds(first_cycle - *program_));
+  }
+
+  const rt::GraphSpec& spec() const { return run_.graph().spec(); }
+
+  const std::optional<hal::Time> program_;
+  const RunOptions& options_;
+  RunBoard& board_;
+  ParentLine* const parent_;
+  std::optional<hal::ScaledOs> scaled_os_;
+  RunContext run_;
+  hal::EmptyBoard none_;
+  std::unique_ptr<LinuxBoard> real_;                 // null: no device is
+  std::unique_ptr<dataset::DatasetBoard> recorded_;  // of devices that are named so
+  DeviceWatch complaints_{[] { return std::vector<std::string>(); }};
+  std::unique_ptr<Recording> recording_;
+  std::optional<RunSummary> summary_;  // once the graph is what it stays
+};
+
+}  // namespace
+
+std::vector<std::string> report_failsafes(RunContext& run, RunSummary& summary) {
+  run.mission->look();
+  std::vector<std::string> acted;
+  const auto& failsafes = run.graph().spec().failsafes;
+  for (std::size_t i = 0; i < failsafes.size(); ++i)
+    if (run.mission->safety().acted >> i & 1) acted.push_back(failsafes[i].name + " acted");
+  summary.add_reasons("failsafe", "failsafes", acted);
+  return acted;
+}
+
+int run_session(Prepared& prepared, const RunOptions& options, RunBoard& board, ParentLine* parent,
+                std::optional<hal::Time> program) {
+  return Session(prepared, options, board, parent, program).run();
+}
+
+bool needs_parent(const Prepared& prepared, const RunOptions& options) {
+  return !options.virtual_time && !options.unsupervised && !prepared.graph->spec().actuators.empty();
+}
+
+int run_supervised(Prepared& prepared, const RunOptions& options, Supervised supervised) {
+  supervised.robot = prepared.graph->spec().robot;
+  supervised.runs = Recording::folder_of(prepared, options);
+  add_stops_of_linux_devices(prepared, supervised.stops);
+  ParentOptions parent = prepared.robot.parent;
+  parent.hang = hang_of(parent, prepared.graph->spec(), options.rate);
+  return run_with_parent(parent, std::move(supervised));
+}
+
+}  // namespace sinew::app

@@ -1,0 +1,84 @@
+#pragma once
+// One run of a robot, from opening its devices to the exit code, in real and in virtual time. The kinds of boards
+// differ in the few functions of RunBoard only.
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/flight/mission_watch.hpp"
+#include "apps/parent/parent.hpp"
+#include "apps/robot/linux_board.hpp"
+#include "apps/run/device_watch.hpp"
+#include "apps/run/recording.hpp"
+#include "apps/run/run_setup.hpp"
+#include "apps/run/run_summary.hpp"
+#include "dataset/dataset_board.hpp"
+#include "hal/mixed_board.hpp"
+#include "hal/platform.hpp"
+#include "hal/scaled_os.hpp"
+
+namespace sinew::app {
+
+/// What a session has for its board.
+struct RunContext {
+  Prepared& prepared;
+  const RunOptions& options;
+  hal::Os& system;  // this machine
+  hal::Os& os;      // at the robot's pace
+  hal::ManualClock clock{};
+  std::optional<MissionWatch> mission{};   // from before the first cycle on
+  hal::Time begin{};                       // of the cycles, by `os` or `clock`
+  std::uint64_t releases = 0, missed = 0;  // of the graph's threads, after the run; missed: met an unfinished cycle
+  std::optional<double> reached_s{}, wall_s{};  // virtual time, after the run
+
+  rt::Graph& graph() const { return *prepared.graph; }
+  /// The robot's clock: `clock` in virtual time, else `os`.
+  const hal::Clock& robot_clock() const { return options.virtual_time ? static_cast<const hal::Clock&>(clock) : os; }
+};
+
+/// The board that a run is about: a simulator's, a recorded folder's, real devices.
+/// Thread:  owner, but for trouble().
+class RunBoard {
+ public:
+  virtual ~RunBoard() = default;
+  /// The name that a robot file has for it: "sim".
+  virtual std::string name() const = 0;
+  /// Opens it. False, with `why`, when it cannot be had. It may still change the graph.
+  virtual bool open(RunContext& run, std::string& why) = 0;
+  /// After open().
+  virtual hal::Board& devices() = 0;
+  /// Why its devices could not be used, in words; empty: what the graph says is enough.
+  virtual std::string problem() const { return {}; }
+  /// Virtual time: how far the run may go.
+  virtual hal::GrantSource& grants() = 0;
+  /// Virtual time: what went wrong when a grant failed.
+  virtual std::string why_no_grant(const hal::Error& error) const { return error.where; }
+  /// Before the first cycle, in real time before a parent watches. False, with `why`, when it does not start.
+  virtual bool start(RunContext&, std::string&) { return true; }
+  /// The run is over: the mission is, or the board has nothing more.
+  virtual bool over(RunContext& run, hal::Time now) = 0;
+  /// What is wrong with the line to it, for the table and the robot's complaints; empty: nothing. Thread: any.
+  virtual std::string trouble() const { return {}; }
+  /// After the last cycle: a good-bye, so that its last word is there.
+  virtual void end() {}
+  /// Says how the run went, and finishes the summary: the exit code.
+  virtual int report(RunContext& run, RunSummary& summary) = 0;
+};
+
+/// What the guardian's failsafes did, a line each; adds them to the summary. After the run.
+std::vector<std::string> report_failsafes(RunContext& run, RunSummary& summary);
+
+/// Runs it; the exit code of `sinew run`. 0: it went well; 1: it did not, or the executor failed; 2: it could not be
+/// begun, and nothing has moved. `parent`: null when none watches. `program`: when it was started; nothing when that is
+/// unknown.
+int run_session(Prepared& prepared, const RunOptions& options, RunBoard& board, ParentLine* parent,
+                std::optional<hal::Time> program);
+
+/// Whether a parent process stands beside a run: in real time, where something moves, unless it was told otherwise.
+bool needs_parent(const Prepared& prepared, const RunOptions& options);
+/// The same with a parent beside it, which stops `stops`.
+int run_supervised(Prepared& prepared, const RunOptions& options, Supervised supervised);
+
+}  // namespace sinew::app
