@@ -6,13 +6,13 @@
 
 #include "apps/bag/commands.hpp"
 #include "apps/calibrate/commands.hpp"
+#include "apps/completion.hpp"
 #include "apps/deploy/commands.hpp"
 #include "apps/live/commands.hpp"
-#include "apps/replay/commands.hpp"
-#include "apps/run/commands.hpp"
-#include "apps/completion.hpp"
 #include "apps/live/running_names.hpp"
 #include "apps/project_commands.hpp"
+#include "apps/replay/commands.hpp"
+#include "apps/run/commands.hpp"
 
 namespace sinew::app {
 

@@ -59,8 +59,7 @@ std::vector<std::string> candidates(const Position& at, const std::string& word,
       for (const auto& name : option->get_lnames()) all.push_back("--" + name);
     } else if (option->get_positional()) {
       const bool several = option->get_expected_max() > 1;  // such as the files of `bag merge`
-      if (position == at.positionals || (several && position < at.positionals))
-        return values_of(*option, at, names_of);
+      if (position == at.positionals || (several && position < at.positionals)) return values_of(*option, at, names_of);
       ++position;
     }
   }

@@ -3,9 +3,9 @@
 #include <cstdio>
 
 #include "apps/command/place.hpp"
-#include "apps/project_commands.hpp"
 #include "apps/completion.hpp"
 #include "apps/new_project.hpp"
+#include "apps/project_commands.hpp"
 
 namespace sinew::app {
 namespace {

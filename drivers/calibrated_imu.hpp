@@ -1,7 +1,7 @@
 #pragma once
 
-#include "drivers/driver.hpp"
 #include "drivers/device_keys.hpp"
+#include "drivers/driver.hpp"
 #include "drivers/mount.hpp"
 #include "hal/device.hpp"
 

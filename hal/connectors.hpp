@@ -69,7 +69,8 @@ struct CameraSpec {
     lent,       // lent by the reader, or nothing
   } memory = Memory::automatic;
   std::map<std::string, double, std::less<>> controls;  // by name, "exposure_time_absolute" = 100
-  std::string root = "/";  // V4L2: the folder with dev/: a simulated one holds sockets (hal/linux/camera/v4l2_tree_port.hpp)
+  std::string root =
+      "/";  // V4L2: the folder with dev/: a simulated one holds sockets (hal/linux/camera/v4l2_tree_port.hpp)
 };
 
 /// Opens buses, ports and kernel devices. What it opens lives as long as the caller keeps it, and not longer than this.

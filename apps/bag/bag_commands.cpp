@@ -2,8 +2,8 @@
 #include <CLI/CLI.hpp>
 
 #include "apps/bag/bag_options.hpp"
-#include "apps/command/number_check.hpp"
 #include "apps/bag/commands.hpp"
+#include "apps/command/number_check.hpp"
 
 namespace sinew::app {
 namespace {

@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <iostream>
 
-#include "apps/calibrate/commands.hpp"
 #include "apps/calibrate/calibration_bench.hpp"
+#include "apps/calibrate/commands.hpp"
 #include "apps/calibrate/imu_rest.hpp"
 #include "apps/command/number_check.hpp"
 

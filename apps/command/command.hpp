@@ -1,6 +1,6 @@
 #pragma once
-// What all commands share. Each room of commands adds its own (commands.hpp of that room) to the CLI::App; the one that the
-// user asked for sets `action`.
+// What all commands share. Each room of commands adds its own (commands.hpp of that room) to the CLI::App; the one that
+// the user asked for sets `action`.
 #include <functional>
 #include <string>
 

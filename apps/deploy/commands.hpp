@@ -1,6 +1,6 @@
 #pragma once
-#include "apps/deploy/commands.hpp"
 #include "apps/command/command.hpp"
+#include "apps/deploy/commands.hpp"
 
 namespace sinew::app {
 

@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "apps/deploy/commands.hpp"
 #include "apps/deploy/board_link.hpp"
+#include "apps/deploy/commands.hpp"
 #include "apps/deploy/deploy_failure.hpp"
 #include "apps/deploy/deploy_plan.hpp"
 #include "apps/deploy/tar_source.hpp"

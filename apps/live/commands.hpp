@@ -1,6 +1,6 @@
 #pragma once
-#include "apps/live/commands.hpp"
 #include "apps/command/command.hpp"
+#include "apps/live/commands.hpp"
 
 namespace sinew::app {
 

@@ -2,8 +2,8 @@
 // How the commands for a running robot are described; for the files that describe them.
 #include <CLI/CLI.hpp>
 
-#include "apps/command/number_check.hpp"
 #include "apps/command/command.hpp"
+#include "apps/command/number_check.hpp"
 #include "apps/live/live_robot.hpp"
 
 namespace sinew::app {

@@ -1,9 +1,9 @@
 // top: a running robot, again and again.
 #include <cstdio>
 
-#include "apps/live/commands.hpp"
 #include "apps/command/number_check.hpp"
 #include "apps/command/terminal.hpp"
+#include "apps/live/commands.hpp"
 #include "apps/live/live_command.hpp"
 #include "apps/live/status_text.hpp"
 #include "hal/linux/process.hpp"

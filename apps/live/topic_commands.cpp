@@ -3,8 +3,8 @@
 
 #include <cstdio>
 
-#include "apps/live/commands.hpp"
 #include "apps/command/number_check.hpp"
+#include "apps/live/commands.hpp"
 #include "apps/live/live_command.hpp"
 #include "apps/live/topic_options.hpp"
 #include "apps/live/topic_reader.hpp"

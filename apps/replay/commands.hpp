@@ -1,6 +1,6 @@
 #pragma once
-#include "apps/replay/commands.hpp"
 #include "apps/command/command.hpp"
+#include "apps/replay/commands.hpp"
 
 namespace sinew::app {
 

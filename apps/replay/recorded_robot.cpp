@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <charconv>
 
+#include "apps/robot/without_camera.hpp"
 #include "apps/robot_file/param_value.hpp"
 #include "apps/robot_file/robot_file.hpp"
-#include "apps/robot/without_camera.hpp"
 
 namespace sinew::app {
 

@@ -7,9 +7,9 @@
 #include "apps/robot/board_rules.hpp"
 #include "apps/robot/linux_board.hpp"
 #include "apps/robot/pace_rules.hpp"
+#include "apps/robot/record_rules.hpp"
 #include "apps/robot/wiring_rules.hpp"
 #include "apps/robot_file/calibration.hpp"
-#include "apps/robot/record_rules.hpp"
 
 namespace sinew::app {
 

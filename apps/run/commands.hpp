@@ -1,6 +1,6 @@
 #pragma once
-#include "apps/run/commands.hpp"
 #include "apps/command/command.hpp"
+#include "apps/run/commands.hpp"
 
 namespace sinew::app {
 

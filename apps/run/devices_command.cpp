@@ -9,8 +9,8 @@
 #include <nlohmann/json.hpp>
 #include <ranges>
 
-#include "apps/run/commands.hpp"
 #include "apps/robot/linux_board.hpp"
+#include "apps/run/commands.hpp"
 #include "apps/run/run_setup.hpp"
 #include "drivers/joints/can_buses.hpp"
 #include "drivers/joints/can_scan.hpp"

@@ -3,11 +3,11 @@
 #include <cstdio>
 
 #include "apps/command/number_check.hpp"
-#include "apps/run/commands.hpp"
 #include "apps/robot/doctor.hpp"
 #include "apps/robot/robot_check.hpp"
 #include "apps/robot/wiring_rules.hpp"
 #include "apps/robot_file/robot_file.hpp"
+#include "apps/run/commands.hpp"
 #include "apps/run/run_command.hpp"
 #include "apps/run/run_setup.hpp"
 #include "apps/view/graph_json.hpp"

@@ -2,13 +2,13 @@
 #include <cstdio>
 #include <fstream>
 
+#include "apps/sim/render_test.hpp"
+#include "apps/sim/sim_options.hpp"
+#include "apps/sim/wire_open.hpp"
 #include "hal/linux/process.hpp"
 #include "hal/linux/socket.hpp"
 #include "hal/platform.hpp"
-#include "apps/sim/render_test.hpp"
 #include "sim_hil/plant/session.hpp"
-#include "apps/sim/sim_options.hpp"
-#include "apps/sim/wire_open.hpp"
 #include "sim_hil/plant/wire_run.hpp"
 
 namespace {

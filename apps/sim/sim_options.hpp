@@ -2,8 +2,8 @@
 #include <string>
 #include <vector>
 
-#include "sim_hil/plant/session.hpp"
 #include "apps/sim/wire_options.hpp"
+#include "sim_hil/plant/session.hpp"
 
 namespace sinew::plant {
 

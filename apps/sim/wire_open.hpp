@@ -1,6 +1,6 @@
 #pragma once
-#include "hal/os.hpp"
 #include "apps/sim/sim_options.hpp"
+#include "hal/os.hpp"
 #include "sim_hil/plant/wire_devices.hpp"
 
 namespace sinew::plant {

@@ -1,6 +1,7 @@
 #pragma once
 // A second, brute-force implementation of the schedule that rt/README.md defines, written from that text and sharing no
-// code with rt/exec/schedule.cpp: time advances in steps of 1 us and everything is looked at again in every one of them.
+// code with rt/exec/schedule.cpp: time advances in steps of 1 us and everything is looked at again in every one of
+// them.
 #include <algorithm>
 #include <cstdint>
 #include <deque>

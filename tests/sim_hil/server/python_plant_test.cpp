@@ -22,7 +22,8 @@ class PythonPlant {
     const std::string path = testing::TempDir() + "plant_" + std::to_string(::getpid());
     std::remove(path.c_str());
     const std::string listen = kind == "unix" ? "unix:" + path : "tcp:0";
-    process_ = ::popen(("python3 " + test::source_dir() + "/tests/sim_hil/server/plant.py " + listen + " 4").c_str(), "r");
+    process_ =
+        ::popen(("python3 " + test::source_dir() + "/tests/sim_hil/server/plant.py " + listen + " 4").c_str(), "r");
     std::array<char, 512> line{};
     if (process_ && std::fgets(line.data(), line.size(), process_)) {
       std::string where(line.data(), std::strcspn(line.data(), "\n"));
