@@ -1,5 +1,5 @@
 // What saving a module's state costs the executor's thread, beside a plain copy of as many bytes.
-//   saved_state_bench [robots/quad.toml]
+//   saved_state_bench [robots/quad/quad.toml]
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
@@ -32,7 +32,7 @@ double best_ns(const Work& work) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const auto loaded = app::load_robot(argc > 1 ? argv[1] : "robots/quad.toml");
+  const auto loaded = app::load_robot(argc > 1 ? argv[1] : "robots/quad/quad.toml");
   if (!loaded.problems.empty()) return 1;
   rt::Graph graph(loaded.robot.graph, app::all_modules());
   hal::SilentBoard board;

@@ -44,3 +44,18 @@ std::string_view board_script(std::string_view name) {
 }  // namespace sinew::app
 ")
 endfunction()
+
+# sinew_embed_text(OUTPUT FILE NAMESPACE FUNCTION): a source with the function, which answers the file's text.
+function(sinew_embed_text output file namespace function)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
+  file(READ ${file} text)
+  file(CONFIGURE OUTPUT ${output} @ONLY NEWLINE_STYLE UNIX CONTENT "#include <string_view>
+
+namespace @namespace@ {
+
+std::string_view @function@();
+std::string_view @function@() { return R\"__(@text@)__\"; }
+
+}  // namespace @namespace@
+")
+endfunction()

@@ -20,15 +20,14 @@ if(TARGET sinew_libcamera)
   list(APPEND SINEW_INSTALLED_PROGRAMS sinew_libcamera)
 endif()
 
-file(GLOB robots CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/robots/*.toml ${PROJECT_SOURCE_DIR}/robots/*.xml)
 file(GLOB documents CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/docs/*.md)
 if(WIN32)  # an unpacked folder, not a prefix
-  install(FILES ${robots} DESTINATION robots COMPONENT runtime)
+  install(DIRECTORY robots/ DESTINATION robots COMPONENT runtime FILES_MATCHING PATTERN "*.toml" PATTERN world EXCLUDE)
   install(FILES ${documents} DESTINATION docs COMPONENT runtime)
   install(FILES ${PROJECT_SOURCE_DIR}/README.md ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION . COMPONENT runtime)
   return()
 endif()
-install(FILES ${robots} DESTINATION ${SINEW_SHARE_FOLDER}/robots COMPONENT runtime)
+install(DIRECTORY robots/ DESTINATION ${SINEW_SHARE_FOLDER}/robots COMPONENT runtime FILES_MATCHING PATTERN "*.toml" PATTERN world EXCLUDE)
 install(FILES ${PROJECT_SOURCE_DIR}/README.md ${documents} DESTINATION ${SINEW_DOC_FOLDER} COMPONENT dev)
 
 # The shell's completion is what `sinew completion bash` prints; of a board's program in qemu-user.

@@ -14,7 +14,7 @@
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-seed=1 duration=() robot=robots/quad.toml host=127.0.0.1 label=other program=sinew-fly limit_s=${SINEW_FLIGHT_LIMIT_S:-900}
+seed=1 duration=() robot=robots/quad/quad.toml host=127.0.0.1 label=other program=sinew-fly limit_s=${SINEW_FLIGHT_LIMIT_S:-900}
 while (($#)); do
   case $1 in
     --seed | --duration | --robot | --host | --label) [[ ${2:---} != -- ]] || die "$1: of what?" ;;&

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Flies robots/quad.toml in virtual time with every kind of fault on every device, for many seeds.
+# Flies robots/quad/quad.toml in virtual time with every kind of fault on every device, for many seeds.
 #
 #   tools/fault_matrix.sh [--seeds N] [--build FOLDER] [--device NAME]...
 #
@@ -30,7 +30,7 @@ out=$root/build/faults.txt
 start=$(now_s)
 status=0
 # The drawing library's own threads would fight for the cores that the other flights need.
-LP_NUM_THREADS=0 python3 -B "$root/tests/apps/run/fault_matrix.py" "$bin/sinew" "$bin/sinew-sim" "$root/robots/quad.toml" \
+LP_NUM_THREADS=0 python3 -B "$root/tests/apps/run/fault_matrix.py" "$bin/sinew" "$bin/sinew-sim" "$root/robots/quad/quad.toml" \
   --seeds "$seeds" --first-seed 1 --jobs "$jobs" "${options[@]}" >"$out" || status=1
 awk '$3 ~ /^[0-9]+$/ && NF > 4 { cell = sprintf("%-8s %-13s", $1, $2); if (!(cell in n)) order[++cells] = cell
                        ++n[cell]; ++ended[cell, $4]; wrong[cell] += /WRONG/ }

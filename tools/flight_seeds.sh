@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Flies robots/quad.toml in virtual time for many seeds, and checks that one flight gives the same bytes everywhere.
+# Flies robots/quad/quad.toml in virtual time for many seeds, and checks that one flight gives the same bytes everywhere.
 #
 #   tools/flight_seeds.sh [--seeds N] [--build FOLDER] [--same-bytes "FOLDER ..."] [fly option...]
 #
@@ -43,7 +43,7 @@ limit_s=${SINEW_FLIGHT_LIMIT_S:-300} # of real time for one flight; a sanitized 
 # fly PRESET SEED NAME: one flight; its output in build/flights/NAME.log, its exit code in NAME.exit.
 fly() {
   local code=0
-  timeout "$limit_s" "$root/build/$1/bin/sinew" run "$root/robots/quad.toml" --virtual --seed "$2" "${@:4}" \
+  timeout "$limit_s" "$root/build/$1/bin/sinew" run "$root/robots/quad/quad.toml" --virtual --seed "$2" "${@:4}" \
     >"$out/$3.log" 2>&1 </dev/null || code=$?
   printf '%s\n' "$code" >"$out/$3.exit"
 }
@@ -87,7 +87,7 @@ replay() { ASAN_OPTIONS=detect_leaks=0 timeout "$limit_s" "$root/build/$1/bin/si
 check_replays() {
   local kind file said variant wrong=0
   for kind in --virtual --plain; do
-    SINEW_RECORD=on timeout "$limit_s" "$root/build/release/bin/sinew" run "$root/robots/quad.toml" "$kind" --quiet --duration 8 \
+    SINEW_RECORD=on timeout "$limit_s" "$root/build/release/bin/sinew" run "$root/robots/quad/quad.toml" "$kind" --quiet --duration 8 \
       --record-images --runs "$out/runs$kind" >"$out/recorded$kind.log" 2>&1 || true # it did not land by then
     file=$(echo "$out/runs$kind"/*/run.mcap)
     for variant in release "${others[@]}" no-fma-avx; do

@@ -17,7 +17,7 @@ CHARACTER, PAD, GAP, BOX, ROW_GAP, WIDTH = 7.4, 10, 8, 26, 40, 960
 def read_table():
     """[(room, rooms that it sees, what it holds)] in the table's order."""
     lines = (ROOT / "cmake/rooms.txt").read_text(encoding="utf-8").splitlines()
-    found = [re.fullmatch(r"([a-z0-9_/]+):([a-z0-9_/ ]*)\| (.+)", line) for line in lines if line and line[0] != "#"]
+    found = [re.fullmatch(r"([a-z0-9_/*]+):([a-z0-9_/* ]*)\| (.+)", line) for line in lines if line and line[0] != "#"]
     return [(m[1], m[2].split(), m[3]) for m in found]
 
 

@@ -7,7 +7,7 @@
 namespace sinew::app {
 namespace {
 
-// As in robots/quad.toml.
+// As in robots/quad/quad.toml.
 constexpr math::Vec3 kInertia_kgm2{0.011, 0.0112, 0.020};
 constexpr double kArm_m = 0.1202, kThrustMax_n = 6.0, kTorquePerThrust_m = 0.016;
 constexpr double kRotorLag_s = 0.02;

@@ -9,8 +9,8 @@
 namespace sinew::app {
 
 /// A quadrotor on a stand: its centre of mass is held by a ball joint, it can only turn. It has the body and the rotors
-/// of robots/quad.toml. A board with the two devices that attitude control needs, "imu" and "motors"; a robot's own
-/// board takes its place.
+/// of robots/quad/quad.toml. A board with the two devices that attitude control needs, "imu" and "motors"; a robot's
+/// own board takes its place.
 ///
 /// The body moves while the IMU is read, by the time since the last read; 20 ms at most, so that a computer that stood
 /// still finds the body where it left it.

@@ -2,13 +2,11 @@
 
 #include "control/attitude_controller.hpp"
 #include "control/error_state_filter.hpp"
-#include "control/head_follower.hpp"
-#include "control/mission.hpp"
 #include "control/mixer.hpp"
-#include "control/pilot_switch.hpp"
 #include "control/position_controller.hpp"
 #include "drivers/sources/camera_source.hpp"
 #include "drivers/sources/sensor_source.hpp"
+#include "robots/robot_kind.hpp"
 #include "vision/ball_detector.hpp"
 #include "vision/motion_field.hpp"
 #include "vision/pad_detector.hpp"
@@ -30,12 +28,11 @@ rt::ModuleTypes robot_modules() {
   types.add<control::AttitudeController>("control::AttitudeController");
   types.add<control::PositionController>("control::PositionController");
   types.add<control::Mixer>("control::Mixer");
-  types.add<control::Mission>("control::Mission");
-  types.add<control::HeadFollower>("control::HeadFollower");
   types.add<vision::BallDetector>("vision::BallDetector");
-  types.add<control::PilotSwitch>("control::PilotSwitch");
   types.add<vision::PadDetector>("vision::PadDetector");
   types.add<vision::MotionField>("vision::MotionField");
+  for (const robots::RobotKind& robot : robots::all_robots())
+    if (robot.add_modules) robot.add_modules(types);
   return types;
 }
 

@@ -3,7 +3,8 @@
 
 namespace sinew::app {
 
-/// What a robot is made of: the modules of drivers, vision and control, by the names that robot files use.
+/// What a robot is made of: the modules of drivers, vision, control and of each robot in robots/, by the names that
+/// robot files use.
 rt::ModuleTypes robot_modules();
 
 }  // namespace sinew::app

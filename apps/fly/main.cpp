@@ -22,7 +22,7 @@ using namespace std::chrono_literals;
 
 constexpr const char* kUsage =
     "usage: sinew-fly ROBOT.toml ENDPOINT [--seed N] [--duration SECONDS]\n"
-    "  ROBOT.toml   what runs, e.g. robots/quad.toml\n"
+    "  ROBOT.toml   what runs, e.g. robots/quad/quad.toml\n"
     "  ENDPOINT     of a simulator in lockstep, tcp:HOST:PORT: sinew-sim --listen tcp:0.0.0.0:4560 --lockstep\n"
     "Prints a hash of all bytes of each topic. 0: landed well; 1: not, or the simulator failed; 2: could not begin.\n";
 

@@ -11,9 +11,9 @@
 #include "drivers/board/kernel_drivers.hpp"
 #include "drivers/device_reader.hpp"
 #include "drivers/joints/can_servos.hpp"
+#include "robots/robot_kind.hpp"
 #include "rt/graph_check.hpp"
 #include "rt/parameters.hpp"
-#include "sim_hil/world_list.hpp"
 
 namespace sinew::app {
 namespace {
@@ -94,19 +94,20 @@ class WiringCheck {
   }
 
   /// What there is in the plant that is started; empty: another one's parts are not known.
-  std::span<const sim_hil::WorldPart> world() const {
+  std::span<const plant::WorldDevice> world() const {
     if (robot_.sim.plant != "auto") return {};
-    return sim_hil::parts_of_world(robot_.sim.world);
+    const plant::WorldInfo* world = robots::find_world(robot_.sim.world);
+    return world ? world->devices : std::span<const plant::WorldDevice>();
   }
-  const sim_hil::WorldPart* part(std::string_view name, std::string_view what) const {
-    for (const sim_hil::WorldPart& p : world())
-      if (p.name == name && sim_hil::to_string(p.kind) == what) return &p;
+  const plant::WorldDevice* part(std::string_view name, std::string_view what) const {
+    for (const plant::WorldDevice& p : world())
+      if (p.name == name && plant::to_string(p.part) == what) return &p;
     return nullptr;
   }
   std::string parts_that_give(std::string_view what) const {
     std::string names;
-    for (const sim_hil::WorldPart& p : world())
-      if (sim_hil::to_string(p.kind) == what) names += (names.empty() ? "" : ", ") + std::string(p.name);
+    for (const plant::WorldDevice& p : world())
+      if (plant::to_string(p.part) == what) names += (names.empty() ? "" : ", ") + std::string(p.name);
     return fmt::format("the name of {} in the world {}: {}", what, robot_.sim.world,
                        names.empty() ? "there is none" : names);
   }
@@ -177,7 +178,7 @@ class WiringCheck {
   void actuator(const rt::ActuatorSpec& a) {
     const std::string key = "actuator." + a.name;
     const DeviceSpec* device = wired(a.name, kActuators, "[" + key + "]", key, a.line);
-    const sim_hil::WorldPart* simulated = board_of(graph_.spec(), a.name) == "sim" ? part(a.name, kActuators) : nullptr;
+    const plant::WorldDevice* simulated = board_of(graph_.spec(), a.name) == "sim" ? part(a.name, kActuators) : nullptr;
     if (simulated && a.channels != simulated->channels)
       add(line_or(a.channels_line, a.line), key + ".channels", std::to_string(a.channels),
           fmt::format("{}: so many has {} in the world {}", simulated->channels, a.name, robot_.sim.world));

@@ -12,7 +12,7 @@
 #include "apps/robot_file/toml_reader.hpp"
 #include "msg/actuators.hpp"
 #include "msg/image.hpp"
-#include "sim_hil/world_list.hpp"
+#include "robots/robot_kind.hpp"
 
 namespace sinew::app {
 namespace {
@@ -272,9 +272,9 @@ void read_sim(TomlReader& r, SimOptions& sim) {
       !sim.plant.starts_with("tcp:"))
     r.problem(*r.raw().get("plant"), "plant", kPlants);
   std::int64_t number = 0;
-  constexpr const char* kWorlds = "the name of a world of sinew-sim: \"quad\", \"desk_head\"";
-  if (r.read("world", sim.world, kWorlds) && sim_hil::parts_of_world(sim.world).empty())
-    r.problem(*r.raw().get("world"), "world", kWorlds);
+  const std::string worlds = "the name of a world of sinew-sim: " + robots::world_names();
+  if (r.read("world", sim.world, worlds.c_str()) && !robots::find_world(sim.world))
+    r.problem(*r.raw().get("world"), "world", worlds.c_str());
   for (const char* key : {"camera_width", "camera_height"})
     if (const toml::node* node = r.raw().get(key); node && !sim.camera_line) sim.camera_line = line_of(*node);
   if (r.read("camera_width", number, 16, msg::kMaxImageWidth)) sim.camera_width = static_cast<std::uint32_t>(number);

@@ -25,7 +25,7 @@ using namespace std::chrono_literals;
 using msg::MissionPhase;
 
 constexpr std::uint32_t kFirstSequence = 0xFFFFFF00;  // every run sees the numbers wrap
-constexpr double kWall_m = 3.6;          // the walls of robots/quad_room.xml stand 4 m from the pad, arms are 0.3 m
+constexpr double kWall_m = 3.6;  // the walls of robots/quad/world/room.xml stand 4 m from the pad, arms are 0.3 m
 constexpr rt::Duration kPatience = 60s;  // on a machine that is busy with other flights; a hang is ended from outside
 constexpr rt::Duration kAtRest = 500ms;  // so that a lease that does not end, or a restart, is seen
 

@@ -22,7 +22,7 @@ struct ExecProfile {
                                  const std::function<double(const std::string&)>& factor_of) const;
 };
 
-/// The profile of "robots/quad.toml" is "robots/quad_exec.toml".
+/// The profile of "robots/quad/quad.toml" is "robots/quad/quad_exec.toml".
 std::string profile_path(const std::string& robot_path);
 
 /// Errors:  every problem, with its line; a file that cannot be read is one.

@@ -21,7 +21,7 @@ using namespace sinew;
 using namespace sinew::search;
 
 struct Options {
-  std::string robot = "robots/quad.toml", profile, case_text, camera, measure;
+  std::string robot = "robots/quad/quad.toml", profile, case_text, camera, measure;
   std::uint64_t runs = 100, seed = 1, case_seed = 0;
   unsigned jobs = 0, twice_every = 16, shrink_runs = 150;
   double patience_s = 300;

@@ -60,14 +60,18 @@ bool write_report(const std::string& path, const std::string& json) {
   return static_cast<bool>(out);
 }
 
+std::string camera_text(const plant::SimOptions& s, const plant::CameraFeed& camera) {
+  if (s.view.room_xml.empty()) return "no camera";
+  return "camera " + s.camera + " " + s.format + " drawn by " + camera.backend();
+}
+
 /// A world without a runtime.
 int run_alone(const plant::SimOptions& s, hal::Os& os, plant::WireDevices& wire) {
   static_cast<void>(hal::stop_requested());  // from here on a signal asks
   std::string why;
   auto camera = plant::CameraFeed::start(os, s.view, why);
   if (!camera) return fail("no camera: " + why, camera.error());
-  std::printf("%s runs alone, camera %s %s drawn by %s\n", s.world.c_str(), s.camera.c_str(), s.format.c_str(),
-              (*camera)->backend().c_str());
+  std::printf("%s runs alone, %s\n", s.world.c_str(), camera_text(s, **camera).c_str());
   std::fflush(stdout);
   plant::WireRun run(os, **camera, wire, s.session);
   if (const hal::Status done = run.run(&hal::stop_requested); !done) return fail(run.report().reason, done.error());
@@ -92,8 +96,7 @@ int serve(plant::SimOptions& s) {
   std::string why;
   auto camera = plant::CameraFeed::start(os, s.view, why);
   if (!camera) return fail("no camera: " + why, camera.error());
-  std::printf("listening on %s, camera %s %s drawn by %s\n", (*door)->endpoint().c_str(), s.camera.c_str(),
-              s.format.c_str(), (*camera)->backend().c_str());
+  std::printf("listening on %s, %s\n", (*door)->endpoint().c_str(), camera_text(s, **camera).c_str());
   std::fflush(stdout);
   const hal::Time give_up = os.now() + hal::Duration{static_cast<std::int64_t>(s.wait_s * 1e9)};
   for (;;) {
@@ -118,7 +121,7 @@ int main(int argc, char** argv) {
   plant::SimOptions s;
   int exit_code = 0;
   if (!plant::read_command_line(argc, argv, s, exit_code)) return exit_code;
-  if (s.list_faults) return list_faults(plant::world_info(s.session.world.kind));
-  if (!s.render_test.empty()) return plant::render_test(s.render_test, s.view);
+  if (s.list_faults) return list_faults(s.session.world.type->info);
+  if (!s.render_test.empty()) return plant::render_test(s.render_test, s.view, *s.session.world.type);
   return serve(s);
 }

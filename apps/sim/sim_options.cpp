@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <ranges>
 
+#include "robots/robot_kind.hpp"
+
 namespace sinew::plant {
 namespace {
 
@@ -24,10 +26,13 @@ void describe(CLI::App& app, SimOptions& s, std::vector<std::string>& faults) {
   app.add_option("--listen", s.listen, "unix:PATH or tcp:HOST:PORT; port 0: the system chooses")->capture_default_str();
   auto* lockstep = app.add_flag("--lockstep", s.lockstep, "serve only runtimes that ask for lockstep");
   app.add_flag("--free", s.free_running, "serve only runtimes that ask for real time")->excludes(lockstep);
-  app.add_option("--world", s.world,
-                 "which world: quad (a quadrotor in a room), desk_head (a head on a desk, and a ball)")
-      ->check(CLI::IsMember({"quad", "desk_head"}))
-      ->capture_default_str();
+  std::vector<std::string> names;
+  std::string titles = "which world:";
+  for (const auto& type : robots::all_worlds()) {
+    names.emplace_back(type->info.name);
+    titles += (names.size() > 1 ? ", " : " ") + names.back() + " (" + type->title + ")";
+  }
+  app.add_option("--world", s.world, titles)->check(CLI::IsMember(names))->capture_default_str();
   app.add_option("--seed", s.session.seed, "start, wind, spread and noise (default: what the runtime asks for)");
   app.add_option("--camera", s.camera, "size of the camera's frames")->check(check_size)->capture_default_str();
   app.add_option("--format", s.format, "of its pixels")
@@ -36,22 +41,14 @@ void describe(CLI::App& app, SimOptions& s, std::vector<std::string>& faults) {
   app.add_option("--camera-noise", s.view.noise, "sigma of the pixels, grey levels")
       ->check(CLI::Range(0.0, 20.0))
       ->capture_default_str();
-  app.add_option("--gust", s.session.world.quad.gust_mps, "quad: wind never exceeds this, m/s; 0: still air")
-      ->check(CLI::Range(0.0, 15.0))
-      ->capture_default_str();
-  app.add_option("--spread", s.session.world.quad.spread, "quad: of mass and motors, as a share, either way")
-      ->check(CLI::Range(0.0, 0.3))
-      ->capture_default_str();
-  app.add_option("--start-offset", s.session.world.quad.start_offset_m,
-                 "quad: largest distance of the start from the pad, m")
-      ->check(CLI::Range(0.0, 3.0))
-      ->capture_default_str();
-  app.add_option("--rock", s.session.world.head.rock_deg, "desk_head: the platform tilts by up to this, deg")
-      ->check(CLI::Range(0.0, 20.0))
-      ->capture_default_str();
-  app.add_option("--ball-speed", s.session.world.head.ball_speed, "desk_head: share of the ball's usual speed")
-      ->check(CLI::Range(0.0, 3.0))
-      ->capture_default_str();
+  for (const auto& type : robots::all_worlds())
+    for (const WorldOption& option : type->options)
+      if (!option.what.empty())
+        app.add_option_function<double>(
+               "--" + option.name, [&s, name = option.name](double value) { s.session.world.values[name] = value; },
+               std::string(type->info.name) + ": " + option.what)
+            ->check(CLI::Range(option.least, option.most))
+            ->default_str(CLI::detail::to_string(option.value));
   app.add_option("--fault", faults,
                  "DEVICE:KIND[(AMOUNT)]@FROM[+LENGTH|..UNTIL], e.g. imu:stuck@5+0.5; may be repeated")
       ->allow_extra_args(false);
@@ -88,13 +85,12 @@ std::string useless(const CLI::App& app, const SimOptions& s) {
     bool useful;
     const char* where;
   };
-  const bool quad = s.session.world.kind == WorldKind::quad, lockstep = s.session.only == sim_hil::Mode::lockstep;
+  for (const auto& type : robots::all_worlds())
+    for (const WorldOption& option : type->options)
+      if (type->info.name != s.world && s.session.world.values.contains(option.name))
+        return fmt::format("--{}: only of the world {}", option.name, type->info.name);
+  const bool lockstep = s.session.only == sim_hil::Mode::lockstep;
   const Only onlys[] = {
-      {"--gust", quad, "only of the world quad"},
-      {"--spread", quad, "only of the world quad"},
-      {"--start-offset", quad, "only of the world quad"},
-      {"--rock", !quad, "only of the world desk_head"},
-      {"--ball-speed", !quad, "only of the world desk_head"},
       {"--listen", !s.alone, "only for a runtime; with --alone none connects"},
       {"--wait", !s.alone, "only for a runtime; with --alone none connects"},
       {"--relink", !s.alone && !lockstep, "only for runtimes in real time; not with --alone, not with --lockstep"},
@@ -113,7 +109,7 @@ std::string useless(const CLI::App& app, const SimOptions& s) {
 std::string read_servos(SimOptions& s) {
   if (s.wire.can.empty() && s.wire.servos.empty()) return "";
   if (s.wire.can.empty()) return "--servo: on which bus? --can says it";
-  const WorldInfo world = world_info(s.session.world.kind);
+  const WorldInfo& world = s.session.world.type->info;
   const WorldDevice* joints = world.find(Part::joints);
   if (!joints) return fmt::format("--can: the world {} has no joints for drives on a bus", world.name);
   std::string why;
@@ -163,7 +159,7 @@ std::string read_faults(SimOptions& s, const std::vector<std::string>& faults) {
   for (const std::string& text : faults) {
     const auto fault = parse_fault(text, why);
     if (!fault) return "--fault: " + why;
-    if (const WorldInfo world = world_info(s.session.world.kind); !world.has(fault->device))
+    if (const WorldInfo& world = s.session.world.type->info; !world.has(fault->device))
       return fmt::format("--fault: fault '{}': the world {} has no device '{}'", text, world.name,
                          to_string(fault->device));
     if (std::string wrong = place_fault(s, text, *fault); !wrong.empty()) return wrong;
@@ -179,7 +175,7 @@ int SimOptions::lines_priority() const {
 
 bool read_command_line(int argc, char** argv, SimOptions& s, int& exit_code) {
   CLI::App app(
-      "Simulated worlds for Sinew: a quadrotor in a room with a landing pad, a head on a desk that follows a ball.\n"
+      "Simulated worlds for Sinew.\n"
       "Waits for one runtime, serves it until it says good-bye, and exits 0 when it did.",
       "sinew-sim");
   std::vector<std::string> faults;
@@ -193,7 +189,9 @@ bool read_command_line(int argc, char** argv, SimOptions& s, int& exit_code) {
   std::sscanf(s.camera.c_str(), "%ux%u", &s.view.width, &s.view.height);
   s.view.format = msg::pixel_format_of(s.format);
   s.view.turned_rad = s.wire.camera_turned_rad();
-  s.view.world = s.session.world.kind = find_world(s.world).value_or(WorldKind::quad);
+  for (const auto& type : robots::all_worlds())
+    if (type->info.name == s.world) s.session.world.type = type;
+  s.view.room_xml = s.session.world.type->room_xml;
   if (s.lockstep) s.session.only = sim_hil::Mode::lockstep;
   if (s.free_running) s.session.only = sim_hil::Mode::free_running;
   std::string wrong = useless(app, s);

@@ -6,7 +6,8 @@ namespace sinew::plant {
 
 namespace {
 constexpr std::size_t kStackBytes = 4 * 1024 * 1024;  // the shader compiler is not modest
-}
+constexpr msg::Quat kDown{0, 0.70710678118654752, -0.70710678118654752, 0};
+}  // namespace
 
 hal::Result<std::unique_ptr<CameraFeed>> CameraFeed::start(hal::Os& os, const CameraOptions& options,
                                                            std::string& why) {
@@ -17,6 +18,7 @@ hal::Result<std::unique_ptr<CameraFeed>> CameraFeed::start(hal::Os& os, const Ca
 
 hal::Status CameraFeed::open(std::string& why) {
   set_seed(0);
+  if (options_.room_xml.empty()) return {};
   requested_ = 1;  // the first request is to come up
   hal::ThreadOptions thread;
   thread.name = "plant_camera";
@@ -62,7 +64,7 @@ void CameraFeed::wait() {
 }
 
 void CameraFeed::work() {
-  auto renderer = Renderer::create({options_.width, options_.height, false, options_.world}, why_);
+  auto renderer = Renderer::create({options_.width, options_.height, false, options_.room_xml}, why_);
   if (renderer)
     backend_ = (*renderer)->backend();
   else
@@ -70,7 +72,7 @@ void CameraFeed::work() {
   if (renderer) {  // the first frame compiles the shaders; nobody should wait for that in flight
     std::vector<std::uint8_t> scratch(std::size_t{options_.width} * options_.height *
                                       msg::bytes_per_pixel(options_.format));
-    (*renderer)->camera_view({{0, 0, 1}, kCameraQBaseOptical}, options_.format, scratch.data());
+    (*renderer)->camera_view({{0, 0, 1}, kDown}, options_.format, scratch.data());
   }
   std::uint32_t done = 1;
   for (;;) {

@@ -13,8 +13,8 @@ namespace sinew::plant {
 struct CameraOptions {
   std::uint32_t width = 320, height = 240;
   msg::PixelFormat format = msg::PixelFormat::yuyv;
-  double noise = 1.5;  // sigma of the pixels, grey levels
-  WorldKind world = WorldKind::quad;
+  double noise = 1.5;           // sigma of the pixels, grey levels
+  std::string_view room_xml{};  // what is drawn; empty: there is no camera, and a feed without requests
   math::Vec3 turned_rad;  // rotation vector about its right, down and forward axis: how it is mounted off its place
 };
 

@@ -9,8 +9,9 @@
 #include <cstdlib>
 #include <vector>
 
+#include "sim_hil/mujoco/room.hpp"
 #include "sim_hil/plant/pixels.hpp"
-#include "sim_hil/worlds/room.hpp"
+#include "sim_hil/plant/textures.hpp"
 #include "sim_hil/worlds/vec.hpp"
 
 namespace sinew::plant {
@@ -119,7 +120,7 @@ hal::Status Renderer::Impl::open(const Options& o, std::string& why) {
   }
   if (const unsigned char* name = get_string(kRendererName)) backend = reinterpret_cast<const char*>(name);
 
-  auto loaded = load_room(o.world, RoomUse::pictures);
+  auto loaded = load_room(o.room_xml, RoomUse::pictures);
   if (!loaded) return loaded.error();
   model = std::move(*loaded);
   paint_room(*model);
@@ -209,7 +210,16 @@ hal::Result<std::unique_ptr<Renderer>> Renderer::create(const Options& options, 
 
 void Renderer::place(const Scene& scene) {
   const auto bodies = std::min(scene.bodies, static_cast<std::size_t>(impl_->model->nmocap));
-  if (bodies == 0) return;
+  if (scene.vehicle && impl_->model->nq >= 7) {
+    const Pose& v = *scene.vehicle;
+    const double q[] = {v.p_world_m.x, v.p_world_m.y, v.p_world_m.z, v.q_world.w,
+                        v.q_world.x,   v.q_world.y,   v.q_world.z};
+    std::copy_n(q, 7, impl_->data->qpos);
+    impl_->show("blade", !scene.rotors_turn);
+    impl_->show("swept", scene.rotors_turn);
+  } else if (bodies == 0) {
+    return;
+  }
   for (std::size_t b = 0; b < bodies; ++b) {
     const Pose& at = scene.body[b];
     const double p[] = {at.p_world_m.x, at.p_world_m.y, at.p_world_m.z};
@@ -226,21 +236,6 @@ void Renderer::camera_view(const CameraPose& pose, msg::PixelFormat format, std:
   impl_->look(pose.p_world_m, r.apply({0, 0, 1}), r.apply({0, -1, 0}), 0.5 / kFocalPerHeight);
   impl_->draw();
   convert_image(impl_->rgbx.data(), impl_->options.width, impl_->options.height, format, out);
-}
-
-void Renderer::outside_view(const TruthState& vehicle, const msg::Vec3& eye_m, const msg::Vec3& target_m,
-                            std::uint8_t* out) {
-  Impl& i = *impl_;
-  double* q = i.data->qpos;
-  q[0] = vehicle.p_world_m.x, q[1] = vehicle.p_world_m.y, q[2] = vehicle.p_world_m.z;
-  q[3] = vehicle.q_world_base.w, q[4] = vehicle.q_world_base.x, q[5] = vehicle.q_world_base.y;
-  q[6] = vehicle.q_world_base.z;
-  const bool turning = vehicle.omega_radps[0] > 50;  // then the eye sees discs, else blades
-  i.show("blade", !turning);
-  i.show("swept", turning);
-  mj_kinematics(i.model.get(), i.data.get());
-  i.update();
-  outside_view(eye_m, target_m, out);
 }
 
 void Renderer::outside_view(const msg::Vec3& eye_m, const msg::Vec3& target_m, std::uint8_t* out) {

@@ -2,10 +2,11 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "hal/result.hpp"
 #include "msg/image.hpp"
-#include "sim_hil/worlds/quad_world.hpp"
+#include "sim_hil/worlds/world.hpp"
 
 namespace sinew::plant {
 
@@ -16,8 +17,8 @@ class Renderer {
  public:
   struct Options {
     std::uint32_t width = 320, height = 240;
-    bool picture = false;  // for people: the vehicle is drawn, with shadows and smoothed edges; ten times as slow
-    WorldKind world = WorldKind::quad;
+    bool picture = false;       // for people: the vehicle is drawn, with shadows and smoothed edges; ten times as slow
+    std::string_view room_xml;  // WorldType::room_xml
   };
   static hal::Result<std::unique_ptr<Renderer>> create(const Options& options, std::string& why);
   ~Renderer();
@@ -29,8 +30,6 @@ class Renderer {
   /// `out`: width * height * bytes per pixel, top row first.
   void camera_view(const CameraPose& pose, msg::PixelFormat format, std::uint8_t* out);
 
-  /// The vehicle from outside (only with `picture`), as rgb8.
-  void outside_view(const TruthState& vehicle, const msg::Vec3& eye_m, const msg::Vec3& target_m, std::uint8_t* out);
   /// The room as it was placed, robot included (only with `picture`), as rgb8.
   void outside_view(const msg::Vec3& eye_m, const msg::Vec3& target_m, std::uint8_t* out);
 

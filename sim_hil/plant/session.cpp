@@ -52,7 +52,7 @@ sim_hil::PlantDescription Session::description(const CameraOptions& view, const 
   d.name = "sinew-sim";
   d.step = ns(kStepNs);
   d.seed = options.seed;
-  for (const WorldDevice& part : world_info(options.world.kind).devices) {
+  for (const WorldDevice& part : options.world.type->info.devices) {
     sim_hil::DeviceInfo& info = d.devices.emplace_back();
     info.kind = kind_of(part.part);
     info.name = part.name;
@@ -85,11 +85,11 @@ Status Session::open(sim_hil::Caller caller) {
     return hal::Error{hal::Errc::not_supported, "plant session"};
   }
   report_.seed = options_.seed.value_or(link_->hello().seed);
-  info_ = world_info(options_.world.kind);
+  info_ = options_.world.type->info;
   report_.world_name = info_.name;
   for (std::size_t i = 0; i < info_.devices.size(); ++i)
     ids_[static_cast<std::size_t>(info_.devices[i].part)] = static_cast<std::uint16_t>(i);
-  auto made = create_world(options_.world, report_.seed);
+  auto made = options_.world.type->create(options_.world.values, report_.seed);
   if (!made) {
     report_.reason = "the world could not be made";
     link_->bye(report_.reason);
@@ -174,7 +174,7 @@ Status Session::run_lockstep() {
 /// Takes page faults and lazy binding before the clock runs: a short run of a second world.
 void Session::rehearse() {
   if (!os_.lock_memory()) std::fprintf(stderr, "sinew-sim: memory is not locked; page faults may delay samples\n");
-  auto scratch = create_world(options_.world, report_.seed);
+  auto scratch = options_.world.type->create(options_.world.values, report_.seed);
   if (!scratch) return;  // the real one has been made already
   std::array<double, msg::kMaxChannels> command;
   command.fill(0.8);

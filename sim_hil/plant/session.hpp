@@ -11,12 +11,12 @@
 #include "sim_hil/server/plant_link.hpp"
 #include "sim_hil/server/plant_listener.hpp"
 #include "sim_hil/server/relink.hpp"
-#include "sim_hil/worlds/worlds.hpp"
+#include "sim_hil/worlds/world.hpp"
 
 namespace sinew::plant {
 
 struct SessionOptions {
-  WorldOptions world;                 // its seed is replaced by the run's; the camera draws the same kind
+  WorldChoice world;                  // the camera draws its room
   std::optional<std::uint64_t> seed;  // instead of the one that the runtime asks for
   std::optional<sim_hil::Mode> only;  // refuse the other mode
   double duration_s = 0;              // plant time after which the plant ends the run; 0: the runtime ends it

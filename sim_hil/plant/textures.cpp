@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "sim_hil/worlds/room.hpp"
+#include "sim_hil/plant/textures.hpp"
 
 namespace sinew::plant {
 namespace {

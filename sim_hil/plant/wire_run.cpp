@@ -18,11 +18,11 @@ WireRun::WireRun(hal::Os& os, CameraFeed& camera, WireDevices& wire, const Sessi
 
 Status WireRun::open() {
   report_.mode = sim_hil::Mode::free_running;
-  report_.seed = options_.seed.value_or(options_.world.head.seed);
-  const WorldInfo info = world_info(options_.world.kind);
+  report_.seed = options_.seed.value_or(1);
+  const WorldInfo& info = options_.world.type->info;
   report_.world_name = info.name;
   if (const WorldDevice* camera = info.find(Part::camera)) camera_delay_ns_ = camera->delay_ns;
-  auto made = create_world(options_.world, report_.seed);
+  auto made = options_.world.type->create(options_.world.values, report_.seed);
   if (!made) {
     report_.reason = "the world could not be made";
     return made.error();

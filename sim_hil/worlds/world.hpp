@@ -2,10 +2,13 @@
 // What every simulated world is to the session with a runtime: steps, samples, a picture, a word for the report.
 #include <array>
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "hal/result.hpp"
@@ -29,9 +32,13 @@ constexpr std::int64_t camera_stamp_ns(std::uint32_t frame) {
   return (exact + kStepNs / 2) / kStepNs * kStepNs;
 }
 
-enum class WorldKind : std::uint8_t { quad, desk_head };
+inline constexpr double kGravity = 9.81;
+inline constexpr double kFocalPerHeight = 0.875;  // of each camera: fx = fy = 0.875 * height, 420 px at 640x480
 
 enum class Part : std::uint8_t { imu, range, baro, camera, actuators, battery, joints };
+
+/// As DriverKind::measures has it: "imu".
+std::string_view to_string(Part part);
 
 /// One device of a world.
 struct WorldDevice {
@@ -82,6 +89,8 @@ struct Scene {
   CameraPose camera;
   std::array<Pose, kMost> body{};
   std::size_t bodies = 0;
+  std::optional<Pose> vehicle{};  // of a room whose robot hangs on no joint; only pictures from outside show it
+  bool rotors_turn = false;       // likewise: discs instead of blades
 };
 
 /// One figure of how a run went, with what it may be.
@@ -135,6 +144,47 @@ class World {
   virtual std::string outcome() const = 0;
   /// The joints of its actuator group, for whoever plays their drives; null: it has none.
   virtual PlantJoints* joints() { return nullptr; }
+};
+
+/// A number that sinew-sim's command line gives to a world: --gust 3.
+struct WorldOption {
+  std::string name;  // "gust"
+  std::string what;  // for --help; empty: of tests only
+  double least = 0, most = 0, value = 0;
+};
+/// By the name of the option; those that are not there have their own value.
+using WorldValues = std::map<std::string, double, std::less<>>;
+
+/// From where to where somebody looks.
+struct Viewpoint {
+  msg::Vec3 eye_m, target_m;
+};
+
+/// A picture of a world that shows what it is like: through the robot's camera, or from outside.
+struct Portrait {
+  std::string name;  // of the file
+  Scene scene;
+  std::optional<Viewpoint> outside{};  // none: through the camera
+};
+
+/// One kind of world. A robot's folder brings it (robots/), and nothing else knows it by name.
+struct WorldType {
+  WorldInfo info;
+  std::string title;          // "a quadrotor in a room"
+  std::string_view room_xml;  // MuJoCo's XML of what its camera sees; empty: it has no camera
+  std::vector<WorldOption> options;
+  /// Of this seed. Errors: those of its physics.
+  std::function<hal::Result<std::unique_ptr<World>>(const WorldValues& values, std::uint64_t seed)> create;
+  std::function<std::vector<Portrait>()> portraits = [] { return std::vector<Portrait>(); };
+
+  /// What `values` says of an option, or its own value.
+  double value(const WorldValues& values, std::string_view option) const;
+};
+
+/// Which world a run is in.
+struct WorldChoice {
+  std::shared_ptr<const WorldType> type{};
+  WorldValues values{};
 };
 
 }  // namespace sinew::plant

@@ -12,7 +12,7 @@ os.environ.setdefault("SINEW_RECORD", "off")  # a flight is 100 MB; recordings h
 SINEW, SOURCE = sys.argv[1:3]
 RUN_DIR = tempfile.TemporaryDirectory(prefix="sinew_run_")  # other tests run robots of the same names
 os.environ["SINEW_RUN_DIR"] = RUN_DIR.name
-QUAD = f"{SOURCE}/robots/quad.toml"
+QUAD = f"{SOURCE}/robots/quad/quad.toml"
 BALL = f"{SOURCE}/examples/own_program.toml"
 
 
@@ -23,7 +23,7 @@ def run(*arguments, **options):
 
 class CommandLine(unittest.TestCase):
     def test_check_accepts_our_robots_and_prints_their_slots(self):
-        for robot in ("quad.toml", "mav_dataset.toml"):
+        for robot in ("quad/quad.toml", "mav_dataset/mav_dataset.toml"):
             code, out, err = run("check", f"{SOURCE}/robots/{robot}")
             self.assertEqual(code, 0, err)
             self.assertIn("no problems", out)
@@ -40,7 +40,7 @@ class CommandLine(unittest.TestCase):
         self.assertIn("4 problems", err)
 
     def test_check_asks_no_execution_time_of_a_robot_with_real_devices(self):
-        with open(f"{SOURCE}/robots/desk_head.toml") as file:
+        with open(f"{SOURCE}/robots/desk_head/desk_head.toml") as file:
             text = file.read()
         with tempfile.TemporaryDirectory() as folder:
             for board, code in (("sim", 1), ("linux", 0)):
@@ -52,7 +52,7 @@ class CommandLine(unittest.TestCase):
                 self.assertEqual("exec_us" in err, board == "sim")
 
     def test_keys_of_devices_are_refused_at_their_line_before_anything_opens(self):
-        with open(f"{SOURCE}/robots/desk_head.toml") as file:
+        with open(f"{SOURCE}/robots/desk_head/desk_head.toml") as file:
             lines = file.read().split("\n")
         wrong = {'address = "can0"': ('address = "host:1/can0"', 'bus.can0.address: "host:1/can0": the name of an '
                                       'interface, e.g. "can0"'),
@@ -78,10 +78,10 @@ class CommandLine(unittest.TestCase):
                 self.assertNotIn("there is no such device", err)
 
     def desk_head(self, *changes):
-        """The path of a robot like robots/desk_head.toml, but for these."""
+        """The path of a robot like robots/desk_head/desk_head.toml, but for these."""
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
-        with open(f"{SOURCE}/robots/desk_head.toml") as file:
+        with open(f"{SOURCE}/robots/desk_head/desk_head.toml") as file:
             text = file.read()
         for old, new in changes:
             self.assertIn(old, text)
@@ -128,17 +128,17 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(run("check", robot)[0], 0)
 
     def test_check_takes_another_board_than_the_files(self):
-        self.assertEqual(run("check", f"{SOURCE}/robots/desk_head.toml", "--board", "linux")[0], 0)
-        code, _, err = run("check", f"{SOURCE}/robots/quad.toml", "--board", "linux")
+        self.assertEqual(run("check", f"{SOURCE}/robots/desk_head/desk_head.toml", "--board", "linux")[0], 0)
+        code, _, err = run("check", f"{SOURCE}/robots/quad/quad.toml", "--board", "linux")
         self.assertEqual(code, 1)
         self.assertIn("module.imu: \"imu\": the name of a [device.NAME] that gives imu: there is none", err)
-        code, out, err = run("check", f"{SOURCE}/robots/quad.toml", "--board", "moon", "--json")
+        code, out, err = run("check", f"{SOURCE}/robots/quad/quad.toml", "--board", "moon", "--json")
         self.assertEqual(code, 1)
         self.assertIn("from --board moon: robot.board: ", err)
         self.assertEqual(json.loads(out)["problems"][0]["line"], 0)
 
     def test_what_an_option_says_wrong_is_told_as_from_it(self):
-        robot = f"{SOURCE}/robots/desk_head.toml"
+        robot = f"{SOURCE}/robots/desk_head/desk_head.toml"
         for options, words in ((["--board", "moon"], "from --board moon: robot.board: \"moon\": "),
                                (["--board-of", "imu=moon"], "from --board-of imu=moon: robot.device_boards.imu: "),
                                (["--set", "ball.radius_m=-1"], "from --set ball.radius_m=-1: module.ball.params.radius_m: -1: "),
@@ -216,9 +216,9 @@ class CommandLine(unittest.TestCase):
                 (["run", QUAD, "--virtual", "--fault", "imu:bent@1"], "kind 'bent': one of off, stuck"),
                 (["run", QUAD, "--virtual", "--plant", "unix:/x", "--fault", "imu:off@1"], "only a plant that this run starts"),
                 (["run", BALL], "module.ball.type: \"my::Ball\": a known module type"),
-                (["run", f"{SOURCE}/robots/mav_dataset.toml", "--virtual", "--data", "/no/such/folder"], "/no/such/folder"),
-                (["run", f"{SOURCE}/robots/mav_dataset.toml", "--virtual"], "--data DIR"),
-                (["calibrate", "joint", f"{SOURCE}/robots/desk_head.toml", "--device", "head", "--joint", "pan"], "--at"),
+                (["run", f"{SOURCE}/robots/mav_dataset/mav_dataset.toml", "--virtual", "--data", "/no/such/folder"], "/no/such/folder"),
+                (["run", f"{SOURCE}/robots/mav_dataset/mav_dataset.toml", "--virtual"], "--data DIR"),
+                (["calibrate", "joint", f"{SOURCE}/robots/desk_head/desk_head.toml", "--device", "head", "--joint", "pan"], "--at"),
                 (["doctor", "no_such.toml"], "a robot file that can be read"),
                 (["doctor", "--root", "/no/such/folder"], "/no/such/folder"),
                 (["new", "Big"], "Big: a name of a-z, 0-9 and _"),

@@ -34,11 +34,11 @@ class NewProject(unittest.TestCase):
             graph = json.loads(self.sh("./build/my_robot graph my_robot.toml --json", here))
             self.assertEqual([m["type"] for m in graph["modules"]], ["my::Wave"])
             self.sh("./build/my_robot run my_robot.toml --virtual --set wave.height_m=99", here, 2)
-            self.sh(f'./build/my_robot check "{SOURCE}/robots/quad.toml"', here)
+            self.sh(f'./build/my_robot check "{SOURCE}/robots/quad/quad.toml"', here)
             real = json.loads(self.sh("./build/my_robot run my_robot.toml --duration 0.3 --json", here))
             self.assertGreater(real["modules"][0]["ok"], 0)
             if os.path.exists(os.path.join(os.path.dirname(SINEW), "sinew-sim")):
-                flown = self.sh(f'./build/my_robot run "{SOURCE}/robots/quad.toml" --virtual --duration 0.5', here, 1)
+                flown = self.sh(f'./build/my_robot run "{SOURCE}/robots/quad/quad.toml" --virtual --duration 0.5', here, 1)
                 self.assertIn("did not land", flown)
 
 

@@ -21,7 +21,7 @@ SYSTEM_ONLY_IN = [
      r"|netdb|mqueue|aio|syslog|pwd|grp|ucontext|execinfo)\.h|csignal",
      ["hal/linux"]),
     ("a header of Windows", r"(windows|win\w+|ws2\w+|mswsock|process|synchapi|processthreadsapi|tlhelp32|psapi)\.h", []),
-    ("EGL, OpenGL or MuJoCo", r"(EGL|GL|GLES\d?|KHR|mujoco)/.*", ["sim_hil/plant", "sim_hil/worlds"]),
+    ("EGL, OpenGL or MuJoCo", r"(EGL|GL|GLES\d?|KHR|mujoco)/.*", ["sim_hil/plant", "sim_hil/mujoco", "robots"]),
     ("OpenCV", r"opencv2?/.*", ["vision/opencv"]),
     ("Eigen", r"Eigen/.*|unsupported/Eigen/.*", ["vision", "control"]),
     ("TOML, the command line or JSON", r"toml\+\+/.*|toml\.hpp|CLI/.*|nlohmann/.*", ["tap"]),
@@ -60,7 +60,7 @@ def read_rooms(table):
     for number, line in enumerate(table.read_text(encoding="utf-8").splitlines(), 1):
         if not line or line.startswith("#"):
             continue
-        found = re.fullmatch(r"([a-z0-9_/]+):([a-z0-9_/ ]*)\| (.+)", line)
+        found = re.fullmatch(r"([a-z0-9_/*]+):([a-z0-9_/* ]*)\| (.+)", line)
         sees = found[2].split() if found else []
         if not found or found[1] in rooms:
             sys.exit(f"{table}:{number}: a line is 'room: rooms that it sees | what it holds', each room once")
@@ -83,11 +83,24 @@ def circle(rooms):
     return []
 
 
+def pattern_of(folder):
+    """robots/* of robots/quad: the room's line when it has none of its own."""
+    parts = folder.split("/")
+    return "/".join([parts[0], "*", *parts[2:]]) if len(parts) > 1 else folder
+
+
+def sees_of(room, rooms):
+    """What a room sees, also one whose line has a *."""
+    if room in rooms:
+        return rooms[room]
+    return [other.replace("*", room.split("/")[1]) for other in rooms[pattern_of(room)]]
+
+
 def room_of(path, rooms):
     """The room that a file like hal/linux/os.cpp stands in: a room of the table is one folder, the other tops with what is
     below. None: it stands in no room."""
     folder = path.rpartition("/")[0]
-    if folder in rooms:
+    if folder in rooms or pattern_of(folder) in rooms:
         return folder
     if path.startswith("hal/linux/libcamera/plugin/"):
         return "hal/linux/libcamera"
@@ -114,9 +127,11 @@ def without_comments_and_strings(text):
                   text, flags=re.S)
 
 
-def allowed_in(room, rooms):
-    """The rooms whose headers a file of this room may name, besides its own."""
-    return [*rooms, *TOPS[room]] if room in TOPS else rooms[room]
+def may_include(room, target, rooms):
+    """Whether a file of one room may name headers of another."""
+    if room in TOPS:
+        return target not in TOPS or target in TOPS[room]
+    return target in sees_of(room, rooms)
 
 
 def check_include(root, path, room, rooms, kind, header):
@@ -135,11 +150,11 @@ def check_include(root, path, room, rooms, kind, header):
             yield f'"{header}" is in no room'
         elif not (root / header).is_file():
             yield f'"{header}" does not exist'
-        elif target != room and target not in allowed_in(room, rooms):
-            allowed = "every room" if room in TOPS else ", ".join(rooms[room])
+        elif target != room and not may_include(room, target, rooms):
+            allowed = "every room" if room in TOPS else ", ".join(sees_of(room, rooms))
             yield f"{room} may not include {target} (allowed: {allowed or 'nothing'})"
         return
-    if room_of(header, rooms) in rooms and (root / header).is_file():
+    if room_of(header, rooms) not in [None, *TOPS] and (root / header).is_file():
         yield f'<{header}> is ours: write "{header}"'
     for what, pattern, places in SYSTEM_ONLY_IN:
         if re.fullmatch(pattern, header) and not is_program(room) and not within(path, places):
@@ -179,7 +194,7 @@ def check(root):
                     if word and not within(path, ["hal/linux"]) and within(path, places):
                         problems.append((path, number, f"{word.group(0)}: {what} is not allowed in {room}"))
     for room, sees in rooms.items():
-        unused = [other for other in sees if other not in included[room]]
+        unused = [other for other in sees if other not in included[room] and "*" not in room]  # what a robot may see
         if unused:
             problems.append(("cmake/rooms.txt", 1, f"{room} includes nothing of {', '.join(unused)}: take it out"))
     for room in rooms:

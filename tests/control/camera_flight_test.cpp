@@ -8,6 +8,10 @@
 #include "vision/pad_finder.hpp"
 #include "vision/pinhole.hpp"
 
+namespace sinew::robots {
+std::string_view room_xml_of_quad();
+}
+
 namespace sinew::control::test {
 namespace {
 
@@ -17,7 +21,7 @@ class CameraFlight : public ::testing::TestWithParam<int> {};
 
 TEST_P(CameraFlight, LandsOnThePadThatItSees) {
   std::string why;
-  auto renderer = plant::Renderer::create({.width = kWidth, .height = kHeight}, why);
+  auto renderer = plant::Renderer::create({kWidth, kHeight, false, robots::room_xml_of_quad()}, why);
   if (!renderer) SINEW_SKIP_UNDER_QEMU_USER(why);
   ASSERT_TRUE(renderer) << why;
   plant::QuadOptions o;

@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "control/attitude_law.hpp"
-#include "control/mission_plan.hpp"
 #include "control/nav_estimator.hpp"
 #include "control/position_law.hpp"
 #include "control/rotor_allocation.hpp"
 #include "math/hash.hpp"
+#include "robots/quad/mission_plan.hpp"
 #include "test_world.hpp"
 
 namespace sinew::control::test {

@@ -3,9 +3,9 @@
 
 #include "control/attitude_controller.hpp"
 #include "control/error_state_filter.hpp"
-#include "control/mission.hpp"
 #include "control/mixer.hpp"
 #include "control/position_controller.hpp"
+#include "robots/quad/mission.hpp"
 #include "rt/exec/module_rig.hpp"
 
 namespace sinew::control {

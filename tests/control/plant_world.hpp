@@ -3,7 +3,7 @@
 #include <deque>
 #include <memory>
 
-#include "sim_hil/worlds/quad_world.hpp"
+#include "robots/quad/world/quad_world.hpp"
 #include "test_world.hpp"
 
 namespace sinew::control::test {

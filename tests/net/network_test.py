@@ -13,7 +13,7 @@ import unittest
 LINK, SINEW, SIM, ROBOTS = sys.argv[1:5]
 RUN_DIR = tempfile.TemporaryDirectory(prefix="sinew_run_")  # other tests run robots of the same names
 os.environ["SINEW_RUN_DIR"] = RUN_DIR.name
-QUAD = f"{ROBOTS}/quad.toml"
+QUAD = f"{ROBOTS}/quad/quad.toml"
 PLANT = "tcp:10.77.0.1:4560"
 LIMIT_S = 150
 # The runtime expects its plant to listen; sinew-sim takes its time to come up.

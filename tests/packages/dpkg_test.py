@@ -94,7 +94,7 @@ class Install(Root):
         self.dpkg("--install", *DEBS.values())
         self.expect_installed(*DEBS)
         self.assertRegex(self.sh(self.start("sinew", "--version")), r"^\d+\.\d+\.\d+$")
-        robot = f"{self.root}/usr/share/sinew/robots/quad.toml"
+        robot = f"{self.root}/usr/share/sinew/robots/quad/quad.toml"
         self.assertIn("topics", self.sh(self.start("sinew", "check", robot)))
         if not CROSS:  # the kernel starts the simulator, too
             said = self.sh(self.start("sinew", "run", robot, "--virtual", "--duration", "0.5"), code=1, PATH="/usr/bin:/bin")

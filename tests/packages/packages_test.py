@@ -36,7 +36,7 @@ class Contents(Base):
             "sinew-sim": r"usr/(bin/sinew-(sim|fuzz)|share/man/man1/sinew-(sim|fuzz)\.1\.gz)$",
         }
         needed = {
-            "sinew": ["usr/bin/sinew", "usr/bin/sinew-fly", "usr/bin/sinew-control", "usr/share/sinew/robots/quad.toml"],
+            "sinew": ["usr/bin/sinew", "usr/bin/sinew-fly", "usr/bin/sinew-control", "usr/share/sinew/robots/quad/quad.toml"],
             "libsinew-dev": ["usr/include/sinew/rt/module.hpp", "usr/include/sinew/hal/platform.hpp"],
             "sinew-sim": ["usr/bin/sinew-sim"],
         }
@@ -136,7 +136,7 @@ class Lintian(Base):  # a minute for each package
 class Installed(Base):
     def test_the_command_runs(self):
         self.assertRegex(self.sh(self.program("sinew") + ["--version"]), r"^\d+\.\d+\.\d+$")
-        said = self.sh(self.program("sinew") + ["check", f"{unpacked()}/share/sinew/robots/quad.toml"])
+        said = self.sh(self.program("sinew") + ["check", f"{unpacked()}/share/sinew/robots/quad/quad.toml"])
         self.assertIn("topics", said)
 
     def test_completion_is_the_commands_own(self):
@@ -164,7 +164,7 @@ class Installed(Base):
     def test_a_robot_flies_with_the_simulator_beside_it(self):
         if CROSS:
             self.skipTest("sinew starts sinew-sim, which only a board's kernel can do")
-        said = self.sh(self.program("sinew") + ["run", f"{unpacked()}/share/sinew/robots/quad.toml", "--virtual",
+        said = self.sh(self.program("sinew") + ["run", f"{unpacked()}/share/sinew/robots/quad/quad.toml", "--virtual",
                                                 "--duration", "0.5"], code=1, PATH="/usr/bin:/bin")
         self.assertIn("did not land", said)
 
@@ -172,7 +172,7 @@ class Installed(Base):
         alone = f"{WORK.name}/alone"
         os.makedirs(alone)
         shutil.copy(f"{unpacked()}/bin/sinew", alone)
-        command = ARGS.emulator.split() + [f"{alone}/sinew", "run", f"{unpacked()}/share/sinew/robots/quad.toml", "--virtual"]
+        command = ARGS.emulator.split() + [f"{alone}/sinew", "run", f"{unpacked()}/share/sinew/robots/quad/quad.toml", "--virtual"]
         done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "PATH": "/nowhere" if not CROSS
                                                                             else "/usr/bin:/bin"})
         self.assertEqual(done.returncode, 2, done.stderr)
@@ -206,7 +206,7 @@ class Project(Base):
         self.sh(["ctest", "--test-dir", "build", "--no-tests=error"], here)
         self.assertIn("1000 ok", self.sh(ARGS.emulator.split() + ["./build/first", "run", "first.toml", "--virtual"], here))
         if not CROSS:  # a program elsewhere, with nothing in PATH, finds the simulator of the prefix
-            said = self.sh(["./build/first", "run", f"{unpacked()}/share/sinew/robots/quad.toml", "--virtual", "--duration",
+            said = self.sh(["./build/first", "run", f"{unpacked()}/share/sinew/robots/quad/quad.toml", "--virtual", "--duration",
                             "0.5"], here, code=1, PATH="/usr/bin:/bin")
             self.assertIn("did not land", said)
         with open(f"{here}/build/build.ninja") as f:

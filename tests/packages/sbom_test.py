@@ -25,7 +25,7 @@ class Bill(unittest.TestCase):
         self.package = f"{self.folder.name}/sinew-0.1.0-windows-x86-64.zip"
         with zipfile.ZipFile(self.package, "w") as archive:
             archive.writestr("sinew/README.md", "read me")
-            archive.writestr("sinew/robots/quad.toml", "robot")
+            archive.writestr("sinew/robots/quad/quad.toml", "robot")
         files = sbom.unpack(self.package, f"{self.folder.name}/unpacked")
         self.document = sbom.Document(self.package, files, f"{self.folder.name}/unpacked")
 

@@ -15,7 +15,7 @@ import unittest
 FUZZ, ROBOTS = sys.argv[1:3]
 RUN_DIR = tempfile.TemporaryDirectory(prefix="sinew_run_")  # other tests run robots of the same names
 os.environ["SINEW_RUN_DIR"] = RUN_DIR.name
-QUAD = os.path.join(ROBOTS, "quad.toml")
+QUAD = os.path.join(ROBOTS, "quad/quad.toml")
 
 
 def run(*arguments):
@@ -39,7 +39,7 @@ class Search(unittest.TestCase):
             self.assertEqual(changes, 1)
             with open(robot, "w", encoding="utf-8") as out:
                 out.write(text)
-            code, out, err = run(robot, "--profile", os.path.join(ROBOTS, "quad_exec.toml"), "--runs", "4", "--seed", "1")
+            code, out, err = run(robot, "--profile", os.path.join(ROBOTS, "quad/quad_exec.toml"), "--runs", "4", "--seed", "1")
         self.assertEqual(code, 1, out + err)
         self.assertRegex(out, r"run 1, case seed \d+\nfailed: age at .*chain imu_to_motors: older than its budget of 2.500 ms")
         self.assertIn("--case 'world=1 jitter=none'\n", out)

@@ -5,11 +5,15 @@
 
 #include "images.hpp"
 #include "qemu_user.hpp"
+#include "robots/desk_head/world/head_body.hpp"
+#include "robots/desk_head/world/head_world.hpp"
 #include "sim_hil/plant/renderer.hpp"
-#include "sim_hil/worlds/head_body.hpp"
-#include "sim_hil/worlds/head_world.hpp"
 #include "vision/ball_finder.hpp"
 #include "vision/pinhole.hpp"
+
+namespace sinew::robots {
+std::string_view room_xml_of_desk_head();
+}
 
 namespace sinew::vision {
 namespace {
@@ -21,7 +25,7 @@ class RenderedBall : public testing::TestWithParam<std::pair<std::uint32_t, std:
 TEST_P(RenderedBall, IsFoundWhereverItIsInSightAndNothingElseIs) {
   const auto [width, height] = GetParam();
   std::string why;
-  auto renderer = plant::Renderer::create({width, height, false, plant::WorldKind::desk_head}, why);
+  auto renderer = plant::Renderer::create({width, height, false, robots::room_xml_of_desk_head()}, why);
   if (!renderer) SINEW_SKIP_UNDER_QEMU_USER(why);
   ASSERT_TRUE(renderer) << why;
   const Pinhole camera = Pinhole::from_fov(kFov, width, height);

@@ -5,10 +5,15 @@
 
 #include "images.hpp"
 #include "qemu_user.hpp"
+#include "robots/quad/world/vehicle.hpp"
 #include "sim_hil/plant/renderer.hpp"
 #include "sim_hil/worlds/vec.hpp"
 #include "vision/pad_finder.hpp"
 #include "vision/pinhole.hpp"
+
+namespace sinew::robots {
+std::string_view room_xml_of_quad();
+}
 
 namespace sinew::vision {
 namespace {
@@ -38,7 +43,7 @@ class RenderedPad : public testing::TestWithParam<std::pair<std::uint32_t, std::
  protected:
   void SetUp() override {
     std::string why;
-    auto made = Renderer::create({GetParam().first, GetParam().second, false}, why);
+    auto made = Renderer::create({GetParam().first, GetParam().second, false, robots::room_xml_of_quad()}, why);
     if (!made) SINEW_SKIP_UNDER_QEMU_USER(why);
     ASSERT_TRUE(made) << why;
     renderer_ = std::move(*made);

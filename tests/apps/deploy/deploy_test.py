@@ -13,7 +13,7 @@ import unittest
 SINEW, SOURCE = sys.argv[1:3]
 SSH = f"{sys.executable} {SOURCE}/tests/apps/deploy/fake_ssh.py"
 # The quadrotor, with a calibration file.
-ROBOT = pathlib.Path(f"{SOURCE}/robots/quad_pilot.toml").read_text(encoding="utf-8")
+ROBOT = pathlib.Path(f"{SOURCE}/robots/quad/quad_pilot.toml").read_text(encoding="utf-8")
 ROBOT = ROBOT.replace('"quad_pilot", board', '"desk", board', 1).replace("quad_pilot_calibration.toml", "unit/calibration.toml", 1)
 # Called as NAME ARGUMENTS; what begins with /etc is of the board.
 LOG = '''#!/bin/sh
@@ -79,12 +79,12 @@ class Copies(Board):
         self.assertNotIn("sudo", self.log())
 
     def test_the_boards_doctor_looks_at_the_devices_of_the_board_that_it_runs_with(self):
-        self.robot.write_text(pathlib.Path(f"{SOURCE}/robots/desk_head.toml").read_text(encoding="utf-8"))
+        self.robot.write_text(pathlib.Path(f"{SOURCE}/robots/desk_head/desk_head.toml").read_text(encoding="utf-8"))
         code, out, err = self.deploy()
         self.assertEqual(code, 0, out + err)
         self.assertIn("device.camera", out)
         self.assertRegex(out, r"to run it there: .*/app/desk\.toml --board linux\n")
-        here = subprocess.run([SINEW, "doctor", f"{SOURCE}/robots/desk_head.toml"], capture_output=True, text=True)
+        here = subprocess.run([SINEW, "doctor", f"{SOURCE}/robots/desk_head/desk_head.toml"], capture_output=True, text=True)
         self.assertNotIn("device.camera", here.stdout)
         self.assertIn('board = "sim": its devices were not looked at; --board linux does', here.stderr)
 
@@ -225,7 +225,7 @@ class Refusals(Board):
         self.assertEqual(self.log(), "")
 
     def test_a_robot_that_lacks_devices_is_not_taken(self):
-        self.robot.write_text(pathlib.Path(f"{SOURCE}/robots/quad.toml").read_text(encoding="utf-8"))
+        self.robot.write_text(pathlib.Path(f"{SOURCE}/robots/quad/quad.toml").read_text(encoding="utf-8"))
         code, out, err = self.deploy()
         self.assertEqual(code, 1, out + err)
         self.assertIn("that gives imu: there is none", out)

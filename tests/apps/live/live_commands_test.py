@@ -12,7 +12,7 @@ os.environ.setdefault("SINEW_RECORD", "off")  # a flight is 100 MB; recordings h
 
 SINEW, PROGRAM, SOURCE = sys.argv[1:4]
 ROBOT = f"{SOURCE}/tests/apps/live/live_robot.toml"
-QUAD = f"{SOURCE}/robots/quad.toml"
+QUAD = f"{SOURCE}/robots/quad/quad.toml"
 LIMIT_S = 120  # of anything here, on a machine that is busy elsewhere
 
 

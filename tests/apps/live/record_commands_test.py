@@ -22,7 +22,7 @@ class RecordCommands(unittest.TestCase):
 
     def fly(self, record, *arguments):
         """A flight in real time, from the moment on when its socket answers."""
-        with open(f"{ROBOTS}/quad.toml") as f:
+        with open(f"{ROBOTS}/quad/quad.toml") as f:
             text = f.read()
         with open(f"{self.folder.name}/quad.toml", "w") as f:
             f.write(text + "\n" + record)
@@ -129,7 +129,7 @@ class RecordCommands(unittest.TestCase):
         for again in range(2):
             folder = tempfile.TemporaryDirectory(prefix="sinew_record_")
             self.addCleanup(folder.cleanup)
-            with open(f"{ROBOTS}/quad.toml") as f:
+            with open(f"{ROBOTS}/quad/quad.toml") as f:
                 text = f.read()
             with open(f"{folder.name}/quad.toml", "w") as f:
                 f.write(text + "\n[record.ring]\nseconds = 2\n")

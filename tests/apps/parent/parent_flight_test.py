@@ -38,7 +38,7 @@ class ParentFlight(unittest.TestCase):
         os.mkfifo(self.watchdog)
         self.watchdog_end = os.open(self.watchdog, os.O_RDONLY | os.O_NONBLOCK)
         self.addCleanup(os.close, self.watchdog_end)
-        with open(f"{ROBOTS}/quad.toml") as f:
+        with open(f"{ROBOTS}/quad/quad.toml") as f:
             text = f.read()
         self.assertIn("virtual_cores = 1 }", text)
         text = text.replace("virtual_cores = 1 }", "virtual_cores = 1, tap_history_ms = 2000 }")

@@ -53,7 +53,7 @@ class Flown(InFolder):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.file = cls.fly(f"{ROBOTS}/quad.toml", "--camera", "64x48", "--duration", "3")["recording"]["path"]
+        cls.file = cls.fly(f"{ROBOTS}/quad/quad.toml", "--camera", "64x48", "--duration", "3")["recording"]["path"]
 
     def test_a_chain_without_changes_is_identical(self):
         chained = json.loads(self.good("replay", self.file, "--chain", "--json"))
@@ -150,7 +150,7 @@ class Tuned(InFolder):
     def setUpClass(cls):
         super().setUpClass()
         write_dataset(cls.folder.name)
-        cls.run_ = cls.fly(f"{ROBOTS}/mav_dataset.toml", "--data", ".")
+        cls.run_ = cls.fly(f"{ROBOTS}/mav_dataset/mav_dataset.toml", "--data", ".")
         cls.file = cls.run_["recording"]["path"]
 
     def tune(self, *arguments):
@@ -177,7 +177,7 @@ class Tuned(InFolder):
     def test_what_tuning_says_of_a_value_is_what_a_run_with_it_does(self):
         rms = []
         for value in ("0.0004", "0.05"):
-            flown = self.fly(f"{ROBOTS}/mav_dataset.toml", "--data", ".", "--set", f"filter.gyro_noise={value}", "--set",
+            flown = self.fly(f"{ROBOTS}/mav_dataset/mav_dataset.toml", "--data", ".", "--set", f"filter.gyro_noise={value}", "--set",
                              "filter.valid_tilt_rad=1")
             # A run counts what is valid, from some time on to the end.
             tuned = self.tune("--param", f"filter.gyro_noise={value}", "--error", "tilt", "--from",

@@ -49,7 +49,7 @@ TEST(Doctor, StrictCountsWarnings) {
 }
 
 TEST(Doctor, ARobotsDemandIsThatOfItsFile) {
-  const LoadedRobot loaded = load_robot(sinew::test::source_dir() + "/robots/quad.toml");
+  const LoadedRobot loaded = load_robot(sinew::test::source_dir() + "/robots/quad/quad.toml");
   rt::Graph graph(loaded.robot.graph, all_modules());
   const hal::SystemDemand demand = system_demand(graph, true);
   ASSERT_EQ(demand.threads.size(), graph.threads().size());
@@ -126,7 +126,7 @@ TEST_F(DoctorCommand, ExitCodesSayHowBadItIs) {
   file("proc/self/status", "CapEff: 0\nCpus_allowed_list: 0");
   file("proc/self/limits", "Max realtime priority     0   0\nMax locked memory  unlimited unlimited bytes");
   EXPECT_EQ(doctor_command(options, all_modules()), 1);
-  options.robot = sinew::test::source_dir() + "/robots/quad.toml";
+  options.robot = sinew::test::source_dir() + "/robots/quad/quad.toml";
   EXPECT_EQ(doctor_command(options, all_modules()), 1);
   options.robot = "no_such.toml";
   EXPECT_EQ(doctor_command(options, all_modules()), 2);

@@ -1,5 +1,5 @@
 #pragma once
-// robots/quad.toml in virtual time in a small world of the tests' own: the real modules, the real graph, no plant.
+// robots/quad/quad.toml in virtual time in a small world of the tests' own: the real modules, the real graph, no plant.
 #include <cmath>
 #include <deque>
 #include <functional>
@@ -215,11 +215,11 @@ struct SafetyEvent {
   msg::SafetyState state;
 };
 
-/// One flight of robots/quad.toml with one fault.
+/// One flight of robots/quad/quad.toml with one fault.
 class FaultFlight {
  public:
   explicit FaultFlight(std::function<void(rt::GraphSpec&)> change = {}) {
-    auto loaded = load_robot(sinew::test::source_dir() + "/robots/quad.toml");
+    auto loaded = load_robot(sinew::test::source_dir() + "/robots/quad/quad.toml");
     EXPECT_TRUE(loaded.problems.empty());
     spec = std::move(loaded.robot.graph);
     if (change) change(spec);

@@ -98,7 +98,7 @@ std::vector<Event> flight_events() {
 
 /// One flight for all tests.
 RecordedRun& flight() {
-  static RecordedRun run("quad.toml", kFlight, flight_events(), [](rt::GraphSpec& spec) {
+  static RecordedRun run("quad/quad.toml", kFlight, flight_events(), [](rt::GraphSpec& spec) {
     for (rt::ModuleSpec& m : spec.modules)
       if (m.name == "mission") {  // takes longer than its period now and then
         m.exec.kind = rt::ExecModel::Kind::trace;

@@ -27,7 +27,7 @@ def hashes(text):
 
 class Flight(unittest.TestCase):
     def fly(self, program, *arguments):
-        code, out, err = run(program, "run", f"{ROBOTS}/quad.toml", "--virtual", *arguments)
+        code, out, err = run(program, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", *arguments)
         self.assertEqual(code, 0, out + err)
         return out
 
@@ -40,7 +40,7 @@ class Flight(unittest.TestCase):
         self.assertEqual(hashes(first), hashes(second))
 
     def test_the_whole_summary_is_one_json_object(self):
-        code, out, err = run(SINEW, "run", f"{ROBOTS}/quad.toml", "--virtual", "--json")
+        code, out, err = run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", "--json")
         self.assertEqual(code, 0, err)
         summary = json.loads(out)
         self.assertEqual(summary["result"], "landed on the pad, valid run")
@@ -55,7 +55,7 @@ class Flight(unittest.TestCase):
     def test_the_time_line_of_the_last_second_is_a_trace(self):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "trace.json")
-            run(SINEW, "run", f"{ROBOTS}/quad.toml", "--virtual", "--duration", "2", "--trace", path)
+            run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", "--duration", "2", "--trace", path)
             with open(path) as file:
                 events = json.load(file)["traceEvents"]
             slices = [e for e in events if e["ph"] == "X"]
@@ -63,12 +63,12 @@ class Flight(unittest.TestCase):
             self.assertLess(max(e["ts"] + e["dur"] for e in slices), 2.0e6 + 1)
             names = {e["name"] for e in slices}
             self.assertLessEqual({"cycle", "imu", "pad", "guardian", "preempted", "segment"}, names)
-            code, _, err = run(SINEW, "run", f"{ROBOTS}/quad.toml", "--virtual", "--duration", "0.1", "--trace", folder)
+            code, _, err = run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", "--duration", "0.1", "--trace", folder)
             self.assertEqual(code, 2, "said before the flight")
             self.assertIn("Is a directory", err)
 
     def test_a_chain_that_misses_its_age_budget_fails_the_run(self):
-        with open(f"{ROBOTS}/quad.toml") as file:
+        with open(f"{ROBOTS}/quad/quad.toml") as file:
             text = file.read()
         self.assertIn("budget_ms = 120", text)
         with tempfile.TemporaryDirectory() as folder:
@@ -83,33 +83,33 @@ class Flight(unittest.TestCase):
         self.assertRegex(out, r"age budget +chain camera_to_motors: \d+ of \d+ messages older than 20 ms, 0 allowed")
 
     def test_another_seed_is_another_flight(self):
-        one = run(SINEW, "run", f"{ROBOTS}/quad.toml", "--virtual", "--seed", "1", "--duration", "2")[1]
-        two = run(SINEW, "run", f"{ROBOTS}/quad.toml", "--virtual", "--seed", "2", "--duration", "2")[1]
+        one = run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", "--seed", "1", "--duration", "2")[1]
+        two = run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", "--seed", "2", "--duration", "2")[1]
         self.assertNotEqual(dict(hashes(one))["imu.raw"], dict(hashes(two))["imu.raw"])
 
     def test_a_fault_strikes_and_is_named_and_the_same_fault_gives_the_same_bytes(self):
         arguments = ["--seed", "3", "--duration", "4", "--quiet", "--fault", "imu:garbage@2+0.01", "--fault", "link:off@3"]
-        first = run(SINEW, "run", f"{ROBOTS}/quad.toml", "--virtual", *arguments)[1]
+        first = run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", *arguments)[1]
         self.assertIn("fault               imu:garbage@2..2.01: struck 10 times", first)
         self.assertRegex(first, r"fault +link:off@3: struck \d\d\d\d+ times")
-        self.assertEqual(hashes(first), hashes(run(SINEW, "run", f"{ROBOTS}/quad.toml", "--virtual", *arguments)[1]))
+        self.assertEqual(hashes(first), hashes(run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", *arguments)[1]))
 
     def test_a_run_that_does_not_land_fails(self):
-        code, out, _ = run(SINEW, "run", f"{ROBOTS}/quad.toml", "--virtual", "--duration", "3")
+        code, out, _ = run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", "--duration", "3")
         self.assertEqual(code, 1)
         self.assertIn("did not land", out)
 
     def test_the_runtime_flies_in_real_time(self):
         # Where the host takes its processors away the flight may be invalid or end elsewhere; that the program runs,
         # stops and reports is what a shared machine can promise.
-        code, out, err = run(SINEW, "run", f"{ROBOTS}/quad.toml", "--duration", "3", "--plain")
+        code, out, err = run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--duration", "3", "--plain")
         self.assertEqual(code, 1, out + err)
         self.assertRegex(out, r"stabilise +\d\d+ cycles", err)
         self.assertIn("result", out)
         self.assertIn("longest IMU gap", out)
 
     def test_the_longest_imu_gap_of_a_slower_flight_is_in_the_time_that_its_bound_is_in(self):
-        code, out, err = run(SINEW, "run", f"{ROBOTS}/quad.toml", "--rate", "0.25", "--duration", "0.4", "--json")
+        code, out, err = run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--rate", "0.25", "--duration", "0.4", "--json")
         self.assertEqual(code, 1, out + err)
         summary = json.loads(out)
         judged = [v["value"] for v in summary["validity"] if v["bound"] == "plant_gap_ms"]
@@ -119,7 +119,7 @@ class Flight(unittest.TestCase):
 
 class TwoRobots(unittest.TestCase):
     def test_a_second_robot_of_the_same_name_is_refused_and_told_who_holds_it(self):
-        command = [SINEW, "run", f"{ROBOTS}/quad.toml", "--name", "twin", "--duration", "60", "--plain"]
+        command = [SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--name", "twin", "--duration", "60", "--plain"]
         with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as first:
             while not os.path.exists(f"{RUN_DIR.name}/twin.sock"):
                 self.assertIsNone(first.poll())
@@ -146,7 +146,7 @@ class Unprivileged(unittest.TestCase):
 
     def test_everything_runs_and_what_is_missing_is_said(self):
         # Without fixed priorities a busy machine may keep the guardian waiting until a parent would call it dead.
-        code, out, err = self.run_without("run", f"{ROBOTS}/quad.toml", "--duration", "2", "--plain", "--unsupervised")
+        code, out, err = self.run_without("run", f"{ROBOTS}/quad/quad.toml", "--duration", "2", "--plain", "--unsupervised")
         self.assertEqual(code, 1, out + err)  # it flew, but two seconds are no landing
         self.assertRegex(out, r"stabilise +\d\d+ cycles", err)
         self.assertIn("problem: sched_fifo: this process may not use fixed priorities", err)
@@ -157,18 +157,18 @@ class Unprivileged(unittest.TestCase):
             self.assertRegex(err, r"(?m)^warning: memory is not locked")
 
     def test_strict_refuses_to_start(self):
-        code, out, err = self.run_without("run", f"{ROBOTS}/quad.toml", "--duration", "2", "--plain", "--strict")
+        code, out, err = self.run_without("run", f"{ROBOTS}/quad/quad.toml", "--duration", "2", "--plain", "--strict")
         self.assertEqual(code, 2, out + err)
         self.assertIn("--strict: not started", err)
         self.assertNotIn("cycles", out)
 
     def test_virtual_time_needs_no_privilege(self):
-        code, out, err = self.run_without("run", f"{ROBOTS}/quad.toml", "--virtual", "--duration", "1", "--strict")
+        code, out, err = self.run_without("run", f"{ROBOTS}/quad/quad.toml", "--virtual", "--duration", "1", "--strict")
         self.assertEqual(code, 1, out + err)
         self.assertEqual(err, "")
 
     def test_doctor_names_the_problem_and_what_to_do(self):
-        code, out, _ = self.run_without("doctor", f"{ROBOTS}/quad.toml")
+        code, out, _ = self.run_without("doctor", f"{ROBOTS}/quad/quad.toml")
         self.assertEqual(code, 1)
         self.assertRegex(out, r"problem +sched_fifo")
         self.assertIn("setcap cap_sys_nice", out)
@@ -181,7 +181,7 @@ class RecordedFlight(unittest.TestCase):
             self.skipTest("SINEW_DATA names no folder with imu0.csv and groundtruth.csv: the recorded flight was not run")
 
     def tilt(self, *arguments):
-        code, out, err = run(SINEW, "run", f"{ROBOTS}/mav_dataset.toml", "--data", self.folder, "--virtual", *arguments)
+        code, out, err = run(SINEW, "run", f"{ROBOTS}/mav_dataset/mav_dataset.toml", "--data", self.folder, "--virtual", *arguments)
         self.assertEqual(code, 0, out + err)
         return float(re.search(r"tilt error +([0-9.]+) deg RMS", out).group(1)), out
 

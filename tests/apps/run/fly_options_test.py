@@ -11,7 +11,7 @@ import tempfile
 import unittest
 
 FLY, ROBOTS = sys.argv[1:3]
-QUAD = f"{ROBOTS}/quad.toml"
+QUAD = f"{ROBOTS}/quad/quad.toml"
 
 
 class Refusals(unittest.TestCase):

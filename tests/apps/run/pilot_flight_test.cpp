@@ -13,7 +13,7 @@ using msg::MissionPhase;
 
 constexpr Time kAct{8'300'000'000};
 
-/// robots/quad.toml as docs/sensors.md equips it with a pilot; the samples come from outside, 100 a second.
+/// robots/quad/quad.toml as docs/sensors.md equips it with a pilot; the samples come from outside, 100 a second.
 class PilotFlight : public ::testing::Test {
  protected:
   PilotFlight() {

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""robots/quad_pilot.toml: the simulated quadrotor in real time, with the pilot's receiver on a serial line (CRSF on a
+"""robots/quad/quad_pilot.toml: the simulated quadrotor in real time, with the pilot's receiver on a serial line (CRSF on a
 pseudo terminal), by `--board-of rc=linux`: the real driver, its switches and failsafes.
 
 usage: pilot_quad_test.py SINEW ROBOT.toml

@@ -28,7 +28,7 @@ class Recording(unittest.TestCase):
 
     def fly(self, *arguments, robot=None, **environment):
         """The summary and the recordings there are then."""
-        code, out, err = self.sinew("run", robot or f"{ROBOTS}/quad.toml", "--camera", "64x48", "--json", "--plain",
+        code, out, err = self.sinew("run", robot or f"{ROBOTS}/quad/quad.toml", "--camera", "64x48", "--json", "--plain",
                                     *arguments, **environment)
         self.assertIn(code, (0, 1), out + err)
         return json.loads(out), sorted(glob.glob(f"{self.folder.name}/runs/quad-*/run.mcap"))
@@ -89,13 +89,13 @@ class Recording(unittest.TestCase):
     def test_what_cannot_be_recorded_is_said_and_the_robot_flies(self):
         with open(os.path.join(self.folder.name, "runs"), "w"):
             pass  # a file where the folder should be
-        code, out, err = self.sinew("run", f"{ROBOTS}/quad.toml", "--virtual", "--duration", "1", "--quiet")
+        code, out, err = self.sinew("run", f"{ROBOTS}/quad/quad.toml", "--virtual", "--duration", "1", "--quiet")
         self.assertIn("warning: this run is not recorded: runs: ", err)
         self.assertIn("result", out)
 
     @unittest.skipIf("ASAN_OPTIONS" in os.environ, "the sanitizer itself needs more memory than this test allows")
     def test_a_run_that_did_not_begin_leaves_nothing(self):
-        with open(f"{ROBOTS}/quad.toml") as f:
+        with open(f"{ROBOTS}/quad/quad.toml") as f:
             text = f.read()
         path = os.path.join(self.folder.name, "deep.toml")
         with open(path, "w") as f:  # stacks of 64 MiB: more than there is
@@ -116,7 +116,7 @@ class Recording(unittest.TestCase):
         self.assertEqual(os.listdir(f"{self.folder.name}/runs"), [])
 
     def test_the_robot_file_chooses_topics_rates_and_pixels(self):
-        with open(f"{ROBOTS}/quad.toml") as f:
+        with open(f"{ROBOTS}/quad/quad.toml") as f:
             text = f.read()
         path = os.path.join(self.folder.name, "some.toml")
         with open(path, "w") as f:

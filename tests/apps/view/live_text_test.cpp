@@ -65,7 +65,7 @@ TEST(MessageText, FindsFieldsByPathAndNamesTheChoicesElse) {
 
 class Overlay : public ::testing::Test {
  protected:
-  rt::GraphSpec graph = load_robot(sinew::test::source_dir() + "/robots/quad.toml").robot.graph;
+  rt::GraphSpec graph = load_robot(sinew::test::source_dir() + "/robots/quad/quad.toml").robot.graph;
   std::vector<std::string> problems(std::string_view text) {
     std::vector<std::string> all;
     for (const auto& p : apply_overlay(parse_overlay(text, "p.toml"), all_modules(), graph))

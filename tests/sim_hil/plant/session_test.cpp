@@ -14,10 +14,10 @@
 #include "hal/linux/socket.hpp"
 #include "hal/platform.hpp"
 #include "math/hash.hpp"
+#include "robots/quad/world/quad_world.hpp"
+#include "robots/robot_kind.hpp"
 #include "sim_hil/board/side_line.hpp"
 #include "sim_hil/message_io.hpp"
-#include "sim_hil/world_list.hpp"
-#include "sim_hil/worlds/worlds.hpp"
 
 namespace sinew::plant {
 namespace {
@@ -193,11 +193,24 @@ class ScriptedRuntime {
   bool good_bye_ = true;
 };
 
+std::shared_ptr<const WorldType> quad() {
+  static const auto all = robots::all_worlds();
+  for (const auto& type : all)
+    if (std::string_view(type->info.name) == "quad") return type;
+  return nullptr;
+}
+
+SessionOptions in_quad_world() {
+  SessionOptions options;
+  options.world.type = quad();
+  return options;
+}
+
 class PlantSession : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     std::string why;
-    auto made = CameraFeed::start(hal::system_os(), {}, why);
+    auto made = CameraFeed::start(hal::system_os(), {.room_xml = quad()->room_xml, .turned_rad = {}}, why);
     ASSERT_TRUE(made) << why;
     feed_ = std::move(*made);
   }
@@ -223,7 +236,7 @@ class PlantSession : public testing::Test {
     return h;
   }
 
-  SessionOptions options_;
+  SessionOptions options_ = in_quad_world();
   hal::Status served_;
   SessionReport report_;
   static std::unique_ptr<CameraFeed> feed_;
@@ -343,8 +356,8 @@ TEST_F(PlantSession, FramesInSharedMemoryAreTheFramesOfTheStream) {
 }
 
 TEST_F(PlantSession, MotorsStopWhenTheLeaseIsOver) {
-  options_.world.quad.spread = 0;
-  options_.world.quad.gust_mps = 0;
+  options_.world.values["spread"] = 0;
+  options_.world.values["gust"] = 0;
   const auto once = [](Time t) { return t.ns == 0 ? kClimb(t) : Command{}; };
   const Received got = fly(lockstep(), 0.9, std::chrono::milliseconds(400), once);
   EXPECT_EQ(report_.lease_expiries, 1u);
@@ -444,8 +457,8 @@ TEST_F(PlantSession, InLockstepALostRuntimeIsTheEnd) {
 }
 
 TEST_F(PlantSession, StopLineStopsTheMotorsThoughTheRuntimeGoesOnCommanding) {
-  options_.world.quad.spread = 0;
-  options_.world.quad.gust_mps = 0;
+  options_.world.values["spread"] = 0;
+  options_.world.values["gust"] = 0;
   DoorPlant plant(*feed_, options_);
   std::string why;
   auto line = sim_hil::SideLine::open(plant.connect(), "parent", DoorPlant::kPatience, why);
@@ -476,9 +489,9 @@ TEST_F(PlantSession, MotorsStayOffWithoutACommand) {
 }
 
 TEST_F(PlantSession, CommandsActFromTheStepOfTheirCommit) {
-  options_.world.quad.spread = 0;
-  options_.world.quad.gust_mps = 0;
-  options_.world.quad.sensor_errors = false;
+  options_.world.values["spread"] = 0;
+  options_.world.values["gust"] = 0;
+  options_.world.values["sensor-errors"] = 0;
   const auto at = [&](std::int64_t commit_ns) {
     const auto late = [=](Time t) { return t.ns >= commit_ns ? kClimb(t) : Command{}; };
     return fly(lockstep(), 0.5, kLease, late).truth.back().p_world_m.z;
@@ -525,19 +538,23 @@ TEST_F(PlantSession, FreeRunningDeliversEverySampleAndMeasuresTheGap) {
   EXPECT_NE(got.last_report.find("\"imu_gap_max_ns\":"), std::string::npos);
 }
 
-TEST(WorldList, SaysWhatTheWorldsHave) {
-  ASSERT_EQ(std::size(kWorldKinds), sim_hil::kWorlds.size());
-  for (const WorldKind kind : kWorldKinds) {
-    const WorldInfo info = world_info(kind);
-    const auto listed = sim_hil::parts_of_world(info.name);
-    ASSERT_EQ(listed.size(), info.devices.size()) << info.name;
-    for (std::size_t i = 0; i < listed.size(); ++i) {
-      const WorldDevice& device = info.devices[i];
-      EXPECT_EQ(listed[i].name, device.name);
-      EXPECT_EQ(static_cast<int>(listed[i].kind), static_cast<int>(device.part) + 1) << device.name;
-      EXPECT_EQ(listed[i].channels, device.channels) << device.name;
-    }
+TEST(Worlds, AreWhatTheRobotsFoldersSayAndCanBeMade) {
+  const auto worlds = robots::all_worlds();
+  ASSERT_GE(worlds.size(), 2u);
+  for (const auto& type : worlds) {
+    const WorldInfo* said = robots::find_world(type->info.name);
+    ASSERT_NE(said, nullptr) << type->info.name << ": describe_" << type->info.name << "() has no world";
+    EXPECT_EQ(said->devices.data(), type->info.devices.data()) << "one list, for whoever reads a robot file too";
+    ASSERT_NE(type->info.find(Part::actuators), nullptr);
+    EXPECT_TRUE(type->info.has(type->info.find(Part::actuators)->fault));
+    EXPECT_TRUE(type->info.has(FaultDevice::link));
+    EXPECT_EQ(type->room_xml.empty(), type->info.find(Part::camera) == nullptr);
+    auto world = type->create({}, 1);
+    ASSERT_TRUE(world);
+    EXPECT_EQ((*world)->joints() != nullptr, type->info.find(Part::joints) != nullptr);
+    EXPECT_FALSE((*world)->verdict().outcome.empty());
   }
+  EXPECT_EQ(robots::find_world("moon"), nullptr);
 }
 
 }  // namespace

@@ -29,7 +29,7 @@ feeder=$!
 # second (561 in 30 s; 610 when they have 96x72, so it is not for their pixels): the head has to follow with these.
 late_percent=15 lost=10
 [[ $(uname -m) == x86_64 ]] || late_percent=70 lost=450
-{ cat "$root/robots/desk_head.toml" && printf '\n[sim.bounds]\nplant_gap_ms = 5\nframes_late_percent = %d\nlost = %d\n' $late_percent $lost; } >head.toml
+{ cat "$root/robots/desk_head/desk_head.toml" && printf '\n[sim.bounds]\nplant_gap_ms = 5\nframes_late_percent = %d\nlost = %d\n' $late_percent $lost; } >head.toml
 $build/bin/sinew run head.toml --board linux --board-of camera=sim --plant unix:/tmp/head.sock \
   --real-actuators --duration 30 --json --no-record --set bus.can0.address=vcan0 \
   --set device.imu.name=bmi160 --set device.imu.trigger=hr0 --set device.imu.rate_hz=800 >robot.txt 2>&1 &

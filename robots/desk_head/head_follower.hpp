@@ -1,0 +1,32 @@
+#pragma once
+#include "msg/actuators.hpp"
+#include "robots/desk_head/head_law.hpp"
+#include "rt/module.hpp"
+
+namespace sinew::control {
+
+/// Turns a two-joint head so that its camera stays level and follows a ball. See HeadLaw. With `safety` bound it arms
+/// only when the guardian permits it, gives its joints up when a failsafe stops them, and looks straight ahead, level,
+/// when one asks to land.
+/// Units:   commands are positions in rad: pan, tilt.
+/// Thread:  executor, 500 to 1000 Hz, after the estimate.   RT: yes.
+/// Errors:  stale without a fresh and valid attitude, without fresh joints, or while a joint has not said yet where it
+///          is (its position is no number), fault when they are no numbers that a head can have: nothing is published,
+///          and the guardian acts when the last command's lease runs out.
+class HeadFollower final : public rt::Module {
+ public:
+  void declare(rt::Declaration& d) override;
+  void reset() override { law_.reset(); }
+  rt::Status step(const rt::Step& step) noexcept override;
+
+ private:
+  rt::In<msg::NavState> state_;
+  rt::In<msg::JointState> joints_;
+  rt::InQueue<msg::BallSighting> ball_;
+  rt::In<msg::SafetyState> safety_;
+  rt::Out<msg::ActuatorCommand> command_;
+  rt::Out<msg::HeadState> head_;
+  HeadLaw law_;
+};
+
+}  // namespace sinew::control

@@ -1,0 +1,167 @@
+#include "robots/desk_head/head_law.hpp"
+
+#include <algorithm>
+
+#include "control/limits.hpp"
+
+namespace sinew::control {
+namespace {
+
+using math::Quat;
+using math::Vec3;
+using msg::HeadMode;
+
+Quat about_z(double rad) { return Quat::from_axis_angle({0, 0, 1}, rad); }
+Quat about_y(double rad) { return Quat::from_axis_angle({0, 1, 0}, rad); }
+
+/// From `x` towards `to` by at most `step`.
+double towards(double x, double to, double step) { return x + clamp(to - x, -step, step); }
+
+}  // namespace
+
+void HeadLaw::reset() {
+  const HeadParams keep = params;
+  const BallTrackParams keep_track = track.params;
+  *this = {};
+  params = keep;
+  track.params = keep_track;
+}
+
+void HeadLaw::add(const msg::BallSighting& s) {
+  last_picture_ = s.stamp;
+  if (!s.found) return;
+  const auto then = history_.at(s.stamp);
+  if (!then) return;
+  const Vec3 in_head = params.q_head_optical.rotate(Vec3(s.direction_optical));
+  // A ball in full sight has a confidence of 0.8 and more; of one that is half hidden the middle is guessed.
+  constexpr double kSure = 0.75;
+  const double doubt = s.confidence < kSure ? s.angular_radius_rad * (kSure - s.confidence) : 0;
+  track.add(s.stamp, then->q_world_base.rotate(in_head), doubt);
+}
+
+void HeadLaw::set_safety(const msg::SafetyState& safety) {
+  permitted_ = safety.permitted;
+  action_ = safety.action;
+}
+
+void HeadLaw::enter(HeadMode mode, msg::Time now) {
+  if (state_.mode == mode) return;
+  state_.mode = mode;
+  state_.mode_since = now;
+  if (mode == HeadMode::search) begin_search(now);
+}
+
+void HeadLaw::begin_search(msg::Time now) {
+  scan_turns_ = 0;
+  if (!track.exists()) {  // it can be anywhere
+    scan_centre_ = {aim_.azimuth_rad, 0};
+    scan_swing_ = math::kPi;
+    return;
+  }
+  // It comes out again where it went in, or where its speed was taking it.
+  const BallTrack::Aim seen = track.at(track.stamp()), gone = track.at(now);
+  const double way = math::wrap_pi(gone.azimuth_rad - seen.azimuth_rad);
+  scan_centre_ = {math::wrap_pi(seen.azimuth_rad + 0.5 * way), 0.5 * (seen.elevation_rad + gone.elevation_rad)};
+  scan_swing_ = std::max(params.view_rad - 0.5 * math::fabs(way), 0.25 * params.view_rad);
+  if (seen.azimuth_radps != 0) scan_side_ = seen.azimuth_radps > 0 ? 1 : -1;  // after it first
+}
+
+void HeadLaw::search(double forward_rad, double dt_s) {
+  const double from_centre = math::wrap_pi(aim_.azimuth_rad - scan_centre_.azimuth_rad);
+  const double from_forward = math::wrap_pi(aim_.azimuth_rad - forward_rad);
+  if (scan_side_ * from_centre > scan_swing_ || scan_side_ * from_forward > params.scan_reach_rad) {
+    scan_side_ = -scan_side_;
+    if (++scan_turns_ % 2 == 0) scan_swing_ = clamp(scan_swing_ + params.view_rad, 0, math::kPi);
+  }
+  aim_.azimuth_rad = math::wrap_pi(aim_.azimuth_rad + scan_side_ * params.scan_radps * dt_s);
+  const double elevation = scan_turns_ < 2 ? scan_centre_.elevation_rad : 0;
+  aim_.elevation_rad = towards(aim_.elevation_rad, elevation, params.turn_radps * dt_s);
+}
+
+void HeadLaw::choose_mode(msg::Time now) {
+  armed_ = permitted_ != 0 && action_ != msg::FailsafeAction::stop;
+  const double unseen_s = msg::seconds(now - track.stamp());
+  if (!armed_)
+    enter(HeadMode::idle, now);
+  else if (action_ == msg::FailsafeAction::land || msg::seconds(now - last_picture_) > params.blind_s)
+    enter(HeadMode::hold, now);
+  else if (!track.exists() || unseen_s > params.coast_s)
+    enter(HeadMode::search, now);
+  else
+    enter(unseen_s < 0.12 ? HeadMode::follow : HeadMode::coast, now);  // three pictures and their way here
+}
+
+/// Where to look at `at`; `forward_rad` is the azimuth of the base's x.
+void HeadLaw::move_aim(msg::Time at, double forward_rad, double dt_s) {
+  const double turn = params.turn_radps * dt_s;
+  switch (state_.mode) {
+    case HeadMode::idle:
+      break;
+    case HeadMode::follow:
+    case HeadMode::coast: {
+      const BallTrack::Aim ball = track.at(at);
+      aim_ = {ball.azimuth_rad, ball.elevation_rad};
+      state_.ball_azimuth_radps = ball.azimuth_radps;
+      state_.ball_elevation_radps = ball.elevation_radps;
+      break;
+    }
+    case HeadMode::search:
+      search(forward_rad, dt_s);
+      break;
+    case HeadMode::hold: {
+      const double side = math::wrap_pi(aim_.azimuth_rad - forward_rad);
+      aim_.azimuth_rad = math::wrap_pi(forward_rad + towards(side, 0, turn));
+      aim_.elevation_rad = towards(aim_.elevation_rad, 0, turn);
+      break;
+    }
+  }
+}
+
+void HeadLaw::point(const Quat& q_level_base, double dt_s) {
+  const math::SinCos az = math::sincos(aim_.azimuth_rad), el = math::sincos(aim_.elevation_rad);
+  const Vec3 d = q_level_base.conjugate().rotate({el.cos * az.cos, el.cos * az.sin, el.sin});
+  const double pan = clamp(math::atan2(d.y, d.x), params.pan_least_rad, params.pan_most_rad);
+  const double tilt = clamp(math::atan2(-d.z, math::hypot(d.x, d.y)), params.tilt_least_rad, params.tilt_most_rad);
+  const double step = params.speed_radps * dt_s;
+  setpoint_ = {towards(setpoint_[0], pan, step), towards(setpoint_[1], tilt, step)};
+}
+
+void HeadLaw::step(msg::Time now, const msg::NavState& nav, const msg::JointState& joints, double dt_s) {
+  const Quat q_level_head(nav.q_world_base);
+  history_.add({nav.stamp, {}, q_level_head});
+  // The joints at the instant of the estimate, and with them the base.
+  const double newer_s = msg::seconds(nav.stamp - joints.stamp);
+  const double pan = joints.position_rad[0] + joints.velocity_radps[0] * newer_s;
+  const double tilt = joints.position_rad[1] + joints.velocity_radps[1] * newer_s;
+  const Quat q_base_yoke = about_z(pan), q_base_head = q_base_yoke * about_y(tilt);
+  const Quat q_level_base = (q_level_head * q_base_head.conjugate()).normalized();
+  const Vec3 rate = q_base_head.rotate(Vec3(nav.gyro_radps)) - Vec3{0, 0, joints.velocity_radps[0]} -
+                    q_base_yoke.rotate({0, joints.velocity_radps[1], 0});
+  base_rate_radps_ += (dt_s / (params.rate_smooth_s + dt_s)) * (rate - base_rate_radps_);
+
+  if (last_picture_.ns == 0) last_picture_ = now;  // none yet: the first one may take a moment
+  choose_mode(now);
+  const double ahead_s = msg::seconds(now - nav.stamp) + params.lag_s;
+  const Quat q_then = (q_level_base * Quat::exp(base_rate_radps_ * ahead_s)).normalized();
+  if (!armed_) {  // begins where it stands
+    const Vec3 axis = q_level_head.rotate({1, 0, 0});
+    aim_ = {math::atan2(axis.y, axis.x), math::atan2(axis.z, math::hypot(axis.x, axis.y))};
+    setpoint_ = {clamp(pan, params.pan_least_rad, params.pan_most_rad),
+                 clamp(tilt, params.tilt_least_rad, params.tilt_most_rad)};
+  } else {
+    const Vec3 forward = q_then.rotate({1, 0, 0});
+    move_aim(now + msg::Duration{static_cast<std::int64_t>(1e9 * params.lag_s)}, math::atan2(forward.y, forward.x),
+             dt_s);
+    point(q_then, dt_s);
+  }
+  const Vec3 axis = q_level_head.rotate({1, 0, 0}), up = q_level_base.rotate({0, 0, 1});
+  state_.stamp = nav.stamp;
+  state_.azimuth_rad = aim_.azimuth_rad;
+  state_.elevation_rad = aim_.elevation_rad;
+  state_.axis_elevation_rad = math::atan2(axis.z, math::hypot(axis.x, axis.y));
+  state_.base_tilt_rad = math::atan2(math::hypot(up.x, up.y), up.z);
+  state_.innovation_rad = track.innovation_rad();
+  state_.sightings = track.used();
+}
+
+}  // namespace sinew::control

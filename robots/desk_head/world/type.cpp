@@ -1,0 +1,63 @@
+// The head's world, for the list of worlds.
+#include "robots/desk_head/world/head_body.hpp"
+#include "robots/desk_head/world/head_world.hpp"
+
+namespace sinew::robots {
+
+std::string_view room_xml_of_desk_head();
+plant::WorldType describe_world_of_desk_head();
+
+}  // namespace sinew::robots
+
+namespace sinew::plant {
+namespace {
+
+/// Pan and tilt that point the head at the ball.
+std::array<double, kHeadJoints> aim(const HeadWorld& world) {
+  const math::Quat q_base = world.q_world_base();
+  const math::Vec3 neck = kPivot + q_base.rotate(kPBaseYoke + kPYokeHead);
+  const math::Vec3 d = q_base.conjugate().rotate(world.ball_m() - neck);
+  return {math::atan2(d.y, d.x), math::atan2(-d.z, math::hypot(d.x, d.y))};
+}
+
+/// A head that is told where the ball is: from outside and through its camera.
+std::vector<Portrait> portraits() {
+  HeadWorld world({.seed = 1});
+  const auto advance = [&](double seconds) {
+    for (int i = 0; i < static_cast<int>(seconds * 4000); ++i) {
+      const auto command = aim(world);
+      world.step(command);
+    }
+  };
+  advance(3.0);
+  std::vector<Portrait> all{{"desk_head", world.scene(), Viewpoint{{-0.75, -0.95, 1.50}, {0.55, 0.10, 0.98}}},
+                            {"desk_head_close", world.scene(), Viewpoint{{0.55, -0.55, 1.12}, {0.0, 0.0, 0.93}}}};
+  for (int i = 0; i < 6; ++i) {
+    all.push_back({"desk_head_camera_" + std::to_string(i), world.scene()});
+    advance(1.7);
+  }
+  return all;
+}
+
+}  // namespace
+}  // namespace sinew::plant
+
+sinew::plant::WorldType sinew::robots::describe_world_of_desk_head() {
+  using namespace plant;
+  const HeadOptions usual;
+  WorldType type;
+  type.info = HeadWorld::info();
+  type.title = "a head on a desk that follows a ball";
+  type.room_xml = room_xml_of_desk_head();
+  type.options = {{"rock", "the platform tilts by up to this, deg", 0, 20, usual.rock_deg},
+                  {"ball-speed", "share of the ball's usual speed", 0, 3, usual.ball_speed}};
+  type.create = [type](const WorldValues& values, std::uint64_t seed) -> hal::Result<std::unique_ptr<World>> {
+    HeadOptions head;
+    head.seed = seed;
+    head.rock_deg = type.value(values, "rock");
+    head.ball_speed = type.value(values, "ball-speed");
+    return std::unique_ptr<World>(std::make_unique<HeadWorld>(head));
+  };
+  type.portraits = portraits;
+  return type;
+}

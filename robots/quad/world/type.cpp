@@ -1,0 +1,74 @@
+// The quadrotor's world, for the list of worlds.
+#include "math/linear.hpp"
+#include "robots/quad/world/quad_world.hpp"
+#include "sim_hil/worlds/vec.hpp"
+
+namespace sinew::robots {
+
+std::string_view room_xml_of_quad();
+plant::WorldType describe_world_of_quad();
+
+}  // namespace sinew::robots
+
+namespace sinew::plant {
+namespace {
+
+CameraPose camera_at(const msg::Vec3& base, const msg::Quat& q_world_base) {
+  return {add(base, Rotation(q_world_base).apply(kCameraPBase)), mul(q_world_base, kCameraQBaseOptical)};
+}
+
+Scene through_camera(const msg::Vec3& base, const msg::Quat& q_world_base) {
+  const msg::Quat q = math::Quat(q_world_base).normalized().to<msg::Quat>();
+  Scene scene;
+  scene.camera = camera_at(base, q);
+  return scene;
+}
+
+Scene with_vehicle(const msg::Vec3& base, const msg::Quat& q_world_base) {
+  Scene scene;
+  scene.vehicle = Pose{base, q_world_base};
+  scene.rotors_turn = base.z > kFeetBelowBase;
+  return scene;
+}
+
+/// Camera views at the heights of a flight, and the vehicle from outside.
+std::vector<Portrait> portraits() {
+  return {
+      {"camera_start", through_camera({0.7, 0.4, 0.12}, {})},
+      {"camera_0.3m", through_camera({0.02, 0, 0.3}, {})},
+      {"camera_1.5m", through_camera({0.4, -0.2, 1.5}, {0.98, 0.02, -0.03, 0.19})},
+      {"camera_3m", through_camera({-0.6, 0.5, 3.0}, {})},
+      {"flight", with_vehicle({0.12, -0.02, 0.62}, {0.9957, 0.035, -0.055, 0.065}),
+       Viewpoint{{-0.70, -0.80, 1.02}, {0.12, 0.0, 0.36}}},
+      {"room", with_vehicle({0.2, 0.1, 1.6}, {1, 0, 0, 0}), Viewpoint{{-3.5, -3.4, 2.6}, {0.5, 0.5, 0.8}}},
+      {"landed", with_vehicle({0.03, -0.02, 0.12}, {0.98, 0, 0, 0.199}), Viewpoint{{0.75, -0.8, 0.55}, {0, 0, 0.08}}}};
+}
+
+}  // namespace
+}  // namespace sinew::plant
+
+sinew::plant::WorldType sinew::robots::describe_world_of_quad() {
+  using namespace plant;
+  const QuadOptions usual;
+  WorldType type;
+  type.info = QuadWorld::info();
+  type.title = "a quadrotor in a room with a landing pad";
+  type.room_xml = room_xml_of_quad();
+  type.options = {{"gust", "wind never exceeds this, m/s; 0: still air", 0, 15, usual.gust_mps},
+                  {"spread", "of mass and motors, as a share, either way", 0, 0.3, usual.spread},
+                  {"start-offset", "largest distance of the start from the pad, m", 0, 3, usual.start_offset_m},
+                  {"sensor-errors", "", 0, 1, 1}};
+  type.create = [type](const WorldValues& values, std::uint64_t seed) -> hal::Result<std::unique_ptr<World>> {
+    QuadOptions quad;
+    quad.seed = seed;
+    quad.gust_mps = type.value(values, "gust");
+    quad.spread = type.value(values, "spread");
+    quad.start_offset_m = type.value(values, "start-offset");
+    quad.sensor_errors = type.value(values, "sensor-errors") != 0;
+    auto made = QuadWorld::create(quad);
+    if (!made) return made.error();
+    return std::unique_ptr<World>(std::move(*made));
+  };
+  type.portraits = portraits;
+  return type;
+}

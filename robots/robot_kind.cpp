@@ -1,0 +1,18 @@
+#include "robots/robot_kind.hpp"
+
+namespace sinew::robots {
+
+const plant::WorldInfo* find_world(std::string_view name) {
+  for (const RobotKind& robot : all_robots())
+    if (robot.world.name[0] != '\0' && robot.world.name == name) return &robot.world;
+  return nullptr;
+}
+
+std::string world_names() {
+  std::string names;
+  for (const RobotKind& robot : all_robots())
+    if (robot.world.name[0] != '\0') names += (names.empty() ? "\"" : ", \"") + std::string(robot.world.name) + "\"";
+  return names;
+}
+
+}  // namespace sinew::robots

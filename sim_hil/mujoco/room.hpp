@@ -1,0 +1,29 @@
+#pragma once
+#include <memory>
+#include <string_view>
+
+#include "hal/result.hpp"
+
+struct mjModel_;
+struct mjData_;
+
+namespace sinew::plant {
+
+struct MujocoDelete {
+  void operator()(mjModel_* m) const;
+  void operator()(mjData_* d) const;
+};
+using ModelPtr = std::unique_ptr<mjModel_, MujocoDelete>;
+using DataPtr = std::unique_ptr<mjData_, MujocoDelete>;
+
+enum class RoomUse {
+  physics,
+  pictures
+};  // physics leaves out what only pictures need: a third of the time per step is left
+
+/// Compiles a room from its XML (WorldType::room_xml). What MuJoCo has to say about a wrong file goes to stderr.
+/// Thread:  one at a time (the compiler of MuJoCo keeps globals).
+/// Errors:  bad_data.
+hal::Result<ModelPtr> load_room(std::string_view xml, RoomUse use);
+
+}  // namespace sinew::plant
