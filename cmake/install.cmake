@@ -21,14 +21,18 @@ if(TARGET sinew_libcamera)
 endif()
 
 file(GLOB documents CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/docs/*.md)
+list(FILTER documents EXCLUDE REGEX "/README.md$")
+file(GLOB reference CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/docs/reference/*.md)
 if(WIN32)  # an unpacked folder, not a prefix
   install(DIRECTORY robots/ DESTINATION robots COMPONENT runtime FILES_MATCHING PATTERN "*.toml" PATTERN world EXCLUDE)
   install(FILES ${documents} DESTINATION docs COMPONENT runtime)
+  install(FILES ${reference} DESTINATION docs/reference COMPONENT runtime)
   install(FILES ${PROJECT_SOURCE_DIR}/README.md ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION . COMPONENT runtime)
   return()
 endif()
 install(DIRECTORY robots/ DESTINATION ${SINEW_SHARE_FOLDER}/robots COMPONENT runtime FILES_MATCHING PATTERN "*.toml" PATTERN world EXCLUDE)
 install(FILES ${PROJECT_SOURCE_DIR}/README.md ${documents} DESTINATION ${SINEW_DOC_FOLDER} COMPONENT dev)
+install(FILES ${reference} DESTINATION ${SINEW_DOC_FOLDER}/reference COMPONENT dev)
 
 # The shell's completion is what `sinew completion bash` prints; of a board's program in qemu-user.
 set(completion ${CMAKE_BINARY_DIR}/package/completion/sinew)

@@ -8,7 +8,7 @@
 
 namespace sinew::drivers {
 
-/// Every driver of the house, in the order of docs/device-keys.md.
+/// Every driver of the house, in the order of docs/reference/device-keys.md.
 std::span<const DriverKind> all_drivers();
 
 /// Who in a robot file takes what a driver measures (DriverKind::measures): the type of a [module], or [actuator.NAME].

@@ -1,4 +1,4 @@
-// The fault matrix: every driver that a robot file can name, every fault. docs/device-faults.md is what comes out.
+// The fault matrix: every driver that a robot file can name, every fault. docs/reference/device-faults.md is what comes out.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -42,7 +42,7 @@ std::vector<Cell> play(const RigKind& kind) {
   return cells;
 }
 
-const std::string kPage = test::source_dir() + "/docs/device-faults.md";
+const std::string kPage = test::source_dir() + "/docs/reference/device-faults.md";
 
 std::string committed_page() {
   std::ifstream in(kPage);
@@ -65,7 +65,7 @@ void expect_same(const std::string& is, const std::string& was) {
   for (std::string a, b; std::getline(now, b);) {
     a.clear();
     std::getline(before, a);
-    EXPECT_EQ(a, b) << "docs/device-faults.md differs from what was measured; SINEW_WRITE_DOCS=1 writes it";
+    EXPECT_EQ(a, b) << "docs/reference/device-faults.md differs from what was measured; SINEW_WRITE_DOCS=1 writes it";
   }
 }
 

@@ -1,4 +1,4 @@
-// docs/device-keys.md is what the drivers' tables of keys say.
+// docs/reference/device-keys.md is what the drivers' tables of keys say.
 #include <gmock/gmock.h>
 
 #include <cstdlib>
@@ -12,7 +12,7 @@
 namespace sinew::test {
 namespace {
 
-const std::string kPage = test::source_dir() + "/docs/device-keys.md";
+const std::string kPage = test::source_dir() + "/docs/reference/device-keys.md";
 
 TEST(DeviceKeysPage, SaysWhatTheTablesOfTheDriversSay) {
   const std::string is = keys_page(drivers::key_tables());
@@ -22,7 +22,7 @@ TEST(DeviceKeysPage, SaysWhatTheTablesOfTheDriversSay) {
   for (std::string a, b; std::getline(now, a);) {
     b.clear();
     std::getline(in, b);
-    EXPECT_EQ(a, b) << "docs/device-keys.md differs from the drivers' tables; SINEW_WRITE_DOCS=1 writes it";
+    EXPECT_EQ(a, b) << "docs/reference/device-keys.md differs from the drivers' tables; SINEW_WRITE_DOCS=1 writes it";
   }
   std::string more;
   EXPECT_FALSE(std::getline(in, more)) << "and has nothing more: " << more;

@@ -27,7 +27,7 @@ inline const char* to_string(Reason reason) {
   constexpr const char* kTexts[] = {
       "cannot be: any number of programs may have it open at once",
       "cannot be told: nothing in what it sends says that two equal measurements are one; both count",
-      "not played: only a kernel's own camera can; what was tried with one: [camera.md](camera.md#what-was-tried)",
+      "not played: only a kernel's own camera can; what was tried with one: [camera.md](../camera.md#what-was-tried)",
   };
   return kTexts[static_cast<int>(reason)];
 }

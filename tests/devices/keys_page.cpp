@@ -11,7 +11,7 @@ using drivers::KeyTable;
 constexpr const char* kHead = R"(# Keys of devices, buses and joints
 
 This page is written by the test `devices_keys_test` from the tables that the drivers read a robot file by: `SINEW_WRITE_DOCS=1 devices_keys_test`
-writes it anew, and the test fails when it differs. [devices.md](devices.md) says what the keys are for.
+writes it anew, and the test fails when it differs. [devices.md](../devices.md) says what the keys are for.
 
 `sinew check` and `sinew run` refuse what is not in here, before anything is opened, as `file:line: key: value: what is allowed`. Every table has
 `driver` beside these, a joint also `name`. What one key may be beside another (gains and the motor's ranges, time-outs and how often something

@@ -6,7 +6,7 @@
 
 namespace sinew::test {
 
-/// docs/device-keys.md: all tables of keys.
+/// docs/reference/device-keys.md: all tables of keys.
 std::string keys_page(const std::vector<drivers::KeyTable>& tables);
 
 }  // namespace sinew::test

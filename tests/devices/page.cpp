@@ -11,7 +11,7 @@ test fails when it differs from what was just measured, and when a driver that a
 
 - **Read**: what `sinew run` prints on standard error (`sinew: ...`), before it starts and while it runs, and after `NAME_...:` what `sinew arm`
   answers, word for word. N is a number that changes.
-- **Guardian**: what it does, with `[[failsafe]]` conditions such as every robot should have ([safety](safety.md)): a sensor that is silent for
+- **Guardian**: what it does, with `[[failsafe]]` conditions such as every robot should have ([safety](../safety.md)): a sensor that is silent for
   200 ms (a camera for 500 ms, a satellite or radio receiver for 1 s), that repeats itself for 400 ms (2 s), whose numbers cannot be, a pilot who
   is lost: all with `action = "stop"`, armed by hand. Times are from the fault to the stop.
 - **Back**: what it takes after the fault is over, measured: the device's own return, and what lets commands pass again.

@@ -6,7 +6,7 @@
 
 namespace sinew::test {
 
-/// docs/device-faults.md: the cells of each device.
+/// docs/reference/device-faults.md: the cells of each device.
 std::string page_of(const std::vector<std::vector<Cell>>& devices);
 /// The table of one device within it.
 std::string section_of(const std::vector<Cell>& cells);
