@@ -62,7 +62,7 @@ class FileList {
   FileList(const RobotFile& robot, const std::string& program) : beside_(fs::path(robot.path).parent_path()) {
     list_.robot = fs::path(robot.path).filename().string();
     list_.files.push_back({program, "bin/sinew", true});
-    list_.files.push_back({robot.path, list_.robot, false});
+    list_.files.push_back({robot.path, list_.robot, false, robot.extended ? robot.text : std::string()});
   }
   void calibration(const RobotFile& robot) {
     const fs::path named = robot.calibration.value;

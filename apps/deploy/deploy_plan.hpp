@@ -46,6 +46,7 @@ std::optional<BoardFacts> parse_board(const MarkedText& text);
 struct DeployFile {
   std::string from, name;  // here; there, below the folder of the version
   bool executable = false;
+  std::string text{};  // what is sent in place of the file's content; empty: that
 };
 
 struct DeployFiles {

@@ -33,7 +33,7 @@ std::string_view TarSource::next() {
 std::string_view TarSource::header() {
   const DeployFile& file = files_[index_];
   std::error_code error;
-  size_ = left_ = std::filesystem::file_size(file.from, error);
+  size_ = left_ = file.text.empty() ? std::filesystem::file_size(file.from, error) : file.text.size();
   in_ = std::ifstream(file.from, std::ios::binary);
   if (error || !in_) return fail(file.from + ": cannot be read");
   const auto changed = std::filesystem::last_write_time(file.from, error);
@@ -46,6 +46,11 @@ std::string_view TarSource::header() {
 }
 
 std::string_view TarSource::content() {
+  if (const DeployFile& file = files_[index_]; !file.text.empty()) {
+    left_ = 0;
+    state_ = State::end;
+    return file.text;
+  }
   const auto wanted = std::min<std::uint64_t>(left_, buffer_.size());
   in_.read(buffer_.data(), static_cast<std::streamsize>(wanted));
   const auto got = static_cast<std::size_t>(in_.gcount());

@@ -8,6 +8,7 @@
 
 #include "apps/robot_file/device_table_reader.hpp"
 #include "apps/robot_file/exec_reader.hpp"
+#include "apps/robot_file/extends.hpp"
 #include "apps/robot_file/toml_guard.hpp"
 #include "apps/robot_file/toml_reader.hpp"
 #include "msg/actuators.hpp"
@@ -397,7 +398,17 @@ LoadedRobot load_robot(const std::string& path) {
     return loaded;
   }
   const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-  return parse_robot(text, path);
+  const ResolvedRobot resolved = resolve_robot(text, path);
+  if (!resolved.problems.empty()) {
+    LoadedRobot loaded;
+    loaded.robot.path = path;
+    loaded.problems = resolved.problems;
+    return loaded;
+  }
+  LoadedRobot loaded = parse_robot(resolved.text, path);
+  loaded.robot.text = resolved.text;
+  loaded.robot.extended = resolved.extended;
+  return loaded;
 }
 
 }  // namespace sinew::app

@@ -24,6 +24,8 @@ struct SimOptions {
 
 struct RobotFile {
   std::string path;
+  std::string text{};     // as it was read, with all that it extends; of load_robot() only
+  bool extended = false;  // lines of problems are lines of `text`, which `sinew check --resolved` prints
   rt::GraphSpec graph;
   SimOptions sim;
   ParentOptions parent;

@@ -48,10 +48,9 @@ std::uintmax_t bytes_of(const std::string& path, unsigned parts) {
   return bytes;
 }
 
-record::Attachment file_attachment(const std::string& path, std::int64_t at) {
-  std::ifstream in(path, std::ios::binary);
+record::Attachment robot_attachment(const std::string& text, std::int64_t at) {
   const auto time = static_cast<std::uint64_t>(at);
-  return {time, time, "robot.toml", "application/toml", {std::istreambuf_iterator<char>(in), {}}};
+  return {time, time, "robot.toml", "application/toml", text};
 }
 
 std::string verdict_text(const std::vector<record::ModuleVerdict>& verdict) {
@@ -112,7 +111,7 @@ std::unique_ptr<Recording> Recording::open(const Prepared& prepared, const RunOp
                {"virtual_time", options.virtual_time ? "true" : "false"},
                {"rate", fmt::format("{}", options.rate)},
                {"build", "sinew " + version() + ", " __VERSION__}};
-  about.attachments.push_back(file_attachment(options.robot, options.virtual_time ? 0 : unix_ns()));
+  about.attachments.push_back(robot_attachment(prepared.robot.text, options.virtual_time ? 0 : unix_ns()));
 
   record::RecorderOptions how = recorder_options(from, options);
   const std::size_t least = record::FlightRing::least_bytes(graph);

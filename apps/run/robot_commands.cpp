@@ -18,7 +18,7 @@ namespace {
 
 struct CheckOptions {
   std::string robot, board{};
-  bool dot = false, json = false;
+  bool dot = false, json = false, resolved = false;
 };
 
 struct Checked {
@@ -57,13 +57,25 @@ Checked checked_graph(const CheckOptions& options, const rt::ModuleTypes& types)
   if (n == 0) checked.narrower = narrower_joints(loaded.robot);
   for (const auto& p : checked.problems) std::fprintf(stderr, "%s\n", lines.told(p, path).c_str());
   for (const auto& p : checked.calibrated) std::fprintf(stderr, "%s\n", rt::to_string(p, checked.calibration).c_str());
+  if (loaded.robot.extended && !checked.problems.empty()) std::fprintf(stderr, "%s\n", resolved_note(path).c_str());
   if (n > 0) std::fprintf(stderr, "%zu problem%s\n", n, n == 1 ? "" : "s");
   return checked;
 }
 
 int code_of(const Checked& checked) { return checked.count() == 0 ? kDone : checked.readable ? kFailed : kNotBegun; }
 
+int print_resolved(const std::string& path) {
+  const LoadedRobot loaded = load_robot(path);
+  if (loaded.robot.text.empty()) {
+    for (const auto& p : loaded.problems) std::fprintf(stderr, "%s\n", rt::to_string(p, path).c_str());
+    return loaded.readable ? kFailed : kNotBegun;
+  }
+  std::fputs(loaded.robot.text.c_str(), stdout);
+  return kDone;
+}
+
 int check(const CheckOptions& options, const rt::ModuleTypes& types) {
+  if (options.resolved) return print_resolved(options.robot);
   const Checked checked = checked_graph(options, types);
   const bool good = checked.count() == 0;
   if (options.json) {
@@ -170,6 +182,8 @@ void add_robot_commands(CLI::App& app, CommandContext& context) {
       robot_file_command(app, "check", "check a robot file as a whole; all problems in one run", *check_options);
   check_command.add_option("--board", check_options->board, "as it would be with this board instead of the file's")
       ->type_name("{sim,linux,dataset,none}");
+  check_command.add_flag("--resolved", check_options->resolved,
+                         "print the robot file with all that it extends, unchecked");
   check_command.callback([&context, check_options] {
     context.action = [&types = context.types, check_options] { return check(*check_options, types); };
   });

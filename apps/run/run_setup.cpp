@@ -153,10 +153,16 @@ std::string OptionLines::told(const rt::Problem& problem, std::string_view file)
                        "from " + options_[static_cast<std::size_t>(-problem.line - 1)]);
 }
 
+std::string resolved_note(const std::string& robot) {
+  return "It extends another file: these are lines of what `sinew check --resolved " + robot + "` prints.";
+}
+
 std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes& types) {
   LoadedRobot loaded = load_robot(options.robot);
   if (!loaded.problems.empty()) add_graph_problems(loaded, types, {options.virtual_time, hal::usable_cpus()});
   for (const auto& p : loaded.problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.robot).c_str());
+  if (loaded.robot.extended && !loaded.problems.empty())
+    std::fprintf(stderr, "%s\n", resolved_note(options.robot).c_str());
   if (!loaded.problems.empty()) return std::nullopt;
   rt::GraphSpec& spec = loaded.robot.graph;
   OptionLines lines;
@@ -200,6 +206,7 @@ std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes
   prepared.graph = std::make_unique<rt::Graph>(prepared.robot.graph, prepared.types);
   const auto problems = check_robot(prepared.robot, *prepared.graph, {options.virtual_time, hal::usable_cpus()});
   for (const auto& p : problems) std::fprintf(stderr, "%s\n", prepared.options.told(p, options.robot).c_str());
+  if (prepared.robot.extended && !problems.empty()) std::fprintf(stderr, "%s\n", resolved_note(options.robot).c_str());
   if (!problems.empty()) return std::nullopt;
   return prepared;
 }

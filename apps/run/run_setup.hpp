@@ -42,6 +42,9 @@ struct Prepared {
   OptionLines options{};
 };
 
+/// What is said after problems of a robot file that extends another.
+std::string resolved_note(const std::string& robot);
+
 /// Prints every problem to standard error; empty when there was one.
 std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes& types);
 

@@ -81,7 +81,7 @@ class IncludeDirection(unittest.TestCase):
         self.refuses("sim_hil/a.cpp", '#include "apps/robot_file/robot_file.hpp"\n', 1, "sim_hil may not include apps")
 
     def test_the_sim_board_does_not_see_the_simulator(self):
-        self.write("sim_hil/worlds/world.hpp", "#include <mujoco/mujoco.h>\n")
+        self.write("sim_hil/worlds/world.hpp", "#pragma once\n")
         self.refuses("sim_hil/board/a.cpp", '#include "sim_hil/worlds/world.hpp"\n', 1,
                      "sim_hil/board may not include sim_hil/worlds (allowed: sim_hil, hal)")
 
@@ -145,6 +145,14 @@ class IncludeDirection(unittest.TestCase):
         self.write("control/a.cpp", "")
         self.accepts("vision/opencv/view.hpp", "#include <opencv2/core/mat.hpp>\n")
         self.refuses("vision/blob.cpp", "#include <opencv2/core/mat.hpp>\n", 1, "OpenCV")
+
+    def test_a_line_with_a_star_is_for_each_folder_there_and_for_its_own(self):
+        self.write("cmake/rooms.txt", TABLE + "robots/*: rt | a robot\nrobots/*/world: robots/* math | its world\n")
+        self.write("robots/cat/cat.hpp", '#include "rt/any.hpp"\n')
+        self.write("robots/dog/dog.hpp", "")
+        self.accepts("robots/cat/world/world.cpp", '#include "robots/cat/cat.hpp"\n#include "math/any.hpp"\n')
+        self.refuses("robots/cat/world/world.cpp", '#include "robots/dog/dog.hpp"\n', 1,
+                     "robots/cat/world may not include robots/dog (allowed: robots/cat, math)")
 
     def test_a_folder_that_is_in_no_line_of_the_table_is_named(self):
         self.write("rt/deep/a.cpp", "")

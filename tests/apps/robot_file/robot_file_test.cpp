@@ -289,10 +289,11 @@ TEST(RobotFile, ANameIsOneThatOtherProgramsCanAskFor) {
 }
 
 TEST(RobotFile, APlantIsAPlaceAndAWorldOneThatThereIs) {
-  EXPECT_THAT(problems_of("robot = { name = \"r\", board = \"sim\" }\n[sim]\nplant = \"here\"\nworld = \"moon\"\n"),
-              UnorderedElementsAre("robot.toml:3: sim.plant: \"here\": \"auto\", \"unix:PATH\" or \"tcp:HOST:PORT\"",
-                                   "robot.toml:4: sim.world: \"moon\": the name of a world of sinew-sim: \"quad\", "
-                                   "\"desk_head\""));
+  EXPECT_THAT(
+      problems_of("robot = { name = \"r\", board = \"sim\" }\n[sim]\nplant = \"here\"\nworld = \"moon\"\n"),
+      UnorderedElementsAre("robot.toml:3: sim.plant: \"here\": \"auto\", \"unix:PATH\" or \"tcp:HOST:PORT\"",
+                           "robot.toml:4: sim.world: \"moon\": the name of a world of sinew-sim: \"desk_head\", "
+                           "\"quad\", \"seesaw\""));
   EXPECT_THAT(problems_of("robot = { name = \"r\", board = \"sim\" }\n[sim]\nplant = \"unix:/tmp/p\"\n"), IsEmpty());
 }
 

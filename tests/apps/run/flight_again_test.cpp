@@ -168,7 +168,7 @@ TEST(FlightAgain, OneBitOfAnInertialSampleIsNoticedWhereItWasUsed) {
 }
 
 TEST(FlightAgain, EveryModuleOfTheDatasetRobotDoesTheSameFromEverySavedState) {
-  RecordedRun run("mav_dataset.toml", 5s);
+  RecordedRun run("mav_dataset/mav_dataset.toml", 5s);
   EXPECT_GT(run.record->steps(run.id("motion")), 100u);
   run.expect_the_same(0);
   for (std::size_t from = 1; from < 5; ++from) run.expect_the_same(from);
