@@ -1,4 +1,5 @@
-// The fault matrix: every driver that a robot file can name, every fault. docs/reference/device-faults.md is what comes out.
+// The fault matrix: every driver that a robot file can name, every fault. docs/reference/device-faults.md is what comes
+// out.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
