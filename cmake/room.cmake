@@ -107,8 +107,8 @@ function(sinew_room path)
     endforeach()
     # Bytes of a device or a file are put together, never looked at as a number where they lie: boards do not read
     # across words. What lies aligned in memory of ours (topics, rings) is rt's, tap's and hal/linux's matter.
-    if(CMAKE_CROSSCOMPILING AND NOT WIN32 AND path MATCHES "^(math|msg|wire|hal|drivers|control|vision|record|sim_hil|dataset|robots)(/|$)" AND
-       NOT path MATCHES "^hal/linux")
+    if(CMAKE_CROSSCOMPILING AND NOT WIN32 AND NOT path STREQUAL record/run AND
+       path MATCHES "^(math|msg|wire|hal|control|vision|record|dataset|drivers|sim_hil|robots)(/|$)" AND NOT path MATCHES "^hal/linux")
       target_compile_options(sinew_${name} PRIVATE -Wcast-align=strict)
     endif()
     if(SINEW_FUZZ AND NOT path MATCHES "^apps($|/)" OR path STREQUAL apps/robot_file)  # no fuzzer runs commands
