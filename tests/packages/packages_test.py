@@ -30,7 +30,7 @@ class Contents(Base):
         libraries = "usr/lib/[a-z0-9_-]+-linux-gnu[a-z]*/"
         allowed = {
             "sinew": rf"usr/bin/sinew(-fly|-control)?$|usr/share/man/man1/sinew(-fly|-control)?\.1\.gz$|{libraries}sinew/libsinew_libcamera\.so$|usr/lib/systemd/system/sinew@\.service$"
-                     r"|usr/share/(sinew/robots/\w+\.(toml|xml)|bash-completion/completions/sinew)$",
+                     r"|usr/share/(sinew/robots/(\w+/)?\w+\.toml|bash-completion/completions/sinew)$",
             "libsinew-dev": rf"usr/include/sinew/[\w/]+\.hpp$|{libraries}(libsinew_\w+\.a|cmake/Sinew/Sinew[\w-]+\.cmake)$"
                             r"|usr/share/doc/sinew/(reference/)?[\w-]+\.md$",
             "sinew-sim": r"usr/(bin/sinew-(sim|fuzz)|share/man/man1/sinew-(sim|fuzz)\.1\.gz)$",
