@@ -3,10 +3,10 @@
 #include <cstdio>
 #include <fstream>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "apps/bag/bag_file.hpp"
+#include "apps/command/json.hpp"
 #include "apps/command/number_check.hpp"
 #include "apps/replay/commands.hpp"
 #include "apps/replay/comparison_report.hpp"
@@ -19,8 +19,6 @@
 
 namespace sinew::app {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kRows = 20, kPlots = 4;
 

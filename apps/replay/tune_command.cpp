@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cstdio>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "apps/command/json.hpp"
 #include "apps/command/number_check.hpp"
 #include "apps/command/progress.hpp"
 #include "apps/replay/commands.hpp"
@@ -18,8 +18,6 @@ namespace {
 
 // Not fmt::print(), which throws where the reader is gone.
 void put(const std::string& text) { std::fwrite(text.data(), 1, text.size(), stdout); }
-
-using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kTunedRows = 20;
 

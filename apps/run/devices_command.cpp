@@ -6,9 +6,9 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <ranges>
 
+#include "apps/command/json.hpp"
 #include "apps/robot/linux_board.hpp"
 #include "apps/run/commands.hpp"
 #include "apps/run/run_setup.hpp"
@@ -24,7 +24,6 @@ namespace {
 
 using drivers::CanFamily;
 using drivers::CanFound;
-using Json = nlohmann::ordered_json;
 
 /// A joint of the robot file, as it is on its bus.
 struct Expected {

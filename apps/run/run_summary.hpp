@@ -1,15 +1,13 @@
 #pragma once
-#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "apps/command/json.hpp"
 #include "hal/linux/memory.hpp"
 #include "rt/exec/runner.hpp"
 
 namespace sinew::app {
-
-using Json = nlohmann::ordered_json;
 
 /// What a run has to say at its end: printed line by line for people, or, with --json, one object with the same facts.
 /// Thread:  owner.
