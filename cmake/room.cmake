@@ -45,8 +45,7 @@ foreach(line ${lines})
 endforeach()
 
 # sinew_room(PATH [SOURCES ...] [LIBS ...] [PRIVATE_LIBS ...] [HEADERS_OF ...] [INTERNAL]): one static library for one folder,
-# `sinew_hal_linux` for hal/linux,
-# of all its sources unless some are named. What it sees stands in cmake/rooms.txt. HEADERS_OF names libraries of others that are
+# `sinew_hal_linux` for hal/linux, of all its sources unless some are named. What it sees stands in cmake/rooms.txt. HEADERS_OF names libraries of others that are
 # headers, which only the room's own sources include: who links the room needs none of them. INTERNAL: not installed.
 #
 # Only the headers of rooms that are linked can be included, because each room's include path holds links to that
@@ -111,8 +110,8 @@ function(sinew_room path)
        path MATCHES "^(math|msg|wire|hal|control|vision|record|dataset|drivers|sim_hil|robots)(/|$)" AND NOT path MATCHES "^hal/linux")
       target_compile_options(sinew_${name} PRIVATE -Wcast-align=strict)
     endif()
-    if(SINEW_FUZZ AND NOT path MATCHES "^apps($|/)" OR path STREQUAL apps/robot_file)  # no fuzzer runs commands
-      target_compile_options(sinew_${name} PRIVATE $<$<BOOL:${SINEW_FUZZ}>:-fsanitize=fuzzer-no-link>)
+    if(SINEW_FUZZ AND (NOT path MATCHES "^apps($|/)" OR path STREQUAL apps/robot_file))  # no fuzzer runs commands
+      target_compile_options(sinew_${name} PRIVATE -fsanitize=fuzzer-no-link)
     endif()
   endif()
 endfunction()

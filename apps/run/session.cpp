@@ -5,10 +5,17 @@
 #include <cstdio>
 
 #include "apps/command/command.hpp"
+#include "apps/robot/linux_board.hpp"
 #include "apps/run/device_stop.hpp"
+#include "apps/run/device_watch.hpp"
 #include "apps/run/live_view.hpp"
+#include "apps/run/recording.hpp"
+#include "dataset/dataset_board.hpp"
 #include "hal/linux/memory.hpp"
 #include "hal/linux/process.hpp"
+#include "hal/mixed_board.hpp"
+#include "hal/platform.hpp"
+#include "hal/scaled_os.hpp"
 #include "rt/exec/discrete_executor.hpp"
 #include "rt/exec/real_time_executor.hpp"
 

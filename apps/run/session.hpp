@@ -2,22 +2,14 @@
 // One run of a robot, from opening its devices to the exit code, in real and in virtual time. The kinds of boards
 // differ in the few functions of RunBoard only.
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "apps/flight/mission_watch.hpp"
 #include "apps/parent/parent.hpp"
-#include "apps/robot/linux_board.hpp"
-#include "apps/run/device_watch.hpp"
-#include "apps/run/recording.hpp"
 #include "apps/run/run_setup.hpp"
 #include "apps/run/run_summary.hpp"
-#include "dataset/dataset_board.hpp"
-#include "hal/mixed_board.hpp"
-#include "hal/platform.hpp"
-#include "hal/scaled_os.hpp"
 
 namespace sinew::app {
 
@@ -78,7 +70,8 @@ int run_session(Prepared& prepared, const RunOptions& options, RunBoard& board, 
 
 /// Whether a parent process stands beside a run: in real time, where something moves, unless it was told otherwise.
 bool needs_parent(const Prepared& prepared, const RunOptions& options);
-/// The same with a parent beside it, which stops `stops`.
+/// Runs `supervised.body` beside a parent, which stops `supervised.stops` and the real devices of the robot; fills in
+/// what the parent knows of the robot. Exit code and errors: run_with_parent().
 int run_supervised(Prepared& prepared, const RunOptions& options, Supervised supervised);
 
 }  // namespace sinew::app
