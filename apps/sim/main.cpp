@@ -91,7 +91,8 @@ int serve(plant::SimOptions& s) {
   hal::ThreadOptions lines;
   lines.name = "plant_door";
   lines.fifo_priority = s.lines_priority();
-  auto door = sim_hil::PlantDoor::open(os, std::move(*listener), plant::Session::description(s.view, s.session), lines);
+  auto door =
+      sim_hil::PlantListener::open(os, std::move(*listener), plant::Session::description(s.view, s.session), lines);
   if (!door) return fail("cannot serve " + s.listen, door.error());
   std::string why;
   auto camera = plant::CameraFeed::start(os, s.view, why);

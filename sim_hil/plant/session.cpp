@@ -119,7 +119,7 @@ Status Session::serve(std::unique_ptr<hal::Stream> stream) {
   return serve(std::move(caller));
 }
 
-Status Session::serve(sim_hil::Caller caller, sim_hil::PlantDoor& door) {
+Status Session::serve(sim_hil::Caller caller, sim_hil::PlantListener& door) {
   door_ = &door;
   return serve(std::move(caller));
 }

@@ -67,7 +67,7 @@ class Session {
   /// Errors:  what the handshake said; `report().reason` has it in words.
   hal::Status serve(std::unique_ptr<hal::Stream> stream);
   /// The same with a runtime that came in by the door; the door's stop line ends all commands.
-  hal::Status serve(sim_hil::Caller caller, sim_hil::PlantDoor& door);
+  hal::Status serve(sim_hil::Caller caller, sim_hil::PlantListener& door);
   const SessionReport& report() const { return report_; }
 
  private:
@@ -107,7 +107,7 @@ class Session {
   hal::Os& os_;
   CameraFeed& feed_;
   SessionOptions options_;
-  sim_hil::PlantDoor* door_ = nullptr;
+  sim_hil::PlantListener* door_ = nullptr;
   std::unique_ptr<hal::SharedMemory> frames_;
   std::unique_ptr<sim_hil::PlantLink> link_;
   std::unique_ptr<Relink> relink_;    // once a runtime was lost

@@ -64,7 +64,7 @@ class PlantLink {
   /// `why` says it in words.
   static hal::Result<std::unique_ptr<PlantLink>> accept(std::unique_ptr<hal::Stream> stream, PlantDescription plant,
                                                         hal::SharedMemory* frames, std::string& why);
-  /// The same with a runtime that has said its Hello already (plant_door.hpp).
+  /// The same with a runtime that has said its Hello already (plant_listener.hpp).
   static hal::Result<std::unique_ptr<PlantLink>> accept(Caller caller, PlantDescription plant,
                                                         hal::SharedMemory* frames, std::string& why);
   static std::size_t frame_memory_bytes(const PlantDescription& plant);

@@ -17,22 +17,22 @@ constexpr hal::Duration kLookAround = 100ms;  // how long the end of the door ma
 
 }  // namespace
 
-PlantDoor::PlantDoor(hal::Os& os, std::unique_ptr<hal::Listener> listener, PlantDescription plant,
-                     const hal::ThreadOptions& thread)
+PlantListener::PlantListener(hal::Os& os, std::unique_ptr<hal::Listener> listener, PlantDescription plant,
+                             const hal::ThreadOptions& thread)
     : os_(os), listener_(std::move(listener)), plant_(std::move(plant)), thread_options_(thread) {
   for (DeviceInfo& d : plant_.devices) d.slots = 0, d.slots_offset = 0, d.slot_bytes = 0;  // no frames on a side line
 }
 
-Result<std::unique_ptr<PlantDoor>> PlantDoor::open(hal::Os& os, std::unique_ptr<hal::Listener> listener,
-                                                   PlantDescription plant, const hal::ThreadOptions& thread) {
-  std::unique_ptr<PlantDoor> door(new PlantDoor(os, std::move(listener), std::move(plant), thread));
+Result<std::unique_ptr<PlantListener>> PlantListener::open(hal::Os& os, std::unique_ptr<hal::Listener> listener,
+                                                           PlantDescription plant, const hal::ThreadOptions& thread) {
+  std::unique_ptr<PlantListener> door(new PlantListener(os, std::move(listener), std::move(plant), thread));
   auto acceptor = os.start_thread(thread, [raw = door.get()] { raw->accept_loop(); });
   if (!acceptor) return acceptor.error();
   door->acceptor_ = std::move(*acceptor);
   return door;
 }
 
-PlantDoor::~PlantDoor() {
+PlantListener::~PlantListener() {
   closing_.store(true, std::memory_order_relaxed);
   if (acceptor_) acceptor_->join();
   {
@@ -44,7 +44,7 @@ PlantDoor::~PlantDoor() {
   if (waiting_) turn_away(*waiting_->stream, "the plant has ended");
 }
 
-void PlantDoor::accept_loop() {
+void PlantListener::accept_loop() {
   while (!closing_.load(std::memory_order_relaxed)) {
     auto stream = listener_->accept(kLookAround);
     if (stream) {
@@ -57,7 +57,7 @@ void PlantDoor::accept_loop() {
   }
 }
 
-void PlantDoor::admit(std::unique_ptr<hal::Stream> stream) {
+void PlantListener::admit(std::unique_ptr<hal::Stream> stream) {
   const std::lock_guard lock(mutex_);
   if (lines_.size() >= kMaxLines) return refuse(*stream, "too many connections to this plant");
   auto line = std::make_unique<Line>();
@@ -71,7 +71,7 @@ void PlantDoor::admit(std::unique_ptr<hal::Stream> stream) {
   lines_.push_back(std::move(line));
 }
 
-void PlantDoor::serve(Caller& caller) {
+void PlantListener::serve(Caller& caller) {
   std::string why;
   caller.stream->set_patience(kHelloPatience);
   if (!hear_hello(caller, plant_.name, why)) {
@@ -87,7 +87,7 @@ void PlantDoor::serve(Caller& caller) {
   caller.stream.reset();  // the peer sees at once that this is over
 }
 
-void PlantDoor::keep_runtime(Caller& caller) {
+void PlantListener::keep_runtime(Caller& caller) {
   const std::lock_guard lock(mutex_);
   if (taken_ || waiting_) return refuse(*caller.stream, "this plant serves a runtime already");
   caller.stream->set_patience({});
@@ -95,7 +95,7 @@ void PlantDoor::keep_runtime(Caller& caller) {
   came_.notify_all();
 }
 
-Result<Caller> PlantDoor::wait_runtime(hal::Duration patience) {
+Result<Caller> PlantListener::wait_runtime(hal::Duration patience) {
   std::unique_lock lock(mutex_);
   if (!came_.wait_for(lock, patience, [&] { return waiting_.has_value(); }))
     return Error{Errc::timeout, "no runtime has called"};
@@ -105,12 +105,12 @@ Result<Caller> PlantDoor::wait_runtime(hal::Duration patience) {
   return caller;
 }
 
-void PlantDoor::let_go() {
+void PlantListener::let_go() {
   const std::lock_guard lock(mutex_);
   taken_ = false;
 }
 
-void PlantDoor::refuse(hal::Stream& stream, std::string_view reason) {
+void PlantListener::refuse(hal::Stream& stream, std::string_view reason) {
   turned_away_.fetch_add(1, std::memory_order_relaxed);
   turn_away(stream, reason);
 }

@@ -16,21 +16,21 @@ namespace sinew::sim_hil {
 
 /// The entrance of a plant: lets one runtime in at a time and answers side lines beside it, from the first moment to
 /// the last. A side line may stop all actuators (stopped()) and compare its clock with ours.
-///     auto door = PlantDoor::open(os, std::move(listener), description, {});
+///     auto door = PlantListener::open(os, std::move(listener), description, {});
 ///     auto caller = door->wait_runtime(60s);             // then PlantLink::accept(std::move(*caller), ...)
 /// Thread:  owner; stopped() any. It has a thread that accepts and one for each connection that it serves.
-class PlantDoor {
+class PlantListener {
  public:
   static constexpr std::size_t kMaxLines = 8;  // side lines, and callers that have not said Hello yet
 
   /// `os` tells the clock that plant time follows. `thread` is for all threads of the door: above the physics', so that
   /// neither a stop nor a look at the clock waits.
   /// Errors:  those of starting a thread.
-  static hal::Result<std::unique_ptr<PlantDoor>> open(hal::Os& os, std::unique_ptr<hal::Listener> listener,
-                                                      PlantDescription plant, const hal::ThreadOptions& thread);
-  ~PlantDoor();
-  PlantDoor(const PlantDoor&) = delete;
-  PlantDoor& operator=(const PlantDoor&) = delete;
+  static hal::Result<std::unique_ptr<PlantListener>> open(hal::Os& os, std::unique_ptr<hal::Listener> listener,
+                                                          PlantDescription plant, const hal::ThreadOptions& thread);
+  ~PlantListener();
+  PlantListener(const PlantListener&) = delete;
+  PlantListener& operator=(const PlantListener&) = delete;
 
   const std::string& endpoint() const { return listener_->endpoint(); }
   /// The runtime that called, or the next that will. From then on others are turned away, until let_go().
@@ -51,8 +51,8 @@ class PlantDoor {
     std::unique_ptr<hal::Thread> thread;
   };
 
-  PlantDoor(hal::Os& os, std::unique_ptr<hal::Listener> listener, PlantDescription plant,
-            const hal::ThreadOptions& thread);
+  PlantListener(hal::Os& os, std::unique_ptr<hal::Listener> listener, PlantDescription plant,
+                const hal::ThreadOptions& thread);
   void accept_loop();
   void admit(std::unique_ptr<hal::Stream> stream);
   void serve(Caller& caller);

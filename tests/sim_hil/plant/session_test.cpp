@@ -376,8 +376,8 @@ class DoorPlant {
     auto listener = hal::listen_stream("unix:" + folder_ + "/plant.sock");
     EXPECT_TRUE(listener);
     endpoint_ = (*listener)->endpoint();
-    door_ = std::move(*sim_hil::PlantDoor::open(hal::system_os(), std::move(*listener),
-                                                Session::description({}, options), {"door", 0, {}, 1 << 18}));
+    door_ = std::move(*sim_hil::PlantListener::open(hal::system_os(), std::move(*listener),
+                                                    Session::description({}, options), {"door", 0, {}, 1 << 18}));
     thread_ = std::thread([this] {
       auto caller = door_->wait_runtime(kPatience);
       if (caller) served = session.serve(std::move(*caller), *door_);
@@ -398,7 +398,7 @@ class DoorPlant {
  private:
   std::string folder_ = (std::filesystem::temp_directory_path() / "sinew_session_XXXXXX").string();
   std::string endpoint_;
-  std::unique_ptr<sim_hil::PlantDoor> door_;
+  std::unique_ptr<sim_hil::PlantListener> door_;
   std::thread thread_;
 };
 

@@ -6,7 +6,7 @@ namespace {
 
 using hal::Errc;
 
-TEST(PlantDoor, StopLineIsObeyedBesideARuntimeThatHangs) {
+TEST(PlantListener, StopLineIsObeyedBesideARuntimeThatHangs) {
   DoorRig rig;
   auto hanging = rig.connect();
   say_hello(*hanging);
@@ -22,14 +22,14 @@ TEST(PlantDoor, StopLineIsObeyedBesideARuntimeThatHangs) {
   EXPECT_TRUE(line->stop()) << "once more does no harm";
 }
 
-TEST(PlantDoor, StopLineMayBeOpenBeforeAnyRuntimeComes) {
+TEST(PlantListener, StopLineMayBeOpenBeforeAnyRuntimeComes) {
   DoorRig rig;
   auto line = rig.side_line();
   EXPECT_TRUE(line->stop());
   EXPECT_TRUE(rig.door->stopped());
 }
 
-TEST(PlantDoor, SecondRuntimeIsTurnedAwayUntilTheFirstIsLetGo) {
+TEST(PlantListener, SecondRuntimeIsTurnedAwayUntilTheFirstIsLetGo) {
   DoorRig rig;
   auto first = rig.connect();
   say_hello(*first);
@@ -48,7 +48,7 @@ TEST(PlantDoor, SecondRuntimeIsTurnedAwayUntilTheFirstIsLetGo) {
   EXPECT_EQ(caller->hello.robot, "third");
 }
 
-TEST(PlantDoor, StrangersHinderNobody) {
+TEST(PlantListener, StrangersHinderNobody) {
   DoorRig rig;
   auto silent = rig.connect();
   auto garbage = rig.connect();
@@ -63,10 +63,10 @@ TEST(PlantDoor, StrangersHinderNobody) {
   EXPECT_GE(rig.door->turned_away(), 1u);
 }
 
-TEST(PlantDoor, MoreConnectionsThanItServesAreTurnedAwayWithWords) {
+TEST(PlantListener, MoreConnectionsThanItServesAreTurnedAwayWithWords) {
   DoorRig rig;
   std::vector<std::unique_ptr<SideLine>> lines;
-  for (std::size_t i = 0; i < PlantDoor::kMaxLines; ++i) lines.push_back(rig.side_line());
+  for (std::size_t i = 0; i < PlantListener::kMaxLines; ++i) lines.push_back(rig.side_line());
   EXPECT_EQ(next_word(*rig.connect()), "too many connections to this plant");
   lines.pop_back();  // and when one has left, another is served
   const Time give_up = hal::system_os().now() + kLong;
@@ -75,7 +75,7 @@ TEST(PlantDoor, MoreConnectionsThanItServesAreTurnedAwayWithWords) {
   EXPECT_LT(hal::system_os().now(), give_up);
 }
 
-TEST(PlantDoor, SideLineThatBreaksTheProtocolHearsWhy) {
+TEST(PlantListener, SideLineThatBreaksTheProtocolHearsWhy) {
   DoorRig rig;
   auto stream = rig.connect();
   MessageWriter out(kMaxSmallBytes);

@@ -245,7 +245,7 @@ class RemotePlant {
     EXPECT_TRUE(listener);
     endpoint_ = (*listener)->endpoint();
     if (side_lines)
-      door_ = std::move(*PlantDoor::open(host_, std::move(*listener), small_plant(), {"door", 0, {}, 1 << 18}));
+      door_ = std::move(*PlantListener::open(host_, std::move(*listener), small_plant(), {"door", 0, {}, 1 << 18}));
     else
       listener_ = std::move(*listener);
     thread_ = std::move(*system_os().start_thread({"plant", 0, {}, 1 << 18}, [this] { run(); }));
@@ -290,7 +290,7 @@ class RemotePlant {
 
   hal::ScaledOs host_{system_os(), 1 + kDrift, Time{-1'000'000'000'000'000}};
   std::string endpoint_;
-  std::unique_ptr<PlantDoor> door_;
+  std::unique_ptr<PlantListener> door_;
   std::unique_ptr<hal::Listener> listener_;
   std::atomic<bool> over_{false};
   std::unique_ptr<hal::Thread> thread_;
