@@ -128,7 +128,10 @@ int run(int turns) {
   {
     std::string why;
     auto name = tap::Name::take("bench", why);
-    if (!name) return std::printf("%s\n", why.c_str()), 2;
+    if (!name) {
+      std::printf("%s\n", why.c_str());
+      return 2;
+    }
     auto server = tap::Server::open(**name, graph, executor.runner(), os);
     if (!server) return 2;
     const std::vector<std::string> hostiles{"spin", "wake", "flood", "garbage", "killed"};

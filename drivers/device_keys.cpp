@@ -58,7 +58,10 @@ const KeyRow* DeviceKeys::row_of(std::string_view key) const {
   return it == rows_.end() ? nullptr : &*it;
 }
 
-bool DeviceKeys::refuse(std::string_view key) { return problem(key, row_of(key)->says), false; }
+bool DeviceKeys::refuse(std::string_view key) {
+  problem(key, row_of(key)->says);
+  return false;
+}
 
 bool DeviceKeys::read(std::string_view key, std::string& out, std::string_view allowed, const KeyInfo& info) {
   const Value* value =
@@ -66,7 +69,8 @@ bool DeviceKeys::read(std::string_view key, std::string& out, std::string_view a
   if (!value) return false;
   const auto* text = std::get_if<std::string>(&value->value);
   if (!text || text->empty()) return refuse(key);
-  return out = *text, true;
+  out = *text;
+  return true;
 }
 
 bool DeviceKeys::read_text_or_number(std::string_view key, std::string& out, std::string_view allowed,
@@ -75,7 +79,8 @@ bool DeviceKeys::read_text_or_number(std::string_view key, std::string& out, std
   const auto* whole = it == spec_.keys.end() ? nullptr : std::get_if<std::int64_t>(&it->second.value);
   if (!whole) return read(key, out, allowed, info);
   static_cast<void>(declare(key, info, row("text", {}, "", std::string(allowed))));
-  return out = std::to_string(*whole), true;
+  out = std::to_string(*whole);
+  return true;
 }
 
 bool DeviceKeys::read(std::string_view key, bool& out, const KeyInfo& info) {
@@ -83,7 +88,8 @@ bool DeviceKeys::read(std::string_view key, bool& out, const KeyInfo& info) {
   if (!value) return false;
   const auto* flag = std::get_if<bool>(&value->value);
   if (!flag) return refuse(key);
-  return out = *flag, true;
+  out = *flag;
+  return true;
 }
 
 bool DeviceKeys::read(std::string_view key, double& out, double min, double max, const KeyInfo& info) {
@@ -94,7 +100,10 @@ bool DeviceKeys::read(std::string_view key, double& out, double min, double max,
   const auto* real = std::get_if<double>(&value->value);
   const double number = whole ? static_cast<double>(*whole) : real ? *real : 0.0;
   // Written so that what is not a number is refused.
-  if ((whole || real) && number >= min && number <= max) return out = number, true;
+  if ((whole || real) && number >= min && number <= max) {
+    out = number;
+    return true;
+  }
   return refuse(key);
 }
 
@@ -102,7 +111,8 @@ bool DeviceKeys::read_ms(std::string_view key, hal::Duration& out, double min_ms
   info.unit = "ms";
   double ms = static_cast<double>(out.count()) / kMs;
   if (!read(key, ms, min_ms, max_ms, info)) return false;
-  return out = hal::Duration{static_cast<std::int64_t>(ms * kMs)}, true;
+  out = hal::Duration{static_cast<std::int64_t>(ms * kMs)};
+  return true;
 }
 
 bool DeviceKeys::read_int64(std::string_view key, std::int64_t& out, std::int64_t min, std::int64_t max,
@@ -112,7 +122,10 @@ bool DeviceKeys::read_int64(std::string_view key, std::int64_t& out, std::int64_
                                    number_text(min, info.hex) + " to " + number_text(max, info.hex)));
   if (!value) return false;
   const auto* whole = std::get_if<std::int64_t>(&value->value);
-  if (whole && *whole >= min && *whole <= max) return out = *whole, true;
+  if (whole && *whole >= min && *whole <= max) {
+    out = *whole;
+    return true;
+  }
   return refuse(key);
 }
 
@@ -123,7 +136,10 @@ bool DeviceKeys::read_listed(std::string_view key, std::int64_t& out, std::initi
   const Value* value = declare(key, info, row("integer", number_text(out, info.hex), kOneOf, list));
   if (!value) return false;
   const auto* whole = std::get_if<std::int64_t>(&value->value);
-  if (whole && std::find(values.begin(), values.end(), *whole) != values.end()) return out = *whole, true;
+  if (whole && std::find(values.begin(), values.end(), *whole) != values.end()) {
+    out = *whole;
+    return true;
+  }
   return refuse(key);
 }
 
@@ -137,7 +153,8 @@ bool DeviceKeys::read_named(std::string_view key, std::size_t& chosen, const std
   const auto* text = std::get_if<std::string>(&value->value);
   const auto found = text ? std::find(names.begin(), names.end(), *text) : names.end();
   if (found == names.end()) return refuse(key);
-  return chosen = static_cast<std::size_t>(found - names.begin()), true;
+  chosen = static_cast<std::size_t>(found - names.begin());
+  return true;
 }
 
 void DeviceKeys::read_all(std::string_view prefix, std::map<std::string, double, std::less<>>& out, double min,

@@ -68,7 +68,8 @@ class DeviceKeys {
   bool read_integer(std::string_view key, Integer& out, std::int64_t min, std::int64_t max, const KeyInfo& info) {
     std::int64_t value = out;
     if (!read_int64(key, value, min, max, info)) return false;
-    return out = static_cast<Integer>(value), true;
+    out = static_cast<Integer>(value);
+    return true;
   }
   /// One of a few whole numbers.
   template <class Integer>
@@ -76,7 +77,8 @@ class DeviceKeys {
                    const KeyInfo& info) {
     std::int64_t value = out;
     if (!read_listed(key, value, values, info)) return false;
-    return out = static_cast<Integer>(value), true;
+    out = static_cast<Integer>(value);
+    return true;
   }
   template <class E>
   bool read_choice(std::string_view key, E& out, std::initializer_list<std::pair<std::string_view, E>> choices,
@@ -93,7 +95,8 @@ class DeviceKeys {
       names.push_back(name);
     }
     if (!read_named(key, chosen, names, info)) return false;
-    return out = choices[chosen].second, true;
+    out = choices[chosen].second;
+    return true;
   }
   /// All keys that begin with `prefix`: numbers, by what follows it.
   void read_all(std::string_view prefix, std::map<std::string, double, std::less<>>& out, double min, double max,

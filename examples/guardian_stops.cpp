@@ -26,7 +26,10 @@ class Motor final : public hal::EmptyBoard, public hal::Actuators {
  public:
   explicit Motor(const hal::Clock& clock) : clock_(clock) {}
   hal::Result<hal::Actuators*> actuators(std::string_view) override { return static_cast<hal::Actuators*>(this); }
-  hal::Status write(const msg::ActuatorCommand&, hal::Duration) noexcept override { return ran_ = true, hal::Status(); }
+  hal::Status write(const msg::ActuatorCommand&, hal::Duration) noexcept override {
+    ran_ = true;
+    return hal::Status();
+  }
   hal::Status stop() noexcept override {
     if (ran_ && stopped_at == hal::kNever) stopped_at = clock_.now();
     return {};

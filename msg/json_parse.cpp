@@ -93,13 +93,21 @@ bool Parser::object(const TypeInfo& type, std::byte* p, const std::string& prefi
     skip_space();
     const std::size_t start = at_;
     std::string_view name;
-    if (!string(name)) return at_ = start, fail(path, found(), "a field's name in quotes");
+    if (!string(name)) {
+      at_ = start;
+      return fail(path, found(), "a field's name in quotes");
+    }
     std::size_t i = 0;
     while (i < type.fields.size() && type.fields[i].name != name) ++i;
     const bool is_bulk = i == type.fields.size() && top && type.has_bulk() && name == type.bulk_name;
-    if (i == type.fields.size() && !is_bulk)
-      return at_ = start, fail(prefix + std::string(name), "no such field", names_of(type, top));
-    if (seen[i]) return at_ = start, fail(prefix + std::string(name), "given twice", "once");
+    if (i == type.fields.size() && !is_bulk) {
+      at_ = start;
+      return fail(prefix + std::string(name), "no such field", names_of(type, top));
+    }
+    if (seen[i]) {
+      at_ = start;
+      return fail(prefix + std::string(name), "given twice", "once");
+    }
     seen[i] = true;
     const std::string inner = prefix + std::string(name);
     if (!expect(':', inner)) return false;
@@ -206,8 +214,10 @@ bool Parser::floating(std::byte* p, const std::string& path) {
       value = std::numeric_limits<F>::infinity();
     else if (name == "-Infinity")
       value = -std::numeric_limits<F>::infinity();
-    else
-      return at_ = start, fail(path, found(), allowed);
+    else {
+      at_ = start;
+      return fail(path, found(), allowed);
+    }
   } else {
     const auto [end, error] = std::from_chars(token.data(), token.data() + token.size(), value);
     if (error != std::errc{} || end != token.data() + token.size())
@@ -230,14 +240,23 @@ bool Parser::base64(const std::string& path) {
   const std::size_t start = at_;
   const std::string allowed = "base64, padded, of at most " + std::to_string(capacity_) + " bytes";
   std::string_view s;
-  if (!string(s) || s.size() % 4 != 0) return at_ = start, fail(path, found(), allowed);
+  if (!string(s) || s.size() % 4 != 0) {
+    at_ = start;
+    return fail(path, found(), allowed);
+  }
   std::size_t n = s.size() / 4 * 3;
   for (int i = 0; i < 2 && !s.empty() && s.back() == '='; ++i) s.remove_suffix(1), --n;
-  if (n > capacity_) return at_ = start, fail(path, std::to_string(n) + " bytes", allowed);
+  if (n > capacity_) {
+    at_ = start;
+    return fail(path, std::to_string(n) + " bytes", allowed);
+  }
   std::uint32_t group = 0, bits = 0, used = 0;
   for (const char c : s) {
     const int d = digit(c);
-    if (d < 0) return at_ = start, fail(path, "'" + std::string(1, c) + "' in base64", allowed);
+    if (d < 0) {
+      at_ = start;
+      return fail(path, "'" + std::string(1, c) + "' in base64", allowed);
+    }
     group = group << 6 | static_cast<std::uint32_t>(d);
     bits += 6;
     if (bits >= 8) {

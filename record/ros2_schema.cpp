@@ -145,7 +145,10 @@ class Parser {
       auto at = find(r.name);
       if (!at && r.name.find('/') == std::string::npos) at = find(from.substr(0, from.find('/') + 1) + r.name);
       if (!at && r.name.find('/') == std::string::npos) at = find_in_any_package(r.name);
-      if (!at) return fail("the type " + r.name + " is not defined"), false;
+      if (!at) {
+        fail("the type " + r.name + " is not defined");
+        return false;
+      }
       types_[r.type].fields[r.field].nested = *at;
     }
     return true;
@@ -153,7 +156,10 @@ class Parser {
 
   /// Whether this type is of finite depth.
   bool ends(std::uint32_t type, std::size_t depth) {
-    if (depth > kMaxDepth) return fail(types_[type].name + " contains itself, or too many others inside others"), false;
+    if (depth > kMaxDepth) {
+      fail(types_[type].name + " contains itself, or too many others inside others");
+      return false;
+    }
     if (done_.size() < types_.size()) done_.resize(types_.size());
     if (done_[type]) return true;
     for (const Ros2Field& f : types_[type].fields)

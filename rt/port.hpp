@@ -96,7 +96,10 @@ class InQueue : public InputBase {
    public:
     explicit Iterator(const SlotHeader* const* at) : at_(at) {}
     const M& operator*() const { return *static_cast<const M*>((*at_)->message()); }
-    Iterator& operator++() { return ++at_, *this; }
+    Iterator& operator++() {
+      ++at_;
+      return *this;
+    }
     bool operator==(const Iterator&) const = default;
 
    private:

@@ -117,16 +117,25 @@ DronecanAssembler::Heard DronecanAssembler::push(const msg::CanFrame& frame, Tim
     return Heard::foreign;
   const DronecanWanted* type = wanted(id);
   if (type == nullptr || (id.service && id.destination != own_node)) return Heard::foreign;
-  if (frame.size == 0) return ++stats_.malformed, Heard::broken;
+  if (frame.size == 0) {
+    ++stats_.malformed;
+    return Heard::broken;
+  }
   const std::uint8_t tail = frame.data[frame.size - 1];
   if ((tail & kStart) == 0) return go_on(frame, id, now, out);
   if (Place* before = find(frame.id)) {
     before->busy = false;  // its sender has begun another one
     ++stats_.stray;
   }
-  if ((tail & kToggle) != 0) return ++stats_.malformed, Heard::broken;
+  if ((tail & kToggle) != 0) {
+    ++stats_.malformed;
+    return Heard::broken;
+  }
   if ((tail & kEnd) == 0) {
-    if (id.source == 0) return ++stats_.malformed, Heard::broken;
+    if (id.source == 0) {
+      ++stats_.malformed;
+      return Heard::broken;
+    }
     return begin(frame, type->signature, now);
   }
   ++stats_.transfers;
@@ -139,9 +148,15 @@ DronecanAssembler::Heard DronecanAssembler::push(const msg::CanFrame& frame, Tim
 
 DronecanAssembler::Heard DronecanAssembler::begin(const msg::CanFrame& frame, std::uint64_t signature,
                                                   Time now) noexcept {
-  if (frame.size != 8) return ++stats_.malformed, Heard::broken;
+  if (frame.size != 8) {
+    ++stats_.malformed;
+    return Heard::broken;
+  }
   Place* place = free_place(now);
-  if (place == nullptr) return ++stats_.no_room, Heard::broken;
+  if (place == nullptr) {
+    ++stats_.no_room;
+    return Heard::broken;
+  }
   place->busy = true;
   place->can_id = frame.id;
   place->begun = now;
@@ -165,13 +180,16 @@ DronecanAssembler::Heard DronecanAssembler::go_on(const msg::CanFrame& frame, co
     place = nullptr;
   }
   // A frame that came twice has the toggle of the last one: it is left out, and the transfer goes on.
-  if (place == nullptr || place->transfer_id != (tail & kTransferMask) || place->toggle != ((tail & kToggle) != 0))
-    return ++stats_.stray, Heard::broken;
+  if (place == nullptr || place->transfer_id != (tail & kTransferMask) || place->toggle != ((tail & kToggle) != 0)) {
+    ++stats_.stray;
+    return Heard::broken;
+  }
   const std::size_t n = frame.size - 1;
   const bool last = (tail & kEnd) != 0;
   if (place->size + n > kDronecanMaxPayload || (!last && n != kFrameData) || n == 0) {
     place->busy = false;
-    return ++stats_.malformed, Heard::broken;
+    ++stats_.malformed;
+    return Heard::broken;
   }
   std::copy_n(frame.data.begin(), n, place->data + place->size);
   place->size += n;
@@ -179,8 +197,10 @@ DronecanAssembler::Heard DronecanAssembler::go_on(const msg::CanFrame& frame, co
   if (!last) return Heard::partial;
   place->busy = false;  // its bytes stay until the next push()
   const std::span<const std::uint8_t> payload(place->data, place->size);
-  if (crc_ccitt(payload, dronecan_crc_seed(place->signature)) != place->said_crc)
-    return ++stats_.crc_errors, Heard::broken;
+  if (crc_ccitt(payload, dronecan_crc_seed(place->signature)) != place->said_crc) {
+    ++stats_.crc_errors;
+    return Heard::broken;
+  }
   ++stats_.transfers;
   out.id = id;
   out.transfer_id = place->transfer_id;

@@ -135,8 +135,14 @@ bool socketcand_parse(std::string_view element, SocketcandMessage& out) noexcept
   if (word == "ok") return plain(SocketcandKind::ok);
   if (word == "echo") return plain(SocketcandKind::echo);
   if (word == "rawmode") return plain(SocketcandKind::raw_mode);
-  if (word == "stat") return out.kind = SocketcandKind::statistics, true;
-  if (word == "error") return read_error(text, out), true;
+  if (word == "stat") {
+    out.kind = SocketcandKind::statistics;
+    return true;
+  }
+  if (word == "error") {
+    read_error(text, out);
+    return true;
+  }
   if (word == "open") {
     out.kind = SocketcandKind::open;
     out.text = text.word();

@@ -25,10 +25,15 @@ msg::PixelFormat format_of(std::string_view encoding) {
 /// Empty, with `why`, for what is no image that can be shown.
 std::string png_of(const record::Message& m, std::string& why) {
   const auto view = record::view_image(m.data);
-  if (!view) return why = "its bytes are no sensor_msgs/msg/Image", std::string();
+  if (!view) {
+    why = "its bytes are no sensor_msgs/msg/Image";
+    return std::string();
+  }
   const msg::PixelFormat format = format_of(view->encoding);
-  if (format == msg::PixelFormat::none)
-    return why = "encoding " + std::string(view->encoding) + ": mono8, rgb8, bgr8 or yuv422_yuy2", std::string();
+  if (format == msg::PixelFormat::none) {
+    why = "encoding " + std::string(view->encoding) + ": mono8, rgb8, bgr8 or yuv422_yuy2";
+    return std::string();
+  }
   return dataset::encode_png(format, view->width, view->height, view->stride,
                              {reinterpret_cast<const std::uint8_t*>(view->pixels.data()), view->pixels.size()}, why);
 }

@@ -70,12 +70,19 @@ bool find_modules(const CalibrateOptions& o, const Params& params, Wanted& wante
     if (o.mount.empty() || m.name == o.mount) wanted.mount = m.name;
   }
   if (o.fov_y_deg > 0) wanted.fov_y_rad = o.fov_y_deg / kDeg;
-  if (wanted.source.empty()) return fail("no drivers::CameraSource has the device '" + o.camera + "'"), false;
-  if (wanted.fov_y_rad <= 0) return fail("no module has fov_y_rad: say --fov DEG"), false;
-  if (wanted.mount.empty() || (o.mount.empty() && count > 1))
-    return fail("--mount MODULE: whose camera_qw, ... say how the camera is mounted? They have such: " +
-                (count ? mounts : "none")),
-           false;
+  if (wanted.source.empty()) {
+    fail("no drivers::CameraSource has the device '" + o.camera + "'");
+    return false;
+  }
+  if (wanted.fov_y_rad <= 0) {
+    fail("no module has fov_y_rad: say --fov DEG");
+    return false;
+  }
+  if (wanted.mount.empty() || (o.mount.empty() && count > 1)) {
+    fail("--mount MODULE: whose camera_qw, ... say how the camera is mounted? They have such: " +
+         (count ? mounts : "none"));
+    return false;
+  }
   for (const auto& m : params.modules())
     if (m.name == wanted.mount)
       wanted.q_nominal = math::Quat{*params.number(m, kMount[0]), *params.number(m, kMount[1]),
@@ -109,18 +116,27 @@ bool watch(hal::Imu& imu, hal::Camera& camera, const CalibrateOptions& o, Camera
   hal::Time imu_last = begin, image_last = begin;
   const auto length = hal::Duration{static_cast<std::int64_t>(o.seconds * 1e9)};
   while (os.now() - begin < length) {
-    if (hal::stop_requested()) return fail("ended by a signal", kFailed), false;
+    if (hal::stop_requested()) {
+      fail("ended by a signal", kFailed);
+      return false;
+    }
     msg::ImuSample sample;
     for (auto got = imu.read(sample); got && *got; got = imu.read(sample)) offset.add(sample), imu_last = os.now();
     if (const auto got = camera.read(*image); got && *got) {
       image_last = os.now();
       auto taken = reduced(*image, luma);
-      if (!taken) return fail("device '" + o.camera + "': its format has no grey values: yuyv or mono8"), false;
+      if (!taken) {
+        fail("device '" + o.camera + "': its format has no grey values: yuyv or mono8");
+        return false;
+      }
       pictures.push_back(std::move(*taken));
       continue;  // another may wait
     }
     for (const auto& [last, name] : {std::pair{imu_last, &o.device}, std::pair{image_last, &o.camera}})
-      if (os.now() - last > kSilent) return fail("device '" + *name + "': nothing came for 2 s", kFailed), false;
+      if (os.now() - last > kSilent) {
+        fail("device '" + *name + "': nothing came for 2 s", kFailed);
+        return false;
+      }
     os.sleep_until(os.now() + 1ms);
   }
   return true;

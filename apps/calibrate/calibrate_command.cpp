@@ -16,7 +16,10 @@ namespace {
 bool rest_for(hal::Imu& imu, const CalibrateOptions& o, ImuRest& rest) {
   const auto length = hal::Duration{static_cast<std::int64_t>(o.seconds * 1e9)};
   if (!read_for<msg::ImuSample>(imu, length, o.device, [&](const msg::ImuSample& s) { rest.add(s); })) return false;
-  if (const std::string why = rest.moved(); !why.empty()) return fail(why, kFailed), false;
+  if (const std::string why = rest.moved(); !why.empty()) {
+    fail(why, kFailed);
+    return false;
+  }
   std::printf("%zu samples: rates %.5f %.5f %.5f rad/s, accelerations %.4f %.4f %.4f m/s^2\n", rest.count(),
               rest.gyro_mean_radps().x, rest.gyro_mean_radps().y, rest.gyro_mean_radps().z, rest.accel_mean_mps2().x,
               rest.accel_mean_mps2().y, rest.accel_mean_mps2().z);

@@ -16,8 +16,10 @@ bool CalibrationBench::open(const CalibrateOptions& o, const std::vector<std::st
   if (!loaded.problems.empty()) return false;
   robot = std::move(loaded.robot);
   path = !o.file.empty() ? o.file : calibration_path(robot);
-  if (path.empty() && !o.dry)
-    return fail(o.robot + ": robot.calibration names no file; write it there, or say --file FILE"), false;
+  if (path.empty() && !o.dry) {
+    fail(o.robot + ": robot.calibration names no file; write it there, or say --file FILE");
+    return false;
+  }
   if (!read_old()) return false;
   std::vector<rt::Problem> problems = apply_keys();
   for (auto& device : robot.devices.devices)
@@ -26,15 +28,24 @@ bool CalibrationBench::open(const CalibrateOptions& o, const std::vector<std::st
   OptionLines options;
   for (const std::string& setting : o.set) {
     const auto why = apply_device_setting(robot.devices, setting, options.line_of("--set " + setting));
-    if (!why) return fail("--set " + setting + ": device.NAME.KEY=VALUE or bus.NAME.KEY=VALUE"), false;
-    if (!why->empty()) return fail("--set " + setting + ": " + *why), false;
+    if (!why) {
+      fail("--set " + setting + ": device.NAME.KEY=VALUE or bus.NAME.KEY=VALUE");
+      return false;
+    }
+    if (!why->empty()) {
+      fail("--set " + setting + ": " + *why);
+      return false;
+    }
   }
   for (auto& p : check_linux_devices(robot)) problems.push_back(std::move(p));
   for (const auto& p : problems) std::fprintf(stderr, "%s\n", options.told(p, o.robot).c_str());
   if (!problems.empty()) return false;
   std::string why;
   auto real = LinuxBoard::open(robot, hal::system_os(), why);
-  if (!real) return fail(why), false;
+  if (!real) {
+    fail(why);
+    return false;
+  }
   board = std::move(*real);
   return true;
 }
@@ -52,7 +63,10 @@ void CalibrationBench::set_param(const std::string& module, const std::string& p
 
 int CalibrationBench::write(bool dry) const {
   const std::string text = calibration_text(robot.graph.robot, old);
-  if (dry) return std::fputs(text.c_str(), stdout), kDone;
+  if (dry) {
+    std::fputs(text.c_str(), stdout);
+    return kDone;
+  }
   const std::string fresh = path + ".new";
   std::ofstream out(fresh, std::ios::binary);
   out << text;

@@ -55,7 +55,10 @@ bool read_for(hal::Sensor<M>& sensor, hal::Duration length, const std::string& n
   hal::Time last = begin;
   std::size_t failed = 0;
   while (os.now() - begin < length || last == begin) {
-    if (hal::stop_requested()) return fail("ended by a signal", kFailed), false;
+    if (hal::stop_requested()) {
+      fail("ended by a signal", kFailed);
+      return false;
+    }
     M sample;
     const auto got = sensor.read(sample);
     if (got && *got) {
@@ -64,11 +67,12 @@ bool read_for(hal::Sensor<M>& sensor, hal::Duration length, const std::string& n
       continue;
     }
     if (!got) ++failed;
-    if (os.now() - last > kSilent)
-      return fail(fmt::format("device '{}': nothing came for {} s{}", name, kSilent.count() / 1'000'000'000,
-                              failed ? fmt::format(", {} reads failed", failed) : ""),
-                  kFailed),
-             false;
+    if (os.now() - last > kSilent) {
+      fail(fmt::format("device '{}': nothing came for {} s{}", name, kSilent.count() / 1'000'000'000,
+                       failed ? fmt::format(", {} reads failed", failed) : ""),
+           kFailed);
+      return false;
+    }
     os.sleep_until(os.now() + std::chrono::milliseconds(1));
   }
   return true;

@@ -18,7 +18,10 @@ BoardLink::BoardLink(const std::string& ssh, std::string host) : ssh_(split_word
 }
 
 std::optional<BoardLink::Answer> BoardLink::ask(const Question& question) {
-  if (ssh_.empty()) return problem_ = "--ssh: the name of a program", std::nullopt;
+  if (ssh_.empty()) {
+    problem_ = "--ssh: the name of a program";
+    return std::nullopt;
+  }
   std::vector<std::string> argv = ssh_;
   argv.push_back(host_);
   argv.push_back(shell_line(board_script(question.script), question.arguments, question.root));

@@ -190,7 +190,10 @@ int deploy_command(const DeployOptions& o, const rt::ModuleTypes& types) {
     if (const std::string why = refuse_unit(unit); !why.empty()) return fail("--unit: " + why);
   if (o.print_unit) {
     unit.groups = {"video", "dialout"};  // that every Debian has
-    return std::fputs(unit_text(loaded.robot, unit).c_str(), stdout), kDone;
+    {
+      std::fputs(unit_text(loaded.robot, unit).c_str(), stdout);
+      return kDone;
+    }
   }
   const auto target = target_of(program);
   if (!target) return fail(program + ": is no program that can be read (ELF)");

@@ -28,7 +28,10 @@ struct SaveOptions : LiveOptions {
 // "module.param"; false, after it was said, when it is something else.
 bool split(const std::string& name, std::string& module, std::string& param) {
   const auto dot = name.find('.');
-  if (dot == std::string::npos || dot == 0 || dot + 1 == name.size()) return fail(name + ": MODULE.PARAM"), false;
+  if (dot == std::string::npos || dot == 0 || dot + 1 == name.size()) {
+    fail(name + ": MODULE.PARAM");
+    return false;
+  }
   module = name.substr(0, dot), param = name.substr(dot + 1);
   return true;
 }

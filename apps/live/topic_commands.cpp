@@ -194,7 +194,10 @@ std::string echo_text(const EchoOptions& options, const Json& message, std::uint
   const Json* part = &message;
   std::string why;
   if (!options.field.empty()) part = find_field(message, options.field, why);
-  if (!part) return fail("--field " + why), std::string();
+  if (!part) {
+    fail("--field " + why);
+    return std::string();
+  }
   if (options.json)
     return to_line({{"topic", options.topic},
                     {"sequence", sequence},

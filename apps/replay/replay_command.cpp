@@ -89,7 +89,10 @@ class ReplayRun {
  private:
   bool prepare(record::Reader& reader, std::string& why) {
     auto spec = recorded_spec(reader, command_.file, why);
-    if (!spec) return why = command_.file + ": " + why, false;
+    if (!spec) {
+      why = command_.file + ": " + why;
+      return false;
+    }
     for (const auto& setting : command_.set) {
       if (why = apply_setting(*spec, setting); !why.empty()) return false;
       options_.keep.push_back(setting.substr(0, setting.find('=')));
@@ -106,7 +109,10 @@ class ReplayRun {
   bool prepare_comparison(record::Reader& reader, std::string& why) {
     const std::string topic = command_.truth.empty() ? record::Truth::topic_of(reader) : command_.truth;
     if (!topic.empty()) truth_ = record::Truth::read(reader, *graph_, topic, why);
-    if (!truth_ && !command_.truth.empty()) return why = command_.file + ": " + why, false;
+    if (!truth_ && !command_.truth.empty()) {
+      why = command_.file + ": " + why;
+      return false;
+    }
     record::ComparisonOptions options;
     options.quantities = command_.fields;
     options.modules = command_.modules;
@@ -123,10 +129,11 @@ class ReplayRun {
   bool known_fields(std::string& why) const {
     const auto names = record::quantity_names(*graph_, command_.modules);
     for (const std::string& field : command_.fields)
-      if (std::none_of(names.begin(), names.end(), [&](const auto& n) { return record::means(field, n); }))
-        return why = "--fields " + field + ": no output of the modules has it; `sinew graph` shows them, " + "e.g. " +
-                     (names.empty() ? "none" : names.front()),
-               false;
+      if (std::none_of(names.begin(), names.end(), [&](const auto& n) { return record::means(field, n); })) {
+        why = "--fields " + field + ": no output of the modules has it; `sinew graph` shows them, " + "e.g. " +
+              (names.empty() ? "none" : names.front());
+        return false;
+      }
     return true;
   }
 
@@ -163,7 +170,10 @@ class ReplayRun {
   int tell() const {
     const auto* first = report_.first_difference();
     const int code = exit_code(first != nullptr);
-    if (command_.json) return print(summary()), code;
+    if (command_.json) {
+      print(summary());
+      return code;
+    }
     say_problems(command_.file, report_.problems);
     say_modules(report_);
     for (const auto& m : report_.modules)
@@ -186,7 +196,8 @@ class ReplayRun {
       Json all = summary();
       all["compared"] = Json::array();
       for (const auto& q : compared) all["compared"].push_back(comparison_json(q, report_.start));
-      return print(all), code;
+      print(all);
+      return code;
     }
     say_problems(command_.file, report_.problems);
     say_modules(report_);

@@ -38,10 +38,18 @@ bool range_values(const std::string& text, bool integers, std::vector<rt::ParamV
   const bool log = parts.size() == 4;
   const bool formed = (parts.size() == 3 || (log && parts[3] == "log")) && read_number(parts[0], from) &&
                       read_number(parts[1], to) && read_number(parts[2], count);
-  if (!formed) return why = kForm, false;
-  if (!(count >= 1 && count <= kMostValues) || count != std::floor(count))
-    return why = fmt::format("\"{}\": a count from 1 to {}", parts[2], kMostValues), false;
-  if (log && !(from > 0 && to > 0)) return why = "with :log both ends are above 0", false;
+  if (!formed) {
+    why = kForm;
+    return false;
+  }
+  if (!(count >= 1 && count <= kMostValues) || count != std::floor(count)) {
+    why = fmt::format("\"{}\": a count from 1 to {}", parts[2], kMostValues);
+    return false;
+  }
+  if (log && !(from > 0 && to > 0)) {
+    why = "with :log both ends are above 0";
+    return false;
+  }
   const auto n = static_cast<std::int64_t>(count);
   for (std::int64_t i = 0; i < n; ++i) {
     const double share = n == 1 ? 0 : static_cast<double>(i) / static_cast<double>(n - 1);

@@ -93,7 +93,10 @@ bool Tuning::open(const std::string& path, std::string& why) {
   auto file = std::make_shared<File>();
   file->path = path;
   auto spec = recorded_spec(*reader, path, why);
-  if (!spec) return why = path + ": " + why, false;
+  if (!spec) {
+    why = path + ": " + why;
+    return false;
+  }
   file->spec = std::move(*spec);
   if (files_.empty()) written_ = *written_spec(*reader, path, why);
   hal::SilentBoard board;
@@ -103,23 +106,39 @@ bool Tuning::open(const std::string& path, std::string& why) {
   double points = 1;
   for (const std::string& text : task_.params) {
     auto param = parse_sweep(text, *graph, why);
-    if (!param) return why = path + ": " + why, false;
+    if (!param) {
+      why = path + ": " + why;
+      return false;
+    }
     for (const SweptParam& other : params_)
-      if (other.name() == param->name()) return why = "--param " + param->name() + " stands twice", false;
+      if (other.name() == param->name()) {
+        why = "--param " + param->name() + " stands twice";
+        return false;
+      }
     points *= static_cast<double>(param->values.size());
     params_.push_back(std::move(*param));
   }
-  if (points > kMostPoints) return why = fmt::format("{:g} combinations; at most {}", points, kMostPoints), false;
+  if (points > kMostPoints) {
+    why = fmt::format("{:g} combinations; at most {}", points, kMostPoints);
+    return false;
+  }
   if (task_.against_truth) {
     const std::string topic = task_.truth.empty() ? record::Truth::topic_of(*reader) : task_.truth;
-    if (topic.empty())
-      return why = path + ": has no topic ground_truth; --truth names another one, --against recorded needs none",
-             false;
+    if (topic.empty()) {
+      why = path + ": has no topic ground_truth; --truth names another one, --against recorded needs none";
+      return false;
+    }
     file->truth = record::Truth::read(*reader, *graph, topic, why);
-    if (!file->truth) return why = path + ": " + why, false;
+    if (!file->truth) {
+      why = path + ": " + why;
+      return false;
+    }
   }
   files_.push_back(std::move(file));
-  if (!choose_error(*graph, why)) return why = path + ": " + why, false;
+  if (!choose_error(*graph, why)) {
+    why = path + ": " + why;
+    return false;
+  }
   return true;
 }
 
@@ -130,7 +149,10 @@ bool Tuning::choose_error(const rt::Graph& graph, std::string& why) {
   if (std::find(matches.begin(), matches.end(), task_.error) != matches.end()) matches = {task_.error};
   if (matches.size() != 1) {
     why = fmt::format("--error {}: ", task_.error);
-    if (matches.empty()) return why += "no output of a module has it; `sinew graph` shows them", false;
+    if (matches.empty()) {
+      why += "no output of a module has it; `sinew graph` shows them";
+      return false;
+    }
     why += fmt::format(
         "may be {}",
         fmt::join(matches.begin(), matches.begin() + std::min<std::ptrdiff_t>(10, std::ssize(matches)), ", "));
@@ -143,11 +165,16 @@ bool Tuning::choose_error(const rt::Graph& graph, std::string& why) {
   options.truth = files_.back()->truth ? &*files_.back()->truth : nullptr;
   const auto compared = record::Comparison(graph, options).result();
   unit_ = compared[0].unit;
-  if (task_.against_truth && !compared[0].has_truth)
-    return why = fmt::format("--error {}: the truth does not have it; --against recorded", error_), false;
+  if (task_.against_truth && !compared[0].has_truth) {
+    why = fmt::format("--error {}: the truth does not have it; --against recorded", error_);
+    return false;
+  }
   for (const rt::GraphTopic& topic : graph.topics())
     if (error_.starts_with(topic.name + ".")) choose_modules(graph, topic.writer);
-  if (modules_.empty()) return why = fmt::format("--error {}: it does not depend on these parameters", error_), false;
+  if (modules_.empty()) {
+    why = fmt::format("--error {}: it does not depend on these parameters", error_);
+    return false;
+  }
   return true;
 }
 
@@ -188,8 +215,14 @@ bool Tuning::replay(std::size_t point, const File& file, Result& result, std::st
   for (const SweptParam& p : params_) how.keep.push_back(p.name());
   how.watcher = &comparison;
   const auto report = record::replay(*reader, *graph, how, why);
-  if (!report) return why = file.path + ": " + why, false;
-  if (!report->problems.empty()) return why = file.path + ": " + record::to_string(report->problems.front()), false;
+  if (!report) {
+    why = file.path + ": " + why;
+    return false;
+  }
+  if (!report->problems.empty()) {
+    why = file.path + ": " + record::to_string(report->problems.front());
+    return false;
+  }
   const auto compared = comparison.result();
   result.now = task_.against_truth ? compared[0].now_from_truth : compared[0].now;
   result.recorded = compared[0].recorded_from_truth;
@@ -223,7 +256,10 @@ bool Tuning::run(const std::function<void(std::size_t)>& progress, std::string& 
       if (!thread) break;
       threads.push_back(std::move(*thread));
     }
-    if (threads.empty()) return why = "no thread can be started", false;
+    if (threads.empty()) {
+      why = "no thread can be started";
+      return false;
+    }
     for (std::size_t told = 0; told < results.size() && !failed;) {
       os.sleep_until(os.now() + 20ms);
       const std::size_t now = done.load(std::memory_order_acquire);

@@ -55,7 +55,10 @@ void TomlReader::missing(std::string_view key, std::string_view allowed) {
 bool TomlReader::read(std::string_view key, std::string& out, std::string_view allowed) {
   const toml::node* node = take(key);
   if (!node) return false;
-  if (auto v = node->value_exact<std::string>()) return out = *v, true;
+  if (auto v = node->value_exact<std::string>()) {
+    out = *v;
+    return true;
+  }
   problem(*node, key, std::string(allowed));
   return false;
 }
@@ -68,7 +71,10 @@ void TomlReader::require(std::string_view key, std::string& out, std::string_vie
 bool TomlReader::read(std::string_view key, bool& out) {
   const toml::node* node = take(key);
   if (!node) return false;
-  if (auto v = node->value_exact<bool>()) return out = *v, true;
+  if (auto v = node->value_exact<bool>()) {
+    out = *v;
+    return true;
+  }
   problem(*node, key, "true or false");
   return false;
 }
@@ -76,7 +82,10 @@ bool TomlReader::read(std::string_view key, bool& out) {
 bool TomlReader::read(std::string_view key, std::int64_t& out, std::int64_t min, std::int64_t max) {
   const toml::node* node = take(key);
   if (!node) return false;
-  if (auto v = node->value_exact<std::int64_t>(); v && *v >= min && *v <= max) return out = *v, true;
+  if (auto v = node->value_exact<std::int64_t>(); v && *v >= min && *v <= max) {
+    out = *v;
+    return true;
+  }
   problem(*node, key, fmt::format("an integer from {} to {}", min, max));
   return false;
 }
@@ -85,7 +94,10 @@ bool TomlReader::read(std::string_view key, double& out, double min, double max)
   const toml::node* node = take(key);
   if (!node) return false;
   if (node->is_number())
-    if (auto v = node->value<double>(); v && *v >= min && *v <= max) return out = *v, true;
+    if (auto v = node->value<double>(); v && *v >= min && *v <= max) {
+      out = *v;
+      return true;
+    }
   problem(*node, key, fmt::format("a number from {} to {}", min, max));
   return false;
 }
@@ -117,7 +129,10 @@ bool TomlReader::read(std::string_view key, std::vector<int>& out, int min, int 
     good = v && *v >= min && *v <= max;
     if (good) values.push_back(static_cast<int>(*v));
   }
-  if (good) return out = std::move(values), true;
+  if (good) {
+    out = std::move(values);
+    return true;
+  }
   problem(*node, key, fmt::format("an array of integers from {} to {}", min, max));
   return false;
 }
@@ -137,7 +152,10 @@ bool TomlReader::read_names(std::string_view key, std::vector<rt::Located<std::s
     good = v.has_value();
     if (good) names.push_back({*v, line_of((*array)[i])});
   }
-  if (good) return out = std::move(names), true;
+  if (good) {
+    out = std::move(names);
+    return true;
+  }
   problem(*node, key, "a name or an array of names");
   return false;
 }

@@ -94,7 +94,10 @@ bool TomlReader::read_choice(std::string_view key, E& out,
   std::string allowed = "one of";
   const auto text = node->value_exact<std::string>();
   for (const auto& [name, value] : choices) {
-    if (text && *text == name) return out = value, true;
+    if (text && *text == name) {
+      out = value;
+      return true;
+    }
     allowed += (allowed == "one of" ? " \"" : ", \"") + std::string(name) + "\"";
   }
   problem(*node, key, allowed);

@@ -98,8 +98,14 @@ class DevicesCommand {
     auto& problems = loaded.problems;
     for (const std::string& setting : o_.set) {
       const auto why = apply_device_setting(loaded.robot.devices, setting);
-      if (!why) return fail("--set " + setting + ": device.NAME.KEY=VALUE or bus.NAME.KEY=VALUE"), false;
-      if (!why->empty()) return fail("--set " + setting + ": " + *why), false;
+      if (!why) {
+        fail("--set " + setting + ": device.NAME.KEY=VALUE or bus.NAME.KEY=VALUE");
+        return false;
+      }
+      if (!why->empty()) {
+        fail("--set " + setting + ": " + *why);
+        return false;
+      }
     }
     if (problems.empty())
       for (auto& p : check_linux_devices(loaded.robot)) problems.push_back(std::move(p));
@@ -120,7 +126,8 @@ class DevicesCommand {
     std::string why;
     const auto running = tap::running(why);
     if (!running || std::ranges::none_of(*running, [&](const auto& r) { return r.robot == robot; })) return true;
-    return fail(robot + " runs: its buses are not asked meanwhile (sinew status says how its devices are)"), false;
+    fail(robot + " runs: its buses are not asked meanwhile (sinew status says how its devices are)");
+    return false;
   }
 
   void print_devices() const {
@@ -143,18 +150,22 @@ class DevicesCommand {
     const std::string name = bus.name == bus.spec.transport + ":" + bus.spec.address
                                  ? bus.name
                                  : fmt::format("{} ({} {})", bus.name, bus.spec.transport, bus.spec.address);
-    if (!opened) return fail("bus " + name + ": " + why), false;
+    if (!opened) {
+      fail("bus " + name + ": " + why);
+      return false;
+    }
     drivers::CanScan::Options options{.families = families_};
     for (const Expected& e : joints_)
       if (e.bus == bus.name && e.family == CanFamily::mit) options.masters.push_back(e.master);
     drivers::CanScan scan(**opened, options);
     while (!scan.done()) {
       const auto next = scan.step(os.now());
-      if (!next)
-        return fail(fmt::format("bus {}: {}{}: nobody takes a frame there", name, to_string(next.error().code),
-                                why.empty() ? "" : ": " + why),
-                    kFailed),
-               false;
+      if (!next) {
+        fail(fmt::format("bus {}: {}{}: nobody takes a frame there", name, to_string(next.error().code),
+                         why.empty() ? "" : ": " + why),
+             kFailed);
+        return false;
+      }
       os.sleep_until(*next);
     }
     return tell(bus, name, scan.found(), all);

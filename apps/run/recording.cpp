@@ -132,12 +132,18 @@ std::unique_ptr<Recording> Recording::open(const Prepared& prepared, const RunOp
   auto recorder =
       RunRecorder::open(graph, options.virtual_time ? RunRecorder::Pace::waited_for : RunRecorder::Pace::follows, {},
                         std::move(about), how);
-  if (!recorder) return warn(error_text(recorder.error())), nullptr;
+  if (!recorder) {
+    warn(error_text(recorder.error()));
+    return nullptr;
+  }
   made->recorder_ = std::move(*recorder);
   if (from.enabled)
     if (const std::string why = made->begin_file(); !why.empty()) warn(why);
   if (!options.virtual_time)
-    if (const auto started = made->recorder_->start(os); !started) return warn(started.error().where), nullptr;
+    if (const auto started = made->recorder_->start(os); !started) {
+      warn(started.error().where);
+      return nullptr;
+    }
   return made;
 }
 

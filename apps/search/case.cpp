@@ -58,7 +58,10 @@ bool read_stress(std::string_view text, Stress& s) {
 std::string take(std::string_view key, std::string_view value, Case& c) {
   if (key == "world") return read(value, c.world) ? "" : "a whole number";
   if (key == "jitter") {
-    if (value == "none") return c.nominal = true, "";
+    if (value == "none") {
+      c.nominal = true;
+      return "";
+    }
     return read(value, c.jitter) ? "" : "a whole number, or none";
   }
   if (key == "gust") return read_finite(value, 0, 15, c.gust_mps) ? "" : "a number from 0 to 15";

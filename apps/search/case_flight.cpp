@@ -123,12 +123,18 @@ class CaseFlight final : private rt::RunObserver, private hal::GrantSource {
     executor_ = std::make_unique<rt::DiscreteExecutor>(*graph_, clock_, grants, options);
     misses_.assign(graph_->chains().size(), 0);
     const auto report = executor_->run();
-    if (!report) return why = report.error().where, false;
+    if (!report) {
+      why = report.error().where;
+      return false;
+    }
     ended_ = report->reached;
     board_->bye("the case is over");
     plant_->wait_for_end();
-    if (report->end == rt::DiscreteReport::End::source_failed || report->end == rt::DiscreteReport::End::source_closed)
-      return why = "the plant: " + board_->problem(), false;
+    if (report->end == rt::DiscreteReport::End::source_failed ||
+        report->end == rt::DiscreteReport::End::source_closed) {
+      why = "the plant: " + board_->problem();
+      return false;
+    }
     return true;
   }
 

@@ -102,7 +102,10 @@ int run_case(const Options& o) {
   std::printf("case    %s\n", to_string(*c).c_str());
   std::printf("ended   after %.3f s: %s, hash %016llx\n", outcome->ended_s, to_string(outcome->ending),
               static_cast<unsigned long long>(outcome->hash));
-  if (outcome->violation) return print(*outcome->violation), 1;
+  if (outcome->violation) {
+    print(*outcome->violation);
+    return 1;
+  }
   Summary summary;
   summary.add(*c, excuses(*c, settings->robot.graph.failsafes), *outcome);
   std::printf("%s", summary.text().c_str());
@@ -123,7 +126,10 @@ int measure(const Options& o) {
     c.gust_mps = 1;
     const auto outcome = fly(*settings, c, why);
     if (!outcome) return fail(why);
-    if (outcome->violation) return print(*outcome->violation), fail("a flight that fails measures nothing");
+    if (outcome->violation) {
+      print(*outcome->violation);
+      return fail("a flight that fails measures nothing");
+    }
   }
   char date[32] = "";
   const std::time_t now = std::time(nullptr);

@@ -32,7 +32,10 @@ bool open_imu_and_camera(const SimOptions& s, hal::Os& os, WireDevices& wire) {
     sim_hil::IioTreeSpec spec;
     spec.root = s.wire.iio;
     auto tree = sim_hil::IioTree::make(spec);
-    if (!tree) return std::fprintf(stderr, "sinew-sim: --iio %s: cannot be made\n", s.wire.iio.c_str()), false;
+    if (!tree) {
+      std::fprintf(stderr, "sinew-sim: --iio %s: cannot be made\n", s.wire.iio.c_str());
+      return false;
+    }
     auto pipe = hal::make_pipe((*tree)->buffer_path());
     if (!pipe) {
       std::fprintf(stderr, "sinew-sim: --iio %s: %s\n", (*tree)->buffer_path().c_str(),
@@ -52,7 +55,10 @@ bool open_imu_and_camera(const SimOptions& s, hal::Os& os, WireDevices& wire) {
   thread.name = "plant_video";
   thread.fifo_priority = s.lines_priority();
   auto source = hal::V4l2Source::open(os, spec, thread, why);
-  if (!source) return std::fprintf(stderr, "sinew-sim: --v4l2: %s\n", why.c_str()), false;
+  if (!source) {
+    std::fprintf(stderr, "sinew-sim: --v4l2: %s\n", why.c_str());
+    return false;
+  }
   wire.add_camera(std::make_unique<VideoNode>(std::move(*source)));
   wire.delay_stamps(hal::Duration{static_cast<std::int64_t>(1e6 * s.wire.camera_late_ms)});
   if (double from = 0, until = 0; s.wire.unplugged(from, until))
@@ -90,9 +96,15 @@ bool open_wire(const SimOptions& s, hal::Os& os, WireDevices& wire) {
   const auto colon = s.wire.can.find(':');
   const hal::CanSpec spec{s.wire.can.substr(0, colon), colon == std::string::npos ? "" : s.wire.can.substr(colon + 1)};
   auto watch = hal::FdWatch::start(os, {"sim_devices", 0, {}, std::size_t{64} * 1024, 0});
-  if (!watch) return std::fprintf(stderr, "sinew-sim: --can: no thread\n"), false;
+  if (!watch) {
+    std::fprintf(stderr, "sinew-sim: --can: no thread\n");
+    return false;
+  }
   auto bus = hal::open_can(spec, os, *watch, why);
-  if (!bus) return std::fprintf(stderr, "sinew-sim: --can: %s\n", why.c_str()), false;
+  if (!bus) {
+    std::fprintf(stderr, "sinew-sim: --can: %s\n", why.c_str());
+    return false;
+  }
   wire.add_servos(std::move(*bus), s.servos);
   return open_imu_and_camera(s, os, wire);
 }

@@ -173,7 +173,10 @@ Heard DronecanNode::on_frame(const msg::CanFrame& frame, Time now) noexcept {
 
 Heard DronecanNode::on_info_request(const wire::DronecanTransfer& transfer) noexcept {
   ++stats_.info_requests;
-  if (answer_) return ++stats_.answers_dropped, Heard::mine;
+  if (answer_) {
+    ++stats_.answers_dropped;
+    return Heard::mine;
+  }
   DronecanId id = transfer.id;
   id.request = false;
   std::swap(id.source, id.destination);

@@ -119,13 +119,17 @@ bool ReplaySubject::begun() {
 bool ReplaySubject::hold(const LoggedStep& s) {
   for (auto& input : inputs_) input = {};
   for (const LoggedStep::Input& in : s.inputs) {
-    if (in.port >= about_.topic.size() || about_.topic[in.port] == rt::kNone)
-      return stop("the record has an input that this module does not have"), false;
+    if (in.port >= about_.topic.size() || about_.topic[in.port] == rt::kNone) {
+      stop("the record has an input that this module does not have");
+      return false;
+    }
     if (!hold(s, in)) return false;
   }
   for (const LoggedStep::Output& out : s.outputs)
-    if (out.port >= about_.topic.size() || about_.topic[out.port] == rt::kNone)
-      return stop("the record has an output that this module does not have"), false;
+    if (out.port >= about_.topic.size() || about_.topic[out.port] == rt::kNone) {
+      stop("the record has an output that this module does not have");
+      return false;
+    }
   return true;
 }
 
@@ -138,16 +142,24 @@ bool ReplaySubject::hold(const LoggedStep& s, const LoggedStep::Input& in) {
   for (const std::uint32_t sequence : in.sequences) {
     const auto source = chain_.source(topic, sequence);
     const auto message = [sequence] { return "message " + std::to_string(sequence); };
-    if (source == ReplayChain::Source::nowhere)
-      return missing(s, in.port, message() + " was not published again: its writer ended before"), false;
+    if (source == ReplayChain::Source::nowhere) {
+      missing(s, in.port, message() + " was not published again: its writer ended before");
+      return false;
+    }
     const MessageStore::Entry* entry = nullptr;
     if (source == ReplayChain::Source::now) {
       entry = latest ? chain_.store(topic).newest_until(sequence) : chain_.store(topic).find(sequence);
       if (!entry) continue;
     } else {
       entry = run_.messages(topic).find(sequence);
-      if (!entry) return missing(s, in.port, message() + " is not in the file"), false;
-      if (!entry->whole) return missing(s, in.port, "the pixels of " + message() + " are not in the file"), false;
+      if (!entry) {
+        missing(s, in.port, message() + " is not in the file");
+        return false;
+      }
+      if (!entry->whole) {
+        missing(s, in.port, "the pixels of " + message() + " are not in the file");
+        return false;
+      }
     }
     if (source == ReplayChain::Source::now && entry->sequence != sequence) updated = last_[in.port] != entry->sequence;
     if (latest) last_[in.port] = entry->sequence;
@@ -167,13 +179,18 @@ bool ReplaySubject::post(const LoggedStep& s) {
     for (std::uint32_t i = 0; i < out.count; ++i) {
       const MessageStore& store = run_.messages(about_.topic[out.port]);
       const MessageStore::Entry* entry = store.find(out.first + i);
-      if (!entry) return stop("a message from outside is not in the file"), false;
+      if (!entry) {
+        stop("a message from outside is not in the file");
+        return false;
+      }
       rt::Request request;
       request.kind = rt::Request::Kind::message;
       request.index = out.port;
       const std::span message(static_cast<const std::byte*>(entry->message()), store.type().size);
-      if (auto taken = again_.take(request, {s.number, false}, message); !taken)
-        return stop(std::string("message: ") + taken.error().where), false;
+      if (auto taken = again_.take(request, {s.number, false}, message); !taken) {
+        stop(std::string("message: ") + taken.error().where);
+        return false;
+      }
     }
   return true;
 }

@@ -75,7 +75,10 @@ std::shared_ptr<SimNode> SimKernel::of(int fd) const {
 
 int I2cNode::open() { return ::eventfd(0, EFD_CLOEXEC); }
 int I2cNode::ioctl(unsigned long request, void* argument) {
-  if (request == I2C_FUNCS) return *static_cast<unsigned long*>(argument) = I2C_FUNC_I2C, 0;
+  if (request == I2C_FUNCS) {
+    *static_cast<unsigned long*>(argument) = I2C_FUNC_I2C;
+    return 0;
+  }
   if (request == I2C_SLAVE)
     return held.contains(static_cast<int>(reinterpret_cast<std::uintptr_t>(argument))) ? -EBUSY : 0;
   if (request != I2C_RDWR) return -ENOTTY;

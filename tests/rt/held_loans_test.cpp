@@ -306,7 +306,10 @@ TEST_F(HeldLoans, ReadersInOtherThreadsNeverSeeAHeldSlotChange) {
 class Holder final : public DriverModule {
  public:
   void declare(Declaration& d) override { d.raw("raw", raw_, {.burst = 1}); }
-  hal::Status configure(Setup& setup) override { return setup.hold(raw_, 2), hal::Status(); }
+  hal::Status configure(Setup& setup) override {
+    setup.hold(raw_, 2);
+    return hal::Status();
+  }
   void collect(Time) noexcept override {
     while (Pair* p = raw_.hold()) held_.push_back(p);
     if (!publishes) return;

@@ -39,7 +39,10 @@ TEST(InstantWord, ShortOneIsNeverTakenForNone) {
 TEST(InstantWord, WholeOneKeepsEveryNanosecondAndAsksForNoTime) {
   using Whole = InstantWord<true>;
   bool asked = false;
-  const auto now = [&asked] { return asked = true, Time{}; };
+  const auto now = [&asked] {
+    asked = true;
+    return Time{};
+  };
   EXPECT_EQ(Whole::time(Whole::of(Time{123'456'789'012'345}), now), Time{123'456'789'012'345});
   EXPECT_FALSE(asked);
 }

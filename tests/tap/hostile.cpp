@@ -41,7 +41,10 @@ namespace {
 std::string g_socket;
 std::uint32_t g_random = 1;
 
-std::uint32_t draw() { return g_random = g_random * 1664525 + 1013904223, g_random >> 8; }
+std::uint32_t draw() {
+  g_random = g_random * 1664525 + 1013904223;
+  return g_random >> 8;
+}
 
 [[noreturn]] void broken(const std::string& what) {
   std::printf("broken: %s (%s)\n", what.c_str(), std::strerror(errno));

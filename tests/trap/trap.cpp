@@ -125,12 +125,27 @@ bool is_set() { return true; }
 extern "C" {
 
 // ---- memory
-void* malloc(std::size_t n) { return check("malloc"), __libc_malloc(n); }
-void* calloc(std::size_t n, std::size_t size) { return check("calloc"), __libc_calloc(n, size); }
-void* realloc(void* p, std::size_t n) { return check("realloc"), __libc_realloc(p, n); }
+void* malloc(std::size_t n) {
+  check("malloc");
+  return __libc_malloc(n);
+}
+void* calloc(std::size_t n, std::size_t size) {
+  check("calloc");
+  return __libc_calloc(n, size);
+}
+void* realloc(void* p, std::size_t n) {
+  check("realloc");
+  return __libc_realloc(p, n);
+}
 void free(void* p) { check("free"), __libc_free(p); }
-void* memalign(std::size_t a, std::size_t n) { return check("memalign"), __libc_memalign(a, n); }
-void* aligned_alloc(std::size_t a, std::size_t n) { return check("aligned_alloc"), __libc_memalign(a, n); }
+void* memalign(std::size_t a, std::size_t n) {
+  check("memalign");
+  return __libc_memalign(a, n);
+}
+void* aligned_alloc(std::size_t a, std::size_t n) {
+  check("aligned_alloc");
+  return __libc_memalign(a, n);
+}
 int posix_memalign(void** out, std::size_t a, std::size_t n) {
   check("posix_memalign");
   *out = __libc_memalign(a, n);

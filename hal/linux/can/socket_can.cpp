@@ -247,7 +247,10 @@ bool SocketCanBus::take(std::size_t i, msg::CanFrame& out) noexcept {
   const Batch& b = *batch_;
   const std::size_t size = b.heads[i].msg_len;
   const Time stamp = stamp_of(i);
-  if (size != CAN_MTU && size != CANFD_MTU) return counters_.malformed(), false;
+  if (size != CAN_MTU && size != CANFD_MTU) {
+    counters_.malformed();
+    return false;
+  }
   from_kernel(b.frames[i], size == CANFD_MTU, out);
   out.stamp = stamp;
   if (out.error()) {
@@ -258,7 +261,10 @@ bool SocketCanBus::take(std::size_t i, msg::CanFrame& out) noexcept {
     }
     return true;
   }
-  if (!wire::is_can_frame(out)) return counters_.malformed(), false;
+  if (!wire::is_can_frame(out)) {
+    counters_.malformed();
+    return false;
+  }
   counters_.received(out);
   return true;
 }
@@ -290,7 +296,10 @@ Status SocketCanBus::send(const msg::CanFrame& frame, Time deadline) noexcept {
   if (counters_.state() == CanState::bus_off) return lost(Errc::closed, "bus-off");
   const canfd_frame raw = to_kernel(frame);
   const ssize_t n = ::send(fd_, &raw, frame.fd() ? CANFD_MTU : CAN_MTU, MSG_DONTWAIT);
-  if (n > 0) return counters_.sent(frame), Status{};
+  if (n > 0) {
+    counters_.sent(frame);
+    return Status{};
+  }
   const int error = errno;
   if (error == EAGAIN || error == ENOBUFS || error == EINTR) return lost(Errc::timeout, "no room", error);
   if (!gone(error)) return lost(Errc::io, "send", error);

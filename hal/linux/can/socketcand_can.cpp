@@ -149,13 +149,17 @@ Status SocketcandCan::send(const msg::CanFrame& frame, Time deadline) noexcept {
     send_connection_ = now;
     pending_next_ = pending_end_ = 0;
   }
-  if (const Status flushed = flush(); !flushed) return counters_.tx_lost(), flushed;
+  if (const Status flushed = flush(); !flushed) {
+    counters_.tx_lost();
+    return flushed;
+  }
   pending_next_ = 0;
   pending_end_ = wire::socketcand_send(frame, pending_);
   const Status sent = flush();
   if (!sent && (sent.error().code != Errc::timeout || pending_next_ == 0)) {
     pending_end_ = 0;
-    return counters_.tx_lost(), sent;
+    counters_.tx_lost();
+    return sent;
   }
   counters_.sent(frame);  // all of it, or its rest goes before the next one
   return {};

@@ -150,7 +150,10 @@ Result<bool> UdpCanBus::fill() noexcept {
   const ClockReading clocks = read_clocks(os_);
   b.read_at = clocks.before;
   b.realtime.begin(clocks);
-  if (n > 0) return b.count = static_cast<std::size_t>(n), true;
+  if (n > 0) {
+    b.count = static_cast<std::size_t>(n);
+    return true;
+  }
   if (error == EAGAIN) b.realtime.drained(asked);
   if (error == 0 || error == EAGAIN || error == EINTR) return false;
   return Error{error == ENETDOWN ? Errc::closed : Errc::io, "recvmmsg", error};
@@ -176,8 +179,10 @@ bool UdpCanBus::take(std::size_t i, msg::CanFrame& out) noexcept {
   const bool own = b.from[i].sin_port == own_port_ && b.from[i].sin_addr.s_addr == own_address_;
   if (own && !spec_.receive_own) return false;
   const std::size_t size = b.heads[i].msg_len;
-  if (!wire::dronecan_udp_decode(std::span(b.packets[i]).first(size), out) || (out.fd() && spec_.data_bit_rate == 0))
-    return counters_.malformed(), false;
+  if (!wire::dronecan_udp_decode(std::span(b.packets[i]).first(size), out) || (out.fd() && spec_.data_bit_rate == 0)) {
+    counters_.malformed();
+    return false;
+  }
   out.stamp = stamp;
   if (!passes(filters_, out)) return false;
   counters_.received(out);

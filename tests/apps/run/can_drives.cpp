@@ -115,16 +115,25 @@ int main(int argc, char** argv) {
     auto listener = hal::listen_stream("tcp:127.0.0.1:" + spec.address);
     auto opened =
         listener ? sim_hil::SocketcandServer::open(os, std::move(*listener), {"can0", "can1"}) : listener.error();
-    if (!opened) return std::fprintf(stderr, "can_drives: %s\n", opened.error().where), 2;
+    if (!opened) {
+      std::fprintf(stderr, "can_drives: %s\n", opened.error().where);
+      return 2;
+    }
     server = std::move(*opened);
     bus = server->bus("can0");
   } else if (watch) {
     bus = hal::open_can(spec, os, *watch, why);
   }
-  if (!bus) return std::fprintf(stderr, "can_drives: %s\n", why.c_str()), 2;
+  if (!bus) {
+    std::fprintf(stderr, "can_drives: %s\n", why.c_str());
+    return 2;
+  }
   Drives drives(**bus);
   for (int i = 2; i < argc; ++i)
-    if (!drives.add(argv[i])) return std::fprintf(stderr, "can_drives: '%s' is no servo\n", argv[i]), 2;
+    if (!drives.add(argv[i])) {
+      std::fprintf(stderr, "can_drives: '%s' is no servo\n", argv[i]);
+      return 2;
+    }
   std::printf("ready %s\n", server ? server->endpoint().c_str() : "");
   std::fflush(stdout);
   for (;;) {

@@ -20,7 +20,10 @@ class FixedImu final : public hal::Imu, public hal::SelfReport {
   std::string trouble() const override { return wrong; }
   static inline std::string wrong;
   explicit FixedImu(const msg::ImuSample& sample) : sample_(sample) {}
-  hal::Result<bool> read(msg::ImuSample& out) noexcept override { return out = sample_, true; }
+  hal::Result<bool> read(msg::ImuSample& out) noexcept override {
+    out = sample_;
+    return true;
+  }
   hal::Time ready_at() const noexcept override { return {}; }
   void set_wake(hal::Wake*) noexcept override {}
 

@@ -37,7 +37,10 @@ bool say_sdo(const char* kind, std::uint32_t node, const std::optional<wire::Sdo
   std::printf("%s %u", kind, node);
   using Kind = wire::Sdo::Kind;
   const bool no_object = sdo->kind == Kind::segment || sdo->kind == Kind::read_segment;
-  if (no_object) return std::printf(" segment"), true;
+  if (no_object) {
+    std::printf(" segment");
+    return true;
+  }
   std::printf(" %04x %02x", unsigned{sdo->object.index}, unsigned{sdo->object.sub});
   if (sdo->kind == Kind::abort) std::printf(" abort %08x", sdo->abort_code);
   if (sdo->kind == Kind::write || sdo->kind == Kind::value) {
@@ -96,9 +99,15 @@ bool say(const msg::CanFrame& frame) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 2) return std::fprintf(stderr, "usage: %s OUT.pcap\n", argv[0]), 2;
+  if (argc != 2) {
+    std::fprintf(stderr, "usage: %s OUT.pcap\n", argv[0]);
+    return 2;
+  }
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(argv[1], "wb"), std::fclose);
-  if (!file) return std::perror(argv[1]), 1;
+  if (!file) {
+    std::perror(argv[1]);
+    return 1;
+  }
   const auto head = wire::pcap_can_head();
   std::fwrite(head.data(), 1, head.size(), file.get());
 
@@ -148,7 +157,13 @@ int main(int argc, char** argv) {
   }
   servo.farewell(out);
   record();
-  if (enabled == 0) return std::fprintf(stderr, "the drive was never enabled: this trace would show nothing\n"), 1;
-  if (!known) return std::fprintf(stderr, "a frame that our own codecs do not know\n"), 1;
+  if (enabled == 0) {
+    std::fprintf(stderr, "the drive was never enabled: this trace would show nothing\n");
+    return 1;
+  }
+  if (!known) {
+    std::fprintf(stderr, "a frame that our own codecs do not know\n");
+    return 1;
+  }
   return 0;
 }

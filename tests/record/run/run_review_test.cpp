@@ -169,7 +169,10 @@ TEST_F(RunReviewOf, StepsTakenOutAreNamedAlsoAtTheEnd) {
       std::vector<LoggedStep> batch;
       return m.channel->topic == kStepsTopic && decode(m.data, batch) && batch[0].thread == 0;
     };
-    static_cast<void>(without([&](const Message& m, Bytes&) { return batches += of_fast(m), false; }));
+    static_cast<void>(without([&](const Message& m, Bytes&) {
+      batches += of_fast(m);
+      return false;
+    }));
     ASSERT_GT(batches, 3u);
     const Bytes copy =
         without([&](const Message& m, Bytes&) { return of_fast(m) && ++n == (last ? batches : std::size_t{2}); });

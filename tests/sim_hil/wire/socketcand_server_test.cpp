@@ -215,7 +215,10 @@ TEST_F(SocketcandServerTest, NonsenseIsCountedAndEndsTheConnectionButNoOther) {
   const std::string endless(10'000, 'x');
   bad.say("< " + endless + " >");
   for (int i = 0; i < 300; ++i) bad.say("< send 12345 9 1 2 3 >< frobnicate >< frame 1 1.0 11 >");
-  EXPECT_TRUE(until([&] { return bad.hear(), bad.closed; }));
+  EXPECT_TRUE(until([&] {
+    bad.hear();
+    return bad.closed;
+  }));
   EXPECT_EQ(server->stats().hung_up, 1u);
   EXPECT_GT(server->stats().malformed, SocketcandServer::kMostNonsense);
   msg::CanFrame got;
@@ -260,7 +263,10 @@ TEST_F(SocketcandServerTest, MoreClientsThanItTakesAreTurnedAway) {
   for (std::size_t i = 0; i <= SocketcandServer::kMostClients; ++i)
     all.push_back(std::make_unique<Text>(server->endpoint()));
   EXPECT_TRUE(until([&] { return server->stats().refused == 1; }));
-  EXPECT_TRUE(until([&] { return all.back()->hear(), all.back()->closed; }));
+  EXPECT_TRUE(until([&] {
+    all.back()->hear();
+    return all.back()->closed;
+  }));
   EXPECT_TRUE(all.front()->hears("< hi >"));
 }
 
