@@ -14,7 +14,7 @@ namespace sinew::bench {
 class Empty final : public rt::Module {
  public:
   void declare(rt::Declaration&) override {}
-  rt::Status step(const rt::Step&) noexcept override { return rt::Status::ok; }
+  rt::StepStatus step(const rt::Step&) noexcept override { return rt::StepStatus::ok; }
 };
 
 /// A checked and configured graph of one periodic thread with `modules` empty modules; ends the program when that

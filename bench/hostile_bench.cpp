@@ -25,9 +25,9 @@ constexpr hal::Duration kTurn = 700ms, kSettle = 150ms;
 class Sensor final : public rt::Module {
  public:
   void declare(rt::Declaration& d) override { d.out("range", out_); }
-  rt::Status step(const rt::Step& step) noexcept override {
+  rt::StepStatus step(const rt::Step& step) noexcept override {
     out_.loan().stamp = step.now;
-    return rt::Status::ok;
+    return rt::StepStatus::ok;
   }
 
  private:
@@ -37,12 +37,12 @@ class Sensor final : public rt::Module {
 class Eye final : public rt::Module {
  public:
   void declare(rt::Declaration& d) override { d.out("frame", out_); }
-  rt::Status step(const rt::Step& step) noexcept override {
+  rt::StepStatus step(const rt::Step& step) noexcept override {
     msg::Image& image = out_.loan();
-    if (!image.format_as(msg::PixelFormat::mono8, 640, 480)) return rt::Status::fault;
+    if (!image.format_as(msg::PixelFormat::mono8, 640, 480)) return rt::StepStatus::fault;
     image.stamp = step.now;
     std::memset(image.pixels(), 1, 640 * 480);
-    return rt::Status::ok;
+    return rt::StepStatus::ok;
   }
 
  private:

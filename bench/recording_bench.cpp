@@ -37,9 +37,9 @@ constexpr int kSteps = 200;  // in a batch
 class Source final : public rt::Module {
  public:
   void declare(rt::Declaration& d) override { d.out("out", out_); }
-  rt::Status step(const rt::Step& step) noexcept override {
+  rt::StepStatus step(const rt::Step& step) noexcept override {
     out_.loan().stamp = step.now;
-    return rt::Status::ok;
+    return rt::StepStatus::ok;
   }
 
  private:
@@ -52,11 +52,11 @@ class Through final : public rt::Module {
     d.in("in", in_);
     d.out("out", out_);
   }
-  rt::Status step(const rt::Step& step) noexcept override {
+  rt::StepStatus step(const rt::Step& step) noexcept override {
     Sample& out = out_.loan();
     out = *in_.get();
     out.stamp = step.now;
-    return rt::Status::ok;
+    return rt::StepStatus::ok;
   }
 
  private:

@@ -84,7 +84,7 @@ int run() {
   auto floor_line = fork_peer(serve_bytes, floor);
 
   hal::ManualClock clock;
-  SimOptions options;
+  SimBoardOptions options;
   options.clock = &clock;
   std::string why;
   auto board = SimBoard::open(std::move(plant_line), options, why);

@@ -45,16 +45,16 @@ bool AttitudeController::has_tipped(const msg::NavState& state, bool armed, doub
   return tipped_;
 }
 
-rt::Status AttitudeController::step(const rt::Step& step) noexcept {
+rt::StepStatus AttitudeController::step(const rt::Step& step) noexcept {
   const msg::NavState* state = state_.fresh(step.now);
   const msg::AttitudeSetpoint* wanted = attitude_.fresh(step.now);
-  if (!state || !wanted || !state->attitude_valid) return rt::Status::stale;
-  if (!plausible(*state) || !plausible(*wanted)) return rt::Status::fault;
-  if (has_tipped(*state, wanted->armed != 0, step_seconds(step.dt))) return rt::Status::fault;
+  if (!state || !wanted || !state->attitude_valid) return rt::StepStatus::stale;
+  if (!plausible(*state) || !plausible(*wanted)) return rt::StepStatus::fault;
+  if (has_tipped(*state, wanted->armed != 0, step_seconds(step.dt))) return rt::StepStatus::fault;
   const msg::WrenchSetpoint wrench = law_.step(*state, *wanted, step_seconds(step.dt));
-  if (!is_finite(math::Vec3(wrench.torque_nm))) return rt::Status::fault;
+  if (!is_finite(math::Vec3(wrench.torque_nm))) return rt::StepStatus::fault;
   wrench_.loan() = wrench;
-  return rt::Status::ok;
+  return rt::StepStatus::ok;
 }
 
 }  // namespace sinew::control

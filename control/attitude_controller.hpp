@@ -14,7 +14,7 @@ class AttitudeController final : public rt::Module {
  public:
   void declare(rt::Declaration& d) override;
   void reset() override;
-  rt::Status step(const rt::Step& step) noexcept override;
+  rt::StepStatus step(const rt::Step& step) noexcept override;
 
  private:
   bool has_tipped(const msg::NavState& state, bool armed, double dt_s);

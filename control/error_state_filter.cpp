@@ -69,7 +69,7 @@ void ErrorStateFilter::declare_levelling(rt::Declaration& d) {
   d.param("valid_height_age_s", p.valid_height_age_s, {.unit = "s", .min = 0.01, .max = 60});
 }
 
-rt::Status ErrorStateFilter::step(const rt::Step&) noexcept {
+rt::StepStatus ErrorStateFilter::step(const rt::Step&) noexcept {
   const msg::ActuatorCommand* motors = motors_.get();
   estimator_.set_motors_stopped(!motors || !motors->armed);
   bool good = false;
@@ -77,13 +77,13 @@ rt::Status ErrorStateFilter::step(const rt::Step&) noexcept {
   for (const msg::RangeSample& s : range_) estimator_.add_range(s);
   for (const msg::BaroSample& s : baro_) estimator_.add_baro(s);
   for (const msg::PadSighting& s : pad_) estimator_.add_pad(s);
-  if (imu_.empty()) return rt::Status::stale;
-  if (!good) return rt::Status::fault;  // not one of them could be used
-  if (!estimator_.started()) return rt::Status::stale;
+  if (imu_.empty()) return rt::StepStatus::stale;
+  if (!good) return rt::StepStatus::fault;  // not one of them could be used
+  if (!estimator_.started()) return rt::StepStatus::stale;
   const msg::NavState n = estimator_.output();
-  if (!plausible(n)) return rt::Status::fault;
+  if (!plausible(n)) return rt::StepStatus::fault;
   state_.loan() = n;
-  return rt::Status::ok;
+  return rt::StepStatus::ok;
 }
 
 }  // namespace sinew::control

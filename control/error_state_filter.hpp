@@ -16,7 +16,7 @@ class ErrorStateFilter final : public rt::Module {
  public:
   void declare(rt::Declaration& d) override;
   void reset() override { estimator_.reset(); }
-  rt::Status step(const rt::Step& step) noexcept override;
+  rt::StepStatus step(const rt::Step& step) noexcept override;
   const NavEstimator& estimator() const { return estimator_; }
 
  private:

@@ -16,22 +16,22 @@ void Mixer::declare(rt::Declaration& d) {
   d.param("idle", rotors_.idle, {.unit = "1", .min = 0, .max = 0.3, .doc = "least command of a live motor"});
 }
 
-rt::Status Mixer::step(const rt::Step& step) noexcept {
+rt::StepStatus Mixer::step(const rt::Step& step) noexcept {
   const msg::WrenchSetpoint* wrench = wrench_.fresh(step.now);
-  if (!wrench) return rt::Status::stale;
+  if (!wrench) return rt::StepStatus::stale;
   const double thrust_n = 4 * rotors_.thrust_max_n;  // of all; more than it is asked for, but not many times
   const double torque_nm = 10 * thrust_n * (rotors_.arm_x_m + rotors_.arm_y_m);
   if (!within(wrench->torque_nm, torque_nm) || !within({wrench->thrust_n, 0, 0}, 10 * thrust_n))
-    return rt::Status::fault;
+    return rt::StepStatus::fault;
   const math::Vec3 torque(wrench->torque_nm);
   msg::ActuatorCommand& out = motors_.loan();
   out.stamp = wrench->stamp;
   out.count = 4;
   out.armed = wrench->armed;
-  if (!wrench->armed) return rt::Status::ok;
+  if (!wrench->armed) return rt::StepStatus::ok;
   const RotorAllocation a = allocate(torque, wrench->thrust_n, rotors_);
   for (std::size_t i = 0; i < a.command.size(); ++i) out.value[i] = a.command[i];
-  return rt::Status::ok;
+  return rt::StepStatus::ok;
 }
 
 }  // namespace sinew::control

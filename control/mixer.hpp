@@ -13,7 +13,7 @@ namespace sinew::control {
 class Mixer final : public rt::Module {
  public:
   void declare(rt::Declaration& d) override;
-  rt::Status step(const rt::Step& step) noexcept override;
+  rt::StepStatus step(const rt::Step& step) noexcept override;
 
  private:
   rt::In<msg::WrenchSetpoint> wrench_;

@@ -31,13 +31,13 @@ void PositionController::declare(rt::Declaration& d) {
   d.param("blind_thrust_share", p.blind_thrust_share, {.unit = "1", .min = 0.5, .max = 1, .doc = "of the weight"});
 }
 
-rt::Status PositionController::step(const rt::Step& step) noexcept {
+rt::StepStatus PositionController::step(const rt::Step& step) noexcept {
   const msg::NavState* state = state_.fresh(step.now);
   const msg::FlightSetpoint* wanted = setpoint_.fresh(step.now);
-  if (!state || !wanted || !state->attitude_valid) return rt::Status::stale;
-  if (!plausible(*state) || !plausible(*wanted)) return rt::Status::fault;
+  if (!state || !wanted || !state->attitude_valid) return rt::StepStatus::stale;
+  if (!plausible(*state) || !plausible(*wanted)) return rt::StepStatus::fault;
   attitude_.loan() = law_.step(*state, *wanted, step_seconds(step.dt));
-  return rt::Status::ok;
+  return rt::StepStatus::ok;
 }
 
 }  // namespace sinew::control

@@ -11,7 +11,7 @@ class PositionController final : public rt::Module {
  public:
   void declare(rt::Declaration& d) override;
   void reset() override { law_.reset(); }
-  rt::Status step(const rt::Step& step) noexcept override;
+  rt::StepStatus step(const rt::Step& step) noexcept override;
 
  private:
   rt::In<msg::NavState> state_;

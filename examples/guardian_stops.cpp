@@ -10,13 +10,13 @@ using namespace std::chrono_literals;
 /// Commands one motor for 100 ms, then nothing any more.
 class Pilot final : public rt::Module {
   void declare(rt::Declaration& d) override { d.out("motor", out_); }
-  rt::Status step(const rt::Step& step) noexcept override {
-    if (step.now >= rt::Time{100'000'000}) return rt::Status::stale;
+  rt::StepStatus step(const rt::Step& step) noexcept override {
+    if (step.now >= rt::Time{100'000'000}) return rt::StepStatus::stale;
     auto& command = out_.loan();
     command.stamp = step.now;
     command.count = command.armed = 1;
     command.value[0] = 0.5;
-    return rt::Status::ok;
+    return rt::StepStatus::ok;
   }
   rt::Out<msg::ActuatorCommand> out_;
 };

@@ -9,11 +9,11 @@ using namespace std::chrono_literals;
 /// Stands in for a sensor.
 class Wave final : public rt::Module {
   void declare(rt::Declaration& d) override { d.out("range", out_); }
-  rt::Status step(const rt::Step& step) noexcept override {
+  rt::StepStatus step(const rt::Step& step) noexcept override {
     auto& m = out_.loan();  // written in place, visible when this step completes
     m.stamp = step.now;
     m.range_m = 1 + 0.1 * step.random.uniform();
-    return rt::Status::ok;
+    return rt::StepStatus::ok;
   }
   rt::Out<msg::RangeSample> out_;
 };
@@ -26,12 +26,12 @@ class LowPass final : public rt::Module {
     d.state(value_);
   }
   void reset() override { value_ = 0; }
-  rt::Status step(const rt::Step& step) noexcept override {
+  rt::StepStatus step(const rt::Step& step) noexcept override {
     const msg::RangeSample* in = in_.fresh(step.now);
-    if (!in) return rt::Status::stale;  // nothing is published
+    if (!in) return rt::StepStatus::stale;  // nothing is published
     value_ += (in->range_m - value_) * msg::seconds(step.dt) / time_s_;
     out_.loan() = {in->stamp, value_};
-    return rt::Status::ok;
+    return rt::StepStatus::ok;
   }
   rt::In<msg::RangeSample> in_;
   rt::Out<msg::RangeSample> out_;

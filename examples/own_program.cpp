@@ -18,13 +18,13 @@ class Ball final : public rt::Module {
     d.state(height_m_, speed_mps_);
   }
   void reset() override { height_m_ = 1, speed_mps_ = 0; }
-  rt::Status step(const rt::Step& step) noexcept override {
+  rt::StepStatus step(const rt::Step& step) noexcept override {
     const double dt_s = msg::seconds(step.dt);
     speed_mps_ -= 9.81 * dt_s;
     height_m_ += speed_mps_ * dt_s;
     if (height_m_ < 0) height_m_ = 0, speed_mps_ *= -restitution_;
     out_.loan() = {step.now, height_m_};
-    return rt::Status::ok;
+    return rt::StepStatus::ok;
   }
   rt::Out<msg::RangeSample> out_;
   double restitution_ = 0.7, height_m_ = 1, speed_mps_ = 0;
@@ -38,12 +38,12 @@ class Apex final : public rt::Module {
     d.state(apex_m_);
   }
   void reset() override { apex_m_ = 0; }
-  rt::Status step(const rt::Step&) noexcept override {
+  rt::StepStatus step(const rt::Step&) noexcept override {
     const auto* height = in_.get();
-    if (!height) return rt::Status::stale;  // nothing is published
+    if (!height) return rt::StepStatus::stale;  // nothing is published
     apex_m_ = height->range_m == 0 ? 0 : std::max(apex_m_, height->range_m);
     out_.loan() = {height->stamp, apex_m_};
-    return rt::Status::ok;
+    return rt::StepStatus::ok;
   }
   rt::In<msg::RangeSample> in_;
   rt::Out<msg::RangeSample> out_;

@@ -10,9 +10,9 @@ using namespace std::chrono_literals;
 
 class Beat final : public rt::Module {
   void declare(rt::Declaration& d) override { d.out("beat", out_); }
-  rt::Status step(const rt::Step& step) noexcept override {
+  rt::StepStatus step(const rt::Step& step) noexcept override {
     out_.loan().stamp = step.now;
-    return rt::Status::ok;
+    return rt::StepStatus::ok;
   }
   rt::Out<msg::RangeSample> out_;
 };

@@ -17,13 +17,14 @@ int main() {
   hover.thrust_n = 12;  // half of what four rotors can
   hover.armed = 1;
   rig.put("wrench", hover);
-  if (rig.step({1'000'000}, 1ms) != rt::Status::ok) return 1;
+  if (rig.step({1'000'000}, 1ms) != rt::StepStatus::ok) return 1;
   const auto* motors = rig.get<msg::ActuatorCommand>("motors");
   if (!motors) return 1;
   std::printf("hover:  %.3f %.3f %.3f %.3f\n", motors->value[0], motors->value[1], motors->value[2], motors->value[3]);
 
   // 50 ms later the same setpoint is too old: nothing is published, and the guardian's lease would run out.
-  const bool refused = rig.step({51'000'000}, 50ms) == rt::Status::stale && !rig.get<msg::ActuatorCommand>("motors");
+  const bool refused =
+      rig.step({51'000'000}, 50ms) == rt::StepStatus::stale && !rig.get<msg::ActuatorCommand>("motors");
   std::printf("stale:  %s\n", refused ? "nothing published" : "published, which is wrong");
   return refused ? 0 : 1;
 }

@@ -1,6 +1,7 @@
 #include "msg/text.hpp"
 
 #include <charconv>
+#include <cmath>
 #include <cstring>
 
 namespace sinew::msg {
@@ -23,7 +24,7 @@ template <class F>
 void append_float(F v, std::string& out) {
   if (v != v) {
     out += "NaN";
-  } else if (v - v != 0) {
+  } else if (std::isinf(v)) {
     out += v > 0 ? "Infinity" : "-Infinity";
   } else {
     char buffer[40];

@@ -13,11 +13,11 @@ class Checker {
  public:
   Checker(hal::InputFile& file, const ReadLimits& limits) : file_(file), limits_(limits), found_(scan(file, limits)) {}
 
-  std::vector<Problem> run() {
+  std::vector<FileProblem> run() {
     problems_ = found_.problems;
     if (!found_.whole) return std::move(problems_);  // what follows is not there
     check_data_crc();
-    Problem why;
+    FileProblem why;
     const SummaryState state = read_ending(file_, limits_, ending_, why);
     at_ = ending_.footer.summary_start;
     if (state == SummaryState::damaged || (state == SummaryState::none && why.offset == file_.size()))
@@ -35,7 +35,7 @@ class Checker {
     if (found_.data_crc == 0) return;
     constexpr std::uint64_t kPiece = 1 << 20;
     Buffer bytes;
-    Problem why;
+    FileProblem why;
     std::uint32_t crc = 0;
     for (std::uint64_t at = 0; at < found_.data_end; at += kPiece) {
       if (!read_bytes(file_, at, std::min(kPiece, found_.data_end - at), limits_, bytes, why)) {
@@ -112,11 +112,11 @@ class Checker {
   Scan found_;
   FileEnding ending_;
   std::uint64_t at_ = 0;  // of the summary
-  std::vector<Problem> problems_;
+  std::vector<FileProblem> problems_;
 };
 
 }  // namespace
 
-std::vector<Problem> check(hal::InputFile& file, const ReadLimits& limits) { return Checker(file, limits).run(); }
+std::vector<FileProblem> check(hal::InputFile& file, const ReadLimits& limits) { return Checker(file, limits).run(); }
 
 }  // namespace sinew::record

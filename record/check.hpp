@@ -7,6 +7,6 @@ namespace sinew::record {
 
 /// Everything that is wrong with a file, in the order in which it was found; empty: nothing. Reads all of it: every
 /// checksum, every index against what it points to, the statistics against the messages.
-std::vector<Problem> check(hal::InputFile& file, const ReadLimits& limits = {});
+std::vector<FileProblem> check(hal::InputFile& file, const ReadLimits& limits = {});
 
 }  // namespace sinew::record

@@ -10,7 +10,7 @@ std::string number_text(std::uint64_t value) { return std::to_string(value); }
 }  // namespace
 
 bool read_bytes(hal::InputFile& file, std::uint64_t offset, std::uint64_t length, const ReadLimits& limits, Buffer& to,
-                Problem& problem) {
+                FileProblem& problem) {
   if (length > file.size() || offset > file.size() - length) {
     problem = {ProblemKind::truncated, offset,
                number_text(length) + " bytes wanted, the file has " + number_text(file.size()) + " in all"};
@@ -39,7 +39,7 @@ bool take_record(std::span<const std::byte>& rest, Op& op, std::span<const std::
 }
 
 bool ChunkContents::load(hal::InputFile& file, const Block& block, const ReadLimits& limits, Decompressor& decompressor,
-                         Problem& problem) {
+                         FileProblem& problem) {
   head_.reset(), records_ = {};
   entries_.clear(), schemas_.clear(), channels_.clear();
   start_time_ = end_time_ = 0;
@@ -58,7 +58,8 @@ bool ChunkContents::load(hal::InputFile& file, const Block& block, const ReadLim
   return true;
 }
 
-bool ChunkContents::unpack(const Block& block, const ReadLimits& limits, Decompressor& decompressor, Problem& problem) {
+bool ChunkContents::unpack(const Block& block, const ReadLimits& limits, Decompressor& decompressor,
+                           FileProblem& problem) {
   Cursor cursor(stored_.bytes());
   const auto op = static_cast<Op>(cursor.number<std::uint8_t>());
   const auto length = cursor.number<std::uint64_t>();
@@ -105,7 +106,7 @@ bool ChunkContents::unpack(const Block& block, const ReadLimits& limits, Decompr
   return true;
 }
 
-bool ChunkContents::take_apart(const Block& block, Problem& problem) {
+bool ChunkContents::take_apart(const Block& block, FileProblem& problem) {
   Cursor cursor(records_);
   const auto bad = [&](std::uint64_t place, const char* what) {
     problem = {ProblemKind::bad_record, block.loose ? block.offset + place : block.offset,
@@ -147,7 +148,7 @@ void ChunkContents::message(const Entry& entry, Stamps& stamps, std::span<const 
 }
 
 bool merge_definitions(const std::vector<Schema>& schemas, const std::vector<Channel>& channels, std::uint64_t offset,
-                       Summary& known, Problem& problem) {
+                       Summary& known, FileProblem& problem) {
   for (const Schema& schema : schemas) {
     if (schema.id == 0) continue;  // invalid, to be ignored
     if (known.schemas.emplace(schema.id, schema).first->second != schema) {

@@ -35,7 +35,7 @@ class ChunkContents {
   };
   /// False: nothing of it can be used.
   bool load(hal::InputFile& file, const Block& block, const ReadLimits& limits, Decompressor& decompressor,
-            Problem& problem);
+            FileProblem& problem);
   /// The chunk's own head; nothing for a loose block.
   const std::optional<ChunkHead>& head() const { return head_; }
   const std::vector<Entry>& entries() const { return entries_; }  // in the order of the file
@@ -47,8 +47,8 @@ class ChunkContents {
   void message(const Entry& entry, Stamps& stamps, std::span<const std::byte>& data) const;
 
  private:
-  bool unpack(const Block& block, const ReadLimits& limits, Decompressor& decompressor, Problem& problem);
-  bool take_apart(const Block& block, Problem& problem);
+  bool unpack(const Block& block, const ReadLimits& limits, Decompressor& decompressor, FileProblem& problem);
+  bool take_apart(const Block& block, FileProblem& problem);
   Buffer stored_, unpacked_;
   std::optional<ChunkHead> head_;
   std::span<const std::byte> records_;
@@ -61,11 +61,11 @@ class ChunkContents {
 /// Adds definitions to those already known.
 /// Errors:  false when one contradicts what is known or names an unknown schema.
 bool merge_definitions(const std::vector<Schema>& schemas, const std::vector<Channel>& channels, std::uint64_t offset,
-                       Summary& known, Problem& problem);
+                       Summary& known, FileProblem& problem);
 
 /// Reads whole records. Errors: false; io, truncated, too_large.
 bool read_bytes(hal::InputFile& file, std::uint64_t offset, std::uint64_t length, const ReadLimits& limits, Buffer& to,
-                Problem& problem);
+                FileProblem& problem);
 
 /// The record at the beginning of `rest`, which it is taken from. False: it reaches beyond the end.
 bool take_record(std::span<const std::byte>& rest, Op& op, std::span<const std::byte>& content);

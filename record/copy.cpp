@@ -27,7 +27,7 @@ class Copy {
 
   Status run() {
     for (Source& source : sources_) {
-      for (const Problem& p : source.reader.problems()) note(p);
+      for (const FileProblem& p : source.reader.problems()) note(p);
       find_plain(source.reader);
       if (auto done = definitions(source); !done) return done;
     }
@@ -149,7 +149,7 @@ class Copy {
 
   template <class Index, class Value>
   bool readable(Reader& from, const Index& index, Value& value) {
-    Problem why;
+    FileProblem why;
     if (from.read(index, value, why)) return true;
     note(why);
     return false;
@@ -200,8 +200,8 @@ class Copy {
   }
 
   /// What was found on opening is told again by the messages.
-  void note(const Problem& problem) {
-    const bool known = std::any_of(result_.problems.begin(), result_.problems.end(), [&](const Problem& p) {
+  void note(const FileProblem& problem) {
+    const bool known = std::any_of(result_.problems.begin(), result_.problems.end(), [&](const FileProblem& p) {
       return p.offset == problem.offset && p.kind == problem.kind && p.text == problem.text;
     });
     if (!known) result_.problems.push_back(problem);

@@ -9,7 +9,7 @@ namespace sinew::record {
 
 struct Copied {
   std::uint64_t messages = 0, attachments = 0, metadata = 0;
-  std::vector<Problem> problems;  // what could not be kept, and why
+  std::vector<FileProblem> problems;  // what could not be kept, and why
 };
 
 /// What copy() makes of messages of some kinds.

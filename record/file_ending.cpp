@@ -8,7 +8,7 @@ namespace sinew::record {
 namespace {
 
 /// The file's last bytes. False: that is not how an MCAP file ends.
-bool read_footer(hal::InputFile& file, const ReadLimits& limits, Footer& footer, Problem& why) {
+bool read_footer(hal::InputFile& file, const ReadLimits& limits, Footer& footer, FileProblem& why) {
   why = {ProblemKind::truncated, file.size(), "no footer and magic at the end of the file"};
   if (file.size() < kMagic.size() + kFileTail) return false;
   Buffer bytes;
@@ -20,7 +20,7 @@ bool read_footer(hal::InputFile& file, const ReadLimits& limits, Footer& footer,
          std::equal(rest.begin(), rest.end(), kMagic.begin(), kMagic.end());
 }
 
-bool parse(std::span<const std::byte> bytes, std::uint64_t at, FileEnding& ending, Problem& why) {
+bool parse(std::span<const std::byte> bytes, std::uint64_t at, FileEnding& ending, FileProblem& why) {
   auto rest = bytes;
   std::vector<Schema> schemas;
   std::vector<Channel> channels;
@@ -68,7 +68,7 @@ bool parse(std::span<const std::byte> bytes, std::uint64_t at, FileEnding& endin
 
 }  // namespace
 
-SummaryState read_ending(hal::InputFile& file, const ReadLimits& limits, FileEnding& ending, Problem& why) {
+SummaryState read_ending(hal::InputFile& file, const ReadLimits& limits, FileEnding& ending, FileProblem& why) {
   Footer& footer = ending.footer;
   if (!read_footer(file, limits, footer, why)) return SummaryState::none;
   const std::uint64_t footer_at = file.size() - kFileTail;

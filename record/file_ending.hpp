@@ -18,6 +18,6 @@ enum class SummaryState : std::uint8_t {
   none,     // no footer, or a footer without a summary; `why` is `truncated`
   damaged,  // not to be used
 };
-SummaryState read_ending(hal::InputFile& file, const ReadLimits& limits, FileEnding& ending, Problem& why);
+SummaryState read_ending(hal::InputFile& file, const ReadLimits& limits, FileEnding& ending, FileProblem& why);
 
 }  // namespace sinew::record

@@ -22,7 +22,7 @@ struct MessageReader::State {
   std::uint64_t open_bytes = 0;
   bool advance = false;  // the message on top has been handed out
   bool cut_told = false;
-  Problem problem;
+  FileProblem problem;
   Decompressor decompressor;
 
   State(Reader& r, Query q) : reader(r), query(std::move(q)), wanted(65536, query.topics.empty()) {
@@ -157,7 +157,7 @@ MessageReader::~MessageReader() = default;
 MessageReader::MessageReader(MessageReader&&) noexcept = default;
 
 Next MessageReader::next(Message& message) { return state_->next(message); }
-const Problem& MessageReader::problem() const { return state_->problem; }
+const FileProblem& MessageReader::problem() const { return state_->problem; }
 void MessageReader::seek(std::uint64_t log_time) {
   state_->query.from = log_time;
   state_->start();

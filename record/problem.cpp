@@ -26,7 +26,7 @@ const char* to_string(ProblemKind kind) {
   return "?";
 }
 
-std::string to_string(const Problem& problem) {
+std::string to_string(const FileProblem& problem) {
   return "offset " + std::to_string(problem.offset) + ": " + to_string(problem.kind) + ": " + problem.text;
 }
 

@@ -19,11 +19,11 @@ enum class ProblemKind : std::uint8_t {
 const char* to_string(ProblemKind kind);
 
 /// What is wrong, where, and what would be right.
-struct Problem {
+struct FileProblem {
   ProblemKind kind = ProblemKind::io;
   std::uint64_t offset = 0;  // in the file
   std::string text;
 };
-std::string to_string(const Problem& problem);  // "offset 4711: bad checksum: ..."
+std::string to_string(const FileProblem& problem);  // "offset 4711: bad checksum: ..."
 
 }  // namespace sinew::record

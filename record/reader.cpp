@@ -34,10 +34,10 @@ bool apart(std::vector<Index>& records, std::uint64_t data_end) {
 
 Reader::~Reader() = default;
 
-std::unique_ptr<Reader> Reader::open(std::unique_ptr<hal::InputFile> file, Problem& why, const ReadLimits& limits) {
+std::unique_ptr<Reader> Reader::open(std::unique_ptr<hal::InputFile> file, FileProblem& why, const ReadLimits& limits) {
   std::unique_ptr<Reader> reader(new Reader(std::move(file), limits));
   const bool good_start = starts_with_magic(*reader->file_);
-  Problem no_summary;
+  FileProblem no_summary;
   FileEnding ending;
   reader->by_summary_ = read_ending(*reader->file_, limits, ending, no_summary) == SummaryState::whole;
   if (reader->by_summary_) {
@@ -58,7 +58,7 @@ std::unique_ptr<Reader> Reader::open(std::unique_ptr<hal::InputFile> file, Probl
 
 void Reader::read_header() {
   Buffer bytes;
-  Problem problem;
+  FileProblem problem;
   std::span<const std::byte> content;
   Op op{};
   // The header's own length is not trusted before there are that many bytes.
@@ -71,7 +71,7 @@ void Reader::read_header() {
   problems_.push_back(problem);
 }
 
-void Reader::use_scan(Problem why) {
+void Reader::use_scan(FileProblem why) {
   summary_ = {}, blocks_.clear();
   Scan found = scan(*file_, limits_);
   if (!found.whole) cut_ = found.problems.back();
@@ -82,7 +82,7 @@ void Reader::use_scan(Problem why) {
   blocks_ = std::move(found.blocks);
 }
 
-bool Reader::summary_is_usable(std::uint64_t summary_start, Problem& why) {
+bool Reader::summary_is_usable(std::uint64_t summary_start, FileProblem& why) {
   why = {ProblemKind::bad_index, summary_start, {}};
   Summary& s = summary_;
   if (s.chunks.empty() && !(s.statistics && s.statistics->messages == 0)) {
@@ -120,7 +120,7 @@ bool Reader::summary_is_usable(std::uint64_t summary_start, Problem& why) {
   return true;
 }
 
-bool Reader::read(const AttachmentIndex& index, Attachment& attachment, Problem& why) {
+bool Reader::read(const AttachmentIndex& index, Attachment& attachment, FileProblem& why) {
   Buffer bytes;
   if (!read_bytes(*file_, index.offset, index.length, limits_, bytes, why)) return false;
   auto rest = bytes.bytes();
@@ -138,7 +138,7 @@ bool Reader::read(const AttachmentIndex& index, Attachment& attachment, Problem&
   return true;
 }
 
-bool Reader::read(const MetadataIndex& index, Metadata& metadata, Problem& why) {
+bool Reader::read(const MetadataIndex& index, Metadata& metadata, FileProblem& why) {
   Buffer bytes;
   if (!read_bytes(*file_, index.offset, index.length, limits_, bytes, why)) return false;
   auto rest = bytes.bytes();
@@ -152,7 +152,7 @@ bool Reader::read(const MetadataIndex& index, Metadata& metadata, Problem& why) 
 MessageReader Reader::messages(const Query& query) { return MessageReader(*this, query); }
 
 Texts read_metadata(Reader& reader, std::string_view name) {
-  Problem why;
+  FileProblem why;
   Metadata m;
   for (const MetadataIndex& index : reader.metadata())
     if (index.name == name && reader.read(index, m, why)) return m.values;
@@ -160,7 +160,7 @@ Texts read_metadata(Reader& reader, std::string_view name) {
 }
 
 std::optional<std::string> read_attachment(Reader& reader, std::string_view name) {
-  Problem why;
+  FileProblem why;
   Attachment a;
   for (const AttachmentIndex& index : reader.attachments())
     if (index.name == name && reader.read(index, a, why)) return a.data;

@@ -33,17 +33,17 @@ class MessageReader;
 /// metadata have none of their own (check.hpp looks at the one over the whole file).
 ///
 /// Thread:  owner.
-/// Errors:  as Problem: what, where in the file, what would be right.
+/// Errors:  as FileProblem: what, where in the file, what would be right.
 class Reader {
  public:
   /// Null when it is no MCAP file at all; whatever else is wrong is among the problems of the file.
-  static std::unique_ptr<Reader> open(std::unique_ptr<hal::InputFile> file, Problem& why,
+  static std::unique_ptr<Reader> open(std::unique_ptr<hal::InputFile> file, FileProblem& why,
                                       const ReadLimits& limits = {});
   ~Reader();
 
   bool by_summary() const { return by_summary_; }  // false: everything was looked at
   /// What was found on opening; empty for a whole file. Chunks that cannot be read are told by next() again.
-  const std::vector<Problem>& problems() const { return problems_; }
+  const std::vector<FileProblem>& problems() const { return problems_; }
   const Header& header() const { return header_; }
   const std::map<std::uint16_t, Schema>& schemas() const { return summary_.schemas; }
   const std::map<std::uint16_t, Channel>& channels() const { return summary_.channels; }
@@ -53,22 +53,22 @@ class Reader {
   /// Of the file's own or, where it was looked at, of what is readable.
   const std::optional<Statistics>& statistics() const { return summary_.statistics; }
 
-  bool read(const AttachmentIndex& index, Attachment& attachment, Problem& why);
-  bool read(const MetadataIndex& index, Metadata& metadata, Problem& why);
+  bool read(const AttachmentIndex& index, Attachment& attachment, FileProblem& why);
+  bool read(const MetadataIndex& index, Metadata& metadata, FileProblem& why);
   MessageReader messages(const Query& query = {});
 
  private:
   friend class MessageReader;
   Reader(std::unique_ptr<hal::InputFile> file, const ReadLimits& limits) : file_(std::move(file)), limits_(limits) {}
-  bool summary_is_usable(std::uint64_t summary_start, Problem& why);
+  bool summary_is_usable(std::uint64_t summary_start, FileProblem& why);
   void read_header();
-  void use_scan(Problem why);
+  void use_scan(FileProblem why);
 
   std::unique_ptr<hal::InputFile> file_;
   ReadLimits limits_;
   bool by_summary_ = false;
-  std::vector<Problem> problems_;
-  std::optional<Problem> cut_;  // why the data end early
+  std::vector<FileProblem> problems_;
+  std::optional<FileProblem> cut_;  // why the data end early
   Header header_;
   Summary summary_;
   std::vector<Block> blocks_;
@@ -89,7 +89,7 @@ class MessageReader {
   ~MessageReader();
   MessageReader(MessageReader&&) noexcept;
   Next next(Message& message);
-  const Problem& problem() const;  // after Next::problem
+  const FileProblem& problem() const;  // after Next::problem
   /// Goes on with the first message from this log time on; backwards, too.
   void seek(std::uint64_t log_time);
 

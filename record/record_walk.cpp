@@ -2,7 +2,7 @@
 
 namespace sinew::record {
 
-bool RecordWalk::look(Problem& problem) {
+bool RecordWalk::look(FileProblem& problem) {
   if (at_ >= window_at_ && at_ + kRecordHead <= window_at_ + window_.size()) return true;
   constexpr std::uint64_t kWindow = 16 << 10;
   window_at_ = at_;
@@ -10,7 +10,7 @@ bool RecordWalk::look(Problem& problem) {
   return read_bytes(file_, at_, std::min(kWindow, end_ - at_), {}, window_, problem);
 }
 
-RecordWalk::Next RecordWalk::next(Place& place, Problem& problem) {
+RecordWalk::Next RecordWalk::next(Place& place, FileProblem& problem) {
   if (at_ >= end_) return Next::end;
   if (end_ - at_ < kRecordHead) {
     problem = {ProblemKind::truncated, at_, "the file ends inside the head of a record"};

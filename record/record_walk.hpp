@@ -15,10 +15,10 @@ class RecordWalk {
   std::uint64_t at() const { return at_; }
   enum class Next { record, end, problem };
   /// After a problem the walk stays where it is.
-  Next next(Place& place, Problem& problem);
+  Next next(Place& place, FileProblem& problem);
 
  private:
-  bool look(Problem& problem);
+  bool look(FileProblem& problem);
   hal::InputFile& file_;
   std::uint64_t at_, end_;
   Buffer window_;

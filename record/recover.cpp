@@ -4,7 +4,7 @@ namespace sinew::record {
 
 hal::Status recover(std::unique_ptr<hal::InputFile> from, std::unique_ptr<hal::OutputFile> to, Recovered& result,
                     const ReadLimits& limits) {
-  Problem why;
+  FileProblem why;
   auto reader = Reader::open(std::move(from), why, limits);
   if (!reader) {
     result.problems.push_back(why);

@@ -18,7 +18,7 @@ class Scanner {
     if (!magic_is_good()) return std::move(scan_);
     RecordWalk walk(file_, kMagic.size(), file_.size());
     RecordWalk::Place place;
-    Problem problem;
+    FileProblem problem;
     for (bool first = true; !scan_.whole; first = false) {
       const auto next = walk.next(place, problem);
       if (next != RecordWalk::Next::record) {
@@ -42,7 +42,7 @@ class Scanner {
   }
 
   bool magic_is_good() {
-    Problem problem;
+    FileProblem problem;
     if (read_bytes(file_, 0, kMagic.size(), limits_, bytes_, problem) &&
         std::equal(kMagic.begin(), kMagic.end(), bytes_.data()))
       return true;
@@ -106,7 +106,7 @@ class Scanner {
   }
 
   bool content_of(const RecordWalk::Place& place) {
-    Problem problem;
+    FileProblem problem;
     if (!read_bytes(file_, place.offset, place.length, limits_, bytes_, problem)) {
       scan_.problems.push_back(problem);
       return false;
@@ -161,7 +161,7 @@ class Scanner {
 
   /// Loads a block and counts what is in it. False: it cannot be used.
   bool take_block(Block& block) {
-    Problem problem;
+    FileProblem problem;
     if (!chunk_.load(file_, block, limits_, decompressor_, problem) ||
         !merge_definitions(chunk_.schemas(), chunk_.channels(), block.offset, scan_.summary, problem)) {
       scan_.problems.push_back(problem);

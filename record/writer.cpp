@@ -65,16 +65,16 @@ Status Writer::write_parts(std::uint16_t id, const Stamps& stamps, hal::Parts pa
   if (size > kMaxDataBytes)
     return Error{Errc::bad_argument, "a message of more than 2^29 bytes", static_cast<std::int64_t>(size)};
   State::ChannelState& channel = s.channels[id - 1u];
-  Lane& lane = s.lane_of(channel);
-  const bool direct = lane.compression() == Compression::none && size >= kDirectBytes;
-  const bool full = !direct && lane.size() + kMessageHead + size > s.options.chunk_bytes;
-  const bool ended = (full && lane.has_messages()) || s.old(lane, stamps.log_time);
+  ChunkBuilder& builder = s.builder_of(channel);
+  const bool direct = builder.compression() == Compression::none && size >= kDirectBytes;
+  const bool full = !direct && builder.size() + kMessageHead + size > s.options.chunk_bytes;
+  const bool ended = (full && builder.has_messages()) || s.old(builder, stamps.log_time);
   if ((ended || direct) && s.refused_lately(stamps.log_time)) return *s.refused;
   if (ended)
-    if (auto done = s.outcome(s.put_above_floor(lane), stamps.log_time); !done) return done;
-  if (!channel.defined) s.define_all(lane);
-  if (direct) return s.outcome(s.put_direct(lane, id, stamps, parts, size), stamps.log_time);
-  lane.add(id, channel.places, stamps, parts, size);
+    if (auto done = s.outcome(s.put_above_floor(builder), stamps.log_time); !done) return done;
+  if (!channel.defined) s.define_all(builder);
+  if (direct) return s.outcome(s.put_direct(builder, id, stamps, parts, size), stamps.log_time);
+  builder.add(id, channel.places, stamps, parts, size);
   return {};
 }
 
@@ -120,10 +120,10 @@ Status Writer::add_metadata(const Metadata& metadata) {
 Status Writer::tick(std::uint64_t log_time) {
   auto& s = *state_;
   if (s.finished) return Error{Errc::closed, "record: the file is finished"};
-  for (Lane* lane : {&s.plain, &s.packed})
-    if (s.old(*lane, log_time)) {
+  for (ChunkBuilder* builder : {&s.plain, &s.packed})
+    if (s.old(*builder, log_time)) {
       if (s.refused_lately(log_time)) return *s.refused;
-      if (auto done = s.outcome(s.put_above_floor(*lane), log_time); !done) return done;
+      if (auto done = s.outcome(s.put_above_floor(*builder), log_time); !done) return done;
     }
   if (s.unsynced && log_time > s.unsynced_since && log_time - s.unsynced_since >= s.duration()) s.sync();
   return {};
@@ -176,8 +176,8 @@ std::optional<std::uint64_t> Writer::first_time() const {
   const auto& s = *state_;
   std::optional<std::uint64_t> first;
   if (s.totals.messages != 0) first = s.totals.start_time;
-  for (const Lane* lane : {&s.plain, &s.packed})
-    if (lane->has_messages()) first = std::min(first.value_or(lane->start_time()), lane->start_time());
+  for (const ChunkBuilder* builder : {&s.plain, &s.packed})
+    if (builder->has_messages()) first = std::min(first.value_or(builder->start_time()), builder->start_time());
   return first;
 }
 
@@ -185,8 +185,8 @@ std::optional<std::uint64_t> Writer::last_time() const {
   const auto& s = *state_;
   std::optional<std::uint64_t> last;
   if (s.totals.messages != 0) last = s.totals.end_time;
-  for (const Lane* lane : {&s.plain, &s.packed})
-    if (lane->has_messages()) last = std::max(last.value_or(0), lane->end_time());
+  for (const ChunkBuilder* builder : {&s.plain, &s.packed})
+    if (builder->has_messages()) last = std::max(last.value_or(0), builder->end_time());
   return last;
 }
 

@@ -22,15 +22,15 @@ Status Writer::State::begin() {
   return {};
 }
 
-void Writer::State::define_all(Lane& lane) {
+void Writer::State::define_all(ChunkBuilder& builder) {
   std::set<std::uint16_t> schemas;  // of several channels
   for (std::uint16_t id = 1; id <= channels.size(); ++id) {
     ChannelState& channel = channels[id - 1u];
-    if (channel.defined || &lane_of(channel) != &lane) continue;
+    if (channel.defined || &builder_of(channel) != &builder) continue;
     const Channel& record = summary.channels.at(id);
-    // A schema may stand twice, once for each lane: nobody knows which of their chunks comes first.
-    if (record.schema != 0 && schemas.insert(record.schema).second) lane.define(summary.schemas.at(record.schema));
-    lane.define(record);
+    // A schema may stand twice, once for each builder: nobody knows which of their chunks comes first.
+    if (record.schema != 0 && schemas.insert(record.schema).second) builder.define(summary.schemas.at(record.schema));
+    builder.define(record);
     channel.defined = true;
   }
 }
@@ -58,12 +58,12 @@ void Writer::State::sync() {
   unsynced = false;
 }
 
-Status Writer::State::put(Lane& lane, hal::Parts tail, std::size_t tail_size, bool to_disk) {
-  auto chunk = lane.seal(tail, tail_size);
+Status Writer::State::put(ChunkBuilder& builder, hal::Parts tail, std::size_t tail_size, bool to_disk) {
+  auto chunk = builder.seal(tail, tail_size);
   if (!chunk) return chunk.error();
   head.clear(), indexes.clear();
   encode_head(head, chunk->head);
-  for (const std::uint16_t id : lane.channels()) {
+  for (const std::uint16_t id : builder.channels()) {
     const auto entries = channels[id - 1u].places.entries.bytes();
     indexes.number(static_cast<std::uint8_t>(Op::message_index));
     indexes.number(std::uint64_t{2 + 4} + entries.size());
@@ -83,14 +83,14 @@ Status Writer::State::put(Lane& lane, hal::Parts tail, std::size_t tail_size, bo
     ++counters.failed_writes;
     return done;
   }
-  note_chunk(lane, *chunk, at);
-  lane.clear();
+  note_chunk(builder, *chunk, at);
+  builder.clear();
   unsynced = true;
   if (to_disk) sync();
   return {};
 }
 
-void Writer::State::note_chunk(Lane& lane, const Lane::Sealed& chunk, std::uint64_t at) {
+void Writer::State::note_chunk(ChunkBuilder& builder, const ChunkBuilder::Sealed& chunk, std::uint64_t at) {
   ChunkIndex index{.start_time = chunk.head.start_time,
                    .end_time = chunk.head.end_time,
                    .offset = at,
@@ -101,11 +101,11 @@ void Writer::State::note_chunk(Lane& lane, const Lane::Sealed& chunk, std::uint6
                    .compressed_size = chunk.head.records_size,
                    .uncompressed_size = chunk.head.uncompressed_size};
   std::uint64_t place = at + index.length;
-  if (lane.has_messages()) {
+  if (builder.has_messages()) {
     totals.start_time = totals.messages == 0 ? index.start_time : std::min(totals.start_time, index.start_time);
     totals.end_time = std::max(totals.end_time, index.end_time);
   }
-  for (const std::uint16_t id : lane.channels()) {
+  for (const std::uint16_t id : builder.channels()) {
     ChannelState& channel = channels[id - 1u];
     index.message_indexes.emplace(id, place);
     place += kRecordHead + 2 + 4 + channel.places.entries.size();
@@ -119,30 +119,30 @@ void Writer::State::note_chunk(Lane& lane, const Lane::Sealed& chunk, std::uint6
   counters.file_bytes = end.size();
 }
 
-Status Writer::State::put_direct(Lane& lane, std::uint16_t id, const Stamps& stamps, hal::Parts parts,
+Status Writer::State::put_direct(ChunkBuilder& builder, std::uint16_t id, const Stamps& stamps, hal::Parts parts,
                                  std::size_t size) {
-  if (auto room = room_for(lane.size() + size); !room) return room;
+  if (auto room = room_for(builder.size() + size); !room) return room;
   ChannelPlaces& places = channels[id - 1u].places;
-  const Lane::Times before = lane.times();
-  lane.add_head(id, places, stamps, size);
+  const ChunkBuilder::Times before = builder.times();
+  builder.add_head(id, places, stamps, size);
   if (!unsynced) unsynced_since = stamps.log_time;
   const bool waited = stamps.log_time > unsynced_since && stamps.log_time - unsynced_since >= duration();
-  auto done = put(lane, parts, size, waited);
-  if (!done) lane.drop_head(places, before);
+  auto done = put(builder, parts, size, waited);
+  if (!done) builder.drop_head(places, before);
   return done;
 }
 
 Status Writer::State::close_chunks() {
   if (finished) return Error{Errc::closed, "record: the file is finished"};
-  for (Lane* lane : {&plain, &packed})
-    if (!lane->empty())
-      if (auto done = put(*lane, {}, 0, false); !done) return done;
+  for (ChunkBuilder* builder : {&plain, &packed})
+    if (!builder->empty())
+      if (auto done = put(*builder, {}, 0, false); !done) return done;
   return {};
 }
 
 Status Writer::State::finish() {
   if (finished) return Error{Errc::closed, "record: the file is finished"};
-  for (Lane* lane : {&plain, &packed}) define_all(*lane);
+  for (ChunkBuilder* builder : {&plain, &packed}) define_all(*builder);
   define_unused_schemas();
   if (auto done = close_chunks(); !done) return done;
   Statistics& s = totals;

@@ -1,6 +1,6 @@
 #pragma once
+#include "record/chunk_builder.hpp"
 #include "record/file_end.hpp"
-#include "record/lane.hpp"
 #include "record/summary.hpp"
 #include "record/writer.hpp"
 
@@ -13,7 +13,7 @@ struct Writer::State {
 
   WriterOptions options;
   FileEnd end;
-  Lane packed, plain;
+  ChunkBuilder packed, plain;
   struct ChannelState {
     Packing packing = Packing::packed;
     bool defined = false;  // its record is in a chunk of this file
@@ -42,9 +42,9 @@ struct Writer::State {
   }
 
   std::uint64_t duration() const { return static_cast<std::uint64_t>(options.chunk_duration.count()); }
-  Lane& lane_of(const ChannelState& channel) { return channel.packing == Packing::plain ? plain : packed; }
-  bool old(const Lane& lane, std::uint64_t now) const {
-    return lane.has_messages() && now > lane.first_time() && now - lane.first_time() >= duration();
+  ChunkBuilder& builder_of(const ChannelState& channel) { return channel.packing == Packing::plain ? plain : packed; }
+  bool old(const ChunkBuilder& builder, std::uint64_t now) const {
+    return builder.has_messages() && now > builder.first_time() && now - builder.first_time() >= duration();
   }
 
   /// Whether the disk has just said no: who asks for every message spends the time of all of them.
@@ -60,22 +60,22 @@ struct Writer::State {
   }
 
   Status begin();
-  /// The chunk of a lane, its message indexes, and what they add to the summary.
-  Status put(Lane& lane, hal::Parts tail, std::size_t tail_size, bool to_disk);
-  void note_chunk(Lane& lane, const Lane::Sealed& chunk, std::uint64_t at);
+  /// The chunk of a builder, its message indexes, and what they add to the summary.
+  Status put(ChunkBuilder& builder, hal::Parts tail, std::size_t tail_size, bool to_disk);
+  void note_chunk(ChunkBuilder& builder, const ChunkBuilder::Sealed& chunk, std::uint64_t at);
   /// A chunk with the messages so far and this one, whose data are not copied.
-  Status put_direct(Lane& lane, std::uint16_t id, const Stamps& stamps, hal::Parts parts, std::size_t size);
+  Status put_direct(ChunkBuilder& builder, std::uint16_t id, const Stamps& stamps, hal::Parts parts, std::size_t size);
   /// What a chunk of so many bytes of messages can be in the file, with its indexes: those have 16 bytes for each
   /// message of 31 and more; nothing else grows.
   static std::uint64_t most_of(std::uint64_t bytes) { return bytes + bytes / 2 + 4096; }
   /// Whether a chunk of so many bytes of messages leaves the free floor.
   Status room_for(std::uint64_t bytes);
-  Status put_above_floor(Lane& lane) {
-    auto room = room_for(lane.size());
-    return room ? put(lane, {}, 0, true) : room;
+  Status put_above_floor(ChunkBuilder& builder) {
+    auto room = room_for(builder.size());
+    return room ? put(builder, {}, 0, true) : room;
   }
-  /// All channels of the lane, so that a file that is cut off later still names those that have been silent.
-  void define_all(Lane& lane);
+  /// All channels of the builder, so that a file that is cut off later still names those that have been silent.
+  void define_all(ChunkBuilder& builder);
   /// What the summary has, the data must have too.
   void define_unused_schemas();
   void sync();

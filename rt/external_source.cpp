@@ -34,7 +34,7 @@ void ExternalSource::declare(Declaration& d) {
     d.ports.push_back({p->topic.port, Declaration::PortKind::output, p->topic.type, nullptr, p.get(), 0, kRoom});
 }
 
-Status ExternalSource::step(const Step& step) noexcept {
+StepStatus ExternalSource::step(const Step& step) noexcept {
   for (const std::uint32_t number : taken_) {
     const Place& place = places_[number];
     Port& port = *ports_[place.port];
@@ -44,7 +44,7 @@ Status ExternalSource::step(const Step& step) noexcept {
     unstage(number);
   }
   taken_.clear();
-  return Status::ok;
+  return StepStatus::ok;
 }
 
 hal::Result<std::uint32_t> ExternalSource::stage(std::uint32_t port, std::span<const std::byte> message) noexcept {

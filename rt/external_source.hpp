@@ -28,7 +28,7 @@ class ExternalSource final : public Module {
   ~ExternalSource() override;
 
   void declare(Declaration& d) override;
-  Status step(const Step& step) noexcept override;
+  StepStatus step(const Step& step) noexcept override;
 
   /// Copies a message of the type's size into a free place; answers its number.
   /// Thread:  any.

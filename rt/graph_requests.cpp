@@ -1,6 +1,8 @@
 // The way in: what any thread may ask of a configured graph, checked before it goes into a mailbox.
 #include <cstring>
 
+#include "math/elementary.hpp"
+
 #include "rt/external_source.hpp"
 #include "rt/graph.hpp"
 #include "rt/graph_check.hpp"
@@ -15,14 +17,12 @@ hal::Error refuse(std::string* why, hal::Errc code, const char* where, std::stri
   return {code, where};
 }
 
-bool finite(double v) { return v - v == 0; }
-
 template <class Real>
 bool all_finite(const std::byte* at, std::uint32_t count) {
   for (std::uint32_t i = 0; i < count; ++i) {
     Real v;
     std::memcpy(&v, at + i * sizeof v, sizeof v);
-    if (!finite(static_cast<double>(v))) return false;
+    if (!math::is_finite(static_cast<double>(v))) return false;
   }
   return true;
 }

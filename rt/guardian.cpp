@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "math/elementary.hpp"
+
 namespace sinew::rt {
 
 using msg::GuardianMode;
@@ -88,7 +90,7 @@ void Guardian::reset() {
   arming_.reset();
 }
 
-Status Guardian::step(const Step& step) noexcept {
+StepStatus Guardian::step(const Step& step) noexcept {
   Arming::Facts facts;
   facts.now = step.now;
   facts.conditions = look_at_conditions(step.now);
@@ -104,7 +106,7 @@ Status Guardian::step(const Step& step) noexcept {
     g->write_state(step.now);
   }
   write_state(step.now, facts.conditions);
-  return Status::ok;
+  return StepStatus::ok;
 }
 
 std::uint32_t Guardian::look_at_conditions(Time now) noexcept {
@@ -177,7 +179,7 @@ std::uint32_t Guardian::Group::values_of(const msg::ActuatorCommand& c) const {
   std::uint32_t found = 0;
   for (std::uint32_t i = 0; i < c.count; ++i) {
     const double v = c.value[i];
-    if (v - v != 0)
+    if (!math::is_finite(v))
       found |= msg::kFaultNotFinite;
     else if (v < spec.min || v > spec.max)
       found |= msg::kFaultLimit;
@@ -197,7 +199,10 @@ void Guardian::Group::tell_what_is_bad(msg::SafetyState& s) const {
     const double v = c.value[i];
     s.bad_channel = i;
     s.bad_value = v;
-    s.bad_fault = v - v != 0 ? msg::kFaultNotFinite : v < spec.min || v > spec.max ? msg::kFaultLimit : msg::kFaultNone;
+    if (!math::is_finite(v))
+      s.bad_fault = msg::kFaultNotFinite;
+    else
+      s.bad_fault = v < spec.min || v > spec.max ? msg::kFaultLimit : msg::kFaultNone;
   }
 }
 

@@ -42,7 +42,7 @@ class Guardian final : public DriverModule {
   void declare(Declaration& d) override;
   hal::Status configure(Setup& setup) override;
   void reset() override;
-  Status step(const Step& step) noexcept override;
+  StepStatus step(const Step& step) noexcept override;
   void emit(Time now) noexcept override;
   /// Bit i: the device of group i refused the last command.
   std::uint32_t device_state() const noexcept override;

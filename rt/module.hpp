@@ -47,7 +47,7 @@ class Module {
   /// Forgets all state: called before the first step and when the module is enabled again. RT: yes.
   virtual void reset() {}
   /// RT: yes.
-  virtual Status step(const Step& step) noexcept = 0;
+  virtual StepStatus step(const Step& step) noexcept = 0;
 };
 
 /// A module with a device behind it. Replay calls neither hook.

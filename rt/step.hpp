@@ -10,7 +10,7 @@ using msg::Duration;
 using msg::Time;
 
 /// How a step ended. ok commits its loans together; anything else discards them.
-enum class Status : std::uint8_t {
+enum class StepStatus : std::uint8_t {
   ok,     // outputs are published (also when nothing was loaned)
   stale,  // an input that the step needs is missing or too old: normal, counted
   fault,  // the step could not do its work: counted; repeated faults stop the module

@@ -7,7 +7,7 @@ using hal::Errc;
 using hal::Error;
 using hal::Status;
 
-Status first_message(hal::Stream& stream, MessageReader& in, Message& out) {
+Status first_message(hal::Stream& stream, MessageReceiver& in, Message& out) {
   for (;;) {
     auto next = in.next(out);
     if (!next) return next.error();

@@ -11,7 +11,7 @@ namespace sinew::sim_hil {
 /// Somebody who has connected to a plant and said what for.
 struct Caller {
   std::unique_ptr<hal::Stream> stream;
-  MessageReader in{Sender::runtime};  // with what has come behind the Hello
+  MessageReceiver in{Sender::runtime};  // with what has come behind the Hello
   Hello hello;
 };
 

@@ -30,9 +30,9 @@ bool may_send(Sender sender, Type type) {
 
 }  // namespace
 
-MessageReader::MessageReader(Sender peer) : peer_(peer), buffer_(kBufferBytes) {}
+MessageReceiver::MessageReceiver(Sender peer) : peer_(peer), buffer_(kBufferBytes) {}
 
-std::span<std::byte> MessageReader::space() noexcept {
+std::span<std::byte> MessageReceiver::space() noexcept {
   if (begin_ == end_) begin_ = end_ = 0;
   if (buffer_.size() - end_ < kLeastSpace || buffer_.size() - begin_ < kMaxSmallBytes) {
     std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
@@ -42,7 +42,7 @@ std::span<std::byte> MessageReader::space() noexcept {
   return {buffer_.data() + end_, buffer_.size() - end_};
 }
 
-hal::Result<bool> MessageReader::next(Message& out) noexcept {
+hal::Result<bool> MessageReceiver::next(Message& out) noexcept {
   if (!state_) return state_.error();
   if (bulk_left_ > 0) {
     const std::size_t n = std::min(bulk_left_, buffered());
@@ -70,7 +70,7 @@ hal::Result<bool> MessageReader::next(Message& out) noexcept {
   return true;
 }
 
-std::size_t MessageReader::take_bulk(std::span<std::uint8_t> into) noexcept {
+std::size_t MessageReceiver::take_bulk(std::span<std::uint8_t> into) noexcept {
   const std::size_t n = std::min({into.size(), bulk_left_, buffered()});
   std::memcpy(into.data(), buffer_.data() + begin_, n);
   begin_ += n;

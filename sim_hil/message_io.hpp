@@ -18,9 +18,9 @@ struct Message {
 /// RT:      yes.
 /// Errors:  bad_data at the first byte that breaks the framing (size, type, direction, flags, sequence, time); the
 ///          stream cannot be followed any further then, and every later call says so again.
-class MessageReader {
+class MessageReceiver {
  public:
-  explicit MessageReader(Sender peer);
+  explicit MessageReceiver(Sender peer);
   std::span<std::byte> space() noexcept;  // never empty
   void filled(std::size_t bytes) noexcept { end_ += bytes; }
   hal::Result<bool> next(Message& out) noexcept;

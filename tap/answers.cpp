@@ -127,14 +127,15 @@ const Answers::Command* Answers::find(std::string_view name) {
   return nullptr;
 }
 
-Answers::Answers(rt::Graph& graph, rt::Runner& runner, hal::Os& os, Bells* bells, Robot robot)
-    : graph_(graph), runner_(runner), os_(os), bells_(bells), robot_(std::move(robot)) {
+Answers::Answers(rt::Graph& graph, rt::Runner& runner, hal::Os& os, TopicNotifier* notifier, Robot robot)
+    : graph_(graph), runner_(runner), os_(os), notifier_(notifier), robot_(std::move(robot)) {
   for (const rt::GraphModule& m : graph_.modules()) {
     auto& values = values_.emplace_back();
     for (const auto& p : m.declaration.params) values.push_back(rt::current(p));
   }
   const rt::SegmentHeader& segment = graph_.segment().header();
-  auto reader = Reader::open({reinterpret_cast<const std::byte*>(&segment), static_cast<std::size_t>(segment.bytes)});
+  auto reader =
+      SegmentReader::open({reinterpret_cast<const std::byte*>(&segment), static_cast<std::size_t>(segment.bytes)});
   if (!reader) return;
   reader_.emplace(std::move(*reader));
   for (std::uint32_t t = 0; t < reader_->topics().size(); ++t)
@@ -168,7 +169,7 @@ Reply Answers::answer(std::string_view text, std::uint64_t client) {
 }
 
 std::optional<Json> Answers::settle(const Change& change) {
-  if (change.at_desk) return settle_at_desk(change);
+  if (change.recorder_request) return settle_recorder_request(change);
   const auto effect = graph_.effect(change.ticket);
   if (!effect) return std::nullopt;
   Json reply = change.reply;
@@ -183,7 +184,7 @@ std::optional<Json> Answers::settle(const Change& change) {
 
 Json Answers::still_waiting(const Change& change) const {
   Json reply = change.reply;
-  if (change.at_desk) {
+  if (change.recorder_request) {
     reply.update(refused(hal::Errc::timeout, "accepted, and it takes long: record.status tells when it is done"));
     return reply;
   }
@@ -204,7 +205,7 @@ void Answers::follow() {
 }
 
 void Answers::forget(std::uint64_t client) {
-  if (bells_) bells_->subscribe(client, {}, {});
+  if (notifier_) notifier_->subscribe(client, {}, {});
 }
 
 // ---- requests that look
@@ -276,16 +277,16 @@ Reply Answers::memory(const Json&) {
 }
 
 Reply Answers::doorbells(const Json&) {
-  if (!bells_) return refuse(hal::Errc::not_supported, "this run keeps its topics in memory of its own");
+  if (!notifier_) return refuse(hal::Errc::not_supported, "this run keeps its topics in memory of its own");
   Json json = Json::object();
-  json["bytes"] = bells_->page().size();
+  json["bytes"] = notifier_->page().size();
   Reply reply = good(json);
-  reply.memory = &bells_->page();
+  reply.memory = &notifier_->page();
   return reply;
 }
 
 Reply Answers::subscribe(const Json& request) {
-  if (!bells_) return refuse(hal::Errc::not_supported, "this run keeps its topics in memory of its own");
+  if (!notifier_) return refuse(hal::Errc::not_supported, "this run keeps its topics in memory of its own");
   const auto names = request.find("topics");
   if (names == request.end() || !names->is_array()) return needs("topics", "a list of names");
   std::int64_t period_ms = 1;
@@ -304,7 +305,7 @@ Reply Answers::subscribe(const Json& request) {
     if (!bells.contains(*text)) writers.push_back(writer);
     bells[*text] = writer;
   }
-  bells_->subscribe(client_, std::move(writers), std::chrono::milliseconds(period_ms));
+  notifier_->subscribe(client_, std::move(writers), std::chrono::milliseconds(period_ms));
   Json json = Json::object();
   json["bells"] = std::move(bells);
   return good(json);
@@ -445,15 +446,16 @@ Reply Answers::publish(const Json& request) {
 Reply Answers::enable(const Json& request) { return set_enabled(request, true); }
 Reply Answers::disable(const Json& request) { return set_enabled(request, false); }
 
-Reply Answers::at_desk(RecordDesk::Command command) {
-  if (!robot_.desk) return refuse(hal::Errc::not_supported, "this run has no recorder: it was begun without one");
+Reply Answers::ask_recorder(RecordControl::Command command) {
+  if (!robot_.record_control)
+    return refuse(hal::Errc::not_supported, "this run has no recorder: it was begun without one");
   Reply reply = good();
-  reply.change = {{}, std::move(reply.json), robot_.desk->ask(command)};
+  reply.change = {{}, std::move(reply.json), robot_.record_control->ask(command)};
   return reply;
 }
 
-std::optional<Json> Answers::settle_at_desk(const Change& change) const {
-  const auto answer = robot_.desk->answer(*change.at_desk);
+std::optional<Json> Answers::settle_recorder_request(const Change& change) const {
+  const auto answer = robot_.record_control->answer(*change.recorder_request);
   if (!answer) return std::nullopt;
   Json reply = change.reply;
   reply.update(answer->refused ? refused(*answer->refused, answer->text) : Json::parse(answer->text, nullptr, false));

@@ -12,19 +12,19 @@
 #include "msg/safety.hpp"
 #include "rt/exec/runner.hpp"
 #include "rt/graph.hpp"
-#include "tap/bells.hpp"
-#include "tap/reader.hpp"
-#include "tap/record_desk.hpp"
+#include "tap/record_control.hpp"
+#include "tap/segment_reader.hpp"
+#include "tap/topic_notifier.hpp"
 
 namespace sinew::tap {
 
 using Json = nlohmann::ordered_json;
 
-/// Something in a mailbox or at the desk of the recorder, and the reply that waits for it.
+/// Something in a mailbox or asked of the recorder, and the reply that waits for it.
 struct Change {
   rt::Ticket ticket;
   Json reply;
-  std::optional<std::uint64_t> at_desk{};  // in place of the ticket
+  std::optional<std::uint64_t> recorder_request{};  // in place of the ticket
 };
 
 struct Reply {
@@ -49,10 +49,10 @@ class Answers {
     std::function<void()> stop;
     std::string robot_file{};
     const hal::Clock* clock = nullptr;                       // its time; null: os
-    RecordDesk* desk = nullptr;                              // null: this run has no recorder
+    RecordControl* record_control = nullptr;                 // null: this run has no recorder
     std::function<std::vector<std::string>()> complaints{};  // of devices, one a line; empty: it has none that can say
   };
-  Answers(rt::Graph& graph, rt::Runner& runner, hal::Os& os, Bells* bells, Robot robot);
+  Answers(rt::Graph& graph, rt::Runner& runner, hal::Os& os, TopicNotifier* notifier, Robot robot);
 
   /// `text` is anything. `client` names the connection, for subscriptions. Throws bad_alloc, as settle() and
   /// still_waiting() do, and nothing else.
@@ -90,12 +90,12 @@ class Answers {
   Reply arm(const Json& request);
   Reply disarm(const Json& request);
   Reply publish(const Json& request);
-  Reply record_start(const Json&) { return at_desk(RecordDesk::Command::start); }
-  Reply record_stop(const Json&) { return at_desk(RecordDesk::Command::stop); }
-  Reply record_status(const Json&) { return at_desk(RecordDesk::Command::status); }
-  Reply record_snapshot(const Json&) { return at_desk(RecordDesk::Command::snapshot); }
-  Reply at_desk(RecordDesk::Command command);
-  std::optional<Json> settle_at_desk(const Change& change) const;
+  Reply record_start(const Json&) { return ask_recorder(RecordControl::Command::start); }
+  Reply record_stop(const Json&) { return ask_recorder(RecordControl::Command::stop); }
+  Reply record_status(const Json&) { return ask_recorder(RecordControl::Command::status); }
+  Reply record_snapshot(const Json&) { return ask_recorder(RecordControl::Command::snapshot); }
+  Reply ask_recorder(RecordControl::Command command);
+  std::optional<Json> settle_recorder_request(const Change& change) const;
   Reply set_enabled(const Json& request, bool enabled);
   Reply posted(const hal::Result<rt::Ticket>& ticket, const std::string& why, const Json& members);
   std::optional<msg::SafetyState> safety() const;
@@ -111,12 +111,12 @@ class Answers {
   rt::Graph& graph_;
   rt::Runner& runner_;
   hal::Os& os_;
-  Bells* bells_;  // null: no shared memory
+  TopicNotifier* notifier_;  // null: no shared memory
   Robot robot_;
   std::uint64_t client_ = 0;                         // whose request is being answered
   std::vector<std::vector<rt::ParamValue>> values_;  // by module and parameter
   std::vector<ParamChange> in_flight_;
-  std::optional<Reader> reader_;  // of our own topics, as an outsider
+  std::optional<SegmentReader> reader_;  // of our own topics, as an outsider
   std::optional<std::uint32_t> safety_topic_;
 };
 

@@ -90,15 +90,15 @@ hal::Result<std::unique_ptr<hal::SharedMemory>> Client::memory(std::string_view 
   return stream_->take_memory(hal::Stream::MemoryAccess::mapped);
 }
 
-hal::Result<const Reader*> Client::reader() {
+hal::Result<const SegmentReader*> Client::reader() {
   if (reader_) return &*reader_;
   auto topics = memory("memory");
   if (!topics) return topics.error();
   auto bells = memory("doorbells");
   if (!bells) return bells.error();
-  auto reader = Reader::open({(*topics)->data(), (*topics)->size()});
+  auto reader = SegmentReader::open({(*topics)->data(), (*topics)->size()});
   if (!reader) return reader.error();
-  topics_ = std::move(*topics), bells_ = std::move(*bells);
+  topics_ = std::move(*topics), notifier_ = std::move(*bells);
   reader_.emplace(std::move(*reader));
   return &*reader_;
 }
@@ -119,8 +119,8 @@ hal::Status Client::subscribe(std::span<const std::string> topics, hal::Duration
 const hal::WakeWord* Client::bell_word(std::uint32_t topic) const {
   if (!reader_ || topic >= reader_->topics().size()) return nullptr;
   const std::size_t at = std::size_t{reader_->topics()[topic].bell} * sizeof(hal::WakeWord);
-  if (at + sizeof(hal::WakeWord) > bells_->size()) return nullptr;
-  return reinterpret_cast<const hal::WakeWord*>(bells_->data() + at);
+  if (at + sizeof(hal::WakeWord) > notifier_->size()) return nullptr;
+  return reinterpret_cast<const hal::WakeWord*>(notifier_->data() + at);
 }
 
 std::uint32_t Client::bell(std::uint32_t topic) const {

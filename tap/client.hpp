@@ -8,7 +8,7 @@
 #include "hal/stream.hpp"
 #include "tap/frames.hpp"
 #include "tap/names.hpp"
-#include "tap/reader.hpp"
+#include "tap/segment_reader.hpp"
 
 namespace sinew::tap {
 
@@ -31,7 +31,7 @@ class Client {
 
   /// The topics, mapped at the first call. The reader is valid as long as the client.
   /// Errors:  as request(); not_supported: this run has no shared memory; bad_data.
-  hal::Result<const Reader*> reader();
+  hal::Result<const SegmentReader*> reader();
 
   /// Asks to be woken by these topics, names; at most this often. Replaces what was asked before.
   hal::Status subscribe(std::span<const std::string> topics, hal::Duration period = std::chrono::milliseconds(1));
@@ -49,8 +49,8 @@ class Client {
 
   std::unique_ptr<hal::Stream> stream_;
   FrameReader frames_{kMaxReplyBytes};
-  std::unique_ptr<hal::SharedMemory> topics_, bells_;
-  std::optional<Reader> reader_;
+  std::unique_ptr<hal::SharedMemory> topics_, notifier_;
+  std::optional<SegmentReader> reader_;
   std::string robot_;
   int pid_ = 0;
 };

@@ -33,14 +33,14 @@ class Server::Body {
 
   hal::Status start(const Name& name, rt::Runner& runner) {
     if (graph_.memory()) {
-      auto bells = Bells::open(graph_.segment(), os_);
+      auto bells = TopicNotifier::open(graph_.segment(), os_);
       if (!bells) return bells.error();
-      bells_ = std::move(*bells);
+      notifier_ = std::move(*bells);
     }
     answers_ = std::make_unique<Answers>(
-        graph_, runner, os_, bells_.get(),
+        graph_, runner, os_, notifier_.get(),
         Answers::Robot{name.robot(), options_.board, options_.virtual_time, options_.stop, options_.robot_file,
-                       options_.clock, options_.desk, options_.complaints});
+                       options_.clock, options_.record_control, options_.complaints});
     answers_->outsiders = [this] { return outsiders(); };
     auto listener = hal::listen_stream("unix:" + name.path());
     if (!listener) return listener.error();
@@ -151,7 +151,7 @@ class Server::Body {
   /// Who sits there longest without asking anything gives way; those whom doorbells wake only when there is no other.
   bool make_room(hal::Time now) {
     const auto rank = [this](const auto& c) {
-      return std::pair(bells_ && bells_->subscribes(c->id()), c->last_request());
+      return std::pair(notifier_ && notifier_->subscribes(c->id()), c->last_request());
     };
     const auto longest = std::min_element(clients_.begin(), clients_.end(),
                                           [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
@@ -190,7 +190,7 @@ class Server::Body {
   rt::Graph& graph_;
   hal::Os& os_;
   const ServerOptions options_;
-  std::unique_ptr<Bells> bells_;
+  std::unique_ptr<TopicNotifier> notifier_;
   std::unique_ptr<Answers> answers_;
   std::unique_ptr<hal::Listener> listener_;
   std::unique_ptr<hal::Stream> wake_, woken_;  // the destructor ends the thread's wait

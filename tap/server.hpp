@@ -9,7 +9,7 @@
 #include "rt/exec/runner.hpp"
 #include "rt/exec/stats.hpp"
 #include "tap/names.hpp"
-#include "tap/record_desk.hpp"
+#include "tap/record_control.hpp"
 
 namespace sinew::tap {
 
@@ -19,7 +19,7 @@ struct ServerOptions {
   std::function<void()> stop{};                                    // what `stop` does; empty: refused
   std::string robot_file{};                                        // absolute path, likewise for `hello`; empty: none
   const hal::Clock* clock = nullptr;                               // the robot's, of any thread; null: os
-  RecordDesk* desk = nullptr;                                      // for `record.*`; null: refused
+  RecordControl* record_control = nullptr;                         // for `record.*`; null: refused
   std::function<std::vector<std::string>()> complaints{};          // of devices, for `status`; of any thread
   std::uint32_t max_clients = 16;                                  // 62 at most
   std::uint32_t max_per_process = 4;                               // connections of one process

@@ -31,11 +31,11 @@ BallImage BallDetector::find(const ImageView& pixels, const Pinhole& camera, con
   return finder_->outline(pixels, camera);
 }
 
-rt::Status BallDetector::step(const rt::Step& step) noexcept {
+rt::StepStatus BallDetector::step(const rt::Step& step) noexcept {
   const msg::Image* image = image_.get();
-  if (image == nullptr || !image_.updated()) return rt::Status::stale;
+  if (image == nullptr || !image_.updated()) return rt::StepStatus::stale;
   const ImageView pixels = view(*image);
-  if (!pixels || pixels.format == msg::PixelFormat::mono8) return rt::Status::fault;
+  if (!pixels || pixels.format == msg::PixelFormat::mono8) return rt::StepStatus::fault;
 
   const BallImage ball = find(pixels, camera_.of(pixels), step);
   msg::BallSighting& out = sighting_.loan();
@@ -43,7 +43,7 @@ rt::Status BallDetector::step(const rt::Step& step) noexcept {
   out.blobs = ball.blobs;
   out.range_m = math::kNan;
   const double range_m = ball.found && radius_m_ > 0 ? radius_m_ / math::sin(ball.angular_radius_rad) : math::kNan;
-  if (!ball.found || (range_max_m_ > 0 && range_m > range_max_m_)) return rt::Status::ok;
+  if (!ball.found || (range_max_m_ > 0 && range_m > range_max_m_)) return rt::StepStatus::ok;
   out.found = 1;
   out.direction_optical = ball.direction.to<msg::Vec3>();
   out.u_px = ball.u_px, out.v_px = ball.v_px;
@@ -51,7 +51,7 @@ rt::Status BallDetector::step(const rt::Step& step) noexcept {
   out.angular_radius_rad = ball.angular_radius_rad;
   out.range_m = range_m;
   out.confidence = ball.confidence;
-  return rt::Status::ok;
+  return rt::StepStatus::ok;
 }
 
 }  // namespace sinew::vision

@@ -19,7 +19,7 @@ class BallDetector final : public rt::Module {
  public:
   void declare(rt::Declaration& d) override;
   hal::Status configure(rt::Setup& setup) override;
-  rt::Status step(const rt::Step& step) noexcept override;
+  rt::StepStatus step(const rt::Step& step) noexcept override;
 
  private:
   BallImage find(const ImageView& pixels, const Pinhole& camera, const rt::Step& step);

@@ -48,24 +48,24 @@ void MotionField::scale(msg::MotionField& field) const {
   for (float& v : field.y) v *= static_cast<float>(bin_);
 }
 
-rt::Status MotionField::step(const rt::Step&) noexcept {
+rt::StepStatus MotionField::step(const rt::Step&) noexcept {
   const msg::Image* image = image_.get();
-  if (image == nullptr || !image_.updated()) return rt::Status::stale;
-  if (!newer_.take(view(*image), static_cast<std::uint32_t>(bin_))) return rt::Status::fault;
+  if (image == nullptr || !image_.updated()) return rt::StepStatus::stale;
+  if (!newer_.take(view(*image), static_cast<std::uint32_t>(bin_))) return rt::StepStatus::fault;
   const msg::Duration interval = image->stamp - older_stamp_;
   const bool first = older_.empty();
-  if (!first && interval.count() <= 0) return rt::Status::fault;
+  if (!first && interval.count() <= 0) return rt::StepStatus::fault;
 
   msg::MotionField& out = field_.loan();
   const bool done = !first && estimate_motion(older_.view(), newer_.view(), options_, out);
   older_.swap(newer_);
   older_stamp_ = image->stamp;
-  if (!done) return rt::Status::stale;
+  if (!done) return rt::StepStatus::stale;
   out.stamp = image->stamp;
   out.interval_ns = interval.count();
   scale(out);
   out.moving = detector_.update(out, travel_);
-  return rt::Status::ok;
+  return rt::StepStatus::ok;
 }
 
 }  // namespace sinew::vision

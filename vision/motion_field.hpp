@@ -19,7 +19,7 @@ class MotionField final : public rt::Module {
   void declare(rt::Declaration& d) override;
   hal::Status configure(rt::Setup& setup) override;
   void reset() override;
-  rt::Status step(const rt::Step& step) noexcept override;
+  rt::StepStatus step(const rt::Step& step) noexcept override;
 
  private:
   void scale(msg::MotionField& field) const;

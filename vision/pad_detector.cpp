@@ -28,18 +28,18 @@ PadCircle PadDetector::find(const ImageView& pixels, const rt::Step& step) {
   return finder_->outline(pixels);
 }
 
-rt::Status PadDetector::step(const rt::Step& step) noexcept {
+rt::StepStatus PadDetector::step(const rt::Step& step) noexcept {
   const msg::Image* image = image_.get();
-  if (image == nullptr || !image_.updated()) return rt::Status::stale;
+  if (image == nullptr || !image_.updated()) return rt::StepStatus::stale;
   const ImageView pixels = view(*image);
-  if (!pixels || pixels.format == msg::PixelFormat::mono8) return rt::Status::fault;
+  if (!pixels || pixels.format == msg::PixelFormat::mono8) return rt::StepStatus::fault;
 
   const PadCircle pad = find(pixels, step);
   msg::PadSighting& out = sighting_.loan();
   out.stamp = image->stamp;
   out.blobs = pad.blobs;
   out.range_m = math::kNan;
-  if (!pad.found) return rt::Status::ok;
+  if (!pad.found) return rt::StepStatus::ok;
   const Pinhole p = camera_.of(pixels);
   out.found = 1;
   out.u_px = pad.circle.x, out.v_px = pad.circle.y;
@@ -47,7 +47,7 @@ rt::Status PadDetector::step(const rt::Step& step) noexcept {
   out.direction_optical = p.direction(out.u_px, out.v_px);
   out.range_m = math::sqrt(p.fx_px * p.fy_px) * pad.radius_m / pad.circle.radius / out.direction_optical.z;
   out.confidence = pad.confidence;
-  return rt::Status::ok;
+  return rt::StepStatus::ok;
 }
 
 }  // namespace sinew::vision

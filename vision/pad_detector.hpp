@@ -19,7 +19,7 @@ class PadDetector final : public rt::Module {
  public:
   void declare(rt::Declaration& d) override;
   hal::Status configure(rt::Setup& setup) override;
-  rt::Status step(const rt::Step& step) noexcept override;
+  rt::StepStatus step(const rt::Step& step) noexcept override;
 
  private:
   PadCircle find(const ImageView& pixels, const rt::Step& step);

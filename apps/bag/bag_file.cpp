@@ -57,7 +57,7 @@ std::unique_ptr<hal::InputFile> open_input(const std::string& path, Progress& pr
 std::unique_ptr<record::Reader> open_recording(const std::string& path, Progress& progress, unsigned passes) {
   auto file = open_input(path, progress, passes);
   if (!file) return nullptr;
-  record::Problem why;
+  record::FileProblem why;
   auto reader = record::Reader::open(std::move(file), why);
   if (!reader) fail(path + ": " + to_string(why));
   return reader;
@@ -73,7 +73,7 @@ std::unique_ptr<hal::OutputFile> create_output(const std::string& path) {
   return nullptr;
 }
 
-void say_problems(const std::string& path, const std::vector<record::Problem>& problems) {
+void say_problems(const std::string& path, const std::vector<record::FileProblem>& problems) {
   constexpr std::size_t kSaid = 5;
   for (std::size_t i = 0; i < std::min(kSaid, problems.size()); ++i)
     std::fprintf(stderr, "%s: %s\n", path.c_str(), to_string(problems[i]).c_str());

@@ -23,7 +23,7 @@ std::unique_ptr<hal::OutputFile> create_output(const std::string& path);
 std::string file_error(const std::string& path, const hal::Error& error);
 
 /// Says on standard error what is wrong with a file; of many problems the first ones.
-void say_problems(const std::string& path, const std::vector<record::Problem>& problems);
+void say_problems(const std::string& path, const std::vector<record::FileProblem>& problems);
 
 /// What a command wants of the messages.
 struct Selection {

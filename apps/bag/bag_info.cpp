@@ -119,7 +119,7 @@ int bag_info(const BagOptions& options) {
   auto file = open_input(options.file, progress);
   if (!file) return kNotBegun;
   const std::uint64_t bytes = file->size();
-  record::Problem why;
+  record::FileProblem why;
   auto reader = record::Reader::open(std::move(file), why);
   if (!reader) return fail(options.file + ": " + to_string(why));
   const double duration_s = 1e-9 * static_cast<double>(end_time(*reader) - record::recorded_start(*reader));

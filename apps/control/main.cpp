@@ -27,13 +27,13 @@ constexpr double kRunFor_s = 2, kStartTilt_rad = 0.3, kLevel_rad = 0.02, kShorte
 /// Wants to be level, with the thrust that would carry it.
 class Level final : public rt::Module {
   void declare(rt::Declaration& d) override { d.out("attitude", out_); }
-  rt::Status step(const rt::Step& step) noexcept override {
+  rt::StepStatus step(const rt::Step& step) noexcept override {
     msg::AttitudeSetpoint& wanted = out_.loan();
     wanted.stamp = step.now;
     wanted.q_world_base.w = 1;
     wanted.thrust_n = 12;
     wanted.armed = 1;
-    return rt::Status::ok;
+    return rt::StepStatus::ok;
   }
   rt::Out<msg::AttitudeSetpoint> out_;
 };

@@ -124,7 +124,7 @@ int fly(const Options& options) {
   hal::Os& os = hal::system_os();
   hal::ManualClock clock;
   std::string why, report;
-  sim_hil::SimOptions sim;
+  sim_hil::SimBoardOptions sim;
   sim.robot = graph.spec().robot;
   sim.seed = graph.spec().seed;
   sim.clock = &clock;

@@ -60,7 +60,7 @@ std::optional<Json> LiveRobot::ask(std::string_view request, const Json& argumen
   return std::nullopt;
 }
 
-const tap::Reader* LiveRobot::reader() {
+const tap::SegmentReader* LiveRobot::reader() {
   const auto reader = client_->reader();
   if (reader) return *reader;
   fail("robot " + name() + ": " +

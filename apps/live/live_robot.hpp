@@ -28,7 +28,7 @@ class LiveRobot {
   /// The reply. Nothing, after the refusal (with all its reasons) or the end of the robot was said on standard error.
   std::optional<Json> ask(std::string_view request, const Json& arguments = Json::object());
   /// Of the topics. Null after it was said why there is none.
-  const tap::Reader* reader();
+  const tap::SegmentReader* reader();
   tap::Client& client() { return *client_; }
   const std::string& name() const { return client_->robot(); }
 

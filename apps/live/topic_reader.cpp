@@ -15,7 +15,7 @@ constexpr hal::Duration kSilence = 500ms;    // without a message: is the robot 
 }  // namespace
 
 std::optional<TopicReader> TopicReader::open(LiveRobot& robot, const std::string& topic) {
-  const tap::Reader* reader = robot.reader();
+  const tap::SegmentReader* reader = robot.reader();
   if (!reader) return std::nullopt;
   const auto index = reader->find(topic);
   if (!index) {
@@ -31,7 +31,7 @@ std::optional<TopicReader> TopicReader::open(LiveRobot& robot, const std::string
   return TopicReader(robot, *reader, *index);
 }
 
-TopicReader::TopicReader(LiveRobot& robot, const tap::Reader& reader, std::uint32_t index)
+TopicReader::TopicReader(LiveRobot& robot, const tap::SegmentReader& reader, std::uint32_t index)
     : robot_(&robot), reader_(&reader), index_(index), blocks_((reader.bytes(index) + 63) / 64) {
   copy_ = std::as_writable_bytes(std::span(blocks_)).first(reader.bytes(index));
 }

@@ -25,11 +25,11 @@ class TopicReader {
   std::uint64_t lost() const { return cursor_.lost; }
 
  private:
-  TopicReader(LiveRobot& robot, const tap::Reader& reader, std::uint32_t index);
+  TopicReader(LiveRobot& robot, const tap::SegmentReader& reader, std::uint32_t index);
   bool take();
 
   LiveRobot* robot_;
-  const tap::Reader* reader_;
+  const tap::SegmentReader* reader_;
   std::uint32_t index_;
   tap::Cursor cursor_;
   struct alignas(64) Block {

@@ -12,7 +12,7 @@
 
 #include "apps/parent/run_folder.hpp"
 #include "msg/json.hpp"
-#include "tap/reader.hpp"
+#include "tap/segment_reader.hpp"
 
 namespace sinew::app {
 namespace {
@@ -24,7 +24,7 @@ struct Line {
   std::string text;
 };
 
-void read_topic(const tap::Reader& reader, std::uint32_t index, std::vector<Line>& lines) {
+void read_topic(const tap::SegmentReader& reader, std::uint32_t index, std::vector<Line>& lines) {
   const tap::Topic& topic = reader.topics()[index];
   const auto newest = reader.newest(index);
   if (!newest || !topic.known()) return;
@@ -46,7 +46,7 @@ void read_topic(const tap::Reader& reader, std::uint32_t index, std::vector<Line
 }
 
 std::string messages_of(std::span<const std::byte> memory) {
-  const auto reader = tap::Reader::open(memory);
+  const auto reader = tap::SegmentReader::open(memory);
   if (!reader) return {};
   std::vector<Line> lines;
   for (std::uint32_t t = 0; t < reader->topics().size(); ++t) read_topic(*reader, t, lines);

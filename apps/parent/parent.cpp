@@ -14,7 +14,7 @@
 #include "hal/linux/watchdog.hpp"
 #include "hal/platform.hpp"
 #include "record/run/ring_memory.hpp"
-#include "tap/reader.hpp"
+#include "tap/segment_reader.hpp"
 
 namespace sinew::app {
 namespace {
@@ -180,7 +180,7 @@ class Parent {
       auto memory = line_->take_memory(hal::Stream::MemoryAccess::mapped);
       if (!memory) return;  // supervise() then gets no answer and fails there
       memory_ = std::move(*memory);
-      auto reader = tap::Reader::open({memory_->data(), memory_->size()});
+      auto reader = tap::SegmentReader::open({memory_->data(), memory_->size()});
       if (!reader) return;
       topics_ = std::move(*reader);
       for (std::uint32_t t = 0; t < topics_->topics().size(); ++t)
@@ -318,7 +318,7 @@ class Parent {
   std::unique_ptr<hal::Stream> line_;
   std::unique_ptr<hal::ChildProcess> runtime_;
   std::unique_ptr<hal::SharedMemory> memory_, ring_;
-  std::optional<tap::Reader> topics_;
+  std::optional<tap::SegmentReader> topics_;
   std::uint32_t guardian_ = 0;  // one of its topics
   std::uint32_t beat_ = 0;
   hal::Time last_change_{}, next_feed_{}, end_by_ = hal::kNever;

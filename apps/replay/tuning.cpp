@@ -29,7 +29,7 @@ std::unique_ptr<record::Reader> open_reader(const std::string& path, std::string
     why = file.error().code == hal::Errc::not_found ? path + ": no such file" : file_error(path, file.error());
     return nullptr;
   }
-  record::Problem problem;
+  record::FileProblem problem;
   auto reader = record::Reader::open(std::move(*file), problem);
   if (!reader) why = path + ": " + record::to_string(problem);
   return reader;

@@ -267,7 +267,7 @@ void read_bounds(TomlReader& r, ValidityBounds& b) {
   r.read("link_down_ms", b.link_down_ms, 0.0, kMost);
 }
 
-void read_sim(TomlReader& r, SimOptions& sim) {
+void read_sim(TomlReader& r, SimTable& sim) {
   constexpr const char* kPlants = "\"auto\", \"unix:PATH\" or \"tcp:HOST:PORT\"";
   if (r.read("plant", sim.plant, kPlants) && sim.plant != "auto" && !sim.plant.starts_with("unix:") &&
       !sim.plant.starts_with("tcp:"))

@@ -13,7 +13,7 @@
 namespace sinew::app {
 
 /// How the sim board reaches its plant.
-struct SimOptions {
+struct SimTable {
   std::string plant = "auto";  // "auto": start sinew-sim; else "unix:PATH" or "tcp:HOST:PORT"
   std::string world = "quad";  // of a plant that is started
   std::uint32_t camera_width = 320, camera_height = 240;
@@ -27,7 +27,7 @@ struct RobotFile {
   std::string text{};     // as it was read, with all that it extends; of load_robot() only
   bool extended = false;  // lines of problems are lines of `text`, which `sinew check --resolved` prints
   rt::GraphSpec graph;
-  SimOptions sim;
+  SimTable sim;
   ParentOptions parent;
   RecordOptions record;
   drivers::DeviceSpecs devices;          // of the board `linux`

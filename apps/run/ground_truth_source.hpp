@@ -18,7 +18,9 @@ class GroundTruthSource final : public rt::DriverModule {
  public:
   void declare(rt::Declaration& d) override { d.raw("state", state_, {.burst = 20}); }
   void collect(rt::Time now) noexcept override;
-  rt::Status step(const rt::Step&) noexcept override { return state_.empty() ? rt::Status::stale : rt::Status::ok; }
+  rt::StepStatus step(const rt::Step&) noexcept override {
+    return state_.empty() ? rt::StepStatus::stale : rt::StepStatus::ok;
+  }
 
   /// All there is, by rising stamps of the run's clock: each is published when its time has come.
   void play(std::vector<msg::NavState> states);

@@ -70,7 +70,7 @@ std::uint64_t total(const std::map<std::string, record::Losses>& losses) {
 
 std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
-tap::RecordDesk::Answer refusal(hal::Errc code, std::string why) { return {code, std::move(why)}; }
+tap::RecordControl::Answer refusal(hal::Errc code, std::string why) { return {code, std::move(why)}; }
 
 record::RecorderOptions recorder_options(const RecordOptions& from, const RunOptions& options) {
   record::RecorderOptions how;
@@ -197,7 +197,7 @@ record::DumpFile Recording::next_dump() {
   return next_ring_file(folder_);
 }
 
-// ---- the desk
+// ---- record control
 
 std::uint64_t Recording::ask(Command command) {
   const std::uint64_t number = ++asked_;
@@ -207,7 +207,7 @@ std::uint64_t Recording::ask(Command command) {
   return number;
 }
 
-std::optional<tap::RecordDesk::Answer> Recording::answer(std::uint64_t number) {
+std::optional<tap::RecordControl::Answer> Recording::answer(std::uint64_t number) {
   const std::lock_guard lock(answers_mutex_);
   if (const auto dump = dumping_.find(number); dump != dumping_.end()) {
     const record::RingDumpReport report = recorder_->ring()->reports()[dump->second];
@@ -243,13 +243,13 @@ void Recording::serve(Command command, std::uint64_t number) {
   if (answers_.size() > kMostAnswers) answers_.erase(answers_.begin());  // of clients that went away
 }
 
-tap::RecordDesk::Answer Recording::start() {
+tap::RecordControl::Answer Recording::start() {
   if (recorder_->has_file()) return refusal(hal::Errc::busy, "it is being recorded already: " + path_);
   if (const std::string why = begin_file(); !why.empty()) return refusal(hal::Errc::io, why);
   return {{}, text_of({{"path", path_}})};
 }
 
-tap::RecordDesk::Answer Recording::stop() {
+tap::RecordControl::Answer Recording::stop() {
   if (!recorder_->has_file()) return refusal(hal::Errc::not_found, "nothing is being recorded");
   const File file = end_file();
   if (!file.trouble) return refusal(file.trouble.error().code, file.path + ": " + error_text(file.trouble.error()));
@@ -303,7 +303,7 @@ Json Recording::status() {
 
 void Recording::finish(RunSummary& summary) {
   finished_ = true;
-  const hal::Status finished = recorder_->finish();  // it answers the desk to the end
+  const hal::Status finished = recorder_->finish();  // it answers requests to the end
   if (!path_.empty() && (files_.empty() || files_.back().path != path_)) {
     const record::RunSink& file = *recorder_->file();
     files_.push_back({path_, file.files(), file.verdict(), file.lost_messages(), file.lost_steps(),

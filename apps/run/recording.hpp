@@ -9,7 +9,7 @@
 #include "apps/robot_file/record_options.hpp"
 #include "apps/run/run_summary.hpp"
 #include "record/run/run_recorder.hpp"
-#include "tap/record_desk.hpp"
+#include "tap/record_control.hpp"
 
 namespace sinew::app {
 
@@ -18,8 +18,8 @@ struct RunOptions;
 
 /// What one run leaves on disk: recordings FOLDER/ROBOT-TIME/run.mcap, one from the beginning on if the robot file says
 /// so, others from `sinew record start` to `stop`, and beside them what the flight ring was dumped into.
-/// Thread:  owner; of the desk: the server's.
-class Recording final : public tap::RecordDesk {
+/// Thread:  owner; of record control: the server's.
+class Recording final : public tap::RecordControl {
  public:
   /// Null when there is to be no recorder, or after a warning when there can be none: a robot flies without, too. So it
   /// does when its file cannot be begun. The graph is configured with ConfigureOptions::recorded, which wanted() tells.

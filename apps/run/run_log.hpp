@@ -20,7 +20,7 @@ class RunLog final : public rt::Module {
     kept_.reserve(static_cast<std::size_t>(capacity_));
     return {};
   }
-  rt::Status step(const rt::Step&) noexcept override {
+  rt::StepStatus step(const rt::Step&) noexcept override {
     lost_ += in_.dropped();
     for (const M& m : in_) {
       if (kept_.size() < kept_.capacity())
@@ -28,7 +28,7 @@ class RunLog final : public rt::Module {
       else
         ++lost_;
     }
-    return rt::Status::ok;
+    return rt::StepStatus::ok;
   }
 
   const std::vector<M>& messages() const { return kept_; }

@@ -227,7 +227,8 @@ bool take_name(Prepared& prepared, const RunOptions& options) {
 }
 
 std::unique_ptr<tap::Server> open_socket(const Prepared& prepared, const RunOptions& options, rt::Runner& runner,
-                                         tap::RecordDesk* desk, const hal::Clock& clock, std::function<void()> stop,
+                                         tap::RecordControl* record_control, const hal::Clock& clock,
+                                         std::function<void()> stop,
                                          std::function<std::vector<std::string>()> complaints) {
   if (!prepared.name) return nullptr;
   auto server = tap::Server::open(*prepared.name, *prepared.graph, runner, hal::system_os(),
@@ -236,7 +237,7 @@ std::unique_ptr<tap::Server> open_socket(const Prepared& prepared, const RunOpti
                                    .stop = std::move(stop),
                                    .robot_file = std::filesystem::absolute(options.robot).lexically_normal().string(),
                                    .clock = &clock,
-                                   .desk = desk,
+                                   .record_control = record_control,
                                    .complaints = std::move(complaints)});
   if (server) return std::move(*server);
   std::fprintf(stderr, "sinew: warning: no socket for other programs: %s: %s\n", prepared.name->path().c_str(),

@@ -82,11 +82,12 @@ std::optional<std::string> apply_device_setting(drivers::DeviceSpecs& devices, c
 /// own, NAME-PID. Where no folder for sockets can be had the run goes on without, with a warning.
 bool take_name(Prepared& prepared, const RunOptions& options);
 
-/// The robot's socket, from here until it is destroyed; null with a warning when there can be none. `desk` answers
-/// record.* (null: there is no recorder), `clock` is the robot's, `stop` ends the run, and `complaints` are what is
-/// wrong with devices (empty: none can be); all are called by any thread.
+/// The robot's socket, from here until it is destroyed; null with a warning when there can be none. `record_control`
+/// answers record.* (null: there is no recorder), `clock` is the robot's, `stop` ends the run, and `complaints` are
+/// what is wrong with devices (empty: none can be); all are called by any thread.
 std::unique_ptr<tap::Server> open_socket(const Prepared& prepared, const RunOptions& options, rt::Runner& runner,
-                                         tap::RecordDesk* desk, const hal::Clock& clock, std::function<void()> stop,
+                                         tap::RecordControl* record_control, const hal::Clock& clock,
+                                         std::function<void()> stop,
                                          std::function<std::vector<std::string>()> complaints = {});
 
 }  // namespace sinew::app

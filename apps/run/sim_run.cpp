@@ -49,9 +49,9 @@ class SimulatedBoard final : public RunBoard {
   std::string name() const override { return "sim"; }
 
   bool open(RunContext& run, std::string& why) override {
-    const SimOptions& wanted = run.prepared.robot.sim;
+    const SimTable& wanted = run.prepared.robot.sim;
     const bool lockstep = run.options.virtual_time;
-    sim_hil::SimOptions sim;
+    sim_hil::SimBoardOptions sim;
     sim.mode = lockstep ? sim_hil::Mode::lockstep : sim_hil::Mode::free_running;
     sim.robot = run.graph().spec().robot;
     sim.seed = run.graph().spec().seed;
@@ -164,7 +164,7 @@ class SimulatedBoard final : public RunBoard {
 };
 
 std::unique_ptr<PlantProcess> open_plant(const Prepared& prepared, const RunOptions& options, std::string& why) {
-  const SimOptions& sim = prepared.robot.sim;
+  const SimTable& sim = prepared.robot.sim;
   PlantRequest request;
   request.endpoint = sim.plant;
   request.world = sim.world;

@@ -191,7 +191,7 @@ class CaseFlight final : private rt::RunObserver, private hal::GrantSource {
     }
     plant_ = app::PlantProcess::open(request, why);
     if (!plant_) return false;
-    sim_hil::SimOptions sim;
+    sim_hil::SimBoardOptions sim;
     sim.robot = graph_->spec().robot;
     sim.seed = case_.world;
     sim.clock = &clock_;
@@ -216,7 +216,7 @@ class CaseFlight final : private rt::RunObserver, private hal::GrantSource {
   void completed(const rt::StepRecord& record) noexcept override {
     schedule_->completed(record);
     if (settings_.measured) (*settings_.measured)[graph_->modules()[record.module].spec.name].push_back(record.exec);
-    if (!commands_ || record.module != writer_ || record.status != rt::Status::ok) return;
+    if (!commands_ || record.module != writer_ || record.status != rt::StepStatus::ok) return;
     commands_->committed(record.now, record.completed);
     std::int64_t newest = graph_->chains().empty() ? INT64_MAX : INT64_MIN;
     for (const auto& chain : graph_->chains())

@@ -60,13 +60,13 @@ bool write_report(const std::string& path, const std::string& json) {
   return static_cast<bool>(out);
 }
 
-std::string camera_text(const plant::SimOptions& s, const plant::CameraFeed& camera) {
+std::string camera_text(const plant::SimulatorOptions& s, const plant::CameraFeed& camera) {
   if (s.view.room_xml.empty()) return "no camera";
   return "camera " + s.camera + " " + s.format + " drawn by " + camera.backend();
 }
 
 /// A world without a runtime.
-int run_alone(const plant::SimOptions& s, hal::Os& os, plant::WireDevices& wire) {
+int run_alone(const plant::SimulatorOptions& s, hal::Os& os, plant::WireDevices& wire) {
   static_cast<void>(hal::stop_requested());  // from here on a signal asks
   std::string why;
   auto camera = plant::CameraFeed::start(os, s.view, why);
@@ -79,7 +79,7 @@ int run_alone(const plant::SimOptions& s, hal::Os& os, plant::WireDevices& wire)
   return s.report.empty() || write_report(s.report, run.report().text) ? 0 : 1;
 }
 
-int serve(plant::SimOptions& s) {
+int serve(plant::SimulatorOptions& s) {
   hal::Os& os = hal::system_os();
   plant::WireDevices wire;
   if (!plant::open_wire(s, os, wire)) return 1;
@@ -119,7 +119,7 @@ int serve(plant::SimOptions& s) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  plant::SimOptions s;
+  plant::SimulatorOptions s;
   int exit_code = 0;
   if (!plant::read_command_line(argc, argv, s, exit_code)) return exit_code;
   if (s.list_faults) return list_faults(s.session.world.type->info);

@@ -22,7 +22,7 @@ std::string check_size(const std::string& text) {
   return "'" + text + "' is not WIDTHxHEIGHT with an even width of 16..1280 and a height of 16..960";
 }
 
-void describe(CLI::App& app, SimOptions& s, std::vector<std::string>& faults) {
+void describe(CLI::App& app, SimulatorOptions& s, std::vector<std::string>& faults) {
   app.add_option("--listen", s.listen, "unix:PATH or tcp:HOST:PORT; port 0: the system chooses")->capture_default_str();
   auto* lockstep = app.add_flag("--lockstep", s.lockstep, "serve only runtimes that ask for lockstep");
   app.add_flag("--free", s.free_running, "serve only runtimes that ask for real time")->excludes(lockstep);
@@ -79,7 +79,7 @@ void describe(CLI::App& app, SimOptions& s, std::vector<std::string>& faults) {
 }
 
 /// Those that say nothing to this world, this mode, or this way of running. An empty text: none.
-std::string useless(const CLI::App& app, const SimOptions& s) {
+std::string useless(const CLI::App& app, const SimulatorOptions& s) {
   struct Only {
     const char* option;
     bool useful;
@@ -106,7 +106,7 @@ std::string useless(const CLI::App& app, const SimOptions& s) {
 }
 
 /// --can and --servo against the world's joints; an empty text when they fit.
-std::string read_servos(SimOptions& s) {
+std::string read_servos(SimulatorOptions& s) {
   if (s.wire.can.empty() && s.wire.servos.empty()) return "";
   if (s.wire.can.empty()) return "--servo: on which bus? --can says it";
   const WorldInfo& world = s.session.world.type->info;
@@ -133,7 +133,7 @@ std::string read_servos(SimOptions& s) {
 }
 
 /// What devices at the wire make of a fault; an empty text when the fault acts.
-std::string place_fault(SimOptions& s, const std::string& text, const Fault& fault) {
+std::string place_fault(SimulatorOptions& s, const std::string& text, const Fault& fault) {
   const bool servos = !s.servos.empty();
   const auto at_wire = [&](const char* option, const char* how) {
     return fmt::format("--fault: '{}' strikes what goes over the protocol, but {} puts this device at the wire{}", text,
@@ -154,7 +154,7 @@ std::string place_fault(SimOptions& s, const std::string& text, const Fault& fau
   return "";
 }
 
-std::string read_faults(SimOptions& s, const std::vector<std::string>& faults) {
+std::string read_faults(SimulatorOptions& s, const std::vector<std::string>& faults) {
   std::string why;
   for (const std::string& text : faults) {
     const auto fault = parse_fault(text, why);
@@ -169,11 +169,11 @@ std::string read_faults(SimOptions& s, const std::vector<std::string>& faults) {
 
 }  // namespace
 
-int SimOptions::lines_priority() const {
+int SimulatorOptions::lines_priority() const {
   return session.fifo_priority > 0 ? std::min(session.fifo_priority + 1, 99) : 0;
 }
 
-bool read_command_line(int argc, char** argv, SimOptions& s, int& exit_code) {
+bool read_command_line(int argc, char** argv, SimulatorOptions& s, int& exit_code) {
   CLI::App app(
       "Simulated worlds for Sinew.\n"
       "Waits for one runtime, serves it until it says good-bye, and exits 0 when it did.",

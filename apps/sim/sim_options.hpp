@@ -8,7 +8,7 @@
 namespace sinew::plant {
 
 /// What sinew-sim was asked for on its command line.
-struct SimOptions {
+struct SimulatorOptions {
   std::string listen = "unix:sinew-sim.sock";
   std::string world = "quad", camera = "320x240", format = "yuyv", render_test, report;
   bool list_faults = false, alone = false, lockstep = false, free_running = false;
@@ -27,6 +27,6 @@ inline constexpr int kUsage = 2;  // exit code
 
 /// Reads the command line into `options`. False: the process ends with `exit_code`, after it was said why: 0 when help
 /// was asked for, kUsage when the options are wrong or make no sense together.
-bool read_command_line(int argc, char** argv, SimOptions& options, int& exit_code);
+bool read_command_line(int argc, char** argv, SimulatorOptions& options, int& exit_code);
 
 }  // namespace sinew::plant

@@ -26,7 +26,7 @@ class VideoNode final : public WireCamera {
 };
 
 /// False after it was said why; so do the next two.
-bool open_imu_and_camera(const SimOptions& s, hal::Os& os, WireDevices& wire) {
+bool open_imu_and_camera(const SimulatorOptions& s, hal::Os& os, WireDevices& wire) {
   std::string why;
   if (!s.wire.iio.empty()) {
     sim_hil::IioTreeSpec spec;
@@ -87,7 +87,7 @@ bool serve_bus(const std::string& address, hal::Os& os, WireDevices& wire, std::
 
 }  // namespace
 
-bool open_wire(const SimOptions& s, hal::Os& os, WireDevices& wire) {
+bool open_wire(const SimulatorOptions& s, hal::Os& os, WireDevices& wire) {
   wire.add_faults(s.wire_faults);
   if (s.wire.can.empty()) return open_imu_and_camera(s, os, wire);
   if (constexpr std::string_view kServe = "socketcand-server:"; s.wire.can.starts_with(kServe))

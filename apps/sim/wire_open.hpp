@@ -6,6 +6,6 @@
 namespace sinew::plant {
 
 /// Opens the buses, folders and nodes that the options put parts of the world at. False after it was said why.
-bool open_wire(const SimOptions& options, hal::Os& os, WireDevices& wire);
+bool open_wire(const SimulatorOptions& options, hal::Os& os, WireDevices& wire);
 
 }  // namespace sinew::plant

@@ -38,7 +38,9 @@ class CameraSource final : public rt::DriverModule, public DeviceReader {
   void collect(rt::Time now) noexcept override;
   void rest(rt::Time now) noexcept override;
   void end() noexcept override;
-  rt::Status step(const rt::Step&) noexcept override { return raw_.empty() ? rt::Status::stale : rt::Status::ok; }
+  rt::StepStatus step(const rt::Step&) noexcept override {
+    return raw_.empty() ? rt::StepStatus::stale : rt::StepStatus::ok;
+  }
   hal::Device* device() override { return camera_; }
   std::string_view reads() const override { return "camera"; }
 

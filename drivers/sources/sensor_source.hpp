@@ -21,7 +21,9 @@ class SensorSource : public rt::DriverModule, public DeviceReader {
   }
   hal::Status configure(rt::Setup& setup) override;
   void collect(rt::Time now) noexcept override;
-  rt::Status step(const rt::Step&) noexcept override { return raw_.empty() ? rt::Status::stale : rt::Status::ok; }
+  rt::StepStatus step(const rt::Step&) noexcept override {
+    return raw_.empty() ? rt::StepStatus::stale : rt::StepStatus::ok;
+  }
   hal::Device* device() override { return device_; }
   std::string_view reads() const override;
 

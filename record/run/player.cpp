@@ -60,7 +60,7 @@ bool Player::idle() const noexcept {
   return handed_.load(std::memory_order_acquire) == said_.load(std::memory_order_acquire);
 }
 
-rt::Status Player::step(const rt::Step& step) noexcept {
+rt::StepStatus Player::step(const rt::Step& step) noexcept {
   for (const auto& port : ports_) port->loans = 0;
   const std::uint32_t handed = handed_.load(std::memory_order_acquire);
   for (std::uint32_t number = said_.load(std::memory_order_relaxed); number != handed; ++number) {
@@ -80,7 +80,7 @@ rt::Status Player::step(const rt::Step& step) noexcept {
     }
     said_.store(number + 1, std::memory_order_release);
   }
-  return rt::Status::ok;
+  return rt::StepStatus::ok;
 }
 
 }  // namespace sinew::record

@@ -24,7 +24,7 @@ class Player final : public rt::Module {
   ~Player() override;
 
   void declare(rt::Declaration& d) override;
-  rt::Status step(const rt::Step& step) noexcept override;
+  rt::StepStatus step(const rt::Step& step) noexcept override;
 
   enum class Handed : std::uint8_t { yes, no_room, too_large };
   /// Copies a message, and the pixels behind that of an image.   Thread: one, any.

@@ -64,7 +64,7 @@ class RecordedRun {
   rt::Time robot_time(std::uint64_t log_time) const {
     return {static_cast<std::int64_t>(log_time - static_cast<std::uint64_t>(unix_ns_))};
   }
-  std::vector<Problem>& problems() { return problems_; }  // of the file, so far
+  std::vector<FileProblem>& problems() { return problems_; }  // of the file, so far
 
  private:
   enum class What : std::uint8_t { steps, requests, states, message, image, image_head };
@@ -92,7 +92,7 @@ class RecordedRun {
   std::multiset<std::int64_t> earliest_;  // of the steps that wait
   std::vector<LoggedStep> batch_;
   std::uint64_t rounds_ = 0;
-  std::vector<Problem> problems_;
+  std::vector<FileProblem> problems_;
 };
 
 }  // namespace sinew::record

@@ -58,9 +58,9 @@ struct ReplayedModule {
 
 struct ReplayReport {
   std::vector<ReplayedModule> modules{};
-  std::vector<Problem> problems{};  // of the file
-  rt::Time start;                   // of the record
-  rt::Duration length{};            // of the record
+  std::vector<FileProblem> problems{};  // of the file
+  rt::Time start;                       // of the record
+  rt::Duration length{};                // of the record
   const ReplayDifference* first_difference() const;
   bool complete() const;  // nothing stopped early
 };

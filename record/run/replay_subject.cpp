@@ -31,8 +31,8 @@ const char* name_of(rt::Request::Kind kind) {
   return "?";
 }
 
-const char* name_of(rt::Status status) {
-  return status == rt::Status::ok ? "ok" : status == rt::Status::stale ? "stale" : "fault";
+const char* name_of(rt::StepStatus status) {
+  return status == rt::StepStatus::ok ? "ok" : status == rt::StepStatus::stale ? "stale" : "fault";
 }
 
 std::string text(const rt::Effect& e) {

@@ -16,10 +16,10 @@ using hal::Status;
 
 using Readers = std::vector<std::unique_ptr<Reader>>;
 
-Readers open_all(std::span<const std::span<const std::byte>> parts, std::vector<Problem>& problems) {
+Readers open_all(std::span<const std::span<const std::byte>> parts, std::vector<FileProblem>& problems) {
   Readers readers;
   for (const auto& bytes : parts) {
-    Problem why;
+    FileProblem why;
     auto reader = Reader::open(std::make_unique<MemoryInput>(bytes), why);
     if (!reader)
       problems.push_back(why);
@@ -52,7 +52,7 @@ class RingDump {
     if (auto done = to_.add_metadata({"sinew.dump", {{"reason", reason}}}); !done) return done;
     for (const AttachmentIndex& index : first.attachments()) {
       Attachment a;
-      Problem why;
+      FileProblem why;
       if (!first.read(index, a, why))
         result_.problems.push_back(why);
       else if (auto done = to_.attach(a); !done)
@@ -124,7 +124,7 @@ Status judge(Writer& writer, const DumpFile& file, Dumped& result) {
   if (auto done = writer.flush(); !done) return done;
   auto written = file.written();
   if (!written) return written.error();
-  Problem why;
+  FileProblem why;
   auto reader = Reader::open(std::move(*written), why);
   if (!reader) return hal::Error{hal::Errc::bad_data, "flight ring: its dump cannot be read"};
   const RunReview found = review(*reader);

@@ -22,7 +22,7 @@ struct DumpFile {
 struct Dumped {
   std::uint64_t messages = 0, bytes = 0;
   std::vector<ModuleVerdict> verdict{};
-  std::vector<Problem> problems{};  // what of the parts could not be read
+  std::vector<FileProblem> problems{};  // what of the parts could not be read
 };
 
 /// Makes one recording of the parts of a ring, oldest first: what they say of the beginning is that of the first, what

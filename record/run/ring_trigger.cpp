@@ -11,7 +11,7 @@ RingTrigger::RingTrigger(const rt::Graph& graph) : graph_(graph), missed_(graph.
 /// As the executors count overruns: at the next release its cycle is not over.
 std::optional<std::string> RingTrigger::step(const LoggedStep& s) {
   const std::string& module = graph_.modules()[s.module].spec.name;
-  if (s.status == rt::Status::fault) return "fault of " + module;
+  if (s.status == rt::StepStatus::fault) return "fault of " + module;
   const rt::Duration period = period_[s.thread];
   if (period.count() == 0 || s.completed - s.release <= period || s.release == missed_[s.thread]) return std::nullopt;
   missed_[s.thread] = s.release;

@@ -48,7 +48,7 @@ void decode(CdrReader& from, LoggedStep& s) {
   s.module = from.number<std::uint32_t>();
   s.number = from.number<std::uint32_t>();
   s.device_state = from.number<std::uint32_t>();
-  s.status = static_cast<rt::Status>(from.number<std::uint8_t>());
+  s.status = static_cast<rt::StepStatus>(from.number<std::uint8_t>());
   s.timed_out = from.boolean();
   s.inputs.resize(from.length(13));
   for (LoggedStep::Input& in : s.inputs) {

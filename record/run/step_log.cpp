@@ -336,7 +336,7 @@ void StepLog::read_step(std::uint32_t thread, const std::uint32_t* words) {
   step_.device_state = head.device_state;
   step_.release = {head.release_ns}, step_.now = {head.now_ns}, step_.completed = {head.completed_ns};
   step_.dt = rt::Duration{head.dt_ns}, step_.exec = rt::Duration{head.exec_ns};
-  step_.status = static_cast<rt::Status>(head.status);
+  step_.status = static_cast<rt::StepStatus>(head.status);
   step_.timed_out = head.timed_out != 0;
   step_.inputs.resize(ports.inputs.size());
   for (std::size_t i = 0; i < ports.inputs.size(); ++i) {

@@ -27,7 +27,7 @@ struct LoggedStep {
   std::uint32_t thread = 0, module = 0, number = 0, device_state = 0;
   rt::Time release, now, completed;
   rt::Duration dt{}, exec{};
-  rt::Status status = rt::Status::ok;
+  rt::StepStatus status = rt::StepStatus::ok;
   bool timed_out = false;
   std::vector<Input> inputs{};    // of every bound input
   std::vector<Output> outputs{};  // of every port that published

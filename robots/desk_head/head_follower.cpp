@@ -72,15 +72,15 @@ void HeadFollower::declare(rt::Declaration& d) {
   seconds("ball_settle_s", t.settle_s, 60, "in which an unseen ball's speed is forgotten");
 }
 
-rt::Status HeadFollower::step(const rt::Step& step) noexcept {
+rt::StepStatus HeadFollower::step(const rt::Step& step) noexcept {
   const msg::NavState* nav = state_.fresh(step.now);
   const msg::JointState* joints = joints_.fresh(step.now);
-  if (!nav || !joints || !nav->attitude_valid) return rt::Status::stale;
+  if (!nav || !joints || !nav->attitude_valid) return rt::StepStatus::stale;
   // A joint that has not said yet where it is: its drive is without power, and will come. No fault, which would end it.
   if (joints->count == 2 && (math::is_nan(joints->position_rad[0]) || math::is_nan(joints->position_rad[1])))
-    return rt::Status::stale;
+    return rt::StepStatus::stale;
   if (!is_rotation(nav->q_world_base) || !within(nav->gyro_radps, kMostTurn_radps) || !plausible(*joints))
-    return rt::Status::fault;
+    return rt::StepStatus::fault;
   for (const msg::BallSighting& s : ball_)
     if (plausible(s)) law_.add(s);
   if (const msg::SafetyState* safety = safety_.get()) law_.set_safety(*safety);
@@ -91,7 +91,7 @@ rt::Status HeadFollower::step(const rt::Step& step) noexcept {
   out.armed = law_.armed();
   out.value[0] = law_.setpoint_rad()[0], out.value[1] = law_.setpoint_rad()[1];
   head_.loan() = law_.state();
-  return rt::Status::ok;
+  return rt::StepStatus::ok;
 }
 
 }  // namespace sinew::control

@@ -63,10 +63,10 @@ void Mission::declare(rt::Declaration& d) {
   d.param("retries", p.retries, {.unit = "1", .min = 0, .max = 100, .doc = "lost pads before it aborts"});
 }
 
-rt::Status Mission::step(const rt::Step& step) noexcept {
+rt::StepStatus Mission::step(const rt::Step& step) noexcept {
   const msg::NavState* state = state_.fresh(step.now);
-  if (!state) return rt::Status::stale;
-  if (!plausible(*state)) return rt::Status::fault;
+  if (!state) return rt::StepStatus::stale;
+  if (!plausible(*state)) return rt::StepStatus::fault;
   if (const msg::SafetyState* safety = safety_.get()) plan_.set_safety({safety->permitted != 0, safety->action});
   if (const msg::PilotSwitches* pilot = pilot_.get(); pilot && pilot->take_over)
     plan_.stand_by(step.now, *state);
@@ -74,7 +74,7 @@ rt::Status Mission::step(const rt::Step& step) noexcept {
     plan_.step(step.now, *state, step_seconds(step.dt));
   setpoint_.loan() = plan_.setpoint();
   mission_.loan() = plan_.state();
-  return rt::Status::ok;
+  return rt::StepStatus::ok;
 }
 
 }  // namespace sinew::control

@@ -15,7 +15,7 @@ class Mission final : public rt::Module {
  public:
   void declare(rt::Declaration& d) override;
   void reset() override { plan_.reset(); }
-  rt::Status step(const rt::Step& step) noexcept override;
+  rt::StepStatus step(const rt::Step& step) noexcept override;
 
  private:
   rt::In<msg::NavState> state_;

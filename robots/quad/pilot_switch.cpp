@@ -68,7 +68,7 @@ msg::AttitudeSetpoint PilotSwitch::by_hand(const msg::RcSample& rc, const msg::N
   return out;
 }
 
-rt::Status PilotSwitch::step(const rt::Step& step) noexcept {
+rt::StepStatus PilotSwitch::step(const rt::Step& step) noexcept {
   const msg::RcSample* rc = rc_.get();
   const msg::NavState* nav = nav_.fresh(step.now);
   const msg::AttitudeSetpoint* mission = mission_.fresh(step.now);
@@ -84,7 +84,7 @@ rt::Status PilotSwitch::step(const rt::Step& step) noexcept {
     attitude_.loan() = by_hand(*rc, *nav, step_seconds(step.dt));
   else if (mission && !state_.switches.take_over)
     attitude_.loan() = *mission;
-  return rt::Status::ok;
+  return rt::StepStatus::ok;
 }
 
 }  // namespace sinew::control

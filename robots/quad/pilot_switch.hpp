@@ -22,7 +22,7 @@ class PilotSwitch final : public rt::Module {
  public:
   void declare(rt::Declaration& d) override;
   void reset() override { state_ = {}; }
-  rt::Status step(const rt::Step& step) noexcept override;
+  rt::StepStatus step(const rt::Step& step) noexcept override;
 
  private:
   double channel(const msg::RcSample& rc, std::int64_t number) const;

@@ -20,9 +20,9 @@ class Balance final : public rt::Module {
     d.param("damping", damping_, {.unit = "s/rad", .min = 0, .max = 100});
     d.state(pitch_rad_);
   }
-  rt::Status step(const rt::Step& step) noexcept override {
+  rt::StepStatus step(const rt::Step& step) noexcept override {
     const msg::ImuSample* imu = imu_.get();
-    if (!imu) return rt::Status::stale;
+    if (!imu) return rt::StepStatus::stale;
     const double gravity_rad = math::atan2(-imu->accel_mps2.x, imu->accel_mps2.z);
     const double rate_radps = imu->gyro_radps.y;
     pitch_rad_ += rate_radps * msg::seconds(step.dt);
@@ -32,7 +32,7 @@ class Balance final : public rt::Module {
     out.count = 1;
     out.armed = 1;
     out.value[0] = std::clamp(-stiffness_ * pitch_rad_ - damping_ * rate_radps, -1.0, 1.0);
-    return rt::Status::ok;
+    return rt::StepStatus::ok;
   }
 
  private:

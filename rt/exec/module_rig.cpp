@@ -37,7 +37,7 @@ class Plain final : public Module {
   void declare(Declaration& d) override { d = declaration_; }
   hal::Status configure(Setup& setup) override { return module_.configure(setup); }
   void reset() override { module_.reset(); }
-  Status step(const Step& step) noexcept override { return module_.step(step); }
+  StepStatus step(const Step& step) noexcept override { return module_.step(step); }
 
  private:
   Module& module_;
@@ -50,7 +50,7 @@ class Driver final : public DriverModule {
   void declare(Declaration& d) override { d = declaration_; }
   hal::Status configure(Setup& setup) override { return module_.configure(setup); }
   void reset() override { module_.reset(); }
-  Status step(const Step& step) noexcept override { return module_.step(step); }
+  StepStatus step(const Step& step) noexcept override { return module_.step(step); }
   void collect(Time now) noexcept override { module_.collect(now); }
   void emit(Time now) noexcept override { module_.emit(now); }
   void rest(Time now) noexcept override { module_.rest(now); }
@@ -74,12 +74,12 @@ class Source final : public Module {
   void declare(Declaration& d) override {
     d.ports.push_back({"message", PortKind::output, &type_, nullptr, &out_, 0, 1});
   }
-  Status step(const Step&) noexcept override {
+  StepStatus step(const Step&) noexcept override {
     if (!type_.has_bulk()) std::memcpy(out_.loan(), next, type_.size);
     // Of the types with bulk only images are let in.
     else if (!msg::ImageBuffer::copy(*static_cast<const msg::Image*>(next), out_.loan_image()))
-      return Status::fault;
-    return Status::ok;
+      return StepStatus::fault;
+    return StepStatus::ok;
   }
   const void* next = nullptr;
 
@@ -95,7 +95,7 @@ class Sink final : public Module {
   void declare(Declaration& d) override {
     d.ports.push_back({"message", PortKind::queue, of_.type, &in_, nullptr, of_.burst, 0});
   }
-  Status step(const Step&) noexcept override { return Status::ok; }
+  StepStatus step(const Step&) noexcept override { return StepStatus::ok; }
   std::vector<const SlotHeader*> messages() const {
     std::vector<const SlotHeader*> all;
     for (std::size_t i = 0; i < in_.size(); ++i) all.push_back(in_.header(i));
@@ -112,7 +112,7 @@ class Sink final : public Module {
 class ModuleRig::Observer final : public RunObserver {
  public:
   void completed(const StepRecord& record) noexcept override { status = record.status; }
-  Status status = Status::ok;
+  StepStatus status = StepStatus::ok;
 };
 
 struct ModuleRig::Run {
@@ -258,10 +258,10 @@ void ModuleRig::put_erased(std::string_view input, const msg::TypeInfo& type, co
   const Time now = published.value_or(now_);
   run_->runner(source).start({now, Duration{1}, false}, now);
   run_->runner(source).complete(now, Duration{0});
-  if (run_->observer.status != Status::ok) misuse(input, "the image does not fit; give image_capacity()");
+  if (run_->observer.status != StepStatus::ok) misuse(input, "the image does not fit; give image_capacity()");
 }
 
-Status ModuleRig::step(Time now, Duration dt, bool timed_out) {
+StepStatus ModuleRig::step(Time now, Duration dt, bool timed_out) {
   if (dt <= Duration{0}) misuse(options_.name, "dt is not above 0");
   be_configured();
   Run& run = *run_;
@@ -271,7 +271,7 @@ Status ModuleRig::step(Time now, Duration dt, bool timed_out) {
   for (const std::uint32_t sink : run.sinks) run.runner(sink).complete(now, Duration{0});  // lets the last step's go
   run.runner(run.subject).start(cycle, now);
   run.runner(run.subject).complete(now, Duration{0});
-  const Status status = run.observer.status;
+  const StepStatus status = run.observer.status;
   for (const std::uint32_t sink : run.sinks) run.runner(sink).start(cycle, now);
   return status;
 }

@@ -29,7 +29,7 @@ struct RigOptions {
 ///   rt::ModuleRig rig(gimbal);
 ///   rig.set("kp", 2.0);
 ///   rig.put("imu", sample);
-///   EXPECT_EQ(rig.step(Time{5'000'000}, 5ms), rt::Status::ok);
+///   EXPECT_EQ(rig.step(Time{5'000'000}, 5ms), rt::StepStatus::ok);
 ///   const auto* tilt = rig.get<msg::JointCommand>("tilt");
 ///
 /// A step is that of the executors, by the same code: collect(), latch, step() inside the trap, commit or discard,
@@ -73,7 +73,7 @@ class ModuleRig {
 
   // ---- one step
   /// `dt` is not 0. A module that returns fault ever so often is never stopped here.
-  Status step(Time now, Duration dt, bool timed_out = false);
+  StepStatus step(Time now, Duration dt, bool timed_out = false);
   /// The module forgets all state, as when it is enabled again; its next step has number 0.
   void reset();
   /// One cycle in which the module is switched off; step() switches it on again, and resets it.

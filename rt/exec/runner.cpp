@@ -107,7 +107,7 @@ std::span<const std::uint32_t> ModuleRunner::complete(Time now, Duration exec) n
   published_.clear();
   if (!stepping_) return {};
   stepping_ = false;
-  if (record_.status == Status::ok) {
+  if (record_.status == StepStatus::ok) {
     if (outputs_) {
       CommitInfo info{now};
       latch_.merge_origins(info.origin_ns);
@@ -162,9 +162,12 @@ void ModuleRunner::publish(Commit& commit, std::uint32_t outputs, Time now) noex
 
 void ModuleRunner::judge() noexcept {
   stats_.steps.add();
-  (record_.status == Status::ok ? stats_.ok : record_.status == Status::stale ? stats_.stale : stats_.fault).add();
+  (record_.status == StepStatus::ok      ? stats_.ok
+   : record_.status == StepStatus::stale ? stats_.stale
+                                         : stats_.fault)
+      .add();
   stats_.best_effort_calls.set(code_.best_effort_calls());
-  faults_in_row_ = record_.status == Status::fault ? faults_in_row_ + 1 : 0;
+  faults_in_row_ = record_.status == StepStatus::fault ? faults_in_row_ + 1 : 0;
   if (faults_in_row_ < board_.options.fault_limit || board_.options.fault_limit == 0) return;
   stopped_ = true;
   stats_.stops.add();

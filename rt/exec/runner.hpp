@@ -39,7 +39,7 @@ struct StepRecord {
   Time release, now, completed;
   Duration dt{};
   Duration exec{};  // as the executor has it
-  Status status = Status::ok;
+  StepStatus status = StepStatus::ok;
   bool timed_out = false;
   std::uint32_t device_state = 0;    // DriverModule::device_state() as the step saw it
   const StepPorts* ports = nullptr;  // valid while it is told

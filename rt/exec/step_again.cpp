@@ -36,17 +36,17 @@ StepAgain::StepAgain(Graph& graph, std::uint32_t module)
 
 StepAgain::~StepAgain() = default;
 
-hal::Result<Status> StepAgain::step(const StepRecord& recorded, std::span<const Input> inputs) {
+hal::Result<StepStatus> StepAgain::step(const StepRecord& recorded, std::span<const Input> inputs) {
   if (auto held = hold(inputs); !held) return held.error();
   if (recorded.number == 0 && !fresh_) reset();
   fresh_ = false;
   if (module_.driver) module_.driver->set_device_state(recorded.device_state);
-  Status status = Status::ok;
+  StepStatus status = StepStatus::ok;
   {
     const FpModeScope fp_mode;
     status = code_.run({recorded.now, recorded.dt, recorded.timed_out, recorded.number}, nullptr);
   }
-  if (outputs_ && status == Status::ok)
+  if (outputs_ && status == StepStatus::ok)
     outputs_->commit(commit_info(recorded.completed));
   else if (outputs_)
     outputs_->discard();

@@ -39,7 +39,7 @@ class StepAgain {
   /// `inputs`: per port of the declaration; those of outputs are empty.
   /// Errors:  bad_data: no inputs for all ports, more messages than a port holds, messages for a port that is not
   ///          bound; the step was not run.
-  hal::Result<Status> step(const StepRecord& recorded, std::span<const Input> inputs);
+  hal::Result<StepStatus> step(const StepRecord& recorded, std::span<const Input> inputs);
   /// What the last step published on an output, oldest first; none unless it was ok. Valid until the next step. The
   /// sequences are those of this graph, and go on from its first.
   std::span<const SlotHeader* const> published(std::uint32_t port) const;

@@ -22,12 +22,12 @@ class StepCode {
   StepCode(const Graph& graph, std::uint32_t module)
       : graph_(graph), module_(graph.modules()[module]), stream_(stream_of(module_.spec.name)) {}
 
-  Status run(const When& when, ZoneLog* zones) noexcept {
+  StepStatus run(const When& when, ZoneLog* zones) noexcept {
     math::Random random(graph_.spec().seed, stream_, when.number);
     const Step step{when.now, when.dt, when.timed_out, when.number, random, zones};
     const trap::Scope scope(module_.spec.name.c_str(),
                             module_.declaration.is_best_effort ? &best_effort_calls_ : nullptr);
-    const Status status = module_.module->step(step);
+    const StepStatus status = module_.module->step(step);
     changed_fp_mode_ = !FpMode::is_set();
     if (changed_fp_mode_) FpMode::set();  // or all steps after this one would give other bits
     return status;

@@ -11,7 +11,7 @@ namespace sinew::sim_hil {
 /// Thread:  receive() one, send by `out` and flush() another.
 struct PlantConnection {
   std::unique_ptr<hal::Stream> stream;
-  MessageReader in{Sender::plant};
+  MessageReceiver in{Sender::plant};
   MessageWriter out{kMaxSmallBytes};
   Welcome welcome;
   std::unique_ptr<hal::SharedMemory> memory;  // of the frames; null: they come in the stream

@@ -41,7 +41,7 @@ class SideLine final : public hal::StopLine {
   hal::Status receive(Type expected, Message& out) noexcept;
 
   std::unique_ptr<hal::Stream> stream_;
-  MessageReader in_{Sender::plant};
+  MessageReceiver in_{Sender::plant};
   MessageWriter out_{kMaxSmallBytes};
   std::string plant_;
 };

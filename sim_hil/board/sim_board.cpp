@@ -54,7 +54,7 @@ class SimBoard::Group final : public hal::Actuators {
   std::uint16_t id_;
 };
 
-SimBoard::SimBoard(std::unique_ptr<hal::Stream> stream, const SimOptions& options) : options_(options) {
+SimBoard::SimBoard(std::unique_ptr<hal::Stream> stream, const SimBoardOptions& options) : options_(options) {
   line_.stream = std::move(stream);
   shared_.clock = options_.clock;
   shared_.lockstep = options_.mode == Mode::lockstep;
@@ -66,7 +66,7 @@ SimBoard::~SimBoard() { bye("runtime closed the connection"); }
 
 // ---- opening
 
-Result<std::unique_ptr<SimBoard>> SimBoard::open(std::unique_ptr<hal::Stream> stream, const SimOptions& options,
+Result<std::unique_ptr<SimBoard>> SimBoard::open(std::unique_ptr<hal::Stream> stream, const SimBoardOptions& options,
                                                  std::string& why) {
   if (!options.clock || (options.mode == Mode::free_running && !options.os)) {
     why = "the sim board needs a clock, and a free-running one an operating system";

@@ -36,7 +36,7 @@ struct SimStats {
 };
 
 /// How to meet a plant.
-struct SimOptions {
+struct SimBoardOptions {
   Mode mode = Mode::lockstep;
   std::string robot = "robot";
   std::uint64_t seed = 0;
@@ -71,8 +71,8 @@ struct SimOptions {
 /// Errors:  see hal/board.hpp; problem() has them in words.
 class SimBoard final : public hal::Board, public hal::GrantSource {
  public:
-  static hal::Result<std::unique_ptr<SimBoard>> open(std::unique_ptr<hal::Stream> stream, const SimOptions& options,
-                                                     std::string& why);
+  static hal::Result<std::unique_ptr<SimBoard>> open(std::unique_ptr<hal::Stream> stream,
+                                                     const SimBoardOptions& options, std::string& why);
   ~SimBoard() override;
 
   const Welcome& plant() const { return welcome_; }
@@ -103,7 +103,7 @@ class SimBoard final : public hal::Board, public hal::GrantSource {
  private:
   class Group;
   class Sending;
-  SimBoard(std::unique_ptr<hal::Stream> stream, const SimOptions& options);
+  SimBoard(std::unique_ptr<hal::Stream> stream, const SimBoardOptions& options);
   hal::Status shake_hands(std::string& why);
   Hello hello() const;
   void make_devices();
@@ -130,7 +130,7 @@ class SimBoard final : public hal::Board, public hal::GrantSource {
   bool add(Type type, std::uint16_t device, Time commit, const Command* command);
   hal::Status end(const hal::Error& error);
 
-  SimOptions options_;
+  SimBoardOptions options_;
   SimShared shared_;
   Welcome welcome_;  // the first one's; a plant that comes back has to fit it
   PlantConnection line_;

@@ -160,7 +160,7 @@ class PlantLink {
   std::unique_ptr<hal::Stream> stream_;
   PlantDescription plant_;
   Hello hello_;
-  MessageReader in_;
+  MessageReceiver in_;
   MessageWriter out_;
   hal::SharedMemory* frames_ = nullptr;
   std::vector<Group> groups_;         // by device

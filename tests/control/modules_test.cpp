@@ -14,7 +14,7 @@ namespace {
 using namespace std::chrono_literals;
 using msg::Time;
 using rt::ModuleRig;
-using rt::Status;
+using rt::StepStatus;
 
 constexpr std::int64_t kMs = 1'000'000;
 
@@ -42,7 +42,7 @@ struct StandingFilter {
   explicit StandingFilter(int steps = 1000) {
     for (int i = 0; i < steps; ++i) step();
   }
-  Status step() {
+  StepStatus step() {
     ns += kMs;
     rig.put("imu", still(ns));
     return rig.step({ns}, 1ms);
@@ -51,18 +51,18 @@ struct StandingFilter {
 
 TEST(ErrorStateFilter, IsStaleUntilTheFirstAttitudeAndThenPublishesEachSample) {
   StandingFilter f(0);
-  EXPECT_EQ(f.step(), Status::stale);
+  EXPECT_EQ(f.step(), StepStatus::stale);
   EXPECT_EQ(f.rig.get<msg::NavState>("state"), nullptr);
   for (int i = 0; i < 500; ++i) f.step();
-  ASSERT_EQ(f.step(), Status::ok);
+  ASSERT_EQ(f.step(), StepStatus::ok);
   EXPECT_EQ(f.rig.get<msg::NavState>("state")->stamp, Time{f.ns});
 }
 
 TEST(ErrorStateFilter, IsStaleWithoutANewSample) {
   StandingFilter f;
-  EXPECT_EQ(f.rig.step({f.ns + kMs}, 1ms), Status::stale);
+  EXPECT_EQ(f.rig.step({f.ns + kMs}, 1ms), StepStatus::stale);
   EXPECT_EQ(f.rig.get<msg::NavState>("state"), nullptr);
-  EXPECT_EQ(f.step(), Status::ok);
+  EXPECT_EQ(f.step(), StepStatus::ok);
 }
 
 TEST(ErrorStateFilter, SampleThatIsNotANumberIsAFaultAndNothingIsPublished) {
@@ -70,9 +70,9 @@ TEST(ErrorStateFilter, SampleThatIsNotANumberIsAFaultAndNothingIsPublished) {
   msg::ImuSample bad = still(f.ns += kMs);
   bad.accel_mps2.x = math::kNan;
   f.rig.put("imu", bad);
-  EXPECT_EQ(f.rig.step({f.ns}, 1ms), Status::fault);
+  EXPECT_EQ(f.rig.step({f.ns}, 1ms), StepStatus::fault);
   EXPECT_EQ(f.rig.get<msg::NavState>("state"), nullptr);
-  ASSERT_EQ(f.step(), Status::ok) << "the next good one is used again";
+  ASSERT_EQ(f.step(), StepStatus::ok) << "the next good one is used again";
   EXPECT_TRUE(math::is_finite(f.rig.get<msg::NavState>("state")->q_world_base.w));
 }
 
@@ -81,7 +81,7 @@ TEST(ErrorStateFilter, OneGoodSampleOfACycleIsEnough) {
   msg::ImuSample bad = still(f.ns + kMs / 2);
   bad.gyro_radps.z = math::kInf;
   f.rig.put("imu", bad);
-  EXPECT_EQ(f.step(), Status::ok);
+  EXPECT_EQ(f.step(), StepStatus::ok);
 }
 
 TEST(ErrorStateFilter, RangeThatArrivesWithoutAnInertialSampleIsStillUsed) {
@@ -90,8 +90,8 @@ TEST(ErrorStateFilter, RangeThatArrivesWithoutAnInertialSampleIsStillUsed) {
   range.stamp = {f.ns};
   range.range_m = 0.5;
   f.rig.put("range", range);
-  EXPECT_EQ(f.rig.step({f.ns}, 1ms), Status::stale);
-  ASSERT_EQ(f.step(), Status::ok);
+  EXPECT_EQ(f.rig.step({f.ns}, 1ms), StepStatus::stale);
+  ASSERT_EQ(f.step(), StepStatus::ok);
   EXPECT_NEAR(f.rig.get<msg::NavState>("state")->height_m, 0.54, 0.01);
 }
 
@@ -101,7 +101,7 @@ TEST(ErrorStateFilter, TurningMotorsEndRest) {
   msg::ActuatorCommand motors;
   motors.armed = 1;
   f.rig.put("motors", motors);
-  ASSERT_EQ(f.step(), Status::ok);
+  ASSERT_EQ(f.step(), StepStatus::ok);
   EXPECT_FALSE(f.rig.get<msg::NavState>("state")->at_rest);
 }
 
@@ -109,19 +109,19 @@ TEST(ErrorStateFilter, NeedsNothingButInertialSamples) {
   ErrorStateFilter filter;
   ModuleRig rig(filter);
   for (const char* port : {"range", "baro", "pad", "motors"}) rig.leave_unbound(port);
-  Status last = Status::stale;
+  StepStatus last = StepStatus::stale;
   for (std::int64_t ns = kMs; ns < 1000 * kMs; ns += 5 * kMs) {
     rig.put("imu", still(ns));
     last = rig.step({ns}, 5ms);
   }
-  EXPECT_EQ(last, Status::ok);
+  EXPECT_EQ(last, StepStatus::ok);
 }
 
 TEST(ErrorStateFilter, ResetForgetsEverythingButTheParameters) {
   StandingFilter f;
   f.rig.set("max_gap_s", 0.5);
   f.rig.reset();
-  EXPECT_EQ(f.step(), Status::stale);
+  EXPECT_EQ(f.step(), StepStatus::stale);
   EXPECT_EQ(f.filter.estimator().params.max_gap_s, 0.5);
   EXPECT_FALSE(f.filter.estimator().started());
 }
@@ -135,11 +135,11 @@ TEST(PositionController, PublishesAnAttitudeFromAFreshStateAndSetpoint) {
   wanted.mode = msg::FlightMode::position;
   wanted.armed = 1;
   rig.put("setpoint", wanted);
-  EXPECT_EQ(rig.step({100 * kMs}, 5ms), Status::stale) << "no state";
+  EXPECT_EQ(rig.step({100 * kMs}, 5ms), StepStatus::stale) << "no state";
   rig.put("state", good_state(100 * kMs));
-  ASSERT_EQ(rig.step({101 * kMs}, 5ms), Status::ok);
+  ASSERT_EQ(rig.step({101 * kMs}, 5ms), StepStatus::ok);
   EXPECT_NEAR(rig.get<msg::AttitudeSetpoint>("attitude")->thrust_n, 1.2 * 9.81, 1e-6);
-  EXPECT_EQ(rig.step({150 * kMs}, 5ms), Status::stale) << "a state of 50 ms ago";
+  EXPECT_EQ(rig.step({150 * kMs}, 5ms), StepStatus::stale) << "a state of 50 ms ago";
 }
 
 TEST(PositionController, SetpointThatIsNotANumberIsAFault) {
@@ -151,7 +151,7 @@ TEST(PositionController, SetpointThatIsNotANumberIsAFault) {
   wanted.armed = 1;
   rig.put("setpoint", wanted);
   rig.put("state", good_state(0));
-  EXPECT_EQ(rig.step({kMs}, 5ms), Status::fault);
+  EXPECT_EQ(rig.step({kMs}, 5ms), StepStatus::fault);
   EXPECT_EQ(rig.get<msg::AttitudeSetpoint>("attitude"), nullptr);
 }
 
@@ -165,12 +165,12 @@ TEST(AttitudeController, IsStaleWithoutAValidAttitudeOrAFreshSetpoint) {
   msg::NavState state = good_state(kMs);
   state.attitude_valid = 0;
   rig.put("state", state);
-  EXPECT_EQ(rig.step({kMs}, 1ms), Status::stale);
+  EXPECT_EQ(rig.step({kMs}, 1ms), StepStatus::stale);
   rig.put("state", good_state(2 * kMs));
-  ASSERT_EQ(rig.step({2 * kMs}, 1ms), Status::ok);
+  ASSERT_EQ(rig.step({2 * kMs}, 1ms), StepStatus::ok);
   EXPECT_EQ(rig.get<msg::WrenchSetpoint>("wrench")->stamp, Time{2 * kMs}) << "of the measurement";
   rig.put("state", good_state(60 * kMs));
-  EXPECT_EQ(rig.step({60 * kMs}, 1ms), Status::stale) << "the setpoint is 60 ms old";
+  EXPECT_EQ(rig.step({60 * kMs}, 1ms), StepStatus::stale) << "the setpoint is 60 ms old";
 }
 
 TEST(AttitudeController, WhatIsNotANumberIsAFault) {
@@ -181,13 +181,13 @@ TEST(AttitudeController, WhatIsNotANumberIsAFault) {
   wanted.armed = 1;
   rig.put("attitude", wanted);
   rig.put("state", good_state(0));
-  EXPECT_EQ(rig.step({kMs}, 1ms), Status::fault);
+  EXPECT_EQ(rig.step({kMs}, 1ms), StepStatus::fault);
   wanted.thrust_n = 10;
   rig.put("attitude", wanted);
   msg::NavState state = good_state(kMs);
   state.gyro_radps.x = math::kNan;
   rig.put("state", state);
-  EXPECT_EQ(rig.step({kMs}, 1ms), Status::fault);
+  EXPECT_EQ(rig.step({kMs}, 1ms), StepStatus::fault);
 }
 
 /// An attitude controller at 1 kHz with a vehicle tilted as told.
@@ -195,8 +195,8 @@ struct Tilted {
   AttitudeController controller;
   ModuleRig rig{controller};
   std::int64_t ns = 0;
-  Status run(int ms, double tilt_rad, bool armed = true) {
-    Status last = Status::stale;
+  StepStatus run(int ms, double tilt_rad, bool armed = true) {
+    StepStatus last = StepStatus::stale;
     for (int i = 0; i < ms; ++i) {
       msg::AttitudeSetpoint wanted;
       wanted.stamp = {ns += kMs};
@@ -214,13 +214,13 @@ struct Tilted {
 
 TEST(AttitudeController, VehicleThatHasTippedOverGetsNothingUntilDisarmed) {
   Tilted t;
-  EXPECT_EQ(t.run(500, 1.0), Status::ok) << "a steep turn";
-  EXPECT_EQ(t.run(90, 1.4), Status::ok) << "not for long enough";
-  EXPECT_EQ(t.run(20, 1.4), Status::fault);
+  EXPECT_EQ(t.run(500, 1.0), StepStatus::ok) << "a steep turn";
+  EXPECT_EQ(t.run(90, 1.4), StepStatus::ok) << "not for long enough";
+  EXPECT_EQ(t.run(20, 1.4), StepStatus::fault);
   EXPECT_EQ(t.rig.get<msg::WrenchSetpoint>("wrench"), nullptr);
-  EXPECT_EQ(t.run(500, 0.0), Status::fault) << "lying level again does not make it fly";
-  EXPECT_EQ(t.run(1, 0.0, false), Status::ok);
-  EXPECT_EQ(t.run(10, 0.0), Status::ok);
+  EXPECT_EQ(t.run(500, 0.0), StepStatus::fault) << "lying level again does not make it fly";
+  EXPECT_EQ(t.run(1, 0.0, false), StepStatus::ok);
+  EXPECT_EQ(t.run(10, 0.0), StepStatus::ok);
 }
 
 TEST(Mixer, DisarmedStopsAllMotorsAndArmedKeepsThemTurning) {
@@ -229,7 +229,7 @@ TEST(Mixer, DisarmedStopsAllMotorsAndArmedKeepsThemTurning) {
   msg::WrenchSetpoint wrench;
   wrench.thrust_n = 12;
   rig.put("wrench", wrench);
-  ASSERT_EQ(rig.step({kMs}, 1ms), Status::ok);
+  ASSERT_EQ(rig.step({kMs}, 1ms), StepStatus::ok);
   const auto* motors = rig.get<msg::ActuatorCommand>("motors");
   EXPECT_EQ(motors->count, 4u);
   EXPECT_EQ(motors->armed, 0u);
@@ -237,7 +237,7 @@ TEST(Mixer, DisarmedStopsAllMotorsAndArmedKeepsThemTurning) {
 
   wrench.armed = 1;
   rig.put("wrench", wrench);
-  ASSERT_EQ(rig.step({2 * kMs}, 1ms), Status::ok);
+  ASSERT_EQ(rig.step({2 * kMs}, 1ms), StepStatus::ok);
   motors = rig.get<msg::ActuatorCommand>("motors");
   EXPECT_THAT(motors->value, ::testing::ElementsAre(0.5, 0.5, 0.5, 0.5, 0, 0, 0, 0));
 }
@@ -248,23 +248,23 @@ TEST(Mixer, OldOrBrokenWrenchIsNotPassedOn) {
   msg::WrenchSetpoint wrench;
   wrench.armed = 1;
   rig.put("wrench", wrench);
-  EXPECT_EQ(rig.step({20 * kMs}, 1ms), Status::stale);
+  EXPECT_EQ(rig.step({20 * kMs}, 1ms), StepStatus::stale);
   wrench.stamp = {21 * kMs};
   wrench.torque_nm.y = math::kNan;
   rig.put("wrench", wrench);
-  EXPECT_EQ(rig.step({21 * kMs}, 1ms), Status::fault);
+  EXPECT_EQ(rig.step({21 * kMs}, 1ms), StepStatus::fault);
   EXPECT_EQ(rig.get<msg::ActuatorCommand>("motors"), nullptr);
 }
 
 TEST(Mission, PublishesSetpointAndStateAndNothingWithoutAFreshEstimate) {
   Mission mission;
   ModuleRig rig(mission);
-  EXPECT_EQ(rig.step({kMs}, 5ms), Status::stale);
+  EXPECT_EQ(rig.step({kMs}, 5ms), StepStatus::stale);
   rig.put("state", good_state(2 * kMs));
-  ASSERT_EQ(rig.step({2 * kMs}, 5ms), Status::ok);
+  ASSERT_EQ(rig.step({2 * kMs}, 5ms), StepStatus::ok);
   EXPECT_EQ(rig.get<msg::MissionState>("mission")->phase, msg::MissionPhase::wait);
   EXPECT_EQ(rig.get<msg::FlightSetpoint>("setpoint")->armed, 0u);
-  EXPECT_EQ(rig.step({50 * kMs}, 5ms), Status::stale);
+  EXPECT_EQ(rig.step({50 * kMs}, 5ms), StepStatus::stale);
   EXPECT_EQ(rig.get<msg::FlightSetpoint>("setpoint"), nullptr);
 }
 

@@ -37,7 +37,7 @@ class Watch final : public rt::Module {
  public:
   explicit Watch(Seen& seen) : seen_(seen) {}
   void declare(rt::Declaration& d) override { d.in("in", in_, {.depth = sizeof(M) > 100'000 ? 4u : 32u}); }
-  rt::Status step(const rt::Step& step) noexcept override {
+  rt::StepStatus step(const rt::Step& step) noexcept override {
     for (const M& sample : in_) {
       ++seen_.samples;
       if (kEachIsNew<M> && sample.stamp == last_) ++seen_.same_stamp;
@@ -47,7 +47,7 @@ class Watch final : public rt::Module {
       if (seen_.first.ns == 0) seen_.first = step.now;
       note(seen_, sample);
     }
-    return rt::Status::ok;
+    return rt::StepStatus::ok;
   }
 
  private:
@@ -64,7 +64,7 @@ class Controller final : public rt::Module {
     d.in("safety", safety_, {.optional = true, .supervises = true});
     d.out("out", out_);
   }
-  rt::Status step(const rt::Step& step) noexcept override {
+  rt::StepStatus step(const rt::Step& step) noexcept override {
     const msg::SafetyState* s = safety_.get();
     const bool goes = s && s->permitted;
     if (!goes) begun_ = step.now;
@@ -74,7 +74,7 @@ class Controller final : public rt::Module {
     c.count = 2;
     c.armed = 1;
     c.value[0] = c.value[1] = setpoint_;
-    return rt::Status::ok;
+    return rt::StepStatus::ok;
   }
 
  private:

@@ -64,7 +64,7 @@ TEST_P(Damage, TheFileHasSeveralChunksOfBothKinds) {
 TEST_P(Damage, CutAtAnyByteEverythingUpToTheLastWholeChunkIsRead) {
   for (std::size_t size = 0; size < disk_.bytes.size(); size += kEverywhere ? 1 : 3) {
     const auto bytes = std::span(disk_.bytes).first(size);
-    Problem why;
+    FileProblem why;
     auto reader = Reader::open(std::make_unique<MemoryInput>(bytes), why);
     ASSERT_EQ(reader != nullptr, size >= kMagic.size()) << size;
     if (!reader) {
@@ -113,7 +113,7 @@ void flip_every_bit(Bytes bytes, const std::vector<Sample>& whole, const std::ve
       if (!kEverywhere && bit != static_cast<int>(place * 5 % 8)) continue;
       const std::byte flip{static_cast<unsigned char>(1 << bit)};
       bytes[place] ^= flip;
-      Problem why;
+      FileProblem why;
       auto reader = Reader::open(std::make_unique<MemoryInput>(bytes), why);
       const Contents read = reader ? all(*reader, {.topics = {}, .order = Order::file}) : Contents{};
       bytes[place] ^= flip;

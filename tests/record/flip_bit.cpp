@@ -16,7 +16,7 @@ int main(int argc, char** argv) {
   auto in = hal::open_file(argv[1]);
   auto out = hal::create_file(argv[2]);
   if (!in || !out) return 2;
-  record::Problem why;
+  record::FileProblem why;
   const auto reader = record::Reader::open(std::move(*in), why);
   if (!reader) return 2;
   auto writer = record::Writer::open(std::move(*out), record::options_like(*reader));

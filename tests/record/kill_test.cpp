@@ -87,7 +87,7 @@ class Kill : public testing::Test {
     for (const ChunkIndex& chunk : reader->chunks()) {
       MemoryInput input(whole_.bytes);
       ChunkContents contents;
-      Problem why;
+      FileProblem why;
       EXPECT_TRUE(contents.load(input, {.offset = chunk.offset, .length = chunk.length, .channels = {}}, {},
                                 decompressor, why));
       chunks_.emplace_back(chunk.offset + chunk.length, contents.entries().size());
@@ -125,7 +125,7 @@ class Kill : public testing::Test {
     auto file = hal::open_file(path());
     ASSERT_TRUE(file && (*file)->read_at(0, bytes));
     ASSERT_TRUE(std::equal(bytes.begin(), bytes.end(), whole_.bytes.begin()));
-    Problem why;
+    FileProblem why;
     auto reader = Reader::open(std::move(*file), why);
     ASSERT_EQ(reader != nullptr, size >= kMagic.size());
     if (!reader) return;

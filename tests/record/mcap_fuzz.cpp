@@ -36,7 +36,7 @@ std::uint64_t read(Reader& reader, const Query& query) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto bytes = std::as_bytes(std::span(data, size));
-  Problem why;
+  FileProblem why;
   auto reader = Reader::open(std::make_unique<MemoryInput>(bytes), why, kLimits);
   MemoryInput input(bytes);
   check(input, kLimits);

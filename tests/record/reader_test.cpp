@@ -256,7 +256,7 @@ TEST(Reader, SizesBeyondTheFileAreNotBelieved) {
 }
 
 TEST(Reader, WhatIsNoMcapFileIsSaidToBeNone) {
-  Problem why;
+  FileProblem why;
   for (const char* text : {"", "no", "#!/bin/sh\necho a longer file that is something else altogether\n"})
     EXPECT_EQ(Reader::open(std::make_unique<MemoryInput>(as_bytes(text)), why), nullptr);
   EXPECT_EQ(to_string(why), "offset 0: not an MCAP file: it does not begin with \\x89MCAP0\\r\\n");

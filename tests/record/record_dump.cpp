@@ -21,7 +21,7 @@ std::string texts(const Texts& map) {
 
 bool dump(const char* path) {
   auto file = hal::open_file(path);
-  Problem why{ProblemKind::io, 0, "cannot be opened"};
+  FileProblem why{ProblemKind::io, 0, "cannot be opened"};
   auto reader = file ? Reader::open(std::move(*file), why) : nullptr;
   if (!reader || !reader->by_summary() || !reader->problems().empty()) {
     std::printf("%s: %s\n", path,

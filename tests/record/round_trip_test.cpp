@@ -69,7 +69,7 @@ TEST_P(RoundTrip, AttachmentsMetadataAndChannelsAsTheyWere) {
   auto reader = open(disk_.bytes);
   Attachment attachment;
   Metadata metadata;
-  Problem why;
+  FileProblem why;
   ASSERT_EQ(reader->attachments().size(), 1u);
   ASSERT_TRUE(reader->read(reader->attachments()[0], attachment, why)) << to_string(why);
   EXPECT_EQ(attachment.name, "robot.toml");

@@ -81,7 +81,7 @@ inline std::string compression_name(const testing::TestParamInfo<Compression>& i
 
 struct Contents {
   std::vector<Sample> samples;
-  std::vector<Problem> problems;  // told by next()
+  std::vector<FileProblem> problems;  // told by next()
 };
 inline Contents all(Reader& reader, const Query& query) {
   Contents contents;
@@ -98,16 +98,16 @@ inline Contents all(Reader& reader, const Query& query) {
     }
 }
 inline std::unique_ptr<Reader> open(std::span<const std::byte> bytes, const ReadLimits& limits = {}) {
-  Problem why;
+  FileProblem why;
   auto reader = Reader::open(std::make_unique<MemoryInput>(bytes), why, limits);
   EXPECT_TRUE(reader) << to_string(why);
   return reader;
 }
-inline std::vector<Problem> check_bytes(std::span<const std::byte> bytes) {
+inline std::vector<FileProblem> check_bytes(std::span<const std::byte> bytes) {
   MemoryInput input(bytes);
   return check(input);
 }
-inline void PrintTo(const Problem& p, std::ostream* to) { *to << to_string(p); }
+inline void PrintTo(const FileProblem& p, std::ostream* to) { *to << to_string(p); }
 
 inline std::vector<Sample> by_time(std::vector<Sample> samples) {
   std::stable_sort(samples.begin(), samples.end(),

@@ -49,7 +49,7 @@ std::vector<std::uint64_t> times(const Folder& folder) {
     EXPECT_THAT(check_bytes(folder.disks[i].bytes), IsEmpty()) << "file " << i;
     auto reader = open(folder.disks[i].bytes);
     Metadata metadata;
-    Problem why;
+    FileProblem why;
     EXPECT_EQ(reader->metadata().size(), 1u);
     EXPECT_TRUE(reader->read(reader->metadata().at(0), metadata, why));
     EXPECT_EQ(metadata.values.at("number"), std::to_string(i));

@@ -33,13 +33,13 @@ class Sampler final : public DriverModule {
   }
   std::uint32_t device_state() const noexcept override { return ill_; }
   void set_device_state(std::uint32_t state) noexcept override { ill_ = state; }
-  Status step(const Step&) noexcept override {
+  StepStatus step(const Step&) noexcept override {
     for (const Pair& p : raw_) {
       Pair& out = out_.loan();
       out.stamp = p.stamp;
       out.number = sum_ += p.number + ill_;
     }
-    return Status::ok;
+    return StepStatus::ok;
   }
 
  private:
@@ -68,25 +68,25 @@ class Mixed final : public Module {
     memory_ = {.sum = static_cast<std::uint64_t>(1000 * memory_.gain), .gain = memory_.gain};
     std::fill(ring_.begin(), ring_.end(), 0);
   }
-  Status step(const Step& step) noexcept override {
+  StepStatus step(const Step& step) noexcept override {
     memory_.odd = !memory_.odd;
     for (const Pair& p : queue_) memory_.sum += p.number;
     double& oldest = ring_[step.number % ring_.size()];
     const double delta = static_cast<double>(memory_.sum) - oldest;
     oldest = static_cast<double>(memory_.sum);
     if (latest_.updated()) ++memory_.news;
-    if (step.number % 5 == 4) return Status::stale;
+    if (step.number % 5 == 4) return StepStatus::stale;
     Pair& out = out_.loan();
     out.stamp = step.now;
     out.number = memory_.news + (latest_.fresh(step.now) ? 1000 : 0) + (memory_.odd ? 100 : 0);
     out.value = {delta * memory_.gain, static_cast<double>(queue_.dropped_total() * 1000 + queue_.dropped()),
                  step.random.uniform(), msg::seconds(step.dt)};
-    if (step.number % 3 != 0) return Status::ok;
+    if (step.number % 3 != 0) return StepStatus::ok;
     Pair& some = some_.loan();
     some.stamp = step.now;
     some.number = memory_.news / 8;
     some.value[0] = std::bit_cast<double>(0xFFF8000000000000 | step.number);  // a NaN of some bits
-    return Status::ok;
+    return StepStatus::ok;
   }
 
  private:
@@ -112,9 +112,9 @@ class Shaky final : public Module {
     d.state(steps_);
   }
   void reset() override { steps_ = 0; }
-  Status step(const Step&) noexcept override {
+  StepStatus step(const Step&) noexcept override {
     out_.loan().number = ++steps_;
-    return steps_ < 20 ? Status::ok : Status::fault;
+    return steps_ < 20 ? StepStatus::ok : StepStatus::fault;
   }
 
  private:
@@ -125,15 +125,15 @@ class Shaky final : public Module {
 class Commander final : public Module {
  public:
   void declare(Declaration& d) override { d.out("out", out_); }
-  Status step(const Step& step) noexcept override {
-    if (step.number >= 60 && step.number < 75) return Status::stale;  // longer than the lease
+  StepStatus step(const Step& step) noexcept override {
+    if (step.number >= 60 && step.number < 75) return StepStatus::stale;  // longer than the lease
     auto& c = out_.loan();
     c.stamp = step.now;
     c.count = 2;
     c.armed = step.number > 10;
     const bool idle = step.number < 20 || (step.number > 245 && step.number < 320);
     c.value[0] = idle ? 0 : step.random.uniform();
-    return Status::ok;
+    return StepStatus::ok;
   }
 
  private:
@@ -145,9 +145,9 @@ class Forgetful final : public Module {
  public:
   void declare(Declaration& d) override { d.out("out", out_); }
   void reset() override { count_ = 0; }
-  Status step(const Step&) noexcept override {
+  StepStatus step(const Step&) noexcept override {
     out_.loan().number = ++count_;
-    return Status::ok;
+    return StepStatus::ok;
   }
 
  private:

@@ -12,9 +12,9 @@ class Sensor final : public Module {
  public:
   explicit Sensor(Duration lag) : lag_(lag) {}
   void declare(Declaration& d) override { d.out("out", out_); }
-  Status step(const Step& step) noexcept override {
+  StepStatus step(const Step& step) noexcept override {
     out_.loan().stamp = step.now - lag_;
-    return Status::ok;
+    return StepStatus::ok;
   }
 
  private:
@@ -29,9 +29,9 @@ class Fusion final : public Module {
     d.in("b", b_);
     d.out("out", out_);
   }
-  Status step(const Step& step) noexcept override {
+  StepStatus step(const Step& step) noexcept override {
     out_.loan().stamp = step.now;
-    return Status::ok;
+    return StepStatus::ok;
   }
 
  private:
@@ -43,9 +43,9 @@ TEST(Chains, TheAgeOfATopicLeavesOutWhatWasNeverMeasured) {
   // A joint that is absent from the start has the stamp 0: how long ago the clock began says nothing of the topic.
   struct Absent final : Module {
     void declare(Declaration& d) override { d.out("out", out); }
-    Status step(const Step& step) noexcept override {
+    StepStatus step(const Step& step) noexcept override {
       out.loan().stamp = step.now < Time{} + 35ms ? Time{} : step.now - 2ms;
-      return Status::ok;
+      return StepStatus::ok;
     }
     Out<Pair> out;
   };
@@ -104,9 +104,9 @@ TEST(Chains, AnInputThatDoesNotLeadThereCarriesNothing) {
       d.in("back", back_, {.previous = true});
       d.out("out", out_);
     }
-    Status step(const Step& step) noexcept override {
+    StepStatus step(const Step& step) noexcept override {
       out_.loan().stamp = step.now;
-      return Status::ok;
+      return StepStatus::ok;
     }
 
    private:

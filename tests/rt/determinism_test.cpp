@@ -18,19 +18,19 @@ class Mixer final : public Module {
     d.param("gain", gain_, {.min = -10.0, .max = 10.0});
   }
   void reset() override { sum_ = 0; }
-  Status step(const Step& step) noexcept override {
+  StepStatus step(const Step& step) noexcept override {
     for (const Pair& p : events_) sum_ = sum_ * 0.75 + p.value[0] * gain_;
     if (const Pair* p = state_.get()) sum_ += p->value[1] / 3.0;
     const std::uint32_t dice = step.random.below(10);
-    if (dice == 0) return Status::stale;
-    if (dice == 1 && step.number > 20) return Status::fault;
+    if (dice == 0) return StepStatus::stale;
+    if (dice == 1 && step.number > 20) return StepStatus::fault;
     for (std::uint32_t i = 0; i < 1 + dice % 2; ++i) {
       Pair& out = out_.loan();
       out.stamp = step.now;
       out.number = step.number + events_.dropped();
       out.value = {sum_, step.random.normal(), static_cast<double>(step.dt.count()), step.random.uniform(-1, 1)};
     }
-    return Status::ok;
+    return StepStatus::ok;
   }
 
  private:

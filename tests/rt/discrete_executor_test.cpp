@@ -30,7 +30,7 @@ class InVirtualTime : public ::testing::Test {
     g.module("m", {}, {}, [this](Probe&, const Step& step) {
       instants.push_back(step.now.ns);
       EXPECT_EQ(g.clock.now(), step.now) << "devices see the instant of the event";
-      return Status::ok;
+      return StepStatus::ok;
     });
     g.periodic("t", 1, 1ms, {"m"});
   }
@@ -259,7 +259,7 @@ class Mixed {
     written.push_back(name + ".out");
     return name;
   }
-  static Status mixes(Probe& p, const Step& step) {
+  static StepStatus mixes(Probe& p, const Step& step) {
     Pair& out = p.out.loan();
     out.stamp = step.now;
     out.number = step.number;
@@ -267,8 +267,8 @@ class Mixed {
     out.value[1] = msg::seconds(step.dt);
     if (const Pair* in = p.in.fresh(step.now)) out.value[2] = in->value[0] - in->value[2] + p.in.updated();
     for (const Pair& event : p.queue) out.value[3] = 0.5 * out.value[3] + event.value[0] + p.queue.dropped();
-    if (step.random.below(10) == 0) return Status::stale;
-    return step.random.below(50) == 0 ? Status::fault : Status::ok;
+    if (step.random.below(10) == 0) return StepStatus::stale;
+    return step.random.below(50) == 0 ? StepStatus::fault : StepStatus::ok;
   }
   math::Random random_;
 };

@@ -51,11 +51,11 @@ TEST(DiscreteExecutor, ItsLoopAllocatesLocksAndCallsTheKernelNotOnce) {
   class Command final : public Module {
    public:
     void declare(Declaration& d) override { d.out("out", out_); }
-    Status step(const Step&) noexcept override {
+    StepStatus step(const Step&) noexcept override {
       msg::ActuatorCommand& c = out_.loan();
       c.count = 1;
       c.armed = 1;
-      return Status::ok;
+      return StepStatus::ok;
     }
 
    private:

@@ -19,7 +19,7 @@ using namespace std::chrono_literals;
 class Probe : public DriverModule {
  public:
   std::function<void(Declaration&, Probe&)> declares;
-  std::function<Status(Probe&, const Step&)> steps = [](Probe&, const Step&) { return Status::ok; };
+  std::function<StepStatus(Probe&, const Step&)> steps = [](Probe&, const Step&) { return StepStatus::ok; };
   std::function<void(Probe&, Time)> collects, emits;
   In<Pair> in, other, back;
   InQueue<Pair> queue;
@@ -35,7 +35,7 @@ class Probe : public DriverModule {
     if (declares) declares(d, *this);
   }
   void reset() override { ++resets; }
-  Status step(const Step& step) noexcept override { return steps(*this, step); }
+  StepStatus step(const Step& step) noexcept override { return steps(*this, step); }
   void collect(Time now) noexcept override {
     if (collects) collects(*this, now);
   }
@@ -122,7 +122,7 @@ class GraphRig {
   ConfigureOptions configure_options{.first_sequence = kNearWrap};
 
   using Declares = std::function<void(Declaration&, Probe&)>;
-  using Steps = std::function<Status(Probe&, const Step&)>;
+  using Steps = std::function<StepStatus(Probe&, const Step&)>;
   using Bindings = std::map<std::string, std::string>;
 
   ModuleSpec& module(const std::string& name, Declares declares, Bindings in = {}, Steps steps = {},

@@ -23,9 +23,9 @@ class Scripted final : public Module {
   using Step_ = std::function<void(const Step&)>;
   explicit Scripted(Step_ step) : step_(std::move(step)) {}
   void declare(Declaration&) override {}
-  Status step(const Step& step) noexcept override {
+  StepStatus step(const Step& step) noexcept override {
     step_(step);
-    return Status::ok;
+    return StepStatus::ok;
   }
 
  private:
@@ -44,9 +44,9 @@ class ScriptedDriver final : public DriverModule {
  public:
   explicit ScriptedDriver(Scripted::Step_ step) : step_(std::move(step)) {}
   void declare(Declaration&) override {}
-  Status step(const Step& step) noexcept override {
+  StepStatus step(const Step& step) noexcept override {
     step_(step);
-    return Status::ok;
+    return StepStatus::ok;
   }
   hal::Device* device() override { return &bell; }
   Bell bell;

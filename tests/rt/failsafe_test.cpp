@@ -24,8 +24,8 @@ class Commander final : public Module {
     d.in("safety", safety_, {.optional = true, .supervises = true});
     d.out("out", out_);
   }
-  Status step(const Step& step) noexcept override {
-    if (silent) return Status::stale;
+  StepStatus step(const Step& step) noexcept override {
+    if (silent) return StepStatus::stale;
     const msg::SafetyState* s = safety_.get();
     if (s && s->permitted) was_permitted_ = true;
     const bool gives_up = obedient && s && !s->permitted && was_permitted_;
@@ -35,7 +35,7 @@ class Commander final : public Module {
     c.count = count;
     c.armed = armed;
     c.value[0] = c.value[1] = value;
-    return Status::ok;
+    return StepStatus::ok;
   }
   bool silent = false, obedient = false;
   std::uint32_t count = 2, armed = 1;
@@ -51,14 +51,14 @@ class Commander final : public Module {
 class Sensor final : public Module {
  public:
   void declare(Declaration& d) override { d.out("raw", out_); }
-  Status step(const Step& step) noexcept override {
-    if (silent) return Status::stale;
+  StepStatus step(const Step& step) noexcept override {
+    if (silent) return StepStatus::stale;
     if (!stuck) ++turn_;
     msg::BatterySample& s = out_.loan();
     s.stamp = step.now;
     s.voltage_v = voltage_v;
     s.current_a = turn_;
-    return Status::ok;
+    return StepStatus::ok;
   }
   bool silent = false, stuck = false;
   double voltage_v = 12;
@@ -75,10 +75,10 @@ class SafetyLog final : public Module {
     d.in("in", in_, {.depth = 16});
     d.in("group", group_);
   }
-  Status step(const Step&) noexcept override {
+  StepStatus step(const Step&) noexcept override {
     for (const auto& s : in_) states.push_back(s);
     if (const msg::GuardianState* g = group_.get()) last_group = *g;
-    return Status::ok;
+    return StepStatus::ok;
   }
   std::vector<msg::SafetyState> states;
   msg::GuardianState last_group;

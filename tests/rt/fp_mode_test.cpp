@@ -77,10 +77,10 @@ TEST(FpMode, AScopeGivesBackWhatItFound) {
 class Spoiler final : public Module {
  public:
   void declare(Declaration& d) override { d.out("out", out_); }
-  Status step(const Step& step) noexcept override {
+  StepStatus step(const Step& step) noexcept override {
     out_.loan().value[0] = g_tiny * g_half;
     if (step.number > 0) Spoiled::flush_to_zero();
-    return Status::ok;
+    return StepStatus::ok;
   }
 
  private:
@@ -90,9 +90,9 @@ class Spoiler final : public Module {
 class KeepsTiny final : public Module {
  public:
   void declare(Declaration& d) override { d.in("in", in_); }
-  Status step(const Step&) noexcept override {
+  StepStatus step(const Step&) noexcept override {
     kept += g_tiny * g_half != 0 && in_.get()->value[0] != 0 ? 1 : 0;
-    return Status::ok;
+    return StepStatus::ok;
   }
   int kept = 0;
 

@@ -24,7 +24,7 @@ class Maker final : public Module {
     d.param("count_min", count_min_, {.min = 2});
     d.param("fast", fast_);
   }
-  Status step(const Step&) noexcept override { return Status::ok; }
+  StepStatus step(const Step&) noexcept override { return StepStatus::ok; }
 
  private:
   Out<Pair> out_;
@@ -41,7 +41,7 @@ class User final : public Module {
     d.in("extra", extra_, {.optional = true});
     d.out("result", out_);
   }
-  Status step(const Step&) noexcept override { return Status::ok; }
+  StepStatus step(const Step&) noexcept override { return StepStatus::ok; }
 
  private:
   In<Pair> in_;
@@ -55,7 +55,7 @@ class LoopUser final : public Module {
     d.in("pair", in_, {.previous = true});
     d.out("result", out_);
   }
-  Status step(const Step&) noexcept override { return Status::ok; }
+  StepStatus step(const Step&) noexcept override { return StepStatus::ok; }
 
  private:
   In<Pair> in_;
@@ -68,7 +68,7 @@ class Viewer final : public Module {
     d.out("image", out_);
     d.best_effort();
   }
-  Status step(const Step&) noexcept override { return Status::ok; }
+  StepStatus step(const Step&) noexcept override { return StepStatus::ok; }
 
  private:
   Out<msg::Image> out_;
@@ -80,7 +80,7 @@ class TwoPorts final : public Module {
     d.out("same", a_);
     d.out("same", b_);
   }
-  Status step(const Step&) noexcept override { return Status::ok; }
+  StepStatus step(const Step&) noexcept override { return StepStatus::ok; }
 
  private:
   Out<Pair> a_, b_;
@@ -89,7 +89,7 @@ class TwoPorts final : public Module {
 class DriverOfNothing final : public DriverModule {
  public:
   void declare(Declaration& d) override { d.raw("raw", raw_); }
-  Status step(const Step&) noexcept override { return Status::ok; }
+  StepStatus step(const Step&) noexcept override { return StepStatus::ok; }
 
  private:
   Raw<Pair> raw_;
@@ -98,7 +98,7 @@ class DriverOfNothing final : public DriverModule {
 class ThreeChannels final : public Module {
  public:
   void declare(Declaration& d) override { d.out("command", out_, {.channels = 3}); }
-  Status step(const Step&) noexcept override { return Status::ok; }
+  StepStatus step(const Step&) noexcept override { return StepStatus::ok; }
 
  private:
   Out<msg::ActuatorCommand> out_;

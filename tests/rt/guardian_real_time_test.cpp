@@ -23,12 +23,12 @@ enum class How { good, disarmed, silent, failing, not_a_number, beyond, stuck_in
 class Commander final : public Module {
  public:
   void declare(Declaration& d) override { d.out("out", out_); }
-  Status step(const Step& step) noexcept override {
+  StepStatus step(const Step& step) noexcept override {
     const How h = how.load();
     while (how.load() == How::stuck_in_its_step) {
     }
-    if (h == How::silent) return Status::stale;
-    if (h == How::failing) return Status::fault;
+    if (h == How::silent) return StepStatus::stale;
+    if (h == How::failing) return StepStatus::fault;
     msg::ActuatorCommand& c = out_.loan();
     c.stamp = step.now;
     c.count = 2;
@@ -36,7 +36,7 @@ class Commander final : public Module {
     c.value[0] = c.value[1] = h == How::not_a_number ? std::numeric_limits<double>::quiet_NaN()
                               : h == How::beyond     ? 2
                                                      : 0.5;
-    return Status::ok;
+    return StepStatus::ok;
   }
   std::atomic<How> how{How::good};
 
@@ -47,13 +47,13 @@ class Commander final : public Module {
 class Sensor final : public Module {
  public:
   void declare(Declaration& d) override { d.out("raw", out_); }
-  Status step(const Step& step) noexcept override {
-    if (silent.load()) return Status::stale;
+  StepStatus step(const Step& step) noexcept override {
+    if (silent.load()) return StepStatus::stale;
     msg::BatterySample& s = out_.loan();
     s.stamp = step.now;
     s.current_a = step.number;
     s.voltage_v = voltage_v.load();
-    return Status::ok;
+    return StepStatus::ok;
   }
   std::atomic<bool> silent{false};
   hal::Wide<double> voltage_v{12};

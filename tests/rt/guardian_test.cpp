@@ -21,15 +21,15 @@ constexpr double kInf = std::numeric_limits<double>::infinity();
 class Commander final : public Module {
  public:
   void declare(Declaration& d) override { d.out("out", out_); }
-  Status step(const Step& step) noexcept override {
-    if (silent) return Status::stale;
+  StepStatus step(const Step& step) noexcept override {
+    if (silent) return StepStatus::stale;
     msg::ActuatorCommand& c = out_.loan();
     c.stamp = step.now - 1ms;
     c.count = count;
     c.armed = armed;
     c.value[0] = value;
     c.value[1] = value;
-    return Status::ok;
+    return StepStatus::ok;
   }
   bool silent = false;
   std::uint32_t count = 2, armed = 1;
@@ -43,9 +43,9 @@ class StateLog final : public Module {
  public:
   StateLog() { states.reserve(10'000); }
   void declare(Declaration& d) override { d.in("in", in_, {.depth = 16}); }
-  Status step(const Step&) noexcept override {
+  StepStatus step(const Step&) noexcept override {
     for (const auto& s : in_) states.push_back(s);
-    return Status::ok;
+    return StepStatus::ok;
   }
   std::vector<msg::GuardianState> states;
 
@@ -184,7 +184,7 @@ TEST_F(GuardianTest, ACommanderThatIsPreemptedTooLongIsStopped) {
   class Hog final : public Module {
    public:
     void declare(Declaration&) override {}
-    Status step(const Step&) noexcept override { return Status::ok; }
+    StepStatus step(const Step&) noexcept override { return StepStatus::ok; }
   };
   robot.add<Hog>("hog");
   robot.module("hog").exec.constant = 7ms;

@@ -239,9 +239,9 @@ struct QueueProgram {
   }
 };
 
-/// A writer and readers in other processes, which pin nothing and look again afterwards (tap/reader.hpp). The payload's
-/// words are relaxed atomics here, because torn reads are what the reader must notice, not what may not happen. They
-/// may be of any message; those of a message that still holds() must be that message's.
+/// A writer and readers in other processes, which pin nothing and look again afterwards (tap/segment_reader.hpp). The
+/// payload's words are relaxed atomics here, because torn reads are what the reader must notice, not what may not
+/// happen. They may be of any message; those of a message that still holds() must be that message's.
 template <int readers, std::uint32_t commits, std::uint32_t keep, std::uint32_t slots, std::uint32_t attempts>
 struct OutsiderProgram {
   static constexpr int threads = 1 + readers;

@@ -325,7 +325,7 @@ class Holder final : public DriverModule {
   void end() noexcept override {
     if (tidy) put_back();
   }
-  Status step(const Step&) noexcept override { return raw_.empty() ? Status::stale : Status::ok; }
+  StepStatus step(const Step&) noexcept override { return raw_.empty() ? StepStatus::stale : StepStatus::ok; }
   std::size_t held() const { return held_.size(); }
 
   bool publishes = true, tidy = true;
@@ -346,7 +346,7 @@ TEST(HeldLoansOfAModule, AreAskedForInConfigureAndGoOnFromStepToStep) {
   Holder holder;
   ModuleRig rig(holder);
   for (std::uint32_t n = 1; n <= 100; ++n) {
-    ASSERT_EQ(rig.step(Time{n}, 1ms), Status::ok);
+    ASSERT_EQ(rig.step(Time{n}, 1ms), StepStatus::ok);
     ASSERT_EQ(rig.get<Pair>("raw"), holder.published);
     ASSERT_EQ(rig.get<Pair>("raw")->number, n);
   }
@@ -357,13 +357,13 @@ TEST(HeldLoansOfAModule, GoBackWhenItIsSwitchedOffAndOutAgainAfterwards) {
   Holder holder;
   holder.publishes = false;
   ModuleRig rig(holder);
-  EXPECT_EQ(rig.step(Time{1}, 1ms), Status::stale);
+  EXPECT_EQ(rig.step(Time{1}, 1ms), StepStatus::stale);
   EXPECT_EQ(holder.held(), 2u);
   rig.rest(Time{2}), rig.rest(Time{3});
   EXPECT_EQ(holder.rests, 2u);
   EXPECT_EQ(holder.held(), 0u);
   holder.publishes = true;
-  EXPECT_EQ(rig.step(Time{4}, 1ms), Status::ok);
+  EXPECT_EQ(rig.step(Time{4}, 1ms), StepStatus::ok);
 }
 
 TEST(HeldLoansOfAModule, LeftBehindAtTheEndAreABugOfTheModule) {

@@ -51,11 +51,11 @@ class Tuned final : public Module {
     d.param("label", label_);
     d.out("out", out_);
   }
-  Status step(const Step& step) noexcept override {
+  StepStatus step(const Step& step) noexcept override {
     require(gain_ >= -1.0 && gain_ <= 2.0 && count_ >= 1 && count_ <= 9);
     msg::RangeSample& r = out_.loan();
     r.stamp = step.now;
-    return Status::ok;
+    return StepStatus::ok;
   }
 
  private:
@@ -70,13 +70,13 @@ class Tuned final : public Module {
 class Keeper final : public Module {
  public:
   void declare(Declaration& d) override { d.in("link", in_, {.depth = 32}); }
-  Status step(const Step& step) noexcept override {
+  StepStatus step(const Step& step) noexcept override {
     require(in_.dropped() == 0);
     for (const msg::OperatorLink& link : in_) {
       require(!accepted.empty() && accepted.front() == link.sequence && link.stamp <= step.now);
       accepted.pop_front();
     }
-    return Status::ok;
+    return StepStatus::ok;
   }
   std::deque<std::uint32_t> accepted;
 
@@ -87,11 +87,11 @@ class Keeper final : public Module {
 class Commander final : public Module {
  public:
   void declare(Declaration& d) override { d.out("out", out_); }
-  Status step(const Step& step) noexcept override {
+  StepStatus step(const Step& step) noexcept override {
     msg::ActuatorCommand& c = out_.loan();
     c.stamp = step.now;
     c.count = c.armed = 1;
-    return Status::ok;
+    return StepStatus::ok;
   }
 
  private:

@@ -41,13 +41,13 @@ class Listener final : public Module {
  public:
   explicit Listener(std::uint32_t depth = 64) : depth_(depth) { seen.reserve(100'000), stamps.reserve(100'000); }
   void declare(Declaration& d) override { d.in("link", in_, {.depth = depth_}); }
-  Status step(const Step&) noexcept override {
+  StepStatus step(const Step&) noexcept override {
     for (const msg::OperatorLink& link : in_) {
       seen.push_back(link.sequence);
       stamps.push_back(link.stamp);
     }
     count.store(seen.size(), std::memory_order_release);
-    return in_.dropped() == 0 ? Status::ok : Status::fault;
+    return in_.dropped() == 0 ? StepStatus::ok : StepStatus::fault;
   }
   std::vector<std::uint32_t> seen;
   std::vector<Time> stamps;
@@ -162,7 +162,7 @@ TEST(WayIn, WhatBelongsToTheRuntimeStaysOn) {
   class Commander final : public Module {
    public:
     void declare(Declaration& d) override { d.out("out", out_); }
-    Status step(const Step&) noexcept override { return Status::stale; }
+    StepStatus step(const Step&) noexcept override { return StepStatus::stale; }
 
    private:
     Out<msg::ActuatorCommand> out_;
@@ -185,7 +185,7 @@ TEST(WayIn, ArmingGoesToTheGuardianWhichMayRefuse) {
   class Commander final : public Module {
    public:
     void declare(Declaration& d) override { d.out("out", out_); }
-    Status step(const Step&) noexcept override { return Status::stale; }
+    StepStatus step(const Step&) noexcept override { return StepStatus::stale; }
 
    private:
     Out<msg::ActuatorCommand> out_;

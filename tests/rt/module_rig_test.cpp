@@ -33,14 +33,14 @@ class Adder final : public Module {
     return hal::Error{Errc::denied, "label"};
   }
   void reset() override { total_ = 0; }
-  Status step(const Step& step) noexcept override {
+  StepStatus step(const Step& step) noexcept override {
     const Pair* state = state_.fresh(step.now);
     dropped = events_.dropped();
     first_random = step.random.next_u32();
     number = step.number;
     if (!state) {
       sums_.loan().number = 99;  // must never be seen
-      return Status::stale;
+      return StepStatus::stale;
     }
     for (const Pair& p : events_) {
       total_ += p.number;
@@ -49,7 +49,7 @@ class Adder final : public Module {
       out.value[0] = gain_ * p.number;
       out.stamp = state->stamp;
     }
-    return Status::ok;
+    return StepStatus::ok;
   }
   std::uint32_t dropped = 0, first_random = 0, number = 0;
   double configured_with = 0;
@@ -77,7 +77,7 @@ TEST(ModuleRig, RunsAStepOnRealPortsAndGivesWhatItPublished) {
   rig.set("gain", 2.0);
   rig.put("state", pair(0, Time{500}));
   for (const std::uint32_t n : {1, 2, 3}) rig.put("events", pair(n));
-  EXPECT_EQ(rig.step(Time{1000}, 1ms), Status::ok);
+  EXPECT_EQ(rig.step(Time{1000}, 1ms), StepStatus::ok);
   const auto sums = rig.all<Pair>("sums");
   ASSERT_EQ(sums.size(), 3u);
   EXPECT_EQ(sums[0]->number, 1u);
@@ -93,8 +93,8 @@ TEST(ModuleRig, AStepWithoutNewsHasAnEmptyQueueAndPublishesNothing) {
   ModuleRig rig(adder);
   rig.put("state", pair(0));
   rig.put("events", pair(1));
-  EXPECT_EQ(rig.step(Time{1000}, 1ms), Status::ok);
-  EXPECT_EQ(rig.step(Time{2000}, 1ms), Status::ok);
+  EXPECT_EQ(rig.step(Time{1000}, 1ms), StepStatus::ok);
+  EXPECT_EQ(rig.step(Time{2000}, 1ms), StepStatus::ok);
   EXPECT_EQ(rig.get<Pair>("sums"), nullptr);
   EXPECT_TRUE(rig.all<Pair>("sums").empty());
 }
@@ -102,11 +102,11 @@ TEST(ModuleRig, AStepWithoutNewsHasAnEmptyQueueAndPublishesNothing) {
 TEST(ModuleRig, AStaleStepPublishesNothing) {
   Adder adder;
   ModuleRig rig(adder);
-  EXPECT_EQ(rig.step(Time{0}, 1ms), Status::stale);
+  EXPECT_EQ(rig.step(Time{0}, 1ms), StepStatus::stale);
   EXPECT_EQ(rig.get<Pair>("sums"), nullptr);
   rig.put("state", pair(0, Time{0}));
-  EXPECT_EQ(rig.step(Time{10'000'000}, 1ms), Status::ok);
-  EXPECT_EQ(rig.step(Time{10'000'001}, 1ms), Status::stale) << "older than max_age";
+  EXPECT_EQ(rig.step(Time{10'000'000}, 1ms), StepStatus::ok);
+  EXPECT_EQ(rig.step(Time{10'000'001}, 1ms), StepStatus::stale) << "older than max_age";
   EXPECT_EQ(rig.stats().stale.value(), 2u);
 }
 
@@ -115,7 +115,7 @@ TEST(ModuleRig, AFullQueueDropsAsDeclaredAndCounts) {
   ModuleRig rig(adder);
   rig.put("state", pair(0));
   for (std::uint32_t n = 1; n <= 7; ++n) rig.put("events", pair(n));
-  EXPECT_EQ(rig.step(Time{1}, 1ms), Status::ok);
+  EXPECT_EQ(rig.step(Time{1}, 1ms), StepStatus::ok);
   EXPECT_EQ(adder.dropped, 3u);
   EXPECT_EQ(rig.all<Pair>("sums").front()->number, 4u) << "the oldest were dropped";
 }
@@ -127,7 +127,7 @@ TEST(ModuleRig, ManyStepsGoOverTheSequenceWrap) {
   std::uint32_t expected = 0;
   for (std::uint32_t n = 0; n < 600; ++n) {
     rig.put("events", pair(n));
-    ASSERT_EQ(rig.step(Time{n}, 1ns), Status::ok);
+    ASSERT_EQ(rig.step(Time{n}, 1ns), StepStatus::ok);
     ASSERT_EQ(rig.get<Pair>("sums")->number, expected += n);
   }
 }
@@ -160,14 +160,14 @@ TEST(ModuleRig, ResetStartsTheModuleAnew) {
   ModuleRig rig(adder);
   rig.put("state", pair(0));
   rig.put("events", pair(5));
-  EXPECT_EQ(rig.step(Time{1}, 1ms), Status::ok);
+  EXPECT_EQ(rig.step(Time{1}, 1ms), StepStatus::ok);
   const std::uint32_t random = adder.first_random;
-  EXPECT_EQ(rig.step(Time{2}, 1ms), Status::ok);
+  EXPECT_EQ(rig.step(Time{2}, 1ms), StepStatus::ok);
   EXPECT_EQ(adder.number, 1u);
   EXPECT_NE(adder.first_random, random);
   rig.reset();
   rig.put("events", pair(7));
-  EXPECT_EQ(rig.step(Time{3}, 1ms), Status::ok);
+  EXPECT_EQ(rig.step(Time{3}, 1ms), StepStatus::ok);
   EXPECT_EQ(adder.number, 0u);
   EXPECT_EQ(adder.first_random, random) << "the same step draws the same numbers";
   EXPECT_EQ(rig.get<Pair>("sums")->number, 7u);
@@ -178,7 +178,7 @@ TEST(ModuleRig, AnOptionalInputMayStayUnbound) {
   ModuleRig rig(adder);
   rig.leave_unbound("extra");
   rig.put("state", pair(0));
-  EXPECT_EQ(rig.step(Time{1}, 1ms), Status::ok);
+  EXPECT_EQ(rig.step(Time{1}, 1ms), StepStatus::ok);
 }
 
 class Negative final : public Module {
@@ -187,13 +187,13 @@ class Negative final : public Module {
     d.in("camera", camera_);
     d.out("negative", negative_);
   }
-  Status step(const Step&) noexcept override {
+  StepStatus step(const Step&) noexcept override {
     const msg::Image* from = camera_.get();
     msg::Image& to = negative_.loan();
-    if (!from || !to.format_as(from->format, from->width, from->height)) return Status::fault;
+    if (!from || !to.format_as(from->format, from->width, from->height)) return StepStatus::fault;
     for (std::uint32_t y = 0; y < from->height; ++y)
       for (std::uint32_t x = 0; x < from->stride; ++x) to.row(y)[x] = static_cast<std::uint8_t>(255 - from->row(y)[x]);
-    return Status::ok;
+    return StepStatus::ok;
   }
 
  private:
@@ -209,7 +209,7 @@ TEST(ModuleRig, ImagesPassWithTheirPixels) {
   msg::ImageBuffer image(msg::PixelFormat::mono8, 3, 2);
   image->row(1)[2] = 200;
   rig.put_image("camera", image);
-  EXPECT_EQ(rig.step(Time{1}, 1ms), Status::ok);
+  EXPECT_EQ(rig.step(Time{1}, 1ms), StepStatus::ok);
   const auto* out = rig.get<msg::Image>("negative");
   ASSERT_NE(out, nullptr);
   EXPECT_EQ(out->row(1)[2], 55);
@@ -221,7 +221,7 @@ TEST(ModuleRig, AnOutputThatIsTooSmallForTheImageIsSeenByTheModule) {
   ModuleRig rig(negative);
   rig.image_capacity("negative", 5);
   rig.put_image("camera", msg::ImageBuffer(msg::PixelFormat::mono8, 3, 2));
-  EXPECT_EQ(rig.step(Time{1}, 1ms), Status::fault);
+  EXPECT_EQ(rig.step(Time{1}, 1ms), StepStatus::fault);
 }
 
 class RangeDevice final : public hal::Range {
@@ -266,10 +266,10 @@ class RangeDriver final : public DriverModule {
     while (msg::RangeSample* s = raw_.loan())
       if (const auto got = device_->read(*s); !got || !*got) return raw_.cancel();
   }
-  Status step(const Step&) noexcept override {
-    if (raw_.empty()) return Status::stale;
+  StepStatus step(const Step&) noexcept override {
+    if (raw_.empty()) return StepStatus::stale;
     nearest_.loan().range_m = raw_.back().range_m;
-    return Status::ok;
+    return StepStatus::ok;
   }
   void emit(Time now) noexcept override {
     emitted = nearest_.committed();
@@ -289,14 +289,14 @@ TEST(ModuleRig, ADriverIsCollectedBeforeAndEmittedAfterItsStep) {
   board.device.left = 3;
   RangeDriver driver;
   ModuleRig rig(driver, {.board = &board});
-  EXPECT_EQ(rig.step(Time{7}, 1ms), Status::ok);
+  EXPECT_EQ(rig.step(Time{7}, 1ms), StepStatus::ok);
   EXPECT_EQ(rig.all<msg::RangeSample>("raw").size(), 2u) << "bounded by its burst";
   EXPECT_EQ(rig.get<msg::RangeSample>("nearest")->range_m, 2.0);
   EXPECT_EQ(driver.emitted, rig.get<msg::RangeSample>("nearest")) << "the slot itself, no copy";
   EXPECT_EQ(driver.emitted_at, Time{7});
-  EXPECT_EQ(rig.step(Time{8}, 1ms), Status::ok);
+  EXPECT_EQ(rig.step(Time{8}, 1ms), StepStatus::ok);
   EXPECT_EQ(rig.all<msg::RangeSample>("raw").size(), 1u);
-  EXPECT_EQ(rig.step(Time{9}, 1ms), Status::stale);
+  EXPECT_EQ(rig.step(Time{9}, 1ms), StepStatus::stale);
 }
 
 TEST(ModuleRig, WithoutABoardThereAreNoDevices) {
@@ -310,10 +310,10 @@ TEST(ModuleRig, WithoutABoardThereAreNoDevices) {
 class Allocates final : public Module {
  public:
   void declare(Declaration&) override {}
-  Status step(const Step&) noexcept override {
+  StepStatus step(const Step&) noexcept override {
     void* volatile p = std::malloc(8);
     std::free(p);
-    return Status::ok;
+    return StepStatus::ok;
   }
 };
 

@@ -14,10 +14,10 @@ class Faulty final : public Module {
  public:
   void declare(Declaration& d) override { d.out("out", out_); }
   void reset() override { since_reset = 0; }
-  Status step(const Step& step) noexcept override {
+  StepStatus step(const Step& step) noexcept override {
     ++since_reset;
     out_.loan().number = step.number;
-    return fails ? Status::fault : Status::ok;
+    return fails ? StepStatus::fault : StepStatus::ok;
   }
   bool fails = false;
   std::uint32_t since_reset = 0;
@@ -49,7 +49,7 @@ TEST(StepContract, FaultsThatDoNotFollowEachOtherStopNothing) {
   class EverySecond final : public Module {
    public:
     void declare(Declaration&) override {}
-    Status step(const Step& step) noexcept override { return step.number % 2 ? Status::fault : Status::ok; }
+    StepStatus step(const Step& step) noexcept override { return step.number % 2 ? StepStatus::fault : StepStatus::ok; }
   };
   robot.add<EverySecond>("module");
   robot.periodic("main", 10, 1ms, {"module"});

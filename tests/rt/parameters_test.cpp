@@ -24,9 +24,9 @@ class Gain final : public Module {
     d.param("fast", fast_);
     d.param("label", label_);
   }
-  Status step(const Step&) noexcept override {
+  StepStatus step(const Step&) noexcept override {
     values.push_back(gain_);
-    return Status::ok;
+    return StepStatus::ok;
   }
   std::vector<double> values;
 
@@ -108,9 +108,9 @@ class Lens final : public Module {
     const auto stop = setup.narrow("stop", device_stop);
     return zoom ? stop : zoom;
   }
-  Status step(const Step&) noexcept override {
+  StepStatus step(const Step&) noexcept override {
     zooms.push_back(zoom_);
-    return Status::ok;
+    return StepStatus::ok;
   }
   ParamRange device_zoom{24, 70, -1, "control 'zoom' of device 'eye'"};
   ParamRange device_stop{0, 0, {}, "device 'eye' has no stop"};

@@ -46,13 +46,13 @@ class Blocker final : public Module {
  public:
   explicit Blocker(std::uint32_t blocks_in) : blocks_in_(blocks_in) {}
   void declare(Declaration&) override {}
-  Status step(const Step& step) noexcept override {
+  StepStatus step(const Step& step) noexcept override {
     if (step.number == blocks_in_) {
       blocked.store(true, std::memory_order_release);
       while (!go.load(std::memory_order_acquire)) {
       }
     }
-    return Status::ok;
+    return StepStatus::ok;
   }
   std::atomic<bool> blocked{false}, go{false};
 
@@ -85,12 +85,12 @@ class BellReader final : public DriverModule {
       bell.samples.fetch_sub(1);
     }
   }
-  Status step(const Step&) noexcept override {
+  StepStatus step(const Step&) noexcept override {
     read.fetch_add(static_cast<std::uint32_t>(raw_.size()));
     begun.fetch_add(1);
     while (!go.load()) {
     }
-    return Status::ok;
+    return StepStatus::ok;
   }
   hal::Device* device() override { return &bell; }
   Bell bell;
@@ -369,9 +369,9 @@ TEST_F(RealTime, AParameterChangesBetweenTwoSteps) {
   class Gain final : public Module {
    public:
     void declare(Declaration& d) override { d.param("gain", gain_, {.min = 0.0, .max = 2.0}); }
-    Status step(const Step&) noexcept override {
+    StepStatus step(const Step&) noexcept override {
       seen.store(gain_);
-      return Status::ok;
+      return StepStatus::ok;
     }
     hal::Wide<double> seen;
 
@@ -392,13 +392,13 @@ TEST_F(RealTime, TheGuardianStopsTheDeviceWhenTheCommanderFallsSilent) {
   class Commander final : public Module {
    public:
     void declare(Declaration& d) override { d.out("out", out_); }
-    Status step(const Step& step) noexcept override {
-      if (silent.load()) return Status::stale;
+    StepStatus step(const Step& step) noexcept override {
+      if (silent.load()) return StepStatus::stale;
       msg::ActuatorCommand& c = out_.loan();
       c.stamp = step.now;
       c.count = c.armed = 1;
       c.value[0] = 0.5;
-      return Status::ok;
+      return StepStatus::ok;
     }
     std::atomic<bool> silent{false};
 
@@ -408,9 +408,9 @@ TEST_F(RealTime, TheGuardianStopsTheDeviceWhenTheCommanderFallsSilent) {
   class Watch final : public Module {
    public:
     void declare(Declaration& d) override { d.in("in", in_); }
-    Status step(const Step&) noexcept override {
+    StepStatus step(const Step&) noexcept override {
       if (in_.get()) mode.store(in_.get()->mode);
-      return Status::ok;
+      return StepStatus::ok;
     }
     std::atomic<msg::GuardianMode> mode{msg::GuardianMode::standby};
 
@@ -433,7 +433,7 @@ TEST_F(RealTime, TheGuardianStopsTheDeviceWhenTheCommanderFallsSilent) {
   const std::uint32_t guardian = robot.graph().find_module("guardian"), module = robot.graph().find_module("commander");
   Time last_command{};
   for (const StepRecord& r : records.of[module])
-    if (r.status == Status::ok) last_command = r.completed;
+    if (r.status == StepStatus::ok) last_command = r.completed;
   for (const FakeActuators::Event& e : motors.events)
     if (e.at - last_command >= 200ms) {
       EXPECT_TRUE(e.stopped);

@@ -186,7 +186,7 @@ TEST_F(StepAgainTest, ARecordedInputWithOneBitFlippedIsNoticedInTheStepThatReadI
   std::uint32_t tried = 0;
   for (std::size_t i = 0; i < of("mixed").size(); ++i) {
     const KeptEntry& e = of("mixed")[i];
-    if (e.request || e.in[0].messages.empty() || e.step.status != Status::ok) continue;
+    if (e.request || e.in[0].messages.empty() || e.step.status != StepStatus::ok) continue;
     auto* message = static_cast<Pair*>(const_cast<SlotHeader*>(e.in[0].messages.back())->message());
     message->number ^= 1u << i % 20;
     const auto departure = again("mixed");
@@ -201,7 +201,7 @@ TEST_F(StepAgainTest, ARecordedInputWithOneBitFlippedIsNoticedInTheStepThatReadI
 
 TEST_F(StepAgainTest, EveryFactOfARecordedStepCounts) {
   std::size_t at = 0;  // a step of Mixed that held news and published
-  while (of("mixed")[at].request || !of("mixed")[at].in[1].updated || of("mixed")[at].step.status != Status::ok ||
+  while (of("mixed")[at].request || !of("mixed")[at].in[1].updated || of("mixed")[at].step.status != StepStatus::ok ||
          of("mixed")[at].step.number == 0)
     ++at;
   const KeptEntry right = of("mixed")[at];
@@ -218,7 +218,7 @@ TEST_F(StepAgainTest, EveryFactOfARecordedStepCounts) {
   noticed("out: instants", [](KeptEntry& e) { e.step.completed.ns += 1; });
   noticed("out.number", [](KeptEntry& e) { e.in[1].updated = false; });
   noticed("out.value[1]", [](KeptEntry& e) { e.in[0].dropped += 1; });
-  noticed("status", [](KeptEntry& e) { e.step.status = Status::stale; });
+  noticed("status", [](KeptEntry& e) { e.step.status = StepStatus::stale; });
   noticed("out.value[2]", [](KeptEntry& e) { e.step.number += 105; });  // its random numbers
   spec.seed = 43;
   EXPECT_EQ(again("mixed")->what, "out.value[2]");

@@ -34,10 +34,10 @@ TEST(StepContract, InputsAreLatchedOnceForTheWholeStep) {
   class Slow final : public Module {  // reads at the start and when it is asked again: the same slot
    public:
     void declare(Declaration& d) override { d.in("in", in_), d.out("out", out_); }
-    Status step(const Step&) noexcept override {
-      if (!in_.get()) return Status::stale;
+    StepStatus step(const Step&) noexcept override {
+      if (!in_.get()) return StepStatus::stale;
       out_.loan().number = in_.get()->number;
-      return Status::ok;
+      return StepStatus::ok;
     }
 
    private:

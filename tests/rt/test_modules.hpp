@@ -11,14 +11,14 @@ namespace sinew::rt {
 class Numbers final : public Module {
  public:
   void declare(Declaration& d) override { d.out("out", out_); }
-  Status step(const Step& step) noexcept override {
+  StepStatus step(const Step& step) noexcept override {
     Pair& p = out_.loan();
     p.stamp = step.now;
     p.number = step.number;
     address = &p;
     return status;
   }
-  Status status = Status::ok;
+  StepStatus status = StepStatus::ok;
   const Pair* address = nullptr;
 
  private:
@@ -33,14 +33,14 @@ class Relay final : public Module {
     d.in("in", in_, {.previous = previous_});
     d.out("out", out_);
   }
-  Status step(const Step&) noexcept override {
+  StepStatus step(const Step&) noexcept override {
     address = in_.get();
     if (seen.size() < seen.capacity()) seen.push_back(address ? static_cast<std::int64_t>(address->number) : -1);
-    if (!address) return Status::stale;
+    if (!address) return StepStatus::stale;
     Pair& p = out_.loan();
     p.stamp = address->stamp;
     p.number = address->number;
-    return Status::ok;
+    return StepStatus::ok;
   }
   std::vector<std::int64_t> seen;  // -1: none
   const Pair* address = nullptr;
@@ -56,11 +56,11 @@ class Logger final : public Module {
  public:
   explicit Logger(QueueOptions options = {}) : options_(options) { seen.reserve(10'000); }
   void declare(Declaration& d) override { d.in("in", in_, options_); }
-  Status step(const Step&) noexcept override {
+  StepStatus step(const Step&) noexcept override {
     for (const Pair& p : in_)
       if (seen.size() < seen.capacity()) seen.push_back(p.number);
     dropped += in_.dropped();
-    return Status::ok;
+    return StepStatus::ok;
   }
   std::vector<std::uint32_t> seen;
   std::uint64_t dropped = 0;
@@ -77,10 +77,10 @@ class Twin final : public Module {
     d.out("a", a_);
     d.out("b", b_);
   }
-  Status step(const Step& step) noexcept override {
+  StepStatus step(const Step& step) noexcept override {
     a_.loan().number = step.number;
     b_.loan().number = step.number;
-    return step.number % 3 == 2 ? Status::stale : Status::ok;
+    return step.number % 3 == 2 ? StepStatus::stale : StepStatus::ok;
   }
 
  private:
@@ -94,11 +94,11 @@ class TwinReader final : public Module {
     d.in("a", a_);
     d.in("b", b_);
   }
-  Status step(const Step&) noexcept override {
-    if (!a_.get() || !b_.get()) return Status::stale;
+  StepStatus step(const Step&) noexcept override {
+    if (!a_.get() || !b_.get()) return StepStatus::stale;
     a_seen.push_back(a_.get()->number);
     b_seen.push_back(b_.get()->number);
-    return Status::ok;
+    return StepStatus::ok;
   }
   std::vector<std::uint32_t> a_seen, b_seen;
 
@@ -110,11 +110,11 @@ class Dice final : public Module {
  public:
   Dice() { thrown.reserve(1000); }
   void declare(Declaration& d) override { d.out("out", out_); }
-  Status step(const Step& step) noexcept override {
+  StepStatus step(const Step& step) noexcept override {
     const auto n = step.random.next_u32();
     thrown.push_back(n);
     out_.loan().number = n;
-    return Status::ok;
+    return StepStatus::ok;
   }
   std::vector<std::uint32_t> thrown;
 

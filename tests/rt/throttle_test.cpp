@@ -20,10 +20,10 @@ class Hungry final : public Module {
   static constexpr std::uint64_t kSteps = 250;
   Hungry(hal::Os& os, Duration throttle) : os_(os), throttle_(throttle) {}
   void declare(Declaration&) override {}
-  Status step(const Step& step) noexcept override {
+  StepStatus step(const Step& step) noexcept override {
     if (step.number >= kSteps) {
       full.store(true, std::memory_order_relaxed);
-      return Status::ok;
+      return StepStatus::ok;
     }
     const Time begin = os_.now();
     const Duration before = os_.thread_cpu_time();
@@ -31,7 +31,7 @@ class Hungry final : public Module {
     while (used < 12ms) used = os_.thread_cpu_time() - before;
     const Duration lost = os_.now() - begin - used;
     if (lost > throttle_ * 9 / 10 && lost < throttle_ * 11 / 10) frozen.store(true, std::memory_order_relaxed);
-    return Status::ok;
+    return StepStatus::ok;
   }
   std::atomic<bool> frozen{false}, full{false};
 

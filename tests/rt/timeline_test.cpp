@@ -170,11 +170,11 @@ TEST(Timeline, ASnapshotReachesBackAsFarAsItIsAsked) {
 class Zoned final : public Module {
  public:
   void declare(Declaration&) override {}
-  Status step(const Step& step) noexcept override {
+  StepStatus step(const Step& step) noexcept override {
     const Zone outer(step, "outer");
     steps.fetch_add(1);
     const Zone inner(step, "inner \"quoted\"");
-    return Status::ok;
+    return StepStatus::ok;
   }
   std::atomic<int> steps{0};
 };

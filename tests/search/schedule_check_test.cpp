@@ -14,7 +14,7 @@ using msg::Time;
 class Idle final : public rt::Module {
  public:
   void declare(rt::Declaration&) override {}
-  rt::Status step(const rt::Step&) noexcept override { return rt::Status::ok; }
+  rt::StepStatus step(const rt::Step&) noexcept override { return rt::StepStatus::ok; }
 };
 
 class ScheduleCheckTest : public ::testing::Test {

@@ -80,7 +80,7 @@ void hear_as_runtime(std::unique_ptr<hal::Stream> stream) {
   auto* image = new (memory.data()) msg::Image;
   image->set_bulk_capacity(1280 * 960 * 3);
   hal::ManualClock clock;
-  SimOptions options;
+  SimBoardOptions options;
   options.clock = &clock;
   std::string why;
   auto board = SimBoard::open(std::move(stream), options, why);

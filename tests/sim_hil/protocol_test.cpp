@@ -327,7 +327,7 @@ struct Outcome {
   std::string error;
 };
 Outcome feed(const std::vector<std::byte>& bytes, std::size_t chunk, Sender peer = Sender::plant) {
-  MessageReader reader(peer);
+  MessageReceiver reader(peer);
   Outcome outcome;
   for (std::size_t at = 0; at < bytes.size();) {
     auto space = reader.space();

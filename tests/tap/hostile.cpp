@@ -28,7 +28,7 @@
 #include "hal/linux/socket.hpp"
 #include "tap/frames.hpp"
 #include "tap/names.hpp"
-#include "tap/reader.hpp"
+#include "tap/segment_reader.hpp"
 #include "tap_graph.hpp"
 
 namespace sinew::tap {
@@ -176,7 +176,7 @@ bool is_torn(const Message& m) {
 }
 
 /// Reads everything and looks whether what is said to be whole is.
-void look(const Reader& reader, std::vector<std::byte>& copy, std::uint64_t& whole, std::uint64_t& overtaken) {
+void look(const SegmentReader& reader, std::vector<std::byte>& copy, std::uint64_t& whole, std::uint64_t& overtaken) {
   for (std::uint32_t t = 0; t < reader.topics().size(); ++t) {
     copy.resize(reader.bytes(t));
     const auto m = reader.newest(t);
@@ -193,7 +193,7 @@ void look(const Reader& reader, std::vector<std::byte>& copy, std::uint64_t& who
 
 int spin(double seconds) {
   const Mapped m = map(request_handle(open_socket(), "memory"));
-  const auto reader = Reader::open({m.data, m.size});
+  const auto reader = SegmentReader::open({m.data, m.size});
   if (!reader) broken("the directory is refused");
   std::uint64_t whole = 0, overtaken = 0;
   std::vector<std::byte> copy;
@@ -341,7 +341,7 @@ int sit(double seconds) {
     if (draw() % 3 == 0) send_frame(fd, R"({"request":"subscribe","topics":["counter.range"]})");
     if (draw() % 2 == 0) send_frame(fd, R"({"request":"status"})");
     const Mapped m = map(request_handle(fd, "memory"));
-    const auto reader = m.data ? Reader::open({m.data, m.size}) : hal::Result<Reader>(hal::Error{});
+    const auto reader = m.data ? SegmentReader::open({m.data, m.size}) : hal::Result<SegmentReader>(hal::Error{});
     for (std::uint32_t i = draw() % 100; reader && i > 0; --i) look(*reader, copy, whole, overtaken);
     if (draw() % 3 == 0) send_all(fd, "\x10\0\0", 3);
     if (m.data) ::munmap(m.data, m.size);

@@ -7,7 +7,7 @@
 #include "msg/image.hpp"
 #include "msg/sensors.hpp"
 #include "rt/commit.hpp"
-#include "tap/reader.hpp"
+#include "tap/segment_reader.hpp"
 
 namespace sinew::tap {
 namespace {
@@ -35,7 +35,7 @@ struct Memory {
   const std::byte* data() const { return reinterpret_cast<const std::byte*>(&segment->header()); }
 };
 
-std::uint64_t look_at_all(const Reader& reader) {
+std::uint64_t look_at_all(const SegmentReader& reader) {
   std::uint64_t sum = 0;
   for (std::uint32_t t = 0; t < reader.topics().size() && t < 64; ++t) {
     if (reader.bytes(t) > (1U << 20)) continue;
@@ -67,6 +67,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     std::memcpy(memory.get() + at % (original.bytes - 3), data + 4, 4);
   }
   // The end of the memory moves too: what lies behind it must not be touched.
-  const auto reader = Reader::open({memory.get(), original.bytes - (size & 4 ? 64 : 0)});
+  const auto reader = SegmentReader::open({memory.get(), original.bytes - (size & 4 ? 64 : 0)});
   return reader && look_at_all(*reader) == UINT64_MAX ? 1 : 0;
 }

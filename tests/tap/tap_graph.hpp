@@ -22,11 +22,11 @@ class Counter final : public rt::Module {
     d.param("label", label_);
   }
   void reset() override { count_ = 0; }
-  rt::Status step(const rt::Step& step) noexcept override {
+  rt::StepStatus step(const rt::Step& step) noexcept override {
     msg::RangeSample& r = out_.loan();
     r.stamp = step.now;
     r.range_m = gain_ * static_cast<double>(++count_) + static_cast<double>(offset_);
-    return rt::Status::ok;
+    return rt::StepStatus::ok;
   }
 
  private:
@@ -45,13 +45,13 @@ class Eye final : public rt::Module {
     d.in("range", in_);
     d.out("image", out_);
   }
-  rt::Status step(const rt::Step& step) noexcept override {
+  rt::StepStatus step(const rt::Step& step) noexcept override {
     msg::Image& image = out_.loan();
-    if (!in_.get() || !image.format_as(msg::PixelFormat::mono8, kWidth, kHeight)) return rt::Status::stale;
+    if (!in_.get() || !image.format_as(msg::PixelFormat::mono8, kWidth, kHeight)) return rt::StepStatus::stale;
     image.stamp = step.now;
     image.frame_number = ++frame_;
     std::fill_n(image.pixels(), kWidth * kHeight, static_cast<std::uint8_t>(frame_));
-    return rt::Status::ok;
+    return rt::StepStatus::ok;
   }
 
  private:
@@ -70,14 +70,14 @@ class Follower final : public rt::Module {
   hal::Status configure(rt::Setup& setup) override {
     return setup.narrow("height_m", {-100, 8000, {}, "what the barometer measures"});
   }
-  rt::Status step(const rt::Step& step) noexcept override {
-    if (in_.empty()) return rt::Status::stale;
-    if (in_.dropped() > 0 || in_.back().stamp < last_) return rt::Status::fault;
+  rt::StepStatus step(const rt::Step& step) noexcept override {
+    if (in_.empty()) return rt::StepStatus::stale;
+    if (in_.dropped() > 0 || in_.back().stamp < last_) return rt::StepStatus::fault;
     last_ = in_.back().stamp;
     msg::BaroSample& b = out_.loan();
     b.stamp = step.now;
     b.pressure_pa = in_.back().range_m + height_m_ + step.random.uniform();
-    return rt::Status::ok;
+    return rt::StepStatus::ok;
   }
 
  private:

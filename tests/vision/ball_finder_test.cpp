@@ -186,7 +186,7 @@ TEST(BallDetector, SaysWhereTheBallIsAndHowFarAway) {
   rt::ModuleRig rig(detector);
   // 1.5 m away, 210 px of focal length: 70 px to the right of the middle is atan(1/3).
   rig.put_image("image", message(picture(320, 240, {{159.5 + 70, 119.5, 9.8}}), msg::Time{5'000'000}));
-  ASSERT_EQ(rig.step(msg::Time{9'000'000}, 33ms), rt::Status::ok);
+  ASSERT_EQ(rig.step(msg::Time{9'000'000}, 33ms), rt::StepStatus::ok);
   const auto* s = rig.get<msg::BallSighting>("sighting");
   ASSERT_NE(s, nullptr);
   EXPECT_EQ(s->found, 1u);
@@ -203,10 +203,10 @@ TEST(BallDetector, WhatWouldBeTooFarAwayIsNoBall) {
   rt::ModuleRig rig(detector);
   rig.set("range_max_m", 3.0);
   rig.put_image("image", message(picture(320, 240, {{100, 100, 4}}), msg::Time{1}));  // 3.7 m
-  ASSERT_EQ(rig.step(msg::Time{2}, 33ms), rt::Status::ok);
+  ASSERT_EQ(rig.step(msg::Time{2}, 33ms), rt::StepStatus::ok);
   EXPECT_EQ(rig.get<msg::BallSighting>("sighting")->found, 0u);
   rig.put_image("image", message(picture(320, 240, {{100, 100, 6}}), msg::Time{3}));
-  ASSERT_EQ(rig.step(msg::Time{4}, 33ms), rt::Status::ok);
+  ASSERT_EQ(rig.step(msg::Time{4}, 33ms), rt::StepStatus::ok);
   EXPECT_EQ(rig.get<msg::BallSighting>("sighting")->found, 1u);
 }
 
@@ -214,7 +214,7 @@ TEST(BallDetector, AnImageWithoutABallIsASightingOfNothing) {
   BallDetector detector;
   rt::ModuleRig rig(detector);
   rig.put_image("image", message(picture(320, 240, {}), msg::Time{1}));
-  ASSERT_EQ(rig.step(msg::Time{2}, 33ms), rt::Status::ok);
+  ASSERT_EQ(rig.step(msg::Time{2}, 33ms), rt::StepStatus::ok);
   const auto* s = rig.get<msg::BallSighting>("sighting");
   ASSERT_NE(s, nullptr);
   EXPECT_EQ(s->found, 0u);
@@ -224,12 +224,12 @@ TEST(BallDetector, AnImageWithoutABallIsASightingOfNothing) {
 TEST(BallDetector, OldAndUselessImagesGiveNoMessage) {
   BallDetector detector;
   rt::ModuleRig rig(detector);
-  EXPECT_EQ(rig.step(msg::Time{1}, 33ms), rt::Status::stale);
+  EXPECT_EQ(rig.step(msg::Time{1}, 33ms), rt::StepStatus::stale);
   rig.put_image("image", message(picture(320, 240, {}), msg::Time{1}));
-  EXPECT_EQ(rig.step(msg::Time{2}, 33ms), rt::Status::ok);
-  EXPECT_EQ(rig.step(msg::Time{3}, 33ms), rt::Status::stale) << "the same image";
+  EXPECT_EQ(rig.step(msg::Time{2}, 33ms), rt::StepStatus::ok);
+  EXPECT_EQ(rig.step(msg::Time{3}, 33ms), rt::StepStatus::stale) << "the same image";
   rig.put_image("image", message(test::Pixels(PixelFormat::mono8, 320, 240), msg::Time{4}));
-  EXPECT_EQ(rig.step(msg::Time{5}, 33ms), rt::Status::fault);
+  EXPECT_EQ(rig.step(msg::Time{5}, 33ms), rt::StepStatus::fault);
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ TEST(PadDetector, SaysWhereThePadIs) {
   rt::ModuleRig rig(detector);
   const test::CameraPose pose{.height_m = 1.5, .right_m = -0.3, .down_m = 0.2};
   rig.put_image("image", pad_image(pose, Time{5'000'000}));
-  ASSERT_EQ(rig.step(Time{9'000'000}, 33ms), rt::Status::ok);
+  ASSERT_EQ(rig.step(Time{9'000'000}, 33ms), rt::StepStatus::ok);
   const auto* s = rig.get<msg::PadSighting>("sighting");
   ASSERT_NE(s, nullptr);
   const test::PadScene scene(pose, 320, 240);
@@ -45,7 +45,7 @@ TEST(PadDetector, AnImageWithoutAPadIsASightingOfNothing) {
   PadDetector detector;
   rt::ModuleRig rig(detector);
   rig.put_image("image", pad_image({.height_m = 1, .right_m = 4}, Time{1}));
-  ASSERT_EQ(rig.step(Time{2}, 33ms), rt::Status::ok);
+  ASSERT_EQ(rig.step(Time{2}, 33ms), rt::StepStatus::ok);
   const auto* s = rig.get<msg::PadSighting>("sighting");
   ASSERT_NE(s, nullptr);
   EXPECT_EQ(s->found, 0u);
@@ -56,18 +56,18 @@ TEST(PadDetector, AnImageWithoutAPadIsASightingOfNothing) {
 TEST(PadDetector, OldAndUselessImagesGiveNoMessage) {
   PadDetector detector;
   rt::ModuleRig rig(detector);
-  EXPECT_EQ(rig.step(Time{1}, 33ms), rt::Status::stale);
+  EXPECT_EQ(rig.step(Time{1}, 33ms), rt::StepStatus::stale);
   const ImageBuffer image = pad_image({}, Time{1});
   rig.put_image("image", image);
-  EXPECT_EQ(rig.step(Time{2}, 33ms), rt::Status::ok);
-  EXPECT_EQ(rig.step(Time{3}, 33ms), rt::Status::stale);  // the same image
+  EXPECT_EQ(rig.step(Time{2}, 33ms), rt::StepStatus::ok);
+  EXPECT_EQ(rig.step(Time{3}, 33ms), rt::StepStatus::stale);  // the same image
   EXPECT_EQ(rig.get<msg::PadSighting>("sighting"), nullptr);
   rig.put_image("image", ImageBuffer(PixelFormat::mono8, 64, 48));
-  EXPECT_EQ(rig.step(Time{4}, 33ms), rt::Status::fault);
+  EXPECT_EQ(rig.step(Time{4}, 33ms), rt::StepStatus::fault);
   ImageBuffer liar(PixelFormat::yuyv, 64, 48);
   liar->stride = 1;
   rig.put_image("image", liar);
-  EXPECT_EQ(rig.step(Time{5}, 33ms), rt::Status::fault);
+  EXPECT_EQ(rig.step(Time{5}, 33ms), rt::StepStatus::fault);
 }
 
 TEST(PadDetector, TheFocalLengthMayBeGivenInsteadOfTheFieldOfView) {
@@ -75,7 +75,7 @@ TEST(PadDetector, TheFocalLengthMayBeGivenInsteadOfTheFieldOfView) {
   rt::ModuleRig rig(detector);
   rig.set("fx_px", 420.0), rig.set("fy_px", 420.0), rig.set("cx_px", 100.0), rig.set("cy_px", 119.5);
   rig.put_image("image", pad_image({.height_m = 1}, Time{1}));
-  ASSERT_EQ(rig.step(Time{2}, 33ms), rt::Status::ok);
+  ASSERT_EQ(rig.step(Time{2}, 33ms), rt::StepStatus::ok);
   const auto* s = rig.get<msg::PadSighting>("sighting");
   EXPECT_NEAR(s->direction_optical.x / s->direction_optical.z, 59.5 / 420, 0.005);
   EXPECT_GT(s->range_m, 1.9);  // twice the focal length of the scene
@@ -100,10 +100,10 @@ TEST(MotionField, ReportsSpeedOfTheSecondImageOn) {
     MotionField field;
     rt::ModuleRig rig(field);
     rig.put_image("image", squares(0, Time{0}, format));
-    EXPECT_EQ(rig.step(Time{1}, 33ms), rt::Status::stale);
+    EXPECT_EQ(rig.step(Time{1}, 33ms), rt::StepStatus::stale);
     EXPECT_EQ(rig.get<msg::MotionField>("field"), nullptr);
     rig.put_image("image", squares(1, Time{33'000'000}, format));
-    ASSERT_EQ(rig.step(Time{33'000'001}, 33ms), rt::Status::ok);
+    ASSERT_EQ(rig.step(Time{33'000'001}, 33ms), rt::StepStatus::ok);
     const auto* m = rig.get<msg::MotionField>("field");
     ASSERT_NE(m, nullptr);
     EXPECT_EQ(m->interval_ns, 33'000'000);
@@ -111,7 +111,7 @@ TEST(MotionField, ReportsSpeedOfTheSecondImageOn) {
     EXPECT_NEAR(m->speed_x_px, 1, 0.15);
     EXPECT_NEAR(m->speed_y_px, 0, 0.05);
     rig.put_image("image", squares(3, Time{66'000'000}, format));
-    ASSERT_EQ(rig.step(Time{66'000'001}, 33ms), rt::Status::ok);
+    ASSERT_EQ(rig.step(Time{66'000'001}, 33ms), rt::StepStatus::ok);
     EXPECT_EQ(rig.get<msg::MotionField>("field")->moving, 1u);
   }
 }
@@ -121,9 +121,9 @@ TEST(MotionField, BinnedSpeedsAreInPixelsOfTheImage) {
   rt::ModuleRig rig(field);
   rig.set("bin", std::int64_t{2});
   rig.put_image("image", squares(0, Time{0}));
-  EXPECT_EQ(rig.step(Time{1}, 33ms), rt::Status::stale);
+  EXPECT_EQ(rig.step(Time{1}, 33ms), rt::StepStatus::stale);
   rig.put_image("image", squares(-2, Time{10}));
-  ASSERT_EQ(rig.step(Time{11}, 33ms), rt::Status::ok);
+  ASSERT_EQ(rig.step(Time{11}, 33ms), rt::StepStatus::ok);
   const auto* m = rig.get<msg::MotionField>("field");
   EXPECT_NEAR(m->speed_x_px, -2, 0.4);
   EXPECT_NEAR(m->x[100], -2, 0.6);
@@ -137,14 +137,14 @@ TEST(MotionField, StartsAgainAfterResetAndWhenTheSizeChanges) {
     rig.put_image("image", image);
     return rig.step(image->stamp, 33ms);
   };
-  EXPECT_EQ(step(squares(0, Time{1})), rt::Status::stale);
-  EXPECT_EQ(step(squares(0, Time{2})), rt::Status::ok);
+  EXPECT_EQ(step(squares(0, Time{1})), rt::StepStatus::stale);
+  EXPECT_EQ(step(squares(0, Time{2})), rt::StepStatus::ok);
   rig.reset();
-  EXPECT_EQ(step(squares(0, Time{3})), rt::Status::stale);
-  EXPECT_EQ(step(squares(0, Time{4}, PixelFormat::yuyv, 256)), rt::Status::stale);
-  EXPECT_EQ(step(squares(0, Time{5}, PixelFormat::yuyv, 256)), rt::Status::ok);
-  EXPECT_EQ(step(squares(0, Time{5}, PixelFormat::yuyv, 256)), rt::Status::fault);  // no time has passed
-  EXPECT_EQ(step(ImageBuffer(PixelFormat::rgb8, 64, 48)), rt::Status::fault);
+  EXPECT_EQ(step(squares(0, Time{3})), rt::StepStatus::stale);
+  EXPECT_EQ(step(squares(0, Time{4}, PixelFormat::yuyv, 256)), rt::StepStatus::stale);
+  EXPECT_EQ(step(squares(0, Time{5}, PixelFormat::yuyv, 256)), rt::StepStatus::ok);
+  EXPECT_EQ(step(squares(0, Time{5}, PixelFormat::yuyv, 256)), rt::StepStatus::fault);  // no time has passed
+  EXPECT_EQ(step(ImageBuffer(PixelFormat::rgb8, 64, 48)), rt::StepStatus::fault);
 }
 
 TEST(MotionField, ABinOfThreeIsRefusedInWords) {

@@ -52,9 +52,9 @@ TEST(MatView, AnExceptionOfOpenCvIsAFault) {
   const auto status = without_exceptions([] {
     cv::Mat empty, out;
     cv::cvtColor(empty, out, cv::COLOR_BGR2GRAY);  // throws
-    return rt::Status::ok;
+    return rt::StepStatus::ok;
   });
-  EXPECT_EQ(status, rt::Status::fault);
+  EXPECT_EQ(status, rt::StepStatus::fault);
 }
 
 /// Dark, with a bright disc and a smaller bright square.
@@ -80,7 +80,7 @@ TEST(ContourFinder, FindsTheLargestRegionAndWritesTheSmallImageIntoItsSlot) {
     ImageBuffer image = scene(format, 120, 90, 40);
     image->stamp = Time{7'000'000};
     rig.put_image("image", image);
-    ASSERT_EQ(rig.step(Time{8'000'000}, 33ms), rt::Status::ok);
+    ASSERT_EQ(rig.step(Time{8'000'000}, 33ms), rt::StepStatus::ok);
     const auto* report = rig.get<ContourReport>("report");
     ASSERT_NE(report, nullptr);
     EXPECT_EQ(report->contours, 2u);
@@ -105,7 +105,7 @@ TEST(ContourFinder, TakesTheDistortionOfTheLensOut) {
   rt::ModuleRig rig(finder, {.image_bytes = 320 * 240});
   rig.set("fx_px", kF), rig.set("fy_px", kF), rig.set("cx_px", kC), rig.set("cy_px", 119.5), rig.set("k1", -0.2);
   rig.put_image("image", scene(PixelFormat::mono8, kC + kF * 0.475, 119.5, 20));
-  ASSERT_EQ(rig.step(Time{1'000'000}, 33ms), rt::Status::ok);
+  ASSERT_EQ(rig.step(Time{1'000'000}, 33ms), rt::StepStatus::ok);
   EXPECT_NEAR(rig.get<ContourReport>("report")->largest_u_px, kC + kF * 0.5, 2);
 }
 
@@ -113,12 +113,12 @@ TEST(ContourFinder, PublishesNothingWhenItCannotWork) {
   ContourFinder finder;
   rt::ModuleRig rig(finder, {.image_bytes = 320 * 240});
   rig.image_capacity("small", 100);
-  EXPECT_EQ(rig.step(Time{1'000'000}, 33ms), rt::Status::stale);  // no image yet
+  EXPECT_EQ(rig.step(Time{1'000'000}, 33ms), rt::StepStatus::stale);  // no image yet
   rig.put_image("image", scene(PixelFormat::mono8, 100, 100, 20));
-  EXPECT_EQ(rig.step(Time{2'000'000}, 33ms), rt::Status::fault);  // the small image does not fit
+  EXPECT_EQ(rig.step(Time{2'000'000}, 33ms), rt::StepStatus::fault);  // the small image does not fit
   EXPECT_EQ(rig.get<ContourReport>("report"), nullptr);
   EXPECT_EQ(rig.get<msg::Image>("small"), nullptr);
-  EXPECT_EQ(rig.step(Time{3'000'000}, 33ms), rt::Status::stale);  // the same image again
+  EXPECT_EQ(rig.step(Time{3'000'000}, 33ms), rt::StepStatus::stale);  // the same image again
 }
 
 TEST(ContourFinder, IsDeclaredBestEffort) {

@@ -30,11 +30,11 @@ constexpr double kFactor = 2;  // either side: twice as good is a reference that
 class PaintedCamera final : public rt::Module {
  public:
   void declare(rt::Declaration& d) override { d.out("raw", image_); }
-  rt::Status step(const rt::Step& step) noexcept override {
+  rt::StepStatus step(const rt::Step& step) noexcept override {
     auto& image = image_.loan();
     image.stamp = step.now;
     image.frame_number = static_cast<std::uint32_t>(step.number);
-    if (!image.format_as(msg::PixelFormat::rgb8, kWidth, kHeight)) return rt::Status::fault;
+    if (!image.format_as(msg::PixelFormat::rgb8, kWidth, kHeight)) return rt::StepStatus::fault;
     const int cx = 60 + static_cast<int>(step.number % 200), cy = 120;
     for (int y = 0; y < static_cast<int>(kHeight); ++y) {
       std::uint8_t* pixel = image.row(static_cast<std::uint32_t>(y));
@@ -44,7 +44,7 @@ class PaintedCamera final : public rt::Module {
         pixel[0] = pad ? 230 : floor, pixel[1] = pad ? 110 : floor, pixel[2] = pad ? 20 : floor;
       }
     }
-    return rt::Status::ok;
+    return rt::StepStatus::ok;
   }
 
  private:
@@ -58,7 +58,7 @@ class Follower final : public rt::Module {
     d.in("sighting", sighting_);
     d.out("angle", angle_);
   }
-  rt::Status step(const rt::Step& step) noexcept override {
+  rt::StepStatus step(const rt::Step& step) noexcept override {
     const auto* seen = sighting_.get();
     if (seen && seen->found) {
       if (seen->stamp != last_) ++sightings, last_ = seen->stamp;
@@ -67,7 +67,7 @@ class Follower final : public rt::Module {
     auto& out = angle_.loan();
     out.stamp = step.now;
     out.range_m = angle_rad_;
-    return rt::Status::ok;
+    return rt::StepStatus::ok;
   }
   std::uint64_t sightings = 0;
 

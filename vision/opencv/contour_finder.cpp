@@ -23,9 +23,9 @@ void ContourFinder::declare(rt::Declaration& d) {
   d.param("threshold_grey", threshold_grey_, {.min = 0, .max = 255, .doc = "0: chosen by Otsu's method"});
 }
 
-rt::Status ContourFinder::step(const rt::Step&) noexcept {
+rt::StepStatus ContourFinder::step(const rt::Step&) noexcept {
   const msg::Image* image = image_.get();
-  if (image == nullptr || !image_.updated()) return rt::Status::stale;
+  if (image == nullptr || !image_.updated()) return rt::StepStatus::stale;
   return without_exceptions([&] { return work(*image); });
 }
 
@@ -69,8 +69,8 @@ void ContourFinder::make_maps(const cv::Size& size) {
     }
 }
 
-rt::Status ContourFinder::work(const msg::Image& image) {
-  if (!to_grey(image)) return rt::Status::fault;
+rt::StepStatus ContourFinder::work(const msg::Image& image) {
+  if (!to_grey(image)) return rt::StepStatus::fault;
   const bool correct = lens_.fx_px > 0 && lens_.fy_px > 0;
   if (correct && (grey_.size() != size_ || lens_ != made_for_)) make_maps(grey_.size());
   if (correct) cv::remap(grey_, straight_, map_x_, map_y_, cv::INTER_LINEAR);
@@ -79,17 +79,18 @@ rt::Status ContourFinder::work(const msg::Image& image) {
   const auto width = static_cast<std::uint32_t>(small_width_px_);
   const std::uint32_t height = image.height * width / image.width;
   msg::Image& out = small_.loan();
-  if (!out.format_as(msg::PixelFormat::mono8, width, height)) return rt::Status::fault;
+  if (!out.format_as(msg::PixelFormat::mono8, width, height)) return rt::StepStatus::fault;
   out.stamp = image.stamp, out.exposure_ns = image.exposure_ns, out.frame_number = image.frame_number;
   cv::Mat small = mat_view(out);
   cv::resize(straight, small, small.size(), 0, 0, cv::INTER_AREA);
-  if (small.data != out.pixels()) return rt::Status::fault;  // OpenCV took memory of its own: nothing is in the slot
+  if (small.data != out.pixels())
+    return rt::StepStatus::fault;  // OpenCV took memory of its own: nothing is in the slot
 
   const int kind = cv::THRESH_BINARY | (threshold_grey_ > 0 ? 0 : int{cv::THRESH_OTSU});
   cv::threshold(small, bright_, threshold_grey_, 255, kind);
   cv::findContours(bright_, contours_, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
   report(image, double(image.width) / width, double(image.height) / height);
-  return rt::Status::ok;
+  return rt::StepStatus::ok;
 }
 
 void ContourFinder::report(const msg::Image& image, double scale_x, double scale_y) {

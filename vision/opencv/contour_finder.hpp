@@ -39,7 +39,7 @@ class ContourFinder final : public rt::Module {
  public:
   void declare(rt::Declaration& d) override;
   void reset() override { size_ = {}; }
-  rt::Status step(const rt::Step& step) noexcept override;
+  rt::StepStatus step(const rt::Step& step) noexcept override;
 
  private:
   /// Radial and tangential distortion.
@@ -49,7 +49,7 @@ class ContourFinder final : public rt::Module {
     double k1 = 0, k2 = 0, p1 = 0, p2 = 0;
     bool operator==(const Lens&) const = default;
   };
-  rt::Status work(const msg::Image& image);
+  rt::StepStatus work(const msg::Image& image);
   bool to_grey(const msg::Image& image);
   void make_maps(const cv::Size& size);
   void report(const msg::Image& image, double scale_x, double scale_y);

@@ -37,11 +37,11 @@ class ReadOnlyMat {
 
 /// Runs a step's work that calls OpenCV: an exception of it (or of the memory) becomes a fault.
 template <class Work>
-rt::Status without_exceptions(const Work& work) noexcept {
+rt::StepStatus without_exceptions(const Work& work) noexcept {
   try {
     return work();
   } catch (...) {
-    return rt::Status::fault;
+    return rt::StepStatus::fault;
   }
 }
 

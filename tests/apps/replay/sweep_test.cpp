@@ -19,7 +19,7 @@ class Filter final : public rt::Module {
     d.param("mode", mode_);
     d.param("on", on_);
   }
-  rt::Status step(const rt::Step&) noexcept override { return rt::Status::ok; }
+  rt::StepStatus step(const rt::Step&) noexcept override { return rt::StepStatus::ok; }
 
  private:
   double gain_ = 1;

@@ -203,7 +203,7 @@ class FlightLog final : public rt::RunObserver {
   }
   void completed(const rt::StepRecord& r) noexcept override {
     if (r.module == guardian && guardian_steps.size() < guardian_steps.capacity()) guardian_steps.push_back(r.now);
-    if (r.module == battery && r.status == rt::Status::ok) battery_steps.push_back(r.now);
+    if (r.module == battery && r.status == rt::StepStatus::ok) battery_steps.push_back(r.now);
   }
   std::uint32_t guardian = 0, battery = 0;
   std::vector<Time> guardian_steps;

@@ -156,7 +156,8 @@ TEST(FlightAgain, OneBitOfAnInertialSampleIsNoticedWhereItWasUsed) {
   RecordedRun& f = flight();
   auto& entries = f.record->of(f.id("filter"));
   std::size_t at = entries.size() / 2;
-  while (entries[at].request || entries[at].step.status != rt::Status::ok || entries[at].in[0].messages.empty()) ++at;
+  while (entries[at].request || entries[at].step.status != rt::StepStatus::ok || entries[at].in[0].messages.empty())
+    ++at;
   auto* sample = static_cast<msg::ImuSample*>(const_cast<rt::SlotHeader*>(entries[at].in[0].messages[0])->message());
   const double right = sample->gyro_radps.y;
   sample->gyro_radps.y = std::bit_cast<double>(std::bit_cast<std::uint64_t>(right) ^ 1u << 20);

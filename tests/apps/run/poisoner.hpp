@@ -54,14 +54,14 @@ class Poisoner final : public rt::DriverModule {
     driver_->collect(now);
     if (raw && acts(now) && plan_.fault == Fault::too_fast) flood(now);
   }
-  rt::Status step(const rt::Step& step) noexcept override {
+  rt::StepStatus step(const rt::Step& step) noexcept override {
     const bool acting = acts(step.now);
-    if (acting && plan_.fault == Fault::failing) return rt::Status::fault;
+    if (acting && plan_.fault == Fault::failing) return rt::StepStatus::fault;
     if (acting && target_.input) spoil_raw(step);
     if (target_.input && target_.input->size() && !target_.type->has_bulk())
       std::memcpy(last_.data(), target_.input->header(0)->message(), last_.size());
-    const rt::Status status = inner_->step(step);
-    if (acting && target_.output && !target_.input && status == rt::Status::ok) spoil_output(step);
+    const rt::StepStatus status = inner_->step(step);
+    if (acting && target_.output && !target_.input && status == rt::StepStatus::ok) spoil_output(step);
     return status;
   }
 

@@ -13,7 +13,7 @@ import unittest
 
 LIMIT_S = 120  # of anything here, on a machine that is busy elsewhere, too
 SET_PARAM, ENABLE, DISABLE, SET_PERIOD = range(4)  # rt::Request::Kind
-STALE = 1  # rt::Status
+STALE = 1  # rt::StepStatus
 
 
 class ProofFlight(unittest.TestCase):

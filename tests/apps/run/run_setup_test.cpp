@@ -36,7 +36,7 @@ class Lens final : public rt::Module {
  public:
   void declare(rt::Declaration& d) override { d.param("gain", gain_, {.min = -1, .max = 1000}); }
   hal::Status configure(rt::Setup& setup) override { return setup.narrow("gain", {0, 100, -1, "device 'eye'"}); }
-  rt::Status step(const rt::Step&) noexcept override { return rt::Status::ok; }
+  rt::StepStatus step(const rt::Step&) noexcept override { return rt::StepStatus::ok; }
 
  private:
   double gain_ = -1;

@@ -31,9 +31,9 @@ std::vector<std::string> events() { return happened.all(); }
 class Ticker final : public rt::Module {
  public:
   void declare(rt::Declaration&) override {}
-  rt::Status step(const rt::Step&) noexcept override {
+  rt::StepStatus step(const rt::Step&) noexcept override {
     if (++steps_ == 1) happened.add("first step");
-    return rt::Status::ok;
+    return rt::StepStatus::ok;
   }
 
  private:

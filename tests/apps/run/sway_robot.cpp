@@ -20,7 +20,7 @@ class Sway final : public rt::Module {
     d.state(begin_);
   }
   void reset() override { begin_ = {}; }
-  rt::Status step(const rt::Step& step) noexcept override {
+  rt::StepStatus step(const rt::Step& step) noexcept override {
     if (begin_.ns == 0) begin_ = step.now;
     msg::ActuatorCommand& command = out_.loan();
     command.stamp = step.now;
@@ -28,7 +28,7 @@ class Sway final : public rt::Module {
     command.armed = 1;
     for (std::size_t i = 0; i < command.count; ++i)
       command.value[i] = middle_ + amplitude_ * std::sin(msg::seconds(step.now - begin_));
-    return rt::Status::ok;
+    return rt::StepStatus::ok;
   }
   rt::Out<msg::ActuatorCommand> out_;
   double channels_ = 1, amplitude_ = 0.3, middle_ = 0;

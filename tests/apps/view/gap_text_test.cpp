@@ -13,7 +13,7 @@ using namespace std::chrono_literals;
 class Idle final : public rt::Module {
  public:
   void declare(rt::Declaration&) override {}
-  rt::Status step(const rt::Step&) noexcept override { return rt::Status::ok; }
+  rt::StepStatus step(const rt::Step&) noexcept override { return rt::StepStatus::ok; }
 };
 
 class GapText : public ::testing::Test {

@@ -66,7 +66,7 @@ class CameraBoard final : public hal::EmptyBoard {
 struct Lending {
   explicit Lending(hal::V4l2SimCamera pretends = {}) : board(std::move(pretends)) {}
   /// One step, a millisecond after the last.
-  rt::Status step() { return rig.step(hal::Time{++now * 1'000'000}, 1ms); }
+  rt::StepStatus step() { return rig.step(hal::Time{++now * 1'000'000}, 1ms); }
   void rest() { rig.rest(hal::Time{++now * 1'000'000}); }
   /// Steps until the camera streams into so many lent slots.
   bool streams() {
@@ -92,7 +92,7 @@ TEST(CameraSourceLends, DriverFillsTheVerySlotThatSubscribersSee) {
   std::set<const void*> slots;
   for (std::uint32_t n = 1; n <= 50; ++n) {
     run.board.deliver(n);
-    ASSERT_EQ(run.step(), rt::Status::ok) << n;
+    ASSERT_EQ(run.step(), rt::StepStatus::ok) << n;
     const auto* image = run.rig.get<msg::Image>("raw");
     ASSERT_NE(image, nullptr);
     ASSERT_EQ(image->pixels(), run.board.sim.filled()) << "no byte was moved";
@@ -115,10 +115,10 @@ TEST(CameraSourceLends, FramesThatMeetNoSlotAreCountedAsLost) {
   for (std::uint32_t n = 1; n <= 6; ++n) {
     EXPECT_EQ(run.board.sim.deliver(*picture, hal::Time{1'000'000} + n * 33ms), n <= 4);
   }
-  EXPECT_EQ(run.step(), rt::Status::ok);
-  EXPECT_EQ(run.step(), rt::Status::ok);
+  EXPECT_EQ(run.step(), rt::StepStatus::ok);
+  EXPECT_EQ(run.step(), rt::StepStatus::ok);
   run.board.deliver(7);
-  EXPECT_EQ(run.step(), rt::Status::ok);
+  EXPECT_EQ(run.step(), rt::StepStatus::ok);
   EXPECT_EQ(run.rig.get<msg::Image>("raw")->frame_number, 6u);
   EXPECT_EQ(run.board.device->stats().lost, 2u);
 }
@@ -129,7 +129,7 @@ TEST(CameraSourceLends, UnpluggedAndPluggedInAgainTheCameraGoesOnWithTheSameSlot
   for (int round = 0; round < 10; ++round) {
     ASSERT_TRUE(run.streams()) << run.board.device->state();
     run.board.deliver(++n);
-    ASSERT_EQ(run.step(), rt::Status::ok);
+    ASSERT_EQ(run.step(), rt::StepStatus::ok);
     ASSERT_EQ(run.rig.all<msg::Image>("raw").size(), 1u) << "nothing comes twice";
     const auto* image = run.rig.get<msg::Image>("raw");
     EXPECT_EQ(image->pixels(), run.board.sim.filled());
@@ -140,7 +140,7 @@ TEST(CameraSourceLends, UnpluggedAndPluggedInAgainTheCameraGoesOnWithTheSameSlot
     last = image->frame_number;
     run.board.deliver(++n);  // filled, and never taken
     run.board.sim.unplug();
-    ASSERT_EQ(run.step(), rt::Status::stale);
+    ASSERT_EQ(run.step(), rt::StepStatus::stale);
     run.board.sim.plug_in();
   }
 }
@@ -160,7 +160,7 @@ TEST(CameraSourceLends, SwitchedOffItHasAllSlotsBackAndTheCameraStops) {
   run.board.sim.plug_in();
   ASSERT_TRUE(run.streams());
   run.board.deliver(1);
-  EXPECT_EQ(run.step(), rt::Status::ok);
+  EXPECT_EQ(run.step(), rt::StepStatus::ok);
 }  // and that nothing is held at the end, the rig looks
 
 TEST(CameraSourceLends, EndWhileTheCameraIsGoneGivesAllBack) {
@@ -173,9 +173,9 @@ TEST(CameraSourceLends, DriverWithoutUserPointersIsReadWithOnePass) {
   hal::V4l2SimCamera old;
   old.user_pointers = false;
   Lending run(old);
-  EXPECT_EQ(run.step(), rt::Status::stale);
+  EXPECT_EQ(run.step(), rt::StepStatus::stale);
   run.board.deliver(1);
-  ASSERT_EQ(run.step(), rt::Status::ok);
+  ASSERT_EQ(run.step(), rt::StepStatus::ok);
   EXPECT_NE(run.rig.get<msg::Image>("raw")->pixels(), run.board.sim.filled());
   EXPECT_THAT(run.board.device->path_of_pixels(),
               HasSubstr("pixels are copied once: the driver does not take memory of the caller (VIDIOC_REQBUFS: "));
@@ -185,7 +185,7 @@ TEST(CameraSourceLends, DriverThatRefusesTheSlotsAtTheLastMomentIsReadFromThenOn
   Lending run;
   ASSERT_TRUE(run.rig.configure());
   run.board.sim.refuse(VIDIOC_QBUF, EFAULT);
-  EXPECT_EQ(run.step(), rt::Status::stale);
+  EXPECT_EQ(run.step(), rt::StepStatus::stale);
   run.board.sim.refuse(VIDIOC_QBUF, 0);
   ASSERT_TRUE(eventually([&] {
     static_cast<void>(run.step());
@@ -193,7 +193,7 @@ TEST(CameraSourceLends, DriverThatRefusesTheSlotsAtTheLastMomentIsReadFromThenOn
   }));
   ASSERT_EQ(run.board.sim.mapped(), Lending::kBuffers);
   run.board.deliver(1);
-  ASSERT_TRUE(eventually([&] { return run.step() == rt::Status::ok; }));
+  ASSERT_TRUE(eventually([&] { return run.step() == rt::StepStatus::ok; }));
   EXPECT_EQ(run.board.device->path_of_pixels(),
             "pixels are copied once: the driver refuses the topic's memory (Bad address)");
 }
@@ -232,10 +232,10 @@ TEST(CameraSource, FramesBecomeMessagesInTheirOrder) {
   CameraBoard board;
   CameraSource source;
   rt::ModuleRig rig(source, {.board = &board});
-  EXPECT_EQ(rig.step({1'000'000}, 1ms), rt::Status::stale) << "nothing was delivered";
+  EXPECT_EQ(rig.step({1'000'000}, 1ms), rt::StepStatus::stale) << "nothing was delivered";
   ASSERT_TRUE(eventually([&] { return board.sim.streams(); }));
   board.deliver(1), board.deliver(2);
-  EXPECT_EQ(rig.step({2'000'000}, 1ms), rt::Status::ok);
+  EXPECT_EQ(rig.step({2'000'000}, 1ms), rt::StepStatus::ok);
   const auto all = rig.all<msg::Image>("raw");
   ASSERT_EQ(all.size(), 2u);
   EXPECT_EQ(all[0]->pixels()[0], 1);
@@ -248,10 +248,10 @@ TEST(CameraSource, StampsAreShiftedByTheCalibratedOffset) {
   CameraSource source;
   rt::ModuleRig rig(source, {.board = &board});
   rig.set("time_offset_ms", -12.5);
-  EXPECT_EQ(rig.step({1'000'000}, 1ms), rt::Status::stale) << "nothing was delivered";
+  EXPECT_EQ(rig.step({1'000'000}, 1ms), rt::StepStatus::stale) << "nothing was delivered";
   ASSERT_TRUE(eventually([&] { return board.sim.streams(); }));
   board.deliver(1);
-  ASSERT_EQ(rig.step({2'000'000}, 1ms), rt::Status::ok);
+  ASSERT_EQ(rig.step({2'000'000}, 1ms), rt::StepStatus::ok);
   EXPECT_EQ(rig.all<msg::Image>("raw")[0]->stamp, hal::Time{1'000'000} + 33ms - 12'500us);
 }
 
@@ -260,15 +260,15 @@ TEST(CameraSource, CameraThatIsGoneIsStaleAndComesBack) {
   CameraSource source;
   rt::ModuleRig rig(source, {.board = &board});
   board.sim.unplug();
-  EXPECT_EQ(rig.step({1'000'000}, 1ms), rt::Status::stale);
-  EXPECT_EQ(rig.step({2'000'000}, 1ms), rt::Status::stale);
+  EXPECT_EQ(rig.step({1'000'000}, 1ms), rt::StepStatus::stale);
+  EXPECT_EQ(rig.step({2'000'000}, 1ms), rt::StepStatus::stale);
   board.sim.plug_in();
   ASSERT_TRUE(eventually([&] {
     static_cast<void>(rig.step({3'000'000}, 1ms));
     return board.device->stats().reopens == 1 && board.sim.streams();
   }));
   board.deliver(3);
-  EXPECT_EQ(rig.step({3'000'000}, 1ms), rt::Status::ok);
+  EXPECT_EQ(rig.step({3'000'000}, 1ms), rt::StepStatus::ok);
 }
 
 TEST(CameraSource, ExposureAndGainReachTheDevice) {
@@ -399,13 +399,13 @@ TEST(CameraSourceRanges, ARecordedRunIsConfiguredAgainWithoutItsCamera) {
   ASSERT_TRUE(rig.configure()) << rig.problems()[0].allowed;
   EXPECT_EQ(rig.refusal("gain", 1e6), "") << "what the declaration takes";
   EXPECT_EQ(rig.refusal("exposure_us", 1e6), "");
-  EXPECT_EQ(rig.step({1'000'000}, 1ms), rt::Status::stale);
+  EXPECT_EQ(rig.step({1'000'000}, 1ms), rt::StepStatus::stale);
 }
 
 TEST(CameraSourceRanges, OfTheFirstOpeningStayWhenAnotherCameraComesBackAndTheDeviceComplains) {
   Ranges of([](auto&) {});
   of.board.sim.unplug();
-  ASSERT_EQ(of.rig.step({1'000'000}, 1ms), rt::Status::stale);
+  ASSERT_EQ(of.rig.step({1'000'000}, 1ms), rt::StepStatus::stale);
   of.board.sim.set_range("Gain", 0, 50);
   of.board.sim.plug_in();
   ASSERT_TRUE(eventually([&] {

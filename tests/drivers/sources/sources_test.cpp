@@ -35,7 +35,7 @@ TEST(SensorSource, EverySampleBecomesAMessageInItsOrder) {
   ImuSource source;
   rt::ModuleRig rig(source, {.board = &imu});
   imu.waiting = 3;
-  EXPECT_EQ(rig.step({1'000'000}, 1ms), rt::Status::ok);
+  EXPECT_EQ(rig.step({1'000'000}, 1ms), rt::StepStatus::ok);
   const auto all = rig.all<msg::ImuSample>("raw");
   ASSERT_EQ(all.size(), 3u);
   EXPECT_EQ(all[0]->stamp.ns, 1);
@@ -46,7 +46,7 @@ TEST(SensorSource, SilentDeviceIsStale) {
   FakeImu imu;
   ImuSource source;
   rt::ModuleRig rig(source, {.board = &imu});
-  EXPECT_EQ(rig.step({1'000'000}, 1ms), rt::Status::stale);
+  EXPECT_EQ(rig.step({1'000'000}, 1ms), rt::StepStatus::stale);
   EXPECT_EQ(imu.reads, 1);
 }
 
@@ -55,7 +55,7 @@ TEST(SensorSource, DeviceThatOnlyFailsIsReadOnceACycle) {
   imu.then = hal::Error{hal::Errc::bad_data, "broken"};
   ImuSource source;
   rt::ModuleRig rig(source, {.board = &imu});
-  EXPECT_EQ(rig.step({1'000'000}, 1ms), rt::Status::stale);
+  EXPECT_EQ(rig.step({1'000'000}, 1ms), rt::StepStatus::stale);
   EXPECT_EQ(imu.reads, 1) << "collect() is bounded, whatever the device says";
 }
 

@@ -21,11 +21,11 @@ class Sieve final : public rt::Module {
     d.out("out", out_);
     d.param("every", every_, {.min = 1, .max = 100});
   }
-  rt::Status step(const rt::Step&) noexcept override {
+  rt::StepStatus step(const rt::Step&) noexcept override {
     if (!in_.get() || !in_.updated() || in_.get()->number % static_cast<std::uint32_t>(every_) != 0)
-      return rt::Status::stale;
+      return rt::StepStatus::stale;
     out_.loan() = *in_.get();
-    return rt::Status::ok;
+    return rt::StepStatus::ok;
   }
 
  private:
@@ -44,14 +44,14 @@ class Follower final : public rt::Module {
     d.state(sum_);
   }
   void reset() override { sum_ = 0; }
-  rt::Status step(const rt::Step& step) noexcept override {
+  rt::StepStatus step(const rt::Step& step) noexcept override {
     const rt::Pair* latest = latest_.get();
     if (latest) sum_ += latest->value[0];
     rt::Pair& pair = out_.loan();
     pair.stamp = step.now;
     pair.number = latest ? latest->number : 0;
     pair.value = {latest ? latest->value[0] : 0, static_cast<double>(all_.size()), latest_.updated() ? 1.0 : 0.0, sum_};
-    return rt::Status::ok;
+    return rt::StepStatus::ok;
   }
 
  private:
@@ -100,7 +100,7 @@ struct ChainedRobot {
   /// `with`: is shown the graph before the replay.
   ReplayReport again(const ReplayOptions& options, const std::vector<Change>& changes = {},
                      const std::function<void(Reader&, rt::Graph&)>& with = {}) {
-    Problem problem;
+    FileProblem problem;
     auto reader = Reader::open(std::make_unique<MemoryInput>(disk.bytes), problem);
     EXPECT_TRUE(reader) << to_string(problem);
     rt::Robot other;

@@ -19,10 +19,10 @@ using ::testing::StartsWith;
 class Fails final : public rt::Module {
  public:
   void declare(rt::Declaration& d) override { d.param("at", at_); }
-  rt::Status step(const rt::Step& step) noexcept override {
+  rt::StepStatus step(const rt::Step& step) noexcept override {
     return step.number == static_cast<std::uint32_t>(at_) || step.number == static_cast<std::uint32_t>(at_) + 5
-               ? rt::Status::fault
-               : rt::Status::ok;
+               ? rt::StepStatus::fault
+               : rt::StepStatus::ok;
   }
 
  private:

@@ -13,7 +13,7 @@ LoggedStep some_step(std::uint32_t number) {
   s.thread = 3, s.module = 7, s.number = number, s.device_state = 0x80000001;
   s.release = {-5}, s.now = {number * 1000 + 1}, s.completed = {number * 1000 + 900};
   s.dt = rt::Duration{1000}, s.exec = rt::Duration{899};
-  s.status = rt::Status::stale;
+  s.status = rt::StepStatus::stale;
   s.timed_out = number % 2 == 1;
   s.inputs.resize(2);
   s.inputs[0].port = 1, s.inputs[0].updated = true, s.inputs[0].sequences = {0xFFFFFFFF, 0, 5};

@@ -11,12 +11,12 @@ namespace sinew::record {
 class Plan final : public rt::Module {
  public:
   void declare(rt::Declaration& d) override { d.out("out", out_); }
-  rt::Status step(const rt::Step& step) noexcept override {
-    if (step.number != 0) return rt::Status::ok;
+  rt::StepStatus step(const rt::Step& step) noexcept override {
+    if (step.number != 0) return rt::StepStatus::ok;
     rt::Pair& plan = out_.loan();
     plan.stamp = step.now;
     plan.value[0] = 42;
-    return rt::Status::ok;
+    return rt::StepStatus::ok;
   }
 
  private:
@@ -31,12 +31,12 @@ class Follows final : public rt::Module {
     d.out("out", out_);
     d.state(sum_);
   }
-  rt::Status step(const rt::Step& step) noexcept override {
-    if (!plan_.get()) return rt::Status::stale;
+  rt::StepStatus step(const rt::Step& step) noexcept override {
+    if (!plan_.get()) return rt::StepStatus::stale;
     rt::Pair& sum = out_.loan();
     sum.stamp = step.now;
     sum.value[0] = sum_ += plan_.get()->value[0];
-    return rt::Status::ok;
+    return rt::StepStatus::ok;
   }
 
  private:
@@ -92,7 +92,7 @@ class MidwayRobot : public RecordedRobot {
   }
   static void expect_it_says_what_is_in_it(const Bytes& file) {
     MemoryInput whole(file);
-    for (const Problem& p : check(whole)) ADD_FAILURE() << to_string(p);
+    for (const FileProblem& p : check(whole)) ADD_FAILURE() << to_string(p);
     const auto reader = read(file);
     const RunReview found = review(*reader);
     EXPECT_TRUE(found.ended);

@@ -15,12 +15,12 @@ class Numbers final : public rt::Module {
     d.state(count_);
   }
   void reset() override { count_ = 0; }
-  rt::Status step(const rt::Step& step) noexcept override {
+  rt::StepStatus step(const rt::Step& step) noexcept override {
     rt::Pair& pair = out_.loan();
     pair.stamp = step.now;
     pair.number = count_++;
     pair.value = {gain_, step.random.uniform(), 0, static_cast<double>(step.dt.count())};
-    return rt::Status::ok;
+    return rt::StepStatus::ok;
   }
 
  private:
@@ -37,15 +37,15 @@ class Sums final : public rt::Module {
     d.in("all", all_, {.depth = 4, .overflow = rt::Overflow::drop_newest, .optional = true});
     d.out("out", out_);
   }
-  rt::Status step(const rt::Step& step) noexcept override {
-    if (!latest_.get()) return rt::Status::stale;
+  rt::StepStatus step(const rt::Step& step) noexcept override {
+    if (!latest_.get()) return rt::StepStatus::stale;
     rt::Pair& pair = out_.loan();
     pair.stamp = step.now;
     pair.number = all_.dropped();
     for (const rt::Pair& p : all_) pair.value[0] += p.value[1];
     pair.value[1] = latest_.get()->value[1];
     pair.value[2] = latest_.updated();
-    return rt::Status::ok;
+    return rt::StepStatus::ok;
   }
 
  private:
@@ -59,13 +59,13 @@ class Pictures final : public rt::Module {
  public:
   static constexpr std::uint32_t kBytes = 64 * 48;
   void declare(rt::Declaration& d) override { d.out("image", out_); }
-  rt::Status step(const rt::Step& step) noexcept override {
+  rt::StepStatus step(const rt::Step& step) noexcept override {
     msg::Image& image = out_.loan();
-    if (!image.format_as(msg::PixelFormat::mono8, 64, 48)) return rt::Status::fault;
+    if (!image.format_as(msg::PixelFormat::mono8, 64, 48)) return rt::StepStatus::fault;
     image.stamp = step.now;
     image.frame_number = step.number;
     for (std::uint32_t i = 0; i < kBytes; ++i) image.pixels()[i] = static_cast<std::uint8_t>(i + step.number);
-    return rt::Status::ok;
+    return rt::StepStatus::ok;
   }
 
  private:
@@ -76,7 +76,9 @@ class Pictures final : public rt::Module {
 class Looks final : public rt::Module {
  public:
   void declare(rt::Declaration& d) override { d.in("image", in_); }
-  rt::Status step(const rt::Step&) noexcept override { return in_.get() ? rt::Status::ok : rt::Status::stale; }
+  rt::StepStatus step(const rt::Step&) noexcept override {
+    return in_.get() ? rt::StepStatus::ok : rt::StepStatus::stale;
+  }
 
  private:
   rt::In<msg::Image> in_;

@@ -64,7 +64,7 @@ class RecordedRobot : public ::testing::Test {
   }
 
   static std::unique_ptr<Reader> read(const Bytes& bytes) {
-    Problem why;
+    FileProblem why;
     auto reader = Reader::open(std::make_unique<MemoryInput>(bytes), why);
     EXPECT_TRUE(reader) << to_string(why);
     return reader;

@@ -65,7 +65,7 @@ void read_all(Reader& reader) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static Robot robot;
   const auto bytes = std::as_bytes(std::span(data, size));
-  Problem problem;
+  FileProblem problem;
   const auto reader = Reader::open(std::make_unique<MemoryInput>(bytes), problem);
   if (!reader) return 0;
   read_all(*reader);

@@ -37,7 +37,7 @@ class Recorded : public RecordedRobot {
   }
   std::unique_ptr<Reader> read(unsigned part = 0) {
     MemoryInput again(disks.at(part)->bytes);
-    for (const Problem& p : check(again)) ADD_FAILURE() << to_string(p);
+    for (const FileProblem& p : check(again)) ADD_FAILURE() << to_string(p);
     return RecordedRobot::read(part);
   }
   template <class F>
@@ -138,7 +138,7 @@ TEST_F(Recorded, TheBeginningSaysWhatRan) {
   std::map<std::string, Texts> metadata;
   for (const MetadataIndex& index : reader->metadata()) {
     Metadata m;
-    Problem why;
+    FileProblem why;
     ASSERT_TRUE(reader->read(index, m, why)) << to_string(why);
     metadata[m.name] = m.values;
   }
@@ -151,7 +151,7 @@ TEST_F(Recorded, TheBeginningSaysWhatRan) {
   EXPECT_EQ(metadata["sinew.verdict"]["looks"], "replayable");
   ASSERT_EQ(reader->attachments().size(), 1u);
   Attachment a;
-  Problem why;
+  FileProblem why;
   ASSERT_TRUE(reader->read(reader->attachments()[0], a, why));
   EXPECT_EQ(a.data, "text of the robot file");
   for (const auto& [id, channel] : reader->channels()) {

@@ -104,7 +104,7 @@ class Gauge final : public rt::DriverModule {
  public:
   void declare(rt::Declaration& d) override { d.raw("raw", raw_); }
   void collect(rt::Time now) noexcept override { raw_.loan()->stamp = now; }
-  rt::Status step(const rt::Step&) noexcept override { return rt::Status::ok; }
+  rt::StepStatus step(const rt::Step&) noexcept override { return rt::StepStatus::ok; }
 
  private:
   rt::Raw<rt::Pair> raw_;
@@ -261,7 +261,7 @@ TEST(RunReview, AnyOtherFileIsNoRun) {
   Disk disk;
   auto writer = Writer::open(std::make_unique<MemoryOutput>(disk), {});
   ASSERT_TRUE((*writer)->finish());
-  Problem why;
+  FileProblem why;
   EXPECT_FALSE(review(*Reader::open(std::make_unique<MemoryInput>(disk.bytes), why)).is_run);
 }
 

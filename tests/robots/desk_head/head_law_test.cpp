@@ -250,7 +250,7 @@ struct Rig {
     joints.count = 2;
     joints.position_rad = {0.2, 0.1};
   }
-  rt::Status step() {
+  rt::StepStatus step() {
     rig.put("state", nav);
     rig.put("joints", joints);
     return rig.step(Time{2'000'000}, 1ms);
@@ -259,7 +259,7 @@ struct Rig {
 
 TEST(HeadFollower, CommandsTwoPositionsWithTheStampOfTheEstimate) {
   Rig r;
-  ASSERT_EQ(r.step(), rt::Status::ok);
+  ASSERT_EQ(r.step(), rt::StepStatus::ok);
   const auto* c = r.rig.get<msg::ActuatorCommand>("command");
   ASSERT_NE(c, nullptr);
   EXPECT_EQ(c->count, 2u);
@@ -273,22 +273,22 @@ TEST(HeadFollower, OldOrUnusableInputsGiveNoCommand) {
     change(r);
     return r.step();
   };
-  EXPECT_EQ(status([](Rig& r) { r.nav.attitude_valid = 0; }), rt::Status::stale);
-  EXPECT_EQ(status([](Rig& r) { r.joints.stamp = Time{-30'000'000}; }), rt::Status::stale);
-  EXPECT_EQ(status([](Rig& r) { r.joints.position_rad[0] = math::kInf; }), rt::Status::fault);
-  EXPECT_EQ(status([](Rig& r) { r.joints.velocity_radps[0] = 1e9; }), rt::Status::fault);
-  EXPECT_EQ(status([](Rig& r) { r.joints.count = 3; }), rt::Status::fault);
-  EXPECT_EQ(status([](Rig& r) { r.nav.q_world_base.w = 5; }), rt::Status::fault);
-  EXPECT_EQ(status([](Rig& r) { r.nav.gyro_radps.x = math::kInf; }), rt::Status::fault);
+  EXPECT_EQ(status([](Rig& r) { r.nav.attitude_valid = 0; }), rt::StepStatus::stale);
+  EXPECT_EQ(status([](Rig& r) { r.joints.stamp = Time{-30'000'000}; }), rt::StepStatus::stale);
+  EXPECT_EQ(status([](Rig& r) { r.joints.position_rad[0] = math::kInf; }), rt::StepStatus::fault);
+  EXPECT_EQ(status([](Rig& r) { r.joints.velocity_radps[0] = 1e9; }), rt::StepStatus::fault);
+  EXPECT_EQ(status([](Rig& r) { r.joints.count = 3; }), rt::StepStatus::fault);
+  EXPECT_EQ(status([](Rig& r) { r.nav.q_world_base.w = 5; }), rt::StepStatus::fault);
+  EXPECT_EQ(status([](Rig& r) { r.nav.gyro_radps.x = math::kInf; }), rt::StepStatus::fault);
 }
 
 TEST(HeadFollower, AJointThatIsPoweredUpLaterIsWaitedFor) {
   Rig r;
   r.joints.position_rad[1] = math::kNan;
-  for (int i = 0; i < 100; ++i) ASSERT_EQ(r.step(), rt::Status::stale) << "faults in a row would stop the module";
+  for (int i = 0; i < 100; ++i) ASSERT_EQ(r.step(), rt::StepStatus::stale) << "faults in a row would stop the module";
   EXPECT_EQ(r.rig.get<msg::ActuatorCommand>("command"), nullptr);
   r.joints.position_rad[1] = 0.1;
-  EXPECT_EQ(r.step(), rt::Status::ok);
+  EXPECT_EQ(r.step(), rt::StepStatus::ok);
 }
 
 }  // namespace

@@ -14,7 +14,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using msg::Time;
-using rt::Status;
+using rt::StepStatus;
 
 msg::NavState nav_at(Time t) {
   msg::NavState n;
@@ -28,7 +28,7 @@ msg::NavState nav_at(Time t) {
 class PilotSwitchTest : public ::testing::Test {
  protected:
   /// One step 5 ms later, with what is set.
-  Status step() {
+  StepStatus step() {
     now = now + 5ms;
     if (hears) {
       rc.stamp = now;
@@ -68,7 +68,7 @@ class PilotSwitchTest : public ::testing::Test {
 
 TEST_F(PilotSwitchTest, TheMissionsSetpointPassesAsItIs) {
   mission.q_world_base = math::Quat::from_yaw_pitch_roll({1, 0.1, -0.2}).to<msg::Quat>();
-  ASSERT_EQ(step(), Status::ok);
+  ASSERT_EQ(step(), StepStatus::ok);
   ASSERT_TRUE(attitude());
   EXPECT_EQ(attitude()->q_world_base, mission.q_world_base);
   EXPECT_EQ(attitude()->thrust_n, 11);
@@ -83,7 +83,7 @@ TEST_F(PilotSwitchTest, SticksFlyAfterTakingOver) {
   take_over();
   rc.channel[0] = 0.5;  // right
   rc.channel[1] = 1;    // forward
-  ASSERT_EQ(step(), Status::ok);
+  ASSERT_EQ(step(), StepStatus::ok);
   ASSERT_TRUE(attitude());
   EXPECT_EQ(switches().take_over, 1u);
   EXPECT_NEAR(angles().roll, 0.225, 1e-9) << "leans right";
@@ -154,7 +154,7 @@ TEST_F(PilotSwitchTest, WithoutALinkTheMissionFliesOn) {
 
 TEST_F(PilotSwitchTest, NobodyIsHeardBeforeTheFirstSample) {
   hears = false;
-  ASSERT_EQ(step(), Status::ok);
+  ASSERT_EQ(step(), StepStatus::ok);
   EXPECT_EQ(switches().lost, 1u);
   EXPECT_EQ(attitude()->thrust_n, 11) << "whether that may fly is the guardian's matter";
 }
@@ -186,7 +186,7 @@ TEST_F(PilotSwitchTest, ThePilotsMotorsStayArmedWhenTheMissionGivesUp) {
 TEST_F(PilotSwitchTest, WithoutAStateNobodyFlies) {
   has_state = false;
   take_over();
-  EXPECT_EQ(step(), Status::ok);
+  EXPECT_EQ(step(), StepStatus::ok);
   EXPECT_FALSE(attitude()) << "neither pilot nor mission: the lease runs out";
   EXPECT_EQ(switches().take_over, 1u) << "but the switches are told";
 }
@@ -209,7 +209,7 @@ TEST_F(PilotSwitchTest, ChannelsAreTheUsersChoice) {
   rc.channel[8] = 1;
   rc.stamp = now;
   other.put("rc", rc);
-  ASSERT_EQ(other.step(now, 5ms), Status::ok);
+  ASSERT_EQ(other.step(now, 5ms), StepStatus::ok);
   EXPECT_EQ(other.get<msg::PilotSwitches>("switches")->kill, 1u);
 }
 

@@ -7,8 +7,8 @@ namespace {
 using hal::Errc;
 using hal::system_os;
 
-SimOptions free_running() {
-  SimOptions o;
+SimBoardOptions free_running() {
+  SimBoardOptions o;
   o.mode = Mode::free_running;
   o.clock = &system_os();
   o.os = &system_os();
@@ -55,7 +55,7 @@ class HalfClock final : public hal::Clock {
 
 TEST(SimFreeRunning, SlowerPlantIsFollowedOnASlowerClock) {
   HalfClock half;
-  SimOptions options = free_running();
+  SimBoardOptions options = free_running();
   options.clock = &half;
   options.rate = 0.5;
   Time zero, zero_half;
@@ -79,7 +79,7 @@ TEST(SimFreeRunning, SlowerPlantIsFollowedOnASlowerClock) {
 }
 
 TEST(SimFreeRunning, OverflowOfAQueueIsCountedAndTheNewestThatFitRemain) {
-  SimOptions options = free_running();
+  SimBoardOptions options = free_running();
   options.sensor_depth = 4;  // the queue behind it holds 16
   Rig rig(
       [](PlantLink& plant) {
@@ -109,7 +109,7 @@ TEST(SimFreeRunning, OverflowOfAQueueIsCountedAndTheNewestThatFitRemain) {
 
 TEST(SimFreeRunning, ManySamplesPassInOrderWithoutLoss) {
   constexpr int kSamples = 20000;
-  SimOptions options = free_running();
+  SimBoardOptions options = free_running();
   options.sensor_depth = 4096;
   std::atomic<int> taken{0};
   Rig rig(
@@ -220,7 +220,7 @@ TEST(SimFreeRunning, ConnectionLostMidRunEndsTheRun) {
 }
 
 TEST(SimFreeRunning, SampleThatArrivesLongAfterItWasReadyIsLate) {
-  SimOptions options = free_running();
+  SimBoardOptions options = free_running();
   options.late_after = 100ms;
   Rig rig(
       [](PlantLink& plant) {
@@ -322,7 +322,7 @@ class SimFreeCamera : public testing::TestWithParam<bool> {};
 
 TEST_P(SimFreeCamera, FramesArriveWholeWhileThePlantGoesOn) {
   constexpr std::uint32_t kFrames = 200;
-  SimOptions options = free_running();
+  SimBoardOptions options = free_running();
   options.accepts_shared_memory = GetParam();
   std::atomic<std::uint32_t> taken{0};
   Rig rig(

@@ -226,7 +226,7 @@ TEST(SimLockstep, ConnectionLostMidRunIsClosedNotAHang) {
 }
 
 TEST(SimLockstep, SilentPlantTimesOut) {
-  SimOptions options;
+  SimBoardOptions options;
   options.patience = 20ms;
   Rig rig([](PlantLink& plant) { static_cast<void>(plant.wait_start()); }, options);  // never grants
   const auto end = rig.board->next_grant({});
@@ -259,7 +259,7 @@ TEST(SimLockstep, SampleAfterTheGrantThatPromisedItIsLate) {
 }
 
 TEST(SimLockstep, FullDeviceDropsTheOldestAndCountsThem) {
-  SimOptions options;
+  SimBoardOptions options;
   options.sensor_depth = 3;
   Rig rig(
       [](PlantLink& plant) {
@@ -304,7 +304,7 @@ TEST(SimLockstep, QueueThatOverflowsWithinOneGrantIsCounted) {
 TEST(SimLockstep, TruthAndReportReachTheReportOnly) {
   std::vector<double> heights;
   std::string report;
-  SimOptions options;
+  SimBoardOptions options;
   options.on_truth = [&](Time, const Truth& t) { heights.push_back(t.p_world_m.z); };
   options.on_report = [&](const std::string& json) { report = json; };
   Rig rig(
@@ -333,8 +333,8 @@ void send_frame(PlantLink& plant, std::uint32_t number, Duration stamp) {
 
 class SimCameraPath : public testing::TestWithParam<bool> {
  protected:
-  SimOptions options() {
-    SimOptions o;
+  SimBoardOptions options() {
+    SimBoardOptions o;
     o.accepts_shared_memory = GetParam();
     return o;
   }
@@ -454,7 +454,7 @@ class Scripted {
   hal::Result<Time> run() {
     auto stream = std::make_unique<MemoryStream>(std::vector(writer.pending().begin(), writer.pending().end()), 100);
     wire = stream.get();
-    SimOptions options;
+    SimBoardOptions options;
     options.clock = &clock;
     auto opened = SimBoard::open(std::move(stream), options, why);
     if (!opened) return opened.error();
@@ -533,7 +533,7 @@ TEST(SimBoardRefuses, APlantOfAnotherVersion) {
   welcome.version = 3, welcome.step = 1ms, welcome.plant = "future";
   ASSERT_TRUE(w.add(Type::welcome, 0, Time{}, welcome));
   hal::ManualClock clock;
-  SimOptions options;
+  SimBoardOptions options;
   options.clock = &clock;
   std::string why;
   auto board =
@@ -546,7 +546,7 @@ TEST(SimBoardRefuses, APlantThatRefuses) {
   MessageWriter w(4096);
   ASSERT_TRUE(w.add_text(Type::bye, Time{}, "busy with another robot"));
   hal::ManualClock clock;
-  SimOptions options;
+  SimBoardOptions options;
   options.clock = &clock;
   std::string why;
   auto board =

@@ -81,7 +81,7 @@ class Bell final : public hal::Wake {
 class Rig {
  public:
   using Body = std::function<void(PlantLink&)>;
-  explicit Rig(Body plant, SimOptions options = {}, PlantDescription description = small_plant()) {
+  explicit Rig(Body plant, SimBoardOptions options = {}, PlantDescription description = small_plant()) {
     auto ends = hal::stream_pair();
     EXPECT_TRUE(ends);
     plant_stream_ = std::move(ends->second);

@@ -186,7 +186,7 @@ class ScriptedRuntime {
   }
 
   std::unique_ptr<hal::Stream> stream_;
-  sim_hil::MessageReader reader_;
+  sim_hil::MessageReceiver reader_;
   sim_hil::MessageWriter writer_;
   sim_hil::Hello hello_;
   std::unique_ptr<hal::SharedMemory> memory_;

@@ -63,7 +63,7 @@ inline void say_hello(hal::Stream& stream, const Hello& hello = {}) {
 
 /// The type of the next message; of a Bye its words.
 inline std::string next_word(hal::Stream& stream) {
-  MessageReader in(Sender::plant);
+  MessageReceiver in(Sender::plant);
   Message message;
   for (;;) {
     auto next = in.next(message);

@@ -83,7 +83,7 @@ TEST(PlantListener, SideLineThatBreaksTheProtocolHearsWhy) {
   hello.mode = Mode::side_line;
   ASSERT_TRUE(out.add(Type::hello, 0, Time{}, hello) && out.add(Type::start, 0, Time{}));
   ASSERT_TRUE(stream->write(out.pending()));
-  MessageReader in(Sender::plant);
+  MessageReceiver in(Sender::plant);
   Message message;
   std::string words;
   while (words.empty()) {
@@ -130,7 +130,7 @@ TEST(SideLine, PlantThatDoesNotAnswerIsATimeoutAndTheStopHasBeenSent) {
   auto line = SideLine::open(std::move(ends->first), "parent", 20ms, why);
   ASSERT_TRUE(line) << why;
   EXPECT_EQ((*line)->stop().error().code, Errc::timeout);
-  MessageReader in(Sender::runtime);
+  MessageReceiver in(Sender::runtime);
   auto n = plant.read(in.space());
   ASSERT_TRUE(n);
   in.filled(*n);

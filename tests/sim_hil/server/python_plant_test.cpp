@@ -79,7 +79,7 @@ Flight fly(const std::string& kind, std::uint64_t seed) {
   EXPECT_TRUE(stream) << plant.endpoint;
   if (!stream) return flight;
   hal::ManualClock clock;
-  SimOptions options;
+  SimBoardOptions options;
   options.clock = &clock;
   options.seed = seed;
   options.on_report = [&](const std::string& json) { flight.report = json; };
@@ -138,7 +138,7 @@ TEST(PythonPlant, RefusesWhatItCannotServeInWords) {
   MessageWriter writer(4096);
   ASSERT_TRUE(writer.add(Type::hello, 0, Time{}, free));
   ASSERT_TRUE((*stream)->write(writer.pending()));
-  MessageReader reader(Sender::plant);
+  MessageReceiver reader(Sender::plant);
   Message m;
   while (!*reader.next(m)) {
     auto n = (*stream)->read(reader.space());

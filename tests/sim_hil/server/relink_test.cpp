@@ -38,8 +38,8 @@ class ReturningPlant {
   std::unique_ptr<hal::Thread> thread_;
 };
 
-SimOptions coming_back(Connect connect, Duration relink_for = kLong) {
-  SimOptions o;
+SimBoardOptions coming_back(Connect connect, Duration relink_for = kLong) {
+  SimBoardOptions o;
   o.mode = Mode::free_running;
   o.clock = &system_os();
   o.os = &system_os();
@@ -49,7 +49,7 @@ SimOptions coming_back(Connect connect, Duration relink_for = kLong) {
   return o;
 }
 
-std::unique_ptr<SimBoard> meet(const SimOptions& options) {
+std::unique_ptr<SimBoard> meet(const SimBoardOptions& options) {
   std::string why;
   auto stream = options.connect();
   EXPECT_TRUE(stream);
@@ -326,7 +326,7 @@ TEST(SimRemote, StampsOfADriftingClockLieWithinTheBoundOfTheExchanges) {
 
 TEST(SimRemote, PlantWithoutSideLinesKeepsTheFirstOffsetAndAGrowingBound) {
   RemotePlant plant(false);
-  SimOptions options = coming_back(plant.connect());
+  SimBoardOptions options = coming_back(plant.connect());
   const auto board = meet(options);
   ASSERT_TRUE(board->start());
   const Duration first = board->stats().clock.worst_bound;

@@ -150,7 +150,7 @@ TEST_F(LibcameraOnKernel, FramesGoThroughAGraphAndAreWhatTheSlotHolds) {
   const Time deadline = system_os().now() + 20s;
   while (messages < 10 && system_os().now() < deadline) {
     system_os().sleep_until(system_os().now() + 5ms);
-    if (rig.step(system_os().now(), 5ms) != rt::Status::ok) continue;
+    if (rig.step(system_os().now(), 5ms) != rt::StepStatus::ok) continue;
     for (const msg::Image* image : rig.all<msg::Image>("raw")) {
       EXPECT_EQ(image->bulk_used(), 480u * 360 * 3);
       if (messages++ > 0) {

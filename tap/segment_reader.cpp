@@ -1,4 +1,4 @@
-#include "tap/reader.hpp"
+#include "tap/segment_reader.hpp"
 
 #include <bit>
 #include <cstring>
@@ -22,8 +22,8 @@ std::string text_of(const char (&name)[N]) {
 
 }  // namespace
 
-hal::Result<Reader> Reader::open(std::span<const std::byte> memory) {
-  Reader reader(memory);
+hal::Result<SegmentReader> SegmentReader::open(std::span<const std::byte> memory) {
+  SegmentReader reader(memory);
   if (auto read = reader.read_directory(); !read) return read.error();
   return reader;
 }
@@ -35,7 +35,7 @@ static bool lies_within(std::span<const std::byte> memory, std::uint64_t offset,
   return count <= (memory.size() - offset) / size;
 }
 
-hal::Status Reader::read_directory() {
+hal::Status SegmentReader::read_directory() {
   rt::SegmentHeader header;
   if (memory_.size() < sizeof header || reinterpret_cast<std::uintptr_t>(memory_.data()) % 64 != 0)
     return bad("memory of the topics: too small", static_cast<std::int64_t>(memory_.size()));
@@ -59,7 +59,8 @@ hal::Status Reader::read_directory() {
   return {};
 }
 
-hal::Status Reader::read_topic(const rt::TopicEntry& e, std::uint32_t index, std::span<const rt::WriterEntry> writers) {
+hal::Status SegmentReader::read_topic(const rt::TopicEntry& e, std::uint32_t index,
+                                      std::span<const rt::WriterEntry> writers) {
   const auto fits = [this](std::uint64_t offset, std::uint64_t count, std::uint64_t size, std::uint64_t align) {
     return lies_within(memory_, offset, count, size, align);
   };
@@ -85,18 +86,18 @@ hal::Status Reader::read_topic(const rt::TopicEntry& e, std::uint32_t index, std
   return {};
 }
 
-std::optional<std::uint32_t> Reader::find(std::string_view name) const {
+std::optional<std::uint32_t> SegmentReader::find(std::string_view name) const {
   for (std::uint32_t t = 0; t < topics_.size(); ++t)
     if (topics_[t].name == name) return t;
   return std::nullopt;
 }
 
-std::uint32_t Reader::load(std::size_t offset, std::memory_order order) const {
+std::uint32_t SegmentReader::load(std::size_t offset, std::memory_order order) const {
   return reinterpret_cast<const rt::StdAtomics::Word*>(memory_.data() + offset)->load(order);
 }
 
 /// As rt/latch.cpp reads a commit: number, record, number in front of the record.
-std::optional<std::uint32_t> Reader::newest_sequence(const Place& p) const {
+std::optional<std::uint32_t> SegmentReader::newest_sequence(const Place& p) const {
   using A = rt::StdAtomics;
   for (int i = 0; i < kTries; ++i) {
     const std::uint32_t n = load(p.number, A::kNumberLoad);
@@ -107,7 +108,7 @@ std::optional<std::uint32_t> Reader::newest_sequence(const Place& p) const {
   return std::nullopt;
 }
 
-std::optional<Message> Reader::at(std::uint32_t topic, std::uint32_t sequence) const {
+std::optional<Message> SegmentReader::at(std::uint32_t topic, std::uint32_t sequence) const {
   const Place& p = places_[topic];
   const std::uint32_t slot = load(p.ring + 4 * std::size_t{sequence & p.ring_mask}, std::memory_order_relaxed);
   if (slot >= p.slot_count) return std::nullopt;  // nothing there yet, or not a slot at all
@@ -116,7 +117,7 @@ std::optional<Message> Reader::at(std::uint32_t topic, std::uint32_t sequence) c
   return Message{topic, sequence, reinterpret_cast<const rt::SlotHeader*>(memory_.data() + place)};
 }
 
-std::optional<Message> Reader::newest(std::uint32_t topic) const {
+std::optional<Message> SegmentReader::newest(std::uint32_t topic) const {
   for (int i = 0; i < kTries; ++i) {
     const auto last = newest_sequence(places_[topic]);
     if (!last || *last == first_sequence_ - 1) return std::nullopt;
@@ -125,7 +126,7 @@ std::optional<Message> Reader::newest(std::uint32_t topic) const {
   return std::nullopt;
 }
 
-std::optional<Message> Reader::next(std::uint32_t topic, Cursor& cursor) const {
+std::optional<Message> SegmentReader::next(std::uint32_t topic, Cursor& cursor) const {
   for (int i = 0; i < kTries; ++i) {
     const auto last = newest_sequence(places_[topic]);
     if (!last) return std::nullopt;
@@ -152,13 +153,13 @@ std::optional<Message> Reader::next(std::uint32_t topic, Cursor& cursor) const {
   return std::nullopt;
 }
 
-bool Reader::holds(const Message& message) const {
+bool SegmentReader::holds(const Message& message) const {
   rt::StdAtomics::order_reads();
   const auto last = newest_sequence(places_[message.topic]);
   return last && *last - message.sequence < topics_[message.topic].keep;
 }
 
-bool Reader::copy(const Message& message, std::span<std::byte> into) const {
+bool SegmentReader::copy(const Message& message, std::span<std::byte> into) const {
   const std::size_t n = bytes(message.topic);
   if (into.size() < n) return false;
   std::memcpy(into.data(), message.header, n);

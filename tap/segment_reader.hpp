@@ -57,10 +57,10 @@ struct Cursor {
 
 /// Thread:  any; a Cursor belongs to one.
 /// Owner:   the memory must outlive the reader and its messages.
-class Reader {
+class SegmentReader {
  public:
   /// Checks the whole directory. Errors: bad_data (detail: number of the entry, or a size) when anything does not fit.
-  static hal::Result<Reader> open(std::span<const std::byte> memory);
+  static hal::Result<SegmentReader> open(std::span<const std::byte> memory);
 
   const std::vector<Topic>& topics() const { return topics_; }
   std::optional<std::uint32_t> find(std::string_view name) const;
@@ -83,7 +83,7 @@ class Reader {
     std::size_t slots, stride, ring, number, records;
     std::uint32_t slot_count, ring_mask, record_mask, record_words, output;
   };
-  explicit Reader(std::span<const std::byte> memory) : memory_(memory) {}
+  explicit SegmentReader(std::span<const std::byte> memory) : memory_(memory) {}
   hal::Status read_directory();
   hal::Status read_topic(const rt::TopicEntry& entry, std::uint32_t index, std::span<const rt::WriterEntry> writers);
   std::uint32_t load(std::size_t offset, std::memory_order order) const;

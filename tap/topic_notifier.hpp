@@ -16,13 +16,13 @@ namespace sinew::tap {
 /// that writer's word of a shared page and wakes whoever sleeps there. Without subscribers it sleeps and costs nothing.
 /// The page is written here and read by nobody in this process: whatever becomes of it, the robot does not know.
 /// Thread:  any.
-class Bells {
+class TopicNotifier {
  public:
   /// `segment` must outlive it. Errors: what making memory or a thread says.
-  static hal::Result<std::unique_ptr<Bells>> open(const rt::Segment& segment, hal::Os& os);
-  ~Bells();  // wakes all sleepers and ends the thread
-  Bells(const Bells&) = delete;
-  Bells& operator=(const Bells&) = delete;
+  static hal::Result<std::unique_ptr<TopicNotifier>> open(const rt::Segment& segment, hal::Os& os);
+  ~TopicNotifier();  // wakes all sleepers and ends the thread
+  TopicNotifier(const TopicNotifier&) = delete;
+  TopicNotifier& operator=(const TopicNotifier&) = delete;
 
   /// Replaces what this client asked for before; no writers: nothing any more.
   void subscribe(std::uint64_t client, std::vector<rt::WriterId> writers, hal::Duration period);
@@ -34,7 +34,7 @@ class Bells {
     std::vector<rt::WriterId> writers;
     hal::Duration period;
   };
-  Bells(const rt::Segment& segment, hal::Os& os, std::unique_ptr<hal::SharedMemory> page);
+  TopicNotifier(const rt::Segment& segment, hal::Os& os, std::unique_ptr<hal::SharedMemory> page);
   void run();
   hal::Duration look_at_all(std::vector<std::uint32_t>& seen);
   std::uint32_t number_of(rt::WriterId writer) const;

@@ -8,14 +8,14 @@
 namespace sinew::tap {
 
 /// Who answers the requests record.*: what records the run. It answers in its own time, and the server asks again.
-class RecordDesk {
+class RecordControl {
  public:
   enum class Command : std::uint8_t { start, stop, status, snapshot };
   struct Answer {
     std::optional<hal::Errc> refused{};
     std::string text{};  // a JSON object with the members of the reply, or why it is refused
   };
-  virtual ~RecordDesk() = default;
+  virtual ~RecordControl() = default;
   /// The number that answer() wants; each is to be asked until it has its answer, or left alone for good. Never waits.
   virtual std::uint64_t ask(Command command) = 0;
   virtual std::optional<Answer> answer(std::uint64_t number) = 0;

@@ -1,10 +1,10 @@
-#include "record/lane.hpp"
+#include "record/chunk_builder.hpp"
 
 #include "record/crc32.hpp"
 
 namespace sinew::record {
 
-void Lane::add_head(std::uint16_t channel, ChannelPlaces& places, const Stamps& stamps, std::size_t size) {
+void ChunkBuilder::add_head(std::uint16_t channel, ChannelPlaces& places, const Stamps& stamps, std::size_t size) {
   if (channels_.empty()) {
     first_time_ = start_time_ = end_time_ = stamps.log_time;
   } else {
@@ -19,14 +19,14 @@ void Lane::add_head(std::uint16_t channel, ChannelPlaces& places, const Stamps& 
   sealed_ = false;
 }
 
-void Lane::drop_head(ChannelPlaces& places, const Times& before) {
+void ChunkBuilder::drop_head(ChannelPlaces& places, const Times& before) {
   records_.resize(records_.size() - kMessageHead);
   places.entries.resize(places.entries.size() - 16);
   if (places.entries.empty()) channels_.pop_back();
   first_time_ = before.first, start_time_ = before.start, end_time_ = before.end;
 }
 
-hal::Result<Lane::Sealed> Lane::seal(hal::Parts tail, std::size_t tail_size) {
+hal::Result<ChunkBuilder::Sealed> ChunkBuilder::seal(hal::Parts tail, std::size_t tail_size) {
   if (!sealed_) {
     crc_ = packed_crc_ = crc32(records_.bytes());
     if (compression_ != Compression::none) {
@@ -48,7 +48,7 @@ hal::Result<Lane::Sealed> Lane::seal(hal::Parts tail, std::size_t tail_size) {
   return chunk;
 }
 
-void Lane::clear() {
+void ChunkBuilder::clear() {
   records_.clear(), channels_.clear();
   sealed_ = false;
 }

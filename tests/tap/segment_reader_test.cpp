@@ -1,5 +1,5 @@
 // An outsider's reader: what it finds, what it notices, and memory that says anything.
-#include "tap/reader.hpp"
+#include "tap/segment_reader.hpp"
 
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ class Topics {
     plan.add_topic(w, {"w.baro", &msg::type_info<msg::BaroSample>(), 0, 1, 0, keep, 0});
     segment = std::make_unique<rt::Segment>(plan);
     commit = std::make_unique<rt::Commit>(*segment, w);
-    auto opened = Reader::open(memory());
+    auto opened = SegmentReader::open(memory());
     if (opened) reader.emplace(std::move(*opened));
   }
   std::span<const std::byte> memory() const {
@@ -41,10 +41,10 @@ class Topics {
   }
   std::unique_ptr<rt::Segment> segment;
   std::unique_ptr<rt::Commit> commit;
-  std::optional<Reader> reader;
+  std::optional<SegmentReader> reader;
 };
 
-TEST(Reader, FindsTopicsWithTheirTypes) {
+TEST(SegmentReader, FindsTopicsWithTheirTypes) {
   Topics t(4);
   ASSERT_TRUE(t.reader);
   ASSERT_EQ(t.reader->topics().size(), 2U);
@@ -56,7 +56,7 @@ TEST(Reader, FindsTopicsWithTheirTypes) {
   EXPECT_FALSE(t.reader->find("w.image"));
 }
 
-TEST(Reader, NewestIsNothingBeforeTheFirstAndThenTheLastCommitted) {
+TEST(SegmentReader, NewestIsNothingBeforeTheFirstAndThenTheLastCommitted) {
   Topics t(1);
   EXPECT_FALSE(t.reader->newest(0));
   t.publish(1);
@@ -68,7 +68,7 @@ TEST(Reader, NewestIsNothingBeforeTheFirstAndThenTheLastCommitted) {
   EXPECT_FALSE(t.reader->newest(1)) << "the other output has published nothing";
 }
 
-TEST(Reader, LoanedMessageIsNotSeenAndDoesNotEndTheNewest) {
+TEST(SegmentReader, LoanedMessageIsNotSeenAndDoesNotEndTheNewest) {
   Topics t(1);
   t.publish(1);
   const auto m = t.reader->newest(0);
@@ -79,7 +79,7 @@ TEST(Reader, LoanedMessageIsNotSeenAndDoesNotEndTheNewest) {
   EXPECT_TRUE(t.reader->holds(*m));
 }
 
-TEST(Reader, MessageHoldsExactlyAsLongAsItsSlotIsNotLoanedAgain) {
+TEST(SegmentReader, MessageHoldsExactlyAsLongAsItsSlotIsNotLoanedAgain) {
   for (const std::uint32_t keep : {1U, 2U, 5U}) {
     Topics t(keep);
     t.publish(1);
@@ -95,7 +95,7 @@ TEST(Reader, MessageHoldsExactlyAsLongAsItsSlotIsNotLoanedAgain) {
   }
 }
 
-TEST(Reader, NextGivesEveryMessageOnceOverTheWrap) {
+TEST(SegmentReader, NextGivesEveryMessageOnceOverTheWrap) {
   Topics t(8);
   Cursor cursor;
   EXPECT_FALSE(t.reader->next(0, cursor));
@@ -111,7 +111,7 @@ TEST(Reader, NextGivesEveryMessageOnceOverTheWrap) {
   EXPECT_EQ(cursor.lost, 0U);
 }
 
-TEST(Reader, WhatIsGoneIsSkippedAndCounted) {
+TEST(SegmentReader, WhatIsGoneIsSkippedAndCounted) {
   Topics t(3);
   Cursor cursor;
   t.publish(0);
@@ -123,7 +123,7 @@ TEST(Reader, WhatIsGoneIsSkippedAndCounted) {
   EXPECT_EQ(cursor.lost, 7U);
 }
 
-TEST(Reader, MessagesOfOneCommitAreAllRead) {
+TEST(SegmentReader, MessagesOfOneCommitAreAllRead) {
   Topics t(4);
   Cursor cursor;
   t.publish(0);
@@ -135,7 +135,7 @@ TEST(Reader, MessagesOfOneCommitAreAllRead) {
   EXPECT_EQ(t.range_of(*t.reader->next(0, cursor)), 2);
 }
 
-TEST(Reader, CopyIsOfAWholeMessageOrNone) {
+TEST(SegmentReader, CopyIsOfAWholeMessageOrNone) {
   Topics t(1);
   t.publish(1);
   const auto m = t.reader->newest(0);
@@ -146,7 +146,7 @@ TEST(Reader, CopyIsOfAWholeMessageOrNone) {
   EXPECT_FALSE(t.reader->copy(*m, copy));
 }
 
-TEST(Reader, TypeOfAnotherDescriptionIsNotKnown) {
+TEST(SegmentReader, TypeOfAnotherDescriptionIsNotKnown) {
   Topics t(1);
   std::vector<std::byte> bytes(t.memory().size() + 64);
   auto* at = bytes.data() + (64 - reinterpret_cast<std::uintptr_t>(bytes.data()) % 64);
@@ -154,14 +154,14 @@ TEST(Reader, TypeOfAnotherDescriptionIsNotKnown) {
   rt::SegmentHeader header;
   std::memcpy(&header, at, sizeof header);
   at[header.topics + offsetof(rt::TopicEntry, schema_hash)] ^= std::byte{1};
-  const auto reader = Reader::open({at, t.memory().size()});
+  const auto reader = SegmentReader::open({at, t.memory().size()});
   ASSERT_TRUE(reader);
   EXPECT_FALSE(reader->topics()[0].known());
   EXPECT_TRUE(reader->topics()[1].known());
 }
 
 /// Looks at everything that the memory offers, as a client would.
-void look_at_all(const Reader& reader) {
+void look_at_all(const SegmentReader& reader) {
   for (std::uint32_t t = 0; t < reader.topics().size(); ++t) {
     std::vector<std::byte> copy(std::min<std::size_t>(reader.bytes(t), 1 << 20));
     if (const auto m = reader.newest(t)) static_cast<void>(reader.copy(*m, copy));
@@ -171,7 +171,7 @@ void look_at_all(const Reader& reader) {
   }
 }
 
-TEST(Reader, SurvivesMemoryThatSaysAnything) {
+TEST(SegmentReader, SurvivesMemoryThatSaysAnything) {
   Topics t(4);
   for (int i = 0; i < 10; ++i) t.publish(i);
   const std::size_t n = t.memory().size();
@@ -192,7 +192,7 @@ TEST(Reader, SurvivesMemoryThatSaysAnything) {
       const std::uint32_t value = draw() % 2 ? nasty[draw() % std::size(nasty)] : draw();
       std::memcpy(memory.get() + at, &value, 4);
     }
-    const auto reader = Reader::open({memory.get(), n});
+    const auto reader = SegmentReader::open({memory.get(), n});
     reader ? ++opened : ++refused;
     if (reader) look_at_all(*reader);
   }
@@ -200,12 +200,12 @@ TEST(Reader, SurvivesMemoryThatSaysAnything) {
   EXPECT_GT(refused, 1000);
 }
 
-TEST(Reader, RefusesWhatDoesNotFit) {
+TEST(SegmentReader, RefusesWhatDoesNotFit) {
   Topics t(4);
   const auto first = t.memory().first(t.memory().size() - 4096);
-  EXPECT_EQ(Reader::open(first).error().code, hal::Errc::bad_data);
-  EXPECT_EQ(Reader::open({}).error().code, hal::Errc::bad_data);
-  EXPECT_EQ(Reader::open(t.memory().first(10)).error().code, hal::Errc::bad_data);
+  EXPECT_EQ(SegmentReader::open(first).error().code, hal::Errc::bad_data);
+  EXPECT_EQ(SegmentReader::open({}).error().code, hal::Errc::bad_data);
+  EXPECT_EQ(SegmentReader::open(t.memory().first(10)).error().code, hal::Errc::bad_data);
 }
 
 }  // namespace

@@ -16,9 +16,9 @@ struct ChannelPlaces {
 
 /// A chunk in memory.
 /// Thread:  owner.
-class Lane {
+class ChunkBuilder {
  public:
-  explicit Lane(std::unique_ptr<Compressor> compressor, Compression compression)
+  explicit ChunkBuilder(std::unique_ptr<Compressor> compressor, Compression compression)
       : compressor_(std::move(compressor)), compression_(compression) {}
   void reserve(std::size_t bytes) { records_.reserve(bytes); }
   bool empty() const { return records_.empty(); }
@@ -51,14 +51,14 @@ class Lane {
   Times times() const { return {first_time_, start_time_, end_time_}; }
   void drop_head(ChannelPlaces& places, const Times& before);
 
-  /// What a chunk record consists of; parts of it lie in the lane.
+  /// What a chunk record consists of; parts of it lie in the builder.
   struct Sealed {
     ChunkHead head;
     std::span<const std::byte> records;  // as they go to the file; the tail follows them
     std::uint32_t stored_crc = 0;        // of both
   };
-  /// `tail`: the data of the last message, if they are not in the lane; of `tail_size` bytes; never compressed.
-  /// Errors:  out_of_memory; the lane is as before.
+  /// `tail`: the data of the last message, if they are not in the builder; of `tail_size` bytes; never compressed.
+  /// Errors:  out_of_memory; the builder is as before.
   hal::Result<Sealed> seal(hal::Parts tail, std::size_t tail_size);
   /// Starts the next chunk; who has the places of the channels clears them before.
   void clear();
