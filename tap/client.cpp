@@ -94,11 +94,12 @@ hal::Result<const SegmentReader*> Client::reader() {
   if (reader_) return &*reader_;
   auto topics = memory("memory");
   if (!topics) return topics.error();
-  auto bells = memory("doorbells");
-  if (!bells) return bells.error();
+  auto doorbells = memory("doorbells");
+  if (!doorbells) return doorbells.error();
   auto reader = SegmentReader::open({(*topics)->data(), (*topics)->size()});
   if (!reader) return reader.error();
-  topics_ = std::move(*topics), notifier_ = std::move(*bells);
+  topics_ = std::move(*topics);
+  doorbells_ = std::move(*doorbells);
   reader_.emplace(std::move(*reader));
   return &*reader_;
 }
@@ -119,8 +120,8 @@ hal::Status Client::subscribe(std::span<const std::string> topics, hal::Duration
 const hal::WakeWord* Client::bell_word(std::uint32_t topic) const {
   if (!reader_ || topic >= reader_->topics().size()) return nullptr;
   const std::size_t at = std::size_t{reader_->topics()[topic].bell} * sizeof(hal::WakeWord);
-  if (at + sizeof(hal::WakeWord) > notifier_->size()) return nullptr;
-  return reinterpret_cast<const hal::WakeWord*>(notifier_->data() + at);
+  if (at + sizeof(hal::WakeWord) > doorbells_->size()) return nullptr;
+  return reinterpret_cast<const hal::WakeWord*>(doorbells_->data() + at);
 }
 
 std::uint32_t Client::bell(std::uint32_t topic) const {

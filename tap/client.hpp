@@ -49,7 +49,7 @@ class Client {
 
   std::unique_ptr<hal::Stream> stream_;
   FrameReader frames_{kMaxReplyBytes};
-  std::unique_ptr<hal::SharedMemory> topics_, notifier_;
+  std::unique_ptr<hal::SharedMemory> topics_, doorbells_;
   std::optional<SegmentReader> reader_;
   std::string robot_;
   int pid_ = 0;

@@ -33,9 +33,9 @@ class Server::Body {
 
   hal::Status start(const Name& name, rt::Runner& runner) {
     if (graph_.memory()) {
-      auto bells = TopicNotifier::open(graph_.segment(), os_);
-      if (!bells) return bells.error();
-      notifier_ = std::move(*bells);
+      auto notifier = TopicNotifier::open(graph_.segment(), os_);
+      if (!notifier) return notifier.error();
+      notifier_ = std::move(*notifier);
     }
     answers_ = std::make_unique<Answers>(
         graph_, runner, os_, notifier_.get(),

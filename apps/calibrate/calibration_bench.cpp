@@ -27,13 +27,9 @@ bool CalibrationBench::open(const CalibrateOptions& o, const std::vector<std::st
       for (const std::string& key : factory) device.keys.erase(key);
   OptionLines options;
   for (const std::string& setting : o.set) {
-    const auto why = apply_device_setting(robot.devices, setting, options.line_of("--set " + setting));
-    if (!why) {
-      fail("--set " + setting + ": device.NAME.KEY=VALUE or bus.NAME.KEY=VALUE");
-      return false;
-    }
-    if (!why->empty()) {
-      fail("--set " + setting + ": " + *why);
+    if (const std::string why = apply_only_device_setting(robot.devices, setting, options.line_of("--set " + setting));
+        !why.empty()) {
+      fail(why);
       return false;
     }
   }

@@ -97,13 +97,8 @@ class DevicesCommand {
     LoadedRobot loaded = load_robot(o_.robot);
     auto& problems = loaded.problems;
     for (const std::string& setting : o_.set) {
-      const auto why = apply_device_setting(loaded.robot.devices, setting);
-      if (!why) {
-        fail("--set " + setting + ": device.NAME.KEY=VALUE or bus.NAME.KEY=VALUE");
-        return false;
-      }
-      if (!why->empty()) {
-        fail("--set " + setting + ": " + *why);
+      if (const std::string why = apply_only_device_setting(loaded.robot.devices, setting); !why.empty()) {
+        fail(why);
         return false;
       }
     }

@@ -109,6 +109,11 @@ std::optional<std::string> apply_device_setting(drivers::DeviceSpecs& devices, c
   return std::string();
 }
 
+std::string apply_only_device_setting(drivers::DeviceSpecs& devices, const std::string& setting, int line) {
+  return apply_device_setting(devices, setting, line)
+      .value_or("--set " + setting + ": device.NAME.KEY=VALUE or bus.NAME.KEY=VALUE");
+}
+
 rt::RealTimeOptions real_time_options(const RunOptions& run) {
   rt::RealTimeOptions options;
   options.strict = run.strict;

@@ -76,6 +76,9 @@ std::string apply_setting(rt::GraphSpec& graph, const std::string& setting, int 
 /// cannot. Nothing, and nothing changed, when it is none of these.
 std::optional<std::string> apply_device_setting(drivers::DeviceSpecs& devices, const std::string& setting,
                                                 int line = 0);
+/// The same for a command that sets nothing else: the reason when it was not applied, also when it is none of these;
+/// empty when it was.
+std::string apply_only_device_setting(drivers::DeviceSpecs& devices, const std::string& setting, int line = 0);
 
 /// Takes the robot's name on this machine, before any device is opened. In real time a name that is taken is an error,
 /// printed: two runs would steer the same hardware. In virtual time nothing is steered, and the run gets a name of its

@@ -162,10 +162,17 @@ void ModuleRunner::publish(Commit& commit, std::uint32_t outputs, Time now) noex
 
 void ModuleRunner::judge() noexcept {
   stats_.steps.add();
-  (record_.status == StepStatus::ok      ? stats_.ok
-   : record_.status == StepStatus::stale ? stats_.stale
-                                         : stats_.fault)
-      .add();
+  switch (record_.status) {
+    case StepStatus::ok:
+      stats_.ok.add();
+      break;
+    case StepStatus::stale:
+      stats_.stale.add();
+      break;
+    case StepStatus::fault:
+      stats_.fault.add();
+      break;
+  }
   stats_.best_effort_calls.set(code_.best_effort_calls());
   faults_in_row_ = record_.status == StepStatus::fault ? faults_in_row_ + 1 : 0;
   if (faults_in_row_ < board_.options.fault_limit || board_.options.fault_limit == 0) return;

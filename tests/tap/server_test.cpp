@@ -251,7 +251,7 @@ TEST(Server, TimeLineShowsTheLastCycles) {
 }
 
 /// Answers the second time that it is asked, or never.
-class Desk final : public RecordControl {
+class FakeRecorder final : public RecordControl {
  public:
   std::uint64_t ask(Command command) override {
     asked.store(static_cast<int>(command));
@@ -272,25 +272,25 @@ class Desk final : public RecordControl {
 };
 
 TEST(Server, TheDeskOfTheRecorderAnswersInItsOwnTime) {
-  Desk desk;
+  FakeRecorder recorder;
   RobotOptions options;
-  options.server.record_control = &desk;
+  options.server.record_control = &recorder;
   options.server.patience = 300ms;
   Robot robot(options);
   robot.start();
   auto client = robot.client();
   const Json started = ask(*client, "record.start", {{"id", 3}});
   EXPECT_EQ(started, (Json{{"ok", true}, {"id", 3}, {"path", "here"}}));
-  EXPECT_EQ(desk.asked.load(), static_cast<int>(RecordControl::Command::start));
+  EXPECT_EQ(recorder.asked.load(), static_cast<int>(RecordControl::Command::start));
   const Json stopped = ask(*client, "record.stop");
   EXPECT_EQ(stopped["ok"], false);
   EXPECT_EQ(stopped["error"]["code"], "not found");
   EXPECT_EQ(stopped["error"]["why"], "nothing is recorded");
   ask(*client, "record.status");
-  EXPECT_EQ(desk.asked.load(), static_cast<int>(RecordControl::Command::status));
+  EXPECT_EQ(recorder.asked.load(), static_cast<int>(RecordControl::Command::status));
   ask(*client, "record.snapshot");
-  EXPECT_EQ(desk.asked.load(), static_cast<int>(RecordControl::Command::snapshot));
-  desk.silent = true;
+  EXPECT_EQ(recorder.asked.load(), static_cast<int>(RecordControl::Command::snapshot));
+  recorder.silent = true;
   EXPECT_EQ(ask(*client, "record.snapshot")["error"]["code"], "timed out");
   EXPECT_EQ(ask(*client, "hello")["ok"], true) << "and the connection lives";
 }

@@ -116,6 +116,12 @@ TEST(Setting, OfADeviceTakesThePlaceOfItsKey) {
   EXPECT_EQ(apply_device_setting(devices, "device.head.joint.pan.zero_rad=0.5"), "");
   EXPECT_EQ(devices.devices[0].joints[0].keys.at("zero_rad").value, rt::ParamValue(0.5));
   EXPECT_EQ(apply_device_setting(devices, "mixer.lag=1"), std::nullopt) << "a module's";
+  EXPECT_EQ(apply_only_device_setting(devices, "bus.can0.driver=udp"), "");
+  EXPECT_EQ(apply_only_device_setting(devices, "mixer.lag=1"),
+            "--set mixer.lag=1: device.NAME.KEY=VALUE or bus.NAME.KEY=VALUE");
+  EXPECT_EQ(apply_only_device_setting(devices, "bus.can1.bit_rate=1"),
+            apply_device_setting(devices, "bus.can1.bit_rate=1"))
+      << "the setting is named once";
 }
 
 TEST(Setting, OfADeviceThatIsNotThereIsRefused) {
