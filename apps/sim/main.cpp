@@ -87,24 +87,24 @@ int serve(plant::SimulatorOptions& s) {
   if (s.wire.any()) s.session.wire = &wire;
   auto listener = hal::listen_stream(s.listen);
   if (!listener) return fail("cannot listen on " + s.listen, listener.error());
-  // The door first: a stop line does not wait for pixels.
+  // The listener first: a stop line does not wait for pixels.
   hal::ThreadOptions lines;
-  lines.name = "plant_door";
+  lines.name = "plant_listener";
   lines.fifo_priority = s.lines_priority();
-  auto door =
+  auto plant_listener =
       sim_hil::PlantListener::open(os, std::move(*listener), plant::Session::description(s.view, s.session), lines);
-  if (!door) return fail("cannot serve " + s.listen, door.error());
+  if (!plant_listener) return fail("cannot serve " + s.listen, plant_listener.error());
   std::string why;
   auto camera = plant::CameraFeed::start(os, s.view, why);
   if (!camera) return fail("no camera: " + why, camera.error());
-  std::printf("listening on %s, %s\n", (*door)->endpoint().c_str(), camera_text(s, **camera).c_str());
+  std::printf("listening on %s, %s\n", (*plant_listener)->endpoint().c_str(), camera_text(s, **camera).c_str());
   std::fflush(stdout);
   const hal::Time give_up = os.now() + hal::Duration{static_cast<std::int64_t>(s.wait_s * 1e9)};
   for (;;) {
-    auto caller = (*door)->wait_runtime(give_up - os.now());
+    auto caller = (*plant_listener)->wait_runtime(give_up - os.now());
     if (!caller) return fail("no runtime has connected", caller.error());
     plant::Session session(os, **camera, s.session);
-    static_cast<void>(session.serve(std::move(*caller), **door));  // the report has the reason
+    static_cast<void>(session.serve(std::move(*caller), **plant_listener));  // the report has the reason
     if (session.report().started) {
       print(session.report());
       if (!s.report.empty() && !write_report(s.report, session.report().text)) return 1;
@@ -112,7 +112,7 @@ int serve(plant::SimulatorOptions& s) {
     }
     // One that asked for another mode, or left before the start, as one does that looks for its plant: not the last.
     std::fprintf(stderr, "sinew-sim: no run: %s\n", session.report().reason.c_str());
-    (*door)->let_go();
+    (*plant_listener)->let_go();
   }
 }
 

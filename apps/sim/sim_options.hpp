@@ -19,7 +19,7 @@ struct SimulatorOptions {
   std::vector<WireServo> servos;   // of wire.servos
   std::vector<Fault> wire_faults;  // those that the drives at the wire play
 
-  /// The threads of the door and of the video node: a stop line does not wait for pixels, nor do these for physics.
+  /// The threads of the listener and of the video node: a stop line does not wait for pixels, nor do these for physics.
   int lines_priority() const;
 };
 

@@ -119,8 +119,8 @@ Status Session::serve(std::unique_ptr<hal::Stream> stream) {
   return serve(std::move(caller));
 }
 
-Status Session::serve(sim_hil::Caller caller, sim_hil::PlantListener& door) {
-  door_ = &door;
+Status Session::serve(sim_hil::Caller caller, sim_hil::PlantListener& plant_listener) {
+  plant_listener_ = &plant_listener;
   return serve(std::move(caller));
 }
 
@@ -228,9 +228,9 @@ Status Session::run_free() {
 Status Session::go_on_without_runtime(Status lost) {
   const bool breach = lost.error().code == hal::Errc::bad_data;
   const bool waiting = relink_ && relink_->looking();
-  if (!door_ || options_.relink_s <= 0 || breach || waiting || link_->ended_politely()) return lost;
+  if (!plant_listener_ || options_.relink_s <= 0 || breach || waiting || link_->ended_politely()) return lost;
   if (!relink_)
-    relink_ = std::make_unique<Relink>(os_, *door_, description(feed_.options(), options_), frames_.get(),
+    relink_ = std::make_unique<Relink>(os_, *plant_listener_, description(feed_.options(), options_), frames_.get(),
                                        link_->hello().rate);
   if (!relink_->look(hal::Duration{static_cast<std::int64_t>(options_.relink_s * 1e9)})) return lost;
   link_->go_alone();
@@ -259,7 +259,7 @@ void Session::note_imu_gap(Time now) {
 
 /// Once a millisecond; it holds until the end of the run.
 void Session::heed_stop_line() {
-  if (!door_ || report_.stopped_by_supervisor || !door_->stopped()) return;
+  if (!plant_listener_ || report_.stopped_by_supervisor || !plant_listener_->stopped()) return;
   link_->stop_for_good();
   report_.stopped_by_supervisor = true;
   report_.stopped_at = world_->now();

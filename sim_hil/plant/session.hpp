@@ -21,7 +21,7 @@ struct SessionOptions {
   std::optional<sim_hil::Mode> only;  // refuse the other mode
   double duration_s = 0;              // plant time after which the plant ends the run; 0: the runtime ends it
   std::vector<Fault> faults;          // docs/faults.md
-  double relink_s = 5;                // free-running, by a door: the world waits so long for another runtime
+  double relink_s = 5;                // free-running, by a listener: the world waits so long for another runtime
   int fifo_priority = 85;             // of the physics thread, free-running: above the robot's threads, like a device
   WireDevices* wire = nullptr;        // parts of the world at the wire, besides; free-running only. Not owned
 };
@@ -60,14 +60,14 @@ struct SessionReport {
 class Session {
  public:
   Session(hal::Os& os, CameraFeed& camera, const SessionOptions& options);
-  /// What this plant has on board, as its door announces it to side lines.
+  /// What this plant has on board, as its listener announces it to side lines.
   static sim_hil::PlantDescription description(const CameraOptions& view, const SessionOptions& options);
 
   /// Serves the runtime at the other end until it says Bye, goes away, or the duration is over.
   /// Errors:  what the handshake said; `report().reason` has it in words.
   hal::Status serve(std::unique_ptr<hal::Stream> stream);
-  /// The same with a runtime that came in by the door; the door's stop line ends all commands.
-  hal::Status serve(sim_hil::Caller caller, sim_hil::PlantListener& door);
+  /// The same with a runtime that came in by the listener; the listener's stop line ends all commands.
+  hal::Status serve(sim_hil::Caller caller, sim_hil::PlantListener& plant_listener);
   const SessionReport& report() const { return report_; }
 
  private:
@@ -107,7 +107,7 @@ class Session {
   hal::Os& os_;
   CameraFeed& feed_;
   SessionOptions options_;
-  sim_hil::PlantListener* door_ = nullptr;
+  sim_hil::PlantListener* plant_listener_ = nullptr;
   std::unique_ptr<hal::SharedMemory> frames_;
   std::unique_ptr<sim_hil::PlantLink> link_;
   std::unique_ptr<Relink> relink_;    // once a runtime was lost

@@ -13,7 +13,7 @@ using hal::Error;
 using hal::Result;
 
 constexpr hal::Duration kHelloPatience = 2s;  // who connects and says nothing is not served
-constexpr hal::Duration kLookAround = 100ms;  // how long the end of the door may take
+constexpr hal::Duration kLookAround = 100ms;  // how long the end of the listener may take
 
 }  // namespace
 
@@ -25,11 +25,11 @@ PlantListener::PlantListener(hal::Os& os, std::unique_ptr<hal::Listener> listene
 
 Result<std::unique_ptr<PlantListener>> PlantListener::open(hal::Os& os, std::unique_ptr<hal::Listener> listener,
                                                            PlantDescription plant, const hal::ThreadOptions& thread) {
-  std::unique_ptr<PlantListener> door(new PlantListener(os, std::move(listener), std::move(plant), thread));
-  auto acceptor = os.start_thread(thread, [raw = door.get()] { raw->accept_loop(); });
+  std::unique_ptr<PlantListener> plant_listener(new PlantListener(os, std::move(listener), std::move(plant), thread));
+  auto acceptor = os.start_thread(thread, [raw = plant_listener.get()] { raw->accept_loop(); });
   if (!acceptor) return acceptor.error();
-  door->acceptor_ = std::move(*acceptor);
-  return door;
+  plant_listener->acceptor_ = std::move(*acceptor);
+  return plant_listener;
 }
 
 PlantListener::~PlantListener() {

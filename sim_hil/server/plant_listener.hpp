@@ -16,16 +16,15 @@ namespace sinew::sim_hil {
 
 /// The entrance of a plant: lets one runtime in at a time and answers side lines beside it, from the first moment to
 /// the last. A side line may stop all actuators (stopped()) and compare its clock with ours.
-///     auto door = PlantListener::open(os, std::move(listener), description, {});
-///     auto caller = door->wait_runtime(60s);             // then PlantLink::accept(std::move(*caller), ...)
+///     auto plant_listener = PlantListener::open(os, std::move(listener), description, {});
+///     auto caller = plant_listener->wait_runtime(60s);             // then PlantLink::accept(std::move(*caller), ...)
 /// Thread:  owner; stopped() any. It has a thread that accepts and one for each connection that it serves.
 class PlantListener {
  public:
   static constexpr std::size_t kMaxLines = 8;  // side lines, and callers that have not said Hello yet
 
-  /// `os` tells the clock that plant time follows. `thread` is for all threads of the door: above the physics', so that
-  /// neither a stop nor a look at the clock waits.
-  /// Errors:  those of starting a thread.
+  /// `os` tells the clock that plant time follows. `thread` is for all threads of the listener: above the physics', so
+  /// that neither a stop nor a look at the clock waits. Errors:  those of starting a thread.
   static hal::Result<std::unique_ptr<PlantListener>> open(hal::Os& os, std::unique_ptr<hal::Listener> listener,
                                                           PlantDescription plant, const hal::ThreadOptions& thread);
   ~PlantListener();

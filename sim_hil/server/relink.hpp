@@ -14,9 +14,9 @@ namespace sinew::plant {
 class Relink {
  public:
   /// A runtime has to come with this rate; `frames` is lent to its link (may be null).
-  Relink(hal::Os& os, sim_hil::PlantListener& door, sim_hil::PlantDescription plant, hal::SharedMemory* frames,
-         double rate)
-      : os_(os), door_(door), plant_(std::move(plant)), frames_(frames), rate_(rate) {}
+  Relink(hal::Os& os, sim_hil::PlantListener& plant_listener, sim_hil::PlantDescription plant,
+         hal::SharedMemory* frames, double rate)
+      : os_(os), plant_listener_(plant_listener), plant_(std::move(plant)), frames_(frames), rate_(rate) {}
   ~Relink() { thread_.reset(); }
   Relink(const Relink&) = delete;
   Relink& operator=(const Relink&) = delete;
@@ -35,7 +35,7 @@ class Relink {
   bool greet(sim_hil::Caller caller);
 
   hal::Os& os_;
-  sim_hil::PlantListener& door_;
+  sim_hil::PlantListener& plant_listener_;
   sim_hil::PlantDescription plant_;
   hal::SharedMemory* frames_;
   double rate_;

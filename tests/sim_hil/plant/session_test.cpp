@@ -368,7 +368,7 @@ TEST_F(PlantSession, MotorsStopWhenTheLeaseIsOver) {
   EXPECT_LT(got.truth[60].v_world_mps.z, v_at_expiry - 0.15 * kGravity);
 }
 
-/// A plant behind a door, on a socket of its own.
+/// A plant behind a listener, on a socket of its own.
 class DoorPlant {
  public:
   DoorPlant(CameraFeed& feed, const SessionOptions& options) : session(hal::system_os(), feed, options) {
@@ -376,11 +376,11 @@ class DoorPlant {
     auto listener = hal::listen_stream("unix:" + folder_ + "/plant.sock");
     EXPECT_TRUE(listener);
     endpoint_ = (*listener)->endpoint();
-    door_ = std::move(*sim_hil::PlantListener::open(hal::system_os(), std::move(*listener),
-                                                    Session::description({}, options), {"door", 0, {}, 1 << 18}));
+    plant_listener_ = std::move(*sim_hil::PlantListener::open(
+        hal::system_os(), std::move(*listener), Session::description({}, options), {"listener", 0, {}, 1 << 18}));
     thread_ = std::thread([this] {
-      auto caller = door_->wait_runtime(kPatience);
-      if (caller) served = session.serve(std::move(*caller), *door_);
+      auto caller = plant_listener_->wait_runtime(kPatience);
+      if (caller) served = session.serve(std::move(*caller), *plant_listener_);
     });
   }
   ~DoorPlant() {
@@ -398,7 +398,7 @@ class DoorPlant {
  private:
   std::string folder_ = (std::filesystem::temp_directory_path() / "sinew_session_XXXXXX").string();
   std::string endpoint_;
-  std::unique_ptr<sim_hil::PlantListener> door_;
+  std::unique_ptr<sim_hil::PlantListener> plant_listener_;
   std::thread thread_;
 };
 

@@ -1,5 +1,5 @@
 #pragma once
-// A plant's door on a Unix socket of the test's own.
+// A plant's listener on a Unix socket of the test's own.
 #include <gtest/gtest.h>
 #include <stdlib.h>
 
@@ -35,8 +35,8 @@ class DoorRig {
   explicit DoorRig(PlantDescription plant = small_plant()) {
     auto listener = hal::listen_stream(endpoint_.name());
     EXPECT_TRUE(listener);
-    door = std::move(
-        *PlantListener::open(hal::system_os(), std::move(*listener), std::move(plant), {"door", 0, {}, 1 << 18}));
+    plant_listener = std::move(
+        *PlantListener::open(hal::system_os(), std::move(*listener), std::move(plant), {"listener", 0, {}, 1 << 18}));
   }
   std::string endpoint() const { return endpoint_.name(); }
   std::unique_ptr<hal::Stream> connect() const { return std::move(*hal::connect_stream(endpoint_.name(), kLong)); }
@@ -50,7 +50,7 @@ class DoorRig {
   Endpoint endpoint_;
 
  public:
-  std::unique_ptr<PlantListener> door;
+  std::unique_ptr<PlantListener> plant_listener;
   std::string why;
 };
 

@@ -1,4 +1,4 @@
-// The plant's door: one runtime at a time, and side lines beside it.
+// The plant's listener: one runtime at a time, and side lines beside it.
 #include "listener_rig.hpp"
 
 namespace sinew::sim_hil {
@@ -10,15 +10,15 @@ TEST(PlantListener, StopLineIsObeyedBesideARuntimeThatHangs) {
   DoorRig rig;
   auto hanging = rig.connect();
   say_hello(*hanging);
-  auto caller = rig.door->wait_runtime(kLong);
+  auto caller = rig.plant_listener->wait_runtime(kLong);
   ASSERT_TRUE(caller);
   auto link = PlantLink::accept(std::move(*caller), small_plant(), nullptr, rig.why);
   ASSERT_TRUE(link) << rig.why;
   auto line = rig.side_line();
   EXPECT_EQ(line->plant(), "small");
-  EXPECT_FALSE(rig.door->stopped());
+  EXPECT_FALSE(rig.plant_listener->stopped());
   EXPECT_TRUE(line->stop());
-  EXPECT_TRUE(rig.door->stopped()) << "the answer comes after the deed";
+  EXPECT_TRUE(rig.plant_listener->stopped()) << "the answer comes after the deed";
   EXPECT_TRUE(line->stop()) << "once more does no harm";
 }
 
@@ -26,24 +26,24 @@ TEST(PlantListener, StopLineMayBeOpenBeforeAnyRuntimeComes) {
   DoorRig rig;
   auto line = rig.side_line();
   EXPECT_TRUE(line->stop());
-  EXPECT_TRUE(rig.door->stopped());
+  EXPECT_TRUE(rig.plant_listener->stopped());
 }
 
 TEST(PlantListener, SecondRuntimeIsTurnedAwayUntilTheFirstIsLetGo) {
   DoorRig rig;
   auto first = rig.connect();
   say_hello(*first);
-  ASSERT_TRUE(rig.door->wait_runtime(kLong));
+  ASSERT_TRUE(rig.plant_listener->wait_runtime(kLong));
   auto second = rig.connect();
   say_hello(*second);
   EXPECT_EQ(next_word(*second), "this plant serves a runtime already");
-  EXPECT_EQ(rig.door->wait_runtime(1ms).error().code, Errc::timeout);
-  rig.door->let_go();
+  EXPECT_EQ(rig.plant_listener->wait_runtime(1ms).error().code, Errc::timeout);
+  rig.plant_listener->let_go();
   Hello hello;
   hello.robot = "third";
   auto third = rig.connect();
   say_hello(*third, hello);
-  auto caller = rig.door->wait_runtime(kLong);
+  auto caller = rig.plant_listener->wait_runtime(kLong);
   ASSERT_TRUE(caller);
   EXPECT_EQ(caller->hello.robot, "third");
 }
@@ -58,9 +58,9 @@ TEST(PlantListener, StrangersHinderNobody) {
   EXPECT_TRUE(line->compare_clocks(hal::system_os()));
   auto runtime = rig.connect();
   say_hello(*runtime);
-  EXPECT_TRUE(rig.door->wait_runtime(kLong));
-  EXPECT_EQ(rig.door->side_lines(), 1u);
-  EXPECT_GE(rig.door->turned_away(), 1u);
+  EXPECT_TRUE(rig.plant_listener->wait_runtime(kLong));
+  EXPECT_EQ(rig.plant_listener->side_lines(), 1u);
+  EXPECT_GE(rig.plant_listener->turned_away(), 1u);
 }
 
 TEST(PlantListener, MoreConnectionsThanItServesAreTurnedAwayWithWords) {
@@ -113,7 +113,7 @@ TEST(SideLine, FourTimeStampsStandInTheirOrder) {
 TEST(SideLine, PlantThatHasEndedIsClosed) {
   DoorRig rig;
   auto line = rig.side_line();
-  rig.door.reset();
+  rig.plant_listener.reset();
   EXPECT_EQ(line->stop().error().code, Errc::closed);
 }
 

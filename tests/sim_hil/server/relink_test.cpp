@@ -9,7 +9,7 @@ namespace {
 using hal::Errc;
 using hal::system_os;
 
-/// A plant behind a door, on a thread: one part of the test after the other, each with a connection of its own.
+/// A plant behind a listener, on a thread: one part of the test after the other, each with a connection of its own.
 class ReturningPlant {
  public:
   using Part = std::function<void(PlantLink&)>;
@@ -17,14 +17,14 @@ class ReturningPlant {
     if (plants.empty()) plants.assign(parts.size(), small_plant());
     thread_ = std::move(*system_os().start_thread({"plant", 0, {}, 1 << 18}, [this, parts, plants] {
       for (std::size_t i = 0; i < parts.size(); ++i) {
-        auto caller = rig_.door->wait_runtime(kLong);
+        auto caller = rig_.plant_listener->wait_runtime(kLong);
         if (!caller) return;
         auto frames = std::move(*hal::create_shared_memory("frames", PlantLink::frame_memory_bytes(plants[i])));
         std::string why;
         auto link = PlantLink::accept(std::move(*caller), plants[i], frames.get(), why);
         if (link && (*link)->wait_start()) parts[i](**link);
         link = hal::Error{};  // hangs up
-        rig_.door->let_go();
+        rig_.plant_listener->let_go();
       }
     }));
   }
@@ -171,7 +171,7 @@ TEST(SimRelink, PlantThatStaysAwayEndsTheRunWithBothReasons) {
   auto rig = std::make_unique<DoorRig>();
   const std::string endpoint = rig->endpoint();
   auto thread = system_os().start_thread({"plant", 0, {}, 1 << 18}, [&] {
-    auto caller = rig->door->wait_runtime(kLong);
+    auto caller = rig->plant_listener->wait_runtime(kLong);
     std::string why;
     auto link = PlantLink::accept(std::move(*caller), small_plant(), nullptr, why);
     ASSERT_TRUE((*link)->wait_start());
@@ -245,7 +245,8 @@ class RemotePlant {
     EXPECT_TRUE(listener);
     endpoint_ = (*listener)->endpoint();
     if (side_lines)
-      door_ = std::move(*PlantListener::open(host_, std::move(*listener), small_plant(), {"door", 0, {}, 1 << 18}));
+      plant_listener_ =
+          std::move(*PlantListener::open(host_, std::move(*listener), small_plant(), {"listener", 0, {}, 1 << 18}));
     else
       listener_ = std::move(*listener);
     thread_ = std::move(*system_os().start_thread({"plant", 0, {}, 1 << 18}, [this] { run(); }));
@@ -266,8 +267,8 @@ class RemotePlant {
  private:
   void run() {
     Caller caller;
-    if (door_) {
-      auto came = door_->wait_runtime(kLong);
+    if (plant_listener_) {
+      auto came = plant_listener_->wait_runtime(kLong);
       if (!came) return;
       caller = std::move(*came);
     } else {
@@ -290,7 +291,7 @@ class RemotePlant {
 
   hal::ScaledOs host_{system_os(), 1 + kDrift, Time{-1'000'000'000'000'000}};
   std::string endpoint_;
-  std::unique_ptr<PlantListener> door_;
+  std::unique_ptr<PlantListener> plant_listener_;
   std::unique_ptr<hal::Listener> listener_;
   std::atomic<bool> over_{false};
   std::unique_ptr<hal::Thread> thread_;
