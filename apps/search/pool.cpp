@@ -1,6 +1,7 @@
 #include "apps/search/pool.hpp"
 
 #include <fmt/format.h>
+#include <stdlib.h>
 
 #include <filesystem>
 #include <fstream>
@@ -34,6 +35,20 @@ struct Pool::Job {
   hal::Time give_up;
   std::optional<Result> result;
 };
+
+Pool::Pool(std::vector<std::string> command, unsigned jobs, hal::Duration patience)
+    : command_(std::move(command)), jobs_(jobs), patience_(patience) {
+  std::string folder = (fs::temp_directory_path() / "sinew-fuzz-XXXXXX").string();
+  if (mkdtemp(folder.data()) == nullptr) return;  // then they share the temporary folder with all others
+  folder_ = folder;
+  setenv("TMPDIR", folder_.c_str(), 1);  // flights inherit it
+}
+
+Pool::~Pool() {
+  if (folder_.empty()) return;
+  std::error_code ignored;  // nobody is left to tell
+  fs::remove_all(folder_, ignored);
+}
 
 std::unique_ptr<Pool::Job> Pool::start(const Case& c) {
   hal::Os& os = hal::system_os();

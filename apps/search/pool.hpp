@@ -20,8 +20,11 @@ struct Result {
 class Pool {
  public:
   /// `command`: this program and the arguments that every case shares; "--case TEXT --json" are added.
-  Pool(std::vector<std::string> command, unsigned jobs, hal::Duration patience)
-      : command_(std::move(command)), jobs_(jobs), patience_(patience) {}
+  Pool(std::vector<std::string> command, unsigned jobs, hal::Duration patience);
+  /// Removes what its flights had in the temporary folder, also those that were ended before they could do so.
+  ~Pool();
+  Pool(const Pool&) = delete;
+  Pool& operator=(const Pool&) = delete;
 
   /// Calls `done(i, result)` for each case in their order until it answers false or all are done; those that are still
   /// under way are then ended. False: it did not go through to the end.
@@ -36,6 +39,7 @@ class Pool {
   const std::vector<std::string> command_;
   const unsigned jobs_;
   const hal::Duration patience_;
+  std::string folder_;  // the temporary folder of its flights
   std::size_t runs_ = 0;
 };
 

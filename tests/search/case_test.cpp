@@ -7,7 +7,7 @@
 #include "apps/search/limits.hpp"
 #include "apps/search/outcome_text.hpp"
 
-namespace sinew::search {
+namespace sinew::search::case_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -166,4 +166,4 @@ TEST(Outcome, ReadsBackFromItsLine) {
 }
 
 }  // namespace
-}  // namespace sinew::search
+}  // namespace sinew::search::case_test

@@ -7,7 +7,7 @@
 #include "apps/search/command_check.hpp"
 #include "apps/search/flight_check.hpp"
 
-namespace sinew::search {
+namespace sinew::search::check_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -182,4 +182,4 @@ TEST_F(FlightCheckTest, AHeightThatIsOffFails) {
 }
 
 }  // namespace
-}  // namespace sinew::search
+}  // namespace sinew::search::check_test

@@ -4,7 +4,7 @@
 
 #include "rt/exec/discrete_executor.hpp"
 
-namespace sinew::search {
+namespace sinew::search::schedule_check_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -113,4 +113,4 @@ TEST_F(ScheduleCheckTest, AStepThatNobodyHeardOfIsNamed) {
 }
 
 }  // namespace
-}  // namespace sinew::search
+}  // namespace sinew::search::schedule_check_test

@@ -7,14 +7,15 @@ import json
 import os
 import re
 import subprocess
-import tempfile
 import sys
 import tempfile
 import unittest
 
 FUZZ, ROBOTS = sys.argv[1:3]
 RUN_DIR = tempfile.TemporaryDirectory(prefix="sinew_run_")  # other tests run robots of the same names
+TEMPORARY = tempfile.TemporaryDirectory(prefix="sinew_search_")
 os.environ["SINEW_RUN_DIR"] = RUN_DIR.name
+os.environ["TMPDIR"] = TEMPORARY.name
 QUAD = os.path.join(ROBOTS, "quad/quad.toml")
 
 
@@ -24,6 +25,9 @@ def run(*arguments):
 
 
 class Search(unittest.TestCase):
+    def tearDown(self):
+        self.assertEqual(os.listdir(TEMPORARY.name), [], "left behind in the temporary folder")
+
     def test_a_few_cases_are_clean_and_their_figures_are_told(self):
         code, out, err = run(QUAD, "--runs", "6", "--seed", "1", "--twice-every", "3", "--json")
         self.assertEqual(code, 0, out + err)

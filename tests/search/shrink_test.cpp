@@ -4,7 +4,7 @@
 
 #include "apps/search/generate.hpp"
 
-namespace sinew::search {
+namespace sinew::search::shrink_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -74,4 +74,4 @@ TEST(Shrink, WhatFailsNoLongerWhenItIsSimplerStaysAsItIs) {
 }
 
 }  // namespace
-}  // namespace sinew::search
+}  // namespace sinew::search::shrink_test
