@@ -55,6 +55,47 @@ def alive(pid):
     return "\nState:\tZ" not in pathlib.Path(f"/proc/{pid}/status").read_text(encoding="ascii")
 
 
+class Init(unittest.TestCase):
+    """tests/boards/init with stand-ins for all that it calls: which folder it mounts when. It ends where it asks the network."""
+
+    CALLS = ["busybox", "mount", "mkdir", "ln", "insmod", "ip", "poweroff"]
+
+    def mounts(self, source):
+        holder = tempfile.TemporaryDirectory()
+        self.addCleanup(holder.cleanup)
+        here = pathlib.Path(holder.name)
+        for call in self.CALLS:
+            (here / call).write_text(f'#!/bin/sh\necho {call} "$@" >>{here}/calls\n', encoding="ascii")
+        (here / "ping").write_text("#!/bin/sh\nkill $PPID\n", encoding="ascii")
+        for call in [*self.CALLS, "ping"]:
+            (here / call).chmod(0o755)
+        (here / "cmdline").write_text(f"console=ttyS0 board.source={source} quiet\n", encoding="ascii")
+        (here / "order").touch()
+        text = (ROOT / "tests/boards/init").read_text(encoding="utf-8")
+        for there, mine in (("/bin/busybox --", f"{here}/busybox --"), ("PATH=/bin\n", f"PATH={here}:/usr/bin:/bin\n"),
+                            ("/proc/cmdline", f"{here}/cmdline"), ("/modules/order", f"{here}/order"),
+                            (">/run/ping", f">{here}/said")):
+            self.assertIn(there, text)
+            text = text.replace(there, mine)
+        (here / "init").write_text(text, encoding="utf-8")
+        subprocess.run(["sh", str(here / "init")], check=False, capture_output=True, timeout=60)
+        return [line.split() for line in (here / "calls").read_text(encoding="utf-8").splitlines()]
+
+    def test_a_checkout_below_the_temporary_folder_is_not_hidden(self):
+        for source in ("/tmp/a/checkout", "/run/checkout", "/dev/shm/checkout", "/home/me/checkout"):
+            made, mounted = [], []
+            for call, *words in self.mounts(source):
+                if call == "mkdir":
+                    made += words
+                elif call == "mount":  # what was below its folder is not seen any more
+                    place = words[-1]
+                    made = [folder for folder in made if not folder.startswith(place + "/")]
+                    mounted = [other for other in mounted if not other.startswith(place + "/")] + [place]
+                    if place == source:
+                        self.assertIn(source, made, "there is no folder to mount the checkout on")
+            self.assertIn(source, mounted)
+
+
 class Boot(unittest.TestCase):
     def setUp(self):
         holder = tempfile.TemporaryDirectory()
