@@ -116,12 +116,12 @@ function(sinew_room path)
   endif()
 endfunction()
 
-# sinew_test(NAME SOURCES ... USES room... [LIBS ...] [ALONE] [TIMEOUT s] [EMULATED_SHARDS n]): GoogleTest cases. Here they
-# are linked into one program for each folder, `rt_tests` for tests/rt; ALONE keeps them out of it: tests that replace calls
-# or link a library that others shall not have. NAME is a program of these cases alone: built on demand, and
+# sinew_test(NAME SOURCES ... USES room... [LIBS ...] [ALONE] [TIMEOUT s] [EMULATED_SHARDS n]): GoogleTest cases. Here the tests
+# of a folder are compiled in batches and linked into one program, `rt_tests` for tests/rt; ALONE keeps one out of it: a test that
+# replaces calls or links a library that others shall not have. NAME is a program of these cases alone: built on demand, and
 # always for a board or Windows, where it is one test (one of n shards in an emulator), since the emulator takes longer to
-# start than most cases run. Objects are in NAME_object. Nothing in a build without SINEW_TESTS (the fuzzers'). A folder
-# whose room is headers, which only the tests compile, sets SINEW_ROOM_IS_HEADERS.
+# start than most cases run. Nothing in a build without SINEW_TESTS (the fuzzers'). A folder whose room is headers, which only
+# the tests compile, sets SINEW_ROOM_IS_HEADERS.
 function(sinew_test name)
   if(NOT SINEW_TESTS)
     return()
@@ -135,40 +135,31 @@ function(sinew_test name)
   if(TARGET sinew_trap)
     list(APPEND libraries sinew_trap)
   endif()
-  if(CMAKE_CROSSCOMPILING)
-    set(ARG_ALONE ON)
-  endif()
+  sinew_test_optimised(${name} optimised)
 
-  # A source that several tests of the folder list is in its program once.
-  set(own ${ARG_SOURCES})
-  set(shared "")
-  if(NOT ARG_ALONE)
-    get_property(known DIRECTORY PROPERTY SINEW_TEST_SOURCES)
-    foreach(source ${ARG_SOURCES})
-      if(source IN_LIST known)
-        list(REMOVE_ITEM own ${source})
-        list(APPEND shared ${source})
-      endif()
-    endforeach()
-    set_property(DIRECTORY APPEND PROPERTY SINEW_TEST_SOURCES ${own})
-  endif()
-  add_library(${name}_object OBJECT ${own})
-  sinew_test_options(${name}_object)
+  add_library(${name}_object OBJECT EXCLUDE_FROM_ALL ${ARG_SOURCES})  # objects are -fPIC, as what is precompiled for them
+  sinew_test_options(${name}_object ${optimised})
   target_link_libraries(${name}_object PRIVATE ${libraries})
-
-  add_executable(${name} ${shared})
-  sinew_test_options(${name})
+  add_executable(${name})
+  set_target_properties(${name} PROPERTIES LINKER_LANGUAGE CXX)
   target_link_libraries(${name} PRIVATE ${name}_object ${libraries} ${SINEW_SOURCE_DIR_LIBRARY})
-  if(ARG_ALONE)
+  target_link_options(${name} PRIVATE ${SINEW_FAST_LINK})
+  if(ARG_ALONE OR CMAKE_CROSSCOMPILING)
     sinew_test_cases(${name} ${ARG_TIMEOUT} "${ARG_EMULATED_SHARDS}")
     return()
   endif()
-  set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL ON DISABLE_PRECOMPILE_HEADERS ON)  # a program is not -fPIC
-  get_property(begun DIRECTORY PROPERTY SINEW_TEST_OBJECTS)
+  set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL ON)
+
+  get_property(begun DIRECTORY PROPERTY SINEW_TEST_LIBRARIES)
   if(NOT begun)
     cmake_language(DEFER CALL sinew_test_program)
   endif()
-  set_property(DIRECTORY APPEND PROPERTY SINEW_TEST_OBJECTS ${name}_object)
+  get_property(known DIRECTORY PROPERTY SINEW_TEST_SOURCES)  # what several tests list is in their program once
+  list(REMOVE_ITEM ARG_SOURCES ${known})
+  set_property(DIRECTORY APPEND PROPERTY SINEW_TEST_SOURCES ${ARG_SOURCES})
+  if(optimised)
+    set_property(DIRECTORY APPEND PROPERTY SINEW_TEST_OPTIMISED ${ARG_SOURCES})
+  endif()
   set_property(DIRECTORY APPEND PROPERTY SINEW_TEST_LIBRARIES ${libraries})
   get_property(longest DIRECTORY PROPERTY SINEW_TEST_TIMEOUT)
   if(NOT longest OR ARG_TIMEOUT GREATER longest)
@@ -180,19 +171,41 @@ endfunction()
 function(sinew_test_program)
   file(RELATIVE_PATH program ${PROJECT_SOURCE_DIR}/tests ${CMAKE_CURRENT_SOURCE_DIR})
   string(REPLACE / _ program ${program}_tests)
-  get_property(objects DIRECTORY PROPERTY SINEW_TEST_OBJECTS)
+  get_property(sources DIRECTORY PROPERTY SINEW_TEST_SOURCES)
+  get_property(optimised DIRECTORY PROPERTY SINEW_TEST_OPTIMISED)
   get_property(libraries DIRECTORY PROPERTY SINEW_TEST_LIBRARIES)
   get_property(timeout DIRECTORY PROPERTY SINEW_TEST_TIMEOUT)
   list(REMOVE_DUPLICATES libraries)
+  list(REMOVE_ITEM sources ${optimised})
   add_executable(${program})
   set_target_properties(${program} PROPERTIES LINKER_LANGUAGE CXX)
-  target_link_libraries(${program} PRIVATE ${objects} ${libraries} ${SINEW_SOURCE_DIR_LIBRARY})
+  target_link_libraries(${program} PRIVATE ${libraries} ${SINEW_SOURCE_DIR_LIBRARY})
   target_link_options(${program} PRIVATE ${SINEW_FAST_LINK})
+  foreach(part sources optimised)
+    if(${part})
+      string(COMPARE EQUAL ${part} optimised is_optimised)
+      add_library(${program}_${part} OBJECT ${${part}})
+      target_link_libraries(${program}_${part} PRIVATE ${libraries})
+      sinew_test_options(${program}_${part} ${is_optimised})
+      sinew_batches(${program}_${part} 8)
+      target_link_libraries(${program} PRIVATE ${program}_${part})
+    endif()
+  endforeach()
   sinew_test_cases(${program} ${timeout} "")
 endfunction()
 
+# Most tests do not calculate much themselves: not to optimise them saves a fifth of their compilation, half of rt's. What rt has
+# in headers to do without locks is tried as robots have it.
+function(sinew_test_optimised name result)
+  set(${result} ON PARENT_SCOPE)
+  if(NOT CMAKE_BUILD_TYPE STREQUAL Debug AND name MATCHES "^(wire|hal|rt|drivers|tap|record|dataset|sim_hil|apps)_" AND
+     NOT name MATCHES "^rt_(topic|held_loans|mailbox|instant_word|handover|schedule|stats|fp_mode)")
+    set(${result} OFF PARENT_SCOPE)
+  endif()
+endfunction()
+
 # How a test is compiled.
-function(sinew_test_options target)
+function(sinew_test_options target optimised)
   target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR}/tests/include)
   set(options "")
   # Undefined behaviour is looked for in the rooms, not in what GoogleTest makes of a test: half the time to compile it.
@@ -201,15 +214,11 @@ function(sinew_test_options target)
   endif()
   if(NOT CMAKE_BUILD_TYPE STREQUAL Debug)  # their lines are told by GoogleTest; a tenth less to compile
     list(APPEND options -g0)
-    # Nor are they optimised where they do not calculate much themselves: another fifth, of rt's half. What rt has in
-    # headers to do without locks is tried as robots have it.
-    if(target MATCHES "^(wire|hal|rt|drivers|tap|record|dataset|sim_hil|apps)_" AND
-       NOT target MATCHES "^rt_(topic|held_loans|mailbox|instant_word|handover|schedule|stats|fp_mode)")
+    if(NOT optimised)
       list(APPEND options -O0)
     endif()
   endif()
   target_compile_options(${target} PRIVATE ${options})
-  target_link_options(${target} PRIVATE ${SINEW_FAST_LINK})
   if(SINEW_PRECOMPILED)
     sinew_precompile(${target} ${PROJECT_SOURCE_DIR}/tests/include/precompiled.hpp GTest::gmock "${options}")
   endif()

@@ -5,7 +5,7 @@
 #include "control/rotor_allocation.hpp"
 #include "test_world.hpp"
 
-namespace sinew::control {
+namespace sinew::control::attitude_law_test {
 namespace {
 
 using math::Quat;
@@ -113,4 +113,4 @@ TEST(AttitudeLaw, DisarmedGivesNoTorqueAndForgetsItsIntegral) {
 }
 
 }  // namespace
-}  // namespace sinew::control
+}  // namespace sinew::control::attitude_law_test

@@ -6,7 +6,7 @@
 
 #include "math/random.hpp"
 
-namespace sinew::control {
+namespace sinew::control::ball_track_test {
 namespace {
 
 using math::Vec3;
@@ -86,4 +86,4 @@ TEST(BallTrack, GoesThroughTheBackWithoutAJump) {
 }
 
 }  // namespace
-}  // namespace sinew::control
+}  // namespace sinew::control::ball_track_test

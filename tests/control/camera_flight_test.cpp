@@ -12,7 +12,7 @@ namespace sinew::robots {
 std::string_view room_xml_of_quad();
 }
 
-namespace sinew::control::test {
+namespace sinew::control::test::camera_flight_test {
 namespace {
 
 constexpr std::uint32_t kWidth = 320, kHeight = 240;
@@ -54,4 +54,4 @@ TEST_P(CameraFlight, LandsOnThePadThatItSees) {
 INSTANTIATE_TEST_SUITE_P(Seeds, CameraFlight, ::testing::Values(21, 22));
 
 }  // namespace
-}  // namespace sinew::control::test
+}  // namespace sinew::control::test::camera_flight_test

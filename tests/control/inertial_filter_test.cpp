@@ -5,7 +5,7 @@
 #include "dense_filter.hpp"
 #include "math/random.hpp"
 
-namespace sinew::control {
+namespace sinew::control::inertial_filter_test {
 namespace {
 
 using math::Vec3;
@@ -161,4 +161,4 @@ TEST(InertialFilter, ReopenedPositionForgetsItsCorrelations) {
 }
 
 }  // namespace
-}  // namespace sinew::control
+}  // namespace sinew::control::inertial_filter_test

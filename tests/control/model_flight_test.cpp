@@ -3,7 +3,7 @@
 
 #include "flight.hpp"
 
-namespace sinew::control::test {
+namespace sinew::control::test::model_flight_test {
 namespace {
 
 using msg::MissionPhase;
@@ -87,4 +87,4 @@ TEST(ModelFlight, HasTheSameBitsOnEveryCompilerAndMachine) {
 }
 
 }  // namespace
-}  // namespace sinew::control::test
+}  // namespace sinew::control::test::model_flight_test

@@ -8,7 +8,7 @@
 #include "robots/quad/mission.hpp"
 #include "rt/exec/module_rig.hpp"
 
-namespace sinew::control {
+namespace sinew::control::modules_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -276,4 +276,4 @@ TEST(Mission, ParameterOutsideItsRangeIsRefusedInWords) {
 }
 
 }  // namespace
-}  // namespace sinew::control
+}  // namespace sinew::control::modules_test

@@ -4,7 +4,7 @@
 
 #include "math/random.hpp"
 
-namespace sinew::control {
+namespace sinew::control::nav_estimator_test {
 namespace {
 
 using math::Quat;
@@ -443,4 +443,4 @@ TEST(NavEstimator, BarometerHoldsTheHeightWhenTheRangeFinderIsSilent) {
 }
 
 }  // namespace
-}  // namespace sinew::control
+}  // namespace sinew::control::nav_estimator_test

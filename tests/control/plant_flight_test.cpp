@@ -4,7 +4,7 @@
 #include "flight.hpp"
 #include "plant_world.hpp"
 
-namespace sinew::control::test {
+namespace sinew::control::test::plant_flight_test {
 namespace {
 
 using msg::MissionPhase;
@@ -45,4 +45,4 @@ TEST(PlantFlight, WithoutAnySightingItComesDownSlowlyAndUpright) {
 }
 
 }  // namespace
-}  // namespace sinew::control::test
+}  // namespace sinew::control::test::plant_flight_test

@@ -4,7 +4,7 @@
 
 #include "control/inertial_filter.hpp"
 
-namespace sinew::control {
+namespace sinew::control::position_law_test {
 namespace {
 
 using math::Quat;
@@ -101,4 +101,4 @@ TEST(PositionLaw, WithoutPositionTheHeightIsStillControlled) {
 }
 
 }  // namespace
-}  // namespace sinew::control
+}  // namespace sinew::control::position_law_test

@@ -10,7 +10,7 @@
 
 #include "control/nav_estimator.hpp"
 
-namespace sinew::control {
+namespace sinew::control::real_imu_test {
 namespace {
 
 using math::Quat;
@@ -103,4 +103,4 @@ TEST_P(RealImu, TiltIsBelowTwoDegreesWithUnknownBiasAlsoFromMidFlight) {
 INSTANTIATE_TEST_SUITE_P(StartAtSecond, RealImu, ::testing::Values(0, 5, 10, 15, 20, 25, 30, 35, 40));
 
 }  // namespace
-}  // namespace sinew::control
+}  // namespace sinew::control::real_imu_test

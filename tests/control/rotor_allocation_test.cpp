@@ -6,7 +6,7 @@
 
 #include "math/random.hpp"
 
-namespace sinew::control {
+namespace sinew::control::rotor_allocation_test {
 namespace {
 
 using math::Vec3;
@@ -100,4 +100,4 @@ TEST(RotorAllocation, YawGivesWayToThrust) {
 }
 
 }  // namespace
-}  // namespace sinew::control
+}  // namespace sinew::control::rotor_allocation_test

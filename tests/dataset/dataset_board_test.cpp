@@ -9,7 +9,7 @@
 #include "dataset_fixture.hpp"
 #include "hal/platform.hpp"
 
-namespace sinew::dataset {
+namespace sinew::dataset::dataset_board_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -314,4 +314,4 @@ TEST(DatasetBoard, PlaysTheRealRecording) {
 }
 
 }  // namespace
-}  // namespace sinew::dataset
+}  // namespace sinew::dataset::dataset_board_test

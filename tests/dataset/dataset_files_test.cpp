@@ -4,7 +4,7 @@
 
 #include "dataset/ground_truth.hpp"
 
-namespace sinew::dataset {
+namespace sinew::dataset::dataset_files_test {
 namespace {
 
 std::string imu_problem(std::string_view text) {
@@ -110,4 +110,4 @@ TEST(GroundTruth, AQuaternionThatIsNoneIsRefused) {
 }
 
 }  // namespace
-}  // namespace sinew::dataset
+}  // namespace sinew::dataset::dataset_files_test

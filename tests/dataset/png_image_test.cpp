@@ -4,7 +4,7 @@
 
 #include "png_writer.hpp"
 
-namespace sinew::dataset {
+namespace sinew::dataset::png_image_test {
 namespace {
 
 using msg::PixelFormat;
@@ -119,4 +119,4 @@ TEST(PngImage, LargerThanAnImageMessageIsRefused) {
 }
 
 }  // namespace
-}  // namespace sinew::dataset
+}  // namespace sinew::dataset::png_image_test

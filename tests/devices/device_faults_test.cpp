@@ -14,7 +14,7 @@
 #include "page.hpp"
 #include "source_dir.hpp"
 
-namespace sinew::test {
+namespace sinew::test::device_faults_test {
 namespace {
 
 std::vector<RigKind> all_rigs() {
@@ -117,4 +117,4 @@ TEST(DeviceFaultsPage, HasTheTablesOfAllDevicesAndNoOthers) {
 }
 
 }  // namespace
-}  // namespace sinew::test
+}  // namespace sinew::test::device_faults_test

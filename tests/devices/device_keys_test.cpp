@@ -9,7 +9,7 @@
 #include "keys_page.hpp"
 #include "source_dir.hpp"
 
-namespace sinew::test {
+namespace sinew::test::device_keys_test {
 namespace {
 
 const std::string kPage = test::source_dir() + "/docs/reference/device-keys.md";
@@ -57,4 +57,4 @@ TEST(DeviceKeysPage, EveryKeySaysWhatItMeansAndNoKeyTwice) {
 }
 
 }  // namespace
-}  // namespace sinew::test
+}  // namespace sinew::test::device_keys_test

@@ -8,7 +8,7 @@
 #include "wire/mpu6050.hpp"
 #include "wire/qmc5883l.hpp"
 
-namespace sinew::drivers {
+namespace sinew::drivers::device_keys_test {
 namespace {
 
 using ::testing::Contains;
@@ -342,4 +342,4 @@ TEST(JointKeys, ABusIsThereOrNamed) {
 }
 
 }  // namespace
-}  // namespace sinew::drivers
+}  // namespace sinew::drivers::device_keys_test

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace sinew::drivers {
+namespace sinew::drivers::device_place_test {
 namespace {
 
 TEST(DevicePlace, PathsAreComparedByTheirParts) {
@@ -46,4 +46,4 @@ TEST(DevicePlace, AServedBusIsItsHostPortAndBus) {
 }
 
 }  // namespace
-}  // namespace sinew::drivers
+}  // namespace sinew::drivers::device_place_test

@@ -7,7 +7,7 @@
 
 #include "drivers/mount.hpp"
 
-namespace sinew::drivers {
+namespace sinew::drivers::sample_clock_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -85,4 +85,4 @@ TEST(Mount, QuarterTurnsAreExactAndNamedAfterTheAxes) {
 }
 
 }  // namespace
-}  // namespace sinew::drivers
+}  // namespace sinew::drivers::sample_clock_test

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <memory>
 
-namespace sinew::hal {
+namespace sinew::hal::calling_convention_test {
 namespace {
 
 struct Part {
@@ -56,4 +56,4 @@ TEST(CallingConvention, APlainFunctionLeavesItsArgumentsAlsoWhereAMemberFunction
 }
 
 }  // namespace
-}  // namespace sinew::hal
+}  // namespace sinew::hal::calling_convention_test

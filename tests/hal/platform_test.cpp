@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace sinew::hal {
+namespace sinew::hal::platform_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -260,4 +260,4 @@ TEST(Endpoints, AcceptGivesUp) {
 }
 
 }  // namespace
-}  // namespace sinew::hal
+}  // namespace sinew::hal::platform_test

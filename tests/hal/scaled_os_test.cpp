@@ -5,7 +5,7 @@
 
 #include <random>
 
-namespace sinew::hal {
+namespace sinew::hal::scaled_os_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -79,4 +79,4 @@ TEST(ScaledOs, TimeBeyondTheOthersReachIsNever) {
 }
 
 }  // namespace
-}  // namespace sinew::hal
+}  // namespace sinew::hal::scaled_os_test

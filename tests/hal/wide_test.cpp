@@ -7,7 +7,7 @@
 #include <thread>
 #include <vector>
 
-namespace sinew::hal {
+namespace sinew::hal::wide_test {
 namespace {
 
 TEST(WideInHalves, GivesBackWhatWasStored) {
@@ -87,4 +87,4 @@ TEST(Wide, IsWithoutALockOnThisMachine) {
 }
 
 }  // namespace
-}  // namespace sinew::hal
+}  // namespace sinew::hal::wide_test

@@ -9,7 +9,9 @@
 
 namespace {
 
-using namespace sinew::math;
+using sinew::math::fnv1a64;
+using sinew::math::Hash64;
+using sinew::math::hash64;
 
 TEST(Fnv1a, GivesThePublishedValues) {
   static_assert(fnv1a64("") == 0xcbf29ce484222325);

@@ -15,7 +15,7 @@ constexpr double kInf = math::kInf;
 constexpr double kMax = std::numeric_limits<double>::max();
 constexpr double kTiny = std::numeric_limits<double>::denorm_min();
 
-std::uint64_t bits(double x) { return std::bit_cast<std::uint64_t>(x); }
+std::uint64_t bits_of(double x) { return std::bit_cast<std::uint64_t>(x); }
 constexpr std::uint64_t kNanBits = 0x7ff8000000000000;
 
 double negative_nan() { return std::bit_cast<double>(std::uint64_t{0xfff8000000000123}); }
@@ -31,7 +31,7 @@ TEST(SpecialValues, EveryNanThatComesOutIsTheCanonicalOne) {
         math::sin(kInf), math::cos(-kInf), math::tan(kInf), math::asin(1.0000001), math::acos(-2), math::log(-1),
         math::log(-kInf), math::sqrt(-1.0), math::sqrt(-kTiny), math::pow(-2, 0.5), math::fmod(1, 0),
         math::fmod(kInf, 1), math::wrap_pi(kInf)})
-    EXPECT_EQ(bits(v), kNanBits);
+    EXPECT_EQ(bits_of(v), kNanBits);
   EXPECT_EQ(std::bit_cast<std::uint32_t>(math::canonical(std::bit_cast<float>(0xffc00001u))), 0x7fc00000u);
   EXPECT_EQ(std::bit_cast<std::uint32_t>(math::sqrt(-1.0F)), 0x7fc00000u);
   EXPECT_EQ(std::bit_cast<std::uint32_t>(math::atan2(std::bit_cast<float>(0xffc00001u), 1.0F)), 0x7fc00000u);
@@ -42,7 +42,7 @@ TEST(SpecialValues, LimitsAreThoseOfTheCStandard) {
                            -3,  1e300, -1e300, kMax, -kMax, kTiny, -kTiny, kInf, -kInf};
   const auto same = [](double got, double want, const char* what, double a, double b = 0) {
     const bool close = got == want || std::fabs(got - want) <= 1e-15 * std::fabs(want);
-    const bool ok = std::isnan(want) ? bits(got) == kNanBits : close && std::signbit(got) == std::signbit(want);
+    const bool ok = std::isnan(want) ? bits_of(got) == kNanBits : close && std::signbit(got) == std::signbit(want);
     EXPECT_TRUE(ok) << what << " " << a << " " << b << ": " << got << ", not " << want;
   };
   for (const double a : values) {

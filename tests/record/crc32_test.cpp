@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace sinew::record {
+namespace sinew::record::crc32_test {
 namespace {
 
 std::span<const std::byte> bytes(std::string_view text) { return std::as_bytes(std::span(text)); }
@@ -63,4 +63,4 @@ TEST(Crc32, CarriesOnWhereverTheMessageIsCut) {
 }
 
 }  // namespace
-}  // namespace sinew::record
+}  // namespace sinew::record::crc32_test

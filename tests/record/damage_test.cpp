@@ -6,7 +6,7 @@
 #include "record/recover.hpp"
 #include "samples.hpp"
 
-namespace sinew::record {
+namespace sinew::record::damage_test {
 namespace {
 
 using testing::IsEmpty;
@@ -192,4 +192,4 @@ TEST_P(Damage, ADamagedChunkIsToldWhileTheRestIsRecovered) {
 INSTANTIATE_TEST_SUITE_P(Compressions, Damage, kCompressions, compression_name);
 
 }  // namespace
-}  // namespace sinew::record
+}  // namespace sinew::record::damage_test

@@ -13,7 +13,7 @@
 #include "record/recover.hpp"
 #include "samples.hpp"
 
-namespace sinew::record {
+namespace sinew::record::kill_test {
 namespace {
 
 using testing::IsEmpty;
@@ -204,4 +204,4 @@ TEST_F(Kill, FromOutsideAtAnyMoment) {
 }
 
 }  // namespace
-}  // namespace sinew::record
+}  // namespace sinew::record::kill_test

@@ -5,7 +5,7 @@
 #include "record/recover.hpp"
 #include "samples.hpp"
 
-namespace sinew::record {
+namespace sinew::record::reader_test {
 namespace {
 
 using testing::HasSubstr;
@@ -275,4 +275,4 @@ TEST(Reader, RecoveringAFileWithoutChunksGivesOneWithChunks) {
 }
 
 }  // namespace
-}  // namespace sinew::record
+}  // namespace sinew::record::reader_test

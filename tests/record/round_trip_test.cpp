@@ -1,7 +1,7 @@
 // What is written is read again: by the summary, by looking at everything, in both orders, with every compression.
 #include "samples.hpp"
 
-namespace sinew::record {
+namespace sinew::record::round_trip_test {
 namespace {
 
 using testing::ElementsAreArray;
@@ -121,4 +121,4 @@ TEST_P(RoundTrip, PlainChannelsAreNeverCompressed) {
 INSTANTIATE_TEST_SUITE_P(Compressions, RoundTrip, kCompressions, compression_name);
 
 }  // namespace
-}  // namespace sinew::record
+}  // namespace sinew::record::round_trip_test

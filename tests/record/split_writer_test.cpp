@@ -4,7 +4,7 @@
 
 #include "samples.hpp"
 
-namespace sinew::record {
+namespace sinew::record::split_writer_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -178,4 +178,4 @@ TEST(SplitWriter, DoesNotSplitIntoTheFreeFloor) {
 }
 
 }  // namespace
-}  // namespace sinew::record
+}  // namespace sinew::record::split_writer_test

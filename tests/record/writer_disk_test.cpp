@@ -3,7 +3,7 @@
 
 #include "samples.hpp"
 
-namespace sinew::record {
+namespace sinew::record::writer_disk_test {
 namespace {
 
 using testing::IsEmpty;
@@ -197,4 +197,4 @@ TEST(WriterOnABadDisk, AFileThatCannotBeBegunIsNotWrittenTo) {
 }
 
 }  // namespace
-}  // namespace sinew::record
+}  // namespace sinew::record::writer_disk_test

@@ -6,7 +6,7 @@
 #include "../rt/counting_new.hpp"
 #include "samples.hpp"
 
-namespace sinew::record {
+namespace sinew::record::writer_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -219,4 +219,4 @@ TEST(Writer, GoesOnInAnotherFileThatIsWholeByItself) {
 }
 
 }  // namespace
-}  // namespace sinew::record
+}  // namespace sinew::record::writer_test

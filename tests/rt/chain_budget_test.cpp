@@ -5,7 +5,7 @@
 #include "graph_fixture.hpp"
 #include "test_modules.hpp"
 
-namespace sinew::rt {
+namespace sinew::rt::chain_budget_test {
 namespace {
 
 using Result = ChainVerdict::Result;
@@ -54,4 +54,4 @@ TEST(ChainBudget, IsNoPassWhereNothingCameOrNothingIsAsked) {
 }
 
 }  // namespace
-}  // namespace sinew::rt
+}  // namespace sinew::rt::chain_budget_test

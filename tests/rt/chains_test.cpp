@@ -4,7 +4,7 @@
 #include "graph_fixture.hpp"
 #include "test_modules.hpp"
 
-namespace sinew::rt {
+namespace sinew::rt::chains_test {
 namespace {
 
 /// Publishes a stamp that lies some time back.
@@ -135,4 +135,4 @@ TEST(Chains, NoOriginNoAge) {
 }
 
 }  // namespace
-}  // namespace sinew::rt
+}  // namespace sinew::rt::chains_test

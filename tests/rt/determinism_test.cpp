@@ -4,7 +4,7 @@
 #include "graph_fixture.hpp"
 #include "math/hash.hpp"
 
-namespace sinew::rt {
+namespace sinew::rt::determinism_test {
 namespace {
 
 /// Mixes all that a step may depend on into its output.
@@ -118,4 +118,4 @@ TEST(Determinism, EveryCompilerGivesTheSameBytes) {
 }
 
 }  // namespace
-}  // namespace sinew::rt
+}  // namespace sinew::rt::determinism_test

@@ -5,7 +5,7 @@
 
 #include "executor_fixture.hpp"
 
-namespace sinew::rt {
+namespace sinew::rt::discrete_executor_test {
 namespace {
 
 using End = DiscreteReport::End;
@@ -306,4 +306,4 @@ TEST(SameBytes, EveryBuildGivesTheSameHash) {
 }
 
 }  // namespace
-}  // namespace sinew::rt
+}  // namespace sinew::rt::discrete_executor_test

@@ -9,7 +9,7 @@
 #include "test_modules.hpp"
 #include "trap.hpp"
 
-namespace sinew::rt {
+namespace sinew::rt::discrete_loop_test {
 namespace {
 
 /// Sets the trap from each grant to the next call for one.
@@ -78,4 +78,4 @@ TEST(DiscreteExecutor, ItsLoopAllocatesLocksAndCallsTheKernelNotOnce) {
 }
 
 }  // namespace
-}  // namespace sinew::rt
+}  // namespace sinew::rt::discrete_loop_test

@@ -11,7 +11,7 @@
 #include "scripted_os.hpp"
 #include "until.hpp"
 
-namespace sinew::rt {
+namespace sinew::rt::executor_timing_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -381,4 +381,4 @@ TEST_F(ExecutorTiming, ItIsNotAskedForWhereTheOptionIsOff) {
 }
 
 }  // namespace
-}  // namespace sinew::rt
+}  // namespace sinew::rt::executor_timing_test

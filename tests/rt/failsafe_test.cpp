@@ -8,7 +8,7 @@
 #include "rt/guardian.hpp"
 #include "rt/safety_text.hpp"
 
-namespace sinew::rt {
+namespace sinew::rt::failsafe_test {
 namespace {
 
 using msg::FailsafeAction;
@@ -556,4 +556,4 @@ TEST(NumberFields, EveryListedPathIsFound) {
 }
 
 }  // namespace
-}  // namespace sinew::rt
+}  // namespace sinew::rt::failsafe_test

@@ -6,7 +6,7 @@
 
 #include "graph_fixture.hpp"
 
-namespace sinew::rt {
+namespace sinew::rt::fp_mode_test {
 namespace {
 
 volatile double g_tiny = 0x1p-1022, g_half = 0.5;
@@ -116,4 +116,4 @@ TEST(FpMode, AnExecutorRunsInTheRightModeAndRepairsWhatAStepLeavesBehind) {
 }
 
 }  // namespace
-}  // namespace sinew::rt
+}  // namespace sinew::rt::fp_mode_test

@@ -8,7 +8,7 @@
 #include "rt/graph.hpp"
 #include "topic_fixture.hpp"
 
-namespace sinew::rt {
+namespace sinew::rt::graph_check_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -664,4 +664,4 @@ TEST_F(GraphCheckTest, EveryProblemComesInOneRunInTheOrderOfTheLines) {
 }
 
 }  // namespace
-}  // namespace sinew::rt
+}  // namespace sinew::rt::graph_check_test

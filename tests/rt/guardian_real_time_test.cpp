@@ -13,7 +13,7 @@
 #include "rt/guardian.hpp"
 #include "rt/latch.hpp"
 
-namespace sinew::rt {
+namespace sinew::rt::guardian_real_time_test {
 namespace {
 
 using msg::FailsafeAction;
@@ -249,4 +249,4 @@ TEST_F(GuardianInRealTime, NothingMovesBeforeItIsArmedByHand) {
 }
 
 }  // namespace
-}  // namespace sinew::rt
+}  // namespace sinew::rt::guardian_real_time_test

@@ -7,7 +7,7 @@
 
 #include "graph_fixture.hpp"
 
-namespace sinew::rt {
+namespace sinew::rt::guardian_test {
 namespace {
 
 using msg::GuardianMode;
@@ -357,4 +357,4 @@ TEST_F(GuardianTest, AnAbsentDeviceIsNamedAtTheStart) {
 }
 
 }  // namespace
-}  // namespace sinew::rt
+}  // namespace sinew::rt::guardian_test

@@ -5,7 +5,7 @@
 
 #include "memory_model.hpp"
 
-namespace sinew::model {
+namespace sinew::model::handover_model_test {
 namespace {
 
 constexpr auto kRelaxed = std::memory_order_relaxed, kAcquire = std::memory_order_acquire,
@@ -132,4 +132,4 @@ struct LateWrite {
 TEST(HandOverModel, WriteAfterTheReleaseIsARace) { EXPECT_EQ(Explorer::explore<LateWrite>().failure, "data race"); }
 
 }  // namespace
-}  // namespace sinew::model
+}  // namespace sinew::model::handover_model_test

@@ -6,7 +6,7 @@
 
 #include "handover_programs.hpp"
 
-namespace sinew::rt {
+namespace sinew::rt::handover_test {
 namespace {
 
 using model::Explorer;
@@ -84,4 +84,4 @@ INSTANTIATE_TEST_SUITE_P(HandOver, Weakened, testing::Range<std::size_t>(0, 12),
                          [](const auto& p) { return std::string(ModelAtomics::all()[p.param].name); });
 
 }  // namespace
-}  // namespace sinew::rt
+}  // namespace sinew::rt::handover_test

@@ -11,7 +11,7 @@
 #include "rt/exec/module_rig.hpp"
 #include "topic_fixture.hpp"
 
-namespace sinew::rt {
+namespace sinew::rt::held_loans_test {
 namespace {
 
 using std::chrono_literals::operator""ms;
@@ -378,4 +378,4 @@ TEST(HeldLoansOfAModule, LeftBehindAtTheEndAreABugOfTheModule) {
 }
 
 }  // namespace
-}  // namespace sinew::rt
+}  // namespace sinew::rt::held_loans_test

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace sinew::rt {
+namespace sinew::rt::instant_word_test {
 namespace {
 
 using Short = InstantWord<false>;
@@ -48,4 +48,4 @@ TEST(InstantWord, WholeOneKeepsEveryNanosecondAndAsksForNoTime) {
 }
 
 }  // namespace
-}  // namespace sinew::rt
+}  // namespace sinew::rt::instant_word_test

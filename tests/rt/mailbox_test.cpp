@@ -17,7 +17,7 @@
 #include "trap.hpp"
 #include "until.hpp"
 
-namespace sinew::rt {
+namespace sinew::rt::mailbox_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -493,4 +493,4 @@ TEST(RealTimeWayIn, APeriodChangesAndItsPhaseRestarts) {
 }
 
 }  // namespace
-}  // namespace sinew::rt
+}  // namespace sinew::rt::mailbox_test

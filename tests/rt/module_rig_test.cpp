@@ -8,7 +8,7 @@
 #include "topic_fixture.hpp"
 #include "trap.hpp"
 
-namespace sinew::rt {
+namespace sinew::rt::module_rig_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -318,7 +318,7 @@ class Allocates final : public Module {
 };
 
 TEST(ModuleRigDeathTest, TheTrapIsSetAroundTheStep) {
-  if (!trap::is_set()) GTEST_SKIP() << "no trap in this build";
+  if (!sinew::trap::is_set()) GTEST_SKIP() << "no trap in this build";
   Allocates module;
   ModuleRig rig(module, {.name = "greedy"});
   EXPECT_DEATH(static_cast<void>(rig.step(Time{1}, 1ms)), "malloc called inside a step of module 'greedy'");
@@ -344,4 +344,4 @@ TEST(ModuleRigDeathTest, WrongUseEndsWithAText) {
 }
 
 }  // namespace
-}  // namespace sinew::rt
+}  // namespace sinew::rt::module_rig_test

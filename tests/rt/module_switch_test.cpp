@@ -5,7 +5,7 @@
 #include "graph_fixture.hpp"
 #include "test_modules.hpp"
 
-namespace sinew::rt {
+namespace sinew::rt::module_switch_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -104,4 +104,4 @@ TEST(StepContract, AModuleThatIsDisabledInTheFileWaitsToBeEnabled) {
 }
 
 }  // namespace
-}  // namespace sinew::rt
+}  // namespace sinew::rt::module_switch_test

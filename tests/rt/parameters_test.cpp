@@ -9,7 +9,7 @@
 #include "rt/exec/step_again.hpp"
 #include "test_modules.hpp"
 
-namespace sinew::rt {
+namespace sinew::rt::parameters_test {
 namespace {
 
 using ::testing::Each;
@@ -223,4 +223,4 @@ TEST(Parameters, AFullMailboxRefusesAndLosesNothing) {
 }
 
 }  // namespace
-}  // namespace sinew::rt
+}  // namespace sinew::rt::parameters_test

@@ -10,7 +10,7 @@
 #include "rt/exec/real_time_executor.hpp"
 #include "until.hpp"
 
-namespace sinew::rt {
+namespace sinew::rt::real_time_again_test {
 namespace {
 
 TEST(RealTimeAgain, EveryStepOfARunInRealTimeComesOutTheSame) {
@@ -56,4 +56,4 @@ TEST(RealTimeAgain, EveryStepOfARunInRealTimeComesOutTheSame) {
 }
 
 }  // namespace
-}  // namespace sinew::rt
+}  // namespace sinew::rt::real_time_again_test

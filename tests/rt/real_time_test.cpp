@@ -15,7 +15,7 @@
 #include "trap.hpp"
 #include "until.hpp"
 
-namespace sinew::rt {
+namespace sinew::rt::real_time_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -522,4 +522,4 @@ TEST(Trigger, AnInstantIsNeverThatOfATriggerTakenBefore) {
 }
 
 }  // namespace
-}  // namespace sinew::rt
+}  // namespace sinew::rt::real_time_test

@@ -8,7 +8,7 @@
 #include "test_modules.hpp"
 #include "until.hpp"
 
-namespace sinew::rt {
+namespace sinew::rt::scaled_time_test {
 namespace {
 
 class Pace : public ::testing::TestWithParam<double> {};
@@ -40,4 +40,4 @@ TEST_P(Pace, ReleasesAreDueOnTheScaledClockAndNoneComesBefore) {
 INSTANTIATE_TEST_SUITE_P(Rates, Pace, testing::Values(0.25, 1.0, 3.0));
 
 }  // namespace
-}  // namespace sinew::rt
+}  // namespace sinew::rt::scaled_time_test

@@ -8,7 +8,7 @@
 
 #include "rt/exec/schedule.hpp"
 
-namespace sinew::rt {
+namespace sinew::rt::schedule_hand_test {
 namespace {
 
 using Trigger = ThreadSpec::Trigger;
@@ -263,4 +263,4 @@ TEST(ScheduleByHand, RunningInPiecesIsTheSameAsRunningAtOnce) {
 }
 
 }  // namespace
-}  // namespace sinew::rt
+}  // namespace sinew::rt::schedule_hand_test

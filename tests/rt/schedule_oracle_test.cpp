@@ -8,7 +8,7 @@
 #include "rt/exec/schedule.hpp"
 #include "schedule_oracle.hpp"
 
-namespace sinew::rt {
+namespace sinew::rt::schedule_oracle_test {
 namespace {
 
 constexpr int kHorizonUs = 400;
@@ -215,4 +215,4 @@ TEST(ScheduleOracle, AgreesOnStartCompletionAndPreemptionsForTenThousandRandomGr
 }
 
 }  // namespace
-}  // namespace sinew::rt
+}  // namespace sinew::rt::schedule_oracle_test

@@ -7,7 +7,7 @@
 
 #include "math/random.hpp"
 
-namespace sinew::rt {
+namespace sinew::rt::stats_test {
 namespace {
 
 TEST(Histogram, EmptyAnswersZero) {
@@ -61,4 +61,4 @@ TEST(Histogram, NegativeCountsAsZeroAndTheLongestAsTheMaximum) {
 }
 
 }  // namespace
-}  // namespace sinew::rt
+}  // namespace sinew::rt::stats_test

@@ -10,7 +10,7 @@
 #include "rt/saved_state.hpp"
 #include "rt/trap.hpp"
 
-namespace sinew::rt {
+namespace sinew::rt::step_again_test {
 namespace {
 
 constexpr Duration kRun = 400ms;
@@ -350,4 +350,4 @@ TEST_F(StepAgainTest, SavingAStateAllocatesNothing) {
 }
 
 }  // namespace
-}  // namespace sinew::rt
+}  // namespace sinew::rt::step_again_test

@@ -7,7 +7,7 @@
 #include "graph_fixture.hpp"
 #include "test_modules.hpp"
 
-namespace sinew::rt {
+namespace sinew::rt::step_contract_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -250,4 +250,4 @@ TEST(StepContract, RandomNumbersDependOnSeedModuleAndStepAlone) {
 }
 
 }  // namespace
-}  // namespace sinew::rt
+}  // namespace sinew::rt::step_contract_test

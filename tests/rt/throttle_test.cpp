@@ -10,7 +10,7 @@
 #include "probe_os.hpp"
 #include "rt/exec/real_time_executor.hpp"
 
-namespace sinew::rt {
+namespace sinew::rt::throttle_test {
 namespace {
 
 /// Uses up 12 ms of processor time in each of its first steps and sees for itself when one took as much longer as the
@@ -72,4 +72,4 @@ TEST(KernelThrottle, IsNamedWhereItFreezesAThreadThatDoesNotSleep) {
 }
 
 }  // namespace
-}  // namespace sinew::rt
+}  // namespace sinew::rt::throttle_test

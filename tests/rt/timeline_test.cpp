@@ -16,7 +16,7 @@
 #include "test_modules.hpp"
 #include "until.hpp"
 
-namespace sinew::rt {
+namespace sinew::rt::timeline_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -312,4 +312,4 @@ TEST(ChromeTrace, TimesAreMicrosecondsWithThreeDecimals) {
 }
 
 }  // namespace
-}  // namespace sinew::rt
+}  // namespace sinew::rt::timeline_test

@@ -7,7 +7,7 @@
 #include "counting_new.hpp"
 #include "topic_fixture.hpp"
 
-namespace sinew::rt {
+namespace sinew::rt::topic_property_test {
 namespace {
 
 TEST(TopicProperty, NoAllocationAfterConstruction) {
@@ -235,4 +235,4 @@ TEST_P(Random, TopicsDoWhatThePlainModelSays) {
 INSTANTIATE_TEST_SUITE_P(Topic, Random, testing::Range(1U, 101U));
 
 }  // namespace
-}  // namespace sinew::rt
+}  // namespace sinew::rt::topic_property_test

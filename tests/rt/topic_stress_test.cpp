@@ -7,7 +7,7 @@
 #include "msg/image.hpp"
 #include "topic_fixture.hpp"
 
-namespace sinew::rt {
+namespace sinew::rt::topic_stress_test {
 namespace {
 
 #if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
@@ -152,4 +152,4 @@ TEST(TopicStress, ThreeReadersNeverSeeATornOrInconsistentSet) {
 }
 
 }  // namespace
-}  // namespace sinew::rt
+}  // namespace sinew::rt::topic_stress_test

@@ -9,7 +9,7 @@
 #include "msg/image.hpp"
 #include "topic_fixture.hpp"
 
-namespace sinew::rt {
+namespace sinew::rt::topic_test {
 namespace {
 
 using testing::ElementsAre;
@@ -443,4 +443,4 @@ TEST_F(Topic, SegmentCanBeReadByOffsetsAlone) {
 }
 
 }  // namespace
-}  // namespace sinew::rt
+}  // namespace sinew::rt::topic_test

@@ -25,7 +25,7 @@
 
 #include "rt/trap.hpp"
 
-namespace sinew {
+namespace sinew::trap_test {
 namespace {
 
 void* volatile g_keep = nullptr;  // so that the compiler cannot drop an allocation
@@ -182,4 +182,4 @@ TEST(TrapScope, CallOutsideAStepPasses) {
 }
 
 }  // namespace
-}  // namespace sinew
+}  // namespace sinew::trap_test

@@ -8,7 +8,7 @@
 
 #include "sim_hil/message_io.hpp"
 
-namespace sinew::sim_hil {
+namespace sinew::sim_hil::protocol_test {
 namespace {
 
 using hal::Errc;
@@ -439,4 +439,4 @@ TEST(SimFraming, WriterRefusesWhatDoesNotFitAndKeepsItsSequence) {
 }
 
 }  // namespace
-}  // namespace sinew::sim_hil
+}  // namespace sinew::sim_hil::protocol_test

@@ -7,7 +7,7 @@
 
 #include "hal/linux/socket.hpp"
 
-namespace sinew::tap {
+namespace sinew::tap::connection_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -92,4 +92,4 @@ TEST_F(OneConnection, AReplyThatIsTooLongForAnybodySaysSo) {
 }
 
 }  // namespace
-}  // namespace sinew::tap
+}  // namespace sinew::tap::connection_test

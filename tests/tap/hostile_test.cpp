@@ -10,7 +10,7 @@
 #include "qemu_user.hpp"
 #include "tap_rig.hpp"
 
-namespace sinew::tap {
+namespace sinew::tap::hostile_test {
 namespace {
 
 OwnRunDir g_run_dir;
@@ -189,4 +189,4 @@ std::vector<std::uint64_t> hashes_of_a_run(bool beside_hostiles) {
 TEST(Hostile, ChangesNoByteInVirtualTime) { EXPECT_EQ(hashes_of_a_run(true), hashes_of_a_run(false)); }
 
 }  // namespace
-}  // namespace sinew::tap
+}  // namespace sinew::tap::hostile_test

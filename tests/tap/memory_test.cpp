@@ -3,7 +3,7 @@
 #include "refusing_new.hpp"
 #include "tap_rig.hpp"
 
-namespace sinew::tap {
+namespace sinew::tap::memory_test {
 namespace {
 
 OwnRunDir g_run_dir;
@@ -48,4 +48,4 @@ TEST_F(Scarce, AReplyThatCannotBeWritten) {
 }
 
 }  // namespace
-}  // namespace sinew::tap
+}  // namespace sinew::tap::memory_test

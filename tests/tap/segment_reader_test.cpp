@@ -9,7 +9,7 @@
 #include "rt/commit.hpp"
 #include "rt/schema_hash.hpp"
 
-namespace sinew::tap {
+namespace sinew::tap::segment_reader_test {
 namespace {
 
 constexpr std::uint32_t kNearWrap = 0xFFFFFFFD;
@@ -209,4 +209,4 @@ TEST(SegmentReader, RefusesWhatDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace sinew::tap
+}  // namespace sinew::tap::segment_reader_test

@@ -6,7 +6,7 @@
 #include "raw_client.hpp"
 #include "tap_rig.hpp"
 
-namespace sinew::tap {
+namespace sinew::tap::server_test {
 namespace {
 
 OwnRunDir g_run_dir;
@@ -538,4 +538,4 @@ TEST(Names, TwoRobotsDoNotMeet) {
 }
 
 }  // namespace
-}  // namespace sinew::tap
+}  // namespace sinew::tap::server_test

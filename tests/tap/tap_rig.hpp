@@ -17,7 +17,7 @@
 namespace sinew::tap {
 
 using namespace std::chrono_literals;
-using Json = nlohmann::json;
+using Json = nlohmann::ordered_json;
 
 /// A run dir of this program's own, removed at its end.
 class OwnRunDir {

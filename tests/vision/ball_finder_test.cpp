@@ -11,7 +11,7 @@
 #include "rt/exec/module_rig.hpp"
 #include "vision/ball_detector.hpp"
 
-namespace sinew::vision {
+namespace sinew::vision::ball_finder_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -233,4 +233,4 @@ TEST(BallDetector, OldAndUselessImagesGiveNoMessage) {
 }
 
 }  // namespace
-}  // namespace sinew::vision
+}  // namespace sinew::vision::ball_finder_test

@@ -15,7 +15,7 @@ namespace sinew::robots {
 std::string_view room_xml_of_desk_head();
 }
 
-namespace sinew::vision {
+namespace sinew::vision::ball_rendered_test {
 namespace {
 
 constexpr double kFov = 1.0382921838;  // of BallDetector, and of the plant's camera
@@ -76,4 +76,4 @@ INSTANTIATE_TEST_SUITE_P(BallFinder, RenderedBall, testing::Values(std::pair{320
                          [](const auto& p) { return std::to_string(p.param.first); });
 
 }  // namespace
-}  // namespace sinew::vision
+}  // namespace sinew::vision::ball_rendered_test

@@ -7,7 +7,7 @@
 
 #include "math/random.hpp"
 
-namespace sinew::vision {
+namespace sinew::vision::circle_fit_test {
 namespace {
 
 std::vector<PointPx> arc(double x, double y, double r, double from_rad, double to_rad, int n, double noise = 0) {
@@ -48,4 +48,4 @@ TEST(CircleFit, RefusesLinesAndTooFewPoints) {
 }
 
 }  // namespace
-}  // namespace sinew::vision
+}  // namespace sinew::vision::circle_fit_test

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace sinew::vision {
+namespace sinew::vision::colour_table_test {
 namespace {
 
 TEST(ColourTable, ConversionThereAndBackStaysWithinTwoGreyLevels) {
@@ -71,4 +71,4 @@ TEST(ColourTable, TheFirstColourThatFitsWinsAndTheNinthIsRefused) {
 }
 
 }  // namespace
-}  // namespace sinew::vision
+}  // namespace sinew::vision::colour_table_test

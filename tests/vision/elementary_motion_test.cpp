@@ -7,7 +7,7 @@
 
 #include "images.hpp"
 
-namespace sinew::vision {
+namespace sinew::vision::elementary_motion_test {
 namespace {
 
 using msg::PixelFormat;
@@ -116,4 +116,4 @@ TEST(ElementaryMotion, ABrightnessFactorAloneIsNoMotion) {
 }
 
 }  // namespace
-}  // namespace sinew::vision
+}  // namespace sinew::vision::elementary_motion_test

@@ -7,7 +7,7 @@
 #include "math/random.hpp"
 #include "msg/image_buffer.hpp"
 
-namespace sinew::vision {
+namespace sinew::vision::image_turn_test {
 namespace {
 
 using math::Quat;
@@ -119,4 +119,4 @@ TEST(ImageTurn, AnotherSizeOrFormatBeginsAnew) {
 }
 
 }  // namespace
-}  // namespace sinew::vision
+}  // namespace sinew::vision::image_turn_test

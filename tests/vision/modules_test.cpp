@@ -7,7 +7,7 @@
 #include "vision/motion_field.hpp"
 #include "vision/pad_detector.hpp"
 
-namespace sinew::vision {
+namespace sinew::vision::modules_test {
 namespace {
 
 using msg::ImageBuffer;
@@ -158,4 +158,4 @@ TEST(MotionField, ABinOfThreeIsRefusedInWords) {
 }
 
 }  // namespace
-}  // namespace sinew::vision
+}  // namespace sinew::vision::modules_test

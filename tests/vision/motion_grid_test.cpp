@@ -10,7 +10,7 @@
 #include "images.hpp"
 #include "vision/luma.hpp"
 
-namespace sinew::vision {
+namespace sinew::vision::motion_grid_test {
 namespace {
 
 using msg::PixelFormat;
@@ -291,4 +291,4 @@ TEST_F(RealFrames, TheShakingAgreesWithTheGyro) {
 }
 
 }  // namespace
-}  // namespace sinew::vision
+}  // namespace sinew::vision::motion_grid_test

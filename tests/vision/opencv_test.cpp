@@ -8,7 +8,7 @@
 #include "vision/opencv/contour_finder.hpp"
 #include "vision/opencv/mat_view.hpp"
 
-namespace sinew::vision {
+namespace sinew::vision::opencv_test {
 namespace {
 
 using msg::ImageBuffer;
@@ -129,4 +129,4 @@ TEST(ContourFinder, IsDeclaredBestEffort) {
 }
 
 }  // namespace
-}  // namespace sinew::vision
+}  // namespace sinew::vision::opencv_test

@@ -4,7 +4,7 @@
 
 #include "pad_scene.hpp"
 
-namespace sinew::vision {
+namespace sinew::vision::pad_finder_test {
 namespace {
 
 using msg::PixelFormat;
@@ -151,4 +151,4 @@ TEST(PadFinder, RgbAndYuyvAgree) {
 }
 
 }  // namespace
-}  // namespace sinew::vision
+}  // namespace sinew::vision::pad_finder_test

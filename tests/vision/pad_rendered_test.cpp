@@ -15,7 +15,7 @@ namespace sinew::robots {
 std::string_view room_xml_of_quad();
 }
 
-namespace sinew::vision {
+namespace sinew::vision::pad_rendered_test {
 namespace {
 
 using plant::CameraPose;
@@ -125,4 +125,4 @@ INSTANTIATE_TEST_SUITE_P(PadFinder, RenderedPad, testing::Values(std::pair{320u,
                          [](const auto& p) { return std::to_string(p.param.first); });
 
 }  // namespace
-}  // namespace sinew::vision
+}  // namespace sinew::vision::pad_rendered_test

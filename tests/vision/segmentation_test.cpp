@@ -6,7 +6,7 @@
 
 #include "images.hpp"
 
-namespace sinew::vision {
+namespace sinew::vision::segmentation_test {
 namespace {
 
 using msg::PixelFormat;
@@ -241,4 +241,4 @@ TEST(ImageView, HostileHeadersGiveNoView) {
 }
 
 }  // namespace
-}  // namespace sinew::vision
+}  // namespace sinew::vision::segmentation_test

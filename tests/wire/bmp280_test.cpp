@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace sinew::wire::bmp280 {
+namespace sinew::wire::bmp280::bmp280_test {
 namespace {
 
 /// The chip of the datasheet's example, section 3.12.
@@ -55,4 +55,4 @@ TEST(Bmp280, ChipsAreKnownByTheirAnswer) {
 }
 
 }  // namespace
-}  // namespace sinew::wire::bmp280
+}  // namespace sinew::wire::bmp280::bmp280_test

@@ -6,7 +6,7 @@
 
 #include "wire/random_can_frame.hpp"
 
-namespace sinew::wire {
+namespace sinew::wire::candump_test {
 namespace {
 
 std::string formatted(const msg::CanFrame& frame, std::string_view interface = "can0") {
@@ -98,4 +98,4 @@ TEST(Candump, WhatDoesNotFitIsNotWritten) {
 }
 
 }  // namespace
-}  // namespace sinew::wire
+}  // namespace sinew::wire::candump_test

@@ -8,7 +8,7 @@
 
 #include "wire/cia402.hpp"
 
-namespace sinew::wire {
+namespace sinew::wire::canopen_test {
 namespace {
 
 std::string text(const msg::CanFrame& frame) {
@@ -169,4 +169,4 @@ TEST(Cia402, ErrorCodesBecomeFaultsOfTheJoint) {
 }
 
 }  // namespace
-}  // namespace sinew::wire
+}  // namespace sinew::wire::canopen_test

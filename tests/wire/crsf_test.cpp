@@ -4,7 +4,7 @@
 
 #include "bytes.hpp"
 
-namespace sinew::wire {
+namespace sinew::wire::crsf_test {
 namespace {
 
 using test::Bytes, test::bytes_of, test::frames_in, test::joined;
@@ -64,4 +64,4 @@ TEST(Crsf, WhatIsEncodedIsDecoded) {
 }
 
 }  // namespace
-}  // namespace sinew::wire
+}  // namespace sinew::wire::crsf_test

@@ -5,7 +5,7 @@
 
 #include <array>
 
-namespace sinew::wire {
+namespace sinew::wire::cybergear_test {
 namespace {
 
 using Bytes = std::array<std::uint8_t, 8>;
@@ -79,4 +79,4 @@ TEST(CyberGear, StandardFramesAndOtherSizesAreNone) {
 }
 
 }  // namespace
-}  // namespace sinew::wire
+}  // namespace sinew::wire::cybergear_test

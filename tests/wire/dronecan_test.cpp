@@ -10,7 +10,7 @@
 #include "wire/dronecan_types.hpp"
 #include "wire/random_can_frame.hpp"
 
-namespace sinew::wire {
+namespace sinew::wire::dronecan_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -323,4 +323,4 @@ TEST(Dronecan, AnonymousTransferOfManyFramesIsNotSent) {
 }
 
 }  // namespace
-}  // namespace sinew::wire
+}  // namespace sinew::wire::dronecan_test

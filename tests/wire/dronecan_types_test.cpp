@@ -8,7 +8,7 @@
 
 #include "wire/dronecan_bits.hpp"
 
-namespace sinew::wire {
+namespace sinew::wire::dronecan_types_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -224,4 +224,4 @@ TEST(DronecanTypes, ActuatorCommandsAreWholeOnes) {
 }
 
 }  // namespace
-}  // namespace sinew::wire
+}  // namespace sinew::wire::dronecan_types_test

@@ -8,7 +8,7 @@
 #include "wire/crc_ccitt.hpp"
 #include "wire/random_can_frame.hpp"
 
-namespace sinew::wire {
+namespace sinew::wire::dronecan_udp_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -85,4 +85,4 @@ TEST(DronecanUdp, FramesThatCannotBeAreRefusedInSpiteOfTheirCrc) {
 }
 
 }  // namespace
-}  // namespace sinew::wire
+}  // namespace sinew::wire::dronecan_udp_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace sinew::wire::icm42600 {
+namespace sinew::wire::icm42600::icm42600_test {
 namespace {
 
 std::uint8_t written(const std::array<RegisterWrite, 8>& writes, std::uint8_t address) {
@@ -64,4 +64,4 @@ TEST(Icm42600, ASensorThatHasNotStartedIsNoMeasurement) {
 }
 
 }  // namespace
-}  // namespace sinew::wire::icm42600
+}  // namespace sinew::wire::icm42600::icm42600_test

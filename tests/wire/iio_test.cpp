@@ -5,7 +5,7 @@
 
 #include "bytes.hpp"
 
-namespace sinew::wire {
+namespace sinew::wire::iio_test {
 namespace {
 
 using test::Bytes;
@@ -123,4 +123,4 @@ TEST(IioMountMatrix, IsReadRowByRow) {
 }
 
 }  // namespace
-}  // namespace sinew::wire
+}  // namespace sinew::wire::iio_test

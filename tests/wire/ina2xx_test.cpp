@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace sinew::wire::ina2xx {
+namespace sinew::wire::ina2xx::ina2xx_test {
 namespace {
 
 TEST(Ina2xx, SetUpIsTheRegisterMapsBits) {
@@ -43,4 +43,4 @@ TEST(Ina2xx, IsKnownByItsDieWhateverItsRevision) {
 }
 
 }  // namespace
-}  // namespace sinew::wire::ina2xx
+}  // namespace sinew::wire::ina2xx::ina2xx_test

@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-namespace sinew::wire {
+namespace sinew::wire::mit_motor_test {
 namespace {
 
 std::array<std::uint8_t, 8> bytes(const msg::CanFrame& f) {
@@ -98,4 +98,4 @@ TEST(MitMotor, RoundTripIsExactToAStep) {
 }
 
 }  // namespace
-}  // namespace sinew::wire
+}  // namespace sinew::wire::mit_motor_test

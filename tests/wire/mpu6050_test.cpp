@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace sinew::wire::mpu6050 {
+namespace sinew::wire::mpu6050::mpu6050_test {
 namespace {
 
 std::uint8_t written(const std::array<RegisterWrite, 9>& writes, std::uint8_t address) {
@@ -80,4 +80,4 @@ TEST(Mpu6050, TemperatureFollowsTheChip) {
 }
 
 }  // namespace
-}  // namespace sinew::wire::mpu6050
+}  // namespace sinew::wire::mpu6050::mpu6050_test

@@ -6,7 +6,7 @@
 
 #include "bytes.hpp"
 
-namespace sinew::wire {
+namespace sinew::wire::nmea_test {
 namespace {
 
 using test::Bytes, test::bytes_of, test::frames_in, test::joined;
@@ -138,4 +138,4 @@ TEST(Nmea, MakersOwnSentencesAreNotMistaken) {
 }
 
 }  // namespace
-}  // namespace sinew::wire
+}  // namespace sinew::wire::nmea_test

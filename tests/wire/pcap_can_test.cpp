@@ -6,7 +6,7 @@
 
 #include "wire/random_can_frame.hpp"
 
-namespace sinew::wire {
+namespace sinew::wire::pcap_can_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -42,4 +42,4 @@ TEST(PcapCan, WhatDoesNotFitIsNotWritten) {
 }
 
 }  // namespace
-}  // namespace sinew::wire
+}  // namespace sinew::wire::pcap_can_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace sinew::wire::qmc5883l {
+namespace sinew::wire::qmc5883l::qmc5883l_test {
 namespace {
 
 TEST(Qmc5883l, SetUpWritesTheRegisterMapsBits) {
@@ -27,4 +27,4 @@ TEST(Qmc5883l, ABurstIsLittleEndianAndSaysWhetherItCounts) {
 }
 
 }  // namespace
-}  // namespace sinew::wire::qmc5883l
+}  // namespace sinew::wire::qmc5883l::qmc5883l_test

@@ -4,7 +4,7 @@
 
 #include "bytes.hpp"
 
-namespace sinew::wire {
+namespace sinew::wire::sbus_test {
 namespace {
 
 using test::Bytes, test::joined;
@@ -119,4 +119,4 @@ TEST(RcStick, GoesFromMinusOneToOne) {
 }
 
 }  // namespace
-}  // namespace sinew::wire
+}  // namespace sinew::wire::sbus_test

@@ -7,7 +7,7 @@
 
 #include "wire/random_can_frame.hpp"
 
-namespace sinew::wire {
+namespace sinew::wire::socketcand_test {
 namespace {
 
 SocketcandMessage parsed(std::string_view element) {
@@ -157,4 +157,4 @@ TEST(Socketcand, EveryFrameComesBackAsItWas) {
 }
 
 }  // namespace
-}  // namespace sinew::wire
+}  // namespace sinew::wire::socketcand_test

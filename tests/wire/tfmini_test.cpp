@@ -6,7 +6,7 @@
 
 #include "bytes.hpp"
 
-namespace sinew::wire {
+namespace sinew::wire::tfmini_test {
 namespace {
 
 using test::Bytes, test::frames_in, test::joined;
@@ -56,4 +56,4 @@ TEST(TfMini, AHeadThatRepeatsItselfDoesNotHideTheFrame) {
 }
 
 }  // namespace
-}  // namespace sinew::wire
+}  // namespace sinew::wire::tfmini_test

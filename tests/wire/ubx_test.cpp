@@ -4,7 +4,7 @@
 
 #include "bytes.hpp"
 
-namespace sinew::wire {
+namespace sinew::wire::ubx_test {
 namespace {
 
 using test::Bytes, test::frames_in, test::joined;
@@ -127,4 +127,4 @@ TEST(Ubx, LongMessagesArePassedOver) {
 }
 
 }  // namespace
-}  // namespace sinew::wire
+}  // namespace sinew::wire::ubx_test

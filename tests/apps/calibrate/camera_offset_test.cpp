@@ -6,7 +6,7 @@
 
 #include "math/random.hpp"
 
-namespace sinew::app {
+namespace sinew::app::camera_offset_test {
 namespace {
 
 using math::Quat;
@@ -149,4 +149,4 @@ TEST(CameraOffset, AFewWrongTurnsDoNoHarm) {
 }
 
 }  // namespace
-}  // namespace sinew::app
+}  // namespace sinew::app::camera_offset_test

@@ -2,7 +2,7 @@
 
 #include <gmock/gmock.h>
 
-namespace sinew::app {
+namespace sinew::app::imu_rest_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -63,4 +63,4 @@ TEST(ImuRest, PositionThatIsMissingOrSkewedIsNamed) {
 }
 
 }  // namespace
-}  // namespace sinew::app
+}  // namespace sinew::app::imu_rest_test

@@ -9,7 +9,7 @@
 #include "apps/deploy/tar_stream.hpp"
 #include "hal/linux/camera/libcamera_plugin.hpp"
 
-namespace sinew::app {
+namespace sinew::app::deploy_plan_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -210,4 +210,4 @@ TEST(TarStream, HeadersAreWhatTheStandardSays) {
 }
 
 }  // namespace
-}  // namespace sinew::app
+}  // namespace sinew::app::deploy_plan_test

@@ -7,7 +7,7 @@
 
 #include "hal/linux/run_dir.hpp"
 
-namespace sinew::app {
+namespace sinew::app::fetch_runs_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -123,4 +123,4 @@ TEST_F(FetchRuns, ABoardsNamesStayBelowTheFolder) {
 }
 
 }  // namespace
-}  // namespace sinew::app
+}  // namespace sinew::app::fetch_runs_test

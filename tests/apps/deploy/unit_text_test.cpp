@@ -2,7 +2,7 @@
 
 #include <gmock/gmock.h>
 
-namespace sinew::app {
+namespace sinew::app::unit_text_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -57,4 +57,4 @@ TEST(UnitText, NamesThatSystemdWouldReadOtherwiseAreRefused) {
 }
 
 }  // namespace
-}  // namespace sinew::app
+}  // namespace sinew::app::unit_text_test

@@ -20,7 +20,7 @@
 #include "rt/commit.hpp"
 #include "rt/segment.hpp"
 
-namespace sinew::app {
+namespace sinew::app::parent_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -351,4 +351,4 @@ TEST_F(ParentTest, WatchdogThatCannotBeOpenedRefusesTheStart) {
 }
 
 }  // namespace
-}  // namespace sinew::app
+}  // namespace sinew::app::parent_test

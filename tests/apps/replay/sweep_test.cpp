@@ -4,7 +4,7 @@
 
 #include "rt/module.hpp"
 
-namespace sinew::app {
+namespace sinew::app::sweep_test {
 namespace {
 
 using rt::ParamValue;
@@ -102,4 +102,4 @@ TEST_F(SweepTest, TheGridHasEveryCombination) {
 }
 
 }  // namespace
-}  // namespace sinew::app
+}  // namespace sinew::app::sweep_test

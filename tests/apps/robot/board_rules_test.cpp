@@ -3,7 +3,7 @@
 
 #include <gmock/gmock.h>
 
-namespace sinew::app {
+namespace sinew::app::board_rules_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -109,4 +109,4 @@ TEST(BoardRules, FaultOfASimulatedDeviceThatThisRunHasFromElsewhereReachesNobody
 }
 
 }  // namespace
-}  // namespace sinew::app
+}  // namespace sinew::app::board_rules_test

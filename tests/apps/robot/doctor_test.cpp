@@ -12,7 +12,7 @@
 #include "apps/robot_file/robot_file.hpp"
 #include "source_dir.hpp"
 
-namespace sinew::app {
+namespace sinew::app::doctor_test {
 namespace {
 
 using hal::CheckState;
@@ -137,4 +137,4 @@ TEST_F(DoctorCommand, ExitCodesSayHowBadItIs) {
 }
 
 }  // namespace
-}  // namespace sinew::app
+}  // namespace sinew::app::doctor_test

@@ -3,7 +3,7 @@
 
 #include "../run/wired_head.hpp"
 
-namespace sinew::app {
+namespace sinew::app::pace_rules_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -41,4 +41,4 @@ TEST(PaceRules, SilenceIsLongerThanThePauseBetweenTwoMessages) {
 }
 
 }  // namespace
-}  // namespace sinew::app
+}  // namespace sinew::app::pace_rules_test

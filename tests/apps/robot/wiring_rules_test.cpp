@@ -5,7 +5,7 @@
 
 #include "../run/wired_head.hpp"
 
-namespace sinew::app {
+namespace sinew::app::wiring_rules_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -264,4 +264,4 @@ TEST(OptionLines, TellWhereAValueComesFrom) {
 }
 
 }  // namespace
-}  // namespace sinew::app
+}  // namespace sinew::app::wiring_rules_test

@@ -4,7 +4,7 @@
 
 #include "apps/module_list.hpp"
 
-namespace sinew::app {
+namespace sinew::app::calibration_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -89,4 +89,4 @@ TEST(Calibration, TextReadsBackAsWhatItWas) {
 }
 
 }  // namespace
-}  // namespace sinew::app
+}  // namespace sinew::app::calibration_test

@@ -9,7 +9,7 @@
 
 #include "apps/robot_file/robot_file.hpp"
 
-namespace sinew::app {
+namespace sinew::app::extends_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -134,4 +134,4 @@ TEST_F(Extends, WhatIsWrongIsNamedWithItsFile) {
 }
 
 }  // namespace
-}  // namespace sinew::app
+}  // namespace sinew::app::extends_test

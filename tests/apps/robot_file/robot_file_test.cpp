@@ -2,7 +2,7 @@
 
 #include <gmock/gmock.h>
 
-namespace sinew::app {
+namespace sinew::app::robot_file_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -370,4 +370,4 @@ TEST(RobotFile, EmptyKeyIsNamedAsOne) {
 }
 
 }  // namespace
-}  // namespace sinew::app
+}  // namespace sinew::app::robot_file_test

@@ -5,7 +5,7 @@
 
 #include "apps/robot_file/robot_file.hpp"
 
-namespace sinew::app {
+namespace sinew::app::validity_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -154,4 +154,4 @@ colour = 1
 }
 
 }  // namespace
-}  // namespace sinew::app
+}  // namespace sinew::app::validity_test

@@ -10,7 +10,7 @@
 #include "sim_hil/wire/sim_cia402.hpp"
 #include "sim_hil/wire/socketcand_server.hpp"
 
-namespace sinew::app {
+namespace sinew::app::device_stop_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -90,4 +90,4 @@ TEST_F(DeviceStopTest, ABusWhereNobodyListensIsNoLine) {
 }
 
 }  // namespace
-}  // namespace sinew::app
+}  // namespace sinew::app::device_stop_test

@@ -10,7 +10,7 @@
 #include "fault_world.hpp"
 #include "source_dir.hpp"
 
-namespace sinew::app::test {
+namespace sinew::app::test::flight_again_test {
 namespace {
 
 /// What happens in a run, at an instant of it, once.
@@ -194,4 +194,4 @@ TEST(StateOfModules, ATypeDeclaresItsStateOrIsKnownToHaveNone) {
 }
 
 }  // namespace
-}  // namespace sinew::app::test
+}  // namespace sinew::app::test::flight_again_test

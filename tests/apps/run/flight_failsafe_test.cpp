@@ -5,7 +5,7 @@
 #include "fault_world.hpp"
 #include "msg/operator.hpp"
 
-namespace sinew::app::test {
+namespace sinew::app::test::flight_failsafe_test {
 namespace {
 
 using msg::FailsafeAction;
@@ -155,4 +155,4 @@ TEST_F(LinkedFlight, DoesNotArmWithoutAnOperator) {
 }
 
 }  // namespace
-}  // namespace sinew::app::test
+}  // namespace sinew::app::test::flight_failsafe_test

@@ -8,7 +8,7 @@
 
 #include "fault_world.hpp"
 
-namespace sinew::app::test {
+namespace sinew::app::test::module_fault_test {
 namespace {
 
 using msg::FailsafeAction;
@@ -329,4 +329,4 @@ TEST(ModuleFaultTable, WithoutAFaultTheFlightEndsOnThePad) {
 }
 
 }  // namespace
-}  // namespace sinew::app::test
+}  // namespace sinew::app::test::module_fault_test

@@ -5,7 +5,7 @@
 #include "fault_world.hpp"
 #include "msg/pilot.hpp"
 
-namespace sinew::app::test {
+namespace sinew::app::test::pilot_flight_test {
 namespace {
 
 using msg::FailsafeAction;
@@ -142,4 +142,4 @@ TEST_F(PilotFlight, ThePilotFliesForwardAndHandsBackToALanding) {
 }
 
 }  // namespace
-}  // namespace sinew::app::test
+}  // namespace sinew::app::test::pilot_flight_test

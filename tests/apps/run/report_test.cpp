@@ -9,7 +9,7 @@
 #include "apps/view/graph_text.hpp"
 #include "apps/view/plot.hpp"
 
-namespace sinew::app {
+namespace sinew::app::report_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -118,4 +118,4 @@ TEST(GraphText, DurationsAreForPeople) {
 }
 
 }  // namespace
-}  // namespace sinew::app
+}  // namespace sinew::app::report_test

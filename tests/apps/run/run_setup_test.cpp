@@ -9,7 +9,7 @@
 #include "apps/robot_file/param_overlay.hpp"
 #include "hal/board.hpp"
 
-namespace sinew::app {
+namespace sinew::app::run_setup_test {
 namespace {
 
 rt::GraphSpec two_modules() {
@@ -147,4 +147,4 @@ TEST(RobotFileSections, HaveTheirHeaderButForThatOfTheModules) {
 }
 
 }  // namespace
-}  // namespace sinew::app
+}  // namespace sinew::app::run_setup_test

@@ -12,7 +12,7 @@
 #include "apps/command/command.hpp"
 #include "hal/linux/socket.hpp"
 
-namespace sinew::app {
+namespace sinew::app::session_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -161,4 +161,4 @@ TEST_F(SessionTest, AWorldThatBreaksIsAFailedRunWithItsWords) {
 }
 
 }  // namespace
-}  // namespace sinew::app
+}  // namespace sinew::app::session_test

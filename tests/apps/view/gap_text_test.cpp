@@ -5,7 +5,7 @@
 #include "apps/view/status_table.hpp"
 #include "hal/board.hpp"
 
-namespace sinew::app {
+namespace sinew::app::gap_text_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -66,4 +66,4 @@ TEST_F(GapText, EveryThreadsGapsAreNamedWithTheirCause) {
 }
 
 }  // namespace
-}  // namespace sinew::app
+}  // namespace sinew::app::gap_text_test

@@ -11,7 +11,7 @@
 #include "apps/view/message_text.hpp"
 #include "source_dir.hpp"
 
-namespace sinew::app {
+namespace sinew::app::live_text_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -170,4 +170,4 @@ TEST(StatusText, AReplyOfAnotherKindIsNoCrash) {
 }
 
 }  // namespace
-}  // namespace sinew::app
+}  // namespace sinew::app::live_text_test

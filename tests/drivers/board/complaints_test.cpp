@@ -13,7 +13,7 @@
 #include "sim_hil/wire/memory_can.hpp"
 #include "sim_hil/wire/sim_cia402.hpp"
 
-namespace sinew::drivers {
+namespace sinew::drivers::complaints_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -269,4 +269,4 @@ TEST(Complaints, ThreadsThatRunWithoutTheirPriorityAreNamed) {
 }
 
 }  // namespace
-}  // namespace sinew::drivers
+}  // namespace sinew::drivers::complaints_test

@@ -7,7 +7,7 @@
 #include "drivers/calibrated_imu.hpp"
 #include "hal/platform.hpp"
 
-namespace sinew::drivers {
+namespace sinew::drivers::device_board_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -211,4 +211,4 @@ TEST(CalibratedImu, ChipUpsideDownFeelsGravityUpwardInTheBase) {
 }
 
 }  // namespace
-}  // namespace sinew::drivers
+}  // namespace sinew::drivers::device_board_test

@@ -8,7 +8,7 @@
 #include "drivers/chips/qmc5883l.hpp"
 #include "sim_hil/wire/sim_imu_chips.hpp"
 
-namespace sinew::drivers {
+namespace sinew::drivers::chips_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -250,4 +250,4 @@ TEST_F(ChipTest, Qmc5883lMeasuresInTheBaseFrame) {
 }
 
 }  // namespace
-}  // namespace sinew::drivers
+}  // namespace sinew::drivers::chips_test

@@ -12,7 +12,7 @@
 #include "hal/platform.hpp"
 #include "sim_hil/wire/sim_imu_chips.hpp"
 
-namespace sinew::drivers {
+namespace sinew::drivers::mpu6050_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -369,4 +369,4 @@ TEST(Mpu6050Kernel, TheRealBusDelivers) {
 }
 
 }  // namespace
-}  // namespace sinew::drivers
+}  // namespace sinew::drivers::mpu6050_test

@@ -9,7 +9,7 @@
 #include "drivers/board/driver_list.hpp"
 #include "sim_hil/wire/sim_power_monitor.hpp"
 
-namespace sinew::drivers {
+namespace sinew::drivers::power_monitor_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -185,4 +185,4 @@ TEST(PowerMonitorKeys, NeedTheShuntAndTakeCellsAsAWhole) {
 }
 
 }  // namespace
-}  // namespace sinew::drivers
+}  // namespace sinew::drivers::power_monitor_test

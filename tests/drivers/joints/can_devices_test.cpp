@@ -12,7 +12,7 @@
 #include "sim_hil/wire/sim_cia402.hpp"
 #include "sim_hil/wire/sim_impedance.hpp"
 
-namespace sinew::drivers {
+namespace sinew::drivers::can_devices_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -239,4 +239,4 @@ TEST(CanDevices, BusThatCannotCarryItsJointsDoesNotStart) {
 }
 
 }  // namespace
-}  // namespace sinew::drivers
+}  // namespace sinew::drivers::can_devices_test

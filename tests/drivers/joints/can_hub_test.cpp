@@ -5,7 +5,7 @@
 #include "hal/platform.hpp"
 #include "servo_rig.hpp"
 
-namespace sinew::drivers {
+namespace sinew::drivers::can_hub_test {
 namespace {
 
 using msg::JointMode;
@@ -320,4 +320,4 @@ TEST(CanHub, SetpointMakesTheTickThatIsNearlyDue) {
 }
 
 }  // namespace
-}  // namespace sinew::drivers
+}  // namespace sinew::drivers::can_hub_test

@@ -9,7 +9,7 @@
 #include "sim_hil/wire/memory_can.hpp"
 #include "wire/candump.hpp"
 
-namespace sinew::drivers {
+namespace sinew::drivers::can_player_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -124,4 +124,4 @@ TEST(CanPlayer, WrongLogsSayWhereAndWhat) {
 }
 
 }  // namespace
-}  // namespace sinew::drivers
+}  // namespace sinew::drivers::can_player_test

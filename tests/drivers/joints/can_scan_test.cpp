@@ -5,7 +5,7 @@
 #include "servo_rig.hpp"
 #include "sim_hil/wire/sim_dronecan.hpp"
 
-namespace sinew::drivers {
+namespace sinew::drivers::can_scan_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -162,4 +162,4 @@ TEST_F(Scanned, ARunningDrivesOwnTrafficIsNobodysAnswer) {
 }
 
 }  // namespace
-}  // namespace sinew::drivers
+}  // namespace sinew::drivers::can_scan_test

@@ -9,7 +9,7 @@
 #include "servo_rig.hpp"
 #include "sim_hil/wire/sim_dronecan.hpp"
 
-namespace sinew::drivers {
+namespace sinew::drivers::can_stop_line_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -298,4 +298,4 @@ TEST_F(CanStopLineTest, GroupsThatAreNotNamedHaveNone) {
 }
 
 }  // namespace
-}  // namespace sinew::drivers
+}  // namespace sinew::drivers::can_stop_line_test

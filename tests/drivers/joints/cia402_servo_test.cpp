@@ -4,7 +4,7 @@
 
 #include "servo_rig.hpp"
 
-namespace sinew::drivers {
+namespace sinew::drivers::cia402_servo_test {
 namespace {
 
 using msg::JointMode;
@@ -503,4 +503,4 @@ TEST_F(Cia402, WhatItCannotDoIsSaidBeforeTheStart) {
 }
 
 }  // namespace
-}  // namespace sinew::drivers
+}  // namespace sinew::drivers::cia402_servo_test

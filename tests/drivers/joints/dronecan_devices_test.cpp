@@ -16,7 +16,7 @@
 #include "qemu_user.hpp"
 #include "sim_hil/wire/sim_dronecan.hpp"
 
-namespace sinew::drivers {
+namespace sinew::drivers::dronecan_devices_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -276,4 +276,4 @@ TEST(DronecanKeys, WrongOnesAreNamed) {
 }
 
 }  // namespace
-}  // namespace sinew::drivers
+}  // namespace sinew::drivers::dronecan_devices_test

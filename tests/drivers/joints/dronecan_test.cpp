@@ -8,7 +8,7 @@
 #include "sim_hil/wire/memory_can.hpp"
 #include "sim_hil/wire/sim_dronecan.hpp"
 
-namespace sinew::drivers {
+namespace sinew::drivers::dronecan_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -450,4 +450,4 @@ TEST(DronecanNode, WrongTablesAreNamed) {
 }
 
 }  // namespace
-}  // namespace sinew::drivers
+}  // namespace sinew::drivers::dronecan_test

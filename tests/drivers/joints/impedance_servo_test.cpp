@@ -1,7 +1,7 @@
 // What only motors with gains in their frames do: MIT and CyberGear.
 #include "servo_rig.hpp"
 
-namespace sinew::drivers {
+namespace sinew::drivers::impedance_servo_test {
 namespace {
 
 using msg::JointMode;
@@ -175,4 +175,4 @@ TEST(CyberGearServo, TellsItsSerialNumberAndVoltage) {
 }
 
 }  // namespace
-}  // namespace sinew::drivers
+}  // namespace sinew::drivers::impedance_servo_test

@@ -8,7 +8,7 @@
 #include "hal/platform.hpp"
 #include "servo_rig.hpp"
 
-namespace sinew::drivers {
+namespace sinew::drivers::servo_group_test {
 namespace {
 
 using msg::JointMode;
@@ -247,4 +247,4 @@ TEST(ServoGroup, RunsOnThreadsOfTwoBusesAndStopsThem) {
 }
 
 }  // namespace
-}  // namespace sinew::drivers
+}  // namespace sinew::drivers::servo_group_test

@@ -1,7 +1,7 @@
 // What every servo protocol must do, each with its simulated servo and a healthy neighbour on the same bus.
 #include "servo_rig.hpp"
 
-namespace sinew::drivers {
+namespace sinew::drivers::servo_protocols_test {
 namespace {
 
 using msg::JointMode;
@@ -329,4 +329,4 @@ INSTANTIATE_TEST_SUITE_P(Servo, EveryProtocol,
                          [](const auto& param) { return std::string(name_of(param.param)); });
 
 }  // namespace
-}  // namespace sinew::drivers
+}  // namespace sinew::drivers::servo_protocols_test

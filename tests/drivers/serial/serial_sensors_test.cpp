@@ -11,7 +11,7 @@
 #include "hal/platform.hpp"
 #include "qemu_user.hpp"
 
-namespace sinew::drivers {
+namespace sinew::drivers::serial_sensors_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -401,4 +401,4 @@ TEST(SerialSensorThread, APilotIsUnpluggedAndPluggedInAgain) {
 }
 
 }  // namespace
-}  // namespace sinew::drivers
+}  // namespace sinew::drivers::serial_sensors_test

@@ -18,7 +18,7 @@
 #include "hal/silent_board.hpp"
 #include "rt/exec/module_rig.hpp"
 
-namespace sinew::drivers {
+namespace sinew::drivers::camera_source_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -428,4 +428,4 @@ TEST(CameraSourceRanges, OfTheFirstOpeningStayWhenAnotherCameraComesBackAndTheDe
 }
 
 }  // namespace
-}  // namespace sinew::drivers
+}  // namespace sinew::drivers::camera_source_test

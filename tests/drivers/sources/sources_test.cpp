@@ -4,7 +4,7 @@
 #include "drivers/sources/sensor_source.hpp"
 #include "rt/exec/module_rig.hpp"
 
-namespace sinew::drivers {
+namespace sinew::drivers::sources_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -68,4 +68,4 @@ TEST(SensorSource, DeviceThatIsNotThereIsNamed) {
 }
 
 }  // namespace
-}  // namespace sinew::drivers
+}  // namespace sinew::drivers::sources_test

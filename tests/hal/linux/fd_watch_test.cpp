@@ -7,7 +7,7 @@
 
 #include "hal/platform.hpp"
 
-namespace sinew::hal {
+namespace sinew::hal::fd_watch_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -103,4 +103,4 @@ TEST(FdWatch, DescriptorThatCannotBeWatchedIsAnError) {
 }
 
 }  // namespace
-}  // namespace sinew::hal
+}  // namespace sinew::hal::fd_watch_test

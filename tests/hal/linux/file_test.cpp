@@ -13,7 +13,7 @@
 #include <string_view>
 #include <vector>
 
-namespace sinew::hal {
+namespace sinew::hal::file_test {
 namespace {
 
 class File : public testing::Test {
@@ -121,4 +121,4 @@ TEST_F(File, TheDiskHasRoom) {
 }
 
 }  // namespace
-}  // namespace sinew::hal
+}  // namespace sinew::hal::file_test

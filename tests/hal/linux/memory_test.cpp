@@ -13,7 +13,7 @@
 #include "hal/platform.hpp"
 #include "qemu_user.hpp"
 
-namespace sinew::hal {
+namespace sinew::hal::memory_test {
 namespace {
 
 constexpr std::uint64_t kMiB = 1 << 20;
@@ -130,4 +130,4 @@ TEST(LockMemory, WhatIsTouchedLaterStays) {
 }
 
 }  // namespace
-}  // namespace sinew::hal
+}  // namespace sinew::hal::memory_test

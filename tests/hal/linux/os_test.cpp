@@ -6,7 +6,7 @@
 
 #include <array>
 
-namespace sinew::hal {
+namespace sinew::hal::os_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -45,4 +45,4 @@ TEST(LinuxOs, CpuThatDoesNotExistIsNamedAndTheThreadStillRuns) {
 }
 
 }  // namespace
-}  // namespace sinew::hal
+}  // namespace sinew::hal::os_test

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <csignal>
 
-namespace sinew::hal {
+namespace sinew::hal::piped_process_test {
 namespace {
 
 struct Heard {
@@ -72,4 +72,4 @@ TEST(PipedProcess, AProgramThatIsNotThereIsNotFound) {
 }
 
 }  // namespace
-}  // namespace sinew::hal
+}  // namespace sinew::hal::piped_process_test

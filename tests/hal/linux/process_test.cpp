@@ -11,7 +11,7 @@
 #include "hal/platform.hpp"
 #include "qemu_user.hpp"
 
-namespace sinew::hal {
+namespace sinew::hal::process_test {
 namespace {
 
 constexpr const char* kOwnThread = "it has a thread of its own, and a process with two is not copied";
@@ -204,4 +204,4 @@ TEST(ChildProcess, ProcessWithMoreThreadsIsNotCopied) {
 }
 
 }  // namespace
-}  // namespace sinew::hal
+}  // namespace sinew::hal::process_test

@@ -17,7 +17,7 @@
 #include "hal/linux/shared_memory.hpp"
 #include "hal/platform.hpp"
 
-namespace sinew::hal {
+namespace sinew::hal::socket_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -197,4 +197,4 @@ TEST(SharedMemoryHandOver, IsNotForTcp) {
 }
 
 }  // namespace
-}  // namespace sinew::hal
+}  // namespace sinew::hal::socket_test

@@ -3,7 +3,7 @@
 
 #include "made_machine.hpp"
 
-namespace sinew::hal {
+namespace sinew::hal::system_check_board_test {
 namespace {
 
 using enum CheckState;
@@ -150,4 +150,4 @@ TEST_F(Board, EveryAilmentOfABoardComesWithAdvice) {
 }
 
 }  // namespace
-}  // namespace sinew::hal
+}  // namespace sinew::hal::system_check_board_test

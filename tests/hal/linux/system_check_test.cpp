@@ -5,7 +5,7 @@
 
 #include "made_machine.hpp"
 
-namespace sinew::hal {
+namespace sinew::hal::system_check_test {
 namespace {
 
 using enum CheckState;
@@ -323,4 +323,4 @@ TEST(SystemFiles, TheLiveMachineIsLookedAtAsItIs) {
 }
 
 }  // namespace
-}  // namespace sinew::hal
+}  // namespace sinew::hal::system_check_test

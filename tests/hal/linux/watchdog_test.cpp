@@ -7,7 +7,7 @@
 
 #include <filesystem>
 
-namespace sinew::hal {
+namespace sinew::hal::watchdog_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -81,4 +81,4 @@ TEST(Watchdog, TimeoutBelowOneSecondIsRefused) {
 }
 
 }  // namespace
-}  // namespace sinew::hal
+}  // namespace sinew::hal::watchdog_test

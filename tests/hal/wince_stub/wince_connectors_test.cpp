@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace sinew::hal {
+namespace sinew::hal::wince_connectors_test {
 namespace {
 
 TEST(WinceConnectors, EveryDeviceIsRefusedWithItsNameAndWhatThereIsInstead) {
@@ -28,4 +28,4 @@ TEST(WinceConnectors, EveryDeviceIsRefusedWithItsNameAndWhatThereIsInstead) {
 }
 
 }  // namespace
-}  // namespace sinew::hal
+}  // namespace sinew::hal::wince_connectors_test

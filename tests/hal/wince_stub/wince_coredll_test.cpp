@@ -9,7 +9,7 @@
 
 #include "win32_facts.hpp"
 
-namespace sinew::hal {
+namespace sinew::hal::wince_coredll_test {
 namespace {
 
 using namespace ce;
@@ -100,4 +100,4 @@ TEST(Coredll, WhatIsOpaqueIsLargeEnough) {
 }
 
 }  // namespace
-}  // namespace sinew::hal
+}  // namespace sinew::hal::wince_coredll_test

@@ -6,7 +6,7 @@
 
 #include "chained_robot.hpp"
 
-namespace sinew::record {
+namespace sinew::record::comparison_test {
 namespace {
 
 using ::testing::Contains;
@@ -115,4 +115,4 @@ TEST_F(ComparisonTest, NamesWhatThereIsToCompare) {
 }
 
 }  // namespace
-}  // namespace sinew::record
+}  // namespace sinew::record::comparison_test

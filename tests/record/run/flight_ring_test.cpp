@@ -8,7 +8,7 @@
 #include "midway_robot.hpp"
 #include "rt/exec/real_time_executor.hpp"
 
-namespace sinew::record {
+namespace sinew::record::flight_ring_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -252,4 +252,4 @@ TEST_F(FlightRingOfARun, InRealTimeADumpIsWrittenWhileTheRunGoesOn) {
 }
 
 }  // namespace
-}  // namespace sinew::record
+}  // namespace sinew::record::flight_ring_test

@@ -4,7 +4,7 @@
 
 #include "msg/image_buffer.hpp"
 
-namespace sinew::record {
+namespace sinew::record::messages_test {
 namespace {
 
 LoggedStep some_step(std::uint32_t number) {
@@ -141,4 +141,4 @@ TEST(Image, TimesBeforeTheEpochRoundDown) {
 }
 
 }  // namespace
-}  // namespace sinew::record
+}  // namespace sinew::record::messages_test

@@ -9,7 +9,7 @@
 #include "msg/image_buffer.hpp"
 #include "rt/exec/module_rig.hpp"
 
-namespace sinew::record {
+namespace sinew::record::player_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -102,4 +102,4 @@ TEST(Player, AnotherThreadMayHandOver) {
 }
 
 }  // namespace
-}  // namespace sinew::record
+}  // namespace sinew::record::player_test

@@ -8,7 +8,7 @@
 #include "math/linear.hpp"
 #include "msg/flight.hpp"
 
-namespace sinew::record {
+namespace sinew::record::quantity_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -91,4 +91,4 @@ TEST(Quantity, BetweenTwoMessagesNumbersLieOnALineAndAttitudesOnTheShorterWay) {
 }
 
 }  // namespace
-}  // namespace sinew::record
+}  // namespace sinew::record::quantity_test

@@ -18,7 +18,7 @@
 #include "recorded_robot.hpp"
 #include "rt/exec/real_time_executor.hpp"
 
-namespace sinew::record {
+namespace sinew::record::recorder_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -261,4 +261,4 @@ TEST_F(Recorded, SplitFilesEachSayWhatRan) {
 }
 
 }  // namespace
-}  // namespace sinew::record
+}  // namespace sinew::record::recorder_test

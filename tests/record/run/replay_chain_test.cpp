@@ -4,7 +4,7 @@
 
 #include "chained_robot.hpp"
 
-namespace sinew::record {
+namespace sinew::record::replay_chain_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -143,4 +143,4 @@ TEST_F(ReplayChainTest, AKeptParameterIsNotSetByTheRecord) {
 }
 
 }  // namespace
-}  // namespace sinew::record
+}  // namespace sinew::record::replay_chain_test

@@ -6,7 +6,7 @@
 #include "record/run/run_messages.hpp"
 #include "recorded_robot.hpp"
 
-namespace sinew::record {
+namespace sinew::record::replay_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -184,4 +184,4 @@ TEST_F(ReplayTest, AFileOfAnotherRobotIsRefusedInWords) {
 }
 
 }  // namespace
-}  // namespace sinew::record
+}  // namespace sinew::record::replay_test

@@ -10,7 +10,7 @@
 #include "record/run/cdr_stream.hpp"
 #include "record/run/run_messages.hpp"
 
-namespace sinew::record {
+namespace sinew::record::ros2_json_test {
 namespace {
 
 std::string json_of(std::string_view text, std::span<const std::byte> cdr) {
@@ -104,4 +104,4 @@ TEST(Ros2Json, BadDefinitionsSayWhy) {
 }
 
 }  // namespace
-}  // namespace sinew::record
+}  // namespace sinew::record::ros2_json_test

@@ -10,7 +10,7 @@
 #include "record/run/run_messages.hpp"
 #include "recorded_robot.hpp"
 
-namespace sinew::record {
+namespace sinew::record::run_review_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -266,4 +266,4 @@ TEST(RunReview, AnyOtherFileIsNoRun) {
 }
 
 }  // namespace
-}  // namespace sinew::record
+}  // namespace sinew::record::run_review_test

@@ -5,7 +5,7 @@
 #include "midway_robot.hpp"
 #include "record/check.hpp"
 
-namespace sinew::record {
+namespace sinew::record::run_sink_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -129,4 +129,4 @@ TEST_F(RunSinkMidway, OneFileAtATimeAndNoneAreErrors) {
 }
 
 }  // namespace
-}  // namespace sinew::record
+}  // namespace sinew::record::run_sink_test

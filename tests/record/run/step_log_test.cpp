@@ -4,7 +4,7 @@
 #include "../../rt/graph_fixture.hpp"
 #include "modules.hpp"
 
-namespace sinew::record {
+namespace sinew::record::step_log_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -176,4 +176,4 @@ TEST(StepLogOfTwoThreads, TellingAStepAllocatesNothing) {
 }
 
 }  // namespace
-}  // namespace sinew::record
+}  // namespace sinew::record::step_log_test

@@ -9,7 +9,7 @@
 #include "robots/desk_head/head_follower.hpp"
 #include "rt/exec/module_rig.hpp"
 
-namespace sinew::control {
+namespace sinew::control::head_law_test {
 namespace {
 
 using math::Quat;
@@ -292,4 +292,4 @@ TEST(HeadFollower, AJointThatIsPoweredUpLaterIsWaitedFor) {
 }
 
 }  // namespace
-}  // namespace sinew::control
+}  // namespace sinew::control::head_law_test

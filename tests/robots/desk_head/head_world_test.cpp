@@ -11,7 +11,7 @@
 #include "sim_hil/worlds/joint_servo.hpp"
 #include "sim_hil/worlds/world.hpp"
 
-namespace sinew::plant {
+namespace sinew::plant::head_world_test {
 namespace {
 
 using math::Quat;
@@ -268,4 +268,4 @@ TEST(HeadWorld, SameSeedAndCommandsGiveTheSameBytes) {
 }
 
 }  // namespace
-}  // namespace sinew::plant
+}  // namespace sinew::plant::head_world_test

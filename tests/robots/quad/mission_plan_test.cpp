@@ -2,7 +2,7 @@
 
 #include <gmock/gmock.h>
 
-namespace sinew::control {
+namespace sinew::control::mission_plan_test {
 namespace {
 
 using math::Vec3;
@@ -382,4 +382,4 @@ TEST(MissionPlan, ReferenceKeepsItsSpeedAndAcceleration) {
 }
 
 }  // namespace
-}  // namespace sinew::control
+}  // namespace sinew::control::mission_plan_test

@@ -9,7 +9,7 @@
 #include "robots/quad/mission.hpp"
 #include "rt/exec/module_rig.hpp"
 
-namespace sinew::control {
+namespace sinew::control::pilot_switch_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -243,4 +243,4 @@ TEST(MissionStandBy, WhatWasFlyingComesDownAfterwards) {
 }
 
 }  // namespace
-}  // namespace sinew::control
+}  // namespace sinew::control::pilot_switch_test

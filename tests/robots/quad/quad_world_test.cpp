@@ -9,7 +9,7 @@
 #include "robots/quad/world/wind.hpp"
 #include "sim_hil/worlds/sensors.hpp"
 
-namespace sinew::plant {
+namespace sinew::plant::quad_world_test {
 namespace {
 
 constexpr std::array<double, kRotors> kOff{};
@@ -327,4 +327,4 @@ TEST(PlantWorld, BytesAreTheOnesOfEveryOtherMachine) {
 }
 
 }  // namespace
-}  // namespace sinew::plant
+}  // namespace sinew::plant::quad_world_test

@@ -8,7 +8,7 @@
 
 #include "sim_hil/board/plant_clock.hpp"
 
-namespace sinew::sim_hil {
+namespace sinew::sim_hil::clock_filter_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -178,4 +178,4 @@ TEST(PlantClock, OlderStampOfASlowerDeviceMovesNothing) {
 }
 
 }  // namespace
-}  // namespace sinew::sim_hil
+}  // namespace sinew::sim_hil::clock_filter_test

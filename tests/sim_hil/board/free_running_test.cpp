@@ -1,7 +1,7 @@
 // The board with a plant that runs on its own time: the reader thread, its queues and wake-ups. Runs under tsan.
 #include "rig.hpp"
 
-namespace sinew::sim_hil {
+namespace sinew::sim_hil::free_running_test {
 namespace {
 
 using hal::Errc;
@@ -357,4 +357,4 @@ INSTANTIATE_TEST_SUITE_P(Frames, SimFreeCamera, testing::Values(true, false),
                          [](const auto& path) { return path.param ? "InSharedMemory" : "InTheStream"; });
 
 }  // namespace
-}  // namespace sinew::sim_hil
+}  // namespace sinew::sim_hil::free_running_test

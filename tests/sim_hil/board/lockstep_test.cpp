@@ -4,7 +4,7 @@
 #include "rt/trap.hpp"
 #include "trap.hpp"
 
-namespace sinew::sim_hil {
+namespace sinew::sim_hil::lockstep_test {
 namespace {
 
 using hal::Errc;
@@ -563,4 +563,4 @@ TEST(SimBoardRefuses, ToOpenWithoutAClock) {
 }
 
 }  // namespace
-}  // namespace sinew::sim_hil
+}  // namespace sinew::sim_hil::lockstep_test

@@ -5,7 +5,7 @@
 #include "dataset/dataset_board.hpp"
 #include "rig.hpp"
 
-namespace sinew::sim_hil {
+namespace sinew::sim_hil::mixed_board_test {
 namespace {
 
 using hal::Errc;
@@ -72,4 +72,4 @@ TEST(MixedBoard, RecordedCameraFliesOnASimulatedRobotInVirtualTime) {
 }
 
 }  // namespace
-}  // namespace sinew::sim_hil
+}  // namespace sinew::sim_hil::mixed_board_test

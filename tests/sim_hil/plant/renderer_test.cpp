@@ -11,7 +11,7 @@
 #include "sim_hil/plant/pixels.hpp"
 #include "sim_hil/worlds/vec.hpp"
 
-namespace sinew::plant {
+namespace sinew::plant::renderer_test {
 namespace {
 
 std::string_view room_of(std::string_view world) {
@@ -166,4 +166,4 @@ TEST(PlantPixels, NoiseHasItsSigmaStaysInRangeAndRepeats) {
 }
 
 }  // namespace
-}  // namespace sinew::plant
+}  // namespace sinew::plant::renderer_test

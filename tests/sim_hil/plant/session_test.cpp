@@ -19,7 +19,7 @@
 #include "sim_hil/board/side_line.hpp"
 #include "sim_hil/message_io.hpp"
 
-namespace sinew::plant {
+namespace sinew::plant::session_test {
 namespace {
 
 using hal::Time;
@@ -558,4 +558,4 @@ TEST(Worlds, AreWhatTheRobotsFoldersSayAndCanBeMade) {
 }
 
 }  // namespace
-}  // namespace sinew::plant
+}  // namespace sinew::plant::session_test

@@ -4,7 +4,7 @@
 
 #include "../memory_stream.hpp"
 
-namespace sinew::sim_hil {
+namespace sinew::sim_hil::plant_link_test {
 namespace {
 
 using hal::Errc;
@@ -208,4 +208,4 @@ INSTANTIATE_TEST_SUITE_P(
                             [](Script& s) { s.command(Time{2}, thrust(1.0 / 0.0, 1s)); }}));
 
 }  // namespace
-}  // namespace sinew::sim_hil
+}  // namespace sinew::sim_hil::plant_link_test

@@ -1,7 +1,7 @@
 // The plant's listener: one runtime at a time, and side lines beside it.
 #include "listener_rig.hpp"
 
-namespace sinew::sim_hil {
+namespace sinew::sim_hil::plant_listener_test {
 namespace {
 
 using hal::Errc;
@@ -153,4 +153,4 @@ TEST(SideLine, PlantWithoutADoorSaysThatItTakesNone) {
 }
 
 }  // namespace
-}  // namespace sinew::sim_hil
+}  // namespace sinew::sim_hil::plant_listener_test

@@ -10,7 +10,7 @@
 #include "sim_hil/board/sim_board.hpp"
 #include "source_dir.hpp"
 
-namespace sinew::sim_hil {
+namespace sinew::sim_hil::python_plant_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -150,4 +150,4 @@ TEST(PythonPlant, RefusesWhatItCannotServeInWords) {
 }
 
 }  // namespace
-}  // namespace sinew::sim_hil
+}  // namespace sinew::sim_hil::python_plant_test

@@ -3,7 +3,7 @@
 #include "hal/wide.hpp"
 #include "listener_rig.hpp"
 
-namespace sinew::sim_hil {
+namespace sinew::sim_hil::relink_test {
 namespace {
 
 using hal::Errc;
@@ -338,4 +338,4 @@ TEST(SimRemote, PlantWithoutSideLinesKeepsTheFirstOffsetAndAGrowingBound) {
 }
 
 }  // namespace
-}  // namespace sinew::sim_hil
+}  // namespace sinew::sim_hil::relink_test

@@ -5,7 +5,7 @@
 
 #include "wire/can_bytes.hpp"
 
-namespace sinew::sim_hil {
+namespace sinew::sim_hil::memory_can_test {
 namespace {
 
 TEST(MemoryCan, OthersGetAFrameInItsOrderAndTheSenderDoesNot) {
@@ -82,4 +82,4 @@ TEST(MemoryCan, BusThatIsGoneSaysSoAndComesBackEmpty) {
 }
 
 }  // namespace
-}  // namespace sinew::sim_hil
+}  // namespace sinew::sim_hil::memory_can_test

@@ -15,7 +15,7 @@
 #include "hal/platform.hpp"
 #include "wire/can_bytes.hpp"
 
-namespace sinew::sim_hil {
+namespace sinew::sim_hil::socketcand_server_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -271,4 +271,4 @@ TEST_F(SocketcandServerTest, MoreClientsThanItTakesAreTurnedAway) {
 }
 
 }  // namespace
-}  // namespace sinew::sim_hil
+}  // namespace sinew::sim_hil::socketcand_server_test

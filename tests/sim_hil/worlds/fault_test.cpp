@@ -10,7 +10,7 @@
 #include "sim_hil/plant/frame_faults.hpp"
 #include "sim_hil/worlds/sensor_faults.hpp"
 
-namespace sinew::plant {
+namespace sinew::plant::fault_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -305,4 +305,4 @@ TEST(ActuatorFaults, GarbageStaysWithinWhatAMotorTakes) {
 }
 
 }  // namespace
-}  // namespace sinew::plant
+}  // namespace sinew::plant::fault_test

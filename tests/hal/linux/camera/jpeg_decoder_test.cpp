@@ -8,7 +8,7 @@
 #include "jpeg_fixture.hpp"
 #include "msg/image_buffer.hpp"
 
-namespace sinew::hal {
+namespace sinew::hal::jpeg_decoder_test {
 namespace {
 
 using msg::PixelFormat;
@@ -117,4 +117,4 @@ TEST(JpegDecoder, NothingOfOursIsAllocatedForAPicture) {
 }
 
 }  // namespace
-}  // namespace sinew::hal
+}  // namespace sinew::hal::jpeg_decoder_test

@@ -16,7 +16,7 @@
 #include "msg/image_buffer.hpp"
 #include "rt/exec/module_rig.hpp"
 
-namespace sinew::hal {
+namespace sinew::hal::libcamera_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -182,4 +182,4 @@ TEST_F(LibcameraOnKernel, VanishedCameraIsClosedAndSaidAndDoesNotEndTheProcess) 
 }
 
 }  // namespace
-}  // namespace sinew::hal
+}  // namespace sinew::hal::libcamera_test

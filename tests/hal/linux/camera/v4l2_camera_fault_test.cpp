@@ -3,7 +3,7 @@
 
 #include "v4l2_fixture.hpp"
 
-namespace sinew::hal {
+namespace sinew::hal::v4l2_camera_fault_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -51,11 +51,11 @@ TEST_F(V4l2CameraFault, Busy) {
 TEST_F(V4l2CameraFault, UnpluggedAndPluggedInAgain) {
   spec_.controls = {{"gain", 42}};
   stream_from(7);
-  Bell bell;
-  camera_->set_wake(&bell);
-  const auto before = bell.rung();
+  WakeCounter wakes;
+  camera_->set_wake(&wakes);
+  const auto before = wakes.count();
   sim_.unplug();
-  EXPECT_TRUE(eventually([&] { return bell.rung() > before; })) << "who waits for frames learns of it";
+  EXPECT_TRUE(eventually([&] { return wakes.count() > before; })) << "who waits for frames learns of it";
   EXPECT_EQ(error_of_read(), Errc::closed);
   ASSERT_TRUE(eventually([&] { return camera_->stats().tries >= 2; }));
   EXPECT_EQ(error_of_read(), Errc::closed) << "and goes on to say so";
@@ -260,4 +260,4 @@ TEST_F(V4l2CameraFault, ReadingWhileItComesAndGoesNeverMixesFrames) {
 }
 
 }  // namespace
-}  // namespace sinew::hal
+}  // namespace sinew::hal::v4l2_camera_fault_test

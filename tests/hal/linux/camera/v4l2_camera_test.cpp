@@ -3,7 +3,7 @@
 
 #include "v4l2_fixture.hpp"
 
-namespace sinew::hal {
+namespace sinew::hal::v4l2_camera_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -63,13 +63,13 @@ TEST_F(V4l2CameraOnSim, PaddingBehindRowsIsLeftBehind) {
 
 TEST_F(V4l2CameraOnSim, WakesWhoeverWaitsWhenAFrameComes) {
   ASSERT_EQ(open(), std::nullopt) << why_;
-  Bell bell;
-  camera_->set_wake(&bell);
+  WakeCounter wakes;
+  camera_->set_wake(&wakes);
   EXPECT_FALSE(read());
   EXPECT_EQ(camera_->ready_at(), kNever);
-  const auto before = bell.rung();
+  const auto before = wakes.count();
   ASSERT_TRUE(deliver(0));
-  EXPECT_TRUE(eventually([&] { return bell.rung() > before; }));
+  EXPECT_TRUE(eventually([&] { return wakes.count() > before; }));
   EXPECT_NE(camera_->ready_at(), kNever);
   EXPECT_TRUE(read());
   EXPECT_NE(camera_->ready_at(), kNever) << "another may be there";
@@ -382,4 +382,4 @@ TEST_F(V4l2CameraOnSim, RefusalOfAControlIsSaidAndFramesGoOn) {
 }
 
 }  // namespace
-}  // namespace sinew::hal
+}  // namespace sinew::hal::v4l2_camera_test

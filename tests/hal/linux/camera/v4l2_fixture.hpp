@@ -29,13 +29,13 @@ inline ThreadOptions named(const char* name) {
   return options;
 }
 
-class Bell final : public Wake {
+class WakeCounter final : public Wake {
  public:
-  void wake() noexcept override { rung_.fetch_add(1); }
-  std::uint32_t rung() const { return rung_.load(); }
+  void wake() noexcept override { count_.fetch_add(1); }
+  std::uint32_t count() const { return count_.load(); }
 
  private:
-  std::atomic<std::uint32_t> rung_{0};
+  std::atomic<std::uint32_t> count_{0};
 };
 
 /// A simulated camera, the real code that opens it, and pictures that can be told apart.

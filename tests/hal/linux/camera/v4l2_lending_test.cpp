@@ -6,7 +6,7 @@
 #include "../rt/counting_new.hpp"
 #include "v4l2_fixture.hpp"
 
-namespace sinew::hal {
+namespace sinew::hal::v4l2_lending_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -116,16 +116,16 @@ TEST_F(V4l2Lending, CameraThatIsWellComplainsOfNothing) {
 TEST_F(V4l2Lending, WhoWaitsIsWokenForMemoryAndForFrames) {
   ASSERT_EQ(open(), std::nullopt);
   ASSERT_EQ(begin(), std::nullopt) << why_;
-  Bell bell;
-  camera_->set_wake(&bell);
-  EXPECT_TRUE(eventually([&] { return bell.rung() > 0; })) << "it has nothing to fill yet";
+  WakeCounter wakes;
+  camera_->set_wake(&wakes);
+  EXPECT_TRUE(eventually([&] { return wakes.count() > 0; })) << "it has nothing to fill yet";
   EXPECT_THAT(camera_->state(), HasSubstr("waits for memory to fill"));
   ASSERT_TRUE(streams());
   EXPECT_EQ(cycle(), nullptr);
   EXPECT_EQ(camera_->ready_at(), kNever);
-  const auto before = bell.rung();
+  const auto before = wakes.count();
   ASSERT_TRUE(deliver(0));
-  EXPECT_TRUE(eventually([&] { return bell.rung() > before; }));
+  EXPECT_TRUE(eventually([&] { return wakes.count() > before; }));
   msg::Image* image = cycle();
   ASSERT_NE(image, nullptr);
   give_up(image);
@@ -390,4 +390,4 @@ TEST_F(V4l2Lending, TakingWhileItComesAndGoesAndRestsNeverMixesPictures) {
 }
 
 }  // namespace
-}  // namespace sinew::hal
+}  // namespace sinew::hal::v4l2_lending_test

@@ -4,7 +4,7 @@
 #include "jpeg_fixture.hpp"
 #include "v4l2_fixture.hpp"
 
-namespace sinew::hal {
+namespace sinew::hal::v4l2_mjpeg_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -138,4 +138,4 @@ TEST_F(V4l2Mjpeg, CannotGoIntoLentMemoryAndSaysSo) {
 }
 
 }  // namespace
-}  // namespace sinew::hal
+}  // namespace sinew::hal::v4l2_mjpeg_test

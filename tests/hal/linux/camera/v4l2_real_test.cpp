@@ -8,7 +8,7 @@
 
 #include "v4l2_fixture.hpp"
 
-namespace sinew::hal {
+namespace sinew::hal::v4l2_real_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -271,4 +271,4 @@ TEST_F(V4l2CameraOnKernel, UnbindingClosesItAndBindingBringsItBack) {
 }
 
 }  // namespace
-}  // namespace sinew::hal
+}  // namespace sinew::hal::v4l2_real_test

@@ -10,7 +10,7 @@
 #include "hal/linux/socket.hpp"
 #include "v4l2_fixture.hpp"
 
-namespace sinew::hal {
+namespace sinew::hal::v4l2_tree_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -261,4 +261,4 @@ TEST_F(V4l2Tree, ABreachOfTheLanguageEndsThatLineOnly) {
 }
 
 }  // namespace
-}  // namespace sinew::hal
+}  // namespace sinew::hal::v4l2_tree_test

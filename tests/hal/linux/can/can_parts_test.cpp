@@ -18,7 +18,7 @@
 #include "hal/linux/can/can_stamp.hpp"
 #include "wire/random_can_frame.hpp"
 
-namespace sinew::hal {
+namespace sinew::hal::can_parts_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -245,4 +245,4 @@ TEST(CanLink, InterfacesThatAreNoneOrNotForCanAreNamed) {
 }
 
 }  // namespace
-}  // namespace sinew::hal
+}  // namespace sinew::hal::can_parts_test

@@ -12,7 +12,7 @@
 #include "hal/linux/can/can.hpp"
 #include "wire/random_can_frame.hpp"
 
-namespace sinew::hal {
+namespace sinew::hal::socket_can_test {
 namespace {
 
 using wire::frame_of;
@@ -282,4 +282,4 @@ TEST_F(SocketCan, FrameWhoseDeadlineIsOverIsNotSent) {
 }
 
 }  // namespace
-}  // namespace sinew::hal
+}  // namespace sinew::hal::socket_can_test

@@ -13,7 +13,7 @@
 #include "wire/dronecan_udp.hpp"
 #include "wire/random_can_frame.hpp"
 
-namespace sinew::hal {
+namespace sinew::hal::udp_can_test {
 namespace {
 
 using wire::frame_of;
@@ -233,4 +233,4 @@ TEST_F(UdpCan, AnUnknownTransportIsNamed) {
 }
 
 }  // namespace
-}  // namespace sinew::hal
+}  // namespace sinew::hal::udp_can_test

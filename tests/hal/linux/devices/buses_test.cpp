@@ -15,7 +15,7 @@
 #include "qemu_user.hpp"
 #include "temp_folder.hpp"
 
-namespace sinew::hal {
+namespace sinew::hal::buses_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -182,4 +182,4 @@ TEST_F(SerialTest, WhatCannotBeIsToldInWords) {
 }
 
 }  // namespace
-}  // namespace sinew::hal
+}  // namespace sinew::hal::buses_test

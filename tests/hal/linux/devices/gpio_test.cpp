@@ -10,7 +10,7 @@
 
 #include "hal/platform.hpp"
 
-namespace sinew::hal {
+namespace sinew::hal::gpio_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -181,4 +181,4 @@ TEST_F(GpioLine, EdgesCarryTheKernelsStampAndOnlyThoseAskedForAreTold) {
 }
 
 }  // namespace
-}  // namespace sinew::hal
+}  // namespace sinew::hal::gpio_test

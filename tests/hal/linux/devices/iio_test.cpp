@@ -15,7 +15,7 @@
 #include "sim_hil/wire/iio_tree.hpp"
 #include "temp_folder.hpp"
 
-namespace sinew::hal {
+namespace sinew::hal::iio_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -564,4 +564,4 @@ TEST(IioKernel, TheRealDeviceDelivers) {
 }
 
 }  // namespace
-}  // namespace sinew::hal
+}  // namespace sinew::hal::iio_test
