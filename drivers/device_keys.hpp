@@ -23,7 +23,7 @@ struct KeyInfo {
   std::string_view otherwise = {};  // what holds without the key, where that is no value of it: "as it is"
   std::string_view allowed = {};    // in the place of what the reading says, where that says too much
   bool required = false;
-  bool hex = false;  // its numbers are told in hexadecimal
+  bool hex = false;  // its numbers are written in hexadecimal
 };
 
 /// One row of a driver's table of keys: what a robot file may say, and what holds when it does not.
@@ -123,7 +123,7 @@ class DeviceKeys {
 
  private:
   using Value = rt::Located<rt::ParamValue>;
-  // Notes the row. Null: there is no such key, which is told when it is required.
+  // Notes the row. Null: there is no such key, which is a problem when it is required.
   const Value* declare(std::string_view key, const KeyInfo& info, KeyRow row);
   const KeyRow* row_of(std::string_view key) const;
   bool read_int64(std::string_view key, std::int64_t& out, std::int64_t min, std::int64_t max, const KeyInfo& info);

@@ -122,7 +122,7 @@ class PolledSensor final : public hal::SensorQueue<M>, public hal::SelfReport {
       next = wait(next);
       if (stopped()) return;
       found.clear();
-      // Who did not ask for so long, or could not, has not heard that the chip is silent.
+      // A chip counts as silent only while it is asked: a pause of the caller is not its silence.
       if (!device_->line() && os_.now() - polled > options_.silent_after / 2) heard = os_.now();
       polled = os_.now();
       const hal::Status done = device_->poll(polled, found, why);

@@ -36,7 +36,7 @@ class EmptyBoard : public Board {
   static Error none() { return {Errc::not_found, "this board has no devices"}; }
 };
 
-/// Who says how far virtual time may run. The discrete-event executor runs everything up to the grant, then asks again.
+/// Says how far virtual time may run. The discrete-event executor runs everything up to the grant, then asks again.
 class GrantSource {
  public:
   virtual ~GrantSource() = default;

@@ -45,7 +45,7 @@ class CanBus {
   virtual Status send(const msg::CanFrame& frame, Time deadline) noexcept = 0;
   /// Only these are received from now on; empty: everything. Errors: not_supported, io.
   virtual Status set_filters(std::span<const CanFilter> filters) = 0;
-  /// Who is woken when a frame was received; see Device::set_wake().
+  /// `wake` is woken when a frame was received; see Device::set_wake().
   virtual void set_wake(Wake* wake) noexcept = 0;
   virtual CanStats stats() const noexcept = 0;
   /// Nominal bit rate, for the bus load; 0: none (a transport without bits).

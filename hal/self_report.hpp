@@ -3,7 +3,7 @@
 
 namespace sinew::hal {
 
-/// What a device, a bus or who opens them can say about itself in words, beside what it measures. Who has a
+/// What a device, a bus or its opener can say about itself in words, beside what it measures. The owner of a
 /// hal::CanBus, Imu or Camera asks with dynamic_cast, as for CameraControls.
 class SelfReport {
  public:

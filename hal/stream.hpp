@@ -47,7 +47,7 @@ class Stream {
   virtual Result<std::unique_ptr<SharedMemory>> take_memory(MemoryAccess access) = 0;
   /// Handles are kept until the first take_memory(), and fall away afterwards; now one more is kept.
   virtual void expect_memory() noexcept {}
-  /// Who connected or listens at the other end. Errors: not_supported when not local.
+  /// The process at the other end. Errors: not_supported when not local.
   virtual Result<Peer> peer() const noexcept { return Error{Errc::not_supported, "peer of this connection"}; }
   /// For waiting on several streams at once; negative: cannot.
   virtual std::intptr_t handle() const noexcept { return -1; }

@@ -199,7 +199,7 @@ class Copy {
     return to_.write(source.channels[m.channel->id], m.stamps, data);
   }
 
-  /// What was found on opening is told again by the messages.
+  /// Reading the messages reports again what was found on opening.
   void note(const FileProblem& problem) {
     const bool known = std::any_of(result_.problems.begin(), result_.problems.end(), [&](const FileProblem& p) {
       return p.offset == problem.offset && p.kind == problem.kind && p.text == problem.text;

@@ -26,7 +26,7 @@ namespace sinew::rt {
 ///
 /// No armed command passes without permission (Arming), which the robot file's failsafe conditions can end: their
 /// topics are latest inputs. A condition acts in the first step at or after the instant at which it is due: with the
-/// next command, at the latest check_interval() later. All of it is told in guardian.state, in every step.
+/// next command, at the latest check_interval() later. Topic guardian.state reports all of it, in every step.
 ///
 /// Modes:   standby (no armed command yet, disarmed, or not permitted), armed (every value 0), active, safe (a fault,
 ///          or stopped by a failsafe).

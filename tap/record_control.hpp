@@ -7,7 +7,7 @@
 
 namespace sinew::tap {
 
-/// Who answers the requests record.*: what records the run. It answers in its own time, and the server asks again.
+/// Answers the requests record.*: the recorder of the run. It answers in its own time, and the server asks again.
 class RecordControl {
  public:
   enum class Command : std::uint8_t { start, stop, status, snapshot };

@@ -148,7 +148,8 @@ class Server::Body {
                                                     Allowance{options_.requests_per_s, options_.patience}, now));
   }
 
-  /// Who sits there longest without asking anything gives way; those whom doorbells wake only when there is no other.
+  /// The connection that asked nothing for the longest time gives way; one that doorbells wake does so only when there
+  /// is no other.
   bool make_room(hal::Time now) {
     const auto rank = [this](const auto& c) {
       return std::pair(notifier_ && notifier_->subscribes(c->id()), c->last_request());

@@ -18,7 +18,7 @@ struct UnitOptions {
   std::string board{};  // instead of the robot file's; empty: the file's
 };
 
-/// What `sinew run` and `doctor` are told of that: " --board linux", or nothing.
+/// The arguments of `sinew run` and `doctor` that say so: " --board linux", or nothing.
 std::string board_argument(const std::string& board);
 
 /// "sinew-quad.service".

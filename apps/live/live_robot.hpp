@@ -10,7 +10,7 @@
 
 namespace sinew::app {
 
-/// What every such command is told besides its own arguments.
+/// The options of every such command.
 struct LiveOptions {
   std::string robot;  // name; empty: the only one that runs
   double wait_s = 0;  // for it to run

@@ -84,7 +84,7 @@ std::string PlantProcess::end() const {
 }
 
 std::string PlantProcess::with_its_end(std::string why) {
-  // Who sees a connection close is often faster than the process that closed it by ending.
+  // A peer often sees the connection close before the process that closed it has ended.
   if (child_ && child_->wait(500ms)) why += "; " + end();
   return why;
 }

@@ -28,7 +28,7 @@ class PlantProcess {
   std::unique_ptr<hal::Stream> take_stream() { return std::move(stream_); }
   /// Where it listens: for further connections.
   const std::string& endpoint() const { return endpoint_; }
-  /// Processor time of the plant so far cannot be told for a foreign one; 0 then.
+  /// Of the plant that was started here; 0: the plant is foreign, and its processor time is not known.
   int pid() const { return child_ ? child_->pid() : 0; }
   /// After a failure: `why`, and how a plant of our own that has ended did so, with its last words.
   std::string with_its_end(std::string why);

@@ -68,7 +68,7 @@ std::vector<std::string> report_failsafes(RunContext& run, RunSummary& summary);
 int run_session(Prepared& prepared, const RunOptions& options, RunBoard& board, ParentLine* parent,
                 std::optional<hal::Time> program);
 
-/// Whether a parent process stands beside a run: in real time, where something moves, unless it was told otherwise.
+/// Whether a parent process stands beside a run: in real time, where something moves, unless the options say otherwise.
 bool needs_parent(const Prepared& prepared, const RunOptions& options);
 /// Runs `supervised.body` beside a parent, which stops `supervised.stops` and the real devices of the robot; fills in
 /// what the parent knows of the robot. Exit code and errors: run_with_parent().

@@ -6,7 +6,7 @@ namespace sinew::search {
 /// The figures of many flights.
 class Summary {
  public:
-  /// `excused`: of its ages nothing is told.
+  /// `excused`: its ages are left out.
   void add(const Case& c, const Excuses& excused, const Outcome& outcome);
   std::string text() const;
   std::string json() const;

@@ -38,7 +38,7 @@ void add_lines(const std::string& name, const std::string& text, std::vector<std
 
 namespace {
 
-/// Who has which serial line, chip, camera or bus.
+/// Which device has which serial line, chip, camera or bus.
 class Claims {
  public:
   void take(const DeviceKeys& keys) {

@@ -11,8 +11,8 @@ namespace sinew::drivers {
 /// Every driver of the house, in the order of docs/reference/device-keys.md.
 std::span<const DriverKind> all_drivers();
 
-/// Who in a robot file takes what a driver measures (DriverKind::measures): the type of a [module], or [actuator.NAME].
-/// Empty: nobody.
+/// The part of a robot file that takes what a driver measures (DriverKind::measures): the type of a [module], or
+/// [actuator.NAME]. Empty: there is none.
 std::string_view reader_of(std::string_view measured);
 
 /// The keys of one driver, bus or joint, as its reader declares them.

@@ -1,6 +1,6 @@
 #pragma once
-// Who is on a CAN bus: asks and listens. It configures and enables nothing, but the question to MIT motors is the frame
-// that ends their mode: a live one loses its torque.
+// Finds the devices on a CAN bus: asks and listens. It configures and enables nothing, but the question to MIT motors
+// is the frame that ends their mode: a live one loses its torque.
 #include <array>
 #include <optional>
 #include <string>

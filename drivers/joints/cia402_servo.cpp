@@ -95,7 +95,7 @@ Heard Cia402Servo::on_heartbeat(const msg::CanFrame& frame, Time now) noexcept {
 Heard Cia402Servo::on_emergency(const msg::CanFrame& frame) noexcept {
   const auto emergency = wire::decode_emergency(frame);
   if (!emergency) return Heard::malformed;
-  if (emergency->code != 0) error_code_ = emergency->code;  // "no error" is told by the statusword, too
+  if (emergency->code != 0) error_code_ = emergency->code;  // the statusword says "no error", too
   return Heard::mine;
 }
 

@@ -16,7 +16,7 @@ constexpr std::string_view kImpedanceStop =
     "what it does when the lease is over or a command is bad; hold: mode position";
 constexpr std::string_view kSpring = "0.5 and what its most effort bends it";
 
-/// 32 hexadecimal digits; nothing: there are none, or a problem was told.
+/// 32 hexadecimal digits; nothing: there are none, or a problem was noted.
 std::optional<wire::DronecanUniqueId> read_unique_id(DeviceKeys& keys) {
   constexpr const char* kAllowed = "32 hexadecimal digits";
   std::string text;

@@ -103,7 +103,7 @@ struct ServoFeedback {
   Duration refusing{};           // for how long it answers, is told to follow, and was not ready for a second on end
 };
 
-/// Who it says it is; zero and empty where the protocol does not tell.
+/// The identity that the servo reports; zero and empty where the protocol does not tell.
 struct ServoIdentity {
   bool known = false;
   std::uint32_t vendor = 0, product = 0, revision = 0;
@@ -147,7 +147,7 @@ struct BusNeed {
   }
 };
 
-/// Who gets frames of a bus: a servo, or something that several servos share.
+/// A receiver of frames of a bus: a servo, or something that several servos share.
 /// Thread:  the hub's.   RT: on_frame() yes, interests() and need() configure only.
 class CanListener {
  public:

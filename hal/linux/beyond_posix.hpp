@@ -19,7 +19,7 @@ namespace sinew::hal::beyond_posix {
 /// the system can.
 void give_up_on_a_silent_peer(int socket, Duration silence) noexcept;
 
-/// Who is at the other end of a Unix socket. Errors: not_supported.
+/// The process at the other end of a Unix socket. Errors: not_supported.
 Result<Peer> peer_of(int socket) noexcept;
 
 /// bind() to a Unix socket's path, with a file that nobody else can connect to, not even for a moment. Sets errno.

@@ -18,7 +18,7 @@ inline constexpr long kFutexCall = SYS_futex_time64;
 inline constexpr long kFutexCall = SYS_futex;
 #endif
 
-/// Who shares the word.
+/// The processes that share the word: one, or all of the machine.
 enum class FutexScope : int { process = FUTEX_PRIVATE_FLAG, machine = 0 };
 
 /// Sleeps while `word` is `expected`, until `deadline` at most; may return early for no reason.

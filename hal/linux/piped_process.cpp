@@ -123,7 +123,7 @@ Result<int> run_piped(const std::vector<std::string>& argv, const PipedIo& io) {
   std::vector<char*> raw;
   for (const auto& a : argv) raw.push_back(const_cast<char*>(a.c_str()));
   raw.push_back(nullptr);
-  std::signal(SIGCHLD, SIG_DFL);  // whoever started us may have it ignored: no end of a child would be told then
+  std::signal(SIGCHLD, SIG_DFL);  // whoever started us may have it ignored: no end of a child would be reported then
   const NoBrokenPipe guard;
   Pipe in, out, err, report;  // report: closed by a successful exec, else it carries its errno
   if (!in.open() || !report.open() || (io.output && !out.open()) || (io.errors && !err.open()))

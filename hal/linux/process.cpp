@@ -25,7 +25,7 @@ namespace {
 std::atomic<bool> g_stop{false};
 void on_signal(int) { g_stop.store(true, std::memory_order_relaxed); }
 
-// Whoever started us may have it ignored, and then no end of a child would ever be told.
+// Whoever started us may have it ignored, and then no end of a child would ever be reported.
 void hear_of_children() { std::signal(SIGCHLD, SIG_DFL); }
 
 // Between fork and exec: only calls that are safe there.

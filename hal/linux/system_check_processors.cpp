@@ -196,7 +196,7 @@ SystemCheck irq_priorities(const SystemFiles& files, const SystemDemand& demand)
           "a thread that is not below the interrupt thread of its own device keeps it from delivering: " + how};
 }
 
-/// Who handles this interrupt: folders in its own.
+/// The handlers of this interrupt: the folders in its own folder.
 std::string handlers(const SystemFiles& files, const std::string& irq) {
   std::string names;
   for (const auto& entry : files.list("proc/irq/" + irq))

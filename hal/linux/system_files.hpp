@@ -26,7 +26,7 @@ class SystemFiles {
   std::vector<std::string> list(const std::string& folder) const;
   bool is_folder(const std::string& name) const;
   bool writable(const std::string& name) const;
-  /// Who may use a file; nothing when there is none.
+  /// The permissions of a file; nothing when there is no such file.
   struct Access {
     bool ours = false;   // this process may read and write it
     std::uint32_t mode;  // permission bits, 0660

@@ -59,7 +59,7 @@ int wait_for(Socket s, Until what, Duration patience) noexcept {
   const bool read = what == Until::readable;
   const int n = select(0, read ? &ready : nullptr, read ? nullptr : &ready,
                        what == Until::connected ? &failed : nullptr, patience.count() > 0 ? &limit : nullptr);
-  // A connection that failed is told in the third set only.
+  // Only the third set reports a connection that failed.
   return n > 0 && what == Until::connected && ready.count == 0 ? -1 : n;
 }
 

@@ -157,7 +157,7 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     std::optional<std::uint32_t> newest{};  // sequence that a step named
   };
 
-  /// Where a recording that begins now begins. Everything that was told before is in those that there are.
+  /// Where a recording that begins now begins. Everything that was reported before is in those that there are.
   Beginning begin() {
     flush_batches();
     const bool midway = std::any_of(entries_.begin(), entries_.end(), [](auto n) { return n != 0; });
@@ -363,7 +363,7 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
   std::vector<std::uint64_t> layouts_;  // per module
   Texts params_;                        // as they are now
   Buffer scratch_, message_;
-  rt::Time now_;  // the newest that was told
+  rt::Time now_;  // the newest that was reported
   std::unique_ptr<RunSink> file_;
   bool file_ended_ = false;
   std::unique_ptr<FlightRing> ring_;

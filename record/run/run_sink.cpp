@@ -166,7 +166,7 @@ bool RunSink::note(const hal::Status& written) {
   return written.has_value();
 }
 
-// ---- what is told
+// ---- what the run reports
 
 bool RunSink::takes(std::uint32_t topic, rt::Time at) {
   Topic& t = topics_[topic];

@@ -43,7 +43,7 @@ struct SinkMessage {
   ImageHead head{};                  // of images
 };
 
-/// One recording of a run: what is told of the run goes into files, and what does not fit is counted. docs/recording.md
+/// One recording of a run: what the run reports goes into files, and what does not fit is counted. docs/recording.md
 /// describes their form.
 /// Thread:  owner, an ordinary one.
 /// Owner:   graph and description outlive it.

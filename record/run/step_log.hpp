@@ -58,7 +58,7 @@ struct LoggedState {
 class StepLog final : public rt::RunObserver {
  public:
   /// `room`: each thread's ring holds the steps of so long, at the rate that the robot file plans; a few in any case.
-  /// `state_every`: how often the state of a module is told, the modules one after the other; 0: never.
+  /// `state_every`: how often the state of a module is noted, the modules one after the other; 0: never.
   StepLog(const rt::Graph& graph, rt::Duration room, rt::Duration state_every = {});
   ~StepLog() override;
 
@@ -75,7 +75,7 @@ class StepLog final : public rt::RunObserver {
     /// So many entries of this thread were lost before the one that comes next, or at the end.
     virtual void lost(std::uint32_t thread, std::uint64_t entries) = 0;
   };
-  /// The state of the module is told behind its next step, whatever `state_every` says. Thread: the reader.
+  /// The state of the module is noted after its next step, whatever `state_every` says. Thread: the reader.
   void ask_state(std::uint32_t module) noexcept;
   /// Everything that is there of a thread, in its order. `last`: the run is over, so nothing follows what is lost.
   /// `until`: what was over later stays for another time.

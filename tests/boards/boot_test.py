@@ -13,7 +13,7 @@ import time
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-# Who starts the tests in the background hands SIGINT down as ignored, and a shell cannot take it back.
+# A shell that starts the tests in the background hands SIGINT down as ignored, and a shell cannot take it back.
 signal.signal(signal.SIGINT, signal.SIG_DFL)
 NEEDED = ["tests/boards/boot.sh", "tests/boards/setup.sh", "tests/boards/init", "tests/vm/kernel.sh", "tools/lib.sh",
           "tools/own_apt.sh"]

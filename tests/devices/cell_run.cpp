@@ -167,7 +167,7 @@ void CellRun::during_fault(Time now) {
   if (other) farthest_other_ = std::max(farthest_other_, std::abs(j.position_rad[1] - robot_->setpoint));
 }
 
-/// Of what keeps it from being armed, the conditions that hold; the value seen is a chance one.
+/// The conditions that keep it from being armed. Their values are left out: they differ from run to run.
 void CellRun::add_reason(const std::string& text) {
   static const std::regex value("( is | for )-?[0-9.]+(e-?[0-9]+)?( ms)? \\(");
   for (const rt::FailsafeSpec& f : robot_->spec().failsafes)

@@ -9,7 +9,7 @@
 namespace sinew::hal {
 namespace {
 
-constexpr double kSlow = 0.8;  // of the asked rate: below it people are told
+constexpr double kSlow = 0.8;  // of the asked rate: below it there is a report
 constexpr auto kSilenceWorthSaying = std::chrono::seconds(1);
 constexpr auto kAskForMemory = std::chrono::milliseconds(10);  // until the reader has lent enough for a stream
 constexpr auto kUntilReadEnds = std::chrono::microseconds(100);
