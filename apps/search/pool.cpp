@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <stdlib.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -41,11 +42,16 @@ Pool::Pool(std::vector<std::string> command, unsigned jobs, hal::Duration patien
   std::string folder = (fs::temp_directory_path() / "sinew-fuzz-XXXXXX").string();
   if (mkdtemp(folder.data()) == nullptr) return;  // then they share the temporary folder with all others
   folder_ = folder;
+  if (const char* before = std::getenv("TMPDIR")) tmpdir_ = before;
   setenv("TMPDIR", folder_.c_str(), 1);  // flights inherit it
 }
 
 Pool::~Pool() {
   if (folder_.empty()) return;
+  if (tmpdir_)
+    setenv("TMPDIR", tmpdir_->c_str(), 1);
+  else
+    unsetenv("TMPDIR");
   std::error_code ignored;  // nobody is left to tell
   fs::remove_all(folder_, ignored);
 }

@@ -2,6 +2,7 @@
 // Cases in processes of their own, so that one that crashes or hangs is a finding and not the end of the search.
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,8 +16,8 @@ struct Result {
   std::string error;  // the case could not be flown: no plant, a wrong case
 };
 
-/// Starts this program again for each case, several at a time.
-/// Thread:  owner.
+/// Starts this program again for each case, several at a time. While it lives, TMPDIR of this process is a folder of
+/// its own. Thread:  owner, with no other thread that reads or writes the environment while it is made and ended.
 class Pool {
  public:
   /// `command`: this program and the arguments that every case shares; "--case TEXT --json" are added.
@@ -39,7 +40,8 @@ class Pool {
   const std::vector<std::string> command_;
   const unsigned jobs_;
   const hal::Duration patience_;
-  std::string folder_;  // the temporary folder of its flights
+  std::string folder_;                   // the temporary folder of its flights; empty: it could not be made
+  std::optional<std::string> tmpdir_{};  // TMPDIR before
   std::size_t runs_ = 0;
 };
 
