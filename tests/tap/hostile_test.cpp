@@ -3,6 +3,7 @@
 #include <signal.h>
 #include <sys/stat.h>
 
+#include <filesystem>
 #include <fstream>
 #include <thread>
 
@@ -15,16 +16,21 @@ namespace {
 
 OwnRunDir g_run_dir;
 
+/// The hostile program, which is built beside this one.
+std::string hostile_program() {
+  return (std::filesystem::read_symlink("/proc/self/exe").parent_path() / "tap_hostile").string();
+}
+
 /// One run of the hostile program.
 class Hostile {
  public:
   Hostile(const Robot& robot, const std::string& what, const std::string& amount)
       : log_(g_run_dir.path() + "/" + what + ".log") {
-    auto started = hal::ChildProcess::start(test::command(TAP_HOSTILE, {what, robot.name->path(), amount}), log_);
+    auto started = hal::ChildProcess::start(test::command(hostile_program(), {what, robot.name->path(), amount}), log_);
     if (started)
       process_ = std::move(*started);
     else
-      ADD_FAILURE() << TAP_HOSTILE << ": " << started.error().where;
+      ADD_FAILURE() << hostile_program() << ": " << started.error().where;
   }
   bool done() { return !process_ || process_->poll().has_value(); }
   void expect_well() {
@@ -123,7 +129,7 @@ TEST(Hostile, AnotherUserIsNotAnsweredEvenWhenLetIntoTheFolder) {
 }
 
 TEST(Hostile, WhatAKilledRobotLeftBehindIsTakenOver) {
-  auto process = hal::ChildProcess::start(test::command(TAP_HOSTILE, {"hold", "robot"}), "/dev/null");
+  auto process = hal::ChildProcess::start(test::command(hostile_program(), {"hold", "robot"}), "/dev/null");
   ASSERT_TRUE(process);
   const int pid = (*process)->pid();
   const std::string socket = g_run_dir.path() + "/robot.sock";
