@@ -56,7 +56,10 @@ def alive(pid):
 
 
 class Init(unittest.TestCase):
-    """tests/boards/init with stand-ins for all that it calls: which folder it mounts when. It ends where it asks the network."""
+    """tests/boards/init with stand-ins for all that it calls, and nothing else in its path: which folder it mounts when.
+
+    It ends where it asks the network.
+    """
 
     CALLS = ["busybox", "mount", "mkdir", "ln", "insmod", "ip", "poweroff"]
 
@@ -67,12 +70,13 @@ class Init(unittest.TestCase):
         for call in self.CALLS:
             (here / call).write_text(f'#!/bin/sh\necho {call} "$@" >>{here}/calls\n', encoding="ascii")
         (here / "ping").write_text("#!/bin/sh\nkill $PPID\n", encoding="ascii")
+        (here / "cat").symlink_to("/bin/cat")
         for call in [*self.CALLS, "ping"]:
             (here / call).chmod(0o755)
         (here / "cmdline").write_text(f"console=ttyS0 board.source={source} quiet\n", encoding="ascii")
         (here / "order").touch()
         text = (ROOT / "tests/boards/init").read_text(encoding="utf-8")
-        for there, mine in (("/bin/busybox --", f"{here}/busybox --"), ("PATH=/bin\n", f"PATH={here}:/usr/bin:/bin\n"),
+        for there, mine in (("/bin/busybox --", f"{here}/busybox --"), ("PATH=/bin\n", f"PATH={here}\n"),
                             ("/proc/cmdline", f"{here}/cmdline"), ("/modules/order", f"{here}/order"),
                             (">/run/ping", f">{here}/said")):
             self.assertIn(there, text)
