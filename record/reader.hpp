@@ -42,7 +42,7 @@ class Reader {
   ~Reader();
 
   bool by_summary() const { return by_summary_; }  // false: everything was looked at
-  /// What was found on opening; empty for a whole file. next() reports chunks that cannot be read again.
+  /// What was found on opening; empty for a whole file. next() reports again the chunks that cannot be read.
   const std::vector<FileProblem>& problems() const { return problems_; }
   const Header& header() const { return header_; }
   const std::map<std::uint16_t, Schema>& schemas() const { return summary_.schemas; }

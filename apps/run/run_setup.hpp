@@ -20,9 +20,8 @@
 
 namespace sinew::app {
 
-/// Options that change the robot. Their values have lines below 0, so that a problem with one is reported as "from
-/// --set
-/// ...".
+/// Options that change the robot. Their values have lines below 0, so that a problem with one is
+/// reported as "from --set ...".
 class OptionLines {
  public:
   /// The line of what this option says.
