@@ -12,6 +12,7 @@ namespace {
 using sinew::math::fnv1a64;
 using sinew::math::Hash64;
 using sinew::math::hash64;
+using sinew::math::Random;
 
 TEST(Fnv1a, GivesThePublishedValues) {
   static_assert(fnv1a64("") == 0xcbf29ce484222325);
