@@ -1,4 +1,4 @@
-// calibrate imu, joint, camera-offset: measures what one robot differs in, and keeps it in its calibration file.
+// calibrate imu, joint, camera-offset: measures how one robot differs, and writes it to its calibration file.
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
@@ -48,7 +48,7 @@ int calibrate_imu(const CalibrateOptions& o) {
       std::string line;
       if (!std::getline(std::cin, line)) return fail("no more input", kFailed);
       msg::ImuSample stale;
-      while (true) {  // what was measured before
+      while (true) {  // drops samples from before
         const auto got = (*imu)->read(stale);
         if (!got || !*got) break;
       }
