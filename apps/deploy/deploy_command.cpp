@@ -33,7 +33,7 @@ std::optional<ElfTarget> target_of(const std::string& program) {
   return in ? elf_target(head) : std::nullopt;
 }
 
-/// Prints the problems of the robot file; whether there are none. What only the board's own program knows it checks.
+/// Prints the problems of the robot file; true if there are none. With --binary only the board can check the modules.
 bool passes(LoadedRobot& loaded, const DeployOptions& o, const rt::ModuleTypes& types) {
   if (loaded.problems.empty() && o.binary.empty())
     loaded.problems = rt::Graph(loaded.robot.graph, types).check(check_options(loaded.robot));
@@ -45,7 +45,7 @@ class Deployment {
  public:
   Deployment(const DeployOptions& o, const RobotFile& robot) : o_(o), robot_(robot), link_(o.ssh, o.host) {}
 
-  /// Asks the board what it is; the exit code when that fails.
+  /// Asks for the board's facts; the exit code when that fails.
   std::optional<int> look() {
     const auto answer = link_.ask({.script = "probe", .arguments = {o_.folder}});
     if (!answer) return fail(link_.problem());
@@ -159,7 +159,7 @@ class Deployment {
   bool as_root_ = false;
 };
 
-/// What can be said wrong on the command line; empty: nothing.
+/// What is wrong with the options; empty: nothing.
 std::string refuse_options(const DeployOptions& o) {
   if (o.host.empty() || o.host.front() == '-') return "user@board: a host as ssh knows it";
   if (o.robot.empty() && !o.rollback) return "deploy: a robot file is required";
