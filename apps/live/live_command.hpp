@@ -1,5 +1,5 @@
 #pragma once
-// How the commands for a running robot are described; for the files that describe them.
+// Describes the options of commands for a running robot.
 #include <CLI/CLI.hpp>
 
 #include "apps/command/command.hpp"
@@ -8,8 +8,8 @@
 
 namespace sinew::app {
 
-/// A command of `parent` whose options are an O (LiveOptions and more), with --robot and --json. `run` gets them once
-/// the whole command line has been understood; add further arguments to the answer.
+/// A command of `parent` whose options are an O (LiveOptions and more), with --robot and --json. `run` gets the options
+/// after the whole command line was parsed; add further arguments to the result.
 template <class O>
 struct LiveCommand {
   CLI::App& app;

@@ -52,14 +52,14 @@ int status(const LiveOptions& options) {
   return kDone;
 }
 
-// For people: from which step on a change holds.
+// The step from which a change takes effect, as text.
 std::string effect_text(const Json& reply) {
   const auto step = reply.find("step");
   if (step == reply.end()) return {};
   return step->is_number() ? fmt::format(", from step {} on", step->dump()) : ", as soon as its thread runs";
 }
 
-// Asks for a change; prints what holds now, in the form that was asked for.
+// Requests a change; prints the reply as JSON, or `done` and when it takes effect.
 int change(const LiveOptions& options, const char* request, const Json& arguments, const std::string& done) {
   auto robot = LiveRobot::find(options);
   if (!robot) return kNotBegun;

@@ -25,7 +25,7 @@ struct SaveOptions : LiveOptions {
   std::string file;
 };
 
-// "module.param"; false, after it was said, when it is something else.
+// Splits "module.param"; false after printing that it has another form.
 bool split(const std::string& name, std::string& module, std::string& param) {
   const auto dot = name.find('.');
   if (dot == std::string::npos || dot == 0 || dot + 1 == name.size()) {
@@ -57,7 +57,7 @@ int list_params(const ListOptions& options) {
   return kDone;
 }
 
-// One parameter of a robot; nothing after it was said why.
+// One parameter of a robot; nothing after printing why.
 std::optional<Json> find_param(LiveRobot& robot, const std::string& module, const std::string& param) {
   const auto reply = robot.ask("params", {{"module", module}});
   if (!reply) return std::nullopt;
@@ -104,7 +104,7 @@ int set(const ParamOptions& options) {
   return kDone;
 }
 
-// What a robot file says of a parameter; what it leaves out is the default.
+// The value of a parameter by the robot file; the default where the file does not set it.
 Json value_in_file(const RobotFile& file, const Json& p) {
   for (const auto& m : file.graph.modules) {
     if (m.name != p.value("module", "")) continue;

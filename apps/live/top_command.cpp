@@ -25,7 +25,7 @@ int top(const TopOptions& options) {
   const bool redraw = hal::output_is_terminal() && !options.once && !options.json;
   StatusTable table;
   Redrawn screen;
-  // Rates need two looks: the first one is only shown where more follow.
+  // Rates need two looks: with --once only the second look is shown.
   for (int look = 0; !hal::stop_requested(); ++look, os.sleep_until(os.now() + period)) {
     const auto status = robot->ask("status");
     if (!status) return kFailed;

@@ -141,7 +141,7 @@ int hz(const HzOptions& options) {
   const TopicRate r = meter.result();
   print_rate(options, r);
   if (r.messages > 1) return kDone;
-  // The first one is what the topic has had all along: it may be as old as the run.
+  // The first message was in the topic before: it may be as old as the run.
   return fail(fmt::format("{}: {} within {} s{}", options.topic, r.messages == 0 ? "no message" : "nothing new",
                           options.seconds, r.messages == 0 ? "" : ", only a message of before"),
               kFailed);
