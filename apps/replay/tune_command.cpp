@@ -16,7 +16,7 @@
 namespace sinew::app {
 namespace {
 
-// Not fmt::print(), which throws where the reader is gone.
+// Not fmt::print(), which throws when the reader of a pipe is gone.
 void put(const std::string& text) { std::fwrite(text.data(), 1, text.size(), stdout); }
 
 constexpr std::size_t kTunedRows = 20;
@@ -45,7 +45,7 @@ Json to_json(const Score& score, const std::vector<std::string>& files) {
   return json;
 }
 
-/// The points, the best first; behind those that count those that do not.
+/// The points, the best first; points that do not count come last.
 std::vector<std::size_t> ranked(const Tuning& tuning) {
   std::vector<std::size_t> order(tuning.points().size());
   std::iota(order.begin(), order.end(), 0);
