@@ -1,4 +1,4 @@
-// devices: what a robot file's devices are, and who answers on its CAN buses.
+// devices: lists a robot file's devices, and asks which devices answer on its CAN buses.
 #include "apps/run/devices_command.hpp"
 
 #include <fmt/format.h>
@@ -37,7 +37,7 @@ struct Bus {
   hal::CanSpec spec;
 };
 
-/// Of devices without problems: each joint as it is opened.
+/// Each joint as it will be opened; the devices must have no problems.
 std::vector<Expected> joints_of(const drivers::DeviceSpecs& specs) {
   constexpr std::pair<const char*, CanFamily> kDrivers[] = {{"cia402", CanFamily::canopen},
                                                             {"mit", CanFamily::mit},
@@ -116,7 +116,8 @@ class DevicesCommand {
     return not_while_it_runs(loaded.robot.graph.robot);
   }
 
-  /// The question to MIT motors takes their torque, and a hub would wonder about all the answers.
+  /// False after printing that the robot runs: the question to MIT motors takes their torque, and a running robot's bus
+  /// would get answers that it did not ask for.
   bool not_while_it_runs(const std::string& robot) {
     std::string why;
     const auto running = tap::running(why);

@@ -32,7 +32,7 @@ struct Checked {
   std::size_t count() const { return problems.size() + calibrated.size(); }
 };
 
-// All problems of a robot file, said on standard error.
+// Prints all problems of a robot file on standard error.
 Checked checked_graph(const CheckOptions& options, const rt::ModuleTypes& types) {
   const std::string& path = options.robot;
   Checked checked;
@@ -48,7 +48,7 @@ Checked checked_graph(const CheckOptions& options, const rt::ModuleTypes& types)
     checked.graph = std::make_unique<rt::Graph>(loaded.robot.graph, types);
     checked.problems = check_robot(loaded.robot, *checked.graph, how);
   }
-  if (checked.problems.empty()) {  // with the robot file's own, nobody could tell whose fault theirs are
+  if (checked.problems.empty()) {  // beside problems of the robot file itself it would not be clear which file is wrong
     const UsedCalibration used = use_calibration(loaded.robot, types);
     checked.calibration = used.file;
     checked.calibrated = used.problems;
