@@ -78,7 +78,7 @@ void describe(CLI::App& app, SimulatorOptions& s, std::vector<std::string>& faul
                  "write pictures of the world into this folder, time a frame, and exit");
 }
 
-/// Those that say nothing to this world, this mode, or this way of running. An empty text: none.
+/// Why an option has no meaning in this world, this mode, or this way of running. An empty text: all have one.
 std::string useless(const CLI::App& app, const SimulatorOptions& s) {
   struct Only {
     const char* option;
@@ -105,7 +105,7 @@ std::string useless(const CLI::App& app, const SimulatorOptions& s) {
   return s.alone && !s.wire.any() ? "--alone: nobody reaches a world without --can, --iio or --v4l2" : "";
 }
 
-/// --can and --servo against the world's joints; an empty text when they fit.
+/// Checks --can and --servo against the world's joints; an empty text when they fit.
 std::string read_servos(SimulatorOptions& s) {
   if (s.wire.can.empty() && s.wire.servos.empty()) return "";
   if (s.wire.can.empty()) return "--servo: on which bus? --can says it";
@@ -132,7 +132,7 @@ std::string read_servos(SimulatorOptions& s) {
   return "";
 }
 
-/// What devices at the wire make of a fault; an empty text when the fault acts.
+/// Gives a fault to the device that plays it; an empty text, or why none does.
 std::string place_fault(SimulatorOptions& s, const std::string& text, const Fault& fault) {
   const bool servos = !s.servos.empty();
   const auto at_wire = [&](const char* option, const char* how) {
@@ -183,7 +183,7 @@ bool read_command_line(int argc, char** argv, SimulatorOptions& s, int& exit_cod
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    exit_code = app.exit(e) == 0 ? 0 : kUsage;  // it says why; its own codes are a list of its own
+    exit_code = app.exit(e) == 0 ? 0 : kUsage;  // it prints why; CLI11 has other exit codes
     return false;
   }
   std::sscanf(s.camera.c_str(), "%ux%u", &s.view.width, &s.view.height);
