@@ -18,8 +18,8 @@ namespace sinew::app {
 
 namespace {
 
-/// The action that the command line asks for, or else the exit code. Its description of all commands is gone then: what
-/// a robot keeps in memory is locked.
+/// The action of the command line, or else the exit code. Frees its description of all commands on return, since a
+/// robot locks its memory.
 std::variant<std::function<int()>, int> understood(int argc, char** argv, const rt::ModuleTypes& types) {
   const std::string path = argc > 0 ? argv[0] : "sinew";
   CLI::App app("Sinew: an embedded real-time runtime for the onboard computers of humanoids and UAVs.",
