@@ -26,7 +26,7 @@ std::variant<std::function<int()>, int> understood(int argc, char** argv, const 
                path.substr(path.rfind('/') + 1));
   app.require_subcommand(1);
   app.set_version_flag("--version", version());
-  app.footer("Exit codes: 0 done, 1 the thing failed, 2 it could not be begun.");
+  app.footer("Exit codes: 0 done, 1 failed, 2 could not begin.");
   CommandContext context{types};
   add_robot_commands(app, context);
   add_live_commands(app, context);

@@ -79,7 +79,7 @@ bool find_modules(const CalibrateOptions& o, const Params& params, Wanted& wante
     return false;
   }
   if (wanted.mount.empty() || (o.mount.empty() && count > 1)) {
-    fail("--mount MODULE: whose camera_qw, ... say how the camera is mounted? They have such: " +
+    fail("--mount MODULE: name the module whose camera_qw, ... say how the camera is mounted; candidates: " +
          (count ? mounts : "none"));
     return false;
   }
@@ -180,7 +180,7 @@ int calibrate_camera_offset(const CalibrateOptions& o, const rt::ModuleTypes& ty
       found->time_offset_ms, found->time_sigma_ms, wanted.mount.c_str(), found->turned_deg.x, found->turned_deg.y,
       found->turned_deg.z, found->pairs, found->residual_radps, found->scale);
   if (std::abs(found->scale - 1) > 0.15)
-    std::printf("warning: a scale so far from 1 is a wrong --fov, or a scene too near\n");
+    std::printf("warning: a scale so far from 1 means a wrong --fov, or a scene too near\n");
   bench.set_param(wanted.source, "time_offset_ms", found->time_offset_ms);
   const math::Quat& q = found->q_imu_optical;
   for (const auto& [name, value] :

@@ -60,8 +60,8 @@ rt::GraphSpec robot() {
 constexpr const char* kUsage =
     "usage: sinew-control [SECONDS [RATE]]\n"
     "Brings a simulated body on a stand to the level, in real time.\n"
-    "  SECONDS   for so long; 2 unless said\n"
-    "  RATE      of its clock, 0.01 to 1: slower than life where an emulator cannot keep a millisecond\n"
+    "  SECONDS   how long it runs; 2 by default\n"
+    "  RATE      of its clock, 0.01 to 1: slower than real time for an emulator that cannot keep 1 ms\n"
     "0: level in the end; 1: not; 2: could not begin.\n";
 
 bool read_number(std::string_view text, double least, double most, double& number) {

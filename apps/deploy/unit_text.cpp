@@ -87,7 +87,7 @@ std::string unit_text(const RobotFile& robot, const UnitOptions& options) {
       "OOMScoreAdjust=-900\n";
   if (!cpus.empty())
     text +=
-        "# What the robot file ties to no processor; the others are asked for by the threads themselves.\n"
+        "# For threads without a processor in the robot file; the other threads choose theirs themselves.\n"
         "CPUAffinity=" +
         hal::to_text(cpus) + "\n";
   text += "\n" + restart_lines(robot) +

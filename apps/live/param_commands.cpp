@@ -132,7 +132,9 @@ int save(const SaveOptions& options) {
   const std::string robot_file = hello->value("robot_file", "");
   const LoadedRobot file = load_robot(robot_file);
   if (!file.problems.empty())
-    return fail(rt::to_string(file.problems.front(), robot_file) + "; its robot file tells what differs", kFailed);
+    return fail(
+        rt::to_string(file.problems.front(), robot_file) + "; without its robot file it is not known what differs",
+        kFailed);
   std::vector<OverlayParam> differing;
   for (const Json& p : reply->at("params"))
     if (p.at("value") != value_in_file(file.robot, p))
@@ -153,15 +155,15 @@ int save(const SaveOptions& options) {
 }  // namespace
 
 void add_param_commands(CLI::App& app, CommandContext& context) {
-  CLI::App& param = *app.add_subcommand("param", "its parameters");
+  CLI::App& param = *app.add_subcommand("param", "parameters of a running robot");
   param.require_subcommand(1);
   auto list = live_command(param, context, "list", "all, or those of one module", list_params);
   list.app.add_option("module", list.options.module)->type_name(kModuleHint);
 
-  auto one = live_command(param, context, "get", "the value that holds now", get);
+  auto one = live_command(param, context, "get", "the present value", get);
   one.app.add_option("param", one.options.param)->required()->type_name(kParamHint);
 
-  auto change = live_command(param, context, "set", "change it; answers from which step on it holds", set);
+  auto change = live_command(param, context, "set", "change it; prints the step from which it holds", set);
   change.app.add_option("param", change.options.param)->required()->type_name(kParamHint);
   change.app.add_option("value", change.options.value, "true, 3, 0.5 or a text")->required()->type_name("VALUE");
 

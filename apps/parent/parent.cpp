@@ -106,7 +106,7 @@ class Parent {
       }
       if (feed_failed_.load() && !feed_told) {
         feed_told = true;
-        std::fprintf(stderr, "warning: the watchdog takes no food: %s\n", feed_error_);
+        std::fprintf(stderr, "warning: the watchdog cannot be fed: %s\n", feed_error_);
       }
       os_.wait(said_, seen, all_known ? hal::kNever : os_.now() + kLateWarning);
     }

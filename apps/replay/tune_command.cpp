@@ -167,10 +167,12 @@ void add_tune_command(CLI::App& app, CommandContext& context) {
       ->required()
       ->allow_extra_args(false)
       ->type_name("M.P=VALUES");
-  command.add_option("--error", task.error, "of which the RMS is to be small, e.g. tilt or filter.state.v_world_mps.x")
+  command
+      .add_option("--error", task.error,
+                  "the quantity whose RMS error shall be small, e.g. tilt or filter.state.v_world_mps.x")
       ->required()
       ->type_name("FIELD");
-  command.add_option("--against", options->against, "what it is held against [truth]")
+  command.add_option("--against", options->against, "what it is compared with [truth]")
       ->check(CLI::IsMember({"truth", "recorded"}).description(""))
       ->type_name("{truth,recorded}");
   command.add_option("--truth", task.truth, "the topic of ground truth [ground_truth]")->type_name("TOPIC");

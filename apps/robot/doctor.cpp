@@ -65,7 +65,7 @@ bool demand_of_file(const DoctorOptions& options, const rt::ModuleTypes& types, 
       demand = system_demand(graph, true);
       add_devices(loaded.robot, demand);
       if (!demand.real_board && !loaded.robot.devices.devices.empty())
-        std::fprintf(stderr, "note: board = \"%s\": its devices were not looked at; --board linux does\n",
+        std::fprintf(stderr, "note: board = \"%s\": its devices were not checked; --board linux checks them\n",
                      loaded.robot.graph.board.c_str());
     }
   }

@@ -157,7 +157,7 @@ class DevicesCommand {
     while (!scan.done()) {
       const auto next = scan.step(os.now());
       if (!next) {
-        fail(fmt::format("bus {}: {}{}: nobody takes a frame there", name, to_string(next.error().code),
+        fail(fmt::format("bus {}: {}{}: no device takes a frame there", name, to_string(next.error().code),
                          why.empty() ? "" : ": " + why),
              kFailed);
         return false;
@@ -216,7 +216,7 @@ int devices_command(const DevicesOptions& options) { return DevicesCommand(optio
 
 void add_devices_command(CLI::App& app, CommandContext& context) {
   const auto o = std::make_shared<DevicesOptions>();
-  CLI::App& devices = *app.add_subcommand("devices", "a robot's devices, and who answers on its CAN buses");
+  CLI::App& devices = *app.add_subcommand("devices", "a robot's devices, and which devices answer on its CAN buses");
   devices.add_option("robot", o->robot, "robot file: its [bus.NAME] are asked")->type_name(kRobotFileHint);
   devices
       .add_option("--bus", o->buses, "another bus: socketcan:can0, udp:7, socketcand:HOST:PORT/BUS; may be repeated")
