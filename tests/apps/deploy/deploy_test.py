@@ -86,7 +86,7 @@ class Copies(Board):
         self.assertRegex(out, r"to run it there: .*/app/desk\.toml --board linux\n")
         here = subprocess.run([SINEW, "doctor", f"{SOURCE}/robots/desk_head/desk_head.toml"], capture_output=True, text=True)
         self.assertNotIn("device.camera", here.stdout)
-        self.assertIn('board = "sim": its devices were not looked at; --board linux does', here.stderr)
+        self.assertIn('board = "sim": its devices were not checked; --board linux checks them', here.stderr)
 
     def test_a_login_that_talks_is_not_taken_for_the_board(self):
         self.fault = "noise"
@@ -193,7 +193,7 @@ class Refusals(Board):
         before = os.readlink(self.dir / "app")
         code, out, err = self.deploy("--binary", binary)
         self.assertEqual(code, 1, out + err)
-        self.assertIn("the board has not these libraries:\n  libsinew-nowhere.so.1", err)
+        self.assertIn("the board lacks these libraries:\n  libsinew-nowhere.so.1", err)
         self.assertEqual(os.readlink(self.dir / "app"), before)
         self.assertFalse((self.dir / "incoming").exists())
 

@@ -134,7 +134,7 @@ class LiveCommands(Live):
         for as_json in ((), ("--json",)):
             code, out, err = self.sinew("topic", "hz", "operator.range", "--seconds", "0.2", *as_json)
             self.assertEqual(code, 1, out)
-            self.assertIn("nothing new within 0.2 s, only a message of before", err)
+            self.assertIn("nothing new within 0.2 s, only an old message", err)
             self.assertNotIn("Hz", out)
         self.assertIsNone(json.loads(out)["rate_hz"])
 

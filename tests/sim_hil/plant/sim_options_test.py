@@ -38,7 +38,7 @@ class Refusals(unittest.TestCase):
                       self.refused(*HEAD, "--can", "udp:7", "--servo", "none", "--servo", "none"))
 
     def test_drives_want_a_bus_and_a_world_with_joints(self):
-        self.assertIn("--servo: on which bus? --can says it", self.refused(*HEAD, "--servo", "cia402:1"))
+        self.assertIn("--servo: needs --can, which names its bus", self.refused(*HEAD, "--servo", "cia402:1"))
         self.assertIn("--can: the world quad has no joints", self.refused("--can", "udp:7", "--servo", "cia402:1"))
         self.assertIn("'walrus:1' is none of cia402:ID", self.refused(*HEAD, "--can", "udp:7", "--servo", "walrus:1"))
 
