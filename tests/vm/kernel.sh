@@ -19,9 +19,9 @@ depends() { apt-cache depends "$1" | awk -v pattern="$2" '$1 == "Depends:" && $2
 # shellcheck disable=SC2034  # `port` is for the scripts that source this
 machine_of() {
   case $1 in
-    # Without features that are slow in TCG and that no test is about: page tables of five levels, guards of the kernel's own memory.
+    # Without features that TCG is slow at and no test is about: page tables of five levels, guards of the kernel's own memory.
     amd64) machine=(qemu-system-x86_64 -M q35 -cpu "max,-la57,-smap,-smep") port=ttyS0 ;;
-    # A processor of today's boards, with atomic instructions (Armv8.2): a lock costs one where a loop of the first Armv8 takes five.
+    # As on a board of today, with atomic instructions (Armv8.2): a lock costs one where a loop of the first Armv8 takes five.
     arm64) machine=(qemu-system-aarch64 -M virt -cpu cortex-a76) port=ttyAMA0 ;;
     # With its PCI window above 4 GB the kernel would find no device.
     armhf) machine=(qemu-system-arm -M "virt,highmem=off" -cpu cortex-a15) port=ttyAMA0 ;;
@@ -38,7 +38,7 @@ share() {
     -device "virtio-9p-pci,fsdev=$1,mount_tag=$1")
 }
 
-# first_file_system KERNEL BUSYBOX INIT MODULE...: the files that KERNEL (its unpacked package) needs before it sees the host's,
+# first_file_system KERNEL BUSYBOX INIT MODULE...: files that KERNEL (its unpacked package) needs before the host's files,
 # as KERNEL/initramfs.gz: busybox, those modules with what they need, listed in modules/order, and INIT.
 first_file_system() {
   local kernel=$1 busybox=$2 init=$3 tree=$1/initramfs release module

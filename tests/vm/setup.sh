@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Fetches and builds the parts that the VM bench boots: Debian's PREEMPT_RT kernel, the kernel's test drivers that Debian leaves
+# Fetches and builds the VM bench: Debian's PREEMPT_RT kernel, the kernel's test drivers that Debian leaves
 # out, and a first file system; for another machine than this one also the file tree that our programs run in. Nothing is
 # installed; all of it lies in build/vm/ARCH. Does nothing when that is there.
 #

@@ -147,7 +147,7 @@ class Bench:
 
     @staticmethod
     def end(run):
-        """Ends all processes of the run: also a runtime whose parent has died, and processes that the parent has started since."""
+        """Ends all processes of the run: also a runtime whose parent has died, and later children of the parent."""
         try:
             os.killpg(run.pid, signal.SIGKILL)  # of a session of its own
         except ProcessLookupError:
