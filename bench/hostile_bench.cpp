@@ -1,5 +1,5 @@
 // How late a 1 kHz thread is with hostile programs at the robot's socket and memory, beside the same thread alone and
-// beside programs that merely use up the processors: in turns, one ratio of medians (and of 99 % quantiles) a turn.
+// beside programs that only use up the processors. In turns; one ratio of medians (and of 99 % quantiles) a turn.
 #include <sys/mman.h>
 
 #include <atomic>
@@ -62,7 +62,7 @@ class Turn final : public rt::RunObserver {
     on_.store(true, std::memory_order_release);
     os.sleep_until(os.now() + kTurn);
     on_.store(false, std::memory_order_release);
-    os.sleep_until(os.now() + 5ms);  // a step under way
+    os.sleep_until(os.now() + 5ms);  // lets a step that has begun end
     return us_;
   }
 
@@ -120,7 +120,7 @@ int run(int turns) {
   Turn turn;
   rt::RealTimeOptions options;
   options.runner.observer = &turn;
-  options.lock_memory = false;  // the whole program's is
+  options.lock_memory = false;  // the whole program's memory is locked already
   rt::RealTimeExecutor executor(graph, os, options);
   if (!executor.start()) return 2;
   for (const auto& line : executor.shortfalls()) std::printf("not as meant: %s\n", line.c_str());

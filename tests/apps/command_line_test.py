@@ -78,7 +78,7 @@ class CommandLine(unittest.TestCase):
                 self.assertNotIn("there is no such device", err)
 
     def desk_head(self, *changes):
-        """The path of a robot like robots/desk_head/desk_head.toml, but for these."""
+        """The path of a robot like robots/desk_head/desk_head.toml, with these changes."""
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         with open(f"{SOURCE}/robots/desk_head/desk_head.toml") as file:
@@ -250,7 +250,7 @@ class CommandLine(unittest.TestCase):
 
 class Completion(unittest.TestCase):
     def complete(self, *words, cwd=None):
-        """What TAB offers behind the last word, by the function that bash would call."""
+        """The words that TAB offers behind the last word, from the function that bash would call."""
         script = 'source <("$0" completion bash); COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _sinew "$0"; ' \
                  'printf "%s\\n" "${COMPREPLY[@]}"'
         done = subprocess.run(["bash", "--norc", "-c", script, SINEW, "sinew", *words], capture_output=True, text=True,

@@ -148,7 +148,7 @@ class FailsafeTest : public ::testing::Test {
   SafetyLog& log = robot.add<SafetyLog>("log", {{"in", "guardian.state"}, {"group", "guardian.motors"}});
 };
 
-// ---- what is told
+// ---- reports
 
 TEST_F(FailsafeTest, AGroupThatHoldsOrGetsSetpointsMovesWhateverTheOthersDo) {
   Commander& second = robot.add<Commander>("second");
@@ -442,7 +442,7 @@ TEST_F(FailsafeTest, AboveIsALimitToo) {
   EXPECT_EQ(first_action(FailsafeAction::stop), Time{51'010'000}) << "12 itself is allowed";
 }
 
-// ---- what they do
+// ---- actions
 
 TEST_F(FailsafeTest, LandLeavesThePermissionAndIsLatched) {
   condition(Kind::silent, 50ms, FailsafeAction::land);

@@ -1,4 +1,4 @@
-// What `check` and `run` refuse alike: relations between the sections of a robot file, each with file, line and key.
+// Relations between the sections of a robot file that `check` and `run` refuse alike, each with file, line and key.
 #include "apps/robot/wiring_rules.hpp"
 
 #include <gmock/gmock.h>
@@ -200,7 +200,7 @@ TEST(BusRules, LoadIsPlannedByTheHubsOwnFunctionAndToldWithItsKey) {
       ElementsAre(HasSubstr(at("max_load_percent = 80") + "bus.can0.max_load_percent: 80: 2 servos at 500 Hz need ")));
 }
 
-// ---- what only one can have
+// ---- things that only one module or device can have
 
 TEST(DeviceClaims, TwoDevicesOnOneSerialLineAreRefused) {
   const Change two{"[device.air]\n",
@@ -250,7 +250,7 @@ TEST(DeviceClaims, TwoSimulatedCamerasMayHaveOneNodeInDifferentFolders) {
   EXPECT_THAT(second("//"), ElementsAre(HasSubstr("\"camera /dev/video0\": one that no other has")));
 }
 
-// ---- what is not of the file
+// ---- conditions outside of the file
 
 TEST(OptionLines, TellWhereAValueComesFrom) {
   OptionLines lines;

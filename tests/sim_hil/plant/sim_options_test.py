@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Options of sinew-sim: what makes no sense is refused in words, and a fault of the joints acts on drives at the wire.
+"""Options of sinew-sim: it refuses senseless ones in words, and a fault of the joints acts on drives at the wire.
 
 usage: sim_options_test.py SINEW_SIM
 """
