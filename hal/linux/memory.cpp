@@ -30,7 +30,7 @@ struct Mapping {
   bool is_memfd() const { return path.starts_with("/memfd:"); }
 };
 
-/// A stack of Os::start_thread() stands between two of them, so that nothing else can become part of its mapping.
+/// A stack of Os::start_thread() lies between two of them, so that no other mapping can merge with it.
 bool is_guard(const Mapping& m) { return m.path.empty() && m.access == "---p"; }
 
 std::vector<Mapping> mappings(const char* file) {
@@ -59,7 +59,7 @@ std::vector<Mapping> mappings(const char* file) {
 
 bool is_the_systems(const std::string& path) { return path.starts_with("/usr/") || path.starts_with("/lib"); }
 
-/// The C library's file; empty where it is part of the program.
+/// The C library's file; empty where the library is part of the program.
 std::string c_library(const std::vector<Mapping>& all) {
   const void* in_it = reinterpret_cast<const void*>(&::clock_nanosleep);
   for (const Mapping& m : all)
@@ -70,7 +70,7 @@ std::string c_library(const std::vector<Mapping>& all) {
 }  // namespace
 
 Status lock_process_memory() {
-  ::malloc_trim(0);  // what the start has left behind
+  ::malloc_trim(0);  // memory that the start has freed
   if (::mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) != 0) {
     if (errno != EINVAL) return Error{Errc::denied, "mlockall", errno};
     // Kernels before 4.4 lock everything at once.
@@ -82,7 +82,7 @@ Status lock_process_memory() {
   for (const Mapping& m : all) {
     const bool is_data = m.access == "rw-p" && !m.is_stack;
     const bool is_ours = m.is_file() && !m.is_memfd() && (m.path == program || !is_the_systems(m.path));
-    const bool is_c_code = m.path == libc && m.access == "r-xp";  // its tables are those of languages and errors
+    const bool is_c_code = m.path == libc && m.access == "r-xp";  // its tables for languages and errors are left out
     if ((is_data || (is_ours && m.access[0] == 'r') || is_c_code) &&
         ::mlock(reinterpret_cast<const void*>(m.begin), m.end - m.begin) != 0)
       return Error{Errc::denied, "mlock", errno};
@@ -102,7 +102,7 @@ MemoryUse memory_use() {
       (m.path == program ? use.program : use.libraries) += m.resident;
     else if (m.is_stack)
       use.stacks += m.resident;
-    else if (m.path == "[heap]" || nameless_data)  // large blocks have mappings of their own
+    else if (m.path == "[heap]" || nameless_data)  // large blocks have their own mappings
       use.heap += m.resident;
     else
       use.other += m.resident;

@@ -258,7 +258,7 @@ TEST_F(FailsafeTest, ASecondBadCommandIsNamedBesideTheReasonOfTheFirst) {
   robot.run(20ms);
   EXPECT_THAT(reasons_at(15ms), ElementsAre("motors: the command on commander.out has 3 channels; "
                                             "actuator.motors.channels is 2",
-                                            "gripper: nor is the command on second.out one that may pass",
+                                            "gripper: the command on second.out may not pass either",
                                             "gripper: the command on second.out is not idle"));
 }
 

@@ -101,7 +101,7 @@ TEST(WiringRules, AGroupHasAsManyChannelsAsJoints) {
 TEST(WiringRules, AGroupHasAsManyChannelsAsTheModuleThatCommandsIt) {
   EXPECT_THAT(problems({{"channels = 2", "channels = 3"}}),
               ElementsAre(at("channels = 2") +
-                          "actuator.head.channels: 3: 2: so many has follower.command of control::HeadFollower"));
+                          "actuator.head.channels: 3: 2, as follower.command of control::HeadFollower has"));
 }
 
 TEST(WiringRules, ALimitIsNoWiderThanTheWidestJoint) {

@@ -35,8 +35,9 @@ class V4l2Mjpeg : public V4l2Test {
 TEST_F(V4l2Mjpeg, IsNotOfferedAsYuyvWhichWouldTakeTwoPasses) {
   spec_.format = msg::PixelFormat::yuyv;
   EXPECT_EQ(open(), Errc::bad_argument);
-  EXPECT_THAT(why_, HasSubstr("1280x720 yuyv is not offered; it has 640x480, 320x240; as MJPEG it has it, which gives "
-                              "mono8, rgb8 or bgr8"));
+  EXPECT_THAT(why_,
+              HasSubstr("1280x720 yuyv is not offered; it has 640x480, 320x240; it has this as MJPEG, which gives "
+                        "mono8, rgb8 or bgr8"));
 }
 
 TEST_F(V4l2Mjpeg, IsDecodedIntoEveryFormatThatTakesOnePass) {
