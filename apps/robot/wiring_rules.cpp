@@ -181,11 +181,11 @@ class WiringCheck {
     const plant::WorldDevice* simulated = board_of(graph_.spec(), a.name) == "sim" ? part(a.name, kActuators) : nullptr;
     if (simulated && a.channels != simulated->channels)
       add(line_or(a.channels_line, a.line), key + ".channels", std::to_string(a.channels),
-          fmt::format("{}: so many has {} in the world {}", simulated->channels, a.name, robot_.sim.world));
+          fmt::format("{}, as {} has in the world {}", simulated->channels, a.name, robot_.sim.world));
     if (!device || device->joints.empty()) return;
     if (a.channels != device->joints.size())
       add(line_or(a.channels_line, a.line), key + ".channels", std::to_string(a.channels),
-          fmt::format("{}: so many joints has [device.{}]", device->joints.size(), a.name));
+          fmt::format("{}, as [device.{}] has joints", device->joints.size(), a.name));
     const std::string limit = range_text(a.min, a.max);
     double low = std::numeric_limits<double>::infinity(), high = -low;
     for (const JointRange& j : ranges_of(*device, robot_.devices)) {

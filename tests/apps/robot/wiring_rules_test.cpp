@@ -95,7 +95,7 @@ TEST(WiringRules, AGroupHasAsManyChannelsAsJoints) {
                      "max_rad = 0.9\n[[device.head.joint]]\nname = \"roll\"\ndriver = \"cia402\"\nbus = \"can0\"\n"
                      "id = 3\ncounts_per_turn = 65536\nmax_rad = 1.4\nmin_rad = -1.4\n"};
   EXPECT_THAT(problems({third}),
-              ElementsAre(at("channels = 2") + "actuator.head.channels: 2: 3: so many joints has [device.head]"));
+              ElementsAre(at("channels = 2") + "actuator.head.channels: 2: 3, as [device.head] has joints"));
 }
 
 TEST(WiringRules, AGroupHasAsManyChannelsAsTheModuleThatCommandsIt) {
