@@ -241,7 +241,8 @@ endfunction()
 # sinew_precompile(TARGET HEADER LIBRARIES OPTIONS): what nearly all targets of a kind include is compiled once for those that
 # have the same options.
 function(sinew_precompile target header libraries options)
-  string(MD5 key "${header} ${options}")
+  file(RELATIVE_PATH place ${PROJECT_SOURCE_DIR} ${header})
+  string(MD5 key "${place} ${options}")  # the same in each clone: the compiler cache sees it in a path
   set(base precompiled_${key})
   if(NOT TARGET ${base})
     file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/precompiled.cpp CONTENT "")
