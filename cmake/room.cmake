@@ -195,11 +195,12 @@ function(sinew_test_program)
 endfunction()
 
 # Most tests do not calculate much themselves: not to optimise them saves a fifth of their compilation, half of rt's. What rt has
-# in headers to do without locks is tried as robots have it.
+# in headers to do without locks is tried as robots have it, and the tests that fly in a world of their own calculate a lot.
 function(sinew_test_optimised name result)
   set(${result} ON PARENT_SCOPE)
   if(NOT CMAKE_BUILD_TYPE STREQUAL Debug AND name MATCHES "^(wire|hal|rt|drivers|tap|record|dataset|sim_hil|apps)_" AND
-     NOT name MATCHES "^rt_(topic|held_loans|mailbox|instant_word|handover|schedule|stats|fp_mode)")
+     NOT name MATCHES "^rt_(topic|held_loans|mailbox|instant_word|handover|schedule|stats|fp_mode)" AND
+     NOT name MATCHES "^apps_(module_fault|flight_failsafe|pilot_flight|flight_again)")
     set(${result} OFF PARENT_SCOPE)
   endif()
 endfunction()
