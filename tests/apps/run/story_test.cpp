@@ -3,6 +3,9 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <optional>
+
 #include "apps/flight/estimate_error.hpp"
 #include "apps/robot_file/validity.hpp"
 #include "apps/run/miss_cause.hpp"
@@ -15,11 +18,9 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 using ::testing::Not;
 using ::testing::SizeIs;
 using Weight = Story::Weight;
-using namespace std::chrono_literals;
 
 TEST(Story, LinesAreInTheOrderOfTimeWhateverCameFirst) {
   Story story;
@@ -91,7 +92,7 @@ TEST(MissCause, IsWhatIsFarthestBeyondItsLimit) {
   EXPECT_EQ(miss_cause(e), "landing error 0.412 m (at most 0.15); strongest wind 3.44 m/s (at most 2)");
   e.saturated = 0.05;
   EXPECT_EQ(miss_cause(e), "landing error 0.412 m (at most 0.15); actuators at a limit 5 % of the time (at most 1)");
-  e.estimate = {.worst_m = 0.9, .last_m = 0.1};
+  e.estimate = EstimateError::Result{.worst_m = 0.9, .last_m = 0.1};
   EXPECT_THAT(miss_cause(e), EndsWith("; estimate off by up to 0.9 m (at most 0.1)"));
 }
 
@@ -183,7 +184,7 @@ TEST_F(Told, QuietIsTheMissionsLineOnly) {
 
 TEST_F(Told, AtMostFifteenLinesWhateverHappened) {
   for (int i = 0; i < 99; ++i) summary().story().add(i, Weight::result, "stop");
-  for (int i = 0; i < 99; ++i) summary().add("table", "of the length of a book", {});
+  for (int i = 0; i < 99; ++i) summary().add("table", "of the length of a book", Json::object());
   summary().timing(bad_timing());
   summary().why("wind");
   summary().recorded("runs/a/run.mcap", "1 MB");
@@ -197,7 +198,7 @@ TEST_F(Told, AtMostFifteenLinesWhateverHappened) {
 TEST_F(Told, VerboseHasTheWholeTimeLineAndEveryTable) {
   form_.verbose = true;
   for (int i = 0; i < 30; ++i) summary().story().add(i, Weight::result, "stop");
-  summary().add("memory", "3.1 MB", {});
+  summary().add("memory", "3.1 MB", Json::object());
   summary().timing(bad_timing());
   finish("crashed", 1);
   EXPECT_THAT(out_, HasSubstr("   29.0 s  stop\n\nmemory              3.1 MB\n"));
@@ -246,7 +247,7 @@ StatusRows counted(std::uint64_t cycles) {
 TEST(StatusTable, RatesAreOfTheLastSecondHoweverOftenItIsDrawn) {
   StatusTable table;
   const auto at = [](double s) { return rt::Time{static_cast<std::int64_t>(s * 1e9)}; };
-  EXPECT_THAT(table.render(counted(0), at(10), 0), HasSubstr("fast                             - "));
+  EXPECT_THAT(table.render(counted(0), at(10), 0), HasSubstr("fast" + std::string(29, ' ') + "- "));
   EXPECT_THAT(table.render(counted(80), at(10.2), 0), HasSubstr(" 400 Hz")) << "the first second is a short one";
   for (int i = 2; i <= 5; ++i) table.render(counted(80), at(10 + 0.2 * i), 0);
   for (int i = 6; i < 20; ++i) table.render(counted(80 + 200 * (i - 5)), at(10 + 0.2 * i), 0);
