@@ -48,11 +48,21 @@ std::string bad(const ActuatorSpec& a, const msg::SafetyState& s) {
 
 }  // namespace
 
+std::string cause_text(const FailsafeSpec& f, double measured) {
+  switch (f.kind) {
+    case FailsafeSpec::Kind::silent:
+      return f.topic.value + " silent for " + in_ms(f.time);
+    case FailsafeSpec::Kind::stuck:
+      return f.topic.value + " unchanged for " + in_ms(f.time);
+    case FailsafeSpec::Kind::value:
+      break;
+  }
+  return seen(f, measured);
+}
+
 std::string to_string(const FailsafeSpec& f) {
   using Kind = FailsafeSpec::Kind;
-  std::string text = f.topic.value;
-  if (f.kind == Kind::silent) text += " silent for " + in_ms(f.time);
-  if (f.kind == Kind::stuck) text += " unchanged for " + in_ms(f.time);
+  std::string text = f.kind == Kind::value ? f.topic.value : cause_text(f, 0);
   if (f.kind == Kind::value) {
     text += "." + f.field.value + " not " + bounds(f);
     if (f.time > Duration{0}) text += " for " + in_ms(f.time);

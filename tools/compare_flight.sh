@@ -46,7 +46,7 @@ export SINEW_RUN_DIR=$work/robots SINEW_RECORD=on
 # words_of NAME ENDPOINT: the arguments of the flying program, one a line.
 words_of() {
   if [[ $program == sinew ]]; then
-    printf '%s\n' run "$robot" --virtual --plant "$2" --quiet --record-images --runs "$work/runs-$1"
+    printf '%s\n' run "$robot" --virtual --plant "$2" --verbose --record-images --runs "$work/runs-$1"
   else
     printf '%s\n' "$robot" "$2"
   fi

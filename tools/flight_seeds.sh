@@ -10,7 +10,7 @@
 #                them a replay of 8 s that release recorded in virtual and in real time must find every step identical
 #
 # Passes when at least 95 of 100 seeds land (every one of fewer than 20). A flight has landed when `sinew run` exits
-# with 0 and these lines of its output confirm it:
+# with 0 and these lines of its output (with --verbose) confirm it:
 #     landing error       0.042 m        (limit 0.15 m)
 #     touchdown speed     0.31 m/s       (limit 0.5 m/s)
 #     flight time         21.4 s
@@ -43,7 +43,7 @@ limit_s=${SINEW_FLIGHT_LIMIT_S:-300} # of real time for one flight; a sanitized 
 # fly PRESET SEED NAME: one flight; its output in build/flights/NAME.log, its exit code in NAME.exit.
 fly() {
   local code=0
-  timeout "$limit_s" "$root/build/$1/bin/sinew" run "$root/robots/quad/quad.toml" --virtual --seed "$2" "${@:4}" \
+  timeout "$limit_s" "$root/build/$1/bin/sinew" run "$root/robots/quad/quad.toml" --virtual --verbose --seed "$2" "${@:4}" \
     >"$out/$3.log" 2>&1 </dev/null || code=$?
   printf '%s\n' "$code" >"$out/$3.exit"
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 namespace sinew::app {
 namespace {
@@ -92,6 +93,26 @@ double imu_gap_max_s(const RunEvidence& run) { return run.plant.imu_gap_max_s * 
 
 std::vector<Finding> examine(const RunEvidence& run, const ValidityBounds& bounds) {
   return Examiner(run, bounds).all();
+}
+
+const Finding* worst_of(const std::vector<Finding>& findings) {
+  const auto beyond = [](const Finding& f) {
+    if (f.key == "plant") return std::numeric_limits<double>::infinity();
+    return f.bound > 0 ? f.value / f.bound : f.value;
+  };
+  const Finding* worst = nullptr;
+  for (const Finding& f : findings)
+    if (!f.holds && (!worst || beyond(f) > beyond(*worst))) worst = &f;
+  return worst;
+}
+
+std::string what_to_do(const Finding& finding, bool real_time, const std::string& robot) {
+  const std::string_view key = finding.key;
+  if (key == "plant") return "that is the simulator's own word: look into its report";
+  if (key == "clock_ms" || key == "drift_ppm") return "the clocks of the two machines: docs/hil.md";
+  if (key == "link_down_ms") return "the connection to the plant was gone: look at the network and the plant";
+  if (!real_time) return "the simulator or the robot's queues are at fault: docs/hil.md";
+  return "the machine's doing: `sinew doctor " + robot + "` says what to change";
 }
 
 std::vector<std::string> invalid_because(const std::vector<Finding>& findings) {

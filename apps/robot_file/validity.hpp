@@ -45,6 +45,12 @@ double imu_gap_max_s(const RunEvidence& run);
 /// All findings about this run; the run is valid when every finding holds. Virtual time has no findings about real
 /// time. What a device lost while it had a requested fault does not count.
 std::vector<Finding> examine(const RunEvidence& run, const ValidityBounds& bounds);
+/// The finding that is farthest beyond its bound, as a multiple of it (where nothing is allowed, as a number); the
+/// plant's own verdict comes first. Null: all hold.
+const Finding* worst_of(const std::vector<Finding>& findings);
+/// What to do when this bound does not hold, in words. `robot`: its file.
+std::string what_to_do(const Finding& finding, bool real_time, const std::string& robot);
+
 /// The texts of the findings that do not hold.
 std::vector<std::string> invalid_because(const std::vector<Finding>& findings);
 

@@ -34,12 +34,9 @@ void for_each_object(const json& object, const char* key, const Each& each) {
     if (one.is_object()) each(one);
 }
 
-WorldReport::Verdict read_verdict(const json& said) {
-  WorldReport::Verdict verdict;
-  read(said, "outcome", verdict.outcome);
-  read(said, "good", verdict.good);
-  read(said, "begun", verdict.begun);
-  for_each_object(said, "measures", [&](const json& m) {
+std::vector<WorldReport::Measure> read_measures(const json& said, const char* key) {
+  std::vector<WorldReport::Measure> all;
+  for_each_object(said, key, [&](const json& m) {
     WorldReport::Measure measure;
     read(m, "key", measure.key);
     read(m, "label", measure.label);
@@ -47,8 +44,18 @@ WorldReport::Verdict read_verdict(const json& said) {
     read(m, "value", measure.value);
     if (m.contains("at_most")) read(m, "at_most", measure.at_most.emplace());
     if (m.contains("at_least")) read(m, "at_least", measure.at_least.emplace());
-    if (!measure.key.empty()) verdict.measures.push_back(std::move(measure));
+    if (!measure.key.empty()) all.push_back(std::move(measure));
   });
+  return all;
+}
+
+WorldReport::Verdict read_verdict(const json& said) {
+  WorldReport::Verdict verdict;
+  read(said, "outcome", verdict.outcome);
+  read(said, "good", verdict.good);
+  read(said, "begun", verdict.begun);
+  verdict.measures = read_measures(said, "measures");
+  verdict.conditions = read_measures(said, "conditions");
   return verdict;
 }
 
@@ -74,6 +81,8 @@ std::optional<WorldReport> parse_report(const std::string& text) {
     read(f, "fault", fault.text);
     read(f, "device", fault.device);
     read(f, "affected", fault.affected);
+    for (const char* key : {"from_s", "first_s"})
+      if (f.contains(key)) read(f, key, fault.first_s.emplace());
     report.faults.push_back(std::move(fault));
   });
   return report;
@@ -86,6 +95,20 @@ bool WorldReport::is_faulty(const std::string& device) const {
 double WorldReport::number(std::string_view key) const {
   const auto it = numbers.find(key);
   return it == numbers.end() ? 0 : it->second;
+}
+
+std::string in_words(const WorldReport::Measure& m) {
+  std::string text = fmt::format("{} {:.3g}{}{}", m.label, m.value, m.unit.empty() ? "" : " ", m.unit);
+  if (m.at_most) text += fmt::format(" (at most {:g})", *m.at_most);
+  if (m.at_least) text += fmt::format(" (at least {:g})", *m.at_least);
+  return text;
+}
+
+double over_limit(const WorldReport::Measure& m) {
+  constexpr double kLeast = 1e-9;  // in place of a limit or a value of 0
+  if (m.at_most) return m.value / std::max(*m.at_most, kLeast);
+  if (m.at_least) return *m.at_least / std::max(m.value, kLeast);
+  return 0;
 }
 
 std::string to_string(const WorldReport::Measure& m) {

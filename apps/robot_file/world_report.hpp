@@ -14,6 +14,7 @@ struct WorldReport {
   struct Fault {
     std::string text, device;  // docs/faults.md
     std::uint64_t affected = 0;
+    std::optional<double> first_s{};  // when it first struck, plant time; else when it was asked for
   };
   /// A figure of the run, with its limit.
   struct Measure {
@@ -27,6 +28,7 @@ struct WorldReport {
     bool good = false;
     bool begun = true;  // something happened that can be judged
     std::vector<Measure> measures{};
+    std::vector<Measure> conditions{};  // what the world did to the robot, against what the robot is meant for
   };
 
   bool valid = false;
@@ -46,6 +48,11 @@ struct WorldReport {
 
 /// Nothing when the text is not a report.
 std::optional<WorldReport> parse_report(const std::string& json);
+
+/// "landing error 0.043 m (at most 0.15)"
+std::string in_words(const WorldReport::Measure& measure);
+/// How many times its limit; 0 where nothing is judged.
+double over_limit(const WorldReport::Measure& measure);
 
 /// "0.043 m   (limit 0.15 m)"
 std::string to_string(const WorldReport::Measure& measure);

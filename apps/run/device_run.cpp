@@ -25,8 +25,10 @@ class BareBoard final : public RunBoard, private hal::GrantSource {
   int report(RunContext& run, RunSummary& summary) override {
     if (run.options.virtual_time) return summary.finish("ran to its end", 0);
     summary.chains_decide(true);
-    const bool acted = !report_failsafes(run, summary).empty();
-    return summary.finish(acted ? "a failsafe acted" : "ran to its end", acted ? 1 : 0);
+    const std::vector<std::string> acted = report_failsafes(run, summary);
+    if (acted.empty()) return summary.finish("ran to its end", 0);
+    summary.why("failsafe " + acted.front());
+    return summary.finish("a failsafe acted", 1);
   }
 
  private:
@@ -44,8 +46,8 @@ class BareBoard final : public RunBoard, private hal::GrantSource {
 
 int run_on_devices(Prepared& prepared, const RunOptions& options) {
   BareBoard board;
-  if (!needs_parent(prepared, options)) return run_session(prepared, options, board, nullptr, hal::process_start());
-  const std::optional<hal::Time> program = hal::process_start();
+  if (!needs_parent(prepared, options)) return run_session(prepared, options, board, nullptr, hal::program_start());
+  const hal::Time program = hal::program_start();
   Supervised supervised;
   supervised.body = [&](ParentLine& line) { return run_session(prepared, options, board, &line, program); };
   return run_supervised(prepared, options, std::move(supervised));

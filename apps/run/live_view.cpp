@@ -11,14 +11,16 @@ constexpr rt::Duration kLinePeriod = std::chrono::seconds(2);
 
 }  // namespace
 
-LiveView::LiveView(const rt::Graph& graph, rt::Runner& runner, const RunOptions& options, DeviceWatch& devices)
+LiveView::LiveView(const rt::Graph& graph, rt::Runner& runner, const RunOptions& options, DeviceWatch& devices,
+                   const hal::Clock& clock)
     : graph_(graph),
       runner_(runner),
       devices_(devices),
+      clock_(clock),
       silent_(options.quiet || options.json),
       live_(!silent_ && !options.plain && hal::output_is_terminal()) {}
 
-void LiveView::show(rt::Time now, std::string_view state, bool last) {
+std::vector<std::string> LiveView::show(rt::Time now, std::string_view state, bool last) {
   if (begin_ == hal::kNever) begin_ = now;
   const rt::Duration since = now - begin_;
   const std::string line = fmt::format("{:6.1f} s  {}\n", msg::seconds(since), state);
@@ -26,14 +28,17 @@ void LiveView::show(rt::Time now, std::string_view state, bool last) {
   if (live_) {
     std::string devices;
     for (const std::string& complaint : devices_.now()) devices += "  device  " + complaint + "\n";
-    const std::string table = table_.render(rows_of(graph_, runner_), now, hal::terminal_columns());
+    // Not `now`: between the two a busy machine may have taken the processor away for long.
+    const StatusRows rows = rows_of(graph_, runner_);
+    const std::string table = table_.render(rows, clock_.now(), hal::terminal_columns());
     hal::print_now(screen_.over(line + devices + table, hal::terminal_rows()));
-    return;
+    return news;
   }
-  if (silent_) return;
+  if (silent_) return news;
   for (const std::string& text : news)
     hal::print_now(fmt::format("{:6.1f} s  device  {}\n", msg::seconds(since), text));
   if (last || since % kLinePeriod < kPeriod) hal::print_now(line);
+  return news;
 }
 
 }  // namespace sinew::app

@@ -14,9 +14,12 @@ namespace sinew::app {
 class LiveView {
  public:
   /// `devices`: what they complain about is shown above the table, or on a line when it changes.
-  LiveView(const rt::Graph& graph, rt::Runner& runner, const RunOptions& options, DeviceWatch& devices);
-  /// `state` is the line above the table. Call every kPeriod; `last` for the run's end.
-  void show(rt::Time now, std::string_view state, bool last);
+  /// `clock`: the robot's.
+  LiveView(const rt::Graph& graph, rt::Runner& runner, const RunOptions& options, DeviceWatch& devices,
+           const hal::Clock& clock);
+  /// `state` is the line above the table. Call every kPeriod; `last` for the run's end. Returns what is new about
+  /// devices.
+  std::vector<std::string> show(rt::Time now, std::string_view state, bool last);
 
   static constexpr rt::Duration kPeriod = std::chrono::milliseconds(200);
 
@@ -24,6 +27,7 @@ class LiveView {
   const rt::Graph& graph_;
   rt::Runner& runner_;
   DeviceWatch& devices_;
+  const hal::Clock& clock_;
   StatusTable table_;
   Redrawn screen_;
   const bool silent_, live_;

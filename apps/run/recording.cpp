@@ -314,10 +314,10 @@ void Recording::finish(RunSummary& summary) {
     const std::string more = file.parts > 1 ? fmt::format(" and {} more", file.parts - 1) : "";
     Json json = to_json(file);
     all.push_back(json);
-    summary.add("recorded",
-                fmt::format("{}{}, {:.1f} MB; {}", file.path, more, 1e-6 * json["bytes"].get<double>(),
-                            verdict_text(file.verdict)),
-                {{"recording", json}});
+    const std::string size = fmt::format("{:.1f} MB", 1e-6 * json["bytes"].get<double>());
+    const std::string verdict = verdict_text(file.verdict);
+    summary.add("recorded", fmt::format("{}{}, {}; {}", file.path, more, size, verdict), {{"recording", json}});
+    summary.recorded(file.path, size + "; " + verdict.substr(0, verdict.find(':')));  // without the reasons
     if (!file.trouble)
       std::fprintf(stderr, "warning: the recording has gaps: %s: %s\n", file.path.c_str(),
                    error_text(file.trouble.error()).c_str());

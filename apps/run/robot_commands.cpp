@@ -141,11 +141,17 @@ void describe_run(CLI::App& run, RunOptions& o) {
   run.add_option("--runs", o.record_folder, "folder of the recordings (default: the robot file's, or runs)");
   run.add_flag("--record-images", o.record_images, "record all pixels, whatever the robot file allows");
   run.add_flag("--no-record", o.no_record, "no recording; SINEW_RECORD=off in the environment does the same");
-  run.add_flag("--strict", o.strict, "real time: do not start if the machine lacks something that timing needs");
+  run.add_flag(
+      "--strict", o.strict,
+      "real time: do not start if the machine lacks something that timing needs; exit code 1 also when the run "
+      "does not count as a measurement");
   run.add_flag("--unsupervised", o.unsupervised,
                "no parent process that stops the actuators when the runtime dies or hangs (for debuggers)");
   run.add_flag("--plain", o.plain, "no live table");
-  run.add_flag("--quiet", o.quiet, "only the result");
+  run.add_flag("--quiet", o.quiet, "only the mission's result, one line");
+  run.add_flag("--verbose", o.verbose,
+               "at the end also threads, modules, losses, chains, memory, hashes, validity, and the whole time line")
+      ->excludes("--quiet");
   run.add_flag("--json", o.json, "only one JSON object with the whole summary, at the end");
 }
 

@@ -31,15 +31,16 @@ struct RunOptions {
   bool no_record = false;
   bool record_images = false;  // with all their pixels
   bool plain = false;          // no live table, also on a terminal
-  bool quiet = false;          // only the result
+  bool quiet = false;          // only the mission's result
+  bool verbose = false;        // at the end also all tables
   bool strict = false;  // real time: no start where `sinew doctor` has something to say, or a privilege is missing
   bool real_actuators = false;  // actuators may be real although sensors are not
   bool unsupervised = false;    // real time: no parent process beside the runtime (for debuggers)
   bool json = false;            // only one JSON object, at the end
 };
 
-/// Flies or drives a robot file. Exit code 0: everything went well (a mission: landed well in a valid run); 1: the run
-/// did not; 2: it could not start.
+/// Flies or drives a robot file. Exit code 0: the mission went well; 1: it did not, or with `strict` the run does not
+/// count as a measurement of timing; 2: it could not start.
 int run_command(const RunOptions& options, const rt::ModuleTypes& types);
 
 }  // namespace sinew::app

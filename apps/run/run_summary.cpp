@@ -139,7 +139,8 @@ Json chains_json(const rt::Graph& graph, rt::Runner& runner) {
 
 RunSummary::RunSummary(const rt::Graph& graph, bool virtual_time, Form form)
     : graph_(graph),
-      form_(form),
+      form_(std::move(form)),
+      virtual_(virtual_time),
       all_{{"robot", graph.spec().robot},
            {"board", graph.spec().board},
            {"virtual", virtual_time},
@@ -150,10 +151,8 @@ void RunSummary::statistics(rt::Runner& runner) {
   for (std::uint32_t c = 0; c < graph_.chains().size(); ++c)
     if (const auto kept = rt::chain_within_budget(runner, c); kept.result == rt::ChainVerdict::Result::fail)
       failed_chains_.push_back(kept.text);
-  if (!form_.json) {
-    if (!form_.quiet) std::printf("%s", tables(graph_, runner).c_str());
-    return;
-  }
+  if (form_.verbose) details_ += tables(graph_, runner);
+  if (!form_.json) return;
   all_["threads"] = threads_json(graph_, runner);
   all_["modules"] = modules_json(graph_, runner);
   all_["topics"] = topics_json(graph_, runner);
@@ -161,7 +160,8 @@ void RunSummary::statistics(rt::Runner& runner) {
 }
 
 void RunSummary::virtual_time(double run_s, double wall_s) {
-  add("virtual time", fmt::format("{:.3f} s in {:.3f} s: {:.1f} times real time", run_s, wall_s, run_s / wall_s),
+  virtual_time_ = fmt::format("{:.3f} s in {:.3f} s", run_s, wall_s);
+  add("virtual time", fmt::format("{}: {:.1f} times real time", virtual_time_, run_s / wall_s),
       {{"run_s", run_s}, {"wall_s", wall_s}});
 }
 
@@ -179,10 +179,8 @@ void RunSummary::start_up(double s) {
 void RunSummary::hashes(rt::Runner& runner) {
   for (std::uint32_t t = 0; t < graph_.topics().size(); ++t) {
     const std::string hash = fmt::format("{:016x}", runner.topic_hash(t));
-    if (form_.json)
-      all_["hashes"][graph_.topics()[t].name] = hash;
-    else
-      std::printf("hash %-24s %s\n", graph_.topics()[t].name.c_str(), hash.c_str());
+    if (form_.json) all_["hashes"][graph_.topics()[t].name] = hash;
+    if (form_.verbose) details_ += fmt::format("hash {:<24} {}\n", graph_.topics()[t].name, hash);
   }
 }
 
@@ -203,20 +201,82 @@ void RunSummary::memory(const hal::MemoryUse& use) {
 
 void RunSummary::add(std::string_view label, std::string_view text, const Json& keys) {
   all_.update(keys);
-  if (!form_.json) put(fmt::format("{:<19} {}\n", label, text));
+  details_ += fmt::format("{:<19} {}\n", label, text);
 }
 
 void RunSummary::add_reasons(std::string_view label, const char* key, const std::vector<std::string>& reasons) {
   all_[key] = reasons;
-  if (form_.json) return;
-  for (const auto& reason : reasons) put(fmt::format("{:<19} {}\n", label, reason));
+  for (const auto& reason : reasons) details_ += fmt::format("{:<19} {}\n", label, reason);
 }
 
-int RunSummary::finish(std::string_view result, int code) {
+void RunSummary::recorded(const std::string& path, std::string_view text) {
+  recording_ = path;
+  recorded_ = fmt::format("{}{}, {}", recorded_.empty() ? "" : "the last: ", path, text);
+}
+
+void RunSummary::judge_chains(std::string& outcome, int& code) {
   add_reasons("age budget", "chains_failed", failed_chains_);
-  if (code == 0 && ((chains_decide_ && !failed_chains_.empty()) || trace_failed_)) code = 1;
-  add("result", result, {{"result", std::string(result)}, {"exit_code", code}});
-  if (form_.json) std::printf("%s\n", all_.dump().c_str());
+  if (!chains_decide_ || failed_chains_.empty()) return;
+  if (!virtual_) {
+    if (timing_.worst.empty()) {
+      timing_.worst = failed_chains_.front();
+      timing_.what_to_do = "`--trace FILE` shows what each thread did";
+    }
+    timing_.reasons.insert(timing_.reasons.end(), failed_chains_.begin(), failed_chains_.end());
+    return;
+  }
+  if (code != 0) return;
+  code = 1;
+  outcome += outcome.empty() ? "a chain missed its age budget" : ", but a chain missed its age budget";
+  if (why_.empty()) why_ = failed_chains_.front();
+}
+
+std::string RunSummary::timing_line() const {
+  const std::string time = virtual_time_.empty() ? "" : fmt::format("; virtual time, {}", virtual_time_);
+  if (timing_.reasons.empty()) return "valid as a measurement" + time;
+  const std::size_t more = timing_.reasons.size() - 1;
+  std::string text = "not valid as a measurement: " + timing_.worst;
+  if (!timing_.what_to_do.empty()) text += "; " + timing_.what_to_do;
+  if (more > 0) text += fmt::format("; {} more reason{}: --verbose", more, more == 1 ? "" : "s");
+  return text + time;
+}
+
+void RunSummary::print(const std::string& mission) const {
+  const auto line = [](const char* label, std::string_view text) { return fmt::format("{:<9} {}\n", label, text); };
+  std::string out = line("mission", mission);
+  if (form_.quiet) return put(out);
+  out += line("timing", timing_line());
+  for (const std::string& event : story_.lines(form_.verbose ? Story::kMost : kMostEvents)) out += event + "\n";
+  if (!why_.empty()) out += line("why", why_);
+  if (!recorded_.empty()) out += line("recorded", recorded_);
+  if (form_.verbose) return put(out + "\n" + details_);
+  const std::string look =
+      recording_.empty() ? "" : fmt::format("`sinew bag info {}` shows what it holds; ", recording_);
+  put(out + line("next", look + "--verbose prints threads, modules, topics and hashes, too"));
+}
+
+int RunSummary::finish(std::string_view outcome, int code) {
+  std::string mission(outcome);
+  judge_chains(mission, code);
+  const bool good = code == 0, valid = timing_.reasons.empty();
+  const char* const counts = valid ? "valid run" : "invalid run";
+  const std::string result = judged_ ? fmt::format("{}{}{}", mission, mission.empty() ? "" : ", ", counts) : mission;
+  add_reasons("invalid", "invalid_because", timing_.reasons);
+  if (code == 0 && ((!valid && (form_.strict || virtual_)) || trace_failed_)) code = 1;
+  Json story = Json::array();
+  for (const Story::Event& e : story_.events()) story.push_back({{"at_s", e.at_s}, {"text", e.text}});
+  add("result", result,
+      {{"mission", {{"outcome", mission}, {"good", good}, {"why", why_}}},
+       {"timing", {{"valid", valid}, {"worst", timing_.worst}, {"what_to_do", timing_.what_to_do}}},
+       {"story", story},
+       {"result", result},
+       {"exit_code", code}});
+  if (form_.json) {
+    put(all_.dump() + "\n");
+    return code;
+  }
+  const std::string measures = measures_.empty() ? "" : fmt::format(": {}", fmt::join(measures_, ", "));
+  print((mission.empty() ? "nothing to judge" : mission) + measures);
   return code;
 }
 

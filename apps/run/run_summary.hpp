@@ -1,28 +1,38 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "apps/command/json.hpp"
+#include "apps/flight/story.hpp"
 #include "hal/linux/memory.hpp"
 #include "rt/exec/runner.hpp"
 
 namespace sinew::app {
 
-/// The report at the end of a run: printed line by line for people, or, with --json, one object with the same facts.
-/// Thread:  owner.
-/// Source:  docs/command-line.md lists the keys.
+/// Whether a run counts as a measurement of timing. It says nothing about the mission.
+struct TimingVerdict {
+  std::vector<std::string> reasons{};  // why it does not count; empty: it does
+  std::string worst{}, what_to_do{};   // of those, in one line each
+};
+
+/// The end of a run: the mission's result, the timing's, a time line of what happened, and all tables. Nothing is
+/// printed before finish(): for people at most kMostLines lines, or with --verbose all; with --json one object with the
+/// same facts. Thread:  owner. Source:  docs/command-line.md shows the lines and lists the keys.
 class RunSummary {
  public:
   struct Form {
-    bool json = false;    // the object is printed by finish(), and nothing else
-    bool quiet = false;   // no tables
-    std::string trace{};  // file for the time line; empty: none
+    bool json = false;     // only the object
+    bool quiet = false;    // only the mission's line
+    bool verbose = false;  // the whole time line, and all that add() and its like were given
+    bool strict = false;   // a run that does not count as a measurement has failed
+    std::string trace{};   // file for the time line of the threads; empty: none
   };
   RunSummary(const rt::Graph& graph, bool virtual_time, Form form);
 
   /// Threads, modules, chains, losses; in the object also every topic.
-  /// Writes the time line, too.
+  /// Writes the time line of the threads, too.
   void statistics(rt::Runner& runner);
   /// Chains that missed their budget, in words; after statistics().
   const std::vector<std::string>& failed_chains() const { return failed_chains_; }
@@ -34,24 +44,49 @@ class RunSummary {
   void hashes(rt::Runner& runner);
   /// The memory of the process, by purpose.
   void memory(const hal::MemoryUse& use);
-  /// One line, `label` and `text`, and the same facts as keys.
+  /// For --verbose one line, `label` and `text`, and the same facts as keys.
   void add(std::string_view label, std::string_view text, const Json& keys);
   /// Only keys, for the object.
   void keep(const Json& keys) { all_.update(keys); }
-  /// One line for each, and an array under `key` (empty: no reason).
+  /// For --verbose one line for each, and an array under `key` (empty: no reason).
   void add_reasons(std::string_view label, const char* key, const std::vector<std::string>& reasons);
-  /// Whether a chain that missed its budget makes the run fail; by default it does.
+  /// Whether chains that missed their budget count; by default they do: against the timing, in virtual time against the
+  /// mission.
   void chains_decide(bool decide) { chains_decide_ = decide; }
-  /// Prints the result. Returns the exit code: `code`, but 1 instead of 0 when a chain missed its budget or the time
-  /// line could not be written.
-  int finish(std::string_view result, int code);
+
+  Story& story() { return story_; }
+  /// A figure of the mission, for its line: "landing error 0.043 m (at most 0.15)".
+  void measure(std::string text) { measures_.push_back(std::move(text)); }
+  /// One line on why the outcome is not good.
+  void why(std::string text) { why_ = std::move(text); }
+  /// Of a board that judges it; of others only the chains do.
+  void timing(TimingVerdict verdict) { timing_ = std::move(verdict), judged_ = true; }
+  /// Where the run was recorded, and what that is good for.
+  void recorded(const std::string& path, std::string_view text);
+
+  /// Prints it all. `outcome`: of the mission, in words; `code`: 0 when it is good. Returns the exit code: `code`, but
+  /// 1 instead of 0 when in virtual time a chain missed its budget, when the timing does not count and decides
+  /// (--strict, and in virtual time, where no machine disturbs), or when the time line of the threads could not be
+  /// written.
+  int finish(std::string_view outcome, int code);
+
+  static constexpr std::size_t kMostLines = 15, kMostEvents = 10;
 
  private:
+  void judge_chains(std::string& outcome, int& code);
+  std::string timing_line() const;
+  void print(const std::string& mission) const;
+
   const rt::Graph& graph_;
   Form form_;
+  const bool virtual_;
   Json all_;
-  std::vector<std::string> failed_chains_;
-  bool trace_failed_ = false, chains_decide_ = true;
+  std::string details_;  // as --verbose prints them
+  Story story_;
+  std::vector<std::string> measures_, failed_chains_;
+  std::string why_, recorded_, recording_, virtual_time_;
+  TimingVerdict timing_;
+  bool trace_failed_ = false, chains_decide_ = true, judged_ = false;
 };
 
 }  // namespace sinew::app

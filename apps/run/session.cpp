@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 
 #include "apps/command/command.hpp"
@@ -34,7 +35,9 @@ class WatchedGrants final : public hal::GrantSource {
  public:
   WatchedGrants(RunContext& run, RunBoard& board) : run_(run), board_(board) {}
   hal::Result<hal::Time> next_grant(hal::Time done) override {
-    if (++grants_ % kLookEvery == 0 && (board_.over(run_, done) || hal::stop_requested())) executor->request_stop();
+    if (++grants_ % kLookEvery != 0) return board_.grants().next_grant(done);
+    run_.mission->look();
+    if (board_.over(run_, done) || hal::stop_requested()) executor->request_stop();
     return board_.grants().next_grant(done);
   }
   rt::DiscreteExecutor* executor = nullptr;
@@ -45,6 +48,10 @@ class WatchedGrants final : public hal::GrantSource {
   RunBoard& board_;
   std::uint64_t grants_ = 0;
 };
+
+// The history of a topic at 1 kHz may go back 50 ms only, where no period says how fast its writer is.
+constexpr rt::Duration kLookPeriod = std::chrono::milliseconds(40);
+constexpr std::uint32_t kLooksAView = LiveView::kPeriod / kLookPeriod;
 
 class Session {
  public:
@@ -60,7 +67,11 @@ class Session {
   int run() {
     if (!open()) return kNotBegun;
     summary_.emplace(run_.graph(), options_.virtual_time,
-                     RunSummary::Form{.json = options_.json, .quiet = options_.quiet, .trace = options_.trace});
+                     RunSummary::Form{.json = options_.json,
+                                      .quiet = options_.quiet,
+                                      .verbose = options_.verbose,
+                                      .strict = options_.strict,
+                                      .trace = options_.trace});
     return options_.virtual_time ? run_virtual() : run_real();
   }
 
@@ -165,7 +176,7 @@ class Session {
     report_start_up(wall);
     summary_->hashes(executor.runner());
     if (recording_) recording_->finish(*summary_);
-    return board_.report(run_, *summary_);
+    return report();
   }
 
   // ---- real time
@@ -217,7 +228,7 @@ class Session {
       run_.missed += executor.runner().thread_stats(t).overruns.value();
     }
     summary_->add("missed deadlines", std::to_string(run_.missed), {{"missed_deadlines", run_.missed}});
-    return board_.report(run_, *summary_);
+    return report();
   }
 
   bool hand_to_parent(std::string& why) {
@@ -233,21 +244,30 @@ class Session {
   }
 
   void follow(rt::Runner& runner) {
-    LiveView view(run_.graph(), runner, options_, complaints_);
+    LiveView view(run_.graph(), runner, options_, complaints_, run_.os);
     const hal::Time begin = run_.os.now();
-    for (hal::Time next = begin;; next = next + LiveView::kPeriod) {
+    std::uint32_t looks = 0;
+    for (hal::Time next = begin;; next = next + kLookPeriod) {
       run_.os.sleep_until(next);
       const hal::Time now = run_.os.now();
       const auto* state = run_.mission->look();
+      if (looks++ % kLooksAView != 0) continue;
       const bool ends = board_.over(run_, now) || hal::stop_requested() ||
                         (options_.duration_s > 0 && now - begin > run_duration(options_));
       const std::string trouble = board_.trouble();
-      if (!trouble.empty())
-        view.show(now, trouble, ends);
-      else
-        view.show(now, state ? phase_text(run_, *state) : "running", ends);
+      const std::string phase = state ? phase_text(run_, *state) : "running";
+      for (const std::string& news : view.show(now, trouble.empty() ? phase : trouble, ends))
+        summary_->story().add(msg::seconds(now - run_.begin), Story::Weight::result, "device  " + news);
+      run_.lasted_s = msg::seconds(now - run_.begin);
       if (ends) return;
     }
+  }
+
+  int report() {
+    run_.mission->look();
+    for (const MissionWatch::Event& e : run_.mission->take_events())
+      summary_->story().add(std::max(0.0, msg::seconds(e.at - run_.begin)), e.weight, e.text);
+    return board_.report(run_, *summary_);
   }
 
   void report_start_up(hal::Time first_cycle) {

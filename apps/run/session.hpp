@@ -24,6 +24,7 @@ struct RunContext {
   hal::Time begin{};                       // of the cycles, by `os` or `clock`
   std::uint64_t releases = 0, missed = 0;  // of the graph's threads, after the run; missed: met an unfinished cycle
   std::optional<double> reached_s{}, wall_s{};  // virtual time, after the run
+  double lasted_s = 0;                          // real time, after the run: by the robot's clock
 
   rt::Graph& graph() const { return *prepared.graph; }
   /// The robot's clock: `clock` in virtual time, else `os`.
@@ -55,7 +56,7 @@ class RunBoard {
   virtual std::string trouble() const { return {}; }
   /// After the last cycle: says good-bye, so that the board's last report arrives.
   virtual void end() {}
-  /// Prints how the run went and finishes the summary. Returns the exit code.
+  /// Says how the run went and finishes the summary. Returns the exit code.
   virtual int report(RunContext& run, RunSummary& summary) = 0;
 };
 

@@ -11,6 +11,7 @@
 #include "apps/flight/verdict.hpp"
 #include "apps/robot/board_rules.hpp"
 #include "apps/robot_file/world_report.hpp"
+#include "apps/run/miss_cause.hpp"
 #include "apps/run/plant_process.hpp"
 #include "apps/run/session.hpp"
 #include "hal/linux/process.hpp"
@@ -103,7 +104,10 @@ class SimulatedBoard final : public RunBoard {
     const auto report = parse_report(report_.get());
     if (!report) return summary.finish("the plant sent no report", run.mission->exists() ? 1 : 0);
     std::vector<std::string> faults;
-    for (const auto& f : report->faults) faults.push_back(fmt::format("{}: struck {} times", f.text, f.affected));
+    for (const auto& f : report->faults) {
+      faults.push_back(fmt::format("{}: struck {} times", f.text, f.affected));
+      if (f.first_s) summary.story().add(*f.first_s, Story::Weight::result, "fault " + faults.back());
+    }
     summary.add_reasons("fault", "faults", faults);
     report_failsafes(run, summary);
     if (const hal::Time disarmed = run.mission->safety().disarmed; disarmed.ns != 0) {
@@ -112,18 +116,35 @@ class SimulatedBoard final : public RunBoard {
                   {{"disarmed_s", at_s}});
     }
     summary.chains_decide(report->faults.empty());  // with a broken device a chain may well be late
-    const bool valid = report_validity(run, *report, summary);
+    report_validity(run, *report, summary);
     if (report->verdict)
-      for (const WorldReport::Measure& m : report->verdict->measures)
+      for (const WorldReport::Measure& m : report->verdict->measures) {
         summary.add(m.label, to_string(m), {{m.key, m.value}});
+        summary.measure(in_words(m));
+      }
     const RunVerdict verdict = judge(*report, *run.mission);
-    const std::string what = verdict.outcome.empty() ? "" : verdict.outcome + ", ";
-    return summary.finish(what + (valid ? "valid run" : "invalid run"), verdict.good && valid ? 0 : 1);
+    if (!verdict.good) summary.why(miss_cause(evidence_of(run, *report)));
+    return summary.finish(verdict.outcome, verdict.good ? 0 : 1);
   }
 
  private:
-  /// Prints each measurement with its bound, and why the run does not count; false: it does not count.
-  bool report_validity(RunContext& run, const WorldReport& report, RunSummary& summary) const {
+  static MissEvidence evidence_of(RunContext& run, const WorldReport& report) {
+    MissEvidence e;
+    e.report = &report;
+    const msg::MissionState* const mission = run.mission->look();
+    if (mission && mission->phase != msg::MissionPhase::done) e.unfinished = to_string(mission->phase);
+    e.ended_s = run.reached_s.value_or(run.lasted_s);
+    for (std::size_t i = 0; i < run.graph().spec().failsafes.size(); ++i)
+      if (run.mission->safety().acted >> i & 1) e.failsafes.push_back(run.graph().spec().failsafes[i].name);
+    if (!run.graph().spec().actuators.empty()) e.saturated = run.mission->saturated();
+    e.estimate = run.mission->estimate_error();
+    e.real_time = !run.options.virtual_time;
+    e.frames_late_percent_bound = run.prepared.robot.sim.bounds.frames_late_percent;
+    return e;
+  }
+
+  /// Each measurement with its bound, and why the run does not count as a measurement.
+  void report_validity(RunContext& run, const WorldReport& report, RunSummary& summary) const {
     RunEvidence evidence;
     evidence.real_time = !run.options.virtual_time;
     evidence.rate = run.options.rate;
@@ -149,12 +170,13 @@ class SimulatedBoard final : public RunBoard {
                    {"clock_drift_ppm", 1e6 * c.drift},
                    {"clock_exchanges", c.exchanges}});
     }
-    auto reasons = invalid_because(findings);
-    if (evidence.real_time && report.faults.empty())
-      reasons.insert(reasons.end(), summary.failed_chains().begin(), summary.failed_chains().end());
-    summary.add_reasons("invalid", "invalid_because", reasons);
+    TimingVerdict timing{.reasons = invalid_because(findings)};
+    if (const Finding* const worst = worst_of(findings)) {
+      timing.worst = worst->key == "plant" ? worst->what : fmt::format("{} (at most {:g})", worst->what, worst->bound);
+      timing.what_to_do = what_to_do(*worst, evidence.real_time, run.options.robot);
+    }
+    summary.timing(std::move(timing));
     summary.keep({{"validity", validity}});
-    return reasons.empty();
   }
 
   PlantProcess& plant_;
@@ -198,7 +220,7 @@ std::unique_ptr<hal::StopLine> open_stop_line(const std::string& plant, hal::Dur
 
 int run_on_sim(Prepared& prepared, const RunOptions& options) {
   std::string why;
-  const std::optional<hal::Time> program = hal::process_start();  // the runtime may be a copy of it, started later
+  const hal::Time program = hal::program_start();  // the runtime may be a copy of it, started later
   const auto plant = open_plant(prepared, options, why);
   if (!plant) return fail(why);
   SimulatedBoard board(*plant);

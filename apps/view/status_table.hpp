@@ -1,4 +1,5 @@
 #pragma once
+#include <deque>
 #include <map>
 #include <string>
 #include <vector>
@@ -27,17 +28,21 @@ struct StatusRows {
 
 StatusRows rows_of(const rt::Graph& graph, rt::Runner& runner);
 
-/// Rows as text, with rates since the previous call.
+/// Rows as text, with rates over the last second: since the newest call that is at least so old, or since the first.
 /// Thread:  owner.
 class StatusTable {
  public:
+  /// `now`: by the robot's clock when the rows were read.
   /// Shape:   one line a thread and one a topic, at most `columns` wide; 0: as wide as they are.
   std::string render(const StatusRows& rows, rt::Time now, int columns);
 
  private:
-  std::string rate(const std::string& key, std::uint64_t count, double elapsed_s);
-  rt::Time last_{};
-  std::map<std::string, std::uint64_t> counts_;
+  struct Count {
+    rt::Time at;
+    std::uint64_t count = 0;
+  };
+  std::string rate(const std::string& key, std::uint64_t count, rt::Time now);
+  std::map<std::string, std::deque<Count>> counts_;  // oldest first
 };
 
 }  // namespace sinew::app

@@ -23,6 +23,7 @@ namespace sinew::hal {
 namespace {
 
 std::atomic<bool> g_stop{false};
+const Time g_loaded = system_os().now();  // initialised before main()
 void on_signal(int) { g_stop.store(true, std::memory_order_relaxed); }
 
 // Our parent may have set SIGCHLD to ignore; then no end of a child would ever be reported.
@@ -122,6 +123,8 @@ std::string describe_exit(int code) {
   if (code <= 128) return "exit code " + std::to_string(code);
   return "signal " + std::to_string(code - 128) + " (" + strsignal(code - 128) + ")";
 }
+
+Time program_start() { return g_loaded; }
 
 bool stop_requested() {
   static const bool installed = [] {

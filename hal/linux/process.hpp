@@ -78,6 +78,11 @@ ProcessUse process_use();
 /// kernel does not say.
 std::optional<Time> process_start();
 
+/// When this program was loaded, before its main(), on system_os()'s clock. Later than process_start() in a process
+/// that ran something else before, such as the script that ended with `exec`; in a copy (ChildProcess::fork()) that of
+/// the original.
+Time program_start();
+
 /// The running program's own path; empty when the kernel does not say.
 std::string program_path();
 

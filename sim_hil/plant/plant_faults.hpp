@@ -31,7 +31,7 @@ struct PlantFaults {
 inline bool PlantFaults::line_closes_by(hal::Time t) {
   for (FaultLog::Entry& e : log.entries()) {
     if (e.fault.kind != FaultKind::closed || e.fault.from_ns > t.ns) continue;
-    e.affected = 1;
+    if (e.affected == 0) e.strike(t);
     return true;
   }
   return false;

@@ -83,7 +83,7 @@ void WireDevices::play_faults(hal::Time plant_now) {
   bool off = false, stuck = false, garbage = false;
   for (FaultLog::Entry& entry : faults_) {
     if (!entry.fault.acts_at(plant_now)) continue;
-    entry.affected = drives_.size();
+    if (entry.affected == 0) entry.strike(plant_now, drives_.size());
     (entry.fault.kind == FaultKind::off ? off : entry.fault.kind == FaultKind::stuck ? stuck : garbage) = true;
   }
   for (sim_hil::SimServo* drive : drives_) {

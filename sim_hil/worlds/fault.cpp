@@ -140,7 +140,7 @@ void DeviceFaults::apply(Running& r, hal::Time t, FaultEffect& effect) {
       struck = false;
       break;
   }
-  r.entry->affected += struck;
+  if (struck) r.entry->strike(t);
 }
 
 }  // namespace sinew::plant

@@ -62,6 +62,12 @@ class FaultLog {
   struct Entry {
     Fault fault;
     std::uint64_t affected = 0;  // samples, frames or commands
+    hal::Time first{};           // of them, plant time; only while affected is not 0
+
+    void strike(hal::Time t, std::uint64_t count = 1) {
+      if (affected == 0) first = t;
+      affected += count;
+    }
   };
   FaultLog() = default;
   FaultLog(const std::vector<Fault>& faults, std::uint64_t seed);

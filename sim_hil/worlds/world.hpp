@@ -110,6 +110,9 @@ struct Verdict {
   bool good = false;
   bool begun = true;  // something happened that can be judged: a robot without a mission may also never begin
   std::vector<Measure> measures{};
+  /// What the world did to the robot, against the most that the robot is meant for: "strongest wind". Not judged; a run
+  /// that went wrong is explained by them.
+  std::vector<Measure> conditions{};
 };
 
 /// For the report and for tests; no module ever sees it.

@@ -235,6 +235,11 @@ class CommandLine(unittest.TestCase):
         for arguments in (["--help"], ["run", "--help"], ["--version"]):
             self.assertEqual(run(*arguments)[0], 0, arguments)
 
+    def test_the_help_of_the_script_that_builds_and_flies_is_complete_before_any_build(self):
+        done = subprocess.run([f"{SOURCE}/run", "--help"], capture_output=True, text=True, timeout=60, check=True)
+        self.assertTrue(done.stdout.endswith("\n\n" + run("run", "--help")[1]),
+                        "an option changed: sinew run --help > tools/run_help.txt")
+
     def test_new_never_touches_what_exists(self):
         with tempfile.TemporaryDirectory() as folder:
             os.mkdir(f"{folder}/full")

@@ -25,7 +25,8 @@ class NewProject(unittest.TestCase):
             said = self.sh(f'"{SINEW}" new my_robot', folder)
             # Runs the commands that it tells the user to type.
             out = self.sh(said.splitlines()[1], folder)
-            self.assertRegex(out, r"wave +1000 steps, 1000 ok")
+            self.assertIn("mission   ran to its end\n", out)
+            self.assertRegex(self.sh("./build/my_robot run my_robot.toml --virtual --verbose", here), r"wave +1000 steps, 1000 ok")
             self.sh("ctest --test-dir build --no-tests=error", here)
             ours = os.path.relpath(here, folder)
             self.assertEqual(len([f for f in os.listdir(f"{folder}/{ours}") if f != "build"]), 6)

@@ -12,7 +12,7 @@ board=${1:?arm64, armhf or mipsel} robot=${2:?robot file} plant=${3:?endpoint of
 shift 3
 program=${SINEW_BOARD_PROGRAM:-$root/build/$board/bin/sinew}
 [[ -x $program ]] || die "$program was not built"
-words=(run "$robot" --plant "$plant" --virtual --quiet)
+words=(run "$robot" --plant "$plant" --virtual --verbose)
 [[ $(basename "$program") != sinew-fly ]] || words=("$robot" "$plant")
 
 start=$SECONDS status=0

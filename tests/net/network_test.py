@@ -56,7 +56,7 @@ class Network(unittest.TestCase):
         return json.JSONDecoder().raw_decode(out[out.index("{"):])[0], out + err
 
     def test_lockstep_gives_the_same_bytes_as_on_one_machine_whatever_the_network_does(self):
-        fly = ["--virtual", "--seed", "4", "--duration", "0.7"]
+        fly = ["--virtual", "--seed", "4", "--duration", "0.7", "--verbose"]
         _, here, _ = run(SINEW, "run", QUAD, *fly)
         self.assertGreaterEqual(len(hashes(here)), 10, here)
         _, there, err = self.across(["--delay-ms", "1", "--jitter-ms", "1", "--loss", "0.005"],

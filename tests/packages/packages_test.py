@@ -204,7 +204,7 @@ class Project(Base):
             self.assertIn(f"Sinew_DIR:PATH={unpacked()}/lib/", f.read())
         self.sh(["cmake", "--build", "build", "-j2"], here)
         self.sh(["ctest", "--test-dir", "build", "--no-tests=error"], here)
-        self.assertIn("1000 ok", self.sh(ARGS.emulator.split() + ["./build/first", "run", "first.toml", "--virtual"], here))
+        self.assertIn("1000 ok", self.sh(ARGS.emulator.split() + ["./build/first", "run", "first.toml", "--virtual", "--verbose"], here))
         if not CROSS:  # a program elsewhere, with nothing in PATH, finds the simulator of the prefix
             said = self.sh(["./build/first", "run", f"{unpacked()}/share/sinew/robots/quad/quad.toml", "--virtual", "--duration",
                             "0.5"], here, code=1, PATH="/usr/bin:/bin")

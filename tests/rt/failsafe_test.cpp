@@ -555,5 +555,14 @@ TEST(NumberFields, EveryListedPathIsFound) {
     for (const std::string& path : number_paths(*type)) EXPECT_TRUE(find_number(*type, path)) << path;
 }
 
+TEST(SafetyText, CauseSaysWhatTheConditionSaw) {
+  FailsafeSpec silent{.topic = {"camera.raw"}, .kind = Kind::silent, .time = std::chrono::milliseconds(500)};
+  EXPECT_EQ(cause_text(silent, 0.51), "camera.raw silent for 500 ms");
+  silent.kind = Kind::stuck;
+  EXPECT_EQ(cause_text(silent, 0.51), "camera.raw unchanged for 500 ms");
+  FailsafeSpec value{.topic = {"battery.raw"}, .kind = Kind::value, .field = {"voltage_v"}, .below = 13.2};
+  EXPECT_EQ(cause_text(value, 12.9), "battery.raw.voltage_v is 12.9 (at least 13.2)");
+}
+
 }  // namespace
 }  // namespace sinew::rt::failsafe_test

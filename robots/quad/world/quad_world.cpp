@@ -162,6 +162,9 @@ struct QuadWorld::Impl {
 void QuadWorld::Impl::apply_forces(const std::array<double, kRotors>& command) {
   const Rotation r(attitude());
   const msg::Vec3& air_world = wind.step(kStepS);
+  summary.wind_max_mps =
+      std::max(summary.wind_max_mps,
+               std::sqrt(air_world.x * air_world.x + air_world.y * air_world.y + air_world.z * air_world.z));
   Wrench w = propulsion.step(command, data->qpos[2] + kRotorMounts[0].p_base_m.z, kStepS);
   if (options.drag) {
     const DragParams drag;
@@ -362,6 +365,7 @@ Verdict QuadWorld::verdict() const {
     verdict.measures = {{"landing_error_m", "landing error", "m", error_m, kMostError_m},
                         {"touchdown_speed_mps", "touchdown speed", "m/s", flight.touchdown_speed_mps, kMostSpeed_mps},
                         {"flight_s", "flight time", "s", msg::seconds(flight.touchdown_at)}};
+  verdict.conditions = {{"wind_max_mps", "strongest wind", "m/s", flight.wind_max_mps, QuadOptions{}.gust_mps}};
   if (flight.crashed)
     verdict.outcome = "crashed";
   else if (!flight.touched_down)

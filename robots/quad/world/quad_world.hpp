@@ -39,7 +39,8 @@ struct FlightSummary {
   double touchdown_drift_mps = 0;  // horizontal, likewise
   double touchdown_error_m = 0;    // base to centre of the pad, horizontally, at that contact
   double max_height_m = 0;         // of the base
-  bool crashed = false;            // touched anything with more than the feet, or tilted over on the ground
+  double wind_max_mps = 0;
+  bool crashed = false;  // touched anything with more than the feet, or tilted over on the ground
 };
 
 /// A quadrotor in a room. MuJoCo computes accelerations and contacts with +, -, *, / and sqrt only; the state is

@@ -69,7 +69,7 @@ class Complaints(unittest.TestCase):
                               text=True, env=self.env, timeout=60)
 
     def test_absent_joints_are_in_the_view_the_status_and_the_summary(self):
-        run = self.begin("--plain")
+        run = self.begin("--plain", "--verbose")
         try:
             deadline, complaints = time.monotonic() + 30, []
             while len(complaints) < 2 and time.monotonic() < deadline:

@@ -27,7 +27,7 @@ def hashes(text):
 
 class Flight(unittest.TestCase):
     def fly(self, program, *arguments):
-        code, out, err = run(program, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", *arguments)
+        code, out, err = run(program, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", "--verbose", *arguments)
         self.assertEqual(code, 0, out + err)
         return out
 
@@ -35,7 +35,7 @@ class Flight(unittest.TestCase):
         first = self.fly(SINEW, "--seed", "3")
         # The second flight uses the program with the trap: a call that a step must not make would end it.
         second = self.fly(TRAPPED, "--seed", "3")
-        self.assertIn("landed on the pad, valid run", first)
+        self.assertIn("mission   landed on the pad: landing error ", first)
         self.assertGreaterEqual(len(hashes(first)), 13)
         self.assertEqual(hashes(first), hashes(second))
 
@@ -75,20 +75,20 @@ class Flight(unittest.TestCase):
             path = os.path.join(folder, "late.toml")
             with open(path, "w") as file:
                 file.write(text.replace("budget_ms = 120", "budget_ms = 20"))
-            code, out, err = run(SINEW, "run", path, "--virtual")
+            code, out, err = run(SINEW, "run", path, "--virtual", "--verbose")
         self.assertEqual(code, 1, out + err)
-        self.assertIn("landed on the pad, valid run", out)
+        self.assertIn("mission   landed on the pad, but a chain missed its age budget: ", out)
         self.assertRegex(out, r"chain imu_to_motors .* pass\n")
         self.assertRegex(out, r"chain camera_to_motors .* FAIL\n")
         self.assertRegex(out, r"age budget +chain camera_to_motors: \d+ of \d+ messages older than 20 ms, 0 allowed")
 
     def test_another_seed_is_another_flight(self):
-        one = run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", "--seed", "1", "--duration", "2")[1]
-        two = run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", "--seed", "2", "--duration", "2")[1]
+        one = run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", "--seed", "1", "--duration", "2", "--verbose")[1]
+        two = run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", "--seed", "2", "--duration", "2", "--verbose")[1]
         self.assertNotEqual(dict(hashes(one))["imu.raw"], dict(hashes(two))["imu.raw"])
 
     def test_a_fault_strikes_and_is_named_and_the_same_fault_gives_the_same_bytes(self):
-        arguments = ["--seed", "3", "--duration", "4", "--quiet", "--fault", "imu:garbage@2+0.01", "--fault", "link:off@3"]
+        arguments = ["--seed", "3", "--duration", "4", "--verbose", "--fault", "imu:garbage@2+0.01", "--fault", "link:off@3"]
         first = run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", *arguments)[1]
         self.assertIn("fault               imu:garbage@2..2.01: struck 10 times", first)
         self.assertRegex(first, r"fault +link:off@3: struck \d\d\d\d+ times")
@@ -102,10 +102,10 @@ class Flight(unittest.TestCase):
     def test_the_runtime_flies_in_real_time(self):
         # Where the host takes its processors away the flight may be invalid or end elsewhere; that the program runs,
         # stops and reports is what a shared machine can promise.
-        code, out, err = run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--duration", "3", "--plain")
+        code, out, err = run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--duration", "3", "--plain", "--verbose")
         self.assertEqual(code, 1, out + err)
         self.assertRegex(out, r"stabilise +\d\d+ cycles", err)
-        self.assertIn("result", out)
+        self.assertIn("mission   did not land\ntiming    ", out)
         self.assertIn("longest IMU gap", out)
 
     def test_the_longest_imu_gap_of_a_slower_flight_is_in_the_time_that_its_bound_is_in(self):
@@ -115,6 +115,64 @@ class Flight(unittest.TestCase):
         judged = [v["value"] for v in summary["validity"] if v["bound"] == "plant_gap_ms"]
         self.assertEqual(judged, [1e3 * summary["imu_gap_max_s"]])
         self.assertGreater(judged[0], 0)
+
+
+class Told(unittest.TestCase):
+    """What a run prints at its end, in virtual time: the same flight, the same text."""
+
+    def end_of(self, *arguments, code):
+        got, out, err = run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", "--camera", "160x120", *arguments)
+        self.assertEqual(got, code, out + err)
+        self.assertEqual(err, "")
+        # How long the machine took is its own business.
+        lines = re.sub(r" in [0-9.]+ s$", " in T s", out, flags=re.M).splitlines()
+        self.assertLessEqual(len(lines), 15, out)
+        return lines
+
+    def test_a_good_flight_is_its_result_its_phases_and_what_to_do_next(self):
+        lines = self.end_of("--seed", "3", code=0)
+        self.assertRegex(lines[0], r"^mission   landed on the pad: landing error 0\.\d+ m \(at most 0\.15\), touchdown speed "
+                                   r"0\.\d+ m/s \(at most 0\.5\), flight time 1\d\.\d s$")
+        self.assertRegex(lines[1], r"^timing    valid as a measurement; virtual time, 1\d\.\d{3} s in T s$")
+        self.assertEqual([re.sub(r"^ +[0-9.]+ s  ", "", line) for line in lines[2:-1]],
+                         ["waiting", "arming", "climbing", "searching the pad", "approaching the pad",
+                          "holding above the pad", "descending", "touching down", "done"])
+        times = [float(line.split()[0]) for line in lines[2:-1]]
+        self.assertEqual(times, sorted(times))
+        self.assertEqual(lines[-1], "next      --verbose prints threads, modules, topics and hashes, too")
+
+    def test_a_flight_that_missed_says_by_how_much_and_why(self):
+        lines = self.end_of("--seed", "2", "--plant-arg=--gust=8", code=1)
+        self.assertRegex(lines[0], r"^mission   landed off the pad: landing error 0\.\d+ m \(at most 0\.15\), ")
+        why = [line for line in lines if line.startswith("why ")]
+        self.assertEqual(len(why), 1, lines)
+        self.assertRegex(why[0], r"^why       landing error 0\.\d+ m \(at most 0\.15\); strongest wind [\d.]+ m/s \(at most 2\)$")
+
+    def test_a_failsafe_is_told_with_its_time_its_cause_and_its_action(self):
+        lines = self.end_of("--seed", "3", "--fault", "camera:off@6", code=1)
+        self.assertIn("    6.5 s  camera_lost: camera.raw silent for 500 ms -> land", lines)
+        self.assertTrue(any(re.match(r"^    6\.0 s  fault camera:off@6: struck \d+ times$", line) for line in lines), lines)
+        self.assertIn("    6.5 s  aborted", lines)
+        self.assertTrue(any(line.startswith("why ") and line.endswith("failsafe camera_lost acted") for line in lines), lines)
+
+    def test_quiet_is_one_line_and_verbose_has_the_tables(self):
+        short = ("--seed", "3", "--duration", "2")
+        self.assertEqual(self.end_of("--quiet", *short, code=1), ["mission   did not land"])
+        code, out, _ = run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", "--verbose", *short)
+        self.assertEqual(code, 1)
+        self.assertIn("why       the run ended after 2.0 s while waiting; all conditions were within their limits: strongest "
+                      "wind ", out)
+        self.assertRegex(out, r"\nthreads\n  guardian +\d+ cycles")
+        self.assertGreaterEqual(len(hashes(out)), 13)
+
+    def test_json_has_both_verdicts_and_the_story(self):
+        code, out, _ = run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", "--json", "--duration", "2")
+        said = json.loads(out)
+        self.assertEqual((code, said["exit_code"], said["result"]), (1, 1, "did not land, valid run"))
+        self.assertEqual((said["mission"]["outcome"], said["mission"]["good"]), ("did not land", False))
+        self.assertEqual(said["timing"], {"valid": True, "worst": "", "what_to_do": ""})
+        self.assertEqual(said["story"][0]["text"], "waiting")
+        self.assertLess(said["story"][0]["at_s"], 1)
 
 
 class TwoRobots(unittest.TestCase):
@@ -146,7 +204,7 @@ class Unprivileged(unittest.TestCase):
 
     def test_everything_runs_and_what_is_missing_is_said(self):
         # Without fixed priorities a busy machine may keep the guardian waiting until a parent would call it dead.
-        code, out, err = self.run_without("run", f"{ROBOTS}/quad/quad.toml", "--duration", "2", "--plain", "--unsupervised")
+        code, out, err = self.run_without("run", f"{ROBOTS}/quad/quad.toml", "--duration", "2", "--plain", "--verbose", "--unsupervised")
         self.assertEqual(code, 1, out + err)  # it flew, but two seconds are no landing
         self.assertRegex(out, r"stabilise +\d\d+ cycles", err)
         self.assertIn("problem: sched_fifo: this process may not use fixed priorities", err)
@@ -181,7 +239,7 @@ class RecordedFlight(unittest.TestCase):
             self.skipTest("SINEW_DATA names no folder with imu0.csv and groundtruth.csv: the recorded flight was not run")
 
     def tilt(self, *arguments):
-        code, out, err = run(SINEW, "run", f"{ROBOTS}/mav_dataset/mav_dataset.toml", "--data", self.folder, "--virtual", *arguments)
+        code, out, err = run(SINEW, "run", f"{ROBOTS}/mav_dataset/mav_dataset.toml", "--data", self.folder, "--virtual", "--verbose", *arguments)
         self.assertEqual(code, 0, out + err)
         return float(re.search(r"tilt error +([0-9.]+) deg RMS", out).group(1)), out
 

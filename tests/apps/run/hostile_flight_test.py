@@ -17,7 +17,7 @@ SINEW, HOSTILE, ROBOT = sys.argv[1:4]
 RUN_DIR = tempfile.TemporaryDirectory()  # robots of other tests cannot meet this program's
 os.environ["SINEW_RUN_DIR"] = RUN_DIR.name
 SOCKET = os.path.join(RUN_DIR.name, "quad.sock")
-COMMAND = [SINEW, "run", ROBOT, "--virtual", "--seed", "3"]
+COMMAND = [SINEW, "run", ROBOT, "--virtual", "--seed", "3", "--verbose"]
 # The attacks of the hostile program and their amounts: each takes a good part of a second, a flight a few seconds.
 VISITS = {"write": "0", "spin": "0.3", "wake": "0.3", "garbage": "20", "half": "0.2", "flood": "0.3", "killed": "30"}
 MOST_FLIGHTS = 10

@@ -5,6 +5,7 @@
 #include <sys/time.h>
 #include <unistd.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
@@ -152,6 +153,29 @@ TEST(Process, IsAtLeastAsOldAsTheTimeItComputed) {
   const auto start = process_start();
   ASSERT_TRUE(start);
   EXPECT_GE(system_os().now() - *start + 10ms, process_use().cpu);
+}
+
+TEST(Process, ProgramBeganBeforeMainAndAfterItsProcess) {
+  const auto process = process_start();
+  ASSERT_TRUE(process);
+  EXPECT_GE(program_start() + 20ms, *process);
+  EXPECT_LE(program_start(), system_os().now());
+}
+
+// Like ./run, which becomes the program after it has built it.
+TEST(Process, ProgramThatAScriptBecameIsYoungerThanItsProcess) {
+  if (std::getenv("SINEW_TEST_PROGRAM_START")) {
+    const auto process = process_start();
+    ASSERT_TRUE(process);
+    EXPECT_GE(program_start() - *process, 250ms);
+    return;
+  }
+  SINEW_SKIP_UNDER_QEMU_USER(kOwnThread);
+  const std::string again = "sleep 0.3; SINEW_TEST_PROGRAM_START=1 exec '" + program_path() +
+                            "' --gtest_filter=Process.ProgramThatAScriptBecameIsYoungerThanItsProcess";
+  auto script = ChildProcess::start({"/bin/sh", "-c", again}, "/dev/null");
+  ASSERT_TRUE(script);
+  EXPECT_EQ((*script)->wait(20s), 0);
 }
 
 // The thread sanitizer has its own thread, so a process there always has more than one.

@@ -303,7 +303,7 @@ TEST_F(PlantSession, FaultsTakeAwayWhatTheySayAndTheReportNamesThem) {
   EXPECT_EQ(got.battery, 20);
   EXPECT_THAT(got.last_report,
               testing::HasSubstr(R"({"fault":"imu:off@0.5","device":"imu","kind":"off","from_s":0.5,)"));
-  EXPECT_THAT(got.last_report, testing::HasSubstr(R"("kind":"slow","from_s":0,"affected":40})"));
+  EXPECT_THAT(got.last_report, testing::HasSubstr(R"("kind":"slow","from_s":0,"affected":40,"first_s":0.04})"));
   EXPECT_THAT(got.last_report, testing::Not(testing::HasSubstr("range:stuck"))) << "its time has not come";
 }
 

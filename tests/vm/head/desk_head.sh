@@ -51,3 +51,4 @@ ip -statistics link show vcan0
 wait $world || fail "sinew-sim ended with $?"
 wait $feeder || fail "the feeder ended with $?"
 ((status == 0)) || fail "the robot ended with $status"
+grep -q '"timing":{"valid":true' robot.txt || fail "the timing is not valid: $(grep -o '"invalid_because":\[[^]]*\]' robot.txt)"
