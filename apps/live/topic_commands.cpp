@@ -10,6 +10,7 @@
 #include "apps/live/topic_reader.hpp"
 #include "apps/view/graph_text.hpp"
 #include "apps/view/message_text.hpp"
+#include "hal/did_you_mean.hpp"
 #include "hal/linux/process.hpp"
 #include "hal/platform.hpp"
 #include "math/hash.hpp"
@@ -89,7 +90,11 @@ int topic_info(const TopicOptions& options) {
                 type_text(reply->at("types"), t.value("type", "")).c_str());
     return kDone;
   }
-  return fail("robot " + robot->name() + ": no topic " + options.topic + "; see `topic list`", kFailed);
+  std::vector<std::string> names;
+  for (const Json& t : reply->at("topics")) names.push_back(t.value("name", ""));
+  return fail("robot " + robot->name() + ": no topic " + options.topic + "; see `topic list`" +
+                  hal::did_you_mean(options.topic, names),
+              kFailed);
 }
 
 Json message_of(const TopicReader& reader) {

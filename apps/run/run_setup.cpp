@@ -12,6 +12,7 @@
 #include "apps/robot_file/param_overlay.hpp"
 #include "apps/robot_file/param_value.hpp"
 #include "apps/run/recording.hpp"
+#include "hal/did_you_mean.hpp"
 #include "hal/linux/process.hpp"
 #include "hal/linux/run_dir.hpp"
 #include "hal/linux/system_files.hpp"
@@ -77,9 +78,10 @@ std::string apply_setting(rt::GraphSpec& graph, const std::string& setting, int 
   if (const std::string header = section_header(module); !header.empty())
     return fmt::format("--set {}: --set is for parameters of modules; the keys of {} are set in the robot file",
                        setting, header);
-  std::string names;
-  for (const auto& m : graph.modules) names += " " + m.name;
-  return fmt::format("--set {}: no module {}; there are:{}", setting, module, names);
+  std::string all;
+  std::vector<std::string> names{"device", "bus"};  // the other forms of --set
+  for (const auto& m : graph.modules) all += " " + m.name, names.push_back(m.name);
+  return fmt::format("--set {}: no module {}; there are:{}{}", setting, module, all, hal::did_you_mean(module, names));
 }
 
 std::optional<std::string> apply_device_setting(drivers::DeviceSpecs& devices, const std::string& setting, int line) {
@@ -92,11 +94,21 @@ std::optional<std::string> apply_device_setting(drivers::DeviceSpecs& devices, c
     const auto it = std::find_if(all.begin(), all.end(), [&](const auto& d) { return d.name == name; });
     return it == all.end() ? nullptr : &*it;
   };
-  drivers::DeviceSpec* spec = find(parts[0] == "bus" ? devices.buses : devices.devices, parts[1]);
-  if (!spec) return fmt::format("--set {}: the robot file has no [{}.{}]", setting, parts[0], parts[1]);
+  const auto near = [](const std::vector<drivers::DeviceSpec>& all, const std::string& name) {
+    std::vector<std::string> names;
+    for (const auto& d : all) names.push_back(d.name);
+    return hal::did_you_mean(name, names);
+  };
+  auto& all = parts[0] == "bus" ? devices.buses : devices.devices;
+  drivers::DeviceSpec* spec = find(all, parts[1]);
+  if (!spec)
+    return fmt::format("--set {}: the robot file has no [{}.{}]{}", setting, parts[0], parts[1], near(all, parts[1]));
   if (parts.size() == 5 && parts[2] == "joint") {
+    const auto& joints = spec->joints;
     spec = find(spec->joints, parts[3]);
-    if (!spec) return fmt::format("--set {}: [{}.{}] has no joint {}", setting, parts[0], parts[1], parts[3]);
+    if (!spec)
+      return fmt::format("--set {}: [{}.{}] has no joint {}{}", setting, parts[0], parts[1], parts[3],
+                         near(joints, parts[3]));
   } else if (parts.size() != 3) {
     return fmt::format("--set {}: device.NAME.key=value, device.NAME.joint.JOINT.key=value or bus.NAME.key=value",
                        setting);
@@ -200,8 +212,9 @@ std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes
   }
   if (!options.camera.empty()) {
     unsigned w = 0, h = 0;
-    if (std::sscanf(options.camera.c_str(), "%ux%u", &w, &h) != 2 || w < 16 || h < 16 || w > msg::kMaxImageWidth ||
-        h > msg::kMaxImageHeight) {
+    char rest = 0;
+    if (std::sscanf(options.camera.c_str(), "%ux%u%c", &w, &h, &rest) != 2 || w < 16 || h < 16 ||
+        w > msg::kMaxImageWidth || h > msg::kMaxImageHeight) {
       std::fprintf(stderr, "sinew: --camera %s: WIDTHxHEIGHT, at most 1280x960\n", options.camera.c_str());
       return std::nullopt;
     }
