@@ -110,7 +110,7 @@ void describe_run(CLI::App& run, RunOptions& o) {
       ->type_name("D=B");
   run.add_flag("--virtual", o.virtual_time,
                "virtual time: as fast as the machine can, the same bytes for the same seed");
-  run.add_option("--seed", o.seed, "instead of the file's")->type_name("N");
+  run.add_option("--seed", o.seed, "instead of the file's")->check(whole())->type_name("N");
   run.add_option("--duration", o.duration_s, "stop after so many seconds; 0: when the mission, plant or data ends")
       ->check(number(0))
       ->type_name("S");

@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <ranges>
 
+#include "apps/command/number_check.hpp"
+#include "apps/command/usage_error.hpp"
 #include "robots/robot_kind.hpp"
 
 namespace sinew::plant {
@@ -33,7 +35,9 @@ void describe(CLI::App& app, SimulatorOptions& s, std::vector<std::string>& faul
     titles += (names.size() > 1 ? ", " : " ") + names.back() + " (" + type->title + ")";
   }
   app.add_option("--world", s.world, titles)->check(CLI::IsMember(names))->capture_default_str();
-  app.add_option("--seed", s.session.seed, "start, wind, spread and noise (default: what the runtime asks for)");
+  app.add_option("--seed", s.session.seed, "start, wind, spread and noise (default: what the runtime asks for)")
+      ->check(app::whole())
+      ->type_name("N");
   app.add_option("--camera", s.camera, "size of the camera's frames")->check(check_size)->capture_default_str();
   app.add_option("--format", s.format, "format of its pixels")
       ->check(CLI::IsMember({"yuyv", "rgb8", "mono8"}))
@@ -183,7 +187,11 @@ bool read_command_line(int argc, char** argv, SimulatorOptions& s, int& exit_cod
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    exit_code = app.exit(e) == 0 ? 0 : kUsage;  // it prints why; CLI11 has other exit codes
+    exit_code = e.get_exit_code() == 0 ? 0 : kUsage;  // CLI11 has other exit codes
+    if (exit_code == 0)
+      app.exit(e);  // prints the help
+    else
+      std::fprintf(stderr, "sinew-sim: %s\n", app::usage_error(app, e).c_str());
     return false;
   }
   std::sscanf(s.camera.c_str(), "%ux%u", &s.view.width, &s.view.height);

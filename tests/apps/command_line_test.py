@@ -213,6 +213,8 @@ class CommandLine(unittest.TestCase):
                 (["run", QUAD, "--board", "moon"], "robot.board: \"moon\""),
                 (["run", QUAD, "--virtual", "--board", "none"], "this board has no devices"),
                 (["run", QUAD, "--camera", "9x9"], "--camera 9x9"),
+                (["run", QUAD, "--camera", "320x240x"], "--camera 320x240x"),
+                (["run", QUAD, "--camera=-320x240"], "--camera -320x240"),
                 (["run", QUAD, "--virtual", "--fault", "imu:bent@1"], "kind 'bent': one of off, stuck"),
                 (["run", QUAD, "--virtual", "--plant", "unix:/x", "--fault", "imu:off@1"], "only a plant that this run starts"),
                 (["run", BALL], "module.ball.type: \"my::Ball\": a known module type"),
@@ -225,11 +227,37 @@ class CommandLine(unittest.TestCase):
                 (["new", "test"], "CMake or the project itself has a target of this name"),
                 (["completion", "fish"], "bash"),
                 (["fly"], "fly: no such command"),
+                (["chekc", QUAD], "chekc: no such command; sinew --help lists them; did you mean check?"),
+                (["bag", "inof", "x.mcap"], "inof: no such command; sinew bag --help lists them; did you mean info?"),
+                (["run", QUAD, "--viritual"], "--viritual: no such option; sinew run --help lists them; did you mean --virtual?"),
+                (["run", QUAD, "--sed=3"], "--sed: no such option; sinew run --help lists them; did you mean --seed?"),
+                (["check", QUAD, "x.toml"], "x.toml: one argument too many; sinew check --help lists what it takes"),
+                (["run", QUAD, "--set", "mixr.thrust_max_n=1"], "; did you mean mixer?"),
+                (["run", QUAD, "--set", "mixer.thrust_max=1"], "; did you mean thrust_max_n?"),
+                (["run", QUAD, "--virtual", "--plant-arg=--gustt=9"], "; did you mean --gust?\n"),
                 ([], "A subcommand is required")):
             code, out, err = run(*arguments)
             self.assertEqual(code, 2, (arguments, out, err))
             self.assertIn(words, err)
             self.assertEqual(out, "")
+
+    def commands(self, *words):
+        """All commands that do something, as lists of words."""
+        code, out, err = run(*words, "--help")
+        self.assertEqual(code, 0, err)
+        names = re.findall(r"^  (\S+)", out.partition("Subcommands:")[2], re.MULTILINE)
+        return [c for name in names for c in self.commands(*words, name)] or [(list(words), out)]
+
+    def test_a_whole_number_is_not_below_0_for_any_option_of_any_command(self):
+        found = 0
+        for words, text in self.commands():
+            for option in re.findall(r"^  (?:-\w,)?(--\S+) (?:N|UINT)\b", text, re.MULTILINE):
+                found += 1
+                for wrong in ("-1", "1.5", "18446744073709551616"):
+                    code, _, err = run(*words, f"{option}={wrong}")
+                    self.assertEqual(code, 2, (words, option))
+                    self.assertRegex(err, f"{option}: {re.escape(wrong)} is not an integer from ")
+        self.assertGreaterEqual(found, 4, "run --seed, echo and pub --count, tune --jobs")
 
     def test_help_and_version_end_with_0(self):
         for arguments in (["--help"], ["run", "--help"], ["--version"]):
