@@ -241,6 +241,22 @@ class CommandLine(unittest.TestCase):
             self.assertIn(words, err)
             self.assertEqual(out, "")
 
+    def test_a_file_that_could_not_come_to_be_is_refused_or_left_out(self):
+        with tempfile.TemporaryDirectory() as folder:
+            plot, trace = f"{folder}/tilt.svg", f"{folder}/trace.json"
+            code, _, err = run("run", QUAD, "--virtual", "--plot", plot)
+            self.assertEqual(code, 2)
+            self.assertIn(f'--plot {plot}: only for a run on a recorded folder (board "dataset"); this run has a plant', err)
+            self.assertEqual(run("run", QUAD, "--virtual", "--trace", trace, "--plant", "unix:/no/such/socket")[0], 2)
+            self.assertEqual(os.listdir(folder), [])
+            with open(trace, "w") as f:
+                f.write("mine")
+            self.assertEqual(run("run", QUAD, "--virtual", "--trace", trace, "--plant", "unix:/no/such/socket")[0], 2)
+            with open(trace) as f:
+                self.assertEqual(f.read(), "mine", "an older file stays as it was")
+            code, _, err = run("run", QUAD, "--virtual", "--trace", f"{folder}/none/trace.json")
+            self.assertEqual((code, "No such file or directory" in err), (2, True), err)
+
     def commands(self, *words):
         """All commands that do something, as lists of words."""
         code, out, err = run(*words, "--help")
