@@ -11,6 +11,7 @@
 #include "apps/robot/robot_check.hpp"
 #include "apps/robot_file/param_overlay.hpp"
 #include "apps/robot_file/param_value.hpp"
+#include "apps/robot_file/world_options.hpp"
 #include "apps/run/recording.hpp"
 #include "hal/did_you_mean.hpp"
 #include "hal/linux/process.hpp"
@@ -79,7 +80,7 @@ std::string apply_setting(rt::GraphSpec& graph, const std::string& setting, int 
     return fmt::format("--set {}: --set is for parameters of modules; the keys of {} are set in the robot file",
                        setting, header);
   std::string all;
-  std::vector<std::string> names{"device", "bus"};  // the other forms of --set
+  std::vector<std::string> names{"device", "bus", "sim"};  // the other forms of --set
   for (const auto& m : graph.modules) all += " " + m.name, names.push_back(m.name);
   return fmt::format("--set {}: no module {}; there are:{}{}", setting, module, all, hal::did_you_mean(module, names));
 }
@@ -171,6 +172,10 @@ std::string OptionLines::told(const rt::Problem& problem, std::string_view file)
                        "from " + options_[static_cast<std::size_t>(-problem.line - 1)]);
 }
 
+static bool has_module(const rt::GraphSpec& graph, std::string_view name) {
+  return std::any_of(graph.modules.begin(), graph.modules.end(), [&](const auto& m) { return m.name == name; });
+}
+
 std::string resolved_note(const std::string& robot) {
   return "It extends another file: these are lines of what `sinew check --resolved " + robot + "` prints.";
 }
@@ -204,8 +209,9 @@ std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes
   if (!calibrate(loaded.robot, types)) return std::nullopt;
   for (const auto& setting : options.set) {
     const int line = lines.line_of("--set " + setting);
-    const auto device = apply_device_setting(loaded.robot.devices, setting, line);
-    if (const std::string why = device ? *device : apply_setting(spec, setting, line); !why.empty()) {
+    auto applied = apply_device_setting(loaded.robot.devices, setting, line);
+    if (!applied && !has_module(spec, "sim")) applied = apply_sim_setting(loaded.robot.sim, setting);
+    if (const std::string why = applied ? *applied : apply_setting(spec, setting, line); !why.empty()) {
       std::fprintf(stderr, "sinew: %s\n", why.c_str());
       return std::nullopt;
     }

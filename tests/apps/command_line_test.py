@@ -234,6 +234,10 @@ class CommandLine(unittest.TestCase):
                 (["check", QUAD, "x.toml"], "x.toml: one argument too many; sinew check --help lists what it takes"),
                 (["run", QUAD, "--set", "mixr.thrust_max_n=1"], "; did you mean mixer?"),
                 (["run", QUAD, "--set", "mixer.thrust_max=1"], "; did you mean thrust_max_n?"),
+                (["run", QUAD, "--set", "sim.gust=3"], "; did you mean gust_mps?"),
+                (["run", QUAD, "--virtual", "--set", "sim.gust_mps=99"], "--set sim.gust_mps=99: a number from 0 to 15 m/s"),
+                (["run", QUAD, "--virtual", "--plant-arg=--gust=99"],
+                 "sinew-sim: exit code 2: --gust: 99: a number from 0 to 15 m/s\n"),
                 (["run", QUAD, "--virtual", "--plant-arg=--gustt=9"], "; did you mean --gust?\n"),
                 ([], "A subcommand is required")):
             code, out, err = run(*arguments)
@@ -314,6 +318,9 @@ class Completion(unittest.TestCase):
         self.assertEqual(self.complete("run", "--board", "d"), ["dataset"])
         self.assertEqual(self.complete("tune", "--against", ""), ["truth", "recorded"])
         self.assertEqual(self.complete("run", "--seed", ""), [""], "nothing is offered for a number")
+        seesaw = f"{SOURCE}/robots/seesaw/seesaw.toml"
+        self.assertEqual(self.complete("run", seesaw, "--set", "sim."), ["sim.push_radps2=", "sim.seed="])
+        self.assertIn("sim.gust_mps=", self.complete("run", "--set", ""), "of all worlds")
 
     def test_robot_files_and_folders(self):
         with tempfile.TemporaryDirectory() as folder:
