@@ -6,6 +6,7 @@
 
 #include "apps/bag/commands.hpp"
 #include "apps/calibrate/commands.hpp"
+#include "apps/command/usage_error.hpp"
 #include "apps/completion.hpp"
 #include "apps/deploy/commands.hpp"
 #include "apps/live/commands.hpp"
@@ -47,11 +48,13 @@ std::variant<std::function<int()>, int> understood(int argc, char** argv, const 
   }
   if (argc > 1 && argv[1][0] != '-' &&
       app.get_subcommands([&](CLI::App* c) { return c->get_name() == argv[1]; }).empty())
-    return fail(std::string(argv[1]) + ": no such command; " + app.get_name() + " --help lists them");
+    return fail(no_such_command(app, argv[1]));
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? kDone : kNotBegun;
+    if (e.get_exit_code() != 0) return fail(usage_error(app, e));
+    app.exit(e);  // prints the help
+    return kDone;
   }
   return context.action;
 }

@@ -15,6 +15,7 @@ struct Position {
   const CLI::Option* awaits_value = nullptr;  // the last word is an option that takes one
   std::size_t positionals = 0;                // already given
   std::string robot{};                        // value of --robot
+  std::string file{};                         // the first argument
 };
 
 const CLI::App* subcommand(const CLI::App& command, const std::string& name) {
@@ -35,7 +36,7 @@ Position walk(const CLI::App& app, const std::vector<std::string>& words) {
     } else if (const CLI::App* sub = subcommand(*at.command, word)) {
       at.command = sub;
     } else {
-      ++at.positionals;
+      if (at.positionals++ == 0) at.file = word;
     }
   }
   return at;
@@ -46,6 +47,7 @@ std::vector<std::string> values_of(const CLI::Option& option, const Position& at
   if (hint == kRobotFileHint) return {":file .toml"};
   if (hint == kFileHint) return {":file"};
   if (hint == kFolderHint) return {":folder"};
+  if (hint == kSettingHint) return names_of(hint, at.file);
   if (!hint.starts_with("{")) return names_of(hint, at.robot);
   return CLI::detail::split(hint.substr(1, hint.size() - 2), ',');
 }

@@ -16,7 +16,7 @@ namespace sinew::app {
 inline constexpr std::string_view kCompleteCommand = "complete";
 
 /// Names of one kind (a hint of apps/command/command.hpp) in a running robot; `robot` is the value of --robot, or
-/// empty.
+/// empty. For kSettingHint `robot` is the path of the robot file.
 using NamesOf = std::function<std::vector<std::string>(std::string_view hint, const std::string& robot)>;
 
 /// Candidates for the last word; or ":file", ":file .toml" or ":folder", which asks the shell to complete paths.

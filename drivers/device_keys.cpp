@@ -4,6 +4,7 @@
 #include <charconv>
 
 #include "drivers/key_number.hpp"
+#include "hal/did_you_mean.hpp"
 
 namespace sinew::drivers {
 namespace {
@@ -191,6 +192,7 @@ void DeviceKeys::problem(std::string_view key, std::string_view allowed) {
 void DeviceKeys::refuse_driver(std::span<const std::string_view> drivers) {
   std::string names;
   for (const std::string_view name : drivers) names += (names.empty() ? "" : ", ") + quoted(name);
+  names += hal::did_you_mean(spec_.driver, std::vector<std::string>(drivers.begin(), drivers.end()));
   problems_.push_back(
       {spec_.line, path_ + ".driver", spec_.driver.empty() ? "missing" : quoted(spec_.driver), "one of " + names});
   has_driver_ = false;
@@ -202,13 +204,14 @@ void DeviceKeys::finish() {
   for (const KeyRow& r : rows_) sorted.insert(r.key);
   std::string names;
   for (const std::string& name : sorted) names += (names.empty() ? "" : ", ") + name;
+  const std::vector<std::string> known(sorted.begin(), sorted.end());
   const auto is_known = [&](const std::string& key) {
     return std::any_of(rows_.begin(), rows_.end(), [&](const KeyRow& r) {
       return r.key == key || (r.family && key.starts_with(r.key.substr(0, r.key.size() - kFamilyName.size())));
     });
   };
   for (const auto& [key, value] : spec_.keys)
-    if (!is_known(key)) problem(key, names.empty() ? "no key" : "one of " + names);
+    if (!is_known(key)) problem(key, names.empty() ? "no key" : "one of " + names + hal::did_you_mean(key, known));
 }
 
 }  // namespace sinew::drivers

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "hal/did_you_mean.hpp"
 #include "rt/parameters.hpp"
 
 namespace sinew::rt {
@@ -29,6 +30,10 @@ std::string listed(const std::vector<std::string>& words) {
   std::string text;
   for (const std::string& w : words) text += (text.empty() ? "" : " ") + w;
   return text;
+}
+
+std::string listed_for(std::string_view asked, const std::vector<std::string>& words) {
+  return listed(words) + hal::did_you_mean(asked, words);
 }
 
 std::vector<Problem> GraphCheck::run() {
@@ -121,7 +126,7 @@ void GraphCheck::trigger(const GraphThread& thread) {
       const std::uint32_t topic = graph_.find_topic(name.value);
       const int line = name.line ? name.line : t.line;
       if (topic == kNone) {
-        if (!guardian) add(line, key + ".trigger", quoted(name.value), topic_candidates(nullptr));
+        if (!guardian) add(line, key + ".trigger", quoted(name.value), topic_candidates(nullptr, name.value));
       } else if (graph_.modules()[graph_.topics()[topic].writer].thread != kNone &&
                  &graph_.threads()[graph_.modules()[graph_.topics()[topic].writer].thread] == &thread) {
         add(line, key + ".trigger", quoted(name.value), "a topic that this thread does not write itself");
@@ -134,7 +139,8 @@ void GraphCheck::trigger(const GraphThread& thread) {
       if (graph_.modules()[m].driver) drivers.push_back(graph_.modules()[m].spec.name);
     if (std::find(drivers.begin(), drivers.end(), t.device_module) == drivers.end())
       add(t.line, key + ".device", quoted(t.device_module),
-          "a driver module in `order`" + (drivers.empty() ? "; there is none" : ": " + listed(drivers)));
+          "a driver module in `order`" +
+              (drivers.empty() ? "; there is none" : ": " + listed_for(t.device_module, drivers)));
   }
 }
 
@@ -156,7 +162,7 @@ void GraphCheck::order(const GraphThread& t) {
   for (const GraphModule& m : graph_.modules()) all.push_back(m.spec.name);
   for (const auto& name : t.spec.order)
     if (graph_.find_module(name.value) == kNone)
-      add(name.line ? name.line : t.spec.line, key, quoted(name.value), "a module: " + listed(all));
+      add(name.line ? name.line : t.spec.line, key, quoted(name.value), "a module: " + listed_for(name.value, all));
 }
 
 void GraphCheck::modules() {
@@ -168,7 +174,7 @@ void GraphCheck::modules() {
       bindings(m);
     } else {
       add(m.spec.line, "module." + m.spec.name + ".type", quoted(m.spec.type),
-          "a known module type: " + listed(known_types_));
+          "a known module type: " + listed_for(m.spec.type, known_types_));
     }
   }
 }
@@ -223,7 +229,8 @@ void GraphCheck::params(const GraphModule& m) {
       std::vector<std::string> known;
       for (const auto& d : m.declaration.params) known.push_back(d.name);
       add(line, key, to_string(value.value),
-          known.empty() ? m.spec.type + " has no parameters" : "a parameter of " + m.spec.type + ": " + listed(known));
+          known.empty() ? m.spec.type + " has no parameters"
+                        : "a parameter of " + m.spec.type + ": " + listed_for(name, known));
     } else if (!accepts(*p, value.value)) {
       add(line, key, to_string(value.value), allowed_values(*p));
     }

@@ -46,8 +46,8 @@ class GraphCheck {
   }
   template <class Container, class NameAndLine>
   void unique(const Container& all, std::string_view kind, NameAndLine&& of);
-  /// "a topic of ImuSample: imu.raw sim.imu"; any type when null.
-  std::string topic_candidates(const msg::TypeInfo* type) const;
+  /// "a topic of ImuSample: imu.raw sim.imu; did you mean imu.raw?"; any type when null, no question without `asked`.
+  std::string topic_candidates(const msg::TypeInfo* type, std::string_view asked = {}) const;
 
   const Graph& graph_;
   const std::vector<std::string>& known_types_;
@@ -61,5 +61,7 @@ bool is_name(std::string_view text);
 std::string quoted(std::string_view text);
 /// The words with spaces between them.
 std::string listed(const std::vector<std::string>& words);
+/// The same, and the words that may have been meant by `asked`: "kp kd; did you mean kp?".
+std::string listed_for(std::string_view asked, const std::vector<std::string>& words);
 
 }  // namespace sinew::rt

@@ -37,7 +37,7 @@ void GraphCheck::failsafe(const FailsafeSpec& f) {
   const std::uint32_t topic = graph_.find_topic(f.topic.value);
   const int line = f.topic.line ? f.topic.line : f.line;
   if (topic == kNone) {
-    add(line, key + ".topic", quoted(f.topic.value), topic_candidates(nullptr));
+    add(line, key + ".topic", quoted(f.topic.value), topic_candidates(nullptr, f.topic.value));
     return;
   }
   const GraphTopic& t = graph_.topics()[topic];
@@ -53,7 +53,7 @@ void GraphCheck::failsafe_field(const FailsafeSpec& f, const msg::TypeInfo& type
   const std::string key = "failsafe." + f.name;
   if (!find_number(type, f.field.value))
     add(f.field.line ? f.field.line : f.line, key + ".field", quoted(f.field.value),
-        "a number of " + std::string(type.name) + ": " + listed(number_paths(type)));
+        "a number of " + std::string(type.name) + ": " + listed_for(f.field.value, number_paths(type)));
   if (!f.below && !f.above) add(f.line, key, "no limit", "below, above or both");
   for (const auto& limit : {f.below, f.above})
     if (limit && !math::is_finite(*limit))

@@ -13,12 +13,12 @@ using PortKind = Declaration::PortKind;
 
 }  // namespace
 
-std::string GraphCheck::topic_candidates(const msg::TypeInfo* type) const {
+std::string GraphCheck::topic_candidates(const msg::TypeInfo* type, std::string_view asked) const {
   std::vector<std::string> names;
   for (const GraphTopic& t : graph_.topics())
     if (!type || t.type == type) names.push_back(t.name);
   const std::string what = type ? "a topic of " + std::string(type->name) : "a topic";
-  return what + (names.empty() ? "; no module writes one" : ": " + listed(names));
+  return what + (names.empty() ? "; no module writes one" : ": " + listed_for(asked, names));
 }
 
 void GraphCheck::bindings(const GraphModule& m) {
@@ -38,7 +38,8 @@ void GraphCheck::bindings(const GraphModule& m) {
   for (const auto& [name, topic] : m.spec.in)
     if (std::find(inputs.begin(), inputs.end(), name) == inputs.end())
       add(topic.line ? topic.line : m.spec.line, "module." + m.spec.name + ".in." + name, quoted(topic.value),
-          inputs.empty() ? m.spec.type + " has no inputs" : "an input of " + m.spec.type + ": " + listed(inputs));
+          inputs.empty() ? m.spec.type + " has no inputs"
+                         : "an input of " + m.spec.type + ": " + listed_for(name, inputs));
 }
 
 void GraphCheck::binding(const GraphModule& m, std::uint32_t p) {
@@ -51,7 +52,7 @@ void GraphCheck::binding(const GraphModule& m, std::uint32_t p) {
   }
   const int line = given->second.line ? given->second.line : m.spec.line;
   if (m.topic[p] == kNone) {
-    add(line, key, quoted(given->second.value), topic_candidates(port.type));
+    add(line, key, quoted(given->second.value), topic_candidates(port.type, given->second.value));
     return;
   }
   const GraphTopic& topic = graph_.topics()[m.topic[p]];
@@ -93,7 +94,7 @@ void GraphCheck::topics() {
     if (s.external) external(s);
     const std::uint32_t topic = graph_.find_topic(s.name);
     if (topic == kNone) {
-      if (!s.external) add(s.line, "topic." + s.name, quoted(s.name), topic_candidates(nullptr));
+      if (!s.external) add(s.line, "topic." + s.name, quoted(s.name), topic_candidates(nullptr, s.name));
     } else if (s.image_bytes > 0 && !graph_.topics()[topic].type->has_bulk()) {
       add(s.line, "topic." + s.name + ".image", std::to_string(s.image_bytes) + " bytes",
           "none: " + s.name + " carries " + std::string(graph_.topics()[topic].type->name));
@@ -113,14 +114,14 @@ void GraphCheck::external(const TopicSpec& s) {
     for (const msg::TypeInfo* t : msg::all_types())
       if (!t->has_bulk()) known.emplace_back(t->name);
     add(s.line, key + ".type", s.external->type.empty() ? "missing" : quoted(s.external->type),
-        "a message type without pixels: " + listed(known));
+        "a message type without pixels: " + listed_for(s.external->type, known));
   }
   std::vector<std::string> threads;
   for (const GraphThread& t : graph_.threads())
     if (graph_.spec().actuators.empty() || &t != &graph_.threads()[0]) threads.push_back(t.spec.name);
   if (std::find(threads.begin(), threads.end(), s.external->thread) == threads.end())
     add(s.line, key + ".thread", s.external->thread.empty() ? "missing" : quoted(s.external->thread),
-        "a thread: " + listed(threads));
+        "a thread: " + listed_for(s.external->thread, threads));
   for (const TopicSpec& first : graph_.spec().topics) {
     if (!first.external || split_topic(first.name).first != parts.first) continue;
     if (first.external->thread != s.external->thread)
@@ -160,7 +161,7 @@ void GraphCheck::actuator_command(const ActuatorSpec& a) {
   const std::uint32_t topic = graph_.find_topic(a.command.value);
   const int line = a.command.line ? a.command.line : a.line;
   if (topic == kNone)
-    add(line, "actuator." + a.name + ".command", quoted(a.command.value), topic_candidates(&wanted));
+    add(line, "actuator." + a.name + ".command", quoted(a.command.value), topic_candidates(&wanted, a.command.value));
   else if (graph_.topics()[topic].type != &wanted)
     add(line, "actuator." + a.name + ".command",
         quoted(a.command.value) + " of " + std::string(graph_.topics()[topic].type->name), topic_candidates(&wanted));
@@ -185,7 +186,8 @@ void GraphCheck::chains() {
     const std::string key = "chain." + chain.spec.name;
     const auto endpoint = [&](const char* end, const Located<std::string>& name, std::uint32_t topic) {
       if (topic == kNone)
-        add(name.line ? name.line : chain.spec.line, key + "." + end, quoted(name.value), topic_candidates(nullptr));
+        add(name.line ? name.line : chain.spec.line, key + "." + end, quoted(name.value),
+            topic_candidates(nullptr, name.value));
     };
     endpoint("from", chain.spec.from, chain.from);
     endpoint("to", chain.spec.to, chain.to);

@@ -1,6 +1,7 @@
 // The way in: what any thread may ask of a configured graph, checked before it goes into a mailbox.
 #include <cstring>
 
+#include "hal/did_you_mean.hpp"
 #include "math/elementary.hpp"
 
 #include "rt/external_source.hpp"
@@ -46,7 +47,19 @@ std::vector<std::string> names_of(const std::vector<Declaration::Param>& params)
 std::string no_such_module(const Graph& graph, std::string_view name) {
   std::vector<std::string> names;
   for (const GraphModule& m : graph.modules()) names.push_back(m.spec.name);
-  return "no module " + std::string(name) + "; there are: " + listed(names);
+  return "no module " + std::string(name) + "; there are: " + listed_for(name, names);
+}
+
+std::string no_such_topic(const Graph& graph, std::string_view name) {
+  std::vector<std::string> names;
+  for (const GraphTopic& t : graph.topics()) names.push_back(t.name);
+  return "no topic " + std::string(name) + hal::did_you_mean(name, names);
+}
+
+std::string no_such_thread(const Graph& graph, std::string_view name) {
+  std::vector<std::string> names;
+  for (const GraphThread& t : graph.threads()) names.push_back(t.spec.name);
+  return "no thread " + std::string(name) + "; there are: " + listed_for(name, names);
 }
 
 hal::Result<Ticket> Graph::post(Request request, std::string* why) {
@@ -66,7 +79,7 @@ hal::Result<Ticket> Graph::set_param(std::string_view module, std::string_view n
   if (!p)
     return refuse(why, hal::Errc::not_found, "parameter",
                   std::string(module) + " has no parameter " + std::string(name) +
-                      "; it has: " + listed(names_of(modules_[m].declaration.params)));
+                      "; it has: " + listed_for(name, names_of(modules_[m].declaration.params)));
   if (std::holds_alternative<std::string*>(p->target))
     return refuse(why, hal::Errc::not_supported, "parameter", "a text is set before the start only");
   const auto index = static_cast<std::uint32_t>(p - modules_[m].declaration.params.data());
@@ -100,7 +113,7 @@ hal::Result<Ticket> Graph::set_enabled(std::string_view module, bool enabled, st
 
 hal::Result<Ticket> Graph::set_period(std::string_view thread, Duration period, std::string* why) {
   const std::uint32_t t = find_thread(thread);
-  if (t == kNone) return refuse(why, hal::Errc::not_found, "thread", "no thread " + std::string(thread));
+  if (t == kNone) return refuse(why, hal::Errc::not_found, "thread", no_such_thread(*this, thread));
   if (threads_[t].spec.trigger != ThreadSpec::Trigger::period)
     return refuse(why, hal::Errc::not_supported, "thread", std::string(thread) + " is not released by a period");
   if (period < kShortestPeriod || period > kLongestPeriod)
@@ -126,7 +139,7 @@ hal::Result<Ticket> Graph::ask_guardian(Request::Kind kind, std::string* why) {
 
 hal::Result<Ticket> Graph::publish(std::string_view topic, std::span<const std::byte> message, std::string* why) {
   const std::uint32_t t = find_topic(topic);
-  if (t == kNone) return refuse(why, hal::Errc::not_found, "topic", "no topic " + std::string(topic));
+  if (t == kNone) return refuse(why, hal::Errc::not_found, "topic", no_such_topic(*this, topic));
   const GraphModule& writer = modules_[topics_[t].writer];
   const msg::TypeInfo& type = *topics_[t].type;
   if (!writer.external)

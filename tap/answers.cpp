@@ -5,6 +5,7 @@
 #include <cstring>
 #include <new>
 
+#include "hal/did_you_mean.hpp"
 #include "hal/linux/run_dir.hpp"
 #include "msg/json.hpp"
 #include "rt/graph_names.hpp"
@@ -100,7 +101,7 @@ struct Answers::Command {
   Reply (Answers::*run)(const Json& request);
 };
 
-const Answers::Command* Answers::find(std::string_view name) {
+std::span<const Answers::Command> Answers::commands() {
   static constexpr std::array<Command, 21> kCommands{{{"hello", &Answers::hello},
                                                       {"topics", &Answers::topics},
                                                       {"status", &Answers::status},
@@ -122,9 +123,19 @@ const Answers::Command* Answers::find(std::string_view name) {
                                                       {"record.status", &Answers::record_status},
                                                       {"record.snapshot", &Answers::record_snapshot},
                                                       {"stop", &Answers::stop}}};
-  for (const Command& c : kCommands)
+  return kCommands;
+}
+
+const Answers::Command* Answers::find(std::string_view name) {
+  for (const Command& c : commands())
     if (c.name == name) return &c;
   return nullptr;
+}
+
+std::string Answers::near_requests(std::string_view name) {
+  std::vector<std::string> names;
+  for (const Command& c : commands()) names.emplace_back(c.name);
+  return hal::did_you_mean(name, names);
 }
 
 Answers::Answers(rt::Graph& graph, rt::Runner& runner, hal::Os& os, TopicNotifier* notifier, Robot robot)
@@ -156,8 +167,9 @@ Reply Answers::answer(std::string_view text, std::uint64_t client) {
     const std::string* name = text_of(request, "request");
     if (!name) return garbage("a JSON object with \"request\"");
     const Command* command = find(*name);
-    Reply reply = command ? (this->*command->run)(request)
-                          : refuse(hal::Errc::not_found, "no request \"" + *name + "\" in this version");
+    Reply reply =
+        command ? (this->*command->run)(request)
+                : refuse(hal::Errc::not_found, "no request \"" + *name + "\" in this version" + near_requests(*name));
     if (const auto id = request.find("id"); id != request.end() && id->is_primitive())
       (reply.change ? reply.change->reply : reply.json)["id"] = *id;
     return reply;
@@ -300,7 +312,7 @@ Reply Answers::subscribe(const Json& request) {
     const auto* text = name.get_ptr<const std::string*>();
     if (!text) return needs("topics", "a list of names");
     const std::uint32_t topic = graph_.find_topic(*text);
-    if (topic == rt::kNone) return refuse(hal::Errc::not_found, "no topic " + *text);
+    if (topic == rt::kNone) return refuse(hal::Errc::not_found, rt::no_such_topic(graph_, *text));
     const rt::WriterId writer = graph_.segment().entry(graph_.topic_id(topic)).writer;
     if (!bells.contains(*text)) writers.push_back(writer);
     bells[*text] = writer;
@@ -430,7 +442,7 @@ Reply Answers::publish(const Json& request) {
   const auto message = request.find("message");
   if (message == request.end() || !message->is_object()) return needs("message", "an object");
   const std::uint32_t t = graph_.find_topic(*topic);
-  if (t == rt::kNone) return refuse(hal::Errc::not_found, "no topic " + *topic);
+  if (t == rt::kNone) return refuse(hal::Errc::not_found, rt::no_such_topic(graph_, *topic));
   const msg::TypeInfo& type = *graph_.topics()[t].type;
   if (type.has_bulk() || type.align > alignof(std::max_align_t))
     return refuse(hal::Errc::not_supported,

@@ -4,6 +4,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -70,7 +71,10 @@ class Answers {
 
  private:
   struct Command;
+  static std::span<const Command> commands();
   static const Command* find(std::string_view name);
+  /// "; did you mean status?", or nothing.
+  static std::string near_requests(std::string_view name);
   Reply run(const Command& command, const Json& request);
 
   Reply hello(const Json& request);

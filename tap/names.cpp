@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "hal/did_you_mean.hpp"
+
 namespace sinew::tap {
 namespace {
 
@@ -71,7 +73,9 @@ hal::Result<Running> find_running(std::string_view robot, std::string& why) {
   auto all = running(why);
   if (!all) return all.error();
   std::string names;
+  std::vector<std::string> known;
   for (const Running& r : *all) {
+    known.push_back(r.robot);
     if (r.robot == robot || (robot.empty() && all->size() == 1)) return r;
     names += (names.empty() ? "" : ", ") + r.robot;
   }
@@ -80,7 +84,7 @@ hal::Result<Running> find_running(std::string_view robot, std::string& why) {
     return hal::Error{hal::Errc::bad_argument, "robot name"};
   }
   why = (robot.empty() ? "no robot runs" : "no robot \"" + std::string(robot) + "\" runs") +
-        (names.empty() ? "" : "; there is " + names);
+        (names.empty() ? "" : "; there is " + names) + hal::did_you_mean(robot, known);
   return hal::Error{hal::Errc::not_found, "robot name"};
 }
 

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "apps/command/command.hpp"
+#include "hal/did_you_mean.hpp"
 #include "hal/linux/file.hpp"
 #include "hal/linux/process.hpp"
 #include "record/run/recorded_run.hpp"
@@ -88,7 +89,8 @@ std::optional<record::Query> query_of(record::Reader& reader, const Selection& s
     if (known.contains(topic)) continue;
     std::string names;
     for (const std::string& name : known) names += " " + name;
-    fail("no topic " + topic + " in the file; it has" + names);
+    fail("no topic " + topic + " in the file; it has" + names +
+         hal::did_you_mean(topic, std::vector<std::string>(known.begin(), known.end())));
     return std::nullopt;
   }
   record::Query query{.topics = selection.topics};

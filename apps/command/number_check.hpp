@@ -1,6 +1,8 @@
 #pragma once
 // For the files that describe options.
 #include <CLI/CLI.hpp>
+#include <charconv>
+#include <cstdint>
 #include <string>
 
 namespace sinew::app {
@@ -14,6 +16,19 @@ inline CLI::Validator number(double least, double most = 1e9) {
                    CLI::detail::to_string(most);
           },
           "", "number"};
+}
+
+/// For options: a whole number from `least` to `most`. Every option of an unsigned type needs it: the library makes
+/// 18446744073709551615 of -1.
+inline CLI::Validator whole(std::uint64_t least = 0, std::uint64_t most = UINT64_MAX) {
+  return {[least, most](std::string& text) {
+            std::uint64_t value = 0;
+            const char* const end = text.data() + text.size();
+            const auto read = std::from_chars(text.data(), end, value);
+            if (read.ec == std::errc() && read.ptr == end && value >= least && value <= most) return std::string();
+            return text + " is not an integer from " + std::to_string(least) + " to " + std::to_string(most);
+          },
+          "", "whole"};
 }
 
 }  // namespace sinew::app

@@ -126,7 +126,7 @@ int fly(const Options& options) {
   std::string why, report;
   sim_hil::SimBoardOptions sim;
   sim.robot = graph.spec().robot;
-  sim.seed = graph.spec().seed;
+  sim.seed = loaded.robot.sim.seed.value_or(graph.spec().seed);
   sim.clock = &clock;
   sim.os = &os;
   sim.patience = 60s;  // virtual time has no deadline

@@ -2,6 +2,7 @@
 
 #include "apps/command/command.hpp"
 #include "apps/live/live_robot.hpp"
+#include "apps/robot_file/world_options.hpp"
 
 namespace sinew::app {
 namespace {
@@ -33,6 +34,10 @@ bool fits(std::string_view hint, const Json& one) {
 
 std::vector<std::string> running_names(std::string_view hint, const std::string& robot) {
   if (hint == kRobotHint) return robots();
+  if (hint == kSettingHint) {
+    const LoadedRobot loaded = load_robot(robot);
+    return world_settings(loaded.parsed ? loaded.robot.sim.world : "");
+  }
   const std::string_view asked = hint == kExternalHint ? kTopicHint : hint;
   for (const Source& source : kSources) {
     if (asked != source.hint) continue;

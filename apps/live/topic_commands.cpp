@@ -10,6 +10,7 @@
 #include "apps/live/topic_reader.hpp"
 #include "apps/view/graph_text.hpp"
 #include "apps/view/message_text.hpp"
+#include "hal/did_you_mean.hpp"
 #include "hal/linux/process.hpp"
 #include "hal/platform.hpp"
 #include "math/hash.hpp"
@@ -89,7 +90,11 @@ int topic_info(const TopicOptions& options) {
                 type_text(reply->at("types"), t.value("type", "")).c_str());
     return kDone;
   }
-  return fail("robot " + robot->name() + ": no topic " + options.topic + "; see `topic list`", kFailed);
+  std::vector<std::string> names;
+  for (const Json& t : reply->at("topics")) names.push_back(t.value("name", ""));
+  return fail("robot " + robot->name() + ": no topic " + options.topic + "; see `topic list`" +
+                  hal::did_you_mean(options.topic, names),
+              kFailed);
 }
 
 Json message_of(const TopicReader& reader) {
@@ -235,7 +240,9 @@ void add_topic_commands(CLI::App& app, CommandContext& context) {
 
   auto show = topic_command(topic, context, "echo", "print its messages as they come", echo);
   add_file(show);
-  show.app.add_option("-n,--count", show.options.count, "stop after N messages; else at Ctrl-C")->type_name("N");
+  show.app.add_option("-n,--count", show.options.count, "stop after N messages; else at Ctrl-C")
+      ->check(whole())
+      ->type_name("N");
   show.app.add_option("--field", show.options.field, "only this part, e.g. p_world_m.x or value.0")->type_name("PATH");
   show.app.add_option("--timeout", show.options.timeout_s, "give up after so long without a message")
       ->check(number(1e-6))
@@ -253,6 +260,7 @@ void add_topic_commands(CLI::App& app, CommandContext& context) {
       ->check(number(0.001, 150.0))
       ->type_name("HZ");
   send.app.add_option("-n,--count", send.options.count, "send N times; else once, or with --rate until Ctrl-C")
+      ->check(whole())
       ->type_name("N");
 }
 

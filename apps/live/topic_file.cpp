@@ -8,6 +8,7 @@
 #include "apps/bag/bag_message.hpp"
 #include "apps/command/command.hpp"
 #include "apps/live/topic_options.hpp"
+#include "hal/did_you_mean.hpp"
 #include "hal/linux/process.hpp"
 #include "record/run/recorded_run.hpp"
 #include "record/run/run_messages.hpp"
@@ -39,11 +40,12 @@ class RecordedTopics {
   /// Null after printing why.
   const FileTopic* find(const std::string& file, const std::string& name) const {
     std::string known;
+    std::vector<std::string> names;
     for (const FileTopic& t : topics_) {
       if (t.name == name) return &t;
-      known += " " + t.name;
+      known += " " + t.name, names.push_back(t.name);
     }
-    fail(file + ": no topic " + name + "; it has" + known);
+    fail(file + ": no topic " + name + "; it has" + known + hal::did_you_mean(name, names));
     return nullptr;
   }
   /// On the clock of the robot; of other files: the log time itself.

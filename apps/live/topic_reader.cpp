@@ -1,6 +1,7 @@
 #include "apps/live/topic_reader.hpp"
 
 #include "apps/command/command.hpp"
+#include "hal/did_you_mean.hpp"
 #include "hal/linux/process.hpp"
 #include "hal/platform.hpp"
 
@@ -20,8 +21,9 @@ std::optional<TopicReader> TopicReader::open(LiveRobot& robot, const std::string
   const auto index = reader->find(topic);
   if (!index) {
     std::string known;
-    for (const auto& t : reader->topics()) known += " " + t.name;
-    fail("robot " + robot.name() + ": no topic " + topic + "; it has" + known);
+    std::vector<std::string> names;
+    for (const auto& t : reader->topics()) known += " " + t.name, names.push_back(t.name);
+    fail("robot " + robot.name() + ": no topic " + topic + "; it has" + known + hal::did_you_mean(topic, names));
     return std::nullopt;
   }
   if (auto asked = robot.client().subscribe(std::span(&topic, 1)); !asked) {

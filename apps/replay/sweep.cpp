@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "apps/robot_file/param_value.hpp"
+#include "hal/did_you_mean.hpp"
 #include "rt/parameters.hpp"
 
 namespace sinew::app {
@@ -68,6 +69,12 @@ std::string names_of(const rt::GraphModule& module) {
   return all.empty() ? "none" : all;
 }
 
+std::string near_param(const rt::GraphModule& module, const std::string& asked) {
+  std::vector<std::string> names;
+  for (const auto& p : module.declaration.params) names.push_back(p.name);
+  return hal::did_you_mean(asked, names);
+}
+
 }  // namespace
 
 std::optional<SweptParam> parse_sweep(const std::string& text, const rt::Graph& graph, std::string& why) {
@@ -81,13 +88,16 @@ std::optional<SweptParam> parse_sweep(const std::string& text, const rt::Graph& 
   const std::uint32_t index = graph.find_module(swept.module);
   if (index == rt::kNone) {
     std::string all;
-    for (const auto& m : graph.modules()) all += (all.empty() ? "" : ", ") + m.spec.name;
-    return fail(fmt::format("no module {}; there are: {}", swept.module, all));
+    std::vector<std::string> names;
+    for (const auto& m : graph.modules()) all += (all.empty() ? "" : ", ") + m.spec.name, names.push_back(m.spec.name);
+    return fail(
+        fmt::format("no module {}; there are: {}{}", swept.module, all, hal::did_you_mean(swept.module, names)));
   }
   const rt::GraphModule& module = graph.modules()[index];
   const auto* param = rt::find_param(module.declaration, swept.param);
   if (!param)
-    return fail(fmt::format("{} has no parameter {}; it has: {}", swept.module, swept.param, names_of(module)));
+    return fail(fmt::format("{} has no parameter {}; it has: {}{}", swept.module, swept.param, names_of(module),
+                            near_param(module, swept.param)));
   const std::string values = text.substr(equals + 1);
   if (values.find(':') != std::string::npos && !std::holds_alternative<std::string*>(param->target)) {
     if (!range_values(values, std::holds_alternative<std::int64_t*>(param->target), swept.values, why))

@@ -181,7 +181,7 @@ void add_tune_command(CLI::App& app, CommandContext& context) {
       ->type_name("S");
   command.add_option("--until", task.until_s, "and until then")->check(number(0))->type_name("S");
   command.add_option("--jobs", task.jobs, "replays at a time [as many as processors]")
-      ->check(CLI::Range(1, 256))
+      ->check(whole(1, 256))
       ->type_name("N");
   command.add_flag("--json", options->json, "as one JSON object");
   command.callback([&context, options] {

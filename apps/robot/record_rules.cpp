@@ -10,7 +10,8 @@ std::vector<rt::Problem> check_recording(const RecordOptions& record, const rt::
     if (graph.find_topic(topic) != rt::kNone) return;
     std::vector<std::string> names;
     for (const auto& t : graph.topics()) names.push_back(t.name);
-    problems.push_back({line, std::string("record.") + key, rt::quoted(topic), "a topic: " + rt::listed(names)});
+    problems.push_back(
+        {line, std::string("record.") + key, rt::quoted(topic), "a topic: " + rt::listed_for(topic, names)});
   };
   for (const auto& topic : record.topics) look(topic.line, "topics", topic.value);
   for (const auto& [topic, rate] : record.rate_hz) look(rate.line, "rate_hz", topic);

@@ -11,6 +11,7 @@
 #include "drivers/board/kernel_drivers.hpp"
 #include "drivers/device_reader.hpp"
 #include "drivers/joints/can_servos.hpp"
+#include "hal/did_you_mean.hpp"
 #include "robots/robot_kind.hpp"
 #include "rt/graph_check.hpp"
 #include "rt/parameters.hpp"
@@ -75,11 +76,13 @@ class WiringCheck {
   }
 
   /// "[device.NAME] with ...: imu, mag", the names of those that there are.
-  std::string tables_that_give(std::string_view what) const {
+  std::string tables_that_give(std::string_view what, const std::string& asked) const {
     std::string names;
+    std::vector<std::string> known;
     for (const DeviceSpec& d : robot_.devices.devices)
-      if (gives(d, what)) names += (names.empty() ? "" : ", ") + d.name;
-    return fmt::format("the name of a [device.NAME] that gives {}: {}", what, names.empty() ? "there is none" : names);
+      if (gives(d, what)) names += (names.empty() ? "" : ", ") + d.name, known.push_back(d.name);
+    return fmt::format("the name of a [device.NAME] that gives {}: {}{}", what, names.empty() ? "there is none" : names,
+                       hal::did_you_mean(asked, known));
   }
   static std::string drivers_that_give(std::string_view what) {
     std::string names;
@@ -121,7 +124,7 @@ class WiringCheck {
       add(line, key, rt::quoted(device), parts_that_give(what));
     if (!spec) {
       if (board_of(graph_.spec(), device) == "linux")
-        add(line, std::move(key), rt::quoted(device), tables_that_give(what));
+        add(line, std::move(key), rt::quoted(device), tables_that_give(what, device));
     } else if (!gives(*spec, what)) {
       add(line_or(line, spec->line), std::move(key), fmt::format("\"{}\", with driver \"{}\"", device, spec->driver),
           fmt::format("a device that gives {}, as {} reads: {}", what, user, drivers_that_give(what)));
@@ -207,7 +210,7 @@ class WiringCheck {
     for (const auto& [device, board] : graph_.spec().device_boards)
       if (std::find(used_.begin(), used_.end(), device) == used_.end())
         add(board.line, "robot.device_boards." + device, rt::quoted(board.value),
-            "a device that a module or an actuator uses: " + rt::listed(used_));
+            "a device that a module or an actuator uses: " + rt::listed_for(device, used_));
   }
 
   const RobotFile& robot_;

@@ -7,6 +7,7 @@
 
 #include "apps/robot_file/toml_guard.hpp"
 #include "apps/robot_file/toml_reader.hpp"
+#include "hal/did_you_mean.hpp"
 #include "rt/parameters.hpp"
 
 namespace sinew::app {
@@ -51,10 +52,11 @@ std::string path_of(const CalibratedKey& k) {
   return "device." + k.device + (k.joint.empty() ? "" : ".joint." + k.joint) + '.' + k.key;
 }
 
-std::string names(const std::vector<drivers::DeviceSpec>& all) {
+std::string names_for(const std::string& asked, const std::vector<drivers::DeviceSpec>& all) {
   std::string text;
-  for (const auto& d : all) text += (text.empty() ? "" : ", ") + d.name;
-  return text.empty() ? "it has none" : "one of " + text;
+  std::vector<std::string> names;
+  for (const auto& d : all) text += (text.empty() ? "" : ", ") + d.name, names.push_back(d.name);
+  return text.empty() ? "it has none" : "one of " + text + hal::did_you_mean(asked, names);
 }
 
 }  // namespace
@@ -98,12 +100,14 @@ std::vector<rt::Problem> apply_calibration(const Calibration& calibration, const
     const std::string path = path_of(k), value = rt::to_string(k.value);
     drivers::DeviceSpec* device = find(robot.devices.devices, k.device);
     if (!device) {
-      problems.push_back({k.line, path, value, "a key of a device of the robot file: " + names(robot.devices.devices)});
+      problems.push_back(
+          {k.line, path, value, "a key of a device of the robot file: " + names_for(k.device, robot.devices.devices)});
       continue;
     }
     drivers::DeviceSpec* target = k.joint.empty() ? device : find(device->joints, k.joint);
     if (!target) {
-      problems.push_back({k.line, path, value, "a key of a joint of this device: " + names(device->joints)});
+      problems.push_back(
+          {k.line, path, value, "a key of a joint of this device: " + names_for(k.joint, device->joints)});
       continue;
     }
     target->keys[k.key] = {k.value, k.line};

@@ -8,6 +8,7 @@
 
 #include "apps/robot_file/toml_guard.hpp"
 #include "apps/robot_file/toml_reader.hpp"
+#include "hal/did_you_mean.hpp"
 #include "rt/parameters.hpp"
 
 namespace sinew::app {
@@ -86,7 +87,10 @@ std::vector<rt::Problem> apply_overlay(const ParamOverlay& overlay, const rt::Mo
     const auto module =
         std::find_if(graph.modules.begin(), graph.modules.end(), [&](const auto& m) { return m.name == p.module; });
     if (module == graph.modules.end()) {
-      problems.push_back({p.line, key, value, "no module " + p.module + " in the robot file"});
+      std::vector<std::string> names;
+      for (const auto& m : graph.modules) names.push_back(m.name);
+      problems.push_back(
+          {p.line, key, value, "no module " + p.module + " in the robot file" + hal::did_you_mean(p.module, names)});
       continue;
     }
     const auto made = types.make(module->type);
@@ -94,12 +98,16 @@ std::vector<rt::Problem> apply_overlay(const ParamOverlay& overlay, const rt::Mo
     rt::Declaration declaration;
     made->declare(declaration);
     const auto* declared = rt::find_param(declaration, p.param);
-    if (!declared)
-      problems.push_back({p.line, key, value, "no such parameter of " + module->type});
-    else if (!rt::accepts(*declared, p.value))
+    if (!declared) {
+      std::vector<std::string> names;
+      for (const auto& d : declaration.params) names.push_back(d.name);
+      problems.push_back(
+          {p.line, key, value, "no such parameter of " + module->type + hal::did_you_mean(p.param, names)});
+    } else if (!rt::accepts(*declared, p.value)) {
       problems.push_back({p.line, key, value, rt::allowed_values(*declared)});
-    else
+    } else {
       module->params[p.param] = {p.value, line};
+    }
   }
   return problems;
 }

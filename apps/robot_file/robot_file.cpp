@@ -11,6 +11,7 @@
 #include "apps/robot_file/extends.hpp"
 #include "apps/robot_file/toml_guard.hpp"
 #include "apps/robot_file/toml_reader.hpp"
+#include "apps/robot_file/world_options.hpp"
 #include "msg/actuators.hpp"
 #include "msg/image.hpp"
 #include "robots/robot_kind.hpp"
@@ -281,6 +282,7 @@ void read_sim(TomlReader& r, SimTable& sim) {
   if (r.read("camera_width", number, 16, msg::kMaxImageWidth)) sim.camera_width = static_cast<std::uint32_t>(number);
   if (r.read("camera_height", number, 16, msg::kMaxImageHeight)) sim.camera_height = static_cast<std::uint32_t>(number);
   r.read("relink_s", sim.relink_s, 0.0, 3600.0);
+  read_world_options(r, sim);
   r.table("bounds", [&](TomlReader& b) { read_bounds(b, sim.bounds); });
 }
 

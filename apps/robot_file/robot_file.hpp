@@ -1,5 +1,8 @@
 #pragma once
 // Robot files: TOML to rt::GraphSpec, with every problem named at once.
+#include <cstdint>
+#include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -18,7 +21,9 @@ struct SimTable {
   std::string world = "quad";  // of a plant that is started
   std::uint32_t camera_width = 320, camera_height = 240;
   int camera_line = 0;
-  double relink_s = 10;  // real time: how long a lost plant is looked for
+  double relink_s = 10;                                  // real time: how long a lost plant is looked for
+  std::optional<std::uint64_t> seed{};                   // of the world; none: the robot's
+  std::map<std::string, double, std::less<>> options{};  // of the world, by key (plant::WorldOption)
   ValidityBounds bounds;
 };
 

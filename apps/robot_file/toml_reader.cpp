@@ -5,6 +5,8 @@
 #include <cmath>
 #include <sstream>
 
+#include "hal/did_you_mean.hpp"
+
 namespace sinew::app {
 
 int line_of(const toml::node& node) { return static_cast<int>(node.source().begin.line); }
@@ -210,6 +212,7 @@ void TomlReader::finish() {
     if (known_.contains(key.str())) continue;
     std::string allowed = "unknown key; known here:";
     for (const auto& k : known_) allowed += " " + k;
+    allowed += hal::did_you_mean(key.str(), std::vector<std::string>(known_.begin(), known_.end()));
     problems_.push_back({static_cast<int>(key.source().begin.line), full(key.str()), value_text(node), allowed});
   }
 }

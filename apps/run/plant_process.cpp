@@ -77,10 +77,11 @@ bool PlantProcess::start(const PlantRequest& request, std::string& why) {
 }
 
 std::string PlantProcess::end() const {
+  constexpr std::string_view kOwn = "sinew-sim: ";
   std::ifstream in(log_path_);
   std::string line, last = "it said nothing";
   while (std::getline(in, line))
-    if (!line.empty()) last = line;
+    if (!line.empty()) last = line.starts_with(kOwn) ? line.substr(kOwn.size()) : line;
   return fmt::format("sinew-sim: {}: {}", hal::describe_exit(*child_->poll()), last);
 }
 

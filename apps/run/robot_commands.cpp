@@ -110,7 +110,7 @@ void describe_run(CLI::App& run, RunOptions& o) {
       ->type_name("D=B");
   run.add_flag("--virtual", o.virtual_time,
                "virtual time: as fast as the machine can, the same bytes for the same seed");
-  run.add_option("--seed", o.seed, "instead of the file's")->type_name("N");
+  run.add_option("--seed", o.seed, "instead of the file's")->check(whole())->type_name("N");
   run.add_option("--duration", o.duration_s, "stop after so many seconds; 0: when the mission, plant or data ends")
       ->check(number(0))
       ->type_name("S");
@@ -124,11 +124,13 @@ void describe_run(CLI::App& run, RunOptions& o) {
       ->type_name("S");
   run.add_option("--params", o.params, "parameters in place of the file's, as `param save` writes them")
       ->type_name(kRobotFileHint);
-  run.add_option("--set", o.set, "module.param=value, or device.NAME.key=value, bus.NAME.key=value; may be repeated")
+  run.add_option("--set", o.set,
+                 "module.param=value, or sim.key=value (of the world), device.NAME.key=value, bus.NAME.key=value; may "
+                 "be repeated")
       ->allow_extra_args(false)
-      ->type_name("M.P=V");
+      ->type_name(kSettingHint);
   run.add_option("--plant", o.plant, "sim board: auto, unix:PATH or tcp:HOST:PORT")->type_name("PLACE");
-  run.add_option("--plant-arg", o.plant_args, "one more argument for sinew-sim; may be repeated")
+  run.add_option("--plant-arg", o.plant_args, "one more argument for sinew-sim (see sinew-sim --help); may be repeated")
       ->allow_extra_args(false)
       ->type_name("ARG");
   run.add_option("--fault", o.faults, "a fault for a plant of our own to play, e.g. imu:stuck@5+0.5; may be repeated")

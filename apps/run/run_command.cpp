@@ -1,8 +1,11 @@
 #include "apps/run/run_command.hpp"
 
+#include <fmt/format.h>
+
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 
 #include "apps/command/command.hpp"
 #include "apps/robot/board_rules.hpp"
@@ -16,9 +19,13 @@
 namespace sinew::app {
 namespace {
 
+/// Leaves no file behind: the run may not begin, or end early. False: errno says why.
 bool can_be_written(const std::string& path) {
+  std::error_code ignored;  // a path that cannot be examined cannot be opened either
+  const bool existed = std::filesystem::exists(path, ignored);
   std::FILE* file = std::fopen(path.c_str(), "a");
-  return file && std::fclose(file) == 0;
+  if (!file || std::fclose(file) != 0) return false;
+  return existed || std::remove(path.c_str()) == 0;
 }
 
 }  // namespace
@@ -34,6 +41,11 @@ int run_command(const RunOptions& options, const rt::ModuleTypes& types) {
   const auto problems = check_boards(prepared->graph->spec(), {options.virtual_time, options.real_actuators});
   for (const auto& p : problems) std::fprintf(stderr, "%s\n", prepared->options.told(p, options.robot).c_str());
   if (!problems.empty()) return 2;
+  const bool from_folder = board == "dataset" && !needs_plant(prepared->graph->spec());
+  if (!options.plot.empty() && !from_folder)
+    return fail(fmt::format(
+        "--plot {}: only for a run on a recorded folder (board \"dataset\"); {}", options.plot,
+        needs_plant(prepared->graph->spec()) ? "this run has a plant" : "this run has the board \"" + board + "\""));
   if (!options.virtual_time && !doctor_permits_start(*prepared->graph, prepared->robot, options.strict)) return 2;
   if (!take_name(*prepared, options)) return 2;
   if (needs_plant(prepared->graph->spec())) return run_on_sim(*prepared, options);

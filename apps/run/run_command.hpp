@@ -20,7 +20,7 @@ struct RunOptions {
   double duration_s = 0;         // 0: until the mission, the plant or the data ends
   double from_s = 0;             // dataset: begin this long after its first sample
   std::string params;            // file of parameters that take the place of the robot file's; empty: none
-  std::vector<std::string> set;  // "module.param=value"
+  std::vector<std::string> set;  // "module.param=value", "sim.key=value", ...
   std::string plant;             // "auto", "unix:PATH", "tcp:HOST:PORT"; empty: the file's
   std::vector<std::string> plant_args;
   std::vector<std::string> faults;  // for a plant of our own: docs/faults.md

@@ -11,7 +11,9 @@
 #include "apps/robot/robot_check.hpp"
 #include "apps/robot_file/param_overlay.hpp"
 #include "apps/robot_file/param_value.hpp"
+#include "apps/robot_file/world_options.hpp"
 #include "apps/run/recording.hpp"
+#include "hal/did_you_mean.hpp"
 #include "hal/linux/process.hpp"
 #include "hal/linux/run_dir.hpp"
 #include "hal/linux/system_files.hpp"
@@ -77,9 +79,10 @@ std::string apply_setting(rt::GraphSpec& graph, const std::string& setting, int 
   if (const std::string header = section_header(module); !header.empty())
     return fmt::format("--set {}: --set is for parameters of modules; the keys of {} are set in the robot file",
                        setting, header);
-  std::string names;
-  for (const auto& m : graph.modules) names += " " + m.name;
-  return fmt::format("--set {}: no module {}; there are:{}", setting, module, names);
+  std::string all;
+  std::vector<std::string> names{"device", "bus", "sim"};  // the other forms of --set
+  for (const auto& m : graph.modules) all += " " + m.name, names.push_back(m.name);
+  return fmt::format("--set {}: no module {}; there are:{}{}", setting, module, all, hal::did_you_mean(module, names));
 }
 
 std::optional<std::string> apply_device_setting(drivers::DeviceSpecs& devices, const std::string& setting, int line) {
@@ -92,11 +95,21 @@ std::optional<std::string> apply_device_setting(drivers::DeviceSpecs& devices, c
     const auto it = std::find_if(all.begin(), all.end(), [&](const auto& d) { return d.name == name; });
     return it == all.end() ? nullptr : &*it;
   };
-  drivers::DeviceSpec* spec = find(parts[0] == "bus" ? devices.buses : devices.devices, parts[1]);
-  if (!spec) return fmt::format("--set {}: the robot file has no [{}.{}]", setting, parts[0], parts[1]);
+  const auto near = [](const std::vector<drivers::DeviceSpec>& all, const std::string& name) {
+    std::vector<std::string> names;
+    for (const auto& d : all) names.push_back(d.name);
+    return hal::did_you_mean(name, names);
+  };
+  auto& all = parts[0] == "bus" ? devices.buses : devices.devices;
+  drivers::DeviceSpec* spec = find(all, parts[1]);
+  if (!spec)
+    return fmt::format("--set {}: the robot file has no [{}.{}]{}", setting, parts[0], parts[1], near(all, parts[1]));
   if (parts.size() == 5 && parts[2] == "joint") {
+    const auto& joints = spec->joints;
     spec = find(spec->joints, parts[3]);
-    if (!spec) return fmt::format("--set {}: [{}.{}] has no joint {}", setting, parts[0], parts[1], parts[3]);
+    if (!spec)
+      return fmt::format("--set {}: [{}.{}] has no joint {}{}", setting, parts[0], parts[1], parts[3],
+                         near(joints, parts[3]));
   } else if (parts.size() != 3) {
     return fmt::format("--set {}: device.NAME.key=value, device.NAME.joint.JOINT.key=value or bus.NAME.key=value",
                        setting);
@@ -159,6 +172,10 @@ std::string OptionLines::told(const rt::Problem& problem, std::string_view file)
                        "from " + options_[static_cast<std::size_t>(-problem.line - 1)]);
 }
 
+static bool has_module(const rt::GraphSpec& graph, std::string_view name) {
+  return std::any_of(graph.modules.begin(), graph.modules.end(), [&](const auto& m) { return m.name == name; });
+}
+
 std::string resolved_note(const std::string& robot) {
   return "It extends another file: these are lines of what `sinew check --resolved " + robot + "` prints.";
 }
@@ -192,16 +209,18 @@ std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes
   if (!calibrate(loaded.robot, types)) return std::nullopt;
   for (const auto& setting : options.set) {
     const int line = lines.line_of("--set " + setting);
-    const auto device = apply_device_setting(loaded.robot.devices, setting, line);
-    if (const std::string why = device ? *device : apply_setting(spec, setting, line); !why.empty()) {
+    auto applied = apply_device_setting(loaded.robot.devices, setting, line);
+    if (!applied && !has_module(spec, "sim")) applied = apply_sim_setting(loaded.robot.sim, setting);
+    if (const std::string why = applied ? *applied : apply_setting(spec, setting, line); !why.empty()) {
       std::fprintf(stderr, "sinew: %s\n", why.c_str());
       return std::nullopt;
     }
   }
   if (!options.camera.empty()) {
     unsigned w = 0, h = 0;
-    if (std::sscanf(options.camera.c_str(), "%ux%u", &w, &h) != 2 || w < 16 || h < 16 || w > msg::kMaxImageWidth ||
-        h > msg::kMaxImageHeight) {
+    char rest = 0;
+    if (std::sscanf(options.camera.c_str(), "%ux%u%c", &w, &h, &rest) != 2 || w < 16 || h < 16 ||
+        w > msg::kMaxImageWidth || h > msg::kMaxImageHeight) {
       std::fprintf(stderr, "sinew: --camera %s: WIDTHxHEIGHT, at most 1280x960\n", options.camera.c_str());
       return std::nullopt;
     }

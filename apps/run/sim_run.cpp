@@ -10,6 +10,7 @@
 #include "apps/command/command.hpp"
 #include "apps/flight/verdict.hpp"
 #include "apps/robot/board_rules.hpp"
+#include "apps/robot_file/world_options.hpp"
 #include "apps/robot_file/world_report.hpp"
 #include "apps/run/miss_cause.hpp"
 #include "apps/run/plant_process.hpp"
@@ -55,7 +56,7 @@ class SimulatedBoard final : public RunBoard {
     sim_hil::SimBoardOptions sim;
     sim.mode = lockstep ? sim_hil::Mode::lockstep : sim_hil::Mode::free_running;
     sim.robot = run.graph().spec().robot;
-    sim.seed = run.graph().spec().seed;
+    sim.seed = world_seed(run.prepared.robot);
     sim.clock = &run.robot_clock();
     sim.os = &run.system;
     sim.rate = run.options.rate;
@@ -190,11 +191,12 @@ std::unique_ptr<PlantProcess> open_plant(const Prepared& prepared, const RunOpti
   PlantRequest request;
   request.endpoint = sim.plant;
   request.world = sim.world;
-  request.seed = prepared.graph->spec().seed;
+  request.seed = world_seed(prepared.robot);
   request.camera_width = sim.camera_width;
   request.camera_height = sim.camera_height;
   request.lockstep = options.virtual_time;
-  request.extra = options.plant_args;
+  request.extra = world_arguments(sim);
+  request.extra.insert(request.extra.end(), options.plant_args.begin(), options.plant_args.end());
   if (!options.faults.empty() && request.endpoint != "auto") {
     why = "--fault: only a plant that this run starts itself (plant \"auto\") plays faults";
     return nullptr;

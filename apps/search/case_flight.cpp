@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/module_list.hpp"
+#include "apps/robot_file/world_options.hpp"
 #include "apps/robot_file/world_report.hpp"
 #include "apps/run/plant_process.hpp"
 #include "apps/search/schedule_check.hpp"
@@ -184,7 +185,9 @@ class CaseFlight final : private rt::RunObserver, private hal::GrantSource {
     request.seed = case_.world;
     request.camera_width = settings_.robot.sim.camera_width;
     request.camera_height = settings_.robot.sim.camera_height;
-    request.extra = {"--gust", fmt::format("{}", case_.gust_mps)};
+    app::SimTable world = settings_.robot.sim;
+    world.options["gust_mps"] = case_.gust_mps;
+    request.extra = app::world_arguments(world);
     for (const Fault& f : case_.faults) {
       request.extra.push_back("--fault");
       request.extra.push_back(search::to_string(f));

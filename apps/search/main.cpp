@@ -8,6 +8,8 @@
 #include <ctime>
 #include <fstream>
 
+#include "apps/command/number_check.hpp"
+#include "apps/command/usage_error.hpp"
 #include "apps/search/generate.hpp"
 #include "apps/search/outcome_text.hpp"
 #include "apps/search/pool.hpp"
@@ -279,29 +281,45 @@ class Search {
 
 int main(int argc, char** argv) {
   Options o;
-  CLI::App app(
+  CLI::App options(
       "Flies a robot in virtual time again and again, each time with other execution times, lost and late samples and\n"
       "device faults, checks what must always hold, and shrinks what fails. Exit code 0: nothing found, 1: something, "
       "2: "
       "it could not run.",
       "sinew-fuzz");
-  app.add_option("robot", o.robot, "robot file")->capture_default_str();
-  app.add_option("--runs", o.runs, "flights")->capture_default_str();
-  app.add_option("--seed", o.seed, "of the search: the case seeds follow from it")->capture_default_str();
-  app.add_option("--jobs", o.jobs, "flights at once; 0: one a processor")->capture_default_str();
-  auto* text = app.add_option("--case", o.case_text, "fly this case only");
-  auto* seed = app.add_option("--case-seed", o.case_seed, "fly the case of this seed only")->excludes(text);
-  auto* measured = app.add_option("--measure", o.measure,
-                                  "measure execution times, write the profile, and end; MACHINE says on what");
-  app.add_option("--profile", o.profile, "execution times; default: beside the robot file, NAME_exec.toml");
-  app.add_option("--camera", o.camera, "size of the pictures; default 160x120, to measure the robot file's");
-  app.add_option("--twice-every", o.twice_every, "fly every so many cases twice and compare the bytes; 0: none")
+  options.add_option("robot", o.robot, "robot file")->capture_default_str();
+  options.add_option("--runs", o.runs, "flights")->check(app::whole())->capture_default_str();
+  options.add_option("--seed", o.seed, "of the search: the case seeds follow from it")
+      ->check(app::whole())
       ->capture_default_str();
-  app.add_option("--shrink-runs", o.shrink_runs, "flights to spend on shrinking")->capture_default_str();
-  app.add_option("--patience", o.patience_s, "seconds after which a flight counts as hanging")->capture_default_str();
-  app.add_flag("--keep-going", o.keep_going, "name every failure and go on, without shrinking");
-  app.add_flag("--json", o.json, "one JSON object a line");
-  CLI11_PARSE(app, argc, argv);
+  options.add_option("--jobs", o.jobs, "flights at once; 0: one a processor")
+      ->check(app::whole(0, 4096))
+      ->capture_default_str();
+  auto* text = options.add_option("--case", o.case_text, "fly this case only");
+  auto* seed = options.add_option("--case-seed", o.case_seed, "fly the case of this seed only")
+                   ->check(app::whole())
+                   ->excludes(text);
+  auto* measured = options.add_option("--measure", o.measure,
+                                      "measure execution times, write the profile, and end; MACHINE says on what");
+  options.add_option("--profile", o.profile, "execution times; default: beside the robot file, NAME_exec.toml");
+  options.add_option("--camera", o.camera, "size of the pictures; default 160x120, to measure the robot file's");
+  options.add_option("--twice-every", o.twice_every, "fly every so many cases twice and compare the bytes; 0: none")
+      ->check(app::whole(0, UINT32_MAX))
+      ->capture_default_str();
+  options.add_option("--shrink-runs", o.shrink_runs, "flights to spend on shrinking")
+      ->check(app::whole(0, UINT32_MAX))
+      ->capture_default_str();
+  options.add_option("--patience", o.patience_s, "seconds after which a flight counts as hanging")
+      ->check(app::number(0))
+      ->capture_default_str();
+  options.add_flag("--keep-going", o.keep_going, "name every failure and go on, without shrinking");
+  options.add_flag("--json", o.json, "one JSON object a line");
+  try {
+    options.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    if (e.get_exit_code() != 0) return fail(app::usage_error(options, e));
+    return options.exit(e);  // prints the help
+  }
   if (*measured) return measure(o);
   if (*text || *seed) return run_case(o);
   const auto settings = load(o, true);

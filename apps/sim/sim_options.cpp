@@ -5,8 +5,11 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <map>
 #include <ranges>
 
+#include "apps/command/number_check.hpp"
+#include "apps/command/usage_error.hpp"
 #include "robots/robot_kind.hpp"
 
 namespace sinew::plant {
@@ -22,7 +25,45 @@ std::string check_size(const std::string& text) {
   return "'" + text + "' is not WIDTHxHEIGHT with an even width of 16..1280 and a height of 16..960";
 }
 
-void describe(CLI::App& app, SimulatorOptions& s, std::vector<std::string>& faults) {
+/// Values as they were given, by WorldOption::option.
+using GivenOptions = std::map<std::string, double>;
+
+/// Of all worlds, by name: what --help says of them.
+std::vector<std::pair<std::string, std::string>> world_options() {
+  std::vector<std::pair<std::string, std::string>> all;
+  for (const auto& type : robots::all_worlds())
+    for (const WorldOption& o : type->info.options) {
+      std::string text = fmt::format("{}: {}", type->info.name, o.doc);
+      text += o.value ? fmt::format(" [{}]", *o.value) : fmt::format(" [{}]", o.otherwise);
+      text += ", " + o.allowed();
+      const auto same = std::ranges::find(all, o.option, [](const auto& entry) { return entry.first; });
+      if (same == all.end())
+        all.emplace_back(o.option, text);
+      else
+        same->second += "; " + text;
+    }
+  return all;
+}
+
+/// Gives the options to the world; an empty text, or what is wrong.
+std::string read_world_options(const GivenOptions& given, WorldChoice& world) {
+  for (const auto& [name, number] : given) {
+    const auto is_it = [&](const WorldOption& o) { return name == o.option; };
+    const auto own = std::ranges::find_if(world.type->info.options, is_it);
+    if (own == world.type->info.options.end()) {
+      std::string worlds;
+      for (const auto& type : robots::all_worlds())
+        if (std::ranges::any_of(type->info.options, is_it))
+          worlds += (worlds.empty() ? "" : ", ") + std::string(type->info.name);
+      return fmt::format("--{}: only of the world {}", name, worlds);
+    }
+    if (!own->allows(number)) return fmt::format("--{}: {}: {}", name, number, own->allowed());
+    world.values[own->key] = number;
+  }
+  return "";
+}
+
+void describe(CLI::App& app, SimulatorOptions& s, std::vector<std::string>& faults, GivenOptions& given) {
   app.add_option("--listen", s.listen, "unix:PATH or tcp:HOST:PORT; port 0: the system chooses")->capture_default_str();
   auto* lockstep = app.add_flag("--lockstep", s.lockstep, "serve only runtimes that ask for lockstep");
   app.add_flag("--free", s.free_running, "serve only runtimes that ask for real time")->excludes(lockstep);
@@ -33,7 +74,9 @@ void describe(CLI::App& app, SimulatorOptions& s, std::vector<std::string>& faul
     titles += (names.size() > 1 ? ", " : " ") + names.back() + " (" + type->title + ")";
   }
   app.add_option("--world", s.world, titles)->check(CLI::IsMember(names))->capture_default_str();
-  app.add_option("--seed", s.session.seed, "start, wind, spread and noise (default: what the runtime asks for)");
+  app.add_option("--seed", s.session.seed, "start, wind, spread and noise (default: what the runtime asks for)")
+      ->check(app::whole())
+      ->type_name("N");
   app.add_option("--camera", s.camera, "size of the camera's frames")->check(check_size)->capture_default_str();
   app.add_option("--format", s.format, "format of its pixels")
       ->check(CLI::IsMember({"yuyv", "rgb8", "mono8"}))
@@ -41,14 +84,9 @@ void describe(CLI::App& app, SimulatorOptions& s, std::vector<std::string>& faul
   app.add_option("--camera-noise", s.view.noise, "sigma of the pixels, grey levels")
       ->check(CLI::Range(0.0, 20.0))
       ->capture_default_str();
-  for (const auto& type : robots::all_worlds())
-    for (const WorldOption& option : type->options)
-      if (!option.what.empty())
-        app.add_option_function<double>(
-               "--" + option.name, [&s, name = option.name](double value) { s.session.world.values[name] = value; },
-               std::string(type->info.name) + ": " + option.what)
-            ->check(CLI::Range(option.least, option.most))
-            ->default_str(CLI::detail::to_string(option.value));
+  for (const auto& [name, text] : world_options())
+    app.add_option_function<double>(
+        "--" + name, [&given, name = name](double value) { given[name] = value; }, text);
   app.add_option("--fault", faults,
                  "DEVICE:KIND[(AMOUNT)]@FROM[+LENGTH|..UNTIL], e.g. imu:stuck@5+0.5; may be repeated")
       ->allow_extra_args(false);
@@ -85,10 +123,6 @@ std::string useless(const CLI::App& app, const SimulatorOptions& s) {
     bool useful;
     const char* where;
   };
-  for (const auto& type : robots::all_worlds())
-    for (const WorldOption& option : type->options)
-      if (type->info.name != s.world && s.session.world.values.contains(option.name))
-        return fmt::format("--{}: only of the world {}", option.name, type->info.name);
   const bool lockstep = s.session.only == sim_hil::Mode::lockstep;
   const Only onlys[] = {
       {"--listen", !s.alone, "only for a runtime; with --alone none connects"},
@@ -179,11 +213,16 @@ bool read_command_line(int argc, char** argv, SimulatorOptions& s, int& exit_cod
       "Waits for one runtime, serves it until it says good-bye, and exits 0 when it did.",
       "sinew-sim");
   std::vector<std::string> faults;
-  describe(app, s, faults);
+  GivenOptions given;
+  describe(app, s, faults, given);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    exit_code = app.exit(e) == 0 ? 0 : kUsage;  // it prints why; CLI11 has other exit codes
+    exit_code = e.get_exit_code() == 0 ? 0 : kUsage;  // CLI11 has other exit codes
+    if (exit_code == 0)
+      app.exit(e);  // prints the help
+    else
+      std::fprintf(stderr, "sinew-sim: %s\n", app::usage_error(app, e).c_str());
     return false;
   }
   std::sscanf(s.camera.c_str(), "%ux%u", &s.view.width, &s.view.height);
@@ -194,7 +233,8 @@ bool read_command_line(int argc, char** argv, SimulatorOptions& s, int& exit_cod
   s.view.room_xml = s.session.world.type->room_xml;
   if (s.lockstep) s.session.only = sim_hil::Mode::lockstep;
   if (s.free_running) s.session.only = sim_hil::Mode::free_running;
-  std::string wrong = useless(app, s);
+  std::string wrong = read_world_options(given, s.session.world);
+  if (wrong.empty()) wrong = useless(app, s);
   if (wrong.empty()) wrong = read_servos(s);
   if (wrong.empty()) wrong = read_faults(s, faults);
   if (wrong.empty()) return true;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "hal/did_you_mean.hpp"
 #include "record/run/recorded_run.hpp"
 #include "record/run/replay_chain.hpp"
 #include "record/run/replay_subject.hpp"
@@ -47,8 +48,10 @@ class Replay {
     for (const std::string& name : options_.modules)
       if (graph_.find_module(name) == rt::kNone) {
         std::string all;
-        for (const auto& module : graph_.modules()) all += (all.empty() ? "" : ", ") + module.spec.name;
-        why = "no module " + name + "; there are: " + all;
+        std::vector<std::string> names;
+        for (const auto& module : graph_.modules())
+          all += (all.empty() ? "" : ", ") + module.spec.name, names.push_back(module.spec.name);
+        why = "no module " + name + "; there are: " + all + hal::did_you_mean(name, names);
         return hal::Error{hal::Errc::bad_data, "replay"};
       }
     for (std::uint32_t i = 0; i < graph_.modules().size(); ++i) choose(i);

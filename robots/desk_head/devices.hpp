@@ -15,5 +15,12 @@ inline constexpr WorldDevice kHeadDevices[] = {
     {Part::camera, "camera", 0, kHeadCameraDelayNs, 0, FaultDevice::camera},
     {Part::actuators, "head", 0, 0, kHeadJoints, FaultDevice::head, -1.4, 1.4},
 };
+/// What a user may choose in the head's world.
+inline constexpr WorldOption kHeadWorldOptions[] = {
+    {"rock_deg", "rock", "deg", 0, 20, 10.0, "", "the platform rolls and pitches by up to this"},
+    {"ball_speed", "ball-speed", "", 0, 3, 1.0, "", "share of the ball's usual speed; 0: it stays where it starts"},
+    {"pillar", "pillar", "", 0, 1, 1.0, "", "0: no pillar hides the ball for a while", true},
+    {"sensor_errors", "sensor-errors", "", 0, 1, 1.0, "", "0: sensors and encoders tell the truth", true},
+};
 
 }  // namespace sinew::plant

@@ -10,6 +10,6 @@ void add_modules(rt::ModuleTypes& types) { types.add<control::HeadFollower>("con
 }  // namespace
 
 RobotKind describe_desk_head();
-RobotKind describe_desk_head() { return {add_modules, {"desk_head", plant::kHeadDevices}}; }
+RobotKind describe_desk_head() { return {add_modules, {"desk_head", plant::kHeadDevices, plant::kHeadWorldOptions}}; }
 
 }  // namespace sinew::robots

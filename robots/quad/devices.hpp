@@ -18,5 +18,25 @@ inline constexpr WorldDevice kQuadDevices[] = {
     {Part::actuators, "motors", 0, 0, kRotors, FaultDevice::motors, 0, 1},
     {Part::battery, "battery", kBatterySteps, kBatteryDelayNs, 0, FaultDevice::battery},
 };
+inline constexpr double kClear_m = 1.2;  // no obstacle is nearer to the pad, along either axis (room.xml)
+/// What a user may choose in the quadrotor's world.
+inline constexpr WorldOption kQuadWorldOptions[] = {
+    {"gust_mps", "gust", "m/s", 0, 15, 2.0, "",
+     "the wind with its gusts is never faster, unless wind_mps is; 0: no gusts, and still air without wind_mps"},
+    {"wind_mps", "wind", "m/s", 0, 15, std::nullopt, "by the seed, up to half of gust_mps", "speed of the steady wind"},
+    {"wind_toward_deg", "wind-toward", "deg", -360, 360, std::nullopt, "by the seed",
+     "where the steady wind blows to, counter-clockwise from east (the world's x)"},
+    {"start_offset_m", "start-offset", "m", 0, 3, 1.0, "", "largest distance of the start from the pad"},
+    {"start_x_m", "start-x", "m", -kClear_m, kClear_m, std::nullopt, "by the seed, within start_offset_m",
+     "where the vehicle starts, east of the pad's centre"},
+    {"start_y_m", "start-y", "m", -kClear_m, kClear_m, std::nullopt, "by the seed, within start_offset_m",
+     "where the vehicle starts, north of the pad's centre"},
+    {"start_yaw_deg", "start-yaw", "deg", -180, 180, std::nullopt, "by the seed, up to 17 either way",
+     "heading at the start, counter-clockwise from east"},
+    {"battery_charge", "battery-charge", "", 0.05, 1, std::nullopt, "by the seed, from 0.85 to 1",
+     "share of the battery's charge at the start"},
+    {"spread", "spread", "", 0, 0.3, 0.05, "", "of mass and each motor's thrust, as a share, either way"},
+    {"sensor_errors", "sensor-errors", "", 0, 1, 1.0, "", "0: all sensors tell the truth", true},
+};
 
 }  // namespace sinew::plant

@@ -14,6 +14,6 @@ void add_modules(rt::ModuleTypes& types) {
 }  // namespace
 
 RobotKind describe_quad();
-RobotKind describe_quad() { return {add_modules, {"quad", plant::kQuadDevices}}; }
+RobotKind describe_quad() { return {add_modules, {"quad", plant::kQuadDevices, plant::kQuadWorldOptions}}; }
 
 }  // namespace sinew::robots

@@ -6,7 +6,8 @@ namespace sinew::robots {
 
 RobotKind describe_seesaw();
 RobotKind describe_seesaw() {
-  return {[](rt::ModuleTypes& types) { types.add<Balance>("seesaw::Balance"); }, {"seesaw", plant::kSeesawDevices}};
+  return {[](rt::ModuleTypes& types) { types.add<Balance>("seesaw::Balance"); },
+          {"seesaw", plant::kSeesawDevices, plant::kSeesawWorldOptions}};
 }
 
 }  // namespace sinew::robots

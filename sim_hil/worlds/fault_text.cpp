@@ -2,6 +2,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "hal/did_you_mean.hpp"
 #include "sim_hil/worlds/fault.hpp"
 
 namespace sinew::plant {
@@ -9,11 +10,16 @@ namespace {
 
 constexpr double kLatestS = 1e6;
 
+/// "off, stuck, garbage; did you mean stuck?"
 template <class Names>
-std::string list(const Names& names) {
+std::string list_for(std::string_view asked, const Names& names) {
   std::string all;
-  for (const auto n : names) all += std::string(all.empty() ? "" : ", ") + std::string(to_string(n));
-  return all;
+  std::vector<std::string> known;
+  for (const auto n : names) {
+    known.emplace_back(to_string(n));
+    all += (all.empty() ? "" : ", ") + known.back();
+  }
+  return all + hal::did_you_mean(asked, known);
 }
 
 template <class Names, class Value>
@@ -148,11 +154,11 @@ bool parse(std::string_view text, Fault& f, std::string& why) {
     kind = kind.substr(0, open);
   }
   if (!find(kFaultDevices, device, f.device)) {
-    why = "device '" + std::string(device) + "': one of " + list(kFaultDevices);
+    why = "device '" + std::string(device) + "': one of " + list_for(device, kFaultDevices);
     return false;
   }
   if (!find(kFaultKinds, kind, f.kind)) {
-    why = "kind '" + std::string(kind) + "': one of " + list(kFaultKinds);
+    why = "kind '" + std::string(kind) + "': one of " + list_for(kind, kFaultKinds);
     return false;
   }
   if (const char* reason = why_not(f.device, f.kind)) {

@@ -1,6 +1,7 @@
 #include "sim_hil/worlds/world.hpp"
 
 #include <algorithm>
+#include <cstdio>
 
 namespace sinew::plant {
 
@@ -18,10 +19,25 @@ bool WorldInfo::has(FaultDevice device) const {
   return device == FaultDevice::link || std::ranges::find(devices, device, &WorldDevice::fault) != devices.end();
 }
 
-double WorldType::value(const WorldValues& values, std::string_view option) const {
-  if (const auto it = values.find(option); it != values.end()) return it->second;
-  const auto own = std::ranges::find(options, option, &WorldOption::name);
-  return own == options.end() ? 0 : own->value;
+const WorldOption* WorldInfo::find_option(std::string_view key) const {
+  const auto it = std::ranges::find_if(options, [&](const WorldOption& o) { return key == o.key; });
+  return it == options.end() ? nullptr : &*it;
+}
+
+std::optional<double> WorldInfo::value(const WorldValues& values, std::string_view key) const {
+  if (const auto it = values.find(key); it != values.end()) return it->second;
+  const WorldOption* own = find_option(key);
+  return own ? own->value : std::nullopt;
+}
+
+bool WorldOption::allows(double number) const {
+  return number >= least && number <= most && (!whole || number == static_cast<double>(static_cast<int>(number)));
+}
+
+std::string WorldOption::allowed() const {
+  char text[64];
+  std::snprintf(text, sizeof text, "%s from %g to %g", whole ? "an integer" : "a number", least, most);
+  return std::string(text) + (*unit ? " " : "") + unit;
 }
 
 }  // namespace sinew::plant

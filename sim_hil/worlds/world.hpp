@@ -51,14 +51,39 @@ struct WorldDevice {
   double least = 0, most = 0;  // actuators: the sensible range of a command, in its unit
 };
 
-/// What a world has on board, each part at most once, in the order of the Welcome.
+/// A number that a world lets its user choose. From this table come the keys of [sim] in a robot file with their check,
+/// the options of sinew-sim and docs/reference/world-options.md.
+struct WorldOption {
+  const char* key = "";     // in [sim], with its unit: "gust_mps"
+  const char* option = "";  // of sinew-sim, without dashes: "gust", for --gust
+  const char* unit = "";    // empty: none
+  double least = 0, most = 0;
+  std::optional<double> value{};  // the default; none: as `otherwise` says
+  const char* otherwise = "";     // "by the seed, up to half of gust_mps"
+  const char* doc = "";
+  bool whole = false;  // whole numbers only
+
+  /// False also for NaN.
+  bool allows(double number) const;
+  /// "a number from 0 to 15 m/s", "an integer from 0 to 1".
+  std::string allowed() const;
+};
+/// By WorldOption::key; options that are missing here have their own default.
+using WorldValues = std::map<std::string, double, std::less<>>;
+
+/// What a world has on board, each part at most once, in the order of the Welcome; and what its user may choose.
 struct WorldInfo {
   const char* name = "";
   std::span<const WorldDevice> devices;
+  std::span<const WorldOption> options{};
 
   /// Null when it has none.
   const WorldDevice* find(Part part) const;
   bool has(FaultDevice device) const;
+  /// The option with this key; null: the world has none.
+  const WorldOption* find_option(std::string_view key) const;
+  /// The value of an option in `values`, or its own default; nothing: it has none.
+  std::optional<double> value(const WorldValues& values, std::string_view key) const;
 };
 
 /// The samples that the step that just ended made available. They carry their stamps; delays are not applied yet.
@@ -150,15 +175,6 @@ class World {
   virtual PlantJoints* joints() { return nullptr; }
 };
 
-/// A number that sinew-sim's command line gives to a world: --gust 3.
-struct WorldOption {
-  std::string name;  // "gust"
-  std::string what;  // for --help; empty: of tests only
-  double least = 0, most = 0, value = 0;
-};
-/// By the name of the option; options that are missing here have their own default.
-using WorldValues = std::map<std::string, double, std::less<>>;
-
 /// The place of a viewer, and the point that it looks at.
 struct Viewpoint {
   msg::Vec3 eye_m, target_m;
@@ -176,13 +192,9 @@ struct WorldType {
   WorldInfo info;
   std::string title;          // "a quadrotor in a room"
   std::string_view room_xml;  // MuJoCo's XML of what its camera sees; empty: it has no camera
-  std::vector<WorldOption> options;
-  /// Of this seed. Errors: those of its physics.
+  /// With these values of info.options, of this seed. Errors: those of its physics.
   std::function<hal::Result<std::unique_ptr<World>>(const WorldValues& values, std::uint64_t seed)> create;
   std::function<std::vector<Portrait>()> portraits = [] { return std::vector<Portrait>(); };
-
-  /// The value of an option in `values`, or its own default.
-  double value(const WorldValues& values, std::string_view option) const;
 };
 
 /// Which world a run is in.

@@ -213,6 +213,8 @@ class CommandLine(unittest.TestCase):
                 (["run", QUAD, "--board", "moon"], "robot.board: \"moon\""),
                 (["run", QUAD, "--virtual", "--board", "none"], "this board has no devices"),
                 (["run", QUAD, "--camera", "9x9"], "--camera 9x9"),
+                (["run", QUAD, "--camera", "320x240x"], "--camera 320x240x"),
+                (["run", QUAD, "--camera=-320x240"], "--camera -320x240"),
                 (["run", QUAD, "--virtual", "--fault", "imu:bent@1"], "kind 'bent': one of off, stuck"),
                 (["run", QUAD, "--virtual", "--plant", "unix:/x", "--fault", "imu:off@1"], "only a plant that this run starts"),
                 (["run", BALL], "module.ball.type: \"my::Ball\": a known module type"),
@@ -225,11 +227,57 @@ class CommandLine(unittest.TestCase):
                 (["new", "test"], "CMake or the project itself has a target of this name"),
                 (["completion", "fish"], "bash"),
                 (["fly"], "fly: no such command"),
+                (["chekc", QUAD], "chekc: no such command; sinew --help lists them; did you mean check?"),
+                (["bag", "inof", "x.mcap"], "inof: no such command; sinew bag --help lists them; did you mean info?"),
+                (["run", QUAD, "--viritual"], "--viritual: no such option; sinew run --help lists them; did you mean --virtual?"),
+                (["run", QUAD, "--sed=3"], "--sed: no such option; sinew run --help lists them; did you mean --seed?"),
+                (["check", QUAD, "x.toml"], "x.toml: one argument too many; sinew check --help lists what it takes"),
+                (["run", QUAD, "--set", "mixr.thrust_max_n=1"], "; did you mean mixer?"),
+                (["run", QUAD, "--set", "mixer.thrust_max=1"], "; did you mean thrust_max_n?"),
+                (["run", QUAD, "--set", "sim.gust=3"], "; did you mean gust_mps?"),
+                (["run", QUAD, "--virtual", "--set", "sim.gust_mps=99"], "--set sim.gust_mps=99: a number from 0 to 15 m/s"),
+                (["run", QUAD, "--virtual", "--plant-arg=--gust=99"],
+                 "sinew-sim: exit code 2: --gust: 99: a number from 0 to 15 m/s\n"),
+                (["run", QUAD, "--virtual", "--plant-arg=--gustt=9"], "; did you mean --gust?\n"),
                 ([], "A subcommand is required")):
             code, out, err = run(*arguments)
             self.assertEqual(code, 2, (arguments, out, err))
             self.assertIn(words, err)
             self.assertEqual(out, "")
+
+    def test_a_file_that_could_not_come_to_be_is_refused_or_left_out(self):
+        with tempfile.TemporaryDirectory() as folder:
+            plot, trace = f"{folder}/tilt.svg", f"{folder}/trace.json"
+            code, _, err = run("run", QUAD, "--virtual", "--plot", plot)
+            self.assertEqual(code, 2)
+            self.assertIn(f'--plot {plot}: only for a run on a recorded folder (board "dataset"); this run has a plant', err)
+            self.assertEqual(run("run", QUAD, "--virtual", "--trace", trace, "--plant", "unix:/no/such/socket")[0], 2)
+            self.assertEqual(os.listdir(folder), [])
+            with open(trace, "w") as f:
+                f.write("mine")
+            self.assertEqual(run("run", QUAD, "--virtual", "--trace", trace, "--plant", "unix:/no/such/socket")[0], 2)
+            with open(trace) as f:
+                self.assertEqual(f.read(), "mine", "an older file stays as it was")
+            code, _, err = run("run", QUAD, "--virtual", "--trace", f"{folder}/none/trace.json")
+            self.assertEqual((code, "No such file or directory" in err), (2, True), err)
+
+    def commands(self, *words):
+        """All commands that do something, as lists of words."""
+        code, out, err = run(*words, "--help")
+        self.assertEqual(code, 0, err)
+        names = re.findall(r"^  (\S+)", out.partition("Subcommands:")[2], re.MULTILINE)
+        return [c for name in names for c in self.commands(*words, name)] or [(list(words), out)]
+
+    def test_a_whole_number_is_not_below_0_for_any_option_of_any_command(self):
+        found = 0
+        for words, text in self.commands():
+            for option in re.findall(r"^  (?:-\w,)?(--\S+) (?:N|UINT)\b", text, re.MULTILINE):
+                found += 1
+                for wrong in ("-1", "1.5", "18446744073709551616"):
+                    code, _, err = run(*words, f"{option}={wrong}")
+                    self.assertEqual(code, 2, (words, option))
+                    self.assertRegex(err, f"{option}: {re.escape(wrong)} is not an integer from ")
+        self.assertGreaterEqual(found, 4, "run --seed, echo and pub --count, tune --jobs")
 
     def test_help_and_version_end_with_0(self):
         for arguments in (["--help"], ["run", "--help"], ["--version"]):
@@ -275,6 +323,9 @@ class Completion(unittest.TestCase):
         self.assertEqual(self.complete("run", "--board", "d"), ["dataset"])
         self.assertEqual(self.complete("tune", "--against", ""), ["truth", "recorded"])
         self.assertEqual(self.complete("run", "--seed", ""), [""], "nothing is offered for a number")
+        seesaw = f"{SOURCE}/robots/seesaw/seesaw.toml"
+        self.assertEqual(self.complete("run", seesaw, "--set", "sim."), ["sim.push_radps2=", "sim.seed="])
+        self.assertIn("sim.gust_mps=", self.complete("run", "--set", ""), "of all worlds")
 
     def test_robot_files_and_folders(self):
         with tempfile.TemporaryDirectory() as folder:

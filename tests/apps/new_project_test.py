@@ -31,9 +31,14 @@ class NewProject(unittest.TestCase):
             ours = os.path.relpath(here, folder)
             self.assertEqual(len([f for f in os.listdir(f"{folder}/{ours}") if f != "build"]), 6)
 
+            virtual = json.loads(self.sh("./build/my_robot run my_robot.toml --virtual --json", here))
+            self.assertEqual({m["name"]: m["steps"] for m in virtual["modules"]}, {"wave": 1000, "mean": 2000})
+            self.assertEqual({t["name"]: t["messages"] for t in virtual["topics"]}, {"wave.range": 1000, "mean.mean": 1000},
+                             "one for each sample, not one for each step")
+
             # The program is the whole command for the project's modules and ours.
             graph = json.loads(self.sh("./build/my_robot graph my_robot.toml --json", here))
-            self.assertEqual([m["type"] for m in graph["modules"]], ["my::Wave"])
+            self.assertEqual([m["type"] for m in graph["modules"]], ["my::Wave", "my::Mean"])
             self.sh("./build/my_robot run my_robot.toml --virtual --set wave.height_m=99", here, 2)
             self.sh(f'./build/my_robot check "{SOURCE}/robots/quad/quad.toml"', here)
             real = json.loads(self.sh("./build/my_robot run my_robot.toml --duration 0.3 --json", here))

@@ -110,11 +110,14 @@ TEST(DeviceKeys, WhatBelongsToNoRowIsUnknownButForAFamily) {
                                        {"control_gain", std::int64_t{3}},
                                        {"control_", 1.0},
                                        {"control_gamma", std::string("x")},
-                                       {"exposure", 1.0}});
+                                       {"exposure", 1.0},
+                                       {"heigth", 1.0}});
   EXPECT_THAT(said, ElementsAre("r.toml:2: device.d.control_: 1: a number from -1e+12 to 1e+12",
                                 "r.toml:4: device.d.control_gamma: \"x\": a number from -1e+12 to 1e+12",
                                 "r.toml:5: device.d.exposure: 1: one of buffers, control_NAME, format, height, memory, "
-                                "path, rate_hz, root, width"));
+                                "path, rate_hz, root, width",
+                                "r.toml:6: device.d.heigth: 1: one of buffers, control_NAME, format, height, memory, "
+                                "path, rate_hz, root, width; did you mean height?"));
 }
 
 TEST(DeviceKeys, AnImuThatIsPolledHasARate) {

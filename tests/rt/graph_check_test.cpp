@@ -268,7 +268,7 @@ TEST_F(GraphCheckTest, TriggerTopicsExistAndAreWrittenElsewhere) {
   EXPECT_THAT(
       problems(),
       ElementsAre("r.toml:7: thread.control.trigger: \"maker.pear\": a topic: guardian.motors guardian.state "
-                  "maker.pair user.result",
+                  "maker.pair user.result; did you mean maker.pair?",
                   "r.toml:8: thread.control.trigger: \"maker.pair\": a topic that this thread does not write itself"));
 }
 
@@ -302,8 +302,10 @@ TEST_F(GraphCheckTest, VirtualCoresHaveARange) {
 TEST_F(GraphCheckTest, OrderNamesModulesThatExist) {
   control().order.push_back({"usre", 9});
   spec.threads.push_back(thread("empty", {}, 50));
-  EXPECT_THAT(problems(), ElementsAre("r.toml:9: thread.control.order: \"usre\": a module: guardian maker user",
-                                      "r.toml:50: thread.empty.order: []: at least one module"));
+  EXPECT_THAT(problems(),
+              ElementsAre("r.toml:9: thread.control.order: \"usre\": a module: guardian maker user; did you mean "
+                          "user?",
+                          "r.toml:50: thread.empty.order: []: at least one module"));
 }
 
 // ---- modules
@@ -314,7 +316,7 @@ TEST_F(GraphCheckTest, AModuleTypeThatNobodyKnows) {
               ::testing::Contains(
                   "r.toml:11: module.maker.type: \"test::Makre\": a known module type: "
                   "test::DriverOfNothing test::LoopUser test::Maker test::ThreeChannels test::TwoPorts test::User "
-                  "test::Viewer"));
+                  "test::Viewer; did you mean test::Maker?"));
 }
 
 TEST_F(GraphCheckTest, AModuleIsInOneThread) {
@@ -417,8 +419,10 @@ TEST_F(GraphCheckTest, InputsAreBoundToTopicsThatExist) {
   user().in.clear();
   EXPECT_THAT(problems(), ::testing::Contains("r.toml:12: module.user.in.pair: missing: a topic of Pair: maker.pair"));
   user().in["pair"] = {"maker.pear", 13};
-  EXPECT_THAT(problems(),
-              ::testing::Contains("r.toml:13: module.user.in.pair: \"maker.pear\": a topic of Pair: maker.pair"));
+  EXPECT_THAT(
+      problems(),
+      ::testing::Contains(
+          "r.toml:13: module.user.in.pair: \"maker.pear\": a topic of Pair: maker.pair; did you mean maker.pair?"));
 }
 
 TEST_F(GraphCheckTest, InputsHaveTheTypeOfTheirTopic) {
@@ -474,7 +478,7 @@ TEST_F(GraphCheckTest, TopicSectionsNameTopicsAndImagesOnly) {
   EXPECT_THAT(
       problems(),
       ElementsAre("r.toml:50: topic.maker.pear: \"maker.pear\": a topic: guardian.motors guardian.state maker.pair "
-                  "user.result",
+                  "user.result; did you mean maker.pair?",
                   "r.toml:51: topic.maker.pair.image: 300 bytes: none: maker.pair carries Pair"));
 }
 
@@ -511,7 +515,7 @@ TEST_F(GraphCheckTest, ExternalTopicsHaveANameATypeAndAThread) {
 TEST_F(GraphCheckTest, ActuatorsHaveACommandOfTheirType) {
   motors().command = {"user.resutl", 21};
   EXPECT_THAT(problems(), ElementsAre("r.toml:21: actuator.motors.command: \"user.resutl\": a topic of "
-                                      "ActuatorCommand: user.result"));
+                                      "ActuatorCommand: user.result; did you mean user.result?"));
   motors().command = {"maker.pair", 21};
   EXPECT_THAT(problems(), ElementsAre("r.toml:21: actuator.motors.command: \"maker.pair\" of Pair: a topic of "
                                       "ActuatorCommand: user.result"));
@@ -555,7 +559,7 @@ TEST_F(GraphCheckTest, ChainsJoinTopicsThatLeadToEachOther) {
       problems(),
       ElementsAre("r.toml:30: chain.chain.budget_ms: -1: a number from 0 up; 0: no budget",
                   "r.toml:31: chain.chain.from: \"maker.pear\": a topic: guardian.motors guardian.state maker.pair "
-                  "user.result",
+                  "user.result; did you mean maker.pair?",
                   "r.toml:32: chain.chain.to: \"\": a topic: guardian.motors guardian.state maker.pair user.result"));
   spec.chains[0] = {"chain", {"user.result", 31}, {"maker.pair", 32}, 5ms, 30};
   EXPECT_THAT(problems(), ElementsAre("r.toml:32: chain.chain.to: \"maker.pair\": a topic that user.result leads to"));
@@ -587,7 +591,7 @@ TEST_F(GraphCheckTest, AFailsafeNeedsATopicOfSomebodyElse) {
                     {.name = "lost", .topic = {"maker.pair", 0}, .time = 50ms, .line = 65}};
   EXPECT_THAT(problems(),
               ElementsAre("r.toml:61: failsafe.lost.topic: \"maker.pear\": a topic: guardian.motors guardian.state "
-                          "maker.pair user.result",
+                          "maker.pair user.result; did you mean maker.pair?",
                           "r.toml:63: failsafe.own.topic: \"guardian.motors\": a topic that the guardian does not "
                           "write itself",
                           "r.toml:65: failsafe.lost: \"lost\": a name that no other failsafe has"));
@@ -654,13 +658,14 @@ TEST_F(GraphCheckTest, EveryProblemComesInOneRunInTheOrderOfTheLines) {
   spec.chains[0].from = {"maker.pear", 31};
   EXPECT_THAT(
       problems(),
-      ElementsAre("r.toml:5: thread.control.priority: 120: an integer from 0 to 98; the guardian has 99",
-                  "r.toml:6: thread.control.order: \"nobody\": a module: guardian maker user",
-                  "r.toml:12: module.maker.params.rate_hz: 0.5: a number from 1 to 100 Hz",
-                  "r.toml:13: module.user.in.pair: \"maker.pear\": a topic of Pair: maker.pair",
-                  "r.toml:20: actuator.motors.lease_ms: 0: a number from 0.1 to 10000",
-                  "r.toml:31: chain.chain.from: \"maker.pear\": a topic: guardian.motors guardian.state maker.pair "
-                  "user.result"));
+      ElementsAre(
+          "r.toml:5: thread.control.priority: 120: an integer from 0 to 98; the guardian has 99",
+          "r.toml:6: thread.control.order: \"nobody\": a module: guardian maker user",
+          "r.toml:12: module.maker.params.rate_hz: 0.5: a number from 1 to 100 Hz",
+          "r.toml:13: module.user.in.pair: \"maker.pear\": a topic of Pair: maker.pair; did you mean maker.pair?",
+          "r.toml:20: actuator.motors.lease_ms: 0: a number from 0.1 to 10000",
+          "r.toml:31: chain.chain.from: \"maker.pear\": a topic: guardian.motors guardian.state maker.pair "
+          "user.result; did you mean maker.pair?"));
 }
 
 }  // namespace

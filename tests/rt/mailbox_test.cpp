@@ -145,7 +145,7 @@ TEST(ThreadPeriod, IsRefusedWithTheReason) {
     EXPECT_FALSE(ticket) << why;
     return why;
   };
-  EXPECT_EQ(refused("mian", 1ms), "no thread mian");
+  EXPECT_EQ(refused("mian", 1ms), "no thread mian; there are: main reader; did you mean main?");
   EXPECT_EQ(refused("reader", 1ms), "reader is not released by a period");
   EXPECT_EQ(refused("main", Duration{9'999}), "9.999 us: a number from 10 to 3600000000");
   EXPECT_EQ(refused("main", Duration{3600s} + 1ns), "3600000000.001 us: a number from 10 to 3600000000");
@@ -176,7 +176,9 @@ TEST(WayIn, WhatBelongsToTheRuntimeStaysOn) {
   EXPECT_EQ(why, "guardian belongs to the runtime; it stays on");
   EXPECT_EQ(graph.set_enabled("operator", false, &why).error().code, hal::Errc::not_supported);
   EXPECT_EQ(graph.set_enabled("numbres", false, &why).error().code, hal::Errc::not_found);
-  EXPECT_EQ(why, "no module numbres; there are: guardian listener numbers commander operator");
+  EXPECT_EQ(why,
+            "no module numbres; there are: guardian listener numbers commander operator; did you "
+            "mean numbers?");
 }
 
 TEST(WayIn, ArmingGoesToTheGuardianWhichMayRefuse) {
@@ -283,7 +285,7 @@ TEST(ExternalTopic, RefusesWhatIsNoMessageOfItWithTheReason) {
     EXPECT_FALSE(graph.publish(topic, bytes, &why)) << why;
     return why;
   };
-  EXPECT_EQ(refused("operator.lnik", bytes_of(link)), "no topic operator.lnik");
+  EXPECT_EQ(refused("operator.lnik", bytes_of(link)), "no topic operator.lnik; did you mean operator.link?");
   EXPECT_EQ(refused("numbers.out", bytes_of(Pair{})),
             "numbers.out is written by module numbers; only topics with writer = \"external\" take messages");
   EXPECT_EQ(refused("operator.link", bytes_of(link).first(15)), "15 bytes: OperatorLink has 16");

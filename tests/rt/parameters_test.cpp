@@ -76,8 +76,9 @@ TEST(Parameters, AreRefusedOutsideTheirRangeWithTheReason) {
   EXPECT_EQ(refused("gain", "steps", std::int64_t{0}), bad + "gain.steps: 0: an integer from 1 up");
   EXPECT_EQ(refused("gain", "steps", 1.0), bad + "gain.steps: 1: an integer from 1 up");
   EXPECT_EQ(refused("gain", "fast", std::int64_t{1}), bad + "gain.fast: 1: true or false");
-  EXPECT_EQ(refused("gain", "gian", 1.0), none + "gain has no parameter gian; it has: gain steps fast label");
-  EXPECT_EQ(refused("gian", "gain", 1.0), none + "no module gian; there are: gain");
+  EXPECT_EQ(refused("gain", "gian", 1.0),
+            none + "gain has no parameter gian; it has: gain steps fast label; did you mean gain?");
+  EXPECT_EQ(refused("gian", "gain", 1.0), none + "no module gian; there are: gain; did you mean gain?");
   EXPECT_EQ(refused("gain", "label", std::string("x")),
             std::string(hal::to_string(hal::Errc::not_supported)) + ": a text is set before the start only");
   robot.run(1500us);

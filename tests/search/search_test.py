@@ -28,6 +28,19 @@ class Search(unittest.TestCase):
     def tearDown(self):
         self.assertEqual(os.listdir(TEMPORARY.name), [], "left behind in the temporary folder")
 
+    def test_what_is_wrong_on_its_command_line_is_refused(self):
+        for arguments, words in ((["--seed", "-1"], "--seed: -1 is not an integer from 0 to 18446744073709551615"),
+                                 (["--runs", "-3"], "--runs: -3 is not an integer from 0"),
+                                 (["--case-seed", "1.5"], "--case-seed: 1.5 is not an integer from 0"),
+                                 (["--jobs", "-1"], "--jobs: -1 is not an integer from 0 to 4096"),
+                                 (["--twice-every", "-1"], "--twice-every: -1 is not an integer from 0"),
+                                 (["--shrink-runs", "-1"], "--shrink-runs: -1 is not an integer from 0"),
+                                 (["--case", "world=-1"], "world=-1"),
+                                 (["--seeed", "1"], "--seeed: no such option; sinew-fuzz --help lists them; did you mean --seed?")):
+            code, out, err = run(QUAD, *arguments)
+            self.assertEqual((code, out), (2, ""), (arguments, err))
+            self.assertIn(words, err)
+
     def test_a_few_cases_are_clean_and_their_figures_are_told(self):
         code, out, err = run(QUAD, "--runs", "6", "--seed", "1", "--twice-every", "3", "--json")
         self.assertEqual(code, 0, out + err)

@@ -139,7 +139,7 @@ TEST(Server, RefusesWhatIsNotAllowedAndSaysWhatIs) {
   EXPECT_EQ(why("param.set", {{"module", "counter"}, {"param", "gain"}, {"value", {1}}}),
             std::string(bad) + ": \"value\": true, false, a number or a text");
   EXPECT_EQ(why("param.set", {{"module", "counter"}, {"param", "gains"}, {"value", 1}}),
-            std::string(no) + ": counter has no parameter gains; it has: gain offset active label");
+            std::string(no) + ": counter has no parameter gains; it has: gain offset active label; did you mean gain?");
   EXPECT_EQ(why("param.set", {{"module", "counter"}, {"param", "label"}, {"value", "b"}}),
             std::string(never) + ": a text is set before the start only");
   EXPECT_EQ(why("param.set", {{"param", "gain"}, {"value", 1}}), std::string(bad) + ": \"module\": a module's name");
@@ -157,7 +157,10 @@ TEST(Server, RefusesWhatIsNotAllowedAndSaysWhatIs) {
   EXPECT_EQ(why("subscribe", {{"topics", {"mixer.out"}}}), std::string(no) + ": no topic mixer.out");
   EXPECT_EQ(why("subscribe", {{"topics", {"eye.image"}}, {"period_ms", 0}}),
             std::string(bad) + ": \"period_ms\": an integer from 1 to 1000");
+  EXPECT_EQ(why("subscribe", {{"topics", {"eye.imgae"}}}),
+            std::string(no) + ": no topic eye.imgae; did you mean eye.image?");
   EXPECT_EQ(why("fly", {}), std::string(no) + ": no request \"fly\" in this version");
+  EXPECT_EQ(why("statsu", {}), std::string(no) + ": no request \"statsu\" in this version; did you mean status?");
   EXPECT_EQ(why("stop", {}), std::string(never) + ": this run cannot be stopped from outside");
 }
 

@@ -181,7 +181,7 @@ void HeadWorld::Impl::sample() {
 HeadWorld::HeadWorld(const HeadOptions& options) : impl_(std::make_unique<Impl>(options)) {}
 HeadWorld::~HeadWorld() = default;
 
-WorldInfo HeadWorld::info() { return {"desk_head", kHeadDevices}; }
+WorldInfo HeadWorld::info() { return {"desk_head", kHeadDevices, kHeadWorldOptions}; }
 
 const Due& HeadWorld::step(std::span<const double> command) {
   impl_->choose_drives(command);

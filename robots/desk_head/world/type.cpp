@@ -44,18 +44,18 @@ std::vector<Portrait> portraits() {
 
 sinew::plant::WorldType sinew::robots::describe_world_of_desk_head() {
   using namespace plant;
-  const HeadOptions usual;
   WorldType type;
   type.info = HeadWorld::info();
   type.title = "a head on a desk that follows a ball";
   type.room_xml = room_xml_of_desk_head();
-  type.options = {{"rock", "the platform tilts by up to this, deg", 0, 20, usual.rock_deg},
-                  {"ball-speed", "share of the ball's usual speed", 0, 3, usual.ball_speed}};
-  type.create = [type](const WorldValues& values, std::uint64_t seed) -> hal::Result<std::unique_ptr<World>> {
+  type.create = [info = type.info](const WorldValues& values,
+                                   std::uint64_t seed) -> hal::Result<std::unique_ptr<World>> {
     HeadOptions head;
     head.seed = seed;
-    head.rock_deg = type.value(values, "rock");
-    head.ball_speed = type.value(values, "ball-speed");
+    head.rock_deg = info.value(values, "rock_deg").value();
+    head.ball_speed = info.value(values, "ball_speed").value();
+    head.pillar = info.value(values, "pillar") != 0;
+    head.sensor_errors = info.value(values, "sensor_errors") != 0;
     return std::unique_ptr<World>(std::make_unique<HeadWorld>(head));
   };
   type.portraits = portraits;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "math/elementary.hpp"
 #include "math/random.hpp"
 #include "robots/quad/world/rotors.hpp"
 #include "robots/quad/world/wind.hpp"
@@ -59,6 +60,12 @@ BaroErrors baro_errors(bool on) {
 
 BatteryErrors battery_errors(bool on) { return on ? BatteryErrors{} : BatteryErrors{0, 0, 0, 0, 0}; }
 
+/// Draws in any case, so that what is drawn later does not depend on the option.
+double drawn_charge(math::Random& noise, std::optional<double> wanted) {
+  const double drawn = 1.0 - 0.15 * noise.uniform();
+  return wanted.value_or(drawn);
+}
+
 std::array<double, kRotors> spread_thrust(math::Random& noise, double spread) {
   std::array<double, kRotors> f;
   for (double& x : f) x = 1.0 + spread * noise.uniform(-1, 1);
@@ -67,7 +74,7 @@ std::array<double, kRotors> spread_thrust(math::Random& noise, double spread) {
 
 }  // namespace
 
-WorldInfo QuadWorld::info() { return {"quad", kQuadDevices}; }
+WorldInfo QuadWorld::info() { return {"quad", kQuadDevices, kQuadWorldOptions}; }
 
 struct QuadWorld::Impl {
   Impl(const QuadOptions& o, ModelPtr m)
@@ -76,8 +83,8 @@ struct QuadWorld::Impl {
         model(std::move(m)),
         data(mj_makeData(model.get())),
         factor(spread_thrust(noise, o.spread)),
-        propulsion(factor, 1.0 - 0.15 * noise.uniform()),
-        wind(o.gust_mps, o.seed),
+        propulsion(factor, drawn_charge(noise, o.battery_charge)),
+        wind({o.gust_mps, o.wind_mps, o.wind_toward_rad}, o.seed),
         imu(imu_errors(o.sensor_errors), o.seed),
         range(range_errors(o.sensor_errors), o.seed),
         baro(baro_errors(o.sensor_errors), o.seed),
@@ -106,7 +113,14 @@ struct QuadWorld::Impl {
     // Half the yaw angle is small: a unit quaternion from its tangent's series, normalised.
     const double half = 0.5 * options.start_yaw_rad * noise.uniform(-1, 1);
     const double norm = 1.0 / std::sqrt(1.0 + half * half);
-    set_pose({x * options.start_offset_m, y * options.start_offset_m, kFeetBelowBase}, {norm, 0, 0, half * norm}, {});
+    msg::Quat q{norm, 0, 0, half * norm};
+    if (options.start_heading_rad) {
+      const auto turned = math::sincos(*options.start_heading_rad / 2);
+      q = {turned.cos, 0, 0, turned.sin};
+    }
+    set_pose({options.start_x_m.value_or(x * options.start_offset_m),
+              options.start_y_m.value_or(y * options.start_offset_m), kFeetBelowBase},
+             q, {});
   }
 
   void set_pose(const msg::Vec3& p, const msg::Quat& q, const msg::Vec3& v) {

@@ -7,12 +7,15 @@ namespace sinew::plant {
 
 struct QuadOptions {
   std::uint64_t seed = 1;
-  double gust_mps = 2.0;        // wind never exceeds this; 0: still air
-  double spread = 0.05;         // of mass and of each motor's thrust, uniform
-  double start_offset_m = 1.0;  // at most this far from the pad
-  double start_yaw_rad = 0.3;   // at most, either way
-  bool sensor_errors = true;    // false: sensors tell the truth
-  bool drag = true;             // false: with gust_mps 0, vacuum apart from the rotors
+  double gust_mps = 2.0;                                // wind never exceeds this, or wind_mps; 0: no gusts
+  std::optional<double> wind_mps{}, wind_toward_rad{};  // its steady part; none: by the seed
+  double spread = 0.05;                                 // of mass and of each motor's thrust, uniform
+  double start_offset_m = 1.0;                          // at most this far from the pad
+  double start_yaw_rad = 0.3;                           // at most, either way
+  std::optional<double> start_x_m{}, start_y_m{}, start_heading_rad{};  // instead of what the seed says
+  std::optional<double> battery_charge{};                               // 0..1, at the start; none: by the seed
+  bool sensor_errors = true;                                            // false: sensors tell the truth
+  bool drag = true;  // false: with gust_mps 0, vacuum apart from the rotors
 };
 
 /// Where and how the vehicle is. Never shown to a module; for reports and tests.

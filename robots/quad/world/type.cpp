@@ -49,22 +49,28 @@ std::vector<Portrait> portraits() {
 
 sinew::plant::WorldType sinew::robots::describe_world_of_quad() {
   using namespace plant;
-  const QuadOptions usual;
   WorldType type;
   type.info = QuadWorld::info();
   type.title = "a quadrotor in a room with a landing pad";
   type.room_xml = room_xml_of_quad();
-  type.options = {{"gust", "wind never exceeds this, m/s; 0: still air", 0, 15, usual.gust_mps},
-                  {"spread", "of mass and motors, as a share, either way", 0, 0.3, usual.spread},
-                  {"start-offset", "largest distance of the start from the pad, m", 0, 3, usual.start_offset_m},
-                  {"sensor-errors", "", 0, 1, 1}};
-  type.create = [type](const WorldValues& values, std::uint64_t seed) -> hal::Result<std::unique_ptr<World>> {
+  type.create = [info = type.info](const WorldValues& values,
+                                   std::uint64_t seed) -> hal::Result<std::unique_ptr<World>> {
+    const auto radians = [&](const char* key) {
+      const auto deg = info.value(values, key);
+      return deg ? std::optional(*deg * math::kPi / 180) : std::nullopt;
+    };
     QuadOptions quad;
     quad.seed = seed;
-    quad.gust_mps = type.value(values, "gust");
-    quad.spread = type.value(values, "spread");
-    quad.start_offset_m = type.value(values, "start-offset");
-    quad.sensor_errors = type.value(values, "sensor-errors") != 0;
+    quad.gust_mps = info.value(values, "gust_mps").value();
+    quad.wind_mps = info.value(values, "wind_mps");
+    quad.wind_toward_rad = radians("wind_toward_deg");
+    quad.spread = info.value(values, "spread").value();
+    quad.start_offset_m = info.value(values, "start_offset_m").value();
+    quad.start_x_m = info.value(values, "start_x_m");
+    quad.start_y_m = info.value(values, "start_y_m");
+    quad.start_heading_rad = radians("start_yaw_deg");
+    quad.battery_charge = info.value(values, "battery_charge");
+    quad.sensor_errors = info.value(values, "sensor_errors") != 0;
     auto made = QuadWorld::create(quad);
     if (!made) return made.error();
     return std::unique_ptr<World>(std::move(*made));

@@ -113,11 +113,12 @@ class SeesawWorld final : public World {
 sinew::plant::WorldType sinew::robots::describe_world_of_seesaw() {
   using namespace plant;
   WorldType type;
-  type.info = {"seesaw", kSeesawDevices};
+  type.info = {"seesaw", kSeesawDevices, kSeesawWorldOptions};
   type.title = "a beam on a hinge that must be kept level";
-  type.options = {{"push", "leans on the beam every other 2 s, rad/s^2", 0, 5, 0.2}};
-  type.create = [type](const WorldValues& values, std::uint64_t seed) -> hal::Result<std::unique_ptr<World>> {
-    return std::unique_ptr<World>(std::make_unique<SeesawWorld>(seed, type.value(values, "push")));
+  type.create = [info = type.info](const WorldValues& values,
+                                   std::uint64_t seed) -> hal::Result<std::unique_ptr<World>> {
+    const double push_radps2 = info.value(values, "push_radps2").value();
+    return std::unique_ptr<World>(std::make_unique<SeesawWorld>(seed, push_radps2));
   };
   return type;
 }

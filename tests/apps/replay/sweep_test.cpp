@@ -80,7 +80,8 @@ TEST_F(SweepTest, ListsTakeWhateverTheParameterIs) {
 TEST_F(SweepTest, WhatIsWrongIsNamedWithWhatIsAllowed) {
   EXPECT_THAT(refusal("gain=1"), HasSubstr("MODULE.PARAM=FROM:TO:COUNT"));
   EXPECT_THAT(refusal("nobody.gain=1"), HasSubstr("no module nobody; there are: filter"));
-  EXPECT_THAT(refusal("filter.gian=1"), HasSubstr("no parameter gian; it has: gain, taps, mode, on"));
+  EXPECT_THAT(refusal("filter.gian=1"),
+              HasSubstr("no parameter gian; it has: gain, taps, mode, on; did you mean gain?"));
   EXPECT_THAT(refusal("filter.gain=1:11:3"), HasSubstr("11: a number from 0 to 10"));
   EXPECT_THAT(refusal("filter.gain=fast"), HasSubstr("\"fast\": a number from 0 to 10"));
   EXPECT_THAT(refusal("filter.gain=0:1:3:log"), HasSubstr("above 0"));

@@ -364,6 +364,14 @@ TEST(RobotFile, WrongShapeOfATableIsAProblemAndNotACrash) {
                                    "robot.toml:3: module: 4: a table of tables"));
 }
 
+TEST(RobotFile, AnUnknownKeyOrTableIsToldWithTheOneThatItResembles) {
+  EXPECT_THAT(problems_of("robot = { name = \"r\", board = \"none\", sed = 3 }\n[sim]\nrelinks = 3\n[gaurdian]\n"),
+              UnorderedElementsAre(HasSubstr("robot.sed: 3: unknown key; known here: board calibration device_boards "
+                                             "name seed tap_history_ms virtual_cores; did you mean seed?"),
+                                   testing::EndsWith("; did you mean relink_s?"),
+                                   testing::EndsWith("; did you mean guardian?")));
+}
+
 TEST(RobotFile, EmptyKeyIsNamedAsOne) {
   EXPECT_THAT(problems_of("'' = 1\nrobot = { name = \"r\", board = \"sim\" }\n"),
               ElementsAre(testing::StartsWith("robot.toml:1: \"\": 1: unknown key; known here:")));

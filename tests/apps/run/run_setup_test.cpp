@@ -81,7 +81,8 @@ TEST(Setting, BecomesAParameterOfItsModule) {
 
 TEST(Setting, OfAnUnknownModuleIsRefusedWithThoseThatThereAre) {
   rt::GraphSpec graph = two_modules();
-  EXPECT_EQ(apply_setting(graph, "lab.laps=4"), "--set lab.laps=4: no module lab; there are: mixer lap");
+  EXPECT_EQ(apply_setting(graph, "lab.laps=4"),
+            "--set lab.laps=4: no module lab; there are: mixer lap; did you mean lap?");
   EXPECT_EQ(apply_setting(graph, "laps"), "--set laps: module.param=value");
 }
 

@@ -78,10 +78,13 @@ TEST(DeviceBoard, EveryWrongKeyIsNamedInOneRun) {
   specs.devices.back().keys["colour"] = {rt::ParamValue{std::string("red")}, 5};
   specs.devices.push_back(device("other", "absent", 7));
   specs.devices.push_back(device("odd", "magic", 9));
+  specs.devices.push_back(device("new", "fixd", 11));
   EXPECT_THAT(texts(specs), ElementsAre("x.toml:4: device.imu.rate_hz: 5000: a number from 1 to 1000",
                                         "x.toml:5: device.imu.colour: \"red\": one of rate_hz",
                                         "x.toml:7: device.other.path: missing: the path of a device; it is required",
-                                        "x.toml:9: device.odd.driver: \"magic\": one of \"fixed\", \"absent\""));
+                                        "x.toml:9: device.odd.driver: \"magic\": one of \"fixed\", \"absent\"",
+                                        "x.toml:11: device.new.driver: \"fixd\": one of \"fixed\", \"absent\"; "
+                                        "did you mean fixed?"));
 }
 
 TEST(DeviceBoard, OpensADeviceOnceAndOnlyWhenAskedFor) {

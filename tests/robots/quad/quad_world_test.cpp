@@ -166,7 +166,7 @@ TEST(PlantWorld, DragPullsTowardsTheWind) {
 TEST(PlantWorld, WindNeverExceedsTheLimitAndReachesHalfOfIt) {
   double strongest = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    Wind wind(2.0, seed);
+    Wind wind({.gust_mps = 2.0}, seed);
     for (int i = 0; i < 40'000; ++i) {
       const double speed = norm(wind.step(1e-9 * kStepNs));
       ASSERT_LE(speed, 2.0 + 1e-12);
@@ -174,6 +174,47 @@ TEST(PlantWorld, WindNeverExceedsTheLimitAndReachesHalfOfIt) {
     }
   }
   EXPECT_GT(strongest, 1.0);
+}
+
+TEST(PlantWorld, SteadyWindBlowsAsFastAndWhereItIsToldTo) {
+  Wind north({.gust_mps = 0, .steady_mps = 3, .toward_rad = 3.14159265358979 / 2}, 1);
+  for (int i = 0; i < 4000; ++i) {
+    const msg::Vec3 v = north.step(1e-9 * kStepNs);
+    ASSERT_NEAR(v.x, 0, 1e-12);
+    ASSERT_NEAR(v.y, 3, 1e-12);
+    ASSERT_EQ(v.z, 0);
+  }
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    Wind gusty({.gust_mps = 4, .steady_mps = 2}, seed);
+    msg::Vec3 mean;
+    double fastest = 0;
+    constexpr int kSteps = 400'000;  // 100 s
+    for (int i = 0; i < kSteps; ++i) {
+      const msg::Vec3 v = gusty.step(1e-9 * kStepNs);
+      mean = {mean.x + v.x / kSteps, mean.y + v.y / kSteps, 0};
+      fastest = std::max(fastest, norm(v));
+    }
+    EXPECT_NEAR(norm(mean), 2, 0.5) << "direction by the seed " << seed;
+    EXPECT_LE(fastest, 4 + 1e-12);
+    EXPECT_GT(fastest, 2.5) << "with gusts on top";
+  }
+}
+
+TEST(PlantWorld, AStartThatIsToldChangesNothingElseThatTheSeedSays) {
+  QuadOptions told;
+  told.seed = 5;
+  auto drawn = make(told);
+  told.start_x_m = 0.5, told.start_y_m = -1, told.start_heading_rad = 1, told.battery_charge = 0.5, told.wind_mps = 3;
+  auto placed = make(told);
+  const TruthState a = drawn->truth(), b = placed->truth();
+  EXPECT_EQ(b.p_world_m.x, 0.5);
+  EXPECT_EQ(b.p_world_m.y, -1);
+  EXPECT_EQ(b.p_world_m.z, a.p_world_m.z);
+  EXPECT_NEAR(2 * std::atan2(b.q_world_base.z, b.q_world_base.w), 1, 1e-12);
+  EXPECT_EQ(placed->mass_kg(), drawn->mass_kg());
+  EXPECT_EQ(placed->thrust_factor(), drawn->thrust_factor());
+  EXPECT_LT(b.charge, a.charge);
+  EXPECT_NEAR(b.charge, 0.5, 1e-3);
 }
 
 TEST(PlantWorld, RangeFinderMeasuresAlongItsBeam) {

@@ -34,9 +34,10 @@ class Seesaw(unittest.TestCase):
         self.assertEqual((code, said["result"]), (1, "never got level, valid run"), said)
 
     def test_its_options_are_those_of_the_simulator(self):
-        code, said = self.fly("--plant-arg", "--push", "--plant-arg", "4.5")
-        self.assertEqual(code, 1, said)
-        self.assertEqual(said["result"], "did not keep the level, valid run")
+        for option in (["--set", "sim.push_radps2=4.5"], ["--plant-arg=--push=4.5"]):
+            code, said = self.fly(*option)
+            self.assertEqual(code, 1, said)
+            self.assertEqual(said["result"], "did not keep the level, valid run")
         code, _, err = run(SIM, "--world", "quad", "--push", "1", "--duration", "1", "--listen", "tcp:127.0.0.1:0")
         self.assertEqual(code, 2)
         self.assertIn("--push: only of the world seesaw", err)

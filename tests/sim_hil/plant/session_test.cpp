@@ -357,7 +357,7 @@ TEST_F(PlantSession, FramesInSharedMemoryAreTheFramesOfTheStream) {
 
 TEST_F(PlantSession, MotorsStopWhenTheLeaseIsOver) {
   options_.world.values["spread"] = 0;
-  options_.world.values["gust"] = 0;
+  options_.world.values["gust_mps"] = 0;
   const auto once = [](Time t) { return t.ns == 0 ? kClimb(t) : Command{}; };
   const Received got = fly(lockstep(), 0.9, std::chrono::milliseconds(400), once);
   EXPECT_EQ(report_.lease_expiries, 1u);
@@ -458,7 +458,7 @@ TEST_F(PlantSession, InLockstepALostRuntimeIsTheEnd) {
 
 TEST_F(PlantSession, StopLineStopsTheMotorsThoughTheRuntimeGoesOnCommanding) {
   options_.world.values["spread"] = 0;
-  options_.world.values["gust"] = 0;
+  options_.world.values["gust_mps"] = 0;
   DoorPlant plant(*feed_, options_);
   std::string why;
   auto line = sim_hil::SideLine::open(plant.connect(), "parent", DoorPlant::kPatience, why);
@@ -490,8 +490,8 @@ TEST_F(PlantSession, MotorsStayOffWithoutACommand) {
 
 TEST_F(PlantSession, CommandsActFromTheStepOfTheirCommit) {
   options_.world.values["spread"] = 0;
-  options_.world.values["gust"] = 0;
-  options_.world.values["sensor-errors"] = 0;
+  options_.world.values["gust_mps"] = 0;
+  options_.world.values["sensor_errors"] = 0;
   const auto at = [&](std::int64_t commit_ns) {
     const auto late = [=](Time t) { return t.ns >= commit_ns ? kClimb(t) : Command{}; };
     return fly(lockstep(), 0.5, kLease, late).truth.back().p_world_m.z;

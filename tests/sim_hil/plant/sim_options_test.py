@@ -56,6 +56,20 @@ class Refusals(unittest.TestCase):
         self.assertIn("--gust: only of the world quad", self.refused(*HEAD, "--gust", "2"))
         self.assertIn("--rock: only of the world desk_head", self.refused("--rock", "2"))
 
+    def test_an_option_of_the_world_is_refused_with_its_range(self):
+        self.assertEqual(self.refused("--gust", "99"), "sinew-sim: --gust: 99: a number from 0 to 15 m/s\n")
+        self.assertEqual(self.refused("--start-x=nan"), "sinew-sim: --start-x: nan: a number from -1.2 to 1.2 m\n")
+        self.assertEqual(self.refused("--sensor-errors", "0.5"),
+                         "sinew-sim: --sensor-errors: 0.5: an integer from 0 to 1\n")
+
+    def test_an_unknown_option_is_told_with_the_one_that_it_resembles(self):
+        self.assertEqual(self.refused("--gusts", "3"),
+                         "sinew-sim: --gusts: no such option; sinew-sim --help lists them; did you mean --gust?\n")
+
+    def test_a_seed_is_not_below_0(self):
+        self.assertEqual(self.refused("--seed", "-1"),
+                         "sinew-sim: --seed: -1 is not an integer from 0 to 18446744073709551615\n")
+
     def test_a_fault_that_would_reach_nobody_is_refused(self):
         self.assertIn("'joints:slow@1': drives at the wire (--servo) play off, stuck and garbage",
                       self.refused(*HEAD, *TWO, "--fault", "joints:slow@1"))

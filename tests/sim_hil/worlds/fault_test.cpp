@@ -69,6 +69,9 @@ TEST(FaultText, WhatIsWrongIsNamedWithWhatIsAllowed) {
   EXPECT_EQ(refusal("imu:bent@1"),
             "fault 'imu:bent@1': kind 'bent': one of off, stuck, garbage, wrong, slow, delayed, intermittent, "
             "duplicated, closed");
+  EXPECT_EQ(refusal("imu:stcuk@1"),
+            "fault 'imu:stcuk@1': kind 'stcuk': one of off, stuck, garbage, wrong, slow, delayed, intermittent, "
+            "duplicated, closed; did you mean stuck?");
   EXPECT_EQ(refusal("imu:closed@1"), "fault 'imu:closed@1': imu cannot be closed: only a connection closes; use off");
   EXPECT_EQ(refusal("imu:off(3)@1"), "fault 'imu:off(3)@1': off takes no amount");
   EXPECT_EQ(refusal("imu:slow(2.5)@1"),
