@@ -72,6 +72,8 @@ std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::e
 
 tap::RecordControl::Answer refusal(hal::Errc code, std::string why) { return {code, std::move(why)}; }
 
+  how.buffer_bytes = static_cast<std::uint64_t>(from.buffer_mb * 1e6);
+  how.disk_os = &hal::system_os();
 record::RecorderOptions recorder_options(const RecordOptions& from, const RunOptions& options) {
   record::RecorderOptions how;
   how.files.writer.compression = from.compression;

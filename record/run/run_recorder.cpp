@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "msg/cdr.hpp"
+#include "record/queued_file.hpp"
 #include "record/run/ring_trigger.hpp"
 #include "record/run/run_messages.hpp"
 #include "rt/parameters.hpp"
@@ -29,6 +30,14 @@ std::vector<std::uint32_t> depths(const rt::Graph& graph) {
       if (m.topic[p] != rt::kNone && m.declaration.ports[p].kind != rt::Declaration::PortKind::output)
         depth[m.topic[p]] = std::max(depth[m.topic[p]], m.declaration.ports[p].depth);
   return depth;
+}
+
+/// The same files, each behind memory that takes what comes while the disk stalls.
+SplitWriter::OpenPart behind_memory(SplitWriter::OpenPart open_part, std::uint64_t bytes, hal::Os& os) {
+  return [open_part = std::move(open_part), bytes, &os](unsigned part) {
+    auto file = open_part(part);
+    return file ? QueuedFile::open(std::move(*file), bytes, os) : std::move(file);
+  };
 }
 
 }  // namespace
@@ -119,6 +128,8 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
                                .topics = options_.topics,
                                .rate_hz = options_.rate_hz,
                                .pixel_bytes_per_s = options_.pixel_bytes_per_s},
+    if (pace_ == Pace::follows && options_.disk_os && options_.buffer_bytes != 0)
+      open_part = behind_memory(std::move(open_part), options_.buffer_bytes, *options_.disk_os);
                               begin());
     if (!sink) return sink.error();
     file_ = std::move(*sink), file_ended_ = false;

@@ -20,6 +20,9 @@ struct RecorderOptions {
   std::map<std::string, double> rate_hz{};
   double pixel_bytes_per_s = 5e6;
   // Of all:
+  /// Pace::follows: what may wait in memory while the disk stalls. It is taken only while it waits.
+  std::uint64_t buffer_bytes = 32'000'000;
+  hal::Os* disk_os = nullptr;  // starts the threads that write to the disk; null: the recorder writes and waits itself
   rt::Duration log_room = std::chrono::milliseconds(500);  // of steps that wait to be read
   rt::Duration state_every = std::chrono::seconds(5);      // of each module, to begin a replay at; 0: never
   rt::Duration poll = std::chrono::milliseconds(10);       // what is younger is read the next time
