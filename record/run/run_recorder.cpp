@@ -96,6 +96,11 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     return true;
   }
 
+  RecorderProgress progress() const {
+    const std::lock_guard lock(progress_mutex_);
+    return progress_;
+  }
+
   bool finished() const { return finished_; }
   hal::Status finish() {
     stop_thread();
@@ -134,6 +139,8 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     if (!sink) return sink.error();
     file_ = std::move(*sink), file_ended_ = false;
     tell_older(*file_);
+    files_told_ = file_->files();
+    tell_progress();
     return {};
   }
 
@@ -141,6 +148,7 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     if (!has_file()) return hal::Error{hal::Errc::not_found, "recorder: no file is being written"};
     flush_batches();
     file_ended_ = true;
+    tell_progress();
     return file_->finish();
   }
 
@@ -324,6 +332,8 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     }
     for (const auto& what : asked) what();
   }
+    if (has_file() && file_->files() != files_told_) tell_again(*file_);
+    if (now_ >= next_progress_) tell_progress();
 
   /// One module at a time.
   void ask_for_state() {
@@ -333,6 +343,21 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
       bool needed = false;
       each_sink([&](const RunSink& sink) { needed |= sink.needs_state(m); });
       if (!needed) continue;
+  void tell_progress() {
+    next_progress_ = now_ + options_.poll;
+    RecorderProgress progress{.now = now_};
+    if (has_file()) {
+      RecorderProgress::File& file = progress.file.emplace();
+      file.began = file_->began();
+      file.files = file_->files();
+      for (const auto& [topic, lost] : file_->lost_messages()) file.lost_messages += lost.count;
+      for (const auto& [thread, lost] : file_->lost_steps()) file.lost_steps += lost.count;
+    }
+    if (ring_) progress.ring = {ring_->held(now_), ring_->bytes_used(), ring_->trouble()};
+    const std::lock_guard lock(progress_mutex_);
+    progress_ = progress;
+  }
+
       asked_last_ = m;
       return log_.ask_state(m);
     }
@@ -401,6 +426,9 @@ hal::Result<std::unique_ptr<RunRecorder>> RunRecorder::open(rt::Graph& graph, Pa
 RunRecorder::RunRecorder(std::unique_ptr<Body> body) : body_(std::move(body)) {}
 // A run that failed is the one to look at: its record is completed all the same.
 RunRecorder::~RunRecorder() {
+  rt::Time next_progress_;
+  mutable std::mutex progress_mutex_;
+  RecorderProgress progress_;
   if (!body_->finished()) static_cast<void>(body_->finish());
 }
 rt::RunObserver& RunRecorder::observer() { return *body_; }
@@ -416,3 +444,4 @@ const RunSink* RunRecorder::file() const { return body_->file(); }
 const FlightRing* RunRecorder::ring() const { return body_->ring(); }
 
 }  // namespace sinew::record
+RecorderProgress RunRecorder::progress() const { return body_->progress(); }

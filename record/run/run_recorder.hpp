@@ -2,6 +2,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,11 +30,29 @@ struct RecorderOptions {
   RingOptions ring{};
 };
 
+/// How far a recorder is.
+struct RecorderProgress {
+  rt::Time now;  // of the newest step that it has read
+  struct File {  // that is being written
+    rt::Time began;
+    unsigned files = 0;
+    std::uint64_t lost_messages = 0, lost_steps = 0;
+  };
+  std::optional<File> file{};
+  struct Ring {
+    rt::Duration held{};
+    std::size_t bytes_used = 0;
+    hal::Status trouble{};
+  };
+  std::optional<Ring> ring{};
+};
+
 /// Reads along with a run: every step with what it latched and published, every request, every message, and hands them
 /// to the recordings that there are: a file, which may begin and end in the middle of the run, and the flight ring. In
 /// real time it follows the executor's threads from a thread of its own and nobody waits for it: what it misses is
 /// counted. In virtual time the executor waits for it.
-/// Thread:  owner; observer(): as RunObserver says; later(), ring(): any. What is said to be "the reader's" is called
+/// Thread:  owner; observer(): as RunObserver says; later(), progress(), ring(): any. What is said to be "the reader's"
+/// is called
 ///          inside of later(), or while the run stands still.
 /// Owner:   graph and os must outlive it. The graph is configured with ConfigureOptions::recorded.
 class RunRecorder {
@@ -51,6 +70,8 @@ class RunRecorder {
   hal::Status start(hal::Os& os);
   /// Called by the reader, between two messages. False: the run is over, and nobody will call it.
   bool later(std::function<void()> what);
+  /// As it was 10 ms ago at most, or when the reader began to wait for the disk. Never waits itself.
+  RecorderProgress progress() const;
   /// After the executor has ended: reads what is left, completes the file.
   hal::Status finish();
 
