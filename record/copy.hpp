@@ -1,6 +1,7 @@
 #pragma once
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "record/reader.hpp"
 #include "record/writer.hpp"
@@ -23,6 +24,12 @@ class Conversion {
   virtual std::span<const std::byte> convert(const Message& message, const Schema& from) = 0;
 };
 
+/// What copy() does otherwise than the query says.
+struct CopyChanges {
+  std::vector<Metadata> metadata{};           // in the place of that of the same name; without values: none
+  std::vector<std::string> earlier_topics{};  // from the beginning on, not from Query::from on
+};
+
 /// Options for a writer of what `from` holds: its profile and library, zstd where it has that.
 WriterOptions options_like(const Reader& from);
 
@@ -30,10 +37,9 @@ WriterOptions options_like(const Reader& from);
 std::optional<std::string> topic_conflict(std::span<Reader* const> from);
 
 /// Copies what a query asks for and can be read: messages with their channels and schemas, every attachment, all
-/// metadata; what several files have alike, once. Messages of one file keep its order, those of several are in the
-/// order of log time. The caller finishes `to`.
-/// Errors:  those of the writer.
+/// metadata; what several files have alike, once, messages included. Messages of one file keep its order, those of
+/// several are in the order of log time. The caller finishes `to`. Errors:  those of the writer.
 hal::Status copy(std::span<Reader* const> from, const Query& what, Writer& to, Copied& result,
-                 Conversion* conversion = nullptr);
+                 Conversion* conversion = nullptr, const CopyChanges& changes = {});
 
 }  // namespace sinew::record

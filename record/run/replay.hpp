@@ -25,7 +25,8 @@ class ReplayWatcher {
 struct ReplayOptions {
   std::vector<std::string> modules{};  // none: all
   /// Each module begins behind the last of its saved states before so many seconds of the record, or at its beginning
-  /// where there is none.
+  /// where there is none. Nothing: at the beginning of the run or, in a file that begins in the middle of it, at the
+  /// first state behind which all that the module latched is in the file.
   std::optional<double> from_s{};
   std::optional<double> until_s{};  // of the record: steps that end later are not executed
   /// What the modules publish now is what the others of them latch, under the same sequences; else, and for everything
@@ -59,6 +60,7 @@ struct ReplayedModule {
 struct ReplayReport {
   std::vector<ReplayedModule> modules{};
   std::vector<FileProblem> problems{};  // of the file
+  bool midway = false;                  // the file begins in the middle of its run: modules begin at saved states
   rt::Time start;                       // of the record
   rt::Duration length{};                // of the record
   const ReplayDifference* first_difference() const;

@@ -128,13 +128,13 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
 
   hal::Status begin_file(SplitWriter::OpenPart open_part) {
     if (has_file()) return hal::Error{hal::Errc::busy, "recorder: a file is being written"};
+    if (pace_ == Pace::follows && options_.disk_os && options_.buffer_bytes != 0)
+      open_part = behind_memory(std::move(open_part), options_.buffer_bytes, *options_.disk_os);
     auto sink = RunSink::open(graph_, description_, std::move(open_part),
                               {.files = options_.files,
                                .topics = options_.topics,
                                .rate_hz = options_.rate_hz,
                                .pixel_bytes_per_s = options_.pixel_bytes_per_s},
-    if (pace_ == Pace::follows && options_.disk_os && options_.buffer_bytes != 0)
-      open_part = behind_memory(std::move(open_part), options_.buffer_bytes, *options_.disk_os);
                               begin());
     if (!sink) return sink.error();
     file_ = std::move(*sink), file_ended_ = false;
@@ -205,6 +205,21 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     }
   }
 
+  /// The same for another file of a split recording: what the file before has, and steps may hold.
+  void tell_again(RunSink& sink) {
+    files_told_ = sink.files();
+    for (std::uint32_t t = 0; t < topics_.size(); ++t) {
+      Topic& topic = topics_[t];
+      if (!topic.newest || topic.depth == 0 || topic.type->has_bulk() || !sink.takes_all(t)) continue;
+      for (std::uint32_t back = topic.depth + 1; back > 0; --back) {
+        const rt::SlotHeader* slot = topic.reader->pin(*topic.newest - (back - 1));
+        if (!slot) continue;
+        sink.put_again(t, form(topic, *slot));
+        topic.reader->unpin();
+      }
+    }
+  }
+
   void next_part() {
     ring_->next_part(begin());
     if (ring_->sink()) tell_older(*ring_->sink());
@@ -249,7 +264,9 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     const bool is_number = std::holds_alternative<double*>(param.target);
     rt::ParamValue value = std::visit([](auto v) { return rt::ParamValue(v); }, r.request.value);
     if (const auto* whole = std::get_if<std::int64_t>(&value); whole && is_number) value = static_cast<double>(*whole);
-    params_[m.spec.name + "." + param.name] = rt::to_string(value);
+    const std::string name = m.spec.name + "." + param.name;
+    params_[name] = rt::to_string(value);
+    each_sink([&](RunSink& sink) { sink.set_param(name, params_[name]); });
   }
 
   void state(const LoggedState& s) override {
@@ -262,6 +279,7 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
 
   void lost(std::uint32_t thread, std::uint64_t entries) override {
     entries_[thread] += entries;
+    flush_batch(thread);
     each_sink([&](RunSink& sink) { sink.lost(thread, entries, now_); });
   }
 
@@ -314,6 +332,8 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
 
   void between() {
     if (any_asked_.load(std::memory_order_acquire)) answer();
+    if (has_file() && file_->files() != files_told_) tell_again(*file_);
+    if (now_ >= next_progress_) tell_progress();
     if (now_ >= next_ask_) ask_for_state();
     if (!ring_) return;
     if (why_dump_ && ring_->may_dump(now_)) {
@@ -323,26 +343,6 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     }
   }
 
-  void answer() {
-    std::vector<std::function<void()>> asked;
-    {
-      const std::lock_guard lock(mutex_);
-      asked.swap(asked_);
-      any_asked_.store(false, std::memory_order_relaxed);
-    }
-    for (const auto& what : asked) what();
-  }
-    if (has_file() && file_->files() != files_told_) tell_again(*file_);
-    if (now_ >= next_progress_) tell_progress();
-
-  /// One module at a time.
-  void ask_for_state() {
-    next_ask_ = now_ + kAskEvery;
-    for (std::uint32_t i = 0; i < layouts_.size(); ++i) {
-      const auto m = static_cast<std::uint32_t>((asked_last_ + 1 + i) % layouts_.size());
-      bool needed = false;
-      each_sink([&](const RunSink& sink) { needed |= sink.needs_state(m); });
-      if (!needed) continue;
   void tell_progress() {
     next_progress_ = now_ + options_.poll;
     RecorderProgress progress{.now = now_};
@@ -358,6 +358,24 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     progress_ = progress;
   }
 
+  void answer() {
+    std::vector<std::function<void()>> asked;
+    {
+      const std::lock_guard lock(mutex_);
+      asked.swap(asked_);
+      any_asked_.store(false, std::memory_order_relaxed);
+    }
+    for (const auto& what : asked) what();
+  }
+
+  /// One module at a time.
+  void ask_for_state() {
+    next_ask_ = now_ + kAskEvery;
+    for (std::uint32_t i = 0; i < layouts_.size(); ++i) {
+      const auto m = static_cast<std::uint32_t>((asked_last_ + 1 + i) % layouts_.size());
+      bool needed = false;
+      each_sink([&](const RunSink& sink) { needed |= sink.needs_state(m); });
+      if (!needed) continue;
       asked_last_ = m;
       return log_.ask_state(m);
     }
@@ -402,11 +420,15 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
   rt::Time now_;  // the newest that was reported
   std::unique_ptr<RunSink> file_;
   bool file_ended_ = false;
+  unsigned files_told_ = 0;  // of those: each has the messages that its first steps hold
   std::unique_ptr<FlightRing> ring_;
   std::optional<std::string> why_dump_;
   rt::Time next_ask_;
   std::uint32_t asked_last_ = 0;
   hal::Os* os_ = nullptr;
+  rt::Time next_progress_;
+  mutable std::mutex progress_mutex_;
+  RecorderProgress progress_;
   std::mutex mutex_;  // of what later() brings
   std::vector<std::function<void()>> asked_;
   std::atomic<bool> any_asked_{false};
@@ -426,14 +448,12 @@ hal::Result<std::unique_ptr<RunRecorder>> RunRecorder::open(rt::Graph& graph, Pa
 RunRecorder::RunRecorder(std::unique_ptr<Body> body) : body_(std::move(body)) {}
 // A run that failed is the one to look at: its record is completed all the same.
 RunRecorder::~RunRecorder() {
-  rt::Time next_progress_;
-  mutable std::mutex progress_mutex_;
-  RecorderProgress progress_;
   if (!body_->finished()) static_cast<void>(body_->finish());
 }
 rt::RunObserver& RunRecorder::observer() { return *body_; }
 hal::Status RunRecorder::start(hal::Os& os) { return body_->start(os); }
 bool RunRecorder::later(std::function<void()> what) { return body_->later(std::move(what)); }
+RecorderProgress RunRecorder::progress() const { return body_->progress(); }
 hal::Status RunRecorder::finish() { return body_->finish(); }
 hal::Status RunRecorder::begin_file(SplitWriter::OpenPart open_part) { return body_->begin_file(std::move(open_part)); }
 hal::Status RunRecorder::end_file() { return body_->end_file(); }
@@ -444,4 +464,3 @@ const RunSink* RunRecorder::file() const { return body_->file(); }
 const FlightRing* RunRecorder::ring() const { return body_->ring(); }
 
 }  // namespace sinew::record
-RecorderProgress RunRecorder::progress() const { return body_->progress(); }

@@ -198,7 +198,8 @@ class Bag(unittest.TestCase):
     def test_cut_keeps_a_part_of_the_time_and_all_that_was_said(self):
         start = json.loads(bag("info", FLIGHT, "--json")[1])["start_ns"]
         made = self.make("cut", FLIGHT, path("cut.mcap"), "--from", "0.5", "--until", "1.5")
-        expected = [l for l in cat(FLIGHT) if 5e8 <= l["log_time_ns"] - start <= 15e8]
+        every = [(l, l["log_time_ns"] - start) for l in cat(FLIGHT)]
+        expected = [l for l, at in every if 5e8 <= at <= 15e8 or (at <= 15e8 and l["topic"] == "sinew/requests")]
         self.assertEqual(made["messages"], len(expected))
         by = lambda l: (l["log_time_ns"], l["topic"], l["sequence"], json.dumps(l["message"]))
         self.assertEqual(sorted(cat(path("cut.mcap")), key=by), sorted(expected, key=by))
