@@ -23,7 +23,8 @@ struct CommandContext {
 /// are written as "{one,two}".
 inline constexpr const char *kRobotFileHint = "FILE.toml", *kFileHint = "FILE", *kFolderHint = "DIR";
 inline constexpr const char *kRobotHint = "ROBOT", *kTopicHint = "TOPIC", *kExternalHint = "EXTERNAL",
-                            *kModuleHint = "MODULE", *kParamHint = "MODULE.PARAM", *kThreadHint = "THREAD";
+                            *kModuleHint = "MODULE", *kParamHint = "MODULE.PARAM", *kThreadHint = "THREAD",
+                            *kFieldHint = "FIELD";
 
 /// Version of this Sinew: "0.1.0".
 std::string version();

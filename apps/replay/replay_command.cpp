@@ -259,6 +259,7 @@ void add_replay_command(CLI::App& app, CommandContext& context) {
   command.add_option("file", options->file, "the recording")->required()->type_name(kFileHint);
   command.add_option("--modules", options->modules, "only these, e.g. filter,attitude")
       ->delimiter(',')
+      ->type_name(kModuleHint)
       ->allow_extra_args(false);
   command.add_option("--from", options->from_s, "begin at the saved states before so many seconds of the record")
       ->check(number(0))
@@ -275,6 +276,7 @@ void add_replay_command(CLI::App& app, CommandContext& context) {
                                            "go on behind differences; RMS and maximum of each field that differs");
   command.add_option("--fields", options->fields, "with --compare: only these, e.g. filter.state,tilt")
       ->delimiter(',')
+      ->type_name(kFieldHint)
       ->allow_extra_args(false)
       ->needs(&compare);
   command.add_option("--plot", options->plot, "with --compare: both versions over time, as SVG")

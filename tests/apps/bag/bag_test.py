@@ -38,11 +38,10 @@ def bag(*arguments):
     return run("bag", *arguments)
 
 
-def setUpModule():
-    global FLIGHT
-    code, out, err = run("run", QUAD, "--virtual", "--duration", "2", "--camera", "64x48", "--runs", path("runs"))
-    # Two seconds are no landing; the recording is what counts.
-    runs = os.listdir(path("runs")) if os.path.isdir(path("runs")) else []
+def fly(name, seconds):
+    code, out, err = run("run", QUAD, "--virtual", "--duration", seconds, "--camera", "64x48", "--runs", path(name))
+    # So few seconds are no landing; the recording is what counts.
+    runs = os.listdir(path(name)) if os.path.isdir(path(name)) else []
     if len(runs) != 1:
         raise RuntimeError(f"{code} {out} {err}")
     shutil.copy(path(f"{name}/{runs[0]}/run.mcap"), path(f"{name}.mcap"))
@@ -225,6 +224,7 @@ class Bag(unittest.TestCase):
         self.assertEqual([a["name"] for a in info["attachments"]], ["robot.toml"])
         self.assertIn("sinew.edited", info["metadata"])
         self.assertEqual(info["run"]["robot"], "quad")
+
     def test_a_part_that_was_cut_out_is_executed_from_its_first_states(self):
         part = path("executed.mcap")
         self.make("cut", LONG, part, "--from", "2", "--until", "9")
@@ -273,7 +273,6 @@ class Bag(unittest.TestCase):
         for out in (bag("info", path("rates.mcap"), "--json")[1], run("topic", "list", "--file", path("rates.mcap"), "--json")[1]):
             self.assertEqual({t["name"]: round(t["rate_hz"], 6) for t in json.loads(out)["topics"]}, {"late": 10, "long": 0.05})
         self.assertRegex(run("topic", "list", "--file", path("rates.mcap"))[1], r"(?m)^late .* 10 Hz$")
-
 
     def test_filter_keeps_some_topics(self):
         self.make("filter", FLIGHT, path("filtered.mcap"), "--topic", "imu.raw", "--topic", "camera.raw")
@@ -449,6 +448,18 @@ class Bag(unittest.TestCase):
         self.assertFalse(os.path.exists(path("x")))
         self.assertEqual(digest(FLIGHT), before)
 
+    def test_completion_looks_into_the_file_that_is_named(self):
+        def offered(*words):
+            return run("complete", *words)[1].splitlines()
+        self.assertEqual(offered("bag", "csv", FLIGHT, "--topic", "imu"), ["imu.raw"])
+        self.assertEqual(offered("topic", "echo", "--file", FLIGHT, "range"), ["range.raw"])
+        self.assertEqual(offered("topic", "echo", "--file", FLIGHT, "imu.raw", "--field", "gyro"),
+                         ["gyro_radps", "gyro_radps.x", "gyro_radps.y", "gyro_radps.z"])
+        self.assertEqual(offered("replay", FLIGHT, "--modules", "att"), ["attitude"])
+        self.assertEqual(offered("replay", FLIGHT, "--modules", "mixer,att"), ["mixer,attitude"])
+        self.assertIn("filter.state.p_world_m.x", offered("replay", FLIGHT, "--compare", "--fields", "filter.state.p"))
+        self.assertEqual(offered("bag", "csv", path("no such"), "--topic", ""), [])
+
     def test_completion_offers_files(self):
         self.assertEqual(run("complete", "bag", "info", "")[1], ":file\n")
         self.assertEqual(run("complete", "bag", "images", "x", "")[1], ":folder\n")
@@ -474,6 +485,7 @@ def write_mcap(name, topic, type_name, schema, messages, encoding="ros2msg", tim
 
     inner = record(3, struct.pack("<H", 1) + text(type_name) + text(encoding) + text(schema))
     inner += record(4, struct.pack("<HH", 1, 1) + text(topic) + text("cdr") + struct.pack("<I", 0))
+    times = times or list(range(len(messages)))
     for i, data in enumerate(messages):
         inner += record(5, struct.pack("<HIQQ", 1, i, times[i], times[i]) + data)
     chunk = record(6, struct.pack("<QQQI", times[0], times[-1], len(inner), zlib.crc32(inner)) + text("") +
@@ -485,5 +497,4 @@ def write_mcap(name, topic, type_name, schema, messages, encoding="ros2msg", tim
 
 
 if __name__ == "__main__":
-    times = times or list(range(len(messages)))
     unittest.main(argv=[sys.argv[0], *sys.argv[3:]], verbosity=2)
