@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "apps/bag/commands.hpp"
+#include "apps/bag/recorded_names.hpp"
 #include "apps/calibrate/commands.hpp"
 #include "apps/command/usage_error.hpp"
 #include "apps/completion.hpp"
@@ -43,7 +44,11 @@ std::variant<std::function<int()>, int> understood(int argc, char** argv, const 
   add_deploy_command(app, context);
   add_project_commands(app, context);
   if (argc > 1 && std::string_view(argv[1]) == kCompleteCommand) {
-    for (const auto& line : completions(app, {argv + 2, argv + argc}, running_names)) std::printf("%s\n", line.c_str());
+    const auto names = [](std::string_view hint, const NamedBefore& before) {
+      if (hint == kSettingHint) return running_names(hint, before.first);
+      return before.file.empty() ? running_names(hint, before.robot) : recorded_names(hint, before.file, before.topic);
+    };
+    for (const auto& line : completions(app, {argv + 2, argv + argc}, names)) std::printf("%s\n", line.c_str());
     return kDone;
   }
   if (argc > 1 && argv[1][0] != '-' &&

@@ -14,9 +14,28 @@ struct Position {
   const CLI::App* command;
   const CLI::Option* awaits_value = nullptr;  // the last word is an option that takes one
   std::size_t positionals = 0;                // already given
-  std::string robot{};                        // value of --robot
-  std::string file{};                         // the first argument
+  NamedBefore before{};
 };
+
+/// The argument that takes the value number `given`; null: none does.
+const CLI::Option* argument(const CLI::App& command, std::size_t given) {
+  std::size_t position = 0;
+  for (const CLI::Option* option : command.get_options()) {
+    if (!option->get_positional()) continue;
+    const bool several = option->get_expected_max() > 1;  // such as the files of `bag merge`
+    if (position == given || (several && position < given)) return option;
+    ++position;
+  }
+  return nullptr;
+}
+
+void note(const CLI::Option* option, const std::string& word, NamedBefore& before) {
+  if (!option) return;
+  const std::string name = option->get_name();
+  if (name == "--robot") before.robot = word;
+  if (name == "file" || name == "files" || name == "--file") before.file = word;
+  if (name == "topic" || name == "--topic") before.topic = word;
+}
 
 const CLI::App* subcommand(const CLI::App& command, const std::string& name) {
   const auto found = command.get_subcommands([&](const CLI::App* sub) { return sub->get_name() == name; });
@@ -28,7 +47,7 @@ Position walk(const CLI::App& app, const std::vector<std::string>& words) {
   for (std::size_t i = 0; i + 1 < words.size(); ++i) {
     const std::string& word = words[i];
     if (at.awaits_value) {
-      if (at.awaits_value->get_name() == "--robot") at.robot = word;
+      note(at.awaits_value, word, at.before);
       at.awaits_value = nullptr;
     } else if (word.starts_with("-")) {
       const CLI::Option* option = at.command->get_option_no_throw(word);
@@ -36,7 +55,10 @@ Position walk(const CLI::App& app, const std::vector<std::string>& words) {
     } else if (const CLI::App* sub = subcommand(*at.command, word)) {
       at.command = sub;
     } else {
-      if (at.positionals++ == 0) at.file = word;
+      const CLI::Option* const takes = argument(*at.command, at.positionals);
+      if (at.positionals == 0) at.before.first = word;
+      note(takes, word, at.before);
+      ++at.positionals;
     }
   }
   return at;
@@ -47,26 +69,30 @@ std::vector<std::string> values_of(const CLI::Option& option, const Position& at
   if (hint == kRobotFileHint) return {":file .toml"};
   if (hint == kFileHint) return {":file"};
   if (hint == kFolderHint) return {":folder"};
-  if (hint == kSettingHint) return names_of(hint, at.file);
-  if (!hint.starts_with("{")) return names_of(hint, at.robot);
+  if (!hint.starts_with("{")) return names_of(hint, at.before);
   return CLI::detail::split(hint.substr(1, hint.size() - 2), ',');
 }
 
+/// Of a list, such as "filter,att", the last part is completed.
+std::vector<std::string> values_of(const CLI::Option& option, const Position& at, const std::string& word,
+                                   const NamesOf& names_of) {
+  auto all = values_of(option, at, names_of);
+  const std::size_t comma = option.get_delimiter() == ',' ? word.rfind(',') : std::string::npos;
+  if (comma != std::string::npos)
+    for (std::string& one : all) one.insert(0, word, 0, comma + 1);
+  return all;
+}
+
 std::vector<std::string> candidates(const Position& at, const std::string& word, const NamesOf& names_of) {
-  if (at.awaits_value) return values_of(*at.awaits_value, at, names_of);
+  if (at.awaits_value) return values_of(*at.awaits_value, at, word, names_of);
   std::vector<std::string> all;
-  std::size_t position = 0;
-  for (const CLI::Option* option : at.command->get_options()) {
-    if (word.starts_with("-")) {
+  if (word.starts_with("-")) {
+    for (const CLI::Option* option : at.command->get_options())
       for (const auto& name : option->get_lnames()) all.push_back("--" + name);
-    } else if (option->get_positional()) {
-      const bool several = option->get_expected_max() > 1;  // such as the files of `bag merge`
-      if (position == at.positionals || (several && position < at.positionals)) return values_of(*option, at, names_of);
-      ++position;
-    }
+    return all;
   }
-  if (!word.starts_with("-"))
-    for (const CLI::App* sub : at.command->get_subcommands({})) all.push_back(sub->get_name());
+  if (const CLI::Option* option = argument(*at.command, at.positionals)) return values_of(*option, at, word, names_of);
+  for (const CLI::App* sub : at.command->get_subcommands({})) all.push_back(sub->get_name());
   return all;
 }
 

@@ -15,9 +15,17 @@ namespace sinew::app {
 /// The hidden command that the shell's function calls: `sinew complete WORD...`; the last word is the unfinished one.
 inline constexpr std::string_view kCompleteCommand = "complete";
 
-/// Names of one kind (a hint of apps/command/command.hpp) in a running robot; `robot` is the value of --robot, or
-/// empty. For kSettingHint `robot` is the path of the robot file.
-using NamesOf = std::function<std::vector<std::string>(std::string_view hint, const std::string& robot)>;
+/// What the words before the unfinished one name; each may be empty.
+struct NamedBefore {
+  std::string robot{};  // value of --robot
+  std::string file{};   // a recording
+  std::string topic{};
+  std::string first{};  // the first argument: the robot file of kSettingHint
+};
+
+/// Names of one kind (a hint of apps/command/command.hpp) in a recording or, where none is named, in a running robot.
+/// For kSettingHint: of the robot file.
+using NamesOf = std::function<std::vector<std::string>(std::string_view hint, const NamedBefore& before)>;
 
 /// Candidates for the last word; or ":file", ":file .toml" or ":folder", which asks the shell to complete paths.
 std::vector<std::string> completions(const CLI::App& app, const std::vector<std::string>& words,

@@ -23,6 +23,9 @@ class OutputFile {
   virtual Status cut(std::uint64_t size) noexcept = 0;
   /// Bytes that an ordinary user may still write on this disk.
   virtual Result<std::uint64_t> free_bytes() noexcept = 0;
+  /// Waits until everything that was appended is in the file, where append() only takes it over. Errors: those of
+  /// append().
+  virtual Status settle() noexcept { return {}; }
 };
 
 /// A file for reading at any offset. Thread: any.

@@ -4,6 +4,8 @@
 #include <set>
 #include <tuple>
 
+#include "record/crc32.hpp"
+
 namespace sinew::record {
 namespace {
 
@@ -20,8 +22,9 @@ SchemaKey key_of(const Reader& reader, std::uint16_t schema) {
 
 class Copy {
  public:
-  Copy(std::span<Reader* const> from, const Query& what, Writer& to, Copied& result, Conversion* conversion)
-      : what_(what), to_(to), result_(result), conversion_(conversion) {
+  Copy(std::span<Reader* const> from, const Query& what, Writer& to, Copied& result, Conversion* conversion,
+       const CopyChanges& changes)
+      : what_(what), to_(to), result_(result), conversion_(conversion), changes_(changes) {
     for (Reader* reader : from) sources_.push_back({*reader});
   }
 
@@ -35,6 +38,12 @@ class Copy {
       if (auto done = metadata(source.reader); !done) return done;
       if (auto done = attachments(source.reader); !done) return done;
     }
+    for (const Metadata& m : changes_.metadata) {
+      if (m.values.empty()) continue;
+      if (auto done = to_.add_metadata(m); !done) return done;
+      ++result_.metadata;
+    }
+    if (auto done = earlier_messages(); !done) return done;
     return messages();
   }
 
@@ -45,6 +54,13 @@ class Copy {
     std::map<std::uint16_t, const Schema*> converted{};            // by channel: the schema it is converted to
     std::optional<MessageReader> messages{};
     Message message{};
+  };
+
+  struct Known {
+    const Source* source;
+    std::uint16_t channel;
+    Stamps stamps;
+    std::uint32_t crc;
   };
 
   bool wanted(const Channel& channel) const {
@@ -128,11 +144,17 @@ class Copy {
   Status metadata(Reader& from) {
     for (const MetadataIndex& index : from.metadata()) {
       Metadata m;
+      if (is_changed(index.name)) continue;
       if (!readable(from, index, m) || !metadata_.emplace(m.name, m.values).second) continue;
       if (auto done = to_.add_metadata(m); !done) return done;
       ++result_.metadata;
     }
     return {};
+  }
+
+  bool is_changed(const std::string& name) const {
+    return std::any_of(changes_.metadata.begin(), changes_.metadata.end(),
+                       [&](const Metadata& m) { return m.name == name; });
   }
 
   Status attachments(Reader& from) {
@@ -164,6 +186,30 @@ class Copy {
     }
   }
 
+  Status earlier_messages() {
+    if (what_.from == 0 || changes_.earlier_topics.empty()) return {};
+    for (Source& source : sources_) {
+      source.messages.emplace(source.reader, Query{changes_.earlier_topics, 0, what_.from - 1, Order::file});
+      while (advance(source))
+        if (source.channels.contains(source.message.channel->id))
+          if (auto done = write(source, source.message); !done) return done;
+    }
+    return {};
+  }
+
+  /// Whether another source has had this message: files that were cut out of one may share some.
+  bool is_known(const Source& source, const Message& m) {
+    if (sources_.size() == 1) return false;
+    if (!known_.empty() && known_.front().stamps.log_time != m.stamps.log_time) known_.clear();
+    const Known one{&source, source.channels.at(m.channel->id), m.stamps, crc32(m.data)};
+    const bool known = std::any_of(known_.begin(), known_.end(), [&](const Known& other) {
+      return other.source != one.source && other.channel == one.channel && other.crc == one.crc &&
+             other.stamps.sequence == one.stamps.sequence && other.stamps.publish_time == one.stamps.publish_time;
+    });
+    if (!known) known_.push_back(one);
+    return known;
+  }
+
   Status messages() {
     Query query = what_;
     query.order = sources_.size() == 1 ? Order::file : Order::log_time;
@@ -180,7 +226,8 @@ class Copy {
       const Message& m = source.message;
       if (!source.channels.contains(m.channel->id))  // the summary need not have it
         if (auto done = add_channel(source, *m.channel); !done) return done;
-      if (auto done = write(source, m); !done) return done;
+      if (!is_known(source, m))
+        if (auto done = write(source, m); !done) return done;
       if (!advance(source)) open.erase(first);
     }
     return {};
@@ -211,7 +258,9 @@ class Copy {
   Writer& to_;
   Copied& result_;
   Conversion* const conversion_;
+  const CopyChanges& changes_;
   std::vector<Source> sources_;
+  std::vector<Known> known_;  // of the log time where the merge is
   std::set<std::string> plain_;
   std::multimap<SchemaKey, std::uint16_t> schemas_;
   std::multimap<ChannelKey, std::uint16_t> channels_;
@@ -243,8 +292,9 @@ std::optional<std::string> topic_conflict(std::span<Reader* const> from) {
   return std::nullopt;
 }
 
-Status copy(std::span<Reader* const> from, const Query& what, Writer& to, Copied& result, Conversion* conversion) {
-  return Copy(from, what, to, result, conversion).run();
+Status copy(std::span<Reader* const> from, const Query& what, Writer& to, Copied& result, Conversion* conversion,
+            const CopyChanges& changes) {
+  return Copy(from, what, to, result, conversion, changes).run();
 }
 
 }  // namespace sinew::record

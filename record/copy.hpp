@@ -1,6 +1,7 @@
 #pragma once
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "record/reader.hpp"
 #include "record/writer.hpp"
@@ -23,6 +24,12 @@ class Conversion {
   virtual std::span<const std::byte> convert(const Message& message, const Schema& from) = 0;
 };
 
+/// Changes that copy() makes besides the query.
+struct CopyChanges {
+  std::vector<Metadata> metadata{};           // replaces that of the same name; without values: none
+  std::vector<std::string> earlier_topics{};  // copied from the beginning on, not from Query::from on
+};
+
 /// Options for a writer of the content of `from`: its profile and library, zstd where it has that.
 WriterOptions options_like(const Reader& from);
 
@@ -30,10 +37,10 @@ WriterOptions options_like(const Reader& from);
 std::optional<std::string> topic_conflict(std::span<Reader* const> from);
 
 /// Copies all that a query asks for and that can be read: messages with their channels and schemas, every attachment,
-/// all metadata; things that several files share, once. Messages of one file keep its order; those of several are in
-/// the order of log time. The caller finishes `to`.
+/// all metadata; things that several files share, once, messages included. Messages of one file keep its order; those of
+/// several are in the order of log time. The caller finishes `to`.
 /// Errors:  those of the writer.
 hal::Status copy(std::span<Reader* const> from, const Query& what, Writer& to, Copied& result,
-                 Conversion* conversion = nullptr);
+                 Conversion* conversion = nullptr, const CopyChanges& changes = {});
 
 }  // namespace sinew::record

@@ -158,13 +158,20 @@ Status Writer::State::finish() {
   head.number(std::uint64_t{4});
   head.number(end.crc());
   encode_end(head, summary, end.size() + head.size());
+  const std::uint64_t at = end.size();
+  const std::uint32_t crc = end.crc();
   if (auto done = end.append(head.bytes()); !done) {
     ++counters.failed_writes;
     return done;
   }
+  sync();
+  if (auto done = end.file().settle(); !done) {
+    ++counters.failed_writes;
+    static_cast<void>(end.cut(at, crc));  // FileEnd knows when that fails
+    return done;
+  }
   counters.file_bytes = end.size();
   finished = true;
-  sync();
   return {};
 }
 

@@ -3,6 +3,8 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <functional>
+#include <unordered_set>
 
 #include "apps/bag/bag_message.hpp"
 #include "apps/bag/bag_options.hpp"
@@ -36,41 +38,93 @@ void flatten(const Json& json, const std::string& name, Row& row) {
   }
 }
 
+/// Rows with the columns of all of them, in the order that they have in each. The columns are known before the rows.
 class Table {
  public:
   explicit Table(std::FILE* out) : out_(out) {}
-  /// False: this row has other columns than the rows before.
-  bool add(const Row& row) {
-    if (columns_.empty()) {
-      for (const auto& [name, value] : row) columns_.push_back(name);
-      line(row, &Row::value_type::first);
+  void add_columns(const Row& row) {
+    std::size_t at = 0;
+    for (const auto& cell : row) {
+      if (at == columns_.size() || columns_[at] != cell.first) {
+        const bool is_new = known_.insert(cell.first).second;
+        const auto there = is_new ? columns_.end() : std::find(columns_.begin(), columns_.end(), cell.first);
+        if (is_new)
+          columns_.insert(columns_.begin() + static_cast<std::ptrdiff_t>(at), cell.first);
+        else
+          at = static_cast<std::size_t>(there - columns_.begin());
+      }
+      ++at;
     }
-    const bool same = std::equal(row.begin(), row.end(), columns_.begin(), columns_.end(),
-                                 [](const auto& cell, const auto& name) { return cell.first == name; });
-    if (same) line(row, &Row::value_type::second), ++rows_;
-    return same;
+  }
+  void add(const Row& row) {
+    if (rows_++ == 0) head();
+    std::string text;
+    auto cell = row.begin();
+    for (const std::string& column : columns_) {
+      if (&column != columns_.data()) text += ",";
+      if (cell != row.end() && cell->first == column) text += csv_cell((cell++)->second);
+    }
+    put(text);
   }
   std::uint64_t rows() const { return rows_; }
 
  private:
-  void line(const Row& row, std::string Row::value_type::*part) {
+  void head() {
     std::string text;
-    for (const auto& cell : row) text += (text.empty() ? "" : ",") + csv_cell(cell.*part);
-    text += "\n";
-    std::fwrite(text.data(), 1, text.size(), out_);
+    for (const std::string& column : columns_) text += (text.empty() ? "" : ",") + csv_cell(column);
+    put(text);
+  }
+  void put(std::string& line) {
+    line += "\n";
+    std::fwrite(line.data(), 1, line.size(), out_);
   }
   std::FILE* out_;
   std::vector<std::string> columns_;
+  std::unordered_set<std::string> known_;
   std::uint64_t rows_ = 0;
 };
 
-bool add_message(Table& table, const record::Message& m, BagMessages& texts, std::string& text) {
+/// Nothing: append_json() has printed why.
+std::optional<Row> row_of(const record::Message& m, BagMessages& texts, std::string& text) {
   text.clear();
-  if (!texts.append_json(m, text)) return true;  // append_json() has printed why
+  if (!texts.append_json(m, text)) return std::nullopt;
   Row row{{"log_time_ns", std::to_string(m.stamps.log_time)}, {"sequence", std::to_string(m.stamps.sequence)}};
   flatten(Json::parse(text, nullptr, false), "", row);
-  if (table.add(row)) return true;
-  return fail(m.channel->topic + ": its messages hold lists of different lengths; `bag cat` shows those", kFailed) == 0;
+  return row;
+}
+
+/// Whether messages of the topic may hold lists of different lengths.
+bool has_lists(const record::Reader& reader, const std::vector<std::string>& topics) {
+  return std::any_of(reader.channels().begin(), reader.channels().end(), [&](const auto& entry) {
+    const auto schema = reader.schemas().find(entry.second.schema);
+    const bool asked = std::find(topics.begin(), topics.end(), entry.second.topic) != topics.end();
+    return asked && schema != reader.schemas().end() &&
+           (schema->second.data.find("[]") != std::string::npos ||
+            schema->second.data.find("[<=") != std::string::npos);
+  });
+}
+
+/// False: some messages could not be read or shown. Reads twice where the columns are only known at the end.
+bool write_table(record::Reader& reader, const record::Query& query, Table& table) {
+  BagMessages texts(reader);
+  std::string text;
+  bool good = true;
+  const auto each_row = [&](const std::function<bool(const Row&)>& f) {
+    good = each_message(reader, query, [&](const record::Message& m) {
+      const auto row = row_of(m, texts, text);
+      return !row || f(*row);
+    });
+  };
+  const bool lists = has_lists(reader, query.topics);
+  each_row([&](const Row& row) {
+    table.add_columns(row);
+    return lists;
+  });
+  each_row([&](const Row& row) {
+    table.add(row);
+    return true;
+  });
+  return good && texts.unknown() == 0;
 }
 
 }  // namespace
@@ -105,14 +159,9 @@ int bag_csv(const BagTopicOptions& options) {
     std::FILE* const out = options.out.empty() ? stdout : std::fopen(options.out.c_str(), "wx");
     if (!out)
       return fail(options.out + ": " + (errno == EEXIST ? "exists; nothing is overwritten" : std::strerror(errno)));
-    BagMessages texts(*reader);
     Table table(out);
-    std::string text;
-    bool one_table = true;
-    good = each_message(*reader, *query,
-                        [&](const record::Message& m) { return one_table = add_message(table, m, texts, text); });
+    good = write_table(*reader, *query, table);
     rows = table.rows();
-    good = good && one_table && texts.unknown() == 0;
     if ((out == stdout ? std::fflush(out) : std::fclose(out)) != 0)
       return fail(options.out + ": " + std::strerror(errno), kFailed);
   }

@@ -8,6 +8,7 @@
 #include "apps/command/command.hpp"
 #include "apps/command/json.hpp"
 #include "record/copy.hpp"
+#include "record/run/part.hpp"
 #include "record/run/ros2_convert.hpp"
 #include "record/run/run_messages.hpp"
 #include "record/run/run_review.hpp"
@@ -18,8 +19,9 @@ namespace {
 using Readers = std::vector<std::unique_ptr<record::Reader>>;
 
 /// `said`: texts that mark the copy as edited; empty: the copy is not marked. `ros2`: convert to messages of ROS 2.
-hal::Status write_copy(const Readers& readers, const record::Query& query, const record::Texts& said, bool ros2,
-                       std::unique_ptr<hal::OutputFile> out, record::Copied& copied) {
+hal::Status write_copy(const Readers& readers, const record::Query& query, const record::CopyChanges& changes,
+                       const record::Texts& said, bool ros2, std::unique_ptr<hal::OutputFile> out,
+                       record::Copied& copied) {
   record::WriterOptions how = options_like(*readers.front());
   std::unique_ptr<record::Conversion> conversion;
   if (ros2) {
@@ -30,7 +32,7 @@ hal::Status write_copy(const Readers& readers, const record::Query& query, const
   if (!writer) return writer.error();
   std::vector<record::Reader*> from;
   for (const auto& reader : readers) from.push_back(reader.get());
-  if (auto done = record::copy(from, query, **writer, copied, conversion.get()); !done) return done;
+  if (auto done = record::copy(from, query, **writer, copied, conversion.get(), changes); !done) return done;
   if (!said.empty())
     if (auto done = (*writer)->add_metadata({std::string(record::kEditedName), said}); !done) return done;
   return (*writer)->finish();
@@ -78,13 +80,15 @@ int make_copy(const BagCopyOptions& options, const char* what, const std::vector
     auto query = query_of(*readers.front(), options.what);
     if (!query) return kNotBegun;
     add_heads(*query);
+    const record::CopyChanges changes =
+        from.size() > 1 ? record::changes_of_merge(from) : record::changes_of_cut(*from.front(), query->from);
     auto out = create_output(options.out);
     if (!out) return kNotBegun;
     if (!said.empty()) {
       said["by"] = std::string("sinew bag ") + what;
       for (std::size_t i = 0; i < files.size(); ++i) said[fmt::format("of_{:03}", i)] = files[i];
     }
-    if (const auto done = write_copy(readers, *query, said, ros2, std::move(out), copied); !done) {
+    if (const auto done = write_copy(readers, *query, changes, said, ros2, std::move(out), copied); !done) {
       std::error_code ignored;
       std::filesystem::remove(options.out, ignored);  // our own file, and incomplete
       return fail(file_error(options.out, done.error()), kFailed);

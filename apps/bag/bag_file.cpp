@@ -1,5 +1,7 @@
 #include "apps/bag/bag_file.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -82,6 +84,18 @@ void say_problems(const std::string& path, const std::vector<record::FileProblem
     std::fprintf(stderr, "%s: and %zu problems more; `bag check` lists all\n", path.c_str(), problems.size() - kSaid);
 }
 
+std::string window_problem(record::Reader& reader, std::optional<double> from_s, std::optional<double> until_s) {
+  constexpr double kRounded = 0.001;  // lengths are shown with three digits
+  const std::uint64_t start = record::recorded_start(reader), end = end_time(reader);
+  const double length_s = end > start ? 1e-9 * static_cast<double>(end - start) : 0;
+  const std::string allowed = fmt::format("the file has 0.0 to {:.3f} s", length_s);
+  if (from_s && *from_s > length_s + kRounded) return fmt::format("--from {:g}: {}", *from_s, allowed);
+  if (until_s && *until_s > length_s + kRounded) return fmt::format("--until {:g}: {}", *until_s, allowed);
+  if (from_s && until_s && *until_s < *from_s)
+    return fmt::format("--until {:g}: at least --from {:g}; {}", *until_s, *from_s, allowed);
+  return {};
+}
+
 std::optional<record::Query> query_of(record::Reader& reader, const Selection& selection) {
   std::set<std::string> known;
   for (const auto& [id, channel] : reader.channels()) known.insert(channel.topic);
@@ -91,6 +105,10 @@ std::optional<record::Query> query_of(record::Reader& reader, const Selection& s
     for (const std::string& name : known) names += " " + name;
     fail("no topic " + topic + " in the file; it has" + names +
          hal::did_you_mean(topic, std::vector<std::string>(known.begin(), known.end())));
+    return std::nullopt;
+  }
+  if (const std::string why = window_problem(reader, selection.from_s, selection.until_s); !why.empty()) {
+    fail(why);
     return std::nullopt;
   }
   record::Query query{.topics = selection.topics};
@@ -121,6 +139,31 @@ std::uint64_t end_time(const record::Reader& reader) {
   std::uint64_t end = 0;
   for (const auto& chunk : reader.chunks()) end = std::max(end, chunk.end_time);
   return end;
+}
+
+double channel_rate_hz(record::Reader& reader, const record::Channel& channel) {
+  const auto& all = reader.statistics();
+  if (!all) return 0;
+  const auto count = all->channel_messages.find(channel.id);
+  if (count == all->channel_messages.end() || count->second < 2) return 0;
+  std::uint64_t behind = 0;  // the chunk that begins last has messages of it
+  for (const auto& chunk : reader.chunks())
+    if (chunk.message_indexes.contains(channel.id)) behind = std::max(behind, chunk.start_time);
+  std::optional<std::uint64_t> first, last;
+  const auto look = [&](std::uint64_t from, bool one) {
+    record::MessageReader messages = reader.messages({.topics = {channel.topic}, .from = from});
+    record::Message m;
+    for (record::Next next; (next = messages.next(m)) != record::Next::end;) {
+      if (next == record::Next::problem || m.channel->id != channel.id) continue;
+      if (!first) first = m.stamps.log_time;
+      last = m.stamps.log_time;
+      if (one) return;
+    }
+  };
+  look(0, true);
+  look(behind, false);
+  if (!first || *last <= *first) return 0;
+  return static_cast<double>(count->second - 1) / (1e-9 * static_cast<double>(*last - *first));
 }
 
 }  // namespace sinew::app

@@ -30,7 +30,10 @@ struct Selection {
   std::vector<std::string> topics{};
   std::optional<double> from_s{}, until_s{};  // after the first message of the file
 };
-/// Nothing after printing why: a topic that the file does not have.
+/// Why these seconds of a recording cannot be meant, or empty: they end before they begin, or lie beyond its end.
+std::string window_problem(record::Reader& reader, std::optional<double> from_s, std::optional<double> until_s);
+
+/// Nothing after printing why: a topic or a time that the file does not have.
 std::optional<record::Query> query_of(record::Reader& reader, const Selection& selection);
 
 /// Calls f(message) for all of them in the order of log time, until f returns false or Ctrl-C. False, after printing
@@ -39,5 +42,8 @@ bool each_message(record::Reader& reader, const record::Query& query,
                   const std::function<bool(const record::Message&)>& f);
 
 std::uint64_t end_time(const record::Reader& reader);
+
+/// How often messages of a channel came between its first and its last one; 0 with fewer than two.
+double channel_rate_hz(record::Reader& reader, const record::Channel& channel);
 
 }  // namespace sinew::app

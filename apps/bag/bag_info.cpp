@@ -28,10 +28,10 @@ std::map<std::string, Stored> by_compression(const record::Reader& reader) {
 struct TopicLine {
   std::string name, type;
   std::uint64_t messages = 0;
-  double rate_hz = 0;  // over the whole file
+  double rate_hz = 0;
 };
 
-std::vector<TopicLine> topic_lines(const record::Reader& reader, double duration_s) {
+std::vector<TopicLine> topic_lines(record::Reader& reader) {
   std::vector<TopicLine> lines;
   for (const auto& [id, channel] : reader.channels()) {
     TopicLine line{channel.topic, ""};
@@ -41,7 +41,7 @@ std::vector<TopicLine> topic_lines(const record::Reader& reader, double duration
       if (const auto n = reader.statistics()->channel_messages.find(id);
           n != reader.statistics()->channel_messages.end())
         line.messages = n->second;
-    if (line.messages > 1 && duration_s > 0) line.rate_hz = static_cast<double>(line.messages) / duration_s;
+    line.rate_hz = channel_rate_hz(reader, channel);
     lines.push_back(std::move(line));
   }
   std::sort(lines.begin(), lines.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
@@ -57,7 +57,7 @@ std::string pairs_text(const record::Texts& texts, const char* indent) {
 Json info_json(const BagOptions& options, std::uint64_t bytes, record::Reader& reader, double duration_s) {
   Json topics = Json::array(), compression = Json::object(), attachments = Json::array(), metadata = Json::array(),
        problems = Json::array();
-  for (const TopicLine& t : topic_lines(reader, duration_s))
+  for (const TopicLine& t : topic_lines(reader))
     topics.push_back({{"name", t.name}, {"type", t.type}, {"messages", t.messages}, {"rate_hz", t.rate_hz}});
   for (const auto& [name, s] : by_compression(reader))
     compression[name] = {{"chunks", s.chunks}, {"bytes", s.bytes}, {"uncompressed_bytes", s.uncompressed_bytes}};
@@ -93,7 +93,7 @@ std::string info_text(const BagOptions& options, std::uint64_t bytes, record::Re
   if (const auto dump = read_metadata(reader, "sinew.dump"); !dump.empty())
     out += "dump of the flight ring\n" + pairs_text(dump, "  ");
   out += fmt::format("\n{:<28} {:<30} {:>9} {:>10}\n", "topic", "type", "messages", "per second");
-  for (const TopicLine& t : topic_lines(reader, duration_s))
+  for (const TopicLine& t : topic_lines(reader))
     out += fmt::format("{:<28} {:<30} {:>9} {:>10}\n", t.name, t.type, t.messages,
                        t.rate_hz > 0 ? fmt::format("{:.4g}", t.rate_hz) : "-");
   out += "\n";

@@ -24,7 +24,7 @@ struct CommandContext {
 inline constexpr const char *kRobotFileHint = "FILE.toml", *kFileHint = "FILE", *kFolderHint = "DIR";
 inline constexpr const char *kRobotHint = "ROBOT", *kTopicHint = "TOPIC", *kExternalHint = "EXTERNAL",
                             *kModuleHint = "MODULE", *kParamHint = "MODULE.PARAM", *kThreadHint = "THREAD",
-                            *kSettingHint = "KEY=VALUE";
+                            *kSettingHint = "KEY=VALUE", *kFieldHint = "FIELD";
 
 /// Version of this Sinew: "0.1.0".
 std::string version();

@@ -7,6 +7,7 @@ namespace sinew::app {
 
 /// Names of one kind (a hint of apps/command/command.hpp) in the robots that run on this machine: robots, topics,
 /// modules, ... `robot` is the value of --robot, or empty. Empty when no robot runs.
+/// For kSettingHint `robot` is a robot file, and the names are the settings of its world.
 std::vector<std::string> running_names(std::string_view hint, const std::string& robot);
 
 }  // namespace sinew::app

@@ -243,7 +243,8 @@ void add_topic_commands(CLI::App& app, CommandContext& context) {
   show.app.add_option("-n,--count", show.options.count, "stop after N messages; else at Ctrl-C")
       ->check(whole())
       ->type_name("N");
-  show.app.add_option("--field", show.options.field, "only this part, e.g. p_world_m.x or value.0")->type_name("PATH");
+  show.app.add_option("--field", show.options.field, "only this part, e.g. p_world_m.x or value.0")
+      ->type_name(kFieldHint);
   show.app.add_option("--timeout", show.options.timeout_s, "give up after so long without a message")
       ->check(number(1e-6))
       ->type_name("S");

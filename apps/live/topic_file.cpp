@@ -10,7 +10,6 @@
 #include "apps/live/topic_options.hpp"
 #include "hal/did_you_mean.hpp"
 #include "hal/linux/process.hpp"
-#include "record/run/recorded_run.hpp"
 #include "record/run/run_messages.hpp"
 
 namespace sinew::app {
@@ -20,7 +19,7 @@ struct FileTopic {
   std::string name, type, writer, thread;  // the last two: only of a run of Sinew
   std::uint16_t channel = 0, schema = 0;
   std::uint64_t messages = 0;
-  double rate_hz = 0;  // over the whole file
+  double rate_hz = 0;
 };
 
 /// The topics of a recorded run, or of any other file; without the recorder's own channels (steps, heads of images).
@@ -30,9 +29,8 @@ class RecordedTopics {
     const auto run = read_metadata(reader, "sinew.run");
     if (const auto offset = run.find("unix_ns"); offset != run.end())
       std::from_chars(offset->second.data(), offset->second.data() + offset->second.size(), unix_ns_);
-    const double duration_s = 1e-9 * static_cast<double>(end_time(reader) - record::recorded_start(reader));
     for (const auto& entry : reader.channels())
-      if (run.empty() || !is_record(entry.second.topic)) topics_.push_back(make(entry.second, duration_s));
+      if (run.empty() || !is_record(entry.second.topic)) topics_.push_back(make(entry.second));
     if (!run.empty()) find_writers();
     std::sort(topics_.begin(), topics_.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
   }
@@ -58,7 +56,7 @@ class RecordedTopics {
     return topic == record::kStepsTopic || topic == record::kRequestsTopic || topic == record::kStatesTopic ||
            topic.ends_with(record::kHeadSuffix);
   }
-  FileTopic make(const record::Channel& channel, double duration_s) const {
+  FileTopic make(const record::Channel& channel) const {
     FileTopic t{
         .name = channel.topic, .type = "", .writer = "", .thread = "", .channel = channel.id, .schema = channel.schema};
     if (const auto schema = reader_.schemas().find(channel.schema); schema != reader_.schemas().end())
@@ -66,7 +64,7 @@ class RecordedTopics {
     if (const auto& all = reader_.statistics())
       if (const auto n = all->channel_messages.find(channel.id); n != all->channel_messages.end())
         t.messages = n->second;
-    if (t.messages > 1 && duration_s > 0) t.rate_hz = static_cast<double>(t.messages) / duration_s;
+    t.rate_hz = channel_rate_hz(reader_, channel);
     return t;
   }
   /// The writer of a topic is the module in its name; its thread is in "sinew.graph": module "007" has "module in 002".

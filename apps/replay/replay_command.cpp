@@ -43,6 +43,7 @@ Json to_json(const record::ReplayDifference& d) {
 
 Json to_json(const record::ReplayedModule& m) {
   Json json{{"steps", m.steps}, {"messages", m.messages}, {"not_compared", m.not_compared}};
+  if (m.from) json["from_s"] = msg::seconds(*m.from);
   for (const auto& [key, count] : {std::pair("differing", m.differing), std::pair("missing", m.missing),
                                    std::pair("extra", m.extra), std::pair("settings_ignored", m.settings_ignored)})
     if (count > 0) json[key] = count;
@@ -74,7 +75,8 @@ class ReplayRun {
     auto progress = std::make_unique<Progress>("replay");
     const auto reader = open_recording(command_.file, *progress);
     if (!reader) return kNotBegun;
-    std::string why;
+    std::string why = window_problem(*reader, command_.from_s, command_.until_s);
+    if (!why.empty()) return fail(command_.file + ": " + why);
     if (!prepare(*reader, why)) return fail(why);
     const hal::Time begin = hal::system_os().now();
     const auto report = record::replay(*reader, *graph_, options_, why);
@@ -148,6 +150,8 @@ class ReplayRun {
     Json all{{"identical", report_.first_difference() == nullptr && steps_ > 0},
              {"steps", steps_},
              {"messages", messages_},
+             {"midway", report_.midway},
+             {"start_s", msg::seconds(report_.start)},
              {"robot_s", msg::seconds(report_.length)},
              {"wall_s", wall_s_},
              {"modules", modules}};
@@ -156,9 +160,27 @@ class ReplayRun {
     return all;
   }
 
-  static void print(const Json& json) {
-    std::printf("%s\n", json.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
+  /// Of a file that begins in the middle of its run.
+  void say_beginning() const {
+    if (!report_.midway || command_.from_s) return;
+    std::optional<rt::Time> first, last;
+    for (const auto& m : report_.modules) {
+      if (!m.from || m.steps == 0) continue;
+      first = std::min(first.value_or(*m.from), *m.from);
+      last = std::max(last.value_or(*m.from), *m.from);
+    }
+    if (first)
+      std::printf(
+          "the file begins in the middle of its run: each module begins at its first saved state there, %.3f to "
+          "%.3f s of the file\n",
+          msg::seconds(*first - report_.start), msg::seconds(*last - report_.start));
+    else
+      std::printf(
+          "the file begins in the middle of its run and has no saved state (there is one of each module every "
+          "5 s): take a longer part\n");
   }
+
+  static void print(const Json& json) { std::printf("%s", to_line(json).c_str()); }
 
   void print_totals(const char* verdict) const {
     const double length_s = msg::seconds(report_.length);
@@ -175,6 +197,7 @@ class ReplayRun {
       return code;
     }
     say_problems(command_.file, report_.problems);
+    say_beginning();
     say_modules(report_);
     for (const auto& m : report_.modules)
       if (m.difference && &*m.difference != first) std::printf("%s\n", difference_text(*m.difference).c_str());
@@ -200,6 +223,7 @@ class ReplayRun {
       return code;
     }
     say_problems(command_.file, report_.problems);
+    say_beginning();
     say_modules(report_);
     std::printf("%s", comparison_table(compared, report_.start, command_.fields.empty() ? kRows : 10 * kRows).c_str());
     print_totals(report_.first_difference() ? "NOT identical" : "identical");
@@ -235,6 +259,7 @@ void add_replay_command(CLI::App& app, CommandContext& context) {
   command.add_option("file", options->file, "the recording")->required()->type_name(kFileHint);
   command.add_option("--modules", options->modules, "only these, e.g. filter,attitude")
       ->delimiter(',')
+      ->type_name(kModuleHint)
       ->allow_extra_args(false);
   command.add_option("--from", options->from_s, "begin at the saved states before so many seconds of the record")
       ->check(number(0))
@@ -251,6 +276,7 @@ void add_replay_command(CLI::App& app, CommandContext& context) {
                                            "go on behind differences; RMS and maximum of each field that differs");
   command.add_option("--fields", options->fields, "with --compare: only these, e.g. filter.state,tilt")
       ->delimiter(',')
+      ->type_name(kFieldHint)
       ->allow_extra_args(false)
       ->needs(&compare);
   command.add_option("--plot", options->plot, "with --compare: both versions over time, as SVG")

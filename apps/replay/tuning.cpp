@@ -97,6 +97,10 @@ bool Tuning::open(const std::string& path, std::string& why) {
     why = path + ": " + why;
     return false;
   }
+  if (why = window_problem(*reader, task_.from_s, task_.until_s); !why.empty()) {
+    why = path + ": " + why;
+    return false;
+  }
   file->spec = std::move(*spec);
   if (files_.empty()) written_ = *written_spec(*reader, path, why);
   hal::SilentBoard board;

@@ -10,6 +10,7 @@
 #include "apps/robot/board_rules.hpp"
 #include "apps/robot/linux_board.hpp"
 #include "apps/robot/robot_check.hpp"
+#include "apps/robot/write_stall.hpp"
 #include "apps/robot_file/robot_file.hpp"
 #include "hal/linux/can/can_link.hpp"
 #include "hal/linux/devices/connectors.hpp"
@@ -52,8 +53,17 @@ void add_device(const std::string& name, const drivers::DeviceSpec& spec, hal::S
   for (const auto& joint : spec.joints) add_device(name + ".joint." + joint.name, joint, demand);
 }
 
+// Of the quadrotor, about.
+constexpr double kUsualBytesPerS = 7e6;
+
+struct RecordDemand {
+  RecordOptions options{};
+  double bytes_per_s = kUsualBytesPerS;
+};
+
 /// False after the robot file's problems have been printed.
-bool demand_of_file(const DoctorOptions& options, const rt::ModuleTypes& types, hal::SystemDemand& demand) {
+bool demand_of_file(const DoctorOptions& options, const rt::ModuleTypes& types, hal::SystemDemand& demand,
+                    RecordDemand& record) {
   const std::string& path = options.robot;
   LoadedRobot loaded = load_robot(path);
   if (!options.board.empty()) loaded.robot.graph.board = options.board;
@@ -62,6 +72,7 @@ bool demand_of_file(const DoctorOptions& options, const rt::ModuleTypes& types, 
     rt::Graph graph(loaded.robot.graph, types);
     problems = check_robot(loaded.robot, graph, {});
     if (problems.empty()) {
+      record = {loaded.robot.record, recorded_bytes_per_s(graph, loaded.robot.record)};
       demand = system_demand(graph, true);
       add_devices(loaded.robot, demand);
       if (!demand.real_board && !loaded.robot.devices.devices.empty())
@@ -146,8 +157,11 @@ int doctor_command(const DoctorOptions& options, const rt::ModuleTypes& types) {
     return 2;
   }
   hal::SystemDemand demand;
-  if (!options.robot.empty() && !demand_of_file(options, types, demand)) return 2;
-  const auto checks = hal::check_system(hal::SystemFiles(options.root), demand);
+  RecordDemand record;
+  if (!options.robot.empty() && !demand_of_file(options, types, demand, record)) return 2;
+  auto checks = hal::check_system(hal::SystemFiles(options.root), demand);
+  if (options.write_test_s > 0)
+    checks.push_back(check_write_stall(record.options, record.bytes_per_s, options.write_test_s));
   std::fputs((options.json ? doctor_json(checks) : doctor_text(checks)).c_str(), stdout);
   return ails(checks, options.strict) ? 1 : 0;
 }

@@ -10,9 +10,10 @@
 namespace sinew::app {
 
 struct DoctorOptions {
-  std::string robot;       // robot file; empty: the machine alone
-  std::string board;       // instead of the robot file's
-  std::string root = "/";  // root of the machine's files, or of a copy of another machine's
+  std::string robot;        // robot file; empty: the machine alone
+  std::string board;        // instead of the robot file's
+  std::string root = "/";   // root of the machine's files, or of a copy of another machine's
+  double write_test_s = 0;  // writes so long into the folder of the recordings; 0: not at all
   bool json = false;
   bool strict = false;  // warnings count as problems
 };

@@ -18,6 +18,7 @@ struct RecordOptions {
   record::Compression compression = record::Compression::lz4;
   double split_mb = 0, split_s = 0;  // 0: one file
   double free_floor_mb = 200;        // disk space that a recording leaves free
+  double buffer_mb = 32;             // in real time: what may wait in memory while the disk stalls
   struct Ring {                      // the last seconds in memory
     bool enabled = false;
     double seconds = 10, megabytes = 32;

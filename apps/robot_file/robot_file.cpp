@@ -315,6 +315,7 @@ void read_record(TomlReader& r, RecordOptions& record) {
   r.read("split_mb", record.split_mb, 0.0, kMost);
   r.read("split_s", record.split_s, 0.0, kMost);
   r.read("free_floor_mb", record.free_floor_mb, 0.0, kMost);
+  r.read("buffer_mb", record.buffer_mb, 0.0, 4000.0);
   record.ring.enabled = r.has("ring");
   r.table("ring", [&](TomlReader& ring) {
     ring.read("seconds", record.ring.seconds, 0.1, 3600.0);

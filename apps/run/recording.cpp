@@ -62,12 +62,6 @@ std::string verdict_text(const std::vector<record::ModuleVerdict>& verdict) {
                   : fmt::format("{} of {} modules cannot be replayed: {}", bad, verdict.size(), text);
 }
 
-std::uint64_t total(const std::map<std::string, record::Losses>& losses) {
-  std::uint64_t sum = 0;
-  for (const auto& [name, lost] : losses) sum += lost.count;
-  return sum;
-}
-
 std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 tap::RecordControl::Answer refusal(hal::Errc code, std::string why) { return {code, std::move(why)}; }
@@ -78,6 +72,8 @@ record::RecorderOptions recorder_options(const RecordOptions& from, const RunOpt
   how.files.writer.free_floor_bytes = static_cast<std::uint64_t>(from.free_floor_mb * 1e6);
   how.files.file_bytes = static_cast<std::uint64_t>(from.split_mb * 1e6);
   how.files.file_duration = rt::Duration{static_cast<std::int64_t>(from.split_s * 1e9)};
+  how.buffer_bytes = static_cast<std::uint64_t>(from.buffer_mb * 1e6);
+  how.disk_os = &hal::system_os();
   how.pixel_bytes_per_s = options.record_images ? 1e18 : from.pixel_mb_per_s * 1e6;
   for (const auto& topic : from.topics) how.topics.push_back(topic.value);
   for (const auto& [topic, rate] : from.rate_hz) how.rate_hz.emplace(topic, rate.value);
@@ -168,6 +164,7 @@ std::string Recording::begin_file() {
   path_ = part_path(folder, 0);
   const std::lock_guard lock(folder_mutex_);
   folder_ = folder;
+  recording_ = path_;
   if (ring_memory_)
     if (auto ring = record::RingMemory::open({ring_memory_->data(), ring_memory_->size()})) ring->set_folder(folder);
   return {};
@@ -175,6 +172,10 @@ std::string Recording::begin_file() {
 
 Recording::File Recording::end_file() {
   const hal::Status finished = recorder_->end_file();
+  {
+    const std::lock_guard lock(folder_mutex_);
+    recording_.clear();
+  }
   const record::RunSink& file = *recorder_->file();
   files_.push_back({path_, file.files(), file.verdict(), file.lost_messages(), file.lost_steps(),
                     finished ? file.trouble() : finished});
@@ -201,6 +202,12 @@ record::DumpFile Recording::next_dump() {
 
 std::uint64_t Recording::ask(Command command) {
   const std::uint64_t number = ++asked_;
+  if (command == Command::status) {  // at once: the recorder may be busy for long, and then this is of interest
+    const std::lock_guard lock(answers_mutex_);
+    answers_[number] = {{}, text_of(status())};
+    if (answers_.size() > kMostAnswers) answers_.erase(answers_.begin());  // of clients that went away
+    return number;
+  }
   if (recorder_->later([this, command, number] { serve(command, number); })) return number;
   const std::lock_guard lock(answers_mutex_);
   answers_[number] = refusal(hal::Errc::closed, "the run is over");
@@ -236,7 +243,7 @@ void Recording::serve(Command command, std::uint64_t number) {
     answer = recorder_->ring() ? refusal(hal::Errc::busy, "the ring is being dumped already")
                                : refusal(hal::Errc::not_supported, "this robot has no flight ring: [record.ring]");
   } else {
-    answer = command == Command::start ? start() : command == Command::stop ? stop() : Answer{{}, text_of(status())};
+    answer = command == Command::start ? start() : stop();
   }
   const std::lock_guard lock(answers_mutex_);
   answers_[number] = std::move(answer);
@@ -277,25 +284,32 @@ Json Recording::dumps() const {
   return all;
 }
 
-Json Recording::status() {
+Json Recording::status() const {
   Json all{{"recording", nullptr}, {"ring", nullptr}};
-  if (recorder_->has_file()) {
-    const record::RunSink& file = *recorder_->file();
-    all["recording"] = {{"path", path_},
-                        {"bytes", bytes_of(path_, file.files())},
-                        {"files", file.files()},
-                        {"seconds", msg::seconds(recorder_->now() - file.began())},
-                        {"lost_messages", total(file.lost_messages())},
-                        {"lost_steps", total(file.lost_steps())}};
+  const record::RecorderProgress so_far = recorder_->progress();
+  std::string path;
+  {
+    const std::lock_guard lock(folder_mutex_);
+    path = recording_;
   }
-  if (const record::FlightRing* ring = recorder_->ring())
-    all["ring"] = {{"seconds", msg::seconds(ring->held(recorder_->now()))},
-                   {"bytes", ring->bytes_used()},
-                   {"room_bytes", ring->bytes()},
+  if (so_far.file && !path.empty()) {
+    const auto& file = *so_far.file;
+    all["recording"] = {{"path", path},
+                        {"bytes", bytes_of(path, file.files)},
+                        {"files", file.files},
+                        {"seconds", msg::seconds(so_far.now - file.began)},
+                        {"lost_messages", file.lost_messages},
+                        {"lost_steps", file.lost_steps}};
+  }
+  if (so_far.ring) {
+    const record::FlightRing& ring = *recorder_->ring();
+    all["ring"] = {{"seconds", msg::seconds(so_far.ring->held)},
+                   {"bytes", so_far.ring->bytes_used},
+                   {"room_bytes", ring.bytes()},
                    {"dumps", dumps()},
-                   {"not_dumped", ring->not_dumped()}};
-  if (recorder_->ring() && !recorder_->ring()->trouble())
-    all["ring"]["error"] = error_text(recorder_->ring()->trouble().error());
+                   {"not_dumped", ring.not_dumped()}};
+    if (!so_far.ring->trouble) all["ring"]["error"] = error_text(so_far.ring->trouble.error());
+  }
   return all;
 }
 

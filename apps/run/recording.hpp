@@ -56,7 +56,7 @@ class Recording final : public tap::RecordControl {
   void serve(Command command, std::uint64_t number);
   Answer start();
   Answer stop();
-  Json status();
+  Json status() const;
   Json dumps() const;
   void tell_ring(RunSummary& summary) const;
   static Json to_json(const File& file);
@@ -64,10 +64,11 @@ class Recording final : public tap::RecordControl {
   const std::string under_, robot_;
   std::unique_ptr<hal::SharedMemory> ring_memory_;
   bool finished_ = false;
-  std::string path_;         // of the file that is being written, or was
-  std::vector<File> files_;  // completed
-  std::mutex folder_mutex_;  // different threads write dumps and files
+  std::string path_;                 // of the file that is being written, or was; the recorder's
+  std::vector<File> files_;          // completed
+  mutable std::mutex folder_mutex_;  // different threads write dumps and files, and ask for them
   std::string folder_;
+  std::string recording_;  // path of the file that is being written; empty: none
   std::mutex answers_mutex_;
   std::map<std::uint64_t, Answer> answers_;
   std::map<std::uint64_t, std::size_t> dumping_;   // by request: the report of the ring that answers it

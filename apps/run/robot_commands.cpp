@@ -162,8 +162,15 @@ void describe_doctor(CLI::App& doctor, DoctorOptions& o) {
   doctor.add_option("--board", o.board, "instead of the file's: linux looks at its devices")
       ->type_name("{sim,linux,dataset,none}")
       ->check(CLI::IsMember({"sim", "linux", "dataset", "none"}));
-  doctor.add_option("--root", o.root, "folder with proc, sys and dev, e.g. a copy of another machine's")
-      ->type_name(kFolderHint);
+  CLI::Option& root =
+      *doctor.add_option("--root", o.root, "folder with proc, sys and dev, e.g. a copy of another machine's")
+           ->type_name(kFolderHint);
+  doctor
+      .add_option("--write-test", o.write_test_s,
+                  "write into the folder of the recordings for so long, and measure how long the disk stalls")
+      ->check(number(0.1, 3600.0))
+      ->type_name("S")
+      ->excludes(&root);
   doctor.add_flag("--json", o.json, "as one JSON object");
   doctor.add_flag("--strict", o.strict, "exit code 1 also for warnings");
 }

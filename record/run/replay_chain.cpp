@@ -13,6 +13,10 @@ void ReplayChain::add_writer(std::uint32_t module) {
       topics_[m.topic[p]].written = any_ = true;
 }
 
+void ReplayChain::begin(std::uint32_t topic, const MessageStore::Entry* before) {
+  if (before && before->whole) stores_[topic].put(before->sequence, *before->header());
+}
+
 void ReplayChain::publish(std::uint32_t topic, std::uint32_t first, std::uint32_t count,
                           std::span<const rt::SlotHeader* const> messages) {
   Topic& t = topics_[topic];

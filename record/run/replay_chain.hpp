@@ -22,6 +22,10 @@ class ReplayChain {
   void add_writer(std::uint32_t module);
   /// True when nothing was added: every input is as recorded.
   bool empty() const { return !any_; }
+  /// For the first step of a topic's writer: the newest message that the record has from before it, or null. It is what
+  /// inputs hold as long as the writer publishes nothing.
+  void begin(std::uint32_t topic, const MessageStore::Entry* before);
+  bool begins(std::uint32_t topic) const { return topics_[topic].written && !topics_[topic].begin; }
   /// A step of the writer was executed again; in the record it published `count` messages from `first` on.
   void publish(std::uint32_t topic, std::uint32_t first, std::uint32_t count,
                std::span<const rt::SlotHeader* const> messages);

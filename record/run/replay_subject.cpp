@@ -200,6 +200,8 @@ void ReplaySubject::compare(const LoggedStep& s, std::uint32_t port) {
   const auto out = std::find_if(s.outputs.begin(), s.outputs.end(), [&](const auto& o) { return o.port == port; });
   const std::uint32_t count = out == s.outputs.end() ? 0 : out->count;
   const std::uint32_t first = count == 0 ? 0 : out->first;
+  if (const std::uint32_t topic = about_.topic[port]; count != 0 && chain_.begins(topic))
+    chain_.begin(topic, run_.messages(topic).newest_until(first - 1));
   chain_.publish(about_.topic[port], first, count, published);
   if (!runs()) return;
   if (published.size() != count)

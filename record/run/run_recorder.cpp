@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "msg/cdr.hpp"
+#include "record/queued_file.hpp"
 #include "record/run/ring_trigger.hpp"
 #include "record/run/run_messages.hpp"
 #include "rt/parameters.hpp"
@@ -29,6 +30,14 @@ std::vector<std::uint32_t> depths(const rt::Graph& graph) {
       if (m.topic[p] != rt::kNone && m.declaration.ports[p].kind != rt::Declaration::PortKind::output)
         depth[m.topic[p]] = std::max(depth[m.topic[p]], m.declaration.ports[p].depth);
   return depth;
+}
+
+/// The same files, each behind memory that takes what comes while the disk stalls.
+SplitWriter::OpenPart behind_memory(SplitWriter::OpenPart open_part, std::uint64_t bytes, hal::Os& os) {
+  return [open_part = std::move(open_part), bytes, &os](unsigned part) {
+    auto file = open_part(part);
+    return file ? QueuedFile::open(std::move(*file), bytes, os) : std::move(file);
+  };
 }
 
 }  // namespace
@@ -87,6 +96,11 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     return true;
   }
 
+  RecorderProgress progress() const {
+    const std::lock_guard lock(progress_mutex_);
+    return progress_;
+  }
+
   bool finished() const { return finished_; }
   hal::Status finish() {
     stop_thread();
@@ -114,6 +128,8 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
 
   hal::Status begin_file(SplitWriter::OpenPart open_part) {
     if (has_file()) return hal::Error{hal::Errc::busy, "recorder: a file is being written"};
+    if (pace_ == Pace::follows && options_.disk_os && options_.buffer_bytes != 0)
+      open_part = behind_memory(std::move(open_part), options_.buffer_bytes, *options_.disk_os);
     auto sink = RunSink::open(graph_, description_, std::move(open_part),
                               {.files = options_.files,
                                .topics = options_.topics,
@@ -123,6 +139,8 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     if (!sink) return sink.error();
     file_ = std::move(*sink), file_ended_ = false;
     tell_older(*file_);
+    files_told_ = file_->files();
+    tell_progress();
     return {};
   }
 
@@ -130,6 +148,7 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     if (!has_file()) return hal::Error{hal::Errc::not_found, "recorder: no file is being written"};
     flush_batches();
     file_ended_ = true;
+    tell_progress();
     return file_->finish();
   }
 
@@ -186,6 +205,21 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     }
   }
 
+  /// The same for another file of a split recording: what the file before has, and steps may hold.
+  void tell_again(RunSink& sink) {
+    files_told_ = sink.files();
+    for (std::uint32_t t = 0; t < topics_.size(); ++t) {
+      Topic& topic = topics_[t];
+      if (!topic.newest || topic.depth == 0 || topic.type->has_bulk() || !sink.takes_all(t)) continue;
+      for (std::uint32_t back = topic.depth + 1; back > 0; --back) {
+        const rt::SlotHeader* slot = topic.reader->pin(*topic.newest - (back - 1));
+        if (!slot) continue;
+        sink.put_again(t, form(topic, *slot));
+        topic.reader->unpin();
+      }
+    }
+  }
+
   void next_part() {
     ring_->next_part(begin());
     if (ring_->sink()) tell_older(*ring_->sink());
@@ -230,7 +264,9 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     const bool is_number = std::holds_alternative<double*>(param.target);
     rt::ParamValue value = std::visit([](auto v) { return rt::ParamValue(v); }, r.request.value);
     if (const auto* whole = std::get_if<std::int64_t>(&value); whole && is_number) value = static_cast<double>(*whole);
-    params_[m.spec.name + "." + param.name] = rt::to_string(value);
+    const std::string name = m.spec.name + "." + param.name;
+    params_[name] = rt::to_string(value);
+    each_sink([&](RunSink& sink) { sink.set_param(name, params_[name]); });
   }
 
   void state(const LoggedState& s) override {
@@ -243,6 +279,7 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
 
   void lost(std::uint32_t thread, std::uint64_t entries) override {
     entries_[thread] += entries;
+    flush_batch(thread);
     each_sink([&](RunSink& sink) { sink.lost(thread, entries, now_); });
   }
 
@@ -295,6 +332,8 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
 
   void between() {
     if (any_asked_.load(std::memory_order_acquire)) answer();
+    if (has_file() && file_->files() != files_told_) tell_again(*file_);
+    if (now_ >= next_progress_) tell_progress();
     if (now_ >= next_ask_) ask_for_state();
     if (!ring_) return;
     if (why_dump_ && ring_->may_dump(now_)) {
@@ -302,6 +341,21 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     } else if (ring_->due(now_)) {
       next_part();
     }
+  }
+
+  void tell_progress() {
+    next_progress_ = now_ + options_.poll;
+    RecorderProgress progress{.now = now_};
+    if (has_file()) {
+      RecorderProgress::File& file = progress.file.emplace();
+      file.began = file_->began();
+      file.files = file_->files();
+      for (const auto& [topic, lost] : file_->lost_messages()) file.lost_messages += lost.count;
+      for (const auto& [thread, lost] : file_->lost_steps()) file.lost_steps += lost.count;
+    }
+    if (ring_) progress.ring = {ring_->held(now_), ring_->bytes_used(), ring_->trouble()};
+    const std::lock_guard lock(progress_mutex_);
+    progress_ = progress;
   }
 
   void answer() {
@@ -366,11 +420,15 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
   rt::Time now_;  // of the newest reported step
   std::unique_ptr<RunSink> file_;
   bool file_ended_ = false;
+  unsigned files_told_ = 0;  // of those: each has the messages that its first steps hold
   std::unique_ptr<FlightRing> ring_;
   std::optional<std::string> why_dump_;
   rt::Time next_ask_;
   std::uint32_t asked_last_ = 0;
   hal::Os* os_ = nullptr;
+  rt::Time next_progress_;
+  mutable std::mutex progress_mutex_;
+  RecorderProgress progress_;
   std::mutex mutex_;  // of the jobs of later()
   std::vector<std::function<void()>> asked_;
   std::atomic<bool> any_asked_{false};
@@ -395,6 +453,7 @@ RunRecorder::~RunRecorder() {
 rt::RunObserver& RunRecorder::observer() { return *body_; }
 hal::Status RunRecorder::start(hal::Os& os) { return body_->start(os); }
 bool RunRecorder::later(std::function<void()> what) { return body_->later(std::move(what)); }
+RecorderProgress RunRecorder::progress() const { return body_->progress(); }
 hal::Status RunRecorder::finish() { return body_->finish(); }
 hal::Status RunRecorder::begin_file(SplitWriter::OpenPart open_part) { return body_->begin_file(std::move(open_part)); }
 hal::Status RunRecorder::end_file() { return body_->end_file(); }

@@ -2,6 +2,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,18 +21,38 @@ struct RecorderOptions {
   std::map<std::string, double> rate_hz{};
   double pixel_bytes_per_s = 5e6;
   // Of all:
+  /// Pace::follows: how much may wait in memory while the disk stalls. The memory is taken only while data waits.
+  std::uint64_t buffer_bytes = 32'000'000;
+  hal::Os* disk_os = nullptr;  // starts the threads that write to the disk; null: the recorder writes and waits itself
   rt::Duration log_room = std::chrono::milliseconds(500);  // holds the steps that wait to be read
   rt::Duration state_every = std::chrono::seconds(5);      // of each module, for a replay to begin at; 0: never
   rt::Duration poll = std::chrono::milliseconds(10);       // younger entries are read the next time
   RingOptions ring{};
 };
 
+/// How far a recorder is.
+struct RecorderProgress {
+  rt::Time now;  // of the newest step that it has read
+  struct File {  // that is being written
+    rt::Time began;
+    unsigned files = 0;
+    std::uint64_t lost_messages = 0, lost_steps = 0;
+  };
+  std::optional<File> file{};
+  struct Ring {
+    rt::Duration held{};
+    std::size_t bytes_used = 0;
+    hal::Status trouble{};
+  };
+  std::optional<Ring> ring{};
+};
+
 /// Follows a run: reads every step with its latched and published messages, every request and every message, and hands
 /// them to the recordings: a file, which may begin and end in the middle of the run, and the flight ring. In real time
 /// it follows the executor's threads from its own thread, and no thread waits for it; it counts what it misses. In
 /// virtual time the executor waits for it.
-/// Thread:  owner; observer(): as RunObserver says; later(), ring(): any. Calls marked "the reader's" are made inside
-///          of later(), or while the run stands still.
+/// Thread:  owner; observer(): as RunObserver says; later(), progress(), ring(): any. Calls marked "the reader's" are made
+///          inside of later(), or while the run stands still.
 /// Owner:   graph and os must outlive it. The graph is configured with ConfigureOptions::recorded.
 class RunRecorder {
  public:
@@ -48,6 +69,8 @@ class RunRecorder {
   hal::Status start(hal::Os& os);
   /// The reader calls `what` between two messages. False: the run is over, and the call will not happen.
   bool later(std::function<void()> what);
+  /// As it was 10 ms ago at most, or when the reader began to wait for the disk. Never waits itself.
+  RecorderProgress progress() const;
   /// After the executor has ended: reads what is left, completes the file.
   hal::Status finish();
 

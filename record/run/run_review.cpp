@@ -288,7 +288,8 @@ class Review {
   void entry(std::uint32_t thread, std::uint64_t order) {
     if (thread >= threads_.size()) return;
     Thread& t = threads_[thread];
-    if (!t.begun && result_.is_part) t.next = order;
+    if (!t.begun && result_.is_part && begin_.empty()) t.next = order;
+    if (!t.begun && order < t.next) return;  // a request of before: what it has set still holds
     t.begun = true;
     if (order > t.next) t.lost.add(order - t.next, t.newest);
     t.next = std::max(t.next, order + 1);
@@ -378,7 +379,11 @@ class Review {
       std::vector<const TopicKept*> inputs;
       for (const std::size_t t : m.inputs) inputs.push_back(&topics_[t].kept);
       ModuleVerdict v{m.name, reasons(m.source, threads_[m.thread].lost, inputs), {}};
-      if (!begin_.empty() && m.stepped) begins_at(v, m.from);
+      const bool later_file = result_.is_part && !edited_;  // its verdict is that of all
+      if (later_file)
+        v.from = v.reasons.empty() ? m.from : std::nullopt;
+      else if (!begin_.empty() && m.stepped)
+        begins_at(v, m.from);
       result_.verdict.push_back(std::move(v));
     }
   }

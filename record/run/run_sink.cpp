@@ -42,7 +42,10 @@ RunSink::RunSink(const rt::Graph& graph, const RunDescription& description, cons
       lost_entries_(graph.threads().size()),
       entries_(beginning_.midway ? beginning_.entries : std::vector<std::uint64_t>(graph.threads().size())),
       from_(graph.modules().size()),
-      stepped_(graph.modules().size()) {
+      state_part_(graph.modules().size()),
+      stepped_(graph.modules().size()),
+      written_(entries_),
+      newest_(beginning_.at) {
   for (const rt::GraphTopic& about : graph.topics()) {
     Topic& t = topics_.emplace_back();
     const auto& some = options.topics;
@@ -85,10 +88,9 @@ hal::Status RunSink::begin_file(Writer& w, unsigned part) {
   std::vector<Metadata> all{{"sinew.run", std::move(run)},         {"sinew.modules", std::move(modules)},
                             {"sinew.threads", std::move(threads)}, {"sinew.chains", std::move(chains)},
                             {"sinew.graph", graph_texts()},        {"sinew.params", beginning_.params}};
-  if (beginning_.midway) {
-    Texts begin{{"at_ns", std::to_string(beginning_.at.ns)}};
-    for (std::size_t i = 0; i < beginning_.entries.size(); ++i)
-      begin.emplace(number_key(i), std::to_string(beginning_.entries[i]));
+  if (beginning_.midway || part > 0) {
+    Texts begin{{"at_ns", std::to_string(newest_.ns)}};
+    for (std::size_t i = 0; i < written_.size(); ++i) begin.emplace(number_key(i), std::to_string(written_[i]));
     all.push_back({std::string(kBeginName), std::move(begin)});
   }
   for (const Metadata& m : all)
@@ -214,6 +216,7 @@ hal::Status RunSink::write_image(Topic& topic, const SinkMessage& message) {
 void RunSink::step(const LoggedStep& s) {
   if (!beginning_.midway && beginning_.at.ns == 0) beginning_.at = s.completed;
   ++entries_[s.thread];
+  newest_ = std::max(newest_, s.completed);
   stepped_[s.module] = true;
   if (from_[s.module] && !has_inputs(s)) from_[s.module].reset();
   for (const LoggedStep::Output& out : s.outputs) {
@@ -238,25 +241,29 @@ bool RunSink::has_inputs(const LoggedStep& s) const {
 void RunSink::steps(std::uint32_t thread, const StepBatch& batch) {
   if (!note(writer_->write(steps_channel_, stamps(0, batch.first(), batch.first()), batch.bytes())))
     lost_entries_[thread].add(batch.count(), batch.first());
+  written_[thread] += batch.count();
 }
 
 void RunSink::request(const LoggedRequest& r, std::span<const std::byte> bytes) {
   ++entries_[r.request.thread];
   if (!note(writer_->write(requests_channel_, stamps(0, r.now, r.now), bytes)))
     lost_entries_[r.request.thread].add(1, r.now);
+  ++written_[r.request.thread];
 }
 
 /// A state that cannot be written only costs a place to begin at; its number in the log is a gap all the same.
 void RunSink::state(const LoggedState& s, std::span<const std::byte> bytes) {
   ++entries_[s.thread];
-  if (!note(writer_->write(states_channel_, stamps(0, s.completed, s.completed), bytes)))
-    lost_entries_[s.thread].add(1, s.completed);
-  else if (beginning_.midway && !from_[s.module])
-    from_[s.module] = s.completed;
+  const bool is_written = note(writer_->write(states_channel_, stamps(0, s.completed, s.completed), bytes));
+  ++written_[s.thread];
+  if (!is_written) return lost_entries_[s.thread].add(1, s.completed);
+  state_part_[s.module] = writer_->part();
+  if (beginning_.midway && !from_[s.module]) from_[s.module] = s.completed;
 }
 
 void RunSink::lost(std::uint32_t thread, std::uint64_t entries, rt::Time at) {
   entries_[thread] += entries;
+  written_[thread] += entries;
   lost_entries_[thread].add(entries, at);
 }
 

@@ -61,20 +61,27 @@ class RunSink {
   void lose(std::uint32_t topic, rt::Time at) { topics_[topic].kept.lost.add(1, at); }
   /// A message published before the beginning that may be latched after it. Oldest first.
   void put_older(std::uint32_t topic, const SinkMessage& message);
+  /// Writes a message, not an image, that an earlier file has and that steps in this file may hold. A failure is no loss.
+  void put_again(std::uint32_t topic, const SinkMessage& message) { static_cast<void>(write(topics_[topic], message)); }
   /// Messages published up to this sequence are not in the file.
   void lacks_until(std::uint32_t topic, std::uint32_t sequence) { topics_[topic].first = sequence + 1; }
 
   void step(const LoggedStep& step);  // before its messages; its bytes come with a batch
   void steps(std::uint32_t thread, const StepBatch& batch);
   void request(const LoggedRequest& request, std::span<const std::byte> bytes);
+  /// A parameter is from now on what `text` says: of files that begin later.
+  void set_param(const std::string& name, const std::string& text) { beginning_.params[name] = text; }
   void state(const LoggedState& state, std::span<const std::byte> bytes);
   void lost(std::uint32_t thread, std::uint64_t entries, rt::Time at);
   void tick(rt::Time now);
   /// Writes the verdict and completes the last file. Errors: those of Writer.
   hal::Status finish();
 
-  /// Midway: true while there is no state of the module from which its steps can be executed again.
-  bool needs_state(std::uint32_t module) const { return beginning_.midway && !from_[module]; }
+  /// True while the file, or the present one of several, begins midway and lacks a state of the module from which its
+  /// steps can be executed again.
+  bool needs_state(std::uint32_t module) const {
+    return (beginning_.midway && !from_[module]) || state_part_[module] < writer_->part();
+  }
 
   /// Time of the newest step before the recording or, from the beginning on, of the first one.
   rt::Time began() const { return beginning_.at; }
@@ -129,7 +136,10 @@ class RunSink {
   std::vector<Losses> lost_entries_;           // per thread
   std::vector<std::uint64_t> entries_;         // per thread: what its log held, lost ones included
   std::vector<std::optional<rt::Time>> from_;  // per module, midway: the state where a replay can begin
+  std::vector<unsigned> state_part_;           // per module: of several files the one that has its newest state
   std::vector<bool> stepped_;                  // per module
+  std::vector<std::uint64_t> written_;         // per thread: order of the entry that is written next
+  rt::Time newest_;                            // of the steps
   std::optional<SplitWriter> writer_;
   std::uint16_t steps_channel_ = 0, requests_channel_ = 0, states_channel_ = 0;
   Buffer scratch_;

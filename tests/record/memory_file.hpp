@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
@@ -21,7 +22,8 @@ using Bytes = std::vector<std::byte>;
 /// A test's view of a file, and the failures that it orders. Outlives the file.
 struct Disk {
   Bytes bytes;
-  std::uint64_t room = ~std::uint64_t{0};  // append() fails where the file would grow beyond, like a full disk
+  /// append() fails where the file would grow beyond, like a full disk.
+  std::atomic<std::uint64_t> room{~std::uint64_t{0}};
   std::uint64_t free = ~std::uint64_t{0};  // the answer of free_bytes()
   bool sync_fails = false, cut_fails = false;
   int appends = 0, syncs = 0, cuts = 0;

@@ -38,15 +38,20 @@ def bag(*arguments):
     return run("bag", *arguments)
 
 
-def setUpModule():
-    global FLIGHT
-    code, out, err = run("run", QUAD, "--virtual", "--duration", "2", "--camera", "64x48", "--runs", path("runs"))
-    # Two seconds are no landing; the recording is what counts.
-    runs = os.listdir(path("runs")) if os.path.isdir(path("runs")) else []
+def fly(name, seconds):
+    code, out, err = run("run", QUAD, "--virtual", "--duration", seconds, "--camera", "64x48", "--runs", path(name))
+    # So few seconds are no landing; the recording is what counts.
+    runs = os.listdir(path(name)) if os.path.isdir(path(name)) else []
     if len(runs) != 1:
         raise RuntimeError(f"{code} {out} {err}")
-    FLIGHT = path("flight.mcap")
-    shutil.copy(path(f"runs/{runs[0]}/run.mcap"), FLIGHT)
+    shutil.copy(path(f"{name}/{runs[0]}/run.mcap"), path(f"{name}.mcap"))
+    return path(f"{name}.mcap")
+
+
+def setUpModule():
+    global FLIGHT, LONG
+    FLIGHT = fly("flight", "2")
+    LONG = fly("long", "10")  # with saved states of every module in a part of it
 
 
 def tearDownModule():
@@ -191,14 +196,27 @@ class Bag(unittest.TestCase):
             rows = list(csv.DictReader(f))
         self.assertEqual(json.loads(out)["rows"], len(rows))
         self.assertIn("q_world_base.w", rows[0])
-        code, _, err = bag("csv", FLIGHT, "--topic", "sinew/steps")
-        self.assertEqual(code, 1)
-        self.assertIn("lists of different lengths", err)
+
+    def test_csv_of_lists_of_different_lengths_has_the_longest_in_its_head(self):
+        lists = path("damaged-lists.mcap")
+        bodies = [struct.pack("<IqI", 0x100, 5, len(values)) + (b"\0\0\0\0" if values else b"") +
+                  struct.pack(f"<{len(values)}d", *values) for values in ([1.5], [], [2.5, 3.5, 4.5], [5.5, 6.5])]
+        for i, body in enumerate(bodies):  # what follows the list
+            bodies[i] = body + b"\0" * (-(len(body) - 4) % 4) + struct.pack("<i", i)
+        write_mcap(lists, "x", "a_msgs/msg/B", "int64 stamp\nfloat64[] value\nint32 last\n", bodies)
+        code, out, err = bag("csv", lists, "--topic", "x")
+        self.assertEqual((code, err), (0, ""))
+        self.assertEqual(out.splitlines(), ["log_time_ns,sequence,stamp,value.0,value.1,value.2,last",
+                                            "0,0,5,1.5,,,0", "1,1,5,,,,1", "2,2,5,2.5,3.5,4.5,2", "3,3,5,5.5,6.5,,3"])
+        code, out, err = bag("csv", FLIGHT, "--topic", "sinew/steps")
+        self.assertEqual((code, err), (0, ""))
+        self.assertEqual(len({len(row) for row in csv.reader(io.StringIO(out))}), 1, "all rows have all columns")
 
     def test_cut_keeps_a_part_of_the_time_and_all_that_was_said(self):
         start = json.loads(bag("info", FLIGHT, "--json")[1])["start_ns"]
         made = self.make("cut", FLIGHT, path("cut.mcap"), "--from", "0.5", "--until", "1.5")
-        expected = [l for l in cat(FLIGHT) if 5e8 <= l["log_time_ns"] - start <= 15e8]
+        every = [(l, l["log_time_ns"] - start) for l in cat(FLIGHT)]
+        expected = [l for l, at in every if 5e8 <= at <= 15e8 or (at <= 15e8 and l["topic"] == "sinew/requests")]
         self.assertEqual(made["messages"], len(expected))
         by = lambda l: (l["log_time_ns"], l["topic"], l["sequence"], json.dumps(l["message"]))
         self.assertEqual(sorted(cat(path("cut.mcap")), key=by), sorted(expected, key=by))
@@ -206,6 +224,55 @@ class Bag(unittest.TestCase):
         self.assertEqual([a["name"] for a in info["attachments"]], ["robot.toml"])
         self.assertIn("sinew.edited", info["metadata"])
         self.assertEqual(info["run"]["robot"], "quad")
+
+    def test_a_part_that_was_cut_out_is_executed_from_its_first_states(self):
+        part = path("executed.mcap")
+        self.make("cut", LONG, part, "--from", "2", "--until", "9")
+        code, out, err = run("replay", part)
+        self.assertEqual(code, 0, out + err)
+        self.assertRegex(out, r"the file begins in the middle of its run: each module begins at its first saved state there, "
+                              r"[0-4].[0-9]{3} to [0-5].[0-9]{3} s of the file\n")
+        self.assertNotIn("nothing could be executed", out)
+        code, out, err = run("replay", part, "--json")
+        self.assertEqual(len(out.splitlines()), 1, "one object")
+        replay = json.loads(out)
+        self.assertTrue(replay["identical"] and replay["midway"])
+        whole = json.loads(run("replay", LONG, "--json")[1])
+        for name, module in replay["modules"].items():
+            if whole["modules"][name]["steps"] == 0:
+                continue
+            self.assertNotIn("stopped", module, name)
+            self.assertGreater(module["steps"], 0, name)
+            self.assertGreater(module["from_s"], replay["start_s"], name)
+        code, out, err = bag("cut", part, path("none.mcap"), "--from", "0.01", "--until", "0.02")
+        self.assertEqual(code, 0)
+        code, out, err = run("replay", path("none.mcap"))
+        self.assertEqual(code, 1)
+        self.assertIn("has no saved state (there is one of each module every 5 s): take a longer part", out)
+
+    def test_times_that_the_file_does_not_have_are_refused_with_those_that_it_has(self):
+        length = json.loads(bag("info", FLIGHT, "--json")[1])["duration_s"]
+        allowed = f"the file has 0.0 to {length:.3f} s"
+        for command in (["bag", "cut", FLIGHT, path("x")], ["bag", "cat", FLIGHT], ["bag", "csv", FLIGHT, "--topic", "imu.raw"],
+                        ["bag", "images", FLIGHT, path("x"), "--topic", "camera.raw"], ["bag", "play", FLIGHT],
+                        ["replay", FLIGHT], ["tune", FLIGHT, "--error", "filter.state", "--against", "recorded", "--param",
+                                             "attitude.kp=1"]):
+            for times, words in ((["--from", "3"], f"--from 3: {allowed}"), (["--until", "3"], f"--until 3: {allowed}"),
+                                 (["--from", "1", "--until", "0.5"], f"--until 0.5: at least --from 1; {allowed}")):
+                code, out, err = run(*command, *times)
+                self.assertEqual((code, out), (2, ""), (command, times, err))
+                self.assertIn(words, err, (command, times))
+        self.assertFalse(os.path.exists(path("x")))
+
+    def test_rates_are_those_of_a_topics_own_time(self):
+        write_mcap(path("damaged-late.mcap"), "late", "a_msgs/msg/B", "uint64 x", [struct.pack("<IQ", 0x100, 5)] * 3,
+                   times=[10 * 10**9, 10 * 10**9 + 10**8, 10 * 10**9 + 2 * 10**8])
+        write_mcap(path("damaged-long.mcap"), "long", "a_msgs/msg/B", "uint64 x", [struct.pack("<IQ", 0x100, 5)] * 2,
+                   times=[0, 20 * 10**9])
+        self.assertEqual(bag("merge", path("rates.mcap"), path("damaged-late.mcap"), path("damaged-long.mcap"))[0], 0)
+        for out in (bag("info", path("rates.mcap"), "--json")[1], run("topic", "list", "--file", path("rates.mcap"), "--json")[1]):
+            self.assertEqual({t["name"]: round(t["rate_hz"], 6) for t in json.loads(out)["topics"]}, {"late": 10, "long": 0.05})
+        self.assertRegex(run("topic", "list", "--file", path("rates.mcap"))[1], r"(?m)^late .* 10 Hz$")
 
     def test_filter_keeps_some_topics(self):
         self.make("filter", FLIGHT, path("filtered.mcap"), "--topic", "imu.raw", "--topic", "camera.raw")
@@ -381,6 +448,18 @@ class Bag(unittest.TestCase):
         self.assertFalse(os.path.exists(path("x")))
         self.assertEqual(digest(FLIGHT), before)
 
+    def test_completion_looks_into_the_file_that_is_named(self):
+        def offered(*words):
+            return run("complete", *words)[1].splitlines()
+        self.assertEqual(offered("bag", "csv", FLIGHT, "--topic", "imu"), ["imu.raw"])
+        self.assertEqual(offered("topic", "echo", "--file", FLIGHT, "range"), ["range.raw"])
+        self.assertEqual(offered("topic", "echo", "--file", FLIGHT, "imu.raw", "--field", "gyro"),
+                         ["gyro_radps", "gyro_radps.x", "gyro_radps.y", "gyro_radps.z"])
+        self.assertEqual(offered("replay", FLIGHT, "--modules", "att"), ["attitude"])
+        self.assertEqual(offered("replay", FLIGHT, "--modules", "mixer,att"), ["mixer,attitude"])
+        self.assertIn("filter.state.p_world_m.x", offered("replay", FLIGHT, "--compare", "--fields", "filter.state.p"))
+        self.assertEqual(offered("bag", "csv", path("no such"), "--topic", ""), [])
+
     def test_completion_offers_files(self):
         self.assertEqual(run("complete", "bag", "info", "")[1], ":file\n")
         self.assertEqual(run("complete", "bag", "images", "x", "")[1], ":folder\n")
@@ -396,7 +475,7 @@ def rotated(q, v):
     return {axis: sum(a * v[k] for a, k in zip(row, "xyz")) for axis, row in zip("xyz", rows)}
 
 
-def write_mcap(name, topic, type_name, schema, messages, encoding="ros2msg"):
+def write_mcap(name, topic, type_name, schema, messages, encoding="ros2msg", times=None):
     """A foreign file, without chunks or summary: our reader has to look at everything."""
     def text(s):
         return struct.pack("<I", len(s.encode())) + s.encode()
@@ -406,9 +485,10 @@ def write_mcap(name, topic, type_name, schema, messages, encoding="ros2msg"):
 
     inner = record(3, struct.pack("<H", 1) + text(type_name) + text(encoding) + text(schema))
     inner += record(4, struct.pack("<HH", 1, 1) + text(topic) + text("cdr") + struct.pack("<I", 0))
+    times = times or list(range(len(messages)))
     for i, data in enumerate(messages):
-        inner += record(5, struct.pack("<HIQQ", 1, i, i, i) + data)
-    chunk = record(6, struct.pack("<QQQI", 0, len(messages) - 1, len(inner), zlib.crc32(inner)) + text("") +
+        inner += record(5, struct.pack("<HIQQ", 1, i, times[i], times[i]) + data)
+    chunk = record(6, struct.pack("<QQQI", times[0], times[-1], len(inner), zlib.crc32(inner)) + text("") +
                    struct.pack("<Q", len(inner)) + inner)
     magic = b"\x89MCAP0\r\n"
     with open(name, "wb") as f:

@@ -233,6 +233,60 @@ TEST_F(Recorded, InRealTimeNobodyWaitsForADiskThatStalls) {
   EXPECT_EQ(numbers + gone, real.runner().topic_stats(0).messages.value()) << "those of lost steps are lost, too";
 }
 
+TEST_F(Recorded, ADiskThatStallsForTwoAndAHalfSecondsLosesNothing) {
+  hal::Os& os = hal::system_os();
+  RecorderOptions options;
+  options.disk_os = &os;
+  options.log_room = robot.spec.tap_history = 1500ms;  // more than a loaded machine takes, less than the stall
+  robot.spec.topics.at(0).history = 150;
+  std::atomic<bool> shall_stall{false};
+  disks.push_back(std::make_unique<Disk>());
+  disks[0]->on_append = [&shall_stall] {
+    if (shall_stall.exchange(false)) std::this_thread::sleep_for(2500ms);
+  };
+  auto recorder = open(RunRecorder::Pace::follows, options);
+  ASSERT_TRUE(recorder->start(os));
+  rt::RealTimeOptions how;
+  how.fixed_priority = how.lock_memory = how.keep_awake = false;
+  how.runner.observer = &recorder->observer();
+  rt::RealTimeExecutor real(robot.graph(), os, how);
+  ASSERT_TRUE(real.start());
+  shall_stall = true;
+  std::this_thread::sleep_for(4s);
+  real.stop();
+  ASSERT_TRUE(recorder->finish());
+  ASSERT_FALSE(shall_stall) << "it has stalled";
+  EXPECT_THAT(recorder->lost_steps(), IsEmpty());
+  EXPECT_THAT(recorder->lost_messages(), IsEmpty());
+  std::size_t numbers = 0;
+  each(*read(), "numbers.out", [&](const Message&) { ++numbers; });
+  EXPECT_EQ(numbers, real.runner().topic_stats(0).messages.value());
+}
+
+TEST_F(Recorded, HowFarItIsIsToldWhileItWaitsForTheDisk) {
+  auto recorder = open(RunRecorder::Pace::follows);
+  std::atomic<bool> stalls{true}, waits{false};
+  disks[0]->on_append = [&] {
+    for (waits = true; stalls;) std::this_thread::sleep_for(1ms);
+  };
+  hal::Os& os = hal::system_os();
+  ASSERT_TRUE(recorder->start(os));
+  rt::RealTimeOptions how;
+  how.fixed_priority = how.lock_memory = how.keep_awake = false;
+  how.runner.observer = &recorder->observer();
+  rt::RealTimeExecutor real(robot.graph(), os, how);
+  ASSERT_TRUE(real.start());
+  while (!waits) std::this_thread::sleep_for(1ms);
+  const RecorderProgress progress = recorder->progress();
+  ASSERT_TRUE(progress.file);
+  EXPECT_EQ(progress.file->files, 1u);
+  EXPECT_GT(progress.now, progress.file->began);
+  real.stop();
+  stalls = false;
+  ASSERT_TRUE(recorder->finish());
+  EXPECT_FALSE(recorder->progress().file) << "it is complete";
+}
+
 TEST_F(Recorded, ARunThatEndsWithoutAWordHasAWholeFile) {
   {
     auto recorder = open(RunRecorder::Pace::waited_for);

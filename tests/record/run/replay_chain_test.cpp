@@ -122,6 +122,18 @@ TEST_F(ReplayChainTest, BeginsAtSavedStatesWithTheRecordedMessagesOfBefore) {
   EXPECT_TRUE(later);
 }
 
+TEST_F(ReplayChainTest, WhoBeginsAtASavedStateHoldsTheMessageOfBefore) {
+  RecorderOptions options;
+  options.state_every = 47ms;
+  flight_.fly(400ms, options);
+  Kept kept(topic("follower.out"));
+  const std::vector<ChainedRobot::Change> rare{{"sieve", "every", std::int64_t{100}}};
+  const ReplayReport report = flight_.again({.from_s = 0.25, .chain = true, .watcher = &kept}, rare);
+  ASSERT_GT(kept.again.size(), 30u);
+  for (const rt::Pair& now : kept.again) EXPECT_GT(now.number, 150u) << "the sieve is silent until 300";
+  EXPECT_TRUE(report.complete());
+}
+
 TEST_F(ReplayChainTest, EndsWhereItIsToldTo) {
   flight_.fly(400ms);
   const ReplayReport report = flight_.again({.until_s = 0.1});
