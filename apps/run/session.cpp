@@ -108,7 +108,7 @@ class Session {
     how.os = &run_.os;
     how.taps = MissionWatch::taps(run_.graph());
     how.recorded = Recording::wanted(run_.prepared, options_);
-    if (configure(run_.prepared, devices, how, options_, [this] { return real_ ? real_->problem() : std::string(); }))
+    if (configure(run_.prepared, devices, how, [this] { return real_ ? real_->problem() : std::string(); }))
       return true;
     if (const std::string why = board_.problem(); !why.empty()) fail(why);
     return false;
