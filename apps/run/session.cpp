@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "apps/command/command.hpp"
+#include "apps/flight/watched_grants.hpp"
 #include "apps/robot/linux_board.hpp"
 #include "apps/run/device_stop.hpp"
 #include "apps/run/device_watch.hpp"
@@ -28,23 +29,6 @@ const char* phase_text(const RunContext& run, const msg::MissionState& state) {
   if (by_hand && !safety.permitted && safety.ready) return "ready: `sinew arm` lets it go";
   return to_string(state.phase);
 }
-
-/// Looks at the run between two grants, where the graph stands still.
-class WatchedGrants final : public hal::GrantSource {
- public:
-  WatchedGrants(RunContext& run, RunBoard& board) : run_(run), board_(board) {}
-  hal::Result<hal::Time> next_grant(hal::Time done) override {
-    if (++grants_ % kLookEvery == 0 && (board_.over(run_, done) || hal::stop_requested())) executor->request_stop();
-    return board_.grants().next_grant(done);
-  }
-  rt::DiscreteExecutor* executor = nullptr;
-
- private:
-  static constexpr std::uint64_t kLookEvery = 64;
-  RunContext& run_;
-  RunBoard& board_;
-  std::uint64_t grants_ = 0;
-};
 
 class Session {
  public:
@@ -142,7 +126,8 @@ class Session {
   int run_virtual() {
     std::string why;
     if (!board_.start(run_, why)) return fail(why);
-    WatchedGrants grants(run_, board_);
+    WatchedGrants grants(board_.grants(),
+                         [this](hal::Time done) { return board_.over(run_, done) || hal::stop_requested(); });
     rt::DiscreteOptions how;
     if (options_.duration_s > 0) how.duration = run_duration(options_);
     how.os = &run_.os;
