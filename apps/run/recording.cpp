@@ -236,7 +236,16 @@ void Recording::serve(Command command, std::uint64_t number) {
     answer = recorder_->ring() ? refusal(hal::Errc::busy, "the ring is being dumped already")
                                : refusal(hal::Errc::not_supported, "this robot has no flight ring: [record.ring]");
   } else {
-    answer = command == Command::start ? start() : command == Command::stop ? stop() : Answer{{}, text_of(status())};
+    switch (command) {
+      case Command::start:
+        answer = start();
+        break;
+      case Command::stop:
+        answer = stop();
+        break;
+      default:
+        answer = Answer{{}, text_of(status())};
+    }
   }
   const std::lock_guard lock(answers_mutex_);
   answers_[number] = std::move(answer);

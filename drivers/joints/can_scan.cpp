@@ -159,9 +159,12 @@ void CanScan::hear_sdo(const msg::CanFrame& frame, std::uint32_t node) {
     known = &note(CanFamily::canopen, node);
   }
   if (reply->kind != wire::Sdo::Kind::value) return;  // it refuses: it is there, and says no more of this
-  (reply->object == wire::kDeviceType ? known->device_type
-   : reply->object == wire::kVendorId ? known->vendor
-                                      : known->product) = reply->value();
+  if (reply->object == wire::kDeviceType)
+    known->device_type = reply->value();
+  else if (reply->object == wire::kVendorId)
+    known->vendor = reply->value();
+  else
+    known->product = reply->value();
 }
 
 /// An answer names its motor in the first byte, or in the lower half of it; the latest that was asked is meant.
