@@ -77,13 +77,12 @@ Ratio alternate(int pairs, int reps, const Ours& ours, const Floor& floor) {
 /// One line for people and for bench/run: name, ratio, interval, goal (0: none).
 inline bool report(const char* name, const Ratio& r, double goal, const char* unit = "us") {
   const bool good = goal == 0 || r.low <= goal;  // a clear miss fails, not a noisy one
+  const char* verdict = good ? "near" : "MISS";
+  if (r.ratio <= goal) verdict = "ok";
+  if (goal == 0) verdict = "-";
   std::printf("%-34s %.3f x its floor [%.3f..%.3f]  goal %.2f  %-4s (%.1f %s, floor %.1f %s; p99 %.1f, floor %.1f)\n",
-              name, r.ratio, r.low, r.high, goal,
-              goal == 0         ? "-"
-              : r.ratio <= goal ? "ok"
-              : good            ? "near"
-                                : "MISS",
-              r.ours_us, unit, r.floor_us, unit, r.ours_p99_us, r.floor_p99_us);
+              name, r.ratio, r.low, r.high, goal, verdict, r.ours_us, unit, r.floor_us, unit, r.ours_p99_us,
+              r.floor_p99_us);
   std::fflush(stdout);
   return good;
 }
@@ -91,7 +90,9 @@ inline bool report(const char* name, const Ratio& r, double goal, const char* un
 /// One line about a figure with an absolute goal (0: none).
 inline bool report_figure(const char* name, double value, double goal, const char* unit) {
   const bool good = goal == 0 || value <= goal;
-  std::printf("%-34s %.3f %s  goal %.2f  %s\n", name, value, unit, goal, goal == 0 ? "-" : good ? "ok" : "MISS");
+  const char* verdict = good ? "ok" : "MISS";
+  if (goal == 0) verdict = "-";
+  std::printf("%-34s %.3f %s  goal %.2f  %s\n", name, value, unit, goal, verdict);
   std::fflush(stdout);
   return good;
 }

@@ -45,15 +45,15 @@ std::string_view board_script(std::string_view name) {
 ")
 endfunction()
 
-# sinew_embed_text(OUTPUT FILE NAMESPACE FUNCTION): a source with the function, which returns the file's text.
-function(sinew_embed_text output file namespace function)
+# sinew_embed_text(OUTPUT FILE HEADER NAMESPACE FUNCTION): a source with the function, which returns the file's text and
+# is declared in HEADER.
+function(sinew_embed_text output file header namespace function)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
   file(READ ${file} text)
-  file(CONFIGURE OUTPUT ${output} @ONLY NEWLINE_STYLE UNIX CONTENT "#include <string_view>
+  file(CONFIGURE OUTPUT ${output} @ONLY NEWLINE_STYLE UNIX CONTENT "#include \"@header@\"
 
 namespace @namespace@ {
 
-std::string_view @function@();
 std::string_view @function@() { return R\"__(@text@)__\"; }
 
 }  // namespace @namespace@

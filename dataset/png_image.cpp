@@ -2,6 +2,7 @@
 
 #include <png.h>
 
+#include <algorithm>
 #include <csetjmp>
 #include <cstring>
 
@@ -112,9 +113,7 @@ bool decode_png(std::span<const std::uint8_t> file, DecodedImage& out, std::stri
 
 namespace {
 
-std::uint8_t clamped(double value) {
-  return static_cast<std::uint8_t>(value < 0 ? 0 : value > 255 ? 255 : value + 0.5);
-}
+std::uint8_t clamped(double value) { return static_cast<std::uint8_t>(std::clamp(value, 0.0, 255.0) + 0.5); }
 
 /// Pairs of pixels share their colour: Y U Y V.
 std::vector<std::uint8_t> rgb_of_yuyv(std::uint32_t width, std::uint32_t height, std::uint32_t stride,
@@ -148,9 +147,9 @@ std::string encode_png(msg::PixelFormat format, std::uint32_t width, std::uint32
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
   image.width = width, image.height = height;
-  image.format = format == msg::PixelFormat::mono8  ? PNG_FORMAT_GRAY
-                 : format == msg::PixelFormat::bgr8 ? PNG_FORMAT_BGR
-                                                    : PNG_FORMAT_RGB;
+  image.format = PNG_FORMAT_RGB;
+  if (format == msg::PixelFormat::mono8) image.format = PNG_FORMAT_GRAY;
+  if (format == msg::PixelFormat::bgr8) image.format = PNG_FORMAT_BGR;
   const auto row_stride = static_cast<png_int_32>(stride);
   png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
   std::string file(size, '\0');

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <optional>
 
 #include "drivers/key_number.hpp"
 #include "hal/did_you_mean.hpp"
@@ -25,6 +26,19 @@ std::string value_text(const rt::ParamValue& value, bool hex) {
   if (const auto* i = std::get_if<std::int64_t>(&value)) return number_text(*i, hex);
   if (const auto* d = std::get_if<double>(&value)) return key_number(*d);
   return '"' + std::get<std::string>(value) + '"';
+}
+
+/// The number that a key says. None: it says no number, or one outside [min, max]; NaN is outside.
+std::optional<double> number_within(const rt::ParamValue& value, double min, double max) {
+  double number = 0;
+  if (const auto* whole = std::get_if<std::int64_t>(&value))
+    number = static_cast<double>(*whole);
+  else if (const auto* real = std::get_if<double>(&value))
+    number = *real;
+  else
+    return std::nullopt;
+  if (number >= min && number <= max) return number;
+  return std::nullopt;
 }
 
 std::string quoted(std::string_view text) { return '"' + std::string(text) + '"'; }
@@ -97,12 +111,8 @@ bool DeviceKeys::read(std::string_view key, double& out, double min, double max,
   const Value* value =
       declare(key, info, row("number", key_number(out), kNumberFrom, key_number(min) + " to " + key_number(max)));
   if (!value) return false;
-  const auto* whole = std::get_if<std::int64_t>(&value->value);
-  const auto* real = std::get_if<double>(&value->value);
-  const double number = whole ? static_cast<double>(*whole) : real ? *real : 0.0;
-  // Written so that NaN is refused.
-  if ((whole || real) && number >= min && number <= max) {
-    out = number;
+  if (const auto number = number_within(value->value, min, max)) {
+    out = *number;
     return true;
   }
   return refuse(key);
@@ -165,11 +175,9 @@ void DeviceKeys::read_all(std::string_view prefix, std::map<std::string, double,
   static_cast<void>(declare(std::string(prefix) + std::string(kFamilyName), info, family));
   for (const auto& [key, value] : spec_.keys) {
     if (!key.starts_with(prefix)) continue;
-    const auto* whole = std::get_if<std::int64_t>(&value.value);
-    const auto* real = std::get_if<double>(&value.value);
-    const double number = whole ? static_cast<double>(*whole) : real ? *real : 0.0;
-    if ((whole || real) && number >= min && number <= max && key.size() > prefix.size())
-      out.emplace(key.substr(prefix.size()), number);
+    const auto number = number_within(value.value, min, max);
+    if (number && key.size() > prefix.size())
+      out.emplace(key.substr(prefix.size()), *number);
     else
       problem(key, family.says);
   }

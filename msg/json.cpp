@@ -74,12 +74,4 @@ void to_json(const TypeInfo& type, const void* message, std::string& out, const 
   out += '}';
 }
 
-std::string JsonError::text() const {
-  std::string t = "at " + std::to_string(at) + ": ";
-  if (!path.empty()) t += path + ": ";
-  t += what;
-  if (!allowed.empty()) t += ": " + allowed;
-  return t;
-}
-
 }  // namespace sinew::msg

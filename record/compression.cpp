@@ -26,10 +26,10 @@ class Lz4Compressor final : public Compressor {
   hal::Status compress(std::span<const std::byte> from, Buffer& to) noexcept override {
     LZ4F_preferences_t preferences{};
     preferences.frameInfo.contentSize = from.size();
-    // One block for most chunks, and no larger than needed: readers take memory for a whole block.
-    preferences.frameInfo.blockSizeID = from.size() <= (64u << 10)    ? LZ4F_max64KB
-                                        : from.size() <= (256u << 10) ? LZ4F_max256KB
-                                                                      : LZ4F_max1MB;
+    // One block for most chunks, and no larger than needed: readers take memory for a whole one.
+    preferences.frameInfo.blockSizeID = LZ4F_max1MB;
+    if (from.size() <= (256u << 10)) preferences.frameInfo.blockSizeID = LZ4F_max256KB;
+    if (from.size() <= (64u << 10)) preferences.frameInfo.blockSizeID = LZ4F_max64KB;
     preferences.frameInfo.blockMode = LZ4F_blockIndependent;
     preferences.autoFlush = 1;
     LZ4F_compressOptions_t options{};

@@ -145,9 +145,9 @@ void GraphCheck::trigger(const GraphThread& thread) {
 }
 
 void GraphCheck::cpus(const std::string& key, const std::vector<int>& cpus, int line) {
-  const int count = static_cast<int>(options_.virtual_time ? std::min(graph_.spec().virtual_cores, 64u)
-                                     : options_.cpus       ? options_.cpus
-                                                           : 1024u);
+  std::uint32_t cores = options_.cpus ? options_.cpus : 1024u;
+  if (options_.virtual_time) cores = std::min(graph_.spec().virtual_cores, 64u);
+  const int count = static_cast<int>(cores);
   for (const int cpu : cpus)
     if (cpu < 0 || cpu >= count)
       add(line, key, std::to_string(cpu),

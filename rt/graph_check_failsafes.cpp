@@ -26,9 +26,9 @@ void GraphCheck::failsafes() {
 
 void GraphCheck::failsafe(const FailsafeSpec& f) {
   const std::string key = "failsafe." + f.name;
-  const char* const unit = f.kind == FailsafeSpec::Kind::silent  ? ".silent_ms"
-                           : f.kind == FailsafeSpec::Kind::stuck ? ".stuck_ms"
-                                                                 : ".for_ms";
+  const char* unit = ".for_ms";
+  if (f.kind == FailsafeSpec::Kind::silent) unit = ".silent_ms";
+  if (f.kind == FailsafeSpec::Kind::stuck) unit = ".stuck_ms";
   const Duration least = f.kind == FailsafeSpec::Kind::value ? 0ns : kShortestTime;
   if (f.time < least || f.time > kLongestTime)
     add(f.line, key + unit, number_of_ms(f.time), "a number from " + number_of_ms(least) + " to 3600000");

@@ -202,9 +202,8 @@ void Graph::plan_inputs(std::uint32_t module) {
     const Declaration::Port& port = m.declaration.ports[p];
     if (port.kind == PortKind::output || m.topic[p] == kNone) continue;
     ConnectionPlan plan;
-    plan.kind = port.kind == PortKind::latest            ? Kind::latest
-                : port.overflow == Overflow::drop_oldest ? Kind::drop_oldest
-                                                         : Kind::drop_newest;
+    plan.kind = port.overflow == Overflow::drop_oldest ? Kind::drop_oldest : Kind::drop_newest;
+    if (port.kind == PortKind::latest) plan.kind = Kind::latest;
     plan.depth = port.depth;
     plan.same_thread = modules_[topics_[m.topic[p]].writer].thread == m.thread;
     connections_[module][p] = plan_->connect(topic_ids_[m.topic[p]], plan);

@@ -240,7 +240,8 @@ void Guardian::Group::judge(Time now, const Arming& arming) {
     faults |= wrong;
     if (now - published >= spec.lease) faults |= msg::kFaultLease;
     const GuardianMode live = idle() ? GuardianMode::armed : GuardianMode::active;
-    mode = faults ? GuardianMode::safe : permitted ? live : GuardianMode::standby;
+    mode = permitted ? live : GuardianMode::standby;
+    if (faults) mode = GuardianMode::safe;
   }
   if (stopped) {
     faults |= msg::kFaultFailsafe;

@@ -39,7 +39,9 @@ class Put {
     if (text.empty()) text = "_";
     for (std::size_t i = 0; i < kNameBytes; ++i) {
       const bool inside = i < text.size() && i + 1 < kNameBytes;
-      *to_++ = static_cast<std::byte>(!inside ? '\0' : is_name_character(text[i]) ? text[i] : '_');
+      char c = '\0';
+      if (inside) c = is_name_character(text[i]) ? text[i] : '_';
+      *to_++ = static_cast<std::byte>(c);
     }
     return *this;
   }

@@ -12,6 +12,7 @@
 #include "rt/parameters.hpp"
 #include "rt/safety_text.hpp"
 #include "tap/frames.hpp"
+#include "tap/message_reader.hpp"
 
 namespace sinew::tap {
 namespace {
@@ -448,8 +449,8 @@ Reply Answers::publish(const Json& request) {
     return refuse(hal::Errc::not_supported,
                   *topic + " holds " + std::string(type.name) + ": no such message comes in by the socket");
   std::vector<std::max_align_t> room(type.size / sizeof(std::max_align_t) + 1);
-  if (const auto wrong = msg::from_json(type, to_text(*message), room.data()))
-    return refuse(hal::Errc::bad_argument, "\"message\": " + wrong->text());
+  if (const auto wrong = read_message(type, *message, room.data()))
+    return refuse(hal::Errc::bad_argument, "\"message\": " + *wrong);
   std::string why;
   const auto ticket = graph_.publish(*topic, std::as_bytes(std::span(room)).first(type.size), &why);
   return posted(ticket, why, {{"topic", *topic}});

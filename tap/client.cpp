@@ -56,14 +56,10 @@ hal::Result<std::unique_ptr<Client>> Client::connect(std::string_view robot, std
 }
 
 hal::Result<std::string> Client::request(std::string_view name, std::string_view arguments) {
-  const std::size_t open = arguments.find('{');
-  if (open == std::string_view::npos) return hal::Error{hal::Errc::bad_argument, "arguments are no object"};
-  std::string text = "{\"request\":\"" + std::string(name) + "\"";
-  const std::string_view members = arguments.substr(open + 1);
-  if (const std::size_t first = members.find_first_not_of(" \t\r\n");
-      first != std::string_view::npos && members[first] != '}')
-    text += ',';
-  text += members;
+  Json whole = Json::parse(arguments, nullptr, false);
+  if (!whole.is_object()) return hal::Error{hal::Errc::bad_argument, "arguments are no object"};
+  whole["request"] = name;
+  const std::string text = whole.dump(-1, ' ', false, Json::error_handler_t::replace);
   if (text.size() > kMaxRequestBytes) return hal::Error{hal::Errc::bad_argument, "request is too long"};
   stream_->set_patience(kPatience);
   if (auto sent = stream_->write(frame_head(text.size()), std::as_bytes(std::span(text))); !sent) return sent.error();

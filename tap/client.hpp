@@ -26,7 +26,7 @@ class Client {
   /// Sends {"request": name, members of `arguments`} and answers the reply, a JSON object with "ok", and with "error"
   /// {"code", "why"} when that is false. `arguments` is a JSON object.
   /// Errors:  closed when the robot ended; timeout after the patience; bad_data: that was no reply; bad_argument:
-  ///          longer than a request may be.
+  ///          no object, or longer than a request may be.
   hal::Result<std::string> request(std::string_view name, std::string_view arguments = "{}");
 
   /// The topics, mapped at the first call. The reader is valid as long as the client.

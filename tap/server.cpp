@@ -78,8 +78,10 @@ class Server::Body {
 
   hal::Duration patience() const {
     hal::Duration least = kIdle;
-    for (const auto& c : clients_)
-      least = std::min(least, c->waits_for_change() ? kSoon : c->throttled() ? kLater : kIdle);
+    for (const auto& c : clients_) {
+      if (c->waits_for_change()) least = std::min<hal::Duration>(least, kSoon);
+      if (c->throttled()) least = std::min<hal::Duration>(least, kLater);
+    }
     return clients_.empty() ? kIdle : std::min(least, options_.patience / 4);
   }
 

@@ -54,7 +54,8 @@ Json gaps(const rt::GapStats& s) {
 
 const char* trigger_name(rt::ThreadSpec::Trigger t) {
   using T = rt::ThreadSpec::Trigger;
-  return t == T::period ? "period" : t == T::topics ? "topics" : "device";
+  if (t == T::period) return "period";
+  return t == T::topics ? "topics" : "device";
 }
 
 Json thread_json(const rt::Graph& graph, const rt::GraphThread& t, const rt::ThreadStats& s) {

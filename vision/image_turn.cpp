@@ -122,7 +122,9 @@ void ImageTurn::reset() {
 std::optional<ImageTurn::Turn> ImageTurn::add(const ImageView& image) {
   const bool same_size = image.width == width_ && image.height == height_;
   width_ = image.width, height_ = image.height;
-  const std::uint32_t bin = image.width > 2 * kFineWidth ? 4 : image.width > kFineWidth ? 2 : 1;
+  std::uint32_t bin = 1;
+  if (image.width > kFineWidth) bin = 2;
+  if (image.width > 2 * kFineWidth) bin = 4;
   for (Level* level : {&fine_, &coarse_}) level->older.swap(level->newer);
   if (!fine_.newer.take(image, bin) || !coarse_.newer.take(fine_.newer.view(), 2)) {
     reset();

@@ -28,7 +28,8 @@ void PadFinder::collect_edges(const ImageView& image, const Blob& blob) {
     if (edge_count_ == kMaxEdges) return;
     const std::uint32_t in = left ? x + kProbePx : x - kProbePx;
     const bool room = left ? x + 1 >= kProbePx : x + kProbePx <= image.width;
-    const std::uint32_t out = !room ? x : left ? x + 1 - kProbePx : x - 1 + kProbePx;
+    std::uint32_t out = x;
+    if (room) out = left ? x + 1 - kProbePx : x - 1 + kProbePx;
     const double border = left ? x + 0.5 : x - 0.5;
     edges_[edge_count_++] = {{border, double(y)}, left, brightness(image, out, y) > brightness(image, in, y)};
   };

@@ -1,5 +1,7 @@
 #include "wire/canopen.hpp"
 
+#include <algorithm>
+
 namespace sinew::wire {
 
 CanopenId canopen_id(std::uint32_t id) {
@@ -135,7 +137,7 @@ ObjectAddress get_object(const msg::CanFrame& frame) { return {get_le<std::uint1
 
 /// Expedited data, one to four bytes; `specifier` is the upper three bits.
 void put_expedited(msg::CanFrame& frame, const Sdo& sdo, std::uint8_t specifier) {
-  const std::uint8_t size = sdo.size < 1 ? 1 : sdo.size > 4 ? 4 : sdo.size;
+  const auto size = std::clamp<std::uint8_t>(sdo.size, 1, 4);
   frame.data[0] = static_cast<std::uint8_t>(specifier | (4 - size) << 2 | 3);
   put_object(frame, sdo.object);
   for (std::size_t i = 0; i < size; ++i) frame.data[4 + i] = sdo.data[i];

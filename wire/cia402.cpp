@@ -135,9 +135,9 @@ std::uint32_t joint_faults(std::uint16_t error_code) {
   if (group == 0x4) return msg::kJointOverTemperature;
   if (group == 0x3) {  // voltage: 3x1y is over, 3x2y under
     const std::uint32_t kind = family & 0xF;
-    return kind == 2   ? std::uint32_t{msg::kJointUnderVoltage}
-           : kind == 1 ? std::uint32_t{msg::kJointOverVoltage}
-                       : std::uint32_t{msg::kJointOther};
+    if (kind == 2) return msg::kJointUnderVoltage;
+    if (kind == 1) return msg::kJointOverVoltage;
+    return msg::kJointOther;
   }
   if (subgroup == 0x73) return msg::kJointEncoder;                                         // sensor
   if (family == 0x712 || subgroup == 0x83 || family == 0x861) return msg::kJointOverload;  // stalled, torque, following

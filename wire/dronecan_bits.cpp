@@ -1,5 +1,6 @@
 #include "wire/dronecan_bits.hpp"
 
+#include <algorithm>
 #include <bit>
 
 namespace sinew::wire {
@@ -55,7 +56,7 @@ void BitWriter::put(std::uint64_t value, int bits) noexcept {
 
 void BitWriter::put_signed(std::int64_t value, int bits) noexcept {
   const std::int64_t top = (std::int64_t{1} << (bits - 1)) - 1;
-  put(static_cast<std::uint64_t>(value > top ? top : value < -top - 1 ? -top - 1 : value), bits);
+  put(static_cast<std::uint64_t>(std::clamp(value, -top - 1, top)), bits);
 }
 
 void BitWriter::put_unsigned(std::uint64_t value, int bits) noexcept {

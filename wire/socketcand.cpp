@@ -160,7 +160,10 @@ bool socketcand_parse(std::string_view element, SocketcandMessage& out) noexcept
 std::size_t socketcand_send(const msg::CanFrame& frame, std::span<char> out) noexcept {
   if (!is_can_frame(frame)) return 0;
   TextPut text(out);
-  text.put(frame.fd() ? "< fdsend " : frame.remote() ? "< sendrtr " : "< send ");
+  if (frame.fd())
+    text.put("< fdsend ");
+  else
+    text.put(frame.remote() ? "< sendrtr " : "< send ");
   put_id(text, frame);
   if (frame.fd()) text.put(" ").hex(fd_flags(frame), 2);
   text.put(" ").decimal(frame.size);
@@ -181,7 +184,10 @@ std::size_t socketcand_frame(const msg::CanFrame& frame, std::span<char> out) no
         .size();
   }
   if (!is_can_frame(frame)) return 0;
-  text.put(frame.fd() ? "< fdframe " : frame.remote() ? "< rtr " : "< frame ");
+  if (frame.fd())
+    text.put("< fdframe ");
+  else
+    text.put(frame.remote() ? "< rtr " : "< frame ");
   put_id(text, frame);
   if (frame.fd()) text.put(" ").hex(fd_flags(frame), 2);
   text.put(" ").seconds(frame.stamp.ns).put(" ");

@@ -118,8 +118,10 @@ std::size_t encode_nav_pvt(const UbxPvt& pvt, std::span<std::uint8_t> out) noexc
   p[11] = static_cast<std::uint8_t>((pvt.date_valid ? 1 : 0) | (pvt.time_valid ? 2 : 0));
   using enum msg::GnssFix;
   const bool good = s.fix != none && s.fix != time;
-  p[20] = s.fix == time ? 5 : s.fix == flat ? 2 : good ? 3 : 0;
-  p[21] = static_cast<std::uint8_t>((good ? 1 : 0) | (s.fix == rtk_float ? 0x40 : s.fix == rtk_fixed ? 0x80 : 0));
+  if (good) p[20] = s.fix == flat ? 2 : 3, p[21] = 1;
+  if (s.fix == time) p[20] = 5;
+  if (s.fix == rtk_float) p[21] |= 0x40;
+  if (s.fix == rtk_fixed) p[21] |= 0x80;
   p[23] = static_cast<std::uint8_t>(s.satellites);
   put32(&p[24], s.longitude_deg * 1e7), put32(&p[28], s.latitude_deg * 1e7), put32(&p[36], s.altitude_m * 1e3);
   put32(&p[40], s.horizontal_accuracy_m * 1e3), put32(&p[44], s.vertical_accuracy_m * 1e3);

@@ -15,8 +15,6 @@
 namespace sinew::app {
 namespace {
 
-std::string quoted(const std::string& text) { return Json(text).dump(-1, ' ', false, Json::error_handler_t::replace); }
-
 using Row = std::vector<std::pair<std::string, std::string>>;
 
 std::string csv_cell(std::string text) {
@@ -138,9 +136,11 @@ int bag_cat(const BagCatOptions& options) {
   std::string line;
   bool written = true;
   const bool good = each_message(*reader, *query, [&](const record::Message& m) {
-    line = "{\"topic\":" + quoted(m.channel->topic) + ",\"sequence\":" + std::to_string(m.stamps.sequence) +
-           ",\"log_time_ns\":" + std::to_string(m.stamps.log_time) +
-           ",\"stamp_ns\":" + std::to_string(m.stamps.publish_time) + ",\"message\":";
+    line = to_line({{"topic", m.channel->topic},
+                    {"sequence", m.stamps.sequence},
+                    {"log_time_ns", m.stamps.log_time},
+                    {"stamp_ns", m.stamps.publish_time}});
+    line.replace(line.size() - 2, 2, ",\"message\":");  // which comes as text
     if (!texts.append_json(m, line)) return true;
     line += "}\n";
     return written = std::fwrite(line.data(), 1, line.size(), stdout) == line.size();

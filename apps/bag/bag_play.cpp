@@ -59,7 +59,7 @@ class Play {
     hal::ScaledOs os(hal::system_os(), options_.rate, hal::system_os().now(), first + -kStarts);
     rt::ConfigureOptions how;
     how.os = &os;
-    if (!configure(prepared_, board, how, run)) return kNotBegun;
+    if (!configure(prepared_, board, how)) return kNotBegun;
     find_ways();
     rt::RealTimeExecutor executor(*prepared_.graph, os, real_time_options(run));
     if (const auto started = executor.start(); !started) return fail(started.error().where);
@@ -113,6 +113,7 @@ class Play {
   }
 
   void make_graph() {
+    prepared_.robot.path = options_.file;
     rt::GraphSpec& spec = prepared_.robot.graph;
     const auto run = read_metadata(reader_, "sinew.run");
     const auto robot = run.find("robot");
@@ -176,9 +177,13 @@ class Play {
   void say(const record::Message& m, hal::Time due, hal::Os& os) {
     const Way& way = ways_.at(m.channel->topic);
     const bool images = way.store->type().has_bulk();
-    const bool fits = !images       ? way.store->add(m.stamps.sequence, due, m.data)
-                      : way.is_head ? way.store->add_head(m.stamps.sequence, due, m.data)
-                                    : way.store->add_pixels(m.stamps.sequence, due, m.data);
+    bool fits = false;
+    if (!images)
+      fits = way.store->add(m.stamps.sequence, due, m.data);
+    else if (way.is_head)
+      fits = way.store->add_head(m.stamps.sequence, due, m.data);
+    else
+      fits = way.store->add_pixels(m.stamps.sequence, due, m.data);
     const auto* entry = fits ? way.store->find(m.stamps.sequence) : nullptr;
     const std::pair half(way.store, m.stamps.sequence);
     if (entry && !entry->whole) {

@@ -98,7 +98,11 @@ struct Taken {
 };
 
 std::optional<Taken> reduced(const msg::Image& image, vision::Luma& luma) {
-  const std::uint32_t bin = image.width > 400 ? 4 : image.width > 200 ? 2 : 1;
+  std::uint32_t bin = 1;
+  if (image.width > 400)
+    bin = 4;
+  else if (image.width > 200)
+    bin = 2;
   if (!luma.take(vision::view(image), bin)) return std::nullopt;
   const vision::ImageView view = luma.view();
   Taken taken{image.stamp, msg::ImageBuffer(msg::PixelFormat::mono8, view.width, view.height)};

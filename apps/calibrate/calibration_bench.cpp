@@ -12,7 +12,7 @@ namespace sinew::app {
 
 bool CalibrationBench::open(const CalibrateOptions& o, const std::vector<std::string>& factory) {
   LoadedRobot loaded = load_robot(o.robot);
-  for (const auto& p : loaded.problems) std::fprintf(stderr, "%s\n", rt::to_string(p, o.robot).c_str());
+  for (const auto& p : loaded.problems) std::fprintf(stderr, "%s\n", to_string(p, loaded.robot).c_str());
   if (!loaded.problems.empty()) return false;
   robot = std::move(loaded.robot);
   path = !o.file.empty() ? o.file : calibration_path(robot);
@@ -34,7 +34,7 @@ bool CalibrationBench::open(const CalibrateOptions& o, const std::vector<std::st
     }
   }
   for (auto& p : check_linux_devices(robot)) problems.push_back(std::move(p));
-  for (const auto& p : problems) std::fprintf(stderr, "%s\n", options.told(p, o.robot).c_str());
+  for (const auto& p : problems) std::fprintf(stderr, "%s\n", options.told(p, robot).c_str());
   if (!problems.empty()) return false;
   std::string why;
   auto real = LinuxBoard::open(robot, hal::system_os(), why);

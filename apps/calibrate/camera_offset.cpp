@@ -148,13 +148,11 @@ std::optional<CameraOffset::Result> CameraOffset::solve(const Quat& q_nominal, s
   }
   Result r;
   r.excitation_radps = fit(pairs, q_nominal, 0).excitation_radps;
+  constexpr const char* kAxes[] = {"right", "down", "forward"};
   for (int a = 0; a < 3; ++a)
     if (!(r.excitation_radps[a] > kLeastRate_radps)) {
       why = fmt::format("it was turned too little about the camera's {} axis: {:.3f} rad/s RMS, {} are needed",
-                        a == 0   ? "right"
-                        : a == 1 ? "down"
-                                 : "forward",
-                        r.excitation_radps[a], kLeastRate_radps);
+                        kAxes[a], r.excitation_radps[a], kLeastRate_radps);
       return std::nullopt;
     }
   Quat q = q_nominal;

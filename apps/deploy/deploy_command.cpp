@@ -37,7 +37,7 @@ std::optional<ElfTarget> target_of(const std::string& program) {
 bool passes(LoadedRobot& loaded, const DeployOptions& o, const rt::ModuleTypes& types) {
   if (loaded.problems.empty() && o.binary.empty())
     loaded.problems = rt::Graph(loaded.robot.graph, types).check(check_options(loaded.robot));
-  for (const auto& p : loaded.problems) std::fprintf(stderr, "%s\n", rt::to_string(p, o.robot).c_str());
+  for (const auto& p : loaded.problems) std::fprintf(stderr, "%s\n", to_string(p, loaded.robot).c_str());
   return loaded.problems.empty();
 }
 

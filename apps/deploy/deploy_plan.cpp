@@ -35,15 +35,19 @@ const Machine* machine_of(const ElfTarget& target) {
   return nullptr;
 }
 
+BoardFacts::Root root_of(std::string_view answer) {
+  if (answer == "yes") return BoardFacts::Root::is;
+  if (answer == "sudo") return BoardFacts::Root::sudo;
+  return answer == "password" ? BoardFacts::Root::password : BoardFacts::Root::no;
+}
+
 void take_fact(std::string_view key, const std::string& value, BoardFacts& b) {
-  using Root = BoardFacts::Root;
   std::uint64_t kib = 0;
   if (key == "dir") b.folder = value;
   if (key == "machine") b.machine = value;
   if (key == "user") b.user = value;
   if (key == "writes") b.writes = value == "yes";
-  if (key == "root")
-    b.root = value == "yes" ? Root::is : value == "sudo" ? Root::sudo : value == "password" ? Root::password : Root::no;
+  if (key == "root") b.root = root_of(value);
   if (key == "tar") b.tar = true;
   if (key == "systemd") b.systemd = true;
   if (key == "free_kib" && std::from_chars(value.data(), value.data() + value.size(), kib).ec == std::errc())

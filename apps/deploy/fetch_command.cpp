@@ -45,7 +45,7 @@ int fetch_command(const DeployOptions& o) {
   LoadedRobot loaded;
   if (!o.robot.empty()) {
     loaded = load_robot(o.robot);
-    for (const auto& p : loaded.problems) std::fprintf(stderr, "%s\n", rt::to_string(p, o.robot).c_str());
+    for (const auto& p : loaded.problems) std::fprintf(stderr, "%s\n", to_string(p, loaded.robot).c_str());
     if (!loaded.problems.empty()) return kNotBegun;
   }
   BoardLink link(o.ssh, o.host);

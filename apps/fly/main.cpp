@@ -9,6 +9,7 @@
 #include "apps/flight/mission_watch.hpp"
 #include "apps/flight/robot_modules.hpp"
 #include "apps/flight/verdict.hpp"
+#include "apps/flight/watched_grants.hpp"
 #include "apps/robot_file/robot_file.hpp"
 #include "apps/robot_file/world_report.hpp"
 #include "hal/platform.hpp"
@@ -66,28 +67,10 @@ std::string read_options(int count, char** words, Options& o) {
   return o.endpoint.empty() ? "a robot file and an endpoint are needed" : "";
 }
 
-bool print(const std::vector<rt::Problem>& problems, const std::string& file) {
-  for (const auto& p : problems) std::fprintf(stderr, "%s\n", rt::to_string(p, file).c_str());
+bool print(const std::vector<rt::Problem>& problems, const app::RobotFile& robot) {
+  for (const auto& p : problems) std::fprintf(stderr, "%s\n", app::to_string(p, robot).c_str());
   return !problems.empty();
 }
-
-/// Watches the mission between two grants, while the graph stands still.
-class Watched final : public hal::GrantSource {
- public:
-  Watched(sim_hil::SimBoard& board, app::FlightEnd& end, const std::string& report)
-      : board_(board), end_(end), report_(report) {}
-  hal::Result<hal::Time> next_grant(hal::Time done) override {
-    if (++grants_ % 64 == 0 && end_.reached(done, report_)) executor->request_stop();
-    return board_.next_grant(done);
-  }
-  rt::DiscreteExecutor* executor = nullptr;
-
- private:
-  sim_hil::SimBoard& board_;
-  app::FlightEnd& end_;
-  const std::string& report_;
-  std::uint64_t grants_ = 0;
-};
 
 int tell(const std::string& json, app::MissionWatch& mission) {
   const auto report = app::parse_report(json);
@@ -112,11 +95,11 @@ std::string other_board(const rt::GraphSpec& robot) {
 int fly(const Options& options) {
   const rt::ModuleTypes types = app::robot_modules();
   app::LoadedRobot loaded = app::load_robot(options.robot);
-  if (print(loaded.problems, options.robot)) return 2;
+  if (print(loaded.problems, loaded.robot)) return 2;
   if (const std::string why = other_board(loaded.robot.graph); !why.empty()) return fail(2, options.robot + ": " + why);
   if (options.has_seed) loaded.robot.graph.seed = options.seed;
   rt::Graph graph(loaded.robot.graph, types);
-  if (print(graph.check({.virtual_time = true}), options.robot)) return 2;
+  if (print(graph.check({.virtual_time = true}), loaded.robot)) return 2;
 
   auto stream = hal::connect_stream(options.endpoint, 10s);
   if (!stream)
@@ -137,12 +120,12 @@ int fly(const Options& options) {
   how.os = &os;
   how.taps = app::MissionWatch::taps(graph);
   const auto ready = graph.configure(**board, how);
-  if (print(graph.configure_problems(), options.robot) || !ready)
+  if (print(graph.configure_problems(), loaded.robot) || !ready)
     return fail(2, ready ? (*board)->problem() : ready.error().where);
 
   app::MissionWatch mission(graph);
   app::FlightEnd end(mission);
-  Watched grants(**board, end, report);
+  app::WatchedGrants grants(**board, [&](hal::Time done) { return end.reached(done, report); });
   rt::DiscreteOptions discrete;
   if (options.duration_s > 0) discrete.duration = rt::Duration{static_cast<std::int64_t>(options.duration_s * 1e9)};
   discrete.os = &os;

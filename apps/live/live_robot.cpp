@@ -12,7 +12,9 @@ namespace {
 constexpr hal::Duration kRetry = std::chrono::milliseconds(50);
 
 const char* words(const hal::Error& error) {
-  return error.code == hal::Errc::closed ? "ended" : error.code == hal::Errc::timeout ? "does not answer" : error.where;
+  if (error.code == hal::Errc::closed) return "ended";
+  if (error.code == hal::Errc::timeout) return "does not answer";
+  return error.where;
 }
 
 }  // namespace

@@ -133,8 +133,7 @@ int save(const SaveOptions& options) {
   const LoadedRobot file = load_robot(robot_file);
   if (!file.problems.empty())
     return fail(
-        rt::to_string(file.problems.front(), robot_file) + "; without its robot file it is not known what differs",
-        kFailed);
+        to_string(file.problems.front(), file.robot) + "; without its robot file it is not known what differs", kFailed);
   std::vector<OverlayParam> differing;
   for (const Json& p : reply->at("params"))
     if (p.at("value") != value_in_file(file.robot, p))

@@ -31,11 +31,14 @@ std::string snapshot_text(const Json& reply) {
 std::string ring_text(const Json& ring) {
   std::string text = fmt::format("the last {:.1f} s in memory, {:.1f} of {:.1f} MB", ring.value("seconds", 0.0),
                                  megabytes(ring, "bytes"), megabytes(ring, "room_bytes"));
-  for (const Json& dump : ring.at("dumps"))
-    text += fmt::format("\n  {}: {} at {:.3f} s{}", dump.value("path", std::string()),
-                        dump.value("reason", std::string()), dump.value("at_s", 0.0),
-                        dump.contains("error") ? ": " + dump.at("error").get<std::string>()
-                                               : std::string(dump.value("done", true) ? "" : ", being written"));
+  for (const Json& dump : ring.at("dumps")) {
+    text += fmt::format("\n  {}: {} at {:.3f} s", dump.value("path", std::string()),
+                        dump.value("reason", std::string()), dump.value("at_s", 0.0));
+    if (dump.contains("error"))
+      text += ": " + dump.at("error").get<std::string>();
+    else if (!dump.value("done", true))
+      text += ", being written";
+  }
   if (const auto more = ring.value("not_dumped", std::uint64_t{0}); more != 0)
     text += fmt::format("\n  {} more within the ring's length of another", more);
   return text;

@@ -61,13 +61,11 @@ std::string chain_line(const Json& c) {
 std::string guardian_lines(const Json& guardian) {
   constexpr std::array<const char*, 4> kModes{"standby", "armed", "active", "safe"};
   const bool permitted = number(guardian, "permitted") != 0, ready = number(guardian, "ready") != 0;
-  std::string out = fmt::format("guardian  {}; commands {}{}\n",
-                                kModes[static_cast<std::size_t>(number(guardian, "mode") % kModes.size())],
-                                permitted ? "pass" : "do not pass",
-                                permitted ? ""
-                                : ready   ? "; ready to arm"
-                                          : "; not ready:");
-  if (permitted || ready) return out;
+  std::string out = fmt::format("guardian  {}; commands ",
+                                kModes[static_cast<std::size_t>(number(guardian, "mode") % kModes.size())]);
+  if (permitted) return out + "pass\n";
+  out += ready ? "do not pass; ready to arm\n" : "do not pass; not ready:\n";
+  if (ready) return out;
   for (const Json& reason : list(guardian, "reasons"))
     if (reason.is_string()) out += fmt::format("          {}\n", reason.get_ref<const std::string&>());
   return out;

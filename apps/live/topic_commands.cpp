@@ -158,7 +158,8 @@ int pub(const PubOptions& options) {
   auto robot = LiveRobot::find(options);
   if (!robot) return kNotBegun;
   hal::Os& os = hal::system_os();
-  const std::uint64_t count = options.count > 0 ? options.count : options.rate_hz > 0 ? 0 : 1;
+  const bool repeats = options.count > 0 || options.rate_hz > 0;
+  const std::uint64_t count = repeats ? options.count : 1;  // 0: until it is stopped
   const rt::Duration period = options.rate_hz > 0 ? seconds(1 / options.rate_hz) : rt::Duration{};
   hal::Time next = os.now();
   for (std::uint64_t n = 0; (count == 0 || n < count) && !hal::stop_requested(); ++n) {

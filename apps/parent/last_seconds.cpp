@@ -8,6 +8,7 @@
 #include <ctime>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "apps/parent/run_folder.hpp"
@@ -18,6 +19,7 @@ namespace sinew::app {
 namespace {
 
 namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
 
 struct Line {
   std::int64_t published_ns = 0;
@@ -37,8 +39,9 @@ void read_topic(const tap::SegmentReader& reader, std::uint32_t index, std::vect
     if (!reader.copy(*message, copy)) continue;
     rt::SlotHeader header;
     std::memcpy(&header, copy.data(), sizeof(header));
-    Line line{header.published.ns, fmt::format(R"({{"topic":"{}","sequence":{},"published_ns":{},"message":)",
-                                               topic.name, message->sequence, header.published.ns)};
+    const Json about{{"topic", topic.name}, {"sequence", message->sequence}, {"published_ns", header.published.ns}};
+    Line line{header.published.ns, about.dump(-1, ' ', false, Json::error_handler_t::replace)};
+    line.text.replace(line.text.size() - 1, 1, ",\"message\":");
     msg::to_json(*topic.info, copy.data() + sizeof(header), line.text);
     line.text += "}\n";
     lines.push_back(std::move(line));
@@ -73,9 +76,11 @@ std::string save_last_seconds(const std::string& folder, std::string_view robot,
   const fs::path path = make_run_folder(folder, robot, why);
   if (path.empty()) return {};
   const std::string messages = messages_of(memory);
-  const std::string about =
-      fmt::format("{{\"robot\":\"{}\",\"fault\":\"{}\",\"noticed_utc\":\"{:%Y-%m-%dT%H:%M:%SZ}\",\"messages\":{}}}\n",
-                  robot, fault, fmt::gmtime(now), std::count(messages.begin(), messages.end(), '\n'));
+  const Json json{{"robot", robot},
+                  {"fault", fault},
+                  {"noticed_utc", fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(now))},
+                  {"messages", std::count(messages.begin(), messages.end(), '\n')}};
+  const std::string about = json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
   const auto* bytes = reinterpret_cast<const char*>(memory.data());
   const bool good = write_file(path / "fault.json", about.data(), about.size(), why) &&
                     write_file(path / "messages.jsonl", messages.data(), messages.size(), why) &&

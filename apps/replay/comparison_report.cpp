@@ -15,7 +15,8 @@ using record::ComparedQuantity;
 std::string relative_text(const ComparedQuantity& q) {
   const double r = q.relative();
   if (std::isinf(r)) return "-";
-  return r == 0 ? "0" : r < 100 ? fmt::format("{:.3g} %", 100 * r) : fmt::format("{:.3g} x", r);
+  if (r == 0) return "0";
+  return r < 100 ? fmt::format("{:.3g} %", 100 * r) : fmt::format("{:.3g} x", r);
 }
 
 double seconds_at(const record::Deviation& d, rt::Time start) { return msg::seconds(d.max_at - start); }

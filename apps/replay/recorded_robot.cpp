@@ -16,7 +16,7 @@ std::optional<rt::GraphSpec> written_spec(record::Reader& reader, const std::str
     return std::nullopt;
   }
   LoadedRobot loaded = parse_robot(*text, file + ": robot.toml");
-  for (const auto& p : loaded.problems) why += rt::to_string(p, loaded.robot.path) + "\n";
+  for (const auto& p : loaded.problems) why += to_string(p, loaded.robot) + "\n";
   if (!loaded.problems.empty()) return std::nullopt;
   return std::move(loaded.robot.graph);
 }

@@ -202,10 +202,10 @@ class ReplayRun {
     for (const auto& m : report_.modules)
       if (m.difference && &*m.difference != first) std::printf("%s\n", difference_text(*m.difference).c_str());
     if (first) std::printf("first difference: %s\n", difference_text(*first).c_str());
-    print_totals(first                ? "NOT identical"
-                 : steps_ == 0        ? "nothing could be executed"
-                 : report_.complete() ? "identical"
-                                      : "identical as far as it goes");
+    const char* verdict = report_.complete() ? "identical" : "identical as far as it goes";
+    if (steps_ == 0) verdict = "nothing could be executed";
+    if (first) verdict = "NOT identical";
+    print_totals(verdict);
     return code;
   }
 

@@ -80,7 +80,7 @@ bool demand_of_file(const DoctorOptions& options, const rt::ModuleTypes& types, 
                      loaded.robot.graph.board.c_str());
     }
   }
-  for (const auto& p : problems) std::fprintf(stderr, "%s\n", rt::to_string(p, path).c_str());
+  for (const auto& p : problems) std::fprintf(stderr, "%s\n", to_string(p, loaded.robot).c_str());
   return problems.empty();
 }
 

@@ -39,10 +39,11 @@ class Resolver {
     const fs::path base = (fs::path(path).parent_path() / named).lexically_normal();
     seen_.push_back(fs::path(path).lexically_normal());
     if (std::find(seen_.begin(), seen_.end(), base) != seen_.end())
-      return refuse(line, path, "extends", named, "a file that does not extend this one: they go in a circle");
+      return refuse(line, path, "extends", '"' + named + '"',
+                    "a file that does not extend this one: they go in a circle");
     std::ifstream in(base, std::ios::binary);
     if (std::error_code none; !in || fs::is_directory(base, none))
-      return refuse(line, path, "extends", named, "a robot file that can be read: " + base.string());
+      return refuse(line, path, "extends", '"' + named + '"', "a robot file that can be read: " + base.string());
     const std::string below((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
     if (const int odd = line_beyond_ascii(below))
       return refuse(odd, base.string(), "TOML", "syntax", "only ASCII outside of comments");
@@ -56,17 +57,18 @@ class Resolver {
     return out_.problems.empty() ? std::move(all) : nullptr;
   }
 
-  std::string text_of(const toml::table& table) {
+  /// Writes the text, which begins with `title`, and where its lines are from.
+  void write(const toml::table& table, const std::string& title, const std::string& path) {
+    put(title, {path, 1});
     print(table, "", true);
-    return text_.str();
+    out_.text = text_.str();
   }
 
  private:
   std::unique_ptr<toml::table> refuse(std::uint32_t line, const std::string& path, const char* key,
                                       const std::string& value, const std::string& allowed) {
-    const bool own = seen_.empty() || seen_.front() == fs::path(path).lexically_normal();
-    out_.problems.push_back({own ? static_cast<int>(line) : 0, key, value.empty() ? value : '"' + value + '"',
-                             own ? allowed : path + ":" + std::to_string(line) + ": " + allowed});
+    out_.places.push_back({path, static_cast<int>(line)});
+    out_.problems.push_back({static_cast<int>(out_.places.size()), key, value, allowed});
     return nullptr;
   }
 
@@ -94,7 +96,8 @@ class Resolver {
             list->erase(list->cbegin() + static_cast<std::ptrdiff_t>(i));
             gone = true;
           }
-      if (!gone) refuse(line, path, "without", name, "a table of the file that is extended, such as \"module.pad\"");
+      if (!gone)
+        refuse(line, path, "without", '"' + name + '"', "a table of the file that is extended, such as \"module.pad\"");
     }
   }
 
@@ -156,9 +159,21 @@ class Resolver {
     return bare ? key : '"' + key + '"';
   }
 
-  std::string origin(const toml::node& node) const {
+  static LinePlace written(const toml::node& node) {
     const auto& source = node.source();
-    return source.path ? "  # " + *source.path + ":" + std::to_string(source.begin.line) : std::string();
+    return {source.path ? *source.path : std::string(), static_cast<int>(source.begin.line)};
+  }
+
+  static std::string origin(const toml::node& node) {
+    const LinePlace at = written(node);
+    return "  # " + at.file + ":" + std::to_string(at.line);
+  }
+
+  /// One or more lines (a long array), all written where their key stands.
+  void put(const std::string& lines, const LinePlace& at) {
+    text_ << lines << '\n';
+    out_.places.insert(out_.places.end(), 1 + static_cast<std::size_t>(std::count(lines.begin(), lines.end(), '\n')),
+                       at);
   }
 
   void print(const toml::table& table, const std::string& prefix, bool root) {
@@ -166,9 +181,10 @@ class Resolver {
     const auto is_section = [](const toml::node& n) { return n.is_table() || n.is_array_of_tables(); };
     for (const Entry& e : all)
       if (!is_section(*e.node)) {
-        text_ << e.key << " = ";
-        e.node->visit([&](const auto& value) { text_ << value; });
-        text_ << '\n';
+        std::ostringstream line;
+        line << e.key << " = ";
+        e.node->visit([&](const auto& value) { line << value; });
+        put(line.str(), written(*e.node));
       }
     for (const Entry& e : all) {
       if (!is_section(*e.node)) continue;
@@ -176,12 +192,12 @@ class Resolver {
       if (const toml::table* sub = e.node->as_table()) {
         const bool only_tables =
             std::all_of(sub->begin(), sub->end(), [&](const auto& pair) { return is_section(pair.second); });
-        if (!only_tables || sub->empty()) text_ << "\n[" << name << "]" << origin(*sub) << '\n';
+        if (!only_tables || sub->empty()) put("\n[" + name + "]" + origin(*sub), written(*sub));
         print(*sub, name, false);
         continue;
       }
       for (const toml::node& one : *e.node->as_array()) {
-        text_ << "\n[[" << name << "]]" << origin(one) << '\n';
+        put("\n[[" + name + "]]" + origin(one), written(one));
         print(*one.as_table(), name, false);
       }
     }
@@ -203,7 +219,7 @@ ResolvedRobot resolve_robot(std::string_view text, const std::string& path) {
   Resolver resolver(resolved);
   const auto all = resolver.merged(resolved.text, path);
   if (!all) return resolved;
-  resolved.text = "# " + path + " with all that it extends\n" + resolver.text_of(*all);
+  resolver.write(*all, "# " + path + " with all that it extends", path);
   resolved.extended = true;
   return resolved;
 }

@@ -7,11 +7,19 @@
 
 namespace sinew::app {
 
+/// Where somebody wrote a line.
+struct LinePlace {
+  std::string file;
+  int line = 0;  // 0: of the file as a whole
+};
+
 /// A robot file with all that it extends.
 struct ResolvedRobot {
   std::string text;                     // TOML that stands alone; the file's own text when it extends nothing
-  bool extended = false;                // lines of problems are then lines of `text`
+  bool extended = false;                // `text` is not the file's own
   std::vector<rt::Problem> problems{};  // of the files: missing, no TOML, circular
+  /// Where line i + 1 of `text` (with problems: of theirs) was written; empty: there, in the file itself.
+  std::vector<LinePlace> places{};
 };
 
 /// Merges `text`, of the file `path`, over the file that its key `extends` names (relative to it), which may extend

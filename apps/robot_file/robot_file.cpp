@@ -8,7 +8,6 @@
 
 #include "apps/robot_file/device_table_reader.hpp"
 #include "apps/robot_file/exec_reader.hpp"
-#include "apps/robot_file/extends.hpp"
 #include "apps/robot_file/toml_guard.hpp"
 #include "apps/robot_file/toml_reader.hpp"
 #include "apps/robot_file/world_options.hpp"
@@ -40,9 +39,8 @@ void read_thread(TomlReader& r, rt::GraphSpec& graph) {
   if (r.has("period_us") + r.has("trigger") + r.has("device") != 1)
     r.problems().push_back(
         {t.line, r.path(), "", "exactly one of period_us, trigger (topics), device (a driver module)"});
-  t.trigger = device              ? ThreadSpec::Trigger::device
-              : topics && !period ? ThreadSpec::Trigger::topics
-                                  : ThreadSpec::Trigger::period;
+  t.trigger = topics && !period ? ThreadSpec::Trigger::topics : ThreadSpec::Trigger::period;
+  if (device) t.trigger = ThreadSpec::Trigger::device;
   r.read_time("phase_us", t.phase, kUs, 0ns, kLongest);
   r.read_time("timeout_us", t.timeout, kUs, 0ns, kLongest);
   r.read_choice<ThreadSpec::Overrun>(
@@ -325,6 +323,16 @@ void read_record(TomlReader& r, RecordOptions& record) {
 
 }  // namespace
 
+LinePlace RobotFile::place_of(int line) const {
+  const bool elsewhere = line > 0 && static_cast<std::size_t>(line) <= places.size();
+  return elsewhere ? places[static_cast<std::size_t>(line) - 1] : LinePlace{path, line};
+}
+
+std::string to_string(const rt::Problem& problem, const RobotFile& robot) {
+  const LinePlace at = robot.place_of(problem.line);
+  return rt::to_string({at.line, problem.key, problem.value, problem.allowed}, at.file);
+}
+
 LoadedRobot parse_robot(std::string_view text, const std::string& path) {
   LoadedRobot loaded;
   loaded.robot.path = path;
@@ -401,16 +409,17 @@ LoadedRobot load_robot(const std::string& path) {
     return loaded;
   }
   const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-  const ResolvedRobot resolved = resolve_robot(text, path);
-  if (!resolved.problems.empty()) {
-    LoadedRobot loaded;
+  ResolvedRobot resolved = resolve_robot(text, path);
+  LoadedRobot loaded;
+  if (resolved.problems.empty()) {
+    loaded = parse_robot(resolved.text, path);
+    loaded.robot.text = std::move(resolved.text);
+    loaded.robot.extended = resolved.extended;
+  } else {
     loaded.robot.path = path;
-    loaded.problems = resolved.problems;
-    return loaded;
+    loaded.problems = std::move(resolved.problems);
   }
-  LoadedRobot loaded = parse_robot(resolved.text, path);
-  loaded.robot.text = resolved.text;
-  loaded.robot.extended = resolved.extended;
+  loaded.robot.places = std::move(resolved.places);
   return loaded;
 }
 

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "apps/robot_file/extends.hpp"
 #include "apps/robot_file/parent_options.hpp"
 #include "apps/robot_file/record_options.hpp"
 #include "apps/robot_file/validity.hpp"
@@ -29,15 +30,22 @@ struct SimTable {
 
 struct RobotFile {
   std::string path;
-  std::string text{};     // as it was read, with all that it extends; only from load_robot()
-  bool extended = false;  // lines of problems are lines of `text`, which `sinew check --resolved` prints
+  std::string text{};               // as it was read, with all that it extends; only from load_robot()
+  bool extended = false;            // `text` is not the file's own
+  std::vector<LinePlace> places{};  // of the lines of `text`, as ResolvedRobot has them
   rt::GraphSpec graph;
   SimTable sim;
   ParentOptions parent;
   RecordOptions record;
   drivers::DeviceSpecs devices;          // of the board `linux`
   rt::Located<std::string> calibration;  // file of what differs from one such robot to the next; empty: none
+
+  /// File and line where somebody wrote what a problem with this robot names as `line`.
+  LinePlace place_of(int line) const;
 };
+
+/// rt::to_string() with the file and line where the key stands: of a robot that extends another file, often that one.
+std::string to_string(const rt::Problem& problem, const RobotFile& robot);
 
 struct LoadedRobot {
   RobotFile robot;

@@ -104,7 +104,7 @@ class DevicesCommand {
     }
     if (problems.empty())
       for (auto& p : check_linux_devices(loaded.robot)) problems.push_back(std::move(p));
-    for (const auto& p : problems) std::fprintf(stderr, "%s\n", rt::to_string(p, o_.robot).c_str());
+    for (const auto& p : problems) std::fprintf(stderr, "%s\n", to_string(p, loaded.robot).c_str());
     if (!problems.empty()) return false;
     for (const auto& bus : loaded.robot.devices.buses) {
       drivers::DeviceKeys keys(bus, "bus." + bus.name, problems);
@@ -172,10 +172,12 @@ class DevicesCommand {
     std::string lines;
     for (const CanFound& f : found) {
       const Expected* known = joint(bus, f.family, f.id);
-      lines += fmt::format("  {:<10}{:>3}  {}{}\n", to_string(f.family), f.id, describe(f),
-                           known              ? "; " + known->name
-                           : o_.robot.empty() ? ""
-                                              : "; not in the robot file");
+      lines += fmt::format("  {:<10}{:>3}  {}", to_string(f.family), f.id, describe(f));
+      if (known)
+        lines += "; " + known->name;
+      else if (!o_.robot.empty())
+        lines += "; not in the robot file";
+      lines += '\n';
       Json one{{"family", to_string(f.family)}, {"id", f.id}, {"joint", known ? Json(known->name) : Json(nullptr)}};
       if (f.device_type) one["device_type"] = *f.device_type;
       if (f.vendor) one["vendor"] = *f.vendor;

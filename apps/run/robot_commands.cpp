@@ -22,14 +22,25 @@ struct CheckOptions {
 };
 
 struct Checked {
-  std::unique_ptr<rt::Graph> graph;
-  std::vector<rt::Problem> problems;
-  std::string calibration;              // file of that robot, and
-  std::vector<rt::Problem> calibrated;  // what is wrong there
+  RobotFile robot{};
+  std::unique_ptr<rt::Graph> graph{};
+  std::vector<rt::Problem> problems{};
+  std::string calibration{};              // file of that robot, and
+  std::vector<rt::Problem> calibrated{};  // what is wrong there
   bool readable = true;
-  std::vector<std::string> narrower;  // narrower_joints()
+  std::vector<std::string> narrower{};  // narrower_joints()
 
   std::size_t count() const { return problems.size() + calibrated.size(); }
+  std::vector<PlacedProblem> placed() const {
+    std::vector<PlacedProblem> all;
+    for (rt::Problem p : problems) {
+      LinePlace at = robot.place_of(p.line);
+      p.line = at.line;
+      all.push_back({std::move(at.file), std::move(p)});
+    }
+    for (const rt::Problem& p : calibrated) all.push_back({calibration, p});
+    return all;
+  }
 };
 
 // Prints all problems of a robot file on standard error.
@@ -55,19 +66,22 @@ Checked checked_graph(const CheckOptions& options, const rt::ModuleTypes& types)
   }
   const std::size_t n = checked.count();
   if (n == 0) checked.narrower = narrower_joints(loaded.robot);
-  for (const auto& p : checked.problems) std::fprintf(stderr, "%s\n", lines.told(p, path).c_str());
+  for (const auto& p : checked.problems) std::fprintf(stderr, "%s\n", lines.told(p, loaded.robot).c_str());
   for (const auto& p : checked.calibrated) std::fprintf(stderr, "%s\n", rt::to_string(p, checked.calibration).c_str());
-  if (loaded.robot.extended && !checked.problems.empty()) std::fprintf(stderr, "%s\n", resolved_note(path).c_str());
   if (n > 0) std::fprintf(stderr, "%zu problem%s\n", n, n == 1 ? "" : "s");
+  checked.robot = std::move(loaded.robot);
   return checked;
 }
 
-int code_of(const Checked& checked) { return checked.count() == 0 ? kDone : checked.readable ? kFailed : kNotBegun; }
+int code_of(const Checked& checked) {
+  if (checked.count() == 0) return kDone;
+  return checked.readable ? kFailed : kNotBegun;
+}
 
 int print_resolved(const std::string& path) {
   const LoadedRobot loaded = load_robot(path);
   if (loaded.robot.text.empty()) {
-    for (const auto& p : loaded.problems) std::fprintf(stderr, "%s\n", rt::to_string(p, path).c_str());
+    for (const auto& p : loaded.problems) std::fprintf(stderr, "%s\n", to_string(p, loaded.robot).c_str());
     return loaded.readable ? kFailed : kNotBegun;
   }
   std::fputs(loaded.robot.text.c_str(), stdout);
@@ -79,9 +93,8 @@ int check(const CheckOptions& options, const rt::ModuleTypes& types) {
   const Checked checked = checked_graph(options, types);
   const bool good = checked.count() == 0;
   if (options.json) {
-    std::printf("%s\n", check_json(options.robot, good ? checked.graph.get() : nullptr, checked.problems,
-                                   checked.calibration, checked.calibrated)
-                            .c_str());
+    rt::Graph* const graph = good ? checked.graph.get() : nullptr;
+    std::printf("%s\n", check_json(options.robot, graph, checked.placed()).c_str());
   } else if (good) {
     rt::Graph& graph = *checked.graph;
     std::printf("%s: %zu threads, %zu modules, %zu topics, %zu chains: no problems\n", options.robot.c_str(),
@@ -96,7 +109,11 @@ int graph(const CheckOptions& options, const rt::ModuleTypes& types) {
   const Checked checked = checked_graph(options, types);
   if (checked.count() > 0) return code_of(checked);
   const rt::Graph& graph = *checked.graph;
-  const std::string text = options.json ? graph_json(graph) + "\n" : options.dot ? graph_dot(graph) : graph_tree(graph);
+  std::string text;
+  if (options.json)
+    text = graph_json(graph) + "\n";
+  else
+    text = options.dot ? graph_dot(graph) : graph_tree(graph);
   std::printf("%s", text.c_str());
   return kDone;
 }

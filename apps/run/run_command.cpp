@@ -39,7 +39,7 @@ int run_command(const RunOptions& options, const rt::ModuleTypes& types) {
   if (!prepared) return 2;
   const std::string& board = prepared->graph->spec().board;
   const auto problems = check_boards(prepared->graph->spec(), {options.virtual_time, options.real_actuators});
-  for (const auto& p : problems) std::fprintf(stderr, "%s\n", prepared->options.told(p, options.robot).c_str());
+  for (const auto& p : problems) std::fprintf(stderr, "%s\n", prepared->options.told(p, prepared->robot).c_str());
   if (!problems.empty()) return 2;
   const bool from_folder = board == "dataset" && !needs_plant(prepared->graph->spec());
   if (!options.plot.empty() && !from_folder)

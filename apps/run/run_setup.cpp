@@ -20,13 +20,13 @@
 #include "hal/platform.hpp"
 
 namespace sinew::app {
-bool configure(const Prepared& prepared, hal::Board& board, const rt::ConfigureOptions& how, const RunOptions& options,
+bool configure(const Prepared& prepared, hal::Board& board, const rt::ConfigureOptions& how,
                const std::function<std::string()>& devices) {
   rt::Graph& graph = *prepared.graph;
   const auto ready = graph.configure(board, how);
   const std::string why = devices ? devices() : std::string();
   for (const auto& p : without_devices(graph.configure_problems(), why))
-    std::fprintf(stderr, "%s\n", prepared.options.told(p, options.robot).c_str());
+    std::fprintf(stderr, "%s\n", prepared.options.told(p, prepared.robot).c_str());
   if (ready) return true;
   std::istringstream lines(why);
   for (std::string line; std::getline(lines, line);) std::fprintf(stderr, "sinew: %s\n", line.c_str());
@@ -166,8 +166,8 @@ int OptionLines::line_of(std::string option) {
   return -static_cast<int>(options_.size());
 }
 
-std::string OptionLines::told(const rt::Problem& problem, std::string_view file) const {
-  if (problem.line >= 0) return rt::to_string(problem, file);
+std::string OptionLines::told(const rt::Problem& problem, const RobotFile& robot) const {
+  if (problem.line >= 0) return to_string(problem, robot);
   return rt::to_string({0, problem.key, problem.value, problem.allowed},
                        "from " + options_[static_cast<std::size_t>(-problem.line - 1)]);
 }
@@ -176,16 +176,10 @@ static bool has_module(const rt::GraphSpec& graph, std::string_view name) {
   return std::any_of(graph.modules.begin(), graph.modules.end(), [&](const auto& m) { return m.name == name; });
 }
 
-std::string resolved_note(const std::string& robot) {
-  return "It extends another file: these are lines of what `sinew check --resolved " + robot + "` prints.";
-}
-
 std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes& types) {
   LoadedRobot loaded = load_robot(options.robot);
   if (!loaded.problems.empty()) add_graph_problems(loaded, types, {options.virtual_time, hal::usable_cpus()});
-  for (const auto& p : loaded.problems) std::fprintf(stderr, "%s\n", rt::to_string(p, options.robot).c_str());
-  if (loaded.robot.extended && !loaded.problems.empty())
-    std::fprintf(stderr, "%s\n", resolved_note(options.robot).c_str());
+  for (const auto& p : loaded.problems) std::fprintf(stderr, "%s\n", to_string(p, loaded.robot).c_str());
   if (!loaded.problems.empty()) return std::nullopt;
   rt::GraphSpec& spec = loaded.robot.graph;
   OptionLines lines;
@@ -230,8 +224,7 @@ std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes
   Prepared prepared{std::move(loaded.robot), types, nullptr, nullptr, std::move(lines)};
   prepared.graph = std::make_unique<rt::Graph>(prepared.robot.graph, prepared.types);
   const auto problems = check_robot(prepared.robot, *prepared.graph, {options.virtual_time, hal::usable_cpus()});
-  for (const auto& p : problems) std::fprintf(stderr, "%s\n", prepared.options.told(p, options.robot).c_str());
-  if (prepared.robot.extended && !problems.empty()) std::fprintf(stderr, "%s\n", resolved_note(options.robot).c_str());
+  for (const auto& p : problems) std::fprintf(stderr, "%s\n", prepared.options.told(p, prepared.robot).c_str());
   if (!problems.empty()) return std::nullopt;
   return prepared;
 }

@@ -26,8 +26,8 @@ class OptionLines {
  public:
   /// The line of what this option says.
   int line_of(std::string option);
-  /// rt::to_string(), with the option in place of file and line if the problem is an option's.
-  std::string told(const rt::Problem& problem, std::string_view file) const;
+  /// to_string(), with the option in place of file and line if the problem is an option's.
+  std::string told(const rt::Problem& problem, const RobotFile& robot) const;
 
  private:
   std::vector<std::string> options_;
@@ -42,15 +42,12 @@ struct Prepared {
   OptionLines options{};
 };
 
-/// A note that follows the problems of a robot file that extends another.
-std::string resolved_note(const std::string& robot);
-
 /// Prints every problem to standard error; empty when there was one.
 std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes& types);
 
 /// Configures its graph on a board; false after printing its problems, each once. `devices`: what boards say of devices
 /// that they could not open, one a line. It is printed in place of "not ready" of the modules that use them.
-bool configure(const Prepared& prepared, hal::Board& board, const rt::ConfigureOptions& how, const RunOptions& options,
+bool configure(const Prepared& prepared, hal::Board& board, const rt::ConfigureOptions& how,
                const std::function<std::string()>& devices = {});
 
 /// The problems of configuring without those that a line of `devices` ("device 'imu' ...: why") explains better.

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "apps/command/command.hpp"
+#include "apps/flight/watched_grants.hpp"
 #include "apps/robot/linux_board.hpp"
 #include "apps/run/device_stop.hpp"
 #include "apps/run/device_watch.hpp"
@@ -29,25 +30,6 @@ const char* phase_text(const RunContext& run, const msg::MissionState& state) {
   if (by_hand && !safety.permitted && safety.ready) return "ready: `sinew arm` lets it go";
   return to_string(state.phase);
 }
-
-/// Watches the run between two grants, while the graph stands still.
-class WatchedGrants final : public hal::GrantSource {
- public:
-  WatchedGrants(RunContext& run, RunBoard& board) : run_(run), board_(board) {}
-  hal::Result<hal::Time> next_grant(hal::Time done) override {
-    if (++grants_ % kLookEvery != 0) return board_.grants().next_grant(done);
-    run_.mission->look();
-    if (board_.over(run_, done) || hal::stop_requested()) executor->request_stop();
-    return board_.grants().next_grant(done);
-  }
-  rt::DiscreteExecutor* executor = nullptr;
-
- private:
-  static constexpr std::uint64_t kLookEvery = 64;
-  RunContext& run_;
-  RunBoard& board_;
-  std::uint64_t grants_ = 0;
-};
 
 // The history of a topic at 1 kHz may go back 50 ms only, where no period says how fast its writer is.
 constexpr rt::Duration kLookPeriod = std::chrono::milliseconds(40);
@@ -119,7 +101,7 @@ class Session {
     how.os = &run_.os;
     how.taps = MissionWatch::taps(run_.graph());
     how.recorded = Recording::wanted(run_.prepared, options_);
-    if (configure(run_.prepared, devices, how, options_, [this] { return real_ ? real_->problem() : std::string(); }))
+    if (configure(run_.prepared, devices, how, [this] { return real_ ? real_->problem() : std::string(); }))
       return true;
     if (const std::string why = board_.problem(); !why.empty()) fail(why);
     return false;
@@ -153,7 +135,10 @@ class Session {
   int run_virtual() {
     std::string why;
     if (!board_.start(run_, why)) return fail(why);
-    WatchedGrants grants(run_, board_);
+    WatchedGrants grants(board_.grants(), [this](hal::Time done) {
+      run_.mission->look();
+      return board_.over(run_, done) || hal::stop_requested();
+    });
     rt::DiscreteOptions how;
     if (options_.duration_s > 0) how.duration = run_duration(options_);
     how.os = &run_.os;

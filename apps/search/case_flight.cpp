@@ -85,7 +85,7 @@ class CaseFlight final : private rt::RunObserver, private hal::GrantSource {
   bool open(std::string& why) {
     graph_ = std::make_unique<rt::Graph>(spec(), types_);
     if (const auto problems = graph_->check({true, 0}); !problems.empty()) {
-      why = rt::to_string(problems[0], settings_.robot.path);
+      why = app::to_string(problems[0], settings_.robot);
       return false;
     }
     if (!connect(why)) return false;
@@ -104,7 +104,7 @@ class CaseFlight final : private rt::RunObserver, private hal::GrantSource {
     Tap<msg::GuardianState>::add_to(configure.taps, *graph_);
     if (const auto ready = graph_->configure(*watched_, configure); !ready) {
       why = graph_->configure_problems().empty() ? std::string(ready.error().where)
-                                                 : rt::to_string(graph_->configure_problems()[0], settings_.robot.path);
+                                                 : app::to_string(graph_->configure_problems()[0], settings_.robot);
       return false;
     }
     std::size_t tap = 0;

@@ -46,10 +46,12 @@ bool show(const std::vector<rt::Problem>& problems, const std::string& file) {
 /// The robot and, unless it is being measured, its profile.
 std::optional<FlightSettings> load(const Options& o, bool with_profile) {
   app::LoadedRobot loaded = app::load_robot(o.robot);
-  if (show(loaded.problems, o.robot)) return std::nullopt;
+  for (const auto& p : loaded.problems) std::fprintf(stderr, "%s\n", app::to_string(p, loaded.robot).c_str());
+  if (!loaded.problems.empty()) return std::nullopt;
   FlightSettings settings;
   settings.robot = std::move(loaded.robot);
-  const std::string camera = !o.camera.empty() ? o.camera : with_profile ? kSmallCamera : "";
+  std::string camera = o.camera;
+  if (camera.empty() && with_profile) camera = kSmallCamera;
   unsigned w = settings.robot.sim.camera_width, h = settings.robot.sim.camera_height;
   if (!camera.empty() && (std::sscanf(camera.c_str(), "%ux%u", &w, &h) != 2 || w < 16 || h < 16 ||
                           w > msg::kMaxImageWidth || h > msg::kMaxImageHeight)) {

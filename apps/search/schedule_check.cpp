@@ -57,7 +57,8 @@ void ScheduleCheck::check_thread(msg::Time now, std::uint32_t thread, const rt::
   const std::uint64_t releases = stats.releases.value(), skips = stats.skips.value();
   const std::uint64_t completions = stats.completions.value();
   const bool catches_up = periodic(spec) && spec.overrun == ThreadSpec::Overrun::catch_up;
-  const std::uint64_t may_wait = !periodic(spec) ? 1 : catches_up ? spec.catch_up_max : 0;
+  std::uint64_t may_wait = periodic(spec) ? 0 : 1;
+  if (catches_up) may_wait = spec.catch_up_max;
   if (completions > releases || releases - completions > 1 + may_wait)
     verdict_.fail("counters", now,
                   fmt::format("thread {}: {} releases, {} completions", spec.name, releases, completions));

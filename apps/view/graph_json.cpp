@@ -119,15 +119,13 @@ std::string graph_json(const rt::Graph& graph) {
   return j.dump();
 }
 
-std::string check_json(const std::string& path, rt::Graph* graph, const std::vector<rt::Problem>& problems,
-                       const std::string& calibration, const std::vector<rt::Problem>& calibrated) {
-  Json j{{"file", path}, {"ok", problems.empty() && calibrated.empty()}, {"problems", Json::array()}};
-  const auto add = [&j](const rt::Problem& p) -> Json& {
-    return j["problems"].emplace_back(
-        Json{{"line", std::max(p.line, 0)}, {"key", p.key}, {"value", p.value}, {"allowed", p.allowed}});
-  };
-  for (const auto& p : problems) add(p);
-  for (const auto& p : calibrated) add(p)["file"] = calibration;
+std::string check_json(const std::string& path, rt::Graph* graph, const std::vector<PlacedProblem>& problems) {
+  Json j{{"file", path}, {"ok", problems.empty()}, {"problems", Json::array()}};
+  for (const auto& [file, p] : problems) {
+    Json one{{"line", std::max(p.line, 0)}, {"key", p.key}, {"value", p.value}, {"allowed", p.allowed}};
+    if (file != path) one["file"] = file;
+    j["problems"].push_back(std::move(one));
+  }
   if (!graph || !graph->make_plan({})) return j.dump();
   j["robot"] = graph->spec().robot;
   j["threads"] = graph->threads().size();

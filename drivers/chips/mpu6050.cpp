@@ -98,7 +98,10 @@ hal::Status Mpu6050::poll_fifo(hal::Time now, std::vector<msg::ImuSample>& out, 
   // While the chip writes a packet, its count may include a part of it: the packet waits for the next poll. The same
   // remainder again and again belongs to a torn packet.
   const std::size_t rest = count % mpu::kPacket;
-  odd_ = rest == 0 ? 0 : rest == rest_ ? odd_ + 1 : 1;
+  if (rest == 0)
+    odd_ = 0;
+  else
+    odd_ = rest == rest_ ? odd_ + 1 : 1;
   rest_ = rest;
   if (odd_ >= kTorn) {
     odd_ = 0, ++overflows_;

@@ -159,9 +159,12 @@ void CanScan::hear_sdo(const msg::CanFrame& frame, std::uint32_t node) {
     known = &note(CanFamily::canopen, node);
   }
   if (reply->kind != wire::Sdo::Kind::value) return;  // a refusal: the device is there, and has no more to say of this
-  (reply->object == wire::kDeviceType ? known->device_type
-   : reply->object == wire::kVendorId ? known->vendor
-                                      : known->product) = reply->value();
+  if (reply->object == wire::kDeviceType)
+    known->device_type = reply->value();
+  else if (reply->object == wire::kVendorId)
+    known->vendor = reply->value();
+  else
+    known->product = reply->value();
 }
 
 /// An answer names its motor in the first byte, or in the byte's lower half; if both fit, the motor asked last is

@@ -12,9 +12,9 @@ using namespace std::chrono_literals;
 using wire::ObjectAddress;
 
 wire::DriveMode Cia402Servo::mode_of(ServoMode mode) {
-  return mode == ServoMode::position   ? wire::DriveMode::cyclic_position
-         : mode == ServoMode::velocity ? wire::DriveMode::cyclic_velocity
-                                       : wire::DriveMode::cyclic_torque;
+  if (mode == ServoMode::position) return wire::DriveMode::cyclic_position;
+  if (mode == ServoMode::velocity) return wire::DriveMode::cyclic_velocity;
+  return wire::DriveMode::cyclic_torque;
 }
 
 namespace {
@@ -132,9 +132,9 @@ void Cia402Servo::plan() {
   read(wire::kHeartbeatProducer, &mark_read_);
   if (c.rated_effort_nm <= 0) read(wire::kRatedTorque, &rated_mnm_, false);
   write(wire::kControlword, 0, 2);
-  const std::uint32_t target = c.mode == ServoMode::position   ? wire::mapped(wire::kTargetPosition, 32)
-                               : c.mode == ServoMode::velocity ? wire::mapped(wire::kTargetVelocity, 32)
-                                                               : wire::mapped(wire::kTargetTorque, 16);
+  std::uint32_t target = wire::mapped(wire::kTargetTorque, 16);
+  if (c.mode == ServoMode::position) target = wire::mapped(wire::kTargetPosition, 32);
+  if (c.mode == ServoMode::velocity) target = wire::mapped(wire::kTargetVelocity, 32);
   const std::uint32_t rpdo1[] = {wire::mapped(wire::kControlword, 16), target, wire::mapped(wire::kMaxTorque, 16)};
   const std::size_t rpdo1_entries = limits_effort() ? 3 : 2;
   const std::uint32_t tpdo1[] = {wire::mapped(wire::kStatusword, 16), wire::mapped(wire::kActualPosition, 32),

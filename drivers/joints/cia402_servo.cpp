@@ -1,6 +1,7 @@
 // How a CiA 402 drive is run once it is operational.
 #include "drivers/joints/cia402_servo.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -19,7 +20,7 @@ T to_integer(double value) {
   constexpr auto low = static_cast<double>(std::numeric_limits<T>::min());
   constexpr auto high = static_cast<double>(std::numeric_limits<T>::max());
   if (std::isnan(value)) return 0;
-  return static_cast<T>(std::lround(value < low ? low : value > high ? high : value));
+  return static_cast<T>(std::lround(std::clamp(value, low, high)));
 }
 
 constexpr std::uint32_t kFramesWindow = 20;  // ticks over which frames are counted to find a second drive
@@ -197,11 +198,12 @@ void Cia402Servo::note_state(Time now, bool holding) noexcept {
   if (joint_.runs_well(now)) fault_reset_.reset();
   if (quick_ && (now > deadline_ || (!on && state_ != DriveState::quick_stop_active))) quick_ = false;
   msg::JointMode mode = joint_.idle_mode(now);
-  if (wants_) {
-    mode = !was_enabled_                       ? msg::JointMode::enabling
-           : homing_ != Homing::no || !homed() ? msg::JointMode::homing
-           : holding                           ? msg::JointMode::stopping
-                                               : msg::JointMode::enabled;
+  if (wants_ && !was_enabled_) {
+    mode = msg::JointMode::enabling;
+  } else if (wants_ && (homing_ != Homing::no || !homed())) {
+    mode = msg::JointMode::homing;
+  } else if (wants_) {
+    mode = holding ? msg::JointMode::stopping : msg::JointMode::enabled;
   } else if (quick_ || (on && mode != msg::JointMode::fault)) {
     mode = msg::JointMode::stopping;
   }
@@ -215,7 +217,8 @@ std::uint16_t Cia402Servo::controlword(Time now) noexcept {
     ++joint_.stats().restarts;
     return wire::kControlFaultReset;
   }
-  const DriveGoal goal = quick_ ? DriveGoal::quick_stop : wants_ ? DriveGoal::enabled : DriveGoal::off;
+  DriveGoal goal = wants_ ? DriveGoal::enabled : DriveGoal::off;
+  if (quick_) goal = DriveGoal::quick_stop;
   const bool homes = homing_ == Homing::moving && was_enabled_;
   return homes ? wire::kControlHomingStart : wire::next_controlword(state_, goal);
 }

@@ -18,14 +18,22 @@ constexpr Duration kForthAndBack = std::chrono::seconds(3);  // statuses come ea
 constexpr std::uint32_t kModeCode = 0x10000;  // fault codes above the vendor's 16 bits: not operational, and its mode
 
 DronecanCommandType type_of(ServoMode mode) {
-  return mode == ServoMode::position   ? DronecanCommandType::position
-         : mode == ServoMode::velocity ? DronecanCommandType::speed
-                                       : DronecanCommandType::force;
+  if (mode == ServoMode::position) return DronecanCommandType::position;
+  if (mode == ServoMode::velocity) return DronecanCommandType::speed;
+  return DronecanCommandType::force;
 }
 
 StopAction stop_of(const ServoConfig& c, const DronecanServoOptions& o) {
   if (o.esc || c.mode == ServoMode::effort) return StopAction::torque_off;
   return c.mode == ServoMode::position ? StopAction::hold : StopAction::damp;
+}
+
+/// stop_of() in the words of a refusal.
+const char* only_stop_of(const ServoConfig& c, const DronecanServoOptions& o) {
+  if (o.esc) return "\"torque_off\"; an ESC has no other";
+  if (c.mode == ServoMode::position) return "\"hold\"; an actuator in mode position has no other";
+  if (c.mode == ServoMode::velocity) return "\"damp\"; an actuator in mode velocity has no other";
+  return "\"torque_off\"; an actuator in mode effort has no other";
 }
 
 }  // namespace
@@ -40,12 +48,7 @@ WrongKeys check_dronecan(const ServoConfig& c, const DronecanServoOptions& o) {
   const std::uint32_t most_id = o.esc ? 19 : 255;
   if (c.actuator_id > most_id)
     wrong.push_back({"actuator_id", "an integer from 0 to " + std::to_string(most_id) + (o.esc ? ", for an ESC" : "")});
-  if (c.stop != stop_of(c, o))
-    wrong.push_back({"on_stop", o.esc                           ? "\"torque_off\"; an ESC has no other"
-                                : c.mode == ServoMode::position ? "\"hold\"; an actuator in mode position has no other"
-                                : c.mode == ServoMode::velocity
-                                    ? "\"damp\"; an actuator in mode velocity has no other"
-                                    : "\"torque_off\"; an actuator in mode effort has no other"});
+  if (c.stop != stop_of(c, o)) wrong.push_back({"on_stop", only_stop_of(c, o)});
   if (c.homing_method != 0) wrong.push_back({"homing_method", "0: DroneCAN has none"});
   if (c.device_timeout > Duration{0})
     wrong.push_back({"device_timeout_ms", "0: it is set in the device, no frame does it"});
@@ -90,9 +93,13 @@ Heard DronecanServo::on_frame(const msg::CanFrame& frame, Time now) noexcept {
       break;
   }
   if (transfer.id.source != config().node_id || (transfer.id.service && transfer.id.request)) return Heard::foreign;
-  const bool good = transfer.id.service                                  ? on_info(transfer)
-                    : transfer.id.type == wire::kDronecanNodeStatus.type ? on_node_status(transfer, now)
-                                                                         : on_status(transfer, now);
+  bool good = false;
+  if (transfer.id.service)
+    good = on_info(transfer);
+  else if (transfer.id.type == wire::kDronecanNodeStatus.type)
+    good = on_node_status(transfer, now);
+  else
+    good = on_status(transfer, now);
   if (!good) joint_.malformed();
   show();
   return good ? Heard::mine : Heard::malformed;
@@ -173,9 +180,13 @@ void DronecanServo::ask_identity(Time now, FrameSink& out) noexcept {
 
 void DronecanServo::command(double joint_value) noexcept {
   const ServoConfig& c = config();
-  const double drive = c.mode == ServoMode::position   ? joint_.to_drive_position(joint_value)
-                       : c.mode == ServoMode::velocity ? joint_.to_drive_velocity(joint_value)
-                                                       : joint_.to_drive_effort(joint_value);
+  double drive = 0;
+  if (c.mode == ServoMode::position)
+    drive = joint_.to_drive_position(joint_value);
+  else if (c.mode == ServoMode::velocity)
+    drive = joint_.to_drive_velocity(joint_value);
+  else
+    drive = joint_.to_drive_effort(joint_value);
   // An ESC takes no effort limit: derated, it turns no faster than the same part of its speed limit.
   if (!options_.esc) return node_.set_actuator(static_cast<std::uint8_t>(c.actuator_id), type_of(c.mode), drive);
   const double fastest = c.limits.velocity_radps * joint_.strength() * c.gear_ratio;

@@ -156,7 +156,7 @@ void ImpedanceServo::go_off(Time now, FrameSink& out) noexcept {
 
 double ImpedanceServo::pulled(double target, double measured, double gain, double most_nm) noexcept {
   const double reach = most_nm / gain, error = target - measured;
-  return measured + (error > reach ? reach : error < -reach ? -reach : error);
+  return measured + std::clamp(error, -reach, reach);
 }
 
 MitCommand ImpedanceServo::follow(Time now, double setpoint) noexcept {

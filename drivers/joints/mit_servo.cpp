@@ -36,9 +36,8 @@ msg::CanFrame MitServo::encode(const wire::MitCommand& command) const noexcept {
 msg::CanFrame MitServo::encode(Switch what) const noexcept {
   // Only Damiao's firmware knows how to clear a fault; others do by leaving the mode.
   const bool clears = what == Switch::clear_fault && options_.type.reply == wire::MitReply::status;
-  const auto code = what == Switch::enable ? wire::MitSwitch::enable
-                    : clears               ? wire::MitSwitch::clear_fault
-                                           : wire::MitSwitch::disable;
+  auto code = clears ? wire::MitSwitch::clear_fault : wire::MitSwitch::disable;
+  if (what == Switch::enable) code = wire::MitSwitch::enable;
   return encode_mit(config().node_id, code);
 }
 

@@ -1,5 +1,6 @@
 #include "drivers/joints/servo_joint.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace sinew::drivers {
@@ -11,7 +12,7 @@ constexpr double kJumpMargin_rad = 0.02;  // for quantisation, and for time stam
 constexpr double kLimitMargin_rad = 0.01;
 constexpr double kBeyond = 1.0001;  // of a limit: no rounding
 
-double clamp(double value, double low, double high) { return value < low ? low : value > high ? high : value; }
+double clamp(double value, double low, double high) { return std::clamp(value, low, high); }
 
 }  // namespace
 

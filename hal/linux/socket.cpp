@@ -288,7 +288,8 @@ Result<int> connect_once(const Address& a, Duration patience) {
   int result = 0;
   do result = ::connect(fd, a.get(), a.size);
   while (result != 0 && errno == EINTR);
-  const int why = result == 0 ? 0 : errno == EINPROGRESS ? ETIMEDOUT : errno;
+  int why = result == 0 ? 0 : errno;
+  if (why == EINPROGRESS) why = ETIMEDOUT;
   const timeval for_ever{};
   ::setsockopt(fd, SOL_SOCKET, SO_SNDTIMEO, &for_ever, sizeof for_ever);
   if (why == 0) return fd;

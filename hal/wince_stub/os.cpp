@@ -134,7 +134,9 @@ int level_of(const ThreadOptions& options) {
   if (p >= 70) return time_critical;
   if (p >= 40) return highest;
   if (p > 0) return above_normal;
-  return options.nice < 0 ? above_normal : options.nice == 0 ? normal : options.nice < 10 ? below_normal : lowest;
+  if (options.nice < 0) return above_normal;
+  if (options.nice == 0) return normal;
+  return options.nice < 10 ? below_normal : lowest;
 }
 
 class CeThread final : public Thread {

@@ -202,7 +202,8 @@ Result<Socket> connect_once(const Address& a, Duration patience) {
   if (why == kWouldBlock) {
     const int ready = wait_for(s, Until::connected, std::max(patience, Duration{1'000'000}));
     int bytes = sizeof why;
-    why = ready == 0 ? kTimedOut : ready > 0 ? 0 : kConnectionRefused;
+    why = ready > 0 ? 0 : kConnectionRefused;
+    if (ready == 0) why = kTimedOut;
     int told = 0;
     if (ready < 0 && getsockopt(s, kSocketLevel, kSocketErrorOption, reinterpret_cast<char*>(&told), &bytes) == 0 &&
         told)

@@ -196,9 +196,13 @@ std::vector<ComparedQuantity> Comparison::result() const {
       const auto keep = [&q](const char* name, const std::optional<Curve>& curve) {
         if (curve) q.curves.emplace_back(name, *curve);
       };
-      const bool between = !one.is_number();
-      keep(between ? "recorded from truth" : "recorded", one.recorded);
-      keep(!between ? "now" : one.true_one ? "now from truth" : "now from recorded", one.now);
+      if (one.is_number()) {
+        keep("recorded", one.recorded);
+        keep("now", one.now);
+      } else {
+        keep("recorded from truth", one.recorded);
+        keep(one.true_one ? "now from truth" : "now from recorded", one.now);
+      }
       keep("truth", one.truth);
     }
   return all;

@@ -32,7 +32,8 @@ const char* name_of(rt::Request::Kind kind) {
 }
 
 const char* name_of(rt::StepStatus status) {
-  return status == rt::StepStatus::ok ? "ok" : status == rt::StepStatus::stale ? "stale" : "fault";
+  if (status == rt::StepStatus::ok) return "ok";
+  return status == rt::StepStatus::stale ? "stale" : "fault";
 }
 
 std::string text(const rt::Effect& e) {

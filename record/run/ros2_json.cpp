@@ -21,7 +21,9 @@ bool is_utf8(std::string_view text) {
       --follow;
     } else if (byte >= 0x80) {
       if (byte < 0xC2 || byte > 0xF4) return false;
-      follow = byte >= 0xF0 ? 3 : byte >= 0xE0 ? 2 : 1;
+      follow = 1;
+      if (byte >= 0xE0) follow = 2;
+      if (byte >= 0xF0) follow = 3;
     }
   }
   return follow == 0;

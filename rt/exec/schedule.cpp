@@ -16,7 +16,9 @@ Schedule::Schedule(std::vector<ScheduleThread> threads, std::uint32_t cores, Tim
     t.cores = spec.cpus.empty() ? all : t.cores & all;
     const bool periodic = spec.trigger == ThreadSpec::Trigger::period;
     const bool catches_up = spec.overrun == ThreadSpec::Overrun::catch_up;
-    t.waiting.resize(!periodic ? 1 : catches_up ? spec.catch_up_max : 0);
+    std::uint32_t may_wait = periodic ? 0 : 1;
+    if (periodic && catches_up) may_wait = spec.catch_up_max;
+    t.waiting.resize(may_wait);
     if (periodic) t.next_period = start + spec.phase;
     if (!periodic && spec.timeout > Duration{0}) t.timeout_at = start + spec.timeout;
     t.spec = std::move(spec);

@@ -209,7 +209,10 @@ void paint_rug(Canvas canvas) {
     const int edge = std::min({x, y, 255 - x, 255 - y});
     if (edge < 10) return shade({224, 220, 206}, weave);
     const int zig = (x + std::abs(y % 32 - 16)) % 48;
-    return shade(zig < 16 ? Rgb{38, 72, 118} : zig < 28 ? Rgb{214, 212, 200} : Rgb{64, 132, 140}, weave);
+    Rgb yarn_colour{64, 132, 140};
+    if (zig < 28) yarn_colour = {214, 212, 200};
+    if (zig < 16) yarn_colour = {38, 72, 118};
+    return shade(yarn_colour, weave);
   });
 }
 

@@ -84,7 +84,12 @@ void WireDevices::play_faults(hal::Time plant_now) {
   for (FaultLog::Entry& entry : faults_) {
     if (!entry.fault.acts_at(plant_now)) continue;
     if (entry.affected == 0) entry.strike(plant_now, drives_.size());
-    (entry.fault.kind == FaultKind::off ? off : entry.fault.kind == FaultKind::stuck ? stuck : garbage) = true;
+    if (entry.fault.kind == FaultKind::off)
+      off = true;
+    else if (entry.fault.kind == FaultKind::stuck)
+      stuck = true;
+    else
+      garbage = true;
   }
   for (sim_hil::SimServo* drive : drives_) {
     drive->power(!off);

@@ -1,5 +1,6 @@
 #include "sim_hil/wire/sim_cia402.hpp"
 
+#include <algorithm>
 #include <numbers>
 
 namespace sinew::sim_hil {
@@ -13,7 +14,7 @@ constexpr double kTurn = 2 * std::numbers::pi;
 constexpr Duration kHeartbeatAtLeast = 1ms;
 
 std::uint32_t bits(double value) { return static_cast<std::uint32_t>(static_cast<std::int32_t>(std::lround(value))); }
-double clamp(double v, double most) { return v > most ? most : v < -most ? -most : v; }
+double clamp(double v, double most) { return std::clamp(v, -most, most); }
 
 }  // namespace
 

@@ -1,5 +1,7 @@
 #include "sim_hil/wire/sim_impedance.hpp"
 
+#include <algorithm>
+
 namespace sinew::sim_hil {
 
 using namespace std::chrono_literals;
@@ -12,7 +14,7 @@ double SimImpedance::control(Time now, Duration) {
   const wire::MitCommand& c = command_;
   const double nm =
       c.kp * (c.position_rad + zero_ - drive_position()) + c.kd * (c.velocity_radps - drive_velocity()) + c.effort_nm;
-  return nm > most_nm_ ? most_nm_ : nm < -most_nm_ ? -most_nm_ : nm;
+  return std::clamp(nm, -most_nm_, most_nm_);
 }
 
 void SimImpedance::on_power() {

@@ -65,7 +65,8 @@ void SocketcandServer::run() {
   bool more =
       false;  // frames that wait still: so many at a time, else a bus that is never silent would starve all clients
   while (!stop_.load(std::memory_order_relaxed)) {
-    const auto wait = more ? hal::Duration{0} : clients_.empty() ? kIdle : kLook;
+    hal::Duration wait = clients_.empty() ? kIdle : kLook;
+    if (more) wait = hal::Duration{0};
     if (auto caller = listener_->accept(wait)) admit(std::move(*caller));
     more = false;
     msg::CanFrame frame;

@@ -1,12 +1,14 @@
 #include "sim_hil/worlds/joint_servo.hpp"
 
+#include <algorithm>
+
 #include "math/elementary.hpp"
 
 namespace sinew::plant {
 namespace {
 
 /// NaN becomes 0: a drive with a nonsense command does nothing.
-double within(double x, double most) { return x > most ? most : x < -most ? -most : x == x ? x : 0; }
+double within(double x, double most) { return x == x ? std::clamp(x, -most, most) : 0; }
 
 }  // namespace
 
@@ -32,9 +34,11 @@ double JointServo::motor_nm(const JointDrive& drive, double q_rad, double v_radp
 
 double JointServo::friction_nm(double q_rad, double v_radps) const {
   double nm = -p_.viscous_nms * v_radps - p_.coulomb_nm * v_radps / (math::fabs(v_radps) + p_.coulomb_radps);
-  const double beyond = q_rad > p_.limits.most_rad    ? q_rad - p_.limits.most_rad
-                        : q_rad < p_.limits.least_rad ? q_rad - p_.limits.least_rad
-                                                      : 0;
+  double beyond = 0;
+  if (q_rad > p_.limits.most_rad)
+    beyond = q_rad - p_.limits.most_rad;
+  else if (q_rad < p_.limits.least_rad)
+    beyond = q_rad - p_.limits.least_rad;
   if (beyond != 0) nm -= p_.stop_nm_per_rad * beyond + p_.stop_nms * v_radps;
   return nm;
 }

@@ -127,6 +127,25 @@ class CommandLine(unittest.TestCase):
             file.write("[device.imu]\ngyro_bias_x_radps = 0.002\n")
         self.assertEqual(run("check", robot)[0], 0)
 
+    def test_a_problem_of_a_file_that_is_extended_names_that_file(self):
+        with tempfile.TemporaryDirectory() as folder:
+            base, robot = os.path.join(folder, "base.toml"), os.path.join(folder, "robot.toml")
+            with open(QUAD, encoding="utf-8") as file:
+                lines = file.read().replace("mass_kg = 1.2", "mass_kg = -1.2").splitlines()
+            with open(base, "w") as file:
+                file.write("\n".join(lines))
+            with open(robot, "w") as file:
+                file.write('extends = "base.toml"\n[module.mission.params]\nsearch_height_m = -5\n')
+            line = next(n for n, text in enumerate(lines, 1) if "mass_kg = -1.2" in text)
+            words = f"{base}:{line}: module.position.params.mass_kg: -1.2: a number from "
+            own = f"{robot}:3: module.mission.params.search_height_m: -5: a number from "
+            for command in (["check", robot], ["run", robot, "--virtual"]):
+                err = run(*command)[2]
+                self.assertIn(words, err)
+                self.assertIn(own, err)
+            problems = json.loads(run("check", robot, "--json")[1])["problems"]
+            self.assertEqual([(p.get("file"), p["line"]) for p in problems], [(None, 3), (base, line)], "in the order of the whole")
+
     def test_check_takes_another_board_than_the_files(self):
         self.assertEqual(run("check", f"{SOURCE}/robots/desk_head/desk_head.toml", "--board", "linux")[0], 0)
         code, _, err = run("check", f"{SOURCE}/robots/quad/quad.toml", "--board", "linux")

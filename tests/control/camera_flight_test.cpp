@@ -4,13 +4,10 @@
 #include "flight.hpp"
 #include "plant_world.hpp"
 #include "qemu_user.hpp"
+#include "robots/quad/world/room_xml.hpp"
 #include "sim_hil/plant/renderer.hpp"
 #include "vision/pad_finder.hpp"
 #include "vision/pinhole.hpp"
-
-namespace sinew::robots {
-std::string_view room_xml_of_quad();
-}
 
 namespace sinew::control::test::camera_flight_test {
 namespace {

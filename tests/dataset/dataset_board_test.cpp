@@ -8,6 +8,7 @@
 
 #include "dataset_fixture.hpp"
 #include "hal/platform.hpp"
+#include "hal/wake_counter.hpp"
 
 namespace sinew::dataset::dataset_board_test {
 namespace {
@@ -239,26 +240,21 @@ TEST(DatasetBoard, AnImageThatCannotBeHandedOverIsCountedAndTheNextOneComes) {
 }
 
 TEST(DatasetBoard, InRealTimeSleepersAreWokenForEverySample) {
-  class Count final : public hal::Wake {
-   public:
-    void wake() noexcept override { ++n; }
-    std::atomic<int> n{0};
-  };
   Folder f;
   write_flat(f);
   hal::Os& os = hal::system_os();
   const auto board = open({.folder = f.path(), .clock = &os, .os = &os});
-  Count imu, camera;
+  hal::WakeCounter imu, camera;
   (*board->sensor<msg::ImuSample>("imu"))->set_wake(&imu);
   (*board->camera("camera"))->set_wake(&camera);
   EXPECT_EQ((*board->sensor<msg::ImuSample>("imu"))->ready_at(), hal::kNever);  // the record has not begun
   msg::ImuSample s;
   EXPECT_FALSE(*(*board->sensor<msg::ImuSample>("imu"))->read(s));
   ASSERT_TRUE(board->start());
-  const Time patience = os.now() + 10s;
-  while ((imu.n < 9 || camera.n < 3) && os.now() < patience) std::this_thread::sleep_for(1ms);
-  EXPECT_EQ(imu.n, 9);
-  EXPECT_EQ(camera.n, 3);
+  EXPECT_TRUE(imu.wait_for(9));
+  EXPECT_TRUE(camera.wait_for(3));
+  EXPECT_EQ(imu.count(), 9u);
+  EXPECT_EQ(camera.count(), 3u);
   int samples = 0;
   for (auto got = (*board->sensor<msg::ImuSample>("imu"))->read(s); got && *got;
        got = (*board->sensor<msg::ImuSample>("imu"))->read(s))

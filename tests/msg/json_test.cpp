@@ -5,9 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include "math/hash.hpp"
-#include "msg/actuators.hpp"
-#include "msg/compare.hpp"
-#include "msg/flight.hpp"
 #include "msg/image.hpp"
 #include "msg/sensors.hpp"
 #include "random_message.hpp"
@@ -15,7 +12,6 @@
 namespace {
 
 using namespace sinew;
-using test::kBulkCapacity;
 using test::random_message;
 using test::Slot;
 
@@ -95,22 +91,6 @@ TEST(Json, AnIndependentParserReadsTheSameValuesOfEveryType) {
     }
 }
 
-TEST(Json, EveryTypeRoundTripsByteEqual) {
-  math::Random random(6);
-  for (const msg::TypeInfo* type : msg::all_types())
-    for (int i = 0; i < 100; ++i) {
-      Slot sent = random_message(*type, random);
-      msg::canonicalise(*type, sent.get());  // of a NaN only that it is one is written
-      std::string text;
-      msg::to_json(*type, sent.get(), text, {.bulk = msg::JsonOptions::Bulk::base64});
-      Slot received = random_message(*type, random);
-      const auto error = msg::from_json(*type, text, received.get(), kBulkCapacity);
-      ASSERT_FALSE(error) << type->name << ": " << error->text() << "\n" << text;
-      const auto difference = msg::first_difference(*type, sent.get(), received.get());
-      ASSERT_FALSE(difference) << type->name << "." << difference->path << " " << difference->a << " " << difference->b;
-    }
-}
-
 TEST(Json, TextOfASampleIsShortAndInOrder) {
   msg::ImuSample m;
   m.stamp.ns = -5;
@@ -139,87 +119,6 @@ TEST(Json, BulkIsSummarisedOrWrittenOut) {
   EXPECT_EQ(data({.bulk_hash = &math::hash64}), R"({"bytes":4,"hash":")" + std::string(hash) + "\"}");
   EXPECT_EQ(data({.bulk = msg::JsonOptions::Bulk::hex}), R"("007f80ff")");
   EXPECT_EQ(data({.bulk = msg::JsonOptions::Bulk::base64}), R"("AH+A/w==")");
-}
-
-TEST(FromJson, FieldsLeftOutKeepTheirDefaults) {
-  msg::NavState nav;
-  const auto error =
-      msg::from_json(msg::type_info<msg::NavState>(), " { \"height_m\" : 2 ,\n\"v_world_mps\":{\"z\":-1e-3} } ", &nav);
-  ASSERT_FALSE(error) << error->text();
-  EXPECT_EQ(nav.height_m, 2.0);
-  EXPECT_EQ(nav.v_world_mps.z, -1e-3);
-  EXPECT_EQ(nav.q_world_base.w, 1.0);
-  EXPECT_FALSE(msg::from_json(msg::type_info<msg::NavState>(), "{}", &nav));
-  EXPECT_EQ(nav.height_m, 0.0);
-}
-
-struct Refusal {
-  const char* json;
-  const char* text;
-};
-
-class FromJsonRefuses : public testing::TestWithParam<Refusal> {};
-
-TEST_P(FromJsonRefuses, AndSaysWhereWhatAndWhatIsAllowed) {
-  msg::ActuatorCommand command;
-  command.count = 77;
-  const auto error = msg::from_json(msg::type_info<msg::ActuatorCommand>(), GetParam().json, &command);
-  ASSERT_TRUE(error) << GetParam().json;
-  EXPECT_EQ(error->text(), GetParam().text);
-  EXPECT_EQ(command.count, 0U) << "left at its defaults";
-}
-
-INSTANTIATE_TEST_SUITE_P(
-    Texts, FromJsonRefuses,
-    testing::Values(
-        Refusal{"", "at 0: end of the text: '{'"}, Refusal{"[1]", "at 0: [1: '{'"},
-        Refusal{"{\"count\":1", "at 10: end of the text: '}'"},
-        Refusal{"{\"count\":1} x", "at 12: text behind the message: nothing"},
-        Refusal{"{\"cuont\":1}", "at 1: cuont: no such field: stamp, value, count, armed"},
-        Refusal{"{\"count\":1,\"count\":2}", "at 11: count: given twice: once"},
-        Refusal{"{\"count\":1,}", "at 11: }: a field's name in quotes"},
-        Refusal{"{\"count\" 1}", "at 9: count: 1: ':'"},
-        Refusal{"{\"count\":-1}", "at 9: count: -1: an integer from 0 to 4294967295"},
-        Refusal{"{\"count\":4294967296}", "at 9: count: 4294967296: an integer from 0 to 4294967295"},
-        Refusal{"{\"count\":1.5}", "at 9: count: 1.5: an integer from 0 to 4294967295"},
-        Refusal{"{\"count\":01}", "at 9: count: 01: an integer from 0 to 4294967295"},
-        Refusal{"{\"count\":\"1\"}", "at 9: count: \"1\": an integer from 0 to 4294967295"},
-        Refusal{"{\"stamp\":9223372036854775808}",
-                "at 9: stamp: 9223372036854775808: an integer from -9223372036854775808 to 9223372036854775807"},
-        Refusal{"{\"value\":1}", "at 9: value: 1: [...] of 8"},
-        Refusal{"{\"value\":[1,2]}", "at 13: value: 2 elements: [...] of 8"},
-        Refusal{"{\"value\":[1,2,3,4,5,6,7,8,9]}", "at 25: value: more elements: [...] of 8"},
-        Refusal{"{\"value\":[1,2,nan]}", "at 14: value[2]: nan: a number, \"NaN\", \"Infinity\" or \"-Infinity\""},
-        Refusal{"{\"value\":[\"fast\"]}",
-                "at 10: value[0]: \"fast\": a number, \"NaN\", \"Infinity\" or \"-Infinity\""},
-        Refusal{"{\"value\":[1e999]}", "at 10: value[0]: 1e999: a number in the range of a double"}));
-
-TEST(FromJson, PathsLeadIntoNestedStructs) {
-  msg::ImuSample imu;
-  const auto error = msg::from_json(msg::type_info<msg::ImuSample>(), R"({"gyro_radps":{"x":1,"w":2}})", &imu);
-  ASSERT_TRUE(error);
-  EXPECT_EQ(error->text(), "at 21: gyro_radps.w: no such field: x, y, z");
-}
-
-TEST(FromJson, BulkMustBeBase64AndOfTheSizeThatTheFieldsSay) {
-  const msg::TypeInfo& type = msg::type_info<msg::Image>();
-  Slot slot(type, 16);
-  const auto refusal = [&](const std::string& rest) {
-    const std::string head = R"({"width":4,"height":1,"stride":4,"format":1)";
-    const auto error = msg::from_json(type, head + rest + "}", slot.get(), 16);
-    return error ? error->path + ": " + error->what + ": " + error->allowed : "";
-  };
-  EXPECT_EQ(refusal(R"(,"data":"AH+A/w==")"), "");
-  EXPECT_EQ(static_cast<msg::Image*>(slot.get())->pixels()[3], 0xff);
-  EXPECT_EQ(refusal(R"(,"capacity_bytes":9999,"data":"AH+A/w==")"), "");
-  EXPECT_EQ(static_cast<msg::Image*>(slot.get())->capacity_bytes, 16U);
-  EXPECT_EQ(refusal(""), "data: 0 bytes: 4, as the other fields say");
-  EXPECT_EQ(refusal(R"(,"data":"AH+A")"), "data: 3 bytes: 4, as the other fields say");
-  EXPECT_EQ(refusal(R"(,"data":"AH-A/w==")"), "data: '-' in base64: base64, padded, of at most 16 bytes");
-  EXPECT_EQ(refusal(R"(,"data":"AH+A/w")"), "data: \"AH+A/w\": base64, padded, of at most 16 bytes");
-  EXPECT_EQ(refusal(",\"data\":\"" + std::string(24, 'A') + "\""),
-            "data: 18 bytes: base64, padded, of at most 16 bytes");
-  EXPECT_EQ(refusal(R"(,"data":{"bytes":4})"), "data: {\"bytes\":4: base64, padded, of at most 16 bytes");
 }
 
 }  // namespace

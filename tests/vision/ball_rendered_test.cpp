@@ -7,13 +7,10 @@
 #include "qemu_user.hpp"
 #include "robots/desk_head/world/head_body.hpp"
 #include "robots/desk_head/world/head_world.hpp"
+#include "robots/desk_head/world/room_xml.hpp"
 #include "sim_hil/plant/renderer.hpp"
 #include "vision/ball_finder.hpp"
 #include "vision/pinhole.hpp"
-
-namespace sinew::robots {
-std::string_view room_xml_of_desk_head();
-}
 
 namespace sinew::vision::ball_rendered_test {
 namespace {

@@ -5,15 +5,12 @@
 
 #include "images.hpp"
 #include "qemu_user.hpp"
+#include "robots/quad/world/room_xml.hpp"
 #include "robots/quad/world/vehicle.hpp"
 #include "sim_hil/plant/renderer.hpp"
 #include "sim_hil/worlds/vec.hpp"
 #include "vision/pad_finder.hpp"
 #include "vision/pinhole.hpp"
-
-namespace sinew::robots {
-std::string_view room_xml_of_quad();
-}
 
 namespace sinew::vision::pad_rendered_test {
 namespace {

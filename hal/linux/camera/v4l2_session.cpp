@@ -140,11 +140,13 @@ Status V4l2Session::open_node(const std::string& name, std::string& why) {
   }
   identity_ = *identity;
   if (identity_.captures && identity_.streams) return {};
-  why =
-      path_ + " ('" + identity_.card + "') " +
-      (identity_.captures      ? "cannot stream into mapped buffers"
-       : identity_.multiplanar ? "gives pictures in several planes only, which is not supported; libcamera may open it"
-                               : "is no capture device (a camera's second node has only its metadata)");
+  why = path_ + " ('" + identity_.card + "') ";
+  if (identity_.captures)
+    why += "cannot stream into mapped buffers";
+  else if (identity_.multiplanar)
+    why += "gives pictures in several planes only, which is not supported; libcamera may open it";
+  else
+    why += "is no capture device (a camera's second node has only its metadata)";
   return Error{Errc::not_supported, "camera capabilities"};
 }
 

@@ -30,7 +30,10 @@ void SocketCanBus::keep() {
   while (!stop_.load(std::memory_order_acquire)) {
     const std::uint32_t seen = keeper_word_.load(std::memory_order_acquire);
     const bool waits = look();
-    pause = !waits ? kLongPause : waited ? std::min<Duration>(2 * pause, kLongPause) : kFirstPause;
+    if (waits && !waited)
+      pause = kFirstPause;
+    else
+      pause = waits ? std::min<Duration>(2 * pause, kLongPause) : kLongPause;
     waited = waits;
     // While the interface is lost, further wake-ups bring nothing new: the pauses stay.
     const Time until = os_.now() + pause;

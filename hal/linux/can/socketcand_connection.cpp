@@ -45,19 +45,21 @@ Result<int> SocketcandCan::connect_once(std::string& why) {
     if (fd < 0) continue;
     socklen_t size = sizeof error;
     error = connect(fd, a->ai_addr, a->ai_addrlen) == 0 ? 0 : errno;
-    if (error == EINPROGRESS)
-      error = !wait_for(fd, POLLOUT, kConnectMs)                         ? ETIMEDOUT
-              : getsockopt(fd, SOL_SOCKET, SO_ERROR, &error, &size) != 0 ? errno
-                                                                         : error;
+    if (error == EINPROGRESS) {
+      if (!wait_for(fd, POLLOUT, kConnectMs))
+        error = ETIMEDOUT;
+      else if (getsockopt(fd, SOL_SOCKET, SO_ERROR, &error, &size) != 0)
+        error = errno;
+    }
     if (error != 0) close(fd), fd = -1;
   }
   freeaddrinfo(found);
   if (fd < 0) {
     why = spec_.address + ": " + std::strerror(error) + " (does a socketcand run there?)";
-    return Error{error == ETIMEDOUT      ? Errc::timeout
-                 : error == ECONNREFUSED ? Errc::closed
-                                         : Errc::io,
-                 "connect", error};
+    Errc code = Errc::io;
+    if (error == ETIMEDOUT) code = Errc::timeout;
+    if (error == ECONNREFUSED) code = Errc::closed;
+    return Error{code, "connect", error};
   }
   const int on = 1, bytes = kSocketcandSendBytes, idle_s = 2, interval_s = 1, count = 3, patience_ms = 5000;
   setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);

@@ -1,10 +1,10 @@
 // The head's world, for the list of worlds.
 #include "robots/desk_head/world/head_body.hpp"
 #include "robots/desk_head/world/head_world.hpp"
+#include "robots/desk_head/world/room_xml.hpp"
 
 namespace sinew::robots {
 
-std::string_view room_xml_of_desk_head();
 plant::WorldType describe_world_of_desk_head();
 
 }  // namespace sinew::robots

@@ -9,16 +9,13 @@
 
 #include "math/elementary.hpp"
 #include "math/random.hpp"
+#include "robots/quad/world/room_xml.hpp"
 #include "robots/quad/world/rotors.hpp"
 #include "robots/quad/world/wind.hpp"
 #include "sim_hil/mujoco/room.hpp"
 #include "sim_hil/worlds/json_object.hpp"
 #include "sim_hil/worlds/sensors.hpp"
 #include "sim_hil/worlds/vec.hpp"
-
-namespace sinew::robots {
-std::string_view room_xml_of_quad();  // of room.xml, made by CMake
-}
 
 namespace sinew::plant {
 namespace {

@@ -1,11 +1,11 @@
 // The quadrotor's world, for the list of worlds.
 #include "math/linear.hpp"
 #include "robots/quad/world/quad_world.hpp"
+#include "robots/quad/world/room_xml.hpp"
 #include "sim_hil/worlds/vec.hpp"
 
 namespace sinew::robots {
 
-std::string_view room_xml_of_quad();
 plant::WorldType describe_world_of_quad();
 
 }  // namespace sinew::robots

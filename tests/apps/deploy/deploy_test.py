@@ -12,9 +12,10 @@ import unittest
 
 SINEW, SOURCE = sys.argv[1:3]
 SSH = f"{sys.executable} {SOURCE}/tests/apps/deploy/fake_ssh.py"
-# The quadrotor, with a calibration file.
-ROBOT = pathlib.Path(f"{SOURCE}/robots/quad/quad_pilot.toml").read_text(encoding="utf-8")
-ROBOT = ROBOT.replace('"quad_pilot", board', '"desk", board', 1).replace("quad_pilot_calibration.toml", "unit/calibration.toml", 1)
+# The quadrotor as a file that stands alone, with a calibration file.
+ROBOT = subprocess.run([SINEW, "check", "--resolved", f"{SOURCE}/robots/quad/quad_pilot.toml"], capture_output=True, text=True,
+                       check=True).stdout.replace("'", '"')
+ROBOT = ROBOT.replace('name = "quad_pilot"', 'name = "desk"', 1).replace("quad_pilot_calibration.toml", "unit/calibration.toml", 1)
 # Called as NAME ARGUMENTS; paths below /etc are the board's.
 LOG = '''#!/bin/sh
 echo "$(basename "$0") $*" >>"$FAKE_BOARD/log"
@@ -238,7 +239,7 @@ class Refusals(Board):
                 code, out, err = self.sinew(self.robot, "--dir", self.dir, *arguments)
                 self.assertEqual(code, 2, out + err)
                 self.assertIn(f'desk.toml: robot.board: "{board}": on a robot\'s own computer it is "linux"', err)
-        self.robot.write_text(ROBOT.replace('board = "linux"', 'board = "linux", device_boards = { camera = "sim" }'))
+        self.robot.write_text(ROBOT.replace('board = "linux"', 'board = "linux"\ndevice_boards = { camera = "sim" }'))
         code, out, err = self.sinew(self.robot, "--dir", self.dir)
         self.assertEqual(code, 2, out + err)
         self.assertIn('robot.device_boards.camera: "sim"', err)

@@ -256,11 +256,13 @@ TEST(OptionLines, TellWhereAValueComesFrom) {
   OptionLines lines;
   const int first = lines.line_of("--board moon"), second = lines.line_of("--set bus.can0.address=x");
   EXPECT_LT(first, 0);
-  EXPECT_EQ(lines.told({second, "bus.can0.address", "\"x\"", "a bus"}, "r.toml"),
+  RobotFile robot;
+  robot.path = "r.toml";
+  EXPECT_EQ(lines.told({second, "bus.can0.address", "\"x\"", "a bus"}, robot),
             "from --set bus.can0.address=x: bus.can0.address: \"x\": a bus");
-  EXPECT_EQ(lines.told({first, "robot.board", "\"moon\"", "none"}, "r.toml"),
+  EXPECT_EQ(lines.told({first, "robot.board", "\"moon\"", "none"}, robot),
             "from --board moon: robot.board: \"moon\": none");
-  EXPECT_EQ(lines.told({4, "robot.board", "\"moon\"", "none"}, "r.toml"), "r.toml:4: robot.board: \"moon\": none");
+  EXPECT_EQ(lines.told({4, "robot.board", "\"moon\"", "none"}, robot), "r.toml:4: robot.board: \"moon\": none");
 }
 
 }  // namespace

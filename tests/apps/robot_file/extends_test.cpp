@@ -8,12 +8,15 @@
 #include <fstream>
 
 #include "apps/robot_file/robot_file.hpp"
+#include "drivers/board/device_board.hpp"
+#include "drivers/board/driver_list.hpp"
 
 namespace sinew::app::extends_test {
 namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
 constexpr const char* kBase = R"([robot]
 name = "base"
@@ -118,19 +121,78 @@ TEST_F(Extends, AFileThatExtendsNothingIsReadAsItIs) {
   EXPECT_FALSE(loaded.robot.extended);
 }
 
-TEST_F(Extends, WhatIsWrongIsNamedWithItsFile) {
+TEST_F(Extends, WhatIsWrongWithTheFilesIsNamedWithItsFileAndLine) {
   const auto problem = [&](const std::string& text) {
     const LoadedRobot loaded = load(text);
-    return loaded.problems.empty() ? "none" : rt::to_string(loaded.problems[0], "robot.toml");
+    return loaded.problems.empty() ? "none" : to_string(loaded.problems[0], loaded.robot);
   };
-  EXPECT_THAT(problem("\nextends = \"nowhere.toml\""),
-              HasSubstr("robot.toml:2: extends: \"nowhere.toml\": a robot file that can be read"));
-  EXPECT_THAT(problem("extends = 5"), HasSubstr("robot.toml:1: extends: : the path of another robot file"));
-  EXPECT_THAT(problem("extends = \"robot.toml\""), HasSubstr("they go in a circle"));
-  EXPECT_THAT(problem("extends = \"below/base.toml\"\nwithout = [\"module.z\"]"), HasSubstr("without: \"module.z\""));
-  EXPECT_THAT(problem("extends = \"below/base.toml\"\nwithout = 3"), HasSubstr("without: : an array"));
+  const std::string own = folder_ + "/robot.toml:", below = "extends = \"below/base.toml\"\n";
+  EXPECT_EQ(problem("\nextends = \"nowhere.toml\""),
+            own + "2: extends: \"nowhere.toml\": a robot file that can be read: " + folder_ + "/nowhere.toml");
+  EXPECT_EQ(problem("extends = 5"), own + "1: extends: : the path of another robot file, a text");
+  EXPECT_EQ(problem("extends = \"robot.toml\""),
+            own + "1: extends: \"robot.toml\": a file that does not extend this one: they go in a circle");
+  EXPECT_EQ(problem(below + "without = [\"module.z\"]"),
+            own + "2: without: \"module.z\": a table of the file that is extended, such as \"module.pad\"");
+  EXPECT_EQ(problem(below + "without = 3"), own + "2: without: : an array of tables' names, such as \"module.pad\"");
+  write("below/odd.toml", "\n\u00b0 = 1\n");
+  EXPECT_EQ(problem("extends = \"below/odd.toml\""),
+            folder_ + "/below/odd.toml:2: TOML: syntax: only ASCII outside of comments");
+  write("below/circle.toml", "\n\nextends = \"../robot.toml\"\n");
+  EXPECT_EQ(problem("extends = \"below/circle.toml\""),
+            folder_ +
+                "/below/circle.toml:3: extends: \"../robot.toml\": a file that does not extend this one: they go "
+                "in a circle");
   write("below/broken.toml", "[robot\n");
-  EXPECT_THAT(problem("extends = \"below/broken.toml\""), HasSubstr("below/broken.toml:1: "));
+  EXPECT_THAT(problem("extends = \"below/broken.toml\""), StartsWith(folder_ + "/below/broken.toml:1: TOML: syntax: "));
+}
+
+TEST_F(Extends, AProblemNamesTheFileAndLineWhereItsKeyStands) {
+  write("below/wrong.toml", R"([robot]
+name = "base"
+board = "none"
+[[thread]]
+name = "fast"
+period_us = 1
+priority = 80
+# A long array: more than one line of the text that is resolved.
+order = ["a_module_with_a_long_name", "another_one_with_a_long_name", "and_a_third_with_a_long_name", "fourth"]
+colour = "red"
+)");
+  write("middle.toml", "extends = \"below/wrong.toml\"\n\n[robot]\nseed = -1\n");
+  LoadedRobot loaded = load(R"(extends = "middle.toml"
+[[thread]]
+name = "fast"
+priority = 200
+
+[guardian]
+arming = "never"
+[device.imu]
+driver = "icm42600"
+rate_hz = -3
+)");
+  for (rt::Problem& p : drivers::check_devices(loaded.robot.devices, drivers::all_drivers()))
+    loaded.problems.push_back(std::move(p));
+  add_graph_problems(loaded, {}, {.virtual_time = true});
+  std::vector<std::string> lines;
+  for (const rt::Problem& p : loaded.problems) lines.push_back(to_string(p, loaded.robot).substr(folder_.size() + 1));
+  EXPECT_THAT(
+      lines,
+      ElementsAre(
+          "middle.toml:4: robot.seed: -1: an integer from 0 to 9223372036854775807",
+          "below/wrong.toml:6: thread.fast.period_us: 1: a number from 10 to 3600000000",
+          "below/wrong.toml:9: thread.fast.order: \"a_module_with_a_long_name\": a module: ",
+          "below/wrong.toml:9: thread.fast.order: \"another_one_with_a_long_name\": a module: ",
+          "below/wrong.toml:9: thread.fast.order: \"and_a_third_with_a_long_name\": a module: ",
+          "below/wrong.toml:9: thread.fast.order: \"fourth\": a module: ",
+          "below/wrong.toml:10: thread.fast.colour: \"red\": unknown key; known here: catch_up_max cpus device name "
+          "order overrun period_us phase_us precise priority stack_kib timeout_us trigger",
+          "robot.toml:4: thread.fast.priority: 200: an integer from 0 to 98",
+          "robot.toml:7: guardian.arming: \"never\": one of \"auto\", \"manual\"",
+          "robot.toml:8: device.imu.path: missing: the path of the chip's bus, \"/dev/i2c-1\" or \"/dev/spidev0.0\"; "
+          "it is "
+          "required",
+          "robot.toml:10: device.imu.rate_hz: -3: one of 25, 50, 100, 200, 500, 1000, 2000, 4000, 8000"));
 }
 
 }  // namespace

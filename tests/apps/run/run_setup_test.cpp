@@ -52,10 +52,9 @@ TEST(Configuring, WhatTheDeviceDoesNotAllowIsToldOfTheOptionThatSaysItAndNotOfTh
     say(spec, prepared.options);
     prepared.graph = std::make_unique<rt::Graph>(spec, prepared.types);
     hal::EmptyBoard board;
-    RunOptions options;
-    options.robot = "r.toml";
+    prepared.robot.path = "r.toml";
     testing::internal::CaptureStderr();
-    EXPECT_FALSE(configure(prepared, board, {}, options));
+    EXPECT_FALSE(configure(prepared, board, {}));
     return testing::internal::GetCapturedStderr();
   };
   const std::string allowed = ": module.camera.params.gain: 101: a number from 0 to 100, or -1: device 'eye'\n";

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "hal/platform.hpp"
+#include "hal/wake_counter.hpp"
 #include "servo_rig.hpp"
 
 namespace sinew::drivers::servo_group_test {
@@ -178,13 +179,6 @@ TEST(SeqLock, ReaderNeverSeesHalfOfAValue) {
   EXPECT_EQ(seen.a, 200'000u);
 }
 
-/// Counts wake-ups.
-class Bell final : public hal::Wake {
- public:
-  void wake() noexcept override { ++rung; }
-  std::atomic<std::uint32_t> rung{0};
-};
-
 TEST(ServoGroup, RunsOnThreadsOfTwoBusesAndStopsThem) {
   hal::Os& os = hal::system_os();
   sim_hil::MemoryCan wires[2] = {sim_hil::MemoryCan(1'000'000, &os), sim_hil::MemoryCan(1'000'000, &os)};
@@ -211,8 +205,8 @@ TEST(ServoGroup, RunsOnThreadsOfTwoBusesAndStopsThem) {
     std::string why;
     ASSERT_TRUE(hubs[i]->configure(why)) << why;
   }
-  Bell bell;
-  group.set_wake(&bell);
+  hal::WakeCounter wakes;
+  group.set_wake(&wakes);
   for (auto& hub : hubs) ASSERT_TRUE(hub->start());
   std::atomic<bool> end{false};
   std::thread world([&] {
@@ -237,7 +231,7 @@ TEST(ServoGroup, RunsOnThreadsOfTwoBusesAndStopsThem) {
     std::this_thread::sleep_for(2ms);
   }
   EXPECT_TRUE(there);
-  EXPECT_GT(bell.rung.load(), 0u);
+  EXPECT_GT(wakes.count(), 0u);
   group.set_wake(nullptr);
   for (auto& hub : hubs) hub->stop();
   end = true;

@@ -6,6 +6,7 @@
 #include <array>
 
 #include "hal/platform.hpp"
+#include "hal/wake_counter.hpp"
 
 namespace sinew::hal::fd_watch_test {
 namespace {
@@ -29,54 +30,32 @@ class Pipe {
   std::array<int, 2> ends_{-1, -1};
 };
 
-class Bell final : public Wake {
- public:
-  void wake() noexcept override {
-    word_.fetch_add(1, std::memory_order_release);
-    system_os().wake(word_);
-  }
-  /// False: not rung `times` times within ten seconds.
-  bool wait(std::uint32_t times) {
-    const Time deadline = system_os().now() + 10s;
-    for (;;) {
-      const std::uint32_t seen = word_.load(std::memory_order_acquire);
-      if (seen >= times) return true;
-      if (system_os().now() >= deadline) return false;
-      system_os().wait(word_, seen, deadline);
-    }
-  }
-  std::uint32_t times() const { return word_.load(); }
-
- private:
-  WakeWord word_{0};
-};
-
 TEST(FdWatch, RingsTheLineOfTheDescriptorThatHasSomething) {
   Pipe first, second;
   FdLine first_line, second_line;
-  Bell first_bell, second_bell;
+  WakeCounter first_wakes, second_wakes;
   auto watch = FdWatch::start(system_os(), kThread);
   ASSERT_TRUE(watch);
   ASSERT_TRUE((*watch)->add(first.reader(), first_line));
   ASSERT_TRUE((*watch)->add(second.reader(), second_line));
-  first_line.change_wake(&first_bell), second_line.change_wake(&second_bell);
+  first_line.change_wake(&first_wakes), second_line.change_wake(&second_wakes);
   EXPECT_TRUE(first_line.ready()) << "nobody has looked yet";
   first_line.begin_read(), second_line.begin_read();
   second.put();
-  ASSERT_TRUE(second_bell.wait(1));
+  ASSERT_TRUE(second_wakes.wait_for(1));
   EXPECT_TRUE(second_line.ready());
   EXPECT_FALSE(first_line.ready());
-  EXPECT_EQ(first_bell.times(), 0u);
+  EXPECT_EQ(first_wakes.count(), 0u);
   second_line.begin_read(), second.take();
   EXPECT_FALSE(second_line.ready());
   second.put();
-  EXPECT_TRUE(second_bell.wait(2)) << "what comes after a read rings again";
+  EXPECT_TRUE(second_wakes.wait_for(2)) << "what comes after a read rings again";
   (*watch)->remove(first.reader()), (*watch)->remove(second.reader());
 }
 
 TEST(FdWatch, LineThatWasTakenAwayIsNotTouched) {
   Pipe pipe, other;
-  Bell bell;
+  WakeCounter wakes;
   auto watch = FdWatch::start(system_os(), kThread);
   ASSERT_TRUE(watch);
   {
@@ -86,10 +65,10 @@ TEST(FdWatch, LineThatWasTakenAwayIsNotTouched) {
   }
   pipe.put();
   FdLine line;
-  line.change_wake(&bell);
+  line.change_wake(&wakes);
   ASSERT_TRUE((*watch)->add(other.reader(), line));
   other.put();
-  EXPECT_TRUE(bell.wait(1));
+  EXPECT_TRUE(wakes.wait_for(1));
   (*watch)->remove(other.reader());
 }
 

@@ -5,23 +5,11 @@
 #include "hal/can_bus.hpp"
 #include "hal/linux/fd_watch.hpp"
 #include "hal/platform.hpp"
+#include "hal/wake_counter.hpp"
 
 namespace sinew::hal {
 
 inline constexpr Duration kPatience = std::chrono::seconds(10);
-
-class Bell final : public Wake {
- public:
-  void wake() noexcept override {
-    word_.fetch_add(1, std::memory_order_release);
-    system_os().wake(word_);
-  }
-  std::uint32_t times() const { return word_.load(std::memory_order_acquire); }
-  void wait_beyond(std::uint32_t seen, Time deadline) { system_os().wait(word_, seen, deadline); }
-
- private:
-  WakeWord word_{0};
-};
 
 inline std::shared_ptr<FdWatch> start_watch() {
   ThreadOptions options;

@@ -31,12 +31,12 @@ TEST(SimFreeRunning, SampleWakesItsReaderAndStandsOnTheRuntimeClock) {
         idle(plant);
       },
       free_running());
-  Bell& bell = rig.bell;
+  hal::WakeCounter& wakes = rig.wakes;
   hal::Imu* imu = *rig.board->sensor<msg::ImuSample>("imu");
-  imu->set_wake(&bell);
+  imu->set_wake(&wakes);
   ASSERT_TRUE(rig.board->start());
   msg::ImuSample s;
-  ASSERT_TRUE(bell.wait_until([&] { return *imu->read(s); }));
+  ASSERT_TRUE(wakes.wait_until([&] { return *imu->read(s); }));
   EXPECT_EQ(s.stamp, zero + 1ms);
   EXPECT_EQ(s.gyro_radps.x, 5);
   EXPECT_EQ(imu->ready_at(), hal::kNever);
@@ -68,12 +68,12 @@ TEST(SimFreeRunning, SlowerPlantIsFollowedOnASlowerClock) {
         idle(plant);
       },
       options);
-  Bell& bell = rig.bell;
+  hal::WakeCounter& wakes = rig.wakes;
   hal::Imu* imu = *rig.board->sensor<msg::ImuSample>("imu");
-  imu->set_wake(&bell);
+  imu->set_wake(&wakes);
   ASSERT_TRUE(rig.board->start());
   msg::ImuSample s;
-  ASSERT_TRUE(bell.wait_until([&] { return *imu->read(s); }));
+  ASSERT_TRUE(wakes.wait_until([&] { return *imu->read(s); }));
   EXPECT_GE(s.stamp, zero_half + 10ms - 1us);
   EXPECT_LE(s.stamp, half.now() + 10ms);
 }
@@ -91,13 +91,13 @@ TEST(SimFreeRunning, OverflowOfAQueueIsCountedAndTheNewestThatFitRemain) {
         idle(plant);
       },
       options);
-  Bell& bell = rig.bell;
+  hal::WakeCounter& wakes = rig.wakes;
   hal::Imu* imu = *rig.board->sensor<msg::ImuSample>("imu");
   hal::Baro* baro = *rig.board->sensor<msg::BaroSample>("baro");
-  baro->set_wake(&bell);
+  baro->set_wake(&wakes);
   ASSERT_TRUE(rig.board->start());
   msg::BaroSample b;
-  ASSERT_TRUE(bell.wait_until([&] { return *baro->read(b); }));
+  ASSERT_TRUE(wakes.wait_until([&] { return *baro->read(b); }));
   EXPECT_EQ(rig.board->stats().devices[kImu].samples, 100u);
   EXPECT_EQ(rig.board->stats().devices[kImu].overflow, 84u);
   msg::ImuSample s;
@@ -125,13 +125,13 @@ TEST(SimFreeRunning, ManySamplesPassInOrderWithoutLoss) {
         idle(plant);
       },
       options);
-  Bell& bell = rig.bell;
+  hal::WakeCounter& wakes = rig.wakes;
   hal::Imu* imu = *rig.board->sensor<msg::ImuSample>("imu");
-  imu->set_wake(&bell);
+  imu->set_wake(&wakes);
   ASSERT_TRUE(rig.board->start());
   msg::ImuSample s;
   for (int i = 0; i < kSamples; ++i) {
-    ASSERT_TRUE(bell.wait_until([&] { return *imu->read(s); })) << i;
+    ASSERT_TRUE(wakes.wait_until([&] { return *imu->read(s); })) << i;
     ASSERT_EQ(s.gyro_radps.x, i);
     taken.store(i);
   }
@@ -196,12 +196,12 @@ TEST(SimFreeRunning, EndOfTheRunWakesReadersAndQuotesThePlant) {
         plant.bye("battery empty");
       },
       free_running());
-  Bell& bell = rig.bell;
+  hal::WakeCounter& wakes = rig.wakes;
   hal::Imu* imu = *rig.board->sensor<msg::ImuSample>("imu");
-  imu->set_wake(&bell);
+  imu->set_wake(&wakes);
   ASSERT_TRUE(rig.board->start());
   msg::ImuSample s;
-  ASSERT_TRUE(bell.wait_until([&] { return !imu->read(s); }));
+  ASSERT_TRUE(wakes.wait_until([&] { return !imu->read(s); }));
   EXPECT_EQ(imu->read(s).error().code, Errc::closed);
   EXPECT_TRUE(rig.board->ended());
   EXPECT_EQ(rig.board->end_reason(), "battery empty");
@@ -209,12 +209,12 @@ TEST(SimFreeRunning, EndOfTheRunWakesReadersAndQuotesThePlant) {
 
 TEST(SimFreeRunning, ConnectionLostMidRunEndsTheRun) {
   Rig rig([](PlantLink& plant) { ASSERT_TRUE(plant.start_clock(at(0ms), system_os().now())); }, free_running());
-  Bell& bell = rig.bell;
+  hal::WakeCounter& wakes = rig.wakes;
   hal::Imu* imu = *rig.board->sensor<msg::ImuSample>("imu");
-  imu->set_wake(&bell);
+  imu->set_wake(&wakes);
   ASSERT_TRUE(rig.board->start());
   msg::ImuSample s;
-  ASSERT_TRUE(bell.wait_until([&] { return !imu->read(s); }));
+  ASSERT_TRUE(wakes.wait_until([&] { return !imu->read(s); }));
   EXPECT_NE(rig.board->end_reason().find("peer closed the connection"), std::string::npos);
   EXPECT_EQ((*rig.board->actuators("motors"))->write(hover(0.5), 1ms).error().code, Errc::closed);
 }
@@ -229,12 +229,12 @@ TEST(SimFreeRunning, SampleThatArrivesLongAfterItWasReadyIsLate) {
         idle(plant);
       },
       options);
-  Bell& bell = rig.bell;
+  hal::WakeCounter& wakes = rig.wakes;
   hal::Imu* imu = *rig.board->sensor<msg::ImuSample>("imu");
-  imu->set_wake(&bell);
+  imu->set_wake(&wakes);
   ASSERT_TRUE(rig.board->start());
   msg::ImuSample s;
-  ASSERT_TRUE(bell.wait_until([&] { return *imu->read(s); }));
+  ASSERT_TRUE(wakes.wait_until([&] { return *imu->read(s); }));
   EXPECT_EQ(rig.board->stats().devices[kImu].late, 1u);
 }
 
@@ -252,14 +252,14 @@ TEST(SimFreeRunning, GapBetweenArrivalsIsMeasured) {
         idle(plant);
       },
       free_running());
-  Bell& bell = rig.bell;
+  hal::WakeCounter& wakes = rig.wakes;
   hal::Imu* imu = *rig.board->sensor<msg::ImuSample>("imu");
-  imu->set_wake(&bell);
+  imu->set_wake(&wakes);
   ASSERT_TRUE(rig.board->start());
   msg::ImuSample s;
-  ASSERT_TRUE(bell.wait_until([&] { return *imu->read(s); }));
+  ASSERT_TRUE(wakes.wait_until([&] { return *imu->read(s); }));
   first_is_read = true;
-  ASSERT_TRUE(bell.wait_until([&] { return *imu->read(s); }));
+  ASSERT_TRUE(wakes.wait_until([&] { return *imu->read(s); }));
   EXPECT_EQ(rig.board->stats().devices[kImu].max_gap_stamp, 1ms);
   EXPECT_GE(rig.board->stats().devices[kImu].max_gap_arrival, 5ms);
 }
@@ -291,9 +291,9 @@ TEST(SimFreeRunning, BellThatWasTakenAwayIsNotRungAgain) {
   ASSERT_TRUE(rig.board->start());
   msg::ImuSample s;
   for (int i = 0; i < 200; ++i) {
-    auto bell = std::make_unique<Bell>();  // freed while samples pour in: asan sees a ring too many
-    imu->set_wake(bell.get());
-    ASSERT_TRUE(bell->wait_until([&] { return *imu->read(s); }));
+    auto wakes = std::make_unique<hal::WakeCounter>();  // freed while samples pour in: asan sees a ring too many
+    imu->set_wake(wakes.get());
+    ASSERT_TRUE(wakes->wait_until([&] { return *imu->read(s); }));
     imu->set_wake(nullptr);
   }
 }
@@ -307,14 +307,14 @@ TEST(SimFreeRunning, NobodyIsWokenAfterBye) {
       },
       free_running());
   hal::Imu* imu = *rig.board->sensor<msg::ImuSample>("imu");
-  imu->set_wake(&rig.bell);
+  imu->set_wake(&rig.wakes);
   ASSERT_TRUE(rig.board->start());
   msg::ImuSample s;
-  ASSERT_TRUE(rig.bell.wait_until([&] { return *imu->read(s); }));
+  ASSERT_TRUE(rig.wakes.wait_until([&] { return *imu->read(s); }));
   rig.board->bye("enough");
-  const std::uint32_t rings = rig.bell.rings();
+  const std::uint32_t rings = rig.wakes.count();
   rig.finish();
-  EXPECT_EQ(rig.bell.rings(), rings);
+  EXPECT_EQ(rig.wakes.count(), rings);
   EXPECT_EQ(rig.plant_reason, "enough") << "also when the plant was writing just then";
 }
 
@@ -338,13 +338,13 @@ TEST_P(SimFreeCamera, FramesArriveWholeWhileThePlantGoesOn) {
         idle(plant);
       },
       options);
-  Bell& bell = rig.bell;
+  hal::WakeCounter& wakes = rig.wakes;
   hal::Camera* camera = *rig.board->camera("camera");
-  camera->set_wake(&bell);
+  camera->set_wake(&wakes);
   ASSERT_TRUE(rig.board->start());
   ImageBox image(256);
   for (std::uint32_t n = 1; n <= kFrames; ++n) {
-    ASSERT_TRUE(bell.wait_until([&] { return *camera->read(*image); })) << n;
+    ASSERT_TRUE(wakes.wait_until([&] { return *camera->read(*image); })) << n;
     ASSERT_EQ(image->frame_number, n);
     for (std::uint8_t p : image.pixels()) ASSERT_EQ(p, static_cast<std::uint8_t>(n));
     taken.store(n);

@@ -10,6 +10,7 @@
 #include "hal/linux/shared_memory.hpp"
 #include "hal/linux/socket.hpp"
 #include "hal/platform.hpp"
+#include "hal/wake_counter.hpp"
 #include "sim_hil/board/sim_board.hpp"
 #include "sim_hil/server/plant_link.hpp"
 
@@ -53,30 +54,6 @@ inline msg::ActuatorCommand hover(double value, Duration stamp = {}) {
 
 inline constexpr Duration kLong = 20s;  // an upper bound for what happens at once on a working machine
 
-/// Counts wake-ups and lets the test sleep until there was one.
-class Bell final : public hal::Wake {
- public:
-  void wake() noexcept override {
-    rings_.fetch_add(1, std::memory_order_release);
-    hal::system_os().wake(rings_);
-  }
-  std::uint32_t rings() const { return rings_.load(std::memory_order_acquire); }
-  /// Until `done()` says so, looking again after each ring.
-  template <class Done>
-  bool wait_until(Done done) {
-    const Time deadline = hal::system_os().now() + kLong;
-    for (;;) {
-      const std::uint32_t seen = rings_.load(std::memory_order_acquire);
-      if (done()) return true;
-      if (hal::system_os().now() > deadline) return false;
-      hal::system_os().wait(rings_, seen, hal::system_os().now() + 50ms);
-    }
-  }
-
- private:
-  hal::WakeWord rings_{0};
-};
-
 /// Runs `plant` in a thread against the board under test.
 class Rig {
  public:
@@ -106,7 +83,7 @@ class Rig {
   }
 
   hal::ManualClock clock;
-  Bell bell;  // outlives the board
+  hal::WakeCounter wakes;  // outlives the board
   std::unique_ptr<SimBoard> board;
   std::string why, plant_why, plant_reason;
   PlantLink::Stats plant_stats;

@@ -7,6 +7,7 @@
 #include "hal/linux/camera/v4l2_camera.hpp"
 #include "hal/linux/camera/v4l2_sim.hpp"
 #include "hal/platform.hpp"
+#include "hal/wake_counter.hpp"
 #include "msg/image_buffer.hpp"
 
 namespace sinew::hal {
@@ -28,15 +29,6 @@ inline ThreadOptions named(const char* name) {
   options.name = name;
   return options;
 }
-
-class WakeCounter final : public Wake {
- public:
-  void wake() noexcept override { count_.fetch_add(1); }
-  std::uint32_t count() const { return count_.load(); }
-
- private:
-  std::atomic<std::uint32_t> count_{0};
-};
 
 /// A simulated camera, the real code that opens it, and pictures that can be told apart.
 class V4l2Test : public ::testing::Test {

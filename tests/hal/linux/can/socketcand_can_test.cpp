@@ -63,18 +63,18 @@ TEST_F(Socketcand, WhoWaitsIsWoken) {
   auto bus = open(spec(server.address()));
   ASSERT_TRUE(bus) << why_;
   ASSERT_TRUE(eventually([&] { return server.connected(); }));  // a frame before reaches nobody
-  Bell bell;
-  bus->set_wake(&bell);
+  WakeCounter wakes;
+  bus->set_wake(&wakes);
   const Time deadline = system_os().now() + kPatience;
   msg::CanFrame out;
   for (bool told = false;;) {  // the server's answers may wake it, too
-    const auto seen = bell.times();
+    const auto seen = wakes.count();
     const auto got = bus->read(out);
     ASSERT_TRUE(got);
     if (*got) break;
     if (!told) server.tell(frame_of(1, {}));
     told = true;
-    bell.wait_beyond(seen, deadline);
+    wakes.wait_beyond(seen, deadline);
     ASSERT_LT(system_os().now(), deadline) << "not woken";
   }
   EXPECT_EQ(out.id, 1u);

@@ -111,13 +111,13 @@ TEST_F(UdpCan, AnotherBusOfTheSameMachineHearsNothing) {
 
 TEST_F(UdpCan, WhoWaitsIsWokenWhenAFrameCame) {
   auto a = opened(spec(), watch_), b = opened(spec(), watch_);
-  Bell bell;
-  b->set_wake(&bell);
+  WakeCounter wakes;
+  b->set_wake(&wakes);
   msg::CanFrame out;
   ASSERT_TRUE(b->read(out));
-  const auto seen = bell.times();
+  const auto seen = wakes.count();
   ASSERT_TRUE(a->send(frame_of(5, {}), kNever));
-  EXPECT_TRUE(eventually([&] { return bell.times() > seen; }));
+  EXPECT_TRUE(eventually([&] { return wakes.count() > seen; }));
   b->set_wake(nullptr);
 }
 

@@ -1,0 +1,9 @@
+#pragma once
+#include <string_view>
+
+namespace sinew::robots {
+
+/// The text of room.xml; CMake makes the source.
+std::string_view room_xml_of_quad();
+
+}  // namespace sinew::robots
