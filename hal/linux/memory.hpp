@@ -9,7 +9,8 @@ namespace sinew::hal {
 /// Nothing that a loop touches may be taken away or come late: all pages, now and later, are locked as they are
 /// touched; those of the program, of libraries outside of the system's folders, the C library's code, and all data and
 /// heap are touched at once. Left to the first touch are: other system libraries (a loop calls few of them, and their
-/// initialisation has touched those), and stacks of Os::start_thread(), which touch themselves what was asked for.
+/// initialisation has touched those), stacks of Os::start_thread(), which touch themselves what was asked for, and
+/// tables that no loop reads: symbols and relocations, which the start has used, and where exceptions are caught.
 /// Errors:  denied: nothing is locked.
 Status lock_process_memory();
 
