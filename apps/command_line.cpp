@@ -18,15 +18,15 @@ namespace sinew::app {
 
 namespace {
 
-/// The action that the command line asks for, or else the exit code. Its description of all commands is gone then: what
-/// a robot keeps in memory is locked.
+/// The action of the command line, or else the exit code. Frees its description of all commands on return, since a
+/// robot locks its memory.
 std::variant<std::function<int()>, int> understood(int argc, char** argv, const rt::ModuleTypes& types) {
   const std::string path = argc > 0 ? argv[0] : "sinew";
   CLI::App app("Sinew: an embedded real-time runtime for the onboard computers of humanoids and UAVs.",
                path.substr(path.rfind('/') + 1));
   app.require_subcommand(1);
   app.set_version_flag("--version", version());
-  app.footer("Exit codes: 0 done, 1 the thing failed, 2 it could not be begun.");
+  app.footer("Exit codes: 0 done, 1 failed, 2 could not begin.");
   CommandContext context{types};
   add_robot_commands(app, context);
   add_live_commands(app, context);

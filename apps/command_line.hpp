@@ -4,7 +4,7 @@
 
 namespace sinew::app {
 
-/// The `sinew` command as a whole for a program of one's own, which knows the modules of `types` and no others:
+/// The whole `sinew` command for your own program, which knows only the modules of `types`:
 ///
 ///   int main(int argc, char** argv) {
 ///     auto types = sinew::app::all_modules();
@@ -13,7 +13,7 @@ namespace sinew::app {
 ///   }
 ///
 /// `place` is filled by find_package(Sinew); see apps/command/place.hpp.
-/// Returns the exit code: 0 done; 1 the thing failed; 2 it could not be begun (usage, no such file, no such robot).
+/// Returns the exit code: 0: done; 1: failed; 2: could not begin (usage, no such file, no such robot).
 /// Thread:  owner, once in a process.
 /// Source:  docs/command-line.md
 int command_line(int argc, char** argv, const rt::ModuleTypes& types,

@@ -9,12 +9,12 @@
 namespace sinew::app {
 namespace {
 
-// The command that the words before the unfinished one lead to, and what they leave open.
+// The command that the words before the unfinished one select, and the values that it still needs.
 struct Position {
   const CLI::App* command;
   const CLI::Option* awaits_value = nullptr;  // the last word is an option that takes one
   std::size_t positionals = 0;                // already given
-  std::string robot{};                        // what --robot said
+  std::string robot{};                        // value of --robot
 };
 
 const CLI::App* subcommand(const CLI::App& command, const std::string& name) {

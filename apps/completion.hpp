@@ -1,5 +1,6 @@
 #pragma once
-// What the shell offers behind TAB. All of it comes from the description of the commands, so it is never out of date.
+// Candidates that the shell offers after TAB. They come from the description of the commands, so they are always
+// current.
 #include <functional>
 #include <string>
 #include <string_view>
@@ -11,14 +12,14 @@ class App;
 
 namespace sinew::app {
 
-/// The hidden command that the shell's function calls: `sinew complete WORD...`, the last word being the unfinished
-/// one.
+/// The hidden command that the shell's function calls: `sinew complete WORD...`; the last word is the unfinished one.
 inline constexpr std::string_view kCompleteCommand = "complete";
 
-/// The names that a running robot has of a kind (a hint of commands.hpp); `robot` is what --robot said, or empty.
+/// Names of one kind (a hint of apps/command/command.hpp) in a running robot; `robot` is the value of --robot, or
+/// empty.
 using NamesOf = std::function<std::vector<std::string>(std::string_view hint, const std::string& robot)>;
 
-/// Candidates for the last word, or one of ":file", ":file .toml", ":folder", which ask the shell to complete paths.
+/// Candidates for the last word; or ":file", ":file .toml" or ":folder", which asks the shell to complete paths.
 std::vector<std::string> completions(const CLI::App& app, const std::vector<std::string>& words,
                                      const NamesOf& names_of);
 

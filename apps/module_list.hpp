@@ -3,7 +3,7 @@
 
 namespace sinew::app {
 
-/// Every module type that the `sinew` program knows. A program of one's own lists its own.
+/// Every module type that the `sinew` program knows. Your own program lists its own types.
 rt::ModuleTypes all_modules();
 
 }  // namespace sinew::app

@@ -1,6 +1,6 @@
 #pragma once
-// What nearly all commands include, compiled once where SINEW_PRECOMPILED says so. Nobody includes this file: each file
-// includes what it uses, and a build without SINEW_PRECOMPILED shows when one does not.
+// Headers of nearly all commands, compiled once with SINEW_PRECOMPILED. Do not include this file: each file includes
+// what it uses, and a build without SINEW_PRECOMPILED fails where an include is missing.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>

@@ -1,4 +1,4 @@
-// new, completion: around the robots.
+// new, completion: commands without a robot.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 

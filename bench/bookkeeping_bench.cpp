@@ -1,5 +1,5 @@
-// What the real-time executor itself needs for a period, beside the modules' steps and the kernel's sleep: its periods
-// run one after the other because sleeping only moves the clock on.
+// The executor's own time per period, beside the modules' steps and the kernel's sleep. Periods follow each other at
+// once, because sleeping only moves the clock on.
 #include <atomic>
 #include <cstring>
 #include <thread>
@@ -15,8 +15,8 @@ using namespace std::chrono_literals;
 
 constexpr int kBatch = 1000;  // periods
 
-/// The kernel, except that sleeping takes no time: the clock jumps, which costs one look at
-/// it. Looks at the clock cost what they cost.
+/// The kernel, except that sleeping takes no time: the clock jumps, which costs one read of the clock. Reads of the
+/// clock cost their real time.
 class JumpingOs final : public hal::Os {
  public:
   hal::Time now() const noexcept override { return os_.now() + hal::Duration{ahead_ns_}; }
@@ -61,7 +61,7 @@ std::vector<double> periods_of(int modules, std::size_t batches) {
   rt::ThreadSpec spec;
   spec.name = "loop";
   spec.period = 1ms;
-  spec.priority = 50;  // far less than a second at a time, though it never sleeps
+  spec.priority = 50;  // it never sleeps, but runs far less than a second at a time
   spec.cpus = {0};
   const auto graph = one_thread(spec, modules);
   JumpingOs os;
@@ -95,7 +95,7 @@ int main(int argc, char** argv) {
     reads.push_back(static_cast<double>((os.now() - begin).count()) / kBatch);
   }
   auto one = periods_of(1, 400), four = periods_of(4, 400);
-  const double p50 = median(one) - median(reads);  // less the look that stands for the kernel's sleep
+  const double p50 = median(one) - median(reads);  // less the clock read that stands for the kernel's sleep
   const bool good = report_figure("bookkeeping_period", p50, 300, "ns");
   report_figure("bookkeeping_period_p99", quantile(one, 0.99) - median(reads), 0, "ns");
   report_figure("bookkeeping_per_further_module", (median(four) - median(one)) / 3, 0, "ns");

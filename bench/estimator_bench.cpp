@@ -1,5 +1,6 @@
 // One step of the 15-state filter (one inertial sample and a measured position) beside its floor and beside dense
-// Eigen. usage: estimator_bench [PAIRS]
+// Eigen.
+// usage: estimator_bench [PAIRS]
 #include <cstdlib>
 
 #include "control/inertial_filter.hpp"

@@ -12,8 +12,8 @@ namespace {
 
 constexpr double kDt = 0.005, kG = 9.81, kQ = 1e-4, kR = 0.01;
 
-// Error states: position, velocity, attitude, accelerometer bias, gyro bias; velocity couples with one attitude angle
-// each, which is less than a real attitude asks for.
+// Error states: position, velocity, attitude, accelerometer bias, gyro bias. Velocity couples with one attitude angle
+// each, which is less work than a real attitude needs.
 class Block final : public EstimatorFloor {
  public:
   Block() {

@@ -10,7 +10,7 @@ struct EstimatorFloor {
 };
 /// Row and column additions for the products with F, three scalar corrections; no attitude arithmetic.
 EstimatorFloor* block_floor();
-/// Dense products, as a straightforward program does it. Null where Eigen is missing.
+/// Dense products, as in a straightforward program. Null where Eigen is missing.
 EstimatorFloor* dense_eigen();
 
 }  // namespace sinew::bench

@@ -17,8 +17,7 @@ class Empty final : public rt::Module {
   rt::StepStatus step(const rt::Step&) noexcept override { return rt::StepStatus::ok; }
 };
 
-/// A checked and configured graph of one periodic thread with `modules` empty modules; ends the program when that
-/// fails.
+/// A checked and configured graph of one periodic thread with `modules` empty modules. Ends the program if that fails.
 inline std::unique_ptr<rt::Graph> one_thread(const rt::ThreadSpec& thread, int modules = 1) {
   rt::GraphSpec spec;
   spec.robot = "bench";

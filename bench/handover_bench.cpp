@@ -17,7 +17,7 @@ struct Sink {
   virtual void on(const void* message, std::int64_t n) = 0;
 };
 
-/// Reads the clock, answers n.
+/// Reads the clock, returns n.
 inline std::int64_t now_then(hal::Os& os, std::int64_t n) {
   keep(os.now());
   return n;
@@ -31,7 +31,7 @@ struct Check final : Sink {
 
 constexpr double kNoGoal = 0;  // printed for information
 
-/// With the clock, both sides read it once: the read alone costs many virtual calls and would hide what is measured.
+/// With the clock, both sides read it once: a read costs as much as many virtual calls and would hide what is measured.
 template <class M>
 bool measure(const char* name, bool same_thread, bool with_clock, int pairs, double goal) {
   Topic<M> topic(same_thread), floor_topic(true);

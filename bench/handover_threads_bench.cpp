@@ -20,7 +20,7 @@ namespace {
 constexpr int kRoundTrips = 300;
 constexpr std::int64_t kStop = -1;
 
-/// What the machine allows: a counter to sleep on and the slot itself; the kernel is entered only for a sleeper.
+/// The machine's limit: a counter to sleep on and the slot itself; it enters the kernel only for a sleeper.
 template <class M>
 struct FutexLane {
   alignas(64) std::atomic<std::uint32_t> word{0}, sleeping{0};
@@ -132,7 +132,7 @@ int main(int argc, char** argv) {
   options.fifo_priority = 50;
   options.cpus = {0};
   bool good = true;
-  // The measuring thread is one of the two, so it runs with the same options.
+  // The measuring thread is one of the two threads, so it runs with the same options.
   auto body = hal::system_os().start_thread(options, [&] {
     good &= measure<Small>("handover_one_core_64", options, pairs, 1.15);
     good &= measure<msg::Image>("handover_one_core_921600", options, pairs, 1.15);

@@ -66,7 +66,7 @@ class Turn final : public rt::RunObserver {
     on_.store(true, std::memory_order_release);
     os.sleep_until(os.now() + kTurn);
     on_.store(false, std::memory_order_release);
-    os.sleep_until(os.now() + 5ms);  // a step under way
+    os.sleep_until(os.now() + 5ms);  // lets a step that has begun end
     return us_;
   }
 

@@ -1,6 +1,6 @@
-// What the recorder's thread spends on a message: record::Writer beside a chunked log that does no more than it must (a
-// head and a place for each message, zlib's checksum over each chunk of 1 MiB, one write), both into files
-// of the same disk, processor time of this thread. Neither waits for the disk.
+// The time of the recorder's thread per message: record::Writer beside a chunked log that does only what it must (a
+// head and a place for each message, zlib's checksum over each chunk of 1 MiB, one write). Both write files on the same
+// disk; the bench measures this thread's processor time. Neither waits for the disk.
 #include <fcntl.h>
 #include <lz4.h>
 #include <time.h>
@@ -83,7 +83,7 @@ class FloorLog {
   std::vector<std::pair<std::uint64_t, std::uint64_t>> places_;
 };
 
-/// A real file that does not wait for its disk: what is measured is our work, not its mood.
+/// A real file that does not wait for its disk: only our work is measured.
 class Unsynced final : public hal::OutputFile {
  public:
   explicit Unsynced(const std::string& path) {
@@ -148,7 +148,7 @@ bool measure(const Case& c, int pairs) {
     log.close_chunk();
     return (thread_us() - start) / static_cast<double>(c.count);
   };
-  ours(), floor();  // warm
+  ours(), floor();  // warm-up
   bench::Pairs all;
   for (int i = 0; i < pairs; ++i) {
     std::vector<double> x, y;

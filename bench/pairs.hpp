@@ -61,7 +61,7 @@ Ratio alternate(int pairs, int reps, const Ours& ours, const Floor& floor) {
     }
     return us;
   };
-  batch(ours), batch(floor);  // warm
+  batch(ours), batch(floor);  // warm-up
   Pairs all;
   for (int i = 0; i < pairs; ++i) {
     std::vector<double> x, y;

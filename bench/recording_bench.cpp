@@ -1,5 +1,5 @@
 // What recording costs the thread that takes the steps: a module that reads one topic and writes another of 64 bytes,
-// its steps recorded or not. The recorder reads the log between batches, which is not its writer's time.
+// with its steps recorded and not. The recorder reads the log between batches: that time is not the writer's.
 #include <cstdlib>
 #include <cstring>
 

@@ -1,5 +1,5 @@
 // What one lockstep round trip costs: SimBoard and PlantLink (an IMU sample and a grant one way, a command and a done
-// the other) beside two processes that pass the same numbers of bytes and look at none. All on one core.
+// back) beside two processes that pass the same numbers of bytes and read none of them. All on one core.
 #include <sched.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -29,7 +29,7 @@ void pin_to_one_core() {
   if (sched_setaffinity(0, sizeof set, &set) != 0) std::perror("sched_setaffinity");
 }
 
-/// Runs `peer` in a child process; what it returns is our end of the line to it.
+/// Runs `peer` in a child process; returns our end of the line to it.
 template <class Peer>
 std::unique_ptr<hal::Stream> fork_peer(const Peer& peer, pid_t& child) {
   auto ends = hal::stream_pair();

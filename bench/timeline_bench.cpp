@@ -1,5 +1,5 @@
-// What the time line costs: an event, a zone that somebody asks for, and one that nobody asks for.
-// `timeline_bench --count N` only runs N steps with three zones that nobody asks for and N without, for callgrind.
+// What the time line costs: an event, a zone that a listener asks for, and a zone that nobody asks for.
+// `timeline_bench --count N` runs N steps with three zones that nobody asks for, and N steps without, for callgrind.
 #include <cstdio>
 #include <cstdlib>
 #include <string_view>

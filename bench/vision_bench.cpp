@@ -1,4 +1,5 @@
-// Segmentation and elementary motion at 640x480, each beside its floor. usage: vision_bench [PAIRS]
+// Segmentation and elementary motion at 640x480, each beside its floor.
+// usage: vision_bench [PAIRS]
 #include <cstdlib>
 #include <cstring>
 
@@ -24,7 +25,7 @@ int noise(int amplitude) {  // xorshift; only has to be cheap
   return int(g_state % std::uint32_t(2 * amplitude + 1)) - amplitude;
 }
 
-// Soft shading, a dozen flat discs in four colours, sensor noise: a camera's picture in what matters for time.
+// Soft shading, a dozen flat discs in four colours, sensor noise: like a camera's picture as far as time is concerned.
 Rgb scene(int x, int y, int shift) {
   const int base = 70 + x * 50 / kWidth + y * 40 / kHeight + (((x / 40 + y / 40) & 1) != 0 ? 8 : 0);
   Rgb c{base + 2, base + 6, base};

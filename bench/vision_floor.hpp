@@ -1,6 +1,6 @@
 #pragma once
-// The least that does the work of vision/ on one fixed frame size, with every instruction of an AVX2 and FMA machine:
-// no bounds, no other formats, no counters. What vision_bench compares with.
+// The least code that does the work of vision/, for one fixed frame size, with every instruction of an AVX2 and FMA
+// machine: no bounds, no other formats, no counters. vision_bench compares with it.
 #include <array>
 #include <cstdint>
 #include <vector>

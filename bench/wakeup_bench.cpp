@@ -58,7 +58,7 @@ Window ours(bool precise) {
   Lateness lateness;
   rt::RealTimeOptions options;
   options.runner.observer = &lateness;
-  options.lock_memory = false;  // the whole program's is
+  options.lock_memory = false;  // the whole program's memory is locked already
   options.start_delay = 2ms;
   rt::RealTimeExecutor executor(*graph, os, options);
   if (!executor.start()) std::exit(2);
@@ -96,7 +96,7 @@ std::vector<double> bare() {
   return us;
 }
 
-/// Of the same length; empty where the program is not installed.
+/// As many wake-ups as the other two; empty where the program is not installed.
 std::vector<double> cyclictest() {
   const std::string command = "cyclictest -q -m -t1 -h4000 -i1000 -p" + std::to_string(kPriority) + " -l" +
                               std::to_string(kWindow) + " -a" + std::to_string(last_cpu()[0]) + " 2>/dev/null";
@@ -107,7 +107,7 @@ std::vector<double> cyclictest() {
   while (std::fgets(line, sizeof(line), out)) {
     unsigned late = 0, count = 0;
     if (line[0] != '#' && std::sscanf(line, "%u %u", &late, &count) == 2)
-      us.insert(us.end(), count, static_cast<double>(late) + 0.5);  // it tells whole microseconds
+      us.insert(us.end(), count, static_cast<double>(late) + 0.5);  // cyclictest gives whole microseconds
   }
   ::pclose(out);
   return us;
@@ -161,7 +161,7 @@ bool measure(const std::string& machine, int pairs) {
     std::printf("%-34s p50 %.1f us, p99 %.1f us\n", "  cyclictest", median(others), quantile(others, 0.99));
   good &= report_figure(("precise_" + machine + "_p50").c_str(), median(precise_us), 0.5, "us");
   report_figure(("precise_" + machine + "_p99").c_str(), quantile(precise_us, 0.99), 0, "us");
-  if (machine == "idle") {  // else the load's own time is in it
+  if (machine == "idle") {  // else it includes the load's own time
     good &= report_figure("precise_idle_processor", median(precise_cpu), 6, "% of a core");
     report_figure("wakeup_idle_processor", median(loop_cpu), 0, "% of a core");
   }

@@ -9,33 +9,33 @@ if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
 endif()
 set(CMAKE_CXX_FLAGS_RELEASE "-O2 -g1")
 
-# What this machine has compiled once, no later clone compiles again: the cache sees paths below the checkout relative to the
-# build folder, which is the same in each. The folder that debug information names may then be another clone's.
+# Later clones on this machine compile no file again: the cache sees paths below the checkout relative to the build
+# folder, which are the same in each clone. Debug information may then name the folder of another clone.
 find_program(SINEW_CCACHE ccache)
 if(SINEW_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   set(CMAKE_CXX_COMPILER_LAUNCHER
       ${CMAKE_COMMAND} -E env CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} CCACHE_NOHASHDIR=1
       CCACHE_SLOPPINESS=pch_defines,time_macros ${SINEW_CCACHE})
 endif()
-# Options of whatever uses a precompiled header: the cache has to see what was in it.
+# Options of targets with a precompiled header: the cache has to see the content of that header.
 set(SINEW_CACHED_PRECOMPILED $<IF:$<CXX_COMPILER_ID:GNU>,-fpch-preprocess,SHELL:-Xclang -fno-pch-timestamp>)
 
 add_compile_options(-Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Wold-style-cast
                     -Woverloaded-virtual -Wimplicit-fallthrough -Werror)
 # Contraction to FMA and errno-setting libm calls would make two machines differ; see docs/design.md. Modules of other
-# projects are compiled with these, too (cmake/SinewConfig.cmake.in).
+# projects get the same options (cmake/SinewConfig.cmake.in).
 set(SINEW_CODE_OPTIONS -fno-strict-aliasing -ffp-contract=off -fno-math-errno -fno-trapping-math)
 add_compile_options(${SINEW_CODE_OPTIONS})
-if(CMAKE_SIZEOF_VOID_P EQUAL 4)  # a 32-bit C library else counts seconds to 2038 and files to 2 GB
+if(CMAKE_SIZEOF_VOID_P EQUAL 4)  # else a 32-bit C library counts seconds only to 2038 and files only to 2 GB
   set(SINEW_CODE_DEFINITIONS _TIME_BITS=64 _FILE_OFFSET_BITS=64)
   add_compile_definitions(${SINEW_CODE_DEFINITIONS})
 endif()
-# A robot locks its program into memory: what nobody calls is left out. Which functions those are only the linker knows.
+# A robot locks its program into memory, so the linker leaves out functions that are never called.
 add_compile_options(-ffunction-sections -fdata-sections)
 add_link_options(-Wl,--gc-sections)
 
-# Tests and sanitized programs, hundreds of them, are linked in a third of the time; what we give away has the linker
-# that its sizes were measured with.
+# lld links the hundreds of tests and sanitized programs in a third of the time. Released programs keep the linker that
+# their sizes were measured with.
 if(NOT CMAKE_CROSSCOMPILING)
   find_program(SINEW_FAST_LINKER ld.lld)
 endif()
@@ -44,14 +44,14 @@ if(SINEW_FAST_LINKER)
 endif()
 
 if(SINEW_SANITIZE)
-  # -O1: a third less to compile, and the tests hardly notice. What gcc then suspects
-  # of bounds and uninitialised variables is wrong too often; the optimised builds look for both.
+  # -O1: a third less to compile, and hardly slower tests. With it gcc's warnings about bounds and uninitialised
+  # variables are wrong too often; the optimised builds check both.
   add_compile_options(-O1 -fsanitize=${SINEW_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
     add_compile_options(-Wno-maybe-uninitialized -Wno-stringop-overflow)
   endif()
   add_link_options(-fsanitize=${SINEW_SANITIZE} ${SINEW_FAST_LINK})
 endif()
-if(SINEW_FUZZ)  # what is fuzzed is instrumented: sinew_room(), sinew_fuzz()
+if(SINEW_FUZZ)  # sinew_room() and sinew_fuzz() instrument the fuzzed code
   add_link_options(-fsanitize=fuzzer-no-link)
 endif()

@@ -45,7 +45,7 @@ std::string_view board_script(std::string_view name) {
 ")
 endfunction()
 
-# sinew_embed_text(OUTPUT FILE NAMESPACE FUNCTION): a source with the function, which answers the file's text.
+# sinew_embed_text(OUTPUT FILE NAMESPACE FUNCTION): a source with the function, which returns the file's text.
 function(sinew_embed_text output file namespace function)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
   file(READ ${file} text)

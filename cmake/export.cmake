@@ -1,5 +1,5 @@
-# What find_package(Sinew) needs, in the build folder and in an installed prefix: a project outside names either in
-# CMAKE_PREFIX_PATH. Included last, when all rooms are known.
+# The files for find_package(Sinew), in the build folder and in an installed prefix: another project names one of these
+# two in CMAKE_PREFIX_PATH. Included last, when all rooms are known.
 include(CMakePackageConfigHelpers)
 
 # sinew_package(FOLDER ROOMS PROGRAMS): SinewConfig.cmake and its version, for one of the two places.
@@ -7,7 +7,7 @@ function(sinew_package folder rooms SINEW_PROGRAMS_FROM_PACKAGE)
   list(TRANSFORM rooms REPLACE "^sinew_" "" OUTPUT_VARIABLE SINEW_ROOM_NAMES)
   configure_file(${PROJECT_SOURCE_DIR}/cmake/SinewConfig.cmake.in ${folder}/SinewConfig.cmake @ONLY)
   write_basic_package_version_file(${folder}/SinewConfigVersion.cmake COMPATIBILITY SameMinorVersion)
-  # Libraries of one machine are none for another, which the size of a pointer alone does not tell.
+  # Libraries of another machine do not fit; the size of a pointer alone does not show that.
   file(APPEND ${folder}/SinewConfigVersion.cmake "
 set(PACKAGE_SINEW_ARCHITECTURE \"${CMAKE_LIBRARY_ARCHITECTURE}\")
 if(CMAKE_LIBRARY_ARCHITECTURE AND NOT CMAKE_LIBRARY_ARCHITECTURE STREQUAL PACKAGE_SINEW_ARCHITECTURE)
@@ -29,7 +29,7 @@ install(FILES ${CMAKE_BINARY_DIR}/package/SinewConfig.cmake ${CMAKE_BINARY_DIR}/
               ${CMAKE_BINARY_DIR}/package/SinewExternals.cmake DESTINATION ${SINEW_CMAKE_FOLDER} COMPONENT dev)
 install(TARGETS ${rooms} EXPORT SinewTargets ARCHIVE DESTINATION ${SINEW_LIB_FOLDER} COMPONENT dev)
 install(EXPORT SinewTargets NAMESPACE sinew:: DESTINATION ${SINEW_CMAKE_FOLDER} COMPONENT dev)
-# What their debug information says of the folders of this machine helps nobody elsewhere; linkers need the rest.
+# Strips debug information, which names folders of this machine; linkers need the rest.
 if(CMAKE_STRIP)
   install(CODE "file(GLOB libraries \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${SINEW_LIB_FOLDER}/libsinew_*.a\")
 foreach(library IN LISTS libraries)

@@ -1,8 +1,7 @@
-# Libraries of others that rooms link, by name: sinew_external(lz4) makes the target SinewExternal::lz4 where the library is,
-# and none where it is not. Looked for by file, since Debian's lz4, turbojpeg and libcamera have no CMake file, those of
-# OpenCV and MuJoCo name other packages that need not be there, and CMake's own for EGL wants libraries that nothing of ours
-# links. The build reads this, and so does find_package(Sinew): no path of the machine that built Sinew is in an installed
-# file.
+# External libraries that rooms link, by name: sinew_external(lz4) makes the target SinewExternal::lz4 if the library
+# exists. It looks for files, since Debian's lz4, turbojpeg and libcamera have no CMake file, those of OpenCV and MuJoCo
+# name other packages that may be missing, and CMake's own for EGL requires libraries that we do not link. The build and
+# find_package(Sinew) both read this file, so that no installed file has a path of the machine that built Sinew.
 function(sinew_external name)
   if(TARGET SinewExternal::${name})
     return()
@@ -42,7 +41,7 @@ function(sinew_external name)
   endif()
 endfunction()
 
-# sinew_find(TARGET): whatever a room links under the name A::B is looked for, quietly.
+# sinew_find(TARGET): looks quietly for a library that a room links under the name A::B.
 macro(sinew_find target)
   if("${target}" MATCHES "^SinewExternal::(.+)$")
     sinew_external(${CMAKE_MATCH_1})
@@ -69,7 +68,7 @@ function(sinew_debian_package target result)
   endif()
 endfunction()
 
-# sinew_needs(ROOM RESULT): the targets of others that a room links, itself or by rooms below it.
+# sinew_needs(ROOM RESULT): the external targets that a room links, directly or through other rooms.
 function(sinew_needs room result)
   set(ahead ${room})
   set(seen "")

@@ -1,4 +1,4 @@
-# GoogleTest: the system's, or for Windows, where there is none, Debian's sources of it.
+# GoogleTest: the system's library; for Windows, which has none, Debian's sources of it.
 if(WIN32)
   if(NOT EXISTS /usr/src/googletest/CMakeLists.txt)
     message(FATAL_ERROR "the sources of GoogleTest are missing (Debian: googletest)")

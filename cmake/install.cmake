@@ -1,5 +1,5 @@
-# What an installed Sinew has beside the rooms (cmake/export.cmake). Three components: runtime is what a robot's computer
-# needs, dev what a compiler needs, sim what flies without a robot.
+# The installed files beside the rooms (cmake/export.cmake). Three components: runtime for a robot's computer, dev for a
+# compiler, sim to fly without a robot.
 set(SINEW_INSTALLED_PROGRAMS "")
 function(sinew_install_program target component)
   if(TARGET ${target})
@@ -34,14 +34,14 @@ install(DIRECTORY robots/ DESTINATION ${SINEW_SHARE_FOLDER}/robots COMPONENT run
 install(FILES ${PROJECT_SOURCE_DIR}/README.md ${documents} DESTINATION ${SINEW_DOC_FOLDER} COMPONENT dev)
 install(FILES ${reference} DESTINATION ${SINEW_DOC_FOLDER}/reference COMPONENT dev)
 
-# The shell's completion is what `sinew completion bash` prints; of a board's program in qemu-user.
+# The shell's completion is the output of `sinew completion bash`; a board's program runs in qemu-user for that.
 set(completion ${CMAKE_BINARY_DIR}/package/completion/sinew)
 file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/package/completion)
 add_custom_command(OUTPUT ${completion} COMMAND sinew completion bash > ${completion} DEPENDS sinew VERBATIM)
 add_custom_target(sinew_completion DEPENDS ${completion})
 install(FILES ${completion} DESTINATION share/bash-completion/completions COMPONENT runtime)
 
-# A manual page of each program is what its --help prints.
+# A manual page of each program, made from its --help.
 find_package(Python3 QUIET COMPONENTS Interpreter)
 if(NOT Python3_FOUND)
   message(STATUS "manual pages: not made, Python makes them")

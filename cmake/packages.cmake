@@ -1,5 +1,5 @@
-# Packages: `cmake --build build/PRESET --target packages` builds what they contain, and writes them, each with its bill of
-# materials, into build/PRESET/packages. See docs/packages.md.
+# Packages: `cmake --build build/PRESET --target packages` builds their content and writes them to
+# build/PRESET/packages, each with its bill of materials. See docs/packages.md.
 set(SINEW_PACKAGE_CONTACT "The Sinew authors <sinew@example.org>" CACHE STRING "Maintainer in the packages' fields")
 set(CPACK_PACKAGE_NAME sinew)
 set(CPACK_PACKAGE_VENDOR "The Sinew authors")
@@ -16,10 +16,10 @@ if(TARGET sinew-sim)
   list(APPEND CPACK_COMPONENTS_ALL sim)
 endif()
 
-# Which kind, for which machine, by Debian's names of machines.
+# The kind of package, and the machine by Debian's name.
 set(SINEW_PACKAGE_ARCH ${SINEW_BOARD})
 if(NOT SINEW_BOARD AND NOT WIN32)
-  if(NOT CMAKE_CROSSCOMPILING)  # by another toolchain file, for a machine that dpkg does not know of
+  if(NOT CMAKE_CROSSCOMPILING)  # with another toolchain file, for a machine that dpkg does not know
     execute_process(COMMAND dpkg --print-architecture OUTPUT_VARIABLE SINEW_PACKAGE_ARCH OUTPUT_STRIP_TRAILING_WHITESPACE
                     ERROR_QUIET)
   endif()
@@ -33,7 +33,7 @@ if(WIN32)
   set(CPACK_COMPONENTS_ALL runtime)
 elseif(SINEW_PACKAGE_ARCH MATCHES "^(amd64|arm64|armhf)$")
   set(CPACK_GENERATOR DEB)
-else()  # mipsel: a board with that processor seldom runs Debian, and Debian 13 has it no longer
+else()  # mipsel: a board with that processor seldom runs Debian, and Debian 13 dropped it
   set(CPACK_GENERATOR TGZ)
 endif()
 set(SINEW_PACKAGE_KIND "" CACHE STRING "DEB or TGZ, where another kind is wanted than the machine's usual one")
@@ -48,7 +48,7 @@ if(NOT CPACK_GENERATOR STREQUAL DEB)
   set(CPACK_COMPONENT_INCLUDE_TOPLEVEL_DIRECTORY ON)
 endif()
 
-# Debian's fields. Which packages the programs need is looked up when packages are made: cmake/package/depends.cmake.
+# Debian's fields. cmake/package/depends.cmake looks up the packages that the programs need when packages are made.
 set(SINEW_DEB_VERSION ${PROJECT_VERSION}-1)
 set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
@@ -79,8 +79,8 @@ set(CPACK_COMPONENT_SIM_DESCRIPTION "simulator for robots of the Sinew runtime
 A simulated world on MuJoCo that stands in for every device of a robot, with
 its camera, in lockstep or in real time.${with_fuzz}")
 
-# Dependencies of those who link: what the rooms of sinew::apps name, which is what find_package(Sinew COMPONENTS apps)
-# looks for; of rooms that are asked for by themselves a suggestion.
+# The dev package depends on the libraries of sinew::apps and its rooms, which find_package(Sinew COMPONENTS apps) looks
+# for. It only suggests the libraries of other rooms.
 set(wanted libc6-dev libstdc++-12-dev)
 set(suggested cmake)
 if(CPACK_GENERATOR STREQUAL DEB)
@@ -108,11 +108,11 @@ list(REMOVE_DUPLICATES suggested)
 list(JOIN wanted ", " CPACK_DEBIAN_DEV_PACKAGE_DEPENDS)
 list(JOIN suggested ", " CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS)
 
-# What our programs hold of others, headers mostly, goes with its licence: as Debian's package of it has that.
+# External code in our programs, mostly headers, goes with its licence, taken from its Debian package.
 set(others libtomlplusplus-dev nlohmann-json3-dev)
 if(NOT WIN32)
   list(APPEND others libcli11-dev)
-else()  # headers of fmt instead of its library, and what -static takes of the compiler
+else()  # headers of fmt instead of its library, and the compiler's libraries by -static
   list(APPEND others libfmt-dev)
   string(REGEX REPLACE "-w64-mingw32$" "" machine ${SINEW_WINDOWS_TRIPLET})
   string(REPLACE _ - machine ${machine})
@@ -129,7 +129,7 @@ foreach(package ${others})
   endif()
 endforeach()
 
-# Every package of Debian has these two. SOURCE_DATE_EPOCH fixes the date.
+# Every Debian package has these two files. SOURCE_DATE_EPOCH fixes the date.
 if(CPACK_GENERATOR STREQUAL DEB)
   string(TIMESTAMP SINEW_PACKAGE_DATE "%a, %d %b %Y %H:%M:%S +0000" UTC)
   file(READ LICENSE licence)
@@ -169,7 +169,7 @@ set(CPACK_SINEW_TRIPLET ${CMAKE_LIBRARY_ARCHITECTURE})
 set(CPACK_SINEW_RUNTIME_PROGRAMS ${SINEW_PROGRAMS_OF_runtime})
 set(CPACK_SINEW_SIM_PROGRAMS ${SINEW_PROGRAMS_OF_sim})
 set(CPACK_SINEW_STATIC "")
-if(WIN32)  # what -static takes of the compiler
+if(WIN32)  # the compiler's libraries that -static links
   foreach(library libstdc++.a libgcc.a libgcc_eh.a libwinpthread.a libmingwex.a)
     execute_process(COMMAND ${CMAKE_CXX_COMPILER} -print-file-name=${library} OUTPUT_VARIABLE path
                     OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
@@ -178,7 +178,7 @@ if(WIN32)  # what -static takes of the compiler
 endif()
 set(CPACK_PROJECT_CONFIG_FILE ${PROJECT_SOURCE_DIR}/cmake/package/depends.cmake)
 set(CPACK_POST_BUILD_SCRIPTS ${PROJECT_SOURCE_DIR}/cmake/package/describe.cmake)
-set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)  # tests are not installed; the target below names what is
+set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)  # tests are not installed; the target below names the installed targets
 include(CPack)
 set(contents ${SINEW_INSTALLED_PROGRAMS})
 if(NOT WIN32)

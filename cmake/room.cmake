@@ -1,4 +1,4 @@
-# sinew_batches(TARGET [SIZE]): its sources are compiled SIZE (16) at a time, so that headers are read once for each batch.
+# sinew_batches(TARGET [SIZE]): compiles its sources SIZE (16) at a time, so that headers are read once for each batch.
 # Names in unnamed namespaces must then differ within a room; SKIP_UNITY_BUILD_INCLUSION keeps one file out.
 function(sinew_batches target)
   if(NOT SINEW_BATCHES)
@@ -9,12 +9,13 @@ function(sinew_batches target)
     set(size ${ARGV1})
   endif()
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${size})
-  # What gcc suspects of a type of an unnamed namespace in an included file does not hold for a source file.
+  # gcc warns about types of an unnamed namespace in an included file; a batch includes source files, where that is
+  # fine.
   target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 endfunction()
 
-# sinew_batch(TARGET NAME REGEX...): its sources with these names are one batch, so that a program which needs others of the
-# room is not linked with the libraries that these call. What is in no batch is then compiled by itself.
+# sinew_batch(TARGET NAME REGEX...): makes one batch of the sources with these names, so that a program that needs only
+# other sources of the room does not link the libraries of these. A source in no batch is then compiled separately.
 function(sinew_batch target name)
   if(NOT SINEW_BATCHES)
     return()
@@ -44,9 +45,10 @@ foreach(line ${lines})
   list(APPEND SINEW_ROOM_PATHS ${path})
 endforeach()
 
-# sinew_room(PATH [SOURCES ...] [LIBS ...] [PRIVATE_LIBS ...] [HEADERS_OF ...] [INTERNAL]): one static library for one folder,
-# `sinew_hal_linux` for hal/linux, of all its sources unless some are named. What it sees stands in cmake/rooms.txt. HEADERS_OF names libraries of others that are
-# headers, which only the room's own sources include: who links the room needs none of them. INTERNAL: not installed.
+# sinew_room(PATH [SOURCES ...] [LIBS ...] [PRIVATE_LIBS ...] [HEADERS_OF ...] [INTERNAL]): one static library for one
+# folder, `sinew_hal_linux` for hal/linux, of all its sources unless some are named. cmake/rooms.txt says which rooms it
+# sees. HEADERS_OF names external header libraries that only the room's own sources include: programs that link the room
+# do not need them. INTERNAL: not installed.
 #
 # Only the headers of rooms that are linked can be included, because each room's include path holds links to that
 # room's own headers and to nothing else: `#include "rt/topic.hpp"` needs rt in the table's line. Always write the room's
@@ -54,7 +56,7 @@ endforeach()
 function(sinew_room path)
   cmake_parse_arguments(ARG "INTERNAL;HEADERS_ONLY" "" "SOURCES;LIBS;PRIVATE_LIBS;HEADERS_OF" ${ARGN})
   string(REPLACE / _ name ${path})
-  if(NOT path IN_LIST SINEW_ROOM_PATHS)  # the line with * for its second folder
+  if(NOT path IN_LIST SINEW_ROOM_PATHS)  # the line with * in place of its second folder
     string(REGEX REPLACE "^([^/]+)/([^/]+)" "\\1/*" pattern ${path})
     string(REPLACE / _ pattern_name ${pattern})
     set(SINEW_SEES_${name} ${SINEW_SEES_${pattern_name}})
@@ -68,7 +70,7 @@ function(sinew_room path)
   endif()
   set(gate ${CMAKE_BINARY_DIR}/include/${name})
   file(GLOB headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}/${path} ${PROJECT_SOURCE_DIR}/${path}/*.hpp)
-  list(REMOVE_ITEM headers precompiled.hpp)  # the compiler's, nobody includes it
+  list(REMOVE_ITEM headers precompiled.hpp)  # for the compiler; no file includes it
   file(REMOVE_RECURSE ${gate})
   file(MAKE_DIRECTORY ${gate}/${path})
   foreach(header ${headers})
@@ -91,7 +93,7 @@ function(sinew_room path)
     install(FILES ${headers} DESTINATION ${SINEW_INCLUDE_FOLDER}/${path} COMPONENT dev)
   endif()
   foreach(room ${SINEW_SEES_${name}})
-    if(room STREQUAL robots AND path MATCHES "^robots/")  # whose list links them
+    if(room STREQUAL robots AND path MATCHES "^robots/")  # the list of robots links them
       target_include_directories(sinew_${name} PRIVATE $<TARGET_PROPERTY:sinew_robots,INTERFACE_INCLUDE_DIRECTORIES>)
     else()
       target_link_libraries(sinew_${name} ${scope} sinew::${room})
@@ -104,8 +106,8 @@ function(sinew_room path)
     foreach(other ${ARG_HEADERS_OF})
       target_include_directories(sinew_${name} SYSTEM PRIVATE $<TARGET_PROPERTY:${other},INTERFACE_INCLUDE_DIRECTORIES>)
     endforeach()
-    # Bytes of a device or a file are put together, never looked at as a number where they lie: boards do not read
-    # across words. What lies aligned in memory of ours (topics, rings) is rt's, tap's and hal/linux's matter.
+    # Code must assemble numbers of devices and files from bytes, never cast in place: boards do not read across words.
+    # Only rt, tap and hal/linux may cast, since their memory (topics, rings) is aligned.
     if(CMAKE_CROSSCOMPILING AND NOT WIN32 AND NOT path STREQUAL record/run AND
        path MATCHES "^(math|msg|wire|hal|control|vision|record|dataset|drivers|sim_hil|robots)(/|$)" AND NOT path MATCHES "^hal/linux")
       target_compile_options(sinew_${name} PRIVATE -Wcast-align=strict)
@@ -116,12 +118,12 @@ function(sinew_room path)
   endif()
 endfunction()
 
-# sinew_test(NAME SOURCES ... USES room... [LIBS ...] [ALONE] [TIMEOUT s] [EMULATED_SHARDS n]): GoogleTest cases. Here the tests
-# of a folder are compiled in batches and linked into one program, `rt_tests` for tests/rt; ALONE keeps one out of it: a test that
-# replaces calls or links a library that others shall not have. NAME is a program of these cases alone: built on demand, and
-# always for a board or Windows, where it is one test (one of n shards in an emulator), since the emulator takes longer to
-# start than most cases run. Nothing in a build without SINEW_TESTS (the fuzzers'). A folder whose room is headers, which only
-# the tests compile, sets SINEW_ROOM_IS_HEADERS.
+# sinew_test(NAME SOURCES ... USES room... [LIBS ...] [ALONE] [TIMEOUT s] [EMULATED_SHARDS n]): GoogleTest cases. On the
+# host the tests of a folder are compiled in batches and linked into one program, `rt_tests` for tests/rt; ALONE keeps a
+# test out of it that replaces calls or links a library that the others shall not have. NAME is a program of these cases
+# only. It is built on demand, and always for a board or Windows; there it is one test (one of n shards in an emulator),
+# since the emulator takes longer to start than most cases run. Does nothing in a build without SINEW_TESTS (the
+# fuzzers'). A folder whose room has only headers, which only the tests compile, sets SINEW_ROOM_IS_HEADERS.
 function(sinew_test name)
   if(NOT SINEW_TESTS)
     return()
@@ -137,7 +139,7 @@ function(sinew_test name)
   endif()
   sinew_test_optimised(${name} optimised)
 
-  add_library(${name}_object OBJECT EXCLUDE_FROM_ALL ${ARG_SOURCES})  # objects are -fPIC, as what is precompiled for them
+  add_library(${name}_object OBJECT EXCLUDE_FROM_ALL ${ARG_SOURCES})  # objects are -fPIC, as their precompiled header
   sinew_test_options(${name}_object ${optimised})
   target_link_libraries(${name}_object PRIVATE ${libraries})
   add_executable(${name})
@@ -154,7 +156,7 @@ function(sinew_test name)
   if(NOT begun)
     cmake_language(DEFER CALL sinew_test_program)
   endif()
-  get_property(known DIRECTORY PROPERTY SINEW_TEST_SOURCES)  # what several tests list is in their program once
+  get_property(known DIRECTORY PROPERTY SINEW_TEST_SOURCES)  # a source of several tests is in their program once
   list(REMOVE_ITEM ARG_SOURCES ${known})
   set_property(DIRECTORY APPEND PROPERTY SINEW_TEST_SOURCES ${ARG_SOURCES})
   if(optimised)
@@ -167,7 +169,7 @@ function(sinew_test name)
   endif()
 endfunction()
 
-# The program of all tests of this folder that do not stand alone.
+# The program of all tests of this folder that are not ALONE.
 function(sinew_test_program)
   file(RELATIVE_PATH program ${PROJECT_SOURCE_DIR}/tests ${CMAKE_CURRENT_SOURCE_DIR})
   string(REPLACE / _ program ${program}_tests)
@@ -194,8 +196,8 @@ function(sinew_test_program)
   sinew_test_cases(${program} ${timeout} "")
 endfunction()
 
-# Most tests do not calculate much themselves: not to optimise them saves a fifth of their compilation, half of rt's. What rt has
-# in headers to do without locks is tried as robots have it.
+# Most tests calculate little themselves: compiling them without optimisation saves a fifth of the time, half for rt.
+# Tests of rt's lock-free headers are optimised, as in robots.
 function(sinew_test_optimised name result)
   set(${result} ON PARENT_SCOPE)
   if(NOT CMAKE_BUILD_TYPE STREQUAL Debug AND name MATCHES "^(wire|hal|rt|drivers|tap|record|dataset|sim_hil|apps)_" AND
@@ -208,11 +210,11 @@ endfunction()
 function(sinew_test_options target optimised)
   target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR}/tests/include)
   set(options "")
-  # Undefined behaviour is looked for in the rooms, not in what GoogleTest makes of a test: half the time to compile it.
+  # Undefined behaviour is checked in the rooms, not in GoogleTest's code in a test: that halves the time to compile it.
   if(SINEW_SANITIZE MATCHES undefined AND NOT SINEW_ROOM_IS_HEADERS)
     list(APPEND options -fno-sanitize=undefined)
   endif()
-  if(NOT CMAKE_BUILD_TYPE STREQUAL Debug)  # their lines are told by GoogleTest; a tenth less to compile
+  if(NOT CMAKE_BUILD_TYPE STREQUAL Debug)  # GoogleTest prints their lines; a tenth less to compile
     list(APPEND options -g0)
     if(NOT optimised)
       list(APPEND options -O0)
@@ -232,14 +234,14 @@ function(sinew_test_cases program timeout emulated_shards)
   endif()
   math(EXPR timeout "${timeout} * 5")
   add_test(NAME ${program} COMMAND ${program})
-  set_tests_properties(${program} PROPERTIES TIMEOUT ${timeout} SKIP_RETURN_CODE 77)  # toolchains/wine32.sh: nothing could be run
-  if(emulated_shards)  # for hundreds of cases of one kind that take seconds each: one of so many there
+  set_tests_properties(${program} PROPERTIES TIMEOUT ${timeout} SKIP_RETURN_CODE 77)  # wine32.sh: not run
+  if(emulated_shards)  # for hundreds of cases of one kind that take seconds each: one test for each shard
     set_tests_properties(${program} PROPERTIES ENVIRONMENT "GTEST_TOTAL_SHARDS=${emulated_shards};GTEST_SHARD_INDEX=0")
   endif()
 endfunction()
 
-# sinew_precompile(TARGET HEADER LIBRARIES OPTIONS): what nearly all targets of a kind include is compiled once for those that
-# have the same options.
+# sinew_precompile(TARGET HEADER LIBRARIES OPTIONS): compiles a header that nearly all targets of a kind include once
+# for all targets with the same options.
 function(sinew_precompile target header libraries options)
   string(MD5 key "${header} ${options}")
   set(base precompiled_${key})

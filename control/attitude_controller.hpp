@@ -6,8 +6,7 @@ namespace sinew::control {
 
 /// Turns attitude and thrust into torque and thrust, through the rates of the body. See AttitudeLaw.
 /// Thread:  executor, at the rate of the state (500 to 1000 Hz).   RT: yes.
-/// Errors:  stale without a fresh state or setpoint; fault when what it got is not finite, and, until disarmed, once
-/// the
+/// Errors:  stale without a fresh state or setpoint; fault when an input is not finite, and, until disarmed, once the
 ///          vehicle has tipped over: it is out of control then, and turning rotors only make it worse. Nothing is
 ///          published, and the guardian acts when the lease of the last command runs out.
 class AttitudeController final : public rt::Module {

@@ -10,7 +10,7 @@ struct AttitudeParams {
   double rate_tilt_radps = 4.0, rate_yaw_radps = 1.5;
   double kp_rate = 22.0, kp_rate_yaw = 6.0;  // 1/s: rate error to angular acceleration
   double ki_rate = 20.0, ki_rate_yaw = 4.0;  // 1/s^2
-  double kd_rate = 0.35;                     // angular acceleration of the body, filtered
+  double kd_rate = 0.35;                     // damping by the body's angular acceleration, filtered
   double d_cutoff_hz = 60;
   double integral_radps2 = 25.0, integral_yaw_radps2 = 4.0;
   math::Vec3 inertia_kgm2{0.011, 0.0112, 0.020};
@@ -26,7 +26,7 @@ class AttitudeLaw {
 
   void reset();
   msg::WrenchSetpoint step(const msg::NavState& nav, const msg::AttitudeSetpoint& wanted, double dt_s);
-  /// What the attitude error asks for; for tests and monitoring.
+  /// The body rate that the attitude error asks for; for tests and monitoring.
   math::Vec3 rate_setpoint(const math::Quat& q_world_base, const math::Quat& wanted) const;
 
  private:

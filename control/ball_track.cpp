@@ -5,10 +5,10 @@
 namespace sinew::control {
 namespace {
 
-constexpr double kFirstSpeed_radps = 1.0;  // 1 sigma of what is seen for the first time
-// Unseen for longer, where it went meanwhile says little about its speed, and a wrong sighting would say much.
+constexpr double kFirstSpeed_radps = 1.0;  // 1 sigma, for a ball that is seen for the first time
+// After a longer time unseen, the change of place says little about the speed, and a wrong sighting would say much.
 constexpr double kAnew_s = 0.09;
-constexpr double kMoment_s = 0.15;  // so long a prediction is as good as the last speed
+constexpr double kMoment_s = 0.15;  // for so long a prediction is as good as the last speed
 
 }  // namespace
 
@@ -91,7 +91,7 @@ bool BallTrack::add(msg::Time stamp, const math::Vec3& d, double doubt_rad) {
 
 BallTrack::Aim BallTrack::at(msg::Time t) const {
   const double dt = msg::seconds(t - stamp_), later = dt - kMoment_s;
-  double ahead = dt, keeps = 1;  // seconds at the last speed; its share that is left
+  double ahead = dt, keeps = 1;  // seconds at the last speed; the share of it that is left
   if (later > 0 && params.settle_s > 0) {
     keeps = math::exp(-later / params.settle_s);
     ahead = kMoment_s + params.settle_s * (1 - keeps);

@@ -8,12 +8,12 @@ struct BallTrackParams {
   double accel_radps2 = 3.0;  // of the ball's direction, 1 sigma: how fast its motion changes
   double noise_rad = 0.003;   // of a sighting, 1 sigma
   double gate = 25;           // largest squared normalised innovation
-  std::int64_t refuse = 3;    // so many sightings in a row beyond the gate are another ball, or a jump: begin anew
-  double settle_s = 0.4;      // unseen for longer than a moment its speed is believed less and less, with this time
+  std::int64_t refuse = 3;    // so many sightings in a row beyond the gate are another ball or a jump: begin anew
+  double settle_s = 0.4;      // time in which the speed fades once the ball is unseen for more than a moment
 };
 
-/// Where a ball is seen in a level frame: azimuth and elevation with their speeds, each by a Kalman filter of constant
-/// velocity. Sightings count for the instant at which they were taken.
+/// Azimuth and elevation of a ball in a level frame, with their speeds, each by a Kalman filter of constant velocity.
+/// Sightings count for the instant at which they were taken.
 /// Frames:  level: z up; azimuth counter-clockwise, elevation up.
 /// Source:  Y. Bar-Shalom, X. R. Li, T. Kirubarajan, Estimation with Applications to Tracking and Navigation (2001),
 ///          section 6.3.2: discrete white noise acceleration.
@@ -26,13 +26,13 @@ class BallTrack {
   BallTrackParams params;
 
   void reset();
-  /// False: refused, or not newer than the last one. `doubt_rad`: 1 sigma on top of the noise, of a ball that is half
+  /// False: refused, or not newer than the last one. `doubt_rad`: 1 sigma on top of the noise, for a ball that is half
   /// hidden.
   bool add(msg::Time stamp, const math::Vec3& direction_level, double doubt_rad = 0);
   bool exists() const { return exists_ != 0; }
-  /// Of the newest sighting that was used.
+  /// Instant of the newest sighting that was used.
   msg::Time stamp() const { return stamp_; }
-  /// Expected at t, not before stamp().
+  /// The aim expected at t; t is not before stamp().
   Aim at(msg::Time t) const;
   double innovation_rad() const { return innovation_rad_; }
   std::uint32_t used() const { return used_; }

@@ -168,7 +168,7 @@ void Covariance::correct(const ErrorVector& gain, double s) {
   for (int i = 0; i < kErrStates; ++i) {
     const double k = g[i] * inverse;
     const Lanes kk = {k, k};
-    for (int j = i & ~1; j < 16; j += 2) {  // an even start may write one element below the diagonal: nobody reads it
+    for (int j = i & ~1; j < 16; j += 2) {  // an even start may write one unused element below the diagonal
       Lanes row, column;
       std::memcpy(&row, &p_[i][j], sizeof row);
       std::memcpy(&column, &g[j], sizeof column);

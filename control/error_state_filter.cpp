@@ -78,7 +78,7 @@ rt::StepStatus ErrorStateFilter::step(const rt::Step&) noexcept {
   for (const msg::BaroSample& s : baro_) estimator_.add_baro(s);
   for (const msg::PadSighting& s : pad_) estimator_.add_pad(s);
   if (imu_.empty()) return rt::StepStatus::stale;
-  if (!good) return rt::StepStatus::fault;  // not one of them could be used
+  if (!good) return rt::StepStatus::fault;  // no sample of this step could be used
   if (!estimator_.started()) return rt::StepStatus::stale;
   const msg::NavState n = estimator_.output();
   if (!plausible(n)) return rt::StepStatus::fault;

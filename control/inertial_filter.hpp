@@ -20,7 +20,7 @@ struct InertialNoise {
   double accel_walk = 1.0e-3;  // m/s^2 per root second
 };
 
-/// Standard deviations at the start.
+/// Standard deviations of the states at the start.
 struct InertialSpread {
   double tilt_rad = 0.12, yaw_rad = 0.01;
   double v_mps = 2.0, p_m = 0.01;
@@ -30,23 +30,22 @@ struct InertialSpread {
 inline constexpr double kGravity = 9.81;
 
 /// 15-state error-state Kalman filter (Sola 2017, "Quaternion kinematics for the error-state Kalman filter", with the
-/// attitude error in world axes). It knows inertial motion and scalar measurements; which sensors give them is the
-/// business of NavEstimator.
+/// attitude error in world axes). It knows inertial motion and scalar measurements; NavEstimator knows the sensors.
 /// Thread:  owner.   RT: yes.
 class InertialFilter {
  public:
   void start(const InertialState& state, const InertialSpread& spread);
   /// One inertial sample that held for `dt_s`.
   void predict(const math::Vec3& gyro_radps, const math::Vec3& accel_mps2, double dt_s, const InertialNoise& noise);
-  /// Scalar measurements of one instant, one after the other; each whose squared normalised innovation exceeds `gate`
-  /// is left out. Returns how many were used.
+  /// Scalar measurements of one instant, one after the other. A measurement whose squared normalised innovation exceeds
+  /// `gate` is left out. Returns how many were used.
   std::uint32_t update(std::span<const Measurement> measurements, double gate);
 
   const InertialState& state() const { return x_; }
   const Covariance& covariance() const { return p_; }
   /// Sets one axis of the position and forgets its correlations.
   void reset_position(int axis, double p_m, double variance);
-  /// Likewise, but the velocity stays as it is until measured anew.
+  /// Forgets one axis of the velocity likewise, but keeps its value until it is measured anew.
   void reopen_velocity(int axis, double variance) { p_.reopen(kErrV + axis, variance); }
   /// Specific force of the last sample in world axes, without bias.
   const math::Vec3& f_world_mps2() const { return f_world_; }

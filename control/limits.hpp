@@ -13,7 +13,7 @@ inline math::Vec3 limit_horizontal(const math::Vec3& v, double limit) {
   return {v.x * (limit / n), v.y * (limit / n), v.z};
 }
 
-/// Length of a step for integrals and derivatives: after a long pause not all of it.
+/// Length of a step for integrals and derivatives: a long pause counts only in part.
 inline double step_seconds(msg::Duration dt) { return clamp(msg::seconds(dt), 1e-5, 0.05); }
 
 }  // namespace sinew::control

@@ -19,7 +19,7 @@ void Mixer::declare(rt::Declaration& d) {
 rt::StepStatus Mixer::step(const rt::Step& step) noexcept {
   const msg::WrenchSetpoint* wrench = wrench_.fresh(step.now);
   if (!wrench) return rt::StepStatus::stale;
-  const double thrust_n = 4 * rotors_.thrust_max_n;  // of all; more than it is asked for, but not many times
+  const double thrust_n = 4 * rotors_.thrust_max_n;  // of all; a command may ask for more, but not many times more
   const double torque_nm = 10 * thrust_n * (rotors_.arm_x_m + rotors_.arm_y_m);
   if (!within(wrench->torque_nm, torque_nm) || !within({wrench->thrust_n, 0, 0}, 10 * thrust_n))
     return rt::StepStatus::fault;

@@ -8,8 +8,8 @@ namespace {
 constexpr std::uint32_t kSightingsToAnchor = 5;    // averaged into the position of the pad
 constexpr std::uint32_t kRefusedToReopen = 12;     // sightings in a row, about 0.4 s
 constexpr std::uint32_t kRefusedToNewGround = 15;  // ranges in a row
-constexpr double kGroundMoves_s = 2;               // three new grounds in that time are none
-constexpr double kLostVelocity = 4;                // (m/s)^2: of a height that ran away
+constexpr double kGroundMoves_s = 2;               // a third new ground within this time is not believed
+constexpr double kLostVelocity = 4;                // (m/s)^2: for a height that ran away
 constexpr double kSameGround_m = 0.3;              // ranges that differ by more do not show one new ground
 constexpr double kStuck_s = 0.25;                  // no sensor repeats one value for so long in flight
 constexpr double kVagueVelocity = 1.0;             // (m/s)^2: an aided vehicle that knows less uses the weak prior, too
@@ -90,7 +90,7 @@ void NavEstimator::level(const math::Vec3& accel_mps2, msg::Time stamp) {
   started_ = true;
 }
 
-/// How the specific force shows the tilt when the vehicle does not accelerate: it then points up.
+/// The specific force as a measure of the tilt: it points up when the vehicle does not accelerate.
 Measurement NavEstimator::gravity_row(int axis, const math::Vec3& f, double sigma) const {
   const math::Mat3 r = filter_.state().q_world_base.matrix();
   Measurement m;
@@ -179,7 +179,8 @@ void NavEstimator::add_range(const msg::RangeSample& s) {
   }
 }
 
-/// Refused again and again with about the same height: over a crate, or past its edge. What jumps about is no ground.
+/// Many refusals in a row at about the same height: the vehicle is over a crate, or past its edge. A jumping height is
+/// no ground.
 void NavEstimator::refuse_range(msg::Time stamp, double height_m) {
   if (range_refused_in_row_ == 0 || math::fabs(height_m - refused_height_m_) > kSameGround_m) {
     range_refused_in_row_ = 0;
@@ -196,14 +197,14 @@ void NavEstimator::refuse_range(msg::Time stamp, double height_m) {
     ground_z_m_ = z_m - height_m;
     return;
   }
-  // It is the vehicle's height that runs away, after a shock that was more than the IMU measures.
+  // The height of the vehicle runs away, after a shock beyond what the IMU measures.
   filter_.reset_position(2, ground_z_m_ + height_m, square(kSameGround_m));
   filter_.reopen_velocity(2, kLostVelocity);
   history_.shift({0, 0, ground_z_m_ + height_m - z_m});
   ++counters_.reopened_height;
 }
 
-/// On the ground the value may stand as the vehicle does.
+/// On the ground a constant value is normal.
 bool NavEstimator::is_stuck(const msg::RangeSample& s) {
   if (s.range_m != last_range_m_ || motors_stopped_) {
     last_range_m_ = s.range_m;
@@ -231,7 +232,7 @@ void NavEstimator::add_baro(const msg::BaroSample& s) {
       !(math::fabs(s.temperature_c) < 150)) {
     return;
   }
-  // Height in an atmosphere of one temperature; what the weather adds is in the offset.
+  // Height in an atmosphere of one temperature; the offset takes the weather.
   const double kelvin = 273.15 + s.temperature_c;
   const double height_m = 29.2718 * kelvin * math::log(101325.0 / s.pressure_pa);
   const double z_m = filter_.state().p_world_m.z;
@@ -323,7 +324,7 @@ void NavEstimator::use_pad_size(const msg::PadSighting& s, double camera_height_
   correct(row, &counters_.gated_pad_size, params.gate);
 }
 
-/// The first sightings say where the pad is; from then on each says where the vehicle is.
+/// The first sightings measure where the pad is; later ones measure where the vehicle is.
 void NavEstimator::anchor_pad(const math::Vec3& seen) {
   const math::Vec3 apart = seen - pad_world_m_;
   if (pad_sightings_ && apart.x * apart.x + apart.y * apart.y > square(0.3))

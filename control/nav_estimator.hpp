@@ -12,8 +12,8 @@ struct NavParams {
   InertialNoise noise;
   InertialSpread spread;
   RestDetector::Params rest;
-  double level_time_s = 0.25;  // accelerometer average that the first attitude comes from
-  double max_gap_s = 0.1;      // without samples longer than this it starts anew, keeping the biases
+  double level_time_s = 0.25;  // accelerometer average for the first attitude
+  double max_gap_s = 0.1;      // after a longer gap without samples it starts anew, keeping the biases
   // Without any aiding: the vehicle neither runs away nor accelerates for long.
   double level_rate_hz = 3.7, level_velocity_mps = 2.75;
   double level_accel_mps2 = 2.0, level_per_deviation = 1.3, level_per_rate = 0.7;
@@ -22,27 +22,27 @@ struct NavParams {
   double range_min_m = 0.01, range_max_m = 20;           // likewise
   double range_noise_m = 0.01, range_noise_share = 0.01, range_below_base_m = 0.04;
   double baro_noise_m = 0.5, baro_offset_time_s = 5.0;
-  double pad_noise_m = 0.01, pad_noise_share = 0.02;  // of the distance
-  double pad_range_share = 0.1;  // its size shows the distance to 5 %, 8 % where the image cuts it; an error that stays
+  double pad_noise_m = 0.01, pad_noise_share = 0.02;  // share: of the distance
+  double pad_range_share = 0.1;  // of the distance by pad size: 5 %, 8 % where the image cuts it; an error that stays
   double pad_min_confidence = 0.5;
   math::Vec3 p_base_camera{0, 0, -0.04};
   math::Quat q_base_optical{0, 0.70710678118654752, -0.70710678118654752, 0};  // looks down, top of image forward
   double valid_tilt_rad = 0.09, valid_v_mps = 0.6, valid_p_m = 3.0, valid_height_age_s = 1.0;
-  double range_lost_s = 0.3;  // without a range that fits: the height comes from barometer and size of the pad
+  double range_lost_s = 0.3;  // after so long without a range that fits, barometer and pad size give the height
 };
 
 /// Attitude, velocity, position and biases from whatever sensors there are: inertial samples alone give the attitude;
 /// range finder or barometer add height, sightings of the landing pad the horizontal position. Without a range finder
 /// that fits, the size of the pad is the height above it: the barometer alone is off by half a metre within a minute.
 /// Frames:  world z up; origin on the ground below the start, x as the vehicle looked then. The pad does not move.
-/// Late sightings are compared with the pose of their own instant; the correction is applied to the present one
-/// through its velocity (p(then) = p - v * delay), the turn of the attitude error in between is neglected.
+/// A late sighting is compared with the pose of its own instant. The correction is applied to the present pose through
+/// its velocity (p(then) = p - v * delay); the turn of the attitude error in between is neglected.
 /// Thread:  owner.   RT: yes.
 class NavEstimator {
  public:
   struct Counters {
     std::uint32_t refused_imu = 0;  // not finite, beyond what an IMU measures, or older than the last
-    std::uint32_t same_imu = 0;     // a second time
+    std::uint32_t same_imu = 0;     // the same sample again
     std::uint32_t gaps = 0;         // starts anew after a gap
     std::uint32_t gated_range = 0, gated_pad = 0, gated_pad_size = 0, gated_baro = 0;
     std::uint32_t stuck_range = 0;        // the very same value for too long in flight
@@ -56,13 +56,13 @@ class NavEstimator {
   NavParams params;
 
   void reset();
-  /// False when the sample cannot be used (not finite, beyond what an IMU measures, older than the last one). The same
-  /// one again is no news and no harm: a bus that repeats itself must not end a flight.
+  /// False when the sample cannot be used (not finite, beyond what an IMU measures, older than the last one). A
+  /// repeated sample is ignored and no error: a bus that repeats itself must not end a flight.
   bool add_imu(const msg::ImuSample& s);
   void add_range(const msg::RangeSample& s);
   void add_baro(const msg::BaroSample& s);
   void add_pad(const msg::PadSighting& s);
-  /// Whether the motors are known to stand: only then does rest mean zero velocity of an aided vehicle.
+  /// True: the motors are known to stand. Only then does rest mean zero velocity of an aided vehicle.
   void set_motors_stopped(bool stopped) { motors_stopped_ = stopped; }
 
   bool started() const { return started_; }
@@ -99,7 +99,7 @@ class NavEstimator {
   msg::Time last_baro_;
   math::Vec3 pad_world_m_;
   std::uint32_t pad_sightings_ = 0, pad_refused_in_row_ = 0, range_refused_in_row_ = 0;
-  double refused_height_m_ = 0;  // the first of that row
+  double refused_height_m_ = 0;  // the first refused height of that row
   msg::Time last_ground_, ground_before_last_;
   double last_range_m_ = 0;
   msg::Time range_changed_;

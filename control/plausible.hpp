@@ -1,5 +1,5 @@
 #pragma once
-// What no vehicle of ours can do: an input beyond it comes from something broken. Modules answer with a fault and
+// Limits of any vehicle of ours: an input beyond them comes from something broken. Modules answer with a fault and
 // publish nothing, so that the lease of the last command runs out.
 #include "math/linear.hpp"
 #include "msg/flight.hpp"
@@ -9,7 +9,7 @@ namespace sinew::control {
 inline constexpr double kMostTurn_radps = 60;  // gyros end at 35 (2000 deg/s); filtered and bias-corrected, some more
 inline constexpr double kMostSpeed_mps = 150, kMostAway_m = 1e6;
 
-/// False for what is not finite, too.
+/// Also false for values that are not finite.
 inline bool within(const msg::Vec3& v, double most) {
   const auto inside = [most](double x) { return x >= -most && x <= most; };
   return inside(v.x) && inside(v.y) && inside(v.z);

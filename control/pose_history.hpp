@@ -7,7 +7,7 @@
 
 namespace sinew::control {
 
-/// Where the vehicle was: lets a late measurement be compared with the estimate of its own instant.
+/// Past poses: a late measurement is compared with the estimate of its own instant.
 /// Shape:   ring of 64 poses at least 5 ms apart, so a third of a second at 200 Hz or more.
 /// Thread:  owner.   RT: yes.
 class PoseHistory {
@@ -32,7 +32,7 @@ class PoseHistory {
   void shift(const math::Vec3& dp_world_m) {
     for (std::size_t i = 0; i < count_; ++i) ring_[(first_ + i) % kPoses].p_world_m += dp_world_m;
   }
-  /// Between two poses linearly, after the newest one that one; nothing from before the oldest.
+  /// Linear between two poses; after the newest pose, the newest pose; before the oldest, nothing.
   std::optional<Pose> at(msg::Time t) const {
     if (!count_ || t < entry(0).stamp) return std::nullopt;
     for (std::size_t i = count_; i-- > 0;) {

@@ -57,7 +57,7 @@ msg::AttitudeSetpoint PositionLaw::step(const msg::NavState& nav, const msg::Fli
   const math::Vec3 error = velocity_setpoint(nav, wanted) - math::Vec3(nav.v_world_mps);
   const math::Vec3 wish = wished_acceleration(error, nav);
 
-  // Vertical first: height is held before the place is.
+  // Vertical first: height has priority over place.
   const double fz = params.mass_kg * (kGravity + wish.z);
   const double fz_limited = clamp(fz, params.thrust_min_n, params.thrust_max_n);
   const math::Vec3 sideways{params.mass_kg * wish.x, params.mass_kg * wish.y, 0};
@@ -68,7 +68,7 @@ msg::AttitudeSetpoint PositionLaw::step(const msg::NavState& nav, const msg::Fli
   if (nav.position_valid) integrate(error, {xy_frozen, xy_frozen, z_frozen}, dt_s);
 
   out.q_world_base = attitude_of(force, wanted.yaw_rad).to<msg::Quat>();
-  const math::Vec3 up = q.rotate({0, 0, 1});  // what the thrust of now can give along the wanted force
+  const math::Vec3 up = q.rotate({0, 0, 1});  // what the present thrust direction can give along the wanted force
   out.thrust_n = clamp(dot(force, up), params.thrust_min_n, params.thrust_max_n);
   return out;
 }

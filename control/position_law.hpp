@@ -14,12 +14,12 @@ struct PositionParams {
   double speed_xy_mps = 1.5, climb_mps = 1.2, sink_mps = 0.8;
   double tilt_rad = 0.35;
   double thrust_min_n = 3.0, thrust_max_n = 20.0;
-  double blind_thrust_share = 0.97;  // of what carried it so far, when even the height is unknown: sinks slowly
+  double blind_thrust_share = 0.97;  // of the thrust so far, when even the height is unknown: sinks slowly
 };
 
 /// Position and velocity to attitude and thrust: proportional on position, proportional and integral on velocity.
 /// Frames:  world z up; thrust along base z.
-/// Without a position it keeps the tilt that it had learned against the wind and controls the height only; without
+/// Without a position it keeps the tilt that it had learned against the wind, and controls the height only. Without a
 /// height it lets the vehicle sink on a little less thrust than it had learned to need.
 /// Limits:  speed, tilt and thrust; the integrals stop growing while the limit that they push against is reached.
 /// Thread:  owner.   RT: yes.

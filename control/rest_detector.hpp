@@ -18,7 +18,7 @@ class RestDetector {
   };
 
   void reset() { *this = RestDetector{}; }
-  /// True when this sample ends a block at rest, the one before having been at rest, too; mean() is then valid.
+  /// True when this sample ends a block at rest and the block before was at rest, too; mean() is then valid.
   bool add(const math::Vec3& gyro_radps, const math::Vec3& accel_mps2, double dt_s, const Params& params);
   bool at_rest() const { return at_rest_; }
   const math::Vec3& gyro_mean_radps() const { return gyro_mean_; }

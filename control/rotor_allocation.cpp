@@ -26,7 +26,7 @@ RotorAllocation allocate(const math::Vec3& torque_nm, double thrust_n, const Rot
   const double span = reach * out.tilt_share;
   const double base = clamp(wanted, r.idle + span, 1 - span);
 
-  double up = 1 - base, down = base - r.idle;  // what yaw may add and take where roll and pitch leave the least
+  double up = 1 - base, down = base - r.idle;  // what yaw may add and take at the rotors with the least room
   for (int i = 0; i < 4; ++i) {
     const double tilt = (kRoll[i] * roll + kPitch[i] * pitch) * out.tilt_share;
     out.command[static_cast<std::size_t>(i)] = base + tilt;

@@ -15,8 +15,7 @@ struct RotorParams {
 
 /// Torque and thrust to four commands, each the wanted fraction of a rotor's full thrust.
 /// Frames:  base. Order of the rotors: front right, rear left (both counter-clockwise seen from above), front left,
-/// rear
-///          right (both clockwise).
+///          rear right (both clockwise).
 /// Saturation: commands never leave idle..1. Roll and pitch come first: scaled down together, and only when their
 ///          spread alone does not fit; then the thrust, moved as far as roll and pitch need it; then as much yaw as
 ///          is left.

@@ -11,7 +11,7 @@ using hal::Errc;
 using hal::Error;
 using hal::Time;
 
-/// What both devices do: a place in a list of stamps, and the clock that says which of them are due.
+/// The shared part of both devices: a place in a list of stamps, and the clock that says which of them are due.
 /// Thread:  the device's, but for wake().
 class DatasetBoard::Cursor {
  public:
@@ -25,7 +25,7 @@ class DatasetBoard::Cursor {
   }
   void set_wake(hal::Wake* wake) noexcept { wake_.change(wake); }
   void wake() noexcept { wake_.ring(); }
-  /// The index of the sample that is due, taken; closed after the last one.
+  /// Takes the index of the sample that is due; closed after the last one.
   hal::Result<bool> take(std::size_t& index) noexcept {
     if (next_ == stamps_.size()) return Error{Errc::closed, "end of the dataset"};
     if (ready_at() > board_.options_.clock->now()) return false;
@@ -226,7 +226,7 @@ hal::Status DatasetBoard::start() {
   return {};
 }
 
-/// Wakes whoever waits for a device when its next sample is due.
+/// Wakes the threads that wait for a device when its next sample is due.
 void DatasetBoard::wake_loop() {
   std::size_t next_imu = 0, next_image = 0;
   const auto due = [&](const auto& player, std::size_t i) {

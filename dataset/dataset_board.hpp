@@ -15,17 +15,17 @@ struct DatasetOptions {
   std::string folder;
   hal::Duration from{0};              // begin this long after the first sample: in mid-flight
   const hal::Clock* clock = nullptr;  // the executor's; in virtual time its ManualClock. Not null
-  hal::Os* os = nullptr;              // real time: for the thread that wakes sleepers; null: virtual time
+  hal::Os* os = nullptr;              // real time: for the thread that wakes waiting threads; null: virtual time
   std::size_t max_decoded_bytes = std::size_t{256} << 20;  // of images in memory
   hal::Duration tail = std::chrono::milliseconds(10);      // the run ends this long after the last sample
 };
 
-/// A board made of a recorded folder: an IMU ("imu" or "imu0") and, where there are images, a camera ("camera" or
-/// "cam0"). Samples are ready at their stamp; the run's clock shows its start when the first of them is.
+/// A board made of a recorded folder: an IMU ("imu" or "imu0") and, if there are images, a camera ("camera" or "cam0").
+/// Samples are ready at their stamp; the first sample is ready at the run's start.
 ///
-/// Images are decoded in open(), when they fit into max_decoded_bytes. When they do not: in virtual time read() decodes
-/// (nothing waits for it but the executor); in real time open() refuses, because a step's thread may not wait for a
-/// disk. Rows of an image go to the message in the format of the PNG, mono8 or rgb8.
+/// open() decodes the images when they fit into max_decoded_bytes. Else, in virtual time read() decodes (only the
+/// executor waits for it), and in real time open() refuses, because a step's thread may not wait for a disk. Rows of an
+/// image go to the message in the format of the PNG, mono8 or rgb8.
 ///     auto board = DatasetBoard::open({.folder = dir, .clock = &clock}, why);
 ///     ... configure the graph with it ...; (*board)->start();
 /// In virtual time the record begins in open() at the clock's time, start() is not needed, and next_grant() grants
@@ -50,7 +50,7 @@ class DatasetBoard final : public hal::Board, public hal::GrantSource {
   hal::Result<hal::Time> next_grant(hal::Time done_to) override;
   /// After start(): when the run is over.
   hal::Time end() const { return at(last_ns_) + options_.tail; }
-  /// The dataset's own stamp of a time of this run, for the ground truth. After start().
+  /// The dataset's own stamp for a time of this run, for the ground truth. After start().
   std::int64_t dataset_stamp(hal::Time t) const { return t.ns - zero_.ns + origin_ns_; }
 
   std::size_t imu_samples() const;

@@ -20,14 +20,14 @@ std::string_view trimmed(std::string_view s) {
   return s;
 }
 
-/// What a file said, shortened and without control characters, for a message to people.
+/// Text of a file, shortened and without control characters, for a message to people.
 std::string quoted(std::string_view s) {
   std::string out = "'";
   for (const char c : s.substr(0, 40)) out += c >= ' ' && c < 127 ? c : '?';
   return out + (s.size() > 40 ? "...'" : "'");
 }
 
-/// Goes through the lines; the first problem ends it.
+/// Reads the lines; stops at the first problem.
 class Table {
  public:
   Table(std::string_view text, std::string_view file, std::size_t columns, std::string& why)

@@ -28,7 +28,7 @@ bool read_file(const std::string& path, std::string& out, std::string& why) {
 
 namespace {
 
-/// Images of the flat form: their names are their stamps.
+/// Images of the flat form, whose names are their stamps.
 bool list_images(const std::string& folder, std::vector<ImageEntry>& out, std::string& why) {
   std::error_code error;
   for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {

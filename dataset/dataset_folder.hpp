@@ -8,10 +8,11 @@
 
 namespace sinew::dataset {
 
-/// The whole file into `out`. False when it cannot be read: `why` says why, and stays empty when there is no such file.
+/// Reads the whole file into `out`. False: it cannot be read. `why` says why, and stays empty when there is no such
+/// file.
 bool read_file(const std::string& path, std::string& out, std::string& why);
 
-/// What a recorded folder holds, either in the EuRoC/ASL form
+/// A recorded folder, either in the EuRoC/ASL form
 ///     mav0/imu0/data.csv, mav0/cam0/data.csv, mav0/cam0/data/*.png
 /// or flat
 ///     imu0.csv, cam0/<stamp in ns>.png

@@ -29,7 +29,7 @@ msg::Vec3 mix(const msg::Vec3& a, const msg::Vec3& b, double s) {
   return {a.x + s * (b.x - a.x), a.y + s * (b.y - a.y), a.z + s * (b.z - a.z)};
 }
 
-/// Along the shorter way; samples are close together, so a line instead of the arc will do.
+/// Along the shorter way; samples are close together, so a line is good enough instead of the arc.
 msg::Quat mix(const msg::Quat& a, const msg::Quat& b, double s) {
   const double dot = a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z, t = dot < 0 ? -s : s;
   msg::Quat q{(1 - s) * a.w + t * b.w, (1 - s) * a.x + t * b.x, (1 - s) * a.y + t * b.y, (1 - s) * a.z + t * b.z};

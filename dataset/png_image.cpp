@@ -8,7 +8,7 @@
 namespace sinew::dataset {
 namespace {
 
-/// What libpng's callbacks need. Plain data: libpng leaves by longjmp, which runs no destructors.
+/// The data of libpng's callbacks. Plain data: libpng leaves by longjmp, which runs no destructors.
 struct Source {
   const std::uint8_t* data;
   std::size_t left;
@@ -29,7 +29,7 @@ void read_bytes(png_structp png, png_bytep to, std::size_t n) {
   png_longjmp(png, 1);
 }
 
-void ignore(png_structp, png_const_charp) {}  // warnings: ancillary chunks, nothing of the pixels
+void ignore(png_structp, png_const_charp) {}  // of ancillary chunks; the pixels are not concerned
 
 struct Shape {
   std::uint32_t width, height, channels;
@@ -52,7 +52,7 @@ Shape begin(png_structp png, png_infop info, Source* from) {
   return {png_get_image_width(png, info), png_get_image_height(png, info), png_get_channels(png, info)};
 }
 
-/// Looks into the header before libpng does, whose words for this would help nobody.
+/// Checks the size in the header before libpng does: libpng's message would not help.
 bool too_large(std::span<const std::uint8_t> file, std::uint32_t& width, std::uint32_t& height) {
   constexpr std::size_t kWidthAt = 16, kHeightAt = 20;  // signature, length and type of the first chunk before them
   if (file.size() < kHeightAt + 4) return false;

@@ -10,8 +10,8 @@ namespace sinew::drivers {
 /// mount_roll_deg, mount_pitch_deg, mount_yaw_deg.
 MountAngles read_mount(DeviceKeys& keys);
 
-/// What one IMU differs in from its datasheet, and how it is mounted: corrected = R * ((raw - bias) * scale), first in
-/// the chip's own axes, then turned into the base frame.
+/// How one IMU differs from its datasheet, and how it is mounted: corrected = R * ((raw - bias) * scale), first in the
+/// chip's own axes, then turned into the base frame.
 struct ImuCalibration {
   msg::Vec3 gyro_bias_radps, accel_bias_mps2;
   msg::Vec3 gyro_scale{1, 1, 1}, accel_scale{1, 1, 1};

@@ -28,7 +28,7 @@ std::string value_text(const rt::ParamValue& value, bool hex) {
 
 std::string quoted(std::string_view text) { return '"' + std::string(text) + '"'; }
 
-/// `before` stands before the values in an error.
+/// An error puts `before` in front of the allowed values.
 KeyRow row(std::string_view type, std::string otherwise, std::string_view before, std::string allowed) {
   KeyRow r;
   r.type = type, r.otherwise = std::move(otherwise), r.allowed = std::move(allowed);
@@ -99,7 +99,7 @@ bool DeviceKeys::read(std::string_view key, double& out, double min, double max,
   const auto* whole = std::get_if<std::int64_t>(&value->value);
   const auto* real = std::get_if<double>(&value->value);
   const double number = whole ? static_cast<double>(*whole) : real ? *real : 0.0;
-  // Written so that what is not a number is refused.
+  // Written so that NaN is refused.
   if ((whole || real) && number >= min && number <= max) {
     out = number;
     return true;

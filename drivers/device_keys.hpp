@@ -20,18 +20,18 @@ namespace sinew::drivers {
 struct KeyInfo {
   std::string_view unit = {};
   std::string_view doc = {};
-  std::string_view otherwise = {};  // what holds without the key, where that is no value of it: "as it is"
-  std::string_view allowed = {};    // in the place of what the reading says, where that says too much
+  std::string_view otherwise = {};  // words for the default, where it is no value of the key: "as it is"
+  std::string_view allowed = {};    // replaces the allowed values that read() would tell, where they say too much
   bool required = false;
   bool hex = false;  // its numbers are written in hexadecimal
 };
 
-/// One row of a driver's table of keys: what a robot file may say, and what holds when it does not.
+/// One row of a driver's table of keys: what a robot file may say, and the default.
 struct KeyRow {
   std::string key;        // "rate_hz"; "control_NAME": all that begin so
   std::string type;       // "boolean", "integer", "number", "text", "choice"
   std::string unit;       // empty: none
-  std::string otherwise;  // without the key; empty: nothing. Words when `in_words`
+  std::string otherwise;  // the default; empty: none. Words when `in_words`
   std::string allowed;    // "4 to 1000", "2, 4, 8, 16"
   std::string says;       // the same in an error: "an integer from 4 to 1000", "one of 2, 4, 8, 16"
   std::string doc;
@@ -39,10 +39,10 @@ struct KeyRow {
   bool family = false;  // see `key`
 };
 
-/// Reads the keys of a DeviceSpec one by one, which is at the same time what declares them: each read() is a row of the
-/// driver's table, whose default is what `out` held. So a driver's reader is the one truth for its keys, their errors
-/// and their documentation; it reads all of its keys, whatever the others say.
-/// What does not fit becomes a problem, and the default stays: all problems come in one run, one a key at most.
+/// Reads the keys of a DeviceSpec one by one, which also declares them: each read() is a row of the driver's table,
+/// whose default is the value that `out` held. So a driver's reader is the only source of its keys, their errors and
+/// their documentation. It reads all of its keys, whatever the values of the others are.
+/// A value that does not fit becomes a problem, and the default stays. One run finds all problems, at most one a key.
 class DeviceKeys {
  public:
   DeviceKeys(const DeviceSpec& spec, std::string path, std::vector<rt::Problem>& problems)
@@ -53,9 +53,9 @@ class DeviceKeys {
   std::vector<rt::Problem>& problems() { return problems_; }
   bool has(std::string_view key) const { return spec_.keys.contains(std::string(key)); }
 
-  // True: the robot file has the key, and `out` is it.
+  // True: the robot file has the key, and `out` holds its value.
 
-  /// `allowed` in words; an empty text never is.
+  /// `allowed` in words; an empty text is never allowed.
   bool read(std::string_view key, std::string& out, std::string_view allowed, const KeyInfo& info);
   /// A whole number counts as its text.
   bool read_text_or_number(std::string_view key, std::string& out, std::string_view allowed, const KeyInfo& info);
@@ -102,14 +102,14 @@ class DeviceKeys {
   void read_all(std::string_view prefix, std::map<std::string, double, std::less<>>& out, double min, double max,
                 const KeyInfo& info);
 
-  /// Says what is wrong with the value of `key`, or with its being missing, unless something was said of it already.
+  /// Adds a problem of `key` (its value is wrong or missing), unless it has one already.
   void problem(std::string_view key, std::string_view allowed);
-  /// Whether something was said of `key`.
+  /// Whether `key` has a problem.
   bool told(std::string_view key) const { return told_.contains(key); }
-  /// The `driver` of the table is none of these; of its keys nothing is said then.
+  /// Adds a problem: the `driver` of the table is none of these. Its keys get no problems then.
   void refuse_driver(std::span<const std::string_view> drivers);
-  /// The device has `place`, which the value of `key` names, for itself: "serial line /dev/ttyS1". check_devices()
-  /// finds those that two devices claim.
+  /// The device needs `place` for itself: "serial line /dev/ttyS1". The value of `key` names it. check_devices() finds
+  /// places that two devices claim.
   void claim(std::string_view key, std::string place) { claims_.push_back({std::string(key), std::move(place)}); }
   struct Claim {
     std::string key, place;
@@ -123,7 +123,7 @@ class DeviceKeys {
 
  private:
   using Value = rt::Located<rt::ParamValue>;
-  // Notes the row. Null: there is no such key, which is a problem when it is required.
+  // Notes the row. Null: the table lacks the key, which is a problem when the key is required.
   const Value* declare(std::string_view key, const KeyInfo& info, KeyRow row);
   const KeyRow* row_of(std::string_view key) const;
   bool read_int64(std::string_view key, std::int64_t& out, std::int64_t min, std::int64_t max, const KeyInfo& info);

@@ -27,7 +27,7 @@ std::string place_of_served(std::string_view address) {
   const std::size_t colon = std::min(peer.rfind(':'), peer.size());
   std::string host(peer.substr(0, colon));
   if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
-  // Names of hosts know no case (RFC 4343).
+  // Host names ignore case (RFC 4343).
   std::transform(host.begin(), host.end(), host.begin(),
                  [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
   if (host == "127.0.0.1" || host == "::1") host = "localhost";

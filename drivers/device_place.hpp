@@ -1,6 +1,6 @@
 #pragma once
-// Where a device is, as one text: two keys that mean one place give the same text, however they are written. Only what
-// the text itself says: no file, no name server and no link of /dev is looked at.
+// Where a device is, as one text: two keys that mean one place give the same text, however they are written. Only the
+// key's text counts: these functions read no file, ask no name server and follow no link of /dev.
 #include <string>
 #include <string_view>
 
@@ -9,7 +9,7 @@ namespace sinew::drivers {
 /// "/dev//ttyS0" and "/dev/./ttyS0" are "/dev/ttyS0"; "/" and "" stay; ".." is left, as it may go through a link.
 std::string place_of_path(std::string_view path);
 
-/// What is under a folder that a key `root` names; "/" adds nothing: "camera /dev/video0 under /tmp/wire".
+/// The place below the folder of a key `root`; "/" adds nothing: "camera /dev/video0 under /tmp/wire".
 std::string place_under(std::string place, std::string_view root);
 
 /// A V4L2 camera's `path` (hal::CameraSpec::path): a node, also by the name that it has below /dev/v4l/by-id.

@@ -3,8 +3,8 @@
 
 namespace sinew::drivers {
 
-/// A module that asks the board for the device that its parameter `device` names: what the check of a robot file goes
-/// by. Modules of a program's own that do so may say it, too.
+/// A module that asks the board for the device that its parameter `device` names. The check of a robot file uses this
+/// interface; a program's own modules may implement it, too.
 class DeviceReader {
  public:
   virtual ~DeviceReader() = default;

@@ -17,7 +17,7 @@ struct DeviceSpec {
   int line = 0;
 };
 
-/// What a robot's devices are on the board `linux`.
+/// A robot's devices on the board `linux`.
 struct DeviceSpecs {
   std::vector<DeviceSpec> buses{}, devices{};
 };

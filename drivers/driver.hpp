@@ -17,7 +17,7 @@ namespace sinew::drivers {
 
 class CanBuses;
 
-/// What one [device.NAME] turned out to be: any of these, kept alive by `owner`.
+/// One opened [device.NAME]: any of these interfaces, kept alive by `owner`.
 struct OpenedDevice {
   std::shared_ptr<void> owner;
   std::array<hal::Device*, static_cast<std::size_t>(hal::SensorKind::joints) + 1> sensors{};  // by SensorKind
@@ -33,7 +33,7 @@ struct DeviceContext {
   hal::Connectors& connectors;
   hal::Os& os;
   CanBuses& can;
-  /// Another device of the board. Errors: those of its opening, which the board tells itself; `why` names the device.
+  /// Another device of the board. Errors: those of its opening, which the board reports itself; `why` names the device.
   std::function<hal::Result<OpenedDevice*>(std::string_view name, std::string& why)> device;
 };
 
@@ -44,7 +44,7 @@ using DeviceOpener = std::function<hal::Result<OpenedDevice>(DeviceContext&, std
 struct DriverKind {
   std::string_view name;      // driver = "iio"
   std::string_view measures;  // for people: "imu"
-  /// Reads one table; `specs` are all, for what one table says of another.
+  /// Reads one table. `specs`: all tables, as one may name another.
   DeviceOpener (*read)(DeviceKeys& keys, const DeviceSpecs& specs);
 };
 

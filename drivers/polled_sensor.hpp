@@ -31,25 +31,25 @@ class PolledDevice {
 
 struct PollOptions {
   std::string name = "sensor";  // for texts and the thread
-  std::string path = {};        // of its bus or line, for texts; empty: they have it already
+  std::string path = {};        // of its bus or line, for texts; empty: the texts name it already
   hal::Duration period = std::chrono::milliseconds(1);
   int fifo_priority = 0;
   std::vector<int> cpus;
   int errors_in_a_row = 3;  // then it is set up again
   hal::Duration retry_first = std::chrono::milliseconds(20), retry_most = std::chrono::seconds(1);
-  // Without a sample for so long trouble() says so; a device that is asked (no line()) is set up again then, as one
-  // that lost its power for a moment answers and has forgotten that it shall measure.
+  // Without a sample for so long, trouble() reports it. A polled device (no line()) is set up again then: one that lost
+  // its power for a moment answers, but has forgotten to measure.
   hal::Duration silent_after = std::chrono::seconds(1);
 };
 
 /// Counted since the start.
 struct PollStats {
-  std::uint64_t samples = 0, lost = 0;  // handed over; found nobody reading
+  std::uint64_t samples = 0, lost = 0;  // handed over; dropped because nobody read them
   std::uint64_t errors = 0;             // polls that failed
   std::uint64_t restarts = 0;           // set up again after it was gone
 };
 
-/// A sensor that a hal thread asks: a device as modules see it.
+/// A sensor that a hal thread polls: a device as modules see it.
 /// Thread:  polls on a thread of its own.   RT: read() yes.
 /// Errors:  read(): closed while the device does not answer; it is set up again with growing pauses.
 template <class M>
@@ -131,7 +131,7 @@ class PolledSensor final : public hal::SensorQueue<M>, public hal::SelfReport {
       if (done) {
         failures = 0;
         const bool silent = os_.now() - heard >= options_.silent_after;
-        // What it said of garbage in between says more than that nothing came of it.
+        // A recent error (e.g. garbage) says more than that nothing came.
         const bool said = erred.ns != 0 && os_.now() - erred < 2 * options_.silent_after && erred > heard;
         if (silent && !said)
           tell(device_->line() ? "is open, but nothing comes in (power, wires, bit rate?)"
@@ -153,10 +153,10 @@ class PolledSensor final : public hal::SensorQueue<M>, public hal::SelfReport {
       next = heard = os_.now();
     }
   }
-  /// Until the next poll is due; answers when that was.
+  /// Waits until the next poll is due; answers the time that it was due.
   hal::Time wait(hal::Time last) noexcept {
     if (hal::Serial* line = device_->line()) {
-      // A short sleep, as nothing wakes it that stops us. Errors come again with the read that follows.
+      // A short sleep, as stopping does not wake it. The read that follows reports errors again.
       if (!line->wait_readable(os_.now() + std::chrono::milliseconds(20)))
         sleep_until(os_.now() + options_.retry_first);
       return last;

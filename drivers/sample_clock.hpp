@@ -6,8 +6,8 @@
 
 namespace sinew::drivers {
 
-/// Stamps samples that a chip takes evenly by its own clock and that we find some time later, by a loop that follows
-/// the chip's rate (it may be off by some percent) and smooths when we looked.
+/// Stamps samples that a chip takes evenly by its own clock and that we find some time later. A loop follows the chip's
+/// rate (it may be off by some percent) and smooths the times at which we looked.
 /// Thread:  owner.   RT: yes.
 class SampleClock {
  public:

@@ -13,5 +13,5 @@ int main(int argc, char** argv) {
   const rt::Graph graph(loaded.robot.graph, app::all_modules());
   for (auto& p : graph.check({.virtual_time = true})) problems.push_back(std::move(p));
   for (const auto& p : problems) std::printf("%s\n", rt::to_string(p, argv[1]).c_str());
-  return problems.size() >= 4 ? 0 : 1;  // broken_robot.toml has more than these
+  return problems.size() >= 4 ? 0 : 1;  // broken_robot.toml has at least these four
 }

@@ -5,10 +5,10 @@
 
 namespace sinew::hal {
 
-/// Where devices come from: the real kernel, a simulator's sockets, a recorded folder. Owns its devices, which live as
-/// long as the board. Names are those of the robot file ("imu", "camera", "motors").
+/// The source of devices: the real kernel, a simulator's sockets, a recorded folder. A board owns its devices, which
+/// live as long as the board. Names are those of the robot file ("imu", "camera", "motors").
 /// Thread:  owner, configure only.
-/// Errors:  not_found when the board has no such device; not_supported; what opening says.
+/// Errors:  not_found when the board has no such device; not_supported; those of opening.
 class Board {
  public:
   virtual ~Board() = default;
@@ -40,7 +40,7 @@ class EmptyBoard : public Board {
 class GrantSource {
  public:
   virtual ~GrantSource() = default;
-  /// Hands over what was done since the last call (`done_to` is reached, commands have been written to the Actuators of
+  /// Reports the work done since the last call (`done_to` is reached, commands have been written to the Actuators of
   /// the same board) and waits until all samples due by the returned time are delivered.
   /// Errors:  closed when the plant ended the run; bad_data, timeout.
   virtual Result<Time> next_grant(Time done_to) = 0;

@@ -29,14 +29,14 @@ class SpiBus {
   virtual Status transfer(std::span<const std::uint8_t> out, std::span<std::uint8_t> in) noexcept = 0;
 };
 
-/// A serial line. Thread: reading and writing may be on two.
+/// A serial line. Thread: one thread may read while another writes.
 /// Errors:  closed when the device is gone (unplugged); io with errno.
 class Serial {
  public:
   virtual ~Serial() = default;
   /// What has come in, without waiting; 0: nothing.
   virtual Result<std::size_t> read_now(std::span<std::uint8_t> into) noexcept = 0;
-  /// As much as there is room for, without waiting; says how much.
+  /// Writes as much as there is room for, without waiting; answers how much.
   virtual Result<std::size_t> write_now(std::span<const std::uint8_t> bytes) noexcept = 0;
   virtual Status set_bit_rate(std::uint32_t bits_per_s) noexcept = 0;
   /// Sleeps until something has come in or `deadline` (kNever: no limit). False: the deadline.
@@ -49,7 +49,7 @@ class Gpio {
   virtual ~Gpio() = default;
   virtual Result<bool> get() noexcept = 0;
   virtual Status set(bool active) noexcept = 0;
-  /// Input lines opened with edges: sleeps until the next edge, and says when it was. timeout: none by `deadline`.
+  /// Input lines opened with edges: sleeps until the next edge; answers its time. timeout: no edge by `deadline`.
   virtual Result<Time> wait_edge(Time deadline) noexcept = 0;
 };
 

@@ -7,7 +7,7 @@
 
 namespace sinew::hal {
 
-/// How a controller stands towards its bus (ISO 11898-1: fault confinement).
+/// State of a controller on its bus (ISO 11898-1: fault confinement).
 enum class CanState : std::uint8_t { active, warning, passive, bus_off, stopped };
 const char* to_string(CanState state);
 
@@ -19,8 +19,8 @@ struct CanStats {
   std::uint64_t rx_lost = 0;  // received by the kernel or controller, and dropped before we read them
   std::uint64_t tx_lost = 0;  // deadline passed, no room, or refused
   std::uint64_t error_frames = 0, bus_offs = 0, restarts = 0;
-  std::uint64_t malformed = 0;                // what a transport received and could not understand
-  std::uint8_t tx_errors = 0, rx_errors = 0;  // the controller's own counters, where it tells them
+  std::uint64_t malformed = 0;                // a transport received it and could not understand it
+  std::uint8_t tx_errors = 0, rx_errors = 0;  // the controller's own counters, where it gives them
 };
 
 /// Frames whose identifier agrees with `id` in all bits of `mask` are received.
@@ -29,21 +29,22 @@ struct CanFilter {
   bool extended = false;
 };
 
-/// One CAN bus: SocketCAN, or another transport of CAN frames. Whoever drives the bus is its only reader and hands
-/// frames on (drivers::CanHub): devices never read it.
+/// One CAN bus: SocketCAN, or another transport of CAN frames. The bus's one driver (drivers::CanHub) is its only
+/// reader and distributes the frames: devices never read the bus.
 /// Thread:  read() and wait on one thread, send() on one thread; they may differ.
 /// RT:      read() and send() never block.
 class CanBus {
  public:
   virtual ~CanBus() = default;
-  /// Moves the oldest received frame into `out`. Error frames come, too. False: nothing is there (normal).
-  /// Errors:  closed when the interface or peer is gone for now; the bus comes back by itself, and later calls succeed.
+  /// Moves the oldest received frame into `out`, error frames too. False: nothing is there (normal).
+  /// Errors:  closed when the interface or peer is gone for now; the bus comes back without a call, and later calls
+  ///          succeed.
   virtual Result<bool> read(msg::CanFrame& out) noexcept = 0;
-  /// Queues a frame without waiting. It is dropped and counted where it has not begun to leave by `deadline`, as far as
-  /// the transport can take it back; kNever: no deadline.
-  /// Errors:  timeout: no room, `deadline` is over; closed: no bus, or bus-off; bad_argument: no such frame.
+  /// Queues a frame without waiting. A frame that has not begun to leave by `deadline` is dropped and counted, as far
+  /// as the transport can take it back; kNever: no deadline.
+  /// Errors:  timeout: no room, or `deadline` is over; closed: no bus, or bus-off; bad_argument: no such frame.
   virtual Status send(const msg::CanFrame& frame, Time deadline) noexcept = 0;
-  /// Only these are received from now on; empty: everything. Errors: not_supported, io.
+  /// Only matching frames are received from now on; empty: all frames. Errors: not_supported, io.
   virtual Status set_filters(std::span<const CanFilter> filters) = 0;
   /// `wake` is woken when a frame was received; see Device::set_wake().
   virtual void set_wake(Wake* wake) noexcept = 0;

@@ -11,7 +11,7 @@ using msg::Time;
 
 inline constexpr Time kNever{std::numeric_limits<std::int64_t>::max()};
 
-/// "What time is it", apart from "when does the next step fire" (that is the executor's matter).
+/// The present time. The executor decides when the next step begins.
 /// Thread:  any.   RT: yes.
 class Clock {
  public:
@@ -20,14 +20,14 @@ class Clock {
 };
 
 /// A clock that stands still until its owner moves it: virtual time.
-/// Thread:  owner writes; any reads. What was written before it moved is not thereby visible.
+/// Thread:  owner writes; any reads. Moving the clock does not make earlier writes visible.
 class ManualClock final : public Clock {
  public:
   Time now() const noexcept override { return {now_ns_.load()}; }
   void set(Time t) noexcept { now_ns_.store(t.ns); }
 
  private:
-  Wide<std::int64_t> now_ns_;  // alone: nobody waits for it
+  Wide<std::int64_t> now_ns_;  // relaxed: no thread waits for it
 };
 
 }  // namespace sinew::hal

@@ -1,5 +1,5 @@
 #pragma once
-// What a computer has plugs for, by name: hal/linux opens the kernel's, sim_hil the plant's, the Windows CE stub none.
+// The connectors of a computer, by name: hal/linux opens the kernel's, sim_hil the plant's, the Windows CE stub none.
 #include <map>
 #include <memory>
 #include <optional>
@@ -18,7 +18,7 @@ namespace sinew::hal {
 /// - "socketcand": a socketcand server, address "HOST:PORT/BUS".
 struct CanSpec {
   std::string transport, address;
-  std::uint32_t bit_rate = 1'000'000;  // for the bus load; the interface itself is set up by the system
+  std::uint32_t bit_rate = 1'000'000;  // for the bus load; the system sets up the interface itself
   std::uint32_t data_bit_rate = 0;     // CAN FD; 0: classic frames only
   bool receive_own = false;            // tests: what this bus object sends comes back to it
 };
@@ -37,7 +37,7 @@ struct SpiSpec {
 
 struct GpioSpec {
   std::string chip;  // "/dev/gpiochip0", or the chip's label
-  std::string line;  // its number or name
+  std::string line;  // number or name of the line
   bool output = false, active_low = false, initial = false;
   bool rising = false, falling = false;  // edges to wait for
 };
@@ -48,11 +48,11 @@ struct IioSpec {
   std::string root = "/";  // the tree with sys/bus/iio/devices and dev/: a simulated one in tests
   double rate_hz = 0;      // 0: as it is
   std::string trigger;     // current_trigger; empty: as it is
-  /// True: from its buffer; false: its *_raw files are polled at rate_hz. Empty: from the buffer if it has one that can
-  /// be started, else polled if there is a rate_hz; with a `trigger` from the buffer.
+  /// True: read from the buffer; false: poll the *_raw files at rate_hz. Empty: from the buffer if there is one that
+  /// can be started, else polled if there is a rate_hz; with a `trigger` from the buffer.
   std::optional<bool> buffered;
   std::uint32_t buffer_length = 64;  // scans
-  int fifo_priority = 0;             // SCHED_FIFO of the thread that reads it; 0: ordinary
+  int fifo_priority = 0;             // SCHED_FIFO of the reading thread; 0: ordinary
 };
 
 /// A camera behind V4L2 or libcamera.
@@ -62,21 +62,22 @@ struct CameraSpec {
   msg::PixelFormat format = msg::PixelFormat::yuyv;
   double rate_hz = 30;
   std::uint32_t buffers = 4;
-  /// Where the driver puts pictures. V4L2 only: hal/camera_memory.hpp.
+  /// Where the driver puts pictures. Only for V4L2: hal/camera_memory.hpp.
   enum class Memory : std::uint8_t {
     automatic,  // lent by the reader where both sides can, else mapped
     mapped,     // the driver's own; copied once
-    lent,       // lent by the reader, or nothing
+    lent,       // lent by the reader, or an error
   } memory = Memory::automatic;
   std::map<std::string, double, std::less<>> controls;  // by name, "exposure_time_absolute" = 100
   std::string root =
       "/";  // V4L2: the folder with dev/: a simulated one holds sockets (hal/linux/camera/v4l2_tree_port.hpp)
 };
 
-/// Opens buses, ports and kernel devices. What it opens lives as long as the caller keeps it, and not longer than this.
+/// Opens buses, ports and kernel devices. An opened object lives as long as the caller keeps it, and not longer than
+/// this.
 /// Thread:  owner, configure only.
-/// Errors:  not_found, denied, busy, not_supported, bad_argument, io; `why` has it in words with the path and what can
-///          be done about it.
+/// Errors:  not_found, denied, busy, not_supported, bad_argument, io; `why` has it in words with the path and the
+///          remedy.
 class Connectors {
  public:
   virtual ~Connectors() = default;

@@ -1,5 +1,5 @@
 #pragma once
-// Devices as modules see them: non-blocking, stamped, in SI units. Bus and kernel stay behind these.
+// Devices as modules see them: non-blocking, stamped, in SI units. They hide bus and kernel.
 #include "hal/clock.hpp"
 #include "hal/result.hpp"
 #include "msg/actuators.hpp"
@@ -9,22 +9,22 @@
 
 namespace sinew::hal {
 
-/// Something that wants to know when a device has data; implemented by the executor.
+/// A party to wake when a device has data; the executor implements it.
 class Wake {
  public:
   virtual ~Wake() = default;
-  /// Thread:  any.   RT: yes; enters the kernel only when somebody sleeps.
+  /// Thread:  any.   RT: yes; enters the kernel only when a thread sleeps.
   virtual void wake() noexcept = 0;
 };
 
-/// What every device can say about itself.
+/// The interface of every device.
 class Device {
  public:
   virtual ~Device() = default;
   /// The earliest instant at which read() will return something, as far as is known: a time at or before now means
   /// "ready", kNever "nothing announced". Boards on virtual time know all samples up to the grant.
   virtual Time ready_at() const noexcept = 0;
-  /// Registers who is woken when data arrives: before the start. Null (nobody is called any more): at any time.
+  /// Sets the party to wake when data arrives: before the start. Null (no more calls): at any time.
   virtual void set_wake(Wake* wake) noexcept = 0;
 };
 
@@ -47,7 +47,7 @@ using Gnss = Sensor<msg::GnssSample>;
 using Rc = Sensor<msg::RcSample>;
 using Joints = Sensor<msg::JointState>;
 
-/// What a sensor measures, for look-ups by name; kSensorKind<M> is that of Sensor<M>.
+/// The quantity that a sensor measures, for look-ups by name; kSensorKind<M> is that of Sensor<M>.
 enum class SensorKind : std::uint8_t { imu, range, baro, battery, mag, gnss, rc, joints };
 const char* to_string(SensorKind kind);
 template <class M>
@@ -73,8 +73,8 @@ inline constexpr SensorKind kSensorKind<msg::JointState> = SensorKind::joints;
 /// Errors of read(): bad_argument when the frame does not fit the capacity of `out` (the frame is dropped).
 class Camera : public Sensor<msg::Image> {};
 
-/// What actuators do when their setpoints end although nobody took their permission: `own` is the safe action that the
-/// device has for the end of a lease (damp, hold, a ramp, off), `limp` no torque.
+/// The actuators' behaviour when their setpoints end while the permission lasts: `own` is the device's safe action for
+/// the end of a lease (damp, hold, a ramp, off), `limp` no torque.
 enum class FallBack : std::uint8_t { own, limp };
 
 /// A group of actuators that act together (e.g. four motors).
@@ -87,8 +87,8 @@ class Actuators {
   virtual Status write(const msg::ActuatorCommand& command, Duration lease) noexcept = 0;
   /// Stops at once (motors off, torque off): disarmed, killed, or the end of the run.
   virtual Status stop() noexcept = 0;
-  /// Ends the lease at once: the last setpoints do not hold any more. A group that was stopped stays stopped. Devices
-  /// whose only safe action is to be off need not have it.
+  /// Ends the lease at once: the last setpoints are no longer valid. A group that was stopped stays stopped. Devices
+  /// whose only safe action is off need not override it.
   virtual Status fall_back(FallBack) noexcept { return stop(); }
 };
 

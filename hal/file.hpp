@@ -15,22 +15,22 @@ using Parts = std::span<const std::span<const std::byte>>;
 class OutputFile {
  public:
   virtual ~OutputFile() = default;
-  /// All parts, one after the other. After an error any number of their bytes may be there: cut() takes them away.
+  /// Appends all parts, one after the other. After an error any number of their bytes may be there: cut() removes them.
   virtual Status append(Parts parts) noexcept = 0;
-  /// What was appended survives a loss of power from now on. May take long.
+  /// From now on the appended bytes survive a loss of power. May take long.
   virtual Status sync() noexcept = 0;
-  /// Takes away everything from `size` on.
+  /// Removes everything from `size` on.
   virtual Status cut(std::uint64_t size) noexcept = 0;
-  /// What an ordinary user may still write on this disk.
+  /// Bytes that an ordinary user may still write on this disk.
   virtual Result<std::uint64_t> free_bytes() noexcept = 0;
 };
 
-/// A file that is read anywhere. Thread: any.
+/// A file for reading at any offset. Thread: any.
 class InputFile {
  public:
   virtual ~InputFile() = default;
   virtual std::uint64_t size() const noexcept = 0;
-  /// Fills `into` from `offset` on. Errors: bad_data when the file ends before (detail: its size), io.
+  /// Fills `into` from `offset` on. Errors: bad_data when the file ends earlier (detail: its size), io.
   virtual Status read_at(std::uint64_t offset, std::span<std::byte> into) noexcept = 0;
 };
 

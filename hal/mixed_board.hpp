@@ -10,7 +10,7 @@
 
 namespace sinew::hal {
 
-/// A board whose devices come from several: each named device from its own, all others from the first.
+/// A board that combines several boards: each named device comes from its own board, all others from the first.
 /// Thread:  owner, configure only.
 /// Owner:   the boards, which have to outlive this one.
 /// Errors:  those of the board that was asked.
@@ -25,7 +25,7 @@ class MixedBoard final : public Board {
   Result<Camera*> camera(std::string_view name) override { return of(name).camera(name); }
   Result<Actuators*> actuators(std::string_view name) override { return of(name).actuators(name); }
 
-  /// Devices that have a board of their own and that nobody has asked for: names that are not the robot's.
+  /// Devices with a board of their own that were never asked for: names that are not the robot's.
   std::vector<std::string> unused() const {
     std::vector<std::string> out;
     for (const auto& [device, board] : boards_)

@@ -1,5 +1,5 @@
 #pragma once
-// What the runtime needs from an operating system, in robot terms; hal/linux implements it.
+// The runtime's needs from an operating system, in robot terms; hal/linux implements it.
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -22,14 +22,14 @@ struct ThreadOptions {
   int fifo_priority = 0;                 // SCHED_FIFO 1..99; 0 = ordinary
   std::vector<int> cpus;                 // empty: any
   std::size_t stack_bytes = 256 * 1024;  // prefaulted
-  int nice = 0;                          // ordinary priority: 1..19 gives way; -20..-1 goes before, where permitted
+  int nice = 0;                          // ordinary priority: 1..19 lower, -20..-1 higher (where permitted)
 };
 
 class Thread {
  public:
   virtual ~Thread() = default;  // joins
   virtual void join() = 0;
-  /// What could not be had (privilege, CPU); empty when everything was granted. The thread runs all the same.
+  /// What was refused (privilege, CPU); empty when everything was granted. The thread runs all the same.
   virtual const std::string& shortfall() const = 0;
 };
 
@@ -40,9 +40,9 @@ class SharedMemory {
   /// Null: a peer's memory that is only copied from.
   virtual std::byte* data() = 0;
   virtual std::size_t size() const = 0;
-  /// What it holds at `offset`. False: it does not reach that far. RT: yes.
+  /// Copies its content at `offset`. False: the memory does not reach that far. RT: yes.
   virtual bool copy(std::size_t offset, std::span<std::byte> into) const noexcept = 0;
-  /// What Stream::write_with_memory() hands to the peer; negative: memory that cannot be handed on.
+  /// The handle for Stream::write_with_memory(); negative: memory that cannot be handed on.
   virtual std::intptr_t handle() const { return -1; }
 };
 
@@ -53,7 +53,7 @@ class Os : public Clock {
   /// Sleeps while `word` holds `expected`, at most until `deadline` (kNever: no limit). Returns at once when it
   /// differs. May return early without reason; callers look again.
   virtual void wait(WakeWord& word, std::uint32_t expected, Time deadline) noexcept = 0;
-  /// Wakes whoever sleeps on `word`; call only when somebody does.
+  /// Wakes the sleepers on `word`; call only when there are any.
   virtual void wake(WakeWord& word) noexcept = 0;
   /// Processor time used by the calling thread.
   virtual Duration thread_cpu_time() noexcept = 0;
@@ -61,8 +61,8 @@ class Os : public Clock {
   virtual Result<std::unique_ptr<SharedMemory>> shared_memory(std::string_view name, std::size_t bytes) = 0;
   /// Locks all memory of the process, now and later. Errors: denied.
   virtual Status lock_memory() = 0;
-  /// Keeps processors out of idle states that they wake from slowly, until what it answers is destroyed.
-  /// Errors: denied; not_found where the system has no such means, and nothing need be lost by that.
+  /// Keeps processors out of idle states that they wake from slowly, until the returned object is destroyed.
+  /// Errors:  denied; not_found where the system has no such means, which need not matter.
   virtual Result<std::shared_ptr<void>> keep_awake() { return Error{Errc::not_found, "keep_awake"}; }
 };
 

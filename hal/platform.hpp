@@ -1,6 +1,6 @@
 #pragma once
-// What a program that runs on every system asks of the one it is on: hal/linux or hal/wince_stub answers, whichever is
-// linked as sinew::hal_platform.
+// The functions that every system provides: hal/linux or hal/wince_stub implements them, whichever is linked as
+// sinew::hal_platform.
 #include <memory>
 #include <string_view>
 
@@ -14,15 +14,15 @@ namespace sinew::hal {
 /// Thread: any.
 Os& system_os();
 
-/// Tries until somebody listens there or `patience` is over (the peer may still be starting). "tcp:HOST:PORT"
+/// Tries until a listener answers there or `patience` is over (the peer may still be starting). "tcp:HOST:PORT"
 /// ("tcp:[::1]:4560" for IPv6) everywhere, "unix:PATH" where there are such sockets; text with a '/' and without a
 /// prefix is a path, HOST:PORT without a prefix is TCP. The addresses of a host are tried in turn.
 /// Errors:  bad_argument for an endpoint that cannot be read; not_found when the host is unknown or the file does not
-///          exist, closed when nobody listens there (the last try's reason); not_supported; denied, io.
+///          exist, closed when there is no listener (the last try's reason); not_supported; denied, io.
 Result<std::unique_ptr<Stream>> connect_stream(std::string_view endpoint, Duration patience);
 
 /// Unix: mode 0600, and a file left behind by a dead process is replaced. TCP: port 0 lets the system choose.
-/// Errors:  bad_argument; busy when somebody listens there already; not_supported; denied, io.
+/// Errors:  bad_argument; busy when another listener is there already; not_supported; denied, io.
 Result<std::unique_ptr<Listener>> listen_stream(std::string_view endpoint);
 
 }  // namespace sinew::hal

@@ -5,10 +5,10 @@
 
 namespace sinew::hal {
 
-/// What kind of failure; `detail` of the Error tells more.
+/// The kind of a failure; `detail` of the Error has more.
 enum class Errc : std::uint8_t {
   not_found,      // no such device, file or peer
-  busy,           // somebody else holds it
+  busy,           // another holder has it
   denied,         // permission or privilege is missing
   not_supported,  // this board or kernel cannot do it
   bad_argument,   // refused before anything was touched
@@ -16,10 +16,10 @@ enum class Errc : std::uint8_t {
   closed,         // the other side went away
   timeout,
   out_of_memory,
-  io,  // the system said no; detail is its errno
+  io,  // the system refused; detail is its errno
 };
 
-/// A failure as a value: kind, the place that says so, and one number (errno, node id, byte offset).
+/// A failure as a value: kind, the place that reports it, and one number (errno, node id, byte offset).
 /// Owner:   `where` is a string literal.
 struct Error {
   Errc code = Errc::io;

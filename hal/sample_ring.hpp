@@ -7,7 +7,8 @@
 
 namespace sinew::hal {
 
-/// A bounded queue between the thread that receives and the one that reads a device; in lockstep they are the same.
+/// A bounded queue between the thread that receives and the thread that reads a device; in lockstep both are one
+/// thread.
 /// Thread:  one producer (push), one consumer (all others).
 /// RT:      yes after construction.
 template <class T>
@@ -15,7 +16,8 @@ class SampleRing {
  public:
   explicit SampleRing(std::size_t capacity) : slots_(std::bit_ceil(capacity)) {}
 
-  /// Where the next push() goes, for data kept beside the ring; the consumer is done with it unless the ring is full.
+  /// Index of the next push(), for data kept beside the ring; the consumer has finished with it unless the ring is
+  /// full.
   std::size_t next_index() const noexcept { return head_.load(std::memory_order_relaxed) & mask(); }
   bool full() const noexcept {
     // acquire: pairs with pop's release, so that the consumer's reading of the slot lies before our writing

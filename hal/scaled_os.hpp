@@ -5,12 +5,12 @@
 
 namespace sinew::hal {
 
-/// Another Os whose clock runs at `rate`: everything that waits and measures on it lives at that pace. For a simulator
-/// that is slower (or faster) than life. Threads and memory are the other's own.
+/// An Os whose clock runs at `rate` times another's: all waits and measurements on it follow. For a simulator that is
+/// slower (or faster) than real time. Threads and memory are those of the other Os.
 /// Thread:  any.   RT: as the other.
 class ScaledOs final : public Os {
  public:
-  /// At `start` of the other's clock this one shows `shows`; from then on it advances at `rate`, > 0.
+  /// At `start` of the other clock this clock shows `shows`; from then on it advances at `rate`, > 0.
   ScaledOs(Os& other, double rate, Time start, Time shows) : other_(other), rate_(rate), start_(start), shows_(shows) {}
   ScaledOs(Os& other, double rate, Time start) : ScaledOs(other, rate, start, start) {}
   ScaledOs(Os& other, double rate) : ScaledOs(other, rate, other.now()) {}
@@ -22,7 +22,7 @@ class ScaledOs final : public Os {
     other_.wait(word, expected, deadline == kNever ? kNever : unscaled(deadline));
   }
   void wake(WakeWord& word) noexcept override { other_.wake(word); }
-  Duration thread_cpu_time() noexcept override {  // at this pace, too: used up plus waited is what now() has gone on
+  Duration thread_cpu_time() noexcept override {  // scaled, too: used plus waited time is the advance of now()
     return Duration{static_cast<std::int64_t>(static_cast<double>(other_.thread_cpu_time().count()) * rate_)};
   }
   Result<std::unique_ptr<Thread>> start_thread(const ThreadOptions& options, std::function<void()> body) override {
@@ -37,12 +37,12 @@ class ScaledOs final : public Os {
   Time scaled(Time t) const noexcept {
     return shows_ + Duration{static_cast<std::int64_t>(std::floor(static_cast<double>((t - start_).count()) * rate_))};
   }
-  /// The first instant of the other clock at which this one shows `t`: nobody wakes too early.
+  /// The first instant of the other clock at which this clock shows `t`, so that no sleeper wakes too early.
   Time unscaled(Time t) const noexcept {
     const double ns = std::ceil(static_cast<double>((t - shows_).count()) / rate_);
-    if (ns >= 9e18 - static_cast<double>(start_.ns)) return kNever;  // slower clocks reach far: further than we count
+    if (ns >= 9e18 - static_cast<double>(start_.ns)) return kNever;  // on slow clocks the result may exceed the range
     Time other = start_ + Duration{static_cast<std::int64_t>(ns)};
-    while (scaled(other) < t) other = other + Duration{1};  // what rounding has taken
+    while (scaled(other) < t) other = other + Duration{1};  // corrects rounding
     return other;
   }
 

@@ -10,7 +10,7 @@
 
 namespace sinew::hal {
 
-/// What a device has to complain about, for people; empty: nothing.
+/// A device's complaint, for people; empty: nothing.
 /// Thread:  any.   RT: no.
 class TroubleText {
  public:
@@ -28,8 +28,8 @@ class TroubleText {
   std::string text_;
 };
 
-/// The end of a sensor that modules read, when a thread of its own feeds it: samples in a ring, a wake, and whether the
-/// device is there. When nobody reads, the newest samples are lost and counted.
+/// The reading end of a sensor that a separate thread feeds: samples in a ring, a wake, and whether the device is
+/// there. Without a reader the newest samples are lost and counted.
 /// Thread:  put(), set_gone(): the feeding one; read(): the reading one; the others: any.   RT: yes.
 template <class M>
 class SensorQueue : public Sensor<M> {
@@ -61,14 +61,14 @@ class SensorQueue : public Sensor<M> {
       lost_.add();
     wake_.ring();
   }
-  /// From now on read() says closed when the ring is empty; or no longer.
+  /// True: read() says closed once the ring is empty. False: no longer.
   void set_gone(bool gone) noexcept { gone_.store(gone, std::memory_order_relaxed); }
 
  private:
   SampleRing<M> ring_;
   WakeSlot wake_;
   Tally lost_, delivered_;
-  std::atomic<bool> gone_{false};  // alone: what lies in the ring is ordered by the ring
+  std::atomic<bool> gone_{false};  // relaxed: the ring orders its own content
 };
 
 }  // namespace sinew::hal

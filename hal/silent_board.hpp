@@ -6,8 +6,8 @@
 
 namespace sinew::hal {
 
-/// Opens every device, by any name, and there is nothing behind it: nothing is ever ready, and whatever is commanded is
-/// taken and forgotten. For graphs whose devices are not to be touched: a record that is executed again.
+/// Opens every device, by any name, with nothing behind it: no device is ever ready, and commands are accepted and
+/// dropped. For graphs that must not touch devices: a record that is executed again.
 class SilentBoard final : public Board {
  public:
   Result<Device*> open_sensor(SensorKind kind, std::string_view) override {
@@ -42,7 +42,7 @@ class SilentBoard final : public Board {
     Time ready_at() const noexcept override { return kNever; }
     void set_wake(Wake*) noexcept override {}
   };
-  /// Takes any exposure and gain: what a record has was allowed by the camera of then.
+  /// Takes any exposure and gain: the camera of the record allowed the recorded values.
   class SilentCamera final : public SilentSensor<Camera, msg::Image>, public CameraControls {
    public:
     const std::vector<CameraControl>& controls() const override { return controls_; }

@@ -4,17 +4,17 @@
 
 namespace sinew::hal {
 
-/// A hardware watchdog: resets the machine when nobody feeds it. Running from the moment it is opened.
+/// A hardware watchdog: resets the machine when it is not fed. It runs from the moment it is opened.
 /// Thread:  owner.
-/// Owner:   the destructor does not disarm: a process that ends without release() has died as far as it can tell.
+/// Owner:   the destructor does not disarm: for the watchdog a process that ends without release() has died.
 class Watchdog {
  public:
   virtual ~Watchdog() = default;
-  /// Not later than timeout() after the last one. Errors: io.
+  /// Feed it at most timeout() after the last time. Errors: io.
   virtual Status feed() noexcept = 0;
-  /// As the device has it; what was asked for when it does not say.
+  /// The device's timeout; the requested one when the device does not say.
   virtual Duration timeout() const noexcept = 0;
-  /// Disarms it, for an orderly end. Errors: io; devices built never to stop run on all the same.
+  /// Disarms it, for an orderly end. Errors: io; devices that cannot be stopped run on all the same.
   virtual Status release() noexcept = 0;
 };
 

@@ -1,6 +1,6 @@
 #pragma once
 // 64-bit numbers between threads on machines that cannot read 64 bits at once (32-bit MIPS). There the compiler's
-// library would take a lock for them, which a thread of lower priority may hold, and which other processes do not see.
+// library would take a lock, which a thread of lower priority may hold, and which other processes do not see.
 #include <array>
 #include <atomic>
 #include <bit>
@@ -11,10 +11,10 @@ namespace sinew::hal {
 
 inline constexpr bool kReadsWideAtOnce = std::atomic<std::uint64_t>::is_always_lock_free;
 
-/// The number in two copies, of which the writer fills the one that nobody is told to read, then tells them to. Whoever
-/// interrupts the writer therefore reads at once; only a reader that is itself interrupted for a store looks again.
-/// Thread:  store(): one; load(): any. What was written before a store is visible to who loads it.   RT: yes, without a
-/// lock.
+/// The number in two copies: the writer fills the copy that readers are not sent to, then sends them to it. So a thread
+/// that interrupts the writer reads at once; only a reader that a store interrupts looks again.
+/// Thread:  store(): one; load(): any. Writes before a store are visible to a thread that loads it.   RT: yes, without
+///          a lock.
 template <class T>
 class WideInHalves {
   static_assert(sizeof(T) == 8);
@@ -61,8 +61,8 @@ class Wide {
   std::conditional_t<std::atomic<T>::is_always_lock_free, std::atomic<T>, WideInHalves<T>> value_;
 };
 
-/// A sum in two words, neither of which has to wait for the other: the upper one counts how often the highest bit of
-/// the lower one has changed, so that a reader sees from that bit whether it has met a change that is not counted yet.
+/// A sum in two words, neither of which waits for the other. The upper word counts how often the highest bit of the
+/// lower word has changed. So a reader sees from that bit whether it has met a change that is not counted yet.
 /// Thread:  any, no two of which are 2^31 apart.   RT: yes, without a lock.
 class TallyInHalves {
  public:
@@ -97,8 +97,8 @@ class TallyAtOnce {
 /// Thread:  any.   RT: yes, without a lock.
 using Tally = std::conditional_t<kReadsWideAtOnce, TallyAtOnce, TallyInHalves>;
 
-/// A number that any thread stores and any loads: there is no way to do that with 64 bits where they are not read at
-/// once, so there it has 24 bits instead of 53.
+/// A number that any thread stores and any loads. Machines that do not read 64 bits at once have no way to do that with
+/// 64 bits: there it has 24 bits instead of 53.
 using AnybodysNumber = std::atomic<std::conditional_t<kReadsWideAtOnce, double, float>>;
 
 }  // namespace sinew::hal

@@ -1,5 +1,5 @@
 #pragma once
-// Hashes of bytes, the same on every machine (words are read as little-endian). Not against an adversary.
+// Hashes of bytes, the same on every machine (words are read as little-endian). Not secure against an adversary.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -21,7 +21,7 @@ class Hash64 {
  public:
   explicit Hash64(std::uint64_t seed = 0);
   void add(const void* bytes, std::size_t n);
-  /// Of everything added so far; more may follow.
+  /// The hash of everything added so far; more may follow.
   std::uint64_t value() const;
 
  private:

@@ -87,7 +87,7 @@ struct Quat {
   /// Exponential map: rotation about v by |v| rad.
   static Quat exp(const Vec3& v);
   static Quat from_yaw_pitch_roll(const YawPitchRoll& a);
-  /// Of a rotation matrix.
+  /// The quaternion of a rotation matrix.
   static Quat from_matrix(const Mat3& r);
   /// The shortest rotation that takes direction a to direction b; for opposite ones about some axis normal to a.
   static Quat between(const Vec3& a, const Vec3& b);

@@ -92,7 +92,7 @@ Reduced reduce(double x) {
     const double n = static_cast<double>(static_cast<std::int32_t>(x * 0x1.45f306dc9c883p-1 + 0.5));
     const DoubleDouble rest = two_sum(x - n * kPart1, -(n * kPart2));
     const DoubleDouble angle = two_sum(rest.hi, rest.lo - n * kPart3);
-    // Closer to a multiple of pi/2 the three parts leave too few bits.
+    // Closer to a multiple of pi/2 than this, the three parts leave too few bits.
     if (fabs(angle.hi) > 0x1p-20) return {static_cast<unsigned>(n) & 3, angle};
   }
   return reduce_by_integers(x);

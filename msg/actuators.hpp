@@ -1,5 +1,5 @@
 #pragma once
-// Commands to actuators and what the guardian made of them.
+// Commands to actuators, and the guardian's decisions about them.
 #include "msg/geometry.hpp"
 
 namespace sinew::msg {
@@ -8,7 +8,7 @@ inline constexpr std::size_t kMaxChannels = 8;
 
 /// Setpoints for one actuator group (e.g. four motors), in the unit that the robot file gives the group.
 struct ActuatorCommand {
-  Time stamp;  // of the measurement that led to it, so that latency stays visible downstream
+  Time stamp;  // of the measurement behind the command, so that latency stays visible downstream
   std::array<double, kMaxChannels> value{};
   std::uint32_t count = 0;  // channels in use
   std::uint32_t armed = 0;  // 1: the controller wants the motors live; 0: stop them

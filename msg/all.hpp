@@ -1,6 +1,6 @@
 #pragma once
-// Every message type of the house, for the command line, documentation and tests. Modules include what they use
-// instead.
+// Every message type of Sinew, for the command line, documentation and tests. Modules include only the messages that
+// they use.
 #include <span>
 #include <string_view>
 

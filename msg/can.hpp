@@ -5,7 +5,7 @@ namespace sinew::msg {
 
 inline constexpr std::size_t kMaxCanBytes = 64;  // of a CAN FD frame; 8 of a classic one
 
-/// What a CAN frame is besides its identifier and its data; bits, or-ed.
+/// Properties of a CAN frame besides its identifier and its data; bits, or-ed.
 enum CanFlag : std::uint32_t {
   kCanExtended = 1,       // 29-bit identifier
   kCanRemote = 2,         // asks for data and carries none
@@ -20,7 +20,7 @@ struct CanFrame {
   std::uint32_t id = 0;
   std::uint32_t flags = 0;  // CanFlag bits
   std::uint32_t size = 0;   // bytes of `data` in use: 0..8, with CAN FD 0..8, 12, 16, 20, 24, 32, 48, 64
-  std::uint32_t bus = 0;    // free for whoever collects frames of several buses
+  std::uint32_t bus = 0;    // free for a collector of frames of several buses
   std::array<std::uint8_t, kMaxCanBytes> data{};
 
   bool extended() const { return (flags & kCanExtended) != 0; }

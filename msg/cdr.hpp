@@ -1,7 +1,8 @@
 #pragma once
 // Messages as XCDR1, little-endian, behind the encapsulation header 00 01 00 00: what recordings hold and DDS carries.
-// Source:  OMG DDS-XTypes 1.3, 7.4.1 (numbers aligned to their size, counted from behind the header);
-// DDSI-RTPS 2.3, 10.2. Thread:  any.   RT: yes; nothing here allocates.
+// Source:  OMG DDS-XTypes 1.3, 7.4.1 (numbers aligned to their size, counted from behind the header); DDSI-RTPS 2.3,
+//          10.2.
+// Thread:  any.   RT: yes; nothing here allocates.
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -26,10 +27,11 @@ struct [[nodiscard]] CdrDecoded {
   explicit operator bool() const { return error == nullptr; }
 };
 
-/// Fills a message of this type from all of `in`. The input may be anything: every length is checked, and neither short
-/// input nor trailing bytes are taken.
+/// Fills a message of this type from all of `in`. The input may be anything: every length is checked; short input and
+/// trailing bytes are refused.
 /// Owner:   `message` is a slot with room for `bulk_capacity` bytes behind the struct; it states that capacity
-/// afterwards. Errors:  the message is left at its defaults.
+///          afterwards.
+/// Errors:  the message is left at its defaults.
 CdrDecoded cdr_decode(const TypeInfo& type, std::span<const std::uint8_t> in, void* message,
                       std::uint32_t bulk_capacity = 0);
 

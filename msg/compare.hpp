@@ -1,5 +1,5 @@
 #pragma once
-// Same message or not: the one NaN, the bytes that count, and where two messages differ.
+// Comparing messages: one bit pattern for every NaN, only the bytes that count, and where two messages differ.
 #include <concepts>
 #include <optional>
 #include <string>
@@ -12,7 +12,7 @@ namespace sinew::msg {
 /// ones. rt does so at commit.   RT: yes; nothing at all for types without floating-point fields.
 void canonicalise(const TypeInfo& type, void* message);
 
-/// Feeds what counts of a message to a hash such as math::Hash64: all fields and the used bulk.   RT: yes.
+/// Feeds the bytes that count to a hash such as math::Hash64: all fields and the used bulk.   RT: yes.
 template <class Hash>
 requires requires(Hash& h, const void* p, std::size_t n) { h.add(p, n); }
 void add_to_hash(Hash& hash, const TypeInfo& type, const void* message) {
@@ -23,7 +23,7 @@ void add_to_hash(Hash& hash, const TypeInfo& type, const void* message) {
   }
 }
 
-/// Bit by bit over what counts; two NaNs of one pattern are equal, 0.0 and -0.0 are not.   RT: yes.
+/// Compares the bytes that count bit by bit; two NaNs of one pattern are equal, 0.0 and -0.0 are not.   RT: yes.
 bool equal(const TypeInfo& type, const void* a, const void* b);
 
 struct Difference {

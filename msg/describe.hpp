@@ -1,6 +1,6 @@
 #pragma once
 // The one description of a message: its fields in order, with units. Layout check, JSON, ros2msg schema text, CDR and
-// the documentation all come from it; nothing else in the house lists the fields of a message.
+// the documentation all come from it; no other code lists the fields of a message.
 //
 //   struct RangeSample {
 //     Time stamp;
@@ -55,7 +55,7 @@ struct TypeInfo {
   std::string_view bulk_name;  // empty: no bulk (pixels) behind the struct
   /// Bytes of the bulk that hold data; only these count for hashes, comparison and recording.
   std::uint32_t (*bulk_used)(const void*);
-  void (*set_bulk_capacity)(void*, std::uint32_t);  // written by whoever owns the slot, after reset
+  void (*set_bulk_capacity)(void*, std::uint32_t);  // the slot's owner calls it after reset
   std::span<const FloatRun> floats;                 // for canonicalise(); empty: the type has none
 
   bool has_bulk() const { return !bulk_name.empty(); }

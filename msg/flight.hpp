@@ -4,8 +4,8 @@
 
 namespace sinew::msg {
 
-/// Output of the state estimator. World: z up, origin on the ground below the place where the filter started, x as the
-/// vehicle looked then.
+/// Output of the state estimator. World: z up, origin on the ground below the place where the filter started, x in the
+/// vehicle's direction at that time.
 struct NavState {
   Time stamp;
   Quat q_world_base;
@@ -25,7 +25,7 @@ struct NavState {
   std::uint32_t position_valid = 0;  // these and the horizontal ones
   std::uint32_t pad_known = 0;
   std::uint32_t at_rest = 0;      // stands still with stopped motors
-  std::uint32_t ground_seen = 0;  // the range finder measures the height; else it is carried on by barometer and pad
+  std::uint32_t ground_seen = 0;  // the range finder measures the height; otherwise barometer and pad carry it on
 };
 
 enum class FlightMode : std::uint32_t { idle = 0, velocity = 1, position = 2 };

@@ -3,7 +3,7 @@
 
 namespace sinew::msg {
 
-/// Three coordinates; unit and frame stand in the name of the field that holds it.
+/// Three coordinates; the name of the field that holds them gives unit and frame.
 struct Vec3 {
   double x = 0, y = 0, z = 0;
   friend constexpr bool operator==(const Vec3&, const Vec3&) = default;

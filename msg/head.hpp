@@ -25,7 +25,7 @@ enum class HeadMode : std::uint32_t {
   hold = 4     // level and straight ahead: no pictures, or a failsafe asked for it
 };
 
-/// What the head does. Level frame: z up; its x is where the estimate's world has it.
+/// What the head does. Level frame: z up; x as in the estimate's world.
 struct HeadState {
   Time stamp;
   Time mode_since;

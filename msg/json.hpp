@@ -19,7 +19,7 @@ struct JsonOptions {
 };
 
 /// Appends one object with the fields in order. Numbers read back to the same bits; JSON has no NaN, so "NaN",
-/// "Infinity" and "-Infinity" are strings (of NaNs only that it is one survives). Time is its integer of nanoseconds.
+/// "Infinity" and "-Infinity" are strings (the bits of a NaN are lost). Time is its integer of nanoseconds.
 void to_json(const TypeInfo& type, const void* message, std::string& out, const JsonOptions& options = {});
 
 /// Why a text is not such a message.
@@ -32,8 +32,9 @@ struct JsonError {
 };
 
 /// Fills a message from one object as to_json() writes it, with the bulk as base64. Fields left out keep their
-/// defaults; unknown or repeated fields, numbers out of range and arrays of another length are refused. Owner:
-/// `message` is a slot with room for `bulk_capacity` bytes behind the struct; it states that capacity afterwards.
+/// defaults; unknown or repeated fields, numbers out of range and arrays of another length are refused.
+/// Owner:   `message` is a slot with room for `bulk_capacity` bytes behind the struct; it states that capacity
+///          afterwards.
 /// Errors:  the message is left at its defaults.
 std::optional<JsonError> from_json(const TypeInfo& type, std::string_view json, void* message,
                                    std::uint32_t bulk_capacity = 0);

@@ -1,5 +1,4 @@
-// The reading half of msg/json.hpp. It only ever parses what the description announces, so its depth is that of the
-// type.
+// The reading half of msg/json.hpp. It parses only what the description announces, so its depth is that of the type.
 #include <array>
 #include <bit>
 #include <charconv>
@@ -43,7 +42,7 @@ class Parser {
   bool expect(char c, const std::string& path) {
     return accept(c) || fail(path, found(), "'" + std::string(1, c) + "'");
   }
-  /// What stands here, for an error.
+  /// The text found here, for an error.
   std::string found() {
     skip_space();
     if (at_ == text_.size()) return "end of the text";
@@ -191,7 +190,7 @@ bool Parser::integer(std::byte* p, const std::string& path) {
   return true;
 }
 
-/// As canonicalise() has it: the C++ library's own is another one on MIPS.
+/// The NaN of canonicalise(); the C++ library's NaN is another one on MIPS.
 template <class F>
 constexpr F the_one_nan() {
   if constexpr (sizeof(F) == 4)

@@ -1,5 +1,5 @@
 #pragma once
-// What a person at the other end of a link says.
+// Messages from a person at the other end of a link.
 #include "msg/describe.hpp"
 
 namespace sinew::msg {

@@ -1,5 +1,5 @@
 #pragma once
-// What a pilot with a radio control says to the robot.
+// Messages from a pilot with a radio control.
 #include "msg/describe.hpp"
 
 namespace sinew::msg {
@@ -8,8 +8,8 @@ namespace sinew::msg {
 struct PilotSwitches {
   Time stamp;
   double link_quality = 0;      // 0..1; NaN when unknown
-  std::uint32_t lost = 1;       // 1: nobody is heard; the switches below are 0 then, but for `kill`
-  std::uint32_t kill = 0;       // 1: stop at once; what was seen last, also when the link is lost
+  std::uint32_t lost = 1;       // 1: no pilot is heard; the switches below are 0 then, except `kill`
+  std::uint32_t kill = 0;       // 1: stop at once; keeps its last value when the link is lost
   std::uint32_t take_over = 0;  // 1: the sticks fly
   std::uint32_t reserved = 0;
 };

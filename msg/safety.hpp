@@ -1,5 +1,5 @@
 #pragma once
-// What the guardian permits, and why not.
+// The guardian's permission, and its reasons to refuse.
 #include "msg/actuators.hpp"
 
 namespace sinew::msg {
@@ -13,12 +13,12 @@ enum class FailsafeAction : std::uint32_t {
   stop = 2,  // the actuators' safe action at once, until disarmed
 };
 
-/// The guardian's view of the whole robot, in every one of its steps. Bit i of `conditions`, `latched` and `acted` is
-/// the i-th [[failsafe]] of the robot file; bit i of `groups_...` its i-th actuator group, why it is not ready (0 while
-/// permitted). rt/safety_text.hpp turns it into words.
+/// The guardian's view of the whole robot, published in each of its steps. Bit i of `conditions`, `latched` and `acted`
+/// is the i-th [[failsafe]] of the robot file. Bit i of `groups_...` is the i-th actuator group, and says why the group
+/// is not ready (0 while permitted). rt/safety_text.hpp turns all this into words.
 struct SafetyState {
   Time stamp;
-  Time disarmed;  // the last time that disarm() ended what was in flight; 0: never
+  Time disarmed;  // the last disarm() in flight; 0: never
   /// Per condition: seconds without a message or without a change, or the value; NaN before the first message.
   std::array<double, kMaxFailsafes> measured{};
   GuardianMode mode = GuardianMode::standby;  // the worst of all groups
@@ -35,8 +35,8 @@ struct SafetyState {
   std::uint32_t groups_moving = 0;  // get setpoints to move: passed on, or held
   // Of the first of groups_bad_command, the first thing that is wrong with its command:
   std::uint32_t bad_fault = 0;    // GuardianFault: count, not finite or limit
-  std::uint32_t bad_channel = 0;  // whose value it is
-  double bad_value = 0;           // the value; of a wrong count the command's number of channels
+  std::uint32_t bad_channel = 0;  // the channel of bad_value
+  double bad_value = 0;           // the value; for a wrong count the command's number of channels
 };
 
 template <>

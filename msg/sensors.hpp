@@ -39,7 +39,7 @@ struct MagSample {
 
 enum class GnssFix : std::uint32_t { none = 0, time = 1, flat = 2, full = 3, rtk_float = 4, rtk_fixed = 5 };
 
-/// Position and velocity of the antenna from satellites (WGS 84). What the receiver does not say is NaN.
+/// Position and velocity of the antenna from satellites (WGS 84). Values that the receiver does not give are NaN.
 struct GnssSample {
   Time stamp;  // when it was valid, as far as the receiver tells; else when it came in
   double latitude_deg = 0, longitude_deg = 0;

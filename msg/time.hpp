@@ -7,9 +7,9 @@ namespace sinew::msg {
 
 using Duration = std::chrono::nanoseconds;
 
-/// A point on the robot's monotonic clock; wall time is another matter and never mixes with it.
+/// A point on the robot's monotonic clock; wall time never mixes with it.
 /// Units:   nanoseconds since an origin that is the same for the whole run (boot of the board, or start of virtual
-/// time).
+///          time).
 struct Time {
   std::int64_t ns = 0;
 

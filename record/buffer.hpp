@@ -1,5 +1,5 @@
 #pragma once
-// Little-endian bytes as MCAP has them: a buffer to write them to, a cursor to read them from.
+// Little-endian bytes of MCAP: a buffer to write them to, a cursor to read them from.
 #include <algorithm>
 #include <bit>
 #include <cstddef>
@@ -40,7 +40,7 @@ class Buffer {
     size_ += size;
     return at;
   }
-  /// Makes it exactly `size` long; what is new is not initialised.
+  /// Makes it exactly `size` long; new bytes are not initialised.
   void resize(std::size_t size) {
     reserve(size);
     size_ = size;
@@ -62,7 +62,7 @@ class Buffer {
     for (const auto& [key, value] : map) text(key), text(value);
     end_length<std::uint32_t>(at);
   }
-  /// A length that is known only when what it counts is there.
+  /// A length that is known only when the bytes that it counts are there.
   template <class T>
   std::size_t begin_length() {
     number(T{0});

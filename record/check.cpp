@@ -15,7 +15,7 @@ class Checker {
 
   std::vector<FileProblem> run() {
     problems_ = found_.problems;
-    if (!found_.whole) return std::move(problems_);  // what follows is not there
+    if (!found_.whole) return std::move(problems_);  // the rest is not there
     check_data_crc();
     FileProblem why;
     const SummaryState state = read_ending(file_, limits_, ending_, why);

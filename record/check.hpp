@@ -5,8 +5,8 @@
 
 namespace sinew::record {
 
-/// Everything that is wrong with a file, in the order in which it was found; empty: nothing. Reads all of it: every
-/// checksum, every index against what it points to, the statistics against the messages.
+/// Everything that is wrong with a file, in the order in which it was found; empty: nothing. Reads the whole file:
+/// every checksum, every index against its target, the statistics against the messages.
 std::vector<FileProblem> check(hal::InputFile& file, const ReadLimits& limits = {});
 
 }  // namespace sinew::record

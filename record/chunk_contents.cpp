@@ -87,7 +87,7 @@ bool ChunkContents::unpack(const Block& block, const ReadLimits& limits, Decompr
           number_text(head_->uncompressed_size) + " bytes; this reader takes " + number_text(limits.record_bytes)};
       return false;
     }
-    // No frame of lz4 grows more than 255 times: what claims to is not worth the memory.
+    // No frame of lz4 grows more than 255 times: a frame that claims more is not worth the memory.
     if (*compression == Compression::lz4 && head_->uncompressed_size / 256 > packed.size()) {
       problem = {ProblemKind::bad_compression, block.offset, "an lz4 frame cannot hold so much"};
       return false;

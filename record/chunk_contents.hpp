@@ -9,7 +9,7 @@
 
 namespace sinew::record {
 
-/// What a reader spends at most on what a file says.
+/// The most that a reader spends on a file's claims.
 struct ReadLimits {
   std::uint64_t record_bytes = 1ull << 30;  // one record or one chunk, compressed or not
   std::uint64_t open_bytes = 2ull << 30;    // all chunks that overlap in log time
@@ -21,7 +21,7 @@ struct Block {
   std::uint64_t start_time = 0, end_time = 0;
   std::vector<std::uint16_t> channels;  // those with messages in it; empty: not known
   bool loose = false;                   // no chunk
-  bool judged = false;                  // the times are those that its messages must have
+  bool judged = false;                  // its messages must have these times
 };
 
 /// One block in memory, checked and taken apart.
@@ -33,7 +33,7 @@ class ChunkContents {
     std::uint64_t place = 0, size = 0;  // of the whole message record, in records()
     std::uint16_t channel = 0;
   };
-  /// False: nothing of it can be used.
+  /// False: no part of it can be used.
   bool load(hal::InputFile& file, const Block& block, const ReadLimits& limits, Decompressor& decompressor,
             FileProblem& problem);
   /// The chunk's own head; nothing for a loose block.
@@ -59,7 +59,7 @@ class ChunkContents {
 };
 
 /// Adds definitions to those already known.
-/// Errors:  false when one contradicts what is known or names an unknown schema.
+/// Errors:  false when a definition contradicts a known one or names an unknown schema.
 bool merge_definitions(const std::vector<Schema>& schemas, const std::vector<Channel>& channels, std::uint64_t offset,
                        Summary& known, FileProblem& problem);
 
@@ -67,7 +67,7 @@ bool merge_definitions(const std::vector<Schema>& schemas, const std::vector<Cha
 bool read_bytes(hal::InputFile& file, std::uint64_t offset, std::uint64_t length, const ReadLimits& limits, Buffer& to,
                 FileProblem& problem);
 
-/// The record at the beginning of `rest`, which it is taken from. False: it reaches beyond the end.
+/// Takes the record at the beginning off `rest`. False: the record reaches beyond the end.
 bool take_record(std::span<const std::byte>& rest, Op& op, std::span<const std::byte>& content);
 
 }  // namespace sinew::record

@@ -26,14 +26,14 @@ class Lz4Compressor final : public Compressor {
   hal::Status compress(std::span<const std::byte> from, Buffer& to) noexcept override {
     LZ4F_preferences_t preferences{};
     preferences.frameInfo.contentSize = from.size();
-    // One block for most chunks, and no larger than needed: readers take memory for a whole one.
+    // One block for most chunks, and no larger than needed: readers take memory for a whole block.
     preferences.frameInfo.blockSizeID = from.size() <= (64u << 10)    ? LZ4F_max64KB
                                         : from.size() <= (256u << 10) ? LZ4F_max256KB
                                                                       : LZ4F_max1MB;
     preferences.frameInfo.blockMode = LZ4F_blockIndependent;
     preferences.autoFlush = 1;
     LZ4F_compressOptions_t options{};
-    options.stableSrc = 1;  // it need not keep a copy for the next block
+    options.stableSrc = 1;  // lz4 need not keep a copy for the next block
     to.resize(LZ4F_compressFrameBound(from.size(), &preferences));
     std::size_t at = 0;
     const auto did = [&](std::size_t size) {

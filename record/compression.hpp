@@ -6,18 +6,18 @@
 
 namespace sinew::record {
 
-/// Compresses chunks, one after the other, in memory that it keeps: an lz4 or a zstd frame each.
+/// Compresses chunks one after the other, each to an lz4 or zstd frame, in memory that it keeps.
 /// Thread:  owner.
 class Compressor {
  public:
-  /// `level`: zstd's, 1 to 19; lz4 has its fast one only. Errors: out_of_memory.
+  /// `level`: 1 to 19 for zstd; lz4 has only its fast level. Errors: out_of_memory.
   static hal::Result<std::unique_ptr<Compressor>> make(Compression compression, int level);
   virtual ~Compressor() = default;
-  /// The frame replaces what is in `to`.
+  /// The frame replaces the content of `to`.
   virtual hal::Status compress(std::span<const std::byte> from, Buffer& to) noexcept = 0;
 };
 
-/// Takes frames of anybody apart. Thread: owner.
+/// Decompresses frames from any program. Thread: owner.
 class Decompressor {
  public:
   Decompressor();

@@ -9,7 +9,7 @@ namespace {
 
 using hal::Status;
 
-/// What makes two channels, or schemas, of different files the same.
+/// Two channels, or schemas, of different files are the same if their keys are equal.
 using SchemaKey = std::tuple<std::string, std::string, std::string>;
 using ChannelKey = std::tuple<std::string, std::string, Texts, SchemaKey>;
 
@@ -42,7 +42,7 @@ class Copy {
   struct Source {
     Reader& reader;
     std::map<std::uint16_t, std::uint16_t> schemas{}, channels{};  // new numbers of the old ones
-    std::map<std::uint16_t, const Schema*> converted{};            // of the channels that become something else
+    std::map<std::uint16_t, const Schema*> converted{};            // by channel: the schema it is converted to
     std::optional<MessageReader> messages{};
     Message message{};
   };
@@ -66,12 +66,12 @@ class Copy {
       if (wanted(channel))
         if (auto done = add_channel(source, channel); !done) return done;
     if (!what_.topics.empty() || conversion_) return {};
-    for (const auto& [id, schema] : source.reader.schemas())  // those of no channel, too
+    for (const auto& [id, schema] : source.reader.schemas())  // unused schemas, too
       if (auto done = add_schema(source, id); !done) return done;
     return {};
   }
 
-  /// The number that another file has given to the same thing; not one that `mine` has already.
+  /// The number that another file has given to the same thing, unless `mine` uses that number already.
   template <class Key>
   static std::uint16_t shared(const std::multimap<Key, std::uint16_t>& known, const Key& key,
                               const std::map<std::uint16_t, std::uint16_t>& mine) {
@@ -95,7 +95,7 @@ class Copy {
     return {};
   }
 
-  /// A channel whose messages become something else.
+  /// A channel whose messages are converted.
   Status add_converted(Source& source, const Channel& channel, const Schema& from, const Schema& to) {
     auto schema = to_.add_schema(to.name, to.encoding, to.data);
     if (!schema) return schema.error();
@@ -199,7 +199,7 @@ class Copy {
     return to_.write(source.channels[m.channel->id], m.stamps, data);
   }
 
-  /// Reading the messages reports again what was found on opening.
+  /// Reading the messages reports the problems of opening again.
   void note(const FileProblem& problem) {
     const bool known = std::any_of(result_.problems.begin(), result_.problems.end(), [&](const FileProblem& p) {
       return p.offset == problem.offset && p.kind == problem.kind && p.text == problem.text;

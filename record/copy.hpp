@@ -12,26 +12,26 @@ struct Copied {
   std::vector<FileProblem> problems;  // what could not be kept, and why
 };
 
-/// What copy() makes of messages of some kinds.
+/// Converts the messages of some channels during a copy().
 /// Thread:  owner.
 class Conversion {
  public:
   virtual ~Conversion() = default;
-  /// What the messages of this channel become; nothing: they stay as they are.
+  /// The schema after the conversion; nothing: messages of this channel stay as they are.
   virtual std::optional<Schema> schema(const Channel& channel, const Schema& from) = 0;
-  /// A message of such a channel; empty: it is no message of its schema. Owner: good until the next call.
+  /// Converts a message of such a channel; empty: the message does not fit its schema. Owner: good until the next call.
   virtual std::span<const std::byte> convert(const Message& message, const Schema& from) = 0;
 };
 
-/// Options for a writer of what `from` holds: its profile and library, zstd where it has that.
+/// Options for a writer of the content of `from`: its profile and library, zstd where it has that.
 WriterOptions options_like(const Reader& from);
 
-/// A topic that two of these files have with different schemas, in words; nothing: they can be merged.
+/// Names a topic that two of these files have with different schemas; nothing: they can be merged.
 std::optional<std::string> topic_conflict(std::span<Reader* const> from);
 
-/// Copies what a query asks for and can be read: messages with their channels and schemas, every attachment, all
-/// metadata; what several files have alike, once. Messages of one file keep its order, those of several are in the
-/// order of log time. The caller finishes `to`.
+/// Copies all that a query asks for and that can be read: messages with their channels and schemas, every attachment,
+/// all metadata; things that several files share, once. Messages of one file keep its order; those of several are in
+/// the order of log time. The caller finishes `to`.
 /// Errors:  those of the writer.
 hal::Status copy(std::span<Reader* const> from, const Query& what, Writer& to, Copied& result,
                  Conversion* conversion = nullptr);

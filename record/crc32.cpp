@@ -81,13 +81,13 @@ constexpr Fold k256Bytes = fold_over(256), k64Bytes = fold_over(64), k16Bytes = 
 static_assert(k64Bytes.low == 0x154442bd4 && k64Bytes.high == 0x1c6e41596, "as printed in the paper");
 static_assert(k16Bytes.low == 0x1751997d0 && k16Bytes.high == 0x0ccaa009e, "as printed in the paper");
 
-/// 64 bytes of message with the same remainder as everything before, 16 in each.
+/// 64 bytes of message, 16 in each, with the same remainder as all bytes before.
 struct Folded {
   __m128i a, b, c, d;
 };
 
 #define SINEW_FOLDING __attribute__((target("pclmul,sse2")))
-// gcc 12 does not align its address sanitizer's own stack to 64 bytes, which it then relies on.
+// gcc 12 does not align its address sanitizer's own stack to 64 bytes, but then relies on that alignment.
 #define SINEW_WIDE_FOLDING __attribute__((target("avx512f,vpclmulqdq,pclmul,sse2"), no_sanitize("address")))
 
 SINEW_FOLDING inline __m128i load(const std::byte* at) { return _mm_loadu_si128(reinterpret_cast<const __m128i*>(at)); }
@@ -98,7 +98,7 @@ SINEW_FOLDING inline __m128i fold(__m128i sum, __m128i next, __m128i constant) {
   return _mm_xor_si128(_mm_xor_si128(low, high), next);
 }
 
-/// What is left of the message after `state`.
+/// The sum over `state` and the rest of the message.
 SINEW_FOLDING std::uint32_t finish_folding(const Folded& state, const std::byte* at, std::size_t size) {
   const __m128i far = _mm_set_epi64x(k64Bytes.high, k64Bytes.low), near = _mm_set_epi64x(k16Bytes.high, k16Bytes.low);
   auto [a, b, c, d] = state;
@@ -128,7 +128,7 @@ SINEW_WIDE_FOLDING inline __m512i all_lanes(Fold f) {
   return _mm512_set_epi64(f.high, f.low, f.high, f.low, f.high, f.low, f.high, f.low);
 }
 
-/// Four times as wide, for 256 bytes and more.
+/// The same four times as wide, for 256 bytes and more.
 SINEW_WIDE_FOLDING std::uint32_t by_wide_folding(const std::byte* at, std::size_t size, std::uint32_t sum) {
   const __m512i far = all_lanes(k256Bytes), near = all_lanes(k64Bytes);
   __m512i a = _mm512_xor_si512(_mm512_loadu_si512(at), _mm512_set_epi64(0, 0, 0, 0, 0, 0, 0, sum));

@@ -5,8 +5,8 @@
 
 namespace sinew::record {
 
-/// The CRC-32 of zlib, PNG and MCAP; carries on from the sum of the bytes before. Gigabytes a second where the
-/// processor can multiply polynomials, the same sum everywhere.
+/// The CRC-32 of zlib, PNG and MCAP; carries on from the sum of the bytes before. Gigabytes a second on processors that
+/// can multiply polynomials; the same sum on all.
 /// Thread:  any.   RT: yes.
 std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t before = 0);
 

@@ -5,20 +5,20 @@
 
 namespace sinew::record {
 
-/// The end of a growing file: all of a piece is there, or nothing of it.
+/// The end of a growing file: a piece is appended whole or not at all.
 /// Thread:  owner.
 class FileEnd {
  public:
   explicit FileEnd(std::unique_ptr<hal::OutputFile> file) : file_(std::move(file)) {}
   std::uint64_t size() const { return size_; }
   std::uint32_t crc() const { return crc_; }  // of everything so far
-  bool broken() const { return broken_; }     // part of a piece could not be taken away again
+  bool broken() const { return broken_; }     // part of a piece could not be removed
   hal::OutputFile& file() { return *file_; }
 
-  /// `crc`: of everything including these parts. Errors: those of the file; closed when broken.
+  /// `crc`: of the whole file including these parts. Errors: those of the file; closed when broken.
   hal::Status append(hal::Parts parts, std::uint32_t crc) noexcept;
   hal::Status append(std::span<const std::byte> bytes) noexcept;
-  /// Takes away what follows `size`, a place where append() ended once, with the checksum of then.
+  /// Cuts the file back to `size`, a place where append() once ended; `crc`: the checksum at that time.
   hal::Status cut(std::uint64_t size, std::uint32_t crc) noexcept;
 
  private:

@@ -7,7 +7,7 @@
 namespace sinew::record {
 namespace {
 
-/// The file's last bytes. False: that is not how an MCAP file ends.
+/// The file's last bytes. False: an MCAP file does not end like this.
 bool read_footer(hal::InputFile& file, const ReadLimits& limits, Footer& footer, FileProblem& why) {
   why = {ProblemKind::truncated, file.size(), "no footer and magic at the end of the file"};
   if (file.size() < kMagic.size() + kFileTail) return false;

@@ -5,12 +5,12 @@
 
 namespace sinew::record {
 
-/// The footer of a file and the summary before it, as they stand there.
+/// The footer of a file and the summary before it, as written in the file.
 struct FileEnding {
   Footer footer;
   Summary summary;
-  std::vector<SummaryOffset> offsets;  // as the file says
-  std::vector<SummaryOffset> groups;   // as they are
+  std::vector<SummaryOffset> offsets;  // as the file claims
+  std::vector<SummaryOffset> groups;   // as they really are
 };
 
 enum class SummaryState : std::uint8_t {

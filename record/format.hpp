@@ -13,7 +13,7 @@ namespace sinew::record {
 inline constexpr std::array<std::byte, 8> kMagic = {std::byte{0x89}, std::byte{'M'}, std::byte{'C'},  std::byte{'A'},
                                                     std::byte{'P'},  std::byte{'0'}, std::byte{'\r'}, std::byte{'\n'}};
 
-/// What a record is; any other number is skipped.
+/// The kind of a record; records of other kinds are skipped.
 enum class Op : std::uint8_t {
   header = 0x01,
   footer = 0x02,
@@ -55,7 +55,7 @@ struct Channel {
   Texts metadata;
   friend bool operator==(const Channel&, const Channel&) = default;
 };
-/// What a message carries besides its data. Units: nanoseconds since an origin of the file's own.
+/// A message's fields besides its data. Units: nanoseconds since an origin of the file's own.
 struct Stamps {
   std::uint32_t sequence = 0;
   std::uint64_t log_time = 0, publish_time = 0;
@@ -121,9 +121,9 @@ void encode(Buffer& to, const Metadata& record);
 void encode(Buffer& to, const MetadataIndex& record);
 void encode(Buffer& to, const Statistics& record);
 void encode(Buffer& to, const SummaryOffset& record);
-/// Up to where the records themselves begin.
+/// Up to the beginning of the records inside.
 void encode_head(Buffer& to, const ChunkHead& record);
-/// Up to where the data begin; the crc that ends the record is still to be appended.
+/// Up to the beginning of the data; the caller appends the crc that ends the record.
 void encode_head(Buffer& to, const Attachment& record, std::uint64_t data_size);
 inline void encode_message_head(std::byte* to, std::uint16_t channel, const Stamps& stamps, std::uint64_t data_size) {
   to[0] = static_cast<std::byte>(Op::message);
@@ -134,8 +134,8 @@ inline void encode_message_head(std::byte* to, std::uint16_t channel, const Stam
   Buffer::put(to + 23, stamps.publish_time);
 }
 
-// From the content behind a record's head. False: it is shorter than its fields say. What is behind the last known
-// field is ignored, as the format wants it.
+// From the content behind a record's head. False: it is shorter than its fields say. Bytes behind the last known field
+// are ignored, as the format wants it.
 bool decode(std::span<const std::byte> content, Header& record);
 bool decode(std::span<const std::byte> content, Footer& record);
 bool decode(std::span<const std::byte> content, Schema& record);
@@ -146,7 +146,7 @@ bool decode(std::span<const std::byte> content, Metadata& record);
 bool decode(std::span<const std::byte> content, MetadataIndex& record);
 bool decode(std::span<const std::byte> content, Statistics& record);
 bool decode(std::span<const std::byte> content, SummaryOffset& record);
-/// `records`: what it holds, as in the file.
+/// `records`: the chunk's records, compressed as in the file.
 bool decode(std::span<const std::byte> content, ChunkHead& record, std::span<const std::byte>& records);
 bool decode(std::span<const std::byte> content, Attachment& record, std::uint32_t& crc, std::uint32_t& crc_computed);
 

@@ -35,7 +35,7 @@ struct MessageReader::State {
   }
 
   bool by_time() const { return query.order == Order::log_time; }
-  /// Whether b goes out before a: the heap's order.
+  /// True if b goes out before a: the heap's order.
   bool later(const Open& a, const Open& b) const {
     if (by_time() && a.top().log_time != b.top().log_time) return a.top().log_time > b.top().log_time;
     return a.block > b.block;
@@ -62,14 +62,14 @@ struct MessageReader::State {
                        [&](auto a, auto b) { return blocks[a].start_time < blocks[b].start_time; });
   }
 
-  /// Whether the next planned block may hold a message that goes out before the one on top.
+  /// True if the next planned block may hold a message that goes out before the one on top.
   bool must_open() const {
     if (planned == plan.size()) return false;
     if (heap.empty()) return true;
     return by_time() && reader.blocks_[plan[planned]].start_time <= heap.front()->top().log_time;
   }
 
-  /// False: there is a problem to tell.
+  /// False: there is a problem to report.
   bool open_next() {
     const std::size_t index = plan[planned++];
     const Block& block = reader.blocks_[index];
@@ -101,7 +101,7 @@ struct MessageReader::State {
     return known;
   }
 
-  /// The messages that the query asks for. False: some are of a channel that nobody knows.
+  /// Chooses the messages that the query asks for. False: some belong to an unknown channel.
   bool choose(Open& open, const Block& block) {
     std::uint64_t unknown = 0;
     for (const auto& entry : open.contents.entries()) {

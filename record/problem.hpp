@@ -11,14 +11,14 @@ enum class ProblemKind : std::uint8_t {
   bad_record,       // its fields do not fit into it, or contradict each other
   bad_checksum,     // the bytes are not those that were written
   bad_compression,  // unknown, or the frame is damaged
-  unknown_channel,  // a message or a channel refers to what was not defined before
-  bad_index,        // the summary or an index says something else than the data
+  unknown_channel,  // a message or a channel refers to something that was not defined before
+  bad_index,        // the summary or an index contradicts the data
   too_large,        // beyond the reader's limits
-  io,               // the system said no
+  io,               // the system refused
 };
 const char* to_string(ProblemKind kind);
 
-/// What is wrong, where, and what would be right.
+/// A problem: its kind, its place, and what would be right.
 struct FileProblem {
   ProblemKind kind = ProblemKind::io;
   std::uint64_t offset = 0;  // in the file

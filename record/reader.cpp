@@ -15,8 +15,8 @@ bool starts_with_magic(hal::InputFile& file) {
   return file.size() >= magic.size() && file.read_at(0, magic) && magic == kMagic;
 }
 
-/// Sorts records by their place. False: not all lie in the data, each in bytes of its own; else a small file could ask
-/// for the same large record again and again.
+/// Sorts records by their place. False: some lie outside of the data or overlap. Overlaps are refused because a small
+/// file could ask for the same large record again and again.
 template <class Index>
 bool apart(std::vector<Index>& records, std::uint64_t data_end) {
   std::sort(records.begin(), records.end(), [](const Index& a, const Index& b) { return a.offset < b.offset; });
@@ -47,7 +47,7 @@ std::unique_ptr<Reader> Reader::open(std::unique_ptr<hal::InputFile> file, FileP
   if (!good_start) {
     why = {ProblemKind::not_mcap, 0, "it does not begin with \\x89MCAP0\\r\\n"};
     if (!reader->by_summary_ || ending.footer.summary_crc == 0) return nullptr;
-    reader->problems_.push_back(why);  // a damaged first byte: the end of the file is proof enough
+    reader->problems_.push_back(why);  // a damaged first byte: the end of the file proves enough
   }
   if (reader->by_summary_)
     reader->read_header();

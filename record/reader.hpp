@@ -16,8 +16,8 @@ struct Message {
 };
 
 enum class Order : std::uint8_t {
-  log_time,  // and where times are equal, as they stand in the file
-  file,      // as they stand in the file
+  log_time,  // at equal times in the order of the file
+  file,      // in the order of the file
 };
 
 struct Query {
@@ -28,21 +28,21 @@ struct Query {
 
 class MessageReader;
 
-/// Reads an MCAP file of anybody: by its summary where that is whole, else by looking at everything in it. Every
-/// checksum that the file has is checked before a byte of what it covers is handed out; only the header and the
-/// metadata have none of their own (check.hpp looks at the one over the whole file).
+/// Reads any MCAP file: by its summary if that is whole, otherwise by scanning the whole file. Every checksum in the
+/// file is checked before a byte under it is handed out; only the header and the metadata have no checksum of their own
+/// (check.hpp checks the one over the whole file).
 ///
 /// Thread:  owner.
-/// Errors:  as FileProblem: what, where in the file, what would be right.
+/// Errors:  as FileProblem: kind, place in the file, what would be right.
 class Reader {
  public:
-  /// Null when it is no MCAP file at all; whatever else is wrong is among the problems of the file.
+  /// Null when it is no MCAP file at all; other errors are among the problems of the file.
   static std::unique_ptr<Reader> open(std::unique_ptr<hal::InputFile> file, FileProblem& why,
                                       const ReadLimits& limits = {});
   ~Reader();
 
-  bool by_summary() const { return by_summary_; }  // false: everything was looked at
-  /// What was found on opening; empty for a whole file. next() reports again the chunks that cannot be read.
+  bool by_summary() const { return by_summary_; }  // false: the whole file was scanned
+  /// The problems found on opening; empty for a whole file. next() reports again the chunks that cannot be read.
   const std::vector<FileProblem>& problems() const { return problems_; }
   const Header& header() const { return header_; }
   const std::map<std::uint16_t, Schema>& schemas() const { return summary_.schemas; }
@@ -50,7 +50,7 @@ class Reader {
   const std::vector<ChunkIndex>& chunks() const { return summary_.chunks; }
   const std::vector<AttachmentIndex>& attachments() const { return summary_.attachments; }
   const std::vector<MetadataIndex>& metadata() const { return summary_.metadata; }
-  /// Of the file's own or, where it was looked at, of what is readable.
+  /// The file's own statistics or, after a scan, those of the readable part.
   const std::optional<Statistics>& statistics() const { return summary_.statistics; }
 
   bool read(const AttachmentIndex& index, Attachment& attachment, FileProblem& why);
@@ -76,12 +76,12 @@ class Reader {
 
 enum class Next : std::uint8_t {
   message,
-  problem,  // something is missing here; reading goes on behind it
+  problem,  // messages are missing here; reading goes on behind them
   end,
 };
 
-/// Goes through the messages that a query asks for. Chunks without any are not read; in the order of log time those
-/// that overlap are in memory together.
+/// Goes through the messages that a query asks for. Chunks without such messages are not read; in the order of log
+/// time, chunks that overlap are in memory together.
 /// Owner:   the Reader must outlive it.
 class MessageReader {
  public:
@@ -90,7 +90,7 @@ class MessageReader {
   MessageReader(MessageReader&&) noexcept;
   Next next(Message& message);
   const FileProblem& problem() const;  // after Next::problem
-  /// Goes on with the first message from this log time on; backwards, too.
+  /// Goes on with the first message at or after this log time; also backwards.
   void seek(std::uint64_t log_time);
 
  private:

@@ -40,7 +40,7 @@ std::string_view trimmed(std::string_view s) {
   return s.substr(begin, s.find_last_not_of(kSpace) - begin + 1);
 }
 
-/// package/Name of package/msg/Name.
+/// "package/Name" from "package/msg/Name".
 std::string short_name(std::string_view name) {
   const auto at = name.find("/msg/");
   return at == std::string_view::npos ? std::string(name)
@@ -52,7 +52,7 @@ struct Line {
   bool constant = false;
 };
 
-/// "float64[3] x 0 0 0" as its type and name; an empty type: nothing stands in it.
+/// "float64[3] x 0 0 0" as its type and name; an empty type: the line is empty.
 Line taken_apart(std::string_view line) {
   Line out;
   line = trimmed(line.substr(0, line.find('#')));
@@ -66,7 +66,7 @@ Line taken_apart(std::string_view line) {
   return out;
 }
 
-/// The type without what says how many; false: that is not understood.
+/// Takes the array and bound suffixes off the type; false: they are not understood.
 bool take_shape(std::string_view& type, Ros2Field& field) {
   if (type.ends_with(']')) {
     const auto open = type.rfind('[');
@@ -81,7 +81,7 @@ bool take_shape(std::string_view& type, Ros2Field& field) {
       if (read.ec != std::errc() || read.ptr != inside.data() + inside.size()) return false;
     }
   }
-  type = type.substr(0, type.find("<="));  // of a string
+  type = type.substr(0, type.find("<="));  // bound of a string
   return !type.empty();
 }
 
@@ -154,7 +154,7 @@ class Parser {
     return true;
   }
 
-  /// Whether this type is of finite depth.
+  /// True if this type is of finite depth.
   bool ends(std::uint32_t type, std::size_t depth) {
     if (depth > kMaxDepth) {
       fail(types_[type].name + " contains itself, or too many others inside others");

@@ -27,8 +27,8 @@ class Ros2Schema {
     std::string name;
     std::vector<Ros2Field> fields;
   };
-  /// Nothing, with `why`, for what is no definition, or has a type that it does not define. Constants and defaults
-  /// are skipped.
+  /// Nothing, with `why`, for text that is no definition, or uses a type that it does not define. Constants and
+  /// defaults are skipped.
   static std::optional<Ros2Schema> parse(std::string_view name, std::string_view text, std::string& why);
 
   const Type& root() const { return types_.front(); }

@@ -127,7 +127,7 @@ class Scanner {
     scan_.whole = true, scan_.data_end = place.offset;
     if (content_of(place)) scan_.data_crc = Cursor(content_).number<std::uint32_t>();
   }
-  /// A DataEnd must come before it; the examples of the specification leave it out all the same.
+  /// A DataEnd must come before it, although the examples of the specification leave it out.
   void take_footer(const RecordWalk::Place& place) {
     if (place.length != kFooterBytes || place.offset + kFileTail != file_.size())
       return report(ProblemKind::bad_record, place.offset, "a footer stands before the end of the file");
@@ -138,7 +138,7 @@ class Scanner {
     Block block{.offset = place.offset, .length = place.length, .channels = {}};
     chunked_ = true;
     if (!take_block(block)) {
-      block.start_time = 0, block.end_time = ~std::uint64_t{0};  // who reads any time must learn of it
+      block.start_time = 0, block.end_time = ~std::uint64_t{0};  // readers of any time must see it
       scan_.blocks.push_back(std::move(block));
       return;
     }
@@ -159,7 +159,7 @@ class Scanner {
     indexed_ = true;
   }
 
-  /// Loads a block and counts what is in it. False: it cannot be used.
+  /// Loads a block and counts its content. False: it cannot be used.
   bool take_block(Block& block) {
     FileProblem problem;
     if (!chunk_.load(file_, block, limits_, decompressor_, problem) ||
@@ -188,7 +188,7 @@ class Scanner {
   }
 
   void take_message_index(const RecordWalk::Place& place) {
-    if (!indexed_) return;  // its chunk is not readable, or there is none
+    if (!indexed_) return;  // its chunk is not readable, or there is no chunk
     if (!content_of(place)) return;
     ChunkIndex& chunk = scan_.summary.chunks.back();
     Cursor cursor(content_);

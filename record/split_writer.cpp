@@ -17,7 +17,7 @@ hal::Result<SplitWriter> SplitWriter::open(OpenPart open_part, BeginPart begin_p
 
 bool SplitWriter::due(std::uint64_t log_time) const {
   if (!writer_->is_open()) return true;  // the next file could not even be begun
-  // Not a file for each message when what they begin with is larger than the bound.
+  // Otherwise each message would get a file when the files' beginnings are larger than the bound.
   const std::uint64_t most = std::max(options_.file_bytes, 2 * begin_bytes_);
   if (options_.file_bytes != 0 && writer_->bytes_planned() >= most) return true;
   auto first = writer_->first_time();
@@ -26,7 +26,7 @@ bool SplitWriter::due(std::uint64_t log_time) const {
   return duration != 0 && first && log_time > *first && log_time - *first >= duration;
 }
 
-/// Another file where one is due, and the beginning of the present one where that is missing.
+/// Makes another file when one is due, and completes the beginning of the present file if it is missing.
 hal::Status SplitWriter::make_part(std::uint64_t log_time) {
   constexpr auto kWait = static_cast<std::uint64_t>(std::chrono::nanoseconds(Writer::kRetryAfter).count());
   const bool wanted = !begun_ || due(log_time);
@@ -39,7 +39,7 @@ hal::Status SplitWriter::make_part(std::uint64_t log_time) {
 }
 
 hal::Status SplitWriter::split() {
-  if (auto room = writer_->room(); !room) return room;  // finishing this file would eat from the free floor
+  if (auto room = writer_->room(); !room) return room;  // finishing this file would use the free floor
   auto file = open_part_(part_ + 1);
   if (!file) return file.error();
   if (auto done = writer_->continue_in(std::move(*file)); !done) return done;
@@ -64,7 +64,7 @@ hal::Status SplitWriter::write_parts(std::uint16_t channel, const Stamps& stamps
 
 hal::Status SplitWriter::finish() {
   if (finished_) return hal::Error{hal::Errc::closed, "record: the recording is finished"};
-  if (writer_->is_open()) {  // else the last file is whole, and the next one never was
+  if (writer_->is_open()) {  // otherwise the last file is whole, and the next was never begun
     if (!begun_)
       if (auto done = begin(); !done) return done;
     if (auto done = writer_->finish(); !done) return done;

@@ -11,34 +11,34 @@ struct SplitOptions {
   std::chrono::nanoseconds file_duration{};  // of log time; 0: no bound
 };
 
-/// One recording in as many files as its bounds ask for, each whole by itself: same channels, same attachments, and
-/// sequences and times that go on.
+/// One recording in as many files as its bounds need, each complete: same channels, same attachments; sequences and
+/// times continue.
 ///
 /// Thread:  owner, an ordinary one.
-/// Errors:  those of Writer. When the next file cannot be made, the present one goes on beyond its bounds. When it can
-///          be made but not begun, the present one is whole already, and messages are refused with the reason. Either
-///          is tried again Writer::kRetryAfter of log time later.
+/// Errors:  those of Writer. When the next file cannot be made, the present one goes on beyond its bounds. When the
+///          next file can be made but not begun, the present one is whole already, and messages are refused with the
+///          reason. Either is tried again Writer::kRetryAfter of log time later.
 class SplitWriter {
  public:
-  /// Makes file `part`, counted from 0; after a failure the same one again, over an empty one that was left. Errors:
-  /// any.
+  /// Makes file `part`, counted from 0; after a failure the same one again, over an empty file that may be left.
+  /// Errors: any.
   using OpenPart = std::function<hal::Result<std::unique_ptr<hal::OutputFile>>(unsigned part)>;
-  /// Writes what every file shall begin with: metadata and attachments, no messages; after a failure again, all of it.
-  /// The channels are there by themselves.
+  /// Writes the beginning of every file: metadata and attachments, no messages; after a failure all of it again. The
+  /// channels need no call.
   using BeginPart = std::function<hal::Status(Writer& writer, unsigned part)>;
 
   static hal::Result<SplitWriter> open(OpenPart open_part, BeginPart begin_part, const SplitOptions& options);
 
   /// For channels, attachments and times without messages.
   Writer& writer() { return *writer_; }
-  unsigned part() const { return part_; }  // the last one that has a beginning, or lacks only what BeginPart writes
+  unsigned part() const { return part_; }  // the last file with a beginning, or lacking only that of BeginPart
   std::uint64_t failed_splits() const { return failed_splits_; }
 
   hal::Status write(std::uint16_t channel, const Stamps& stamps, std::span<const std::byte> data) {
     return write_parts(channel, stamps, {&data, 1});
   }
   hal::Status write_parts(std::uint16_t channel, const Stamps& stamps, hal::Parts parts);
-  /// Completes the last file. On an error it may be tried again. An empty file behind it may be left of a failure.
+  /// Completes the last file. On an error it may be tried again. After a failure an empty file may be left behind it.
   hal::Status finish();
 
   /// Messages before this log time do not count for the duration of a file.
@@ -63,7 +63,7 @@ class SplitWriter {
   std::uint64_t counts_from_ = 0;
   std::uint64_t attempted_at_ = 0;  // log time
   std::uint64_t begin_bytes_ = 0;   // what the present file begins with
-  bool begun_ = false;              // it is there
+  bool begun_ = false;              // the beginning is written
   bool finished_ = false;
 };
 

@@ -5,7 +5,7 @@
 namespace sinew::record {
 namespace {
 
-/// Appends the records of one kind and notes where they are.
+/// Appends the records of one kind and notes their places.
 template <class Records, class Encode>
 void group(Buffer& to, Op op, std::uint64_t at, const Records& records, std::vector<SummaryOffset>& offsets,
            const Encode& put) {

@@ -6,7 +6,7 @@
 
 namespace sinew::record {
 
-/// What the end of a file tells about the rest.
+/// The summary at the end of a file.
 struct Summary {
   std::map<std::uint16_t, Schema> schemas;
   std::map<std::uint16_t, Channel> channels;

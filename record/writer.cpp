@@ -12,8 +12,7 @@ using hal::Errc;
 using hal::Error;
 using hal::Status;
 
-/// From here on the data of a message that is not compressed are not copied: the copy costs more than a chunk of its
-/// own.
+/// Uncompressed message data from this size on are not copied: the copy costs more than a separate chunk.
 constexpr std::size_t kDirectBytes = 64 << 10;
 
 constexpr std::size_t kMaxIds = 65535;
@@ -149,7 +148,7 @@ Status Writer::continue_in(std::unique_ptr<hal::OutputFile> file) {
   s.totals = {}, s.summary_bytes = 0;
   s.refused.reset();
   auto done = s.begin();
-  s.finished = !done;  // nothing may be written to a file without its beginning
+  s.finished = !done;  // a file without its beginning takes nothing
   return done;
 }
 

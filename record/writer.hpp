@@ -18,7 +18,7 @@ struct WriterOptions {
   std::string library = "sinew";
   Compression compression = Compression::lz4;
   int zstd_level = 1;
-  std::size_t chunk_bytes = 1 << 20;  // of messages, before compression; a longer message has a chunk of its own
+  std::size_t chunk_bytes = 1 << 20;  // of messages, before compression; a longer message gets its own chunk
   std::chrono::nanoseconds chunk_duration = std::chrono::seconds(1);  // of log time
   std::uint64_t free_floor_bytes = 0;  // what write(), tick(), flush() and attach() leave of the disk
 };
@@ -26,28 +26,29 @@ struct WriterOptions {
 /// How the messages of a channel are kept.
 enum class Packing : std::uint8_t {
   packed,  // as the options say
-  plain,   // never compressed: images, which gain nothing; a large one is written from where it lies
+  plain,   // never compressed: images, which gain nothing; a large one is written without a copy
 };
 
 /// What happened so far. Messages count when their chunk is in the file.
 struct WriterCounters {
   std::uint64_t messages = 0, chunks = 0, file_bytes = 0;
-  std::uint64_t failed_writes = 0;  // disk full or broken; what did not fit was taken out of the file again
+  std::uint64_t failed_writes = 0;  // disk full or broken; the part that was written was removed again
   std::uint64_t failed_syncs = 0;   // written, but a loss of power may take it
 };
 
-/// Writes an MCAP file: chunks with checksums and indexes, attachments, metadata, a full summary. Whatever ends the
-/// process, everything up to the last whole chunk is in the file; a loss of power takes at most chunk_duration.
+/// Writes an MCAP file: chunks with checksums and indexes, attachments, metadata, a full summary. However the process
+/// ends, everything up to the last whole chunk is in the file; a loss of power takes at most chunk_duration.
 ///
-/// write() copies the message and returns. When the chunk in memory is full or old, it first compresses and writes
-/// that; only then can it wait for the disk. Memory is taken per channel and, while chunks grow to their usual size,
-/// per chunk; never per message.
+/// write() copies the message and returns. When the chunk in memory is full or old, write() first compresses and writes
+/// that chunk; only then can it wait for the disk. Memory is taken per channel and, while chunks grow to their usual
+/// size, per chunk; never per message.
 ///
 /// Thread:  owner, an ordinary one.
-/// Errors:  io when the file says so, with errno in detail (28, ENOSPC: full, or down to the free floor). The message
-///          is not taken then, and the file ends with its last whole chunk. The chunk in memory is kept; write() and
-///          tick() try it again kRetryAfter of log time later and answer with the same error until then. closed after
-///          finish(), or when the file could not be repaired. bad_argument for what no file can hold.
+/// Errors:  io when the file reports it, with errno in detail (28, ENOSPC: full, or down to the free floor). The
+///          message is not taken then, and the file ends with its last whole chunk. The chunk in memory is kept;
+///          write() and tick() try it again kRetryAfter of log time later and answer with the same error until then.
+///          closed after finish(), or when the file could not be repaired. bad_argument for content that no file can
+///          hold.
 class Writer {
  public:
   /// Writes the beginning of the file. Errors: bad_argument (an option), out_of_memory, io.
@@ -70,34 +71,34 @@ class Writer {
   static constexpr std::chrono::milliseconds kRetryAfter{100};
   hal::Status write_parts(std::uint16_t channel, const Stamps& stamps, hal::Parts parts);
 
-  /// Closes the chunks before it, so that the order of the file is that of the calls; synced with the next chunk.
+  /// First closes the open chunks, so that the file keeps the order of the calls; synced with the next chunk.
   hal::Status attach(const Attachment& attachment);
-  /// As attach(), and into the free floor, too: what was lost must find room.
+  /// As attach(), but may also use the free floor: reports of losses must find room.
   hal::Status add_metadata(const Metadata& metadata);
 
-  /// Writes chunks that are older than chunk_duration at `log_time`; for times without messages.
+  /// Writes chunks that are older than chunk_duration at `log_time`; call it in times without messages.
   hal::Status tick(std::uint64_t log_time);
   /// Writes what is in memory and syncs.
   hal::Status flush();
-  /// Completes the file, into the free floor if need be. On an error it may be tried again.
+  /// Completes the file; may use the free floor. On an error it may be tried again.
   hal::Status finish();
-  /// Completes the file and goes on in another one with the same channels. On an error of the first kind nothing has
-  /// happened, and `file` is closed; else the writer is in the new file.
+  /// Completes the file and goes on in another one with the same channels. On an error in completing, nothing has
+  /// happened, and `file` is closed; on a later error the writer is in the new file.
   hal::Status continue_in(std::unique_ptr<hal::OutputFile> file);
-  /// Runs what a new file shall begin with: attachments and metadata, no messages. On its error nothing of them is in
-  /// the file.
+  /// Runs `beginning`, which writes the new file's attachments and metadata, no messages. On its error none of them is
+  /// in the file.
   hal::Status begin_with(const std::function<hal::Status(Writer&)>& beginning);
 
   bool is_open() const;  // not finished
-  /// Whether what is in memory fits above the free floor. Errors: io.
+  /// Checks that the content of the memory fits above the free floor. Errors: io.
   hal::Status room() const;
   const WriterCounters& counters() const;
   /// Least and greatest log time of this file, messages in memory included; nothing before there is one.
   std::optional<std::uint64_t> first_time() const;
   std::optional<std::uint64_t> last_time() const;
-  /// About the size that finish() would give now, were nothing compressed further.
+  /// About the size after finish() now, without further compression.
   std::uint64_t bytes_planned() const;
-  /// The same, if what is in memory does not get smaller.
+  /// The same, if the content of the memory does not get smaller.
   std::uint64_t bytes_at_most() const;
 
  private:

@@ -28,7 +28,7 @@ void Writer::State::define_all(ChunkBuilder& builder) {
     ChannelState& channel = channels[id - 1u];
     if (channel.defined || &builder_of(channel) != &builder) continue;
     const Channel& record = summary.channels.at(id);
-    // A schema may stand twice, once for each builder: nobody knows which of their chunks comes first.
+    // A schema may be written twice, once for each builder: the order of their chunks is not known yet.
     if (record.schema != 0 && schemas.insert(record.schema).second) builder.define(summary.schemas.at(record.schema));
     builder.define(record);
     channel.defined = true;

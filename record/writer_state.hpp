@@ -6,7 +6,7 @@
 
 namespace sinew::record {
 
-/// The inside of a Writer: the file, the two chunks in memory, and what the summary will say.
+/// The inside of a Writer: the file, the two chunks in memory, and the content of the summary.
 /// Thread:  owner.
 struct Writer::State {
   using Status = hal::Status;
@@ -47,12 +47,12 @@ struct Writer::State {
     return builder.has_messages() && now > builder.first_time() && now - builder.first_time() >= duration();
   }
 
-  /// Whether the disk has just said no: who asks for every message spends the time of all of them.
+  /// True if the disk has just refused: a try for every message would delay all of them.
   bool refused_lately(std::uint64_t now) const {
     return refused && now >= refused_at &&
            now - refused_at < std::uint64_t{std::chrono::nanoseconds(kRetryAfter).count()};
   }
-  /// Keeps what became of a chunk at this time, for refused_lately().
+  /// Stores the result of a chunk at this time, for refused_lately().
   Status outcome(Status done, std::uint64_t now) {
     refused.reset();
     if (!done) refused = done.error(), refused_at = now;
@@ -60,23 +60,23 @@ struct Writer::State {
   }
 
   Status begin();
-  /// The chunk of a builder, its message indexes, and what they add to the summary.
+  /// Writes a builder's chunk and its message indexes, and adds them to the summary.
   Status put(ChunkBuilder& builder, hal::Parts tail, std::size_t tail_size, bool to_disk);
   void note_chunk(ChunkBuilder& builder, const ChunkBuilder::Sealed& chunk, std::uint64_t at);
-  /// A chunk with the messages so far and this one, whose data are not copied.
+  /// Writes a chunk with the messages so far and this one, whose data are not copied.
   Status put_direct(ChunkBuilder& builder, std::uint16_t id, const Stamps& stamps, hal::Parts parts, std::size_t size);
-  /// What a chunk of so many bytes of messages can be in the file, with its indexes: those have 16 bytes for each
-  /// message of 31 and more; nothing else grows.
+  /// The largest size of a chunk of so many bytes of messages in the file, with its indexes: those have 16 bytes for
+  /// each message of 31 and more; nothing else grows.
   static std::uint64_t most_of(std::uint64_t bytes) { return bytes + bytes / 2 + 4096; }
-  /// Whether a chunk of so many bytes of messages leaves the free floor.
+  /// Checks that a chunk of so many bytes of messages leaves the free floor.
   Status room_for(std::uint64_t bytes);
   Status put_above_floor(ChunkBuilder& builder) {
     auto room = room_for(builder.size());
     return room ? put(builder, {}, 0, true) : room;
   }
-  /// All channels of the builder, so that a file that is cut off later still names those that have been silent.
+  /// Writes all channels of the builder, so that a cut-off file still names the silent ones.
   void define_all(ChunkBuilder& builder);
-  /// What the summary has, the data must have too.
+  /// The data must define every schema of the summary.
   void define_unused_schemas();
   void sync();
   Status close_chunks();

@@ -1,5 +1,5 @@
 #pragma once
-// The robots of this house: each is one folder here, which brings its modules, its robot files and its world.
+// Sinew's robots: each is one folder here with its modules, its robot files and its world.
 #include <span>
 #include <string_view>
 #include <vector>
@@ -9,11 +9,11 @@
 
 namespace sinew::robots {
 
-/// What a folder of robots/ brings to programs that run it. `robots/NAME/robot.cpp` defines `RobotKind
+/// The parts of a folder of robots/ for programs that run it. `robots/NAME/robot.cpp` defines `RobotKind
 /// describe_NAME()`.
 struct RobotKind {
   void (*add_modules)(rt::ModuleTypes&) = nullptr;  // its own module types; null: none
-  plant::WorldInfo world{};                         // what there is on board in its world; without a name: it has none
+  plant::WorldInfo world{};                         // the devices in its world; without a name: no world
 };
 
 /// Of every folder, in the order of their names. The list is made by CMake (robots/CMakeLists.txt).

@@ -34,7 +34,7 @@ void Arming::disarm() noexcept {
   forget();
 }
 
-/// In flight: what holds is latched, and asks for the worst of what is configured.
+/// In flight: latches the conditions that hold, and takes the most severe of their configured actions.
 void Arming::act(const Facts& facts) noexcept {
   for (std::size_t i = 0; i < failsafes_.size(); ++i) {
     const std::uint32_t bit = 1u << i;

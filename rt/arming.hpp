@@ -7,15 +7,14 @@
 
 namespace sinew::rt {
 
-/// Permission to arm, and what the failsafe conditions did to it. No ports, no devices: the guardian tells it the facts
-/// of each step and obeys.
+/// Permission to arm, and what the failsafe conditions did to it. No ports, no devices: the guardian passes it the
+/// facts of each step and obeys.
 ///
-/// Permission is given by arm() when everything is ready, with `automatic` arming by itself. It ends with disarm(),
-/// with the controllers' own disarming after a flight, with a stop, and when a condition comes to hold while nothing is
-/// commanded to be live. A condition that comes to hold in flight acts and is latched: that it vanishes again changes
-/// nothing. `land` leaves the permission, so that there is something to land with; `stop` ends it. disarm() forgets
-/// what is latched; with automatic arming the controllers' own disarming does, too, and disarm() means "not before
-/// arm()".
+/// arm() gives permission when everything is ready; with `automatic`, readiness alone does. Permission ends with
+/// disarm(), with the controllers' own disarming after a flight, with a stop, and when a condition begins to hold while
+/// no command is armed. A condition that begins to hold in flight acts and is latched, also when it ends again.
+/// `land` keeps the permission, so that a controller can land; `stop` ends it. disarm() clears what is latched; with
+/// automatic arming the controllers' own disarming clears it too, and disarm() then means "not before arm()".
 /// Ready:   no condition holds, nothing is latched, every group has a fresh and valid command and a device that obeys,
 ///          and none is commanded to move (automatic arming asks for this only after a stop and after disarm()).
 /// Thread:  executor.   RT: yes.
@@ -23,7 +22,7 @@ class Arming {
  public:
   struct Facts {
     Time now;
-    std::uint32_t conditions = 0;  // that hold, bits
+    std::uint32_t conditions = 0;  // conditions that hold, one bit each
     bool groups_good = false;      // fresh and valid commands, devices that obey
     bool commanded = false;        // some group's newest command is armed
     bool idle = false;             // no group is commanded to move
@@ -32,14 +31,14 @@ class Arming {
 
   void declare_state(Declaration& d);
   void reset();
-  /// Between two steps, as of the last one. False: not ready, nothing has changed.
+  /// Call between two steps: judges the facts of the last one. False: not ready, nothing has changed.
   bool arm() noexcept;
   void disarm() noexcept;
   void step(const Facts& facts) noexcept;
 
   bool permitted() const { return is_.permitted; }
   bool ready() const { return is_.ready; }
-  /// Idle commands are asked for.
+  /// True when arming also requires that no group is commanded to move.
   bool wants_idle() const { return mode_ == GuardianSpec::Arming::manual || is_.held || is_.latched != 0; }
   msg::FailsafeAction action() const { return is_.action; }
   std::uint32_t latched() const { return is_.latched; }
@@ -65,7 +64,7 @@ class Arming {
   const GuardianSpec::Arming mode_;
   const std::vector<FailsafeSpec> failsafes_;
   State is_;
-  std::vector<Time> latched_at_;  // of those that are latched
+  std::vector<Time> latched_at_;  // valid for latched conditions
 };
 
 }  // namespace sinew::rt

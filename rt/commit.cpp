@@ -9,7 +9,7 @@
 namespace sinew::rt {
 namespace {
 
-/// Where the header's stamp comes from, counted from the header: the message's `stamp`, or a place that is always 0.
+/// Offset from the header to the value of its stamp: the message's `stamp`, or a place that is always 0.
 std::uint32_t stamp_offset(const msg::TypeInfo& type) {
   for (const msg::FieldInfo& f : type.fields)
     if (f.name == "stamp" && f.kind == msg::Kind::i64 && !f.is_array)
@@ -17,7 +17,7 @@ std::uint32_t stamp_offset(const msg::TypeInfo& type) {
   return offsetof(SlotHeader, reserved);
 }
 
-/// In pieces of 16 bytes, which gcc 12 does not choose by itself.
+/// Copies in pieces of 16 bytes; gcc 12 does not do so without this.
 inline void copy_origins(std::int64_t* to, const std::int64_t* from) {
   typedef long long Two __attribute__((vector_size(16)));
 #pragma GCC unroll 4
@@ -164,7 +164,7 @@ Commit::Commit(Segment& segment, WriterId writer)
     out.source_chains = topic.plan.source_chains;
     out.most_held = topic.sum.held;
     out.hand = std::make_unique<SlotHeader*[]>(out.burst);
-    // Nothing more is owned while one is here: loans, spares and what is held are never more than burst and most_held.
+    // No further slot is owned while a spare is left: loans, spares and held slots never exceed burst + most_held.
     out.spare = std::make_unique<SlotHeader*[]>(out.burst + out.most_held);
     out.is_held = std::make_unique<bool[]>(entry.slot_count);
     out.newest = &topic.newest;
@@ -182,7 +182,7 @@ void Commit::bind(OutputBase& port, std::uint32_t output) {
   port.bulk_bytes_ = outputs_[output].bulk_bytes;
 }
 
-/// A slot in hand, its message as it was left; null when the burst is used up. The straight path makes no call.
+/// A slot to fill, with its old content; null when the burst is used up. The common path makes no call.
 inline SlotHeader* CommitOutput::claim() noexcept {
   if ((loans | spares) != 0 || writer.shared) return claim_any();
   return take_in_hand(reinterpret_cast<SlotHeader*>(slots + writer.own_in_turn() * stride));
@@ -260,8 +260,8 @@ void CommitOutput::publish_all(std::uint32_t number, const CommitInfo& info) noe
   loans = 0;
 }
 
-/// What most commits are, in a straight line without a call: one message on the only output, seen in this thread only.
-/// False, with nothing done, where it is more.
+/// The most common commit, without a call: one message on the only output, read in this thread only. False, with
+/// nothing done, for any other commit.
 inline bool CommitOutput::publish_one(std::uint32_t number, const CommitInfo& info) noexcept {
   if (loans != 1 || writer.shared) return false;
   SlotHeader* const header = hand[0];

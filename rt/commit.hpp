@@ -19,7 +19,7 @@ struct CommitInfo {
 /// The writer's side of one module: loans its output slots and makes them visible together.
 /// Thread:  owner for construction and bind(), then executor.
 /// RT:      yes, after construction: no allocation, lock, copy or system call; never waits for a reader.
-/// Errors:  running out of slots aborts: SegmentPlan counted wrongly, or somebody pins more than was planned.
+/// Errors:  running out of slots aborts: SegmentPlan counted wrongly, or a reader pins more than was planned.
 class Commit {
  public:
   Commit(Segment& segment, WriterId writer);

@@ -22,7 +22,7 @@ struct InOptions {
   Duration max_age{INT64_MAX};  // for fresh()
   bool optional = false;        // may stay unbound
   bool previous = false;        // comes from a later module of the same thread: the message of the previous cycle
-  bool supervises = false;      // decides whether, not what: no chain's origin goes on through it
+  bool supervises = false;      // decides whether to act, not how: no chain's origin goes on through it
 };
 
 struct QueueOptions {
@@ -34,7 +34,7 @@ struct QueueOptions {
 
 struct OutOptions {
   std::uint32_t burst = 1;     // loans in one step
-  std::uint32_t channels = 0;  // of an ActuatorCommand: it always has so many; 0: as its parameters or inputs say
+  std::uint32_t channels = 0;  // an ActuatorCommand always has so many; 0: its parameters or inputs decide
 };
 
 struct RawOptions {
@@ -51,11 +51,11 @@ struct ParamOptions {
 
 using ParamValue = std::variant<bool, std::int64_t, double, std::string>;
 
-/// What is left of a number's declared range in one run, because the device behind it allows no more.
+/// The part of a number's declared range that the device allows in this run.
 struct ParamRange {
   double min, max;                // inclusive; equal: nothing can be set here
-  std::optional<double> besides;  // one value more, outside of these: it leaves the device alone
-  std::string because;            // whose range it is: "control 'gain' of device 'camera'"
+  std::optional<double> besides;  // one more value, outside of the range: it leaves the device alone
+  std::string because;            // what sets this range: "control 'gain' of device 'camera'"
 };
 
 /// Collects what declare() says. Names are [a-z0-9_]+ and unique within the module, ports and parameters apart.
@@ -118,8 +118,8 @@ class Declaration {
         {std::string(name), &target, ParamValue(target), std::string(o.unit), std::string(o.doc), o.min, o.max});
   }
   /// Members that a step leaves for later ones: trivially copyable, without pointers, or vectors of such whose size
-  /// stays what configure() made it. A record that has them saved can be executed again from there, not only from its
-  /// beginning. Parameters inside are no state: they stay as they are when the rest is restored.
+  /// stays what configure() made it. A record with such a saved state can be executed again from that state, not only
+  /// from its beginning. Parameters inside are no state: they stay as they are when the state is restored.
   template <class... M>
   void state(M&... members) {
     (states.push_back({&members, &state_bytes<M>, typeid(M).name()}), ...);

@@ -34,7 +34,7 @@ class ExternalSource final : public Module {
   /// Thread:  any.
   /// Errors:  busy when all places are taken.
   hal::Result<std::uint32_t> stage(std::uint32_t port, std::span<const std::byte> message) noexcept;
-  /// Gives a place back whose number reached nobody. Thread: any.
+  /// Gives back a place whose number was not posted. Thread: any.
   void unstage(std::uint32_t place) noexcept;
   /// What waits in a place: the port and the message. Thread: executor, before the step.
   std::uint32_t port_of(std::uint32_t place) const { return places_[place].port; }
@@ -50,7 +50,7 @@ class ExternalSource final : public Module {
   };
   std::vector<std::unique_ptr<Port>> ports_;  // bound by address
   std::vector<Place> places_;
-  // A set bit is a free place. acquire on taking one, release on giving it back: whoever fills a place does so after
+  // A set bit is a free place. acquire on taking one, release on giving it back: a poster fills a place only after
   // it was emptied.
   std::atomic<std::uint32_t> free_{(1u << kRoom) - 1};
   std::vector<std::uint32_t> taken_;  // in the order of the mailbox

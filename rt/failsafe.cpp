@@ -96,7 +96,7 @@ void Failsafe::configure() {
   before_.assign(type.size, std::byte{});
   for (const msg::FieldInfo& f : type.fields)
     if (f.name == "stamp") stamp_offset_ = f.offset;
-  if (spec_.kind == FailsafeSpec::Kind::value) field_ = *find_number(type, spec_.field.value);  // the check was there
+  if (spec_.kind == FailsafeSpec::Kind::value) field_ = *find_number(type, spec_.field.value);  // the check found it
 }
 
 void Failsafe::reset() {

@@ -49,7 +49,7 @@ class Failsafe {
   AnyIn port_;
   NumberField field_;
   std::uint32_t stamp_offset_ = 0;
-  std::vector<std::byte> before_;  // the last message that was another one
+  std::vector<std::byte> before_;  // the last message that differed
 
   bool any_ = false, bad_ = false;
   std::uint32_t sequence_ = 0;

@@ -57,7 +57,7 @@ void Graph::add_guardian() {
   t.name = "guardian";
   t.priority = spec_.guardian.priority;
   t.cpus = spec_.guardian.cpus;
-  t.stack_kib = 128;  // it compares numbers and hands them to devices
+  t.stack_kib = 128;  // enough: it compares numbers and hands them to devices
   t.trigger = ThreadSpec::Trigger::topics;
   t.timeout = Guardian::check_interval(spec_.actuators);
   t.order.push_back({"guardian", spec_.guardian.line});

@@ -73,7 +73,7 @@ struct ConfigureOptions {
   bool recorded = false;             // a recorder reads every topic, message by message, from one thread
 };
 
-/// Names the post of a change, to ask later when it took effect.
+/// Identifies a posted change, to ask later when it took effect.
 struct Ticket {
   std::uint32_t thread = 0, number = 0;
 };
@@ -81,8 +81,7 @@ struct Ticket {
 /// Thread:  owner, configure only, except where "any" is said.
 class Graph {
  public:
-  /// Resolves what it can; check() says what it could not. The guardian, if there are actuators, is thread 0 and module
-  /// 0.
+  /// Resolves what it can; check() reports the rest. If there are actuators, the guardian is thread 0 and module 0.
   Graph(GraphSpec spec, const ModuleTypes& types);
   ~Graph();
   Graph(const Graph&) = delete;
@@ -91,10 +90,10 @@ class Graph {
   /// All problems in one run; configure() only when there are none.
   std::vector<Problem> check(const CheckOptions& options = {}) const;
   /// Applies the parameters, configures and resets the modules, makes the segment. The last allocation of the run.
-  /// Errors:  what the first failing module said; configure_problems() has all of them in words.
+  /// Errors:  those of the first failing module; configure_problems() has all of them in words.
   hal::Status configure(hal::Board& board, const ConfigureOptions& options = {});
-  /// The first part of configure(): how many slots every topic gets. Allows plan() and slots() without a board,
-  /// where nothing is known yet of the slots that drivers will hold for their devices.
+  /// The first part of configure(): how many slots every topic gets. Allows plan() and slots() without a board; slots
+  /// that drivers will hold for their devices are not known then.
   hal::Status make_plan(const ConfigureOptions& options);
   const std::vector<Problem>& configure_problems() const { return configure_problems_; }
 
@@ -113,9 +112,9 @@ class Graph {
   // After configure():
   Segment& segment() { return *segment_; }
   const SegmentPlan& plan() const { return *plan_; }
-  /// Where the segment lies, to be handed to other processes; null: in ordinary memory.
+  /// The memory of the segment, to be handed to other processes; null: ordinary memory.
   const hal::SharedMemory* memory() const { return memory_.get(); }
-  /// Cycles per second of a topic's writer, from the periods that release it; 0: a device does, or nothing known.
+  /// Cycles per second of a topic's writer, from the periods that release it; 0: a device releases it, or not known.
   double planned_rate_hz(std::uint32_t topic) const;
   /// The slots of a topic, term by term.
   SlotSum slots(std::uint32_t topic) const { return plan_->slots(topic_ids_[topic]); }
@@ -129,8 +128,8 @@ class Graph {
   const std::vector<ConnectionId>& recorder_taps() const { return recorder_taps_; }
   Mailbox& mailbox(std::uint32_t thread) { return *mailboxes_[thread]; }
 
-  // ---- The way in, after configure(). Thread: any. Each asks for something that the thread concerned does at the
-  // beginning of its next cycle, before the first step. What cannot be done is refused at once; `why` says it in words.
+  // ---- The way in, after configure(). Thread: any. The thread concerned carries out each request at the beginning of
+  // its next cycle, before the first step. A request that cannot be done is refused at once; `why` says it in words.
   // Errors: not_found, bad_argument, not_supported; busy when the mailbox (or the room for messages) is full.
 
   /// In the range that is declared and that the module's device leaves of it (Setup::narrow()).
@@ -146,7 +145,7 @@ class Graph {
   /// One message to an external topic. The bytes are those of its struct, with finite numbers; its `stamp` is set to
   /// the instant of the step that publishes it.
   hal::Result<Ticket> publish(std::string_view topic, std::span<const std::byte> message, std::string* why = nullptr);
-  /// What became of it; nothing while it waits, or when a mailbox full of later ones was done.
+  /// The result of a request; nothing while it waits, or once a mailbox full of later requests is done.
   std::optional<Effect> effect(Ticket ticket) const;
   /// Requests that met a full mailbox or no room for messages. Thread: any.
   std::uint64_t busy_posts() const { return busy_posts_.value(); }

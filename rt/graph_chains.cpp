@@ -46,7 +46,7 @@ class ChainWalk {
         from_topic(modules_[m].topic[p]);
     on_way_[m] = false;
   }
-  /// One round of "who leads to the last topic"; false when nothing was new.
+  /// One round of finding modules that lead to the last topic; false when it found nothing new.
   bool spread() {
     bool news = false;
     for (std::uint32_t m = 0; m < modules_.size(); ++m)

@@ -22,7 +22,7 @@ std::string GraphCheck::topic_candidates(const msg::TypeInfo* type) const {
 }
 
 void GraphCheck::bindings(const GraphModule& m) {
-  if (m.guardian) return;  // actuators() speaks in the words of the robot file
+  if (m.guardian) return;  // actuators() reports them in the words of the robot file
   std::vector<std::string> inputs, seen;
   for (std::uint32_t p = 0; p < m.declaration.ports.size(); ++p) {
     const Declaration::Port& port = m.declaration.ports[p];
@@ -173,7 +173,7 @@ void GraphCheck::actuator_channels(const ActuatorSpec& a, const GraphTopic& comm
   const std::uint32_t has = writer.declaration.ports[command.port].channels;
   if (has != 0 && has != a.channels)
     add(a.channels_line ? a.channels_line : a.line, "actuator." + a.name + ".channels", std::to_string(a.channels),
-        std::to_string(has) + ": so many has " + command.name + " of " + writer.spec.type);
+        std::to_string(has) + ", as " + command.name + " of " + writer.spec.type + " has");
 }
 
 void GraphCheck::chains() {

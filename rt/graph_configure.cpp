@@ -89,7 +89,7 @@ hal::Status Graph::configure(hal::Board& board, const ConfigureOptions& options)
     const std::size_t before = configure_problems_.size();
     const auto configured = m.module->configure(setup);
     if (configured) continue;
-    if (configure_problems_.size() == before) fail(m, configured.error());  // it said nothing better itself
+    if (configure_problems_.size() == before) fail(m, configured.error());  // the module explained nothing itself
     if (first) first = configured.error();
   }
   for (const GraphThread& t : threads_) {
@@ -98,7 +98,7 @@ hal::Status Graph::configure(hal::Board& board, const ConfigureOptions& options)
       fail(modules_[t.device_module], {hal::Errc::not_supported, "trigger `device`: this module has no device"});
   }
   if (!first) return first;
-  if (auto made = make_segment(options); !made) return made;  // now that it is known what will be held
+  if (auto made = make_segment(options); !made) return made;  // after the modules: now all held slots are known
   for (GraphModule& m : modules_) m.module->reset();
   return {};
 }

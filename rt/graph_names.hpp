@@ -1,5 +1,5 @@
 #pragma once
-// Words for whoever asks for a part of a graph by a name that it does not have.
+// Error texts for a name that a graph does not have.
 #include <string>
 #include <string_view>
 

@@ -14,8 +14,8 @@
 
 namespace sinew::rt {
 
-/// A value with the line of the robot file that gave it; 0: none (built by code, or a default); below 0: from
-/// elsewhere, as whoever made the spec has numbered it (an option of the command line).
+/// A value with the line of the robot file that gave it. 0: no line (built by code, or a default). Below 0: a number
+/// that the maker of the spec gave to another source (an option of the command line).
 template <class T>
 struct Located {
   T value{};
@@ -32,7 +32,7 @@ struct ExecModel {
   Duration constant{};
   std::vector<Duration> trace{};      // one entry a step, repeated from the start
   double factor = 1.0;                // measured, quantiles: times this
-  std::vector<Quantile> quantiles{};  // both rise, the last share is 1; drawn anew for each step, straight in between
+  std::vector<Quantile> quantiles{};  // both rise, the last share is 1; drawn anew for each step, linear in between
 };
 
 struct ModuleSpec {
@@ -124,7 +124,7 @@ struct FailsafeSpec {
   Located<std::string> field{};            // "voltage_v", "gyro_radps.x", "value[2]"
   std::optional<double> below{}, above{};  // at least one, of kind value
   msg::FailsafeAction action = msg::FailsafeAction::land;
-  std::optional<Duration> stop_after{};  // a landing that is not over by then is a stop
+  std::optional<Duration> stop_after{};  // a landing that takes longer becomes a stop
   int line = 0;
 };
 
@@ -143,8 +143,8 @@ struct GraphSpec {
   std::map<std::string, Located<std::string>> device_boards{};  // per device, where it differs
   std::uint64_t seed = 1;
   std::uint32_t virtual_cores = 1;  // N of the discrete-event executor
-  /// Topics that say nothing keep the messages of so long for outsiders and for the time after a fault, as far as their
-  /// writer's rate is known from periods; what has none keeps 50 messages, images 5. Zero: only the newest.
+  /// Topics without a `history` keep the messages of this time for outsiders and for the time after a fault, if periods
+  /// give their writer's rate; without a known rate they keep 50 messages, images 5. Zero: only the newest.
   Duration tap_history = std::chrono::milliseconds(500);
   std::vector<ThreadSpec> threads{};
   std::vector<ModuleSpec> modules{};

@@ -31,7 +31,7 @@ struct Guardian::Group {
   hal::Actuators* device = nullptr;
 
   GuardianMode mode = GuardianMode::standby;
-  bool off = true;  // it has no right to any torque: what does not pass is not a fault alone
+  bool off = true;  // not permitted or not armed: stop() instead of a fault's fall_back()
   std::uint32_t faults = 0, fault_events = 0;
   bool device_refused = false;
   bool has_good = false;  // since it was last disarmed
@@ -159,7 +159,7 @@ void Guardian::set_device_state(std::uint32_t refused) noexcept {
 
 void Guardian::shut_down() noexcept {
   for (const auto& g : groups_)
-    if (g->device) static_cast<void>(g->device->stop());  // else its lease ends it
+    if (g->device) static_cast<void>(g->device->stop());  // otherwise its lease ends it
 }
 
 std::uint32_t Guardian::Group::faults_of(const msg::ActuatorCommand& c, Time published) const {
@@ -187,7 +187,7 @@ std::uint32_t Guardian::Group::values_of(const msg::ActuatorCommand& c) const {
   return found;
 }
 
-/// The first thing that values_of() finds.
+/// Reports the first bad value that values_of() finds.
 void Guardian::Group::tell_what_is_bad(msg::SafetyState& s) const {
   const msg::ActuatorCommand& c = *command.get();
   if (c.count != spec.channels) {
@@ -224,7 +224,7 @@ void Guardian::Group::judge(Time now, const Arming& arming) {
   const std::uint32_t before = faults;
   const bool permitted = arming.permitted(), stopped = arming.action() == msg::FailsafeAction::stop;
   const msg::ActuatorCommand* c = command.get();
-  if (!permitted && !stopped) has_good = false;  // what never went out is not held
+  if (!permitted && !stopped) has_good = false;  // a command that never went out is not held
   faults = device_refused ? msg::kFaultDevice : msg::kFaultNone;
   if (!c || !c->armed) {
     has_good = false;

@@ -11,17 +11,18 @@
 
 namespace sinew::rt {
 
-/// Stands between every command and its actuators: the only owner of the board's Actuators, made by the graph from the
-/// robot file's actuators as the most urgent thread, released by each command and at least twice a lease.
+/// Stands between every command and its actuators. It alone owns the board's Actuators. The graph makes it from the
+/// robot file's actuators, as the most urgent thread, released by each command and at least twice a lease.
 ///
-/// A command passes as it is, with what is left of its lease, or not at all: a wrong number of channels, a value that
-/// is not finite, outside its limits or changed faster than allowed, and an age (since its commit) that has reached the
-/// lease are faults; the group's safe action takes its place until a good command returns. Nothing is clamped: a
-/// controller that asks for the impossible is not one to follow half-way. The rate is that against the last good
-/// command, over the time between the two commits. A command with armed = 0 stops the group and is checked for nothing.
+/// A command passes unchanged, with the rest of its lease, or not at all. Faults are: a wrong number of channels; a
+/// value that is not finite, outside its limits or changed faster than allowed; an age (since its commit) that has
+/// reached the lease. After a fault the group's safe action takes the command's place until a good command returns.
+/// Nothing is clamped: a controller that asks for the impossible is not one to follow half-way. The rate is that
+/// against the last good command, over the time between the two commits. A command with armed = 0 stops the group and
+/// is not checked.
 ///
 /// Safe actions: after a fault `hold` repeats the last good values; `stop` and `damp` let the device fall back to its
-/// own safe action (of a joint its on_stop; of motors off), `torque_off` makes it limp. Whoever is not permitted,
+/// own safe action (a joint: its on_stop; motors: off); `torque_off` makes it limp. A group that is not permitted,
 /// disarmed, or stopped by a failsafe (unless it holds) is switched off: hal::Actuators::stop().
 ///
 /// No armed command passes without permission (Arming), which the robot file's failsafe conditions can end: their
@@ -48,7 +49,7 @@ class Guardian final : public DriverModule {
   std::uint32_t device_state() const noexcept override;
   void set_device_state(std::uint32_t refused) noexcept override;
 
-  /// Stops every group, after the last cycle of a run in real time: a lease may be long, and nobody renews it.
+  /// Stops every group, after the last cycle of a run in real time: a lease may be long, and no command renews it.
   void shut_down() noexcept;
 
   /// Asks for permission, between two cycles. False: something is not ready; guardian.state says what.

@@ -10,9 +10,9 @@
 // slot in the ring, pins it and looks whether the slot still holds that sequence; if not, the writer went round
 // meanwhile, and the reader starts again from the newest commit.
 //
-// A writer may own several slots at once, loans of one step or held over many (Raw<>::hold()): to readers a held slot
-// is one whose loan takes long. Between own() and publish() nobody but the owner looks at a slot's state, so which of
-// the owned ones is published next changes nothing in what the tests above go through.
+// A writer may own several slots at once, loans of one step or held over many (Raw<>::hold()). To readers a held slot
+// is one whose loan takes long. Between own() and publish() only the owner looks at a slot's state, so the order in
+// which owned slots are published does not matter to the tests above.
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -27,14 +27,14 @@ struct StdAtomics {
 
   // Writer owns a slot <- kUnpin: readers have finished reading before it is written again.
   static constexpr std::memory_order kOwn = std::memory_order_acquire;
-  // Writer publishes a slot -> kPin: whoever pins it sees header and payload as published.
+  // Writer publishes a slot -> kPin: a reader that pins it sees header and payload as published.
   static constexpr std::memory_order kPublish = std::memory_order_release;
   static constexpr std::memory_order kPin = std::memory_order_acquire;
   static constexpr std::memory_order kUnpin = std::memory_order_release;
   // Words of a commit record: a reader that meets a newer word also sees the newer number in front of it.
   static constexpr std::memory_order kRecordStore = std::memory_order_release;
   static constexpr std::memory_order kRecordLoad = std::memory_order_acquire;
-  // Number of the newest commit: whoever sees it sees the record, rings and queues of that commit.
+  // Number of the newest commit: a reader that sees it sees the record, rings and queues of that commit.
   static constexpr std::memory_order kNumberStore = std::memory_order_release;
   static constexpr std::memory_order kNumberLoad = std::memory_order_acquire;
   // Queue, writer to reader: cells up to the head are written, and the slots that they name are published.
@@ -45,9 +45,9 @@ struct StdAtomics {
   static constexpr std::memory_order kTailLoad = std::memory_order_acquire;
 
   // Readers in other processes cannot pin; they look at the commit number again after they have read. The writer comes
-  // here between a commit and whatever it writes into slots afterwards, the outsider between what it read of a slot and
-  // that second look: one who saw anything of a later loan sees the commit that allowed it. These two are the only
-  // fences; stores of x86-64 stay in order, as loads do, so there they are orders to the compiler.
+  // here between a commit and its later writes into slots; the outsider between reading a slot and that second look. An
+  // outsider that saw any byte of a later loan sees the commit that allowed it. These two are the only fences; stores
+  // of x86-64 stay in order, as loads do, so there they are orders to the compiler.
   static void order_before_reuse() {
 #ifdef __x86_64__
     std::atomic_signal_fence(std::memory_order_release);
@@ -72,7 +72,7 @@ class SlotState {
  public:
   static constexpr std::uint32_t kWriter = 0x80000000;
 
-  /// Writer: takes the slot if nobody holds it.
+  /// Writer: takes the slot if it is not held.
   bool try_own() {
     std::uint32_t free = 0;
     return word_.compare_exchange_strong(free, kWriter, A::kOwn, std::memory_order_relaxed);
@@ -87,7 +87,7 @@ class SlotState {
     return false;
   }
   void unpin() { word_.fetch_sub(1, A::kUnpin); }
-  /// Nobody holds it; for tests, when all threads are done.
+  /// True when it is not held; for tests, when all threads are done.
   bool idle() const { return word_.load(std::memory_order_relaxed) == 0; }
 
  private:
@@ -222,7 +222,7 @@ struct TopicWriter {
   TopicRing<A> ring;
   std::uint32_t slot_count = 0;
   std::uint32_t keep = 1;  // newest published slots that are not loaned again
-  bool shared = true;      // false: nobody pins, so slots go round in strict order, states untouched
+  bool shared = true;      // false: no reader pins, so slots go round in strict order, states untouched
   std::uint32_t next_sequence = 1;
   std::uint32_t cursor = 0;            // slot to try first
   std::uint32_t* published = nullptr;  // per slot: its newest sequence

@@ -15,7 +15,7 @@ hal::Result<std::uint32_t> Mailbox::post(const Request& request) noexcept {
     Cell& cell = cells_[ticket & mask_];
     const auto lead = static_cast<std::int32_t>(cell.turn.load(std::memory_order_acquire) - ticket);
     if (lead < 0) return hal::Error{hal::Errc::busy, "mailbox full", mask_ + 1};
-    if (lead > 0) {  // somebody else has this one
+    if (lead > 0) {  // another poster has taken this one
       ticket = next_post_.load(std::memory_order_relaxed);
     } else if (next_post_.compare_exchange_weak(ticket, ticket + 1, std::memory_order_relaxed)) {
       cell.request = request;

@@ -11,19 +11,19 @@
 
 namespace sinew::rt {
 
-/// What may be asked of a running graph thread. Strings are not among it: assigning one could allocate.
+/// A request to a running graph thread. It carries no strings: assigning one could allocate.
 struct Request {
   enum class Kind : std::uint8_t { set_param, enable, disable, set_period, arm, disarm, message };
   Kind kind = Kind::set_param;
   std::uint32_t thread = 0;                        // of the graph
   std::uint32_t module = 0;                        // of the graph; set_period: unused
-  std::uint32_t index = 0;                         // set_param: of its declaration; message: where it is staged
+  std::uint32_t index = 0;                         // set_param: in the module's declaration; message: its staged place
   std::variant<bool, std::int64_t, double> value;  // set_param; set_period: nanoseconds
 };
 
 /// What became of a request.
 struct Effect {
-  std::uint32_t step = 0;  // of its module, the first with it; set_period: of the thread's cycles since the start
+  std::uint32_t step = 0;  // the module's first step with it; set_period: the thread's cycle, counted from the start
   bool refused = false;    // it was taken before that step, and changed nothing
   bool operator==(const Effect&) const = default;
 };
@@ -42,7 +42,7 @@ class Mailbox {
   const Request* take() noexcept;
   /// Finishes the request of take().
   void done(const Effect& effect) noexcept;
-  /// Nothing while the request waits, or when a mailbox full of later ones was done.
+  /// Nothing while the request waits, or once a mailbox full of later requests is done.
   /// Thread:  any.
   std::optional<Effect> effect(std::uint32_t ticket) const noexcept;
 

@@ -17,18 +17,18 @@ class Setup {
   virtual ~Setup() = default;
   virtual hal::Board& board() = 0;
   virtual std::string_view module_name() const = 0;
-  /// Pixels that an image of this input has at most, as the robot file promises; 0: it is not bound.
+  /// Most pixels that an image of this input has, as the robot file promises; 0: it is not bound.
   virtual std::uint32_t image_pixels(const InputBase& input) const = 0;
   /// Room for pixels behind the images of this output.
   virtual std::uint32_t image_bytes(const OutputBase& output) const = 0;
   /// Adds slots to a raw topic of this module, which its hooks may hold over steps: Raw<>::hold(). They come on top of
   /// all that loans and readers need, so publishing never waits for them.
   virtual void hold(const OutputBase& raw, std::uint32_t slots) = 0;
-  /// Narrows a number among this module's parameters, for this run: what set_param() and a test's rig accept from now
-  /// on, and what the robot's socket says is allowed. The declaration stays as it is, so that a record of this run is
-  /// executed again, and swept, without the device.
-  /// Errors:  bad_argument when the value that it has now (the robot file's, say) is outside: reported in words
-  /// already.
+  /// Narrows a number among this module's parameters, for this run: set_param(), a test's rig and the robot's socket
+  /// use the narrowed range from now on. The declaration stays as it is, so that a record of this run can be executed
+  /// again, and swept, without the device.
+  /// Errors:  bad_argument when the present value (the robot file's, say) is outside; the problem is then reported in
+  ///          words already.
   virtual hal::Status narrow(std::string_view param, ParamRange range) = 0;
   /// Reports a problem in words besides the Error that configure() returns ("device 'imu0' is held by pid 12").
   virtual void explain(std::string text) = 0;
@@ -40,7 +40,7 @@ class Setup {
 class Module {
  public:
   virtual ~Module() = default;
-  /// Declares ports and parameters; the one truth for graph check, robot file, recorder and documentation.
+  /// Declares ports and parameters; the one source for graph check, robot file, recorder and documentation.
   virtual void declare(Declaration& d) = 0;
   /// Opens devices and allocates; the last allocation of the run. Parameters have their values by now.
   virtual hal::Status configure(Setup&) { return {}; }
@@ -59,12 +59,12 @@ class DriverModule : public Module {
   /// After an ok step: hands committed outputs to the device; read them from Out<>::committed(). RT: yes.
   virtual void emit(Time /*now*/) noexcept {}
   /// In place of collect(), in each cycle in which the module does not run because it is switched off or was stopped
-  /// after faults. What collect() holds in Raw<> goes back here as soon as the device lets go of it. RT: yes.
+  /// after faults. Puts back what collect() holds in Raw<> as soon as the device releases it. RT: yes.
   virtual void rest(Time /*now*/) noexcept {}
-  /// No cycle comes any more, and the topics go. When this returns, the device does not touch a slot again and all that
-  /// was held has been put back. Thread: owner. RT: no, may wait for the device.
+  /// Called after the last cycle, before the topics are freed. When it returns, the device touches no slot any more and
+  /// every held slot has been put back. Thread: owner. RT: no, may wait for the device.
   virtual void end() noexcept {}
-  /// What the hooks learned that steps depend on, besides raw topics: a device that refused, say. It is recorded with
+  /// What the hooks learned and steps depend on, besides raw topics: that a device refused, say. It is recorded with
   /// the step that follows; replay, which calls no hook, hands it to the module before that step. RT: yes.
   virtual std::uint32_t device_state() const noexcept { return 0; }
   virtual void set_device_state(std::uint32_t /*state*/) noexcept {}

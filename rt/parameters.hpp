@@ -17,16 +17,16 @@ std::string format_number(double value);  // shortest text that reads back as th
 /// 'gain' of device 'camera'".
 std::string allowed_values(const Declaration::Param& param, const std::optional<ParamRange>& narrowed = {});
 
-/// True when the parameter accepts this value; an integer is a number too. Narrowed: both ranges have to.
+/// True when the parameter accepts this value; an integer is a number too. Narrowed: both ranges must allow it.
 bool accepts(const Declaration::Param& param, const ParamValue& value, const std::optional<ParamRange>& narrowed = {});
 
-/// What of the device's range lies within the declared one. Without any such number: only `besides`.
+/// The part of the device's range that lies within the declared one. Without any such number: only `besides`.
 ParamRange within(const Declaration::Param& param, ParamRange range);
 
 /// Writes a value that the parameter accepts. RT: yes, but for strings.
 void assign(const Declaration::Param& param, const ParamValue& value);
 
-/// The current value. Thread: the executor of the module, or anybody while it stands still.
+/// The current value. Thread: the executor of the module, or any while the module stands still.
 ParamValue current(const Declaration::Param& param);
 
 const Declaration::Param* find_param(const Declaration& declaration, std::string_view name);

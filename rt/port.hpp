@@ -112,7 +112,7 @@ class InQueue : public InputBase {
 class Commit;  // rt/commit.hpp: the writer's side of one module
 struct CommitOutput;
 
-/// Where an output's loans come from.
+/// The source of an output's loans.
 class OutputBase {
  protected:
   friend class Commit;
@@ -164,14 +164,15 @@ class Raw : public InQueue<M>, public OutputBase {
   void cancel() { cancel_newest(); }
 
   // Slots that stay with the driver over its steps, for a device that fills them itself: as many as configure() asked
-  // for with Setup::hold(). In the hooks of the driver only: what steps held over would be state that no record has.
+  // for with Setup::hold(). In the hooks of the driver only: a slot that a step kept would be state outside of every
+  // record.
   /// A fresh message that is the driver's until it publishes it or puts it back. Null when all are held.
   M* hold() {
     void* slot = hold_slot();
     return slot ? this->template fresh<M>(slot) : nullptr;
   }
-  /// Inside collect() only. The next message of this topic, in place of a loan. False, and it is still held, when the
-  /// burst is used up.
+  /// Inside collect() only. The next message of this topic, in place of a loan. False when the burst is used up; it is
+  /// still held then.
   bool publish(M& held) { return publish_held(&held); }
   void put_back(M& held) { put_back_held(&held); }
 };

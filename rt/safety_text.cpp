@@ -14,7 +14,7 @@ std::string bounds(const FailsafeSpec& f) {
   return low + (f.below && f.above ? ", " : "") + high;
 }
 
-/// What a condition that holds sees.
+/// What a condition that holds has found.
 std::string seen(const FailsafeSpec& f, double measured) {
   if (math::is_nan(measured) && f.kind != FailsafeSpec::Kind::value) return "nothing has come on " + f.topic.value;
   const Duration time{static_cast<std::int64_t>(math::is_finite(measured) ? measured * 1e3 : 0) * 1'000'000};
@@ -83,7 +83,7 @@ std::vector<std::string> not_ready(const GraphSpec& spec, const msg::SafetyState
       reasons.push_back(spec.actuators[i].name + ": " + bad(spec.actuators[i], state));
       others &= ~(1u << i);
     }
-  groups(others, [](const std::string& topic) { return "nor is the command on " + topic + " one that may pass"; });
+  groups(others, [](const std::string& topic) { return "the command on " + topic + " may not pass either"; });
   groups(state.groups_not_idle, [](const std::string& topic) { return "the command on " + topic + " is not idle"; });
   groups(state.groups_device_refused, [](const std::string&) { return std::string("the device refuses commands"); });
   return reasons;

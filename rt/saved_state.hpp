@@ -8,17 +8,17 @@
 
 namespace sinew::rt {
 
-/// What one module goes on from, between two steps: the members that it declared as state, and how many messages each
-/// of its inputs has lost since the start. With it, the parameters and a record of the steps that follow, they can be
-/// executed again. The bytes are those of the members: only a module with the same layout() understands them.
-/// Thread:  the executor of the module, or anybody while it stands still.
+/// The state of one module between two steps: the members that it declared as state, and how many messages each of its
+/// inputs has lost since the start. With it, the parameters and a record, the steps that follow can be executed again.
+/// The bytes are those of the members: only a module with the same layout() understands them.
+/// Thread:  the executor of the module, or any while the module stands still.
 /// Owner:   the declaration outlives it.
 class SavedState {
  public:
   explicit SavedState(const Declaration& declaration) : declaration_(declaration) {}
   /// Stays the same after configure().   RT: yes.
   std::size_t bytes() const noexcept;
-  /// Of the types and sizes of what is saved: to be kept with it, and compared before it is restored. Configure only.
+  /// Hash over types and sizes of what is saved: keep it with the state, compare it before a restore. Configure only.
   std::uint64_t layout() const;
   /// `to` has bytes().   RT: yes.
   void save(std::span<std::byte> to) const noexcept;

@@ -197,7 +197,7 @@ void Segment::build(const SegmentPlan& plan) {
       slot->slot = i;
       p.type->reset(slot->message());
     }
-    // What is held leaves the strict order in which the slots of an unshared topic go round.
+    // A held slot breaks the strict order in which the slots of an unshared topic go round.
     topics_.push_back({p, plan.slots(t), p.held != 0, nullptr, {}});
   }
 

@@ -152,7 +152,7 @@ class Segment {
   struct Topic {  // what the process knows besides the memory
     TopicPlan plan;
     SlotSum sum;
-    bool shared;                         // somebody may pin its slots
+    bool shared;                         // a reader may pin its slots
     const SlotHeader* newest = nullptr;  // for latest ports in the writer's own thread
     std::vector<Queue*> queues;
   };

@@ -26,7 +26,7 @@ struct Step {
   bool timed_out;        // the thread was released by its time-out, not by its trigger
   std::uint32_t number;  // steps of this module since the start or the last reset, from 0
   math::Random& random;  // seeded by run, module and step: the same step gets the same numbers
-  ZoneLog* zones = nullptr;  // for rt::Zone alone; null: nobody asks
+  ZoneLog* zones = nullptr;  // for rt::Zone alone; null: no reader asks for zones
 };
 
 }  // namespace sinew::rt

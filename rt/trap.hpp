@@ -30,7 +30,7 @@ class Scope {
   Scope& operator=(const Scope&) = delete;
 
  private:
-  // Compilers know that malloc looks at nobody's variables; ours does.
+  // Compilers assume that malloc reads no variables of the program; the trap's malloc does.
   static void fence() noexcept { std::atomic_signal_fence(std::memory_order_seq_cst); }
 
   const State outer_;

@@ -7,9 +7,8 @@ namespace sinew::rt {
 ///
 ///   const rt::Zone zone(step, "blobs");
 ///
-/// While nobody asks for zones it costs two tests. In virtual time, where a step's code takes no time, it has no width.
-/// Thread:  executor, inside the step.   RT: yes.
-/// Owner:   `name` is a string literal.
+/// While no reader asks for zones, a zone costs two tests. In virtual time, where a step's code takes no time, it has
+/// no width. Thread:  executor, inside the step.   RT: yes. Owner:   `name` is a string literal.
 class Zone {
  public:
   Zone(const Step& step, const char* name) noexcept : log_(step.zones), name_(name) {
@@ -24,7 +23,7 @@ class Zone {
   Zone& operator=(const Zone&) = delete;
 
  private:
-  // No members of the zone: so that it stays in registers.
+  // Static: so the zone stays in registers.
   static Time now(ZoneLog& log) noexcept;
   static void note(ZoneLog& log, const char* name, Time start) noexcept;
 

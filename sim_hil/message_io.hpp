@@ -25,8 +25,8 @@ class MessageReceiver {
   void filled(std::size_t bytes) noexcept { end_ += bytes; }
   hal::Result<bool> next(Message& out) noexcept;
 
-  /// Pixels of the last frame: copies what has been received already, returns how much. Pixels that nobody takes are
-  /// discarded by next(). When bulk_left() remains, they may be read from the stream directly: then say bulk_filled().
+  /// Pixels of the last frame: copies what has been received already, returns how much. next() discards the rest. When
+  /// bulk_left() remains, they may be read from the stream directly: then say bulk_filled().
   std::size_t take_bulk(std::span<std::uint8_t> into) noexcept;
   std::size_t bulk_left() const noexcept { return bulk_left_; }
   std::size_t buffered() const noexcept { return end_ - begin_; }
@@ -65,7 +65,7 @@ class MessageWriter {
  private:
   template <class Payload>
   static std::size_t max_bytes(const Payload&) {
-    return kTruthBytes;  // the largest of those without a size of their own
+    return kTruthBytes;  // the largest message without a size of its own
   }
   static std::size_t max_bytes(const Sample<msg::JointState>&) {
     return kJointsHeadBytes + msg::kMaxChannels * kJointBytes;

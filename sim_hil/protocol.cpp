@@ -50,7 +50,7 @@ class Put {
   std::byte* start_;
 };
 
-/// Little-endian input; whoever makes one has checked the size.
+/// Little-endian input; the caller has checked the size.
 class Get {
  public:
   explicit Get(Bytes from) : from_(from.data()) {}
@@ -156,7 +156,7 @@ Status sizes_of(Type type, Sizes& out) {
   switch (type) {
     case Type::hello:
       out = {8, kHelloBytes};
-      return {};  // another version's may be shorter
+      return {};  // a Hello or Welcome of another version may be shorter
     case Type::welcome:
       out = {8, kWelcomeBytes + kMaxDevices * kDeviceBytes};
       return {};

@@ -58,7 +58,7 @@ enum class Type : std::uint16_t {
   clock_answer = 33,  // p  side line
 };
 
-/// What the peer has come for. A side line is a second, independent connection beside the runtime's: it can stop all
+/// Why the peer has connected. A side line is a second, independent connection beside the runtime's: it can stop all
 /// actuators, and compare clocks without waiting behind samples and pixels.
 enum class Mode : std::uint16_t { lockstep = 0, free_running = 1, side_line = 2 };
 enum class DeviceKind : std::uint16_t {
@@ -80,7 +80,7 @@ struct Header {
   std::uint16_t device = 0;    // place in the Welcome's list; 0 where no device is meant
   std::uint32_t sequence = 0;  // counts the messages of one direction from 0; a stream loses none
   std::uint32_t flags = 0;     // none defined yet
-  Time time;                   // what it means is said at each type
+  Time time;                   // each type defines its meaning
 };
 
 struct Hello {
@@ -196,8 +196,8 @@ std::size_t encode(const Sample<msg::JointState>& m, std::byte* out) noexcept;  
 std::size_t encode(const FrameInfo& m, std::byte* out) noexcept;
 std::size_t encode(const Truth& m, std::byte* out) noexcept;
 
-// Decoders trust nothing: sizes, times, enumerations, counts and names are checked. Payload: the bytes behind `h`.
-// Errors:  bad_data, `where` says which rule; `detail` the offending number. Out is then unspecified.
+// Decoders trust nothing: they check sizes, times, enumerations, counts and names. Payload: the bytes behind `h`.
+// Errors:  bad_data; `where` names the rule, `detail` is the offending number. Out is then unspecified.
 hal::Status decode(Bytes from, Header& out) noexcept;  // at least kHeaderBytes
 hal::Status decode(const Header& h, Bytes payload, Hello& out);
 hal::Status decode(const Header& h, Bytes payload, Welcome& out);

@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kMaxDepth = 32;
 
-/// JSON nested deeper than any request, told before anything is built from it.
+/// JSON nested deeper than any request; found before anything is built from it.
 bool too_deep(std::string_view text) {
   int depth = 0;
   bool in_string = false;
@@ -162,8 +162,8 @@ Reply Answers::answer(std::string_view text, std::uint64_t client) {
       (reply.change ? reply.change->reply : reply.json)["id"] = *id;
     return reply;
   } catch (const std::bad_alloc&) {
-    throw;                             // no fault of the client's, and there is no memory to say so
-  } catch (const std::exception& e) {  // the JSON library's; nothing of ours throws
+    throw;                             // not the client's fault, and there is no memory to say so
+  } catch (const std::exception& e) {  // thrown by the JSON library; our code throws nothing
     return garbage(e.what());
   }
 }
@@ -323,7 +323,7 @@ Reply Answers::timeline(const Json& request) {
   return reply;
 }
 
-/// Zones are written from the next cycles on, for all who read the time line, until somebody says that they are not.
+/// Switches zones on or off, for all readers of the time line, from the next cycles on.
 Reply Answers::zones(const Json& request) {
   const auto at = request.find("on");
   if (at == request.end() || !at->is_boolean()) return needs("on", "true or false");
@@ -370,7 +370,7 @@ Reply Answers::set_param(const Json& request) {
   const auto at = request.find("value");
   const auto value = at != request.end() ? value_of(*at) : std::nullopt;
   if (!value) return needs("value", "true, false, a number or a text");
-  in_flight_.reserve(in_flight_.size() + 1);  // what was posted must be followed
+  in_flight_.reserve(in_flight_.size() + 1);  // room first: a posted change must be followed
   std::string why;
   const auto ticket = graph_.set_param(*module, *param, *value, &why);
   if (!ticket) return posted(ticket, why, Json::object());
@@ -384,7 +384,7 @@ Reply Answers::set_param(const Json& request) {
   return posted(ticket, why, {{"module", *module}, {"param", *param}, {"value", to_json(set)}});
 }
 
-/// The reply to what was posted, or to what was refused at once.
+/// The reply to a posted change, or to a change refused at once.
 Reply Answers::posted(const hal::Result<rt::Ticket>& ticket, const std::string& why, const Json& members) {
   if (!ticket) return refuse(ticket.error().code, why.empty() ? ticket.error().where : why);
   Reply reply = good(members);

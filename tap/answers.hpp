@@ -1,5 +1,5 @@
 #pragma once
-// What the robot says to each request. Inside of the room only: it shows the JSON library.
+// The robot's reply to each request. Include inside of the room only: it shows the JSON library.
 #include <cstdint>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -20,7 +20,7 @@ namespace sinew::tap {
 
 using Json = nlohmann::ordered_json;
 
-/// Something in a mailbox or asked of the recorder, and the reply that waits for it.
+/// A change in a mailbox or asked of the recorder, and the reply that waits for it.
 struct Change {
   rt::Ticket ticket;
   Json reply;
@@ -30,17 +30,17 @@ struct Change {
 struct Reply {
   Json json;  // incomplete while `change` is set
   std::optional<Change> change{};
-  const hal::SharedMemory* memory = nullptr;  // goes along
-  bool garbage = false;                       // that was no request at all
-  // One more member of `json` as text, with its name: what is too long to be built as JSON first. So there is only one
-  // large block, which may be refused; the JSON library allocates also where it frees, and ends the program when it
+  const hal::SharedMemory* memory = nullptr;  // goes along with the reply
+  bool garbage = false;                       // the text was no request at all
+  // One more member of `json` as text, with its name: a long member is not built as JSON first. So there is only one
+  // large block, which may be refused. The JSON library allocates also where it frees, and ends the program when it
   // cannot.
   std::string long_member{};
 };
 
 /// Thread:  one. It reads what any thread may read (statistics are atomic words; names and descriptions do not change),
-///          with one exception: the parameters' values belong to the executors. They are copied at construction, when
-///          only mailboxes can change them and nothing is in any, and then followed change by change.
+///          with one exception: the parameters' values belong to the executors. It copies them at construction, when
+///          only mailboxes can change them and all are empty, and then follows change by change.
 class Answers {
  public:
   struct Robot {
@@ -50,20 +50,20 @@ class Answers {
     std::string robot_file{};
     const hal::Clock* clock = nullptr;                       // its time; null: os
     RecordControl* record_control = nullptr;                 // null: this run has no recorder
-    std::function<std::vector<std::string>()> complaints{};  // of devices, one a line; empty: it has none that can say
+    std::function<std::vector<std::string>()> complaints{};  // of devices, one a line; empty: no device can say
   };
   Answers(rt::Graph& graph, rt::Runner& runner, hal::Os& os, TopicNotifier* notifier, Robot robot);
 
-  /// `text` is anything. `client` names the connection, for subscriptions. Throws bad_alloc, as settle() and
-  /// still_waiting() do, and nothing else.
+  /// `text` may be any bytes. `client` names the connection, for subscriptions. Throws bad_alloc and nothing else; so
+  /// do settle() and still_waiting().
   Reply answer(std::string_view text, std::uint64_t client);
   /// The reply to a change that took effect; nothing while it waits.
   std::optional<Json> settle(const Change& change);
-  /// The reply to one that is not waited for any longer.
+  /// The reply to a change that is not waited for any longer.
   Json still_waiting(const Change& change) const;
-  /// Follows what took effect meanwhile. Call often. Allocates nothing.
+  /// Follows changes that took effect meanwhile. Call often. Allocates nothing.
   void follow();
-  /// The client is gone.
+  /// Call when the client is gone.
   void forget(std::uint64_t client);
   /// Added to every status as "outsiders".
   std::function<Json()> outsiders;
@@ -123,7 +123,7 @@ class Answers {
 /// The descriptions of topics and types, and all counters, as docs/robot-socket.md has them.
 Json directory_json(const rt::Graph& graph);
 Json status_json(rt::Graph& graph, rt::Runner& runner);
-/// The newest events of all threads, as much as fits into a reply: what describes them, and the member "events".
+/// The newest events of all threads, as many as fit into a reply: their description, and the member "events".
 struct TimelineText {
   Json description;
   std::string events;
@@ -132,7 +132,7 @@ TimelineText timeline_text(const rt::Graph& graph, const rt::Runner& runner, hal
 
 /// A refusal, as every failed request is answered.
 Json refused(hal::Errc code, const std::string& why);
-/// In one line; what is no UTF-8 is replaced.
+/// In one line; bytes that are not UTF-8 are replaced.
 std::string to_text(const Json& json);
 std::string to_text(const Reply& reply);
 

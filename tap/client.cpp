@@ -22,7 +22,7 @@ hal::Status verdict(const Json& reply) {
   return hal::Error{hal::Errc::bad_data, "robot"};
 }
 
-/// The reply as an object; `{}` for what is none.
+/// The reply as an object; `{}` when it is no object.
 Json parsed(const std::string& text) {
   Json json = Json::parse(text, nullptr, false);
   return json.is_object() ? json : Json::object();
@@ -37,7 +37,7 @@ hal::Result<std::unique_ptr<Client>> Client::connect(std::string_view robot, std
     why = "robot \"" + found->robot + "\" (process " + std::to_string(found->pid) + "): " + words;
     return e;
   };
-  auto stream = hal::connect_stream("unix:" + found->path, 500ms);  // it may be starting
+  auto stream = hal::connect_stream("unix:" + found->path, 500ms);  // the robot may be starting
   if (!stream) return fail(stream.error(), "does not answer at its socket");
   auto client = std::make_unique<Client>(std::move(*stream));
   const auto reply = client->request("hello");

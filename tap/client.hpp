@@ -12,13 +12,13 @@
 
 namespace sinew::tap {
 
-/// Another program's hold on a running robot: requests over its socket, topics in its memory. docs/robot-socket.md has
-/// all requests and replies.
+/// Another program's connection to a running robot: requests over its socket, topics in its memory.
+/// docs/robot-socket.md has all requests and replies.
 /// Thread:  owner.
 class Client {
  public:
   /// The running robot of this name; the only one when the name is empty. Errors: as find_running(); closed, io;
-  /// not_supported: another version of the protocol. `why` has them in words.
+  /// not_supported: another version of the protocol. `why` has the error in words.
   static hal::Result<std::unique_ptr<Client>> connect(std::string_view robot, std::string& why);
   /// On a connection made elsewhere.
   explicit Client(std::unique_ptr<hal::Stream> stream) : stream_(std::move(stream)) {}
@@ -33,7 +33,7 @@ class Client {
   /// Errors:  as request(); not_supported: this run has no shared memory; bad_data.
   hal::Result<const SegmentReader*> reader();
 
-  /// Asks to be woken by these topics, names; at most this often. Replaces what was asked before.
+  /// Asks to be woken by the named topics, at most once a `period`. Replaces the earlier subscription.
   hal::Status subscribe(std::span<const std::string> topics, hal::Duration period = std::chrono::milliseconds(1));
   /// The count of a topic's doorbell: it changes when messages came. Look at it before reading, wait on it afterwards.
   std::uint32_t bell(std::uint32_t topic) const;

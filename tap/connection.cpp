@@ -6,7 +6,7 @@ namespace sinew::tap {
 namespace {
 
 constexpr unsigned kMaxStrikes = 8;  // garbage in well-formed frames, before the connection is closed
-constexpr double kBurst_s = 0.5;     // of the rate, at once
+constexpr double kBurst_s = 0.5;     // of the rate, allowed at once
 constexpr int kReadsAtOnce = 4;      // system calls of one turn
 constexpr auto kWritePatience = std::chrono::milliseconds(20);  // of the one write that may not be split
 
@@ -29,7 +29,7 @@ Connection::Connection(std::uint64_t id, std::unique_ptr<hal::Stream> stream, in
       refilled_(now),
       last_request_(now) {
   stream_->set_patience(kWritePatience);
-  // Whatever handles a client sends from now on fall away in the kernel.
+  // The kernel drops handles that the client sends from now on.
   static_cast<void>(stream_->take_memory(hal::Stream::MemoryAccess::copied));
 }
 
@@ -93,7 +93,7 @@ void Connection::send(const std::string& text, const hal::SharedMemory* memory, 
   out_.assign(reinterpret_cast<const char*>(head.data()), head.size());
   out_ += text;
   sent_ = 0, memory_ = memory, since_ = now;
-  if (!memory) write();  // with memory only where there surely is room: that write cannot be done in part
+  if (!memory) write();  // with memory only where there is surely room: that write cannot be done in part
 }
 
 void Connection::write() {

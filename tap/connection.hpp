@@ -11,16 +11,16 @@
 
 namespace sinew::tap {
 
-inline constexpr std::size_t kShortReplyBytes = 128 * 1024;  // below that no reply is refused
+inline constexpr std::size_t kShortReplyBytes = 128 * 1024;  // shorter replies are never refused
 
-/// How much of the server one client may have.
+/// The share of the server that one client may use.
 struct Allowance {
   std::uint32_t requests_per_s = 200;
   hal::Duration patience{};
 };
 
 /// Reads one request, answers it, writes the reply, and only then reads on: a client that does not take its replies is
-/// not read either. Nothing here waits.
+/// not read. No call here waits.
 /// Thread:  the server's.
 class Connection {
  public:
@@ -32,13 +32,13 @@ class Connection {
   hal::Waiting waiting(hal::Time now);
   /// Reads what is there, as far as one request. A complete one, or nothing. The text is valid until reply().
   std::optional<std::string_view> read(hal::Time now);
-  /// False: it is a long one, of more than `room` bytes, and `busy` is answered instead.
+  /// False: the reply is longer than `room` bytes, and `busy` is answered instead.
   bool reply(const Reply& reply, std::size_t room, hal::Time now);
   void settle(const Json& json, hal::Time now);
   void write();
-  /// Whether its time is over: that of a whole request, a whole reply or a change.
+  /// Ends the connection when its time for a whole request, a whole reply or a change is over.
   void look_at_time(hal::Time now);
-  /// Whatever failed midway, nothing more is said.
+  /// After a failure midway: nothing more is sent.
   void give_up() { end_ = End::out_of_memory; }
 
   std::uint64_t id() const { return id_; }
@@ -48,7 +48,7 @@ class Connection {
   const Change& change() const { return *change_; }
   bool change_is_late(hal::Time now) const { return now - since_ > allowance_.patience; }
   bool throttled() const { return tokens_ < 1; }
-  /// Bytes of the reply that is being taken.
+  /// Bytes of the reply that the client is taking.
   std::size_t held() const { return out_.size(); }
   hal::Time last_request() const { return last_request_; }
 
@@ -64,7 +64,7 @@ class Connection {
   std::size_t sent_ = 0;
   const hal::SharedMemory* memory_ = nullptr;  // goes with the first bytes of out_
   std::optional<Change> change_;
-  hal::Time since_;  // when the half request, the reply or the change under way began
+  hal::Time since_;  // begin of the half request, the reply or the change under way
   bool half_ = false;
   double tokens_;
   hal::Time refilled_, last_request_;

@@ -14,7 +14,7 @@ std::array<std::byte, 4> frame_head(std::size_t bytes) {
 std::span<std::byte> FrameReader::room() {
   if (broken_ || frame()) return {};
   if (held_ < head_.size()) return std::span(head_).subspan(held_);
-  // Grown as the bytes come: a length alone, however large, takes no memory.
+  // Grown as the bytes come: a large length alone takes no memory.
   constexpr std::size_t kStep = 16 * 1024;
   const std::size_t have = held_ - head_.size();
   const std::size_t want = std::min<std::size_t>(length_ - have, kStep);

@@ -24,14 +24,14 @@ class FrameReader {
   explicit FrameReader(std::uint32_t max_bytes) : max_bytes_(max_bytes) {}
   /// Where the next bytes of the stream go; never empty while no frame is complete and the stream is not broken.
   std::span<std::byte> room();
-  /// So many of them arrived.
+  /// `n` bytes arrived in room().
   void filled(std::size_t n);
   /// The complete frame, until drop(). Nothing: more bytes are needed, or broken().
   std::optional<std::string_view> frame() const;
   void drop();
-  /// A length of 0 or above the maximum: what follows cannot be understood any more.
+  /// True after a length of 0 or above the maximum: the bytes that follow cannot be understood any more.
   bool broken() const { return broken_; }
-  /// Some bytes of a frame are here, others are not.
+  /// Only a part of a frame is here.
   bool half() const { return held_ > 0 && !frame(); }
 
  private:

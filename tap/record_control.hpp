@@ -7,7 +7,7 @@
 
 namespace sinew::tap {
 
-/// Answers the requests record.*: the recorder of the run. It answers in its own time, and the server asks again.
+/// Answers the requests record.*: the recorder of the run. It answers later, and the server asks again.
 class RecordControl {
  public:
   enum class Command : std::uint8_t { start, stop, status, snapshot };
@@ -16,7 +16,7 @@ class RecordControl {
     std::string text{};  // a JSON object with the members of the reply, or why it is refused
   };
   virtual ~RecordControl() = default;
-  /// The number that answer() wants; each is to be asked until it has its answer, or left alone for good. Never waits.
+  /// Answers the number that answer() wants. Ask for it until it has its answer, or never again. Never waits.
   virtual std::uint64_t ask(Command command) = 0;
   virtual std::optional<Answer> answer(std::uint64_t number) = 0;
 };

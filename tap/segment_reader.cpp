@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::uint32_t kMaxEntries = 4096;
 constexpr int kTries =
-    16;  // of a reader whom the writer overtakes; a writer that commits that often is looked at later
+    16;  // tries of a reader that the writer overtakes; the reader comes back later to so fast a writer
 
 hal::Error bad(const char* where, std::int64_t detail = 0) { return {hal::Errc::bad_data, where, detail}; }
 
@@ -165,7 +165,7 @@ bool SegmentReader::copy(const Message& message, std::span<std::byte> into) cons
   std::memcpy(into.data(), message.header, n);
   if (!holds(message)) return false;
   const Topic& topic = topics_[message.topic];
-  // The robot says how much of the room is used, and might say too much.
+  // The used size comes from the robot, and may be too large.
   return !topic.info || !topic.info->has_bulk() ||
          topic.info->bulk_used(into.data() + sizeof(rt::SlotHeader)) <= topic.bulk_bytes;
 }

@@ -5,13 +5,13 @@
 // Why a message that holds() is whole: the writer loans the slot of sequence s again only after a commit whose newest
 // sequence is at least s + keep (rt/handover.hpp, TopicWriter::own), and after that commit's number it passes
 // order_before_reuse(). The reader looks at the slot, passes order_reads(), and only then at the commit number. If any
-// byte it saw was of a later loan, the two fences meet on that byte, and the number it sees is of that commit or a
-// later one: the newest sequence is at least s + keep, and holds() says false. The programs of
-// tests/rt/handover_programs.hpp show this for every execution of the memory model, and that it breaks without
-// either fence. On x86-64 both are orders to the compiler only.
+// byte that it saw was of a later loan, the two fences meet on that byte, and the number that it sees is of that commit
+// or a later one: the newest sequence is at least s + keep, and holds() says false. The programs of
+// tests/rt/handover_programs.hpp show this for every execution of the memory model, and that it breaks without either
+// fence. On x86-64 both are orders to the compiler only.
 //
-// The memory is not trusted: every offset and size is checked once, copied, and never looked at again; what the memory
-// says later (slot index, sequence, commit number) is checked against the copy or only compared.
+// The memory is not trusted: every offset and size is checked once, copied, and never read again. Values that change
+// (slot index, sequence, commit number) are checked against the copy or only compared.
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -36,11 +36,11 @@ struct Topic {
   std::uint32_t keep = 0;           // newest messages that can be read
   std::uint32_t bell = 0;           // its word among the doorbells
   bool known() const { return info != nullptr; }
-  const msg::TypeInfo* info = nullptr;  // of this program, when it has the type with the same description
+  const msg::TypeInfo* info = nullptr;  // of this program, if it has the type with the same description
 };
 
-/// A message in place. Anything in it may change while it is looked at, until holds() has said that it did not: treat
-/// what was read before as unknown bytes, and take no size from it.
+/// A message in place. It may change while you look at it, until holds() has said that it did not: treat all that was
+/// read before as unknown bytes, and take no size from it.
 struct Message {
   std::uint32_t topic = 0;
   std::uint32_t sequence = 0;
@@ -48,7 +48,7 @@ struct Message {
   const std::byte* data() const { return static_cast<const std::byte*>(header->message()); }
 };
 
-/// Where a reader of every message is on one topic.
+/// The place of a reader of every message of one topic.
 struct Cursor {
   std::uint32_t next = 0;  // sequence that comes next
   bool started = false;    // false: begins with the newest message
@@ -65,11 +65,11 @@ class SegmentReader {
   const std::vector<Topic>& topics() const { return topics_; }
   std::optional<std::uint32_t> find(std::string_view name) const;
 
-  /// The newest message; nothing before the first, or when the writer goes too fast to be caught in some tries.
+  /// The newest message; nothing before the first, or when the writer is too fast for some tries.
   std::optional<Message> newest(std::uint32_t topic) const;
-  /// The message after the last one; what is gone meanwhile is skipped and counted. Nothing: no new one yet.
+  /// The message after the last one; messages that are gone meanwhile are skipped and counted. Nothing: no new one yet.
   std::optional<Message> next(std::uint32_t topic, Cursor& cursor) const;
-  /// What was read of the message up to now is what the writer published.
+  /// True: all that was read of the message up to now is what the writer published.
   bool holds(const Message& message) const;
   /// Copies header and message with its room for bulk; false when it was overwritten meanwhile. `into` has
   /// bytes(topic). Afterwards msg::bulk_of() of a known type stays within it.

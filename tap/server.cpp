@@ -16,8 +16,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr hal::Duration kSoon = 1ms;    // somebody waits for a change
-constexpr hal::Duration kLater = 20ms;  // somebody is throttled or slow
+constexpr hal::Duration kSoon = 1ms;    // a client waits for a change
+constexpr hal::Duration kLater = 20ms;  // a client is throttled or slow
 constexpr hal::Duration kIdle = 1s;
 
 }  // namespace
@@ -83,7 +83,7 @@ class Server::Body {
     return clients_.empty() ? kIdle : std::min(least, options_.patience / 4);
   }
 
-  /// Where memory runs out the client must go, and the robot must not.
+  /// When memory runs out the client must go, and the robot must not.
   void try_to_serve(Connection& c, const hal::Waiting& waiting, hal::Time now) {
     try {
       serve(c, waiting, now);
@@ -148,8 +148,8 @@ class Server::Body {
                                                     Allowance{options_.requests_per_s, options_.patience}, now));
   }
 
-  /// The connection that asked nothing for the longest time gives way; one that doorbells wake does so only when there
-  /// is no other.
+  /// Closes the connection that has asked nothing for the longest time. A connection that doorbells wake goes only when
+  /// there is no other.
   bool make_room(hal::Time now) {
     const auto rank = [this](const auto& c) {
       return std::pair(notifier_ && notifier_->subscribes(c->id()), c->last_request());

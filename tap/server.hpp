@@ -15,29 +15,29 @@ namespace sinew::tap {
 
 struct ServerOptions {
   std::string board{};                                             // for `hello`
-  bool virtual_time = false;                                       // likewise
+  bool virtual_time = false;                                       // for `hello`
   std::function<void()> stop{};                                    // what `stop` does; empty: refused
-  std::string robot_file{};                                        // absolute path, likewise for `hello`; empty: none
-  const hal::Clock* clock = nullptr;                               // the robot's, of any thread; null: os
+  std::string robot_file{};                                        // absolute path, for `hello`; empty: none
+  const hal::Clock* clock = nullptr;                               // the robot's, read by any thread; null: os
   RecordControl* record_control = nullptr;                         // for `record.*`; null: refused
-  std::function<std::vector<std::string>()> complaints{};          // of devices, for `status`; of any thread
+  std::function<std::vector<std::string>()> complaints{};          // of devices, for `status`; called by any thread
   std::uint32_t max_clients = 16;                                  // 62 at most
   std::uint32_t max_per_process = 4;                               // connections of one process
   hal::Duration may_be_replaced_after = std::chrono::seconds(10);  // without a request, when all places are taken
   std::uint32_t requests_per_s = 200;                              // of one client; more wait in its socket
-  std::size_t long_reply_bytes = 8 * 1024 * 1024;                  // held of all clients' replies above 128 KiB
+  std::size_t long_reply_bytes = 8 * 1024 * 1024;                  // for all clients' replies above 128 KiB together
   hal::Duration patience =
       std::chrono::seconds(2);  // for a whole request, for a whole reply to be taken, and for a change
 };
 
-/// What outsiders did; nothing of it reaches the loops.
+/// Counts of what outsiders did. The loops see nothing of them.
 struct ServerStats {
   rt::Count accepted, requests, refused_peers, refused_full, made_room, garbage, closed_for_garbage, closed_slow,
       throttled, refused_replies, out_of_memory;
 };
 
 /// The robot's socket: answers requests of other programs, hands them the memory of the topics, rings the doorbells.
-/// Owns two threads of ordinary priority. What changes the robot goes through the graph's mailboxes; everything else is
+/// Owns two threads of ordinary priority. Changes of the robot go through the graph's mailboxes; everything else is
 /// read from words that any thread may read.
 /// Thread:  owner; stats(): any.
 /// Owner:   graph, runner, os and clock must outlive it; made after graph.configure(), before anything else changes

@@ -53,7 +53,7 @@ bool TopicNotifier::subscribes(std::uint64_t client) const {
 std::uint32_t TopicNotifier::number_of(rt::WriterId writer) const {
   const auto* base = reinterpret_cast<const std::byte*>(&segment_.header());
   const auto* word = reinterpret_cast<const rt::StdAtomics::Word*>(base + segment_.writer_entry(writer).number);
-  return word->load(std::memory_order_relaxed);  // says only that there is something; the reader looks for itself
+  return word->load(std::memory_order_relaxed);  // says only that there is something new; the reader looks for itself
 }
 
 void TopicNotifier::ring(rt::WriterId writer, std::uint32_t number) {
@@ -62,7 +62,7 @@ void TopicNotifier::ring(rt::WriterId writer, std::uint32_t number) {
   hal::wake_shared(word);
 }
 
-/// Answers when to look again; kNever's distance when nobody subscribes.
+/// Answers how long to wait before the next look; Duration::max() when no client subscribes.
 hal::Duration TopicNotifier::look_at_all(std::vector<std::uint32_t>& seen) {
   const std::lock_guard lock(mutex_);
   hal::Duration period = hal::Duration::max();

@@ -11,10 +11,11 @@
 
 namespace sinew::tap {
 
-/// Wakes outsiders when topics have new messages, so that no real-time writer has to. While somebody subscribes, a
-/// thread of ordinary priority looks at the writers' commit numbers once a period, and where one moved, writes it into
-/// that writer's word of a shared page and wakes whoever sleeps there. Without subscribers it sleeps and costs nothing.
-/// The page is written here and read by nobody in this process: whatever becomes of it, the robot does not know.
+/// Wakes outsiders when topics have new messages, so that no real-time writer has to. While a client subscribes, a
+/// thread of ordinary priority looks at the writers' commit numbers once a period. Where a number moved, the thread
+/// writes it into that writer's word of a shared page and wakes the sleepers on it. Without subscribers it sleeps and
+/// costs nothing. This process only writes the page and never reads it: nothing that happens to the page reaches the
+/// robot.
 /// Thread:  any.
 class TopicNotifier {
  public:
@@ -24,7 +25,7 @@ class TopicNotifier {
   TopicNotifier(const TopicNotifier&) = delete;
   TopicNotifier& operator=(const TopicNotifier&) = delete;
 
-  /// Replaces what this client asked for before; no writers: nothing any more.
+  /// Replaces the client's earlier subscription; no writers: unsubscribes.
   void subscribe(std::uint64_t client, std::vector<rt::WriterId> writers, hal::Duration period);
   const hal::SharedMemory& page() const { return *page_; }
   bool subscribes(std::uint64_t client) const;
@@ -43,9 +44,9 @@ class TopicNotifier {
   const rt::Segment& segment_;
   hal::Os& os_;
   std::unique_ptr<hal::SharedMemory> page_;
-  mutable std::mutex mutex_;  // of wishes_
+  mutable std::mutex mutex_;  // guards wishes_
   std::map<std::uint64_t, Wish> wishes_;
-  hal::WakeWord changed_{0};  // counts changes of wishes_ and the end
+  hal::WakeWord changed_{0};  // counts changes of wishes_, and the end of the thread
   std::atomic<bool> end_{false};
   std::unique_ptr<hal::Thread> thread_;
 };

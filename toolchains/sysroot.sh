@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
-# Makes the file tree of a board to compile and link against, from Debian packages, without installing anything: the groups
-# `sysroot` and `sysroot-ARCH` of tools/packages.txt for another machine, unpacked. Does nothing, quickly, when it is there.
+# Makes the file tree of a board to compile and link against, from Debian packages, without installing anything: unpacks
+# the groups `sysroot` and `sysroot-ARCH` of tools/packages.txt for another machine. Returns at once if the tree exists.
 #
 #   toolchains/sysroot.sh ARCH...      armhf, arm64 or mipsel
-#   toolchains/sysroot.sh i386         what runs 32-bit Windows programs (group wine32), to chroot to: see wine32.sh
+#   toolchains/sysroot.sh i386         a tree to chroot to for 32-bit Windows programs (group wine32): see wine32.sh
 #
-# It lies in build/sysroot/ARCH, or in $SINEW_SYSROOTS/ARCH, which several clones may share; the packages and their
-# versions are in its file `packages`. To take newer versions: rm -r that folder first.
-# SINEW_SYSROOT_SOURCE="deb http://HOST/debian SUITE main" names another source than the one this system has.
+# The tree is in build/sysroot/ARCH, or in $SINEW_SYSROOTS/ARCH, which several clones may share; its file `packages`
+# lists the packages and their versions. To take newer versions: rm -r that folder first.
+# SINEW_SYSROOT_SOURCE="deb http://HOST/debian SUITE main" names another package source than this system's.
 # Exit: 0 all there, 1 not made (says why), 2 wrong call.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../tools/lib.sh"
@@ -22,8 +22,8 @@ wanted_of() {
   awk -v group="$group" -v own="$group-$1" '$1 == group || $1 == own { print $2 }' "$root/tools/packages.txt"
 }
 
-# record DEB NAMES DATABASE: what dpkg keeps of an installed package, as far as dpkg-shlibdeps and `dpkg -S` ask for it:
-# packages of ours that are built with this tree name the packages that they need by it.
+# record DEB NAMES DATABASE: writes the part of dpkg's database that dpkg-shlibdeps and `dpkg -S` read: by it our
+# packages that are built with this tree name the packages that they need.
 record() {
   local control=$3/control name file
   dpkg-deb -e "$1" "$control"
@@ -37,11 +37,11 @@ record() {
   rm -r "$control"
 }
 
-# unpack WORK TREE: every package that was fetched. Documents but licences, and settings, are not for a compiler.
+# unpack WORK TREE: unpacks every fetched package, without settings and without documents other than licences.
 unpack() {
   local deb database=$2/var/lib/dpkg
   mkdir -p "$database/info"
-  echo 1 >"$database/info/format" # names of files say the machine
+  echo 1 >"$database/info/format" # file names contain the machine
   for deb in "$1"/archives/*.deb; do
     dpkg-deb --fsys-tarfile "$deb" | tar -xv -C "$2" --no-same-owner --keep-directory-symlink --exclude=./etc \
       --exclude=./usr/share/{man,locale,info,lintian,bash-completion} --exclude=./var --exclude=./dev \
@@ -52,7 +52,7 @@ unpack() {
   done >"$2/packages"
 }
 
-# What the packages leave to their installation: /lib within /usr, as on a running system, and no link that leaves the tree.
+# Does what an installation would do: puts /lib into /usr, as on a running system, and makes no link leave the tree.
 settle() {
   local folder link target libraries name
   for folder in lib lib32 lib64 libx32 bin sbin; do
@@ -66,19 +66,19 @@ settle() {
     target=$(readlink "$link")
     ln -snf "$(realpath -ms --relative-to="$(dirname "$link")" "$1$target")" "$link"
   done < <(find "$1" -type l -lname '/*')
-  # Wine's user32 loads it among Wine's own libraries only, which have this mark behind the 64 bytes of their first header.
+  # Wine's user32 loads zlib1.dll only as one of Wine's own libraries, which have this mark behind their first 64 bytes.
   name=$1/usr/lib/i386-linux-gnu/wine/i386-windows/zlib1.dll
   if [[ -d $(dirname "$name") ]]; then
     cp "$1/usr/i686-w64-mingw32/lib/zlib1.dll" "$name"
     { printf 'Wine builtin DLL' && head -c 16 /dev/zero; } | dd of="$name" bs=1 seek=64 conv=notrunc status=none
   fi
   libraries=$(echo "$1"/usr/lib/*-linux-gnu*)
-  for name in blas lapack; do # two makers offer them, so a link is made to one; OpenCV wants it
+  for name in blas lapack; do # two packages offer them, so this links one; OpenCV needs it
     [[ ! -e $libraries/$name/lib$name.so.3 ]] || ln -snf "$name/lib$name.so.3" "$libraries/lib$name.so.3"
   done
 }
 
-# make_tree ARCH TREE: in a shell of its own, which ends at the first failed command.
+# make_tree ARCH TREE: runs in a subshell, which ends at the first failed command.
 make_tree() {
   local work=$2.apt source
   source=$(main_suite)
@@ -101,13 +101,13 @@ if (($# == 0)); then
   say "usage: toolchains/sysroot.sh ARCH...      armhf, arm64, mipsel or i386" >&2
   exit 2
 fi
-for arch in "$@"; do # all of them before the first is made
+for arch in "$@"; do # checks all before it makes the first
   if [[ ! $arch =~ ^(armhf|arm64|mipsel|i386)$ ]]; then
     say "sysroot: no machine '$arch'; known: armhf arm64 mipsel i386" >&2
     exit 2
   fi
 done
-# Made anew when another thing is wanted of it, or it is made in another way.
+# Makes a tree again when the wanted packages or these scripts have changed.
 how=$(cat "${BASH_SOURCE[0]}" "$root/tools/own_apt.sh")
 for arch in "$@"; do
   mapfile -t wanted < <(wanted_of "$arch")

@@ -1,4 +1,4 @@
-# Windows by mingw-w64, run by Wine where there is no Windows: 64 bits, or what windows32.cmake asks for. See docs/windows.md.
+# Windows by mingw-w64, run by Wine if there is no Windows: 64 bits, or 32 bits by windows32.cmake. See docs/windows.md.
 if(NOT SINEW_WINDOWS_TRIPLET)
   set(SINEW_WINDOWS_TRIPLET x86_64-w64-mingw32)
 endif()
@@ -23,10 +23,10 @@ set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
 set(CMAKE_EXE_LINKER_FLAGS_INIT "-static")  # one file: the compiler's own libraries are in it
 if(SINEW_WINDOWS_TRIPLET MATCHES ^i686)
   set(CMAKE_SYSTEM_PROCESSOR i686)
-  # The x87, which else calculates there, keeps 80 bits: other results than everywhere else. And SSE wants 16 bytes of
-  # alignment, where that system's stacks have 4 and its heap has 8, of which the compiler thinks 16.
-  # There a member function takes its arguments off the stack itself, and other functions leave that to their caller. gcc 12
-  # makes one function of two that else do the same, and who calls the other one returns to an argument: not to be done.
+  # SSE, since the x87 keeps 80 bits and gives other results than all other machines. SSE needs an alignment of 16 bytes,
+  # but stacks of this system have 4, and its heap has 8 where the compiler assumes 16.
+  # No -fipa-icf: a member function here removes its arguments from the stack itself, other functions leave that to their
+  # caller. gcc 12 merges two such functions with equal bodies; a caller of the wrong kind then returns to an argument.
   set(CMAKE_C_FLAGS_INIT "-msse2 -mfpmath=sse -mstackrealign -fno-ipa-icf")
   set(CMAKE_CXX_FLAGS_INIT "-msse2 -mfpmath=sse -mstackrealign -fno-ipa-icf -faligned-new=8")
   set(CMAKE_CROSSCOMPILING_EMULATOR ${CMAKE_CURRENT_LIST_DIR}/wine32.sh)

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# Runs a 32-bit Windows program by Wine's 32-bit half, which toolchains/sysroot.sh i386 unpacked: with its folder as the
-# root of the file system, and with processes and mounts of its own, which all end with the program.
+# Runs a 32-bit Windows program by Wine's 32-bit half, which toolchains/sysroot.sh i386 unpacked. The unpacked folder is
+# the root of the file system; process and mount namespaces are separate and end with the program.
 #
 #   toolchains/wine32.sh PROGRAM ARGUMENT...
-#   toolchains/wine32.sh --check       nothing runs: says why not, and exits with 77, where it cannot be had
+#   toolchains/wine32.sh --check       runs nothing; if it cannot run here, exits with 77 and says why
 #
-# That takes root, or a kernel that lets anybody be root in a space of their own. ctest counts exit 77 as not run.
+# Needs root, or a kernel that permits user namespaces to everybody. ctest counts exit 77 as not run.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 tree=${SINEW_SYSROOTS:-$root/build/sysroot}/i386
@@ -22,17 +22,17 @@ spaces=(unshare --mount --pid --fork --kill-child --propagation private)
 if [[ ${1:-} == --inside ]]; then
   shift
   (($$ == 1)) || not_run "--inside is for this script alone: the mounts would stay"
-  mount -t tmpfs tmp "$tree/tmp" # Wine's server listens there: each program has its own, which ends with it
-  mount -t proc proc "$tree/proc" # of these processes: Wine reads there how much processor time a thread has used
+  mount -t tmpfs tmp "$tree/tmp" # Wine's server listens there: one server for each program, which ends with it
+  mount -t proc proc "$tree/proc" # for these processes: Wine reads the processor time of threads there
   mount --rbind /dev "$tree/dev"
   mount --rbind "$root" "$tree$root"
-  echo '<fontconfig/>' >"$tree/tmp/fonts.conf" # there are no fonts, and each program would complain
+  echo '<fontconfig/>' >"$tree/tmp/fonts.conf" # there are no fonts; without this file each program would complain
   export FONTCONFIG_FILE=/tmp/fonts.conf PATH=/usr/bin:/bin HOME=/root WINEPREFIX=/root/prefix WINEARCH=win32 WINESERVER=/usr/lib/wine/wineserver32
   export WINEDEBUG=${WINEDEBUG--all} WINEDLLOVERRIDES='mscoree=;mshtml=' DISPLAY='' TMPDIR=/tmp
   within=(unshare --root="$tree" --wd="$PWD")
   [[ $1 == --make-prefix ]] || exec "${within[@]}" /usr/lib/wine/wine "$@"
   "${within[@]}" /usr/lib/wine/wine wineboot -i
-  exec "${within[@]}" "$WINESERVER" -w # it writes the registry when it ends, and must not be ended before
+  exec "${within[@]}" "$WINESERVER" -w # the server writes the registry when it ends, so wait for it
 fi
 
 [[ -x $tree/usr/lib/wine/wine ]] || not_run "no Wine of 32 bits in $tree (tools/setup.sh windows32)"
@@ -46,7 +46,7 @@ esac
   not_run "it needs root, to mount and to change the root folder, and that is not to be had here"
 [[ ${1:-} != --check ]] || exit 0
 
-# The folder that is its drive C takes seconds to make and half a gigabyte: once, by the first who comes.
+# Making Wine's drive C takes seconds and half a gigabyte: only the first process does it.
 if [[ ! -e $tree/root/prefix.made ]]; then
   exec {lock}>"$tree/root/prefix.lock"
   flock "$lock"

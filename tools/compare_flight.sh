@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Flies one robot twice in lockstep: by this machine's sinew-fly, and by the same program built for another one. All bytes of
-# all topics must be the same; the first topic that differs is named.
+# Flies one robot twice in lockstep: with this machine's sinew-fly, and with the same program built for another machine.
+# All bytes of all topics must be the same; names the first topic that differs.
 #
 #   tools/compare_flight.sh [--replay] [--seed N] [--duration S] [--robot FILE] [--host H] [--label TEXT] -- COMMAND...
 #
@@ -9,8 +9,8 @@
 #   tools/compare_flight.sh --duration 5 -- qemu-arm -L build/sysroot/armhf build/armhf/bin/sinew-fly
 #   tools/compare_flight.sh --label mipsel --host 10.0.2.2 -- tests/boards/fly.sh mipsel
 # Without --duration both fly the whole mission and must land well. --host: how COMMAND names this machine (127.0.0.1).
-# --replay: COMMAND is the other machine's `sinew`. Both record their flight, pixels included, and each executes again
-# what the other has recorded: every step of every module must be identical; the first that is not is told with its field.
+# --replay: COMMAND is the other machine's `sinew`. Both record their flight, pixels included, and each replays the
+# other's recording: every step of every module must be identical; prints the first one that is not, with its field.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
@@ -33,7 +33,7 @@ done
 bin=$root/build/release/bin
 for needed in sinew-sim "$program"; do [[ -x $bin/$needed ]] || die "build/release has no $needed: cmake --build build/release --target $needed"; done
 work=$(mktemp -d) sim=
-# Whatever was started ends with this script, also when that is interrupted.
+# Ends everything that this script started, also after an interruption.
 finish() {
   end_limited
   [[ -z $sim ]] || kill "$sim" 2>/dev/null || true
@@ -43,7 +43,7 @@ trap finish EXIT
 mkdir -m 700 "$work/robots"
 export SINEW_RUN_DIR=$work/robots SINEW_RECORD=on
 
-# words_of NAME ENDPOINT: what makes the program fly, one word a line.
+# words_of NAME ENDPOINT: the arguments of the flying program, one a line.
 words_of() {
   if [[ $program == sinew ]]; then
     printf '%s\n' run "$robot" --virtual --plant "$2" --quiet --record-images --runs "$work/runs-$1"
@@ -57,7 +57,7 @@ words_of() {
 fly() {
   local name=$1 as=$2 code=0 endpoint='' words
   shift 2
-  : >"$work/$name.sim" # it is read before a busy machine has started the simulator
+  : >"$work/$name.sim" # the loop reads it before a busy machine has started the simulator
   "$bin/sinew-sim" --listen tcp:127.0.0.1:0 --lockstep --seed "$seed" --wait 300 >"$work/$name.sim" 2>&1 &
   sim=$!
   for ((i = 0; i < 600; ++i)); do
@@ -77,11 +77,11 @@ fly() {
   [[ -s $work/$name.hashes ]] || die "$name: no flight (exit $code): $(tail -n 5 "$work/$name.err")"
   say "$name: $(wc -l <"$work/$name.hashes") topics, $((SECONDS - start)) s, exit $code$(tr -d '\r' <"$work/$name" | sed -n 's/^landing error */, landing error /p')"
   tr -d '\r' <"$work/$name" | grep -E '^(grants|start-up|board) ' || true
-  # A flight that is cut short has not landed, and says so with 1.
+  # A flight that --duration cuts short has not landed: exit code 1.
   [[ $code == 0 || (${#duration[@]} -gt 0 && $code == 1) ]] || die "$name: exit $code: $(tail -n 5 "$work/$name.err")"
 }
 
-# again NAME WHOSE COMMAND...: NAME executes once more what WHOSE flight has recorded.
+# again NAME WHOSE COMMAND...: NAME replays the recording of WHOSE flight.
 again() {
   local name=$1 whose=$2 file code=0 start=$SECONDS
   shift 2

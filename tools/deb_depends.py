@@ -16,7 +16,7 @@ import tempfile
 
 
 def database_of(sysroot, target):
-    """A view of the sysroot's database in which each file has the path that it has here."""
+    """A copy of the sysroot's database with the paths that the files have on this machine."""
     source = os.path.join(sysroot, "var/lib/dpkg")
     if not os.path.isfile(f"{source}/status"):
         sys.exit(f"deb_depends: no package database in {sysroot}; toolchains/sysroot.sh makes a sysroot with one")

@@ -4,7 +4,7 @@ import re
 import subprocess
 import sys
 
-# Libraries of others that are headers: they are in our programs although nothing names them.
+# External header libraries: they are in our programs, although no program names them.
 HEADER_LIBRARIES = {"libtomlplusplus-dev", "nlohmann-json3-dev", "libcli11-dev", "libeigen3-dev"}
 # Debian's short names, and SPDX's: https://spdx.org/licenses/
 SPDX_NAMES = {"expat": "MIT", "mit": "MIT", "zlib": "Zlib", "bsd-2-clause": "BSD-2-Clause", "bsd-3-clause": "BSD-3-Clause",
@@ -32,7 +32,7 @@ class Debian:
         self.owners = {}
 
     def owner(self, path):
-        """Of a file of the machine's, named without the sysroot."""
+        """The package of a file; the path is without the sysroot."""
         if path not in self.owners:
             real = os.path.realpath(self.root + path)[len(self.root):]
             names = []
@@ -45,7 +45,7 @@ class Debian:
         return self.owners[path]
 
     def headers(self):
-        """{path: package} of the libraries that are headers, or can be used so, of those that are there."""
+        """{path: package} for the installed libraries that are, or can be used as, headers only."""
         found = {}
         for package in (*HEADER_LIBRARIES, "libfmt-dev"):
             done = subprocess.run(["dpkg-query", f"--admindir={self.admindir}", "-L", package], capture_output=True, text=True)
@@ -81,7 +81,7 @@ class Debian:
 
 
 def licence_of(copyright_file):
-    """What a machine-readable copyright file says of everything but Debian's own work.
+    """The licence in a machine-readable copyright file, without Debian's own work.
     Source: https://www.debian.org/doc/packaging-manuals/copyright-format/1.0/"""
     if "copyright-format/1.0" not in copyright_file.split("\n\n")[0]:
         return NONE, "Debian's copyright file is prose"

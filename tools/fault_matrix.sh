@@ -5,10 +5,10 @@
 #
 # --seeds N      seeds 1..N of each cell (default 20), as many flights at once as there are cores
 # --build FOLDER build/FOLDER/bin/sinew flies (default release)
-# --device NAME  only this one; may be repeated
+# --device NAME  only this device; may be repeated
 #
-# Passes when every flight ends as the table in tests/apps/run/fault_matrix.py says. All flights stand in build/faults.txt;
-# printed are those that went wrong, and per cell how many landed, stopped, or neither.
+# Passes when every flight ends as the table in tests/apps/run/fault_matrix.py says. All flights are in
+# build/faults.txt; prints the wrong flights, and per cell how many landed, stopped, or neither.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 export SINEW_RECORD=off

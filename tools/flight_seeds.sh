@@ -6,11 +6,11 @@
 # --seeds N      seeds 1..N (default 10), as many at once as there are cores
 # --build FOLDER build/FOLDER/bin/sinew flies (default release)
 # --same-bytes   also: the hash lines of seed 1 from the release build twice, from these other builds (none: ''), and from release
-#                with the processor's FMA and AVX hidden from the C library, must be identical; and each of them, executing
-#                again what release recorded of 8 s in virtual and in real time, must find every step identical
+#                with the processor's FMA and AVX hidden from the C library, must be identical; and in each of
+#                them a replay of 8 s that release recorded in virtual and in real time must find every step identical
 #
 # Passes when at least 95 of 100 seeds land (every one of fewer than 20). A flight has landed when `sinew run` exits
-# with 0 and says so itself; read from its output are
+# with 0 and these lines of its output confirm it:
 #     landing error       0.042 m        (limit 0.15 m)
 #     touchdown speed     0.31 m/s       (limit 0.5 m/s)
 #     flight time         21.4 s
@@ -80,7 +80,7 @@ hashes() {
 
 hidden=-AVX512F,-AVX512VL,-AVX512DQ,-AVX512BW,-AVX512CD,-AVX2,-AVX,-FMA,-FMA4
 
-# replay PRESET FILE: what that build says of a recording, its first line only; fails when not all of it is identical.
+# replay PRESET FILE: the first line of that build's replay of a recording; fails when not all of it is identical.
 replay() { ASAN_OPTIONS=detect_leaks=0 timeout "$limit_s" "$root/build/$1/bin/sinew" replay "$2" 2>&1 | head -n 1; }
 
 # check_replays: names every build that does not find the release build's recordings identical.
@@ -88,7 +88,7 @@ check_replays() {
   local kind file said variant wrong=0
   for kind in --virtual --plain; do
     SINEW_RECORD=on timeout "$limit_s" "$root/build/release/bin/sinew" run "$root/robots/quad/quad.toml" "$kind" --quiet --duration 8 \
-      --record-images --runs "$out/runs$kind" >"$out/recorded$kind.log" 2>&1 || true # it did not land by then
+      --record-images --runs "$out/runs$kind" >"$out/recorded$kind.log" 2>&1 || true # it has not landed after 8 s
     file=$(echo "$out/runs$kind"/*/run.mcap)
     for variant in release "${others[@]}" no-fma-avx; do
       if [[ $variant == no-fma-avx ]]; then

@@ -1,10 +1,10 @@
 # shellcheck shell=bash
-# Shared by ./run, ./test and tools/*.sh: `source` it. Nothing here runs by itself.
+# Shared by ./run, ./test and tools/*.sh: `source` it. Sourcing it starts nothing.
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 logs=$root/build/logs
 jobs=${SINEW_JOBS:-$(nproc 2>/dev/null || getconf _NPROCESSORS_ONLN)}
 configure_options=() # for builds that do not exist yet
-launcher=() # what builds and tests are started through, e.g. (setarch -R)
+launcher=() # a program that starts builds and tests, e.g. (setarch -R)
 
 say() { printf '%s\n' "$*"; }
 die() {
@@ -38,7 +38,7 @@ logged() {
   return "$status"
 }
 
-# quietly LOG COMMAND...: the same; all of LOG is shown when the command fails.
+# quietly LOG COMMAND...: as logged; shows all of LOG when the command fails.
 quietly() {
   local log=$1 status=0
   shift
@@ -51,8 +51,8 @@ quietly() {
   return "$status"
 }
 
-# limited SECONDS COMMAND...: the command without input, and its exit code; 124 or 137 when it was ended after that time.
-# `timeout` by itself stands in a group of its own, where no Ctrl-C is heard, and outlives who started it: a script that
+# limited SECONDS COMMAND...: runs the command without input; returns its exit code, 124 or 137 when its time was over.
+# `timeout` runs in a separate process group, which Ctrl-C does not reach, and can outlive the script: a script that
 # calls this has end_limited in its trap for EXIT.
 limited_pid=
 limited() {
@@ -72,13 +72,13 @@ end_limited() {
 
 show_last_line() {
   local width=$(($(tput cols 2>/dev/null || echo 80) - 3))
-  while sleep 0.3 && kill -0 $$ 2>/dev/null; do # ends with the script, also when that is interrupted
+  while sleep 0.3 && kill -0 $$ 2>/dev/null; do # ends with the script, also after an interruption
     printf '\r\033[K  %.*s' "$width" "$(tail -n 1 "$1" 2>/dev/null | tr -d '\r\033')"
   done
 }
 
-# configure PRESET: anew when there is no build yet, or a preset, an installed package or a board's sysroot may have changed
-# it; else only if a CMakeLists.txt or the set of files did.
+# configure PRESET: configures again when there is no build yet, or when a preset, an installed package or a board's
+# sysroot may have changed it; else only when a CMakeLists.txt or the set of files has changed.
 configure() {
   local ninja_file=$root/build/$1/build.ninja
   local sysroot=${SINEW_SYSROOTS:-$root/build/sysroot}/$1

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""A program's manual page, of what its --help prints and nothing else, so that the two never differ.
+"""A program's manual page, made only from its --help, so that the two never differ.
 
     tools/manual_page.py --name sinew --what 'runs robots' --version 0.1.0 --into sinew.1.gz -- build/release/bin/sinew
 
-The words behind -- start the program (an emulator may be the first). Of a program with commands each gets a part, with
-the commands of commands. Understood are the help texts of CLI11 and the plain ones of our small programs ("usage: ...").
+The words behind -- start the program (an emulator may be the first). Each command of a program gets a part, also
+commands of commands. Reads the help texts of CLI11 and the plain ones of our small programs ("usage: ...").
 FILE is compressed when its name ends in .gz; the same text gives the same bytes.
-Exit: 0 written; 1 the program's help is none (says which); 2 wrong call.
+Exit: 0 written; 1 a help text is missing or not readable (says which); 2 wrong call.
 """
 import argparse
 import gzip
@@ -15,11 +15,11 @@ import re
 import subprocess
 import sys
 
-COLUMN = 30  # where CLI11 begins what a row means
+COLUMN = 30  # column in which CLI11 begins the meaning of a row
 
 
 class Wrong(Exception):
-    """Something that a line of text tells."""
+    """An error that one line of text explains."""
 
 
 def help_of(words):
@@ -59,7 +59,7 @@ class Help:
             name, meaning = rows[-1]
             rows[-1] = (name, f"{meaning} {line.strip()}".strip())
             return
-        # Two spaces part name and meaning; one does where the name ends just before the column, unless the meaning follows.
+        # Two spaces separate name and meaning; only one if the name ends before the column and no meaning follows.
         name, _, meaning = line.strip().partition("  ")
         if not meaning and line[COLUMN - 1:COLUMN] == " " and not after.startswith(" " * COLUMN):
             name, meaning = line[2:COLUMN].strip(), line[COLUMN:]
@@ -67,7 +67,7 @@ class Help:
 
 
 def roff(text):
-    """Text as troff prints it: its own characters are taken for ordinary ones."""
+    """Text in which troff takes its special characters for ordinary ones."""
     text = text.replace("\\", "\\e").replace("-", "\\-").replace("'", "\\(aq").replace("^", "\\(ha").replace("~", "\\(ti")
     return "\\&" + text if text.startswith(".") else text
 
@@ -80,7 +80,7 @@ def rows_of(rows):
 
 
 def commands(words, path, text):
-    """(name of a command, its Help), those of commands after it; path are the words by which people call it."""
+    """(name of a command, its Help), subcommands behind their command; path: the words by which people call it."""
     for name, _ in text.parts.get("Subcommands", []):
         inner = Help(help_of([*words, name]))
         yield f"{path} {name}", inner
@@ -101,7 +101,7 @@ def page(name, what, version, words):
         for path, inner in commands(words, name, text):
             lines += [f".SS {roff(path.split(' ', 1)[1])}", f".B {roff(inner.usage)}", ".PP"]
             for line in inner.said:
-                if line not in text.said:  # the exit codes are those of all
+                if line not in text.said:  # all commands have the same exit codes
                     lines += [roff(line), ".br"]
             for part in ("Positionals", "Options"):
                 lines += rows_of([row for row in inner.parts.get(part, []) if not row[0].startswith("-h,")])

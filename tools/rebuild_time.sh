@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# How long a change in one module takes to rebuild: the runtime with its simulator, and everything with all tests.
+# Measures the rebuild after a change in one module: the runtime with its simulator, and everything with all tests.
 #
 #   tools/rebuild_time.sh [SOURCE]      default: the first source of control/
 #
-# Nothing is edited: the file is touched and ccache told to compile it anew.
+# Edits nothing: touches the file and tells ccache to compile it again.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 

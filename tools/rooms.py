@@ -2,7 +2,7 @@
 """Draws the rooms of cmake/rooms.txt: docs/rooms.svg, and the table between the two marks in docs/design.md.
 
     tools/rooms.py           writes both
-    tools/rooms.py --check   writes nothing; exit 1 when one of them is not what the table says
+    tools/rooms.py --check   writes nothing; exit 1 when one of them differs from the table
 """
 import html
 import pathlib
@@ -33,7 +33,7 @@ def group_of(room):
 
 
 def levels_of(rooms):
-    """{group: how many groups lie below it at most}, and {group: groups that it sees, without those seen by others of these}."""
+    """{group: longest chain below it}, and {group: groups that it sees, without those that another of them sees}."""
     sees = {group_of(room): set() for room, _, _ in rooms}
     for room, others, _ in rooms:
         sees[group_of(room)] |= {group_of(o) for o in others} - {group_of(room)}

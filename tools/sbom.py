@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""The bill of materials of a package, as SPDX 2.3 JSON: each file, our rooms in it, and what of others is linked.
+"""The bill of materials of a package, as SPDX 2.3 JSON: each file, our rooms in it, and external code that it links.
 
     tools/sbom.py PACKAGE... --build FOLDER [--sysroot DIR] [--static FILE...] [--into FOLDER]
 
-writes PACKAGE.spdx.json beside each, or into that folder. PACKAGE is a .deb, .tar.gz or .zip. What programs load is read
-from them (NEEDED; DLL names), which rooms and headers are compiled in comes from the build's ninja, and which Debian
-package that is, from dpkg's database: the machine's, or the sysroot's. A licence is named only where Debian's copyright
-file names one for everything that is not Debian's own work; else it is NOASSERTION, with what the file names as a comment.
+writes PACKAGE.spdx.json beside each, or into that folder. PACKAGE is a .deb, .tar.gz or .zip. The programs themselves
+name the libraries that they load (NEEDED; DLL names), the build's ninja names the rooms and headers compiled in, and
+dpkg's database (the machine's, or the sysroot's) their Debian packages. A licence is named only if Debian's copyright
+file names one for everything but Debian's own work; else it is NOASSERTION, with the names in that file as a comment.
 --static names libraries of the compiler that are linked in.
-Exit: 0 done; 1 something cannot be looked up (says what); 2 wrong call.
+Exit: 0 done; 1 something cannot be found (says what); 2 wrong call.
 Source: SPDX 2.3, https://spdx.github.io/spdx-spec/v2.3/
 """
 import argparse
@@ -30,7 +30,7 @@ def unpack(package, folder):
         run("dpkg-deb", "-x", package, folder)
     elif package.endswith(".tar.gz"):
         with tarfile.open(package) as tar:
-            # Debian 12's Python (3.11.2) knows no filters yet, and later ones want to be told of one.
+            # Debian 12's Python (3.11.2) has no filters yet, and later versions want one.
             tar.extractall(folder, **({"filter": "data"} if hasattr(tarfile, "data_filter") else {}))
     elif package.endswith(".zip"):
         with zipfile.ZipFile(package) as archive:
@@ -60,7 +60,7 @@ def loaded(path):
 
 
 class Build:
-    """What ninja knows of a program or a library of ours."""
+    """What ninja knows of our programs and libraries."""
 
     def __init__(self, folder, debian):
         self.folder, self.owners = folder, debian.headers()
@@ -86,8 +86,8 @@ class Build:
         return rooms, {p for i in inputs for h in self.objects.get(i, ()) if (p := self.owner(h))}
 
     def owner(self, header):
-        # A program for Windows has of this machine's libraries their headers only (apps/CMakeLists.txt), by a link of the
-        # build or, where that is shorter, by their own names.
+        # A program for Windows uses only the headers of this machine's libraries (apps/CMakeLists.txt), through a link
+        # in the build or, if that is shorter, by their own paths.
         if self.for_windows:
             header = os.path.realpath(os.path.join(self.folder, header))
         at = header.find("/usr/include/")  # also below a sysroot
@@ -206,7 +206,7 @@ def make(package, debian, build, statics):
                     document.relate(who, "STATIC_LINK" if kind else "CONTAINS", of_ours(room))
                 for header_library in sorted(headers):
                     document.relate(who, "STATIC_LINK", of_debian(header_library))
-        if package.endswith(".deb"):  # what whoever links ours has to link beside it
+        if package.endswith(".deb"):  # libraries that a program with our libraries has to link, too
             for other in re.findall(r"[a-z0-9.+-]+-dev\b", run("dpkg-deb", "-f", package, "Depends")):
                 document.relate(document.main, "DEPENDS_ON", of_debian(other))
     return document.text()

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Whether a bill of materials is valid SPDX 2.3 JSON, as far as ours go, and says the truth of its package.
+"""Checks that a bill of materials is valid SPDX 2.3 JSON, in the parts that ours use, and true of its package.
 
     tools/sbom_check.py FILE.spdx.json [PACKAGE]
 
-Prints each problem. With PACKAGE every file in it is hashed, and each has to be listed with what was counted.
+Prints each problem. With PACKAGE hashes every file in it; the document must list each file with this hash.
 Exit: 0 no problem; 1 some; 2 wrong call.
 Source: SPDX 2.3, https://spdx.github.io/spdx-spec/v2.3/ (sections in brackets) and its schemas/spdx-schema.json
 """

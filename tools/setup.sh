@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
-# Installs the Debian packages of tools/packages.txt that are missing; does nothing, quickly, when none is.
+# Installs the missing Debian packages of tools/packages.txt; returns at once if none is missing.
 #
 #   tools/setup.sh [build | test | ci]      each includes the ones before it; default: build
-#   tools/setup.sh cross [ARCH...]          what builds for boards, with the sysroots of armhf, arm64 and mipsel, or these
-#   tools/setup.sh windows                  what builds for 64-bit Windows, and Wine
-#   tools/setup.sh windows32                the same and what builds for 32 bits, with a file tree for Wine's 32-bit half
+#   tools/setup.sh cross [ARCH...]          compilers for boards, with all sysroots (armhf, arm64, mipsel) or those of ARCH
+#   tools/setup.sh windows                  a compiler for 64-bit Windows, and Wine
+#   tools/setup.sh windows32                the same and a compiler for 32 bits, with a file tree for Wine's 32-bit half
 #
 # Exit: 0 all there, 3 something is missing and cannot be installed here (says what), 2 wrong call.
-# SINEW_SKIP_SETUP=1 skips the check, for systems where the same things come from elsewhere.
+# SINEW_SKIP_SETUP=1 skips the check, for systems that get the same things in another way.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
@@ -33,7 +33,7 @@ if [[ ${1:-} == cross ]]; then
 fi
 if [[ ${1:-} == windows32 ]]; then boards=(i386); fi
 
-# Sysroots are files of ours, no packages: also where the packages are not looked at.
+# Makes the sysroots, also when the check of packages is skipped: they are our own files, not packages.
 end() {
   ((${#boards[@]} == 0)) || exec "$root/toolchains/sysroot.sh" "${boards[@]}"
   exit 0
@@ -42,7 +42,7 @@ if [[ ${SINEW_SKIP_SETUP:-0} == 1 ]]; then end; fi
 
 wanted=()
 while read -r group package _; do
-  # A Node from elsewhere brings its npm along, and Debian's would not go beside it.
+  # A Node from another source has its own npm, and Debian's npm conflicts with it.
   if [[ $package == nodejs || $package == npm ]] && command -v npm >/dev/null; then continue; fi
   if [[ -n $group && $group != \#* && $groups == *" $group "* ]]; then wanted+=("$package"); fi
 done <"$root/tools/packages.txt"
@@ -56,14 +56,14 @@ missing() {
   done
 }
 
-# The npm packages that read our recordings beside us, pinned by their lock. Without npm or a way to its packages the one
-# test that wants them is skipped, and says so.
+# Installs the npm packages that tests use as other readers of our recordings, pinned by their lock file. Without npm or
+# its packages the one test that needs them is skipped, and says so.
 readers_of_others() {
   local folder=$root/tests/record/others
   [[ $groups == *' test '* ]] && command -v npm >/dev/null || return 0
   [[ ! $folder/node_modules/.package-lock.json -nt $folder/package-lock.json ]] || return 0
   mkdir -p "$logs"
-  # By itself npm would try for more than a minute where there is no network, at each start of ./test.
+  # Without these limits npm tries for more than a minute when there is no network, at each start of ./test.
   timeout 120 npm --prefix "$folder" ci --fetch-retries=1 --fetch-retry-mintimeout=2000 --fetch-timeout=20000 \
     --ignore-scripts --no-audit --no-fund >"$logs/setup-npm.log" 2>&1 ||
     say "setup: no readers of others for tests/record (log: build/logs/setup-npm.log)"

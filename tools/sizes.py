@@ -1,17 +1,18 @@
 #!/usr/bin/env python3
-"""How large the programs are on each machine, held against a budget that is in the repository.
+"""The sizes of the programs on each machine, compared with a budget in the repository.
 
     tools/sizes.py                                         amd64, arm64, armhf, mipsel: all four programs
     tools/sizes.py mipsel --only sinew-control-static      one, as built in build/mipsel/bin
     tools/sizes.py mipsel=DIR                              as built in DIR
-    tools/sizes.py mipsel --only P --memory build/boards/mipsel/out/memory      and what it took of memory on a board
-    tools/sizes.py ... --accept 'why it is as large now'   writes what does not fit any more into the budget, with that note
+    tools/sizes.py mipsel --only P --memory build/boards/mipsel/out/memory      also its memory on a board
+    tools/sizes.py ... --accept 'why it is as large now'   writes sizes that do not fit into the budget, with that note
 
 own text: code and constants from our own objects, by the linker's map (only of programs that write one); text: all code
-and constants; data: variables that the file holds; bss: those that begin as zero. Of memory: resident and locked, the most
-of a run. The budget, tests/boards/size_budget.tsv, is in bytes: 5 % more fail (and a page, for memory is had by pages);
-what is 10 % smaller is told, that the budget may follow. A number above its column `at_most` cannot be accepted.
-Exit: 0 all within; 1 not, each with what to do; 2 wrong call.
+and constants; data: variables stored in the file; bss: variables that begin as zero. Memory: the most that was resident
+and locked in a run. The budget, tests/boards/size_budget.tsv, is in bytes. A size fails if it is 5 % and a page (memory
+comes in pages) larger; a size that is 10 % smaller prints a note, so that the budget can follow. A number above its
+column `at_most` cannot be accepted.
+Exit: 0 all within; 1 not, each with advice; 2 wrong call.
 """
 import argparse
 import pathlib
@@ -29,11 +30,11 @@ WRITE, ALLOC, NO_BITS = 1, 2, 8  # ELF: SHF_WRITE, SHF_ALLOC, SHT_NOBITS
 
 
 class Wrong(Exception):
-    """Something that a line of text tells."""
+    """An error that one line of text explains."""
 
 
 def sections(path):
-    """(name, size, kind) of what an ELF file brings into memory; kind: text, data, bss, as size(1) has them."""
+    """(name, size, kind) of the sections that an ELF file loads into memory; kind: text, data, bss, as in size(1)."""
     file = path.read_bytes()
     if file[:4] != b"\x7fELF" or len(file) < 64 or file[5] != 1:
         raise Wrong(f"{path}: no little-endian ELF file")
@@ -81,7 +82,7 @@ def own_text(map_path, text_sections):
 
 
 def measure(program):
-    """What one program has, by column."""
+    """The sizes of one program, by column."""
     found = sections(program)
     sizes = {kind: sum(size for _, size, of in found if of == kind) for kind in ("text", "data", "bss")}
     link_map = program.with_name(program.name + ".map")
@@ -93,7 +94,7 @@ def measure(program):
 
 
 def read_memory(path):
-    """Of what tests/boards/init writes."""
+    """Resident and locked bytes from the file that tests/boards/init writes."""
     words = dict(re.findall(r"^(\w+)=(\d+)$", path.read_text(encoding="utf-8"), re.M))
     if "rss_kb" not in words or "locked_kb" not in words:
         raise Wrong(f"{path}: no rss_kb and locked_kb in it")
@@ -151,7 +152,7 @@ def judge(key, size, budget):
 
 
 def accept(measured, budget, why):
-    """The budget with this note on what does not fit it; what fits keeps its row."""
+    """The budget, with new rows and this note for sizes that do not fit; the others keep their rows."""
     for key, size in measured.items():
         problem, remark = judge(key, size, budget)
         most = budget[key][1] if key in budget else None

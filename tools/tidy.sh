@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# clang-tidy with the house's .clang-tidy, on as many cores as there are.
+# Runs clang-tidy with the repository's .clang-tidy, on all cores.
 #
 #   tools/tidy.sh              every source that the clang preset compiles
-#   tools/tidy.sh --changed    those that differ from main, or from HEAD where main is HEAD (a changed header is
-#                              seen through the sources that are given)
-#   tools/tidy.sh FILE...      these
+#   tools/tidy.sh --changed    sources that differ from main, or from HEAD where main is HEAD (a changed header is
+#                              checked only through these sources)
+#   tools/tidy.sh FILE...      these files
 #
-# A file that passed is not looked at again until it, a header of the house, or .clang-tidy changes.
+# A file that passed is not checked again until it, one of our headers, or .clang-tidy changes.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 

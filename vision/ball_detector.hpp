@@ -8,12 +8,12 @@
 
 namespace sinew::vision {
 
-/// Looks for a coloured ball in each image (yuyv, rgb8 or bgr8) and says where it is. A message comes for every image;
-/// without a ball its `found` is 0.
+/// Looks for a coloured ball in each image (yuyv, rgb8 or bgr8) and reports its position. A message comes for every
+/// image; without a ball its `found` is 0.
 /// Units:   range_m is the distance from the camera to the ball's centre.
 /// Frames:  direction in camera_optical: z forward, x right, y down.
 /// Thread:  executor.   RT: yes.
-/// Errors:  stale when there is no new image; fault when the image's header or format is of no use.
+/// Errors:  stale when there is no new image; fault when the image's header or format cannot be used.
 /// Colour and limits are read in configure(); the camera's numbers and the ball's radius may change between steps.
 class BallDetector final : public rt::Module {
  public:

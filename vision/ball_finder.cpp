@@ -8,7 +8,7 @@ namespace {
 
 constexpr StrayLimits kBallStrays{.smooth_rms_px = 0.5, .smooth_px = 1.25, .factor = 1.8, .min_points = 6};
 constexpr double kMinRadius_px = 1.5;
-constexpr double kMinCut_px = 6;  // at the border the end of anything may look like some of a small ball
+constexpr double kMinCut_px = 6;  // at the border the end of any shape may look like part of a small ball
 
 }  // namespace
 
@@ -27,7 +27,7 @@ bool BallFinder::Turned::in_image(const PointPx& p) const {
   return d.z > 0 && u >= 1 && v >= 1 && u <= image.width - 2 && v <= image.height - 2;
 }
 
-/// The outer ends of the region's rows; what lies inside (a bright spot) does not matter.
+/// The outer ends of the region's rows; holes (a bright spot) do not matter.
 void BallFinder::collect(const Turned& view, const Blob& blob) {
   point_count_ = 0;
   const auto add = [&](double u, double v) {
@@ -40,7 +40,7 @@ void BallFinder::collect(const Turned& view, const Blob& blob) {
   outline_count_ = point_count_;
 }
 
-/// Direction by direction from the centre: where the outline would be in the image, is there some of it?
+/// For each direction from the centre: does the region have points where the outline would be in the image?
 double BallFinder::coverage(const Turned& view, const Circle& c, bool& cut) const {
   constexpr std::uint32_t kMost = 16;
   const std::uint32_t sectors = c.radius < 8 ? 8 : kMost;  // rows are a pixel apart
@@ -57,7 +57,7 @@ double BallFinder::coverage(const Turned& view, const Circle& c, bool& cut) cons
     covered += seen[k];
   }
   cut = inside < sectors;
-  return 5 * inside < 2 * sectors ? 0 : static_cast<double>(covered) / inside;  // less than that says too little
+  return 5 * inside < 2 * sectors ? 0 : static_cast<double>(covered) / inside;  // less of the outline says too little
 }
 
 namespace {

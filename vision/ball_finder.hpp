@@ -11,7 +11,7 @@ namespace sinew::vision {
 /// What the ball looks like: one colour, and round.
 struct BallLook {
   HueSector colour{.hue_from_deg = 4, .hue_to_deg = 34, .saturation_min = 0.55, .value_min = 0.2};
-  double fill_min = 0.72;      // least share of its circle that has the colour: a bright spot and a shadow may lack
+  double fill_min = 0.72;      // least share of its circle with the colour: a bright spot and a shadow may lack it
   double coverage_min = 0.66;  // least share of its outline, as far as the image has it, that lies on the circle
 };
 
@@ -20,7 +20,7 @@ struct BallImage {
   bool found = false;
   math::Vec3 direction;  // unit vector to the centre
   double angular_radius_rad = 0;
-  double u_px = 0, v_px = 0;  // where the centre is seen
+  double u_px = 0, v_px = 0;  // where the centre appears
   double radius_px = 0;       // as if it were in the middle of the image
   double rms_px = 0;          // of the outline's distances from the circle
   double coverage = 0;        // share of the outline inside of the image that was seen, 0..1
@@ -29,10 +29,11 @@ struct BallImage {
   std::uint32_t blobs = 0;    // regions of the colour
 };
 
-/// Finds the largest round region of the ball's colour. The ends of a region's rows, where the image does not cut them
-/// off, are points of the outline. Seen from the camera they lie on a cone: turned into the middle of the image they
-/// are on a circle, wherever in the picture the ball is, and its centre is finer than a pixel, also where something
-/// hides some of the ball. A region whose outline is not round, or that does not fill its circle, is not the ball.
+/// Finds the largest round region of the ball's colour. The ends of a region's rows, except where the image cuts them
+/// off, are points of the outline. Seen from the camera they lie on a cone. Turned into the middle of the image they
+/// lie on a circle, wherever in the picture the ball is. So its centre is found to less than a pixel, even when
+/// something hides part of the ball. A region whose outline is not round, or that does not fill its circle, is not the
+/// ball.
 /// Takes yuyv, rgb8 and bgr8.
 /// Thread:  owner.   RT: yes, except the constructor (configure only).
 class BallFinder {

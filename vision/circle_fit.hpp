@@ -23,7 +23,8 @@ Circle fit_circle(std::span<const PointPx> points);
 /// A confidence from any measure of agreement: 0 to 1.
 inline double clamp_share(double v) { return v < 0 ? 0 : v > 1 ? 1 : v; }
 
-/// When a point lies too far from a circle to be some of it: with a small rms it is `smooth_px`, else `factor` * rms.
+/// Limits for stray points: a point with a larger distance from the circle is left out. With a small rms the limit is
+/// `smooth_px`, else `factor` * rms.
 struct StrayLimits {
   double smooth_rms_px, smooth_px, factor;
   std::size_t min_points;  // fewer make no outline
@@ -34,8 +35,8 @@ struct Outline {
   std::size_t points = 0;  // that agree with it
 };
 
-/// Fits a circle, then twice without the points that lie far from it: the edge of what hides some of it, a shadow's
-/// rim, a neighbour that touches it. The points that agree are in front afterwards.
+/// Fits a circle, then fits it twice more without points far from it: the edge of a thing in front, a shadow's rim, a
+/// neighbour that touches it. Afterwards the points that agree are in front.
 /// Thread:  any.   RT: yes.
 Outline fit_outline(std::span<PointPx> points, const StrayLimits& limits);
 

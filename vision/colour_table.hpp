@@ -15,8 +15,8 @@ struct ColourBox {
   std::array<std::uint8_t, 3> hi{};
 };
 
-/// A colour as people name it: a sector of hue with enough saturation and value. Keeps its meaning when the light
-/// changes, which a box in YUV does not.
+/// A colour as people name it: a sector of hue with enough saturation and value. It keeps its meaning when the light
+/// changes; a box in YUV does not.
 struct HueSector {
   double hue_from_deg = 0, hue_to_deg = 0;  // 0 red, 120 green, 240 blue; from > to runs through 0
   double saturation_min = 0, saturation_max = 1;

@@ -37,7 +37,7 @@ struct PixelRect {
 
 inline constexpr std::uint32_t kMaxCell = 128;  // pixels a side; keeps 32-bit lanes from overflowing
 
-/// What one cell tells about its motion. With s the sum of both frames and g the central difference s(+1) - s(-1):
+/// The sums of one cell, for its motion. With s the sum of both frames and g the central difference s(+1) - s(-1):
 struct CellSums {
   std::int64_t mx = 0, my = 0;             // equations 1 and 2, summed
   std::int64_t gxx = 0, gxy = 0, gyy = 0;  // products of g

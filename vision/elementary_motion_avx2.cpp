@@ -93,7 +93,7 @@ SINEW_AVX2_INLINE std::int64_t total(__m256i v) {
   return sum;
 }
 
-/// Bytes `skip`..15 set: the pixels of a last, overlapping block that were not counted yet.
+/// Bytes `skip`..15 set: the pixels of the last, overlapping block that were not counted yet.
 SINEW_AVX2_INLINE __m128i all_but_first(std::uint32_t skip) {
   const __m128i index = _mm_setr_epi8(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
   return _mm_cmpgt_epi8(index, _mm_set1_epi8(static_cast<char>(static_cast<int>(skip) - 1)));

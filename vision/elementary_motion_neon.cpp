@@ -1,5 +1,5 @@
-// Elementary motion detection on 16 pixels a step, 8 where each pixel is told: products of bytes have 16 bits, their
-// differences 32.
+// Elementary motion detection on 16 pixels a step, 8 where every pixel gets a result: products of bytes have 16 bits,
+// their differences 32.
 #include "vision/elementary_motion.hpp"
 
 #ifdef SINEW_VISION_NEON
@@ -18,7 +18,7 @@ inline Rows rows_at(const ImageView& older, const ImageView& newer, std::uint32_
 
 /// Adds x2 x1' - x1 x2' of 16 pixels.
 inline int32x4_t correlate(int32x4_t sum, uint8x16_t x1, uint8x16_t x2, uint8x16_t x1_next, uint8x16_t x2_next) {
-  uint32x4_t s = vreinterpretq_u32_s32(sum);  // below 0 for a moment, which modulo 2^32 does not matter
+  uint32x4_t s = vreinterpretq_u32_s32(sum);  // may be below 0 for a moment, which does not matter modulo 2^32
   const uint16x8_t plus = vmull_u8(vget_low_u8(x2), vget_low_u8(x1_next)), plus_high = vmull_high_u8(x2, x1_next);
   const uint16x8_t minus = vmull_u8(vget_low_u8(x1), vget_low_u8(x2_next)), minus_high = vmull_high_u8(x1, x2_next);
   s = vaddw_high_u16(vaddw_u16(s, vget_low_u16(plus)), plus);
@@ -28,7 +28,7 @@ inline int32x4_t correlate(int32x4_t sum, uint8x16_t x1, uint8x16_t x2, uint8x16
   return vreinterpretq_s32_u32(s);
 }
 
-/// Bytes `skip`..15 set: the pixels of a last, overlapping block that were not counted yet.
+/// Bytes `skip`..15 set: the pixels of the last, overlapping block that were not counted yet.
 inline uint8x16_t all_but_first(std::uint32_t skip) {
   const uint8_t index[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
   return vcgeq_u8(vld1q_u8(index), vdupq_n_u8(static_cast<std::uint8_t>(skip)));

@@ -12,7 +12,7 @@ using math::Vec3;
 
 constexpr std::uint32_t kFineWidth = 200;  // pixels, at most: bins are chosen for it
 constexpr int kIterations = 12;
-constexpr double kSame = 12;         // grey levels: what differs by more is hardly the same point
+constexpr double kSame = 12;         // grey levels; points that differ by more are hardly the same
 constexpr double kDone_rad = 1e-5;   // a step below it is no step
 constexpr double kMost_rad = 0.35;   // between two pictures
 constexpr double kLeastShare = 0.4;  // of the picture, seen in both
@@ -33,8 +33,8 @@ bool grey(const ImageView& image, double u, double v, double& value, double& du,
   return true;
 }
 
-/// How much a difference counts. On the way Huber's weights, which lead there from far; at last those of Geman and
-/// McClure, for which what does not fit is nearly not there.
+/// The weight of a difference. First Huber's weights, which converge from far; at last those of Geman and McClure,
+/// which nearly ignore what does not fit.
 enum class Weights : std::uint8_t { wide, strict };
 double weight(Weights which, double residual) {
   const double r = math::fabs(residual) / kSame;
@@ -63,7 +63,7 @@ Sums compare(const ImageView& older, const ImageView& newer, const Pinhole& came
              double brighter, Weights which) {
   Sums sums;
   const math::Mat3 r = q_older_newer.matrix();
-  const std::uint32_t step = which == Weights::wide ? 2 : 1;  // on the way a quarter of the pixels is enough
+  const std::uint32_t step = which == Weights::wide ? 2 : 1;  // `wide` needs only a quarter of the pixels
   for (std::uint32_t v = 0; v < newer.height; v += step)
     for (std::uint32_t u = 0; u < newer.width; u += step) {
       const Vec3 d = r * Vec3{(u - camera.cx_px) / camera.fx_px, (v - camera.cy_px) / camera.fy_px, 1};
@@ -79,7 +79,7 @@ Sums compare(const ImageView& older, const ImageView& newer, const Pinhole& came
   return sums;
 }
 
-/// Where the search stands.
+/// The state of the search.
 struct Guess {
   Quat q_older_newer;
   double brighter = 0;

@@ -7,10 +7,10 @@
 
 namespace sinew::vision {
 
-/// How a camera turned between two pictures: the rotation that makes the one lie best on the other, by Gauss-Newton on
-/// the grey values of the whole picture, coarse to fine. The scene should stand still and be far: the camera's own
-/// travel looks like a turn of travel / distance (across the line of sight only, not about it). What moves in a part
-/// of the picture, and what comes in or leaves, counts little.
+/// How a camera turned between two pictures: the rotation that makes one lie best on the other, by Gauss-Newton on the
+/// grey values of the whole picture, coarse to fine. The scene should stand still and be far: the camera's own travel
+/// looks like a turn of travel / distance (across the line of sight only, not about it). Things that move in a part of
+/// the picture, come in or leave, count little.
 /// Frames:  camera_optical: z forward, x right, y down.
 /// Source:  B. D. Lucas, T. Kanade, An iterative image registration technique with an application to stereo vision
 ///          (1981), with the motion of a rotating camera: the derivative of a pinhole's pixel by a small turn.
@@ -20,14 +20,14 @@ class ImageTurn {
  public:
   struct Turn {
     math::Vec3 rotation_rad;  // q_older_newer as a rotation vector, of the camera
-    double sigma_rad = 0;     // of its least certain axis, by the pixels' disagreement and the texture
+    double sigma_rad = 0;     // of its least certain axis, from the pixels' disagreement and the texture
     double disagreement = 0;  // of grey levels, after the fit
   };
 
   /// `fov_y_rad`: from top to bottom; a pinhole with square pixels and its axis in the middle.
   explicit ImageTurn(double fov_y_rad);
-  /// Takes a picture (mono8 or yuyv). The turn since the one before; nothing for the first one, after one of another
-  /// size, of a format that it does not read, or where the two do not fit each other.
+  /// Takes a picture (mono8 or yuyv). Returns the turn since the last picture; nothing for the first one, after a
+  /// picture of another size, for a format that it does not read, or when the two do not fit each other.
   std::optional<Turn> add(const ImageView& image);
   void reset();
 

@@ -8,7 +8,7 @@ namespace sinew::vision {
 /// The pixels that a kernel may read. Made from a message only when its fields are consistent, so that kernels need no
 /// checks of their own and a hostile header cannot lead them outside of the slot.
 /// Shape:   height x width, row-major, `stride` bytes from row to row.
-/// Owner:   whoever owns the pixels; a view never outlives a step.
+/// Owner:   the pixels' owner; a view never outlives a step.
 struct ImageView {
   const std::uint8_t* data = nullptr;
   std::uint32_t width = 0, height = 0, stride = 0;

@@ -7,7 +7,7 @@
 
 namespace sinew::vision {
 
-/// An own picture in grey, made from mono8 or the Y of yuyv, averaged over squares of `bin` x `bin` pixels.
+/// Its own grey picture, made from mono8 or the Y of yuyv, averaged over squares of `bin` x `bin` pixels.
 /// Thread:  owner.   RT: yes, except the constructor (configure only).
 class Luma {
  public:

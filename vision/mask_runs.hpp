@@ -7,19 +7,19 @@
 
 namespace sinew::vision::detail {
 
-/// What one colour carries from one block of a row to the next.
+/// The state of one colour between two blocks of a row.
 struct MaskRow {
   std::uint32_t carry = 0;  // 1: the last pixel was inside
   std::uint32_t from = 0;   // where the open run began
 };
 
-/// Turns the changes within 32 pixels of row y, from column x on, into runs; bit 0 is the first pixel. In its caller,
-/// whose processor has instructions for counting bits that this file may not assume.
+/// Turns the changes within 32 pixels of row y, from column x on, into runs; bit 0 is the first pixel. Always inlined:
+/// the caller may use instructions for counting bits that this file must not assume.
 [[gnu::always_inline]] inline void add_mask(std::uint32_t mask, std::uint32_t y, std::uint32_t x, MaskRow& row,
                                             RunJoiner& joiner) {
   std::uint32_t edge = mask ^ ((mask << 1) | row.carry);
   row.carry = mask >> 31;
-  if (joiner.full()) [[unlikely]] {  // bounded time for noise: only count the runs that end here
+  if (joiner.full()) [[unlikely]] {  // bounded time for noise: only counts the runs that end here
     joiner.drop(static_cast<std::uint32_t>(std::popcount(edge & ~mask)));
     return;
   }

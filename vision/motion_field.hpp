@@ -12,7 +12,7 @@ namespace sinew::vision {
 /// Frames:  x right, y down, in the image.
 /// Thread:  executor.   RT: yes.
 /// Errors:  stale when there is no new image, for the first one, and when the size changed; fault when the image's
-///          header or format is of no use, it does not fit, or its stamp is not after the one before.
+///          header or format cannot be used, it does not fit, or its stamp is not after the last one.
 /// The bin is read in configure().
 class MotionField final : public rt::Module {
  public:

@@ -108,7 +108,7 @@ bool estimate_motion(const ImageView& older, const ImageView& newer, const Motio
     const CellMotion m = detail::cell_motion(older, newer, rect, simd);
     const double energy = m.gxx + m.gyy, noise_energy = 2 * g_noise * m.pixels;
     out.x[i] = out.y[i] = 0;
-    if (energy < 3 * noise_energy) continue;  // hardly more than noise: nothing to hold on to
+    if (energy < 3 * noise_energy) continue;  // hardly more than noise: not enough texture
     const Vector2 d = solve(m, g_noise * m.pixels);
     out.x[i] = static_cast<float>(d.x), out.y[i] = static_cast<float>(d.y);
     sum_x += d.x, sum_y += d.y;

@@ -14,7 +14,7 @@ struct MotionOptions {
 };
 
 /// Tells travelling from shaking: running motors shake a camera by most of a pixel from frame to frame, to and fro. The
-/// image travels when its speed, smoothed over a few frames, is large enough; a fast picture does so at once.
+/// image travels when its speed, smoothed over a few frames, is large enough; a fast image travels at once.
 /// Thread:  owner.   RT: yes.
 class TravelDetector {
  public:
@@ -30,7 +30,7 @@ class TravelDetector {
   double x_px_ = 0, y_px_ = 0;
 };
 
-/// One cell's sums, freed of what is not motion.
+/// One cell's sums without the terms that are not motion.
 struct CellMotion {
   double tx = 0, ty = 0;             // sum of (newer - older) * g: the correlator without its boundary terms
   double gxx = 0, gxy = 0, gyy = 0;  // sums of products of g, the gradient of both frames' sum over two pixels
@@ -39,8 +39,8 @@ struct CellMotion {
 
 /// How a pattern moved between two frames, from the correlators of elementary_motion.hpp, pooled to the message's grid.
 ///
-/// Inside of a cell, 2 sum(Mx) and sum((newer - older) * g) differ only by terms on the cell's border, which depend on
-/// what happens to lie there and not on motion; they are taken off, exactly. Then, for a shift by d = (dx, dy):
+/// Inside of a cell, 2 sum(Mx) and sum((newer - older) * g) differ only by terms on the cell's border. These depend on
+/// the pixels at the border, not on motion, and are taken off exactly. Then, for a shift by d = (dx, dy):
 ///     -4 sum((newer - older) * g) = G d,   G = sums of g * g^T,
 /// solved per cell for the grid and over all textured cells for the speed. A uniform change of brightness is taken out
 /// as well (means of newer - older and of g).

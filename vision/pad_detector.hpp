@@ -8,12 +8,12 @@
 
 namespace sinew::vision {
 
-/// Looks for the landing pad in each image (yuyv, rgb8 or bgr8) and says where it is. A message comes for every image;
-/// without a pad its `found` is 0.
+/// Looks for the landing pad in each image (yuyv, rgb8 or bgr8) and reports its position. A message comes for every
+/// image; without a pad its `found` is 0.
 /// Units:   range_m is the straight distance from the camera to the pad's centre, for a pad seen from above.
 /// Frames:  direction in camera_optical: z forward, x right, y down.
 /// Thread:  executor.   RT: yes.
-/// Errors:  stale when there is no new image; fault when the image's header or format is of no use.
+/// Errors:  stale when there is no new image; fault when the image's header or format cannot be used.
 /// The colours and radii are read in configure(); the camera's numbers may change between steps.
 class PadDetector final : public rt::Module {
  public:

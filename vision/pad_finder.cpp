@@ -12,7 +12,7 @@ int brightness(const ImageView& image, std::uint32_t x, std::uint32_t y) {
   return image.format == msg::PixelFormat::yuyv ? row[2 * x] : row[3 * x + 1];
 }
 
-// Far enough from the edge that neither blur nor a shared chroma sample reaches it.
+// So far from the edge that neither blur nor a shared chroma sample reaches it.
 constexpr std::uint32_t kProbePx = 3;
 constexpr StrayLimits kPadStrays{.smooth_rms_px = 0.6, .smooth_px = 1.5, .factor = 2.5, .min_points = 8};
 
@@ -48,7 +48,7 @@ Circle PadFinder::fit(bool bright) {
   return outline.circle;
 }
 
-/// How much of the circle, where the image shows it, has the pad's colour.
+/// The share of the circle's visible part that has the pad's colour.
 double PadFinder::fill(const ImageView& image, const Circle& c) const {
   const double top = math::floor(c.y - c.radius), bottom = math::ceil(c.y + c.radius);
   if (bottom < 0 || top > image.height) return 0;
@@ -98,11 +98,11 @@ PadCircle PadFinder::judge(const ImageView& image, const Circle& circle, bool br
 
 namespace {
 
-/// More metres of outline in sight is the better measurement, as far as the outline is round.
+/// The measurement with more metres of visible outline is better, if the outline is round.
 double pad_weight(const PadCircle& pad) { return pad.found ? pad.confidence * pad.coverage * pad.radius_m : 0; }
 
-/// The image of a circle's centre lies off the centre of the circle's image by k * radius^2 with the same k for circles
-/// in one plane: two concentric ones give k.
+/// The image of a circle's centre is off the centre of the circle's image by k * radius^2. k is the same for all
+/// circles in one plane: two concentric circles give k.
 /// Source:  first order of the projection of a tilted circle: k = tilt * f / range^2.
 void correct_perspective(const PadCircle& edge, const PadCircle& mark, PadCircle& best) {
   const double ratio = mark.circle.radius / edge.circle.radius, expected = mark.radius_m / edge.radius_m;

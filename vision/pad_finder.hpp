@@ -7,7 +7,7 @@
 
 namespace sinew::vision {
 
-/// What the landing pad looks like: a disc of one colour on a darker ground, inside it a bright ring.
+/// The landing pad's look: a disc of one colour on a darker ground, with a bright ring inside.
 struct PadLook {
   HueSector colour{.hue_from_deg = 350, .hue_to_deg = 40, .saturation_min = 0.5, .value_min = 0.15};
   double radius_m = 0.30;
@@ -19,19 +19,19 @@ struct PadCircle {
   Circle circle;
   bool found = false;
   bool is_mark = false;     // the ring was measured, not the pad's edge
-  double radius_m = 0;      // true radius of what was measured
+  double radius_m = 0;      // true radius of the measured circle
   double coverage = 0;      // share of the circle's outline that was seen, 0..1
   double fill = 0;          // share of the circle's visible area that has the pad's colour, 0..1
   double confidence = 0;    // 0..1
   std::uint32_t blobs = 0;  // regions of the pad's colour
 };
 
-/// Finds the pad by its colour, then by its outline: the ends of the rows of a region, where the image does not cut
-/// them off, lie on a circle. Ends with darker ground behind them belong to the pad's edge, ends with something
-/// brighter behind them to the ring; so the pad is found when it leaves the image on all sides, as long as some of its
-/// edge or of its ring is in sight, and its centre may lie outside of the image. Where both circles are in sight, the
-/// centre is corrected for perspective: seen at an angle, a circle's image is not centred on the image of its centre,
-/// by an amount that grows with the square of its radius.
+/// Finds the pad by its colour, then by its outline: the ends of a region's rows lie on a circle, except where the
+/// image cuts them off. Ends with darker ground behind them belong to the pad's edge, ends with something brighter
+/// behind them to the ring. So the pad is found even when it leaves the image on all sides, as long as part of its edge
+/// or of its ring is in sight; its centre may lie outside of the image. Where both circles are in sight, the centre is
+/// corrected for perspective: seen at an angle, a circle's image is not centred on the image of its centre, by an
+/// amount that grows with the square of its radius.
 /// Takes yuyv, rgb8 and bgr8.
 /// Thread:  owner.   RT: yes, except the constructor (configure only).
 class PadFinder {

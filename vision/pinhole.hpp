@@ -14,13 +14,13 @@ struct Pinhole {
     const double f = 0.5 * height_px / math::tan(0.5 * fov_y_rad);
     return {f, f, 0.5 * (width_px - 1), 0.5 * (height_px - 1)};
   }
-  /// This one, but for the numbers that `given` has (0: it has none).
+  /// This camera, with the numbers that `given` has (0: not given) in place of its own.
   Pinhole or_given(const Pinhole& given) const {
     const auto either = [](double own, double other) { return other > 0 ? other : own; };
     return {either(fx_px, given.fx_px), either(fy_px, given.fy_px), either(cx_px, given.cx_px),
             either(cy_px, given.cy_px)};
   }
-  /// Unit vector to what is seen at a pixel.
+  /// Unit vector to the thing that a pixel shows.
   msg::Vec3 direction(double u_px, double v_px) const {
     const double x = (u_px - cx_px) / fx_px, y = (v_px - cy_px) / fy_px;
     const double n = math::sqrt(x * x + y * y + 1);

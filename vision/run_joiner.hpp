@@ -26,7 +26,7 @@ struct Blob {
 };
 
 /// Joins the runs of one colour, row by row, by union-find. Memory is fixed at the start: runs beyond the capacity are
-/// dropped and counted, so an image of noise costs bounded time and nothing else.
+/// dropped and counted, so the time for an image of noise is bounded.
 /// Thread:  owner.   RT: yes, except set_capacity (configure only).
 class RunJoiner {
  public:
@@ -107,7 +107,7 @@ class RunJoiner {
 
   std::vector<Run> runs_;
   std::uint32_t count_ = 0, previous_ = 0,
-                current_ = 0;  // runs of the row before start at previous_, of this at current_
+                current_ = 0;  // first run of the row before: previous_; of this row: current_
   std::uint32_t dropped_ = 0;
 };
 

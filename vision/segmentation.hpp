@@ -12,7 +12,7 @@
 
 namespace sinew::vision {
 
-/// What a segmentation may use; all memory is taken in the constructor.
+/// The limits of a segmentation; all memory is allocated in the constructor.
 struct SegmentationLimits {
   std::uint32_t colours = kMaxColours;
   std::uint32_t max_runs = 16384;  // of each colour
@@ -22,8 +22,8 @@ struct SegmentationLimits {
 
 /// Colours to runs to blobs. The look-up table takes yuyv, rgb8 and bgr8; the boxes take yuyv and are faster.
 /// Thread:  owner.   RT: yes, except the constructor (configure only).
-/// Errors:  false when the image has another format or more than 65535 px a side, or there are more colours than the
-///          limits say; no blobs then.
+/// Errors:  false, and no blobs, when the image has another format or more than 65535 px a side, or there are more
+///          colours than the limits say.
 class Segmentation {
  public:
   explicit Segmentation(const SegmentationLimits& limits = {});
@@ -36,7 +36,7 @@ class Segmentation {
   std::span<const Blob> blobs() const { return {blobs_.data(), blob_count_}; }
   /// Runs of a colour (1..), in raster order; label = Blob::region.
   std::span<const Run> runs(std::uint32_t colour) const { return {joiner(colour).begin(), joiner(colour).end()}; }
-  /// What did not fit in the last image. Blobs of a colour with dropped runs are those of the image's upper part.
+  /// Runs that did not fit in the last image. Blobs of a colour with dropped runs only cover the image's upper part.
   std::uint32_t dropped_runs(std::uint32_t colour) const { return joiner(colour).dropped(); }
   std::uint32_t dropped_runs() const;
   std::uint32_t dropped_blobs() const { return dropped_blobs_; }
@@ -66,7 +66,7 @@ std::array<const Blob*, N> largest(std::span<const Blob> blobs) {
   return places;
 }
 
-/// `row(y, x0, x1)` for each row of a region, from its first pixel to behind its last one; holes do not matter.
+/// Calls `row(y, x0, x1)` for each row of a region, from its first pixel to behind its last one; holes do not matter.
 template <class Row>
 void each_row(std::span<const Run> runs, std::uint32_t region, const Row& row) {
   for (std::size_t i = 0; i < runs.size();) {

@@ -1,7 +1,7 @@
 #pragma once
-// Which of two kernels runs. Both give the same bits, so the choice is never visible in a result.
-// Not on 32-bit Arm: there NEON is an option that only the operating system can tell of, and its floating point has no
-// division, no root and no numbers below 1e-38.
+// Which of two kernels runs. Both give the same bits, so the choice never shows in a result.
+// Not on 32-bit Arm: NEON is optional there and only the operating system knows whether it exists, and its floating
+// point has no division, no root and no numbers below 1e-38.
 #include <cstdint>
 
 #if defined(__x86_64__)
@@ -14,7 +14,7 @@ namespace sinew::vision {
 
 enum class Simd : std::uint8_t { scalar, avx2, neon };
 
-/// The fastest that this processor runs. One that is not in this build counts as scalar.
+/// The fastest kernel that this processor runs. A kernel that is not in this build counts as scalar.
 inline Simd best_simd() {
 #ifdef SINEW_VISION_AVX2
   if (__builtin_cpu_supports("avx2")) return Simd::avx2;

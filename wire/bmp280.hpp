@@ -1,6 +1,6 @@
 #pragma once
-// Registers of the BMP280 barometer (and of the BME280, which measures pressure in the same way), and how its numbers
-// become pressure. The calibration is little-endian, measurements come with their highest byte first.
+// Registers of the BMP280 barometer (and of the BME280, which measures pressure in the same way), and the conversion of
+// its numbers to pressure. The calibration is little-endian, measurements have their highest byte first.
 // Source:  Bosch BST-BMP280-DS001 rev 1.26: memory map section 4, compensation section 3.11.3 and appendix 8.1.
 #include <array>
 #include <cstdint>
@@ -26,7 +26,7 @@ struct Calibration {
   std::uint16_t p1 = 0;
   std::array<std::int16_t, 8> p2_9{};
 };
-/// Nothing when it cannot be a chip's (p1 or t1 is 0, as from a bus that holds its lines low, or all bits are set).
+/// Nothing: it cannot be a chip's (p1 or t1 is 0, as from a bus that holds its lines low, or all bits are set).
 std::optional<Calibration> decode_calibration(std::span<const std::uint8_t, kCalibrationBytes> bytes) noexcept;
 
 /// Measures all the time: 16 x pressure, 2 x temperature, filter 4; a new value each 40 ms at least.

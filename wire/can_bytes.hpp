@@ -1,6 +1,6 @@
 #pragma once
-// Numbers in the data of a CAN frame, in the byte order that each name says. RT: yes. Reading checks bounds: what is
-// not there reads as 0 and says so by size.
+// Numbers in the data of a CAN frame; each function's name says the byte order. RT: yes. Reading checks bounds: a
+// number outside of the data reads as 0, and the size tells.
 #include <cstring>
 #include <initializer_list>
 #include <type_traits>
@@ -24,7 +24,7 @@ inline msg::CanFrame can_frame(std::uint32_t id, std::initializer_list<std::uint
   return frame;
 }
 
-/// A classic data frame with an identifier of this kind: what all protocols of this room begin with.
+/// A classic data frame with an identifier of this kind: every protocol of this room checks this first.
 inline bool is_data(const msg::CanFrame& frame, bool extended) {
   return !frame.error() && !frame.remote() && !frame.fd() && frame.extended() == extended && frame.size <= 8;
 }

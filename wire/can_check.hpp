@@ -10,8 +10,8 @@ constexpr bool is_can_fd_size(std::size_t size) noexcept {
   return size <= 8 || size == 12 || size == 16 || size == 20 || size == 24 || size == 32 || size == 48 || size == 64;
 }
 
-/// Whether such a frame can exist on a bus: identifier and size fit its flags; a frame that asks for data has none.
-/// Error frames are none.   RT: yes.
+/// Whether such a frame can exist on a bus: identifier and size fit its flags; a remote frame has no data. False for
+/// error frames.   RT: yes.
 inline bool is_can_frame(const msg::CanFrame& frame) noexcept {
   if (frame.error() || frame.id > (frame.extended() ? kCanExtendedMask : kCanStandardMask)) return false;
   if (frame.fd()) return !frame.remote() && is_can_fd_size(frame.size);

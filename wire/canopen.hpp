@@ -1,7 +1,7 @@
 #pragma once
 // CANopen on classic CAN frames: NMT, SYNC, EMCY, heartbeat, PDO and SDO. Numbers are little-endian (CiA 301, 7.1.4).
-// Source: CiA 301 version 4.2.0: 7.2.8 (NMT), 7.2.5 (SYNC), 7.2.7 (EMCY), 7.2.4 (SDO), 7.3.3 (predefined connection
-// set).
+// Source:  CiA 301 version 4.2.0: 7.2.8 (NMT), 7.2.5 (SYNC), 7.2.7 (EMCY), 7.2.4 (SDO), 7.3.3 (predefined connection
+//          set).
 #include <optional>
 
 #include "wire/can_bytes.hpp"

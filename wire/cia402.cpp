@@ -87,7 +87,7 @@ std::uint16_t next_controlword(DriveState state, DriveGoal goal) {
     case DriveState::switched_on:
     case DriveState::operation_enabled:
       return kControlEnable;
-    case DriveState::quick_stop_active:  // not every drive goes back from here: through switch on disabled all do
+    case DriveState::quick_stop_active:  // not every drive can go back from here; all can go through switch on disabled
     case DriveState::not_ready:
     case DriveState::fault_reaction:
     case DriveState::fault:

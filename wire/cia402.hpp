@@ -20,7 +20,7 @@ enum class DriveState : std::uint8_t {
 const char* to_string(DriveState state);
 /// Nothing: bits that no state has.
 std::optional<DriveState> drive_state(std::uint16_t statusword);
-/// The bits of the statusword that make a state; for drives that are simulated.
+/// The bits of the statusword that make a state; for simulated drives.
 std::uint16_t state_bits(DriveState state);
 
 // Statusword bits beside the state.
@@ -34,10 +34,11 @@ constexpr std::uint16_t kControlDisableVoltage = 0x00, kControlQuickStop = 0x02,
 
 /// What the master wants of a drive.
 enum class DriveGoal : std::uint8_t { off, enabled, quick_stop };
-/// The next controlword on the way from a state to a goal. A fault is left with off: resetting takes an edge of bit 7,
-/// which is for the caller to make.
+/// The next controlword on the way from a state to a goal. For a fault this is `off`: the caller makes the edge of bit
+/// 7 that resets it.
 std::uint16_t next_controlword(DriveState state, DriveGoal goal);
-/// What a drive does on a controlword, without the time it takes. `before` is the controlword before (edge of bit 7).
+/// The state that a drive goes to on a controlword, without the time it takes. `before`: the last controlword (edge of
+/// bit 7).
 DriveState next_state(DriveState state, std::uint16_t controlword, std::uint16_t before);
 
 enum class DriveMode : std::int8_t {

@@ -1,5 +1,5 @@
 #pragma once
-// CRSF of TBS Crossfire and ExpressLRS receivers: 420000 bit/s 8N1. Numbers of more than a byte: only the channels,
+// CRSF of TBS Crossfire and ExpressLRS receivers: 420000 bit/s 8N1. Only the channels are numbers of more than a byte,
 // packed with the lowest bit first (rc_channels.hpp).
 // Source:  TBS "CRSF protocol specification" rev 11: frame format, 0x14 link statistics, 0x16 channels.
 #include <array>

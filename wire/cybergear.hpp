@@ -1,7 +1,8 @@
 #pragma once
 // Xiaomi CyberGear motors: 29-bit identifiers that carry a kind, 16 bits of data and an address. Setpoints are
-// big-endian. Source: Xiaomi, "CyberGear micro-motor instruction manual" (2023), chapter 4; constants compared with
-//         project-sternbergia/cybergear_m5 src/cybergear_driver_defs.hh.
+// big-endian.
+// Source:  Xiaomi, "CyberGear micro-motor instruction manual" (2023), chapter 4; constants compared with
+//          project-sternbergia/cybergear_m5 src/cybergear_driver_defs.hh.
 #include <optional>
 
 #include "msg/joints.hpp"
@@ -21,8 +22,8 @@ enum class CyberGearKind : std::uint8_t {
   fault = 21
 };
 
-/// The parts of an identifier. To a motor `data` has the host in its low byte (of motion: the torque) and `target` is
-/// the motor; from a motor `data` has the motor in its low byte and `target` is the host.
+/// The parts of an identifier. To a motor: `data` has the host in its low byte (motion frames: the torque), and
+/// `target` is the motor. From a motor: `data` has the motor in its low byte, and `target` is the host.
 struct CyberGearId {
   std::uint32_t kind = 0, data = 0, target = 0;
 };
@@ -65,7 +66,7 @@ msg::CanFrame encode_cybergear(CyberGearKind kind, std::uint32_t host, std::uint
 /// A motor's answer to identify. `serial`: its processor's number.
 msg::CanFrame encode_cybergear_identity(std::uint32_t motor, std::uint64_t serial);
 std::optional<std::uint64_t> decode_cybergear_identity(const msg::CanFrame& frame);
-/// Read (bits 0) and write to a motor, and its answer to read, which differ in whose address is where.
+/// Read (bits 0) and write to a motor, and its answer to read; the two addresses change places in the answer.
 msg::CanFrame encode_cybergear_parameter(CyberGearKind kind, std::uint32_t from, std::uint32_t to,
                                          const CyberGearParameter& parameter);
 std::optional<CyberGearParameter> decode_cybergear_parameter(const msg::CanFrame& frame);

@@ -179,7 +179,7 @@ DronecanAssembler::Heard DronecanAssembler::go_on(const msg::CanFrame& frame, co
     ++stats_.timed_out;
     place = nullptr;
   }
-  // A frame that came twice has the toggle of the last one: it is left out, and the transfer goes on.
+  // A frame that came twice has the same toggle as the last one: it is left out, and the transfer goes on.
   if (place == nullptr || place->transfer_id != (tail & kTransferMask) || place->toggle != ((tail & kToggle) != 0)) {
     ++stats_.stray;
     return Heard::broken;

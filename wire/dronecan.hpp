@@ -1,6 +1,6 @@
 #pragma once
-// DroneCAN (UAVCAN v0) on classic CAN: identifiers, and transfers of more than one frame. What is in them:
-// dronecan_types.hpp. The transfer CRC comes lowest byte first.
+// DroneCAN (UAVCAN v0) on classic CAN: identifiers, and transfers of more than one frame. dronecan_types.hpp has their
+// contents. The transfer CRC has its lowest byte first.
 // Source:  DroneCAN specification, "CAN bus transport layer" (identifier fields, tail byte, transfer CRC, time-outs).
 #include <cstddef>
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace sinew::wire {
 using msg::Time;
 
 inline constexpr std::uint8_t kDronecanMaxNode = 127, kDronecanPriorityMax = 31;
-/// The longest payload that is put together: a GetNodeInfo response has 375 bytes.
+/// The longest payload that is assembled: a GetNodeInfo response has 375 bytes.
 inline constexpr std::size_t kDronecanMaxPayload = 384;
 
 /// The 29 bits of an identifier.
@@ -25,7 +25,7 @@ struct DronecanId {
   std::uint16_t type = 0;           // data type id; services 0..255; of an anonymous message only 0..3 are carried
   std::uint8_t source = 0;          // 1..127; 0: anonymous, messages only
   std::uint8_t destination = 0;     // services: 1..127
-  std::uint16_t discriminator = 0;  // anonymous: 14 bits that make two senders differ
+  std::uint16_t discriminator = 0;  // anonymous: 14 bits in which two senders differ
 
   friend bool operator==(const DronecanId&, const DronecanId&) = default;
 };
@@ -35,13 +35,15 @@ std::uint32_t dronecan_can_id(const DronecanId& id) noexcept;
 bool dronecan_parse_id(std::uint32_t can_id, DronecanId& out) noexcept;
 
 /// Cuts one transfer into frames; the payload stays the caller's. A transfer of up to 7 bytes is one frame; a longer
-/// one begins with its CRC, which is seeded with the signature of the data type. Thread:  owner.   RT: yes.
+/// one begins with its CRC, which is seeded with the signature of the data type.
+/// Thread:  owner.   RT: yes.
 class DronecanSplitter {
  public:
   /// `transfer_id`: counted by the sender for each type (and destination), modulo 32.
   DronecanSplitter(const DronecanId& id, std::uint64_t signature, std::uint8_t transfer_id,
                    std::span<const std::uint8_t> payload) noexcept;
-  /// False: all of it has gone; also for an anonymous transfer that does not fit in one frame, which is not allowed.
+  /// False: all frames have been given out; also for an anonymous transfer that does not fit in one frame, which is not
+  /// allowed.
   bool next(msg::CanFrame& out) noexcept;
 
  private:
@@ -52,7 +54,7 @@ class DronecanSplitter {
   bool multi_, first_ = true, toggle_ = false, done_ = false;
 };
 
-/// A data type that somebody wants to hear of.
+/// A data type that a listener wants.
 struct DronecanWanted {
   std::uint16_t type = 0;
   bool service = false;
@@ -69,15 +71,14 @@ struct DronecanTransfer {
 /// Counted since the start.
 struct DronecanStats {
   std::uint64_t transfers = 0;  // complete
-  std::uint64_t malformed = 0;  // frames that no sender may send: no tail, first frames that are not full, too long
+  std::uint64_t malformed = 0;  // frames that must not be sent: no tail, first frames that are not full, too long
   std::uint64_t crc_errors = 0, stray = 0;  // stray: a frame of no transfer that is under way, or out of its order
   std::uint64_t timed_out = 0, no_room = 0;
 };
 
-/// Puts frames of many senders together again, each sender's transfers of one type in one place of their own.
-/// Memory:  `places` of about 400 bytes, allocated by the constructor and never again; with all of them under way, a
-/// new
-///          transfer of many frames is dropped and counted. Transfers of one frame need none.
+/// Assembles the frames of many senders; each sender's transfers of one type have their own place.
+/// Memory:  `places` of about 400 bytes, allocated by the constructor and never again. While all are in use, a new
+///          transfer of many frames is dropped and counted. Transfers of one frame need no place.
 /// Thread:  owner.   RT: push() yes.
 class DronecanAssembler {
  public:
@@ -89,7 +90,8 @@ class DronecanAssembler {
     complete,  // `out` is a whole one
     broken     // counted in stats()
   };
-  /// `own_node`: services are for it only; 0: for nobody. A transfer whose frames take longer than two seconds is given
+  /// `own_node`: only services for this node are taken; 0: none. A transfer whose frames take longer than two seconds
+  /// is given up. `now` never goes backwards.
   /// up. `now` never goes backwards.
   Heard push(const msg::CanFrame& frame, Time now, std::uint8_t own_node, DronecanTransfer& out) noexcept;
   const DronecanStats& stats() const noexcept { return stats_; }
@@ -116,7 +118,7 @@ class DronecanAssembler {
   DronecanStats stats_;
 };
 
-/// The transfer CRC begins as that of the signature's bytes, lowest first. RT: yes.
+/// The transfer CRC starts with the signature's bytes, lowest first. RT: yes.
 std::uint16_t dronecan_crc_seed(std::uint64_t signature) noexcept;
 
 }  // namespace sinew::wire

@@ -1,6 +1,6 @@
 #pragma once
 // Fields of DSDL data types, one after the other without gaps: each field's lowest byte first, in each byte the highest
-// bit first, so that what is left of the last byte stands in its high bits.
+// bit first. The rest of the last byte thus has the high bits.
 // Source:  DroneCAN specification, "Data serialization".
 #include <cstdint>
 #include <span>

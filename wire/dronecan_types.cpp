@@ -54,7 +54,7 @@ std::size_t encode(const DronecanNodeInfo& in, std::span<std::uint8_t> out) noex
   bits.put(in.hardware_major, 8), bits.put(in.hardware_minor, 8);
   bits.put_bytes(in.unique_id);
   bits.put(0, 8);  // length of the certificate
-  // The array at the end has no length: it goes on to the end of the transfer.
+  // The last array has no length field: it ends with the transfer.
   for (const char c : in.name().substr(0, in.name_text.size())) bits.put(static_cast<std::uint8_t>(c), 8);
   return bits.size();
 }

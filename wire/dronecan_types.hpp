@@ -1,7 +1,7 @@
 #pragma once
-// The DroneCAN data types that we speak. encode() answers the bytes written, 0 when they do not fit; decode() false
-// when the payload is too short or says what the type does not allow. Both: RT yes. The order of bytes and bits is that
-// of dronecan_bits.hpp: lowest byte first, in each byte the highest bit first.
+// The DroneCAN data types that we use. encode() returns the bytes written, 0 when they do not fit; decode() returns
+// false when the payload is too short or has a value that the type does not allow. Both: RT yes. Bytes and bits are
+// ordered as in dronecan_bits.hpp: lowest byte first, in each byte the highest bit first.
 // Source:  dronecan/DSDL; each struct names its file. Signatures follow from the definitions (tests compute them).
 #include <array>
 #include <cstdint>
@@ -117,7 +117,7 @@ struct DronecanActuatorStatus {
 std::size_t encode(const DronecanActuatorStatus& in, std::span<std::uint8_t> out) noexcept;
 bool decode(Payload in, DronecanActuatorStatus& out) noexcept;
 
-/// uavcan/equipment/safety/1100.ArmingStatus: 255 fully armed, 0 disarmed; what lies between is no permission either.
+/// uavcan/equipment/safety/1100.ArmingStatus: 255 fully armed, 0 disarmed; values between are no permission either.
 struct DronecanArmingStatus {
   bool armed = false;
 };

@@ -1,5 +1,5 @@
 #pragma once
-// Finds frames in a stream of bytes that may begin anywhere, lose bytes and carry others between them.
+// Finds frames in a stream of bytes that may begin anywhere, lose bytes, and have other bytes between frames.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -8,7 +8,7 @@
 
 namespace sinew::wire {
 
-/// What the bytes at the head of a buffer are.
+/// What the first bytes of a buffer are.
 struct FrameVerdict {
   enum Kind : std::uint8_t {
     more,     // the beginning of a frame, as far as can be seen
@@ -54,7 +54,7 @@ class FrameScanner {
       drop(1);
     }
   }
-  /// The line was silent: what was begun will not go on.
+  /// The line was silent: a frame that was begun will not go on.
   void gap() noexcept {
     stats_.skipped_bytes += size_;
     size_ = 0;

@@ -32,7 +32,7 @@ struct Setup {
   int rate_hz = 1000;   // 8000, 4000, 2000, 1000, 500, 200, 100, 50, 25
   bool fifo = true;
 };
-/// What to write, in this order, after a reset; nothing when the set-up is not one that the chip has.
+/// The register writes after a reset, in this order; nothing when the chip does not have this set-up.
 std::optional<std::array<RegisterWrite, 8>> setup_writes(const Setup& setup) noexcept;
 
 /// A sample in the chip's axes.

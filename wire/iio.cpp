@@ -37,7 +37,7 @@ constexpr std::uint64_t mask_of(unsigned bits) {
   return bits >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << bits) - 1;
 }
 
-/// Where the i-th byte of lesser weight stands.
+/// The place of the i-th byte, counted from the lowest.
 std::size_t byte_at(const IioForm& form, std::size_t i) { return form.big_endian ? form.storage_bits / 8u - 1 - i : i; }
 
 }  // namespace

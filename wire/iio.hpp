@@ -20,7 +20,7 @@ struct IioForm {
   std::uint8_t repeat = 1;        // numbers in the channel
   std::size_t bytes() const { return storage_bits / 8u * repeat; }
 };
-/// Nothing when the text is not of that form, or describes what cannot be (bits + shift > storage).
+/// Nothing: the text is not of that form, or describes an impossible one (bits + shift > storage).
 std::optional<IioForm> parse_iio_form(std::string_view text) noexcept;
 
 /// A channel of a scan: its form, and where its bytes begin.
@@ -53,7 +53,7 @@ std::int64_t iio_raw(std::span<const std::uint8_t> scan, const IioChannel& chann
 /// Puts a number where iio_raw() reads it; what does not fit into the channel's bits is cut off.
 void put_iio_raw(std::span<std::uint8_t> scan, const IioChannel& channel, std::int64_t value) noexcept;
 
-/// "0.000598550" or "9810" as sysfs writes numbers; nothing when anything else stands there.
+/// "0.000598550" or "9810" as sysfs writes numbers; nothing: another text.
 std::optional<double> parse_iio_number(std::string_view text) noexcept;
 /// "x1, y1, z1; x2, ...; x3, ...": takes the chip's coordinates to the board's. Row by row.
 std::optional<std::array<double, 9>> parse_iio_mount_matrix(std::string_view text) noexcept;

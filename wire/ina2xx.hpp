@@ -1,6 +1,7 @@
 #pragma once
-// Registers of the INA219 and INA226 power monitors: words of 16 bits, the highest byte first. The current is what
-// falls across a shunt; the chips' own current and power registers, which want a calibration and round by it, stay off.
+// Registers of the INA219 and INA226 power monitors: words of 16 bits, the highest byte first. We compute the current
+// from the shunt's voltage; the chips' own current and power registers stay off, as they need a calibration and round
+// by it.
 //
 // Source:  TI SBOS448G (INA219) and SBOS547A (INA226), "Register maps" and "Recommended operating conditions".
 #include <cstdint>
@@ -37,7 +38,7 @@ constexpr Facts facts(Chip chip) {
 /// The chip behind kDie of an INA226: the lowest four bits are its revision.
 constexpr bool is_ina226(std::uint16_t die) { return die >> 4 == 0x226; }
 
-/// NaN: beyond what it measures.
+/// NaN: beyond the chip's range.
 double shunt_v(std::uint16_t word, Chip chip) noexcept;
 double bus_v(std::uint16_t word, Chip chip) noexcept;
 

@@ -90,7 +90,7 @@ msg::CanFrame encode_mit(std::uint32_t motor, const MitCommand& c, const MitMoto
   const std::uint32_t v = to_steps(c.velocity_radps, -t.velocity_radps, t.velocity_radps, 12);
   const std::uint32_t kp = to_steps(c.kp, 0, t.kp, 12), kd = to_steps(c.kd, 0, t.kd, 12);
   std::uint32_t e = to_steps(c.effort_nm, -t.effort_nm, t.effort_nm, 12);
-  // All ones but the last nibble is a switch. The setpoint that would look like one gives way by a step of effort.
+  // All ones except the last nibble means a switch. A setpoint that would look like one gets one step less effort.
   const bool high = p == 0xFFFF && v == 0xFFF && kp == 0xFFF && kd == 0xFFF;
   if (high && e >= 0xFF0) e = 0xFEF;
   msg::CanFrame frame = can_frame(motor, 8);

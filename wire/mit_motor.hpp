@@ -1,9 +1,8 @@
 #pragma once
-// "MIT" motor frames: one frame with position, velocity, gains and torque, answered by one with what the motor
-// measures. Numbers of 12 and 16 bits follow each other, highest bit first. Source: the open controller firmware they
-// come from,
-//         bgkatz/motorcontrol Core/Src/can.c; CubeMars, "AK series actuator driver manual" 1.0.15, section 5.3; Damiao,
-//         "DM-J4310 user manual", section on MIT mode.
+// "MIT" motor frames: one frame with position, velocity, gains and torque, answered by one with the motor's
+// measurements. Numbers of 12 and 16 bits follow each other, highest bit first.
+// Source:  the open controller firmware of their origin, bgkatz/motorcontrol Core/Src/can.c; CubeMars, "AK series
+//          actuator driver manual" 1.0.15, section 5.3; Damiao, "DM-J4310 user manual", section on MIT mode.
 #include <optional>
 #include <string_view>
 
@@ -12,7 +11,7 @@
 
 namespace sinew::wire {
 
-/// What follows position, velocity and torque in a reply.
+/// The fields of a reply behind position, velocity and torque.
 enum class MitReply : std::uint8_t {
   plain,        // nothing (six bytes), or the bus voltage (a seventh, in half volts)
   temperature,  // a byte of temperature, one with an error number (AK series)
@@ -38,7 +37,7 @@ struct MitCommand {
 /// Values outside the ranges are pulled in.
 msg::CanFrame encode_mit(std::uint32_t motor, const MitCommand& command, const MitMotorType& type);
 
-/// Eight bytes that are no setpoint: the last one says what.
+/// Eight bytes that are no setpoint: the last byte is the switch.
 enum class MitSwitch : std::uint8_t { clear_fault = 0xFB, enable = 0xFC, disable = 0xFD, zero = 0xFE };
 msg::CanFrame encode_mit(std::uint32_t motor, MitSwitch what);
 
@@ -50,10 +49,11 @@ struct MitFeedback {
   std::uint32_t faults = 0;                 // what `code` means, msg::JointFault bits
   bool status_known = false, enabled = false;
 };
-/// Of any identifier (motors answer on one number, the master's). Nothing: not the size that this type answers with.
+/// Takes any identifier (all motors may answer on one number, the master's). Nothing: another size than this type's
+/// answers.
 std::optional<MitFeedback> decode_mit_reply(const msg::CanFrame& frame, const MitMotorType& type);
 
-// The motor's side, for those that are simulated.
+// The motor's side, for simulated motors.
 std::optional<MitCommand> decode_mit_command(const msg::CanFrame& frame, const MitMotorType& type);
 std::optional<MitSwitch> decode_mit_switch(const msg::CanFrame& frame);
 msg::CanFrame encode_mit_reply(std::uint32_t master, const MitFeedback& feedback, const MitMotorType& type);

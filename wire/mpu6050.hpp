@@ -40,10 +40,10 @@ struct Setup {
   bool fifo = true;
   bool spi = false;  // switches the I2C side off, so that it does not mistake SPI traffic for its own
 };
-/// What to write, in this order, after a reset; nothing when the set-up is not one that the chip has.
+/// The register writes after a reset, in this order; nothing when the chip does not have this set-up.
 std::optional<std::array<RegisterWrite, 9>> setup_writes(const Setup& setup, Chip chip) noexcept;
 
-/// By how much the filter delays the gyroscope; the accelerometer within 0.2 ms of it. RM-MPU-6000A section 4.3.
+/// The gyroscope's delay by the filter; the accelerometer's is within 0.2 ms of it. RM-MPU-6000A section 4.3.
 msg::Duration filter_delay(int filter) noexcept;
 
 /// A sample in the chip's axes.

@@ -17,7 +17,7 @@ int hex(std::uint8_t c) {
   return -1;
 }
 
-/// Numbers one after the other; remembers whether all that were there could be read.
+/// Reads numbers one after the other; remembers whether every field that is not empty could be read.
 class Fields {
  public:
   explicit Fields(const NmeaSentence& s) : s_(s) {}
@@ -73,7 +73,7 @@ std::optional<T> if_ok(const Fields& f, const T& value) {
 
 FrameVerdict NmeaFormat::check(std::span<const std::uint8_t> bytes) noexcept {
   if (bytes[0] != '$') return {FrameVerdict::foreign};
-  // Only what came last can be new, but what was seen before does not hurt to look at: sentences are short.
+  // Only the last byte is new, but checking all of them again is cheap: sentences are short.
   std::uint8_t sum = 0;
   for (std::size_t i = 1; i < bytes.size(); ++i) {
     const std::uint8_t c = bytes[i];

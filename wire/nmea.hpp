@@ -29,7 +29,7 @@ struct NmeaSentence {
 };
 std::optional<NmeaSentence> split_nmea(std::span<const std::uint8_t> frame) noexcept;
 
-/// What a field does not say is NaN (or -1).
+/// A value that is not in its field is NaN (or -1).
 struct NmeaGga {
   double time_s = 0;  // of the UTC day
   double latitude_deg = 0, longitude_deg = 0, altitude_m = 0, hdop = 0;
@@ -49,7 +49,7 @@ struct NmeaGsa {
   int fix = 1;  // 1 none, 2 flat, 3 full
   double pdop = 0, hdop = 0, vdop = 0;
 };
-/// Nothing: another kind of sentence, or a field that is there and is no such number.
+/// Nothing: another kind of sentence, or a field whose text is no valid number.
 std::optional<NmeaGga> decode_gga(const NmeaSentence& s) noexcept;
 std::optional<NmeaRmc> decode_rmc(const NmeaSentence& s) noexcept;
 std::optional<NmeaVtg> decode_vtg(const NmeaSentence& s) noexcept;

@@ -22,7 +22,7 @@ struct Setup {
   int range_gauss = 8;  // 2, 8
   int rate_hz = 50;     // 10, 50, 100, 200
 };
-/// What to write, in this order, after a reset; nothing when the set-up is not one that the chip has.
+/// The register writes after a reset, in this order; nothing when the chip does not have this set-up.
 std::optional<std::array<RegisterWrite, 3>> setup_writes(const Setup& setup) noexcept;
 
 struct Sample {

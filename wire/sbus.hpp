@@ -24,9 +24,8 @@ struct SbusFormat {
   static FrameVerdict check(std::span<const std::uint8_t> bytes) noexcept;
 };
 
-/// Finds frames. They have no checksum, and a stick can look like a head: without a pause on the line before it
-/// (gap()), a frame counts only when another one came right before it, so a stream that was cut anywhere, or carries
-/// garbage, moves no stick.
+/// Finds frames. They have no checksum, and a stick can look like a head. So a frame counts only after a pause on the
+/// line (gap()), or right behind another frame: a stream that was cut anywhere, or carries garbage, moves no stick.
 /// Thread:  owner.   RT: yes.
 class SbusScanner {
  public:

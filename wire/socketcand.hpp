@@ -13,13 +13,13 @@ namespace sinew::wire {
 
 inline constexpr std::size_t kSocketcandMax = 256;  // characters of an element; the longest (fdsend) has 216
 
-/// Cuts a stream into elements, wherever the pieces end. What stands between elements is skipped; an element that does
-/// not end, or that a new one begins in, is dropped and counted.   RT: yes.
+/// Cuts a stream into elements, however the stream is split. Text between elements is skipped. An element that does not
+/// end, or has a new one inside, is dropped and counted.   RT: yes.
 class SocketcandSplitter {
  public:
   /// True: element() is a new one.
   bool push(char c) noexcept;
-  /// What stood between "<" and ">"; until the next push().
+  /// The text between "<" and ">"; until the next push().
   std::string_view element() const noexcept { return {text_.data(), size_}; }
   std::uint64_t dropped() const noexcept { return dropped_; }
   void reset() noexcept { inside_ = false, size_ = 0; }
@@ -54,10 +54,10 @@ struct SocketcandMessage {
 /// RT:      yes.
 bool socketcand_parse(std::string_view element, SocketcandMessage& out) noexcept;
 
-/// A whole element; characters written, 0: no room, or a frame that cannot be said (error frames to be sent, and what
-/// is_can_frame() refuses).   RT: yes.
+/// A whole element; returns the characters written, 0: no room, or a frame without a form (error frames to send, and
+/// frames that is_can_frame() refuses).   RT: yes.
 std::size_t socketcand_send(const msg::CanFrame& frame, std::span<char> out) noexcept;
-std::size_t socketcand_frame(const msg::CanFrame& frame, std::span<char> out) noexcept;  // what a server tells
+std::size_t socketcand_frame(const msg::CanFrame& frame, std::span<char> out) noexcept;  // as a server sends it
 std::size_t socketcand_open(std::string_view bus, std::span<char> out) noexcept;         // at most 16 characters
 
 }  // namespace sinew::wire

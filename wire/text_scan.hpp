@@ -16,7 +16,7 @@ class TextScan {
   /// True and past it when the text goes on with `c`.
   bool take(char c) noexcept;
   void skip_blanks() noexcept;
-  /// Up to the next blank or the end, blanks before it skipped; empty: nothing is left.
+  /// The text up to the next blank or the end, without leading blanks; empty: nothing is left.
   std::string_view word() noexcept;
   /// One digit 0-9A-Fa-f.
   std::optional<std::uint32_t> hex_digit() noexcept;
@@ -30,10 +30,10 @@ class TextScan {
 /// The whole text as a number of at most `digits` digits; nothing for any other character or an empty text. RT: yes.
 std::optional<std::uint32_t> parse_hex(std::string_view text, std::size_t digits = 8) noexcept;
 std::optional<std::uint64_t> parse_decimal(std::string_view text, std::size_t digits = 18) noexcept;
-/// "SECONDS.FRACTION" (at most nine digits of each count; more are refused) in nanoseconds. RT: yes.
+/// "SECONDS.FRACTION" in nanoseconds: up to 9e9 seconds, and 1 to 9 digits of fraction. RT: yes.
 std::optional<std::int64_t> parse_seconds(std::string_view text) noexcept;
 
-/// Writes text into a fixed buffer; what does not fit is remembered. RT: yes.
+/// Writes text into a fixed buffer; remembers when a text did not fit. RT: yes.
 class TextPut {
  public:
   explicit TextPut(std::span<char> into) : into_(into) {}

@@ -1,4 +1,4 @@
-// cat, csv: messages as text.
+// bag cat, csv: messages as text.
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
@@ -39,7 +39,7 @@ void flatten(const Json& json, const std::string& name, Row& row) {
 class Table {
  public:
   explicit Table(std::FILE* out) : out_(out) {}
-  /// False: this row has other columns than those before.
+  /// False: this row has other columns than the rows before.
   bool add(const Row& row) {
     if (columns_.empty()) {
       for (const auto& [name, value] : row) columns_.push_back(name);
@@ -66,7 +66,7 @@ class Table {
 
 bool add_message(Table& table, const record::Message& m, BagMessages& texts, std::string& text) {
   text.clear();
-  if (!texts.append_json(m, text)) return true;  // that was said
+  if (!texts.append_json(m, text)) return true;  // append_json() has printed why
   Row row{{"log_time_ns", std::to_string(m.stamps.log_time)}, {"sequence", std::to_string(m.stamps.sequence)}};
   flatten(Json::parse(text, nullptr, false), "", row);
   if (table.add(row)) return true;

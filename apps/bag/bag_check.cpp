@@ -38,7 +38,7 @@ std::string review_text(const record::RunReview& review) {
   for (const auto& [thread, lost] : review.lost_steps)
     out += "thread " + thread + ": lost " + to_text(lost, "steps") + "\n";
   if (review.is_part)
-    out += "only a part of a recording: what lies before it is not held against it\n";
+    out += "only a part of a recording: what is missing before it does not count\n";
   else if (!review.ended)
     out += "the file has no verdict of its own: its recording was cut off, or goes on in another file\n";
   return out;

@@ -42,7 +42,7 @@ CLI::Option* add_topics(CLI::App& app, Selection& what, const char* text) {
 
 void add_times(CLI::App& app, Selection& what) {
   app.add_option("--from", what.from_s, "seconds after its first message")->check(number(0))->type_name("S");
-  app.add_option("--until", what.until_s, "likewise; both included")->check(number(0))->type_name("S");
+  app.add_option("--until", what.until_s, "as --from; both ends are included")->check(number(0))->type_name("S");
 }
 
 }  // namespace
@@ -51,14 +51,13 @@ void add_bag_commands(CLI::App& app, CommandContext& context) {
   CLI::App& bag = *app.add_subcommand("bag", "recorded files");
   bag.require_subcommand(1);
   file_command(bag, context, "info", "what is in it, what ran, what is missing", bag_info);
-  file_command(bag, context, "check", "every checksum and index; what it says of itself against what is in it",
-               bag_check);
+  file_command(bag, context, "check", "check every checksum and index, and the summary against the content", bag_check);
 
-  auto play = file_command(bag, context, "play", "a robot of its own says again what was recorded", bag_play);
+  auto play = file_command(bag, context, "play", "start a robot that publishes the recorded messages again", bag_play);
   add_topics(play.app, play.options.what, "only this one; may be given again");
   add_times(play.app, play.options.what);
   play.app.add_option("--rate", play.options.rate, "recorded seconds per second")->check(number(0.001, 1000.0));
-  play.app.add_option("--name", play.options.name, "on this machine; instead of the recorded robot's");
+  play.app.add_option("--name", play.options.name, "name on this machine, instead of the recorded robot's");
   play.app.add_flag("--loop", play.options.loop, "again and again, until Ctrl-C");
 
   auto cat = file_command(bag, context, "cat", "its messages, a line of JSON each", bag_cat);
@@ -76,18 +75,18 @@ void add_bag_commands(CLI::App& app, CommandContext& context) {
   add_times(images.app, images.options.what);
 
   auto recover =
-      file_command(bag, context, "recover", "a whole file of what can be read of a damaged one", bag_recover);
+      file_command(bag, context, "recover", "a complete file from the readable parts of a damaged one", bag_recover);
   add_out(recover.app, recover.options.out);
-  auto cut = file_command(bag, context, "cut", "a file of a part of its time", bag_cut);
+  auto cut = file_command(bag, context, "cut", "a file with a part of its time", bag_cut);
   add_out(cut.app, cut.options.out);
   add_times(cut.app, cut.options.what);
-  auto filter = file_command(bag, context, "filter", "a file of some of its topics", bag_filter);
+  auto filter = file_command(bag, context, "filter", "a file with some of its topics", bag_filter);
   add_out(filter.app, filter.options.out);
   add_topics(filter.app, filter.options.what, "this one; may be given again")->required();
 
   auto convert = file_command(bag, context, "convert", "a file for the programs of others", bag_convert);
   add_out(convert.app, convert.options.out);
-  convert.app.add_flag("--ros2", convert.options.ros2, "messages that ROS 2 has, too, become that type")->required();
+  convert.app.add_flag("--ros2", convert.options.ros2, "messages that ROS 2 has, too, get its type")->required();
 
   auto merge = bag_command(bag, context, "merge", "one file of several, in the order of time", bag_merge);
   add_out(merge.app, merge.options.out);

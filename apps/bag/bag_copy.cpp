@@ -1,4 +1,4 @@
-// recover, cut, filter, merge: files made of others.
+// bag recover, cut, filter, merge: new files from existing ones.
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -17,7 +17,7 @@ namespace {
 
 using Readers = std::vector<std::unique_ptr<record::Reader>>;
 
-/// `said`: what the copy is marked with; nothing: it stands for the whole. `ros2`: as messages of ROS 2.
+/// `said`: texts that mark the copy as edited; empty: the copy is not marked. `ros2`: convert to messages of ROS 2.
 hal::Status write_copy(const Readers& readers, const record::Query& query, const record::Texts& said, bool ros2,
                        std::unique_ptr<hal::OutputFile> out, record::Copied& copied) {
   record::WriterOptions how = options_like(*readers.front());
@@ -55,7 +55,7 @@ int say(const BagCopyOptions& options, const record::Copied& copied) {
   return kDone;
 }
 
-/// The heads of images belong to them.
+/// Adds the topics of the images' heads, which belong to the images.
 void add_heads(record::Query& query) {
   const std::size_t topics = query.topics.size();
   for (std::size_t i = 0; i < topics; ++i) query.topics.push_back(query.topics[i] + std::string(record::kHeadSuffix));
@@ -86,7 +86,7 @@ int make_copy(const BagCopyOptions& options, const char* what, const std::vector
     }
     if (const auto done = write_copy(readers, *query, said, ros2, std::move(out), copied); !done) {
       std::error_code ignored;
-      std::filesystem::remove(options.out, ignored);  // it is ours, and not whole
+      std::filesystem::remove(options.out, ignored);  // our own file, and incomplete
       return fail(file_error(options.out, done.error()), kFailed);
     }
   }

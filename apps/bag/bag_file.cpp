@@ -28,7 +28,7 @@ class WatchedFile final : public hal::InputFile {
   Progress& progress_;
 };
 
-/// Seconds after `start` in the file's time; whatever the number is.
+/// `s` seconds after `start` in the file's time; clamped for any number, also NaN.
 std::uint64_t time_after(std::uint64_t start, double s) {
   const double ns = std::round(s * 1e9), room = static_cast<double>(~std::uint64_t{0} - start);
   if (!(ns > 0)) return start;

@@ -12,29 +12,29 @@
 
 namespace sinew::app {
 
-/// Null, after why was said. What is read of it counts as progress; `passes`: how often all of it will be read.
+/// Null after printing why. Reading the file counts as progress; `passes`: how often the command reads all of it.
 std::unique_ptr<hal::InputFile> open_input(const std::string& path, Progress& progress, unsigned passes = 1);
 std::unique_ptr<record::Reader> open_recording(const std::string& path, Progress& progress, unsigned passes = 1);
 
-/// A new file, as hal::create_file(); null, after why was said.
+/// A new file, as hal::create_file(); null after printing why.
 std::unique_ptr<hal::OutputFile> create_output(const std::string& path);
 
 /// An error of a file in words: "FILE: No space left on device".
 std::string file_error(const std::string& path, const hal::Error& error);
 
-/// Says on standard error what is wrong with a file; of many problems the first ones.
+/// Prints the problems of a file on standard error; of many problems only the first ones.
 void say_problems(const std::string& path, const std::vector<record::FileProblem>& problems);
 
-/// What a command wants of the messages.
+/// Which messages a command uses.
 struct Selection {
   std::vector<std::string> topics{};
   std::optional<double> from_s{}, until_s{};  // after the first message of the file
 };
-/// Nothing, after why was said: a topic that the file does not have.
+/// Nothing after printing why: a topic that the file does not have.
 std::optional<record::Query> query_of(record::Reader& reader, const Selection& selection);
 
-/// Calls f(message) for all of them, in the order of log time, until it says no or Ctrl-C. False, after it was said:
-/// some could not be read.
+/// Calls f(message) for all of them in the order of log time, until f returns false or Ctrl-C. False, after printing
+/// the problems: some could not be read.
 bool each_message(record::Reader& reader, const record::Query& query,
                   const std::function<bool(const record::Message&)>& f);
 

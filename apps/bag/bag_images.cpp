@@ -22,7 +22,7 @@ msg::PixelFormat format_of(std::string_view encoding) {
   return msg::PixelFormat::none;
 }
 
-/// Empty, with `why`, for what is no image that can be shown.
+/// Empty, with `why`: the message is no image that can be shown.
 std::string png_of(const record::Message& m, std::string& why) {
   const auto view = record::view_image(m.data);
   if (!view) {
@@ -38,7 +38,7 @@ std::string png_of(const record::Message& m, std::string& why) {
                              {reinterpret_cast<const std::uint8_t*>(view->pixels.data()), view->pixels.size()}, why);
 }
 
-/// Empty: written; else why not.
+/// Empty when written; else why not.
 std::string write_file(const fs::path& path, const std::string& bytes) {
   std::FILE* const out = std::fopen(path.c_str(), "wx");
   if (!out) return std::strerror(errno);
@@ -83,7 +83,7 @@ int bag_images(const BagTopicOptions& options) {
       }
       const std::string png = png_of(m, why);
       if (png.empty()) return fail(fmt::format("{} {}: {}", topic, m.stamps.sequence, why), kFailed);
-      // Names as data sets have them: their order is that of the time.
+      // Names as data sets have them: sorted by name they are sorted by time.
       const fs::path path = fs::path(options.out) / fmt::format("{:019}.png", m.stamps.publish_time);
       if (why = write_file(path, png); !why.empty()) return fail(path.string() + ": " + why, kFailed);
       ++written;

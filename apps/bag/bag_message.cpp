@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::string_view kOurs = "sinew_msgs/msg/";
 
-/// What this program writes for a type of this name; empty: it has none.
+/// This program's definition of the type `name`; empty: it has none.
 std::string our_text(std::string_view name) {
   for (const auto* schema :
        {&record::step_batch_schema(), &record::request_schema(), &record::state_schema(), &record::image_head_schema()})

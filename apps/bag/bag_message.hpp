@@ -8,13 +8,13 @@
 
 namespace sinew::app {
 
-/// The messages of a file as JSON, by the definitions that the file itself has. What cannot be shown is said once per
-/// topic on standard error; so is a type that this program has with other fields.
+/// The messages of a file as JSON, by the definitions in the file itself. Prints on standard error, once per topic:
+/// messages that cannot be shown, and a type that this program has with other fields.
 /// Thread:  owner.
 class BagMessages {
  public:
   explicit BagMessages(const record::Reader& reader) : reader_(reader) {}
-  /// False, and nothing appended: of a kind that is not known, or the bytes do not fit it.
+  /// False, and nothing appended: the kind of message is not known, or the bytes do not fit it.
   bool append_json(const record::Message& message, std::string& out);
   /// Messages that could not be shown.
   std::uint64_t unknown() const { return unknown_; }

@@ -1,5 +1,5 @@
 #pragma once
-// The commands on recorded files, each with what it is told.
+// The commands on recorded files, each with its options.
 #include "apps/bag/bag_file.hpp"
 
 namespace sinew::app {
@@ -11,7 +11,7 @@ struct BagOptions {
 struct BagCopyOptions : BagOptions {
   std::string out;
   std::vector<std::string> files{};  // merge: instead of `file`
-  bool ros2 = false;                 // convert: to what
+  bool ros2 = false;                 // convert: to messages of ROS 2
   Selection what{};
 };
 struct BagCatOptions : BagOptions {
@@ -24,7 +24,7 @@ struct BagTopicOptions : BagOptions {
 
 struct BagPlayOptions : BagOptions {
   Selection what{};
-  std::string name;  // of the robot on this machine; empty: the recorded one's
+  std::string name;  // of the robot on this machine; empty: the recorded robot's name
   double rate = 1;
   bool loop = false;
 };

@@ -1,4 +1,4 @@
-// bag play: a recording stands up as a robot of its own, whose modules say again what was recorded.
+// bag play: a robot whose modules publish the recorded messages again.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr rt::Duration kAhead = 100ms;   // messages are handed over so long before they are due
-constexpr rt::Duration kStarts = 200ms;  // until the first message, so that nobody is late for it
+constexpr rt::Duration kStarts = 200ms;  // until the first message, so that no reader misses it
 constexpr rt::Duration kPeriod = 1ms;
 constexpr std::string_view kThread = "play";
 
@@ -68,7 +68,7 @@ class Play {
     bool good = feed(query, rt::Duration{}, os);
     while (options_.loop && good && !hal::stop_requested()) good = feed(query, os.now() + kStarts - first, os);
     while (!hal::stop_requested() && !idle()) os.sleep_until(os.now() + kPeriod);
-    if (!hal::stop_requested()) os.sleep_until(os.now() + 2 * kPeriod);  // what was said last is seen
+    if (!hal::stop_requested()) os.sleep_until(os.now() + 2 * kPeriod);  // so that readers see the last messages
     executor.stop();
     return tell(msg::seconds(os.now() - begin), good);
   }
@@ -80,7 +80,7 @@ class Play {
     std::uint32_t image_bytes = 0;
   };
 
-  /// Topics whose messages this program has, by their definition in the file.
+  /// Topics whose message type this program has with the same definition as the file.
   void find_topics() {
     for (const auto& entry : reader_.channels()) {
       const record::Channel& channel = entry.second;
@@ -101,7 +101,7 @@ class Play {
         found_.push_back({channel.topic, type});
     }
   }
-  /// What the first head of its images says that a slot held; 0: there is none.
+  /// Size of a slot, from the first head of the topic's images; 0: there is no head.
   std::uint32_t image_bytes(const std::string& topic) {
     auto heads = reader_.messages({.topics = {topic + std::string(record::kHeadSuffix)}, .order = record::Order::file});
     record::Message m;
@@ -159,7 +159,7 @@ class Play {
     }
   }
 
-  /// Once through the file, so much later than it was. False: not all of it could be read.
+  /// Publishes the whole file once, `later` than it was recorded. False: part of it could not be read.
   bool feed(record::Query query, rt::Duration later, hal::Os& os) {
     query.topics.clear();
     for (const auto& way : ways_) query.topics.push_back(way.first);
@@ -229,7 +229,7 @@ class Play {
   std::map<std::string, record::Player*> players_;
   std::vector<std::unique_ptr<record::MessageStore>> stores_;
   std::map<std::string, Way> ways_;                                   // by channel
-  std::set<std::pair<record::MessageStore*, std::uint32_t>> halves_;  // images of which one part has come
+  std::set<std::pair<record::MessageStore*, std::uint32_t>> halves_;  // images with only one part so far
   std::uint64_t said_ = 0, unfit_ = 0;
 };
 

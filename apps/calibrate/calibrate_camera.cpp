@@ -18,7 +18,7 @@ using namespace std::chrono_literals;
 constexpr std::array<const char*, 4> kMount{"camera_qw", "camera_qx", "camera_qy", "camera_qz"};
 constexpr double kDeg = 180 / math::kPi;
 
-/// Parameters of the robot's modules: the calibration's, the robot file's, the defaults.
+/// Parameters of the robot's modules: from the calibration, else the robot file, else the default.
 class Params {
  public:
   Params(const RobotFile& robot, const Calibration& calibration, const rt::ModuleTypes& types)
@@ -57,7 +57,7 @@ struct Wanted {
   double fov_y_rad = 0;
 };
 
-/// False after it was said what is missing.
+/// False after printing what is missing.
 bool find_modules(const CalibrateOptions& o, const Params& params, Wanted& wanted) {
   std::string mounts;
   std::size_t count = 0;
@@ -79,7 +79,7 @@ bool find_modules(const CalibrateOptions& o, const Params& params, Wanted& wante
     return false;
   }
   if (wanted.mount.empty() || (o.mount.empty() && count > 1)) {
-    fail("--mount MODULE: whose camera_qw, ... say how the camera is mounted? They have such: " +
+    fail("--mount MODULE: name the module whose camera_qw, ... say how the camera is mounted; candidates: " +
          (count ? mounts : "none"));
     return false;
   }
@@ -91,7 +91,7 @@ bool find_modules(const CalibrateOptions& o, const Params& params, Wanted& wante
   return true;
 }
 
-/// A picture in grey, of a size at which turns are found quickly.
+/// A grey picture, small enough to find turns quickly.
 struct Taken {
   msg::Time stamp;
   msg::ImageBuffer grey;
@@ -106,7 +106,8 @@ std::optional<Taken> reduced(const msg::Image& image, vision::Luma& luma) {
   return taken;
 }
 
-/// Both devices for so long; pictures are only kept meanwhile, so that none is missed. False after it was said why not.
+/// Reads both devices for --seconds. Only keeps the pictures meanwhile, so that it misses none. False after printing
+/// why.
 bool watch(hal::Imu& imu, hal::Camera& camera, const CalibrateOptions& o, CameraOffset& offset,
            std::vector<Taken>& pictures) {
   hal::Os& os = hal::system_os();
@@ -130,7 +131,7 @@ bool watch(hal::Imu& imu, hal::Camera& camera, const CalibrateOptions& o, Camera
         return false;
       }
       pictures.push_back(std::move(*taken));
-      continue;  // another may wait
+      continue;  // another picture may wait
     }
     for (const auto& [last, name] : {std::pair{imu_last, &o.device}, std::pair{image_last, &o.camera}})
       if (os.now() - last > kSilent) {
@@ -142,8 +143,8 @@ bool watch(hal::Imu& imu, hal::Camera& camera, const CalibrateOptions& o, Camera
   return true;
 }
 
-/// Each picture against the one three before it: what a fit of pictures is off by counts a third then, and at 30 Hz no
-/// motion that a hand makes turns round within 0.1 s.
+/// Finds the turn of each picture against the one three before it: the error of a fit then counts only a third. At 30
+/// Hz these two are 0.1 s apart, and no motion of a hand reverses within that time.
 void find_turns(const std::vector<Taken>& pictures, double fov_y_rad, CameraOffset& offset) {
   constexpr std::size_t kApart = 3;
   std::vector<vision::ImageTurn> turns(kApart, vision::ImageTurn(fov_y_rad));
@@ -179,7 +180,7 @@ int calibrate_camera_offset(const CalibrateOptions& o, const rt::ModuleTypes& ty
       found->time_offset_ms, found->time_sigma_ms, wanted.mount.c_str(), found->turned_deg.x, found->turned_deg.y,
       found->turned_deg.z, found->pairs, found->residual_radps, found->scale);
   if (std::abs(found->scale - 1) > 0.15)
-    std::printf("warning: a scale so far from 1 is a wrong --fov, or a scene too near\n");
+    std::printf("warning: a scale so far from 1 means a wrong --fov, or a scene too near\n");
   bench.set_param(wanted.source, "time_offset_ms", found->time_offset_ms);
   const math::Quat& q = found->q_imu_optical;
   for (const auto& [name, value] :

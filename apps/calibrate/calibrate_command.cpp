@@ -1,4 +1,4 @@
-// calibrate imu, joint, camera-offset: measures what one robot differs in, and keeps it in its calibration file.
+// calibrate imu, joint, camera-offset: measures how one robot differs, and writes it to its calibration file.
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
@@ -48,7 +48,7 @@ int calibrate_imu(const CalibrateOptions& o) {
       std::string line;
       if (!std::getline(std::cin, line)) return fail("no more input", kFailed);
       msg::ImuSample stale;
-      while (true) {  // what was measured before
+      while (true) {  // drops samples from before
         const auto got = (*imu)->read(stale);
         if (!got || !*got) break;
       }
@@ -131,7 +131,8 @@ CLI::App& calibrate(CLI::App& parent, CommandContext& context, const char* name,
 }  // namespace
 
 void add_calibrate_command(CLI::App& app, CommandContext& context) {
-  CLI::App& parent = *app.add_subcommand("calibrate", "measure what one robot differs in, into its calibration file");
+  CLI::App& parent =
+      *app.add_subcommand("calibrate", "measure how one robot differs, and write it to its calibration file");
   parent.require_subcommand(1);
   const auto imu_options = std::make_shared<CalibrateOptions>();
   CLI::App& imu = calibrate(parent, context, "imu", "biases of an IMU that lies still; with --six also its scales",
@@ -139,12 +140,12 @@ void add_calibrate_command(CLI::App& app, CommandContext& context) {
   imu_options->device = "imu";
   imu.add_option("--device", imu_options->device, "which one")->capture_default_str();
   imu.add_flag("--six", imu_options->six, "six positions, each axis once up and once down: asks for each");
-  imu.add_option("--gravity", imu_options->gravity_mps2, "where you are, m/s^2")->check(number(9.7, 9.9));
+  imu.add_option("--gravity", imu_options->gravity_mps2, "local gravity, m/s^2")->check(number(9.7, 9.9));
 
   const auto joint_options = std::make_shared<CalibrateOptions>();
   joint_options->seconds = 1;
-  CLI::App& joint = calibrate(parent, context, "joint", "zero of a joint that stands where it is said to stand",
-                              calibrate_joint, joint_options);
+  CLI::App& joint = calibrate(parent, context, "joint", "zero of a joint that stands at a known angle", calibrate_joint,
+                              joint_options);
   joint.add_option("--device", joint_options->device, "the actuator group")->required();
   joint.add_option("--joint", joint_options->joint, "its joint")->required();
   joint.add_option("--at", joint_options->at_rad, "where it stands, rad")
@@ -166,7 +167,7 @@ void add_calibrate_command(CLI::App& app, CommandContext& context) {
                     "the module whose camera_qw, camera_qx, camera_qy, camera_qz say how the camera is mounted");
   camera
       .add_option("--fov", camera_options->fov_y_deg,
-                  "of the camera from top to bottom, deg; default: fov_y_rad of a module")
+                  "field of view from top to bottom, deg; default: fov_y_rad of a module")
       ->check(number(5, 150))
       ->type_name("DEG");
 }

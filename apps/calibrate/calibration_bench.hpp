@@ -1,5 +1,5 @@
 #pragma once
-// What the commands `sinew calibrate ...` share: their options, the robot with its devices, its calibration file.
+// Shared by the commands `sinew calibrate ...`: their options, the robot with its devices, its calibration file.
 #include <fmt/format.h>
 
 #include <chrono>
@@ -25,16 +25,16 @@ struct CalibrateOptions {
   double fov_y_deg = 0;  // 0: the robot file's
 };
 
-inline constexpr hal::Duration kSilent = std::chrono::seconds(2);  // a device that says nothing for so long is given up
+inline constexpr hal::Duration kSilent = std::chrono::seconds(2);  // a device silent for so long has failed
 
-/// The robot file, its board, and the calibration that is there already.
+/// The robot file, its board, and the existing calibration.
 class CalibrationBench {
  public:
-  /// False after the reason was printed. `factory`: the device is opened without these keys of its table.
+  /// False after printing the reason. `factory`: keys of the device's table that are left out when it is opened.
   bool open(const CalibrateOptions& o, const std::vector<std::string>& factory);
   void set(const std::string& device, const std::string& joint, const std::string& key, double value);
   void set_param(const std::string& module, const std::string& param, double value);
-  /// Another file takes the place of the old one in one piece. The exit code.
+  /// Replaces the old file in one piece; `dry`: prints it instead. Returns the exit code.
   int write(bool dry) const;
 
   RobotFile robot;
@@ -47,7 +47,7 @@ class CalibrationBench {
   std::vector<rt::Problem> apply_keys();
 };
 
-/// Reads a sensor for so long; false when it stayed silent, failed, or a signal ended it, after that was said.
+/// Reads a sensor for --seconds. False, after printing why: it stayed silent, failed, or a signal ended the reading.
 template <class M, class Each>
 bool read_for(hal::Sensor<M>& sensor, hal::Duration length, const std::string& name, const Each& each) {
   hal::Os& os = hal::system_os();

@@ -18,9 +18,9 @@ constexpr std::size_t kFewestPairs = 100;         // some 3 s of pictures
 constexpr double kLeastRate_radps = 0.03;         // RMS about each axis
 constexpr double kLeastExplained = 0.6;           // of the pictures' turns, by the gyro
 constexpr double kCoarse_ms = 2, kFine_ms = 0.5;  // steps of the delay
-constexpr double kOutlier = 4;                    // RMS residuals
-constexpr double kLongestGap_s = 0.012;           // of an IMU: in a longer one the rate may have turned round
-constexpr double kLongestPair_s = 0.2;            // of an IMU, and between pictures
+constexpr double kOutlier = 4;                    // times the RMS residual
+constexpr double kLongestGap_s = 0.012;           // between IMU samples: in a longer gap the rate may have reversed
+constexpr double kLongestPair_s = 0.2;            // between two pictures of a pair
 constexpr double kRad = math::kPi / 180;
 
 }  // namespace
@@ -30,10 +30,10 @@ struct CameraOffset::Fit {
   math::Mat3 map = math::Mat3::identity();
   Vec3 bias_radps;
   double squares = 0, total = 0;  // of the residuals; of the rotations
-  Vec3 excitation_radps;          // about each optical axis: what of its rate the other axes do not say
+  Vec3 excitation_radps;          // RMS rate about each optical axis, without the part that the other axes predict
   double seconds = 0;
   std::size_t used = 0;
-  std::vector<double> residual;  // of each pair; negative: outside of what the IMU has
+  std::vector<double> residual;  // of each pair; negative: the IMU does not cover the pair
 };
 
 void CameraOffset::add(const msg::ImuSample& s) {
@@ -128,7 +128,7 @@ double CameraOffset::best_offset_ms(const std::vector<Pair>& pairs, const Quat& 
   return bend > 0 ? best + std::clamp(0.5 * (a - c) / bend, -1.0, 1.0) * kFine_ms : best;
 }
 
-/// Those whose whole search range the IMU covers without a gap, so that every delay is judged by the same ones.
+/// Pairs whose whole search range the IMU covers without a gap, so that the same pairs judge every delay.
 std::vector<CameraOffset::Pair> CameraOffset::usable() const {
   std::vector<Pair> kept;
   for (const Pair& p : pairs_) {
@@ -162,7 +162,7 @@ std::optional<CameraOffset::Result> CameraOffset::solve(const Quat& q_nominal, s
   for (int round = 0; round < 6; ++round) {
     r.time_offset_ms = best_offset_ms(pairs, q);
     f = fit(pairs, q, r.time_offset_ms);
-    // What the camera sees is the gyro's turn in its own frame: v - theta x v for a camera that is turned by theta.
+    // The camera sees the gyro's turn in its own frame: v - theta x v for a camera that is turned by theta.
     r.scale = 0.5 * (f.map(0, 0) + f.map(1, 1));
     const Vec3 theta{-f.map(2, 1) / f.map(2, 2), f.map(2, 0) / f.map(2, 2),
                      0.5 * (f.map(0, 1) - f.map(1, 0)) / r.scale};

@@ -8,13 +8,14 @@
 
 namespace sinew::app {
 
-/// How far a camera's stamps are from those of an IMU, and how it is turned against it: from the turns that both saw
-/// while somebody turned the robot about all its axes.
+/// How far a camera's stamps are from those of an IMU, and how the camera is turned against the IMU: from the turns
+/// that both measured while somebody turned the robot about all its axes.
 ///
-/// For each delay the turns of the pictures are fitted to the integrated gyro between the same two stamps, by a linear
-/// map and a bias; the delay with the least residual is the offset (a correlation of rates, in three axes at once). Of
-/// the map, the turn about the line of sight and the exchange between the two axes across it are the mount: those are
-/// what the camera's travel in a near scene, and a wrong focal length, leave alone. The others tell of those two.
+/// For each delay a linear map and a bias are fitted, from the gyro integrated between the stamps of two pictures to
+/// the turn between these pictures. The delay with the least residual is the offset (a correlation of rates in three
+/// axes at once). Two parts of the map are the mount: the turn about the line of sight, and the exchange between the
+/// two axes across it. Travel of the camera in a near scene and a wrong focal length do not change these two parts; the
+/// other parts show both errors.
 /// Source:  J. Furgale, J. Rehder, R. Siegwart, Unified temporal and spatial calibration for multi-sensor systems
 ///          (IROS 2013) for the problem; E. Mair et al., Spatio-temporal initialization for IMU to camera registration
 ///          (ROBIO 2011) for the correlation of angular rates.
@@ -23,9 +24,9 @@ class CameraOffset {
  public:
   struct Result {
     double time_offset_ms = 0;    // to be added to the camera's stamps
-    double time_sigma_ms = 0;     // 1 sigma by the residual; not what all turns have wrong together
+    double time_sigma_ms = 0;     // 1 sigma by the residual; without errors common to all turns
     math::Quat q_imu_optical;     // optical frame to the IMU's
-    math::Vec3 turned_deg;        // of that against the nominal, about the optical axes
+    math::Vec3 turned_deg;        // of q_imu_optical against the nominal, about the optical axes
     double scale = 1;             // turns across the line of sight, by the pictures / by the gyro
     double residual_radps = 0;    // RMS of an axis
     math::Vec3 excitation_radps;  // RMS rate about each optical axis, apart from the others'
@@ -38,7 +39,7 @@ class CameraOffset {
   /// The camera's turn from the picture of one stamp to that of the next: q_older_newer, optical frame.
   void add(msg::Time older, msg::Time newer, const math::Vec3& rotation_rad);
   std::size_t pairs() const { return pairs_.size(); }
-  /// `q_nominal`: as the robot file has it; up to 30 degrees off.
+  /// `q_nominal`: from the robot file, at most 30 degrees off.
   /// Nothing: `why` says what was too little, or what does not fit.
   std::optional<Result> solve(const math::Quat& q_nominal, std::string& why) const;
 

@@ -11,7 +11,7 @@ namespace {
 // On a table: MEMS noise at 1 kHz is below a tenth of this, a hand that holds the IMU above.
 constexpr double kStillGyro_radps = 0.05, kStillAccel_mps2 = 0.5;
 constexpr double kTurningGyro_radps = 0.35;  // 20 deg/s: no MEMS gyro has such a bias
-constexpr double kSkewed = 0.2;              // of gravity, across the axis that points
+constexpr double kSkewed = 0.2;              // share of gravity, across the vertical axis
 
 }  // namespace
 

@@ -19,7 +19,7 @@ class ImuRest {
   /// Largest standard deviation of an axis.
   double gyro_spread_radps() const { return spread(0); }
   double accel_spread_mps2() const { return spread(3); }
-  /// Empty: it lay still; else what says otherwise.
+  /// Empty: it lay still; else the value that shows a motion.
   std::string moved() const;
 
  private:

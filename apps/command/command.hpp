@@ -1,6 +1,6 @@
 #pragma once
-// What all commands share. Each room of commands adds its own (commands.hpp of that room) to the CLI::App; the one that
-// the user asked for sets `action`.
+// Shared by all commands. Each room of commands adds its commands to the CLI::App (commands.hpp of that room); the
+// command that the user chose sets `action`.
 #include <functional>
 #include <string>
 
@@ -19,16 +19,16 @@ struct CommandContext {
   std::function<int()> action{};  // called when the whole command line has been understood; outlives all CLI::App
 };
 
-/// The type name that an argument or option declares says what completes it: kFileHint a file, and so on. Choices are
-/// written as "{one,two}".
+/// The type name of an argument or option says how the shell completes it: kFileHint with a file, and so on. Choices
+/// are written as "{one,two}".
 inline constexpr const char *kRobotFileHint = "FILE.toml", *kFileHint = "FILE", *kFolderHint = "DIR";
 inline constexpr const char *kRobotHint = "ROBOT", *kTopicHint = "TOPIC", *kExternalHint = "EXTERNAL",
                             *kModuleHint = "MODULE", *kParamHint = "MODULE.PARAM", *kThreadHint = "THREAD";
 
-/// Of this Sinew: "0.1.0".
+/// Version of this Sinew: "0.1.0".
 std::string version();
 
-/// Says why on standard error; answers `code`.
+/// Prints why on standard error; returns `code`.
 int fail(const std::string& why, int code = kNotBegun);
 
 }  // namespace sinew::app

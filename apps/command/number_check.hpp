@@ -5,7 +5,7 @@
 
 namespace sinew::app {
 
-/// For options: a number from `least` to `most`. That NaN is none, the ranges of the library do not know.
+/// For options: a number from `least` to `most`. Refuses NaN, which the ranges of the library accept.
 inline CLI::Validator number(double least, double most = 1e9) {
   return {[least, most](std::string& text) {
             double value = 0;

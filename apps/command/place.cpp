@@ -20,7 +20,7 @@ Place& known() {
 fs::path own_folder() { return fs::path(hal::program_path()).parent_path(); }
 
 bool is_file(const fs::path& path) {
-  std::error_code ignored;  // what cannot be looked at is not there
+  std::error_code ignored;  // a path that cannot be examined counts as missing
   return fs::is_regular_file(path, ignored);
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 #include <string>
 
-// Defined by find_package(Sinew) for programs of other projects, which stand elsewhere than ours.
+// Defined by find_package(Sinew) for programs of other projects, which are not in the folder of our programs.
 #ifndef SINEW_PROGRAMS_FOLDER
 #define SINEW_PROGRAMS_FOLDER ""
 #endif
@@ -11,7 +11,7 @@
 
 namespace sinew::app {
 
-/// Where the Sinew is that a program was built with. Both empty: around the program itself, as for `sinew`.
+/// The Sinew that a program was built with. Both empty: the Sinew that contains the program itself, as for `sinew`.
 struct Place {
   std::string programs{};  // folder with sinew and sinew-sim
   std::string package{};   // folder with SinewConfig.cmake
@@ -20,10 +20,10 @@ struct Place {
 /// Thread:  owner, before the two below.
 void set_place(const Place& place);
 
-/// The path of one of our programs: beside the one that runs, in the place, or in PATH; empty: in none of them.
+/// The path of one of our programs: beside the running program, else in the place, else in PATH; empty: not found.
 std::string find_program(const std::string& name);
 
-/// The folder with SinewConfig.cmake; empty: it is not installed where the program that runs is.
+/// The folder with SinewConfig.cmake; empty: none belongs to the running program.
 std::string package_folder();
 
 }  // namespace sinew::app

@@ -5,13 +5,13 @@
 
 namespace sinew::app {
 
-/// How far long work is, on standard error; nothing where that is no terminal.
+/// Shows the progress of long work on standard error; nothing if that is no terminal.
 /// Thread:  owner.
 class Progress {
  public:
-  /// `shown` false: says nothing, as where other output goes to the same terminal.
+  /// `shown` false: prints nothing, for example when other output goes to the same terminal.
   explicit Progress(std::string what, bool shown = true);
-  ~Progress();  // takes the line away again
+  ~Progress();  // erases the line
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 

@@ -7,10 +7,10 @@ std::string Redrawn::over(std::string_view text, int rows) {
   lines_ = 0;
   for (const char c : text) {
     if (lines_ + 1 >= rows) break;             // the last row is the cursor's
-    if (c == '\n') out += "\033[K", ++lines_;  // what is left of the line before
+    if (c == '\n') out += "\033[K", ++lines_;  // clears the rest of the older line
     out += c;
   }
-  return out + "\033[J";  // lines that are no more
+  return out + "\033[J";  // clears older lines below
 }
 
 }  // namespace sinew::app

@@ -4,11 +4,11 @@
 
 namespace sinew::app {
 
-/// Text on a terminal that is drawn over itself.
+/// Text on a terminal; each text replaces the last one.
 /// Thread:  owner.
 class Redrawn {
  public:
-  /// What to print so that `text` stands where the last one stood; of text that is too long for `rows` the first lines.
+  /// Output that puts `text` in the place of the last one; a text too long for `rows` is cut to its first lines.
   std::string over(std::string_view text, int rows);
 
  private:

@@ -1,6 +1,6 @@
-// sinew-control: the smallest robot that controls something. What a quadrotor's 1 kHz thread has (IMU, filter,
-// attitude, mixer), the guardian above it, and no robot file, camera, recorder, network or monitor. It brings a body on
-// a stand from 17 degrees to the level, in real time. To control a body of your own, put your board in the place of
+// sinew-control: the smallest robot that controls something. It has the modules of a quadrotor's 1 kHz thread (IMU,
+// filter, attitude, mixer) and the guardian, but no robot file, camera, recorder, network or monitor. In real time it
+// brings a body on a stand from 17 degrees to level. To control your own body, put your board in the place of
 // app::Stand.
 #include <charconv>
 #include <cstdio>
@@ -24,7 +24,7 @@ namespace {
 
 constexpr double kRunFor_s = 2, kStartTilt_rad = 0.3, kLevel_rad = 0.02, kShortest_s = 0.01, kLongest_s = 1e6;
 
-/// Wants to be level, with the thrust that would carry it.
+/// Commands a level attitude, with the thrust that carries the body.
 class Level final : public rt::Module {
   void declare(rt::Declaration& d) override { d.out("attitude", out_); }
   rt::StepStatus step(const rt::Step& step) noexcept override {
@@ -53,15 +53,15 @@ rt::GraphSpec robot() {
                    .stack_kib = 64,
                    .order = {{"imu"}, {"level"}, {"filter"}, {"attitude"}, {"mixer"}}}};
   spec.actuators = {{.name = "motors", .command = {"mixer.motors"}, .channels = 4, .max = 1, .lease = 20ms}};
-  spec.tap_history = rt::Duration{0};  // nobody looks on: what is kept for that is most of the topics' memory
+  spec.tap_history = rt::Duration{0};  // no monitor reads; its history is most of the topics' memory
   return spec;
 }
 
 constexpr const char* kUsage =
     "usage: sinew-control [SECONDS [RATE]]\n"
     "Brings a simulated body on a stand to the level, in real time.\n"
-    "  SECONDS   for so long; 2 unless said\n"
-    "  RATE      of its clock, 0.01 to 1: slower than life where an emulator cannot keep a millisecond\n"
+    "  SECONDS   how long it runs; 2 by default\n"
+    "  RATE      of its clock, 0.01 to 1: slower than real time for an emulator that cannot keep 1 ms\n"
     "0: level in the end; 1: not; 2: could not begin.\n";
 
 bool read_number(std::string_view text, double least, double most, double& number) {

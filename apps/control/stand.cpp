@@ -44,7 +44,7 @@ hal::Result<bool> Stand::read(msg::ImuSample& out) noexcept {
   last_ = now;
   out.stamp = now;
   out.gyro_radps = rate_radps_.to<msg::Vec3>();
-  // At the joint nothing is felt but what holds the body up.
+  // At the joint the IMU measures only the force that holds the body up.
   out.accel_mps2 = q_world_base_.conjugate().rotate({0, 0, kGravity_mps2}).to<msg::Vec3>();
   return true;
 }

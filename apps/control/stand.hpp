@@ -8,12 +8,12 @@
 
 namespace sinew::app {
 
-/// A quadrotor on a stand: its centre of mass is held by a ball joint, it can only turn. It has the body and the rotors
-/// of robots/quad/quad.toml. A board with the two devices that attitude control needs, "imu" and "motors"; a robot's
-/// own board takes its place.
+/// A quadrotor on a stand: a ball joint holds its centre of mass, so it can only turn. It has the body and the rotors
+/// of robots/quad/quad.toml. It is a board with the two devices that attitude control needs, "imu" and "motors"; your
+/// own board can replace it.
 ///
-/// The body moves while the IMU is read, by the time since the last read; 20 ms at most, so that a computer that stood
-/// still finds the body where it left it.
+/// Each read of the IMU moves the body by the time since the last read, 20 ms at most: after a pause of the computer
+/// the body is almost where it was.
 /// Frames:  base x forward, y left, z up. Order of the rotors: control::allocate().
 /// Thread:  read(), tilt_rad(): one; write(), stop(): one; the rest: any.   RT: yes.
 class Stand final : public hal::EmptyBoard, public hal::Imu, public hal::Actuators {
@@ -26,14 +26,14 @@ class Stand final : public hal::EmptyBoard, public hal::Imu, public hal::Actuato
 
   hal::Result<bool> read(msg::ImuSample& out) noexcept override;  // one sample a millisecond at most
   hal::Time ready_at() const noexcept override { return last_ + kSample; }
-  void set_wake(hal::Wake*) noexcept override {}  // nobody sleeps for it: its thread has a period
+  void set_wake(hal::Wake*) noexcept override {}  // no thread sleeps for it: the reading thread has a period
   hal::Status write(const msg::ActuatorCommand& command, hal::Duration lease) noexcept override;
   hal::Status stop() noexcept override;
 
   /// Between base z and the vertical.
   double tilt_rad() const;
   std::uint32_t commands() const { return commands_.load(std::memory_order_relaxed); }
-  /// When the first one came; kNever before.
+  /// Time of the first command; kNever before.
   hal::Time first_command() const { return {first_command_ns_.load()}; }
 
  private:
@@ -46,8 +46,7 @@ class Stand final : public hal::EmptyBoard, public hal::Imu, public hal::Actuato
   math::Quat q_world_base_;
   math::Vec3 rate_radps_;
   std::array<double, kRotors> thrust_n_{};
-  // From the thread that commands to the one that reads. Each number is whole; which of them go together does not
-  // matter.
+  // From the thread that commands to the thread that reads. Each number is read whole; the four may be of two commands.
   std::array<std::atomic<float>, kRotors> command_{};
   hal::Wide<std::int64_t> valid_until_ns_{0}, first_command_ns_{hal::kNever.ns};
   std::atomic<std::uint32_t> commands_{0};

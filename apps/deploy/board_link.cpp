@@ -8,8 +8,8 @@
 namespace sinew::app {
 
 BoardLink::BoardLink(const std::string& ssh, std::string host) : ssh_(split_words(ssh)), host_(std::move(host)) {
-  // A board that is off, or a network that went away, is reported in seconds; of an option that is there already ssh
-  // takes the first.
+  // Makes ssh report a board that is off, or a lost network, within seconds. The user's own options win: of equal
+  // options ssh takes the first.
   if (!ssh_.empty() && (ssh_[0] == "ssh" || ssh_[0].ends_with("/ssh")))
     for (const char* option : {"ConnectTimeout=10", "ServerAliveInterval=10", "ServerAliveCountMax=3"}) {
       ssh_.emplace_back("-o");

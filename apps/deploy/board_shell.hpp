@@ -1,5 +1,5 @@
 #pragma once
-// Commands for another machine: they go over ssh as one line of text, whatever shell reads it there.
+// Commands for another machine: ssh carries them as one line of text, which any shell there can read.
 #include <algorithm>
 #include <optional>
 #include <string>
@@ -11,10 +11,10 @@ namespace sinew::app {
 /// One of apps/deploy/*.sh, by its name without the ending; empty: there is none.
 std::string_view board_script(std::string_view name);
 
-/// In single quotes, as sh, bash, csh and fish read them alike.
+/// In single quotes, which sh, bash, csh and fish read alike.
 std::string shell_quoted(std::string_view text);
 
-/// The line that runs a POSIX script with these arguments over there, where `root` by sudo.
+/// The line that runs a POSIX script with these arguments on the board; `root`: by sudo.
 std::string shell_line(std::string_view script, const std::vector<std::string>& arguments, bool root);
 
 /// "ssh -p 2222" as words; there are no quotes.
@@ -30,7 +30,7 @@ void each_line(std::string_view text, Each each) {
   }
 }
 
-/// What a script printed, cut at its marks: lines "::sinew NAME". What a login prints before the first is left out.
+/// Output of a script, cut at its marks: lines "::sinew NAME". Leaves out what a login prints before the first mark.
 class MarkedText {
  public:
   explicit MarkedText(std::string_view text);

@@ -1,4 +1,4 @@
-# Takes a tar stream, tries what came, and only then makes it the version that runs.
+# Unpacks a tar stream, tries the new version, and only then makes it the running one.
 # Arguments: folder, robot file, calibration file ("": none), free text about this version, board ("": the file's).
 # Exit codes are those of BoardStep in apps/deploy/deploy_plan.hpp.
 dir=$1 robot=$2 calibration=$3 about=$4 board=$5

@@ -33,7 +33,7 @@ std::optional<ElfTarget> target_of(const std::string& program) {
   return in ? elf_target(head) : std::nullopt;
 }
 
-/// Prints the problems of the robot file; whether there are none. What only the board's own program knows it checks.
+/// Prints the problems of the robot file; true if there are none. With --binary only the board can check the modules.
 bool passes(LoadedRobot& loaded, const DeployOptions& o, const rt::ModuleTypes& types) {
   if (loaded.problems.empty() && o.binary.empty())
     loaded.problems = rt::Graph(loaded.robot.graph, types).check(check_options(loaded.robot));
@@ -45,7 +45,7 @@ class Deployment {
  public:
   Deployment(const DeployOptions& o, const RobotFile& robot) : o_(o), robot_(robot), link_(o.ssh, o.host) {}
 
-  /// Asks the board what it is; the exit code when that fails.
+  /// Asks for the board's facts; the exit code when that fails.
   std::optional<int> look() {
     const auto answer = link_.ask({.script = "probe", .arguments = {o_.folder}});
     if (!answer) return fail(link_.problem());
@@ -121,7 +121,7 @@ class Deployment {
     const MarkedText said(answer->out);
     const std::string version = said.word_after("deployed").value_or("?");
     std::printf("%s is in force again: %s", version.c_str(), said.after("deployed " + version).value_or("\n").c_str());
-    std::printf("what runs now goes on with the one it was started from\n");
+    std::printf("a running robot keeps the version that it was started from\n");
     return kDone;
   }
 
@@ -139,7 +139,7 @@ class Deployment {
     if (answer.code == static_cast<int>(BoardStep::start)) {
       std::string missing;
       for (const auto& library : missing_libraries(loader)) missing += "\n  " + library;
-      if (!missing.empty()) return fail("the board has not these libraries:" + missing, kFailed);
+      if (!missing.empty()) return fail("the board lacks these libraries:" + missing, kFailed);
       if (const std::string old = too_old_library(loader); !old.empty())
         return fail("the program was built for a newer system than the board's: " + old, kFailed);
     }
@@ -159,7 +159,7 @@ class Deployment {
   bool as_root_ = false;
 };
 
-/// What can be said wrong on the command line; empty: nothing.
+/// What is wrong with the options; empty: nothing.
 std::string refuse_options(const DeployOptions& o) {
   if (o.host.empty() || o.host.front() == '-') return "user@board: a host as ssh knows it";
   if (o.robot.empty() && !o.rollback) return "deploy: a robot file is required";
@@ -210,7 +210,7 @@ void add_deploy_command(CLI::App& app, CommandContext& context) {
   deploy.add_option("host", o->host, "user@board, as ssh knows it")->required()->type_name("HOST");
   deploy.add_option("robot", o->robot, "robot file; not for --fetch and --rollback")->type_name(kRobotFileHint);
   deploy.add_option("--dir", o->folder, "folder on the board")->capture_default_str()->type_name("DIR_THERE");
-  deploy.add_option("--data", o->data, "folder on the board in which runs are recorded (default: data in the other)")
+  deploy.add_option("--data", o->data, "folder on the board for recorded runs (default: data in the folder of --dir)")
       ->type_name("DIR_THERE");
   deploy.add_option("--binary", o->binary, "program for the board, such as a cross-built one; default: this one")
       ->type_name(kFileHint);
@@ -220,9 +220,9 @@ void add_deploy_command(CLI::App& app, CommandContext& context) {
       ->check(CLI::IsMember({"linux", "none"}));
   CLI::Option* unit = deploy.add_flag("--unit", o->unit, "install and enable the robot's systemd unit");
   deploy.add_flag("--start", o->start, "start it, where the doctor finds no problem")->needs(unit);
-  deploy.add_option("--user", o->user, "under which the unit runs")->capture_default_str();
+  deploy.add_option("--user", o->user, "user under which the unit runs")->capture_default_str();
   CLI::Option* print = deploy.add_flag("--print-unit", o->print_unit, "print the unit; the board is not asked");
-  CLI::Option* rollback = deploy.add_flag("--rollback", o->rollback, "the version before is in force again");
+  CLI::Option* rollback = deploy.add_flag("--rollback", o->rollback, "go back to the previous version");
   CLI::Option* fetch = deploy.add_option("--fetch", *into, "bring recorded runs back, into this folder (default: .)")
                            ->expected(0, 1)
                            ->type_name(kFolderHint);

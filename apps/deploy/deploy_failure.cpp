@@ -36,7 +36,7 @@ std::string last_line(std::string_view text) {
   return last;
 }
 
-/// What ssh says in English, and what to do.
+/// Explains an error text of ssh, which is English, and says what to do.
 std::string explain_ssh(std::string_view errors, const std::string& host) {
   struct Known {
     const char *says, *means;

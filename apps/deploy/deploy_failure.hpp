@@ -1,5 +1,5 @@
 #pragma once
-// What went wrong on the board or on the way there, in words that say what to do.
+// Errors on the board or on the way there, as texts that say what to do.
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -28,9 +28,9 @@ enum class BoardStep : int {
   unreadable = 31,
 };
 
-/// Libraries that the board has not, from what its loader says: "libfmt.so.9 (Debian: apt-get install libfmt9)".
+/// Libraries that the board lacks, by the words of its loader: "libfmt.so.9 (Debian: apt-get install libfmt9)".
 std::vector<std::string> missing_libraries(std::string_view loader);
-/// The program wants a newer C or C++ library than the board has: what the loader says of it; empty: it does not.
+/// The loader's words about a C or C++ library that is too old for the program; empty: none is too old.
 std::string too_old_library(std::string_view loader);
 
 /// Why a script, or ssh itself (255), did not do its work: `errors` is what came on its standard error.

@@ -20,7 +20,7 @@ struct Machine {
   std::uint16_t elf;
   bool wide;
   const char* name;
-  std::array<std::string_view, 6> kernels;  // beginnings of what uname -m says
+  std::array<std::string_view, 6> kernels;  // beginnings of the output of uname -m
 };
 // Source: elf.h (EM_...); arch/*/Makefile and uname of the kernels.
 constexpr Machine kMachines[] = {
@@ -74,7 +74,7 @@ class FileList {
     list_.calibration = named.lexically_normal().string();
     if (!add(named)) list_.notes.push_back(named.string() + ": there is no calibration yet");
   }
-  /// The library that opens cameras of libcamera comes from where the program itself would load it.
+  /// Adds the library for cameras of libcamera, from the place where the program itself would load it.
   void libcamera(const std::string& program) {
     const std::string name = std::string("bin/") + hal::kLibcameraPluginFile;
     std::error_code none;
@@ -134,7 +134,7 @@ std::string to_text(const ElfTarget& target) {
 
 bool fits(const ElfTarget& target, std::string_view machine) {
   const Machine* m = machine_of(target);
-  // The kernels named here are all little-endian ones but for MIPS, which does not say ("mips" is both).
+  // All kernels named here are little-endian, except MIPS: "mips" names both byte orders.
   if (!m || (target.big_endian && target.machine != 8)) return false;
   return std::any_of(m->kernels.begin(), m->kernels.end(),
                      [&](std::string_view k) { return !k.empty() && machine.starts_with(k); });

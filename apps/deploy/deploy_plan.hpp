@@ -1,5 +1,5 @@
 #pragma once
-// `sinew deploy`, thought through without touching anything: what is copied, whether it fits, and what went wrong.
+// Decisions of `sinew deploy`, without side effects: which files it copies, whether they fit, and what went wrong.
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -12,7 +12,7 @@
 
 namespace sinew::app {
 
-/// For which machine a program was built.
+/// The machine that a program was built for.
 struct ElfTarget {
   std::uint16_t machine = 0;  // EM_...
   bool wide = false;          // 64 bit
@@ -23,11 +23,11 @@ struct ElfTarget {
 std::optional<ElfTarget> elf_target(std::span<const unsigned char> head);
 /// "aarch64, 64 bit".
 std::string to_text(const ElfTarget& target);
-/// Whether a kernel that says `machine` (uname -m) can run it at all. A 64-bit kernel may run its 32-bit programs, too:
-/// that its libraries are there only a try on the board shows.
+/// Whether a kernel that says `machine` (uname -m) can run it at all. A 64-bit kernel may also run 32-bit programs;
+/// only a try on the board shows whether it has their libraries.
 bool fits(const ElfTarget& target, std::string_view machine);
 
-/// What apps/deploy/probe.sh tells.
+/// The answers of apps/deploy/probe.sh.
 struct BoardFacts {
   enum class Root : std::uint8_t { is, sudo, password, no };
   std::string folder, machine, user;
@@ -36,7 +36,7 @@ struct BoardFacts {
   bool tar = false, systemd = false;
   std::optional<std::uint64_t> free_bytes{};
   std::vector<int> cpus{};
-  std::vector<std::string> groups{};  // of devices, that it has
+  std::vector<std::string> groups{};  // groups of devices that the board has
 
   bool can_be_root() const { return root == Root::is || root == Root::sudo; }
 };
@@ -44,9 +44,9 @@ std::optional<BoardFacts> parse_board(const MarkedText& text);
 
 /// One file that goes to the board.
 struct DeployFile {
-  std::string from, name;  // here; there, below the folder of the version
+  std::string from, name;  // path here; path on the board, below the folder of the version
   bool executable = false;
-  std::string text{};  // what is sent in place of the file's content; empty: that
+  std::string text{};  // sent in place of the file's content; empty: the content is sent
 };
 
 struct DeployFiles {
@@ -55,14 +55,15 @@ struct DeployFiles {
   std::string calibration{};        // name of the calibration file there; empty: the robot has none beside it
   std::vector<std::string> notes{};
 };
-/// The program, with libsinew_libcamera.so where a device needs it; the robot file, its calibration, and every file
-/// beside it that it names: values of modules and devices that are relative paths of existing files.
+/// The program, with libsinew_libcamera.so where a device needs it; the robot file, its calibration, and each file that
+/// the robot file names: a value of a module or device that is the relative path of an existing file beside the robot
+/// file.
 DeployFiles files_of(const RobotFile& robot, const std::string& program);
 
-/// Why this robot has nothing to run with on a board: a device of it is simulated, or recorded. Empty: it has.
+/// Why this robot cannot run on a board: it has a simulated or recorded device. Empty: it can.
 std::string refuse_simulated(const RobotFile& robot);
 
-/// Why this cannot go to that board; empty: it can. `as_root`: a unit is installed.
+/// Why this cannot go to that board; empty: it can. `as_root`: to install a unit.
 std::string refuse_board(const BoardFacts& board, const ElfTarget& target, std::uint64_t bytes, bool as_root);
 
 }  // namespace sinew::app

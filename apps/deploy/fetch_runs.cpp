@@ -38,7 +38,7 @@ bool take_number(std::string_view& line, T& out) {
   return line.starts_with(' ') ? (line.remove_prefix(1), true) : line.empty();
 }
 
-/// A board's word is not trusted with our disk: names stay below the folder, and are text.
+/// Does not trust a board with our disk: a name must stay below the folder, and be text.
 bool harmless(std::string_view name) {
   const fs::path path(name);
   return !name.empty() && path.is_relative() && std::find(path.begin(), path.end(), "..") == path.end() &&
@@ -161,7 +161,7 @@ void FetchSink::take_line(std::string_view& bytes) {
   }
   if (!synced_)
     synced_ = line_ == "::sinew begin";
-  else if (!line_.empty())  // the first is the end of the file's last line
+  else if (!line_.empty())  // an empty line ends the file's last line
     end_part();
   line_.clear();
 }

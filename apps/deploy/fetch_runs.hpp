@@ -1,6 +1,6 @@
 #pragma once
-// Recorded files brought back from a board: which, and where the bytes that come go. A file grows as NAME.part and gets
-// its name when it is whole and its checksum is that of the board's.
+// Recorded files fetched from a board: which ones, and where their bytes go. A file grows as NAME.part. It gets its
+// name when it is complete and has the same checksum as on the board.
 #include <cstdint>
 #include <fstream>
 #include <string>
@@ -13,7 +13,7 @@ namespace sinew::app {
 class PosixCksum {
  public:
   void add(std::string_view bytes);
-  /// Of all that was added.
+  /// Checksum of all bytes added.
   std::uint32_t value() const;
 
  private:
@@ -35,7 +35,7 @@ struct BoardListing {
 /// What apps/deploy/list.sh printed.
 BoardListing parse_listing(std::string_view now, std::string_view lines);
 
-/// A part of a file that is still to come.
+/// The part of a file that is still missing here.
 struct FetchPart {
   std::string name;
   std::uint64_t offset = 0, size = 0;  // of the whole file
@@ -48,18 +48,19 @@ struct FetchPlan {
   std::vector<std::string> recording;  // folders of runs that are being written: left for the next time
   std::vector<std::string> different;  // files that are here with another size: left alone
 };
-/// Against what is in `into`. A run is being written when one of its files changed within the last 5 s.
+/// Compares the listing with the folder `into`. A run is being written when one of its files changed within the last 5
+/// s.
 FetchPlan plan_fetch(const BoardListing& listing, const std::string& into);
 
-/// What apps/deploy/get.sh reads.
+/// The input of apps/deploy/get.sh.
 std::string request_text(const FetchPlan& plan);
 
-/// Takes what apps/deploy/get.sh sends.
+/// Takes the output of apps/deploy/get.sh.
 class FetchSink {
  public:
   FetchSink(const FetchPlan& plan, std::string into);
   void take(std::string_view bytes);
-  /// Why it ended before its end; empty: everything came.
+  /// Why it ended early; empty: everything came.
   std::string failure() const;
   std::size_t files_done() const { return done_; }
   std::uint64_t bytes_done() const { return bytes_; }
@@ -77,7 +78,7 @@ class FetchSink {
   PosixCksum sum_;
   std::uint64_t left_ = 0, bytes_ = 0;
   std::size_t index_ = 0, done_ = 0;
-  bool synced_ = false, begun_ = false;  // behind what a login says; within a file
+  bool synced_ = false, begun_ = false;  // past the words of the login; within a file
 };
 
 }  // namespace sinew::app

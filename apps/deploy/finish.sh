@@ -1,4 +1,4 @@
-# Looks at the machine with the robot's eyes; with a unit: installs, enables and starts it. The unit comes on stdin.
+# Checks the machine for this robot (doctor). With a unit: installs, enables and starts it; the unit comes on stdin.
 # Arguments: folder, robot file, folder of runs, unit ("": none), folder of units, user of the unit, start (yes, no),
 # board instead of the robot file's ("": none).
 dir=$1 robot=$2 data=$3 unit=$4 units=$5 user=$6 start=$7 board=$8

@@ -1,5 +1,5 @@
-# Sends parts of files, one after the other: for each line "offset length name" of its input the bytes, then a line with
-# the checksum of the file up to there. Arguments: as of list.sh.
+# Sends parts of files, one after the other: for each input line "offset length name" the bytes, then a line with the
+# checksum of the file up to there. Arguments as in list.sh.
 dir=$1 data=$2
 case $dir in /*) ;; *) dir=$HOME/$dir ;; esac
 cd "${data:-$dir/data}" || exit 30

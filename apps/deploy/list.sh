@@ -1,5 +1,5 @@
-# Lists recorded files: size, time of the last change, name. Arguments: folder of the deployment, folder in which runs
-# are recorded ("": data in the other), and names in it.
+# Lists recorded files: size, time of the last change, name. Arguments: folder of the deployment, folder of recorded
+# runs ("": data in the folder of the deployment), and names in it.
 dir=$1 data=$2
 shift 2
 case $dir in /*) ;; *) dir=$HOME/$dir ;; esac

@@ -1,4 +1,4 @@
-# What the board is and what this login may do there: lines key=value behind the mark, read by parse_board().
+# Prints facts about the board and the rights of this login: lines key=value behind the mark, read by parse_board().
 # Arguments: folder of the deployment.
 dir=$1
 case $dir in /*) ;; *) dir=$HOME/$dir ;; esac

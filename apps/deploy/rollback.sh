@@ -1,4 +1,4 @@
-# Makes the version before the present one the one that runs. The calibration of the present one stays in force.
+# Makes the previous version the running one. The present calibration stays in force.
 # Arguments: folder.
 dir=$1
 now=$(readlink "$dir/app") && before=$(readlink "$dir/previous") && [ -d "$dir/$before" ] || exit 16

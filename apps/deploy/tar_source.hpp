@@ -13,9 +13,9 @@ namespace sinew::app {
 class TarSource {
  public:
   explicit TarSource(const std::vector<DeployFile>& files) : files_(files), buffer_(1 << 18, '\0') {}
-  /// Valid until the next call; empty: that was all, or it failed.
+  /// The next piece, valid until the next call; empty: the end, or a failure.
   std::string_view next();
-  /// Why the stream is not whole; empty: it is.
+  /// Why the stream is incomplete; empty: it is complete.
   const std::string& failure() const { return failure_; }
 
  private:

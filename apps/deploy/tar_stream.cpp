@@ -9,7 +9,7 @@ constexpr std::size_t kBlock = 512, kName = 100, kPrefix = 155;
 
 void put(std::string& block, std::size_t at, std::string_view text) { std::copy(text.begin(), text.end(), &block[at]); }
 
-/// Digits to base 8 with a zero behind them, `width` bytes together.
+/// Octal digits with a zero byte behind them, `width` bytes in total.
 void put_octal(std::string& block, std::size_t at, std::size_t width, std::uint64_t value) {
   for (std::size_t i = width - 1; i-- > 0; value /= 8) block[at + i] = static_cast<char>('0' + value % 8);
 }

@@ -14,7 +14,7 @@ bool harmless(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-' || c == '.';
 }
 
-/// Processors for what the robot file ties to none: those that it ties nothing to. Empty: all, or not known.
+/// Processors for all other threads: those that the robot file gives to no thread. Empty: all, or not known.
 std::vector<int> other_cpus(const RobotFile& robot, const std::vector<int>& board) {
   std::set<int> taken(robot.graph.guardian.cpus.begin(), robot.graph.guardian.cpus.end());
   for (const auto& thread : robot.graph.threads) taken.insert(thread.cpus.begin(), thread.cpus.end());
@@ -87,7 +87,7 @@ std::string unit_text(const RobotFile& robot, const UnitOptions& options) {
       "OOMScoreAdjust=-900\n";
   if (!cpus.empty())
     text +=
-        "# What the robot file ties to no processor; the others are asked for by the threads themselves.\n"
+        "# For threads without a processor in the robot file; the other threads choose theirs themselves.\n"
         "CPUAffinity=" +
         hal::to_text(cpus) + "\n";
   text += "\n" + restart_lines(robot) +

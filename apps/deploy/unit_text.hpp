@@ -6,28 +6,28 @@
 
 namespace sinew::app {
 
-/// The systemd unit of a robot, and where things are on its board.
+/// The systemd unit of a robot, and its folders on the board.
 struct UnitOptions {
   std::string folder;          // of the deployment; the version in force is FOLDER/app
-  std::string robot_file;      // its name in there
-  std::string data;            // working folder: runs/ and faults/ come there
+  std::string robot_file;      // its name in that folder
+  std::string data;            // working folder, which gets runs/ and faults/
   std::string user = "sinew";  // under which the robot runs
   std::vector<int> cpus{};     // of the board; empty: not known
   std::vector<std::string>
-      groups{};         // of devices, that the board has: an unknown one would keep the unit from starting
+      groups{};         // groups of devices that the board has: a unit with an unknown group does not start
   std::string board{};  // instead of the robot file's; empty: the file's
 };
 
-/// The arguments of `sinew run` and `doctor` that say so: " --board linux", or nothing.
+/// The arguments of `sinew run` and `doctor` that choose the board: " --board linux", or nothing.
 std::string board_argument(const std::string& board);
 
 /// "sinew-quad.service".
 std::string unit_name(const RobotFile& robot);
 
-/// Why these names cannot stand in a unit; empty: they can.
+/// Why a unit cannot have these names; empty: it can.
 std::string refuse_unit(const UnitOptions& options);
 
-/// The unit's text. A robot with actuators that arms by itself is never started again by itself.
+/// The unit's text. A robot with actuators and automatic arming is never restarted automatically.
 /// Source:  systemd.exec(5), systemd.service(5), systemd.kill(5); docs/porting.md.
 std::string unit_text(const RobotFile& robot, const UnitOptions& options);
 

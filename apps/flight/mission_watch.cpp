@@ -9,8 +9,8 @@ using namespace std::chrono_literals;
 
 constexpr const char* kGuardianState = "guardian.state";
 constexpr msg::Duration kSafeForGood = 3s;      // a fall from the search height takes less
-constexpr msg::Duration kAfterMission = 300ms;  // so that what happens at rest is in the report
-constexpr msg::Duration kSettles = 5s;          // what is in the air when the mission ends has come down by then
+constexpr msg::Duration kAfterMission = 300ms;  // so that the report covers the rest on the ground
+constexpr msg::Duration kSettles = 5s;          // a vehicle in the air at the end of the mission is down by then
 
 }  // namespace
 
@@ -67,7 +67,7 @@ bool FlightEnd::reached(rt::Time now, const std::string& report) {
     return false;
   }
   if (mission_end_ == hal::kNever) mission_end_ = still_since_ = now;
-  // What rocks is still for a moment each time it turns.
+  // A rocking body is still for a moment each time it turns back.
   if (const auto told = parse_report(report); told && !told->still) still_since_ = now;
   return now - still_since_ >= kAfterMission || now - mission_end_ >= kSettles;
 }

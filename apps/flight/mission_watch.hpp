@@ -1,5 +1,5 @@
 #pragma once
-// Looks from outside at what a flying robot says about itself.
+// Watches from outside what a flying robot publishes about itself.
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,21 +12,21 @@
 
 namespace sinew::app {
 
-/// Reads the mission's and the guardian's state, as far as the robot has them, below the loops: never in their way.
+/// Reads the states of the mission and the guardian, where the robot has them, at a priority below the loops.
 /// Thread:  owner, one.
 class MissionWatch {
  public:
   /// Names the topics for Graph::configure(); empty when the graph has neither.
   static std::vector<std::string> taps(const rt::Graph& graph);
   explicit MissionWatch(rt::Graph& graph);  // after configure()
-  /// Looks again. Null: no mission, or nothing said yet.
+  /// Reads them again. Null: no mission, or no state published yet.
   const msg::MissionState* look();
   /// There is a mission.
   bool exists() const { return mission_; }
-  /// A mission is done, or stopped for so long that nothing more will move; a robot without one goes on. As of the
-  /// last look().
+  /// As of the last look(): the mission is done, or the guardian has been safe for so long that nothing more will move.
+  /// False for a robot without a mission.
   bool ended() const;
-  /// What the guardian said last.
+  /// The guardian's last state.
   const msg::SafetyState& safety() const { return last_safety_; }
 
  private:
@@ -35,14 +35,14 @@ class MissionWatch {
   rt::In<msg::SafetyState> safety_port_;
   msg::MissionState last_;
   msg::SafetyState last_safety_;
-  msg::Time calm_;  // the guardian was last seen otherwise than safe
+  msg::Time calm_;  // when the guardian was last seen not safe
   bool any_ = false, mission_ = false;
 };
 
 const char* to_string(msg::MissionPhase phase);
 
-/// When a flight in a simulator is over: the mission has ended, and the vehicle lies still for a moment, or long enough
-/// after the end that what is in the air has come down.
+/// When a flight in a simulator is over: the mission has ended, and since then the vehicle has lain still for a moment,
+/// or enough time has passed for it to come down.
 class FlightEnd {
  public:
   explicit FlightEnd(MissionWatch& mission) : mission_(mission) {}

@@ -3,8 +3,8 @@
 
 namespace sinew::app {
 
-/// What a robot is made of: the modules of drivers, vision, control and of each robot in robots/, by the names that
-/// robot files use.
+/// The modules that robots are made of: those of drivers, vision, control and of each robot in robots/, by the names
+/// that robot files use.
 rt::ModuleTypes robot_modules();
 
 }  // namespace sinew::app

@@ -5,7 +5,7 @@ namespace sinew::app {
 RunVerdict judge(const WorldReport& report, MissionWatch& mission) {
   const auto* state = mission.look();
   const bool done = state && state->phase == msg::MissionPhase::done;
-  if (!report.verdict) {  // of a simulator that does not judge
+  if (!report.verdict) {  // this simulator does not judge
     if (!mission.exists()) return {"", true};
     return {done ? "mission done" : "mission not done", done};
   }

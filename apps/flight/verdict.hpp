@@ -6,14 +6,14 @@
 
 namespace sinew::app {
 
-/// What a run in a simulated world has come to.
+/// The verdict on a run in a simulated world.
 struct RunVerdict {
   std::string outcome;  // in words; empty: there was nothing to judge
   bool good = false;
 };
 
-/// The world's word, and what the robot itself has to say to it: a mission that is not done, or a guardian that stopped
-/// a robot without a mission, make a good run a bad one. A robot without a mission need not begin anything.
+/// The world's verdict, with the robot's own state: a good run becomes a bad one if the mission is not done, or if the
+/// guardian stopped a robot without a mission. A robot without a mission need not begin anything.
 RunVerdict judge(const WorldReport& report, MissionWatch& mission);
 
 }  // namespace sinew::app

@@ -1,5 +1,5 @@
-// sinew-fly: a robot file against a simulator, in lockstep, and nothing beside it: no recorder, no socket, no watching
-// parent. The smallest program that a whole robot fits in, for systems where `sinew` is not, and for comparing bytes.
+// sinew-fly: runs a robot file against a simulator in lockstep, without recorder, socket or watching parent. The
+// smallest program for a whole robot: for systems without `sinew`, and for comparing bytes.
 #include <charconv>
 #include <cstdio>
 #include <limits>
@@ -71,7 +71,7 @@ bool print(const std::vector<rt::Problem>& problems, const std::string& file) {
   return !problems.empty();
 }
 
-/// Looks at the mission between two grants, where the graph stands still.
+/// Watches the mission between two grants, while the graph stands still.
 class Watched final : public hal::GrantSource {
  public:
   Watched(sim_hil::SimBoard& board, app::FlightEnd& end, const std::string& report)
@@ -100,7 +100,7 @@ int tell(const std::string& json, app::MissionWatch& mission) {
   return verdict.good ? 0 : 1;
 }
 
-/// Of a robot whose devices are not all a simulator's: whose they are; else nothing.
+/// The first board of this robot that is not the simulator's, as a problem; empty: there is none.
 std::string other_board(const rt::GraphSpec& robot) {
   constexpr const char* kOnlySim = "\": this program has the simulator's only (\"sim\")";
   if (robot.board != "sim") return "robot.board: \"" + robot.board + kOnlySim;
@@ -129,7 +129,7 @@ int fly(const Options& options) {
   sim.seed = graph.spec().seed;
   sim.clock = &clock;
   sim.os = &os;
-  sim.patience = 60s;  // nobody waits in virtual time
+  sim.patience = 60s;  // virtual time has no deadline
   sim.on_report = [&](const std::string& json) { report = json; };
   auto board = sim_hil::SimBoard::open(std::move(*stream), sim, why);
   if (!board) return fail(2, why);

@@ -1,5 +1,5 @@
 #pragma once
-// How the commands for a running robot are described; for the files that describe them.
+// Describes the options of commands for a running robot.
 #include <CLI/CLI.hpp>
 
 #include "apps/command/command.hpp"
@@ -8,8 +8,8 @@
 
 namespace sinew::app {
 
-/// A command of `parent` whose options are an O (LiveOptions and more), with --robot and --json. `run` gets them once
-/// the whole command line has been understood; add further arguments to the answer.
+/// A command of `parent` whose options are an O (LiveOptions and more), with --robot and --json. `run` gets the options
+/// after the whole command line was parsed; add further arguments to the result.
 template <class O>
 struct LiveCommand {
   CLI::App& app;
@@ -22,7 +22,7 @@ LiveCommand<O> live_command(CLI::App& parent, CommandContext& context, const cha
   const auto options = std::make_shared<O>();
   CLI::App& app = *parent.add_subcommand(name, text);
   app.add_option("--robot", options->robot, "which one; needed when several run")->type_name(kRobotHint);
-  app.add_option("--wait", options->wait_s, "for it to run, so long at most")->check(number(0))->type_name("S");
+  app.add_option("--wait", options->wait_s, "wait for it to run, at most so long")->check(number(0))->type_name("S");
   app.add_flag("--json", options->json, "as JSON");
   app.callback([&context, options, run] { context.action = [options, run] { return run(*options); }; });
   return {app, *options};

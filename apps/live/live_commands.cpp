@@ -52,14 +52,14 @@ int status(const LiveOptions& options) {
   return kDone;
 }
 
-// For people: from which step on a change holds.
+// The step from which a change takes effect, as text.
 std::string effect_text(const Json& reply) {
   const auto step = reply.find("step");
   if (step == reply.end()) return {};
   return step->is_number() ? fmt::format(", from step {} on", step->dump()) : ", as soon as its thread runs";
 }
 
-// Asks for a change; prints what holds now, in the form that was asked for.
+// Requests a change; prints the reply as JSON, or `done` and when it takes effect.
 int change(const LiveOptions& options, const char* request, const Json& arguments, const std::string& done) {
   auto robot = LiveRobot::find(options);
   if (!robot) return kNotBegun;
@@ -106,20 +106,20 @@ int list_modules(const LiveOptions& options) {
 
 void add_live_commands(CLI::App& app, CommandContext& context) {
   live_command(app, context, "list", "the robots that run on this machine", list_robots);
-  live_command(app, context, "status", "how a running robot is", status);
+  live_command(app, context, "status", "the state of a running robot", status);
   live_command(app, context, "stop", "end its run, as Ctrl-C would", stop);
-  live_command(app, context, "arm", "permit its actuators to move; says every reason against it", arm);
+  live_command(app, context, "arm", "permit its actuators to move; prints every reason against it", arm);
   live_command(app, context, "disarm", "stop its actuators", disarm);
 
-  CLI::App& module = *app.add_subcommand("module", "its modules");
+  CLI::App& module = *app.add_subcommand("module", "modules of a running robot");
   module.require_subcommand(1);
-  live_command(module, context, "list", "what each did so far", list_modules);
+  live_command(module, context, "list", "what each module did so far", list_modules);
   auto on = live_command(module, context, "enable", "reset it, and step it again", enable);
   on.app.add_option("module", on.options.module)->required()->type_name(kModuleHint);
-  auto off = live_command(module, context, "disable", "step it no more", disable);
+  auto off = live_command(module, context, "disable", "stop stepping it", disable);
   off.app.add_option("module", off.options.module)->required()->type_name(kModuleHint);
 
-  CLI::App& thread = *app.add_subcommand("thread", "its threads");
+  CLI::App& thread = *app.add_subcommand("thread", "threads of a running robot");
   thread.require_subcommand(1);
   auto command = live_command(thread, context, "period", "change the period of a periodic thread", period);
   command.app.add_option("thread", command.options.thread)->required()->type_name(kThreadHint);

@@ -13,21 +13,22 @@ namespace sinew::app {
 /// The options of every such command.
 struct LiveOptions {
   std::string robot;  // name; empty: the only one that runs
-  double wait_s = 0;  // for it to run
+  double wait_s = 0;  // time to wait until the robot runs
   bool json = false;
 };
 
 /// Thread:  owner.
 class LiveRobot {
  public:
-  /// Nothing, after why was said on standard error: none of this name runs (or none, or several) or it does not answer.
+  /// Nothing after printing why on standard error: no robot of this name runs (without a name: none or several run), or
+  /// it does not answer.
   static std::optional<LiveRobot> find(const LiveOptions& options);
-  /// The same without words: for completion.
+  /// The same without printing, for completion.
   static std::optional<LiveRobot> try_find(const std::string& name);
 
-  /// The reply. Nothing, after the refusal (with all its reasons) or the end of the robot was said on standard error.
+  /// The reply. Nothing after printing on standard error: the refusal with all its reasons, or the end of the robot.
   std::optional<Json> ask(std::string_view request, const Json& arguments = Json::object());
-  /// Of the topics. Null after it was said why there is none.
+  /// Reads the topics. Null after printing why not.
   const tap::SegmentReader* reader();
   tap::Client& client() { return *client_; }
   const std::string& name() const { return client_->robot(); }

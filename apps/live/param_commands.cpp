@@ -25,7 +25,7 @@ struct SaveOptions : LiveOptions {
   std::string file;
 };
 
-// "module.param"; false, after it was said, when it is something else.
+// Splits "module.param"; false after printing that it has another form.
 bool split(const std::string& name, std::string& module, std::string& param) {
   const auto dot = name.find('.');
   if (dot == std::string::npos || dot == 0 || dot + 1 == name.size()) {
@@ -57,7 +57,7 @@ int list_params(const ListOptions& options) {
   return kDone;
 }
 
-// One parameter of a robot; nothing after it was said why.
+// One parameter of a robot; nothing after printing why.
 std::optional<Json> find_param(LiveRobot& robot, const std::string& module, const std::string& param) {
   const auto reply = robot.ask("params", {{"module", module}});
   if (!reply) return std::nullopt;
@@ -104,7 +104,7 @@ int set(const ParamOptions& options) {
   return kDone;
 }
 
-// What a robot file says of a parameter; what it leaves out is the default.
+// The value of a parameter by the robot file; the default where the file does not set it.
 Json value_in_file(const RobotFile& file, const Json& p) {
   for (const auto& m : file.graph.modules) {
     if (m.name != p.value("module", "")) continue;
@@ -132,7 +132,9 @@ int save(const SaveOptions& options) {
   const std::string robot_file = hello->value("robot_file", "");
   const LoadedRobot file = load_robot(robot_file);
   if (!file.problems.empty())
-    return fail(rt::to_string(file.problems.front(), robot_file) + "; its robot file tells what differs", kFailed);
+    return fail(
+        rt::to_string(file.problems.front(), robot_file) + "; without its robot file it is not known what differs",
+        kFailed);
   std::vector<OverlayParam> differing;
   for (const Json& p : reply->at("params"))
     if (p.at("value") != value_in_file(file.robot, p))
@@ -153,15 +155,15 @@ int save(const SaveOptions& options) {
 }  // namespace
 
 void add_param_commands(CLI::App& app, CommandContext& context) {
-  CLI::App& param = *app.add_subcommand("param", "its parameters");
+  CLI::App& param = *app.add_subcommand("param", "parameters of a running robot");
   param.require_subcommand(1);
   auto list = live_command(param, context, "list", "all, or those of one module", list_params);
   list.app.add_option("module", list.options.module)->type_name(kModuleHint);
 
-  auto one = live_command(param, context, "get", "the value that holds now", get);
+  auto one = live_command(param, context, "get", "the present value", get);
   one.app.add_option("param", one.options.param)->required()->type_name(kParamHint);
 
-  auto change = live_command(param, context, "set", "change it; answers from which step on it holds", set);
+  auto change = live_command(param, context, "set", "change it; prints the step from which it holds", set);
   change.app.add_option("param", change.options.param)->required()->type_name(kParamHint);
   change.app.add_option("value", change.options.value, "true, 3, 0.5 or a text")->required()->type_name("VALUE");
 

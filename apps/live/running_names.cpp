@@ -24,7 +24,7 @@ std::vector<std::string> robots() {
   return names;
 }
 
-// Of an external topic the robot's thread is not the only writer.
+// For `topic pub`: only external topics take messages from outside.
 bool fits(std::string_view hint, const Json& one) {
   return hint != kExternalHint || (one.contains("external") && one["external"] == true);
 }

@@ -5,8 +5,8 @@
 
 namespace sinew::app {
 
-/// The names that robots running on this machine have of a kind (a hint of apps/command/command.hpp): robots, topics,
-/// modules, ... `robot` is what --robot said, or empty. No robot, no names.
+/// Names of one kind (a hint of apps/command/command.hpp) in the robots that run on this machine: robots, topics,
+/// modules, ... `robot` is the value of --robot, or empty. Empty when no robot runs.
 std::vector<std::string> running_names(std::string_view hint, const std::string& robot);
 
 }  // namespace sinew::app

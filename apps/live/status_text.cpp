@@ -35,7 +35,7 @@ rt::Duration quantile(const Json& of, const char* histogram, const char* which) 
   return rt::Duration{at != of.end() ? static_cast<std::int64_t>(number(*at, which)) : 0};
 }
 
-// "pad, motion": the names of those that are so, or "none".
+// "pad, motion": the names of those for which `is` holds, or "none".
 template <class Is>
 std::string names_of(const Json& all, Is is) {
   std::string names;
@@ -57,7 +57,7 @@ std::string chain_line(const Json& c) {
                      c.contains("age") ? number(c["age"], "count") : 0);
 }
 
-// What the guardian permits; else every reason why arming would be refused.
+// Whether the guardian passes commands or is ready to arm; else every reason against arming.
 std::string guardian_lines(const Json& guardian) {
   constexpr std::array<const char*, 4> kModes{"standby", "armed", "active", "safe"};
   const bool permitted = number(guardian, "permitted") != 0, ready = number(guardian, "ready") != 0;
@@ -73,7 +73,7 @@ std::string guardian_lines(const Json& guardian) {
   return out;
 }
 
-// Each complaint of a device, as it says it.
+// The devices' complaints, word for word.
 std::string device_lines(const Json& devices) {
   const Json& complaints = list(devices, "complaints");
   std::string out = fmt::format("devices   {}\n", complaints.empty() ? "nothing to complain about" : "complain:");

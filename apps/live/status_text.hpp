@@ -1,6 +1,6 @@
 #pragma once
-// The `status` reply of a robot's socket (docs/robot-socket.md) as text. What a reply lacks or has of another kind
-// shows as 0 or empty: it comes from another program.
+// The `status` reply of a robot's socket (docs/robot-socket.md) as text. The reply comes from another program: a value
+// that is missing or of another type shows as 0 or empty.
 #include <string>
 
 #include "apps/live/live_robot.hpp"
@@ -8,7 +8,7 @@
 
 namespace sinew::app {
 
-/// One screen: what needs attention, and that the rest is well. `all` has the members of `hello`, too.
+/// One screen: everything that needs attention, and counts of the rest. `all` has the members of `hello`, too.
 std::string status_text(const Json& all);
 
 /// One line a module.

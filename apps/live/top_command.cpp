@@ -25,7 +25,7 @@ int top(const TopOptions& options) {
   const bool redraw = hal::output_is_terminal() && !options.once && !options.json;
   StatusTable table;
   Redrawn screen;
-  // Rates need two looks: the first one is only shown where more follow.
+  // Rates need two looks: with --once only the second look is shown.
   for (int look = 0; !hal::stop_requested(); ++look, os.sleep_until(os.now() + period)) {
     const auto status = robot->ask("status");
     if (!status) return kFailed;
@@ -50,7 +50,7 @@ int top(const TopOptions& options) {
 void add_top_command(CLI::App& app, CommandContext& context) {
   auto command = live_command(app, context, "top",
                               "threads and topics of a running robot, again and again; rates in its time", top);
-  command.app.add_flag("--once", command.options.once, "one table, with the rates of one period, and no more");
+  command.app.add_flag("--once", command.options.once, "print only one table, with the rates of one period");
   command.app.add_option("--period", command.options.period_s, "how often")
       ->check(number(0.05, 3600.0))
       ->type_name("S");

@@ -141,9 +141,9 @@ int hz(const HzOptions& options) {
   const TopicRate r = meter.result();
   print_rate(options, r);
   if (r.messages > 1) return kDone;
-  // The first one is what the topic has had all along: it may be as old as the run.
+  // The first message was in the topic before: it may be as old as the run.
   return fail(fmt::format("{}: {} within {} s{}", options.topic, r.messages == 0 ? "no message" : "nothing new",
-                          options.seconds, r.messages == 0 ? "" : ", only a message of before"),
+                          options.seconds, r.messages == 0 ? "" : ", only an old message"),
               kFailed);
 }
 
@@ -182,7 +182,7 @@ LiveCommand<O> topic_command(CLI::App& topic, CommandContext& context, const cha
 template <class O>
 void add_file(LiveCommand<O>& command) {
   CLI::Option* const file =
-      command.app.add_option("--file", command.options.file, "of this recording, and of no robot")
+      command.app.add_option("--file", command.options.file, "use this recording instead of a running robot")
           ->type_name(kFileHint);
   file->excludes(command.app.get_option("--robot"))->excludes(command.app.get_option("--wait"));
 }
@@ -226,7 +226,7 @@ void print_rate(const HzOptions& options, const TopicRate& r) {
 }
 
 void add_topic_commands(CLI::App& app, CommandContext& context) {
-  CLI::App& topic = *app.add_subcommand("topic", "its topics and messages");
+  CLI::App& topic = *app.add_subcommand("topic", "topics and messages of a running robot or a recording");
   topic.require_subcommand(1);
   auto list = live_command(topic, context, "list", "all topics", list_topics);
   add_file(list);
@@ -235,7 +235,7 @@ void add_topic_commands(CLI::App& app, CommandContext& context) {
 
   auto show = topic_command(topic, context, "echo", "print its messages as they come", echo);
   add_file(show);
-  show.app.add_option("-n,--count", show.options.count, "so many; else until Ctrl-C")->type_name("N");
+  show.app.add_option("-n,--count", show.options.count, "stop after N messages; else at Ctrl-C")->type_name("N");
   show.app.add_option("--field", show.options.field, "only this part, e.g. p_world_m.x or value.0")->type_name("PATH");
   show.app.add_option("--timeout", show.options.timeout_s, "give up after so long without a message")
       ->check(number(1e-6))
@@ -249,10 +249,10 @@ void add_topic_commands(CLI::App& app, CommandContext& context) {
   send.app.add_option("message", send.options.message, "one JSON object; what it leaves out has its default")
       ->required()
       ->type_name("JSON");
-  send.app.add_option("--rate", send.options.rate_hz, "again and again, so often a second")
+  send.app.add_option("--rate", send.options.rate_hz, "repeat it so often a second")
       ->check(number(0.001, 150.0))
       ->type_name("HZ");
-  send.app.add_option("-n,--count", send.options.count, "so many; else once, or with --rate until Ctrl-C")
+  send.app.add_option("-n,--count", send.options.count, "send N times; else once, or with --rate until Ctrl-C")
       ->type_name("N");
 }
 

@@ -16,13 +16,13 @@ namespace sinew::app {
 namespace {
 
 struct FileTopic {
-  std::string name, type, writer, thread;  // the last two: of a run of Sinew
+  std::string name, type, writer, thread;  // the last two: only of a run of Sinew
   std::uint16_t channel = 0, schema = 0;
   std::uint64_t messages = 0;
   double rate_hz = 0;  // over the whole file
 };
 
-/// The topics of a run, or of anybody's file; what the recorder says of steps and heads of images is none.
+/// The topics of a recorded run, or of any other file; without the recorder's own channels (steps, heads of images).
 class RecordedTopics {
  public:
   explicit RecordedTopics(record::Reader& reader) : reader_(reader) {
@@ -36,7 +36,7 @@ class RecordedTopics {
     std::sort(topics_.begin(), topics_.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
   }
   const std::vector<FileTopic>& all() const { return topics_; }
-  /// Null, after why was said.
+  /// Null after printing why.
   const FileTopic* find(const std::string& file, const std::string& name) const {
     std::string known;
     for (const FileTopic& t : topics_) {
@@ -67,7 +67,7 @@ class RecordedTopics {
     if (t.messages > 1 && duration_s > 0) t.rate_hz = static_cast<double>(t.messages) / duration_s;
     return t;
   }
-  /// A topic is named after the module that writes it; "sinew.graph" has "007": "module in 002".
+  /// The writer of a topic is the module in its name; its thread is in "sinew.graph": module "007" has "module in 002".
   void find_writers() {
     const auto graph = read_metadata(reader_, "sinew.graph"), threads = read_metadata(reader_, "sinew.threads");
     for (const auto& [number, module] : read_metadata(reader_, "sinew.modules"))

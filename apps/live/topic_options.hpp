@@ -1,5 +1,5 @@
 #pragma once
-// The topic commands, each with what it is told; `file`: of a recorded file instead of a running robot.
+// The topic commands, each with its options; `file`: a recorded file instead of a running robot.
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -23,7 +23,7 @@ struct EchoOptions : TopicOptions {
 };
 
 struct HzOptions : TopicOptions {
-  double seconds = 2;  // of a robot; a file is looked at as a whole
+  double seconds = 2;  // of a running robot; a file is read as a whole
 };
 
 int list_topics_of_file(const TopicListOptions& options);
@@ -31,7 +31,7 @@ int topic_info_of_file(const TopicOptions& options);
 int echo_file(const EchoOptions& options);
 int hz_of_file(const HzOptions& options);
 
-/// One message in the form that was asked for; empty, after it was said why, when it has no such field.
+/// One message as text or JSON; empty, after printing why, when it lacks the field.
 std::string echo_text(const EchoOptions& options, const Json& message, std::uint32_t sequence,
                       std::int64_t published_ns);
 void print_rate(const HzOptions& options, const TopicRate& rate);

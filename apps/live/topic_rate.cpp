@@ -7,7 +7,7 @@
 namespace sinew::app {
 namespace {
 
-// The ceil(q * n)-th value in order, as the runtime's histograms have it.
+// The ceil(q * n)-th smallest value, as in the runtime's histograms.
 msg::Duration quantile(std::vector<std::int64_t> values, double q) {
   if (values.empty()) return {};
   const auto rank = static_cast<std::size_t>(std::ceil(q * static_cast<double>(values.size())));

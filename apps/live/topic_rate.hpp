@@ -8,8 +8,8 @@
 namespace sinew::app {
 
 struct TopicRate {
-  std::uint64_t messages = 0, lost = 0;  // lost: sequence numbers that were not seen
-  double rate_hz = 0;  // of the writer, lost ones included; 0: fewer than two messages, so none is known
+  std::uint64_t messages = 0, lost = 0;  // lost: sequence numbers never seen
+  double rate_hz = 0;  // of the writer, lost messages included; 0: unknown, with fewer than two messages
   msg::Duration interval_p50{}, interval_max{};
   msg::Duration jitter_p50{}, jitter_p99{};  // how far intervals are from their median
 };

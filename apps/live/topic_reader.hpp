@@ -11,14 +11,14 @@ namespace sinew::app {
 /// Thread:  owner.
 class TopicReader {
  public:
-  /// Nothing, after why was said: no such topic (the list follows), or its memory cannot be read.
+  /// Nothing after printing why: no such topic (with a list), or its memory cannot be read.
   static std::optional<TopicReader> open(LiveRobot& robot, const std::string& topic);
 
   enum class Got { message, nothing, end };
-  /// Waits for the next message, until `deadline`; `end`: the robot ended (that was said), or Ctrl-C.
+  /// Waits for the next message, until `deadline`; `end`: the robot ended (after printing that), or Ctrl-C.
   Got next(hal::Time deadline);
 
-  /// Of the message that next() got: its own copy.
+  /// Header of the message that next() copied.
   const rt::SlotHeader& header() const { return *reinterpret_cast<const rt::SlotHeader*>(copy_.data()); }
   const void* message() const { return copy_.data() + sizeof(rt::SlotHeader); }
   const tap::Topic& topic() const { return reader_->topics()[index_]; }

@@ -29,7 +29,7 @@ void read_topic(const tap::SegmentReader& reader, std::uint32_t index, std::vect
   const auto newest = reader.newest(index);
   if (!newest || !topic.known()) return;
   std::vector<std::byte> copy(reader.bytes(index));
-  for (std::uint32_t back = topic.keep; back-- > 0;) {  // one by one: of a young topic the oldest are not there
+  for (std::uint32_t back = topic.keep; back-- > 0;) {  // one by one: a young topic has no oldest ones
     const std::uint32_t sequence = newest->sequence - back;
     tap::Cursor cursor{sequence, true, 0};
     const auto message = reader.next(index, cursor);

@@ -21,13 +21,13 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// What the runtime says on the line, one byte each; kTopics and kRing bring memory.
+// Messages of the runtime on the line, one byte each; kTopics and kRing bring memory.
 constexpr std::byte kTopics{'T'}, kRing{'R'}, kEnding{'E'};
 
 constexpr int kPriority = 99;                   // as the guardian: it sleeps but for a few microseconds of each look
 constexpr hal::Duration kLook = 5ms;            // between two looks at the runtime
-constexpr hal::Duration kOrderlyEnd = 20s;      // from kEnding, or from asking, to the end of the process
-constexpr hal::Duration kLateWarning = 200ms;   // between two looks for one that is not known yet
+constexpr hal::Duration kOrderlyEnd = 20s;      // from kEnding, or from the parent's request, to the end of the process
+constexpr hal::Duration kLateWarning = 200ms;   // between two checks for a warning that may still come
 constexpr hal::Duration kStopRepeated = 500ms;  // the line may be broken by the same fault for a moment
 
 class Parent {
@@ -40,7 +40,7 @@ class Parent {
     if (!line) return refuse("no line to the runtime", line.error());
     auto child = hal::ChildProcess::fork([&] {
       line->first.reset();
-      watchdog_.reset();  // only the parent's hand feeds it; the device stays open there
+      watchdog_.reset();  // only the parent feeds it; the device stays open in the parent
       ParentLine to_parent(std::move(line->second));
       return supervised_.body(to_parent);
     });
@@ -50,7 +50,7 @@ class Parent {
     line->second.reset();
     line_ = std::move(line->first);
     runtime_ = std::move(*child);
-    // Above everything that the runtime may let run wild; without the privilege it watches all the same.
+    // Above every priority at which the runtime may run wild; without the privilege this thread watches all the same.
     auto thread = os_.start_thread({"parent", kPriority, {}, 256 * 1024}, [this] { watch(); });
     if (!thread) return refuse("no thread for the parent", thread.error());
     print_while_watched();
@@ -68,7 +68,7 @@ class Parent {
     return 2;
   }
 
-  /// Beside the runtime: what is opened here is not in its copy, and may have threads.
+  /// Opens lines after the runtime was started: its copy of this process has none of them, and they may have threads.
   void open_lines() {
     for (StopWay& way : supervised_.stops)
       if (!way.line) way.line = way.open();
@@ -87,9 +87,9 @@ class Parent {
     return true;
   }
 
-  // ---- the main thread: what is printed meanwhile
+  // ---- the main thread: prints meanwhile
 
-  // A terminal may stand still for as long as it likes: the thread that watches does not wait for this one.
+  // A terminal may block for any time: the thread that watches does not wait for this one.
   void print_while_watched() {
     std::vector<bool> printed(supervised_.stops.size());
     bool feed_told = false;
@@ -106,13 +106,13 @@ class Parent {
       }
       if (feed_failed_.load() && !feed_told) {
         feed_told = true;
-        std::fprintf(stderr, "warning: the watchdog takes no food: %s\n", feed_error_);
+        std::fprintf(stderr, "warning: the watchdog cannot be fed: %s\n", feed_error_);
       }
       os_.wait(said_, seen, all_known ? hal::kNever : os_.now() + kLateWarning);
     }
   }
 
-  // ---- the thread that watches: it prints nothing and waits for nobody but the devices
+  // ---- the thread that watches: prints nothing and waits only for devices
 
   /// Something that print_while_watched() looks at has changed.
   void tell() {
@@ -126,7 +126,7 @@ class Parent {
       os_.sleep_until(next);
       look(os_.now());
     }
-    if (!fault_.empty()) {  // here, and before a word of it is printed: the terminal may take words late, or never
+    if (!fault_.empty()) {  // saved here, before printing, since a terminal may block
       saved_topics_ = saved_topics();
       saved_ring_ = saved_ring();
     }
@@ -166,7 +166,7 @@ class Parent {
   void listen(hal::Time now) {
     std::array<std::byte, 1> word{};
     const auto n = line_->read_now(word);
-    if (!n || *n == 0) return;  // nothing new, or the runtime's end is gone: poll() tells
+    if (!n || *n == 0) return;  // nothing new, or the runtime has closed its end: poll() shows that
     if (word[0] == kEnding) {
       ending_ = true;
       end_by_ = now + kOrderlyEnd;
@@ -209,7 +209,8 @@ class Parent {
     }
   }
 
-  // In the order of urgency; the watchdog is simply not fed again. Lines that latch need no dead runtime.
+  // In the order of urgency; the watchdog is simply not fed any more. A line that latches works while the runtime
+  // lives.
   void act(hal::Time now, std::string fault) {
     fault_ = std::move(fault);
     // A device that a thread of the runtime could start again is stopped after the runtime is killed. The plant comes
@@ -247,7 +248,7 @@ class Parent {
       if (!latches(i)) stop(i, since);
   }
 
-  /// True: it has been stopped, or there is no way.
+  /// True: the stop was sent, now or before.
   bool stop_again(std::size_t i, hal::Time since) {
     if (stopped_[i].status) return true;
     os_.sleep_until(os_.now() + 10ms);
@@ -287,7 +288,7 @@ class Parent {
     std::fprintf(stderr, "sinew: stop of the actuators%s: %s\n", of.c_str(), stop.c_str());
   }
 
-  /// Where they are, or why they are not; empty: there were none.
+  /// Where the topics were saved, or why not; empty: there are none.
   std::string saved_topics() {
     if (!memory_) return {};
     std::string why;
@@ -297,7 +298,7 @@ class Parent {
     return "the last seconds are in " + folder;
   }
 
-  /// The runtime is dead: its parts are as it left them.
+  /// The runtime is dead, so nothing writes the ring any more.
   std::string saved_ring() {
     if (!ring_) return {};
     const auto ring = record::RingMemory::open({ring_->data(), ring_->size()});
@@ -319,7 +320,7 @@ class Parent {
   std::unique_ptr<hal::ChildProcess> runtime_;
   std::unique_ptr<hal::SharedMemory> memory_, ring_;
   std::optional<tap::SegmentReader> topics_;
-  std::uint32_t guardian_ = 0;  // one of its topics
+  std::uint32_t guardian_ = 0;  // topic of the guardian
   std::uint32_t beat_ = 0;
   hal::Time last_change_{}, next_feed_{}, end_by_ = hal::kNever;
   bool asked_to_end_ = false, ending_ = false, done_ = false;
@@ -353,7 +354,7 @@ hal::Status ParentLine::hand_over(std::byte what, const hal::SharedMemory& memor
 
 void ParentLine::ending() {
   const std::array<std::byte, 1> word{kEnding};
-  static_cast<void>(stream_->write(word));  // a parent that is gone needs no telling
+  static_cast<void>(stream_->write(word));  // a parent that is gone needs no message
 }
 
 int run_with_parent(const ParentOptions& options, Supervised supervised) { return Parent(options, supervised).run(); }

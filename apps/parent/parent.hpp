@@ -1,6 +1,6 @@
 #pragma once
-// The process that stands beside a runtime in real time, for the faults that end the runtime itself: it stops the
-// actuators, feeds or starves the hardware watchdog, and saves the last seconds from the memory that it still holds.
+// The process that watches a runtime in real time, for faults that end the runtime itself: it stops the actuators,
+// feeds or starves the hardware watchdog, and saves the last seconds from the memory that it still holds.
 #include <atomic>
 #include <functional>
 #include <memory>
@@ -19,11 +19,11 @@ class ParentLine {
  public:
   explicit ParentLine(std::unique_ptr<hal::Stream> stream) : stream_(std::move(stream)) {}
   /// Hands the topics to the parent, which from now on expects the guardian to commit. Before the executor starts.
-  /// Errors:  what the line says: there is no parent any more.
+  /// Errors:  those of the line: the parent is gone.
   hal::Status supervise(const hal::SharedMemory& topics);
-  /// Hands over the flight ring, a record::RingMemory. Before supervise(). Errors: likewise.
+  /// Hands over the flight ring, a record::RingMemory. Before supervise(). Errors: as supervise().
   hal::Status keep_ring(const hal::SharedMemory& ring);
-  /// The run ends in order: the guardian will fall silent.
+  /// Announces an orderly end: the guardian may fall silent.
   void ending();
 
  private:
@@ -31,7 +31,7 @@ class ParentLine {
   std::unique_ptr<hal::Stream> stream_;
 };
 
-/// What is wrong with a way to stop, in words for the user; it may become known later, from another thread.
+/// What is wrong with a way to stop, as text for the user; another thread may find it out later.
 struct StopWarning {
   std::string text{};             // empty: nothing is wrong
   std::atomic<bool> known{true};  // release after `text`, acquire before it is read
@@ -39,30 +39,30 @@ struct StopWarning {
 
 /// How the parent reaches some of the robot's actuators.
 struct StopWay {
-  std::string name{};                     // of what it leads to, for texts
-  std::unique_ptr<hal::StopLine> line{};  // of before the start
-  /// Opens it in the parent: right after the start when there is none yet, and another one after it has failed. Null:
-  /// it cannot be had; who opens says so.
+  std::string name{};                     // of the devices that it stops, for texts
+  std::unique_ptr<hal::StopLine> line{};  // opened before the start
+  /// Opens a line in the parent: after the start when there is none yet, and again after a line has failed. Null: no
+  /// line; open() itself reports why.
   std::function<std::unique_ptr<hal::StopLine>()> open = [] { return nullptr; };
-  /// What open() found: printed once the runtime has begun, since of a runtime that does not begin its own reasons are
-  /// enough.
+  /// The problem that open() found. Printed only after the runtime has begun: a runtime that does not begin prints
+  /// reasons of its own.
   std::shared_ptr<StopWarning> warning = std::make_shared<StopWarning>();
 };
 
 /// What the parent knows of the robot before it starts.
 struct Supervised {
   std::string robot;          // name, for the saved folder
-  std::string runs = "runs";  // where a flight ring goes to whose runtime had no folder yet
+  std::string runs = "runs";  // folder for the flight ring of a runtime without a folder
   std::vector<StopWay> stops{};
   std::function<int(ParentLine&)> body;     // the runtime, in a process of its own; its exit code
-  std::function<void()> in_parent = [] {};  // right after the start: lets go what is the runtime's
+  std::function<void()> in_parent = [] {};  // right after the start: releases what belongs to the runtime
 };
 
-/// Runs the body in a child and watches it until it ends: process gone without having said that it ends, or the
-/// guardian silent for `hang`. Then: actuators stopped, the watchdog left to bite, a hanging runtime killed, actuators
-/// stopped whose StopLine does not latch, the last seconds and the flight ring saved, in this order. The exit code: the
-/// body's own, or 1 after a fault; 2 when the child or the watchdog could not be had. While this process has one
-/// thread. What watches prints nothing: a terminal that takes no text delays no stop and no feeding of the watchdog.
+/// Runs the body in a child and watches it until it ends. A fault is: the process is gone without having announced its
+/// end, or the guardian is silent for `hang`. Then, in this order: stops the actuators, feeds the watchdog no more,
+/// kills a hanging runtime, stops the actuators whose StopLine does not latch, saves the last seconds and the flight
+/// ring. Returns the body's exit code; 1 after a fault; 2 without child or watchdog. Call it while this process has one
+/// thread. The thread that watches prints nothing: a blocked terminal delays neither a stop nor the watchdog.
 int run_with_parent(const ParentOptions& options, Supervised supervised);
 
 }  // namespace sinew::app

@@ -51,7 +51,7 @@ Json to_json(const record::ReplayedModule& m) {
   return json;
 }
 
-/// What of each module is not said by the first difference.
+/// Prints for each module what the first difference does not show.
 void say_modules(const record::ReplayReport& report) {
   const auto count = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
   for (const auto& m : report.modules) {

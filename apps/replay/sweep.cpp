@@ -54,8 +54,8 @@ bool range_values(const std::string& text, bool integers, std::vector<rt::ParamV
   for (std::int64_t i = 0; i < n; ++i) {
     const double share = n == 1 ? 0 : static_cast<double>(i) / static_cast<double>(n - 1);
     double value = log ? from * std::pow(to / from, share) : from + share * (to - from);
-    if (i == n - 1 && n > 1) value = to;  // not what rounding leaves of it
-    // Digits that mean something: what is found goes into a robot file.
+    if (i == n - 1 && n > 1) value = to;  // the exact end, without rounding errors
+    // Only six digits: a value that is found goes into a robot file.
     if (i > 0 && i < n - 1) value = std::stod(fmt::format("{:.6g}", value));
     values.push_back(integers ? rt::ParamValue(static_cast<std::int64_t>(std::llround(value))) : rt::ParamValue(value));
   }

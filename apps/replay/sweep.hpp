@@ -10,7 +10,7 @@ namespace sinew::app {
 
 struct SweptParam {
   std::string module, param;
-  std::vector<rt::ParamValue> values;  // all are accepted by the parameter, none stands twice
+  std::vector<rt::ParamValue> values;  // the parameter accepts all; no value is there twice
   std::string name() const { return module + "." + param; }
 };
 
@@ -22,7 +22,7 @@ using SweepPoint = std::vector<rt::ParamValue>;
 /// All combinations, the last parameter fastest.
 std::vector<SweepPoint> grid(const std::vector<SweptParam>& params);
 
-/// Puts a point's values in place of what the graph has.
+/// Replaces the graph's values by those of a point.
 void apply(const std::vector<SweptParam>& params, const SweepPoint& point, rt::GraphSpec& spec);
 
 }  // namespace sinew::app

@@ -16,7 +16,7 @@
 namespace sinew::app {
 namespace {
 
-// Not fmt::print(), which throws where the reader is gone.
+// Not fmt::print(), which throws when the reader of a pipe is gone.
 void put(const std::string& text) { std::fwrite(text.data(), 1, text.size(), stdout); }
 
 constexpr std::size_t kTunedRows = 20;
@@ -45,7 +45,7 @@ Json to_json(const Score& score, const std::vector<std::string>& files) {
   return json;
 }
 
-/// The points, the best first; behind those that count those that do not.
+/// The points, the best first; points that do not count come last.
 std::vector<std::size_t> ranked(const Tuning& tuning) {
   std::vector<std::size_t> order(tuning.points().size());
   std::iota(order.begin(), order.end(), 0);
@@ -167,10 +167,12 @@ void add_tune_command(CLI::App& app, CommandContext& context) {
       ->required()
       ->allow_extra_args(false)
       ->type_name("M.P=VALUES");
-  command.add_option("--error", task.error, "of which the RMS is to be small, e.g. tilt or filter.state.v_world_mps.x")
+  command
+      .add_option("--error", task.error,
+                  "the quantity whose RMS error shall be small, e.g. tilt or filter.state.v_world_mps.x")
       ->required()
       ->type_name("FIELD");
-  command.add_option("--against", options->against, "what it is held against [truth]")
+  command.add_option("--against", options->against, "what it is compared with [truth]")
       ->check(CLI::IsMember({"truth", "recorded"}).description(""))
       ->type_name("{truth,recorded}");
   command.add_option("--truth", task.truth, "the topic of ground truth [ground_truth]")->type_name("TOPIC");

@@ -41,8 +41,8 @@ void add(record::Deviation& to, const record::Deviation& more) {
   if (more.max > to.max) to.max = more.max, to.max_at = more.max_at;
 }
 
-/// Modules that this one feeds, itself included, or (`up`) that feed it; but not on beyond `end`, so that no way goes
-/// round a loop.
+/// Modules that `from` feeds, itself included, or (`up`) that feed it. Does not go on beyond `end`, so that no path
+/// goes round a loop.
 std::set<std::uint32_t> reach(const rt::Graph& graph, std::uint32_t from, std::uint32_t end, bool up) {
   std::set<std::uint32_t> found{from};
   const auto goes_on = [&](std::uint32_t m) { return m != end && found.contains(m); };
@@ -178,7 +178,7 @@ bool Tuning::choose_error(const rt::Graph& graph, std::string& why) {
   return true;
 }
 
-/// Those of the parameters, that of the error, and what lies between them.
+/// Chooses the modules of the parameters, the module of the error, and those between them.
 void Tuning::choose_modules(const rt::Graph& graph, std::uint32_t error_module) {
   std::set<std::uint32_t> chosen;
   for (const SweptParam& p : params_) {
@@ -282,7 +282,7 @@ void Tuning::sum_up(const std::vector<Result>& results) {
     score.missing += results[i].missing;
     score.stopped.insert(score.stopped.end(), results[i].stopped.begin(), results[i].stopped.end());
   }
-  for (std::size_t f = 0; f < files_.size(); ++f) {  // the same whatever the point, where it published everything
+  for (std::size_t f = 0; f < files_.size(); ++f) {  // any point with all messages has the same values
     const Result* most = &results[f];
     for (std::size_t p = 1; p < points_.size(); ++p)
       if (const Result& other = results[p * files_.size() + f]; other.recorded.count > most->recorded.count)

@@ -18,23 +18,23 @@ struct TuningTask {
   bool against_truth = true;                  // else against the record
   std::string truth;                          // topic; empty: the one that the file has
   std::optional<double> from_s{}, until_s{};  // of each record: what counts
-  unsigned jobs = 0;                          // at a time; 0: a processor each
+  unsigned jobs = 0;                          // at a time; 0: one for each processor
 };
 
-/// What came of one point, or of the recorded parameters.
+/// The result of one point, or of the recorded parameters.
 struct Score {
   record::Deviation error;               // over all files
   std::vector<record::Deviation> files;  // each
-  std::uint64_t missing = 0;             // messages that the recorded version published and this does not
+  std::uint64_t missing = 0;             // messages that the recorded version published and this one did not
   std::vector<std::string> stopped{};    // modules that could not be executed to the end, in words
-  /// It published nearly all messages: a filter that says nothing makes no errors.
+  /// Nearly all messages were published: a silent filter makes no errors.
   bool counts() const;
 };
 
 /// Thread:  owner.
 class Tuning {
  public:
-  /// Errors:  false, with `why`: files, parameters, the error, no truth to hold it against.
+  /// Errors:  false, with `why`: files, parameters, the error, no truth to compare with.
   bool prepare(TuningTask task, const rt::ModuleTypes& types, std::string& why);
 
   const std::vector<SweptParam>& params() const { return params_; }
@@ -43,7 +43,8 @@ class Tuning {
   const std::string& unit() const { return unit_; }
   const std::vector<std::string>& modules() const { return modules_; }  // that are executed again
 
-  /// Executes everything; `progress` is told how many of points() x files are done more. Errors: false, with `why`.
+  /// Executes everything. Calls `progress` with the number of newly finished ones, of points() x files. Errors: false,
+  /// with `why`.
   bool run(const std::function<void(std::size_t)>& progress, std::string& why);
   const std::vector<Score>& scores() const { return scores_; }  // of points()
   const Score& recorded() const { return recorded_; }

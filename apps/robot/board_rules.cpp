@@ -60,7 +60,7 @@ class BoardCheck {
   }
   void real_actuators_with_permission() {
     if (use_.real_actuators) return;
-    std::string simulated;  // who measures a world that is not the actuators'
+    std::string simulated;  // boards whose sensors do not show what real actuators do
     if (!kind(robot_.board)->real) simulated = "all other devices: " + robot_.board;
     for (const auto& [device, board] : robot_.device_boards)
       if (!is_actuator(device) && !kind(board.value)->real)

@@ -31,7 +31,7 @@ std::string text_of(const drivers::DeviceSpec& spec, const char* key) {
   return text ? *text : "";
 }
 
-/// Files in /dev are whatever a value says that begins so; a driver's own words need not be known here.
+/// Every value that begins with /dev/ names a device file, whatever the driver calls its key.
 void add_device(const std::string& name, const drivers::DeviceSpec& spec, hal::SystemDemand& demand) {
   for (const auto& key : spec.keys)
     if (const auto* text = std::get_if<std::string>(&key.second.value); text && text->starts_with("/dev/"))
@@ -65,7 +65,7 @@ bool demand_of_file(const DoctorOptions& options, const rt::ModuleTypes& types, 
       demand = system_demand(graph, true);
       add_devices(loaded.robot, demand);
       if (!demand.real_board && !loaded.robot.devices.devices.empty())
-        std::fprintf(stderr, "note: board = \"%s\": its devices were not looked at; --board linux does\n",
+        std::fprintf(stderr, "note: board = \"%s\": its devices were not checked; --board linux checks them\n",
                      loaded.robot.graph.board.c_str());
     }
   }
@@ -92,7 +92,7 @@ hal::SystemDemand system_demand(rt::Graph& graph, bool real_devices) {
 void add_devices(const RobotFile& robot, hal::SystemDemand& demand) {
   if (!uses_linux_board(robot.graph)) return;
   demand.real_board = true;
-  demand.device_priority = hal::kDeviceWatchPriority;  // no driver asks for more by itself
+  demand.device_priority = hal::kDeviceWatchPriority;  // no driver asks for more unless its key `priority` says so
   for (const auto& bus : robot.devices.buses) add_device("bus." + bus.name, bus, demand);
   for (const auto& device : robot.devices.devices) {
     if (board_of(robot.graph, device.name) == "linux") add_device("device." + device.name, device, demand);
@@ -158,7 +158,7 @@ bool doctor_permits_start(rt::Graph& graph, const RobotFile& robot, bool strict)
   hal::SystemDemand demand = system_demand(graph, real_devices);
   add_devices(robot, demand);
   auto checks = hal::check_system(hal::SystemFiles("/"), demand);
-  // Not of a start: what opening says better (a device that is not there), and what has nothing to do with timing.
+  // Not at a start: checks that opening reports better (a missing device), and checks that do not concern timing.
   std::erase_if(checks, [](const hal::SystemCheck& c) {
     return c.id == "devices" || c.id == "kernel_options" || c.id == "root" || c.id == "clock_sync";
   });

@@ -15,27 +15,27 @@ bool uses_linux_board(const rt::GraphSpec& robot);
 /// What is wrong with the tables of the robot's devices and buses; nothing is opened.
 std::vector<rt::Problem> check_linux_devices(const RobotFile& robot);
 
-/// The board "linux": this machine's buses and ports with the house's drivers on them.
+/// The board "linux": this machine's buses and ports with Sinew's drivers on them.
 /// Thread:  owner, configure only.
 class LinuxBoard {
  public:
-  /// Errors: what starting the thread that watches descriptors says; `why` has it in words.
+  /// Errors: those of starting the thread that watches descriptors; `why` has the text.
   static hal::Result<std::unique_ptr<LinuxBoard>> open(const RobotFile& robot, hal::Os& os, std::string& why);
   ~LinuxBoard();
   hal::Board& board() { return *board_; }
-  /// When everything is configured, before the first cycle: the threads of the buses start. Errors: problem() says.
+  /// Starts the threads of the buses: after everything is configured, before the first cycle. Errors: problem() says.
   hal::Status start();
   /// All failures so far in words, one a line; empty: none.
   const std::string& problem() const { return board_->problem(); }
-  /// The same on standard error.
+  /// Prints problem() on standard error.
   void print_problems() const;
-  /// DeviceBoard::notes(), there too.
+  /// Prints DeviceBoard::notes() on standard error.
   void print_notes() const;
-  /// What opening warned of, and what is wrong from the start; on standard error. Answers it.
+  /// Prints on standard error, and returns, the warnings of opening and the complaints so far.
   std::vector<std::string> print_warnings() const;
   /// What is wrong now with its devices and buses, one a line; see drivers::DeviceBoard. Thread: any, after start().
   std::vector<std::string> complaints() const { return board_->complaints(); }
-  /// Threads of its devices without what they asked for. After start().
+  /// Threads of its devices that did not get what they asked for. After start().
   std::vector<std::string> shortfalls() const { return board_->shortfalls(); }
 
  private:

@@ -17,7 +17,7 @@ namespace {
 using drivers::DeviceSpec;
 using rt::Duration;
 
-/// Not oftener than each `every`, for what `why` says. 0: not known.
+/// At most once each `every`, for the reason `why`. 0: not known.
 struct Pace {
   Duration every{};
   std::string why{};

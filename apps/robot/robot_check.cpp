@@ -18,11 +18,11 @@ std::vector<rt::Problem> check_robot(const RobotFile& robot, const rt::Graph& gr
   const auto add = [&all](std::vector<rt::Problem> more) {
     std::move(more.begin(), more.end(), std::back_inserter(all));
   };
-  // How a run goes (time, permission) is not the file's.
+  // Virtual time and permission belong to a run, not to the file.
   add(check_boards(graph.spec(), {.virtual_time = false, .real_actuators = true}));
   add(check_linux_devices(robot));
   add(check_recording(robot.record, graph));
-  // What is wrong in itself is no half of a relation.
+  // Relations only between parts that have no problems themselves.
   if (all.empty()) add(check_wiring(robot, graph));
   if (all.empty()) add(check_paces(robot, graph));
   std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.line < b.line; });
@@ -42,7 +42,7 @@ UsedCalibration use_calibration(RobotFile& robot, const rt::ModuleTypes& types) 
   const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
   const Calibration calibration = parse_calibration(text, used.file);
   used.problems = apply_calibration(calibration, types, robot);
-  if (used.problems.empty())  // what it says has to be allowed as if the robot file said so
+  if (used.problems.empty())  // its values must be allowed as if they were in the robot file
     for (rt::Problem& p : check_linux_devices(robot))
       if (const int line = calibration.line_of(p.key)) p.line = line, used.problems.push_back(std::move(p));
   return used;

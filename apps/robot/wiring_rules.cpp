@@ -93,7 +93,7 @@ class WiringCheck {
                        [&](const auto& d) { return d.name == device.driver && drivers::gives(d, what); });
   }
 
-  /// What there is in the plant that is started; empty: another one's parts are not known.
+  /// Devices of the plant that sinew starts itself; empty: those of another plant are not known.
   std::span<const plant::WorldDevice> world() const {
     if (robot_.sim.plant != "auto") return {};
     const plant::WorldInfo* world = robots::find_world(robot_.sim.world);
@@ -112,7 +112,7 @@ class WiringCheck {
                        names.empty() ? "there is none" : names);
   }
 
-  /// Of `user` ("module.imu"), which has `device` at `line` under `key`; its table where that is right.
+  /// Checks `device`, which `user` ("module.imu") has at `line` under `key`. Returns its table; null where it is wrong.
   const DeviceSpec* wired(const std::string& device, std::string_view what, const std::string& user, std::string key,
                           int line) {
     if (std::find(used_.begin(), used_.end(), device) == used_.end()) used_.push_back(device);
@@ -141,7 +141,7 @@ class WiringCheck {
     const auto given = m.spec.params.find("device");
     const bool said = given != m.spec.params.end();
     const auto* name = std::get_if<std::string>(said ? &given->second.value : &param->default_value);
-    if (!name) return;  // of a wrong type: said
+    if (!name) return;  // wrong type: reported already
     const std::string user = "module." + m.spec.name;
     const DeviceSpec* device = wired(*name, reader->reads(), user, said ? user + ".params.device" : user,
                                      said ? line_or(given->second.line, m.spec.line) : m.spec.line);
@@ -181,11 +181,11 @@ class WiringCheck {
     const plant::WorldDevice* simulated = board_of(graph_.spec(), a.name) == "sim" ? part(a.name, kActuators) : nullptr;
     if (simulated && a.channels != simulated->channels)
       add(line_or(a.channels_line, a.line), key + ".channels", std::to_string(a.channels),
-          fmt::format("{}: so many has {} in the world {}", simulated->channels, a.name, robot_.sim.world));
+          fmt::format("{}, as {} has in the world {}", simulated->channels, a.name, robot_.sim.world));
     if (!device || device->joints.empty()) return;
     if (a.channels != device->joints.size())
       add(line_or(a.channels_line, a.line), key + ".channels", std::to_string(a.channels),
-          fmt::format("{}: so many joints has [device.{}]", device->joints.size(), a.name));
+          fmt::format("{}, as [device.{}] has joints", device->joints.size(), a.name));
     const std::string limit = range_text(a.min, a.max);
     double low = std::numeric_limits<double>::infinity(), high = -low;
     for (const JointRange& j : ranges_of(*device, robot_.devices)) {
@@ -202,7 +202,7 @@ class WiringCheck {
                       range_text(low, high), a.name));
   }
 
-  /// Boards of devices that nobody asks for; run says so, too, when everything has been asked for.
+  /// Boards for devices that nothing uses; run reports them, too, after configuring.
   void boards_of_nobody() {
     for (const auto& [device, board] : graph_.spec().device_boards)
       if (std::find(used_.begin(), used_.end(), device) == used_.end())

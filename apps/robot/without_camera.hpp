@@ -6,7 +6,7 @@
 
 namespace sinew::app {
 
-/// Takes the camera, what needs it, and threads that become empty out of a graph; the names of the modules left out.
+/// Removes the camera, what needs it, and threads that become empty from a graph. Returns the removed modules' names.
 std::vector<std::string> leave_out_camera(rt::GraphSpec& graph);
 
 }  // namespace sinew::app

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::string_view kNameLetters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-";
 
-// A name as TOML has it in a header.
+// A name as a key in a TOML header.
 std::string toml_key(const std::string& name) {
   return name.empty() || name.find_first_not_of(kNameLetters) != std::string::npos ? '"' + name + '"' : name;
 }
@@ -78,7 +78,7 @@ Calibration parse_calibration(std::string_view text, const std::string& path) {
   });
   root.tables_by_name("module", [&](const std::string& module, TomlReader& r) { read_module(module, r, c); });
   root.finish();
-  const auto by_line = [](const auto& a, const auto& b) { return a.line < b.line; };  // TOML tables come back by name
+  const auto by_line = [](const auto& a, const auto& b) { return a.line < b.line; };  // toml++ sorts tables by name
   std::stable_sort(c.keys.begin(), c.keys.end(), by_line);
   std::stable_sort(c.params.params.begin(), c.params.params.end(), by_line);
   return c;

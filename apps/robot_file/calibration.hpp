@@ -1,5 +1,5 @@
 #pragma once
-// What differs from one robot of a kind to the next, in a file beside the robot file (robot.calibration):
+// Values that differ from one robot of a kind to the next, in a file beside the robot file (robot.calibration):
 //
 //   [device.imu]                 # keys of [device.imu]
 //   gyro_bias_x_radps = 0.0021
@@ -8,7 +8,7 @@
 //   [module.ball]                # parameters of a module
 //   focal_px = 287.4
 //
-// It holds for real devices only: with board = "sim" nothing of it is read.
+// It holds for real devices only: with board = "sim" it is ignored.
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,7 +19,7 @@
 namespace sinew::app {
 
 struct CalibratedKey {
-  std::string device, joint, key;  // joint empty: of the device itself
+  std::string device, joint, key;  // joint empty: key of the device itself
   rt::ParamValue value;
   int line = 0;
 };
@@ -29,7 +29,7 @@ struct Calibration {
   ParamOverlay params;
   std::vector<rt::Problem> problems;  // of form
 
-  /// Where it says "device.imu.rate_hz" or "device.head.joint.pan.zero_rad"; 0: nowhere.
+  /// The line that sets "device.imu.rate_hz" or "device.head.joint.pan.zero_rad"; 0: there is none.
   int line_of(std::string_view path) const;
 };
 
@@ -40,7 +40,7 @@ Calibration parse_calibration(std::string_view text, const std::string& path);
 std::vector<rt::Problem> apply_calibration(const Calibration& calibration, const rt::ModuleTypes& types,
                                            RobotFile& robot);
 
-/// The robot's calibration file: its own name when that is absolute, else beside the robot file. Empty: it has none.
+/// The path of the robot's calibration file, relative paths beside the robot file. Empty: it has none.
 std::string calibration_path(const RobotFile& robot);
 
 /// The text of such a file, devices before modules, each in the order in which they come.

@@ -24,7 +24,7 @@ void read_device(const std::string& name, TomlReader& r, std::vector<drivers::De
   spec.name = name;
   spec.line = r.line();
   r.require("driver", spec.driver, "the name of a driver, e.g. \"iio\"; it is required");
-  if (const toml::node* node = r.raw().get("name")) {  // an ordinary key of a device, the joint's own name of a joint
+  if (const toml::node* node = r.raw().get("name")) {  // for a device an ordinary key, for a joint its name
     rt::Located<rt::ParamValue> value{{}, line_of(*node)};
     r.take("name");
     if (read_param_value(*node, value.value)) spec.keys.emplace("name", std::move(value));

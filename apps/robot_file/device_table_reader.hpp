@@ -4,7 +4,7 @@
 
 namespace sinew::app {
 
-/// [device.NAME] and [bus.NAME] of a robot file. Keys are only collected; drivers::check_devices() knows them.
+/// [device.NAME] and [bus.NAME] of a robot file. Only collects the keys; drivers::check_devices() checks them.
 void read_device(const std::string& name, TomlReader& r, std::vector<drivers::DeviceSpec>& out);
 
 }  // namespace sinew::app

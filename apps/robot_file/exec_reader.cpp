@@ -32,7 +32,7 @@ void read_exec_quantiles(TomlReader& r, rt::ExecModel& exec) {
     quantile.share = (*pair)[0].value<double>().value_or(0.0);
     exec.quantiles.push_back(quantile);
   }
-  exec.kind = rt::ExecModel::Kind::quantiles;  // that they rise is for the graph's check
+  exec.kind = rt::ExecModel::Kind::quantiles;  // the graph's check tests that they rise
   if (!good) r.problem(*node, "exec_quantiles_us", "an array of pairs [share, us], us from 0.001 to 3.6e9");
 }
 

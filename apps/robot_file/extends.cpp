@@ -103,7 +103,7 @@ class Resolver {
     return table ? (*table)["name"].value_or(std::string()) : std::string();
   }
 
-  // By moving: a copied node forgets which file and line it is from.
+  // Moves nodes: a copied node loses its file and line.
   static void merge(toml::table& base, toml::table& over) {
     for (auto&& [key, node] : over) {
       toml::node* const there = base.get(key);
@@ -197,7 +197,7 @@ class Resolver {
 
 ResolvedRobot resolve_robot(std::string_view text, const std::string& path) {
   ResolvedRobot resolved{std::string(text)};
-  if (line_beyond_ascii(text) != 0) return resolved;  // whoever parses it says so
+  if (line_beyond_ascii(text) != 0) return resolved;  // the parser of the text reports it
   const toml::parse_result parsed = toml::parse(text, path);
   if (!parsed || !parsed.table().contains("extends")) return resolved;
   Resolver resolver(resolved);

@@ -11,7 +11,7 @@ namespace sinew::app {
 struct ResolvedRobot {
   std::string text;                     // TOML that stands alone; the file's own text when it extends nothing
   bool extended = false;                // lines of problems are then lines of `text`
-  std::vector<rt::Problem> problems{};  // of the files: not there, no TOML, in a circle
+  std::vector<rt::Problem> problems{};  // of the files: missing, no TOML, circular
 };
 
 /// Merges `text`, of the file `path`, over the file that its key `extends` names (relative to it), which may extend

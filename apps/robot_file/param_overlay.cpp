@@ -39,7 +39,7 @@ std::string toml_value(const rt::ParamValue& value) {
     return quoted + "\"";
   }
   std::string text = rt::to_string(value);
-  // A number that is no integer has to look so: TOML tells 2 from 2.0.
+  // A real number must not look like an integer: TOML distinguishes 2.0 and 2.
   if (std::holds_alternative<double>(value) && text.find_first_of(".enN") == std::string::npos) text += ".0";
   return text;
 }
@@ -67,7 +67,7 @@ ParamOverlay parse_overlay(std::string_view text, const std::string& path) {
     }
   }
   std::stable_sort(overlay.params.begin(), overlay.params.end(),
-                   [](const auto& a, const auto& b) { return a.line < b.line; });  // TOML tables come back by name
+                   [](const auto& a, const auto& b) { return a.line < b.line; });  // toml++ sorts tables by name
   return overlay;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// Parameters in a file of their own: what `sinew param save` writes and `sinew run --params` reads.
+// Files of parameters: `sinew param save` writes them and `sinew run --params` reads them.
 //
 //   [mixer]
 //   thrust_max_n = 5.5
@@ -27,8 +27,8 @@ ParamOverlay parse_overlay(std::string_view text, const std::string& path);
 ParamOverlay load_overlay(const std::string& path);
 
 /// Puts the values in place of those of the robot file. What does not fit (no such module or parameter, a value out of
-/// its range) becomes a problem with the line of the overlay. `types` say what modules declare. `line` is what problems
-/// that are found later get for such a value (OptionLines).
+/// its range) becomes a problem with the line of the overlay. `types` say what modules declare. `line`: the line for
+/// problems with these values that are found later (OptionLines).
 std::vector<rt::Problem> apply_overlay(const ParamOverlay& overlay, const rt::ModuleTypes& types, rt::GraphSpec& graph,
                                        int line = 0);
 

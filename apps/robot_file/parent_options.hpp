@@ -14,10 +14,10 @@ struct ParentOptions {
   std::string save_to = "faults";  // folder in which each fault gets a folder of its own
 };
 
-/// What `hang` has to be at least, two of the smallest lease: without commands the guardian commits twice a lease.
+/// The least `hang`: two of the smallest lease, since without commands the guardian commits twice a lease.
 hal::Duration shortest_hang(const rt::GraphSpec& graph);
-/// The robot file's, or else 500 ms or that, whichever is longer; in time of this machine, for a robot's clock that
-/// runs `rate` times as fast.
+/// The robot file's `hang`, or else the longer one of 500 ms and shortest_hang(). In time of this machine: longer if
+/// the robot's clock runs slower (`rate` below 1).
 hal::Duration hang_of(const ParentOptions& options, const rt::GraphSpec& graph, double rate);
 
 }  // namespace sinew::app

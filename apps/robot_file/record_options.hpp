@@ -17,7 +17,7 @@ struct RecordOptions {
   double pixel_mb_per_s = 5;
   record::Compression compression = record::Compression::lz4;
   double split_mb = 0, split_s = 0;  // 0: one file
-  double free_floor_mb = 200;        // of the disk, which the recording leaves
+  double free_floor_mb = 200;        // disk space that a recording leaves free
   struct Ring {                      // the last seconds in memory
     bool enabled = false;
     double seconds = 10, megabytes = 32;

@@ -157,7 +157,7 @@ void read_actuator(const std::string& name, TomlReader& r, rt::GraphSpec& graph)
   graph.actuators.push_back(std::move(a));
 }
 
-/// Which of the three kinds a condition is of, with the keys of that kind.
+/// Reads which of the three kinds a condition has, and the keys of that kind.
 void read_failsafe_kind(TomlReader& r, rt::FailsafeSpec& f) {
   using Kind = rt::FailsafeSpec::Kind;
   if (r.read_time("silent_ms", f.time, kMs, 1ms, kLongest)) f.kind = Kind::silent;
@@ -217,7 +217,7 @@ void read_chain(TomlReader& r, rt::GraphSpec& graph) {
   graph.chains.push_back(std::move(c));
 }
 
-// Other programs find the robot by it (tap::Name).
+// Other programs find the robot by its name (tap::Name).
 constexpr std::size_t kLongestName = 40;
 bool in_robot_name(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
@@ -357,13 +357,13 @@ LoadedRobot parse_robot(std::string_view text, const std::string& path) {
   root.table("record", [&](TomlReader& r) { read_record(r, loaded.robot.record); });
   root.finish();
   std::stable_sort(graph.modules.begin(), graph.modules.end(),
-                   [](const auto& a, const auto& b) { return a.line < b.line; });  // TOML tables come back by name
+                   [](const auto& a, const auto& b) { return a.line < b.line; });  // toml++ sorts tables by name
   return loaded;
 }
 
 void add_graph_problems(LoadedRobot& loaded, const rt::ModuleTypes& types, const rt::CheckOptions& options) {
   if (!loaded.parsed) return;
-  // A key of the graph's problem that is, or stands in or around, one of wrong form: it says the same once more.
+  // A problem of the graph repeats a problem of form if its key equals, contains or lies within the key of wrong form.
   const auto within = [](const std::string& key, const std::string& of) {
     return key == of || (key.starts_with(of) && key[of.size()] == '.');
   };

@@ -24,7 +24,7 @@ struct SimTable {
 
 struct RobotFile {
   std::string path;
-  std::string text{};     // as it was read, with all that it extends; of load_robot() only
+  std::string text{};     // as it was read, with all that it extends; only from load_robot()
   bool extended = false;  // lines of problems are lines of `text`, which `sinew check --resolved` prints
   rt::GraphSpec graph;
   SimTable sim;
@@ -42,15 +42,16 @@ struct LoadedRobot {
   bool parsed = false;   // and is TOML
 };
 
-/// Adds what rt::Graph::check() says of the graph that could be read, but for what follows from problems of form.
+/// Adds the problems that rt::Graph::check() finds in the graph as read, without those that follow from problems of
+/// form.
 void add_graph_problems(LoadedRobot& loaded, const rt::ModuleTypes& types, const rt::CheckOptions& options);
 
 /// Reads the text of a robot file. Never stops at the first problem, except for TOML that does not parse.
 /// Source:  docs/robot-file.md lists all keys.
 LoadedRobot parse_robot(std::string_view text, const std::string& path);
 
-/// The header under which a robot file has the keys of `section`: "[guardian]", "[[thread]]", "[actuator.NAME]". Empty:
-/// there is no such section, or it is `module`.
+/// The header of the keys of `section` in a robot file: "[guardian]", "[[thread]]", "[actuator.NAME]". Empty: there is
+/// no such section, or it is `module`.
 std::string section_header(std::string_view section);
 
 /// Reads a robot file from disk; a file that cannot be read is one problem.

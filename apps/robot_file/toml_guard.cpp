@@ -7,8 +7,8 @@ namespace {
 
 bool beyond_ascii(char c) { return static_cast<unsigned char>(c) >= 0x80; }
 
-/// The index behind the comment or string that starts at `at`, or `at` itself when none does. A string ends early at a
-/// character beyond ASCII and, on one line, at the end of the line, where the parser gives up on it, too.
+/// The index behind the comment or string that starts at `at`, or `at` itself when none does. A string ends early where
+/// the parser gives up on it, too: at a character beyond ASCII, and, on one line, at the end of the line.
 std::size_t behind_text(std::string_view text, std::size_t at) {
   if (text[at] == '#') return std::min(text.find('\n', at), text.size());
   if (text[at] != '"' && text[at] != '\'') return at;

@@ -1,5 +1,5 @@
 #pragma once
-// A table of a TOML file whose keys are consumed one by one, so that what is left over is unknown.
+// A table of a TOML file whose keys are taken one by one; keys that are left over are unknown ones.
 #include <functional>
 #include <initializer_list>
 #include <set>
@@ -10,7 +10,8 @@
 #include <utility>
 #include <vector>
 
-// The library asserts that "[[:" cannot be, before it reports it as an error: a wrong file must not end the process.
+// The library asserts that "[[:" cannot occur before it reports that as an error; a wrong file must not end the
+// process.
 #ifdef NDEBUG
 #error "with NDEBUG, toml++ tells the compiler to assume what it would have asserted"
 #endif
@@ -29,7 +30,7 @@ std::string value_text(const toml::node& node);
 /// A boolean, integer, number or string; false: something else.
 bool read_param_value(const toml::node& node, rt::ParamValue& out);
 
-/// Reads typed values out of one table; what does not fit becomes a Problem and the default stays.
+/// Reads typed values out of one table; a value that does not fit becomes a Problem, and the default stays.
 class TomlReader {
  public:
   TomlReader(const toml::table& table, std::string path, Problems& problems)
@@ -68,7 +69,7 @@ class TomlReader {
 
   void problem(const toml::node& node, std::string_view key, std::string allowed);
   void missing(std::string_view key, std::string_view allowed);
-  /// Every key that nobody asked for becomes a Problem that lists the known ones.
+  /// Every key that was not taken becomes a Problem that lists the known ones.
   void finish();
 
   const toml::table& raw() const { return table_; }

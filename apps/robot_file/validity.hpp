@@ -8,7 +8,7 @@
 
 namespace sinew::app {
 
-/// What a run on a simulator may at most have lost and waited for to count. Times are the robot's.
+/// Limits of losses and waits, within which a run on a simulator counts. Times are the robot's.
 /// Source:  docs/hil.md says what each means and why it is what it is; `[sim.bounds]` of the robot file sets them.
 struct ValidityBounds {
   double plant_gap_ms = 2;
@@ -22,7 +22,7 @@ struct ValidityBounds {
   double link_down_ms = 100;
 };
 
-/// What a run was like, from all sides.
+/// Measurements of a run: by the plant, the board and the graph.
 struct RunEvidence {
   bool real_time = false;
   double rate = 1;  // robot seconds per second
@@ -33,19 +33,19 @@ struct RunEvidence {
 
 /// One bound and what was measured against it.
 struct Finding {
-  std::string key;   // that of the bound; "plant" for the plant's own word
+  std::string key;   // that of the bound; "plant" for the plant's own verdict
   std::string what;  // for people, with the number and its unit
   double value = 0, bound = 0;
   bool holds = true;
 };
 
-/// Longest time between two IMU samples leaving the plant, as the robot had to live with it.
+/// Longest time between two IMU samples leaving the plant, in the robot's time.
 double imu_gap_max_s(const RunEvidence& run);
 
-/// All that can be said about this run; it is valid when every finding holds. In virtual time what has to do with real
-/// time is left out. What a device lost that had a fault was asked for, and is no reason.
+/// All findings about this run; the run is valid when every finding holds. Virtual time has no findings about real
+/// time. What a device lost while it had a requested fault does not count.
 std::vector<Finding> examine(const RunEvidence& run, const ValidityBounds& bounds);
-/// The words of those that do not hold.
+/// The texts of the findings that do not hold.
 std::vector<std::string> invalid_because(const std::vector<Finding>& findings);
 
 }  // namespace sinew::app

@@ -10,7 +10,7 @@ namespace {
 
 using nlohmann::json;
 
-// A report of somebody else may hold anything; what is not there, or is of another type, stays as it is.
+// A foreign simulator's report may hold anything: a value that is missing, or of another type, keeps its default.
 template <class T>
 void read(const json& object, const char* key, T& value) {
   const auto it = object.find(key);

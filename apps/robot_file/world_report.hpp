@@ -15,13 +15,13 @@ struct WorldReport {
     std::string text, device;  // docs/faults.md
     std::uint64_t affected = 0;
   };
-  /// A figure of the run, and what it may be.
+  /// A figure of the run, with its limit.
   struct Measure {
     std::string key, label, unit;
     double value = 0;
     std::optional<double> at_most{}, at_least{};
   };
-  /// What the world thinks of the run.
+  /// The world's verdict on the run.
   struct Verdict {
     std::string outcome;  // in words: "landed on the pad"
     bool good = false;
@@ -33,12 +33,12 @@ struct WorldReport {
   std::string reason;        // why it is not valid
   double imu_gap_max_s = 0;  // real time, by the clock of the plant's machine whatever the rate
   std::uint64_t frames = 0, render_late = 0;
-  bool still = true;               // nothing is driven, nothing moves; of simulators that do not say, taken as true
+  bool still = true;               // nothing is driven, nothing moves; true if the simulator does not say
   std::optional<Verdict> verdict;  // none: the simulator does not judge
-  std::vector<Fault> faults;       // that the plant was told to play, and has
+  std::vector<Fault> faults;       // that the plant was asked to play, and played
 
   bool is_faulty(const std::string& device) const;
-  /// Of the world's other keys: numbers as they are, truths as 0 and 1. What is not there is 0.
+  /// A number among the world's other keys; truths are 0 and 1. Missing: 0.
   double number(std::string_view key) const;
 
   std::map<std::string, double, std::less<>> numbers{};

@@ -130,7 +130,7 @@ class RecordedBoard final : public RunBoard {
     return true;
   }
 
-  /// Hands the truth to the module that publishes it. The report says what is wrong with it.
+  /// Hands the truth to the module that publishes it. Errors in the truth are left to the report.
   void play_truth(RunContext& run) {
     auto* const module = find_module<GroundTruthSource>(run.graph());
     std::string why;

@@ -4,7 +4,7 @@
 namespace sinew::app {
 
 /// Runs a prepared robot on a recorded folder, in virtual or real time, and compares its attitude with the ground truth
-/// that lies there. The exit code of `sinew run`.
+/// of that folder. Returns the exit code of `sinew run`.
 int run_on_dataset(Prepared& prepared, const RunOptions& options);
 
 }  // namespace sinew::app

@@ -10,7 +10,7 @@ namespace {
 
 constexpr rt::Duration kSignalCheck = std::chrono::milliseconds(100);
 
-/// Real devices, or none: the session opens those of the board "linux" itself.
+/// Real devices, or none: the session itself opens those of the board "linux".
 class BareBoard final : public RunBoard, private hal::GrantSource {
  public:
   std::string name() const override { return "none"; }

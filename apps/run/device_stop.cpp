@@ -14,12 +14,12 @@ using namespace std::chrono_literals;
 
 constexpr hal::Duration kPatience = 200ms, kStopLook = 2ms;
 
-/// The stop line with what it is made of. A bus behind a network may take seconds to be connected to, and its owner
-/// watches over the runtime: so a thread opens it, and nobody waits for that longer than kPatience.
+/// The stop line with its parts. Connecting to a bus behind a network may take seconds, and the owner of this object
+/// watches the runtime: so a thread connects, and the owner never waits for it longer than kPatience.
 /// Thread:  owner.
 class DeviceStop final : public hal::StopLine {
  public:
-  /// Null: it is known by then that there is no bus, and `warning` says so.
+  /// Null: no bus can be opened, and `warning` says why.
   static std::unique_ptr<hal::StopLine> open(const drivers::DeviceSpecs& devices,
                                              const std::vector<std::string>& groups,
                                              const std::shared_ptr<StopWarning>& warning) {
@@ -63,7 +63,7 @@ class DeviceStop final : public hal::StopLine {
     warning_->known.store(true, std::memory_order_release);
     ready_.store(true, std::memory_order_release);  // with the acquires above: line_ is whole
   }
-  /// Whether it is known what there is; waits a moment for it.
+  /// Whether connecting has ended; waits up to kPatience for that.
   bool opened() const noexcept {
     hal::Os& os = hal::system_os();
     for (const hal::Time end = os.now() + kPatience; !ready_.load(std::memory_order_acquire);) {
@@ -73,7 +73,7 @@ class DeviceStop final : public hal::StopLine {
     return true;
   }
 
-  // Looked at every few milliseconds anyway: no thread has to watch.
+  // The line is polled every few milliseconds anyway: no thread has to watch it.
   std::unique_ptr<hal::Connectors> connectors_ = hal::LinuxConnectors::unwatched(hal::system_os());
   std::unique_ptr<drivers::CanStopLine> line_;  // the opener's until it is ready
   const std::shared_ptr<StopWarning> warning_;
@@ -94,7 +94,7 @@ void add_stops_of_linux_devices(const Prepared& prepared, std::vector<StopWay>& 
   auto groups = linux_groups(prepared.graph->spec());
   if (groups.empty()) return;
   StopWay way{.name = "CAN"};
-  // Once, beside the runtime: its buses come back by themselves.
+  // Opened once, after the start of the runtime: lost buses come back without another open().
   way.open = [&devices = prepared.robot.devices, groups = std::move(groups), warning = way.warning,
               opened = false]() mutable -> std::unique_ptr<hal::StopLine> {
     if (opened) return nullptr;

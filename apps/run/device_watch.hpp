@@ -7,17 +7,17 @@
 
 namespace sinew::app {
 
-/// Follows what the devices of a run complain about: what to say when it changes, and what is left to say at the end.
+/// Follows the complaints of a run's devices: lines to print on a change, and the complaints left at the end.
 /// Thread:  owner, below the loops.
 class DeviceWatch {
  public:
-  /// Complaints of now, one a line.
+  /// The complaints at this time, one a line.
   using Ask = std::function<std::vector<std::string>()>;
-  /// `told`: what has been said already and shall not be said as news.
+  /// `told`: complaints that were printed already and are no news.
   explicit DeviceWatch(Ask ask, std::vector<std::string> told = {});
 
-  /// Asks. What changed, in lines to be said: a new complaint as it is, "over after 2.1 s: ..." of one that went. What
-  /// comes and goes within kCalm counts as one, so that nothing flickers.
+  /// Asks, and returns the changes as lines to print: a new complaint as it is, "over after 2.1 s: ..." for one that
+  /// ended. A complaint that comes again within kCalm counts as the same one, so that nothing flickers.
   std::vector<std::string> look(hal::Time now);
   /// Complaints of the last look() that are not over.
   std::vector<std::string> now() const;

@@ -1,4 +1,4 @@
-// devices: what a robot file's devices are, and who answers on its CAN buses.
+// devices: lists a robot file's devices, and asks which devices answer on its CAN buses.
 #include "apps/run/devices_command.hpp"
 
 #include <fmt/format.h>
@@ -37,7 +37,7 @@ struct Bus {
   hal::CanSpec spec;
 };
 
-/// Of devices without problems: each joint as it is opened.
+/// Each joint as it will be opened; the devices must have no problems.
 std::vector<Expected> joints_of(const drivers::DeviceSpecs& specs) {
   constexpr std::pair<const char*, CanFamily> kDrivers[] = {{"cia402", CanFamily::canopen},
                                                             {"mit", CanFamily::mit},
@@ -116,7 +116,8 @@ class DevicesCommand {
     return not_while_it_runs(loaded.robot.graph.robot);
   }
 
-  /// The question to MIT motors takes their torque, and a hub would wonder about all the answers.
+  /// False after printing that the robot runs: the question to MIT motors takes their torque, and a running robot's bus
+  /// would get answers that it did not ask for.
   bool not_while_it_runs(const std::string& robot) {
     std::string why;
     const auto running = tap::running(why);
@@ -156,7 +157,7 @@ class DevicesCommand {
     while (!scan.done()) {
       const auto next = scan.step(os.now());
       if (!next) {
-        fail(fmt::format("bus {}: {}{}: nobody takes a frame there", name, to_string(next.error().code),
+        fail(fmt::format("bus {}: {}{}: no device takes a frame there", name, to_string(next.error().code),
                          why.empty() ? "" : ": " + why),
              kFailed);
         return false;
@@ -215,7 +216,7 @@ int devices_command(const DevicesOptions& options) { return DevicesCommand(optio
 
 void add_devices_command(CLI::App& app, CommandContext& context) {
   const auto o = std::make_shared<DevicesOptions>();
-  CLI::App& devices = *app.add_subcommand("devices", "a robot's devices, and who answers on its CAN buses");
+  CLI::App& devices = *app.add_subcommand("devices", "a robot's devices, and which devices answer on its CAN buses");
   devices.add_option("robot", o->robot, "robot file: its [bus.NAME] are asked")->type_name(kRobotFileHint);
   devices
       .add_option("--bus", o->buses, "another bus: socketcan:can0, udp:7, socketcand:HOST:PORT/BUS; may be repeated")

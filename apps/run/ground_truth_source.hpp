@@ -8,9 +8,9 @@
 
 namespace sinew::app {
 
-/// Publishes how things really were, as the board's dataset knows it, so that it stands in the recording: attitude,
-/// position, velocity and biases of the sensors; what is not known is NaN. Nothing on a board that knows nothing.
-/// Belongs into a thread of ordinary priority, and nobody should read it but the recorder.
+/// Publishes the true state from the board's dataset, for the recording: attitude, position, velocity and biases of the
+/// sensors; unknown values are NaN. Publishes nothing on a board without truth. Belongs into a thread of ordinary
+/// priority; only the recorder should read it.
 /// Frames:  those of the dataset: its world may look elsewhere than the robot's.
 /// Thread:  executor; play(): any, once.   RT: yes.
 /// Errors:  stale when there is nothing new.
@@ -22,7 +22,7 @@ class GroundTruthSource final : public rt::DriverModule {
     return state_.empty() ? rt::StepStatus::stale : rt::StepStatus::ok;
   }
 
-  /// All there is, by rising stamps of the run's clock: each is published when its time has come.
+  /// All states, by rising stamps of the run's clock: each is published when its time has come.
   void play(std::vector<msg::NavState> states);
 
  private:

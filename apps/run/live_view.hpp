@@ -8,8 +8,8 @@
 
 namespace sinew::app {
 
-/// What `sinew run` shows while a real-time run goes on: on a terminal a table that is drawn over itself, elsewhere a
-/// line every now and then, with --quiet or --json nothing. A terminal or a pipe that takes nothing is not waited for.
+/// What `sinew run` shows during a real-time run: on a terminal a table that is drawn over itself, elsewhere a line
+/// from time to time, with --quiet or --json nothing. It does not wait for a blocked terminal or pipe.
 /// Thread:  owner.
 class LiveView {
  public:

@@ -23,7 +23,8 @@ std::unique_ptr<PlantProcess> PlantProcess::open(const PlantRequest& request, st
   if (request.endpoint == "auto" && !plant->start(request, why)) return nullptr;
   hal::Os& os = hal::system_os();
   const hal::Time give_up = os.now() + 20s;
-  // Across a network the first packets may take their time. A plant of our own is looked at between the tries.
+  // Across a network the first packets may take their time. Between the tries, checks that a plant of our own still
+  // runs.
   const hal::Duration patience = request.endpoint.starts_with("tcp:") ? 10s : 1s;
   while (true) {
     auto stream = hal::connect_stream(plant->endpoint_, patience);

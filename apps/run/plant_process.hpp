@@ -30,13 +30,13 @@ class PlantProcess {
   const std::string& endpoint() const { return endpoint_; }
   /// Of the plant that was started here; 0: the plant is foreign, and its processor time is not known.
   int pid() const { return child_ ? child_->pid() : 0; }
-  /// After a failure: `why`, and how a plant of our own that has ended did so, with its last words.
+  /// After a failure: `why`; for a plant of our own that has ended, also how it ended and its last words.
   std::string with_its_end(std::string why);
   /// Waits for a plant of our own to end by itself.
   void wait_for_end();
-  /// In a runtime that runs beside its parent: the plant is the parent's to end.
+  /// In a runtime beside its parent: the parent ends the plant.
   void leave_to_parent();
-  /// In the parent: the connection is the runtime's.
+  /// In the parent: the connection belongs to the runtime.
   void leave_to_runtime() { stream_.reset(); }
 
  private:

@@ -23,9 +23,9 @@ namespace {
 namespace fs = std::filesystem;
 using record::RunRecorder;
 
-constexpr std::size_t kMostAnswers = 64;  // more than clients there can be
+constexpr std::size_t kMostAnswers = 64;  // more than the number of clients
 
-/// Not by std::chrono: Debian's 32-bit library behind it counts seconds to 2038.
+/// Without std::chrono: on 32-bit Debian its library counts seconds only to 2038.
 std::int64_t unix_ns() {
   std::timespec now{};
   std::timespec_get(&now, TIME_UTC);
@@ -151,7 +151,7 @@ Recording::~Recording() {
   if (finished_ || !recorder_ || path_.empty()) return;
   static_cast<void>(recorder_->finish());
   if (recorder_->now() != rt::Time{}) return;
-  std::error_code none;  // what cannot be removed stays, a whole file
+  std::error_code none;  // a file that cannot be removed stays, complete
   fs::remove(path_, none);
   fs::remove(folder_, none);
 }

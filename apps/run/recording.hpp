@@ -16,24 +16,24 @@ namespace sinew::app {
 struct Prepared;
 struct RunOptions;
 
-/// What one run leaves on disk: recordings FOLDER/ROBOT-TIME/run.mcap, one from the beginning on if the robot file says
-/// so, others from `sinew record start` to `stop`, and beside them what the flight ring was dumped into.
+/// The files of one run on disk: recordings FOLDER/ROBOT-TIME/run.mcap, one from the beginning on if the robot file
+/// says so, others from `sinew record start` to `stop`, and beside them the dumps of the flight ring.
 /// Thread:  owner; of record control: the server's.
 class Recording final : public tap::RecordControl {
  public:
-  /// Null when there is to be no recorder, or after a warning when there can be none: a robot flies without, too. So it
-  /// does when its file cannot be begun. The graph is configured with ConfigureOptions::recorded, which wanted() tells.
-  /// In real time it reads along from now on. `os`: with the robot's clock.
+  /// Null when no recorder is wanted, or, after a warning, when it cannot be opened: the robot flies without it. A file
+  /// that cannot be begun is only a warning. The graph must be configured with ConfigureOptions::recorded, as wanted()
+  /// says. In real time the recorder reads along from now on. `os`: with the robot's clock.
   static std::unique_ptr<Recording> open(const Prepared& prepared, const RunOptions& options, rt::Graph& graph,
                                          hal::Os& os);
-  /// Whether there is to be a recorder at all.
+  /// Whether the run shall have a recorder at all.
   static bool wanted(const Prepared& prepared, const RunOptions& options);
   /// Where the folders of recordings are made.
   static std::string folder_of(const Prepared& prepared, const RunOptions& options);
-  ~Recording() override;  // of a run that took no step nothing is left
+  ~Recording() override;  // removes the files of a run that took no step
 
   rt::RunObserver& observer() { return recorder_->observer(); }
-  /// For a parent, who dumps it when this process is dead; null: there is no ring.
+  /// For a parent, which dumps the ring after this process died; null: there is no ring.
   const hal::SharedMemory* ring_memory() const { return ring_memory_.get(); }
   /// After the executor has ended: completes the file and tells the summary.
   void finish(RunSummary& summary);
@@ -42,7 +42,7 @@ class Recording final : public tap::RecordControl {
   std::optional<Answer> answer(std::uint64_t number) override;
 
  private:
-  struct File {  // that was completed
+  struct File {  // a completed file
     std::string path;
     unsigned parts = 0;
     std::vector<record::ModuleVerdict> verdict{};
@@ -66,11 +66,11 @@ class Recording final : public tap::RecordControl {
   bool finished_ = false;
   std::string path_;         // of the file that is being written, or was
   std::vector<File> files_;  // completed
-  std::mutex folder_mutex_;  // a dump is written by another thread than files
+  std::mutex folder_mutex_;  // different threads write dumps and files
   std::string folder_;
   std::mutex answers_mutex_;
   std::map<std::uint64_t, Answer> answers_;
-  std::map<std::uint64_t, std::size_t> dumping_;   // report of the ring that is the answer
+  std::map<std::uint64_t, std::size_t> dumping_;   // by request: the report of the ring that answers it
   std::uint64_t asked_ = 0;                        // the server's
   std::unique_ptr<record::RunRecorder> recorder_;  // the last: its threads use the others
 };

@@ -32,7 +32,7 @@ struct Checked {
   std::size_t count() const { return problems.size() + calibrated.size(); }
 };
 
-// All problems of a robot file, said on standard error.
+// Prints all problems of a robot file on standard error.
 Checked checked_graph(const CheckOptions& options, const rt::ModuleTypes& types) {
   const std::string& path = options.robot;
   Checked checked;
@@ -48,7 +48,7 @@ Checked checked_graph(const CheckOptions& options, const rt::ModuleTypes& types)
     checked.graph = std::make_unique<rt::Graph>(loaded.robot.graph, types);
     checked.problems = check_robot(loaded.robot, *checked.graph, how);
   }
-  if (checked.problems.empty()) {  // with the robot file's own, nobody could tell whose fault theirs are
+  if (checked.problems.empty()) {  // beside problems of the robot file itself it would not be clear which file is wrong
     const UsedCalibration used = use_calibration(loaded.robot, types);
     checked.calibration = used.file;
     checked.calibrated = used.problems;
@@ -103,7 +103,7 @@ int graph(const CheckOptions& options, const rt::ModuleTypes& types) {
 
 void describe_run(CLI::App& run, RunOptions& o) {
   run.add_option("robot", o.robot, "robot file")->required()->type_name(kRobotFileHint);
-  run.add_option("--name", o.name, "on this machine, for other programs; instead of the file's robot name");
+  run.add_option("--name", o.name, "name on this machine for other programs, instead of the file's robot name");
   run.add_option("--board", o.board, "instead of the file's")->type_name("{sim,linux,dataset,none}");
   run.add_option("--board-of", o.board_of, "one device from another board, DEVICE=BOARD; may be repeated")
       ->allow_extra_args(false)
@@ -140,8 +140,8 @@ void describe_run(CLI::App& run, RunOptions& o) {
   run.add_option("--plot", o.plot, "dataset board: write a plot (SVG) of the tilt error here")->type_name(kFileHint);
   run.add_option("--runs", o.record_folder, "folder of the recordings (default: the robot file's, or runs)");
   run.add_flag("--record-images", o.record_images, "record all pixels, whatever the robot file allows");
-  run.add_flag("--no-record", o.no_record, "no recording; SINEW_RECORD=off in the environment says the same");
-  run.add_flag("--strict", o.strict, "real time: do not start where the machine does not hold what timing needs");
+  run.add_flag("--no-record", o.no_record, "no recording; SINEW_RECORD=off in the environment does the same");
+  run.add_flag("--strict", o.strict, "real time: do not start if the machine lacks something that timing needs");
   run.add_flag("--unsupervised", o.unsupervised,
                "no parent process that stops the actuators when the runtime dies or hangs (for debuggers)");
   run.add_flag("--plain", o.plain, "no live table");
@@ -154,7 +154,7 @@ void describe_doctor(CLI::App& doctor, DoctorOptions& o) {
   doctor.add_option("--board", o.board, "instead of the file's: linux looks at its devices")
       ->type_name("{sim,linux,dataset,none}")
       ->check(CLI::IsMember({"sim", "linux", "dataset", "none"}));
-  doctor.add_option("--root", o.root, "where proc, sys and dev of the machine are: a copy of another one's")
+  doctor.add_option("--root", o.root, "folder with proc, sys and dev, e.g. a copy of another machine's")
       ->type_name(kFolderHint);
   doctor.add_flag("--json", o.json, "as one JSON object");
   doctor.add_flag("--strict", o.strict, "exit code 1 also for warnings");
@@ -197,7 +197,7 @@ void add_robot_commands(CLI::App& app, CommandContext& context) {
   });
 
   const auto doctor_options = std::make_shared<DoctorOptions>();
-  CLI::App* doctor = app.add_subcommand("doctor", "check whether this machine holds what timing needs");
+  CLI::App* doctor = app.add_subcommand("doctor", "check whether this machine has what timing needs");
   describe_doctor(*doctor, *doctor_options);
   doctor->callback([&context, doctor_options] {
     context.action = [&types = context.types, doctor_options] { return doctor_command(*doctor_options, types); };

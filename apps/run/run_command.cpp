@@ -24,7 +24,7 @@ bool can_be_written(const std::string& path) {
 }  // namespace
 
 int run_command(const RunOptions& options, const rt::ModuleTypes& types) {
-  static_cast<void>(hal::stop_requested());  // from here on a signal asks
+  static_cast<void>(hal::stop_requested());  // from here on a signal only asks for the end
   if (!options.virtual_time) hal::outlive_terminal();
   for (const std::string& file : {options.trace, options.plot})  // better now than after the flight
     if (!file.empty() && !can_be_written(file)) return fail(file + ": " + std::strerror(errno));

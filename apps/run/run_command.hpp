@@ -7,7 +7,7 @@
 
 namespace sinew::app {
 
-/// What `sinew run` was asked for.
+/// The options of `sinew run`.
 struct RunOptions {
   std::string robot;                  // path of the robot file
   std::string name;                   // of the robot on this machine; empty: the file's
@@ -33,7 +33,7 @@ struct RunOptions {
   bool plain = false;          // no live table, also on a terminal
   bool quiet = false;          // only the result
   bool strict = false;  // real time: no start where `sinew doctor` has something to say, or a privilege is missing
-  bool real_actuators = false;  // they may be real where sensors are not
+  bool real_actuators = false;  // actuators may be real although sensors are not
   bool unsupervised = false;    // real time: no parent process beside the runtime (for debuggers)
   bool json = false;            // only one JSON object, at the end
 };

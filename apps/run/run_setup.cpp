@@ -136,7 +136,8 @@ bool accept_shortfalls(const std::vector<std::string>& shortfalls, bool strict) 
   return false;
 }
 
-// False after its problems have been printed. A robot that has none yet runs as its file says.
+// Applies the calibration file. False after printing its problems. Without such a file the robot runs by its robot
+// file.
 static bool calibrate(RobotFile& robot, const rt::ModuleTypes& types) {
   if (!uses_linux_board(robot.graph)) return true;
   const UsedCalibration used = use_calibration(robot, types);

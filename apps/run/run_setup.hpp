@@ -1,5 +1,5 @@
 #pragma once
-// What all ways of running share: the robot, its graph, and what is watched from outside.
+// Shared by all ways to run: the robot, its graph, and what is watched from outside.
 #include <functional>
 #include <memory>
 #include <optional>
@@ -26,7 +26,7 @@ class OptionLines {
  public:
   /// The line of what this option says.
   int line_of(std::string option);
-  /// rt::to_string(), with the option in place of file and line where it is one's.
+  /// rt::to_string(), with the option in place of file and line if the problem is an option's.
   std::string told(const rt::Problem& problem, std::string_view file) const;
 
  private:
@@ -42,18 +42,18 @@ struct Prepared {
   OptionLines options{};
 };
 
-/// What is said after problems of a robot file that extends another.
+/// A note that follows the problems of a robot file that extends another.
 std::string resolved_note(const std::string& robot);
 
 /// Prints every problem to standard error; empty when there was one.
 std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes& types);
 
-/// Configures its graph on a board; false after its problems have been printed, each once. `devices` is what boards say
-/// of devices that they could not open, one a line: it is printed in place of "not ready" of the modules that use them.
+/// Configures its graph on a board; false after printing its problems, each once. `devices`: what boards say of devices
+/// that they could not open, one a line. It is printed in place of "not ready" of the modules that use them.
 bool configure(const Prepared& prepared, hal::Board& board, const rt::ConfigureOptions& how, const RunOptions& options,
                const std::function<std::string()>& devices = {});
 
-/// The problems of configuring without those that a line of `devices` ("device 'imu' ...: why") tells better.
+/// The problems of configuring without those that a line of `devices` ("device 'imu' ...: why") explains better.
 std::vector<rt::Problem> without_devices(const std::vector<rt::Problem>& problems, const std::string& devices);
 
 /// The recorded folder of --data. `clock` is virtual time's, which then drives the board; null in real time.
@@ -63,21 +63,21 @@ std::unique_ptr<dataset::DatasetBoard> open_dataset(const RunOptions& options, c
 /// --duration as a duration.
 rt::Duration run_duration(const RunOptions& options);
 
-/// For this machine, and on a clock as fast as the run wants.
+/// Options for this machine, with a clock at the rate of the run.
 rt::RealTimeOptions real_time_options(const RunOptions& run);
 
-/// Prints what a real-time run could not have. False when `strict` forbids to go on.
+/// Prints what a real-time run did not get. False when `strict` forbids to go on.
 bool accept_shortfalls(const std::vector<std::string>& shortfalls, bool strict);
 
-/// Applies "module.param=value"; the reason when it cannot. `line`: of the value.
+/// Applies "module.param=value"; returns the reason on failure. `line`: of the value.
 std::string apply_setting(rt::GraphSpec& graph, const std::string& setting, int line = 0);
 
-/// Applies "device.NAME.key=value", "device.NAME.joint.JOINT.key=value" or "bus.NAME.key=value"; the reason when it
-/// cannot. Nothing, and nothing changed, when it is none of these.
+/// Applies "device.NAME.key=value", "device.NAME.joint.JOINT.key=value" or "bus.NAME.key=value"; returns the reason on
+/// failure, empty when applied. Nothing, without any change: the setting has none of these forms.
 std::optional<std::string> apply_device_setting(drivers::DeviceSpecs& devices, const std::string& setting,
                                                 int line = 0);
-/// The same for a command that sets nothing else: the reason when it was not applied, also when it is none of these;
-/// empty when it was.
+/// The same for a command without other settings: returns the reason on failure, also for a setting of another form;
+/// empty when applied.
 std::string apply_only_device_setting(drivers::DeviceSpecs& devices, const std::string& setting, int line = 0);
 
 /// Takes the robot's name on this machine, before any device is opened. In real time a name that is taken is an error,

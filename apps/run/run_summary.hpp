@@ -9,7 +9,7 @@
 
 namespace sinew::app {
 
-/// What a run has to say at its end: printed line by line for people, or, with --json, one object with the same facts.
+/// The report at the end of a run: printed line by line for people, or, with --json, one object with the same facts.
 /// Thread:  owner.
 /// Source:  docs/command-line.md lists the keys.
 class RunSummary {
@@ -27,23 +27,23 @@ class RunSummary {
   /// Chains that missed their budget, in words; after statistics().
   const std::vector<std::string>& failed_chains() const { return failed_chains_; }
   void virtual_time(double run_s, double wall_s);
-  /// Of a plant in lockstep, within that time: each is a question and its answer.
+  /// The grants of a plant in lockstep during that time; each grant is a question and its answer.
   void grants(std::uint32_t count, double run_s, double wall_s);
   /// From the start of the program to the first cycle.
   void start_up(double s);
   void hashes(rt::Runner& runner);
-  /// What the process has in memory, and for what.
+  /// The memory of the process, by purpose.
   void memory(const hal::MemoryUse& use);
-  /// One line, `label` and `text`, and the keys that say the same.
+  /// One line, `label` and `text`, and the same facts as keys.
   void add(std::string_view label, std::string_view text, const Json& keys);
   /// Only keys, for the object.
   void keep(const Json& keys) { all_.update(keys); }
   /// One line for each, and an array under `key` (empty: no reason).
   void add_reasons(std::string_view label, const char* key, const std::vector<std::string>& reasons);
-  /// Whether a chain that missed its budget makes the run fail; it does unless told otherwise.
+  /// Whether a chain that missed its budget makes the run fail; by default it does.
   void chains_decide(bool decide) { chains_decide_ = decide; }
-  /// The words that sum it up, and the exit code, which it answers: 1 instead of 0 when a chain missed its budget or
-  /// the time line could not be written.
+  /// Prints the result. Returns the exit code: `code`, but 1 instead of 0 when a chain missed its budget or the time
+  /// line could not be written.
   int finish(std::string_view result, int code);
 
  private:

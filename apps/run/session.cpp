@@ -29,7 +29,7 @@ const char* phase_text(const RunContext& run, const msg::MissionState& state) {
   return to_string(state.phase);
 }
 
-/// Looks at the run between two grants, where the graph stands still.
+/// Watches the run between two grants, while the graph stands still.
 class WatchedGrants final : public hal::GrantSource {
  public:
   WatchedGrants(RunContext& run, RunBoard& board) : run_(run), board_(board) {}
@@ -122,7 +122,7 @@ class Session {
         return false;
       }
       if (!options_.quiet) real_->print_notes();
-      // Before the first cycle: what --strict forbids to start shall not have moved anything.
+      // Before the first cycle: a run that --strict forbids must not have moved anything.
       if (!accept_shortfalls(real_->shortfalls(), options_.strict)) return false;
       told = real_->print_warnings();
     }
@@ -130,7 +130,7 @@ class Session {
     return true;
   }
 
-  /// Of real devices, and of the line to a plant, behind which all the others are. Thread: any.
+  /// Complaints of real devices, and of the line to a plant, which carries all simulated devices. Thread: any.
   std::vector<std::string> complaints() const {
     std::vector<std::string> all = real_ ? real_->complaints() : std::vector<std::string>();
     if (const std::string trouble = board_.trouble(); !trouble.empty()) all.push_back("plant: " + trouble);
@@ -176,7 +176,7 @@ class Session {
     rt::RealTimeExecutor executor(run_.graph(), run_.os, how);
     const hal::ProcessUse before = hal::process_use();
     const hal::Time wall = run_.system.now();
-    // Whatever may refuse comes before the parent watches: a run that did not begin is no fault.
+    // Everything that may refuse to start comes before the parent watches: a run that did not begin is no fault.
     std::string why;
     if (!board_.start(run_, why)) return fail(why);
     if (const auto started = recorded_ ? recorded_->start() : hal::Status{}; !started)
@@ -263,11 +263,11 @@ class Session {
   std::optional<hal::ScaledOs> scaled_os_;
   RunContext run_;
   hal::EmptyBoard none_;
-  std::unique_ptr<LinuxBoard> real_;                 // null: no device is
-  std::unique_ptr<dataset::DatasetBoard> recorded_;  // of devices that are named so
+  std::unique_ptr<LinuxBoard> real_;                 // null: no real device
+  std::unique_ptr<dataset::DatasetBoard> recorded_;  // for devices that the robot takes from a record
   DeviceWatch complaints_{[] { return std::vector<std::string>(); }};
   std::unique_ptr<Recording> recording_;
-  std::optional<RunSummary> summary_;  // once the graph is what it stays
+  std::optional<RunSummary> summary_;  // once the graph does not change any more
 };
 
 }  // namespace

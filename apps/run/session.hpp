@@ -13,7 +13,7 @@
 
 namespace sinew::app {
 
-/// What a session has for its board.
+/// What a session gives to its board.
 struct RunContext {
   Prepared& prepared;
   const RunOptions& options;
@@ -53,18 +53,18 @@ class RunBoard {
   virtual bool over(RunContext& run, hal::Time now) = 0;
   /// What is wrong with the line to it, for the table and the robot's complaints; empty: nothing. Thread: any.
   virtual std::string trouble() const { return {}; }
-  /// After the last cycle: a good-bye, so that its last word is there.
+  /// After the last cycle: says good-bye, so that the board's last report arrives.
   virtual void end() {}
-  /// Says how the run went, and finishes the summary: the exit code.
+  /// Prints how the run went and finishes the summary. Returns the exit code.
   virtual int report(RunContext& run, RunSummary& summary) = 0;
 };
 
 /// What the guardian's failsafes did, a line each; adds them to the summary. After the run.
 std::vector<std::string> report_failsafes(RunContext& run, RunSummary& summary);
 
-/// Runs it; the exit code of `sinew run`. 0: it went well; 1: it did not, or the executor failed; 2: it could not be
-/// begun, and nothing has moved. `parent`: null when none watches. `program`: when it was started; nothing when that is
-/// unknown.
+/// Runs it. Returns the exit code of `sinew run`: 0: it went well; 1: it did not, or the executor failed; 2: it could
+/// not begin, and nothing has moved. `parent`: null when none watches. `program`: its start time; nothing when not
+/// known.
 int run_session(Prepared& prepared, const RunOptions& options, RunBoard& board, ParentLine* parent,
                 std::optional<hal::Time> program);
 

@@ -58,7 +58,7 @@ class SimulatedBoard final : public RunBoard {
     sim.clock = &run.robot_clock();
     sim.os = &run.system;
     sim.rate = run.options.rate;
-    // A plant of our own may still set up its camera; in virtual time nobody waits, and a busy machine may take long.
+    // A plant of our own may still set up its camera. Virtual time has no deadline, and a busy machine may take long.
     sim.patience = lockstep ? 60s : 20s;
     sim.late_after = from_ms(wanted.bounds.late_ms);
     sim.connect = [endpoint = plant_.endpoint()] { return hal::connect_stream(endpoint, 500ms); };
@@ -122,7 +122,7 @@ class SimulatedBoard final : public RunBoard {
   }
 
  private:
-  /// Says what was measured against which bound, and why the run does not count; false: it does not.
+  /// Prints each measurement with its bound, and why the run does not count; false: it does not count.
   bool report_validity(RunContext& run, const WorldReport& report, RunSummary& summary) const {
     RunEvidence evidence;
     evidence.real_time = !run.options.virtual_time;
@@ -177,7 +177,7 @@ std::unique_ptr<PlantProcess> open_plant(const Prepared& prepared, const RunOpti
     why = "--fault: only a plant that this run starts itself (plant \"auto\") plays faults";
     return nullptr;
   }
-  // Drives that the plant has on a bus are its own, whatever board the robot reaches them by.
+  // The plant itself plays faults of its drives on a bus, whatever board the robot reaches the joints by.
   const bool drives = std::ranges::find(options.plant_args, "--servo") != options.plant_args.end();
   for (const std::string& fault : options.faults)
     if (why = unfelt_fault(prepared.graph->spec(), fault); !why.empty() && !(drives && fault.starts_with("joints:")))
@@ -207,7 +207,7 @@ int run_on_sim(Prepared& prepared, const RunOptions& options) {
   Supervised supervised;
   StopWay to_plant{.name = "plant", .line = open_stop_line(plant->endpoint(), 2s, why)};
   if (!to_plant.line) std::fprintf(stderr, "warning: no stop line to the plant: %s\n", why.c_str());
-  // The plant may have been away and come back, which the runtime outlives and a line of old does not.
+  // The plant may have been away and come back: the runtime survives that, an old line does not.
   to_plant.open = [&] { return open_stop_line(plant->endpoint(), 200ms, why); };
   supervised.stops.push_back(std::move(to_plant));
   supervised.body = [&](ParentLine& line) {
@@ -216,7 +216,7 @@ int run_on_sim(Prepared& prepared, const RunOptions& options) {
   };
   supervised.in_parent = [&] { plant->leave_to_runtime(); };
   const int code = run_supervised(prepared, options, std::move(supervised));
-  plant->wait_for_end();  // after a fault it goes on alone for a while, and what it then says belongs to the run
+  plant->wait_for_end();  // after a fault the plant goes on alone for a while, and its words then belong to the run
   return code;
 }
 

@@ -20,7 +20,7 @@ struct TiltErrors {
 template <class Truth>
 TiltErrors tilt_errors(const std::vector<msg::NavState>& estimates, double settle_s, Truth truth);
 
-/// The same from pairs of time (s) and error (deg).
+/// The same errors, from pairs of time (s) and error (deg).
 TiltErrors summarise(std::vector<std::pair<double, double>> over_time, double settle_s);
 
 template <class Truth>

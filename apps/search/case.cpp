@@ -54,7 +54,7 @@ bool read_stress(std::string_view text, Stress& s) {
   return read_finite(text.substr(star + 1), 0.01, 1000, s.factor);
 }
 
-/// What is allowed for this word; empty: it was taken.
+/// Takes one word; returns what is allowed, empty when the word was right.
 std::string take(std::string_view key, std::string_view value, Case& c) {
   if (key == "world") return read(value, c.world) ? "" : "a whole number";
   if (key == "jitter") {

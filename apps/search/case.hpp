@@ -45,15 +45,15 @@ struct Case {
   double stress_of(std::string_view module) const;
   /// Some fault acts at `t`, or did within `after` before it.
   bool disturbed(Time t, Duration after) const;
-  /// Some device has told something plausible that was not true, at `t` or before: what rests on it is off for long.
+  /// Some device gave values that were plausible but false, at `t` or before: estimates based on them are wrong for
+  /// long.
   bool lied_to(Time t) const;
 };
 
 /// "world=77 jitter=12 gust=1.5 stress=pad*2.5 fault=imu:off@5.003+0.001": what is not written has its default.
 std::string to_string(const Case& c);
-/// Errors:  nothing, with the word that is wrong and what is allowed in `why`. What the plant makes of a fault's
-/// device,
-///          kind and amount it says itself.
+/// Errors:  nothing, with the wrong word and what is allowed in `why`. The plant itself checks a fault's device, kind
+///          and amount.
 std::optional<Case> parse_case(std::string_view text, std::string& why);
 /// A fault as the plant reads it: "imu:delayed(3ms)@5.003+0.002".
 std::string to_string(const Fault& fault);

@@ -258,8 +258,8 @@ class CaseFlight final : private rt::RunObserver, private hal::GrantSource {
   }
 
   void check_ages(hal::Time now, rt::Runner& runner) {
-    // While nothing acts the guardian goes on reporting what is over; of a millisecond in which it begins to act again
-    // it is not known which part was missed.
+    // While no command acts the guardian still reports ages of old commands. In a millisecond in which commands begin
+    // to act again it is not known in which part the budget was missed.
     const bool acts = !commands_ || commands_->valid_until() > now, all_along = acts && acted_;
     acted_ = acts;
     for (std::uint32_t c = 0; c < misses_.size(); ++c) {

@@ -10,7 +10,7 @@
 
 namespace sinew::search {
 
-/// How a flight ended. Without a position a landing drifts, in the end to the wall of the room, which open air has not.
+/// How a flight ended. Without a position a landing drifts, in the end to the wall of the room; open air has no wall.
 enum class Ending : std::uint8_t { landed_on_pad, landed_elsewhere, at_the_wall, did_not_fly, fell, crashed, not_over };
 const char* to_string(Ending ending);
 
@@ -34,7 +34,7 @@ struct FlightSettings {
   ExecSamples* measured = nullptr;  // not null: execution times are measured instead of drawn, and added here
 };
 
-/// Starts a plant, flies, and looks at every instant that the plant grants.
+/// Starts a plant, flies, and checks the flight at every instant that the plant grants.
 /// Errors:  nothing, with the reason in `why`: no plant, a robot file that does not fit; such a case says nothing about
 ///          the robot.
 std::optional<Outcome> fly(const FlightSettings& settings, const Case& c, std::string& why);

@@ -5,7 +5,7 @@
 
 namespace sinew::search {
 
-/// What reaches the actuators of one group. Invariants:
+/// Checks the commands that reach the actuators of one group. Invariants:
 ///   lease     no setpoint is valid for longer than the lease after the commit of its command, nor, counted from the
 ///             measurement behind it, than the oldest input that its writer takes and the lease
 ///   stamp     no setpoint claims a measurement newer than any that the robot has

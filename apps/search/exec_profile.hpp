@@ -14,10 +14,10 @@ struct ExecProfile {
   std::string measured;                         // when, on what machine, from how much
   std::map<std::string, rt::ExecModel> module;  // by name; "guardian" is one of them
 
-  /// Gives every module its model, times a factor of its own. Where the robot file says how long a step takes on its
-  /// board (exec_us, about the 99th percentile), that stays the 99th percentile, and the profile says how it varies: a
-  /// profile from a faster machine keeps its shape. What the profile does not name keeps the robot file's model.
-  /// Answers the names that the profile knows and the robot does not.
+  /// Gives every module its model, times a factor for that module. Where the robot file says how long a step takes on
+  /// its board (exec_us, about the 99th percentile), this time stays the 99th percentile, and the profile gives only
+  /// the shape of the distribution: so a profile from a faster machine can be used. Modules that the profile does not
+  /// name keep the robot file's model. Returns the names in the profile that the robot does not have.
   std::vector<std::string> apply(rt::GraphSpec& graph,
                                  const std::function<double(const std::string&)>& factor_of) const;
 };

@@ -30,7 +30,7 @@ void FlightCheck::truth(msg::Time at, const sim_hil::Truth& truth, msg::Time com
   airborne_ = !truth.contact && truth.p_world_m.z > kAirborneM;
   flew_ |= airborne_;
   const double tilt = angle(up_base(truth.q_world_base), {0, 0, 1});
-  // Also from a height at which it is not judged any more: it bumps, and what it then believes is a guess.
+  // Also below the height at which tilt is judged: the vehicle bumps on the ground, and its estimate is then a guess.
   if (flew_ && !truth.contact && command_valid_until < at && excuses_.failsafe) fell_ = true;
   if (airborne_ && !fell_) {
     worst_.tilt_rad = std::max(worst_.tilt_rad, tilt);

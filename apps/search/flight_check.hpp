@@ -13,7 +13,7 @@ struct Worst {
   double tilt_rad = 0, tilt_error_rad = 0, height_error_m = 0;
 };
 
-/// The true motion. Invariants:
+/// Checks the true motion. Invariants:
 ///   tilt      airborne it leans less than the limit, unless the guardian stopped the motors and was excused
 ///   thrust    airborne, without a command for longer than the motors need to run down, it falls
 ///   failsafe  the guardian finds no fault that the case does not excuse
@@ -30,7 +30,7 @@ class FlightCheck {
   bool airborne() const { return airborne_; }
   /// The guardian stopped the motors in the air, and was excused.
   bool fell() const { return fell_; }
-  /// The guardian has stopped the motors for a fault: what follows is no flight any more.
+  /// The guardian has stopped the motors for a fault: from then on it is no flight any more.
   bool failsafe_acted() const { return failsafe_acted_; }
   const Worst& worst() const { return worst_; }
 

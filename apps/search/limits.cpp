@@ -16,7 +16,7 @@ constexpr Duration kSightingGap = 1s;   // the mission calls the pad lost after 
 
 Duration in_ms(double ms) { return Duration{static_cast<std::int64_t>(ms * 1e6)}; }
 
-/// The longest silence that this fault makes, about: bursts are drawn, six times their mean is rare.
+/// About the longest silence of this fault: the length of bursts is random, and six times their mean is rare.
 Duration silence(const Fault& f, Duration period) {
   if (f.kind == "off" || f.kind == "garbage") return f.length;
   if (f.kind == "delayed") return std::min(in_ms(f.amount), f.length) + period;
@@ -25,7 +25,7 @@ Duration silence(const Fault& f, Duration period) {
   return Duration{0};
 }
 
-/// Of all faults of this device around this one.
+/// The silence of all faults of this device that are near this one.
 Duration silence_around(const Case& c, const Fault& f, Duration period) {
   Duration sum{0};
   for (const Fault& g : c.faults)
@@ -34,7 +34,7 @@ Duration silence_around(const Case& c, const Fault& f, Duration period) {
   return sum;
 }
 
-/// How long this device may be silent before a failsafe of the robot file says so; samples come once a `period`.
+/// How long this device may be silent before a failsafe of the robot file acts; samples come once a `period`.
 Duration tolerated(const std::string& device, Duration otherwise, Duration period,
                    const std::vector<rt::FailsafeSpec>& failsafes) {
   Duration time = otherwise;

@@ -1,5 +1,5 @@
 #pragma once
-// What must hold in every case, in numbers, and what a case's faults excuse.
+// Limits that hold in every case, and what a case's faults excuse.
 #include "apps/search/case.hpp"
 #include "rt/graph_spec.hpp"
 
@@ -12,7 +12,7 @@ struct Limits {
   double height_error_m = 0.30;       // likewise
   double landing_error_m = 0.15;      // as `sinew run` wants it
   double touchdown_speed_mps = 0.50;  // likewise
-  double fall_mps2 = 6.0;             // what no longer has a command falls at least so fast
+  double fall_mps2 = 6.0;             // a body without a command falls at least so fast
   Duration spin_down{300'000'000};    // motors are out by then: twelve times their lag
   Duration recovery{1'000'000'000};   // after a fault has ended, its effects may still be seen for so long
   Duration run{180'000'000'000};      // of virtual time: twice the mission's own time-out
@@ -24,9 +24,9 @@ struct Excuses {
   bool failsafe = false;   // the guardian may stop the motors in the air
 };
 
-/// From the robot's point of view: a loss shorter than what the filter, the mission, the lease and the robot file's
-/// failsafes carry over excuses nothing; one of a sensor that only the position needs excuses the pad; one of what
-/// holds the attitude excuses the flight.
+/// From the robot's point of view: a loss that the filter, the mission, the lease and the robot file's failsafes bridge
+/// excuses nothing. A longer loss of a sensor that only the position needs excuses the pad. A longer loss of a device
+/// that holds the attitude excuses the flight.
 Excuses excuses(const Case& c, const std::vector<rt::FailsafeSpec>& failsafes);
 
 }  // namespace sinew::search

@@ -1,5 +1,5 @@
 // sinew-fuzz: flies a robot in virtual time again and again, each time disturbed in another way, and looks for a flight
-// in which something does not hold that must always hold. docs/search.md.
+// that breaks an invariant. docs/search.md.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -62,7 +62,7 @@ std::optional<FlightSettings> load(const Options& o, bool with_profile) {
   for (const std::string& name : settings.profile.apply(settings.robot.graph, [](const std::string&) { return 1.0; }))
     problems.push_back({0, "module." + name, "", "a module of " + o.robot});
   if (show(problems, path)) return std::nullopt;
-  settings.robot.graph = app::load_robot(o.robot).robot.graph;  // as written: apply() was only asked what it knows
+  settings.robot.graph = app::load_robot(o.robot).robot.graph;  // as written: apply() above only found unknown names
   return settings;
 }
 
@@ -186,7 +186,7 @@ class Search {
     return argv;
   }
 
-  /// Every so often a case comes twice: both must give the same bytes.
+  /// Some cases come twice: both flights must give the same bytes.
   void plan() {
     for (std::uint64_t run = 0; run < options_.runs; ++run) {
       cases_.push_back(generate(case_seed(options_.seed, run), modules_));

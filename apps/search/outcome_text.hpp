@@ -1,5 +1,5 @@
 #pragma once
-// An outcome as one line of JSON, from the process that flew to the one that searches.
+// An outcome as one line of JSON, from the process that flies to the process that searches.
 #include "apps/search/case_flight.hpp"
 
 namespace sinew::search {

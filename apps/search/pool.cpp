@@ -52,7 +52,7 @@ Pool::~Pool() {
     setenv("TMPDIR", tmpdir_->c_str(), 1);
   else
     unsetenv("TMPDIR");
-  std::error_code ignored;  // nobody is left to tell
+  std::error_code ignored;  // nothing can be done about it here
   fs::remove_all(folder_, ignored);
 }
 

@@ -6,7 +6,7 @@
 
 namespace sinew::search {
 
-/// Steps and counters of a run. Invariants:
+/// Checks the steps and counters of a run. Invariants:
 ///   phase     a periodic thread is released on its own grid and nowhere else; dt is release to release
 ///   steps     a module's steps are numbered without a gap, and each is ok, stale or fault
 ///   counters  every period that passed is a release or a skip; every release is a completion, under way or waiting;

@@ -6,7 +6,8 @@
 
 namespace sinew::search {
 
-/// Runs cases in their order and names the first one that fails in the same way; none when it has run enough.
+/// Runs cases in their order. Returns the first one that fails in the same way; none when the budget of flights is used
+/// up.
 using FirstFailing = std::function<std::optional<std::size_t>(const std::vector<Case>&)>;
 
 /// All cases that are a little simpler than this one, the greatest steps first: without faults, without one of them,

@@ -8,7 +8,7 @@
 
 namespace sinew::search {
 
-/// A board whose actuators tell a check what goes out to them; everything else passes.
+/// A board that shows each command for its actuators to a check; everything else passes through.
 /// Thread:  as the board behind it.
 class WatchedBoard final : public hal::Board {
  public:

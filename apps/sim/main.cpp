@@ -67,7 +67,7 @@ std::string camera_text(const plant::SimulatorOptions& s, const plant::CameraFee
 
 /// A world without a runtime.
 int run_alone(const plant::SimulatorOptions& s, hal::Os& os, plant::WireDevices& wire) {
-  static_cast<void>(hal::stop_requested());  // from here on a signal asks
+  static_cast<void>(hal::stop_requested());  // from here on a signal only asks for the end
   std::string why;
   auto camera = plant::CameraFeed::start(os, s.view, why);
   if (!camera) return fail("no camera: " + why, camera.error());
@@ -110,7 +110,8 @@ int serve(plant::SimulatorOptions& s) {
       if (!s.report.empty() && !write_report(s.report, session.report().text)) return 1;
       return session.report().broken ? 1 : 0;
     }
-    // One that asked for another mode, or left before the start, as one does that looks for its plant: not the last.
+    // This runtime asked for another mode, or left before the start, as one that only looks for its plant: wait for the
+    // next.
     std::fprintf(stderr, "sinew-sim: no run: %s\n", session.report().reason.c_str());
     (*plant_listener)->let_go();
   }

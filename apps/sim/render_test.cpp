@@ -51,7 +51,7 @@ void time_frames(Renderer& renderer, const Scene& scene, const CameraOptions& vi
               cpu_ms / kFrames);
 }
 
-/// Those that are seen from outside, or those through the camera: one OpenGL context at a time on a thread.
+/// Draws the portraits from outside, or those through the camera: a thread has one OpenGL context at a time.
 bool draw(const std::filesystem::path& folder, const CameraOptions& view, const std::vector<Portrait>& portraits,
           bool outside) {
   Renderer::Options options{view.width, view.height, outside, view.room_xml};

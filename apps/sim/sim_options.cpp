@@ -35,7 +35,7 @@ void describe(CLI::App& app, SimulatorOptions& s, std::vector<std::string>& faul
   app.add_option("--world", s.world, titles)->check(CLI::IsMember(names))->capture_default_str();
   app.add_option("--seed", s.session.seed, "start, wind, spread and noise (default: what the runtime asks for)");
   app.add_option("--camera", s.camera, "size of the camera's frames")->check(check_size)->capture_default_str();
-  app.add_option("--format", s.format, "of its pixels")
+  app.add_option("--format", s.format, "format of its pixels")
       ->check(CLI::IsMember({"yuyv", "rgb8", "mono8"}))
       ->capture_default_str();
   app.add_option("--camera-noise", s.view.noise, "sigma of the pixels, grey levels")
@@ -53,7 +53,7 @@ void describe(CLI::App& app, SimulatorOptions& s, std::vector<std::string>& faul
                  "DEVICE:KIND[(AMOUNT)]@FROM[+LENGTH|..UNTIL], e.g. imu:stuck@5+0.5; may be repeated")
       ->allow_extra_args(false);
   app.add_flag("--list-faults", s.list_faults,
-               "print every device with every kind, and why those that are none are none");
+               "print every kind of fault for every device, and why some are not possible");
   s.wire.describe(app);
   app.add_flag(
       "--alone", s.alone,
@@ -78,7 +78,7 @@ void describe(CLI::App& app, SimulatorOptions& s, std::vector<std::string>& faul
                  "write pictures of the world into this folder, time a frame, and exit");
 }
 
-/// Those that say nothing to this world, this mode, or this way of running. An empty text: none.
+/// Why an option has no meaning in this world, this mode, or this way of running. An empty text: all have one.
 std::string useless(const CLI::App& app, const SimulatorOptions& s) {
   struct Only {
     const char* option;
@@ -105,10 +105,10 @@ std::string useless(const CLI::App& app, const SimulatorOptions& s) {
   return s.alone && !s.wire.any() ? "--alone: nobody reaches a world without --can, --iio or --v4l2" : "";
 }
 
-/// --can and --servo against the world's joints; an empty text when they fit.
+/// Checks --can and --servo against the world's joints; an empty text when they fit.
 std::string read_servos(SimulatorOptions& s) {
   if (s.wire.can.empty() && s.wire.servos.empty()) return "";
-  if (s.wire.can.empty()) return "--servo: on which bus? --can says it";
+  if (s.wire.can.empty()) return "--servo: needs --can, which names its bus";
   const WorldInfo& world = s.session.world.type->info;
   const WorldDevice* joints = world.find(Part::joints);
   if (!joints) return fmt::format("--can: the world {} has no joints for drives on a bus", world.name);
@@ -120,8 +120,8 @@ std::string read_servos(SimulatorOptions& s) {
       return other.has_drive() && servo->has_drive() && other.id == servo->id;
     });
     if (same != s.servos.end())
-      return fmt::format("--servo: '{}' has the id {} of '{}': one bus, so each drive has an id of its own", text,
-                         servo->id, s.wire.servos[static_cast<std::size_t>(same - s.servos.begin())]);
+      return fmt::format("--servo: '{}' has the id {} of '{}': each drive on a bus needs its own id", text, servo->id,
+                         s.wire.servos[static_cast<std::size_t>(same - s.servos.begin())]);
     s.servos.push_back(*servo);
   }
   if (s.servos.size() != joints->channels)
@@ -132,7 +132,7 @@ std::string read_servos(SimulatorOptions& s) {
   return "";
 }
 
-/// What devices at the wire make of a fault; an empty text when the fault acts.
+/// Gives a fault to the device that plays it; an empty text, or why none does.
 std::string place_fault(SimulatorOptions& s, const std::string& text, const Fault& fault) {
   const bool servos = !s.servos.empty();
   const auto at_wire = [&](const char* option, const char* how) {
@@ -145,7 +145,7 @@ std::string place_fault(SimulatorOptions& s, const std::string& text, const Faul
     s.wire_faults.push_back(fault);
     return "";
   }
-  if (fault.device == FaultDevice::head && servos) return at_wire("--servo", "; joints:off is one that drives play");
+  if (fault.device == FaultDevice::head && servos) return at_wire("--servo", "; its drives play joints:off instead");
   if (fault.device == FaultDevice::imu && !s.wire.iio.empty()) return at_wire("--iio", "");
   if (fault.device == FaultDevice::camera && !s.wire.v4l2.empty())
     return at_wire("--v4l2", "; --unplug-camera takes its plug out");
@@ -183,7 +183,7 @@ bool read_command_line(int argc, char** argv, SimulatorOptions& s, int& exit_cod
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    exit_code = app.exit(e) == 0 ? 0 : kUsage;  // it says why; its own codes are a list of its own
+    exit_code = app.exit(e) == 0 ? 0 : kUsage;  // it prints why; CLI11 has other exit codes
     return false;
   }
   std::sscanf(s.camera.c_str(), "%ux%u", &s.view.width, &s.view.height);

@@ -14,19 +14,20 @@ struct SimulatorOptions {
   bool list_faults = false, alone = false, lockstep = false, free_running = false;
   double wait_s = 60;
   CameraOptions view;
-  SessionOptions session;  // its faults are those of what goes over the protocol
+  SessionOptions session;  // its faults are those of devices on the protocol
   WireOptions wire;
   std::vector<WireServo> servos;   // of wire.servos
   std::vector<Fault> wire_faults;  // those that the drives at the wire play
 
-  /// The threads of the listener and of the video node: a stop line does not wait for pixels, nor do these for physics.
+  /// Priority of the threads of the listener and of the video node: one above physics, so that a stop line does not
+  /// wait for pixels, nor the video node for physics.
   int lines_priority() const;
 };
 
 inline constexpr int kUsage = 2;  // exit code
 
-/// Reads the command line into `options`. False: the process ends with `exit_code`, after it was said why: 0 when help
-/// was asked for, kUsage when the options are wrong or make no sense together.
+/// Reads the command line into `options`. False after printing why: the process ends with `exit_code`, 0 when help was
+/// asked for, kUsage when the options are wrong or contradict each other.
 bool read_command_line(int argc, char** argv, SimulatorOptions& options, int& exit_code);
 
 }  // namespace sinew::plant

@@ -25,7 +25,7 @@ class VideoNode final : public WireCamera {
   std::unique_ptr<hal::V4l2Source> source_;
 };
 
-/// False after it was said why; so do the next two.
+/// False after printing why, as in the next two functions.
 bool open_imu_and_camera(const SimulatorOptions& s, hal::Os& os, WireDevices& wire) {
   std::string why;
   if (!s.wire.iio.empty()) {

@@ -5,7 +5,7 @@
 
 namespace sinew::plant {
 
-/// Opens the buses, folders and nodes that the options put parts of the world at. False after it was said why.
+/// Opens the buses, folders and nodes that the options put parts of the world at. False after printing why.
 bool open_wire(const SimulatorOptions& options, hal::Os& os, WireDevices& wire);
 
 }  // namespace sinew::plant

@@ -51,7 +51,7 @@ void WireOptions::describe(CLI::App& app) {
       ->check(check_stretch)
       ->needs(video);
   app.add_option("--camera-late", camera_late_ms, "the stamps of the --v4l2 camera are late by so many ms")
-      ->check(CLI::Range(-100.0, 20.0))  // it is here after 25 ms, and the driver believes no stamp of the future
+      ->check(CLI::Range(-100.0, 20.0))  // a frame arrives after 25 ms, and the driver believes no stamp of the future
       ->needs(video);
   app.add_option("--camera-turned", camera_turned,
                  "how the camera is mounted off its place: deg about its right, down and forward axis, e.g. 1.5,-2,0")

@@ -18,7 +18,7 @@ struct WireOptions {
   bool any() const { return !can.empty() || !iio.empty() || !v4l2.empty(); }
   math::Vec3 camera_turned_rad() const;
   msg::Vec3 gyro_bias_radps() const;
-  /// When the camera's plug is out, in s of plant time; false: never.
+  /// When the camera is unplugged, in s of plant time; false: never.
   bool unplugged(double& from_s, double& until_s) const;
 };
 

@@ -1,4 +1,4 @@
-# cpack reads this before it makes packages: which of Debian's the programs need, looked up in what was built.
+# cpack reads this before it makes packages: looks up in the built programs which Debian packages they need.
 cmake_policy(VERSION 3.25)
 if(NOT CPACK_SINEW_PYTHON)
   message(FATAL_ERROR "packages: Python 3 was missing when this was configured; tools/setup.sh test installs it")
@@ -6,14 +6,14 @@ endif()
 if(NOT CPACK_GENERATOR STREQUAL DEB)
   return()
 endif()
-set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "")  # each has one of its own
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "")  # each package has its own summary
 set(command ${CPACK_SINEW_PYTHON} -B ${CPACK_SINEW_SOURCE}/tools/deb_depends.py)
 if(CPACK_SINEW_SYSROOT)
   list(APPEND command --sysroot ${CPACK_SINEW_SYSROOT} --arch ${CPACK_SINEW_ARCH} --triplet ${CPACK_SINEW_TRIPLET})
 endif()
 
-# sinew_look_up(COMPONENT EXACT PROGRAMS [LOADED]): EXACT packages of ours; LOADED is a library that a program takes when it
-# is there.
+# sinew_look_up(COMPONENT EXACT PROGRAMS [LOADED]): EXACT: our own packages of the same version; LOADED: a library that
+# a program loads if it exists.
 function(sinew_look_up component exact programs)
   set(recommends "")
   if(ARGN AND EXISTS ${ARGN})

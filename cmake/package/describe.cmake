@@ -1,6 +1,6 @@
-# cpack runs this when packages are made: a bill of materials beside each.
+# cpack runs this when it makes packages: writes a bill of materials for each.
 cmake_policy(VERSION 3.25)
-# The packages stand in a working folder still.
+# The packages are still in a working folder.
 set(options --build ${CPACK_SINEW_BUILD} --into ${CPACK_PACKAGE_DIRECTORY})
 if(CPACK_SINEW_SYSROOT)
   list(APPEND options --sysroot ${CPACK_SINEW_SYSROOT})

@@ -20,14 +20,15 @@ std::vector<std::string_view> names_of(std::span<const DriverKind> drivers) {
   return names;
 }
 
-/// Of the device and its driver; what the driver itself says begins with the name already, which need not stand twice.
+/// `text` with the device and its driver in front. Texts that begin with the device's name lose it: it need not be
+/// there twice.
 std::string titled(std::string_view name, const std::string& driver, const std::string& text) {
   const std::string begin = std::string(name) + ": ";
   return "device '" + std::string(name) + "' (driver " + driver +
          "): " + (text.starts_with(begin) ? text.substr(begin.size()) : text);
 }
 
-// Each line of `text`, beginning with the device's name; some drivers know it and say it themselves.
+// Each line of `text` with the device's name in front; some drivers write the name themselves.
 void add_lines(const std::string& name, const std::string& text, std::vector<std::string>& all) {
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);)
@@ -38,7 +39,7 @@ void add_lines(const std::string& name, const std::string& text, std::vector<std
 
 namespace {
 
-/// Which device has which serial line, chip, camera or bus.
+/// The owner of each serial line, chip, camera and bus.
 class Claims {
  public:
   void take(const DeviceKeys& keys) {
@@ -84,7 +85,7 @@ std::vector<rt::Problem> check_devices(const DeviceSpecs& specs, std::span<const
       problems.push_back({spec.joints.front().line, path + ".joint", "[[" + path + ".joint]]",
                           "none: only the driver can_servos has joints"});
   }
-  // What is of wrong form neither claims nor loads anything.
+  // Claims and bus loads are only checked when no table has an error of form.
   if (problems.empty()) problems = claims.problems();
   if (problems.empty()) problems = check_buses(specs);
   return problems;
@@ -114,7 +115,7 @@ hal::Result<OpenedDevice*> DeviceBoard::open(std::string_view name, std::string&
           "]; it has: " + (known.empty() ? "no device at all" : known);
     return hal::Error{hal::Errc::not_found, "no [device.NAME] of this name"};
   }
-  std::vector<rt::Problem> problems;  // have been told
+  std::vector<rt::Problem> problems;  // check_devices() reported them already
   DeviceKeys keys(*spec, "device." + spec->name, problems);
   std::string because;
   auto opened = find_driver(drivers_, spec->driver)->read(keys, specs_)(context_, because);

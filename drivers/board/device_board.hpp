@@ -14,14 +14,14 @@ namespace sinew::drivers {
 /// Every problem of form in `specs`: unknown drivers, keys, values. Nothing is opened.
 std::vector<rt::Problem> check_devices(const DeviceSpecs& specs, std::span<const DriverKind> drivers);
 
-/// The board of real devices: those of the robot file's [device.NAME], each opened when a module or the guardian first
-/// asks for it, by the driver that its table names.
+/// The board of real devices: one for each [device.NAME] of the robot file. The driver that the table names opens the
+/// device when a module or the guardian first asks for it.
 /// Thread:  owner, configure only.
-/// Errors:  not_found when there is no such table, or its device measures something else; what opening said. problem()
-///          has it in words.
+/// Errors:  not_found when there is no such table, or its device measures something else; the errors of opening.
+///          problem() has the words.
 class DeviceBoard final : public hal::Board {
  public:
-  /// `specs` without problems.
+  /// `specs`: check_devices() found no problems in them.
   DeviceBoard(DeviceSpecs specs, std::span<const DriverKind> drivers, hal::Connectors& connectors, hal::Os& os);
   ~DeviceBoard() override;
 
@@ -29,18 +29,18 @@ class DeviceBoard final : public hal::Board {
   hal::Result<hal::Camera*> camera(std::string_view name) override;
   hal::Result<hal::Actuators*> actuators(std::string_view name) override;
 
-  /// When all devices have been asked for, before the first cycle: the threads of the buses start.
+  /// Starts the threads of the buses. Call it when all devices have been asked for, before the first cycle.
   /// Errors:  a bus that cannot carry what its joints need; problem() has it in words.
   hal::Status start();
 
-  /// How the devices that are open work, where a user should know, one a line: a camera's pixels.
+  /// Facts about the open devices that a user should know, one a line, e.g. about a camera's pixels.
   std::string notes() const;
   /// All failures of opening so far in words, one a line, each once.
   const std::string& problem() const { return problem_; }
 
   /// What opening warned of although it succeeded, one a line.
   std::vector<std::string> warnings() const;
-  /// What is wrong now with any device or bus that was opened, one a line, which begins with its name:
+  /// Everything that is wrong now with the open devices and buses, one a line. Each line begins with the name:
   /// "head.tilt (cia402 2 on can0): absent". Thread: any, from start() until the board goes. RT: no.
   std::vector<std::string> complaints() const;
   /// Threads of devices and buses that run without what they asked for (SCHED_FIFO), one a line. From start() on.
@@ -54,7 +54,7 @@ class DeviceBoard final : public hal::Board {
 
   DeviceSpecs specs_;
   std::span<const DriverKind> drivers_;
-  CanBuses can_;  // before what its hubs serve is let go, they have to stop: hold()
+  CanBuses can_;  // its hubs must stop before the groups that they serve are freed: hold()
   DeviceContext context_;
   std::map<std::string, OpenedDevice, std::less<>> opened_;
   std::string problem_;

@@ -48,7 +48,7 @@ std::vector<std::string_view> measured_by(const DriverKind& driver) {
   return things;
 }
 
-/// What reading a table without keys declares.
+/// The keys that a reader declares when its table is empty.
 template <class Read>
 KeyTable table_of(std::string_view header, std::string_view driver, Read&& read) {
   DeviceSpec spec;

@@ -11,8 +11,8 @@ namespace sinew::drivers {
 /// Every driver of the house, in the order of docs/reference/device-keys.md.
 std::span<const DriverKind> all_drivers();
 
-/// The part of a robot file that takes what a driver measures (DriverKind::measures): the type of a [module], or
-/// [actuator.NAME]. Empty: there is none.
+/// The part of a robot file that uses devices which measure `measured` (DriverKind::measures): the type of a [module],
+/// or [actuator.NAME]. Empty: there is none.
 std::string_view reader_of(std::string_view measured);
 
 /// The keys of one driver, bus or joint, as its reader declares them.

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kMaxImuHz = 32000, kMaxCameraHz = 1000;
 
-/// Each of `name`, a list of two where an accelerometer and a gyroscope are joined.
+/// Claims each device in `name`, which lists two where an accelerometer and a gyroscope are joined.
 void claim_devices(DeviceKeys& keys, const hal::IioSpec& spec) {
   for (std::string_view rest = spec.name; !rest.empty();) {
     const std::size_t end = std::min(rest.find(','), rest.size());

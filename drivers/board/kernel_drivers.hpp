@@ -8,7 +8,7 @@ namespace sinew::drivers {
 /// Sensors and cameras that have their driver in the kernel: iio, v4l2, libcamera.
 std::span<const DriverKind> kernel_drivers();
 
-/// What a table of a camera asks for, with the defaults; its problems have been told.
+/// The camera of a table, with the defaults; check_devices() has reported the table's problems.
 hal::CameraSpec camera_of(const DeviceSpec& spec);
 
 }  // namespace sinew::drivers

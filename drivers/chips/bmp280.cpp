@@ -46,8 +46,8 @@ hal::Status Bmp280::poll(hal::Time now, std::vector<msg::BaroSample>& out, std::
   }
   const bmp::Raw raw = bmp::decode_burst(bytes);
   if (!bmp::is_measured(raw)) return {};
-  // It has no data-ready: registers that stand still are the measurement of before, read once more. Two measurements
-  // with the same 40 bits are rare, as noise moves the lowest ones, and one that is passed over does no harm.
+  // The chip has no data-ready flag: unchanged registers are the last measurement, read once more. Two measurements
+  // with the same 40 bits are rare, as noise moves the lowest bits, and skipping one does no harm.
   if (std::exchange(last_, bytes) == bytes) return {};
   const bmp::Reading reading = bmp::compensate(raw, calibration_);
   if (!(reading.pressure_pa >= 30000 && reading.pressure_pa <= 110000)) {

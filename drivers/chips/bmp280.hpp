@@ -9,11 +9,10 @@
 namespace sinew::drivers {
 
 /// BMP280 or BME280 barometer on I2C (0x76, 0x77) or SPI. Poll it each 40 ms or slower.
-/// A chip that has stopped measuring is silent: what stands in its registers is handed on once.
+/// A chip that has stopped measuring gives no samples: the value in its registers is handed on once.
 /// Stamps:  the time of reading, less half of the chip's 44 ms of measuring and waiting.
 /// Errors:  set_up(): not_found (no answer, another chip), bad_data (calibration, registers). poll(): those of the bus;
-///          bad_data where the pressure is none that the chip can measure (300 to 1100 hPa), after which it is set up
-///          again.
+///          bad_data when the pressure is outside the chip's 300 to 1100 hPa; the chip is set up again then.
 class Bmp280 final : public PolledDevice<msg::BaroSample> {
  public:
   Bmp280(hal::Os& os, std::unique_ptr<Registers> registers) : os_(os), registers_(std::move(registers)) {}

@@ -84,7 +84,7 @@ template <class Chip, class Config>
 DeviceOpener imu_opener(const ChipPlace& place, const Config& config, const PollOptions& poll,
                         const ImuCalibration& calibration) {
   PollOptions brisk = poll;
-  brisk.silent_after = std::max<hal::Duration>(100ms, 10 * poll.period);  // a loop hangs on it
+  brisk.silent_after = std::max<hal::Duration>(100ms, 10 * poll.period);  // a loop depends on it
   return [=](DeviceContext& context, std::string& why) -> hal::Result<OpenedDevice> {
     auto registers = open_registers(place, context, why);
     if (!registers) return registers.error();
@@ -95,7 +95,7 @@ DeviceOpener imu_opener(const ChipPlace& place, const Config& config, const Poll
   };
 }
 
-// What all of these chips offer.
+// The keys that all of these chips have.
 template <class Setup>
 void read_ranges(DeviceKeys& keys, Setup& chip) {
   keys.read_one_of("accel_g", chip.accel_g, {2, 4, 8, 16}, {.unit = "g", .doc = "full scale of the accelerometer"});

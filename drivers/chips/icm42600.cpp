@@ -79,7 +79,7 @@ hal::Status Icm42600::poll_fifo(hal::Time now, std::vector<msg::ImuSample>& out,
     cut_ = !flushed;
     return flushed;
   }
-  std::array<std::uint8_t, 3> head{};  // status and count stand side by side
+  std::array<std::uint8_t, 3> head{};  // status and count are adjacent registers
   static_assert(icm::kIntStatus + 1 == icm::kFifoCount);
   if (auto done = registers_->read(icm::kIntStatus, head); !done) return done;
   const std::size_t count = wire::be16(&head[1]);

@@ -95,8 +95,8 @@ hal::Status Mpu6050::poll_fifo(hal::Time now, std::vector<msg::ImuSample>& out, 
     ++overflows_;
     return empty_fifo();
   }
-  // While the chip writes a packet, a part of it may be counted: what is there waits for the next poll. The same part
-  // again and again is one of a packet that was torn.
+  // While the chip writes a packet, its count may include a part of it: the packet waits for the next poll. The same
+  // remainder again and again belongs to a torn packet.
   const std::size_t rest = count % mpu::kPacket;
   odd_ = rest == 0 ? 0 : rest == rest_ ? odd_ + 1 : 1;
   rest_ = rest;

@@ -17,11 +17,12 @@ struct Mpu6050Config {
 };
 
 /// MPU-6000/6050/6500/9250 on I2C or SPI (SPI: not the 6050). With the FIFO every sample is fetched in order; without
-/// it each poll takes the newest one. After a burst that failed half-way the FIFO is emptied: samples are lost, and
-/// none is made of halves of two. An adapter that only speaks SMBus needs fifo = false. Stamps:  when the chip took the
-/// sample, less the delay of its filter. Errors:  set_up(): not_found (no answer, another chip), bad_argument (a set-up
-/// that the chip does not have), bad_data
-///          (registers do not keep what is written). poll(): those of the bus; bad_data: lines held low or high, stuck.
+/// it each poll takes the newest one. After a burst that failed half-way the FIFO is emptied: samples are lost, and no
+/// sample mixes halves of two. An adapter that only speaks SMBus needs fifo = false.
+/// Stamps:  when the chip took the sample, less the delay of its filter.
+/// Errors:  set_up(): not_found (no answer, another chip), bad_argument (a set-up that the chip does not have),
+///          bad_data (registers do not keep what is written). poll(): those of the bus; bad_data: lines held low or
+///          high, stuck.
 class Mpu6050 final : public PolledDevice<msg::ImuSample> {
  public:
   Mpu6050(hal::Os& os, std::unique_ptr<Registers> registers, const Mpu6050Config& config);

@@ -20,7 +20,7 @@ std::string hex(std::uint16_t word) {
   return text;
 }
 
-/// As bus_hint(): nobody drives the lines.
+/// As bus_hint(), for a word: nothing drives the lines.
 std::string hint(std::uint16_t word) { return word == 0 || word == 0xFFFF ? " (nobody there: wiring, power?)" : ""; }
 
 }  // namespace
@@ -31,7 +31,7 @@ hal::Result<std::uint16_t> PowerMonitor::read(std::uint8_t address, std::string&
   return word;
 }
 
-// The INA219 has no identity: it is known by its set-up after a reset.
+// The INA219 has no identity register: its set-up after a reset identifies it.
 hal::Status PowerMonitor::identify(std::string& why) {
   if (config_.chip != ina::Chip::ina226) return {};
   const auto maker = read(ina::kMaker, why);

@@ -8,12 +8,12 @@
 
 namespace sinew::drivers {
 
-/// What says how full a battery is by its voltage alone: in a straight line, which is coarse (a lithium cell is flat in
-/// the middle), and right where it counts, at the end.
+/// Estimates a battery's charge from its voltage alone, by a straight line. That is coarse (a lithium cell's curve is
+/// flat in the middle) and right where it counts, at the end.
 struct BatteryCells {
   int count = 1;
   double empty_v = 3.5, full_v = 4.2;  // of one cell, without a load
-  double resistance_ohm = 0;           // of all cells and wires up to where the voltage is taken: what a load hides
+  double resistance_ohm = 0;           // of all cells and wires up to the measuring point: the drop under load
 };
 
 struct PowerMonitorConfig {
@@ -23,9 +23,9 @@ struct PowerMonitorConfig {
   std::optional<BatteryCells> cells{};  // nothing: the charge is not known
 };
 
-/// INA219 or INA226 on I2C, between a battery and what it feeds. A new sample each 34 or 35 ms, averaged over as long.
-/// voltage_v is that of the chip's bus pin. current_a is NaN where more flows than the shunt lets it measure; charge is
-/// NaN where nobody said how many cells there are.
+/// INA219 or INA226 on I2C, between a battery and its load. A new sample each 34 or 35 ms, averaged over as long.
+/// voltage_v is the voltage of the chip's bus pin. current_a is NaN when more flows than the shunt lets the chip
+/// measure; charge is NaN when the number of cells is not given.
 /// Stamps:  the middle of the time averaged over.
 /// Errors:  set_up(): not_found (no answer, another chip), bad_data (does not keep its set-up). poll(): those of the
 ///          bus; bad_data: lines held low or high, a set-up that was forgotten, a voltage that the chip cannot measure.

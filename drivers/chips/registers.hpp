@@ -10,7 +10,7 @@
 
 namespace sinew::drivers {
 
-/// The registers of one chip, on whichever bus it hangs. Addresses count up within one read.
+/// The registers of one chip, on I2C or SPI. Addresses count up within one read.
 /// Thread:  owner. Errors: as the bus.
 class Registers {
  public:
@@ -27,7 +27,7 @@ class Registers {
     if (auto done = read(address, {&value, 1}); !done) return done.error();
     return value;
   }
-  /// Writes all, then reads all back: a chip that does not keep what it is told is not set up.
+  /// Writes all, then reads all back: a chip that does not keep the values is not set up.
   /// Errors:  bad_data with the address of the register as detail.
   hal::Status write_and_check(std::span<const wire::RegisterWrite> writes) noexcept;
 };
@@ -60,7 +60,7 @@ class SpiRegisters final : public Registers {
   std::array<std::uint8_t, kMostBytes + 1> out_{}, in_{};
 };
 
-/// What a register that reads like this may mean: nobody drives the line. Empty: something does.
+/// A hint for errors: 0x00 and 0xFF may mean that nothing drives the line. Empty: another value.
 std::string bus_hint(std::uint8_t value);
 /// "i2c 0x68: no answer", "spi: input/output error (errno 5)".
 std::string bus_problem(const std::string& where, const hal::Error& error);

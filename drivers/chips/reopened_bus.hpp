@@ -7,8 +7,8 @@
 
 namespace sinew::drivers {
 
-/// A bus whose adapter may be unplugged: once it is gone it is opened anew by the next transfer. The descriptor of an
-/// adapter that came back as a new one stays dead for ever.
+/// A bus whose adapter may be unplugged. When the bus is gone, the next transfer opens it anew: the old descriptor
+/// stays dead when the adapter comes back as a new one.
 /// Thread:  owner.   Errors: those of the bus; closed as long as it cannot be opened again.
 template <class Bus>
 class ReopenedBus {

@@ -19,7 +19,7 @@ const Interest* common(const ServoProtocol& a, const ServoProtocol& b) {
   return nullptr;
 }
 
-/// Whether answers of `a` come under the identifier that `b`, of the same protocol, takes commands by.
+/// Whether `a` answers under the identifier of commands to `b`, of the same protocol.
 bool answers_as_command(const ServoProtocol& a, const ServoProtocol& b) {
   for (const Interest& i : a.interests())
     if (!i.extended && i.id == b.config().node_id) return true;

@@ -1,6 +1,6 @@
 #pragma once
-// What a CAN bus is asked to carry, known before anything is opened: the check of a robot file and the hub of the open
-// bus ask the same functions.
+// The load of a CAN bus and clashes on it, known before anything is opened: the check of a robot file and the hub of
+// the open bus call the same functions.
 #include <memory>
 #include <span>
 #include <string>
@@ -11,7 +11,8 @@
 
 namespace sinew::drivers {
 
-/// Part of a period after which a setpoint makes the next tick; the load is planned for ticks that all come so early.
+/// A setpoint triggers the next tick from this part of the period on; the planned load assumes that all ticks come so
+/// early.
 inline constexpr double kEarliestTick = 0.9;
 
 struct BusLoad {
@@ -24,12 +25,12 @@ BusLoad plan_load(std::span<const std::unique_ptr<BusService>> services, std::sp
 /// "8 servos at 1000 Hz need 271 % of 1000 kbit/s: fewer servos, a lower tick_hz, or another bus"
 std::string to_string(const BusLoad& load);
 
-/// A servo that cannot stand on a bus beside an earlier one: frames of one would be taken for the other's.
+/// A servo that cannot share a bus with an earlier one: frames of one would be taken for the other's.
 struct BusClash {
   std::size_t first = 0, second = 0;  // by their place in the list
-  std::string_view key;               // of the second one's table: what is to be changed
+  std::string_view key;               // the key to change, in the second one's table
   std::uint32_t number = 0;           // its value
-  std::string why;                    // what it would have to be
+  std::string why;                    // the values that it may have
 };
 /// Each servo that clashes, with the first one that it clashes with.
 /// - Two of one protocol with one number; of DroneCAN, where a node may have several: with one place in a command.

@@ -77,7 +77,7 @@ CanBusConfig read_can_bus(DeviceKeys& keys) {
   }
   read_address(keys, c.spec);
   keys.claim("address", c.spec.transport + " bus " + place_of_bus(c.spec.transport, c.spec.address));
-  // What controllers are set to; CiA 301 section 5.5, and the two of SAE J2411 and of older cars.
+  // The bit rates that controllers are set to: CiA 301 section 5.5, and the two of SAE J2411 and of older cars.
   keys.read_one_of("bit_rate", c.spec.bit_rate,
                    {10'000, 20'000, 33'333, 50'000, 83'333, 100'000, 125'000, 250'000, 500'000, 800'000, 1'000'000},
                    {.unit = "bit/s", .doc = "for the bus load; the interface itself is set up by the system"});
@@ -91,7 +91,7 @@ CanBusConfig read_can_bus(DeviceKeys& keys) {
   if (keys.read("max_load_percent", percent, 1, 100,
                 {.unit = "%", .doc = "of the bit rate, with worst-case stuffing; more does not start"}))
     c.hub.max_load = percent / 100;
-  // Its thread is what the bus's interrupt would be: above the loops that wait for it, below the guardian.
+  // The thread has the rank of the bus's interrupt: above the loops that wait for it, below the guardian.
   c.hub.thread.fifo_priority = 90;
   c.hub.thread.stack_bytes = std::size_t{64} * 1024;
   c.hub.thread.name = c.hub.name;
@@ -119,7 +119,7 @@ hal::Result<CanBuses::Bus*> CanBuses::open(const std::string& name, std::string&
     why = "there is no [bus." + name + "]";
     return hal::Error{hal::Errc::not_found, "no [bus.NAME] of this name"};
   }
-  std::vector<rt::Problem> problems;  // have been told
+  std::vector<rt::Problem> problems;  // check_devices() reported them already
   DeviceKeys keys(*spec, "bus." + name, problems);
   Bus bus;
   bus.config = read_can_bus(keys);
@@ -159,7 +159,7 @@ std::vector<std::string> CanBuses::complaints() const {
     const auto* report = dynamic_cast<const hal::SelfReport*>(bus.bus.get());
     std::string what = report ? report->trouble() : std::string();
     const hal::CanStats stats = bus.bus->stats();
-    // What the transport has no words for; the controller's own counters move with every frame and are left out.
+    // States that the transport has no words for. The controller's counters move with every frame: they are left out.
     if (what.empty() && stats.state == hal::CanState::bus_off) what = "bus-off: nothing is sent or received";
     if (what.empty() && stats.state == hal::CanState::passive)
       what = "error-passive: nobody acknowledges, or many errors (wiring, termination, bit rate, power of the drives?)";

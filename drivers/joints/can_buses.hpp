@@ -26,17 +26,18 @@ struct CanBusConfig {
 std::span<const std::string_view> can_transports();
 CanBusConfig read_can_bus(DeviceKeys& keys);
 
-/// Where servos are made for: a bus, open or only planned, and what those on it have in common.
+/// The bus that a servo is made for, open or only planned, and the services that its servos share.
 struct BusPlace {
   CanBusConfig config;
   bool has_canopen_master = false;
-  DronecanNode* dronecan = nullptr;  // one of those that were added; null: no servo needs it
+  DronecanNode* dronecan = nullptr;  // one of the added services; null: no servo needs it
   std::function<void(std::unique_ptr<BusService>)> add;
 };
 
-/// The CAN buses of one board with their hubs: each opened when its first joint is, all started together when all
-/// joints are there.
-/// Thread:  owner, configure only. What its hubs serve (ServoGroup) is kept alive by hold() until they are gone.
+/// The CAN buses of one board with their hubs. A bus is opened with its first joint; all start together when all joints
+/// are there.
+/// Thread:  owner, configure only. hold() keeps the groups that the hubs serve (ServoGroup) alive until the hubs are
+///          gone.
 class CanBuses {
  public:
   CanBuses(const DeviceSpecs& specs, hal::Connectors& connectors, hal::Os& os);
@@ -59,7 +60,7 @@ class CanBuses {
   const std::vector<std::string>& warnings() const { return warnings_; }
   /// What is wrong with the buses now, one a line. Thread: any, from start() on.
   std::vector<std::string> complaints() const;
-  /// What the threads of the buses could not have, one a line. From start() on.
+  /// What the threads of the buses asked for and did not get, one a line. From start() on.
   std::vector<std::string> shortfalls() const;
 
  private:

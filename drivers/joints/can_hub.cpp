@@ -9,8 +9,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr double kLatest = 1.1;      // part of a period until which the tick after an early one waits for the next
-constexpr int kFramesPerStep = 512;  // a flood does not keep ticks from coming
+constexpr double kLatest = 1.1;      // in periods: after an early tick, the next one waits so long for a setpoint
+constexpr int kFramesPerStep = 512;  // a flood of frames does not hold up ticks
 constexpr std::size_t kMostMasks = 8;
 constexpr Duration kLoadWindow = 1s;
 
@@ -123,8 +123,8 @@ void CanHub::run() {
   while (!ending_.load(std::memory_order_acquire)) {
     const std::uint32_t seen = word_.load(std::memory_order_seq_cst);
     const Time next = step(os_.now());
-    // The two orders that must not both be missed: here sleeping, then the word (in wait); in ring() the word, then
-    // sleeping.
+    // This thread sets sleeping_, then reads the word (in wait); ring() changes the word, then reads sleeping_.
+    // Sequential consistency: at least one of the two sees the other's change.
     sleeping_.store(true, std::memory_order_seq_cst);
     os_.wait(word_, seen, next);
     sleeping_.store(false, std::memory_order_relaxed);
@@ -140,7 +140,7 @@ void CanHub::ring() noexcept {
 }
 
 void CanHub::poke() noexcept {
-  poked_.store(true, std::memory_order_release);  // pairs with step()'s exchange: the setpoint lies before it
+  poked_.store(true, std::memory_order_release);  // pairs with step()'s exchange: the setpoint was written before
   ring();
 }
 
@@ -163,7 +163,7 @@ bool CanHub::read_frames(Time now) noexcept {
   bool more = true, any = false;
   for (int i = 0; i < kFramesPerStep && more; ++i) {
     const auto got = bus_.read(frame);
-    if (!got) count(counters_.errors);  // gone for now: the silence is what the servos see of it
+    if (!got) count(counters_.errors);  // gone for now: the servos see the silence
     more = got && *got;
     if (more) take(frame, now);
     any = any || more;
@@ -227,8 +227,8 @@ void CanHub::tick(Time now) noexcept {
   for (ServoOwner* owner : owners_) owner->settled(*this, true);
   last_tick_ = now;
   if (poked) {
-    next_tick_ = now + part(period_, kLatest);  // the next setpoint is awaited
-  } else {                                      // what came late does not shift what follows
+    next_tick_ = now + part(period_, kLatest);  // waits for the next setpoint
+  } else {                                      // a late tick does not shift the next ones
     next_tick_ = now - next_tick_ < period_ && now >= next_tick_ ? next_tick_ + period_ : now + period_;
   }
   count(counters_.ticks);

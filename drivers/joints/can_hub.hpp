@@ -24,7 +24,7 @@ class CanHub;
 struct CanHubStats {
   std::uint64_t frames = 0;     // received and handed on
   std::uint64_t unknown = 0;    // nobody listens to their identifier
-  std::uint64_t foreign = 0;    // somebody listens, and they were for nobody
+  std::uint64_t foreign = 0;    // their identifier has listeners, but none took them
   std::uint64_t malformed = 0;  // not what the protocol allows
   std::uint64_t errors = 0;     // error frames, and reads of a bus that is gone
   std::uint64_t sent = 0, send_failed = 0;
@@ -32,24 +32,24 @@ struct CanHubStats {
   double planned_load = 0, measured_load = 0;  // part of the bit rate; measured over the last second
 };
 
-/// Whose command a servo follows and who hears of it; servo_group.hpp implements it.
+/// Gives a servo its commands and hears its feedback; servo_group.hpp implements it.
 /// Thread:  the hub's.   RT: yes.
 class ServoOwner {
  public:
   virtual ~ServoOwner() = default;
-  /// A tick of this hub begins: commands of one tick are from one moment.
+  /// A tick of this hub begins: takes all commands of the tick at one moment.
   virtual void latch(const CanHub& hub) noexcept = 0;
   /// What joint `index` shall do now.
   virtual ServoCommand command(std::size_t index, Time now) noexcept = 0;
   /// After every frame that changed the joint, and once a tick.
   virtual void feedback(std::size_t index, const ServoFeedback& feedback) noexcept = 0;
-  /// All frames that were there have been read (false), or a tick is over (true).
+  /// False: all waiting frames have been read. True: a tick is over.
   virtual void settled(const CanHub& hub, bool tick) noexcept = 0;
 };
 
-/// Reads the bus, hands frames to whom their identifiers concern (by table, not by search), ticks the servos, and sends
-/// what they say. A tick comes every 1/tick_hz; one that is nearly due (0.9 of it) is made as soon as a setpoint comes,
-/// so that ticks follow the loop that makes setpoints. The bus load is planned for that.
+/// Reads the bus, hands each frame to the listeners of its identifier (by table, not by search), ticks the servos, and
+/// sends their frames. A tick comes every 1/tick_hz. A setpoint that comes when the tick is nearly due (0.9 of it)
+/// triggers the tick at once, so that ticks follow the loop that makes setpoints. The bus load is planned for that.
 /// Thread:  add(), configure(), start(), stop(): owner. poke(), stats(): any. step(): the hub's thread, or a test's.
 /// RT:      step() yes.
 class CanHub final {
@@ -73,12 +73,13 @@ class CanHub final {
   void poke() noexcept;
 
   CanHubStats stats() const noexcept;
-  /// What its thread could not have; see hal::Thread::shortfall(). Between start() and stop().
+  /// What its thread asked for and did not get; see hal::Thread::shortfall(). Between start() and stop().
   std::string shortfall() const { return thread_ ? thread_->shortfall() : std::string(); }
   const CanHubConfig& config() const noexcept { return config_; }
   std::size_t servos() const noexcept { return servos_.size(); }
 
-  /// Everything that is due at `now`; when it wants to be called again at the latest. For start()'s thread, and tests.
+  /// Does everything that is due at `now`; answers when to call it again at the latest. For start()'s thread, and
+  /// tests.
   Time step(Time now) noexcept;
 
  private:
@@ -101,7 +102,7 @@ class CanHub final {
     explicit Sink(CanHub& hub) : hub_(hub) {}
     void send(const msg::CanFrame& frame) noexcept override;
     Time deadline{};
-    bool patient = false;  // waits for room in the queue until then; not for ticks
+    bool patient = false;  // waits for room in the queue until `deadline`; false in ticks
 
    private:
     CanHub& hub_;
@@ -147,7 +148,7 @@ class CanHub final {
   Time next_tick_{}, last_tick_{};
   Time load_since_{};
   std::uint64_t load_bits_ = 0;
-  struct Counters {  // written by the hub's thread alone; relaxed: each is a number for itself
+  struct Counters {  // written by the hub's thread alone; relaxed: no number depends on another
     hal::Tally frames, unknown, foreign, malformed, errors, sent, send_failed, ticks, late_ticks;
     hal::Wide<double> measured;
   } counters_;

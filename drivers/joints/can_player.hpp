@@ -1,5 +1,5 @@
 #pragma once
-// Plays a log of `candump -l` into a bus: what was once on a robot's bus, for the drivers of another.
+// Plays a log of `candump -l` into a bus: the drivers of one robot see what was once on another robot's bus.
 #include <string>
 #include <string_view>
 #include <vector>
@@ -9,7 +9,8 @@
 namespace sinew::drivers {
 
 /// Frames go out at the distances in time that the log has, divided by the speed; the first one at once. Error frames
-/// of the log are left out: no node can send one. Thread:  owner.   RT: step() yes.
+/// of the log are left out: no node can send one.
+/// Thread:  owner.   RT: step() yes.
 class CanPlayer {
  public:
   struct Options {
@@ -20,8 +21,9 @@ class CanPlayer {
   /// wrong; bad_argument: no frame of that interface is in it, or a speed below 0.
   static hal::Result<CanPlayer> open(std::string_view log, const Options& options, std::string& why);
 
-  /// Sends what is due at `now`; when to be called again, kNever: all of it has been sent. A frame that the bus has no
-  /// room for is tried again at the next step; one that it refuses is counted and left out.
+  /// Sends the frames that are due at `now`. Answers when to call it again; kNever: all of them have been sent. A frame
+  /// that the bus has no room for is tried again at the next step; a frame that the bus refuses is counted and left
+  /// out.
   /// `now` never goes backwards.
   hal::Time step(hal::Time now, hal::CanBus& bus) noexcept;
 

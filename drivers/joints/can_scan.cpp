@@ -158,13 +158,14 @@ void CanScan::hear_sdo(const msg::CanFrame& frame, std::uint32_t node) {
     queue_.push_back({CanFamily::canopen, node, wire::kVendorId});
     known = &note(CanFamily::canopen, node);
   }
-  if (reply->kind != wire::Sdo::Kind::value) return;  // it refuses: it is there, and says no more of this
+  if (reply->kind != wire::Sdo::Kind::value) return;  // a refusal: the device is there, and has no more to say of this
   (reply->object == wire::kDeviceType ? known->device_type
    : reply->object == wire::kVendorId ? known->vendor
                                       : known->product) = reply->value();
 }
 
-/// An answer names its motor in the first byte, or in the lower half of it; the latest that was asked is meant.
+/// An answer names its motor in the first byte, or in the byte's lower half; if both fit, the motor asked last is
+/// meant.
 bool CanScan::hear_mit(const msg::CanFrame& frame, Time now) {
   const bool theirs =
       frame.id <= 0x7F || (frame.id >= 0x100 && frame.id < 0x180) || std::ranges::count(options_.masters, frame.id) > 0;

@@ -29,13 +29,13 @@ struct CanFound {
 /// "type 0x00020192 (CiA 402), vendor 0x00000051, product 0x00000402".
 std::string describe(const CanFound& found);
 
-/// Asks each id from 1 to 127, twice where nobody answers, so slowly that it is a quarter of the bus at most:
+/// Asks each id from 1 to 127, twice where nobody answers, so slowly that it takes a quarter of the bus at most:
 /// - canopen: reads the objects 1000h and, where that answers, 1018h:1 and :2 (SDO);
-/// - mit: the frame that takes a motor out of its mode; the protocol has no question, and what has no torque keeps
-/// none.
-///   **A motor that is live loses its torque.** Answers under identifiers up to 07Fh, 100h to 17Fh and `masters` count.
+/// - mit: sends the frame that takes a motor out of its mode, as the protocol has no question; a motor without torque
+///   stays without. **A motor that is live loses its torque.** Answers under identifiers up to 07Fh, 100h to 17Fh and
+///   `masters` count.
 /// - cybergear: asks who it is (kind 0);
-/// - dronecan: listens for NodeStatus, which each node says at least once a second.
+/// - dronecan: listens for NodeStatus, which each node sends at least once a second.
 /// It enables nothing and writes nothing. It is the bus's only reader meanwhile.
 /// Source:  as wire/canopen.hpp, mit_motor.hpp, cybergear.hpp, dronecan_types.hpp; id 001h is CiA 304's "global
 ///          failsafe command": leave mit out on a bus with such a device.
@@ -49,7 +49,7 @@ class CanScan {
   };
   CanScan(hal::CanBus& bus, const Options& options);
 
-  /// Reads what has come and sends what is due; when it wants to be called again.
+  /// Reads the waiting frames and sends what is due. Answers when to call it again.
   /// Errors:  those of the bus, when it is gone for more than a second, or takes no frame for so long.
   hal::Result<hal::Time> step(hal::Time now);
   bool done() const { return done_; }

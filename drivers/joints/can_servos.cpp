@@ -8,7 +8,7 @@
 namespace sinew::drivers {
 namespace {
 
-/// The group as its board holds it: which joint each complaint is about, by name, protocol, number and bus.
+/// A group that words its complaints for the board: each names the joint, its protocol, number and bus.
 class JointsReport final : public hal::SelfReport {
  public:
   explicit JointsReport(std::shared_ptr<ServoGroup> group) : group_(std::move(group)) {}
@@ -21,8 +21,9 @@ class JointsReport final : public hal::SelfReport {
     std::string all;
     for (std::size_t i = 0; i < joints_.size(); ++i) {
       ServoFeedback said;
-      if (!group_->feedback_of(i, said)) continue;  // the next look
-      // For a second nobody is missed: the bus has just been started, and drives answer one after the other.
+      if (!group_->feedback_of(i, said)) continue;  // its hub was writing; the next look reads it
+      // For a second no joint is reported as absent: the bus has just been started, and drives answer one after the
+      // other.
       const bool awaited = said.mode == msg::JointMode::absent && said.measured.ns == 0;
       if (awaited && static_cast<double>(joints_[i].hub->stats().ticks) < joints_[i].hub->config().tick_hz) continue;
       std::string words = joint_words(said);

@@ -11,7 +11,7 @@ using namespace std::chrono_literals;
 
 constexpr Duration kRound = 10ms, kLook = 1ms;  // rounds: farewell, question, farewell, ...
 constexpr int kRounds = static_cast<int>(CanStopLine::kPatience / kRound);
-constexpr int kLeast = 4;             // rounds that are gone through in any case: single frames may be lost
+constexpr int kLeast = 4;             // rounds in any case: single frames may be lost
 constexpr Duration kDeadline = 50ms;  // of a frame: a drive that comes back later is told again
 constexpr int kFramesPerLook = 64;    // of one bus; what a full bus brings in 5 ms, so that nothing piles up
 constexpr int kStale = 8192;          // more than a queue of the kernel holds
@@ -35,13 +35,13 @@ std::unique_ptr<CanStopLine> CanStopLine::open(const DeviceSpecs& specs, std::sp
     if (device.driver != "can_servos" || std::find(groups.begin(), groups.end(), device.name) == groups.end()) continue;
     for (const DeviceSpec& joint : device.joints) line->add(joint, lost);
   }
-  for (const auto& bus : line->buses_) static_cast<void>(bus->bus_.set_filters(bus->filters_));  // or more is read
+  for (const auto& bus : line->buses_) static_cast<void>(bus->bus_.set_filters(bus->filters_));  // else more is read
   why = lines(lost);
   return line->joints_.empty() ? nullptr : std::move(line);
 }
 
 bool CanStopLine::add(const DeviceSpec& spec, std::vector<std::string>& lost) {
-  std::vector<rt::Problem> told;  // when the robot file was read
+  std::vector<rt::Problem> told;  // reported when the robot file was read
   DeviceKeys keys(spec, "", told);
   JointConfig joint = read_joint(keys, specs_);
   std::string why;
@@ -91,7 +91,8 @@ void CanStopLine::poll() noexcept {
   }
 }
 
-/// Round 0, 2, ...: farewell; 1, 3, ...: the question. At half time those who still have torque are told otherwise.
+/// Even rounds send farewell(), odd ones the question. From half time on a drive that still has torque gets insist(),
+/// once.
 void CanStopLine::say(int round) noexcept {
   for (const auto& bus : buses_) bus->patient_until_ = os_.now() + kRound;
   for (Joint& joint : joints_) {

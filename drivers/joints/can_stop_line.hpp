@@ -11,21 +11,21 @@
 
 namespace sinew::drivers {
 
-/// Connections of its own to the buses of the robot file's joints, and for each joint what leaves its drive without
-/// torque in any state: ServoProtocol::farewell(). stop() says it every 20 ms on all buses, asks between, and listens
-/// until every drive has said that it is without torque, at most kPatience; a drive that does not obey for half of that
-/// is told by its protocol's other way (CiA 402: NMT stop).
+/// Has its own connections to the buses of the robot file's joints, and for each joint the frames that leave its drive
+/// without torque in any state: ServoProtocol::farewell(). stop() sends them every 20 ms on all buses, asks between,
+/// and listens until every drive has said that it is without torque, at most kPatience. A drive that does not obey for
+/// half of that time gets its protocol's other way (CiA 402: NMT stop).
 ///
-/// A CAN bus remembers nothing: a runtime that lives and sends setpoints enables its drives again. So it has to be dead
-/// first, or the stop is repeated when it is (is_latching() is false; apps/parent/parent.cpp does both).
+/// A CAN bus remembers nothing: a runtime that lives and sends setpoints enables its drives again. So kill the runtime
+/// first, or repeat the stop when it is dead (is_latching() is false; apps/parent/parent.cpp does both).
 /// Thread:  owner.   RT: stop() and poll() allocate nothing; stop() sleeps.
 class CanStopLine final : public hal::StopLine {
  public:
   static constexpr hal::Duration kPatience = std::chrono::milliseconds(200);
 
-  /// Opens the buses of the joints of these groups (`specs` without problems), each bus once. `why`: the buses that
-  /// could not be had, in words; those that could are stopped all the same.
-  /// Null: none of them, or no group has joints on a bus.
+  /// Opens the buses of the joints of these groups (`specs` without problems), each bus once. `why` names the buses
+  /// that did not open; the stop uses the others all the same.
+  /// Null: no bus opened, or no group has joints on a bus.
   static std::unique_ptr<CanStopLine> open(const DeviceSpecs& specs, std::span<const std::string> groups,
                                            hal::Connectors& connectors, hal::Os& os, std::string& why);
 

@@ -192,7 +192,7 @@ void Cia402Servo::next_step(Time now, FrameSink& out) noexcept {
         joint_.set_mode(msg::JointMode::fault);
         return;
       }
-      if (step_ == mark_step_) homed_before_ = false, mark_ = 0;  // it takes no mark: nothing is known of its power
+      if (step_ == mark_step_) homed_before_ = false, mark_ = 0;  // it takes no mark: a loss of power is not seen
       note_entry(false);
       ++step_;
       break;
@@ -210,7 +210,7 @@ void Cia402Servo::next_step(Time now, FrameSink& out) noexcept {
     return;
   }
   sdo_.reset();
-  if (!(rated_nm() > 0)) {  // no per mille of it says anything
+  if (!(rated_nm() > 0)) {  // per mille of an unknown torque mean nothing
     joint_.set_drive_faults(now, msg::kJointOther, wire::kRatedTorque.index);
     give_up();
     joint_.set_mode(msg::JointMode::fault);
@@ -236,14 +236,15 @@ void Cia402Servo::finish_step() noexcept {
   const Step& step = steps_[step_++];
   if (step.into != nullptr) *step.into = sdo_.value();
   if (step_ == mark_step_ + 1) {
-    // All that could lose it has been asked: whoever still has our mark has had power since we set it.
+    // By now every sign of a lost power has been looked at: a drive that still has our mark has had power since we set
+    // it.
     homed_before_ = homed_before_ && mark_ != 0 && mark_read_ == mark_;
     mark_ = step.request.value();
   }
   if (step.request.object == wire::kDeviceName) {
     const std::string_view name = sdo_.text();
     const std::size_t size = std::min(name.size(), sizeof identity_.name - 1);
-    for (std::size_t i = 0; i < size; ++i) {  // what is no text stays out of terminals
+    for (std::size_t i = 0; i < size; ++i) {  // control characters stay out of terminals
       identity_.name[i] = name[i] >= ' ' && name[i] <= '~' ? name[i] : '?';
     }
     identity_.name[size] = 0;

@@ -7,7 +7,7 @@ using namespace std::chrono_literals;
 
 namespace {
 
-constexpr std::uint32_t kFramesOfBefore = 4;  // statuswords that may have been made before what we know now
+constexpr std::uint32_t kFramesOfBefore = 4;  // so many statuswords in a new step may be from before it
 
 }  // namespace
 
@@ -42,7 +42,7 @@ void Cia402Servo::begin_homing(Time now, const ServoCommand& command) noexcept {
   homing_ = Homing::set_method;
 }
 
-/// Object by object. What 6060h asks for holds when 6061h says so (CiA 402-2, modes of operation), not before.
+/// One object at a time. The mode of 6060h holds when 6061h shows it (CiA 402-2, modes of operation), not before.
 void Cia402Servo::next_homing_step(Time now) noexcept {
   if (sdo_.state() == SdoClient::State::busy) return;
   const bool no_display = homing_ == Homing::check_back && sdo_.state() == SdoClient::State::aborted;
@@ -102,7 +102,7 @@ void Cia402Servo::watch_homing(Time now) noexcept {
     homing_deadline_ = now + 60s;
     if (!done || home_anew_) return;
   } else {
-    // "Homed" may be of the time before; methods at the current position may be done between two statuswords.
+    // "Homed" may be from an earlier homing; methods at the current position may be done between two statuswords.
     const int method = config().homing_method;
     homing_began_ = homing_began_ || !attained || ((method == 35 || method == 37) && heard > 5 * kFramesOfBefore);
     if (wrong || now > homing_deadline_) joint_.trip(now, msg::kJointOther);

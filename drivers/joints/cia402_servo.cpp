@@ -51,7 +51,7 @@ Heard Cia402Servo::on_frame(const msg::CanFrame& frame, Time now) noexcept {
 
 Heard Cia402Servo::on_tpdo1(const msg::CanFrame& frame, Time now) noexcept {
   if (!wire::is_data(frame, false) || frame.size != 8) return Heard::malformed;
-  if (phase_ != Phase::running && phase_ != Phase::starting) return Heard::foreign;  // of before it was configured
+  if (phase_ != Phase::running && phase_ != Phase::starting) return Heard::foreign;  // from before it was configured
   const auto status = wire::get_le<std::uint16_t>(frame, 0);
   const auto state = wire::drive_state(status);
   if (!state) return Heard::malformed;
@@ -102,7 +102,7 @@ Heard Cia402Servo::on_emergency(const msg::CanFrame& frame) noexcept {
 void Cia402Servo::tick(Time now, const ServoCommand& command, FrameSink& out) noexcept {
   if (joint_.watch(now)) drop();
   if (phase_ != Phase::running) {
-    (void)joint_.may_enable(now, command);  // commands of this time are old ones when it is there
+    (void)joint_.may_enable(now, command);  // commands from now count as old when it is back
     bring_up(now, out);
     heard_ = false;
     return;
@@ -142,7 +142,7 @@ void Cia402Servo::decide(Time now, const ServoCommand& command) noexcept {
     deadline_ = now + 1s;
     return;
   }
-  const bool holds = config().stop == StopAction::hold && homing_ == Homing::no;  // what homes moves without a lease
+  const bool holds = config().stop == StopAction::hold && homing_ == Homing::no;  // homing would go on without a lease
   const bool stop = command.intent == Intent::stop && !holds;
   if (command.intent != Intent::off && !stop && !broken) return;
   quick_ = command.intent == Intent::stop && config().stop == StopAction::quick_stop && was_enabled_ && !broken;

@@ -9,8 +9,8 @@
 
 namespace sinew::drivers {
 
-/// What all CANopen drives of a bus share: SYNC at the end of each tick, and the master's heartbeat, whose loss is what
-/// makes drives stop when this program dies (ServoConfig::device_timeout).
+/// The services that all CANopen drives of a bus share: SYNC at the end of each tick, and the master's heartbeat.
+/// Drives stop when they miss the heartbeat (ServoConfig::device_timeout), so also when this program dies.
 class CanopenMaster final : public BusService {
  public:
   struct Options {
@@ -34,7 +34,7 @@ class CanopenMaster final : public BusService {
 struct Cia402Options {
   double tick_hz = 500;                      // of its hub: SYNC, and the interpolation time (60C2h)
   std::uint32_t master_node = 126;           // whose heartbeat the drive consumes
-  std::uint32_t slow_every = 5;              // velocity and voltage come with every so-manieth SYNC, 1..240
+  std::uint32_t slow_every = 5;              // velocity and voltage come with every n-th SYNC, 1..240
   double velocity_unit_radps = 0;            // of 60FFh and 606Ch, drive side; 0: counts per second
   wire::ObjectAddress temperature_object{};  // no profile has one: the maker's, read once a second; index 0: none
   double temperature_unit_c = 1;
@@ -49,14 +49,15 @@ WrongKeys check_cia402(const ServoConfig& config, const Cia402Options& options);
 /// Brings a drive up by SDO (identity, PDO mapping, heartbeats, mode), starts it, and then talks in PDOs: RPDO1 takes
 /// controlword, target and torque limit (if there is one) with each SYNC, TPDO1 brings statusword, position and torque,
 /// TPDO2 velocity and, where the drive has it, DC link voltage. Setpoints are cyclic synchronous position, velocity or
-/// torque. Lease: StopAction torque_off, quick_stop, hold; the drive itself watches the master's heartbeat (1016h) when
+/// torque.
+/// Lease:   StopAction torque_off, quick_stop, hold; the drive itself watches the master's heartbeat (1016h) when
 ///          ServoConfig::device_timeout is set, and then stops by 6007h.
-/// Homing:  with ServoConfig::homing_method it homes by itself (mode 6) when it is enabled for the first time after it
-///          was brought up, and follows nothing before. One that was homed and fell silent only homes anew if it has
-///          been without power: each time it is brought up its heartbeat time (1017h) is set to another number, which a
-///          drive forgets with its power; if that is not there any more, or a boot-up message came, it homes. A drive
-///          that says in mode 6 that it is homed already does not move for that. Without a lease homing ends, and the
-///          torque with it. Request::home homes again; zero_here moves our own offset.
+/// Homing:  with ServoConfig::homing_method the drive homes by itself (mode 6) when it is enabled for the first time
+///          after it was brought up, and follows no setpoint before. A drive that was homed and fell silent only homes
+///          again if it lost its power: each bring-up sets its heartbeat time (1017h) to another number, which a drive
+///          forgets with its power; if that number is gone, or a boot-up message came, it homes. A drive that says in
+///          mode 6 that it is homed already does not move. Without a lease homing ends, and the torque with it.
+///          Request::home homes again; zero_here moves our own offset.
 /// Thread, RT: as ServoProtocol.
 class Cia402Servo final : public ServoProtocol {
  public:
@@ -78,7 +79,7 @@ class Cia402Servo final : public ServoProtocol {
 
  private:
   enum class Phase : std::uint8_t { absent, configuring, starting, running };
-  /// Arriving: in mode 6, whose statusword is on its way.
+  /// arriving: mode 6 is set, and its first statusword is on its way.
   enum class Homing : std::uint8_t { no, set_method, set_mode, check_mode, arriving, moving, set_back, check_back };
   /// One step of bringing it up; a drive may refuse what is optional.
   struct Step {

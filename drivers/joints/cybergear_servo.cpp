@@ -23,7 +23,7 @@ WrongKeys check_cybergear(const ServoConfig& c, std::uint32_t host_id) {
 
 CyberGearServo::CyberGearServo(const ServoConfig& config, std::uint32_t host_id)
     : ImpedanceServo(config, wire::kCyberGearEffort_nm), host_(host_id) {
-  constexpr std::uint32_t kMask = 0x1F00FFFF;  // kind, motor, whom to; of feedback the rest of `data` is status
+  constexpr std::uint32_t kMask = 0x1F00FFFF;  // kind, motor, target; the rest of a feedback's `data` is status
   const std::uint32_t motor = config.node_id;
   interests_ = {Interest{wire::cybergear_id(CyberGearKind::feedback, motor, host_), kMask, true},
                 Interest{wire::cybergear_id(CyberGearKind::read, motor, host_), kMask, true},

@@ -7,9 +7,10 @@ namespace sinew::drivers {
 /// Empty: fine.
 WrongKeys check_cybergear(const ServoConfig& config, std::uint32_t host_id);
 
-/// A CyberGear motor in its motion mode. It is identified by its processor's number, tells faults by name, and its bus
-/// voltage when asked, a few times a second. ServoConfig::device_timeout goes into its CAN_TIMEOUT (newer firmwares
-/// only: 0 is what older ones do) before each time that it is enabled. Thread, RT: as ServoProtocol.
+/// A CyberGear motor in its motion mode. The number of its processor identifies it. It reports faults by name, and its
+/// bus voltage when asked, a few times a second. ServoConfig::device_timeout goes into its CAN_TIMEOUT each time before
+/// it is enabled (newer firmwares only; older ones have no time-out, as with 0).
+/// Thread, RT: as ServoProtocol.
 class CyberGearServo final : public ImpedanceServo {
  public:
   explicit CyberGearServo(const ServoConfig& config, std::uint32_t host_id = 0xFD);

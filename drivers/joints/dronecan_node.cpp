@@ -200,7 +200,7 @@ Heard DronecanNode::on_allocation(const wire::DronecanTransfer& transfer, Time n
   return Heard::mine;
 }
 
-/// Says back what is known of the unique id; with all of it, the node id.
+/// Repeats the known bytes of the unique id; when all are known, gives the node id.
 void DronecanNode::give(Time /*now*/) noexcept {
   const auto matches = [&](const DronecanNodeConfig::Allocated& a) {
     return std::equal(asked_.begin(), asked_.begin() + static_cast<std::ptrdiff_t>(asked_size_), a.unique_id.begin());

@@ -1,5 +1,5 @@
 #pragma once
-// Ourselves on a DroneCAN bus: the one node that all DroneCAN servos of a bus share.
+// Our own node on a DroneCAN bus: all DroneCAN servos of the bus share it.
 #include <array>
 #include <optional>
 #include <vector>
@@ -13,7 +13,7 @@ struct DronecanNodeConfig {
   std::uint8_t node_id = 10;   // 1..127, ours
   std::string name = "sinew";  // what GetNodeInfo tells, at most 80
   wire::DronecanUniqueId unique_id{};
-  /// Node ids that are given to nodes that ask for one, by their unique id. A node that is not in here gets none.
+  /// Node ids for nodes that ask for one, by their unique id. A node that is not in here gets none.
   struct Allocated {
     wire::DronecanUniqueId unique_id{};
     std::uint8_t node_id = 0;
@@ -30,12 +30,12 @@ struct DronecanNodeStats {
   wire::DronecanStats transfers;
 };
 
-/// Says NodeStatus each second and ArmingStatus twice a second and on change (armed: any servo of the bus is live; some
-/// devices move only then, and all of them stop without), answers GetNodeInfo, gives node ids away by its table, and
-/// sends one ArrayCommand and one RawCommand a tick with what the servos left. An answer of many frames goes out over
-/// several ticks. Lease:   what nobody sets in a tick is not sent: actuators fall back by their own time-out. In
-/// RawCommand, whose
-///          places are counted, an index that nobody set is 0: stop.
+/// Sends NodeStatus each second, and ArmingStatus twice a second and on change (armed: any servo of the bus is live;
+/// some devices move only then, and all of these stop without). Answers GetNodeInfo, gives node ids by its table, and
+/// sends one ArrayCommand and one RawCommand a tick with the values that the servos left. An answer of many frames goes
+/// out over several ticks.
+/// Lease:   a value that no servo sets in a tick is not sent: actuators fall back by their own time-out. In RawCommand,
+///          whose places are counted, an index that no servo set is 0: stop.
 /// Source:  DroneCAN specification, "Node discovery", "Dynamic node id allocation" (three requests of 6, 6 and 4 bytes
 ///          of unique id; a gap of more than 500 ms begins anew).
 /// Thread, RT: as BusService.
@@ -45,12 +45,12 @@ class DronecanNode final : public BusService {
 
   // ---- for servos ----
   std::uint8_t id() const noexcept { return config_.node_id; }
-  /// Once, before the start: what the bus load is planned for.
+  /// Called once by each actuator, before the start: the bus load is planned for it.
   void join_actuator() { ++actuators_; }
-  /// Once more: `node_id` is given to the node of this unique id, when that asks for one.
+  /// Before the start, too: the node of this unique id gets `node_id` when it asks for one.
   void allocate(const wire::DronecanUniqueId& unique_id, std::uint8_t node_id);
   void join_esc(std::size_t index) { escs_ = index + 1 > escs_ ? index + 1 : escs_; }
-  /// For this tick. What goes beyond 15 actuators a transfer goes into another one.
+  /// For this tick. A transfer holds 15 actuators; the others go into another one.
   void set_actuator(std::uint8_t actuator_id, wire::DronecanCommandType type, double value) noexcept;
   void set_esc(std::size_t index, std::int16_t command) noexcept;
   /// In this tick a servo is live: devices that wait for ArmingStatus may move.

@@ -118,7 +118,8 @@ bool DronecanServo::on_status(const wire::DronecanTransfer& transfer, Time now) 
 bool DronecanServo::on_node_status(const wire::DronecanTransfer& transfer, Time now) noexcept {
   wire::DronecanNodeStatus status;
   if (!decode(transfer.payload, status)) return false;
-  // A node that begins anew goes back once; two of them go back and forth, also when one has just been plugged in.
+  // The uptime of a restarted node goes back once. With two nodes of one id it goes back and forth, also when one has
+  // just been plugged in.
   const bool ahead = heard_status_ && status.uptime_s > uptime_s_ + msg::seconds(now - status_at_) + kUptimeSlack_s;
   if (ahead) {
     joint_.looks_double(now);
@@ -183,7 +184,8 @@ void DronecanServo::command(double joint_value) noexcept {
   node_.set_esc(c.actuator_id, static_cast<std::int16_t>(std::lround(raw)));
 }
 
-/// No motion, as far as the mode has it: a position that is not sent any more is the device's own matter.
+/// Commands no motion, as far as the mode can. In mode position no more setpoints are sent; the device decides what it
+/// does.
 void DronecanServo::command_stop() noexcept {
   if (config().mode != ServoMode::position) command(0);
 }
@@ -261,14 +263,14 @@ void DronecanServo::say(const wire::DronecanWanted& type, const Message& message
   for (msg::CanFrame frame; splitter.next(frame);) out.send(frame);
 }
 
-/// Disarmed, which is the only word for an actuator in mode position, and then 0, as far as there is one.
+/// "Disarmed" first: an actuator in mode position knows nothing else. Then 0, for modes that have it.
 void DronecanServo::farewell(FrameSink& out) noexcept {
   const ServoConfig& c = config();
   farewell_transfer_ =
-      static_cast<std::uint8_t>((farewell_transfer_ + 1) & 31);  // one that is known is not listened to
+      static_cast<std::uint8_t>((farewell_transfer_ + 1) & 31);  // a transfer id that it knows is ignored
   say(wire::kDronecanArmingStatus, wire::DronecanArmingStatus{}, out);
   if (options_.esc) {
-    // RawCommand of zeros up to this one: those before it stop, too, and so they shall when the hub ends.
+    // RawCommand of zeros up to this index: the ESCs before it stop, too, as all shall when the hub ends.
     wire::DronecanEscRawCommand zeros;
     zeros.count = static_cast<std::uint8_t>(c.actuator_id + 1);
     say(wire::kDronecanEscRawCommand, zeros, out);

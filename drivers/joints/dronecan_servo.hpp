@@ -15,15 +15,15 @@ WrongKeys check_dronecan(const ServoConfig& config, const DronecanServoOptions& 
 
 /// A DroneCAN actuator or ESC: ServoConfig::node_id is its node, actuator_id its place in the commands.
 ///
-/// The protocol knows neither enabling nor disabling. A joint is enabled by being sent setpoints, and switched off by
-/// being sent none (actuators: position), speed 0, force 0, or command 0 (ESCs); ArmingStatus says for the whole bus
-/// whether anything may move, to devices that mind it. What a device does then, and when it hears nothing, is its own
-/// setting, so check_dronecan() allows only the stop action that each mode really has:
+/// The protocol knows neither enabling nor disabling. Setpoints enable a joint. No setpoints (actuators: position),
+/// speed 0, force 0, or command 0 (ESCs) switch it off. ArmingStatus says for the whole bus whether anything may move,
+/// to devices that heed it. The device's own setting decides what it does then, and when it hears nothing, so
+/// check_dronecan() allows only the stop action that each mode really has:
 /// position: hold; velocity: damp (speed 0); effort and ESCs: torque_off.
 /// Feedback: actuators: position, velocity, effort. ESCs: velocity, temperature, voltage; no position (NaN).
-/// Derating: of an ESC, which has no effort limit, its fastest speed; actuators tell no temperature.
-/// Faults:  NodeStatus: health error or critical, or not operational: kJointOther with the vendor's code. A node that
-///          begins anew has to be enabled again; uptime that goes back without that: two nodes of one id.
+/// Derating: lowers an ESC's fastest speed, as it has no effort limit; actuators report no temperature.
+/// Faults:  NodeStatus: health error or critical, or not operational: kJointOther with the vendor's code. A restarted
+///          node has to be enabled again; uptime that goes back without a restart: two nodes of one id.
 /// Homing:  zero_here moves our offset; home: there is none. Identity: GetNodeInfo.
 /// Thread, RT: as ServoProtocol.
 class DronecanServo final : public ServoProtocol {
@@ -41,7 +41,7 @@ class DronecanServo final : public ServoProtocol {
   const ServoConfig& config() const noexcept override { return joint_.config(); }
   std::string_view shares() const noexcept override { return options_.esc ? "esc" : "actuator"; }
   void farewell(FrameSink& out) noexcept override;
-  /// A status whose power is 0 % of the device's; actuators may not know it, and then never say it.
+  /// Off: a status with power 0 %. Actuators may not know their power; they never say it then.
   TorqueSaid torque_said(const msg::CanFrame& frame, Time now) noexcept override;
 
  private:

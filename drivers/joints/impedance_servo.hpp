@@ -15,8 +15,8 @@ namespace sinew::drivers {
 /// Thread, RT: as ServoProtocol.
 class ImpedanceServo : public ServoProtocol {
  public:
-  /// `motor_nm`: the most effort that the motor has, drive side. A spring that carries as much stands so far off its
-  /// setpoint; only what is further is an overload.
+  /// `motor_nm`: the largest effort of the motor, drive side. The spring stays off its setpoint as far as this effort
+  /// bends it; only a larger distance is an overload.
   ImpedanceServo(const ServoConfig& config, double motor_nm) : joint_(with_spring(config, motor_nm)) {}
 
   void tick(Time now, const ServoCommand& command, FrameSink& out) noexcept override;
@@ -34,13 +34,13 @@ class ImpedanceServo : public ServoProtocol {
     bool status_known = false, enabled = false;  // whether the reply says that it is enabled
   };
   enum class Switch : std::uint8_t { enable, disable, clear_fault };
-  /// What the motor has to be told before it may be enabled has been sent.
+  /// True: all settings that the motor needs before it may be enabled have been sent.
   virtual bool told_settings() const noexcept { return true; }
   /// It was switched off, failed or fell silent: it may have forgotten what it was told.
   virtual void on_off() noexcept {}
   virtual msg::CanFrame encode(const wire::MitCommand& command) const noexcept = 0;
   virtual msg::CanFrame encode(Switch what) const noexcept = 0;
-  /// Questions and settings beside; at most two frames. Called once a tick while the motor answers.
+  /// Further questions and settings, at most two frames. Called once a tick while the motor answers.
   virtual void ask_more(Time /*now*/, FrameSink& /*out*/) noexcept {}
   /// A reply came.
   void heard(Time now, const Reply& reply) noexcept;
@@ -58,7 +58,7 @@ class ImpedanceServo : public ServoProtocol {
   void ask(const msg::CanFrame& frame, FrameSink& out) noexcept;
   wire::MitCommand follow(Time now, double setpoint) noexcept;
   wire::MitCommand stop(Time now) noexcept;
-  /// A position (velocity) whose distance from the measured one is worth no more effort than allowed, at this gain.
+  /// `target`, pulled towards `measured` until their distance is worth at most `most_nm` at this gain.
   static double pulled(double target, double measured, double gain, double most_nm) noexcept;
 
   BackOff probe_, clear_;

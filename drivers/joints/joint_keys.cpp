@@ -1,4 +1,4 @@
-// What all joints have in common.
+// The keys that all joints have in common.
 #include "drivers/joints/joint_keys.hpp"
 
 #include <algorithm>

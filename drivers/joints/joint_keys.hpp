@@ -11,20 +11,20 @@
 
 namespace sinew::drivers {
 
-/// One [[device.NAME.joint]]: which bus, and what makes its protocol there.
+/// One [[device.NAME.joint]]: its bus, and the function that makes its protocol there.
 struct JointConfig {
   std::string bus, protocol;
   ServoConfig servo;
   std::uint32_t replies_as = 0;  // mit: the identifier of its answers
-  /// Makes the protocol, and what it shares with others on the bus when that is not there yet.
+  /// Makes the protocol, and the service that it shares on the bus when the bus has none yet.
   std::function<std::unique_ptr<ServoProtocol>(BusPlace&)> make;
 };
 
 /// What a joint's `driver` may be: cia402, mit, cybergear, dronecan.
 std::span<const std::string_view> joint_protocols();
 
-/// Reads a joint's keys; its `driver` is the protocol. Problems: of each key, of keys beside each other, and beside
-/// those of the bus.
+/// Reads a joint's keys; its `driver` is the protocol. Finds problems of each key, of keys that do not fit each other,
+/// and of keys that do not fit the bus's.
 JointConfig read_joint(DeviceKeys& keys, const DeviceSpecs& specs);
 
 }  // namespace sinew::drivers

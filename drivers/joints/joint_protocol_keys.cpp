@@ -1,4 +1,4 @@
-// What each protocol has beside that, and what makes it.
+// The keys of each protocol beside those of joint_keys.cpp, and the function that makes the protocol.
 #include <charconv>
 #include <optional>
 
@@ -57,8 +57,7 @@ void JointReader::read_cia402() {
   Cia402Options o;
   o.tick_hz = bus_.hub.tick_hz;
   o.master_node = bus_.master_node;
-  keys_.read_integer("slow_every", o.slow_every, 1, 240,
-                     {.doc = "velocity and voltage come with every so-manieth SYNC"});
+  keys_.read_integer("slow_every", o.slow_every, 1, 240, {.doc = "velocity and voltage come with every n-th SYNC"});
   keys_.read("velocity_unit_radps", o.velocity_unit_radps, 0, kMostRadps,
              {.unit = "rad/s", .doc = "of 60FFh and 606Ch, drive side", .otherwise = "counts per second"});
   keys_.read_integer(

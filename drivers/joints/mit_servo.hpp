@@ -10,9 +10,9 @@ struct MitOptions {
 /// Empty: fine.
 WrongKeys check_mit(const ServoConfig& config, const MitOptions& options);
 
-/// A motor that speaks MIT frames. Its own time-out, when nobody speaks to it, is set in the motor; no frame tells it.
-/// Types that do not say whether they are enabled are believed when they have answered; one that ignores `enable` is
-/// found by ServoConfig::following.
+/// A motor that speaks MIT frames. Its own time-out is set in the motor; no frame sets it. A type that does not say
+/// whether it is enabled counts as enabled when it has answered; ServoConfig::following finds one that ignores
+/// `enable`.
 /// Thread, RT: as ServoProtocol.
 class MitServo final : public ImpedanceServo {
  public:

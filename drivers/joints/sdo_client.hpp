@@ -26,7 +26,7 @@ class SdoClient {
   std::uint32_t value() const noexcept { return value_; }                     // done, up to four bytes
   std::string_view text() const noexcept { return {text_.data(), length_}; }  // done, of any length
   std::int32_t signed_value() const noexcept;  // the same, of an object with a sign and as many bytes as came
-  /// The last transfer was asked for once and answered twice: two devices. Says so once.
+  /// True once: the last transfer was asked for once and answered twice, so there are two devices.
   bool answered_twice() noexcept { return std::exchange(twice_, false); }
   std::uint32_t abort_code() const noexcept { return abort_code_; }  // aborted
   void reset() noexcept { state_ = State::idle; }

@@ -20,7 +20,7 @@ using hal::Time;
 /// What a setpoint of the joint means; its unit is rad, rad/s or N m.
 enum class ServoMode : std::uint8_t { position, velocity, effort };
 /// What a joint does when its lease has run out: no torque; no motion, softly; stays where it is; the drive's own ramp.
-/// A protocol that does not have the one that was asked for says so at configure.
+/// A protocol refuses at configure an action that it does not have.
 enum class StopAction : std::uint8_t { torque_off, damp, hold, quick_stop };
 
 /// Bounds of setpoints, joint frame. Setpoints beyond are pulled in; feedback beyond raises msg::kJointLimit.
@@ -30,8 +30,8 @@ struct ServoLimits {
   double effort_nm = std::numeric_limits<double>::infinity();  // not finite: what the drive itself allows
 };
 
-/// From `start_c` on the effort limit, which has to be given then, goes down, to nothing at `end_c` and above; start >=
-/// end: never.
+/// The effort limit falls from `start_c` on, and is 0 at `end_c` and above; it has to be given then. start >= end:
+/// never.
 struct Derating {
   double start_c = 0, end_c = 0;
 };
@@ -40,7 +40,7 @@ struct Derating {
 /// stalled, a drive that repeats itself), and it is switched off. 0: not watched. A joint that derating has weakened
 /// may stay behind.
 struct FollowingError {
-  static constexpr double kUsual = -1;  // kUsual_rad; for motors that are springs also what their most effort bends
+  static constexpr double kUsual = -1;  // kUsual_rad; springs (MIT, CyberGear) add what their most effort bends
   static constexpr double kUsual_rad = 0.5;
   double position_rad = kUsual, velocity_radps = 0;
   Duration time{std::chrono::milliseconds(500)};
@@ -80,9 +80,9 @@ struct ServoCommand {
     follow,  // setpoint holds
   };
   Intent intent = Intent::off;
-  bool disarmed = false;     // off because somebody wants it so, not for want of commands
+  bool disarmed = false;     // off on purpose, not because commands are missing
   double setpoint = 0;       // joint frame, in the unit of the mode; finite
-  std::uint32_t number = 0;  // counts the commands written; a joint is only enabled again by one it has not seen yet
+  std::uint32_t number = 0;  // counts the commands written; only one that the joint has not seen yet enables it again
   enum class Request : std::uint8_t { none, home, zero_here };
   Request request = Request::none;  // to be done once, when request_number is another than before
   std::uint32_t request_number = 0;
@@ -137,7 +137,7 @@ using Interest = hal::CanFilter;
 /// What a listener made of a frame; the hub counts.
 enum class Heard : std::uint8_t { mine, foreign, malformed };
 
-/// What somebody takes of its bus per second, frames in both directions, worst-case stuffing.
+/// The part of a bus that a listener needs per second: frames in both directions, worst-case stuffing.
 struct BusNeed {
   double frames_per_s = 0, bits_per_s = 0;
   /// `frame` (its size and kind count) `hz` times a second.
@@ -177,25 +177,25 @@ enum class TorqueSaid : std::uint8_t { nothing, off, on };
 /// Thread:  the hub's.   RT: on_frame(), tick() and the look-ups: yes. No clock: `now` never goes backwards.
 class ServoProtocol : public CanListener {
  public:
-  /// One cycle: everything it has to say, at most kMaxFramesPerTick frames.
+  /// One cycle: sends everything that is due, at most kMaxFramesPerTick frames.
   virtual void tick(Time now, const ServoCommand& command, FrameSink& out) noexcept = 0;
   /// Valid between calls; changes in on_frame() and tick() only.
   virtual const ServoFeedback& feedback() const noexcept = 0;
   virtual const ServoIdentity& identity() const noexcept = 0;
   virtual const ServoStats& stats() const noexcept = 0;
   virtual const ServoConfig& config() const noexcept = 0;
-  /// The commands in which actuator_id is its place, shared with others on the bus (none may have the same); empty:
+  /// The shared command in which actuator_id is its place: no other servo on the bus may have the same place. Empty:
   /// its frames are its own.
   virtual std::string_view shares() const noexcept { return {}; }
   /// Sent when the hub ends: leaves the drive without torque, whatever state it is in.
   virtual void farewell(FrameSink& out) noexcept = 0;
 
-  // For who stops the drive from outside of its hub (CanStopLine), with an object that never ticked.
+  // For CanStopLine, which stops the drive from outside of its hub with an object that never ticked.
   // RT: yes; each sends at most kMaxFramesPerTick frames.
 
-  /// Makes the drive say whether it has torque, after a farewell(). Where farewell() itself is answered, that.
+  /// Makes the drive say whether it has torque, after a farewell(). Default: farewell(), for drives that answer it.
   virtual void ask_torque(FrameSink& out) noexcept { farewell(out); }
-  /// Of a frame that one of the interests names.
+  /// What a frame says that one of the interests names.
   virtual TorqueSaid torque_said(const msg::CanFrame& frame, Time now) noexcept = 0;
   /// Another way, for a drive that farewell() did not move; it may have to be brought up anew afterwards. Default:
   /// none.

@@ -5,7 +5,7 @@
 namespace sinew::drivers {
 namespace {
 
-constexpr double kFeedbackPaces = 2.5, kLifePaces = 3;  // a time-out is at least so many of them
+constexpr double kFeedbackPaces = 2.5, kLifePaces = 3;  // a time-out is at least so many periods
 
 double ms(Duration d) { return msg::seconds(d) * 1e3; }
 /// The shortest time-out for what comes at this pace.

@@ -8,8 +8,8 @@
 
 namespace sinew::drivers {
 
-/// A key of a robot file that cannot be as it is beside the others, and what it may be. What is set in C++ goes by the
-/// same names. "bus.tick_hz": a key of the joint's bus.
+/// A key of a robot file whose value does not fit the others, and the values that do. Configurations made in C++ use
+/// the same names. "bus.tick_hz": a key of the joint's bus.
 struct WrongKey {
   std::string key, allowed;
 };
@@ -18,16 +18,16 @@ using WrongKeys = std::vector<WrongKey>;
 /// "id: an integer from 1 to 127; kp: ..." for people. Empty: nothing is wrong.
 std::string to_string(const WrongKeys& all);
 
-/// What is wrong with a configuration whatever its protocol. `derates_speed`: derating needs no max_effort_nm.
+/// Problems that do not depend on the protocol. `derates_speed`: derating needs no max_effort_nm.
 WrongKeys check_servo(const ServoConfig& config, bool derates_speed = false);
 
-/// How often something comes, and which key makes it so.
+/// How often something comes, and the key that sets it.
 struct Pace {
   Duration every{};
   const char* key = "";  // "the bus's tick_hz"
 };
-/// Whether its time-outs leave room for what is late: `feedback` is what its driver hears (positions), `life` what the
-/// drive hears (our signs of life).
+/// Checks that its time-outs leave room for late frames. `feedback`: frames that the driver hears (positions); `life`:
+/// frames that the drive hears (our signs of life).
 WrongKeys check_times(const ServoConfig& config, const Pace& feedback, const Pace& life);
 
 }  // namespace sinew::drivers

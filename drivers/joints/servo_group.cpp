@@ -71,7 +71,7 @@ void ServoGroup::request(std::size_t joint, ServoCommand::Request what) noexcept
   std::atomic<std::uint32_t>& word = joints_[joint].request;
   std::uint32_t before = word.load(std::memory_order_relaxed);
   while (!word.compare_exchange_weak(before, ((before >> 2) + 1) << 2 | static_cast<std::uint32_t>(what),
-                                     std::memory_order_relaxed)) {  // alone: what and number are one word
+                                     std::memory_order_relaxed)) {  // relaxed: kind and number are one word
   }
 }
 
@@ -79,7 +79,7 @@ void ServoGroup::request(std::size_t joint, ServoCommand::Request what) noexcept
 
 void ServoGroup::latch(const CanHub& hub) noexcept {
   for (std::size_t i = 0; i < hubs_.size(); ++i) {
-    if (hubs_[i] == &hub) (void)setpoints_.load(latched_[i]);  // met the writer too often: those of the tick before
+    if (hubs_[i] == &hub) (void)setpoints_.load(latched_[i]);  // met the writer too often: keeps the last tick's
   }
 }
 
@@ -178,7 +178,7 @@ void ServoGroup::compose(msg::JointState& out) noexcept {
     if (f.measured > newest) newest = f.measured;
     if (f.mode != msg::JointMode::absent && f.measured.ns != 0 && f.measured < oldest) oldest = f.measured;
   }
-  out.stamp = oldest == hal::kNever ? newest : oldest;  // nobody is there: when the last one was
+  out.stamp = oldest == hal::kNever ? newest : oldest;  // no joint is there: the newest that was
 }
 
 // ---- the reader's side ----
@@ -192,7 +192,7 @@ hal::Result<bool> ServoGroup::read(msg::JointState& out) noexcept {
     tail_.store(tail + 1, std::memory_order_release);
     return true;
   }
-  // Nobody has read for long: only the newest is worth it. It lies beside the ring when that was full.
+  // The reader was away for long: only the newest sample is useful. It lies beside the ring when the ring was full.
   lost_.add(kRing - 1);
   out = ring_[(head - 1) % kRing];
   Beside beside;

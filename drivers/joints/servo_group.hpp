@@ -97,7 +97,7 @@ class ServoGroup final : public hal::Actuators, public hal::Joints, private Serv
   std::array<Joint, msg::kMaxChannels> joints_;
   std::size_t count_ = 0;
   std::vector<CanHub*> hubs_;       // the first one's thread makes the samples
-  std::vector<Setpoints> latched_;  // each of its hub's thread
+  std::vector<Setpoints> latched_;  // each is its hub's thread's
   SeqLock<Setpoints> setpoints_;
   Setpoints handed_;  // the last ones; writer's
 

@@ -98,7 +98,7 @@ bool ServoJoint::watch(Time now) noexcept {
   believed_ = false;
   lost_ = true;
   ++stats_.losses;
-  if (doubted_) own_faults_ |= msg::kJointEncoder;  // it spoke all the time, and nothing of it could be
+  if (doubted_) own_faults_ |= msg::kJointEncoder;  // it sent frames all the time, none of them plausible
   went_off();
   back_off_.attempt(now);
   set_mode(msg::JointMode::absent);
@@ -108,7 +108,7 @@ bool ServoJoint::watch(Time now) noexcept {
 
 bool ServoJoint::may_enable(Time now, const ServoCommand& command) noexcept {
   if (command.disarmed) disarmed_ = true;
-  // What was commanded while it could not be enabled is as old as what was commanded before.
+  // Commands from the time when it could not be enabled count as old.
   if (!believed_ || drive_faults_ != 0 || double_ || !back_off_.due(now)) stale_number_ = true;
   if (stale_number_) {  // the first command that is seen after going off does not count: it may be the old one
     stale_number_ = false;

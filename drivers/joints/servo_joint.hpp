@@ -43,7 +43,8 @@ class ServoJoint {
   void set_drive_faults(Time now, std::uint32_t faults, std::uint32_t code) noexcept;
   void malformed() noexcept { ++stats_.malformed, doubted_ = true; }
   void missed() noexcept { ++stats_.missed; }
-  /// A sign that two drives answer to this number; two within a second make it a fault until none came for two.
+  /// A sign that two drives answer to this number; two signs within a second make it a fault until none came for two
+  /// seconds.
   void looks_double(Time now) noexcept;
   /// Nothing is known any more, nor expected: any next position is believed, whenever it comes.
   void forget_position() noexcept { believed_ = false; }
@@ -61,8 +62,8 @@ class ServoJoint {
   bool may_enable(Time now, const ServoCommand& command) noexcept;
   /// The joint is about to be enabled: setpoints start from where it is, own faults are forgotten.
   void begin(Time now) noexcept;
-  /// Setpoints start again from where it is: in every tick in which it is on and follows nothing, so that the first
-  /// setpoint after it may move no further than within one tick.
+  /// Setpoints start again from where it is. Called in every tick in which the joint is on and follows nothing: the
+  /// first setpoint after that moves it no further than one tick allows.
   void resume(Time now) noexcept;
   /// The setpoint to send, within all limits, joint frame; effort_limit_nm holds the derating. Watches following.
   struct Target {
@@ -71,12 +72,12 @@ class ServoJoint {
   Target target(Time now, double setpoint) noexcept;
   /// The last target again, for StopAction::hold; what follows starts from it.
   Target held(Time now) noexcept;
-  /// It fails by our judgement: off, in a fault, and for a growing while not enabled.
+  /// We judge that it failed: off, in a fault, and not enabled again for a growing pause.
   void trip(Time now, std::uint32_t faults) noexcept;
-  /// It went off by itself or was switched off: takes a newer command to be enabled again.
+  /// It went off by itself or was switched off: only a newer command enables it again.
   void went_off() noexcept { stale_number_ = true, feedback_.beyond = {}; }
   void set_mode(msg::JointMode mode) noexcept { feedback_.mode = mode; }
-  /// What a joint without torque that answers is in: a fault as long as one holds it back, else disabled.
+  /// The mode of a joint that answers without torque: fault as long as a fault holds it back, else disabled.
   msg::JointMode idle_mode(Time now) const noexcept;
   /// Enabled for a second: pauses begin at their shortest again.
   bool runs_well(Time now) const noexcept;
@@ -97,7 +98,7 @@ class ServoJoint {
   double to_drive_gain(double gain) const noexcept { return gain / (config_.gear_ratio * config_.gear_ratio); }
 
   double effort_limit() const noexcept;
-  /// What its warmth leaves of it: 1 all, 0 nothing. See Derating.
+  /// The share of the effort that derating leaves: 1 all, 0 nothing. See Derating.
   double strength() const noexcept;
   const ServoConfig& config() const noexcept { return config_; }
   const ServoFeedback& feedback() const noexcept { return feedback_; }
@@ -120,7 +121,7 @@ class ServoJoint {
   bool behind_ = false, double_ = false;
   double last_value_ = 0;
   BackOff back_off_;
-  bool stale_number_ = true, disarmed_ = true;  // the next command is an old one until it is another
+  bool stale_number_ = true, disarmed_ = true;  // the command counts as old until its number changes
   std::uint32_t seen_number_ = 0;
 };
 

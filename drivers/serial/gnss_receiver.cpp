@@ -12,8 +12,8 @@ namespace {
 
 constexpr double kUnknownGnss = std::numeric_limits<double>::quiet_NaN();
 constexpr std::uint64_t kMuchGnssGarbage = 2000;  // bytes: more than any receiver sends between two good frames
-constexpr hal::Duration kClockStands = 2s;        // the same instant for so long is no instant
-constexpr hal::Duration kUbxHolds = 2s;           // NMEA beside it is passed over for so long
+constexpr hal::Duration kClockStands = 2s;        // the same instant for so long: the clock stands
+constexpr hal::Duration kUbxHolds = 2s;           // after UBX, NMEA is ignored for so long
 
 msg::GnssFix fix_of(int quality, int gsa) {
   using enum msg::GnssFix;
@@ -31,7 +31,7 @@ msg::GnssFix fix_of(int quality, int gsa) {
   }
 }
 
-// NaN, when there is no time yet, is no instant.
+// NaN (no time yet) is no instant.
 bool same_instant(double a, double b) { return std::abs(a - b) < 0.005; }
 
 }  // namespace
@@ -87,7 +87,7 @@ void GnssReceiver::on_solution(const wire::UbxPvt& pvt, hal::Time now, std::vect
   gga_.reset(), rmc_.reset();
   msg::GnssSample s = pvt.sample;
   const bool has = s.fix != msg::GnssFix::none && s.fix != msg::GnssFix::time;
-  // Without a position its clock may stand for good reasons, and saying so twice harms nobody.
+  // Without a position its clock may stand for good reasons, and repeated samples do no harm.
   if (has && told_week_ms_ == pvt.time_of_week_ms) {
     repeats_ = now - told_at_ >= kClockStands;
     return;
@@ -113,8 +113,8 @@ void GnssReceiver::on_sentence(const wire::NmeaSentence& s, hal::Time now, std::
     repeats_ = now - told_at_ >= kClockStands;
     return;
   }
-  // Sentences of another instant (or without one, when there is no time yet): what was begun is all there will be.
-  // One that says the same again is not another one.
+  // A sentence of another instant (or without one, when there is no time yet) completes the sample that was begun. A
+  // repeated sentence is not of another instant.
   if ((gga_ && !same_instant(gga_->time_s, time_s)) || (rmc_ && !same_instant(rmc_->time_s, time_s))) flush(now, out);
   if (!gga_ && !rmc_) came_in_ = now;
   if (gga) gga_ = *gga;

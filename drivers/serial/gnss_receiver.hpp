@@ -12,12 +12,12 @@ namespace sinew::drivers {
 struct GnssConfig {
   bool configure_ubx = false;  // asks a u-blox receiver for NAV-PVT at this period
   std::uint16_t period_ms = 200;
-  hal::Duration delay{};          // from the solution's instant to its coming in: the receiver's manual
+  hal::Duration delay{};          // from the solution's instant to its arrival: the receiver's manual
   double error_per_hdop_m = 2.5;  // NMEA tells no accuracy: one sigma is this times the dilution
 };
 
 /// A satellite receiver on a serial line: NMEA (GGA with RMC, GSA, VTG) or UBX (NAV-PVT, preferred when it comes).
-/// Stamps:  the time of coming in, less `delay`. Without a fix the position is NaN, and a sample.
+/// Stamps:  the time of arrival, less `delay`. Without a fix the position is NaN, and a sample.
 /// Errors:  closed when the line is gone; bad_data when nothing but garbage comes (wrong bit rate),
 ///          or the same instant again and again. A sentence or a solution that is repeated is dropped.
 class GnssReceiver final : public PolledDevice<msg::GnssSample> {
@@ -42,7 +42,7 @@ class GnssReceiver final : public PolledDevice<msg::GnssSample> {
   std::optional<wire::NmeaGga> gga_;
   std::optional<wire::NmeaRmc> rmc_;
   std::optional<wire::NmeaGsa> gsa_;           // of the newest instant that had one
-  hal::Time came_in_;                          // the first sentence of this instant
+  hal::Time came_in_;                          // arrival of the first sentence of this instant
   std::optional<hal::Time> pvt_;               // when UBX spoke last
   double told_s_ = -1;                         // UTC of the instant that became a sample last
   std::optional<std::uint32_t> told_week_ms_;  // UBX: its time of week, when it had a position

@@ -37,7 +37,7 @@ hal::Status RcReceiver::poll(hal::Time now, std::vector<msg::RcSample>& out, std
   if (!out.empty()) last_told_ = now;
   if (now - last_told_ < config_.lost_after) return {};
   last_told_ = now;
-  // What comes after an outage counts at once; CRSF tells its quality again.
+  // The first frames after an outage count at once; CRSF tells its quality again.
   quality_ = config_.protocol == RcProtocol::sbus ? 0 : kUnknownRc;
   out.push_back(lost(now));
   return {};
@@ -46,7 +46,7 @@ hal::Status RcReceiver::poll(hal::Time now, std::vector<msg::RcSample>& out, std
 void RcReceiver::on_sbus(const wire::SbusFrame& frame, hal::Time now, std::vector<msg::RcSample>& out) {
   const bool missed = frame.frame_lost || frame.failsafe;
   quality_ += ((missed ? 0.0 : 1.0) - quality_) * kQualityShare;
-  // A missed frame repeats the sticks of before: nothing new is said. Failsafe is: they are made up.
+  // A missed frame repeats the last sticks: nothing new. Failsafe sticks are made up: the link is lost.
   if (frame.failsafe)
     out.push_back(lost(now));
   else if (!frame.frame_lost)

@@ -14,8 +14,8 @@ struct RcConfig {
 };
 
 /// A pilot's receiver on a serial line: SBUS (100000 8E2, inverted by hardware) or CRSF (420000 8N1).
-/// A lost link (the receiver says so, its link quality is 0, or nothing comes for `lost_after`) is a sample with
-/// `lost` = 1 and all channels 0, once per `lost_after`: who flies by it hears of it without a clock of their own.
+/// A lost link (the receiver says so, its link quality is 0, or nothing comes for `lost_after`) is a sample with `lost`
+/// = 1 and all channels 0, once per `lost_after`: readers learn of the loss without a clock of their own.
 /// Stamps:  the time of reading.
 /// Errors:  closed when the line is gone. Garbage moves no stick; it only makes the link lost.
 class RcReceiver final : public PolledDevice<msg::RcSample> {

@@ -41,7 +41,7 @@ hal::Status CameraSource::find_controls(rt::Setup& setup) {
   return {};
 }
 
-/// Of one control, in units of the parameter; only `left_alone` where nobody can set it.
+/// The range of one control in units of the parameter; only `left_alone` where nobody can set it.
 rt::ParamRange CameraSource::range_of(std::optional<std::size_t> control, double unit, double left_alone) const {
   const std::string device = "device '" + device_name_ + "'";
   if (!control)
@@ -72,7 +72,7 @@ double CameraSource::unit_us() const noexcept {
   return std::chrono::duration<double, std::micro>(exposure_->unit).count();
 }
 
-/// What the ranges let through is taken by the camera; what becomes of it later is the device's to say.
+/// The camera takes every value within the ranges; the device itself reports what becomes of it later.
 void CameraSource::set_what_changed() noexcept {
   if (exposure_us_ != asked_exposure_us_ && exposure_us_ > kLeftAloneUs) static_cast<void>(set_exposure());
   if (gain_ != asked_gain_ && gain_ > kLeftAlone) static_cast<void>(controls_->request(*gain_control_, gain_));
@@ -104,8 +104,8 @@ void CameraSource::shift(msg::Image& image) const noexcept {
   image.stamp = image.stamp + hal::Duration{static_cast<std::int64_t>(time_offset_ms_ * 1e6)};
 }
 
-/// What the camera has filled is published where it lies, and the camera gets other slots for it. False: pictures are
-/// read() from now on.
+/// Publishes what the camera has filled, without a copy, and lends the camera other slots. False: from now on pictures
+/// are read().
 bool CameraSource::collect_lent() noexcept {
   bool goes_on = true;
   for (std::uint32_t i = 0; i < kBurst; ++i) {

@@ -11,11 +11,11 @@ namespace sinew::drivers {
 
 /// Brings the frames of one camera into the graph: raw topic `raw`. The board writes the pixels straight into the
 /// topic's slot; where camera and driver can, the driver does (hal::CameraMemory): the source then lends the camera
-/// some slots for as long as it runs, and nothing copies a pixel. Of several frames that wait two come in one cycle,
-/// each a message of its own. Exposure and gain are parameters that reach the camera while it runs, where it has such
+/// some slots for as long as it runs, and nothing copies a pixel. When several frames wait, one cycle brings two, each
+/// as a message of its own. Exposure and gain are parameters that reach the camera while it runs, where it has such
 /// controls (hal::CameraControls); the camera sets them on a thread of its own, some frames later. configure() narrows
-/// both to what this camera allows; a camera that has no such control, or none that can be set, leaves only "left
-/// alone". These ranges stay for the whole run: of a camera that comes back with others the device itself complains.
+/// both to what this camera allows; a control that the camera lacks or cannot set only allows "left alone". These
+/// ranges stay for the whole run: when a camera comes back with others, the device itself complains.
 /// Thread:  executor.   RT: yes.
 /// Stamps:  the device's, and `time_offset_ms` on top.
 /// Errors:  configure: what opening the device says; bad_argument when exposure or gain is not what this camera allows,

@@ -99,7 +99,7 @@ std::optional<Time> process_start() {
   char text[1024];
   text[std::fread(text, 1, sizeof(text) - 1, f)] = '\0';
   std::fclose(f);
-  // The program's name stands in parentheses and may contain some; field 3 follows the last, field 22 is wanted.
+  // The program's name is in parentheses and may contain some; field 3 follows the last, field 22 is wanted.
   const char* field = std::strrchr(text, ')');
   for (int i = 2; field && i < 22; ++i) field = std::strchr(field + 1, ' ');
   timespec since_boot{};

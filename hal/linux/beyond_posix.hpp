@@ -1,6 +1,6 @@
 #pragma once
-// What the POSIX files of this room (posix.txt) need of the system and POSIX does not have. Whoever ports to a BSD
-// writes these again, and none of those files; docs/bsd.md.
+// System calls beyond POSIX for the POSIX files of this room (posix.txt). A port to a BSD rewrites these functions, and
+// none of those files; docs/bsd.md.
 #include <sys/types.h>
 
 #include <cstddef>
@@ -15,44 +15,44 @@ namespace sinew::hal::beyond_posix {
 
 // ---- sockets
 
-/// A TCP peer whose machine or network is gone is noticed after `silence`, whether we write or only listen; as far as
-/// the system can.
+/// Ends a TCP connection whose peer's machine or network is gone after `silence`, whether we write or only listen; as
+/// far as the system can.
 void give_up_on_a_silent_peer(int socket, Duration silence) noexcept;
 
 /// The process at the other end of a Unix socket. Errors: not_supported.
 Result<Peer> peer_of(int socket) noexcept;
 
-/// bind() to a Unix socket's path, with a file that nobody else can connect to, not even for a moment. Sets errno.
+/// bind() to a Unix socket's path; no other user can connect to the file, not even for a moment. Sets errno.
 bool bind_for_its_owner(int socket, const sockaddr* address, unsigned bytes) noexcept;
 
 // ---- serial lines
 
-/// No echo, no flow control, no translation; a read of nothing and a line that is gone differ. Errors: io.
+/// No echo, no flow control, no translation; an empty read differs from a lost line. Errors: io.
 Status make_raw(int line, const SerialSpec& spec) noexcept;
 
-/// Any rate that the driver can do within 3 %, which is what a UART still reads.
-/// Errors:  not_supported, with the rate that it does in detail; closed when the line is gone; io.
+/// Any rate that the driver reaches within 3 %; a UART still reads that.
+/// Errors:  not_supported, with the driver's rate in detail; closed when the line is gone; io.
 Status set_bit_rate(int line, std::uint32_t bits_per_s) noexcept;
 
 // ---- locks of a file
 
-/// Of the open file, not of the process: also two of one process exclude each other, and closing another descriptor of
-/// the file does not let go. False: somebody has it (errno EAGAIN or EACCES), or it failed.
+/// Locks the open file, not for the process: two locks of one process also exclude each other, and closing another
+/// descriptor of the file does not unlock it. False: another holder has it (errno EAGAIN or EACCES), or it failed.
 bool lock_file(int file) noexcept;
 bool is_locked_by_another(int file) noexcept;
 
 // ---- processes
 
-/// In a child, between fork and exec: it gets SIGTERM when its parent dies. Safe there.
+/// Call in a child between fork and exec: the child gets SIGTERM when its parent dies. Safe there.
 void end_with_parent() noexcept;
 
-/// Of this process. 0: the system does not tell.
+/// Number of threads of this process. 0: the system does not say.
 std::size_t threads() noexcept;
 
-/// Memory of this process that is there now. 0: the system does not tell.
+/// Bytes of this process in memory now. 0: the system does not say.
 std::uint64_t resident_bytes() noexcept;
 
-/// What `file` is, opened once more, so that its flags (O_NONBLOCK) are not those of others. -1: not on this system.
+/// Opens the target of `file` once more, with flags of its own (O_NONBLOCK). -1: not on this system.
 int open_again(int file, int flags) noexcept;
 
 }  // namespace sinew::hal::beyond_posix

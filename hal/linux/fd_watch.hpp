@@ -10,8 +10,8 @@
 
 namespace sinew::hal {
 
-/// One descriptor under watch: whether something has come since its device was last found empty, and who wants to know.
-/// The device's read() says begin_read() before it looks; when it finds nothing, the line stays quiet until more comes.
+/// One watched descriptor: records whether data came since its device was last found empty, and whom to wake. The
+/// device's read() calls begin_read() before it looks; after an empty read, the line is not ready until more comes.
 /// Thread:  ring(): the watch's; the others: the device's.   RT: all but change_wake().
 class FdLine {
  public:
@@ -26,25 +26,25 @@ class FdLine {
   void change_wake(Wake* wake) noexcept { wake_.change(wake); }
 
  private:
-  std::atomic<bool> ready_{true};  // nobody has looked yet
+  std::atomic<bool> ready_{true};  // not read yet
   WakeSlot wake_;
 };
 
-/// One thread that sleeps on many descriptors and rings whoever waits for one: what an interrupt is to devices that are
+/// One thread that sleeps on many descriptors and wakes the device of each: it replaces interrupts for devices that are
 /// files. Edge-triggered: read until nothing is left.
-/// Thread:  any but for the destructor.   RT: no.
+/// Thread:  any, except the destructor.   RT: no.
 class FdWatch {
  public:
-  /// `priority`: SCHED_FIFO, as that of an interrupt thread: above the modules that wait for it.
+  /// `priority`: SCHED_FIFO, as of an interrupt thread: above the modules that wait for it.
   static Result<std::shared_ptr<FdWatch>> start(Os& os, const ThreadOptions& options);
-  /// One without a thread, which rings nobody: for who looks by himself.
+  /// A watch without a thread that rings no line: for callers that poll.
   static std::shared_ptr<FdWatch> none() { return std::shared_ptr<FdWatch>(new FdWatch(-1, -1)); }
   ~FdWatch();
   /// Rings `line` whenever `fd` has more to read, hangs up or fails. The fd stays the caller's. Errors: io.
   Status add(int fd, FdLine& line);
-  /// When this returns, the line is not touched any more. Before the fd is closed.
+  /// When this returns, the line is not touched any more. Call before the fd is closed.
   void remove(int fd) noexcept;
-  /// What its thread could not have; see Thread::shortfall().
+  /// What its thread was refused; see Thread::shortfall().
   std::string shortfall() const { return thread_ ? thread_->shortfall() : std::string(); }
 
  private:

@@ -111,7 +111,7 @@ class LinuxInputFile final : public InputFile {
   std::uint64_t size_;
 };
 
-/// A new name is only on the disk when its folder is.
+/// A new name is on the disk only when its folder is synced.
 Status sync_folder_of(const std::string& path) {
   const std::size_t slash = path.rfind('/');
   const std::string folder = slash == std::string::npos ? "." : path.substr(0, std::max<std::size_t>(slash, 1));
@@ -135,7 +135,7 @@ Result<std::unique_ptr<OutputFile>> create_file(const std::string& path) {
 }
 
 Result<std::unique_ptr<InputFile>> open_file(const std::string& path) {
-  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a fifo must not hold us up
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a fifo must not block us
   if (fd < 0) return file_error("file: open");
   struct stat about {};
   if (::fstat(fd, &about) != 0 || !S_ISREG(about.st_mode)) {

@@ -6,7 +6,7 @@
 
 namespace sinew::hal {
 
-/// A new file; its name, too, survives a loss of power once this returns.
+/// Makes a new file; when this returns, its name survives a loss of power, too.
 /// Errors:  busy when there is something of that name already; denied, not_found (the folder), io.
 Result<std::unique_ptr<OutputFile>> create_file(const std::string& path);
 

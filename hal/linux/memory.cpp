@@ -34,7 +34,7 @@ struct Mapping {
   bool is_memfd() const { return path.starts_with("/memfd:"); }
 };
 
-/// A stack of Os::start_thread() stands between two of them, so that nothing else can become part of its mapping.
+/// A stack of Os::start_thread() lies between two of them, so that no other mapping can merge with it.
 bool is_guard(const Mapping& m) { return m.path.empty() && m.access == "---p"; }
 
 std::vector<Mapping> mappings(const char* file) {
@@ -63,7 +63,7 @@ std::vector<Mapping> mappings(const char* file) {
 
 bool is_the_systems(const std::string& path) { return path.starts_with("/usr/") || path.starts_with("/lib"); }
 
-/// The C library's file; empty where it is part of the program.
+/// The C library's file; empty where the library is part of the program.
 std::string c_library(const std::vector<Mapping>& all) {
   const void* in_it = reinterpret_cast<const void*>(&::clock_nanosleep);
   for (const Mapping& m : all)
@@ -117,7 +117,7 @@ bool lock_but(Range range, const std::vector<Range>& left_out) {
 }  // namespace
 
 Status lock_process_memory() {
-  ::malloc_trim(0);  // what the start has left behind
+  ::malloc_trim(0);  // memory that the start has freed
   const std::vector<Range> tables = tables_without_use();
   for (const Range& t : tables) ::madvise(reinterpret_cast<void*>(t.begin), t.end - t.begin, MADV_DONTNEED);
   if (::mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) != 0) {
@@ -131,7 +131,7 @@ Status lock_process_memory() {
   for (const Mapping& m : all) {
     const bool is_data = m.access == "rw-p" && !m.is_stack;
     const bool is_ours = m.is_file() && !m.is_memfd() && (m.path == program || !is_the_systems(m.path));
-    const bool is_c_code = m.path == libc && m.access == "r-xp";  // its tables are those of languages and errors
+    const bool is_c_code = m.path == libc && m.access == "r-xp";  // its tables for languages and errors are left out
     if ((is_data || (is_ours && m.access[0] == 'r') || is_c_code) && !lock_but({m.begin, m.end}, tables))
       return Error{Errc::denied, "mlock", errno};
   }
@@ -150,7 +150,7 @@ MemoryUse memory_use() {
       (m.path == program ? use.program : use.libraries) += m.resident;
     else if (m.is_stack)
       use.stacks += m.resident;
-    else if (m.path == "[heap]" || nameless_data)  // large blocks have mappings of their own
+    else if (m.path == "[heap]" || nameless_data)  // large blocks have their own mappings
       use.heap += m.resident;
     else
       use.other += m.resident;

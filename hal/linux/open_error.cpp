@@ -10,7 +10,7 @@
 namespace sinew::hal {
 namespace {
 
-/// "group 'dialout'" where the file's group may open it, else who may.
+/// "group 'dialout'" where the file's group may open it, else the users that may.
 std::string who_may(const std::string& path) {
   struct stat s {};
   if (::stat(path.c_str(), &s) != 0) return "a folder above it is closed to this user";
@@ -24,7 +24,7 @@ std::string who_may(const std::string& path) {
   return "only its owner may: give it to a group with a udev rule (GROUP=\"" + name + "\", MODE=\"0660\")";
 }
 
-// strerror_r() has two forms: GNU's answers a text that may lie elsewhere, POSIX' has put it into the space.
+// strerror_r() has two forms: GNU's answers a text that may lie elsewhere, POSIX's fills the given space.
 [[maybe_unused]] std::string text_of(const char* answer, const char*) { return answer; }
 [[maybe_unused]] std::string text_of(int, const char* space) { return space; }
 

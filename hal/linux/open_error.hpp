@@ -6,9 +6,9 @@
 
 namespace sinew::hal {
 
-/// What to tell a user whose device cannot be opened.
+/// Advice for a user whose device cannot be opened.
 struct OpenHint {
-  std::string_view absent;  // what may be done when it is not there: "load its module: modprobe i2c-dev"
+  std::string_view absent;  // the remedy for a missing device: "load its module: modprobe i2c-dev"
 };
 
 /// Turns errno of open() or the first ioctl into an Error, and into words: path, reason, who may open it, what to do.

@@ -40,8 +40,8 @@ Time read_clock(clockid_t id) {
   return {std::int64_t{ts.tv_sec} * kNsPerSecond + ts.tv_nsec};
 }
 
-// What a thread's stack holds besides what the robot file asks for: the C library's and the programs' thread-local
-// data, which the thread sanitizer adds hundreds of kilobytes to.
+// A thread's stack needs room besides what the robot file asks for: thread-local data of the C library and of programs.
+// The thread sanitizer adds hundreds of kilobytes.
 #ifdef __SANITIZE_THREAD__
 constexpr std::size_t kOwnStackUse = 2 * 1024 * 1024;
 #else
@@ -54,8 +54,8 @@ constexpr std::size_t kOwnStackUse = 64 * 1024;
   for (std::size_t i = 0; i < bytes; i += 4096) page[i] = 0;
 }
 
-/// Between two pages that nobody may touch: the one below catches an overflow, the one above keeps the mapping apart
-/// from others, so that lock_process_memory() can tell it.
+/// A stack between two guard pages: the one below catches an overflow, the one above keeps the mapping apart from
+/// others, so that lock_process_memory() recognises it.
 class Stack {
  public:
   Stack() = default;
@@ -131,9 +131,10 @@ class LinuxThread final : public Thread {
       p.sched_priority = options_.fifo_priority;
       if (const int e = pthread_setschedparam(pthread_self(), SCHED_FIFO, &p); e != 0) fall_short("SCHED_FIFO", e);
     }
-    // For ordinary priority, which else may wake 50 us late on purpose; SCHED_FIFO has no slack. Never refused.
+    // For ordinary priority, whose wake-ups are otherwise up to 50 us late on purpose; SCHED_FIFO has no slack. Never
+    // refused.
     prctl(PR_SET_TIMERSLACK, 1UL);
-    if (options_.nice != 0) setpriority(PRIO_PROCESS, 0, options_.nice);  // of this thread; it runs all the same
+    if (options_.nice != 0) setpriority(PRIO_PROCESS, 0, options_.nice);  // of this thread; it also runs if refused
     prefault_stack(options_.stack_bytes);
   }
 
@@ -153,8 +154,8 @@ class LinuxThread final : public Thread {
 
 class LinuxOs final : public Os {
  public:
-  // One heap for all threads: others would each reserve and, once locked, keep one of their own for what a thread
-  // allocates while it starts.
+  // One heap for all threads: otherwise each thread would reserve, and once locked keep, its own heap for its
+  // allocations at start.
   LinuxOs() { mallopt(M_ARENA_MAX, 1); }
 
   Time now() const noexcept override { return read_clock(CLOCK_MONOTONIC); }

@@ -34,7 +34,7 @@ struct Pipe {
   Pipe& operator=(const Pipe&) = delete;
 };
 
-/// Writing to a program that does not read any more is an answer, not the end of this process.
+/// Makes a write to a program that no longer reads an error instead of the end of this process.
 class NoBrokenPipe {
  public:
   NoBrokenPipe() {
@@ -103,7 +103,7 @@ class Talk {
     if (piece_.empty()) return Pipe::close(in_.write);
     const auto n = ::write(in_.write, piece_.data(), piece_.size());
     if (n >= 0) return piece_.remove_prefix(static_cast<std::size_t>(n));
-    if (errno != EAGAIN && errno != EINTR) Pipe::close(in_.write);  // it wants no more
+    if (errno != EAGAIN && errno != EINTR) Pipe::close(in_.write);  // the program reads no more
   }
   static void listen(int& end, const std::function<void(std::string_view)>& say) {
     std::array<char, 65536> buffer;
@@ -123,9 +123,9 @@ Result<int> run_piped(const std::vector<std::string>& argv, const PipedIo& io) {
   std::vector<char*> raw;
   for (const auto& a : argv) raw.push_back(const_cast<char*>(a.c_str()));
   raw.push_back(nullptr);
-  std::signal(SIGCHLD, SIG_DFL);  // whoever started us may have it ignored: no end of a child would be reported then
+  std::signal(SIGCHLD, SIG_DFL);  // our parent may have set it to ignore: then no end of a child would be reported
   const NoBrokenPipe guard;
-  Pipe in, out, err, report;  // report: closed by a successful exec, else it carries its errno
+  Pipe in, out, err, report;  // report: closed by a successful exec, else carries its errno
   if (!in.open() || !report.open() || (io.output && !out.open()) || (io.errors && !err.open()))
     return Error{Errc::io, "pipe2", errno};
   const pid_t parent = getpid();

@@ -25,7 +25,7 @@ namespace {
 std::atomic<bool> g_stop{false};
 void on_signal(int) { g_stop.store(true, std::memory_order_relaxed); }
 
-// Whoever started us may have it ignored, and then no end of a child would ever be reported.
+// Our parent may have set SIGCHLD to ignore; then no end of a child would ever be reported.
 void hear_of_children() { std::signal(SIGCHLD, SIG_DFL); }
 
 // Between fork and exec: only calls that are safe there.
@@ -53,7 +53,7 @@ Result<std::unique_ptr<ChildProcess>> ChildProcess::start(const std::vector<std:
   std::vector<char*> raw;
   for (const auto& a : argv) raw.push_back(const_cast<char*>(a.c_str()));
   raw.push_back(nullptr);
-  int report[2];  // closed by a successful exec; else carries its errno
+  int report[2];  // closed by a successful exec; otherwise carries its errno
   if (pipe2(report, O_CLOEXEC) != 0) return Error{Errc::io, "pipe2", errno};
   const pid_t parent = getpid();
   const pid_t pid = ::fork();
@@ -81,7 +81,7 @@ Result<std::unique_ptr<ChildProcess>> ChildProcess::fork(const std::function<int
   const std::size_t threads = beyond_posix::threads();
   if (threads > 1) return Error{Errc::not_supported, "fork with more than one thread", std::int64_t(threads)};
   hear_of_children();
-  std::fflush(nullptr);  // or both would write what is buffered
+  std::fflush(nullptr);  // otherwise both would write the buffered bytes
   const pid_t pid = ::fork();
   if (pid < 0) return Error{Errc::io, "fork", errno};
   if (pid > 0) return std::unique_ptr<ChildProcess>(new ChildProcess(pid));
@@ -141,7 +141,7 @@ void outlive_terminal() {
 
 void print_now(std::string_view text) {
   std::fflush(stdout);
-  // An opening of its own does not wait, and whoever shares the terminal still does. A file never makes anybody wait.
+  // A separate opening does not wait, while other users of the terminal still do. Writing to a file never waits.
   static const int out = [] {
     struct stat info {};
     const bool may_wait = fstat(STDOUT_FILENO, &info) == 0 && (S_ISCHR(info.st_mode) || S_ISFIFO(info.st_mode));
@@ -149,7 +149,7 @@ void print_now(std::string_view text) {
         may_wait ? beyond_posix::open_again(STDOUT_FILENO, O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC) : -1;
     return own < 0 ? STDOUT_FILENO : own;
   }();
-  static_cast<void>(write(out, text.data(), text.size()) < 0);  // then nobody sees it
+  static_cast<void>(write(out, text.data(), text.size()) < 0);  // on an error the text is lost
 }
 
 void request_stop() { g_stop.store(true, std::memory_order_relaxed); }

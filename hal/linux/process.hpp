@@ -12,7 +12,7 @@
 
 namespace sinew::hal {
 
-/// A program started by us. It gets SIGTERM when we die, so that none is left behind.
+/// A program started by us. It gets SIGTERM when we die, so that it is not left behind.
 /// Thread:  owner.
 class ChildProcess {
  public:
@@ -21,7 +21,7 @@ class ChildProcess {
   static Result<std::unique_ptr<ChildProcess>> start(const std::vector<std::string>& argv,
                                                      const std::string& log_path = {});
   /// Runs `body` in a copy of this process, which ends with its result. The copy outlives us when we die. Only while
-  /// this process has one thread: the others would be missing in the copy, with whatever they had locked.
+  /// this process has one thread: the copy would lack the others, and their locks would stay locked.
   /// Errors:  io; not_supported when there are other threads.
   static Result<std::unique_ptr<ChildProcess>> fork(const std::function<int()>& body);
   ~ChildProcess();  // terminate(), at last kill
@@ -37,7 +37,7 @@ class ChildProcess {
   void terminate();
   /// Ends it without asking (SIGKILL).
   void kill_now();
-  /// In a copy of its owner: the child is not ours any more, and nothing here touches it.
+  /// In a copy of the owner: the child is no longer ours, and nothing here touches it.
   void disown() { exit_code_ = 0; }
 
  private:
@@ -51,14 +51,14 @@ std::string describe_exit(int code);
 
 /// From the first call on, SIGINT and SIGTERM do not end the process but make this true.
 bool stop_requested();
-/// As if such a signal had come. Thread: any.
+/// Has the effect of such a signal. Thread: any.
 void request_stop();
-/// For a program that a lost terminal must not end: a hang-up (SIGHUP) is nothing to it, and writing to whom nobody
-/// reads from is an error instead of a signal (SIGPIPE). Programs that it starts have both from it.
+/// For a program that must survive the loss of its terminal: it ignores a hang-up (SIGHUP), and writing to a pipe
+/// without a reader is an error instead of a signal (SIGPIPE). Programs that it starts inherit both.
 void outlive_terminal();
 
-/// Writes to standard output what that takes at once and drops the rest: a terminal that stands still, or a pipe that
-/// nobody empties, holds up nobody. Thread: any one; after what stdio holds of it.
+/// Writes to standard output as much as fits without waiting, and drops the rest: a stopped terminal, or a pipe without
+/// a reader, does not block us. Thread: one at a time; after the bytes that stdio holds.
 void print_now(std::string_view text);
 
 /// Is standard output a terminal, and how large (80 x 24 when unknown).
@@ -74,8 +74,8 @@ struct ProcessUse {
 };
 ProcessUse process_use();
 
-/// When this process was started, before its first instruction, on system_os()'s clock; to 10 ms, as the kernel tells
-/// it. Nothing when the kernel does not.
+/// When this process was started, before its first instruction, on system_os()'s clock, to 10 ms. Nothing when the
+/// kernel does not say.
 std::optional<Time> process_start();
 
 /// The running program's own path; empty when the kernel does not say.

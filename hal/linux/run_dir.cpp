@@ -36,7 +36,7 @@ int written_pid(int fd) {
   return n > 0 ? std::atoi(text) : 0;
 }
 
-/// False when somebody removed or replaced the file while we took it.
+/// False when another process removed or replaced the file while we took it.
 bool is_still_at(int fd, const std::string& path) {
   struct stat ours {
   }, there{};
@@ -96,7 +96,7 @@ std::optional<int> FileLock::holder(const std::string& path) {
 }
 
 FileLock::~FileLock() {
-  ::unlink(path_.c_str());  // first: who opens it from now on finds another file
+  ::unlink(path_.c_str());  // first: a process that opens it from now on finds another file
   ::close(fd_);
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// Where programs of one user on one machine find each other: a private folder, and lock files that die with their
+// A meeting place for programs of one user on one machine: a private folder, and lock files that end with their
 // process.
 #include <memory>
 #include <optional>
@@ -11,18 +11,18 @@ namespace sinew::hal {
 
 /// $SINEW_RUN_DIR, else $XDG_RUNTIME_DIR/sinew, else sinew-UID in the temporary folder; made when missing, for its
 /// owner only.
-/// Errors:  denied when it is a link, no folder, somebody else's, or open to others (a stranger could put a robot of
-///          his there); io. `path` is set in any case.
+/// Errors:  denied when it is a link, no folder, another user's, or open to others (a stranger could put a robot
+///          there); io. `path` is set in any case.
 Status run_dir(std::string& path);
 
-/// A file that one living process holds; the kernel lets go when the process ends, however it ends.
+/// A file that one living process holds; the kernel releases it when the process ends, however it ends.
 /// Thread:  owner.
 class FileLock {
  public:
   /// Takes it without waiting and writes our process id into it.
   /// Errors:  busy (detail: process id of the holder, 0 unknown); denied, io.
   static Result<std::unique_ptr<FileLock>> take(const std::string& path);
-  /// Process id of who holds it now (0: not known yet); nothing when nobody does. Never disturbs a taker.
+  /// Process id of the present holder (0: not known yet); nothing when there is none. Never disturbs a taker.
   static std::optional<int> holder(const std::string& path);
   ~FileLock();  // removes the file
   FileLock(const FileLock&) = delete;

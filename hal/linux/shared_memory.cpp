@@ -78,7 +78,7 @@ Error shared_memory_error(int fd, const char* where) {
 Result<std::unique_ptr<SharedMemory>> map(int fd, std::size_t bytes, int protection) {
   void* at = ::mmap(nullptr, bytes, protection, MAP_SHARED | MAP_POPULATE, fd, 0);
   if (at == MAP_FAILED) return shared_memory_error(fd, "shared memory: mmap");
-  // Without the privilege the pages are merely not pinned; who needs that guarantee asks Os::lock_memory().
+  // Without the privilege the pages are merely not pinned; callers that need that guarantee call Os::lock_memory().
   static_cast<void>(::mlock(at, bytes));
   return std::unique_ptr<SharedMemory>(new MappedMemory(fd, static_cast<std::byte*>(at), bytes));
 }
@@ -95,7 +95,7 @@ Result<std::unique_ptr<SharedMemory>> create_shared_memory(std::string_view name
   if (::ftruncate(fd, static_cast<off_t>(rounded)) != 0) return shared_memory_error(fd, "shared memory: ftruncate");
   if (::fcntl(fd, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW) != 0) return shared_memory_error(fd, "shared memory: seal");
   auto memory = map(fd, rounded, PROT_READ | PROT_WRITE);
-  // Ours is mapped by now; whoever maps later may only read. Kernels before 5.1 refuse, and then peers are trusted.
+  // Our mapping exists by now; later mappings may only read. Kernels before 5.1 refuse, and then peers are trusted.
   if (memory) static_cast<void>(::fcntl(fd, F_ADD_SEALS, F_SEAL_FUTURE_WRITE | F_SEAL_SEAL));
   return memory;
 }

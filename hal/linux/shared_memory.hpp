@@ -7,19 +7,20 @@
 
 namespace sinew::hal {
 
-/// Zeroed pages as a memfd, sealed so that nobody can shrink, grow or (later mappings) write it. `name` is only seen in
+/// Zeroed pages as a memfd, sealed against shrinking, growing and (later mappings) writing. `name` is only seen in
 /// /proc. Locked where permitted. Closed and unmapped by the destructor; peers keep their own mapping.
 /// Errors:  bad_argument for 0 bytes; io, out_of_memory.
 Result<std::unique_ptr<SharedMemory>> create_shared_memory(std::string_view name, std::size_t bytes);
 
-/// A handle that came from another process, mapped read-only or for copying; owns it from then on, also on failure.
+/// Maps a handle from another process read-only, or opens it for copying; owns the handle from then on, also on
+/// failure.
 /// Errors:  bad_data when it is no memfd, empty, or its owner could shrink it (our read would then be a bus error); io.
 Result<std::unique_ptr<SharedMemory>> open_shared_memory(int fd, Stream::MemoryAccess access);
 
 /// Sleeps, across processes, while the word of a shared memory holds `expected`, at most until `deadline`; read access
 /// is enough. May return early; callers look again.
 void wait_shared(const WakeWord& word, std::uint32_t expected, Time deadline) noexcept;
-/// Wakes everybody who sleeps on it, in any process.
+/// Wakes all sleepers on it, in any process.
 void wake_shared(const WakeWord& word) noexcept;
 
 }  // namespace sinew::hal

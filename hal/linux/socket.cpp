@@ -76,7 +76,7 @@ class SocketStream final : public Stream {
   SocketStream& operator=(const SocketStream&) = delete;
 
   Result<std::size_t> read(std::span<std::byte> into) noexcept override {
-    // A Unix socket wakes who sleeps in recv() also when there is room to write again; who sleeps in poll(), not.
+    // A Unix socket wakes a thread in recv() also when there is room to write again; a thread in poll() it does not.
     if (split_ && local_ && !wait_for_bytes()) return system_error("socket read", EAGAIN);
     return receive(into, 0);
   }
@@ -154,7 +154,7 @@ class SocketStream final : public Stream {
   }
 
   Result<std::unique_ptr<SharedMemory>> take_memory(MemoryAccess access) override {
-    expects_memory_ = false;  // from now on the plain read, and handles of a hostile peer fall away in the kernel
+    expects_memory_ = false;  // from now on the plain read: the kernel drops handles of a hostile peer
     if (received_fd_ < 0) return Error{Errc::not_found, "peer handed over no memory"};
     return open_shared_memory(std::exchange(received_fd_, -1), access);
   }
@@ -171,7 +171,7 @@ class SocketStream final : public Stream {
     }
   }
 
-  /// False: none came in time.
+  /// False: no byte came in time.
   bool wait_for_bytes() noexcept {
     pollfd waiting{fd_, POLLIN, 0};
     const timespec limit{static_cast<time_t>(patience_.count() / 1'000'000'000),
@@ -232,7 +232,7 @@ struct Address {
   const sockaddr* get() const { return reinterpret_cast<const sockaddr*>(&storage); }
 };
 
-/// A host may have several: tried in the order of the system's preference (RFC 6724).
+/// A host may have several addresses, tried in the order of the system's preference (RFC 6724).
 using Addresses = std::vector<Address>;
 
 Result<Addresses> unix_address(std::string_view path) {
@@ -279,7 +279,7 @@ Result<Addresses> parse_endpoint(std::string_view endpoint, bool passive) {
   return tcp_addresses(endpoint, passive);
 }
 
-/// Waits at most `patience`, where there is something to wait for: a host that does not answer at all.
+/// Waits at most `patience`, for a host that does not answer at all.
 Result<int> connect_once(const Address& a, Duration patience) {
   const int fd = ::socket(a.storage.ss_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
   if (fd < 0) return system_error("socket", errno);
@@ -296,11 +296,11 @@ Result<int> connect_once(const Address& a, Duration patience) {
   return system_error("nobody answers at this endpoint", why);
 }
 
-/// Somebody may listen there a little later.
+/// True if a listener may appear there a little later.
 bool may_come(const Error& e) { return e.code == Errc::closed || e.code == Errc::not_found || e.code == Errc::timeout; }
 
-/// One after the other; the time goes in equal parts to those that are left. The error is the first one's, but that of
-/// an address where somebody may come goes before one of a network that is not there.
+/// Tries one after the other; the time goes in equal parts to those that are left. Answers the first error, but prefers
+/// that of an address where a listener may appear to that of an unreachable network.
 Result<int> connect_any(const Addresses& all, std::chrono::steady_clock::time_point give_up) {
   std::optional<Error> first;
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -344,7 +344,7 @@ class SocketListener final : public Listener {
   std::string path_;  // Unix: the file to remove
 };
 
-/// A socket file that nobody answers on was left by a process that died.
+/// A socket file without a listener was left by a process that died.
 void remove_dead_file(const Address& a, const char* path) {
   struct stat info {};
   if (::lstat(path, &info) != 0 || !S_ISSOCK(info.st_mode)) return;

@@ -1,5 +1,5 @@
 #pragma once
-// hal::Stream and hal::Listener on Unix sockets and TCP: what every system has is in hal/platform.hpp.
+// hal::Stream and hal::Listener on Unix sockets and TCP; hal/platform.hpp has the part common to every system.
 #include <cstdint>
 #include <memory>
 #include <span>

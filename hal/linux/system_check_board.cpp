@@ -1,4 +1,4 @@
-// What `sinew doctor` says about a board with devices: their files, CAN interfaces, and what surrounds them.
+// The part of `sinew doctor` for a board with devices: their files, CAN interfaces, and their surroundings.
 #include <sys/timex.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ using enum CheckState;
 constexpr std::int64_t kCanType = 280;       // ARPHRD_CAN. Source: linux/if_arp.h
 constexpr std::int64_t kShortCanQueue = 64;  // frames; the kernel's default of 10 is one cycle of a few joints
 
-/// Findings of one check, the worst of which is its state.
+/// Findings of one check; the worst one is its state.
 class Findings {
  public:
   explicit Findings(std::string id) : check_{std::move(id), ok, "", ""} {}
@@ -110,7 +110,7 @@ SystemCheck can(const SystemFiles& files, const SystemDemand& demand) {
   return found.check();
 }
 
-/// What the kernel has to be built with for these devices.
+/// The kernel's build options that these devices need.
 std::set<std::string> options_for(const SystemDemand& demand) {
   std::set<std::string> options;
   constexpr std::pair<const char*, const char*> kNodes[] = {{"/dev/i2c-", "CONFIG_I2C_CHARDEV"},
@@ -173,10 +173,11 @@ SystemCheck root_file_system(const SystemFiles& files) {
 
 SystemCheck clock_sync(const SystemFiles& files) {
   const SystemCheck good{"clock_sync", ok, "the wall clock follows a time server", ""};
-  const SystemCheck bad{"clock_sync", warning, "the wall clock follows nobody: names and dates of runs may be wrong",
+  const SystemCheck bad{"clock_sync", warning,
+                        "the wall clock follows no time server: names and dates of runs may be wrong",
                         "chrony or systemd-timesyncd; without a network a real-time clock with a battery"};
   if (files.is_live()) {
-    timex state{};  // asks, and sets nothing
+    timex state{};  // only asks
     return adjtimex(&state) == TIME_ERROR || (state.status & STA_UNSYNC) != 0 ? bad : good;
   }
   if (files.access("run/systemd/timesync/synchronized")) return good;

@@ -1,4 +1,4 @@
-// What `sinew doctor` says about processors, and about the interrupt threads that share them with the robot's.
+// The part of `sinew doctor` for processors, and for the interrupt threads that share them with the robot's.
 #include <algorithm>
 #include <cctype>
 #include <cstdlib>
@@ -13,7 +13,7 @@ namespace {
 using enum CheckState;
 
 constexpr const char* kCpus = "sys/devices/system/cpu/";
-// Waking from a state beyond this would be seen in a loop's lateness, which is some 25 us on small machines.
+// A wake-up slower than this would be seen in a loop's lateness, which is some 25 us on small machines.
 constexpr std::int64_t kHarmlessWake_us = 10;
 
 bool contains(const std::vector<int>& cpus, int cpu) { return std::find(cpus.begin(), cpus.end(), cpu) != cpus.end(); }
@@ -27,7 +27,7 @@ std::vector<std::string> cpu_folders(const SystemFiles& files) {
   return folders;
 }
 
-/// A service's CPUAffinity= is where its threads begin, not where they end: the thread says itself what it did not get.
+/// A service's CPUAffinity= is only the start: threads may leave it. So a thread tries, and says what it did not get.
 bool can_be_tied_to(const std::vector<int>& cpus) {
   ThreadOptions options;
   options.name = "doctor";
@@ -44,7 +44,7 @@ SystemCheck cpus(const SystemFiles& files, const SystemDemand& demand) {
   std::vector<int> usable;
   for (const int cpu : cpu_list(*allowed))
     if (!online || contains(cpu_list(*online), cpu)) usable.push_back(cpu);
-  // A thread that asks for them gets them, though nothing is put there by itself.
+  // A thread that asks for isolated processors gets them, though the kernel puts nothing there.
   const auto isolated = cpu_list(files.text(std::string(kCpus) + "isolated").value_or(""));
   const std::string seen = "usable processors: " + to_text(usable);
   std::string missing;
@@ -102,7 +102,7 @@ SystemCheck idle_states(const SystemFiles& files) {
               std::to_string(kHarmlessWake_us)};
 }
 
-/// Processors that threads of a fixed priority are tied to, the guardian's too.
+/// Processors that threads of fixed priority, the guardian's too, are tied to.
 std::vector<int> tied_cpus(const SystemDemand& demand) {
   std::vector<int> tied;
   for (const auto& t : demand.threads)
@@ -138,7 +138,7 @@ struct IrqThread {
   int priority = 0;
 };
 
-/// Is it of a device that robots hang on? The words as they appear in names ("can0", "fe205000.i2c", "spi0.0").
+/// True for a device that robots use: words as they appear in names ("can0", "fe205000.i2c", "spi0.0").
 bool serves_a_robots_device(std::string_view device) {
   for (const std::string_view word : {"can", "mcp251", "i2c", "spi", "csi", "unicam", "camera", "imx", "uart", "tty",
                                       "serial", "gpio", "usb", "xhci", "ehci", "dwc"}) {
@@ -166,7 +166,7 @@ std::vector<IrqThread> irq_threads(const SystemFiles& files) {
   return threads;
 }
 
-/// The highest thread that waits for devices and is not below `irq`; null: none.
+/// The highest of the threads that wait for devices and are not below `irq`; null: none.
 const SystemDemand::Thread* starving(const SystemDemand& demand, const IrqThread& irq) {
   const SystemDemand::Thread* highest = nullptr;
   for (const auto& t : demand.threads)

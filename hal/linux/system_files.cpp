@@ -30,7 +30,7 @@ bool is_folder_at(const std::string& path) {
 }
 
 std::optional<std::string> whole_file(const std::string& path) {
-  if (is_folder_at(path)) return std::nullopt;  // it would open, and throw when it is read
+  if (is_folder_at(path)) return std::nullopt;  // a folder opens, but throws when it is read
   std::ifstream in(path, std::ios::binary);
   if (!in) return std::nullopt;
   return std::string(std::istreambuf_iterator<char>(in), {});

@@ -13,16 +13,16 @@ namespace sinew::hal {
 class SystemFiles {
  public:
   explicit SystemFiles(std::string root);
-  /// The machine on which this runs, so that things may be tried and not only read.
+  /// True for the machine on which this runs: then things may be tried, not only read.
   bool is_live() const { return root_ == "/"; }
   const std::string& root() const { return root_; }
 
-  /// Without the white space at its end; nothing when it cannot be read.
+  /// The content without the white space at its end; nothing when it cannot be read.
   std::optional<std::string> text(const std::string& name) const;
   std::optional<std::int64_t> number(const std::string& name) const;
   /// The rest of the first line that begins with `key`, without white space around it.
   std::optional<std::string> field(const std::string& name, std::string_view key) const;
-  /// Names in a folder, numbers in them in their order (cpu2 before cpu10).
+  /// Names in a folder, sorted with numbers by value (cpu2 before cpu10).
   std::vector<std::string> list(const std::string& folder) const;
   bool is_folder(const std::string& name) const;
   bool writable(const std::string& name) const;
@@ -42,9 +42,9 @@ class SystemFiles {
   std::optional<std::string> config_;
 };
 
-/// "0-2,5" as numbers; what is not of this form is left out.
+/// "0-2,5" as numbers; other text is left out.
 std::vector<int> cpu_list(std::string_view text);
-/// The other way round.
+/// The inverse of cpu_list().
 std::string to_text(const std::vector<int>& cpus);
 
 }  // namespace sinew::hal

@@ -56,7 +56,7 @@ Errc code_of(int why) {
 
 Result<std::unique_ptr<Watchdog>> open_watchdog(const std::string& path, Duration timeout) {
   if (timeout < 1s) return Error{Errc::bad_argument, "watchdog: the timeout is at least 1 s", timeout.count()};
-  // Not blocking: a pipe that nobody reads, or one that is full, is an error and never a wait.
+  // Not blocking: a pipe without a reader, or a full one, is an error and never a wait.
   const int fd = ::open(path.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);
   if (fd < 0) {
     const int why = errno;

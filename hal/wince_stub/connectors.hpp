@@ -3,7 +3,8 @@
 
 namespace sinew::hal {
 
-/// The plugs of a Windows CE board: none is known, each says so (not_supported). Whoever ports to one writes them here.
+/// The connectors of a Windows CE board: none is known, each says so (not_supported). A port to a board writes them
+/// here.
 /// Thread:  owner, configure only.
 std::unique_ptr<Connectors> wince_connectors();
 

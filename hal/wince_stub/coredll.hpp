@@ -1,10 +1,10 @@
 #pragma once
-// The system calls that this port may use: those that Windows CE documents, by their names there, and nothing else.
-// The system's own headers are included nowhere in this room, because they would let in what CE does not have
-// (condition variables, WaitOnAddress, waitable timers, VirtualLock, thread pools, SRW locks).
-// On CE all of these are in coredll.dll and ws2.dll, on a desk's Windows in kernel32.dll and ws2_32.dll.
-// Source:  Windows Embedded Compact 7 reference: "Core OS Services" and "Winsock"; what is not on that system's desk
-//          brother, or has another form there (256 priorities: CeSetThreadPriority; LockPages), is left out.
+// The system calls that this port may use: only calls that Windows CE documents, by their names there. This room
+// includes none of the system's own headers, because they would let in calls that CE lacks (condition variables,
+// WaitOnAddress, waitable timers, VirtualLock, thread pools, SRW locks).
+// On CE all of these are in coredll.dll and ws2.dll, on desktop Windows in kernel32.dll and ws2_32.dll.
+// Source:  Windows Embedded Compact 7 reference: "Core OS Services" and "Winsock". Calls that desktop Windows lacks, or
+//          has in another form (256 priorities: CeSetThreadPriority; LockPages), are left out.
 #include <cstddef>
 #include <cstdint>
 
@@ -17,7 +17,7 @@ using Handle = void*;  // HANDLE
 using Bool = int;      // BOOL
 using Dword = std::uint32_t;
 using Word = std::uint16_t;
-using Char = wchar_t;  // 16 bits; names of events and mappings, of which we have none
+using Char = wchar_t;  // 16 bits; for names of events and mappings, which we do not use
 static_assert(sizeof(Char) == 2);
 
 inline const Handle kInvalidHandle = reinterpret_cast<Handle>(std::intptr_t{-1});

@@ -12,7 +12,7 @@ using namespace ce;
 
 constexpr std::int64_t kNsPerSecond = 1'000'000'000, kNsPerMs = 1'000'000;
 
-/// As long as the system can wait in one go; who waits looks at the clock again.
+/// The longest wait of one call; the caller looks at the clock again.
 constexpr std::int64_t kLongestMs = 3'600'000;
 
 class Lock {
@@ -26,12 +26,12 @@ class Lock {
   CriticalSection& section_;
 };
 
-/// The event that a thread sleeps on: one for each thread, made when it first sleeps and given back when it ends.
-/// Threads that are not this room's keep theirs until the process ends.
+/// The event that a thread sleeps on: one per thread, made when it first sleeps and given back when it ends. Threads
+/// that this room did not start keep theirs until the process ends.
 class OwnEvent {
  public:
   OwnEvent() : index_(TlsAlloc()) {}
-  /// Null: the system has none left.
+  /// Null: the system has no event left.
   Handle get() noexcept {
     if (index_ == kTlsOutOfIndexes) return nullptr;
     Handle event = TlsGetValue(index_);
@@ -57,8 +57,8 @@ OwnEvent& own_event() {
   return event;
 }
 
-/// Where threads sleep on words: Windows CE has no futex. Each word belongs to one of a few lists; who wakes takes one
-/// sleeper out of the list under its lock, so none is woken twice and none is missed.
+/// Sleeping on words: Windows CE has no futex. Each word belongs to one of a few lists; a waker takes one sleeper out
+/// of the list under its lock, so none is woken twice and none is missed.
 class ParkingLot {
  public:
   ParkingLot() {
@@ -79,7 +79,7 @@ class ParkingLot {
     WaitForSingleObject(self.event, ms);
     const Lock lock(bucket.section);
     if (self.woken) {
-      ResetEvent(self.event);  // set between the time-out and the lock: not for the next sleep
+      ResetEvent(self.event);  // an event set between the time-out and the lock is not for the next sleep
       return;
     }
     for (Sleeper** at = &bucket.first; *at != nullptr; at = &(*at)->next)
@@ -92,14 +92,14 @@ class ParkingLot {
   void wake(const WakeWord& word) noexcept {
     Bucket& bucket = bucket_of(word);
     const Lock lock(bucket.section);
-    Sleeper** last = nullptr;  // the list is in the order of coming, the newest first: the oldest is woken
+    Sleeper** last = nullptr;  // the list is in order of arrival, the newest first: the oldest is woken
     for (Sleeper** at = &bucket.first; *at != nullptr; at = &(*at)->next)
       if ((*at)->word == &word) last = at;
     if (last == nullptr) return;
     Sleeper& sleeper = **last;
     *last = sleeper.next;
     sleeper.woken = true;
-    SetEvent(sleeper.event);  // under the lock: it lives on the sleeper's stack, who needs the lock to leave
+    SetEvent(sleeper.event);  // under the lock: the sleeper owns the event, and needs the lock to leave
   }
 
  private:
@@ -128,7 +128,7 @@ std::int64_t ticks_per_second() {
 }
 
 /// 99 priorities on three levels, since both systems have seven, of which three are below an ordinary thread. CE's own
-/// 256 (CeSetThreadPriority) are not on a desk's Windows.
+/// 256 (CeSetThreadPriority) are not on desktop Windows.
 int level_of(const ThreadOptions& options) {
   const int p = options.fifo_priority;
   if (p >= 70) return time_critical;
@@ -155,7 +155,7 @@ class CeThread final : public Thread {
     if (!options_.cpus.empty()) fall_short("CPU set: the system has none");
     if (ResumeThread(thread_) != static_cast<Dword>(-1)) return {};
     const Dword why = GetLastError();
-    CloseHandle(thread_);  // it never runs, and nobody may wait for it
+    CloseHandle(thread_);  // it never runs, and no one may wait for it
     thread_ = nullptr;
     return Error{Errc::io, "ResumeThread", why};
   }
@@ -185,7 +185,7 @@ class CeThread final : public Thread {
   Handle thread_ = nullptr;
 };
 
-/// Pages without a file. Other processes cannot be given them: CE maps by name only, and names are nobody's secret.
+/// Pages without a file. Other processes cannot be given them: CE maps by name only, and any process can use a name.
 class CeMemory final : public SharedMemory {
  public:
   CeMemory(Handle mapping, std::byte* at, std::size_t bytes) : mapping_(mapping), at_(at), bytes_(bytes) {}
@@ -219,8 +219,8 @@ class CeOs final : public Os {
     return {ticks / per_second_ * kNsPerSecond + ticks % per_second_ * kNsPerSecond / per_second_};
   }
 
-  // Never early, and late by up to a tick of the system (1 ms on CE, 1 to 16 ms on a desk): there is no finer timer
-  // that both have, and waiting busily would keep lower priorities from the processor.
+  // Never early, and late by up to a tick of the system (1 ms on CE, 1 to 16 ms on a desktop): both have no finer
+  // timer, and busy waiting would keep lower priorities from the processor.
   void sleep_until(Time t) noexcept override {
     for (Time here = now(); here < t; here = now()) Sleep(ms_until(t, here));
   }
@@ -248,7 +248,7 @@ class CeOs final : public Os {
 
   Result<std::unique_ptr<SharedMemory>> shared_memory(std::string_view, std::size_t bytes) override {
     if (bytes == 0) return Error{Errc::bad_argument, "shared memory of 0 bytes"};
-    // More than there are addresses is not even asked for: Wine's 32-bit half refuses it and then hangs, with a lock
+    // More than the address space is not even asked for: Wine's 32-bit half refuses it and then hangs, with a lock
     // held.
     if (bytes > std::size_t{PTRDIFF_MAX} / 2) return Error{Errc::out_of_memory, "shared memory: too large"};
     const Handle mapping = CreateFileMappingW(kInvalidHandle, nullptr, kPageReadWrite,
@@ -264,7 +264,7 @@ class CeOs final : public Os {
     return std::unique_ptr<SharedMemory>(new CeMemory(mapping, static_cast<std::byte*>(at), bytes));
   }
 
-  // CE writes no memory out to disk; LockPages, which keeps programs' own pages in, is not on a desk's Windows.
+  // CE swaps no memory to disk; LockPages, which keeps programs' own pages in, is not on desktop Windows.
   Status lock_memory() override { return Error{Errc::not_supported, "locking memory"}; }
 
  private:

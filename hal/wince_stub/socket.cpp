@@ -40,7 +40,7 @@ Error system_error(const char* where, int why) {
   }
 }
 
-/// Winsock 2.2, from the first use until the process ends. 0: it is there.
+/// Starts Winsock 2.2, from the first use until the process ends. 0: it is there.
 int winsock() {
   static const int why = [] {
     WinsockData data{};
@@ -73,7 +73,7 @@ void set_option(Socket s, int level, int name, Value value) noexcept {
   setsockopt(s, level, name, reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-/// Every socket is set not to block, and waits in select(): so a time-out is ours, and both directions are apart.
+/// Every socket is non-blocking, and waits in select(): so the time-outs are ours, and both directions are independent.
 class TcpStream final : public Stream {
  public:
   explicit TcpStream(Socket s) : socket_(s) {
@@ -147,7 +147,7 @@ class TcpStream final : public Stream {
   /// 0: no room now.
   Result<std::size_t> send_both(std::span<const std::byte> head, std::span<const std::byte> tail) noexcept {
     const auto buffer = [](std::span<const std::byte> b) {
-      auto* at = const_cast<char*>(reinterpret_cast<const char*>(b.data()));  // the call's type; it only reads
+      auto* at = const_cast<char*>(reinterpret_cast<const char*>(b.data()));  // the type of the call, which only reads
       return Buffer{static_cast<std::uint32_t>(std::min<std::size_t>(b.size(), kMostAtOnce)), at};
     };
     std::array<Buffer, 2> both{buffer(head), buffer(tail)};
@@ -221,7 +221,7 @@ class TcpListener final : public Listener {
   TcpListener& operator=(const TcpListener&) = delete;
 
   Result<std::unique_ptr<Stream>> accept(Duration patience) override {
-    // Zero is no patience here, and for ever in wait_for().
+    // Zero means no patience here, but for ever in wait_for().
     const int ready = wait_for(socket_, Until::readable, std::max(patience, Duration{1}));
     if (ready == 0) return Error{Errc::timeout, "nobody connected"};
     const Socket s = ready < 0 ? kInvalidSocket : ce::accept(socket_, nullptr, nullptr);
@@ -271,7 +271,7 @@ Result<std::unique_ptr<Listener>> listen_stream(std::string_view endpoint) {
   if (!address) return address.error();
   const Socket s = socket(address->storage.family, kStreamSocket, kProtocolTcp);
   if (s == kInvalidSocket) return system_error("socket", WSAGetLastError());
-  set_option(s, kSocketLevel, kExclusiveAddress, int{1});  // else anybody may listen at the same port
+  set_option(s, kSocketLevel, kExclusiveAddress, int{1});  // otherwise any program may listen at the same port
   if (bind(s, &address->storage, address->size) != 0 || listen(s, 4) != 0) {
     const int why = WSAGetLastError();
     closesocket(s);

@@ -1,6 +1,6 @@
 #pragma once
-// Records of our own as XCDR1, little-endian, behind the encapsulation header; msg/cdr.hpp does it for messages with a
-// description, which have no sequences. Source: as there.
+// The recorder's own records as XCDR1, little-endian, behind the encapsulation header. msg/cdr.hpp encodes messages
+// with a description; those have no sequences. Source: as there.
 #include <string_view>
 #include <type_traits>
 
@@ -12,12 +12,12 @@ inline constexpr std::byte kEncapsulation[4] = {std::byte{0}, std::byte{1}, std:
 
 class CdrWriter {
  public:
-  /// Replaces what `to` held.
+  /// Replaces the content of `to`.
   explicit CdrWriter(Buffer& to) : CdrWriter(to, 0) {
     to_.clear();
     to_.append(kEncapsulation);
   }
-  /// Goes on where another one stopped.
+  /// Continues where another writer stopped.
   static CdrWriter behind(Buffer& to) { return CdrWriter(to, 0); }
   template <class T>
   void number(T value) {
@@ -42,13 +42,13 @@ class CdrWriter {
   Buffer& to_;
 };
 
-/// From bytes that may be anything: as Cursor.
+/// Reads any bytes safely: as Cursor.
 class CdrReader {
  public:
   explicit CdrReader(std::span<const std::byte> bytes) : size_(bytes.size()), from_(bytes) {
     const auto head = from_.take(sizeof kEncapsulation);
     if (head.size() != sizeof kEncapsulation || head[0] != std::byte{0} || head[1] != std::byte{1})
-      static_cast<void>(from_.take(~std::uint64_t{0}));  // no good
+      static_cast<void>(from_.take(~std::uint64_t{0}));  // makes good() false
   }
   bool good() const { return from_.good(); }
   bool at_end() const { return from_.good() && from_.rest().empty(); }
@@ -70,7 +70,8 @@ class CdrReader {
     const auto bytes = from_.take(number<std::uint32_t>());
     return bytes.empty() ? std::string_view() : as_text(bytes.first(bytes.size() - 1));
   }
-  /// Elements of a sequence, each of at least `smallest` bytes: more than the input can hold is no good.
+  /// Number of elements of a sequence, each of at least `smallest` bytes. A number that the input cannot hold is no
+  /// good.
   std::uint32_t length(std::size_t smallest) {
     const auto n = number<std::uint32_t>();
     if (n <= from_.rest().size() / smallest) return n;

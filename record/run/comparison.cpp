@@ -20,7 +20,7 @@ bool is_output_of(const rt::Graph& graph, const rt::GraphTopic& topic, const std
   return modules.empty() || std::find(modules.begin(), modules.end(), m.spec.name) != modules.end();
 }
 
-/// Standard deviation of what comes one by one.
+/// Standard deviation of values that come one by one.
 class Spread {
  public:
   void add(double value) {

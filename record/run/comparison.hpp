@@ -13,16 +13,16 @@
 
 namespace sinew::record {
 
-/// How far something is off, over many messages.
+/// The difference of one quantity, over many messages.
 struct Deviation {
   std::uint64_t count = 0;
   double sum_of_squares = 0, max = 0;  // max: of the amount
-  rt::Time max_at;                     // of the step, the first such
+  rt::Time max_at;                     // the first step with this maximum
   void add(double difference, rt::Time at);
   double rms() const;  // 0 of none
 };
 
-/// A curve for a plot, of whatever length: the smallest and the largest value of each stretch of time are kept.
+/// A curve of any length for a plot: keeps the smallest and the largest value of each stretch of time.
 class Curve {
  public:
   explicit Curve(const RecordedTime& record);
@@ -45,16 +45,16 @@ struct ComparedQuantity {
   std::string name;  // "filter.state.q_world_base.tilt"
   std::string unit;
   Deviation now;                // from the record
-  std::uint64_t one_sided = 0;  // messages in which only one of both is a number
+  std::uint64_t one_sided = 0;  // messages in which only one of the two is a number
   bool has_truth = false;       // the truth has this quantity, too
   Deviation recorded_from_truth, now_from_truth;
-  std::uint64_t not_a_number = 0;  // messages in which it is none now and was one, of the truth or recorded
+  std::uint64_t not_a_number = 0;  // messages in which it is no number now, but was one in the truth or the record
   double spread = 0;  // of the recorded values: standard deviation or, of angles, RMS from the first attitude
 
   /// "recorded", "now", "truth", or the angles between them; empty unless they were asked for.
   std::vector<std::pair<std::string, Curve>> curves{};
 
-  /// The RMS of the difference by the spread of what was recorded; infinite where that never moved.
+  /// The RMS of the difference divided by the spread of the recorded values; infinite when these never moved.
   double relative() const;
   bool same() const { return now.max == 0 && one_sided == 0; }
 };
@@ -75,7 +75,7 @@ class Comparison final : public ReplayWatcher {
   Comparison(const rt::Graph& graph, const ComparisonOptions& options);
   ~Comparison() override;
   void compared(const ReplayedMessage& message) override;
-  /// In the order of topics and fields; those of which no message came have none counted.
+  /// In the order of topics and fields; quantities without messages have none counted.
   std::vector<ComparedQuantity> result() const;
 
  private:

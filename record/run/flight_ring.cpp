@@ -8,11 +8,11 @@ namespace sinew::record {
 namespace {
 
 constexpr unsigned kParts = RingMemory::kSlots;
-// What a part needs behind its last chunk: verdict, summary, schemas once more.
+// Room for a part's end, behind its last chunk: verdict, summary, schemas once more.
 constexpr std::size_t kEndBytes = 64 * 1024;
-// What a part begins with, about: the robot file, schemas, the messages that are latched.
+// Room for a part's beginning, about: the robot file, schemas, the messages that are latched.
 constexpr std::size_t kBeginBytes = 128 * 1024;
-// Not one part after the other where what each begins with leaves no room.
+// A part lasts at least so long, also when its beginning fills its memory.
 constexpr rt::Duration kShortestPart = std::chrono::milliseconds(50);
 
 }  // namespace
@@ -21,13 +21,13 @@ FlightRing::FlightRing(const rt::Graph& graph, const RunDescription& description
                        RingMemory memory)
     : graph_(graph), description_(description), options_(options), memory_(memory) {
   const std::size_t slot = memory_.slot_bytes();
-  // A process that dies takes its unfinished chunk along: they are small and short.
+  // A process that dies takes its unfinished chunk along, so chunks are small and short.
   WriterOptions& writer = of_parts_.files.writer;
   writer.chunk_bytes = std::clamp<std::size_t>(slot / 16, 16 * 1024, 64 * 1024);
   writer.chunk_duration = std::chrono::milliseconds(50);
   writer.free_floor_bytes = kEndBytes;
   of_parts_.pixel_room_bytes = room();
-  of_parts_.pixels_saved = false;  // each part would have them anew
+  of_parts_.pixels_saved = false;  // each new part would have them again
   of_parts_.pixel_bytes_per_s =
       std::min(options.pixel_bytes_per_s, static_cast<double>(bytes()) / 2 / msg::seconds(options.length));
 }
@@ -56,10 +56,10 @@ bool FlightRing::is_full_for(std::size_t bytes) {
   return sink_ && !dumping_ && sink_->bytes_at_most() + room_for(bytes) >= room();
 }
 
-// Two of the slots are not of the length that is asked for: the one that is being filled, and the one that was emptied
-// for it.
+// Two of the slots do not count for the wanted length: the slot that is being filled, and the slot that was emptied for
+// it.
 bool FlightRing::due(rt::Time now) {
-  if (dumping_) return false;  // which reads what would be overwritten
+  if (dumping_) return false;  // the dump reads what a new part would overwrite
   if (!sink_) return now - tried_ >= kShortestPart;
   begins_.back() = sink_->began();
   const rt::Duration age = now - sink_->began();
@@ -108,7 +108,7 @@ std::optional<std::size_t> FlightRing::dump(const std::string& reason, rt::Time 
 
 void FlightRing::write(std::size_t index) {
   auto parts = memory_.parts();
-  if (sink_ && !parts.empty()) parts.pop_back();  // the present one, which goes on
+  if (sink_ && !parts.empty()) parts.pop_back();  // the present part, which goes on
   const DumpFile file = options_.next_file();
   RingDumpReport report;
   {

@@ -63,7 +63,7 @@ bool MessageStore::add(std::uint32_t sequence, rt::Time published, std::span<con
   return entry.whole = true;
 }
 
-/// An image is whole when there are as many pixels as its head says.
+/// An image is whole when it has as many pixels as its head says.
 void MessageStore::settle(Entry& entry) {
   const auto* image = static_cast<const msg::Image*>(entry.message());
   entry.whole = entry.head && entry.pixels == image->bulk_used();
@@ -84,7 +84,7 @@ bool MessageStore::add_head(std::uint32_t sequence, rt::Time published, std::spa
   image.frame_number = head.frame_number;
   image.width = head.width, image.height = head.height, image.stride = head.stride;
   image.format = static_cast<msg::PixelFormat>(head.format);
-  image.capacity_bytes = head.capacity_bytes;  // what it says; what it uses is there
+  image.capacity_bytes = head.capacity_bytes;  // the claimed capacity; the used bytes are there
   settle(entry);
   return true;
 }
@@ -119,7 +119,7 @@ const MessageStore::Entry* MessageStore::newest_until(std::uint32_t sequence) co
 
 const MessageStore::Entry* MessageStore::find(std::uint32_t sequence) const {
   if (entries_.empty()) return nullptr;
-  const std::uint32_t index = sequence - entries_.front().sequence;  // most often there are no gaps
+  const std::uint32_t index = sequence - entries_.front().sequence;  // usually there are no gaps
   if (index < entries_.size() && entries_[index].sequence == sequence) return &entries_[index];
   const auto at = std::lower_bound(entries_.begin(), entries_.end(), sequence,
                                    [](const Entry& e, std::uint32_t s) { return before(e.sequence, s); });

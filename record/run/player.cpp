@@ -9,7 +9,7 @@ namespace sinew::record {
 namespace {
 
 constexpr std::uint32_t kRoom = 256, kImageRoom = 8;  // messages that wait; powers of two
-constexpr std::uint32_t kBurst = 32;                  // of one topic in one step; more go with the next
+constexpr std::uint32_t kBurst = 32;                  // of one topic in one step; the rest follows in the next
 
 std::size_t size_of(const msg::TypeInfo& type, const void* message) {
   return type.size + (type.has_bulk() ? static_cast<const msg::Image*>(message)->bulk_used() : 0);
@@ -74,7 +74,7 @@ rt::StepStatus Player::step(const rt::Step& step) noexcept {
       auto& image = *static_cast<msg::Image*>(slot);
       const std::uint32_t capacity = image.capacity_bytes;
       std::memcpy(slot, place.bytes.data(), size_of(*about.type, place.bytes.data()));
-      image.capacity_bytes = capacity;  // is the slot's
+      image.capacity_bytes = capacity;  // the slot's own
     } else {
       std::memcpy(slot, place.bytes.data(), about.type->size);
     }

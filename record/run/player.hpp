@@ -10,9 +10,9 @@
 
 namespace sinew::record {
 
-/// A module whose outputs say again what a recording has of them: in its order, each message in the first step at or
-/// behind the instant at which it is due, with the stamp that it had. An ordinary thread reads the file and hands it
-/// the messages some time before.
+/// A module whose outputs repeat the messages of a recording: in its order, with the old stamps, each in the first step
+/// at or after the instant at which it is due. An ordinary thread reads the file and hands over the messages some time
+/// before.
 class Player final : public rt::Module {
  public:
   struct Topic {
@@ -27,9 +27,9 @@ class Player final : public rt::Module {
   rt::StepStatus step(const rt::Step& step) noexcept override;
 
   enum class Handed : std::uint8_t { yes, no_room, too_large };
-  /// Copies a message, and the pixels behind that of an image.   Thread: one, any.
+  /// Copies a message; an image with its pixels.   Thread: one, any.
   Handed hand(std::uint32_t topic, rt::Time due, const void* message) noexcept;
-  /// Everything that was handed over has been said.   Thread: any.
+  /// True when every message handed over has been published.   Thread: any.
   bool idle() const noexcept;
   const std::vector<Topic>& topics() const { return topics_; }
 

@@ -46,7 +46,7 @@ double number(msg::Kind kind, const void* p) {
   return 0;
 }
 
-/// Integers of 64 bits have more digits than a double.
+/// Integers of 64 bits have more digits than a double, so they are subtracted as integers.
 double number_difference(msg::Kind kind_a, const void* a, msg::Kind kind_b, const void* b) {
   if (kind_a == kind_b && (kind_a == msg::Kind::i64 || kind_a == msg::Kind::u64))
     return static_cast<double>(static_cast<std::int64_t>(read<std::uint64_t>(b) - read<std::uint64_t>(a)));
@@ -90,12 +90,12 @@ void mix(const void* a, const void* b, double share, void* out) {
   std::memcpy(out, &value, sizeof value);
 }
 
-/// Samples are close together, so a line instead of the arc will do.
+/// Samples are close together, so a line replaces the arc.
 void mix_quat(const void* a, const void* b, double share, void* out) {
   const math::Quat from = quat_at(a), to = quat_at(b);
   const double dot = from.w * to.w + math::dot(from.vec(), to.vec()), s = 1 - share, t = dot < 0 ? -share : share;
   const math::Quat q{s * from.w + t * to.w, s * from.x + t * to.x, s * from.y + t * to.y, s * from.z + t * to.z};
-  // One that is not known, all NaN, stays so.
+  // An unknown attitude, all NaN, stays unknown.
   const msg::Quat mixed = math::is_finite(q) ? q.normalized().to<msg::Quat>() : q.to<msg::Quat>();
   std::memcpy(out, &mixed, sizeof mixed);
 }
@@ -107,7 +107,7 @@ double difference(const Quantity& of_a, const void* a, const Quantity& of_b, con
              *at_b = static_cast<const std::byte*>(b) + of_b.offset;
   if (of_a.what == Quantity::What::number) return number_difference(of_a.kind, at_a, of_b.kind, at_b);
   const math::Quat q_a = quat_at(at_a), q_b = quat_at(at_b);
-  if (q_a == q_b) return 0;  // not what rounding leaves of it
+  if (q_a == q_b) return 0;  // exactly 0, without rounding errors
   return kDegrees * (of_a.what == Quantity::What::angle ? math::angle_between(q_a, q_b) : tilt_rad(q_a, q_b));
 }
 

@@ -7,13 +7,13 @@
 
 namespace sinew::record {
 
-/// Something that two messages of a type can differ by: a number among the fields or, of each quaternion, two angles.
+/// A quantity to compare in two messages of a type: a number among the fields or, for each quaternion, two angles.
 /// Units:   those of the field; degrees for angles.
 struct Quantity {
   enum class What : std::uint8_t {
     number,
     angle,  // of the rotation from one attitude to the other
-    tilt,   // between their directions of up, z of the world, seen from the body: what is left without the heading
+    tilt,   // between their directions of up (z of the world, seen from the body): the difference without the heading
   };
   std::string path;  // "p_world_m.x", "value[3]", "q_world_base.angle"
   std::string unit;
@@ -24,18 +24,18 @@ struct Quantity {
   double value(const void* message) const;  // of a number
 };
 
-/// Of two messages, perhaps of different types. Numbers: b - a; angles are not negative.
+/// Between two messages, perhaps of different types. Numbers: b - a; angles are not negative.
 double difference(const Quantity& of_a, const void* a, const Quantity& of_b, const void* b);
 
-/// In the order of the fields; those of a quaternion behind it.
+/// In the order of the fields; the quantities of a quaternion follow it.
 std::vector<Quantity> quantities(const msg::TypeInfo& type);
 
-/// Whether `pattern` means `name`: all of it, or some neighbours of its parts. "state", "q_world_base.tilt" and "tilt"
+/// True if `pattern` means `name`: all of its parts, or some neighbouring ones. "state", "q_world_base.tilt" and "tilt"
 /// mean "filter.state.q_world_base.tilt".
 bool means(std::string_view pattern, std::string_view name);
 
-/// What lies between two messages, `share` (0..1) of the way from `a` to `b`: floating-point numbers on a line,
-/// quaternions along the shorter way, everything else as in `a`. `out`: type.size bytes.
+/// Interpolates two messages, `share` (0..1) of the way from `a` to `b`: floating-point numbers on a line, quaternions
+/// along the shorter way, other fields as in `a`. `out`: type.size bytes.
 void interpolate(const msg::TypeInfo& type, const void* a, const void* b, double share, void* out);
 
 }  // namespace sinew::record

@@ -100,7 +100,7 @@ void RecordedRun::find_channels() {
   }
 }
 
-/// The bytes of another version of a type may well fit this one, and mean something else.
+/// Bytes of another version of a type may fit this version and mean something else, so versions are compared.
 bool RecordedRun::same_type(const Channel& channel, const msg::TypeInfo& type) {
   const auto schema = reader_.schemas().find(channel.schema);
   const std::string ours = type.has_bulk() ? std::string(image_schema().text) : msg::ros2msg_schema(type);
@@ -120,7 +120,7 @@ bool RecordedRun::next(std::vector<LogItem>& items) {
   return true;
 }
 
-/// An item may be given when everything that was visible by its time is known.
+/// An item may go out when everything that was visible by its time is known.
 void RecordedRun::read_until_due() {
   Message m;
   while (!ended_ && (items_.empty() || items_.top().due >= now_)) {
@@ -140,7 +140,7 @@ void RecordedRun::read_until_due() {
 void RecordedRun::give(std::vector<LogItem>& items) {
   const rt::Time due = items_.top().due;
   for (; !items_.empty() && items_.top().due == due; items_.pop())
-    items.push_back(std::move(const_cast<LogItem&>(items_.top())));  // it is gone with the pop
+    items.push_back(std::move(const_cast<LogItem&>(items_.top())));  // the pop follows at once
   for (const LogItem& item : items) {
     if (!item.step) continue;
     earliest_.erase(earliest_.find(item.step->now.ns));
@@ -162,7 +162,7 @@ void RecordedRun::take(const Message& m, rt::Time t) {
     LoggedRequest r;
     good = decode(m.data, r);
     if (good) good = push({r.now, r.request.thread, r.order, {}, r});
-  } else if (what == What::states) {  // it has its place in the log
+  } else if (what == What::states) {  // the log gives its place
     LoggedState state;
     std::uint64_t layout = 0;
     good = decode(m.data, state, layout) && state.thread < graph_.threads().size();

@@ -13,7 +13,7 @@
 
 namespace sinew::record {
 
-/// What the log of a thread has: a step, a request, or neither: there a state was saved.
+/// An entry of a thread's log: a step, a request, or (neither) a saved state.
 struct LogItem {
   rt::Time due;  // when it was over
   std::uint32_t thread = 0;
@@ -25,11 +25,11 @@ struct LogItem {
   }
 };
 
-/// When a record begins, in the time of the file: at its first message or, of one that begins midway, behind the older
+/// When a record begins, in the time of the file: at its first message or, if it begins midway, after the older
 /// messages that its first steps hold.
 std::uint64_t recorded_start(Reader& reader);
 
-/// When a record begins, on the robot's clock, and how long it is; 0 where the file does not say.
+/// The beginning of a record, on the robot's clock, and its length; 0 where the file does not say.
 struct RecordedTime {
   rt::Time start;
   rt::Duration length{};
@@ -50,15 +50,15 @@ class RecordedRun {
 
   /// Errors:  bad_data with `why`: the file holds no run, or one of other modules.
   hal::Status open(std::string& why);
-  /// Messages on the ports of this module will be asked for. Before begin().
+  /// Announces that messages on the ports of this module are needed. Before begin().
   void need(std::uint32_t module);
   void begin();
 
   /// All items that are due at the earliest instant not yet given; false: the end.
   bool next(std::vector<LogItem>& items);
-  /// What was visible by then, on the topics that are needed.
+  /// The messages visible by then, on the needed topics.
   const MessageStore& messages(std::uint32_t topic) const { return stores_[topic]; }
-  /// Forgets, of stores by topic, what the steps to come cannot hold. Its own it forgets in next().
+  /// Forgets, in stores by topic, messages that later steps cannot hold. Its own stores it cleans in next().
   void forget(std::span<MessageStore> stores) const;
 
   rt::Time robot_time(std::uint64_t log_time) const {
@@ -84,7 +84,7 @@ class RecordedRun {
   std::vector<bool> wanted_;          // by topic
   std::vector<std::size_t> keep_;     // by topic: what the deepest port may hold
   std::vector<MessageStore> stores_;  // by topic
-  /// Drop-newest queues: what they take next.
+  /// Drop-newest queues: the sequence that they take next.
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::optional<std::uint32_t>> waiting_;
   std::map<std::uint16_t, std::pair<What, std::uint32_t>> channels_;
   std::vector<std::string> names_;

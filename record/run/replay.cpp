@@ -67,8 +67,8 @@ class Replay {
     if (options_.chain) chain_.add_writer(module);
   }
 
-  /// A file that begins in the middle of its run: each module at the state that the file names or, where it was cut
-  /// off, at its first one.
+  /// For a file that begins in the middle of its run: starts each module at the state that the file names or, in a file
+  /// that was cut off, at the module's first state.
   void begin_midway() {
     const Texts begin = read_metadata(reader_, kBeginName), from = read_metadata(reader_, kFromName);
     midway_ = !begin.empty();
@@ -133,7 +133,7 @@ class Replay {
   const RecordedTime time_;
   RecordedRun run_;
   ReplayChain chain_;
-  bool midway_ = false;                                   // the file begins there
+  bool midway_ = false;                                   // the file begins in the middle of its run
   std::vector<std::uint64_t> next_order_;                 // by thread
   std::vector<std::unique_ptr<ReplaySubject>> subjects_;  // by module; null: not asked for
 };

@@ -8,7 +8,7 @@
 
 namespace sinew::record {
 
-/// A message of the record and what came out in its place now.
+/// A recorded message and the message that came out in its place now.
 struct ReplayedMessage {
   std::uint32_t topic = 0;  // of the graph
   rt::Time now;             // of the step
@@ -24,18 +24,18 @@ class ReplayWatcher {
 
 struct ReplayOptions {
   std::vector<std::string> modules{};  // none: all
-  /// Each module begins behind the last of its saved states before so many seconds of the record, or at its beginning
-  /// where there is none.
+  /// Each module begins after its last saved state before so many seconds of the record, or at its beginning if there
+  /// is none.
   std::optional<double> from_s{};
   std::optional<double> until_s{};  // of the record: steps that end later are not executed
-  /// What the modules publish now is what the others of them latch, under the same sequences; else, and for everything
-  /// that comes from elsewhere, it is what was recorded. See ReplayChain for steps that publish less or more.
+  /// True: the replayed modules latch each other's new messages, under the recorded sequences. False, and for all other
+  /// inputs: they latch recorded messages. See ReplayChain for steps that publish less or more.
   bool chain = false;
   std::vector<std::string> keep{};   // "attitude.kp": recorded settings of these parameters are not taken
-  ReplayWatcher* watcher = nullptr;  // sees every pair; with it, as with chain, modules go on behind a difference
+  ReplayWatcher* watcher = nullptr;  // sees every pair; with it, as with chain, modules go on after a difference
 };
 
-/// Where the steps of a module are not what the record says.
+/// The first place where a module's steps differ from the record.
 struct ReplayDifference {
   std::string module;
   std::uint32_t step = 0;  // Step::number
@@ -50,7 +50,7 @@ struct ReplayedModule {
   std::optional<rt::Time> from{};                // of the saved state where it began
   std::uint64_t not_compared = 0;                // messages that are not in the file
   std::uint64_t differing = 0;                   // of the compared ones
-  std::uint64_t missing = 0, extra = 0;          // messages that only the record has, or only came out now
+  std::uint64_t missing = 0, extra = 0;          // messages only in the record; messages only in the replay
   std::uint64_t settings_ignored = 0;            // ReplayOptions::keep
   std::optional<ReplayDifference> difference{};  // the first
   std::string stopped{};                         // why its steps end early in the file, or cannot begin
@@ -65,11 +65,11 @@ struct ReplayReport {
   bool complete() const;  // nothing stopped early
 };
 
-/// Executes the recorded steps of modules again, in the recorded order, each with what it latched, and compares what
-/// comes out, byte for byte.
+/// Executes the recorded steps of modules again, in the recorded order, each with its latched messages, and compares
+/// the outputs byte for byte.
 /// Thread:  owner.
 /// Owner:   `graph` is that of the run: same modules in the same order with the parameters of its start, configured on
-///          a hal::SilentBoard with the seed of the run; nobody else runs it.
+///          a hal::SilentBoard with the seed of the run; nothing else runs it.
 /// Errors:  bad_data with `why` when the file holds no run, or one of other modules.
 hal::Result<ReplayReport> replay(Reader& reader, rt::Graph& graph, const ReplayOptions& options, std::string& why);
 

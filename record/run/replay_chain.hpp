@@ -8,18 +8,19 @@
 
 namespace sinew::record {
 
-/// What modules that are executed again publish now, under the sequences that the record has, for those who read it.
+/// The new messages of replayed modules, under the recorded sequences, for their readers.
 ///
-/// A step that publishes fewer messages than it did leaves sequences without any: an input for the newest message then
-/// holds the one before, a queue holds the others. What it publishes beyond has no sequence, and nobody reads it.
+/// A step that publishes fewer messages than recorded leaves sequences empty: an input for the newest message then
+/// holds the one before, a queue holds the others. Messages beyond the recorded number have no sequence, and no module
+/// reads them.
 /// Thread:  owner.
 class ReplayChain {
  public:
   explicit ReplayChain(const rt::Graph& graph);
 
-  /// The topics that this module writes come from it.
+  /// The topics of this module come from the chain.
   void add_writer(std::uint32_t module);
-  /// Nothing was added: every input is as recorded.
+  /// True when nothing was added: every input is as recorded.
   bool empty() const { return !any_; }
   /// A step of the writer was executed again; in the record it published `count` messages from `first` on.
   void publish(std::uint32_t topic, std::uint32_t first, std::uint32_t count,
@@ -37,7 +38,7 @@ class ReplayChain {
  private:
   struct Topic {
     bool written = false;
-    std::optional<std::uint32_t> begin{}, end{};  // of the sequences of the steps that were executed again
+    std::optional<std::uint32_t> begin{}, end{};  // sequences of the steps that were executed again
   };
   const rt::Graph& graph_;
   std::vector<Topic> topics_;

@@ -87,7 +87,7 @@ void ReplaySubject::step(const LoggedStep& s) {
 
 void ReplaySubject::request(const LoggedRequest& r) {
   using Kind = rt::Request::Kind;
-  if (!runs() || r.request.kind == Kind::message) return;  // those come with their step
+  if (!runs() || r.request.kind == Kind::message) return;  // they come with their step
   const bool sets = r.request.kind == Kind::set_param;
   if (sets && r.request.index < kept_.size() && kept_[r.request.index]) {
     ++report.settings_ignored;
@@ -107,7 +107,7 @@ void ReplaySubject::request(const LoggedRequest& r) {
   differs(at, std::string("effect of ") + name_of(r.request.kind), text(r.effect), text(*effect));
 }
 
-/// False when the state that it should begin with does not fit.
+/// False when the state to begin with does not fit.
 bool ReplaySubject::begun() {
   if (!begin_) return true;
   const bool fits = begin_layout_ == again_.state_layout() && again_.restore_state(begin_bytes_);
@@ -173,7 +173,7 @@ void ReplaySubject::missing(const LoggedStep& s, std::uint32_t port, const std::
   stop("at " + seconds_text(s.now) + ": input " + about_.declaration.ports[port].name + ": " + what);
 }
 
-/// What came from outside is in the file as what was published.
+/// Messages from outside are in the file as the source published them.
 bool ReplaySubject::post(const LoggedStep& s) {
   for (const LoggedStep::Output& out : s.outputs)
     for (std::uint32_t i = 0; i < out.count; ++i) {

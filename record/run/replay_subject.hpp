@@ -9,7 +9,8 @@
 
 namespace sinew::record {
 
-/// One module that is executed again: its recorded steps with what they latched, and what comes out against the record.
+/// One module under replay: executes its recorded steps with their latched messages and compares the outputs with the
+/// record.
 /// Thread:  owner.
 class ReplaySubject {
  public:
@@ -17,7 +18,7 @@ class ReplaySubject {
   ReplaySubject(rt::Graph& graph, std::uint32_t module, const RecordedRun& run, ReplayChain& chain,
                 const ReplayOptions& options);
 
-  /// Begins behind this state; until then only parameters are followed.
+  /// Begins after this state; until then it only follows parameters.
   void begin_at(const LoggedState& state, std::uint64_t layout);
   bool begins() const { return begin_.has_value(); }
   bool waits(std::uint64_t order) const { return begin_ && order <= *begin_; }
@@ -44,9 +45,9 @@ class ReplaySubject {
   const RecordedRun& run_;
   ReplayChain& chain_;
   ReplayWatcher* const watcher_;
-  const bool goes_on_;                  // behind a difference
+  const bool goes_on_;                  // after a difference
   std::vector<bool> kept_;              // by parameter: recorded settings of it are not taken
-  std::optional<std::uint64_t> begin_;  // order of the state, until it is restored
+  std::optional<std::uint64_t> begin_;  // order of the state to begin with, until it is restored
   std::vector<std::byte> begin_bytes_;
   std::uint64_t begin_layout_ = 0;
   std::vector<rt::StepAgain::Input> inputs_;

@@ -41,7 +41,7 @@ class RingDump {
   }
 
  private:
-  /// Every part says the same of the run, but for where it begins.
+  /// All parts describe the run alike, except for their beginning.
   Status begin(const std::string& reason) {
     Reader& first = *readers_.front();
     for (const std::string_view name : {std::string_view("sinew.run"), std::string_view("sinew.modules"),
@@ -61,7 +61,7 @@ class RingDump {
     return channels();
   }
 
-  /// All parts number their channels alike; an unfinished one may lack those without messages.
+  /// All parts number their channels alike; an unfinished part may lack channels without messages.
   Status channels() {
     std::map<std::uint16_t, std::pair<Schema, Channel>> all;
     for (const auto& reader : readers_)
@@ -97,7 +97,7 @@ class RingDump {
       const auto known = channels_.find(m.channel->id);
       if (known == channels_.end()) continue;
       Out& out = known->second;
-      // What was latched when the part began is in those before it.
+      // Messages latched when the part began are in the parts before it.
       const auto ahead = static_cast<std::int32_t>(m.stamps.sequence - out.before.value_or(0));
       if (out.repeats && out.before && ahead <= 0) continue;
       if (auto done = to_.write(out.id, m.stamps, m.data); !done) return done;
@@ -119,7 +119,7 @@ class RingDump {
   std::map<std::uint16_t, Out> channels_;
 };
 
-/// What it is worth, from what is in it.
+/// Writes the verdict, from the content of the file.
 Status judge(Writer& writer, const DumpFile& file, Dumped& result) {
   if (auto done = writer.flush(); !done) return done;
   auto written = file.written();
@@ -153,7 +153,7 @@ Status dump_ring(std::span<const std::span<const std::byte>> parts, const DumpFi
   if (!writer) return writer.error();
   Status dumped = RingDump(std::move(readers), **writer, result).run(reason);
   if (dumped) dumped = judge(**writer, to, result);
-  const Status finished = (*writer)->finish();  // a full disk, too, gets a whole file of what it took
+  const Status finished = (*writer)->finish();  // with a full disk, too, the file becomes whole with what it took
   result.bytes = (*writer)->counters().file_bytes;
   return dumped ? finished : dumped;
 }

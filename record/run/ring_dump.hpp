@@ -11,25 +11,25 @@
 
 namespace sinew::record {
 
-/// The file that parts of a flight ring are to become.
+/// The file that the parts of a flight ring go to.
 struct DumpFile {
-  std::string path{};  // for who reads of it
+  std::string path{};  // for reports
   std::function<hal::Result<std::unique_ptr<hal::OutputFile>>()> open{};
-  /// What was written to it so far, to be read.
+  /// Opens the file as written so far, for reading.
   std::function<hal::Result<std::unique_ptr<hal::InputFile>>()> written{};
 };
 
 struct Dumped {
   std::uint64_t messages = 0, bytes = 0;
   std::vector<ModuleVerdict> verdict{};
-  std::vector<FileProblem> problems{};  // what of the parts could not be read
+  std::vector<FileProblem> problems{};  // parts that could not be read
 };
 
-/// Makes one recording of the parts of a ring, oldest first: what they say of the beginning is that of the first, what
-/// a part repeats of those before it stands once, and the verdict is that of the whole. The last part may be
-/// unfinished: its writer may be dead. `reason` ("deadline miss") goes into the metadata "sinew.dump".
+/// Makes one recording of the parts of a ring, oldest first. The beginning is that of the first part, content that a
+/// later part repeats is written once, and the verdict is that of the whole. The last part may be unfinished: its
+/// writer may be dead. `reason` ("deadline miss") goes into the metadata "sinew.dump".
 /// Thread:  owner, an ordinary one; takes its time and memory of a few chunks.
-/// Errors:  not_found when there is nothing in them, and no file then; those of the file.
+/// Errors:  not_found when the parts are empty (then there is no file); those of the file.
 hal::Status dump_ring(std::span<const std::span<const std::byte>> parts, const DumpFile& to, const std::string& reason,
                       std::uint64_t free_floor_bytes, Dumped& result);
 

@@ -88,7 +88,7 @@ std::unique_ptr<hal::OutputFile> RingMemory::next_part() {
   Header& h = header();
   const std::uint32_t number = h.newest.load(std::memory_order_relaxed) + 1;
   const unsigned i = next_slot();
-  h.slots[i].number.store(0, std::memory_order_release);  // no part while it is emptied
+  h.slots[i].number.store(0, std::memory_order_release);  // not a part while it is emptied
   h.slots[i].size.store(0, std::memory_order_release);
   h.slots[i].number.store(number, std::memory_order_release);
   h.newest.store(number, std::memory_order_release);

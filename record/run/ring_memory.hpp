@@ -11,19 +11,19 @@
 
 namespace sinew::record {
 
-/// Memory in which the last parts of a recording lie, each a file by itself: kSlots of equal size, written one after
-/// the other and over again. Whoever has the memory can read them, also when their writer is gone.
+/// Memory for the last parts of a recording, each a complete file: kSlots of equal size, written one after the other
+/// and over again. Any process with the memory can read the parts, also after their writer has ended.
 /// Shape:   header, then kSlots x slot_bytes().
 /// Thread:  the writer's; parts(): any, for what is not written meanwhile.
 class RingMemory {
  public:
   static constexpr unsigned kSlots = 8;
-  static constexpr std::size_t kLeastBytes = 1 << 20;  // what a part begins with wants room, too
+  static constexpr std::size_t kLeastBytes = 1 << 20;  // the beginning of a part needs room, too
   static constexpr std::size_t kMaxFolder = 1023;
 
-  /// Begins it, zeroed or not. Errors: bad_argument for less than kLeastBytes.
+  /// Initialises the memory, zeroed or not. Errors: bad_argument for less than kLeastBytes.
   static hal::Result<RingMemory> create(std::span<std::byte> memory);
-  /// Of somebody else, who may be gone. Nothing when it is none.
+  /// Opens another writer's memory; the writer may be dead. Nothing when it is no ring memory.
   static std::optional<RingMemory> open(std::span<std::byte> memory);
 
   std::size_t slot_bytes() const;
@@ -34,7 +34,7 @@ class RingMemory {
   std::vector<std::span<const std::byte>> parts() const;
   std::size_t bytes_used() const;
 
-  /// Where dumps of it go; empty: not known yet. What is too long is not kept.
+  /// The folder for dumps; empty: not known yet. A path that is too long is not kept.
   void set_folder(std::string_view folder);
   std::string folder() const;
 

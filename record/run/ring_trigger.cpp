@@ -8,7 +8,7 @@ RingTrigger::RingTrigger(const rt::Graph& graph) : graph_(graph), missed_(graph.
     if (graph.topics()[t].type == &msg::type_info<msg::SafetyState>()) safety_ = t;
 }
 
-/// As the executors count overruns: at the next release its cycle is not over.
+/// Overruns as the executors count them: the cycle is not over at its next release.
 std::optional<std::string> RingTrigger::step(const LoggedStep& s) {
   const std::string& module = graph_.modules()[s.module].spec.name;
   if (s.status == rt::StepStatus::fault) return "fault of " + module;

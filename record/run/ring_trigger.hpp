@@ -9,22 +9,22 @@
 
 namespace sinew::record {
 
-/// What of a run is worth keeping its last seconds for: a missed deadline, a faulted step, an act of the guardian. In
-/// words, as the log tells it.
+/// Finds the events whose last seconds are worth keeping: a missed deadline, a faulted step, an act of the guardian.
+/// Answers in words, from the entries of the log.
 /// Thread:  owner.
 class RingTrigger {
  public:
   explicit RingTrigger(const rt::Graph& graph);
   std::optional<std::string> step(const LoggedStep& step);
   void request(const LoggedRequest& request);
-  /// Every message of the topic that is_safety() names.
+  /// Call for every message of the topic that is_safety() names.
   bool is_safety(std::uint32_t topic) const { return topic == safety_; }
   std::optional<std::string> safety(const msg::SafetyState& state);
 
  private:
   const rt::Graph& graph_;
   std::vector<rt::Duration> period_;  // per thread; 0: it has no deadline
-  std::vector<rt::Time> missed_;      // per thread: the last release that was
+  std::vector<rt::Time> missed_;      // per thread: the last missed release
   std::uint32_t safety_ = rt::kNone;
   std::uint32_t acted_ = 0;
   msg::GuardianMode mode_ = msg::GuardianMode::standby;

@@ -85,7 +85,7 @@ constexpr RecordSchema kOdometry{
 #undef SINEW_VECTOR
 #undef SINEW_QUATERNION
 
-// Each machine makes NaNs of its own; the file is the same from all.
+// Machines make different NaNs; the file is the same from all.
 void put(CdrWriter& to, const msg::Vec3& v) {
   for (const double x : {v.x, v.y, v.z}) to.number(math::canonical(x));
 }
@@ -170,7 +170,7 @@ class ToRos2 final : public Conversion {
     to.number(kInfrared);
     put(to, 0.0F);
     put(to, 0.0F);
-    put(to, kInfinity);                                                           // its reach is not in the message
+    put(to, kInfinity);                                                           // the reach is not in the message
     put(to, m.range_m == m.range_m ? static_cast<float>(m.range_m) : kInfinity);  // REP-117: nothing in range
     put(to, 0.0F);
   }
@@ -193,7 +193,7 @@ class ToRos2 final : public Conversion {
   }
   void write(const msg::NavState& m, const std::string&) {
     const double p = m.p_std_m * m.p_std_m, tilt = m.tilt_std_rad * m.tilt_std_rad, v = m.v_std_mps * m.v_std_mps;
-    std::array<double, 36> pose{}, twist{};  // what is not known is zero
+    std::array<double, 36> pose{}, twist{};  // unknown values are zero
     pose[0] = pose[7] = p, pose[21] = pose[28] = tilt;
     twist[0] = twist[7] = v;
     CdrWriter to = begin(m.stamp, kWorld);

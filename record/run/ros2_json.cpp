@@ -27,7 +27,7 @@ bool is_utf8(std::string_view text) {
   return follow == 0;
 }
 
-/// What is no UTF-8 is shown byte by byte.
+/// Bytes that are not UTF-8 are shown one by one.
 void append_quoted(std::string_view text, std::string& out) {
   constexpr char kHex[] = "0123456789abcdef";
   const bool utf8 = is_utf8(text);
@@ -66,7 +66,7 @@ class ToJson {
       out_ += ':';
       field(f);
     }
-    if (type.fields.empty()) from_.number<std::uint8_t>();  // a struct has one member at least
+    if (type.fields.empty()) from_.number<std::uint8_t>();  // a struct has at least one member
     out_ += '}';
   }
 

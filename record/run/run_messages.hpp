@@ -1,5 +1,5 @@
 #pragma once
-// What a recording of a run holds besides the robot's own messages: the steps, the requests that came in, and images in
+// Content of a run's recording besides the robot's own messages: the steps, the requests from outside, and images in
 // the form that other programs know. docs/recording.md has the names.
 #include <optional>
 #include <string_view>
@@ -13,7 +13,7 @@ namespace sinew::record {
 
 inline constexpr std::string_view kStepsTopic = "sinew/steps", kRequestsTopic = "sinew/requests",
                                   kStatesTopic = "sinew/states";
-/// Behind the name of an image topic: its heads.
+/// Suffix of an image topic's name for its heads.
 inline constexpr std::string_view kHeadSuffix = "/head";
 
 struct RecordSchema {
@@ -51,7 +51,7 @@ void encode(Buffer& to, const LoggedState& state, std::uint64_t layout);
 /// The bytes are those of the input.
 bool decode(std::span<const std::byte> bytes, LoggedState& state, std::uint64_t& layout);
 
-/// What sensor_msgs/msg/Image has no place for, and what is left of an image whose pixels are not kept.
+/// The fields that sensor_msgs/msg/Image lacks, and all that is kept of an image without its pixels.
 struct ImageHead {
   rt::Time stamp;
   std::int64_t exposure_ns = 0;
@@ -68,16 +68,16 @@ class CdrWriter;
 /// A std_msgs/Header.
 void put_header(CdrWriter& to, std::int64_t stamp_ns, std::string_view frame_id);
 
-/// Up to where the pixels begin. `unix_ns`: what is added to the stamp for the header.
+/// Up to the beginning of the pixels. `unix_ns`: added to the stamp for the header.
 void encode_image_head(Buffer& to, const msg::Image& image, std::int64_t unix_ns, std::string_view frame_id);
-/// A sensor_msgs/msg/Image where it lies.
+/// A view of a sensor_msgs/msg/Image in its bytes.
 struct ImageView {
   std::int64_t stamp_ns = 0;
   std::string_view frame_id, encoding;
   std::uint32_t width = 0, height = 0, stride = 0;
   std::span<const std::byte> pixels;
 };
-/// Nothing when these are not the bytes of one. The numbers may be anything.
+/// Nothing when the bytes are no such image. The numbers may be anything.
 std::optional<ImageView> view_image(std::span<const std::byte> bytes);
 inline std::optional<std::span<const std::byte>> image_pixels(std::span<const std::byte> bytes) {
   const auto view = view_image(bytes);

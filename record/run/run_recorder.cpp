@@ -18,10 +18,10 @@ namespace {
 
 constexpr std::size_t kBatchBytes = 16 * 1024;
 constexpr rt::Duration kBatchAge = std::chrono::milliseconds(50);
-// Between two modules that are asked for their states: their copies are the executor's time.
+// Pause between asking two modules for their states: the copies take the executor's time.
 constexpr rt::Duration kAskEvery = std::chrono::milliseconds(10);
 
-/// By topic, how many messages a step may hold of it.
+/// By topic: how many of its messages a step may hold.
 std::vector<std::uint32_t> depths(const rt::Graph& graph) {
   std::vector<std::uint32_t> depth(graph.topics().size());
   for (const rt::GraphModule& m : graph.modules())
@@ -72,7 +72,7 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     hal::ThreadOptions thread;
     thread.name = "recorder";
     thread.stack_bytes = 128 * 1024;
-    thread.nice = -10;  // still below everything real-time, but not starved by what else the machine does
+    thread.nice = -10;  // below all real-time threads, but not starved by ordinary programs
     auto started = os.start_thread(thread, [this] { follow(); });
     if (!started) return started.error();
     thread_ = std::move(*started);
@@ -96,7 +96,7 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
       const std::lock_guard lock(mutex_);
       finished_ = true;
     }
-    between();  // what was asked meanwhile
+    between();  // runs what was asked meanwhile
     if (ring_) {
       ring_->wait();
       if (why_dump_) static_cast<void>(snapshot(*why_dump_));
@@ -152,24 +152,24 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
  private:
   struct Topic {
     const msg::TypeInfo* type = nullptr;
-    std::uint32_t depth = 0;  // a step may hold so many of its messages
+    std::uint32_t depth = 0;  // a step may hold this many of its messages
     std::optional<rt::SlotReader> reader{};
     std::optional<std::uint32_t> newest{};  // sequence that a step named
   };
 
-  /// Where a recording that begins now begins. Everything that was reported before is in those that there are.
+  /// The beginning of a recording that begins now. Everything reported before is in the present recordings.
   Beginning begin() {
     flush_batches();
     const bool midway = std::any_of(entries_.begin(), entries_.end(), [](auto n) { return n != 0; });
     return {midway, now_, entries_, params_};
   }
 
-  /// What was published before a recording begins, and may be latched by its first steps.
+  /// Messages published before a recording begins that its first steps may have latched.
   void tell_older(RunSink& sink) {
     for (std::uint32_t t = 0; t < topics_.size(); ++t) {
       Topic& topic = topics_[t];
       if (!topic.newest || topic.depth == 0 || !sink.takes_all(t)) continue;
-      const std::uint32_t most = topic.depth + 1;  // a step that has not completed may hold one that is older
+      const std::uint32_t most = topic.depth + 1;  // a step that has not completed may hold an older one
       std::uint32_t there = 0;
       while (there < most && topic.reader->pin(*topic.newest - there)) topic.reader->unpin(), ++there;
       sink.lacks_until(t, *topic.newest - there);
@@ -216,7 +216,7 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
 
   void request(const LoggedRequest& r) override {
     ++entries_[r.request.thread];
-    flush_batch(r.request.thread);  // so that the file has them in their order
+    flush_batch(r.request.thread);  // so that the file keeps their order
     encode(scratch_, r);
     each_sink([&](RunSink& sink) { sink.request(r, scratch_.bytes()); });
     trigger_.request(r);
@@ -289,7 +289,7 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
   void happened(std::string why) {
     if (!ring_) return;
     if (why_dump_) return ring_->count_only();
-    if (!ring_->may_dump(now_)) why += " at " + seconds_text(now_);  // it is dumped later
+    if (!ring_->may_dump(now_)) why += " at " + seconds_text(now_);  // the dump comes later
     why_dump_ = std::move(why);
   }
 
@@ -341,8 +341,8 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     stop_.store(true, std::memory_order_relaxed);
     thread_.reset();  // joins
   }
-  /// `until`, some time ago, so that who published what a step held has told of it, too: a recording that begins or
-  /// ends here lacks no message that its steps name.
+  /// `until` lies some time ago, so that the publisher of a held message has reported it, too: a recording that begins
+  /// or ends here lacks no message that its steps name.
   void read_all(bool last, rt::Time until = rt::Time{INT64_MAX}) {
     for (std::uint32_t t = 0; t < log_.threads(); ++t) log_.read(t, *this, last, until);
   }
@@ -359,11 +359,11 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
   RingTrigger trigger_;
   std::vector<Topic> topics_;
   std::vector<StepBatch> batches_;      // per thread
-  std::vector<std::uint64_t> entries_;  // per thread: what its log held, lost ones included
+  std::vector<std::uint64_t> entries_;  // per thread: entries of its log, lost ones included
   std::vector<std::uint64_t> layouts_;  // per module
   Texts params_;                        // as they are now
   Buffer scratch_, message_;
-  rt::Time now_;  // the newest that was reported
+  rt::Time now_;  // of the newest reported step
   std::unique_ptr<RunSink> file_;
   bool file_ended_ = false;
   std::unique_ptr<FlightRing> ring_;
@@ -371,7 +371,7 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
   rt::Time next_ask_;
   std::uint32_t asked_last_ = 0;
   hal::Os* os_ = nullptr;
-  std::mutex mutex_;  // of what later() brings
+  std::mutex mutex_;  // of the jobs of later()
   std::vector<std::function<void()>> asked_;
   std::atomic<bool> any_asked_{false};
   bool finished_ = false;
@@ -388,7 +388,7 @@ hal::Result<std::unique_ptr<RunRecorder>> RunRecorder::open(rt::Graph& graph, Pa
 }
 
 RunRecorder::RunRecorder(std::unique_ptr<Body> body) : body_(std::move(body)) {}
-// A run that failed is the one to look at: its record is completed all the same.
+// The record of a failed run is the most interesting one: it is completed all the same.
 RunRecorder::~RunRecorder() {
   if (!body_->finished()) static_cast<void>(body_->finish());
 }

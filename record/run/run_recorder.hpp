@@ -20,18 +20,18 @@ struct RecorderOptions {
   std::map<std::string, double> rate_hz{};
   double pixel_bytes_per_s = 5e6;
   // Of all:
-  rt::Duration log_room = std::chrono::milliseconds(500);  // of steps that wait to be read
-  rt::Duration state_every = std::chrono::seconds(5);      // of each module, to begin a replay at; 0: never
-  rt::Duration poll = std::chrono::milliseconds(10);       // what is younger is read the next time
+  rt::Duration log_room = std::chrono::milliseconds(500);  // holds the steps that wait to be read
+  rt::Duration state_every = std::chrono::seconds(5);      // of each module, for a replay to begin at; 0: never
+  rt::Duration poll = std::chrono::milliseconds(10);       // younger entries are read the next time
   RingOptions ring{};
 };
 
-/// Reads along with a run: every step with what it latched and published, every request, every message, and hands them
-/// to the recordings that there are: a file, which may begin and end in the middle of the run, and the flight ring. In
-/// real time it follows the executor's threads from a thread of its own and nobody waits for it: what it misses is
-/// counted. In virtual time the executor waits for it.
-/// Thread:  owner; observer(): as RunObserver says; later(), ring(): any. What is said to be "the reader's" is called
-///          inside of later(), or while the run stands still.
+/// Follows a run: reads every step with its latched and published messages, every request and every message, and hands
+/// them to the recordings: a file, which may begin and end in the middle of the run, and the flight ring. In real time
+/// it follows the executor's threads from its own thread, and no thread waits for it; it counts what it misses. In
+/// virtual time the executor waits for it.
+/// Thread:  owner; observer(): as RunObserver says; later(), ring(): any. Calls marked "the reader's" are made inside
+///          of later(), or while the run stands still.
 /// Owner:   graph and os must outlive it. The graph is configured with ConfigureOptions::recorded.
 class RunRecorder {
  public:
@@ -40,13 +40,13 @@ class RunRecorder {
   /// Errors:  those of the files and of Writer; bad_argument of the ring.
   static hal::Result<std::unique_ptr<RunRecorder>> open(rt::Graph& graph, Pace pace, SplitWriter::OpenPart open_part,
                                                         RunDescription description, const RecorderOptions& options);
-  ~RunRecorder();  // finish() when nobody did; the executor has ended by then, too
+  ~RunRecorder();  // finish() if it was not called; the executor has ended by then, too
 
   /// For RunnerOptions::observer.
   rt::RunObserver& observer();
   /// Pace::follows: begins to read. Errors: those of starting a thread.
   hal::Status start(hal::Os& os);
-  /// Called by the reader, between two messages. False: the run is over, and nobody will call it.
+  /// The reader calls `what` between two messages. False: the run is over, and the call will not happen.
   bool later(std::function<void()> what);
   /// After the executor has ended: reads what is left, completes the file.
   hal::Status finish();
@@ -54,17 +54,17 @@ class RunRecorder {
   // ---- the reader's
   /// Errors:  busy when there is one; those of the files.
   hal::Status begin_file(SplitWriter::OpenPart open_part);
-  /// Completes it; file() stays to be asked. Errors: not_found when there is none; those of Writer.
+  /// Completes it; file() can still be asked. Errors: not_found when there is none; those of Writer.
   hal::Status end_file();
   bool has_file() const;
   rt::Time now() const;  // of the newest step
-  /// What is in the ring goes to a file. The number of its report; nothing while another dump is written or without a
+  /// Writes the ring to a file. Answers the number of its report; nothing while another dump is written or without a
   /// ring.
   std::optional<std::size_t> snapshot(const std::string& reason);
 
-  /// The file that is being written, or the last one that was; null: there was none.
+  /// The file that is being written, or else the last one; null: there was none.
   const RunSink* file() const;
-  /// Null: none was asked for.
+  /// Null: no ring was asked for.
   const FlightRing* ring() const;
 
   // Of file(), after finish():

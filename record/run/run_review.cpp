@@ -40,16 +40,16 @@ class NumberSet {
     std::uint64_t before = 0;
     for (Run& r : runs_) r.before = before, before += r.end - r.first;
   }
-  /// How many of `count` numbers from `first` on are there.
+  /// Answers how many of the `count` numbers from `first` on are in the set.
   std::uint32_t there(std::uint32_t first, std::uint32_t count) const {
     const std::uint64_t end = std::uint64_t{first} + count;
     std::uint64_t n = below(std::min(end, kEnd)) - below(first);
     if (end > kEnd) n += below(end - kEnd);
     return static_cast<std::uint32_t>(n);
   }
-  /// The first that is there, of those; it must be one of them.
+  /// The first of those numbers that is in the set; one of them must be.
   std::uint32_t first_there(std::uint32_t first, std::uint32_t count) const {
-    std::uint32_t none = 0, some = count;  // so many have none, so many have some
+    std::uint32_t none = 0, some = count;  // the first `none` hold no member, the first `some` do
     while (some - none > 1) {
       const std::uint32_t half = none + (some - none) / 2;
       (there(first, half) == 0 ? none : some) = half;
@@ -61,7 +61,7 @@ class NumberSet {
   static constexpr std::uint64_t kEnd = std::uint64_t{1} << 32;
   struct Run {
     std::uint64_t first, end;
-    std::uint64_t before;  // in the runs before it
+    std::uint64_t before;  // numbers in the earlier runs
   };
   std::uint64_t below(std::uint64_t n) const {
     const auto behind =
@@ -73,7 +73,7 @@ class NumberSet {
   std::vector<Run> runs_;
 };
 
-/// The reason without its time, which the recorder knows only about.
+/// The reason without its time, which the recorder knows only roughly.
 std::string_view without_time(std::string_view reason) {
   for (const std::string_view at : {" at ", " from "}) {
     const auto found = reason.rfind(at);
@@ -124,9 +124,9 @@ class Review {
     TopicKept kept;
     bool is_image = false;
     NumberSet messages;                                              // of images: heads
-    bool begun = false;                                              // a message that a step names was there
+    bool begun = false;                                              // a message named by a step was there
     std::optional<std::pair<std::uint64_t, std::uint32_t>> first{};  // log time and sequence of the earliest
-    std::optional<std::uint32_t> newest{};                           // that a step named
+    std::optional<std::uint32_t> newest{};                           // named by a step
     msg::Time next;                                                  // as the recorder's
     std::unordered_map<std::uint32_t, std::uint64_t> pixel_hash;
     struct Head {
@@ -142,7 +142,7 @@ class Review {
     std::uint32_t thread = 0;
     bool source = false;
     std::map<std::uint32_t, std::size_t> topics;  // by port
-    std::vector<std::size_t> inputs;              // topics; a driver's raw one, which its steps publish, too
+    std::vector<std::size_t> inputs;              // topics; with the driver's raw topic, which its steps publish, too
     bool stepped = false;
     std::optional<msg::Time> from{};  // midway: the saved state where a replay can begin
   };
@@ -306,7 +306,7 @@ class Review {
         output(topics_[at->second], out.first, out.count, s.completed);
   }
 
-  /// Whether none of what it latched is of before the beginning of the file.
+  /// True if all that it latched was published after the beginning of the file.
   bool has_inputs(const Module& module, const LoggedStep& s) const {
     for (const LoggedStep::Input& in : s.inputs) {
       const auto known = module.topics.find(in.port);
@@ -324,7 +324,7 @@ class Review {
     published(t, first, count, at);
   }
 
-  /// Up to here, messages of steps that are lost, which need not be lost with them.
+  /// Checks the messages up to `end` whose steps are lost: the messages need not be lost, too.
   void skipped(Topic& t, std::uint32_t end, msg::Time at) {
     constexpr std::uint32_t kMost = 1 << 24;  // more is no gap
     if (!t.newest || t.kept.rate_hz > 0 || end - *t.newest > kMost) return;
@@ -333,9 +333,9 @@ class Review {
 
   void published(Topic& t, std::uint32_t first, std::uint32_t count, msg::Time at) {
     if (!t.kept.wanted || (edited_ && at > end_))
-      return;  // a batch of steps reaches beyond the end of what was cut out
+      return;  // a batch of steps reaches beyond the end of the cut-out part
     if (t.kept.rate_hz > 0) {
-      if (result_.is_part) return;  // it is not known which ones were due
+      if (result_.is_part) return;  // not known which ones were due
       for (; count > 0 && due(t.next, t.kept.rate_hz, at); ++first, --count) all_there(t, first, 1, at);
       return;
     }
@@ -354,7 +354,7 @@ class Review {
     if (const std::uint32_t lost = count - t.messages.there(first, count); lost > 0) t.kept.lost.add(lost, at);
   }
 
-  /// What was lost at the end only the totals tell.
+  /// Only the totals show losses at the end.
   void judge_ends() {
     const Texts entries = read_metadata(reader_, "sinew.entries");
     for (const auto& [key, total] : entries) {
@@ -399,7 +399,7 @@ class Review {
   void compare(const ModuleVerdict& found, const std::string& said) {
     const std::string text = to_text(found);
     const auto here = reasons_in(text), there = reasons_in(said);
-    // A later file of a split recording says what is missing in all of them.
+    // A later file of a split recording reports the losses of all files.
     const bool same = result_.is_part && !found.reasons.empty()
                           ? std::includes(there.begin(), there.end(), here.begin(), here.end())
                           : result_.is_part || here == there;

@@ -98,7 +98,7 @@ hal::Status RunSink::begin_file(Writer& w, unsigned part) {
   return {};
 }
 
-/// Of each module its thread, and of each port its topic.
+/// For each module its thread, and for each port its topic.
 Texts RunSink::graph_texts() const {
   Texts texts;
   for (std::size_t i = 0; i < graph_.modules().size(); ++i) {
@@ -116,7 +116,7 @@ Texts RunSink::graph_texts() const {
 hal::Status RunSink::add_channels() {
   Writer& w = writer_->writer();
   std::map<std::string, std::uint16_t, std::less<>> schemas;
-  Texts about;  // of the channels that come next
+  Texts about;  // the texts of the channels that come next
   const auto channel = [&](std::string_view topic, std::string_view schema, std::string_view text, std::uint16_t& id,
                            Packing packing = Packing::packed) -> hal::Status {
     auto known = schemas.find(schema);
@@ -219,12 +219,12 @@ void RunSink::step(const LoggedStep& s) {
   for (const LoggedStep::Output& out : s.outputs) {
     Topic& t = topics_[graph_.modules()[s.module].topic[out.port]];
     if (t.newest && t.kept.wanted && t.kept.rate_hz == 0 && out.first != *t.newest + 1)
-      t.kept.lost.add(out.first - *t.newest - 1, s.completed);  // of steps that were lost
+      t.kept.lost.add(out.first - *t.newest - 1, s.completed);  // of lost steps
     t.newest = out.first + out.count - 1;
   }
 }
 
-/// Whether none of what it latched is of before the beginning.
+/// True if all that it latched was published after the beginning.
 bool RunSink::has_inputs(const LoggedStep& s) const {
   const auto before = [](std::uint32_t a, std::uint32_t b) { return static_cast<std::int32_t>(a - b) < 0; };
   for (const LoggedStep::Input& in : s.inputs) {
@@ -246,7 +246,7 @@ void RunSink::request(const LoggedRequest& r, std::span<const std::byte> bytes) 
     lost_entries_[r.request.thread].add(1, r.now);
 }
 
-/// One that cannot be written costs nothing but a place to begin at; its number in the log is a gap all the same.
+/// A state that cannot be written only costs a place to begin at; its number in the log is a gap all the same.
 void RunSink::state(const LoggedState& s, std::span<const std::byte> bytes) {
   ++entries_[s.thread];
   if (!note(writer_->write(states_channel_, stamps(0, s.completed, s.completed), bytes)))

@@ -12,16 +12,16 @@
 
 namespace sinew::record {
 
-/// What a file says of the run besides what happened in it.
+/// A file's description of the run, besides the events.
 struct RunDescription {
   Texts run{};                            // robot, board, seed, build, ... as metadata "sinew.run"
   std::vector<Attachment> attachments{};  // the robot file
   std::int64_t unix_ns = 0;               // added to the robot's clock for the times of the file
 };
 
-/// Where in a run a recording begins, and what holds then.
+/// The place in a run where a recording begins, and the logs and parameters there.
 struct Beginning {
-  bool midway = false;                   // false: before the first step
+  bool midway = false;                   // false: the recording begins before the first step
   rt::Time at{};                         // midway: of the newest step before it
   std::vector<std::uint64_t> entries{};  // per thread: order of the first entry that is to come
   Texts params{};
@@ -30,21 +30,21 @@ struct Beginning {
 struct SinkOptions {
   SplitOptions files{.writer = {.chunk_bytes = 256 * 1024}};
   std::vector<std::string> topics{};                   // none: all
-  std::map<std::string, double> rate_hz{};             // at most so many messages of a topic
+  std::map<std::string, double> rate_hz{};             // at most so many messages of a topic per second
   double pixel_bytes_per_s = 5e6;                      // images beyond it are recorded without their pixels
   bool pixels_saved = true;                            // of a second, at the beginning
-  std::uint64_t pixel_room_bytes = ~std::uint64_t{0};  // of a file; pixels that would make it larger are left out
+  std::uint64_t pixel_room_bytes = ~std::uint64_t{0};  // of a file; pixels beyond it are left out
 };
 
-/// A message in its slot, in the forms that a file has for it.
+/// A message in its slot, in the forms that a file stores.
 struct SinkMessage {
   const rt::SlotHeader* slot = nullptr;
   std::span<const std::byte> cdr{};  // empty for images
   ImageHead head{};                  // of images
 };
 
-/// One recording of a run: what the run reports goes into files, and what does not fit is counted. docs/recording.md
-/// describes their form.
+/// One recording of a run: writes what the run reports to files, and counts what does not fit. docs/recording.md
+/// describes the format.
 /// Thread:  owner, an ordinary one.
 /// Owner:   graph and description outlive it.
 class RunSink {
@@ -54,14 +54,14 @@ class RunSink {
                                                     SplitWriter::OpenPart open_part, const SinkOptions& options,
                                                     Beginning beginning);
 
-  /// Whether a message of this topic and time belongs in here; then put() or lose() it. To be asked once for each.
+  /// True if a message of this topic and time belongs in here; then put() or lose() it. Ask once for each message.
   bool takes(std::uint32_t topic, rt::Time at);
   bool takes_all(std::uint32_t topic) const { return topics_[topic].kept.wanted && topics_[topic].kept.rate_hz <= 0; }
   void put(std::uint32_t topic, const SinkMessage& message, rt::Time at);
   void lose(std::uint32_t topic, rt::Time at) { topics_[topic].kept.lost.add(1, at); }
-  /// One that was published before the beginning and may be latched behind it. Oldest first.
+  /// A message published before the beginning that may be latched after it. Oldest first.
   void put_older(std::uint32_t topic, const SinkMessage& message);
-  /// There is none of these: what was published up to here is not in the file.
+  /// Messages published up to this sequence are not in the file.
   void lacks_until(std::uint32_t topic, std::uint32_t sequence) { topics_[topic].first = sequence + 1; }
 
   void step(const LoggedStep& step);  // before its messages; its bytes come with a batch
@@ -73,23 +73,23 @@ class RunSink {
   /// Writes the verdict and completes the last file. Errors: those of Writer.
   hal::Status finish();
 
-  /// Midway: there is no state of the module yet from which its steps can be executed again.
+  /// Midway: true while there is no state of the module from which its steps can be executed again.
   bool needs_state(std::uint32_t module) const { return beginning_.midway && !from_[module]; }
 
-  /// Time of the newest step before it or, from the beginning on, of the first one.
+  /// Time of the newest step before the recording or, from the beginning on, of the first one.
   rt::Time began() const { return beginning_.at; }
   std::vector<ModuleVerdict> verdict() const;
-  /// Of messages by topic and of steps by thread, where there were any.
+  /// Losses of messages by topic and of steps by thread, where there were any.
   std::map<std::string, Losses> lost_messages() const;
   std::map<std::string, Losses> lost_steps() const;
   unsigned files() const { return writer_->part() + 1; }
   /// Of the last file.
   std::uint64_t bytes_at_most() { return writer_->writer().bytes_at_most(); }
-  /// The first error of a file, which went on being tried; ok when there was none.
+  /// The first error of a file (writing continued); ok when there was none.
   const hal::Status& trouble() const { return trouble_; }
 
  private:
-  // Bytes that may be used up at a rate, and saved for a second.
+  // Bytes that may be used up at a rate, with savings of at most a second.
   class Budget {
    public:
     Budget(double per_s, bool saved) : per_s_(per_s), left_(saved ? per_s : 0) {}
@@ -103,10 +103,10 @@ class RunSink {
     TopicKept kept;
     bool is_image = false;
     std::uint16_t channel = 0, head_channel = 0;
-    std::optional<std::uint32_t> newest;  // sequence that a step named
-    std::optional<std::uint32_t> first;   // midway: from here on they are in the file, or counted
-    std::optional<std::uint32_t> older;   // the last that put_older() had
-    rt::Time next;                        // rate_hz: not before
+    std::optional<std::uint32_t> newest;  // named by a step
+    std::optional<std::uint32_t> first;   // midway: from here on messages are in the file, or counted
+    std::optional<std::uint32_t> older;   // the last one of put_older()
+    rt::Time next;                        // rate_hz: earliest time of the next message
   };
 
   RunSink(const rt::Graph& graph, const RunDescription& description, const SinkOptions& options, Beginning beginning);
@@ -136,7 +136,7 @@ class RunSink {
   hal::Status trouble_;
 };
 
-/// What a file needs so that a message of so many bytes is not refused, as Writer counts.
+/// Room that a file needs so that Writer does not refuse a message of so many bytes.
 std::uint64_t room_for(std::uint64_t bytes);
 
 /// How names of modules and threads are numbered in metadata: "007", in the order of the map.

@@ -11,7 +11,7 @@ namespace {
 
 using PortKind = rt::Declaration::PortKind;
 
-// Entries are words: so many of them in the first one, then this, then what varies.
+// Entries are words: the first word holds the number of words, then come this kind and the variable part.
 enum class EntryKind : std::uint32_t { skip, step, request, state };
 
 struct Head {
@@ -55,7 +55,7 @@ const std::uint32_t* get(const std::uint32_t* from, T& value) {
   return from + words_of<T>();
 }
 
-/// A device thread says nothing of its rate: that of a fast camera.
+/// A device thread has no known rate: takes that of a fast camera.
 double cycles_per_s(const rt::Graph& graph, const rt::GraphThread& thread) {
   constexpr double kDevice_hz = 100;
   if (thread.spec.period.count() > 0) return 1 / msg::seconds(thread.spec.period);
@@ -71,11 +71,11 @@ constexpr std::uint32_t kUpdated = 0x80000000, kList = 0x40000000, kCount = 0x3F
 
 }  // namespace
 
-/// Of one module: which ports to tell, and how large its entries become at most.
+/// For one module: which ports to log, and the largest size of its entries.
 struct StepLog::Ports {
   struct Input {
     std::uint32_t port;
-    bool gaps;  // sequences may be missing in between: drop_newest
+    bool gaps;  // drop_newest: sequences may be missing in between
   };
   std::vector<Input> inputs;
   std::vector<std::uint32_t> outputs;
@@ -100,36 +100,36 @@ struct StepLog::Ports {
   }
 };
 
-/// The saved state of one module, on its way: filled by the executor while it is empty, emptied by the reader.
+/// The saved state of one module on its way: the executor fills it while it is empty, the reader empties it.
 struct StepLog::State {
   explicit State(std::size_t size) : bytes(size) {}
   std::vector<std::byte> bytes;
-  std::atomic<bool> full{false};   // release by the one who hands over, acquire by the other
+  std::atomic<bool> full{false};   // release by the giving side, acquire by the other
   std::atomic<bool> asked{false};  // by the reader; orders nothing
-  rt::Time next{INT64_MIN};        // the executor's
+  rt::Time next{INT64_MIN};        // of the executor
 };
 
-// Room that steps leave for requests: a step that is lost costs what it was, a lost parameter all that follows.
+// Room that steps leave for requests: a lost step costs only that step, a lost parameter all later steps.
 constexpr std::uint32_t kRequests = 8;
 
-/// Words from one writer to one reader. Positions count words, round and round where they have 32 bits; an entry never
-/// goes round the end.
+/// Words from one writer to one reader. Positions count words and wrap around where they have 32 bits; an entry never
+/// wraps around the end.
 class StepLog::Ring {
  public:
-  using Position = std::size_t;  // what every machine reads at once
+  using Position = std::size_t;  // a size that every machine reads at once
 
   explicit Ring(std::size_t words) : words_(std::bit_ceil(words)), ring_(std::make_unique<std::uint32_t[]>(words_)) {
-    std::memset(ring_.get(), 0, words_ * sizeof(std::uint32_t));  // its pages are there before the run
+    std::memset(ring_.get(), 0, words_ * sizeof(std::uint32_t));  // so that its pages are there before the run
   }
 
   /// Writer: room for so many words in a row, and `spare` behind them; null when there is none.
   std::uint32_t* reserve(std::uint32_t words, std::uint32_t spare = 0) noexcept {
     const std::size_t at = written_ & (words_ - 1), to_end = words_ - at;
     const std::size_t skip = words <= to_end ? 0 : to_end;
-    // acquire: what the reader has left is read
+    // acquire: the reader has finished with what it left
     if (written_ + skip + words + spare - tail_.load(std::memory_order_acquire) > words_) return nullptr;
     if (skip != 0) {
-      ring_[at] = 0;  // the rest is nothing
+      ring_[at] = 0;  // the rest is empty
       written_ += skip;
     }
     return &ring_[written_ & (words_ - 1)];
@@ -143,7 +143,7 @@ class StepLog::Ring {
   void lose() noexcept { ++lost_; }
   std::uint32_t lost() const noexcept { return lost_; }
 
-  /// Reader: everything up to here is there to be read.
+  /// Reader: everything up to here may be read.
   Position there() const noexcept { return head_.load(std::memory_order_acquire); }
   bool has_read(Position up_to) const noexcept { return static_cast<std::ptrdiff_t>(read_ - up_to) >= 0; }
   /// Reader: the next entry, null when there is none; then pop().
@@ -223,7 +223,7 @@ void StepLog::tell_state(const rt::StepRecord& r) noexcept {
   const bool first = state.next.ns == INT64_MIN;
   if (state_every_ <= rt::Duration{0})
     state.next = rt::Time{INT64_MAX};
-  else if (first)  // not all modules in the same cycle
+  else if (first)  // so that modules do not save in the same cycle
     state.next = r.completed +
                  state_every_ * (static_cast<std::int64_t>(r.module) + 1) / static_cast<std::int64_t>(states_.size());
   else
@@ -231,7 +231,7 @@ void StepLog::tell_state(const rt::StepRecord& r) noexcept {
   if (first && !asked) return;
   Ring& ring = *rings_[r.thread];
   std::uint32_t* const entry = ring.reserve(words_of<StateEntry>(), kRequests * words_of<RequestEntry>());
-  if (!entry) return;  // a place less to begin at, and nothing lost
+  if (!entry) return;  // one place less to begin at, and nothing lost
   state.asked.store(false, std::memory_order_relaxed);
   r.ports->save_state(state.bytes);
   state.full.store(true, std::memory_order_release);
@@ -274,7 +274,7 @@ void StepLog::taken(const rt::Request& request, const rt::Effect& effect, rt::Ti
 
 namespace {
 
-/// When what an entry tells was over.
+/// When the step or request of an entry was over.
 rt::Time over(const std::uint32_t* words, EntryKind kind) {
   if (kind == EntryKind::step) {
     StepHead step;
@@ -296,7 +296,7 @@ rt::Time over(const std::uint32_t* words, EntryKind kind) {
 void StepLog::read(std::uint32_t thread, Visitor& visitor, bool last, rt::Time until) {
   Ring& ring = *rings_[thread];
   std::uint64_t& order = order_[thread];
-  const Ring::Position there = ring.there();  // not what comes meanwhile: the other threads' rings fill, too
+  const Ring::Position there = ring.there();  // fixed now: the other threads' rings fill, too
   while (!ring.has_read(there)) {
     const std::uint32_t* words = ring.next();
     Head head;

@@ -8,7 +8,7 @@
 
 namespace sinew::record {
 
-/// What a recording says of one step; rt::StepRecord with what the ports held and gave.
+/// A recording's entry for one step: rt::StepRecord with the messages that the ports held and gave.
 struct LoggedStep {
   struct Input {
     std::uint32_t port = 0;
@@ -23,7 +23,7 @@ struct LoggedStep {
     std::vector<std::int64_t> origin_ns{};  // of the first message, by chain
     friend bool operator==(const Output&, const Output&) = default;
   };
-  std::uint64_t order = 0;  // in the log of its thread, from 0; a number that is missing was lost
+  std::uint64_t order = 0;  // in the log of its thread, from 0; a missing number was lost
   std::uint32_t thread = 0, module = 0, number = 0, device_state = 0;
   rt::Time release, now, completed;
   rt::Duration dt{}, exec{};
@@ -42,7 +42,7 @@ struct LoggedRequest {
   rt::Time now;
 };
 
-/// What a module goes on from, taken behind one of its steps: rt/saved_state.hpp.
+/// The state of a module after one of its steps: rt/saved_state.hpp.
 struct LoggedState {
   std::uint64_t order = 0;
   std::uint32_t thread = 0, module = 0;
@@ -51,14 +51,14 @@ struct LoggedState {
   std::span<const std::byte> bytes{};
 };
 
-/// What the executor's threads tell of their steps, each into a ring of its own: it never waits, and what finds no room
-/// is lost and counted.
+/// The log of the steps: each of the executor's threads writes to its own ring and never waits; entries without room
+/// are lost and counted.
 /// Thread:  owner for construction; completed() and taken() by the executor's threads; read() by one reader.
 /// RT:      completed(), taken(): no allocation, lock or system call.
 class StepLog final : public rt::RunObserver {
  public:
-  /// `room`: each thread's ring holds the steps of so long, at the rate that the robot file plans; a few in any case.
-  /// `state_every`: how often the state of a module is noted, the modules one after the other; 0: never.
+  /// `room`: each thread's ring holds the steps of this time, at the rate that the robot file plans; always at least a
+  /// few. `state_every`: how often the state of a module is saved, one module after the other; 0: never.
   StepLog(const rt::Graph& graph, rt::Duration room, rt::Duration state_every = {});
   ~StepLog() override;
 
@@ -72,13 +72,13 @@ class StepLog final : public rt::RunObserver {
     virtual void step(const LoggedStep& step) = 0;
     virtual void request(const LoggedRequest& request) = 0;
     virtual void state(const LoggedState& state) = 0;
-    /// So many entries of this thread were lost before the one that comes next, or at the end.
+    /// `entries` of this thread were lost before the next one, or at the end.
     virtual void lost(std::uint32_t thread, std::uint64_t entries) = 0;
   };
-  /// The state of the module is noted after its next step, whatever `state_every` says. Thread: the reader.
+  /// Saves the state of the module after its next step, whatever `state_every` says. Thread: the reader.
   void ask_state(std::uint32_t module) noexcept;
-  /// Everything that is there of a thread, in its order. `last`: the run is over, so nothing follows what is lost.
-  /// `until`: what was over later stays for another time.
+  /// Everything in the log of a thread, in its order. `last`: the run is over, so nothing follows the lost entries.
+  /// `until`: entries that were over later are left for the next time.
   void read(std::uint32_t thread, Visitor& visitor, bool last = false, rt::Time until = rt::Time{INT64_MAX});
   std::uint32_t threads() const { return static_cast<std::uint32_t>(rings_.size()); }
 

@@ -19,7 +19,7 @@ const Channel* channel_of(const Reader& reader, const std::string& topic) {
   return nullptr;
 }
 
-/// Of the schema "sinew_msgs/msg/NavState": as this program knows it.
+/// The type of the schema "sinew_msgs/msg/NavState", if this program knows it.
 const msg::TypeInfo* type_of(const Reader& reader, const rt::Graph& graph, const Channel& channel, std::string& why) {
   const auto schema = reader.schemas().find(channel.schema);
   const std::string name = schema == reader.schemas().end() ? "" : schema->second.name;
@@ -64,7 +64,7 @@ std::optional<Truth> Truth::read(Reader& reader, const rt::Graph& graph, const s
   MessageReader messages = reader.messages({.topics = {topic}});
   Message m;
   for (Next next; (next = messages.next(m)) != Next::end;) {
-    if (next == Next::problem) continue;  // the replay tells it
+    if (next == Next::problem) continue;  // the replay reports it
     type->reset(bytes.data());
     if (!msg::cdr_decode(*type, {reinterpret_cast<const std::uint8_t*>(m.data.data()), m.data.size()}, bytes.data()))
       continue;

@@ -8,11 +8,11 @@
 
 namespace sinew::record {
 
-/// A topic of ground truth is named so, or begins with this and a point.
+/// A topic of ground truth has this name, or begins with it and a point.
 inline constexpr std::string_view kTruthTopic = "ground_truth";
 
-/// What a recording says of how things really were: the messages of one topic, for the stamps between them. Fields that
-/// are not known are NaN.
+/// The ground truth in a recording: the messages of one topic, also for stamps between them. Fields that are not known
+/// are NaN.
 /// Thread:  owner; at() any.
 class Truth {
  public:
@@ -22,7 +22,7 @@ class Truth {
   /// Errors:  nothing, with `why`: there is no such topic, its type is not known or of another version, it is empty.
   static std::optional<Truth> read(Reader& reader, const rt::Graph& graph, const std::string& topic, std::string& why);
 
-  /// Between two messages that are at most a second apart, into type().size bytes. False: not known then.
+  /// Interpolates between two messages that are at most a second apart, into type().size bytes. False: not known then.
   bool at(rt::Time stamp, void* message) const;
   const msg::TypeInfo& type() const { return *type_; }
 

@@ -1,6 +1,6 @@
 #pragma once
-// Whether the steps of a module can be executed again from a file, and why not: as the recorder knows it when it ends,
-// and as run_review.hpp finds it in the file.
+// Can the steps of a module be executed again from a file, and if not, why? The recorder answers at its end, and
+// run_review.hpp answers from the file.
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -12,30 +12,30 @@
 
 namespace sinew::record {
 
-/// What is not in the file, of a topic or of a thread's steps.
+/// Losses of a topic's messages or of a thread's steps.
 struct Losses {
   std::uint64_t count = 0;
-  msg::Time first;  // about: of what came before it
+  msg::Time first;  // about: the last time before the loss
   void add(std::uint64_t n, msg::Time at) {
     if (count == 0) first = at;
     count += n;
   }
 };
 
-/// Whether the steps of a module can be executed again from the file.
+/// Says whether the steps of a module can be executed again from the file.
 struct ModuleVerdict {
   std::string module;
   std::vector<std::string> reasons{};  // why not; none: replayable
   std::optional<msg::Time> from{};     // behind the saved state of this time; nothing: from the beginning
 };
-/// Of a file that begins midway: from the first saved state behind which every input is in the file.
+/// For a file that begins midway: replayable from the first saved state after which every input is in the file.
 void begins_at(ModuleVerdict& verdict, std::optional<msg::Time> state);
 
-/// Metadata of files that begin in the middle of a run: time and orders of the beginning; at the end, by module, the
-/// time of the saved state where it can be replayed from.
+/// Metadata of files that begin in the middle of a run. At the beginning: time and orders. At the end, by module: the
+/// time of the saved state where its replay can begin.
 inline constexpr std::string_view kBeginName = "sinew.begin", kFromName = "sinew.from";
 
-/// What a file has of a topic.
+/// The part of a topic that a file keeps.
 struct TopicKept {
   std::string name;
   bool wanted = true;  // recorded at all
@@ -43,10 +43,10 @@ struct TopicKept {
   Losses lost, without_pixels;
 };
 
-/// Whether a message at this time is one of those that are kept at a rate; `next` is the memory of it.
+/// True if a message at this time is one of those kept at a rate; `next` stores the earliest time of the next one.
 bool due(msg::Time& next, double rate_hz, msg::Time at);
 
-/// `source`: it takes what comes from outside; `steps`: what is lost of its thread's.
+/// `source`: the module takes messages from outside; `steps`: losses of its thread's steps.
 std::vector<std::string> reasons(bool source, const Losses& steps, std::span<const TopicKept* const> inputs);
 
 std::string to_text(const ModuleVerdict& verdict);            // "replayable", "replayable from 1.500 s on", reasons

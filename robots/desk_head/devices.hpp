@@ -8,7 +8,7 @@ inline constexpr int kJointSteps = 8;                           // 500 Hz
 inline constexpr std::int64_t kJointsDelayNs = 500'000;         // a poll over a field bus
 inline constexpr std::int64_t kHeadCameraDelayNs = 25'000'000;  // as the quadrotor's: exposure, read-out, USB
 
-/// What the head has on board, in the order of the Welcome.
+/// The devices on board, in the order of the Welcome.
 inline constexpr WorldDevice kHeadDevices[] = {
     {Part::imu, "imu", kImuSteps, kImuSteps* kStepNs / 2, 0, FaultDevice::imu},
     {Part::joints, "joints", kJointSteps, kJointsDelayNs, kHeadJoints, FaultDevice::joints},

@@ -76,7 +76,7 @@ rt::StepStatus HeadFollower::step(const rt::Step& step) noexcept {
   const msg::NavState* nav = state_.fresh(step.now);
   const msg::JointState* joints = joints_.fresh(step.now);
   if (!nav || !joints || !nav->attitude_valid) return rt::StepStatus::stale;
-  // A joint that has not said yet where it is: its drive is without power, and will come. No fault, which would end it.
+  // A joint without a position yet: its drive has no power yet. Not a fault: faults would end the module.
   if (joints->count == 2 && (math::is_nan(joints->position_rad[0]) || math::is_nan(joints->position_rad[1])))
     return rt::StepStatus::stale;
   if (!is_rotation(nav->q_world_base) || !within(nav->gyro_radps, kMostTurn_radps) || !plausible(*joints))

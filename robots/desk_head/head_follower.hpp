@@ -6,13 +6,13 @@
 namespace sinew::control {
 
 /// Turns a two-joint head so that its camera stays level and follows a ball. See HeadLaw. With `safety` bound it arms
-/// only when the guardian permits it, gives its joints up when a failsafe stops them, and looks straight ahead, level,
-/// when one asks to land.
+/// only when the guardian permits it. It gives its joints up when a failsafe stops them, and looks straight ahead,
+/// level, when a failsafe asks to land.
 /// Units:   commands are positions in rad: pan, tilt.
 /// Thread:  executor, 500 to 1000 Hz, after the estimate.   RT: yes.
-/// Errors:  stale without a fresh and valid attitude, without fresh joints, or while a joint has not said yet where it
-///          is (its position is no number), fault when they are no numbers that a head can have: nothing is published,
-///          and the guardian acts when the last command's lease runs out.
+/// Errors:  stale without a fresh and valid attitude, without fresh joints, or while a joint's position is still no
+///          number; fault when the joints' values are impossible for a head. Nothing is published then, and the
+///          guardian acts when the last command's lease runs out.
 class HeadFollower final : public rt::Module {
  public:
   void declare(rt::Declaration& d) override;

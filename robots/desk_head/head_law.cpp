@@ -33,7 +33,7 @@ void HeadLaw::add(const msg::BallSighting& s) {
   const auto then = history_.at(s.stamp);
   if (!then) return;
   const Vec3 in_head = params.q_head_optical.rotate(Vec3(s.direction_optical));
-  // A ball in full sight has a confidence of 0.8 and more; of one that is half hidden the middle is guessed.
+  // A ball in full sight has a confidence of 0.8 and more; the middle of a half hidden ball is a guess.
   constexpr double kSure = 0.75;
   const double doubt = s.confidence < kSure ? s.angular_radius_rad * (kSure - s.confidence) : 0;
   track.add(s.stamp, then->q_world_base.rotate(in_head), doubt);
@@ -58,12 +58,12 @@ void HeadLaw::begin_search(msg::Time now) {
     scan_swing_ = math::kPi;
     return;
   }
-  // It comes out again where it went in, or where its speed was taking it.
+  // The ball comes out again where it went in, or where its speed was taking it.
   const BallTrack::Aim seen = track.at(track.stamp()), gone = track.at(now);
   const double way = math::wrap_pi(gone.azimuth_rad - seen.azimuth_rad);
   scan_centre_ = {math::wrap_pi(seen.azimuth_rad + 0.5 * way), 0.5 * (seen.elevation_rad + gone.elevation_rad)};
   scan_swing_ = std::max(params.view_rad - 0.5 * math::fabs(way), 0.25 * params.view_rad);
-  if (seen.azimuth_radps != 0) scan_side_ = seen.azimuth_radps > 0 ? 1 : -1;  // after it first
+  if (seen.azimuth_radps != 0) scan_side_ = seen.azimuth_radps > 0 ? 1 : -1;  // first in the ball's direction
 }
 
 void HeadLaw::search(double forward_rad, double dt_s) {
@@ -88,7 +88,7 @@ void HeadLaw::choose_mode(msg::Time now) {
   else if (!track.exists() || unseen_s > params.coast_s)
     enter(HeadMode::search, now);
   else
-    enter(unseen_s < 0.12 ? HeadMode::follow : HeadMode::coast, now);  // three pictures and their way here
+    enter(unseen_s < 0.12 ? HeadMode::follow : HeadMode::coast, now);  // three pictures and their delay
 }
 
 /// Where to look at `at`; `forward_rad` is the azimuth of the base's x.

@@ -21,20 +21,21 @@ struct HeadParams {
   double blind_s = 0.3;                             // no picture for longer: hold
   double scan_radps = 0.7, scan_reach_rad = 0.8;    // of the search: speed, and how far to both sides at most
   double view_rad = 0.55;                           // half the picture's width, with the whole ball in it
-  double turn_radps = 2.0;                          // of the aim, when it is not the ball's
+  double turn_radps = 2.0;                          // of the aim, when it does not follow the ball
   math::Quat q_head_optical{0.5, -0.5, 0.5, -0.5};  // optical frame to head: z to x, x to -y, y to -z
 };
 
 /// Keeps a camera on two joints level, and looks where a ball is.
 ///
-/// The IMU sits on the head, so the estimate gives the head's attitude; with the joints' positions that is the base's.
-/// What is wanted is a direction in a level frame (azimuth and elevation). Seen from the base as it will be one servo
-/// lag ahead, it gives pan and tilt: the base's pitch and yaw are taken out, whatever their cause. Two joints cannot
-/// take out the roll about the direction in which they look: the picture's horizon leans as the base does across it.
+/// The IMU sits on the head, so the estimate gives the head's attitude; the joints' positions then give the base's. The
+/// wanted direction is given in a level frame (azimuth and elevation). Seen from the base as it will be one servo lag
+/// ahead, this direction gives pan and tilt: the base's pitch and yaw are taken out, whatever their cause. Two joints
+/// cannot take out the roll about the direction in which they look: the picture's horizon leans as the base does across
+/// it.
 ///
-/// What is lost from sight within the picture is behind something, and comes out beside it: where it went in, or where
-/// its speed was taking it. The search swings about the middle of these two places, first only so far that both stay in
-/// the picture, then wider by half a picture each time, until it sweeps all that the head may see.
+/// A ball that is lost within the picture is behind something, and comes out beside it: where it went in, or where its
+/// speed was taking it. The search swings about the middle of these two places, first only so far that both stay in the
+/// picture, then wider by half a picture each time, until it sweeps all that the head may see.
 /// Frames:  head: x the way it looks, y left, z up at joint angles 0, as base; pan about z, then tilt about y (down is
 ///          positive). Level frame: the estimate's world.
 /// Thread:  owner.   RT: yes.
@@ -44,7 +45,7 @@ class HeadLaw {
   BallTrack track;
 
   void reset();
-  /// A sighting counts for the attitude at its stamp; one from before the history of 0.3 s is not used.
+  /// A sighting is used with the attitude at its stamp; a sighting from before the history of 0.3 s is not used.
   void add(const msg::BallSighting& sighting);
   void set_safety(const msg::SafetyState& safety);
   /// Pan and tilt wanted at `now`. Inputs are fresh.
@@ -71,7 +72,7 @@ class HeadLaw {
   math::Vec3 base_rate_radps_;
   msg::Time last_picture_;
   Aim scan_centre_;
-  double scan_side_ = 1, scan_swing_ = 0;  // where it turns to; how far from the centre it turns round
+  double scan_side_ = 1, scan_swing_ = 0;  // the side it turns to; how far from the centre it turns round
   std::int64_t scan_turns_ = 0;
   msg::FailsafeAction action_ = msg::FailsafeAction::none;
   std::uint32_t permitted_ = 1, armed_ = 0;

@@ -9,7 +9,7 @@ inline constexpr std::int64_t kRangeDelayNs = 4'000'000, kBaroDelayNs = 2'000'00
 inline constexpr std::int64_t kCameraDelayNs =
     25'000'000;  // middle of the exposure to the driver: exposure, read-out, USB
 inline constexpr std::int64_t kBatteryDelayNs = 5'000'000;
-/// What the quadrotor has on board, in the order of the Welcome.
+/// The devices on board, in the order of the Welcome.
 inline constexpr WorldDevice kQuadDevices[] = {
     {Part::imu, "imu", kImuSteps, kImuSteps* kStepNs / 2, 0, FaultDevice::imu},
     {Part::range, "range", kRangeSteps, kRangeDelayNs, 0, FaultDevice::range},

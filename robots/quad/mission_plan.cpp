@@ -61,14 +61,14 @@ bool MissionPlan::arrived(const msg::NavState& nav) const {
 
 bool MissionPlan::touched(const msg::NavState& nav, double dt_s) {
   const double low_m = params.feet_below_base_m + params.touch_margin_m;
-  // Without the range finder the height may be off by more than a vehicle survives: then only what is felt counts.
+  // Without the range finder the height may be off by more than a vehicle survives: then only missing descent counts.
   const bool low = nav.ground_seen && nav.height_m < low_m;
   const bool slow = math::fabs(nav.v_world_mps.z) < params.touch_mps;
   touch_s_ = low && slow ? touch_s_ + dt_s : 0;
-  // Most of the time, not all: on uneven ground it rocks. On the ground an estimate may even show that it rises.
+  // Most of the time, not all: on uneven ground the vehicle rocks. On the ground the estimate may even rise.
   const bool stuck = setpoint_.v_world_mps.z < -2 * params.stuck_mps && nav.v_world_mps.z > -params.stuck_mps;
   stuck_s_ = stuck ? stuck_s_ + dt_s : clamp(stuck_s_ - dt_s, 0, stuck_s_);
-  // An abort in the climb floats on its own air for seconds before it sinks; to stop there is to fall.
+  // After an abort in the climb the vehicle floats for seconds before it sinks; stopping it there would drop it.
   const bool high = nav.ground_seen && nav.height_m > low_m + params.touch_margin_m;
   return touch_s_ >= params.touch_s || stuck_s_ >= (high ? params.stuck_high_s : params.stuck_s);
 }
@@ -159,7 +159,7 @@ void MissionPlan::run_phase(msg::Time now, const msg::NavState& nav, double dt_s
         if (arrived(nav)) enter(MissionPhase::hold, now);
       } else {
         arrived_s_ = arrived(nav) ? arrived_s_ + dt_s : 0;
-        // What does not settle in that time never will; the descent waits by itself while it is off the pad.
+        // A vehicle that does not settle in that time never will; the descent itself pauses while it is off the pad.
         if (arrived_s_ >= params.hold_s || in_phase_s(now) > params.hold_limit_s) enter(MissionPhase::descend, now);
       }
       break;
@@ -198,7 +198,7 @@ void MissionPlan::run_descend(msg::Time now, const msg::NavState& nav, double dt
   reference_mps_.z = 0;
   slew(dt_s);
   const double height = nav.height_m;
-  // Where the ground is felt long before the height says so, the camera sees no pad: to climb again helps nobody.
+  // If the ground is felt long before the height says so, the camera sees no pad: another climb would not help.
   const bool committed = height < params.commit_below_m || stuck_s_ >= params.felt_s;
   if (!committed && !pad_fresh(nav)) return lose_pad(now);
 

@@ -26,10 +26,10 @@ struct MissionParams {
   double stuck_high_s = 6;                 // the same where the range finder says otherwise: it may only sink late
   double slow_unseen_m = 0.5;              // sinks slowly from so much higher where no range finder measures the height
   double timeout_s = 90, blind_s = 8, estimate_lost_s = 0.3;
-  // No phase goes on for ever. A climb takes 4 s, a descent from the highest 12 s; what settles does so in 3 s, but
-  // somebody's module may fly figures above the pad meanwhile.
+  // Every phase has a limit. A climb takes 4 s, a descent from the highest 12 s; settling takes 3 s, but another module
+  // may fly figures above the pad meanwhile.
   double climb_limit_s = 12, hold_limit_s = 30, abort_limit_s = 40;
-  double fall_mps = 1.5;  // it never sinks half as fast by itself: the motors do not carry it
+  double fall_mps = 1.5;  // its own sinking is less than half as fast: the motors do not carry it
   std::int64_t retries = 3;
 };
 
@@ -43,21 +43,21 @@ struct MissionSafety {
 /// Frames:  world of NavState, z up.
 /// Safety:  never arms without a valid estimate. Without position for estimate_lost_s, after too many lost pads, when
 ///          it falls, or when its time is up it aborts: sinks slowly and disarms on the ground, after blind_s without
-///          height, and after abort_limit_s in any case: motors never turn on the ground for ever.
-///          It waits for the guardian's permission; without it in flight it is done. A failsafe's `land` aborts in the
-///          air, and goes back to waiting while it still stands.
+///          height, and after abort_limit_s in any case: motors never turn on the ground for ever. It waits for the
+///          guardian's permission; when that ends in flight, the mission is done. A failsafe's `land` aborts in the
+///          air; on the ground the mission goes back to waiting.
 /// Thread:  owner.   RT: yes.
 class MissionPlan {
  public:
   MissionParams params;
 
   void reset();
-  /// Holds until told otherwise; at first everything is permitted.
+  /// Valid until the next call; at first everything is permitted.
   void set_safety(const MissionSafety& safety) { safety_ = safety; }
   /// One step at `now` with the newest estimate; dt since the last step.
   void step(msg::Time now, const msg::NavState& nav, double dt_s);
-  /// Instead of step() while a pilot flies by hand: the setpoint follows the vehicle. What was flying comes down where
-  /// it is when the pilot hands back: the plan of before is over.
+  /// Instead of step() while a pilot flies by hand: the setpoint follows the vehicle. When the pilot hands back in
+  /// flight, the vehicle comes down where it is: the earlier plan is over.
   void stand_by(msg::Time now, const msg::NavState& nav);
   const msg::FlightSetpoint& setpoint() const { return setpoint_; }
   const msg::MissionState& state() const { return state_; }

@@ -7,17 +7,17 @@
 
 namespace sinew::control {
 
-/// Lets a pilot with a radio control stop the robot and fly it by hand: stands between whoever makes the attitude
+/// Lets a pilot with a radio control stop the robot and fly it by hand. It sits between the source of the attitude
 /// setpoint and the attitude controller.
 /// - `switches` says every step whether the link is lost and what the switches want; [[failsafe]] conditions on it stop
-///   or land (docs/safety.md). It is published whatever else is missing.
-/// - `attitude` is that of `mission` as it came, or the pilot's while they have taken over: tilt by two sticks, turning
-/// by
-///   the third, thrust by the throttle, whose middle carries the weight. The pilot's motors are armed as the mission's
-///   were when the pilot took over: nobody starts from the ground by hand.
+///   or land (docs/safety.md). It is published even when everything else is missing.
+/// - `attitude` is that of `mission` unchanged, or the pilot's after a take-over: tilt by two sticks, turning by the
+///   third, thrust by the throttle, whose middle carries the weight. The pilot's motors are armed as the mission's
+///   were at the take-over: the pilot cannot start from the ground by hand.
 /// Frames:  sticks right, forward, clockwise and up are positive.
 /// Thread:  executor, with the position controller, after it.   RT: yes.
-/// Errors:  without a setpoint to hand on no `attitude` is published; without a fresh state nobody flies by hand.
+/// Errors:  without a setpoint to hand on no `attitude` is published; without a fresh state the pilot cannot fly by
+///          hand.
 class PilotSwitch final : public rt::Module {
  public:
   void declare(rt::Declaration& d) override;

@@ -3,7 +3,7 @@
 namespace sinew::rt {
 namespace {
 
-/// Microseconds with the nanoseconds behind the point.
+/// Microseconds, with the nanoseconds behind the decimal point.
 std::string us(std::int64_t ns) {
   const std::string sign = ns < 0 ? "-" : "";
   const std::uint64_t all = ns < 0 ? 0 - static_cast<std::uint64_t>(ns) : static_cast<std::uint64_t>(ns);
@@ -72,7 +72,7 @@ class Writer {
         return instant(e, "skip", "");
       case TimelineEvent::Kind::preempted:
         return slice(e, "preempted", "schedule");
-      case TimelineEvent::Kind::off_processor:  // no slice: its bounds are known about, and slices must nest
+      case TimelineEvent::Kind::off_processor:  // no slice: its bounds are approximate, and slices must nest
         return instant(e, "off_processor", "\"about_us\":" + us(e.length.count()));
       case TimelineEvent::Kind::zone:
         return slice(e, e.zone ? e.zone : "?", "zone");

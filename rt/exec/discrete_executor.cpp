@@ -32,7 +32,7 @@ Time end_of(const DiscreteOptions& o) {
   return o.duration.count() > INT64_MAX - o.start.ns ? Time{INT64_MAX - 1} : o.start + o.duration;
 }
 
-/// Another stream than that of the module's own draws.
+/// A random stream apart from that of the module's own draws.
 std::uint32_t exec_stream(const std::string& module) {
   const std::uint64_t h = math::fnv1a64("exec " + module);
   return static_cast<std::uint32_t>(h ^ h >> 32);
@@ -168,8 +168,8 @@ void DiscreteExecutor::trigger_readers(std::span<const std::uint32_t> topics) no
     for (const std::uint32_t thread : graph_.topics()[topic].triggers) schedule_.trigger(thread);
 }
 
-/// After a grant the devices know their samples up to it. What a device said before is not repeated: that trigger is
-/// still to come, or waits for its cycle.
+/// After a grant the devices know their samples up to it. An instant that a device has already announced is not
+/// announced again: its trigger is still to come, or waits for its cycle.
 void DiscreteExecutor::announce_all() noexcept {
   for (std::uint32_t t = 0; t < device_.size(); ++t) {
     if (!device_[t]) continue;

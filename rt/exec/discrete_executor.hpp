@@ -37,7 +37,7 @@ class DiscreteExecutor final : private ScheduleClient {
                    const DiscreteOptions& options = {});
   /// Once.
   /// Errors:  not_supported: an execution time is to be measured and there is no Os, or the processor does not round as
-  ///          fp_mode.hpp wants. What ends the run is in the report.
+  ///          fp_mode.hpp wants. The report says what ended the run.
   hal::Result<DiscreteReport> run();
   /// The run ends at the next grant.
   void request_stop() noexcept { stop_.store(true, std::memory_order_relaxed); }
@@ -72,7 +72,7 @@ class DiscreteExecutor final : private ScheduleClient {
   Schedule schedule_;
   std::vector<Model> models_;         // per module
   std::vector<hal::Device*> device_;  // per thread; null: no device trigger
-  std::vector<Time> announced_;       // per thread: what the device said last
+  std::vector<Time> announced_;       // per thread: the instant that the device announced last
   std::atomic<bool> stop_{false};
 };
 

@@ -16,11 +16,12 @@ class FpMode {
  public:
   /// Rounds to nearest, keeps subnormal numbers, traps nothing.
   static void set() noexcept { write((read() & ~kMustBeZero) | kMustBeSet); }
-  /// True when the control register says so; a few instructions. Elsewhere than on x86, Arm and MIPS: computes_right().
+  /// True when the control register says so; a few instructions. On processors other than x86, Arm and MIPS:
+  /// computes_right().
   static bool is_set() noexcept {
     return kHasRegister ? (read() & (kMustBeZero | kMustBeSet)) == kMustBeSet : computes_right();
   }
-  /// True when results say so: they see what no register tells.
+  /// True when trial computations come out right: they also show what no register shows.
   static bool computes_right() noexcept {
     volatile double one = 1.0, tiny = 0x1p-1022, ulp = 0x1p-53, half = 0.5;
     const double up = one + ulp * 1.5, down = one + ulp * half, minus = -one - ulp * half;
@@ -80,7 +81,7 @@ class FpMode {
 #endif
 };
 
-/// Gives the calling thread the right mode for its lifetime, and what it had before back.
+/// Sets the right mode for the calling thread, and restores the old mode at the end of the scope.
 class FpModeScope {
  public:
   FpModeScope() noexcept : before_(FpMode::read()) { FpMode::set(); }

@@ -5,7 +5,7 @@
 namespace sinew::rt {
 namespace {
 
-// The throttle comes when all but its `frozen` share is used; a little less counts too, for what we do not see.
+// The throttle acts when all but the `frozen` share is used. A little less counts too: we do not see all use.
 bool is_nearly_all(Duration used, Duration of) { return used * 100 >= of * 85; }
 
 }  // namespace
@@ -18,7 +18,7 @@ void GapWatch::begin(Time now) noexcept {
 }
 
 std::optional<GapWatch::Gap> GapWatch::woke(Time due, Time now) noexcept {
-  const Time ready = std::max(due, last_);  // a release of before was late by its own cycle, not by the processor
+  const Time ready = std::max(due, last_);  // an earlier release was late because of the cycle, not of the processor
   if (due > last_) {
     slept_ += due - last_;
     awake_since_ns_.store(due.ns, std::memory_order_relaxed);
@@ -26,7 +26,7 @@ std::optional<GapWatch::Gap> GapWatch::woke(Time due, Time now) noexcept {
   last_ = now;
   asleep_.store(false, std::memory_order_relaxed);
   if (now - ready < kGap) return std::nullopt;
-  mark(now);  // so that ran() does not find it again
+  mark(now);  // so that ran() does not report the same gap
   return judge(now - ready, now - ready);
 }
 
@@ -51,7 +51,7 @@ bool GapWatch::busy(Time now) const noexcept {
          (awake && is_nearly_all(now - since, throttle_.period - throttle_.frozen));
 }
 
-/// Keeps what was used until now, and whether that was nearly all of the last throttle period.
+/// Stores the time used until now, and whether that was nearly all of the last throttle period.
 void GapWatch::mark(Time now) noexcept {
   newest_ = (newest_ + 1) % kMarks;
   marks_[newest_] = {now, slept_, os_.thread_cpu_time()};
@@ -63,7 +63,7 @@ void GapWatch::mark(Time now) noexcept {
   busy_until_ns_.store(all ? (now + throttle_.period).ns : 0, std::memory_order_relaxed);
 }
 
-/// `over`: in how long a time it was lost.
+/// `over`: the length of time in which `lost` was lost.
 GapWatch::Gap GapWatch::judge(Duration lost, Duration over) const noexcept {
   const Duration one = throttle_.frozen;
   if (one <= Duration{0}) return {lost, 1, false};

@@ -1,6 +1,6 @@
 #pragma once
-// Finds the times in which a thread was ready but had no processor for so long that it matters, and tells the kernel's
-// real-time throttle from the rest.
+// Finds long times in which a thread was ready but had no processor, and tells those made by the kernel's real-time
+// throttle from the rest.
 #include <array>
 #include <atomic>
 #include <optional>
@@ -11,8 +11,8 @@
 
 namespace sinew::rt {
 
-/// How the kernel throttles fixed priorities: of every period they get no processor for `frozen`, if they would use all
-/// of it. 50 ms of every second where nobody changed it; `frozen` 0: it does not.
+/// How the kernel throttles fixed priorities: threads that would use a whole period get no processor for `frozen` of
+/// it. The kernel's default is 50 ms of every second; `frozen` 0: no throttle.
 /// Source:  Documentation/scheduler/sched-rt-group.rst of Linux.
 struct Throttle {
   Duration period = std::chrono::seconds(1);
@@ -25,23 +25,23 @@ class GapWatch {
  public:
   static constexpr Duration kGap = std::chrono::milliseconds(40);  // shorter than what the throttle takes
 
-  /// Without the processor though ready: `count` times about `length` each.
+  /// The thread was ready without a processor, `count` times for about `length` each.
   struct Gap {
     Duration length{};
     std::uint32_t count = 1;
-    bool throttle_like = false;  // as long as the throttle freezes; it was that if some thread was busy()
+    bool throttle_like = false;  // as long as the throttle freezes; it was the throttle if some thread was busy()
   };
 
   GapWatch(hal::Os& os, const Throttle& throttle) : os_(os), throttle_(throttle) {}
 
-  /// First of all, on the thread.
+  /// Call first, on the watched thread.
   void begin(Time now) noexcept;
-  /// The thread slept of its own will from the end of its last cycle; it should have woken at `due`, and did at `now`.
+  /// The thread chose to sleep from the end of its last cycle; it should have woken at `due`, and did at `now`.
   std::optional<Gap> woke(Time due, Time now) noexcept;
   /// A cycle ran from the last woke(), or the last ran(), to `now`.
   std::optional<Gap> ran(Time now) noexcept;
-  /// Did it use the processor nearly all of the time until `now`, for as long as makes the kernel throttle? A frozen
-  /// thread is one that runs.
+  /// True if the thread used nearly all processor time until `now`, for as long as makes the kernel throttle. A frozen
+  /// thread counts as running.
   bool busy(Time now) const noexcept;
 
  private:
@@ -60,7 +60,7 @@ class GapWatch {
   std::uint32_t newest_ = 0;
   Time last_{};       // end of the last cycle, or begin of this one
   Duration slept_{};  // since begin()
-  // Nobody waits for these; a reader may see one a little before another.
+  // Not synchronised: a reader may see one a little before another.
   hal::Wide<std::int64_t> awake_since_ns_;  // of the last sleep's end
   hal::Wide<std::int64_t> busy_until_ns_;
   std::atomic<bool> asleep_{true};

@@ -10,8 +10,8 @@ namespace sinew::rt {
 
 using msg::Time;
 
-/// How an instant is kept in one word that many threads exchange: whole where the machine reads 64 bits at once;
-/// elsewhere the last nine minutes in steps of 256 ns, rounded down, and told apart from earlier ones by the time now.
+/// An instant in one word that many threads exchange. Machines that read 64 bits at once keep it whole. Others keep the
+/// last nine minutes in steps of 256 ns, rounded down; the time now tells them apart from earlier ones.
 /// RT: yes.
 template <bool kWhole = hal::kReadsWideAtOnce>
 struct InstantWord {
@@ -24,7 +24,7 @@ struct InstantWord {
     else
       return std::max(static_cast<Word>(t.ns >> kShift), Word{1});
   }
-  /// `now()` is asked only where it is needed.
+  /// Calls `now()` only where it is needed.
   template <class Now>
   static constexpr Time time(Word word, Now now) noexcept {
     if constexpr (kWhole) {

@@ -76,7 +76,7 @@ class Source final : public Module {
   }
   StepStatus step(const Step&) noexcept override {
     if (!type_.has_bulk()) std::memcpy(out_.loan(), next, type_.size);
-    // Of the types with bulk only images are let in.
+    // Images are the only types with bulk that get here.
     else if (!msg::ImageBuffer::copy(*static_cast<const msg::Image*>(next), out_.loan_image()))
       return StepStatus::fault;
     return StepStatus::ok;
@@ -88,7 +88,7 @@ class Source final : public Module {
   AnyOut out_;
 };
 
-// Holds what a step published, until the next.
+// Holds what a step published, until the next step.
 class Sink final : public Module {
  public:
   explicit Sink(const Declaration::Port& of) : of_(of) {}
@@ -268,7 +268,7 @@ StepStatus ModuleRig::step(Time now, Duration dt, bool timed_out) {
   now_ = now;
   if (!run.runner(run.subject).runs()) run.runner(run.subject).set_enabled(true);  // after rest()
   const Cycle cycle{now, dt, timed_out};
-  for (const std::uint32_t sink : run.sinks) run.runner(sink).complete(now, Duration{0});  // lets the last step's go
+  for (const std::uint32_t sink : run.sinks) run.runner(sink).complete(now, Duration{0});  // releases the last step's
   run.runner(run.subject).start(cycle, now);
   run.runner(run.subject).complete(now, Duration{0});
   const StepStatus status = run.observer.status;

@@ -17,7 +17,7 @@ namespace sinew::rt {
 
 struct RigOptions {
   std::string name = "module";                // step.random depends on it
-  std::uint64_t seed = 1;                     // as does it on this
+  std::uint64_t seed = 1;                     // step.random depends on it, too
   hal::Board* board = nullptr;                // for configure(); null: a board without devices
   std::uint32_t image_bytes = 640 * 480 * 3;  // pixels behind images; image_capacity() for single ports
   std::uint32_t first_sequence = 0xFFFFFF00;  // of every topic: shortly before the wrap
@@ -56,9 +56,9 @@ class ModuleRig {
   const std::vector<Problem>& problems() const;
 
   // ---- parameters, between steps
-  /// Before and after configure(), which may have narrowed what is accepted.
+  /// Allowed before and after configure(), which may have narrowed the accepted values.
   void set(std::string_view name, const ParamValue& value);
-  /// What is allowed, in the words of the robot file's check, when the parameter refuses the value; else empty.
+  /// Empty when the parameter accepts the value; else what is allowed, in the words of the robot file's check.
   std::string refusal(std::string_view name, const ParamValue& value) const;
 
   // ---- messages in: each put() is one commit; a queue input holds all since the last step, as far as its depth allows
@@ -66,13 +66,13 @@ class ModuleRig {
   requires(!msg::HasBulk<M>) void put(std::string_view input, const M& message, std::optional<Time> published = {}) {
     put_erased(input, msg::type_info<M>(), &message, published);
   }
-  /// `published`: the commit instant; the instant of the last step when nothing is said.
+  /// `published`: the commit instant; by default the instant of the last step.
   void put_image(std::string_view input, const msg::ImageBuffer& image, std::optional<Time> published = {}) {
     put_erased(input, msg::type_info<msg::Image>(), &*image, published);
   }
 
   // ---- one step
-  /// `dt` is not 0. A module that returns fault ever so often is never stopped here.
+  /// `dt` is not 0. Repeated faults never stop the module here.
   StepStatus step(Time now, Duration dt, bool timed_out = false);
   /// The module forgets all state, as when it is enabled again; its next step has number 0.
   void reset();

@@ -43,7 +43,7 @@ class Tail {
   Duration value() const noexcept { return Duration{static_cast<std::int64_t>(tail_ns_)}; }
   void observe(Duration oversleep) noexcept {
     const double late = static_cast<double>(oversleep.count());
-    // Up at once towards the lateness seen, down slowly: about the 98th percentile.
+    // Rises fast towards the lateness seen, falls slowly: about the 98th percentile.
     tail_ns_ += late * 1.2 > tail_ns_ ? (late * 1.2 - tail_ns_) * 0.25 : -tail_ns_ * 0.005;
     tail_ns_ = std::clamp(tail_ns_, 5e3, max_ns_);
   }
@@ -96,7 +96,7 @@ class RealTimeExecutor::Worker {
   }
   void join() { thread_.reset(); }
   void fire(Time now) noexcept { trigger_.fire(now); }
-  /// Does it use up what the kernel gives to fixed priorities?
+  /// True if the thread uses up what the kernel gives to fixed priorities.
   bool busy(Time now) const noexcept { return has_fifo_ && gaps_.busy(now); }
 
  private:
@@ -131,7 +131,7 @@ class RealTimeExecutor::Worker {
     }
   }
 
-  // Releases that came while a cycle ran; at the instant of its end it is over.
+  // Releases that came while a cycle ran. A release at the instant of the cycle's end does not meet it.
   void meet_releases() noexcept {
     ThreadStats& stats = runner_->stats();
     for (; next_ < now_; next_ = next_ + period_) {
@@ -172,7 +172,7 @@ class RealTimeExecutor::Worker {
       stats.coalesced.add(timed_out ? taken.count : taken.count - 1);
       if (timed_out) stats.timeouts.add();
       last = taken.count == 0 ? release : std::max(release, taken.latest);
-      if (has_timeout && now - last >= spec_.timeout) {  // more of them came meanwhile: absorbed by this cycle
+      if (has_timeout && now - last >= spec_.timeout) {  // further time-outs came meanwhile: this cycle absorbs them
         const std::int64_t absorbed = (now - last) / spec_.timeout;
         stats.coalesced.add(static_cast<std::uint64_t>(absorbed));
         last = last + spec_.timeout * absorbed;
@@ -193,7 +193,7 @@ class RealTimeExecutor::Worker {
     for (std::uint32_t i = 0; i < runner_->size(); ++i) {
       const auto filled = runner_->start(i, now);
       executor_.fire(filled, now);
-      // What a bounded collect() left behind wakes nobody again.
+      // What a bounded collect() left behind causes no new wake-up.
       if (i == device_position_ && !filled.empty() && device_->ready_at() <= now) trigger_.fire(now);
       const Time done = os.now();  // the one clock read of a step
       executor_.fire(runner_->complete(i, done, done - now), done);
@@ -243,7 +243,7 @@ hal::Status RealTimeExecutor::start() {
   if (const FpModeScope fp_mode; !FpMode::computes_right())
     return hal::Error{hal::Errc::not_supported, "rounding to nearest with subnormals"};
   RunnerOptions runner = options_.runner;
-  runner.start = os_.now();  // of its time line; of the cycles later
+  runner.start = os_.now();  // for the time line; the cycles' start is set later
   runner.clock = &os_;
   runner_ = std::make_unique<Runner>(graph_, runner);
   if (options_.lock_memory)
@@ -284,7 +284,7 @@ void RealTimeExecutor::stop() {
       if (m.guardian) m.guardian->shut_down();
 }
 
-// release and acquire: who leaves sees start_, or that it is to stop.
+// release and acquire: a released thread sees start_, or that it is to stop.
 void RealTimeExecutor::release() noexcept {
   released_.store(1, std::memory_order_release);
   for (std::size_t i = 0; i < workers_.size(); ++i) os_.wake(released_);  // one sleeper each

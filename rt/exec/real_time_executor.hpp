@@ -15,7 +15,7 @@ struct RealTimeOptions {
   bool lock_memory = true;
   bool strict = false;         // start() refuses where there is a shortfall
   bool keep_awake = true;      // processors stay out of idle states that they wake from slowly
-  Throttle throttle{};         // of this kernel, to know its marks in the timing
+  Throttle throttle{};         // of this kernel, to recognise its gaps in the timing
   bool fixed_priority = true;  // false: ordinary priority for all, for machines where SCHED_FIFO only disturbs
   // Precise wake-up (thread option `precise`): the look at the clock begins at most this long before the release.
   Duration precise_tail_max = std::chrono::microseconds(100);
@@ -28,21 +28,21 @@ struct RealTimeOptions {
 /// Thread:  owner.   RT: its threads allocate nothing and take no lock.
 class RealTimeExecutor {
  public:
-  /// Registers itself with the devices that trigger threads: before the board is started.
+  /// Registers itself with the devices that trigger threads, so construct it before the board is started.
   RealTimeExecutor(Graph& graph, hal::Os& os, const RealTimeOptions& options = {});
   ~RealTimeExecutor();  // stop()
   RealTimeExecutor(const RealTimeExecutor&) = delete;
   RealTimeExecutor& operator=(const RealTimeExecutor&) = delete;
 
-  /// Makes all threads, and releases them together when all shortfalls are known. Errors: what starting a thread says,
-  /// a processor that does not round as fp_mode.hpp wants, or with `strict` denied where there are shortfalls(); no
-  /// thread runs then, and no module has taken a step.
+  /// Makes all threads; when all shortfalls are known, releases the threads together. Errors: those of starting a
+  /// thread; a processor that does not round as fp_mode.hpp wants; with `strict`, denied where there are shortfalls().
+  /// After an error no thread runs, and no module has taken a step.
   hal::Status start();
   /// Asks all threads to end after their cycle, waits for them, and then stops all actuators.
   void stop();
 
   Time started_at() const { return start_; }
-  /// Privileges and CPUs that could not be had, one line each; unless `strict`, the robot runs all the same.
+  /// Missing privileges and CPUs, one line each; without `strict` the robot runs all the same.
   const std::vector<std::string>& shortfalls() const { return shortfalls_; }
   /// After start().
   Runner& runner() { return *runner_; }

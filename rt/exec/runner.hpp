@@ -1,5 +1,5 @@
 #pragma once
-// The life of the modules in a cycle, the same under every executor: which thread runs when is not known here.
+// The life of the modules in a cycle, the same under every executor. The executor decides when which thread runs.
 #include <memory>
 #include <optional>
 #include <span>
@@ -21,10 +21,10 @@ class StepPorts {
  public:
   /// Null: no input, or not bound.
   virtual const InputBase* input(std::uint32_t port) const noexcept = 0;
-  /// Of this step (outputs) or of the collect() before it (raw topics), oldest first.
+  /// Messages of this step (outputs) or of the collect() before it (raw topics), oldest first.
   virtual std::span<const SlotHeader* const> published(std::uint32_t port) const noexcept = 0;
-  /// What the module goes on from: rt/saved_state.hpp. `to` has state_bytes(), which never change after configure().
-  /// RT: yes; a copy of so many bytes.
+  /// The module's state between two steps: rt/saved_state.hpp. `to` has state_bytes(), which never change after
+  /// configure(). RT: yes; a copy of so many bytes.
   virtual std::size_t state_bytes() const noexcept = 0;
   virtual void save_state(std::span<std::byte> to) const noexcept = 0;
 
@@ -32,7 +32,7 @@ class StepPorts {
   ~StepPorts() = default;
 };
 
-/// One step as it happened, told when it completes.
+/// One step as it happened, reported when it completes.
 struct StepRecord {
   std::uint32_t module = 0, thread = 0;
   std::uint32_t number = 0;  // Step::number
@@ -42,10 +42,10 @@ struct StepRecord {
   StepStatus status = StepStatus::ok;
   bool timed_out = false;
   std::uint32_t device_state = 0;    // DriverModule::device_state() as the step saw it
-  const StepPorts* ports = nullptr;  // valid while it is told
+  const StepPorts* ports = nullptr;  // valid during completed()
 };
 
-/// Told by the executor's threads: a recorder, a test.
+/// The executor's threads call it; a recorder or a test implements it.
 class RunObserver {
  public:
   virtual ~RunObserver() = default;
@@ -60,7 +60,7 @@ struct RunnerOptions {
   bool hash_topics = false;        // every message of every topic goes into topic_hash()
   std::uint32_t fault_limit = 10;  // faults in a row that stop a module
   RunObserver* observer = nullptr;
-  const hal::Clock* clock = nullptr;  // what zones read; null: there are none
+  const hal::Clock* clock = nullptr;  // the clock that zones read; null: there are no zones
 };
 
 /// What a step needs to know of its cycle.
@@ -82,7 +82,7 @@ struct RunBoard {
   std::atomic<bool> zones{false};  // asked for
 };
 
-/// One module between two executors' calls: start() and, when its execution time is used up, complete().
+/// One module. The executor calls start() and, when the step's execution time is used up, complete().
 /// Thread:  owner for construction, then executor.   RT: yes, after construction.
 class ModuleRunner final : StepPorts {
  public:
@@ -93,7 +93,7 @@ class ModuleRunner final : StepPorts {
 
   /// collect(), latch, step(). Answers the raw topics that were filled: they are visible now.
   std::span<const std::uint32_t> start(const Cycle& cycle, Time now) noexcept;
-  /// Commits or discards, emit(), lets the inputs go. Answers the topics that were published.
+  /// Commits or discards, emit(), releases the inputs. Answers the topics that were published.
   std::span<const std::uint32_t> complete(Time now, Duration exec) noexcept;
 
   void set_enabled(bool enabled) noexcept;  // between two cycles; enabling resets the module
@@ -175,7 +175,7 @@ class ThreadRunner {
 class Runner {
  public:
   Runner(Graph& graph, const RunnerOptions& options);
-  /// For cycles instead of the options' start, where it is known later. Before the first cycle.
+  /// Replaces the options' start for the cycles, where it is known only later. Before the first cycle.
   void set_start(Time start);
   ThreadRunner& thread(std::uint32_t i) { return *threads_[i]; }
   Graph& graph() { return board_.graph; }
@@ -191,7 +191,7 @@ class Runner {
   const Timeline& timeline() const { return board_.timeline; }
   /// From the next steps on. Thread: any.
   void ask_for_zones(bool asked) noexcept { board_.zones.store(asked, std::memory_order_relaxed); }
-  /// Over all messages so far, in their order. While the run stands still.
+  /// Over all messages so far, in their order. Call while the run stands still.
   std::uint64_t topic_hash(std::uint32_t topic) const { return board_.hashes[topic].value(); }
 
  private:

@@ -55,11 +55,11 @@ class Schedule {
   Schedule(std::vector<ScheduleThread> threads, std::uint32_t cores, Time start, ScheduleClient& client);
   /// A topic or device of this thread triggers it now. From start() and complete(), or between calls of run_until().
   void trigger(std::uint32_t thread);
-  /// The device of this thread will be ready at `at` (kNever: unknown); replaces what was announced before, and is used
-  /// up when it acts. An instant already passed counts as now.
+  /// The device of this thread will be ready at `at` (kNever: unknown). This replaces the earlier announcement; each
+  /// one acts once. An instant already passed counts as now.
   void announce(std::uint32_t thread, Time at);
-  /// A periodic thread is released at now + k * period from now on, k = 1, 2, ...; what waits goes on waiting.
-  /// From start().
+  /// A periodic thread is released at now + k * period from now on, k = 1, 2, ...; waiting cycles go on waiting. Call
+  /// from start().
   void restart_period(std::uint32_t thread, Duration period);
   /// Processes everything that happens up to and including `until`.
   void run_until(Time until);

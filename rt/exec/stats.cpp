@@ -39,7 +39,7 @@ void GapStats::add(Duration length, std::uint32_t times) noexcept {
 }
 
 Duration Histogram::quantile(double q) const noexcept {
-  std::uint64_t total = 0;  // of the buckets, not count_: a reader may see the writer between the two
+  std::uint64_t total = 0;  // sum of the buckets, not count_: a reader may see the writer between the two
   for (const auto& b : bucket_) total += b.value();
   if (total == 0) return Duration{0};
   const double wanted = std::clamp(q, 0.0, 1.0) * static_cast<double>(total);

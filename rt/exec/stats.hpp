@@ -1,6 +1,6 @@
 #pragma once
-// Counters and histograms of a run. Written by the executor's threads, read by anybody: values are single words written
-// by one thread each, so a reader sees each number whole but not all of one instant.
+// Counters and histograms of a run. The executor's threads write them, any thread reads them. Each value is a single
+// word with one writer: a reader sees each number whole, but not all numbers of one instant.
 #include <array>
 #include <cstdint>
 
@@ -27,7 +27,7 @@ class Counter {
 using Count = Counter<std::uint64_t>;
 
 /// Log-linear histogram of durations: 16 buckets per octave from 1 ns to about 36 minutes, relative error under 1/16.
-/// What is negative counts as 0, what is longer as the longest.
+/// Negative durations count as 0, longer ones as the longest.
 /// Thread:  one writer, any readers.   RT: yes.
 class Histogram {
  public:
@@ -50,7 +50,7 @@ class Histogram {
   Counter<std::int64_t> min_, max_, sum_;
 };
 
-/// Times without the processor though ready, each far longer than any wake-up (GapWatch::kGap).
+/// Times in which a thread was ready without a processor, each far longer than any wake-up (GapWatch::kGap).
 struct GapStats {
   Count count;
   Counter<std::int64_t> min_ns, max_ns;
@@ -61,7 +61,7 @@ struct ThreadStats {
   Count releases, completions, overruns, skips, coalesced, timeouts;
   Counter<std::int64_t> period_ns;  // now in force; 0: the thread has none
   Count preemptions;                // virtual time only: the kernel does not tell a thread
-  GapStats throttled, taken;        // real time only: as the kernel's throttle makes them; all others
+  GapStats throttled, taken;        // real time only: gaps like those of the kernel's throttle; all other gaps
   Histogram lateness;               // release to start of the first step
   Histogram exec;                   // first start to completion of the cycle, preemption included
 };
@@ -69,7 +69,7 @@ struct ThreadStats {
 struct ModuleStats {
   Count steps, ok, stale, fault;
   Count stops;                     // stopped for too many faults in a row
-  Counter<std::uint32_t> stopped;  // 1: is not stepped: stopped, or disabled
+  Counter<std::uint32_t> stopped;  // 1: not stepped, because it was stopped or disabled
   Count best_effort_calls;         // trapped calls of a best-effort module, in builds with the trap
   Count fp_mode_changes;           // steps that left another floating-point mode behind; it is put right again
   Histogram exec;                  // execution time of the step; virtual: what its model said

@@ -109,7 +109,7 @@ hal::Result<Effect> StepAgain::take(const Request& request, const Effect& record
       return effect;
     }
     case Request::Kind::enable:
-      if (recorded.step == 0) reset();  // it stood still before
+      if (recorded.step == 0) reset();  // it was disabled before
       return effect;
     case Request::Kind::disable:
       return effect;
@@ -134,7 +134,7 @@ hal::Result<Effect> StepAgain::take(const Request& request, const Effect& record
     case Request::Kind::set_period:
       break;
   }
-  return hal::Error{hal::Errc::bad_argument, "a request that is none for this module",
+  return hal::Error{hal::Errc::bad_argument, "a request that is not for this module",
                     static_cast<std::int64_t>(request.kind)};
 }
 

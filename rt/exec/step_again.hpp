@@ -12,18 +12,20 @@
 
 namespace sinew::rt {
 
-/// The steps of one module once more, outside of any schedule, with what a record says that they had. As each is a pure
-/// function of that, the same messages come out, byte for byte; who calls compares them. No hook of a driver is called.
+/// Executes the recorded steps of one module again, outside of any schedule. A step is a pure function of what the
+/// record holds for it, so the same messages come out, byte for byte; the caller compares them. No hook of a driver is
+/// called.
 ///
-/// From the beginning: everything of the module, in its order: take() for requests, step(). From the middle:
-/// restore() what was saved after a step, the parameters as they were by then (take()), then what follows that step.
+/// From the beginning: take() for each request and step() for each step, in recorded order. From the middle:
+/// restore_state() with the state saved after a step, take() for the parameters as they were by then, then the requests
+/// and steps that follow.
 /// Thread:  owner.   RT: no, but the module's step is.
-/// Owner:   the graph outlives it; it is configured, best on a hal::SilentBoard, with the seed of the run, and nobody
-///          else runs its modules. One StepAgain per module; those of one graph know nothing of each other.
+/// Owner:   the graph outlives it; it is configured, best on a hal::SilentBoard, with the seed of the run, and nothing
+///          else runs its modules. One StepAgain per module; several on one graph are independent.
 class StepAgain {
  public:
-  /// What one port held. Of a message's header the step sees stamp, sequence and published; origins go on as they do in
-  /// a run.
+  /// The messages that one port held. Of a header the step sees stamp, sequence and published; origins go on as they do
+  /// in a run.
   struct Input {
     std::span<const SlotHeader* const> messages{};  // oldest first; each header with its message behind it
     bool updated = false;                           // InputBase::updated()
@@ -34,7 +36,7 @@ class StepAgain {
   StepAgain& operator=(const StepAgain&) = delete;
   ~StepAgain();
 
-  /// Takes of the record: number, now, dt, timed_out, device_state, completed. The first step of a module that was
+  /// Uses of the record: number, now, dt, timed_out, device_state, completed. The first step of a module that was
   /// enabled again has number 0: it is reset before.
   /// `inputs`: per port of the declaration; those of outputs are empty.
   /// Errors:  bad_data: no inputs for all ports, more messages than a port holds, messages for a port that is not
@@ -44,16 +46,16 @@ class StepAgain {
   /// sequences are those of this graph, and go on from its first.
   std::span<const SlotHeader* const> published(std::uint32_t port) const;
 
-  /// A request that the module's thread took before the next step. Answers what became of it now, for comparison.
+  /// A request that the module's thread took before the next step. Answers its effect now, for comparison.
   /// Kind::message: `request.index` is the port of the external source, `message` what was posted.
-  /// Errors:  bad_data: there is no such parameter, port or value; bad_argument: the request is none for this module.
+  /// Errors:  bad_data: there is no such parameter, port or value; bad_argument: the request is not for this module.
   hal::Result<Effect> take(const Request& request, const Effect& recorded, std::span<const std::byte> message = {});
 
-  /// SavedState of the module. That its layout is the one of the record is for who calls to see to.
+  /// SavedState of the module. The caller checks that the layout is the one of the record.
   std::size_t state_bytes() const;
   std::uint64_t state_layout() const;
   void save_state(std::span<std::byte> to) const;
-  /// The next step is the one after which, in the record, the state was saved.
+  /// The next step is the one that follows the saved state in the record.
   hal::Status restore_state(std::span<const std::byte> from);
 
  private:
@@ -65,7 +67,7 @@ class StepAgain {
   GraphModule& module_;
   StepCode code_;
   std::unique_ptr<Commit> outputs_;                         // null: none
-  std::vector<std::uint32_t> output_of_port_;               // kNone: it is none
+  std::vector<std::uint32_t> output_of_port_;               // kNone: not an output
   std::vector<std::unique_ptr<const SlotHeader*[]>> held_;  // per port; null: not bound, or an output
   bool fresh_ = true;                                       // reset, and no step since
 };

@@ -7,8 +7,8 @@
 
 namespace sinew::rt {
 
-/// Calls the code of one module's step: with its random numbers, inside the trap, the floating-point mode looked after.
-/// A run and a record that is executed again do it alike, here. What the ports hold is not its business.
+/// Calls the code of one module's step with its random numbers, inside the trap, and restores the floating-point mode.
+/// A run and a replayed record share this code. It does not touch the ports.
 /// Thread:  owner for construction, then executor.   RT: yes, after construction.
 /// Owner:   the graph outlives it, and is not moved.
 class StepCode {

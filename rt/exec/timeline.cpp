@@ -87,7 +87,7 @@ std::vector<TimelineEvent> Timeline::snapshot(Duration last) const {
   return events;
 }
 
-// The clock is the executor's, read for it: the step sees nothing of it.
+// The clock is the executor's; the step itself never sees the time.
 Time Zone::now(ZoneLog& log) noexcept {
   const trap::Scope outside(nullptr);
   return log.clock.now();

@@ -1,6 +1,6 @@
 #pragma once
-// What the threads did lately, event by event: written by each thread for itself at a few nanoseconds an event, read by
-// anybody at any time without disturbing it.
+// The threads' latest events. Each thread writes its own at a few nanoseconds an event; any thread may read them at any
+// time without disturbing the writers.
 #include <array>
 #include <atomic>
 #include <cstdint>
@@ -20,8 +20,8 @@ struct TimelineEvent {
     step,           // of `module`, start to completion; in virtual time preemption included
     overrun,        // a release that met an unfinished cycle, and waits
     skip,           // a release that met an unfinished cycle, and was dropped
-    preempted,      // virtual time: the cycle had no core; exact, told when it runs again
-    off_processor,  // real time: ready without a processor for longer than GapWatch::kGap; about, told at its end
+    preempted,      // virtual time: the cycle had no core; exact, written when it runs again
+    off_processor,  // real time: ready without a processor for longer than GapWatch::kGap; about, written at its end
     zone,           // a named part of a step of `module`
   };
   Kind kind = Kind::release;
@@ -51,7 +51,7 @@ class TimelineRing {
     const std::uint32_t n = next_.load(std::memory_order_relaxed);
     Slot& slot = slots_[n & mask_];
     const std::uint64_t round = n >> shift_ & kRounds;
-    // Relaxed: whoever sees one word of an event without the other drops it.
+    // Relaxed: a reader that sees one word of an event without the other drops it.
     slot.at.store(clamp(at - start_, kAtBits) << kRoundBits | round, std::memory_order_relaxed);
     slot.rest.store(clamp(length, kLengthBits) << 28 | std::uint64_t{index & 0xFFF} << 16 |
                         std::uint64_t{static_cast<std::uint8_t>(kind)} << 12 | round,
@@ -70,8 +70,8 @@ class TimelineRing {
   void read(std::vector<Entry>& out) const;
 
  private:
-  // A word has 12 bits for the round; what remains holds 52 bits of nanoseconds (52 days) from the start in the one
-  // word, 36 (68 s) of length, 12 of index and 4 of kind in the other.
+  // A word has 12 bits for the round. The rest of one word holds 52 bits of nanoseconds (52 days) from the start; the
+  // rest of the other holds 36 bits of length (68 s), 12 of index and 4 of kind.
   static constexpr unsigned kRoundBits = 12, kAtBits = 52, kLengthBits = 36;
   static constexpr std::uint64_t kRounds = (1u << kRoundBits) - 1;
   static constexpr std::uint32_t kZones = 64;
@@ -96,7 +96,7 @@ class TimelineRing {
 };
 
 /// All threads of a run. Each keeps at least a second of events at the period of the robot file (topic and device
-/// threads: of 1000 cycles), unless it runs zones besides.
+/// threads: 1000 cycles); zones shorten that.
 /// Thread:  owner for construction; ring(): its thread; snapshot(): any.
 class Timeline {
  public:
@@ -112,7 +112,7 @@ class Timeline {
   std::size_t bytes_ = 0;
 };
 
-/// What a step's zones write to, while somebody asks for them.
+/// The memory that a step's zones write to, while a reader asks for them.
 struct ZoneLog {
   TimelineRing& ring;
   const hal::Clock& clock;

@@ -10,8 +10,8 @@
 
 namespace sinew::rt {
 
-/// Counts triggers in the upper 31 bits of a word; bit 0 says that the owner sleeps, so that the kernel is entered only
-/// then. The owner is one thread, triggers come from any.
+/// Counts triggers in the upper 31 bits of a word. Bit 0 says that the owner sleeps: only then is the kernel entered.
+/// The owner is one thread, triggers come from any.
 ///
 /// No wake-up is lost: the owner sets bit 0 by an exchange that fails when the count has moved since it looked, and the
 /// kernel puts it to sleep only while the word still is what the exchange left. All are changes of one word, so each
@@ -37,7 +37,7 @@ class Trigger final : public hal::Wake {
     if (first_.load(std::memory_order_relaxed) == none)
       first_.compare_exchange_strong(none, Instant::of(now), std::memory_order_relaxed);
     latest_.store(Instant::of(now), std::memory_order_relaxed);
-    // release: partner is waiting(); whoever sees the count sees the commit behind it and the instants.
+    // release: partner is waiting(); a thread that sees the count sees the commit behind it and the instants.
     if (word_.fetch_add(2, std::memory_order_release) & 1) os_.wake(word_);
   }
   void wake() noexcept override { fire(os_.now()); }
@@ -55,7 +55,7 @@ class Trigger final : public hal::Wake {
     const auto now = [this] { return os_.now(); };
     const Time latest = Instant::time(latest_.load(std::memory_order_relaxed), now);
     const auto first = first_.exchange(Instant::kNone, std::memory_order_relaxed);
-    // None was offered when the trigger met the offer of one that was being taken at that moment: it is from now.
+    // No instant was offered when this trigger met another offer that was just being taken: it is from now.
     return {n, first == Instant::kNone ? std::max(latest, os_.now()) : Instant::time(first, now), latest};
   }
   /// Sleeps until a trigger waits or the deadline has passed. False: the deadline.

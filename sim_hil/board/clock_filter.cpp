@@ -28,7 +28,7 @@ bool ClockFilter::add(Time asked, Time received, Time answered, Time arrived) {
   return true;
 }
 
-/// False when no line passes between the limits.
+/// False: no line passes between the limits.
 bool ClockFilter::fit() {
   slowest_ = -options_.max_drift, fastest_ = options_.max_drift;
   for (const Pair& a : pairs_) {

@@ -12,23 +12,23 @@ using hal::Time;
 
 /// How far another machine's clock stands from ours, from exchanges of four time stamps. Pure.
 ///
-/// An answer cannot arrive before it was sent, whatever the way there and back take. So the offset (ours minus theirs)
-/// is at least asked - received when we ask, and at most arrived - answered when the answer arrives. Between two clocks
-/// of constant rates the offset is a straight line over time, which has to pass above all the former and below all the
-/// latter; what lines are left gives offset, drift and their bounds. Slow and lopsided exchanges thus say little and do
-/// no harm, the fastest ones of either direction decide.
+/// An answer cannot arrive before it was sent, however long the way there and back takes. So the offset (ours minus
+/// theirs) is at least asked - received when we ask, and at most arrived - answered when the answer arrives. Between
+/// two clocks of constant rates the offset is a straight line over time. This line has to pass above all lower limits
+/// and below all upper limits; the lines that do give offset, drift and their bounds. Slow and lopsided exchanges thus
+/// say little and do no harm; the fastest exchanges of either direction decide.
 /// Thread:  owner.   RT: no; add() compares all pairs of the window.
 class ClockFilter {
  public:
   struct Options {
-    std::size_t window = 64;    // exchanges that are looked at; in their time the drift has to stay what it is
-    double max_drift = 500e-6;  // no two clocks drift apart faster, as a ratio (what NTP may slew, and any crystal)
+    std::size_t window = 64;    // exchanges that are looked at; the drift must not change during them
+    double max_drift = 500e-6;  // as a ratio; no two clocks drift apart faster (what NTP may slew, and any crystal)
   };
   ClockFilter() : ClockFilter(Options{}) {}
   explicit ClockFilter(const Options& options) : options_(options) {}
 
-  /// One exchange: our clock as we asked, theirs as they received and as they answered, ours as the answer arrived.
-  /// Not earlier than the last. False, and counted, when these cannot be times of one exchange.
+  /// One exchange: our clock as we asked, theirs as they received and as they answered, ours as the answer arrived. Not
+  /// earlier than the last exchange. False, and counted: these cannot be times of one exchange.
   bool add(Time asked, Time received, Time answered, Time arrived);
 
   struct Estimate {
@@ -40,9 +40,9 @@ class ClockFilter {
   Estimate at(Time ours) const;
   bool any() const { return !pairs_.empty(); }
 
-  /// Exchanges that could not be.
+  /// Exchanges whose times could not be of one exchange.
   std::uint32_t rejected() const { return rejected_; }
-  /// Times that no line was left: a clock jumped or changed its pace. What came before was forgotten.
+  /// How often no line was left: a clock jumped or changed its pace. The exchanges before were forgotten then.
   std::uint32_t restarts() const { return restarts_; }
 
  private:

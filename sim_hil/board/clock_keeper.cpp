@@ -72,7 +72,7 @@ void ClockKeeper::follow(Duration offset, Duration host_offset, double rate) {
   stop_.store(0, std::memory_order_relaxed);
   steer();
   auto thread = os_.start_thread(thread_options_, [this] { run(); });
-  if (thread) thread_ = std::move(*thread);  // without it the bound grows, and says so
+  if (thread) thread_ = std::move(*thread);  // without it the bound grows, and the statistics show it
 }
 
 void ClockKeeper::stop() {
@@ -91,7 +91,7 @@ void ClockKeeper::run() {
     next = std::max(next + kPeriod, os_.now());
     while (stop_.load(std::memory_order_acquire) == 0 && os_.now() < next) os_.wait(stop_, 0, next);
     if (stop_.load(std::memory_order_acquire) != 0) return;
-    steer();  // first as far as the old exchanges reach: the worst bound is that before a new one
+    steer();  // first with the old exchanges: the bound is worst just before a new one
     if (!line_ && os_.now() >= reopen) {
       reopen = os_.now() + kReopenAfter;
       open_line();

@@ -11,21 +11,21 @@
 
 namespace sinew::sim_hil {
 
-/// A further connection to the same plant; not longer than a second may pass in it.
+/// One more connection to the same plant; may take a second at most.
 using Connect = std::function<hal::Result<std::unique_ptr<hal::Stream>>()>;
 
 struct ClockStats {
   bool followed = false;  // by exchanges on a side line
   Duration offset{0};     // our host's clock minus the plant's
-  Duration bound{0};      // the newest, and the worst since follow(): of plant time, what is still to slew included
+  Duration bound{0};      // the newest, and the worst since follow(): of plant time, with what is still to slew
   Duration worst_bound{0};
   double drift = 0;
   std::uint32_t exchanges = 0, rejected = 0, restarts = 0;
 };
 
-/// Compares our host's clock with a remote plant's for the length of a connection, on a side line of its own so that
-/// nothing of it passes through the samples' stream: a burst in begin(), then five exchanges a second from a thread.
-/// Without a side line (the plant has none) what Start and Clock told stays, and its bound grows.
+/// Compares our host's clock with a remote plant's for the length of a connection: a burst of exchanges in begin(),
+/// then five a second from a thread. They use their own side line, so that they do not disturb the samples' stream.
+/// Without a side line (the plant has none) the offset of Start and Clock stays, and its bound grows.
 /// Thread:  owner, but stats() any.
 class ClockKeeper {
  public:
@@ -35,13 +35,13 @@ class ClockKeeper {
   ClockKeeper(const ClockKeeper&) = delete;
   ClockKeeper& operator=(const ClockKeeper&) = delete;
 
-  /// A new plant: forgets the last one, and compares clocks some times. Takes up to two seconds.
+  /// A new plant: forgets the last one, and compares clocks a few times. Takes up to two seconds.
   void begin();
-  /// One more exchange, made by somebody else.
+  /// One more exchange, which the caller made.
   void add(Time asked, Time received, Time answered, Time arrived);
   /// Our host's clock minus the plant's, now. After begin() and add().
   Duration host_offset() const;
-  /// From now on steers the plant clock: it stands at `offset` for this host offset, and runs at `rate` of host time.
+  /// From now on steers the plant clock: it has this `offset` at this host offset, and runs at `rate` of host time.
   void follow(Duration offset, Duration host_offset, double rate);
   /// Ends the exchanges; the statistics stay.
   void stop();

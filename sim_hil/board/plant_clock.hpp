@@ -8,21 +8,21 @@
 
 namespace sinew::sim_hil {
 
-/// Plant time on the runtime's clock. A better estimate moves it slowly, so that the distance of two stamps never
-/// changes by more than `kSlew` of it and none goes backwards.
+/// Plant time on the runtime's clock. It moves slowly to a better estimate: the distance of two stamps never changes by
+/// more than `kSlew` of it, and no stamp goes backwards.
 /// Thread:  receiver: set(), map(). Any: the others.
 /// RT:      yes.
 class PlantClock {
  public:
   static constexpr double kSlew = 500e-6;  // 0.5 us of a 1 ms period; above what clocks drift apart
 
-  /// A new connection: stands there at once.
+  /// A new connection: jumps to this offset at once.
   void set(hal::Duration offset) noexcept {
     target_ns_.store(offset.count(), std::memory_order_relaxed);
     offset_ns_.store(offset.count(), std::memory_order_relaxed);
     newest_ = {};
   }
-  /// Where the offset has to go.
+  /// The offset to move to.
   void steer(hal::Duration offset) noexcept { target_ns_.store(offset.count(), std::memory_order_relaxed); }
 
   hal::Time map(hal::Time plant) noexcept {
@@ -37,13 +37,13 @@ class PlantClock {
   }
   /// Runtime clock minus plant time, as used now.
   hal::Duration offset() const noexcept { return hal::Duration{offset_ns_.load(std::memory_order_relaxed)}; }
-  /// What is still to go.
+  /// How far the offset still has to move.
   hal::Duration lag() const noexcept {
     return hal::Duration{std::abs(target_ns_.load(std::memory_order_relaxed) - offset().count())};
   }
 
  private:
-  // Each stands for itself: nobody concludes anything from one about the other.
+  // Independent values: no thread concludes anything from one about the other.
   hal::Wide<std::int64_t> target_ns_, offset_ns_;
   hal::Time newest_{};
 };

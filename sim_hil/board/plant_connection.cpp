@@ -55,7 +55,7 @@ Status PlantConnection::shake_hands(const Hello& hello, std::string& why) {
   if (ok) return ok;
   if (why.empty()) why = describe_failure(ok.error(), "no Welcome from the plant");
   static_cast<void>(out.add_text(Type::bye, Time{}, why));
-  static_cast<void>(flush());  // the peer may be gone already; then nobody needs the reason
+  static_cast<void>(flush());  // the peer may be gone already, and needs no reason then
   stream->shutdown();
   return ok;
 }

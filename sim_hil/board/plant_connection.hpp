@@ -16,7 +16,7 @@ struct PlantConnection {
   Welcome welcome;
   std::unique_ptr<hal::SharedMemory> memory;  // of the frames; null: they come in the stream
 
-  /// Says Hello and hears the Welcome. On failure the plant is told, and `why` says it in words.
+  /// Says Hello and hears the Welcome. On failure tells the plant, and `why` has it in words.
   /// Errors:  closed when the plant refused; bad_data, timeout, io.
   hal::Status shake_hands(const Hello& hello, std::string& why);
   /// Waits for the next message.
@@ -27,7 +27,7 @@ struct PlantConnection {
   hal::Status adopt(const Message& message, std::string& why);
 };
 
-/// What a plant that came back has otherwise than before, in words; empty: its devices are the same.
+/// The differences of a plant that came back, in words; empty: its devices are the same.
 std::string difference(const Welcome& before, const Welcome& now);
 
 }  // namespace sinew::sim_hil

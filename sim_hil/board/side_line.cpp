@@ -61,7 +61,7 @@ Result<SideLine::Exchange> SideLine::compare_clocks(const hal::Clock& host) noex
   if (auto ok = flush(); !ok) return ok.error();
   Message message;
   ClockAnswer answer;
-  do {  // answers to questions that we gave up waiting for may come first
+  do {  // late answers to earlier questions may come first
     if (auto ok = receive(Type::clock_answer, message); !ok) return ok.error();
     e.arrived = host.now();
     if (auto ok = decode(message.header, message.payload, answer); !ok) return ok.error();
@@ -77,7 +77,7 @@ Status SideLine::flush() noexcept {
   return sent;
 }
 
-/// The next message of this type; late answers to earlier questions are passed over.
+/// The next message of this type; skips late answers to earlier questions.
 Status SideLine::receive(Type expected, Message& out) noexcept {
   for (;;) {
     auto next = in_.next(out);

@@ -10,8 +10,8 @@
 
 namespace sinew::sim_hil {
 
-/// A second, independent connection to a plant, beside the runtime's. Whoever holds one can stop all actuators until
-/// the end of the run, also when the runtime is dead or hangs, and compare clocks undisturbed by samples and pixels.
+/// A second, independent connection to a plant, beside the runtime's. Its owner can stop all actuators until the end of
+/// the run, even when the runtime is dead or hangs, and can compare clocks undisturbed by samples and pixels.
 ///     auto line = SideLine::open(std::move(*hal::connect_stream("unix:/run/plant.sock", 5s)), "parent", 1s, why);
 ///     ...
 ///     (*line)->stop();
@@ -26,12 +26,12 @@ class SideLine final : public hal::StopLine {
   const std::string& plant() const { return plant_; }
   hal::Status stop() noexcept override;
 
-  /// The four time stamps of one exchange, each on the host clock of whoever took it: ours, theirs, theirs, ours.
+  /// The four time stamps of one exchange, each on the host clock of the side that took it: ours, theirs, theirs, ours.
   struct Exchange {
     Time asked, received, answered, arrived;
   };
   hal::Result<Exchange> compare_clocks(const hal::Clock& host) noexcept;
-  /// Ends a wait of another thread in one of these; every later call says closed.
+  /// Ends the wait of another thread in one of these calls; every later call says closed.
   void hang_up() noexcept { stream_->shutdown(); }
 
  private:

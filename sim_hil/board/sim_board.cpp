@@ -245,14 +245,14 @@ Status SimBoard::take_frame(const Message& message, Time at) {
     auto read = read_pixels(camera->room());
     if (!read) return read.error();
     stored = *read;
-    if (!shared_.lockstep) at = shared_.clock->now();  // only now it is all here
+    if (!shared_.lockstep) at = shared_.clock->now();  // all of it has only arrived now
   }
   auto ok = camera->take(info, arrival_of(message.header, info.ready, at), message.header.size, stored);
   if (ok && !shared_.lockstep) camera->notify();
   return ok;
 }
 
-/// False when there is no room for them: next() then discards them as they come.
+/// False: no room for them; next() then discards them as they come.
 Result<bool> SimBoard::read_pixels(std::span<std::uint8_t> into) {
   if (into.size() != line_.in.bulk_left()) return false;
   into = into.subspan(line_.in.take_bulk(into));
@@ -328,7 +328,7 @@ Status SimBoard::send_now(Type type, std::uint16_t device, Time commit, const Co
     static_cast<void>(add(type, device, commit, command));
     return {};
   }
-  // Rather no command than one that waits in a queue: the plant's lease runs out, as it would on a jammed bus.
+  // Dropping a command is better than a command that waits in a queue: the plant's lease runs out, as on a jammed bus.
   auto n = line_.stream->write_now(line_.out.pending());
   if (n) line_.out.sent(*n);
   if (n && line_.out.pending().empty()) {
@@ -342,12 +342,12 @@ Status SimBoard::send_now(Type type, std::uint16_t device, Time commit, const Co
   return Error{Errc::busy, "the plant takes no commands"};
 }
 
-/// The first failure is the reason of the end; everybody hears it from then on.
+/// The first failure is the reason of the end; all later calls return it.
 Status SimBoard::end(const Error& error) {
   if (ended()) return end_error_;
   end_error_ = error;
   if (end_reason_.empty()) end_reason_ = describe_failure(error, "connection to plant '" + welcome_.plant + "' ended");
-  shared_.ended.store(true, std::memory_order_release);  // pairs with ended(): the reason lies before
+  shared_.ended.store(true, std::memory_order_release);  // pairs with ended(): the reason was written before
   return error;
 }
 

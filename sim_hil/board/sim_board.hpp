@@ -23,12 +23,12 @@ struct Outage {
   std::string why;
 };
 
-/// What the connection did, for the report's word on validity.
+/// What happened on the connection, for the report's word on validity.
 struct SimStats {
   std::vector<DeviceStats> devices;  // in the Welcome's order
   std::uint32_t grants = 0;
   std::uint32_t commands = 0;
-  std::uint32_t commands_dropped = 0;  // free-running: the plant did not take them in time
+  std::uint32_t commands_dropped = 0;  // free-running: the plant was too slow to take them
   Duration clock_offset{0};            // runtime clock minus plant time
   bool remote = false;                 // the plant runs on another machine: `clock` says how well it is known
   ClockStats clock;
@@ -44,28 +44,28 @@ struct SimBoardOptions {
   const hal::Clock* clock = nullptr;  // the executor's: in lockstep its ManualClock; free-running: runs at `rate`
   hal::Os* os = nullptr;              // free-running only
   hal::ThreadOptions reader{"sim_reader", 0, {}, 256 * 1024};  // free-running: the thread that receives
-  // Free-running: how to reach the same plant once more. For the side line that compares clocks with a plant on another
-  // machine, and for coming back to one that was lost. Empty: neither.
+  // Free-running: makes one more connection to the same plant, for the side line that compares clocks with a plant on
+  // another machine, and for coming back to a plant that was lost. Empty: neither.
   Connect connect;
-  Duration relink_for{0};  // how long a lost plant is looked for, with `connect`; 0: the run ends with the connection
+  Duration relink_for{0};  // how long to look for a lost plant, with `connect`; 0: the run ends with the connection
   bool accepts_shared_memory = true;
-  std::size_t sensor_depth = 64;  // samples a device keeps for its driver, then it drops the oldest
+  std::size_t sensor_depth = 64;  // samples that a device keeps for its driver; then it drops the oldest
   std::size_t camera_depth = 4;
   Duration patience = std::chrono::seconds(10);        // a plant that is silent for longer is gone
   Duration late_after = std::chrono::milliseconds(2);  // free-running: arrival after `ready` that counts as late
-  // Ground truth and the plant's report, for the run's report only. Called on the receiving thread: in lockstep the
+  // Ground truth and the plant's report, for the run's report only. Called on the receiving thread; in lockstep on the
   // executor's, inside next_grant().
   std::function<void(Time, const Truth&)> on_truth;
   std::function<void(const std::string& json)> on_report;
 };
 
-/// The hal's devices on a simulator's connection. In lockstep it is also what grants virtual time.
+/// The hal's devices on a simulator's connection. In lockstep it also grants virtual time.
 ///     auto stream = hal::connect_stream("unix:/run/plant.sock", 5s);
 ///     auto board = SimBoard::open(std::move(*stream), {.clock = &clock}, why);
 ///     hal::Imu* imu = *(*board)->sensor<msg::ImuSample>("imu");
 ///     ... (*board)->start(); ...
-/// Times at its devices are on the runtime's clock. While a lost plant is looked for, devices have nothing to read and
-/// actuators refuse with `closed`; the run goes on.
+/// Times at its devices are on the runtime's clock. While the board looks for a lost plant, devices have nothing to
+/// read and actuators refuse with `closed`; the run goes on.
 /// Thread:  owner; in free-running one thread per device, and all actuator groups on one.
 /// RT:      after start(): the devices, and next_grant() but for its wait.
 /// Errors:  see hal/board.hpp; problem() has them in words.
@@ -83,21 +83,21 @@ class SimBoard final : public hal::Board, public hal::GrantSource {
   hal::Result<hal::Camera*> camera(std::string_view name) override;
   hal::Result<hal::Actuators*> actuators(std::string_view name) override;
 
-  /// Everything is configured: the plant's time begins. In lockstep the first next_grant() does it when nobody did.
+  /// Everything is configured: the plant's time begins. In lockstep the first next_grant() starts it if nobody did.
   hal::Status start();
   /// Lockstep: `done_to` must be the last grant (anything at the first call).
   hal::Result<Time> next_grant(Time done_to) override;
-  /// Ends the run politely: nothing is received and nobody woken any more when this returns. The destructor does it
+  /// Ends the run politely: when this returns, nothing is received any more and no thread woken. The destructor does it
   /// with a general reason.
   void bye(std::string_view reason);
 
   bool ended() const { return shared_.ended.load(std::memory_order_acquire); }
-  /// Why the run ended, the plant's own words if it said any. After ended().
+  /// Why the run ended, in the plant's words if it said any. After ended().
   const std::string& end_reason() const { return end_reason_; }
   /// The last failed look-up in words, or the reason of the end.
   const std::string& problem() const { return ended() ? end_reason_ : problem_; }
   SimStats stats() const;
-  /// One line about a plant that is looked for; empty: it is there. Thread: any.
+  /// One line about a lost plant that the board looks for; empty: the plant is there. Thread: any.
   std::string link_trouble() const;
 
  private:
@@ -144,15 +144,14 @@ class SimBoard final : public hal::Board, public hal::GrantSource {
   Time last_commit_{};  // of the line; the actuators' thread, or the receiver's while there is no line
   std::atomic<std::uint32_t> grants_{0}, commands_{0}, commands_dropped_{0};
 
-  // While the receiver replaces the line, nobody may be sending on it: who sends says so and then looks whether there
-  // is a line; the receiver takes it away and then looks whether somebody sends. Sequential consistency is what makes
-  // one of the two see the other.
+  // While the receiver replaces the line, no thread may send on it. A sender sets sending_, then looks at linked_; the
+  // receiver clears linked_, then looks at sending_. Sequential consistency: at least one of the two sees the other.
   std::atomic<bool> linked_{true}, sending_{false};
-  hal::WakeWord leave_{0};         // we are going: look for no plant any more
+  hal::WakeWord leave_{0};         // the board ends: looks for no plant any more
   mutable std::mutex link_mutex_;  // the line's stream against bye(), the outages, the trouble
   std::vector<Outage> outages_;
   std::string trouble_;
-  std::vector<std::unique_ptr<hal::SharedMemory>> retired_;  // frames of lost plants that somebody may still read
+  std::vector<std::unique_ptr<hal::SharedMemory>> retired_;  // frames of lost plants; somebody may still read them
 };
 
 }  // namespace sinew::sim_hil

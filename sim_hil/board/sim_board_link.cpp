@@ -14,7 +14,7 @@ using hal::Status;
 
 constexpr Duration kClocksAgree = 1h;                       // two readings of one clock, however slow the start was
 constexpr Duration kFirstPause = 50ms, kLongestPause = 1s;  // between two tries to reach a lost plant
-constexpr Duration kRelinkPatience = 2s;                    // for each answer of one that is back
+constexpr Duration kRelinkPatience = 2s;                    // for each answer of a plant that is back
 
 Duration scaled(Duration d, double rate) {
   return Duration(static_cast<std::int64_t>(static_cast<double>(d.count()) * rate));
@@ -97,7 +97,7 @@ void SimBoard::read_loop() {
     if (ok || (!ended() && relink(ok.error()))) continue;
     static_cast<void>(end(ok.error()));
     for (auto& device : devices_)
-      if (device) device->notify();  // their readers learn that nothing more will come
+      if (device) device->notify();  // their readers learn that no more samples come
     return;
   }
 }
@@ -113,7 +113,7 @@ Status SimBoard::read_some() {
   return {};
 }
 
-/// Looks for the plant until it is back. False: in vain, or nobody wants it any more.
+/// Looks for the plant until it is back. False: not found in time, or the board ends.
 bool SimBoard::relink(const Error& lost) {
   if (options_.relink_for.count() <= 0 || !options_.connect || lost.code == Errc::bad_data || leaving()) return false;
   linked_.store(false, std::memory_order_seq_cst);

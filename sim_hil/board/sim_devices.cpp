@@ -20,7 +20,7 @@ void raise(std::atomic<std::uint32_t>& to, std::uint32_t value) {
   if (value > to.load(std::memory_order_relaxed)) to.store(value, std::memory_order_relaxed);
 }
 
-/// The first word of a slot, which another process writes. False: it is not this one.
+/// The first word of a slot, which another process writes. False: the slot holds another frame.
 bool holds(const hal::SharedMemory& memory, std::size_t slot, std::uint32_t generation) {
   std::uint32_t word = 0;
   return memory.copy(slot, std::as_writable_bytes(std::span(&word, 1))) && word == generation;
@@ -67,7 +67,7 @@ SimCamera::SimCamera(const DeviceInfo& info, const SimShared& shared, const hal:
                      std::size_t depth)
     : SimDevice(info, shared), memory_(info.slots > 0 ? memory : nullptr), queue_(kFrameQueue), depth_(depth) {
   if (!memory_) return;
-  // The plant keeps the newest slots - 2 frames whole; those under way take their part of them.
+  // The plant keeps the newest slots - 2 frames whole; frames under way use some of these.
   const std::int64_t period = info.period.count();
   const std::int64_t under_way = period > 0 ? (info.latency.count() + period - 1) / period : 0;
   const std::int64_t whole = std::int64_t{info.slots} - 2 - under_way;

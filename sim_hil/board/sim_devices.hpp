@@ -13,14 +13,14 @@
 
 namespace sinew::sim_hil {
 
-/// What went through one device, for the validity report.
+/// Counts of one device, for the validity report.
 struct DeviceStats {
   std::string name;
   DeviceKind kind = DeviceKind::imu;
   std::uint32_t samples = 0;    // received (commands sent, for actuators)
-  std::uint32_t lost = 0;       // missing by stamp or frame number, or overwritten before they were read
+  std::uint32_t lost = 0;       // missing by stamp or frame number, or overwritten before being read
   std::uint32_t late = 0;       // arrived long after `ready`, or in lockstep after a grant that promised them
-  std::uint32_t overflow = 0;   // dropped as nobody read the device in time (refused commands, for actuators)
+  std::uint32_t overflow = 0;   // nobody read the device in time (refused commands, for actuators)
   Duration max_gap_stamp{0};    // between two samples, as measured
   Duration max_gap_arrival{0};  // as they arrived; free-running only
   std::uint32_t received_kib = 0;
@@ -50,11 +50,12 @@ class SimDevice {
   virtual ~SimDevice() = default;
   const DeviceInfo& info() const { return info_; }
   DeviceStats stats() const;
-  /// Somebody asked for this device; others are only counted. Before the start.
+  /// A module asked for this device; devices without a reader are only counted. Before the start.
   virtual void want() { wanted_ = true; }
   bool wanted() const { return wanted_; }
   void notify() noexcept { wake_.ring(); }
-  /// The plant was lost and another connection made: order and gaps begin anew. `memory` is its frames'.
+  /// The plant was lost and a new connection made: order and gaps begin anew. `memory` holds the frames of this
+  /// connection.
   virtual void relinked(const hal::SharedMemory* /*memory*/) { first_ = true; }
 
  protected:
@@ -65,7 +66,7 @@ class SimDevice {
   void count_overflow(std::uint32_t n) noexcept { add(overflow_, n); }
   bool ended() const noexcept { return shared_.ended.load(std::memory_order_acquire); }
 
-  /// Drops what a device with a queue of `depth` would have dropped by now, oldest first; how many are left to read.
+  /// Drops what a device with a queue of `depth` would have dropped by now, oldest first; answers how many are left.
   template <class Item>
   std::size_t trim(hal::SampleRing<Item>& queue, std::size_t depth) noexcept {
     const Time now = shared_.lockstep ? shared_.clock->now() : hal::kNever;
@@ -145,11 +146,11 @@ class SimCamera final : public hal::Camera, public SimDevice {
   void want() override;
   void relinked(const hal::SharedMemory* memory) override;
 
-  /// Room for the pixels of a frame that comes in the stream; empty: nobody wants it, or no room (counted).
+  /// Room for the pixels of a frame that comes in the stream; empty: no reader, or no room (counted).
   std::span<std::uint8_t> room() noexcept;
   /// `stored`: the pixels are in the slot that `info` names, or have been put into room().
   hal::Status take(const FrameInfo& info, Arrival arrival, std::size_t bytes, bool stored) noexcept;
-  /// What the Welcome promised about every frame. Errors: bad_data.
+  /// Checks a frame against the Welcome. Errors: bad_data.
   hal::Status check(const FrameInfo& info) const noexcept;
 
   hal::Result<bool> read(msg::Image& out) noexcept override;

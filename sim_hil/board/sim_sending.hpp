@@ -3,7 +3,7 @@
 
 namespace sinew::sim_hil {
 
-/// Somebody sends on the board's line; false: there is none just now. RT: yes.
+/// Marks that a thread sends on the board's line; false: there is no line just now. RT: yes.
 class SimBoard::Sending {
  public:
   explicit Sending(SimBoard& board) noexcept : board_(board) {

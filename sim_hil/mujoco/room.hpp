@@ -21,7 +21,7 @@ enum class RoomUse {
   pictures
 };  // physics leaves out what only pictures need: a third of the time per step is left
 
-/// Compiles a room from its XML (WorldType::room_xml). What MuJoCo has to say about a wrong file goes to stderr.
+/// Compiles a room from its XML (WorldType::room_xml). MuJoCo's words about a wrong file go to stderr.
 /// Thread:  one at a time (the compiler of MuJoCo keeps globals).
 /// Errors:  bad_data.
 hal::Result<ModelPtr> load_room(std::string_view xml, RoomUse use);

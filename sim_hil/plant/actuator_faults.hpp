@@ -6,16 +6,16 @@
 
 namespace sinew::plant {
 
-/// Stands between the newest command and the actuators: a command is a sample that they get, with its commit as stamp.
-/// Its lease still counts from its commit.
+/// Stands between the newest command and the actuators, and treats a command as a sample for them, with its commit as
+/// stamp. The lease still counts from the commit.
 /// Thread:  owner.
 class ActuatorFaults {
  public:
-  /// `actuators`: the group of the world, with what garbage may ask of it.
+  /// `actuators`: the group of the world, with the range of garbage setpoints.
   ActuatorFaults(FaultLog& log, const WorldDevice& actuators)
       : least_(actuators.least), most_(actuators.most), faults_(log, actuators.fault) {}
-  /// What the actuators do in the plant step that starts at `now`, when `commanded` is the newest that came in. The
-  /// lease runs here too, whether or not anything comes in any more.
+  /// What the actuators do in the plant step that starts at `now`, when `commanded` is the newest command. The lease
+  /// runs here too, whether or not commands still come in.
   sim_hil::Setpoints act(const sim_hil::Setpoints& commanded, hal::Time now);
 
  private:

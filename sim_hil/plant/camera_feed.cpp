@@ -5,7 +5,7 @@
 namespace sinew::plant {
 
 namespace {
-constexpr std::size_t kStackBytes = 4 * 1024 * 1024;  // the shader compiler is not modest
+constexpr std::size_t kStackBytes = 4 * 1024 * 1024;  // the shader compiler needs much
 constexpr msg::Quat kDown{0, 0.70710678118654752, -0.70710678118654752, 0};
 }  // namespace
 
@@ -19,7 +19,7 @@ hal::Result<std::unique_ptr<CameraFeed>> CameraFeed::start(hal::Os& os, const Ca
 hal::Status CameraFeed::open(std::string& why) {
   set_seed(0);
   if (options_.room_xml.empty()) return {};
-  requested_ = 1;  // the first request is to come up
+  requested_ = 1;  // the first request starts the renderer
   hal::ThreadOptions thread;
   thread.name = "plant_camera";
   thread.stack_bytes = kStackBytes;
@@ -69,7 +69,7 @@ void CameraFeed::work() {
     backend_ = (*renderer)->backend();
   else
     opened_ = renderer.error();
-  if (renderer) {  // the first frame compiles the shaders; nobody should wait for that in flight
+  if (renderer) {  // the first frame compiles the shaders; no flight should wait for that
     std::vector<std::uint8_t> scratch(std::size_t{options_.width} * options_.height *
                                       msg::bytes_per_pixel(options_.format));
     (*renderer)->camera_view({{0, 0, 1}, kDown}, options_.format, scratch.data());

@@ -15,19 +15,19 @@ struct CameraOptions {
   msg::PixelFormat format = msg::PixelFormat::yuyv;
   double noise = 1.5;           // sigma of the pixels, grey levels
   std::string_view room_xml{};  // what is drawn; empty: there is no camera, and a feed without requests
-  math::Vec3 turned_rad;  // rotation vector about its right, down and forward axis: how it is mounted off its place
+  math::Vec3 turned_rad;        // rotation vector about its right, down and forward axis: how far its mounting is off
 };
 
-/// The camera's own thread: it draws from a copy of what moves, so that physics never waits for pixels.
+/// The camera's own thread: it draws from a copy of the moving things, so that physics never waits for pixels.
 /// One frame is in work at a time.
 /// Thread:  owner; the drawing happens on a thread of ordinary priority.
 class CameraFeed {
  public:
-  /// Returns when OpenGL is up. Errors: not_supported, bad_data; `why` says it in words.
+  /// Returns when OpenGL is ready. Errors: not_supported, bad_data; `why` has it in words.
   static hal::Result<std::unique_ptr<CameraFeed>> start(hal::Os& os, const CameraOptions& options, std::string& why);
   ~CameraFeed();
 
-  /// Fixes what the noise is drawn from. Before the first request.
+  /// Fixes the seed of the noise. Before the first request.
   void set_seed(std::uint64_t seed);
 
   /// Begins a frame into `pixels`, which stay untouched until done(). Not while busy().
@@ -39,7 +39,7 @@ class CameraFeed {
   void wait();
 
   const CameraOptions& options() const { return options_; }
-  /// OpenGL's name for what draws.
+  /// OpenGL's name of the renderer.
   const std::string& backend() const { return backend_; }
 
  private:

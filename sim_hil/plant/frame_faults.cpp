@@ -39,7 +39,7 @@ hal::Status FrameFaults::release(hal::Time until, const Send& send) {
   return {};
 }
 
-/// The free edge repeats the picture's own.
+/// The edge that becomes free repeats the picture's own edge.
 void FrameFaults::move_right(double share) {
   const auto units = static_cast<int>(row_bytes_ / unit_bytes_);
   const auto by = static_cast<int>(share * units);

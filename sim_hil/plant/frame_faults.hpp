@@ -10,8 +10,8 @@
 
 namespace sinew::plant {
 
-/// What SensorFaults is for samples, for the camera's frames. With faults a frame is drawn into memory of its own and
-/// copied into the link's slot when it goes out, because what is held back must not occupy slots.
+/// Like SensorFaults, for the camera's frames. With faults a frame is drawn into memory of its own and copied into the
+/// link's slot when it goes out, because frames that are held back must not occupy slots.
 /// Thread:  owner.
 class FrameFaults {
  public:

@@ -75,7 +75,7 @@ void PixelNoise::add(std::uint8_t* image, std::uint32_t row_bytes, std::uint32_t
   math::Random place(seed_, 0x66726d65, frame);
   for (std::uint32_t y = 0; y < rows; ++y, image += row_bytes) {
     const std::int8_t* from = table_ + (place.next_u32() & (kTable - 1));
-    // A row longer than what the table holds behind that place begins again there.
+    // Behind its entry the table holds 4096 values: a longer row begins again at the entry.
     for (std::uint32_t x = 0; x < row_bytes; x += 4096) {
       const std::uint32_t n = std::min(row_bytes - x, 4096u);
       for (std::uint32_t i = 0; i < n; ++i) {

@@ -34,7 +34,7 @@ F gl_function(const char* name) {
 class GlContext {
  public:
   hal::Status open(std::string& why) {
-    // One thread that draws is as fast as several at these sizes, and takes no core from the control threads.
+    // At these sizes one drawing thread is as fast as several, and takes no core from the control threads.
     setenv("LP_NUM_THREADS", "0", 0);
     setenv("GALLIUM_DRIVER", "llvmpipe", 0);
     setenv("LIBGL_ALWAYS_SOFTWARE", "1", 0);
@@ -155,8 +155,8 @@ hal::Status Renderer::Impl::open(const Options& o, std::string& why) {
   return {};
 }
 
-/// By a look at a piece of floor where nothing else is, in either room. A robot would fly over the grey floor that
-/// Mesa's llvmpipe draws for 32-bit Arm in qemu-user, and find no pad.
+/// Looks at an empty piece of floor, which both rooms have. Over the grey floor that Mesa's llvmpipe draws for 32-bit
+/// Arm in qemu-user, a robot would fly and find no pad.
 bool Renderer::Impl::draws_textures() {
   look({1.2, -1.2, 0.5}, {0, 0, -1}, {1, 0, 0}, 0.5 / kFocalPerHeight);
   draw();
@@ -177,7 +177,7 @@ void Renderer::Impl::look(const msg::Vec3& eye, const msg::Vec3& forward, const 
   scene.camera[1] = c;  // MuJoCo draws with the mean of both
 }
 
-/// From the positions in `data` to what is drawn.
+/// Updates what is drawn from the positions in `data`.
 void Renderer::Impl::update() {
   mjvCamera anywhere;
   mjv_defaultCamera(&anywhere);

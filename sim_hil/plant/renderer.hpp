@@ -23,10 +23,10 @@ class Renderer {
   static hal::Result<std::unique_ptr<Renderer>> create(const Options& options, std::string& why);
   ~Renderer();
 
-  /// Moves what moves in the room; as many bodies as the room has for it.
+  /// Moves the bodies of the room, as many as it has for this.
   void place(const Scene& scene);
 
-  /// What the robot's camera sees; its own body is out of its view.
+  /// The view of the robot's camera; its own body is out of view.
   /// `out`: width * height * bytes per pixel, top row first.
   void camera_view(const CameraPose& pose, msg::PixelFormat format, std::uint8_t* out);
 

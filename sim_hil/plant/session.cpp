@@ -11,8 +11,8 @@ using hal::Time;
 
 constexpr std::int64_t kMsNs = 1'000'000;
 constexpr std::int64_t kExposureNs = 8'000'000;
-constexpr std::int64_t kAloneNs = 10'000'000'000;     // so long a world is watched whose runtime has been cut off
-constexpr std::int64_t kReportEveryNs = 100'000'000;  // the last one before the end tells where it came to rest
+constexpr std::int64_t kAloneNs = 10'000'000'000;     // so long the plant steps a world that was cut off
+constexpr std::int64_t kReportEveryNs = 100'000'000;  // the last report before the end has the final place
 
 hal::Duration ns(std::int64_t n) { return hal::Duration{n}; }
 
@@ -36,7 +36,7 @@ sim_hil::DeviceKind kind_of(Part part) {
   return sim_hil::DeviceKind::joints;
 }
 
-/// Of a part that a world may lack.
+/// The delay of a part, which the world may lack.
 std::int64_t delay_of(const WorldInfo& world, Part part) {
   const WorldDevice* device = world.find(part);
   return device ? device->delay_ns : 0;
@@ -143,7 +143,7 @@ Status Session::serve(sim_hil::Caller caller) {
   }
   if (s) {
     report_.reason = "duration is over";
-    static_cast<void>(link_->send_report(world_->now(), report_.text));  // the run is over; nobody may be there
+    static_cast<void>(link_->send_report(world_->now(), report_.text));  // the run is over; the runtime may be gone
     link_->bye(report_.reason);
     return {};
   }
@@ -155,8 +155,8 @@ Status Session::serve(sim_hil::Caller caller) {
 
 bool Session::over() const { return options_.duration_s > 0 && msg::seconds(world_->now()) >= options_.duration_s; }
 
-/// One exchange per millisecond: all samples ready by its end are known at its beginning, so the grant goes that far,
-/// and the four plant steps in it still start the commands exactly at their commits.
+/// One exchange per millisecond. All samples that are ready by its end are known at its beginning, so the grant goes
+/// that far; the four plant steps in it still start the commands exactly at their commits.
 Status Session::run_lockstep() {
   const hal::Duration cpu = os_.thread_cpu_time();
   Status s = link_->grant(Time{0});
@@ -171,11 +171,11 @@ Status Session::run_lockstep() {
   return s;
 }
 
-/// Takes page faults and lazy binding before the clock runs: a short run of a second world.
+/// Steps a second world for a short time: page faults and lazy binding happen before the clock runs.
 void Session::rehearse() {
   if (!os_.lock_memory()) std::fprintf(stderr, "sinew-sim: memory is not locked; page faults may delay samples\n");
   auto scratch = options_.world.type->create(options_.world.values, report_.seed);
-  if (!scratch) return;  // the real one has been made already
+  if (!scratch) return;  // the real world has been made already
   std::array<double, msg::kMaxChannels> command;
   command.fill(0.8);
   const std::span<const double> used(command.data(), info_.find(Part::actuators)->channels);
@@ -197,7 +197,7 @@ Status Session::run_free() {
       if (slept) os_.sleep_until(due);
       const Time woken = os_.now();
       if (woken - due > ns(kMsNs)) ++report_.steps_late;
-      // Commands that came in the millisecond just gone by act at their commits in it; then its samples go out.
+      // Commands that came in the last millisecond act at their commits in it; then its samples go out.
       if (relink_) result = welcome_another(start);
       if (result) result = link_->exchange();
       if (result) result = advance_one_ms();
@@ -224,7 +224,7 @@ Status Session::run_free() {
   return result;
 }
 
-/// Ok: the runtime is gone without a good-bye, and the world waits for another.
+/// Ok: the runtime is gone without a Bye, and the world waits for another.
 Status Session::go_on_without_runtime(Status lost) {
   const bool breach = lost.error().code == hal::Errc::bad_data;
   const bool waiting = relink_ && relink_->looking();
@@ -257,7 +257,7 @@ void Session::note_imu_gap(Time now) {
   last_imu_ = now;
 }
 
-/// Once a millisecond; it holds until the end of the run.
+/// Called once a millisecond. A stop holds until the end of the run.
 void Session::heed_stop_line() {
   if (!plant_listener_ || report_.stopped_by_supervisor || !plant_listener_->stopped()) return;
   link_->stop_for_good();
@@ -276,7 +276,7 @@ Status Session::advance_one_ms() {
   return {};
 }
 
-/// What the actuators do in the step that starts now: none, their safe action, without a valid command.
+/// The setpoints of the step that starts now; without a valid command none: the safe action.
 std::span<const double> Session::act() {
   const sim_hil::Setpoints acting = faults_->actuators.act(commanded_, world_->now());
   if (!acting.valid || report_.stopped_by_supervisor) return {};  // the stop line passes by all faults
@@ -296,7 +296,7 @@ bool Session::line_closed() {
   return true;
 }
 
-/// Where the world ends whose runtime hears and says nothing any more. Nobody watches, so not in real time.
+/// Steps the world to its end when the runtime neither hears nor says anything. Nobody watches, so not in real time.
 void Session::go_on_alone() {
   const Time end{world_->now().ns + kAloneNs};
   do {
@@ -319,7 +319,7 @@ Status Session::send_due(const Due& due) {
   return s;
 }
 
-/// What was held back and is ready by then.
+/// Sends the samples and frames that were held back and are ready by then.
 Status Session::release_held(Time until) {
   Status s = faults_->imu.release(until, sender(Part::imu));
   if (s) s = faults_->range.release(until, sender(Part::range));

@@ -19,9 +19,9 @@ struct SessionOptions {
   WorldChoice world;                  // the camera draws its room
   std::optional<std::uint64_t> seed;  // instead of the one that the runtime asks for
   std::optional<sim_hil::Mode> only;  // refuse the other mode
-  double duration_s = 0;              // plant time after which the plant ends the run; 0: the runtime ends it
+  double duration_s = 0;              // plant time until the plant ends the run; 0: the runtime ends it
   std::vector<Fault> faults;          // docs/faults.md
-  double relink_s = 5;                // free-running, by a listener: the world waits so long for another runtime
+  double relink_s = 5;                // free-running, by a listener: how long the world waits for another runtime
   int fifo_priority = 85;             // of the physics thread, free-running: above the robot's threads, like a device
   WireDevices* wire = nullptr;        // parts of the world at the wire, besides; free-running only. Not owned
 };
@@ -36,15 +36,15 @@ struct SessionReport {
   double plant_s = 0, wall_s = 0, cpu_s = 0;  // cpu: of the physics thread
   std::uint64_t frames = 0, render_late = 0, steps_late = 0;
   std::int64_t imu_gap_max_ns = 0;    // free-running: between two IMU samples leaving
-  std::int64_t wake_late_max_ns = 0;  // the kernel woke the physics thread so much too late
-  std::int64_t work_max_ns = 0;       // from there until the samples of a millisecond had left
+  std::int64_t wake_late_max_ns = 0;  // how much too late the kernel woke the physics thread
+  std::int64_t work_max_ns = 0;       // from waking until the samples of a millisecond had left
   std::uint64_t lease_expiries = 0;
   std::uint32_t relinks = 0;           // runtimes that came after one that was lost
   bool stopped_by_supervisor = false;  // the stop line was pulled, at stopped_at of plant time
   hal::Time stopped_at{};
-  std::uint64_t stale_actuations = 0;    // plant steps in which motors ran on a command whose lease was over: never
+  std::uint64_t stale_actuations = 0;    // plant steps in which motors ran on a command after its lease: must be 0
   std::int64_t setpoint_age_max_ns = 0;  // oldest measurement that a running motor's command rested on
-  std::vector<FaultLog::Entry> faults;   // those whose time has come
+  std::vector<FaultLog::Entry> faults;   // those that have begun
   const char* world_name = "";
   bool still = false;   // World::still() at the end
   std::string outcome;  // of the world, in words
@@ -60,13 +60,13 @@ struct SessionReport {
 class Session {
  public:
   Session(hal::Os& os, CameraFeed& camera, const SessionOptions& options);
-  /// What this plant has on board, as its listener announces it to side lines.
+  /// The devices of this plant, as its listener announces them to side lines.
   static sim_hil::PlantDescription description(const CameraOptions& view, const SessionOptions& options);
 
   /// Serves the runtime at the other end until it says Bye, goes away, or the duration is over.
-  /// Errors:  what the handshake said; `report().reason` has it in words.
+  /// Errors:  those of the handshake; `report().reason` has them in words.
   hal::Status serve(std::unique_ptr<hal::Stream> stream);
-  /// The same with a runtime that came in by the listener; the listener's stop line ends all commands.
+  /// The same with a runtime that came by the listener; the listener's stop line ends all commands.
   hal::Status serve(sim_hil::Caller caller, sim_hil::PlantListener& plant_listener);
   const SessionReport& report() const { return report_; }
 

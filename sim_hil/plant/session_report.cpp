@@ -38,7 +38,7 @@ std::string verdict_json(const Verdict& verdict) {
 
 std::string SessionReport::json(const World& world) const {
   JsonObject j;
-  j.boolean("valid", true);  // what it measured follows; whether that is good enough, the runtime's bounds say
+  j.boolean("valid", true);  // the measured values follow; the runtime's bounds judge them
   j.integer("imu_gap_max_ns", static_cast<std::uint64_t>(imu_gap_max_ns));
   j.integer("wake_late_max_ns", static_cast<std::uint64_t>(wake_late_max_ns));
   j.integer("work_max_ns", static_cast<std::uint64_t>(work_max_ns));

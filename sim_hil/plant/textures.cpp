@@ -86,8 +86,8 @@ class Grain {
   std::vector<double> lattice_, ease_;
 };
 
-/// Stone chips scattered over a square, one at most per cell of a grid: how deep (in 0..1) each pixel lies in the chip
-/// that covers it best, and which one that is. Repeats at the edges.
+/// Stone chips scattered over a square, one at most per cell of a grid. For each pixel: the chip that covers it best,
+/// and how deep (0..1) the pixel lies in it. Repeats at the edges.
 class Chips {
  public:
   Chips(int size, int cell, std::uint32_t salt) : size_(size), depth_(area()), id_(area()) {

@@ -13,8 +13,8 @@
 namespace sinew::plant {
 
 /// The drive of one joint: "cia402:1", "mit:2:ak80_9" (with the type of the motor), "cybergear:3", "dronecan:20" (an
-/// actuator; its actuator_id is its place among the joints). The number is its node id on the bus; "@0.2" behind it
-/// all: it reads 0.2 rad more than the joint stands at. "none": nothing drives this joint.
+/// actuator; its actuator_id is its place among the joints). The number is its node id on the bus. "@0.2" at the end:
+/// the drive reads 0.2 rad more than the joint's position. "none": nothing drives this joint.
 struct WireServo {
   enum class Protocol : std::uint8_t { cia402, mit, cybergear, dronecan, none } protocol = Protocol::cia402;
   std::uint32_t id = 1;
@@ -42,12 +42,13 @@ class WireCamera {
 
 /// Parts of a world at the wire, besides its protocol to the runtime: drives on a CAN bus that move its joints, an IMU
 /// as the kernel's IIO would show it, a camera as its V4L2 would. The robot reaches them with its real drivers. In real
-/// time only. Thread:  one: the world's owner.
+/// time only.
+/// Thread:  one: the world's owner.
 class WireDevices {
  public:
   WireDevices();
   ~WireDevices();
-  /// `servos`: of the joints in their order; those without a drive are left to the group's command.
+  /// `servos`: of the joints in their order; joints without a drive follow the group's command.
   void add_servos(std::unique_ptr<hal::CanBus> bus, std::vector<WireServo> servos);
   void add_imu(std::unique_ptr<sim_hil::IioTree> tree) { imu_ = std::move(tree); }
 
@@ -57,13 +58,13 @@ class WireDevices {
   /// The camera driver's stamps are late by so much.
   void delay_stamps(hal::Duration late) { late_ = late; }
   hal::Duration stamps_late() const { return late_; }
-  /// Its plug is out from one moment of plant time to another.
+  /// Unplugs the camera from one moment of plant time to another.
   void unplug_camera(hal::Time from, hal::Time until) { out_from_ = from, out_until_ = until; }
-  /// Faults of the joints that the drives play, all of them alike; of kinds that plays() knows.
+  /// Faults that the drives of all joints play alike; kinds that plays() knows.
   void add_faults(const std::vector<Fault>& faults);
-  /// Those and how many drives each has struck so far.
+  /// These faults, and how many drives each has struck so far.
   const std::vector<FaultLog::Entry>& faults() const { return faults_; }
-  /// What the bus needs to be there.
+  /// Keeps the bus's server alive.
   void keep(std::shared_ptr<void> server) { kept_ = std::move(server); }
 
   /// Makes the drives on this world's joints. Errors: bad_argument when it has none, or fewer than drives.

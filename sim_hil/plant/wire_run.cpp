@@ -88,7 +88,7 @@ void WireRun::loop(const std::function<bool()>& stop) {
 
 void WireRun::advance_one_ms() {
   for (int i = 0; i < kImuSteps; ++i) {
-    const Due& due = world_->step({});  // its joints are the drives'
+    const Due& due = world_->step({});  // the drives move its joints
     wire_.step(*world_, due, host_zero_ + (world_->now() - Time{0}));
     if (due.camera && wire_.camera()) begin_frame();
   }
@@ -96,7 +96,7 @@ void WireRun::advance_one_ms() {
 
 void WireRun::begin_frame() {
   ++frame_number_;
-  if (drawn_) {  // drawing takes longer than a frame's period: the numbers tell
+  if (drawn_) {  // drawing takes longer than a frame's period; the frame numbers show it
     ++report_.render_late;
     return;
   }

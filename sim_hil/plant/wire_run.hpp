@@ -8,14 +8,14 @@
 
 namespace sinew::plant {
 
-/// A world without any connection to a runtime: whoever moves it and looks at it does so through its devices at the
-/// wire. In real time, from the call of run() until the duration is over or it is asked to stop.
+/// A world without any connection to a runtime: a robot moves it and looks at it through its devices at the wire. In
+/// real time, from the call of run() until the duration is over or it is asked to stop.
 /// Thread:  owner; makes a SCHED_FIFO thread for the physics, and the camera has its own.
 class WireRun {
  public:
   WireRun(hal::Os& os, CameraFeed& camera, WireDevices& wire, const SessionOptions& options);
 
-  /// `stop` is asked every millisecond. Errors: of making the world, its devices or the thread; report().reason has it.
+  /// Asks `stop` every millisecond. Errors: of making the world, its devices or the thread; report().reason has it.
   hal::Status run(const std::function<bool()>& stop);
   const SessionReport& report() const { return report_; }
 
@@ -37,7 +37,7 @@ class WireRun {
     hal::Time stamp;
     std::uint32_t number = 0;
   };
-  std::optional<Frame> drawn_;  // the one in work
+  std::optional<Frame> drawn_;  // the frame in work
   std::uint32_t frame_number_ = 0;
   SessionReport report_;
 };

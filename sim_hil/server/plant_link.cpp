@@ -114,7 +114,7 @@ Status PlantLink::flush() {
   return sent ? Status{} : fail_write(sent.error());
 }
 
-/// Free-running: `head` is what out_ holds. RT: no allocation, room was made in start_clock().
+/// Free-running: `head` are the bytes in out_. RT: no allocation, room was made in start_clock().
 Status PlantLink::push(Bytes head, Bytes tail) {
   Status ok = alone_ ? Status{} : push_backlog();
   stats_.bytes_out += head.size() + tail.size();
@@ -128,7 +128,7 @@ Status PlantLink::push(Bytes head, Bytes tail) {
       else
         ok = n.error();
     }
-    if (ok && backlog_.size() + part.size() > backlog_.capacity()) {  // what is sent makes room
+    if (ok && backlog_.size() + part.size() > backlog_.capacity()) {  // makes room: drops bytes that were sent
       backlog_.erase(backlog_.begin(), backlog_.begin() + static_cast<std::ptrdiff_t>(backlog_sent_));
       backlog_sent_ = 0;
     }
@@ -155,7 +155,7 @@ void PlantLink::go_alone() {
   backlog_sent_ = 0;
 }
 
-/// The runtime hung up while we wrote. Its Bye may have come before, and says why.
+/// The runtime hung up while we wrote. Its Bye may have come before, with the reason.
 Status PlantLink::fail_write(Error error) {
   for (Message message; state_;) {
     auto next = in_.next(message);
@@ -207,7 +207,7 @@ Status PlantLink::start_clock(Time now, Time host_now) {
 template <class Payload>
 Status PlantLink::add(Type type, std::uint16_t device, Time time, const Payload& payload, std::size_t bulk) {
   if (!state_ || alone_) return state_;
-  if (crowded() && bulk == 0) {  // a frame has been let through already
+  if (crowded() && bulk == 0) {  // a frame was checked in send_frame() already
     ++stats_.samples_dropped;
     return {};
   }
@@ -287,7 +287,7 @@ Status PlantLink::send_frame(std::uint16_t camera, const FrameSlot& slot, const 
     return add(Type::frame, camera, meta.stamp, info);
   }
   if (slot.pixels.size() != d.frame_bytes()) return Error{Errc::bad_argument, "not a slot of this camera"};
-  if (running_) {  // pixels go only behind nothing: the samples after them wait long enough
+  if (running_) {  // pixels only go out when nothing waits: the samples after them wait long enough
     if (auto ok = flush(); !ok) return ok;
     if (alone_) return {};
     if (!backlog_.empty()) {

@@ -14,7 +14,7 @@
 
 namespace sinew::sim_hil {
 
-/// What a plant says about itself. A device is later named by its place in `devices`.
+/// A plant's description of itself. A device's id is its place in `devices`.
 struct PlantDescription {
   std::string name;
   Duration step{0};
@@ -22,17 +22,17 @@ struct PlantDescription {
   std::vector<DeviceInfo> devices;    // slots* of cameras are filled in by the link
 };
 
-/// What one actuator group has to do in the plant step that starts at a given time.
+/// The setpoints of one actuator group in the plant step that starts at a given time.
 struct Setpoints {
   bool valid = false;  // false: safe action (no command yet, lease over, stopped, not armed)
   bool lease_over = false;
   std::uint32_t count = 0;
   std::array<double, msg::kMaxChannels> value{};
-  Time commit{-1}, stamp{-1};  // of the newest command or stop, valid or not; its measurement's stamp
+  Time commit{-1}, stamp{-1};  // of the newest command or stop, valid or not; stamp: of its measurement
   Duration lease{0};
 };
 
-/// Room for one camera frame; written by whoever renders, on any thread, until send_frame().
+/// Room for one camera frame; the renderer writes it, on any thread, until send_frame().
 struct FrameSlot {
   std::uint32_t index = 0;
   std::span<std::uint8_t> pixels;  // exactly width * height * bytes per pixel
@@ -55,13 +55,12 @@ struct FrameMeta {
 /// Thread:  owner, except the pixels of a FrameSlot.
 /// RT:      no allocation after accept(); blocking as said.
 /// Errors:  closed when the runtime went away (reason() has its words); bad_data when it broke the protocol. Every
-/// later
-///          call says so again.
+///          later call says so again.
 class PlantLink {
  public:
   /// Shakes hands over a fresh connection. `frames` (may be null) must be at least frame_memory_bytes() large; it is
-  /// used when the runtime is local and accepts it, else frames go through the stream. On failure the peer is told, and
-  /// `why` says it in words.
+  /// used when the runtime is local and accepts it, else frames go through the stream. On failure tells the peer, and
+  /// `why` has it in words.
   static hal::Result<std::unique_ptr<PlantLink>> accept(std::unique_ptr<hal::Stream> stream, PlantDescription plant,
                                                         hal::SharedMemory* frames, std::string& why);
   /// The same with a runtime that has said its Hello already (plant_listener.hpp).
@@ -92,17 +91,17 @@ class PlantLink {
   FrameSlot begin_frame(std::uint16_t camera);
   hal::Status send_frame(std::uint16_t camera, const FrameSlot& slot, const FrameMeta& meta);
 
-  /// Lockstep: everything with ready <= until has been sent; returns when the runtime has done its part up to there.
+  /// Lockstep: everything with ready <= until has been sent; returns when the runtime has answered up to there.
   hal::Status grant(Time until);
-  /// Free-running: sends what is buffered and takes in what has arrived; never waits for the runtime. What it does not
-  /// take at once waits, and goes first; when too much waits, samples and frames are dropped and counted.
+  /// Free-running: sends the buffer and takes in what has arrived; never waits for the runtime. Bytes that the runtime
+  /// does not take at once wait, and go first; when too many wait, samples and frames are dropped and counted.
   hal::Status exchange();
   /// The newest command with commit <= t, while its lease lasts (t < commit + lease). Call with increasing t.
   Setpoints setpoints_at(std::uint16_t device, Time t);
   /// Safe action for all groups until the end of the run, whatever the runtime commands: the stop line was pulled.
   void stop_for_good() { stopped_for_good_ = true; }
-  /// Free-running: the runtime is gone and the world goes on. From now on everything is accepted and heard by nobody;
-  /// the last command runs out with its lease.
+  /// Free-running: the runtime is gone and the world goes on. From now on sends succeed and reach nobody; the last
+  /// command runs out with its lease.
   void go_alone();
 
   /// The last word; the runtime reports it as the reason of the end.

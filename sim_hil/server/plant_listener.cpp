@@ -12,7 +12,7 @@ using hal::Errc;
 using hal::Error;
 using hal::Result;
 
-constexpr hal::Duration kHelloPatience = 2s;  // who connects and says nothing is not served
+constexpr hal::Duration kHelloPatience = 2s;  // a caller that says nothing for so long is not served
 constexpr hal::Duration kLookAround = 100ms;  // how long the end of the listener may take
 
 }  // namespace
@@ -50,7 +50,7 @@ void PlantListener::accept_loop() {
     if (stream) {
       admit(std::move(*stream));
     } else if (stream.error().code != Errc::timeout) {
-      os_.sleep_until(os_.now() + kLookAround);  // out of handles, say: better times may come
+      os_.sleep_until(os_.now() + kLookAround);  // e.g. out of handles: try again later
     }
     const std::lock_guard lock(mutex_);
     std::erase_if(lines_, [](const auto& line) { return line->over.load(std::memory_order_acquire); });
@@ -84,7 +84,7 @@ void PlantListener::serve(Caller& caller) {
     keep_runtime(caller);
   }
   const std::lock_guard lock(mutex_);
-  caller.stream.reset();  // the peer sees at once that this is over
+  caller.stream.reset();  // the peer sees the end at once
 }
 
 void PlantListener::keep_runtime(Caller& caller) {

@@ -23,8 +23,9 @@ class PlantListener {
  public:
   static constexpr std::size_t kMaxLines = 8;  // side lines, and callers that have not said Hello yet
 
-  /// `os` tells the clock that plant time follows. `thread` is for all threads of the listener: above the physics', so
-  /// that neither a stop nor a look at the clock waits. Errors:  those of starting a thread.
+  /// `os` has the clock that plant time follows. `thread` is for all threads of the listener: its priority is above the
+  /// physics', so that neither a stop nor a look at the clock waits.
+  /// Errors:  those of starting a thread.
   static hal::Result<std::unique_ptr<PlantListener>> open(hal::Os& os, std::unique_ptr<hal::Listener> listener,
                                                           PlantDescription plant, const hal::ThreadOptions& thread);
   ~PlantListener();
@@ -32,12 +33,12 @@ class PlantListener {
   PlantListener& operator=(const PlantListener&) = delete;
 
   const std::string& endpoint() const { return listener_->endpoint(); }
-  /// The runtime that called, or the next that will. From then on others are turned away, until let_go().
+  /// The runtime that called, or the next one that calls. From then on others are turned away, until let_go().
   /// Errors:  timeout.
   hal::Result<Caller> wait_runtime(hal::Duration patience);
   /// The runtime that came in is gone: another one may come.
   void let_go();
-  /// Somebody pulled the stop line: from now on no command may act.
+  /// A peer pulled the stop line: from now on no command may act.
   bool stopped() const noexcept { return stopped_.load(std::memory_order_acquire); }
   /// Callers turned away, and side lines served so far.
   std::uint32_t turned_away() const { return turned_away_.load(std::memory_order_relaxed); }

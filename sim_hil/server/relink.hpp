@@ -8,12 +8,12 @@
 
 namespace sinew::plant {
 
-/// Looks out for another runtime while the world goes on without one: greets it on a thread of its own, so that physics
-/// waits for nobody.
+/// Waits for another runtime while the world goes on without one. A thread of its own greets it, so that physics does
+/// not wait.
 /// Thread:  owner.
 class Relink {
  public:
-  /// A runtime has to come with this rate; `frames` is lent to its link (may be null).
+  /// A new runtime needs this rate; `frames` is lent to its link (may be null).
   Relink(hal::Os& os, sim_hil::PlantListener& plant_listener, sim_hil::PlantDescription plant,
          hal::SharedMemory* frames, double rate)
       : os_(os), plant_listener_(plant_listener), plant_(std::move(plant)), frames_(frames), rate_(rate) {}
@@ -21,12 +21,12 @@ class Relink {
   Relink(const Relink&) = delete;
   Relink& operator=(const Relink&) = delete;
 
-  /// The last one is gone. Errors: those of starting a thread.
+  /// The last runtime is gone: waits for another. Errors: those of starting a thread.
   hal::Status look(hal::Duration patience);
   bool looking() const { return thread_ != nullptr; }
-  /// A runtime that has said Start, ready for start_clock(); null: none yet. RT: but for the end of a thread.
+  /// A runtime that has said Start, ready for start_clock(); null: none yet. RT: yes, except joining the thread.
   std::unique_ptr<sim_hil::PlantLink> take();
-  /// Nobody came in time.
+  /// No runtime came in time.
   bool in_vain() const { return state_.load(std::memory_order_acquire) == State::in_vain; }
 
  private:

@@ -18,7 +18,7 @@ Status answer(const Message& message, const SideLineService& service, MessageWri
       return {};
     }
     case Type::stop:
-      service.stopped.store(true, std::memory_order_release);  // before the answer: it says that we obey
+      service.stopped.store(true, std::memory_order_release);  // before the answer, which says that we obey
       static_cast<void>(out.add(Type::stopped, 0, Time{}));
       return {};
     case Type::bye:

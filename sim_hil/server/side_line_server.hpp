@@ -7,7 +7,7 @@
 
 namespace sinew::sim_hil {
 
-/// What a plant answers side lines with.
+/// The answers of a plant to side lines.
 struct SideLineService {
   const hal::Clock& host;         // the clock that plant time follows
   const PlantDescription& plant;  // its cameras without slots: there are no frames on a side line

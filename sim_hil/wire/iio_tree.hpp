@@ -23,7 +23,7 @@ struct IioTreeSpec {
 };
 
 /// The files under which Linux shows an IMU, fed with samples: the real driver reads them as it reads the kernel's.
-/// What does not exist here is refused by no one: a value that a real driver would not take, is taken.
+/// Nothing here checks what the driver writes: a value that the kernel would refuse is taken.
 /// Thread:  owner.   RT: no.
 class IioTree {
  public:
@@ -38,10 +38,10 @@ class IioTree {
   void attach(std::unique_ptr<hal::Serial> pipe) { pipe_ = std::move(pipe); }
   /// Whether the driver has switched the buffer on.
   bool enabled() const;
-  /// Base coordinates in; a scan with the switched-on elements goes into the buffer, and the raw files change.
+  /// Takes base coordinates. A scan with the switched-on elements goes into the buffer, and the raw files change.
   /// Errors:  closed after unplug(); timeout when the buffer is full (the scan is lost, as in the kernel).
   hal::Status feed(const msg::ImuSample& sample);
-  /// These bytes into the buffer as they are.
+  /// Puts these bytes into the buffer as they are.
   hal::Status feed_raw(std::span<const std::uint8_t> bytes);
   std::size_t scan_bytes() const { return layout_.scan_bytes(); }
   /// Device and files vanish.
@@ -49,7 +49,8 @@ class IioTree {
 
   /// A trigger of that name in the tree.
   static void make_trigger(const std::string& root, unsigned number, const std::string& name);
-  /// For tests: what a file of the device holds ("sampling_frequency"), and puts it there; empty text: removes it.
+  /// For tests: the content of a file of the device ("sampling_frequency"), and a setter for it; empty text: removes
+  /// it.
   std::string file(const std::string& name) const;
   void set_file(const std::string& name, const std::string& text);
   const std::string& folder() const { return folder_; }

@@ -40,7 +40,7 @@ hal::Status MemoryCan::transmit(const MemoryCanPort& from, msg::CanFrame frame) 
     const std::uint32_t size = hal::can_frame_bits(frame);
     bits_ += size;
     ++frames_;
-    if (drops_ && drops_(frame)) return {};  // it was on the wire, and nobody got it
+    if (drops_ && drops_(frame)) return {};  // it was on the wire, but no node got it
     for (const auto& port : ports_) {
       if (port.get() == &from || !port->wants(frame)) continue;
       if (port->queue_.size() >= MemoryCanPort::kQueue) {

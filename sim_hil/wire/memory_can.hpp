@@ -1,5 +1,5 @@
 #pragma once
-// A CAN bus in memory: what one port sends all others receive, counted bit by bit.
+// A CAN bus in memory: all other ports receive what one port sends; bits are counted.
 #include <deque>
 #include <functional>
 #include <memory>
@@ -25,9 +25,9 @@ class MemoryCan {
 
   /// One more node. Before frames go. Owner: this.
   MemoryCanPort& attach();
-  /// Which frames are lost on the way: true drops. Called under the lock. Before frames go, or null.
+  /// Which frames are lost on the way: true drops one. Called under the lock. Set before frames go, or null.
   void lose(std::function<bool(const msg::CanFrame&)> drops);
-  /// False: every port is told that the bus is gone, until it is back.
+  /// False: the bus is gone for every port, until it is back.
   void connect(bool connected);
 
   std::uint64_t bits() const;
@@ -47,7 +47,7 @@ class MemoryCan {
   std::uint64_t bits_ = 0, frames_ = 0;
 };
 
-/// One node's controller. As hal::CanBus; a queue of 4096 frames, what comes then is lost and counted.
+/// One node's controller. As hal::CanBus; its queue holds 4096 frames, further ones are lost and counted.
 class MemoryCanPort final : public hal::CanBus {
  public:
   explicit MemoryCanPort(MemoryCan& wire) : wire_(wire) {}

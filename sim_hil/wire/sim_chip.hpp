@@ -26,7 +26,7 @@ class SimChip {
  protected:
   virtual std::uint8_t on_read(std::uint8_t address) { return registers_[address]; }
   virtual void on_write(std::uint8_t address, std::uint8_t value) { registers_[address] = value; }
-  /// A register behind which more than one byte lies: its address does not count up.
+  /// A register with more than one byte behind it: its address does not count up.
   virtual bool is_fifo(std::uint8_t) const { return false; }
 
  private:
@@ -52,8 +52,8 @@ class SimI2cBus final : public hal::I2cBus {
                        std::span<std::uint8_t> read) noexcept override;
   std::atomic<BusFault> fault{BusFault::none};
   hal::Tally transfers;
-  /// The next read that is longer fails when the chip has handed over so many bytes, as one that is not acknowledged
-  /// half-way. Negative: none does.
+  /// The next longer read fails when the chip has handed over so many bytes, like a read that is not acknowledged
+  /// half-way. Negative: no read fails.
   std::atomic<int> cut_next_after{-1};
 
  private:

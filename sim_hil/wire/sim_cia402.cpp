@@ -32,7 +32,7 @@ void SimCia402::measure() {
   set(wire::kStatusword, wire::state_bits(state_) | wire::kStatusVoltage | wire::kStatusRemote | extra_status_);
 }
 
-// ---- what it hears ----
+// ---- what the drive hears ----
 
 void SimCia402::on_frame(const msg::CanFrame& frame, Time now) {
   const wire::CanopenId id = wire::canopen_id(frame.id);
@@ -84,7 +84,7 @@ void SimCia402::on_rpdo(const msg::CanFrame& frame, std::uint32_t number) {
     control = control || entry >> 8 == key(wire::kControlword);
     at += bytes;
   }
-  if (control) on_controlword();  // at once instead of with the next SYNC, which follows anyway
+  if (control) on_controlword();  // at once, not with the next SYNC, which follows anyway
 }
 
 void SimCia402::on_sync() {
@@ -111,7 +111,7 @@ void SimCia402::send_tpdo(std::uint32_t number) {
   send(frame);
 }
 
-// ---- what it does ----
+// ---- what the drive does ----
 
 void SimCia402::on_controlword() {
   if (deaf) return;
@@ -198,7 +198,7 @@ void SimCia402::watch_master(Time now) {
   lose_connection();
 }
 
-/// 6007h: what it does without its master, and in NMT stopped.
+/// 6007h: the drive's reaction when its master is gone, and in NMT stopped.
 void SimCia402::lose_connection() {
   const bool on = state_ == DriveState::operation_enabled;
   switch (object(wire::kAbortOption)) {

@@ -30,9 +30,9 @@ class SimCia402 final : public SimServo {
   wire::NmtState nmt() const { return nmt_; }
   /// The value of an object, for tests.
   std::uint32_t object(wire::ObjectAddress object) const;
-  /// The cause of a fault does not go away: a reset is followed by the same fault.
+  /// The cause of a fault stays: a reset is followed by the same fault.
   bool fault_stays = false;
-  /// Controlwords move nothing any more.
+  /// Ignores controlwords.
   bool deaf = false;
 
  protected:

@@ -90,13 +90,14 @@ void SimDronecanServo::say_status() {
   tell(wire::kDronecanActuatorStatus, status_transfer_, std::span(bytes).first(size));
 }
 
-/// 600 to 1000 ms, as the specification asks, so that nodes which start together do not go on asking together.
+/// 600 to 1000 ms, as the specification asks: nodes that start together do not go on asking together.
 Duration SimDronecanServo::pause() {
   random_ = random_ * 1664525u + 1013904223u + p_.unique_id[0];
   return 600ms + std::chrono::milliseconds(random_ >> 16 & 0x3FF) * 400 / 1024;
 }
 
-/// One request: 6 bytes, 6 more when the first were said back, the last 4. When nobody answers it begins anew.
+/// One request: 6 bytes, 6 more when the allocator has repeated the first, then the last 4. Without an answer it begins
+/// anew.
 void SimDronecanServo::ask_for_id(Time now) {
   ask_at_ = now + pause();
   wire::DronecanAllocation ask;
@@ -110,14 +111,14 @@ void SimDronecanServo::ask_for_id(Time now) {
   id.discriminator = static_cast<std::uint16_t>(p_.unique_id[known_] * 64 + p_.unique_id[15]);
   send_all(id, wire::kDronecanAllocation.signature, ask_transfer_, std::span(bytes).first(size));
   ask_transfer_ = static_cast<std::uint8_t>((ask_transfer_ + 1) & 31);
-  known_ = 0;  // until it is said back
+  known_ = 0;  // until the allocator repeats it
 }
 
 void SimDronecanServo::on_allocation(const wire::DronecanTransfer& transfer, Time now) {
   wire::DronecanAllocation said;
   if (node_id_ != 0 || transfer.id.source == 0 || !decode(transfer.payload, said)) return;
   const bool ours = std::equal(said.unique_id.begin(), said.unique_id.begin() + said.size, p_.unique_id.begin());
-  if (!ours) {  // somebody else's turn
+  if (!ours) {  // the allocator answers another node
     known_ = 0;
     ask_at_ = now + pause();
     return;
@@ -163,7 +164,7 @@ void SimDronecanServo::on_arming(const wire::DronecanTransfer& transfer) {
   if (disarmed_) live_ = false;
 }
 
-/// Of the most torque; at least 1 while it is live, so that 0 means that it is not.
+/// In per cent of the most torque; at least 1 while it is live, so that 0 means "not live".
 std::uint8_t SimDronecanServo::power_pct() const {
   if (!live_) return 0;
   return static_cast<std::uint8_t>(std::clamp(100 * std::abs(drive_effort()) / p_.most_nm, 1.0, 100.0));

@@ -7,9 +7,9 @@
 
 namespace sinew::sim_hil {
 
-/// Says NodeStatus each second and its status at a rate, follows ArrayCommand or RawCommand, answers GetNodeInfo; with
-/// node_id 0 it asks for one first, and says and does nothing until it has it. Disarmed by ArmingStatus it has no
-/// torque and follows nothing until it is armed; where nobody says ArmingStatus, commands alone are enough.
+/// Sends NodeStatus each second and its own status at a rate, follows ArrayCommand or RawCommand, answers GetNodeInfo.
+/// With node_id 0 it asks for an id first, and says and does nothing else until it has one. Disarmed by ArmingStatus it
+/// has no torque and follows nothing until it is armed; where no node sends ArmingStatus, commands alone are enough.
 class SimDronecanServo final : public SimServo {
  public:
   struct Parameters {
@@ -30,7 +30,7 @@ class SimDronecanServo final : public SimServo {
   void fail(std::uint32_t code) override { fault_ = code, live_ = false; }
   std::uint8_t node_id() const { return node_id_; }
   std::uint64_t commands() const { return commands_; }
-  /// Tells another uptime than its own, as a second node of the same id would.
+  /// Reports another uptime than its own, as a second node of the same id would.
   std::uint32_t uptime_offset_s = 0;
 
  protected:
@@ -63,7 +63,7 @@ class SimDronecanServo final : public SimServo {
   Time powered_at_, now_, commanded_, node_status_at_, status_at_, ask_at_;
   bool began_ = false;
   std::uint32_t random_ = 1;
-  std::uint8_t known_ = 0;  // bytes of our unique id that the allocator has said back
+  std::uint8_t known_ = 0;  // bytes of our unique id that the allocator has repeated
 };
 
 }  // namespace sinew::sim_hil

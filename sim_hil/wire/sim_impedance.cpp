@@ -39,7 +39,7 @@ void SimMitMotor::on_frame(const msg::CanFrame& frame, Time now) {
         break;
       case wire::MitSwitch::disable:
         live_ = false;
-        if (p_.type.reply != wire::MitReply::status) clear();  // leaving the mode is how these forget a fault
+        if (p_.type.reply != wire::MitReply::status) clear();  // these forget a fault when they leave the mode
         break;
       case wire::MitSwitch::zero:
         zero_ = drive_position();

@@ -12,7 +12,7 @@ class SimImpedance : public SimServo {
   using SimServo::SimServo;
   bool live() const override { return live_; }
   void fail(std::uint32_t code) override { fault_ = code, live_ = false; }
-  /// The cause of a fault does not go away: clearing does not help.
+  /// The cause of a fault stays: clearing does not help.
   bool fault_stays = false;
 
  protected:

@@ -6,15 +6,15 @@
 
 namespace sinew::sim_hil {
 
-/// An MPU-6050 (or 6500, 9250 by its identity) fed with samples in the chip's axes; ranges are what the driver wrote.
-/// Asleep until it is woken, as the chip; the FIFO runs over when nobody reads it.
+/// An MPU-6050 (or 6500, 9250 by its identity) fed with samples in the chip's axes; the driver sets the ranges. Asleep
+/// after power-on, like the chip; the FIFO runs over when nobody reads it.
 class SimMpu6050 final : public SimChip {
  public:
   explicit SimMpu6050(std::uint8_t who_am_i = 0x68) : who_am_i_(who_am_i) { reset(); }
   /// Takes lock().
   void measure(const msg::ImuSample& sample);
   std::size_t fifo_size() const { return fifo_.size(); }
-  /// Resets seen, as an own count of the driver's set-ups.
+  /// Resets seen: an independent count of the driver's set-ups.
   int resets() const { return resets_; }
 
  private:

@@ -6,8 +6,8 @@
 
 namespace sinew::sim_hil {
 
-/// An INA219 or INA226: words behind a pointer that does not count up, a ready flag that reading takes away, and a
-/// set-up that is forgotten at a reset.
+/// An INA219 or INA226: 16-bit words behind a pointer that does not count up, a ready flag that reading clears, and a
+/// set-up that a reset clears.
 class SimPowerMonitor final : public SimChip {
  public:
   explicit SimPowerMonitor(wire::ina2xx::Chip chip) : chip_(chip) { reset(); }

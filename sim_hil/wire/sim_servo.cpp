@@ -33,7 +33,7 @@ void SimServo::send(msg::CanFrame frame) {
     frame.size = static_cast<std::uint32_t>(chance() * 9);
     for (std::size_t i = 0; i < 8; ++i) frame.data[i] = static_cast<std::uint8_t>(chance() * 256);
   }
-  (void)bus_.send(frame, hal::kNever);  // a bus that is gone loses it, as any other
+  (void)bus_.send(frame, hal::kNever);  // a bus that is gone loses the frame, like any other
 }
 
 double SimServo::drive_position() const {

@@ -13,7 +13,8 @@ namespace sinew::sim_hil {
 using hal::Duration;
 using hal::Time;
 
-/// What a simulated drive moves. A physics engine implements it with its own joint; JointModel is one without.
+/// The joint that a simulated drive moves. A physics engine implements it with its own joint; JointModel needs no
+/// engine.
 /// Frames:  the joint's own.
 class SimJoint {
  public:
@@ -22,7 +23,7 @@ class SimJoint {
   virtual double velocity_radps() const = 0;
   /// Until the next call.
   virtual void set_effort(double nm) = 0;
-  /// Time goes on; a physics engine that moves by itself does nothing here.
+  /// Time goes on; a physics engine that moves the joint itself does nothing here.
   virtual void advance(Duration dt) = 0;
 };
 
@@ -50,9 +51,9 @@ struct SimMount {
   double sign = 1, gear_ratio = 1, zero_rad = 0;
 };
 
-/// What is wrong with a simulated servo, set at any time between calls.
+/// Faults of a simulated servo, set at any time between calls.
 struct SimServoFaults {
-  bool silent = false;   // hears, does, and says nothing
+  bool silent = false;   // hears and acts, but says nothing
   bool garbage = false;  // says nonsense under its identifiers
   bool stuck = false;    // neither moves nor measures anew, but talks
   double lost = 0;       // part of its frames that do not arrive, either way: 0..1
@@ -68,12 +69,12 @@ class SimServo {
   SimServo& operator=(const SimServo&) = delete;
 
   void receive(const msg::CanFrame& frame, Time now);
-  /// Moves the joint up to `now` in steps of at most a millisecond, and says what is due.
+  /// Moves the joint up to `now` in steps of at most a millisecond, and sends the frames that are due.
   void advance(Time now);
   /// Off: gone from the bus, without torque. On again: as after power-up.
   void power(bool on);
   bool powered() const { return powered_; }
-  /// The drive reports a fault of its own; what code means is the protocol's. Holds until cleared by the master.
+  /// The drive reports a fault of its own; the protocol defines `code`. The fault holds until the master clears it.
   virtual void fail(std::uint32_t code) = 0;
 
   SimServoFaults faults;
@@ -85,7 +86,7 @@ class SimServo {
  protected:
   virtual void on_frame(const msg::CanFrame& frame, Time now) = 0;
   virtual void on_power() = 0;
-  /// The torque for the next `dt`, drive side, before which `now` has been reached.
+  /// The torque for the next `dt`, drive side; time has reached `now` before.
   virtual double control(Time now, Duration dt) = 0;
   /// Frames that are due by time.
   virtual void say(Time now) = 0;

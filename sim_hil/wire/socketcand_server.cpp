@@ -12,9 +12,9 @@ using wire::SocketcandKind;
 
 constexpr hal::Duration kIdle = 20ms, kLook = 1ms;
 constexpr int kFramesPerLook = 256;
-constexpr int kReadsPerLook = 16;  // of a client: what it says faster waits in its socket
+constexpr int kReadsPerLook = 16;  // of a client; faster input waits in its socket
 
-/// A port that somebody may own; the bus keeps the real one.
+/// A port for an owner outside; the bus keeps the real one.
 class Port final : public hal::CanBus {
  public:
   explicit Port(MemoryCanPort& port) : port_(port) {}
@@ -47,7 +47,7 @@ hal::Result<std::unique_ptr<SocketcandServer>> SocketcandServer::open(hal::Os& o
 }
 
 SocketcandServer::~SocketcandServer() {
-  stop_.store(true, std::memory_order_relaxed);  // the join is what orders
+  stop_.store(true, std::memory_order_relaxed);  // join() synchronises
   thread_.reset();
 }
 
@@ -105,7 +105,7 @@ void SocketcandServer::nonsense(Client& client, std::uint64_t n) {
 }
 
 void SocketcandServer::say(Client& client, std::string_view text) {
-  if (client.waiting.size() + text.size() > kMostWaiting) return lost_.add();  // it asks, and does not read
+  if (client.waiting.size() + text.size() > kMostWaiting) return lost_.add();  // the client asks, but does not read
   client.waiting += text;
 }
 
@@ -167,7 +167,7 @@ void SocketcandServer::take(Client& client, std::string_view element, hal::Time 
       static_cast<void>(client.bus->port.send(message.frame, hal::kNever));  // a bus in memory takes it
       message.frame.stamp = now;
       return pass_on(*client.bus, message.frame, &client);
-    default:  // what only a server says
+    default:  // elements that only a server sends
       say(client, "< error unknown command >");
       return nonsense(client);
   }

@@ -1,5 +1,5 @@
 #pragma once
-// Simulated CAN buses for whoever speaks socketcand: python-can, our own client, on this machine or another.
+// Simulated CAN buses for clients of socketcand: python-can, our own client, on this machine or another.
 #include <atomic>
 #include <memory>
 #include <string>
@@ -18,22 +18,24 @@ namespace sinew::sim_hil {
 struct SocketcandServerStats {
   std::uint64_t clients = 0;    // that came
   std::uint64_t refused = 0;    // more than kMostClients at once
-  std::uint64_t hung_up = 0;    // by us: nonsense, no bus asked for, nothing taken for long
-  std::uint64_t malformed = 0;  // elements that are none, or frames that cannot be
+  std::uint64_t hung_up = 0;    // by us: nonsense, no bus asked for, or it took nothing for long
+  std::uint64_t malformed = 0;  // text that is no element, or frames that cannot be
   std::uint64_t lost = 0;       // frames and answers that a client had no room for
 };
 
-/// A socketcand server of one or several buses in memory. Who sends a frame does not get it back; everybody else on the
-/// bus does: other clients, and devices of this process (bus()). Raw mode only. Stamps are this machine's
+/// A socketcand server of one or several buses in memory. The sender of a frame does not get it back; all others on the
+/// bus do: other clients, and devices of this process (bus()). Raw mode only. Stamps are this machine's
 /// CLOCK_MONOTONIC.
 ///
-/// Strict: an element is at most wire::kSocketcandMax long; a client is hung up on after kMostNonsense elements that
-/// are none, when it is not in raw mode within kGreeting, or takes nothing for kStalled; what goes beyond kMostWaiting
-/// bytes of its queue is lost and counted. For python-can 4.1, which reads "< ok >" alone and drops the character after
-/// an element when it has read half of the next: frames begin kAfterOk after raw mode was granted, and a blank stands
-/// before each of them. Thread:  one of its own, which looks every millisecond while there are clients; what bus() gave
-/// is for any one. RT:      no. Source:  linux-can/socketcand, doc/protocol.md; python-can 4.1.0,
-/// interfaces/socketcand/socketcand.py.
+/// Strict: an element is at most wire::kSocketcandMax long. The server hangs up on a client after kMostNonsense bad
+/// elements, when it is not in raw mode within kGreeting, or when it takes nothing for kStalled. Beyond kMostWaiting
+/// bytes in a client's queue, frames and answers are lost and counted. For python-can 4.1, which reads "< ok >" alone
+/// and drops the character after an element when it has read half of the next: frames begin kAfterOk after raw mode was
+/// granted, and a blank comes before each of them.
+/// Thread:  one of its own, which looks every millisecond while there are clients; a port of bus() is for any one
+///          thread.
+/// RT:      no.
+/// Source:  linux-can/socketcand, doc/protocol.md; python-can 4.1.0, interfaces/socketcand/socketcand.py.
 class SocketcandServer {
  public:
   static constexpr std::size_t kMostClients = 16, kMostWaiting = 64 * 1024;
@@ -46,10 +48,10 @@ class SocketcandServer {
                                                              const std::vector<std::string>& buses);
   ~SocketcandServer();
 
-  /// A port of that bus for devices on this side; no longer than this. Before the first client comes.
+  /// A port of that bus for devices of this process; must not outlive this. Before the first client comes.
   /// Errors:  not_found.
   hal::Result<std::unique_ptr<hal::CanBus>> bus(std::string_view name);
-  /// Where it listens, with the port that the system chose: "tcp:127.0.0.1:29536".
+  /// The address of the listener, with the port that the system chose: "tcp:127.0.0.1:29536".
   const std::string& endpoint() const { return listener_->endpoint(); }
   /// Thread: any.
   SocketcandServerStats stats() const noexcept;
@@ -66,7 +68,7 @@ class SocketcandServer {
     wire::SocketcandSplitter splitter;
     Bus* bus = nullptr;
     bool raw = false, leaves = false;
-    hal::Time since{}, frames_from{}, took{};  // came; gets frames from then on; took something last
+    hal::Time since{}, frames_from{}, took{};  // when it came; when its frames begin; when it took something last
     std::uint64_t nonsense = 0, dropped = 0;
     std::string waiting, held;  // to be written; frames that wait for frames_from
   };

@@ -80,7 +80,7 @@ DeviceFaults::DeviceFaults(FaultLog& log, FaultDevice device)
   for (std::size_t i = 0; i < log.entries().size(); ++i) {
     FaultLog::Entry& entry = log.entries()[i];
     if (entry.fault.device != device && entry.fault.device != FaultDevice::link) continue;
-    if (entry.fault.kind == FaultKind::closed) continue;  // the connection's own matter
+    if (entry.fault.kind == FaultKind::closed) continue;  // the connection itself plays it
     Running r;
     r.entry = &entry;
     r.random = math::Random(log.seed(), 0x62757200u + static_cast<std::uint32_t>(i));

@@ -1,5 +1,5 @@
 #pragma once
-// Faults that the plant plays on request: which device, what is wrong with it, from when to when. docs/faults.md.
+// Faults that the plant plays on request: of which device, which kind, from when to when. docs/faults.md.
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -18,7 +18,7 @@ enum class FaultKind : std::uint8_t {
   stuck,         // the same values again, with new stamps
   garbage,       // numbers or pixels without sense: NaN, infinite, huge, random
   wrong,         // plausible but not true; amount: by how much (docs/faults.md)
-  slow,          // one of `amount`
+  slow,          // one of `amount` comes
   delayed,       // ready later by `amount` seconds
   intermittent,  // silent for bursts of `amount` seconds on average, with pauses of as long
   duplicated,    // everything twice
@@ -34,7 +34,7 @@ inline constexpr FaultKind kFaultKinds[] = {FaultKind::off,          FaultKind::
 std::string_view to_string(FaultDevice device);
 std::string_view to_string(FaultKind kind);
 
-/// Null when this device can have this fault, else the reason why it makes no sense.
+/// Null when this device can have this fault, else the reason why not.
 const char* why_not(FaultDevice device, FaultKind kind);
 
 inline constexpr std::int64_t kNoEnd = std::numeric_limits<std::int64_t>::max();
@@ -50,7 +50,7 @@ struct Fault {
 
 /// "imu:stuck@5+0.5", "camera:delayed(80ms)@3..6", "range:off@4": DEVICE:KIND[(AMOUNT)]@FROM[+LENGTH|..UNTIL].
 /// Times are seconds unless they end with ms, us or s.
-/// Errors:  nothing; `why` says what is wrong and what is allowed.
+/// Errors:  nothing is returned; `why` says what is wrong and what is allowed.
 std::optional<Fault> parse_fault(std::string_view text, std::string& why);
 /// parse_fault() reads it back.
 std::string to_string(const Fault& fault);
@@ -74,7 +74,7 @@ class FaultLog {
   std::uint64_t seed_ = 0;
 };
 
-/// What happens to one sample, frame or command.
+/// The effect of a fault on one sample, frame or command.
 struct FaultEffect {
   bool lost = false, stuck = false, garbage = false, duplicated = false;
   std::optional<double> wrong;

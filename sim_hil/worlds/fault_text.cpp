@@ -50,7 +50,7 @@ bool read_time(std::string_view text, double& out) {
 
 std::int64_t to_ns(double s) { return std::llround(s * 1e9); }
 
-/// What a fault's amount may be, and what it is when none is given.
+/// The amounts that a fault may have, and the default.
 struct AmountRule {
   bool allowed = false, time = false, whole = false;
   double least = 0, most = 0, usual = 0;

@@ -5,7 +5,7 @@
 namespace sinew::plant {
 namespace {
 
-/// NaN becomes 0: a drive that is told nonsense does nothing.
+/// NaN becomes 0: a drive with a nonsense command does nothing.
 double within(double x, double most) { return x > most ? most : x < -most ? -most : x == x ? x : 0; }
 
 }  // namespace

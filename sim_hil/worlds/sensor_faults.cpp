@@ -6,8 +6,8 @@
 namespace sinew::plant {
 namespace {
 
-/// What comes out of broken electronics and broken drivers: special values, absurd ones, any bits, zeros, and numbers
-/// that could be true.
+/// Numbers of broken electronics and broken drivers: special values, absurd ones, any bits, zeros, and numbers that
+/// could be true.
 double garbage_number(math::Random& random) {
   using Limits = std::numeric_limits<double>;
   switch (random.below(9)) {

@@ -9,7 +9,7 @@
 
 namespace sinew::plant {
 
-// Values without sense, and values that are only not true.
+// scramble(): values without sense. shift(): values that are only not true.
 void scramble(msg::ImuSample& s, math::Random& random);
 void scramble(msg::RangeSample& s, math::Random& random);
 void scramble(msg::BaroSample& s, math::Random& random);
@@ -21,7 +21,7 @@ void shift(msg::BaroSample& s, double pa);
 void shift(msg::BatterySample& s, double v);
 void shift(msg::JointState& s, double rad);
 
-/// Stands between a sensor and the wire. Stamps are never touched; ready never decreases, so a sample behind a delayed
+/// Stands between a sensor and the wire. It never changes stamps. Ready never decreases, so a sample behind a delayed
 /// one waits for it, as in a queue. Without faults of its device it passes everything on at once.
 /// Thread:  owner.
 template <class M>
@@ -29,7 +29,7 @@ class SensorFaults {
  public:
   SensorFaults(FaultLog& log, FaultDevice device) : faults_(log, device) {}
 
-  /// One sample from the sensor; `send(sample, ready)` gets what goes out at once.
+  /// One sample from the sensor; `send(sample, ready)` gets the samples that go out at once.
   template <class Send>
   hal::Status offer(const M& measured, hal::Time ready, Send&& send) {
     if (!faults_.any()) return send(measured, ready);
@@ -54,7 +54,7 @@ class SensorFaults {
     }
     return {};
   }
-  /// Sends what is ready by then. Once before each exchange.
+  /// Sends the samples that are ready by then. Once before each exchange.
   template <class Send>
   hal::Status release(hal::Time until, Send&& send) {
     for (; !held_.empty() && held_.front().ready <= until; held_.pop_front())

@@ -36,7 +36,7 @@ msg::ImuSample ImuModel::measure(const msg::Vec3& gyro_radps, const msg::Vec3& a
 }
 
 double RangeModel::measure(double true_m) {
-  const double noise = noise_.normal();  // drawn always, so that what is in range does not move the stream
+  const double noise = noise_.normal();  // always drawn, so that the stream does not depend on the range
   if (!(true_m >= e_.min_m && true_m <= e_.max_m)) return std::numeric_limits<double>::quiet_NaN();
   return true_m + (e_.noise_m + e_.noise_share * true_m) * noise;
 }

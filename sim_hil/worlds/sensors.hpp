@@ -1,5 +1,5 @@
 #pragma once
-// Errors of the sensors: what turns truth into what the robot gets.
+// Errors of the sensors: they turn true values into what the robot gets.
 #include "math/random.hpp"
 #include "msg/sensors.hpp"
 
@@ -66,7 +66,7 @@ class BaroModel {
 struct BatteryErrors {
   double voltage_noise_v = 0.02, voltage_scale = 0.005;  // scales: sigma, drawn once
   double current_noise_a = 0.2, current_scale = 0.02;
-  double charge_offset = 0.02;  // sigma, drawn once: what the counter did not know when it was switched on
+  double charge_offset = 0.02;  // sigma, drawn once: the counter's error when it was switched on
 };
 
 class BatteryModel {

@@ -1,5 +1,5 @@
 #pragma once
-// What every simulated world is to the session with a runtime: steps, samples, a picture, a word for the report.
+// Every simulated world, as the session with a runtime sees it: steps, samples, a picture, a word for the report.
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -48,7 +48,7 @@ struct WorldDevice {
   std::int64_t delay_ns = 0;  // stamp to availability
   std::uint32_t channels = 0;
   FaultDevice fault{};
-  double least = 0, most = 0;  // actuators: what a command may sensibly ask for, in its unit
+  double least = 0, most = 0;  // actuators: the sensible range of a command, in its unit
 };
 
 /// What a world has on board, each part at most once, in the order of the Welcome.
@@ -61,7 +61,7 @@ struct WorldInfo {
   bool has(FaultDevice device) const;
 };
 
-/// What the step that just ended has made available. Samples carry their stamps; delays are not applied yet.
+/// The samples that the step that just ended made available. They carry their stamps; delays are not applied yet.
 struct Due {
   bool imu = false, range = false, baro = false, battery = false, joints = false, camera = false, truth = false;
   msg::ImuSample imu_sample;
@@ -71,7 +71,7 @@ struct Due {
   msg::JointState joints_sample;
 };
 
-/// Where something is: its position, and the rotation that takes its coordinates to the world's.
+/// The pose of a thing: its position, and the rotation that takes its coordinates to the world's.
 struct Pose {
   msg::Vec3 p_world_m;
   msg::Quat q_world;
@@ -83,27 +83,28 @@ struct CameraPose {
   msg::Quat q_world_optical;
 };
 
-/// All that a picture depends on: the camera, and what moves in its sight, in the order of the room's mocap bodies.
+/// All that a picture depends on: the camera, and the moving things in its sight, in the order of the room's mocap
+/// bodies.
 struct Scene {
   static constexpr std::size_t kMost = 6;
   CameraPose camera;
   std::array<Pose, kMost> body{};
   std::size_t bodies = 0;
-  std::optional<Pose> vehicle{};  // of a room whose robot hangs on no joint; only pictures from outside show it
+  std::optional<Pose> vehicle{};  // for a room whose robot hangs on no joint; only pictures from outside show it
   bool rotors_turn = false;       // likewise: discs instead of blades
 };
 
-/// One figure of how a run went, with what it may be.
+/// One figure about a run, with its limit.
 struct Measure {
   const char* key = "";    // of the report and the summary: "landing_error_m"
   const char* label = "";  // for people: "landing error"
   const char* unit = "";
   double value = 0;
-  std::optional<double> limit{};  // none: told, not judged
-  bool at_least = false;          // the limit is the least; else the most
+  std::optional<double> limit{};  // none: reported, not judged
+  bool at_least = false;          // the limit is the least allowed value; else the most
 };
 
-/// How a run went, as only its world can know. The runtime prints it, and its exit code follows `good`.
+/// How a run went; only its world knows. The runtime prints it, and its exit code follows `good`.
 struct Verdict {
   std::string outcome;  // in words: "landed on the pad"
   bool good = false;
@@ -132,17 +133,17 @@ class World {
   virtual msg::Time now() const = 0;
   virtual WorldTruth ground_truth() const = 0;
   virtual Scene scene() const = 0;
-  /// Nothing is driven, and nothing that was moves any more: a world left alone may end.
+  /// No actuator drives anything, and nothing moves any more: a world left alone may end.
   virtual bool still() const = 0;
-  /// How often something has happened that a report should tell at once.
+  /// Counts events that a report should tell at once.
   virtual std::uint32_t news() const { return 0; }
-  /// Its keys of the report: docs/sinew-sim.md.
+  /// Adds the world's keys to the report: docs/sinew-sim.md.
   virtual void add_to(JsonObject& report) const = 0;
-  /// How it went, so far.
+  /// How the run went, so far.
   virtual Verdict verdict() const = 0;
   /// The same with figures, in one line for people.
   virtual std::string outcome() const = 0;
-  /// The joints of its actuator group, for whoever plays their drives; null: it has none.
+  /// The joints of its actuator group, for simulated drives; null: it has none.
   virtual PlantJoints* joints() { return nullptr; }
 };
 
@@ -152,10 +153,10 @@ struct WorldOption {
   std::string what;  // for --help; empty: of tests only
   double least = 0, most = 0, value = 0;
 };
-/// By the name of the option; those that are not there have their own value.
+/// By the name of the option; options that are missing here have their own default.
 using WorldValues = std::map<std::string, double, std::less<>>;
 
-/// From where to where somebody looks.
+/// The place of a viewer, and the point that it looks at.
 struct Viewpoint {
   msg::Vec3 eye_m, target_m;
 };
@@ -177,7 +178,7 @@ struct WorldType {
   std::function<hal::Result<std::unique_ptr<World>>(const WorldValues& values, std::uint64_t seed)> create;
   std::function<std::vector<Portrait>()> portraits = [] { return std::vector<Portrait>(); };
 
-  /// What `values` says of an option, or its own value.
+  /// The value of an option in `values`, or its own default.
   double value(const WorldValues& values, std::string_view option) const;
 };
 

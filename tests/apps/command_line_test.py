@@ -78,7 +78,7 @@ class CommandLine(unittest.TestCase):
                 self.assertNotIn("there is no such device", err)
 
     def desk_head(self, *changes):
-        """The path of a robot like robots/desk_head/desk_head.toml, but for these."""
+        """The path of a robot like robots/desk_head/desk_head.toml, with these changes."""
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         with open(f"{SOURCE}/robots/desk_head/desk_head.toml") as file:
@@ -96,7 +96,7 @@ class CommandLine(unittest.TestCase):
                 (("id = 2\n", "id = 1\n"), "id = 1\ncounts_per_turn = 65536\nmin_rad = -1.0",
                  "device.head.joint.tilt.id: 1: a number that no other servo on its bus has: 'pan' has it (bus can0)"),
                 (("tick_hz = 500", "tick_hz = 4000"), "[bus.can0]", "bus.can0.max_load_percent: 90: 2 servos at 4000 Hz need "),
-                (("channels = 2", "channels = 3"), "channels = 3", "actuator.head.channels: 3: 2: so many has follower.command"),
+                (("channels = 2", "channels = 3"), "channels = 3", "actuator.head.channels: 3: 2, as follower.command"),
                 (("[device.imu]", "[device.gyro]"), "[module.imu]", "module.imu: \"imu\": the name of a [device.NAME] that gives imu: gyro"),
                 (("width = 320\nheight = 240\nformat = \"yuyv\"", "width = 1280\nheight = 720\nformat = \"rgb8\""),
                  "width = 1280", "device.camera: 1280x720 rgb8, 2764800 bytes: at most 614400 bytes, as topic.\"camera.raw\"")):
@@ -250,7 +250,7 @@ class CommandLine(unittest.TestCase):
 
 class Completion(unittest.TestCase):
     def complete(self, *words, cwd=None):
-        """What TAB offers behind the last word, by the function that bash would call."""
+        """The words that TAB offers behind the last word, from the function that bash would call."""
         script = 'source <("$0" completion bash); COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _sinew "$0"; ' \
                  'printf "%s\\n" "${COMPREPLY[@]}"'
         done = subprocess.run(["bash", "--norc", "-c", script, SINEW, "sinew", *words], capture_output=True, text=True,

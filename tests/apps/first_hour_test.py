@@ -1,4 +1,4 @@
-"""Runs every command of docs/first-hour.md as it stands there, in order, and saves the files that it shows."""
+"""Runs every command of docs/first-hour.md as written, in order, and saves the files that the page shows."""
 import os
 import re
 import subprocess
@@ -36,7 +36,7 @@ class FirstHour(unittest.TestCase):
                 script.append(f"echo '== {kind}'")
                 script.append(text if kind == "sh" else f"cat > {kind} <<'END OF FILE'\n{text}END OF FILE")
             self.assertGreater(len(script), 12, "the page was not understood")
-            # The packages are there, or this could not run; the home is one of its own.
+            # The packages are installed, else this could not run; the home folder is the test's own.
             env = {**os.environ, "HOME": home, "SINEW_SKIP_SETUP": "1", "SINEW_RUN_DIR": f"{home}/run"}
             done = subprocess.run(["bash", "-c", "\n".join(script)], cwd=SOURCE, env=env, text=True, timeout=1150,
                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT)

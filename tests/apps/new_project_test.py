@@ -9,7 +9,7 @@ import unittest
 os.environ.setdefault("SINEW_RECORD", "off")  # a flight is 100 MB; recordings have tests of their own
 
 SINEW, SOURCE = sys.argv[1:3]
-RUN_DIR = tempfile.TemporaryDirectory()  # this program's robots meet nobody else's
+RUN_DIR = tempfile.TemporaryDirectory()  # robots of other tests cannot meet this program's
 os.environ["SINEW_RUN_DIR"] = RUN_DIR.name
 
 
@@ -23,7 +23,7 @@ class NewProject(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             here = f"{folder}/my_robot"
             said = self.sh(f'"{SINEW}" new my_robot', folder)
-            # What it tells the user to type is what is run.
+            # Runs the commands that it tells the user to type.
             out = self.sh(said.splitlines()[1], folder)
             self.assertRegex(out, r"wave +1000 steps, 1000 ok")
             self.sh("ctest --test-dir build --no-tests=error", here)

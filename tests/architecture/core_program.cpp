@@ -1,2 +1,2 @@
-// Linked with rt and control and nothing else, for the check of what that asks for. Never run.
+// Linked with rt and control only, for the check of the symbols that these need. Never run.
 int main() { return 0; }

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Looks for links and paths in the documentation that lead nowhere.
+"""Looks for dead links and paths in the documentation.
 
 usage: dead_references.py ROOT     prints file:line: what is not there; exit 1 when anything is not
 """

@@ -3,7 +3,7 @@
 
 usage: include_direction.py [ROOT]     prints file:line: what is wrong; exit 1 when anything is
 
-The build already refuses most of this (cmake/room.cmake); this also sees what a library drags in, what is not built
+The build already refuses most of this (cmake/room.cmake); this also sees headers behind a library, files not built
 here, system headers, and clocks.
 """
 import pathlib
@@ -37,7 +37,7 @@ FORBIDDEN_IN = [
     ("files or streams", r"fstream|filesystem|iostream|sstream|ostream|istream", ["rt", "control", "vision"]),
     ("the C library's files", r"cstdio|stdio\.h", ["control", "vision"]),  # rt has a last word before it aborts
     ("a text library", r"fmt/.*|format", CORE),
-    # What Windows CE lacks comes with the system's headers, and with what of the standard library rests on them.
+    # Calls that Windows CE lacks come with the system's headers, and with the standard headers that use them.
     ("a C header (coredll.hpp declares what Windows CE has)", r".*\.h", ["hal/wince_stub"]),
     ("what rests on calls that Windows CE lacks",
      r"thread|mutex|shared_mutex|condition_variable|future|semaphore|latch|barrier|stop_token|fstream|filesystem|chrono|ctime",
@@ -50,7 +50,7 @@ WORDS = [
 ]
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
-MOST_SOURCES = 60  # in one folder: what a newcomer can look through
+MOST_SOURCES = 60  # in one folder: as many as a newcomer can look through
 SUFFIXES = {".hpp", ".cpp", ".h", ".c", ".cc", ".ipp"}
 
 
@@ -90,7 +90,7 @@ def pattern_of(folder):
 
 
 def sees_of(room, rooms):
-    """What a room sees, also one whose line has a *."""
+    """The rooms that a room sees, also when its line has a *."""
     if room in rooms:
         return rooms[room]
     return [other.replace("*", room.split("/")[1]) for other in rooms[pattern_of(room)]]
@@ -194,7 +194,7 @@ def check(root):
                     if word and not within(path, ["hal/linux"]) and within(path, places):
                         problems.append((path, number, f"{word.group(0)}: {what} is not allowed in {room}"))
     for room, sees in rooms.items():
-        unused = [other for other in sees if other not in included[room] and "*" not in room]  # what a robot may see
+        unused = [other for other in sees if other not in included[room] and "*" not in room]  # a robot may leave some unused
         if unused:
             problems.append(("cmake/rooms.txt", 1, f"{room} includes nothing of {', '.join(unused)}: take it out"))
     for room in rooms:

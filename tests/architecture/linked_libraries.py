@@ -3,8 +3,8 @@
 
 usage: linked_libraries.py [--opencv PART,PART] [--only LIB,LIB...] PROGRAM...
 
---opencv  parts of OpenCV that may be named; any other part fails. What Debian's libopencv_core itself pulls in (BLAS,
-          TBB, ...) is not ours to choose and is not looked at.
+--opencv  parts of OpenCV that may be named; any other part fails. Libraries that Debian's libopencv_core needs (BLAS,
+          TBB, ...) are not our choice and are not looked at.
 --only    every NEEDED entry must be one of these (without .so and version): for the core, which must run on a board
           that has nothing but the C++ library.
 """

@@ -1,10 +1,10 @@
 #pragma once
-// Stands before each file of hal/linux that says it is POSIX (posix.txt) when it is compiled as such: nothing of Linux'
-// or GNU's is in sight but what is declared here, which FreeBSD and NetBSD have as well.
+// Included before each file of hal/linux that says it is POSIX (posix.txt): only POSIX and the declarations here are
+// visible, which FreeBSD and NetBSD have as well; nothing of Linux or GNU.
 // Source:  POSIX.1-2008 with XSI; pipe(2), accept(2), poll(2), ptsname(3) of FreeBSD and NetBSD. The first two and
 //          ptsname_r() are in POSIX.1-2024.
 #include <bits/c++config.h>
-// What libstdc++ would else build from calls of this system for itself.
+// Without this, libstdc++ would use calls of this system for itself.
 #undef _GLIBCXX_HAVE_LINUX_FUTEX
 #undef _GLIBCXX_USE_PTHREAD_COND_CLOCKWAIT
 #undef _GLIBCXX_USE_PTHREAD_MUTEX_CLOCKLOCK

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Holds the sources that hal/linux/posix.txt lists to what they say: they use POSIX and nothing of Linux.
+"""Checks that the sources that hal/linux/posix.txt lists use POSIX and nothing of Linux.
 
 usage: posix_part.py ROOT COMPILER     prints file: what is wrong; exit 1 when anything is
 
@@ -14,7 +14,7 @@ import re
 import subprocess
 import sys
 
-# Source: POSIX.1-2008, "Headers", those that the room has a use for.
+# Source: POSIX.1-2008, "Headers": those that the room uses.
 POSIX = """arpa/inet.h dirent.h dlfcn.h fcntl.h grp.h net/if.h netdb.h netinet/in.h netinet/tcp.h poll.h pthread.h pwd.h sched.h
 signal.h stdlib.h sys/mman.h sys/resource.h sys/socket.h sys/stat.h sys/statvfs.h sys/time.h sys/types.h sys/uio.h sys/un.h
 sys/utsname.h sys/wait.h termios.h time.h unistd.h""".split()
@@ -31,7 +31,7 @@ def listed(root):
 
 
 def closure(root, source):
-    """The source and every header of the house that it includes, with who includes it."""
+    """The source and every project header that it includes, with the file that includes it."""
     seen, open_ = {source: None}, [source]
     while open_:
         path = open_.pop()

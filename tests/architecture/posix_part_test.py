@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Feeds posix_part.py a source with one thing of Linux' in it and expects that to be named. CXX: the compiler."""
+"""Feeds posix_part.py a source that uses one thing of Linux and expects its name in the output. CXX: the compiler."""
 import os
 import pathlib
 import subprocess

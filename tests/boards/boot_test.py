@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Holds tests/boards/boot.sh to what its head says, with a program of ours in qemu's place: how it ends, and what it leaves.
+"""Checks tests/boards/boot.sh against its head comment, with our program in qemu's place: how it ends, and what it leaves.
 
-The script runs from a folder that has it, what it reads, and a board that was set up before; nothing is fetched.
+The script runs from a folder with its input files and a board that was set up before; it fetches nothing.
 """
 import os
 import pathlib
@@ -18,7 +18,7 @@ signal.signal(signal.SIGINT, signal.SIG_DFL)
 NEEDED = ["tests/boards/boot.sh", "tests/boards/setup.sh", "tests/boards/init", "tests/vm/kernel.sh", "tools/lib.sh",
           "tools/own_apt.sh"]
 
-# What a board does, as far as boot.sh can tell: BOARD says how it ends.
+# A board as boot.sh sees it: BOARD says how it ends.
 QEMU = """#!/bin/bash
 for word in "$@"; do
   case $word in
@@ -39,7 +39,7 @@ echo 'board: came to its end' >>"$console"
 
 
 def until(what):
-    """Waits for what makes this true."""
+    """Waits until this is true."""
     end = time.monotonic() + 10
     while not what():
         if time.monotonic() > end:
@@ -56,9 +56,9 @@ def alive(pid):
 
 
 class Init(unittest.TestCase):
-    """tests/boards/init with stand-ins for all that it calls, and nothing else in its path: which folder it mounts when.
+    """tests/boards/init with stand-ins for all programs that it calls, and no others in its path: the order of its mounts.
 
-    It ends where it asks the network.
+    It ends when it asks the network.
     """
 
     CALLS = ["busybox", "mount", "mkdir", "ln", "insmod", "ip", "poweroff"]
@@ -91,7 +91,7 @@ class Init(unittest.TestCase):
             for call, *words in self.mounts(source):
                 if call == "mkdir":
                     made += words
-                elif call == "mount":  # what was below its folder is not seen any more
+                elif call == "mount":  # files below its folder are hidden from now on
                     place = words[-1]
                     made = [folder for folder in made if not folder.startswith(place + "/")]
                     mounted = [other for other in mounted if not other.startswith(place + "/")] + [place]
@@ -112,7 +112,7 @@ class Boot(unittest.TestCase):
         for folder in (self.board / "boot", self.here / "build/sysroot/mipsel", self.here / "bin"):
             folder.mkdir(parents=True)
         (self.board / "boot/vmlinux-1").touch()
-        (self.board / "initramfs.gz").touch()  # newer than what makes it
+        (self.board / "initramfs.gz").touch()  # newer than its sources
         qemu = self.here / "bin/qemu-system-mipsel"
         qemu.write_text(QEMU, encoding="ascii")
         qemu.chmod(0o755)
@@ -136,7 +136,7 @@ class Boot(unittest.TestCase):
         return process.returncode, out, err
 
     def hanging(self):
-        """One that runs, and qemu's process in it."""
+        """A boot that runs, and qemu's process in it."""
         process = self.start("mipsel", "true", how="hangs")
         until(lambda: (self.here / "pid").exists() and (self.here / "pid").read_text(encoding="ascii").strip())
         return process, int((self.here / "pid").read_text(encoding="ascii"))
@@ -185,7 +185,7 @@ class Boot(unittest.TestCase):
         for how in (signal.SIGTERM, signal.SIGINT):
             process, qemu = self.hanging()
             (self.here / "pid").unlink()
-            os.killpg(process.pid, how)  # as a terminal does it; qemu stands in a group of its own
+            os.killpg(process.pid, how)  # as a terminal does it; qemu is in its own group
             process.communicate(timeout=30)
             self.assertEqual(process.returncode, -how)
             until(lambda: not alive(qemu))  # pylint: disable=cell-var-from-loop

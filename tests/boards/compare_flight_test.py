@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Holds tools/compare_flight.sh to what its head says, with programs of ours in place of those that fly.
+"""Checks tools/compare_flight.sh against its head comment, with our programs in place of those that fly.
 
-The script runs from a folder that has it, what it reads, and a build with these programs.
+The script runs from a folder with its input files and a build with these programs.
 """
 import os
 import pathlib
@@ -18,7 +18,7 @@ echo $$ >>"$HERE/pids"
 echo 'listening on tcp:127.0.0.1:4560 (lockstep)'
 exec sleep 60
 """
-# What flies here and, by $1, elsewhere: says hashes, and ends as it is told to.
+# Flies here and, by $1, elsewhere: prints hashes, and ends as $1 says.
 FLY = """#!/bin/bash
 if [[ $1 == hangs ]]; then
   echo $$ >>"$HERE/pids"
@@ -88,7 +88,7 @@ class CompareFlight(unittest.TestCase):
     def test_whatever_it_started_ends_with_it(self):
         for how in (signal.SIGTERM, signal.SIGINT):
             process = self.start("--", str(self.bin / "sinew-fly"), "hangs")
-            pids = self.here / "pids"  # of both simulators, and of what flies elsewhere
+            pids = self.here / "pids"  # of both simulators, and of the program that flies elsewhere
             until(lambda: pids.exists() and len(pids.read_text(encoding="ascii").split()) == 3)  # pylint: disable=W0640
             os.killpg(process.pid, how)  # as a terminal does it
             process.communicate(timeout=30)

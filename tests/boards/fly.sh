@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# The robot's program on an emulated board, flying a plant on this host: what tools/compare_flight.sh starts.
+# The robot's program on an emulated board, flying a plant on this host; tools/compare_flight.sh starts it.
 #
 #   tests/boards/fly.sh BOARD ROBOT tcp:10.0.2.2:PORT [--seed N] [--duration S] ...
 #
 # Flies with build/BOARD/bin/sinew, or with the program that SINEW_BOARD_PROGRAM names (sinew-fly takes other words).
-# Says what `sinew run` says, and below it one line about the board.
+# Prints the output of `sinew run`, and below it one line about the board.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../../tools/lib.sh"
 

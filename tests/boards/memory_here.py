@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""What a program takes of memory on this machine: as tests/boards/init has it of a board, for tools/sizes.py --memory.
+"""A program's memory on this machine, measured as tests/boards/init does on a board, for tools/sizes.py --memory.
 
     tests/boards/memory_here.py OUT PROGRAM [WORD...]      the program's output and exit code are this script's
 
 OUT gets rss_kb and locked_kb, the most of the whole run (in kB of 1024 bytes): every 20 ms the kernel counts the pages
-(smaps_rollup; VmRSS of `status` is late by up to 64 pages a thread), and says what is locked (VmLck). And start_ms: what
-`sinew-control` says of its start.
+(smaps_rollup; VmRSS of `status` is late by up to 64 pages a thread), and the locked memory (VmLck). And start_ms: the
+time that `sinew-control` prints for its start.
 Exit: the program's; 2 wrong call; 3 it could not be started, or was gone before it was looked at.
 """
 import pathlib
@@ -17,7 +17,7 @@ import time
 
 
 def numbers(path, names):
-    """kB by name, of what stands in such a file of /proc now; nothing when the process has ended."""
+    """kB by name, as such a file of /proc has them now; nothing when the process has ended."""
     try:
         text = pathlib.Path(path).read_text(encoding="ascii")
     except OSError:
@@ -43,7 +43,7 @@ def main(words):
 
 
 def measure(words):
-    """The program's exit code, or 3; what was measured, one number a line."""
+    """The program's exit code, or 3; the measured values, one number a line."""
     most = {"Rss": 0, "VmLck": 0}
     with tempfile.TemporaryFile("w+") as output:  # a pipe that nobody empties would stop the program
         try:

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Fetches what tests/boards boots: Debian's kernel for a board, and busybox, packed with init as its first file system.
+# Fetches a board for tests/boards: Debian's kernel for it, and busybox, packed with init as its first file system.
 # Nothing is installed and nothing compiled; it lies in build/boards/BOARD. Does nothing when that is there.
 #
 #   tests/boards/setup.sh arm64 | armhf | mipsel     a newer kernel than the one that is there: rm -r build/boards/BOARD first

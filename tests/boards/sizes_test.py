@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Holds tools/sizes.py against a program made here, with budgets that fit it, and that do not.
+"""Checks tools/sizes.py with a program made here, with budgets that fit it, and budgets that do not.
 
 Environment: CXX the compiler (set by CMakeLists.txt).
 """
@@ -47,7 +47,7 @@ class Sizes(unittest.TestCase):
         return done.returncode, done.stdout + done.stderr
 
     def write(self, text=None, at_most="", more=()):
-        """A budget that fits, but for `text`."""
+        """A budget that fits, except for `text`."""
         own = self.own_text() if not hasattr(self, "own") else self.own
         rows = [("own text", own, ""), ("text", self.text if text is None else text, at_most), ("data", self.data, ""),
                 ("bss", self.bss, ""), *more]

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""toolchains/wine.sh, with a program of ours in Wine's place: tests that start at once share one prefix, made once."""
+"""toolchains/wine.sh, with our program in Wine's place: tests that start at once share one prefix, made once."""
 import os
 import pathlib
 import subprocess

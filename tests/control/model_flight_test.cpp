@@ -1,4 +1,4 @@
-// Whole flights in the tests' own small model: what must hold whatever the plant is, and the same bits everywhere.
+// Whole flights in the tests' own small model: properties that must hold for any plant, and the same bits everywhere.
 #include <gmock/gmock.h>
 
 #include "flight.hpp"

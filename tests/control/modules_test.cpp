@@ -190,7 +190,7 @@ TEST(AttitudeController, WhatIsNotANumberIsAFault) {
   EXPECT_EQ(rig.step({kMs}, 1ms), StepStatus::fault);
 }
 
-/// An attitude controller at 1 kHz with a vehicle tilted as told.
+/// An attitude controller at 1 kHz with a vehicle of a given tilt.
 struct Tilted {
   AttitudeController controller;
   ModuleRig rig{controller};

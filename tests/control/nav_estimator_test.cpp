@@ -12,7 +12,7 @@ using math::Vec3;
 
 constexpr std::int64_t kMs = 1'000'000;
 
-/// A vehicle that stands or moves as told, and the messages that its sensors would send.
+/// A vehicle that stands or moves as the test says, and the messages that its sensors would send.
 struct Vehicle {
   Quat q_world_base;
   Vec3 p_world_m, v_world_mps, a_world_mps2, gyro_radps;
@@ -284,7 +284,7 @@ TEST(NavEstimator, SampleBeyondWhatAnImuMeasuresIsRefused) {
   EXPECT_TRUE(nav.add_imu(v.imu_after(kMs)));
 }
 
-/// A vehicle in the air with a barometer, and a range finder that is told what to say; each 50 times a second.
+/// A vehicle in the air with a barometer, and a range finder whose values the test sets; each 50 times a second.
 struct Hover {
   NavEstimator nav;
   Vehicle v;

@@ -13,7 +13,7 @@ using math::Vec3;
 
 const RotorParams kRotors;
 
-/// What four commands do, from the positions and senses of the rotors.
+/// The effect of four commands, from the positions and senses of the rotors.
 struct Effect {
   Vec3 torque_nm;
   double thrust_n = 0;

@@ -1,5 +1,5 @@
 #pragma once
-// What a flight in a test needs of a simulated world, and a small one that shares no code with the plant.
+// The interface of a simulated world to a flight in a test, and a small world that shares no code with the plant.
 #include <algorithm>
 #include <array>
 #include <optional>
@@ -16,7 +16,7 @@ struct Truth {
   math::Vec3 gyro_radps;
 };
 
-/// What has become available at an instant, delays included.
+/// The samples that have become available at an instant, delays included.
 struct Samples {
   msg::Time now;
   std::optional<msg::ImuSample> imu;

@@ -1,4 +1,4 @@
-// The text files and images of a dataset, from anybody: first byte chooses the reader, the rest is the file.
+// Any bytes as the text files and images of a dataset: the first byte chooses the reader, the rest is the file.
 #include <cstdlib>
 
 #include "dataset/dataset_files.hpp"

@@ -56,7 +56,7 @@ class V4l2Rig final : public Rig {
     for (; next_ <= now; next_ = next_ + kPeriod) {
       picture_->row(0)[0] = static_cast<std::uint8_t>(++number_);
       const Time exposed = next_ - 10ms;
-      (void)sim_.deliver(*picture_, exposed);  // false: nobody streams
+      (void)sim_.deliver(*picture_, exposed);  // false: no reader streams
       if (fault_ != Fault::duplicate) continue;
       sim_.set_fault(hal::V4l2Fault::stuck);  // the same frame once more, with its number and stamp
       (void)sim_.deliver(*picture_, exposed);

@@ -88,7 +88,7 @@ void CellRun::check_opening_texts() {
   EXPECT_NE(all.find("device '" + rig_->device + "'"), std::string::npos) << "names no device: " << all;
   const auto has = [&](const std::string& name) { return all.find(name) != std::string::npos; };
   EXPECT_TRUE(std::any_of(rig_->names.begin(), rig_->names.end(), has)) << "names no path: " << all;
-  // What can be done: a command, or what to look at.
+  // Advice to the user: a command, or a thing to look at.
   static const std::regex advice(
       "sudo|usermod|fuser|modprobe|'ip link|ls -l|ls /|\\?|there is: |is there|unbind|stop |has to ");
   EXPECT_TRUE(std::regex_search(all, advice)) << "says nothing that can be done: " << all;
@@ -218,7 +218,7 @@ void CellRun::look_for_recovery(Time now) {
   }
 }
 
-// ---- what it came to
+// ---- the outcome
 
 void CellRun::check_fault() {
   EXPECT_EQ(in_fault_.old, 0u) << "old data as fresh";

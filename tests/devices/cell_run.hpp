@@ -1,12 +1,12 @@
 #pragma once
-// Plays one cell of the matrix and measures what it says.
+// Plays one cell of the matrix and measures its outcome.
 #include <gtest/gtest.h>
 
 #include "robot.hpp"
 
 namespace sinew::test {
 
-/// Texts as they stood one after the other; what differs in numbers only is one text, with N where they differ.
+/// Texts in the order of their appearance. Texts that differ in numbers only are one text, with N for these numbers.
 class TextLog {
  public:
   void add(const std::string& text);
@@ -17,7 +17,7 @@ class TextLog {
 };
 
 /// One fault on one device: healthy and armed, then the fault for five seconds, then healed; or with the fault from the
-/// start. What every cell must keep to is asserted here, what it comes to is in the Cell.
+/// start. Asserts what must hold in every cell; the Cell has the outcome.
 class CellRun final : private Script {
  public:
   CellRun(const RigKind& kind, Fault fault, std::size_t way) : kind_(kind), fault_(fault), way_(way) {}

@@ -1,5 +1,5 @@
-// The fault matrix: every driver that a robot file can name, every fault. docs/reference/device-faults.md is what comes
-// out.
+// The fault matrix: every driver that a robot file can name, every fault. docs/reference/device-faults.md has the
+// results.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -95,7 +95,7 @@ INSTANTIATE_TEST_SUITE_P(Of, DeviceFaults, ::testing::ValuesIn(all_rigs()),
                            return name;
                          });
 
-/// What stands between the tables, and their order. With SINEW_WRITE_DOCS it plays everything and writes the page.
+/// The text between the tables, and their order. With SINEW_WRITE_DOCS it plays everything and writes the page.
 TEST(DeviceFaultsPage, HasTheTablesOfAllDevicesAndNoOthers) {
   std::vector<std::vector<Cell>> devices;
   const bool writes = std::getenv("SINEW_WRITE_DOCS") != nullptr;

@@ -1,4 +1,4 @@
-// docs/reference/device-keys.md is what the drivers' tables of keys say.
+// docs/reference/device-keys.md has exactly the drivers' tables of keys.
 #include <gmock/gmock.h>
 
 #include <cstdlib>

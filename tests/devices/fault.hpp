@@ -1,5 +1,5 @@
 #pragma once
-// The nine faults, and what one cell of the matrix says.
+// The nine faults, and the outcome of one cell of the matrix.
 #include <array>
 #include <string>
 #include <vector>
@@ -20,8 +20,8 @@ inline bool at_start(Fault fault) { return fault <= Fault::busy; }
 /// Why a device cannot have a fault. There are no other reasons.
 enum class Reason {
   shared,       // any number of programs may have it open
-  no_number,    // nothing in its bytes says that two measurements are the same one
-  kernel_only,  // nothing but a kernel's own device can play it
+  no_number,    // its bytes do not show that two measurements are the same one
+  kernel_only,  // only a kernel's own device can play it
 };
 inline const char* to_string(Reason reason) {
   constexpr const char* kTexts[] = {
@@ -40,7 +40,7 @@ struct Way {
 
 struct Cell {
   std::string device, fault;      // title of the rig; fault and way
-  std::vector<std::string> read;  // what the user reads
+  std::vector<std::string> read;  // the texts that the user reads
   std::string guardian, recovery;
 };
 

@@ -1,6 +1,5 @@
 #pragma once
-// One device with everything that the matrix needs of it: its table in a robot file, the simulated hardware behind it,
-// and how each fault is played there.
+// One device of the matrix: its table in a robot file, the simulated hardware behind it, and a way to play each fault.
 #include <functional>
 #include <memory>
 #include <ostream>
@@ -19,7 +18,7 @@ namespace sinew::test {
 using namespace std::chrono_literals;
 using hal::Duration, hal::Time;
 
-/// hal/linux's own openers on the simulated kernel; a rig puts another in the place of one that needs more than nodes.
+/// hal/linux's own openers on the simulated kernel; a rig replaces those that need more than nodes.
 class BenchConnectors final : public hal::Connectors {
  public:
   template <class T, class... A>
@@ -57,21 +56,21 @@ class Rig {
   /// The world goes on to `now`: the hardware measures, moves and sends.
   virtual void advance(Time now) = 0;
 
-  /// What a fault makes of the texts: paths of the test become those of a robot.
+  /// Replaces paths of the test in a fault's texts by paths of a robot.
   virtual std::string as_on_a_robot(std::string text) const { return text; }
 
   std::string kind, title;           // of the registry; for the page
   std::string device, measures;      // name in the robot file; "imu", "camera", "joints" ...
-  std::vector<std::string> names{};  // one of which an error text must have beside the device: path, bus
+  std::vector<std::string> names{};  // an error text must name one of these beside the device: path, bus
   drivers::DeviceSpecs specs;
-  bool heals = true;      // false: what is missing cannot be had in a test
+  bool heals = true;      // false: a test cannot supply what is missing
   bool is_group = false;  // it is the robot's actuator group, too
   SimKernel kernel;
   VirtualOs os;
   BenchConnectors connectors;
 };
 
-/// What the matrix knows how to play: by driver kind, as many rigs as it has buses or protocols that differ.
+/// The rigs of one driver kind: one for each bus or protocol that differs.
 struct RigKind {
   std::string kind, title;
   std::function<std::unique_ptr<Rig>()> make;

@@ -13,7 +13,7 @@
 
 namespace sinew::test {
 
-/// What came through the graph since it was last cleared.
+/// Counts of the samples that came through the graph since the last clear.
 struct Seen {
   std::uint64_t samples = 0;
   std::uint64_t same_stamp = 0;  // as the sample before
@@ -45,7 +45,7 @@ class RecordedActuators final : public hal::Actuators {
 class Script {
  public:
   virtual ~Script() = default;
-  /// All up to `now` has happened. False: the run ends.
+  /// Everything up to `now` has happened. False: the run ends.
   virtual bool at(Time now) = 0;
 };
 
@@ -53,13 +53,14 @@ class Robot final : private hal::EmptyBoard, private hal::GrantSource {
  public:
   explicit Robot(Rig& rig);
   ~Robot() override;
-  /// Opens the devices, configures the graph, starts the buses. Nothing: it went well. Else what the user reads.
+  /// Opens the devices, configures the graph, starts the buses. Returns nothing when all went well, else the texts for
+  /// the user.
   std::vector<std::string> open();
   void run(Script& script);
 
   std::vector<std::string> complaints() const { return board_->complaints(); }
   const msg::SafetyState& safety() const { return state_; }
-  /// Why it is not permitted, in the guardian's words.
+  /// Why arming is not permitted, in the guardian's words.
   std::vector<std::string> reasons() const;
   void arm() { (void)graph_->arm(); }  // a full mailbox: asked again
   void disarm() { (void)graph_->disarm(); }

@@ -1,5 +1,5 @@
 #pragma once
-// The modules of the matrix's robot that are not the house's.
+// The modules of the matrix's robot that the project does not have.
 #include <cmath>
 
 #include "drivers/sources/camera_source.hpp"
@@ -8,14 +8,13 @@
 
 namespace sinew::test {
 
-/// How long ago a sample of each kind may have been taken when it arrives: its filter's or receiver's delay, and what
-/// polling adds.
+/// The largest age of a sample of each kind on arrival: the delay of its filter or receiver, and of polling.
 template <class M>
 Time oldest(const M& sample) {
   return sample.stamp;
 }
 inline Time oldest(const msg::JointState& sample) {
-  Time t = hal::kNever;  // what is said of a joint that is ready must be fresh
+  Time t = hal::kNever;  // samples of a ready joint must be fresh
   for (std::size_t i = 0; i < sample.count; ++i)
     if (sample.ready >> i & 1) t = std::min(t, sample.measured[i]);
   return t == hal::kNever ? sample.stamp + 1h : t;

@@ -16,7 +16,7 @@ namespace {
 constexpr const char* kPath = "/dev/ttyUSB0";
 using Bytes = std::vector<std::uint8_t>;
 
-/// What is at the far end of the line.
+/// The device at the far end of the line.
 struct Sender {
   std::string driver, measures;
   Duration period;
@@ -32,7 +32,7 @@ class SerialRig final : public Rig {
     device = measures = sender.measures;
     names = {kPath};
     specs.devices.push_back(table(device, sender.driver, {{"path", std::string(kPath)}}));
-    // An inverter stands before the line.
+    // An inverter is in front of the line.
     if (sender.driver == "sbus") specs.devices[0].keys["inverted"] = {rt::ParamValue{false}, 0};
     plug();
   }

@@ -133,7 +133,7 @@ void SerialNode::unplug() {
 
 }  // namespace sinew::test
 
-// ---- what the linker puts in the place of the C library's calls
+// ---- replacements that the linker puts in the place of the C library's calls
 
 using sinew::test::SimKernel;
 using sinew::test::VirtualOs;

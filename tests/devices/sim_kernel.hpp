@@ -1,6 +1,6 @@
 #pragma once
-// The kernel below hal/linux, as far as device nodes go: open(), ioctl() and the like of simulated paths end here (the
-// linker leads them here: --wrap), so that everything above the system call is the code that runs on a robot.
+// The kernel below hal/linux, as far as device nodes go: open(), ioctl() and the like of simulated paths end here (by
+// the linker's --wrap), so that all code above the system call is the code of a robot.
 #include <sys/stat.h>
 
 #include <functional>
@@ -35,11 +35,11 @@ class SimKernel {
   void remove(const std::string& path);
   /// From now on opening these paths (or all below them) fails with this errno; 0: no more.
   void refuse(const std::string& path, int error) { refused_[path] = error; }
-  /// What stat() says of refused and simulated paths: may be used by this group (mode 0660).
+  /// The result of stat() for refused and simulated paths: this group may use them (mode 0660).
   std::string group = "dialout";
   int can_socket_errno = 0;  // of socket(PF_CAN)
 
-  // What the wrapped calls ask. Below 0: -errno; nothing: not ours.
+  // The wrapped calls ask these. Below 0: -errno; nothing: not our path.
   std::optional<int> open(const std::string& path);
   std::shared_ptr<SimNode> of(int fd) const;
   void close(int fd) { open_.erase(fd); }
@@ -52,7 +52,7 @@ class SimKernel {
   std::map<int, std::shared_ptr<SimNode>> open_;
 };
 
-/// /dev/i2c-N with simulated chips behind it: sim_hil's bus, spoken to in the kernel's words.
+/// /dev/i2c-N with simulated chips behind it: sim_hil's bus behind the kernel's interface.
 class I2cNode final : public SimNode {
  public:
   explicit I2cNode(std::shared_ptr<hal::I2cBus> bus) : bus_(std::move(bus)) {}
@@ -75,7 +75,7 @@ class SpiNode final : public SimNode {
   std::shared_ptr<hal::SpiBus> chip_;
 };
 
-/// A serial line: bytes that are sent here are there at once.
+/// A serial line: bytes sent here arrive at once.
 class SerialNode final : public SimNode {
  public:
   ~SerialNode() override { unplug(); }

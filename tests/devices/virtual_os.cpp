@@ -58,7 +58,7 @@ hal::Result<std::unique_ptr<hal::Thread>> VirtualOs::start_thread(const hal::Thr
   return std::unique_ptr<hal::Thread>(new Handle(*this, task));
 }
 
-/// Of the task itself: lets whoever handed over to it go on, until it is its turn again.
+/// Called by the task itself: lets the task that started it go on, until its own turn comes again.
 void VirtualOs::block(Task& task) {
   std::unique_lock lock(mutex_);
   task.runs = false;

@@ -1,6 +1,6 @@
 #pragma once
-// An operating system whose threads run one at a time, in virtual time: the drivers' own threads as they are, and the
-// same run every time.
+// An operating system whose threads run one at a time, in virtual time: the drivers' own threads run unchanged, and
+// each run is the same.
 #include <poll.h>
 
 #include <condition_variable>
@@ -16,8 +16,9 @@
 
 namespace sinew::test {
 
-/// Time moves only in run_until() and when its caller sleeps. A thread runs until it sleeps, waits or ends; whoever
-/// wakes it goes on first. One of them at a time; the kernel's ppoll() and clock_gettime() are led here by sim_kernel.
+/// Time moves only in run_until() and when its caller sleeps. A thread runs until it sleeps, waits or ends; the caller
+/// that wakes it goes on first. One thread runs at a time; sim_kernel leads the kernel's ppoll() and clock_gettime()
+/// here.
 /// Thread:  run_until() and all that a board does: the test's.
 class VirtualOs final : public hal::Os {
  public:
@@ -39,9 +40,9 @@ class VirtualOs final : public hal::Os {
   }
   hal::Status lock_memory() override { return {}; }
 
-  /// ppoll() of one of its threads. Nothing: the caller is none of them.
+  /// ppoll() of one of its threads. Nothing: the caller is another thread.
   std::optional<int> poll(pollfd* fds, nfds_t count, hal::Time deadline) noexcept;
-  /// The one that lives now; null: none.
+  /// The instance that lives now; null: none.
   static VirtualOs* current() noexcept;
 
   hal::ManualClock clock;  // the executor's, too

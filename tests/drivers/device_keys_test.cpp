@@ -1,4 +1,4 @@
-// What a robot file may say of a device, a bus and a joint, and what it reads when it says something else.
+// The keys of a device, a bus and a joint in a robot file, and the texts for other keys and values.
 #include "drivers/device_keys.hpp"
 
 #include <gmock/gmock.h>

@@ -1,6 +1,6 @@
-// In 32-bit Windows a member function takes its arguments off the stack itself; a plain function leaves that to whoever
-// called. A compiler that makes one of two which else do the same (gcc 12: -fipa-icf) sends plain calls to a place that
-// is their own argument: toolchains/windows.cmake forbids it. Of other machines all functions have one convention.
+// In 32-bit Windows a member function removes its arguments from the stack itself; a plain function leaves that to its
+// caller. A compiler that merges two such functions with equal bodies (gcc 12: -fipa-icf) sends plain calls to the
+// wrong convention: toolchains/windows.cmake forbids it. On other machines all functions have one convention.
 #include <gtest/gtest.h>
 
 #include <cstdint>

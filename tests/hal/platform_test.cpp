@@ -1,4 +1,4 @@
-// What every system under the runtime keeps: Linux, and the calls that Windows CE has.
+// Rules for every system under the runtime: Linux, and the calls that Windows CE has.
 #include "hal/platform.hpp"
 
 #include <gtest/gtest.h>
@@ -62,12 +62,12 @@ TEST(SystemOs, SharedMemoryIsZeroedAndPageAligned) {
   for (std::size_t i = 0; i < (*memory)->size(); ++i) ASSERT_EQ((*memory)->data()[i], std::byte{0});
 }
 
-// What the compiler takes for granted where it uses wide instructions: on 32-bit Windows neither comes by itself.
+// Compilers rely on this where they use wide instructions: on 32-bit Windows neither comes by itself.
 TEST(SystemOs, ObjectsOnHeapsAndStacksAreAlignedAsTheirTypeSays) {
   struct alignas(16) Wide {
     double value[3];
   };
-  volatile std::uintptr_t low_bits = 0;  // not what the compiler believes them to be
+  volatile std::uintptr_t low_bits = 0;  // volatile: the compiler must not assume them
   std::vector<std::unique_ptr<Wide>> all;
   std::vector<std::unique_ptr<char[]>> between;
   for (std::size_t i = 1; i < 100; ++i) {

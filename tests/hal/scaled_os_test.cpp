@@ -1,4 +1,4 @@
-// Another pace for everything that waits.
+// Another pace for all calls that wait.
 #include "hal/scaled_os.hpp"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// Remembers what was asked of it, and stands still.
+/// Remembers the calls, and stands still.
 class FakeOs final : public Os {
  public:
   Time now() const noexcept override { return time; }

@@ -1,5 +1,5 @@
-// 64-bit numbers between threads on machines that read 32 bits at once: those ways are compiled everywhere, so they are
-// tried here, too.
+// 64-bit numbers between threads on machines that read 32 bits at once: this code is compiled on every machine, so it
+// is tested on every machine.
 #include "hal/wide.hpp"
 
 #include <gtest/gtest.h>

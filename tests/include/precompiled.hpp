@@ -1,5 +1,5 @@
 #pragma once
-// What nearly all tests include, compiled once where SINEW_PRECOMPILED says so. Nobody includes this file: each test
+// Headers that nearly all tests include, compiled once with SINEW_PRECOMPILED. No file includes this one: each test
 // includes what it uses, and a build without SINEW_PRECOMPILED shows when one does not.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

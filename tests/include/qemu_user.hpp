@@ -1,6 +1,6 @@
 #pragma once
-// Tests of boards run here in qemu-user, a processor's emulator on this machine's kernel. What it does not do as a
-// board would is left out there, by name; the list is in docs/boards.md.
+// Tests of boards run here in qemu-user, a processor's emulator on this machine's kernel. Tests of features that it
+// lacks are skipped there, by name; the list is in docs/boards.md.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -10,10 +10,11 @@
 
 namespace sinew::test {
 
-/// How qemu-user runs this program ("qemu-arm -L SYSROOT"), as our toolchain files let it say; null: it does not.
+/// The command line of qemu-user for this program ("qemu-arm -L SYSROOT"), as our toolchain files set it; null: not in
+/// qemu-user.
 inline const char* qemu_user() { return std::getenv("SINEW_QEMU_USER"); }
 
-/// The command line of another program of this build: the kernel starts it only on its own machine.
+/// The command line of another program of this build: the kernel only starts it on the right machine.
 inline std::vector<std::string> command(const std::string& program, std::vector<std::string> arguments) {
   std::vector<std::string> words;
   if (qemu_user()) {
@@ -28,6 +29,6 @@ inline std::vector<std::string> command(const std::string& program, std::vector<
 
 }  // namespace sinew::test
 
-/// Ends the test there, skipped, with what qemu-user does not do.
+/// Skips the test there; `lacks` says what qemu-user does not do.
 #define SINEW_SKIP_UNDER_QEMU_USER(lacks) \
   if (sinew::test::qemu_user()) GTEST_SKIP() << "qemu-user: " << (lacks)

@@ -1,5 +1,5 @@
 #pragma once
-// The trap: what a step must not call. See tests/trap/trap.cpp.
+// The trap: calls that a step must not make. See tests/trap/trap.cpp.
 #include <array>
 #include <string_view>
 

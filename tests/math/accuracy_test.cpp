@@ -1,5 +1,5 @@
-// How far the elementary functions are from the true values. The reference is the C library in long double, which is
-// why this runs only where long double has more bits than double.
+// How far the elementary functions are from the true values. The reference is the C library in long double, so this
+// only runs where long double has more bits than double.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,7 +16,7 @@ using namespace sinew;
 double ulps(double got, long double want) {
   const double near = static_cast<double>(want);
   if (std::isnan(near)) return std::isnan(got) ? 0 : 1e9;
-  // Infinity stands for the double after the largest one.
+  // Infinity represents the double after the largest one.
   const long double top = std::ldexp(1.0L, 1024);
   const auto finite = [&](long double v) { return std::fabs(v) < top ? v : std::copysign(top, v); };
   const int exponent = near == 0 ? -1022 : std::isinf(near) ? 1023 : std::max(std::ilogb(near), -1022);

@@ -1,4 +1,4 @@
-// Against Eigen, which only tests use.
+// Compared with Eigen, which only tests use.
 #include "math/linear.hpp"
 
 #include <gtest/gtest.h>

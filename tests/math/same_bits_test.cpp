@@ -1,6 +1,5 @@
-// The same bits on every compiler, optimisation level and CPU: what the elementary functions and the linear algebra
-// gave when these numbers were written down, they must give everywhere. A change that moves bits on purpose changes
-// this file.
+// The same bits on every compiler, optimisation level and CPU: the elementary functions and the linear algebra must
+// give the results written down here. A change that moves bits on purpose changes this file.
 #include <gtest/gtest.h>
 
 #include "math/hash.hpp"

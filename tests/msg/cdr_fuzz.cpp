@@ -1,4 +1,4 @@
-// Whatever bytes come in: either a reason, or a message that encodes to the same bytes again.
+// For any bytes: either a reason, or a message that encodes to the same bytes again.
 #include <cstdlib>
 #include <cstring>
 #include <vector>

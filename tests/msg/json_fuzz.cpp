@@ -1,4 +1,4 @@
-// Whatever text comes in: either a reason, or a message that survives to_json() and back.
+// For any text: either a reason, or a message that survives to_json() and back.
 #include <cstdlib>
 #include <vector>
 

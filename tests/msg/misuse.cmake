@@ -1,5 +1,5 @@
 # cmake -DCOMPILER=c++ -DINCLUDES=dir -DSNIPPET=file -P misuse.cmake
-# The first line of the snippet says what must come out: "// compiles" or "// refused: REGEX of the compiler's message".
+# The first line of the snippet says the expected result: "// compiles" or "// refused: REGEX of the compiler's message".
 file(STRINGS ${SNIPPET} lines LIMIT_COUNT 1)
 list(GET lines 0 expected)
 execute_process(COMMAND ${COMPILER} -std=c++20 -fsyntax-only -Wall -Wextra -Werror -I${INCLUDES} ${SNIPPET}

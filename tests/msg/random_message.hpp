@@ -81,7 +81,7 @@ inline void fill(const msg::TypeInfo& type, math::Random& random, std::uint8_t* 
     }
 }
 
-/// A message of random contents; a bulk is filled up to whatever the random fields call used.
+/// A message of random contents; its bulk is filled as far as the random fields say it is used.
 inline Slot random_message(const msg::TypeInfo& type, math::Random& random) {
   Slot slot(type);
   fill(type, random, slot.bytes());

@@ -122,7 +122,7 @@ int take_over(int socket) {
   return fd;
 }
 
-/// The child's side: a host of its own with one TUN device, whose end goes to the parent; then the program.
+/// The child's side: its own host with one TUN device, whose end goes to the parent; then the program.
 [[noreturn]] void be_host(const char* address, char** program, int line) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (unshare(CLONE_NEWNET) != 0 && unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0) _exit(missing("a network namespace"));

@@ -1,10 +1,10 @@
-"""The .debs, taken by dpkg itself: installed into a root of their own, removed, purged, and put over an older version.
+"""The .debs, handled by dpkg itself: installed into their own root, removed, purged, and installed over an older version.
 
     dpkg_test.py --source DIR --build DIR [--emulator "qemu-arm -L SYSROOT"] [CASE...]
 
-The root is empty but for dpkg's database, which says of this system's packages (for a board: of its sysroot's) that they
-are installed there: so what Depends names has to be really there, in the version that it asks for. dpkg wants to be root;
-who is not becomes it in a user namespace, where the system has that, and is told so otherwise.
+The root is empty except for dpkg's database, which says that this system's packages (for a board: its sysroot's) are
+installed there: so the packages that Depends names must exist, in the right version. dpkg needs root: a user without
+root becomes root in a user namespace; without these the test is skipped, with the reason.
 """
 import os
 import re
@@ -31,7 +31,7 @@ def may_be_root():
 
 
 def files_below(folder):
-    """What stands there but for dpkg's own, folders too."""
+    """All files and folders there, except dpkg's own."""
     have = set()
     for where, folders, names in os.walk(folder):
         have.update(os.path.relpath(f"{where}/{name}", folder) for name in folders + names)
@@ -47,7 +47,7 @@ class Root(Base):
         self.pretend([])
 
     def pretend(self, stanzas):
-        """These packages are installed there, for what dpkg knows; their files are not."""
+        """Enters these packages as installed into dpkg's database; their files are not there."""
         with open(f"{self.database}/status", "w") as f:
             f.write("\n\n".join(stanzas) + "\n")
         own = subprocess.run(["dpkg", "--print-architecture"], check=True, capture_output=True, text=True).stdout.strip()
@@ -63,7 +63,7 @@ class Root(Base):
             stanzas = f.read().strip().split("\n\n")
         stanzas = [s for s in stanzas if re.search("^Status: install ok installed$", s, re.M)]
         self.assertTrue(any(re.search("^Package: libc6$", s, re.M) for s in stanzas))
-        # Configuration files that are not there need no keeping, and our own packages are what is to be installed.
+        # Missing configuration files need no keeping, and our own packages are still to be installed.
         stanzas = [re.sub(r"^Conffiles:\n( .*\n?)+", "", s, flags=re.M).rstrip() for s in stanzas
                    if re.search(r"^Package: (.*)$", s, re.M)[1] not in DEBS]
         self.pretend(stanzas)

@@ -1,4 +1,4 @@
-"""tools/manual_page.py: what a program's help says is in its page, and what is no help makes none."""
+"""tools/manual_page.py: a program's page has all of its help; text that is no help makes no page."""
 import gzip
 import pathlib
 import stat

@@ -1,4 +1,4 @@
-"""The packages of a build, taken as their user takes them: unpacked somewhere else, and a project built against them.
+"""The packages of a build, used as a user does: unpacked somewhere else, and a project built against them.
 
     packages_test.py --source DIR --build DIR [--emulator "qemu-arm -L SYSROOT" --toolchain FILE] [CASE...]
 
@@ -180,7 +180,7 @@ class Installed(Base):
 
 
 class Project(Base):
-    """What `sinew new` writes, built by the commands of its README against the unpacked packages."""
+    """The project of `sinew new`, built by the commands of its README against the unpacked packages."""
 
     def configure(self, folder, *options, code=0, **env):
         command = ["cmake", "-B", "build", "-G", "Ninja", "-DCMAKE_CXX_COMPILER_LAUNCHER=", *options]

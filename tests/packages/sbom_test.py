@@ -1,4 +1,4 @@
-"""The tools of packages: what is wrong in a bill of materials is named, and what cannot be looked up is an error."""
+"""The tools of packages: they name the mistakes in a bill of materials; a failed look-up is an error."""
 import copy
 import hashlib
 import json

@@ -1,4 +1,4 @@
-"""The packages of a build, unpacked into a scratch folder; what the tests of packages share."""
+"""The packages of a build, unpacked into a scratch folder; shared by the tests of packages."""
 import argparse
 import glob
 import json
@@ -39,7 +39,7 @@ def unpacked():
                 z.extractall(folder)
         for tarball in found("*.tar.gz"):
             with tarfile.open(tarball) as tar:
-                # Debian 12's Python (3.11.2) knows no filters yet, and later ones want to be told of one.
+                # Debian 12's Python (3.11.2) has no filters yet; later versions require one.
                 tar.extractall(folder, **({"filter": "tar"} if hasattr(tarfile, "tar_filter") else {}))
     inner = glob.glob(f"{folder}/sinew-*")
     return inner[0] if inner else f"{folder}/usr"
@@ -62,7 +62,7 @@ class Base(unittest.TestCase):
         return done.stdout
 
     def expect_licences(self, package):
-        """Whatever of others is in its programs and libraries by its bill, the licence is with it."""
+        """The package has the licence of every foreign part that its bill of materials lists."""
         with open(f"{package}.spdx.json") as f:
             bill = json.load(f)
         names = {p["SPDXID"]: p["name"] for p in bill["packages"]}

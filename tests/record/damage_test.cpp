@@ -1,5 +1,5 @@
-// A file that is cut anywhere, or has any one bit wrong: what is whole is read, nothing wrong is read, and whatever is
-// missing is told.
+// A file that is cut anywhere, or has any one bit wrong: whole messages are read, wrong ones are not, and missing ones
+// are reported.
 #include <set>
 
 #include "qemu_user.hpp"
@@ -34,7 +34,7 @@ class Damage : public testing::TestWithParam<Compression> {
     chunks_ = reader->chunks();
     whole_ = all(*reader, {.topics = {}, .order = Order::file}).samples;
     for (const ChunkIndex& chunk : chunks_) {
-      // What a file holds that ends with this chunk.
+      // The content of a file that ends with this chunk.
       auto cut = open(std::span(disk_.bytes).first(static_cast<std::size_t>(chunk.offset + chunk.length)));
       up_to_.push_back(all(*cut, {.topics = {}, .order = Order::file}).samples.size());
     }
@@ -104,7 +104,7 @@ TEST_P(Damage, RecoveredFromACutAtAnyByteTheFileIsWhole) {
   }
 }
 
-/// Flips every bit and reads what is left. `may_miss(place, chunk)`: whether this may cost the messages of that chunk.
+/// Flips every bit and reads the rest. `may_miss(place, chunk)`: whether this may cost the messages of that chunk.
 template <class MayMiss>
 void flip_every_bit(Bytes bytes, const std::vector<Sample>& whole, const std::vector<std::size_t>& up_to,
                     const std::vector<ChunkIndex>& chunks, const MayMiss& may_miss) {

@@ -1,5 +1,5 @@
-// A process that is killed while it records: what it leaves is the beginning of the file it would have made, everything
-// up to the last whole chunk of it is read, and recover() makes a whole file of that.
+// A process that is killed while it records: it leaves the beginning of the file that it would have made. Everything up
+// to the last whole chunk is read, and recover() makes a whole file of it.
 #include <sched.h>
 #include <sys/mman.h>
 #include <sys/wait.h>
@@ -102,7 +102,7 @@ class Kill : public testing::Test {
     return count;
   }
 
-  /// A process that records; `body` is its whole life. What is left of it, when `wait` is over, is what it ended with.
+  /// A process that records; `body` is its whole life. The file at the end of `wait` is the file that it left.
   template <class Body, class Wait>
   static int end_of_process(const Body& body, const Wait& wait) {
     const pid_t child = ::fork();

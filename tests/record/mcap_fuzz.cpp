@@ -1,5 +1,5 @@
 // Any bytes as an MCAP file: opened or refused, read in both orders, checked and recovered, always within the file and
-// the limits, with every message inside its query, in order; and what is recovered is whole.
+// the limits, with every message inside its query, in order. A recovered file is whole.
 #include <cstdlib>
 
 #include "memory_file.hpp"

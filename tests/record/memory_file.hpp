@@ -1,5 +1,5 @@
 #pragma once
-// Files in memory that do what disks do on bad days.
+// Files in memory that play the failures of disks.
 #include <unistd.h>
 
 #include <algorithm>
@@ -18,11 +18,11 @@ namespace sinew::record {
 
 using Bytes = std::vector<std::byte>;
 
-/// What a test sees of a file, and what it makes the file do. Outlives the file.
+/// A test's view of a file, and the failures that it orders. Outlives the file.
 struct Disk {
   Bytes bytes;
   std::uint64_t room = ~std::uint64_t{0};  // append() fails where the file would grow beyond, like a full disk
-  std::uint64_t free = ~std::uint64_t{0};  // what free_bytes() says
+  std::uint64_t free = ~std::uint64_t{0};  // the answer of free_bytes()
   bool sync_fails = false, cut_fails = false;
   int appends = 0, syncs = 0, cuts = 0;
   std::size_t synced = 0;             // bytes that a loss of power leaves
@@ -34,7 +34,7 @@ struct Disk {
   ~Disk() { keep(); }
 
  private:
-  /// Whole files go where SINEW_KEEP_FILES says, for the readers of others.
+  /// Keeps whole files in the folder SINEW_KEEP_FILES, for foreign readers.
   void keep() const {
     static int kept = 0;
     const char* folder = std::getenv("SINEW_KEEP_FILES");

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Readers and decoders of others find in recorded flights, and in what `sinew bag` makes of them, what we find.
+"""Foreign readers and decoders find the same as ours in recorded flights, and in the files that `sinew bag` makes of them.
 
 usage: others_flight_test.py SINEW BAG_TEST ROBOT_FILE DUMP RECORDER_TEST      exit 77: skipped, with the reason
 """

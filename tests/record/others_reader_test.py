@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Readers of others find in every file that our tests write what our own reader finds.
+"""Foreign readers find the same as our own reader in every file that our tests write.
 
 usage: others_reader_test.py DUMP TEST...     exit 77: skipped, with the reason
 
@@ -28,7 +28,7 @@ def reason_to_skip(*packages):
 
 
 def by_file(text):
-    """{path: sorted lines} of what a reader printed."""
+    """{path: sorted lines} of a reader's output."""
     files, lines = {}, []
     for line in text.splitlines():
         if line.startswith("file "):
@@ -39,7 +39,7 @@ def by_file(text):
 
 
 def compare(dump, paths, folder):
-    """True when theirs and ours differ, which is printed."""
+    """True when theirs and ours differ; prints the differences."""
     theirs = subprocess.run(["node", HERE / "others/read_all.mjs", *paths], capture_output=True, text=True)
     ours = subprocess.run([dump, *paths], capture_output=True, text=True)
     failed = theirs.returncode != 0 or ours.returncode != 0

@@ -1,4 +1,4 @@
-// Files that others wrote, and files that nobody should have written.
+// Files of other writers, and files that no writer should make.
 #include "record/reader.hpp"
 
 #include "record/crc32.hpp"

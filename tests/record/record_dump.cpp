@@ -1,4 +1,4 @@
-// What our reader finds in a file, in the words of others/read_all.mjs.
+// The contents of a file by our reader, in the words of others/read_all.mjs.
 #include <cstdio>
 #include <string>
 

@@ -7,9 +7,9 @@
 
 namespace sinew::record {
 
-/// Copies a whole file, message by message as they stand in it; `change` may alter the data of a message, and says
-/// false for one that is left out. `renew` may alter the text of schemas. The caller finishes `to`. False: not all of
-/// it could be read or written.
+/// Copies a whole file, message by message in their order. `change` may alter the data of a message, and returns false
+/// to leave it out. `renew` may alter the text of schemas. The caller finishes `to`. False: a part of it could not be
+/// read or written.
 template <class F>
 [[nodiscard]] bool rewrite(
     Reader& from, Writer& to, F&& change, const std::function<void(Schema&)>& renew = [](Schema&) {}) {

@@ -1,4 +1,5 @@
-// What is written is read again: by the summary, by looking at everything, in both orders, with every compression.
+// Every written message is read again: by the summary, by looking at everything, in both orders, with every
+// compression.
 #include "samples.hpp"
 
 namespace sinew::record::round_trip_test {

@@ -1,5 +1,5 @@
 #pragma once
-// Files of known contents, and what a reader makes of a file.
+// Files of known contents, and a reader's view of a file.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@
 
 namespace sinew::record {
 
-// Sanitizers look at a part of what the other builds go through: they are ten times slower.
+// Sanitizers only go through a part of the cases: they are ten times slower.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr bool kSanitized = true;
 #else
@@ -40,7 +40,7 @@ inline std::string some_data(std::uint32_t seed, std::size_t size) {
   return data;
 }
 
-/// Collects what it writes, so that a test can hold a file against it.
+/// Collects what it writes, so that a test can compare a file with it.
 class SampleWriter {
  public:
   SampleWriter(Disk& disk, const WriterOptions& options) {
@@ -81,7 +81,7 @@ inline std::string compression_name(const testing::TestParamInfo<Compression>& i
 
 struct Contents {
   std::vector<Sample> samples;
-  std::vector<FileProblem> problems;  // told by next()
+  std::vector<FileProblem> problems;  // from next()
 };
 inline Contents all(Reader& reader, const Query& query) {
   Contents contents;

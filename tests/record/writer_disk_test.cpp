@@ -1,4 +1,4 @@
-// What the writer does when its disk is full, down to its free floor, or broken.
+// The writer when its disk is full, down to its free floor, or broken.
 #include "record/writer.hpp"
 
 #include "samples.hpp"
@@ -27,7 +27,7 @@ TEST(WriterOnABadDisk, AFullDiskCostsMessagesAndNeverTheFile) {
     ASSERT_EQ(disk.bytes.size(), out.writer().counters().file_bytes);  // nothing half written
   }
   EXPECT_GT(refused, 900);
-  disk.room = ~std::uint64_t{0};  // somebody made room
+  disk.room = ~std::uint64_t{0};  // there is room again
   for (std::uint64_t i = 1100; i < 1200; ++i) ASSERT_TRUE(out.write("/a", i * kMs, 100));
   ASSERT_TRUE(out.writer().finish());
   EXPECT_THAT(check_bytes(disk.bytes), IsEmpty());

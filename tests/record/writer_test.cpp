@@ -1,4 +1,4 @@
-// What the writer makes of its messages and when it writes; writer_disk_test.cpp has what it does when that fails.
+// The writer's output and when it writes; writer_disk_test.cpp has its failures.
 #include "record/writer.hpp"
 
 #include <cstring>

@@ -1,5 +1,5 @@
 #pragma once
-// A robot whose modules use all that a step may use, for the tests of executing it again.
+// A robot whose modules use everything that a step may use, for the tests of executing it again.
 #include <algorithm>
 #include <bit>
 #include <chrono>
@@ -140,7 +140,7 @@ class Commander final : public Module {
   Out<msg::ActuatorCommand> out_;
 };
 
-/// Has state and does not say so.
+/// Has state and does not declare it.
 class Forgetful final : public Module {
  public:
   void declare(Declaration& d) override { d.out("out", out_); }

@@ -100,7 +100,7 @@ TEST_F(InVirtualTime, AStopIsObeyedAtTheNextGrant) {
   EXPECT_EQ(report.reached, Time{2'000'000});
 }
 
-/// Knows nothing but CPU time, of which every question takes 7 us.
+/// Has only CPU time; every question for it takes 7 us.
 struct CountingOs final : hal::Os {
   Duration cpu{};
   Time now() const noexcept override { return {}; }

@@ -1,4 +1,4 @@
-// What the loop of the discrete executor calls: nothing.
+// The loop of the discrete executor makes no trapped call.
 #include <gtest/gtest.h>
 
 #include <atomic>

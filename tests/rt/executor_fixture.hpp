@@ -1,5 +1,5 @@
 #pragma once
-// Graphs of small modules whose ports, parameters and steps a test writes down in place, and a board made of arrays.
+// Graphs of small modules, with ports, parameters and steps that a test defines in place, and a board made of arrays.
 #include <functional>
 #include <map>
 #include <string>
@@ -15,7 +15,7 @@ namespace sinew::rt {
 
 using namespace std::chrono_literals;
 
-/// A module with one port of every kind and what the test says it does. Only the ports that `declares` are declared.
+/// A module with one port of every kind and a step that the test defines. Only the ports in `declares` are declared.
 class Probe : public DriverModule {
  public:
   std::function<void(Declaration&, Probe&)> declares;
@@ -45,7 +45,7 @@ class Probe : public DriverModule {
   hal::Device* device() override { return behind; }
 };
 
-/// Actuators that write down what they got.
+/// Actuators that log their commands.
 class LoggedActuators final : public hal::Actuators {
  public:
   struct Entry {
@@ -71,7 +71,7 @@ class LoggedActuators final : public hal::Actuators {
   const hal::Clock& clock_;
 };
 
-/// An IMU whose samples are due at instants written down before.
+/// An IMU whose samples are due at instants listed before.
 class ListedImu final : public hal::Imu {
  public:
   explicit ListedImu(const hal::Clock& clock) : clock_(clock) {}
@@ -182,7 +182,7 @@ class GraphRig {
     for (const Problem& p : graph->check(check)) lines.push_back(to_string(p, "r"));
     return lines;
   }
-  /// Checks, configures; what is wrong, in words.
+  /// Checks and configures; returns the problems in words.
   std::string build() {
     for (const std::string& p : problems()) return p;
     const auto configured = graph->configure(board, configure_options);

@@ -1,4 +1,4 @@
-// The real-time executor's schedule to the nanosecond: its thread runs on a clock that moves as the test says.
+// The real-time executor's schedule to the nanosecond: its thread runs on a clock that the test moves.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-/// Its steps do what the test says.
+/// The test defines its steps.
 class Scripted final : public Module {
  public:
   using Step_ = std::function<void(const Step&)>;

@@ -148,7 +148,7 @@ class FailsafeTest : public ::testing::Test {
   SafetyLog& log = robot.add<SafetyLog>("log", {{"in", "guardian.state"}, {"group", "guardian.motors"}});
 };
 
-// ---- what is told
+// ---- reports
 
 TEST_F(FailsafeTest, AGroupThatHoldsOrGetsSetpointsMovesWhateverTheOthersDo) {
   Commander& second = robot.add<Commander>("second");
@@ -258,7 +258,7 @@ TEST_F(FailsafeTest, ASecondBadCommandIsNamedBesideTheReasonOfTheFirst) {
   robot.run(20ms);
   EXPECT_THAT(reasons_at(15ms), ElementsAre("motors: the command on commander.out has 3 channels; "
                                             "actuator.motors.channels is 2",
-                                            "gripper: nor is the command on second.out one that may pass",
+                                            "gripper: the command on second.out may not pass either",
                                             "gripper: the command on second.out is not idle"));
 }
 
@@ -442,7 +442,7 @@ TEST_F(FailsafeTest, AboveIsALimitToo) {
   EXPECT_EQ(first_action(FailsafeAction::stop), Time{51'010'000}) << "12 itself is allowed";
 }
 
-// ---- what they do
+// ---- actions
 
 TEST_F(FailsafeTest, LandLeavesThePermissionAndIsLatched) {
   condition(Kind::silent, 50ms, FailsafeAction::land);

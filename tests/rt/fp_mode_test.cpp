@@ -73,7 +73,7 @@ TEST(FpMode, AScopeGivesBackWhatItFound) {
   EXPECT_FALSE(FpMode::is_set());
 }
 
-/// Leaves another mode behind in every step from the second on, and publishes what a small number becomes.
+/// Leaves another mode behind in every step from the second on, and publishes the result of a small number in it.
 class Spoiler final : public Module {
  public:
   void declare(Declaration& d) override { d.out("out", out_); }

@@ -524,8 +524,8 @@ TEST_F(GraphCheckTest, ActuatorsHaveAsManyChannelsAsTheModuleThatCommandsThem) {
   spec.chains.clear();
   motors().command = {"maker.command", 21};
   motors().channels_line = 22;
-  EXPECT_THAT(problems(), ElementsAre("r.toml:22: actuator.motors.channels: 4: 3: so many has maker.command of "
-                                      "test::ThreeChannels"));
+  EXPECT_THAT(problems(), ElementsAre("r.toml:22: actuator.motors.channels: 4: 3, as maker.command of "
+                                      "test::ThreeChannels has"));
   motors().channels = 3;
   EXPECT_THAT(problems(), ElementsAre());
 }

@@ -1,5 +1,5 @@
 #pragma once
-// Small robots for the tests: modules made by the test, threads around them, a run in virtual time.
+// Small robots for the tests: modules of the test, threads around them, a run in virtual time.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace sinew::rt {
 
 using namespace std::chrono_literals;
 
-/// A board that has actuators alone; remembers all that went out.
+/// A board with actuators only; remembers all their commands.
 class FakeActuators final : public hal::Actuators {
  public:
   struct Event {

@@ -1,4 +1,4 @@
-// The guardian on real threads: what is done about a broken module, not how fast.
+// The guardian on real threads: its reaction to a broken module, not its speed.
 #include <gtest/gtest.h>
 
 #include <atomic>

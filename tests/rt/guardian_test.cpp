@@ -1,4 +1,4 @@
-// The guardian in virtual time: what goes out, when, and what it says about it.
+// The guardian in virtual time: its commands, when they go out, and its reports.
 #include "rt/guardian.hpp"
 
 #include <gtest/gtest.h>
@@ -63,7 +63,7 @@ class GuardianTest : public ::testing::Test {
   }
   ActuatorSpec& actuator() { return robot.spec.actuators[0]; }
   void at(Duration t, std::function<void()> action) { robot.grants.at(Time{t.count()}, std::move(action)); }
-  /// What went out at or after t, first of all.
+  /// The first command at or after t.
   const Event& first_since(Duration t) const {
     for (const Event& e : motors.events)
       if (e.at.ns >= t.count()) return e;

@@ -113,7 +113,7 @@ TEST(HandOverModel, IncrementsCarryAReleaseOn) {
   EXPECT_EQ(Explorer::explore<ReleaseSequence<false>>().failure, "data race");
 }
 
-/// What a thread does after its release is not covered by it.
+/// A release does not cover what the thread does after it.
 struct LateWrite {
   static constexpr int threads = 2;
   Word x;

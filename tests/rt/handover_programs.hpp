@@ -1,6 +1,6 @@
 #pragma once
-// Small programs around rt/handover.hpp, for the memory model. Each keeps the promises of the hand-over under watch:
-// nothing torn, no race, outputs of one commit together, no slot lost, shared or missing.
+// Small programs around rt/handover.hpp, for the memory model. Each checks the promises of the hand-over: nothing torn,
+// no race, outputs of one commit together, no slot lost, shared or missing.
 #include <array>
 
 #include "memory_model.hpp"
@@ -189,7 +189,7 @@ struct LapProgram {
   }
 };
 
-/// A drop-newest queue: what the reader gets and what was dropped add up, in order, none twice.
+/// A drop-newest queue: the messages that the reader gets and the dropped ones add up, in order, none twice.
 template <std::uint32_t commits, std::uint32_t depth, std::uint32_t latches>
 struct QueueProgram {
   static constexpr int threads = 2;
@@ -239,9 +239,9 @@ struct QueueProgram {
   }
 };
 
-/// A writer and readers in other processes, which pin nothing and look again afterwards (tap/segment_reader.hpp). The
-/// payload's words are relaxed atomics here, because torn reads are what the reader must notice, not what may not
-/// happen. They may be of any message; those of a message that still holds() must be that message's.
+/// A writer and readers in other processes, which pin nothing and check again afterwards (tap/segment_reader.hpp). The
+/// payload's words are relaxed atomics here, because the reader must notice torn reads; they may happen. Words may be
+/// of any message; the words of a message that still holds() must be that message's.
 template <int readers, std::uint32_t commits, std::uint32_t keep, std::uint32_t slots, std::uint32_t attempts>
 struct OutsiderProgram {
   static constexpr int threads = 1 + readers;

@@ -1,4 +1,4 @@
-// Instants in one word: the way of machines that read 32 bits at once is tried everywhere.
+// Instants in one word: the code for machines that read 32 bits at once is tested on every machine.
 #include "rt/exec/instant_word.hpp"
 
 #include <gtest/gtest.h>

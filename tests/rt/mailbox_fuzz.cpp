@@ -1,5 +1,5 @@
-// Whatever is asked of a running graph by its mailboxes: what is accepted takes effect once, in order, in the next
-// cycle of its thread; what is not is refused with a reason.
+// Any requests to a running graph by its mailboxes: an accepted request takes effect once, in order, in the next cycle
+// of its thread; a refused one gets a reason.
 #include <array>
 #include <bit>
 #include <cstdlib>
@@ -140,7 +140,7 @@ GraphSpec spec() {
   return g;
 }
 
-/// Posts what the bytes say between two grants, and checks what is taken against it.
+/// Posts the requests of the bytes between two grants, and checks the results.
 class Poster final : public hal::GrantSource, public RunObserver {
  public:
   Poster(Bytes bytes, Graph& graph, Keeper& keeper)
@@ -170,7 +170,7 @@ class Poster final : public hal::GrantSource, public RunObserver {
     require(expected.kind == request.kind && now >= now_);
     (void)effect;
   }
-  /// At the end: what the tickets say agrees with what was seen.
+  /// At the end: the tickets agree with the effects.
   void check_tickets() {
     for (const Thread& t : threads_)
       for (std::size_t i = t.accepted.size() > 60 ? t.accepted.size() - 60 : 0; i < t.accepted.size(); ++i)

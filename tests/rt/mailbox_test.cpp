@@ -1,4 +1,4 @@
-// The way in: every kind of request, between two cycles, with the step from which it takes effect.
+// Requests from outside: every kind, between two cycles, with the step from which it takes effect.
 #include "rt/mailbox.hpp"
 
 #include <gmock/gmock.h>
@@ -36,7 +36,7 @@ hal::Result<Ticket> say(Graph& graph, std::uint32_t sequence, std::string* why =
   return graph.publish("operator.link", bytes_of(link), why);
 }
 
-/// Keeps what it reads of the operator, and when it came in.
+/// Keeps the operator's messages, and when they came in.
 class Listener final : public Module {
  public:
   explicit Listener(std::uint32_t depth = 64) : depth_(depth) { seen.reserve(100'000), stamps.reserve(100'000); }

@@ -6,11 +6,11 @@
 // older than what the thread already knows of that word; an acquire load that reads a release write (or a
 // read-modify-write behind it) learns all that the writing thread knew. Read-modify-writes read the newest write, also
 // compare-exchanges that fail (C++ would let those read stale values for ever; no machine does).
-// Plain<> data is checked for happens-before with vector clocks. What is left out: runs in which a load sees a store
-// that only later program order makes (load buffering), so a relaxed store may not overtake an earlier load here; the
-// programs therefore keep data in Plain<>, where a missing order is a race in any run. A word may be stored to by one
-// thread only (asserted), read-modify-written by all. Fences: what a thread stores after a release fence hands on all
-// it knew at the fence; an acquire fence learns what every load before it would have learned as an acquire.
+// Plain<> data is checked for happens-before with vector clocks. Not modelled: runs in which a load sees a store that
+// only later program order makes (load buffering), so a relaxed store may not overtake an earlier load here; the
+// programs therefore keep data in Plain<>, where a missing order is a race in any run. Only one thread may store to a
+// word (asserted), all may read-modify-write it. Fences: a store after a release fence hands on all that its thread
+// knew at the fence; an acquire fence learns what every load before it would have learned as an acquire.
 //
 // Two interleavings that lead to the same execution graph (who read from whom, in which modification order) are the
 // same from there on; the second is cut off. Graphs are told apart by a 64-bit hash.
@@ -143,7 +143,7 @@ class Explorer {
     std::abort();
   }
 
-  /// Makes a stack for the thread and runs it up to its first operation, which changes nothing that others see.
+  /// Makes a stack for the thread and runs it up to its first operation, which changes nothing that others can see.
   void start(int thread) {
     ucontext_t& c = threads_[thread].context;
     getcontext(&c);
@@ -195,7 +195,7 @@ class Explorer {
     return true;
   }
 
-  /// Before each operation on a word: somebody else may go first.
+  /// Before each operation on a word: another thread may go first.
   void schedule() {
     if (starting_) {
       swapcontext(&threads_[current_].context, &main_);
@@ -248,7 +248,7 @@ class Explorer {
     for (int i = 0; i < thread_count_; ++i) into.clock[i] = std::max(into.clock[i], w.clock[i]);
     for (int i = 0; i < words_; ++i) into.view[i] = std::max(into.view[i], w.view[i]);
   }
-  /// Fences are no events of their own: they change only what later loads and stores mean.
+  /// Fences are no events: they only change the meaning of later loads and stores.
   void fence(bool acquire) {
     if (current_ < 0) return;
     Thread& t = self();
@@ -364,7 +364,7 @@ class Word {
     clock_before(e, [&] { e.append(id_, read.value + n, Explorer::releases(order), &read); });
     return read.value;
   }
-  /// A release hands on the thread's clock of before this operation: what comes after it is not covered.
+  /// A release hands on the thread's clock before this operation: later operations are not covered.
   template <class F>
   static void clock_before(Explorer& e, F&& append) {
     --e.self().clock[e.current_];

@@ -143,8 +143,8 @@ class RunAgain {
   const Graph& graph() const { return graph_; }
   StepAgain& module(std::uint32_t m) { return *modules_[m]; }
 
-  /// Entries [begin, end) of a module; nothing when all was as recorded. A begin that is not 0 lies behind a saved
-  /// state.
+  /// Entries [begin, end) of a module; nothing when all was as recorded. A begin other than 0 must be right behind a
+  /// saved state.
   std::optional<Departure> run(std::uint32_t module, const std::vector<KeptEntry>& entries, std::size_t begin,
                                std::size_t end) {
     if (begin != 0) {
@@ -195,8 +195,8 @@ class RunAgain {
   std::vector<std::unique_ptr<StepAgain>> modules_;
 };
 
-/// Whether some saved state shows it when one of a module's members of state, by its place in the declaration, is left
-/// as it was configured: as if it had not been declared.
+/// Whether a saved state shows a difference when one of a module's members of state, by its place in the declaration,
+/// keeps its configured value, as if it had not been declared.
 inline bool forgetting_is_noticed(const GraphSpec& spec, const ModuleTypes& types, MemoryRecord& record,
                                   std::uint32_t module, std::size_t member) {
   std::vector<KeptEntry>& all = record.of(module);

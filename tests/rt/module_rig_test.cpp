@@ -14,7 +14,7 @@ namespace {
 using namespace std::chrono_literals;
 using hal::Errc;
 
-/// Adds what came in to its gain; one output for each number, and the newest as state.
+/// Adds its input to its gain; one output for each number, and the newest as state.
 class Adder final : public Module {
  public:
   void declare(Declaration& d) override {

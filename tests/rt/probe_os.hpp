@@ -1,6 +1,6 @@
 #pragma once
-// The system under the test as Os, watched: how long it is asked to sleep, and that executor threads call nothing
-// beside it.
+// The system under the test as an Os that is watched: how long the executor asks to sleep, and that its threads call
+// nothing beside the Os.
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -53,7 +53,7 @@ class ProbeOs final : public hal::Os {
     return {};  // not really: it would stay for all tests of the program
   }
 
-  /// Of sleeps that only their end can end. Thread: any.
+  /// Longest of the sleeps that only time can end. Thread: any.
   hal::Duration longest_sleep() const { return hal::Duration{longest_ns_.load()}; }
   /// Trapped calls of executor threads outside of the Os; after they have ended.
   std::uint32_t calls() const {

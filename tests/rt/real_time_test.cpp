@@ -301,7 +301,7 @@ TEST_F(RealTime, StopEndsLongSleeps) {
   EXPECT_LE(os.longest_sleep(), Duration{50ms}) << "of those that a wake cannot end";
 }
 
-/// What the system under the test says of a thread that asks for this; nothing where it grants all.
+/// The system's complaints about a thread that asks for this; nothing where it grants all.
 std::vector<std::string> missing_for(const std::string& thread, int priority, const std::vector<int>& cpus) {
   const auto started = hal::system_os().start_thread({.name = thread, .fifo_priority = priority, .cpus = cpus}, [] {});
   EXPECT_TRUE(started);
@@ -505,7 +505,8 @@ TEST(Trigger, LosesNoneOfManyThreads) {
 }
 
 TEST(Trigger, AnInstantIsNeverThatOfATriggerTakenBefore) {
-  // One thread fires 1, 2, 3, ... as instants; whatever is taken together, the first is not among those of before.
+  // One thread fires 1, 2, 3, ... as instants; of the instants taken together, the first is never one of an earlier
+  // batch.
   ProbeOs os;
   Trigger trigger(os);
   constexpr std::int64_t kFires = 50'000;

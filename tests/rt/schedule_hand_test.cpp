@@ -14,8 +14,8 @@ namespace {
 using Trigger = ThreadSpec::Trigger;
 using Log = std::vector<std::string>;
 
-/// Writes down what happens: "3 start b0", "5 end b0"; thread 0 is "a". Execution times are given per thread: one list
-/// of steps, repeated.
+/// Writes down the events: "3 start b0", "5 end b0"; thread 0 is "a". Execution times are given per thread: one list of
+/// steps, repeated.
 class Rig : public ScheduleClient {
  public:
   std::vector<ScheduleThread> threads;
@@ -25,7 +25,7 @@ class Rig : public ScheduleClient {
   std::map<std::string, std::int64_t> releases;  // "a0@12" -> release instant
   std::unique_ptr<Schedule> schedule;
 
-  /// Adds a thread; returns it for what is special about it.
+  /// Adds a thread; returns it for further settings.
   ScheduleThread& periodic(int priority, std::int64_t period, std::int64_t phase, std::vector<std::int64_t> exec) {
     threads.push_back({});
     threads.back().priority = priority;

@@ -1,7 +1,6 @@
 #pragma once
-// A second, brute-force implementation of the schedule that rt/README.md defines, written from that text and sharing no
-// code with rt/exec/schedule.cpp: time advances in steps of 1 us and everything is looked at again in every one of
-// them.
+// A second, brute-force implementation of the schedule that rt/README.md defines. It is written from that text and
+// shares no code with rt/exec/schedule.cpp: time advances in steps of 1 us, and each step looks at everything again.
 #include <algorithm>
 #include <cstdint>
 #include <deque>
@@ -182,7 +181,7 @@ class Simulator {
 
   void decide() {
     const auto all = order();
-    std::vector<int> runner(static_cast<std::size_t>(cores_), -1);  // who runs there until now
+    std::vector<int> runner(static_cast<std::size_t>(cores_), -1);  // the runner of each core until now
     std::vector<bool> taken(static_cast<std::size_t>(cores_), false);
     std::vector<std::optional<int>> now(state_.size());
     for (unsigned i : all)

@@ -1,5 +1,5 @@
 #pragma once
-// An operating system whose clock moves only as the test says: the executor's own thread runs on it, to the nanosecond.
+// An operating system whose clock only the test moves: the executor's own thread runs on it, to the nanosecond.
 #include <atomic>
 #include <chrono>
 #include <deque>
@@ -15,15 +15,14 @@
 
 namespace sinew::rt {
 
-/// For graphs of one thread, which is the only one to move the clock. Events of the script happen on it, while it
-/// sleeps or works.
+/// For graphs of one thread, which alone moves the clock. Events of the script happen on it, while it sleeps or works.
 class ScriptedOs final : public hal::Os {
  public:
   // ---- the script
   void at(hal::Time t, std::function<void()> event) { script_.emplace_back(t, std::move(event)); }
   /// The sleep with this number (from 0) ends so much too late.
   void oversleep(std::uint32_t sleep, hal::Duration late) { late_[sleep] = late; }
-  /// From a step: time in which the thread has the processor, and in which it has not.
+  /// From a step: time with the processor, and time without it.
   void work(hal::Duration d) {
     cpu_ns_ += d.count();
     move_to(now() + d);
@@ -53,7 +52,7 @@ class ScriptedOs final : public hal::Os {
     }
     std::this_thread::yield();
   }
-  /// wait() looks by itself; but before the first of them, the executor's start, time stands still.
+  /// wait() checks by itself; but before the first wake-up, the executor's start, time stands still.
   void wake(hal::WakeWord&) noexcept override { woken_once_ = true; }
   hal::Duration thread_cpu_time() noexcept override { return hal::Duration{cpu_ns_}; }
   hal::Result<std::unique_ptr<hal::Thread>> start_thread(const hal::ThreadOptions& options,

@@ -1,5 +1,5 @@
-// Steps executed again from a record: the same bytes, from the beginning and from any saved state, and what is not the
-// same is noticed.
+// Steps executed again from a record: the same bytes, from the beginning and from any saved state; differences are
+// noticed.
 #include <gtest/gtest.h>
 
 #include <cmath>

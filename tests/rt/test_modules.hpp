@@ -25,7 +25,7 @@ class Numbers final : public Module {
   Out<Pair> out_;
 };
 
-/// Passes on the number of what it read, and remembers it.
+/// Passes on the number that it read, and remembers it.
 class Relay final : public Module {
  public:
   explicit Relay(bool previous = false) : previous_(previous) { seen.reserve(10'000); }

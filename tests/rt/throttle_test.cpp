@@ -1,4 +1,5 @@
-// The kernel's real-time throttle itself, met by a thread that does not sleep: up to three seconds of one processor.
+// The kernel's real-time throttle itself: a thread that does not sleep meets it. Takes up to three seconds of one
+// processor.
 #include <gtest/gtest.h>
 
 #include <atomic>

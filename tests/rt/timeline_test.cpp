@@ -1,4 +1,4 @@
-// The time line: what is written, what is read while it is written, the zones, and the trace for viewers.
+// The time line: its writing, its reading at the same time, the zones, and the trace for viewers.
 #include "rt/exec/timeline.hpp"
 
 #include <gmock/gmock.h>

@@ -139,7 +139,8 @@ TEST_F(WorstCase, HistoryOfTheTapIsNotLoanedAgain) {
   }
 }
 
-/// What topics promise, in the plainest words: every message ever published, and per reader what it has consumed.
+/// The promises of topics as a plain model: every message ever published, and per reader the messages that it has
+/// consumed.
 struct Reference {
   std::vector<std::uint32_t> published;
   struct Reader {

@@ -1,4 +1,4 @@
-// Stands in where the trap is not linked: in sanitizer builds, and on Windows, which has no trap and no weak symbols.
+// Replaces the trap where it is not linked: in sanitizer builds, and on Windows, which has no trap and no weak symbols.
 namespace sinew::trap {
 #ifndef _WIN32
 [[gnu::weak]] bool is_set();

@@ -1,4 +1,4 @@
-// Each invariant holds for what is right and is named for what is wrong.
+// Each invariant accepts right data, and is named for wrong data.
 #include <gtest/gtest.h>
 
 #include <cmath>

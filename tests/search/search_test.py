@@ -36,7 +36,7 @@ class Search(unittest.TestCase):
         self.assertLess(figures["figures"]["landing error, m"]["max"], 0.15)
 
     def test_a_failure_is_shrunk_to_what_it_needs(self):
-        # Half of the time that the chain really takes: every flight fails, whatever disturbs it.
+        # Half of the time that the chain really takes: every flight fails, with any disturbance.
         with tempfile.TemporaryDirectory() as folder, open(QUAD, encoding="utf-8") as file:
             robot = os.path.join(folder, "hasty.toml")
             text, changes = re.subn(r"(to = \"guardian.motors\"\n)budget_ms = 10\b", r"\1budget_ms = 2.5", file.read())

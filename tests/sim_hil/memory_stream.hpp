@@ -7,8 +7,8 @@
 
 namespace sinew::sim_hil {
 
-/// A peer that says what the test wrote down beforehand, `chunk` bytes at a time, then hangs up. What is written to it
-/// stays in `written`.
+/// A peer that sends what the test prepared, `chunk` bytes at a time, then hangs up. Bytes written to it stay in
+/// `written`.
 class MemoryStream final : public hal::Stream {
  public:
   explicit MemoryStream(std::vector<std::byte> script, std::size_t chunk = SIZE_MAX)

@@ -1,6 +1,6 @@
-// Both ends of the simulator protocol against a hostile peer. The first byte chooses the end (bit 0: 0 the plant hears
+// Both ends of the simulator protocol against a hostile peer. The first byte chooses the end (bit 0: 0 the plant reads
 // the rest, 1 the runtime does), whether the stream comes in small pieces (bit 1), and whether sequence numbers and
-// flags are put right first (bit 2), so that the fuzzer gets behind the framing; bit 3: the runtime's end is a side
+// flags are corrected first (bit 2), so that the fuzzer gets behind the framing; bit 3: the runtime's end is a side
 // line.
 #include <algorithm>
 #include <cstdlib>

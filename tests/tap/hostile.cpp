@@ -1,7 +1,7 @@
 // A program that treats a robot as badly as a program of the same user can without a debugger: hostile_test.cpp and
 // bench/hostile_bench.cpp start it beside robots.
 //   tap_hostile write|garbage|half|flood|sit|spin|wake|killed|burn|stranger SOCKET, hold NAME [SECONDS or COUNT]
-// Says on standard output what it did, exit code 0; "broken: ..." and 1 when the robot let something through.
+// Prints what it did, exit code 0; "broken: ..." and 1 when the robot let something through.
 #include <fcntl.h>
 #include <linux/futex.h>
 #include <signal.h>
@@ -106,7 +106,7 @@ Mapped map(int fd) {
   return {fd, static_cast<std::byte*>(at), size};
 }
 
-/// Everything that could change memory of somebody else's; nothing may.
+/// Tries all calls that could change another program's memory; each must fail.
 void try_to_write(const Mapped& m, const char* name) {
   const std::string of = std::string(" of the ") + name;
   const auto refused = [&of](bool yes, const char* what) {
@@ -175,7 +175,7 @@ bool is_torn(const Message& m) {
   return false;
 }
 
-/// Reads everything and looks whether what is said to be whole is.
+/// Reads everything and checks that messages reported as whole are whole.
 void look(const SegmentReader& reader, std::vector<std::byte>& copy, std::uint64_t& whole, std::uint64_t& overtaken) {
   for (std::uint32_t t = 0; t < reader.topics().size(); ++t) {
     copy.resize(reader.bytes(t));
@@ -205,7 +205,7 @@ int spin(double seconds) {
   return whole > 0 ? 0 : 1;
 }
 
-/// Only uses up a processor and its caches: what any other program may do.
+/// Only uses up a processor and its caches, as any program may.
 int burn(double seconds) {
   std::vector<char> a(8 << 20, 1), b(8 << 20);
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
@@ -372,7 +372,7 @@ int killed(int count) {
   return died == count ? 0 : 1;
 }
 
-/// Another user, whom somebody let into the folder: the robot hangs up.
+/// Another user, who was let into the folder: the robot hangs up.
 int stranger() {
   if (::setgid(65534) != 0 || ::setuid(65534) != 0) broken("setuid");
   const int fd = open_socket();

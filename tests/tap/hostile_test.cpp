@@ -1,5 +1,5 @@
-// Robots beside programs that mean them no good: the same bytes in virtual time, nothing lost in real time, and an
-// honest client still gets its answers.
+// Robots beside hostile programs: the same bytes in virtual time, nothing lost in real time, and an honest client still
+// gets its answers.
 #include <signal.h>
 #include <sys/stat.h>
 
@@ -47,7 +47,7 @@ class Hostile {
   std::unique_ptr<hal::ChildProcess> process_;
 };
 
-/// What a robot must not show after any visit.
+/// Effects that a robot must not show after any visit.
 void expect_unhurt(Robot& robot) {
   rt::Runner& runner = robot.real->runner();
   for (std::uint32_t m = 0; m < robot.graph.modules().size(); ++m) {
@@ -149,7 +149,7 @@ TEST(Hostile, WhatAKilledRobotLeftBehindIsTakenOver) {
   EXPECT_EQ(ask(*robot.client(), "hello")["pid"], ::getpid());
 }
 
-/// Grants a millisecond at a time, slowly, and the last only when nobody is hostile any more.
+/// Grants a millisecond at a time, slowly; the last one only when no hostile program runs any more.
 class SlowGrants final : public hal::GrantSource {
  public:
   SlowGrants(hal::Time end, std::function<bool()> may_end) : end_(end), may_end_(std::move(may_end)) {}

@@ -1,4 +1,4 @@
-// A robot whose memory runs out while it answers: who asked is closed, and the robot goes on.
+// A robot whose memory runs out while it answers: it closes the asking client, and goes on.
 #include "raw_client.hpp"
 #include "refusing_new.hpp"
 #include "tap_rig.hpp"

@@ -1,5 +1,5 @@
 #pragma once
-// A client that says what it likes.
+// A client that sends any text.
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -19,7 +19,7 @@ class RawClient {
   bool send_frame(std::string_view text) {
     return stream_->write(frame_head(text.size()), std::as_bytes(std::span(text))).has_value();
   }
-  /// Nothing when the robot hung up.
+  /// Nothing: the robot hung up.
   std::optional<Json> reply() {
     while (!frames_.frame()) {
       const auto n = stream_->read(frames_.room());

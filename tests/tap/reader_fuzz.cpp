@@ -1,4 +1,4 @@
-// Memory of a robot that says anything: the reader opens it or not, and never looks outside of it. The input is bytes
+// Any bytes as the memory of a robot: the reader opens it or not, and never reads outside of it. The input is bytes
 // laid over the memory of a real segment: pairs of place and value, of four bytes each.
 #include <cstdlib>
 #include <cstring>
@@ -66,7 +66,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     std::memcpy(&at, data, 4);
     std::memcpy(memory.get() + at % (original.bytes - 3), data + 4, 4);
   }
-  // The end of the memory moves too: what lies behind it must not be touched.
+  // The end of the memory moves too: the reader must not touch bytes behind it.
   const auto reader = SegmentReader::open({memory.get(), original.bytes - (size & 4 ? 64 : 0)});
   return reader && look_at_all(*reader) == UINT64_MAX ? 1 : 0;
 }

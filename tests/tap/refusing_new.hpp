@@ -3,7 +3,7 @@
 
 namespace sinew::test {
 
-/// From now on operator new throws for more bytes than that, in all threads but the caller's. Of programs that link
+/// From now on operator new throws for more than `bytes`, in all threads but the caller's. For programs that link
 /// refusing_new.cpp.
 void refuse_above(std::size_t bytes);
 

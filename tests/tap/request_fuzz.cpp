@@ -1,5 +1,5 @@
-// Whatever comes to the socket, in whatever pieces: frames are taken apart within their bounds, every request gets one
-// reply that is a JSON object with "ok", and a robot that stands still takes nothing but what its mailboxes hold.
+// Any bytes on the socket, in any pieces: frames are cut within their bounds, every request gets one reply that is a
+// JSON object with "ok", and a robot that stands still only takes what its mailboxes hold.
 #include <cstdlib>
 
 #include "hal/board.hpp"
@@ -16,7 +16,7 @@ void require(bool holds) {
   if (!holds) std::abort();
 }
 
-/// Made once: what fuzzed requests leave behind in its mailboxes stays there.
+/// Made once: requests that the fuzzer leaves in its mailboxes stay there.
 struct StandingRobot {
   rt::Graph graph{robot_spec({}), robot_types()};
   hal::EmptyBoard board;

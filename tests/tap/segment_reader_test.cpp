@@ -1,4 +1,4 @@
-// An outsider's reader: what it finds, what it notices, and memory that says anything.
+// An outsider's reader: the messages that it finds, the changes that it notices, and memory with any content.
 #include "tap/segment_reader.hpp"
 
 #include <gtest/gtest.h>

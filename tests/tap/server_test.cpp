@@ -1,4 +1,4 @@
-// The robot's socket: what it answers, what it refuses, and what it does with those who misbehave.
+// The robot's socket: its answers, its refusals, and its reaction to clients that misbehave.
 #include <sys/stat.h>
 
 #include <thread>

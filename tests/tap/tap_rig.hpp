@@ -19,7 +19,7 @@ namespace sinew::tap {
 using namespace std::chrono_literals;
 using Json = nlohmann::ordered_json;
 
-/// A run dir of this program's own, removed at its end.
+/// This program's own run dir, removed at its end.
 class OwnRunDir {
  public:
   OwnRunDir() {
@@ -65,7 +65,7 @@ class Robot {
     ASSERT_TRUE(real->start());
     open(real->runner());
   }
-  /// Virtual time, as far as it is asked to run().
+  /// For a run of `duration` in virtual time.
   void prepare(rt::Duration duration, std::unique_ptr<hal::GrantSource> grants = nullptr) {
     grants_ = grants ? std::move(grants) : std::make_unique<hal::FixedGrant>(hal::Time{} + duration);
     rt::DiscreteOptions o;

@@ -48,7 +48,7 @@ struct Name {
 };
 
 // A 32-bit C library has some functions twice. With 64-bit times and offsets its headers give the names of the first to
-// the second, so those are the ones that are replaced here, and passed on to.
+// the second: the second ones are replaced here, and passed on to.
 const char* symbol(std::string_view name) {
 #ifdef __USE_TIME_BITS64
   static constexpr std::pair<std::string_view, const char*> kLong[] = {
@@ -254,7 +254,7 @@ long syscall(long number, ...) {  // futex and whatever has no wrapper
   return pass(target, "syscall", number, a[0], a[1], a[2], a[3], a[4], a[5]);
 }
 
-// ---- stdio, whose own locks and writes do not go through the names above
+// ---- stdio: its own locks and writes do not use the names above
 int printf(const char* format, ...) {
   check("printf");
   const Pause pause;

@@ -1,4 +1,4 @@
-// Discs painted with soft edges, where they are known to a fraction of a pixel.
+// Discs painted with soft edges, whose places are known to a fraction of a pixel.
 #include "vision/ball_finder.hpp"
 
 #include <gtest/gtest.h>

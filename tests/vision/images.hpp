@@ -18,7 +18,7 @@ class Pixels {
  public:
   Pixels(msg::PixelFormat f, std::uint32_t width, std::uint32_t height, std::uint32_t slack = 0)
       : view_{nullptr, width, height, width * msg::bytes_per_pixel(f) + slack, f},
-        // A vector of exactly the size, so that a sanitizer sees the first byte read behind it.
+        // A vector of exactly this size, so that a sanitizer sees the first read behind it.
         bytes_(std::size_t{view_.stride} * (height - 1) + view_.stride - slack, 0xAA) {}
   ImageView view() const {
     ImageView v = view_;

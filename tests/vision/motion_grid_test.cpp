@@ -257,7 +257,7 @@ TEST_F(RealFrames, AVehicleThatStandsStillDoesNotTravelInAnyFrame) {
   std::printf("%zu pairs of frames, shaken by up to %.2f px\n", fields_.size(), largest);
 }
 
-// What shakes the picture is the vehicle's rotation, which its gyro saw too: two sensors, one motion.
+// The vehicle's rotation shakes the picture, and its gyro saw that too: two sensors, one motion.
 TEST_F(RealFrames, TheShakingAgreesWithTheGyro) {
   if (data_.imu.empty()) GTEST_SKIP() << "no IMU samples beside the images";
   // Of EuRoC's VI sensor, cam0 (its sensor.yaml): focal length, and the camera's x and y axes in the IMU's frame.

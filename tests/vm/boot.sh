@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Boots the kernel of tests/vm/setup.sh in qemu and runs there the sub-tests of one folder, each in its turn.
+# Boots the kernel of tests/vm/setup.sh in qemu and runs the sub-tests of one folder there, one after the other.
 #
 #   tests/vm/boot.sh board            one boot, every sub-test of tests/vm/board
 #   tests/vm/boot.sh board can v4l2   only these
@@ -12,7 +12,7 @@
 # buses:  the same with 1 ns for each instruction: as many frames a second as a board has, however slow the host is.
 # head:   the same with more memory, for a robot and the world around it.
 #
-# Of each sub-test build/vm/results/FOLDER/NAME.log is what it said, NAME.result its exit code and its seconds; kernel.log
+# For each sub-test build/vm/results/FOLDER/NAME.log is its output, NAME.result its exit code and its seconds; kernel.log
 # is the kernel's. Exit: 0 when the guest came to the end, whatever its sub-tests' results.
 # shellcheck disable=SC2054  # commas inside of qemu's options
 set -euo pipefail
@@ -79,8 +79,8 @@ case $folder in
   *) die "$folder: no machine is described for it" ;;
 esac
 words="console=$port mitigations=off loglevel=4 panic=-1 nokaslr tsc=reliable"
-# No sub-test is about what guards the kernel's own memory, nor about its accounting of waiting; of a frame on a virtual CAN
-# bus they are a good part of the cost.
+# No sub-test is about the guards of the kernel's own memory, nor about its accounting of waiting; they are a good part of
+# the cost of a frame on a virtual CAN bus.
 words+=" init_on_alloc=0 randomize_kstack_offset=off hardened_usercopy=off psi=0 apparmor=0 audit=0"
 words+=" vm.kernel=$vm vm.source=$root vm.results=$results"
 [[ ! -d $vm/tree ]] || words+=" vm.tree=$vm/tree"

@@ -1,5 +1,5 @@
 # shellcheck shell=bash
-# Debian's kernels in qemu, what tests/vm and tests/boards have in common: `source` it after lib.sh.
+# Debian's kernels in qemu, shared by tests/vm and tests/boards: `source` it after lib.sh.
 
 # kernel_package ARCH: the package that names Debian's newest kernel for it, with PREEMPT_RT where there is one.
 kernel_package() {
@@ -11,17 +11,17 @@ kernel_package() {
   esac
 }
 
-# depends PACKAGE PATTERN: the packages matching PATTERN that it asks for. The kernel's packages carry their version in
-# their names, so nothing here names one.
+# depends PACKAGE PATTERN: its dependencies that match PATTERN. The kernel's packages carry their version in
+# their names, so no name is written here.
 depends() { apt-cache depends "$1" | awk -v pattern="$2" '$1 == "Depends:" && $2 ~ pattern { print $2 }'; }
 
-# machine_of ARCH: what emulates it, in `machine`; what its kernel calls the serial line, in `port`.
-# shellcheck disable=SC2034  # port is for who sources this
+# machine_of ARCH: sets `machine` to the emulator's command, `port` to the kernel's name of the serial line.
+# shellcheck disable=SC2034  # `port` is for the scripts that source this
 machine_of() {
   case $1 in
-    # Without what TCG is slow at and no test is about: page tables of five levels, guards of the kernel's own memory.
+    # Without features that TCG is slow at and no test is about: page tables of five levels, guards of the kernel's own memory.
     amd64) machine=(qemu-system-x86_64 -M q35 -cpu "max,-la57,-smap,-smep") port=ttyS0 ;;
-    # A board's of today, with atomic instructions (Armv8.2): a lock costs one where a loop of the first Armv8 takes five.
+    # As on a board of today, with atomic instructions (Armv8.2): a lock costs one where a loop of the first Armv8 takes five.
     arm64) machine=(qemu-system-aarch64 -M virt -cpu cortex-a76) port=ttyAMA0 ;;
     # With its PCI window above 4 GB the kernel would find no device.
     armhf) machine=(qemu-system-arm -M "virt,highmem=off" -cpu cortex-a15) port=ttyAMA0 ;;
@@ -32,13 +32,13 @@ machine_of() {
   machine+=(-nodefaults -no-reboot -display none -monitor none)
 }
 
-# share NAME FOLDER [OPTION]: that folder of the host in the guest, in `machine`. It is written to only without readonly=on.
+# share NAME FOLDER [OPTION]: adds that folder of the host to `machine`. Without readonly=on the guest may write to it.
 share() {
   machine+=(-fsdev "local,id=$1,path=$2,security_model=none,multidevs=remap${3:+,$3}"
     -device "virtio-9p-pci,fsdev=$1,mount_tag=$1")
 }
 
-# first_file_system KERNEL BUSYBOX INIT MODULE...: what KERNEL (its unpacked package) needs before it sees the host's files,
+# first_file_system KERNEL BUSYBOX INIT MODULE...: files that KERNEL (its unpacked package) needs before the host's files,
 # as KERNEL/initramfs.gz: busybox, those modules with what they need, listed in modules/order, and INIT.
 first_file_system() {
   local kernel=$1 busybox=$2 init=$3 tree=$1/initramfs release module
@@ -56,6 +56,6 @@ first_file_system() {
     basename "$module" >>"$tree/modules/order"
   done
   (cd "$tree" && find . | cpio -o -H newc --quiet -R 0:0 | gzip -1) >"$kernel/initramfs.gz.new"
-  mv "$kernel/initramfs.gz.new" "$kernel/initramfs.gz" # whole, or not there: its age says whether it is to be made
+  mv "$kernel/initramfs.gz.new" "$kernel/initramfs.gz" # complete or missing: its age decides whether it is made again
   rm -r "$tree"
 }

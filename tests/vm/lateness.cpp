@@ -24,7 +24,7 @@ using namespace std::chrono_literals;
 
 constexpr std::uint32_t kWidth = 320, kHeight = 240;
 constexpr msg::Duration kPeriod = 1ms, kFramePeriod = 40ms, kMeasured = 5s;
-constexpr double kFactor = 2;  // either side: twice as good is a reference that nobody looks at any more
+constexpr double kFactor = 2;  // either side: a result twice as good needs a new reference
 
 /// Draws an orange pad that travels over a textured floor.
 class PaintedCamera final : public rt::Module {
@@ -51,7 +51,7 @@ class PaintedCamera final : public rt::Module {
   rt::Out<msg::Image> image_;
 };
 
-/// Follows the pad at 1 kHz: what a joint's loop would do with vision's last word.
+/// Follows the pad at 1 kHz, as a joint's loop would with vision's last result.
 class Follower final : public rt::Module {
  public:
   void declare(rt::Declaration& d) override {

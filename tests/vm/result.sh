@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# What one sub-test of the last boot said, with its exit code; a result that is not there is a failure.
+# The output of one sub-test of the last boot, with its exit code; a missing result is a failure.
 #
 #   tests/vm/result.sh board can
 set -euo pipefail

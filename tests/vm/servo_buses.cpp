@@ -1,5 +1,5 @@
-// Servos on the kernel's CAN buses, for the VM bench: our drivers in one process, simulated servos in others, and
-// between them nothing but frames.
+// Servos on the kernel's CAN buses, for the VM bench: our drivers in one process, simulated servos in others, and only
+// frames between them.
 //
 //   vm_servo_buses drives BIT_RATE:BUS:KIND:COUNT      servos 1..COUNT of one kind at the far end; until it is ended
 //   vm_servo_buses master HZ TICKS ERRORS BIT_RATE:BUS:KIND:COUNT...
@@ -8,7 +8,7 @@
 // and says on its output how far it is:
 //   "running"   all joints are enabled; from here on each hub makes TICKS ticks, sees ERRORS error frames on the first
 //               bus, and no joint may be lost
-//   "arrived"   all joints stand where they were told to; now the drives of the last bus are to be ended
+//   "arrived"   all joints are where they were told to go; now the drives of the last bus are to be ended
 //   "alone"     the joints of the last bus are lost, and no other ever was; now they are to be started again
 //   "again"     all joints are enabled again. Exit code 0.
 // No frame may be lost, none be foreign, and no tick be late: for a guest whose time does not depend on the host.
@@ -38,9 +38,9 @@ using namespace std::chrono_literals;
 using hal::Duration, hal::Time;
 
 constexpr Duration kPatience = 10s, kLease = 500ms;
-// The robot reads its buses before all else. What hears it at the far end has a processor of its own in truth: here it
-// waits until a hub, which has 70, has sent all frames of a tick, so that these cost one change of threads and not
-// five.
+// The robot reads its buses before all else. The drives at the far end would have their own processor on a real robot:
+// here they wait until a hub, which has 70, has sent all frames of a tick, so that these cost one change of threads and
+// not five.
 constexpr int kRobotsWatch = 72, kDrivesWatch = 60;
 constexpr double kNear_rad = 0.05, kCountsPerTurn = 65536;
 
@@ -192,7 +192,7 @@ class Master {
     }
     next_ = hal::system_os().now();
   }
-  /// Makes cycles until `holds`, or says what did not come about.
+  /// Makes cycles until `holds`, or prints what did not happen.
   template <class F>
   void until(const char* what, F&& holds) {
     const Time deadline = hal::system_os().now() + kPatience;
@@ -230,7 +230,7 @@ class Master {
 
  private:
   static unsigned long long count(std::uint64_t n) { return n; }
-  /// Writes setpoints and reads what the joints say, as a control loop does.
+  /// Writes setpoints and reads the joints' feedback, as a control loop does.
   void cycle() {
     ++cycles_;
     for (std::size_t l = 0; l < lines_.size(); ++l) {

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Fetches and builds what the VM bench boots: Debian's PREEMPT_RT kernel, the kernel's test drivers that Debian leaves
+# Fetches and builds the VM bench: Debian's PREEMPT_RT kernel, the kernel's test drivers that Debian leaves
 # out, and a first file system; for another machine than this one also the file tree that our programs run in. Nothing is
 # installed; all of it lies in build/vm/ARCH. Does nothing when that is there.
 #
@@ -10,13 +10,13 @@ source "$root/tools/own_apt.sh"
 source "$root/tests/vm/kernel.sh"
 
 arch=${1:-amd64}
-triplet='' tools=() # of another machine than this one
+triplet='' tools=() # for another machine than this one
 case $arch in
   amd64) kernel_arch=x86 ;;
   arm64) kernel_arch=arm64 triplet=aarch64-linux-gnu ;;
   *) die "$arch: amd64 or arm64" ;;
 esac
-if [[ -n $triplet ]]; then # what the sub-tests call, and the libraries of our programs
+if [[ -n $triplet ]]; then # tools of the sub-tests, and the libraries of our programs
   tools=(bash dash coreutils grep sed mawk findutils util-linux mount hostname procps kmod iproute2 can-utils busybox-static
     libstdc++6 zlib1g liblz4-1 libzstd1 libpng16-16 libfmt9 libcamera0.0.3 libcamera-ipa
     libturbojpeg0 libmujoco2.2.2 libegl1 libegl-mesa0 libgl1-mesa-dri)
@@ -85,7 +85,7 @@ unpack_tree() {
 }
 
 # vimc: a camera with the parts of a phone's, for libcamera. iio_dummy and the triggers: a sensor whose buffer is filled
-# at a rate of our choice. i2c-stub: chips that are nothing but registers; Debian has it on amd64 only.
+# at a rate of our choice. i2c-stub: chips that only have registers; Debian has it on amd64 only.
 build_modules() {
   local build=$work/modules from=$work/source/drivers headers
   mkdir -p "$build/vimc"

@@ -1,5 +1,6 @@
-// How fast this host's time-stamp counter runs, in kHz. A guest in real time reads that counter, and measures its speed
-// when it starts, by a factor of ten wrong where the host takes the processor away meanwhile: so it is told.
+// How fast this host's time-stamp counter runs, in kHz. A guest in real time reads that counter and measures its speed
+// at its start. The result is wrong by a factor of ten if the host takes the processor away meanwhile; so boot.sh
+// passes the speed.
 #include <x86intrin.h>
 
 #include <chrono>

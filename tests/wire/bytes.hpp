@@ -20,8 +20,7 @@ std::vector<Bytes> frames_in(Scanner& scanner, std::span<const std::uint8_t> str
   return out;
 }
 
-/// Whatever bytes come in and wherever they are cut: a good frame behind them is found. `garbage` ends in no frame's
-/// beginning.
+/// All parts, one after the other.
 inline Bytes joined(std::initializer_list<Bytes> parts) {
   Bytes out;
   for (const Bytes& p : parts) out.insert(out.end(), p.begin(), p.end());

@@ -1,4 +1,4 @@
-// Whatever text comes in: a reason, or a line that is written and read again as the same frame.
+// For any text: a reason, or a line that is written and read again as the same frame.
 #include "wire/candump.hpp"
 
 #include <array>

@@ -1,4 +1,4 @@
-// Whatever decodes also encodes, and then decodes to the same.
+// Each frame that decodes also encodes, and then decodes to the same.
 #include "fuzz_frame.hpp"
 #include "wire/cia402.hpp"
 

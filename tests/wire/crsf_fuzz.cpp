@@ -1,4 +1,4 @@
-// Whatever bytes come in: channels pack to the same frame again, and link figures stay in their ranges.
+// For any bytes: channels pack to the same frame again, and link figures stay in their ranges.
 #include <algorithm>
 #include <cstdlib>
 

@@ -1,4 +1,4 @@
-// What decodes lies in its ranges, and encodes to the same bytes.
+// Decoded values lie in their ranges, and encode to the same bytes.
 #include "fuzz_frame.hpp"
 #include "wire/cybergear.hpp"
 

@@ -1,5 +1,4 @@
-// A stream of frames, any bytes: what comes out is within its bounds, and what is decoded is encoded again without
-// loss.
+// A stream of frames, any bytes: results are within their bounds, and decoded values are encoded again without loss.
 #include "wire/dronecan.hpp"
 
 #include <algorithm>
@@ -12,7 +11,7 @@ using namespace sinew;
 
 namespace {
 
-/// What was decoded encodes to bytes that decode to the same bytes.
+/// Decoded values encode to bytes that decode to the same bytes.
 template <class T>
 void again(std::span<const std::uint8_t> payload) {
   T first, second;

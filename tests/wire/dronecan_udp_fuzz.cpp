@@ -1,4 +1,4 @@
-// Whatever bytes come in: no frame, or one that is encoded to the same bytes again but for flags that mean nothing.
+// For any bytes: no frame, or a frame that is encoded to the same bytes again, except flags without a meaning.
 #include "wire/dronecan_udp.hpp"
 
 #include <array>

@@ -68,7 +68,7 @@ TEST(DronecanUdp, AnyChangedBitIsNoticed) {
     EXPECT_FALSE(dronecan_udp_decode(std::span(good).first(size), out)) << size;
 }
 
-/// A datagram whose CRC is right and whose frame cannot be.
+/// A datagram with a right CRC and an impossible frame.
 Bytes with_crc(Bytes packet) {
   const std::uint16_t crc = crc_ccitt(std::span(packet).subspan(4));
   packet[2] = static_cast<std::uint8_t>(crc), packet[3] = static_cast<std::uint8_t>(crc >> 8);

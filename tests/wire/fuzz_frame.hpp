@@ -1,5 +1,5 @@
 #pragma once
-// A CAN frame from fuzzed bytes, and what every decoder must hold to.
+// A CAN frame from fuzzed bytes, and the rules for every decoder.
 #include <cstdlib>
 #include <cstring>
 
@@ -7,7 +7,7 @@
 
 namespace sinew::wire {
 
-/// u32 identifier, u8 flags, u8 size, data; what is missing is 0.
+/// u32 identifier, u8 flags, u8 size, data; missing bytes are 0.
 inline msg::CanFrame fuzz_frame(const std::uint8_t* data, std::size_t size) {
   msg::CanFrame frame;
   if (size >= 4) std::memcpy(&frame.id, data, 4);

@@ -1,4 +1,4 @@
-// Whatever a tree says about its channels: a layout without overlaps, and nothing is read beside the scan.
+// For any texts about channels: a layout without overlaps, and no read outside of the scan.
 #include <cstdlib>
 #include <string_view>
 #include <vector>

@@ -1,4 +1,4 @@
-// For every motor type: what decodes lies in its ranges, and encodes to the same bytes.
+// For every motor type: decoded values lie in their ranges, and encode to the same bytes.
 #include "fuzz_frame.hpp"
 #include "wire/mit_motor.hpp"
 

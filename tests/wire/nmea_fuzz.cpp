@@ -1,4 +1,4 @@
-// Whatever bytes come in: positions are on the earth, and fields lie in their frame.
+// For any bytes: positions are on the earth, and fields lie in their frame.
 #include <cmath>
 #include <cstdlib>
 

@@ -1,4 +1,4 @@
-// Whatever bytes come in: sticks stay within their way, and what was decoded packs to the same channels.
+// For any bytes: sticks stay within their way, and decoded channels pack to the same channels.
 #include <cstdlib>
 
 #include "wire/sbus.hpp"

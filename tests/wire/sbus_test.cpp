@@ -99,7 +99,7 @@ TEST(Sbus, ALostByteMovesNoStickWrongly) {
     bad.erase(bad.begin() + static_cast<std::ptrdiff_t>(at));
     SbusScanner scanner;
     scanner.gap();
-    // The pause after the spoiled frame is what receivers leave: the next one is found at once.
+    // Receivers leave a pause after each frame, so after the spoiled one, too: the next one is found at once.
     auto frames = found(scanner, bad);
     EXPECT_EQ(frames.size(), 0u);
     scanner.gap();

@@ -1,4 +1,4 @@
-// Whatever registers hold: what is made of them is a number, or said not to be.
+// For any registers: each result is a number, or reported as none.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>

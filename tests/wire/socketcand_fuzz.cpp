@@ -1,4 +1,4 @@
-// Whatever bytes come in: elements that are refused, or frames that are written and read again as the same.
+// For any bytes: elements that are refused, or frames that are written and read again as the same.
 #include "wire/socketcand.hpp"
 
 #include <cstdlib>

@@ -1,4 +1,4 @@
-// Whatever bytes come in: found frames are frames, and their range is a distance or nothing.
+// For any bytes: found frames are frames, and their range is a distance or nothing.
 #include <cmath>
 #include <cstdlib>
 

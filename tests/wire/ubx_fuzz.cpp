@@ -1,4 +1,4 @@
-// Whatever bytes come in: a frame that was found encodes to the same bytes again.
+// For any bytes: a frame that was found encodes to the same bytes again.
 #include <algorithm>
 #include <cstdlib>
 

@@ -113,7 +113,7 @@ TEST(Ubx, AFlippedBitAnywhereIsNoFrameAndTheNextOneIs) {
     Bytes bad = good;
     bad[bit / 8] = static_cast<std::uint8_t>(bad[bit / 8] ^ 1u << (bit % 8));
     UbxScanner scanner;
-    // A wrong length may wait for more than one frame's bytes: what is found comes late, but it is found.
+    // A wrong length may wait for more than one frame's bytes: the good frames are found late, but they are found.
     EXPECT_EQ(frames_in(scanner, joined({bad, good, good, good, Bytes(256)})), (std::vector<Bytes>{good, good, good}))
         << "bit " << bit;
   }

@@ -51,7 +51,8 @@ bool ContourFinder::to_grey(const msg::Image& image) {
   return false;
 }
 
-/// For each pixel of the straight image, where the lens put it. (OpenCV's own maker of these maps is in calib3d.)
+/// For each pixel of the straight image, its place in the distorted one. (OpenCV's own maker of these maps is in
+/// calib3d.)
 void ContourFinder::make_maps(const cv::Size& size) {
   size_ = size;
   made_for_ = lens_;
@@ -84,7 +85,7 @@ rt::StepStatus ContourFinder::work(const msg::Image& image) {
   cv::Mat small = mat_view(out);
   cv::resize(straight, small, small.size(), 0, 0, cv::INTER_AREA);
   if (small.data != out.pixels())
-    return rt::StepStatus::fault;  // OpenCV took memory of its own: nothing is in the slot
+    return rt::StepStatus::fault;  // OpenCV allocated its own memory: nothing is in the slot
 
   const int kind = cv::THRESH_BINARY | (threshold_grey_ > 0 ? 0 : int{cv::THRESH_OTSU});
   cv::threshold(small, bright_, threshold_grey_, 255, kind);

@@ -7,7 +7,7 @@
 
 namespace sinew::vision {
 
-/// What a picture's outlines amount to. An own message of this module; any program can have such.
+/// The outlines of a picture, as numbers. A message that this module defines itself, as any program can.
 struct ContourReport {
   msg::Time stamp;                            // of the image
   double largest_area_px = 0;                 // of the region inside, in pixels of the undistorted image at full size
@@ -29,11 +29,11 @@ struct sinew::msg::Description<sinew::vision::ContourReport> {
 
 namespace sinew::vision {
 
-/// Example of a module built on OpenCV (imgproc): takes the lens' distortion out of an image, makes it smaller, and
-/// finds outlines of bright regions. The small image is published too, written by OpenCV into the slot.
+/// Example of a module built on OpenCV (imgproc): removes the lens' distortion from an image, makes it smaller, and
+/// finds outlines of bright regions. The small image is published too; OpenCV writes it into the slot.
 /// Takes mono8, rgb8, bgr8 and yuyv; the small image is mono8.
 /// Thread:  executor, best effort: OpenCV allocates.   RT: no.
-/// Errors:  stale when there is no new image; fault when the image is of no use, the small one does not fit its slot,
+/// Errors:  stale when there is no new image; fault when the image cannot be used, the small one does not fit its slot,
 ///          or OpenCV throws.
 class ContourFinder final : public rt::Module {
  public:
@@ -60,8 +60,8 @@ class ContourFinder final : public rt::Module {
   Lens lens_;
   std::int64_t small_width_px_ = 160;
   double threshold_grey_ = 0;  // 0: chosen by Otsu's method
-  cv::Size size_;              // for which the maps were made,
-  Lens made_for_;              // and for which lens
+  cv::Size size_;              // the size and
+  Lens made_for_;              // the lens that the maps were made for
   cv::Mat map_x_, map_y_, grey_, straight_, bright_;
   std::vector<std::vector<cv::Point>> contours_;
 };

@@ -8,8 +8,8 @@
 
 namespace sinew::vision {
 
-/// The pixels of a message to write through, e.g. of a slot just loaned. Describe it with format_as() first: an output
-/// array of OpenCV that has the right size and type already is written in place. Empty when the header is of no use.
+/// The pixels of a message to write through, e.g. of a slot just loaned. Describe it with format_as() first: OpenCV
+/// writes in place into an output array that already has the right size and type. Empty when the header cannot be used.
 /// Shape:   height x width; CV_8UC1 for mono8, CV_8UC2 for yuyv, CV_8UC3 for rgb8 and bgr8 (OpenCV's own order).
 /// Owner:   the slot. The Mat owns nothing and must not outlive the step.
 inline cv::Mat mat_view(msg::Image& image) {
@@ -19,8 +19,8 @@ inline cv::Mat mat_view(msg::Image& image) {
   return {static_cast<int>(v.height), static_cast<int>(v.width), type, image.pixels(), v.stride};
 }
 
-/// The pixels of a message to read. cv::Mat does not carry const over to a copy of its header, so this one gives no
-/// copy away: pass it where an InputArray or const cv::Mat& is wanted.
+/// The pixels of a message to read. A copy of a cv::Mat header drops const, so this class hands out no copy: pass it
+/// where an InputArray or const cv::Mat& is wanted.
 /// Owner:   as above.
 class ReadOnlyMat {
  public:
@@ -35,7 +35,7 @@ class ReadOnlyMat {
   const cv::Mat mat_;
 };
 
-/// Runs a step's work that calls OpenCV: an exception of it (or of the memory) becomes a fault.
+/// Runs a step's work that calls OpenCV: its exceptions (and std::bad_alloc) become a fault.
 template <class Work>
 rt::StepStatus without_exceptions(const Work& work) noexcept {
   try {

@@ -8,7 +8,7 @@ bool FrameCount::arrived(std::uint32_t sequence, std::optional<Time> stamp) noex
     return false;
   }
   const std::uint32_t step = sequence - last_sequence_;  // wraps with the driver's
-  // A driver that begins its count anew, or does not count, has lost nothing that anybody could know of.
+  // A driver that restarts its count, or does not count, shows no losses.
   const bool counts = step != 0 && step < 0x8000'0000U;
   if (first_) {
     // After a restart at least the frame that broke the stream is missing; the very first frame has the driver's

@@ -8,7 +8,7 @@
 
 namespace sinew::hal {
 
-/// What has happened to the frames of a camera since it was opened.
+/// Counts of a camera's frames since it was opened.
 struct CameraStats {
   std::uint64_t frames = 0;     // handed on
   std::uint64_t lost = 0;       // missing between two sequence numbers of the driver
@@ -17,33 +17,34 @@ struct CameraStats {
   std::uint64_t too_large = 0;  // did not fit the topic's capacity
   std::uint64_t unstamped = 0;  // handed on with the time of reading: the driver gave no stamp, or one of the future
   std::uint64_t reopens = 0;    // streams begun anew
-  std::uint64_t tries = 0;      // to open it again since it was last there
+  std::uint64_t tries = 0;      // tries to open it again since it was last there
 };
 
-/// The book that a camera keeps of its frames: which number each gets, which are missing, how often they come.
-/// Thread:  one writes (the reader; between two streams whoever begins the next, who also calls reopened()), any asks.
+/// A camera's count of its frames: the number of each, missing frames, the rate.
+/// Thread:  one writes (the reader; between two streams the thread that begins the next, which also calls reopened()),
+///          any asks.
 /// RT: yes, but for text().
 class FrameCount {
  public:
-  /// A frame as the driver delivered it. False: no newer than the last one, not to be handed on.
+  /// Counts a frame as the driver delivered it. False: no newer than the last one, do not hand it on.
   /// `stamp`: none when the driver gives none.
   bool arrived(std::uint32_t sequence, std::optional<Time> stamp) noexcept;
-  /// The number of the frame that arrived last: the driver's, and going on from there in the streams that follow.
+  /// Number of the frame that arrived last: the driver's, and continued in later streams.
   std::uint32_t number() const noexcept { return number_; }
   void handed_on() noexcept { frames_.add(); }
   void corrupted() noexcept { corrupted_.add(); }
   void too_large() noexcept { too_large_.add(); }
   void unstamped() noexcept { unstamped_.add(); }
-  /// A stream begins. True: not the first one, so that the next frame's number leaves a gap, and reopened() is to be
-  /// called once the reader can have frames: who sees the count of reopenings rise can read.
+  /// A stream begins. True: not the first stream, so the next frame's number leaves a gap; call reopened() once the
+  /// reader can have frames: a rising count of reopenings means that reading works.
   [[nodiscard]] bool stream_begins() noexcept;
   void reopened() noexcept { reopens_.add(); }
   void tried() noexcept { tries_.add(); }
 
   CameraStats stats() const noexcept;
-  /// Frames a second by their stamps, of late; 0: not known yet.
+  /// Recent frames per second, by their stamps; 0: not known yet.
   double rate_hz() const noexcept;
-  /// "; 2 frames lost; 1 corrupted": what is not 0, for people.
+  /// "; 2 frames lost; 1 corrupted": the counts that are not 0, for people.
   std::string text() const;
 
  private:

@@ -9,7 +9,7 @@ namespace sinew::hal {
 #ifdef SINEW_TURBOJPEG
 namespace {
 
-// A stream of many scans is no camera's, and could hold us for long.
+// Cameras do not send streams of many scans; such a stream could block us for long.
 constexpr int kFlags = TJFLAG_LIMITSCANS | TJFLAG_STOPONWARNING;
 
 int pixel_format(msg::PixelFormat format) {
@@ -54,7 +54,7 @@ JpegDecoder::JpegDecoder(msg::PixelFormat format, std::uint32_t width, std::uint
 bool JpegDecoder::decode(std::span<const std::uint8_t> jpeg, msg::Image& out) noexcept {
   if (!library_ || jpeg.empty() || out.format != library_->format || !gives(out.format)) return false;
   if (library_->decode(jpeg, out)) return true;
-  // libjpeg-turbo 2.1.5 reads the next header as if it were the rest of one that broke off.
+  // After a broken-off header, libjpeg-turbo 2.1.5 reads the next header as its rest.
   if (library_->handle) tjDestroy(library_->handle);
   library_->handle = tjInitDecompress();
   return false;

@@ -11,15 +11,15 @@ namespace sinew::hal {
 /// bgr8. Not yuyv: the library has no packed luma and chroma, so it would take planes of our own and a second pass.
 /// Values:  mono8 is JPEG's Y, over the full range 0 to 255 (JFIF).
 /// Thread:  one at a time.
-/// RT:      bounded by the size of the picture; nothing of ours allocates, but libjpeg-turbo does for each picture.
+/// RT:      bounded by the size of the picture; our code does not allocate, but libjpeg-turbo does for each picture.
 /// Errors:  a picture that is broken in any way (also one that the library would only warn about), or of another size
 ///          than the image, is refused; the pixels then are unspecified.
-/// Source:  ITU-T T.81 by libjpeg-turbo's TurboJPEG interface, where it was there when Sinew was built.
+/// Source:  ITU-T T.81 by libjpeg-turbo's TurboJPEG interface, if Sinew was built with it.
 class JpegDecoder {
  public:
-  /// Whether this build can decode at all.
+  /// True if this build can decode at all.
   static bool built();
-  /// Whether it decodes into such images.
+  /// True if it can decode into such images.
   static bool gives(msg::PixelFormat format);
 
   JpegDecoder(msg::PixelFormat format, std::uint32_t width, std::uint32_t height);
@@ -27,7 +27,7 @@ class JpegDecoder {
   JpegDecoder(const JpegDecoder&) = delete;
   JpegDecoder& operator=(const JpegDecoder&) = delete;
 
-  /// `out` is described already, as the decoder was made for.
+  /// `out` is already described with the decoder's format and size.
   bool decode(std::span<const std::uint8_t> jpeg, msg::Image& out) noexcept;
 
  private:

@@ -8,7 +8,7 @@
 namespace sinew::hal {
 
 std::vector<std::string> libcamera_plugin_paths(const std::string& program) {
-  const std::string folder = program.substr(0, program.rfind('/') + 1);  // with its slash
+  const std::string folder = program.substr(0, program.rfind('/') + 1);  // with the final slash
   const std::string file = std::string("/") + kLibcameraPluginFile;
   return {folder + kLibcameraPluginFile, folder + "../" SINEW_PLUGIN_FOLDER + file};
 }
@@ -16,11 +16,10 @@ std::vector<std::string> libcamera_plugin_paths(const std::string& program) {
 Result<std::unique_ptr<Camera>> open_libcamera_plugin(const CameraSpec& spec, Os& os, std::string& why) {
   std::vector<std::string> paths = libcamera_plugin_paths(program_path());
   paths.push_back(std::string("/usr/" SINEW_PLUGIN_FOLDER "/") +
-                  kLibcameraPluginFile);     // for programs that stand elsewhere
+                  kLibcameraPluginFile);     // for programs in other folders
   paths.emplace_back(kLibcameraPluginFile);  // where the system looks
   void* library = nullptr;
-  std::string
-      refused;  // of the first that is there: what it lacks is said of that one, of others only that they are not
+  std::string refused;  // why a file that exists was refused, else the first file's error
   for (const std::string& path : paths) {
     if (!library) library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
     const char* const said = library ? nullptr : dlerror();

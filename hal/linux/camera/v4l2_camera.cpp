@@ -103,10 +103,10 @@ Result<bool> V4l2Camera::read(msg::Image& out) noexcept {
   return result;
 }
 
-/// With the session in hand: the oldest usable frame. `broken`: errno when the stream must be begun anew.
+/// Needs the session: the oldest usable frame. `broken`: errno when the stream must be begun anew.
 Result<bool> V4l2Camera::next_frame(V4l2Session::Filled& filled, int& broken) noexcept {
   bool faulty = false;
-  for (std::uint32_t i = 0; i < session_->buffers(); ++i) {  // no more than can have been waiting
+  for (std::uint32_t i = 0; i < session_->buffers(); ++i) {  // no more than can have waited
     const int taken = session_->take(filled);
     if (taken < 0) {
       broken = -taken;
@@ -130,7 +130,7 @@ Result<bool> V4l2Camera::next_frame(V4l2Session::Filled& filled, int& broken) no
   return Error{Errc::bad_data, "camera frame"};
 }
 
-/// Enters the frame into the book. False: it is not to be handed on.
+/// Counts the frame. False: do not hand it on.
 bool V4l2Camera::usable(const V4l2Session::Filled& filled) noexcept {
   std::optional<Time> stamp;
   if ((filled.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC) stamp = Time{filled.stamp_ns};
@@ -143,7 +143,7 @@ bool V4l2Camera::usable(const V4l2Session::Filled& filled) noexcept {
   return false;
 }
 
-/// Everything of an image but its pixels. False: it has no room for them.
+/// Fills in everything of an image but its pixels. False: it has no room for them.
 bool V4l2Camera::describe(const V4l2Session::Filled& filled, msg::Image& out) noexcept {
   if (!out.format_as(picture_.format, picture_.width, picture_.height)) {
     count_.too_large();
@@ -188,7 +188,7 @@ Status V4l2Camera::request(std::size_t control, double value) noexcept {
   if (control >= controls_.size()) return Error{Errc::bad_argument, "camera control"};
   const CameraControl& c = controls_[control];
   if (c.read_only || !(value >= c.min && value <= c.max)) return Error{Errc::bad_argument, "camera control"};
-  const double step = c.step > 1 ? c.step : 1.0;  // tuning hits the nearest one, and the largest value may be none
+  const double step = c.step > 1 ? c.step : 1.0;  // tuning hits the nearest value; the largest may be no step
   const double steps = std::min(std::round((value - c.min) / step), std::floor((c.max - c.min) / step));
   requests_[control].value.store(static_cast<AnybodysNumber::value_type>(c.min + steps * step),
                                  std::memory_order_relaxed);

@@ -15,7 +15,7 @@
 
 namespace sinew::hal {
 
-/// How a camera's own thread looks after it.
+/// Settings of the camera's own thread.
 struct V4l2CameraOptions {
   Duration first_retry = std::chrono::milliseconds(100);  // after the device went away; then twice as long each time
   Duration longest_retry = std::chrono::seconds(2);
@@ -24,8 +24,8 @@ struct V4l2CameraOptions {
 };
 
 /// A camera of the kernel (Video4Linux2); docs/camera.md has keys, stamps and limits. It streams into mapped buffers,
-/// and read() copies the pixels once, from the driver's buffer into `out`, without the padding of its rows; or into
-/// memory that the reader lends it, where the driver can (CameraMemory), and nothing is copied.
+/// and read() copies the pixels once, from the driver's buffer into `out`, without the padding of its rows. Where the
+/// driver can, it streams into memory lent by the reader (CameraMemory), and no pixels are copied.
 /// A device that is unplugged, fails or falls silent is opened again by a thread of low priority: meanwhile read() says
 /// closed, then frames go on with higher numbers, the format and the controls as they were.
 /// Stamps:  the driver's (CLOCK_MONOTONIC), moved to the middle of the exposure where its length is known.
@@ -56,17 +56,18 @@ class V4l2Camera final : public Camera, public CameraControls, public CameraMemo
   std::optional<Exposure> exposure() const override;
   std::optional<std::size_t> gain() const override;
 
-  /// As it was opened; may stand for another node after the device was plugged in again.
+  /// As it was opened; the node may change when the device is plugged in again.
   const V4l2Identity& identity() const { return identity_; }
   const V4l2Picture& picture() const { return picture_; }
   CameraStats stats() const { return count_.stats(); }
-  /// How it does, in words for people: "streaming", "slow", "no frame for 3 s", "gone: No such device; ...". RT: no.
+  /// The state in words for people: "streaming", "slow", "no frame for 3 s", "gone: No such device; ...". RT: no.
   std::string state() const;
-  /// The part of state() that is no good news, in words that stay.
+  /// The bad news of state(), in words that do not change with time.
   std::string trouble() const override;
 
  private:
-  // Whose the session is. The reader holds it during one read(); who finds it broken leaves it to the keeper as kLost.
+  // The session's holder. The reader holds it during one read(); a holder that finds it broken leaves it as kLost to
+  // the keeper.
   enum Holder : int { kNobody, kReader, kKeeper };
   struct Request {
     AnybodysNumber value{0};
@@ -99,7 +100,7 @@ class V4l2Camera final : public Camera, public CameraControls, public CameraMemo
   Duration only_faulty() const;
 
   V4l2Port& port_;
-  CameraSpec spec_;  // keeper: its controls follow what was requested
+  CameraSpec spec_;  // the keeper's; its controls follow the requests
   Os& os_;
   std::shared_ptr<FdWatch> watch_;
   const V4l2CameraOptions options_;
@@ -109,29 +110,29 @@ class V4l2Camera final : public Camera, public CameraControls, public CameraMemo
   std::unique_ptr<Request[]> requests_;  // as many as controls
 
   FdLine line_;
-  std::unique_ptr<JpegDecoder> jpeg_;     // of a session whose pictures are JPEG; it stays when the session goes
+  std::unique_ptr<JpegDecoder> jpeg_;     // of a session with JPEG pictures; it stays when the session goes
   std::unique_ptr<V4l2Session> session_;  // changed by the keeper while it holds it
   std::atomic<int> holder_{kNobody};
-  std::atomic<int> broken_{0};  // errno that the session was left with
+  std::atomic<int> broken_{0};  // errno with which the session was left
   Wide<std::int64_t> exposure_ns_, last_frame_ns_, last_good_ns_;
 
   // Lent memory. The list is the reader's alone; the keeper closes and opens streams, and never queues.
   enum class Wish : int { none, start, stop };
-  std::vector<msg::Image*> lent_;             // what the reader has lent, in a stream or waiting for one
-  std::uint32_t lent_count_ = 0;              // so many make a stream
+  std::vector<msg::Image*> lent_;             // lent by the reader, in a stream or waiting for one
+  std::uint32_t lent_count_ = 0;              // so many images make a stream
   std::atomic<std::uint32_t> room_bytes_{0};  // of each; 0: nothing is lent, the stream is into mapped buffers
   std::atomic<bool> kernel_has_lent_{false};  // set by the reader before it queues; cleared when a stream has ended
-  std::atomic<bool> streams_{true};           // false: a stream into lent memory that is not begun
-  std::atomic<bool> resting_{false};          // and that nobody wants now
-  std::atomic<Wish> wish_{Wish::none};        // the reader's, to the keeper; who fulfils it, clears it
-  std::string copies_because_;                // under mutex_; empty: nobody has asked for anything else
-  std::atomic<int> lending_error_{0};         // with which the driver refused memory that begin_lending() promised
+  std::atomic<bool> streams_{true};           // false: a stream into lent memory has not begun
+  std::atomic<bool> resting_{false};          // and the reader does not want it now
+  std::atomic<Wish> wish_{Wish::none};        // from the reader to the keeper; the fulfilling thread clears it
+  std::string copies_because_;                // under mutex_; empty: lending was not asked for
+  std::atomic<int> lending_error_{0};         // errno of the driver's refusal of memory that begin_lending() promised
 
-  FrameCount count_;  // the reader's; the keeper's while it holds the session
+  FrameCount count_;  // the reader's; the keeper's while the keeper holds the session
 
   mutable std::mutex mutex_;  // keeper and state()
   std::string path_, trouble_, control_trouble_;
-  WakeWord bell_{0};  // moves when there is something for the keeper
+  WakeWord bell_{0};  // changes when there is work for the keeper
   std::atomic<bool> stop_{false};
   std::unique_ptr<Thread> keeper_;
 };

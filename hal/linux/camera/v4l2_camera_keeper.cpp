@@ -9,7 +9,7 @@
 namespace sinew::hal {
 namespace {
 
-constexpr double kSlow = 0.8;  // of the asked rate: below it there is a report
+constexpr double kSlow = 0.8;  // of the asked rate: a lower rate is reported
 constexpr auto kSilenceWorthSaying = std::chrono::seconds(1);
 constexpr auto kAskForMemory = std::chrono::milliseconds(10);  // until the reader has lent enough for a stream
 constexpr auto kUntilReadEnds = std::chrono::microseconds(100);
@@ -34,7 +34,7 @@ void V4l2Camera::keep() noexcept {
       retry = open_again(retry);
       if (holder_.load(std::memory_order_relaxed) == kKeeper) {
         next = os_.now() + retry;
-        // Requests do not shorten the wait for a device that is gone: sleep it out.
+        // Requests do not shorten the wait for a device that is gone.
         while (!stop_.load(std::memory_order_acquire) && os_.now() < next)
           os_.wait(bell_, bell_.load(std::memory_order_acquire), next);
         retry = std::min(retry * 2, options_.longest_retry);
@@ -54,13 +54,13 @@ void V4l2Camera::keep() noexcept {
   }
 }
 
-/// Closes what is broken and tries once. Answers how long to wait when that failed.
+/// Closes a broken session and tries once to open it. Answers how long to wait after a failure.
 Duration V4l2Camera::open_again(Duration retry) {
   if (session_) {
     if (watch_) watch_->remove(session_->fd());
     session_.reset();
     kernel_has_lent_.store(false, std::memory_order_release);
-    wish_.store(Wish::none, std::memory_order_release);  // it was about that stream
+    wish_.store(Wish::none, std::memory_order_release);  // the wish was about that stream
   }
   count_.tried();
   set_requested();
@@ -75,13 +75,13 @@ Duration V4l2Camera::open_again(Duration retry) {
   return options_.first_retry;
 }
 
-/// Makes a session the camera's and lets the reader at it. In open() or by the keeper while it holds the session.
+/// Makes a session the camera's and gives it to the reader. In open(), or by the keeper while it holds the session.
 void V4l2Camera::adopt(std::unique_ptr<V4l2Session> session) {
   const std::int64_t exposure_ns = session->controls().exposure_ns(port_, session->fd());
   std::string trouble;
   if (watch_ && session->streams()) {
-    // Now that buffers are queued and the stream is on: polled before, the kernel would take the reader for one that
-    // wants read(2), and say error.
+    // Only now, with buffers queued and the stream on: before that, the kernel would take the poll for a wait for
+    // read(2), and report an error.
     if (const Status added = watch_->add(session->fd(), line_); !added) {
       trouble = session->path() + ": cannot be watched: " + std::strerror(static_cast<int>(added.error().detail));
     }
@@ -107,13 +107,14 @@ void V4l2Camera::adopt(std::unique_ptr<V4l2Session> session) {
   if (again) count_.reopened();
 }
 
-/// What was requested becomes what the camera has now, and what it is opened with; not so what it refuses, which would
-/// keep it closed when it comes back.
+/// Sets requested values, and stores them for the next opening. Values that the device refuses are not stored: they
+/// would keep the camera closed when it comes back.
 void V4l2Camera::set_requested() {
   V4l2Controls::Wanted wanted, taken;
   std::string beyond;
   bool any = false;
-  // Backwards: who asks for an exposure by hand has asked for the mode before it, which has the smaller short_number.
+  // Backwards: a caller that asks for an exposure by hand has asked for the mode before it, which has the smaller
+  // number.
   for (std::size_t i = controls_.size(); i-- > 0;) {
     if (!requests_[i].pending.exchange(false, std::memory_order_acquire)) continue;
     const V4l2Controls::Wanted one{{controls_[i].name, requests_[i].value.load(std::memory_order_relaxed)}};
@@ -125,7 +126,7 @@ void V4l2Camera::set_requested() {
       beyond += (beyond.empty() ? "" : "; ") + why;
     }
   }
-  std::string why;  // has every refusal
+  std::string why;  // collects every refusal
   if (session_) static_cast<void>(session_->controls().set(port_, session_->fd(), wanted, why, &taken));
   for (const auto& [name, value] : session_ ? taken : wanted) spec_.controls[name] = value;
   if (!any || !session_) return;
@@ -134,7 +135,7 @@ void V4l2Camera::set_requested() {
   control_trouble_ = why;
 }
 
-/// While the reader streams: the controls, the exposure as it is now, and whether anything comes at all.
+/// While the reader streams: checks the controls, the present exposure, and whether frames come.
 void V4l2Camera::look_after() {
   set_requested();
   start_or_stop();
@@ -144,11 +145,12 @@ void V4l2Camera::look_after() {
   if (picture_.rate_hz > 0) patience = std::max(patience, Duration(static_cast<std::int64_t>(10e9 / picture_.rate_hz)));
   if (silence() < patience || !streams_.load(std::memory_order_relaxed)) return;
   int nobody = kNobody;
-  if (!holder_.compare_exchange_strong(nobody, kKeeper, std::memory_order_acquire)) return;  // it is being read
+  if (!holder_.compare_exchange_strong(nobody, kKeeper, std::memory_order_acquire)) return;  // the reader is reading
   broken_.store(ETIMEDOUT, std::memory_order_relaxed);
 }
 
-/// What the reader wishes of a stream into lent memory, which takes some cameras too long for a reader.
+/// Fulfils the reader's wish to start or stop a stream into lent memory; for some cameras that takes too long for a
+/// reader.
 void V4l2Camera::start_or_stop() {
   if (wish_.load(std::memory_order_acquire) == Wish::none) return;
   for (int nobody = kNobody; !holder_.compare_exchange_strong(nobody, kKeeper, std::memory_order_acquire);
@@ -171,7 +173,7 @@ void V4l2Camera::start_or_stop() {
   if (said == 0) holder_.store(kNobody, std::memory_order_release);
 }
 
-/// With the session in hand: no lent memory is the kernel's any more.
+/// Needs the session: afterwards the kernel uses no lent memory.
 void V4l2Camera::end_stream() noexcept {
   if (watch_) watch_->remove(session_->fd());
   session_->stop();
@@ -181,7 +183,7 @@ void V4l2Camera::end_stream() noexcept {
 
 Duration V4l2Camera::silence() const { return os_.now() - Time{last_frame_ns_.load(std::memory_order_relaxed)}; }
 
-/// How long only faulty frames have come, when that is worth saying; else 0.
+/// How long only faulty frames have come, when that is worth a report; else 0.
 Duration V4l2Camera::only_faulty() const {
   const Duration since = os_.now() - Time{last_good_ns_.load(std::memory_order_relaxed)};
   return since > kSilenceWorthSaying && since - silence() > kSilenceWorthSaying / 2 ? since : Duration{0};
@@ -223,11 +225,11 @@ std::string V4l2Camera::trouble() const {
   const double asked = picture_.rate_hz;
   if (holder_.load(std::memory_order_acquire) == kKeeper) {
     const int broken = broken_.load(std::memory_order_relaxed);
-    if (broken != 0)  // else it only begins or ends its stream
+    if (broken != 0)  // otherwise it only begins or ends its stream
       text = broken == ETIMEDOUT ? "no frame came, it is opened again" : std::string("gone: ") + std::strerror(broken);
     if (broken != 0 && !trouble_.empty()) text += "; " + trouble_;
   } else if (!streams_.load(std::memory_order_relaxed)) {
-    // it waits for memory to fill: nothing is wrong with it
+    // it waits for memory to fill: nothing is wrong
   } else if (silence() > kSilenceWorthSaying && (asked <= 0 || seconds(silence()) > 3 / asked)) {
     text = "is there, but sends no frames";
   } else if (only_faulty() > Duration{0}) {

@@ -44,7 +44,7 @@ Result<std::uint32_t> V4l2Camera::begin_lending(std::uint32_t room_bytes, std::s
   }
   line_.keep_ready();
   leave_session(broken);
-  call_keeper();  // which rings the reader until memory is there
+  call_keeper();  // the keeper rings the reader until memory is there
   if (begun) return lent_count_;
   if (spec_.memory != CameraSpec::Memory::lent) return begun.error();
   why += "; memory = \"userptr\" cannot be had";
@@ -64,11 +64,11 @@ Status V4l2Camera::lend(msg::Image& image) noexcept {
     lent_.pop_back();
     return cannot_lend(-said);
   }
-  leave_session(-said);  // the image is lent all the same: the next stream gets it
+  leave_session(-said);  // the image counts as lent: the next stream gets it
   return {};
 }
 
-/// With the session in hand: whatever is lent and not queued; with all of it there, the stream begins. 0 or negative
+/// Needs the session: queues all lent images that are not queued; when all are there, the stream begins. 0 or negative
 /// errno.
 int V4l2Camera::queue_lent() noexcept {
   if (!lent_.empty()) kernel_has_lent_.store(true, std::memory_order_relaxed);  // published with the session
@@ -81,7 +81,7 @@ int V4l2Camera::queue_lent() noexcept {
   return 0;
 }
 
-/// With the session in hand: from now on pictures are copied, by a stream that the keeper opens.
+/// Needs the session: from now on pictures are copied, in a stream that the keeper opens.
 Status V4l2Camera::cannot_lend(int error) noexcept {
   room_bytes_.store(0, std::memory_order_relaxed);
   lending_error_.store(error, std::memory_order_relaxed);
@@ -94,10 +94,10 @@ Result<msg::Image*> V4l2Camera::take_filled() noexcept {
   if (room_bytes_.load(std::memory_order_relaxed) == 0) return Error{Errc::not_supported, "camera memory"};
   if (!take_session()) {
     const int broken = broken_.load(std::memory_order_relaxed);
-    if (broken == 0) return nullptr;  // its stream is being begun
+    if (broken == 0) return nullptr;  // its stream is beginning
     return Error{Errc::closed, "camera", broken};
   }
-  int broken = -queue_lent();  // a stream that was begun anew has nothing yet
+  int broken = -queue_lent();  // a stream that was begun anew has no images yet
   if (refuses_memory(-broken)) return cannot_lend(broken).error();
   msg::Image* image = nullptr;
   Result<bool> got = false;
@@ -106,9 +106,9 @@ Result<msg::Image*> V4l2Camera::take_filled() noexcept {
   if (got && *got) {
     const auto at = std::find_if(lent_.begin(), lent_.end(),
                                  [&](const msg::Image* lent) { return lent->pixels() == filled.bytes.data(); });
-    image = *at;  // it is there: the session has answered memory that is queued
+    image = *at;  // always found: the session answers only queued memory
     lent_.erase(at);
-    static_cast<void>(describe(filled, *image));  // it has room: lend() has looked
+    static_cast<void>(describe(filled, *image));  // there is room: lend() has checked
     count_.handed_on();
     last_good_ns_.store(os_.now().ns);
   }

@@ -11,7 +11,7 @@
 namespace sinew::hal {
 namespace {
 
-constexpr std::size_t kMostControls = 512;  // a broken driver must not hold us
+constexpr std::size_t kMostControls = 512;  // a broken driver must not block us
 
 std::string name_of(const char* text, std::size_t room) {
   std::string name;
@@ -80,7 +80,7 @@ V4l2Controls V4l2Controls::enumerate(V4l2Port& port, int fd) {
       if (id == V4L2_CID_EXPOSURE_AUTO) all.auto_exposure_ = all.list_.size();
       all.codes_.push_back(
           {id, number, entry.type == V4L2_CTRL_TYPE_INTEGER64, (entry.flags & V4L2_CTRL_FLAG_VOLATILE) != 0});
-      // Two drivers' generations, one name: what the kernel calls it today.
+      // Two generations of drivers, one name: the kernel's present one.
       if (id == V4L2_CID_EXPOSURE_ABSOLUTE) control.name = "exposure_time_absolute";
       if (id == V4L2_CID_EXPOSURE_AUTO) control.name = "auto_exposure";
       all.list_.push_back(control);

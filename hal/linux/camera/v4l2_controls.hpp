@@ -21,16 +21,16 @@ class V4l2Controls {
   /// Integers, switches and menus; buttons, texts and tables are left out. A device without controls has an empty list.
   static V4l2Controls enumerate(V4l2Port& port, int fd);
   const std::vector<CameraControl>& list() const { return list_; }
-  /// Whether every name is known and every value within its range and steps. Errors: bad_argument; `why` has each.
+  /// Checks that every name is known and every value within its range and steps. Errors: bad_argument; `why` has each.
   Status check(const Wanted& wanted, std::string& why) const;
   /// Sets them: first switches and menus, because `auto_exposure` decides whether `exposure_time_absolute` counts.
-  /// Errors:  denied, busy, io, closed: the device refused one; the others are set all the same. `why` names each,
-  ///          `taken` gets those that it took.
+  /// Errors:  denied, busy, io, closed: the device refused one; the others are set all the same. `why` names each
+  ///          refused one; `taken` gets the accepted ones.
   Status set(V4l2Port& port, int fd, const Wanted& wanted, std::string& why, Wanted* taken = nullptr) const;
   /// In units of the control. Nothing: write only, or the device is gone.
   std::optional<std::int64_t> get(V4l2Port& port, int fd, std::size_t control) const;
 
-  /// The time that the sensor now collects light; 0: the device does not say, or decides by itself.
+  /// The present exposure time of the sensor; 0: the device does not say, or decides by itself.
   std::int64_t exposure_ns(V4l2Port& port, int fd) const;
 
  private:

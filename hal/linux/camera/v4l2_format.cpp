@@ -14,14 +14,14 @@
 namespace sinew::hal {
 namespace {
 
-constexpr std::uint32_t kMostEntries = 256;  // no honest driver lists more; a broken one must not hold us
-constexpr double kSameRate = 0.01;           // 29.97 is 30
+constexpr std::uint32_t kMostEntries = 256;  // no honest driver lists more; a broken one must not block us
+constexpr double kSameRate = 0.01;           // 29.97 counts as 30
 
 struct Range {
   std::uint32_t min = 0, max = 0, step = 1;
   bool holds(std::uint32_t v) const { return v >= min && v <= max && (v - min) % std::max(step, 1U) == 0; }
 };
-/// One entry of the size list: a single size, or all in steps.
+/// One entry of the size list: a single size, or a range with steps.
 struct Sizes {
   Range width, height;
   bool holds(std::uint32_t w, std::uint32_t h) const { return width.holds(w) && height.holds(h); }
@@ -149,7 +149,7 @@ Error refused_format(int result, const char* where) {
   }
 }
 
-/// Whether the device lists what is wanted, with pixels named `fourcc`: an error with what it has instead.
+/// Checks that the device lists the wanted picture, with pixels named `fourcc`: else an error with the device's list.
 Status is_listed(V4l2Port& port, int fd, const CameraSpec& spec, std::uint32_t fourcc, std::string& why) {
   const std::string wanted = size_text(spec.width, spec.height) + " " + msg::pixel_format_name(spec.format);
   const auto offered = formats(port, fd);
@@ -181,16 +181,16 @@ Result<std::uint32_t> choose(V4l2Port& port, int fd, const CameraSpec& spec, std
   std::string none;
   if (!is_listed(port, fd, spec, V4L2_PIX_FMT_MJPEG, none)) return raw.error();
   if (JpegDecoder::gives(spec.format)) return std::uint32_t{V4L2_PIX_FMT_MJPEG};
-  why += JpegDecoder::built() ? "; as MJPEG it has it, which gives mono8, rgb8 or bgr8"
-                              : "; as MJPEG it has it, which this build cannot decode (SINEW_TURBOJPEG)";
+  why += JpegDecoder::built() ? "; it has this as MJPEG, which gives mono8, rgb8 or bgr8"
+                              : "; it has this as MJPEG, which this build cannot decode (SINEW_TURBOJPEG)";
   return raw.error();
 }
 
-/// The rate that the device says it does: an error where it is another one.
+/// The rate that the device reports; an error when it is not the wanted one.
 Result<double> agree_on_rate(V4l2Port& port, int fd, const CameraSpec& spec, std::string& why) {
   auto parameters = cleared<v4l2_streamparm>();
   parameters.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-  if (port.ioctl(fd, VIDIOC_G_PARM, &parameters) < 0) return 0.0;  // a device without the idea of a rate
+  if (port.ioctl(fd, VIDIOC_G_PARM, &parameters) < 0) return 0.0;  // a device without rates
   auto& interval = parameters.parm.capture.timeperframe;
   if (spec.rate_hz > 0 && parameters.parm.capture.capability & V4L2_CAP_TIMEPERFRAME) {
     interval.numerator = 1000;
@@ -265,7 +265,7 @@ Result<V4l2Picture> v4l2_agree(V4l2Port& port, int fd, const CameraSpec& spec, s
     return Error{Errc::bad_argument, "camera format"};
   }
   if (!std::isfinite(spec.rate_hz) || spec.rate_hz < 0 || spec.rate_hz > 100'000) {
-    why = "a rate of " + number(spec.rate_hz) + " frames/s is none; 0 leaves it as it is";
+    why = "a rate of " + number(spec.rate_hz) + " frames/s is not possible; 0 keeps the device's rate";
     return Error{Errc::bad_argument, "camera rate"};
   }
   const auto chosen = choose(port, fd, spec, why);

@@ -1,5 +1,5 @@
 #pragma once
-// What a V4L2 device is and which picture it was brought to give.
+// The identity of a V4L2 device, and the picture agreed with it.
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -9,7 +9,7 @@
 
 namespace sinew::hal {
 
-/// What a device says of itself (VIDIOC_QUERYCAP).
+/// The device's own description (VIDIOC_QUERYCAP).
 struct V4l2Identity {
   std::string card, driver, bus_info;
   bool captures = false;     // gives pictures, in buffers of one plane
@@ -24,19 +24,18 @@ struct V4l2Picture {
   msg::PixelFormat format = msg::PixelFormat::none;
   std::uint32_t width = 0, height = 0;
   bool is_jpeg = false;              // comes as MJPEG, and is decoded into `format`
-  std::uint32_t bytes_per_line = 0;  // >= width * bytes per pixel; of a JPEG: nothing
+  std::uint32_t bytes_per_line = 0;  // >= width * bytes per pixel; 0 for a JPEG
   std::uint32_t image_bytes = 0;
   double rate_hz = 0;  // 0: the driver does not say
 };
 
 /// Brings the device to the asked format, size and rate: exactly these, or an error with what it offers. The format is
-/// not changed before it is known to be offered. What the device has as MJPEG only is taken so, where it can be
-/// decoded. Errors:  not_supported: the device has no such format; bad_argument: not this size or rate; busy; io. `why`
-/// names
+/// not changed before it is known to be offered. A picture that the device has only as MJPEG is taken so, where it can
+/// be decoded.
+/// Errors:  not_supported: the device has no such format; bad_argument: not this size or rate; busy; io. `why` names
 ///          what was asked, what was got and what there is.
 /// Source:  Linux Media Infrastructure userspace API, part I: 1.21 Data Formats, VIDIOC_ENUM_FMT,
-/// VIDIOC_ENUM_FRAMESIZES,
-///          VIDIOC_ENUM_FRAMEINTERVALS, VIDIOC_S_FMT, VIDIOC_S_PARM.
+///          VIDIOC_ENUM_FRAMESIZES, VIDIOC_ENUM_FRAMEINTERVALS, VIDIOC_S_FMT, VIDIOC_S_PARM.
 Result<V4l2Picture> v4l2_agree(V4l2Port& port, int fd, const CameraSpec& spec, std::string& why);
 
 /// "YUYV (YUYV 4:2:2): 640x480 at 30, 15 frames/s, 320x240 ...; MJPG ...", for people.

@@ -14,12 +14,12 @@ namespace sinew::hal {
 namespace {
 
 constexpr std::uint32_t kMostLent = 32;  // VIDEO_MAX_FRAME
-// Where the pixels of a slot begin within its 64 bytes: what a driver may find too little aligned.
+// Offset of a slot's pixels within its 64 bytes: too little alignment for some drivers.
 constexpr std::size_t kSlotAlignment = 64, kPixelsAt = sizeof(msg::Image) % kSlotAlignment;
 
 }  // namespace
 
-/// Whether pictures would be right where they are put: no row is moved, none is decoded.
+/// Checks that pictures can be right in lent memory: no row is moved, none is decoded.
 Status V4l2Session::may_lend(const CameraSpec& spec, std::uint32_t room_bytes, std::string& why) const {
   const std::uint32_t row = picture_.width * msg::bytes_per_pixel(picture_.format);
   if (spec.memory == CameraSpec::Memory::mapped)
@@ -60,7 +60,7 @@ Status V4l2Session::take_user_pointers(std::uint32_t buffers, std::string& why) 
     return Error{said == -ENODEV ? Errc::closed : Errc::not_supported, what, -said};
   };
   std::uint32_t none = 0;
-  request_buffers(V4L2_MEMORY_MMAP, none);  // lets go of those that were mapped; none on a device just opened
+  request_buffers(V4L2_MEMORY_MMAP, none);  // frees the mapped ones; none on a device just opened
   std::uint32_t fewest = buffers;
   if (const int said = request_buffers(V4L2_MEMORY_USERPTR, fewest); said < 0) return refused("VIDIOC_REQBUFS", said);
   if (fewest > buffers) {
@@ -70,8 +70,8 @@ Status V4l2Session::take_user_pointers(std::uint32_t buffers, std::string& why) 
   memory_.assign(fewest, {});
   is_queued_.assign(fewest, false);
   if (const int said = try_memory(); said < 0) return refused("VIDIOC_QBUF", said);
-  // An index for every piece of memory that comes, as far as there are any: then each is pinned only once. Indices cost
-  // nothing while they are not used.
+  // An index for every piece of memory, as far as there are any: then each piece is pinned only once. Unused indices
+  // cost nothing.
   std::uint32_t count = kMostLent;
   if (const int said = request_buffers(V4L2_MEMORY_USERPTR, count); said < 0) return refused("VIDIOC_REQBUFS", said);
   memory_.assign(std::clamp(count, buffers, kMostLent), {});
@@ -80,7 +80,7 @@ Status V4l2Session::take_user_pointers(std::uint32_t buffers, std::string& why) 
   return {};
 }
 
-/// Queues a piece of memory that is aligned as a slot's pixels are, and takes it out again.
+/// Queues a piece of memory with the alignment of a slot's pixels, and takes it out again.
 int V4l2Session::try_memory() {
   std::vector<std::uint8_t> memory(picture_.image_bytes + 2 * kSlotAlignment);
   const std::size_t beyond = reinterpret_cast<std::uintptr_t>(memory.data()) % kSlotAlignment;
@@ -99,7 +99,7 @@ int V4l2Session::lend(std::uint8_t* memory) noexcept {
       at = i;
       break;
     }
-    // The first index that was never used; if there is none, one that is not in use.
+    // The first index that was never used; if there is none, an index that is not in use.
     const bool better = at == memory_.size() || (memory_[i].data() == nullptr && memory_[at].data() != nullptr);
     if (!is_queued_[i] && better) at = i;
   }

@@ -31,7 +31,7 @@ Errc open_error_kind(int error) {
   }
 }
 
-/// What to do about it, where that is known.
+/// The remedy for an error, where one is known.
 std::string advice(int error, const std::string& path) {
   switch (error) {
     case EACCES:
@@ -56,7 +56,7 @@ struct Known {
   V4l2Identity identity;
 };
 
-/// All nodes that capture and may be opened.
+/// All nodes that capture and that this user may open.
 std::vector<Known> capture_nodes(V4l2Port& port) {
   std::vector<Known> all;
   for (const std::string& path : port.nodes()) {
@@ -114,7 +114,7 @@ Status V4l2Session::begin(const CameraSpec& spec, std::uint32_t room_bytes, std:
   const auto picture = v4l2_agree(port_, fd_, spec, reason);
   if (!picture) return told(picture.error());
   picture_ = *picture;
-  controls_ = V4l2Controls::enumerate(port_, fd_);  // now: a sensor's longest exposure follows from size and rate
+  controls_ = V4l2Controls::enumerate(port_, fd_);  // only now: a sensor's longest exposure follows from size and rate
   if (const Status known = controls_.check(spec.controls, reason); !known) return told(known);
   if (const Status set = controls_.set(port_, fd_, spec.controls, reason); !set) return told(set);
   const Status started = room_bytes != 0 ? begin_lending(spec, room_bytes, reason) : start_stream(spec.buffers, reason);
@@ -201,7 +201,7 @@ int V4l2Session::start() noexcept {
 
 void V4l2Session::stop() noexcept {
   int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-  port_.ioctl(fd_, VIDIOC_STREAMOFF, &type);  // fails on a device that is gone: nothing is left to stop
+  port_.ioctl(fd_, VIDIOC_STREAMOFF, &type);  // fails on a device that is gone: then there is nothing to stop
   streaming_ = false;
   is_queued_.assign(is_queued_.size(), false);
   queued_ = 0;
@@ -227,7 +227,7 @@ int V4l2Session::take(Filled& filled) noexcept {
   const int said = port_.ioctl(fd_, VIDIOC_DQBUF, &buffer);
   if (said == -EAGAIN) return 0;
   if (said < 0) return said;
-  if (buffer.index >= memory_.size()) return -EIO;  // not one of ours: the driver is not to be trusted any more
+  if (buffer.index >= memory_.size()) return -EIO;  // not our index: the driver is no longer trusted
   if (lends_) {
     if (!is_queued_[buffer.index]) return -EIO;
     is_queued_[buffer.index] = false, --queued_;

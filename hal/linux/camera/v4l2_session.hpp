@@ -10,48 +10,48 @@
 
 namespace sinew::hal {
 
-/// The node that `name` means: a path ("/dev/video0", "/dev/v4l/by-path/..."), a name of udev's ("usb-ACME_Cam-...",
-/// with or without "-video-index0"), the bus ("usb-0000:00:14.0-3") or what the device calls itself ("ACME Cam").
-/// Answered anew at each opening, since a camera that is plugged in again may get another number. Errors:  not_found,
-/// also when two devices fit; `why` names the devices that are there.
+/// The node for `name`: a path ("/dev/video0", "/dev/v4l/by-path/..."), a name of udev's ("usb-ACME_Cam-...", with or
+/// without "-video-index0"), the bus ("usb-0000:00:14.0-3") or the device's own name ("ACME Cam"). Looked up again at
+/// each opening, since a camera that is plugged in again may get another number.
+/// Errors:  not_found, also when two devices fit; `why` names the devices that are there.
 Result<std::string> v4l2_find(V4l2Port& port, const std::string& name, std::string& why);
 
 /// A device that streams: opened, brought to its format, its buffers queued and filled by the driver. The buffers are
 /// the driver's, mapped; or, after begin_lending(), memory of the caller (V4L2_MEMORY_USERPTR).
-/// Thread:  owner; take(), give_back() and lend() on another one than the rest, if one of them owns it at a time.
+/// Thread:  owner; take(), give_back() and lend() may run on another thread, if one thread owns the session at a time.
 class V4l2Session {
  public:
-  /// Finds and opens spec.path, sets format and controls, starts the stream. With `room_bytes` it begins lending in
-  /// place of the latter.
+  /// Finds and opens spec.path, sets format and controls, starts the stream. With `room_bytes` it begins lending
+  /// instead of starting the stream.
   /// Errors:  not_found, denied, busy, not_supported, bad_argument, bad_data, closed, io; nothing stays open. `why`
-  ///          says it with the path and what can be done.
+  ///          says it with the path and the remedy.
   static Result<std::unique_ptr<V4l2Session>> open(V4l2Port& port, const CameraSpec& spec, std::string& why,
                                                    std::uint32_t room_bytes = 0);
-  ~V4l2Session();  // stops the stream, gives all back
+  ~V4l2Session();  // stops the stream, frees everything
   V4l2Session(const V4l2Session&) = delete;
   V4l2Session& operator=(const V4l2Session&) = delete;
 
   /// A buffer that the driver has filled.
   struct Filled {
     std::uint32_t index = 0, sequence = 0, flags = 0;
-    std::int64_t stamp_ns = 0;  // what it counts from is in the flags
+    std::int64_t stamp_ns = 0;  // the flags say which clock
     std::span<const std::uint8_t> bytes;
   };
-  /// 1: one was taken, to be given back; 0: none is ready; negative errno. RT: yes, never blocks.
+  /// 1: one was taken; give it back. 0: none is ready; negative errno. RT: yes, never blocks.
   int take(Filled& filled) noexcept;
   /// 0 or negative errno. RT: yes.
   int give_back(std::uint32_t index) noexcept;
 
   // ---- memory of the caller: v4l2_lending.cpp
-  /// Ends the stream into mapped buffers; from now on only lent memory is filled, after start(). That the driver takes
-  /// such memory is tried with a piece of it. `room_bytes`: of each piece.
-  /// Errors:  not_supported, bad_argument, io: as it was before, or broken: see streams(). `why` says it.
+  /// Ends the stream into mapped buffers; from now on only lent memory is filled, after start(). Tries with a piece of
+  /// memory whether the driver takes such memory. `room_bytes`: of each piece.
+  /// Errors:  not_supported, bad_argument, io: unchanged, or broken: see streams(). `why` says it.
   Status begin_lending(const CameraSpec& spec, std::uint32_t room_bytes, std::string& why);
   /// Queues `memory`, unless it is queued already. 0 or negative errno. RT: yes.
   int lend(std::uint8_t* memory) noexcept;
-  /// 0 or negative errno. Starting may take a camera long. RT: no.
+  /// 0 or negative errno. Starting may take long on some cameras. RT: no.
   int start() noexcept;
-  /// Nothing is filled or queued any more. RT: no.
+  /// Afterwards nothing is filled or queued. RT: no.
   void stop() noexcept;
   bool lends() const { return lends_; }
   bool streams() const { return streaming_; }
@@ -83,7 +83,7 @@ class V4l2Session {
   V4l2Identity identity_;
   V4l2Picture picture_;
   V4l2Controls controls_;
-  std::vector<std::span<std::uint8_t>> memory_;  // by the driver's index; lent: what it was last, or nothing
+  std::vector<std::span<std::uint8_t>> memory_;  // by the driver's index; lent: the last memory, or nothing
   std::vector<bool> is_queued_;                  // lent memory only
   std::uint32_t queued_ = 0;
 };

@@ -217,7 +217,7 @@ void* V4l2Sim::map(int fd, std::size_t bytes, std::int64_t offset) {
   const std::lock_guard lock(mutex_);
   const auto file = files_.find(fd);
   if (file == files_.end()) return nullptr;
-  const auto index = static_cast<std::size_t>(offset);  // of the buffer: all that an offset has to be
+  const auto index = static_cast<std::size_t>(offset);  // an index is enough of an offset here
   if (index >= file->second.buffers.size() || file->second.buffers[index]->size() != bytes) return nullptr;
   mapped_[file->second.buffers[index]->data()] = file->second.buffers[index];
   return file->second.buffers[index]->data();

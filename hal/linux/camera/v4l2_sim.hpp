@@ -15,7 +15,7 @@
 
 namespace sinew::hal {
 
-/// What a simulated camera pretends to be. The default is a small USB camera.
+/// A simulated camera's properties. The default is a small USB camera.
 struct V4l2SimCamera {
   struct Size {
     std::uint32_t width, height;
@@ -25,7 +25,7 @@ struct V4l2SimCamera {
     std::string text;
     std::vector<Size> sizes;    // with `steps`: the smallest and the largest
     std::vector<double> rates;  // with `steps`: the lowest and the highest
-    bool steps = false;         // of 2 pixels
+    bool steps = false;         // in steps of 2 pixels
   };
   struct Control {
     std::uint32_t id, type;
@@ -42,14 +42,14 @@ struct V4l2SimCamera {
   std::uint32_t capabilities;       // V4L2_CAP_*
   std::uint32_t stamp_flags;        // V4L2_BUF_FLAG_TIMESTAMP_* | V4L2_BUF_FLAG_TSTAMP_SRC_*
   std::uint32_t padding_bytes = 0;  // behind each row
-  bool user_pointers = true;        // takes memory of its user
+  bool user_pointers = true;        // takes memory of the user
   std::uint32_t fewest_buffers = 2;
   std::uint32_t pointer_alignment = 1;  // of its user's memory
-  bool exposure_in_period = false;      // the longest exposure is the period of its frames, as of many sensors
-  bool lists_sizes = true;              // false: what fits is only found out by asking for it
+  bool exposure_in_period = false;      // the longest exposure is the period of the frames, as with many sensors
+  bool lists_sizes = true;              // false: a program finds what fits only by asking for it
 };
 
-/// What is wrong with it, until told otherwise.
+/// A fault of the camera, until changed.
 enum class V4l2Fault : std::uint8_t {
   none,
   silent,       // nothing comes any more
@@ -57,35 +57,35 @@ enum class V4l2Fault : std::uint8_t {
   corrupt,      // the driver marks each frame as faulty
   short_frame,  // half of each picture is missing
   stuck,        // the last frame again and again, with its old stamp
-  slow,         // only every fourth frame is made at all
+  slow,         // only every fourth frame is made
   io_error,     // taking a frame fails, until the device is opened again
 };
 
-/// A V4L2 capture device in memory that answers the requests of V4l2Camera: the real driver code runs on it, fed from a
-/// test or from the plant. Its descriptors are pipes, so that epoll sees frames come and the device go.
+/// A V4L2 capture device in memory that answers the requests of V4l2Camera. The real driver code runs on it, fed by a
+/// test or by the plant. Its descriptors are pipes, so that epoll sees frames come and the device go.
 /// Thread:  any (locks).   RT: no; it is a simulator.
 class V4l2Sim final : public V4l2Port {
  public:
   explicit V4l2Sim(V4l2SimCamera camera = {});
   ~V4l2Sim() override;
 
-  /// A picture in the agreed format and size goes into the oldest queued buffer, stamped as the driver would.
-  /// False: nobody streams, no buffer was free (the frame counts as lost), or a fault swallowed it.
+  /// Puts a picture in the agreed format and size into the oldest queued buffer, stamped as the driver would stamp it.
+  /// False: there is no stream, no buffer was free (the frame counts as lost), or a fault swallowed it.
   bool deliver(const msg::Image& picture, Time stamp);
-  /// The same for a camera that was brought to MJPEG: these bytes, as they are.
+  /// The same for a camera in MJPEG mode: takes these bytes unchanged.
   bool deliver_jpeg(std::span<const std::uint8_t> jpeg, Time stamp);
-  /// So many frames were taken and never came here: the driver's count goes on.
+  /// So many frames were taken and did not arrive: the driver's count goes on.
   void lose(std::uint32_t frames);
   void set_fault(V4l2Fault fault);
-  /// The plug is pulled: open descriptors are dead from now on, the node is gone.
+  /// Unplugs it: open descriptors are dead from now on, the node is gone.
   void unplug();
-  /// Back, as this node.
+  /// Plugs it in again, as this node.
   void plug_in(const std::string& node = "/dev/video0");
-  /// From now on this request answers with an error; 0: as usual again. Request 0 is opening.
+  /// From now on this request answers with an error; 0: normal again. Request 0 is opening.
   void refuse(unsigned long request, int error);
-  /// As if another camera were plugged in: what this control allows. Its value comes along.
+  /// Changes a control's range, as if another camera were plugged in. Its value moves into the range.
   void set_range(const std::string& name, std::int64_t min, std::int64_t max);
-  /// Another program streams.
+  /// True: another program streams.
   void set_busy(bool busy);
 
   std::int64_t control(const std::string& name) const;
@@ -104,7 +104,7 @@ class V4l2Sim final : public V4l2Port {
   void unmap(void* memory, std::size_t bytes) noexcept override;
 
  private:
-  using Memory = std::shared_ptr<std::vector<std::uint8_t>>;  // a mapped one outlives its descriptor, as the kernel's
+  using Memory = std::shared_ptr<std::vector<std::uint8_t>>;  // mapped memory outlives its descriptor, as the kernel's
   struct Done {
     std::uint32_t index, used, flags, sequence;
     Time stamp;
@@ -115,7 +115,7 @@ class V4l2Sim final : public V4l2Port {
     std::uint32_t code = 0, width = 0, height = 0, line = 0, image_bytes = 0;
     double rate_hz = 0;
     std::vector<Memory> buffers;
-    std::vector<std::uint8_t*> users;  // in place of `buffers`: memory of the user, by index; null: none yet
+    std::vector<std::uint8_t*> users;  // instead of `buffers`: the user's memory, by index; null: none yet
     std::deque<std::uint32_t> queued;
     std::deque<Done> done;
     std::uint32_t sequence = 0, made = 0;

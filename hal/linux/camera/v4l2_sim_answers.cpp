@@ -1,4 +1,4 @@
-// What the simulated camera says of itself: formats, sizes, rates, controls. See v4l2_sim.hpp.
+// The simulated camera's description of itself: formats, sizes, rates, controls. See v4l2_sim.hpp.
 #include <linux/videodev2.h>
 
 #include <algorithm>
@@ -109,7 +109,7 @@ int V4l2Sim::formats(File& file, unsigned long request, void* argument) {
     const V4l2SimCamera::Offer* best = &camera_.offers.front();
     for (const auto& o : camera_.offers)
       if (o.code == pix.pixelformat) best = &o;
-    // As drivers do it: what is there is nearest, and no error.
+    // As drivers do: the nearest size is taken, without an error.
     if (!best->steps) {
       const auto far = [&pix](const V4l2SimCamera::Size& s) {
         return std::abs(std::int64_t{s.width} - pix.width) + std::abs(std::int64_t{s.height} - pix.height);

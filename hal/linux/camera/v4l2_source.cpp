@@ -122,7 +122,7 @@ void V4l2Source::deliver(Time middle, std::uint32_t number) noexcept {
   picture.frame_number = number;
   free_.fetch_and(~(1u << slot), std::memory_order_relaxed);
   filled_.fetch_or(1u << slot, std::memory_order_release);                // after its pixels; send_filled() acquires
-  static_cast<void>(bell_->write_now(std::as_bytes(std::span("f", 1))));  // full: it rings already
+  static_cast<void>(bell_->write_now(std::as_bytes(std::span("f", 1))));  // when the pipe is full, it rings already
 }
 
 void V4l2Source::set_plugged(bool plugged) noexcept {
@@ -138,7 +138,7 @@ void V4l2Source::work() noexcept {
     const bool plugged = plugged_.load(std::memory_order_acquire);
     std::string why;
     if (!plugged && listener_) close_all();
-    if (plugged && !listener_) static_cast<void>(listen(why));  // refused: tried again in the next round
+    if (plugged && !listener_) static_cast<void>(listen(why));  // after a refusal: again in the next round
     send_filled();
     std::vector<Waiting> items{{bell_heard_->handle()}};
     items.push_back({listener_ && clients_.size() < kMostClients ? listener_->handle() : -1});
@@ -158,7 +158,7 @@ void V4l2Source::work() noexcept {
 void V4l2Source::welcome() {
   using namespace std::chrono_literals;
   auto line = listener_->accept(0ms);
-  if (!line) return;  // gone again
+  if (!line) return;  // unplugged again
   CableHello hello;
   hello.width = spec_.width, hello.height = spec_.height, hello.format = spec_.format;
   hello.slot_bytes = static_cast<std::uint32_t>(slot_bytes_);
@@ -172,7 +172,7 @@ void V4l2Source::welcome() {
   clients_.back()->line = std::move(*line);
 }
 
-/// All that is there. False: it has gone, or speaks another language.
+/// Takes all messages that are there. False: the client has gone, or speaks another language.
 bool V4l2Source::hear(Client& client) {
   for (;;) {
     const auto got = client.line->read_now(std::span(client.partial).subspan(client.have));

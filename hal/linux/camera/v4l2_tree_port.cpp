@@ -17,14 +17,14 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Duration kAnswersWithin = 2s;  // the source's thread is one of ordinary priority
+constexpr Duration kAnswersWithin = 2s;  // the source's thread has ordinary priority
 constexpr const char* kExposure = "Exposure Time, Absolute";
 constexpr std::int64_t kExposureUnitNs = 100'000;
 
 int errno_of(const Error& e) {
   switch (e.code) {
     case Errc::not_found:
-    case Errc::closed:  // a socket that a dead process left behind
+    case Errc::closed:  // a dead process left the socket behind
       return ENOENT;
     case Errc::denied:
       return EACCES;
@@ -94,7 +94,7 @@ class V4l2TreePort::Device {
 
  private:
   Status say(const CableMessage& message) {
-    const std::lock_guard lock(saying_);  // the filling thread and who stops the stream
+    const std::lock_guard lock(saying_);  // between the filling thread and the one that stops the stream
     return line_->write(std::as_bytes(std::span(&message, 1)));
   }
   Device(Os& os, const CableHello& hello) : os_(os), hello_(hello) {}
@@ -135,7 +135,7 @@ int V4l2TreePort::Device::open(Os& os, const std::string& socket, const std::str
   return 0;
 }
 
-/// Buffers are only for one: as the kernel's queue, whose first user owns it.
+/// Only one opener gets buffers: as in the kernel, the first user owns the queue.
 int V4l2TreePort::Device::claim() {
   if (claimed_) return 0;
   if (!say({CableWord::claim, 0, 0, 0})) return -ENODEV;
@@ -152,7 +152,7 @@ int V4l2TreePort::Device::start() {
   line_->set_patience(Duration{0});
   ThreadOptions options;
   options.name = "video_driver";
-  options.fifo_priority = 95;  // as FdWatch: both are what interrupts would be
+  options.fifo_priority = 95;  // as FdWatch: both replace interrupts
   options.stack_bytes = std::size_t{64} * 1024;
   auto started = os_.start_thread(options, [this] { receive(); });
   if (!started) return -ENOMEM;
@@ -178,7 +178,7 @@ bool V4l2TreePort::Device::take(const CableMessage& message) {
   counting_ = true, last_number_ = message.number;
   // The driver stamps the start of the exposure.
   const Duration half{sim_->control(kExposure) * kExposureUnitNs / 2};
-  sim_->deliver(image, image.stamp - half);  // false: no buffer was queued; the sequence has it
+  sim_->deliver(image, image.stamp - half);  // false: no buffer was queued; the sequence shows it
   return static_cast<bool>(say({CableWord::give_back, message.slot, 0, 0}));
 }
 

@@ -9,11 +9,11 @@
 
 namespace sinew::hal {
 
-/// Video devices of a folder that stands for "/": ROOT/dev/video0 is the socket of another process's V4l2Source. The
-/// answers to requests are V4l2Sim's: formats, buffers that are queued and filled, sequence numbers, controls; what
-/// feeds it are pictures from the cable. A process that ends, or pulls the plug, is a device that is unplugged.
-/// Differences to the kernel's: the queue lives in this process, and a thread of it (95, as a driver's) fills buffers.
-/// Exposure and gain are taken and told; the pictures do not change by them.
+/// Video devices of a folder that stands for "/": ROOT/dev/video0 is the socket of another process's V4l2Source.
+/// V4l2Sim answers the requests: formats, buffers that are queued and filled, sequence numbers, controls; pictures come
+/// over the cable. A process that ends or unplugs its source looks like an unplugged device.
+/// Differences to the kernel's: the queue lives in this process, and one of its threads (priority 95, as a driver's)
+/// fills buffers. Exposure and gain are accepted and reported, but do not change the pictures.
 /// Thread:  any.   RT: ioctl() of VIDIOC_QBUF and VIDIOC_DQBUF takes a lock that the filling thread holds while it
 ///          copies a picture.
 class V4l2TreePort final : public V4l2Port {
@@ -23,7 +23,7 @@ class V4l2TreePort final : public V4l2Port {
 
   std::vector<std::string> nodes() override;
   std::vector<std::string> links(const std::string& folder) override;
-  /// Errors:  also ENODEV when what listens there is no camera of this kind.
+  /// Errors:  also ENODEV when the listener is no camera of this kind.
   int open(const std::string& path) override;
   void close(int fd) noexcept override;
   int ioctl(int fd, unsigned long request, void* argument) noexcept override;

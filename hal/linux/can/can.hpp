@@ -7,9 +7,9 @@
 
 namespace sinew::hal {
 
-/// Opens a CAN bus of any transport: SocketCanBus, UdpCanBus or SocketcandCan, whose headers say what each can do.
-/// `why` has an error in words, with what can be done about it; after success it is empty or says what will be missing.
-/// Errors:  bad_argument: no such transport or address; what each open() says.
+/// Opens a CAN bus of any transport: SocketCanBus, UdpCanBus or SocketcandCan; their headers describe them. `why` has
+/// an error in words, with the remedy; after success it is empty or says what will be missing.
+/// Errors:  bad_argument: no such transport or address; those of each open().
 Result<std::unique_ptr<CanBus>> open_can(const CanSpec& spec, Os& os, std::shared_ptr<FdWatch> watch, std::string& why);
 
 }  // namespace sinew::hal

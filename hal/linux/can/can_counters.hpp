@@ -8,7 +8,7 @@
 namespace sinew::hal {
 
 /// CanStats while a reader, a sender and a keeper count.   Thread: any.   RT: yes.
-/// All relaxed: each number stands for itself, and nobody waits for one.
+/// All relaxed: each number is independent, and no thread waits for one.
 class CanCounters {
  public:
   explicit CanCounters(double data_rate_ratio = 1) : ratio_(data_rate_ratio) {}
@@ -24,7 +24,7 @@ class CanCounters {
   void set_errors(std::uint8_t tx, std::uint8_t rx) noexcept {
     tx_errors_.store(tx, std::memory_order_relaxed), rx_errors_.store(rx, std::memory_order_relaxed);
   }
-  /// Counts on the way: into bus-off, and out of it.
+  /// Counts transitions: into bus-off, and out of it.
   void set_state(CanState state) noexcept {
     const CanState before = state_.exchange(state, std::memory_order_relaxed);
     if (before != CanState::bus_off && state == CanState::bus_off) add(bus_offs_);
@@ -55,7 +55,7 @@ class CanCounters {
   std::atomic<std::uint8_t> tx_errors_{0}, rx_errors_{0};
 };
 
-/// Whether one of them lets the frame through; none: everything. For transports that have no filters of their own.
+/// True if one of them lets the frame through; no filters: all pass. For transports without filters of their own.
 inline bool passes(std::span<const CanFilter> filters, const msg::CanFrame& frame) noexcept {
   if (filters.empty() || frame.error()) return true;
   for (const CanFilter& f : filters)

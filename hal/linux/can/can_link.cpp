@@ -20,7 +20,7 @@ namespace {
 
 using Bytes = std::span<const std::byte>;
 
-/// A struct of the kernel out of bytes that may lie anywhere.
+/// Copies a struct of the kernel from bytes of any alignment.
 template <class T>
 bool take(Bytes bytes, T& out) {
   if (bytes.size() < sizeof(T)) return false;
@@ -124,7 +124,7 @@ std::size_t put_attribute(Request& request, std::size_t used, int type, Bytes pa
 Result<Bytes> ask(const Request& request, std::span<std::byte> answer) {
   const int fd = socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE);
   if (fd < 0) return Error{Errc::io, "netlink socket", errno};
-  const timeval patience{1, 0};  // the kernel answers in the call itself; this is against a surprise
+  const timeval patience{1, 0};  // the kernel answers in the call itself; the time-out is only a safeguard
   setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
   ssize_t n = send(fd, &request, request.head.nlmsg_len, 0);
   if (n >= 0) n = recv(fd, answer.data(), answer.size(), 0);
@@ -134,7 +134,7 @@ Result<Bytes> ask(const Request& request, std::span<std::byte> answer) {
   return Bytes(answer.data(), static_cast<std::size_t>(n));
 }
 
-/// The errno of an error message, 0 for an acknowledgement; nothing when it is none.
+/// The errno of an error message, 0 for an acknowledgement; nothing when it is neither.
 bool is_error(Bytes answer, int& error) {
   nlmsghdr head{};
   nlmsgerr body{};

@@ -1,5 +1,5 @@
 #pragma once
-// What the kernel tells about a CAN interface beside its frames, by netlink.
+// The kernel's facts about a CAN interface besides its frames, by netlink.
 #include <cstddef>
 #include <span>
 #include <string>
@@ -19,12 +19,12 @@ struct CanLink {
   std::uint8_t tx_errors = 0, rx_errors = 0;
 };
 
-/// Errors:  not_found when there is no interface of this name; bad_argument when it is none for CAN; io with errno.
+/// Errors:  not_found when there is no interface of this name; bad_argument when it is no CAN interface; io with errno.
 /// Thread:  any.   RT: no.
 Result<CanLink> read_can_link(const std::string& name);
 
 /// Brings a controller that is bus-off back on its bus. Needs CAP_NET_ADMIN. Errors: denied; busy when it is not
-/// bus-off, or restarts by itself; io with errno.
+/// bus-off, or restarts without help; io with errno.
 Status restart_can(int index);
 
 /// Reads the answer of the kernel to a question about one interface; split off for tests. `answer` begins with its

@@ -8,8 +8,7 @@
 
 namespace sinew::hal {
 
-/// What the transports of CAN frames have in common: what they were opened with, who is woken, what is counted, and
-/// which frames they let out at all.
+/// The common part of the CAN transports: their spec, the wake, the counters, and the checks before a frame may leave.
 class CanPort : public CanBus {
  public:
   void set_wake(Wake* wake) noexcept final { line_.change_wake(wake); }
@@ -23,7 +22,7 @@ class CanPort : public CanBus {
         watch_(std::move(watch)),
         counters_(spec.bit_rate > 0 ? static_cast<double>(spec.data_bit_rate) / spec.bit_rate : 1.0) {}
 
-  /// What send() looks at first. Errors: bad_argument: no such frame on this bus; timeout: its deadline is over,
+  /// The first checks of send(). Errors: bad_argument: no such frame on this bus; timeout: its deadline is over,
   /// counted. RT: yes.
   Status may_leave(const msg::CanFrame& frame, Time deadline) noexcept {
     if (!wire::is_can_frame(frame) || (frame.fd() && spec_.data_bit_rate == 0))
@@ -31,7 +30,7 @@ class CanPort : public CanBus {
     if (deadline != kNever && os_.now() >= deadline) return lost(Errc::timeout, "deadline");
     return {};
   }
-  /// A frame that does not go out: counted, and why.
+  /// Counts a frame that does not go out, and gives the error.
   Error lost(Errc code, const char* where, std::int64_t detail = 0) noexcept {
     counters_.tx_lost();
     return {code, where, detail};

@@ -55,7 +55,7 @@ canfd_frame to_kernel(const msg::CanFrame& frame) {
 
 }  // namespace
 
-/// What one recvmmsg() fills, made once.
+/// The memory that one recvmmsg() fills, made once.
 struct SocketCanBus::Batch {
   explicit Batch(Time now) : realtime(now) {
     for (std::size_t i = 0; i < kCanBatch; ++i) {
@@ -166,7 +166,8 @@ Status SocketCanBus::set_options(const CanLink& link, std::string& why) {
   const int stamps = SOF_TIMESTAMPING_RX_SOFTWARE | SOF_TIMESTAMPING_SOFTWARE | SOF_TIMESTAMPING_RX_HARDWARE |
                      SOF_TIMESTAMPING_RAW_HARDWARE;
   if (const Status s = set_option(fd_, SOL_SOCKET, SO_TIMESTAMPING, stamps, "SO_TIMESTAMPING"); !s) return s;
-  // A larger queue in, beyond net.core.rmem_max where permitted; a short one out, so that nothing grows old there.
+  // A large receive queue, beyond net.core.rmem_max where permitted; a short send queue, so that no frame grows old
+  // there.
   const int in = kCanReceiveBytes, out = kCanSendBytes;
   if (setsockopt(fd_, SOL_SOCKET, SO_RCVBUFFORCE, &in, sizeof in) != 0)
     if (const Status s = set_option(fd_, SOL_SOCKET, SO_RCVBUF, in, "SO_RCVBUF"); !s) return s;
@@ -198,7 +199,7 @@ Status SocketCanBus::apply_filters() {
   std::vector<can_filter> raw;
   for (const CanFilter& f : filters_)
     raw.push_back({f.id | (f.extended ? CAN_EFF_FLAG : 0u), (f.mask & CAN_EFF_MASK) | CAN_EFF_FLAG});
-  if (raw.empty()) raw.push_back({0, 0});  // everything; no filter at all would be nothing
+  if (raw.empty()) raw.push_back({0, 0});  // everything; an empty list would receive nothing
   if (setsockopt(fd_, SOL_CAN_RAW, CAN_RAW_FILTER, raw.data(), static_cast<socklen_t>(raw.size() * sizeof raw[0])) != 0)
     return Error{Errc::io, "CAN_RAW_FILTER", errno};
   return {};
@@ -255,7 +256,7 @@ bool SocketCanBus::take(std::size_t i, msg::CanFrame& out) noexcept {
   out.stamp = stamp;
   if (out.error()) {
     count_error_frame(out, counters_);
-    if (counters_.state() == CanState::bus_off) {  // the keeper sees to it that it comes back
+    if (counters_.state() == CanState::bus_off) {  // the keeper brings it back
       keeper_word_.fetch_add(1, std::memory_order_release);
       os_.wake(keeper_word_);
     }

@@ -14,16 +14,16 @@
 
 namespace sinew::hal {
 
-/// Receives in batches of up to 16 frames. Other programs on this machine see what it sends, and it sees what they
-/// send; its own frames come back only with CanSpec::receive_own.
+/// Receives in batches of up to 16 frames. Other programs on this machine see the frames that it sends, and it sees
+/// theirs; its own frames come back only with CanSpec::receive_own.
 ///
-/// A lost interface (down, unplugged) is looked for by a thread of this object, first every 100 ms and later each
-/// second; then the same socket goes on. A controller that is bus-off comes back by the interface's restart-ms; where
-/// that is 0, this object restarts it by netlink, which needs CAP_NET_ADMIN; trouble() says when it may not.
+/// Its own thread looks for a lost interface (down, unplugged), first every 100 ms and later each second; then the same
+/// socket goes on. A controller that is bus-off comes back by the interface's restart-ms. If restart-ms is 0, this
+/// object restarts the controller by netlink, which needs CAP_NET_ADMIN; trouble() says when it may not.
 ///
-/// Deadlines: a frame whose deadline is over is not handed to the kernel. A frame that the kernel has cannot be taken
-/// back; so that few can wait there, the socket's buffer is small (about 32 frames, or 10 by the queue of the interface
-/// unless its txqueuelen is raised): beyond, send() says timeout at once. A bus that is off drops what waits.
+/// Deadlines: a frame whose deadline is over is not handed to the kernel. A frame in the kernel cannot be taken back,
+/// so the socket's buffer is small (about 32 frames, or 10 by the queue of the interface unless its txqueuelen is
+/// raised): when it is full, send() says timeout at once. A bus that is off drops the waiting frames.
 ///
 /// Stamps: the controller's where its driver gives them, else the kernel's; both on CLOCK_MONOTONIC (can_stamp.hpp).
 /// Filters are the kernel's; error frames always come.
@@ -31,7 +31,7 @@ class SocketCanBus final : public CanPort, public SelfReport {
  public:
   /// `why`: on an error what is missing and what to do; on success empty, or what will be missing later.
   /// Errors:  not_supported: the kernel has no CAN, or CAN FD is asked for and not there; not_found: no such interface;
-  ///          bad_argument: it is none for CAN; denied; io.
+  ///          bad_argument: it is no CAN interface; denied; io.
   static Result<std::unique_ptr<CanBus>> open(const CanSpec& spec, Os& os, std::shared_ptr<FdWatch> watch,
                                               std::string& why);
   ~SocketCanBus() override;
@@ -39,7 +39,7 @@ class SocketCanBus final : public CanPort, public SelfReport {
   Result<bool> read(msg::CanFrame& out) noexcept override;
   Status send(const msg::CanFrame& frame, Time deadline) noexcept override;
   Status set_filters(std::span<const CanFilter> filters) override;
-  /// What keeps the bus from working, in words; empty: nothing. Thread: any. RT: no.
+  /// The reasons why the bus does not work, in words; empty: none. Thread: any. RT: no.
   std::string trouble() const override;
 
  private:
@@ -55,7 +55,7 @@ class SocketCanBus final : public CanPort, public SelfReport {
   Time stamp_of(std::size_t i) noexcept;
   void lose() noexcept;
   void keep();
-  bool look();  // true: something is waited for
+  bool look();  // true: there is something to wait for
   void follow_controller(const CanLink& link, std::uint64_t error_frames_before, std::string& trouble);
 
   int fd_ = -1;

@@ -1,4 +1,4 @@
-// How an interface that was lost, or a controller that is off its bus, is found again.
+// Finds a lost interface, or a controller that is off its bus, again.
 #include <algorithm>
 
 #include "hal/linux/can/socket_can.hpp"
@@ -32,7 +32,7 @@ void SocketCanBus::keep() {
     const bool waits = look();
     pause = !waits ? kLongPause : waited ? std::min<Duration>(2 * pause, kLongPause) : kFirstPause;
     waited = waits;
-    // While it is lost, what wakes it is more of the same: it keeps its pauses.
+    // While the interface is lost, further wake-ups bring nothing new: the pauses stay.
     const Time until = os_.now() + pause;
     os_.wait(keeper_word_, seen, until);
     while ((lost_.load(std::memory_order_acquire) || counters_.state() == CanState::bus_off) && os_.now() < until &&
@@ -59,7 +59,7 @@ bool SocketCanBus::look() {
     if (!link->up) {
       lost_.store(true, std::memory_order_release);
     } else if (moved || lost_.load(std::memory_order_acquire)) {
-      // A socket whose interface went away for good has lost its filters with it. One that only was down has not.
+      // A socket whose interface was removed has lost its filters; a socket whose interface was only down has not.
       if ((!moved || bind_to(link->index)) && apply_filters()) {
         lost_.store(false, std::memory_order_release);
         if (link->kind != "can") counters_.set_state(CanState::active);

@@ -11,7 +11,7 @@
 namespace sinew::hal {
 namespace {
 
-/// Says that a caller is in for as long as it lives.
+/// Marks a caller as inside during its lifetime.
 class In {
  public:
   explicit In(std::atomic<bool>& in) : in_(in) { in_.store(true, std::memory_order_seq_cst); }
@@ -125,7 +125,7 @@ Result<bool> SocketcandCan::read(msg::CanFrame& out) noexcept {
   }
 }
 
-/// What is left of the last element. Errors: timeout: no room; closed.
+/// Sends the rest of the last element. Errors: timeout: no room; closed.
 Status SocketcandCan::flush() noexcept {
   while (pending_next_ < pending_end_) {
     const ssize_t n = ::send(fd_, &pending_[pending_next_], pending_end_ - pending_next_, MSG_DONTWAIT | MSG_NOSIGNAL);
@@ -161,7 +161,7 @@ Status SocketcandCan::send(const msg::CanFrame& frame, Time deadline) noexcept {
     counters_.tx_lost();
     return sent;
   }
-  counters_.sent(frame);  // all of it, or its rest goes before the next one
+  counters_.sent(frame);  // all of it is sent, or its rest goes before the next frame
   return {};
 }
 

@@ -12,28 +12,27 @@
 
 namespace sinew::hal {
 
-/// A CAN bus of another machine, behind a socketcand server: address "HOST:PORT/BUS" ("[::1]:29536/can0").
-/// When the server or the way to it is lost, a thread of this object connects again, first after 100 ms and later every
-/// second; until then read() and send() say closed.
+/// A CAN bus of another machine, behind a socketcand server: address "HOST:PORT/BUS" ("[::1]:29536/can0"). When the
+/// connection is lost, a thread of this object connects again, first after 100 ms and later every second; until then
+/// read() and send() say closed.
 ///
-/// Stamps are times of reading here: the server's clock is another one. What TCP has taken cannot be taken back; its
-/// buffer is kept small, and when it is full send() says timeout. A frame that was cut by a loss is lost. The protocol
-/// tells of an error frame only its class. Own frames never come back: receive_own is refused.
+/// Stamps are times of reading here: the server's clock is another one. Bytes in TCP's buffer cannot be taken back; the
+/// buffer is kept small, and when it is full send() says timeout. A frame that a loss cuts is lost. For an error frame
+/// the protocol gives only its class. Own frames never come back: receive_own is refused.
 class SocketcandCan final : public CanPort, public SelfReport {
  public:
-  /// Connects once, at most about two seconds long.
-  /// Errors:  bad_argument: the address; not_supported: receive_own; not_found, closed, timeout: nobody there who
-  /// speaks
-  ///          this; denied: the server refuses the bus; io.
+  /// Connects once, for at most about two seconds.
+  /// Errors:  bad_argument: the address; not_supported: receive_own; not_found, closed, timeout: no socketcand server
+  ///          there; denied: the server refuses the bus; io.
   static Result<std::unique_ptr<CanBus>> open(const CanSpec& spec, Os& os, std::shared_ptr<FdWatch> watch,
                                               std::string& why);
   ~SocketcandCan() override;
 
   Result<bool> read(msg::CanFrame& out) noexcept override;
   Status send(const msg::CanFrame& frame, Time deadline) noexcept override;
-  /// Done here: the protocol's raw mode has none.
+  /// Filters here: the protocol's raw mode has none.
   Status set_filters(std::span<const CanFilter> filters) override;
-  /// What the last attempt to connect failed at; empty: connected. Thread: any. RT: no.
+  /// The error of the last attempt to connect; empty: connected. Thread: any. RT: no.
   std::string trouble() const override;
 
  private:
@@ -49,10 +48,10 @@ class SocketcandCan final : public CanPort, public SelfReport {
 
   std::string host_, port_, bus_;
   int fd_ = -1;  // the keeper's, while connected_ is false; else the reader's and sender's
-  // read() and send() say that they are in before they look at connected_; the keeper takes connected_ away before it
-  // looks whether they are in. Sequential consistency: one of the two sees the other.
+  // read() and send() say that they are inside before they look at connected_; the keeper clears connected_ before it
+  // looks whether they are inside. Sequential consistency: one of the two sees the other.
   std::atomic<bool> connected_{false}, reading_{false}, sending_{false}, stop_{false};
-  std::atomic<std::uint32_t> connection_{0};  // counts them: what was half sent or read belongs to one
+  std::atomic<std::uint32_t> connection_{0};  // counts connections: a half sent or read element belongs to one
   WakeWord keeper_word_{0};
   // The reader's:
   wire::SocketcandSplitter splitter_;
@@ -62,7 +61,7 @@ class SocketcandCan final : public CanPort, public SelfReport {
   std::uint64_t dropped_ = 0;
   std::vector<CanFilter> filters_;
   // The sender's:
-  std::array<char, wire::kSocketcandMax> pending_{};  // rest of an element that TCP took only half of
+  std::array<char, wire::kSocketcandMax> pending_{};  // rest of an element that TCP took in part
   std::size_t pending_next_ = 0, pending_end_ = 0;
   std::uint32_t send_connection_ = 0;
 

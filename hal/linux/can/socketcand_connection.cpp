@@ -1,4 +1,4 @@
-// How the connection to a socketcand server is made, and made again.
+// Connecting to a socketcand server, also again after a loss.
 #include <netdb.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
@@ -62,7 +62,7 @@ Result<int> SocketcandCan::connect_once(std::string& why) {
   const int on = 1, bytes = kSocketcandSendBytes, idle_s = 2, interval_s = 1, count = 3, patience_ms = 5000;
   setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
   setsockopt(fd, SOL_SOCKET, SO_SNDBUF, &bytes, sizeof bytes);
-  // A peer that vanishes without a word is noticed within some five seconds.
+  // A peer that vanishes without a word is detected within some five seconds.
   setsockopt(fd, SOL_SOCKET, SO_KEEPALIVE, &on, sizeof on);
   setsockopt(fd, IPPROTO_TCP, TCP_KEEPIDLE, &idle_s, sizeof idle_s);
   setsockopt(fd, IPPROTO_TCP, TCP_KEEPINTVL, &interval_s, sizeof interval_s);
@@ -85,7 +85,7 @@ Status SocketcandCan::shake_hands(int fd, std::string& why) {
   return expect_ok(fd, "ok", why);
 }
 
-/// Reads byte by byte: what follows the answer belongs to read().
+/// Reads byte by byte: bytes after the answer belong to read().
 Status SocketcandCan::expect_ok(int fd, std::string_view what, std::string& why) {
   wire::SocketcandSplitter splitter;
   const Time deadline = os_.now() + Duration(std::chrono::milliseconds(kConnectMs));
@@ -98,7 +98,7 @@ Status SocketcandCan::expect_ok(int fd, std::string_view what, std::string& why)
     const ssize_t n = recv(fd, &c, 1, MSG_DONTWAIT);
     if (n < 0 && (errno == EAGAIN || errno == EINTR)) continue;
     if (n <= 0) {
-      why = spec_.address + ": the server hung up where '< " + std::string(what) + " >' was to come";
+      why = spec_.address + ": the server hung up before '< " + std::string(what) + " >'";
       return Error{Errc::closed, "handshake", n < 0 ? errno : 0};
     }
     ++characters;
@@ -110,11 +110,11 @@ Status SocketcandCan::expect_ok(int fd, std::string_view what, std::string& why)
       return Error{Errc::denied, "handshake"};
     }
   }
-  why = spec_.address + ": whoever listens there does not say '< " + std::string(what) + " >'";
+  why = spec_.address + ": the server there does not say '< " + std::string(what) + " >'";
   return Error{Errc::timeout, "handshake"};
 }
 
-/// The new connection becomes fd_; nobody is in while it does.
+/// The new connection becomes fd_ while no caller is inside.
 Status SocketcandCan::adopt(int fd) {
   connected_.store(false, std::memory_order_seq_cst);
   while (reading_.load(std::memory_order_seq_cst) || sending_.load(std::memory_order_seq_cst))

@@ -43,7 +43,7 @@ struct UdpCanBus::Batch {
       heads[i].msg_hdr.msg_name = &from[i];
     }
   }
-  // One byte more than a packet may have: a longer one is seen to be longer.
+  // One byte more than a packet may have, to detect longer ones.
   std::array<std::array<std::uint8_t, wire::kDronecanUdpMax + 1>, kUdpBatch> packets{};
   alignas(cmsghdr) std::array<std::array<std::byte, 128>, kUdpBatch> control{};
   std::array<sockaddr_in, kUdpBatch> from{};
@@ -93,7 +93,7 @@ Status UdpCanBus::open_sockets(std::string& /*why*/) {
   if (in_ < 0 || out_ < 0) return failed("socket");
   const int on = 1, off = 0, bytes = kUdpReceiveBytes;
   if (setsockopt(in_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) != 0) return failed("SO_REUSEADDR");
-  // Bound to the group itself: frames of other buses, whose port is the same, stay outside.
+  // Bound to the group itself: this keeps frames of other buses, which use the same port, out.
   if (bind(in_, reinterpret_cast<const sockaddr*>(&group_), sizeof group_) != 0) return failed("bind");
   if (setsockopt(in_, IPPROTO_IP, IP_MULTICAST_ALL, &off, sizeof off) != 0) return failed("IP_MULTICAST_ALL");
   if (setsockopt(in_, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on) != 0) return failed("SO_RXQ_OVFL");
@@ -194,7 +194,7 @@ Status UdpCanBus::send(const msg::CanFrame& frame, Time deadline) noexcept {
   const std::size_t size = wire::dronecan_udp_encode(frame, packet);
   if (size == 0) return Error{Errc::bad_argument, "frame"};
   if (const Status may = may_leave(frame, deadline); !may) return may;
-  // ECONNREFUSED would be somebody's answer to an earlier packet.
+  // ECONNREFUSED would be an answer to an earlier packet.
   ssize_t n = ::send(out_, packet.data(), size, MSG_DONTWAIT);
   if (n < 0 && errno == ECONNREFUSED) n = ::send(out_, packet.data(), size, MSG_DONTWAIT);
   if (n > 0) {
@@ -204,7 +204,7 @@ Status UdpCanBus::send(const msg::CanFrame& frame, Time deadline) noexcept {
   }
   const int error = errno;
   if (error == EAGAIN || error == ENOBUFS || error == EINTR) return lost(Errc::timeout, "no room", error);
-  // The interface is down, or another one of the same name: its membership went with it.
+  // The interface is down, or was replaced by another of the same name: the membership is lost.
   counters_.set_state(CanState::stopped);
   if (const Time now = os_.now(); now >= rejoin_at_) {
     rejoin_at_ = now + 1s;

@@ -11,14 +11,14 @@
 
 namespace sinew::hal {
 
-/// A CAN bus made of UDP multicast, as DroneCAN tools and ArduPilot know it: for benches without CAN hardware.
-/// Bus B is the group 239.65.82.B, port 57732 (wire/dronecan_udp.hpp), on the loopback interface unless the address
-/// names another: "3", "239.65.82.3", "3:eth0". Whoever has joined is on the bus, on any machine of that network.
+/// A CAN bus made of UDP multicast, as DroneCAN tools and ArduPilot use it: for benches without CAN hardware. Bus B is
+/// the group 239.65.82.B, port 57732 (wire/dronecan_udp.hpp), on the loopback interface unless the address names
+/// another: "3", "239.65.82.3", "3:eth0". Every member of the group is on the bus, on any machine of that network.
 ///
-/// Nobody acknowledges and nothing is repeated: what a receiver has no room for is lost and counted in its rx_lost.
-/// There are no error frames and no arbitration; bit_rate() is what the spec says, for the load. A frame that was sent
-/// cannot be taken back. Its own frames are known by their sender and come back only with CanSpec::receive_own.
-/// CAN FD frames that come where data_bit_rate is 0, remote frames and everything else that is no frame: malformed.
+/// There is no acknowledgement and no repetition: a frame for which a receiver has no room is lost and counted in its
+/// rx_lost. There are no error frames and no arbitration; bit_rate() is that of the spec, for the load. A sent frame
+/// cannot be taken back. Own frames are recognised by their sender and come back only with CanSpec::receive_own. These
+/// count as malformed: CAN FD frames where data_bit_rate is 0, remote frames, and packets that are no frame.
 class UdpCanBus final : public CanPort {
  public:
   /// Errors:  bad_argument: the address; not_found: no such interface; denied, busy, io.
@@ -42,7 +42,7 @@ class UdpCanBus final : public CanPort {
   std::string interface_ = "lo";
   sockaddr_in group_{};
   int in_ = -1, out_ = -1;
-  in_port_t own_port_ = 0;  // of out_, network order; with own_address_ it is how our frames are known
+  in_port_t own_port_ = 0;  // of out_, network order; with own_address_ it identifies our frames
   in_addr_t own_address_ = 0;
   std::unique_ptr<Batch> batch_;
   std::uint32_t overflow_ = 0;

@@ -13,11 +13,11 @@ namespace sinew::hal {
 inline constexpr int kDeviceWatchPriority = 95;
 
 /// The kernel's buses, ports and devices. One thread watches all their descriptors.
-/// Thread:  owner, configure only. What it opened is gone before this is.
+/// Thread:  owner, configure only. Destroy the opened objects before this one.
 class LinuxConnectors final : public Connectors, public SelfReport {
  public:
   static Result<std::unique_ptr<Connectors>> open(Os& os, std::string& why);
-  /// For who asks his devices himself: nobody is woken by them, and no thread watches.
+  /// For a caller that polls its devices: they wake no thread, and no thread watches.
   static std::unique_ptr<Connectors> unwatched(Os& os);
 
   Result<std::unique_ptr<CanBus>> can(const CanSpec& spec, std::string& why) override;
@@ -29,7 +29,7 @@ class LinuxConnectors final : public Connectors, public SelfReport {
   Result<std::unique_ptr<Camera>> v4l2_camera(const CameraSpec& spec, std::string& why) override;
   Result<std::unique_ptr<Camera>> libcamera_camera(const CameraSpec& spec, std::string& why) override;
 
-  std::string trouble() const override { return {}; }  // what it opened tells for itself
+  std::string trouble() const override { return {}; }  // the opened objects report for themselves
   std::string shortfall() const override { return watch_->shortfall(); }
 
  private:

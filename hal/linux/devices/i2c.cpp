@@ -55,7 +55,7 @@ class LinuxI2c final : public I2cBus {
     std::array<i2c_msg, 2> messages{};
     unsigned count = 0;
     if (auto free = claim(address); !free) return free;
-    if (!write.empty())  // the kernel's structure is not const; it only reads what goes out
+    if (!write.empty())  // the kernel's structure is not const; it only reads these bytes
       messages[count++] = {address, 0, static_cast<__u16>(write.size()), const_cast<__u8*>(write.data())};
     if (!read.empty()) messages[count++] = {address, I2C_M_RD, static_cast<__u16>(read.size()), read.data()};
     i2c_rdwr_ioctl_data data{messages.data(), count};
@@ -63,13 +63,13 @@ class LinuxI2c final : public I2cBus {
     return {};
   }
 
-  /// I2C_RDWR goes past a kernel driver that holds the chip, and both would then confuse it; I2C_SLAVE does not.
+  /// I2C_RDWR ignores a kernel driver that holds the chip, and two users would confuse the chip; I2C_SLAVE does not.
   /// Source:  Linux drivers/i2c/i2c-dev.c, i2cdev_check_addr(): EBUSY for an address with a driver.
   Status claim(std::uint8_t address) noexcept {
     if (claimed_[address].load(std::memory_order_relaxed)) return {};
     const std::lock_guard lock(mutex_);
     if (::ioctl(fd_, I2C_SLAVE, static_cast<unsigned long>(address)) < 0) return transfer_error(errno);
-    claimed_[address].store(true, std::memory_order_relaxed);  // alone: asked twice is no harm
+    claimed_[address].store(true, std::memory_order_relaxed);  // relaxed: a second claim does no harm
     return {};
   }
 
@@ -131,7 +131,7 @@ class LinuxI2c final : public I2cBus {
   int fd_;
   unsigned long functions_;
   std::mutex mutex_;
-  std::array<std::atomic<bool>, 128> claimed_{};  // no driver had it when it was used first
+  std::array<std::atomic<bool>, 128> claimed_{};  // no driver had the address at its first use
 };
 
 }  // namespace

@@ -52,7 +52,7 @@ Status write_file(const std::string& path, const std::string& text, std::string&
 
 bool exists(const std::string& path) { return ::access(path.c_str(), F_OK) == 0; }
 
-/// Names in a folder that begin so, sorted.
+/// Names in a folder that begin with `begin`, sorted.
 std::vector<std::string> names_in(const std::string& folder, std::string_view begin) {
   std::vector<std::string> out;
   std::error_code ignored;  // no folder: nothing in it
@@ -69,7 +69,7 @@ std::string joined(const std::vector<std::string>& parts) {
 }
 
 std::string as_text(double value) {
-  std::string s = std::to_string(value);  // six digits are what sysfs reads
+  std::string s = std::to_string(value);  // six digits, as sysfs reads them
   while (s.find('.') != std::string::npos && (s.back() == '0' || s.back() == '.')) {
     const bool point = s.back() == '.';
     s.pop_back();
@@ -145,7 +145,7 @@ Status IioDevice::set_up(const IioSpec& spec, bool buffered, const std::vector<s
     why = title_ + ": its driver has no buffer (no interrupt or trigger?)";
     return Error{Errc::not_supported, "iio: buffer"};
   }
-  if (buffered)  // ours alone, before anything of another program is touched
+  if (buffered)  // exclusive, before a setting of another program is changed
     if (auto done = open_node(why); !done) return done;
   if (auto done = end_left_stream(buffered, why); !done) return done;
   if (buffered && !spec.trigger.empty())
@@ -159,8 +159,8 @@ Status IioDevice::set_up(const IioSpec& spec, bool buffered, const std::vector<s
   return {};
 }
 
-/// A buffer that was left on by a program that was killed: nothing can be set while it is. Who has its node is told
-/// busy when another program reads it.
+/// Ends a buffer that a killed program left on: nothing can be set while it is on. Opening the node says busy when
+/// another program reads it.
 Status IioDevice::end_left_stream(bool keep_node, std::string& why) {
   std::string ignored;
   if (const auto on = read_file(file("buffer/enable"), ignored); !on || *on != "1") return {};
@@ -180,7 +180,7 @@ Status IioDevice::open_node(std::string& why) {
 
 Status IioDevice::set_rate(const IioSpec& spec, bool buffered, std::string& why) {
   if (spec.rate_hz <= 0) return {};
-  bool any = !spec.trigger.empty() || !buffered;  // the trigger, or our own polling, makes the rate
+  bool any = !spec.trigger.empty() || !buffered;  // true: the trigger, or our own polling, makes the rate
   for (const char* name : {"sampling_frequency", "in_accel_sampling_frequency", "in_anglvel_sampling_frequency"}) {
     if (!exists(file(name))) continue;
     any = true;
@@ -278,7 +278,7 @@ Status IioDevice::read_layout(std::string& why) {
     const std::string element = name.substr(0, name.size() - 3), path = file("scan_elements/" + element);
     const auto on = read_file(path + "_en", why);
     if (!on) return on.error();
-    if (*on != "1") continue;  // a driver may keep others on: what is on lies in the scan
+    if (*on != "1") continue;  // a driver may keep other elements on: each element that is on lies in the scan
     const auto index = number_of({"scan_elements/" + element + "_index"}, -1, why);
     if (!index) return index.error();
     const auto text = read_file(path + "_type", why);
@@ -320,7 +320,7 @@ Status IioDevice::start_buffer(const IioSpec& spec, std::string& why) {
   if (auto done = read_layout(why); !done) return done;
   if (auto done = write_file(file("buffer/length"), std::to_string(std::max(2u, spec.buffer_length)), why); !done)
     return done;
-  std::string ignored;  // older kernels have no watermark, and 1 is their way
+  std::string ignored;  // older kernels have no watermark, and behave like 1
   if (exists(file("buffer/watermark"))) (void)write_file(file("buffer/watermark"), "1", ignored);
 
   if (auto done = write_file(file("buffer/enable"), "1", why); !done) {

@@ -24,7 +24,8 @@ struct IioAxes {
 /// Thread:  owner.   RT: no.
 class IioDevice {
  public:
-  /// By its name, its label, or "iio:deviceN". Errors: not_found, bad_argument (two have that name), denied.
+  /// Finds a device by its name, its label, or "iio:deviceN". Errors: not_found, bad_argument (two have that name),
+  /// denied.
   static Result<std::unique_ptr<IioDevice>> find(const std::string& root, const std::string& name, std::string& why);
   ~IioDevice();
   IioDevice(const IioDevice&) = delete;
@@ -32,12 +33,12 @@ class IioDevice {
 
   /// "iio:device0 (mpu6050)".
   const std::string& title() const { return title_; }
-  /// "accel", "anglvel": has it in_accel_x_raw?
+  /// True if the device has in_SENSOR_x_raw ("accel", "anglvel").
   bool has(std::string_view sensor) const;
-  /// What it measures, by its in_*_raw files; for error texts.
+  /// Its channels, by the in_*_raw files; for error texts.
   std::string channels() const;
 
-  /// Rate and trigger of the spec, then scales, offsets and mount matrices of these sensors. `buffered`: for
+  /// Sets rate and trigger of the spec, then reads scales, offsets and mount matrices of these sensors. `buffered`: for
   /// start_buffer(), else for start_polling(), where the caller makes the rate.
   /// Errors:  not_supported (no buffer), bad_argument (rate, trigger), bad_data (a file that holds no number), denied,
   ///          io.
@@ -50,14 +51,14 @@ class IioDevice {
   bool buffered() const { return fd_ >= 0; }
 
   const IioAxes& axes(std::size_t sensor) const { return sensors_[sensor].axes; }
-  /// Of the buffer, for poll().
+  /// The buffer's descriptor, for poll().
   int fd() const { return fd_; }
   /// Bytes of whole scans that are there now; 0: none. Errors: closed (unplugged), io.
   Result<std::size_t> read(std::span<std::uint8_t> into) noexcept;
   std::size_t scan_bytes() const { return layout_.scan_bytes(); }
   /// Raw numbers of the i-th sensor in a scan.
   std::array<double, 3> raw(std::span<const std::uint8_t> scan, std::size_t sensor) const noexcept;
-  /// In the kernel's clock; nothing: the device has none.
+  /// In the kernel's clock; nothing: the device gives no stamps.
   std::optional<std::int64_t> stamp(std::span<const std::uint8_t> scan) const noexcept;
   bool monotonic() const { return monotonic_; }
   /// Reads the raw files of the i-th sensor. Errors: closed, bad_data, io.
@@ -75,7 +76,7 @@ class IioDevice {
   Status set_rate(const IioSpec& spec, bool buffered, std::string& why);
   Status set_trigger(const IioSpec& spec, std::string& why);
   Status read_axes(Sensor3& sensor, std::string& why);
-  /// Of the first of these files that exists; `otherwise` when none does.
+  /// The number in the first of these files that exists; `otherwise` when there is none.
   Result<double> number_of(std::initializer_list<std::string> names, double otherwise, std::string& why);
   Status choose_elements(std::string& why);
   Status read_layout(std::string& why);
@@ -88,7 +89,7 @@ class IioDevice {
   const wire::IioChannel* stamp_ = nullptr;
   bool monotonic_ = false;
   int fd_ = -1;
-  std::array<std::uint8_t, 256> part_{};  // of a scan that has not come whole
+  std::array<std::uint8_t, 256> part_{};  // beginning of a scan that has not come whole
   std::size_t part_size_ = 0;
 };
 

@@ -15,7 +15,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Duration kClockSlack = 1s;  // a stamp that is farther away is of another clock
+constexpr Duration kClockSlack = 1s;  // a stamp farther away is from another clock
 
 std::vector<std::string> split(const std::string& names) {
   std::vector<std::string> out;
@@ -85,7 +85,7 @@ Status IioImu::connect(std::string& why) {
     buffered_ = true;
     return done;
   }
-  // No buffer, or none that starts; in contrast to: denied, busy, not there, a key that is wrong.
+  // The device has no buffer, or it does not start. Other errors: denied, busy, not there, a wrong key.
   if (done.error().code != Errc::not_supported) return done;
   if (spec_.rate_hz <= 0) {
     why += "; with rate_hz it would be polled instead";
@@ -191,7 +191,7 @@ Status IioImu::read_all() noexcept {
 Status IioImu::read_buffer(std::size_t device) noexcept {
   IioDevice& d = *devices_[device];
   pollfd state{d.fd(), POLLIN, 0};
-  ::poll(&state, 1, 0);  // only for who hangs up: of a device that was unplugged the kernel's poll() says nothing
+  ::poll(&state, 1, 0);  // for pipes that hang up; for an unplugged device the kernel's poll() reports nothing
   const auto size = d.read(space_);
   if (!size) return size.error();
   if (*size == 0 && (state.revents & (POLLHUP | POLLERR))) return Error{Errc::closed, "its buffer hung up"};
@@ -234,7 +234,7 @@ Status IioImu::poll_all() noexcept {
   const Time now = os_.now();
   if (now < next_poll_) return {};
   const Duration period{static_cast<std::int64_t>(1e9 / spec_.rate_hz)};
-  next_poll_ = std::max(next_poll_ + period, now);  // after a long wait no burst
+  next_poll_ = std::max(next_poll_ + period, now);  // no burst after a long wait
   std::array<std::array<double, 3>, 2> raw{};
   for (std::size_t i = 0; i < 2; ++i) {
     const bool one = devices_.size() == 1;

@@ -16,7 +16,7 @@ namespace sinew::hal {
 
 /// Counted since it was opened.
 struct IioStats {
-  std::uint64_t samples = 0, lost = 0;  // handed over; found nobody reading
+  std::uint64_t samples = 0, lost = 0;  // handed over; met a full queue
   std::uint64_t bad = 0;                // stamps that went back, raw files without a number
   std::uint64_t unjoined = 0;           // gyroscope samples without accelerometer samples around them
   std::uint64_t restarts = 0;           // it was gone and came back
@@ -26,39 +26,38 @@ struct IioStats {
 struct IioOptions {
   ThreadOptions thread{.name = "iio", .fifo_priority = 0, .cpus = {}, .nice = 0};
   Duration retry_first = std::chrono::milliseconds(50), retry_most = std::chrono::seconds(2);
-  Duration silent_after = std::chrono::seconds(1);  // trouble() says so then
+  Duration silent_after = std::chrono::seconds(1);  // after so long without samples trouble() says so
 };
 
 /// An IMU behind the kernel's IIO as a board's device: one IIO device with accelerometer and gyroscope, or two
-/// ("accel_3d,gyro_3d"), whose samples are joined by their stamps.
-/// Unless the spec says which, it is read from its buffer. A device without one, or whose buffer does not start for
-/// want of a trigger, is polled at rate_hz; shortfall() says so with the reason. Which of them is found out when it is
-/// opened, and stays for a device that comes back.
-/// Stamps:  the kernel's (current_timestamp_clock = monotonic); of a device without them, in another clock, or
-///          polled, the time of reading.
+/// Unless the spec says which, it is read from its buffer. A device without a buffer, or whose buffer does not start
+/// for want of a trigger, is polled at rate_hz; shortfall() says so with the reason. The choice is made at the opening,
+/// and stays for a device that comes back.
+/// Stamps:  the kernel's (current_timestamp_clock = monotonic); the time of reading for a device without stamps, with
+///          another clock, or polled.
 /// Frames:  as the mount matrix has them, or the chip's own.
 /// Thread:  reads on a thread of its own.   RT: read() yes.
 /// Errors:  read(): closed while the device is gone; it is looked for again with growing pauses, up to retry_most.
 class IioImu final : public SensorQueue<msg::ImuSample>, public SelfReport {
  public:
-  /// Errors:  what opening says, with words in `why`.
+  /// Errors:  those of opening, with words in `why`.
   static Result<std::unique_ptr<IioImu>> open(Os& os, const IioSpec& spec, std::string& why, IioOptions options = {});
   ~IioImu() override;
 
   IioStats stats() const;
   /// What is wrong now, in words; empty: nothing.
   std::string trouble() const override { return trouble_.get(); }
-  /// Also that it is polled because it could not be buffered. Does not change any more.
+  /// Also says that the device is polled because it could not be buffered. Does not change any more.
   std::string shortfall() const override;
 
  private:
   IioImu(Os& os, const IioSpec& spec, IioOptions options);
-  /// As open() chose; the first time, either.
+  /// In the way that open() chose; the first time, tries both.
   Status connect(std::string& why);
   Status connect_as(bool buffered, std::string& why);
   void run() noexcept;
   void retry() noexcept;
-  /// Sleeps until something is there; false: to be stopped.
+  /// Sleeps until there is data; false: stop.
   bool wait(Time deadline) noexcept;
   Status read_all() noexcept;
   Status read_buffer(std::size_t device) noexcept;
@@ -70,7 +69,7 @@ class IioImu final : public SensorQueue<msg::ImuSample>, public SelfReport {
   const IioSpec spec_;
   const IioOptions options_;
   std::optional<bool> buffered_;                     // empty until the first connect()
-  std::string polled_because_;                       // empty: it is not, or it was asked for
+  std::string polled_because_;                       // empty: not polled, or polling was asked for
   std::vector<std::unique_ptr<IioDevice>> devices_;  // one, or accelerometer and gyroscope
   std::vector<Time> last_;
   IioJoin join_;
@@ -80,12 +79,12 @@ class IioImu final : public SensorQueue<msg::ImuSample>, public SelfReport {
   Wide<std::uint64_t> unjoined_;
   Time next_poll_, heard_;
   bool silent_told_ = false, clock_told_ = false, repeats_told_ = false;
-  Time doubted_;  // when a stamp was last not to be used
+  Time doubted_;  // when a stamp was last unusable
   int stop_ = -1;
   std::unique_ptr<Thread> thread_;
 };
 
-/// hal::Connectors' way. `why` has errors in words.
+/// The opener for hal::Connectors. `why` has errors in words.
 Result<std::unique_ptr<Imu>> open_iio_imu(Os& os, const IioSpec& spec, std::string& why);
 
 }  // namespace sinew::hal

@@ -6,12 +6,12 @@
 
 namespace sinew::hal {
 
-/// Makes IMU samples of two streams that run apart: at each gyroscope sample the specific force is interpolated between
-/// the two accelerometer samples around it.
+/// Joins two streams of different timing to IMU samples: at each gyroscope sample the specific force is interpolated
+/// between the two accelerometer samples around it.
 /// Thread:  owner.   RT: yes.
 class IioJoin {
  public:
-  /// Calls `on_sample(ImuSample)` for all that can be said now.
+  /// Calls `on_sample(ImuSample)` for all samples that are complete now.
   template <class OnSample>
   void add_accel(msg::Time stamp, const msg::Vec3& v, OnSample&& on_sample) {
     before_ = after_;

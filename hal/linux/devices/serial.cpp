@@ -91,7 +91,7 @@ Result<std::unique_ptr<Serial>> open_serial(const SerialSpec& spec, std::string&
   const int fd = ::open(spec.path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (fd < 0) return open_error(spec.path, errno, kHint, "serial: open", why);
   auto line = std::make_unique<LinuxSerial>(fd);
-  // Two ways to hold it: the first keeps other users' processes out, the second our own and root's.
+  // Two locks: the first keeps other users' processes out, the second our own and root's.
   if (::ioctl(fd, TIOCEXCL) < 0 || ::flock(fd, LOCK_EX | LOCK_NB) < 0) {
     const Error error = open_error(spec.path, errno, kHint, "serial: hold", why);
     if (error.code == Errc::not_supported) why = spec.path + ": is no serial line";
@@ -106,7 +106,7 @@ Result<std::unique_ptr<Serial>> open_serial(const SerialSpec& spec, std::string&
     if (done.error().code == Errc::not_supported) why += ", only " + std::to_string(done.error().detail);
     return done.error();
   }
-  ::tcflush(fd, TCIFLUSH);  // what came before was at another rate
+  ::tcflush(fd, TCIFLUSH);  // earlier bytes came at another rate
   return std::unique_ptr<Serial>(std::move(line));
 }
 

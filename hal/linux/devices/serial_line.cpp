@@ -1,4 +1,4 @@
-// A line's settings by Linux' own calls, which know any bit rate; their header excludes <termios.h>.
+// A line's settings by Linux' own calls, which accept any bit rate; their header excludes <termios.h>.
 #include <asm/termbits.h>
 #include <sys/ioctl.h>
 
@@ -24,7 +24,7 @@ Status make_raw(int line, const SerialSpec& spec) noexcept {
   t.c_lflag = 0;
   t.c_cflag = (t.c_cflag & CBAUD) | CS8 | CREAD | CLOCAL | (spec.even_parity ? PARENB : 0u) |
               (spec.two_stop_bits ? CSTOPB : 0u);
-  t.c_cc[VMIN] = 1;  // so that nothing to read and a line that is gone differ
+  t.c_cc[VMIN] = 1;  // so that an empty read differs from a lost line
   t.c_cc[VTIME] = 0;
   if (::ioctl(line, TCSETS2, &t) < 0) return Error{Errc::io, "serial: TCSETS2", errno};
   return {};
@@ -36,7 +36,7 @@ Status set_bit_rate(int line, std::uint32_t bits_per_s) noexcept {
   t.c_cflag = (t.c_cflag & ~static_cast<tcflag_t>(CBAUD)) | BOTHER;
   t.c_ispeed = t.c_ospeed = bits_per_s;
   if (::ioctl(line, TCSETS2, &t) < 0) return serial_error("serial: TCSETS2");
-  // A driver that cannot do a rate keeps or picks another one.
+  // A driver that cannot do a rate keeps the old one or picks another one.
   if (::ioctl(line, TCGETS2, &t) < 0) return serial_error("serial: TCGETS2");
   const double off = static_cast<double>(t.c_ospeed) / bits_per_s;
   if (off < 0.97 || off > 1.03)

@@ -64,7 +64,7 @@ LibcameraCamera::~LibcameraCamera() {
   stop_.store(true, std::memory_order_release);
   call_keeper();
   keeper_.reset();
-  session_.reset();  // while what its thread rings is still there
+  session_.reset();  // while the object that its thread rings still exists
 }
 
 void LibcameraCamera::call_keeper() noexcept {
@@ -80,7 +80,7 @@ Result<bool> LibcameraCamera::read(msg::Image& out) noexcept {
   const bool gone = session_->gone();
   const Result<bool> result = gone ? Error{Errc::closed, "camera", ENODEV} : read_held(out);
   holder_.store(gone ? kKeeper : kNobody, std::memory_order_release);
-  if (gone || !result || *result) call_keeper();  // a request to send round again, or a camera to look for
+  if (gone || !result || *result) call_keeper();  // to send requests round again, or to look for the camera
   return result;
 }
 
@@ -160,7 +160,7 @@ void LibcameraCamera::keep() noexcept {
       if (serve()) os_.wait(bell_, seen, os_.now() + kLookEvery);
       continue;
     }
-    if (session_ && session_->vanished()) {  // not to be stopped before libcamera has heard of it
+    if (session_ && session_->vanished()) {  // not to be stopped before libcamera knows of it
       {
         const std::lock_guard lock(mutex_);
         trouble_ =
@@ -188,7 +188,7 @@ void LibcameraCamera::keep() noexcept {
   }
 }
 
-/// Requests round again, controls, silence. False: the session has just become the keeper's.
+/// Sends requests round again, checks controls and silence. False: the session has just become the keeper's.
 bool LibcameraCamera::serve() {
   for (std::size_t i = 0; i < controls_.size(); ++i) {
     if (!requests_[i].pending.exchange(false, std::memory_order_acquire)) continue;

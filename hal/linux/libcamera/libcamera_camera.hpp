@@ -17,12 +17,12 @@ namespace sinew::hal {
 
 class LibcameraSession;
 
-/// A camera behind libcamera 0.0.3 (Debian 12): what sits on a board's own camera connector and needs more than one
-/// kernel device to give a picture. docs/camera.md has keys, stamps and limits.
-/// Requests finish in libcamera's thread; read() copies the pixels of the oldest once, and a thread of low priority
-/// sends the request round again, sets controls, and begins a stream anew that fell silent.
-/// A camera that goes away is opened again when libcamera says that it went (its USB pipeline does). Of another's going
-/// state() tells, and the program has to be started again: see LibcameraSession::vanished().
+/// A camera behind libcamera 0.0.3 (Debian 12): a camera on the board's own connector that needs more than one kernel
+/// device to give a picture. docs/camera.md has keys, stamps and limits.
+/// Requests finish in libcamera's thread; read() copies the pixels of the oldest once. A thread of low priority sends
+/// the request round again, sets controls, and restarts a silent stream.
+/// A camera that goes away is opened again when libcamera reports its loss (the USB pipeline does). For other pipelines
+/// state() reports the loss, and the program has to be started again: see LibcameraSession::vanished().
 /// Stamps:  SensorTimestamp (start of the exposure) plus half of ExposureTime, where the pipeline reports them.
 /// Thread:  read(): owner. request(), stats(), state(): any.   RT: read(), request() yes.
 /// Errors:  read(): closed while the camera is away; bad_data for a faulty frame; bad_argument: too large.
@@ -41,13 +41,13 @@ class LibcameraCamera final : public Camera, public CameraControls, public SelfR
   std::optional<Exposure> exposure() const override;
   std::optional<std::size_t> gain() const override { return find("AnalogueGain"); }
   CameraStats stats() const { return count_.stats(); }
-  /// How it does, in words for people. RT: no.
+  /// The state in words for people. RT: no.
   std::string state() const;
-  /// The part of state() that is no good news, in words that stay.
+  /// The bad news of state(), in words that do not change with time.
   std::string trouble() const override;
 
  private:
-  enum Holder : int { kNobody, kReader, kKeeper };  // whose the session is; see V4l2Camera
+  enum Holder : int { kNobody, kReader, kKeeper };  // the session's holder; see V4l2Camera
   struct Request {
     AnybodysNumber value{0};
     std::atomic<bool> pending{false};  // release after the value, acquire before it
@@ -61,12 +61,12 @@ class LibcameraCamera final : public Camera, public CameraControls, public SelfR
   bool serve();
   void adopt(std::unique_ptr<LibcameraSession> session);
 
-  CameraSpec spec_;  // keeper: its controls follow what was requested
+  CameraSpec spec_;  // the keeper's; its controls follow the requests
   Os& os_;
   std::vector<CameraControl> controls_;
   std::unique_ptr<Request[]> requests_;
   bool rate_set_ = false;
-  std::map<std::string, double, std::less<>> unsent_;  // keeper: controls that no request has taken along yet
+  std::map<std::string, double, std::less<>> unsent_;  // keeper: controls that no request has carried yet
 
   WakeSlot wake_;                   // rung in libcamera's thread
   std::atomic<bool> ready_{false};  // something has come since read() last found nothing
@@ -84,7 +84,7 @@ class LibcameraCamera final : public Camera, public CameraControls, public SelfR
 /// `os` must outlive it.
 Result<std::unique_ptr<LibcameraCamera>> open_libcamera_camera(const CameraSpec& spec, Os& os, std::string& why);
 
-/// What libcamera calls the cameras of this machine.
+/// libcamera's names of the cameras of this machine.
 std::vector<std::string> libcamera_names();
 
 }  // namespace sinew::hal

@@ -7,7 +7,7 @@
 namespace sinew::hal {
 namespace {
 
-/// Nothing for what is no single number.
+/// Nothing for a value that is no single number.
 std::optional<double> number(const libcamera::ControlValue& value) {
   if (value.isArray()) return std::nullopt;
   switch (value.type()) {

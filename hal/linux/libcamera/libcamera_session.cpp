@@ -246,7 +246,7 @@ void LibcameraSession::completed(libcamera::Request* request) {
   std::size_t used = 0;
   for (const auto& plane : about.planes()) used += plane.bytesused;
   frame.good = about.status == libcamera::FrameMetadata::FrameSuccess && used >= image_bytes_;
-  // The buffer's own stamp where the pipeline reports no other: that of the V4L2 node behind it.
+  // The buffer's own stamp where the pipeline reports no other: the stamp of the V4L2 node behind it.
   const auto stamp = request->metadata().get(libcamera::controls::SensorTimestamp);
   frame.stamp_ns = stamp ? *stamp : static_cast<std::int64_t>(about.timestamp);
   if (const auto exposure_us = request->metadata().get(libcamera::controls::ExposureTime))
@@ -285,7 +285,7 @@ Status LibcameraSession::requeue(Wanted& wanted) {
 
 void LibcameraSession::begin_access(std::uint32_t request) noexcept {
   dma_buf_sync sync{DMA_BUF_SYNC_START | DMA_BUF_SYNC_READ};
-  static_cast<void>(ioctl(mapped_[request].fd, DMA_BUF_IOCTL_SYNC, &sync));  // memory that is no dma-buf needs none
+  static_cast<void>(ioctl(mapped_[request].fd, DMA_BUF_IOCTL_SYNC, &sync));  // memory that is no dma-buf needs no sync
 }
 void LibcameraSession::end_access(std::uint32_t request) noexcept {
   dma_buf_sync sync{DMA_BUF_SYNC_END | DMA_BUF_SYNC_READ};

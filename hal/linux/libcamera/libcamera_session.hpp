@@ -20,12 +20,12 @@
 
 namespace sinew::hal {
 
-/// The process's one CameraManager, started; libcamera allows no second one. Lives as long as somebody holds it.
-/// Null: it could not be started.
+/// The process's one CameraManager, started; libcamera allows no second one. Lives as long as a caller holds it. Null:
+/// it could not be started.
 std::shared_ptr<libcamera::CameraManager> libcamera_manager();
 
-/// One camera that streams: acquired, configured, its buffers mapped, one request per buffer on its way.
-/// A finished request goes from libcamera's thread to take(), from give_back() to requeue(), and round again.
+/// One camera that streams: acquired, configured, its buffers mapped, one request per buffer on its way. A finished
+/// request goes from libcamera's thread to take(), from give_back() to requeue(), and round again.
 /// Thread:  open(), requeue(), destructor: owner. take(), give_back(): one other.
 class LibcameraSession {
  public:
@@ -48,15 +48,15 @@ class LibcameraSession {
   /// False: nothing has come. RT: yes.
   bool take(Frame& frame) noexcept;
   void give_back(std::uint32_t request) noexcept { back_[request].store(true, std::memory_order_release); }
-  /// Sends what was given back on its way again, the first of them with these controls, which are then taken off the
+  /// Sends returned requests on their way again; the first one carries these controls, which are then removed from the
   /// list. Errors: closed, io.
   Status requeue(Wanted& controls);
-  /// Whether a device of libcamera's has left /dev without libcamera having said so: it does for its USB pipeline only,
-  /// and from udevd. To stop such a camera ends the process: libcamera 0.0.3 asserts that all requests come back, and
-  /// none do (seen with vimc). So a session in that state is not stopped, and its destructor leaves it lying.
+  /// True if a device of libcamera's has left /dev and libcamera has not reported it: it does so for its USB pipeline
+  /// only, and from udevd. To stop such a camera ends the process: libcamera 0.0.3 asserts that all requests come back,
+  /// and none do (seen with vimc). So a session in that state is not stopped, and its destructor leaks it.
   bool vanished() const;
   bool gone() const noexcept { return gone_.load(std::memory_order_acquire); }
-  /// Reading the buffers by the processor begins and ends: what caches need. RT: two short calls of the kernel.
+  /// Begins and ends reading of the buffers by the processor, for the caches. RT: two short calls of the kernel.
   void begin_access(std::uint32_t request) noexcept;
   void end_access(std::uint32_t request) noexcept;
 

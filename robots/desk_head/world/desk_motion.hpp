@@ -1,5 +1,5 @@
 #pragma once
-// What moves by itself on and before the desk: the platform under the head, and the ball.
+// The moving things on and in front of the desk: the platform under the head, and the ball.
 #include <array>
 
 #include "math/linear.hpp"
@@ -38,7 +38,7 @@ class Rocking {
   Wave roll_, pitch_, yaw_;
 };
 
-/// The ball's way before the head: smooth, sometimes fast.
+/// The ball's way in front of the head: smooth, sometimes fast.
 class BallPath {
  public:
   explicit BallPath(double speed, std::uint64_t seed);

@@ -5,19 +5,19 @@
 
 namespace sinew::plant {
 
-/// How well a camera follows a ball, as only the plant can know.
+/// How well a camera follows a ball; only the plant can know.
 /// Thread:  owner.
 class FollowScore {
  public:
-  /// Once every `dt_s`. `hidden`: something stands between the camera and some of the ball, so it counts neither way.
+  /// Once every `dt_s`. `hidden`: a part of the ball is covered from the camera, so this time counts neither way.
   void look(msg::Time now, const CameraPose& camera, const math::Vec3& ball_m, const math::Quat& q_world_base,
             bool hidden, double dt_s);
   bool acquired() const { return acquired_; }
   /// The whole ball is in the picture now, and nothing hides it.
   bool in_view() const { return in_view_; }
-  /// Share of the time since the first acquisition in which the ball could be seen, that it was in the picture.
+  /// Since the first acquisition, of the time in which the ball could be seen: the share with the ball in the picture.
   double in_view_share() const { return seen_s_ + missed_s_ > 0 ? seen_s_ / (seen_s_ + missed_s_) : 0; }
-  /// Of the angle between the optical axis and the ball, over the same time.
+  /// RMS of the angle between the optical axis and the ball, over the same time.
   double angle_rms_rad() const { return rms(angle2_); }
   Verdict verdict() const;
   void add_to(JsonObject& report) const;

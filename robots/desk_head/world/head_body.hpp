@@ -6,8 +6,8 @@
 namespace sinew::plant {
 
 /// Joints in every command and every state: 0 pan (about z of the base, positive to the left), 1 tilt (about y,
-/// positive looks down). Frames:  base: of the platform, x forward, y left, z up, origin in the pivot about which it
-/// rocks. yoke: turned by
+/// positive looks down).
+/// Frames:  base: of the platform, x forward, y left, z up, origin in the pivot about which it rocks. yoke: turned by
 ///          pan, origin on the pan axis. head: turned by tilt, origin where both axes meet; x is the way it looks.
 inline constexpr math::Vec3 kPivot{0, 0, 0.80};      // in the world: on the desk
 inline constexpr math::Vec3 kPBaseYoke{0, 0, 0.12};  // yoke's origin in base

@@ -16,8 +16,8 @@ struct HeadMotion {
   std::array<double, kHeadJoints> accel_radps2{};
 };
 
-/// Accelerations of the two joints on a base that moves as it likes, under the given joint torques. `armature`: of each
-/// motor, seen at its joint.
+/// Accelerations of the two joints on a base with any motion, under the given joint torques. `armature`: of each motor,
+/// seen at its joint.
 /// Source:  recursive Newton-Euler equations: J. Luh, M. Walker, R. Paul, On-line computational scheme for mechanical
 ///          manipulators, J. Dyn. Sys. 102 (1980); torques of unit accelerations give the mass matrix.
 HeadMotion head_motion(const LinkMotion& base, const std::array<double, kHeadJoints>& q_rad,

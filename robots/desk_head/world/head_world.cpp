@@ -57,7 +57,7 @@ struct HeadWorld::Impl {
         imu(head_imu_errors(o.sensor_errors), o.seed),
         errors(joint_errors(o.sensor_errors)),
         noise(o.seed, 0x6a6f696e) {
-    // It was left looking anywhere before the camera's limits.
+    // The head starts in any direction, within the camera's limits.
     for (std::size_t i = 0; i < kHeadJoints; ++i) q[i] = 0.5 * noise.uniform(-1, 1);
     base = rocking.at(0);
     ball = path.at(0);
@@ -89,7 +89,7 @@ struct HeadWorld::Impl {
   std::array<JointServo, kHeadJoints> servo{JointServo(servo_params(0)), JointServo(servo_params(1))};
   std::array<double, kHeadJoints> q{}, v{}, effort{};
   std::array<JointDrive, kHeadJoints> acting;
-  std::array<std::optional<JointDrive>, kHeadJoints> taken;  // by somebody else than the group's command
+  std::array<std::optional<JointDrive>, kHeadJoints> taken;  // by another drive command than the group's
   Rocking::State base;
   Vec3 ball;
   LinkMotion at_imu;
@@ -134,7 +134,7 @@ void HeadWorld::Impl::integrate() {
   ball = path.at(now_s());
 }
 
-/// The pillar is upright and taller than anything: the matter is one of the plan.
+/// The pillar is upright and taller than anything, so its plan view is enough.
 bool HeadWorld::Impl::hidden() const {
   const Vec3 eye(camera().p_world_m), to = ball - eye;
   const double far = math::hypot(to.x, to.y);

@@ -13,12 +13,12 @@ struct HeadOptions {
   double rock_deg = 10;       // the platform rolls and pitches by up to this
   double ball_speed = 1;      // share of its usual speed; 0: it stays where it starts
   bool sensor_errors = true;  // false: sensors and encoders tell the truth
-  bool pillar = true;         // something behind which the ball is out of sight
+  bool pillar = true;         // a pillar can hide the ball
 };
 
-/// A two-joint head with a camera and an IMU on a desk, on a platform that rocks, and a ball that moves before it.
+/// A two-joint head with a camera and an IMU on a desk, on a platform that rocks, and a ball that moves in front of it.
 /// The joints are integrated here, on equations of our own: MuJoCo's kinematics of hinges call the C library's sin and
-/// cos. It draws the room, and that is all.
+/// cos. MuJoCo only draws the room.
 /// Thread:  owner.
 class HeadWorld final : public World, public PlantJoints {
  public:
@@ -47,7 +47,7 @@ class HeadWorld final : public World, public PlantJoints {
   math::Quat q_world_base() const;
   math::Quat q_world_head() const;
   CameraPose camera_pose() const;
-  /// The pillar stands before some of the ball.
+  /// True when the pillar hides some of the ball.
   bool ball_hidden() const;
   /// Angular rate and specific force at the IMU in the last step, without errors; head frame.
   LinkMotion imu_motion() const;

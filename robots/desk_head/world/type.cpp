@@ -20,7 +20,7 @@ std::array<double, kHeadJoints> aim(const HeadWorld& world) {
   return {math::atan2(d.y, d.x), math::atan2(-d.z, math::hypot(d.x, d.y))};
 }
 
-/// A head that is told where the ball is: from outside and through its camera.
+/// Views of a head that knows where the ball is: from outside and through its camera.
 std::vector<Portrait> portraits() {
   HeadWorld world({.seed = 1});
   const auto advance = [&](double seconds) {

@@ -311,7 +311,7 @@ WorldTruth QuadWorld::ground_truth() const {
 }
 
 bool QuadWorld::at_rest() const {
-  // Contacts of the physics know no rolling friction: what has fallen on its side rocks for long.
+  // The physics' contacts have no rolling friction: a vehicle that has fallen on its side rocks for long.
   constexpr double kStill_mps = 0.15, kStill_radps = 2.0;
   const auto norm2 = [](const msg::Vec3& v) { return v.x * v.x + v.y * v.y + v.z * v.z; };
   return impl_->data->ncon > 0 && norm2(impl_->velocity()) < kStill_mps * kStill_mps &&

@@ -67,7 +67,7 @@ class QuadWorld final : public World {
   CameraPose camera_pose() const;
   double mass_kg() const;
   const std::array<double, kRotors>& thrust_factor() const;
-  /// Touches something, and does not go anywhere any more (slower than 0.15 m/s and 2 rad/s).
+  /// Touches something and stands still (slower than 0.15 m/s and 2 rad/s).
   bool at_rest() const;
   bool motors_stopped() const;
   /// Base to the centre of the pad, horizontally, now: after the run, the landing error.

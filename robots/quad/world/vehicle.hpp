@@ -1,5 +1,5 @@
 #pragma once
-// The vehicle's numbers, in one place. Mass, inertia and shape stand in robots/quad/world/room.xml.
+// The vehicle's numbers, in one place. Mass, inertia and shape are in robots/quad/world/room.xml.
 #include <array>
 #include <cstddef>
 

@@ -1,8 +1,8 @@
-"""sinew bag: what it finds in, and makes of, the recording of a flight.
+"""sinew bag on the recording of a flight: what it prints, and the files that it makes.
 
 usage: bag_test.py SINEW ROBOT_FILE [unittest arguments]
 
-With SINEW_KEEP_FILES the files stay in that folder, for the readers of others.
+With SINEW_KEEP_FILES the files stay in that folder, for foreign readers.
 """
 import csv
 import hashlib
@@ -397,7 +397,7 @@ def rotated(q, v):
 
 
 def write_mcap(name, topic, type_name, schema, messages, encoding="ros2msg"):
-    """A file of others: no chunks, no summary; what our reader takes by looking at everything."""
+    """A foreign file, without chunks or summary: our reader has to look at everything."""
     def text(s):
         return struct.pack("<I", len(s.encode())) + s.encode()
 

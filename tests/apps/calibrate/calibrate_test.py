@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The calibrate commands, and param save, on devices at the wire that are wrong by something known.
+"""The calibrate commands, and param save, on devices at the wire with known errors.
 
 usage: calibrate_test.py SINEW SINEW_SIM ROBOT.toml
 
@@ -24,7 +24,7 @@ ACCEL_SCALE, GYRO_SCALE = 0.000598550, 0.001064724
 
 
 class Bench:
-    """A folder with a robot file of its own, whose devices are those of a desk head's world that runs alone."""
+    """A folder with its own robot file; its devices are those of a desk head's world that runs alone."""
 
     def __init__(self, *plant_options, servos=("cia402:1", "cia402:2"), world=True):
         self.temporary = tempfile.TemporaryDirectory(prefix="sinew-")
@@ -46,7 +46,7 @@ class Bench:
                 [SINEW_SIM, "--world", "desk_head", "--alone", "--can", f"udp:{self.bus}",
                  *[part for s in servos for part in ("--servo", s)], "--iio", str(self.wire), "--v4l2", str(self.wire),
                  "--report", str(self.report), *plant_options], stdout=subprocess.PIPE, text=True, env=self.env)
-            self.plant.stdout.readline()  # it is there
+            self.plant.stdout.readline()  # waits for its start
 
     def __enter__(self):
         return self
@@ -56,7 +56,7 @@ class Bench:
         self.temporary.cleanup()
 
     def end(self):
-        """Ends the world; its report."""
+        """Ends the world; returns its report."""
         if self.plant is None:
             return None
         self.plant.terminate()
@@ -68,7 +68,7 @@ class Bench:
         return subprocess.run([SINEW, *arguments], capture_output=True, text=True, env=self.env, timeout=120, **options)
 
     def calibrate(self, kind, *arguments):
-        """The file that comes of it; tried again where the machine kept a device from talking for 2 s."""
+        """The file that the command makes; tried again when the machine kept a device silent for 2 s."""
         for _ in range(3):
             done = self.sinew("calibrate", kind, str(self.robot), *arguments)
             if not re.search("nothing came for|pairs of pictures", done.stderr):
@@ -212,7 +212,7 @@ class ParamSave(unittest.TestCase):
                     self.assertEqual(bench.sinew("param", "set", "camera.gain", "33").returncode, 0)
                     while "33" not in bench.sinew("param", "get", "camera.gain").stdout:
                         self.assertLess(time.monotonic(), deadline)
-                    # What its device does not allow is refused at once, with the device's range, and changes nothing.
+                    # A value that the device does not allow is refused at once, with the device's range, and changes nothing.
                     no = bench.sinew("param", "set", "camera.gain", "101")
                     self.assertEqual(no.returncode, 1, no.stdout)
                     self.assertIn("camera.gain: 101: a number from 0 to 100, or -1: control 'gain' of device 'camera'",

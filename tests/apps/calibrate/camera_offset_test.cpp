@@ -16,7 +16,7 @@ using ::testing::HasSubstr;
 constexpr double kDeg = math::kPi / 180;
 const Quat kNominal{0.5, -0.5, 0.5, -0.5};
 
-/// A robot that somebody turns about all axes, with a camera whose stamps are late and whose mount is off.
+/// A robot that is turned about all axes, with a camera whose stamps are late and whose mount is off.
 struct Turned {
   double late_ms = 0;
   Vec3 mount_deg{};                 // about the optical axes

@@ -1,5 +1,5 @@
-"""sinew deploy against a board that is a folder here: fake_ssh.py runs what it is asked to, and programs that would
-change this machine (sudo, systemctl, useradd, ...) are replaced by ones that write down how they were called."""
+"""sinew deploy against a board that is a folder here: fake_ssh.py runs the board's commands, and programs that would
+change this machine (sudo, systemctl, useradd, ...) are replaced by stand-ins that log how they were called."""
 import os
 import pathlib
 import shutil
@@ -15,7 +15,7 @@ SSH = f"{sys.executable} {SOURCE}/tests/apps/deploy/fake_ssh.py"
 # The quadrotor, with a calibration file.
 ROBOT = pathlib.Path(f"{SOURCE}/robots/quad/quad_pilot.toml").read_text(encoding="utf-8")
 ROBOT = ROBOT.replace('"quad_pilot", board', '"desk", board', 1).replace("quad_pilot_calibration.toml", "unit/calibration.toml", 1)
-# Called as NAME ARGUMENTS; what begins with /etc is of the board.
+# Called as NAME ARGUMENTS; paths below /etc are the board's.
 LOG = '''#!/bin/sh
 echo "$(basename "$0") $*" >>"$FAKE_BOARD/log"
 '''
@@ -86,7 +86,7 @@ class Copies(Board):
         self.assertRegex(out, r"to run it there: .*/app/desk\.toml --board linux\n")
         here = subprocess.run([SINEW, "doctor", f"{SOURCE}/robots/desk_head/desk_head.toml"], capture_output=True, text=True)
         self.assertNotIn("device.camera", here.stdout)
-        self.assertIn('board = "sim": its devices were not looked at; --board linux does', here.stderr)
+        self.assertIn('board = "sim": its devices were not checked; --board linux checks them', here.stderr)
 
     def test_a_login_that_talks_is_not_taken_for_the_board(self):
         self.fault = "noise"
@@ -193,7 +193,7 @@ class Refusals(Board):
         before = os.readlink(self.dir / "app")
         code, out, err = self.deploy("--binary", binary)
         self.assertEqual(code, 1, out + err)
-        self.assertIn("the board has not these libraries:\n  libsinew-nowhere.so.1", err)
+        self.assertIn("the board lacks these libraries:\n  libsinew-nowhere.so.1", err)
         self.assertEqual(os.readlink(self.dir / "app"), before)
         self.assertFalse((self.dir / "incoming").exists())
 
@@ -255,7 +255,7 @@ class Refusals(Board):
 class Unit(Board):
     def setUp(self):
         super().setUp()
-        # sudo -n COMMAND: what is in /etc is the board's.
+        # sudo -n COMMAND: paths below /etc are the board's.
         self.tool("sudo", '''shift
 [ "$1" = true ] && exit 0
 for word; do

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""An ssh whose board is a folder on this machine: what it is asked to run, it runs here.
+"""An ssh whose board is a folder on this machine: it runs the board's commands here.
 
 FAKE_BOARD  folder with bin/ (programs that go before the real ones), etc/ and log
-FAKE_FAULT  what goes wrong: unreachable, refused, denied, breaks:BYTES (the input ends there), noise (the login talks)
+FAKE_FAULT  the fault to play: unreachable, refused, denied, breaks:BYTES (the input ends there), noise (the login talks)
 """
 import os
 import subprocess

@@ -13,7 +13,7 @@ os.environ.setdefault("SINEW_RECORD", "off")  # a flight is 100 MB; recordings h
 SINEW, PROGRAM, SOURCE = sys.argv[1:4]
 ROBOT = f"{SOURCE}/tests/apps/live/live_robot.toml"
 QUAD = f"{SOURCE}/robots/quad/quad.toml"
-LIMIT_S = 120  # of anything here, on a machine that is busy elsewhere
+LIMIT_S = 120  # for any step here, on a machine that is busy elsewhere
 
 
 class Live(unittest.TestCase):
@@ -134,7 +134,7 @@ class LiveCommands(Live):
         for as_json in ((), ("--json",)):
             code, out, err = self.sinew("topic", "hz", "operator.range", "--seconds", "0.2", *as_json)
             self.assertEqual(code, 1, out)
-            self.assertIn("nothing new within 0.2 s, only a message of before", err)
+            self.assertIn("nothing new within 0.2 s, only an old message", err)
             self.assertNotIn("Hz", out)
         self.assertIsNone(json.loads(out)["rate_hz"])
 
@@ -142,7 +142,7 @@ class LiveCommands(Live):
         echo = subprocess.Popen([SINEW, "topic", "echo", "operator.range", "-n", "3", "--field", "range_m"],
                                 stdout=subprocess.PIPE, text=True, env=self.env)
         deadline = time.monotonic() + LIMIT_S
-        while echo.poll() is None and time.monotonic() < deadline:  # the echo begins at some time
+        while echo.poll() is None and time.monotonic() < deadline:  # the echo may begin late
             self.assertRegex(self.good("topic", "pub", "operator.range", '{"range_m": 2.5}'),
                              r"^ball: published to operator.range in step \d+\n$")
         self.assertEqual(echo.communicate(timeout=LIMIT_S)[0], "2.5\n" * 3)
@@ -248,7 +248,7 @@ class SeveralRobots(Live):
         self.assertEqual(self.good("stop", "--robot", "other"), "other: ends its run\n")
         self.assertEqual(second.wait(LIMIT_S), 0)
         self.assertEqual([r["robot"] for r in self.asked("list")["robots"]], ["ball"])
-        # One that looks when the robot ends says so.
+        # A command that watches says so when the robot ends.
         echo = subprocess.Popen([SINEW, "topic", "echo", "operator.range"], stderr=subprocess.PIPE, text=True, env=self.env)
         time.sleep(0.5)
         self.good("stop")
@@ -283,7 +283,7 @@ class Guarded(Live):
                                stderr=subprocess.DEVNULL)
         try:
             said = self.good("status", "--wait", str(LIMIT_S))
-            while run.poll() is None and "\nguardian" not in said:  # its first step may still be to come
+            while run.poll() is None and "\nguardian" not in said:  # its first step may not have come yet
                 said = self.good("status")
             self.assertRegex(said, r"(?m)^guardian  \w+; commands ")
             disarmed = self.asked("disarm")
@@ -302,9 +302,9 @@ class Guarded(Live):
                 status = self.asked("status")
             self.asked("disarm")
             deadline = time.monotonic() + LIMIT_S
-            while not self.asked("status")["guardian"]["disarmed"]:  # its next step may still be to come
+            while not self.asked("status")["guardian"]["disarmed"]:  # its next step may not have come yet
                 self.assertLess(time.monotonic(), deadline)
-            self.sinew("stop")  # it may have come to its end meanwhile
+            self.sinew("stop")  # it may have ended meanwhile
             summary = json.loads(run.communicate(timeout=LIMIT_S)[0])
         finally:
             run.kill()

@@ -1,4 +1,4 @@
-"""sinew record start, stop, status, snapshot: what a flying robot records. usage: record_commands_test.py SINEW ROBOTS"""
+"""sinew record start, stop, status, snapshot: the recordings of a flying robot. usage: record_commands_test.py SINEW ROBOTS"""
 import glob
 import json
 import os
@@ -21,7 +21,7 @@ class RecordCommands(unittest.TestCase):
         self.env = dict(os.environ, SINEW_RUN_DIR=f"{self.folder.name}/sockets")
 
     def fly(self, record, *arguments):
-        """A flight in real time, from the moment on when its socket answers."""
+        """A flight in real time, from its socket's first answer on."""
         with open(f"{ROBOTS}/quad/quad.toml") as f:
             text = f.read()
         with open(f"{self.folder.name}/quad.toml", "w") as f:
@@ -58,7 +58,7 @@ class RecordCommands(unittest.TestCase):
         time.sleep(seconds)  # of flight; nothing here depends on how many there are
 
     def expect_replay(self, path):
-        """Everything that is whole comes out as recorded; a loaded machine may have lost something, and says so."""
+        """All complete records replay as recorded; a loaded machine may have lost some, and reports it."""
         check = json.loads(self.sinew("bag", "check", path, "--json"))
         self.assertEqual(check["problems"], [])
         done = subprocess.run([SINEW, "replay", path, "--json"], cwd=self.folder.name, capture_output=True, text=True)

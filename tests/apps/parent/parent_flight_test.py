@@ -53,7 +53,7 @@ class ParentFlight(unittest.TestCase):
             os.symlink(model, os.path.join(self.folder.name, os.path.basename(model)))
 
     def fly(self):
-        """Starts plant and robot, and comes back when the motors run."""
+        """Starts plant and robot; returns when the motors run."""
         address = f"unix:{self.folder.name}/plant.sock"
         # A sanitizer would make an exit code of the segmentation fault.
         environment = dict(os.environ, SINEW_RUN_DIR=self.folder.name, ASAN_OPTIONS="handle_segv=0")
@@ -85,7 +85,7 @@ class ParentFlight(unittest.TestCase):
         runtime = children(self.run_.pid)
         self.assertEqual(len(runtime), 1, "the runtime is the one child of its parent")
         while os.read(self.watchdog_end, 4096):
-            break  # what it was fed up to now
+            break  # until now it was fed
         os.kill(runtime[0], number)
         _, self.said = self.run_.communicate(timeout=LIMIT_S)
         self.plant_said, _ = self.plant.communicate(timeout=LIMIT_S)
@@ -116,7 +116,7 @@ class ParentFlight(unittest.TestCase):
         self.assertGreater(states[-1] - states[0], 1.8e9, "tap_history_ms of the robot file")
 
     def expect_the_ring(self):
-        """What the runtime had in memory is a recording that replays, but for the last moment."""
+        """The runtime's memory became a recording that replays, except for the last moment."""
         dump = re.search(r"the flight ring is in (runs/quad-[0-9-]+/ring-[0-9]+.mcap)", self.said)
         self.assertTrue(dump, self.said)
         path = f"{self.folder.name}/{dump.group(1)}"
@@ -130,7 +130,7 @@ class ParentFlight(unittest.TestCase):
 
     def test_a_lost_terminal_ends_nothing(self):
         self.fly()
-        self.run_.stdout.close()  # as `| tee` that dies
+        self.run_.stdout.close()  # like `| tee` when tee dies
         for pid in [self.run_.pid, *children(self.run_.pid)]:
             os.kill(pid, signal.SIGHUP)
         time.sleep(2.5)  # it says something every two seconds

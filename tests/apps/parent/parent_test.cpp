@@ -192,7 +192,7 @@ TEST_F(ParentTest, ATerminalThatTakesNoTextDelaysNoStopAndNoSaving) {
   const std::string block(4096, '.');
   while (::write(terminal[1], block.data(), block.size()) > 0) {
   }
-  ASSERT_EQ(::fcntl(terminal[1], F_SETFL, 0), 0);  // full: the next word waits until somebody reads
+  ASSERT_EQ(::fcntl(terminal[1], F_SETFL, 0), 0);  // full: the next text waits until the test reads
   const pid_t parent = ::fork();
   ASSERT_GE(parent, 0);
   if (parent == 0) {

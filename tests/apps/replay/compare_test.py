@@ -14,7 +14,7 @@ import tempfile
 import unittest
 
 LIMIT_S = 300
-RUN_DIR = tempfile.TemporaryDirectory(prefix="sinew_run_")  # this program's robots meet nobody else's
+RUN_DIR = tempfile.TemporaryDirectory(prefix="sinew_run_")  # robots of other tests cannot meet this program's
 os.environ["SINEW_RUN_DIR"] = RUN_DIR.name
 os.environ.pop("SINEW_RECORD", None)
 
@@ -125,7 +125,7 @@ SECONDS = 20
 
 
 def write_dataset(folder):
-    """An IMU that rocks and is pushed to and fro, with bias and noise; and what it really did."""
+    """An IMU that rocks and is pushed to and fro, with bias and noise; and its true motion."""
     noise = random.Random(7)
     with open(f"{folder}/imu0.csv", "w") as imu, open(f"{folder}/groundtruth.csv", "w") as truth:
         imu.write("#stamp,wx,wy,wz,ax,ay,az\n")
@@ -179,7 +179,7 @@ class Tuned(InFolder):
         for value in ("0.0004", "0.05"):
             flown = self.fly(f"{ROBOTS}/mav_dataset/mav_dataset.toml", "--data", ".", "--set", f"filter.gyro_noise={value}", "--set",
                              "filter.valid_tilt_rad=1")
-            # A run counts what is valid, from some time on to the end.
+            # A run only counts valid values, from some time on to the end.
             tuned = self.tune("--param", f"filter.gyro_noise={value}", "--error", "tilt", "--from",
                               str(SECONDS - flown["states"] / 200 - 0.0025))["best"]
             self.assertAlmostEqual(tuned["messages"], flown["states"], delta=1)

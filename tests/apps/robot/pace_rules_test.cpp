@@ -1,4 +1,4 @@
-// Time-outs that would run out with nothing wrong are refused: how often something comes is in the same robot file.
+// Time-outs that would run out without any fault are refused: the same robot file says how often something comes.
 #include "apps/robot/pace_rules.hpp"
 
 #include "../run/wired_head.hpp"

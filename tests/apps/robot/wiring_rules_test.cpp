@@ -1,4 +1,4 @@
-// What `check` and `run` refuse alike: relations between the sections of a robot file, each with file, line and key.
+// Relations between the sections of a robot file that `check` and `run` refuse alike, each with file, line and key.
 #include "apps/robot/wiring_rules.hpp"
 
 #include <gmock/gmock.h>
@@ -95,13 +95,13 @@ TEST(WiringRules, AGroupHasAsManyChannelsAsJoints) {
                      "max_rad = 0.9\n[[device.head.joint]]\nname = \"roll\"\ndriver = \"cia402\"\nbus = \"can0\"\n"
                      "id = 3\ncounts_per_turn = 65536\nmax_rad = 1.4\nmin_rad = -1.4\n"};
   EXPECT_THAT(problems({third}),
-              ElementsAre(at("channels = 2") + "actuator.head.channels: 2: 3: so many joints has [device.head]"));
+              ElementsAre(at("channels = 2") + "actuator.head.channels: 2: 3, as [device.head] has joints"));
 }
 
 TEST(WiringRules, AGroupHasAsManyChannelsAsTheModuleThatCommandsIt) {
   EXPECT_THAT(problems({{"channels = 2", "channels = 3"}}),
               ElementsAre(at("channels = 2") +
-                          "actuator.head.channels: 3: 2: so many has follower.command of control::HeadFollower"));
+                          "actuator.head.channels: 3: 2, as follower.command of control::HeadFollower has"));
 }
 
 TEST(WiringRules, ALimitIsNoWiderThanTheWidestJoint) {
@@ -200,7 +200,7 @@ TEST(BusRules, LoadIsPlannedByTheHubsOwnFunctionAndToldWithItsKey) {
       ElementsAre(HasSubstr(at("max_load_percent = 80") + "bus.can0.max_load_percent: 80: 2 servos at 500 Hz need ")));
 }
 
-// ---- what only one can have
+// ---- things that only one module or device can have
 
 TEST(DeviceClaims, TwoDevicesOnOneSerialLineAreRefused) {
   const Change two{"[device.air]\n",
@@ -250,7 +250,7 @@ TEST(DeviceClaims, TwoSimulatedCamerasMayHaveOneNodeInDifferentFolders) {
   EXPECT_THAT(second("//"), ElementsAre(HasSubstr("\"camera /dev/video0\": one that no other has")));
 }
 
-// ---- what is not of the file
+// ---- conditions outside of the file
 
 TEST(OptionLines, TellWhereAValueComesFrom) {
   OptionLines lines;

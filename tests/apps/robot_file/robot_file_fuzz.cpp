@@ -1,4 +1,4 @@
-// Whatever the text, the parser ends with a robot or with problems that can be printed.
+// For any text, the parser ends with a robot or with problems that can be printed.
 #include <cstdlib>
 
 #include "apps/robot_file/robot_file.hpp"

@@ -3,9 +3,9 @@
 //                                               esc:NODE:INDEX, asks:NODE:INDEX (an actuator that has no node id yet)
 // TRANSPORT:ADDRESS may be socketcand-server:PORT: then this is the server (PORT 0: any).
 // TRANSPORT:ADDRESS may be socketcand-server:PORT: then this is the server (PORT 0: any).
-// Says "ready ENDPOINT", then "I live" or "I off" whenever servo I (from 0) gets or loses its torque. Takes lines
-// "I silent", "I fail", "I power off", "I hot": what is wrong with it; "I at" is answered by "I at RAD". Ends with its
-// input.
+// Prints "ready ENDPOINT", then "I live" or "I off" whenever servo I (from 0) gets or loses its torque. Takes lines "I
+// silent", "I fail", "I power off", "I hot", which set a fault of servo I; it answers "I at" with "I at RAD". Ends with
+// its input.
 #include <poll.h>
 #include <unistd.h>
 

@@ -1,4 +1,4 @@
-"""A robot on the board `linux` with nothing but CAN joints, and simulated drives in another process at the far end."""
+"""A robot on the board `linux` with CAN joints only, and simulated drives in another process at the far end."""
 import ctypes
 import glob
 import os
@@ -79,12 +79,12 @@ def children(pid):
 
 
 def end_with_the_test():
-    """In a new process: it is told to end when the test does, however that ends (PR_SET_PDEATHSIG)."""
+    """In a new process: the kernel ends it when the test ends, for any reason (PR_SET_PDEATHSIG)."""
     ctypes.CDLL(None).prctl(1, signal.SIGTERM)
 
 
 class Said:
-    """Lines of a process, read by a thread, so that nobody has to wait for a line that does not come."""
+    """Lines of a process, read by a thread: no test waits for a line that does not come."""
 
     def __init__(self, argv, **more):
         self.process = subprocess.Popen(argv, stdout=subprocess.PIPE, stdin=subprocess.PIPE, text=True, bufsize=1,
@@ -147,7 +147,7 @@ class Bench:
 
     @staticmethod
     def end(run):
-        """Ends all processes of the run: also a runtime whose parent has died, and what the parent has started since."""
+        """Ends all processes of the run: also a runtime whose parent has died, and later children of the parent."""
         try:
             os.killpg(run.pid, signal.SIGKILL)  # of a session of its own
         except ProcessLookupError:

@@ -51,7 +51,7 @@ class CanStop(unittest.TestCase):
         self.wait_for({0, 1, 2}, "off")
 
     def test_hanging_runtime_leaves_no_torque(self):
-        # Its leases and buses hang with it.
+        # Leases and buses hang with the runtime.
         self.strike(signal.SIGSTOP)
         said = self.end()
         self.assertIn("the runtime hangs: no commit of the guardian", said)

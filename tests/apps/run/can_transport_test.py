@@ -18,7 +18,7 @@ from can_robot import Bench, PATIENCE_S, bus_text, free_bus, joint_text
 SWAY, DRIVES = sys.argv[1:3]
 SERVOS = ["cia402:1", "mit:2", "cybergear:3"]
 PYTHON = "/usr/bin/python3"  # the system's: it has the system's packages
-# What our robot does on the bus is seen by others: how far the drive stood, by TPDO1 (statusword, counts, torque).
+# A foreign program sees our robot on the bus: the drive's position, by TPDO1 (statusword, counts, torque).
 FOREIGN = textwrap.dedent("""
     import struct, sys, time
     import can
@@ -124,7 +124,7 @@ class Leftovers(unittest.TestCase):
         self.gone(bench.folder)
 
     def test_of_a_test_that_is_killed(self):
-        # A test of its own, as a runner ends one that takes too long.
+        # A test in its own process, ended as a runner ends a test that takes too long.
         script = textwrap.dedent(f"""
             import sys, time, unittest
             sys.path.insert(0, {str(pathlib.Path(__file__).parent)!r})

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""What devices complain about reaches the user: while the run goes on, in `sinew status`, and in what it says at the end.
+"""Complaints of devices reach the user: during the run, in `sinew status`, and in the report at its end.
 
 usage: complaints_run_test.py SINEW
 
-A bus over UDP on which nobody is: both joints are absent.
+A bus over UDP without any other node: both joints are absent.
 """
 import json
 import os

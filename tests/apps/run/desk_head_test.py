@@ -12,7 +12,7 @@ os.environ.setdefault("SINEW_RECORD", "off")  # a run is 100 MB; recordings have
 
 SINEW, TRAPPED, SINEW_SIM, ROBOT = sys.argv[1:5]
 LIMIT_S = 300
-RUN_DIR = tempfile.TemporaryDirectory()  # this program's robots meet nobody else's
+RUN_DIR = tempfile.TemporaryDirectory()  # robots of other tests cannot meet this program's
 os.environ["SINEW_RUN_DIR"] = RUN_DIR.name
 
 
@@ -40,7 +40,7 @@ class Following(unittest.TestCase):
 
     def test_the_same_seed_gives_the_same_bytes_on_every_topic(self):
         first = run("--virtual", "--duration", "4", "--seed", "3", "--quiet")[1]
-        # The second run is the program with the trap in it: whatever a step must not call would end it.
+        # The second run uses the program with the trap: a call that a step must not make would end it.
         second = run("--virtual", "--duration", "4", "--seed", "3", "--quiet", program=TRAPPED)[1]
         self.assertGreaterEqual(len(hashes(first)), 9)
         self.assertEqual(hashes(first), hashes(second))

@@ -21,7 +21,7 @@ hal::Os& os() { return hal::system_os(); }
 class DeviceStopTest : public ::testing::Test {
  protected:
   DeviceStopTest() {
-    listener = std::move(*hal::listen_stream("tcp:127.0.0.1:0"));  // the kernel takes calls; nobody says "< hi >"
+    listener = std::move(*hal::listen_stream("tcp:127.0.0.1:0"));  // the kernel takes calls; no server says "< hi >"
     prepared.robot.devices.buses.push_back(spec("can0", "socketcand", {{"address", address() + "/can0"}}));
     auto group = spec("body", "can_servos", {});
     group.joints.push_back(spec("pan", "cia402", {{"bus", "can0"}}));
@@ -59,7 +59,7 @@ TEST_F(DeviceStopTest, ABusThatConnectsSlowlyKeepsNobodyWaitingAndIsStoppedWhenI
   EXPECT_EQ(early.error().code, hal::Errc::timeout);
   EXPECT_THAT(early.error().where, HasSubstr("still being connected to"));
 
-  // Now somebody serves the calls that wait.
+  // Now a server takes the calls that wait.
   auto server = std::move(*sim_hil::SocketcandServer::open(os(), std::move(listener), {"can0"}));
   const auto bus = std::move(*server->bus("can0"));
   sim_hil::SimServos sims(*bus);

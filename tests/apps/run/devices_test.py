@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""sinew devices: who answers on the buses of a robot file, or of the command line.
+"""sinew devices: the devices that answer on the buses of a robot file, or of the command line.
 
 usage: devices_test.py SINEW CAN_DRIVES
 """

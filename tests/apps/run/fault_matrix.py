@@ -24,25 +24,25 @@ DURATION_S = 75  # of plant time: a search without result, and a slow descent
 #   landed: at rest with stopped motors, having touched down with less than 1 m/s and on its feet, wherever
 #   safe:   that, or at rest with stopped motors: a failsafe, the guardian or the end of a lease has stopped them, and a
 #           vehicle that was in the air has fallen
-# All begin after 5 s: in the air, 1 to 2.3 m up, on the way to the pad. They last. What a kind cannot be for a device
-# is refused by the plant with its reason (sinew-sim --list-faults); every other pair must stand here.
+# All begin after 5 s: in the air, 1 to 2.3 m up, on the way to the pad. They last. The plant refuses a kind that a device
+# cannot have, with the reason (sinew-sim --list-faults); every other pair must be in this table.
 SENSOR_KINDS = ("off", "stuck", "garbage", "wrong", "slow", "delayed", "intermittent", "duplicated")
 
 
 def sensor(device, **other):
-    """All kinds of one sensor: they must end landed, but for the `other` ones."""
+    """All kinds of one sensor: they must end landed, except those in `other`."""
     return {kind: other.get(kind, (f"{device}:{kind}@5", "landed")) for kind in SENSOR_KINDS}
 
 
 CELLS = {
-    "imu": sensor("imu",  # nobody flies without one
+    "imu": sensor("imu",  # no flight goes on without one
                   off=("imu:off@5", "safe"), stuck=("imu:stuck@5", "safe"), garbage=("imu:garbage@5", "safe"),
                   wrong=("imu:wrong@5", "safe"), delayed=("imu:delayed(5ms)@5", "landed"),
                   intermittent=("imu:intermittent(5ms)@5", "landed")),
     "range": sensor("range", wrong=("range:wrong@5", "safe")),  # half a metre too much: the ground comes unseen
     "baro": sensor("baro"),
     "battery": sensor("battery", wrong=("battery:wrong(-4)@5", "landed")),
-    "camera": sensor("camera",  # aborts, and comes down on whatever is there
+    "camera": sensor("camera",  # aborts, and comes down on any ground
                      off=("camera:off@5", "safe"), stuck=("camera:stuck@5", "safe"),
                      garbage=("camera:garbage@5", "safe")),
     "motors": {
@@ -64,7 +64,7 @@ CELLS = {
 
 
 def known_cells(sinew_sim):
-    """(device, kind, reason why it is none or '') of every pair that the plant knows."""
+    """(device, kind, reason why the device cannot have it, or '') of every pair that the plant knows."""
     done = subprocess.run([sinew_sim, "--list-faults"], capture_output=True, text=True, check=True, timeout=60)
     for line in done.stdout.splitlines():
         pair, _, reason = line.partition(" - ")
@@ -73,7 +73,7 @@ def known_cells(sinew_sim):
 
 
 def missing(cells, devices):
-    """What the table or the list of devices lacks, or has too much of, in words."""
+    """Missing and superfluous entries of the table or the list of devices, in words."""
     for device, kind, reason in cells:
         here = kind in CELLS.get(device, {})
         if not here and not reason:

@@ -1,5 +1,5 @@
 #pragma once
-// robots/quad/quad.toml in virtual time in a small world of the tests' own: the real modules, the real graph, no plant.
+// robots/quad/quad.toml in virtual time in a small world of these tests: the real modules, the real graph, no plant.
 #include <cmath>
 #include <deque>
 #include <functional>
@@ -87,7 +87,7 @@ class FakeCamera final : public hal::Camera {
   std::uint32_t count_ = 0;
 };
 
-/// Motors that judge what reaches them, and stop by themselves when the lease is over.
+/// Motors that judge their commands, and stop by themselves when the lease is over.
 class JudgedMotors final : public hal::Actuators {
  public:
   struct Event {
@@ -116,7 +116,7 @@ class JudgedMotors final : public hal::Actuators {
   std::array<double, 4> at(Time now) const { return now < until_ ? value_ : std::array<double, 4>{}; }
 
   std::vector<Event> events;
-  int wrong = 0;                        // values, channels or leases that must not be
+  int wrong = 0;                        // wrong values, channels or leases
   double largest_change = 0;            // of a value, from one command to the next
   std::function<Time()> newest_commit;  // of the command topic
 
@@ -194,7 +194,7 @@ class FaultWorld final : public hal::EmptyBoard, public hal::GrantSource {
   JudgedMotors motors;
 };
 
-/// What a flight left behind.
+/// The record of a flight.
 class FlightLog final : public rt::RunObserver {
  public:
   FlightLog() {
@@ -224,7 +224,7 @@ class FaultFlight {
     spec = std::move(loaded.robot.graph);
     if (change) change(spec);
   }
-  /// `module` gets what `plan` says.
+  /// `module` gets the fault of `plan`.
   void poison(const std::string& module, const PoisonPlan& plan) {
     for (rt::ModuleSpec& m : spec.modules) {
       if (m.name != module) continue;
@@ -292,7 +292,7 @@ class FaultFlight {
   std::unique_ptr<FaultWorld> world;
   std::unique_ptr<rt::DiscreteExecutor> executor;
   FlightLog log;
-  std::vector<SafetyEvent> actions;  // each time that the action or what has acted changed
+  std::vector<SafetyEvent> actions;  // each change of the action or of its cause
   std::vector<msg::MissionPhase> phases;
   std::function<void(Time)> at_each_grant;
 

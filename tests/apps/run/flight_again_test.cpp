@@ -1,6 +1,6 @@
 // The modules of the shipped robots, executed again from the record of a flight: each must come to the same bytes from
-// the beginning and from every saved state. A module that keeps something from step to step and does not declare it as
-// state is found here.
+// the beginning and from every saved state. This finds a module that keeps a value from step to step and does not
+// declare it as state.
 #include <gtest/gtest.h>
 
 #include <bit>

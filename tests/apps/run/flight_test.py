@@ -12,7 +12,7 @@ os.environ.setdefault("SINEW_RECORD", "off")  # a flight is 100 MB; recordings h
 
 SINEW, TRAPPED, ROBOTS = sys.argv[1:4]
 LIMIT_S = 300
-RUN_DIR = tempfile.TemporaryDirectory()  # this program's robots meet nobody else's
+RUN_DIR = tempfile.TemporaryDirectory()  # robots of other tests cannot meet this program's
 os.environ["SINEW_RUN_DIR"] = RUN_DIR.name
 
 
@@ -33,7 +33,7 @@ class Flight(unittest.TestCase):
 
     def test_lands_on_the_pad_and_the_same_seed_gives_the_same_bytes_on_every_topic(self):
         first = self.fly(SINEW, "--seed", "3")
-        # The second flight is the program with the trap in it: whatever a step must not call would end it.
+        # The second flight uses the program with the trap: a call that a step must not make would end it.
         second = self.fly(TRAPPED, "--seed", "3")
         self.assertIn("landed on the pad, valid run", first)
         self.assertGreaterEqual(len(hashes(first)), 13)
@@ -131,7 +131,7 @@ class TwoRobots(unittest.TestCase):
 
 
 class Unprivileged(unittest.TestCase):
-    """Without the right to fixed priorities and to much locked memory, whoever runs the test."""
+    """Without the right to fixed priorities and to much locked memory, for any user."""
 
     def run_without(self, *arguments):
         drop = [] if os.geteuid() != 0 else ["setpriv", "--bounding-set=-all", "--inh-caps=-all"]
@@ -153,7 +153,7 @@ class Unprivileged(unittest.TestCase):
         self.assertIn("problem: memory_lock: ", err)
         self.assertIn("sinew doctor says what to do", err)
         self.assertRegex(err, r"(?m)^warning: thread stabilise: SCHED_FIFO refused")
-        if "ASAN_OPTIONS" not in os.environ:  # under the address sanitizer locking does nothing, and says it was done
+        if "ASAN_OPTIONS" not in os.environ:  # under the address sanitizer locking does nothing, but reports success
             self.assertRegex(err, r"(?m)^warning: memory is not locked")
 
     def test_strict_refuses_to_start(self):

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""sinew-fly and what it cannot begin with: exit code 2, and words.
+"""sinew-fly with options that it must refuse: exit code 2, and words.
 
 usage: fly_options_test.py SINEW_FLY ROBOTS
 """

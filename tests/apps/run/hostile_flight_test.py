@@ -1,4 +1,4 @@
-"""A whole flight in virtual time beside programs that mean it no good: every topic has the bytes of a flight in peace.
+"""A whole flight in virtual time beside hostile programs: every topic has the same bytes as in a flight without them.
 
 usage: hostile_flight_test.py SINEW TAP_HOSTILE ROBOT
 """
@@ -14,11 +14,11 @@ import unittest
 os.environ.setdefault("SINEW_RECORD", "off")  # a flight is 100 MB; recordings have tests of their own
 
 SINEW, HOSTILE, ROBOT = sys.argv[1:4]
-RUN_DIR = tempfile.TemporaryDirectory()  # this program's robots meet nobody else's
+RUN_DIR = tempfile.TemporaryDirectory()  # robots of other tests cannot meet this program's
 os.environ["SINEW_RUN_DIR"] = RUN_DIR.name
 SOCKET = os.path.join(RUN_DIR.name, "quad.sock")
 COMMAND = [SINEW, "run", ROBOT, "--virtual", "--seed", "3"]
-# What a hostile program does and how much of it: each a good part of a second, beside a flight of a few seconds.
+# The attacks of the hostile program and their amounts: each takes a good part of a second, a flight a few seconds.
 VISITS = {"write": "0", "spin": "0.3", "wake": "0.3", "garbage": "20", "half": "0.2", "flood": "0.3", "killed": "30"}
 MOST_FLIGHTS = 10
 
@@ -44,7 +44,7 @@ class Visitor(threading.Thread):
                                   stderr=subprocess.STDOUT, text=True) as visit:
                 while visit.poll() is None and self.flight.poll() is None:
                     time.sleep(0.01)
-                if self.flight.poll() is not None:  # what meets a robot that ends proves nothing
+                if self.flight.poll() is not None:  # an attack on a robot that ends proves nothing
                     visit.kill()
                     return
                 said = visit.stdout.read()

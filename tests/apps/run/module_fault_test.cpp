@@ -1,5 +1,5 @@
-// Every fault of every module of the quadrotor in turn, in virtual time: what is done about it, and exactly when. The
-// cells come from the graph; a cell that the table below does not know fails.
+// Every fault of every module of the quadrotor in turn, in virtual time: the reaction to it, and exactly when. The
+// cells come from the graph; a cell that the table below does not have fails.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -32,7 +32,7 @@ struct Cell {
 
 void PrintTo(const Cell& cell, std::ostream* out) { *out << cell.name(); }
 
-/// What a fault comes to.
+/// The outcome of a fault.
 struct Outcome {
   enum class Kind {
     stops,     // no more commands: the actuators' safe action when the lease of the last one is over
@@ -145,7 +145,7 @@ std::vector<Cell> all_cells() {
   const FaultFlight quad;
   const rt::Graph graph(quad.spec, quad.types);
   for (const rt::GraphModule& m : graph.modules()) {
-    if (m.guardian) continue;  // what happens without it is the lease's and the parent's business
+    if (m.guardian) continue;  // without it the lease and the parent act
     for (const Fault f : kModuleFaults) cells.push_back({m.spec.name, "", f});
     for (const auto& p : m.declaration.ports)
       if (p.output)
@@ -154,7 +154,7 @@ std::vector<Cell> all_cells() {
   return cells;
 }
 
-/// How long commands may go on without this module: along the quickest way to them every reader may use what it has
+/// How long commands may go on without this module: on the shortest path to them, every reader may use its last message
 /// for its max_age, and looks once a period.
 Duration dries_up_within(const rt::Graph& graph, const std::string& module, const std::string& command) {
   std::vector<Duration> within(graph.modules().size(), Duration::max());
@@ -227,7 +227,7 @@ class ModuleFault : public ::testing::TestWithParam<Cell> {
     EXPECT_LE(after.count(), (due + 3ms).count());
     expect_landed(f);
   }
-  /// Stopped after its tenth fault in a row, and nobody else is.
+  /// This module is stopped after its tenth fault in a row, and no other is.
   static void expect_only_this_module_stopped(FaultFlight& f) {
     for (std::uint32_t m = 0; m < f.graph->modules().size(); ++m) {
       const rt::ModuleStats& stats = f.executor->runner().module_stats(m);

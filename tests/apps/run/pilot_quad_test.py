@@ -4,7 +4,7 @@ pseudo terminal), by `--board-of rc=linux`: the real driver, its switches and fa
 
 usage: pilot_quad_test.py SINEW ROBOT.toml
 
-In real time on a machine that may be busy: a landing is asked of one of three runs.
+In real time on a machine that may be busy: one of three runs must land.
 """
 import json
 import os
@@ -72,7 +72,7 @@ class Quad(unittest.TestCase):
         return subprocess.run([SINEW, *arguments], capture_output=True, text=True, env=self.env, timeout=60)
 
     def fly(self, in_flight):
-        """Armed as soon as it runs; `in_flight` is called with the pilot once it is up. What the run says at its end."""
+        """Arms as soon as it runs, and calls `in_flight` with the pilot once it is up. Returns the run's output at its end."""
         pilot = Pilot()
         self.addCleanup(pilot.end)
         run = subprocess.Popen(

@@ -1,6 +1,6 @@
 #pragma once
-// A module around a real one that breaks what it publishes from some instant on. Takes the place of the real type in
-// ModuleTypes, so nothing of the product knows of it.
+// A module around a real one that breaks its outputs from some instant on. It replaces the real type in ModuleTypes, so
+// no part of the product knows of it.
 #include <bit>
 #include <cstring>
 #include <memory>
@@ -66,7 +66,7 @@ class Poisoner final : public rt::DriverModule {
   }
 
  private:
-  /// The protected part of an output, for a module whose types are known at run time only.
+  /// The protected part of an output, for a module with types that are only known at run time.
   struct Access : rt::OutputBase {
     static void cancel_loan(rt::OutputBase& o) { (o.*&Access::cancel_newest)(); }
     static void* reclaim(rt::OutputBase& o) { return (o.*&Access::claim)(); }
@@ -75,19 +75,19 @@ class Poisoner final : public rt::DriverModule {
 
   bool acts(rt::Time now) const { return now >= plan_.from && now < plan_.until; }
 
-  /// A cancelled loan is the next to be claimed, with what is in it.
+  /// A cancelled loan is the next to be claimed, with its content.
   void spoil_output(const rt::Step& step) noexcept {
     Access::cancel_loan(*target_.output);
     if (plan_.fault == Fault::silent) return;
     spoil(Access::reclaim(*target_.output), step);
   }
-  /// What collect() committed a moment ago; in virtual time nobody has looked at it yet.
+  /// Breaks what collect() committed a moment ago; in virtual time no reader has looked at it yet.
   void spoil_raw(const rt::Step& step) noexcept {
     if (plan_.fault == Fault::too_fast) return;
     for (std::size_t i = 0; i < target_.input->size(); ++i)
       spoil(const_cast<void*>(target_.input->header(i)->message()), step);
   }
-  /// As many copies of the last sample before as there is room for, each a nanosecond later than the one before.
+  /// Publishes the last sample as often as there is room, each copy a nanosecond after the one before.
   void flood(rt::Time now) noexcept {
     if (target_.type->has_bulk()) return;
     for (std::int64_t i = 0; void* m = Access::claim_more(*target_.output); ++i) {

@@ -11,7 +11,7 @@ import tempfile
 import time
 import unittest
 
-LIMIT_S = 120  # of anything here, on a machine that is busy elsewhere, too
+LIMIT_S = 120  # for any step here, on a machine that is busy elsewhere, too
 SET_PARAM, ENABLE, DISABLE, SET_PERIOD = range(4)  # rt::Request::Kind
 STALE = 1  # rt::StepStatus
 
@@ -22,7 +22,7 @@ class ProofFlight(unittest.TestCase):
         cls.folder = tempfile.TemporaryDirectory()
         cls.env = {**os.environ, "SINEW_RUN_DIR": f"{cls.folder.name}/run"}
         cls.env.pop("SINEW_RECORD", None)
-        for attempt in range(5):  # a recorder that the load starves says so, and then this is no proof
+        for attempt in range(5):  # a recorder that the load starves reports it; the run is no proof then
             cls.summary = cls.fly(f"{cls.folder.name}/{attempt}")
             recording = cls.summary["recording"]
             if not recording["lost_messages"] and not recording["lost_steps"]:

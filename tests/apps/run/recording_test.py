@@ -11,7 +11,7 @@ import time
 import unittest
 
 LIMIT_S = 300
-RUN_DIR = tempfile.TemporaryDirectory()  # this program's robots meet nobody else's
+RUN_DIR = tempfile.TemporaryDirectory()  # robots of other tests cannot meet this program's
 os.environ["SINEW_RUN_DIR"] = RUN_DIR.name
 os.environ.pop("SINEW_RECORD", None)
 
@@ -27,7 +27,7 @@ class Recording(unittest.TestCase):
         return done.returncode, done.stdout, done.stderr
 
     def fly(self, *arguments, robot=None, **environment):
-        """The summary and the recordings there are then."""
+        """The summary, and the recordings that exist then."""
         code, out, err = self.sinew("run", robot or f"{ROBOTS}/quad/quad.toml", "--camera", "64x48", "--json", "--plain",
                                     *arguments, **environment)
         self.assertIn(code, (0, 1), out + err)

@@ -1,4 +1,4 @@
-// Plots, tilt errors, the plant's report and what a camera-less dataset leaves out.
+// Plots, tilt errors, the plant's report, and the parts that a dataset without a camera leaves out.
 #include <gmock/gmock.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// A run from its beginning to its exit code, on a board that does as it is told.
+// A run from its beginning to its exit code, on a board that the test controls.
 #include "apps/run/session.hpp"
 
 #include <gmock/gmock.h>
@@ -19,7 +19,7 @@ using namespace std::chrono_literals;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-// What happened, in its order; a step may add to it, too: nothing is allocated.
+// The events in their order; a step may add to them, too, as this allocates nothing.
 struct Events {
   std::array<const char*, 16> text{};
   std::atomic<std::size_t> count{0};

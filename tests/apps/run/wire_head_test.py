@@ -4,8 +4,8 @@ against the simulated world; once with the pictures by the simulator's protocol,
 
 usage: wire_head_test.py SINEW SINEW_SIM ROBOT.toml
 
-In real time on a machine that may be busy, so that only what does not depend on time is asked of one run: the drives
-come up, the joints follow, the pictures are looked at. That the ball is followed is asked of one of three runs.
+In real time on a machine that may be busy, so every run must only do what does not depend on time: the drives
+come up, the joints follow, the pictures are looked at. One of three runs must follow the ball.
 """
 import json
 import os

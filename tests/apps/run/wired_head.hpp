@@ -1,6 +1,6 @@
 #pragma once
-// A head with two joints on a bus, an IMU, a barometer and a camera, whole; and what is said of it with something
-// changed.
+// A complete head with two joints on a bus, an IMU, a barometer and a camera; and the problems reported when something
+// is changed.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -95,7 +95,7 @@ inline std::string changed(const std::vector<Change>& changes) {
   return text;
 }
 
-/// What is said of the robot with these changes, each of the first place where the text is.
+/// The problems of the robot with these changes; each changes the first place of its text.
 inline std::vector<std::string> problems(const std::vector<Change>& changes = {}) {
   std::vector<std::string> out;
   const LoadedRobot loaded = parse_robot(changed(changes), "r.toml");

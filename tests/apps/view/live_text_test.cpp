@@ -1,4 +1,4 @@
-// What the commands for running robots make of what they hear, without a robot.
+// The texts that the commands for running robots make of a robot's answers, without a robot.
 #include <gmock/gmock.h>
 
 #include "apps/completion.hpp"

@@ -1,4 +1,4 @@
-// What devices of a board complain about, in the words that a user reads.
+// Complaints of a board's devices, in the words that a user reads.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -66,7 +66,7 @@ TEST(JointWords, OneThatIsToldToGoBeyondItsLimitsSaysSoAfterAWhile) {
   EXPECT_EQ(beyond_words(f), "");
 }
 
-/// A bus in memory that says what it was told to say.
+/// A bus in memory that says what the test set.
 class TalkingConnectors final : public test::NoConnectors {
  public:
   hal::Result<std::unique_ptr<hal::CanBus>> can(const hal::CanSpec&, std::string& why) override {
@@ -148,7 +148,7 @@ DeviceSpec table(const std::string& name, const std::string& driver, const Keys&
   return spec;
 }
 
-// Pan answers, nobody is there for tilt.
+// Pan answers, tilt has no drive.
 DeviceSpecs head() {
   DeviceSpecs specs;
   specs.buses = {table("can0", "udp", {{"address", "7"}, {"tick_hz", std::int64_t{200}}})};

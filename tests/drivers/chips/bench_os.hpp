@@ -3,7 +3,7 @@
 
 namespace sinew::drivers::test {
 
-/// Time that passes only when somebody sleeps; starts no threads.
+/// Time that passes only while the caller sleeps; starts no threads.
 class BenchOs final : public hal::Os {
  public:
   hal::Time now() const noexcept override { return now_; }

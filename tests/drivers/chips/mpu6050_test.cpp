@@ -1,4 +1,4 @@
-// The MPU-6050 driver on a simulated chip: what it delivers, and what the user reads when something is wrong. On a real
+// The MPU-6050 driver on a simulated chip: its samples, and the texts for the user when something is wrong. On a real
 // bus where SINEW_I2C says "1:0x68" (bus:address; i2c-stub, too).
 #include "drivers/chips/mpu6050.hpp"
 
@@ -149,7 +149,7 @@ TEST_F(Mpu6050Test, AFifoThatStaysOffItsBeatIsEmptied) {
   EXPECT_EQ(driver->overflows(), 1u);
 }
 
-// ---- what is wrong, in words
+// ---- faults, in words
 
 TEST_F(Mpu6050Test, AnAbsentChipIsToldWithItsAddress) {
   make();

@@ -1,4 +1,4 @@
-// INA219 and INA226 on simulated chips, and what a robot file says of them.
+// INA219 and INA226 on simulated chips, and their keys in a robot file.
 #include "drivers/chips/power_monitor.hpp"
 
 #include <gmock/gmock.h>

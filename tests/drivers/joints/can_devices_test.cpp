@@ -20,7 +20,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-/// Every bus is one in memory; those who open it get a port.
+/// Every bus is in memory; a caller that opens one gets a port.
 class MemoryConnectors final : public test::NoConnectors {
  public:
   hal::Result<std::unique_ptr<hal::CanBus>> can(const hal::CanSpec& spec, std::string&) override {

@@ -156,7 +156,7 @@ TEST(CanHub, TwentyJointsOnFourBusesAllFollow) {
   }
 }
 
-/// Frames of a full bus for `seconds`, as many as 1 Mbit/s carries beside what is there anyway, in virtual time.
+/// Frames of a full bus for `seconds`, as many as 1 Mbit/s carries beside the usual frames, in virtual time.
 void flood(ServoRig& rig, double seconds, std::uint32_t seed, bool valid_identifiers) {
   sim_hil::MemoryCanPort& noise = rig.bus[0]->wire.attach();
   std::uint64_t random = seed;
@@ -212,7 +212,7 @@ TEST(CanHub, ForeignFramesAtFullLoadForAMinuteChangeOnlyCounters) {
   EXPECT_NEAR(rig.joints[0]->position_rad(), 0.5, 0.01);
 }
 
-/// As flood(), of frames under identifiers that somebody listens to, none of a length that anybody speaks there.
+/// As flood(), with frames under identifiers that have listeners, none of a length that its listener accepts.
 void flood_malformed(ServoRig& rig, double seconds) {
   sim_hil::MemoryCanPort& noise = rig.bus[0]->wire.attach();
   sim_hil::MemoryCan& wire = rig.bus[0]->wire;

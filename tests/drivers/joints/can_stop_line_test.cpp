@@ -1,5 +1,5 @@
-// The stop line to CAN joints beside a runtime that drives them, in virtual time: what it says is heard by simulated
-// drives of every protocol.
+// The stop line to CAN joints beside a runtime that drives them, in virtual time: simulated drives of every protocol
+// hear it.
 #include "drivers/joints/can_stop_line.hpp"
 
 #include <gmock/gmock.h>
@@ -103,7 +103,7 @@ class Robot : public ServoRig {
     ASSERT_TRUE(group().add(bus[3]->hub, std::make_unique<DronecanServo>(c, options, node)));
     sim_hil::SimDronecanServo::Parameters p;
     p.node_id = static_cast<std::uint8_t>(c.node_id), p.actuator_id = static_cast<std::uint8_t>(c.actuator_id);
-    p.esc = esc, p.timeout = 10s;  // its own time-out is not what is looked at
+    p.esc = esc, p.timeout = 10s;  // this is not about its own time-out
     joints.push_back(std::make_unique<sim_hil::JointModel>());
     motors.push_back(&bus[3]->sims.add<sim_hil::SimDronecanServo>(*joints.back(), sim_hil::SimMount{}, p));
   }

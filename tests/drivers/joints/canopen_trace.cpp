@@ -1,7 +1,7 @@
 // usage: canopen_trace OUT.pcap
-// Drives a simulated CiA 402 drive through bring-up, motion, a fault and the end, writes every frame of the bus to
-// OUT.pcap, and says on standard output what each of them means by our own codecs, one line a frame:
-//   COB-ID KIND NODE ...     what follows depends on KIND; canopen_tshark_test.py compares it with tshark.
+// Runs a simulated CiA 402 drive through bring-up, motion, a fault and the end, and writes every frame of the bus to
+// OUT.pcap. Prints the meaning of each frame by our own codecs, one line a frame:
+//   COB-ID KIND NODE ...     the rest depends on KIND; canopen_tshark_test.py compares it with tshark.
 #include <cstdio>
 #include <memory>
 

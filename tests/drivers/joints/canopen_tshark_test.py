@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""CANopen traffic of our driver and our simulated drive, read by somebody else: tshark's CANopen dissector.
+"""CANopen traffic of our driver and our simulated drive, read by a foreign decoder: tshark's CANopen dissector.
 
 usage: canopen_tshark_test.py CANOPEN_TRACE     exit 0: every frame means the same to both; 77: there is no tshark here
 """
@@ -21,7 +21,7 @@ def number(text):
 
 
 def of_tshark(columns):
-    """What tshark says of a frame, in the words of canopen_trace; None where it says nothing."""
+    """tshark's reading of a frame, in the words of canopen_trace; None where it has none."""
     f = dict(zip(FIELDS, columns))
     out = {"cob_id": number(f["canopen.cob_id"]), "node": number(f["canopen.node_id"]),
            "malformed": f["_ws.malformed"] != ""}
@@ -30,14 +30,14 @@ def of_tshark(columns):
                         ("target", "canopen.nmt_ctrl.node_id"), ("state", "canopen.nmt_guard.state"),
                         ("code", "canopen.em.err_code"), ("register", "canopen.em.err_reg")]:
         out[name] = number(f[field])
-    # Of an SDO it shows four bytes, and how many of them are no data.
+    # For an SDO it shows four bytes, and how many of them are no data.
     sdo, unused = f["canopen.sdo.data.bytes"], number(f["canopen.sdo.n"]) or 0
     out["data"] = sdo[:len(sdo) - 2 * unused] if sdo else f["canopen.pdo.data.bytes"]
     return out
 
 
 def of_ours(line):
-    """The kind of a frame and what tshark must say of it."""
+    """The kind of a frame and the reading that tshark must give."""
     cob_id, kind, node, *rest = line.split()
     out = {"cob_id": int(cob_id, 16), "node": int(node), "malformed": False}
     if kind == "nmt":

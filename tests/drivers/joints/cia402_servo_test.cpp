@@ -1,4 +1,4 @@
-// What only CiA 402 drives do.
+// Behaviour that only CiA 402 drives have.
 #include <cmath>
 #include <cstring>
 
@@ -233,7 +233,7 @@ TEST_F(Cia402, PowerThatWasLostInAGapOfTheBusTakesHomingAnew) {
   ASSERT_TRUE(rig->until(0, JointMode::absent));
   drive->power(false);
   rig->run(100ms);
-  drive->power(true);  // and nobody hears its boot-up message
+  drive->power(true);  // and its boot-up message is lost
   rig->run(300ms);
   rig->bus[0]->wire.lose(nullptr);
   EXPECT_TRUE(rig->until(0, JointMode::homing));

@@ -69,7 +69,7 @@ DeviceSpecs head() {
   return specs;
 }
 
-/// Nodes on a thread of their own; what a test does to them it does in at().
+/// Nodes on a thread of their own; a test changes them in at().
 class Nodes {
  public:
   explicit Nodes(std::unique_ptr<hal::CanBus> bus) : bus_(std::move(bus)), sims_(*bus_) {

@@ -36,7 +36,7 @@ bool wants(const CanListener& listener, const msg::CanFrame& frame) {
   return false;
 }
 
-/// What the hub does, without one.
+/// Does the hub's work, without a hub.
 class Bench {
  public:
   explicit Bench(const DronecanNodeConfig& config = {}) : node(config) { EXPECT_EQ(check_dronecan_node(config), ""); }
@@ -148,7 +148,7 @@ TEST(DronecanServo, HotEscTurnsSlowerAndSaysSo) {
   c.mode = ServoMode::velocity, c.stop = StopAction::torque_off;
   c.derating = {60, 80};
   DronecanServo& servo = bench.servo(c, {.esc = true, .esc_full_radps = 100, .status_hz = 100});
-  esc.temperature_c = 70;  // half of what it may: 10 of 20 rad/s
+  esc.temperature_c = 70;  // half of the limit is left: 10 of 20 rad/s
   bench.run(800ms, Intent::follow, 18);
   EXPECT_NEAR(servo.feedback().velocity_radps, 10, 1);
   EXPECT_NE(servo.feedback().faults & msg::kJointDerated, 0u);

@@ -1,4 +1,4 @@
-// What only motors with gains in their frames do: MIT and CyberGear.
+// Behaviour that only motors with gains in their frames have: MIT and CyberGear.
 #include "servo_rig.hpp"
 
 namespace sinew::drivers::impedance_servo_test {

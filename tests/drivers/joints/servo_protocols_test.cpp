@@ -1,4 +1,4 @@
-// What every servo protocol must do, each with its simulated servo and a healthy neighbour on the same bus.
+// The rules for every servo protocol, each with its simulated servo and a healthy neighbour on the same bus.
 #include "servo_rig.hpp"
 
 namespace sinew::drivers::servo_protocols_test {
@@ -298,7 +298,7 @@ TEST_P(EveryProtocol, SpoofedFeedbackStaysWithinWhatAJointCanDo) {
   elsewhere.place(2.0);
   sim_hil::SimServos liars(liar);
   double worst = 0;
-  // Frames that are all right but for what they say: another servo's, of the same number, at another place.
+  // Frames of a correct form with other contents: another servo's, of the same number, at another place.
   for (int i = 0; i < 200; ++i) {
     rig->run(1ms);
     msg::CanFrame frame;

@@ -44,7 +44,7 @@ inline const char* name_of(Protocol p) {
   return names[static_cast<int>(p)];
 }
 
-/// The bus in memory locks and allocates, which a real one does not: the trap looks away in there, and only there.
+/// The bus in memory locks and allocates, unlike a real bus: the trap is off in there, and only there.
 class Untrapped final : public hal::CanBus {
  public:
   explicit Untrapped(hal::CanBus& bus) : bus_(bus) {}
@@ -77,7 +77,7 @@ struct RigBus {
         sims(far),
         bus(port),
         hub(os, bus, config) {}
-  /// As on the hub's thread: whatever allocates, locks or blocks in there ends the test.
+  /// As on the hub's thread: a call in there that allocates, locks or blocks ends the test.
   Time step(Time now) {
     const rt::trap::Scope trap("hub");
     return hub.step(now);
@@ -99,7 +99,7 @@ class ServoRig {
   }
   ~ServoRig() { bus.clear(); }
 
-  /// What most tests want of a joint with this number.
+  /// The configuration that most tests use for a joint with this number.
   static ServoConfig plain(Protocol protocol, std::uint32_t id) {
     ServoConfig c;
     c.name = "joint" + std::to_string(id);

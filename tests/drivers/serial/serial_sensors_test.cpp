@@ -18,7 +18,7 @@ using namespace std::chrono_literals;
 using ::testing::HasSubstr;
 using Bytes = std::vector<std::uint8_t>;
 
-/// A line that hands out what a test put into it, so that time is the test's.
+/// A line that hands out the bytes of the test, so that the test controls the time.
 class FakeSerial final : public hal::Serial {
  public:
   struct State {

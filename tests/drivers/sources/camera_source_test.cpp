@@ -62,7 +62,7 @@ class CameraBoard final : public hal::EmptyBoard {
   std::unique_ptr<hal::V4l2Camera> device;
 };
 
-/// The driver puts pictures into the topic's own slots: the module, on a board of its own.
+/// The driver puts pictures into the topic's own slots: the module, on its own board.
 struct Lending {
   explicit Lending(hal::V4l2SimCamera pretends = {}) : board(std::move(pretends)) {}
   /// One step, a millisecond after the last.

@@ -1,4 +1,4 @@
-// What sources do with a device that delivers, is silent, or breaks.
+// Sources with a device that delivers, is silent, or breaks.
 #include <gtest/gtest.h>
 
 #include "drivers/sources/sensor_source.hpp"

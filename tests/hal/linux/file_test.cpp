@@ -90,7 +90,7 @@ TEST_F(File, ReadingBeyondTheEndIsSaid) {
 }
 
 TEST_F(File, ADiskThatIsFullIsAnErrorWithItsNumber) {
-  // A limit on the size of files stands for the full disk; the signal that goes with it would end us.
+  // A limit on the size of files plays the full disk; its signal would end us.
   const auto before = std::signal(SIGXFSZ, SIG_IGN);
   rlimit limit{};
   ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &limit), 0);

@@ -1,5 +1,5 @@
 #pragma once
-// A machine that is made of files, for what looks at machines.
+// A machine made of files, for code that inspects machines.
 #include <gtest/gtest.h>
 #include <unistd.h>
 

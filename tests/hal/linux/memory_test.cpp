@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::uint64_t kMiB = 1 << 20;
 
-// Locking stays for the life of a process, so that each case has one of its own. Exit codes:
+// Locking stays for the life of a process, so each case has its own process. Exit codes:
 constexpr int kGood = 0, kNotPermitted = 100;
 
 /// False also where a sanitizer makes locking do nothing.

@@ -77,13 +77,13 @@ TEST(Process, StopIsRequestedByASignalAndTheProcessLives) {
 }
 
 TEST(Process, AnEndOfAChildIsToldAlsoWhereOursWereIgnored) {
-  ::signal(SIGCHLD, SIG_IGN);  // as whoever started us may have left it
+  ::signal(SIGCHLD, SIG_IGN);  // our parent may have left it so
   auto child = ChildProcess::start({"/bin/sh", "-c", "exit 7"});
   ASSERT_TRUE(child);
   EXPECT_EQ((*child)->wait(10s), 7);
 }
 
-/// The exit code of a child that does `body` with a standard output that nobody reads from.
+/// The exit code of a child that does `body` while nobody reads its standard output.
 int before_a_full_pipe(const std::function<int()>& body) {
   int ends[2];
   if (::pipe(ends) != 0) return -1;
@@ -154,7 +154,7 @@ TEST(Process, IsAtLeastAsOldAsTheTimeItComputed) {
   EXPECT_GE(system_os().now() - *start + 10ms, process_use().cpu);
 }
 
-// The thread sanitizer keeps a thread of its own, so there a process never has only one.
+// The thread sanitizer has its own thread, so a process there always has more than one.
 #ifndef __SANITIZE_THREAD__
 TEST(ChildProcess, CopyEndsWithWhatItsBodyAnswers) {
   SINEW_SKIP_UNDER_QEMU_USER(kOwnThread);

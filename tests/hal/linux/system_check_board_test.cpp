@@ -1,4 +1,4 @@
-// What `sinew doctor` says about a robot's own devices, on machines that are made of files.
+// The checks of `sinew doctor` on a robot's own devices, on machines made of files.
 #include <gmock/gmock.h>
 
 #include "made_machine.hpp"

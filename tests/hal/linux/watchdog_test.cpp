@@ -12,7 +12,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// A pipe in the place of the device: what is written can be read again.
+// A pipe replaces the device: the test can read what is written.
 class WatchdogPipe : public testing::Test {
  protected:
   void SetUp() override {

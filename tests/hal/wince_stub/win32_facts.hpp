@@ -11,8 +11,8 @@ struct Win32Fact {
   std::int64_t value;
 };
 
-/// As the system's headers have it. They and coredll.hpp declare the same functions with other types: one file for
-/// each.
+/// As in the system's headers. These and coredll.hpp declare the same functions with other types, so each has its own
+/// file.
 std::vector<Win32Fact> system_facts();
 
 }  // namespace sinew::hal

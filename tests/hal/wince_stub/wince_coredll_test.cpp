@@ -1,5 +1,5 @@
-// What hal/wince_stub says of the system by itself is what the system's own headers say. How many bytes of arguments a
-// function takes need no test: in 32 bits that number is part of its name, and another one does not link.
+// The declarations of hal/wince_stub are those of the system's own headers. The size of a function's arguments needs no
+// test: in 32 bits it is part of the name, and another one does not link.
 #include "hal/wince_stub/coredll.hpp"
 
 #include <gtest/gtest.h>

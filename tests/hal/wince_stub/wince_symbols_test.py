@@ -1,5 +1,5 @@
-"""What the objects of hal/wince_stub take from elsewhere: calls that coredll.hpp declares, and of the compiler's own libraries
-only what rests on no call that Windows CE lacks. Headers of the C library that come in with the C++ library declare more.
+"""The symbols that hal/wince_stub needs from elsewhere: calls that coredll.hpp declares, and from the compiler's own libraries
+only symbols that use no call that Windows CE lacks. Headers of the C library that come in with the C++ library declare more.
 
     wince_symbols_test.py LIBRARY COREDLL.HPP     environment: CXX the compiler, NM its tool (set by CMakeLists.txt)
 """
@@ -22,7 +22,7 @@ LACKING = re.compile(r"std::(\w+::)*(thread|this_thread|jthread|\w*mutex|conditi
 
 
 def foreign(library):
-    """What it takes that it may not, by name."""
+    """The forbidden symbols that it needs, by name."""
     calls = set(re.findall(r"SINEW_CE_STD (\w+)\(", HEADER.read_text(encoding="utf-8")))
     said = subprocess.run([NM, "-C", "-u", library], capture_output=True, text=True, check=True).stdout
     own = subprocess.run([NM, "-C", "--defined-only", library], capture_output=True, text=True, check=True).stdout
@@ -42,7 +42,7 @@ def foreign(library):
 class Symbols(unittest.TestCase):
     def test_the_room_takes_what_the_header_declares_and_nothing_else(self):
         count, found = foreign(LIBRARY)
-        self.assertGreater(count, 40)  # it has been looked at
+        self.assertGreater(count, 40)  # the list is not empty by mistake
         self.assertEqual(found, [])
 
     def test_what_windows_ce_lacks_is_seen(self):

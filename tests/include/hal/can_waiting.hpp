@@ -42,7 +42,7 @@ bool eventually(Done done) {
   return true;
 }
 
-/// The next frame. Closed meanwhile is waited out.
+/// The next frame. Waits on while the bus is closed.
 inline ::testing::AssertionResult next_frame(CanBus& bus, msg::CanFrame& out) {
   Error last{};
   const bool got = eventually([&] {

@@ -1,6 +1,6 @@
-// Decodes every message of recorded files with the packages of the format's authors, by the schemas that stand in the
-// files, and holds every field against the line that `sinew bag cat` prints of it.
-// usage: node decode_all.mjs FILE CAT [FILE CAT]...     CAT: the lines; exit 1 and what differs
+// Decodes every message of recorded files with the packages of the format's authors, by the schemas in the
+// files, and compares every field with the line that `sinew bag cat` prints for it.
+// usage: node decode_all.mjs FILE CAT [FILE CAT]...     CAT: the lines; exit 1 and the differences
 import { parse } from "@foxglove/rosmsg";
 import { MessageReader } from "@foxglove/rosmsg2-serialization";
 import { McapIndexedReader } from "@mcap/core";

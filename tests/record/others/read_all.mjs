@@ -1,4 +1,4 @@
-// Reads MCAP files with the packages of the format's authors and prints what is in them, one line each.
+// Reads MCAP files with the packages of the format's authors and prints their contents, one line each.
 // usage: node read_all.mjs FILE...      exit 1 and a line "FILE: why" for each that they refuse
 import { crc32 } from "@foxglove/crc";
 import { McapIndexedReader, McapStreamReader } from "@mcap/core";

@@ -1,5 +1,5 @@
 #pragma once
-// A robot in which modules go on with what others made: numbers -> sieve -> follower. Recorded into memory.
+// A robot in which modules continue with the messages of others: numbers -> sieve -> follower. Recorded into memory.
 #include <functional>
 
 #include "../../rt/graph_fixture.hpp"
@@ -13,7 +13,7 @@ namespace sinew::record {
 
 using namespace std::chrono_literals;
 
-/// Lets through what has a number that `every` divides.
+/// Passes on messages whose number `every` divides.
 class Sieve final : public rt::Module {
  public:
   void declare(rt::Declaration& d) override {
@@ -34,7 +34,7 @@ class Sieve final : public rt::Module {
   std::int64_t every_ = 2;
 };
 
-/// Says what it holds: value = of the newest, how many are in the queue, whether it is another one.
+/// Publishes what it holds: value = the newest, the length of the queue, whether it is a new message.
 class Follower final : public rt::Module {
  public:
   void declare(rt::Declaration& d) override {
@@ -62,7 +62,7 @@ class Follower final : public rt::Module {
 };
 
 struct ChainedRobot {
-  /// Readers stand before writers in the file.
+  /// Readers come before writers in the file.
   static void build(rt::Robot& robot) {
     robot.add<Follower>("follower", {{"latest", "sieve.out"}, {"all", "sieve.out"}});
     robot.add<Sieve>("sieve", {{"in", "numbers.out"}});
@@ -97,7 +97,7 @@ struct ChainedRobot {
     std::string module, param;
     rt::ParamValue value;
   };
-  /// `with`: is shown the graph before the replay.
+  /// `with` gets the graph before the replay.
   ReplayReport again(const ReplayOptions& options, const std::vector<Change>& changes = {},
                      const std::function<void(Reader&, rt::Graph&)>& with = {}) {
     FileProblem problem;

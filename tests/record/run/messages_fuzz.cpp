@@ -1,4 +1,4 @@
-// Anything for the records of a run: steps, requests, heads of images, images. What is taken comes back the same.
+// Any bytes as the records of a run: steps, requests, heads of images, images. Accepted records come back the same.
 #include <cstdint>
 #include <cstdlib>
 

@@ -23,7 +23,7 @@ class Plan final : public rt::Module {
   rt::Out<rt::Pair> out_;
 };
 
-/// Adds up what the plan says, in every step.
+/// Adds up the plan's value in every step.
 class Follows final : public rt::Module {
  public:
   void declare(rt::Declaration& d) override {
@@ -53,7 +53,7 @@ inline void make_robot_with_plan(rt::Robot& robot) {
   robot.periodic("mission", 1, 20ms, {"plan", "follows"});
 }
 
-/// The recorded robot with what makes beginning in the middle of its run hard: a message that was published once.
+/// The recorded robot with a difficulty for a start in the middle of its run: a message that was published once.
 class MidwayRobot : public RecordedRobot {
  protected:
   MidwayRobot() {

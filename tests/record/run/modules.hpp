@@ -29,7 +29,7 @@ class Numbers final : public rt::Module {
   std::uint32_t count_ = 0;
 };
 
-/// Reads the newest and all; says what it saw.
+/// Reads the newest message and all messages; publishes what it saw.
 class Sums final : public rt::Module {
  public:
   void declare(rt::Declaration& d) override {

@@ -9,7 +9,7 @@
 
 namespace sinew::record {
 
-/// The robot that is recorded here: a thread of numbers, one that sums them with too short a queue, one of pictures.
+/// The recorded robot: a thread of numbers, a thread that sums them with too short a queue, and a thread of pictures.
 inline void make_robot(rt::Robot& robot) {
   using namespace std::chrono_literals;
   robot.add<Numbers>("numbers");
@@ -58,7 +58,7 @@ class RecordedRobot : public ::testing::Test {
     auto recorder = open(RunRecorder::Pace::waited_for, options);
     disks[0]->room = room;
     run(*recorder, duration);
-    disks[0]->room = ~std::uint64_t{0};  // somebody made room
+    disks[0]->room = ~std::uint64_t{0};  // there is room again
     EXPECT_TRUE(recorder->finish());
     return recorder;
   }

@@ -1,4 +1,4 @@
-// Anything for who reads the recording of a run: review, replay of every module and from a saved state, messages as
+// Any bytes for the readers of a run's recording: review, replay of every module and from a saved state, messages as
 // JSON by the definitions in the file. The corpus has no checksums, so that changes reach the contents.
 #include <cstdint>
 #include <cstdlib>

@@ -9,7 +9,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// What one topic has now, message by message.
+/// The messages that one topic has now.
 class Kept final : public ReplayWatcher {
  public:
   explicit Kept(std::uint32_t topic) : topic_(topic) {}

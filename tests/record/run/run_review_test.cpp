@@ -19,7 +19,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-/// A flight of 400 ms in virtual time, and what is found in its file.
+/// A flight of 400 ms in virtual time, and the review of its file.
 class RunReviewOf : public RecordedRobot {
  protected:
   RunReviewOf() {

@@ -95,8 +95,8 @@ TEST_F(RunSinkMidway, WhatWasLatchedBeforeTheBeginningAndIsNotThereMovesTheBegin
 }
 
 TEST_F(RunSinkMidway, AStateBehindWhichAStepLatchedWhatIsNotThereIsNoPlaceToBegin) {
-  // Each step of `sums` takes most of its period, and its queue keeps the oldest of what comes meanwhile: the one
-  // behind the first state latches what was published before the beginning, and before what is given along.
+  // Each step of `sums` takes most of its period, and its queue keeps the oldest messages that come meanwhile: the step
+  // after the first state latches messages from before the beginning, and from before the ones given along.
   robot.module("sums").exec = {.kind = rt::ExecModel::Kind::constant, .constant = 6500us};
   RecorderOptions options;
   options.state_every = 1ms;

@@ -20,7 +20,7 @@ using namespace std::chrono_literals;
 
 constexpr double kDt = 1e-3, kLag = 0.04;
 
-/// What happens around the head; all as functions of time.
+/// The motion around the head, as functions of time.
 struct Model {
   double rock_rad = 0.17;
   Vec3 ball_m{1.7, 0.2, 0.1};  // from where the joints meet

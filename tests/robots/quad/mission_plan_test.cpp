@@ -10,7 +10,7 @@ using msg::FlightMode;
 using msg::MissionPhase;
 using ::testing::ElementsAre;
 
-/// A vehicle that follows the reference exactly, until told otherwise.
+/// A vehicle that follows the reference exactly, until the test changes that.
 struct Follower {
   MissionPlan plan;
   msg::NavState nav;

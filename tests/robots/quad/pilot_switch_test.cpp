@@ -1,4 +1,4 @@
-// What a pilot's switches and sticks come to.
+// The results of a pilot's switches and sticks.
 #include "robots/quad/pilot_switch.hpp"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ msg::NavState nav_at(Time t) {
 
 class PilotSwitchTest : public ::testing::Test {
  protected:
-  /// One step 5 ms later, with what is set.
+  /// One step 5 ms later, with the inputs that are set.
   StepStatus step() {
     now = now + 5ms;
     if (hears) {
@@ -42,7 +42,7 @@ class PilotSwitchTest : public ::testing::Test {
     return rig.step(now, 5ms);
   }
   const msg::PilotSwitches& switches() { return *rig.get<msg::PilotSwitches>("switches"); }
-  /// What this step published; null: nothing.
+  /// The output of this step; null: none.
   const msg::AttitudeSetpoint* attitude() {
     const auto all = rig.all<msg::AttitudeSetpoint>("attitude");
     return all.empty() ? nullptr : all.back();

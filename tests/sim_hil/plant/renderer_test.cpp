@@ -1,4 +1,4 @@
-// What the downward camera sees: is it there, is it where it should be, is it the same every time?
+// The picture of the downward camera: is it there, is everything in its place, is it the same every time?
 #include "sim_hil/plant/renderer.hpp"
 
 #include <gtest/gtest.h>

@@ -27,7 +27,7 @@ using sim_hil::Type;
 
 constexpr std::uint16_t kCamera = 3, kMotors = 4;  // places in the Welcome
 
-/// What came from the plant, and the hash of all of it.
+/// The plant's messages, and the hash of all of them.
 struct Received {
   sim_hil::Welcome welcome;
   int imu = 0, range = 0, baro = 0, battery = 0, frames = 0, reports = 0;
@@ -42,7 +42,7 @@ struct Received {
 
 using Command = std::optional<std::array<double, kRotors>>;
 
-/// A runtime that answers every grant with what `command` says, without devices, executors or modules.
+/// A runtime that answers every grant with the result of `command`, without devices, executors or modules.
 class ScriptedRuntime {
  public:
   ScriptedRuntime(std::unique_ptr<hal::Stream> stream, sim_hil::Hello hello)
@@ -420,7 +420,7 @@ TEST_F(PlantSession, WorldGoesOnWhenTheRuntimeIsLostAndAnotherTakesOver) {
     last = first.got.last_imu;
     EXPECT_GE(last, Time{50'000'000});
   }
-  // Turned away until the plant has noticed; it has when somebody is served.
+  // Turned away until the plant has noticed; then a caller is served.
   Received got;
   while (got.imu == 0) {
     ScriptedRuntime second(plant.connect(), free_running());

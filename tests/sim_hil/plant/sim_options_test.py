@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Options of sinew-sim: what makes no sense is refused in words, and a fault of the joints acts on drives at the wire.
+"""Options of sinew-sim: it refuses senseless ones in words, and a fault of the joints acts on drives at the wire.
 
 usage: sim_options_test.py SINEW_SIM
 """
@@ -38,7 +38,7 @@ class Refusals(unittest.TestCase):
                       self.refused(*HEAD, "--can", "udp:7", "--servo", "none", "--servo", "none"))
 
     def test_drives_want_a_bus_and_a_world_with_joints(self):
-        self.assertIn("--servo: on which bus? --can says it", self.refused(*HEAD, "--servo", "cia402:1"))
+        self.assertIn("--servo: needs --can, which names its bus", self.refused(*HEAD, "--servo", "cia402:1"))
         self.assertIn("--can: the world quad has no joints", self.refused("--can", "udp:7", "--servo", "cia402:1"))
         self.assertIn("'walrus:1' is none of cia402:ID", self.refused(*HEAD, "--can", "udp:7", "--servo", "walrus:1"))
 

@@ -54,7 +54,7 @@ class DoorRig {
   std::string why;
 };
 
-/// Says Hello as a runtime does; what comes back is somebody else's matter.
+/// Says Hello as a runtime does; does not read the answer.
 inline void say_hello(hal::Stream& stream, const Hello& hello = {}) {
   MessageWriter out(kMaxSmallBytes);
   EXPECT_TRUE(out.add(Type::hello, 0, Time{}, hello));

@@ -29,7 +29,7 @@ Command thrust(double value, Duration lease) {
   return c;
 }
 
-/// What a runtime says, written down beforehand.
+/// A runtime's messages, prepared before.
 class Script {
  public:
   explicit Script(Hello hello = {}) { add(Type::hello, 0, Time{}, hello); }

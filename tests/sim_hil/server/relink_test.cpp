@@ -1,4 +1,4 @@
-// A plant that is lost and comes back, and one on another machine: its clock, and what happens in the meantime.
+// A plant that is lost and comes back, and a plant on another machine: its clock, and the time without it.
 #include "hal/scaled_os.hpp"
 #include "hal/wide.hpp"
 #include "listener_rig.hpp"
@@ -9,7 +9,7 @@ namespace {
 using hal::Errc;
 using hal::system_os;
 
-/// A plant behind a listener, on a thread: one part of the test after the other, each with a connection of its own.
+/// A plant behind a listener, on a thread: one part of the test after the other, each with its own connection.
 class ReturningPlant {
  public:
   using Part = std::function<void(PlantLink&)>;
@@ -258,7 +258,7 @@ class RemotePlant {
   Connect connect() const {
     return [endpoint = endpoint_] { return hal::connect_stream(endpoint, kLong); };
   }
-  /// What this machine's clock showed when that of the plant's host showed `t`.
+  /// This machine's clock when the clock of the plant's host showed `t`.
   Time here(Time t) const { return host_.unscaled(t); }
 
   static constexpr double kDrift = 100e-6;

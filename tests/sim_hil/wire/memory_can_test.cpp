@@ -1,4 +1,4 @@
-// The bus in memory: who gets what, what is counted, what is lost.
+// The bus in memory: who gets frames, which are counted, which are lost.
 #include "sim_hil/wire/memory_can.hpp"
 
 #include <gtest/gtest.h>

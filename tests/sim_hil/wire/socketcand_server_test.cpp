@@ -156,7 +156,7 @@ TEST_F(SocketcandServerTest, WhoAsksAndNeverReadsCostsNoMoreThanItsQueue) {
   std::uint64_t asked = 0;
   for (int i = 0; i < 2000 && server->stats().lost == 0; ++i, asked += each) ASSERT_TRUE(flood.say(many));
   EXPECT_GT(server->stats().lost, 0u) << "of " << asked;
-  // The others are served, and it gets what had room, whole.
+  // The other clients are served, and this one gets the frames that had room, whole.
   const auto other = ours("can0");
   ASSERT_TRUE(other) << why;
   ASSERT_TRUE(devices[0]->send(frame_of(0x181, {7}), hal::kNever));

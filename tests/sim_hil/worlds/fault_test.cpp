@@ -1,4 +1,4 @@
-// Faults as they are written, and what each does to samples, frames and commands.
+// Faults as people write them, and their effects on samples, frames and commands.
 #include "sim_hil/worlds/fault.hpp"
 
 #include <gtest/gtest.h>
@@ -197,7 +197,7 @@ constexpr std::uint32_t kWidth = 8, kHeight = 2, kRow = 2 * kWidth;
 class Frames {
  public:
   explicit Frames(std::vector<Fault> faults) : log(faults, 1), faults_(log, msg::PixelFormat::yuyv, kWidth, kHeight) {}
-  /// Frame i is filled with 16 i + column / 4, at 10 i ms; what goes out by then.
+  /// Frame i is filled with 16 i + column / 4, at 10 i ms; the frames that have gone out by then.
   struct Sent {
     std::uint8_t first, last;
     std::uint32_t number;
@@ -251,8 +251,8 @@ TEST(FrameFaults, OffDuplicatedAndGarbageDoWhatTheySay) {
 
 // ---- commands
 
-/// A new command every millisecond, its first value i / 100, with a lease of 5 ms; what motor 0 does in the last step
-/// of each millisecond (-1: nothing).
+/// A new command every millisecond, its first value i / 100, with a lease of 5 ms. Returns the value of motor 0 in the
+/// last step of each millisecond (-1: none).
 std::vector<double> motor(const std::vector<Fault>& faults, int ms, int commands_until_ms = 1000) {
   FaultLog log(faults, 1);
   ActuatorFaults motors(log, kMotors);

@@ -1,4 +1,4 @@
-# `sinew doctor` names what this board holds, and to a user without privileges what it does not.
+# `sinew doctor` names what this board has, and for a user without privileges what it lacks.
 $build/bin/sinew doctor | tee root.txt
 clock=tsc
 [[ $(uname -m) == x86_64 ]] || clock=arch_sys_counter

@@ -1,5 +1,6 @@
 # limit_s: 90
-# IioImu on the kernel's bmi160 driver: polled for want of a trigger, buffered by a timer's, then polled by choice. The chip is i2c-stub, which holds still.
+# IioImu on the kernel's bmi160 driver: polled without a trigger, buffered by a timer's trigger, then polled by choice. The chip
+# is i2c-stub: its registers do not change.
 modprobe -a industrialio-triggered-buffer kfifo_buf industrialio-sw-trigger iio-trig-hrtimer
 mkdir /sys/kernel/config/iio/triggers/hrtimer/hr0
 i2c_stub 0x69

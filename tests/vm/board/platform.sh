@@ -9,7 +9,7 @@ gtest hal/hal_linux_buses_test --gtest_filter='-OpenError.PermissionDenied*' # a
 $build/examples/example_real_time_loop | tee loop.txt
 if grep "not granted" loop.txt; then fail "the executor did not get what it asked for"; fi
 
-# The same, as the kernel tells it of a robot that runs.
+# The same, by what the kernel shows of a robot that runs.
 $build/examples/example_own_program run "$root/examples/own_program.toml" --quiet --no-record --duration 20 &
 robot=$!
 thread_is_fixed() { grep -lsx loop /proc/$robot/task/*/comm >thread.txt && awk '$41 == 1 && $40 == 10' "$(dirname "$(cat thread.txt)")/stat" | grep -q .; }

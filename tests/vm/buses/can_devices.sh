@@ -1,8 +1,8 @@
 # limit_s: 60
-# The buses that the other CAN sub-tests use, tried with tools that are not ours: four virtual ones for frames of 64 bytes,
+# The buses that the other CAN sub-tests use, tried with foreign tools: four virtual ones for frames of 64 bytes,
 # and two emulated SJA1000 controllers on one wire at 500 kbit/s.
 can_up
-hears() { grep -qE "^ *$1 " /proc/net/can/rcvlist_all; } # somebody who wants every frame of that bus
+hears() { grep -qE "^ *$1 " /proc/net/can/rcvlist_all; } # a listener that wants every frame of that bus
 
 for bus in vcan0 vcan3; do
   candump -L -n 1 -T 30000 "$bus" >heard.txt &

@@ -1,6 +1,6 @@
 # limit_s: 60
 # Two joints over emulated SJA1000 controllers: master on can0, drives on can1, 500 kbit/s. The controllers' receive queue
-# holds four frames, so their interrupt threads go before the hub's, as a board is set up that drives servos.
+# holds four frames, so their interrupt threads go before the hub's, as on a board that drives servos.
 can_up
 for task in /proc/[0-9]*; do
   if grep -qE '^irq/[0-9]+-can' "$task/comm"; then chrt --fifo -p 80 "${task#/proc/}"; fi

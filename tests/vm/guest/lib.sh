@@ -1,5 +1,5 @@
 # shellcheck shell=bash
-# What the sub-tests have in common: `source`d before each, in the guest, as root.
+# The common functions of the sub-tests: `source`d before each, in the guest, as root.
 
 root=${root:?} build=${build:?}
 
@@ -8,7 +8,7 @@ fail() {
   exit 1
 }
 
-gtest_runner=() # what programs are started through
+gtest_runner=() # the command in front of programs
 # gtest PROGRAM [ARGUMENT...]: a GoogleTest program of the build, by its path below tests/. No case may be skipped: what is
 # missing on a build machine is here.
 gtest() {
@@ -48,7 +48,7 @@ can_up() {
   done
 }
 
-# i2c_stub CHIP...: chips that are nothing but registers; sets `adapter` to the number of their bus.
+# i2c_stub CHIP...: chips that only have registers; sets `adapter` to the number of their bus.
 i2c_stub() {
   local chips
   chips=$(IFS=, && echo "$*")
@@ -83,10 +83,10 @@ begin_master() {
   "$build/tests/vm/vm_servo_buses" master "$@" >master.txt &
   master=$!
 }
-# reached WORD: the master has said so.
+# reached WORD: the master has printed WORD.
 reached() {
   local alive=1
-  kill -0 "$master" 2>/dev/null || alive=0 # asked first: its last word may be the one that is waited for
+  kill -0 "$master" 2>/dev/null || alive=0 # asked first: its last word may be WORD
   grep -qx "$1" master.txt && return
   ((alive)) || fail "the master ended before it was $1"
   return 1

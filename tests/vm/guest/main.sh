@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Runs the sub-tests of the job in the guest, one after the other; started by guest/init, which has no more to say.
+# Runs the sub-tests of the job in the guest, one after the other; guest/init starts it in its own place.
 # shellcheck disable=SC1091,SC2016  # the job is written at each boot; "$0" is what the inner shell knows
 results=$1
 export PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin HOME=/tmp LANG=C.UTF-8 TERM=linux
@@ -13,7 +13,7 @@ modprobe configfs
 mount -t configfs config /sys/kernel/config
 export root build results
 cd /tmp || exit 1
-# What has kept the processor busy so far is a shell, at ten times the cost for the host.
+# So far a shell has kept the processor busy, at ten times the cost for the host.
 if [[ -e /dev/vm_busy ]]; then
   nice -n 19 "$build/tests/vm/vm_busy" &
   kill "$(cat /dev/vm_busy)"

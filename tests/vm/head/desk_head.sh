@@ -1,6 +1,6 @@
 # limit_s: 120
 # The desk head follows its ball for 30 s: servos on the kernel's CAN, IMU from the kernel's bmi160 driver, the loops at
-# fixed priorities in locked memory. What it moves and sees is sinew-sim, on the same processor.
+# fixed priorities in locked memory. sinew-sim, on the same processor, is the world that it moves and sees.
 modprobe -a vcan can-raw industrialio-triggered-buffer kfifo_buf industrialio-sw-trigger iio-trig-hrtimer
 ip link add vcan0 type vcan
 ip link set vcan0 txqueuelen 100 up
@@ -18,7 +18,7 @@ $build/bin/sinew-sim --world desk_head --seed 2 --camera 160x120 --listen unix:/
 world=$!
 trap 'kill $(jobs -p) 2>/dev/null || true; cat world.txt feeder.txt robot.txt report.json' EXIT
 eventually 60 test -S head.sock
-# What the programs may touch for the first time while they run comes from the host: now, not then.
+# Files that the programs read for the first time come from the host: read them now, not during the run.
 { awk '$6 ~ "^/" { print $6 }' /proc/$world/maps && LD_TRACE_LOADED_OBJECTS=1 "$build/bin/sinew" | awk '$3 ~ "^/" { print $3 }' && echo "$build/bin/sinew"; } |
   sort -u | while read -r file; do [[ ! -f $file ]] || cat "$file"; done >/dev/null
 chrt --fifo 84 "$build/tests/vm/vm_chip_feeder" /tmp/world "$adapter" 0x69 >feeder.txt 2>&1 &

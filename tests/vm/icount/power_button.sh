@@ -1,6 +1,6 @@
 # limit_s: 30
 # only: arm64
-# Edges of a GPIO line with the kernel's stamps. What moves it is the machine's power button: the watchdog that nobody feeds
+# Edges of a GPIO line with the kernel's stamps. The machine's power button moves the line: the watchdog that nobody feeds
 # presses it, for 100 ms of the guest's time, which in real time a loaded host would take from the guest.
 [[ ! -e /sys/bus/platform/drivers/gpio-keys/gpio-keys ]] || echo gpio-keys >/sys/bus/platform/drivers/gpio-keys/unbind
 while :; do # opened, it waits for two heartbeats and presses; that clears its settings, which only its driver's start makes

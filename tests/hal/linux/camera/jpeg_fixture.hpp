@@ -11,7 +11,7 @@ struct Rgb {
   std::uint8_t r, g, b;
 };
 
-/// What the picture is at a place: slow in both directions, so that no subsampling changes it much.
+/// The picture's colour at a place: it changes slowly in both directions, so that no subsampling changes it much.
 inline Rgb colour_at(std::uint32_t x, std::uint32_t y, std::uint32_t number = 0) {
   return {static_cast<std::uint8_t>(40 + x / 8 + number), static_cast<std::uint8_t>(200 - y / 8),
           static_cast<std::uint8_t>(60 + (x + y) / 16)};

@@ -1,4 +1,4 @@
-// Any bytes as a camera's JPEG: the first one chooses what the picture is decoded into.
+// Any bytes as a camera's JPEG: the first one chooses the format of the decoded picture.
 #include <array>
 #include <cstddef>
 #include <cstdint>

@@ -1,5 +1,5 @@
-// LibcameraCamera: what it says without cameras, and with SINEW_LIBCAMERA=1 the frames of the first one that is there
-// (tests/vm loads vimc for it).
+// LibcameraCamera: its texts without cameras, and with SINEW_LIBCAMERA=1 the frames of the first camera (tests/vm loads
+// vimc for it).
 #include "hal/linux/libcamera/libcamera_camera.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// What can go wrong with a camera, cell by cell: what the user reads, what read() says, how it comes back.
+// Faults of a camera, cell by cell: the text for the user, the error of read(), how the camera comes back.
 #include <linux/videodev2.h>
 
 #include "v4l2_fixture.hpp"

@@ -35,7 +35,8 @@ class V4l2Lending : public V4l2Test {
     EXPECT_EQ(*begun, spec_.buffers);
     return std::nullopt;
   }
-  /// As a reader does in each cycle: takes what is filled, then lends what the camera is short of. Null: none.
+  /// Acts as a reader in each cycle: takes a filled image, then lends the images that the camera lacks. Null: none
+  /// filled.
   msg::Image* cycle() {
     const auto got = camera_->take_filled();
     msg::Image* image = got ? *got : nullptr;
@@ -309,7 +310,7 @@ TEST_F(V4l2Lending, DriverThatRefusesTheMemoryItselfIsReadFromThenOn) {
               HasSubstr("pixels are copied once: the driver refuses the topic's memory (Bad address)"));
 }
 
-/// Passes everything on, and knows what the simulated driver itself allocated meanwhile.
+/// Passes everything on, and counts what the simulated driver itself allocated meanwhile.
 class CountingPort final : public V4l2Port {
  public:
   explicit CountingPort(V4l2Port& port) : port_(port) {}

@@ -18,7 +18,7 @@ class V4l2Mjpeg : public V4l2Test {
   bool deliver_jpeg(std::uint32_t number) {
     return sim_.deliver_jpeg(jpeg_of(spec_.width, spec_.height, TJSAMP_422, number), stamp(number));
   }
-  /// The picture's red at the left edge, or what is near it.
+  /// Whether the red at the left edge is the picture's, or near it.
   bool shows(std::uint32_t number) const {
     const Rgb c = colour_at(0, 0, number);
     switch (image_->format) {
@@ -35,8 +35,9 @@ class V4l2Mjpeg : public V4l2Test {
 TEST_F(V4l2Mjpeg, IsNotOfferedAsYuyvWhichWouldTakeTwoPasses) {
   spec_.format = msg::PixelFormat::yuyv;
   EXPECT_EQ(open(), Errc::bad_argument);
-  EXPECT_THAT(why_, HasSubstr("1280x720 yuyv is not offered; it has 640x480, 320x240; as MJPEG it has it, which gives "
-                              "mono8, rgb8 or bgr8"));
+  EXPECT_THAT(why_,
+              HasSubstr("1280x720 yuyv is not offered; it has 640x480, 320x240; it has this as MJPEG, which gives "
+                        "mono8, rgb8 or bgr8"));
 }
 
 TEST_F(V4l2Mjpeg, IsDecodedIntoEveryFormatThatTakesOnePass) {

@@ -1,4 +1,4 @@
-// The real camera driver on pictures that come over a cable from a V4l2Source, as from another process.
+// The real camera driver on pictures from a V4l2Source over a cable, as from another process.
 #include "hal/linux/camera/v4l2_tree_port.hpp"
 
 #include <linux/videodev2.h>

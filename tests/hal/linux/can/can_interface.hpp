@@ -17,14 +17,14 @@ namespace sinew::hal {
 
 class VirtualCan {
  public:
-  /// Any of the same name is removed before.
+  /// Removes an interface of the same name first.
   explicit VirtualCan(std::string name) : name_(std::move(name)) {
     remove();
     error_ = ask(RTM_NEWLINK, NLM_F_CREATE | NLM_F_EXCL, true);
   }
   ~VirtualCan() { remove(); }
   const std::string& name() const { return name_; }
-  /// errno of what went wrong last; 0: nothing.
+  /// errno of the last failure; 0: none.
   int error() const { return error_; }
   bool create() { return (error_ = ask(RTM_NEWLINK, NLM_F_CREATE | NLM_F_EXCL, true)) == 0; }
   bool remove() { return ask(RTM_DELLINK, 0, false) == 0; }
@@ -86,7 +86,7 @@ class VirtualCan {
   int error_ = 0;
 };
 
-/// A raw socket that says anything, also error frames.
+/// A raw socket that sends anything, also error frames.
 class RawCan {
  public:
   explicit RawCan(const std::string& interface) {

@@ -1,4 +1,4 @@
-// What SocketCanBus is made of, as far as it needs no CAN in the kernel.
+// The parts of SocketCanBus that need no CAN in the kernel.
 #include <gtest/gtest.h>
 #include <linux/can/error.h>
 #include <linux/can/netlink.h>

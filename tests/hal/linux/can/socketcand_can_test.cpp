@@ -206,7 +206,7 @@ TEST_F(Socketcand, WhoeverListensAndSaysSomethingElseIsNotWaitedForLong) {
   ASSERT_TRUE(listener);
   EXPECT_FALSE(open(spec((*listener)->endpoint().substr(4) + "/can0")));
   EXPECT_EQ(code_, Errc::timeout);
-  EXPECT_NE(why_.find("whoever listens there does not say '< hi >'"), std::string::npos) << why_;
+  EXPECT_NE(why_.find("the server there does not say '< hi >'"), std::string::npos) << why_;
 }
 
 }  // namespace

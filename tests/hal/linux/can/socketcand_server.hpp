@@ -34,7 +34,7 @@ class SocketcandServer {
     text.resize(wire::socketcand_frame(frame, text));
     say(text);
   }
-  /// Any text, to whoever is connected now; false: nobody.
+  /// Sends any text to the connected client; false: no client.
   bool say(const std::string& text) {
     const std::lock_guard lock(mutex_);
     return client_ && raw_ && client_->write(std::as_bytes(std::span(text)));
@@ -46,7 +46,7 @@ class SocketcandServer {
     const std::lock_guard lock(mutex_);
     return sent_;
   }
-  /// Only "can0" is there; everything else is refused.
+  /// Only "can0" exists; other names are refused.
  private:
   void serve() {
     while (!stop_) {

@@ -1,4 +1,4 @@
-// What a user reads when a bus or port cannot be opened; and serial lines as far as the kernel's pseudo terminals go.
+// The texts for a bus or port that cannot be opened; and serial lines as far as the kernel's pseudo terminals go.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>

@@ -1,7 +1,7 @@
 // A line of a GPIO chip on a real kernel. SINEW_GPIO names a free line ("/dev/gpiochip0:5") that nothing drives,
-// SINEW_GPIO_HELD one that a driver of the kernel holds, SINEW_GPIO_PULSED a free one that somebody pulses from outside
-// again and again, for far longer than it takes to open a line. The VM bench sets them, as root; elsewhere these tests
-// are skipped.
+// SINEW_GPIO_HELD a line that a kernel driver holds, SINEW_GPIO_PULSED a free line that is pulsed from outside again
+// and again, for far longer than it takes to open a line. The VM bench sets them, as root; elsewhere these tests are
+// skipped.
 #include "hal/linux/devices/gpio.hpp"
 
 #include <gtest/gtest.h>

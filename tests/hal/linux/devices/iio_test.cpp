@@ -343,7 +343,7 @@ TEST_F(IioTest, WhoWaitsIsWoken) {
   imu->set_wake(nullptr);
 }
 
-// ---- what can go wrong, and what the user reads
+// ---- faults, and the texts for the user
 
 TEST_F(IioTest, AnAbsentDeviceNamesWhatIsThere) {
   EXPECT_FALSE(open(spec("bmi160")));
