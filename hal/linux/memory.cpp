@@ -71,15 +71,15 @@ std::string c_library(const std::vector<Mapping>& all) {
   return {};
 }
 
-struct Range {
+struct PageRange {
   std::uintptr_t begin = 0, end = 0;
 };
 
 /// Whole pages of the program and its libraries that no loop reads: symbols and relocations, which the start has used
 /// (a segment without data, in front of the code), and the tables for exceptions, which stand at the end of a segment.
 /// Source: ELF gABI, program headers; PT_GNU_EH_FRAME in the Linux Standard Base
-std::vector<Range> tables_without_use() {
-  std::vector<Range> all;
+std::vector<PageRange> tables_without_use() {
+  std::vector<PageRange> all;
   const auto add = [](dl_phdr_info* object, std::size_t, void* to) {
     const auto page = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
     const std::span headers(object->dlpi_phdr, object->dlpi_phnum);
@@ -91,22 +91,22 @@ std::vector<Range> tables_without_use() {
       if (!has_frames && h.p_offset != 0) continue;  // data
       const std::uintptr_t begin = object->dlpi_addr + (has_frames ? frames->p_vaddr : h.p_vaddr);
       const std::uintptr_t end = object->dlpi_addr + h.p_vaddr + h.p_memsz;
-      const Range pages{(begin + page - 1) / page * page, end / page * page};
-      if (pages.begin < pages.end) static_cast<std::vector<Range>*>(to)->push_back(pages);
+      const PageRange pages{(begin + page - 1) / page * page, end / page * page};
+      if (pages.begin < pages.end) static_cast<std::vector<PageRange>*>(to)->push_back(pages);
     }
     return 0;
   };
   ::dl_iterate_phdr(add, &all);
-  std::ranges::sort(all, {}, &Range::begin);
+  std::ranges::sort(all, {}, &PageRange::begin);
   return all;
 }
 
 /// Locks [begin, end) without `left_out`, which are sorted.
-bool lock_but(Range range, const std::vector<Range>& left_out) {
+bool lock_but(PageRange range, const std::vector<PageRange>& left_out) {
   const auto lock = [](std::uintptr_t begin, std::uintptr_t end) {
     return begin >= end || ::mlock(reinterpret_cast<const void*>(begin), end - begin) == 0;
   };
-  for (const Range& out : left_out) {
+  for (const PageRange& out : left_out) {
     if (out.end <= range.begin || out.begin >= range.end) continue;
     if (!lock(range.begin, out.begin)) return false;
     range.begin = out.end;
@@ -118,8 +118,8 @@ bool lock_but(Range range, const std::vector<Range>& left_out) {
 
 Status lock_process_memory() {
   ::malloc_trim(0);  // memory that the start has freed
-  const std::vector<Range> tables = tables_without_use();
-  for (const Range& t : tables) ::madvise(reinterpret_cast<void*>(t.begin), t.end - t.begin, MADV_DONTNEED);
+  const std::vector<PageRange> tables = tables_without_use();
+  for (const PageRange& t : tables) ::madvise(reinterpret_cast<void*>(t.begin), t.end - t.begin, MADV_DONTNEED);
   if (::mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) != 0) {
     if (errno != EINVAL) return Error{Errc::denied, "mlockall", errno};
     // Kernels before 4.4 lock everything at once.
