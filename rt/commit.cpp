@@ -3,6 +3,7 @@
 #include <bit>
 #include <cstring>
 
+#include "math/elementary.hpp"
 #include "msg/compare.hpp"
 
 namespace sinew::rt {
@@ -27,36 +28,66 @@ inline void copy_origins(std::int64_t* to, const std::int64_t* from) {
   }
 }
 
-/// The floating-point fields as pieces of 16 bytes, for a fast look: most messages hold no NaN, and msg::canonicalise()
-/// handles the others. A piece may reach beyond its field; that costs a needless call at most.
-struct NanPieces {
-  std::vector<std::uint32_t> doubles, floats;  // offsets
-
+/// The floating-point fields as pieces of 16 bytes, to look at them fast: most messages hold no NaN, and
+/// msg::canonicalise() does the work where one may. The pieces are added up: a NaN in any of them makes the sum one.
+/// Infinities of both signs do, too, and so may a piece that reaches over its field: then the message is looked at in
+/// vain.
+class NanPieces {
+ public:
   explicit NanPieces(std::span<const msg::FloatRun> runs = {}) {
-    for (const msg::FloatRun& run : runs) {
-      const std::uint32_t size = run.is_f64 ? 8 : 4, end = run.offset + run.count * size;
-      for (std::uint32_t at = run.offset; at < end; at += 16)
-        (run.is_f64 ? doubles : floats).push_back(at + 16 > end && end >= 16 ? end - 16 : at);
-    }
+    add(runs, true);
+    const std::size_t doubles = offsets_.size();
+    add(runs, false);
+    doubles_ = offsets_.data();
+    floats_ = offsets_.data() + doubles;
+    end_ = offsets_.data() + offsets_.size();
   }
+  NanPieces(NanPieces&&) = default;  // a vector's memory moves with it
+  NanPieces& operator=(NanPieces&&) = default;
+
   bool may_hold_nan(const std::byte* message) const {
-    return unlike_itself<double>(doubles, message) || unlike_itself<float>(floats, message);
+    if (doubles_ != floats_ && sum_is_nan<double>(doubles_, floats_, message)) return true;
+    return floats_ != end_ && sum_is_nan<float>(floats_, end_, message);
   }
 
  private:
-  template <class Real>
-  static bool unlike_itself(std::span<const std::uint32_t> pieces, const std::byte* message) {
-    typedef Real Vector __attribute__((vector_size(16)));
-    typedef long long Mask __attribute__((vector_size(16)));
-    if (pieces.empty()) return false;
-    Mask found{};
-    for (const std::uint32_t at : pieces) {
-      Vector v;
-      std::memcpy(&v, message + at, sizeof v);
-      found |= reinterpret_cast<Mask>(v != v);
+  static constexpr std::uint32_t kPiece = 16;
+  static constexpr std::size_t kAtOnce = 4;
+
+  /// The last piece is repeated up to a multiple of kAtOnce.
+  void add(std::span<const msg::FloatRun> runs, bool doubles) {
+    const std::size_t before = offsets_.size();
+    for (const msg::FloatRun& run : runs) {
+      if (run.is_f64 != doubles) continue;
+      const std::uint32_t end = run.offset + run.count * (doubles ? 8 : 4);
+      for (std::uint32_t at = run.offset; at < end; at += kPiece) {
+        const bool reaches_over = at + kPiece > end && end >= kPiece;
+        offsets_.push_back(reaches_over ? end - kPiece : at);
+      }
     }
-    return (found[0] | found[1]) != 0;
+    while ((offsets_.size() - before) % kAtOnce != 0) offsets_.push_back(offsets_.back());
   }
+
+  template <class Real>
+  static bool sum_is_nan(const std::uint32_t* at, const std::uint32_t* end, const std::byte* message) {
+    typedef Real Vector __attribute__((vector_size(kPiece)));
+    Vector sum{};
+    do {
+#pragma GCC unroll 4
+      for (std::size_t i = 0; i < kAtOnce; ++i) {
+        Vector v;
+        std::memcpy(&v, message + at[i], sizeof v);
+        sum += v;
+      }
+      at += kAtOnce;
+    } while (at != end);
+    Real total = sum[0];
+    for (std::size_t i = 1; i < kPiece / sizeof(Real); ++i) total += sum[i];
+    return math::is_nan(total);
+  }
+
+  std::vector<std::uint32_t> offsets_;  // of the pieces with doubles, then of those with floats
+  const std::uint32_t *doubles_ = nullptr, *floats_ = nullptr, *end_ = nullptr;
 };
 
 }  // namespace
@@ -153,7 +184,7 @@ void Commit::bind(OutputBase& port, std::uint32_t output) {
 
 /// A slot to fill, with its old content; null when the burst is used up. The common path makes no call.
 inline SlotHeader* CommitOutput::claim() noexcept {
-  if (loans == burst || spares != 0 || writer.shared) return claim_any();
+  if ((loans | spares) != 0 || writer.shared) return claim_any();
   return take_in_hand(reinterpret_cast<SlotHeader*>(slots + writer.own_in_turn() * stride));
 }
 
@@ -232,9 +263,12 @@ void CommitOutput::publish_all(std::uint32_t number, const CommitInfo& info) noe
 /// The most common commit, without a call: one message on the only output, read in this thread only. False, with
 /// nothing done, for any other commit.
 inline bool CommitOutput::publish_one(std::uint32_t number, const CommitInfo& info) noexcept {
-  if (loans != 1 || writer.shared || pieces.may_hold_nan(message(0))) return false;
-  fill(hand[0], number, info);
-  writer.publish_in_turn(hand[0]->slot);
+  if (loans != 1 || writer.shared) return false;
+  SlotHeader* const header = hand[0];
+  if (pieces.may_hold_nan(static_cast<std::byte*>(header->message()))) return false;
+  const std::uint32_t slot = header->slot;
+  fill(header, number, info);
+  writer.publish_in_turn(slot);
   committed = 1;
   loans = 0;
   return true;
@@ -255,9 +289,12 @@ std::uint32_t Commit::held(std::uint32_t output) const noexcept { return outputs
 
 std::uint32_t Commit::commit(const CommitInfo& info) noexcept {
   const std::uint32_t number = number_ + 1;
-  if (output_count_ != 1 || !outputs_[0].publish_one(number, info)) return commit_any(info);
+  if (output_count_ != 1) return commit_any(info);
+  CommitOutput& only = outputs_[0];
+  const std::uint32_t sequence = only.writer.next_sequence;
+  if (!only.publish_one(number, info)) return commit_any(info);
   number_ = number;
-  log_.set_last(log_.open(number), 0, outputs_[0].writer.next_sequence - 1);
+  log_.set_last(log_.open(number), 0, sequence);
   log_.publish(number);
   return committed_ = 1;
 }

@@ -1,12 +1,16 @@
 #include "hal/linux/memory.hpp"
 
+#include <link.h>
 #include <malloc.h>
 #include <sys/mman.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <ctime>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -67,10 +71,55 @@ std::string c_library(const std::vector<Mapping>& all) {
   return {};
 }
 
+struct PageRange {
+  std::uintptr_t begin = 0, end = 0;
+};
+
+/// Whole pages of the program and its libraries that no loop reads: symbols and relocations, which the start has used
+/// (a segment without data, in front of the code), and the tables for exceptions, which stand at the end of a segment.
+/// Source: ELF gABI, program headers; PT_GNU_EH_FRAME in the Linux Standard Base
+std::vector<PageRange> tables_without_use() {
+  std::vector<PageRange> all;
+  const auto add = [](dl_phdr_info* object, std::size_t, void* to) {
+    const auto page = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
+    const std::span headers(object->dlpi_phdr, object->dlpi_phnum);
+    const auto frames = std::ranges::find(headers, PT_GNU_EH_FRAME, [](const auto& h) { return h.p_type; });
+    if (frames == headers.end()) return 0;
+    for (const auto& h : headers) {
+      if (h.p_type != PT_LOAD || h.p_flags != PF_R) continue;
+      const bool has_frames = frames->p_vaddr >= h.p_vaddr && frames->p_vaddr < h.p_vaddr + h.p_memsz;
+      if (!has_frames && h.p_offset != 0) continue;  // data
+      const std::uintptr_t begin = object->dlpi_addr + (has_frames ? frames->p_vaddr : h.p_vaddr);
+      const std::uintptr_t end = object->dlpi_addr + h.p_vaddr + h.p_memsz;
+      const PageRange pages{(begin + page - 1) / page * page, end / page * page};
+      if (pages.begin < pages.end) static_cast<std::vector<PageRange>*>(to)->push_back(pages);
+    }
+    return 0;
+  };
+  ::dl_iterate_phdr(add, &all);
+  std::ranges::sort(all, {}, &PageRange::begin);
+  return all;
+}
+
+/// Locks [begin, end) without `left_out`, which are sorted.
+bool lock_but(PageRange range, const std::vector<PageRange>& left_out) {
+  const auto lock = [](std::uintptr_t begin, std::uintptr_t end) {
+    return begin >= end || ::mlock(reinterpret_cast<const void*>(begin), end - begin) == 0;
+  };
+  for (const PageRange& out : left_out) {
+    if (out.end <= range.begin || out.begin >= range.end) continue;
+    if (!lock(range.begin, out.begin)) return false;
+    range.begin = out.end;
+  }
+  return lock(range.begin, range.end);
+}
+
 }  // namespace
 
 Status lock_process_memory() {
   ::malloc_trim(0);  // memory that the start has freed
+  const std::vector<PageRange> tables = tables_without_use();
+  for (const PageRange& t : tables) ::madvise(reinterpret_cast<void*>(t.begin), t.end - t.begin, MADV_DONTNEED);
   if (::mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) != 0) {
     if (errno != EINVAL) return Error{Errc::denied, "mlockall", errno};
     // Kernels before 4.4 lock everything at once.
@@ -83,8 +132,7 @@ Status lock_process_memory() {
     const bool is_data = m.access == "rw-p" && !m.is_stack;
     const bool is_ours = m.is_file() && !m.is_memfd() && (m.path == program || !is_the_systems(m.path));
     const bool is_c_code = m.path == libc && m.access == "r-xp";  // its tables for languages and errors are left out
-    if ((is_data || (is_ours && m.access[0] == 'r') || is_c_code) &&
-        ::mlock(reinterpret_cast<const void*>(m.begin), m.end - m.begin) != 0)
+    if ((is_data || (is_ours && m.access[0] == 'r') || is_c_code) && !lock_but({m.begin, m.end}, tables))
       return Error{Errc::denied, "mlock", errno};
   }
   return {};

@@ -9,8 +9,9 @@ namespace sinew::hal {
 /// Keeps all memory that a loop touches resident. All pages, now and later, are locked as they are touched. These are
 /// touched at once: pages of the program, of libraries outside of the system's folders, the C library's code, and all
 /// data and heap. Left to the first touch are: other system libraries (a loop calls few of them, and their
-/// initialisation has touched those), and stacks of Os::start_thread(), which touch their own pages.
-/// Errors:  denied: nothing is locked.
+/// initialisation has touched those), stacks of Os::start_thread(), which touch their own pages, and tables that no
+/// loop reads: symbols and relocations, which the start has used, and the tables of exceptions. Errors:  denied:
+/// nothing is locked.
 Status lock_process_memory();
 
 /// Bytes in memory now, by their use.

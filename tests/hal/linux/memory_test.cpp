@@ -1,6 +1,7 @@
 #include "hal/linux/memory.hpp"
 
 #include <gtest/gtest.h>
+#include <link.h>
 #include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -111,6 +112,37 @@ TEST(LockMemory, AThreadsStackIsFilledAsFarAsItAskedFor) {
     end = true;
     if (idle) (*idle)->join();
     return !locked ? kNotPermitted : stack >= 512 * 1024 && stack < 560 * 1024 ? kGood : 1;
+  });
+  if (code == kNotPermitted) GTEST_SKIP() << "memory may not be locked here";
+  EXPECT_EQ(code, kGood);
+}
+
+/// Bytes of the program file's own segments.
+std::uint64_t program_size() {
+  std::uint64_t size = 0;
+  ::dl_iterate_phdr(
+      [](dl_phdr_info* program, std::size_t, void* to) {
+        for (int i = 0; i < program->dlpi_phnum; ++i)
+          if (program->dlpi_phdr[i].p_type == PT_LOAD)
+            *static_cast<std::uint64_t*>(to) += program->dlpi_phdr[i].p_filesz;
+        return 1;  // the first is the program
+      },
+      &size);
+  return size;
+}
+
+TEST(LockMemory, TablesOfSymbolsAndExceptionsAreLeftOutAndComeBackWhenTheyAreUsed) {
+  SINEW_SKIP_UNDER_QEMU_USER("/proc/self/smaps is not of the program alone");
+  const int code = in_a_child([] {
+    if (!lock()) return kNotPermitted;
+    if (memory_use().program >= program_size() * 9 / 10) return 1;
+    const std::uint64_t before = memory_use().program;
+    try {
+      throw std::uint64_t{7};
+    } catch (std::uint64_t n) {
+      if (n != 7) return 2;
+    }
+    return memory_use().program > before ? kGood : 3;
   });
   if (code == kNotPermitted) GTEST_SKIP() << "memory may not be locked here";
   EXPECT_EQ(code, kGood);
