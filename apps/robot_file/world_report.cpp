@@ -98,7 +98,9 @@ double WorldReport::number(std::string_view key) const {
 }
 
 std::string in_words(const WorldReport::Measure& m) {
-  std::string text = fmt::format("{} {:.3g}{}{}", m.label, m.value, m.unit.empty() ? "" : " ", m.unit);
+  const bool large = m.value >= 1000 || m.value <= -1000;  // not 1.23e+03
+  const std::string value = large ? fmt::format("{:.0f}", m.value) : fmt::format("{:.3g}", m.value);
+  std::string text = fmt::format("{} {}{}{}", m.label, value, m.unit.empty() ? "" : " ", m.unit);
   if (m.at_most) text += fmt::format(" (at most {:g})", *m.at_most);
   if (m.at_least) text += fmt::format(" (at least {:g})", *m.at_least);
   return text;

@@ -53,10 +53,11 @@ TEST(Plot, NamesAreEscapedAndGapsLiftThePen) {
 
 TEST(WorldReport, FaultsOfThePlantAreNamed) {
   const auto report = parse_report(
-      R"({"valid":true,"faults":[{"fault":"imu:off@1","device":"imu","kind":"off","from_s":1,"affected":7}, 3, {"fault":1,"affected":-1}]})");
+      R"({"valid":true,"faults":[{"fault":"imu:off@1","device":"imu","kind":"off","from_s":1,"first_s":1.5,"affected":7}, 3, {"fault":1,"affected":-1}]})");
   ASSERT_TRUE(report);
   EXPECT_EQ(report->faults.at(0).text, "imu:off@1");
   EXPECT_EQ(report->faults.at(0).affected, 7u);
+  EXPECT_EQ(report->faults.at(0).first_s, 1.5);
   EXPECT_TRUE(report->is_faulty("imu"));
   EXPECT_FALSE(report->is_faulty("range"));
 }
@@ -76,6 +77,12 @@ TEST(WorldReport, HoldsTheVerdictOfTheWorldWithItsMeasures) {
   EXPECT_EQ(to_string(report->verdict->measures[0]), "0.700 m/s   (limit 0.5 m/s)");
   EXPECT_EQ(to_string(report->verdict->measures[1]), "0.900   (at least 0.8)");
   EXPECT_EQ(to_string(report->verdict->measures[2]), "12.500 s");
+  EXPECT_EQ(in_words(report->verdict->measures[0]), "speed 0.7 m/s (at most 0.5)");
+  EXPECT_EQ(in_words(report->verdict->measures[1]), "share 0.9 (at least 0.8)");
+  EXPECT_EQ(in_words({.key = "t", .label = "time", .unit = "s", .value = 4321.4}), "time 4321 s");
+  EXPECT_DOUBLE_EQ(over_limit(report->verdict->measures[0]), 1.4);
+  EXPECT_LT(over_limit(report->verdict->measures[1]), 1);
+  EXPECT_EQ(over_limit(report->verdict->measures[2]), 0);
   EXPECT_EQ(report->number("height_m"), 1.5);
   EXPECT_EQ(report->number("touched_down"), 1);
   EXPECT_EQ(report->number("nothing"), 0);

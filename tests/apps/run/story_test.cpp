@@ -213,13 +213,13 @@ TEST_F(Told, JsonHasBothVerdictsAndTheStory) {
   EXPECT_EQ(finish("landed on the pad", 0), 0);
   const Json all = Json::parse(out_);
   EXPECT_EQ(all["mission"], Json::parse(R"({"outcome":"landed on the pad","good":true,"why":""})"));
-  EXPECT_EQ(all["timing"],
-            Json::parse(R"({"valid":false,"worst":"plant: 3.10 ms (at most 2)","what_to_do":"buy a better one"
-})"));
+  EXPECT_EQ(all["timing"]["valid"], false);
+  EXPECT_EQ(all["timing"]["worst"], "plant: 3.10 ms (at most 2)");
+  EXPECT_EQ(all["timing"]["what_to_do"], "buy a better one");
   EXPECT_EQ(all["story"], Json::parse(R"([{"at_s":1.5,"text":"climbing"}])"));
-EXPECT_EQ(all["result"], "landed on the pad, invalid run");
-EXPECT_EQ(all["exit_code"], 0);
-EXPECT_THAT(all["invalid_because"], SizeIs(3));
+  EXPECT_EQ(all["result"], "landed on the pad, invalid run");
+  EXPECT_EQ(all["exit_code"], 0);
+  EXPECT_THAT(all["invalid_because"], SizeIs(3));
 }
 
 TEST(Timing, WorstReasonIsTheOneFarthestBeyondItsBound) {
