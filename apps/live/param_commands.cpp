@@ -9,6 +9,7 @@
 #include "apps/robot_file/param_overlay.hpp"
 #include "apps/robot_file/param_value.hpp"
 #include "apps/robot_file/robot_file.hpp"
+#include "hal/did_you_mean.hpp"
 
 namespace sinew::app {
 namespace {
@@ -62,12 +63,14 @@ std::optional<Json> find_param(LiveRobot& robot, const std::string& module, cons
   const auto reply = robot.ask("params", {{"module", module}});
   if (!reply) return std::nullopt;
   std::string known;
+  std::vector<std::string> names;
   for (const Json& p : reply->at("params")) {
     if (p.value("param", "") == param) return p;
-    known += " " + p.value("param", "");
+    names.push_back(p.value("param", ""));
+    known += " " + names.back();
   }
   fail("robot " + robot.name() + ": module " + module + " has no parameter " + param +
-       (known.empty() ? "; it has none" : "; it has" + known));
+       (known.empty() ? "; it has none" : "; it has" + known + hal::did_you_mean(param, names)));
   return std::nullopt;
 }
 

@@ -249,7 +249,7 @@ class CommandLine(unittest.TestCase):
                 (["chekc", QUAD], "chekc: no such command; sinew --help lists them; did you mean check?"),
                 (["bag", "inof", "x.mcap"], "inof: no such command; sinew bag --help lists them; did you mean info?"),
                 (["run", QUAD, "--viritual"], "--viritual: no such option; sinew run --help lists them; did you mean --virtual?"),
-                (["run", QUAD, "--sed=3"], "--sed: no such option; sinew run --help lists them; did you mean --seed?"),
+                (["run", QUAD, "--seeed=3"], "--seeed: no such option; sinew run --help lists them; did you mean --seed?"),
                 (["check", QUAD, "x.toml"], "x.toml: one argument too many; sinew check --help lists what it takes"),
                 (["run", QUAD, "--set", "mixr.thrust_max_n=1"], "; did you mean mixer?"),
                 (["run", QUAD, "--set", "mixer.thrust_max=1"], "; did you mean thrust_max_n?"),

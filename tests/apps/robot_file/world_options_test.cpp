@@ -45,7 +45,7 @@ TEST(WorldOptions, OfAnotherWorldAreNoneOfThisOne) {
 }
 
 TEST(WorldOptions, AnUnknownKeyIsToldWithTheOneThatItResembles) {
-  EXPECT_THAT(problems_of("wind = 3\n"), ElementsAre(testing::EndsWith("; did you mean wind_mps?")));
+  EXPECT_THAT(problems_of("wind = 3\n"), ElementsAre(testing::EndsWith("; did you mean wind_mps or wind_toward_deg?")));
   EXPECT_THAT(problems_of("gsut_mps = 3\n"), ElementsAre(testing::EndsWith("; did you mean gust_mps?")));
 }
 

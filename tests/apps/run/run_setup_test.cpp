@@ -131,6 +131,8 @@ TEST(Setting, OfADeviceThatIsNotThereIsRefused) {
             "--set bus.can1.bit_rate=1: the robot file has no [bus.can1]");
   EXPECT_EQ(apply_device_setting(devices, "device.head.joint.tilt.id=1"),
             "--set device.head.joint.tilt.id=1: [device.head] has no joint tilt");
+  EXPECT_EQ(apply_device_setting(devices, "device.haed.rate_hz=1"),
+            "--set device.haed.rate_hz=1: the robot file has no [device.haed]; did you mean head?");
 }
 
 TEST(RobotFileSections, HaveTheirHeaderButForThatOfTheModules) {
