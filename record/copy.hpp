@@ -37,9 +37,8 @@ WriterOptions options_like(const Reader& from);
 std::optional<std::string> topic_conflict(std::span<Reader* const> from);
 
 /// Copies all that a query asks for and that can be read: messages with their channels and schemas, every attachment,
-/// all metadata; things that several files share, once, messages included. Messages of one file keep its order; those of
-/// several are in the order of log time. The caller finishes `to`.
-/// Errors:  those of the writer.
+/// all metadata; things that several files share, once, messages included. Messages of one file keep its order; those
+/// of several are in the order of log time. The caller finishes `to`. Errors:  those of the writer.
 hal::Status copy(std::span<Reader* const> from, const Query& what, Writer& to, Copied& result,
                  Conversion* conversion = nullptr, const CopyChanges& changes = {});
 

@@ -135,8 +135,8 @@ int save(const SaveOptions& options) {
   const std::string robot_file = hello->value("robot_file", "");
   const LoadedRobot file = load_robot(robot_file);
   if (!file.problems.empty())
-    return fail(
-        to_string(file.problems.front(), file.robot) + "; without its robot file it is not known what differs", kFailed);
+    return fail(to_string(file.problems.front(), file.robot) + "; without its robot file it is not known what differs",
+                kFailed);
   std::vector<OverlayParam> differing;
   for (const Json& p : reply->at("params"))
     if (p.at("value") != value_in_file(file.robot, p))

@@ -25,8 +25,8 @@ class ReplayWatcher {
 struct ReplayOptions {
   std::vector<std::string> modules{};  // none: all
   /// Each module begins after its last saved state before so many seconds of the record, or at its beginning if there
-  /// is none. Nothing: at the beginning of the run or, in a file that begins in the middle of its run, at the first state
-  /// after which the file has all that the module latched.
+  /// is none. Nothing: at the beginning of the run or, in a file that begins in the middle of its run, at the first
+  /// state after which the file has all that the module latched.
   std::optional<double> from_s{};
   std::optional<double> until_s{};  // of the record: steps that end later are not executed
   /// True: the replayed modules latch each other's new messages, under the recorded sequences. False, and for all other

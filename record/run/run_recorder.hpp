@@ -51,7 +51,8 @@ struct RecorderProgress {
 /// them to the recordings: a file, which may begin and end in the middle of the run, and the flight ring. In real time
 /// it follows the executor's threads from its own thread, and no thread waits for it; it counts what it misses. In
 /// virtual time the executor waits for it.
-/// Thread:  owner; observer(): as RunObserver says; later(), progress(), ring(): any. Calls marked "the reader's" are made
+/// Thread:  owner; observer(): as RunObserver says; later(), progress(), ring(): any. Calls marked "the reader's" are
+/// made
 ///          inside of later(), or while the run stands still.
 /// Owner:   graph and os must outlive it. The graph is configured with ConfigureOptions::recorded.
 class RunRecorder {

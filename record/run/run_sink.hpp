@@ -61,7 +61,8 @@ class RunSink {
   void lose(std::uint32_t topic, rt::Time at) { topics_[topic].kept.lost.add(1, at); }
   /// A message published before the beginning that may be latched after it. Oldest first.
   void put_older(std::uint32_t topic, const SinkMessage& message);
-  /// Writes a message, not an image, that an earlier file has and that steps in this file may hold. A failure is no loss.
+  /// Writes a message, not an image, that an earlier file has and that steps in this file may hold. A failure is no
+  /// loss.
   void put_again(std::uint32_t topic, const SinkMessage& message) { static_cast<void>(write(topics_[topic], message)); }
   /// Messages published up to this sequence are not in the file.
   void lacks_until(std::uint32_t topic, std::uint32_t sequence) { topics_[topic].first = sequence + 1; }
