@@ -402,7 +402,8 @@ TEST_F(GraphCheckTest, ParametersExistAndAreInTheirRange) {
                           "r.toml:16: module.maker.params.fast: 1: true or false",
                           "r.toml:17: module.maker.params.label: 2: a string",
                           "r.toml:18: module.maker.params.rate: 2: a parameter of test::Maker: rate_hz label "
-                          "count_min fast",
+                          "count_min fast; did you mean "
+                          "rate_hz?",
                           "r.toml:19: module.user.params.gain: true: test::User has no parameters"));
 }
 
