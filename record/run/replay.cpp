@@ -31,7 +31,9 @@ class Replay {
 
   hal::Result<ReplayReport> execute(std::string& why) {
     if (auto ready = prepare(why); !ready) return ready.error();
-    const rt::Time until = options_.until_s ? time_.after_start(*options_.until_s) : rt::Time{INT64_MAX};
+    rt::Time until = options_.until_s ? time_.after_start(*options_.until_s) : rt::Time{INT64_MAX};
+    // The last steps of what was cut out reach beyond the messages: they are written several together.
+    if (!read_metadata(reader_, kEditedName).empty()) until = std::min(until, time_.start + time_.length);
     std::vector<LogItem> items;
     for (std::uint64_t round = 1; run_.next(items) && items.front().due <= until; ++round) {
       for (const LogItem& item : items) execute(item);

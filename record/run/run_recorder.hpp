@@ -20,10 +20,10 @@ struct RecorderOptions {
   std::vector<std::string> topics{};
   std::map<std::string, double> rate_hz{};
   double pixel_bytes_per_s = 5e6;
-  // Of all:
   /// Pace::follows: how much may wait in memory while the disk stalls. The memory is taken only while data waits.
   std::uint64_t buffer_bytes = 32'000'000;
   hal::Os* disk_os = nullptr;  // starts the threads that write to the disk; null: the recorder writes and waits itself
+  // Of all:
   rt::Duration log_room = std::chrono::milliseconds(500);  // holds the steps that wait to be read
   rt::Duration state_every = std::chrono::seconds(5);      // of each module, for a replay to begin at; 0: never
   rt::Duration poll = std::chrono::milliseconds(10);       // younger entries are read the next time
@@ -47,6 +47,7 @@ struct RecorderProgress {
   std::optional<Ring> ring{};
 };
 
+<<<<<<< ours
 /// Follows a run: reads every step with its latched and published messages, every request and every message, and hands
 /// them to the recordings: a file, which may begin and end in the middle of the run, and the flight ring. In real time
 /// it follows the executor's threads from its own thread, and no thread waits for it; it counts what it misses. In
@@ -54,6 +55,14 @@ struct RecorderProgress {
 /// Thread:  owner; observer(): as RunObserver says; later(), progress(), ring(): any. Calls marked "the reader's" are
 /// made
 ///          inside of later(), or while the run stands still.
+=======
+/// Reads along with a run: every step with what it latched and published, every request, every message, and hands them
+/// to the recordings that there are: a file, which may begin and end in the middle of the run, and the flight ring. In
+/// real time it follows the executor's threads from a thread of its own and nobody waits for it: what it misses is
+/// counted. In virtual time the executor waits for it.
+/// Thread:  owner; observer(): as RunObserver says; later(), progress(), ring(): any. What is said to be "the reader's"
+///          is called inside of later(), or while the run stands still.
+>>>>>>> theirs
 /// Owner:   graph and os must outlive it. The graph is configured with ConfigureOptions::recorded.
 class RunRecorder {
  public:

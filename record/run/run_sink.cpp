@@ -88,6 +88,7 @@ hal::Status RunSink::begin_file(Writer& w, unsigned part) {
   std::vector<Metadata> all{{"sinew.run", std::move(run)},         {"sinew.modules", std::move(modules)},
                             {"sinew.threads", std::move(threads)}, {"sinew.chains", std::move(chains)},
                             {"sinew.graph", graph_texts()},        {"sinew.params", beginning_.params}};
+  if (part > 0) writer_->count_from(stamps(0, newest_, {}).log_time);  // not the messages that put_again() brings
   if (beginning_.midway || part > 0) {
     Texts begin{{"at_ns", std::to_string(newest_.ns)}};
     for (std::size_t i = 0; i < written_.size(); ++i) begin.emplace(number_key(i), std::to_string(written_[i]));

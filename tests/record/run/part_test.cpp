@@ -86,10 +86,11 @@ TEST_F(PartTest, WhatIsMergedOfPartsIsTheWholeAgain) {
   fly(600ms, {.files = {.file_duration = 200ms}, .state_every = 60ms});
   std::vector<Bytes> parts;
   for (const auto& disk : disks) parts.insert(parts.begin(), disk->bytes);
-  const ReplayReport report = again(merge(parts));
+  const Bytes merged = merge(parts);
+  const ReplayReport report = again(merged);
   expect_identical(report);
   EXPECT_FALSE(report.midway);
-  const auto whole = read(merge(parts));
+  const auto whole = read(merged);
   const std::uint64_t half = 300'000'000;
   const ReplayReport joined =
       again(merge({cut(*whole, rt::Time{0}, rt::Time{half - 1}), cut(*whole, rt::Time{half}, rt::Time{INT64_MAX})}));

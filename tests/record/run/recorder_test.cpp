@@ -305,13 +305,14 @@ TEST_F(Recorded, SplitFilesEachSayWhatRan) {
   options.files.file_duration = 100ms;
   fly(400ms, options);
   ASSERT_GT(disks.size(), 2u);
-  std::size_t numbers = 0;
+  std::set<std::uint32_t> numbers;
   for (unsigned part = 0; part < disks.size(); ++part) {
     auto reader = read(part);
     EXPECT_EQ(reader->attachments().size(), 1u);
-    each(*reader, "numbers.out", [&](const Message&) { ++numbers; });
+    each(*reader, "numbers.out", [&](const Message& m) { numbers.insert(m.stamps.sequence); });
   }
-  EXPECT_EQ(numbers, 400u);
+  EXPECT_EQ(numbers.size(), 400u) << "some are in two files: steps of the later one may hold them";
+  EXPECT_LT(disks.size(), 6u);
 }
 
 }  // namespace
