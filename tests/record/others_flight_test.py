@@ -28,6 +28,7 @@ def main():
         # Requests and split files.
         subprocess.run([recorder_test, "--gtest_brief=1"], check=True, env=dict(os.environ, SINEW_KEEP_FILES=folder),
                        stdout=subprocess.DEVNULL)
+        os.environ["SINEW_RUN_DIR"] = f"{folder}/sockets"  # its robot meets nobody else's
         # Long enough for every topic to have messages, and for steps of every kind.
         flown = subprocess.run([sinew, "run", robot, "--virtual", "--duration", "6", "--camera", "160x120", "--runs",
                                 f"{folder}/runs"], capture_output=True, text=True,

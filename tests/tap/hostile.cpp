@@ -221,9 +221,10 @@ int wake(double seconds) {
   const Mapped topics = map(request_handle(fd, "memory")), bells = map(request_handle(fd, "doorbells"));
   std::uint64_t wakes = 0;
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
-  while (std::chrono::steady_clock::now() < end)
-    for (const Mapped& m : {topics, bells})
-      for (std::size_t at = 0; at < m.size; at += 4, ++wakes)
+  const auto over = [&] { return std::chrono::steady_clock::now() >= end; };
+  while (!over())  // the doorbells first: a robot's pictures are a million words
+    for (const Mapped& m : {bells, topics})
+      for (std::size_t at = 0; at < m.size && (at % 4096 != 0 || !over()); at += 4, ++wakes)
         ::syscall(SYS_futex, m.data + at, FUTEX_WAKE, INT_MAX, nullptr, nullptr, 0);
   std::printf("%llu wakes\n", static_cast<unsigned long long>(wakes));
   return 0;

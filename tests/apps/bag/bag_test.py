@@ -5,6 +5,7 @@ usage: bag_test.py SINEW ROBOT_FILE [unittest arguments]
 With SINEW_KEEP_FILES the files stay in that folder, for foreign readers.
 """
 import csv
+import functools
 import hashlib
 import io
 import json
@@ -69,6 +70,12 @@ def cat(file, *arguments):
     if code != 0:
         raise AssertionError(err)
     return [json.loads(line) for line in out.splitlines()]
+
+
+@functools.cache
+def whole_flight():
+    """Every message of FLIGHT, for all tests; nobody changes it."""
+    return cat(FLIGHT)
 
 
 def digest(file):
@@ -154,7 +161,7 @@ class Bag(unittest.TestCase):
 
     def test_cat_shows_every_message_of_every_topic(self):
         info = json.loads(bag("info", FLIGHT, "--json")[1])
-        lines = cat(FLIGHT)
+        lines = whole_flight()
         self.assertEqual([l["log_time_ns"] for l in lines], sorted(l["log_time_ns"] for l in lines))
         for topic in info["topics"]:
             mine = [l for l in lines if l["topic"] == topic["name"]]
@@ -176,7 +183,7 @@ class Bag(unittest.TestCase):
         start = json.loads(bag("info", FLIGHT, "--json")[1])["start_ns"]
         lines = cat(FLIGHT, "--topic", "imu.raw", "--topic", "range.raw", "--from", "0.5", "--until", "1")
         self.assertEqual({l["topic"] for l in lines}, {"imu.raw", "range.raw"})
-        every = [l for l in cat(FLIGHT) if l["topic"] in ("imu.raw", "range.raw")]
+        every = [l for l in whole_flight() if l["topic"] in ("imu.raw", "range.raw")]
         self.assertEqual(lines, [l for l in every if 5e8 <= l["log_time_ns"] - start <= 1e9])
 
     def test_csv_has_a_column_for_each_number(self):
@@ -215,7 +222,7 @@ class Bag(unittest.TestCase):
     def test_cut_keeps_a_part_of_the_time_and_all_that_was_said(self):
         start = json.loads(bag("info", FLIGHT, "--json")[1])["start_ns"]
         made = self.make("cut", FLIGHT, path("cut.mcap"), "--from", "0.5", "--until", "1.5")
-        every = [(l, l["log_time_ns"] - start) for l in cat(FLIGHT)]
+        every = [(l, l["log_time_ns"] - start) for l in whole_flight()]
         expected = [l for l, at in every if 5e8 <= at <= 15e8 or (at <= 15e8 and l["topic"] == "sinew/requests")]
         self.assertEqual(made["messages"], len(expected))
         by = lambda l: (l["log_time_ns"], l["topic"], l["sequence"], json.dumps(l["message"]))
@@ -282,7 +289,7 @@ class Bag(unittest.TestCase):
         kept = ("imu.raw", "camera.raw", "camera.raw/head")  # what an image is without its pixels goes with it
         by = lambda l: (l["log_time_ns"], l["topic"], l["sequence"])
         self.assertEqual(sorted(cat(path("filtered.mcap")), key=by),
-                         sorted((l for l in cat(FLIGHT) if l["topic"] in kept), key=by))
+                         sorted((l for l in whole_flight() if l["topic"] in kept), key=by))
 
     def test_merge_puts_parts_together_again(self):
         self.make("cut", FLIGHT, path("first.mcap"), "--until", "0.9")
@@ -290,7 +297,7 @@ class Bag(unittest.TestCase):
         made = self.make("merge", path("merged.mcap"), path("second.mcap"), path("first.mcap"))
         self.assertEqual(made["attachments"], 1, "the same one in both")
         by = lambda l: (l["log_time_ns"], l["topic"], l["sequence"], json.dumps(l["message"]))
-        self.assertEqual(sorted(cat(path("merged.mcap")), key=by), sorted(cat(FLIGHT), key=by))
+        self.assertEqual(sorted(cat(path("merged.mcap")), key=by), sorted(whole_flight(), key=by))
 
     def test_merge_refuses_a_topic_with_two_types(self):
         small = path("damaged-small.mcap")
@@ -317,7 +324,7 @@ class Bag(unittest.TestCase):
                   "baro.raw": "sensor_msgs/msg/FluidPressure", "battery.raw": "sensor_msgs/msg/BatteryState",
                   "filter.state": "nav_msgs/msg/Odometry", "camera.raw": "sensor_msgs/msg/Image"}
         self.assertEqual(types, {**{t["name"]: t["type"] for t in before["topics"]}, **become})
-        ours, theirs = ([l for l in cat(f) if l["topic"] in become] for f in (FLIGHT, path("converted.mcap")))
+        ours, theirs = ([l for l in lines if l["topic"] in become] for lines in (whole_flight(), cat(path("converted.mcap"))))
         by = lambda l: (l["topic"], l["log_time_ns"], l["sequence"])
         for a, b in zip(sorted(ours, key=by), sorted(theirs, key=by), strict=True):
             self.assertEqual(by(a), by(b))

@@ -190,7 +190,7 @@ class CameraOffset(unittest.TestCase):
 
     def test_one_that_stands_still_is_refused(self):
         with Bench("--rock", "0") as bench:
-            done = bench.sinew("calibrate", "camera-offset", str(bench.robot), "--mount", "follower", "--seconds", "8")
+            done = bench.sinew("calibrate", "camera-offset", str(bench.robot), "--mount", "follower", "--seconds", "5")
             self.assertEqual(done.returncode, 1, done.stdout)
             self.assertRegex(done.stderr, "turned too little|pairs of pictures|nothing came")
             self.assertFalse(bench.unit.exists())

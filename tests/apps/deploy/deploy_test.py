@@ -11,6 +11,8 @@ import time
 import unittest
 
 SINEW, SOURCE = sys.argv[1:3]
+RUN_DIR = tempfile.TemporaryDirectory()  # this program's robots meet nobody else's
+os.environ["SINEW_RUN_DIR"] = RUN_DIR.name
 SSH = f"{sys.executable} {SOURCE}/tests/apps/deploy/fake_ssh.py"
 # The quadrotor as a file that stands alone, with a calibration file.
 ROBOT = subprocess.run([SINEW, "check", "--resolved", f"{SOURCE}/robots/quad/quad_pilot.toml"], capture_output=True, text=True,

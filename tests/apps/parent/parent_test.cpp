@@ -79,9 +79,8 @@ class ParentTest : public testing::Test {
     GTEST_SKIP() << "the thread sanitizer's own thread forbids the fork";
 #endif
     SINEW_SKIP_UNDER_QEMU_USER("one thread: it has one of its own, which forbids the fork");
-    char folder[] = "/tmp/sinew_parent_XXXXXX";
-    ASSERT_NE(::mkdtemp(folder), nullptr);
-    folder_ = folder;
+    folder_ = (fs::temp_directory_path() / "sinew_parent_XXXXXX").string();
+    ASSERT_NE(::mkdtemp(folder_.data()), nullptr);
     options_.save_to = folder_ + "/faults";
     options_.hang = 10s;  // where nothing is to hang, a busy machine may hold things up
     options_.watchdog = folder_ + "/watchdog";

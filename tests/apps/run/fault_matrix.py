@@ -17,6 +17,9 @@ import tempfile
 
 os.environ.setdefault("SINEW_RECORD", "off")  # a flight is 100 MB; recordings have tests of their own
 
+RUN_DIR = tempfile.TemporaryDirectory()  # this program's robots meet nobody else's
+os.environ["SINEW_RUN_DIR"] = RUN_DIR.name
+
 LIMIT_S = 300  # of real time for one flight on a busy machine
 DURATION_S = 75  # of plant time: a search without result, and a slow descent
 

@@ -16,9 +16,8 @@ using namespace std::chrono_literals;
 class WatchdogPipe : public testing::Test {
  protected:
   void SetUp() override {
-    char folder[] = "/tmp/sinew_watchdog_XXXXXX";
-    ASSERT_NE(::mkdtemp(folder), nullptr);
-    folder_ = folder;
+    folder_ = (std::filesystem::temp_directory_path() / "sinew_watchdog_XXXXXX").string();
+    ASSERT_NE(::mkdtemp(folder_.data()), nullptr);
     path_ = folder_ + "/watchdog";
     ASSERT_EQ(::mkfifo(path_.c_str(), 0600), 0);
     read_end_ = ::open(path_.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);

@@ -3,13 +3,17 @@
 argv: SINEW SINEW_SIM SOURCE
 """
 import json
+import os
 import pathlib
 import subprocess
 import sys
+import tempfile
 import unittest
 
 SINEW, SIM, SOURCE = sys.argv[1:4]
 ROBOT = f"{SOURCE}/robots/seesaw/seesaw.toml"
+RUN_DIR = tempfile.TemporaryDirectory()  # this program's robots meet nobody else's
+os.environ["SINEW_RUN_DIR"] = RUN_DIR.name
 
 
 def run(*command):
