@@ -47,22 +47,12 @@ struct RecorderProgress {
   std::optional<Ring> ring{};
 };
 
-<<<<<<< ours
 /// Follows a run: reads every step with its latched and published messages, every request and every message, and hands
 /// them to the recordings: a file, which may begin and end in the middle of the run, and the flight ring. In real time
 /// it follows the executor's threads from its own thread, and no thread waits for it; it counts what it misses. In
 /// virtual time the executor waits for it.
 /// Thread:  owner; observer(): as RunObserver says; later(), progress(), ring(): any. Calls marked "the reader's" are
-/// made
-///          inside of later(), or while the run stands still.
-=======
-/// Reads along with a run: every step with what it latched and published, every request, every message, and hands them
-/// to the recordings that there are: a file, which may begin and end in the middle of the run, and the flight ring. In
-/// real time it follows the executor's threads from a thread of its own and nobody waits for it: what it misses is
-/// counted. In virtual time the executor waits for it.
-/// Thread:  owner; observer(): as RunObserver says; later(), progress(), ring(): any. What is said to be "the reader's"
-///          is called inside of later(), or while the run stands still.
->>>>>>> theirs
+///          made inside of later(), or while the run stands still.
 /// Owner:   graph and os must outlive it. The graph is configured with ConfigureOptions::recorded.
 class RunRecorder {
  public:
