@@ -114,7 +114,7 @@ class Broken(unittest.TestCase):
             faults = [f"{device}:{kind}@{1 + 0.1 * i:.1f}+0.1" for i, kind in enumerate(k for d, k in pairs if d == device)]
             self.assertGreater(len(faults), 4)
             options = [word for fault in faults for word in ("--fault", fault)]
-            code, out, err = run("--virtual", "--duration", "2", "--seed", "3", "--quiet", "--camera", "160x120", *options)
+            code, out, err = run("--virtual", "--duration", "2", "--seed", "3", "--verbose", "--camera", "160x120", *options)
             self.assertIn(code, (0, 1), out + err)
             self.assertEqual(len(re.findall(r"(?m)^fault +\S+: struck [1-9]\d* times", out)), len(faults), out)
 
