@@ -15,6 +15,7 @@ class PartTest : public MidwayRobot {
   void set_gain_at(std::chrono::nanoseconds at) {
     robot.grants.at(rt::Time{at.count()}, [this] { ASSERT_TRUE(robot.graph().set_param("numbers", "gain", 2.5)); });
   }
+  static Metadata edited(const std::string& by) { return {std::string(kEditedName), {{"by", by}}}; }
   static Bytes cut(Reader& reader, rt::Time from, rt::Time until) {
     Disk to;
     auto writer = Writer::open(std::make_unique<MemoryOutput>(to), {});
@@ -22,7 +23,7 @@ class PartTest : public MidwayRobot {
     Reader* const one = &reader;
     Copied copied;
     EXPECT_TRUE(copy({&one, 1}, what, **writer, copied, nullptr, changes_of_cut(reader, what.from)));
-    EXPECT_TRUE((*writer)->add_metadata({std::string(kEditedName), {{"by", "test"}}}));
+    EXPECT_TRUE((*writer)->add_metadata(edited("cut")));
     EXPECT_TRUE((*writer)->finish());
     return to.bytes;
   }
@@ -37,7 +38,7 @@ class PartTest : public MidwayRobot {
     auto writer = Writer::open(std::make_unique<MemoryOutput>(to), {});
     Copied copied;
     EXPECT_TRUE(copy(from, {}, **writer, copied, nullptr, changes_of_merge(from)));
-    EXPECT_TRUE((*writer)->add_metadata({std::string(kEditedName), {{"by", "test"}}}));
+    EXPECT_TRUE((*writer)->add_metadata(edited("merge of " + std::to_string(files.size()))));
     EXPECT_TRUE((*writer)->finish());
     return to.bytes;
   }
