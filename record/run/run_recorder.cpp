@@ -347,7 +347,7 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     next_progress_ = now_ + options_.poll;
     RecorderProgress progress{.now = now_};
     if (has_file()) {
-      RecorderProgress::File& file = progress.file.emplace();
+      RecorderProgress::File& file = progress.file.emplace(RecorderProgress::File{});
       file.began = file_->began();
       file.files = file_->files();
       for (const auto& [topic, lost] : file_->lost_messages()) file.lost_messages += lost.count;
