@@ -1,5 +1,6 @@
 // How late a 1 kHz thread is: the real-time executor beside a bare clock_nanosleep loop and cyclictest, in turns, on an
-// idle and on a loaded machine; then the precise wake-up and what it costs.
+// idle and on a loaded machine; then the precise wake-up, what it costs, and its floor: a bare loop that wakes up 300
+// us early and looks at the clock.
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <time.h>
@@ -71,7 +72,8 @@ Window ours(bool precise) {
   return {std::move(lateness.us), share};
 }
 
-std::vector<double> bare() {
+/// `look` is how long before a release the loop wakes up and begins to look at the clock.
+std::vector<double> bare(hal::Duration look = {}) {
   std::vector<double> us;
   us.reserve(kWindow);
   hal::ThreadOptions options;
@@ -86,9 +88,12 @@ std::vector<double> bare() {
   auto thread = hal::system_os().start_thread(options, [&] {
     std::int64_t next = clock_ns() + 2'000'000;
     for (int i = 0; i < kWindow; ++i, next += 1'000'000) {
-      const timespec t{next / 1'000'000'000, next % 1'000'000'000};
+      const std::int64_t wake = next - look.count();
+      const timespec t{wake / 1'000'000'000, wake % 1'000'000'000};
       clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr);
-      us.push_back(static_cast<double>(clock_ns() - next) * 1e-3);
+      std::int64_t now = clock_ns();
+      while (now < next) now = clock_ns();
+      us.push_back(static_cast<double>(now - next) * 1e-3);
     }
   });
   if (!thread) std::exit(2);
@@ -137,7 +142,7 @@ class Load {
 };
 
 bool measure(const std::string& machine, int pairs) {
-  Pairs loops;
+  Pairs loops, precise_loops;
   std::vector<double> others, precise_us, precise_cpu, loop_cpu;
   for (int i = 0; i < pairs; ++i) {
     Window window;
@@ -153,6 +158,7 @@ bool measure(const std::string& machine, int pairs) {
     Window precise = ours(true);
     precise_us.insert(precise_us.end(), precise.late_us.begin(), precise.late_us.end());
     precise_cpu.push_back(precise.cpu_percent);
+    precise_loops.add(std::move(precise.late_us), bare(300us));
   }
   bool good = report(("wakeup_" + machine).c_str(), loops.ratio(), 1.05);
   if (others.empty())
@@ -161,6 +167,7 @@ bool measure(const std::string& machine, int pairs) {
     std::printf("%-34s p50 %.1f us, p99 %.1f us\n", "  cyclictest", median(others), quantile(others, 0.99));
   good &= report_figure(("precise_" + machine + "_p50").c_str(), median(precise_us), 0.5, "us");
   report_figure(("precise_" + machine + "_p99").c_str(), quantile(precise_us, 0.99), 0, "us");
+  report(("precise_" + machine + "_beside_bare").c_str(), precise_loops.ratio(), 0);
   if (machine == "idle") {  // else it includes the load's own time
     good &= report_figure("precise_idle_processor", median(precise_cpu), 6, "% of a core");
     report_figure("wakeup_idle_processor", median(loop_cpu), 0, "% of a core");

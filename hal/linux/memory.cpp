@@ -114,12 +114,20 @@ bool lock_but(PageRange range, const std::vector<PageRange>& left_out) {
   return lock(range.begin, range.end);
 }
 
+/// Gives the pages back and locks each when it is used next. This comes last: a fault brings in the pages around it up to
+/// the ends of their mapping, and only the locks around have made the range a mapping of its own.
+bool give_back(PageRange range) {
+  auto* const begin = reinterpret_cast<void*>(range.begin);
+  const std::size_t size = range.end - range.begin;
+  return ::munlock(begin, size) == 0 && ::madvise(begin, size, MADV_DONTNEED) == 0 &&
+         ::mlock2(begin, size, MLOCK_ONFAULT) == 0;
+}
+
 }  // namespace
 
 Status lock_process_memory() {
   ::malloc_trim(0);  // memory that the start has freed
   const std::vector<PageRange> tables = tables_without_use();
-  for (const PageRange& t : tables) ::madvise(reinterpret_cast<void*>(t.begin), t.end - t.begin, MADV_DONTNEED);
   if (::mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) != 0) {
     if (errno != EINVAL) return Error{Errc::denied, "mlockall", errno};
     // Kernels before 4.4 lock everything at once.
@@ -135,6 +143,8 @@ Status lock_process_memory() {
     if ((is_data || (is_ours && m.access[0] == 'r') || is_c_code) && !lock_but({m.begin, m.end}, tables))
       return Error{Errc::denied, "mlock", errno};
   }
+  for (const PageRange& t : tables)
+    if (!give_back(t)) return Error{Errc::denied, "mlock2", errno};
   return {};
 }
 

@@ -118,11 +118,11 @@ class RealTimeExecutor::Worker {
     period_ = spec_.period;
     next_ = executor_.start_ + spec_.phase;
     while (!stopping()) {
-      wait_until(next_);
+      const Time now = wait_until(next_);
       if (stopping()) return;
       const Time release = next_;
       next_ = next_ + period_;  // unless the cycle restarts it
-      cycle(release, false, executor_.os_.now());
+      cycle(release, false, now);
       meet_releases();
       while (!backlog_.empty() && !stopping()) {
         cycle(backlog_.pop(), false, now_);
@@ -142,18 +142,25 @@ class RealTimeExecutor::Worker {
     }
   }
 
-  void wait_until(Time t) noexcept {
+  // Answers the time. The precise wake-up does not read the clock again after its last look: what the loads of other
+  // programs have pushed out of the caches would come first.
+  Time wait_until(Time t) noexcept {
     hal::Os& os = executor_.os_;
     if (t - now_ > kLongSleep) trigger_.wait(t - kLongSleep / 2);  // so that stop() can end a long sleep
-    if (stopping()) return;
-    if (!spec_.precise) return os.sleep_until(t);
+    if (stopping()) return now_;
+    if (!spec_.precise) {
+      os.sleep_until(t);
+      return os.now();
+    }
     const Time early = t - tail_.value();
-    if (os.now() < early) {
+    Time now = os.now();
+    if (now < early) {
       os.sleep_until(early);
-      tail_.observe(os.now() - early);
+      now = os.now();
+      tail_.observe(now - early);
     }
-    while (os.now() < t && !stopping()) {
-    }
+    while (now < t && !stopping()) now = os.now();
+    return now;
   }
 
   void run_triggered() noexcept {
