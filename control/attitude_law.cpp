@@ -6,7 +6,7 @@ namespace sinew::control {
 
 void AttitudeLaw::reset() {
   integral_radps2_ = accel_filtered_ = gyro_before_ = {};
-  has_gyro_ = false;
+  has_gyro_ = 0;
 }
 
 math::Vec3 AttitudeLaw::rate_setpoint(const math::Quat& q, const math::Quat& wanted) const {
@@ -32,12 +32,12 @@ msg::WrenchSetpoint AttitudeLaw::step(const msg::NavState& nav, const msg::Attit
     return out;
   }
   const math::Vec3 gyro(nav.gyro_radps);
-  if (has_gyro_) {
+  if (has_gyro_ != 0) {
     const double turn = 2 * math::kPi * params.d_cutoff_hz * dt_s;
     accel_filtered_ += ((gyro - gyro_before_) / dt_s - accel_filtered_) * (turn / (1 + turn));
   }
   gyro_before_ = gyro;
-  has_gyro_ = true;
+  has_gyro_ = 1;
   if (wanted.thrust_n <= 0) {  // motors idle on the ground: nothing to turn, nothing to sum up
     integral_radps2_ = {};
     return out;

@@ -31,7 +31,7 @@ class AttitudeLaw {
 
  private:
   math::Vec3 integral_radps2_, gyro_before_, accel_filtered_;
-  bool has_gyro_ = false;
+  std::uint64_t has_gyro_ = 0;  // a bool would leave padding in a state
 };
 
 }  // namespace sinew::control

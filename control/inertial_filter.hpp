@@ -55,6 +55,7 @@ class InertialFilter {
   InertialState x_;
   Covariance p_;
   math::Vec3 f_world_;
+  [[maybe_unused]] double fill_ = 0;  // the covariance is aligned to 16: no padding in a state
 };
 
 }  // namespace sinew::control

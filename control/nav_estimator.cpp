@@ -236,11 +236,11 @@ void NavEstimator::add_baro(const msg::BaroSample& s) {
   const double kelvin = 273.15 + s.temperature_c;
   const double height_m = 29.2718 * kelvin * math::log(101325.0 / s.pressure_pa);
   const double z_m = filter_.state().p_world_m.z;
-  const double since_s = baro_known_ ? msg::seconds(s.stamp - last_baro_) : 0;
+  const double since_s = baro_known_ != 0 ? msg::seconds(s.stamp - last_baro_) : 0;
   last_baro_ = s.stamp;
-  if (!baro_known_) {
+  if (baro_known_ == 0) {
     baro_offset_m_ = height_m - z_m;
-    baro_known_ = true;
+    baro_known_ = 1;
   } else if (msg::seconds(s.stamp - last_range_) < 0.3) {
     const double share = since_s / (params.baro_offset_time_s + since_s);
     baro_offset_m_ += share * (height_m - z_m - baro_offset_m_);
@@ -362,7 +362,7 @@ msg::NavState NavEstimator::output() const {
   n.v_std_mps = math::sqrt(p.variance(kErrV) + p.variance(kErrV + 1) + p.variance(kErrV + 2));
   n.attitude_valid = started_ && n.tilt_std_rad < params.valid_tilt_rad;
   const bool height_fresh = msg::seconds(last_imu_ - last_range_) < params.valid_height_age_s ||
-                            (baro_known_ && msg::seconds(last_imu_ - last_baro_) < params.valid_height_age_s);
+                            (baro_known_ != 0 && msg::seconds(last_imu_ - last_baro_) < params.valid_height_age_s);
   n.height_valid = n.attitude_valid && height_aided_ && height_fresh;
   n.position_valid = n.height_valid && n.v_std_mps < params.valid_v_mps && n.p_std_m < params.valid_p_m;
   n.pad_known = pad_known_;

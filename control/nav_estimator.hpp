@@ -84,6 +84,7 @@ class NavEstimator {
   void correct(std::span<const Measurement> rows, std::uint32_t* refused, double gate);
   Measurement gravity_row(int axis, const math::Vec3& f_world_mps2, double sigma) const;
 
+  [[maybe_unused]] double fill_ = 0;  // the filter is aligned to 16: no padding in a state
   InertialFilter filter_;
   PoseHistory history_;
   RestDetector rest_;
@@ -95,11 +96,11 @@ class NavEstimator {
   double level_count_ = 0, level_span_s_ = 0, prior_span_s_ = 0, prior_count_ = 0, prior_rate_ = 0;
   double ground_z_m_ = 0;
   double baro_offset_m_ = 0;
-  bool baro_known_ = false;
   msg::Time last_baro_;
   math::Vec3 pad_world_m_;
   std::uint32_t pad_sightings_ = 0, pad_refused_in_row_ = 0, range_refused_in_row_ = 0;
-  double refused_height_m_ = 0;  // the first refused height of that row
+  std::uint32_t baro_known_ = 0;  // a bool would leave padding in a state
+  double refused_height_m_ = 0;   // the first refused height of that row
   msg::Time last_ground_, ground_before_last_;
   double last_range_m_ = 0;
   msg::Time range_changed_;

@@ -12,6 +12,7 @@
 #include <variant>
 #include <vector>
 
+#include "rt/padding.hpp"
 #include "rt/port.hpp"
 
 namespace sinew::rt {
@@ -89,7 +90,7 @@ class Declaration {
   };
   struct State {
     void* member;
-    std::span<std::byte> (*bytes)(void* member) noexcept;  // as it is now, its padding as it happens to be
+    std::span<std::byte> (*bytes)(void* member) noexcept;  // as it is now
     const char* type;                                      // a name that two builds agree on
   };
 
@@ -117,9 +118,10 @@ class Declaration {
     params.push_back(
         {std::string(name), &target, ParamValue(target), std::string(o.unit), std::string(o.doc), o.min, o.max});
   }
-  /// Members that a step leaves for later ones: trivially copyable, without pointers, or vectors of such whose size
-  /// stays what configure() made it. A record with such a saved state can be executed again from that state, not only
-  /// from its beginning. Parameters inside are no state: they stay as they are when the state is restored.
+  /// Members that a step leaves for later ones: trivially copyable, without pointers and padding (kHasNoPadding), or
+  /// vectors of such whose size stays what configure() made it. A record with such a saved state can be executed again
+  /// from that state, not only from its beginning. Parameters inside are no state: they stay as they are when the state
+  /// is restored.
   template <class... M>
   void state(M&... members) {
     (states.push_back({&members, &state_bytes<M>, typeid(M).name()}), ...);
@@ -136,6 +138,10 @@ class Declaration {
   template <class T>
   static std::span<std::byte> plain_bytes(T* first, std::size_t count) noexcept {
     static_assert(std::is_trivially_copyable_v<T> && !std::is_pointer_v<T>, "state is kept as its bytes");
+    static_assert(
+        kHasNoPadding<T>,
+        "a state has no padding, and a constexpr constructor that shows it: put members of the same size side "
+        "by side, and std::uint32_t for a single bool (rt/padding.hpp)");
     return std::as_writable_bytes(std::span(first, count));
   }
   template <class T>

@@ -33,6 +33,7 @@ class GraphCheck {
   void topics();
   void external(const TopicSpec& topic);
   void actuators();
+  void actuator_limits(const ActuatorSpec& a);
   void actuator_command(const ActuatorSpec& a);
   void actuator_channels(const ActuatorSpec& a, const GraphTopic& command);
   void chains();

@@ -144,15 +144,27 @@ void GraphCheck::actuators() {
     if (a.channels < 1 || a.channels > msg::kMaxChannels)
       add(a.channels_line ? a.channels_line : a.line, key + ".channels", std::to_string(a.channels),
           "an integer from 1 to " + std::to_string(msg::kMaxChannels));
-    if (!math::is_finite(a.min) || !math::is_finite(a.max) || a.min > a.max)
-      add(a.limit_line ? a.limit_line : a.line, key + ".limit",
-          "[ " + format_number(a.min) + ", " + format_number(a.max) + " ]",
-          "[smallest, largest], two numbers in this order");
+    actuator_limits(a);
     if (!math::is_finite(a.rate_per_s) || a.rate_per_s < 0)
       add(a.line, key + ".rate_per_s", format_number(a.rate_per_s), "a number from 0 up; 0: no limit");
     if (a.lease < 100us || a.lease > 10s)
       add(a.line, key + ".lease_ms", format_number(static_cast<double>(a.lease.count()) / 1e6),
           "a number from 0.1 to 10000");
+  }
+}
+
+void GraphCheck::actuator_limits(const ActuatorSpec& a) {
+  const int line = a.limit_line ? a.limit_line : a.line;
+  const std::string key = "actuator." + a.name + ".limit";
+  const std::size_t ranges = a.channel_limits.size();
+  if (ranges != 0 && ranges != a.channels)
+    add(line, key, std::to_string(ranges) + " ranges",
+        "[smallest, largest] for all channels, or " + std::to_string(a.channels) + " of them, one for each");
+  for (std::uint32_t i = 0; i < std::max<std::size_t>(ranges, 1); ++i) {
+    const ActuatorSpec::Range r = a.limit(i);
+    if (!math::is_finite(r.min) || !math::is_finite(r.max) || r.min > r.max)
+      add(line, key, "[ " + format_number(r.min) + ", " + format_number(r.max) + " ]",
+          "[smallest, largest], two numbers in this order");
   }
 }
 

@@ -91,15 +91,24 @@ struct TopicSpec {
 
 struct ActuatorSpec {
   enum class Safe : std::uint8_t { stop, hold, damp, torque_off };
+  struct Range {
+    double min = 0, max = 0;
+    bool holds(double v) const { return v >= min && v <= max; }
+  };
   std::string name{};              // device name on the board ("motors")
   Located<std::string> command{};  // topic of ActuatorCommand ("mixer.motors")
   std::uint32_t channels = 0;
-  double min = 0, max = 0;  // limits of every channel
+  double min = 0, max = 0;  // limits of every channel without its own
   double rate_per_s = 0;    // largest change; 0: no limit
   Duration lease{};
   Safe safe = Safe::stop;
   int line = 0;
   int channels_line = 0, limit_line = 0;  // 0: as `line`
+  std::vector<Range> channel_limits{};    // one for each channel, or none
+
+  Range limit(std::uint32_t channel) const {
+    return channel < channel_limits.size() ? channel_limits[channel] : Range{min, max};
+  }
 };
 
 struct ChainSpec {

@@ -181,7 +181,7 @@ std::uint32_t Guardian::Group::values_of(const msg::ActuatorCommand& c) const {
     const double v = c.value[i];
     if (!math::is_finite(v))
       found |= msg::kFaultNotFinite;
-    else if (v < spec.min || v > spec.max)
+    else if (!spec.limit(i).holds(v))
       found |= msg::kFaultLimit;
   }
   return found;
@@ -202,7 +202,7 @@ void Guardian::Group::tell_what_is_bad(msg::SafetyState& s) const {
     if (!math::is_finite(v))
       s.bad_fault = msg::kFaultNotFinite;
     else
-      s.bad_fault = v < spec.min || v > spec.max ? msg::kFaultLimit : msg::kFaultNone;
+      s.bad_fault = spec.limit(i).holds(v) ? msg::kFaultNone : msg::kFaultLimit;
   }
 }
 

@@ -40,9 +40,11 @@ std::string bad(const ActuatorSpec& a, const msg::SafetyState& s) {
              std::to_string(a.channels);
     case msg::kFaultNotFinite:
       return value + "not finite";
-    default:
-      return value + format_number(s.bad_value) + key + "limit is [" + format_number(a.min) + ", " +
-             format_number(a.max) + "]";
+    default: {
+      const ActuatorSpec::Range limit = a.limit(s.bad_channel);
+      return value + format_number(s.bad_value) + key + "limit is [" + format_number(limit.min) + ", " +
+             format_number(limit.max) + "]";
+    }
   }
 }
 

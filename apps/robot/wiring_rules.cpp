@@ -189,18 +189,24 @@ class WiringCheck {
     if (a.channels != device->joints.size())
       add(line_or(a.channels_line, a.line), key + ".channels", std::to_string(a.channels),
           fmt::format("{}, as [device.{}] has joints", device->joints.size(), a.name));
-    const std::string limit = range_text(a.min, a.max);
+    const int line = line_or(a.limit_line, a.line);
     double low = std::numeric_limits<double>::infinity(), high = -low;
+    std::uint32_t channel = 0;
     for (const JointRange& j : ranges_of(*device, robot_.devices)) {
+      const rt::ActuatorSpec::Range limit = a.limit(channel++);
       low = std::min(low, j.from), high = std::max(high, j.to);
-      if (a.max < j.from || a.min > j.to)
-        add(line_or(a.limit_line, a.line), key + ".limit", limit,
+      if (limit.max < j.from || limit.min > j.to)
+        add(line, key + ".limit", range_text(limit.min, limit.max),
             fmt::format(
                 "a range that has something of {}, that of the joint {} of [device.{}]: it could follow nothing",
                 range_text(j.from, j.to), j.name, a.name));
+      else if (!a.channel_limits.empty() && (limit.min < j.from || limit.max > j.to))
+        add(line, key + ".limit", range_text(limit.min, limit.max),
+            fmt::format("within {}, the range of the joint {} of [device.{}]: what is beyond is pulled in",
+                        range_text(j.from, j.to), j.name, a.name));
     }
-    if (a.min < low || a.max > high)
-      add(line_or(a.limit_line, a.line), key + ".limit", limit,
+    if (a.channel_limits.empty() && (a.min < low || a.max > high))
+      add(line, key + ".limit", range_text(a.min, a.max),
           fmt::format("within {}, the widest range of the joints of [device.{}]: what is beyond is pulled in",
                       range_text(low, high), a.name));
   }
@@ -231,12 +237,15 @@ std::vector<std::string> narrower_joints(const RobotFile& robot) {
   for (const rt::ActuatorSpec& a : robot.graph.actuators) {
     for (const DeviceSpec& d : robot.devices.devices) {
       if (d.name != a.name || board_of(robot.graph, a.name) != "linux") continue;
-      for (const JointRange& j : ranges_of(d, robot.devices))
-        if (j.from > a.min || j.to < a.max)
+      std::uint32_t channel = 0;
+      for (const JointRange& j : ranges_of(d, robot.devices)) {
+        const rt::ActuatorSpec::Range limit = a.limit(channel++);
+        if (j.from > limit.min || j.to < limit.max)
           all.push_back(fmt::format("actuator.{}.limit {}: joint {} goes from {} to {}, and is pulled in beyond",
-                                    a.name, range_text(a.min, a.max), j.name,
-                                    rt::format_number(std::max(j.from, a.min)),
-                                    rt::format_number(std::min(j.to, a.max))));
+                                    a.name, range_text(limit.min, limit.max), j.name,
+                                    rt::format_number(std::max(j.from, limit.min)),
+                                    rt::format_number(std::min(j.to, limit.max))));
+      }
     }
   }
   return all;

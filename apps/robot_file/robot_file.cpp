@@ -123,6 +123,14 @@ void read_topic(const std::string& name, TomlReader& r, rt::GraphSpec& graph) {
   graph.topics.push_back(std::move(t));
 }
 
+std::optional<rt::ActuatorSpec::Range> range_in(const toml::node& node) {
+  const toml::array* pair = node.as_array();
+  if (!pair || pair->size() != 2) return std::nullopt;
+  const auto low = (*pair)[0].value<double>(), high = (*pair)[1].value<double>();
+  if (!low || !high || !(*low <= *high)) return std::nullopt;
+  return rt::ActuatorSpec::Range{*low, *high};
+}
+
 void read_actuator(const std::string& name, TomlReader& r, rt::GraphSpec& graph) {
   rt::ActuatorSpec a;
   a.name = name;
@@ -135,14 +143,24 @@ void read_actuator(const std::string& name, TomlReader& r, rt::GraphSpec& graph)
   a.channels = static_cast<std::uint32_t>(channels);
   if (const toml::node* node = r.raw().get("channels")) a.channels_line = line_of(*node);
   if (const toml::node* node = r.take("limit")) {
-    const toml::array* limit = node->as_array();
-    const auto low = limit && limit->size() == 2 ? (*limit)[0].value<double>() : std::nullopt;
-    const auto high = limit && limit->size() == 2 ? (*limit)[1].value<double>() : std::nullopt;
-    if (low && high && *low <= *high) {
-      a.min = *low, a.max = *high, a.limit_line = line_of(*node);
+    a.limit_line = line_of(*node);
+    const toml::array* list = node->as_array();
+    bool good = true;
+    if (list && !list->empty() && list->front().is_array()) {
+      for (const toml::node& one : *list) {
+        const auto range = range_in(one);
+        good = good && range;
+        a.channel_limits.push_back(range.value_or(rt::ActuatorSpec::Range{}));
+      }
+    } else if (const auto range = range_in(*node)) {
+      a.min = range->min;
+      a.max = range->max;
     } else {
-      r.problem(*node, "limit", "[smallest, largest], two numbers in this order");
+      good = false;
     }
+    if (!good)
+      r.problem(*node, "limit",
+                "[smallest, largest], two numbers in this order, or a list of such, one for each channel");
   } else {
     r.missing("limit", "[smallest, largest]; it is required");
   }

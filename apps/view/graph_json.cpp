@@ -109,13 +109,15 @@ std::string graph_json(const rt::Graph& graph) {
                            {"from", c.spec.from.value},
                            {"to", c.spec.to.value},
                            {"budget_ns", c.spec.budget.count()}});
-  for (const auto& a : graph.spec().actuators)
+  for (const auto& a : graph.spec().actuators) {
+    Json limits = Json::array();  // of each channel
+    for (std::uint32_t i = 0; i < a.channels; ++i) limits.push_back({a.limit(i).min, a.limit(i).max});
     j["actuators"].push_back({{"name", a.name},
                               {"command", a.command.value},
                               {"channels", a.channels},
-                              {"min", a.min},
-                              {"max", a.max},
+                              {"limit", std::move(limits)},
                               {"lease_ns", a.lease.count()}});
+  }
   return j.dump();
 }
 

@@ -81,9 +81,14 @@ std::string graph_tree(const rt::Graph& graph) {
   for (const auto& chain : graph.chains())
     out += fmt::format("+- chain {}: {} to {}, at most {} old\n", chain.spec.name, chain.spec.from.value,
                        chain.spec.to.value, human(chain.spec.budget));
-  for (const auto& a : graph.spec().actuators)
-    out += fmt::format("+- actuator {}: {} channels of {} in [{}, {}], lease {}\n", a.name, a.channels, a.command.value,
-                       a.min, a.max, human(a.lease));
+  for (const auto& a : graph.spec().actuators) {
+    std::string limits = fmt::format("[{}, {}]", a.min, a.max);
+    if (!a.channel_limits.empty()) limits.clear();
+    for (const auto& range : a.channel_limits)
+      limits += fmt::format("{}[{}, {}]", limits.empty() ? "" : " ", range.min, range.max);
+    out += fmt::format("+- actuator {}: {} channels of {} in {}, lease {}\n", a.name, a.channels, a.command.value,
+                       limits, human(a.lease));
+  }
   for (const auto& f : graph.spec().failsafes) out += fmt::format("+- failsafe {}: {}\n", f.name, rt::to_string(f));
   return out;
 }

@@ -73,9 +73,9 @@ class HeadLaw {
   msg::Time last_picture_;
   Aim scan_centre_;
   double scan_side_ = 1, scan_swing_ = 0;  // the side it turns to; how far from the centre it turns round
-  std::int64_t scan_turns_ = 0;
   msg::FailsafeAction action_ = msg::FailsafeAction::none;
   std::uint32_t permitted_ = 1, armed_ = 0;
+  std::uint32_t scan_turns_ = 0;
 };
 
 }  // namespace sinew::control

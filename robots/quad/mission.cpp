@@ -67,7 +67,7 @@ rt::StepStatus Mission::step(const rt::Step& step) noexcept {
   const msg::NavState* state = state_.fresh(step.now);
   if (!state) return rt::StepStatus::stale;
   if (!plausible(*state)) return rt::StepStatus::fault;
-  if (const msg::SafetyState* safety = safety_.get()) plan_.set_safety({safety->permitted != 0, safety->action});
+  if (const msg::SafetyState* safety = safety_.get()) plan_.set_safety({safety->permitted, safety->action});
   if (const msg::PilotSwitches* pilot = pilot_.get(); pilot && pilot->take_over)
     plan_.stand_by(step.now, *state);
   else

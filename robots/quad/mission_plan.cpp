@@ -74,8 +74,8 @@ bool MissionPlan::touched(const msg::NavState& nav, double dt_s) {
 }
 
 void MissionPlan::step(msg::Time now, const msg::NavState& nav, double dt_s) {
-  if (!begun_) {
-    begun_ = true;
+  if (begun_ == 0) {
+    begun_ = 1;
     enter(MissionPhase::wait, now);
   }
   obey(now);
@@ -113,7 +113,7 @@ void MissionPlan::stand_by(msg::Time now, const msg::NavState& nav) {
 }
 
 void MissionPlan::obey(msg::Time now) {
-  const bool stopped = !safety_.permitted || safety_.action == msg::FailsafeAction::stop;
+  const bool stopped = safety_.permitted == 0 || safety_.action == msg::FailsafeAction::stop;
   const bool calm = !stopped && safety_.action == msg::FailsafeAction::none;
   if (state_.phase == MissionPhase::arm && !calm) return enter(MissionPhase::wait, now);
   const bool armed = flying() || state_.phase == MissionPhase::touchdown || state_.phase == MissionPhase::abort;
@@ -124,7 +124,7 @@ void MissionPlan::obey(msg::Time now) {
 void MissionPlan::run_phase(msg::Time now, const msg::NavState& nav, double dt_s) {
   switch (state_.phase) {
     case MissionPhase::wait:
-      if (valid_s_ >= params.settle_s && safety_.permitted && safety_.action == msg::FailsafeAction::none)
+      if (valid_s_ >= params.settle_s && safety_.permitted != 0 && safety_.action == msg::FailsafeAction::none)
         enter(MissionPhase::arm, now);
       break;
     case MissionPhase::arm:

@@ -35,7 +35,7 @@ struct MissionParams {
 
 /// What the guardian says about the flight.
 struct MissionSafety {
-  bool permitted = true;  // to arm
+  std::uint32_t permitted = 1;  // to arm; a bool would leave padding in a state
   msg::FailsafeAction action = msg::FailsafeAction::none;
 };
 
@@ -87,7 +87,7 @@ class MissionPlan {
   double valid_s_ = 0, invalid_s_ = 0, touch_s_ = 0, stuck_s_ = 0, blind_s_ = 0, arrived_s_ = 0;
   std::int64_t search_leg_ = 0, lost_ = 0;
   msg::Time armed_at_;
-  bool begun_ = false;
+  std::uint64_t begun_ = 0;  // likewise
 };
 
 }  // namespace sinew::control

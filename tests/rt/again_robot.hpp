@@ -69,7 +69,7 @@ class Mixed final : public Module {
     std::fill(ring_.begin(), ring_.end(), 0);
   }
   StepStatus step(const Step& step) noexcept override {
-    memory_.odd = !memory_.odd;
+    memory_.odd ^= 1;
     for (const Pair& p : queue_) memory_.sum += p.number;
     double& oldest = ring_[step.number % ring_.size()];
     const double delta = static_cast<double>(memory_.sum) - oldest;
@@ -78,7 +78,7 @@ class Mixed final : public Module {
     if (step.number % 5 == 4) return StepStatus::stale;
     Pair& out = out_.loan();
     out.stamp = step.now;
-    out.number = memory_.news + (latest_.fresh(step.now) ? 1000 : 0) + (memory_.odd ? 100 : 0);
+    out.number = memory_.news + (latest_.fresh(step.now) ? 1000 : 0) + (memory_.odd != 0 ? 100 : 0);
     out.value = {delta * memory_.gain, static_cast<double>(queue_.dropped_total() * 1000 + queue_.dropped()),
                  step.random.uniform(), msg::seconds(step.dt)};
     if (step.number % 3 != 0) return StepStatus::ok;
@@ -91,10 +91,9 @@ class Mixed final : public Module {
 
  private:
   struct Memory {
-    bool odd = false;  // padding follows
     std::uint64_t sum = 0;
     double gain = 1;  // a parameter in the middle of the state
-    std::uint32_t news = 0;
+    std::uint32_t odd = 0, news = 0;
   };
   InQueue<Pair> queue_;
   In<Pair> latest_;

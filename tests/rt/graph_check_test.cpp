@@ -552,6 +552,15 @@ TEST_F(GraphCheckTest, ActuatorsHaveLimitsAndALease) {
                           "r.toml:20: actuator.motors.lease_ms: 0.05: a number from 0.1 to 10000"));
 }
 
+TEST_F(GraphCheckTest, ThereAreAsManyLimitsAsChannels) {
+  motors().channel_limits = {{-1, 1}, {0, 2}, {3, 2}};
+  EXPECT_THAT(
+      problems(),
+      ElementsAre("r.toml:20: actuator.motors.limit: 3 ranges: [smallest, largest] for all channels, or " +
+                      std::to_string(motors().channels) + " of them, one for each",
+                  "r.toml:20: actuator.motors.limit: [ 3, 2 ]: [smallest, largest], two numbers in this order"));
+}
+
 TEST_F(GraphCheckTest, ChainsJoinTopicsThatLeadToEachOther) {
   spec.chains[0].from = {"maker.pear", 31};
   spec.chains[0].to = {"", 32};

@@ -209,6 +209,12 @@ TEST_F(GuardianTest, AValueOutsideItsLimitsStopsAndIsNotClamped) {
   expect_stopped_and_recovered(msg::kFaultLimit);
 }
 
+TEST_F(GuardianTest, AChannelMayHaveLimitsOfItsOwn) {
+  actuator().channel_limits = {{-1, 1}, {-1, 0.6}};
+  run_with_fault([&] { commander.value = 0.7; }, [&] { commander.value = 0.5; });
+  expect_stopped_and_recovered(msg::kFaultLimit);
+}
+
 TEST_F(GuardianTest, TheLimitsThemselvesPass) {
   commander.value = 1.0;
   at(3500us, [&] { commander.value = -1.0; });

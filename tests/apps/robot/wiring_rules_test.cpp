@@ -104,25 +104,34 @@ TEST(WiringRules, AGroupHasAsManyChannelsAsTheModuleThatCommandsIt) {
                           "actuator.head.channels: 3: 2, as follower.command of control::HeadFollower has"));
 }
 
-TEST(WiringRules, ALimitIsNoWiderThanTheWidestJoint) {
-  EXPECT_THAT(problems({{"limit = [-1.4, 1.4]", "limit = [-1.4, 1.5]"}}),
+constexpr const char* kLimit = "limit = [[-1.4, 1.4], [-1.0, 0.9]]";
+
+TEST(WiringRules, ALimitForAllIsNoWiderThanTheWidestJoint) {
+  EXPECT_THAT(problems({{kLimit, "limit = [-1.4, 1.5]"}}),
               ElementsAre(at("limit = ") + "actuator.head.limit: [-1.4, 1.5]: within [-1.4, 1.4], the widest range of "
                                            "the joints of [device.head]: what is beyond is pulled in"));
-  EXPECT_THAT(problems({{"limit = [-1.4, 1.4]", "limit = [-1.0, 0.9]"}}), IsEmpty());
+  EXPECT_THAT(problems({{kLimit, "limit = [-1.0, 0.9]"}}), IsEmpty());
+}
+
+TEST(WiringRules, ALimitOfAChannelIsNoWiderThanItsJoint) {
+  EXPECT_THAT(problems({{kLimit, "limit = [[-1.4, 1.4], [-1.0, 1.0]]"}}),
+              ElementsAre(at("limit = ") + "actuator.head.limit: [-1, 1]: within [-1, 0.9], the range of the joint "
+                                           "tilt of [device.head]: what is beyond is pulled in"));
 }
 
 TEST(WiringRules, ALimitThatLeavesNothingToAJointIsRefusedWithItsName) {
   EXPECT_THAT(
-      problems({{"limit = [-1.4, 1.4]", "limit = [1.0, 1.4]"}}),
+      problems({{kLimit, "limit = [1.0, 1.4]"}}),
       ElementsAre(at("limit = ") + "actuator.head.limit: [1, 1.4]: a range that has something of [-1, 0.9], that "
                                    "of the joint tilt of [device.head]: it could follow nothing"));
 }
 
 TEST(WiringRules, AJointThatIsNarrowerThanItsGroupIsNamed) {
   const auto robot = [](const std::vector<Change>& changes) { return parse_robot(changed(changes), "r.toml").robot; };
-  EXPECT_THAT(narrower_joints(robot({})),
+  EXPECT_THAT(narrower_joints(robot({{kLimit, "limit = [-1.4, 1.4]"}})),
               ElementsAre("actuator.head.limit [-1.4, 1.4]: joint tilt goes from -1 to 0.9, and is pulled in beyond"));
-  EXPECT_THAT(narrower_joints(robot({{"limit = [-1.4, 1.4]", "limit = [-1.0, 0.9]"}})), IsEmpty());
+  EXPECT_THAT(narrower_joints(robot({{kLimit, "limit = [-1.0, 0.9]"}})), IsEmpty());
+  EXPECT_THAT(narrower_joints(robot({})), IsEmpty());
 }
 
 // ---- cameras and topics

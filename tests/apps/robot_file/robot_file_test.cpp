@@ -271,9 +271,23 @@ safe = "pray"
           "robot.toml:11: topic.camera.raw.image.width: 5000: an integer from 1 to 1280",
           "robot.toml:11: topic.camera.raw.image.format: \"hsv\": one of \"mono8\", \"rgb8\", \"bgr8\", \"yuyv\"",
           "robot.toml:14: actuator.tilt.channels: 9: an integer from 1 to 8",
-          "robot.toml:15: actuator.tilt.limit: [ 1, -1 ]: [smallest, largest], two numbers in this order",
+          "robot.toml:15: actuator.tilt.limit: [ 1, -1 ]: [smallest, largest], two numbers in this order, or a list of "
+          "such, one for each channel",
           "robot.toml:12: actuator.tilt.lease_ms: missing: a number from 0.1 to 10000; it is required",
           "robot.toml:16: actuator.tilt.safe: \"pray\": one of \"stop\", \"hold\", \"damp\", \"torque_off\""));
+}
+
+TEST(RobotFile, EachChannelMayHaveItsOwnLimit) {
+  const std::string head =
+      "\n[actuator.a]\ncommand = \"m.out\"\nchannels = 2\nlease_ms = 20\nsafe = \"stop\"\nlimit = ";
+  const auto loaded = parse_robot("[robot]\nname = \"r\"\n" + head + "[[-1.4, 1.4], [-1.0, 0.9]]\n", "r.toml");
+  ASSERT_THAT(loaded.problems, IsEmpty());
+  const rt::ActuatorSpec& a = loaded.robot.graph.actuators.at(0);
+  EXPECT_EQ(a.limit(0).max, 1.4);
+  EXPECT_EQ(a.limit(1).min, -1.0);
+  EXPECT_EQ(a.limit(1).max, 0.9);
+  EXPECT_THAT(problems_of("[robot]\nname = \"r\"\n" + head + "[[-1.4, 1.4], [1.0]]\n"),
+              ElementsAre(HasSubstr("actuator.a.limit: [ [ -1.4, 1.4 ], [ 1.0 ] ]: [smallest, largest]")));
 }
 
 TEST(RobotFile, ABoardThatIsNoneIsNamedWithItsLine) {
