@@ -347,7 +347,7 @@ Status SimBoard::send_now(Type type, std::uint16_t device, Time commit, const Co
 Status SimBoard::end(const Error& error) {
   if (ended()) return end_error_;
   end_error_ = error;
-  ended_at_ = shared_.clock->now();
+  if (ended_at_.ns == 0) ended_at_ = shared_.clock->now();
   if (end_reason_.empty()) end_reason_ = describe_failure(error, "connection to plant '" + welcome_.plant + "' ended");
   shared_.ended.store(true, std::memory_order_release);  // pairs with ended(): the reason was written before
   return error;

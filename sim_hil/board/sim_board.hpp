@@ -99,7 +99,7 @@ class SimBoard final : public hal::Board, public hal::GrantSource {
   bool ended_politely() const { return bye_came_; }
   /// It ended because the plant was silent for `patience`. After ended().
   bool silent() const { return end_error_.code == hal::Errc::timeout; }
-  /// When the run ended, by the runtime's clock. After ended().
+  /// When the plant was lost or said Bye, by the runtime's clock. After ended().
   Time ended_at() const { return ended_at_; }
   /// The last failed look-up in words, or the reason of the end.
   const std::string& problem() const { return ended() ? end_reason_ : problem_; }

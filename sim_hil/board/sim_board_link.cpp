@@ -145,6 +145,7 @@ bool SimBoard::relink(const Error& lost) {
   const std::lock_guard lock(link_mutex_);
   outages_.back().length = shared_.clock->now() - at;
   trouble_.clear();
+  if (!back) ended_at_ = at;
   if (!back && end_reason_.empty() && !leaving()) end_reason_ = reason + "; looked for it in vain: " + why;
   return back;
 }

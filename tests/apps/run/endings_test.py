@@ -60,7 +60,7 @@ def until(holds, what, limit_s=LIMIT_S):
 class Run:
     """`sinew run` of the quadrotor, with all processes that belong to it."""
 
-    def __init__(self, test, *arguments, recorded=False):
+    def __init__(self, test, *arguments, recorded=False, robot=QUAD):
         self.test = test
         folder = tempfile.TemporaryDirectory(prefix="sinew_endings_")
         test.addCleanup(folder.cleanup)
@@ -72,10 +72,11 @@ class Run:
             self.env["SINEW_RECORD"] = "on"
         self.out = open(f"{self.folder}/said.txt", "w+")
         test.addCleanup(self.out.close)
-        self.process = subprocess.Popen([SINEW, "run", QUAD, "--seed", "3", "--camera", "160x120", "--plain", *arguments],
+        self.process = subprocess.Popen([SINEW, "run", robot, "--seed", "3", "--camera", "160x120", "--plain", *arguments],
                                         cwd=self.folder, stdout=self.out, stderr=subprocess.STDOUT, env=self.env,
                                         start_new_session=True)
         self.pids = {self.process.pid}
+        self.own = "--plant" not in arguments
         test.addCleanup(self.clean)
 
     def clean(self):
@@ -95,6 +96,8 @@ class Run:
         return self.of("sinew-sim")
 
     def runtime(self):
+        if self.own:
+            self.plant()  # which is called like us until it begins
         return self.of("sinew")
 
     def said(self):
@@ -120,7 +123,7 @@ class Run:
 
     def fly_until(self, phase):
         """Real time."""
-        self.plant(), self.runtime()
+        self.runtime()
         until(lambda: self.phase() >= phase or self.process.poll() is not None, f"phase {phase} does not come")
         self.test.assertIsNone(self.process.poll(), self.said())
 
@@ -279,8 +282,8 @@ class VirtualTime(unittest.TestCase):
 
 
 class RealTime(unittest.TestCase):
-    def run_(self, *arguments):
-        return Run(self, *arguments)
+    def run_(self, *arguments, **how):
+        return Run(self, *arguments, **how)
 
     def test_a_plant_that_dies_in_flight_is_named_with_the_time_and_the_run_is_none(self):
         for phase in (CLIMB, DESCEND):
@@ -338,6 +341,16 @@ class RealTime(unittest.TestCase):
         os.kill(run.process.pid, signal.SIGINT)
         self.assertIn("the runtime ", run.end(1, SOON_S, killed=True))
 
+    def test_a_second_signal_waits_for_nothing(self):
+        run = self.run_()
+        os.kill(run.runtime(), signal.SIGSTOP)
+        os.kill(run.process.pid, signal.SIGINT)
+        time.sleep(0.4)
+        os.kill(run.process.pid, signal.SIGINT)
+        said = run.end(1, SOON_S, killed=True)
+        self.assertIn("ended at once by a second signal", said)
+        self.assertEqual(glob.glob(f"{run.folder}/faults/*"), [], "nothing is saved")
+
     def test_a_parent_that_dies_takes_the_plant_along_and_the_run_says_so(self):
         run = self.run_()
         run.fly_until(CLIMB)
@@ -360,7 +373,10 @@ class RealTime(unittest.TestCase):
 
     def test_a_foreign_plant_that_dies_has_closed_the_connection(self):
         plant = Foreign(self, "--free")
-        run = self.run_("--plant", plant.endpoint, "--set", "sim.relink_s=0")
+        robot = f"{plant.folder.name}/short.toml"
+        with open(robot, "w") as file:
+            file.write(f'extends = "{QUAD}"\n[sim]\nrelink_s = 0.5\n')
+        run = self.run_("--plant", plant.endpoint, robot=robot)
         run.runtime()
         until(lambda: run.phase() >= CLIMB, "it does not fly")
         plant.process.kill()
