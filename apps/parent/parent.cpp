@@ -26,7 +26,8 @@ constexpr std::byte kTopics{'T'}, kRing{'R'}, kEnding{'E'};
 
 constexpr int kPriority = 99;                   // as the guardian: it sleeps but for a few microseconds of each look
 constexpr hal::Duration kLook = 5ms;            // between two looks at the runtime
-constexpr hal::Duration kOrderlyEnd = 20s;      // from kEnding, or from the parent's request, to the end of the process
+constexpr hal::Duration kAskedEnd = 1800ms;     // from the parent's request to kEnding, or to the end of the process
+constexpr hal::Duration kOrderlyEnd = 20s;      // from kEnding to the end of the process: a slow disk has the recording
 constexpr hal::Duration kLateWarning = 200ms;   // between two checks for a warning that may still come
 constexpr hal::Duration kStopRepeated = 500ms;  // the line may be broken by the same fault for a moment
 
@@ -35,6 +36,7 @@ class Parent {
   Parent(const ParentOptions& options, Supervised& supervised) : options_(options), supervised_(supervised) {}
 
   int run() {
+    hal::end_at_second_signal(nullptr);  // here it ends more than this process
     if (!open_watchdog()) return 2;
     auto line = hal::stream_pair();
     if (!line) return refuse("no line to the runtime", line.error());
@@ -126,7 +128,7 @@ class Parent {
       os_.sleep_until(next);
       look(os_.now());
     }
-    if (!fault_.empty()) {  // saved here, before printing, since a terminal may block
+    if (!fault_.empty() && !in_hurry_) {  // saved here, before printing, since a terminal may block
       saved_topics_ = saved_topics();
       saved_ring_ = saved_ring();
     }
@@ -138,9 +140,10 @@ class Parent {
     listen(now);
     for (const StopWay& way : supervised_.stops)
       if (way.line) way.line->poll();
+    supervised_.look();
     if (hal::stop_requested() && !asked_to_end_) {
       asked_to_end_ = true;
-      end_by_ = now + kOrderlyEnd;
+      if (!ending_) end_by_ = now + kAskedEnd;
       runtime_->terminate();
     }
     if (const auto code = runtime_->poll()) {
@@ -149,6 +152,10 @@ class Parent {
       if (watchdog_) static_cast<void>(watchdog_->release());
       done_ = true;
       return;
+    }
+    if (hal::stop_signals() > 1) {
+      in_hurry_ = true;
+      return act(now, "ended at once by a second signal; the end of the recording may be missing");
     }
     if (now > end_by_) return act(now, "the runtime does not end");
     if (!ending_ && topics_) {
@@ -259,7 +266,9 @@ class Parent {
   }
 
   void stop(std::size_t i, hal::Time since) {
-    if (!supervised_.stops[i].line) return;
+    stopped_[i].needless = supervised_.stops[i].needless();
+    if (!stopped_[i].needless.empty()) stopped_[i].status = {};
+    if (!stopped_[i].needless.empty() || !supervised_.stops[i].line) return;
     stopped_[i].status = supervised_.stops[i].line->stop();
     stopped_[i].after = os_.now() - since;
   }
@@ -277,8 +286,8 @@ class Parent {
 
   void report_stop(std::size_t i) {
     const StopWay& way = supervised_.stops[i];
-    std::string stop = "no stop line";
-    if (way.line) {
+    std::string stop = stopped_[i].needless.empty() ? "no stop line" : stopped_[i].needless;
+    if (way.line && stopped_[i].needless.empty()) {
       stop = stopped_[i].status
                  ? fmt::format("sent {:.1f} ms later", static_cast<double>(stopped_[i].after.count()) * 1e-6)
                  : fmt::format("failed: {}", stopped_[i].status.error().where);
@@ -323,7 +332,7 @@ class Parent {
   std::uint32_t guardian_ = 0;  // topic of the guardian
   std::uint32_t beat_ = 0;
   hal::Time last_change_{}, next_feed_{}, end_by_ = hal::kNever;
-  bool asked_to_end_ = false, ending_ = false, done_ = false;
+  bool asked_to_end_ = false, ending_ = false, in_hurry_ = false, done_ = false;
   // From the thread that watches to the one that prints.
   std::atomic<bool> watched_{false}, begun_{false}, feed_failed_{false};
   const char* feed_error_ = "";  // before feed_failed_
@@ -333,6 +342,7 @@ class Parent {
   struct Stopped {
     hal::Status status = hal::Error{hal::Errc::not_found, "no stop line"};
     hal::Duration after{};
+    std::string needless{};
   };
   std::vector<Stopped> stopped_;  // as Supervised::stops
 };
@@ -346,10 +356,20 @@ hal::Status ParentLine::keep_ring(const hal::SharedMemory& ring) { return hand_o
 hal::Status ParentLine::hand_over(std::byte what, const hal::SharedMemory& memory) {
   const std::array<std::byte, 1> word{what};
   std::array<std::byte, 1> answer{};
-  stream_->set_patience(2s);
+  stream_->set_patience(100ms);
   if (auto sent = stream_->write_with_memory(word, memory); !sent) return sent;
-  if (auto n = stream_->read(answer); !n) return n.error();
-  return {};
+  for (int turns = 20; turns > 0 && !hal::stop_requested(); --turns) {
+    const auto n = stream_->read(answer);
+    if (n) return {};
+    if (n.error().code != hal::Errc::timeout) return n.error();
+  }
+  return hal::Error{hal::Errc::timeout, hal::stop_requested() ? "interrupted" : "no answer for 2 s"};
+}
+
+bool ParentLine::is_gone() noexcept {
+  std::array<std::byte, 1> word{};
+  const auto n = stream_->read_now(word);
+  return !n && n.error().code == hal::Errc::closed;
 }
 
 void ParentLine::ending() {

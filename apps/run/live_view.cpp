@@ -41,4 +41,9 @@ std::vector<std::string> LiveView::show(rt::Time now, std::string_view state, bo
   return news;
 }
 
+void LiveView::tell(rt::Time now, std::string_view text) {
+  if (begin_ == hal::kNever) begin_ = now;
+  if (!live_ && !silent_) hal::print_now(fmt::format("{:6.1f} s  {}\n", msg::seconds(now - begin_), text));
+}
+
 }  // namespace sinew::app

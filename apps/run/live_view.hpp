@@ -21,6 +21,9 @@ class LiveView {
   /// devices.
   std::vector<std::string> show(rt::Time now, std::string_view state, bool last);
 
+  /// A line beside the table: printed where there is none.
+  void tell(rt::Time now, std::string_view text);
+
   static constexpr rt::Duration kPeriod = std::chrono::milliseconds(200);
 
  private:

@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <atomic>
 #include <filesystem>
-#include <fstream>
 
 #include "apps/command/place.hpp"
 #include "hal/linux/socket.hpp"
@@ -17,6 +17,11 @@ using namespace std::chrono_literals;
 
 }  // namespace
 
+std::string to_string(const PlantExit& exit) {
+  if (exit.code > 128) return fmt::format("died (signal {})", exit.code - 128);
+  return fmt::format("ended (exit code {})", exit.code);
+}
+
 std::unique_ptr<PlantProcess> PlantProcess::open(const PlantRequest& request, std::string& why) {
   std::unique_ptr<PlantProcess> plant(new PlantProcess());
   plant->endpoint_ = request.endpoint;
@@ -25,15 +30,21 @@ std::unique_ptr<PlantProcess> PlantProcess::open(const PlantRequest& request, st
   const hal::Time give_up = os.now() + 20s;
   // Across a network the first packets may take their time. Between the tries, checks that a plant of our own still
   // runs.
-  const hal::Duration patience = request.endpoint.starts_with("tcp:") ? 10s : 1s;
+  hal::Duration patience = request.endpoint.starts_with("tcp:") ? 10s : 1s;
+  if (plant->own()) patience = 100ms;
   while (true) {
-    auto stream = hal::connect_stream(plant->endpoint_, patience);
+    auto stream = hal::connect_stream_until(plant->endpoint_, patience, [] { return hal::stop_requested(); });
     if (stream) {
       plant->stream_ = std::move(*stream);
       return plant;
     }
-    if (plant->child_ && plant->child_->poll()) {
-      why = plant->end();
+    if (hal::stop_requested()) {
+      why = plant->own() ? "interrupted while the simulator started"
+                         : fmt::format("interrupted while connecting to {}", plant->endpoint_);
+      return nullptr;
+    }
+    if (plant->ended(0s)) {
+      why = plant->with_its_end({});
       return nullptr;
     }
     if (!plant->child_ || os.now() > give_up) {
@@ -54,7 +65,7 @@ bool PlantProcess::start(const PlantRequest& request, std::string& why) {
   }
   const fs::path base = fs::temp_directory_path() / fmt::format("sinew-{}-{}", hal::system_os().now().ns, request.seed);
   socket_path_ = base.string() + ".sock";
-  log_path_ = base.string() + ".log";
+  const std::string log_path = base.string() + ".log";
   endpoint_ = "unix:" + socket_path_;
   std::vector<std::string> argv{program,
                                 "--listen",
@@ -67,45 +78,104 @@ bool PlantProcess::start(const PlantRequest& request, std::string& why) {
                                 fmt::format("{}x{}", request.camera_width, request.camera_height),
                                 request.lockstep ? "--lockstep" : "--free"};
   argv.insert(argv.end(), request.extra.begin(), request.extra.end());
-  auto child = hal::ChildProcess::start(argv, log_path_);
+  if (auto memory = hal::system_os().shared_memory("sinew_plant_state", sizeof(int))) {
+    state_ = std::move(*memory);
+    *reinterpret_cast<int*>(state_->data()) = kRuns;
+  }
+  // It has no terminal of its own to hear a Ctrl-C from: the run ends it.
+  hal::ChildOptions child_options;
+  child_options.log_path = log_path;
+  child_options.hears_terminal = false;
+  child_options.killed_when_we_die = true;
+  auto child = hal::ChildProcess::start(argv, child_options);
+  log_.open(log_path);
+  std::error_code ignored;  // it may never have been made
+  fs::remove(log_path, ignored);
   if (!child) {
     why = fmt::format("cannot start {}: {}", program, hal::to_string(child.error().code));
     return false;
   }
   child_ = std::move(*child);
+  own_ = true;
   return true;
 }
 
-std::string PlantProcess::end() const {
-  constexpr std::string_view kOwn = "sinew-sim: ";
-  std::ifstream in(log_path_);
-  std::string line, last = "it said nothing";
-  while (std::getline(in, line))
-    if (!line.empty()) last = line.starts_with(kOwn) ? line.substr(kOwn.size()) : line;
-  return fmt::format("sinew-sim: {}: {}", hal::describe_exit(*child_->poll()), last);
+int PlantProcess::state() const {
+  if (!state_) return own_state_;
+  return std::atomic_ref<int>(*reinterpret_cast<int*>(state_->data())).load(std::memory_order_acquire);
+}
+
+void PlantProcess::look() {
+  if (!child_) return;
+  const auto code = child_->poll();
+  const int now = code.value_or(child_->is_stopped() ? kStopped : kRuns);
+  own_state_ = now;
+  if (state_) std::atomic_ref<int>(*reinterpret_cast<int*>(state_->data())).store(now, std::memory_order_release);
+}
+
+std::optional<PlantExit> PlantProcess::ended(hal::Duration patience) {
+  if (!own_) return std::nullopt;
+  hal::Os& os = hal::system_os();
+  const hal::Time give_up = os.now() + patience;
+  for (look(); state() < 0 && os.now() < give_up; look()) os.sleep_until(os.now() + 2ms);
+  if (state() < 0) return std::nullopt;
+  return PlantExit{state(), last_words()};
+}
+
+std::string PlantProcess::last_words() {
+  constexpr std::string_view kOwn = "sinew-sim: ", kGreeting = "listening on ";
+  log_.clear();
+  log_.seekg(0);
+  std::string line, last;
+  while (std::getline(log_, line))
+    if (!line.empty() && !line.starts_with(kGreeting)) last = line.starts_with(kOwn) ? line.substr(kOwn.size()) : line;
+  return last;
 }
 
 std::string PlantProcess::with_its_end(std::string why) {
   // A peer often sees the connection close before the process that closed it has ended.
-  if (child_ && child_->wait(500ms)) why += "; " + end();
+  if (const auto exit = ended(500ms)) {
+    const std::string how = "sinew-sim: " + hal::describe_exit(exit->code) + ": ";
+    why += (why.empty() ? "" : "; ") + how + (exit->words.empty() ? "it said nothing" : exit->words);
+  }
   return why;
 }
 
-void PlantProcess::wait_for_end() {
-  if (child_) child_->wait(3s);
+std::string PlantProcess::wait_for_end(hal::Duration patience) {
+  if (!child_) return {};
+  hal::Os& os = hal::system_os();
+  const hal::Time give_up = os.now() + patience;
+  for (look(); state() == kRuns && os.now() < give_up; look()) os.sleep_until(os.now() + 2ms);
+  if (state() >= 0) return {};
+  std::string why = state() == kStopped ? "the simulator is stopped, and was killed"
+                                        : fmt::format("the simulator did not end within {:g} s, and was killed",
+                                                      msg::seconds(patience));
+  kill_now();
+  return why;
+}
+
+void PlantProcess::kill_now() {
+  if (!child_) return;
+  child_->kill_now();
+  child_->wait(1s);
+  look();
+}
+
+void PlantProcess::hide() {
+  std::error_code ignored;  // it may never have been made
+  if (!socket_path_.empty()) fs::remove(socket_path_, ignored);
+  socket_path_.clear();
 }
 
 void PlantProcess::leave_to_parent() {
   if (child_) child_->disown();
+  child_.reset();
   socket_path_.clear();
-  log_path_.clear();
 }
 
 PlantProcess::~PlantProcess() {
-  child_.reset();
-  std::error_code ignored;  // both may never have been made
-  if (!socket_path_.empty()) fs::remove(socket_path_, ignored);
-  if (!log_path_.empty()) fs::remove(log_path_, ignored);
+  kill_now();
+  hide();
 }
 
 }  // namespace sinew::app

@@ -32,6 +32,8 @@ bool can_be_written(const std::string& path) {
 
 int run_command(const RunOptions& options, const rt::ModuleTypes& types) {
   static_cast<void>(hal::stop_requested());  // from here on a signal only asks for the end
+  hal::end_at_second_signal(
+      "\nsinew: ended at once by a second signal; the end of the recording may be missing (`sinew bag recover`)\n");
   if (!options.virtual_time) hal::outlive_terminal();
   for (const std::string& file : {options.trace, options.plot})  // better now than after the flight
     if (!file.empty() && !can_be_written(file)) return fail(file + ": " + std::strerror(errno));

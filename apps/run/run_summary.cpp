@@ -231,6 +231,31 @@ void RunSummary::judge_chains(std::string& outcome, int& code) {
   if (why_.empty()) why_ = failed_chains_.front();
 }
 
+void RunSummary::ended_early(std::string_view how, double at_s) {
+  ended_early_ = fmt::format("{} at {:.1f} s", how, at_s);
+  keep({{"ended_early", {{"how", how}, {"at_s", at_s}}}});
+}
+
+void RunSummary::lost(std::string_view what, double at_s, std::string_view why) {
+  lost_ = what, lost_at_s_ = at_s, lost_why_ = why;
+  keep({{"lost", {{"what", what}, {"at_s", at_s}, {"why", why}}}});
+}
+
+void RunSummary::judge_end(std::string& outcome, int& code) {
+  if (!ended_early_.empty()) outcome += (outcome.empty() ? "" : ", ") + ended_early_;
+  if (lost_.empty()) return;
+  const char* const between = code == 0 ? ", but " : ": ";
+  const std::string lost = fmt::format("{} at {:.1f} s", lost_, lost_at_s_);
+  outcome += (outcome.empty() ? "" : between) + lost;
+  code = 1;
+  why_ = lost_why_;
+  story_.add(lost_at_s_, Story::Weight::result, lost_);
+  timing_.worst = lost;
+  timing_.what_to_do.clear();
+  timing_.reasons.insert(timing_.reasons.begin(), lost);
+  judged_ = true;
+}
+
 std::string RunSummary::timing_line() const {
   const std::string time = virtual_time_.empty() ? "" : fmt::format("; virtual time, {}", virtual_time_);
   if (timing_.reasons.empty()) return "valid as a measurement" + time;
@@ -258,6 +283,7 @@ void RunSummary::print(const std::string& mission) const {
 int RunSummary::finish(std::string_view outcome, int code) {
   std::string mission(outcome);
   judge_chains(mission, code);
+  judge_end(mission, code);
   const bool good = code == 0, valid = timing_.reasons.empty();
   const char* const counts = valid ? "valid run" : "invalid run";
   const std::string result = judged_ ? fmt::format("{}{}{}", mission, mission.empty() ? "" : ", ", counts) : mission;

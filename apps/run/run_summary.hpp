@@ -61,6 +61,11 @@ class RunSummary {
   void why(std::string text) { why_ = std::move(text); }
   /// Of a board that judges it; of others only the chains do.
   void timing(TimingVerdict verdict) { timing_ = std::move(verdict), judged_ = true; }
+  /// The run was ended before its own end: `how` ("interrupted"), and when by the robot's clock.
+  void ended_early(std::string_view how, double at_s);
+  /// The world behind the run was lost: `what` ("the simulator died (signal 9)"), when by the robot's clock, and more
+  /// about why. Such a run counts neither as a mission nor as a measurement.
+  void lost(std::string_view what, double at_s, std::string_view why);
   /// Where the run was recorded, and what that is good for.
   void recorded(const std::string& path, std::string_view text);
 
@@ -74,6 +79,7 @@ class RunSummary {
 
  private:
   void judge_chains(std::string& outcome, int& code);
+  void judge_end(std::string& outcome, int& code);
   std::string timing_line() const;
   void print(const std::string& mission) const;
 
@@ -86,6 +92,9 @@ class RunSummary {
   std::vector<std::string> measures_, failed_chains_;
   std::string why_, recorded_, recording_, virtual_time_;
   TimingVerdict timing_;
+  std::string ended_early_;  // with its time
+  std::string lost_, lost_why_;
+  double lost_at_s_ = 0;
   bool trace_failed_ = false, chains_decide_ = true, judged_ = false;
 };
 

@@ -44,10 +44,12 @@ class Session {
         board_(board),
         parent_(parent),
         run_{prepared, options, hal::system_os(),
-             options.rate == 1 ? hal::system_os() : scaled_os_.emplace(hal::system_os(), options.rate)} {}
+             options.rate == 1 ? hal::system_os() : scaled_os_.emplace(hal::system_os(), options.rate)} {
+    run_.parent = parent;
+  }
 
   int run() {
-    if (!open()) return kNotBegun;
+    if (!open()) return hal::stop_requested() ? kFailed : kNotBegun;
     summary_.emplace(run_.graph(), options_.virtual_time,
                      RunSummary::Form{.json = options_.json,
                                       .quiet = options_.quiet,
@@ -124,21 +126,39 @@ class Session {
   }
 
   /// Complaints of real devices, and of the line to a plant, which carries all simulated devices. Thread: any.
-  std::vector<std::string> complaints() const {
+  std::vector<std::string> complaints(bool with_silence = false) const {
     std::vector<std::string> all = real_ ? real_->complaints() : std::vector<std::string>();
     if (const std::string trouble = board_.trouble(); !trouble.empty()) all.push_back("plant: " + trouble);
+    if (const std::string silence = with_silence ? board_.silence() : ""; !silence.empty())
+      all.push_back("plant: " + silence);
     return all;
+  }
+
+  static int not_begun(const std::string& why) { return fail(why, hal::stop_requested() ? kFailed : kNotBegun); }
+
+  void ended_early(double at_s) { summary_->ended_early(hal::stop_signals() > 0 ? "interrupted" : "stopped", at_s); }
+
+  void end_board(hal::Time now) {
+    board_.end(run_);
+    for (const RunBoard::News& news : board_.news(run_, now)) add_to_story(news);
+  }
+
+  void add_to_story(const RunBoard::News& news) {
+    summary_->story().add(msg::seconds(news.at - run_.begin), Story::Weight::result, news.text);
   }
 
   // ---- virtual time
 
   int run_virtual() {
     std::string why;
-    if (!board_.start(run_, why)) return fail(why);
-    WatchedGrants grants(board_.grants(), [this](hal::Time done) {
-      run_.mission->look();
-      return board_.over(run_, done) || hal::stop_requested();
-    });
+    if (!board_.start(run_, why)) return not_begun(why);
+    WatchedGrants grants(
+        board_.grants(),
+        [this](hal::Time done) {
+          run_.mission->look();
+          return board_.over(run_, done);
+        },
+        &hal::stop_requested);
     rt::DiscreteOptions how;
     if (options_.duration_s > 0) how.duration = run_duration(options_);
     how.os = &run_.os;
@@ -154,8 +174,11 @@ class Session {
     if (!done) return fail(done.error().where);
     run_.wall_s = msg::seconds(run_.system.now() - wall);
     run_.reached_s = msg::seconds(done->reached);
-    board_.end();
-    if (done->end == rt::DiscreteReport::End::source_failed) return fail(board_.why_no_grant(done->error), kFailed);
+    using End = rt::DiscreteReport::End;
+    if (hal::stop_requested() && done->end != End::duration) ended_early(*run_.reached_s);
+    if (!hal::stop_requested() && done->end == End::source_failed)
+      summary_->lost(board_.why_no_grant(done->error), *run_.reached_s, "");
+    end_board(done->reached);
     summary_->statistics(executor.runner());
     summary_->virtual_time(*run_.reached_s, *run_.wall_s);
     report_start_up(wall);
@@ -174,14 +197,17 @@ class Session {
     const hal::Time wall = run_.system.now();
     // Everything that may refuse to start comes before the parent watches: a run that did not begin is no fault.
     std::string why;
-    if (!board_.start(run_, why)) return fail(why);
+    if (!board_.start(run_, why)) return not_begun(why);
     if (const auto started = recorded_ ? recorded_->start() : hal::Status{}; !started)
       return fail(started.error().where);
-    if (!hand_to_parent(why)) return fail(why);
     const auto refuse_start = [this] {
       if (parent_) parent_->ending();
-      return kNotBegun;
+      return hal::stop_requested() ? kFailed : kNotBegun;
     };
+    if (!hand_to_parent(why)) {
+      fail(why);
+      return refuse_start();
+    }
     const auto started = executor.start();
     if (!accept_shortfalls(executor.shortfalls(), options_.strict)) return refuse_start();
     if (!started) {
@@ -192,14 +218,15 @@ class Session {
     run_.begin = executor.started_at();
     executor.runner().ask_for_zones(!options_.trace.empty());
     const auto socket = open_socket(run_.prepared, options_, executor.runner(), recording_.get(), run_.os,
-                                    &hal::request_stop, [this] { return complaints(); });
+                                    &hal::request_stop, [this] { return complaints(true); });
     follow(executor.runner());
     const hal::MemoryUse memory = hal::memory_use();  // with the threads' stacks
     if (parent_) parent_->ending();
     executor.stop();
     const hal::ProcessUse after = hal::process_use();
     const double wall_s = msg::seconds(run_.system.now() - wall);
-    board_.end();
+    if (hal::stop_requested()) ended_early(run_.lasted_s);
+    end_board(run_.os.now());
     summary_->statistics(executor.runner());
     if (recording_) recording_->finish(*summary_);
     summary_->add_reasons("device", "devices", complaints_.all());
@@ -239,8 +266,13 @@ class Session {
       if (looks++ % kLooksAView != 0) continue;
       const bool ends = board_.over(run_, now) || hal::stop_requested() ||
                         (options_.duration_s > 0 && now - begin > run_duration(options_));
-      const std::string trouble = board_.trouble();
+      std::string trouble = board_.trouble();
+      if (trouble.empty()) trouble = board_.silence();
       const std::string phase = state ? phase_text(run_, *state) : "running";
+      for (const RunBoard::News& news : board_.news(run_, now)) {
+        view.tell(now, news.text);
+        add_to_story(news);
+      }
       for (const std::string& news : view.show(now, trouble.empty() ? phase : trouble, ends))
         summary_->story().add(msg::seconds(now - run_.begin), Story::Weight::result, "device  " + news);
       run_.lasted_s = msg::seconds(now - run_.begin);

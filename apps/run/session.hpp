@@ -25,6 +25,7 @@ struct RunContext {
   std::uint64_t releases = 0, missed = 0;  // of the graph's threads, after the run; missed: met an unfinished cycle
   std::optional<double> reached_s{}, wall_s{};  // virtual time, after the run
   double lasted_s = 0;                          // real time, after the run: by the robot's clock
+  ParentLine* parent = nullptr;                 // null: none watches
 
   rt::Graph& graph() const { return *prepared.graph; }
   /// The robot's clock: `clock` in virtual time, else `os`.
@@ -52,10 +53,19 @@ class RunBoard {
   virtual bool start(RunContext&, std::string&) { return true; }
   /// The run is over: the mission is, or the board has nothing more.
   virtual bool over(RunContext& run, hal::Time now) = 0;
+  /// What is new about it, a line each; now and then during the run, and after its last cycle.
+  struct News {
+    hal::Time at;  // robot's clock
+    std::string text;
+  };
+  virtual std::vector<News> news(RunContext&, hal::Time) { return {}; }
+  /// Real time: it has been silent for long, in words; empty: it has not. Thread: any.
+  virtual std::string silence() const { return {}; }
   /// What is wrong with the line to it, for the table and the robot's complaints; empty: nothing. Thread: any.
   virtual std::string trouble() const { return {}; }
-  /// After the last cycle: says good-bye, so that the board's last report arrives.
-  virtual void end() {}
+  /// After the last cycle: says good-bye, so that the board's last report arrives. Waits at most a second when
+  /// hal::stop_requested().
+  virtual void end(RunContext&) {}
   /// Says how the run went and finishes the summary. Returns the exit code.
   virtual int report(RunContext& run, RunSummary& summary) = 0;
 };
@@ -63,9 +73,9 @@ class RunBoard {
 /// What the guardian's failsafes did, a line each; adds them to the summary. After the run.
 std::vector<std::string> report_failsafes(RunContext& run, RunSummary& summary);
 
-/// Runs it. Returns the exit code of `sinew run`: 0: it went well; 1: it did not, or the executor failed; 2: it could
-/// not begin, and nothing has moved. `parent`: null when none watches. `program`: its start time; nothing when not
-/// known.
+/// Runs it. Returns the exit code of `sinew run`: 0: it went well; 1: it did not, the executor failed, or it was
+/// interrupted before it began; 2: it could not begin, and nothing has moved. Ends soon after hal::stop_requested().
+/// `parent`: null when none watches. `program`: its start time; nothing when not known.
 int run_session(Prepared& prepared, const RunOptions& options, RunBoard& board, ParentLine* parent,
                 std::optional<hal::Time> program);
 

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <mutex>
 #include <optional>
+#include <utility>
 
 #include "apps/command/command.hpp"
 #include "apps/flight/verdict.hpp"
@@ -42,11 +43,47 @@ class ReportBox {
   std::string json_;
 };
 
+/// Times in which a plant said nothing, while somebody waits for it: told while they last, and when they are over.
+/// Thread:  owner.
+class SilenceWatch {
+ public:
+  explicit SilenceWatch(PlantProcess& plant) : plant_(plant) {}
+
+  /// "no grant from the simulator for 5 s; it is stopped": the first time after kLong, then ever more seldom. Empty:
+  /// not yet, or told already. `what`: what does not come.
+  std::string lasts(const char* what, hal::Duration silent) {
+    if (silent < next_tell_) return {};
+    next_tell_ = 4 * silent;
+    told_ = true;
+    return words(what, silent);
+  }
+  /// "the simulator goes on after 7.3 s", once; empty: nothing was told.
+  std::string over(hal::Duration silent) {
+    next_tell_ = kLong;
+    if (!std::exchange(told_, false)) return {};
+    return fmt::format("the simulator goes on after {:.1f} s", msg::seconds(silent));
+  }
+  std::string words(const char* what, hal::Duration silent) const {
+    return fmt::format("no {} from the simulator for {} s; {}; Ctrl-C ends the run", what, silent / 1s,
+                       plant_.is_stopped() ? "it is stopped" : "it does not answer");
+  }
+
+  static constexpr hal::Duration kLong = 5s;
+
+ private:
+  PlantProcess& plant_;
+  hal::Duration next_tell_ = kLong;
+  bool told_ = false;
+};
+
+/// How long a plant of our own may take to end; part of the two seconds in which a signal ends a run.
+hal::Duration plant_ends_within() { return hal::stop_requested() ? hal::Duration(1s) : hal::Duration(3s); }
+
 hal::Duration from_ms(double ms) { return hal::Duration{static_cast<std::int64_t>(ms * 1e6)}; }
 
 class SimulatedBoard final : public RunBoard {
  public:
-  explicit SimulatedBoard(PlantProcess& plant) : plant_(plant) {}
+  explicit SimulatedBoard(PlantProcess& plant) : plant_(plant), silence_(plant) {}
 
   std::string name() const override { return "sim"; }
 
@@ -62,6 +99,12 @@ class SimulatedBoard final : public RunBoard {
     sim.rate = run.options.rate;
     // A plant of our own may still set up its camera. Virtual time has no deadline, and a busy machine may take long.
     sim.patience = lockstep ? 60s : 20s;
+    sim.silence.go_on = [this](hal::Duration silent) { return go_on(silent); };
+    sim.silence.over = [this, clock = &run.robot_clock()](hal::Duration silent) {
+      const std::string text = silence_.over(silent);
+      say(text);
+      if (!text.empty() && board_) news_.push_back({clock->now(), text});
+    };
     sim.late_after = from_ms(wanted.bounds.late_ms);
     sim.connect = [endpoint = plant_.endpoint()] { return hal::connect_stream(endpoint, 500ms); };
     // A plant of our own that is gone does not come back.
@@ -71,10 +114,11 @@ class SimulatedBoard final : public RunBoard {
     sim.on_report = [this](const std::string& json) { report_.put(json); };
     auto board = sim_hil::SimBoard::open(plant_.take_stream(), sim, why);
     if (!board) {
-      why = plant_.with_its_end(why);
+      why = hal::stop_requested() ? "interrupted while the simulator started" : plant_.with_its_end(why);
       return false;
     }
     board_ = std::move(*board);
+    waits_for_ = "grant";
     return true;
   }
 
@@ -86,24 +130,48 @@ class SimulatedBoard final : public RunBoard {
 
   bool start(RunContext& run, std::string& why) override {
     if (run.options.virtual_time || board_->start()) return true;
-    why = "the plant does not start: " + board_->problem();
+    why = hal::stop_requested() ? "interrupted while the simulator started"
+                                : plant_.with_its_end("the plant does not start: " + board_->problem());
     return false;
   }
 
   bool over(RunContext& run, hal::Time now) override {
     if (!end_) end_.emplace(*run.mission);
+    if (!run.parent) plant_.look();
     return end_->reached(now, report_.get()) || (!run.options.virtual_time && board_->ended());
   }
 
-  void end() override {
-    board_->bye("the runtime ended the run");
-    plant_.wait_for_end();
+  std::string silence() const override {
+    const hal::Duration silent = board_->silent_for();
+    return silent < SilenceWatch::kLong ? std::string() : silence_.words("samples", SilenceWatch::kLong);
+  }
+
+  std::vector<News> news(RunContext& run, hal::Time now) override {
+    if (!run.options.virtual_time) {
+      const hal::Duration silent = board_->silent_for();
+      if (const std::string text = silence_.lasts("samples", silent); !text.empty()) news_.push_back({now, text});
+      if (silent < longest_silent_)
+        if (const std::string text = silence_.over(longest_silent_); !text.empty()) news_.push_back({now, text});
+      longest_silent_ = silent;
+    }
+    return std::exchange(news_, {});
+  }
+
+  void end(RunContext& run) override {
+    if (board_->ended() && !board_->ended_politely()) lost_ = how_it_was_lost(run);
+    if (hal::stop_requested()) lost_.reset();  // a signal to all processes of the run ends the plant, too
+    board_->bye(hal::stop_requested() ? "the run was interrupted" : "the runtime ended the run");
+    say(plant_.wait_for_end(plant_ends_within()));
   }
 
   int report(RunContext& run, RunSummary& summary) override {
     if (run.reached_s) summary.grants(board_->stats().grants, *run.reached_s, *run.wall_s);
     const auto report = parse_report(report_.get());
-    if (!report) return summary.finish("the plant sent no report", run.mission->exists() ? 1 : 0);
+    if (lost_) summary.lost(lost_->what, lost_->at_s, lost_->why);
+    if (!report) {
+      const char* const outcome = lost_ || hal::stop_requested() ? "" : "the plant sent no report";
+      return summary.finish(outcome, run.mission->exists() ? 1 : 0);
+    }
     std::vector<std::string> faults;
     for (const auto& f : report->faults) {
       faults.push_back(fmt::format("{}: struck {} times", f.text, f.affected));
@@ -129,6 +197,36 @@ class SimulatedBoard final : public RunBoard {
   }
 
  private:
+  struct Lost {
+    std::string what, why;
+    double at_s = 0;
+  };
+
+  /// While the board waits for the plant, on the thread that runs the session.
+  bool go_on(hal::Duration silent) {
+    if (hal::stop_requested()) return false;
+    plant_.look();
+    say(silence_.lasts(waits_for_, silent));
+    return true;
+  }
+
+  static void say(const std::string& text) {
+    if (!text.empty()) std::fprintf(stderr, "sinew: %s\n", text.c_str());
+  }
+
+  Lost how_it_was_lost(RunContext& run) {
+    // A peer often sees the connection close before the process that closed it has ended.
+    const auto exit = plant_.ended(500ms);
+    const double at_s = msg::seconds(board_->ended_at() - run.begin);
+    if (exit && exit->code != 0)
+      return {"the simulator " + to_string(*exit),
+              hal::describe_exit(exit->code) + (exit->words.empty() ? "" : "; its last words: " + exit->words), at_s};
+    if (plant_.own() && run.parent && run.parent->is_gone())
+      return {"the parent process died, and the simulator with it", "", at_s};
+    if (board_->silent()) return {"the simulator fell silent", board_->end_reason(), at_s};
+    return {"the simulator closed the connection", board_->end_reason(), at_s};
+  }
+
   static MissEvidence evidence_of(RunContext& run, const WorldReport& report) {
     MissEvidence e;
     e.report = &report;
@@ -184,6 +282,11 @@ class SimulatedBoard final : public RunBoard {
   ReportBox report_;
   std::unique_ptr<sim_hil::SimBoard> board_;
   std::optional<FlightEnd> end_;
+  SilenceWatch silence_;
+  const char* waits_for_ = "answer";
+  std::vector<News> news_;
+  hal::Duration longest_silent_{0};  // real time: as of the last look
+  std::optional<Lost> lost_;
 };
 
 std::unique_ptr<PlantProcess> open_plant(const Prepared& prepared, const RunOptions& options, std::string& why) {
@@ -224,23 +327,34 @@ int run_on_sim(Prepared& prepared, const RunOptions& options) {
   std::string why;
   const hal::Time program = hal::program_start();  // the runtime may be a copy of it, started later
   const auto plant = open_plant(prepared, options, why);
-  if (!plant) return fail(why);
+  if (!plant) return fail(why, hal::stop_requested() ? kFailed : kNotBegun);
   SimulatedBoard board(*plant);
+  if (options.virtual_time) plant->hide();  // in real time other connections are still to come
   if (!needs_parent(prepared, options)) return run_session(prepared, options, board, nullptr, program);
 
   Supervised supervised;
-  StopWay to_plant{.name = "plant", .line = open_stop_line(plant->endpoint(), 2s, why)};
+  StopWay to_plant{.name = "plant", .line = open_stop_line(plant->endpoint(), 1s, why)};
   if (!to_plant.line) std::fprintf(stderr, "warning: no stop line to the plant: %s\n", why.c_str());
   // The plant may have been away and come back: the runtime survives that, an old line does not.
   to_plant.open = [&] { return open_stop_line(plant->endpoint(), 200ms, why); };
+  to_plant.needless = [&] {
+    plant->look();
+    if (plant->is_stopped()) return std::string("not needed: the simulator is stopped, and is killed");
+    return plant->ended(0s) ? std::string("not needed: the simulator has ended") : std::string();
+  };
+  // A plant of our own does not come back: it needs its address no more.
+  if (to_plant.line) plant->hide();
   supervised.stops.push_back(std::move(to_plant));
+  supervised.look = [&] { plant->look(); };
   supervised.body = [&](ParentLine& line) {
     plant->leave_to_parent();
     return run_session(prepared, options, board, &line, program);
   };
   supervised.in_parent = [&] { plant->leave_to_runtime(); };
   const int code = run_supervised(prepared, options, std::move(supervised));
-  plant->wait_for_end();  // after a fault the plant goes on alone for a while, and its words then belong to the run
+  // After a fault the plant goes on alone for a while, and its words then belong to the run.
+  if (const std::string why_killed = plant->wait_for_end(plant_ends_within()); !why_killed.empty())
+    std::fprintf(stderr, "sinew: %s\n", why_killed.c_str());
   return code;
 }
 

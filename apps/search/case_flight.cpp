@@ -130,7 +130,7 @@ class CaseFlight final : private rt::RunObserver, private hal::GrantSource {
     }
     ended_ = report->reached;
     board_->bye("the case is over");
-    plant_->wait_for_end();
+    static_cast<void>(plant_->wait_for_end(3s));  // its result is in its report
     if (report->end == rt::DiscreteReport::End::source_failed ||
         report->end == rt::DiscreteReport::End::source_closed) {
       why = "the plant: " + board_->problem();

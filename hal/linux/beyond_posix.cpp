@@ -67,7 +67,7 @@ bool is_locked_by_another(int file) noexcept {
   return ::fcntl(file, F_OFD_GETLK, &lock) == 0 && lock.l_type != F_UNLCK;
 }
 
-void end_with_parent() noexcept { ::prctl(PR_SET_PDEATHSIG, SIGTERM); }
+void end_with_parent(int signal) noexcept { ::prctl(PR_SET_PDEATHSIG, signal); }
 
 std::size_t threads() noexcept {
   std::error_code unreadable;

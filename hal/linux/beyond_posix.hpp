@@ -43,8 +43,8 @@ bool is_locked_by_another(int file) noexcept;
 
 // ---- processes
 
-/// Call in a child between fork and exec: the child gets SIGTERM when its parent dies. Safe there.
-void end_with_parent() noexcept;
+/// Call in a child between fork and exec: the child gets this signal when its parent dies. Safe there.
+void end_with_parent(int signal) noexcept;
 
 /// Number of threads of this process. 0: the system does not say.
 std::size_t threads() noexcept;

@@ -52,7 +52,7 @@ class NoBrokenPipe {
 
 // Between fork and exec: only calls that are safe there.
 [[noreturn]] void become_piped(const std::vector<char*>& argv, int in, int out, int err, int report, pid_t parent) {
-  beyond_posix::end_with_parent();
+  beyond_posix::end_with_parent(SIGTERM);
   if (getppid() != parent) _exit(127);
   std::signal(SIGPIPE, SIG_DFL);
   dup2(in, STDIN_FILENO);

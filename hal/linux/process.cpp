@@ -23,18 +23,40 @@ namespace sinew::hal {
 namespace {
 
 std::atomic<bool> g_stop{false};
+std::atomic<unsigned> g_signals{0};
+std::atomic<std::int64_t> g_signal_ns{0};  // when the last one counted
+std::atomic<const char*> g_last_words{nullptr};
 const Time g_loaded = system_os().now();  // initialised before main()
-void on_signal(int) { g_stop.store(true, std::memory_order_relaxed); }
+
+// Only calls that are safe in a handler of signals.
+void on_signal(int) {
+  const int kept = errno;
+  g_stop.store(true, std::memory_order_relaxed);
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  const std::int64_t now_ns = std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+  if (g_signals.load(std::memory_order_relaxed) == 0 ||
+      now_ns - g_signal_ns.load(std::memory_order_relaxed) > kOneSignal.count()) {
+    g_signal_ns.store(now_ns, std::memory_order_relaxed);
+    const char* const words = g_last_words.load(std::memory_order_relaxed);
+    if (g_signals.fetch_add(1, std::memory_order_relaxed) > 0 && words) {
+      [[maybe_unused]] const auto n = write(STDERR_FILENO, words, strlen(words));
+      _exit(1);
+    }
+  }
+  errno = kept;
+}
 
 // Our parent may have set SIGCHLD to ignore; then no end of a child would ever be reported.
 void hear_of_children() { std::signal(SIGCHLD, SIG_DFL); }
 
 // Between fork and exec: only calls that are safe there.
-[[noreturn]] void become(const std::vector<char*>& argv, const char* log_path, int report_fd, pid_t parent) {
-  beyond_posix::end_with_parent();
+[[noreturn]] void become(const std::vector<char*>& argv, const ChildOptions& options, int report_fd, pid_t parent) {
+  beyond_posix::end_with_parent(options.killed_when_we_die ? SIGKILL : SIGTERM);
   if (getppid() != parent) _exit(127);
-  if (log_path) {
-    const int fd = open(log_path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  if (!options.hears_terminal) signal(SIGINT, SIG_IGN);
+  if (!options.log_path.empty()) {
+    const int fd = open(options.log_path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
     if (fd >= 0) {
       dup2(fd, 1);
       dup2(fd, 2);
@@ -49,7 +71,7 @@ void hear_of_children() { std::signal(SIGCHLD, SIG_DFL); }
 }  // namespace
 
 Result<std::unique_ptr<ChildProcess>> ChildProcess::start(const std::vector<std::string>& argv,
-                                                          const std::string& log_path) {
+                                                          const ChildOptions& options) {
   hear_of_children();
   std::vector<char*> raw;
   for (const auto& a : argv) raw.push_back(const_cast<char*>(a.c_str()));
@@ -58,7 +80,7 @@ Result<std::unique_ptr<ChildProcess>> ChildProcess::start(const std::vector<std:
   if (pipe2(report, O_CLOEXEC) != 0) return Error{Errc::io, "pipe2", errno};
   const pid_t parent = getpid();
   const pid_t pid = ::fork();
-  if (pid == 0) become(raw, log_path.empty() ? nullptr : log_path.c_str(), report[1], parent);
+  if (pid == 0) become(raw, options, report[1], parent);
   const int fork_error = errno;
   close(report[1]);
   if (pid < 0) {
@@ -90,10 +112,12 @@ Result<std::unique_ptr<ChildProcess>> ChildProcess::fork(const std::function<int
 }
 
 std::optional<int> ChildProcess::poll() {
-  if (exit_code_) return exit_code_;
   int status = 0;
-  if (waitpid(pid_, &status, WNOHANG) != pid_) return std::nullopt;
-  exit_code_ = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  while (!exit_code_ && waitpid(pid_, &status, WNOHANG | WUNTRACED | WCONTINUED) == pid_) {
+    stopped_ = WIFSTOPPED(status);
+    if (WIFSTOPPED(status) || WIFCONTINUED(status)) continue;
+    exit_code_ = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  }
   return exit_code_;
 }
 
@@ -136,6 +160,10 @@ bool stop_requested() {
   }();
   return installed && g_stop.load(std::memory_order_relaxed);
 }
+
+unsigned stop_signals() { return g_signals.load(std::memory_order_relaxed); }
+
+void end_at_second_signal(const char* last_words) { g_last_words.store(last_words, std::memory_order_relaxed); }
 
 void outlive_terminal() {
   std::signal(SIGHUP, SIG_IGN);

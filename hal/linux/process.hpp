@@ -12,14 +12,24 @@
 
 namespace sinew::hal {
 
-/// A program started by us. It gets SIGTERM when we die, so that it is not left behind.
+/// How a child hears of what happens to us.
+struct ChildOptions {
+  std::string log_path{};           // where its output goes; empty: where ours goes
+  bool hears_terminal = true;       // false: Ctrl-C, which a terminal sends to all of its processes, is for us alone
+  bool killed_when_we_die = false;  // true: SIGKILL instead of SIGTERM, which a stopped process does not heed
+};
+
+/// A program started by us. It gets a signal when we die, so that it is not left behind.
 /// Thread:  owner.
 class ChildProcess {
  public:
-  /// Starts argv[0] (a path) with its output going where ours goes, or to `log_path` when that is not empty.
+  /// Starts argv[0] (a path).
   /// Errors:  not_found, io.
+  static Result<std::unique_ptr<ChildProcess>> start(const std::vector<std::string>& argv, const ChildOptions& options);
   static Result<std::unique_ptr<ChildProcess>> start(const std::vector<std::string>& argv,
-                                                     const std::string& log_path = {});
+                                                     const std::string& log_path = {}) {
+    return start(argv, ChildOptions{.log_path = log_path});
+  }
   /// Runs `body` in a copy of this process, which ends with its result. The copy outlives us when we die. Only while
   /// this process has one thread: the copy would lack the others, and their locks would stay locked.
   /// Errors:  io; not_supported when there are other threads.
@@ -29,8 +39,10 @@ class ChildProcess {
   ChildProcess& operator=(const ChildProcess&) = delete;
 
   int pid() const { return pid_; }
-  /// The exit code (128 + signal when killed); nothing while it runs.
+  /// The exit code (128 + signal when killed); nothing while it runs, or is stopped.
   std::optional<int> poll();
+  /// As of the last poll(): a signal (SIGSTOP, Ctrl-Z) has stopped it, and none has continued it.
+  bool is_stopped() const { return stopped_; }
   /// Waits for the end, at most `patience`.
   std::optional<int> wait(Duration patience);
   /// Asks it to end (SIGTERM).
@@ -44,6 +56,7 @@ class ChildProcess {
   explicit ChildProcess(int pid) : pid_(pid) {}
   int pid_;
   std::optional<int> exit_code_;
+  bool stopped_ = false;
 };
 
 /// "exit code 3", or "signal 11 (Segmentation fault)" for a code of ChildProcess::poll().
@@ -51,6 +64,13 @@ std::string describe_exit(int code);
 
 /// From the first call on, SIGINT and SIGTERM do not end the process but make this true.
 bool stop_requested();
+/// How many such signals came, of those that come within kOneSignal only one: `timeout` and a terminal may send one
+/// twice.
+unsigned stop_signals();
+inline constexpr Duration kOneSignal = std::chrono::milliseconds(250);
+/// The second of these signals ends the process at once, with `last_words` on standard error and exit code 1; null: it
+/// does not, which is the default. Owner: `last_words` for ever.
+void end_at_second_signal(const char* last_words);
 /// Has the effect of such a signal. Thread: any.
 void request_stop();
 /// For a program that must survive the loss of its terminal: it ignores a hang-up (SIGHUP), and writing to a pipe

@@ -1,5 +1,6 @@
 #include "hal/linux/socket.hpp"
 
+#include <fcntl.h>
 #include <netdb.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
@@ -279,10 +280,39 @@ Result<Addresses> parse_endpoint(std::string_view endpoint, bool passive) {
   return tcp_addresses(endpoint, passive);
 }
 
+using Leave = std::function<bool()>;
+
+/// connect() in short turns. The errno; 0: connected.
+int connect_in_turns(int fd, const Address& a, Duration patience, const Leave& leave) {
+  constexpr timespec kTurn{0, 50'000'000};
+  const auto give_up = std::chrono::steady_clock::now() + patience;
+  const int flags = ::fcntl(fd, F_GETFL);
+  ::fcntl(fd, F_SETFL, flags | O_NONBLOCK);
+  int why = ::connect(fd, a.get(), a.size) == 0 ? 0 : errno;
+  while (why == EINPROGRESS || why == EINTR) {  // an interrupted connect() goes on, too
+    pollfd waiting{fd, POLLOUT, 0};
+    if (::ppoll(&waiting, 1, &kTurn, nullptr) > 0) {
+      socklen_t size = sizeof why;
+      ::getsockopt(fd, SOL_SOCKET, SO_ERROR, &why, &size);
+      break;
+    }
+    if (leave() || std::chrono::steady_clock::now() >= give_up) why = ETIMEDOUT;
+  }
+  ::fcntl(fd, F_SETFL, flags);
+  return why;
+}
+
 /// Waits at most `patience`, for a host that does not answer at all.
-Result<int> connect_once(const Address& a, Duration patience) {
+Result<int> connect_once(const Address& a, Duration patience, const Leave& leave = {}) {
   const int fd = ::socket(a.storage.ss_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
   if (fd < 0) return system_error("socket", errno);
+  if (leave && !a.local) {
+    const int why = connect_in_turns(fd, a, patience, leave);
+    if (why == 0) return fd;
+    ::close(fd);
+    return system_error("nobody answers at this endpoint", why);
+  }
+  if (leave) patience = std::min<Duration>(patience, std::chrono::milliseconds(200));
   const timeval limit = to_timeval(std::max(patience, Duration{1'000'000}));
   ::setsockopt(fd, SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);
   int result = 0;
@@ -302,11 +332,11 @@ bool may_come(const Error& e) { return e.code == Errc::closed || e.code == Errc:
 
 /// Tries one after the other; the time goes in equal parts to those that are left. Answers the first error, but prefers
 /// that of an address where a listener may appear to that of an unreachable network.
-Result<int> connect_any(const Addresses& all, std::chrono::steady_clock::time_point give_up) {
+Result<int> connect_any(const Addresses& all, std::chrono::steady_clock::time_point give_up, const Leave& leave) {
   std::optional<Error> first;
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Duration left = give_up - std::chrono::steady_clock::now();
-    auto fd = connect_once(all[i], left / static_cast<std::int64_t>(all.size() - i));
+    auto fd = connect_once(all[i], left / static_cast<std::int64_t>(all.size() - i), leave);
     if (fd) return fd;
     if (!first || (!may_come(*first) && may_come(fd.error()))) first = fd.error();
   }
@@ -393,12 +423,18 @@ Result<std::unique_ptr<Listener>> listen_at(const Address& address) {
 }  // namespace
 
 Result<std::unique_ptr<Stream>> connect_stream(std::string_view endpoint, Duration patience) {
+  return connect_stream_until(endpoint, patience, {});
+}
+
+Result<std::unique_ptr<Stream>> connect_stream_until(std::string_view endpoint, Duration patience,
+                                                     const std::function<bool()>& leave) {
   const auto addresses = parse_endpoint(endpoint, false);
   if (!addresses) return addresses.error();
   const auto give_up = std::chrono::steady_clock::now() + patience;
   for (;;) {
-    auto fd = connect_any(*addresses, give_up);
+    auto fd = connect_any(*addresses, give_up, leave);
     if (fd) return std::unique_ptr<Stream>(new SocketStream(*fd, addresses->front().local));
+    if (leave && leave()) return Error{Errc::timeout, "connecting was given up"};
     if (!may_come(fd.error()) || std::chrono::steady_clock::now() >= give_up) return fd.error();
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }

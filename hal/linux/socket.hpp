@@ -1,6 +1,7 @@
 #pragma once
 // hal::Stream and hal::Listener on Unix sockets and TCP; hal/platform.hpp has the part common to every system.
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string_view>
@@ -19,6 +20,11 @@ inline constexpr std::size_t kMaxWaiting = 64;
 
 /// Waits until at least one is ready, or `patience` is over. Errors: bad_argument for more than kMaxWaiting; io.
 Status wait_ready(std::span<Waiting> items, Duration patience);
+
+/// connect_stream(), which also ends, with `timeout`, soon after `leave` is true: it is asked some twenty times a
+/// second. The look-up of a host's name is not ended.
+Result<std::unique_ptr<Stream>> connect_stream_until(std::string_view endpoint, Duration patience,
+                                                     const std::function<bool()>& leave);
 
 /// Both ends of a local connection.
 Result<std::pair<std::unique_ptr<Stream>, std::unique_ptr<Stream>>> stream_pair();

@@ -7,7 +7,10 @@ namespace {
 
 using hal::Errc;
 using hal::Error;
+using hal::Result;
 using hal::Status;
+
+constexpr Duration kTurn = std::chrono::milliseconds(100);
 
 std::string title(const DeviceInfo& d) { return std::string(to_string(d.kind)) + " '" + d.name + "'"; }
 
@@ -87,9 +90,29 @@ Status PlantConnection::receive(Message& message) {
     auto next = in.next(message);
     if (!next) return next.error();
     if (*next) return {};
-    auto n = stream->read(in.space());
+    auto n = read(in.space());
     if (!n) return n.error();
     in.filled(*n);
+  }
+}
+
+void PlantConnection::wait_for(Duration longest, const Silence* asked) {
+  silence = asked && asked->go_on ? asked : nullptr;
+  patience = longest;
+  stream->set_patience(silence ? std::min(kTurn, longest) : longest);
+}
+
+Result<std::size_t> PlantConnection::read(std::span<std::byte> into) {
+  for (Duration silent{0};;) {
+    auto n = stream->read(into);
+    const bool waits = !n && n.error().code == Errc::timeout && silence;
+    if (!waits) {
+      if (n && silent.count() > 0) silence->over(silent);
+      return n;
+    }
+    silent += kTurn;
+    if (!silence->go_on(silent)) return Error{Errc::timeout, "waiting was given up"};
+    if (patience.count() > 0 && silent >= patience) return n;
   }
 }
 

@@ -59,7 +59,7 @@ SimBoard::SimBoard(std::unique_ptr<hal::Stream> stream, const SimBoardOptions& o
   shared_.clock = options_.clock;
   shared_.lockstep = options_.mode == Mode::lockstep;
   shared_.late_after = options_.late_after;
-  line_.stream->set_patience(options_.patience);
+  line_.wait_for(options_.patience, &options_.silence);
 }
 
 SimBoard::~SimBoard() { bye("runtime closed the connection"); }
@@ -257,7 +257,7 @@ Result<bool> SimBoard::read_pixels(std::span<std::uint8_t> into) {
   if (into.size() != line_.in.bulk_left()) return false;
   into = into.subspan(line_.in.take_bulk(into));
   while (!into.empty()) {
-    auto n = line_.stream->read(std::as_writable_bytes(into));
+    auto n = line_.read(std::as_writable_bytes(into));
     if (!n) return n.error();
     line_.in.bulk_filled(*n);
     into = into.subspan(*n);
@@ -290,6 +290,7 @@ Status SimBoard::take(const Message& message, Time at) {
       return {};
     case Type::bye:
       end_reason_ = decode_text(message.payload);
+      bye_came_ = true;
       return end({Errc::closed, "the plant ended the run"});
     default:
       return Error{Errc::bad_data, "message does not belong here", std::int64_t(message.header.type)};
@@ -346,6 +347,7 @@ Status SimBoard::send_now(Type type, std::uint16_t device, Time commit, const Co
 Status SimBoard::end(const Error& error) {
   if (ended()) return end_error_;
   end_error_ = error;
+  if (ended_at_.ns == 0) ended_at_ = shared_.clock->now();
   if (end_reason_.empty()) end_reason_ = describe_failure(error, "connection to plant '" + welcome_.plant + "' ended");
   shared_.ended.store(true, std::memory_order_release);  // pairs with ended(): the reason was written before
   return error;

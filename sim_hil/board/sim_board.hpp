@@ -51,7 +51,8 @@ struct SimBoardOptions {
   bool accepts_shared_memory = true;
   std::size_t sensor_depth = 64;  // samples that a device keeps for its driver; then it drops the oldest
   std::size_t camera_depth = 4;
-  Duration patience = std::chrono::seconds(10);        // a plant that is silent for longer is gone
+  Duration patience = std::chrono::seconds(10);  // a plant that is silent for longer is gone
+  Silence silence;  // asked while open(), start() and next_grant() wait for the plant; on their thread
   Duration late_after = std::chrono::milliseconds(2);  // free-running: arrival after `ready` that counts as late
   // Ground truth and the plant's report, for the run's report only. Called on the receiving thread; in lockstep on the
   // executor's, inside next_grant().
@@ -94,11 +95,19 @@ class SimBoard final : public hal::Board, public hal::GrantSource {
   bool ended() const { return shared_.ended.load(std::memory_order_acquire); }
   /// Why the run ended, in the plant's words if it said any. After ended().
   const std::string& end_reason() const { return end_reason_; }
+  /// The plant said Bye. After ended().
+  bool ended_politely() const { return bye_came_; }
+  /// It ended because the plant was silent for `patience`. After ended().
+  bool silent() const { return end_error_.code == hal::Errc::timeout; }
+  /// When the plant was lost or said Bye, by the runtime's clock. After ended().
+  Time ended_at() const { return ended_at_; }
   /// The last failed look-up in words, or the reason of the end.
   const std::string& problem() const { return ended() ? end_reason_ : problem_; }
   SimStats stats() const;
   /// One line about a lost plant that the board looks for; empty: the plant is there. Thread: any.
   std::string link_trouble() const;
+  /// Free-running: since when a plant that is there has sent nothing at all. Thread: any.
+  Duration silent_for() const;
 
  private:
   class Group;
@@ -116,6 +125,7 @@ class SimBoard final : public hal::Board, public hal::GrantSource {
   bool relink(const hal::Error& lost);
   bool try_relink(std::string& why);
   bool take_line(PlantConnection& fresh);
+  bool flush_soon();
   bool leaving() const { return leave_.load(std::memory_order_acquire) != 0; }
   void say_trouble(std::string text);
   hal::Status take(const Message& message, Time arrival);
@@ -138,11 +148,13 @@ class SimBoard final : public hal::Board, public hal::GrantSource {
   std::vector<std::unique_ptr<SimDevice>> devices_;  // by id; null for actuators
   std::vector<std::unique_ptr<Group>> groups_;       // by id; null for the others
   std::unique_ptr<hal::Thread> reader_;
-  bool started_ = false, said_bye_ = false;
+  bool started_ = false, said_bye_ = false, bye_came_ = false;
+  Time ended_at_{};
   hal::Error end_error_{hal::Errc::closed, "the plant ended the run"};
   std::string end_reason_, problem_;
   Time last_commit_{};  // of the line; the actuators' thread, or the receiver's while there is no line
   std::atomic<std::uint32_t> grants_{0}, commands_{0}, commands_dropped_{0};
+  std::atomic<std::int64_t> heard_ns_{0};  // free-running: when bytes came last, by `os`; 0: not started
 
   // While the receiver replaces the line, no thread may send on it. A sender sets sending_, then looks at linked_; the
   // receiver clears linked_, then looks at sending_. Sequential consistency: at least one of the two sees the other.

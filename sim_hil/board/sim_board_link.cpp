@@ -15,6 +15,7 @@ using hal::Status;
 constexpr Duration kClocksAgree = 1h;                       // two readings of one clock, however slow the start was
 constexpr Duration kFirstPause = 50ms, kLongestPause = 1s;  // between two tries to reach a lost plant
 constexpr Duration kRelinkPatience = 2s;                    // for each answer of a plant that is back
+constexpr Duration kLastWords = 200ms;                      // for the Bye to a plant that takes nothing
 
 Duration scaled(Duration d, double rate) {
   return Duration(static_cast<std::int64_t>(static_cast<double>(d.count()) * rate));
@@ -37,6 +38,8 @@ Status SimBoard::start() {
     return end(ok.error());
   }
   started_ = true;
+  line_.wait_for(options_.patience, nullptr);
+  heard_ns_.store(options_.os->now().ns, std::memory_order_relaxed);
   auto reader = options_.os->start_thread(options_.reader, [this] { read_loop(); });
   if (!reader) return end(reader.error());
   reader_ = std::move(*reader);
@@ -107,8 +110,9 @@ Status SimBoard::read_some() {
   auto next = line_.in.next(message);
   if (!next) return next.error();
   if (*next) return take(message, shared_.clock->now());
-  auto n = line_.stream->read(line_.in.space());
+  auto n = line_.read(line_.in.space());
   if (!n) return n.error();
+  heard_ns_.store(options_.os->now().ns, std::memory_order_relaxed);
   line_.in.filled(*n);
   return {};
 }
@@ -141,6 +145,7 @@ bool SimBoard::relink(const Error& lost) {
   const std::lock_guard lock(link_mutex_);
   outages_.back().length = shared_.clock->now() - at;
   trouble_.clear();
+  if (!back) ended_at_ = at;
   if (!back && end_reason_.empty() && !leaving()) end_reason_ = reason + "; looked for it in vain: " + why;
   return back;
 }
@@ -153,7 +158,8 @@ bool SimBoard::try_relink(std::string& why) {
     return false;
   }
   fresh.stream = std::move(*stream);
-  fresh.stream->set_patience(kRelinkPatience);
+  const Silence until_we_leave{.go_on = [this](Duration) { return !leaving(); }};
+  fresh.wait_for(kRelinkPatience, &until_we_leave);
   why.clear();
   if (!fresh.shake_hands(hello(), why)) return false;
   if (const std::string what = difference(welcome_, fresh.welcome); !what.empty()) {
@@ -166,7 +172,7 @@ bool SimBoard::try_relink(std::string& why) {
     why = describe_failure(ok.error(), why.empty() ? "plant '" + welcome_.plant + "' does not start" : why);
     return false;
   }
-  fresh.stream->set_patience(options_.patience);
+  fresh.wait_for(options_.patience, nullptr);
   return take_line(fresh);
 }
 
@@ -193,6 +199,26 @@ std::string SimBoard::link_trouble() const {
   return trouble_;
 }
 
+Duration SimBoard::silent_for() const {
+  const std::int64_t heard = heard_ns_.load(std::memory_order_relaxed);
+  if (heard == 0 || ended() || !linked_.load(std::memory_order_relaxed)) return Duration{0};
+  return options_.os->now() - Time{heard};
+}
+
+/// Sends what waits, but does not wait long for a plant that takes nothing: false.
+bool SimBoard::flush_soon() {
+  if (!options_.os) return static_cast<bool>(line_.flush());
+  const Time give_up = options_.os->now() + kLastWords;
+  for (;;) {
+    const auto n = line_.stream->write_now(line_.out.pending());
+    if (!n) return false;
+    line_.out.sent(*n);
+    if (line_.out.pending().empty()) return true;
+    if (options_.os->now() >= give_up) return false;
+    options_.os->sleep_until(options_.os->now() + 5ms);
+  }
+}
+
 void SimBoard::bye(std::string_view reason) {
   if (said_bye_) return;
   said_bye_ = true;
@@ -200,9 +226,10 @@ void SimBoard::bye(std::string_view reason) {
   if (options_.os) options_.os->wake(leave_);
   if (const Sending sending(*this); sending) {
     if (ended()) reason = end_reason_;
-    if (line_.out.room() < kHeaderBytes + reason.size()) static_cast<void>(line_.flush());
-    static_cast<void>(line_.out.add_text(Type::bye, Time{}, reason));
-    static_cast<void>(line_.flush());  // the peer may be gone already; then nobody needs the reason
+    if (line_.out.room() >= kHeaderBytes + reason.size() || flush_soon()) {
+      static_cast<void>(line_.out.add_text(Type::bye, Time{}, reason));
+      flush_soon();  // the peer may be gone already; then nobody needs the reason
+    }
   }
   {
     const std::lock_guard lock(link_mutex_);

@@ -56,7 +56,7 @@ class ToldBoard final : public RunBoard, public hal::GrantSource {
     return starts;
   }
   bool over(RunContext& run, hal::Time now) override { return !run.options.virtual_time && now - run.begin > 50ms; }
-  void end() override { happened.add("good-bye"); }
+  void end(RunContext&) override { happened.add("good-bye"); }
   int report(RunContext&, RunSummary& summary) override {
     happened.add("report");
     return summary.finish("as told", code);

@@ -222,6 +222,38 @@ TEST_F(Told, JsonHasBothVerdictsAndTheStory) {
   EXPECT_THAT(all["invalid_because"], SizeIs(3));
 }
 
+TEST_F(Told, ARunThatLostItsWorldIsNeitherAMissionNorAMeasurement) {
+  summary().why("the run ended while climbing");
+  summary().measure("landing error 0.04 m (at most 0.15)");
+  summary().lost("the simulator died (signal 9)", 15.23, "signal 9 (Killed)");
+  EXPECT_EQ(finish("landed on the pad", 0), 1);
+  EXPECT_EQ(out_,
+            "mission   landed on the pad, but the simulator died (signal 9) at 15.2 s: landing error 0.04 m (at most "
+            "0.15)\n"
+            "timing    not valid as a measurement: the simulator died (signal 9) at 15.2 s\n"
+            "   15.2 s  the simulator died (signal 9)\n"
+            "why       signal 9 (Killed)\n"
+            "next      --verbose prints threads, modules, topics and hashes, too\n");
+  summary_.reset();
+  form_.json = true;
+  summary().lost("the simulator died (signal 9)", 15.23, "");
+  EXPECT_EQ(finish("", 0), 1);
+  const Json all = Json::parse(out_);
+  EXPECT_EQ(all["result"], "the simulator died (signal 9) at 15.2 s, invalid run");
+  EXPECT_EQ(all["lost"]["at_s"], 15.23);
+  EXPECT_EQ(all["mission"]["good"], false);
+}
+
+TEST_F(Told, AnInterruptedRunSaysWhenAndIsJudgedByWhatItReached) {
+  summary().ended_early("interrupted", 8.21);
+  EXPECT_EQ(finish("did not land", 1), 1);
+  EXPECT_THAT(out_, HasSubstr("mission   did not land, interrupted at 8.2 s\n"));
+  summary_.reset();
+  summary().ended_early("stopped", 8.21);
+  EXPECT_EQ(finish("", 0), 0) << "for a robot without a mission that is the ordinary end";
+  EXPECT_THAT(out_, HasSubstr("mission   stopped at 8.2 s\n"));
+}
+
 TEST(Timing, WorstReasonIsTheOneFarthestBeyondItsBound) {
   std::vector<Finding> findings{{"plant_gap_ms", "a", 1.5, 2, true}};
   EXPECT_EQ(worst_of(findings), nullptr);

@@ -71,6 +71,54 @@ TEST(ChildProcess, OutputGoesToTheLog) {
   EXPECT_EQ(a + b, "outerr");
 }
 
+TEST(ChildProcess, AStoppedOneIsKnownAndNoEndedOne) {
+  auto child = ChildProcess::start({"/bin/sleep", "1000"});
+  ASSERT_TRUE(child);
+  const auto becomes = [&](bool stopped) {
+    for (const Time end = system_os().now() + 20s; system_os().now() < end;) {
+      EXPECT_FALSE((*child)->poll());
+      if ((*child)->is_stopped() == stopped) return true;
+      system_os().sleep_until(system_os().now() + 1ms);
+    }
+    return false;
+  };
+  EXPECT_FALSE((*child)->is_stopped());
+  kill((*child)->pid(), SIGSTOP);
+  EXPECT_TRUE(becomes(true));
+  kill((*child)->pid(), SIGCONT);
+  EXPECT_TRUE(becomes(false));
+}
+
+TEST(ChildProcess, OneThatDoesNotHearTheTerminalOutlivesItsCtrlC) {
+  auto child = ChildProcess::start({"/bin/sleep", "1000"}, ChildOptions{.log_path = {}, .hears_terminal = false});
+  ASSERT_TRUE(child);
+  kill((*child)->pid(), SIGINT);
+  EXPECT_FALSE((*child)->wait(50ms));
+}
+
+TEST(Process, TheSecondSignalEndsItAtOnceWithItsLastWords) {
+  SINEW_SKIP_UNDER_QEMU_USER(kOwnThread);
+  int ends[2];
+  ASSERT_EQ(::pipe(ends), 0);
+  auto child = ChildProcess::fork([&] {
+    ::dup2(ends[1], STDERR_FILENO);
+    static_cast<void>(stop_requested());
+    end_at_second_signal("the end\n");
+    raise(SIGINT);
+    raise(SIGTERM);  // within a moment: the same one
+    if (stop_signals() != 1) return 7;
+    system_os().sleep_until(system_os().now() + kOneSignal + 50ms);
+    raise(SIGINT);
+    return 8;
+  });
+  ASSERT_TRUE(child);
+  EXPECT_EQ((*child)->wait(20s), 1);
+  char said[64] = {};
+  EXPECT_EQ(::read(ends[0], said, sizeof said - 1), 8);
+  EXPECT_STREQ(said, "the end\n");
+  ::close(ends[0]), ::close(ends[1]);
+}
+
 TEST(Process, StopIsRequestedByASignalAndTheProcessLives) {
   EXPECT_FALSE(stop_requested());
   raise(SIGTERM);

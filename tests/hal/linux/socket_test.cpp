@@ -73,6 +73,18 @@ TEST(UnixSocket, PeerThatStartsLaterIsFound) {
   (*starter)->join();
 }
 
+TEST(Socket, ConnectingIsGivenUpWhenAsked) {
+  int asked = 0;
+  const auto begin = system_os().now();
+  EXPECT_EQ(connect_stream_until("unix:" + socket_path("nobody"), 100s, [&] { return ++asked > 3; }).error().code,
+            Errc::timeout);
+  EXPECT_GE(asked, 3);
+  EXPECT_LT(system_os().now() - begin, 50s);
+  auto listener = listen_stream("tcp:127.0.0.1:0");
+  ASSERT_TRUE(listener);
+  EXPECT_TRUE(connect_stream_until((*listener)->endpoint(), 100s, [] { return false; }));
+}
+
 TEST(UnixSocket, FileIsForItsOwnerOnlyAndGoesWithTheListener) {
   const std::string path = socket_path("mode");
   struct stat info {};

@@ -234,6 +234,41 @@ TEST(SimLockstep, SilentPlantTimesOut) {
   EXPECT_EQ(end.error().code, Errc::timeout);
 }
 
+TEST(SimLockstep, WhoeverWaitsForASilentPlantIsAskedAndMayGiveUp) {
+  std::vector<Duration> asked;
+  SimBoardOptions options;
+  options.patience = 100s;
+  options.silence.go_on = [&](Duration silent) {
+    asked.push_back(silent);
+    return asked.size() < 3;
+  };
+  Rig rig([](PlantLink& plant) { static_cast<void>(plant.wait_start()); }, options);  // never grants
+  const auto end = rig.board->next_grant({});
+  ASSERT_FALSE(end);
+  EXPECT_EQ(end.error().code, Errc::timeout);
+  EXPECT_EQ(asked.size(), 3u);
+  EXPECT_LT(asked[0], asked[2]);
+  EXPECT_FALSE(rig.board->ended_politely());
+}
+
+TEST(SimLockstep, APlantThatGoesOnIsToldWithTheTimeOfItsSilence) {
+  Duration silent{0};
+  bool goes_on = false;
+  SimBoardOptions options;
+  options.patience = 100s;
+  options.silence.go_on = [&](Duration) { return goes_on = true; };
+  options.silence.over = [&](Duration length) { silent = length; };
+  Rig rig(
+      [&](PlantLink& plant) {
+        hal::system_os().sleep_until(hal::system_os().now() + 150ms);
+        static_cast<void>(plant.grant(at(1ms)));
+      },
+      options);
+  EXPECT_TRUE(rig.board->next_grant({}));
+  EXPECT_TRUE(goes_on);
+  EXPECT_GT(silent.count(), 0);
+}
+
 TEST(SimLockstep, LostSamplesAndGapsAreCounted) {
   Rig rig([](PlantLink& plant) {
     for (int ms : {0, 1, 2, 6, 7}) ASSERT_TRUE(plant.send(kImu, imu_sample(ms * 1ms), at(ms * 1ms)));
