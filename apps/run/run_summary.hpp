@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -61,6 +62,14 @@ class RunSummary {
   void why(std::string text) { why_ = std::move(text); }
   /// Of a board that judges it; of others only the chains do.
   void timing(TimingVerdict verdict) { timing_ = std::move(verdict), judged_ = true; }
+  /// How the run went, for its recording.
+  struct Result {
+    std::string outcome, why;  // of the mission
+    int code = 0;              // of the program
+    std::string timing;        // the worst reason why it is no measurement; empty: it is, or nothing judges it
+  };
+  /// finish() calls it when all is known, before anything is printed; it may still add().
+  void before_print(std::function<void(const Result&)> what) { before_print_ = std::move(what); }
   /// Where the run was recorded, and what that is good for.
   void recorded(const std::string& path, std::string_view text);
 
@@ -86,6 +95,7 @@ class RunSummary {
   std::vector<std::string> measures_, failed_chains_;
   std::string why_, recorded_, recording_, virtual_time_;
   TimingVerdict timing_;
+  std::function<void(const Result&)> before_print_;
   bool trace_failed_ = false, chains_decide_ = true, judged_ = false;
 };
 

@@ -54,6 +54,7 @@ class Session {
                                       .verbose = options_.verbose,
                                       .strict = options_.strict,
                                       .trace = options_.trace});
+    summary_->before_print([this](const RunSummary::Result& result) { end_recording(result); });
     return options_.virtual_time ? run_virtual() : run_real();
   }
 
@@ -160,7 +161,6 @@ class Session {
     summary_->virtual_time(*run_.reached_s, *run_.wall_s);
     report_start_up(wall);
     summary_->hashes(executor.runner());
-    if (recording_) recording_->finish(*summary_);
     return report();
   }
 
@@ -201,7 +201,6 @@ class Session {
     const double wall_s = msg::seconds(run_.system.now() - wall);
     board_.end();
     summary_->statistics(executor.runner());
-    if (recording_) recording_->finish(*summary_);
     summary_->add_reasons("device", "devices", complaints_.all());
     const double processor = 100 * msg::seconds(after.cpu - before.cpu) / wall_s;
     summary_->add("processor", fmt::format("{:.1f} % of a core", processor),
@@ -246,6 +245,15 @@ class Session {
       run_.lasted_s = msg::seconds(now - run_.begin);
       if (ends) return;
     }
+  }
+
+  /// With the result, which only the end of the summary knows.
+  void end_recording(const RunSummary::Result& result) {
+    if (!recording_) return;
+    RunResult told{.outcome = result.outcome, .why = result.why, .exit_code = result.code, .timing = result.timing};
+    told.end = hal::stop_requested() ? RunResult::End::interrupted : RunResult::End::ended;
+    told.ended_s = run_.reached_s.value_or(run_.lasted_s);
+    recording_->finish(*summary_, told, board_.plant_report());
   }
 
   int report() {

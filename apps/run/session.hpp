@@ -54,6 +54,8 @@ class RunBoard {
   virtual bool over(RunContext& run, hal::Time now) = 0;
   /// What is wrong with the line to it, for the table and the robot's complaints; empty: nothing. Thread: any.
   virtual std::string trouble() const { return {}; }
+  /// The plant's last report, JSON, for the recording; empty: none.
+  virtual std::string plant_report() { return {}; }
   /// After the last cycle: says good-bye, so that the board's last report arrives.
   virtual void end() {}
   /// Says how the run went and finishes the summary. Returns the exit code.

@@ -95,6 +95,8 @@ class SimulatedBoard final : public RunBoard {
     return end_->reached(now, report_.get()) || (!run.options.virtual_time && board_->ended());
   }
 
+  std::string plant_report() override { return report_.get(); }
+
   void end() override {
     board_->bye("the runtime ended the run");
     plant_.wait_for_end();
