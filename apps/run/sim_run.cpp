@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstdio>
 #include <mutex>
 #include <optional>
@@ -12,6 +13,7 @@
 #include "apps/robot/board_rules.hpp"
 #include "apps/robot_file/world_options.hpp"
 #include "apps/robot_file/world_report.hpp"
+#include "apps/run/ground_truth_source.hpp"
 #include "apps/run/miss_cause.hpp"
 #include "apps/run/plant_process.hpp"
 #include "apps/run/session.hpp"
@@ -69,6 +71,10 @@ class SimulatedBoard final : public RunBoard {
     sim.reader.fifo_priority = lockstep ? 0 : 95;  // it is this board's interrupt
     sim.reader.stack_bytes = std::size_t{64} * 1024;
     sim.on_report = [this](const std::string& json) { report_.put(json); };
+    if (GroundTruthSource* const truth = find_ground_truth(run.graph()))
+      sim.on_truth = [this, truth](hal::Time at, const sim_hil::Truth& state) {
+        if (!truth->push(true_state(state, at))) truth_lost_.fetch_add(1, std::memory_order_relaxed);
+      };
     auto board = sim_hil::SimBoard::open(plant_.take_stream(), sim, why);
     if (!board) {
       why = plant_.with_its_end(why);
@@ -104,6 +110,9 @@ class SimulatedBoard final : public RunBoard {
 
   int report(RunContext& run, RunSummary& summary) override {
     if (run.reached_s) summary.grants(board_->stats().grants, *run.reached_s, *run.wall_s);
+    if (const std::uint64_t lost = truth_lost_.load(std::memory_order_relaxed); lost > 0)
+      summary.add("ground truth", fmt::format("{} states lost: its thread was not run in time", lost),
+                  {{"ground_truth_lost", lost}});
     const auto report = parse_report(report_.get());
     if (!report) return summary.finish("the plant sent no report", run.mission->exists() ? 1 : 0);
     std::vector<std::string> faults;
@@ -184,6 +193,7 @@ class SimulatedBoard final : public RunBoard {
 
   PlantProcess& plant_;
   ReportBox report_;
+  std::atomic<std::uint64_t> truth_lost_{0};
   std::unique_ptr<sim_hil::SimBoard> board_;
   std::optional<FlightEnd> end_;
 };
