@@ -7,7 +7,6 @@
 #include "apps/robot/board_rules.hpp"
 #include "apps/robot_file/world_options.hpp"
 #include "apps/run/run_setup.hpp"
-#include "robots/robot_kind.hpp"
 
 namespace sinew::app {
 namespace {
@@ -39,32 +38,13 @@ std::vector<std::string> options_texts(const RunOptions& options) {
   return all;
 }
 
-/// The value that an argument of the plant gives to an option, "--gust=3" or "--gust 3"; the last one counts.
-std::optional<std::string> argument_of(const std::vector<std::string>& arguments, const std::string& option) {
-  std::optional<std::string> value;
-  for (std::size_t i = 0; i < arguments.size(); ++i) {
-    if (arguments[i].starts_with(option + "=")) value = arguments[i].substr(option.size() + 1);
-    if (arguments[i] == option && i + 1 < arguments.size()) value = arguments[i + 1];
-  }
-  return value;
-}
-
 record::Texts world_texts(const Prepared& prepared, const RunOptions& options) {
   const SimTable& sim = prepared.robot.sim;
   record::Texts texts{{"plant", sim.plant}, {"seed", std::to_string(world_seed(prepared.robot))}};
   if (sim.plant != "auto") return texts;  // its world and its options are its own
   texts["world"] = sim.world;
   texts["camera"] = fmt::format("{}x{}", sim.camera_width, sim.camera_height);
-  if (const auto seed = argument_of(options.plant_args, "--seed")) texts["seed"] = *seed;
-  const plant::WorldInfo* const world = robots::find_world(sim.world);
-  if (!world) return texts;
-  for (const plant::WorldOption& o : world->options) {
-    const auto given = sim.options.find(o.key);
-    std::string value = o.value ? fmt::format("{}", *o.value) : o.otherwise;
-    if (given != sim.options.end()) value = fmt::format("{}", given->second);
-    if (const auto argued = argument_of(options.plant_args, fmt::format("--{}", o.option))) value = *argued;
-    texts[o.key] = value;
-  }
+  for (const auto& [key, value] : world_choices(sim, options.plant_args)) texts[key] = value;
   return texts;
 }
 
