@@ -11,7 +11,7 @@ rt::ModuleTypes all_modules() {
   rt::ModuleTypes types = robot_modules();
   types.add<RunLog<msg::NavState>>("app::StateLog");
   types.add<RunLog<msg::MotionField>>("app::MotionLog");
-  types.add<GroundTruthSource>("app::GroundTruth");
+  add_ground_truth_type(types);
   return types;
 }
 

@@ -132,7 +132,7 @@ void Graph::resolve_topics() {
       const Declaration::Port& port = m.declaration.ports[p];
       if (port.is_input()) continue;
       GraphTopic t;
-      t.name = m.spec.name + "." + port.name;
+      t.name = port.name.empty() ? m.spec.name : m.spec.name + "." + port.name;
       t.type = port.type;
       t.writer = i;
       t.port = p;

@@ -125,6 +125,7 @@ void GraphCheck::trigger(const GraphThread& thread) {
     for (const auto& name : t.topics) {
       const std::uint32_t topic = graph_.find_topic(name.value);
       const int line = name.line ? name.line : t.line;
+      if (acts_by_truth(line, key + ".trigger", name.value)) continue;
       if (topic == kNone) {
         if (!guardian) add(line, key + ".trigger", quoted(name.value), topic_candidates(nullptr, name.value));
       } else if (graph_.modules()[graph_.topics()[topic].writer].thread != kNone &&

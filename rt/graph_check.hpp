@@ -8,6 +8,11 @@
 
 namespace sinew::rt {
 
+/// The topic of what a simulator or a data set knows to be true: for recordings and reports. No module may read it.
+inline constexpr std::string_view kGroundTruth = "ground_truth";
+/// True of this topic, and of names that begin with it and a dot.
+bool is_ground_truth(std::string_view topic);
+
 class GraphCheck {
  public:
   GraphCheck(const Graph& graph, const std::vector<std::string>& known_types, const CheckOptions& options)
@@ -45,6 +50,8 @@ class GraphCheck {
   void add(int line, std::string key, std::string value, std::string allowed) {
     problems_.push_back({line, std::move(key), std::move(value), std::move(allowed)});
   }
+  /// True, and a problem, when something in the robot would act by the truth.
+  bool acts_by_truth(int line, const std::string& key, const std::string& topic);
   template <class Container, class NameAndLine>
   void unique(const Container& all, std::string_view kind, NameAndLine&& of);
   /// "a topic of ImuSample: imu.raw sim.imu; did you mean imu.raw?"; any type when null, no question without `asked`.

@@ -36,6 +36,7 @@ void GraphCheck::failsafe(const FailsafeSpec& f) {
     add(f.line, key + ".then_after_ms", number_of_ms(*f.stop_after), "a number from 0 to 3600000");
   const std::uint32_t topic = graph_.find_topic(f.topic.value);
   const int line = f.topic.line ? f.topic.line : f.line;
+  if (acts_by_truth(line, key + ".topic", f.topic.value)) return;
   if (topic == kNone) {
     add(line, key + ".topic", quoted(f.topic.value), topic_candidates(nullptr, f.topic.value));
     return;

@@ -16,9 +16,20 @@ using PortKind = Declaration::PortKind;
 std::string GraphCheck::topic_candidates(const msg::TypeInfo* type, std::string_view asked) const {
   std::vector<std::string> names;
   for (const GraphTopic& t : graph_.topics())
-    if (!type || t.type == type) names.push_back(t.name);
+    if ((!type || t.type == type) && !is_ground_truth(t.name)) names.push_back(t.name);
   const std::string what = type ? "a topic of " + std::string(type->name) : "a topic";
   return what + (names.empty() ? "; no module writes one" : ": " + listed_for(asked, names));
+}
+
+bool is_ground_truth(std::string_view topic) {
+  return topic.starts_with(kGroundTruth) && (topic.size() == kGroundTruth.size() || topic[kGroundTruth.size()] == '.');
+}
+
+bool GraphCheck::acts_by_truth(int line, const std::string& key, const std::string& topic) {
+  if (!is_ground_truth(topic)) return false;
+  add(line, key, quoted(topic),
+      "another topic: ground_truth is the simulator's truth, for reports only; a robot has none to act by");
+  return true;
 }
 
 void GraphCheck::bindings(const GraphModule& m) {
@@ -51,6 +62,7 @@ void GraphCheck::binding(const GraphModule& m, std::uint32_t p) {
     return;
   }
   const int line = given->second.line ? given->second.line : m.spec.line;
+  if (acts_by_truth(line, key, given->second.value)) return;
   if (m.topic[p] == kNone) {
     add(line, key, quoted(given->second.value), topic_candidates(port.type, given->second.value));
     return;

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Flies one robot twice in lockstep: with this machine's sinew-fly, and with the same program built for another machine.
-# All bytes of all topics must be the same; names the first topic that differs.
+# All bytes of all topics must be the same; names the first topic that differs. The simulator's truth is a topic of `sinew`
+# only (docs/recording.md): with sinew-fly neither side has it, with --replay both.
 #
 #   tools/compare_flight.sh [--replay] [--seed N] [--duration S] [--robot FILE] [--host H] [--label TEXT] -- COMMAND...
 #

@@ -53,6 +53,20 @@ void add_bag_commands(CLI::App& app, CommandContext& context) {
   file_command(bag, context, "info", "what is in it, what ran, what is missing", bag_info);
   file_command(bag, context, "check", "check every checksum and index, and the summary against the content", bag_check);
 
+  auto compare =
+      file_command(bag, context, "compare", "two flights: events side by side, fields over time", bag_compare);
+  compare.app.add_option("other", compare.options.other, "the MCAP file of the other flight")
+      ->required()
+      ->type_name(kFileHint);
+  compare.app
+      .add_option("--from-event", compare.options.from_event,
+                  "where both times begin: \"climbing\", the name of a failsafe, \"start\" [climbing]")
+      ->type_name("EVENT");
+  compare.app.add_option("--field", compare.options.fields, "filter.state.p_world_m.z; may be given again")
+      ->type_name(kFieldHint)
+      ->allow_extra_args(false);
+  compare.app.add_option("--plot", compare.options.plot, "draws them, as SVG, into a new file")->type_name(kFileHint);
+
   auto play = file_command(bag, context, "play", "start a robot that publishes the recorded messages again", bag_play);
   add_topics(play.app, play.options.what, "only this one; may be given again");
   add_times(play.app, play.options.what);

@@ -29,6 +29,14 @@ struct BagPlayOptions : BagOptions {
   bool loop = false;
 };
 
+/// `file` is the first flight.
+struct BagCompareOptions : BagOptions {
+  std::string other;                  // the second flight
+  std::string from_event;             // where both times begin; empty: the start of the climb, or arming, or the start
+  std::vector<std::string> fields{};  // record::means(); none: the usual ones
+  std::string plot;                   // a new file; empty: none
+};
+
 int bag_info(const BagOptions& options);
 int bag_check(const BagOptions& options);
 int bag_recover(const BagCopyOptions& options);
@@ -40,5 +48,6 @@ int bag_play(const BagPlayOptions& options);
 int bag_cat(const BagCatOptions& options);
 int bag_csv(const BagTopicOptions& options);
 int bag_images(const BagTopicOptions& options);
+int bag_compare(const BagCompareOptions& options);
 
 }  // namespace sinew::app

@@ -20,6 +20,7 @@
 #include "record/run/message_store.hpp"
 #include "record/run/player.hpp"
 #include "record/run/recorded_run.hpp"
+#include "record/run/truth.hpp"
 #include "rt/exec/real_time_executor.hpp"
 
 namespace sinew::app {
@@ -85,7 +86,9 @@ class Play {
     for (const auto& entry : reader_.channels()) {
       const record::Channel& channel = entry.second;
       const auto schema = reader_.schemas().find(channel.schema);
-      if (schema == reader_.schemas().end() || rt::split_topic(channel.topic).second.empty()) continue;
+      if (schema == reader_.schemas().end() ||
+          (rt::split_topic(channel.topic).second.empty() && channel.topic != record::kTruthTopic))
+        continue;
       if (!options_.what.topics.empty() && std::find(options_.what.topics.begin(), options_.what.topics.end(),
                                                      channel.topic) == options_.what.topics.end())
         continue;

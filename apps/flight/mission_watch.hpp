@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "apps/flight/estimate_error.hpp"
-#include "apps/flight/story.hpp"
+#include "apps/flight/mission_events.hpp"
 #include "hal/clock.hpp"
 #include "msg/flight.hpp"
 #include "msg/safety.hpp"
@@ -75,14 +75,9 @@ class MissionWatch {
   /// The guardian's last state.
   const msg::SafetyState& safety() const { return last_safety_; }
 
-  /// A thing that happened, by the stamps of the messages that showed it.
-  struct Event {
-    rt::Time at;
-    Story::Weight weight = Story::Weight::detail;
-    std::string text{};
-  };
-  /// Phases of the mission, failsafes, arming, actuators that went to their safe action; since the last call.
-  std::vector<Event> take_events();
+  using Event = MissionEvents::Event;
+  /// Since the last call.
+  std::vector<Event> take_events() { return events_.take(); }
   /// Share of the time with live actuators in which one of a group was at its limit, of the worst group; 0..1.
   double saturated() const;
   /// How far the estimate is from the simulator's truth; nothing: the robot lacks one of the two topics.
@@ -91,16 +86,14 @@ class MissionWatch {
  private:
   /// What the guardian does to one actuator group.
   struct Group {
-    Group(rt::Latch& latch, rt::Segment& segment, rt::ConnectionId tap, const rt::ActuatorSpec& of)
-        : state(latch, segment, tap), spec(of) {}
+    Group(rt::Latch& latch, rt::Segment& segment, rt::ConnectionId tap, std::size_t of)
+        : state(latch, segment, tap), actuator(of) {}
     Followed<msg::GuardianState> state;
-    const rt::ActuatorSpec& spec;
-    msg::GuardianMode mode = msg::GuardianMode::standby;
+    std::size_t actuator;  // index in the spec
     std::uint64_t live = 0, at_limit = 0;
   };
-  void see(const msg::MissionState& state);
   void see(const msg::SafetyState& state);
-  static void see(Group& group, const msg::GuardianState& state, std::vector<Event>& events);
+  void see(Group& group, const msg::GuardianState& state);
 
   const rt::GraphSpec* spec_ = nullptr;
   std::optional<rt::Latch> latch_;
@@ -109,13 +102,10 @@ class MissionWatch {
   std::optional<Followed<msg::NavState>> estimate_, truth_;
   std::vector<std::unique_ptr<Group>> groups_;  // ports are bound by address
   EstimateError error_;
-  std::optional<msg::MissionPhase> phase_;
+  MissionEvents events_;
   msg::SafetyState last_safety_;
   msg::Time calm_;  // when the guardian was last seen not safe
-  std::vector<Event> events_;
 };
-
-const char* to_string(msg::MissionPhase phase);
 
 /// When a flight in a simulator is over: the mission has ended, and since then the vehicle has lain still for a moment,
 /// or enough time has passed for it to come down.

@@ -6,6 +6,8 @@
 #include "apps/robot/without_camera.hpp"
 #include "apps/robot_file/param_value.hpp"
 #include "apps/robot_file/robot_file.hpp"
+#include "apps/run/ground_truth_source.hpp"
+#include "rt/graph_check.hpp"
 
 namespace sinew::app {
 
@@ -37,6 +39,7 @@ std::optional<rt::GraphSpec> recorded_spec(record::Reader& reader, const std::st
   const auto ran = [&](const std::string& name) {
     return std::any_of(modules.begin(), modules.end(), [&](const auto& m) { return m.second == name; });
   };
+  if (ran(std::string(rt::kGroundTruth))) add_ground_truth(spec);  // the run added it, not the robot file
   if (std::any_of(spec.modules.begin(), spec.modules.end(),
                   [&](const auto& m) { return m.type == "drivers::CameraSource" && !ran(m.name); }))
     leave_out_camera(spec);

@@ -1,5 +1,7 @@
 #include "apps/robot/record_rules.hpp"
 
+#include "apps/robot/board_rules.hpp"
+#include "rt/graph_check.hpp"
 #include "rt/parameters.hpp"
 
 namespace sinew::app {
@@ -8,6 +10,7 @@ std::vector<rt::Problem> check_recording(const RecordOptions& record, const rt::
   std::vector<rt::Problem> problems;
   const auto look = [&](int line, const char* key, const std::string& topic) {
     if (graph.find_topic(topic) != rt::kNone) return;
+    if (topic == rt::kGroundTruth && needs_plant(graph.spec())) return;  // a run adds it
     std::vector<std::string> names;
     for (const auto& t : graph.topics()) names.push_back(t.name);
     problems.push_back(

@@ -67,6 +67,16 @@ std::string set_seed(SimTable& sim, const std::string& value) {
   return {};
 }
 
+/// The value that an argument of the plant gives to an option, "--gust=3" or "--gust 3"; the last one counts.
+std::optional<std::string> argument_of(const std::vector<std::string>& arguments, const std::string& option) {
+  std::optional<std::string> value;
+  for (std::size_t i = 0; i < arguments.size(); ++i) {
+    if (arguments[i].starts_with(option + "=")) value = arguments[i].substr(option.size() + 1);
+    if (arguments[i] == option && i + 1 < arguments.size()) value = arguments[i + 1];
+  }
+  return value;
+}
+
 }  // namespace
 
 void read_world_options(TomlReader& r, SimTable& sim) {
@@ -121,6 +131,21 @@ std::vector<std::string> world_arguments(const SimTable& sim) {
       arguments.push_back(fmt::format("--{}={}", o.option, it->second));
     }
   return arguments;
+}
+
+std::map<std::string, std::string> world_choices(const SimTable& sim, const std::vector<std::string>& arguments) {
+  std::map<std::string, std::string> choices;
+  if (const auto seed = argument_of(arguments, "--seed")) choices["seed"] = *seed;
+  const plant::WorldInfo* const world = robots::find_world(sim.world);
+  if (!world) return choices;
+  for (const plant::WorldOption& o : world->options) {
+    const auto given = sim.options.find(o.key);
+    std::string value = o.value ? fmt::format("{}", *o.value) : o.otherwise;
+    if (given != sim.options.end()) value = fmt::format("{}", given->second);
+    if (const auto argued = argument_of(arguments, fmt::format("--{}", o.option))) value = *argued;
+    choices[o.key] = value;
+  }
+  return choices;
 }
 
 std::vector<std::string> world_settings(const std::string& world) {

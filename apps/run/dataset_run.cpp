@@ -133,7 +133,7 @@ class RecordedBoard final : public RunBoard {
 
   /// Hands the truth to the module that publishes it. Errors in the truth are left to the report.
   void play_truth(RunContext& run) {
-    auto* const module = find_module<GroundTruthSource>(run.graph());
+    GroundTruthSource* const module = find_ground_truth(run.graph());
     std::string why;
     const auto truth =
         module ? dataset::GroundTruth::open(run.options.data, why) : hal::Error{hal::Errc::not_found, ""};

@@ -107,6 +107,8 @@ std::unique_ptr<Recording> Recording::open(const Prepared& prepared, const RunOp
                {"virtual_time", options.virtual_time ? "true" : "false"},
                {"rate", fmt::format("{}", options.rate)},
                {"build", "sinew " + version() + ", " __VERSION__}};
+  about.more = run_metadata(prepared, options);
+  made->dated_ = !options.virtual_time;
   about.attachments.push_back(robot_attachment(prepared.robot.text, options.virtual_time ? 0 : unix_ns()));
 
   record::RecorderOptions how = recorder_options(from, options);
@@ -145,7 +147,7 @@ std::unique_ptr<Recording> Recording::open(const Prepared& prepared, const RunOp
 
 Recording::~Recording() {
   if (finished_ || !recorder_ || path_.empty()) return;
-  static_cast<void>(recorder_->finish());
+  static_cast<void>(recorder_->finish(end_with({.end = RunResult::End::failed})));
   if (recorder_->now() != rt::Time{}) return;
   std::error_code none;  // a file that cannot be removed stays, complete
   fs::remove(path_, none);
@@ -170,8 +172,13 @@ std::string Recording::begin_file() {
   return {};
 }
 
+record::RunEnd Recording::end_with(const RunResult& result, const std::string& report) const {
+  return end_of_run(result, report, dated_ ? static_cast<std::uint64_t>(unix_ns()) : 0);
+}
+
+/// While the run goes on.
 Recording::File Recording::end_file() {
-  const hal::Status finished = recorder_->end_file();
+  const hal::Status finished = recorder_->end_file(end_with({.end = RunResult::End::recording_stopped}));
   {
     const std::lock_guard lock(folder_mutex_);
     recording_.clear();
@@ -315,9 +322,9 @@ Json Recording::status() const {
 
 // ---- the end
 
-void Recording::finish(RunSummary& summary) {
+void Recording::finish(RunSummary& summary, const RunResult& result, const std::string& report) {
   finished_ = true;
-  const hal::Status finished = recorder_->finish();  // it answers requests to the end
+  const hal::Status finished = recorder_->finish(end_with(result, report));  // it answers requests to the end
   if (!path_.empty() && (files_.empty() || files_.back().path != path_)) {
     const record::RunSink& file = *recorder_->file();
     files_.push_back({path_, file.files(), file.verdict(), file.lost_messages(), file.lost_steps(),

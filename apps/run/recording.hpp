@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "apps/robot_file/record_options.hpp"
+#include "apps/run/run_metadata.hpp"
 #include "apps/run/run_summary.hpp"
 #include "record/run/run_recorder.hpp"
 #include "tap/record_control.hpp"
@@ -35,8 +36,9 @@ class Recording final : public tap::RecordControl {
   rt::RunObserver& observer() { return recorder_->observer(); }
   /// For a parent, which dumps the ring after this process died; null: there is no ring.
   const hal::SharedMemory* ring_memory() const { return ring_memory_.get(); }
-  /// After the executor has ended: completes the file and tells the summary.
-  void finish(RunSummary& summary);
+  /// After the executor has ended: completes the file, with the result and the plant's report (empty: none), and tells
+  /// the summary.
+  void finish(RunSummary& summary, const RunResult& result, const std::string& report);
 
   std::uint64_t ask(Command command) override;
   std::optional<Answer> answer(std::uint64_t number) override;
@@ -52,6 +54,7 @@ class Recording final : public tap::RecordControl {
   Recording(std::string under, std::string robot) : under_(std::move(under)), robot_(std::move(robot)) {}
   std::string begin_file();  // why not; empty: begun
   File end_file();
+  record::RunEnd end_with(const RunResult& result, const std::string& report = {}) const;
   record::DumpFile next_dump();
   void serve(Command command, std::uint64_t number);
   Answer start();
@@ -62,6 +65,7 @@ class Recording final : public tap::RecordControl {
   static Json to_json(const File& file);
 
   const std::string under_, robot_;
+  bool dated_ = false;  // attachments have the time of the day: not in virtual time
   std::unique_ptr<hal::SharedMemory> ring_memory_;
   bool finished_ = false;
   std::string path_;                 // of the file that is being written, or was; the recorder's

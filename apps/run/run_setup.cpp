@@ -7,11 +7,13 @@
 #include <filesystem>
 #include <sstream>
 
+#include "apps/robot/board_rules.hpp"
 #include "apps/robot/linux_board.hpp"
 #include "apps/robot/robot_check.hpp"
 #include "apps/robot_file/param_overlay.hpp"
 #include "apps/robot_file/param_value.hpp"
 #include "apps/robot_file/world_options.hpp"
+#include "apps/run/ground_truth_source.hpp"
 #include "apps/run/recording.hpp"
 #include "hal/did_you_mean.hpp"
 #include "hal/linux/process.hpp"
@@ -222,6 +224,10 @@ std::optional<Prepared> prepare(const RunOptions& options, const rt::ModuleTypes
     loaded.robot.sim.camera_line = lines.line_of("--camera " + options.camera);
   }
   Prepared prepared{std::move(loaded.robot), types, nullptr, nullptr, std::move(lines)};
+  if (needs_plant(prepared.robot.graph)) {
+    add_ground_truth_type(prepared.types);
+    add_ground_truth(prepared.robot.graph);
+  }
   prepared.graph = std::make_unique<rt::Graph>(prepared.robot.graph, prepared.types);
   const auto problems = check_robot(prepared.robot, *prepared.graph, {options.virtual_time, hal::usable_cpus()});
   for (const auto& p : problems) std::fprintf(stderr, "%s\n", prepared.options.told(p, prepared.robot).c_str());

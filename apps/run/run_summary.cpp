@@ -289,6 +289,7 @@ int RunSummary::finish(std::string_view outcome, int code) {
   const std::string result = judged_ ? fmt::format("{}{}{}", mission, mission.empty() ? "" : ", ", counts) : mission;
   add_reasons("invalid", "invalid_because", timing_.reasons);
   if (code == 0 && ((!valid && (form_.strict || virtual_)) || trace_failed_)) code = 1;
+  if (before_print_) before_print_({mission, why_, code, timing_.worst});
   Json story = Json::array();
   for (const Story::Event& e : story_.events()) story.push_back({{"at_s", e.at_s}, {"text", e.text}});
   add("result", result,

@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -66,6 +67,14 @@ class RunSummary {
   /// The world behind the run was lost: `what` ("the simulator died (signal 9)"), when by the robot's clock, and more
   /// about why. Such a run counts neither as a mission nor as a measurement.
   void lost(std::string_view what, double at_s, std::string_view why);
+  /// How the run went, for its recording.
+  struct Result {
+    std::string outcome, why;  // of the mission
+    int code = 0;              // of the program
+    std::string timing;        // the worst reason why it is no measurement; empty: it is, or nothing judges it
+  };
+  /// finish() calls it when all is known, before anything is printed; it may still add().
+  void before_print(std::function<void(const Result&)> what) { before_print_ = std::move(what); }
   /// Where the run was recorded, and what that is good for.
   void recorded(const std::string& path, std::string_view text);
 
@@ -95,6 +104,7 @@ class RunSummary {
   std::string ended_early_;  // with its time
   std::string lost_, lost_why_;
   double lost_at_s_ = 0;
+  std::function<void(const Result&)> before_print_;
   bool trace_failed_ = false, chains_decide_ = true, judged_ = false;
 };
 

@@ -20,6 +20,7 @@
 #include "hal/scaled_os.hpp"
 #include "rt/exec/discrete_executor.hpp"
 #include "rt/exec/real_time_executor.hpp"
+#include "rt/graph_check.hpp"
 
 namespace sinew::app {
 namespace {
@@ -56,6 +57,7 @@ class Session {
                                       .verbose = options_.verbose,
                                       .strict = options_.strict,
                                       .trace = options_.trace});
+    summary_->before_print([this](const RunSummary::Result& result) { end_recording(result); });
     return options_.virtual_time ? run_virtual() : run_real();
   }
 
@@ -183,7 +185,6 @@ class Session {
     summary_->virtual_time(*run_.reached_s, *run_.wall_s);
     report_start_up(wall);
     summary_->hashes(executor.runner());
-    if (recording_) recording_->finish(*summary_);
     return report();
   }
 
@@ -228,7 +229,6 @@ class Session {
     if (hal::stop_requested()) ended_early(run_.lasted_s);
     end_board(run_.os.now());
     summary_->statistics(executor.runner());
-    if (recording_) recording_->finish(*summary_);
     summary_->add_reasons("device", "devices", complaints_.all());
     const double processor = 100 * msg::seconds(after.cpu - before.cpu) / wall_s;
     summary_->add("processor", fmt::format("{:.1f} % of a core", processor),
@@ -236,6 +236,7 @@ class Session {
     summary_->memory(memory);
     report_start_up(first_cycle);
     for (std::uint32_t t = 0; t < run_.graph().threads().size(); ++t) {
+      if (run_.graph().threads()[t].spec.name == rt::kGroundTruth) continue;  // of ordinary priority, for reports
       run_.releases += executor.runner().thread_stats(t).releases.value();
       run_.missed += executor.runner().thread_stats(t).overruns.value();
     }
@@ -278,6 +279,15 @@ class Session {
       run_.lasted_s = msg::seconds(now - run_.begin);
       if (ends) return;
     }
+  }
+
+  /// With the result, which only the end of the summary knows.
+  void end_recording(const RunSummary::Result& result) {
+    if (!recording_) return;
+    RunResult told{.outcome = result.outcome, .why = result.why, .exit_code = result.code, .timing = result.timing};
+    told.end = hal::stop_requested() ? RunResult::End::interrupted : RunResult::End::ended;
+    told.ended_s = run_.reached_s.value_or(run_.lasted_s);
+    recording_->finish(*summary_, told, board_.plant_report());
   }
 
   int report() {

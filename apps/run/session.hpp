@@ -66,6 +66,8 @@ class RunBoard {
   /// After the last cycle: says good-bye, so that the board's last report arrives. Waits at most a second when
   /// hal::stop_requested().
   virtual void end(RunContext&) {}
+  /// The plant's last report, JSON, for the recording; empty: none.
+  virtual std::string plant_report() { return {}; }
   /// Says how the run went and finishes the summary. Returns the exit code.
   virtual int report(RunContext& run, RunSummary& summary) = 0;
 };

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstdio>
 #include <mutex>
 #include <optional>
@@ -13,6 +14,7 @@
 #include "apps/robot/board_rules.hpp"
 #include "apps/robot_file/world_options.hpp"
 #include "apps/robot_file/world_report.hpp"
+#include "apps/run/ground_truth_source.hpp"
 #include "apps/run/miss_cause.hpp"
 #include "apps/run/plant_process.hpp"
 #include "apps/run/session.hpp"
@@ -112,6 +114,10 @@ class SimulatedBoard final : public RunBoard {
     sim.reader.fifo_priority = lockstep ? 0 : 95;  // it is this board's interrupt
     sim.reader.stack_bytes = std::size_t{64} * 1024;
     sim.on_report = [this](const std::string& json) { report_.put(json); };
+    if (GroundTruthSource* const truth = find_ground_truth(run.graph()))
+      sim.on_truth = [this, truth](hal::Time at, const sim_hil::Truth& state) {
+        if (!truth->push(true_state(state, at))) truth_lost_.fetch_add(1, std::memory_order_relaxed);
+      };
     auto board = sim_hil::SimBoard::open(plant_.take_stream(), sim, why);
     if (!board) {
       why = hal::stop_requested() ? "interrupted while the simulator started" : plant_.with_its_end(why);
@@ -157,6 +163,8 @@ class SimulatedBoard final : public RunBoard {
     return std::exchange(news_, {});
   }
 
+  std::string plant_report() override { return report_.get(); }
+
   void end(RunContext& run) override {
     if (board_->ended() && !board_->ended_politely()) lost_ = how_it_was_lost(run);
     if (hal::stop_requested()) lost_.reset();  // a signal to all processes of the run ends the plant, too
@@ -166,6 +174,9 @@ class SimulatedBoard final : public RunBoard {
 
   int report(RunContext& run, RunSummary& summary) override {
     if (run.reached_s) summary.grants(board_->stats().grants, *run.reached_s, *run.wall_s);
+    if (const std::uint64_t lost = truth_lost_.load(std::memory_order_relaxed); lost > 0)
+      summary.add("ground truth", fmt::format("{} states lost: its thread was not run in time", lost),
+                  {{"ground_truth_lost", lost}});
     const auto report = parse_report(report_.get());
     if (lost_) summary.lost(lost_->what, lost_->at_s, lost_->why);
     if (!report) {
@@ -280,6 +291,7 @@ class SimulatedBoard final : public RunBoard {
 
   PlantProcess& plant_;
   ReportBox report_;
+  std::atomic<std::uint64_t> truth_lost_{0};
   std::unique_ptr<sim_hil::SimBoard> board_;
   std::optional<FlightEnd> end_;
   SilenceWatch silence_;

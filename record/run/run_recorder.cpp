@@ -102,7 +102,7 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
   }
 
   bool finished() const { return finished_; }
-  hal::Status finish() {
+  hal::Status finish(const RunEnd& end) {
     stop_thread();
     read_all(true);
     between();
@@ -116,7 +116,7 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
       if (why_dump_) static_cast<void>(snapshot(*why_dump_));
       ring_->wait();
     }
-    return has_file() ? end_file() : hal::Status{};
+    return has_file() ? end_file(end) : hal::Status{};
   }
 
   // ---- the recordings
@@ -144,12 +144,12 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     return {};
   }
 
-  hal::Status end_file() {
+  hal::Status end_file(const RunEnd& end) {
     if (!has_file()) return hal::Error{hal::Errc::not_found, "recorder: no file is being written"};
     flush_batches();
     file_ended_ = true;
     tell_progress();
-    return file_->finish();
+    return file_->finish(end);
   }
 
   std::optional<std::size_t> snapshot(const std::string& reason) {
@@ -448,15 +448,15 @@ hal::Result<std::unique_ptr<RunRecorder>> RunRecorder::open(rt::Graph& graph, Pa
 RunRecorder::RunRecorder(std::unique_ptr<Body> body) : body_(std::move(body)) {}
 // The record of a failed run is the most interesting one: it is completed all the same.
 RunRecorder::~RunRecorder() {
-  if (!body_->finished()) static_cast<void>(body_->finish());
+  if (!body_->finished()) static_cast<void>(body_->finish({}));
 }
 rt::RunObserver& RunRecorder::observer() { return *body_; }
 hal::Status RunRecorder::start(hal::Os& os) { return body_->start(os); }
 bool RunRecorder::later(std::function<void()> what) { return body_->later(std::move(what)); }
 RecorderProgress RunRecorder::progress() const { return body_->progress(); }
-hal::Status RunRecorder::finish() { return body_->finish(); }
+hal::Status RunRecorder::finish(const RunEnd& end) { return body_->finish(end); }
 hal::Status RunRecorder::begin_file(SplitWriter::OpenPart open_part) { return body_->begin_file(std::move(open_part)); }
-hal::Status RunRecorder::end_file() { return body_->end_file(); }
+hal::Status RunRecorder::end_file(const RunEnd& end) { return body_->end_file(end); }
 bool RunRecorder::has_file() const { return body_->has_file(); }
 rt::Time RunRecorder::now() const { return body_->now(); }
 std::optional<std::size_t> RunRecorder::snapshot(const std::string& reason) { return body_->snapshot(reason); }

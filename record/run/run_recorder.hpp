@@ -71,14 +71,14 @@ class RunRecorder {
   bool later(std::function<void()> what);
   /// As it was 10 ms ago at most, or when the reader began to wait for the disk. Never waits itself.
   RecorderProgress progress() const;
-  /// After the executor has ended: reads what is left, completes the file.
-  hal::Status finish();
+  /// After the executor has ended: reads what is left, completes the file with `end`.
+  hal::Status finish(const RunEnd& end = {});
 
   // ---- the reader's
   /// Errors:  busy when there is one; those of the files.
   hal::Status begin_file(SplitWriter::OpenPart open_part);
   /// Completes it; file() can still be asked. Errors: not_found when there is none; those of Writer.
-  hal::Status end_file();
+  hal::Status end_file(const RunEnd& end = {});
   bool has_file() const;
   rt::Time now() const;  // of the newest step
   /// Writes the ring to a file. Answers the number of its report; nothing while another dump is written or without a

@@ -94,6 +94,7 @@ hal::Status RunSink::begin_file(Writer& w, unsigned part) {
     for (std::size_t i = 0; i < written_.size(); ++i) begin.emplace(number_key(i), std::to_string(written_[i]));
     all.push_back({std::string(kBeginName), std::move(begin)});
   }
+  all.insert(all.end(), description_.more.begin(), description_.more.end());
   for (const Metadata& m : all)
     if (auto added = w.add_metadata(m); !added) return added;
   for (const Attachment& a : description_.attachments)
@@ -272,7 +273,7 @@ void RunSink::tick(rt::Time now) { note(writer_->writer().tick(stamps(0, now, no
 
 // ---- the end
 
-hal::Status RunSink::finish() {
+hal::Status RunSink::finish(const RunEnd& end) {
   Texts verdicts, from, losses, entries, newest;
   for (const ModuleVerdict& v : verdict()) {
     verdicts.emplace(v.module, to_text(v));
@@ -289,6 +290,8 @@ hal::Status RunSink::finish() {
   if (beginning_.midway) note(w.add_metadata({std::string(kFromName), std::move(from)}));
   note(w.add_metadata({"sinew.verdict", std::move(verdicts)}));
   note(w.add_metadata({"sinew.losses", std::move(losses)}));
+  if (!end.result.empty()) note(w.add_metadata({std::string(kResultName), end.result}));
+  for (const Attachment& a : end.attachments) note(w.attach(a));
   return writer_->finish();
 }
 

@@ -17,7 +17,16 @@ struct RunDescription {
   Texts run{};                            // robot, board, seed, build, ... as metadata "sinew.run"
   std::vector<Attachment> attachments{};  // the robot file
   std::int64_t unix_ns = 0;               // added to the robot's clock for the times of the file
+  std::vector<Metadata> more{};           // of the same kind as "sinew.run": the world, the options, the faults
 };
+
+/// What is known of a run only when it, or its recording, has ended.
+struct RunEnd {
+  Texts result{};                         // metadata kResultName
+  std::vector<Attachment> attachments{};  // the simulator's report
+};
+/// Metadata at the end of a recording: how the run went. A file without it has no end, or its run goes on elsewhere.
+inline constexpr std::string_view kResultName = "sinew.result";
 
 /// The place in a run where a recording begins, and the logs and parameters there.
 struct Beginning {
@@ -75,8 +84,8 @@ class RunSink {
   void state(const LoggedState& state, std::span<const std::byte> bytes);
   void lost(std::uint32_t thread, std::uint64_t entries, rt::Time at);
   void tick(rt::Time now);
-  /// Writes the verdict and completes the last file. Errors: those of Writer.
-  hal::Status finish();
+  /// Writes the verdict and `end`, and completes the last file. Errors: those of Writer.
+  hal::Status finish(const RunEnd& end = {});
 
   /// True while the file, or the present one of several, begins midway and lacks a state of the module from which its
   /// steps can be executed again.

@@ -593,6 +593,38 @@ TEST_F(GraphCheckTest, ActuatorGroupsAreThirtyOneAtMost) {
   EXPECT_THAT(problems(), ElementsAre("r.toml:131: actuator: 32: at most 31"));
 }
 
+// ---- ground truth
+
+/// What a simulator knows: its topic has the module's name.
+class Truth final : public Module {
+ public:
+  void declare(Declaration& d) override { d.out("", out_); }
+  StepStatus step(const Step&) noexcept override { return StepStatus::ok; }
+
+ private:
+  Out<Pair> out_;
+};
+
+TEST_F(GraphCheckTest, NothingInARobotActsByTheSimulatorsTruth) {
+  ModuleTypes types = all_types();
+  types.add<Truth>("test::Truth");
+  spec.modules.push_back(module("ground_truth", "test::Truth", 0));
+  spec.threads.push_back(thread("truth", {"ground_truth"}, 50));
+  const auto told = [&] {
+    std::vector<std::string> texts;
+    for (const Problem& p : Graph(spec, types).check({true, 0})) texts.push_back(to_string(p, "r.toml"));
+    return texts;
+  };
+  EXPECT_THAT(told(), IsEmpty());
+  EXPECT_NE(Graph(spec, types).find_topic("ground_truth"), kNone) << "a port without a name";
+  user().in["extra"] = {"ground_truth", 25};
+  spec.failsafes = {{.name = "off", .topic = {"ground_truth.state", 61}, .time = 50ms, .line = 60}};
+  const std::string why =
+      "another topic: ground_truth is the simulator's truth, for reports only; a robot has none to act by";
+  EXPECT_THAT(told(), ElementsAre("r.toml:25: module.user.in.extra: \"ground_truth\": " + why,
+                                  "r.toml:61: failsafe.off.topic: \"ground_truth.state\": " + why));
+}
+
 // ---- failsafes
 
 TEST_F(GraphCheckTest, AFailsafeNeedsATopicOfSomebodyElse) {

@@ -6,16 +6,19 @@ With SINEW_KEEP_FILES the files stay in that folder, for foreign readers.
 """
 import csv
 import functools
+import glob
 import hashlib
 import io
 import json
 import os
 import re
 import shutil
+import signal
 import struct
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 import zlib
 
@@ -39,8 +42,9 @@ def bag(*arguments):
     return run("bag", *arguments)
 
 
-def fly(name, seconds):
-    code, out, err = run("run", QUAD, "--virtual", "--duration", seconds, "--camera", "64x48", "--runs", path(name))
+def fly(name, seconds, *more):
+    code, out, err = run("run", QUAD, "--virtual", "--duration", seconds, "--camera", "64x48", "--runs", path(name),
+                         *more)
     # So few seconds are no landing; the recording is what counts.
     runs = os.listdir(path(name)) if os.path.isdir(path(name)) else []
     if len(runs) != 1:
@@ -50,9 +54,13 @@ def fly(name, seconds):
 
 
 def setUpModule():
-    global FLIGHT, LONG
+    global FLIGHT, LONG, GUSTY
     FLIGHT = fly("flight", "2")
     LONG = fly("long", "10")  # with saved states of every module in a part of it
+
+
+    GUSTY = fly("gusty", "5", "--seed", "2", "--set", "sim.gust_mps=2.5", "--plant-arg=--wind=1", "--fault",
+                "baro:off@4")
 
 
 def tearDownModule():
@@ -117,6 +125,87 @@ class Bag(unittest.TestCase):
         self.assertEqual((info["losses"], info["problems"]), ({}, []))
         self.assertAlmostEqual(info["duration_s"], 2, delta=0.01)
 
+    def test_info_says_what_was_asked_of_the_world_and_how_it_went(self):
+        info = json.loads(bag("info", GUSTY, "--json")[1])
+        self.assertEqual(info["options"], ["--seed 2", "--duration 5", "--set sim.gust_mps=2.5",
+                                           "--plant-arg --wind=1", "--fault baro:off@4", "--camera 64x48"])
+        world = info["world"]
+        self.assertEqual((world["world"], world["seed"], world["gust_mps"], world["wind_mps"], world["camera"]),
+                         ("quad", "2", "2.5", "1", "64x48"))
+        self.assertEqual((info["plant_arguments"], info["faults"]), (["--wind=1"], ["baro:off@4"]))
+        result = info["result"]
+        self.assertEqual((result["end"], result["exit_code"], result["outcome"]), ("ended", "1", "did not land"))
+        self.assertIn("the run ended after 5.0 s while climbing", result["why"])
+        self.assertAlmostEqual(float(result["ended_s"]), 5, delta=0.01)
+        self.assertNotIn("no_result", info)
+        self.assertEqual(info["report"]["faults"][0]["device"], "baro")
+        self.assertGreater(info["report"]["faults"][0]["affected"], 10)
+        text = bag("info", GUSTY)[1]
+        for line in (r"  --set sim.gust_mps=2.5", r"  gust_mps +2.5", r"  baro:off@4", r"  outcome +did not land",
+                     r"  fault +baro:off@4: struck \d+ times, first after 4.\d+ s"):
+            self.assertRegex(text, f"(?m)^{line}$")
+        self.assertEqual(json.loads(bag("info", FLIGHT, "--json")[1])["faults"], [])
+
+    def test_the_simulators_truth_is_recorded_at_its_own_rate(self):
+        truth = cat(GUSTY, "--topic", "ground_truth")
+        self.assertAlmostEqual(len(truth), 500, delta=2)
+        self.assertEqual({t["message"]["stamp"] % 10_000_000 for t in truth}, {0})
+        self.assertGreater(truth[-1]["message"]["p_world_m"]["z"], 0.3, "it has climbed")
+        self.assertEqual(truth[-1]["message"]["position_valid"], 1)
+
+    def test_a_run_that_was_interrupted_says_so(self):
+        process = subprocess.Popen([SINEW, "run", QUAD, "--virtual", "--camera", "64x48", "--runs", path("stopped")],
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        for _ in range(600):
+            if glob.glob(path("stopped/*/run.mcap")):
+                break
+            time.sleep(0.05)
+        time.sleep(0.5)
+        process.send_signal(signal.SIGINT)
+        process.wait(60)
+        result = json.loads(bag("info", glob.glob(path("stopped/*/run.mcap"))[0], "--json")[1])["result"]
+        self.assertEqual(result["end"], "interrupted")
+
+    def test_two_flights_are_compared_from_a_common_event_on(self):
+        code, out, err = bag("compare", LONG, GUSTY, "--json", "--plot", path("two.svg"))
+        self.assertEqual((code, err), (0, ""))
+        two = json.loads(out)
+        self.assertEqual((two["from_event"], two["a"]["file"], two["b"]["file"]), ("climbing", LONG, GUSTY))
+        events = {e["text"]: e for e in two["events"]}
+        self.assertEqual((events["climbing"]["a_s"], events["climbing"]["b_s"]), (0, 0))
+        self.assertIsNone(events["searching the pad"]["b_s"], "only the long flight came so far")
+        self.assertIsNone(events["fault baro:off@4"]["a_s"])
+        self.assertGreater(events["fault baro:off@4"]["b_s"], 0)
+        fields = {f["name"]: f for f in two["fields"]}
+        for name in ("filter.state.p_world_m.z", "ground_truth.p_world_m.z", "ground_truth.q_world_base.tilt"):
+            self.assertGreater(fields[name]["rms"], 0, name)
+            self.assertGreaterEqual(fields[name]["max"], fields[name]["rms"], name)
+        self.assertLess(fields["ground_truth.p_world_m.z"]["max"], 1, "both climb alike")
+        with open(path("two.svg")) as f:
+            drawn = f.read()
+        self.assertIn("filter.state.p_world_m.z: B is", drawn)
+        self.assertEqual(bag("compare", LONG, GUSTY, "--plot", path("two.svg"))[0], 2, "nothing is overwritten")
+        text = bag("compare", LONG, GUSTY, "--field", "range_m")[1]
+        self.assertRegex(text, r"(?m)^event, in s from climbing +A +B +B - A$")
+        self.assertRegex(text, r"(?m)^climbing +0.000 +0.000 +\+0.000$")
+
+    def test_a_flight_differs_in_nothing_from_itself(self):
+        code, out, _ = bag("compare", GUSTY, GUSTY, "--json", "--from-event", "start", "--field", "filter.state",
+                           "--field", "mission.mission.phase")
+        two = json.loads(out)
+        self.assertEqual((code, two["from_event"]), (0, "start"))
+        self.assertEqual({f["max"] for f in two["fields"]}, {0})
+        self.assertGreater(len(two["fields"]), 20)
+        self.assertTrue(all(e["a_s"] == e["b_s"] for e in two["events"]))
+
+    def test_what_two_flights_do_not_share_is_refused_with_what_they_do(self):
+        for arguments, words in ((("--from-event", "climbin"), ["an event of both flights: start", "did you mean climbing?"]),
+                                 (("--field", "filter.state.p_wrld_m.z"), ["no field", "filter.state.p_world_m.z?"])):
+            code, out, err = bag("compare", LONG, GUSTY, *arguments)
+            self.assertEqual((code, out), (2, ""))
+            for word in words:
+                self.assertIn(word, err)
+
     def test_check_agrees_with_what_the_file_says_of_itself(self):
         code, out, err = bag("check", FLIGHT)
         self.assertEqual((code, err), (0, ""))
@@ -146,6 +235,8 @@ class Bag(unittest.TestCase):
         self.assertIn("cut off", err)
         self.assertIn(f"bag recover {damaged} OUT", err)
         self.assertIn("imu.raw", out)
+        self.assertIn("result\n  none: the file has no end: its process was killed, or lost its power\n", out)
+        self.assertIsNone(json.loads(bag("info", damaged, "--json")[1])["result"])
         self.assertEqual(bag("check", damaged)[0], 1)
         code, out, err = bag("recover", damaged, path("recovered.mcap"), "--json")
         self.assertEqual(code, 0)
@@ -228,7 +319,7 @@ class Bag(unittest.TestCase):
         by = lambda l: (l["log_time_ns"], l["topic"], l["sequence"], json.dumps(l["message"]))
         self.assertEqual(sorted(cat(path("cut.mcap")), key=by), sorted(expected, key=by))
         info = json.loads(bag("info", path("cut.mcap"), "--json")[1])
-        self.assertEqual([a["name"] for a in info["attachments"]], ["robot.toml"])
+        self.assertEqual([a["name"] for a in info["attachments"]], ["robot.toml", "report.json"])
         self.assertIn("sinew.edited", info["metadata"])
         self.assertEqual(info["run"]["robot"], "quad")
 
@@ -295,7 +386,7 @@ class Bag(unittest.TestCase):
         self.make("cut", FLIGHT, path("first.mcap"), "--until", "0.9")
         self.make("cut", FLIGHT, path("second.mcap"), "--from", "0.9000000005")
         made = self.make("merge", path("merged.mcap"), path("second.mcap"), path("first.mcap"))
-        self.assertEqual(made["attachments"], 1, "the same one in both")
+        self.assertEqual(made["attachments"], 2, "the same in both")
         by = lambda l: (l["log_time_ns"], l["topic"], l["sequence"], json.dumps(l["message"]))
         self.assertEqual(sorted(cat(path("merged.mcap")), key=by), sorted(whole_flight(), key=by))
 
@@ -322,7 +413,7 @@ class Bag(unittest.TestCase):
         types = {t["name"]: t["type"] for t in info["topics"]}
         become = {"imu.raw": "sensor_msgs/msg/Imu", "range.raw": "sensor_msgs/msg/Range",
                   "baro.raw": "sensor_msgs/msg/FluidPressure", "battery.raw": "sensor_msgs/msg/BatteryState",
-                  "filter.state": "nav_msgs/msg/Odometry", "camera.raw": "sensor_msgs/msg/Image"}
+                  "filter.state": "nav_msgs/msg/Odometry", "ground_truth": "nav_msgs/msg/Odometry", "camera.raw": "sensor_msgs/msg/Image"}
         self.assertEqual(types, {**{t["name"]: t["type"] for t in before["topics"]}, **become})
         ours, theirs = ([l for l in lines if l["topic"] in become] for lines in (whole_flight(), cat(path("converted.mcap"))))
         by = lambda l: (l["topic"], l["log_time_ns"], l["sequence"])
@@ -387,7 +478,7 @@ class Bag(unittest.TestCase):
             return out
 
         topics = {t["name"]: t for t in json.loads(topic("list", "--file", FLIGHT, "--json"))["topics"]}
-        self.assertEqual(len(topics), 15, "and nothing that is not a topic of the robot")
+        self.assertEqual(len(topics), 16, "and nothing that is not a topic of the robot")
         self.assertEqual((topics["imu.raw"]["writer"], topics["imu.raw"]["thread"]), ("imu", "stabilise"))
         self.assertRegex(topic("list", "--file", FLIGHT), r"(?m)^mixer.motors +sinew_msgs/msg/ActuatorCommand +mixer +stabilise ")
         self.assertIn("float64 height_m", topic("info", "--file", FLIGHT, "filter.state"))

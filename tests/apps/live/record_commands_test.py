@@ -57,6 +57,9 @@ class RecordCommands(unittest.TestCase):
     def wait_for_steps(self, seconds):
         time.sleep(seconds)  # of flight; nothing here depends on how many there are
 
+    def result_of(self, path):
+        return json.loads(self.sinew("bag", "info", path, "--json"))["result"]
+
     def expect_replay(self, path):
         """All complete records replay as recorded; a loaded machine may have lost some, and reports it."""
         check = json.loads(self.sinew("bag", "check", path, "--json"))
@@ -96,6 +99,9 @@ class RecordCommands(unittest.TestCase):
         self.assertEqual([r["path"] for r in summary["recordings"]], [path, second])
         self.expect_replay(path)
         self.expect_replay(second)
+        self.assertEqual(self.result_of(path), {"end": "the recording was stopped, the run went on"})
+        landed = self.result_of(second)
+        self.assertEqual((landed["end"], landed["outcome"]), ("interrupted", summary["mission"]["outcome"]))
 
     def test_a_snapshot_has_the_last_seconds(self):
         self.fly("[record]\nenabled = false\n[record.ring]\nseconds = 2\n")

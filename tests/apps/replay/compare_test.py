@@ -101,6 +101,13 @@ class Flown(InFolder):
         self.assertEqual(svg.count(">now</text>"), 2)
         self.assertIn("attitude.wrench.torque_nm.x: now", svg)
 
+    def test_a_flight_in_a_simulator_is_held_against_its_truth(self):
+        tuned = json.loads(self.good("tune", self.file, "--param", "filter.gyro_noise=0.001,0.01", "--error",
+                                     "filter.state.q_world_base.tilt", "--json"))
+        self.assertEqual(tuned["against"], "truth")
+        self.assertGreater(tuned["recorded"]["messages"], 2000)
+        self.assertLess(tuned["recorded"]["rms"], 2, "degrees")
+
     def test_fields_may_be_chosen(self):
         out = json.loads(self.good("replay", "--compare", "--fields", "filter.state.p_world_m,tilt", self.file, "--json"))
         self.assertEqual({q["name"] for q in out["compared"]},

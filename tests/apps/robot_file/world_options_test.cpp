@@ -82,6 +82,18 @@ TEST(WorldSetting, IsRefusedInTheWordsOfTheRobotFile) {
             "only a plant that this run starts itself (plant \"auto\") takes it; another has options of its own");
 }
 
+TEST(WorldOptions, WhatAWorldIsMadeWithIsWhatWasSaidLastOrElseTheDefault) {
+  const LoadedRobot loaded = with("gust_mps = 3.5\nstart_x_m = -1\n");
+  auto choices = world_choices(loaded.robot.sim, {"--gust=4", "--seed", "12", "--gust=5"});
+  EXPECT_EQ(choices["gust_mps"], "5");
+  EXPECT_EQ(choices["start_x_m"], "-1");
+  EXPECT_EQ(choices["wind_mps"], "by the seed, up to half of gust_mps");
+  EXPECT_EQ(choices["seed"], "12");
+  choices = world_choices(loaded.robot.sim, {});
+  EXPECT_EQ(choices["gust_mps"], "3.5");
+  EXPECT_FALSE(choices.contains("seed")) << "the run's";
+}
+
 TEST(WorldSetting, TheShellIsOfferedThoseOfTheWorld) {
   EXPECT_THAT(world_settings("seesaw"), ElementsAre("sim.push_radps2=", "sim.seed="));
   EXPECT_THAT(world_settings(""), testing::IsSupersetOf({"sim.push_radps2=", "sim.gust_mps=", "sim.rock_deg="}));

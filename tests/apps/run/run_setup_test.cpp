@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <sstream>
 
 #include "apps/robot_file/param_overlay.hpp"
+#include "apps/run/ground_truth_source.hpp"
 #include "hal/board.hpp"
 
 namespace sinew::app::run_setup_test {
@@ -146,6 +148,40 @@ TEST(RobotFileSections, HaveTheirHeaderButForThatOfTheModules) {
     EXPECT_EQ(section_header(section).find(section) == std::string::npos, section == "module") << section;
   EXPECT_EQ(sections, 13);
   EXPECT_EQ(section_header("nothing"), "");
+}
+
+TEST(GroundTruth, IsAddedBehindAllThatTheRobotHasUnlessItHasItsOwn) {
+  rt::GraphSpec robot = two_modules();
+  add_ground_truth(robot);
+  add_ground_truth(robot);
+  ASSERT_EQ(robot.modules.size(), 3u) << "once";
+  EXPECT_EQ(robot.modules.back().name, "ground_truth");
+  EXPECT_EQ(robot.threads.back().priority, 0) << "below all loops";
+  for (const char* const own : {"ground_truth.mocap", "ground_truth"}) {
+    rt::GraphSpec other = two_modules();
+    other.topics.push_back({.name = own});
+    add_ground_truth(other);
+    EXPECT_EQ(other.modules.size(), 2u) << own;
+  }
+}
+
+TEST(GroundTruth, OfASimulatorIsUnknownWhereTheSimulatorSaysNothing) {
+  sim_hil::Truth truth;
+  truth.p_world_m = {1, 2, 3};
+  truth.landed = 1;
+  const msg::NavState state = true_state(truth, rt::Time{7});
+  EXPECT_EQ(state.stamp.ns, 7);
+  EXPECT_EQ(state.p_world_m.z, 3);
+  EXPECT_EQ(state.at_rest, 1u);
+  EXPECT_TRUE(std::isnan(state.gyro_bias_radps.x));
+  EXPECT_TRUE(std::isnan(state.height_m));
+}
+
+TEST(GroundTruth, TooManyStatesThatWaitAreRefused) {
+  GroundTruthSource source;
+  int taken = 0;
+  while (taken < 1000 && source.push({})) ++taken;
+  EXPECT_EQ(taken, 64);
 }
 
 }  // namespace

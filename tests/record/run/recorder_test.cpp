@@ -71,6 +71,25 @@ TEST_F(Recorded, EveryMessageComesBackByteForByteWithItsSequenceAndTimes) {
   }
 }
 
+TEST_F(Recorded, WhatWasAskedForIsInEachFileAndHowTheRunEndedBehindAllElse) {
+  about.more = {{"sinew.faults", {{"000", "imu:off@3"}}}};
+  auto recorder = open(RunRecorder::Pace::waited_for);
+  run(*recorder, 50ms);
+  ASSERT_TRUE(recorder->finish(
+      {{{"end", "ended"}, {"outcome", "landed"}}, {{3, 3, "report.json", "application/json", "{\"valid\":true}"}}}));
+  auto reader = read();
+  EXPECT_EQ(read_metadata(*reader, "sinew.faults"), (Texts{{"000", "imu:off@3"}}));
+  EXPECT_EQ(read_metadata(*reader, kResultName), (Texts{{"end", "ended"}, {"outcome", "landed"}}));
+  EXPECT_EQ(read_attachment(*reader, "report.json"), "{\"valid\":true}");
+  EXPECT_EQ(read_attachment(*reader, "robot.toml"), "text of the robot file");
+}
+
+TEST_F(Recorded, ARecordingOfWhichNobodySaidHowItsRunEndedHasNoResult) {
+  fly(50ms);
+  auto reader = read();
+  EXPECT_THAT(read_metadata(*reader, kResultName), IsEmpty());
+}
+
 TEST_F(Recorded, ImagesComeBackFromTheFormThatOthersKnowAndTheirHead) {
   fly(200ms);
   auto reader = read();
