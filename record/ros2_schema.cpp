@@ -48,14 +48,16 @@ std::string short_name(std::string_view name) {
 }
 
 struct Line {
-  std::string_view type, name;
+  std::string_view type, name, remark;
   bool constant = false;
 };
 
 /// "float64[3] x 0 0 0" as its type and name; an empty type: the line is empty.
 Line taken_apart(std::string_view line) {
   Line out;
-  line = trimmed(line.substr(0, line.find('#')));
+  const auto remark_at = line.find('#');
+  if (remark_at != std::string_view::npos) out.remark = trimmed(line.substr(remark_at + 1));
+  line = trimmed(line.substr(0, remark_at));
   const auto end = line.find_first_of(" \t");
   out.type = line.substr(0, end);
   if (end == std::string_view::npos) return out;
@@ -117,6 +119,7 @@ class Parser {
     if (parts.type.empty() || parts.constant) return;
     Ros2Field field;
     field.name = parts.name;
+    field.remark = parts.remark;
     std::string_view type = parts.type;
     if (parts.name.empty() || !take_shape(type, field)) return fail("not a field: " + std::string(raw));
     const auto* known =
@@ -177,7 +180,25 @@ class Parser {
   std::vector<bool> done_;
 };
 
+/// Takes the next line that says something, without its remark.
+std::string_view next_line(std::string_view& text) {
+  std::string_view line;
+  while (line.empty() && !text.empty()) {
+    const auto end = std::min(text.find('\n'), text.size());
+    const std::string_view raw = text.substr(0, end);
+    line = trimmed(raw.substr(0, raw.find('#')));
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return line;
+}
+
 }  // namespace
+
+bool same_definition(std::string_view a, std::string_view b) {
+  while (!a.empty() || !b.empty())
+    if (next_line(a) != next_line(b)) return false;
+  return true;
+}
 
 std::optional<Ros2Schema> Ros2Schema::parse(std::string_view name, std::string_view text, std::string& why) {
   why.clear();

@@ -18,6 +18,7 @@ struct Ros2Field {
   Shape shape = Shape::one;
   std::uint32_t count = 1;   // of an array
   std::uint32_t nested = 0;  // index of its type
+  std::string remark{};      // the comment on its line, e.g. "[m] world"
 };
 
 /// One message and the types inside it. No type contains itself.
@@ -37,5 +38,8 @@ class Ros2Schema {
  private:
   std::vector<Type> types_;
 };
+
+/// Whether two definitions have the same types and fields, in the same order; what their remarks say does not matter.
+bool same_definition(std::string_view a, std::string_view b);
 
 }  // namespace sinew::record

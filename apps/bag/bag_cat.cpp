@@ -8,6 +8,7 @@
 
 #include "apps/bag/bag_message.hpp"
 #include "apps/bag/bag_options.hpp"
+#include "apps/bag/field_remark.hpp"
 #include "apps/command/command.hpp"
 #include "apps/command/json.hpp"
 #include "hal/linux/process.hpp"
@@ -83,11 +84,13 @@ class Table {
 };
 
 /// Nothing: append_json() has printed why.
-std::optional<Row> row_of(const record::Message& m, BagMessages& texts, std::string& text) {
+std::optional<Row> row_of(const record::Message& m, BagMessages& texts, bool names, std::string& text) {
   text.clear();
   if (!texts.append_json(m, text)) return std::nullopt;
+  Json message = Json::parse(text, nullptr, false);
+  if (const auto* schema = texts.schema(*m.channel); names && schema) add_names(message, *schema);
   Row row{{"log_time_ns", std::to_string(m.stamps.log_time)}, {"sequence", std::to_string(m.stamps.sequence)}};
-  flatten(Json::parse(text, nullptr, false), "", row);
+  flatten(message, "", row);
   return row;
 }
 
@@ -103,13 +106,13 @@ bool has_lists(const record::Reader& reader, const std::vector<std::string>& top
 }
 
 /// False: some messages could not be read or shown. Reads twice where the columns are only known at the end.
-bool write_table(record::Reader& reader, const record::Query& query, Table& table) {
+bool write_table(record::Reader& reader, const record::Query& query, bool names, Table& table) {
   BagMessages texts(reader);
   std::string text;
   bool good = true;
   const auto each_row = [&](const std::function<bool(const Row&)>& f) {
     good = each_message(reader, query, [&](const record::Message& m) {
-      const auto row = row_of(m, texts, text);
+      const auto row = row_of(m, texts, names, text);
       return !row || f(*row);
     });
   };
@@ -141,7 +144,13 @@ int bag_cat(const BagCatOptions& options) {
                     {"log_time_ns", m.stamps.log_time},
                     {"stamp_ns", m.stamps.publish_time}});
     line.replace(line.size() - 2, 2, ",\"message\":");  // which comes as text
+    const std::size_t message_at = line.size();
     if (!texts.append_json(m, line)) return true;
+    if (const auto* schema = texts.schema(*m.channel); options.names && schema) {
+      Json message = Json::parse(line.substr(message_at), nullptr, false);
+      put_names(message, *schema);
+      line.replace(message_at, line.npos, message.dump(-1, ' ', false, Json::error_handler_t::replace));
+    }
     line += "}\n";
     return written = std::fwrite(line.data(), 1, line.size(), stdout) == line.size();
   });
@@ -160,7 +169,7 @@ int bag_csv(const BagTopicOptions& options) {
     if (!out)
       return fail(options.out + ": " + (errno == EEXIST ? "exists; nothing is overwritten" : std::strerror(errno)));
     Table table(out);
-    good = write_table(*reader, *query, table);
+    good = write_table(*reader, *query, options.names, table);
     rows = table.rows();
     if ((out == stdout ? std::fflush(out) : std::fclose(out)) != 0)
       return fail(options.out + ": " + std::strerror(errno), kFailed);

@@ -40,7 +40,9 @@ CLI::Option* add_topics(CLI::App& app, Selection& what, const char* text) {
   return app.add_option("--topic", what.topics, text)->type_name(kTopicHint)->allow_extra_args(false);
 }
 
-void add_times(CLI::App& app, Selection& what) {
+/// `what`: a Selection, or options with the same two.
+template <class W>
+void add_times(CLI::App& app, W& what) {
   app.add_option("--from", what.from_s, "seconds after its first message")->check(number(0))->type_name("S");
   app.add_option("--until", what.until_s, "as --from; both ends are included")->check(number(0))->type_name("S");
 }
@@ -50,7 +52,8 @@ void add_times(CLI::App& app, Selection& what) {
 void add_bag_commands(CLI::App& app, CommandContext& context) {
   CLI::App& bag = *app.add_subcommand("bag", "recorded files");
   bag.require_subcommand(1);
-  file_command(bag, context, "info", "what is in it, what ran, what is missing", bag_info);
+  auto info = bag_command(bag, context, "info", "what is in it, what ran, what is missing", bag_info);
+  info.app.add_option("files", info.options.files, "MCAP files")->required()->type_name(kFileHint);
   file_command(bag, context, "check", "check every checksum and index, and the summary against the content", bag_check);
 
   auto compare =
@@ -77,11 +80,17 @@ void add_bag_commands(CLI::App& app, CommandContext& context) {
   auto cat = file_command(bag, context, "cat", "its messages, a line of JSON each", bag_cat);
   add_topics(cat.app, cat.options.what, "only this one; may be given again");
   add_times(cat.app, cat.options.what);
+  cat.app.add_flag("--names", cat.options.names, "names in place of numbers, where the file has them");
 
   auto csv = file_command(bag, context, "csv", "the messages of one topic as a table", bag_csv);
   csv.app.add_option("out", csv.options.out, "a new file; else standard output")->type_name(kFileHint);
   add_topics(csv.app, csv.options.what, "which one")->required()->expected(1);
   add_times(csv.app, csv.options.what);
+  csv.app.add_flag("--names", csv.options.names, "behind a number that has names a column FIELD_name");
+
+  auto plot = file_command(bag, context, "plot", "fields over time, as SVG or PNG", bag_plot);
+  add_plot_options(plot.app, plot.options.plot);
+  add_times(plot.app, plot.options);
 
   auto images = file_command(bag, context, "images", "the images of one topic as PNG files", bag_images);
   images.app.add_option("folder", images.options.out, "where to")->required()->type_name(kFolderHint);

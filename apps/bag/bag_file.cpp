@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <set>
 
 #include "apps/command/command.hpp"
@@ -64,6 +65,16 @@ std::unique_ptr<record::Reader> open_recording(const std::string& path, Progress
   auto reader = record::Reader::open(std::move(file), why);
   if (!reader) fail(path + ": " + to_string(why));
   return reader;
+}
+
+std::vector<std::string> each_file_once(const std::vector<std::string>& paths) {
+  std::vector<std::string> once;
+  for (const std::string& path : paths) {
+    std::error_code none;  // what is not there is told by the one who opens it
+    const auto same = [&](const std::string& other) { return std::filesystem::equivalent(path, other, none); };
+    if (std::none_of(once.begin(), once.end(), same)) once.push_back(path);
+  }
+  return once;
 }
 
 std::unique_ptr<hal::OutputFile> create_output(const std::string& path) {

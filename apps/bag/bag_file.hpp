@@ -16,6 +16,9 @@ namespace sinew::app {
 std::unique_ptr<hal::InputFile> open_input(const std::string& path, Progress& progress, unsigned passes = 1);
 std::unique_ptr<record::Reader> open_recording(const std::string& path, Progress& progress, unsigned passes = 1);
 
+/// The paths without those that lead to a file once more, as runs/*/run.mcap does with runs/latest.
+std::vector<std::string> each_file_once(const std::vector<std::string>& paths);
+
 /// A new file, as hal::create_file(); null after printing why.
 std::unique_ptr<hal::OutputFile> create_output(const std::string& path);
 

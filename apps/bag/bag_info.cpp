@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 
 #include "apps/bag/bag_options.hpp"
@@ -187,9 +188,7 @@ std::string info_text(const BagOptions& options, std::uint64_t bytes, record::Re
   return out;
 }
 
-}  // namespace
-
-int bag_info(const BagOptions& options) {
+int info_of_file(const BagOptions& options) {
   Progress progress("reading");
   auto file = open_input(options.file, progress);
   if (!file) return kNotBegun;
@@ -207,6 +206,20 @@ int bag_info(const BagOptions& options) {
         "the summary is missing or damaged; this is what can be read. `bag recover %s OUT` makes a whole file of it\n",
         options.file.c_str());
   return kDone;
+}
+
+}  // namespace
+
+int bag_info(const BagInfoOptions& options) {
+  const auto files = each_file_once(options.files);
+  int worst = kDone;
+  for (const std::string& file : files) {
+    BagOptions one = options;
+    one.file = file;
+    if (&file != files.data() && !options.json) std::printf("\n");
+    worst = std::max(worst, info_of_file(one));
+  }
+  return worst;
 }
 
 }  // namespace sinew::app

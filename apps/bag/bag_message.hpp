@@ -16,6 +16,8 @@ class BagMessages {
   explicit BagMessages(const record::Reader& reader) : reader_(reader) {}
   /// False, and nothing appended: the kind of message is not known, or the bytes do not fit it.
   bool append_json(const record::Message& message, std::string& out);
+  /// The definition of a channel's messages. Null, after printing why: it is not known.
+  const record::Ros2Schema* schema(const record::Channel& channel);
   /// Messages that could not be shown.
   std::uint64_t unknown() const { return unknown_; }
 

@@ -1,12 +1,16 @@
 #pragma once
 // The commands on recorded files, each with its options.
 #include "apps/bag/bag_file.hpp"
+#include "apps/bag/plot_output.hpp"
 
 namespace sinew::app {
 
 struct BagOptions {
   std::string file;
   bool json = false;
+};
+struct BagInfoOptions : BagOptions {
+  std::vector<std::string> files{};  // instead of `file`
 };
 struct BagCopyOptions : BagOptions {
   std::string out;
@@ -16,10 +20,17 @@ struct BagCopyOptions : BagOptions {
 };
 struct BagCatOptions : BagOptions {
   Selection what{};
+  bool names = false;  // in place of numbers
 };
 struct BagTopicOptions : BagOptions {
   std::string out;  // csv: empty: standard output
   Selection what{};
+  bool names = false;  // csv: in columns of their own
+};
+
+struct BagPlotOptions : BagOptions {
+  PlotOptions plot{};
+  std::optional<double> from_s{}, until_s{};
 };
 
 struct BagPlayOptions : BagOptions {
@@ -37,7 +48,7 @@ struct BagCompareOptions : BagOptions {
   std::string plot;                   // a new file; empty: none
 };
 
-int bag_info(const BagOptions& options);
+int bag_info(const BagInfoOptions& options);
 int bag_check(const BagOptions& options);
 int bag_recover(const BagCopyOptions& options);
 int bag_cut(const BagCopyOptions& options);
@@ -47,6 +58,7 @@ int bag_convert(const BagCopyOptions& options);
 int bag_play(const BagPlayOptions& options);
 int bag_cat(const BagCatOptions& options);
 int bag_csv(const BagTopicOptions& options);
+int bag_plot(const BagPlotOptions& options);
 int bag_images(const BagTopicOptions& options);
 int bag_compare(const BagCompareOptions& options);
 

@@ -61,6 +61,9 @@ std::string usage_error(const CLI::App& app, const CLI::ParseError& error) {
   }
   if (unknown.word.starts_with('-')) return no_such_option(*unknown.command, unknown.word);
   if (!unknown.command->get_subcommands({}).empty()) return no_such_command(*unknown.command, unknown.word);
+  if (unknown.word.ends_with(".mcap"))
+    return fmt::format("{}: {} takes one recording; name one, such as runs/latest/run.mcap", unknown.word,
+                       path_of(*unknown.command));
   return fmt::format("{}: one argument too many; {} --help lists what it takes", unknown.word,
                      path_of(*unknown.command));
 }

@@ -3,6 +3,7 @@
 
 #include <cstdio>
 
+#include "apps/bag/field_remark.hpp"
 #include "apps/command/number_check.hpp"
 #include "apps/live/commands.hpp"
 #include "apps/live/live_command.hpp"
@@ -15,6 +16,8 @@
 #include "hal/platform.hpp"
 #include "math/hash.hpp"
 #include "msg/json.hpp"
+#include "msg/ros2msg.hpp"
+#include "record/ros2_schema.hpp"
 
 namespace sinew::app {
 namespace {
@@ -113,14 +116,17 @@ int echo(const EchoOptions& options) {
   if (!reader->topic().known())
     return fail("this program does not know the message " + reader->topic().type +
                 " (or knows another version): use the " + "one that runs the robot");
+  const msg::TypeInfo& type = *reader->topic().info;
+  std::string ignored;  // our own text
+  const auto schema = record::Ros2Schema::parse(msg::ros2_name(type), msg::ros2msg_schema(type), ignored);
   hal::Os& os = hal::system_os();
   for (std::uint64_t n = 0; options.count == 0 || n < options.count; ++n) {
     const auto got = reader->next(options.timeout_s > 0 ? os.now() + seconds(options.timeout_s) : hal::kNever);
     if (got == TopicReader::Got::nothing)
       return fail(fmt::format("{}: no message within {} s", options.topic, options.timeout_s), kFailed);
     if (got == TopicReader::Got::end) return hal::stop_requested() ? kDone : kFailed;
-    const std::string text =
-        echo_text(options, message_of(*reader), reader->header().sequence, reader->header().published.ns);
+    const std::string text = echo_text(options, message_of(*reader), schema ? &*schema : nullptr,
+                                       reader->header().sequence, reader->header().published.ns);
     if (text.empty()) return kNotBegun;
     std::printf("%s", text.c_str());
     std::fflush(stdout);
@@ -195,8 +201,9 @@ void add_file(LiveCommand<O>& command) {
 
 }  // namespace
 
-std::string echo_text(const EchoOptions& options, const Json& message, std::uint32_t sequence,
-                      std::int64_t published_ns) {
+std::string echo_text(const EchoOptions& options, Json message, const record::Ros2Schema* schema,
+                      std::uint32_t sequence, std::int64_t published_ns) {
+  if (schema && !options.json) put_names(message, *schema);
   const Json* part = &message;
   std::string why;
   if (!options.field.empty()) part = find_field(message, options.field, why);
@@ -253,6 +260,10 @@ void add_topic_commands(CLI::App& app, CommandContext& context) {
   auto measure = topic_command(topic, context, "hz", "its rate and jitter in the robot's time, and losses", hz);
   add_file(measure);
   measure.app.add_option("--seconds", measure.options.seconds, "how long")->check(number(1e-6))->type_name("S");
+
+  auto plot = live_command(topic, context, "plot", "draw fields over some seconds, as SVG or PNG", plot_topics);
+  add_plot_options(plot.app, plot.options.plot);
+  plot.app.add_option("--seconds", plot.options.seconds, "how long")->check(number(1e-6))->type_name("S");
 
   auto send = topic_command(topic, context, "pub", "send a message to an external topic", pub, kExternalHint);
   send.app.add_option("message", send.options.message, "one JSON object; what it leaves out has its default")

@@ -150,8 +150,8 @@ int echo_file(const EchoOptions& options) {
   const bool good = each_message(*reader, {.topics = {options.topic}}, [&](const record::Message& m) {
     line.clear();
     if (!texts.append_json(m, line)) return true;  // that was said
-    const std::string text =
-        echo_text(options, Json::parse(line, nullptr, false), m.stamps.sequence, topics.published_ns(m));
+    const std::string text = echo_text(options, Json::parse(line, nullptr, false), texts.schema(*m.channel),
+                                       m.stamps.sequence, topics.published_ns(m));
     has_field = !text.empty();
     std::fwrite(text.data(), 1, text.size(), stdout);
     return has_field && (++n, options.count == 0 || n < options.count);

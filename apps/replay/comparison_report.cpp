@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "apps/view/plot.hpp"
-
 namespace sinew::app {
 namespace {
 
@@ -85,7 +83,7 @@ nlohmann::ordered_json comparison_json(const ComparedQuantity& q, rt::Time start
   return json;
 }
 
-std::string comparison_plot(const std::vector<ComparedQuantity>& sorted, std::size_t most) {
+std::vector<Plot> comparison_plots(const std::vector<ComparedQuantity>& sorted, std::size_t most) {
   const bool any = std::any_of(sorted.begin(), sorted.end(), [](const auto& q) { return !q.same(); });
   std::vector<Plot> plots;
   for (const auto& q : sorted) {
@@ -100,7 +98,7 @@ std::string comparison_plot(const std::vector<ComparedQuantity>& sorted, std::si
     for (const auto& [name, curve] : q.curves) plot.series.push_back({name, curve.points()});
     plots.push_back(std::move(plot));
   }
-  return to_svg(plots);
+  return plots;
 }
 
 }  // namespace sinew::app

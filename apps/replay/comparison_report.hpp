@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/view/plot.hpp"
 #include "record/run/comparison.hpp"
 
 namespace sinew::app {
@@ -19,6 +20,6 @@ nlohmann::ordered_json comparison_json(const record::ComparedQuantity& q, rt::Ti
 
 /// Both versions over time, and the truth where it is known; one picture for each of the first `most` that differ, or
 /// of all when none differs. Shows the values of numbers and the angles of attitudes.
-std::string comparison_plot(const std::vector<record::ComparedQuantity>& sorted, std::size_t most);
+std::vector<Plot> comparison_plots(const std::vector<record::ComparedQuantity>& sorted, std::size_t most);
 
 }  // namespace sinew::app

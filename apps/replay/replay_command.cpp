@@ -1,7 +1,8 @@
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
-#include <fstream>
 #include <memory>
 #include <optional>
 
@@ -12,6 +13,8 @@
 #include "apps/replay/comparison_report.hpp"
 #include "apps/replay/recorded_robot.hpp"
 #include "apps/run/run_setup.hpp"
+#include "apps/view/plot.hpp"
+#include "hal/linux/process.hpp"
 #include "hal/platform.hpp"
 #include "hal/silent_board.hpp"
 #include "record/run/comparison.hpp"
@@ -23,7 +26,8 @@ namespace {
 constexpr std::size_t kRows = 20, kPlots = 4;
 
 struct ReplayCommand {
-  std::string file;
+  std::vector<std::string> files;
+  std::string file;  // the one of `files` that is executed now
   std::vector<std::string> modules, set, fields;
   std::optional<double> from_s, until_s;
   bool chain = false, compare = false, json = false;
@@ -232,10 +236,9 @@ class ReplayRun {
   }
 
   bool write_plot(const std::vector<record::ComparedQuantity>& compared) const {
-    std::ofstream out(command_.plot, std::ios::binary);
-    out << comparison_plot(compared, command_.fields.empty() ? kPlots : 4 * kPlots);
-    out.close();
-    return out || fail("--plot " + command_.plot + ": cannot be written", kFailed) == kDone;
+    const auto plots = comparison_plots(compared, command_.fields.empty() ? kPlots : 4 * kPlots);
+    const std::string why = write_plots(command_.plot, plots);
+    return why.empty() || fail("--plot " + why, kFailed) == kDone;
   }
 
   const ReplayCommand& command_;
@@ -250,13 +253,29 @@ class ReplayRun {
   std::uint64_t steps_ = 0, messages_ = 0;
 };
 
+int replay_each(const ReplayCommand& command, const rt::ModuleTypes& types) {
+  const auto files = each_file_once(command.files);
+  if (files.size() > 1 && !command.plot.empty())
+    return fail(
+        fmt::format("--plot draws one recording, and {} are named: name one, such as {}", files.size(), files.back()));
+  int worst = kDone;
+  for (const std::string& file : files) {
+    ReplayCommand one = command;
+    one.file = file;
+    if (files.size() > 1 && !command.json) std::printf("%s\n", file.c_str()), std::fflush(stdout);
+    worst = std::max(worst, ReplayRun(one, types).run());
+    if (hal::stop_requested()) break;
+  }
+  return worst;
+}
+
 }  // namespace
 
 void add_replay_command(CLI::App& app, CommandContext& context) {
   const auto options = std::make_shared<ReplayCommand>();
   CLI::App& command = *app.add_subcommand(
       "replay", "execute the recorded steps of a run again and compare what comes out, byte for byte");
-  command.add_option("file", options->file, "the recording")->required()->type_name(kFileHint);
+  command.add_option("files", options->files, "the recordings")->required()->type_name(kFileHint);
   command.add_option("--modules", options->modules, "only these, e.g. filter,attitude")
       ->delimiter(',')
       ->type_name(kModuleHint)
@@ -279,18 +298,18 @@ void add_replay_command(CLI::App& app, CommandContext& context) {
       ->type_name(kFieldHint)
       ->allow_extra_args(false)
       ->needs(&compare);
-  command.add_option("--plot", options->plot, "with --compare: both versions over time, as SVG")
+  command.add_option("--plot", options->plot, "with --compare: both versions over time, as SVG or PNG")
       ->needs(&compare)
       ->check(CLI::Validator(
-          [](const std::string& path) { return path.ends_with(".svg") ? "" : path + ": only SVG is drawn: FILE.svg"; },
-          "", "svg"))
-      ->type_name("FILE.svg");
+          [](const std::string& path) { return is_plot_file(path) ? "" : path + ": FILE.svg or FILE.png"; }, "",
+          "plot"))
+      ->type_name(kFileHint);
   command.add_option("--truth", options->truth, "with --compare: the topic of ground truth [ground_truth]")
       ->needs(&compare)
       ->type_name("TOPIC");
-  command.add_flag("--json", options->json, "as one JSON object");
+  command.add_flag("--json", options->json, "as one JSON object; of several recordings one a line");
   command.callback([&context, options] {
-    context.action = [&types = context.types, options] { return ReplayRun(*options, types).run(); };
+    context.action = [&types = context.types, options] { return replay_each(*options, types); };
   });
 }
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include <numeric>
 
+#include "apps/bag/bag_file.hpp"
 #include "apps/command/json.hpp"
 #include "apps/command/number_check.hpp"
 #include "apps/command/progress.hpp"
@@ -186,6 +187,7 @@ void add_tune_command(CLI::App& app, CommandContext& context) {
   command.add_flag("--json", options->json, "as one JSON object");
   command.callback([&context, options] {
     options->task.against_truth = options->against == "truth";
+    options->task.files = each_file_once(options->task.files);
     context.action = [&types = context.types, options] { return TuneRun(*options).run(types); };
   });
 }

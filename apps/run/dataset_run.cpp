@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <fstream>
 
 #include "apps/command/command.hpp"
 #include "apps/robot/without_camera.hpp"
@@ -120,11 +119,8 @@ class RecordedBoard final : public RunBoard {
     plot.x_label = "time since the first estimate (s)";
     plot.y_label = "angle between true and estimated up (deg)";
     plot.series.push_back({"error", errors.over_time});
-    std::ofstream out(file, std::ios::binary);
-    out << to_svg(plot);
-    out.close();
-    if (!out) {
-      fail("--plot " + file + ": cannot be written");
+    if (const std::string why = write_plots(file, std::span(&plot, 1)); !why.empty()) {
+      fail("--plot " + why);
       return false;
     }
     summary.add("plot", file, {{"plot", file}});

@@ -151,7 +151,7 @@ Recording::~Recording() {
   if (recorder_->now() != rt::Time{}) return;
   std::error_code none;  // a file that cannot be removed stays, complete
   fs::remove(path_, none);
-  fs::remove(folder_, none);
+  remove_run_folder(folder_);
 }
 
 // ---- files and folders

@@ -156,7 +156,8 @@ void describe_run(CLI::App& run, RunOptions& o) {
   run.add_option("--camera", o.camera, "sim board: size of the camera's frames")->type_name("WxH");
   run.add_option("--trace", o.trace, "write the time line of the last second here, for ui.perfetto.dev")
       ->type_name(kFileHint);
-  run.add_option("--plot", o.plot, "dataset board: write a plot (SVG) of the tilt error here")->type_name(kFileHint);
+  run.add_option("--plot", o.plot, "dataset board: write a plot of the tilt error here, SVG or PNG")
+      ->type_name(kFileHint);
   run.add_option("--runs", o.record_folder, "folder of the recordings (default: the robot file's, or runs)");
   run.add_flag("--record-images", o.record_images, "record all pixels, whatever the robot file allows");
   run.add_flag("--no-record", o.no_record, "no recording; SINEW_RECORD=off in the environment does the same");

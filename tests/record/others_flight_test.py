@@ -33,7 +33,7 @@ def main():
         flown = subprocess.run([sinew, "run", robot, "--virtual", "--duration", "6", "--camera", "160x120", "--runs",
                                 f"{folder}/runs"], capture_output=True, text=True,
                                env={k: v for k, v in os.environ.items() if k != "SINEW_RECORD"})
-        for run in pathlib.Path(folder).glob("runs/*/run.mcap"):
+        for run in pathlib.Path(folder).glob("runs/quad-*/run.mcap"):
             run.rename(f"{folder}/long.mcap")
         info = json.loads(subprocess.run([sinew, "bag", "info", f"{folder}/long.mcap", "--json"], capture_output=True,
                                          text=True).stdout)

@@ -46,7 +46,7 @@ def fly(name, seconds, *more):
     code, out, err = run("run", QUAD, "--virtual", "--duration", seconds, "--camera", "64x48", "--runs", path(name),
                          *more)
     # So few seconds are no landing; the recording is what counts.
-    runs = os.listdir(path(name)) if os.path.isdir(path(name)) else []
+    runs = [run for run in os.listdir(path(name)) if run != "latest"] if os.path.isdir(path(name)) else []
     if len(runs) != 1:
         raise RuntimeError(f"{code} {out} {err}")
     shutil.copy(path(f"{name}/{runs[0]}/run.mcap"), path(f"{name}.mcap"))
@@ -205,6 +205,123 @@ class Bag(unittest.TestCase):
             self.assertEqual((code, out), (2, ""))
             for word in words:
                 self.assertIn(word, err)
+
+    def test_info_of_several_files_is_about_each_of_them_once(self):
+        os.symlink(FLIGHT, path("again.mcap"))
+        code, out, err = bag("info", FLIGHT, LONG, path("again.mcap"), "--json")
+        self.assertEqual((code, err), (0, ""))
+        self.assertEqual([json.loads(line)["file"] for line in out.splitlines()], [FLIGHT, LONG])
+        code, out, err = bag("info", FLIGHT, path("not-there.mcap"))
+        self.assertEqual(code, 2, "the worst of them")
+        self.assertTrue(out.startswith(f"{FLIGHT}: "))
+        self.assertIn("not-there.mcap: no such file", err)
+
+    def test_replay_executes_each_of_several_files(self):
+        code, out, err = run("replay", FLIGHT, FLIGHT, LONG, "--until", "1", "--modules", "mixer")
+        self.assertEqual((code, err), (0, ""))
+        self.assertRegex(out, rf"^{FLIGHT}\nidentical: .*\n{LONG}\nidentical: .*\n$")
+        code, out, err = run("replay", FLIGHT, LONG, "--compare", "--plot", path("two.svg"))
+        self.assertEqual(code, 2)
+        self.assertIn(f"--plot draws one recording, and 2 are named: name one, such as {LONG}", err)
+
+    def test_a_command_that_reads_one_file_says_so(self):
+        for command in (("bag", "check"), ("bag", "cat"), ("topic", "hz", "imu.raw", "--file")):
+            code, out, err = run(*command, FLIGHT, LONG)
+            self.assertEqual((code, out), (2, ""))
+            self.assertIn(f"{LONG}: sinew {' '.join(command[:2])} takes one recording; name one, such as "
+                          "runs/latest/run.mcap", err)
+
+    def plot(self, file, *fields, out="plot.svg", options=()):
+        """What was drawn, and the picture."""
+        code, drawn, err = bag("plot", file, *fields, "-o", path(out), "--json", *options)
+        self.assertEqual((code, err), (0, ""))
+        with open(path(out), "rb") as picture:
+            return json.loads(drawn), picture.read()
+
+    def test_plot_draws_fields_and_marks_what_happened(self):
+        drawn, picture = self.plot(LONG, "filter.state.p_world_m", "filter.state.v_world_mps.z")
+        names = [s["name"] for s in drawn["series"]]
+        self.assertEqual(names, [f"filter.state.p_world_m.{c}" for c in "xyz"] + ["filter.state.v_world_mps.z"])
+        rows = list(csv.DictReader(io.StringIO(bag("csv", LONG, "--topic", "filter.state")[1])))
+        height = [float(row["p_world_m.z"]) for row in rows]
+        z = drawn["series"][2]
+        self.assertEqual((z["unit"], z["points"], z["min"], z["max"]), ("m", len(rows), min(height), max(height)))
+        self.assertEqual([m["text"] for m in drawn["marks"]][:2], ["arm", "climb"])
+        text = picture.decode()
+        for shown in (f"quad, {LONG}", "time (s)", ">m/s<", ">climb<", *names):
+            self.assertIn(shown, text)
+
+    def test_plot_takes_differences_angles_and_lengths(self):
+        drawn, _ = self.plot(LONG, "filter.state.p_world_m - filter.state.p_world_m", "norm(filter.state.v_world_mps)",
+                             "angle(filter.state.q_world_base, position.attitude.q_world_base)",
+                             "norm(filter.state.p_world_m - mission.setpoint.p_world_m)", "mixer.motors.value[0]")
+        by_name = {s["name"]: s for s in drawn["series"]}
+        self.assertEqual({(s["min"], s["max"]) for name, s in by_name.items() if name.startswith("filter.state.p_")},
+                         {(0, 0)})
+        self.assertGreater(by_name["norm(filter.state.v_world_mps)"]["max"], 0.3, "it climbs")
+        tilt = by_name["angle(filter.state.q_world_base, position.attitude.q_world_base)"]
+        self.assertEqual(tilt["unit"], "deg")
+        self.assertTrue(0 <= tilt["min"] <= tilt["max"] < 45, tilt)
+
+    def test_plot_holds_the_older_value_of_the_rarer_topic_only_between_its_messages(self):
+        drawn, _ = self.plot(LONG, "filter.state.height_m - range.raw.range_m")
+        alone, _ = self.plot(LONG, "range.raw.range_m", "filter.state.height_m")
+        self.assertLess(drawn["series"][0]["points"], alone["series"][1]["points"], "none outside of both")
+        self.assertLess(drawn["series"][0]["max"], 0.5)
+
+    def test_plot_writes_png(self):
+        _, picture = self.plot(FLIGHT, "imu.raw.accel_mps2", out="plot.png")
+        self.assertEqual(picture[:8], b"\x89PNG\r\n\x1a\n")
+        width, height = struct.unpack(">II", picture[16:24])
+        self.assertEqual(width, 1800)
+        self.assertTrue(700 < height < 1000, height)
+
+    def test_plot_shows_a_part_and_the_names_of_values(self):
+        drawn, picture = self.plot(LONG, "mission.mission.phase", options=("--from", "2", "--until", "4", "--no-marks",
+                                                                           "--mark", "filter.state.at_rest"))
+        self.assertEqual({m["text"] for m in drawn["marks"]}, {"filter.state.at_rest 0"})
+        self.assertTrue(all(2 <= m["time_s"] <= 4 for m in drawn["marks"]))
+        self.assertIn(">climb<", picture.decode())
+
+    def test_plot_refuses_what_cannot_be_drawn_and_says_what_can(self):
+        for field, why in (("filter.stat.p_world_m", "no such topic; there are"),
+                           ("filter.stat.p_world_m", "did you mean filter.state?"),
+                           ("filter.state.p_wrld_m", "did you mean p_world_m?"),
+                           ("filter.state.height_m.z", "height_m is one number"),
+                           ("mixer.motors.value[8]", "an index from 0 to 7"),
+                           ("filter.state", "more than 16 numbers"),
+                           ("range.raw", "do not go on one axis"),
+                           ("filter.state.p_world_m - filter.state.v_world_mps", "[m] less [m/s]"),
+                           ("filter.state.p_world_m - filter.state.height_m", "3 numbers less 1"),
+                           ("angle(filter.state.p_world_m, filter.state.q_world_base)", "not an attitude"),
+                           ("sqrt(imu.raw)", "'angle(FIELD, FIELD)' or 'norm(FIELD)' is known")):
+            code, out, err = bag("plot", FLIGHT, field, "-o", path("never.svg"))
+            self.assertEqual((code, out), (2, ""), field)
+            self.assertIn(why, err)
+        self.assertIn("never.jpg: FILE.svg or FILE.png", bag("plot", FLIGHT, "imu.raw.stamp", "-o", path("never.jpg"))[2])
+        self.assertFalse(os.path.exists(path("never.svg")))
+
+    def test_names_stand_for_numbers_where_they_are_asked_for(self):
+        modes = {m["message"]["mode"] for m in cat(FLIGHT, "--topic", "guardian.state")}
+        self.assertIn(0, modes, "numbers for programs")
+        self.assertEqual({m["message"]["mode"] for m in cat(FLIGHT, "--topic", "guardian.state", "--names")}, {"standby"})
+        text = run("topic", "echo", "mission.mission", "--file", FLIGHT, "-n", "1")[1]
+        self.assertIn("phase: wait\n", text)
+        self.assertEqual(run("topic", "echo", "mission.mission", "--file", FLIGHT, "-n", "1", "--field", "phase")[1],
+                         "wait\n")
+        as_json = run("topic", "echo", "mission.mission", "--file", FLIGHT, "-n", "1", "--json")[1]
+        self.assertEqual(json.loads(as_json)["message"]["phase"], 0)
+        table = bag("csv", FLIGHT, "--topic", "mission.mission", "--names")[1]
+        row = next(csv.DictReader(io.StringIO(table)))
+        self.assertEqual((row["phase"], row["phase_name"]), ("0", "wait"))
+        self.assertNotIn("phase_name", bag("csv", FLIGHT, "--topic", "mission.mission")[1])
+
+    def test_older_recordings_show_the_names_that_they_have(self):
+        older = path("damaged-older.mcap")
+        definition = "uint32 phase  # [enum] wait arm climb\nuint32 faults  # [1] bits: lease, limit\nuint32 mode  # [enum] " \
+                     "0 standby, 1 armed; the worst\n"
+        write_mcap(older, "flight", "other_msgs/msg/Old", definition, [struct.pack("<IIII", 0x100, 2, 3, 7)])
+        self.assertEqual(run("topic", "echo", "flight", "--file", older)[1], "phase: climb\nfaults: 3\nmode: 7\n---\n")
 
     def test_check_agrees_with_what_the_file_says_of_itself(self):
         code, out, err = bag("check", FLIGHT)

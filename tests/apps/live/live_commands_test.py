@@ -101,6 +101,19 @@ class LiveCommands(Live):
         self.assertGreaterEqual(info["messages"], 0)
         self.refused(1, "no topic ball.size", "topic", "info", "ball.size")
 
+    def test_topic_plot_draws_a_running_robot(self):
+        picture = f"{self.folder.name}/live.svg"
+        drawn = self.asked("topic", "plot", "ball.height.range_m", "--seconds", "0.5", "-o", picture)
+        self.assertEqual((drawn["file"], drawn["marks"]), (picture, []))
+        self.assertEqual((drawn["series"][0]["name"], drawn["series"][0]["unit"]), ("ball.height.range_m", "m"))
+        self.assertGreater(drawn["series"][0]["points"], 10)
+        with open(picture) as svg:
+            self.assertIn("ball, 0.", svg.read())
+        self.refused(2, "ball.hight.range_m: no such topic", "topic", "plot", "ball.hight.range_m", "-o", picture)
+        code, _, err = self.sinew("topic", "plot", "operator.range.range_m", "--seconds", "0.1", "-o", picture)
+        self.assertEqual(code, 1)
+        self.assertIn("1 of 1 curves have no values", err)
+
     def test_topic_echo_prints_messages_in_their_order(self):
         lines = [json.loads(line) for line in self.good("topic", "echo", "ball.height", "-n", "5", "--json").splitlines()]
         self.assertEqual(len(lines), 5)

@@ -117,7 +117,7 @@ class Flown(InFolder):
         err = self.refused("replay", self.file, "--compare", "--fields", "filter.state.p_world_ft")
         self.assertIn("--fields filter.state.p_world_ft: no output of the modules has it", err)
         self.assertIn("--compare", self.refused("replay", self.file, "--plot", "x.svg"))
-        self.assertIn("x.png: only SVG", self.refused("replay", self.file, "--compare", "--plot", "x.png"))
+        self.assertIn("x.jpg: FILE.svg or FILE.png", self.refused("replay", self.file, "--compare", "--plot", "x.jpg"))
 
     def test_modules_between_parameter_and_error_are_executed_again(self):
         tuned = json.loads(self.good("tune", self.file, "--param", "attitude.kp_rate=10,22", "--error",

@@ -27,7 +27,7 @@ class ProofFlight(unittest.TestCase):
             recording = cls.summary["recording"]
             if not recording["lost_messages"] and not recording["lost_steps"]:
                 break
-        cls.file = glob.glob(f"{cls.folder.name}/{attempt}/*/run.mcap")[0]
+        cls.file = glob.glob(f"{cls.folder.name}/{attempt}/latest/run.mcap")[0]
         cls.modules = {name: i for i, name in enumerate(m["name"] for m in cls.summary["modules"])}
         cls.steps = [step for m in cls.messages("sinew/steps") for step in m["steps"]]
 

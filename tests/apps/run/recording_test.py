@@ -62,6 +62,24 @@ class Recording(unittest.TestCase):
         _, files = self.fly("--virtual", "--duration", "1", SINEW_RECORD="off")
         self.assertEqual(len(files), 1)
 
+    def test_latest_leads_to_the_newest_run(self):
+        self.fly("--virtual", "--duration", "0.1")
+        latest = f"{self.folder.name}/runs/latest"
+        first = os.readlink(latest)
+        run, _ = self.fly("--virtual", "--duration", "0.1")
+        self.assertNotEqual(os.readlink(latest), first)
+        self.assertEqual(run["recording"]["path"], f"runs/{os.readlink(latest)}/run.mcap")
+        self.fly("--virtual", "--duration", "0.1", "--runs", "there")
+        self.assertTrue(os.path.exists(f"{self.folder.name}/there/latest/run.mcap"))
+        self.assertEqual(run["recording"]["path"], f"runs/{os.readlink(latest)}/run.mcap", "of its own folder")
+
+    def test_something_else_named_latest_stays_and_the_run_is_recorded(self):
+        os.makedirs(f"{self.folder.name}/runs/latest")
+        code, out, err = self.sinew("run", f"{ROBOTS}/quad/quad.toml", "--virtual", "--duration", "0.1", "--quiet")
+        self.assertIn("runs/latest: not a link of ours, so it stays as it is: the newest run is in runs/quad-", err)
+        self.assertEqual(len(glob.glob(f"{self.folder.name}/runs/quad-*/run.mcap")), 1)
+        self.assertEqual(os.listdir(f"{self.folder.name}/runs/latest"), [])
+
     def test_another_parameter_is_named_with_the_first_step_that_differs(self):
         _, files = self.fly("--virtual", "--duration", "4")
         code, replay = self.replay(files[0], "--modules", "attitude,mixer", "--set", "attitude.kp_rate=21.5")
@@ -93,6 +111,8 @@ class Recording(unittest.TestCase):
     def test_a_run_that_did_not_begin_leaves_nothing(self):
         with open(f"{ROBOTS}/quad/quad.toml") as f:
             text = f.read()
+        os.makedirs(f"{self.folder.name}/runs/quad-before")
+        os.symlink("quad-of-the-past", f"{self.folder.name}/runs/latest")
         path = os.path.join(self.folder.name, "deep.toml")
         with open(path, "w") as f:  # stacks of 64 MiB: more than there is
             f.write(re.sub("(?m)^stack_kib = .*", "stack_kib = 65536", text))
@@ -109,7 +129,8 @@ class Recording(unittest.TestCase):
             plant.wait()
         self.assertEqual(run.returncode, 2, run.stderr)
         self.assertIn("sinew: stack", run.stderr)
-        self.assertEqual(os.listdir(f"{self.folder.name}/runs"), [])
+        self.assertEqual(sorted(os.listdir(f"{self.folder.name}/runs")), ["latest", "quad-before"])
+        self.assertEqual(os.readlink(f"{self.folder.name}/runs/latest"), "quad-before", "the newest that is left")
 
     def test_the_robot_file_chooses_topics_rates_and_pixels(self):
         with open(f"{ROBOTS}/quad/quad.toml") as f:
