@@ -144,9 +144,10 @@ std::string events_table(const std::vector<EventPair>& pairs, const std::string&
   std::size_t width = head.size();
   for (const EventPair& p : pairs) width = std::max(width, p.text.size());
   std::string out = fmt::format("{:<{}}  {:>9} {:>9} {:>9}\n", head, width, "A", "B", "B - A");
-  for (const EventPair& p : pairs)
-    out += fmt::format("{:<{}}  {:>9} {:>9} {:>9}\n", p.text, width, seconds_cell(p.a_s), seconds_cell(p.b_s),
-                       p.a_s && p.b_s ? fmt::format("{:+.3f}", *p.b_s - *p.a_s) : "");
+  for (const EventPair& p : pairs) {
+    out += fmt::format("{:<{}}  {:>9} {:>9}", p.text, width, seconds_cell(p.a_s), seconds_cell(p.b_s));
+    out += p.a_s && p.b_s ? fmt::format(" {:>+9.3f}\n", *p.b_s - *p.a_s) : "\n";
+  }
   return out;
 }
 
