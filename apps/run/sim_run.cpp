@@ -165,7 +165,7 @@ class SimulatedBoard final : public RunBoard {
   }
 
   int report(RunContext& run, RunSummary& summary) override {
-    if (run.reached_s) summary.grants(board_->stats().grants, *run.reached_s, *run.wall_s);
+    if (run.reached_s && *run.reached_s > 0) summary.grants(board_->stats().grants, *run.reached_s, *run.wall_s);
     const auto report = parse_report(report_.get());
     if (lost_) summary.lost(lost_->what, lost_->at_s, lost_->why);
     if (!report) {
