@@ -14,7 +14,7 @@ import unittest
 
 os.environ["SINEW_RECORD"] = "off"  # a flight is 100 MB; one test asks for a recording
 
-SINEW, SINEW_SIM, ROBOTS = sys.argv[1:4]
+SINEW, SINEW_SIM, ROBOTS = map(os.path.abspath, sys.argv[1:4])
 QUAD = f"{ROBOTS}/quad/quad.toml"
 LIMIT_S = 120
 # Two seconds are promised. The rest is for a machine whose processors belong to other tests: what is wrong here takes
