@@ -84,7 +84,8 @@ class RecordedBoard final : public RunBoard {
                   {{"motion_fields", all.size()}, {"motion_fields_moving", moving}});
     }
     const auto* nav = find_module<RunLog<msg::NavState>>(run.graph());
-    return nav ? report_tilt(*nav, run.options, summary) : summary.finish("ran to its end", 0);
+    return nav ? report_tilt(*nav, run.options, summary)
+               : summary.finish(hal::stop_requested() ? "" : "ran to its end", 0);
   }
 
  private:

@@ -23,10 +23,10 @@ class BareBoard final : public RunBoard, private hal::GrantSource {
   bool over(RunContext& run, hal::Time) override { return !run.options.virtual_time && run.mission->ended(); }
 
   int report(RunContext& run, RunSummary& summary) override {
-    if (run.options.virtual_time) return summary.finish("ran to its end", 0);
+    if (run.options.virtual_time) return summary.finish(hal::stop_requested() ? "" : "ran to its end", 0);
     summary.chains_decide(true);
     const std::vector<std::string> acted = report_failsafes(run, summary);
-    if (acted.empty()) return summary.finish("ran to its end", 0);
+    if (acted.empty()) return summary.finish(hal::stop_requested() ? "" : "ran to its end", 0);
     summary.why("failsafe " + acted.front());
     return summary.finish("a failsafe acted", 1);
   }

@@ -173,7 +173,7 @@ class SimulatedBoard final : public RunBoard {
   }
 
   int report(RunContext& run, RunSummary& summary) override {
-    if (run.reached_s) summary.grants(board_->stats().grants, *run.reached_s, *run.wall_s);
+    if (run.reached_s && *run.reached_s > 0) summary.grants(board_->stats().grants, *run.reached_s, *run.wall_s);
     if (const std::uint64_t lost = truth_lost_.load(std::memory_order_relaxed); lost > 0)
       summary.add("ground truth", fmt::format("{} states lost: its thread was not run in time", lost),
                   {{"ground_truth_lost", lost}});
