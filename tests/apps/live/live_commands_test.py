@@ -120,9 +120,9 @@ class LiveCommands(Live):
         types = {m["type"]: m for m in json.loads(say(PROGRAM, "module", "info", "--json")[1])["modules"]}
         own = [p["name"] for m in types.values() for p in m["params"] if p["name"] == "restitution"]
         self.assertEqual(own, ["restitution"], "a project's own modules, too")
-        code, out = say(SINEW, "module", "info", "Mixxer")
+        code, out = say(SINEW, "module", "info", "control::Mixxer")
         self.assertEqual(code, 2)
-        self.assertIn("Mixxer: no such type of module; `module info` lists them; did you mean control::Mixer?", out)
+        self.assertIn("control::Mixxer: no such type of module; `module info` lists them; did you mean control::Mixer?", out)
 
     def test_topic_plot_draws_a_running_robot(self):
         picture = f"{self.folder.name}/live.svg"
@@ -133,9 +133,6 @@ class LiveCommands(Live):
         with open(picture) as svg:
             self.assertIn("ball, 0.", svg.read())
         self.refused(2, "ball.hight.range_m: no such topic", "topic", "plot", "ball.hight.range_m", "-o", picture)
-        code, _, err = self.sinew("topic", "plot", "operator.range.range_m", "--seconds", "0.1", "-o", picture)
-        self.assertEqual(code, 1)
-        self.assertIn("1 of 1 curves have no values", err)
 
     def test_topic_echo_prints_messages_in_their_order(self):
         lines = [json.loads(line) for line in self.good("topic", "echo", "ball.height", "-n", "5", "--json").splitlines()]
@@ -265,7 +262,7 @@ class LiveCommands(Live):
         self.assertIn("apex", offered("module", "disable", ""))
         self.assertEqual(offered("thread", "period", ""), ["loop"])
         self.assertEqual(offered("topic", "echo", "--robot", "nobody", ""), [])
-        self.assertEqual(offered("topic", ""), ["list", "info", "echo", "hz", "pub"])
+        self.assertEqual(offered("topic", ""), ["list", "info", "echo", "hz", "plot", "pub"])
 
 
 class SeveralRobots(Live):
