@@ -10,11 +10,17 @@
 namespace demo {
 using sinew::msg::Time;
 
+enum class Contact : std::uint32_t { air = 0, touches = 1, stands = 2 };
+
+/// Recordings, `topic echo` and `topic pub` know them.
+constexpr sinew::msg::ValueName kContactNames[] = {
+    {"air", Contact::air}, {"touches", Contact::touches}, {"stands", Contact::stands}};
+
 /// State of one leg's foot.
 struct FootContact {
   Time stamp;
   std::array<float, 4> pressure_pa{};
-  std::uint32_t touching = 0;
+  Contact contact = Contact::air;
   std::uint32_t cycles = 0;
 };
 }  // namespace demo
@@ -24,7 +30,7 @@ struct sinew::msg::Description<demo::FootContact> {
   static constexpr std::string_view name = "FootContact", doc = "State of one leg's foot.";
   static constexpr auto fields = describe(  // leaving one out, or misspelling it, does not compile
       field<&demo::FootContact::stamp>("ns"), field<&demo::FootContact::pressure_pa>("Pa", "front left first"),
-      field<&demo::FootContact::touching>("1"), field<&demo::FootContact::cycles>("1"));
+      enum_field<&demo::FootContact::contact>(demo::kContactNames), field<&demo::FootContact::cycles>("1"));
 };
 
 int main() {
@@ -33,7 +39,7 @@ int main() {
   demo::FootContact foot;
   foot.stamp = {1'500'000'000};
   foot.pressure_pa = {1.5F, 2, 0, 101325};
-  foot.touching = 1;
+  foot.contact = demo::Contact::stands;
 
   std::string json;
   msg::to_json(type, &foot, json);
@@ -46,5 +52,5 @@ int main() {
   std::printf("CDR:     %zu bytes, decoded %s\n", size, decoded ? "well" : "badly");
 
   std::printf("schema:\n%s", msg::ros2msg_schema(type).c_str());
-  return decoded && back.pressure_pa == foot.pressure_pa && back.touching == 1 ? 0 : 1;
+  return decoded && back.pressure_pa == foot.pressure_pa && back.contact == foot.contact ? 0 : 1;
 }

@@ -16,6 +16,11 @@ struct ActuatorCommand {
 
 enum class GuardianMode : std::uint32_t { standby = 0, armed = 1, active = 2, safe = 3 };
 
+inline constexpr ValueName kGuardianModeNames[] = {{"standby", GuardianMode::standby},
+                                                   {"armed", GuardianMode::armed},
+                                                   {"active", GuardianMode::active},
+                                                   {"safe", GuardianMode::safe}};
+
 /// Why a command was not passed on as it came; bits, or-ed.
 enum GuardianFault : std::uint32_t {
   kFaultNone = 0,
@@ -27,6 +32,10 @@ enum GuardianFault : std::uint32_t {
   kFaultDevice = 32,    // the device refused or is gone
   kFaultFailsafe = 64,  // a failsafe of the robot file stopped the robot
 };
+
+inline constexpr ValueName kGuardianFaultNames[] = {
+    {"lease", kFaultLease}, {"not finite", kFaultNotFinite}, {"limit", kFaultLimit},      {"rate", kFaultRate},
+    {"count", kFaultCount}, {"device", kFaultDevice},        {"failsafe", kFaultFailsafe}};
 
 /// What really went out to one actuator group, and why.
 struct GuardianState {
@@ -52,8 +61,8 @@ struct Description<GuardianState> {
   static constexpr std::string_view name = "GuardianState", doc = "What went out to one actuator group, and why.";
   static constexpr auto fields = describe(
       field<&GuardianState::stamp>("ns"), field<&GuardianState::command_stamp>("ns"), field<&GuardianState::value>(""),
-      field<&GuardianState::count>("1"), field<&GuardianState::mode>("enum", "0 standby, 1 armed, 2 active, 3 safe"),
-      field<&GuardianState::faults>("1", "bits: lease, not finite, limit, rate, count, device, failsafe"),
+      field<&GuardianState::count>("1"), enum_field<&GuardianState::mode>(kGuardianModeNames),
+      bits_field<&GuardianState::faults>(kGuardianFaultNames, "now"),
       field<&GuardianState::fault_events>("1", "faults since the start"));
 };
 

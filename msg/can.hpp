@@ -14,6 +14,12 @@ enum CanFlag : std::uint32_t {
   kCanError = 16,         // no frame of a node: the controller reports a condition of the bus in `id` and `data`
 };
 
+inline constexpr ValueName kCanFlagNames[] = {{"extended", kCanExtended},
+                                              {"remote", kCanRemote},
+                                              {"fd", kCanFd},
+                                              {"bit rate switch", kCanBitRateSwitch},
+                                              {"error", kCanError}};
+
 /// One CAN frame. As on Linux, the `id` of an error frame has the CAN_ERR_* bits (linux/can/error.h).
 struct CanFrame {
   Time stamp;  // end of the frame on the bus, where the hardware says so; else when it was received
@@ -33,10 +39,10 @@ struct CanFrame {
 template <>
 struct Description<CanFrame> {
   static constexpr std::string_view name = "CanFrame", doc = "One frame of a CAN bus.";
-  static constexpr auto fields = describe(
-      field<&CanFrame::stamp>("ns", "end of the frame on the bus"), field<&CanFrame::id>("1", "11 or 29 bits"),
-      field<&CanFrame::flags>("1", "bits: extended, remote, fd, bit rate switch, error"),
-      field<&CanFrame::size>("B", "of data"), field<&CanFrame::bus>("1", "which bus"), field<&CanFrame::data>("1"));
+  static constexpr auto fields =
+      describe(field<&CanFrame::stamp>("ns", "end of the frame on the bus"), field<&CanFrame::id>("1", "11 or 29 bits"),
+               bits_field<&CanFrame::flags>(kCanFlagNames), field<&CanFrame::size>("B", "of data"),
+               field<&CanFrame::bus>("1", "which bus"), field<&CanFrame::data>("1"));
 };
 
 }  // namespace sinew::msg

@@ -30,14 +30,32 @@ enum class Kind : std::uint8_t { i8, u8, i16, u16, i32, u32, i64, u64, f32, f64,
 
 struct TypeInfo;
 
+/// The name of one value of an enumeration, or of one bit of a set.
+struct ValueName {
+  std::string_view name;
+  std::uint32_t value;
+
+  template <class V>
+  constexpr ValueName(std::string_view n, V v) : name(n), value(static_cast<std::uint32_t>(v)) {}
+};
+
+/// Empty: this value has no name.
+constexpr std::string_view name_of(std::span<const ValueName> names, std::uint32_t value) {
+  for (const ValueName& known : names)
+    if (known.value == value) return known.name;
+  return {};
+}
+
 /// One field as the type-erased codecs see it.
 struct FieldInfo {
   std::string_view name, unit, doc;
-  Kind kind;               // of one element; enumerations and Time appear as their integer
-  bool is_array;           // a fixed-size array, also when it has one element
-  std::uint32_t count;     // elements; 1 for a scalar
-  std::uint32_t offset;    // bytes from the start of the struct
-  const TypeInfo* nested;  // for Kind::nested, else null
+  Kind kind;                           // of one element; enumerations and Time appear as their integer
+  bool is_array;                       // a fixed-size array, also when it has one element
+  std::uint32_t count;                 // elements; 1 for a scalar
+  std::uint32_t offset;                // bytes from the start of the struct
+  const TypeInfo* nested;              // for Kind::nested, else null
+  std::span<const ValueName> names{};  // of its values, or of its bits; empty: the numbers are all there is
+  bool bits = false;
 };
 
 /// A stretch of floating-point numbers inside the struct; nested structs and neighbours are already merged.
@@ -132,12 +150,27 @@ struct Field {
   using Value = typename detail::MemberOf<decltype(Member)>::Value;
   static constexpr std::string_view name = detail::member_name<Member>();
   std::string_view unit, doc;
+  std::span<const ValueName> names{};
+  bool bits = false;
 };
 
-/// Units: SI symbol, "1" for ratios and counts, "ns" for Time, "enum" for enumerations.
+/// Units: SI symbol, "1" for ratios and counts, "ns" for Time.
 template <auto Member>
 constexpr Field<Member> field(std::string_view unit, std::string_view doc = {}) {
   return {unit, doc};
+}
+
+/// An enumeration whose values have names. The names are given here only: definitions in recordings, what the commands
+/// print, `topic pub` and the documentation take them from here. `names` lives as long as the program.
+template <auto Member>
+constexpr Field<Member> enum_field(std::span<const ValueName> names, std::string_view doc = {}) {
+  return {"enum", doc, names};
+}
+
+/// A set of bits with names, likewise.
+template <auto Member>
+constexpr Field<Member> bits_field(std::span<const ValueName> names, std::string_view doc = {}) {
+  return {"1", doc, names, true};
 }
 
 template <class... F>
@@ -247,7 +280,16 @@ FieldInfo field_info(const Field<Member>& f) {
   const auto offset = reinterpret_cast<const std::byte*>(&(object->*Member)) - storage;
   const TypeInfo* nested = nullptr;
   if constexpr (kind == Kind::nested) nested = &type_info<typename E::Type>();
-  return {Field<Member>::name, f.unit, f.doc, kind, E::is_array, E::count, static_cast<std::uint32_t>(offset), nested};
+  return {Field<Member>::name,
+          f.unit,
+          f.doc,
+          kind,
+          E::is_array,
+          E::count,
+          static_cast<std::uint32_t>(offset),
+          nested,
+          f.names,
+          f.bits};
 }
 
 }  // namespace detail

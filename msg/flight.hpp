@@ -30,6 +30,9 @@ struct NavState {
 
 enum class FlightMode : std::uint32_t { idle = 0, velocity = 1, position = 2 };
 
+inline constexpr ValueName kFlightModeNames[] = {
+    {"idle", FlightMode::idle}, {"velocity", FlightMode::velocity}, {"position", FlightMode::position}};
+
 /// What the mission wants from the position controller.
 struct FlightSetpoint {
   Time stamp;
@@ -96,6 +99,13 @@ enum class MissionPhase : std::uint32_t {
   abort = 9
 };
 
+inline constexpr ValueName kMissionPhaseNames[] = {
+    {"wait", MissionPhase::wait},         {"arm", MissionPhase::arm},
+    {"climb", MissionPhase::climb},       {"search", MissionPhase::search},
+    {"approach", MissionPhase::approach}, {"hold", MissionPhase::hold},
+    {"descend", MissionPhase::descend},   {"touchdown", MissionPhase::touchdown},
+    {"done", MissionPhase::done},         {"abort", MissionPhase::abort}};
+
 struct MissionState {
   Time stamp;
   Time phase_since;
@@ -121,10 +131,10 @@ struct Description<NavState> {
 template <>
 struct Description<FlightSetpoint> {
   static constexpr std::string_view name = "FlightSetpoint", doc = "What the mission wants from the position loop.";
-  static constexpr auto fields = describe(
-      field<&FlightSetpoint::stamp>("ns"), field<&FlightSetpoint::p_world_m>("m", "world"),
-      field<&FlightSetpoint::v_world_mps>("m/s", "world"), field<&FlightSetpoint::yaw_rad>("rad"),
-      field<&FlightSetpoint::mode>("enum", "0 idle, 1 velocity, 2 position"), field<&FlightSetpoint::armed>("1"));
+  static constexpr auto fields =
+      describe(field<&FlightSetpoint::stamp>("ns"), field<&FlightSetpoint::p_world_m>("m", "world"),
+               field<&FlightSetpoint::v_world_mps>("m/s", "world"), field<&FlightSetpoint::yaw_rad>("rad"),
+               enum_field<&FlightSetpoint::mode>(kFlightModeNames), field<&FlightSetpoint::armed>("1"));
 };
 
 template <>
@@ -171,8 +181,7 @@ struct Description<MissionState> {
   static constexpr std::string_view name = "MissionState", doc = "Where the mission is.";
   static constexpr auto fields =
       describe(field<&MissionState::stamp>("ns"), field<&MissionState::phase_since>("ns"),
-               field<&MissionState::target_world_m>("m", "world"),
-               field<&MissionState::phase>("enum", "wait arm climb search approach hold descend touchdown done abort"),
+               field<&MissionState::target_world_m>("m", "world"), enum_field<&MissionState::phase>(kMissionPhaseNames),
                field<&MissionState::pad_known>("1"));
 };
 

@@ -25,6 +25,12 @@ enum class HeadMode : std::uint32_t {
   hold = 4     // level and straight ahead: no pictures, or a failsafe asked for it
 };
 
+inline constexpr ValueName kHeadModeNames[] = {{"idle", HeadMode::idle},
+                                               {"follow", HeadMode::follow},
+                                               {"coast", HeadMode::coast},
+                                               {"search", HeadMode::search},
+                                               {"hold", HeadMode::hold}};
+
 /// What the head does. Level frame: z up; x as in the estimate's world.
 struct HeadState {
   Time stamp;
@@ -59,8 +65,7 @@ struct Description<HeadState> {
                field<&HeadState::axis_elevation_rad>("rad", "of the optical axis"),
                field<&HeadState::base_tilt_rad>("rad", "of what the head stands on"),
                field<&HeadState::innovation_rad>("rad", "of the last sighting"),
-               field<&HeadState::mode>("enum", "0 idle, 1 follow, 2 coast, 3 search, 4 hold"),
-               field<&HeadState::sightings>("1", "used since the start"));
+               enum_field<&HeadState::mode>(kHeadModeNames), field<&HeadState::sightings>("1", "used since the start"));
 };
 
 }  // namespace sinew::msg

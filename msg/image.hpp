@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <iterator>
 #include <span>
 #include <string_view>
 #include <utility>
@@ -15,6 +16,13 @@ inline constexpr std::pair<std::string_view, PixelFormat> kPixelFormats[] = {{"m
                                                                              {"rgb8", PixelFormat::rgb8},
                                                                              {"bgr8", PixelFormat::bgr8},
                                                                              {"yuyv", PixelFormat::yuyv}};
+
+inline constexpr ValueName kPixelFormatNames[] = {{"none", PixelFormat::none},
+                                                  {kPixelFormats[0].first, kPixelFormats[0].second},
+                                                  {kPixelFormats[1].first, kPixelFormats[1].second},
+                                                  {kPixelFormats[2].first, kPixelFormats[2].second},
+                                                  {kPixelFormats[3].first, kPixelFormats[3].second}};
+static_assert(std::size(kPixelFormats) == 4, "and one more line above");
 
 constexpr const char* pixel_format_name(PixelFormat f) {
   for (const auto& [name, format] : kPixelFormats)
@@ -93,8 +101,7 @@ struct Description<Image> {
       field<&Image::stamp>("ns", "mid-point of the exposure"), field<&Image::exposure_ns>("ns", "exposure time"),
       field<&Image::frame_number>("1", "counted by the camera"), field<&Image::width>("px"),
       field<&Image::height>("px"), field<&Image::stride>("B", "bytes from row to row"),
-      field<&Image::format>("enum", "0 none, 1 mono8, 2 rgb8, 3 bgr8, 4 yuyv"),
-      field<&Image::capacity_bytes>("B", "room behind the header"));
+      enum_field<&Image::format>(kPixelFormatNames), field<&Image::capacity_bytes>("B", "room behind the header"));
 };
 
 }  // namespace sinew::msg

@@ -14,6 +14,11 @@ enum class JointMode : std::uint32_t {
   homing = 6,
 };
 
+inline constexpr ValueName kJointModeNames[] = {{"absent", JointMode::absent},     {"disabled", JointMode::disabled},
+                                                {"enabling", JointMode::enabling}, {"enabled", JointMode::enabled},
+                                                {"stopping", JointMode::stopping}, {"fault", JointMode::fault},
+                                                {"homing", JointMode::homing}};
+
 /// What is wrong with a joint; bits, or-ed. The code of the drive itself is in `fault_code`.
 enum JointFault : std::uint32_t {
   kJointOverCurrent = 1,
@@ -28,6 +33,18 @@ enum JointFault : std::uint32_t {
   kJointOther = 512,      // the drive says so, and nothing more
   kJointDuplicate = 1024  // two drives answer to one number
 };
+
+inline constexpr ValueName kJointFaultNames[] = {{"over-current", kJointOverCurrent},
+                                                 {"over-voltage", kJointOverVoltage},
+                                                 {"under-voltage", kJointUnderVoltage},
+                                                 {"over-temperature", kJointOverTemperature},
+                                                 {"derated", kJointDerated},
+                                                 {"encoder", kJointEncoder},
+                                                 {"overload", kJointOverload},
+                                                 {"lost", kJointLost},
+                                                 {"limit", kJointLimit},
+                                                 {"other", kJointOther},
+                                                 {"duplicate", kJointDuplicate}};
 
 /// Measured by the joints of one actuator group, in the order of its channels. Joint frame: zero and sign as the robot
 /// file and its calibration say. NaN: this drive does not measure it, or nothing came yet.
@@ -49,17 +66,14 @@ struct JointState {
 template <>
 struct Description<JointState> {
   static constexpr std::string_view name = "JointState", doc = "What the joints of one actuator group measure.";
-  static constexpr auto fields = describe(
-      field<&JointState::stamp>("ns", "of the oldest feedback"), field<&JointState::measured>("ns", "0: never"),
-      field<&JointState::position_rad>("rad"), field<&JointState::velocity_radps>("rad/s"),
-      field<&JointState::effort_nm>("N m"), field<&JointState::temperature_c>("degC"),
-      field<&JointState::voltage_v>("V"),
-      field<&JointState::mode>("enum", "0 absent, 1 disabled, 2 enabling, 3 enabled, 4 stopping, 5 fault, 6 homing"),
-      field<&JointState::faults>("1",
-                                 "bits: over-current, over-voltage, under-voltage, over-temperature, derated, "
-                                 "encoder, overload, lost, limit, other, duplicate"),
-      field<&JointState::fault_code>("1", "the drive's own"), field<&JointState::count>("1", "joints in use"),
-      field<&JointState::ready>("1", "bits: enabled and without fault"));
+  static constexpr auto fields =
+      describe(field<&JointState::stamp>("ns", "of the oldest feedback"),
+               field<&JointState::measured>("ns", "0: never"), field<&JointState::position_rad>("rad"),
+               field<&JointState::velocity_radps>("rad/s"), field<&JointState::effort_nm>("N m"),
+               field<&JointState::temperature_c>("degC"), field<&JointState::voltage_v>("V"),
+               enum_field<&JointState::mode>(kJointModeNames), bits_field<&JointState::faults>(kJointFaultNames),
+               field<&JointState::fault_code>("1", "the drive's own"), field<&JointState::count>("1", "joints in use"),
+               field<&JointState::ready>("1", "bits: enabled and without fault"));
 };
 
 }  // namespace sinew::msg

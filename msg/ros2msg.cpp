@@ -4,6 +4,8 @@
 #include <array>
 #include <vector>
 
+#include "msg/text.hpp"
+
 namespace sinew::msg {
 namespace {
 
@@ -18,8 +20,9 @@ std::string element_name(const FieldInfo& f) {
 
 std::string remark(const FieldInfo& f) {
   std::string text(f.unit.empty() ? "" : "[" + std::string(f.unit) + "]");
-  if (!text.empty() && !f.doc.empty()) text += " ";
-  text += f.doc;
+  const std::string said = remark_of(f);
+  if (!text.empty() && !said.empty()) text += " ";
+  text += said;
   return text.empty() ? text : "  # " + text;
 }
 

@@ -13,6 +13,9 @@ enum class FailsafeAction : std::uint32_t {
   stop = 2,  // the actuators' safe action at once, until disarmed
 };
 
+inline constexpr ValueName kFailsafeActionNames[] = {
+    {"none", FailsafeAction::none}, {"land", FailsafeAction::land}, {"stop", FailsafeAction::stop}};
+
 /// The guardian's view of the whole robot, published in each of its steps. Bit i of `conditions`, `latched` and `acted`
 /// is the i-th [[failsafe]] of the robot file. Bit i of `groups_...` is the i-th actuator group, and says why the group
 /// is not ready (0 while permitted). rt/safety_text.hpp turns all this into words.
@@ -45,11 +48,10 @@ struct Description<SafetyState> {
   static constexpr auto fields = describe(
       field<&SafetyState::stamp>("ns"), field<&SafetyState::disarmed>("ns", "last disarmed in flight; 0: never"),
       field<&SafetyState::measured>("", "per condition: s, or the field's unit"),
-      field<&SafetyState::mode>("enum", "0 standby, 1 armed, 2 active, 3 safe; the worst of all groups"),
+      enum_field<&SafetyState::mode>(kGuardianModeNames, "the worst of all groups"),
       field<&SafetyState::permitted>("1", "1: armed commands pass"),
       field<&SafetyState::ready>("1", "1: arming would be granted"),
-      field<&SafetyState::action>("enum", "0 none, 1 land, 2 stop"),
-      field<&SafetyState::conditions>("1", "bits: hold now"),
+      enum_field<&SafetyState::action>(kFailsafeActionNames), field<&SafetyState::conditions>("1", "bits: hold now"),
       field<&SafetyState::latched>("1", "bits: have acted, until disarmed"),
       field<&SafetyState::acted>("1", "bits: have acted since the start"),
       field<&SafetyState::groups_without_command>("1", "bits: no fresh command"),
@@ -57,7 +59,7 @@ struct Description<SafetyState> {
       field<&SafetyState::groups_not_idle>("1", "bits: commanded to move"),
       field<&SafetyState::groups_device_refused>("1", "bits"),
       field<&SafetyState::groups_moving>("1", "bits: get setpoints to move, passed on or held"),
-      field<&SafetyState::bad_fault>("enum", "of the first bad command: 2 not finite, 4 limit, 16 count"),
+      enum_field<&SafetyState::bad_fault>(kGuardianFaultNames, "of the first bad command"),
       field<&SafetyState::bad_channel>("1", "whose value it is"),
       field<&SafetyState::bad_value>("", "that value; of a wrong count the number of channels"));
 };

@@ -39,6 +39,13 @@ struct MagSample {
 
 enum class GnssFix : std::uint32_t { none = 0, time = 1, flat = 2, full = 3, rtk_float = 4, rtk_fixed = 5 };
 
+inline constexpr ValueName kGnssFixNames[] = {{"none", GnssFix::none},
+                                              {"time only", GnssFix::time},
+                                              {"two-dimensional", GnssFix::flat},
+                                              {"three-dimensional", GnssFix::full},
+                                              {"RTK float", GnssFix::rtk_float},
+                                              {"RTK fixed", GnssFix::rtk_fixed}};
+
 /// Position and velocity of the antenna from satellites (WGS 84). Values that the receiver does not give are NaN.
 struct GnssSample {
   Time stamp;  // when it was valid, as far as the receiver tells; else when it came in
@@ -109,10 +116,7 @@ struct Description<GnssSample> {
       field<&GnssSample::velocity_mps>("m/s", "x east, y north, z up"),
       field<&GnssSample::horizontal_accuracy_m>("m", "one sigma"),
       field<&GnssSample::vertical_accuracy_m>("m", "one sigma"),
-      field<&GnssSample::speed_accuracy_mps>("m/s", "one sigma"),
-      field<&GnssSample::fix>("enum",
-                              "0 none, 1 time only, 2 two-dimensional, 3 three-dimensional, 4 RTK float, "
-                              "5 RTK fixed"),
+      field<&GnssSample::speed_accuracy_mps>("m/s", "one sigma"), enum_field<&GnssSample::fix>(kGnssFixNames),
       field<&GnssSample::satellites>("1", "used"));
 };
 

@@ -36,6 +36,16 @@ void append_float(F v, std::string& out) {
 
 }  // namespace
 
+std::string remark_of(const FieldInfo& field) {
+  std::string text;
+  for (const ValueName& known : field.names) {
+    text += text.empty() ? (field.bits ? "bits: " : "") : ", ";
+    text += std::to_string(known.value) + " " + std::string(known.name);
+  }
+  if (!text.empty() && !field.doc.empty()) text += "; ";
+  return text += field.doc;
+}
+
 void append_number(Kind kind, const void* p, std::string& out) {
   switch (kind) {
     case Kind::i8:

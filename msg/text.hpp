@@ -32,6 +32,10 @@ constexpr std::uint32_t size_of(Kind k) {
 }
 constexpr bool is_float(Kind k) { return k == Kind::f32 || k == Kind::f64; }
 
+/// What a description says of a field besides its unit: "0 standby, 1 armed; the worst of all groups", "bits: 1 lease,
+/// 2 not finite; now", or only the doc text.
+std::string remark_of(const FieldInfo& field);
+
 /// Appends the number at p. Floating-point numbers always show a point or exponent (1.0, -0.0, 1e-300); NaN, Infinity
 /// and -Infinity are written by these names.
 void append_number(Kind kind, const void* p, std::string& out);

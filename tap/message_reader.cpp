@@ -76,7 +76,30 @@ class MessageReader {
     return true;
   }
 
+  /// The number of "armed", or of "lease, limit" where names are of bits.
+  static std::optional<std::uint32_t> number_of(const FieldInfo& f, std::string_view text) {
+    std::uint32_t number = 0;
+    if (f.bits && text == "none") return number;
+    while (true) {
+      const auto end = f.bits ? std::min(text.find(", "), text.size()) : text.size();
+      const auto known = std::find_if(f.names.begin(), f.names.end(),
+                                      [&](const msg::ValueName& n) { return n.name == text.substr(0, end); });
+      if (known == f.names.end()) return std::nullopt;
+      number |= known->value;
+      if (end == text.size()) return number;
+      text.remove_prefix(end + 2);
+    }
+  }
+
   bool element(const FieldInfo& f, const Json& json, std::byte* p, const std::string& path) {
+    if (f.names.empty() || !json.is_string()) return number(f, json, p, path);
+    if (const auto named = number_of(f, json.get_ref<const std::string&>())) return number(f, Json(*named), p, path);
+    std::string wanted;
+    for (const msg::ValueName& known : f.names) wanted += (wanted.empty() ? "" : ", ") + std::string(known.name);
+    return fail(path, found(json), (f.bits ? "some of " : "one of ") + wanted);
+  }
+
+  bool number(const FieldInfo& f, const Json& json, std::byte* p, const std::string& path) {
     switch (f.kind) {
       case Kind::i8:
         return integer<std::int8_t>(json, p, path);

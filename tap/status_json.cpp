@@ -1,5 +1,6 @@
 #include <array>
 
+#include "msg/text.hpp"
 #include "rt/exec/timeline.hpp"
 #include "rt/schema_hash.hpp"
 #include "tap/answers.hpp"
@@ -24,7 +25,7 @@ void add_type(const msg::TypeInfo& type, Json& types) {
                       {"array", f.is_array},
                       {"offset", f.offset},
                       {"unit", f.unit},
-                      {"doc", f.doc}});
+                      {"doc", msg::remark_of(f)}});
   }
   types[name] = {{"doc", type.doc},
                  {"bytes", type.size},

@@ -44,7 +44,8 @@ BagMessages::Known& BagMessages::of(const record::Channel& channel) {
   if (!known.schema) {
     note(channel.topic, "not shown: " + why);
     known.said = true;
-  } else if (const std::string ours = our_text(schema->second.name); !ours.empty() && !record::same_definition(ours, schema->second.data)) {
+  } else if (const std::string ours = our_text(schema->second.name);
+             !ours.empty() && !record::same_definition(ours, schema->second.data)) {
     note(channel.topic, "its " + schema->second.name + " is another version than this program's; shown as recorded");
   }
   return known;

@@ -53,7 +53,9 @@ Json object_named(const Json& object, const record::Ros2Schema& schema, const re
                   bool beside) {
   if (!object.is_object()) return object;
   Json out = Json::object();
-  for (const auto& [key, value] : object.items()) {
+  for (const auto& item : object.items()) {
+    const std::string& key = item.key();
+    const Json& value = item.value();
     const auto field =
         std::find_if(type.fields.begin(), type.fields.end(), [&](const auto& f) { return f.name == key; });
     if (field == type.fields.end()) {

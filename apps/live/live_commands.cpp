@@ -7,12 +7,20 @@
 #include "apps/live/live_command.hpp"
 #include "apps/live/status_text.hpp"
 #include "apps/view/graph_text.hpp"
+#include "apps/view/reference_text.hpp"
+#include "hal/did_you_mean.hpp"
+#include "rt/module_types.hpp"
 
 namespace sinew::app {
 namespace {
 
 struct ModuleOptions : LiveOptions {
   std::string module;
+};
+
+struct ModuleInfoOptions {
+  std::string type;
+  bool json = false;
 };
 
 struct PeriodOptions : LiveOptions {
@@ -102,6 +110,40 @@ int list_modules(const LiveOptions& options) {
   return kDone;
 }
 
+/// The type that is meant: its whole name, or the part behind "::" if only one type ends so. Empty: none or several.
+std::string type_named(const std::vector<std::string>& all, const std::string& name) {
+  std::string found;
+  for (const std::string& type : all) {
+    if (type == name) return type;
+    if (!type.ends_with("::" + name)) continue;
+    if (!found.empty()) return {};
+    found = type;
+  }
+  return found;
+}
+
+int module_info(const rt::ModuleTypes& types, const ModuleInfoOptions& options) {
+  const auto all = types.names();
+  if (options.type.empty()) {
+    if (options.json) {
+      Json modules = Json::array();
+      for (const std::string& type : all) modules.push_back(module_json(type, *declaration_of(types, type)));
+      std::printf("%s", to_line({{"modules", modules}}).c_str());
+    }
+    for (const std::string& type : all)
+      if (!options.json) std::printf("%s\n", type.c_str());
+    return kDone;
+  }
+  const std::string type = type_named(all, options.type);
+  const auto declaration = declaration_of(types, type);
+  if (!declaration)
+    return fail(options.type + ": no such type of module; `module info` lists them" +
+                hal::did_you_mean(options.type, all));
+  std::printf(
+      "%s", options.json ? to_line(module_json(type, *declaration)).c_str() : module_text(type, *declaration).c_str());
+  return kDone;
+}
+
 }  // namespace
 
 void add_live_commands(CLI::App& app, CommandContext& context) {
@@ -111,8 +153,15 @@ void add_live_commands(CLI::App& app, CommandContext& context) {
   live_command(app, context, "arm", "permit its actuators to move; prints every reason against it", arm);
   live_command(app, context, "disarm", "stop its actuators", disarm);
 
-  CLI::App& module = *app.add_subcommand("module", "modules of a running robot");
+  CLI::App& module = *app.add_subcommand("module", "modules of a running robot, and types of modules");
   module.require_subcommand(1);
+  const auto about = std::make_shared<ModuleInfoOptions>();
+  CLI::App& info =
+      *module.add_subcommand("info", "ports and parameters of a type of module, or all types; no robot runs");
+  info.add_option("type", about->type, "e.g. control::PositionControl")->type_name("TYPE");
+  info.add_flag("--json", about->json, "as JSON");
+  info.callback(
+      [&context, about] { context.action = [&types = context.types, about] { return module_info(types, *about); }; });
   live_command(module, context, "list", "what each module did so far", list_modules);
   auto on = live_command(module, context, "enable", "reset it, and step it again", enable);
   on.app.add_option("module", on.options.module)->required()->type_name(kModuleHint);

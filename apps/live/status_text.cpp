@@ -2,9 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <array>
-
 #include "apps/view/graph_text.hpp"
+#include "msg/actuators.hpp"
 
 namespace sinew::app {
 namespace {
@@ -59,10 +58,10 @@ std::string chain_line(const Json& c) {
 
 // Whether the guardian passes commands or is ready to arm; else every reason against arming.
 std::string guardian_lines(const Json& guardian) {
-  constexpr std::array<const char*, 4> kModes{"standby", "armed", "active", "safe"};
   const bool permitted = number(guardian, "permitted") != 0, ready = number(guardian, "ready") != 0;
-  std::string out = fmt::format("guardian  {}; commands ",
-                                kModes[static_cast<std::size_t>(number(guardian, "mode") % kModes.size())]);
+  const auto mode = static_cast<std::uint32_t>(number(guardian, "mode"));
+  const std::string_view name = msg::name_of(msg::kGuardianModeNames, mode);
+  std::string out = fmt::format("guardian  {}; commands ", name.empty() ? std::to_string(mode) : std::string(name));
   if (permitted) return out + "pass\n";
   out += ready ? "do not pass; ready to arm\n" : "do not pass; not ready:\n";
   if (ready) return out;

@@ -11,6 +11,7 @@
 #include "apps/live/topic_reader.hpp"
 #include "apps/view/graph_text.hpp"
 #include "apps/view/message_text.hpp"
+#include "apps/view/reference_text.hpp"
 #include "hal/did_you_mean.hpp"
 #include "hal/linux/process.hpp"
 #include "hal/platform.hpp"
@@ -27,6 +28,10 @@ struct PubOptions : LiveOptions {
   std::string message;
   double rate_hz = 0;  // 0: once
   std::uint64_t count = 0;
+};
+
+struct TopicInfoOptions : TopicOptions {
+  const rt::ModuleTypes* types = nullptr;
 };
 
 rt::Duration seconds(double s) { return rt::Duration{static_cast<std::int64_t>(s * 1e9)}; }
@@ -68,7 +73,14 @@ std::string type_text(const Json& types, const std::string& name) {
   return out;
 }
 
-int topic_info(const TopicOptions& options) {
+int message_info(const msg::TypeInfo& type, bool json) {
+  std::printf("%s", json ? to_line(message_json(type)).c_str() : message_text(type).c_str());
+  return kDone;
+}
+
+int topic_info(const TopicInfoOptions& options) {
+  for (const msg::TypeInfo* type : message_types(*options.types))
+    if (type->name == options.topic) return message_info(*type, options.json);
   if (!options.file.empty()) return topic_info_of_file(options);
   auto robot = LiveRobot::find(options);
   if (!robot) return kNotBegun;
@@ -243,7 +255,8 @@ void add_topic_commands(CLI::App& app, CommandContext& context) {
   topic.require_subcommand(1);
   auto list = live_command(topic, context, "list", "all topics", list_topics);
   add_file(list);
-  auto info = topic_command(topic, context, "info", "one topic, and the fields of its message", topic_info);
+  auto info = topic_command(topic, context, "info", "one topic, or a type of message with its fields", topic_info);
+  info.options.types = &context.types;
   add_file(info);
 
   auto show = topic_command(topic, context, "echo", "print its messages as they come", echo);

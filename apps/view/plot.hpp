@@ -41,7 +41,7 @@ std::string to_svg(std::span<const Plot> plots);
 /// The same as a PNG file, two pixels for each px. Empty, with `why`: it cannot be made.
 std::string to_png(std::span<const Plot> plots, std::string& why);
 
-/// "FILE.svg" or "FILE.png": which of both is meant. False for other names.
+/// Whether write_plots() knows the kind of file by its name: FILE.svg or FILE.png.
 bool is_plot_file(const std::string& path);
 
 /// Draws into a file, which is replaced if it exists. Empty when it is written; else why not, with the path.

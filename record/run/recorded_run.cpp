@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "msg/ros2msg.hpp"
+#include "record/ros2_schema.hpp"
 #include "record/run/run_messages.hpp"
 #include "record/run/verdict.hpp"
 
@@ -100,11 +101,12 @@ void RecordedRun::find_channels() {
   }
 }
 
-/// Bytes of another version of a type may fit this version and mean something else, so versions are compared.
+/// Bytes of another version of a type may fit this version and mean something else, so versions are compared; but for
+/// their remarks, which people improve.
 bool RecordedRun::same_type(const Channel& channel, const msg::TypeInfo& type) {
   const auto schema = reader_.schemas().find(channel.schema);
   const std::string ours = type.has_bulk() ? std::string(image_schema().text) : msg::ros2msg_schema(type);
-  if (schema != reader_.schemas().end() && schema->second.data == ours) return true;
+  if (schema != reader_.schemas().end() && same_definition(schema->second.data, ours)) return true;
   problems_.push_back({ProblemKind::bad_record, 0,
                        "topic " + channel.topic + ": recorded with another version of " + std::string(type.name) +
                            "; its messages are not used"});

@@ -355,7 +355,8 @@ class Completion(unittest.TestCase):
             self.assertEqual(self.complete("run", "--virtual", "b", cwd=folder), ["b.toml"])
             self.assertEqual(self.complete("run", "b.toml", "--data", "", cwd=folder), ["robots"])
             self.assertEqual(self.complete("replay", "n", cwd=folder), ["notes.txt"])
-            self.assertEqual(self.complete("replay", "notes.txt", "n", cwd=folder), [""], "it takes one")
+            self.assertEqual(self.complete("replay", "notes.txt", "n", cwd=folder), ["notes.txt"], "it takes several")
+            self.assertEqual(self.complete("bag", "check", "notes.txt", "n", cwd=folder), [""], "it takes one")
             self.assertEqual(self.complete("tune", "notes.txt", "--jobs", "2", "n", cwd=folder), ["notes.txt"])
 
 

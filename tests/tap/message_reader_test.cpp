@@ -47,6 +47,19 @@ TEST(MessageReader, FieldsLeftOutKeepTheirDefaults) {
   EXPECT_EQ(nav.height_m, 0.0);
 }
 
+TEST(MessageReader, TakesNamesOfValuesAndBits) {
+  msg::GuardianState state;
+  EXPECT_EQ(read(R"({"mode": "active", "faults": "lease, not finite"})", state), std::nullopt);
+  EXPECT_EQ(state.mode, msg::GuardianMode::active);
+  EXPECT_EQ(state.faults, msg::kFaultLease | msg::kFaultNotFinite);
+  EXPECT_EQ(read(R"({"mode": 3, "faults": "none"})", state), std::nullopt);
+  EXPECT_EQ(state.mode, msg::GuardianMode::safe);
+  EXPECT_EQ(state.faults, 0U);
+  EXPECT_EQ(read(R"({"mode": "activ"})", state), "mode: \"activ\": one of standby, armed, active, safe");
+  EXPECT_EQ(read(R"({"faults": "lease, late"})", state),
+            "faults: \"lease, late\": some of lease, not finite, limit, rate, count, device, failsafe");
+}
+
 TEST(MessageReader, SaysWhereWhatAndWhatIsAllowed) {
   constexpr std::pair<const char*, const char*> kTexts[] = {
       {"[1]", "[1]: {...}"},

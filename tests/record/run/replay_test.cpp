@@ -170,6 +170,17 @@ TEST_F(ReplayTest, MessagesOfAnotherVersionOfATypeAreNamedAndNotUsed) {
   EXPECT_EQ(of(report, "numbers").messages, 0u);
 }
 
+TEST_F(ReplayTest, OtherRemarksInADefinitionAreNoOtherVersion) {
+  fly(100ms);
+  const auto older = [](Schema& s) {
+    if (s.name.ends_with("/Pair")) s.data.insert(s.data.find('\n', s.data.find("value")), "  # in other words");
+  };
+  const ReplayReport report = again(*read(rewritten([](const Message&, Bytes&) { return true; }, {}, older)));
+  EXPECT_TRUE(report.problems.empty());
+  EXPECT_EQ(report.first_difference(), nullptr);
+  EXPECT_GT(of(report, "sums").messages, 0u);
+}
+
 TEST_F(ReplayTest, AFileOfAnotherRobotIsRefusedInWords) {
   fly(20ms);
   rt::Robot other;
