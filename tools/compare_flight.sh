@@ -76,7 +76,7 @@ fly() {
   sim=
   tr -d '\r' <"$work/$name" | grep '^hash ' >"$work/$name.hashes" || true
   [[ -s $work/$name.hashes ]] || die "$name: no flight (exit $code): $(tail -n 5 "$work/$name.err")"
-  say "$name: $(wc -l <"$work/$name.hashes") topics, $((SECONDS - start)) s, exit $code$(tr -d '\r' <"$work/$name" | sed -n 's/^landing error */, landing error /p')"
+  say "$name: $(wc -l <"$work/$name.hashes") topics, $((SECONDS - start)) s, exit $code$(tr -d '\r' <"$work/$name" | sed -n 's/^mission .*\(landing error [^,]*\).*/, \1/p')"
   tr -d '\r' <"$work/$name" | grep -E '^(grants|start-up|board) ' || true
   # A flight that --duration cuts short has not landed: exit code 1.
   [[ $code == 0 || (${#duration[@]} -gt 0 && $code == 1) ]] || die "$name: exit $code: $(tail -n 5 "$work/$name.err")"
@@ -86,7 +86,7 @@ fly() {
 again() {
   local name=$1 whose=$2 file code=0 start=$SECONDS
   shift 2
-  file=$(echo "$work/runs-$whose"/*/run.mcap)
+  file=$work/runs-$whose/latest/run.mcap
   [[ -f $file ]] || die "$whose recorded nothing: $(tail -n 5 "$work/$whose" "$work/$whose.err")"
   limited "$limit_s" "$@" replay "$file" >"$work/said" 2>&1 || code=$?
   [[ $code == 0 && $(head -n 1 "$work/said") == identical:* ]] || die "$name, executing again what $whose recorded (exit $code): $(head -n 12 "$work/said")"

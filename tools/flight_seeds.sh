@@ -89,7 +89,7 @@ check_replays() {
   for kind in --virtual --plain; do
     SINEW_RECORD=on timeout "$limit_s" "$root/build/release/bin/sinew" run "$root/robots/quad/quad.toml" "$kind" --quiet --duration 8 \
       --record-images --runs "$out/runs$kind" >"$out/recorded$kind.log" 2>&1 || true # it has not landed after 8 s
-    file=$(echo "$out/runs$kind"/*/run.mcap)
+    file=$out/runs$kind/latest/run.mcap
     for variant in release "${others[@]}" no-fma-avx; do
       if [[ $variant == no-fma-avx ]]; then
         said=$(GLIBC_TUNABLES=glibc.cpu.hwcaps=$hidden replay release "$file") || wrong=1
