@@ -8,11 +8,6 @@ namespace {
 constexpr double kFirstSpeed_radps = 1.0;  // 1 sigma, for a ball that is seen for the first time
 // After a longer time unseen, the change of place says little about the speed, and a wrong sighting would say much.
 constexpr double kAnew_s = 0.09;
-// So near to where the ball should be, a doubtful sighting of it is believed: it comes out from behind something.
-constexpr double kNear_rad = 0.12;
-// A ball that does not come out on the far side in this time has stopped or turned behind the thing that hides it: the
-// prediction goes back towards the place where the ball was lost, but for a share of the way.
-constexpr double kPass_s = 0.6, kBack_s = 0.4, kRest = 0.3;
 constexpr double kMoment_s = 0.15;  // for so long a prediction is as good as the last speed
 
 }  // namespace
@@ -62,7 +57,6 @@ bool BallTrack::add(msg::Time stamp, const math::Vec3& d, double doubt_rad) {
   const double noise = math::hypot(params.noise_rad, doubt_rad);
   const double azimuth = math::atan2(d.y, d.x), elevation = math::atan2(d.z, math::hypot(d.x, d.y));
   if (!exists_) {
-    if (doubt_rad > 0) return false;
     begin(stamp, azimuth, elevation, noise);
     return true;
   }
@@ -70,8 +64,6 @@ bool BallTrack::add(msg::Time stamp, const math::Vec3& d, double doubt_rad) {
   if (dt <= 0) return false;
   if (dt > kAnew_s) {
     const Aim a = at(stamp);
-    const double off_rad = math::hypot(math::wrap_pi(azimuth - a.azimuth_rad), elevation - a.elevation_rad);
-    if (doubt_rad > 0 && off_rad > kNear_rad) return false;
     begin(stamp, azimuth, elevation, noise);
     azimuth_.v = a.azimuth_radps, elevation_.v = a.elevation_radps;
     return true;
@@ -103,7 +95,6 @@ BallTrack::Aim BallTrack::at(msg::Time t) const {
   if (later > 0 && params.settle_s > 0) {
     keeps = math::exp(-later / params.settle_s);
     ahead = kMoment_s + params.settle_s * (1 - keeps);
-    if (dt > kPass_s) ahead *= kRest + (1 - kRest) * math::exp((kPass_s - dt) / kBack_s);
   }
   return {math::wrap_pi(azimuth_.x + azimuth_.v * ahead), elevation_.x + elevation_.v * ahead, azimuth_.v * keeps,
           elevation_.v * keeps};

