@@ -280,13 +280,14 @@ safe = "pray"
 TEST(RobotFile, EachChannelMayHaveItsOwnLimit) {
   const std::string head =
       "\n[actuator.a]\ncommand = \"m.out\"\nchannels = 2\nlease_ms = 20\nsafe = \"stop\"\nlimit = ";
-  const auto loaded = parse_robot("[robot]\nname = \"r\"\n" + head + "[[-1.4, 1.4], [-1.0, 0.9]]\n", "r.toml");
+  const auto loaded =
+      parse_robot("[robot]\nname = \"r\"\nboard = \"none\"\n" + head + "[[-1.4, 1.4], [-1.0, 0.9]]\n", "r.toml");
   ASSERT_THAT(loaded.problems, IsEmpty());
   const rt::ActuatorSpec& a = loaded.robot.graph.actuators.at(0);
   EXPECT_EQ(a.limit(0).max, 1.4);
   EXPECT_EQ(a.limit(1).min, -1.0);
   EXPECT_EQ(a.limit(1).max, 0.9);
-  EXPECT_THAT(problems_of("[robot]\nname = \"r\"\n" + head + "[[-1.4, 1.4], [1.0]]\n"),
+  EXPECT_THAT(problems_of("[robot]\nname = \"r\"\nboard = \"none\"\n" + head + "[[-1.4, 1.4], [1.0]]\n"),
               ElementsAre(HasSubstr("actuator.a.limit: [ [ -1.4, 1.4 ], [ 1.0 ] ]: [smallest, largest]")));
 }
 

@@ -45,7 +45,7 @@ image = { width = 640, height = 480, format = "yuyv" }
 [actuator.head]
 command = "follower.command"
 channels = 2
-limit = [-1.4, 1.4]
+limit = [[-1.4, 1.4], [-1.0, 0.9]]
 lease_ms = 20
 [bus.can0]
 driver = "udp"
