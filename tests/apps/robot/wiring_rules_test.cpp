@@ -90,6 +90,8 @@ TEST(WiringRules, ABoardOfADeviceIsOneThatThereIs) {
 
 // ---- actuators and joints
 
+constexpr const char* kLimit = "limit = [[-1.4, 1.4], [-1.0, 0.9]]";
+
 TEST(WiringRules, AGroupHasAsManyChannelsAsJoints) {
   const Change third{"max_rad = 0.9\n",
                      "max_rad = 0.9\n[[device.head.joint]]\nname = \"roll\"\ndriver = \"cia402\"\nbus = \"can0\"\n"
@@ -99,12 +101,10 @@ TEST(WiringRules, AGroupHasAsManyChannelsAsJoints) {
 }
 
 TEST(WiringRules, AGroupHasAsManyChannelsAsTheModuleThatCommandsIt) {
-  EXPECT_THAT(problems({{"channels = 2", "channels = 3"}}),
+  EXPECT_THAT(problems({{"channels = 2", "channels = 3"}, {kLimit, "limit = [-1.4, 1.4]"}}),
               ElementsAre(at("channels = 2") +
                           "actuator.head.channels: 3: 2, as follower.command of control::HeadFollower has"));
 }
-
-constexpr const char* kLimit = "limit = [[-1.4, 1.4], [-1.0, 0.9]]";
 
 TEST(WiringRules, ALimitForAllIsNoWiderThanTheWidestJoint) {
   EXPECT_THAT(problems({{kLimit, "limit = [-1.4, 1.5]"}}),

@@ -287,8 +287,8 @@ TEST(RobotFile, EachChannelMayHaveItsOwnLimit) {
   EXPECT_EQ(a.limit(0).max, 1.4);
   EXPECT_EQ(a.limit(1).min, -1.0);
   EXPECT_EQ(a.limit(1).max, 0.9);
-  EXPECT_THAT(problems_of("[robot]\nname = \"r\"\nboard = \"none\"\n" + head + "[[-1.4, 1.4], [1.0]]\n"),
-              ElementsAre(HasSubstr("actuator.a.limit: [ [ -1.4, 1.4 ], [ 1.0 ] ]: [smallest, largest]")));
+  EXPECT_THAT(problems_of("[robot]\nname = \"r\"\nboard = \"none\"\n" + head + "[[-1.5, 1.5], [1.0]]\n"),
+              ElementsAre(HasSubstr("actuator.a.limit: [ [ -1.5, 1.5 ], [ 1.0 ] ]: [smallest, largest]")));
 }
 
 TEST(RobotFile, ABoardThatIsNoneIsNamedWithItsLine) {
