@@ -114,8 +114,8 @@ bool lock_but(PageRange range, const std::vector<PageRange>& left_out) {
   return lock(range.begin, range.end);
 }
 
-/// Gives the pages back and locks each when it is used next. This comes last: a fault brings in the pages around it up to
-/// the ends of their mapping, and only the locks around have made the range a mapping of its own.
+/// Gives the pages back and locks each when it is used next. This comes last: a fault brings in the pages around it up
+/// to the ends of their mapping, and only the locks around have made the range a mapping of its own.
 bool give_back(PageRange range) {
   auto* const begin = reinterpret_cast<void*>(range.begin);
   const std::size_t size = range.end - range.begin;
