@@ -325,6 +325,7 @@ Points angles_of(const Expression& e) {
     const double t = (*a[0])[n].first;
     std::array<double, 4> qa{}, qb{};
     for (std::size_t i = 0; i < 4; ++i) qa[i] = (*a[i])[n].second, qb[i] = value_at(*b[i], t, false);
+    if (std::isnan(qb[0])) continue;  // outside of what the other has
     angles.emplace_back(t, angle_deg(qa, qb));
   }
   return angles;

@@ -262,6 +262,9 @@ class Bag(unittest.TestCase):
         tilt = by_name["angle(filter.state.q_world_base, position.attitude.q_world_base)"]
         self.assertEqual(tilt["unit"], "deg")
         self.assertTrue(0 <= tilt["min"] <= tilt["max"] < 45, tilt)
+        drawn, _ = self.plot(LONG, "angle(filter.state.q_world_base, ground_truth.q_world_base)", out="off.svg")
+        off = drawn["series"][0]
+        self.assertGreater(off["min"], 0.3 * off["max"], "the heading, which the filter cannot know; no angle to nothing")
 
     def test_plot_holds_the_older_value_of_the_rarer_topic_only_between_its_messages(self):
         drawn, _ = self.plot(LONG, "filter.state.height_m - range.raw.range_m")
