@@ -21,6 +21,7 @@
 #include "hal/linux/process.hpp"
 #include "hal/linux/socket.hpp"
 #include "hal/platform.hpp"
+#include "hal/wide.hpp"
 #include "sim_hil/board/side_line.hpp"
 
 namespace sinew::app {
@@ -116,7 +117,7 @@ class SimulatedBoard final : public RunBoard {
     sim.on_report = [this](const std::string& json) { report_.put(json); };
     if (GroundTruthSource* const truth = find_ground_truth(run.graph()))
       sim.on_truth = [this, truth](hal::Time at, const sim_hil::Truth& state) {
-        if (!truth->push(true_state(state, at))) truth_lost_.fetch_add(1, std::memory_order_relaxed);
+        if (!truth->push(true_state(state, at))) truth_lost_.add();
       };
     auto board = sim_hil::SimBoard::open(plant_.take_stream(), sim, why);
     if (!board) {
@@ -174,7 +175,7 @@ class SimulatedBoard final : public RunBoard {
 
   int report(RunContext& run, RunSummary& summary) override {
     if (run.reached_s && *run.reached_s > 0) summary.grants(board_->stats().grants, *run.reached_s, *run.wall_s);
-    if (const std::uint64_t lost = truth_lost_.load(std::memory_order_relaxed); lost > 0)
+    if (const std::uint64_t lost = truth_lost_.value(); lost > 0)
       summary.add("ground truth", fmt::format("{} states lost: its thread was not run in time", lost),
                   {{"ground_truth_lost", lost}});
     const auto report = parse_report(report_.get());
@@ -291,7 +292,7 @@ class SimulatedBoard final : public RunBoard {
 
   PlantProcess& plant_;
   ReportBox report_;
-  std::atomic<std::uint64_t> truth_lost_{0};
+  hal::Tally truth_lost_;
   std::unique_ptr<sim_hil::SimBoard> board_;
   std::optional<FlightEnd> end_;
   SilenceWatch silence_;

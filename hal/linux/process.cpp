@@ -24,7 +24,7 @@ namespace {
 
 std::atomic<bool> g_stop{false};
 std::atomic<unsigned> g_signals{0};
-std::atomic<std::int64_t> g_signal_ns{0};  // when the last one counted
+std::atomic<std::uint32_t> g_signal_ms{0};  // when the last one counted; wraps
 std::atomic<const char*> g_last_words{nullptr};
 const Time g_loaded = system_os().now();  // initialised before main()
 
@@ -34,10 +34,10 @@ void on_signal(int) {
   g_stop.store(true, std::memory_order_relaxed);
   timespec now{};
   clock_gettime(CLOCK_MONOTONIC, &now);
-  const std::int64_t now_ns = std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+  const auto now_ms = static_cast<std::uint32_t>(std::int64_t{now.tv_sec} * 1000 + now.tv_nsec / 1'000'000);
   if (g_signals.load(std::memory_order_relaxed) == 0 ||
-      now_ns - g_signal_ns.load(std::memory_order_relaxed) > kOneSignal.count()) {
-    g_signal_ns.store(now_ns, std::memory_order_relaxed);
+      std::chrono::milliseconds(now_ms - g_signal_ms.load(std::memory_order_relaxed)) > kOneSignal) {
+    g_signal_ms.store(now_ms, std::memory_order_relaxed);
     const char* const words = g_last_words.load(std::memory_order_relaxed);
     if (g_signals.fetch_add(1, std::memory_order_relaxed) > 0 && words) {
       [[maybe_unused]] const auto n = write(STDERR_FILENO, words, strlen(words));

@@ -9,6 +9,7 @@
 #include "hal/board.hpp"
 #include "hal/os.hpp"
 #include "hal/stream.hpp"
+#include "hal/wide.hpp"
 #include "sim_hil/board/clock_keeper.hpp"
 #include "sim_hil/board/plant_connection.hpp"
 #include "sim_hil/board/sim_devices.hpp"
@@ -154,7 +155,7 @@ class SimBoard final : public hal::Board, public hal::GrantSource {
   std::string end_reason_, problem_;
   Time last_commit_{};  // of the line; the actuators' thread, or the receiver's while there is no line
   std::atomic<std::uint32_t> grants_{0}, commands_{0}, commands_dropped_{0};
-  std::atomic<std::int64_t> heard_ns_{0};  // free-running: when bytes came last, by `os`; 0: not started
+  hal::Wide<std::int64_t> heard_ns_{0};  // free-running: when bytes came last, by `os`; 0: not started
 
   // While the receiver replaces the line, no thread may send on it. A sender sets sending_, then looks at linked_; the
   // receiver clears linked_, then looks at sending_. Sequential consistency: at least one of the two sees the other.
