@@ -106,6 +106,7 @@ class NavEstimator {
   msg::Time range_changed_;
   msg::Vec3 last_pad_direction_;
   msg::Time pad_changed_;
+  [[maybe_unused]] double end_fill_ = 0;  // likewise
 };
 
 }  // namespace sinew::control

@@ -55,7 +55,7 @@ class PoseHistory {
   const Pose& newest() const { return entry(count_ - 1); }
 
   std::array<Pose, kPoses> ring_{};
-  std::size_t first_ = 0, count_ = 0;
+  std::uint32_t first_ = 0, count_ = 0;  // as wide on every machine: a state has no padding
 };
 
 }  // namespace sinew::control

@@ -114,13 +114,12 @@ bool lock_but(PageRange range, const std::vector<PageRange>& left_out) {
   return lock(range.begin, range.end);
 }
 
-/// Gives the pages back and locks each when it is used next. This comes last: a fault brings in the pages around it up
-/// to the ends of their mapping, and only the locks around have made the range a mapping of its own.
+/// Gives the pages back. This comes after the locks around: a fault brings in the pages around it up to the ends of
+/// their mapping, and only these locks have made the range a mapping of its own and brought in its neighbours.
 bool give_back(PageRange range) {
   auto* const begin = reinterpret_cast<void*>(range.begin);
   const std::size_t size = range.end - range.begin;
-  return ::munlock(begin, size) == 0 && ::madvise(begin, size, MADV_DONTNEED) == 0 &&
-         ::mlock2(begin, size, MLOCK_ONFAULT) == 0;
+  return ::munlock(begin, size) == 0 && ::madvise(begin, size, MADV_DONTNEED) == 0;
 }
 
 }  // namespace
@@ -144,7 +143,9 @@ Status lock_process_memory() {
       return Error{Errc::denied, "mlock", errno};
   }
   for (const PageRange& t : tables)
-    if (!give_back(t)) return Error{Errc::denied, "mlock2", errno};
+    if (!give_back(t)) return Error{Errc::denied, "munlock", errno};
+  // Each of these pages is locked again when it is used.
+  if (::mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) != 0) return Error{Errc::denied, "mlockall", errno};
   return {};
 }
 

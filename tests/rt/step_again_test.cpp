@@ -328,7 +328,7 @@ TEST(StatePadding, ATypeWithAByteWithoutAValueIsSeenByTheCompiler) {
   };
   class Closed {
    public:
-    bool odd() const { return odd_ != 0; }
+    double all() const { return sum_ + odd_ + news_; }
 
    private:
     double sum_ = 0;
