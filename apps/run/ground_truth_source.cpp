@@ -1,8 +1,8 @@
 #include "apps/run/ground_truth_source.hpp"
 
 #include <algorithm>
-#include <limits>
 
+#include "math/elementary.hpp"
 #include "rt/graph.hpp"
 #include "rt/graph_check.hpp"
 
@@ -10,7 +10,7 @@ namespace sinew::app {
 namespace {
 
 constexpr const char* kTruthType = "app::GroundTruth";
-constexpr double kNotKnown = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNotKnown = math::kNan;  // of the same bits on every machine
 constexpr msg::Vec3 kNoVector{kNotKnown, kNotKnown, kNotKnown};
 
 /// A state of which nothing is known but that what will be set is true.
