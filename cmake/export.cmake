@@ -16,6 +16,7 @@ if(CMAKE_LIBRARY_ARCHITECTURE AND NOT CMAKE_LIBRARY_ARCHITECTURE STREQUAL PACKAG
 endif()
 ")
   configure_file(${PROJECT_SOURCE_DIR}/cmake/externals.cmake ${folder}/SinewExternals.cmake COPYONLY)
+  configure_file(${PROJECT_SOURCE_DIR}/cmake/set_aside.cmake ${folder}/SinewSetAside.cmake COPYONLY)
 endfunction()
 
 get_property(rooms GLOBAL PROPERTY SINEW_ROOMS)
@@ -26,7 +27,8 @@ get_property(rooms GLOBAL PROPERTY SINEW_INSTALLED_ROOMS)
 file(RELATIVE_PATH programs /${SINEW_CMAKE_FOLDER} /bin)
 sinew_package(${CMAKE_BINARY_DIR}/package "${rooms}" ${programs})
 install(FILES ${CMAKE_BINARY_DIR}/package/SinewConfig.cmake ${CMAKE_BINARY_DIR}/package/SinewConfigVersion.cmake
-              ${CMAKE_BINARY_DIR}/package/SinewExternals.cmake DESTINATION ${SINEW_CMAKE_FOLDER} COMPONENT dev)
+              ${CMAKE_BINARY_DIR}/package/SinewExternals.cmake ${CMAKE_BINARY_DIR}/package/SinewSetAside.cmake
+        DESTINATION ${SINEW_CMAKE_FOLDER} COMPONENT dev)
 install(TARGETS ${rooms} EXPORT SinewTargets ARCHIVE DESTINATION ${SINEW_LIB_FOLDER} COMPONENT dev)
 install(EXPORT SinewTargets NAMESPACE sinew:: DESTINATION ${SINEW_CMAKE_FOLDER} COMPONENT dev)
 # Strips debug information, which names folders of this machine; linkers need the rest.

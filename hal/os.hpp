@@ -21,7 +21,7 @@ struct ThreadOptions {
   std::string name;                      // at most 15 characters are shown by the kernel
   int fifo_priority = 0;                 // SCHED_FIFO 1..99; 0 = ordinary
   std::vector<int> cpus;                 // empty: any
-  std::size_t stack_bytes = 256 * 1024;  // prefaulted
+  std::size_t stack_bytes = 256 * 1024;  // prefaulted where fifo_priority > 0
   int nice = 0;                          // ordinary priority: 1..19 lower, -20..-1 higher (where permitted)
 };
 

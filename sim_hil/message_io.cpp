@@ -8,8 +8,8 @@ namespace {
 using hal::Errc;
 using hal::Error;
 
-// Two of the largest small message, so that moving the rest to the front is rare and space() never empty.
-constexpr std::size_t kBufferBytes = 2 * kMaxSmallBytes;
+// The largest small message and some more, so that moving the rest to the front is rare and space() never empty.
+constexpr std::size_t kBufferBytes = kMaxSmallBytes + 16 * 1024;
 constexpr std::size_t kLeastSpace = 4096;
 
 bool may_send(Sender sender, Type type) {

@@ -16,6 +16,9 @@
 
 #include "hal/linux/process.hpp"
 
+/// Whole pages of code that no real-time thread runs, where the program is linked with cmake/set_aside.cmake.
+extern "C" [[gnu::weak]] std::byte sinew_set_aside_begin[], sinew_set_aside_end[];
+
 namespace sinew::hal {
 namespace {
 
@@ -97,6 +100,9 @@ std::vector<PageRange> tables_without_use() {
     return 0;
   };
   ::dl_iterate_phdr(add, &all);
+  const auto begin = reinterpret_cast<std::uintptr_t>(sinew_set_aside_begin);
+  const auto end = reinterpret_cast<std::uintptr_t>(sinew_set_aside_end);
+  if (begin < end) all.push_back({begin, end});
   std::ranges::sort(all, {}, &PageRange::begin);
   return all;
 }

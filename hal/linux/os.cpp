@@ -135,7 +135,7 @@ class LinuxThread final : public Thread {
     // refused.
     prctl(PR_SET_TIMERSLACK, 1UL);
     if (options_.nice != 0) setpriority(PRIO_PROCESS, 0, options_.nice);  // of this thread; it also runs if refused
-    prefault_stack(options_.stack_bytes);
+    if (options_.fifo_priority > 0) prefault_stack(options_.stack_bytes);
   }
 
   void fall_short(const char* what, int error) {

@@ -85,9 +85,10 @@ TEST(LockMemory, AlsoWhatStandsBesideAStack) {
   const int code = in_a_child([] {
     const auto block = untouched();
     std::atomic<bool> end{false};
-    auto idle = system_os().start_thread({.name = "idle", .cpus = {}, .stack_bytes = 64 * 1024}, [&] {
-      while (!end) ::usleep(1000);
-    });
+    auto idle =
+        system_os().start_thread({.name = "idle", .fifo_priority = 1, .cpus = {}, .stack_bytes = 64 * 1024}, [&] {
+          while (!end) ::usleep(1000);
+        });
     const std::uint64_t before = memory_use().heap;
     const bool locked = lock();
     const MemoryUse use = memory_use();
@@ -104,9 +105,10 @@ TEST(LockMemory, AThreadsStackIsFilledAsFarAsItAskedFor) {
   const int code = in_a_child([] {
     const std::uint64_t before = memory_use().stacks;
     std::atomic<bool> end{false};
-    auto idle = system_os().start_thread({.name = "idle", .cpus = {}, .stack_bytes = 512 * 1024}, [&] {
-      while (!end) ::usleep(1000);
-    });
+    auto idle =
+        system_os().start_thread({.name = "idle", .fifo_priority = 1, .cpus = {}, .stack_bytes = 512 * 1024}, [&] {
+          while (!end) ::usleep(1000);
+        });
     const bool locked = lock();
     const std::uint64_t stack = memory_use().stacks - before;
     end = true;
