@@ -8,6 +8,9 @@ namespace {
 constexpr double kFirstSpeed_radps = 1.0;  // 1 sigma, for a ball that is seen for the first time
 // After a longer time unseen, the change of place says little about the speed, and a wrong sighting would say much.
 constexpr double kAnew_s = 0.09;
+// A ball that does not come out on the far side in this time has stopped or turned behind the thing that hides it: the
+// prediction goes back towards the place where the ball was lost, but for a share of the way.
+constexpr double kPass_s = 0.6, kBack_s = 0.4, kRest = 0.3;
 constexpr double kMoment_s = 0.15;  // for so long a prediction is as good as the last speed
 
 }  // namespace
@@ -95,6 +98,7 @@ BallTrack::Aim BallTrack::at(msg::Time t) const {
   if (later > 0 && params.settle_s > 0) {
     keeps = math::exp(-later / params.settle_s);
     ahead = kMoment_s + params.settle_s * (1 - keeps);
+    if (dt > kPass_s) ahead *= kRest + (1 - kRest) * math::exp((kPass_s - dt) / kBack_s);
   }
   return {math::wrap_pi(azimuth_.x + azimuth_.v * ahead), elevation_.x + elevation_.v * ahead, azimuth_.v * keeps,
           elevation_.v * keeps};

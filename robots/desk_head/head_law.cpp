@@ -14,6 +14,9 @@ using msg::HeadMode;
 Quat about_z(double rad) { return Quat::from_axis_angle({0, 0, 1}, rad); }
 Quat about_y(double rad) { return Quat::from_axis_angle({0, 1, 0}, rad); }
 
+/// So many times it turns round near the place of the loss: what hides a ball may do so for seconds.
+constexpr std::uint32_t kStay = 8;
+
 /// From `x` towards `to` by at most `step`.
 double towards(double x, double to, double step) { return x + clamp(to - x, -step, step); }
 
@@ -62,7 +65,7 @@ void HeadLaw::begin_search(msg::Time now) {
   const BallTrack::Aim seen = track.at(track.stamp()), gone = track.at(now);
   const double way = math::wrap_pi(gone.azimuth_rad - seen.azimuth_rad);
   scan_centre_ = {math::wrap_pi(seen.azimuth_rad + 0.5 * way), 0.5 * (seen.elevation_rad + gone.elevation_rad)};
-  scan_swing_ = std::max(params.view_rad - 0.5 * math::fabs(way), 0.25 * params.view_rad);
+  scan_swing_ = std::max(0.5 * params.view_rad - 0.5 * math::fabs(way), 0.25 * params.view_rad);
   if (seen.azimuth_radps != 0) scan_side_ = seen.azimuth_radps > 0 ? 1 : -1;  // first in the ball's direction
 }
 
@@ -71,10 +74,11 @@ void HeadLaw::search(double forward_rad, double dt_s) {
   const double from_forward = math::wrap_pi(aim_.azimuth_rad - forward_rad);
   if (scan_side_ * from_centre > scan_swing_ || scan_side_ * from_forward > params.scan_reach_rad) {
     scan_side_ = -scan_side_;
-    if (++scan_turns_ % 2 == 0) scan_swing_ = clamp(scan_swing_ + params.view_rad, 0, math::kPi);
+    if (++scan_turns_ >= kStay && scan_turns_ % 2 == 0)
+      scan_swing_ = clamp(scan_swing_ + params.view_rad, 0, math::kPi);
   }
   aim_.azimuth_rad = math::wrap_pi(aim_.azimuth_rad + scan_side_ * params.scan_radps * dt_s);
-  const double elevation = scan_turns_ < 2 ? scan_centre_.elevation_rad : 0;
+  const double elevation = scan_turns_ < kStay ? scan_centre_.elevation_rad : 0;
   aim_.elevation_rad = towards(aim_.elevation_rad, elevation, params.turn_radps * dt_s);
 }
 

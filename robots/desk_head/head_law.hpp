@@ -34,8 +34,8 @@ struct HeadParams {
 /// it.
 ///
 /// A ball that is lost within the picture is behind something, and comes out beside it: where it went in, or where its
-/// speed was taking it. The search swings about the middle of these two places, first only so far that both stay in the
-/// picture, then wider by half a picture each time, until it sweeps all that the head may see.
+/// speed was taking it. The search swings about the middle of these two places, for some seconds so little that both
+/// stay well within the picture, then wider by half a picture each time, until it sweeps all that the head may see.
 /// Frames:  head: x the way it looks, y left, z up at joint angles 0, as base; pan about z, then tilt about y (down is
 ///          positive). Level frame: the estimate's world.
 /// Thread:  owner.   RT: yes.
