@@ -134,7 +134,7 @@ class Bag(unittest.TestCase):
                          ("quad", "2", "2.5", "1", "64x48"))
         self.assertEqual((info["plant_arguments"], info["faults"]), (["--wind=1"], ["baro:off@4"]))
         result = info["result"]
-        self.assertEqual((result["end"], result["exit_code"], result["outcome"]), ("ended", "1", "did not land"))
+        self.assertEqual((result["end"], result["exit_code"], result["outcome"]), ("over", "1", "did not land"))
         self.assertIn("the run ended after 5.0 s while climbing", result["why"])
         self.assertAlmostEqual(float(result["ended_s"]), 5, delta=0.01)
         self.assertNotIn("no_result", info)
@@ -165,6 +165,7 @@ class Bag(unittest.TestCase):
         process.wait(60)
         result = json.loads(bag("info", glob.glob(path("stopped/*/run.mcap"))[0], "--json")[1])["result"]
         self.assertEqual(result["end"], "interrupted")
+        self.assertRegex(result["why"], "^interrupted while [a-z ]+$")
 
     def test_two_flights_are_compared_from_a_common_event_on(self):
         code, out, err = bag("compare", LONG, GUSTY, "--json", "--plot", path("two.svg"))

@@ -281,6 +281,15 @@ class VirtualTime(unittest.TestCase):
                     except BlockingIOError:
                         break
 
+    def test_a_recording_names_the_end_of_its_run_as_the_run_did(self):
+        run = self.run_(recorded=True)
+        os.kill(run.reach(0), signal.SIGKILL)  # from its first message on
+        said = run.end(1)
+        recording = f"{run.folder}/runs/latest/run.mcap"
+        end = json.loads(subprocess.check_output([SINEW, "bag", "info", recording, "--json"]))["result"]["end"]
+        self.assertEqual(end, "the simulator died (signal 9)")
+        self.assertRegex(said, rf"(?m)^mission   .*{re.escape(end)} at")
+
 
 class RealTime(unittest.TestCase):
     def run_(self, *arguments, **how):
