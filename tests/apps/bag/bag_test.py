@@ -185,6 +185,8 @@ class Bag(unittest.TestCase):
         with open(path("two.svg")) as f:
             drawn = f.read()
         self.assertIn("filter.state.p_world_m.z: B is", drawn)
+        for mark in ("A climbing", "B climbing", "B fault baro"):
+            self.assertEqual(drawn.count(f">{mark}"), 1, "in the first of the plots")
         self.assertEqual(bag("compare", LONG, GUSTY, "--plot", path("two.svg"))[0], 2, "nothing is overwritten")
         text = bag("compare", LONG, GUSTY, "--field", "range_m")[1]
         self.assertRegex(text, r"(?m)^event, in s from climbing +A +B +B - A$")
@@ -199,9 +201,17 @@ class Bag(unittest.TestCase):
         self.assertGreater(len(two["fields"]), 20)
         self.assertTrue(all(e["a_s"] == e["b_s"] for e in two["events"]))
 
+    def test_compare_takes_types_that_only_the_files_define(self):
+        code, out, err = bag("compare", LONG, GUSTY, "--json", "--field", "camera.raw/head.width")
+        self.assertEqual((code, err), (0, ""))
+        field, = json.loads(out)["fields"]
+        self.assertEqual((field["name"], field["max"]), ("camera.raw/head.width", 0))
+        self.assertGreater(field["messages"], 60)
+
     def test_what_two_flights_do_not_share_is_refused_with_what_they_do(self):
         for arguments, words in ((("--from-event", "climbin"), ["an event of both flights: start", "did you mean climbing?"]),
-                                 (("--field", "filter.state.p_wrld_m.z"), ["no field", "filter.state.p_world_m.z?"])):
+                                 (("--field", "filter.state.p_wrld_m.z"), ["no field", "filter.state.p_world_m.z?"]),
+                                 (("--plot", path("two.pdf")), ["two.pdf: FILE.svg or FILE.png"])):
             code, out, err = bag("compare", LONG, GUSTY, *arguments)
             self.assertEqual((code, out), (2, ""))
             for word in words:
@@ -340,7 +350,14 @@ class Bag(unittest.TestCase):
         damaged = path("damaged.mcap")
         with open(FLIGHT, "rb") as f:
             content = bytearray(f.read())
-        content[len(content) // 2] ^= 4
+        chunks, at = [], 8  # begin and length; a bit of an index would cost no message
+        while at < len(content) - 8:
+            (length,) = struct.unpack_from("<Q", content, at + 1)
+            if content[at] == 6:
+                chunks.append((at, length))
+            at += 9 + length
+        begin, length = chunks[len(chunks) // 2]
+        content[begin + length // 2] ^= 4
         with open(damaged, "wb") as f:
             f.write(content)
         code, out, err = bag("check", damaged)
