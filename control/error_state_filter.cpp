@@ -18,10 +18,14 @@ void ErrorStateFilter::declare(rt::Declaration& d) {
 
 void ErrorStateFilter::declare_sensors(rt::Declaration& d) {
   NavParams& p = estimator_.params;
-  d.param("gyro_noise", p.noise.gyro, {.unit = "rad/s/sqrt(Hz)", .min = 1e-6, .max = 0.1});
-  d.param("accel_noise", p.noise.accel, {.unit = "m/s^2/sqrt(Hz)", .min = 1e-5, .max = 10});
-  d.param("gyro_walk", p.noise.gyro_walk, {.unit = "rad/s/sqrt(s)", .min = 0, .max = 0.1});
-  d.param("accel_walk", p.noise.accel_walk, {.unit = "m/s^2/sqrt(s)", .min = 0, .max = 1});
+  d.param("gyro_noise", p.noise.gyro,
+          {.unit = "rad/s/sqrt(Hz)", .min = 1e-6, .max = 0.1, .doc = "white noise of the gyro"});
+  d.param("accel_noise", p.noise.accel,
+          {.unit = "m/s^2/sqrt(Hz)", .min = 1e-5, .max = 10, .doc = "white noise of the accelerometer"});
+  d.param("gyro_walk", p.noise.gyro_walk,
+          {.unit = "rad/s/sqrt(s)", .min = 0, .max = 0.1, .doc = "drift of the gyro's bias"});
+  d.param("accel_walk", p.noise.accel_walk,
+          {.unit = "m/s^2/sqrt(s)", .min = 0, .max = 1, .doc = "drift of the accelerometer's bias"});
   d.param("gyro_bias_radps", p.spread.gyro_bias_radps,
           {.unit = "rad/s", .min = 1e-5, .max = 1, .doc = "standard deviation at the start"});
   d.param("accel_bias_mps2", p.spread.accel_bias_mps2,
@@ -30,14 +34,23 @@ void ErrorStateFilter::declare_sensors(rt::Declaration& d) {
   d.param("accel_limit_mps2", p.accel_limit_mps2, {.unit = "m/s^2", .min = 1, .max = 1e5, .doc = "beyond: nonsense"});
   d.param("range_min_m", p.range_min_m, {.unit = "m", .min = 0, .max = 10, .doc = "below: nonsense"});
   d.param("range_max_m", p.range_max_m, {.unit = "m", .min = 0.1, .max = 1e4, .doc = "beyond: nonsense"});
-  d.param("range_noise_m", p.range_noise_m, {.unit = "m", .min = 1e-4, .max = 1});
+  d.param("range_noise_m", p.range_noise_m,
+          {.unit = "m", .min = 1e-4, .max = 1, .doc = "1 sigma of a range, with the share below"});
   d.param("range_noise_share", p.range_noise_share, {.unit = "1", .min = 0, .max = 0.5, .doc = "of the range"});
-  d.param("range_below_base_m", p.range_below_base_m, {.unit = "m", .min = -1, .max = 1});
-  d.param("baro_noise_m", p.baro_noise_m, {.unit = "m", .min = 0.01, .max = 50});
-  d.param("baro_offset_time_s", p.baro_offset_time_s, {.unit = "s", .min = 0.1, .max = 1000});
-  d.param("pad_noise_m", p.pad_noise_m, {.unit = "m", .min = 1e-4, .max = 1});
+  d.param("range_below_base_m", p.range_below_base_m,
+          {.unit = "m", .min = -1, .max = 1, .doc = "how far the range finder is below the base's origin"});
+  d.param("baro_noise_m", p.baro_noise_m,
+          {.unit = "m", .min = 0.01, .max = 50, .doc = "1 sigma of the height by barometer"});
+  d.param("baro_offset_time_s", p.baro_offset_time_s,
+          {.unit = "s",
+           .min = 0.1,
+           .max = 1000,
+           .doc = "time constant in which the barometer's zero follows the range finder"});
+  d.param("pad_noise_m", p.pad_noise_m,
+          {.unit = "m", .min = 1e-4, .max = 1, .doc = "1 sigma of a sighting of the pad, with the share below"});
   d.param("pad_noise_share", p.pad_noise_share, {.unit = "1", .min = 0, .max = 0.5, .doc = "of the distance"});
-  d.param("pad_min_confidence", p.pad_min_confidence, {.unit = "1", .min = 0.01, .max = 1});
+  d.param("pad_min_confidence", p.pad_min_confidence,
+          {.unit = "1", .min = 0.01, .max = 1, .doc = "sightings below are not used"});
   d.param("gate", p.gate, {.unit = "1", .min = 1, .max = 1e6, .doc = "largest squared normalised innovation"});
   const rt::ParamOptions place{.unit = "m", .min = -2, .max = 2, .doc = "camera in the base frame"};
   d.param("camera_x_m", p.p_base_camera.x, place);
@@ -54,19 +67,33 @@ void ErrorStateFilter::declare_levelling(rt::Declaration& d) {
   NavParams& p = estimator_.params;
   d.param("max_gap_s", p.max_gap_s, {.unit = "s", .min = 0.002, .max = 10, .doc = "longer without samples: new start"});
   d.param("level_time_s", p.level_time_s, {.unit = "s", .min = 0, .max = 10, .doc = "average behind first attitude"});
-  d.param("level_rate_hz", p.level_rate_hz, {.unit = "Hz", .min = 0.1, .max = 1000});
-  d.param("level_velocity_mps", p.level_velocity_mps, {.unit = "m/s", .min = 0.01, .max = 1000});
-  d.param("level_accel_mps2", p.level_accel_mps2, {.unit = "m/s^2", .min = 0.01, .max = 1000});
-  d.param("level_per_deviation", p.level_per_deviation, {.unit = "1", .min = 0, .max = 1000});
-  d.param("level_per_rate", p.level_per_rate, {.unit = "m/s", .min = 0, .max = 1000});
-  d.param("start_tilt_rad", p.spread.tilt_rad, {.unit = "rad", .min = 1e-4, .max = 1});
-  d.param("start_v_mps", p.spread.v_mps, {.unit = "m/s", .min = 1e-4, .max = 100});
-  d.param("rest_gyro_radps", p.rest.gyro_spread_radps, {.unit = "rad/s", .min = 0, .max = 1});
-  d.param("rest_accel_mps2", p.rest.accel_spread_mps2, {.unit = "m/s^2", .min = 0, .max = 5});
+  d.param("level_rate_hz", p.level_rate_hz,
+          {.unit = "Hz",
+           .min = 0.1,
+           .max = 1000,
+           .doc = "without other sensors: how often \"it hardly moves\" counts as a measurement"});
+  d.param("level_velocity_mps", p.level_velocity_mps,
+          {.unit = "m/s", .min = 0.01, .max = 1000, .doc = "1 sigma of that for the velocity"});
+  d.param("level_accel_mps2", p.level_accel_mps2,
+          {.unit = "m/s^2", .min = 0.01, .max = 1000, .doc = "1 sigma of that for the acceleration"});
+  d.param(
+      "level_per_deviation", p.level_per_deviation,
+      {.unit = "1", .min = 0, .max = 1000, .doc = "more of it for each m/s^2 that the specific force is off gravity"});
+  d.param("level_per_rate", p.level_per_rate,
+          {.unit = "m/s", .min = 0, .max = 1000, .doc = "more of it for each rad/s of turning"});
+  d.param("start_tilt_rad", p.spread.tilt_rad,
+          {.unit = "rad", .min = 1e-4, .max = 1, .doc = "1 sigma of the first attitude"});
+  d.param("start_v_mps", p.spread.v_mps,
+          {.unit = "m/s", .min = 1e-4, .max = 100, .doc = "1 sigma of the first velocity"});
+  d.param("rest_gyro_radps", p.rest.gyro_spread_radps,
+          {.unit = "rad/s", .min = 0, .max = 1, .doc = "standing still: the gyro spreads less"});
+  d.param("rest_accel_mps2", p.rest.accel_spread_mps2,
+          {.unit = "m/s^2", .min = 0, .max = 5, .doc = "standing still: the accelerometer spreads less"});
   d.param("valid_tilt_rad", p.valid_tilt_rad, {.unit = "rad", .min = 0.001, .max = 1, .doc = "1 sigma"});
   d.param("valid_v_mps", p.valid_v_mps, {.unit = "m/s", .min = 0.01, .max = 100, .doc = "1 sigma"});
   d.param("valid_p_m", p.valid_p_m, {.unit = "m", .min = 0.01, .max = 1000, .doc = "1 sigma"});
-  d.param("valid_height_age_s", p.valid_height_age_s, {.unit = "s", .min = 0.01, .max = 60});
+  d.param("valid_height_age_s", p.valid_height_age_s,
+          {.unit = "s", .min = 0.01, .max = 60, .doc = "the height is valid for so long after a range or a pressure"});
 }
 
 rt::StepStatus ErrorStateFilter::step(const rt::Step&) noexcept {

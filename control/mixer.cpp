@@ -11,7 +11,8 @@ void Mixer::declare(rt::Declaration& d) {
   d.out("motors", motors_, {.channels = 4});
   d.param("arm_x_m", rotors_.arm_x_m, {.unit = "m", .min = 0.01, .max = 5, .doc = "of a motor, along x"});
   d.param("arm_y_m", rotors_.arm_y_m, {.unit = "m", .min = 0.01, .max = 5, .doc = "of a motor, along y"});
-  d.param("torque_per_thrust_m", rotors_.torque_per_thrust_m, {.unit = "m", .min = 1e-4, .max = 1});
+  d.param("torque_per_thrust_m", rotors_.torque_per_thrust_m,
+          {.unit = "m", .min = 1e-4, .max = 1, .doc = "a rotor's torque about its axis, by its thrust"});
   d.param("thrust_max_n", rotors_.thrust_max_n, {.unit = "N", .min = 0.01, .max = 1000, .doc = "of one rotor"});
   d.param("idle", rotors_.idle, {.unit = "1", .min = 0, .max = 0.3, .doc = "least command of a live motor"});
 }

@@ -163,7 +163,11 @@ bool DeviceKeys::read_named(std::string_view key, std::size_t& chosen, const std
   if (!value) return false;
   const auto* text = std::get_if<std::string>(&value->value);
   const auto found = text ? std::find(names.begin(), names.end(), *text) : names.end();
-  if (found == names.end()) return refuse(key);
+  if (found == names.end()) {
+    problem(key, row_of(key)->says +
+                     hal::did_you_mean(text ? *text : "", std::vector<std::string>(names.begin(), names.end())));
+    return false;
+  }
   chosen = static_cast<std::size_t>(found - names.begin());
   return true;
 }

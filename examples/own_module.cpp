@@ -3,11 +3,9 @@
 
 #include "msg/sensors.hpp"
 #include "rt/exec/discrete_executor.hpp"
-
 using namespace sinew;
 using namespace std::chrono_literals;
-/// Stands in for a sensor.
-class Wave final : public rt::Module {
+class Wave final : public rt::Module {  // stands in for a sensor
   void declare(rt::Declaration& d) override { d.out("range", out_); }
   rt::StepStatus step(const rt::Step& step) noexcept override {
     out_.loan() = {step.now, 1 + 0.1 * step.random.uniform()};  // written in place, visible when this step completes
@@ -21,37 +19,34 @@ class LowPass final : public rt::Module {
     d.in("in", in_, {.max_age = 50ms});
     d.out("out", out_);
     d.param("time_s", time_s_, {.unit = "s", .min = 0.01, .max = 10, .doc = "time constant"});
-    d.state(value_, last_, begun_);
+    d.state(smooth_);
   }
-  void reset() override { value_ = 0, last_ = {}, begun_ = false; }
+  void reset() override { smooth_ = {msg::Time{-1}, 0}; }
   rt::StepStatus step(const rt::Step& step) noexcept override {
     const msg::RangeSample* in = in_.fresh(step.now);
-    if (!in) return rt::StepStatus::stale;                 // none yet, or too old: nothing is published
-    if (!in_.updated()) return rt::StepStatus::ok;         // only when new: the sample of the last step changes nothing
-    if (!begun_) value_ = in->range_m, last_ = in->stamp;  // the first sample: begin there, not at 0
-    value_ += (in->range_m - value_) * msg::seconds(in->stamp - last_) / time_s_;
-    last_ = in->stamp, begun_ = true;
-    out_.loan() = {in->stamp, value_};
+    if (!in) return rt::StepStatus::stale;          // none yet, or too old: nothing is published
+    if (!in_.updated()) return rt::StepStatus::ok;  // only when new: the sample of the last step changes nothing
+    if (smooth_.stamp.ns < 0) smooth_ = *in;        // the first sample: begin there, not at 0
+    const double share = msg::seconds(in->stamp - smooth_.stamp) / time_s_;
+    out_.loan() = smooth_ = {in->stamp, smooth_.range_m + share * (in->range_m - smooth_.range_m)};
     return rt::StepStatus::ok;
   }
   rt::In<msg::RangeSample> in_;
   rt::Out<msg::RangeSample> out_;
-  double time_s_ = 1, value_ = 0;
-  msg::Time last_;
-  bool begun_ = false;
+  msg::RangeSample smooth_{msg::Time{-1}, 0};  // before the first sample
+  double time_s_ = 1;
 };
 
 int main() {
   rt::ModuleTypes types;
   types.add<Wave>("Wave");
   types.add<LowPass>("LowPass");
-  rt::GraphSpec spec;
   const rt::ExecModel ten_us{rt::ExecModel::Kind::constant, 10us, {}, 1};
-  spec.modules = {{.name = "wave", .type = "Wave", .exec = ten_us},
-                  {.name = "smooth", .type = "LowPass", .in = {{"in", {"wave.range"}}}, .exec = ten_us}};
-  spec.threads = {{.name = "sensor", .priority = 20, .period = 10ms, .order = {{"wave"}}},
-                  {.name = "loop", .priority = 10, .period = 1ms, .order = {{"smooth"}}}};
-  rt::Graph graph(spec, types);
+  rt::Graph graph({.threads = {{.name = "sensor", .priority = 20, .period = 10ms, .order = {{"wave"}}},
+                               {.name = "loop", .priority = 10, .period = 1ms, .order = {{"smooth"}}}},
+                   .modules = {{.name = "wave", .type = "Wave", .exec = ten_us},
+                               {.name = "smooth", .type = "LowPass", .in = {{"in", {"wave.range"}}}, .exec = ten_us}}},
+                  types);
   hal::EmptyBoard board;
   if (!graph.check({.virtual_time = true}).empty() || !graph.configure(board)) return 1;
   hal::ManualClock clock;

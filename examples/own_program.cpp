@@ -7,7 +7,6 @@
 #include "rt/module.hpp"
 
 using namespace sinew;
-
 namespace my {
 
 /// Falls from a metre's height and bounces.

@@ -45,13 +45,21 @@ bool is_part(const std::string& asked, const std::string& name) {
   return name.ends_with(asked) && (joint == ':' || joint == '.');
 }
 
+/// "Mixer" of "control::Mixer"; the whole of a name without a namespace.
+std::string last_part(const std::string& name) {
+  const auto at = name.rfind("::");
+  return at == std::string::npos ? name : name.substr(at + 2);
+}
+
 std::size_t difference(const std::string& asked, const std::string& name) {
   if (asked == name) return 0;
   if (name.size() > kLongestName) return kFar;
   const std::size_t most = asked.size() < 2 ? 0 : std::clamp<std::size_t>(asked.size() / 3, 1, 3);
   const std::size_t found = edits(asked, name);
   if (found <= most) return found;
-  return is_part(asked, name) ? most + 1 : kFar;
+  if (is_part(asked, name)) return most + 1;
+  const std::size_t without_namespace = edits(asked, last_part(name));
+  return without_namespace <= most ? most + 1 + without_namespace : kFar;
 }
 
 }  // namespace

@@ -10,7 +10,8 @@ namespace sinew::hal {
 /// The names nearest to `asked`: the nearest one, or the first two where they are equally near; empty when none is
 /// near. Near: at most a third of the letters differ, and at most three; two neighbours that changed places count once.
 /// Also near, but less, is a name of which `asked` is the beginning ("search_height" of "search_height_m", "imu" of
-/// "imu.raw") or the last part ("Mixer" of "control::Mixer"). Capital letters count as small ones, '-' as '_'.
+/// "imu.raw") or the last part ("Mixer" of "control::Mixer"), or nearly (a type without its
+/// namespace, "Mixxer"). Capital letters count as small ones, '-' as '_'.
 /// Thread:  any.   RT: no.
 std::vector<std::string> near_names(std::string_view asked, std::span<const std::string> names);
 

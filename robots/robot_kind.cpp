@@ -8,10 +8,10 @@ const plant::WorldInfo* find_world(std::string_view name) {
   return nullptr;
 }
 
-std::string world_names() {
-  std::string names;
+std::vector<std::string> world_names() {
+  std::vector<std::string> names;
   for (const RobotKind& robot : all_robots())
-    if (robot.world.name[0] != '\0') names += (names.empty() ? "\"" : ", \"") + std::string(robot.world.name) + "\"";
+    if (robot.world.name[0] != '\0') names.emplace_back(robot.world.name);
   return names;
 }
 

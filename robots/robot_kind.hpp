@@ -21,8 +21,8 @@ std::span<const RobotKind> all_robots();
 
 /// The world of this name; null: no robot brings one.
 const plant::WorldInfo* find_world(std::string_view name);
-/// The names of all worlds, quoted, for messages: "desk_head", "quad".
-std::string world_names();
+/// The names of all worlds.
+std::vector<std::string> world_names();
 
 /// One world and how it is made. `robots/NAME/world/` defines `plant::WorldType describe_world_of_NAME()`; all of them,
 /// for a simulator. Not linked into robots.

@@ -224,12 +224,15 @@ void Answers::forget(std::uint64_t client) {
 // ---- requests that look
 
 Reply Answers::hello(const Json&) {
+  Json failsafes = Json::array();
+  for (const rt::FailsafeSpec& f : graph_.spec().failsafes) failsafes.push_back(f.name);
   return good({{"version", kProtocolVersion},
                {"robot", robot_.name},
                {"pid", hal::process_id()},
                {"board", robot_.board},
                {"robot_file", robot_.robot_file},
                {"virtual_time", robot_.virtual_time},
+               {"failsafes", std::move(failsafes)},
                {"memory", graph_.memory() != nullptr}});
 }
 

@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "hal/did_you_mean.hpp"
 #include "msg/text.hpp"
 
 namespace sinew::tap {
@@ -95,8 +96,13 @@ class MessageReader {
     if (f.names.empty() || !json.is_string()) return number(f, json, p, path);
     if (const auto named = number_of(f, json.get_ref<const std::string&>())) return number(f, Json(*named), p, path);
     std::string wanted;
-    for (const msg::ValueName& known : f.names) wanted += (wanted.empty() ? "" : ", ") + std::string(known.name);
-    return fail(path, found(json), (f.bits ? "some of " : "one of ") + wanted);
+    std::vector<std::string> names;
+    for (const msg::ValueName& known : f.names) {
+      wanted += (wanted.empty() ? "" : ", ") + std::string(known.name);
+      names.emplace_back(known.name);
+    }
+    const std::string hint = f.bits ? "" : hal::did_you_mean(json.get_ref<const std::string&>(), names);
+    return fail(path, found(json), (f.bits ? "some of " : "one of ") + wanted + hint);
   }
 
   bool number(const FieldInfo& f, const Json& json, std::byte* p, const std::string& path) {

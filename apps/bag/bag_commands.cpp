@@ -4,6 +4,7 @@
 #include "apps/bag/bag_options.hpp"
 #include "apps/bag/commands.hpp"
 #include "apps/command/number_check.hpp"
+#include "apps/view/plot.hpp"
 
 namespace sinew::app {
 namespace {
@@ -68,7 +69,9 @@ void add_bag_commands(CLI::App& app, CommandContext& context) {
   compare.app.add_option("--field", compare.options.fields, "filter.state.p_world_m.z; may be given again")
       ->type_name(kFieldHint)
       ->allow_extra_args(false);
-  compare.app.add_option("--plot", compare.options.plot, "draws them, as SVG, into a new file")->type_name(kFileHint);
+  compare.app.add_option("--plot", compare.options.plot, "draws them into a new FILE.svg or FILE.png")
+      ->check(&why_no_plot_file)
+      ->type_name(kFileHint);
 
   auto play = file_command(bag, context, "play", "start a robot that publishes the recorded messages again", bag_play);
   add_topics(play.app, play.options.what, "only this one; may be given again");

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 
 #include "apps/bag/bag_options.hpp"
 #include "apps/bag/recorded_flight.hpp"
@@ -186,19 +185,34 @@ Json comparison_as_json(const RecordedFlight& a, const RecordedFlight& b, const 
           {"fields", all_fields}};
 }
 
+/// What happened in each of them, in the order of time.
+std::vector<PlotMark> marks_of(const RecordedFlight& a, rt::Time from_a, const RecordedFlight& b, rt::Time from_b) {
+  std::vector<PlotMark> marks;
+  const auto add = [&marks](const char* flight, const RecordedFlight& of, rt::Time from) {
+    for (const RecordedFlight::Event& e : of.events())
+      marks.push_back({msg::seconds(e.at - from), fmt::format("{} {}", flight, kind_of(e.text)), e.alarm});
+  };
+  add("A", a, from_a);
+  add("B", b, from_b);
+  std::ranges::stable_sort(marks, {}, &PlotMark::x);
+  return marks;
+}
+
 /// False after printing why.
-bool write_plots(const std::vector<ComparedField>& fields, const std::string& path) {
+bool draw(const std::vector<ComparedField>& fields, std::vector<PlotMark> marks, const std::string& path) {
   if (std::filesystem::exists(path)) {
     fail(path + ": exists; nothing is overwritten");
     return false;
   }
   std::vector<Plot> plots;
-  for (const ComparedField& f : fields) plots.push_back(f.plot);
-  std::ofstream out(path, std::ios::binary);
-  out << to_svg(plots);
-  out.close();
-  if (!out) fail("--plot " + path + ": cannot be written");
-  return static_cast<bool>(out);
+  for (const ComparedField& f : fields) {
+    plots.push_back(f.plot);
+    plots.back().marks = marks;
+    for (PlotMark& mark : marks) mark.text.clear();  // the first plot has them
+  }
+  const std::string why = write_plots(path, plots);
+  if (!why.empty()) fail("--plot " + why);
+  return why.empty();
 }
 
 }  // namespace
@@ -223,7 +237,7 @@ int bag_compare(const BagCompareOptions& options) {
   std::vector<ComparedField> fields;
   for (std::size_t i = 0; i < names->size(); ++i)
     fields.push_back(compare(a->fields()[i], from_a, b->fields()[i], from_b, *event));
-  if (!options.plot.empty() && !write_plots(fields, options.plot)) return kNotBegun;
+  if (!options.plot.empty() && !draw(fields, marks_of(*a, from_a, *b, from_b), options.plot)) return kNotBegun;
   const std::string text = options.json
                                ? to_line(comparison_as_json(*a, *b, *event, pairs, fields))
                                : fmt::format("A  {}: {}\nB  {}: {}\n\n{}\n{}", a->path(), a->result(), b->path(),

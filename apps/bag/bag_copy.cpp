@@ -1,6 +1,7 @@
 // bag recover, cut, filter, merge: new files from existing ones.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 
@@ -11,6 +12,7 @@
 #include "record/run/part.hpp"
 #include "record/run/ros2_convert.hpp"
 #include "record/run/run_messages.hpp"
+#include "record/run/run_recorder.hpp"
 #include "record/run/run_review.hpp"
 
 namespace sinew::app {
@@ -63,6 +65,25 @@ void add_heads(record::Query& query) {
   for (std::size_t i = 0; i < topics; ++i) query.topics.push_back(query.topics[i] + std::string(record::kHeadSuffix));
 }
 
+/// Says at once what a part of a run is not good for: it begins with the states that happen to be in it.
+void say_what_cannot_be_replayed(const std::string& path, Progress& progress) {
+  const auto reader = open_recording(path, progress);
+  if (!reader) return;
+  const record::RunReview review = record::review(*reader);
+  std::string names;
+  std::size_t count = 0;
+  for (const record::ModuleVerdict& module : review.verdict)
+    if (std::ranges::any_of(module.reasons, [](const auto& why) { return why.starts_with("no saved state"); }))
+      names += (count++ == 0 ? "" : ", ") + module.module;
+  if (count > 0)
+    std::fprintf(
+        stderr,
+        "%s: note: replay cannot execute %zu of %zu modules of this part, which has no saved state of theirs (one "
+        "each every %lld s; take more than that, from an earlier --from): %s\n",
+        path.c_str(), count, review.verdict.size(),
+        static_cast<long long>(record::RecorderOptions().state_every / std::chrono::seconds(1)), names.c_str());
+}
+
 int make_copy(const BagCopyOptions& options, const char* what, const std::vector<std::string>& files,
               record::Texts said, bool ros2 = false) {
   record::Copied copied;
@@ -93,6 +114,7 @@ int make_copy(const BagCopyOptions& options, const char* what, const std::vector
       std::filesystem::remove(options.out, ignored);  // our own file, and incomplete
       return fail(file_error(options.out, done.error()), kFailed);
     }
+    if (files.size() == 1 && !changes.metadata.empty()) say_what_cannot_be_replayed(options.out, progress);
   }
   return say(options, copied);
 }

@@ -35,9 +35,7 @@ void add_plot_options(CLI::App& app, PlotOptions& options) {
       ->type_name(kFieldHint);
   app.add_option("-o,--out", options.out, "FILE.svg or FILE.png; an older one is replaced")
       ->required()
-      ->check(CLI::Validator(
-          [](const std::string& path) { return is_plot_file(path) ? "" : path + ": FILE.svg or FILE.png"; }, "",
-          "plot"))
+      ->check(&why_no_plot_file)
       ->type_name(kFileHint);
   app.add_option("--title", options.title, "above the plot");
   app.add_option("--mark", options.marked, "mark each change of this field, too; may be given again")

@@ -39,7 +39,7 @@ class RecordedFlight {
   /// Null after printing why: no such file, or no run of Sinew in it.
   static std::unique_ptr<RecordedFlight> open(const std::string& path, Progress& progress);
 
-  /// All that read() can take, of the message types that this program knows in the same version.
+  /// All that read() can take, of messages of any type: the file has their definitions.
   std::vector<std::string> field_names() const;
   /// Position and tilt of a NavState: of an estimate, or of the truth.
   bool is_usual(const std::string& field) const;
@@ -50,6 +50,7 @@ class RecordedFlight {
   struct Event {
     rt::Time at;
     std::string text;
+    bool alarm = false;  // a failsafe, a safe action, a fault
   };
   /// In the order of time: what the robot said (MissionEvents), and the faults that the simulator played.
   const std::vector<Event>& events() const { return events_; }
@@ -62,13 +63,19 @@ class RecordedFlight {
 
  private:
   struct Topic {
-    const msg::TypeInfo* type = nullptr;
+    const msg::TypeInfo* type = nullptr;  // null: this program does not know it, or another version
+    bool is_state = false;                // a NavState
+    std::vector<record::Quantity> quantities{};
+    std::uint32_t size = 0;             // bytes that they need
     std::vector<std::size_t> fields{};  // in fields_
     std::optional<std::size_t> actuator{};
   };
   RecordedFlight(std::string path, std::unique_ptr<record::Reader> reader);
   bool read_run();
+  static bool tells(const Topic& topic);
+  void add_topic(const record::Channel& channel);
   void take(const record::Message& message, Topic& topic);
+  void take_events(const record::Message& message, const Topic& topic);
   void add_faults();
 
   const std::string path_;
@@ -77,7 +84,7 @@ class RecordedFlight {
   rt::Time start_;
   rt::GraphSpec spec_;
   std::string result_;
-  std::map<std::string, Topic> topics_;  // known ones
+  std::map<std::string, Topic> topics_;
   std::optional<MissionEvents> told_;
   std::vector<Event> events_;
   std::vector<RecordedField> fields_;

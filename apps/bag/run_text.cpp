@@ -21,8 +21,10 @@ std::string result_line(record::Reader& reader) {
     return found == result.end() ? std::string() : found->second;
   };
   const std::string outcome = text("outcome"), end = text("end"), why = text("why");
-  std::string line = outcome.empty() || end != "ended" ? end : outcome;
-  if (!outcome.empty() && line != outcome) line += ": " + outcome;
+  // "ended" is "over" in older recordings; what else ended a run is most often in its outcome, with the time.
+  const bool over = end == "over" || end == "ended" || outcome.find(end) != std::string::npos;
+  std::string line = outcome.empty() || !over ? end : outcome;
+  if (!outcome.empty() && !over) line += ": " + outcome;
   return why.empty() ? line : line + "; " + why;
 }
 

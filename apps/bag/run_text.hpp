@@ -8,7 +8,7 @@ namespace sinew::app {
 /// Why a recorded run has no result here; empty: it has one, or the file holds no run.
 std::string why_no_result(record::Reader& reader);
 
-/// "landed on the pad", "interrupted after 3.210 s: ...", "no result: ...": of a recorded run, in one line.
+/// "landed on the pad", "did not land, interrupted at 3.2 s; ...", "no result: ...": of a recorded run, in one line.
 std::string result_line(record::Reader& reader);
 
 }  // namespace sinew::app

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "apps/command/choice_check.hpp"
 #include "apps/deploy/board_link.hpp"
 #include "apps/deploy/commands.hpp"
 #include "apps/deploy/deploy_failure.hpp"
@@ -217,7 +218,7 @@ void add_deploy_command(CLI::App& app, CommandContext& context) {
   deploy.add_option("--ssh", o->ssh, "how to reach it: \"ssh -p 2222\"")->capture_default_str()->type_name("COMMAND");
   deploy.add_option("--board", o->board, "it runs there with this board instead of the file's")
       ->type_name("{linux,none}")
-      ->check(CLI::IsMember({"linux", "none"}));
+      ->check(one_of({"linux", "none"}));
   CLI::Option* unit = deploy.add_flag("--unit", o->unit, "install and enable the robot's systemd unit");
   deploy.add_flag("--start", o->start, "start it, where the doctor finds no problem")->needs(unit);
   deploy.add_option("--user", o->user, "user under which the unit runs")->capture_default_str();

@@ -54,7 +54,7 @@ void MissionEvents::see(const msg::MissionState& state) {
 void MissionEvents::see(const msg::SafetyState& state) {
   const msg::SafetyState before = std::exchange(safety_, state);
   const auto add = [&](rt::Time at, Story::Weight weight, std::string text) {
-    events_.push_back({at, weight, std::move(text)});
+    events_.push_back({at, weight, std::move(text), weight == Story::Weight::result});
   };
   for (std::size_t i = 0; i < spec_->failsafes.size(); ++i) {
     const rt::FailsafeSpec& f = spec_->failsafes[i];
@@ -80,7 +80,8 @@ void MissionEvents::see(std::size_t actuator, const msg::GuardianState& state) {
   // Of a failsafe the guardian's own state tells.
   if (state.mode == msg::GuardianMode::safe && was_live && !(state.faults & msg::kFaultFailsafe))
     events_.push_back({state.stamp, Story::Weight::result,
-                       fmt::format("{}: {} -> {}", spec.name, fault_text(state.faults, spec), safe_text(spec.safe))});
+                       fmt::format("{}: {} -> {}", spec.name, fault_text(state.faults, spec), safe_text(spec.safe)),
+                       true});
   if (state.mode == msg::GuardianMode::active && before == msg::GuardianMode::safe)
     events_.push_back({state.stamp, Story::Weight::phase, spec.name + ": commands pass again"});
 }

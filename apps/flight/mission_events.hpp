@@ -20,6 +20,7 @@ class MissionEvents {
     rt::Time at;  // by the stamps of the messages
     Story::Weight weight = Story::Weight::detail;
     std::string text{};
+    bool alarm = false;  // something had to act: a failsafe, a safe action, whoever disarmed it in flight
   };
   explicit MissionEvents(const rt::GraphSpec& spec) : spec_(&spec), modes_(spec.actuators.size()) {}
 

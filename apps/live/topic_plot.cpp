@@ -43,7 +43,7 @@ class LivePlot {
     std::string why;
     auto fields = PlotFields::make(options_.plot.fields, schemas, why);
     if (!fields) return fail("robot " + robot_.name() + ": " + why);
-    PlotMarks marks(options_.plot.no_marks ? TopicSchemas() : schemas, {});
+    PlotMarks marks(options_.plot.no_marks ? TopicSchemas() : schemas, names());
     for (const std::string& field : options_.plot.marked)
       if (why = marks.watch(field, schemas); !why.empty()) return fail("robot " + robot_.name() + ": " + why);
     fields_ = &*fields;
@@ -63,6 +63,14 @@ class LivePlot {
   }
 
  private:
+  /// Of what the marks say in numbers. A robot of an older version does not tell.
+  PlotMarks::Names names() {
+    PlotMarks::Names names;
+    if (const auto hello = robot_.ask("hello"); hello && hello->contains("failsafes"))
+      for (const Json& name : hello->at("failsafes"))
+        if (name.is_string()) names.failsafes.push_back(name.get<std::string>());
+    return names;
+  }
   bool open(const std::string& topic) {
     auto reader = TopicReader::open(robot_, topic);
     if (reader) readers_.emplace(topic, std::move(*reader));

@@ -48,17 +48,18 @@ bool TopicReader::take() {
 
 TopicReader::Got TopicReader::next(hal::Time deadline) {
   hal::Os& os = hal::system_os();
-  hal::Time heard = os.now();
   while (true) {
     const std::uint32_t bell = robot_->client().bell(index_);
-    if (take()) return Got::message;
-    if (hal::stop_requested()) return Got::end;
+    const bool taken = take();
     const hal::Time now = os.now();
-    if (now >= deadline) return Got::nothing;
-    if (now - heard > kSilence) {
+    if (taken || !heard_) heard_ = now;
+    if (taken) return Got::message;
+    if (hal::stop_requested()) return Got::end;
+    if (now - *heard_ > kSilence) {
       if (!robot_->ask("hello")) return Got::end;
-      heard = now;
+      heard_ = now;
     }
+    if (now >= deadline) return Got::nothing;
     robot_->client().wait(index_, bell, std::min(deadline, now + kTopicLook));
   }
 }

@@ -32,6 +32,7 @@ class TopicReader {
   const tap::SegmentReader* reader_;
   std::uint32_t index_;
   tap::Cursor cursor_;
+  std::optional<hal::Time> heard_{};  // when the last message came, or the robot's word that it still runs
   struct alignas(64) Block {
     std::byte bytes[64];
   };

@@ -300,9 +300,7 @@ void add_replay_command(CLI::App& app, CommandContext& context) {
       ->needs(&compare);
   command.add_option("--plot", options->plot, "with --compare: both versions over time, as SVG or PNG")
       ->needs(&compare)
-      ->check(CLI::Validator(
-          [](const std::string& path) { return is_plot_file(path) ? "" : path + ": FILE.svg or FILE.png"; }, "",
-          "plot"))
+      ->check(&why_no_plot_file)
       ->type_name(kFileHint);
   command.add_option("--truth", options->truth, "with --compare: the topic of ground truth [ground_truth]")
       ->needs(&compare)

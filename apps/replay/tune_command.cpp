@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "apps/bag/bag_file.hpp"
+#include "apps/command/choice_check.hpp"
 #include "apps/command/json.hpp"
 #include "apps/command/number_check.hpp"
 #include "apps/command/progress.hpp"
@@ -174,7 +175,7 @@ void add_tune_command(CLI::App& app, CommandContext& context) {
       ->required()
       ->type_name("FIELD");
   command.add_option("--against", options->against, "what it is compared with [truth]")
-      ->check(CLI::IsMember({"truth", "recorded"}).description(""))
+      ->check(one_of({"truth", "recorded"}).description(""))
       ->type_name("{truth,recorded}");
   command.add_option("--truth", task.truth, "the topic of ground truth [ground_truth]")->type_name("TOPIC");
   command.add_option("--from", task.from_s, "errors count from so many seconds of the record on")

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "hal/did_you_mean.hpp"
+
 namespace sinew::app {
 namespace {
 
@@ -43,8 +45,12 @@ class BoardCheck {
   void known(std::string key, const std::string& board, int line) {
     if (kind(board)) return;
     std::string names;
-    for (const BoardKind& b : boards_) names += (names.empty() ? "\"" : ", \"") + std::string(b.name) + '"';
-    problem(line, std::move(key), board, names);
+    std::vector<std::string> all;
+    for (const BoardKind& b : boards_) {
+      names += (names.empty() ? "\"" : ", \"") + std::string(b.name) + '"';
+      all.emplace_back(b.name);
+    }
+    problem(line, std::move(key), board, names + hal::did_you_mean(board, all));
   }
   void no_real_device_in_virtual_time() {
     if (!use_.virtual_time) return;

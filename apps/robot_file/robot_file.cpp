@@ -11,6 +11,7 @@
 #include "apps/robot_file/toml_guard.hpp"
 #include "apps/robot_file/toml_reader.hpp"
 #include "apps/robot_file/world_options.hpp"
+#include "hal/did_you_mean.hpp"
 #include "msg/actuators.hpp"
 #include "msg/image.hpp"
 #include "robots/robot_kind.hpp"
@@ -244,14 +245,14 @@ void read_robot(TomlReader& r, RobotFile& robot) {
   rt::GraphSpec& graph = robot.graph;
   r.require("name", graph.robot);
   constexpr const char* kBoards = "\"sim\", \"linux\", \"dataset\" or \"none\"";
+  const std::vector<std::string> boards{"sim", "linux", "dataset", "none"};
   r.require("board", graph.board, std::string(kBoards) + "; it is required");
   if (!std::all_of(graph.robot.begin(), graph.robot.end(), in_robot_name) || graph.robot.size() > kLongestName)
     r.problem(*r.raw().get("name"), "name", "letters, digits, _ and -, at most 40");
   const toml::node* named = r.raw().get("board");
   if (named) graph.board_line = line_of(*named);
-  if (named && named->is_string() && graph.board != "sim" && graph.board != "linux" && graph.board != "dataset" &&
-      graph.board != "none")
-    r.problem(*named, "board", kBoards);
+  if (named && named->is_string() && std::find(boards.begin(), boards.end(), graph.board) == boards.end())
+    r.problem(*named, "board", kBoards + hal::did_you_mean(graph.board, boards));
   std::int64_t number = 0;
   if (r.read("seed", number, 0, INT64_MAX)) graph.seed = static_cast<std::uint64_t>(number);
   if (r.read("virtual_cores", number, 1, 64)) graph.virtual_cores = static_cast<std::uint32_t>(number);
@@ -290,9 +291,11 @@ void read_sim(TomlReader& r, SimTable& sim) {
       !sim.plant.starts_with("tcp:"))
     r.problem(*r.raw().get("plant"), "plant", kPlants);
   std::int64_t number = 0;
-  const std::string worlds = "the name of a world of sinew-sim: " + robots::world_names();
-  if (r.read("world", sim.world, worlds.c_str()) && !robots::find_world(sim.world))
-    r.problem(*r.raw().get("world"), "world", worlds.c_str());
+  const std::vector<std::string> names = robots::world_names();
+  std::string worlds = "the name of a world of sinew-sim: ";
+  for (const std::string& name : names) worlds += (&name == names.data() ? "\"" : ", \"") + name + "\"";
+  if (r.read("world", sim.world, worlds) && !robots::find_world(sim.world))
+    r.problem(*r.raw().get("world"), "world", worlds + hal::did_you_mean(sim.world, names));
   for (const char* key : {"camera_width", "camera_height"})
     if (const toml::node* node = r.raw().get(key); node && !sim.camera_line) sim.camera_line = line_of(*node);
   if (r.read("camera_width", number, 16, msg::kMaxImageWidth)) sim.camera_width = static_cast<std::uint32_t>(number);

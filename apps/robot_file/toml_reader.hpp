@@ -19,6 +19,7 @@
 #define TOML_EXCEPTIONS 0
 #include <toml++/toml.h>
 
+#include "hal/did_you_mean.hpp"
 #include "rt/graph_spec.hpp"
 
 namespace sinew::app {
@@ -93,15 +94,17 @@ bool TomlReader::read_choice(std::string_view key, E& out,
   const toml::node* node = take(key);
   if (!node) return false;
   std::string allowed = "one of";
+  std::vector<std::string> names;
   const auto text = node->value_exact<std::string>();
   for (const auto& [name, value] : choices) {
     if (text && *text == name) {
       out = value;
       return true;
     }
-    allowed += (allowed == "one of" ? " \"" : ", \"") + std::string(name) + "\"";
+    allowed += (names.empty() ? " \"" : ", \"") + std::string(name) + "\"";
+    names.emplace_back(name);
   }
-  problem(*node, key, allowed);
+  problem(*node, key, allowed + hal::did_you_mean(text.value_or(""), names));
   return false;
 }
 

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <ranges>
 
+#include "apps/command/choice_check.hpp"
 #include "apps/command/json.hpp"
 #include "apps/robot/linux_board.hpp"
 #include "apps/run/commands.hpp"
@@ -230,7 +231,7 @@ void add_devices_command(CLI::App& app, CommandContext& context) {
                   "anything")
       ->delimiter(',')
       ->type_name("{canopen,mit,cybergear,dronecan}")
-      ->check(CLI::IsMember({"canopen", "mit", "cybergear", "dronecan"}));
+      ->check(one_of({"canopen", "mit", "cybergear", "dronecan"}));
   devices.add_option("--set", o->set, "bus.NAME.KEY=VALUE or device.NAME.KEY=VALUE for this time; may be repeated")
       ->allow_extra_args(false);
   devices.add_flag("--json", o->json, "as one JSON object");

@@ -54,6 +54,9 @@ std::string cause(const MissEvidence& e) {
 
 }  // namespace
 
-std::string miss_cause(const MissEvidence& evidence) { return what_missed(evidence) + cause(evidence); }
+std::string miss_cause(const MissEvidence& e) {
+  if (!e.ended_early.empty() && !e.unfinished.empty()) return fmt::format("{} while {}", e.ended_early, e.unfinished);
+  return what_missed(e) + cause(e);
+}
 
 }  // namespace sinew::app

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <atomic>
+#include <charconv>
 #include <filesystem>
 
 #include "apps/command/place.hpp"
+#include "hal/linux/run_dir.hpp"
 #include "hal/linux/socket.hpp"
 #include "hal/platform.hpp"
 
@@ -14,6 +16,27 @@ namespace {
 
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
+
+constexpr std::string_view kFileBegin = "sinew-plant-";  // then the process that starts the plant
+
+/// That process, of a file of a plant; 0: it is no such file.
+int starter_of(const fs::path& file) {
+  const std::string name = file.filename().string();
+  if (!name.starts_with(kFileBegin) || (file.extension() != ".sock" && file.extension() != ".log")) return 0;
+  int pid = 0;
+  const auto read = std::from_chars(name.data() + kFileBegin.size(), name.data() + name.size(), pid);
+  return read.ec == std::errc() && *read.ptr == '-' ? pid : 0;
+}
+
+/// A run that was killed while its plant started left the plant's files: nobody had the time to remove them.
+void remove_files_of_killed_runs(const fs::path& folder) {
+  std::error_code ignored;  // what cannot be removed is another user's
+  std::vector<fs::path> left;
+  for (fs::directory_iterator file(folder, ignored), end; !ignored && file != end; file.increment(ignored))
+    if (const int pid = starter_of(file->path()); pid != 0 && !hal::process_exists(pid)) left.push_back(file->path());
+  for (const fs::path& file : left)  // a listening plant belongs to a container with process numbers of its own
+    if (file.extension() != ".sock" || !hal::connect_stream("unix:" + file.string(), 1ms)) fs::remove(file, ignored);
+}
 
 }  // namespace
 
@@ -63,7 +86,10 @@ bool PlantProcess::start(const PlantRequest& request, std::string& why) {
         "where MuJoCo is installed (Debian: libmujoco-dev)";
     return false;
   }
-  const fs::path base = fs::temp_directory_path() / fmt::format("sinew-{}-{}", hal::system_os().now().ns, request.seed);
+  const fs::path folder = fs::temp_directory_path();
+  remove_files_of_killed_runs(folder);
+  const fs::path base =
+      folder / fmt::format("{}{}-{}-{}", kFileBegin, hal::process_id(), hal::system_os().now().ns, request.seed);
   socket_path_ = base.string() + ".sock";
   const std::string log_path = base.string() + ".log";
   endpoint_ = "unix:" + socket_path_;

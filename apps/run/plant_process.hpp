@@ -29,7 +29,8 @@ struct PlantExit {
 std::string to_string(const PlantExit& exit);
 
 /// A plant to talk to: one of its own (started here, killed at the latest with this object), or one that listens
-/// already. A plant of our own dies with the process that started it, and leaves no file, however that process ends.
+/// already. A plant of our own dies with the process that started it, and leaves no file; where that process is killed
+/// before the plant has been connected to, the next one to start a plant removes what was left.
 /// Thread:  owner, but for is_stopped().
 class PlantProcess {
  public:

@@ -147,7 +147,7 @@ std::unique_ptr<Recording> Recording::open(const Prepared& prepared, const RunOp
 
 Recording::~Recording() {
   if (finished_ || !recorder_ || path_.empty()) return;
-  static_cast<void>(recorder_->finish(end_with({.end = RunResult::End::failed})));
+  static_cast<void>(recorder_->finish(end_with({.end = RunResult::kEndFailed})));
   if (recorder_->now() != rt::Time{}) return;
   std::error_code none;  // a file that cannot be removed stays, complete
   fs::remove(path_, none);
@@ -178,7 +178,7 @@ record::RunEnd Recording::end_with(const RunResult& result, const std::string& r
 
 /// While the run goes on.
 Recording::File Recording::end_file() {
-  const hal::Status finished = recorder_->end_file(end_with({.end = RunResult::End::recording_stopped}));
+  const hal::Status finished = recorder_->end_file(end_with({.end = RunResult::kEndRecordingStopped}));
   {
     const std::lock_guard lock(folder_mutex_);
     recording_.clear();

@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
+#include "apps/command/choice_check.hpp"
 #include "apps/command/number_check.hpp"
 #include "apps/robot/doctor.hpp"
 #include "apps/robot/robot_check.hpp"
@@ -179,7 +180,7 @@ void describe_doctor(CLI::App& doctor, DoctorOptions& o) {
   doctor.add_option("robot", o.robot, "robot file: what it asks for is checked, too")->type_name(kRobotFileHint);
   doctor.add_option("--board", o.board, "instead of the file's: linux looks at its devices")
       ->type_name("{sim,linux,dataset,none}")
-      ->check(CLI::IsMember({"sim", "linux", "dataset", "none"}));
+      ->check(one_of({"sim", "linux", "dataset", "none"}));
   CLI::Option& root =
       *doctor.add_option("--root", o.root, "folder with proc, sys and dev, e.g. a copy of another machine's")
            ->type_name(kFolderHint);

@@ -48,20 +48,6 @@ record::Texts world_texts(const Prepared& prepared, const RunOptions& options) {
   return texts;
 }
 
-const char* end_text(RunResult::End end) {
-  switch (end) {
-    case RunResult::End::ended:
-      return "ended";
-    case RunResult::End::interrupted:
-      return "interrupted";
-    case RunResult::End::recording_stopped:
-      return "the recording was stopped, the run went on";
-    case RunResult::End::failed:
-      return "failed";
-  }
-  return "?";
-}
-
 }  // namespace
 
 std::vector<record::Metadata> run_metadata(const Prepared& prepared, const RunOptions& options) {
@@ -78,7 +64,7 @@ std::vector<record::Metadata> run_metadata(const Prepared& prepared, const RunOp
 
 record::RunEnd end_of_run(const RunResult& result, const std::string& report, std::uint64_t at) {
   record::RunEnd end;
-  end.result["end"] = end_text(result.end);
+  end.result["end"] = result.end;
   if (!result.outcome.empty()) end.result["outcome"] = result.outcome;
   if (!result.why.empty()) end.result["why"] = result.why;
   if (result.exit_code) end.result["exit_code"] = std::to_string(*result.exit_code);

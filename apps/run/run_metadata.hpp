@@ -24,13 +24,9 @@ std::vector<record::Metadata> run_metadata(const Prepared& prepared, const RunOp
 
 /// How a run ended, or a recording of it.
 struct RunResult {
-  enum class End : std::uint8_t {
-    ended,              // by itself, or after --duration
-    interrupted,        // by a signal or `sinew stop`
-    recording_stopped,  // the run went on
-    failed,             // before there was anything to judge
-  };
-  End end = End::ended;
+  static constexpr const char *kEndFailed = "failed",  // before there was anything to judge
+      *kEndRecordingStopped = "the recording was stopped, the run went on";
+  std::string end{};                // one of these, or RunSummary::Result::end
   std::string outcome{}, why{};     // empty: nothing to say
   std::optional<int> exit_code{};   // of `sinew run`
   std::string timing{};             // why the run is no measurement of timing; empty: it is, or nothing judges it

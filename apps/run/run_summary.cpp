@@ -232,6 +232,7 @@ void RunSummary::judge_chains(std::string& outcome, int& code) {
 }
 
 void RunSummary::ended_early(std::string_view how, double at_s) {
+  end_ = how;
   ended_early_ = fmt::format("{} at {:.1f} s", how, at_s);
   keep({{"ended_early", {{"how", how}, {"at_s", at_s}}}});
 }
@@ -248,6 +249,7 @@ void RunSummary::judge_end(std::string& outcome, int& code) {
   const std::string lost = fmt::format("{} at {:.1f} s", lost_, lost_at_s_);
   outcome += (outcome.empty() ? "" : between) + lost;
   code = 1;
+  end_ = lost_;
   why_ = lost_why_;
   story_.add(lost_at_s_, Story::Weight::result, lost_);
   timing_.worst = lost;
@@ -289,7 +291,7 @@ int RunSummary::finish(std::string_view outcome, int code) {
   const std::string result = judged_ ? fmt::format("{}{}{}", mission, mission.empty() ? "" : ", ", counts) : mission;
   add_reasons("invalid", "invalid_because", timing_.reasons);
   if (code == 0 && ((!valid && (form_.strict || virtual_)) || trace_failed_)) code = 1;
-  if (before_print_) before_print_({mission, why_, code, timing_.worst});
+  if (before_print_) before_print_({end_, mission, why_, code, timing_.worst});
   Json story = Json::array();
   for (const Story::Event& e : story_.events()) story.push_back({{"at_s", e.at_s}, {"text", e.text}});
   add("result", result,

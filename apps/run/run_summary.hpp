@@ -69,6 +69,7 @@ class RunSummary {
   void lost(std::string_view what, double at_s, std::string_view why);
   /// How the run went, for its recording.
   struct Result {
+    std::string end;           // kOver, "interrupted", "stopped", or how the world was lost
     std::string outcome, why;  // of the mission
     int code = 0;              // of the program
     std::string timing;        // the worst reason why it is no measurement; empty: it is, or nothing judges it
@@ -85,6 +86,7 @@ class RunSummary {
   int finish(std::string_view outcome, int code);
 
   static constexpr std::size_t kMostLines = 15, kMostEvents = 10;
+  static constexpr const char* kOver = "over";  // the end of a run that nothing ended early
 
  private:
   void judge_chains(std::string& outcome, int& code);
@@ -101,7 +103,7 @@ class RunSummary {
   std::vector<std::string> measures_, failed_chains_;
   std::string why_, recorded_, recording_, virtual_time_;
   TimingVerdict timing_;
-  std::string ended_early_;  // with its time
+  std::string end_ = kOver, ended_early_;  // how; and with its time, where something ended it early
   std::string lost_, lost_why_;
   double lost_at_s_ = 0;
   std::function<void(const Result&)> before_print_;

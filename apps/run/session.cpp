@@ -138,7 +138,10 @@ class Session {
 
   static int not_begun(const std::string& why) { return fail(why, hal::stop_requested() ? kFailed : kNotBegun); }
 
-  void ended_early(double at_s) { summary_->ended_early(hal::stop_signals() > 0 ? "interrupted" : "stopped", at_s); }
+  void ended_early(double at_s) {
+    run_.ended_early = hal::stop_signals() > 0 ? "interrupted" : "stopped";
+    summary_->ended_early(run_.ended_early, at_s);
+  }
 
   void end_board(hal::Time now) {
     board_.end(run_);
@@ -284,8 +287,11 @@ class Session {
   /// With the result, which only the end of the summary knows.
   void end_recording(const RunSummary::Result& result) {
     if (!recording_) return;
-    RunResult told{.outcome = result.outcome, .why = result.why, .exit_code = result.code, .timing = result.timing};
-    told.end = hal::stop_requested() ? RunResult::End::interrupted : RunResult::End::ended;
+    RunResult told{.end = result.end,
+                   .outcome = result.outcome,
+                   .why = result.why,
+                   .exit_code = result.code,
+                   .timing = result.timing};
     told.ended_s = run_.reached_s.value_or(run_.lasted_s);
     recording_->finish(*summary_, told, board_.plant_report());
   }

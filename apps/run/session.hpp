@@ -25,6 +25,7 @@ struct RunContext {
   std::uint64_t releases = 0, missed = 0;  // of the graph's threads, after the run; missed: met an unfinished cycle
   std::optional<double> reached_s{}, wall_s{};  // virtual time, after the run
   double lasted_s = 0;                          // real time, after the run: by the robot's clock
+  std::string ended_early{};                    // after the run: "interrupted", "stopped"; empty: it was over
   ParentLine* parent = nullptr;                 // null: none watches
 
   rt::Graph& graph() const { return *prepared.graph; }

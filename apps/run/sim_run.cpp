@@ -244,6 +244,7 @@ class SimulatedBoard final : public RunBoard {
     e.report = &report;
     const msg::MissionState* const mission = run.mission->look();
     if (mission && mission->phase != msg::MissionPhase::done) e.unfinished = to_string(mission->phase);
+    e.ended_early = run.ended_early;
     e.ended_s = run.reached_s.value_or(run.lasted_s);
     for (std::size_t i = 0; i < run.graph().spec().failsafes.size(); ++i)
       if (run.mission->safety().acted >> i & 1) e.failsafes.push_back(run.graph().spec().failsafes[i].name);

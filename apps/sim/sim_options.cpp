@@ -8,6 +8,7 @@
 #include <map>
 #include <ranges>
 
+#include "apps/command/choice_check.hpp"
 #include "apps/command/number_check.hpp"
 #include "apps/command/usage_error.hpp"
 #include "robots/robot_kind.hpp"
@@ -73,13 +74,13 @@ void describe(CLI::App& app, SimulatorOptions& s, std::vector<std::string>& faul
     names.emplace_back(type->info.name);
     titles += (names.size() > 1 ? ", " : " ") + names.back() + " (" + type->title + ")";
   }
-  app.add_option("--world", s.world, titles)->check(CLI::IsMember(names))->capture_default_str();
+  app.add_option("--world", s.world, titles)->check(app::one_of(names))->capture_default_str();
   app.add_option("--seed", s.session.seed, "start, wind, spread and noise (default: what the runtime asks for)")
       ->check(app::whole())
       ->type_name("N");
   app.add_option("--camera", s.camera, "size of the camera's frames")->check(check_size)->capture_default_str();
   app.add_option("--format", s.format, "format of its pixels")
-      ->check(CLI::IsMember({"yuyv", "rgb8", "mono8"}))
+      ->check(app::one_of({"yuyv", "rgb8", "mono8"}))
       ->capture_default_str();
   app.add_option("--camera-noise", s.view.noise, "sigma of the pixels, grey levels")
       ->check(CLI::Range(0.0, 20.0))

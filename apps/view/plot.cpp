@@ -298,7 +298,9 @@ std::string to_png(std::span<const Plot> plots, std::string& why) {
                              why);
 }
 
-bool is_plot_file(const std::string& path) { return path.ends_with(".svg") || path.ends_with(".png"); }
+std::string why_no_plot_file(const std::string& path) {
+  return path.ends_with(".svg") || path.ends_with(".png") ? std::string() : path + ": FILE.svg or FILE.png";
+}
 
 std::string write_plots(const std::string& path, std::span<const Plot> plots) {
   std::string why;

@@ -41,8 +41,8 @@ std::string to_svg(std::span<const Plot> plots);
 /// The same as a PNG file, two pixels for each px. Empty, with `why`: it cannot be made.
 std::string to_png(std::span<const Plot> plots, std::string& why);
 
-/// Whether write_plots() knows the kind of file by its name: FILE.svg or FILE.png.
-bool is_plot_file(const std::string& path);
+/// Empty when write_plots() knows the kind of file by its name; else what is allowed, for an option's check.
+std::string why_no_plot_file(const std::string& path);
 
 /// Draws into a file, which is replaced if it exists. Empty when it is written; else why not, with the path.
 std::string write_plots(const std::string& path, std::span<const Plot> plots);

@@ -150,6 +150,8 @@ std::string describe_exit(int code) {
 
 Time program_start() { return g_loaded; }
 
+bool process_exists(int pid) { return pid > 0 && (::kill(pid, 0) == 0 || errno == EPERM); }
+
 bool stop_requested() {
   static const bool installed = [] {
     struct sigaction action {};

@@ -103,6 +103,9 @@ std::optional<Time> process_start();
 /// the original.
 Time program_start();
 
+/// Whether there is a process with this number, of any user.
+bool process_exists(int pid);
+
 /// The running program's own path; empty when the kernel does not say.
 std::string program_path();
 

@@ -24,17 +24,18 @@ void PilotSwitch::declare(rt::Declaration& d) {
   };
   number("roll_channel", roll_channel_, "right is positive");
   number("pitch_channel", pitch_channel_, "forward is positive");
-  number("throttle_channel", throttle_channel_, "");
+  number("throttle_channel", throttle_channel_, "up is positive; the middle carries the weight");
   number("yaw_channel", yaw_channel_, "clockwise is positive");
   number("take_over_channel", take_over_channel_, "above 0.5: the sticks fly");
   number("kill_channel", kill_channel_, "above 0.5: kill");
   d.param("lost_after_s", lost_after_s_, {.unit = "s", .min = 0.02, .max = 10, .doc = "without a sample"});
   d.param("tilt_rad", tilt_rad_, {.unit = "rad", .min = 0.05, .max = 1.0, .doc = "of a stick's full way"});
-  d.param("yaw_radps", yaw_radps_, {.unit = "rad/s", .min = 0.1, .max = 6});
+  d.param("yaw_radps", yaw_radps_, {.unit = "rad/s", .min = 0.1, .max = 6, .doc = "of a stick's full way"});
   d.param("dead_band", dead_band_, {.unit = "1", .min = 0, .max = 0.3, .doc = "around the middle of yaw and throttle"});
-  d.param("mass_kg", mass_kg_, {.unit = "kg", .min = 0.05, .max = 50});
-  d.param("thrust_min_n", thrust_min_n_, {.unit = "N", .min = 0.01, .max = 500});
-  d.param("thrust_max_n", thrust_max_n_, {.unit = "N", .min = 0.1, .max = 2000});
+  d.param("mass_kg", mass_kg_,
+          {.unit = "kg", .min = 0.05, .max = 50, .doc = "of the vehicle: the throttle's middle carries its weight"});
+  d.param("thrust_min_n", thrust_min_n_, {.unit = "N", .min = 0.01, .max = 500, .doc = "at the throttle's lower end"});
+  d.param("thrust_max_n", thrust_max_n_, {.unit = "N", .min = 0.1, .max = 2000, .doc = "at the throttle's upper end"});
 }
 
 double PilotSwitch::channel(const msg::RcSample& rc, std::int64_t number) const {

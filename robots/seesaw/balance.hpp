@@ -16,8 +16,9 @@ class Balance final : public rt::Module {
   void declare(rt::Declaration& d) override {
     d.in("imu", imu_);
     d.out("motor", motor_);
-    d.param("stiffness", stiffness_, {.unit = "1/rad", .min = 0, .max = 100});
-    d.param("damping", damping_, {.unit = "s/rad", .min = 0, .max = 100});
+    d.param("stiffness", stiffness_,
+            {.unit = "1/rad", .min = 0, .max = 100, .doc = "command for each rad off the level"});
+    d.param("damping", damping_, {.unit = "s/rad", .min = 0, .max = 100, .doc = "command for each rad/s of turning"});
     d.state(pitch_rad_);
   }
   rt::StepStatus step(const rt::Step& step) noexcept override {

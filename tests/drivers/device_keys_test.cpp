@@ -262,6 +262,8 @@ TEST(JointKeys, ErrorsGoByTheKeysOfTheFileAndHaveTheRange) {
   EXPECT_THAT(of_joint("cia402", {{"on_stop", std::string("damp")}}),
               ElementsAre("r.toml:5: device.head.joint.pan.on_stop: \"damp\": one of \"torque_off\", \"quick_stop\", "
                           "\"hold\""));
+  EXPECT_THAT(of_joint("cia402", {{"on_stop", std::string("quickstop")}}),
+              ElementsAre(HasSubstr("\"hold\"; did you mean quick_stop?")));
   EXPECT_THAT(of_joint("dronecan", {}),
               ElementsAre("r.toml:1: device.head.joint.pan.on_stop: default \"torque_off\": \"hold\"; an actuator in "
                           "mode position has no other"));

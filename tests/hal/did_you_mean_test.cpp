@@ -26,6 +26,7 @@ TEST(DidYouMean, TheUnitTheSourceOrTheNamespaceMayBeMissing) {
   EXPECT_EQ(did_you_mean("search_height", kNames), "; did you mean search_height_m?");
   EXPECT_EQ(did_you_mean("imu", kNames), "; did you mean imu.raw?");
   EXPECT_EQ(did_you_mean("Mixer", kNames), "; did you mean control::Mixer?");
+  EXPECT_EQ(did_you_mean("Mixxer", kNames), "; did you mean control::Mixer?") << "and a letter wrong";
   EXPECT_EQ(did_you_mean("filt", kNames), "") << "the middle of a word is no end";
 }
 

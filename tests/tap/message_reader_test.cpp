@@ -55,7 +55,8 @@ TEST(MessageReader, TakesNamesOfValuesAndBits) {
   EXPECT_EQ(read(R"({"mode": 3, "faults": "none"})", state), std::nullopt);
   EXPECT_EQ(state.mode, msg::GuardianMode::safe);
   EXPECT_EQ(state.faults, 0U);
-  EXPECT_EQ(read(R"({"mode": "activ"})", state), "mode: \"activ\": one of standby, armed, active, safe");
+  EXPECT_EQ(read(R"({"mode": "activ"})", state),
+            "mode: \"activ\": one of standby, armed, active, safe; did you mean active?");
   EXPECT_EQ(read(R"({"faults": "lease, late"})", state),
             "faults: \"lease, late\": some of lease, not finite, limit, rate, count, device, failsafe");
 }

@@ -311,19 +311,25 @@ class Guarded(Live):
                 run.wait(LIMIT_S)
 
     @unittest.skipUnless(os.path.exists(os.path.join(os.path.dirname(SINEW), "sinew-sim")), "there is no simulator")
-    def test_disarm_stops_and_status_says_what_the_guardian_permits(self):
-        run = subprocess.Popen([SINEW, "run", QUAD, "--virtual", "--quiet"], env=self.env, stdout=subprocess.DEVNULL,
-                               stderr=subprocess.DEVNULL)
+    def test_disarm_stops_and_status_and_plot_say_what_the_guardian_does(self):
+        run = subprocess.Popen([SINEW, "run", QUAD, "--virtual", "--quiet", "--fault", "camera:off@4"], env=self.env,
+                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         try:
             said = self.good("status", "--wait", str(LIMIT_S))
             while run.poll() is None and "\nguardian" not in said:  # its first step may not have come yet
                 said = self.good("status")
             self.assertRegex(said, r"(?m)^guardian  \w+; commands ")
+            plot = subprocess.Popen([SINEW, "topic", "plot", "guardian.state.acted", "--seconds", "1000", "-o",
+                                     f"{self.folder.name}/acted.svg", "--json"], env=self.env, stdout=subprocess.PIPE)
+            while run.poll() is None and not self.asked("status")["guardian"]["acted"]:
+                time.sleep(0.05)
             disarmed = self.asked("disarm")
             self.assertIsInstance(disarmed["step"], int)
         finally:
             run.send_signal(signal.SIGTERM)
             run.wait(LIMIT_S)
+        marks = json.loads(plot.communicate(timeout=LIMIT_S)[0])["marks"]  # until the end of the run
+        self.assertIn("camera_lost", [m["text"] for m in marks])
 
     @unittest.skipUnless(os.path.exists(os.path.join(os.path.dirname(SINEW), "sinew-sim")), "there is no simulator")
     def test_a_disarm_in_flight_is_named_in_the_result(self):

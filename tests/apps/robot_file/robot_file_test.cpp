@@ -202,7 +202,7 @@ name = "c"
 field = "v"
 below = "low"
 [guardian]
-arming = "never"
+arming = "manuel"
 )"),
               UnorderedElementsAre(
                   "robot.toml:2: failsafe.a: : exactly one of silent_ms, stuck_ms, field (with below or above)",
@@ -213,7 +213,7 @@ arming = "never"
                   "robot.toml:13: failsafe.c.topic: missing: the name of a topic; it is required",
                   "robot.toml:16: failsafe.c.below: \"low\": a number from -1e+300 to 1e+300",
                   "robot.toml:13: failsafe.c.action: missing: one of land stop; it is required",
-                  "robot.toml:18: guardian.arming: \"never\": one of \"auto\", \"manual\""));
+                  "robot.toml:18: guardian.arming: \"manuel\": one of \"auto\", \"manual\"; did you mean manual?"));
 }
 
 TEST(RobotFile, QuantilesOfExecutionTimesReachTheGraphSpec) {
@@ -293,7 +293,8 @@ TEST(RobotFile, EachChannelMayHaveItsOwnLimit) {
 
 TEST(RobotFile, ABoardThatIsNoneIsNamedWithItsLine) {
   EXPECT_THAT(problems_of("\n[robot]\nname = \"r\"\nboard = \"Linux\"\n"),
-              ElementsAre("robot.toml:4: robot.board: \"Linux\": \"sim\", \"linux\", \"dataset\" or \"none\""));
+              ElementsAre("robot.toml:4: robot.board: \"Linux\": \"sim\", \"linux\", \"dataset\" or \"none\"; did you "
+                          "mean linux?"));
 }
 
 TEST(RobotFile, ANameIsOneThatOtherProgramsCanAskFor) {
@@ -305,10 +306,10 @@ TEST(RobotFile, ANameIsOneThatOtherProgramsCanAskFor) {
 
 TEST(RobotFile, APlantIsAPlaceAndAWorldOneThatThereIs) {
   EXPECT_THAT(
-      problems_of("robot = { name = \"r\", board = \"sim\" }\n[sim]\nplant = \"here\"\nworld = \"moon\"\n"),
+      problems_of("robot = { name = \"r\", board = \"sim\" }\n[sim]\nplant = \"here\"\nworld = \"quda\"\n"),
       UnorderedElementsAre("robot.toml:3: sim.plant: \"here\": \"auto\", \"unix:PATH\" or \"tcp:HOST:PORT\"",
-                           "robot.toml:4: sim.world: \"moon\": the name of a world of sinew-sim: \"desk_head\", "
-                           "\"quad\", \"seesaw\""));
+                           "robot.toml:4: sim.world: \"quda\": the name of a world of sinew-sim: \"desk_head\", "
+                           "\"quad\", \"seesaw\"; did you mean quad?"));
   EXPECT_THAT(problems_of("robot = { name = \"r\", board = \"sim\" }\n[sim]\nplant = \"unix:/tmp/p\"\n"), IsEmpty());
 }
 

@@ -281,6 +281,34 @@ class VirtualTime(unittest.TestCase):
                     except BlockingIOError:
                         break
 
+    def test_a_recording_names_the_end_of_its_run_as_the_run_did(self):
+        run = self.run_(recorded=True)
+        os.kill(run.reach(0), signal.SIGKILL)  # from its first message on
+        said = run.end(1)
+        recording = f"{run.folder}/runs/latest/run.mcap"
+        end = json.loads(subprocess.check_output([SINEW, "bag", "info", recording, "--json"]))["result"]["end"]
+        self.assertEqual(end, "the simulator died (signal 9)")
+        self.assertRegex(said, rf"(?m)^mission   .*{re.escape(end)} at")
+
+    def test_the_next_run_removes_what_a_run_left_that_was_killed_while_its_plant_started(self):
+        left = []
+        for _ in range(10):  # a run may have connected before it is stopped
+            run = self.run_()
+            run.plant()
+            os.kill(run.process.pid, signal.SIGSTOP)
+            end = time.monotonic() + 2
+            while not left and time.monotonic() < end:
+                left = os.listdir(run.temporary)
+            os.kill(run.process.pid, signal.SIGKILL)
+            run.process.wait()
+            if left:
+                break
+        self.assertEqual(left, os.listdir(run.temporary))
+        self.assertEqual(len(left), 1, "nothing to remove")
+        subprocess.run([SINEW, "run", QUAD, "--virtual", "--duration", "0.01", "--camera", "64x48", "--quiet"],
+                       cwd=run.folder, env=run.env, timeout=LIMIT_S, stdout=subprocess.DEVNULL)
+        run.end(-signal.SIGKILL)
+
 
 class RealTime(unittest.TestCase):
     def run_(self, *arguments, **how):

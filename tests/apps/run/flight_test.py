@@ -112,6 +112,25 @@ class Flight(unittest.TestCase):
         self.assertGreater(judged[0], 0)
 
 
+    def test_a_timing_that_is_no_measurement_fails_a_strict_run_only(self):
+        with tempfile.TemporaryDirectory() as folder:
+            looker = os.path.join(folder, "looker.toml")  # it has no mission to fail
+            with open(looker, "w") as file:
+                file.write('robot = { name = "looker", board = "sim" }\n'
+                           'sim = { world = "quad", bounds = { plant_gap_ms = 0.001 } }\n'
+                           'module = { imu = { type = "drivers::ImuSource" } }\n'
+                           'thread = [{ name = "loop", priority = 0, period_us = 1000, order = ["imu"] }]\n')
+            command = ("run", looker, "--duration", "0.2", "--camera", "64x48", "--json")
+            code, out, err = run(SINEW, *command)
+            summary = json.loads(out)
+            self.assertEqual((code, summary["exit_code"], summary["timing"]["valid"]), (0, 0, False), err)
+            code, out, err = run(SINEW, *command, "--strict")
+        if code == 2:  # most machines, which have no PREEMPT_RT
+            self.assertIn("--strict: not started", err)
+        else:
+            self.assertEqual((code, json.loads(out)["exit_code"]), (1, 1), err)
+
+
 class Told(unittest.TestCase):
     """What a run prints at its end, in virtual time: the same flight, the same text."""
 

@@ -59,6 +59,7 @@ class ToldBoard final : public RunBoard, public hal::GrantSource {
   void end(RunContext&) override { happened.add("good-bye"); }
   int report(RunContext&, RunSummary& summary) override {
     happened.add("report");
+    if (!timing.reasons.empty()) summary.timing(timing);
     return summary.finish("as told", code);
   }
   hal::Result<hal::Time> next_grant(hal::Time done) override {
@@ -68,6 +69,7 @@ class ToldBoard final : public RunBoard, public hal::GrantSource {
 
   bool opens = true, starts = true, fails = false;
   int code = 0;
+  TimingVerdict timing{};
 
  private:
   hal::EmptyBoard none_;
@@ -124,6 +126,16 @@ TEST_F(SessionTest, InVirtualTimeToo) {
   options_.virtual_time = true;
   EXPECT_EQ(run(), 0) << said_;
   EXPECT_THAT(events(), ElementsAre("board starts", "first step", "good-bye", "report"));
+}
+
+TEST_F(SessionTest, ATimingThatIsNoMeasurementFailsAStrictRunOnly) {
+  board_.timing = {.reasons = {"late"}, .worst = "late", .what_to_do = ""};
+  EXPECT_EQ(run(), 0) << said_;
+  options_.strict = true;
+  const int code = run();
+  if (said_.find("--strict: not started") != std::string::npos) GTEST_SKIP() << "this machine: " << said_;
+  EXPECT_EQ(code, 1) << said_;
+  EXPECT_EQ(told_, "mission   as told\n") << "which was good";
 }
 
 TEST_F(SessionTest, WhatCannotBeBegunIsTwoAndMovesNothing) {

@@ -116,6 +116,15 @@ TEST(MissCause, SaysWhatWasMeasuredWhereNothingIsBeyondItsLimit) {
   EXPECT_EQ(miss_cause({}), "neither the simulator nor the robot measured any condition");
 }
 
+TEST(MissCause, OfAMissionThatSomebodyEndedIsNoneOnlyThePhaseItWasIn) {
+  WorldReport report = missed_by_wind();
+  MissEvidence e{.report = &report, .unfinished = "climbing", .ended_early = "interrupted", .ended_s = 5.2};
+  e.failsafes = {"camera_lost"};
+  EXPECT_EQ(miss_cause(e), "interrupted while climbing");
+  e.unfinished.clear();  // its mission was done before
+  EXPECT_EQ(miss_cause(e), "landing error 0.412 m (at most 0.15); failsafe camera_lost acted");
+}
+
 TEST(MissCause, CountsLateFramesInRealTimeOnly) {
   const WorldReport report = *parse_report(R"({"valid":true,"frames":90,"render_late":10,"verdict":{"good":false}})");
   EXPECT_EQ(miss_cause({.report = &report, .real_time = true}), "frames late 10 % (at most 1)");
@@ -127,6 +136,7 @@ TEST(MissCause, CountsLateFramesInRealTimeOnly) {
 class Told : public ::testing::Test {
  protected:
   int finish(std::string_view outcome, int code) {
+    summary().before_print([this](const RunSummary::Result& result) { end_ = result.end; });
     ::testing::internal::CaptureStdout();
     const int exit_code = summary().finish(outcome, code);
     out_ = ::testing::internal::GetCapturedStdout();
@@ -146,13 +156,14 @@ class Told : public ::testing::Test {
   std::optional<RunSummary> summary_;
   RunSummary::Form form_;
   bool virtual_ = false;
-  std::string out_;
+  std::string out_, end_;  // what is printed; what the recording says of the end
 };
 
 TEST_F(Told, TheMissionMakesTheExitCodeAndTheTimingIsOneLine) {
   summary().timing(bad_timing());
   summary().measure("landing error 0.04 m (at most 0.15)");
   EXPECT_EQ(finish("landed on the pad", 0), 0);
+  EXPECT_EQ(end_, "over");
   EXPECT_EQ(out_,
             "mission   landed on the pad: landing error 0.04 m (at most 0.15)\n"
             "timing    not valid as a measurement: plant: 3.10 ms (at most 2); buy a better one; 2 more reasons: "
@@ -227,6 +238,7 @@ TEST_F(Told, ARunThatLostItsWorldIsNeitherAMissionNorAMeasurement) {
   summary().measure("landing error 0.04 m (at most 0.15)");
   summary().lost("the simulator died (signal 9)", 15.23, "signal 9 (Killed)");
   EXPECT_EQ(finish("landed on the pad", 0), 1);
+  EXPECT_EQ(end_, "the simulator died (signal 9)");
   EXPECT_EQ(out_,
             "mission   landed on the pad, but the simulator died (signal 9) at 15.2 s: landing error 0.04 m (at most "
             "0.15)\n"
@@ -248,10 +260,12 @@ TEST_F(Told, AnInterruptedRunSaysWhenAndIsJudgedByWhatItReached) {
   summary().ended_early("interrupted", 8.21);
   EXPECT_EQ(finish("did not land", 1), 1);
   EXPECT_THAT(out_, HasSubstr("mission   did not land, interrupted at 8.2 s\n"));
+  EXPECT_EQ(end_, "interrupted");
   summary_.reset();
   summary().ended_early("stopped", 8.21);
   EXPECT_EQ(finish("", 0), 0) << "for a robot without a mission that is the ordinary end";
   EXPECT_THAT(out_, HasSubstr("mission   stopped at 8.2 s\n"));
+  EXPECT_EQ(end_, "stopped");
 }
 
 TEST(Timing, WorstReasonIsTheOneFarthestBeyondItsBound) {

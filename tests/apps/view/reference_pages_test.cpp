@@ -39,8 +39,10 @@ TEST(ReferencePages, TextAndJsonHaveEveryPortAndParameter) {
     const auto json = module_json(name, *d);
     EXPECT_EQ(json["ports"].size(), d->ports.size());
     EXPECT_EQ(json["params"].size(), d->params.size());
-    for (const auto& p : json["params"])
+    for (const auto& p : json["params"]) {
       EXPECT_NE(module_text(name, *d).find(p["name"].get<std::string>()), std::string::npos) << name;
+      EXPECT_NE(p["doc"], "") << name << "." << p["name"] << ": what does it do? ParamOptions::doc says it";
+    }
   }
   EXPECT_FALSE(declaration_of(types, "control::Nobody"));
 }
