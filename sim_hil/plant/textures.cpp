@@ -36,7 +36,11 @@ class Canvas {
   int height() const { return height_; }
   template <class Paint>
   void fill(Paint&& paint) {
-    for (int y = 0; y < height_; ++y)
+    fill_rows(0, height_, paint);
+  }
+  template <class Paint>
+  void fill_rows(int begin, int end, Paint&& paint) {
+    for (int y = begin; y < end; ++y)
       for (int x = 0; x < width_; ++x) put(x, y, paint(x, y));
   }
 
@@ -87,41 +91,54 @@ class Grain {
 };
 
 /// Stone chips scattered over a square, one at most per cell of a grid. For each pixel: the chip that covers it best,
-/// and how deep (0..1) the pixel lies in it. Repeats at the edges.
+/// and how deep (0..1) the pixel lies in it. Repeats at the edges. Knows some rows at a time, since fresh memory for
+/// the whole square would take longer than its chips.
 class Chips {
  public:
-  Chips(int size, int cell, std::uint32_t salt) : size_(size), depth_(area()), id_(area()) {
-    for (int y = 0; y < size; y += cell)
-      for (int x = 0; x < size; x += cell) scatter(x, y, cell, hash(x / cell, y / cell, salt));
+  Chips(int size, int cell, std::uint32_t salt) : size_(size), cell_(cell), salt_(salt) {}
+
+  void set_rows(int begin, int end) {
+    begin_ = begin;
+    end_ = end;
+    depth_.assign(row(end), 0);
+    id_.assign(row(end), 0);
+    for (int y = 0; y < size_; y += cell_)
+      for (int x = 0; x < size_; x += cell_) scatter(x, y, hash(x / cell_, y / cell_, salt_));
   }
-  double depth(int x, int y) const { return depth_[index(x, y)]; }
-  std::uint32_t id(int x, int y) const { return id_[index(x, y)]; }
+  double depth(int x, int y) const { return depth_[row(y) + static_cast<std::size_t>(x)]; }
+  std::uint32_t id(int x, int y) const { return id_[row(y) + static_cast<std::size_t>(x)]; }
 
  private:
-  std::size_t area() const { return static_cast<std::size_t>(size_) * static_cast<std::size_t>(size_); }
-  std::size_t index(int x, int y) const {
-    return static_cast<std::size_t>((y + size_) % size_) * static_cast<std::size_t>(size_) +
-           static_cast<std::size_t>((x + size_) % size_);
-  }
-  void scatter(int x0, int y0, int cell, std::uint32_t h) {
-    const double px = x0 + (0.2 + 0.6 * unit(h)) * cell, py = y0 + (0.2 + 0.6 * unit(h * 7919u)) * cell;
-    const double radius = cell * (0.18 + 0.34 * unit(h * 104729u)), slant = unit(h * 1299709u) - 0.5;
-    const int reach = cell / 2 + cell / 4 + 1;
-    for (int y = static_cast<int>(py) - reach; y <= static_cast<int>(py) + reach; ++y)
+  std::size_t row(int y) const { return static_cast<std::size_t>(y - begin_) * static_cast<std::size_t>(size_); }
+  void scatter(int x0, int y0, std::uint32_t h) {
+    const int reach = cell_ / 2 + cell_ / 4 + 1;
+    const double py = y0 + (0.2 + 0.6 * unit(h * 7919u)) * cell_;
+    const int bottom = static_cast<int>(py) - reach, top = static_cast<int>(py) + reach;
+    // The rows may lie among those of the square below or above.
+    if (!overlap(bottom, top) && !overlap(bottom + size_, top + size_) && !overlap(bottom - size_, top - size_)) return;
+    const double px = x0 + (0.2 + 0.6 * unit(h)) * cell_;
+    const double radius = cell_ * (0.18 + 0.34 * unit(h * 104729u)), slant = unit(h * 1299709u) - 0.5;
+    for (int y = bottom; y <= top; ++y) {
+      const int on_canvas = (y + size_) % size_;
+      if (on_canvas < begin_ || on_canvas >= end_) continue;
       for (int x = static_cast<int>(px) - reach; x <= static_cast<int>(px) + reach; ++x) {
         // Corners instead of circles: the largest of three slanted distances is a rough hexagon.
         const double dx = x + 0.5 - px, dy = y + 0.5 - py;
         const double a = std::fabs(dx + slant * dy), b = std::fabs(0.5 * dx + 0.87 * dy),
                      c = std::fabs(0.5 * dx - 0.87 * dy);
         const double depth = 1.0 - std::max({a, b, c}) / radius;
-        const std::size_t i = index(x, y);
+        const std::size_t i = row(on_canvas) + static_cast<std::size_t>((x + size_) % size_);
         if (depth <= depth_[i]) continue;
         depth_[i] = depth;
         id_[i] = h;
       }
+    }
   }
+  bool overlap(int bottom, int top) const { return bottom < end_ && top >= begin_; }
 
-  int size_;
+  int size_, cell_;
+  std::uint32_t salt_;
+  int begin_ = 0, end_ = 0;
   std::vector<double> depth_;
   std::vector<std::uint32_t> id_;
 };
@@ -135,8 +152,8 @@ Rgb stone(std::uint32_t id) { return shade(kStones[(id >> 8) % 8], 0.9 + 0.2 * u
 void paint_floor(Canvas canvas) {
   const int size = canvas.width(), slab = size / 4;
   const Grain coarse(64, size, 21), middle(16, size, 22), fine(4, size, 23);
-  const Chips layers[] = {{size, 32, 132}, {size, 16, 116}, {size, 8, 108}};  // of 13, 6 and 3 cm
-  canvas.fill([&](int x, int y) {
+  Chips layers[] = {{size, 32, 132}, {size, 16, 116}, {size, 8, 108}};  // of 13, 6 and 3 cm
+  const auto colour = [&](int x, int y) {
     const std::uint32_t tile = hash(x / slab, y / slab, 11);
     const double clouds = 0.5 * coarse(x, y) + 0.3 * middle(x, y) + 0.2 * fine(x, y);
     Rgb c = shade({158, 155, 148}, 0.80 + 0.14 * unit(tile) + 0.24 * clouds);
@@ -147,7 +164,13 @@ void paint_floor(Canvas canvas) {
     }
     const int jx = x % slab, jy = y % slab, joint = std::min({jx, jy, slab - 1 - jx, slab - 1 - jy});
     return joint < 1 ? Rgb{70, 70, 72} : c;
-  });
+  };
+  constexpr int kRows = 64;
+  for (int begin = 0; begin < canvas.height(); begin += kRows) {
+    const int end = std::min(begin + kRows, canvas.height());
+    for (Chips& chips : layers) chips.set_rows(begin, end);
+    canvas.fill_rows(begin, end, colour);
+  }
 }
 
 /// Wainscot, rail, plaster and two windows on eight by four metres.

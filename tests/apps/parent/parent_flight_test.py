@@ -58,12 +58,14 @@ class ParentFlight(unittest.TestCase):
         # A sanitizer would make an exit code of the segmentation fault.
         environment = dict(os.environ, SINEW_RUN_DIR=self.folder.name, ASAN_OPTIONS="handle_segv=0")
         environment.pop("SINEW_RECORD", None)
-        self.plant = subprocess.Popen([SINEW_SIM, "--listen", address, "--free", "--seed", "1", "--relink", "2"],
+        small = ("--camera", "64x48")
+        self.plant = subprocess.Popen([SINEW_SIM, "--listen", address, "--free", "--seed", "1", "--relink", "2", *small],
                                       stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         self.addCleanup(self.end, self.plant)
         self.assertIn("listening", self.plant.stdout.readline())
-        self.run_ = subprocess.Popen([SINEW, "run", self.robot, "--plant", address, "--plain"], cwd=self.folder.name,
-                                     stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+        self.run_ = subprocess.Popen([SINEW, "run", self.robot, "--plant", address, "--plain", *small],
+                                     cwd=self.folder.name, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                                     env=environment)
         self.addCleanup(self.end, self.run_)
         said = ""
         for line in self.run_.stdout:

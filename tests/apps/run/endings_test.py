@@ -21,6 +21,9 @@ LIMIT_S = 120
 # twenty seconds and more.
 SOON_S = 5
 CLIMB, DESCEND, TOUCHDOWN = 2, 6, 7  # msg::MissionPhase
+# The same phases in half of the time: it flies low and waits for nothing.
+SHORT = ("settle_s=0.2", "look_s=0", "hold_s=0.2", "search_height_m=1.2", "approach_height_m=0.7")
+ESTABLISHED, SYN_SENT = 1, 2  # of /proc/net/tcp
 
 
 def stat(pid):
@@ -45,6 +48,29 @@ def child(pid, name):
 def lives(pid):
     found = stat(pid)
     return found is not None and found[1] != "Z"  # nobody may wait for an orphan
+
+
+def has_signal(pid, mask, number):
+    """Whether it is in a mask of /proc/PID/status: SigCgt, those with a handler, or ShdPnd, those not yet delivered."""
+    with open(f"/proc/{pid}/status") as file:
+        return bool(int(re.search(rf"(?m)^{mask}:\s*(\w+)$", file.read())[1], 16) >> (number - 1) & 1)
+
+
+def sleeps(pid):
+    return stat(pid)[1] == "S"
+
+
+def tcp_states(pid):
+    """The states of its TCP connections."""
+    own = set()
+    for path in glob.glob(f"/proc/{pid}/fd/*"):
+        try:
+            own.add(os.readlink(path))
+        except OSError:
+            pass  # closed meanwhile
+    with open("/proc/net/tcp") as file:
+        rows = [line.split() for line in file.readlines()[1:]]
+    return {int(row[3], 16) for row in rows if f"socket:[{row[9]}]" in own}
 
 
 def until(holds, what, limit_s=LIMIT_S):
@@ -72,9 +98,10 @@ class Run:
             self.env["SINEW_RECORD"] = "on"
         self.out = open(f"{self.folder}/said.txt", "w+")
         test.addCleanup(self.out.close)
-        self.process = subprocess.Popen([SINEW, "run", robot, "--seed", "3", "--camera", "160x120", "--plain", *arguments],
-                                        cwd=self.folder, stdout=self.out, stderr=subprocess.STDOUT, env=self.env,
-                                        start_new_session=True)
+        mission = [word for value in SHORT for word in ("--set", f"mission.{value}")]
+        self.process = subprocess.Popen([SINEW, "run", robot, "--seed", "3", "--camera", "64x48", "--plain", *mission,
+                                         *arguments], cwd=self.folder, stdout=self.out, stderr=subprocess.STDOUT,
+                                        env=self.env, start_new_session=True)
         self.pids = {self.process.pid}
         self.own = "--plant" not in arguments
         test.addCleanup(self.clean)
@@ -110,16 +137,18 @@ class Run:
         return json.loads(done.stdout)["message"]["phase"] if done.returncode == 0 and done.stdout else -1
 
     def reach(self, phase):
-        """Virtual time: flies on in small pieces; the plant is stopped when this returns."""
+        """Virtual time: flies on in small pieces; the plant is stopped when this returns, or the run has ended (which
+        only a run to TOUCHDOWN may)."""
         plant = self.plant()
-        while True:
+        until(lambda: self.phase() >= 0 or self.process.poll() is not None, "it does not begin")
+        while self.process.poll() is None:
             os.kill(plant, signal.SIGSTOP)
             now = self.phase()
             if now >= phase:
                 return plant
             os.kill(plant, signal.SIGCONT)
-            time.sleep(0.4 if now < phase - 2 else 0.05)
-            self.test.assertIsNone(self.process.poll(), self.said())
+            time.sleep(0.02 if now == DESCEND else 0.04 if now >= phase - 2 else 0.1)  # its whole flight takes a second
+        self.test.assertEqual(phase, TOUCHDOWN, self.said())
 
     def fly_until(self, phase):
         """Real time."""
@@ -165,7 +194,7 @@ class Foreign:
         self.folder = tempfile.TemporaryDirectory(prefix="sinew_plant_")
         test.addCleanup(self.folder.cleanup)
         self.endpoint = f"unix:{self.folder.name}/plant.sock"
-        self.process = subprocess.Popen([SINEW_SIM, "--listen", self.endpoint, mode, "--camera", "160x120"],
+        self.process = subprocess.Popen([SINEW_SIM, "--listen", self.endpoint, mode, "--camera", "64x48"],
                                         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         test.addCleanup(self.clean)
         test.assertIn("listening", self.process.stdout.readline())
@@ -211,18 +240,22 @@ class VirtualTime(unittest.TestCase):
     def test_a_signal_ends_a_run_whose_plant_is_stopped_while_it_starts(self):
         run = self.run_()
         os.kill(run.plant(), signal.SIGSTOP)
-        time.sleep(0.3)  # so that it waits
+        until(lambda: sleeps(run.process.pid), "it does not wait")
         os.kill(run.process.pid, signal.SIGINT)
         self.assertIn("interrupted while the simulator started", run.end(1, SOON_S))
 
     def test_a_signal_ends_a_run_whose_plant_is_stopped_in_flight(self):
         for phase, number in ((CLIMB, signal.SIGINT), (DESCEND, signal.SIGTERM), (TOUCHDOWN, signal.SIGINT)):
             with self.subTest(phase=phase):
-                run = self.run_()
-                run.reach(phase)
-                done = run.phase() > TOUCHDOWN  # the mission is, and only the run goes on
-                os.kill(run.process.pid, number)
-                said = run.end(0 if done else 1, SOON_S)
+                for _ in range(5):
+                    run = self.run_()
+                    run.reach(phase)
+                    ended = run.process.poll() is not None
+                    done = ended or run.phase() > TOUCHDOWN  # the mission is, and only the run goes on
+                    run.process.send_signal(number)
+                    said = run.end(0 if done else 1, SOON_S)
+                    if not done or "interrupted" in said:
+                        break  # else its end came first: from touchdown to there it takes 70 ms
                 self.assertRegex(said, r"(?m)^mission   .*interrupted at \d+\.\d s")
                 self.assertIn("the simulator is stopped, and was killed", said)
 
@@ -268,7 +301,8 @@ class VirtualTime(unittest.TestCase):
             for silent in (False, True):
                 with self.subTest(silent=silent):
                     run = self.run_("--plant", "tcp:%s:%d" % address)
-                    time.sleep(0.5)
+                    until(lambda: has_signal(run.process.pid, "SigCgt", signal.SIGINT) and
+                          tcp_states(run.process.pid) == {ESTABLISHED if silent else SYN_SENT}, "it does not connect")
                     os.kill(run.process.pid, signal.SIGINT)
                     self.assertIn("interrupted while", run.end(1, SOON_S))
                 for one in waiting:  # then it gets through, and hears nothing
@@ -337,7 +371,7 @@ class RealTime(unittest.TestCase):
     def test_a_signal_ends_a_run_whose_plant_is_stopped(self):
         run = self.run_()
         os.kill(run.plant(), signal.SIGSTOP)
-        time.sleep(0.3)
+        until(lambda: sleeps(run.process.pid), "it does not wait")
         os.kill(run.process.pid, signal.SIGINT)
         self.assertIn("interrupted while the simulator started", run.end(1, SOON_S))
         run = self.run_()
@@ -374,7 +408,8 @@ class RealTime(unittest.TestCase):
         run = self.run_()
         os.kill(run.runtime(), signal.SIGSTOP)
         os.kill(run.process.pid, signal.SIGINT)
-        time.sleep(0.4)
+        until(lambda: not has_signal(run.process.pid, "ShdPnd", signal.SIGINT), "it does not hear the first")
+        time.sleep(0.4)  # sooner, it is taken for the first one
         os.kill(run.process.pid, signal.SIGINT)
         said = run.end(1, SOON_S, killed=True)
         self.assertIn("ended at once by a second signal", said)

@@ -2,6 +2,7 @@
 ends landed or safe.
 
 usage: fault_matrix.py SINEW SINEW_SIM ROBOT [--device NAME]... [--kind NAME]... [--seeds N] [--first-seed S] [--jobs N]
+                       [--camera WxH]
        fault_matrix.py SINEW SINEW_SIM ROBOT --check-table DEVICE...
 
 The first form flies, prints one line a cell and exits 0 when each ended as CELLS says. The second one checks without
@@ -94,7 +95,7 @@ def fly(args, fault, seed):
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "report.json")
         done = subprocess.run(
-            [args.sinew, "run", args.robot, "--virtual", "--quiet", "--seed", str(seed), "--camera", "160x120",
+            [args.sinew, "run", args.robot, "--virtual", "--quiet", "--seed", str(seed), "--camera", args.camera,
              "--duration", str(DURATION_S), "--fault", fault, "--plant-arg", "--report", "--plant-arg", path],
             capture_output=True, text=True, timeout=LIMIT_S)
         report = None
@@ -159,6 +160,7 @@ def main():
     p.add_argument("--seeds", type=int, default=1)
     p.add_argument("--first-seed", type=int, default=3)
     p.add_argument("--jobs", type=int, default=1)
+    p.add_argument("--camera", default="160x120")
     p.add_argument("--check-table", nargs="+", metavar="DEVICE")
     args = p.parse_args()
     cells = list(known_cells(args.sinew_sim))

@@ -12,6 +12,7 @@ os.environ.setdefault("SINEW_RECORD", "off")  # a flight is 100 MB; recordings h
 
 SINEW, TRAPPED, ROBOTS = sys.argv[1:4]
 LIMIT_S = 300
+SMALL = ("--camera", "64x48")  # where nothing depends on the picture
 RUN_DIR = tempfile.TemporaryDirectory()  # robots of other tests cannot meet this program's
 os.environ["SINEW_RUN_DIR"] = RUN_DIR.name
 
@@ -50,7 +51,7 @@ class Flight(unittest.TestCase):
     def test_the_time_line_of_the_last_second_is_a_trace(self):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "trace.json")
-            run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", "--duration", "2", "--trace", path)
+            run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", *SMALL, "--duration", "2", "--trace", path)
             with open(path) as file:
                 events = json.load(file)["traceEvents"]
             slices = [e for e in events if e["ph"] == "X"]
@@ -70,7 +71,7 @@ class Flight(unittest.TestCase):
             path = os.path.join(folder, "late.toml")
             with open(path, "w") as file:
                 file.write(text.replace("budget_ms = 120", "budget_ms = 20"))
-            code, out, err = run(SINEW, "run", path, "--virtual", "--verbose", "--camera", "160x120")
+            code, out, err = run(SINEW, "run", path, "--virtual", "--verbose", *SMALL)
         self.assertEqual(code, 1, out + err)
         self.assertIn("mission   landed on the pad, but a chain missed its age budget: ", out)
         self.assertRegex(out, r"chain imu_to_motors .* pass\n")
@@ -78,33 +79,34 @@ class Flight(unittest.TestCase):
         self.assertRegex(out, r"age budget +chain camera_to_motors: \d+ of \d+ messages older than 20 ms, 0 allowed")
 
     def test_another_seed_is_another_flight(self):
-        one = run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", "--seed", "1", "--duration", "2", "--verbose")[1]
-        two = run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", "--seed", "2", "--duration", "2", "--verbose")[1]
+        one, two = (run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", *SMALL, "--seed", seed, "--duration", "2",
+                        "--verbose")[1] for seed in "12")
         self.assertNotEqual(dict(hashes(one))["imu.raw"], dict(hashes(two))["imu.raw"])
 
     def test_a_fault_strikes_and_is_named_and_the_same_fault_gives_the_same_bytes(self):
-        arguments = ["--seed", "3", "--duration", "4", "--verbose", "--fault", "imu:garbage@2+0.01", "--fault", "link:off@3"]
+        arguments = [*SMALL, "--seed", "3", "--duration", "4", "--verbose", "--fault", "imu:garbage@2+0.01", "--fault", "link:off@3"]
         first = run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", *arguments)[1]
         self.assertIn("fault               imu:garbage@2..2.01: struck 10 times", first)
         self.assertRegex(first, r"fault +link:off@3: struck \d\d\d\d+ times")
         self.assertEqual(hashes(first), hashes(run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", *arguments)[1]))
 
     def test_a_run_that_does_not_land_fails(self):
-        code, out, _ = run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", "--duration", "3")
+        code, out, _ = run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", *SMALL, "--duration", "3")
         self.assertEqual(code, 1)
         self.assertIn("did not land", out)
 
     def test_the_runtime_flies_in_real_time(self):
         # Where the host takes its processors away the flight may be invalid or end elsewhere; that the program runs,
         # stops and reports is what a shared machine can promise.
-        code, out, err = run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--duration", "3", "--plain", "--verbose")
+        code, out, err = run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", *SMALL, "--duration", "3", "--plain", "--verbose")
         self.assertEqual(code, 1, out + err)
         self.assertRegex(out, r"stabilise +\d\d+ cycles", err)
         self.assertIn("mission   did not land\ntiming    ", out)
         self.assertIn("longest IMU gap", out)
 
     def test_the_longest_imu_gap_of_a_slower_flight_is_in_the_time_that_its_bound_is_in(self):
-        code, out, err = run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--rate", "0.25", "--duration", "0.4", "--json")
+        code, out, err = run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", *SMALL, "--rate", "0.25", "--duration", "0.4",
+                             "--json")
         self.assertEqual(code, 1, out + err)
         summary = json.loads(out)
         judged = [v["value"] for v in summary["validity"] if v["bound"] == "plant_gap_ms"]
@@ -135,7 +137,7 @@ class Told(unittest.TestCase):
     """What a run prints at its end, in virtual time: the same flight, the same text."""
 
     def end_of(self, *arguments, code):
-        got, out, err = run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", "--camera", "160x120", *arguments)
+        got, out, err = run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", *SMALL, *arguments)
         self.assertEqual(got, code, out + err)
         self.assertEqual(err, "")
         # How long the machine took is its own business.
@@ -172,7 +174,7 @@ class Told(unittest.TestCase):
     def test_quiet_is_one_line_and_verbose_has_the_tables(self):
         short = ("--seed", "3", "--duration", "2")
         self.assertEqual(self.end_of("--quiet", *short, code=1), ["mission   did not land"])
-        code, out, _ = run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", "--verbose", *short)
+        code, out, _ = run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", *SMALL, "--verbose", *short)
         self.assertEqual(code, 1)
         self.assertIn("why       the run ended after 2.0 s while waiting; all conditions were within their limits: strongest "
                       "wind ", out)
@@ -180,7 +182,7 @@ class Told(unittest.TestCase):
         self.assertGreaterEqual(len(hashes(out)), 13)
 
     def test_json_has_both_verdicts_and_the_story(self):
-        code, out, _ = run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", "--json", "--duration", "2")
+        code, out, _ = run(SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--virtual", *SMALL, "--json", "--duration", "2")
         said = json.loads(out)
         self.assertEqual((code, said["exit_code"], said["result"]), (1, 1, "did not land, valid run"))
         self.assertEqual((said["mission"]["outcome"], said["mission"]["good"]), ("did not land", False))
@@ -191,7 +193,7 @@ class Told(unittest.TestCase):
 
 class TwoRobots(unittest.TestCase):
     def test_a_second_robot_of_the_same_name_is_refused_and_told_who_holds_it(self):
-        command = [SINEW, "run", f"{ROBOTS}/quad/quad.toml", "--name", "twin", "--duration", "60", "--plain"]
+        command = [SINEW, "run", f"{ROBOTS}/quad/quad.toml", *SMALL, "--name", "twin", "--duration", "60", "--plain"]
         with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as first:
             while not os.path.exists(f"{RUN_DIR.name}/twin.sock"):
                 self.assertIsNone(first.poll())
@@ -218,7 +220,8 @@ class Unprivileged(unittest.TestCase):
 
     def test_everything_runs_and_what_is_missing_is_said(self):
         # Without fixed priorities a busy machine may keep the guardian waiting until a parent would call it dead.
-        code, out, err = self.run_without("run", f"{ROBOTS}/quad/quad.toml", "--duration", "2", "--plain", "--verbose", "--unsupervised")
+        code, out, err = self.run_without("run", f"{ROBOTS}/quad/quad.toml", *SMALL, "--duration", "2", "--plain", "--verbose",
+                                         "--unsupervised")
         self.assertEqual(code, 1, out + err)  # it flew, but two seconds are no landing
         self.assertRegex(out, r"stabilise +\d\d+ cycles", err)
         self.assertIn("problem: sched_fifo: this process may not use fixed priorities", err)
@@ -235,7 +238,7 @@ class Unprivileged(unittest.TestCase):
         self.assertNotIn("cycles", out)
 
     def test_virtual_time_needs_no_privilege(self):
-        code, out, err = self.run_without("run", f"{ROBOTS}/quad/quad.toml", "--virtual", "--duration", "1", "--strict")
+        code, out, err = self.run_without("run", f"{ROBOTS}/quad/quad.toml", "--virtual", *SMALL, "--duration", "1", "--strict")
         self.assertEqual(code, 1, out + err)
         self.assertEqual(err, "")
 
