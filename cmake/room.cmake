@@ -200,7 +200,8 @@ endfunction()
 # Tests of rt's lock-free headers are optimised, as in robots, and so are tests that fly in a world of their own.
 function(sinew_test_optimised name result)
   set(${result} ON PARENT_SCOPE)
-  if(NOT CMAKE_BUILD_TYPE STREQUAL Debug AND name MATCHES "^(wire|hal|rt|drivers|tap|record|dataset|sim_hil|apps)_" AND
+  if(NOT CMAKE_BUILD_TYPE STREQUAL Debug AND
+     name MATCHES "^(msg|wire|hal|rt|drivers|tap|record|dataset|sim_hil|apps|search|boards|devices)_" AND
      NOT name MATCHES "^rt_(topic|held_loans|mailbox|instant_word|handover|schedule|stats|fp_mode)" AND
      NOT name MATCHES "^apps_(module_fault|flight_failsafe|pilot_flight|flight_again)")
     set(${result} OFF PARENT_SCOPE)
