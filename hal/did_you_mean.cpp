@@ -89,4 +89,10 @@ std::string did_you_mean(std::string_view asked, std::span<const std::string> na
   return text + "?";
 }
 
+std::string quoted(std::span<const std::string> names) {
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "\"" : ", \"") + name + '"';
+  return list;
+}
+
 }  // namespace sinew::hal

@@ -44,13 +44,9 @@ class BoardCheck {
 
   void known(std::string key, const std::string& board, int line) {
     if (kind(board)) return;
-    std::string names;
-    std::vector<std::string> all;
-    for (const BoardKind& b : boards_) {
-      names += (names.empty() ? "\"" : ", \"") + std::string(b.name) + '"';
-      all.emplace_back(b.name);
-    }
-    problem(line, std::move(key), board, names + hal::did_you_mean(board, all));
+    std::vector<std::string> names;
+    for (const BoardKind& b : boards_) names.emplace_back(b.name);
+    problem(line, std::move(key), board, hal::quoted(names) + hal::did_you_mean(board, names));
   }
   void no_real_device_in_virtual_time() {
     if (!use_.virtual_time) return;

@@ -292,8 +292,7 @@ void read_sim(TomlReader& r, SimTable& sim) {
     r.problem(*r.raw().get("plant"), "plant", kPlants);
   std::int64_t number = 0;
   const std::vector<std::string> names = robots::world_names();
-  std::string worlds = "the name of a world of sinew-sim: ";
-  for (const std::string& name : names) worlds += (&name == names.data() ? "\"" : ", \"") + name + "\"";
+  const std::string worlds = "the name of a world of sinew-sim: " + hal::quoted(names);
   if (r.read("world", sim.world, worlds) && !robots::find_world(sim.world))
     r.problem(*r.raw().get("world"), "world", worlds + hal::did_you_mean(sim.world, names));
   for (const char* key : {"camera_width", "camera_height"})

@@ -93,7 +93,6 @@ bool TomlReader::read_choice(std::string_view key, E& out,
                              std::span<const std::pair<std::string_view, std::type_identity_t<E>>> choices) {
   const toml::node* node = take(key);
   if (!node) return false;
-  std::string allowed = "one of";
   std::vector<std::string> names;
   const auto text = node->value_exact<std::string>();
   for (const auto& [name, value] : choices) {
@@ -101,10 +100,9 @@ bool TomlReader::read_choice(std::string_view key, E& out,
       out = value;
       return true;
     }
-    allowed += (names.empty() ? " \"" : ", \"") + std::string(name) + "\"";
     names.emplace_back(name);
   }
-  problem(*node, key, allowed + hal::did_you_mean(text.value_or(""), names));
+  problem(*node, key, "one of " + hal::quoted(names) + hal::did_you_mean(text.value_or(""), names));
   return false;
 }
 
