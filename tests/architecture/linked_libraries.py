@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Checks which shared libraries programs ask for by name (NEEDED entries, that is our own link lines).
 
-usage: linked_libraries.py [--opencv PART,PART] [--only LIB,LIB...] PROGRAM...
+usage: linked_libraries.py [--opencv PART,PART] [--only LIB,LIB...] PROGRAM... [--if-built PROGRAM...]
 
 --opencv  parts of OpenCV that may be named; any other part fails. Libraries that Debian's libopencv_core needs (BLAS,
           TBB, ...) are not our choice and are not looked at.
@@ -9,6 +9,7 @@ usage: linked_libraries.py [--opencv PART,PART] [--only LIB,LIB...] PROGRAM...
           that has nothing but the C++ library.
 """
 import argparse
+import os
 import re
 import subprocess
 import sys
@@ -32,9 +33,11 @@ def main():
     parser.add_argument("--opencv")
     parser.add_argument("--only")
     parser.add_argument("programs", nargs="+")
+    parser.add_argument("--if-built", nargs="*", default=[])
     arguments = parser.parse_args()
+    programs = arguments.programs + [program for program in arguments.if_built if os.path.exists(program)]
     problems, entries = 0, 0
-    for program in arguments.programs:
+    for program in programs:
         for library in needed(program):
             entries += 1
             name = stem(library)
@@ -48,7 +51,7 @@ def main():
             if wrong:
                 problems += 1
                 print(f"{program}: links {library}: {wrong}")
-    print(f"{len(arguments.programs)} programs, {entries} NEEDED entries, {problems} problems")
+    print(f"{len(programs)} programs, {entries} NEEDED entries, {problems} problems")
     return 1 if problems or entries == 0 else 0  # a program without any would be a wrong file, or static
 
 

@@ -328,13 +328,14 @@ class VirtualTime(unittest.TestCase):
         left = []
         for _ in range(10):  # a run may have connected before it is stopped
             run = self.run_()
-            run.plant()
+            plant = run.plant()
             os.kill(run.process.pid, signal.SIGSTOP)
             end = time.monotonic() + 2
             while not left and time.monotonic() < end:
                 left = os.listdir(run.temporary)
             os.kill(run.process.pid, signal.SIGKILL)
             run.process.wait()
+            until(lambda: not lives(plant), "its plant does not end")  # which answers at its socket until then
             if left:
                 break
         self.assertEqual(left, os.listdir(run.temporary))
