@@ -1,5 +1,7 @@
 #include "vision/ball_finder.hpp"
 
+#include <algorithm>
+
 #include "math/convert.hpp"
 #include "math/elementary.hpp"
 
@@ -8,7 +10,9 @@ namespace {
 
 constexpr StrayLimits kBallStrays{.smooth_rms_px = 0.5, .smooth_px = 1.25, .factor = 1.8, .min_points = 6};
 constexpr double kMinRadius_px = 1.5;
-constexpr double kMinCut_px = 6;  // at the border the end of any shape may look like part of a small ball
+// At the border the end of any shape may look like part of a small ball, that is of one far away: the least radius
+// there, in pixels and as a share of the width of the image.
+constexpr double kMinCut_px = 6, kMinCutShare = 0.0235;
 
 }  // namespace
 
@@ -102,7 +106,8 @@ BallImage BallFinder::judge(const Turned& view, const Blob& blob, const Circle& 
   // More area than the circle has: something else of the colour hangs on it. Small discs are ragged.
   const double most = 1.15 + 1 / c.radius;
   ball.found = ball.coverage >= look_.coverage_min && ball.fill >= look_.fill_min && ball.fill <= most && smooth > 0 &&
-               agreeing > 0 && (!cut || (c.radius >= kMinCut_px && share >= 0.4));
+               agreeing > 0 &&
+               (!cut || (c.radius >= std::max(kMinCut_px, kMinCutShare * view.image.width) && share >= 0.4));
   return ball;
 }
 

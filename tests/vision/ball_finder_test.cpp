@@ -99,6 +99,14 @@ TEST(BallFinder, IsFoundWhereTheImageCutsIt) {
   }
 }
 
+TEST(BallFinder, TheEndOfAPlankAtTheBorderIsNoSmallBall) {
+  for (const unsigned scale : {1u, 2u}) {  // seed 611 of the desk head lost its ball to one of 6.5 px
+    const double v = 237.0 * scale, r = 6.6 * scale;
+    EXPECT_FALSE(find(picture(320 * scale, 240 * scale, {{160.0 * scale, v, r}})).found) << scale;
+    EXPECT_TRUE(find(picture(320 * scale, 240 * scale, {{160.0 * scale, 120.0 * scale, r}})).found) << scale;
+  }
+}
+
 TEST(BallFinder, ABrightSpotOnItDoesNotMoveIt) {
   const Disc ball{150.3, 99.6, 18}, spot{146, 93, 4.5, kWhite};
   const BallImage b = find(picture(320, 240, {ball, spot}));
