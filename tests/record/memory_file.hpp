@@ -29,8 +29,8 @@ struct Disk {
   bool stalls = false;  // settled() is false, until somebody waits in settle()
   bool removed = false;
   int appends = 0, syncs = 0, cuts = 0, waits = 0;
-  std::size_t synced = 0;             // bytes that a loss of power leaves
-  std::function<void()> on_append{};  // a stall
+  std::size_t synced = 0;                        // bytes that a loss of power leaves
+  std::function<void()> on_append{}, on_sync{};  // a stall
 
   Disk() = default;
   Disk(const Disk&) = delete;
@@ -70,6 +70,7 @@ class MemoryOutput final : public hal::OutputFile {
   }
   hal::Status sync() noexcept override {
     ++disk_.syncs;
+    if (disk_.on_sync) disk_.on_sync();
     if (disk_.sync_fails) return hal::Error{hal::Errc::io, "memory file", EIO};
     disk_.synced = disk_.bytes.size();
     return {};
