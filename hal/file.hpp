@@ -26,6 +26,10 @@ class OutputFile {
   /// Waits until everything that was appended is in the file, where append() only takes it over. Errors: those of
   /// append().
   virtual Status settle() noexcept { return {}; }
+  /// True if settle() would find everything in the file and synced as asked for. Never waits.
+  virtual bool settled() noexcept { return true; }
+  /// Removes the file, where it has a name. Nothing is appended afterwards. Errors: io.
+  virtual Status remove() noexcept { return {}; }
 };
 
 /// A file for reading at any offset. Thread: any.

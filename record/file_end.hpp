@@ -1,5 +1,6 @@
 #pragma once
 #include <memory>
+#include <utility>
 
 #include "hal/file.hpp"
 
@@ -14,6 +15,12 @@ class FileEnd {
   std::uint32_t crc() const { return crc_; }  // of everything so far
   bool broken() const { return broken_; }     // part of a piece could not be removed
   hal::OutputFile& file() { return *file_; }
+  /// Another file takes its place.
+  std::unique_ptr<hal::OutputFile> exchange(std::unique_ptr<hal::OutputFile> file) {
+    std::swap(file_, file);
+    size_ = 0, crc_ = 0, broken_ = false;
+    return file;
+  }
 
   /// `crc`: of the whole file including these parts. Errors: those of the file; closed when broken.
   hal::Status append(hal::Parts parts, std::uint32_t crc) noexcept;

@@ -12,9 +12,13 @@ constexpr std::chrono::milliseconds kTryAgain{100};
 }  // namespace
 
 hal::Result<std::unique_ptr<hal::OutputFile>> QueuedFile::open(std::unique_ptr<hal::OutputFile> file,
-                                                               std::uint64_t most_bytes, hal::Os& os) {
-  std::unique_ptr<QueuedFile> queued(new QueuedFile(std::move(file), most_bytes));
-  queued->free_ = queued->file_->free_bytes();
+                                                               std::shared_ptr<QueueMemory> memory, hal::Os& os) {
+  const auto free = file->free_bytes();
+  {
+    const Lock lock(memory->mutex_);
+    memory->free_ = free;
+  }
+  std::unique_ptr<QueuedFile> queued(new QueuedFile(std::move(file), std::move(memory)));
   hal::ThreadOptions thread;
   thread.name = "record_disk";
   thread.stack_bytes = 64 * 1024;
@@ -27,11 +31,13 @@ hal::Result<std::unique_ptr<hal::OutputFile>> QueuedFile::open(std::unique_ptr<h
 
 QueuedFile::~QueuedFile() {
   {
-    const Lock lock(mutex_);
+    const Lock lock(memory_->mutex_);
     stop_ = true;
   }
   asked_.notify_all();
   thread_.reset();  // joins
+  const Lock lock(memory_->mutex_);
+  give_back(waiting_bytes_);
 }
 
 hal::Status QueuedFile::append(hal::Parts parts) noexcept {
@@ -41,11 +47,12 @@ hal::Status QueuedFile::append(hal::Parts parts) noexcept {
     std::vector<std::byte> block;
     block.reserve(bytes);
     for (const auto& part : parts) block.insert(block.end(), part.begin(), part.end());
-    Lock lock(mutex_);
-    done_.wait(lock, [&] { return refused_ || waiting_.empty() || waiting_bytes_ + bytes <= most_bytes_; });
+    Lock lock(memory_->mutex_);
+    memory_->done_.wait(
+        lock, [&] { return refused_ || waiting_.empty() || memory_->waiting_bytes_ + bytes <= memory_->most_bytes_; });
     if (refused_) return *refused_;
     waiting_.push_back(std::move(block));
-    waiting_bytes_ += bytes;
+    waiting_bytes_ += bytes, memory_->waiting_bytes_ += bytes;
   } catch (const std::bad_alloc&) {
     return hal::Error{hal::Errc::out_of_memory, "record: no memory for what waits for the disk"};
   }
@@ -56,7 +63,7 @@ hal::Status QueuedFile::append(hal::Parts parts) noexcept {
 hal::Status QueuedFile::sync() noexcept {
   std::optional<hal::Error> failed;
   {
-    const Lock lock(mutex_);
+    const Lock lock(memory_->mutex_);
     sync_asked_ = true;
     failed.swap(sync_failed_);
   }
@@ -66,12 +73,12 @@ hal::Status QueuedFile::sync() noexcept {
 }
 
 hal::Status QueuedFile::cut(std::uint64_t to) noexcept {
-  Lock lock(mutex_);
-  done_.wait(lock, [this] { return !busy_; });
+  Lock lock(memory_->mutex_);
+  memory_->done_.wait(lock, [this] { return !busy_; });
   while (!waiting_.empty() && size() > to) {
     std::vector<std::byte>& last = waiting_.back();
     const std::uint64_t too_much = std::min<std::uint64_t>(size() - to, last.size());
-    waiting_bytes_ -= too_much;
+    give_back(too_much);
     last.resize(static_cast<std::size_t>(last.size() - too_much));
     if (last.empty()) waiting_.pop_back();
   }
@@ -83,24 +90,36 @@ hal::Status QueuedFile::cut(std::uint64_t to) noexcept {
 }
 
 hal::Result<std::uint64_t> QueuedFile::free_bytes() noexcept {
-  const Lock lock(mutex_);
-  if (idle()) free_ = file_->free_bytes();
-  if (!free_) return free_;
-  return *free_ - std::min(*free_, waiting_bytes_);
+  const Lock lock(memory_->mutex_);
+  auto& free = memory_->free_;
+  if (idle()) free = file_->free_bytes();
+  if (!free) return free;
+  return *free - std::min(*free, memory_->waiting_bytes_);
 }
 
 hal::Status QueuedFile::settle() noexcept {
-  Lock lock(mutex_);
+  Lock lock(memory_->mutex_);
   const std::uint64_t attempts = attempts_ + (busy_ ? 1 : 0);
-  done_.wait(lock, [&] { return waiting_.empty() ? !busy_ && !sync_asked_ : refused_ && attempts_ > attempts; });
+  memory_->done_.wait(lock,
+                      [&] { return waiting_.empty() ? !busy_ && !sync_asked_ : refused_ && attempts_ > attempts; });
   if (!waiting_.empty()) return *refused_;
   return {};
+}
+
+bool QueuedFile::settled() noexcept {
+  const Lock lock(memory_->mutex_);
+  return waiting_.empty() && !busy_ && !sync_asked_;
+}
+
+hal::Status QueuedFile::remove() noexcept {
+  if (auto done = cut(0); !done) return done;
+  return file_->remove();
 }
 
 // ---- the thread
 
 void QueuedFile::write() {
-  Lock lock(mutex_);
+  Lock lock(memory_->mutex_);
   while (true) {
     if (refused_)
       asked_.wait_for(lock, kTryAgain, [this] { return stop_ || waiting_.empty(); });
@@ -128,13 +147,13 @@ void QueuedFile::write_one(Lock& lock) {
   ++attempts_;
   refused_.reset();
   if (!done) refused_ = done.error();
-  free_ = free;
+  memory_->free_ = free;
   if (done) {
     written_ += block.size();
-    waiting_bytes_ -= block.size();
+    give_back(block.size());
     waiting_.pop_front();
   }
-  done_.notify_all();
+  memory_->done_.notify_all();
 }
 
 void QueuedFile::sync_all(Lock& lock) {
@@ -145,7 +164,7 @@ void QueuedFile::sync_all(Lock& lock) {
   lock.lock();
   busy_ = false;
   if (!done) sync_failed_ = done.error();
-  done_.notify_all();
+  memory_->done_.notify_all();
 }
 
 }  // namespace sinew::record

@@ -8,6 +8,7 @@ hal::Result<SplitWriter> SplitWriter::open(OpenPart open_part, BeginPart begin_p
   SplitWriter split(std::move(open_part), std::move(begin_part), options);
   auto file = split.open_part_(0);
   if (!file) return file.error();
+  if (!*file) return hal::Error{hal::Errc::bad_argument, "record: no first file"};
   auto writer = Writer::open(std::move(*file), options.writer);
   if (!writer) return writer.error();
   split.writer_ = std::move(*writer);
@@ -29,20 +30,36 @@ bool SplitWriter::due(std::uint64_t log_time) const {
 /// Makes another file when one is due, and completes the beginning of the present file if it is missing.
 hal::Status SplitWriter::make_part(std::uint64_t log_time) {
   constexpr auto kWait = static_cast<std::uint64_t>(std::chrono::nanoseconds(Writer::kRetryAfter).count());
-  const bool wanted = !begun_ || due(log_time);
-  if (!wanted || (!last_ && log_time >= attempted_at_ && log_time - attempted_at_ < kWait)) return last_;
+  if (completing_ && completing_->settled()) completing_.reset();
+  const bool is_due = due(log_time);
+  if (begun_ && !is_due) return last_;
+  if (!last_ && log_time >= attempted_at_ && log_time - attempted_at_ < kWait) return last_;
   attempted_at_ = log_time;
-  last_ = due(log_time) ? split() : hal::Status{};
-  if (!last_) ++failed_splits_;
+  if (is_due) {
+    auto next = next_file();
+    if (next && !*next) {
+      if (usable()) last_ = {};
+      return last_;
+    }
+    last_ = next ? split(std::move(*next)) : hal::Status(next.error());
+    if (!last_) ++failed_splits_;
+  } else {
+    last_ = {};
+  }
   if (last_ && !begun_) last_ = begin();
   return last_;
 }
 
-hal::Status SplitWriter::split() {
-  if (auto room = writer_->room(); !room) return room;  // finishing this file would use the free floor
-  auto file = open_part_(part_ + 1);
-  if (!file) return file.error();
-  if (auto done = writer_->continue_in(std::move(*file)); !done) return done;
+/// Null: the present file goes on.
+hal::Result<std::unique_ptr<hal::OutputFile>> SplitWriter::next_file() {
+  // With two files that have not settled, a third one would only take more threads and memory.
+  if (writer_->is_open() && completing_) return std::unique_ptr<hal::OutputFile>();
+  if (auto room = writer_->room(); !room) return room.error();  // ending this file would use the free floor
+  return open_part_(part_ + 1);
+}
+
+hal::Status SplitWriter::split(std::unique_ptr<hal::OutputFile> file) {
+  if (auto done = writer_->continue_in(std::move(file), completing_); !done) return done;
   ++part_;
   begun_ = false;
   return {};
@@ -69,6 +86,10 @@ hal::Status SplitWriter::finish() {
       if (auto done = begin(); !done) return done;
     if (auto done = writer_->finish(); !done) return done;
   }
+  if (completing_)
+    if (auto done = completing_->settle(); !done) return done;
+  completing_.reset();
+  open_part_ = {};
   finished_ = true;
   return {};
 }

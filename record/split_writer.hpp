@@ -15,12 +15,15 @@ struct SplitOptions {
 /// times continue.
 ///
 /// Thread:  owner, an ordinary one.
-/// Errors:  those of Writer. When the next file cannot be made, the present one goes on beyond its bounds. When the
-///          next file can be made but not begun, the present one is whole already, and messages are refused with the
-///          reason. Either is tried again Writer::kRetryAfter of log time later.
+///          While a file settles that was ended, and while the next one is not there yet, the present one goes on
+///          beyond its bounds: write() waits for neither.
+/// Errors:  those of Writer. When the next file cannot be made, the present one goes on, too. When the next file can
+///          be made but not begun, the present one is whole already, and messages are refused with the reason. Either
+///          is tried again Writer::kRetryAfter of log time later.
 class SplitWriter {
  public:
-  /// Makes file `part`, counted from 0; after a failure the same one again, over an empty file that may be left.
+  /// Makes file `part`, counted from 0; after a failure the same one again, over an empty file that may be left. Null,
+  /// not for file 0: it is not there yet, and asked for again with the next message.
   /// Errors: any.
   using OpenPart = std::function<hal::Result<std::unique_ptr<hal::OutputFile>>(unsigned part)>;
   /// Writes the beginning of every file: metadata and attachments, no messages; after a failure all of it again. The
@@ -38,7 +41,8 @@ class SplitWriter {
     return write_parts(channel, stamps, {&data, 1});
   }
   hal::Status write_parts(std::uint16_t channel, const Stamps& stamps, hal::Parts parts);
-  /// Completes the last file. On an error it may be tried again. After a failure an empty file may be left behind it.
+  /// Completes the last file and the one before it. On an error it may be tried again. After a failure an empty file
+  /// may be left behind it.
   hal::Status finish();
 
   /// Messages before this log time do not count for the duration of a file.
@@ -50,13 +54,15 @@ class SplitWriter {
   bool usable() const { return writer_->is_open() && begun_; }
   bool due(std::uint64_t log_time) const;
   hal::Status make_part(std::uint64_t log_time);
-  hal::Status split();
+  hal::Result<std::unique_ptr<hal::OutputFile>> next_file();
+  hal::Status split(std::unique_ptr<hal::OutputFile> file);
   hal::Status begin();
 
   OpenPart open_part_;
   BeginPart begin_part_;
   SplitOptions options_;
   std::unique_ptr<Writer> writer_;
+  std::unique_ptr<hal::OutputFile> completing_;  // the file before, until it has settled
   unsigned part_ = 0;
   std::uint64_t failed_splits_ = 0;
   hal::Status last_{};  // of the last attempt to split or to begin

@@ -137,11 +137,15 @@ Status Writer::flush() {
 
 Status Writer::finish() { return state_->finish(); }
 
-Status Writer::continue_in(std::unique_ptr<hal::OutputFile> file) {
+Status Writer::continue_in(std::unique_ptr<hal::OutputFile> file, std::unique_ptr<hal::OutputFile>& former) {
   auto& s = *state_;
   if (!s.finished)
-    if (auto done = s.finish(); !done) return done;
-  s.end = FileEnd(std::move(file));
+    if (auto done = s.append_end(); !done) {
+      static_cast<void>(file->remove());  // so that it can be made again
+      return done;
+    }
+  auto before = s.end.exchange(std::move(file));
+  if (!s.finished) former = std::move(before);
   s.finished = s.unused_defined = false;
   for (auto& channel : s.channels) channel.defined = false, channel.messages = 0;
   s.summary.chunks.clear(), s.summary.attachments.clear(), s.summary.metadata.clear();
@@ -149,6 +153,7 @@ Status Writer::continue_in(std::unique_ptr<hal::OutputFile> file) {
   s.refused.reset();
   auto done = s.begin();
   s.finished = !done;  // a file without its beginning takes nothing
+  if (!done) static_cast<void>(s.end.file().remove());
   return done;
 }
 

@@ -82,9 +82,10 @@ class Writer {
   hal::Status flush();
   /// Completes the file; may use the free floor. On an error it may be tried again.
   hal::Status finish();
-  /// Completes the file and goes on in another one with the same channels. On an error in completing, nothing has
-  /// happened, and `file` is closed; on a later error the writer is in the new file.
-  hal::Status continue_in(std::unique_ptr<hal::OutputFile> file);
+  /// Appends the end of the file and goes on in another one with the same channels. `former` is complete when it has
+  /// settled; a file that was finished already is closed. On an error `file` is removed; when it was one in appending
+  /// the end, nothing has happened, otherwise the former file has its end, and the writer is in none.
+  hal::Status continue_in(std::unique_ptr<hal::OutputFile> file, std::unique_ptr<hal::OutputFile>& former);
   /// Runs `beginning`, which writes the new file's attachments and metadata, no messages. On its error none of them is
   /// in the file.
   hal::Status begin_with(const std::function<hal::Status(Writer&)>& beginning);

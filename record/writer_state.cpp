@@ -140,7 +140,7 @@ Status Writer::State::close_chunks() {
   return {};
 }
 
-Status Writer::State::finish() {
+Status Writer::State::append_end() {
   if (finished) return Error{Errc::closed, "record: the file is finished"};
   for (ChunkBuilder* builder : {&plain, &packed}) define_all(*builder);
   define_unused_schemas();
@@ -158,19 +158,24 @@ Status Writer::State::finish() {
   head.number(std::uint64_t{4});
   head.number(end.crc());
   encode_end(head, summary, end.size() + head.size());
-  const std::uint64_t at = end.size();
-  const std::uint32_t crc = end.crc();
+  data_size = end.size(), data_crc = end.crc();
   if (auto done = end.append(head.bytes()); !done) {
     ++counters.failed_writes;
     return done;
   }
   sync();
+  counters.file_bytes = end.size();
+  return {};
+}
+
+Status Writer::State::finish() {
+  if (auto done = append_end(); !done) return done;
   if (auto done = end.file().settle(); !done) {
     ++counters.failed_writes;
-    static_cast<void>(end.cut(at, crc));  // FileEnd knows when that fails
+    static_cast<void>(end.cut(data_size, data_crc));  // FileEnd knows when that fails
+    counters.file_bytes = end.size();
     return done;
   }
-  counters.file_bytes = end.size();
   finished = true;
   return {};
 }

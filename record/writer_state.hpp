@@ -27,6 +27,8 @@ struct Writer::State {
   Buffer head, indexes;  // of the chunk that is being written
   bool finished = false, unsynced = false;
   bool unused_defined = false;
+  std::uint64_t data_size = 0;        // of the file without what comes after its data
+  std::uint32_t data_crc = 0;         // of those
   std::uint64_t unsynced_since = 0;   // log time
   std::uint64_t summary_bytes = 0;    // of chunk indexes so far
   std::optional<hal::Error> refused;  // why the last chunk is not in the file
@@ -80,6 +82,8 @@ struct Writer::State {
   void define_unused_schemas();
   void sync();
   Status close_chunks();
+  /// Appends all that a whole file has at its end, and asks for it to be synced.
+  Status append_end();
   Status finish();
 };
 

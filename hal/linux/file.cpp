@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <utility>
 
 namespace sinew::hal {
 namespace {
@@ -31,7 +32,7 @@ Error file_error(const char* where) {
 
 class LinuxOutputFile final : public OutputFile {
  public:
-  explicit LinuxOutputFile(int fd) : fd_(fd) {}
+  LinuxOutputFile(int fd, std::string path) : fd_(fd), path_(std::move(path)) {}
   ~LinuxOutputFile() override { ::close(fd_); }
   LinuxOutputFile(const LinuxOutputFile&) = delete;
   LinuxOutputFile& operator=(const LinuxOutputFile&) = delete;
@@ -62,6 +63,10 @@ class LinuxOutputFile final : public OutputFile {
     if (::fstatvfs(fd_, &disk) != 0) return Error{Errc::io, "file: fstatvfs", errno};
     return std::uint64_t{disk.f_bavail} * disk.f_frsize;
   }
+  Status remove() noexcept override {
+    if (::unlink(path_.c_str()) != 0) return Error{Errc::io, "file: unlink", errno};
+    return {};
+  }
 
  private:
   /// writev() may write less than it was given, most often just before the disk is full.
@@ -84,6 +89,7 @@ class LinuxOutputFile final : public OutputFile {
     return {};
   }
   int fd_;
+  std::string path_;
 };
 
 class LinuxInputFile final : public InputFile {
@@ -129,8 +135,11 @@ Status sync_folder_of(const std::string& path) {
 Result<std::unique_ptr<OutputFile>> create_file(const std::string& path) {
   const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
   if (fd < 0) return file_error("file: open");
-  std::unique_ptr<OutputFile> file = std::make_unique<LinuxOutputFile>(fd);
-  if (auto done = sync_folder_of(path); !done) return done.error();
+  std::unique_ptr<OutputFile> file = std::make_unique<LinuxOutputFile>(fd, path);
+  if (auto done = sync_folder_of(path); !done) {
+    static_cast<void>(file->remove());  // so that it can be tried again
+    return done.error();
+  }
   return file;
 }
 

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "msg/cdr.hpp"
+#include "record/later_files.hpp"
 #include "record/queued_file.hpp"
 #include "record/run/ring_trigger.hpp"
 #include "record/run/run_messages.hpp"
@@ -34,10 +35,15 @@ std::vector<std::uint32_t> depths(const rt::Graph& graph) {
 
 /// The same files, each behind memory that takes what comes while the disk stalls.
 SplitWriter::OpenPart behind_memory(SplitWriter::OpenPart open_part, std::uint64_t bytes, hal::Os& os) {
-  return [open_part = std::move(open_part), bytes, &os](unsigned part) {
+  return [open_part = std::move(open_part), memory = std::make_shared<QueueMemory>(bytes), &os](unsigned part) {
     auto file = open_part(part);
-    return file ? QueuedFile::open(std::move(*file), bytes, os) : std::move(file);
+    return file ? QueuedFile::open(std::move(*file), memory, os) : std::move(file);
   };
+}
+
+/// The same files, of which the recorder's thread makes none but the first one.
+SplitWriter::OpenPart made_beside(SplitWriter::OpenPart open_part, hal::Os& os) {
+  return [later = std::make_shared<LaterFiles>(std::move(open_part), os)](unsigned part) { return later->open(part); };
 }
 
 }  // namespace
@@ -129,7 +135,8 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
   hal::Status begin_file(SplitWriter::OpenPart open_part) {
     if (has_file()) return hal::Error{hal::Errc::busy, "recorder: a file is being written"};
     if (pace_ == Pace::follows && options_.disk_os && options_.buffer_bytes != 0)
-      open_part = behind_memory(std::move(open_part), options_.buffer_bytes, *options_.disk_os);
+      open_part =
+          made_beside(behind_memory(std::move(open_part), options_.buffer_bytes, *options_.disk_os), *options_.disk_os);
     auto sink = RunSink::open(graph_, description_, std::move(open_part),
                               {.files = options_.files,
                                .topics = options_.topics,

@@ -22,7 +22,8 @@ struct RecorderOptions {
   double pixel_bytes_per_s = 5e6;
   /// Pace::follows: how much may wait in memory while the disk stalls. The memory is taken only while data waits.
   std::uint64_t buffer_bytes = 32'000'000;
-  hal::Os* disk_os = nullptr;  // starts the threads that write to the disk; null: the recorder writes and waits itself
+  /// Starts the threads that write to the disk and make later files there; null: the recorder does it, and waits.
+  hal::Os* disk_os = nullptr;
   // Of all:
   rt::Duration log_room = std::chrono::milliseconds(500);  // holds the steps that wait to be read
   rt::Duration state_every = std::chrono::seconds(5);      // of each module, for a replay to begin at; 0: never

@@ -25,10 +25,12 @@ struct Disk {
   /// append() fails where the file would grow beyond, like a full disk.
   std::atomic<std::uint64_t> room{~std::uint64_t{0}};
   std::uint64_t free = ~std::uint64_t{0};  // the answer of free_bytes()
-  bool sync_fails = false, cut_fails = false;
-  int appends = 0, syncs = 0, cuts = 0;
-  std::size_t synced = 0;             // bytes that a loss of power leaves
-  std::function<void()> on_append{};  // a stall
+  bool sync_fails = false, cut_fails = false, settle_fails = false;
+  bool stalls = false;  // settled() is false, until somebody waits in settle()
+  bool removed = false;
+  int appends = 0, syncs = 0, cuts = 0, waits = 0;
+  std::size_t synced = 0;                        // bytes that a loss of power leaves
+  std::function<void()> on_append{}, on_sync{};  // a stall
 
   Disk() = default;
   Disk(const Disk&) = delete;
@@ -68,6 +70,7 @@ class MemoryOutput final : public hal::OutputFile {
   }
   hal::Status sync() noexcept override {
     ++disk_.syncs;
+    if (disk_.on_sync) disk_.on_sync();
     if (disk_.sync_fails) return hal::Error{hal::Errc::io, "memory file", EIO};
     disk_.synced = disk_.bytes.size();
     return {};
@@ -79,6 +82,17 @@ class MemoryOutput final : public hal::OutputFile {
     return {};
   }
   hal::Result<std::uint64_t> free_bytes() noexcept override { return disk_.free; }
+  hal::Status settle() noexcept override {
+    ++disk_.waits;
+    if (disk_.settle_fails) return hal::Error{hal::Errc::io, "memory file", ENOSPC};
+    disk_.stalls = false;
+    return {};
+  }
+  bool settled() noexcept override { return !disk_.stalls; }
+  hal::Status remove() noexcept override {
+    disk_.removed = true;
+    return {};
+  }
 
  private:
   Disk& disk_;

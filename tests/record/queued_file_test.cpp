@@ -20,7 +20,10 @@ using namespace std::chrono_literals;
 class QueuedFileTest : public ::testing::Test {
  protected:
   std::unique_ptr<hal::OutputFile> open(std::uint64_t most_bytes = 1000) {
-    auto file = QueuedFile::open(std::make_unique<MemoryOutput>(disk), most_bytes, hal::system_os());
+    return open(disk, std::make_shared<QueueMemory>(most_bytes));
+  }
+  static std::unique_ptr<hal::OutputFile> open(Disk& on, std::shared_ptr<QueueMemory> memory) {
+    auto file = QueuedFile::open(std::make_unique<MemoryOutput>(on), std::move(memory), hal::system_os());
     EXPECT_TRUE(file);
     return std::move(*file);
   }
@@ -75,6 +78,83 @@ TEST_F(QueuedFileTest, MoreThanMayWaitWaitsForTheDisk) {
   late.join();
   EXPECT_TRUE(file->settle());
   EXPECT_EQ(text(), "0123456789");
+}
+
+TEST_F(QueuedFileTest, HasSettledWhenAllIsWrittenAndSynced) {
+  stall();
+  const auto file = open();
+  EXPECT_TRUE(file->settled()) << "nothing was appended";
+  EXPECT_TRUE(append(*file, "0123"));
+  EXPECT_FALSE(file->settled());
+  std::atomic<bool> syncs{false}, stalled_too{true};
+  disk.on_sync = [&] {
+    for (syncs = true; stalled_too;) std::this_thread::sleep_for(1ms);
+  };
+  EXPECT_TRUE(file->sync());
+  stalled = false;
+  while (!syncs) std::this_thread::sleep_for(1ms);
+  EXPECT_FALSE(file->settled());
+  stalled_too = false;
+  while (!file->settled()) std::this_thread::sleep_for(1ms);
+  EXPECT_EQ(text(), "0123");
+  EXPECT_EQ(disk.synced, 4u);
+}
+
+TEST_F(QueuedFileTest, FilesOfOneMemoryHoldItsBoundTogether) {
+  stall();
+  Disk other;
+  const auto memory = std::make_shared<QueueMemory>(8);
+  const auto file = open(disk, memory), second = open(other, memory);
+  other.on_append = disk.on_append;
+  EXPECT_TRUE(append(*file, "01234567"));
+  EXPECT_TRUE(append(*second, "a")) << "each may have something in memory";
+  std::atomic<bool> taken{false};
+  std::thread late([&] {
+    EXPECT_TRUE(append(*second, "b"));
+    taken = true;
+  });
+  std::this_thread::sleep_for(20ms);
+  EXPECT_FALSE(taken);
+  stalled = false;
+  late.join();
+  EXPECT_TRUE(file->settle());
+  EXPECT_TRUE(second->settle());
+  EXPECT_EQ(other.bytes.size(), 2u);
+}
+
+TEST_F(QueuedFileTest, WhatWaitsInAnotherFileOfTheDiskIsNotFreeEither) {
+  stall();
+  Disk other;
+  disk.free = other.free = 100;
+  const auto memory = std::make_shared<QueueMemory>(1000);
+  const auto file = open(disk, memory), second = open(other, memory);
+  EXPECT_TRUE(append(*file, "0123456789"));
+  EXPECT_EQ(*second->free_bytes(), 90u);
+  stalled = false;
+}
+
+TEST_F(QueuedFileTest, AFileThatIsClosedGivesItsMemoryBack) {
+  Disk other;
+  disk.free = 100;
+  const auto memory = std::make_shared<QueueMemory>(8);
+  const auto file = open(disk, memory);
+  {
+    other.room = 0;
+    const auto full = open(other, memory);
+    EXPECT_TRUE(append(*full, "01234567"));
+    EXPECT_FALSE(full->settle());
+  }
+  EXPECT_EQ(*file->free_bytes(), 100u) << "less while it takes memory";
+}
+
+TEST_F(QueuedFileTest, ARemovedFileTakesWhatWaitsAlong) {
+  disk.room = 0;
+  const auto file = open();
+  EXPECT_TRUE(append(*file, "0123"));
+  EXPECT_FALSE(file->settle());
+  EXPECT_TRUE(file->remove());
+  EXPECT_TRUE(disk.removed);
+  EXPECT_TRUE(file->settled());
 }
 
 TEST_F(QueuedFileTest, AFullDiskRefusesUntilThereIsRoomAndLeavesNoPartOfABlock) {

@@ -15,7 +15,7 @@ constexpr std::uint64_t kMs = 1'000'000;
 /// A folder of files in memory that a test can make fail.
 struct Folder {
   std::deque<Disk> disks;
-  bool refuses = false;
+  bool refuses = false, not_yet = false;
   int asked = 0;
   std::uint64_t room = ~std::uint64_t{0};  // of each new file, and of the last one
   void set_room(std::uint64_t bytes) {
@@ -26,6 +26,7 @@ struct Folder {
     return [this](unsigned part) -> hal::Result<std::unique_ptr<hal::OutputFile>> {
       ++asked;
       if (refuses) return hal::Error{hal::Errc::denied, "folder"};
+      if (not_yet) return std::unique_ptr<hal::OutputFile>();
       if (part == disks.size()) disks.emplace_back();
       disks[part].room = room;
       return std::unique_ptr<hal::OutputFile>(new MemoryOutput(disks[part]));
@@ -123,6 +124,68 @@ TEST(SplitWriter, GoesOnInItsFileWhileThereIsNoOther) {
   ASSERT_TRUE(out->finish());
   EXPECT_EQ(times(folder), up_to(400, 10 * kMs));
   EXPECT_GT(folder.disks.size(), 1u);
+}
+
+TEST(SplitWriter, GoesOnInItsFileUntilTheNextOneIsThere) {
+  Folder folder;
+  auto out = SplitWriter::open(folder.opener(), begin, {.writer = {}, .file_duration = 1s});
+  ASSERT_TRUE(out->writer().add_channel("/a", "cdr", 0));
+  folder.not_yet = true;
+  for (std::uint64_t t = 1; t <= 200; ++t) ASSERT_TRUE(write(*out, t * 10 * kMs));
+  EXPECT_EQ(out->part(), 0u);
+  EXPECT_EQ(folder.asked, 1 + 100) << "with every message from 1.01 s on";
+  EXPECT_EQ(out->failed_splits(), 0u);
+  folder.not_yet = false;
+  ASSERT_TRUE(write(*out, 2010 * kMs));
+  EXPECT_EQ(out->part(), 1u);
+  ASSERT_TRUE(out->finish());
+  EXPECT_EQ(times(folder), up_to(201, 10 * kMs));
+}
+
+TEST(SplitWriter, AFileThatIsNotThereAfterAFailureIsNoOtherFailure) {
+  Folder folder;
+  auto out = SplitWriter::open(folder.opener(), begin, {.writer = {}, .file_duration = 100ns});
+  ASSERT_TRUE(out->writer().add_channel("/a", "cdr", 0));
+  for (std::uint64_t t = 1; t <= 100; ++t) ASSERT_TRUE(write(*out, t));
+  folder.set_room(10);
+  EXPECT_EQ(write(*out, 101).error().detail, ENOSPC);
+  folder.set_room(~std::uint64_t{0});
+  folder.not_yet = true;
+  EXPECT_EQ(write(*out, 200 * kMs).error().detail, ENOSPC) << "why there is no file";
+  EXPECT_EQ(out->failed_splits(), 1u);
+  folder.not_yet = false;
+  EXPECT_TRUE(write(*out, 300 * kMs));
+  ASSERT_TRUE(out->finish());
+  EXPECT_EQ(times(folder).size(), 101u);
+}
+
+TEST(SplitWriter, DoesNotWaitUntilTheFileBeforeHasSettled) {
+  Folder folder;
+  auto out = SplitWriter::open(folder.opener(), begin, {.writer = {}, .file_duration = 100ns});
+  ASSERT_TRUE(out->writer().add_channel("/a", "cdr", 0));
+  folder.disks[0].stalls = true;
+  for (std::uint64_t t = 1; t <= 350; ++t) ASSERT_TRUE(write(*out, t));
+  EXPECT_EQ(out->part(), 1u) << "no third file while two are not on the disk";
+  EXPECT_EQ(folder.disks[0].waits, 0);
+  folder.disks[0].stalls = false;
+  folder.disks[1].stalls = true;
+  ASSERT_TRUE(write(*out, 351));
+  EXPECT_EQ(out->part(), 2u);
+  ASSERT_TRUE(out->finish());
+  EXPECT_EQ(folder.disks[1].waits, 1) << "a recording is complete when all of its files are";
+  EXPECT_EQ(times(folder), up_to(351));
+}
+
+TEST(SplitWriter, IsNotFinishedWhileTheEndOfTheFileBeforeIsRefused) {
+  Folder folder;
+  auto out = SplitWriter::open(folder.opener(), begin, {.writer = {}, .file_duration = 100ns});
+  ASSERT_TRUE(out->writer().add_channel("/a", "cdr", 0));
+  folder.disks[0].stalls = folder.disks[0].settle_fails = true;
+  for (std::uint64_t t = 1; t <= 150; ++t) ASSERT_TRUE(write(*out, t));
+  EXPECT_EQ(out->finish().error().detail, ENOSPC);
+  folder.disks[0].settle_fails = false;
+  ASSERT_TRUE(out->finish());
+  EXPECT_EQ(times(folder), up_to(150));
 }
 
 /// The next file has no more room than this from 0.9 to 1.5 s.

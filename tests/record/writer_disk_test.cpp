@@ -180,16 +180,37 @@ TEST(WriterOnABadDisk, AttachmentsAndMetadataAreSyncedWithoutAnyMessage) {
   EXPECT_EQ(disk.synced, disk.bytes.size());
 }
 
+TEST(WriterOnABadDisk, AFileThatCannotBeEndedGoesOnAndTheOtherOneIsRemoved) {
+  Disk first, second;
+  SampleWriter out(first, {});
+  out.add_channel("/a");
+  ASSERT_TRUE(out.write("/a", 1, 10));
+  first.room = first.bytes.size();
+  std::unique_ptr<hal::OutputFile> former;
+  EXPECT_EQ(out.writer().continue_in(std::make_unique<MemoryOutput>(second), former).error().detail, ENOSPC);
+  EXPECT_TRUE(second.removed);
+  EXPECT_FALSE(former);
+  first.room = ~std::uint64_t{0};
+  ASSERT_TRUE(out.write("/a", 2, 10));
+  ASSERT_TRUE(out.writer().finish());
+  EXPECT_THAT(check_bytes(first.bytes), IsEmpty());
+  EXPECT_EQ(all(*open(first.bytes), {}).samples, out.samples());
+}
+
 TEST(WriterOnABadDisk, AFileThatCannotBeBegunIsNotWrittenTo) {
   Disk first, full, second;
   full.room = 10;
   SampleWriter out(first, {});
   out.add_channel("/a");
   ASSERT_TRUE(out.write("/a", 1, 10));
-  EXPECT_FALSE(out.writer().continue_in(std::make_unique<MemoryOutput>(full)));
+  std::unique_ptr<hal::OutputFile> former, none;
+  EXPECT_FALSE(out.writer().continue_in(std::make_unique<MemoryOutput>(full), former));
+  EXPECT_TRUE(former) << "the first one has its end";
+  EXPECT_TRUE(full.removed) << "its name is free for the next attempt";
   EXPECT_EQ(out.write("/a", 2, 10).error().code, hal::Errc::closed);
   EXPECT_THAT(full.bytes, IsEmpty());
-  ASSERT_TRUE(out.writer().continue_in(std::make_unique<MemoryOutput>(second)));
+  ASSERT_TRUE(out.writer().continue_in(std::make_unique<MemoryOutput>(second), none));
+  EXPECT_FALSE(none);
   ASSERT_TRUE(out.write("/a", 3, 10));
   ASSERT_TRUE(out.writer().finish());
   EXPECT_THAT(check_bytes(first.bytes), IsEmpty());

@@ -202,7 +202,11 @@ TEST(Writer, GoesOnInAnotherFileThatIsWholeByItself) {
   for (std::uint64_t i = 0; i < 40; ++i) ASSERT_TRUE(out.write(i % 2 == 0 ? "/a" : "/b", i, 100));
   EXPECT_EQ(out.writer().first_time(), 0u);
   EXPECT_EQ(out.writer().last_time(), 39u);
-  ASSERT_TRUE(out.writer().continue_in(std::make_unique<MemoryOutput>(second)));
+  std::unique_ptr<hal::OutputFile> former;
+  first.stalls = true;
+  ASSERT_TRUE(out.writer().continue_in(std::make_unique<MemoryOutput>(second), former));
+  ASSERT_TRUE(former);
+  EXPECT_EQ(first.waits, 0) << "for the caller to wait, if it wants to";
   for (std::uint64_t i = 40; i < 70; ++i) ASSERT_TRUE(out.write(i % 2 == 0 ? "/a" : "/b", i, 100));
   EXPECT_EQ(out.writer().first_time(), 40u);
   ASSERT_TRUE(out.writer().finish());

@@ -53,6 +53,15 @@ TEST_F(File, PartsArriveInOrderHoweverManyThereAre) {
   EXPECT_EQ(read(**in, 17, 5), all.substr(17, 5));
 }
 
+TEST_F(File, OneThatIsRemovedCanBeMadeAgain) {
+  auto out = create_file(path("a"));
+  ASSERT_TRUE(out);
+  ASSERT_TRUE((*out)->remove());
+  EXPECT_FALSE(std::filesystem::exists(path("a")));
+  EXPECT_EQ((*out)->remove().error().detail, ENOENT);
+  EXPECT_TRUE(create_file(path("a")));
+}
+
 TEST_F(File, WhatIsCutOffIsGoneAndWritingGoesOnThere) {
   auto out = create_file(path("a"));
   ASSERT_TRUE(out);

@@ -36,6 +36,7 @@ class RecordedRobot : public ::testing::Test {
     auto opened = RunRecorder::open(
         robot.build(), pace,
         [this](unsigned part) -> hal::Result<std::unique_ptr<hal::OutputFile>> {
+          if (on_open) on_open();
           while (disks.size() <= part) disks.push_back(std::make_unique<Disk>());
           return std::unique_ptr<hal::OutputFile>(new MemoryOutput(*disks[part]));
         },
@@ -90,6 +91,7 @@ class RecordedRobot : public ::testing::Test {
   rt::Robot robot;
   RunDescription about;
   std::vector<std::unique_ptr<Disk>> disks;
+  std::function<void()> on_open{};  // a stall
   std::unique_ptr<rt::DiscreteExecutor> executor;
 };
 

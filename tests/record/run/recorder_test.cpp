@@ -282,6 +282,86 @@ TEST_F(Recorded, ADiskThatStallsForTwoAndAHalfSecondsLosesNothing) {
   EXPECT_EQ(numbers, real.runner().topic_stats(0).messages.value());
 }
 
+/// A robot that is recorded in real time, in files of a second each, on a disk that stalls from 0.7 s to 3.2 s.
+class RecordedInFiles : public Recorded {
+ protected:
+  RecordedInFiles() {
+    options.disk_os = &os;
+    options.log_room = robot.spec.tap_history = 1500ms;  // as above
+    options.files.file_duration = 1s;
+    robot.spec.topics.at(0).history = 150;
+    for (int i = 0; i < 10; ++i) disks.push_back(std::make_unique<Disk>());
+    for (auto& disk : disks) disk->on_append = [this] { wait_for_the_disk(); };
+  }
+  void wait_for_the_disk() const {
+    while (stalls) std::this_thread::sleep_for(1ms);
+  }
+  void fly_through_the_stall() {
+    auto recorder = open(RunRecorder::Pace::follows, options);
+    ASSERT_TRUE(recorder->start(os));
+    rt::RealTimeOptions how;
+    how.fixed_priority = how.lock_memory = how.keep_awake = false;
+    how.runner.observer = &recorder->observer();
+    rt::RealTimeExecutor real(robot.graph(), os, how);
+    ASSERT_TRUE(real.start());
+    std::this_thread::sleep_for(700ms);
+    stalls = true;
+    std::this_thread::sleep_for(2500ms);
+    files_in_stall = recorder->progress().file->files;
+    stalls = false;
+    while (recorder->progress().file->files == files_in_stall) std::this_thread::sleep_for(10ms);
+    std::this_thread::sleep_for(300ms);
+    real.stop();
+    ASSERT_TRUE(recorder->finish());
+    EXPECT_THAT(recorder->lost_steps(), IsEmpty());
+    EXPECT_THAT(recorder->lost_messages(), IsEmpty());
+    files = recorder->files();
+    ASSERT_LE(files, disks.size());
+    for (const char* topic : {"numbers.out", "sums.out", "pictures.image"})
+      sent[topic] = real.runner().topic_stats(robot.graph().find_topic(topic)).messages.value();
+    steps = real.runner().module_stats(0).steps.value();
+  }
+  /// Every file is whole, and together they have all that was sent.
+  void expect_all() {
+    std::map<std::string, std::set<std::uint32_t>>
+        found;  // some are in two files: steps of the later one may hold them
+    std::size_t found_steps = 0;
+    for (unsigned part = 0; part < files; ++part) {
+      auto reader = read(part);
+      for (const auto& [topic, count] : sent)
+        each(*reader, topic, [&in = found[topic]](const Message& m) { in.insert(m.stamps.sequence); });
+      each(*reader, kStepsTopic, [&](const Message& m) {
+        std::vector<LoggedStep> batch;
+        ASSERT_TRUE(decode(m.data, batch));
+        for (const LoggedStep& s : batch) found_steps += s.module == 0;
+      });
+    }
+    for (const auto& [topic, count] : sent) EXPECT_EQ(found[topic].size(), count) << topic;
+    EXPECT_EQ(found_steps, steps);
+    EXPECT_GT(found_steps, 0u);
+  }
+
+  hal::Os& os = hal::system_os();
+  RecorderOptions options;
+  std::atomic<bool> stalls{false};
+  unsigned files = 0, files_in_stall = 0;
+  std::map<std::string, std::uint64_t> sent;  // messages by topic
+  std::uint64_t steps = 0;                    // of the first module
+};
+
+TEST_F(RecordedInFiles, NorDoesAStallInWhichAnotherFileIsDue) {
+  on_open = [this] { wait_for_the_disk(); };
+  fly_through_the_stall();
+  EXPECT_EQ(files_in_stall, 1u) << "it goes on until the second one is there";
+  expect_all();
+}
+
+TEST_F(RecordedInFiles, NorDoesAStallInWhichAFileHasItsEnd) {
+  fly_through_the_stall();
+  EXPECT_EQ(files_in_stall, 2u) << "the second one goes on until the first one is on the disk";
+  expect_all();
+}
+
 TEST_F(Recorded, HowFarItIsIsToldWhileItWaitsForTheDisk) {
   auto recorder = open(RunRecorder::Pace::follows);
   std::atomic<bool> stalls{true}, waits{false};
