@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/time.hpp"
+#include "hal/clock.hpp"
 
 namespace sinew::sweep {
 
