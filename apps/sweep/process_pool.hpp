@@ -17,15 +17,16 @@ struct Job {
 };
 
 struct JobResult {
-  int code = 0;                   // exit code, 128 + signal of a process that a signal ended; 128 + 9 when it hung
-  bool hung = false;              // it was killed after the patience
+  int code = 0;                    // exit code, 128 + signal of a process that a signal ended; 128 + 9 when it hung
+  bool hung = false;               // it was killed after the patience
   std::string output{}, errors{};  // the last kMostOutput bytes that it wrote to standard output and standard error
-  std::string not_started{};      // why there was no process; empty: there was one
+  std::string not_started{};       // why there was no process; empty: there was one
 };
 
 /// Starts processes as earlier ones end. While it lives, TMPDIR of this process is a folder of its own, in which killed
 /// cases leave nothing behind.
-/// Thread:  owner, with no other thread that reads or writes the environment while it is made and ended; for jobs with a
+/// Thread:  owner, with no other thread that reads or writes the environment while it is made and ended; for jobs with
+/// a
 ///          `body` the only thread of the process.
 class ProcessPool {
  public:

@@ -13,6 +13,8 @@ namespace sinew::sweep {
 
 using app::Json;
 
+inline constexpr std::uint64_t kMostCases = 100'000'000;  // of a sweep: one bit each is held
+
 /// What makes a sweep this one and no other. Two files belong to the same sweep when their Identity is equal.
 struct Identity {
   std::uint64_t cases = 0;
@@ -24,6 +26,9 @@ struct Shard {
   std::uint64_t index = 0, count = 1;  // "2/5" is {1, 5}
   bool has(std::uint64_t number) const { return number % count == index; }
 };
+
+/// What differs between two sweeps, in words: "seeds: 1..10 there, 1..20 here"; empty: they are the same one.
+std::string what_differs(const Identity& there, const Identity& here);
 
 /// Appends results. Each line is written with one call, so that kill -9 loses at most a part of the last line, which
 /// the next opening removes.
@@ -44,9 +49,15 @@ class ResultsFile {
   virtual bool finish(std::uint64_t end, std::string& why) = 0;
 };
 
-/// Reads a file of any sweep, in the order of its lines; keeps none of them. `line` gets the number of the case, its
-/// object and the text of the line; false stops. Errors: false, with `why`; a last line without its end is no error.
-using EachResult = std::function<bool(std::uint64_t number, const Json& result, std::string_view line)>;
+struct ResultLine {
+  std::uint64_t number;   // of the case
+  const Json& result;     // the object of the line
+  std::string_view text;  // the line, without its end
+  std::uint64_t begin;    // where it is in the file
+};
+/// Reads a file of any sweep, in the order of its lines; keeps none of them. `each`: false stops. Errors: false, with
+/// `why`; a last line without its end is no error.
+using EachResult = std::function<bool(const ResultLine& line)>;
 bool read_results(const std::string& path, Identity& identity, Shard& shard, const EachResult& each, std::string& why);
 
 /// Writes one sorted file of the shards of a sweep: the file of the undivided sweep byte for byte, once all cases are
