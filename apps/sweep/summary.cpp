@@ -208,9 +208,13 @@ std::string Summary::variant_rows() const {
 
 std::string Summary::failure_rows() const {
   if (failures_.empty()) return {};
-  std::string text = "\nfailures\n";
-  for (const CaseResult& f : failures_)
-    text += fmt::format("  {}{}{}\n    {}\n", f.outcome, f.why.empty() ? "" : ": ", f.why, repeat_command(f.run));
+  std::string text = "\nfailures\n", told;
+  for (const CaseResult& f : failures_) {
+    const std::string reason = f.outcome + (f.why.empty() ? "" : ": " + f.why);
+    if (reason != told) text += fmt::format("  {}\n", reason);  // once for several in a row
+    told = reason;
+    text += fmt::format("    {}\n", repeat_command(f.run));
+  }
   if (const std::uint64_t all = runs_ - good_; all > failures_.size())
     text += fmt::format("  and {} more: --csv has each run\n", all - failures_.size());
   return text;

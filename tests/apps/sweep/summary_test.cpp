@@ -79,6 +79,14 @@ TEST(SweepSummary, TellsOutcomesMeasuresAndWhatRepeatsEachFailure) {
             "    sinew run quad.toml --seed 20 --virtual\n");
 }
 
+TEST(SweepSummary, AReasonStandsOnceForFailuresInARow) {
+  Summary summary;
+  for (std::uint64_t i = 1; i <= 2; ++i) summary.add(landed(i, 0.4));
+  EXPECT_THAT(summary.text(2), HasSubstr("failures\n  landed off the pad: landing error\n"
+                                         "    sinew run quad.toml --seed 1 --virtual\n"
+                                         "    sinew run quad.toml --seed 2 --virtual\n"));
+}
+
 TEST(SweepSummary, SaysHowManyRunsAreStillToCome) {
   Summary summary;
   EXPECT_EQ(summary.text(5), "no run of 5 has ended\n");

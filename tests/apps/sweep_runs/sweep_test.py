@@ -68,14 +68,14 @@ class InItsFolder(unittest.TestCase):
 
 class Told(InItsFolder):
     def test_a_table_of_outcomes_and_a_line_for_each_run(self):
-        out, _ = self.sweep(*SHORT, "--seeds", "1..4", "--set", "balance.stiffness=2,4", "--results", "r.jsonl")
+        out, _ = self.sweep(*SHORT, "--seeds", "1..4", "--set", "balance.stiffness=6,8", "--results", "r.jsonl")
         self.assertRegex(out, r"good +8 +100\.0 % +67\.6 \.\. 100\.0 %")
-        self.assertRegex(out, r"--set balance\.stiffness=2 +4 +4 ")
+        self.assertRegex(out, r"--set balance\.stiffness=6 +4 +4 ")
         self.assertIn("results  r.jsonl, 8 runs in ", out)
         header, *results = self.lines("r.jsonl")
         self.assertEqual(header["cases"], 8)
         self.assertEqual([r["case"] for r in results], list(range(8)))
-        self.assertEqual(results[3]["run"], f"{SEESAW} --set balance.stiffness=4 --duration 1 --seed 2")
+        self.assertEqual(results[3]["run"], f"{SEESAW} --set balance.stiffness=8 --duration 1 --seed 2")
 
     def test_a_line_alone_repeats_its_run_with_the_same_hash(self):
         self.sweep(*SHORT, "--seeds", "3,5", "--results", "a.jsonl")
@@ -137,11 +137,11 @@ class Told(InItsFolder):
 
     def test_a_list_gives_the_options_of_each_run(self):
         with open(self.path("list"), "w", encoding="utf-8") as file:
-            file.write("# runs\n--set balance.stiffness=2\n\n--seed 4 --set balance.stiffness=3 --set 'balance.damping=0.1'\n")
+            file.write("# runs\n--set balance.stiffness=6\n\n--seed 4 --set balance.stiffness=8 --set 'balance.damping=1.4'\n")
         self.sweep(*SHORT, "--list", "list", "--results", "r.jsonl")
         self.assertEqual([r["run"] for r in self.lines("r.jsonl")[1:]],
-                         [f"{SEESAW} --duration 1 --set balance.stiffness=2",
-                          f"{SEESAW} --duration 1 --seed 4 --set balance.stiffness=3 --set balance.damping=0.1"])
+                         [f"{SEESAW} --duration 1 --set balance.stiffness=6",
+                          f"{SEESAW} --duration 1 --seed 4 --set balance.stiffness=8 --set balance.damping=1.4"])
 
     def test_a_bad_run_says_the_sweep_that_repeats_it(self):
         code, out, _ = self.run_sinew("run", QUAD, "--virtual", "--no-record", "--camera", "64x48", "--fault", "camera:off@6",
@@ -274,7 +274,7 @@ class Refused(InItsFolder):
                 (["--params", "nowhere.toml"], "nowhere.toml"),
                 (["--list", "nowhere"], "nowhere: No such file"),
                 (["--shard", "3/2"], "--shard 3/2: NUMBER/COUNT, as 2/5"),
-                (["--shard", "1/2", "--until-width", "0.1"], "--until-width excludes --shard"),
+                (["--shard", "1/2", "--until-width", "0.1"], "--shard excludes --until-width"),
                 (["--until-width", "0"], "--until-width"),
                 (["--record", "all"], "failures"),
                 (["--jobs", "-1"], "-1 is not an integer from 0 to 4096"),
