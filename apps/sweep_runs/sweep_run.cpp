@@ -209,7 +209,7 @@ bool SweepRun::record_failures() {
     return true;
   };
   sweep::ProcessPool pool(options_.jobs, from_seconds(options_.patience_s));
-  if (!pool.run(give, take) && hal::stop_requested()) interrupted_ = true;
+  if (!pool.run(give, take, sweep::ProcessPool::Order::as_they_began) && hal::stop_requested()) interrupted_ = true;
   return why.empty() || fail(why) == kDone;
 }
 
