@@ -15,6 +15,7 @@
 #include "apps/project_commands.hpp"
 #include "apps/replay/commands.hpp"
 #include "apps/run/commands.hpp"
+#include "apps/sweep_runs/commands.hpp"
 
 namespace sinew::app {
 
@@ -39,6 +40,7 @@ std::variant<std::function<int()>, int> understood(int argc, char** argv, const 
   add_bag_commands(app, context);
   add_replay_command(app, context);
   add_tune_command(app, context);
+  add_sweep_commands(app, context);
   add_calibrate_command(app, context);
   add_devices_command(app, context);
   add_deploy_command(app, context);

@@ -108,7 +108,7 @@ class RecordedBoard final : public RunBoard {
                 fmt::format("{:.3f} deg RMS, {:.3f} deg max from {:.0f} s on, {} states (limit {:.1f} deg RMS)",
                             errors.rms_deg, errors.max_deg, kSettle_s, errors.compared, kGoodTilt_deg),
                 {{"tilt_rms_deg", errors.rms_deg}, {"tilt_max_deg", errors.max_deg}, {"states", errors.compared}});
-    summary.measure(fmt::format("tilt error {:.3g} deg RMS (at most {:g})", errors.rms_deg, kGoodTilt_deg));
+    summary.measure({"tilt_rms_deg", "tilt error", "deg RMS", errors.rms_deg, kGoodTilt_deg, {}});
     if (!options.plot.empty() && !write_plot(errors, options.plot, summary)) return 1;
     const bool good = errors.rms_deg < kGoodTilt_deg;
     return summary.finish(good ? "attitude within its limit" : "attitude beyond its limit", good ? 0 : 1);

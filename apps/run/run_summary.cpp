@@ -209,6 +209,16 @@ void RunSummary::add_reasons(std::string_view label, const char* key, const std:
   for (const auto& reason : reasons) details_ += fmt::format("{:<19} {}\n", label, reason);
 }
 
+void RunSummary::measure(const WorldReport::Measure& m) {
+  measures_.push_back(in_words(m));
+  const bool ok = !(m.at_most && m.value > *m.at_most) && !(m.at_least && m.value < *m.at_least);
+  Json figure{{"name", m.key}, {"label", m.label}, {"value", m.value}, {"unit", m.unit}};
+  if (m.at_most) figure["at_most"] = *m.at_most;
+  if (m.at_least) figure["at_least"] = *m.at_least;
+  figure["ok"] = ok;
+  figures_.push_back(std::move(figure));
+}
+
 void RunSummary::recorded(const std::string& path, std::string_view text) {
   recording_ = path;
   recorded_ = fmt::format("{}{}, {}", recorded_.empty() ? "" : "the last: ", path, text);
@@ -268,13 +278,16 @@ std::string RunSummary::timing_line() const {
   return text + time;
 }
 
-void RunSummary::print(const std::string& mission) const {
+void RunSummary::print(const std::string& mission, int code) const {
   const auto line = [](const char* label, std::string_view text) { return fmt::format("{:<9} {}\n", label, text); };
   std::string out = line("mission", mission);
   if (form_.quiet) return put(out);
   out += line("timing", timing_line());
-  for (const std::string& event : story_.lines(form_.verbose ? Story::kMost : kMostEvents)) out += event + "\n";
+  const bool again = code != 0 && !again_.empty() && ended_early_.empty();
+  const std::size_t events = again ? kMostEvents - 1 : kMostEvents;
+  for (const std::string& event : story_.lines(form_.verbose ? Story::kMost : events)) out += event + "\n";
   if (!why_.empty()) out += line("why", why_);
+  if (again) out += line("again", again_);
   if (!recorded_.empty()) out += line("recorded", recorded_);
   if (form_.verbose) return put(out + "\n" + details_);
   const std::string look =
@@ -295,7 +308,7 @@ int RunSummary::finish(std::string_view outcome, int code) {
   Json story = Json::array();
   for (const Story::Event& e : story_.events()) story.push_back({{"at_s", e.at_s}, {"text", e.text}});
   add("result", result,
-      {{"mission", {{"outcome", mission}, {"good", good}, {"why", why_}}},
+      {{"mission", {{"outcome", mission}, {"good", good}, {"why", why_}, {"measures", figures_}}},
        {"timing", {{"valid", valid}, {"worst", timing_.worst}, {"what_to_do", timing_.what_to_do}}},
        {"story", story},
        {"result", result},
@@ -305,7 +318,7 @@ int RunSummary::finish(std::string_view outcome, int code) {
     return code;
   }
   const std::string measures = measures_.empty() ? "" : fmt::format(": {}", fmt::join(measures_, ", "));
-  print((mission.empty() ? "nothing to judge" : mission) + measures);
+  print((mission.empty() ? "nothing to judge" : mission) + measures, code);
   return code;
 }
 

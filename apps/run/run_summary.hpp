@@ -7,6 +7,7 @@
 
 #include "apps/command/json.hpp"
 #include "apps/flight/story.hpp"
+#include "apps/robot_file/world_report.hpp"
 #include "hal/linux/memory.hpp"
 #include "rt/exec/runner.hpp"
 
@@ -56,8 +57,10 @@ class RunSummary {
   void chains_decide(bool decide) { chains_decide_ = decide; }
 
   Story& story() { return story_; }
-  /// A figure of the mission, for its line: "landing error 0.043 m (at most 0.15)".
-  void measure(std::string text) { measures_.push_back(std::move(text)); }
+  /// A figure of the mission, for its line: "landing error 0.043 m (at most 0.15)"; in the object with its limit.
+  void measure(const WorldReport::Measure& measure);
+  /// The command that repeats the run, which stands beside a bad outcome.
+  void again(std::string command) { again_ = std::move(command); }
   /// One line on why the outcome is not good.
   void why(std::string text) { why_ = std::move(text); }
   /// Of a board that judges it; of others only the chains do.
@@ -92,7 +95,7 @@ class RunSummary {
   void judge_chains(std::string& outcome, int& code);
   void judge_end(std::string& outcome, int& code);
   std::string timing_line() const;
-  void print(const std::string& mission) const;
+  void print(const std::string& mission, int code) const;
 
   const rt::Graph& graph_;
   Form form_;
@@ -101,7 +104,8 @@ class RunSummary {
   std::string details_;  // as --verbose prints them
   Story story_;
   std::vector<std::string> measures_, failed_chains_;
-  std::string why_, recorded_, recording_, virtual_time_;
+  Json figures_ = Json::array();  // the measures
+  std::string why_, again_, recorded_, recording_, virtual_time_;
   TimingVerdict timing_;
   std::string end_ = kOver, ended_early_;  // how; and with its time, where something ended it early
   std::string lost_, lost_why_;

@@ -1,4 +1,5 @@
 #include "apps/run/session.hpp"
+#include "apps/run/again.hpp"
 
 #include <fmt/format.h>
 
@@ -8,6 +9,7 @@
 #include "apps/command/command.hpp"
 #include "apps/flight/watched_grants.hpp"
 #include "apps/robot/linux_board.hpp"
+#include "apps/run/again.hpp"
 #include "apps/run/device_stop.hpp"
 #include "apps/run/device_watch.hpp"
 #include "apps/run/live_view.hpp"
@@ -57,6 +59,7 @@ class Session {
                                       .verbose = options_.verbose,
                                       .strict = options_.strict,
                                       .trace = options_.trace});
+    summary_->again(sweep_line(run_.prepared, options_));
     summary_->before_print([this](const RunSummary::Result& result) { end_recording(result); });
     return options_.virtual_time ? run_virtual() : run_real();
   }

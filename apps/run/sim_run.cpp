@@ -201,7 +201,7 @@ class SimulatedBoard final : public RunBoard {
     if (report->verdict)
       for (const WorldReport::Measure& m : report->verdict->measures) {
         summary.add(m.label, to_string(m), {{m.key, m.value}});
-        summary.measure(in_words(m));
+        summary.measure(m);
       }
     const RunVerdict verdict = judge(*report, *run.mission);
     if (!verdict.good) summary.why(miss_cause(evidence_of(run, *report)));

@@ -8,6 +8,7 @@
 #include <sys/prctl.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -68,6 +69,15 @@ bool is_locked_by_another(int file) noexcept {
 }
 
 void end_with_parent(int signal) noexcept { ::prctl(PR_SET_PDEATHSIG, signal); }
+
+// A system call, since the C library has pidfd_open() only from 2.36 on. A toolchain's older headers lack its number.
+int end_of_child([[maybe_unused]] int pid) noexcept {
+#ifdef SYS_pidfd_open
+  return static_cast<int>(::syscall(SYS_pidfd_open, pid, 0));
+#else
+  return -1;
+#endif
+}
 
 std::size_t threads() noexcept {
   std::error_code unreadable;

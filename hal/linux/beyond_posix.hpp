@@ -46,6 +46,10 @@ bool is_locked_by_another(int file) noexcept;
 /// Call in a child between fork and exec: the child gets this signal when its parent dies. Safe there.
 void end_with_parent(int signal) noexcept;
 
+/// A descriptor that is readable once this child has ended; programs that are started do not inherit it. -1: not on
+/// this system.
+int end_of_child(int pid) noexcept;
+
 /// Number of threads of this process. 0: the system does not say.
 std::size_t threads() noexcept;
 

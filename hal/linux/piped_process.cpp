@@ -11,28 +11,10 @@
 #include <csignal>
 
 #include "hal/linux/beyond_posix.hpp"
+#include "hal/linux/pipe.hpp"
 
 namespace sinew::hal {
 namespace {
-
-/// Both ends of a pipe; an end that was closed is -1.
-struct Pipe {
-  int read = -1, write = -1;
-  bool open() {
-    int ends[2];
-    if (pipe2(ends, O_CLOEXEC) != 0) return false;
-    read = ends[0], write = ends[1];
-    return true;
-  }
-  static void close(int& end) {
-    if (end >= 0) ::close(end);
-    end = -1;
-  }
-  ~Pipe() { close(read), close(write); }
-  Pipe() = default;
-  Pipe(const Pipe&) = delete;
-  Pipe& operator=(const Pipe&) = delete;
-};
 
 /// Makes a write to a program that no longer reads an error instead of the end of this process.
 class NoBrokenPipe {

@@ -1,6 +1,7 @@
 #include "hal/linux/process.hpp"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <signal.h>
 #include <sys/ioctl.h>
 #include <sys/resource.h>
@@ -9,14 +10,17 @@
 #include <time.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <utility>
 
 #include "hal/linux/beyond_posix.hpp"
+#include "hal/linux/pipe.hpp"
 #include "hal/platform.hpp"
 
 namespace sinew::hal {
@@ -50,22 +54,56 @@ void on_signal(int) {
 // Our parent may have set SIGCHLD to ignore; then no end of a child would ever be reported.
 void hear_of_children() { std::signal(SIGCHLD, SIG_DFL); }
 
-// Between fork and exec: only calls that are safe there.
-[[noreturn]] void become(const std::vector<char*>& argv, const ChildOptions& options, int report_fd, pid_t parent) {
+// The pipes of a child that read_output() reads.
+struct Pipes {
+  Pipe output, errors;
+  bool open(const ChildOptions& options) { return !options.piped || (output.open() && errors.open()); }
+};
+
+// In the child, between fork and exec: only calls that are safe there.
+void settle(const ChildOptions& options, const Pipes& pipes, pid_t parent) {
   beyond_posix::end_with_parent(options.killed_when_we_die ? SIGKILL : SIGTERM);
   if (getppid() != parent) _exit(127);
+  if (options.own_group) setpgid(0, 0);
   if (!options.hears_terminal) signal(SIGINT, SIG_IGN);
-  if (!options.log_path.empty()) {
+  if (options.piped) {
+    dup2(pipes.output.write, STDOUT_FILENO);
+    dup2(pipes.errors.write, STDERR_FILENO);
+    const int nothing = open("/dev/null", O_RDONLY | O_CLOEXEC);
+    if (nothing >= 0) dup2(nothing, STDIN_FILENO);
+  } else if (!options.log_path.empty()) {
     const int fd = open(options.log_path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
     if (fd >= 0) {
-      dup2(fd, 1);
-      dup2(fd, 2);
+      dup2(fd, STDOUT_FILENO);
+      dup2(fd, STDERR_FILENO);
     }
   }
+}
+
+[[noreturn]] void become(const std::vector<char*>& argv, int report_fd) {
   execv(argv[0], argv.data());
   const int error = errno;
   [[maybe_unused]] const auto n = write(report_fd, &error, sizeof(error));
   _exit(127);
+}
+
+constexpr Duration kWithoutReport = std::chrono::milliseconds(3);  // between looks where the kernel reports no ends
+
+/// poll()'s milliseconds, not less than `patience`.
+int poll_ms(Duration patience) {
+  const Duration whole =
+      std::min<Duration>(patience, std::chrono::hours(1)) + std::chrono::milliseconds(1) - Duration(1);
+  return std::max(0, static_cast<int>(whole / std::chrono::milliseconds(1)));
+}
+
+/// False: nothing for now, or nothing any more; then the end is closed.
+bool read_some(int& end, std::string& to) {
+  if (end < 0) return false;
+  char buffer[64 << 10];
+  const ssize_t n = ::read(end, buffer, sizeof buffer);
+  if (n > 0) to.append(buffer, static_cast<std::size_t>(n));
+  if (n == 0 || (n < 0 && errno != EAGAIN && errno != EINTR)) Pipe::close(end);
+  return n > 0;
 }
 
 }  // namespace
@@ -76,49 +114,117 @@ Result<std::unique_ptr<ChildProcess>> ChildProcess::start(const std::vector<std:
   std::vector<char*> raw;
   for (const auto& a : argv) raw.push_back(const_cast<char*>(a.c_str()));
   raw.push_back(nullptr);
-  int report[2];  // closed by a successful exec; otherwise carries its errno
-  if (pipe2(report, O_CLOEXEC) != 0) return Error{Errc::io, "pipe2", errno};
+  Pipe report;  // closed by a successful exec; otherwise carries its errno
+  Pipes pipes;
+  if (!report.open() || !pipes.open(options)) return Error{Errc::io, "pipe2", errno};
   const pid_t parent = getpid();
   const pid_t pid = ::fork();
-  if (pid == 0) become(raw, options, report[1], parent);
-  const int fork_error = errno;
-  close(report[1]);
-  if (pid < 0) {
-    close(report[0]);
-    return Error{Errc::io, "fork", fork_error};
+  if (pid == 0) {
+    settle(options, pipes, parent);
+    become(raw, report.write);
   }
+  if (pid < 0) return Error{Errc::io, "fork", errno};
+  Pipe::close(report.write);
   int error = 0;
   ssize_t got = 0;
-  do got = read(report[0], &error, sizeof(error));
+  do got = read(report.read, &error, sizeof(error));
   while (got < 0 && errno == EINTR);
-  close(report[0]);
   if (got == sizeof(error)) {
     while (waitpid(pid, nullptr, 0) < 0 && errno == EINTR) {
     }
     return Error{error == ENOENT ? Errc::not_found : Errc::io, "exec", error};
   }
-  return std::unique_ptr<ChildProcess>(new ChildProcess(pid));
+  std::unique_ptr<ChildProcess> child(new ChildProcess(pid));
+  child->watch(options, pipes.output, pipes.errors);
+  return child;
 }
 
 Result<std::unique_ptr<ChildProcess>> ChildProcess::fork(const std::function<int()>& body) {
+  return copy(body, nullptr);
+}
+
+Result<std::unique_ptr<ChildProcess>> ChildProcess::fork(const std::function<int()>& body,
+                                                         const ChildOptions& options) {
+  return copy(body, &options);
+}
+
+Result<std::unique_ptr<ChildProcess>> ChildProcess::copy(const std::function<int()>& body,
+                                                         const ChildOptions* options) {
   const std::size_t threads = beyond_posix::threads();
   if (threads > 1) return Error{Errc::not_supported, "fork with more than one thread", std::int64_t(threads)};
   hear_of_children();
   std::fflush(nullptr);  // otherwise both would write the buffered bytes
+  Pipes pipes;
+  if (options && !pipes.open(*options)) return Error{Errc::io, "pipe2", errno};
+  const pid_t parent = getpid();
   const pid_t pid = ::fork();
   if (pid < 0) return Error{Errc::io, "fork", errno};
-  if (pid > 0) return std::unique_ptr<ChildProcess>(new ChildProcess(pid));
-  std::exit(body());
+  if (pid == 0) {
+    if (options) {
+      std::signal(SIGTERM, SIG_DFL);
+      std::signal(SIGINT, SIG_DFL);
+      settle(*options, pipes, parent);
+      for (Pipe* pipe : {&pipes.output, &pipes.errors}) Pipe::close(pipe->read), Pipe::close(pipe->write);
+    }
+    std::exit(body());
+  }
+  std::unique_ptr<ChildProcess> child(new ChildProcess(pid));
+  if (options) {
+    if (options->own_group) setpgid(pid, pid);  // the copy does so, too: it is done, whoever comes first
+    child->watch(*options, pipes.output, pipes.errors);
+  }
+  return child;
+}
+
+void ChildProcess::watch(const ChildOptions& options, Pipe& output, Pipe& errors) {
+  own_group_ = options.own_group;
+  if (!options.piped) return;
+  for (const Pipe* pipe : {&output, &errors}) fcntl(pipe->read, F_SETFL, O_NONBLOCK);
+  output_ = std::exchange(output.read, -1);
+  errors_ = std::exchange(errors.read, -1);
+  end_ = beyond_posix::end_of_child(pid_);
+}
+
+bool ChildProcess::read_output(std::string& output, std::string& errors) {
+  const bool more = read_some(output_, output);
+  return read_some(errors_, errors) || more;
+}
+
+// Before the child is reaped: until then no other group can have its number.
+void ChildProcess::end_group() {
+  siginfo_t info{};
+  if (waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 && info.si_pid == pid_)
+    kill(-pid_, SIGKILL);
 }
 
 std::optional<int> ChildProcess::poll() {
   int status = 0;
+  if (own_group_ && !exit_code_) end_group();
   while (!exit_code_ && waitpid(pid_, &status, WNOHANG | WUNTRACED | WCONTINUED) == pid_) {
     stopped_ = WIFSTOPPED(status);
     if (WIFSTOPPED(status) || WIFCONTINUED(status)) continue;
     exit_code_ = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
   }
   return exit_code_;
+}
+
+void ChildProcess::wait_for_any(std::span<ChildProcess* const> children, Duration patience,
+                                std::vector<std::size_t>& ready) {
+  std::vector<pollfd> fds;
+  fds.reserve(3 * children.size());
+  bool all_report = true;
+  for (const ChildProcess* child : children) {
+    for (const int end : {child->output_, child->errors_, child->end_}) fds.push_back({end, POLLIN, 0});
+    all_report = all_report && child->end_ >= 0;
+  }
+  // poll() leaves out negative descriptors.
+  ::poll(fds.data(), static_cast<nfds_t>(fds.size()),
+         poll_ms(all_report ? patience : std::min(patience, kWithoutReport)));
+  ready.clear();
+  for (std::size_t i = 0; i < children.size(); ++i) {
+    const bool news = fds[3 * i].revents != 0 || fds[3 * i + 1].revents != 0 || fds[3 * i + 2].revents != 0;
+    if (news || children[i]->end_ < 0) ready.push_back(i);
+  }
 }
 
 std::optional<int> ChildProcess::wait(Duration patience) {
@@ -133,14 +239,16 @@ void ChildProcess::terminate() {
 }
 
 void ChildProcess::kill_now() {
-  if (!poll()) kill(pid_, SIGKILL);
+  if (!poll()) kill(own_group_ ? -pid_ : pid_, SIGKILL);
 }
 
 ChildProcess::~ChildProcess() {
   terminate();
-  if (wait(std::chrono::seconds(2))) return;
-  kill_now();
-  wait(std::chrono::seconds(2));
+  if (!wait(std::chrono::seconds(2))) {
+    kill_now();
+    wait(std::chrono::seconds(2));
+  }
+  for (int* end : {&output_, &errors_, &end_}) Pipe::close(*end);
 }
 
 std::string describe_exit(int code) {
@@ -189,6 +297,11 @@ void request_stop() { g_stop.store(true, std::memory_order_relaxed); }
 
 bool output_is_terminal() { return isatty(STDOUT_FILENO) == 1; }
 bool error_output_is_terminal() { return isatty(STDERR_FILENO) == 1; }
+
+std::size_t most_open_files() {
+  const long most = sysconf(_SC_OPEN_MAX);
+  return most > 0 ? static_cast<std::size_t>(most) : SIZE_MAX;
+}
 
 int terminal_columns() {
   winsize size{};

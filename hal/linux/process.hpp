@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,10 +13,14 @@
 
 namespace sinew::hal {
 
-/// How a child hears of what happens to us.
+struct Pipe;
+
+/// What a child has of us, and how it hears of what happens to us.
 struct ChildOptions {
   std::string log_path{};           // where its output goes; empty: where ours goes
+  bool piped = false;               // true: read_output() reads its output, and its input is empty
   bool hears_terminal = true;       // false: Ctrl-C, which a terminal sends to all of its processes, is for us alone
+  bool own_group = false;           // true: the same, and processes that it started and left behind end with it
   bool killed_when_we_die = false;  // true: SIGKILL instead of SIGTERM, which a stopped process does not heed
 };
 
@@ -34,6 +39,9 @@ class ChildProcess {
   /// this process has one thread: the copy would lack the others, and their locks would stay locked.
   /// Errors:  io; not_supported when there are other threads.
   static Result<std::unique_ptr<ChildProcess>> fork(const std::function<int()>& body);
+  /// The same, but the copy is like a program that was started: it gets a signal when we die, and SIGINT and SIGTERM
+  /// end it, whatever they do to us.
+  static Result<std::unique_ptr<ChildProcess>> fork(const std::function<int()>& body, const ChildOptions& options);
   ~ChildProcess();  // terminate(), at last kill
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
@@ -45,16 +53,29 @@ class ChildProcess {
   bool is_stopped() const { return stopped_; }
   /// Waits for the end, at most `patience`.
   std::optional<int> wait(Duration patience);
+  /// Waits until one of these piped children has ended, has written to its pipes or closed them, at most `patience` or until a signal
+  /// comes; replaces `ready` by the indices of those to look at with poll() and read_output(). It may name one that has
+  /// nothing new: a kernel without pidfd (Linux before 5.3) reports no ends, so all are looked at every 3 ms.
+  static void wait_for_any(std::span<ChildProcess* const> children, Duration patience, std::vector<std::size_t>& ready);
+  /// Of a piped child: appends what it has written to standard output and standard error by now, at most 64 KiB of each
+  /// at a time, without waiting. False: there is no more for now.
+  bool read_output(std::string& output, std::string& errors);
   /// Asks it to end (SIGTERM).
   void terminate();
-  /// Ends it without asking (SIGKILL).
+  /// Ends it without asking (SIGKILL), with its own group.
   void kill_now();
   /// In a copy of the owner: the child is no longer ours, and nothing here touches it.
   void disown() { exit_code_ = 0; }
 
  private:
   explicit ChildProcess(int pid) : pid_(pid) {}
+  static Result<std::unique_ptr<ChildProcess>> copy(const std::function<int()>& body, const ChildOptions* options);
+  void watch(const ChildOptions& options, Pipe& output, Pipe& errors);  // takes their read ends
+  void end_group();
   int pid_;
+  bool own_group_ = false;
+  int output_ = -1, errors_ = -1;  // ends of pipes; -1: not piped, or all who could write have closed it
+  int end_ = -1;                   // readable once the child has ended; -1: the kernel has none
   std::optional<int> exit_code_;
   bool stopped_ = false;
 };
@@ -111,5 +132,8 @@ std::string program_path();
 
 /// Processors of the machine that this process may use.
 std::uint32_t usable_cpus();
+
+/// How many files this process may have open at a time.
+std::size_t most_open_files();
 
 }  // namespace sinew::hal

@@ -161,7 +161,7 @@ class Told : public ::testing::Test {
 
 TEST_F(Told, TheMissionMakesTheExitCodeAndTheTimingIsOneLine) {
   summary().timing(bad_timing());
-  summary().measure("landing error 0.04 m (at most 0.15)");
+  summary().measure({"landing_error_m", "landing error", "m", 0.04, 0.15, {}});
   EXPECT_EQ(finish("landed on the pad", 0), 0);
   EXPECT_EQ(end_, "over");
   EXPECT_EQ(out_,
@@ -200,10 +200,25 @@ TEST_F(Told, AtMostFifteenLinesWhateverHappened) {
   summary().why("wind");
   summary().recorded("runs/a/run.mcap", "1 MB");
   summary().recorded("runs/b/run.mcap", "2 MB");
+  summary().again("sinew sweep robot.toml --seeds 7");
   finish("crashed", 1);
   EXPECT_EQ(std::ranges::count(out_, '\n'), static_cast<std::ptrdiff_t>(RunSummary::kMostLines)) << out_;
-  EXPECT_THAT(out_, HasSubstr("why       wind\nrecorded  the last: runs/b/run.mcap, 2 MB\n"
-                              "next      `sinew bag info runs/b/run.mcap`"));
+  EXPECT_THAT(
+      out_,
+      HasSubstr(
+          "why       wind\nagain     sinew sweep robot.toml --seeds 7\nrecorded  the last: runs/b/run.mcap, 2 MB\n"
+          "next      `sinew bag info runs/b/run.mcap`"));
+}
+
+TEST_F(Told, WhatRepeatsARunStandsOnlyWhereItWentWrongByItself) {
+  summary().again("sinew sweep robot.toml --seeds 7");
+  finish("landed", 0);
+  EXPECT_THAT(out_, Not(HasSubstr("again")));
+  summary_.reset();
+  summary().again("sinew sweep robot.toml --seeds 7");
+  summary().ended_early("interrupted", 3);
+  finish("did not land", 1);
+  EXPECT_THAT(out_, Not(HasSubstr("again")));
 }
 
 TEST_F(Told, VerboseHasTheWholeTimeLineAndEveryTable) {
@@ -221,9 +236,13 @@ TEST_F(Told, JsonHasBothVerdictsAndTheStory) {
   form_.json = true;
   summary().story().add(1.5, Weight::phase, "climbing");
   summary().timing(bad_timing());
+  summary().measure({"landing_error_m", "landing error", "m", 0.04, 0.15, {}});
+  summary().measure({"height_m", "height", "m", 1.5, {}, 2.0});
   EXPECT_EQ(finish("landed on the pad", 0), 0);
   const Json all = Json::parse(out_);
-  EXPECT_EQ(all["mission"], Json::parse(R"({"outcome":"landed on the pad","good":true,"why":""})"));
+  EXPECT_EQ(all["mission"], Json::parse(R"({"outcome":"landed on the pad","good":true,"why":"","measures":[
+      {"name":"landing_error_m","label":"landing error","value":0.04,"unit":"m","at_most":0.15,"ok":true},
+      {"name":"height_m","label":"height","value":1.5,"unit":"m","at_least":2.0,"ok":false}]})"));
   EXPECT_EQ(all["timing"]["valid"], false);
   EXPECT_EQ(all["timing"]["worst"], "plant: 3.10 ms (at most 2)");
   EXPECT_EQ(all["timing"]["what_to_do"], "buy a better one");
@@ -235,7 +254,7 @@ TEST_F(Told, JsonHasBothVerdictsAndTheStory) {
 
 TEST_F(Told, ARunThatLostItsWorldIsNeitherAMissionNorAMeasurement) {
   summary().why("the run ended while climbing");
-  summary().measure("landing error 0.04 m (at most 0.15)");
+  summary().measure({"landing_error_m", "landing error", "m", 0.04, 0.15, {}});
   summary().lost("the simulator died (signal 9)", 15.23, "signal 9 (Killed)");
   EXPECT_EQ(finish("landed on the pad", 0), 1);
   EXPECT_EQ(end_, "the simulator died (signal 9)");

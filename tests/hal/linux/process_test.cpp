@@ -5,6 +5,7 @@
 #include <sys/time.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -69,6 +70,43 @@ TEST(ChildProcess, OutputGoesToTheLog) {
   in >> a >> b;
   std::filesystem::remove(log);
   EXPECT_EQ(a + b, "outerr");
+}
+
+ChildOptions piped() {
+  ChildOptions options;
+  options.piped = true;
+  return options;
+}
+
+TEST(ChildProcess, PipedOutputAndErrorsAreReadApartAlsoAfterTheEnd) {
+  auto child = ChildProcess::start({"/bin/sh", "-c", "cat; echo out; echo err >&2"}, piped());
+  ASSERT_TRUE(child);
+  ASSERT_EQ((*child)->wait(10s), 0) << "its input is empty";
+  std::string output, errors;
+  while ((*child)->read_output(output, errors)) continue;
+  EXPECT_EQ(output, "out\n");
+  EXPECT_EQ(errors, "err\n");
+}
+
+TEST(ChildProcess, OfSeveralTheOneWithNewsIsNamed) {
+  auto silent = ChildProcess::start({"/bin/sleep", "1000"}, piped());
+  auto speaks = ChildProcess::start({"/bin/sh", "-c", "echo word; exec sleep 1000"}, piped());
+  auto dies = ChildProcess::start({"/bin/sh", "-c", "exec sleep 1000"}, piped());
+  ASSERT_TRUE(silent && speaks && dies);
+  ChildProcess* const all[] = {silent->get(), speaks->get(), dies->get()};
+  std::string output, errors;
+  std::vector<std::size_t> ready;
+  for (const Time end = system_os().now() + 20s; output.empty() && system_os().now() < end;) {
+    ChildProcess::wait_for_any(all, 20s, ready);
+    if (std::find(ready.begin(), ready.end(), 1u) != ready.end()) (*speaks)->read_output(output, errors);
+  }
+  EXPECT_EQ(output, "word\n");
+  kill((*dies)->pid(), SIGKILL);
+  for (const Time end = system_os().now() + 20s; !(*dies)->poll() && system_os().now() < end;)
+    ChildProcess::wait_for_any(all, 20s, ready);
+  EXPECT_EQ((*dies)->poll(), 128 + SIGKILL);
+  EXPECT_NE(std::find(ready.begin(), ready.end(), 2u), ready.end());
+  EXPECT_FALSE((*silent)->poll());
 }
 
 TEST(ChildProcess, AStoppedOneIsKnownAndNoEndedOne) {
