@@ -19,8 +19,9 @@ namespace {
 
 constexpr const char* kFormat = "sinew_sweep";
 constexpr int kVersion = 1;
-constexpr std::size_t kWindow = std::size_t{1} << 18;  // cases that are sorted at a time: 16 bytes each
-constexpr std::size_t kBlock = std::size_t{1} << 18;   // bytes that are written at a time
+constexpr std::size_t kWindow = std::size_t{1} << 18;   // cases that are sorted at a time: 16 bytes each
+constexpr std::size_t kBlock = std::size_t{1} << 18;    // bytes that are read or written at a time
+constexpr std::size_t kMostLineBytes = std::size_t{1} << 20;  // line
 constexpr std::size_t kMostMissing = 20;
 
 std::string header_line(const Identity& identity, const Shard& shard) {
@@ -81,16 +82,30 @@ std::optional<std::uint64_t> number_of(std::string_view line) {
   return number;
 }
 
-/// The lines of a file, without their ends, one in memory at a time.
+/// The lines of a file, without their ends, one in memory at a time. A line that is longer than any of ours is cut, and
+/// so is no result.
 class Lines {
  public:
-  explicit Lines(const std::string& path) : path_(path), in_(path, std::ios::binary) {}
+  explicit Lines(const std::string& path) : path_(path), in_(path, std::ios::binary), block_(kBlock) {}
 
   /// False: there is no further line that has its end.
   bool next() {
     begin_ = end_;
-    if (!std::getline(in_, line_) || in_.eof()) return false;
-    end_ = begin_ + line_.size() + 1;
+    line_.clear();
+    for (;;) {
+      if (used_ == filled_) {
+        in_.read(block_.data(), static_cast<std::streamsize>(block_.size()));
+        used_ = 0, filled_ = static_cast<std::size_t>(in_.gcount());
+        if (filled_ == 0) return false;
+      }
+      const char* const from = block_.data() + used_;
+      const auto* const at = static_cast<const char*>(std::memchr(from, '\n', filled_ - used_));
+      const std::size_t bytes = at ? static_cast<std::size_t>(at - from) : filled_ - used_;
+      if (line_.size() < kMostLineBytes) line_.append(from, bytes);
+      end_ += bytes + (at ? 1 : 0);
+      used_ += bytes + (at ? 1 : 0);
+      if (at) break;
+    }
     ++number_;
     return true;
   }
@@ -123,6 +138,8 @@ class Lines {
  private:
   std::string path_, line_;
   std::ifstream in_;
+  std::vector<char> block_;
+  std::size_t used_ = 0, filled_ = 0;  // of the block
   std::uint64_t begin_ = 0, end_ = 0, number_ = 0;
 };
 

@@ -60,7 +60,9 @@ void Quantiles::add(double value) {
 
 double Quantiles::at(double share) const {
   if (count_ == 0) return 0;
-  const double rank = std::clamp(share, 0.0, 1.0) * static_cast<double>(count_ - 1);
+  if (share <= 0) return least_;
+  if (share >= 1) return most_;
+  const double rank = share * static_cast<double>(count_ - 1);
   if (!few_.empty()) {
     std::vector<double> sorted = few_;
     std::sort(sorted.begin(), sorted.end());

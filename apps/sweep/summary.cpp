@@ -55,7 +55,7 @@ std::string distinct(const std::string& variant, const std::vector<std::string>&
   std::string text;
   for (const std::string& part : parts_of(variant))
     if (std::find(shared.begin(), shared.end(), part) == shared.end()) text += (text.empty() ? "" : " ") + part;
-  return text.empty() ? "(none of these)" : text;
+  return text.empty() ? "(nothing more)" : text;
 }
 
 }  // namespace
@@ -156,42 +156,41 @@ std::string Summary::outcome_rows() const {
 
 std::string Summary::measure_rows() const {
   if (measures_.empty()) return {};
+  const auto shared = shared_parts();
   std::vector<std::vector<std::string>> rows{{"measure", "runs", "median", "95 %", "worst", "limit", "worst in"}};
   for (const std::string& name : measure_order_) {
     const Spread& s = measures_.at(name);
     const auto seed = seed_of(s.worst_in.run);
-    const bool alone = seed && variants_.size() == 1;
+    std::string worst_in = variants_.size() > 1 ? distinct(without_seed(s.worst_in.run), shared) : "";
+    if (seed) worst_in += (worst_in.empty() ? "" : " ") + ("--seed " + *seed);
     rows.push_back({name, fmt::format("{}", s.values.count()), figure(s.values.at(0.5)),
                     figure(s.values.at(s.small_is_bad() ? 0.05 : 0.95)), figure(s.worst),
-                    to_string(s.limits) + (s.limits_differ ? " (differs)" : ""),
-                    alone ? "seed " + *seed : fmt::format("case {}", s.worst_in.number)});
+                    to_string(s.limits) + (s.limits_differ ? " (differs)" : ""), worst_in});
   }
   return "\n" + table_text(rows, "<>>>><<");
 }
 
-std::vector<std::string> Summary::variant_names() const {
+std::vector<std::string> Summary::shared_parts() const {
   std::vector<std::string> shared = parts_of(variant_order_.front());
   for (const std::string& name : variant_order_) {
     const auto parts = parts_of(name);
     std::erase_if(shared, [&](const auto& p) { return std::find(parts.begin(), parts.end(), p) == parts.end(); });
   }
-  std::vector<std::string> names;
-  for (const std::string& name : variant_order_) names.push_back(distinct(name, shared));
-  return names;
+  return shared;
 }
 
 std::string Summary::variant_rows() const {
   if (variants_.size() < 2) return {};
-  std::vector<std::vector<std::string>> rows{{"of these", "runs", "good", "share", "95 % interval"}};
+  std::vector<std::vector<std::string>> rows{{"with", "runs", "good", "share", "95 % interval"}};
   std::string align = "<>>>>";
   const std::size_t columns = std::min(kMostColumns, measure_order_.size());
   for (std::size_t i = 0; i < columns; ++i) rows[0].push_back(measure_order_[i]), align += '>';
-  const auto names = variant_names();
-  for (std::size_t v = 0; v < names.size(); ++v) {
+  const auto shared = shared_parts();
+  for (std::size_t v = 0; v < variant_order_.size(); ++v) {
     const Variant& variant = variants_.at(variant_order_[v]);
     const auto [runs, good] = variant.count;
     const Interval between = wilson_95(good, runs);
-    rows.push_back({names[v], fmt::format("{}", runs), fmt::format("{}", good),
+    rows.push_back({distinct(variant_order_[v], shared), fmt::format("{}", runs), fmt::format("{}", good),
                     percent(static_cast<double>(good) / static_cast<double>(runs)) + " %",
                     fmt::format("{} .. {} %", percent(between.low), percent(between.high))});
     for (std::size_t i = 0; i < columns; ++i) {
@@ -208,9 +207,13 @@ std::string Summary::variant_rows() const {
 
 std::string Summary::failure_rows() const {
   if (failures_.empty()) return {};
-  std::string text = "\nfailures\n";
-  for (const CaseResult& f : failures_)
-    text += fmt::format("  {}{}{}\n    {}\n", f.outcome, f.why.empty() ? "" : ": ", f.why, repeat_command(f.run));
+  std::string text = "\nfailures\n", told;
+  for (const CaseResult& f : failures_) {
+    const std::string reason = f.outcome + (f.why.empty() ? "" : ": " + f.why);
+    if (reason != told) text += fmt::format("  {}\n", reason);  // once for several in a row
+    told = reason;
+    text += fmt::format("    {}\n", repeat_command(f.run));
+  }
   if (const std::uint64_t all = runs_ - good_; all > failures_.size())
     text += fmt::format("  and {} more: --csv has each run\n", all - failures_.size());
   return text;

@@ -51,7 +51,7 @@ class Summary {
   void add_measure(const MeasuredValue& measure, const CaseResult& result);
   void add_variant(const CaseResult& result);
   std::vector<std::pair<std::string, Outcome>> sorted_outcomes() const;
-  std::vector<std::string> variant_names() const;
+  std::vector<std::string> shared_parts() const;  // options that all runs have
   std::string outcome_rows() const;
   std::string measure_rows() const;
   std::string variant_rows() const;

@@ -80,7 +80,7 @@ std::string SweepPlot::write(const std::string& path) const {
   if (over_.empty()) {
     plot.x_label = measure_;
     plot.y_label = "runs";
-    Series runs{"runs", {}, true};
+    Series runs{"", {}, true};
     const double width = high_ > low_ ? (high_ - low_) / static_cast<double>(bins_.size()) : 1;
     const double from = high_ > low_ ? low_ : low_ - 0.5;
     runs.points.emplace_back(from, 0);

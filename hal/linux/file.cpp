@@ -141,12 +141,13 @@ Result<std::unique_ptr<OutputFile>> open_to_append(const std::string& path) {
     const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | O_NONBLOCK, 0644);
     if (fd < 0) return file_error("file: open");
     std::unique_ptr<OutputFile> file = std::make_unique<LinuxOutputFile>(fd);
+    struct stat opened {}, named {};
+    if (::fstat(fd, &opened) != 0) return file_error("file: stat");
+    if (!S_ISREG(opened.st_mode)) return Error{Errc::bad_argument, "file: not an ordinary one"};
     if (!beyond_posix::lock_file(fd)) {
       if (errno == EAGAIN || errno == EACCES) return Error{Errc::busy, "file: open elsewhere", errno};
       return file_error("file: lock");
     }
-    struct stat opened {}, named {};
-    if (::fstat(fd, &opened) != 0) return file_error("file: stat");
     // The former owner may have put another file in its place between our open and our lock.
     if (::stat(path.c_str(), &named) != 0 || named.st_ino != opened.st_ino || named.st_dev != opened.st_dev) continue;
     if (auto done = sync_folder_of(path); !done) return done.error();

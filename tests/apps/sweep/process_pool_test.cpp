@@ -224,39 +224,41 @@ TEST(ProcessPool, AHangTakesTheProcessesThatTheJobStartedWithIt) {
 }
 
 // In a process of its own: what requests the stop cannot be undone.
-[[noreturn]] void stop_from_the_second_job(const std::string& one, const std::string& two) {
+bool stops_from_the_second_job(const std::string& one, const std::string& two) {
   ProcessPool pool(2, kLong);
   bool told = false;
   const std::string press = "until [ -e " + one + " ]; do sleep 0.01; done; kill -INT $PPID; wait";
   const bool through = pool.run(each({shell(with_a_child(one) + "wait"), shell(with_a_child(two) + press), shell("")}),
                                 [&](std::uint64_t, const JobResult&) { return told = true; });
-  std::exit(!through && !told && pool.started() == 2 ? 0 : 1);
+  return !through && !told && pool.started() == 2;
 }
 
 TEST(ProcessPool, CtrlCEndsThoseUnderWayAndTheirChildren) {
   const Folder folder;
   const std::string one = folder / "one", two = folder / "two";
-  EXPECT_EXIT(stop_from_the_second_job(one, two), testing::ExitedWithCode(0), "");
+  EXPECT_EXIT(std::exit(stops_from_the_second_job(one, two) ? 0 : 1), testing::ExitedWithCode(0), "");
   EXPECT_TRUE(ends(text_of(one)));
   EXPECT_TRUE(ends(text_of(two)));
 }
 
 // A kernel before 5.3, or a container that forbids the call.
-[[noreturn]] void run_without_pidfd() {
+bool runs_without_pidfd() {
   sock_filter code[] = {BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
                         BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_pidfd_open, 0, 1),
                         BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | ENOSYS),
                         BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW)};
   const sock_fprog filter{std::size(code), code};
   if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0 || ::prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &filter) != 0)
-    std::exit(0);  // this system has no filters
-  if (::syscall(SYS_pidfd_open, ::getpid(), 0) >= 0) std::exit(2);
+    return true;  // this system has no filters
+  if (::syscall(SYS_pidfd_open, ::getpid(), 0) >= 0) return false;
   ProcessPool pool(2, kLong);
   const auto results = results_of(pool, {shell("exec >&- 2>&-; exit 3"), shell("kill -SEGV $$"), shell("echo fine")});
-  std::exit(results.at(0).code == 3 && results.at(1).code == 128 + 11 && results.at(2).output == "fine\n" ? 0 : 1);
+  return results.at(0).code == 3 && results.at(1).code == 128 + 11 && results.at(2).output == "fine\n";
 }
 
-TEST(ProcessPool, EndsAreSeenWithoutPidfd) { EXPECT_EXIT(run_without_pidfd(), testing::ExitedWithCode(0), ""); }
+TEST(ProcessPool, EndsAreSeenWithoutPidfd) {
+  EXPECT_EXIT(std::exit(runs_without_pidfd() ? 0 : 1), testing::ExitedWithCode(0), "");
+}
 
 TEST(ProcessPool, WhatJobsLeaveInTheTemporaryFolderGoesWithThePool) {
   const std::string before = fs::temp_directory_path().string();

@@ -1,7 +1,9 @@
 #include "apps/sweep/results_file.hpp"
 
 #include <gmock/gmock.h>
+#include <sys/resource.h>
 
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -109,7 +111,7 @@ TEST_F(SweepResults, AnotherPartOfTheSameSweepIsRefused) {
 }
 
 TEST_F(SweepResults, WhatIsNoFileOfResultsIsLeftAsItIs) {
-  for (const std::string text : {"hello\nworld\n", "hello", "{\"sinew_sweep\":9,\"cases\":1,\"what\":{}}\n",
+  for (const char* const text : {"hello\nworld\n", "hello", "{\"sinew_sweep\":9,\"cases\":1,\"what\":{}}\n",
                                  "{\"sinew_sweep\":1,\"cases\":-1,\"what\":{}}\n",
                                  "{\"sinew_sweep\":1,\"cases\":99999999999999,\"what\":{}}\n"}) {
     std::ofstream(path("a")) << text;
@@ -121,7 +123,7 @@ TEST_F(SweepResults, WhatIsNoFileOfResultsIsLeftAsItIs) {
 
 TEST_F(SweepResults, ALineInTheMiddleThatIsNoResultIsNamed) {
   make("a", {1, 2});
-  for (const std::string line : {"{\"case\":10}", "{\"cas\":1}", "", "{\"case\":1", "{\"case\":-1}"}) {
+  for (const char* const line : {"{\"case\":10}", "{\"cas\":1}", "", "{\"case\":1", "{\"case\":-1}"}) {
     fs::copy_file(path("a"), path("b"), fs::copy_options::overwrite_existing);
     std::ofstream(path("b"), std::ios::app) << line << "\n{\"case\":3}\n";
     EXPECT_THAT(refusal("b"), HasSubstr(path("b") + ":4: ")) << line;
@@ -193,11 +195,39 @@ TEST_F(SweepResults, UnequalResultsOfACaseAndOtherSweepsDoNotMerge) {
 }
 
 TEST_F(SweepResults, AFullDiskIsSaidAndNoHalfLineStays) {
-  std::error_code none;
-  if (!fs::exists("/dev/full", none)) GTEST_SKIP() << "no /dev/full";
+  const auto file = open("a");
+  append(*file, 1);
+  const std::string before = content(path("a"));
+  rlimit usual{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &usual), 0);
+  const auto heard = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit full{before.size() + 10, usual.rlim_max};
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &full), 0);
+  const bool written = file->append(2, result(2), why_);
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &usual), 0);
+  std::signal(SIGXFSZ, heard);
+  EXPECT_FALSE(written);
+  EXPECT_THAT(why_, HasSubstr(path("a") + ": file: writev: File too large"));
+  EXPECT_EQ(content(path("a")), before);
+  append(*file, 2);
+  EXPECT_EQ(file->count(), 2u);
+}
+
+TEST_F(SweepResults, WhatIsNoOrdinaryFileIsRefused) {
   std::string why;
-  EXPECT_EQ(ResultsFile::open("/dev/full", identity_, {}, why), nullptr);
-  EXPECT_THAT(why, HasSubstr("No space left on device"));
+  for (const auto& place : {std::string("/dev/null"), folder_.string()}) {
+    EXPECT_EQ(ResultsFile::open(place, identity_, {}, why), nullptr);
+    EXPECT_THAT(why, HasSubstr(place));
+  }
+}
+
+TEST_F(SweepResults, ALineWithoutEndIsNotReadIntoMemory) {
+  const std::string long_text(std::size_t{3} << 20, 'x');
+  std::ofstream(path("a")) << long_text << "\n";
+  EXPECT_THAT(refusal("a"), HasSubstr("not a file of results of a sweep"));
+  make("b", {1});
+  std::ofstream(path("b"), std::ios::app) << long_text << "\n{\"case\":2}\n";
+  EXPECT_THAT(refusal("b"), HasSubstr(path("b") + ":3: no result of a case"));
 }
 
 TEST_F(SweepResults, AFolderThatCannotBeMadeIsSaid) {

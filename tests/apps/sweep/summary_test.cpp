@@ -69,14 +69,22 @@ TEST(SweepSummary, TellsOutcomesMeasuresAndWhatRepeatsEachFailure) {
             "    BAD: landed off the pad                          1   5.0 %   0.9 .. 23.6 %\n"
             "\n"
             "  measure          runs  median   95 %  worst  limit         worst in\n"
-            "  landing_error_m    19    0.03  0.085    0.4  at most 0.15  seed 19\n"
-            "  flight_s           19   20.03  20.09   20.4                seed 19\n"
+            "  landing_error_m    19    0.03  0.085    0.4  at most 0.15  --seed 19\n"
+            "  flight_s           19   20.03  20.09   20.4                --seed 19\n"
             "\n"
             "failures\n"
             "  landed off the pad: landing error\n"
             "    sinew run quad.toml --seed 19 --virtual\n"
             "  crashed: signal 11 (Segmentation fault)\n"
             "    sinew run quad.toml --seed 20 --virtual\n");
+}
+
+TEST(SweepSummary, AReasonStandsOnceForFailuresInARow) {
+  Summary summary;
+  for (std::uint64_t i = 1; i <= 2; ++i) summary.add(landed(i, 0.4));
+  EXPECT_THAT(summary.text(2), HasSubstr("failures\n  landed off the pad: landing error\n"
+                                         "    sinew run quad.toml --seed 1 --virtual\n"
+                                         "    sinew run quad.toml --seed 2 --virtual\n"));
 }
 
 TEST(SweepSummary, SaysHowManyRunsAreStillToCome) {
