@@ -71,7 +71,8 @@ int SweepRun::pack() {
   plan_ = SweepPlan::make(options_.axes, types_);
   if (!plan_) return kNotBegun;
   PackRequest request{options_.pack, plan_->options(), plan_->files()};
-  request.words.push_back(fmt::format("--patience={}", options_.patience_s));
+  if (options_.patience_s != SweepOptions{}.patience_s)
+    request.words.push_back(fmt::format("--patience={}", options_.patience_s));
   Packed packed;
   std::string why;
   if (!pack_sweep(request, packed, why)) return fail(why);
