@@ -7,12 +7,14 @@
 #include <charconv>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <map>
 #include <set>
 
 #include "apps/command/command.hpp"
 #include "apps/command/place.hpp"
 #include "apps/robot/board_rules.hpp"
+#include "apps/robot_file/calibration.hpp"
 #include "apps/robot_file/value_list.hpp"
 #include "apps/run/run_setup.hpp"
 #include "apps/sweep/case_text.hpp"
@@ -226,6 +228,18 @@ bool SweepPlan::prepare_robots(const rt::ModuleTypes& types) {
     math::Hash64 hash;
     hash.add(prepared->robot.text.data(), prepared->robot.text.size());
     contents_[robot] = hash_text(hash);
+    files_.insert(robot);
+    for (const LinePlace& place : prepared->robot.places)
+      if (!place.file.empty()) files_.insert(place.file);
+    std::error_code none;
+    if (const std::string calibration = calibration_path(prepared->robot);
+        !calibration.empty() && std::filesystem::exists(calibration, none)) {
+      std::string why;
+      const std::string calibrated = file_hash(calibration, why);
+      if (calibrated.empty()) return fail(why) == kDone;
+      contents_[calibration] = calibrated;
+      files_.insert(calibration);
+    }
     axis.values.push_back({robot});
   }
   axes_.push_back(std::move(axis));
@@ -248,6 +262,7 @@ bool SweepPlan::add_params_axis(const rt::ModuleTypes& types) {
     const std::string hash = file_hash(file, why);
     if (hash.empty()) return fail(why) == kDone;
     contents_[file] = hash;
+    files_.insert(file);
     axis.values.push_back({"--params", file});
   }
   if (!axis.values.empty()) axes_.push_back(std::move(axis));
@@ -329,7 +344,10 @@ bool SweepPlan::open_list(const rt::ModuleTypes& types) {
       why = fmt::format("--duration {}: seconds", value);
       return r.ec == std::errc() && r.ptr == value.data() + value.size() && seconds >= 0;
     }
-    if (option == "--params") contents_[value] = file_hash(value, why);  // a file that cannot be read is refused below
+    if (option == "--params") {  // a file that cannot be read is refused below
+      contents_[value] = file_hash(value, why);
+      files_.insert(value);
+    }
     return std::all_of(asked_.robots.begin(), asked_.robots.end(), [&](const std::string& robot) {
       RunOptions options = run_options(robot, asked_);
       if (option == "--set") options.set = {value};
@@ -362,6 +380,7 @@ bool SweepPlan::open_list(const rt::ModuleTypes& types) {
   const std::string hash = file_hash(asked_.list, why);
   if (hash.empty()) return fail(why) == kDone;
   contents_[asked_.list] = hash;
+  files_.insert(asked_.list);
   return true;
 }
 
@@ -399,6 +418,22 @@ std::vector<std::string> SweepPlan::words(std::uint64_t number) {
   all.insert(all.end(), listed.begin(), listed.end());
   if (seeded_) all.insert(all.end(), {"--seed", std::to_string(seeds_.at(seed))});
   return all;
+}
+
+std::vector<std::string> SweepPlan::options() const {
+  std::vector<std::string> words = asked_.robots;
+  const auto add = [&](const char* option, const std::string& value) {
+    if (!value.empty()) words.push_back(fmt::format("{}={}", option, value));
+  };
+  add("--seeds", asked_.seeds);
+  for (const std::string& set : asked_.set) add("--set", set);
+  for (const std::string& fault : asked_.faults) add("--fault", fault);
+  for (const std::string& file : asked_.params) add("--params", file);
+  add("--list", asked_.list);
+  add("--camera", asked_.camera);
+  if (asked_.duration_s > 0) add("--duration", fmt::format("{}", asked_.duration_s));
+  for (const std::string& argument : asked_.plant_args) add("--plant-arg", argument);
+  return words;
 }
 
 Json SweepPlan::identity() const {

@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -73,6 +74,10 @@ class SweepPlan {
   std::vector<std::string> words(std::uint64_t number);
   /// All that decides the cases: axes as they were given, and hashes of the contents of files and programs.
   Json identity() const;
+  /// Every file that the options name, and those that these name: what a robot extends, its calibration.
+  const std::set<std::string>& files() const { return files_; }
+  /// The options that decide the cases, for `sinew sweep`.
+  std::vector<std::string> options() const;
   const std::string& robot_name() const { return robot_; }    // of the first robot file
   const std::string& runs_folder() const { return folder_; }  // where it records
 
@@ -95,6 +100,7 @@ class SweepPlan {
   std::uint64_t variants_ = 1;
   std::string robot_, folder_;
   Json contents_ = Json::object();  // hashes of files, by name
+  std::set<std::string> files_;
 };
 
 }  // namespace sinew::app

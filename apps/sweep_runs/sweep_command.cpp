@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 
 #include "apps/command/choice_check.hpp"
@@ -100,7 +101,34 @@ void describe_sweep(CLI::App& command, SweepOptions& o) {
       ->check(one_of({"failures"}))
       ->type_name("{failures}")
       ->each([&o](const std::string&) { o.record_failures = true; });
+  command.add_option("--in", o.in, "folder where the names of robot files, parameters and the list begin")
+      ->type_name(kFileHint);
+  command
+      .add_option(
+          "--pack", o.pack,
+          "fly nothing: make this folder with all that other machines need, and a script `run` that flies there")
+      ->excludes("--results")
+      ->excludes("--shard")
+      ->excludes("--until-width")
+      ->excludes("--record")
+      ->type_name(kFileHint);
   describe_report(command, o.report);
+}
+
+/// Goes to the folder of --in; files that are written or compared keep their places. Errors: false, with `why`.
+bool enter_folder(SweepOptions& o, std::string& why) {
+  std::error_code error;
+  for (std::string* const file : {&o.results, &o.pack, &o.report.against, &o.report.plot_file, &o.report.csv})
+    if (!file->empty() && !error) *file = std::filesystem::absolute(*file, error).string();
+  if (!error) std::filesystem::current_path(o.in, error);
+  if (error) why = fmt::format("--in {}: {}", o.in, error.message());
+  return !error;
+}
+
+int run_sweep(SweepOptions options, const rt::ModuleTypes& types) {
+  std::string why;
+  if (!options.in.empty() && !enter_folder(options, why)) return fail(why);
+  return SweepRun(options, types).run();
 }
 
 int merge(const MergeOptions& options) {
@@ -126,7 +154,7 @@ void add_sweep_commands(CLI::App& app, CommandContext& context) {
       "sweep", "run robot files over seeds, settings, faults and parameters on all processors, and sum up how it went");
   describe_sweep(sweep, *sweep_options);
   sweep.callback([&context, sweep_options] {
-    context.action = [&types = context.types, sweep_options] { return SweepRun(*sweep_options, types).run(); };
+    context.action = [&types = context.types, sweep_options] { return run_sweep(*sweep_options, types); };
   });
 
   const auto merge_options = std::make_shared<MergeOptions>();

@@ -13,6 +13,7 @@
 #include "apps/command/progress.hpp"
 #include "apps/sweep/case_text.hpp"
 #include "apps/sweep/statistics.hpp"
+#include "apps/sweep_runs/pack.hpp"
 #include "hal/linux/process.hpp"
 #include "hal/platform.hpp"
 #include "math/hash.hpp"
@@ -63,6 +64,24 @@ std::vector<std::string> SweepRun::argv_of(const std::vector<std::string>& words
   argv.insert(argv.end(), words.begin(), words.end());
   argv.insert(argv.end(), {"--virtual", "--json"});
   return argv;
+}
+
+/// Makes the folder for other machines.
+int SweepRun::pack() {
+  plan_ = SweepPlan::make(options_.axes, types_);
+  if (!plan_) return kNotBegun;
+  PackRequest request{options_.pack, plan_->options(), plan_->files()};
+  if (options_.patience_s != SweepOptions{}.patience_s)
+    request.words.push_back(fmt::format("--patience={}", options_.patience_s));
+  Packed packed;
+  std::string why;
+  if (!pack_sweep(request, packed, why)) return fail(why);
+  fmt::print(
+      "{}: {} runs, {} files, {:.1f} MB\non each machine: {}/run --shard I/N --results FILE\nat the end: {}/run "
+      "merge FILE... --into FILE\n",
+      options_.pack, plan_->cases(), packed.files, static_cast<double>(packed.bytes) * 1e-6, options_.pack,
+      options_.pack);
+  return kDone;
 }
 
 bool SweepRun::open() {
@@ -236,6 +255,7 @@ int SweepRun::tell() {
 }
 
 int SweepRun::run() {
+  if (!options_.pack.empty()) return pack();
   static_cast<void>(hal::stop_requested());  // from here on a signal only asks for the end
   hal::end_at_second_signal("\nsinew: ended at once by a second signal; the same command goes on where it stopped\n");
   ::setenv("LP_NUM_THREADS", "0", 1);  // the drawing library's own threads would fight for the cores of other runs

@@ -23,6 +23,8 @@ struct SweepOptions {
   std::string shard;        // "2/5"; empty: all
   double until_width = 0;   // stop when the interval of the good share is as narrow; 0: not before the end
   bool record_failures = false;
+  std::string in;  // folder that names of robot files, parameters and the list are relative to; empty: the current one
+  std::string pack;  // folder that is made for other machines, in place of flying; empty: none
   ReportOptions report{};
 };
 
@@ -34,6 +36,7 @@ class SweepRun {
   int run();
 
  private:
+  int pack();
   bool open();
   bool read_earlier();
   bool fly();
