@@ -19,8 +19,8 @@ namespace {
 
 constexpr const char* kFormat = "sinew_sweep";
 constexpr int kVersion = 1;
-constexpr std::size_t kWindow = std::size_t{1} << 18;   // cases that are sorted at a time: 16 bytes each
-constexpr std::size_t kBlock = std::size_t{1} << 18;    // bytes that are read or written at a time
+constexpr std::size_t kWindow = std::size_t{1} << 18;         // cases that are sorted at a time: 16 bytes each
+constexpr std::size_t kBlock = std::size_t{1} << 18;          // bytes that are read or written at a time
 constexpr std::size_t kMostLineBytes = std::size_t{1} << 20;  // line
 constexpr std::size_t kMostMissing = 20;
 
