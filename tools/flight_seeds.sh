@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Flies robots/quad/quad.toml in virtual time for many seeds, and checks that one flight gives the same bytes everywhere.
 #
-#   tools/flight_seeds.sh [--seeds N] [--build FOLDER] [--same-bytes "FOLDER ..."] [fly option...]
+#   tools/flight_seeds.sh [--seeds N] [--build FOLDER] [--same-bytes "FOLDER ..."] [sweep option...]
 #
 # --seeds N      seeds 1..N (default 10), as many at once as there are cores
 # --build FOLDER build/FOLDER/bin/sinew flies (default release)
@@ -9,13 +9,8 @@
 #                with the processor's FMA and AVX hidden from the C library, must be identical; and in each of
 #                them a replay of 8 s that release recorded in virtual and in real time must find every step identical
 #
-# Passes when at least 95 of 100 seeds land (every one of fewer than 20). A flight has landed when `sinew run` exits
-# with 0 and these lines of its output (with --verbose) confirm it:
-#     landing error       0.042 m        (limit 0.15 m)
-#     touchdown speed     0.31 m/s       (limit 0.5 m/s)
-#     flight time         21.4 s
-#     hash TOPIC HEX                     one line for each topic
-# A missing line is a failure of that seed, never a pass.
+# The seeds are flown by `sinew sweep`, whose options may be added. Passes when at least 95 of 100 seeds land (every one of fewer
+# than 20). build/flights/seeds.jsonl has the results.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 export SINEW_RECORD=off
@@ -48,28 +43,25 @@ fly() {
   printf '%s\n' "$code" >"$out/$3.exit"
 }
 
-# value NAME LABEL: the number after a label of the summary, or nothing.
-value() { sed -nE "s/^ *$2[^0-9-]*(-?[0-9]+(\.[0-9]+)?).*/\1/p" "$out/$1.log" | tail -n 1; }
-
-below() { [[ -n $1 ]] && awk -v a="$1" -v b="$2" 'BEGIN { exit !(a < b) }'; }
-
 # table: one line per seed; leaves the number of good landings in `landed`.
 table() {
-  local seed name code error speed time verdict
-  printf '%6s  %-8s %10s %12s %9s\n' seed landed 'error m' 'speed m/s' 'flight s'
-  landed=0
-  for ((seed = 1; seed <= seeds; ++seed)); do
-    name=seed-$seed
-    code=$(cat "$out/$name.exit" 2>/dev/null || echo none)
-    error=$(value "$name" 'landing error') speed=$(value "$name" 'touchdown speed') time=$(value "$name" 'flight time')
-    verdict="no ($code)"
-    if [[ $code == 0 ]] && below "$error" 0.15 && below "$speed" 0.5; then
-      verdict=yes
-      landed=$((landed + 1))
-    fi
-    printf '%6d  %-8s %10s %12s %9s\n' "$seed" "$verdict" "${error:--}" "${speed:--}" "${time:--}"
-    if [[ $code != 0 && -z $error ]]; then sed 's/^/        /' "$out/$name.log" | tail -n 3; fi
-  done
+  python3 -B - "$out/seeds.jsonl" <<'PYTHON'
+import json
+import sys
+
+print(f"{'seed':>6}  {'landed':<8} {'error m':>10} {'speed m/s':>12} {'flight s':>9}")
+with open(sys.argv[1]) as file:
+    next(file)  # what the sweep is
+    for line in file:
+        case = json.loads(line)
+        m = case.get("measures", {})
+        verdict = "yes" if case["good"] else f"no ({case['code']})"
+        figures = [f"{m[key]:.3f}" if key in m else "-" for key in ("landing_error_m", "touchdown_speed_mps", "flight_s")]
+        print(f"{case['case'] + 1:6}  {verdict:<8} {figures[0]:>10} {figures[1]:>12} {figures[2]:>9}")
+        if not case["good"]:
+            print(f"        {case['outcome']}\n        sinew run {case['run']}")
+PYTHON
+  landed=$(grep -c '"good":true' "$out/seeds.jsonl") || true
 }
 
 # hashes NAME: the hash lines of a flight in order of the topics, and how it ended.
@@ -135,12 +127,12 @@ check_same_bytes() {
 
 [[ -x $root/build/$preset/bin/sinew ]] || die "build/$preset/bin/sinew is not built"
 start=$(now_s)
-export root out limit_s
-export -f fly
-# The drawing library's own threads would fight for the cores that the other flights need.
-# shellcheck disable=SC2016  # the quoted program is the inner shell's
-seq 1 "$seeds" | LP_NUM_THREADS=0 xargs -P "$jobs" -I '{}' bash -c 'fly "$1" "$2" "seed-$2" "${@:3}"' fly "$preset" '{}' "${options[@]}"
+code=0
+(cd "$root" && "build/$preset/bin/sinew" sweep robots/quad/quad.toml --seeds "1..$seeds" --patience "$limit_s" \
+  --results "$out/seeds.jsonl" "${options[@]}") >"$out/seeds.log" 2>&1 || code=$?
+((code <= 1)) || { cat "$out/seeds.log" && die "the sweep ended with exit code $code"; }
 table
+tail -n +2 "$out/seeds.log"
 bytes=skipped status=0
 if ((same_bytes)); then
   bytes=identical
