@@ -16,6 +16,8 @@ import unittest
 SINEW, SINEW_SIM, ROBOTS = map(os.path.abspath, sys.argv[1:4])
 RUN_DIR = tempfile.TemporaryDirectory(prefix="sinew_run_")  # other tests run robots of the same names
 os.environ["SINEW_RUN_DIR"] = RUN_DIR.name
+TEMPORARY = tempfile.TemporaryDirectory(prefix="sinew_sweep_")  # a sweep that is killed leaves its files there
+os.environ["TMPDIR"] = tempfile.tempdir = TEMPORARY.name
 SEESAW, QUAD = f"{ROBOTS}/seesaw/seesaw.toml", f"{ROBOTS}/quad/quad.toml"
 SHORT = (SEESAW, "--duration", "1")
 # The camera of the quadrotor is gone: it lands off the pad.
