@@ -68,7 +68,7 @@ class TuneRun {
     const std::size_t replays = tuning_.points().size() * command_.task.files.size();
     const hal::Time begin = hal::system_os().now();
     {
-      Progress progress("tune");
+      Progress progress("tune", true, ProgressOf::cases);
       progress.expect(replays);
       if (!tuning_.run([&](std::size_t n) { progress.add(n); }, why)) return fail(why);
     }
@@ -185,6 +185,9 @@ void add_tune_command(CLI::App& app, CommandContext& context) {
   command.add_option("--jobs", task.jobs, "replays at a time [as many as processors]")
       ->check(whole(1, 256))
       ->type_name("N");
+  command.add_option("--patience", task.patience_s, "a replay that takes more seconds counts as hanging [600]")
+      ->check(number(0))
+      ->type_name("S");
   command.add_flag("--json", options->json, "as one JSON object");
   command.callback([&context, options] {
     options->task.against_truth = options->against == "truth";

@@ -3,24 +3,21 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
+#include <chrono>
+#include <cstdio>
 #include <iterator>
-#include <mutex>
 #include <set>
 
 #include "apps/bag/bag_file.hpp"
 #include "apps/replay/recorded_robot.hpp"
 #include "apps/robot_file/param_overlay.hpp"
 #include "hal/linux/file.hpp"
-#include "hal/linux/process.hpp"
-#include "hal/platform.hpp"
 #include "hal/silent_board.hpp"
 
 namespace sinew::app {
 namespace {
 
-using namespace std::chrono_literals;
-
+constexpr double kMostPatience_s = 1e9;  // in a Duration
 constexpr std::size_t kMostPoints = 1'000'000;
 
 std::unique_ptr<record::Reader> open_reader(const std::string& path, std::string& why) {
@@ -68,12 +65,6 @@ struct Tuning::File {
   std::string path;
   rt::GraphSpec spec;
   std::optional<record::Truth> truth;
-};
-
-struct Tuning::Result {
-  record::Deviation now, recorded;
-  std::uint64_t missing = 0;
-  std::vector<std::string> stopped;
 };
 
 bool Score::counts() const { return error.count > 0 && stopped.empty() && missing * 100 <= error.count + missing; }
@@ -197,7 +188,7 @@ void Tuning::choose_modules(const rt::Graph& graph, std::uint32_t error_module) 
   error_module_ = graph.modules()[error_module].spec.name;
 }
 
-bool Tuning::replay(std::size_t point, const File& file, Result& result, std::string& why) const {
+bool Tuning::replay(std::size_t point, const File& file, ReplayScore& result, std::string& why) const {
   const auto reader = open_reader(file.path, why);
   if (!reader) return false;
   rt::GraphSpec spec = file.spec;
@@ -237,46 +228,54 @@ bool Tuning::replay(std::size_t point, const File& file, Result& result, std::st
   return true;
 }
 
+/// In a copy of this process; `replay` counts the files of the first point, then those of the second, and so on.
+int Tuning::replay_and_print(std::size_t replay) const {
+  ReplayScore score;
+  std::string why;
+  if (!this->replay(replay / files_.size(), *files_[replay % files_.size()], score, why)) score.failed = why;
+  std::fputs(to_line(score).c_str(), stdout);
+  return std::fflush(stdout) == 0 ? 0 : 1;
+}
+
+ReplayScore Tuning::score_of(std::size_t replay, const sweep::JobResult& job) const {
+  ReplayScore score;
+  if (!job.not_started.empty()) {
+    score.failed = job.not_started;
+    return score;
+  }
+  auto printed = parse_replay_score(job.output);
+  if (printed && job.code == 0 && !job.hung) return std::move(*printed);
+  std::string end = sweep::describe_end(job);
+  if (job.hung) end = fmt::format("hung: no end within {:g} s (--patience)", task_.patience_s);
+  score.stopped = {files_[replay % files_.size()]->path + ": " + end};
+  return score;
+}
+
 bool Tuning::run(const std::function<void(std::size_t)>& progress, std::string& why) {
-  std::vector<Result> results(points_.size() * files_.size());
-  std::atomic<std::size_t> next{0}, done{0};  // done: release behind a result, acquire before all are read
-  std::atomic<bool> failed{false};
-  std::mutex why_mutex;
-  const auto work = [&] {
-    for (std::size_t i; (i = next.fetch_add(1)) < results.size() && !failed;
-         done.fetch_add(1, std::memory_order_release)) {
-      std::string words;
-      if (replay(i / files_.size(), *files_[i % files_.size()], results[i], words)) continue;
-      const std::lock_guard lock(why_mutex);
-      if (!failed.exchange(true)) why = words;
-    }
-  };
-  hal::Os& os = hal::system_os();
-  {
-    std::vector<std::unique_ptr<hal::Thread>> threads;
-    const std::size_t jobs = std::min<std::size_t>(task_.jobs ? task_.jobs : hal::usable_cpus(), results.size());
-    for (std::size_t i = 0; i < jobs; ++i) {
-      auto thread = os.start_thread({"tune", 0, {}, 1 << 20}, work);
-      if (!thread) break;
-      threads.push_back(std::move(*thread));
-    }
-    if (threads.empty()) {
-      why = "no thread can be started";
-      return false;
-    }
-    for (std::size_t told = 0; told < results.size() && !failed;) {
-      os.sleep_until(os.now() + 20ms);
-      const std::size_t now = done.load(std::memory_order_acquire);
-      progress(now - told);
-      told = now;
-    }
-  }  // joins
-  if (failed) return false;
+  std::vector<ReplayScore> results(points_.size() * files_.size());
+  why = "interrupted";
+  std::size_t next = 0;
+  sweep::ProcessPool pool(task_.jobs, std::chrono::duration_cast<hal::Duration>(
+                                          std::chrono::duration<double>(std::min(task_.patience_s, kMostPatience_s))));
+  const bool through = pool.run(
+      [&]() -> std::optional<sweep::Job> {
+        if (next == results.size()) return std::nullopt;
+        return sweep::Job{.body = [this, replay = next++] { return replay_and_print(replay); }};
+      },
+      [&](std::uint64_t number, const sweep::JobResult& job) {
+        const auto replay = static_cast<std::size_t>(number);
+        results[replay] = score_of(replay, job);
+        progress(1);
+        if (results[replay].failed.empty()) return true;
+        why = results[replay].failed;
+        return false;
+      });
+  if (!through) return false;
   sum_up(results);
   return true;
 }
 
-void Tuning::sum_up(const std::vector<Result>& results) {
+void Tuning::sum_up(const std::vector<ReplayScore>& results) {
   scores_.assign(points_.size(), {});
   recorded_ = {};
   for (std::size_t i = 0; i < results.size(); ++i) {
@@ -287,9 +286,9 @@ void Tuning::sum_up(const std::vector<Result>& results) {
     score.stopped.insert(score.stopped.end(), results[i].stopped.begin(), results[i].stopped.end());
   }
   for (std::size_t f = 0; f < files_.size(); ++f) {  // any point with all messages has the same values
-    const Result* most = &results[f];
+    const ReplayScore* most = &results[f];
     for (std::size_t p = 1; p < points_.size(); ++p)
-      if (const Result& other = results[p * files_.size() + f]; other.recorded.count > most->recorded.count)
+      if (const ReplayScore& other = results[p * files_.size() + f]; other.recorded.count > most->recorded.count)
         most = &other;
     add(recorded_.error, most->recorded);
     recorded_.files.push_back(most->recorded);

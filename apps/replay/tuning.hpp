@@ -6,7 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "apps/replay/replay_score.hpp"
 #include "apps/replay/sweep.hpp"
+#include "apps/sweep/process_pool.hpp"
 #include "record/run/comparison.hpp"
 
 namespace sinew::app {
@@ -19,6 +21,7 @@ struct TuningTask {
   std::string truth;                          // topic; empty: the one that the file has
   std::optional<double> from_s{}, until_s{};  // of each record: what counts
   unsigned jobs = 0;                          // at a time; 0: one for each processor
+  double patience_s = 600;                    // of real time, for one replay
 };
 
 /// The result of one point, or of the recorded parameters.
@@ -26,7 +29,7 @@ struct Score {
   record::Deviation error;               // over all files
   std::vector<record::Deviation> files;  // each
   std::uint64_t missing = 0;             // messages that the recorded version published and this one did not
-  std::vector<std::string> stopped{};    // modules that could not be executed to the end, in words
+  std::vector<std::string> stopped{};    // modules, or whole replays, that were not executed to the end, in words
   /// Nearly all messages were published: a silent filter makes no errors.
   bool counts() const;
 };
@@ -43,8 +46,9 @@ class Tuning {
   const std::string& unit() const { return unit_; }
   const std::vector<std::string>& modules() const { return modules_; }  // that are executed again
 
-  /// Executes everything. Calls `progress` with the number of newly finished ones, of points() x files. Errors: false,
-  /// with `why`.
+  /// Executes everything, each point on each file in a copy of this process: one that crashes or hangs is a score that
+  /// does not count. Calls `progress` with the number of newly finished ones, of points() x files.
+  /// Errors:  false, with `why`: also when this process has other threads.
   bool run(const std::function<void(std::size_t)>& progress, std::string& why);
   const std::vector<Score>& scores() const { return scores_; }  // of points()
   const Score& recorded() const { return recorded_; }
@@ -55,12 +59,13 @@ class Tuning {
 
  private:
   struct File;
-  struct Result;
   bool open(const std::string& path, std::string& why);
   bool choose_error(const rt::Graph& graph, std::string& why);
   void choose_modules(const rt::Graph& graph, std::uint32_t error_module);
-  bool replay(std::size_t point, const File& file, Result& result, std::string& why) const;
-  void sum_up(const std::vector<Result>& results);
+  bool replay(std::size_t point, const File& file, ReplayScore& result, std::string& why) const;
+  int replay_and_print(std::size_t replay) const;
+  ReplayScore score_of(std::size_t replay, const sweep::JobResult& job) const;
+  void sum_up(const std::vector<ReplayScore>& results);
 
   TuningTask task_;
   const rt::ModuleTypes* types_ = nullptr;

@@ -9,12 +9,15 @@
 #include <fstream>
 
 #include "apps/command/number_check.hpp"
+#include "apps/command/progress.hpp"
 #include "apps/command/usage_error.hpp"
+#include "apps/search/case_result.hpp"
 #include "apps/search/generate.hpp"
 #include "apps/search/outcome_text.hpp"
-#include "apps/search/pool.hpp"
 #include "apps/search/shrink.hpp"
 #include "apps/search/summary.hpp"
+#include "apps/sweep/process_pool.hpp"
+#include "hal/linux/process.hpp"
 #include "hal/platform.hpp"
 
 namespace {
@@ -156,21 +159,23 @@ class Search {
       : options_(o),
         modules_(module_names(settings)),
         failsafes_(settings.robot.graph.failsafes),
-        pool_(command(o), o.jobs ? o.jobs : hal::usable_cpus(),
-              hal::Duration{static_cast<std::int64_t>(o.patience_s * 1e9)}) {}
+        patience_{static_cast<std::int64_t>(o.patience_s * 1e9)},
+        pool_(o.jobs, patience_) {}
 
   int run() {
     hal::Os& os = hal::system_os();
     const hal::Time begin = os.now();
     plan();
-    const bool through = pool_.run(cases_, [&](std::size_t i, const Result& r) { return take(i, r); });
+    progress_.expect(cases_.size());
+    const bool through = fly_all(cases_, [&](std::size_t i, const CaseResult& r) { return take(i, r); });
+    progress_.erase();
     const double wall_s = msg::seconds(os.now() - begin);
     if (error_) return 2;
     if (options_.json) {
       std::printf("%s\n", summary_.json().c_str());
     } else {
       std::printf("%s", summary_.text().c_str());
-      std::printf("wall time           %.1f s, %.2f s a run\n", wall_s, wall_s / static_cast<double>(pool_.runs()));
+      std::printf("wall time           %.1f s, %.2f s a run\n", wall_s, wall_s / static_cast<double>(pool_.started()));
     }
     if (found_) std::printf("%zu of the flights failed\n", found_);
     if (found_) return 1;
@@ -190,6 +195,23 @@ class Search {
     return argv;
   }
 
+  /// Flies the cases, each in a process of its own, and passes their results to `done` in the order of the cases.
+  /// False: it did not go through to the end.
+  bool fly_all(const std::vector<Case>& cases, const std::function<bool(std::size_t, const CaseResult&)>& done) {
+    std::size_t next = 0;
+    return pool_.run(
+        [&]() -> std::optional<sweep::Job> {
+          if (next == cases.size()) return std::nullopt;
+          sweep::Job job{.argv = command(options_)};
+          job.argv.insert(job.argv.end(), {"--case", to_string(cases[next++]), "--json"});
+          return job;
+        },
+        [&](std::uint64_t i, const sweep::JobResult& result) {
+          return done(static_cast<std::size_t>(i), case_result(result, patience_));
+        },
+        sweep::ProcessPool::Order::as_they_began);
+  }
+
   /// Some cases come twice: both flights must give the same bytes.
   void plan() {
     for (std::uint64_t run = 0; run < options_.runs; ++run) {
@@ -201,8 +223,10 @@ class Search {
     }
   }
 
-  bool take(std::size_t i, const Result& r) {
+  bool take(std::size_t i, const CaseResult& r) {
+    progress_.add(1);
     if (!r.error.empty()) {
+      progress_.erase();
       fail(fmt::format("run {}: {}\n  {}", run_of_[i] + 1, r.error, again(options_, cases_[i])));
       error_ = true;
       return false;
@@ -215,11 +239,13 @@ class Search {
     hash_ = outcome.hash;
     if (!second) summary_.add(cases_[i], excuses(cases_[i], failsafes_), outcome);
     if (!options_.json && !second && (run_of_[i] + 1) % 100 == 0) {
+      progress_.erase();
       std::printf("%llu runs\n", static_cast<unsigned long long>(run_of_[i] + 1));
       std::fflush(stdout);
     }
     if (!outcome.violation) return true;
     if (options_.keep_going) {
+      progress_.erase();
       std::printf("run %llu ", static_cast<unsigned long long>(run_of_[i] + 1));
       print(*outcome.violation);
       std::printf("  %s\n", again(options_, cases_[i]).c_str());
@@ -254,7 +280,7 @@ class Search {
     std::size_t left = options_.shrink_runs;
     return shrink(c, [&](const std::vector<Case>& candidates) {
       std::optional<std::size_t> found;
-      pool_.run(candidates, [&](std::size_t i, const Result& r) {
+      fly_all(candidates, [&](std::size_t i, const CaseResult& r) {
         if (left == 0) return false;
         --left;
         const auto& v = r.outcome.violation;
@@ -268,7 +294,9 @@ class Search {
   const Options& options_;
   const std::vector<std::string> modules_;
   const std::vector<rt::FailsafeSpec> failsafes_;
-  Pool pool_;
+  const hal::Duration patience_;
+  sweep::ProcessPool pool_;
+  app::Progress progress_{"search", true, app::ProgressOf::cases};
   std::vector<Case> cases_;
   std::vector<std::uint64_t> run_of_;  // of each case
   Summary summary_;

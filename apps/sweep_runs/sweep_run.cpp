@@ -145,8 +145,9 @@ bool SweepRun::fly() {
     job.argv.emplace_back("--no-record");
     return job;
   };
-  Progress progress("sweep");
-  progress.expect(cases_of(identity_, shard_) - file_->count());
+  Progress progress("sweep", true, ProgressOf::cases);
+  progress.expect(cases_of(identity_, shard_));
+  progress.add_before(file_->count());
   std::string why;
   const auto take = [&](std::uint64_t job, const sweep::JobResult& said) {
     const auto flight = flying.extract(job).mapped();
@@ -206,7 +207,7 @@ bool SweepRun::record_failures() {
     return job;
   };
   ::unsetenv("SINEW_RECORD");  // what it forbids is asked for here
-  Progress progress("record");
+  Progress progress("record", true, ProgressOf::cases);
   progress.expect(prints.size());
   std::string why;
   const auto take = [&](std::uint64_t job, const sweep::JobResult& said) {
@@ -227,7 +228,7 @@ bool SweepRun::record_failures() {
     return true;
   };
   sweep::ProcessPool pool(options_.jobs, from_seconds(options_.patience_s));
-  if (!pool.run(give, take) && hal::stop_requested()) interrupted_ = true;
+  if (!pool.run(give, take, sweep::ProcessPool::Order::as_they_began) && hal::stop_requested()) interrupted_ = true;
   return why.empty() || fail(why) == kDone;
 }
 

@@ -53,9 +53,10 @@ class ChildProcess {
   bool is_stopped() const { return stopped_; }
   /// Waits for the end, at most `patience`.
   std::optional<int> wait(Duration patience);
-  /// Waits until one of these piped children has ended, has written to its pipes or closed them, at most `patience` or until a signal
-  /// comes; replaces `ready` by the indices of those to look at with poll() and read_output(). It may name one that has
-  /// nothing new: a kernel without pidfd (Linux before 5.3) reports no ends, so all are looked at every 3 ms.
+  /// Waits until one of these piped children has ended, has written to its pipes or closed them, at most `patience` or
+  /// until a signal comes; replaces `ready` by the indices of those to look at with poll() and read_output(). It may
+  /// name one that has nothing new: a kernel without pidfd (Linux before 5.3) reports no ends, so all are looked at
+  /// every 3 ms.
   static void wait_for_any(std::span<ChildProcess* const> children, Duration patience, std::vector<std::size_t>& ready);
   /// Of a piped child: appends what it has written to standard output and standard error by now, at most 64 KiB of each
   /// at a time, without waiting. False: there is no more for now.

@@ -211,6 +211,15 @@ class Tuned(InFolder):
         self.assertEqual(one["replays"], 12)
         self.assertRegex(one["robot_file"], r"^params = \{ accel_noise = \S+, gyro_noise = \S+ \}  # \[module\.filter\]$")
 
+    def test_a_replay_that_hangs_is_a_result_with_its_reason(self):
+        arguments = ("tune", self.file, "--param", "filter.gyro_noise=0.001,0.002", "--error", "tilt", "--patience", "0")
+        code, out, err = self.sinew(*arguments)
+        self.assertEqual(code, 1, out + err)
+        self.assertEqual(out.count("hung: no end within 0 s (--patience)"), 2, out)
+        self.assertIn("no combination could be executed to its end", err)
+        points = json.loads(self.sinew(*arguments, "--json")[1])["points"]
+        self.assertEqual([p["stopped"] for p in points], [[f"{self.file}: hung: no end within 0 s (--patience)"]] * 2)
+
     def test_halves_are_scored_apart(self):
         first = self.tune("--param", "filter.gyro_noise=0.001", "--error", "tilt", "--until", "10.0025")["best"]
         second = self.tune("--param", "filter.gyro_noise=0.001", "--error", "tilt", "--from", "10.0025")["best"]
