@@ -5,6 +5,8 @@
 #   tools/setup.sh cross [ARCH...]          compilers for boards, with all sysroots (armhf, arm64, mipsel) or those of ARCH
 #   tools/setup.sh windows                  a compiler for 64-bit Windows, and Wine
 #   tools/setup.sh windows32                the same and a compiler for 32 bits, with a file tree for Wine's 32-bit half
+#   tools/setup.sh cluster                  Slurm, munge, an ssh server and GNU parallel for ./test stage cluster; a system
+#                                           starts their daemons at boot, so that neither ./run nor ./test installs them
 #
 # Exit: 0 all there, 3 something is missing and cannot be installed here (says what), 2 wrong call.
 # SINEW_SKIP_SETUP=1 skips the check, for systems that get the same things in another way.
@@ -18,8 +20,9 @@ case ${1:-build} in
   cross) groups=' build cross ' ;;
   windows) groups=' build windows ' ;;
   windows32) groups=' build windows windows32 ' ;;
+  cluster) groups=' cluster ' ;;
   *)
-    say "usage: tools/setup.sh [build | test | ci | cross [ARCH...] | windows | windows32]" >&2
+    say "usage: tools/setup.sh [build | test | ci | cross [ARCH...] | windows | windows32 | cluster]" >&2
     exit 2
     ;;
 esac

@@ -84,7 +84,8 @@ class Cluster(unittest.TestCase):
         self.addCleanup(shutil.rmtree, self.dir)
         self.addCleanup(end_all)
         os.chmod(self.dir, 0o755)  # munge's folder may be seen by all
-        self.env = dict(os.environ, SINEW_RECORD="off")
+        # A killed sweep leaves its temporary files.
+        self.env = dict(os.environ, SINEW_RECORD="off", TMPDIR=self.dir, SINEW_RUN_DIR=f"{self.dir}/names")
         self.pack, self.results = f"{self.dir}/pack", f"{self.dir}/results"
         self.call([SINEW, "sweep", *SWEEP, "--pack", self.pack], cwd=SOURCE)
         self.call([SINEW, "sweep", *SWEEP, "--results", f"{self.dir}/single.jsonl"], cwd=SOURCE)
@@ -208,7 +209,7 @@ class Ssh(Cluster):
         with open(f"{self.dir}/sshd_config", "w", encoding="utf-8") as conf:
             conf.write(f"ListenAddress 127.0.0.1\nPort {port}\nHostKey {self.dir}/host_key\nPidFile none\nUsePAM no\n"
                        f"AuthorizedKeysFile {self.dir}/authorized\nPasswordAuthentication no\nPermitRootLogin yes\n"
-                       "StrictModes no\nMaxStartups 100\n")
+                       f"StrictModes no\nMaxStartups 100\nSetEnv TMPDIR={self.dir} SINEW_RUN_DIR={self.dir}/names\n")
         with open(f"{self.dir}/ssh_config", "w", encoding="utf-8") as conf:
             conf.write(f"Host node0 node1\nHostName 127.0.0.1\nPort {port}\nIdentityFile {self.dir}/user_key\n"
                        f"IdentitiesOnly yes\nStrictHostKeyChecking no\nUserKnownHostsFile {self.dir}/known_hosts\n"
@@ -216,8 +217,9 @@ class Ssh(Cluster):
         self.env["PARALLEL_SSH"] = f"ssh -F {self.dir}/ssh_config"
         self.env["PARALLEL_HOME"] = f"{self.dir}/parallel"
         os.mkdir(self.env["PARALLEL_HOME"])
-        if os.geteuid() == 0:
-            os.makedirs("/run/sshd", exist_ok=True)  # where sshd as root confines its first half
+        if os.geteuid() == 0 and not os.path.exists("/run/sshd"):  # where sshd as root confines its first half
+            os.mkdir("/run/sshd")
+            self.addCleanup(os.rmdir, "/run/sshd")
         self.daemon("sshd", [shutil.which("sshd", path=os.environ["PATH"]), "-D", "-e", "-f", f"{self.dir}/sshd_config"])
         self.wait_for("sshd", lambda: subprocess.run(["ssh", "-F", f"{self.dir}/ssh_config", "node0", "true"], env=self.env,
                                                      capture_output=True, check=False).returncode == 0)
