@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "apps/replay/replay_score.hpp"
-#include "apps/replay/sweep.hpp"
+#include "apps/replay/swept_params.hpp"
 #include "apps/sweep/process_pool.hpp"
 #include "record/run/comparison.hpp"
 

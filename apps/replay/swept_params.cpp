@@ -1,4 +1,4 @@
-#include "apps/replay/sweep.hpp"
+#include "apps/replay/swept_params.hpp"
 
 #include <fmt/format.h>
 

@@ -1,10 +1,10 @@
-#include "apps/replay/sweep.hpp"
+#include "apps/replay/swept_params.hpp"
 
 #include <gmock/gmock.h>
 
 #include "rt/module.hpp"
 
-namespace sinew::app::sweep_test {
+namespace sinew::app::swept_params_test {
 namespace {
 
 using rt::ParamValue;
@@ -103,4 +103,4 @@ TEST_F(SweepTest, TheGridHasEveryCombination) {
 }
 
 }  // namespace
-}  // namespace sinew::app::sweep_test
+}  // namespace sinew::app::swept_params_test
