@@ -38,6 +38,15 @@ const char* verdict_name(rt::ChainVerdict::Result result) {
   return "?";
 }
 
+Json to_json(const WorldReport::Measure& m) {
+  const bool ok = !(m.at_most && m.value > *m.at_most) && !(m.at_least && m.value < *m.at_least);
+  Json measure{{"name", m.key}, {"label", m.label}, {"value", m.value}, {"unit", m.unit}};
+  if (m.at_most) measure["at_most"] = *m.at_most;
+  if (m.at_least) measure["at_least"] = *m.at_least;
+  measure["ok"] = ok;
+  return measure;
+}
+
 Json quantiles_ns(const rt::Histogram& h) {
   return {{"count", h.count()},
           {"p50", h.quantile(0.5).count()},
@@ -209,16 +218,6 @@ void RunSummary::add_reasons(std::string_view label, const char* key, const std:
   for (const auto& reason : reasons) details_ += fmt::format("{:<19} {}\n", label, reason);
 }
 
-void RunSummary::measure(const WorldReport::Measure& m) {
-  measures_.push_back(in_words(m));
-  const bool ok = !(m.at_most && m.value > *m.at_most) && !(m.at_least && m.value < *m.at_least);
-  Json figure{{"name", m.key}, {"label", m.label}, {"value", m.value}, {"unit", m.unit}};
-  if (m.at_most) figure["at_most"] = *m.at_most;
-  if (m.at_least) figure["at_least"] = *m.at_least;
-  figure["ok"] = ok;
-  figures_.push_back(std::move(figure));
-}
-
 void RunSummary::recorded(const std::string& path, std::string_view text) {
   recording_ = path;
   recorded_ = fmt::format("{}{}, {}", recorded_.empty() ? "" : "the last: ", path, text);
@@ -305,10 +304,12 @@ int RunSummary::finish(std::string_view outcome, int code) {
   add_reasons("invalid", "invalid_because", timing_.reasons);
   if (code == 0 && ((!valid && (form_.strict || virtual_)) || trace_failed_)) code = 1;
   if (before_print_) before_print_({end_, mission, why_, code, timing_.worst});
+  Json measures = Json::array();
+  for (const WorldReport::Measure& m : measures_) measures.push_back(to_json(m));
   Json story = Json::array();
   for (const Story::Event& e : story_.events()) story.push_back({{"at_s", e.at_s}, {"text", e.text}});
   add("result", result,
-      {{"mission", {{"outcome", mission}, {"good", good}, {"why", why_}, {"measures", figures_}}},
+      {{"mission", {{"outcome", mission}, {"good", good}, {"why", why_}, {"measures", measures}}},
        {"timing", {{"valid", valid}, {"worst", timing_.worst}, {"what_to_do", timing_.what_to_do}}},
        {"story", story},
        {"result", result},
@@ -317,8 +318,9 @@ int RunSummary::finish(std::string_view outcome, int code) {
     put(all_.dump() + "\n");
     return code;
   }
-  const std::string measures = measures_.empty() ? "" : fmt::format(": {}", fmt::join(measures_, ", "));
-  print((mission.empty() ? "nothing to judge" : mission) + measures, code);
+  std::string figures;
+  for (const WorldReport::Measure& m : measures_) figures += (figures.empty() ? ": " : ", ") + in_words(m);
+  print((mission.empty() ? "nothing to judge" : mission) + figures, code);
   return code;
 }
 

@@ -58,7 +58,7 @@ class RunSummary {
 
   Story& story() { return story_; }
   /// A figure of the mission, for its line: "landing error 0.043 m (at most 0.15)"; in the object with its limit.
-  void measure(const WorldReport::Measure& measure);
+  void measure(WorldReport::Measure measure) { measures_.push_back(std::move(measure)); }
   /// The command that repeats the run, which stands beside a bad outcome.
   void again(std::string command) { again_ = std::move(command); }
   /// One line on why the outcome is not good.
@@ -103,8 +103,8 @@ class RunSummary {
   Json all_;
   std::string details_;  // as --verbose prints them
   Story story_;
-  std::vector<std::string> measures_, failed_chains_;
-  Json figures_ = Json::array();  // the measures
+  std::vector<WorldReport::Measure> measures_;
+  std::vector<std::string> failed_chains_;
   std::string why_, again_, recorded_, recording_, virtual_time_;
   TimingVerdict timing_;
   std::string end_ = kOver, ended_early_;  // how; and with its time, where something ended it early
