@@ -28,8 +28,10 @@ struct JobResult {
 std::string describe_end(const JobResult& result);
 
 /// Starts processes as earlier ones end. A process that has ended takes the ones that it started with it. While the
-/// pool lives, TMPDIR of this process is a folder of its own, in which killed cases leave nothing behind. Thread:
-/// owner, with no other thread that reads or writes the environment while it is made and ended; for jobs with a
+/// pool lives, TMPDIR of this process is a folder of its own, in which killed cases leave nothing behind.
+///
+/// Thread:  owner, with no other thread that reads or writes the environment while it is made and ended; for jobs with
+/// a
 ///          `body` the only thread of the process.
 class ProcessPool {
  public:

@@ -21,7 +21,7 @@ constexpr const char* kFormat = "sinew_sweep";
 constexpr int kVersion = 1;
 constexpr std::size_t kWindow = std::size_t{1} << 18;         // cases that are sorted at a time: 16 bytes each
 constexpr std::size_t kBlock = std::size_t{1} << 18;          // bytes that are read or written at a time
-constexpr std::size_t kMostLineBytes = std::size_t{1} << 20;  // line
+constexpr std::size_t kMostLineBytes = std::size_t{1} << 20;  // a longer line is no result
 constexpr std::size_t kMostMissing = 20;
 
 std::string header_line(const Identity& identity, const Shard& shard) {
@@ -37,16 +37,6 @@ bool read_whole(std::string_view text, std::uint64_t& value) {
   return r.ec == std::errc() && r.ptr == end;
 }
 
-bool read_shard(const std::string& text, Shard& shard) {
-  const auto slash = text.find('/');
-  std::uint64_t number = 0;
-  if (slash == std::string::npos || !read_whole(std::string_view(text).substr(0, slash), number) ||
-      !read_whole(std::string_view(text).substr(slash + 1), shard.count))
-    return false;
-  shard.index = number - 1;
-  return number >= 1 && number <= shard.count;
-}
-
 /// False: the line is no header of such a file.
 bool read_header(std::string_view line, Identity& identity, Shard& shard, std::string& why) {
   const Json j = Json::parse(line, nullptr, false);
@@ -60,12 +50,13 @@ bool read_header(std::string_view line, Identity& identity, Shard& shard, std::s
     return false;
   }
   identity = {j["cases"].get<std::uint64_t>(), j["what"]};
-  shard = {};
-  const bool formed = !j.contains("shard") || (j["shard"].is_string() && read_shard(j["shard"], shard));
-  if (!formed || identity.cases > kMostCases) {
+  std::optional<Shard> part = Shard{};
+  if (j.contains("shard")) part = j["shard"].is_string() ? parse_shard(j["shard"].get<std::string>()) : std::nullopt;
+  if (!part || identity.cases > kMostCases) {
     why = "the first line: its shard or its number of cases is no such";
     return false;
   }
+  shard = *part;
   return true;
 }
 
@@ -434,6 +425,15 @@ class OpenResults final : public ResultsFile {
 
 }  // namespace
 
+std::optional<Shard> parse_shard(std::string_view text) {
+  const auto slash = text.find('/');
+  std::uint64_t number = 0, count = 0;
+  if (slash == std::string_view::npos || !read_whole(text.substr(0, slash), number) ||
+      !read_whole(text.substr(slash + 1), count) || number < 1 || number > count)
+    return std::nullopt;
+  return Shard{number - 1, count};
+}
+
 std::string what_differs(const Identity& there, const Identity& here) {
   std::string all;
   add_difference("cases", there.cases, here.cases, all);
@@ -473,7 +473,11 @@ bool merge_results(const std::vector<std::string>& paths, const std::string& out
     why = "no files to merge";
     return false;
   }
-  return replace(paths, out, Shard{}, kMostCases, merged, why) != nullptr;
+  std::vector<std::string> sources = paths;
+  std::error_code none;
+  if (std::filesystem::exists(out, none) && std::find(paths.begin(), paths.end(), out) == paths.end())
+    sources.push_back(out);
+  return replace(sources, out, Shard{}, kMostCases, merged, why) != nullptr;
 }
 
 }  // namespace sinew::sweep

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -26,6 +27,9 @@ struct Shard {
   std::uint64_t index = 0, count = 1;  // "2/5" is {1, 5}
   bool has(std::uint64_t number) const { return number % count == index; }
 };
+
+/// "2/5". Nothing: it is no such text.
+std::optional<Shard> parse_shard(std::string_view text);
 
 /// What differs between two sweeps, in words: "seeds: 1..10 there, 1..20 here"; empty: they are the same one.
 std::string what_differs(const Identity& there, const Identity& here);
@@ -61,7 +65,8 @@ using EachResult = std::function<bool(const ResultLine& line)>;
 bool read_results(const std::string& path, Identity& identity, Shard& shard, const EachResult& each, std::string& why);
 
 /// Writes one sorted file of the shards of a sweep: the file of the undivided sweep byte for byte, once all cases are
-/// there. Cases that several files have must be equal. `missing`: the first of the cases that no file has, at most 20,
+/// there. A file that is at `out` already must be of the same sweep, and keeps its cases. Cases that several files have
+/// must be equal. `missing`: the first of the cases that no file has, at most 20,
 /// and `missing_count` of them all. Errors: false, with `why`: files of different sweeps, unequal results of a case
 /// (both files named).
 struct Merged {

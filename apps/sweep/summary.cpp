@@ -60,13 +60,6 @@ std::string distinct(const std::string& variant, const std::vector<std::string>&
 
 }  // namespace
 
-std::string share_text(std::uint64_t good, std::uint64_t all) {
-  if (all == 0) return "none";
-  const Interval between = wilson_95(good, all);
-  return fmt::format("{} %  {} .. {} %", percent(static_cast<double>(good) / static_cast<double>(all)),
-                     percent(between.low), percent(between.high));
-}
-
 std::string table_text(const std::vector<std::vector<std::string>>& rows, std::string_view align) {
   std::vector<std::size_t> widths(align.size());
   for (const auto& row : rows)

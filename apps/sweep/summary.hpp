@@ -2,7 +2,6 @@
 // Many results as one table: outcomes with their shares, how each measure is spread, and what went wrong.
 #include <cstdint>
 #include <map>
-#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -66,9 +65,6 @@ class Summary {
   std::uint64_t in_other_variants_ = 0;
   std::vector<CaseResult> failures_;
 };
-
-/// "92.5 %  85.1 .. 96.9 %"
-std::string share_text(std::uint64_t good, std::uint64_t all);
 
 /// Rows of cells, each column as wide as its widest cell; '<' or '>' of `align` for each column.
 std::string table_text(const std::vector<std::vector<std::string>>& rows, std::string_view align);

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -22,22 +21,6 @@ namespace sinew::app {
 namespace {
 
 constexpr std::size_t kMostTold = 20;  // recordings
-
-bool read_number(std::string_view text, std::uint64_t& value) {
-  const auto r = std::from_chars(text.data(), text.data() + text.size(), value);
-  return r.ec == std::errc() && r.ptr == text.data() + text.size();
-}
-
-/// "2/5". Nothing: it is no such text.
-std::optional<sweep::Shard> parse_shard(const std::string& text) {
-  if (text.empty()) return sweep::Shard{};
-  const auto slash = text.find('/');
-  std::uint64_t number = 0, count = 0;
-  if (slash == std::string::npos || !read_number(std::string_view(text).substr(0, slash), number) ||
-      !read_number(std::string_view(text).substr(slash + 1), count) || number < 1 || number > count)
-    return std::nullopt;
-  return sweep::Shard{number - 1, count};
-}
 
 hal::Duration from_seconds(double s) { return hal::Duration{static_cast<std::int64_t>(s * 1e9)}; }
 
@@ -85,7 +68,7 @@ int SweepRun::pack() {
 }
 
 bool SweepRun::open() {
-  const auto shard = parse_shard(options_.shard);
+  const auto shard = options_.shard.empty() ? sweep::Shard{} : sweep::parse_shard(options_.shard);
   if (!shard) return fail(fmt::format("--shard {}: NUMBER/COUNT, as 2/5", options_.shard)) == kDone;
   shard_ = *shard;
   plan_ = SweepPlan::make(options_.axes, types_);
@@ -95,8 +78,7 @@ bool SweepRun::open() {
   std::string why;
   file_ = sweep::ResultsFile::open(path_, identity_, shard_, why);
   if (!file_) return fail(why) == kDone;
-  known_.assign(static_cast<std::size_t>(identity_.cases), false);
-  good_ = known_;
+  good_.assign(static_cast<std::size_t>(identity_.cases), false);
   return read_earlier();
 }
 
@@ -118,9 +100,8 @@ bool SweepRun::read_earlier() {
 }
 
 void SweepRun::note(std::uint64_t number, bool good) {
-  known_[static_cast<std::size_t>(number)] = true;
   good_[static_cast<std::size_t>(number)] = good;
-  while (!narrow_ && prefix_ < identity_.cases && known_[static_cast<std::size_t>(prefix_)]) {
+  while (!narrow_ && prefix_ < identity_.cases && file_->has(prefix_)) {
     if (good_[static_cast<std::size_t>(prefix_)]) ++prefix_good_;
     ++prefix_;
     narrow_ = options_.until_width > 0 && sweep::wilson_95(prefix_good_, prefix_).width() <= options_.until_width;
@@ -136,7 +117,7 @@ bool SweepRun::fly() {
   std::map<std::uint64_t, Flying> flying;
   std::uint64_t next = shard_.index, started = 0;
   const auto give = [&]() -> std::optional<sweep::Job> {
-    while (next < identity_.cases && known_[static_cast<std::size_t>(next)]) next += shard_.count;
+    while (next < identity_.cases && file_->has(next)) next += shard_.count;
     if (next >= identity_.cases) return std::nullopt;
     const auto words = plan_->words(next);
     flying[started++] = {next, sweep::joined(words)};

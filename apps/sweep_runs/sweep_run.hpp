@@ -40,7 +40,7 @@ class SweepRun {
   bool open();
   bool read_earlier();
   bool fly();
-  void note(std::uint64_t number, bool good);
+  void note(std::uint64_t number, bool good);  // a case that the file has
   bool record_failures();
   bool read_failures(std::map<std::uint64_t, std::uint64_t>& prints) const;
   int tell();
@@ -53,7 +53,7 @@ class SweepRun {
   sweep::Shard shard_;
   std::string path_;
   std::unique_ptr<sweep::ResultsFile> file_;
-  std::vector<bool> known_, good_;              // by case, as far as they were read or flown
+  std::vector<bool> good_;                      // by case, of those that the file has
   std::uint64_t prefix_ = 0, prefix_good_ = 0;  // cases from 0 on without a gap
   bool narrow_ = false;                         // the interval of the prefix is narrow enough
   std::uint64_t flown_ = 0;

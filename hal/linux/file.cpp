@@ -150,8 +150,8 @@ Result<std::unique_ptr<OutputFile>> open_to_append(const std::string& path) {
     const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | O_NONBLOCK, 0644);
     if (fd < 0) return file_error("file: open");
     std::unique_ptr<OutputFile> file = std::make_unique<LinuxOutputFile>(fd, path);
-    struct stat opened {
-    }, named{};
+    struct stat opened {};
+    struct stat named {};
     if (::fstat(fd, &opened) != 0) return file_error("file: stat");
     if (!S_ISREG(opened.st_mode)) return Error{Errc::bad_argument, "file: not an ordinary one"};
     if (!beyond_posix::lock_file(fd)) {

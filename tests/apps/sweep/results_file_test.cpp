@@ -158,6 +158,7 @@ TEST_F(SweepResults, ShardsMergeInAnyOrderToTheUndividedFile) {
   for (const std::vector<std::string>& order : {std::vector{path("1"), path("2"), path("3")},
                                                 {path("3"), path("1"), path("2"), path("1")},
                                                 {path("2"), path("whole")}}) {
+    fs::remove(path("out"));
     ASSERT_TRUE(merge_results(order, path("out"), merged, why_)) << why_;
     EXPECT_EQ(merged.missing_count, 0u);
     EXPECT_EQ(content(path("out")), content(path("whole")));

@@ -232,6 +232,7 @@ class Kept(InItsFolder):
             self.assertEqual(code, 0, err)
             self.assertRegex(out, r"good +7 ")
             self.assertEqual(self.bytes("merged.jsonl"), self.bytes("whole.jsonl"))
+            os.remove(self.path("merged.jsonl"))
         code, out, err = self.run_sinew("merge", "1.jsonl", "3.jsonl", "--into", "part.jsonl")
         self.assertEqual(code, 1)
         self.assertIn("2 of 7 runs are missing, such as case 1, 4; ", err)
@@ -314,6 +315,20 @@ class Refused(InItsFolder):
         self.assertEqual(code, 2)
         self.assertIn("case 0 has two results, in a.jsonl and in d.jsonl: the runs do not repeat", err)
         self.assertFalse(os.path.exists(self.path("c.jsonl")))
+
+    def test_merge_replaces_no_file_of_others_and_keeps_the_cases_that_are_there(self):
+        for i in (1, 2, 3):
+            self.sweep(*SHORT, "--seeds", "1..3", "--shard", f"{i}/3", "--results", f"{i}.jsonl")
+        with open(self.path("notes.txt"), "w", encoding="utf-8") as file:
+            file.write("mine\n")
+        code, _, err = self.run_sinew("merge", "1.jsonl", "--into", "notes.txt")
+        self.assertEqual(code, 2)
+        self.assertIn("notes.txt: not a file of results of a sweep", err)
+        self.assertEqual(self.bytes("notes.txt"), b"mine\n")
+        self.run_sinew("merge", "1.jsonl", "2.jsonl", "--into", "all.jsonl")
+        code, out, err = self.run_sinew("merge", "3.jsonl", "--into", "all.jsonl")
+        self.assertEqual(code, 0, err)
+        self.assertRegex(out, r"good +3 ")
 
 
 if __name__ == "__main__":
