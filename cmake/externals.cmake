@@ -11,6 +11,8 @@ function(sinew_external name)
     set(header lz4frame.h)
   elseif(name STREQUAL zstd)
     set(header zstd.h)
+  elseif(name STREQUAL deflate)
+    set(header libdeflate.h)
   elseif(name STREQUAL turbojpeg)
     set(header turbojpeg.h)
   elseif(name MATCHES "^camera(-base)?$")
@@ -54,6 +56,7 @@ endmacro()
 function(sinew_debian_package target result)
   set(names
     SinewExternal::lz4 liblz4-dev  SinewExternal::zstd libzstd-dev  SinewExternal::turbojpeg libturbojpeg0-dev
+    SinewExternal::deflate libdeflate-dev
     SinewExternal::camera libcamera-dev  SinewExternal::camera-base libcamera-dev
     SinewExternal::opencv_core libopencv-core-dev  SinewExternal::opencv_imgproc libopencv-imgproc-dev
     SinewExternal::mujoco libmujoco-dev  SinewExternal::EGL libegl-dev

@@ -26,7 +26,7 @@ SYSTEM_ONLY_IN = [
     ("Eigen", r"Eigen/.*|unsupported/Eigen/.*", ["vision", "control"]),
     ("TOML, the command line or JSON", r"toml\+\+/.*|toml\.hpp|CLI/.*|nlohmann/.*", ["tap"]),
     ("compression", r"lz4\w*\.h|zstd\w*\.h", ["record"]),
-    ("an image format", r"png\.h|jpeglib\.h|turbojpeg\.h|tiffio\.hp*", ["hal/linux", "dataset"]),
+    ("an image format", r"png\.h|jpeglib\.h|turbojpeg\.h|tiffio\.hp*", ["hal/linux", "dataset", "images"]),
 ]
 FORBIDDEN_IN = [
     ("the C library's mathematics (use math/)", r"cmath|math\.h|complex|complex\.h|tgmath\.h|ctgmath|numbers",

@@ -18,7 +18,7 @@ case $arch in
 esac
 if [[ -n $triplet ]]; then # tools of the sub-tests, and the libraries of our programs
   tools=(bash dash coreutils grep sed mawk findutils util-linux mount hostname procps kmod iproute2 can-utils busybox-static
-    libstdc++6 zlib1g liblz4-1 libzstd1 libpng16-16 libfmt9 libcamera0.0.3 libcamera-ipa
+    libstdc++6 zlib1g liblz4-1 libzstd1 libdeflate0 libpng16-16 libfmt9 libcamera0.0.3 libcamera-ipa
     libturbojpeg0 libmujoco2.2.2 libegl1 libegl-mesa0 libgl1-mesa-dri)
 fi
 here=$root/tests/vm
