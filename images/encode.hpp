@@ -48,6 +48,7 @@ struct Cut {
   std::uint32_t x = 0, y = 0;
   std::uint32_t width = 0, height = 0;  // 0: to the border; what is beyond the border is left out
   double scale = 1;  // 0 < scale <= 1; each pixel is the average of the area that it replaces; at least 1 x 1 remains
+  bool operator==(const Cut&) const = default;
 };
 
 enum class Chroma : std::uint8_t {
@@ -59,12 +60,13 @@ enum class Chroma : std::uint8_t {
 struct EncodeOptions {
   int quality = 80;  // 1 to 100, libjpeg's scale
   Chroma chroma = Chroma::yuv420;
+  bool operator==(const EncodeOptions&) const = default;
 };
 
 /// Encodes one picture after the other and keeps its buffers.
-/// Values:  yuyv is BT.601 with full range, as JPEG (JFIF) has it: JPEG takes its bytes as they are, the other kinds
-/// get
-///          RGB. JPEG of mono8 is grey. PNG and TIFF of mono8 have one channel, BMP always has 24 bits.
+/// Values:  yuyv is BT.601 with limited range (Y 16 to 235), as V4L2 cameras and the simulator give it. JPEG takes its
+///          luma and colour, spread to full range as JFIF wants it; the other kinds get RGB. JPEG of mono8 is grey. PNG
+///          and TIFF of mono8 have one channel, BMP always has 24 bits.
 /// Thread:  owner.
 /// RT:      no. Our code allocates nothing after the first picture of a size and kind; libjpeg-turbo does, for each.
 /// Errors:  bad_argument: no pixels, fewer bytes than the rows need, larger than kMaxSide or kMaxPixels, a region that

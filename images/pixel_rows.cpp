@@ -13,6 +13,12 @@ namespace {
 
 std::uint8_t clamped(int value) { return static_cast<std::uint8_t>(std::clamp(value, 0, 255)); }
 
+// Factors in 1/65536. Luma has 219 steps and chroma 224, where full range has 255.
+constexpr int kHalf = 1 << 15, kLuma = 76309, kChroma = 74606;
+
+int full_luma(int y) { return ((y - 16) * kLuma + kHalf) >> 16; }
+std::uint8_t full_chroma(int c) { return clamped((((c - 128) * kChroma + kHalf) >> 16) + 128); }
+
 #ifdef SINEW_SSSE3
 /// Five pixels a step; a step touches 16 bytes, so the last pixels are left to the caller. Returns how many are done.
 SINEW_SSSE3 std::size_t swap_by_shuffle(const std::uint8_t* in, std::size_t pixels, std::uint8_t* out) {
@@ -46,37 +52,40 @@ void grey_to_colour(const std::uint8_t* __restrict in, std::size_t pixels, std::
 
 void yuyv_to_colour(const std::uint8_t* __restrict in, bool odd, std::size_t pixels, bool bgr,
                     std::uint8_t* __restrict out) {
-  constexpr int kHalf = 1 << 15;  // factors in 1/65536: 1.402, 0.344136, 0.714136, 1.772
   const int red_at = bgr ? 2 : 0;
   std::size_t at = odd ? 1 : 0;
-  const auto put = [&](int y, int red, int green, int blue) {
-    out[red_at] = clamped(y + red), out[1] = clamped(y + green), out[2 - red_at] = clamped(y + blue);
+  constexpr int kRedOfV = 104597, kGreenOfU = 25675, kGreenOfV = 53279, kBlueOfU = 132201;
+  const auto put = [&](int red, int green, int blue) {
+    out[red_at] = clamped(red >> 16), out[1] = clamped(green >> 16), out[2 - red_at] = clamped(blue >> 16);
     out += 3;
   };
   for (const std::size_t end = at + pixels; at < end;) {
     const std::uint8_t* pair = in + at / 2 * 4;
     const int u = pair[1] - 128, v = pair[3] - 128;
-    const int red = (91881 * v + kHalf) >> 16, green = (-22553 * u - 46802 * v + kHalf) >> 16,
-              blue = (116130 * u + kHalf) >> 16;
-    if (at % 2 == 0) put(pair[0], red, green, blue), ++at;
-    if (at < end) put(pair[2], red, green, blue), ++at;
+    const auto pixel = [&](int y) {
+      const int luma = (y - 16) * kLuma + kHalf;
+      put(luma + kRedOfV * v, luma - kGreenOfU * u - kGreenOfV * v, luma + kBlueOfU * u);
+      ++at;
+    };
+    if (at % 2 == 0) pixel(pair[0]);
+    if (at < end) pixel(pair[2]);
   }
 }
 
 void luma_of_yuyv(const std::uint8_t* __restrict in, std::size_t pixels, std::uint8_t* __restrict y) {
-  for (std::size_t i = 0; i < pixels; ++i) y[i] = in[2 * i];
+  for (std::size_t i = 0; i < pixels; ++i) y[i] = clamped(full_luma(in[2 * i]));
 }
 
 void chroma_of_yuyv(const std::uint8_t* __restrict in, std::size_t pairs, std::uint8_t* __restrict u,
                     std::uint8_t* __restrict v) {
-  for (std::size_t i = 0; i < pairs; ++i) u[i] = in[4 * i + 1], v[i] = in[4 * i + 3];
+  for (std::size_t i = 0; i < pairs; ++i) u[i] = full_chroma(in[4 * i + 1]), v[i] = full_chroma(in[4 * i + 3]);
 }
 
 void mean_chroma_of_yuyv(const std::uint8_t* __restrict in, const std::uint8_t* __restrict below, std::size_t pairs,
                          std::uint8_t* __restrict u, std::uint8_t* __restrict v) {
   for (std::size_t i = 0; i < pairs; ++i) {
-    u[i] = static_cast<std::uint8_t>((in[4 * i + 1] + below[4 * i + 1] + 1) >> 1);
-    v[i] = static_cast<std::uint8_t>((in[4 * i + 3] + below[4 * i + 3] + 1) >> 1);
+    u[i] = full_chroma((in[4 * i + 1] + below[4 * i + 1] + 1) >> 1);
+    v[i] = full_chroma((in[4 * i + 3] + below[4 * i + 3] + 1) >> 1);
   }
 }
 

@@ -33,7 +33,7 @@ class Picture {
   PixelView view() const { return {bytes_, width_, height_, stride_, format_}; }
   std::vector<std::uint8_t>& bytes() { return bytes_; }
 
-  /// BT.601 with full range, in doubles, for yuyv.
+  /// BT.601 with limited range, in doubles, for yuyv.
   Rgb at(std::uint32_t x, std::uint32_t y) const {
     const std::uint8_t* p = bytes_.data() + std::size_t{stride_} * y;
     switch (format_) {
@@ -47,7 +47,8 @@ class Picture {
         break;
     }
     const std::uint8_t* pair = p + x / 2 * 4;
-    const double luma = pair[x % 2 * 2], u = pair[1] - 128.0, v = pair[3] - 128.0;
+    const double luma = (pair[x % 2 * 2] - 16.0) * 255 / 219, u = (pair[1] - 128.0) * 255 / 224,
+                 v = (pair[3] - 128.0) * 255 / 224;
     const auto whole = [](double value) { return static_cast<int>(std::clamp(value, 0.0, 255.0) + 0.5); };
     return {whole(luma + 1.402 * v), whole(luma - 0.344136 * u - 0.714136 * v), whole(luma + 1.772 * u)};
   }

@@ -1,0 +1,69 @@
+#include "monitor/gate.hpp"
+
+#include <fmt/format.h>
+#include <sys/random.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+
+namespace sinew::monitor {
+namespace {
+
+std::string lower(std::string_view text) {
+  std::string out(text);
+  for (char& c : out) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return out;
+}
+
+}  // namespace
+
+std::optional<Response> Gate::refuses(const Request& request) const {
+  const std::string host = lower(request.host);
+  if (host.empty()) return plain(400, "a request needs the header Host");
+  if (std::find(options_.hosts.begin(), options_.hosts.end(), host) == options_.hosts.end())
+    return plain(403, fmt::format("this monitor is not called '{}'; --host NAME adds a name", request.host));
+  if (!request.origin.empty()) {
+    const std::string origin = lower(request.origin);
+    if (origin != "http://" + host && origin != "https://" + host)
+      return plain(403, fmt::format("pages of {} may not ask this monitor", request.origin));
+  }
+  return std::nullopt;
+}
+
+std::optional<Response> Gate::refuses_command(const Request& request) {
+  if (!options_.commands)
+    return plain(403, "no commands from here: this address can be reached from outside and has no TLS (--tls)");
+  const auto now = Clock::now();
+  std::erase_if(wrong_, [&](const auto& entry) { return now - entry.second.first > kWrongFor; });
+  const auto known = wrong_.find(request.peer);
+  if (known != wrong_.end() && known->second.count >= kMostWrong)
+    return plain(429, "too many wrong tokens; try again in a minute");
+  constexpr std::string_view kScheme = "Bearer ";
+  const std::string_view given = request.authorization;
+  if (given.empty()) return plain(401, "a command needs the header Authorization: Bearer TOKEN");
+  if (given.starts_with(kScheme) && equal_in_constant_time(given.substr(kScheme.size()), options_.token))
+    return std::nullopt;
+  if (known == wrong_.end() && wrong_.size() >= kMostPeers)
+    return plain(429, "too many wrong tokens; try again in a minute");
+  Wrong& wrong = wrong_[request.peer];
+  if (wrong.count++ == 0) wrong.first = now;
+  return plain(401, "wrong token");
+}
+
+std::string new_token() {
+  std::array<unsigned char, 32> bytes;
+  if (getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) return {};
+  std::string text;
+  for (const unsigned char b : bytes) text += fmt::format("{:02x}", b);
+  return text;
+}
+
+bool equal_in_constant_time(std::string_view a, std::string_view b) {
+  unsigned difference = a.size() == b.size() ? 0 : 1;
+  for (std::size_t i = 0; i < b.size(); ++i)
+    difference |= static_cast<unsigned char>(b[i]) ^ (i < a.size() ? static_cast<unsigned char>(a[i]) : 0u);
+  return difference == 0 && !b.empty();
+}
+
+}  // namespace sinew::monitor

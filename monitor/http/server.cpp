@@ -1,0 +1,587 @@
+#include "monitor/http/server.hpp"
+
+#include <arpa/inet.h>
+#include <fmt/format.h>
+#include <libwebsockets.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstring>
+#include <map>
+#include <mutex>
+#include <thread>
+#include <unordered_map>
+
+#include "monitor/http/path.hpp"
+
+namespace sinew::monitor {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::size_t kPiece = 64 << 10;           // written at once: what the library may keep for a slow peer
+constexpr std::size_t kMostHeaderBytes = 8 << 10;  // of a request, and of a response
+
+struct Connection {
+  lws* wsi = nullptr;
+  ConnectionId id = 0;
+  std::string peer;
+  Clock::time_point since;     // of the state that the patience bounds
+  bool bounded = true;         // it has to get on: to finish its request, or to take what it asked for
+  bool answered = false;       // of the present request: its response has begun
+  Request request{};           // while its body comes
+  std::size_t body_bytes = 0;  // that it announced
+  bool too_long = false;
+  Response response{};
+  Bytes piece{};         // being sent
+  std::size_t sent = 0;  // of it
+  bool head_only = false;
+  std::unique_ptr<Socket> socket{};
+  std::vector<std::byte> message{};  // that comes in
+  std::optional<Socket::Message> out{};
+};
+
+std::string header_of(lws* wsi, lws_token_indexes token) {
+  const int length = lws_hdr_total_length(wsi, token);
+  if (length <= 0) return {};
+  std::string text(static_cast<std::size_t>(length) + 1, '\0');
+  const int copied = lws_hdr_copy(wsi, text.data(), static_cast<int>(text.size()), token);
+  text.resize(copied > 0 ? static_cast<std::size_t>(copied) : 0);
+  return text;
+}
+
+/// Empty: it has none (a Unix socket), or the peer has gone.
+std::string peer_of(int fd) {
+  sockaddr_storage address{};
+  socklen_t size = sizeof address;
+  if (getpeername(fd, reinterpret_cast<sockaddr*>(&address), &size) != 0) return {};
+  char text[INET6_ADDRSTRLEN] = "";
+  if (address.ss_family == AF_INET)
+    inet_ntop(AF_INET, &reinterpret_cast<sockaddr_in&>(address).sin_addr, text, sizeof text);
+  else if (address.ss_family == AF_INET6)
+    inet_ntop(AF_INET6, &reinterpret_cast<sockaddr_in6&>(address).sin6_addr, text, sizeof text);
+  return text;
+}
+
+// The library reports why it cannot listen by its log alone.
+std::string& last_error() {
+  static std::string text;
+  return text;
+}
+void keep_error(int level, const char* line) {
+  if (level & LLL_ERR) last_error() = line;
+}
+
+class LwsServer final : public Server {
+ public:
+  LwsServer(ServerOptions options, OnRequest on_request, OnSocket on_socket)
+      : options_(std::move(options)), on_request_(std::move(on_request)), on_socket_(std::move(on_socket)) {}
+
+  ~LwsServer() override {
+    if (context_) lws_context_destroy(context_);
+  }
+
+  bool listen(std::string& why) {
+    lws_set_log_level(LLL_ERR, keep_error);
+    last_error().clear();
+    protocols_.push_back(protocol("http"));
+    for (const std::string& name : options_.subprotocols) protocols_.push_back(protocol(name.c_str()));
+    protocols_.push_back({});
+    lws_context_creation_info info{};
+    info.port = options_.port;
+    info.iface = options_.address == "0.0.0.0" ? nullptr : options_.address.c_str();
+    info.protocols = protocols_.data();
+    info.user = this;
+    info.gid = info.uid = static_cast<decltype(info.uid)>(-1);
+    info.max_http_header_data = kMostHeaderBytes;
+    info.timeout_secs = static_cast<unsigned>(options_.patience.count());
+    info.keepalive_timeout = 30;
+    info.options = LWS_SERVER_OPTION_FAIL_UPON_UNABLE_TO_BIND | LWS_SERVER_OPTION_DISABLE_IPV6;
+    info.alpn = "http/1.1";
+    info.server_string = "sinew";
+    if (!options_.certificate.empty()) {
+      info.options |= LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT;
+      info.ssl_cert_filepath = options_.certificate.c_str();
+      info.ssl_private_key_filepath = options_.key.c_str();
+    }
+    context_ = lws_create_context(&info);
+    vhost_ = context_ ? lws_get_vhost_by_name(context_, "default") : nullptr;
+    if (!vhost_ || lws_get_vhost_listen_port(vhost_) <= 0) {
+      std::string said = last_error();
+      while (!said.empty() && (said.back() == '\n' || said.back() == ' ')) said.pop_back();
+      why = fmt::format("cannot listen on {}:{}{}", options_.address, options_.port, said.empty() ? "" : ": " + said);
+      return false;
+    }
+    port_ = static_cast<std::uint16_t>(lws_get_vhost_listen_port(vhost_));
+    return true;
+  }
+
+  std::uint16_t port() const override { return port_; }
+
+  void run() override {
+    thread_ = std::this_thread::get_id();
+    timer_.server = this;
+    tick();
+    while (!stop_.load(std::memory_order_relaxed) && lws_service(context_, 0) >= 0) {
+    }
+  }
+
+  void stop() override {
+    stop_.store(true, std::memory_order_relaxed);
+    lws_cancel_service(context_);
+  }
+
+  void wake(ConnectionId connection) override {
+    {
+      const std::lock_guard lock(mutex_);
+      woken_.push_back(connection);
+    }
+    lws_cancel_service(context_);
+  }
+
+  void post(std::function<void()> what) override {
+    {
+      const std::lock_guard lock(mutex_);
+      posted_.push_back(std::move(what));
+    }
+    lws_cancel_service(context_);
+  }
+
+  void after(std::chrono::milliseconds time, std::function<void()> what) override {
+    later_.emplace(Clock::now() + time, std::move(what));
+    schedule();
+  }
+
+  Counters counters() const override {
+    return {accepted_.load(), refused_full_.load(),     refused_peer_.load(),
+            requests_.load(), refused_requests_.load(), open_.load()};
+  }
+
+  int callback(lws* wsi, lws_callback_reasons reason, void* in, std::size_t length) {
+    switch (reason) {
+      case LWS_CALLBACK_FILTER_NETWORK_CONNECTION:
+        return let_in(static_cast<int>(reinterpret_cast<std::intptr_t>(in))) ? 0 : 1;
+      case LWS_CALLBACK_SERVER_NEW_CLIENT_INSTANTIATED:
+        begin(wsi);
+        return 0;
+      case LWS_CALLBACK_WSI_DESTROY:
+        end(wsi);
+        return 0;
+      case LWS_CALLBACK_EVENT_WAIT_CANCELLED:
+        drain();
+        return 0;
+      case LWS_CALLBACK_HTTP:
+        return with(wsi, [&](Connection& c) { return request(c); });
+      case LWS_CALLBACK_HTTP_BODY:
+        return with(wsi, [&](Connection& c) { return body(c, static_cast<const char*>(in), length); });
+      case LWS_CALLBACK_HTTP_BODY_COMPLETION:
+        return with(wsi, [&](Connection& c) { return handle(c); });
+      case LWS_CALLBACK_HTTP_WRITEABLE:
+        return with(wsi, [&](Connection& c) { return send(c); });
+      case LWS_CALLBACK_FILTER_PROTOCOL_CONNECTION:
+        return with(wsi, [&](Connection& c) { return open_socket(c, static_cast<const char*>(in)); });
+      case LWS_CALLBACK_ESTABLISHED:
+        return with(wsi, [&](Connection& c) {
+          c.bounded = false;
+          lws_callback_on_writable(wsi);
+          return 0;
+        });
+      case LWS_CALLBACK_RECEIVE:
+        return with(wsi, [&](Connection& c) { return receive(c, static_cast<const std::byte*>(in), length); });
+      case LWS_CALLBACK_SERVER_WRITEABLE:
+        return with(wsi, [&](Connection& c) { return send_message(c); });
+      case LWS_CALLBACK_CLOSED:
+        return with(wsi, [](Connection& c) {
+          c.socket.reset();
+          return 0;
+        });
+      case LWS_CALLBACK_CLOSED_HTTP:
+        return with(wsi, [](Connection& c) {
+          c.response = {};
+          return 0;
+        });
+      default:
+        return 0;
+    }
+  }
+
+ private:
+  struct Timer {
+    lws_sorted_usec_list_t list{};  // first: the library gives its address back
+    LwsServer* server = nullptr;
+  };
+
+  lws_protocols protocol(const char* name) {
+    lws_protocols p{};
+    p.name = name;
+    p.callback = [](lws* wsi, lws_callback_reasons reason, void*, void* in, std::size_t length) {
+      auto* const server = static_cast<LwsServer*>(lws_context_user(lws_get_context(wsi)));
+      return server ? server->callback(wsi, reason, in, length) : 0;
+    };
+    p.rx_buffer_size = kPiece;
+    return p;
+  }
+
+  template <class F>
+  int with(lws* wsi, F&& what) {
+    const auto found = connections_.find(wsi);
+    return found == connections_.end() ? -1 : what(*found->second);
+  }
+
+  // ---- connections
+
+  bool let_in(int fd) {
+    accepted_.fetch_add(1, std::memory_order_relaxed);
+    if (connections_.size() >= options_.most_connections) {
+      refused_full_.fetch_add(1, std::memory_order_relaxed);
+      return false;
+    }
+    const auto found = peers_.find(peer_of(fd));
+    if (found != peers_.end() && found->second >= options_.most_per_peer) {
+      refused_peer_.fetch_add(1, std::memory_order_relaxed);
+      return false;
+    }
+    return true;
+  }
+
+  void begin(lws* wsi) {
+    auto c = std::make_unique<Connection>();
+    c->wsi = wsi, c->id = ++last_id_, c->since = Clock::now();
+    c->peer = peer_of(lws_get_socket_fd(wsi));
+    ++peers_[c->peer];
+    by_id_[c->id] = c.get();
+    connections_[wsi] = std::move(c);
+    open_.store(connections_.size(), std::memory_order_relaxed);
+  }
+
+  void end(lws* wsi) {
+    const auto found = connections_.find(wsi);
+    if (found == connections_.end()) return;
+    const auto peer = peers_.find(found->second->peer);
+    if (peer != peers_.end() && --peer->second == 0) peers_.erase(peer);
+    by_id_.erase(found->second->id);
+    connections_.erase(found);
+    open_.store(connections_.size(), std::memory_order_relaxed);
+  }
+
+  /// Ends connections that do not get on.
+  void tick() {
+    const auto now = Clock::now();
+    for (auto& [wsi, c] : connections_)
+      if (c->bounded && now - c->since > options_.patience) {
+        c->bounded = false;
+        lws_set_timeout(wsi, PENDING_TIMEOUT_USER_OK, LWS_TO_KILL_ASYNC);
+      }
+    std::vector<std::function<void()>> due;
+    while (!later_.empty() && later_.begin()->first <= now) {
+      due.push_back(std::move(later_.begin()->second));
+      later_.erase(later_.begin());
+    }
+    for (const auto& what : due) what();
+    schedule();
+  }
+
+  void schedule() {
+    auto in = std::chrono::microseconds(1000000);
+    if (!later_.empty())
+      in = std::clamp(std::chrono::duration_cast<std::chrono::microseconds>(later_.begin()->first - Clock::now()),
+                      std::chrono::microseconds(1), in);
+    lws_sul_schedule(
+        context_, 0, &timer_.list, [](lws_sorted_usec_list_t* list) { reinterpret_cast<Timer*>(list)->server->tick(); },
+        in.count());
+  }
+
+  void drain() {
+    std::vector<std::function<void()>> posted;
+    std::vector<ConnectionId> woken;
+    {
+      const std::lock_guard lock(mutex_);
+      posted.swap(posted_);
+      woken.swap(woken_);
+    }
+    for (const auto& what : posted) what();
+    for (const ConnectionId id : woken)
+      if (const auto found = by_id_.find(id); found != by_id_.end()) lws_callback_on_writable(found->second->wsi);
+  }
+
+  // ---- requests
+
+  /// False: what the peer sent is no request that anybody may handle; `refusal` says why.
+  bool read_request(Connection& c, Response& refusal) {
+    static constexpr const char* kMethods[] = {"GET", "POST", "OPTIONS", "PUT", "PATCH", "DELETE", "CONNECT", "HEAD"};
+    Request& r = c.request;
+    r = {};
+    char* uri = nullptr;
+    int length = 0;
+    const int method = lws_http_get_uri_and_method(c.wsi, &uri, &length);
+    if (method < 0 || method >= static_cast<int>(std::size(kMethods)) || !uri) {
+      refusal = plain(405, "unknown method");
+      return false;
+    }
+    r.method = kMethods[method];
+    r.path.assign(uri, static_cast<std::size_t>(length));
+    r.peer = c.peer;
+    if (!is_plain_path(r.path)) {
+      refusal = plain(400, "the path has parts that no path here has");
+      return false;
+    }
+    for (int i = 0;; ++i) {
+      std::array<char, 1024> text{};
+      const int copied = lws_hdr_copy_fragment(c.wsi, text.data(), text.size(), WSI_TOKEN_HTTP_URI_ARGS, i);
+      if (copied == -2) {
+        refusal = plain(400, "an argument of the query is longer than 1023 bytes");
+        return false;
+      }
+      if (copied < 0) break;
+      const std::string_view part(text.data(), static_cast<std::size_t>(copied));
+      const std::size_t equals = part.find('=');
+      r.query.emplace_back(part.substr(0, equals),
+                           equals == std::string_view::npos ? std::string_view() : part.substr(equals + 1));
+    }
+    r.host = header_of(c.wsi, WSI_TOKEN_HOST);
+    r.origin = header_of(c.wsi, WSI_TOKEN_ORIGIN);
+    r.authorization = header_of(c.wsi, WSI_TOKEN_HTTP_AUTHORIZATION);
+    r.if_none_match = header_of(c.wsi, WSI_TOKEN_HTTP_IF_NONE_MATCH);
+    r.content_type = header_of(c.wsi, WSI_TOKEN_HTTP_CONTENT_TYPE);
+    return true;
+  }
+
+  int request(Connection& c) {
+    requests_.fetch_add(1, std::memory_order_relaxed);
+    c.answered = false, c.bounded = true, c.since = Clock::now(), c.too_long = false;
+    c.response = {}, c.piece.reset(), c.sent = 0;
+    Response refusal;
+    if (!read_request(c, refusal)) {
+      refused_requests_.fetch_add(1, std::memory_order_relaxed);
+      return respond(c, std::move(refusal));
+    }
+    c.head_only = c.request.method == "HEAD";
+    const std::string announced = header_of(c.wsi, WSI_TOKEN_HTTP_CONTENT_LENGTH);
+    const bool chunked = !header_of(c.wsi, WSI_TOKEN_HTTP_TRANSFER_ENCODING).empty();
+    c.body_bytes = announced.empty() ? 0 : std::strtoull(announced.c_str(), nullptr, 10);
+    if (chunked || c.body_bytes > options_.most_body_bytes) {
+      refused_requests_.fetch_add(1, std::memory_order_relaxed);
+      c.too_long = true;
+      return respond(c, chunked ? plain(411, "a body needs its length")
+                                : plain(413, fmt::format("a body has at most {} bytes", options_.most_body_bytes)));
+    }
+    if (c.body_bytes > 0) return 0;  // its body comes
+    return handle(c);
+  }
+
+  int body(Connection& c, const char* data, std::size_t length) {
+    if (c.too_long) return 0;
+    if (c.request.body.size() + length > options_.most_body_bytes) return -1;
+    c.request.body.append(data, length);
+    c.since = Clock::now();
+    return 0;
+  }
+
+  int handle(Connection& c) {
+    if (c.too_long) return 0;
+    struct Pending {
+      LwsServer* server;
+      ConnectionId id;
+      std::atomic<bool> used{false};
+      void give(Response response) {
+        if (used.exchange(true)) return;
+        if (std::this_thread::get_id() == server->thread_ && server->handling_ == id) {
+          server->direct_ = std::move(response);
+          return;
+        }
+        auto kept = std::make_shared<Response>(std::move(response));
+        server->post([s = server, i = id, kept] { s->respond_later(i, std::move(*kept)); });
+      }
+      ~Pending() { give(plain(503, "nobody answered")); }
+    };
+    c.bounded = false;  // it waits for us now
+    auto pending = std::make_shared<Pending>();
+    pending->server = this, pending->id = c.id;
+    handling_ = c.id;
+    direct_.reset();
+    on_request_(std::move(c.request), c.id, [pending](Response response) { pending->give(std::move(response)); });
+    pending.reset();
+    handling_ = 0;
+    c.request = {};
+    if (!direct_) return 0;
+    Response response = std::move(*direct_);
+    direct_.reset();
+    return respond(c, std::move(response));
+  }
+
+  void respond_later(ConnectionId id, Response response) {
+    const auto found = by_id_.find(id);
+    if (found == by_id_.end() || found->second->answered) return;
+    if (respond(*found->second, std::move(response)) != 0)
+      lws_set_timeout(found->second->wsi, PENDING_TIMEOUT_USER_OK, LWS_TO_KILL_ASYNC);
+  }
+
+  int respond(Connection& c, Response response) {
+    c.answered = true, c.bounded = true, c.since = Clock::now();
+    c.response = std::move(response);
+    std::array<unsigned char, LWS_PRE + kMostHeaderBytes> buffer;
+    unsigned char *const start = buffer.data() + LWS_PRE, *at = start, *const end = buffer.data() + buffer.size();
+    const auto add = [&](std::string_view name, std::string_view value) {
+      const std::string key = std::string(name) + ":";
+      return lws_add_http_header_by_name(c.wsi, reinterpret_cast<const unsigned char*>(key.c_str()),
+                                         reinterpret_cast<const unsigned char*>(value.data()),
+                                         static_cast<int>(value.size()), &at, end) == 0;
+    };
+    const Response& r = c.response;
+    const std::size_t size = r.body ? r.body->size() : 0;
+    bool ok = lws_add_http_header_status(c.wsi, static_cast<unsigned>(r.status), &at, end) == 0;
+    if (!r.media_type.empty()) ok = ok && add("content-type", r.media_type);
+    for (const auto& [name, value] : options_.every_response) ok = ok && add(name, value);
+    for (const auto& [name, value] : r.headers) ok = ok && add(name, value);
+    if (r.stream || c.too_long) ok = ok && add("connection", "close");
+    if (!r.stream) ok = ok && (r.status == 304 || add("content-length", std::to_string(size)));
+    if (!ok || lws_finalize_write_http_header(c.wsi, start, &at, end) != 0) return -1;
+    c.piece = c.head_only ? Bytes() : r.body;
+    c.sent = 0;
+    if (!c.response.stream && (!c.piece || c.piece->empty())) return completed(c);
+    lws_callback_on_writable(c.wsi);
+    return 0;
+  }
+
+  int completed(Connection& c) {
+    const bool close = c.too_long || static_cast<bool>(c.response.stream);
+    c.response = {}, c.piece.reset(), c.bounded = false;  // the library bounds how long it may stay idle
+    return lws_http_transaction_completed(c.wsi) != 0 || close ? -1 : 0;
+  }
+
+  int send(Connection& c) {
+    if (!c.answered) return 0;
+    if (c.response.stream && !c.piece) {
+      if (c.head_only) return completed(c);
+      c.piece = c.response.stream->next();
+      c.sent = 0;
+      c.bounded = static_cast<bool>(c.piece);
+      c.since = Clock::now();
+      if (!c.piece) return c.response.stream->is_over() ? completed(c) : 0;
+    }
+    if (!c.piece) return 0;
+    const std::size_t left = c.piece->size() - c.sent, now = std::min(left, kPiece);
+    const bool last = now == left && !c.response.stream;
+    // The library writes nothing before the bytes of HTTP/1.1, so they need no copy.
+    auto* const from = reinterpret_cast<unsigned char*>(const_cast<std::byte*>(c.piece->data() + c.sent));
+    if (lws_write(c.wsi, from, now, last ? LWS_WRITE_HTTP_FINAL : LWS_WRITE_HTTP) < static_cast<int>(now)) return -1;
+    c.sent += now;
+    c.since = Clock::now();
+    if (last) return completed(c);
+    if (c.sent == c.piece->size()) c.piece.reset();
+    lws_callback_on_writable(c.wsi);
+    return 0;
+  }
+
+  // ---- WebSockets
+
+  int open_socket(Connection& c, const char* subprotocol) {
+    Response refusal = plain(403, "no WebSocket here");
+    if (read_request(c, refusal)) {
+      if (subprotocol && *subprotocol) c.request.subprotocol = subprotocol;
+      c.socket = on_socket_(c.request, c.id, refusal);
+    }
+    c.request = {};
+    if (c.socket) return 0;
+    refused_requests_.fetch_add(1, std::memory_order_relaxed);
+    const std::string body(reinterpret_cast<const char*>(refusal.body ? refusal.body->data() : nullptr),
+                           refusal.body ? refusal.body->size() : 0);
+    lws_return_http_status(c.wsi, static_cast<unsigned>(refusal.status), body.c_str());
+    return -1;
+  }
+
+  int receive(Connection& c, const std::byte* data, std::size_t length) {
+    if (!c.socket) return -1;
+    if (lws_is_first_fragment(c.wsi)) c.message.clear();
+    if (c.message.size() + length > options_.most_message_bytes) {
+      lws_close_reason(c.wsi, LWS_CLOSE_STATUS_MESSAGE_TOO_LARGE, nullptr, 0);
+      return -1;
+    }
+    c.message.insert(c.message.end(), data, data + length);
+    if (!lws_is_final_fragment(c.wsi)) return 0;
+    const bool taken = c.socket->receive(lws_frame_is_binary(c.wsi) != 0, c.message);
+    if (c.message.capacity() > kPiece) c.message = {};
+    if (!taken) lws_close_reason(c.wsi, LWS_CLOSE_STATUS_POLICY_VIOLATION, nullptr, 0);
+    return taken ? 0 : -1;
+  }
+
+  int send_message(Connection& c) {
+    if (!c.socket) return -1;
+    if (!c.out) {
+      c.out = c.socket->next();
+      c.sent = 0;
+      c.bounded = c.out.has_value();
+      c.since = Clock::now();
+      if (!c.out) return 0;
+    }
+    const std::vector<std::byte>& bytes = *c.out->bytes;
+    const std::size_t left = bytes.size() - c.sent, now = std::min(left, kPiece);
+    // Before a frame the library writes its head, therefore a copy.
+    std::memcpy(frame_.data() + LWS_PRE, bytes.data() + c.sent, now);
+    const int kind = lws_write_ws_flags(c.out->binary ? LWS_WRITE_BINARY : LWS_WRITE_TEXT, c.sent == 0, now == left);
+    if (lws_write(c.wsi, frame_.data() + LWS_PRE, now, static_cast<lws_write_protocol>(kind)) < static_cast<int>(now))
+      return -1;
+    c.sent += now;
+    c.since = Clock::now();
+    if (c.sent == bytes.size()) c.out.reset();
+    lws_callback_on_writable(c.wsi);
+    return 0;
+  }
+
+  const ServerOptions options_;
+  const OnRequest on_request_;
+  const OnSocket on_socket_;
+  std::vector<lws_protocols> protocols_;
+  lws_context* context_ = nullptr;
+  lws_vhost* vhost_ = nullptr;
+  std::uint16_t port_ = 0;
+  Timer timer_;
+  std::thread::id thread_{};
+  std::atomic<bool> stop_{false};
+  std::mutex mutex_;  // of the next two
+  std::vector<std::function<void()>> posted_;
+  std::vector<ConnectionId> woken_;
+
+  // The server's thread alone.
+  std::unordered_map<lws*, std::unique_ptr<Connection>> connections_;
+  std::unordered_map<ConnectionId, Connection*> by_id_;
+  std::map<std::string, unsigned> peers_;
+  std::multimap<Clock::time_point, std::function<void()>> later_;
+  ConnectionId last_id_ = 0, handling_ = 0;
+  std::optional<Response> direct_;  // given while its request was being handled
+  std::array<unsigned char, LWS_PRE + kPiece> frame_;
+  std::atomic<std::uint64_t> accepted_{0}, refused_full_{0}, refused_peer_{0}, requests_{0}, refused_requests_{0},
+      open_{0};
+};
+
+}  // namespace
+
+Bytes bytes_of(std::string_view text) {
+  const auto* const data = reinterpret_cast<const std::byte*>(text.data());
+  return std::make_shared<const std::vector<std::byte>>(data, data + text.size());
+}
+
+Response plain(int status, std::string_view why) {
+  Response r;
+  r.status = status, r.media_type = "text/plain; charset=utf-8", r.body = bytes_of(std::string(why) + "\n");
+  return r;
+}
+
+const std::string* Request::argument(std::string_view name) const {
+  const std::string* found = nullptr;
+  for (const auto& [key, value] : query)
+    if (key == name) found = &value;
+  return found;
+}
+
+std::unique_ptr<Server> Server::open(const ServerOptions& options, OnRequest on_request, OnSocket on_socket,
+                                     std::string& why) {
+  auto server = std::make_unique<LwsServer>(options, std::move(on_request), std::move(on_socket));
+  if (!server->listen(why)) return nullptr;
+  return server;
+}
+
+}  // namespace sinew::monitor

@@ -1,0 +1,44 @@
+#include "monitor/robot_link.hpp"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+namespace sinew::monitor {
+namespace {
+
+std::string refusal(hal::Errc code, const char* why) {
+  return fmt::format(R"({{"ok": false, "error": {{"code": "{}", "why": "{}"}}}})", hal::to_string(code), why);
+}
+
+}  // namespace
+
+RobotLink::RobotLink(std::string robot, std::unique_ptr<tap::Client> client)
+    : robot_(std::move(robot)), client_(std::move(client)), pid_(client_->pid()) {
+  if (auto hello = client_->request("hello")) hello_ = std::move(*hello);
+}
+
+void RobotLink::ask(std::string request, std::string arguments, Done done) {
+  const bool taken = worker_.post([this, request = std::move(request), arguments = std::move(arguments), done] {
+    done(answer(request, arguments));
+  });
+  if (!taken) done(refusal(hal::Errc::busy, "too many requests wait for this robot"));
+}
+
+std::string RobotLink::answer(const std::string& request, const std::string& arguments) {
+  if (is_gone()) return refusal(hal::Errc::closed, "the robot has ended");
+  auto reply = client_->request(request, arguments);
+  if (reply) return std::move(*reply);
+  switch (reply.error().code) {
+    case hal::Errc::bad_argument:
+      return refusal(hal::Errc::bad_argument, "arguments: a JSON object of at most 64 KiB");
+    case hal::Errc::bad_data:
+      return refusal(hal::Errc::bad_data, "the robot's reply is none");
+    default:  // after a timeout the late reply would be taken for the next one's
+      gone_.store(true, std::memory_order_relaxed);
+      return reply.error().code == hal::Errc::timeout ? refusal(hal::Errc::timeout, "the robot does not answer")
+                                                      : refusal(hal::Errc::closed, "the robot has ended");
+  }
+}
+
+}  // namespace sinew::monitor

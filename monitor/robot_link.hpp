@@ -1,0 +1,44 @@
+#pragma once
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "monitor/worker.hpp"
+#include "tap/client.hpp"
+
+namespace sinew::monitor {
+
+/// Requests to one running robot, in their order, by a thread of its own: a robot may take two seconds for an answer.
+/// Thread:  any; the last owner must not be the link's own thread.
+class RobotLink {
+ public:
+  /// The reply, a JSON object as docs/robot-socket.md has it; "ok" is false with "closed" when the robot is gone.
+  using Done = std::function<void(std::string reply)>;
+  static constexpr std::size_t kMostWaiting = 64;
+
+  RobotLink(std::string robot, std::unique_ptr<tap::Client> client);
+
+  /// `arguments`: a JSON object. `done` is called once, by the link's thread, or at once with "busy" when more than
+  /// kMostWaiting wait.
+  void ask(std::string request, std::string arguments, Done done);
+  /// Other work that waits for this robot, by the same thread. False: too much waits already.
+  bool post(std::function<void()> what) { return worker_.post(std::move(what)); }
+
+  const std::string& robot() const { return robot_; }
+  int pid() const { return pid_; }
+  const std::string& hello() const { return hello_; }  // its reply, a JSON object
+  bool is_gone() const { return gone_.load(std::memory_order_relaxed); }
+
+ private:
+  std::string answer(const std::string& request, const std::string& arguments);
+
+  const std::string robot_;
+  const std::unique_ptr<tap::Client> client_;  // the worker's
+  const int pid_;
+  std::string hello_;
+  std::atomic<bool> gone_{false};
+  Worker worker_{kMostWaiting};
+};
+
+}  // namespace sinew::monitor
