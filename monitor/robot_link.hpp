@@ -1,8 +1,12 @@
 #pragma once
 #include <atomic>
+#include <chrono>
 #include <functional>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <string>
+#include <vector>
 
 #include "monitor/worker.hpp"
 #include "tap/client.hpp"
@@ -22,6 +26,9 @@ class RobotLink {
   /// `arguments`: a JSON object. `done` is called once, by the link's thread, or at once with "busy" when more than
   /// kMostWaiting wait.
   void ask(std::string request, std::string arguments, Done done);
+  /// The same for a request without members that changes nothing: who asks while a reply is on its way or younger than
+  /// `age` gets that one.
+  void look(const std::string& request, std::chrono::milliseconds age, Done done);
   /// Other work that waits for this robot, by the same thread. False: too much waits already.
   bool post(std::function<void()> what) { return worker_.post(std::move(what)); }
 
@@ -31,6 +38,11 @@ class RobotLink {
   bool is_gone() const { return gone_.load(std::memory_order_relaxed); }
 
  private:
+  struct Shared {
+    std::string reply{};  // empty: none yet
+    std::chrono::steady_clock::time_point at{};
+    std::vector<Done> waiting{};  // for the reply that is on its way; empty: none is
+  };
   std::string answer(const std::string& request, const std::string& arguments);
 
   const std::string robot_;
@@ -38,6 +50,8 @@ class RobotLink {
   const int pid_;
   std::string hello_;
   std::atomic<bool> gone_{false};
+  std::mutex mutex_;  // of shared_
+  std::map<std::string, Shared> shared_;
   Worker worker_{kMostWaiting};
 };
 
