@@ -84,7 +84,7 @@ const char* type_name(const rt::Declaration::Param& p) {
 }  // namespace
 
 Json refused(hal::Errc code, const std::string& why) {
-  return {{"ok", false}, {"error", {{"code", hal::to_string(code)}, {"why", why}}}};
+  return {{"ok", false}, {"error", {{"code", code_name(code)}, {"why", why}}}};
 }
 
 std::string to_text(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
