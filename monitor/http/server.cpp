@@ -326,27 +326,28 @@ class LwsServer final : public Server {
     Request& r = c.request;
     r = {};
     char* uri = nullptr;
-    int length = 0;
-    const int method = lws_http_get_uri_and_method(c.wsi, &uri, &length);
+    int uri_length = 0;
+    const int method = lws_http_get_uri_and_method(c.wsi, &uri, &uri_length);
     if (method < 0 || method >= static_cast<int>(std::size(kMethods)) || !uri) {
       refusal = plain(405, "unknown method");
       return false;
     }
     r.method = kMethods[method];
-    r.path.assign(uri, static_cast<std::size_t>(length));
+    r.path.assign(uri, static_cast<std::size_t>(uri_length));
     r.peer = c.peer;
     if (!is_plain_path(r.path)) {
       refusal = plain(400, "the path has parts that no path here has");
       return false;
     }
-    for (int i = 0;; ++i) {
+    for (int i = 0; const int length = lws_hdr_fragment_length(c.wsi, WSI_TOKEN_HTTP_URI_ARGS, i); ++i) {
       std::array<char, 1024> text{};
-      const int copied = lws_hdr_copy_fragment(c.wsi, text.data(), text.size(), WSI_TOKEN_HTTP_URI_ARGS, i);
-      if (copied == -2) {
+      const int copied = length < static_cast<int>(text.size())
+                             ? lws_hdr_copy_fragment(c.wsi, text.data(), text.size(), WSI_TOKEN_HTTP_URI_ARGS, i)
+                             : -1;
+      if (copied < 0) {
         refusal = plain(400, "an argument of the query is longer than 1023 bytes");
         return false;
       }
-      if (copied < 0) break;
       const std::string_view part(text.data(), static_cast<std::size_t>(copied));
       const std::size_t equals = part.find('=');
       r.query.emplace_back(part.substr(0, equals),
