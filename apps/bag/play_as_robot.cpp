@@ -53,13 +53,14 @@ class AsRobot {
     const auto name = take_name_for(options_, about.robot);
     if (!name) return kNotBegun;
     const std::string robot = name->robot();
+    const auto keys = hal::Keyboard::open();
     RecordedAnswers::Recording recording{robot, std::filesystem::absolute(options_.file).lexically_normal().string(),
                                          std::move(not_shown_)};
     auto answers = std::make_unique<RecordedAnswers>(*playback_, *counts_, std::move(about), std::move(recording));
     const auto server = tap::Server::open(*name, std::move(answers), hal::system_os());
     if (!server) return fail(name->path() + ": " + server.error().where);
     if (const auto started = playback_->start(); !started) return fail(started.error().where);
-    follow(robot);
+    follow(robot, keys.get());
     return tell(robot);
   }
 
@@ -102,9 +103,8 @@ class AsRobot {
         counts_->thread(t).period_ns.set(graph.threads()[known].spec.period.count());
   }
 
-  /// Until Ctrl-C.
-  void follow(const std::string& robot) {
-    const auto keys = hal::Keyboard::open();
+  /// Until Ctrl-C. `keys` may be null.
+  void follow(const std::string& robot, hal::Keyboard* keys) {
     const bool shown = keys && hal::output_is_terminal() && !options_.json;
     if (!options_.json)
       std::printf("%s\n", fmt::format("{}: {:.1f} s of {}, {} topics{}", robot, length_s(), options_.file,
@@ -191,7 +191,8 @@ int play_as_robot(const BagPlayOptions& options) {
   if (options.rate < Playback::kSlowest || options.rate > Playback::kFastest)
     return fail(fmt::format("--rate {:g}: with --as-robot a number from {:g} to {:g}", options.rate, Playback::kSlowest,
                             Playback::kFastest));
-  Progress progress("play", false);  // what reads the file is the playback's thread, as long as it plays
+  static_cast<void>(hal::stop_requested());  // from here on Ctrl-C ends it in order
+  Progress progress("play", false);          // what reads the file is the playback's thread, as long as it plays
   const auto reader = open_recording(options.file, progress);
   const auto query = reader ? query_of(*reader, options.what) : std::nullopt;
   if (!query) return kNotBegun;

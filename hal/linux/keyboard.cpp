@@ -9,6 +9,10 @@
 namespace sinew::hal {
 namespace {
 
+constexpr Duration kRestOfKey = std::chrono::milliseconds(50);  // the bytes of one key may come in pieces
+
+bool is_begun_arrow(std::string_view bytes) { return bytes == "\033" || bytes == "\033[" || bytes == "\033O"; }
+
 bool keys_come_to_us() { return isatty(STDIN_FILENO) == 1 && tcgetpgrp(STDIN_FILENO) == getpgrp(); }
 
 }  // namespace
@@ -53,15 +57,21 @@ Keyboard::~Keyboard() {
   if (keys_come_to_us()) tcsetattr(STDIN_FILENO, TCSADRAIN, &before_->state);
 }
 
+/// Appends what is there within the patience. False: nothing came.
+bool Keyboard::read_more(Duration patience) {
+  pollfd input{STDIN_FILENO, POLLIN, 0};
+  const auto wait_ms = std::chrono::duration_cast<std::chrono::milliseconds>(patience).count();
+  // In the background a read would stop the process.
+  if (poll(&input, 1, static_cast<int>(wait_ms)) <= 0 || !keys_come_to_us()) return false;
+  std::array<char, 64> bytes{};
+  const ssize_t n = read(STDIN_FILENO, bytes.data(), bytes.size());
+  if (n > 0) pressed_.append(bytes.data(), static_cast<std::size_t>(n));
+  return n > 0;
+}
+
 std::optional<Key> Keyboard::next(Duration patience) {
-  if (pressed_.empty()) {
-    pollfd input{STDIN_FILENO, POLLIN, 0};
-    const auto wait_ms = std::chrono::duration_cast<std::chrono::milliseconds>(patience).count();
-    // In the background a read would stop the process.
-    if (poll(&input, 1, static_cast<int>(wait_ms)) <= 0 || !keys_come_to_us()) return std::nullopt;
-    std::array<char, 64> bytes{};
-    const ssize_t n = read(STDIN_FILENO, bytes.data(), bytes.size());
-    if (n > 0) pressed_.assign(bytes.data(), static_cast<std::size_t>(n));
+  if (pressed_.empty() && !read_more(patience)) return std::nullopt;
+  while (is_begun_arrow(pressed_) && read_more(kRestOfKey)) {
   }
   std::string_view rest = pressed_;
   const auto key = take_key(rest);

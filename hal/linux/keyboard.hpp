@@ -30,6 +30,7 @@ class Keyboard {
  private:
   struct Before;
   explicit Keyboard(std::unique_ptr<Before> before);
+  bool read_more(Duration patience);
   std::unique_ptr<Before> before_;
   std::string pressed_;  // bytes that were not taken yet
 };
