@@ -1,5 +1,6 @@
 #pragma once
 #include <atomic>
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <string>
@@ -16,6 +17,8 @@ class RobotLink {
   /// The reply, a JSON object as docs/robot-socket.md has it; "ok" is false with "closed" when the robot is gone.
   using Done = std::function<void(std::string reply)>;
   static constexpr std::size_t kMostWaiting = 64;
+  /// A status is asked at most so often, however many look: it has all histograms.
+  static constexpr std::chrono::milliseconds kStatusPeriod{180};
 
   RobotLink(std::string robot, std::unique_ptr<tap::Client> client);
 
@@ -32,11 +35,14 @@ class RobotLink {
 
  private:
   std::string answer(const std::string& request, const std::string& arguments);
+  std::string answer_now(const std::string& request, const std::string& arguments);
 
   const std::string robot_;
   const std::unique_ptr<tap::Client> client_;  // the worker's
   const int pid_;
   std::string hello_;
+  std::string status_;  // the last one; the worker's, as is the next
+  std::chrono::steady_clock::time_point status_at_{};
   std::atomic<bool> gone_{false};
   Worker worker_{kMostWaiting};
 };
