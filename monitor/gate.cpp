@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <utility>
 
 namespace sinew::monitor {
 namespace {
@@ -18,37 +19,39 @@ std::string lower(std::string_view text) {
 
 }  // namespace
 
-std::optional<Response> Gate::refuses(const Request& request) const {
+std::optional<Gate::Refusal> Gate::refuses(const Request& request) const {
   const std::string host = lower(request.host);
-  if (host.empty()) return plain(400, "a request needs the header Host");
+  if (host.empty()) return Refusal{400, "a request needs the header Host"};
   if (std::find(options_.hosts.begin(), options_.hosts.end(), host) == options_.hosts.end())
-    return plain(403, fmt::format("this monitor is not called '{}'; --host NAME adds a name", request.host));
+    return Refusal{403, fmt::format("this monitor is not called '{}'; --host NAME adds a name", request.host)};
   if (!request.origin.empty()) {
     const std::string origin = lower(request.origin);
     if (origin != "http://" + host && origin != "https://" + host)
-      return plain(403, fmt::format("pages of {} may not ask this monitor", request.origin));
+      return Refusal{403, fmt::format("pages of {} may not ask this monitor", request.origin)};
   }
   return std::nullopt;
 }
 
-std::optional<Response> Gate::refuses_command(const Request& request) {
-  if (!options_.commands)
-    return plain(403, "no commands from here: this address can be reached from outside and has no TLS (--tls)");
-  const auto now = Clock::now();
-  std::erase_if(wrong_, [&](const auto& entry) { return now - entry.second.first > kWrongFor; });
-  const auto known = wrong_.find(request.peer);
-  if (known != wrong_.end() && known->second.count >= kMostWrong)
-    return plain(429, "too many wrong tokens; try again in a minute");
+std::optional<Gate::Refusal> Gate::refuses_command(const Request& request) {
   constexpr std::string_view kScheme = "Bearer ";
   const std::string_view given = request.authorization;
-  if (given.empty()) return plain(401, "a command needs the header Authorization: Bearer TOKEN");
-  if (given.starts_with(kScheme) && equal_in_constant_time(given.substr(kScheme.size()), options_.token))
-    return std::nullopt;
-  if (known == wrong_.end() && wrong_.size() >= kMostPeers)
-    return plain(429, "too many wrong tokens; try again in a minute");
-  Wrong& wrong = wrong_[request.peer];
+  if (options_.commands && given.empty()) return Refusal{401, "a command needs the header Authorization: Bearer TOKEN"};
+  return refuses_token(given.starts_with(kScheme) ? given.substr(kScheme.size()) : std::string_view(), request.peer);
+}
+
+std::optional<Gate::Refusal> Gate::refuses_token(std::string_view token, const std::string& peer) {
+  if (!options_.commands)
+    return Refusal{403, "no commands from here: this address can be reached from outside and has no TLS (--tls)"};
+  const auto now = Clock::now();
+  std::erase_if(wrong_, [&](const auto& entry) { return now - entry.second.first > kWrongFor; });
+  const auto known = wrong_.find(peer);
+  const bool is_new = known == wrong_.end();
+  if (is_new ? wrong_.size() >= kMostPeers : known->second.count >= kMostWrong)
+    return Refusal{429, "too many wrong tokens; try again in a minute"};
+  if (equal_in_constant_time(token, options_.token)) return std::nullopt;
+  Wrong& wrong = wrong_[peer];
   if (wrong.count++ == 0) wrong.first = now;
-  return plain(401, "wrong token");
+  return Refusal{401, "wrong token"};
 }
 
 std::string new_token() {

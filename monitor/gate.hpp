@@ -22,11 +22,19 @@ class Gate {
   };
   explicit Gate(Options options) : options_(std::move(options)) {}
 
-  /// Nothing: it may read. Else the response: 400 without Host, 403 by a wrong one or from a page of another site.
-  std::optional<Response> refuses(const Request& request) const;
+  /// Why not, and the status of HTTP that says so.
+  struct Refusal {
+    int status;
+    std::string why;
+  };
+  /// Nothing: it may read. Else 400 without Host, 403 by a wrong one or from a page of another site.
+  std::optional<Refusal> refuses(const Request& request) const;
   /// Nothing: it may write, too ("Authorization: Bearer TOKEN"). Else 401, 403, or 429 after kMostWrong wrong tokens
   /// of one peer within kWrongFor.
-  std::optional<Response> refuses_command(const Request& request);
+  std::optional<Refusal> refuses_command(const Request& request);
+  /// The same for a token that came in another way, from `peer`.
+  std::optional<Refusal> refuses_token(std::string_view token, const std::string& peer);
+  bool takes_commands() const { return options_.commands; }
 
   static constexpr unsigned kMostWrong = 10;
   static constexpr std::chrono::seconds kWrongFor{60};

@@ -25,6 +25,31 @@ void RobotLink::ask(std::string request, std::string arguments, Done done) {
   if (!taken) done(refusal(hal::Errc::busy, "too many requests wait for this robot"));
 }
 
+void RobotLink::look(const std::string& request, std::chrono::milliseconds age, Done done) {
+  std::string reply;
+  {
+    const std::lock_guard lock(mutex_);
+    Shared& shared = shared_[request];
+    if (!shared.reply.empty() && std::chrono::steady_clock::now() - shared.at <= age && !is_gone()) {
+      reply = shared.reply;
+    } else {
+      shared.waiting.push_back(std::move(done));
+      if (shared.waiting.size() > 1) return;
+    }
+  }
+  if (!reply.empty()) return done(std::move(reply));
+  ask(request, "{}", [this, request](const std::string& text) {
+    std::vector<Done> waiting;
+    {
+      const std::lock_guard lock(mutex_);
+      Shared& shared = shared_[request];
+      shared.reply = text, shared.at = std::chrono::steady_clock::now();
+      waiting.swap(shared.waiting);
+    }
+    for (const Done& each : waiting) each(text);
+  });
+}
+
 std::string RobotLink::answer(const std::string& request, const std::string& arguments) {
   if (request != "status") return answer_now(request, arguments);
   const auto now = std::chrono::steady_clock::now();

@@ -2,8 +2,11 @@
 #include <atomic>
 #include <chrono>
 #include <functional>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <string>
+#include <vector>
 
 #include "monitor/worker.hpp"
 #include "tap/client.hpp"
@@ -25,6 +28,9 @@ class RobotLink {
   /// `arguments`: a JSON object. `done` is called once, by the link's thread, or at once with "busy" when more than
   /// kMostWaiting wait.
   void ask(std::string request, std::string arguments, Done done);
+  /// The same for a request without members that changes nothing: who asks while a reply is on its way or younger than
+  /// `age` gets that one.
+  void look(const std::string& request, std::chrono::milliseconds age, Done done);
   /// Other work that waits for this robot, by the same thread. False: too much waits already.
   bool post(std::function<void()> what) { return worker_.post(std::move(what)); }
 
@@ -34,6 +40,11 @@ class RobotLink {
   bool is_gone() const { return gone_.load(std::memory_order_relaxed); }
 
  private:
+  struct Shared {
+    std::string reply{};  // empty: none yet
+    std::chrono::steady_clock::time_point at{};
+    std::vector<Done> waiting{};  // for the reply that is on its way; empty: none is
+  };
   std::string answer(const std::string& request, const std::string& arguments);
   std::string answer_now(const std::string& request, const std::string& arguments);
 
@@ -44,6 +55,8 @@ class RobotLink {
   std::string status_;  // the last one; the worker's, as is the next
   std::chrono::steady_clock::time_point status_at_{};
   std::atomic<bool> gone_{false};
+  std::mutex mutex_;  // of shared_
+  std::map<std::string, Shared> shared_;
   Worker worker_{kMostWaiting};
 };
 

@@ -51,22 +51,24 @@ int run(Options o) {
   std::string why;
   // The site needs the server's port for the names by which it may be called, and the server needs whom to ask.
   std::unique_ptr<monitor::Site> site;
-  const auto on_request = [&site](monitor::Request request, monitor::ConnectionId id, monitor::Server::Reply reply) {
-    site->answer(std::move(request), id, std::move(reply));
-  };
-  const auto no_socket = [](const monitor::Request&, monitor::ConnectionId,
-                            monitor::Response&) -> std::unique_ptr<monitor::Socket> { return nullptr; };
-  const auto server = monitor::Server::open(o.server, on_request, no_socket, why);
+  const auto server = monitor::Server::open(
+      o.server,
+      [&site](monitor::Request request, monitor::ConnectionId id, const monitor::Server::Reply& reply) {
+        site->answer(std::move(request), id, reply);
+      },
+      [&site](const monitor::Request& request, monitor::ConnectionId id, monitor::Response& refusal) {
+        return site->open_socket(request, id, refusal);
+      },
+      why);
   if (!server) return fail(why);
   const auto token = monitor::TokenFile::make(why);
   if (!token) return fail(why);
   monitor::Robots robots;
-  monitor::Gate::Options gate;
-  gate.hosts = names_with_port(o, server->port());
-  gate.token = token->token();
-  gate.commands = is_loopback(o.server.address) || !o.tls.empty();
-  site = std::make_unique<monitor::Site>(robots, std::move(gate));
-  site->serve_by(*server);
+  monitor::Site::Options options;
+  options.gate.hosts = names_with_port(o, server->port());
+  options.gate.token = token->token();
+  options.gate.commands = is_loopback(o.server.address) || !o.tls.empty();
+  site = std::make_unique<monitor::Site>(robots, *server, std::move(options));
   if (!o.quiet) {
     std::printf("http%s://%s:%u\n", o.tls.empty() ? "" : "s", o.server.address.c_str(), server->port());
     std::printf("token for commands: %s (also in %s)\n", token->token().c_str(), token->path().c_str());

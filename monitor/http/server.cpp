@@ -57,6 +57,17 @@ std::string header_of(lws* wsi, lws_token_indexes token) {
   return text;
 }
 
+/// A header that the library does not know by itself; `name` ends with a colon.
+std::string custom_header(lws* wsi, std::string_view name) {
+  const int size = static_cast<int>(name.size());
+  const int length = lws_hdr_custom_length(wsi, name.data(), size);
+  if (length <= 0) return {};
+  std::string text(static_cast<std::size_t>(length) + 1, '\0');
+  const int copied = lws_hdr_custom_copy(wsi, text.data(), static_cast<int>(text.size()), name.data(), size);
+  text.resize(copied > 0 ? static_cast<std::size_t>(copied) : 0);
+  return text;
+}
+
 /// Empty: it has none (a Unix socket), or the peer has gone.
 std::string peer_of(int fd) {
   sockaddr_storage address{};
@@ -365,6 +376,8 @@ class LwsServer final : public Server {
     r.authorization = header_of(c.wsi, WSI_TOKEN_HTTP_AUTHORIZATION);
     r.if_none_match = header_of(c.wsi, WSI_TOKEN_HTTP_IF_NONE_MATCH);
     r.content_type = header_of(c.wsi, WSI_TOKEN_HTTP_CONTENT_TYPE);
+    r.until_ns = custom_header(c.wsi, "x-sinew-until-ns:");
+    r.control_key = custom_header(c.wsi, "x-sinew-control:");
     return true;
   }
 

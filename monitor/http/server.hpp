@@ -23,6 +23,7 @@ struct Request {
   std::string path;                                          // decoded, begins with '/', has no "." and ".." parts
   std::vector<std::pair<std::string, std::string>> query{};  // decoded, in their order
   std::string host{}, origin{}, authorization{}, if_none_match{}, content_type{};  // headers; empty: not sent
+  std::string until_ns{}, control_key{};                                           // x-sinew-until-ns, x-sinew-control
   std::string peer{};                                                              // numeric address
   std::string body{};
   std::string subprotocol{};  // of a WebSocket: the one of ours that it offered first
