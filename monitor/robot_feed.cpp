@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cstring>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "hal/platform.hpp"
+#include "monitor/json_reply.hpp"
 #include "msg/cdr.hpp"
 #include "msg/ros2_image.hpp"
 #include "msg/ros2msg.hpp"
@@ -13,15 +13,15 @@
 namespace sinew::monitor {
 namespace {
 
-using FeedJson = nlohmann::ordered_json;
 using foxglove::Channel;
 using namespace std::chrono_literals;
 
 constexpr hal::Duration kBellPeriod = 5ms;
-constexpr hal::Duration kLookPeriod = 5ms;     // at many writers: only one bell can be waited for
-constexpr hal::Duration kQuietPeriod = 100ms;  // at one
+constexpr hal::Duration kLookPeriod = 5ms;    // at many writers: only one bell can be waited for
+constexpr hal::Duration kQuietPeriod = 50ms;  // at one
 constexpr std::size_t kSmallBytes = 1024;
 constexpr int kCopyTries = 3;
+constexpr auto kStatusAge = 180ms;  // asked five times a second, however many look
 constexpr std::int64_t kSameClockNs = 100'000'000;
 constexpr unsigned kTicksOfStatus = 2, kTicksOfTimeline = 10, kTicksOfPlayback = 1;
 
@@ -58,17 +58,17 @@ constexpr const char* kPlaybackSchema = R"({"type":"object","properties":{
 "unix_ns":{"type":"integer"},"ok":{"type":"boolean"},"state":{"type":"string"},"time_ns":{"type":"integer"},
 "begin_ns":{"type":"integer"},"end_ns":{"type":"integer"},"speed":{"type":"number"}}})";
 
-FeedJson feed_object(const std::string& text) {
-  FeedJson json = FeedJson::parse(text, nullptr, false);
-  return json.is_object() ? json : FeedJson::object();
+Json feed_object(const std::string& text) {
+  Json json = Json::parse(text, nullptr, false);
+  return json.is_object() ? json : Json::object();
 }
 
-std::int64_t integer_of(const FeedJson& json, const char* member) {
+std::int64_t integer_of(const Json& json, const char* member) {
   const auto at = json.find(member);
   return at != json.end() && at->is_number_integer() ? at->get<std::int64_t>() : 0;
 }
 
-std::string string_of(const FeedJson& json, const char* member) {
+std::string string_of(const Json& json, const char* member) {
   const auto at = json.find(member);
   return at != json.end() && at->is_string() ? at->get<std::string>() : std::string();
 }
@@ -96,16 +96,16 @@ Channel topic_channel(const tap::Topic& topic) {
 }
 
 /// Modules and threads, as the robot describes them.
-void read_graph(const FeedJson& topics, foxglove::RobotFacts& facts) {
+void read_graph(const Json& topics, foxglove::RobotFacts& facts) {
   const auto list = topics.find("topics");
   if (list == topics.end() || !list->is_array()) return;
-  for (const FeedJson& t : *list) {
+  for (const Json& t : *list) {
     if (!t.is_object()) continue;
     const std::string name = string_of(t, "name");
     facts.published.push_back({"/" + name, {string_of(t, "writer")}});
     std::vector<std::string> readers;
     if (const auto at = t.find("readers"); at != t.end() && at->is_array())
-      for (const FeedJson& r : *at)
+      for (const Json& r : *at)
         if (r.is_string()) readers.push_back(r.get<std::string>());
     facts.subscribed.emplace_back("/" + name, std::move(readers));
     const auto external = t.find("external");
@@ -122,17 +122,17 @@ std::optional<RobotFeed::Parts> RobotFeed::connect(const std::string& robot, con
   Parts parts;
   parts.client = std::move(*client);
   foxglove::RobotFacts& facts = parts.facts;
-  const FeedJson hello = feed_object(hello_text);
+  const Json hello = feed_object(hello_text);
   facts.name = robot;
   const auto ask = [&](const char* request) {
     const auto reply = parts.client->request(request);
-    return reply ? feed_object(*reply) : FeedJson::object();
+    return reply ? feed_object(*reply) : Json::object();
   };
   read_graph(ask("topics"), facts);
-  const FeedJson status = ask("status");
+  const Json status = ask("status");
   const std::int64_t robot_ns = integer_of(status, "now_ns"), here_ns = hal::system_os().now().ns;
   if (const auto threads = status.find("threads"); threads != status.end() && threads->is_array())
-    for (const FeedJson& t : *threads)
+    for (const Json& t : *threads)
       if (t.is_object()) facts.threads.push_back(string_of(t, "name"));
   const bool recorded = !string_of(hello, "recording").empty();
   const auto virtual_time = hello.find("virtual_time");
@@ -144,7 +144,7 @@ std::optional<RobotFeed::Parts> RobotFeed::connect(const std::string& robot, con
     facts.unix_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(unix_now).count() - hal::system_os().now().ns;
   }
   if (recorded) {
-    const FeedJson playback = ask("playback");
+    const Json playback = ask("playback");
     facts.unix_ns = integer_of(playback, "unix_ns");
     const auto at = [&](const char* member) {
       return static_cast<std::uint64_t>(integer_of(playback, member) + facts.unix_ns);
@@ -295,7 +295,10 @@ std::uint64_t RobotFeed::time_ns() const {
 // ---- reports and requests
 
 void RobotFeed::ask(std::string request, std::string arguments, Done done) {
-  if (const auto link = link_.lock()) return link->ask(std::move(request), std::move(arguments), std::move(done));
+  if (const auto link = link_.lock()) {
+    if (request == "status") return link->look(request, kStatusAge, std::move(done));
+    return link->ask(std::move(request), std::move(arguments), std::move(done));
+  }
   done(R"({"ok": false, "error": {"code": "closed", "why": "the robot has ended"}})");
 }
 
@@ -355,15 +358,12 @@ void RobotFeed::read() {
       return;
     }
     if (topics_.empty()) continue;
-    // The bell of the topic that has news most often is the one to wait for; at more than one writer the others are
-    // looked at as often.
-    const std::uint32_t busiest = topics_.begin()->first;
-    const std::uint32_t bell = parts_.client->bell(busiest);
+    const std::uint32_t first = topics_.begin()->first, bell = parts_.client->bell(first);
     for (auto& [topic, state] : topics_) read(topic, state);
     const auto& all = parts_.reader->topics();
     const bool one_writer = std::all_of(topics_.begin(), topics_.end(),
-                                        [&](const auto& t) { return all[t.first].bell == all[busiest].bell; });
-    parts_.client->wait(busiest, bell, hal::system_os().now() + (one_writer ? kQuietPeriod : kLookPeriod));
+                                        [&](const auto& t) { return all[t.first].bell == all[first].bell; });
+    parts_.client->wait(first, bell, hal::system_os().now() + (one_writer ? kQuietPeriod : kLookPeriod));
   }
 }
 
@@ -489,39 +489,40 @@ void RobotFeed::show() {
     bool all = true;
     for (auto& [viewer, wish] : wanted) {
       std::uint32_t sequence = 0;
-      if (!show(wish, sequence)) {
+      auto item = show(wish, sequence);
+      if (!item) {
         all = false;
         continue;
       }
-      const std::lock_guard lock(mutex_);
-      viewer->wanted = false, viewer->last = sequence;
+      {
+        // First: with the picture the next one may be asked for.
+        const std::lock_guard lock(mutex_);
+        viewer->wanted = false, viewer->last = sequence;
+      }
+      viewer->inbox->put(std::move(*item));
     }
     // Another viewer may come meanwhile, perhaps to another topic.
     if (!all) parts_.client->wait(topic, bell, hal::system_os().now() + kLookPeriod);
   }
 }
 
-/// False: there is no newer picture yet.
-bool RobotFeed::show(const Viewer& viewer, std::uint32_t& sequence) {
+/// Nothing: there is no newer picture yet.
+std::optional<foxglove::Item> RobotFeed::show(const Viewer& viewer, std::uint32_t& sequence) {
   for (int i = 0; i < kCopyTries; ++i) {
     const auto message = parts_.reader->newest(viewer.topic);
-    if (!message || viewer.last == message->sequence) return false;
+    if (!message || viewer.last == message->sequence) return std::nullopt;
     sequence = message->sequence;
     const auto known = std::find_if(encoded_.begin(), encoded_.end(), [&](const Encoded& e) {
       return e.topic == viewer.topic && e.sequence == sequence && e.size == viewer.size;
     });
-    if (known != encoded_.end()) {
-      viewer.inbox->put(known->item);
-      return true;
-    }
+    if (known != encoded_.end()) return known->item;
     auto item = encode_picture(*message, viewer.size);
     if (!item) continue;
-    if (!item->payload) return false;
+    if (!item->payload) return std::nullopt;
     encoded_.push_back({viewer.topic, sequence, viewer.size, *item});
-    viewer.inbox->put(std::move(*item));
-    return true;
+    return item;
   }
-  return false;
+  return std::nullopt;
 }
 
 /// Nothing: it was overwritten meanwhile. Without payload: it holds no picture.

@@ -91,7 +91,7 @@ class RobotFeed final : public foxglove::Robot, public std::enable_shared_from_t
   Bytes encode(const tap::Message& message);
   Bytes encode_image(const tap::Message& message) const;
   void show();
-  bool show(const Viewer& viewer, std::uint32_t& sequence);
+  std::optional<foxglove::Item> show(const Viewer& viewer, std::uint32_t& sequence);
   std::optional<foxglove::Item> encode_picture(const tap::Message& message, const foxglove::PictureSize& size);
   Inboxes inboxes_of(std::size_t channel) const;  // mutex_ is held
   void ask_for(std::size_t channel);

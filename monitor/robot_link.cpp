@@ -51,16 +51,6 @@ void RobotLink::look(const std::string& request, std::chrono::milliseconds age, 
 }
 
 std::string RobotLink::answer(const std::string& request, const std::string& arguments) {
-  if (request != "status") return answer_now(request, arguments);
-  const auto now = std::chrono::steady_clock::now();
-  if (status_.empty() || now - status_at_ >= kStatusPeriod || is_gone()) {
-    status_ = answer_now(request, arguments);
-    status_at_ = now;
-  }
-  return status_;
-}
-
-std::string RobotLink::answer_now(const std::string& request, const std::string& arguments) {
   if (is_gone()) return refusal(hal::Errc::closed, "the robot has ended");
   auto reply = client_->request(request, arguments);
   if (reply) return std::move(*reply);

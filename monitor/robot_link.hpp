@@ -20,8 +20,6 @@ class RobotLink {
   /// The reply, a JSON object as docs/robot-socket.md has it; "ok" is false with "closed" when the robot is gone.
   using Done = std::function<void(std::string reply)>;
   static constexpr std::size_t kMostWaiting = 64;
-  /// A status is asked at most so often, however many look: it has all histograms.
-  static constexpr std::chrono::milliseconds kStatusPeriod{180};
 
   RobotLink(std::string robot, std::unique_ptr<tap::Client> client);
 
@@ -46,14 +44,11 @@ class RobotLink {
     std::vector<Done> waiting{};  // for the reply that is on its way; empty: none is
   };
   std::string answer(const std::string& request, const std::string& arguments);
-  std::string answer_now(const std::string& request, const std::string& arguments);
 
   const std::string robot_;
   const std::unique_ptr<tap::Client> client_;  // the worker's
   const int pid_;
   std::string hello_;
-  std::string status_;  // the last one; the worker's, as is the next
-  std::chrono::steady_clock::time_point status_at_{};
   std::atomic<bool> gone_{false};
   std::mutex mutex_;  // of shared_
   std::map<std::string, Shared> shared_;

@@ -49,7 +49,7 @@ std::string text_of(const Json& object, const char* member) {
   return at != object.end() && at->is_string() ? at->get<std::string>() : std::string();
 }
 
-std::string dumped(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+std::string one_line(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 Bytes shared(std::vector<std::byte> bytes) { return std::make_shared<const std::vector<std::byte>>(std::move(bytes)); }
 
@@ -267,7 +267,7 @@ std::optional<monitor::Socket::Message> Session::picture() {
       waits = true;
     }
   }
-  if (!message && waits && now - woken_at_ >= kAckPeriod) {
+  if (!message && waits && (!woken_at_ || now - *woken_at_ >= kAckPeriod)) {
     woken_at_ = now;
     host_.wake_in(kAckPeriod);
   }
@@ -380,7 +380,7 @@ void Session::handle(const ClientData& message) {
   Json payload = Json::parse(message.payload, nullptr, false);
   if (!payload.is_object()) return complain(StatusLevel::error, topic + ": the message is no JSON object");
   const Json arguments{{"topic", topic}, {"message", std::move(payload)}};
-  const bool asked = ask(robot, "publish", dumped(arguments), [this, name = topic](const std::string& reply) {
+  const bool asked = ask(robot, "publish", one_line(arguments), [this, name = topic](const std::string& reply) {
     if (const std::string why = error_of(object_of(reply)); !why.empty())
       complain(StatusLevel::error, name + ": " + why);
   });
@@ -435,11 +435,12 @@ void Session::read_parameters(std::vector<std::string> names, std::optional<std:
     };
     reading->missing += 2;
     const bool params = ask(seen.robot, "params", "{}", [=](const std::string& reply) {
-      for (const Json& p : list_of(object_of(reply), "params")) {
+      const Json json = object_of(reply);
+      for (const Json& p : list_of(json, "params")) {
         const std::string name = prefix + text_of(p, "module") + "." + text_of(p, "param");
         const auto value = p.find("value");
         if (value != p.end())
-          reading->found.emplace_back(name, ParameterText{name, dumped(*value), text_of(p, "type") == "number"});
+          reading->found.emplace_back(name, ParameterText{name, one_line(*value), text_of(p, "type") == "number"});
       }
       received();
     });
@@ -449,13 +450,13 @@ void Session::read_parameters(std::vector<std::string> names, std::optional<std:
           for (const Json& m : list_of(json, "modules")) {
             const std::string name = prefix + text_of(m, "name") + ".enabled";
             const auto running = m.find("running");
-            if (running != m.end()) reading->found.emplace_back(name, ParameterText{name, dumped(*running)});
+            if (running != m.end()) reading->found.emplace_back(name, ParameterText{name, one_line(*running)});
           }
           for (const Json& t : list_of(json, "threads")) {
             const std::string name = prefix + text_of(t, "name") + ".period_us";
             const auto period = t.find("period_ns");
             if (period != t.end() && period->is_number() && period->get<double>() > 0)
-              reading->found.emplace_back(name, ParameterText{name, dumped(period->get<double>() / 1e3), true});
+              reading->found.emplace_back(name, ParameterText{name, one_line(period->get<double>() / 1e3), true});
           }
           received();
         });
@@ -527,7 +528,7 @@ void Session::write_next(const std::shared_ptr<Writing>& writing) {
       continue;
     }
     const bool asked =
-        ask(seen->robot, request, dumped(arguments), [this, writing, n = name](const std::string& reply) {
+        ask(seen->robot, request, one_line(arguments), [this, writing, n = name](const std::string& reply) {
           if (const std::string why = error_of(object_of(reply)); !why.empty())
             complain(StatusLevel::error, n + ": " + why);
           write_next(writing);
@@ -612,10 +613,10 @@ void Session::handle(const PlaybackControl& message) {
       complain(StatusLevel::error, "playback: " + why);
   };
   // They keep their order; each is answered at once.
-  bool asked = ask(robot, "playback.speed", dumped({{"speed", message.speed}}), note);
+  bool asked = ask(robot, "playback.speed", one_line({{"speed", message.speed}}), note);
   if (message.seek_ns) {
     const auto at = static_cast<std::int64_t>(*message.seek_ns) - robot->facts().unix_ns;
-    asked = asked && ask(robot, "playback.seek", dumped({{"time_ns", at}}), note);
+    asked = asked && ask(robot, "playback.seek", one_line({{"time_ns", at}}), note);
   }
   asked = asked && ask(robot, message.play ? "playback.play" : "playback.pause", "{}", note);
   asked = asked && ask(robot, "playback", "{}",

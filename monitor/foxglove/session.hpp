@@ -156,7 +156,7 @@ class Session final : public monitor::Socket {
 
   PicturePace pace_;
   bool picture_being_sent_ = false;
-  Clock::time_point woken_at_{};  // by wake_in()
+  std::optional<Clock::time_point> woken_at_{};  // by wake_in()
   std::size_t next_small_ = 0, next_large_ = 0, next_picture_ = 0;
   unsigned small_in_row_ = 0;
 };
