@@ -70,7 +70,7 @@ std::optional<PlaybackState> playback_of(const Json& reply, std::int64_t unix_ns
 struct Session::Reading {
   std::vector<std::string> names{};  // empty: all
   std::optional<std::string> id{};
-  bool only_changed = false;
+  After after = After::asked;
   std::size_t missing = 0;                                     // replies
   std::vector<std::pair<std::string, ParameterText>> found{};  // by name
 };
@@ -355,18 +355,28 @@ std::string Session::why_not(const std::shared_ptr<Robot>& robot, const std::str
   return host_.refuses ? host_.refuses(robot->facts().name, request) : std::string();
 }
 
-bool Session::ask(const std::shared_ptr<Robot>& robot, std::string request, std::string arguments,
-                  std::function<void(const std::string& reply)> done) {
-  if (asked_ >= kMostAsked) return false;
+/// Takes a reply from any thread to the server's.
+Robot::Done Session::here(Answered done) {
   ++asked_;
-  robot->ask(std::move(request), std::move(arguments),
-             [this, post = host_.post, alive = std::weak_ptr(alive_), done = std::move(done)](std::string reply) {
-               post([this, alive, done, reply = std::move(reply)] {
-                 if (alive.expired()) return;  // the session is gone: nothing of it may be touched
-                 --asked_;
-                 done(reply);
-               });
-             });
+  return [this, post = host_.post, alive = std::weak_ptr(alive_), done = std::move(done)](std::string reply) {
+    post([this, alive, done, reply = std::move(reply)] {
+      if (alive.expired()) return;  // the session is gone: nothing of it may be touched
+      --asked_;
+      done(reply);
+    });
+  };
+}
+
+bool Session::ask(const std::shared_ptr<Robot>& robot, std::string request, std::string arguments, Answered done) {
+  if (asked_ >= kMostAsked) return false;
+  robot->ask(std::move(request), std::move(arguments), here(std::move(done)));
+  return true;
+}
+
+bool Session::ask_status(const std::shared_ptr<Robot>& robot, bool recent, Answered done) {
+  if (!recent) return ask(robot, "status", "{}", std::move(done));
+  if (asked_ >= kMostAsked) return false;
+  robot->recent_status(here(std::move(done)));
   return true;
 }
 
@@ -410,7 +420,7 @@ void Session::handle(const FetchAsset& message) { send(asset_failure(message.req
 
 // ---- parameters
 
-void Session::handle(const GetParameters& message) { read_parameters(message.names, message.id, false); }
+void Session::handle(const GetParameters& message) { read_parameters(message.names, message.id, After::asked); }
 
 void Session::handle(const FollowParameters& message) {
   if (!message.on) {
@@ -425,9 +435,9 @@ void Session::handle(const FollowParameters& message) {
   ticks_ = 0;
 }
 
-void Session::read_parameters(std::vector<std::string> names, std::optional<std::string> id, bool only_changed) {
+void Session::read_parameters(std::vector<std::string> names, std::optional<std::string> id, After after) {
   const auto reading = std::make_shared<Reading>();
-  reading->names = std::move(names), reading->id = std::move(id), reading->only_changed = only_changed;
+  reading->names = std::move(names), reading->id = std::move(id), reading->after = after;
   for (const Seen& seen : robots_) {
     const std::string prefix = seen.prefix.empty() ? "" : seen.prefix + "/";
     const auto received = [this, reading] {
@@ -445,7 +455,7 @@ void Session::read_parameters(std::vector<std::string> names, std::optional<std:
       received();
     });
     const bool status =
-        params && ask(seen.robot, "status", "{}", [=](const std::string& reply) {
+        params && ask_status(seen.robot, after != After::written, [=](const std::string& reply) {
           const Json json = object_of(reply);
           for (const Json& m : list_of(json, "modules")) {
             const std::string name = prefix + text_of(m, "name") + ".enabled";
@@ -461,7 +471,7 @@ void Session::read_parameters(std::vector<std::string> names, std::optional<std:
           received();
         });
     if (!status) {
-      if (reading->only_changed) looks_at_parameters_ = false;
+      if (reading->after == After::followed) looks_at_parameters_ = false;
       return complain(StatusLevel::error, "parameters: too many requests at once");
     }
   }
@@ -469,13 +479,13 @@ void Session::read_parameters(std::vector<std::string> names, std::optional<std:
 }
 
 void Session::parameters_read(const Reading& reading) {
-  looks_at_parameters_ = looks_at_parameters_ && !reading.only_changed;
+  looks_at_parameters_ = looks_at_parameters_ && reading.after != After::followed;
   const auto wanted = [&](const std::string& name) {
     return reading.names.empty() || std::find(reading.names.begin(), reading.names.end(), name) != reading.names.end();
   };
   std::vector<ParameterText> values;
   for (const auto& [name, parameter] : reading.found) {
-    if (reading.only_changed) {
+    if (reading.after == After::followed) {
       if (!followed_parameters_.contains("") && !followed_parameters_.contains(name)) continue;
       std::string& known = known_parameters_[name];
       if (known == parameter.value) continue;
@@ -485,7 +495,7 @@ void Session::parameters_read(const Reading& reading) {
     }
     values.push_back(parameter);
   }
-  if (reading.only_changed && values.empty()) return;
+  if (reading.after == After::followed && values.empty()) return;
   send(parameter_values(values, reading.id));
 }
 
@@ -538,7 +548,7 @@ void Session::write_next(const std::shared_ptr<Writing>& writing) {
   }
   std::vector<std::string> names;
   for (const auto& p : writing->message.parameters) names.push_back(p.name);
-  if (writing->message.id && !names.empty()) read_parameters(std::move(names), writing->message.id, false);
+  if (writing->message.id && !names.empty()) read_parameters(std::move(names), writing->message.id, After::written);
   ticks_ = 0;  // who follows them sees the change soon
 }
 
@@ -573,7 +583,7 @@ void Session::tick() {
   if (ticks_++ % kTicksOfParameters == 0 && !followed_parameters_.empty() && !looks_at_parameters_ &&
       !robots_.empty()) {
     looks_at_parameters_ = true;
-    read_parameters({}, std::nullopt, true);
+    read_parameters({}, std::nullopt, After::followed);
   }
   if (options_.all_robots || robots_.empty()) return;
   const auto& robot = robots_.front().robot;
