@@ -12,8 +12,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 using namespace std::chrono_literals;
 
-constexpr unsigned kMostSmallInRow = 64;  // then something larger may go between
-constexpr auto kAckPeriod = 10ms;         // how often we look for what was delivered
+constexpr unsigned kMostSmallInRow = 64;     // then something larger may go between
+constexpr auto kAckPeriod = 10ms;            // how often we look for what was delivered
+constexpr auto kFar = 10ms, kBundle = 25ms;  // of a round trip; between bundles of small messages then
 constexpr unsigned kTicksOfParameters = 10;
 // Requests that change nothing: a connection without token may call them.
 constexpr std::string_view kLooks[] = {"record.status", "playback"};
@@ -216,12 +217,30 @@ std::optional<monitor::Socket::Message> Session::next() {
     control_bytes_ -= message.bytes->size();
     return message;
   }
-  if (small_in_row_ < kMostSmallInRow)
+  if (small_in_row_ < kMostSmallInRow && !holds_small())
     if (auto message = small_message()) return message;
   small_in_row_ = 0;
-  if (auto message = picture()) return message;
+  if (auto message = picture()) {
+    small_at_.reset();  // what waits goes in the same packet
+    return message;
+  }
   if (auto message = large_message()) return message;
-  return small_message();
+  return holds_small() ? std::nullopt : small_message();
+}
+
+/// On a link with a long way messages that come soon after others wait for more: each packet is one more that may be
+/// lost, and everything behind it then waits for it.
+bool Session::holds_small() {
+  if (!is_far_ || !small_at_) return false;
+  const auto now = host_.now();
+  const auto waits = kBundle - (now - *small_at_);
+  if (waits <= Clock::duration{}) return false;
+  if (now >= small_woken_) {
+    const auto in = std::chrono::ceil<std::chrono::milliseconds>(waits);
+    small_woken_ = now + in;
+    host_.wake_in(in);
+  }
+  return true;
 }
 
 template <class Which>
@@ -240,7 +259,10 @@ std::optional<monitor::Socket::Message> Session::in_turn(std::size_t& next, cons
 
 std::optional<monitor::Socket::Message> Session::small_message() {
   auto message = in_turn(next_small_, [](const Subscription& s) { return s.is_small; });
-  if (message) ++small_in_row_;
+  if (message)
+    ++small_in_row_;
+  else if (small_in_row_ > 0)
+    small_at_ = host_.now();
   return message;
 }
 
@@ -580,6 +602,8 @@ void Session::add_graph(const Seen& seen, GraphUpdate& update) const {
 // ---- time and playback
 
 void Session::tick() {
+  const auto link = host_.link();
+  is_far_ = link && link->shortest_round_trip_us > std::chrono::microseconds(kFar).count();
   if (ticks_++ % kTicksOfParameters == 0 && !followed_parameters_.empty() && !looks_at_parameters_ &&
       !robots_.empty()) {
     looks_at_parameters_ = true;

@@ -127,6 +127,7 @@ class Session final : public monitor::Socket {
   void add_graph(const Seen& seen, GraphUpdate& update) const;
   void playback_looked(const std::string& reply, const std::string& request, bool did_seek);
 
+  bool holds_small();
   std::optional<Message> small_message();
   std::optional<Message> large_message();
   std::optional<Message> picture();
@@ -163,6 +164,9 @@ class Session final : public monitor::Socket {
   std::optional<Clock::time_point> woken_at_{};  // by wake_in()
   std::size_t next_small_ = 0, next_large_ = 0, next_picture_ = 0;
   unsigned small_in_row_ = 0;
+  bool is_far_ = false;
+  std::optional<Clock::time_point> small_at_{};  // the last one of a bundle
+  Clock::time_point small_woken_{};              // a wake_in() for the next bundle ends then
 };
 
 }  // namespace sinew::foxglove
