@@ -213,7 +213,7 @@ class LwsServer final : public Server {
       case LWS_CALLBACK_HTTP_WRITEABLE:
         return with(wsi, [&](Connection& c) { return send(c); });
       case LWS_CALLBACK_FILTER_PROTOCOL_CONNECTION:
-        return with(wsi, [&](Connection& c) { return open_socket(c, static_cast<const char*>(in)); });
+        return with(wsi, [&](Connection& c) { return open_socket(c); });
       case LWS_CALLBACK_ESTABLISHED:
         return with(wsi, [&](Connection& c) {
           c.bounded = false;
@@ -533,10 +533,14 @@ class LwsServer final : public Server {
     set(c.wsi, TCP_CORK, corked ? 1 : 0);
   }
 
-  int open_socket(Connection& c, const char* subprotocol) {
+  int open_socket(Connection& c) {
     Response refusal = plain(403, "no WebSocket here");
     if (read_request(c, refusal)) {
-      if (subprotocol && *subprotocol) c.request.subprotocol = subprotocol;
+      // The library has chosen: the first of the client's that is one of ours, or, when it offers none, the first of
+      // all.
+      const lws_protocols* const chosen = lws_get_protocol(c.wsi);
+      if (chosen && chosen != &protocols_.front() && chosen->name != protocols_.front().name)
+        c.request.subprotocol = chosen->name;
       c.socket = on_socket_(c.request, c.id, refusal);
     }
     c.request = {};
