@@ -446,9 +446,8 @@ void Session::handle(const GetParameters& message) { read_parameters(message.nam
 
 void Session::handle(const FollowParameters& message) {
   if (!message.on) {
-    for (const std::string& name : message.names) followed_parameters_.erase(name);
-    if (message.names.empty()) followed_parameters_.clear();
-    known_parameters_.clear();
+    for (const std::string& name : message.names) followed_parameters_.erase(name), known_parameters_.erase(name);
+    if (message.names.empty()) followed_parameters_.clear(), known_parameters_.clear();
     return;
   }
   for (const std::string& name : message.names)

@@ -515,15 +515,13 @@ class LwsServer final : public Server {
     static_cast<void>(setsockopt(lws_get_socket_fd(wsi), IPPROTO_TCP, option, &value, sizeof value));
   }
 
-  /// A message that waits in the system's buffers is old when it arrives, and nothing newer can overtake it. What an
-  /// older kernel does not have stays as it is: congestion control by rate (BBR), which the losses of a radio link do
-  /// not slow down; and to wait less long for what was lost, which nothing behind it can overtake, either.
+  /// A message that waits in the system's buffers is old when it arrives, and nothing newer can overtake it; nor what
+  /// was lost on its way. So little waits here, and what was lost is sent again soon (by older kernels after 200 ms).
   static void keep_young(lws* wsi) {
     constexpr int kRtoMinUs = 45;  // TCP_RTO_MIN_US, of Linux 6.15
     set(wsi, TCP_NOTSENT_LOWAT, kUnsent);
     set(wsi, TCP_THIN_LINEAR_TIMEOUTS, 1);
     set(wsi, kRtoMinUs, 50'000);
-    static_cast<void>(setsockopt(lws_get_socket_fd(wsi), IPPROTO_TCP, TCP_CONGESTION, "bbr", 3));
   }
 
   /// Messages that follow one another at once share packets: each packet is one more that may be lost.
