@@ -1,5 +1,6 @@
 #include "tap/status_json.hpp"
 
+#include <algorithm>
 #include <array>
 #include <limits>
 #include <span>
@@ -125,12 +126,14 @@ Json chain_json(const rt::ChainSpec& chain, const rt::ChainStats& s) {
 }
 
 Json param_json(const std::string& module, const rt::Declaration::Param& p,
-                const std::optional<rt::ParamRange>& narrowed, const rt::ParamValue& value) {
+                const std::optional<rt::ParamRange>& narrowed, const rt::ParamValue& value,
+                const rt::ParamValue& start) {
   return {{"module", module},
           {"param", p.name},
           {"type", type_name(p)},
           {"value", to_json(value)},
           {"default", to_json(p.default_value)},
+          {"start", to_json(start)},
           {"unit", p.unit},
           {"min", limit(narrowed ? narrowed->min : p.min)},
           {"max", limit(narrowed ? narrowed->max : p.max)},
@@ -142,6 +145,16 @@ Json to_json(const rt::ParamValue& value) {
   return std::visit([](const auto& v) { return Json(v); }, value);
 }
 
+std::vector<std::string> readers_of(const rt::Graph& graph, std::uint32_t topic) {
+  std::vector<std::string> readers;
+  for (std::uint32_t m = 0; m < graph.modules().size(); ++m) {
+    const rt::GraphModule& module = graph.modules()[m];
+    if (m != graph.topics()[topic].writer && std::count(module.topic.begin(), module.topic.end(), topic) > 0)
+      readers.push_back(module.spec.name);
+  }
+  return readers;
+}
+
 Json directory_json(const std::vector<TopicAbout>& all) {
   Json topics = Json::array(), types = Json::object();
   for (const TopicAbout& topic : all) {
@@ -151,6 +164,7 @@ Json directory_json(const std::vector<TopicAbout>& all) {
                       {"schema_hash", hex(rt::schema_hash(*topic.type))},
                       {"writer", topic.writer},
                       {"thread", topic.thread},
+                      {"readers", topic.readers},
                       {"message_bytes", topic.type->size},
                       {"bulk_bytes", topic.bulk_bytes},
                       {"keep", topic.keep},

@@ -3,7 +3,10 @@
 #include <arpa/inet.h>
 #include <fmt/format.h>
 #include <libwebsockets.h>
+#include <linux/sockios.h>
+#include <linux/tcp.h>
 #include <netinet/in.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 
 #include <algorithm>
@@ -23,6 +26,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kPiece = 64 << 10;           // written at once: what the library may keep for a slow peer
+constexpr int kUnsent = 8 << 10;                   // bytes of a WebSocket that may wait in the system for the link
 constexpr std::size_t kMostHeaderBytes = 8 << 10;  // of a request, and of a response
 
 struct Connection {
@@ -42,6 +46,7 @@ struct Connection {
   std::unique_ptr<Socket> socket{};
   std::vector<std::byte> message{};  // that comes in
   std::optional<Socket::Message> out{};
+  bool corked = false;
 };
 
 std::string header_of(lws* wsi, lws_token_indexes token) {
@@ -92,6 +97,8 @@ class LwsServer final : public Server {
       : options_(std::move(options)), on_request_(std::move(on_request)), on_socket_(std::move(on_socket)) {}
 
   ~LwsServer() override {
+    // First: what their owners do from other threads needs the context.
+    for (auto& [wsi, c] : connections_) c->socket.reset(), c->response = {};
     if (context_) lws_context_destroy(context_);
   }
 
@@ -166,6 +173,19 @@ class LwsServer final : public Server {
     schedule();
   }
 
+  std::optional<Link> link(ConnectionId connection) const override {
+    const auto found = by_id_.find(connection);
+    if (found == by_id_.end()) return std::nullopt;
+    const int fd = lws_get_socket_fd(found->second->wsi);
+    tcp_info info{};
+    socklen_t size = sizeof info;
+    int outstanding = 0;
+    if (getsockopt(fd, IPPROTO_TCP, TCP_INFO, &info, &size) != 0 || ioctl(fd, SIOCOUTQ, &outstanding) != 0)
+      return std::nullopt;
+    return Link{info.tcpi_bytes_acked, static_cast<std::uint32_t>(std::max(outstanding, 0)), info.tcpi_notsent_bytes,
+                info.tcpi_rtt, info.tcpi_min_rtt};
+  }
+
   Counters counters() const override {
     return {accepted_.load(), refused_full_.load(),     refused_peer_.load(),
             requests_.load(), refused_requests_.load(), open_.load()};
@@ -193,7 +213,7 @@ class LwsServer final : public Server {
       case LWS_CALLBACK_HTTP_WRITEABLE:
         return with(wsi, [&](Connection& c) { return send(c); });
       case LWS_CALLBACK_FILTER_PROTOCOL_CONNECTION:
-        return with(wsi, [&](Connection& c) { return open_socket(c, static_cast<const char*>(in)); });
+        return with(wsi, [&](Connection& c) { return open_socket(c); });
       case LWS_CALLBACK_ESTABLISHED:
         return with(wsi, [&](Connection& c) {
           c.bounded = false;
@@ -492,14 +512,41 @@ class LwsServer final : public Server {
 
   // ---- WebSockets
 
-  int open_socket(Connection& c, const char* subprotocol) {
+  static void set(lws* wsi, int option, int value) {
+    static_cast<void>(setsockopt(lws_get_socket_fd(wsi), IPPROTO_TCP, option, &value, sizeof value));
+  }
+
+  /// A message that waits in the system's buffers is old when it arrives, and nothing newer can overtake it; nor what
+  /// was lost on its way. So little waits here, and what was lost is sent again soon (by older kernels after 200 ms).
+  static void keep_young(lws* wsi) {
+    constexpr int kRtoMinUs = 45;  // TCP_RTO_MIN_US, of Linux 6.15
+    set(wsi, TCP_NOTSENT_LOWAT, kUnsent);
+    set(wsi, TCP_THIN_LINEAR_TIMEOUTS, 1);
+    set(wsi, kRtoMinUs, 50'000);
+  }
+
+  /// Messages that follow one another at once share packets: each packet is one more that may be lost.
+  static void cork(Connection& c, bool corked) {
+    if (c.corked == corked) return;
+    c.corked = corked;
+    set(c.wsi, TCP_CORK, corked ? 1 : 0);
+  }
+
+  int open_socket(Connection& c) {
     Response refusal = plain(403, "no WebSocket here");
     if (read_request(c, refusal)) {
-      if (subprotocol && *subprotocol) c.request.subprotocol = subprotocol;
+      // The library has chosen: the first of the client's that is one of ours, or, when it offers none, the first of
+      // all.
+      const lws_protocols* const chosen = lws_get_protocol(c.wsi);
+      if (chosen && chosen != &protocols_.front() && chosen->name != protocols_.front().name)
+        c.request.subprotocol = chosen->name;
       c.socket = on_socket_(c.request, c.id, refusal);
     }
     c.request = {};
-    if (c.socket) return 0;
+    if (c.socket) {
+      keep_young(c.wsi);
+      return 0;
+    }
     refused_requests_.fetch_add(1, std::memory_order_relaxed);
     const std::string body(reinterpret_cast<const char*>(refusal.body ? refusal.body->data() : nullptr),
                            refusal.body ? refusal.body->size() : 0);
@@ -529,18 +576,23 @@ class LwsServer final : public Server {
       c.sent = 0;
       c.bounded = c.out.has_value();
       c.since = Clock::now();
+      cork(c, c.out.has_value());
       if (!c.out) return 0;
     }
-    const std::vector<std::byte>& bytes = *c.out->bytes;
-    const std::size_t left = bytes.size() - c.sent, now = std::min(left, kPiece);
+    const std::span<const std::byte> head = c.out->head,
+                                     bytes = c.out->bytes ? std::span(*c.out->bytes) : std::span<const std::byte>();
+    const std::size_t size = head.size() + bytes.size(), left = size - c.sent, now = std::min(left, kPiece);
     // Before a frame the library writes its head, therefore a copy.
-    std::memcpy(frame_.data() + LWS_PRE, bytes.data() + c.sent, now);
+    const std::size_t of_head = c.sent < head.size() ? std::min(head.size() - c.sent, now) : 0;
+    if (of_head > 0) std::memcpy(frame_.data() + LWS_PRE, head.data() + c.sent, of_head);
+    if (now > of_head)
+      std::memcpy(frame_.data() + LWS_PRE + of_head, bytes.data() + (c.sent + of_head - head.size()), now - of_head);
     const int kind = lws_write_ws_flags(c.out->binary ? LWS_WRITE_BINARY : LWS_WRITE_TEXT, c.sent == 0, now == left);
     if (lws_write(c.wsi, frame_.data() + LWS_PRE, now, static_cast<lws_write_protocol>(kind)) < static_cast<int>(now))
       return -1;
     c.sent += now;
     c.since = Clock::now();
-    if (c.sent == bytes.size()) c.out.reset();
+    if (c.sent == size) c.out.reset();
     lws_callback_on_writable(c.wsi);
     return 0;
   }

@@ -44,6 +44,8 @@ int run(const app::MonitorOptions& o) {
   listen.address = o.address, listen.port = o.port;
   if (!o.tls.empty()) listen.certificate = o.tls[0], listen.key = o.tls[1];
   listen.every_response = monitor::protective_headers();
+  listen.subprotocols = monitor::LiveSite::subprotocols();
+  listen.most_message_bytes = foxglove::kMostClientBytes;
   std::string why;
   // The site needs the server's port for the names by which it may be called, and the server needs whom to ask.
   std::unique_ptr<monitor::Site> site;
