@@ -24,6 +24,7 @@ using namespace std::chrono_literals;
 struct Options {
   monitor::ServerOptions server{};
   std::vector<std::string> hosts{}, tls{};
+  std::string panels{};
   bool quiet = false;
 };
 
@@ -68,6 +69,7 @@ int run(Options o) {
   options.gate.hosts = names_with_port(o, server->port());
   options.gate.token = token->token();
   options.gate.commands = is_loopback(o.server.address) || !o.tls.empty();
+  options.panels = o.panels;
   site = std::make_unique<monitor::Site>(robots, *server, std::move(options));
   if (!o.quiet) {
     std::printf("http%s://%s:%u\n", o.tls.empty() ? "" : "s", o.server.address.c_str(), server->port());
@@ -102,6 +104,9 @@ int main(int argc, char** argv) {
   options.add_option("--tls", o.tls, "files in PEM; other addresses than loopback take commands only with it")
       ->expected(2)
       ->type_name("CERTIFICATE KEY");
+  options.add_option("--panels", o.panels, "folder with panels of one's own, each a .js file (docs/monitor.md)")
+      ->check(CLI::ExistingDirectory)
+      ->type_name("FOLDER");
   options.add_flag("--quiet", o.quiet, "do not print address and token");
   try {
     options.parse(argc, argv);
