@@ -250,11 +250,13 @@ Reply Answers::status(const Json&) {
 Json Answers::param_json(const rt::GraphModule& module, std::size_t param, const rt::ParamValue& value) const {
   const rt::Declaration::Param& p = module.declaration.params[param];
   const std::optional<rt::ParamRange>& narrowed = module.narrowed[param];
+  const auto given = module.spec.params.find(std::string(p.name));
   return {{"module", module.spec.name},
           {"param", p.name},
           {"type", type_name(p)},
           {"value", to_json(value)},
           {"default", to_json(p.default_value)},
+          {"start", to_json(given == module.spec.params.end() ? p.default_value : given->second.value)},
           {"unit", p.unit},
           {"min", limit(narrowed ? narrowed->min : p.min)},
           {"max", limit(narrowed ? narrowed->max : p.max)},

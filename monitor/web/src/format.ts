@@ -3,7 +3,7 @@
 const kMissing = "–";
 
 function digits(value: number, significant: number): string {
-  const size = Math.abs(value);
+  const size = Math.abs(Number(value.toPrecision(significant))); // 99.96 becomes 100, not 100.0
   const before = size < 1 ? 1 : Math.floor(Math.log10(size)) + 1;
   return value.toFixed(Math.max(0, significant - before));
 }

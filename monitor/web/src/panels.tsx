@@ -40,8 +40,8 @@ export const panelNames = new Map(kPanels.map(([id, name]) => [id, name]));
 
 const kOwn = "own:";
 
-function nameOfOwn(file: string): string {
-  const base = file.replace(/\.js$/, "").replace(/[_-]+/g, " ");
+function nameOfOwn(path: string): string {
+  const base = path.split("/").pop()!.replace(/\.js$/, "").replace(/[_-]+/g, " ");
   return base.charAt(0).toUpperCase() + base.slice(1);
 }
 
@@ -91,7 +91,7 @@ function OwnPanel({ file, robot }: PanelProps & { file: string }) {
   useEffect(() => {
     const ends: (() => void)[] = [];
     let over = false;
-    const url = `/panels/${file.split("/").map(encodeURIComponent).join("/")}`;
+    const url = file; // "/panels/battery.js"
     import(/* @vite-ignore */ url)
       .then((module: { mount?: Mount }) => {
         if (over || !place.current) return;

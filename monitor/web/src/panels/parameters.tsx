@@ -74,7 +74,7 @@ function Row({ robot, p }: { robot: Robot; p: Param }) {
       <td class="param-value">
         {p.type === "bool" ? <Switch on={p.value === true} label={`${p.module}.${p.param}`} onChange={(on) => void send(on)} /> : (
           <form class="inline" onSubmit={(e) => (e.preventDefault(), submit())}>
-            <input class={cx("number", dirty && "dirty")} inputMode={p.type === "text" ? "text" : "decimal"} aria-label={`${p.module}.${p.param}${u ? ` in ${u}` : ""}`} readOnly={robot.isPlayback.value} value={text ?? String(p.value)} size={10} onInput={(e) => setText(e.currentTarget.value)} onKeyDown={(e) => e.key === "Escape" && setText(null)} />
+            <input class={cx("number", dirty && "dirty")} inputMode={p.type === "text" ? "text" : "decimal"} aria-label={`${p.module}.${p.param}${u ? ` in ${u}` : ""}`} readOnly={robot.isPlayback.value || p.type === "text"} title={p.type === "text" ? "A text is set before the start only" : undefined} value={text ?? String(p.value)} size={10} onInput={(e) => setText(e.currentTarget.value)} onKeyDown={(e) => e.key === "Escape" && setText(null)} />
             <span class="unit">{u}</span>
             {dirty && <CommandButton label="Set" kind="strong" onClick={submit} />}
           </form>
