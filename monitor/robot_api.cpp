@@ -145,12 +145,18 @@ void RobotApi::change(const Request& request, const std::string& robot, const st
   }
   const auto link = robots_.find(robot);
   if (!link) return reply(json_error(404, "not_found", fmt::format("no robot '{}' runs", robot)));
+  if (const std::string why = busy_with(robot, what, request.control_key); !why.empty())
+    return reply(json_error(409, "busy", why));
+  link->ask(what, to_text(*body), pass_on(std::move(reply)));
+}
+
+std::string RobotApi::busy_with(const std::string& robot, std::string_view what, std::string_view control_key) const {
   const auto control = controls_.find(robot);
   const auto now = std::chrono::steady_clock::now();
-  if (!is_playback && !is_one_of(what, kAlways) && control != controls_.end() &&
-      !control->second.allows(request.control_key, now))
-    return reply(json_error(409, "busy", fmt::format("{} has control of {}", control->second.who(now), robot)));
-  link->ask(what, to_text(*body), pass_on(std::move(reply)));
+  if (what.starts_with(kPlayback) || is_one_of(what, kAlways) || control == controls_.end() ||
+      control->second.allows(control_key, now))
+    return {};
+  return fmt::format("{} has control of {}", control->second.who(now), robot);
 }
 
 void RobotApi::control(const Request& request, const std::string& robot, Server::Reply reply) {

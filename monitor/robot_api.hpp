@@ -22,6 +22,8 @@ class RobotApi {
 
   static bool has(std::string_view path) { return path == "/api" || path.starts_with("/api/"); }
   void answer(const Request& request, Server::Reply reply);
+  /// Why this request may not go to the robot now: somebody else has control. Empty: it may.
+  std::string busy_with(const std::string& robot, std::string_view what, std::string_view control_key) const;
 
   /// A reply to `status` is shown again to all who ask within this time.
   static constexpr std::chrono::milliseconds kStatusAge{200};

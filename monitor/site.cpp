@@ -30,7 +30,8 @@ Site::Site(Robots& robots, Server& server, Options options)
       page_(options.panels),
       api_(robots, gate_, with_panels(std::move(options.api), page_)),
       streams_(robots, server),
-      pictures_(streams_, server) {}
+      pictures_(streams_, server),
+      live_(robots, server) {}
 
 void Site::answer(Request request, ConnectionId connection, const Server::Reply& reply) {
   const bool is_api = RobotApi::has(request.path);
@@ -46,13 +47,21 @@ void Site::answer(Request request, ConnectionId connection, const Server::Reply&
   reply(plain(404, "nothing here; GET /api/robots lists the robots"));
 }
 
-std::unique_ptr<Socket> Site::open_socket(const Request& request, ConnectionId, Response& refusal) {
-  if (const auto refused = gate_.refuses(request)) {
+std::unique_ptr<Socket> Site::open_socket(const Request& request, ConnectionId connection, Response& refusal) {
+  auto refused = gate_.refuses(request);
+  const std::string* const token = request.argument("token");
+  if (!refused && token) refused = gate_.refuses_token(*token, request.peer);
+  if (refused) {
     refusal = plain(refused->status, refused->why);
     return nullptr;
   }
-  refusal = plain(404, "no WebSocket here");
-  return nullptr;
+  const std::string* const key = request.argument("control");
+  return live_.open(
+      request, connection, token != nullptr,
+      [this, key = key ? *key : std::string()](const std::string& robot, const std::string& what) {
+        return api_.busy_with(robot, what, key);
+      },
+      refusal);
 }
 
 }  // namespace sinew::monitor

@@ -5,6 +5,7 @@
 
 #include "monitor/gate.hpp"
 #include "monitor/http/server.hpp"
+#include "monitor/live_site.hpp"
 #include "monitor/page.hpp"
 #include "monitor/pictures.hpp"
 #include "monitor/robot_api.hpp"
@@ -34,6 +35,7 @@ class Site {
   RobotApi api_;
   ImageStreams streams_;
   Pictures pictures_;
+  LiveSite live_;
 };
 
 /// The headers of every response: no page of another site may show, read or feed ours.

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 
 #include "msg/text.hpp"
@@ -95,6 +96,17 @@ Json module_json(const rt::Graph& graph, const rt::GraphModule& m, const rt::Mod
           {"exec", histogram(s.exec)}};
 }
 
+/// The modules with an input on this topic, each once. A driver that reads its own raw topic is none.
+Json readers_of(const rt::Graph& graph, std::uint32_t topic) {
+  Json readers = Json::array();
+  for (std::uint32_t m = 0; m < graph.modules().size(); ++m) {
+    const rt::GraphModule& module = graph.modules()[m];
+    if (m != graph.topics()[topic].writer && std::count(module.topic.begin(), module.topic.end(), topic) > 0)
+      readers.push_back(module.spec.name);
+  }
+  return readers;
+}
+
 }  // namespace
 
 Json directory_json(const rt::Graph& graph) {
@@ -108,6 +120,7 @@ Json directory_json(const rt::Graph& graph) {
                       {"schema_hash", hex(rt::schema_hash(*topic.type))},
                       {"writer", writer.spec.name},
                       {"thread", graph.threads()[writer.thread].spec.name},
+                      {"readers", readers_of(graph, t)},
                       {"message_bytes", topic.type->size},
                       {"bulk_bytes", topic.image_bytes},
                       {"keep", graph.slots(t).keep},

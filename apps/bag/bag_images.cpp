@@ -9,6 +9,7 @@
 #include "apps/command/command.hpp"
 #include "apps/command/json.hpp"
 #include "dataset/png_image.hpp"
+#include "msg/ros2_image.hpp"
 #include "record/run/run_messages.hpp"
 
 namespace sinew::app {
@@ -18,7 +19,7 @@ namespace fs = std::filesystem;
 
 msg::PixelFormat format_of(std::string_view encoding) {
   for (const auto& [name, format] : msg::kPixelFormats)
-    if (record::ros_encoding(format) == encoding) return format;
+    if (msg::ros2_encoding(format) == encoding) return format;
   return msg::PixelFormat::none;
 }
 

@@ -49,6 +49,7 @@ int fail(const std::string& why) {
 int run(Options o) {
   if (!o.tls.empty()) o.server.certificate = o.tls[0], o.server.key = o.tls[1];
   o.server.every_response = monitor::protective_headers();
+  o.server.subprotocols = monitor::LiveSite::subprotocols();
   std::string why;
   // The site needs the server's port for the names by which it may be called, and the server needs whom to ask.
   std::unique_ptr<monitor::Site> site;

@@ -3,7 +3,10 @@
 #include <arpa/inet.h>
 #include <fmt/format.h>
 #include <libwebsockets.h>
+#include <linux/sockios.h>
+#include <linux/tcp.h>
 #include <netinet/in.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 
 #include <algorithm>
@@ -23,6 +26,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kPiece = 64 << 10;           // written at once: what the library may keep for a slow peer
+constexpr int kUnsent = 8 << 10;                   // bytes of a WebSocket that may wait in the system for the link
 constexpr std::size_t kMostHeaderBytes = 8 << 10;  // of a request, and of a response
 
 struct Connection {
@@ -92,6 +96,8 @@ class LwsServer final : public Server {
       : options_(std::move(options)), on_request_(std::move(on_request)), on_socket_(std::move(on_socket)) {}
 
   ~LwsServer() override {
+    // First: what their owners do from other threads needs the context.
+    for (auto& [wsi, c] : connections_) c->socket.reset(), c->response = {};
     if (context_) lws_context_destroy(context_);
   }
 
@@ -164,6 +170,19 @@ class LwsServer final : public Server {
   void after(std::chrono::milliseconds time, std::function<void()> what) override {
     later_.emplace(Clock::now() + time, std::move(what));
     schedule();
+  }
+
+  std::optional<Link> link(ConnectionId connection) const override {
+    const auto found = by_id_.find(connection);
+    if (found == by_id_.end()) return std::nullopt;
+    const int fd = lws_get_socket_fd(found->second->wsi);
+    tcp_info info{};
+    socklen_t size = sizeof info;
+    int outstanding = 0;
+    if (getsockopt(fd, IPPROTO_TCP, TCP_INFO, &info, &size) != 0 || ioctl(fd, SIOCOUTQ, &outstanding) != 0)
+      return std::nullopt;
+    return Link{info.tcpi_bytes_acked, static_cast<std::uint32_t>(std::max(outstanding, 0)), info.tcpi_notsent_bytes,
+                info.tcpi_rtt, info.tcpi_min_rtt};
   }
 
   Counters counters() const override {
@@ -492,6 +511,15 @@ class LwsServer final : public Server {
 
   // ---- WebSockets
 
+  /// A message that waits in the system's buffers is old when it arrives, and nothing newer can overtake it. Congestion
+  /// control by rate (BBR) is not slowed down by the losses of a radio link; without it the system's own stays.
+  static void keep_buffers_short(lws* wsi) {
+    const int fd = lws_get_socket_fd(wsi);
+    const int unsent = kUnsent;
+    static_cast<void>(setsockopt(fd, IPPROTO_TCP, TCP_NOTSENT_LOWAT, &unsent, sizeof unsent));
+    static_cast<void>(setsockopt(fd, IPPROTO_TCP, TCP_CONGESTION, "bbr", 3));
+  }
+
   int open_socket(Connection& c, const char* subprotocol) {
     Response refusal = plain(403, "no WebSocket here");
     if (read_request(c, refusal)) {
@@ -499,7 +527,10 @@ class LwsServer final : public Server {
       c.socket = on_socket_(c.request, c.id, refusal);
     }
     c.request = {};
-    if (c.socket) return 0;
+    if (c.socket) {
+      keep_buffers_short(c.wsi);
+      return 0;
+    }
     refused_requests_.fetch_add(1, std::memory_order_relaxed);
     const std::string body(reinterpret_cast<const char*>(refusal.body ? refusal.body->data() : nullptr),
                            refusal.body ? refusal.body->size() : 0);
@@ -531,16 +562,20 @@ class LwsServer final : public Server {
       c.since = Clock::now();
       if (!c.out) return 0;
     }
-    const std::vector<std::byte>& bytes = *c.out->bytes;
-    const std::size_t left = bytes.size() - c.sent, now = std::min(left, kPiece);
+    const std::span<const std::byte> head = c.out->head,
+                                     bytes = c.out->bytes ? std::span(*c.out->bytes) : std::span<const std::byte>();
+    const std::size_t size = head.size() + bytes.size(), left = size - c.sent, now = std::min(left, kPiece);
     // Before a frame the library writes its head, therefore a copy.
-    std::memcpy(frame_.data() + LWS_PRE, bytes.data() + c.sent, now);
+    const std::size_t of_head = c.sent < head.size() ? std::min(head.size() - c.sent, now) : 0;
+    if (of_head > 0) std::memcpy(frame_.data() + LWS_PRE, head.data() + c.sent, of_head);
+    if (now > of_head)
+      std::memcpy(frame_.data() + LWS_PRE + of_head, bytes.data() + (c.sent + of_head - head.size()), now - of_head);
     const int kind = lws_write_ws_flags(c.out->binary ? LWS_WRITE_BINARY : LWS_WRITE_TEXT, c.sent == 0, now == left);
     if (lws_write(c.wsi, frame_.data() + LWS_PRE, now, static_cast<lws_write_protocol>(kind)) < static_cast<int>(now))
       return -1;
     c.sent += now;
     c.since = Clock::now();
-    if (c.sent == bytes.size()) c.out.reset();
+    if (c.sent == size) c.out.reset();
     lws_callback_on_writable(c.wsi);
     return 0;
   }

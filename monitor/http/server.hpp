@@ -57,12 +57,20 @@ Response plain(int status, std::string_view why);
 /// Names one connection, also after it ended; no two have the same.
 using ConnectionId = std::uint64_t;
 
+/// What the system knows of a connection, in bytes of TCP since its beginning.
+struct Link {
+  std::uint64_t acknowledged = 0;             // by the peer's system
+  std::uint32_t outstanding = 0, unsent = 0;  // given to the system and not acknowledged; of them not even sent
+  std::uint32_t round_trip_us = 0, shortest_round_trip_us = 0;  // smoothed; the shortest of the last minutes
+};
+
 /// One WebSocket. All calls come from the server's thread.
 class Socket {
  public:
   struct Message {
     bool binary = false;
-    Bytes bytes;
+    Bytes bytes{};                  // null: only the head
+    std::vector<std::byte> head{};  // sent before them, of this connection alone
   };
   virtual ~Socket() = default;  // closed
   /// A whole message. False: it is refused, and the connection closed.
@@ -110,6 +118,9 @@ class Server {
   virtual void post(std::function<void()> what) = 0;
   /// The same, not before that time has passed. Thread: the server's.
   virtual void after(std::chrono::milliseconds time, std::function<void()> what) = 0;
+
+  /// Of an open connection. Thread: the server's.
+  virtual std::optional<Link> link(ConnectionId connection) const = 0;
 
   struct Counters {
     std::uint64_t accepted = 0, refused_full = 0, refused_peer = 0, requests = 0, refused_requests = 0, open = 0;

@@ -140,27 +140,6 @@ uint8[] data
   return kSchema;
 }
 
-const RecordSchema& image_schema() {
-  static constexpr RecordSchema kSchema{"sensor_msgs/msg/Image",
-                                        R"(std_msgs/Header header
-uint32 height
-uint32 width
-string encoding
-uint8 is_bigendian
-uint32 step
-uint8[] data
-================================================================================
-MSG: std_msgs/Header
-builtin_interfaces/Time stamp
-string frame_id
-================================================================================
-MSG: builtin_interfaces/Time
-int32 sec
-uint32 nanosec
-)"};
-  return kSchema;
-}
-
 const RecordSchema& image_head_schema() {
   static constexpr RecordSchema kSchema{
       "sinew_msgs/msg/ImageHead",
@@ -313,14 +292,8 @@ void put_header(CdrWriter& to, std::int64_t stamp_ns, std::string_view frame_id)
 }
 
 void encode_image_head(Buffer& to, const msg::Image& image, std::int64_t unix_ns, std::string_view frame_id) {
-  CdrWriter cdr(to);
-  put_header(cdr, image.stamp.ns + unix_ns, frame_id);
-  cdr.number(image.height);
-  cdr.number(image.width);
-  cdr.text(ros_encoding(image.format));
-  cdr.boolean(false);
-  cdr.number(image.stride);
-  cdr.length(image.bulk_used());
+  to.clear();
+  to.append(msg::Ros2ImageHead::of_image(image, image.bulk_used(), unix_ns, frame_id).bytes());
 }
 
 std::optional<ImageView> view_image(std::span<const std::byte> bytes) {
@@ -338,22 +311,6 @@ std::optional<ImageView> view_image(std::span<const std::byte> bytes) {
   if (!cdr.good() || cdr.rest().size() != size) return std::nullopt;
   view.pixels = cdr.rest();
   return view;
-}
-
-std::string_view ros_encoding(msg::PixelFormat format) {
-  switch (format) {
-    case msg::PixelFormat::mono8:
-      return "mono8";
-    case msg::PixelFormat::rgb8:
-      return "rgb8";
-    case msg::PixelFormat::bgr8:
-      return "bgr8";
-    case msg::PixelFormat::yuyv:
-      return "yuv422_yuy2";
-    case msg::PixelFormat::none:
-      break;
-  }
-  return "";
 }
 
 }  // namespace sinew::record

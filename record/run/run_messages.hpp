@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "msg/image.hpp"
+#include "msg/ros2_image.hpp"
 #include "record/buffer.hpp"
 #include "record/run/step_log.hpp"
 
@@ -16,13 +17,11 @@ inline constexpr std::string_view kStepsTopic = "sinew/steps", kRequestsTopic = 
 /// Suffix of an image topic's name for its heads.
 inline constexpr std::string_view kHeadSuffix = "/head";
 
-struct RecordSchema {
-  std::string_view name, text;  // "sinew_msgs/msg/StepBatch", ros2msg
-};
+using RecordSchema = msg::Ros2Schema;  // "sinew_msgs/msg/StepBatch", ros2msg
 const RecordSchema& step_batch_schema();
 const RecordSchema& request_schema();
 const RecordSchema& state_schema();
-const RecordSchema& image_schema();       // sensor_msgs/msg/Image
+inline const RecordSchema& image_schema() { return msg::ros2_image_schema(); }
 const RecordSchema& image_head_schema();  // sinew_msgs/msg/ImageHead
 
 /// Steps of one thread, in their order, as they come.
@@ -83,8 +82,5 @@ inline std::optional<std::span<const std::byte>> image_pixels(std::span<const st
   const auto view = view_image(bytes);
   return view ? std::optional(view->pixels) : std::nullopt;
 }
-
-/// "mono8", "rgb8", "bgr8", "yuv422_yuy2": as sensor_msgs/image_encodings.hpp has them.
-std::string_view ros_encoding(msg::PixelFormat format);
 
 }  // namespace sinew::record

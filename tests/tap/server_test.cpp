@@ -42,6 +42,7 @@ TEST(Server, ListsTopicsWithTheirTypes) {
   EXPECT_EQ(image["thread"], "slow");
   EXPECT_EQ(image["bulk_bytes"], Eye::kWidth * Eye::kHeight);
   EXPECT_EQ(image["keep"], 5);
+  EXPECT_EQ(find_in(reply["topics"], "name", "counter.range")["readers"], Json::array({"follower", "eye"}));
   EXPECT_EQ(find_in(reply["topics"], "name", "counter.range")["keep"], 251) << "500 ms of 2 ms, and the first";
   const Json field = find_in(reply["types"]["RangeSample"]["fields"], "name", "range_m");
   EXPECT_EQ(field["type"], "f64");
