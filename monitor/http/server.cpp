@@ -520,10 +520,12 @@ class LwsServer final : public Server {
     static_cast<void>(setsockopt(fd, IPPROTO_TCP, TCP_CONGESTION, "bbr", 3));
   }
 
-  int open_socket(Connection& c, const char* subprotocol) {
+  int open_socket(Connection& c, const char* offered) {
     Response refusal = plain(403, "no WebSocket here");
     if (read_request(c, refusal)) {
-      if (subprotocol && *subprotocol) c.request.subprotocol = subprotocol;
+      // The header has all that the peer offers; the library has chosen the first of ours.
+      if (const lws_protocols* chosen = lws_get_protocol(c.wsi); offered && *offered && chosen)
+        c.request.subprotocol = chosen->name;
       c.socket = on_socket_(c.request, c.id, refusal);
     }
     c.request = {};
