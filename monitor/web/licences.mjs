@@ -1,4 +1,5 @@
-// Writes dist/licences.txt: the licence of each package whose code is in the built page.
+// usage: licences.mjs FOLDER
+// Writes FOLDER/licences.txt: the licence of each package whose code is in the built page.
 import { readFileSync, writeFileSync, readdirSync } from "node:fs";
 
 const { dependencies } = JSON.parse(readFileSync("package.json", "utf8"));
@@ -16,4 +17,4 @@ for (const name of [...names].sort()) {
   text += `\n${"=".repeat(80)}\n${name} ${version} (${license})${homepage ? `, ${homepage}` : ""}\n\n`;
   text += `${readFileSync(`${folder}/${file}`, "utf8").trim()}\n`;
 }
-writeFileSync("dist/licences.txt", text);
+writeFileSync(`${process.argv[2]}/licences.txt`, text);

@@ -11,8 +11,8 @@ export interface Channel {
   schemaEncoding?: string;
 }
 
-/** The payload is valid during the call only where the receiver copies nothing. */
-export type OnMessage = (payload: DataView, logTimeNs: number, channel: Channel) => void;
+/** `time_ns`: of the robot's clock. */
+export type OnMessage = (payload: DataView, time_ns: number, channel: Channel) => void;
 
 export interface ConnectionGraph {
   publishedTopics: { name: string; publisherIds: string[] }[];
@@ -34,13 +34,15 @@ export interface SocketLike {
   close(): void;
 }
 
-const kProtocols = ["foxglove.websocket.v1", "foxglove.sdk.v1"];
+const kProtocols = ["foxglove.websocket.v1"];
 const kLongestWaitMs = 4000;
 
 export class FoxgloveClient {
   readonly state = signal<"connecting" | "open" | "closed">("closed");
   readonly channels = signal<ReadonlyMap<string, Channel>>(new Map());
   readonly graph = signal<ConnectionGraph | null>(null);
+  /** What the monitor adds to the robot's clock in its messages, so that others read a date. */
+  unix_ns = 0n;
   private socket: SocketLike | null = null;
   private wanted = new Map<string, Wanted>();
   private bySubscription = new Map<number, { channel: Channel; wanted: Wanted }>();
@@ -156,6 +158,9 @@ export class FoxgloveClient {
   private text(text: string) {
     const message = JSON.parse(text);
     switch (message.op) {
+      case "serverInfo":
+        this.unix_ns = BigInt(message.metadata?.unix_ns ?? 0);
+        break;
       case "advertise": {
         const channels = new Map(this.channels.peek());
         for (const channel of message.channels as Channel[]) channels.set(channel.topic, channel);
@@ -201,7 +206,7 @@ export class FoxgloveClient {
     if (view.byteLength < 13 || view.getUint8(0) !== 1) return; // other kinds are not the page's
     const entry = this.bySubscription.get(view.getUint32(1, true));
     if (!entry) return; // unsubscribed meanwhile
-    const time = Number(view.getBigUint64(5, true));
+    const time = Number(view.getBigUint64(5, true) - this.unix_ns);
     const payload = new DataView(data, 13);
     for (const listener of entry.wanted.listeners) listener(payload, time, entry.channel);
   }

@@ -6,6 +6,8 @@ export interface GraphModule {
   thread: string;
   outputs: string[]; // topics
   inputs: string[];
+  /** What it publishes is about what others did already: it stands last, as the guardian. */
+  last?: boolean;
 }
 
 export interface Place {
@@ -25,10 +27,13 @@ export interface Drawing {
   edges: { topic: string; from: string; to: string; x1: number; y1: number; x2: number; y2: number }[];
 }
 
-export const kNodeWidth = 172, kHead = 24, kRow = 18, kGapX = 56, kGapY = 14, kLanePad = 12, kLeft = 116;
+export const kNodeWidth = 158, kHead = 24, kRow = 18, kGapX = 38, kGapY = 14, kLanePad = 12, kLeft = 116;
 
-/** The column of each module: behind all whose topics it reads; a loop is cut where it is met first. */
+/** The column of each module: behind all whose topics it reads. A module that reads what a later one of its thread
+ *  publishes has that from the cycle before, and what the guardian says is about commands that went out: both count as
+ *  feedback. Other loops are cut where they are met first. `modules`: those of a thread in its order. */
 export function columnsOfModules(modules: GraphModule[]): Map<string, number> {
+  const rank = new Map(modules.map((m, i) => [m.name, i]));
   const writer = new Map<string, string>();
   for (const m of modules) for (const t of m.outputs) writer.set(t, m.name);
   const byName = new Map(modules.map((m) => [m.name, m]));
@@ -42,7 +47,10 @@ export function columnsOfModules(modules: GraphModule[]): Map<string, number> {
     let at = 0;
     for (const topic of byName.get(name)!.inputs) {
       const from = writer.get(topic);
-      if (from && from !== name && byName.has(from)) at = Math.max(at, visit(from) + 1);
+      const source = from === undefined ? undefined : byName.get(from);
+      if (!from || !source || from === name) continue;
+      const back = source.last || (source.thread === byName.get(name)!.thread && rank.get(from)! > rank.get(name)!);
+      if (!back) at = Math.max(at, visit(from) + 1);
     }
     open.delete(name);
     column.set(name, at);

@@ -94,6 +94,7 @@ export class Robot {
     if (now.control) this.control.value = now.control;
     if (before.pid !== now.pid || this.ended.peek() !== null) {
       this.ended.value = null;
+      this.restart(); // its clock may be another one
       this.history = [];
       this.clock = null;
       this.structs.clear();
@@ -202,7 +203,7 @@ export class Robot {
       else if ((b.conditions & mask) === 0 && (a.conditions & mask) !== 0) news.push({ at_ns: b.stamp, text: `condition of ${name} is over`, grave: false });
     }
     if (a.permitted !== b.permitted) news.push({ at_ns: b.stamp, text: b.permitted ? "armed: commands pass" : "not armed: commands do not pass", grave: false });
-    if (a.mode !== b.mode) news.push({ at_ns: b.stamp, text: `guardian: ${String(b.mode)}`, grave: b.mode === "safe" || b.mode === 3 });
+    if (a.mode !== b.mode && b.mode === 3) news.push({ at_ns: b.stamp, text: "the guardian took the actuators to their safe action", grave: true });
     if (news.length) this.events.value = [...news.reverse(), ...this.events.peek()].slice(0, 200);
   }
 

@@ -50,9 +50,9 @@ describe("a client of the monitor's WebSocket", () => {
     client = new FoxgloveClient(() => "ws://robot/quad", (url, protocols) => new Peer(url, protocols));
   });
 
-  it("offers both names of the protocol", () => {
+  it("offers the name of the protocol", () => {
     client.connect();
-    expect(last().protocols).toEqual(["foxglove.websocket.v1", "foxglove.sdk.v1"]);
+    expect(last().protocols).toEqual(["foxglove.websocket.v1"]);
   });
 
   it("subscribes a topic once however many listen, and hands each message to all", () => {
@@ -65,6 +65,15 @@ describe("a client of the monitor's WebSocket", () => {
     expect(a).toHaveBeenCalledOnce();
     const [payload, time] = b.mock.calls[0]!;
     expect([payload.byteLength, payload.getUint8(1), time]).toEqual([2, 6, 123]);
+  });
+
+  it("gives times of the robot's clock, exactly, though messages carry a date", () => {
+    const heard = vi.fn();
+    client.subscribe("/imu", heard);
+    last().open([7, "/imu"]);
+    last().says({ op: "serverInfo", metadata: { unix_ns: "1795630958318123456" } });
+    last().data(1, 1795630958318123456n + 789n, 1);
+    expect(heard.mock.calls[0]![1]).toBe(789);
   });
 
   it("unsubscribes with the last listener only, and a late message reaches nobody", () => {

@@ -228,14 +228,14 @@ function drawTimeLine(c: CanvasRenderingContext2D, w: number, h: number, timelin
   const step = [1, 2, 5].flatMap((f) => [1e3, 1e4, 1e5, 1e6, 1e7, 1e8].map((t) => f * t)).sort((a, b) => a - b).find((s) => (s / span) * (w - kName) >= 90) ?? 2e8;
   c.fillStyle = muted;
   c.textAlign = "center";
-  for (let t = Math.ceil(begin / step) * step; t < begin + span; t += step) {
+  for (let t = begin + span - step; t > begin; t -= step) {
     c.globalAlpha = 0.35;
     c.fillStyle = line;
     c.fillRect(Math.round(x(t)), 0, 1, h - kFoot + 3);
     c.globalAlpha = 1;
     c.fillStyle = muted;
-    const back = (t - begin - span) / 1e6;
-    if (x(t) > kName + 30 && x(t) < w - 20) c.fillText(`${back === 0 ? "0" : `−${Math.abs(back).toFixed(step < 1e6 ? 2 : step < 1e7 ? 0 : 0)}`} ms`, x(t), h - 7);
+    const back = (begin + span - t) / 1e6;
+    if (x(t) > kName + 30 && x(t) < w - 20) c.fillText(`−${back.toFixed(step < 1e5 ? 2 : step < 1e6 ? 1 : 0)} ms`, x(t), h - 7);
   }
   c.textAlign = "left";
   timeline.threads.forEach((name, i) => {

@@ -47,7 +47,7 @@ function Health({ robot, status }: { robot: Robot; status: Status }) {
       {status.chains.length > 0 && (
         <section>
           <h3>Ages, from measurement to actuator</h3>
-          <table class="table">
+          <table class="table chains">
             <thead><tr><th>Chain</th><th class="r">p50</th><th class="r">p99</th><th class="r">max</th><th class="r">Budget</th><th class="r">Missed</th></tr></thead>
             <tbody>
               {status.chains.map((c) => (
@@ -75,6 +75,10 @@ function Health({ robot, status }: { robot: Robot; status: Status }) {
   );
 }
 
+export function modeOf(g: Guardian): string {
+  return typeof g.mode === "number" ? (["standby", "armed", "active", "safe action"][g.mode] ?? String(g.mode)) : g.mode;
+}
+
 function Permission({ robot, g }: { robot: Robot; g: Guardian }) {
   const [asking, setAsking] = useState(false);
   const armed = g.permitted !== 0;
@@ -83,7 +87,7 @@ function Permission({ robot, g }: { robot: Robot; g: Guardian }) {
     <section class={cx("permission", armed && "armed")}>
       <div class="state">
         <strong>{armed ? "Armed" : "Not armed"}</strong>
-        <span class="muted">{armed ? `commands pass; guardian: ${String(g.mode)}` : g.ready ? "ready: arming would be granted" : "arming would be refused"}</span>
+        <span class="muted">{armed ? `commands pass; guardian: ${modeOf(g)}` : g.ready ? "ready: arming would be granted" : "arming would be refused"}</span>
       </div>
       {!armed && reasons.length > 0 && <ul class="remarks">{reasons.map((r) => <li key={r}>{r}</li>)}</ul>}
       {!robot.isPlayback.value && robot.ended.value === null && (

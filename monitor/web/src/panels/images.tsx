@@ -64,7 +64,7 @@ function Picture({ robot, topic, withMarks }: { robot: Robot; topic: string; wit
     createImageBitmap(new Blob([message.data.slice()], { type: "image/jpeg" }))
       .then((bitmap) => {
         s.shown?.bitmap.close();
-        s.shown = { bitmap, stamp_ns: stamp ? stamp.sec * 1e9 + stamp.nanosec : NaN, bytes };
+        s.shown = { bitmap, stamp_ns: stamp ? Number(BigInt(stamp.sec) * 1_000_000_000n + BigInt(stamp.nanosec) - robot.socket.unix_ns) : NaN, bytes };
         ++s.frames;
         draw();
       }, () => setProblem("A picture came that this browser cannot read."))

@@ -2,12 +2,12 @@
 
 import { useMemo, useState } from "preact/hooks";
 import { useEffect } from "preact/hooks";
-import type { Status, ThreadStatus } from "../api";
+import type { Status, ThreadStatus, Topic } from "../api";
 import { count, duration, percent, rate } from "../format";
 import { drawingOf, kHead, kNodeWidth, kRow, type GraphModule } from "../graph";
 import type { PanelProps } from "../panels";
 import type { Robot } from "../robot";
-import { Asked, Badge, CommandButton, cx, Empty, Segments, Switch, Tools, useWatch } from "../ui";
+import { Asked, Badge, CommandButton, cx, Segments, Switch, Tools, useSize, useWatch } from "../ui";
 
 export function LayoutPanel({ robot, tile, set }: PanelProps) {
   useWatch(robot, "status", 250);
@@ -19,7 +19,7 @@ export function LayoutPanel({ robot, tile, set }: PanelProps) {
         <Segments label="As" value={mode} options={[["tree", "Tree"], ["graph", "Graph"]]} onChange={(m) => set({ mode: m })} />
       </Tools>
       <Asked robot={robot} request="status" there={robot.status.value !== null}>
-        {mode === "tree" ? <Tree robot={robot} status={robot.status.value!} /> : <Graph robot={robot} status={robot.status.value!} />}
+        {mode === "tree" ? <Tree robot={robot} status={robot.status.value!} /> : <Asked robot={robot} request="topics" there={robot.topics.value !== null}><Graph robot={robot} status={robot.status.value!} topics={robot.topics.value ?? []} /></Asked>}
       </Asked>
     </>
   );
@@ -96,28 +96,30 @@ function Period({ robot, thread }: { robot: Robot; thread: ThreadStatus }) {
   );
 }
 
-function Graph({ robot, status }: { robot: Robot; status: Status }) {
+function Graph({ robot, status, topics }: { robot: Robot; status: Status; topics: Topic[] }) {
   useEffect(() => robot.socket.wantGraph(), [robot]);
+  const [box, size] = useSize<HTMLDivElement>();
   const [marked, setMarked] = useState<string | null>(null);
   const links = robot.socket.graph.value;
-  const topics = robot.topics.value;
   const rates = robot.rates.value;
-  const key = `${status.modules.map((m) => `${m.name}/${m.thread}`).join()}|${topics?.map((t) => t.name).join()}|${JSON.stringify(links?.subscribedTopics ?? [])}`;
+  const key = `${status.modules.map((m) => `${m.name}/${m.thread}`).join()}|${topics.map((t) => t.name).join()}|${JSON.stringify(links?.subscribedTopics ?? [])}`;
   const drawing = useMemo(() => {
     const inputs = new Map<string, string[]>();
     for (const s of links?.subscribedTopics ?? [])
       for (const id of s.subscriberIds) inputs.set(id, [...(inputs.get(id) ?? []), s.name.replace(/^\//, "")]);
-    const modules: GraphModule[] = status.modules.map((m) => ({
-      name: m.name, thread: m.thread, outputs: (topics ?? []).filter((t) => t.writer === m.name).map((t) => t.name), inputs: inputs.get(m.name) ?? [],
+    const order = status.threads.flatMap((t) => t.modules);
+    const modules: GraphModule[] = [...status.modules].sort((a, b) => order.indexOf(a.name) - order.indexOf(b.name)).map((m) => ({
+      name: m.name, thread: m.thread, last: m.type === "rt::Guardian", outputs: topics.filter((t) => t.writer === m.name).map((t) => t.name), inputs: inputs.get(m.name) ?? [],
     }));
     return drawingOf(modules, status.threads.map((t) => t.name));
   }, [key]);
-  if (!topics) return <Empty>{robot.failures.value.get("topics") ?? "Asking for the topics …"}</Empty>;
+  // As large as it fits, but legible.
+  const scale = Math.max(0.78, Math.min(1, size.width / drawing.width));
   const running = new Map(status.modules.map((m) => [m.name, m]));
   const near = (e: { from: string; to: string; topic: string }) => marked !== null && (e.from === marked || e.to === marked);
   return (
-    <div class="graph" tabIndex={0} aria-label="Graph of modules and topics; scrolls">
-      <svg width={drawing.width} height={drawing.height} role="img" aria-label={`${drawing.places.size} modules in ${drawing.lanes.length} threads`}>
+    <div ref={box} class="graph" tabIndex={0} aria-label="Graph of modules and topics; scrolls">
+      <svg width={drawing.width * scale} height={drawing.height * scale} viewBox={`0 0 ${drawing.width} ${drawing.height}`} role="img" aria-label={`${drawing.places.size} modules in ${drawing.lanes.length} threads`}>
         {drawing.lanes.map((lane, i) => {
           const t = status.threads.find((x) => x.name === lane.thread);
           return (
@@ -132,7 +134,7 @@ function Graph({ robot, status }: { robot: Robot; status: Status }) {
         {drawing.edges.map((e) => {
           const back = e.x2 <= e.x1;
           const bend = back ? 70 : Math.max(24, (e.x2 - e.x1) / 2);
-          return <path key={`${e.topic}>${e.to}`} class={cx("edge", near(e) && "near", marked !== null && !near(e) && "far", back && "back")} d={`M${e.x1} ${e.y1}C${e.x1 + bend} ${e.y1} ${e.x2 - bend} ${e.y2} ${e.x2} ${e.y2}`} />;
+          return <path key={`${e.topic}>${e.to}`} class={cx("edge", near(e) && "near", drawing.places.get(e.to)?.module.last && "watched", marked !== null && !near(e) && "far", back && "back")} d={`M${e.x1} ${e.y1}C${e.x1 + bend} ${e.y1} ${e.x2 - bend} ${e.y2} ${e.x2} ${e.y2}`} />;
         })}
         {[...drawing.places.values()].map((p) => {
           const m = running.get(p.module.name);

@@ -23,24 +23,33 @@ function fieldsOf(state: Record<string, unknown>): FieldOfPlot[] {
   return state.fields.filter((f): f is FieldOfPlot => typeof f?.topic === "string" && typeof f?.path === "string").slice(0, kMostFields);
 }
 
-/** Fields that an empty plot offers, where the robot has them. */
-function firstFields(robot: Robot): FieldOfPlot[] {
-  for (const [topic, path] of [["filter.state", "p_world_m.z"], ["filter.state", "v_world_mps.z"], ["imu.raw", "gyro_radps.y"]] as const) {
-    const struct = robot.struct(`/${topic}`);
-    if (struct && typeof struct === "object" && getterOf(struct, path)) return [{ topic, path }];
+/** What a plot shows before anybody chose: joints, else where the body is, else the first numbers that there are. */
+function usualFields(robot: Robot): FieldOfPlot[] {
+  const found = new Map<string, FieldOfPlot[]>();
+  for (const name of [...robot.socket.channels.value.keys()].sort()) {
+    const struct = robot.struct(name);
+    if (!struct || typeof struct === "string" || name.startsWith("/sinew/")) continue;
+    const topic = name.slice(1);
+    const paths = (pattern: RegExp) => numbersOf(struct).filter((l) => pattern.test(l.path)).map((l) => ({ topic, path: l.path }));
+    const keep = (rule: string, fields: FieldOfPlot[]) => fields.length > 0 && !found.has(rule) && found.set(rule, fields.slice(0, 3));
+    if (/world_base/.test(struct.fields.map((f) => f.name).join()) && topic !== "ground_truth") keep("position", paths(/^p_world_m/));
+    keep("joints", paths(/^position_rad\[[01]\]/));
+    keep("numbers", numbersOf(struct).filter((l) => !l.integer).map((l) => ({ topic, path: l.path })));
   }
-  return [];
+  return found.get("joints") ?? found.get("position") ?? found.get("numbers") ?? [];
 }
 
 export function PlotsPanel({ robot, tile, set }: PanelProps) {
-  const fields = fieldsOf(tile.state);
+  const untouched = !Array.isArray(tile.state.fields);
+  const channels = robot.socket.channels.value;
+  const fields = useMemo(() => (untouched ? usualFields(robot) : fieldsOf(tile.state)), [untouched, tile.state.fields, channels]);
   const window_s = Number(tile.state.window_s ?? 10) || 10;
   const [choosing, setChoosing] = useState(false);
   const [held, setHeld] = useState(false);
   const plot = useRef<PlotHandle | null>(null);
   useEffect(() => robot.socket.connect(), [robot]);
   const add = (f: FieldOfPlot) => {
-    const now = fieldsOf(tile.state);
+    const now = fields;
     if (!now.some((x) => x.topic === f.topic && x.path === f.path)) set({ fields: [...now, f] });
   };
   const asked = plotRequests.value;
@@ -61,12 +70,11 @@ export function PlotsPanel({ robot, tile, set }: PanelProps) {
       {fields.length === 0 ? (
         <Empty title="No field chosen">
           <Button icon="plus" label="Choose a field" kind="strong" onClick={() => setChoosing(true)} />
-          {firstFields(robot).map((f) => <Button key={f.path} label={`${f.topic} ${f.path}`} onClick={() => add(f)} />)}
         </Empty>
       ) : (
         <Plot robot={robot} fields={fields} window_s={window_s} held={held} hold={setHeld} handle={plot} remove={(f) => set({ fields: fields.filter((x) => x !== f) })} />
       )}
-      {choosing && <FieldDialog robot={robot} chosen={fields} onAdd={add} onRemove={(f) => set({ fields: fieldsOf(tile.state).filter((x) => x.topic !== f.topic || x.path !== f.path) })} onClose={() => setChoosing(false)} />}
+      {choosing && <FieldDialog robot={robot} chosen={fields} onAdd={add} onRemove={(f) => set({ fields: fields.filter((x) => x.topic !== f.topic || x.path !== f.path) })} onClose={() => setChoosing(false)} />}
     </>
   );
 }

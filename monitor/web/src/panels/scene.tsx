@@ -15,7 +15,7 @@ interface Pose {
 
 const kMostPath = 4000;
 const kPathStep_m = 0.02;
-const kTrace = "ground_truth";
+const kTruth = "ground_truth"; // in the simulator's world, which begins elsewhere than the estimate's
 
 const isVec = (s: unknown): s is Struct => typeof s === "object" && s !== null && (s as Struct).fields.map((f) => f.name).join() === "x,y,z";
 const isQuat = (s: unknown): s is Struct => typeof s === "object" && s !== null && (s as Struct).fields.map((f) => f.name).join() === "w,x,y,z";
@@ -51,7 +51,6 @@ interface Joint {
 
 interface World {
   pose: Pose | null;
-  truth: Pose | null;
   path: Vec[];
   points: Map<string, Vec>;
   rotors: number[] | null;
@@ -62,7 +61,7 @@ export function ScenePanel({ robot, tile, set }: PanelProps) {
   useEffect(() => robot.socket.connect(), [robot]);
   const channels = robot.socket.channels.value;
   const all = useMemo(() => structs(robot), [channels]);
-  const poses = all.filter(([name, s]) => poseField(s) && name !== kTrace);
+  const poses = all.filter(([name, s]) => poseField(s) && name !== kTruth);
   const wished = typeof tile.state.topic === "string" ? tile.state.topic : "";
   const withPosition = poses.find(([, s]) => poseField(s)?.p) ?? poses[0];
   const topic = poses.some(([n]) => n === wished) ? wished : (withPosition?.[0] ?? "");
@@ -82,7 +81,7 @@ export function ScenePanel({ robot, tile, set }: PanelProps) {
 }
 
 function useWorld(robot: Robot, topic: string, all: [string, Struct][]): { current: World } {
-  const world = useRef<World>({ pose: null, truth: null, path: [], points: new Map(), rotors: null, joints: [] });
+  const world = useRef<World>({ pose: null, path: [], points: new Map(), rotors: null, joints: [] });
   useEffect(() => {
     const w = world.current;
     const poseOf = (m: Message, s: Struct): Pose | null => {
@@ -92,12 +91,12 @@ function useWorld(robot: Robot, topic: string, all: [string, Struct][]): { curre
       return p && Number.isFinite(q.w) ? { q, p } : null;
     };
     const ends = all.flatMap(([name, s]) => {
-      const own = name === topic, truth = name === kTrace && poseField(s);
+      const own = name === topic;
       const points = own || !poseField(s) ? pointFields(s) : [];
       const target = !poseField(s) && s.fields.some((f) => f.name === "p_world_m" && isVec(f.type));
       const joints = s.fields.some((f) => f.name === "position_rad" && f.array !== null);
       const rotors = s.fields.some((f) => f.name === "fault_events"); // what the guardian passed on
-      if (!own && !truth && points.length === 0 && !joints && !rotors && !target) return [];
+      if (!own && points.length === 0 && !joints && !rotors && !target) return [];
       return [robot.subscribe(`/${name}`, (payload) => {
         const m = decode(s, payload);
         if (own) {
@@ -109,7 +108,7 @@ function useWorld(robot: Robot, topic: string, all: [string, Struct][]): { curre
             if (d > kPathStep_m) w.path.push(w.pose.p);
             if (w.path.length > kMostPath) w.path.splice(0, kMostPath / 4);
           }
-        } else if (truth) w.truth = poseOf(m, s);
+        }
         for (const f of points) {
           const known = m[f.replace(/_world_m$/, "_known")];
           const at = vec(m[f]);
@@ -144,7 +143,7 @@ function Space({ robot, topic, all, follow }: { robot: Robot; topic: string; all
   const canvas = useRef<HTMLCanvasElement>(null);
   const note = useRef<HTMLParagraphElement>(null);
   const world = useWorld(robot, topic, all);
-  const camera = useRef<Camera>({ azimuth: -2.2, elevation: 0.42, distance: 5, target: [0, 0, 0.6] });
+  const camera = useRef<Camera>({ azimuth: -2.2, elevation: 0.42, distance: 3.6, target: [0, 0, 0.6] });
   const scheme = useScheme();
   const [home, setHome] = useState(0);
 
@@ -197,7 +196,7 @@ function Space({ robot, topic, all, follow }: { robot: Robot; topic: string; all
       <p ref={note} class="space-note num" />
       <Joints world={world} />
       <Button icon="reset" label="Camera as at first, path away" hideLabel kind="quiet" class="space-home" onClick={() => {
-        camera.current = { azimuth: -2.2, elevation: 0.42, distance: 5, target: world.current.pose ? [...world.current.pose.p] : [0, 0, 0.6] };
+        camera.current = { azimuth: -2.2, elevation: 0.42, distance: 3.6, target: world.current.pose ? [...world.current.pose.p] : [0, 0, 0.6] };
         world.current.path = [];
         setHome(home + 1);
       }} />
@@ -295,6 +294,7 @@ function drawWorld(c: CanvasRenderingContext2D, w: number, h: number, camera: Ca
     c.globalAlpha = 1;
   }
   // points
+  let row = 0;
   for (const [name, p] of world.points) {
     const s = project(p);
     if (!s) continue;
@@ -312,12 +312,7 @@ function drawWorld(c: CanvasRenderingContext2D, w: number, h: number, camera: Ca
       }
     }
     c.textAlign = "left";
-    c.fillText(name, s.x + 9, s.y - 9);
-  }
-  if (world.truth && world.pose) {
-    c.globalAlpha = 0.35;
-    drawBody(c, project, world.truth, world.rotors, muted, muted);
-    c.globalAlpha = 1;
+    c.fillText(name, s.x + 12, s.y - 10 - 13 * (row++ % 3));
   }
   if (world.pose) {
     const { p } = world.pose;
