@@ -25,6 +25,8 @@ constexpr auto kStatusAge = 180ms;  // asked five times a second, however many l
 constexpr std::int64_t kSameClockNs = 100'000'000;
 constexpr unsigned kTicksOfStatus = 2, kTicksOfTimeline = 10, kTicksOfPlayback = 1;
 
+constexpr const char* kEnded = R"({"ok":false,"error":{"code":"closed","why":"the robot has ended"}})";
+
 // The requests that are neither parameters, channels nor client publish.
 constexpr const char* kServices[] = {"arm",         "disarm",        "stop",           "record.start",
                                      "record.stop", "record.status", "record.snapshot"};
@@ -295,11 +297,13 @@ std::uint64_t RobotFeed::time_ns() const {
 // ---- reports and requests
 
 void RobotFeed::ask(std::string request, std::string arguments, Done done) {
-  if (const auto link = link_.lock()) {
-    if (request == "status") return link->look(request, kStatusAge, std::move(done));
-    return link->ask(std::move(request), std::move(arguments), std::move(done));
-  }
-  done(R"({"ok": false, "error": {"code": "closed", "why": "the robot has ended"}})");
+  if (const auto link = link_.lock()) return link->ask(std::move(request), std::move(arguments), std::move(done));
+  done(kEnded);
+}
+
+void RobotFeed::recent_status(Done done) {
+  if (const auto link = link_.lock()) return link->look("status", kStatusAge, std::move(done));
+  done(kEnded);
 }
 
 void RobotFeed::tick() {
@@ -317,9 +321,11 @@ void RobotFeed::ask_for(std::size_t channel) {
     if (report.asked || (!for_time && inboxes_of(channel).empty())) return;
     report.asked = true;
   }
-  ask(report.request, report.arguments, [weak = weak_from_this(), channel](const std::string& reply) {
+  const auto done = [weak = weak_from_this(), channel](const std::string& reply) {
     if (const auto self = weak.lock()) self->received(channel, reply);
-  });
+  };
+  if (std::strcmp(report.request, "status") == 0) return recent_status(done);
+  ask(report.request, report.arguments, done);
 }
 
 void RobotFeed::received(std::size_t channel, const std::string& reply) {

@@ -42,6 +42,7 @@ class RobotFeed final : public foxglove::Robot, public std::enable_shared_from_t
   std::shared_ptr<void> subscribe(std::size_t channel, std::shared_ptr<foxglove::Inbox> inbox) override;
   std::shared_ptr<foxglove::PictureTap> look(std::size_t channel, std::shared_ptr<foxglove::Inbox> inbox) override;
   void ask(std::string request, std::string arguments, Done done) override;
+  void recent_status(Done done) override;
   std::uint64_t time_ns() const override;
   /// The robot has let go of this connection: open another feed.
   bool is_broken() const { return broken_.load(std::memory_order_relaxed); }

@@ -60,6 +60,8 @@ class Robot {
   virtual std::shared_ptr<void> subscribe(std::size_t channel, std::shared_ptr<Inbox> inbox) = 0;
   virtual std::shared_ptr<PictureTap> look(std::size_t channel, std::shared_ptr<Inbox> inbox) = 0;
   virtual void ask(std::string request, std::string arguments, Done done) = 0;
+  /// The reply to `status`, which may be a fifth of a second old: one for all who look.
+  virtual void recent_status(Done done) = 0;
   /// The newest instant on the robot's own clock that is known here, as times of messages.
   virtual std::uint64_t time_ns() const = 0;
 };

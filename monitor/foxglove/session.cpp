@@ -12,8 +12,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 using namespace std::chrono_literals;
 
-constexpr unsigned kMostSmallInRow = 64;  // then something larger may go between
-constexpr auto kAckPeriod = 10ms;         // how often we look for what was delivered
+constexpr unsigned kMostSmallInRow = 64;     // then something larger may go between
+constexpr auto kAckPeriod = 10ms;            // how often we look for what was delivered
+constexpr auto kFar = 10ms, kBundle = 25ms;  // of a round trip; between bundles of small messages then
 constexpr unsigned kTicksOfParameters = 10;
 // Requests that change nothing: a connection without token may call them.
 constexpr std::string_view kLooks[] = {"record.status", "playback"};
@@ -70,7 +71,7 @@ std::optional<PlaybackState> playback_of(const Json& reply, std::int64_t unix_ns
 struct Session::Reading {
   std::vector<std::string> names{};  // empty: all
   std::optional<std::string> id{};
-  bool only_changed = false;
+  After after = After::asked;
   std::size_t missing = 0;                                     // replies
   std::vector<std::pair<std::string, ParameterText>> found{};  // by name
 };
@@ -216,12 +217,30 @@ std::optional<monitor::Socket::Message> Session::next() {
     control_bytes_ -= message.bytes->size();
     return message;
   }
-  if (small_in_row_ < kMostSmallInRow)
+  if (small_in_row_ < kMostSmallInRow && !holds_small())
     if (auto message = small_message()) return message;
   small_in_row_ = 0;
-  if (auto message = picture()) return message;
+  if (auto message = picture()) {
+    small_at_.reset();  // what waits goes in the same packet
+    return message;
+  }
   if (auto message = large_message()) return message;
-  return small_message();
+  return holds_small() ? std::nullopt : small_message();
+}
+
+/// On a link with a long way messages that come soon after others wait for more: each packet is one more that may be
+/// lost, and everything behind it then waits for it.
+bool Session::holds_small() {
+  if (!is_far_ || !small_at_) return false;
+  const auto now = host_.now();
+  const auto waits = kBundle - (now - *small_at_);
+  if (waits <= Clock::duration{}) return false;
+  if (now >= small_woken_) {
+    const auto in = std::chrono::ceil<std::chrono::milliseconds>(waits);
+    small_woken_ = now + in;
+    host_.wake_in(in);
+  }
+  return true;
 }
 
 template <class Which>
@@ -240,7 +259,10 @@ std::optional<monitor::Socket::Message> Session::in_turn(std::size_t& next, cons
 
 std::optional<monitor::Socket::Message> Session::small_message() {
   auto message = in_turn(next_small_, [](const Subscription& s) { return s.is_small; });
-  if (message) ++small_in_row_;
+  if (message)
+    ++small_in_row_;
+  else if (small_in_row_ > 0)
+    small_at_ = host_.now();
   return message;
 }
 
@@ -355,18 +377,28 @@ std::string Session::why_not(const std::shared_ptr<Robot>& robot, const std::str
   return host_.refuses ? host_.refuses(robot->facts().name, request) : std::string();
 }
 
-bool Session::ask(const std::shared_ptr<Robot>& robot, std::string request, std::string arguments,
-                  std::function<void(const std::string& reply)> done) {
-  if (asked_ >= kMostAsked) return false;
+/// Takes a reply from any thread to the server's.
+Robot::Done Session::here(Answered done) {
   ++asked_;
-  robot->ask(std::move(request), std::move(arguments),
-             [this, post = host_.post, alive = std::weak_ptr(alive_), done = std::move(done)](std::string reply) {
-               post([this, alive, done, reply = std::move(reply)] {
-                 if (alive.expired()) return;  // the session is gone: nothing of it may be touched
-                 --asked_;
-                 done(reply);
-               });
-             });
+  return [this, post = host_.post, alive = std::weak_ptr(alive_), done = std::move(done)](std::string reply) {
+    post([this, alive, done, reply = std::move(reply)] {
+      if (alive.expired()) return;  // the session is gone: nothing of it may be touched
+      --asked_;
+      done(reply);
+    });
+  };
+}
+
+bool Session::ask(const std::shared_ptr<Robot>& robot, std::string request, std::string arguments, Answered done) {
+  if (asked_ >= kMostAsked) return false;
+  robot->ask(std::move(request), std::move(arguments), here(std::move(done)));
+  return true;
+}
+
+bool Session::ask_status(const std::shared_ptr<Robot>& robot, bool recent, Answered done) {
+  if (!recent) return ask(robot, "status", "{}", std::move(done));
+  if (asked_ >= kMostAsked) return false;
+  robot->recent_status(here(std::move(done)));
   return true;
 }
 
@@ -410,7 +442,7 @@ void Session::handle(const FetchAsset& message) { send(asset_failure(message.req
 
 // ---- parameters
 
-void Session::handle(const GetParameters& message) { read_parameters(message.names, message.id, false); }
+void Session::handle(const GetParameters& message) { read_parameters(message.names, message.id, After::asked); }
 
 void Session::handle(const FollowParameters& message) {
   if (!message.on) {
@@ -425,9 +457,9 @@ void Session::handle(const FollowParameters& message) {
   ticks_ = 0;
 }
 
-void Session::read_parameters(std::vector<std::string> names, std::optional<std::string> id, bool only_changed) {
+void Session::read_parameters(std::vector<std::string> names, std::optional<std::string> id, After after) {
   const auto reading = std::make_shared<Reading>();
-  reading->names = std::move(names), reading->id = std::move(id), reading->only_changed = only_changed;
+  reading->names = std::move(names), reading->id = std::move(id), reading->after = after;
   for (const Seen& seen : robots_) {
     const std::string prefix = seen.prefix.empty() ? "" : seen.prefix + "/";
     const auto received = [this, reading] {
@@ -445,7 +477,7 @@ void Session::read_parameters(std::vector<std::string> names, std::optional<std:
       received();
     });
     const bool status =
-        params && ask(seen.robot, "status", "{}", [=](const std::string& reply) {
+        params && ask_status(seen.robot, after != After::written, [=](const std::string& reply) {
           const Json json = object_of(reply);
           for (const Json& m : list_of(json, "modules")) {
             const std::string name = prefix + text_of(m, "name") + ".enabled";
@@ -461,7 +493,7 @@ void Session::read_parameters(std::vector<std::string> names, std::optional<std:
           received();
         });
     if (!status) {
-      if (reading->only_changed) looks_at_parameters_ = false;
+      if (reading->after == After::followed) looks_at_parameters_ = false;
       return complain(StatusLevel::error, "parameters: too many requests at once");
     }
   }
@@ -469,13 +501,13 @@ void Session::read_parameters(std::vector<std::string> names, std::optional<std:
 }
 
 void Session::parameters_read(const Reading& reading) {
-  looks_at_parameters_ = looks_at_parameters_ && !reading.only_changed;
+  looks_at_parameters_ = looks_at_parameters_ && reading.after != After::followed;
   const auto wanted = [&](const std::string& name) {
     return reading.names.empty() || std::find(reading.names.begin(), reading.names.end(), name) != reading.names.end();
   };
   std::vector<ParameterText> values;
   for (const auto& [name, parameter] : reading.found) {
-    if (reading.only_changed) {
+    if (reading.after == After::followed) {
       if (!followed_parameters_.contains("") && !followed_parameters_.contains(name)) continue;
       std::string& known = known_parameters_[name];
       if (known == parameter.value) continue;
@@ -485,7 +517,7 @@ void Session::parameters_read(const Reading& reading) {
     }
     values.push_back(parameter);
   }
-  if (reading.only_changed && values.empty()) return;
+  if (reading.after == After::followed && values.empty()) return;
   send(parameter_values(values, reading.id));
 }
 
@@ -538,7 +570,7 @@ void Session::write_next(const std::shared_ptr<Writing>& writing) {
   }
   std::vector<std::string> names;
   for (const auto& p : writing->message.parameters) names.push_back(p.name);
-  if (writing->message.id && !names.empty()) read_parameters(std::move(names), writing->message.id, false);
+  if (writing->message.id && !names.empty()) read_parameters(std::move(names), writing->message.id, After::written);
   ticks_ = 0;  // who follows them sees the change soon
 }
 
@@ -570,10 +602,12 @@ void Session::add_graph(const Seen& seen, GraphUpdate& update) const {
 // ---- time and playback
 
 void Session::tick() {
+  const auto link = host_.link();
+  is_far_ = link && link->shortest_round_trip_us > std::chrono::microseconds(kFar).count();
   if (ticks_++ % kTicksOfParameters == 0 && !followed_parameters_.empty() && !looks_at_parameters_ &&
       !robots_.empty()) {
     looks_at_parameters_ = true;
-    read_parameters({}, std::nullopt, true);
+    read_parameters({}, std::nullopt, After::followed);
   }
   if (options_.all_robots || robots_.empty()) return;
   const auto& robot = robots_.front().robot;

@@ -86,7 +86,8 @@ class Session final : public monitor::Socket {
     std::shared_ptr<Robot> robot;
     std::string topic;
   };
-  struct Reading;  // parameters that are being asked for
+  enum class After : std::uint8_t { asked, written, followed };  // why parameters are read
+  struct Reading;                                                // parameters that are being asked for
   struct Writing;
 
   void begin();
@@ -96,8 +97,11 @@ class Session final : public monitor::Socket {
   void send(std::vector<std::byte> bytes);
   void complain(StatusLevel level, const std::string& message) { send(status(level, message)); }
   /// `done` runs on the server's thread, if the session is still there. False: too much is asked already.
-  bool ask(const std::shared_ptr<Robot>& robot, std::string request, std::string arguments,
-           std::function<void(const std::string& reply)> done);
+  using Answered = std::function<void(const std::string& reply)>;
+  bool ask(const std::shared_ptr<Robot>& robot, std::string request, std::string arguments, Answered done);
+  /// `recent`: a status that others have asked for will do.
+  bool ask_status(const std::shared_ptr<Robot>& robot, bool recent, Answered done);
+  Robot::Done here(Answered done);
   std::string why_not(const std::shared_ptr<Robot>& robot, const std::string& request) const;
 
   void handle(const Subscribe& message);
@@ -116,13 +120,14 @@ class Session final : public monitor::Socket {
 
   /// The robot that a name begins with, and the rest of it.
   Seen* find(std::string_view name, std::string_view& rest);
-  void read_parameters(std::vector<std::string> names, std::optional<std::string> id, bool only_changed);
+  void read_parameters(std::vector<std::string> names, std::optional<std::string> id, After after);
   void parameters_read(const Reading& reading);
   void write_next(const std::shared_ptr<Writing>& writing);
   void send_graph(const GraphUpdate& update) { send(graph_update(update)); }
   void add_graph(const Seen& seen, GraphUpdate& update) const;
   void playback_looked(const std::string& reply, const std::string& request, bool did_seek);
 
+  bool holds_small();
   std::optional<Message> small_message();
   std::optional<Message> large_message();
   std::optional<Message> picture();
@@ -159,6 +164,9 @@ class Session final : public monitor::Socket {
   std::optional<Clock::time_point> woken_at_{};  // by wake_in()
   std::size_t next_small_ = 0, next_large_ = 0, next_picture_ = 0;
   unsigned small_in_row_ = 0;
+  bool is_far_ = false;
+  std::optional<Clock::time_point> small_at_{};  // the last one of a bundle
+  Clock::time_point small_woken_{};              // a wake_in() for the next bundle ends then
 };
 
 }  // namespace sinew::foxglove

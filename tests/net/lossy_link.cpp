@@ -1,8 +1,10 @@
 // Two programs on two hosts of their own (network namespaces), and between them a link that delays and loses packets:
 // two TUN devices, and this process that carries the packets from one to the other.
-//   lossy_link [--delay-ms D] [--jitter-ms J] [--loss SHARE] [--seed N] [--cut-after S --cut-for S] -- A ... --- B ...
+//   lossy_link [--delay-ms D] [--jitter-ms J] [--loss SHARE] [--seed N] [--cut-after S --cut-for S]
+//              [--rate-kbps R [--queue-ms Q]] -- A ... --- B ...
 // A has 10.77.0.1, B 10.77.0.2. Ends with B, with its exit code; A is ended then (SIGTERM). 77: a privilege is missing.
-// Delay is per packet and direction, order is kept; a cut loses everything for its time.
+// Delay is per packet and direction, order is kept; a cut loses everything for its time. A rate is of each direction:
+// packets wait for the ones before them, and are lost when they would have to wait longer than Q (200).
 #include <arpa/inet.h>
 #include <fcntl.h>
 #include <linux/if.h>
@@ -38,6 +40,7 @@ constexpr std::size_t kMtu = 1500, kMaxQueued = 4000;  // packets under way in o
 
 struct Settings {
   double delay_ms = 0, jitter_ms = 0, loss = 0, cut_after_s = -1, cut_for_s = 0;
+  double rate_kbps = 0, queue_ms = 200;  // 0: any
   unsigned seed = 1;
   std::vector<char*> a, b;
 };
@@ -63,6 +66,10 @@ bool read_settings(int argc, char** argv, Settings& s) {
       s.cut_after_s = value;
     else if (key == "--cut-for")
       s.cut_for_s = value;
+    else if (key == "--rate-kbps")
+      s.rate_kbps = value;
+    else if (key == "--queue-ms")
+      s.queue_ms = value;
     else
       return false;
   }
@@ -172,7 +179,12 @@ class Wire {
       if (n <= 0) return;
       const double draw = share(), jitter = share();
       if (cut || draw < s_.loss || queue_.size() >= kMaxQueued) continue;
-      Clock::time_point due = now + ms(s_.delay_ms + jitter * s_.jitter_ms);
+      Clock::time_point sent = now;
+      if (s_.rate_kbps > 0) {
+        if (free_ > now + ms(s_.queue_ms)) continue;
+        sent = free_ = std::max(free_, now) + ms(static_cast<double>(n) * 8 / s_.rate_kbps);
+      }
+      Clock::time_point due = sent + ms(s_.delay_ms + jitter * s_.jitter_ms);
       if (!queue_.empty() && due < queue_.back().due) due = queue_.back().due;
       queue_.push_back({due, {packet.data(), packet.data() + n}});
     }
@@ -196,6 +208,7 @@ class Wire {
   const Settings& s_;
   std::mt19937_64 random_;
   std::deque<Packet> queue_;
+  Clock::time_point free_{};  // when the line has sent what it has
   unsigned full_ = 0;
 };
 
@@ -230,7 +243,7 @@ int main(int argc, char** argv) {
   if (!read_settings(argc, argv, s)) {
     std::fprintf(stderr,
                  "usage: lossy_link [--delay-ms D] [--jitter-ms J] [--loss SHARE] [--seed N] [--cut-after S "
-                 "--cut-for S] -- PROGRAM_A ... --- PROGRAM_B ...\n");
+                 "--cut-for S] [--rate-kbps R [--queue-ms Q]] -- PROGRAM_A ... --- PROGRAM_B ...\n");
     return 2;
   }
   const Host a = start_host("10.77.0.1", s.a.data());

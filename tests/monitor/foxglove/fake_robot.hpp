@@ -58,6 +58,7 @@ class FakeRobot final : public Robot, public std::enable_shared_from_this<FakeRo
     else
       done(replies.contains(request) ? replies[request] : R"({"ok":true})");
   }
+  void recent_status(Done done) override { ask("status", "{}", std::move(done)); }
   std::uint64_t time_ns() const override { return now_ns; }
 
   void publish(std::size_t channel, std::string_view payload, std::uint64_t at = 1) {
