@@ -48,6 +48,8 @@ class Reader {
   const std::map<std::uint16_t, Schema>& schemas() const { return summary_.schemas; }
   const std::map<std::uint16_t, Channel>& channels() const { return summary_.channels; }
   const std::vector<ChunkIndex>& chunks() const { return summary_.chunks; }
+  /// Where the messages are, in the order of the file: its chunks, and records outside of them.
+  const std::vector<Block>& blocks() const { return blocks_; }
   const std::vector<AttachmentIndex>& attachments() const { return summary_.attachments; }
   const std::vector<MetadataIndex>& metadata() const { return summary_.metadata; }
   /// The file's own statistics or, after a scan, those of the readable part.

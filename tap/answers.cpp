@@ -2,61 +2,16 @@
 
 #include <array>
 #include <cmath>
-#include <cstring>
-#include <new>
 
-#include "hal/did_you_mean.hpp"
 #include "hal/linux/run_dir.hpp"
-#include "msg/json.hpp"
 #include "rt/graph_names.hpp"
 #include "rt/parameters.hpp"
-#include "rt/safety_text.hpp"
 #include "tap/frames.hpp"
 #include "tap/message_reader.hpp"
+#include "tap/status_json.hpp"
 
 namespace sinew::tap {
 namespace {
-
-constexpr int kMaxDepth = 32;
-
-/// JSON nested deeper than any request; found before anything is built from it.
-bool too_deep(std::string_view text) {
-  int depth = 0;
-  bool in_string = false;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i];
-    if (in_string) {
-      if (c == '\\') ++i;
-      if (c == '"') in_string = false;
-    } else if (c == '"') {
-      in_string = true;
-    } else if (c == '[' || c == '{') {
-      if (++depth > kMaxDepth) return true;
-    } else if (c == ']' || c == '}') {
-      --depth;
-    }
-  }
-  return false;
-}
-
-Reply good(const Json& members = Json::object()) {
-  Json json = Json::object();
-  json["ok"] = true;
-  json.update(members);
-  return {std::move(json)};
-}
-
-Reply refuse(hal::Errc code, const std::string& why) { return {refused(code, why)}; }
-
-/// A member that is a text; null when it is missing or something else.
-const std::string* text_of(const Json& request, const char* member) {
-  const auto at = request.find(member);
-  return at != request.end() ? at->get_ptr<const std::string*>() : nullptr;
-}
-
-Reply needs(const char* member, const char* what) {
-  return refuse(hal::Errc::bad_argument, std::string("\"") + member + "\": " + what);
-}
 
 std::optional<rt::ParamValue> value_of(const Json& json) {
   if (json.is_boolean()) return rt::ParamValue(json.get<bool>());
@@ -67,35 +22,14 @@ std::optional<rt::ParamValue> value_of(const Json& json) {
   return std::nullopt;
 }
 
-Json to_json(const rt::ParamValue& value) {
-  return std::visit([](const auto& v) { return Json(v); }, value);
-}
-
-Json limit(double value) {
-  constexpr double kUnbounded = std::numeric_limits<double>::max();
-  return value >= kUnbounded || value <= -kUnbounded ? Json() : Json(value);
-}
-
-const char* type_name(const rt::Declaration::Param& p) {
-  constexpr std::array<const char*, 4> kNames{"bool", "integer", "number", "text"};
-  return kNames[p.target.index()];
+/// What the robot file, --params or --set gave; else the default.
+rt::ParamValue start_of(const rt::GraphModule& module, std::size_t param) {
+  const rt::Declaration::Param& p = module.declaration.params[param];
+  const auto given = module.spec.params.find(std::string(p.name));
+  return given == module.spec.params.end() ? p.default_value : given->second.value;
 }
 
 }  // namespace
-
-Json refused(hal::Errc code, const std::string& why) {
-  return {{"ok", false}, {"error", {{"code", hal::to_string(code)}, {"why", why}}}};
-}
-
-std::string to_text(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
-
-std::string to_text(const Reply& reply) {
-  std::string text = to_text(reply.json);
-  if (reply.long_member.empty()) return text;
-  text.reserve(text.size() + 1 + reply.long_member.size());
-  text.back() = ',';
-  return text.append(reply.long_member).append(1, '}');
-}
 
 struct Answers::Command {
   std::string_view name;
@@ -103,13 +37,10 @@ struct Answers::Command {
 };
 
 std::span<const Answers::Command> Answers::commands() {
-  static constexpr std::array<Command, 21> kCommands{{{"hello", &Answers::hello},
+  static constexpr std::array<Command, 18> kCommands{{{"hello", &Answers::hello},
                                                       {"topics", &Answers::topics},
                                                       {"status", &Answers::status},
                                                       {"params", &Answers::params},
-                                                      {"memory", &Answers::memory},
-                                                      {"doorbells", &Answers::doorbells},
-                                                      {"subscribe", &Answers::subscribe},
                                                       {"timeline", &Answers::timeline},
                                                       {"zones", &Answers::zones},
                                                       {"param.set", &Answers::set_param},
@@ -127,68 +58,46 @@ std::span<const Answers::Command> Answers::commands() {
   return kCommands;
 }
 
-const Answers::Command* Answers::find(std::string_view name) {
-  for (const Command& c : commands())
-    if (c.name == name) return &c;
-  return nullptr;
-}
-
-std::string Answers::near_requests(std::string_view name) {
+std::vector<std::string> Answers::requests() const {
   std::vector<std::string> names;
   for (const Command& c : commands()) names.emplace_back(c.name);
-  return hal::did_you_mean(name, names);
+  return names;
 }
 
-Answers::Answers(rt::Graph& graph, rt::Runner& runner, hal::Os& os, TopicNotifier* notifier, Robot robot)
-    : graph_(graph), runner_(runner), os_(os), notifier_(notifier), robot_(std::move(robot)) {
+std::optional<Reply> Answers::reply_to(std::string_view name, const Json& request) {
+  for (const Command& c : commands())
+    if (c.name == name) return (this->*c.run)(request);
+  return std::nullopt;
+}
+
+std::optional<rt::WriterId> Answers::bell_of(const std::string& name, std::string& why) const {
+  const std::uint32_t topic = graph_.find_topic(name);
+  if (topic != rt::kNone) return graph_.segment().entry(graph_.topic_id(topic)).writer;
+  why = rt::no_such_topic(graph_, name);
+  return std::nullopt;
+}
+
+Answers::Answers(rt::Graph& graph, rt::Runner& runner, hal::Os& os, Robot robot)
+    : Answering({graph.segment(), graph.memory()}),
+      graph_(graph),
+      runner_(runner),
+      os_(os),
+      robot_(std::move(robot)),
+      safety_(graph.segment(), graph.spec()) {
   for (const rt::GraphModule& m : graph_.modules()) {
     auto& values = values_.emplace_back();
     for (const auto& p : m.declaration.params) values.push_back(rt::current(p));
   }
-  const rt::SegmentHeader& segment = graph_.segment().header();
-  auto reader =
-      SegmentReader::open({reinterpret_cast<const std::byte*>(&segment), static_cast<std::size_t>(segment.bytes)});
-  if (!reader) return;
-  reader_.emplace(std::move(*reader));
-  for (std::uint32_t t = 0; t < reader_->topics().size(); ++t)
-    if (reader_->topics()[t].info == &msg::type_info<msg::SafetyState>()) safety_topic_ = t;
-}
-
-Reply Answers::answer(std::string_view text, std::uint64_t client) {
-  client_ = client;
-  const auto garbage = [](const char* why) {
-    Reply reply = refuse(hal::Errc::bad_data, why);
-    reply.garbage = true;
-    return reply;
-  };
-  if (too_deep(text)) return garbage("a JSON object that is not nested that deeply");
-  try {
-    const Json request = Json::parse(text, nullptr, false);
-    if (!request.is_object()) return garbage("a JSON object");
-    const std::string* name = text_of(request, "request");
-    if (!name) return garbage("a JSON object with \"request\"");
-    const Command* command = find(*name);
-    Reply reply =
-        command ? (this->*command->run)(request)
-                : refuse(hal::Errc::not_found, "no request \"" + *name + "\" in this version" + near_requests(*name));
-    if (const auto id = request.find("id"); id != request.end() && id->is_primitive())
-      (reply.change ? reply.change->reply : reply.json)["id"] = *id;
-    return reply;
-  } catch (const std::bad_alloc&) {
-    throw;                             // not the client's fault, and there is no memory to say so
-  } catch (const std::exception& e) {  // thrown by the JSON library; our code throws nothing
-    return garbage(e.what());
-  }
 }
 
 std::optional<Json> Answers::settle(const Change& change) {
-  if (change.recorder_request) return settle_recorder_request(change);
+  if (change.number) return settle_recorder_request(change);
   const auto effect = graph_.effect(change.ticket);
   if (!effect) return std::nullopt;
   Json reply = change.reply;
   if (effect->refused) {
     std::string why;
-    for (const std::string& reason : not_ready()) why += (why.empty() ? "" : "; ") + reason;
+    for (const std::string& reason : safety_.not_ready()) why += (why.empty() ? "" : "; ") + reason;
     reply.update(refused(hal::Errc::denied, why.empty() ? "not ready" : why));
   }
   reply["step"] = effect->step;
@@ -197,7 +106,7 @@ std::optional<Json> Answers::settle(const Change& change) {
 
 Json Answers::still_waiting(const Change& change) const {
   Json reply = change.reply;
-  if (change.recorder_request) {
+  if (change.number) {
     reply.update(refused(hal::Errc::timeout, "accepted, and it takes long: record.status tells when it is done"));
     return reply;
   }
@@ -217,10 +126,6 @@ void Answers::follow() {
   in_flight_.erase(in_flight_.begin() + static_cast<std::ptrdiff_t>(waiting), in_flight_.end());
 }
 
-void Answers::forget(std::uint64_t client) {
-  if (notifier_) notifier_->subscribe(client, {}, {});
-}
-
 // ---- requests that look
 
 Reply Answers::hello(const Json&) {
@@ -236,32 +141,46 @@ Reply Answers::hello(const Json&) {
                {"memory", graph_.memory() != nullptr}});
 }
 
-Reply Answers::topics(const Json&) { return good(directory_json(graph_)); }
+Reply Answers::topics(const Json&) {
+  std::vector<TopicAbout> topics;
+  for (std::uint32_t t = 0; t < graph_.topics().size(); ++t) {
+    const rt::GraphTopic& topic = graph_.topics()[t];
+    const rt::GraphModule& writer = graph_.modules()[topic.writer];
+    topics.push_back({topic.name, topic.type, writer.spec.name, graph_.threads()[writer.thread].spec.name,
+                      topic.image_bytes, graph_.slots(t).keep, graph_.planned_rate_hz(t), writer.external != nullptr,
+                      readers_of(graph_, t)});
+  }
+  return good(directory_json(topics));
+}
+
+Json Answers::counters() {
+  Json threads = Json::array(), modules = Json::array(), topics = Json::array(), chains = Json::array();
+  for (std::uint32_t t = 0; t < graph_.threads().size(); ++t) {
+    std::vector<std::string> order;
+    for (const std::uint32_t m : graph_.threads()[t].modules) order.push_back(graph_.modules()[m].spec.name);
+    threads.push_back(thread_json(graph_.threads()[t].spec, order, runner_.thread_stats(t)));
+  }
+  for (std::uint32_t m = 0; m < graph_.modules().size(); ++m) {
+    const rt::GraphModule& module = graph_.modules()[m];
+    modules.push_back(module_json(module.spec, graph_.threads()[module.thread].spec.name, runner_.module_stats(m)));
+  }
+  for (std::uint32_t t = 0; t < graph_.topics().size(); ++t)
+    topics.push_back(topic_json(graph_.topics()[t].name, runner_.topic_stats(t), runner_.topic_drops(t)));
+  for (std::uint32_t c = 0; c < graph_.chains().size(); ++c)
+    chains.push_back(chain_json(graph_.chains()[c].spec, runner_.chain_stats(c)));
+  return {{"threads", std::move(threads)},
+          {"modules", std::move(modules)},
+          {"topics", std::move(topics)},
+          {"chains", std::move(chains)}};
+}
 
 Reply Answers::status(const Json&) {
-  Json json = status_json(graph_, runner_);
+  Json json = counters();
   json["now_ns"] = (robot_.clock ? *robot_.clock : os_).now().ns;
-  if (Json guardian = guardian_json(); !guardian.is_null()) json["guardian"] = std::move(guardian);
+  if (Json guardian = safety_.json(); !guardian.is_null()) json["guardian"] = std::move(guardian);
   if (robot_.complaints) json["devices"] = {{"complaints", robot_.complaints()}};
   if (outsiders) json["outsiders"] = outsiders();
   return good(json);
-}
-
-Json Answers::param_json(const rt::GraphModule& module, std::size_t param, const rt::ParamValue& value) const {
-  const rt::Declaration::Param& p = module.declaration.params[param];
-  const std::optional<rt::ParamRange>& narrowed = module.narrowed[param];
-  const auto given = module.spec.params.find(std::string(p.name));
-  return {{"module", module.spec.name},
-          {"param", p.name},
-          {"type", type_name(p)},
-          {"value", to_json(value)},
-          {"default", to_json(p.default_value)},
-          {"start", to_json(given == module.spec.params.end() ? p.default_value : given->second.value)},
-          {"unit", p.unit},
-          {"min", limit(narrowed ? narrowed->min : p.min)},
-          {"max", limit(narrowed ? narrowed->max : p.max)},
-          {"doc", p.doc},
-          {"allowed", rt::allowed_values(p, narrowed)}};
 }
 
 Reply Answers::params(const Json& request) {
@@ -278,54 +197,12 @@ Reply Answers::params(const Json& request) {
   for (std::size_t m = 0; m < values_.size(); ++m) {
     const rt::GraphModule& module = graph_.modules()[m];
     if (!only.empty() && module.spec.name != only) continue;
-    for (std::size_t p = 0; p < values_[m].size(); ++p) list.push_back(param_json(module, p, values_[m][p]));
+    for (std::size_t p = 0; p < values_[m].size(); ++p)
+      list.push_back(param_json(module.spec.name, module.declaration.params[p], module.narrowed[p], values_[m][p],
+                                start_of(module, p)));
   }
   Json json = Json::object();
   json["params"] = std::move(list);
-  return good(json);
-}
-
-Reply Answers::memory(const Json&) {
-  if (!graph_.memory()) return refuse(hal::Errc::not_supported, "this run keeps its topics in memory of its own");
-  Json json = Json::object();
-  json["bytes"] = graph_.memory()->size();
-  Reply reply = good(json);
-  reply.memory = graph_.memory();
-  return reply;
-}
-
-Reply Answers::doorbells(const Json&) {
-  if (!notifier_) return refuse(hal::Errc::not_supported, "this run keeps its topics in memory of its own");
-  Json json = Json::object();
-  json["bytes"] = notifier_->page().size();
-  Reply reply = good(json);
-  reply.memory = &notifier_->page();
-  return reply;
-}
-
-Reply Answers::subscribe(const Json& request) {
-  if (!notifier_) return refuse(hal::Errc::not_supported, "this run keeps its topics in memory of its own");
-  const auto names = request.find("topics");
-  if (names == request.end() || !names->is_array()) return needs("topics", "a list of names");
-  std::int64_t period_ms = 1;
-  if (const auto at = request.find("period_ms"); at != request.end()) {
-    if (!at->is_number_integer() || *at < 1 || *at > 1000) return needs("period_ms", "an integer from 1 to 1000");
-    period_ms = at->get<std::int64_t>();
-  }
-  std::vector<rt::WriterId> writers;
-  Json bells = Json::object();
-  for (const Json& name : *names) {
-    const auto* text = name.get_ptr<const std::string*>();
-    if (!text) return needs("topics", "a list of names");
-    const std::uint32_t topic = graph_.find_topic(*text);
-    if (topic == rt::kNone) return refuse(hal::Errc::not_found, rt::no_such_topic(graph_, *text));
-    const rt::WriterId writer = graph_.segment().entry(graph_.topic_id(topic)).writer;
-    if (!bells.contains(*text)) writers.push_back(writer);
-    bells[*text] = writer;
-  }
-  notifier_->subscribe(client_, std::move(writers), std::chrono::milliseconds(period_ms));
-  Json json = Json::object();
-  json["bells"] = std::move(bells);
   return good(json);
 }
 
@@ -335,7 +212,11 @@ Reply Answers::timeline(const Json& request) {
     if (!at->is_number_integer() || *at < 1 || *at > 60'000) return needs("last_ms", "an integer from 1 to 60000");
     last_ms = at->get<std::int64_t>();
   }
-  TimelineText timeline = timeline_text(graph_, runner_, std::chrono::milliseconds(last_ms));
+  std::vector<std::string> threads, modules;
+  for (const auto& t : graph_.threads()) threads.push_back(t.spec.name);
+  for (const auto& m : graph_.modules()) modules.push_back(m.spec.name);
+  TimelineText timeline =
+      timeline_text(threads, modules, runner_.timeline().snapshot(std::chrono::milliseconds(last_ms)));
   Reply reply = good(timeline.description);
   reply.long_member = std::move(timeline.events);
   return reply;
@@ -347,36 +228,6 @@ Reply Answers::zones(const Json& request) {
   if (at == request.end() || !at->is_boolean()) return needs("on", "true or false");
   runner_.ask_for_zones(at->get<bool>());
   return good();
-}
-
-/// The newest message of the guardian's SafetyState, read as an outsider reads it.
-std::optional<msg::SafetyState> Answers::safety() const {
-  if (!safety_topic_) return std::nullopt;
-  std::array<std::byte, sizeof(rt::SlotHeader) + sizeof(msg::SafetyState)> copy;
-  for (int i = 0; i < 8; ++i) {
-    const auto message = reader_->newest(*safety_topic_);
-    if (!message) return std::nullopt;
-    if (!reader_->copy(*message, copy)) continue;
-    msg::SafetyState state;
-    std::memcpy(&state, copy.data() + sizeof(rt::SlotHeader), sizeof state);
-    return state;
-  }
-  return std::nullopt;
-}
-
-std::vector<std::string> Answers::not_ready() const {
-  const auto state = safety();
-  return state ? rt::not_ready(graph_.spec(), *state) : std::vector<std::string>{};
-}
-
-Json Answers::guardian_json() const {
-  const auto state = safety();
-  if (!state) return {};
-  std::string text;
-  msg::to_json(msg::type_info<msg::SafetyState>(), &*state, text);
-  Json json = Json::parse(text, nullptr, false);
-  json["reasons"] = rt::not_ready(graph_.spec(), *state);
-  return json;
 }
 
 // ---- requests that change
@@ -473,7 +324,7 @@ Reply Answers::ask_recorder(RecordControl::Command command) {
 }
 
 std::optional<Json> Answers::settle_recorder_request(const Change& change) const {
-  const auto answer = robot_.record_control->answer(*change.recorder_request);
+  const auto answer = robot_.record_control->answer(*change.number);
   if (!answer) return std::nullopt;
   Json reply = change.reply;
   reply.update(answer->refused ? refused(*answer->refused, answer->text) : Json::parse(answer->text, nullptr, false));

@@ -1,8 +1,7 @@
 #pragma once
-// The robot's reply to each request. Include inside of the room only: it shows the JSON library.
+// A running robot's reply to each request. Include inside of the room only: it shows the JSON library.
 #include <cstdint>
 #include <functional>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -10,39 +9,18 @@
 #include <vector>
 
 #include "hal/os.hpp"
-#include "msg/safety.hpp"
 #include "rt/exec/runner.hpp"
 #include "rt/graph.hpp"
+#include "tap/answering.hpp"
 #include "tap/record_control.hpp"
-#include "tap/segment_reader.hpp"
-#include "tap/topic_notifier.hpp"
+#include "tap/safety_reader.hpp"
 
 namespace sinew::tap {
-
-using Json = nlohmann::ordered_json;
-
-/// A change in a mailbox or asked of the recorder, and the reply that waits for it.
-struct Change {
-  rt::Ticket ticket;
-  Json reply;
-  std::optional<std::uint64_t> recorder_request{};  // in place of the ticket
-};
-
-struct Reply {
-  Json json;  // incomplete while `change` is set
-  std::optional<Change> change{};
-  const hal::SharedMemory* memory = nullptr;  // goes along with the reply
-  bool garbage = false;                       // the text was no request at all
-  // One more member of `json` as text, with its name: a long member is not built as JSON first. So there is only one
-  // large block, which may be refused. The JSON library allocates also where it frees, and ends the program when it
-  // cannot.
-  std::string long_member{};
-};
 
 /// Thread:  one. It reads what any thread may read (statistics are atomic words; names and descriptions do not change),
 ///          with one exception: the parameters' values belong to the executors. It copies them at construction, when
 ///          only mailboxes can change them and all are empty, and then follows change by change.
-class Answers {
+class Answers final : public Answering {
  public:
   struct Robot {
     std::string name, board;
@@ -53,37 +31,24 @@ class Answers {
     RecordControl* record_control = nullptr;                 // null: this run has no recorder
     std::function<std::vector<std::string>()> complaints{};  // of devices, one a line; empty: no device can say
   };
-  Answers(rt::Graph& graph, rt::Runner& runner, hal::Os& os, TopicNotifier* notifier, Robot robot);
+  Answers(rt::Graph& graph, rt::Runner& runner, hal::Os& os, Robot robot);
 
-  /// `text` may be any bytes. `client` names the connection, for subscriptions. Throws bad_alloc and nothing else; so
-  /// do settle() and still_waiting().
-  Reply answer(std::string_view text, std::uint64_t client);
-  /// The reply to a change that took effect; nothing while it waits.
-  std::optional<Json> settle(const Change& change);
-  /// The reply to a change that is not waited for any longer.
-  Json still_waiting(const Change& change) const;
-  /// Follows changes that took effect meanwhile. Call often. Allocates nothing.
-  void follow();
-  /// Call when the client is gone.
-  void forget(std::uint64_t client);
-  /// Added to every status as "outsiders".
-  std::function<Json()> outsiders;
+  std::optional<Json> settle(const Change& change) override;
+  Json still_waiting(const Change& change) const override;
+  void follow() override;
 
  private:
   struct Command;
   static std::span<const Command> commands();
-  static const Command* find(std::string_view name);
-  /// "; did you mean status?", or nothing.
-  static std::string near_requests(std::string_view name);
-  Reply run(const Command& command, const Json& request);
+  std::optional<Reply> reply_to(std::string_view name, const Json& request) override;
+  std::vector<std::string> requests() const override;
+  std::optional<rt::WriterId> bell_of(const std::string& topic, std::string& why) const override;
 
+  Json counters();
   Reply hello(const Json& request);
   Reply topics(const Json& request);
   Reply status(const Json& request);
   Reply params(const Json& request);
-  Reply memory(const Json& request);
-  Reply doorbells(const Json& request);
-  Reply subscribe(const Json& request);
   Reply timeline(const Json& request);
   Reply zones(const Json& request);
   Reply set_param(const Json& request);
@@ -102,10 +67,6 @@ class Answers {
   std::optional<Json> settle_recorder_request(const Change& change) const;
   Reply set_enabled(const Json& request, bool enabled);
   Reply posted(const hal::Result<rt::Ticket>& ticket, const std::string& why, const Json& members);
-  std::optional<msg::SafetyState> safety() const;
-  std::vector<std::string> not_ready() const;
-  Json guardian_json() const;
-  Json param_json(const rt::GraphModule& module, std::size_t param, const rt::ParamValue& value) const;
 
   struct ParamChange {
     rt::Ticket ticket;
@@ -115,29 +76,10 @@ class Answers {
   rt::Graph& graph_;
   rt::Runner& runner_;
   hal::Os& os_;
-  TopicNotifier* notifier_;  // null: no shared memory
   Robot robot_;
-  std::uint64_t client_ = 0;                         // whose request is being answered
   std::vector<std::vector<rt::ParamValue>> values_;  // by module and parameter
   std::vector<ParamChange> in_flight_;
-  std::optional<SegmentReader> reader_;  // of our own topics, as an outsider
-  std::optional<std::uint32_t> safety_topic_;
+  SafetyReader safety_;
 };
-
-/// The descriptions of topics and types, and all counters, as docs/robot-socket.md has them.
-Json directory_json(const rt::Graph& graph);
-Json status_json(rt::Graph& graph, rt::Runner& runner);
-/// The newest events of all threads, as many as fit into a reply: their description, and the member "events".
-struct TimelineText {
-  Json description;
-  std::string events;
-};
-TimelineText timeline_text(const rt::Graph& graph, const rt::Runner& runner, hal::Duration last);
-
-/// A refusal, as every failed request is answered.
-Json refused(hal::Errc code, const std::string& why);
-/// In one line; bytes that are not UTF-8 are replaced.
-std::string to_text(const Json& json);
-std::string to_text(const Reply& reply);
 
 }  // namespace sinew::tap

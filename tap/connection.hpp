@@ -6,8 +6,8 @@
 #include <string>
 
 #include "hal/linux/socket.hpp"
-#include "tap/answers.hpp"
 #include "tap/frames.hpp"
+#include "tap/request.hpp"
 
 namespace sinew::tap {
 

@@ -9,6 +9,7 @@
 
 #include "hal/linux/run_dir.hpp"
 #include "hal/linux/socket.hpp"
+#include "tap/answers.hpp"
 #include "tap/connection.hpp"
 
 namespace sinew::tap {
@@ -24,24 +25,23 @@ constexpr hal::Duration kIdle = 1s;
 
 class Server::Body {
  public:
-  Body(rt::Graph& graph, hal::Os& os, const ServerOptions& options) : graph_(graph), os_(os), options_(options) {}
+  Body(std::unique_ptr<Answering> answering, hal::Os& os, const ServerLimits& limits)
+      : os_(os), limits_(limits), answering_(std::move(answering)) {}
   ~Body() {
     end_.store(true, std::memory_order_relaxed);
     if (wake_) static_cast<void>(wake_->write_now(std::as_bytes(std::span("x", 1))));
     thread_.reset();
   }
 
-  hal::Status start(const Name& name, rt::Runner& runner) {
-    if (graph_.memory()) {
-      auto notifier = TopicNotifier::open(graph_.segment(), os_);
+  hal::Status start(const Name& name) {
+    const SharedTopics& topics = answering_->shared_topics();
+    if (topics.memory) {
+      auto notifier = TopicNotifier::open(topics.segment, os_);
       if (!notifier) return notifier.error();
       notifier_ = std::move(*notifier);
     }
-    answers_ = std::make_unique<Answers>(
-        graph_, runner, os_, notifier_.get(),
-        Answers::Robot{name.robot(), options_.board, options_.virtual_time, options_.stop, options_.robot_file,
-                       options_.clock, options_.record_control, options_.complaints});
-    answers_->outsiders = [this] { return outsiders(); };
+    answering_->ring_with(notifier_.get());
+    answering_->outsiders = [this] { return outsiders(); };
     auto listener = hal::listen_stream("unix:" + name.path());
     if (!listener) return listener.error();
     listener_ = std::move(*listener);
@@ -67,7 +67,7 @@ class Server::Body {
       for (std::size_t i = 0; i < clients_.size(); ++i) waiting[2 + i] = clients_[i]->waiting(before);
       if (!hal::wait_ready(waiting, patience())) os_.sleep_until(os_.now() + kLater);  // never a hot loop
       const hal::Time now = os_.now();
-      answers_->follow();
+      answering_->follow();
       for (std::size_t i = 0; i < clients_.size(); ++i) try_to_serve(*clients_[i], waiting[2 + i], now);
       if (waiting[1].ready) try_to_accept(now);
       std::erase_if(clients_, [this](const auto& c) { return ended(*c); });
@@ -82,7 +82,7 @@ class Server::Body {
       if (c->waits_for_change()) least = std::min<hal::Duration>(least, kSoon);
       if (c->throttled()) least = std::min<hal::Duration>(least, kLater);
     }
-    return clients_.empty() ? kIdle : std::min(least, options_.patience / 4);
+    return clients_.empty() ? kIdle : std::min(least, limits_.patience / 4);
   }
 
   /// When memory runs out the client must go, and the robot must not.
@@ -103,10 +103,10 @@ class Server::Body {
 
   void serve(Connection& c, const hal::Waiting& waiting, hal::Time now) {
     if (c.waits_for_change()) {
-      if (auto reply = answers_->settle(c.change()))
+      if (auto reply = answering_->settle(c.change()))
         c.settle(*reply, now);
       else if (c.change_is_late(now))
-        c.settle(answers_->still_waiting(c.change()), now);
+        c.settle(answering_->still_waiting(c.change()), now);
     } else if (waiting.ready && waiting.room) {
       c.write();
     } else if (waiting.ready) {
@@ -117,7 +117,7 @@ class Server::Body {
 
   void answer(Connection& c, std::string_view request, hal::Time now) {
     stats.requests.add();
-    const Reply reply = answers_->answer(request, c.id());
+    const Reply reply = answering_->answer(request, c.id());
     if (reply.garbage) stats.garbage.add();
     if (!c.reply(reply, room_for_reply(), now)) stats.refused_replies.add();
     if (c.throttled()) stats.throttled.add();
@@ -127,7 +127,7 @@ class Server::Body {
     std::size_t held = 0;
     for (const auto& c : clients_)
       if (c->held() > kShortReplyBytes) held += c->held();
-    return held < options_.long_reply_bytes ? options_.long_reply_bytes - held : 0;
+    return held < limits_.long_reply_bytes ? limits_.long_reply_bytes - held : 0;
   }
 
   void accept(hal::Time now) {
@@ -140,14 +140,14 @@ class Server::Body {
     }
     const auto of_peer =
         std::count_if(clients_.begin(), clients_.end(), [&](const auto& c) { return c->pid() == peer->pid; });
-    const bool full = clients_.size() >= std::min<std::size_t>(options_.max_clients, hal::kMaxWaiting - 2);
-    if (static_cast<std::uint32_t>(of_peer) >= options_.max_per_process || (full && !make_room(now))) {
+    const bool full = clients_.size() >= std::min<std::size_t>(limits_.max_clients, hal::kMaxWaiting - 2);
+    if (static_cast<std::uint32_t>(of_peer) >= limits_.max_per_process || (full && !make_room(now))) {
       stats.refused_full.add();
       return;
     }
     stats.accepted.add();
     clients_.push_back(std::make_unique<Connection>(++last_id_, std::move(*stream), peer->pid,
-                                                    Allowance{options_.requests_per_s, options_.patience}, now));
+                                                    Allowance{limits_.requests_per_s, limits_.patience}, now));
   }
 
   /// Closes the connection that has asked nothing for the longest time. A connection that doorbells wake goes only when
@@ -158,8 +158,8 @@ class Server::Body {
     };
     const auto longest = std::min_element(clients_.begin(), clients_.end(),
                                           [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
-    if (longest == clients_.end() || now - (*longest)->last_request() < options_.may_be_replaced_after) return false;
-    answers_->forget((*longest)->id());
+    if (longest == clients_.end() || now - (*longest)->last_request() < limits_.may_be_replaced_after) return false;
+    answering_->forget((*longest)->id());
     clients_.erase(longest);
     stats.made_room.add();
     return true;
@@ -171,7 +171,7 @@ class Server::Body {
     if (c.end() == End::garbage) stats.closed_for_garbage.add();
     if (c.end() == End::slow) stats.closed_slow.add();
     if (c.end() == End::out_of_memory) stats.out_of_memory.add();
-    answers_->forget(c.id());
+    answering_->forget(c.id());
     return true;
   }
 
@@ -190,11 +190,10 @@ class Server::Body {
             {"out_of_memory", stats.out_of_memory.value()}};
   }
 
-  rt::Graph& graph_;
   hal::Os& os_;
-  const ServerOptions options_;
-  std::unique_ptr<TopicNotifier> notifier_;
-  std::unique_ptr<Answers> answers_;
+  const ServerLimits limits_;
+  std::unique_ptr<Answering> answering_;
+  std::unique_ptr<TopicNotifier> notifier_;  // reads the segment of what answers
   std::unique_ptr<hal::Listener> listener_;
   std::unique_ptr<hal::Stream> wake_, woken_;  // the destructor ends the thread's wait
   std::vector<std::unique_ptr<Connection>> clients_;
@@ -209,8 +208,17 @@ Server::~Server() = default;
 
 hal::Result<std::unique_ptr<Server>> Server::open(const Name& name, rt::Graph& graph, rt::Runner& runner, hal::Os& os,
                                                   const ServerOptions& options) {
-  auto body = std::make_unique<Body>(graph, os, options);
-  if (auto started = body->start(name, runner); !started) return started.error();
+  auto answers = std::make_unique<Answers>(
+      graph, runner, os,
+      Answers::Robot{name.robot(), options.board, options.virtual_time, options.stop, options.robot_file, options.clock,
+                     options.record_control, options.complaints});
+  return open(name, std::move(answers), os, options.limits);
+}
+
+hal::Result<std::unique_ptr<Server>> Server::open(const Name& name, std::unique_ptr<Answering> answering, hal::Os& os,
+                                                  const ServerLimits& limits) {
+  auto body = std::make_unique<Body>(std::move(answering), os, limits);
+  if (auto started = body->start(name); !started) return started.error();
   return std::unique_ptr<Server>(new Server(std::move(body)));
 }
 

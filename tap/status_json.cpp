@@ -1,10 +1,13 @@
+#include "tap/status_json.hpp"
+
 #include <algorithm>
 #include <array>
+#include <limits>
+#include <span>
 
 #include "msg/text.hpp"
-#include "rt/exec/timeline.hpp"
+#include "rt/parameters.hpp"
 #include "rt/schema_hash.hpp"
-#include "tap/answers.hpp"
 
 namespace sinew::tap {
 namespace {
@@ -54,20 +57,30 @@ Json gaps(const rt::GapStats& s) {
   return {{"count", s.count.value()}, {"min_ns", s.min_ns.value()}, {"max_ns", s.max_ns.value()}};
 }
 
+Json limit(double value) {
+  constexpr double kUnbounded = std::numeric_limits<double>::max();
+  return value >= kUnbounded || value <= -kUnbounded ? Json() : Json(value);
+}
+
+const char* type_name(const rt::Declaration::Param& p) {
+  constexpr std::array<const char*, 4> kNames{"bool", "integer", "number", "text"};
+  return kNames[p.target.index()];
+}
+
 const char* trigger_name(rt::ThreadSpec::Trigger t) {
   using T = rt::ThreadSpec::Trigger;
   if (t == T::period) return "period";
   return t == T::topics ? "topics" : "device";
 }
 
-Json thread_json(const rt::Graph& graph, const rt::GraphThread& t, const rt::ThreadStats& s) {
-  Json modules = Json::array();
-  for (const std::uint32_t m : t.modules) modules.push_back(graph.modules()[m].spec.name);
-  return {{"name", t.spec.name},
-          {"priority", t.spec.priority},
-          {"trigger", trigger_name(t.spec.trigger)},
+}  // namespace
+
+Json thread_json(const rt::ThreadSpec& thread, const std::vector<std::string>& modules, const rt::ThreadStats& s) {
+  return {{"name", thread.name},
+          {"priority", thread.priority},
+          {"trigger", trigger_name(thread.trigger)},
           {"period_ns", s.period_ns.value()},
-          {"modules", std::move(modules)},
+          {"modules", modules},
           {"releases", s.releases.value()},
           {"completions", s.completions.value()},
           {"overruns", s.overruns.value()},
@@ -81,10 +94,10 @@ Json thread_json(const rt::Graph& graph, const rt::GraphThread& t, const rt::Thr
           {"exec", histogram(s.exec)}};
 }
 
-Json module_json(const rt::Graph& graph, const rt::GraphModule& m, const rt::ModuleStats& s) {
-  return {{"name", m.spec.name},
-          {"type", m.spec.type},
-          {"thread", graph.threads()[m.thread].spec.name},
+Json module_json(const rt::ModuleSpec& module, const std::string& thread, const rt::ModuleStats& s) {
+  return {{"name", module.name},
+          {"type", module.type},
+          {"thread", thread},
           {"running", s.stopped.value() == 0},
           {"steps", s.steps.value()},
           {"ok", s.ok.value()},
@@ -96,9 +109,44 @@ Json module_json(const rt::Graph& graph, const rt::GraphModule& m, const rt::Mod
           {"exec", histogram(s.exec)}};
 }
 
-/// The modules with an input on this topic, each once. A driver that reads its own raw topic is none.
-Json readers_of(const rt::Graph& graph, std::uint32_t topic) {
-  Json readers = Json::array();
+Json topic_json(const std::string& name, const rt::TopicStats& s, std::uint64_t drops) {
+  return {{"name", name},
+          {"messages", s.messages.value()},
+          {"drops", drops},
+          {"last_stamp_ns", s.last_stamp_ns.value()},
+          {"last_published_ns", s.last_published_ns.value()},
+          {"age", histogram(s.age)}};
+}
+
+Json chain_json(const rt::ChainSpec& chain, const rt::ChainStats& s) {
+  return {{"name", chain.name},
+          {"budget_ns", chain.budget.count()},
+          {"budget_misses", s.budget_misses.value()},
+          {"age", histogram(s.age)}};
+}
+
+Json param_json(const std::string& module, const rt::Declaration::Param& p,
+                const std::optional<rt::ParamRange>& narrowed, const rt::ParamValue& value,
+                const rt::ParamValue& start) {
+  return {{"module", module},
+          {"param", p.name},
+          {"type", type_name(p)},
+          {"value", to_json(value)},
+          {"default", to_json(p.default_value)},
+          {"start", to_json(start)},
+          {"unit", p.unit},
+          {"min", limit(narrowed ? narrowed->min : p.min)},
+          {"max", limit(narrowed ? narrowed->max : p.max)},
+          {"doc", p.doc},
+          {"allowed", rt::allowed_values(p, narrowed)}};
+}
+
+Json to_json(const rt::ParamValue& value) {
+  return std::visit([](const auto& v) { return Json(v); }, value);
+}
+
+std::vector<std::string> readers_of(const rt::Graph& graph, std::uint32_t topic) {
+  std::vector<std::string> readers;
   for (std::uint32_t m = 0; m < graph.modules().size(); ++m) {
     const rt::GraphModule& module = graph.modules()[m];
     if (m != graph.topics()[topic].writer && std::count(module.topic.begin(), module.topic.end(), topic) > 0)
@@ -107,62 +155,30 @@ Json readers_of(const rt::Graph& graph, std::uint32_t topic) {
   return readers;
 }
 
-}  // namespace
-
-Json directory_json(const rt::Graph& graph) {
+Json directory_json(const std::vector<TopicAbout>& all) {
   Json topics = Json::array(), types = Json::object();
-  for (std::uint32_t t = 0; t < graph.topics().size(); ++t) {
-    const rt::GraphTopic& topic = graph.topics()[t];
-    const rt::GraphModule& writer = graph.modules()[topic.writer];
+  for (const TopicAbout& topic : all) {
     add_type(*topic.type, types);
     topics.push_back({{"name", topic.name},
                       {"type", topic.type->name},
                       {"schema_hash", hex(rt::schema_hash(*topic.type))},
-                      {"writer", writer.spec.name},
-                      {"thread", graph.threads()[writer.thread].spec.name},
-                      {"readers", readers_of(graph, t)},
+                      {"writer", topic.writer},
+                      {"thread", topic.thread},
+                      {"readers", topic.readers},
                       {"message_bytes", topic.type->size},
-                      {"bulk_bytes", topic.image_bytes},
-                      {"keep", graph.slots(t).keep},
-                      {"rate_hz", graph.planned_rate_hz(t)},
-                      {"external", writer.external != nullptr}});
+                      {"bulk_bytes", topic.bulk_bytes},
+                      {"keep", topic.keep},
+                      {"rate_hz", topic.rate_hz},
+                      {"external", topic.external}});
   }
   return {{"topics", std::move(topics)}, {"types", std::move(types)}};
 }
 
-Json status_json(rt::Graph& graph, rt::Runner& runner) {
-  Json threads = Json::array(), modules = Json::array(), topics = Json::array(), chains = Json::array();
-  for (std::uint32_t t = 0; t < graph.threads().size(); ++t)
-    threads.push_back(thread_json(graph, graph.threads()[t], runner.thread_stats(t)));
-  for (std::uint32_t m = 0; m < graph.modules().size(); ++m)
-    modules.push_back(module_json(graph, graph.modules()[m], runner.module_stats(m)));
-  for (std::uint32_t t = 0; t < graph.topics().size(); ++t) {
-    const rt::TopicStats& s = runner.topic_stats(t);
-    topics.push_back({{"name", graph.topics()[t].name},
-                      {"messages", s.messages.value()},
-                      {"drops", runner.topic_drops(t)},
-                      {"last_stamp_ns", s.last_stamp_ns.value()},
-                      {"last_published_ns", s.last_published_ns.value()},
-                      {"age", histogram(s.age)}});
-  }
-  for (std::uint32_t c = 0; c < graph.chains().size(); ++c) {
-    const rt::ChainStats& s = runner.chain_stats(c);
-    chains.push_back({{"name", graph.chains()[c].spec.name},
-                      {"budget_ns", graph.chains()[c].spec.budget.count()},
-                      {"budget_misses", s.budget_misses.value()},
-                      {"age", histogram(s.age)}});
-  }
-  return {{"threads", std::move(threads)},
-          {"modules", std::move(modules)},
-          {"topics", std::move(topics)},
-          {"chains", std::move(chains)}};
-}
-
-TimelineText timeline_text(const rt::Graph& graph, const rt::Runner& runner, hal::Duration last) {
+TimelineText timeline_text(const std::vector<std::string>& threads, const std::vector<std::string>& modules,
+                           const std::vector<rt::TimelineEvent>& all) {
   constexpr std::array<const char*, 8> kKinds{"release", "cycle",     "step",          "overrun",
                                               "skip",    "preempted", "off_processor", "zone"};
   constexpr std::size_t kMostEvents = 80'000, kBytesOfEvent = 64;  // about; within a reply's 8 MiB
-  const std::vector<rt::TimelineEvent> all = runner.timeline().snapshot(last);
   const std::size_t left_out = all.size() > kMostEvents ? all.size() - kMostEvents : 0;
   std::string events = "\"events\":[";
   events.reserve((all.size() - left_out) * kBytesOfEvent);
@@ -175,11 +191,8 @@ TimelineText timeline_text(const rt::Graph& graph, const rt::Runner& runner, hal
     events.append(e.zone ? to_text(Json(e.zone)) : "null").append(1, ']');
   }
   events += ']';
-  Json threads = Json::array(), modules = Json::array();
-  for (const auto& t : graph.threads()) threads.push_back(t.spec.name);
-  for (const auto& m : graph.modules()) modules.push_back(m.spec.name);
-  return {{{"threads", std::move(threads)},
-           {"modules", std::move(modules)},
+  return {{{"threads", threads},
+           {"modules", modules},
            {"columns", {"kind", "thread", "module", "at_ns", "length_ns", "zone"}},
            {"left_out", left_out}},
           std::move(events)};

@@ -2,6 +2,7 @@
 // The commands on recorded files, each with its options.
 #include "apps/bag/bag_file.hpp"
 #include "apps/bag/plot_output.hpp"
+#include "rt/module_types.hpp"
 
 namespace sinew::app {
 
@@ -38,6 +39,10 @@ struct BagPlayOptions : BagOptions {
   std::string name;  // of the robot on this machine; empty: the recorded robot's name
   double rate = 1;
   bool loop = false;
+  bool as_robot = false;                   // the file stands up as a robot whose time can be moved
+  std::string robot_name{};                // as_robot: in place of `name`
+  bool paused = false;                     // as_robot: nothing is played at first
+  const rt::ModuleTypes* types = nullptr;  // as_robot: what is known of the recorded robot's modules
 };
 
 /// `file` is the first flight.
@@ -56,6 +61,7 @@ int bag_filter(const BagCopyOptions& options);
 int bag_merge(const BagCopyOptions& options);
 int bag_convert(const BagCopyOptions& options);
 int bag_play(const BagPlayOptions& options);
+int play_as_robot(const BagPlayOptions& options);
 int bag_cat(const BagCatOptions& options);
 int bag_csv(const BagTopicOptions& options);
 int bag_plot(const BagPlotOptions& options);

@@ -15,11 +15,10 @@
 #include "hal/platform.hpp"
 #include "hal/scaled_os.hpp"
 #include "hal/silent_board.hpp"
-#include "msg/all.hpp"
-#include "msg/ros2msg.hpp"
 #include "record/run/message_store.hpp"
 #include "record/run/player.hpp"
 #include "record/run/recorded_run.hpp"
+#include "record/run/recorded_topics.hpp"
 #include "record/run/truth.hpp"
 #include "rt/exec/real_time_executor.hpp"
 
@@ -75,44 +74,14 @@ class Play {
   }
 
  private:
-  struct Found {
-    std::string name;
-    const msg::TypeInfo* type;
-    std::uint32_t image_bytes = 0;
-  };
-
-  /// Topics whose message type this program has with the same definition as the file.
+  /// Those of a robot, and of them those that were asked for.
   void find_topics() {
-    for (const auto& entry : reader_.channels()) {
-      const record::Channel& channel = entry.second;
-      const auto schema = reader_.schemas().find(channel.schema);
-      if (schema == reader_.schemas().end() ||
-          (rt::split_topic(channel.topic).second.empty() && channel.topic != record::kTruthTopic))
-        continue;
-      if (!options_.what.topics.empty() && std::find(options_.what.topics.begin(), options_.what.topics.end(),
-                                                     channel.topic) == options_.what.topics.end())
-        continue;
-      if (schema->second.name == record::image_schema().name) {
-        if (const std::uint32_t bytes = image_bytes(channel.topic); bytes > 0)
-          found_.push_back({channel.topic, &msg::type_info<msg::Image>(), bytes});
-        continue;
-      }
-      constexpr std::string_view kOurPrefix = "sinew_msgs/msg/";
-      if (!schema->second.name.starts_with(kOurPrefix)) continue;
-      const msg::TypeInfo* type = msg::find_type(schema->second.name.substr(kOurPrefix.size()));
-      if (type && !type->has_bulk() && msg::ros2msg_schema(*type) == schema->second.data)
-        found_.push_back({channel.topic, type});
+    for (record::RecordedTopic& topic : record::recorded_topics(reader_).known) {
+      const bool of_module = !rt::split_topic(topic.name).second.empty() || topic.name == record::kTruthTopic;
+      const auto& asked = options_.what.topics;
+      if (of_module && (asked.empty() || std::find(asked.begin(), asked.end(), topic.name) != asked.end()))
+        found_.push_back(std::move(topic));
     }
-  }
-  /// Size of a slot, from the first head of the topic's images; 0: there is no head.
-  std::uint32_t image_bytes(const std::string& topic) {
-    auto heads = reader_.messages({.topics = {topic + std::string(record::kHeadSuffix)}, .order = record::Order::file});
-    record::Message m;
-    record::ImageHead head;
-    constexpr std::uint32_t kMost = msg::kMaxImageWidth * msg::kMaxImageHeight * 3;
-    for (record::Next next; (next = heads.next(m)) != record::Next::end;)
-      if (next == record::Next::message && decode(m.data, head)) return std::min(head.capacity_bytes, kMost);
-    return 0;
   }
 
   void make_graph() {
@@ -128,7 +97,7 @@ class Play {
     thread.name = kThread;
     thread.period = kPeriod;
     std::map<std::string, std::vector<record::Player::Topic>> by_module;
-    for (const Found& f : found_) {
+    for (const record::RecordedTopic& f : found_) {
       const auto [module, port] = rt::split_topic(f.name);
       by_module[std::string(module)].push_back({std::string(port), f.type, f.image_bytes});
       if (f.image_bytes > 0) spec.topics.push_back({.name = f.name, .image_bytes = f.image_bytes});
@@ -151,7 +120,7 @@ class Play {
   }
 
   void find_ways() {
-    for (const Found& f : found_) {
+    for (const record::RecordedTopic& f : found_) {
       const auto [module, port] = rt::split_topic(f.name);
       record::Player& player = *players_.at(std::string(module));
       stores_.push_back(std::make_unique<record::MessageStore>(*f.type));
@@ -233,7 +202,7 @@ class Play {
   record::Reader& reader_;
   Prepared prepared_;
   std::int64_t unix_ns_ = 0;
-  std::vector<Found> found_;
+  std::vector<record::RecordedTopic> found_;
   std::map<std::string, record::Player*> players_;
   std::vector<std::unique_ptr<record::MessageStore>> stores_;
   std::map<std::string, Way> ways_;                                   // by channel
@@ -244,6 +213,7 @@ class Play {
 }  // namespace
 
 int bag_play(const BagPlayOptions& options) {
+  if (options.as_robot) return play_as_robot(options);
   Progress progress("play");
   const auto reader = open_recording(options.file, progress);
   const auto query = reader ? query_of(*reader, options.what) : std::nullopt;

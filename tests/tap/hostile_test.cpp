@@ -68,8 +68,8 @@ class Beside : public testing::TestWithParam<std::pair<const char*, const char*>
 
 TEST_P(Beside, RobotIsUnhurtInRealTime) {
   RobotOptions options;
-  options.server.patience = 500ms;
-  options.server.may_be_replaced_after = 100ms;
+  options.server.limits.patience = 500ms;
+  options.server.limits.may_be_replaced_after = 100ms;
   const auto [what, amount] = GetParam();
   if (what == std::string("spin")) options.graph.eye_period = 300us, options.graph.image_history = 1;  // hard to catch
   Robot robot(options);
@@ -89,7 +89,7 @@ INSTANTIATE_TEST_SUITE_P(Hostile, Beside,
 
 TEST(Hostile, HalfRequestsAndUnreadRepliesAreNotWaitedForLong) {
   RobotOptions options;
-  options.server.patience = 200ms;
+  options.server.limits.patience = 200ms;
   Robot robot(options);
   robot.start();
   Hostile half(robot, "half", "2"), flood(robot, "flood", "2");
@@ -99,7 +99,7 @@ TEST(Hostile, HalfRequestsAndUnreadRepliesAreNotWaitedForLong) {
 
 TEST(Hostile, WhoTakesAllPlacesGivesWay) {
   RobotOptions options;
-  options.server.may_be_replaced_after = 100ms;
+  options.server.limits.may_be_replaced_after = 100ms;
   Robot robot(options);
   robot.start();
   Hostile sits(robot, "sit", "3");

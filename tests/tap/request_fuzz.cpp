@@ -27,7 +27,7 @@ struct StandingRobot {
   StandingRobot() {
     require(graph.check().empty() && graph.configure(board));
     executor = std::make_unique<rt::DiscreteExecutor>(graph, clock, grants);
-    answers = std::make_unique<Answers>(graph, executor->runner(), hal::system_os(), nullptr,
+    answers = std::make_unique<Answers>(graph, executor->runner(), hal::system_os(),
                                         Answers::Robot{"robot", "none", true, [] {}});
   }
 };

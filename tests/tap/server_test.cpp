@@ -182,7 +182,7 @@ TEST(Server, ModuleIsDisabledAndStartsAfreshWhenEnabled) {
 }
 
 TEST(Server, ChangeOfAThreadThatDoesNotRunIsAcceptedAndSaidToWait) {
-  Robot robot({.server = {.patience = 50ms}});
+  Robot robot({.server = {.limits = {.patience = 50ms}}});
   robot.prepare(1s);  // and never run
   auto client = robot.client();
   const Json set = ask(*client, "param.set", {{"module", "counter"}, {"param", "gain"}, {"value", 2}});
@@ -281,7 +281,7 @@ TEST(Server, TheDeskOfTheRecorderAnswersInItsOwnTime) {
   FakeRecorder recorder;
   RobotOptions options;
   options.server.record_control = &recorder;
-  options.server.patience = 300ms;
+  options.server.limits.patience = 300ms;
   Robot robot(options);
   robot.start();
   auto client = robot.client();
@@ -395,7 +395,7 @@ TEST(Server, GarbageIsAnsweredCountedAndAtLastClosed) {
 
 TEST(Server, WhoAsksTooOftenIsAnsweredLaterAndCounted) {
   RobotOptions options;
-  options.server.requests_per_s = 2;
+  options.server.limits.requests_per_s = 2;
   Robot robot(options);
   robot.start();
   RawClient client(robot);
@@ -411,8 +411,8 @@ TEST(Server, WhoAsksTooOftenIsAnsweredLaterAndCounted) {
 
 TEST(Server, LongRepliesThatNobodyTakesLeaveRoomForShortOnes) {
   RobotOptions options;
-  options.server.patience = 60s;
-  options.server.long_reply_bytes = 2 << 20;
+  options.server.limits.patience = 60s;
+  options.server.limits.long_reply_bytes = 2 << 20;
   options.graph.period = 250us;
   Robot robot(options);
   robot.prepare(2s);
@@ -433,7 +433,7 @@ TEST(Server, LongRepliesThatNobodyTakesLeaveRoomForShortOnes) {
   const auto whole = first.reply();
   ASSERT_TRUE(whole);
   EXPECT_EQ((*whole)["ok"], true);
-  EXPECT_GT(whole->dump().size(), options.server.long_reply_bytes / 2) << "or both would have had room";
+  EXPECT_GT(whole->dump().size(), options.server.limits.long_reply_bytes / 2) << "or both would have had room";
   ASSERT_TRUE(second.send_frame(timeline));
   EXPECT_EQ((*second.reply())["ok"], true) << "taken, so there is room again";
 }
