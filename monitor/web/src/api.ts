@@ -107,6 +107,8 @@ export interface Topic {
   type: string;
   writer: string;
   thread: string;
+  /** Modules. */
+  readers?: string[];
   message_bytes: number;
   bulk_bytes: number;
   keep: number;

@@ -9,12 +9,13 @@ import { panelNames, PanelBody, usePanelList } from "./panels";
 import { Playback } from "./playback";
 import type { Robot } from "./robot";
 import { closeTile, moveBorder, newId, replaceTile, splitTile, tilesOf, type Node, type Split, type Tile } from "./tiling";
-import { Badge, Button, Choice, CommandButton, cx, Dialog, Empty, Icon, ToolsPlace, useWatch } from "./ui";
+import { Badge, Button, Choice, CommandButton, cx, Dialog, Empty, Icon, ToolsPlace, useSize, useWatch } from "./ui";
 
 const dialog = signal<"token" | "help" | null>(null);
 const narrow = signal(matchMedia("(max-width: 760px)").matches);
 matchMedia("(max-width: 760px)").addEventListener("change", (e) => (narrow.value = e.matches));
 const tick = signal(Date.now());
+const kLeastArranged_px = 760;
 const phoneTile = signal<string | null>(null);
 
 export function App() {
@@ -177,9 +178,12 @@ function Column({ robot, alone }: { robot: Robot; alone: boolean }) {
   const root = view?.root ?? null;
   const tiles = root ? tilesOf(root) : [];
   const big = tiles.find((t) => t.id === page.large.value);
+  const [box, size] = useSize<HTMLElement>();
+  // Side by side there is no room for an arrangement: the panels stand one below the other, the same for each robot.
+  const stacked = !narrow.value && !big && size.width > 0 && size.width < kLeastArranged_px && tiles.length > 1;
   const phone = tiles.find((t) => t.id === phoneTile.value) ?? tiles[0];
   return (
-    <section class="column" aria-label={`Robot ${robot.name}`}>
+    <section ref={box} class="column" aria-label={`Robot ${robot.name}`}>
       <Head robot={robot} alone={alone} />
       <Refused robot={robot} />
       {robot.isPlayback.value && <Playback robot={robot} />}
@@ -192,6 +196,8 @@ function Column({ robot, alone }: { robot: Robot; alone: boolean }) {
           </nav>
           <div class="tiling">{phone && <TileView key={phone.id} node={phone} robot={robot} />}</div>
         </>
+      ) : stacked ? (
+        <div class="tiling stacked">{tiles.map((t) => <TileView key={t.id} node={t} robot={robot} />)}</div>
       ) : (
         <div class="tiling">{big ? <TileView node={big} robot={robot} /> : root ? <NodeView node={root} robot={robot} /> : <Empty>This view has no panels. <Button label="Arrange as at first" onClick={page.resetView} /></Empty>}</div>
       )}

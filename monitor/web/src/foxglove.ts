@@ -1,4 +1,4 @@
-// A client of the Foxglove WebSocket protocol v1, as docs/monitor.md has it: channels, messages, the connection graph.
+// A client of the Foxglove WebSocket protocol v1, as docs/monitor.md has it: channels and their messages.
 
 import { signal } from "@preact/signals";
 
@@ -13,11 +13,6 @@ export interface Channel {
 
 /** `time_ns`: of the robot's clock. */
 export type OnMessage = (payload: DataView, time_ns: number, channel: Channel) => void;
-
-export interface ConnectionGraph {
-  publishedTopics: { name: string; publisherIds: string[] }[];
-  subscribedTopics: { name: string; subscriberIds: string[] }[];
-}
 
 interface Wanted {
   listeners: Set<OnMessage>;
@@ -40,7 +35,6 @@ const kLongestWaitMs = 4000;
 export class FoxgloveClient {
   readonly state = signal<"connecting" | "open" | "closed">("closed");
   readonly channels = signal<ReadonlyMap<string, Channel>>(new Map());
-  readonly graph = signal<ConnectionGraph | null>(null);
   /** What the monitor adds to the robot's clock in its messages, so that others read a date. */
   unix_ns = 0n;
   private socket: SocketLike | null = null;
@@ -48,7 +42,6 @@ export class FoxgloveClient {
   private bySubscription = new Map<number, { channel: Channel; wanted: Wanted }>();
   private nextId = 1;
   private paused = false;
-  private wantsGraph = false;
   private over = false;
   private waitMs = 250;
   private timer: ReturnType<typeof setTimeout> | undefined;
@@ -67,7 +60,6 @@ export class FoxgloveClient {
     socket.onopen = () => {
       this.waitMs = 250;
       this.state.value = "open";
-      if (this.wantsGraph) this.send({ op: "subscribeConnectionGraph" });
     };
     socket.onmessage = (e) => {
       if (typeof e.data === "string") this.text(e.data);
@@ -101,13 +93,6 @@ export class FoxgloveClient {
       this.end(wanted);
       this.wanted.delete(topic);
     };
-  }
-
-  wantGraph() {
-    if (this.wantsGraph) return;
-    this.wantsGraph = true;
-    if (this.state.value === "open") this.send({ op: "subscribeConnectionGraph" });
-    this.connect();
   }
 
   /** A page that nobody sees asks for nothing. */
@@ -147,7 +132,6 @@ export class FoxgloveClient {
     this.socket = null;
     this.state.value = "closed";
     this.channels.value = new Map();
-    this.graph.value = null;
     this.bySubscription.clear();
     for (const wanted of this.wanted.values()) wanted.id = null;
     if (this.over) return;
@@ -182,20 +166,6 @@ export class FoxgloveClient {
             this.bySubscription.delete(id);
             entry.wanted.id = null;
           }
-        break;
-      }
-      case "connectionGraphUpdate": {
-        const before = this.graph.peek();
-        const merge = <T extends { name: string }>(old: T[], now: T[] = [], removed: string[] = []) => {
-          const all = new Map(old.map((x) => [x.name, x]));
-          for (const x of now) all.set(x.name, x);
-          for (const name of removed) all.delete(name);
-          return [...all.values()];
-        };
-        this.graph.value = {
-          publishedTopics: merge(before?.publishedTopics ?? [], message.publishedTopics, message.removedTopics),
-          subscribedTopics: merge(before?.subscribedTopics ?? [], message.subscribedTopics, message.removedTopics),
-        };
         break;
       }
     }

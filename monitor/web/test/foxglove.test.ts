@@ -130,13 +130,4 @@ describe("a client of the monitor's WebSocket", () => {
     client.pause(false);
     expect(subscribed(last()).map((s) => s.channelId)).toEqual([7, 7, 8]);
   });
-
-  it("merges updates of the connection graph", () => {
-    client.wantGraph();
-    last().open();
-    expect(last().ops("subscribeConnectionGraph").length).toBe(1);
-    last().says({ op: "connectionGraphUpdate", publishedTopics: [{ name: "/imu", publisherIds: ["imu"] }], subscribedTopics: [{ name: "/imu", subscriberIds: ["filter"] }] });
-    last().says({ op: "connectionGraphUpdate", publishedTopics: [{ name: "/state", publisherIds: ["filter"] }], removedTopics: ["/imu"] });
-    expect(client.graph.value).toEqual({ publishedTopics: [{ name: "/state", publisherIds: ["filter"] }], subscribedTopics: [] });
-  });
 });

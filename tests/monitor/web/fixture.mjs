@@ -59,6 +59,14 @@ export class Fixture {
     return this.start("desk_head", "sinew", "run", join(root, "robots/desk_head/desk_head.toml"), "--virtual", "--duration", "100000", "--no-record", "--quiet");
   }
 
+  /** A flight of some seconds, recorded, which then stands up as a robot. */
+  async recorded() {
+    const flight = this.start("flight", "sinew", "run", join(root, "robots/quad/quad.toml"), "--virtual", "--duration", "14", "--name", "flight", "--runs", this.folder, "--quiet");
+    await flight.over;
+    this.children.delete("flight");
+    return this.start("recorded", "sinew", "bag", "play", join(this.folder, "latest/run.mcap"), "--as-robot", "recorded", "--paused");
+  }
+
   async ask(robot, request, body) {
     const url = `${this.address}/api/robots/${robot}/${request}`;
     const response = await fetch(url, body && { method: "POST", headers: { "content-type": "application/json", authorization: `Bearer ${this.token}` }, body: JSON.stringify(body) });

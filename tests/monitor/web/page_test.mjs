@@ -189,6 +189,37 @@ test("3D: attitude and position of the body", async () => {
   await page.context().close();
 });
 
+test("A recorded run plays, pauses, steps, jumps and changes its speed, without a token", async () => {
+  const robot = await f.recorded();
+  await until(async () => (await f.robots()).includes("recorded"), "the recorded run", () => robot.output);
+  const page = await f.open({ robot: "recorded", token: "" });
+  const bar = page.getByRole("group", { name: "Recorded run" });
+  const playback = () => f.ask("recorded", "playback");
+  await bar.getByRole("button", { name: "Play" }).click();
+  await until(async () => (await playback()).state === "playing", "it to play");
+  await bar.getByLabel("Speed").selectOption("2");
+  await until(async () => (await playback()).speed === 2, "twice the speed");
+  await bar.getByRole("button", { name: "Pause" }).click();
+  await until(async () => (await playback()).state === "paused", "it to pause");
+  const { begin_ns, end_ns } = await playback();
+  await bar.getByRole("slider").evaluate((slider) => {
+    slider.value = "500";
+    slider.dispatchEvent(new Event("input", { bubbles: true }));
+    slider.dispatchEvent(new Event("change", { bubbles: true }));
+  });
+  await until(async () => Math.abs(((await playback()).time_ns - begin_ns) / (end_ns - begin_ns) - 0.5) < 0.01, "the middle");
+  const { time_ns } = await playback();
+  await bar.getByRole("button", { name: "Step: one message" }).click();
+  await until(async () => (await playback()).time_ns > time_ns, "a step");
+  await bar.getByRole("button", { name: "Play" }).click();
+  await matches(tile(page, "scene", "recorded").locator(".space-note"), /x.*y.*z.*m.*roll/);
+  await matches(tile(page, "plots", "recorded").locator(".legend output").first(), /[0-9]/);
+  await page.waitForTimeout(1500);
+  await f.picture(page, "recorded");
+  await page.context().close();
+  await f.stop("recorded");
+});
+
 test("Control: one commander at a time; others see who, are refused, and can ask", async () => {
   const [a, b] = [await f.open({ view: "runs" }), await f.open({ view: "runs" })];
   for (const [page, name] of [[a, "Anna"], [b, "Bert"]]) {

@@ -1,7 +1,6 @@
 // Threads, modules and topics: as a tree with what can be changed, and as the graph along which data flows.
 
 import { useMemo, useState } from "preact/hooks";
-import { useEffect } from "preact/hooks";
 import type { Status, ThreadStatus, Topic } from "../api";
 import { count, duration, percent, rate } from "../format";
 import { drawingOf, kHead, kNodeWidth, kRow, type GraphModule } from "../graph";
@@ -37,7 +36,7 @@ function Tree({ robot, status }: { robot: Robot; status: Status }) {
       {status.threads.map((t) => (
         <tbody key={t.name}>
           <tr class="level-0">
-            <td><strong>{t.name}</strong> <span class="muted">priority {t.priority}, {t.trigger === "period" ? "by its period" : t.trigger === "topics" ? "by topics" : "by its device"}</span></td>
+            <td><strong>{t.name}</strong> <span class="muted type">priority {t.priority}, {t.trigger === "period" ? "by its period" : t.trigger === "topics" ? "by topics" : "by its device"}</span></td>
             <td class="r num">{rate(rates?.hz.get(`thread:${t.name}`))}</td>
             <td class="r num muted">{t.period_ns > 0 ? rate(1e9 / t.period_ns) : ""}</td>
             <td class="r num">{percent(rates?.share.get(`thread:${t.name}`))}</td>
@@ -49,7 +48,7 @@ function Tree({ robot, status }: { robot: Robot; status: Status }) {
             if (!m) return null;
             return [
               <tr key={name} class="level-1">
-                <td>{name} <span class="muted">{m.type}</span> {m.fault > 0 && <Badge tone="bad">{count(m.fault)} faults</Badge>}{!m.running && <Badge tone="warn">off</Badge>}</td>
+                <td>{name} <span class="muted type">{m.type}</span> {m.fault > 0 && <Badge tone="bad">{count(m.fault)} faults</Badge>}{!m.running && <Badge tone="warn">off</Badge>}</td>
                 <td class="r num">{rate(rates?.hz.get(`module:${name}`))}</td>
                 <td />
                 <td class="r num">{percent(rates?.share.get(`module:${name}`))}</td>
@@ -60,7 +59,7 @@ function Tree({ robot, status }: { robot: Robot; status: Status }) {
                 const c = counters.get(topic.name);
                 return (
                   <tr key={topic.name} class="level-2">
-                    <td>{topic.name} <span class="muted">{topic.type}{topic.bulk_bytes > 0 ? " with pixels" : ""}</span></td>
+                    <td>{topic.name} <span class="muted type">{topic.type}{topic.bulk_bytes > 0 ? " with pixels" : ""}</span></td>
                     <td class="r num">{rate(rates?.hz.get(`topic:${topic.name}`))}</td>
                     <td class="r num muted">{topic.rate_hz > 0 ? rate(topic.rate_hz) : ""}</td>
                     <td />
@@ -97,16 +96,13 @@ function Period({ robot, thread }: { robot: Robot; thread: ThreadStatus }) {
 }
 
 function Graph({ robot, status, topics }: { robot: Robot; status: Status; topics: Topic[] }) {
-  useEffect(() => robot.socket.wantGraph(), [robot]);
   const [box, size] = useSize<HTMLDivElement>();
   const [marked, setMarked] = useState<string | null>(null);
-  const links = robot.socket.graph.value;
   const rates = robot.rates.value;
-  const key = `${status.modules.map((m) => `${m.name}/${m.thread}`).join()}|${topics.map((t) => t.name).join()}|${JSON.stringify(links?.subscribedTopics ?? [])}`;
+  const key = `${status.modules.map((m) => `${m.name}/${m.thread}`).join()}|${topics.map((t) => t.name).join()}`;
   const drawing = useMemo(() => {
     const inputs = new Map<string, string[]>();
-    for (const s of links?.subscribedTopics ?? [])
-      for (const id of s.subscriberIds) inputs.set(id, [...(inputs.get(id) ?? []), s.name.replace(/^\//, "")]);
+    for (const t of topics) for (const reader of t.readers ?? []) inputs.set(reader, [...(inputs.get(reader) ?? []), t.name]);
     const order = status.threads.flatMap((t) => t.modules);
     const modules: GraphModule[] = [...status.modules].sort((a, b) => order.indexOf(a.name) - order.indexOf(b.name)).map((m) => ({
       name: m.name, thread: m.thread, last: m.type === "rt::Guardian", outputs: topics.filter((t) => t.writer === m.name).map((t) => t.name), inputs: inputs.get(m.name) ?? [],
@@ -155,7 +151,6 @@ function Graph({ robot, status, topics }: { robot: Robot; status: Status; topics
           );
         })}
       </svg>
-      {!links && <p class="muted note">Who reads what is not known yet: the monitor's WebSocket tells it.</p>}
     </div>
   );
 }

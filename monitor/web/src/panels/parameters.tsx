@@ -44,11 +44,16 @@ export function ParametersPanel({ robot, tile, set }: PanelProps) {
 }
 
 function range(p: Param): string {
-  if (p.type === "bool") return "";
-  if (p.min !== null && p.max !== null) return `${p.min} … ${p.max}`;
-  if (p.min !== null) return `≥ ${p.min}`;
-  if (p.max !== null) return `≤ ${p.max}`;
-  return p.type === "text" ? p.allowed : "";
+  if (p.type === "bool" || p.type === "text") return "";
+  if (p.min !== null && p.max !== null) return `${brief(p.min)} … ${brief(p.max)}`;
+  if (p.min !== null) return `≥ ${brief(p.min)}`;
+  return p.max === null ? "" : `≤ ${brief(p.max)}`;
+}
+
+/** "1e-6" instead of "0.000001". */
+function brief(x: Param["value"]): string {
+  if (typeof x !== "number" || x === 0 || (Math.abs(x) >= 1e-3 && Math.abs(x) < 1e6)) return String(x);
+  return x.toExponential().replace("e+", "e");
 }
 
 function Row({ robot, p }: { robot: Robot; p: Param }) {
@@ -82,7 +87,7 @@ function Row({ robot, p }: { robot: Robot; p: Param }) {
       </td>
       <td class="muted num param-range" title={p.allowed}>{range(p)}</td>
       <td class="muted num param-first">
-        {differs ? <Button icon="reset" label={`back to ${String(first)}`} kind="quiet" onClick={() => void send(first)} /> : p.value !== p.default ? `default ${String(p.default)}` : "default"}
+        {differs ? <Button icon="reset" label={`back to ${brief(first)}`} kind="quiet" onClick={() => void send(first)} /> : p.value !== p.default ? `default ${brief(p.default)}` : "default"}
       </td>
     </tr>
   );

@@ -80,7 +80,7 @@ function verdictOf(r: Ended): string {
 function Runs() {
   const [runs, setRuns] = useState<Run[] | null>(null);
   const [why, setWhy] = useState("");
-  const there = info.value?.runs !== false;
+  const there = info.value?.runs === true;
   const ask = () => {
     get<{ runs: Run[] }>("/api/runs").then((r) => (setRuns(r.runs), setWhy("")), (e: Error) => setWhy(e instanceof Refusal ? e.message : "The monitor does not answer."));
   };
