@@ -13,8 +13,8 @@ std::string refusal(const char* code, const char* why) {
 
 }  // namespace
 
-RobotLink::RobotLink(std::string robot, std::unique_ptr<tap::Client> client)
-    : robot_(std::move(robot)), client_(std::move(client)), pid_(client_->pid()) {
+RobotLink::RobotLink(std::string robot, int holder, std::unique_ptr<tap::Client> client)
+    : robot_(std::move(robot)), holder_(holder), client_(std::move(client)) {
   if (auto hello = client_->request("hello")) hello_ = std::move(*hello);
 }
 

@@ -21,7 +21,8 @@ class RobotLink {
   using Done = std::function<void(std::string reply)>;
   static constexpr std::size_t kMostWaiting = 64;
 
-  RobotLink(std::string robot, std::unique_ptr<tap::Client> client);
+  /// `holder`: the process that holds the robot's lock, which may be the parent of the one that answers.
+  RobotLink(std::string robot, int holder, std::unique_ptr<tap::Client> client);
 
   /// `arguments`: a JSON object. `done` is called once, by the link's thread, or at once with "busy" when more than
   /// kMostWaiting wait.
@@ -33,7 +34,7 @@ class RobotLink {
   bool post(std::function<void()> what) { return worker_.post(std::move(what)); }
 
   const std::string& robot() const { return robot_; }
-  int pid() const { return pid_; }
+  int holder() const { return holder_; }
   const std::string& hello() const { return hello_; }  // its reply, a JSON object
   bool is_gone() const { return gone_.load(std::memory_order_relaxed); }
 
@@ -46,8 +47,8 @@ class RobotLink {
   std::string answer(const std::string& request, const std::string& arguments);
 
   const std::string robot_;
+  const int holder_;
   const std::unique_ptr<tap::Client> client_;  // the worker's
-  const int pid_;
   std::string hello_;
   std::atomic<bool> gone_{false};
   std::mutex mutex_;  // of shared_

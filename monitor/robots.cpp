@@ -40,13 +40,13 @@ void Robots::look() {
   if (running)
     for (const tap::Running& r : *running) {
       const auto known = before.find(r.robot);
-      if (known != before.end() && known->second->pid() == r.pid && !known->second->is_gone()) {
+      if (known != before.end() && known->second->holder() == r.pid && !known->second->is_gone()) {
         now.insert(*known);
         continue;
       }
       std::string not_yet;  // it may just be starting or ending: the next look sees
       if (auto client = tap::Client::connect(r.robot, not_yet))
-        now.emplace(r.robot, std::make_shared<RobotLink>(r.robot, std::move(*client)));
+        now.emplace(r.robot, std::make_shared<RobotLink>(r.robot, r.pid, std::move(*client)));
     }
   {
     const std::lock_guard lock(mutex_);

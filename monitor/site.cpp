@@ -16,9 +16,19 @@ Headers protective_headers() {
           {"cross-origin-resource-policy", "same-origin"}};
 }
 
+namespace {
+
+RobotApi::Options with_panels(RobotApi::Options options, const Page& page) {
+  options.panels = page.panels();
+  return options;
+}
+
+}  // namespace
+
 Site::Site(Robots& robots, Server& server, Options options)
     : gate_(std::move(options.gate)),
-      api_(robots, gate_, std::move(options.api)),
+      page_(options.panels),
+      api_(robots, gate_, with_panels(std::move(options.api), page_)),
       streams_(robots, server),
       pictures_(streams_, server),
       live_(robots, server) {}
@@ -33,7 +43,7 @@ void Site::answer(Request request, ConnectionId connection, const Server::Reply&
     r.headers = {{"allow", "GET, HEAD"}};
     return reply(std::move(r));
   }
-  if (pictures_.answer(request, connection, reply)) return;
+  if (page_.answer(request, reply) || pictures_.answer(request, connection, reply)) return;
   reply(plain(404, "nothing here; GET /api/robots lists the robots"));
 }
 

@@ -6,6 +6,7 @@
 #include "monitor/gate.hpp"
 #include "monitor/http/server.hpp"
 #include "monitor/live_site.hpp"
+#include "monitor/page.hpp"
 #include "monitor/pictures.hpp"
 #include "monitor/robot_api.hpp"
 #include "monitor/robots.hpp"
@@ -20,6 +21,7 @@ class Site {
   struct Options {
     Gate::Options gate{};
     RobotApi::Options api{};
+    std::string panels{};  // a folder of panels of one's own; empty: none
   };
   Site(Robots& robots, Server& server, Options options);
 
@@ -29,6 +31,7 @@ class Site {
 
  private:
   Gate gate_;
+  Page page_;
   RobotApi api_;
   ImageStreams streams_;
   Pictures pictures_;

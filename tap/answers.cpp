@@ -22,6 +22,13 @@ std::optional<rt::ParamValue> value_of(const Json& json) {
   return std::nullopt;
 }
 
+/// What the robot file, --params or --set gave; else the default.
+rt::ParamValue start_of(const rt::GraphModule& module, std::size_t param) {
+  const rt::Declaration::Param& p = module.declaration.params[param];
+  const auto given = module.spec.params.find(std::string(p.name));
+  return given == module.spec.params.end() ? p.default_value : given->second.value;
+}
+
 }  // namespace
 
 struct Answers::Command {
@@ -140,7 +147,8 @@ Reply Answers::topics(const Json&) {
     const rt::GraphTopic& topic = graph_.topics()[t];
     const rt::GraphModule& writer = graph_.modules()[topic.writer];
     topics.push_back({topic.name, topic.type, writer.spec.name, graph_.threads()[writer.thread].spec.name,
-                      topic.image_bytes, graph_.slots(t).keep, graph_.planned_rate_hz(t), writer.external != nullptr});
+                      topic.image_bytes, graph_.slots(t).keep, graph_.planned_rate_hz(t), writer.external != nullptr,
+                      readers_of(graph_, t)});
   }
   return good(directory_json(topics));
 }
@@ -190,7 +198,8 @@ Reply Answers::params(const Json& request) {
     const rt::GraphModule& module = graph_.modules()[m];
     if (!only.empty() && module.spec.name != only) continue;
     for (std::size_t p = 0; p < values_[m].size(); ++p)
-      list.push_back(param_json(module.spec.name, module.declaration.params[p], module.narrowed[p], values_[m][p]));
+      list.push_back(param_json(module.spec.name, module.declaration.params[p], module.narrowed[p], values_[m][p],
+                                start_of(module, p)));
   }
   Json json = Json::object();
   json["params"] = std::move(list);

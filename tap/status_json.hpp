@@ -8,6 +8,7 @@
 
 #include "rt/exec/stats.hpp"
 #include "rt/exec/timeline.hpp"
+#include "rt/graph.hpp"
 #include "rt/graph_spec.hpp"
 #include "tap/request.hpp"
 
@@ -21,7 +22,10 @@ struct TopicAbout {
   std::uint32_t bulk_bytes = 0, keep = 0;
   double rate_hz = 0;  // planned, or recorded; 0: not known
   bool external = false;
+  std::vector<std::string> readers{};  // modules
 };
+/// The modules with an input on this topic, each once. A driver that reads its own raw topic is none.
+std::vector<std::string> readers_of(const rt::Graph& graph, std::uint32_t topic);
 /// `topics` and `types`.
 Json directory_json(const std::vector<TopicAbout>& topics);
 
@@ -31,9 +35,10 @@ Json module_json(const rt::ModuleSpec& module, const std::string& thread, const 
 Json topic_json(const std::string& name, const rt::TopicStats& stats, std::uint64_t drops);
 Json chain_json(const rt::ChainSpec& chain, const rt::ChainStats& stats);
 
-/// One entry of `params`. `narrowed`: what the module's device leaves of the range.
+/// One entry of `params`. `narrowed`: what the module's device leaves of the range. `start`: what the run began with.
 Json param_json(const std::string& module, const rt::Declaration::Param& param,
-                const std::optional<rt::ParamRange>& narrowed, const rt::ParamValue& value);
+                const std::optional<rt::ParamRange>& narrowed, const rt::ParamValue& value,
+                const rt::ParamValue& start);
 Json to_json(const rt::ParamValue& value);
 
 /// The newest of these events, as many as fit into a reply: their description, and the member "events".

@@ -5,6 +5,7 @@
 #   tools/setup.sh cross [ARCH...]          compilers for boards, with all sysroots (armhf, arm64, mipsel) or those of ARCH
 #   tools/setup.sh windows                  a compiler for 64-bit Windows, and Wine
 #   tools/setup.sh windows32                the same and a compiler for 32 bits, with a file tree for Wine's 32-bit half
+#   tools/setup.sh web                      a browser and node for ./test stage web
 #   tools/setup.sh cluster                  Slurm, munge, an ssh server and GNU parallel for ./test stage cluster; a system
 #                                           starts their daemons at boot, so that neither ./run nor ./test installs them
 #
@@ -20,9 +21,10 @@ case ${1:-build} in
   cross) groups=' build cross ' ;;
   windows) groups=' build windows ' ;;
   windows32) groups=' build windows windows32 ' ;;
+  web) groups=' web ' ;;
   cluster) groups=' cluster ' ;;
   *)
-    say "usage: tools/setup.sh [build | test | ci | cross [ARCH...] | windows | windows32 | cluster]" >&2
+    say "usage: tools/setup.sh [build | test | ci | cross [ARCH...] | windows | windows32 | web | cluster]" >&2
     exit 2
     ;;
 esac

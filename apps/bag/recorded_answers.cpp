@@ -1,6 +1,7 @@
 #include "apps/bag/recorded_answers.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "hal/did_you_mean.hpp"
 #include "hal/linux/run_dir.hpp"
@@ -144,9 +145,21 @@ RecordedAnswers::Reply RecordedAnswers::topics(const Json&) {
     const record::RecordedTopic& topic = playback_.topics()[t];
     const rt::TopicEntry& entry = playback_.segment().entry(playback_.topic_id(t));
     const std::string writer = playback_.segment().writer_entry(entry.writer).name;
-    all.push_back({topic.name, topic.type, writer, thread_of(writer), topic.image_bytes, entry.keep, topic.rate_hz});
+    all.push_back({topic.name, topic.type, writer, thread_of(writer), topic.image_bytes, entry.keep, topic.rate_hz,
+                   false, readers_of(topic.name)});
   }
   return tap::good(tap::directory_json(all));
+}
+
+/// By the attached robot file, whose graph is not configured.
+std::vector<std::string> RecordedAnswers::readers_of(const std::string& topic) const {
+  std::vector<std::string> readers;
+  if (!about_.graph) return readers;
+  for (const rt::GraphModule& module : about_.graph->modules()) {
+    const auto reads = [&](const auto& port) { return port.second.value == topic; };
+    if (std::any_of(module.spec.in.begin(), module.spec.in.end(), reads)) readers.push_back(module.spec.name);
+  }
+  return readers;
 }
 
 RecordedAnswers::Json RecordedAnswers::threads_json() const {
@@ -204,8 +217,11 @@ RecordedAnswers::Reply RecordedAnswers::params(const Json& request) {
     only = *module;
   }
   Json list = Json::array();
-  for (const RecordedAbout::Param& p : about_.params_at(playback_.status().now))
-    if (only.empty() || p.module == only) list.push_back(tap::param_json(p.module, *p.declared, {}, p.value));
+  const auto now = about_.params_at(playback_.status().now);
+  const auto start = about_.params_at({std::numeric_limits<std::int64_t>::min()});  // the same ones, before any change
+  for (std::size_t p = 0; p < now.size(); ++p)
+    if (only.empty() || now[p].module == only)
+      list.push_back(tap::param_json(now[p].module, *now[p].declared, {}, now[p].value, start[p].value));
   Json json = Json::object();
   json["params"] = std::move(list);
   return tap::good(json);

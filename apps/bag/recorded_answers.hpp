@@ -54,6 +54,7 @@ class RecordedAnswers final : public tap::Answering {
   static Reply waits_for(std::uint64_t number);
   Json playback_json() const;
   Json threads_json() const;
+  std::vector<std::string> readers_of(const std::string& topic) const;
   Json modules_json() const;
   std::string no_such_topic(const std::string& name) const;
   std::optional<std::size_t> find_topic(const std::string& name) const;

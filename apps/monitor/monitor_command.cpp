@@ -21,6 +21,7 @@ int become_monitor(const MonitorOptions& o) {
   std::vector<std::string> arguments{program, "--address", o.address, "--port", std::to_string(o.port)};
   for (const std::string& name : o.hosts) arguments.insert(arguments.end(), {"--host", name});
   if (!o.tls.empty()) arguments.insert(arguments.end(), {"--tls", o.tls[0], o.tls[1]});
+  if (!o.panels.empty()) arguments.insert(arguments.end(), {"--panels", o.panels});
   if (o.quiet) arguments.push_back("--quiet");
   std::vector<char*> argv;
   for (std::string& argument : arguments) argv.push_back(argument.data());

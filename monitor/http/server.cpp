@@ -378,6 +378,7 @@ class LwsServer final : public Server {
     r.authorization = header_of(c.wsi, WSI_TOKEN_HTTP_AUTHORIZATION);
     r.if_none_match = header_of(c.wsi, WSI_TOKEN_HTTP_IF_NONE_MATCH);
     r.content_type = header_of(c.wsi, WSI_TOKEN_HTTP_CONTENT_TYPE);
+    r.accept_encoding = header_of(c.wsi, WSI_TOKEN_HTTP_ACCEPT_ENCODING);
     r.until_ns = custom_header(c.wsi, "x-sinew-until-ns:");
     r.control_key = custom_header(c.wsi, "x-sinew-control:");
     return true;

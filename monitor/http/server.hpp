@@ -22,9 +22,10 @@ struct Request {
   std::string method;                                        // "GET", "HEAD", "POST", ...
   std::string path;                                          // decoded, begins with '/', has no "." and ".." parts
   std::vector<std::pair<std::string, std::string>> query{};  // decoded, in their order
-  std::string host{}, origin{}, authorization{}, if_none_match{}, content_type{};  // headers; empty: not sent
-  std::string until_ns{}, control_key{};                                           // x-sinew-until-ns, x-sinew-control
-  std::string peer{};                                                              // numeric address
+  std::string host{}, origin{}, authorization{}, if_none_match{}, content_type{},
+      accept_encoding{};                  // headers; empty: not sent
+  std::string until_ns{}, control_key{};  // x-sinew-until-ns, x-sinew-control
+  std::string peer{};                     // numeric address
   std::string body{};
   std::string subprotocol{};  // of a WebSocket: the one of ours that it offered first
   /// The last one of this name; nothing: there is none.

@@ -107,6 +107,8 @@ TEST(Server, ParameterIsSetBetweenTwoStepsAndAnsweredWithTheStep) {
   EXPECT_EQ(set["ok"], true) << set;
   ASSERT_TRUE(set["step"].is_number_unsigned()) << set;
   EXPECT_EQ(value(), 3.0);
+  const Json after = find_in(ask(*client, "params", {{"module", "counter"}})["params"], "param", "gain");
+  EXPECT_EQ(after["start"], 1.0) << "what the run began with stays";
   auto reader = client->reader();
   ASSERT_TRUE(reader);
   const auto topic = *(*reader)->find("counter.range");

@@ -66,6 +66,7 @@ int run(const app::MonitorOptions& o) {
   options.gate.hosts = names_with_port(o, server->port());
   options.gate.token = token->token();
   options.gate.commands = is_loopback(o.address) || !o.tls.empty();
+  options.panels = o.panels;
   site = std::make_unique<monitor::Site>(robots, *server, std::move(options));
   if (!o.quiet) {
     std::printf("http%s://%s:%u\n", o.tls.empty() ? "" : "s", o.address.c_str(), server->port());

@@ -1,0 +1,134 @@
+// What the tests of the page share: a monitor, robots in virtual time, Debian's Chromium.
+
+import { spawn } from "node:child_process";
+import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { tmpdir } from "node:os";
+import { dirname, join, resolve } from "node:path";
+import { fileURLToPath } from "node:url";
+
+export const root = resolve(dirname(fileURLToPath(import.meta.url)), "../../..");
+const { chromium } = createRequire(join(root, "monitor/web/package.json"))("playwright-core");
+
+const kStart_ms = 60_000;
+
+export class Fixture {
+  constructor(programs, pictures) {
+    this.programs = programs;
+    this.pictures = pictures;
+    this.folder = mkdtempSync(join(tmpdir(), "sinew-page-"));
+    this.children = new Map();
+    this.problems = []; // what the browser complained about
+    mkdirSync(pictures, { recursive: true });
+    const { SINEW_RECORD: _, ...env } = process.env;
+    this.env = { ...env, SINEW_RUN_DIR: join(this.folder, "run") };
+  }
+
+  start(name, program, ...args) {
+    const child = spawn(join(this.programs, program), args, { cwd: this.folder, env: this.env, stdio: ["ignore", "pipe", "pipe"] });
+    const started = { child, output: "", over: new Promise((done) => child.on("exit", done)) };
+    for (const stream of [child.stdout, child.stderr]) stream.on("data", (text) => (started.output += text));
+    this.children.set(name, started);
+    return started;
+  }
+
+  async stop(name, signal = "SIGTERM") {
+    const started = this.children.get(name);
+    if (!started) return;
+    this.children.delete(name);
+    started.child.kill(signal);
+    await started.over;
+  }
+
+  async monitor(port = 0) {
+    const started = this.start("monitor", "sinew-monitor", "--port", String(port), "--panels", join(root, "examples/panels"));
+    await until(() => /commands: \w+/.test(started.output), "the monitor's address and token", () => started.output);
+    this.address = /http:\/\/\S+/.exec(started.output)[0];
+    this.token = /commands: (\w+)/.exec(started.output)[1];
+  }
+
+  /** Waits on the ground until it is armed, so that a test decides when it flies. */
+  quad() {
+    const file = join(this.folder, "quad.toml");
+    const text = readFileSync(join(root, "robots/quad/quad.toml"), "utf8");
+    writeFileSync(file, text.replace('arming = "auto"', 'arming = "manual"'));
+    return this.start("quad", "sinew", "run", file, "--virtual", "--duration", "100000", "--no-record", "--quiet");
+  }
+
+  head() {
+    return this.start("desk_head", "sinew", "run", join(root, "robots/desk_head/desk_head.toml"), "--virtual", "--duration", "100000", "--no-record", "--quiet");
+  }
+
+  /** A flight of some seconds, recorded, which then stands up as a robot. */
+  async recorded() {
+    const flight = this.start("flight", "sinew", "run", join(root, "robots/quad/quad.toml"), "--virtual", "--duration", "14", "--name", "flight", "--runs", this.folder, "--quiet");
+    await flight.over;
+    this.children.delete("flight");
+    return this.start("recorded", "sinew", "bag", "play", join(this.folder, "latest/run.mcap"), "--as-robot", "recorded", "--paused");
+  }
+
+  async ask(robot, request, body) {
+    const url = `${this.address}/api/robots/${robot}/${request}`;
+    const response = await fetch(url, body && { method: "POST", headers: { "content-type": "application/json", authorization: `Bearer ${this.token}` }, body: JSON.stringify(body) });
+    return response.json();
+  }
+
+  async robots() {
+    return (await (await fetch(`${this.address}/api/robots`)).json()).robots.map((r) => r.robot);
+  }
+
+  async browser() {
+    this.chromium = await chromium.launch({ executablePath: process.env.SINEW_CHROMIUM ?? "/usr/bin/chromium", args: ["--no-sandbox", "--disable-gpu"] });
+  }
+
+  /** A page in a browser of its own: its token, its storage. */
+  async open({ view = "overview", robot = "quad", token = this.token, width = 1440, height = 900, scheme = "dark" } = {}) {
+    const context = await this.chromium.newContext({ viewport: { width, height }, colorScheme: scheme, acceptDownloads: true });
+    await context.addInitScript(() => {
+      window.sinewSent = []; // what the page sends over its WebSockets
+      const send = WebSocket.prototype.send;
+      WebSocket.prototype.send = function (data) {
+        window.sinewSent.push(typeof data === "string" ? JSON.parse(data) : { op: "binary" });
+        return send.call(this, data);
+      };
+    });
+    const page = await context.newPage();
+    page.setDefaultTimeout(kStart_ms);
+    page.on("pageerror", (e) => this.problems.push(e.stack ?? e.message));
+    page.on("console", (m) => {
+      if (m.type() === "error" && /Content.Security.Policy|Refused to/i.test(m.text())) this.problems.push(m.text());
+    });
+    await page.goto(`${this.address}/#token=${token}&robot=${robot}&view=${view}`);
+    return page;
+  }
+
+  picture(page, name) {
+    return page.screenshot({ path: join(this.pictures, `${name}.png`) });
+  }
+
+  async end() {
+    await this.chromium?.close();
+    for (const name of [...this.children.keys()]) await this.stop(name);
+    rmSync(this.folder, { recursive: true, force: true });
+  }
+}
+
+export async function until(is, what, more = () => "") {
+  const end = Date.now() + kStart_ms;
+  while (Date.now() < end) {
+    const value = await is();
+    if (value) return value;
+    await new Promise((done) => setTimeout(done, 50));
+  }
+  throw new Error(`waited in vain for ${what}\n${more()}`);
+}
+
+/** How many different colours a canvas shows; 1: nothing is drawn. */
+export function coloursOf(page, selector) {
+  return page.locator(selector).first().evaluate((canvas) => {
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    const seen = new Set();
+    for (let i = 0; i < data.length; i += 4 * 7) seen.add((data[i] << 16) | (data[i + 1] << 8) | data[i + 2]);
+    return seen.size;
+  });
+}

@@ -1,0 +1,398 @@
+// Each panel of the monitor's page does its job in a real browser, against robots in virtual time.
+//
+// usage: SINEW_PROGRAMS=build/release/bin SINEW_PICTURES=build/page node --test tests/monitor/web
+//
+// Needs npm ci in monitor/web, and chromium. Each test leaves a picture.
+
+import assert from "node:assert/strict";
+import { existsSync, readFileSync } from "node:fs";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { coloursOf, Fixture, root, until } from "./fixture.mjs";
+
+const f = new Fixture(process.env.SINEW_PROGRAMS ?? join(root, "build/release/bin"), process.env.SINEW_PICTURES ?? join(root, "build/page"));
+
+before(async () => {
+  await f.monitor();
+  f.quad();
+  f.head();
+  await f.browser();
+  await until(async () => (await f.robots()).length === 2, "two robots", () => [...f.children.values()].map((c) => c.output).join());
+});
+after(() => f.end());
+
+const tile = (page, panel, robot = "quad") => page.locator(`section.column[aria-label="Robot ${robot}"] [data-panel="${panel}"]`).first();
+const status = () => f.ask("quad", "status");
+const text = (locator) => locator.textContent();
+const matches = (locator, pattern) => until(async () => pattern.test((await text(locator)) ?? ""), String(pattern), () => "");
+
+test("Robots: all of this machine are listed, and several stand side by side", async () => {
+  const page = await f.open();
+  await page.getByRole("button", { name: "Show desk_head beside" }).click();
+  await page.locator('section.column[aria-label="Robot desk_head"]').waitFor();
+  assert.equal(await page.locator("section.column").count(), 2);
+  await matches(page.locator('section.column[aria-label="Robot desk_head"] [data-panel="health"]'), /Armed|Not armed/);
+  await page.waitForTimeout(2500);
+  await f.picture(page, "robots");
+  await page.context().close();
+});
+
+test("Layout: the tree shows live rates; modules go off and on, periods change, and what is refused says why", async () => {
+  const page = await f.open({ view: "runs" });
+  const tree = tile(page, "layout");
+  await matches(tree.locator("tr", { hasText: "imu.raw" }), /1000 Hz|[0-9]+ Hz/);
+  await tree.getByRole("switch", { name: "Module motion" }).click();
+  await until(async () => (await status()).modules.find((m) => m.name === "motion").running === false, "the module to be off");
+  await matches(tree.locator("tr", { hasText: "vision::MotionField" }), /off/);
+  await f.picture(page, "layout-tree");
+  await tree.getByRole("switch", { name: "Module motion" }).click();
+  await until(async () => (await status()).modules.find((m) => m.name === "motion").running, "the module to be on");
+  const period = tree.getByLabel("Period of housekeeping in µs");
+  await period.fill("50000");
+  await period.press("Enter");
+  await until(async () => (await status()).threads.find((t) => t.name === "housekeeping").period_ns === 50e6, "the new period");
+  await period.fill("0");
+  await period.press("Enter");
+  await matches(page.getByRole("alert"), /Refused.*period/);
+  await page.context().close();
+});
+
+test("Layout: the graph connects modules by the topics that they read", async () => {
+  const page = await f.open({ view: "timing" });
+  await until(() => page.locator(".edge").count().then((n) => n >= 10), "edges of the graph");
+  await matches(page.locator(".node", { hasText: "filter" }).first(), /state[0-9.]+ Hz/);
+  await page.context().close();
+});
+
+test("Chronometer: times, their distribution, and the time line of the last second", async () => {
+  const page = await f.open({ view: "timing" });
+  const panel = tile(page, "chronometer");
+  await matches(panel.locator("tr", { hasText: "stabilise" }).first(), /[0-9.]+ [nµm]s/);
+  await panel.locator("tr", { hasText: "pad" }).first().click();
+  await matches(panel.locator("figcaption").first(), /pad takes [1-9]/);
+  await until(async () => (await coloursOf(page, '[data-panel="chronometer"] .timeline-canvas canvas')) > 5, "steps in the time line");
+  await panel.getByRole("button", { name: "Hold" }).click();
+  await panel.getByRole("button", { name: "Go on" }).waitFor();
+  await f.picture(page, "timing");
+  await page.context().close();
+});
+
+test("Images: the newest picture of a topic, with the marks of detectors", async () => {
+  const page = await f.open({ robot: "desk_head" });
+  const panel = tile(page, "images", "desk_head");
+  await matches(panel.locator(".picture-note"), /[0-9]+.*× [0-9]+ px · [1-9][0-9.]* Hz/);
+  await until(async () => (await coloursOf(page, '[data-panel="images"] canvas')) > 50, "a picture");
+  await f.picture(page, "images");
+  await page.context().close();
+});
+
+test("Plots: fields chosen by name, held, zoomed, under the cursor, and exported", async () => {
+  const page = await f.open({ view: "signals" });
+  const panel = tile(page, "plots");
+  await panel.getByRole("button", { name: "Choose a field" }).click();
+  const dialog = page.getByRole("dialog");
+  for (const field of ["gyro_radps", "accel_mps2"]) {
+    await dialog.getByLabel("Find a field").fill(`imu.raw ${field}`);
+    for (const box of await dialog.getByRole("checkbox").all()) await box.check();
+  }
+  await page.keyboard.press("Escape");
+  assert.equal(await panel.locator(".legend li").count(), 6);
+  await matches(panel.locator(".legend output").nth(5), /^[−-]?[0-9]/);
+  await until(async () => (await coloursOf(page, '[data-panel="plots"] canvas')) > 6, "lines");
+  await page.waitForTimeout(1500);
+  await panel.getByRole("button", { name: "Hold" }).click();
+  const box = await panel.locator(".plot-box").boundingBox();
+  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  const [csv] = await Promise.all([page.waitForEvent("download"), panel.getByRole("button", { name: "CSV" }).click()]);
+  const lines = readFileSync(await csv.path(), "utf8").trim().split("\n");
+  assert.match(lines[0], /^time \[s\],imu\.raw gyro_radps\.x \[rad\/s\],/);
+  assert.ok(lines.length > 100, `${lines.length} lines`);
+  assert.equal(lines[1].split(",").length, 7);
+  const [png] = await Promise.all([page.waitForEvent("download"), panel.getByRole("button", { name: "PNG" }).click()]);
+  assert.equal(readFileSync(await png.path()).subarray(1, 4).toString(), "PNG");
+  await f.picture(page, "plots");
+  await page.context().close();
+});
+
+test("Plots: 20 fields are drawn anew for each frame of the screen", async () => {
+  const page = await f.open({ view: "signals" });
+  await page.evaluate(() => {
+    const fields = ["x", "y", "z"].flatMap((a) => [["imu.raw", `gyro_radps.${a}`], ["imu.raw", `accel_mps2.${a}`], ["filter.state", `v_world_mps.${a}`], ["filter.state", `p_world_m.${a}`], ["filter.state", `gyro_bias_radps.${a}`], ["filter.state", `accel_bias_mps2.${a}`], ["attitude.wrench", `torque_nm.${a}`]]).slice(0, 20).map(([topic, path]) => ({ topic, path }));
+    const tile = { kind: "tile", id: "t", panel: "plots", state: { fields } };
+    localStorage.setItem("sinew.views", JSON.stringify([{ id: "signals", name: "Signals", root: tile }]));
+  });
+  await page.reload();
+  const panel = tile(page, "plots");
+  await until(() => panel.locator(".legend li").count().then((n) => n === 20), "20 fields");
+  await matches(panel.locator(".legend output").nth(19), /[0-9]/);
+  const before = await page.evaluate(() => window.sinewRedraws);
+  await page.waitForTimeout(3000);
+  const redraws = (await page.evaluate(() => window.sinewRedraws)) - before;
+  console.log(`plots: ${(redraws / 3).toFixed(1)} redraws a second with 20 fields on this machine`);
+  assert.ok(redraws > 0);
+  await f.picture(page, "plots-20");
+  await page.context().close();
+});
+
+test("Messages: a topic as a tree with units, as sinew topic echo shows it", async () => {
+  const page = await f.open({ view: "signals" });
+  const panel = tile(page, "messages");
+  await panel.getByLabel("Topic").selectOption("battery.raw");
+  const row = panel.locator("tr", { hasText: "voltage_v" });
+  await matches(row, /1[0-9]\.[0-9]+V/);
+  await panel.getByLabel("Topic").selectOption("filter.state");
+  await matches(panel.locator("tr", { hasText: "height_m" }), /[0-9.]+m/);
+  await f.picture(page, "messages");
+  await page.context().close();
+});
+
+test("Parameters: changed within their range, marked, saved; what is refused says why", async () => {
+  const page = await f.open({ view: "tuning" });
+  const panel = tile(page, "parameters");
+  const value = async () => (await f.ask("quad", "params?module=attitude")).params.find((p) => p.param === "kp_rate").value;
+  const first = await value();
+  const input = panel.getByLabel(/^attitude.kp_rate/);
+  await input.fill(String(first + 1));
+  await input.press("Enter");
+  await until(async () => (await value()) === first + 1, "the new value");
+  await panel.locator("tr.differs", { hasText: "kp_rate" }).waitFor();
+  await panel.getByRole("button", { name: "Save" }).click();
+  assert.match(await text(page.locator("pre.toml")), new RegExp(`\\[attitude\\]\nkp_rate = ${first + 1}`));
+  await page.keyboard.press("Escape");
+  await input.fill("-1e9");
+  await input.press("Enter");
+  await matches(page.getByRole("alert"), /Refused.*kp_rate.*from/);
+  await f.picture(page, "parameters");
+  await panel.getByRole("button", { name: /^back to/ }).click();
+  await until(async () => (await value()) === first, "the first value");
+  await page.context().close();
+});
+
+test("Record: starts and stops a recording, with size and verdict", async () => {
+  const page = await f.open({ view: "runs", robot: "desk_head" });
+  const panel = tile(page, "record", "desk_head");
+  await panel.getByRole("button", { name: "Record" }).click();
+  await matches(panel, /Records[0-9].*[0-9.]+ [kM]?B/);
+  await f.picture(page, "record");
+  await panel.getByRole("button", { name: "Stop" }).click();
+  await matches(panel.getByRole("status"), /Recorded .*run\.mcap, [0-9.]+ [kM]B; .*replayed/);
+  const path = /Recorded (\S+\.mcap)/.exec(await text(panel.getByRole("status")))[1];
+  assert.ok(existsSync(join(f.folder, path)) || existsSync(path), path);
+  await page.context().close();
+});
+
+test("3D: attitude and position of the body", async () => {
+  const page = await f.open({ view: "tuning" });
+  const panel = tile(page, "scene");
+  await matches(panel.locator(".space-note"), /x.*y.*z.*m.*roll/);
+  assert.ok((await coloursOf(page, '[data-panel="scene"] canvas')) > 5);
+  await page.context().close();
+});
+
+test("A recorded run plays, pauses, steps, jumps and changes its speed, without a token", async () => {
+  const robot = await f.recorded();
+  await until(async () => (await f.robots()).includes("recorded"), "the recorded run", () => robot.output);
+  const page = await f.open({ robot: "recorded", token: "" });
+  const bar = page.getByRole("group", { name: "Recorded run" });
+  const playback = () => f.ask("recorded", "playback");
+  await bar.getByRole("button", { name: "Play" }).click();
+  await until(async () => (await playback()).state === "playing", "it to play");
+  await bar.getByLabel("Speed").selectOption("2");
+  await until(async () => (await playback()).speed === 2, "twice the speed");
+  await bar.getByRole("button", { name: "Pause" }).click();
+  await until(async () => (await playback()).state === "paused", "it to pause");
+  const { begin_ns, end_ns } = await playback();
+  await bar.getByRole("slider").evaluate((slider) => {
+    slider.value = "500";
+    slider.dispatchEvent(new Event("input", { bubbles: true }));
+    slider.dispatchEvent(new Event("change", { bubbles: true }));
+  });
+  await until(async () => Math.abs(((await playback()).time_ns - begin_ns) / (end_ns - begin_ns) - 0.5) < 0.01, "the middle");
+  const { time_ns } = await playback();
+  await bar.getByRole("button", { name: "Step: one message" }).click();
+  await until(async () => (await playback()).time_ns > time_ns, "a step");
+  await bar.getByRole("button", { name: "Play" }).click();
+  await matches(tile(page, "scene", "recorded").locator(".space-note"), /x.*y.*z.*m.*roll/);
+  await matches(tile(page, "plots", "recorded").locator(".legend output").first(), /[0-9]/);
+  await page.waitForTimeout(1500);
+  await f.picture(page, "recorded");
+  await page.context().close();
+  await f.stop("recorded");
+});
+
+test("Control: one commander at a time; others see who, are refused, and can ask", async () => {
+  const [a, b] = [await f.open({ view: "runs" }), await f.open({ view: "runs" })];
+  for (const [page, name] of [[a, "Anna"], [b, "Bert"]]) {
+    await page.getByRole("button", { name: /may command/ }).click();
+    await page.getByLabel(/Your name/).fill(name);
+    await page.getByRole("button", { name: "Use" }).click();
+  }
+  await a.getByRole("button", { name: "Take control" }).click();
+  await a.getByText("you have control").waitFor();
+  await b.locator(".head").getByText("control: Anna").waitFor();
+  await tile(b, "layout").getByRole("switch", { name: "Module motion" }).click();
+  await matches(b.getByRole("alert"), /Refused.*Anna/);
+  await b.getByRole("button", { name: "Ask" }).click();
+  await a.getByText("asked by Bert").waitFor();
+  await f.picture(a, "control");
+  await a.getByRole("button", { name: "Release" }).click();
+  await b.getByRole("button", { name: "Take control" }).waitFor();
+  await a.context().close();
+  await b.context().close();
+});
+
+test("A page without the token only looks", async () => {
+  const page = await f.open({ view: "runs", token: "" });
+  await page.getByRole("button", { name: /looks only/ }).waitFor();
+  await tile(page, "layout").getByRole("switch", { name: "Module motion" }).click();
+  await matches(page.getByRole("alert"), /token/);
+  assert.equal((await status()).modules.find((m) => m.name === "motion").running, true);
+  await page.context().close();
+});
+
+test("The token is in the address no longer than the page takes to read it", async () => {
+  const page = await f.open();
+  await page.locator(".head h1").waitFor();
+  assert.doesNotMatch(page.url(), /token/);
+  assert.match(page.url(), /view=overview/);
+  await page.context().close();
+});
+
+test("A panel of one's own is one plain file", async () => {
+  const page = await f.open({ view: "runs" });
+  await tile(page, "record").getByLabel("Panel").selectOption({ label: "Height" });
+  const own = page.locator(".own-panel");
+  await matches(own, /[0-9.]+ mDisarm/);
+  await f.picture(page, "own-panel");
+  await page.context().close();
+});
+
+test("A tab that nobody sees unsubscribes, and subscribes again when it is seen", async () => {
+  const page = await f.open();
+  await until(() => page.evaluate(() => window.sinewSent.some((m) => m.op === "subscribe")), "subscriptions");
+  await page.waitForTimeout(500);
+  const hide = (state) => page.evaluate((s) => {
+    Object.defineProperty(document, "visibilityState", { value: s, configurable: true });
+    document.dispatchEvent(new Event("visibilitychange"));
+  }, state);
+  const open = () => page.evaluate(() => {
+    const ids = new Set();
+    for (const m of window.sinewSent) {
+      for (const s of m.op === "subscribe" ? m.subscriptions : []) ids.add(s.id);
+      for (const id of m.op === "unsubscribe" ? m.subscriptionIds : []) ids.delete(id);
+    }
+    return ids.size;
+  });
+  const some = await open();
+  assert.ok(some > 0);
+  await hide("hidden");
+  assert.equal(await open(), 0);
+  await hide("visible");
+  assert.equal(await open(), some);
+  await page.context().close();
+});
+
+test("Keyboard: views by digits, panels fill the page, borders move, all that can be pressed has a name", async () => {
+  const page = await f.open();
+  await page.locator(".head h1").waitFor();
+  await page.keyboard.press("2");
+  await tile(page, "chronometer").waitFor();
+  await page.keyboard.press("1");
+  await tile(page, "images").getByLabel("Panel").focus();
+  await tile(page, "images").getByRole("button", { name: /Fill the page/ }).focus();
+  await page.keyboard.press("m");
+  await until(() => page.locator(".tile").count().then((n) => n === 1), "one panel");
+  await page.keyboard.press("Escape");
+  await until(() => page.locator(".tile").count().then((n) => n === 5), "all panels");
+  const border = page.getByRole("separator").first();
+  const before = await border.getAttribute("aria-valuenow");
+  await border.focus();
+  await page.keyboard.press("ArrowRight");
+  await until(async () => (await border.getAttribute("aria-valuenow")) !== before, "the border to move");
+  const nameless = await page.evaluate(() => [...document.querySelectorAll("button, input, select, [role=separator]")].filter((e) => !(e.getAttribute("aria-label") || e.textContent.trim() || e.labels?.length)).map((e) => e.outerHTML));
+  assert.deepEqual(nameless, []);
+  await page.context().close();
+});
+
+test("Phone: one panel at a time, nothing beside the screen", async () => {
+  const page = await f.open({ width: 390, height: 844 });
+  await page.locator(".head h1").waitFor();
+  for (const name of ["Images", "3D", "Plots", "Messages", "Health"]) {
+    await page.locator(".tiles-tabs").getByRole("button", { name, exact: true }).click();
+    await page.waitForTimeout(700);
+    assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= 390, name);
+    if (name === "Health") await f.picture(page, "phone-health");
+    if (name === "3D") await f.picture(page, "phone-3d");
+  }
+  await page.getByRole("button", { name: "Robots" }).click();
+  await page.getByRole("button", { name: /^desk_head/ }).click();
+  await page.locator('section.column[aria-label="Robot desk_head"]').waitFor();
+  await page.context().close();
+});
+
+test("Light: the same by day", async () => {
+  const page = await f.open({ scheme: "light", robot: "desk_head" });
+  await matches(tile(page, "images", "desk_head").locator(".picture-note"), /Hz/);
+  await page.waitForTimeout(1500);
+  await f.picture(page, "light");
+  await page.context().close();
+});
+
+test("Health: arms, shows the flight, and stops it; says that the page is no safety function", async () => {
+  const page = await f.open();
+  const panel = tile(page, "health");
+  await matches(panel, /no safety function/);
+  await matches(panel, /Not armed/);
+  await panel.getByRole("button", { name: "Arm", exact: true }).click();
+  await matches(panel.locator(".state"), /^Armed/);
+  await until(async () => (await status()).guardian.permitted === 1, "the guardian's permission");
+  await page.waitForTimeout(2500);
+  await f.picture(page, "overview");
+  if ((await status()).guardian?.permitted === 1) {
+    await panel.getByRole("button", { name: "Emergency stop" }).click();
+    await matches(panel.locator(".state"), /^Not armed/);
+  }
+  await matches(panel.locator(".events"), /armed/);
+  await page.context().close();
+});
+
+test("A robot that ended stays until it is closed", async () => {
+  const page = await f.open({ robot: "desk_head" });
+  await page.locator('section.column[aria-label="Robot desk_head"]').waitFor();
+  await f.stop("desk_head");
+  const entry = page.locator(".rail .robot", { hasText: "desk_head" });
+  await matches(entry, /ended/);
+  await f.picture(page, "ended");
+  await entry.getByRole("button", { name: "Close desk_head" }).click();
+  await until(() => page.locator(".rail .robot").count().then((n) => n === 1), "one robot");
+  await page.context().close();
+});
+
+test("A page that loses the monitor says so, and comes back by itself", async () => {
+  const page = await f.open({ view: "runs" });
+  await tile(page, "layout").locator("tr", { hasText: "imu.raw" }).waitFor();
+  const port = new URL(f.address).port;
+  await f.stop("monitor");
+  await matches(page.getByRole("alert"), /The monitor does not answer/);
+  await f.picture(page, "lost");
+  await f.monitor(port);
+  await until(async () => (await page.getByRole("alert").count()) === 0, "the page to come back");
+  await page.context().close();
+});
+
+test("The page is below 150 kB in all, as gzip, and asks no other address", async () => {
+  const page = await f.open();
+  const sizes = await Promise.all(["/", "/assets/page.js", "/assets/page.css", "/icon.svg"].map(async (path) => {
+    const response = await fetch(f.address + path, { headers: { "accept-encoding": "gzip" } });
+    assert.equal(response.status, 200, path);
+    return Number(response.headers.get("content-length"));
+  }));
+  const all = sizes.reduce((x, y) => x + y);
+  console.log(`page: ${all} bytes as gzip`);
+  assert.ok(all < 150_000);
+  const addresses = await page.evaluate(() => performance.getEntriesByType("resource").map((e) => new URL(e.name).host));
+  assert.deepEqual([...new Set(addresses)], [new URL(f.address).host]);
+  await page.context().close();
+});
+
+test("The browser complained about nothing", () => assert.deepEqual(f.problems, []));
