@@ -85,7 +85,11 @@ class Told(InItsFolder):
         a, b = self.lines("a.jsonl")[2], self.lines("b.jsonl")[1]
         self.assertEqual({**a, "case": 0}, b)
         code, out, _ = self.run_sinew("run", *a["run"].split(), "--virtual", "--no-record", "--json")
-        self.assertEqual((code, json.loads(out)["mission"]["outcome"]), (a["code"], a["outcome"]))
+        said = json.loads(out)
+        self.assertEqual((code, said["mission"]["outcome"]), (a["code"], a["outcome"]))
+        del said["report"]["verdict"]  # which the line has as outcome and measures
+        self.assertEqual(a["report"], said["report"])
+        self.assertEqual((a["report"]["world"], a["report"]["seed"]), ("seesaw", 5))
 
     def test_json_csv_and_plots(self):
         out, _ = self.sweep(*MISSES, "--fault", "none", "--seeds", "1..2", "--json", "--csv", "r.csv",
