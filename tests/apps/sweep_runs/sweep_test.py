@@ -192,6 +192,8 @@ class Kept(InItsFolder):
         self.assertIn(f"killed.jsonl has {there} of 24 runs", err)
         self.assertIn(f", {24 - there} runs in ", out)
         self.assertEqual(self.bytes("killed.jsonl"), self.bytes("whole.jsonl"))
+        self.assertEqual([name for name in os.listdir(TEMPORARY.name) if name.startswith("sinew-pool-")], [],
+                         "the next sweep removes what the killed one left")
 
     def test_ctrl_c_tells_what_there_is_and_leaves_no_process(self):
         sweep = self.started(*self.MANY, "--results", "r.jsonl")
