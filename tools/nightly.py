@@ -37,7 +37,7 @@ PAIRS = (("gusts3", "calm"), ("gusts6", "gusts3"))
 # For the table of costs: what the camera takes.
 COSTS = (("quad320", "quadrotor, camera 320x240", [QUAD]),
          ("seesaw", "seesaw, 30 s, without a camera", [SEESAW, "--duration", "30"]))
-COST_SEEDS = 20
+COST_SEEDS = 10
 MILLION = 1_000_000
 # Without its camera from 6 s on it misses the pad: these runs are recorded.
 RECORDED = [QUAD, "--fault", "camera:off@6", "--seeds", "1..4"]
