@@ -23,6 +23,8 @@ int become_monitor(const MonitorOptions& o) {
   if (!o.tls.empty()) arguments.insert(arguments.end(), {"--tls", o.tls[0], o.tls[1]});
   if (!o.panels.empty()) arguments.insert(arguments.end(), {"--panels", o.panels});
   if (o.quiet) arguments.push_back("--quiet");
+  if (!o.files.empty()) arguments.push_back("--");
+  arguments.insert(arguments.end(), o.files.begin(), o.files.end());
   std::vector<char*> argv;
   for (std::string& argument : arguments) argv.push_back(argument.data());
   argv.push_back(nullptr);

@@ -5,6 +5,9 @@
 namespace sinew::app {
 
 void add_monitor_options(CLI::App& app, MonitorOptions& o) {
+  app.add_option("files", o.files, "recorded runs, which stand up as robots (sinew bag play --as-robot)")
+      ->check(CLI::ExistingFile)
+      ->type_name(kFileHint);
   app.add_option("--address", o.address, "listen on this address only; 0.0.0.0: on all")->capture_default_str();
   app.add_option("--port", o.port, "0: any free one")->check(whole(0, 65535))->capture_default_str();
   app.add_option("--host", o.hosts, "another name by which browsers may call this machine")->type_name("NAME");

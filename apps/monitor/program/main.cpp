@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "apps/command/command.hpp"
+#include "apps/command/place.hpp"
 #include "apps/command/usage_error.hpp"
 #include "apps/monitor/monitor_options.hpp"
 #include "hal/linux/process.hpp"
@@ -39,6 +40,26 @@ int fail(const std::string& why) {
   return app::kNotBegun;
 }
 
+/// Starts `sinew bag play --as-robot` for each file: to the monitor they are robots like others. They end with us.
+bool stand_up(const std::vector<std::string>& files, std::vector<std::unique_ptr<hal::ChildProcess>>& recordings,
+              std::string& why) {
+  for (const std::string& file : files) {
+    const std::string sinew = app::find_program("sinew");
+    if (sinew.empty()) {
+      why = "sinew is missing beside sinew-monitor and in PATH; it plays recorded files";
+      return false;
+    }
+    // Piped: the keys of our terminal are not for it.
+    auto child = hal::ChildProcess::start({sinew, "bag", "play", "--as-robot", "--paused", file}, {.piped = true});
+    if (!child) {
+      why = fmt::format("{}: {}", sinew, hal::to_string(child.error().code));
+      return false;
+    }
+    recordings.push_back(std::move(*child));
+  }
+  return true;
+}
+
 int run(const app::MonitorOptions& o) {
   monitor::ServerOptions listen;
   listen.address = o.address, listen.port = o.port;
@@ -61,6 +82,8 @@ int run(const app::MonitorOptions& o) {
   if (!server) return fail(why);
   const auto token = monitor::TokenFile::make(why);
   if (!token) return fail(why);
+  std::vector<std::unique_ptr<hal::ChildProcess>> recordings;
+  if (!stand_up(o.files, recordings, why)) return fail(why);
   monitor::Robots robots;
   monitor::Site::Options options;
   options.gate.hosts = names_with_port(o, server->port());
@@ -77,7 +100,12 @@ int run(const app::MonitorOptions& o) {
   std::atomic<bool> over{false};
   std::thread signals([&] {
     hal::Os& os = hal::system_os();
-    while (!hal::stop_requested() && !over.load()) os.sleep_until(os.now() + 100ms);
+    while (!hal::stop_requested() && !over.load()) {
+      os.sleep_until(os.now() + 100ms);
+      std::string output, errors;
+      for (const auto& recording : recordings) recording->read_output(output, errors);
+      std::fputs(errors.c_str(), stderr);
+    }
     server->stop();
   });
   server->run();
