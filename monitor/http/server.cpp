@@ -27,6 +27,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kPiece = 64 << 10;           // written at once: what the library may keep for a slow peer
 constexpr int kUnsent = 8 << 10;                   // bytes of a WebSocket that may wait in the system for the link
+constexpr unsigned kMostDoomed = 64;               // connections that are being ended to make room
 constexpr std::size_t kMostHeaderBytes = 8 << 10;  // of a request, and of a response
 
 struct Connection {
@@ -36,6 +37,8 @@ struct Connection {
   Clock::time_point since;     // of the state that the patience bounds
   bool bounded = true;         // it has to get on: to finish its request, or to take what it asked for
   bool answered = false;       // of the present request: its response has begun
+  bool idle = true;            // no whole request has come since the connection began, or since the last response
+  bool doomed = false;         // it makes room for another: ends soon
   Request request{};           // while its body comes
   std::size_t body_bytes = 0;  // that it announced
   bool too_long = false;
@@ -187,7 +190,7 @@ class LwsServer final : public Server {
   }
 
   Counters counters() const override {
-    return {accepted_.load(), refused_full_.load(),     refused_peer_.load(),
+    return {accepted_.load(), refused_full_.load(),     refused_peer_.load(), made_room_.load(),
             requests_.load(), refused_requests_.load(), open_.load()};
   }
 
@@ -216,7 +219,7 @@ class LwsServer final : public Server {
         return with(wsi, [&](Connection& c) { return open_socket(c); });
       case LWS_CALLBACK_ESTABLISHED:
         return with(wsi, [&](Connection& c) {
-          c.bounded = false;
+          c.bounded = false, c.idle = false;
           lws_callback_on_writable(wsi);
           return 0;
         });
@@ -264,17 +267,40 @@ class LwsServer final : public Server {
 
   // ---- connections
 
+  /// Idle connections make room for new ones: whoever has a request is served, however many hold places for nothing.
   bool let_in(int fd) {
     accepted_.fetch_add(1, std::memory_order_relaxed);
-    if (connections_.size() >= options_.most_connections) {
-      refused_full_.fetch_add(1, std::memory_order_relaxed);
-      return false;
-    }
-    const auto found = peers_.find(peer_of(fd));
-    if (found != peers_.end() && found->second >= options_.most_per_peer) {
+    const std::string peer = peer_of(fd);
+    const auto found = peers_.find(peer);
+    if (found != peers_.end() && found->second >= options_.most_per_peer && !make_room(&peer)) {
       refused_peer_.fetch_add(1, std::memory_order_relaxed);
       return false;
     }
+    const bool is_full = connections_.size() - doomed_ >= options_.most_connections;
+    if ((is_full && !make_room(nullptr)) || doomed_ >= kMostDoomed) {
+      refused_full_.fetch_add(1, std::memory_order_relaxed);
+      return false;
+    }
+    return true;
+  }
+
+  /// Ends the connection that has been idle for longest: of this peer; without one, of the peer with the most of them.
+  bool make_room(const std::string* peer) {
+    Connection* oldest = nullptr;
+    unsigned most = 0;
+    for (auto& [wsi, c] : connections_) {
+      if (!c->idle || c->doomed || (peer && c->peer != *peer)) continue;
+      const unsigned held = peers_[c->peer];
+      if (oldest && (held < most || (held == most && c->since >= oldest->since))) continue;
+      oldest = c.get(), most = held;
+    }
+    if (!oldest) return false;
+    oldest->doomed = true, oldest->bounded = false;
+    ++doomed_;
+    const auto held = peers_.find(oldest->peer);
+    if (held != peers_.end() && --held->second == 0) peers_.erase(held);
+    made_room_.fetch_add(1, std::memory_order_relaxed);
+    lws_set_timeout(oldest->wsi, PENDING_TIMEOUT_USER_OK, LWS_TO_KILL_ASYNC);
     return true;
   }
 
@@ -291,8 +317,12 @@ class LwsServer final : public Server {
   void end(lws* wsi) {
     const auto found = connections_.find(wsi);
     if (found == connections_.end()) return;
-    const auto peer = peers_.find(found->second->peer);
-    if (peer != peers_.end() && --peer->second == 0) peers_.erase(peer);
+    if (found->second->doomed) {
+      --doomed_;
+    } else {
+      const auto peer = peers_.find(found->second->peer);
+      if (peer != peers_.end() && --peer->second == 0) peers_.erase(peer);
+    }
     by_id_.erase(found->second->id);
     connections_.erase(found);
     open_.store(connections_.size(), std::memory_order_relaxed);
@@ -386,7 +416,7 @@ class LwsServer final : public Server {
 
   int request(Connection& c) {
     requests_.fetch_add(1, std::memory_order_relaxed);
-    c.answered = false, c.bounded = true, c.since = Clock::now(), c.too_long = false;
+    c.answered = false, c.idle = false, c.bounded = true, c.since = Clock::now(), c.too_long = false;
     c.response = {}, c.piece.reset(), c.sent = 0;
     Response refusal;
     if (!read_request(c, refusal)) {
@@ -484,6 +514,7 @@ class LwsServer final : public Server {
   int completed(Connection& c) {
     const bool close = c.too_long || static_cast<bool>(c.response.stream);
     c.response = {}, c.piece.reset(), c.bounded = false;  // the library bounds how long it may stay idle
+    c.idle = true, c.since = Clock::now();
     return lws_http_transaction_completed(c.wsi) != 0 || close ? -1 : 0;
   }
 
@@ -618,10 +649,11 @@ class LwsServer final : public Server {
   std::map<std::string, unsigned> peers_;
   std::multimap<Clock::time_point, std::function<void()>> later_;
   ConnectionId last_id_ = 0, handling_ = 0;
+  unsigned doomed_ = 0;
   std::optional<Response> direct_;  // given while its request was being handled
   std::array<unsigned char, LWS_PRE + kPiece> frame_;
-  std::atomic<std::uint64_t> accepted_{0}, refused_full_{0}, refused_peer_{0}, requests_{0}, refused_requests_{0},
-      open_{0};
+  std::atomic<std::uint64_t> accepted_{0}, refused_full_{0}, refused_peer_{0}, made_room_{0}, requests_{0},
+      refused_requests_{0}, open_{0};
 };
 
 }  // namespace

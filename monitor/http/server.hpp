@@ -83,6 +83,7 @@ struct ServerOptions {
   std::string address = "127.0.0.1";  // of an interface; "0.0.0.0": all
   std::uint16_t port = 8080;          // 0: any free one
   std::string certificate{}, key{};   // files in PEM; both empty: no TLS
+  /// A new connection beyond them replaces one without a request; it is refused where there is none.
   unsigned most_connections = 256, most_per_peer = 64;
   std::size_t most_body_bytes = 64 << 10, most_message_bytes = 8 << 20;  // that a peer sends: requests, WebSocket
   std::chrono::seconds patience{10};        // for a request, and for a peer that takes nothing
@@ -123,7 +124,8 @@ class Server {
   virtual std::optional<Link> link(ConnectionId connection) const = 0;
 
   struct Counters {
-    std::uint64_t accepted = 0, refused_full = 0, refused_peer = 0, requests = 0, refused_requests = 0, open = 0;
+    std::uint64_t accepted = 0, refused_full = 0, refused_peer = 0, made_room = 0, requests = 0, refused_requests = 0,
+                  open = 0;
   };
   virtual Counters counters() const = 0;  // Thread: any
 };

@@ -169,22 +169,36 @@ TEST(HttpServer, APeerThatTakesNothingIsClosedAndTheOthersAreServed) {
 TEST(HttpServer, ConnectionsOfOnePeerAreBounded) {
   ServerOptions options;
   options.most_per_peer = 4;
-  Rig rig(echo, options);
-  {
-    std::vector<std::unique_ptr<HttpClient>> clients;
-    for (int i = 0; i < 4; ++i) {
-      clients.push_back(std::make_unique<HttpClient>(rig.port()));
-      EXPECT_EQ(clients.back()->get("/").status, 200);
-    }
-    HttpClient fifth(rig.port());
-    EXPECT_EQ(fifth.get("/").status, 0);
-    EXPECT_EQ(rig.server->counters().refused_peer, 1u);
-    EXPECT_EQ(clients.front()->get("/").status, 200);
+  std::vector<Server::Reply> waiting;  // the server's thread
+  Rig rig(
+      [&](const Request& r, ConnectionId, const Server::Reply& reply) {
+        if (r.path == "/later")
+          waiting.push_back(reply);
+        else
+          reply(plain(200, "now"));
+      },
+      options);
+  std::vector<std::unique_ptr<HttpClient>> clients;
+  for (int i = 0; i < 4; ++i) {
+    clients.push_back(std::make_unique<HttpClient>(rig.port()));
+    clients.back()->send("GET /later HTTP/1.1\r\nHost: x\r\n\r\n");
   }
   const auto until = std::chrono::steady_clock::now() + 10s;
-  while (HttpClient(rig.port()).get("/").status != 200 && std::chrono::steady_clock::now() < until) {
-  }
-  EXPECT_EQ(HttpClient(rig.port()).get("/").status, 200);
+  while (rig.server->counters().requests < 4 && std::chrono::steady_clock::now() < until)
+    std::this_thread::sleep_for(1ms);
+  HttpClient fifth(rig.port());  // all four have a request
+  EXPECT_EQ(fifth.get("/").status, 0);
+  EXPECT_EQ(rig.server->counters().refused_peer, 1u);
+  rig.server->post([&] {
+    for (const auto& reply : waiting) reply(plain(200, "later"));
+    waiting.clear();
+  });
+  for (const auto& client : clients) EXPECT_EQ(client->reply().body, "later\n");
+  HttpClient sixth(rig.port());  // takes the place of an idle one
+  EXPECT_EQ(sixth.get("/").status, 200);
+  EXPECT_EQ(rig.server->counters().made_room, 1u);
+  EXPECT_TRUE(clients.front()->is_ended());
+  EXPECT_EQ(clients.back()->get("/").status, 200);
 }
 
 TEST(HttpServer, AStreamSendsItsPiecesAsTheyCome) {
