@@ -1,5 +1,5 @@
-# The installed files beside the rooms (cmake/export.cmake). Three components: runtime for a robot's computer, dev for a
-# compiler, sim to fly without a robot.
+# The installed files beside the rooms (cmake/export.cmake). Four components: runtime for a robot's computer, monitor to
+# look inside from a browser, dev for a compiler, sim to fly without a robot.
 set(SINEW_INSTALLED_PROGRAMS "")
 function(sinew_install_program target component)
   if(TARGET ${target})
@@ -11,6 +11,7 @@ endfunction()
 sinew_install_program(sinew runtime)
 sinew_install_program(sinew-fly runtime)
 sinew_install_program(sinew-control runtime)
+sinew_install_program(sinew-monitor monitor)
 if(TARGET sinew-sim)
   sinew_install_program(sinew-sim sim)
   sinew_install_program(sinew-fuzz sim)
@@ -64,6 +65,7 @@ endfunction()
 sinew_manual_page(sinew runtime "runs, checks, records and repeats robots")
 sinew_manual_page(sinew-fly runtime "flies a robot file against a simulator in lockstep")
 sinew_manual_page(sinew-control runtime "the smallest robot that controls something")
+sinew_manual_page(sinew-monitor monitor "shows robots to browsers and other programs")
 sinew_manual_page(sinew-sim sim "simulated worlds in place of a robot's devices")
 sinew_manual_page(sinew-fuzz sim "looks for flights that go wrong")
 add_custom_target(sinew_manual_pages DEPENDS ${pages})

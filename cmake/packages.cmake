@@ -12,9 +12,11 @@ set(CPACK_STRIP_FILES ON)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
     OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 set(CPACK_COMPONENTS_ALL runtime dev)
-if(TARGET sinew-sim)
-  list(APPEND CPACK_COMPONENTS_ALL sim)
-endif()
+foreach(component monitor sim)
+  if(TARGET sinew-${component})
+    list(APPEND CPACK_COMPONENTS_ALL ${component})
+  endif()
+endforeach()
 
 # The kind of package, and the machine by Debian's name.
 set(SINEW_PACKAGE_ARCH ${SINEW_BOARD})
@@ -58,7 +60,7 @@ set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_PACKAGE_SOURCE "sinew (${SINEW_DEB_VERSION})")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME sinew)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION misc)
-set(CPACK_DEBIAN_RUNTIME_PACKAGE_SUGGESTS "sinew-sim, libsinew-dev")
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_SUGGESTS "sinew-monitor, sinew-sim, libsinew-dev")
 set(CPACK_COMPONENT_RUNTIME_DESCRIPTION "runtime of a robot's onboard computer
 The sinew command runs, checks, records and repeats robots that are described
 by a file: drivers, estimation, control and vision as modules with fixed
@@ -69,6 +71,11 @@ set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS "sinew (= ${SINEW_DEB_VERSION})")
 set(CPACK_COMPONENT_DEV_DESCRIPTION "runtime of robots, to write modules for
 Headers, static libraries and the CMake package of Sinew, for programs with
 modules of one's own. The command \"sinew new\" writes such a project.")
+set(CPACK_DEBIAN_MONITOR_PACKAGE_NAME sinew-monitor)
+set(CPACK_DEBIAN_MONITOR_PACKAGE_SECTION misc)
+set(CPACK_COMPONENT_MONITOR_DESCRIPTION "robots of the Sinew runtime in a browser
+Serves a page, pictures and the Foxglove WebSocket protocol for the robots of
+this machine. Nothing of it runs in a robot's process.")
 set(CPACK_DEBIAN_SIM_PACKAGE_NAME sinew-sim)
 set(CPACK_DEBIAN_SIM_PACKAGE_SECTION misc)
 set(with_fuzz "")
@@ -143,7 +150,7 @@ if(CPACK_GENERATOR STREQUAL DEB)
   configure_file(cmake/package/copyright.in ${folder}/copyright @ONLY)
   configure_file(cmake/package/changelog.in ${folder}/changelog.Debian @ONLY)
   execute_process(COMMAND gzip -9nkf ${folder}/changelog.Debian COMMAND_ERROR_IS_FATAL ANY)
-  foreach(pair runtime:sinew dev:libsinew-dev sim:sinew-sim)
+  foreach(pair runtime:sinew dev:libsinew-dev monitor:sinew-monitor sim:sinew-sim)
     string(REPLACE ":" ";" pair ${pair})
     list(GET pair 0 component)
     list(GET pair 1 package)
@@ -167,6 +174,7 @@ set(CPACK_SINEW_SYSROOT ${CMAKE_SYSROOT})
 set(CPACK_SINEW_ARCH ${SINEW_PACKAGE_ARCH})
 set(CPACK_SINEW_TRIPLET ${CMAKE_LIBRARY_ARCHITECTURE})
 set(CPACK_SINEW_RUNTIME_PROGRAMS ${SINEW_PROGRAMS_OF_runtime})
+set(CPACK_SINEW_MONITOR_PROGRAMS ${SINEW_PROGRAMS_OF_monitor})
 set(CPACK_SINEW_SIM_PROGRAMS ${SINEW_PROGRAMS_OF_sim})
 set(CPACK_SINEW_STATIC "")
 if(WIN32)  # the compiler's libraries that -static links

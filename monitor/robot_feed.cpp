@@ -22,7 +22,7 @@ constexpr hal::Duration kQuietPeriod = 50ms;  // at one
 constexpr std::size_t kSmallBytes = 1024;
 constexpr int kCopyTries = 3;
 constexpr auto kStatusAge = 180ms;  // asked five times a second, however many look
-constexpr std::int64_t kSameClockNs = 100'000'000;
+constexpr std::int64_t kSameClockNs = 1'000'000;
 constexpr unsigned kTicksOfStatus = 2, kTicksOfTimeline = 10, kTicksOfPlayback = 1;
 
 constexpr const char* kEnded = R"({"ok":false,"error":{"code":"closed","why":"the robot has ended"}})";
@@ -131,8 +131,9 @@ std::optional<RobotFeed::Parts> RobotFeed::connect(const std::string& robot, con
     return reply ? feed_object(*reply) : Json::object();
   };
   read_graph(ask("topics"), facts);
+  const std::int64_t before_ns = hal::system_os().now().ns;
   const Json status = ask("status");
-  const std::int64_t robot_ns = integer_of(status, "now_ns"), here_ns = hal::system_os().now().ns;
+  const std::int64_t robot_ns = integer_of(status, "now_ns"), after_ns = hal::system_os().now().ns;
   if (const auto threads = status.find("threads"); threads != status.end() && threads->is_array())
     for (const Json& t : *threads)
       if (t.is_object()) facts.threads.push_back(string_of(t, "name"));
@@ -140,7 +141,7 @@ std::optional<RobotFeed::Parts> RobotFeed::connect(const std::string& robot, con
   const auto virtual_time = hello.find("virtual_time");
   facts.own_clock = recorded ||
                     (virtual_time != hello.end() && virtual_time->is_boolean() && virtual_time->get<bool>()) ||
-                    std::abs(robot_ns - here_ns) > kSameClockNs;
+                    robot_ns < before_ns - kSameClockNs || robot_ns > after_ns + kSameClockNs;
   if (!facts.own_clock) {
     const auto unix_now = std::chrono::system_clock::now().time_since_epoch();
     facts.unix_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(unix_now).count() - hal::system_os().now().ns;

@@ -7,8 +7,8 @@
 namespace sinew::monitor {
 namespace {
 
-std::string refusal(hal::Errc code, const char* why) {
-  return fmt::format(R"({{"ok": false, "error": {{"code": "{}", "why": "{}"}}}})", hal::to_string(code), why);
+std::string refusal(const char* code, const char* why) {
+  return fmt::format(R"({{"ok": false, "error": {{"code": "{}", "why": "{}"}}}})", code, why);
 }
 
 }  // namespace
@@ -22,7 +22,7 @@ void RobotLink::ask(std::string request, std::string arguments, Done done) {
   const bool taken = worker_.post([this, request = std::move(request), arguments = std::move(arguments), done] {
     done(answer(request, arguments));
   });
-  if (!taken) done(refusal(hal::Errc::busy, "too many requests wait for this robot"));
+  if (!taken) done(refusal("busy", "too many requests wait for this robot"));
 }
 
 void RobotLink::look(const std::string& request, std::chrono::milliseconds age, Done done) {
@@ -51,18 +51,18 @@ void RobotLink::look(const std::string& request, std::chrono::milliseconds age, 
 }
 
 std::string RobotLink::answer(const std::string& request, const std::string& arguments) {
-  if (is_gone()) return refusal(hal::Errc::closed, "the robot has ended");
+  if (is_gone()) return refusal("closed", "the robot has ended");
   auto reply = client_->request(request, arguments);
   if (reply) return std::move(*reply);
   switch (reply.error().code) {
     case hal::Errc::bad_argument:
-      return refusal(hal::Errc::bad_argument, "arguments: a JSON object of at most 64 KiB");
+      return refusal("bad_argument", "arguments: a JSON object of at most 64 KiB");
     case hal::Errc::bad_data:
-      return refusal(hal::Errc::bad_data, "the robot's reply is none");
+      return refusal("bad_data", "the robot's reply is none");
     default:  // after a timeout the late reply would be taken for the next one's
       gone_.store(true, std::memory_order_relaxed);
-      return reply.error().code == hal::Errc::timeout ? refusal(hal::Errc::timeout, "the robot does not answer")
-                                                      : refusal(hal::Errc::closed, "the robot has ended");
+      return reply.error().code == hal::Errc::timeout ? refusal("timeout", "the robot does not answer")
+                                                      : refusal("closed", "the robot has ended");
   }
 }
 

@@ -18,7 +18,7 @@ hal::Status verdict(const Json& reply) {
   if (reply.value("ok", false)) return {};
   const std::string code = reply.contains("error") ? reply["error"].value("code", "") : "";
   for (int c = 0; c <= static_cast<int>(hal::Errc::io); ++c)
-    if (code == hal::to_string(static_cast<hal::Errc>(c))) return hal::Error{static_cast<hal::Errc>(c), "robot"};
+    if (code == code_name(static_cast<hal::Errc>(c))) return hal::Error{static_cast<hal::Errc>(c), "robot"};
   return hal::Error{hal::Errc::bad_data, "robot"};
 }
 

@@ -5,6 +5,12 @@
 
 namespace sinew::tap {
 
+std::string code_name(hal::Errc code) {
+  std::string name = hal::to_string(code);
+  std::replace(name.begin(), name.end(), ' ', '_');
+  return name;
+}
+
 std::array<std::byte, 4> frame_head(std::size_t bytes) {
   std::array<std::byte, 4> head;
   for (unsigned i = 0; i < 4; ++i) head[i] = static_cast<std::byte>(bytes >> (8 * i) & 0xFF);

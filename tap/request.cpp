@@ -1,5 +1,7 @@
 #include "tap/request.hpp"
 
+#include "tap/frames.hpp"
+
 namespace sinew::tap {
 
 Reply good(const Json& members) {
@@ -10,7 +12,7 @@ Reply good(const Json& members) {
 }
 
 Json refused(hal::Errc code, const std::string& why) {
-  return {{"ok", false}, {"error", {{"code", hal::to_string(code)}, {"why", why}}}};
+  return {{"ok", false}, {"error", {{"code", code_name(code)}, {"why", why}}}};
 }
 
 Reply refuse(hal::Errc code, const std::string& why) { return {refused(code, why)}; }

@@ -7,12 +7,12 @@
 # --build FOLDER build/FOLDER/bin/sinew flies (default release)
 # --device NAME  only this device; may be repeated
 #
-# Passes when every flight ends as the table in tests/apps/run/fault_matrix.py says. All flights are in
-# build/faults.txt; prints the wrong flights, and per cell how many landed, stopped, or neither.
+# The flights are flown by `sinew sweep`: after Ctrl-C or kill -9 the same command goes on, and what is complete is not
+# flown again. Passes when every flight ends as the table in tests/apps/run/fault_matrix.py says. All flights are in
+# build/faults.txt, the sweep's results in build/faults/; prints the wrong flights, and per cell how many landed,
+# stopped, or neither.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
-export SINEW_RECORD=off
-
 seeds=20 preset=release options=()
 while (($#)); do
   case $1 in
@@ -29,9 +29,9 @@ bin=$root/build/$preset/bin
 out=$root/build/faults.txt
 start=$(now_s)
 status=0
-# The drawing library's own threads would fight for the cores that the other flights need.
-LP_NUM_THREADS=0 python3 -B "$root/tests/apps/run/fault_matrix.py" "$bin/sinew" "$bin/sinew-sim" "$root/robots/quad/quad.toml" \
-  --seeds "$seeds" --first-seed 1 --jobs "$jobs" "${options[@]}" >"$out" || status=1
+mkdir -p "$root/build/faults"
+python3 -B "$root/tests/apps/run/fault_matrix.py" "$bin/sinew" "$bin/sinew-sim" "$root/robots/quad/quad.toml" \
+  --seeds "$seeds" --first-seed 1 --jobs "$jobs" --folder "$root/build/faults" "${options[@]}" >"$out" || status=1
 awk '$3 ~ /^[0-9]+$/ && NF > 4 { cell = sprintf("%-8s %-13s", $1, $2); if (!(cell in n)) order[++cells] = cell
                        ++n[cell]; ++ended[cell, $4]; wrong[cell] += /WRONG/ }
      / none: / { printf "%s\n", $0 }

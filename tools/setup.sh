@@ -61,17 +61,20 @@ missing() {
   done
 }
 
-# Installs the npm packages that tests use as other readers of our recordings, pinned by their lock file. Without npm or
-# its packages the one test that needs them is skipped, and says so.
+# Installs the npm packages that tests use as other readers of our recordings and other viewers of the monitor, pinned by
+# their lock files. Without npm or its packages the tests that need them are skipped, and say so.
 readers_of_others() {
-  local folder=$root/tests/record/others
   [[ $groups == *' test '* ]] && command -v npm >/dev/null || return 0
-  [[ ! $folder/node_modules/.package-lock.json -nt $folder/package-lock.json ]] || return 0
-  mkdir -p "$logs"
-  # Without these limits npm tries for more than a minute when there is no network, at each start of ./test.
-  timeout 120 npm --prefix "$folder" ci --fetch-retries=1 --fetch-retry-mintimeout=2000 --fetch-timeout=20000 \
-    --ignore-scripts --no-audit --no-fund >"$logs/setup-npm.log" 2>&1 ||
-    say "setup: no readers of others for tests/record (log: build/logs/setup-npm.log)"
+  local room folder
+  for room in record monitor; do
+    folder=$root/tests/$room/others
+    [[ ! $folder/node_modules/.package-lock.json -nt $folder/package-lock.json ]] || continue
+    mkdir -p "$logs"
+    # Without these limits npm tries for more than a minute when there is no network, at each start of ./test.
+    timeout 120 npm --prefix "$folder" ci --fetch-retries=1 --fetch-retry-mintimeout=2000 --fetch-timeout=20000 \
+      --ignore-scripts --no-audit --no-fund >"$logs/setup-npm-$room.log" 2>&1 ||
+      say "setup: no programs of others for tests/$room (log: build/logs/setup-npm-$room.log)"
+  done
 }
 
 give_up() {

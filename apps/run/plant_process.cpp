@@ -18,6 +18,7 @@ namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
 constexpr std::string_view kFileBegin = "sinew-plant-";  // then the process that starts the plant
+constexpr std::string_view kReportBegin = "{";           // of the line with the plant's last report in its log
 
 /// That process, of a file of a plant; 0: it is no such file.
 int starter_of(const fs::path& file) {
@@ -102,7 +103,8 @@ bool PlantProcess::start(const PlantRequest& request, std::string& why) {
                                 std::to_string(request.seed),
                                 "--camera",
                                 fmt::format("{}x{}", request.camera_width, request.camera_height),
-                                request.lockstep ? "--lockstep" : "--free"};
+                                request.lockstep ? "--lockstep" : "--free",
+                                "--report=-"};
   argv.insert(argv.end(), request.extra.begin(), request.extra.end());
   if (auto memory = hal::system_os().shared_memory("sinew_plant_state", sizeof(int))) {
     state_ = std::move(*memory);
@@ -154,7 +156,18 @@ std::string PlantProcess::last_words() {
   log_.seekg(0);
   std::string line, last;
   while (std::getline(log_, line))
-    if (!line.empty() && !line.starts_with(kGreeting)) last = line.starts_with(kOwn) ? line.substr(kOwn.size()) : line;
+    if (!line.empty() && !line.starts_with(kGreeting) && !line.starts_with(kReportBegin))
+      last = line.starts_with(kOwn) ? line.substr(kOwn.size()) : line;
+  return last;
+}
+
+std::string PlantProcess::last_report() {
+  if (!child_ || state() < 0) return {};
+  log_.clear();
+  log_.seekg(0);
+  std::string line, last;
+  while (std::getline(log_, line))
+    if (line.starts_with(kReportBegin)) last = line;
   return last;
 }
 

@@ -61,6 +61,8 @@ class PlantProcess {
   /// Waits for a plant of our own to end by itself; kills it when it does not within `patience`, or is stopped. Says
   /// in words that it did; empty: it had ended.
   std::string wait_for_end(hal::Duration patience);
+  /// JSON, which a plant of our own writes at its end; empty: it has not ended by itself, or is not this process's.
+  std::string last_report();
   void kill_now();
   /// In a runtime beside its parent: the parent ends the plant.
   void leave_to_parent();

@@ -171,6 +171,7 @@ class SimulatedBoard final : public RunBoard {
     if (hal::stop_requested()) lost_.reset();  // a signal to all processes of the run ends the plant, too
     board_->bye(hal::stop_requested() ? "the run was interrupted" : "the runtime ended the run");
     say(plant_.wait_for_end(plant_ends_within()));
+    last_report_ = plant_.last_report();
   }
 
   int report(RunContext& run, RunSummary& summary) override {
@@ -180,6 +181,7 @@ class SimulatedBoard final : public RunBoard {
                   {{"ground_truth_lost", lost}});
     const auto report = parse_report(report_.get());
     if (lost_) summary.lost(lost_->what, lost_->at_s, lost_->why);
+    pass_on_report(summary);
     if (!report) {
       const char* const outcome = lost_ || hal::stop_requested() ? "" : "the plant sent no report";
       return summary.finish(outcome, run.mission->exists() ? 1 : 0);
@@ -213,6 +215,13 @@ class SimulatedBoard final : public RunBoard {
     std::string what, why;
     double at_s = 0;
   };
+
+  /// Puts the simulator's report into the object, with all that its world reports. A plant of our own has left its last
+  /// one also where the connection was lost.
+  void pass_on_report(RunSummary& summary) {
+    const Json said = Json::parse(last_report_.empty() ? report_.get() : last_report_, nullptr, false);
+    if (said.is_object()) summary.keep({{"report", said}});
+  }
 
   /// While the board waits for the plant, on the thread that runs the session.
   bool go_on(hal::Duration silent) {
@@ -293,6 +302,7 @@ class SimulatedBoard final : public RunBoard {
 
   PlantProcess& plant_;
   ReportBox report_;
+  std::string last_report_;  // of a plant of our own that has ended
   hal::Tally truth_lost_;
   std::unique_ptr<sim_hil::SimBoard> board_;
   std::optional<FlightEnd> end_;

@@ -53,11 +53,18 @@ int list_faults(const plant::WorldInfo& world) {
 }
 
 bool write_report(const std::string& path, const std::string& json) {
+  if (path == "-") return std::printf("%s\n", json.c_str()) >= 0 && std::fflush(stdout) == 0;
   std::ofstream out(path);
   out << json << '\n';
   out.close();
   if (!out) std::fprintf(stderr, "sinew-sim: cannot write the report to %s\n", path.c_str());
   return static_cast<bool>(out);
+}
+
+bool write_reports(const std::vector<std::string>& paths, const std::string& json) {
+  bool written = true;
+  for (const std::string& path : paths) written = write_report(path, json) && written;
+  return written;
 }
 
 std::string camera_text(const plant::SimulatorOptions& s, const plant::CameraFeed& camera) {
@@ -76,7 +83,7 @@ int run_alone(const plant::SimulatorOptions& s, hal::Os& os, plant::WireDevices&
   plant::WireRun run(os, **camera, wire, s.session);
   if (const hal::Status done = run.run(&hal::stop_requested); !done) return fail(run.report().reason, done.error());
   print(run.report());
-  return s.report.empty() || write_report(s.report, run.report().text) ? 0 : 1;
+  return write_reports(s.reports, run.report().text) ? 0 : 1;
 }
 
 int serve(plant::SimulatorOptions& s) {
@@ -107,7 +114,7 @@ int serve(plant::SimulatorOptions& s) {
     static_cast<void>(session.serve(std::move(*caller), **plant_listener));  // the report has the reason
     if (session.report().started) {
       print(session.report());
-      if (!s.report.empty() && !write_report(s.report, session.report().text)) return 1;
+      if (!write_reports(s.reports, session.report().text)) return 1;
       return session.report().broken ? 1 : 0;
     }
     // This runtime asked for another mode, or left before the start, as one that only looks for its plant: wait for the

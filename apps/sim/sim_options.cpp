@@ -98,7 +98,9 @@ void describe(CLI::App& app, SimulatorOptions& s, std::vector<std::string>& faul
       "--alone", s.alone,
       "real time: no runtime connects; the world begins at once, with its devices at the wire, until --duration "
       "is over or a signal comes");
-  app.add_option("--report", s.report, "write the last report (JSON) into this file");
+  app.add_option("--report", s.reports,
+                 "write the last report (JSON, one line) into this file, or - to standard output; may be repeated")
+      ->allow_extra_args(false);
   app.add_option("--duration", s.session.duration_s, "end the run after so many seconds of plant time; 0: never")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();

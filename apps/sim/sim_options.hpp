@@ -10,7 +10,8 @@ namespace sinew::plant {
 /// What sinew-sim was asked for on its command line.
 struct SimulatorOptions {
   std::string listen = "unix:sinew-sim.sock";
-  std::string world = "quad", camera = "320x240", format = "yuyv", render_test, report;
+  std::string world = "quad", camera = "320x240", format = "yuyv", render_test;
+  std::vector<std::string> reports;  // files that get the last report; "-": standard output
   bool list_faults = false, alone = false, lockstep = false, free_running = false;
   double wait_s = 60;
   CameraOptions view;

@@ -36,11 +36,15 @@ std::string to_string(const Limits& limits) {
 }
 
 CaseResult case_result(std::uint64_t number, const Json& line) {
-  CaseResult result{
-      number, text_of(line, "run"), 0, false, text_of(line, "outcome"), text_of(line, "why"), text_of(line, "hash"),
-      {}};
+  CaseResult result;
+  result.number = number;
+  result.run = text_of(line, "run");
+  result.outcome = text_of(line, "outcome");
+  result.why = text_of(line, "why");
+  result.hash = text_of(line, "hash");
   if (const Json* const code = part(line, "code"); code && code->is_number_integer()) result.code = code->get<int>();
   if (const Json* const good = part(line, "good"); good && good->is_boolean()) result.good = good->get<bool>();
+  if (const Json* const report = part(line, "report"); report && report->is_object()) result.report = *report;
   const Json* const measures = part(line, "measures");
   const Json* const limits = part(line, "limits");
   if (!measures || !measures->is_object()) return result;
@@ -64,6 +68,7 @@ Json to_json(const CaseResult& result) {
     if (m.limits.at_least) line["limits"][m.name]["at_least"] = *m.limits.at_least;
   }
   if (!result.hash.empty()) line["hash"] = result.hash;
+  if (!result.report.is_null()) line["report"] = result.report;
   return line;
 }
 

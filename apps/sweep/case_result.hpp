@@ -33,6 +33,7 @@ struct CaseResult {
   std::string outcome, why;  // in words; `why` is empty where it is good
   std::string hash;          // of all that it published; empty: not known
   std::vector<MeasuredValue> measures;
+  app::Json report{};  // what the world said about the run beyond that, an object; null: nothing
 };
 
 /// Keys that are missing or of another type keep their defaults.

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <filesystem>
 #include <map>
 #include <memory>
 
@@ -15,7 +14,6 @@
 namespace sinew::sweep {
 namespace {
 
-namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
 constexpr int kKilled = 128 + 9, kNotStarted = 127;  // the latter as a shell has it
@@ -189,21 +187,19 @@ ProcessPool::ProcessPool(unsigned jobs, hal::Duration patience)
   const std::size_t files = hal::most_open_files();
   const std::size_t most = files > kOtherFiles ? (files - kOtherFiles) / kFilesOfJob : 0;
   jobs_ = static_cast<unsigned>(std::clamp<std::size_t>(most, 1, jobs_));
-  std::string folder = (fs::temp_directory_path() / "sinew-sweep-XXXXXX").string();
-  if (mkdtemp(folder.data()) == nullptr) return;  // then they share the temporary folder with all others
-  folder_ = folder;
+  auto folder = hal::TemporaryFolder::make("sinew-pool-");
+  if (!folder) return;  // then they share the temporary folder with all others
+  folder_ = std::move(*folder);
   if (const char* before = std::getenv("TMPDIR")) tmpdir_ = before;
-  setenv("TMPDIR", folder_.c_str(), 1);  // jobs inherit it
+  setenv("TMPDIR", folder_->path().c_str(), 1);  // jobs inherit it
 }
 
 ProcessPool::~ProcessPool() {
-  if (folder_.empty()) return;
+  if (!folder_) return;
   if (tmpdir_)
     setenv("TMPDIR", tmpdir_->c_str(), 1);
   else
     unsetenv("TMPDIR");
-  std::error_code ignored;  // nothing can be done about it here
-  fs::remove_all(folder_, ignored);
 }
 
 bool ProcessPool::run(const Next& next, const Done& done, Order order) {

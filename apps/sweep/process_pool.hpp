@@ -3,11 +3,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "hal/clock.hpp"
+#include "hal/linux/temporary_folder.hpp"
 
 namespace sinew::sweep {
 
@@ -28,11 +30,11 @@ struct JobResult {
 std::string describe_end(const JobResult& result);
 
 /// Starts processes as earlier ones end. A process that has ended takes the ones that it started with it. While the
-/// pool lives, TMPDIR of this process is a folder of its own, in which killed cases leave nothing behind.
+/// pool lives, TMPDIR of this process is a folder of its own, in which killed cases leave nothing behind; the folder of
+/// a pool that was killed is removed by the next pool.
 ///
 /// Thread:  owner, with no other thread that reads or writes the environment while it is made and ended; for jobs with
-/// a
-///          `body` the only thread of the process.
+///          a `body` the only thread of the process.
 class ProcessPool {
  public:
   enum class Order : std::uint8_t { as_they_end, as_they_began };
@@ -62,8 +64,8 @@ class ProcessPool {
  private:
   unsigned jobs_;
   const hal::Duration patience_;
-  std::string folder_{};                 // the temporary folder of its jobs; empty: it could not be made
-  std::optional<std::string> tmpdir_{};  // TMPDIR before
+  std::unique_ptr<hal::TemporaryFolder> folder_{};  // of its jobs; null: it could not be made
+  std::optional<std::string> tmpdir_{};             // TMPDIR before
   std::uint64_t started_ = 0;
 };
 

@@ -102,6 +102,7 @@ void Summary::add_measure(const MeasuredValue& measure, const CaseResult& result
     spread.worst = measure.value;
     spread.worst_in = result;
     spread.worst_in.measures.clear();
+    spread.worst_in.report = nullptr;
   }
   spread.values.add(measure.value);
 }

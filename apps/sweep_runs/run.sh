@@ -13,5 +13,11 @@ if [ -e "$folder/lib/dri" ]; then
   export __EGL_VENDOR_LIBRARY_FILENAMES="$folder/lib/egl_vendor.json" LIBGL_DRIVERS_PATH="$folder/lib/dri"
 fi
 if [ "${1-}" = merge ]; then exec "$folder/bin/sinew" "$@"; fi
+# The packed options first: one that is given again here has the last word.
+given=$#
 while IFS= read -r word; do set -- "$@" "$word"; done <"$folder/options"
+while [ "$given" -gt 0 ]; do
+  first=$1 && shift && set -- "$@" "$first"
+  given=$((given - 1))
+done
 exec "$folder/bin/sinew" sweep --in "$folder" "$@"

@@ -41,6 +41,15 @@ std::vector<sweep::MeasuredValue> measures_of(const Json& all) {
   return measures;
 }
 
+/// The simulator's report but for its verdict, which is in the result already.
+Json report_of(const Json& all) {
+  const auto it = all.find("report");
+  if (it == all.end() || !it->is_object()) return {};
+  Json report = *it;
+  report.erase("verdict");
+  return report;
+}
+
 /// One for all topics.
 std::string hash_of(const Json& all) {
   if (!all.contains("hashes")) return {};
@@ -61,6 +70,7 @@ void read_summary(const Json& all, RunEnd& end) {
   }
   r.measures = measures_of(all);
   r.hash = hash_of(all);
+  r.report = report_of(all);
   end.recording = text_at(all, "recording", "path");
   end.interrupted = all.contains("ended_early");
 }

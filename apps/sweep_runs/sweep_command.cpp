@@ -83,6 +83,7 @@ void describe_sweep(CLI::App& command, SweepOptions& o) {
       ->type_name("N");
   command.add_option("--patience", o.patience_s, "real time after which a run hangs, and is ended (default: 300)")
       ->check(number(0.1))
+      ->take_last()  // a packed sweep has one already
       ->type_name("S");
   command
       .add_option("--results", o.results,

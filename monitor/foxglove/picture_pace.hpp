@@ -33,7 +33,7 @@ class PicturePace {
   int step() const { return step_; }
   static int steps();
 
-  static constexpr std::chrono::milliseconds kSlow{90}, kQuick{45};  // beyond the shortest round trip
+  static constexpr std::chrono::milliseconds kSlow{70}, kQuick{35};  // beyond the shortest round trip
   static constexpr std::chrono::milliseconds kMostHold{16000};
 
  private:

@@ -14,7 +14,7 @@ using namespace std::chrono_literals;
 
 constexpr unsigned kMostSmallInRow = 64;     // then something larger may go between
 constexpr auto kAckPeriod = 10ms;            // how often we look for what was delivered
-constexpr auto kFar = 10ms, kBundle = 25ms;  // of a round trip; between bundles of small messages then
+constexpr auto kFar = 10ms, kBundle = 40ms;  // of a round trip; between bundles of small messages then
 constexpr unsigned kTicksOfParameters = 10;
 // Requests that change nothing: a connection without token may call them.
 constexpr std::string_view kLooks[] = {"record.status", "playback"};
@@ -446,9 +446,8 @@ void Session::handle(const GetParameters& message) { read_parameters(message.nam
 
 void Session::handle(const FollowParameters& message) {
   if (!message.on) {
-    for (const std::string& name : message.names) followed_parameters_.erase(name);
-    if (message.names.empty()) followed_parameters_.clear();
-    known_parameters_.clear();
+    for (const std::string& name : message.names) followed_parameters_.erase(name), known_parameters_.erase(name);
+    if (message.names.empty()) followed_parameters_.clear(), known_parameters_.clear();
     return;
   }
   for (const std::string& name : message.names)

@@ -213,7 +213,7 @@ class LwsServer final : public Server {
       case LWS_CALLBACK_HTTP_WRITEABLE:
         return with(wsi, [&](Connection& c) { return send(c); });
       case LWS_CALLBACK_FILTER_PROTOCOL_CONNECTION:
-        return with(wsi, [&](Connection& c) { return open_socket(c, static_cast<const char*>(in)); });
+        return with(wsi, [&](Connection& c) { return open_socket(c); });
       case LWS_CALLBACK_ESTABLISHED:
         return with(wsi, [&](Connection& c) {
           c.bounded = false;
@@ -346,27 +346,28 @@ class LwsServer final : public Server {
     Request& r = c.request;
     r = {};
     char* uri = nullptr;
-    int length = 0;
-    const int method = lws_http_get_uri_and_method(c.wsi, &uri, &length);
+    int uri_length = 0;
+    const int method = lws_http_get_uri_and_method(c.wsi, &uri, &uri_length);
     if (method < 0 || method >= static_cast<int>(std::size(kMethods)) || !uri) {
       refusal = plain(405, "unknown method");
       return false;
     }
     r.method = kMethods[method];
-    r.path.assign(uri, static_cast<std::size_t>(length));
+    r.path.assign(uri, static_cast<std::size_t>(uri_length));
     r.peer = c.peer;
     if (!is_plain_path(r.path)) {
       refusal = plain(400, "the path has parts that no path here has");
       return false;
     }
-    for (int i = 0;; ++i) {
+    for (int i = 0; const int length = lws_hdr_fragment_length(c.wsi, WSI_TOKEN_HTTP_URI_ARGS, i); ++i) {
       std::array<char, 1024> text{};
-      const int copied = lws_hdr_copy_fragment(c.wsi, text.data(), text.size(), WSI_TOKEN_HTTP_URI_ARGS, i);
-      if (copied == -2) {
+      const int copied = length < static_cast<int>(text.size())
+                             ? lws_hdr_copy_fragment(c.wsi, text.data(), text.size(), WSI_TOKEN_HTTP_URI_ARGS, i)
+                             : -1;
+      if (copied < 0) {
         refusal = plain(400, "an argument of the query is longer than 1023 bytes");
         return false;
       }
-      if (copied < 0) break;
       const std::string_view part(text.data(), static_cast<std::size_t>(copied));
       const std::size_t equals = part.find('=');
       r.query.emplace_back(part.substr(0, equals),
@@ -516,15 +517,13 @@ class LwsServer final : public Server {
     static_cast<void>(setsockopt(lws_get_socket_fd(wsi), IPPROTO_TCP, option, &value, sizeof value));
   }
 
-  /// A message that waits in the system's buffers is old when it arrives, and nothing newer can overtake it. What an
-  /// older kernel does not have stays as it is: congestion control by rate (BBR), which the losses of a radio link do
-  /// not slow down; and to wait less long for what was lost, which nothing behind it can overtake, either.
+  /// A message that waits in the system's buffers is old when it arrives, and nothing newer can overtake it; nor what
+  /// was lost on its way. So little waits here, and what was lost is sent again soon (by older kernels after 200 ms).
   static void keep_young(lws* wsi) {
     constexpr int kRtoMinUs = 45;  // TCP_RTO_MIN_US, of Linux 6.15
     set(wsi, TCP_NOTSENT_LOWAT, kUnsent);
     set(wsi, TCP_THIN_LINEAR_TIMEOUTS, 1);
     set(wsi, kRtoMinUs, 50'000);
-    static_cast<void>(setsockopt(lws_get_socket_fd(wsi), IPPROTO_TCP, TCP_CONGESTION, "bbr", 3));
   }
 
   /// Messages that follow one another at once share packets: each packet is one more that may be lost.
@@ -534,11 +533,13 @@ class LwsServer final : public Server {
     set(c.wsi, TCP_CORK, corked ? 1 : 0);
   }
 
-  int open_socket(Connection& c, const char* offered) {
+  int open_socket(Connection& c) {
     Response refusal = plain(403, "no WebSocket here");
     if (read_request(c, refusal)) {
-      // The header has all that the peer offers; the library has chosen the first of ours.
-      if (const lws_protocols* chosen = lws_get_protocol(c.wsi); offered && *offered && chosen)
+      // The library has chosen: the first of the client's that is one of ours, or, when it offers none, the first of
+      // all.
+      const lws_protocols* const chosen = lws_get_protocol(c.wsi);
+      if (chosen && chosen != &protocols_.front() && chosen->name != protocols_.front().name)
         c.request.subprotocol = chosen->name;
       c.socket = on_socket_(c.request, c.id, refusal);
     }

@@ -193,10 +193,9 @@ void Playback::run() {
     hal::Time wake = hal::kNever;
     if (goal_) {
       step_on();
-      if (goal_) continue;
-    } else if (shown_.state == State::playing) {
-      wake = play_on();
+      continue;  // the next request may wait for this one
     }
+    if (shown_.state == State::playing) wake = play_on();
     if (!ends()) os_.wait(changed_, before, wake);
   }
 }
@@ -206,7 +205,8 @@ void Playback::take_commands() {
     Command command;
     {
       const std::lock_guard lock(mutex_);
-      if (commands_.empty()) return;
+      // A step ends before the next one begins, unless something else is asked for behind it.
+      if (commands_.empty() || (goal_ && std::all_of(commands_.begin(), commands_.end(), &Command::is_step))) return;
       command = commands_.front();
       commands_.pop_front();
       done_ = taken_++;  // a step that is under way ends here

@@ -71,7 +71,8 @@ class Playback {
   /// The number of the newest request that has been carried out, and with it all earlier ones.
   std::uint64_t done() const;
 
-  // ---- Requests. Each answers its number.
+  // ---- Requests, carried out in their order. Each answers its number. A step that goes on ends where another request
+  // than a step comes.
   /// After the end: from the beginning.
   std::uint64_t play();
   std::uint64_t pause();
@@ -100,6 +101,7 @@ class Playback {
     std::int64_t offset = 0;
     std::uint64_t count = 0;  // of messages, or the topic
     double speed = 1;
+    static bool is_step(const Command& c) { return c.kind == Kind::step || c.kind == Kind::step_to; }
   };
   struct Goal {  // of stepping
     std::uint64_t messages = 0;

@@ -22,7 +22,7 @@ class Contents(Base):
     def test_there_is_a_package_of_each_kind(self):
         names = sorted(os.path.basename(p).split("_")[0] for p in found("*.deb"))
         if names:
-            self.assertEqual(names, ["libsinew-dev", "sinew", "sinew-sim"])
+            self.assertEqual(names, ["libsinew-dev", "sinew", "sinew-monitor", "sinew-sim"])
         else:
             self.assertEqual(len(found("*.tar.gz")), 1)
 
@@ -33,11 +33,13 @@ class Contents(Base):
                      r"|usr/share/(sinew/robots/(\w+/)?\w+\.toml|bash-completion/completions/sinew)$",
             "libsinew-dev": rf"usr/include/sinew/[\w/]+\.hpp$|{libraries}(libsinew_\w+\.a|cmake/Sinew/Sinew[\w-]+\.cmake)$"
                             r"|usr/share/doc/sinew/(reference/)?[\w-]+\.md$",
+            "sinew-monitor": r"usr/(bin/sinew-monitor|share/man/man1/sinew-monitor\.1\.gz)$",
             "sinew-sim": r"usr/(bin/sinew-(sim|fuzz)|share/man/man1/sinew-(sim|fuzz)\.1\.gz)$",
         }
         needed = {
             "sinew": ["usr/bin/sinew", "usr/bin/sinew-fly", "usr/bin/sinew-control", "usr/share/sinew/robots/quad/quad.toml"],
             "libsinew-dev": ["usr/include/sinew/rt/module.hpp", "usr/include/sinew/hal/platform.hpp"],
+            "sinew-monitor": ["usr/bin/sinew-monitor"],
             "sinew-sim": ["usr/bin/sinew-sim"],
         }
         for tarball in found("*.tar.gz"):  # the first two as one prefix
@@ -103,7 +105,7 @@ class Contents(Base):
             with open(f"{package}.spdx.json") as f:
                 bill = json.load(f)
             names = {p["name"] for p in bill["packages"]}
-            self.assertTrue({"sinew::rt", "sinew::hal", "libtomlplusplus-dev"} <= names or "sinew-sim" in os.path.basename(package), names)
+            self.assertTrue({"sinew::rt", "sinew::hal", "libtomlplusplus-dev"} <= names or re.match("sinew-(sim|monitor)", os.path.basename(package)), names)
             if "sinew-sim" in os.path.basename(package):
                 self.assertTrue(any(n.startswith("libmujoco") for n in names), names)
 

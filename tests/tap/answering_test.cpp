@@ -124,7 +124,9 @@ TEST_F(AnsweringTest, ItsTopicsAreReadInPlaceAndRingTheirBells) {
 TEST_F(AnsweringTest, WithoutSharedMemoryThereIsNothingToMap) {
   open({}, false);
   for (const char* request : {"memory", "doorbells", "subscribe"})
-    EXPECT_EQ(ask(*client, request, {{"topics", Json::array()}})["error"]["code"], "not supported") << request;
+    EXPECT_EQ(ask(*client, request, {{"topics", Json::array()}})["error"]["code"],
+              hal::to_string(hal::Errc::not_supported))
+        << request;
 }
 
 TEST_F(AnsweringTest, TheReplyToWorkComesWhenItIsDone) {
@@ -136,7 +138,7 @@ TEST_F(AnsweringTest, TheReplyToWorkComesWhenItIsDone) {
 
 TEST_F(AnsweringTest, WorkThatTakesTooLongIsAnsweredAndGoesOn) {
   open({.patience = 50ms});
-  EXPECT_EQ(ask(*client, "work")["error"]["code"], "timeout");
+  EXPECT_EQ(ask(*client, "work")["error"]["code"], hal::to_string(hal::Errc::timeout));
   is_done = true;
   EXPECT_EQ(ask(*client, "work")["done"], true);
 }

@@ -290,7 +290,7 @@ TEST(Server, TheDeskOfTheRecorderAnswersInItsOwnTime) {
   EXPECT_EQ(recorder.asked.load(), static_cast<int>(RecordControl::Command::start));
   const Json stopped = ask(*client, "record.stop");
   EXPECT_EQ(stopped["ok"], false);
-  EXPECT_EQ(stopped["error"]["code"], "not found");
+  EXPECT_EQ(stopped["error"]["code"], "not_found");
   EXPECT_EQ(stopped["error"]["why"], "nothing is recorded");
   ask(*client, "record.status");
   EXPECT_EQ(recorder.asked.load(), static_cast<int>(RecordControl::Command::status));
@@ -304,7 +304,7 @@ TEST(Server, TheDeskOfTheRecorderAnswersInItsOwnTime) {
 TEST(Server, WithoutARecorderNothingIsRecorded) {
   Robot robot;
   robot.start();
-  EXPECT_EQ(ask(*robot.client(), "record.start")["error"]["code"], "not supported");
+  EXPECT_EQ(ask(*robot.client(), "record.start")["error"]["code"], "not_supported");
 }
 
 TEST(Server, StopAsksTheProgram) {

@@ -209,7 +209,7 @@ class AsRobot(unittest.TestCase):
             self.assertEqual({t["name"] for t in film.ask("topics")["topics"]}, {"imu.raw", "baro.raw"})
             refused = film.client.ask("playback.seek", time_ns=playback["begin_ns"] - 1)
             self.assertEqual(refused["error"], {
-                "code": "bad argument",
+                "code": "bad_argument",
                 "why": f'"time_ns": an integer from {playback["begin_ns"]} to {playback["end_ns"]}'})
 
     def test_the_commands_for_robots_work_on_it(self):
@@ -245,7 +245,7 @@ class AsRobot(unittest.TestCase):
         with Film("--paused") as film:
             for request in CHANGES:
                 self.assertEqual(film.client.ask(request)["error"], {
-                    "code": "not supported", "why": "a recorded run: only its playback can be changed"}, request)
+                    "code": "not_supported", "why": "a recorded run: only its playback can be changed"}, request)
             self.assertEqual(film.ask("playback")["messages"], 0)
 
     def test_hostile_requests_are_refused_with_what_is_allowed(self):

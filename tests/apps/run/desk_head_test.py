@@ -99,12 +99,8 @@ class Broken(unittest.TestCase):
         self.assertEqual(len(re.findall(r"(?m)^fault +\S+: struck [1-9]\d* times", out)), len(kinds), out)
 
     def test_commands_that_are_not_heard_run_out_with_their_lease(self):
-        with tempfile.TemporaryDirectory() as folder:
-            path = os.path.join(folder, "report.json")
-            run("--virtual", "--duration", "5", "--seed", "3", "--quiet", "--fault", "head:off@2",
-                "--plant-arg=--report", f"--plant-arg={path}")
-            with open(path) as file:
-                report = json.load(file)
+        out = run("--virtual", "--duration", "5", "--seed", "3", "--json", "--fault", "head:off@2")[1]
+        report = json.loads(out)["report"]
         self.assertEqual(report["world"], "desk_head")
         self.assertEqual(report["stale_actuations"], 0)
         self.assertTrue(report["motors_stopped"])

@@ -2,21 +2,21 @@
 ends landed or safe.
 
 usage: fault_matrix.py SINEW SINEW_SIM ROBOT [--device NAME]... [--kind NAME]... [--seeds N] [--first-seed S] [--jobs N]
-                       [--camera WxH]
+                       [--camera WxH] [--folder FOLDER]
        fault_matrix.py SINEW SINEW_SIM ROBOT --check-table DEVICE...
 
-The first form flies, prints one line a cell and exits 0 when each ended as CELLS says. The second one checks without
-flying that CELLS and DEVICE... hold all devices and kinds that the plant knows.
+The first form flies by `sinew sweep`, prints one line a flight and exits 0 when each ended as CELLS says. The sweep's
+results stay in FOLDER, where the same command goes on after it was stopped; without --folder nothing stays. The second
+form checks without flying that CELLS and DEVICE... hold all devices and kinds that the plant knows.
 """
 import argparse
-import concurrent.futures
 import json
 import os
+import shlex
+import signal
 import subprocess
 import sys
 import tempfile
-
-os.environ.setdefault("SINEW_RECORD", "off")  # a flight is 100 MB; recordings have tests of their own
 
 RUN_DIR = tempfile.TemporaryDirectory()  # this program's robots meet nobody else's
 os.environ["SINEW_RUN_DIR"] = RUN_DIR.name
@@ -91,24 +91,34 @@ def missing(cells, devices):
         yield f"{device}: the plant does not know it"
 
 
-def fly(args, fault, seed):
-    with tempfile.TemporaryDirectory() as folder:
-        path = os.path.join(folder, "report.json")
-        done = subprocess.run(
-            [args.sinew, "run", args.robot, "--virtual", "--quiet", "--seed", str(seed), "--camera", args.camera,
-             "--duration", str(DURATION_S), "--fault", fault, "--plant-arg", "--report", "--plant-arg", path],
-            capture_output=True, text=True, timeout=LIMIT_S)
-        report = None
-        if os.path.exists(path):
-            with open(path) as f:
-                report = json.load(f)
-        return done, report
+def sweep(args, faults, folder):
+    """The results of the sweep of these faults over all seeds, by fault and seed."""
+    argv = [args.sinew, "sweep", os.path.abspath(args.robot), "--camera", args.camera, "--duration", str(DURATION_S),
+            "--seeds", f"{args.first_seed}..{args.first_seed + args.seeds - 1}", "--jobs", str(args.jobs),
+            "--patience", str(LIMIT_S), "--json"]
+    for fault in faults:
+        argv += ["--fault", fault]
+    done = subprocess.run(argv, cwd=folder, stdout=subprocess.PIPE, text=True)
+    if done.returncode not in (0, 1):
+        sys.exit(f"sinew sweep: exit code {done.returncode}")
+    told = json.loads(done.stdout)
+    if told["runs"] < told["cases"]:
+        sys.exit(f"{told['runs']} of {told['cases']} flights")
+    results = {}
+    with open(os.path.join(folder, told["results"]), encoding="utf-8") as file:
+        next(file)  # what the sweep is
+        for text in file:
+            result = json.loads(text)
+            words = shlex.split(result["run"])
+            results[words[words.index("--fault") + 1], int(words[words.index("--seed") + 1])] = result
+    return results
 
 
-def judge(done, r, wanted):
+def judge(result, wanted):
     """How a flight ended, and what is wrong with that."""
-    if done.returncode not in (0, 1) or r is None:
-        return "broken", [f"exit code {done.returncode}: {(done.stderr or done.stdout).strip()[-300:]}"]
+    r = result.get("report")
+    if result["code"] not in (0, 1) or r is None:
+        return "broken", [f"exit code {result['code']}: {result['outcome']}"]
     wrong = []
     if r["stale_actuations"]:
         wrong.append(f"{r['stale_actuations']} plant steps on a command past its lease")
@@ -132,21 +142,22 @@ def line(device, kind, seed, ended, wrong, r):
     return text + ("  WRONG: " + "; ".join(wrong) if wrong else "")
 
 
-def fly_all(args, cells):
-    jobs = [(device, kind, seed) for device, kind, reason in cells if not reason
-            for seed in range(args.first_seed, args.first_seed + args.seeds)]
+def fly_all(args, cells, folder):
+    flown = [(device, kind) for device, kind, reason in cells if not reason]
+    results = sweep(args, [CELLS[device][kind][0] for device, kind in flown], folder)
     print("device   kind          seed  ended     after    touched down   from the pad  oldest measurement acted on")
     bad = 0
-    with concurrent.futures.ThreadPoolExecutor(args.jobs) as pool:
-        flights = pool.map(lambda j: fly(args, CELLS[j[0]][j[1]][0], j[2]), jobs)
-        for (device, kind, seed), (done, report) in zip(jobs, flights):
-            ended, wrong = judge(done, report, CELLS[device][kind][1])
-            print(line(device, kind, seed, ended, wrong, report), flush=True)
+    for device, kind in flown:
+        fault, wanted = CELLS[device][kind]
+        for seed in range(args.first_seed, args.first_seed + args.seeds):
+            result = results[fault, seed]
+            ended, wrong = judge(result, wanted)
+            print(line(device, kind, seed, ended, wrong, result.get("report")))
             bad += bool(wrong)
     for device, kind, reason in cells:
         if reason:
             print(f"{device:8} {kind:13} none: {reason}")
-    print(f"{len(jobs)} flights, {bad} wrong")
+    print(f"{len(results)} flights, {bad} wrong")
     return bad
 
 
@@ -161,6 +172,7 @@ def main():
     p.add_argument("--first-seed", type=int, default=3)
     p.add_argument("--jobs", type=int, default=1)
     p.add_argument("--camera", default="160x120")
+    p.add_argument("--folder")
     p.add_argument("--check-table", nargs="+", metavar="DEVICE")
     args = p.parse_args()
     cells = list(known_cells(args.sinew_sim))
@@ -172,7 +184,9 @@ def main():
     chosen = [c for c in cells if (not args.device or c[0] in args.device) and (not args.kind or c[1] in args.kind)]
     if not chosen:
         sys.exit(f"no device {args.device} with a fault {args.kind}")
-    sys.exit(1 if fly_all(args, chosen) else 0)
+    signal.signal(signal.SIGINT, lambda *_: None)  # Ctrl-C ends the sweep, and that ends us
+    with tempfile.TemporaryDirectory() as folder:
+        sys.exit(1 if fly_all(args, chosen, args.folder or folder) else 0)
 
 
 if __name__ == "__main__":

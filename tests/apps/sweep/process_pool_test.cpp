@@ -274,6 +274,23 @@ TEST(ProcessPool, WhatJobsLeaveInTheTemporaryFolderGoesWithThePool) {
   EXPECT_EQ(fs::temp_directory_path().string(), before);
 }
 
+TEST(ProcessPool, WhatAKilledPoolLeavesGoesWithTheNextPool) {
+  const Folder folder;
+  const std::string told = folder / "told";
+  EXPECT_EXIT(
+      {
+        ProcessPool pool(1, kLong);
+        std::ofstream(told) << fs::temp_directory_path().string();
+        results_of(pool, {shell("mktemp -d; kill -KILL $PPID")});
+      },
+      testing::KilledBySignal(9), "");
+  const std::string left = text_of(told);
+  ASSERT_TRUE(fs::exists(left)) << left;
+  ProcessPool next(1, kLong);
+  EXPECT_FALSE(fs::exists(left));
+  EXPECT_FALSE(fs::exists(left + ".lock"));
+}
+
 /// Whether this process can be copied: the thread sanitizer and qemu-user have threads of their own.
 bool can_copy() {
   const auto copy = hal::ChildProcess::fork([] { return 0; });

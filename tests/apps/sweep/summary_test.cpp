@@ -41,18 +41,20 @@ TEST(CaseText, ItsSeedIsToldFromTheRest) {
 }
 
 TEST(CaseResult, SurvivesItsLine) {
-  const CaseResult r = landed(3, 0.2);
+  CaseResult r = landed(3, 0.2);
+  r.report = {{"at_rest", true}, {"pad_distance_m", 0.2}, {"faults", {{{"device", "imu"}, {"affected", 3}}}}};
   const CaseResult back = case_result(3, to_json(r));
   EXPECT_EQ(app::to_line(to_json(back)), app::to_line(to_json(r)));
+  EXPECT_EQ(back.report, r.report);
   EXPECT_FALSE(back.measures[0].within());
   EXPECT_TRUE(back.measures[1].within());
 }
 
 TEST(CaseResult, OfALineOfAnotherShapeHasDefaults) {
-  for (const char* text : {"{}", R"({"run":3,"code":"a","good":1,"measures":[],"limits":2})",
+  for (const char* text : {"{}", R"({"run":3,"code":"a","good":1,"measures":[],"limits":2,"report":[]})",
                            R"({"measures":{"a":"b","c":null},"limits":{"a":3}})"}) {
     const CaseResult r = case_result(1, app::Json::parse(text));
-    EXPECT_TRUE(r.measures.empty() && !r.good && r.run.empty()) << text;
+    EXPECT_TRUE(r.measures.empty() && !r.good && r.run.empty() && r.report.is_null()) << text;
   }
 }
 

@@ -62,6 +62,11 @@ class Pack(unittest.TestCase):
         """sha256sum's and readlink's, which are the system's like their libraries."""
         return name.startswith(("libcrypto.so", "libselinux.so", "libpcre2", "libacl.so", "libattr.so"))
 
+    def test_the_patience_of_a_slower_machine_is_given_again(self):
+        self.sweep += ("--patience", "0.1")  # no run ends as soon
+        self.pack()
+        self.call("packed/run", "--shard", "1/6", "--results", "all.jsonl", "--patience", "60", cwd=self.here)
+
     def test_a_changed_folder_flies_nothing(self):
         self.pack()
         with open(f"{self.here}/packed/robots/seesaw.toml", "a", encoding="utf-8") as robot:

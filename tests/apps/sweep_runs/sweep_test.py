@@ -79,13 +79,33 @@ class Told(InItsFolder):
         self.assertEqual([r["case"] for r in results], list(range(8)))
         self.assertEqual(results[3]["run"], f"{SEESAW} --set balance.stiffness=8 --duration 1 --seed 2")
 
+    def test_robot_files_and_files_of_parameters_are_combined(self):
+        shutil.copy(SEESAW, self.path("seesaw.toml"))
+        for name, text in (("mine.toml", 'extends = "seesaw.toml"\n[robot]\nname = "mine"\nseed = 7\n'),
+                           ("soft.toml", "[balance]\nstiffness = 9\n")):
+            with open(self.path(name), "w", encoding="utf-8") as file:
+                file.write(text)
+        out, _ = self.sweep("seesaw.toml", "mine.toml", "--params", "none,soft.toml", "--duration", "1", "--results", "r.jsonl")
+        results = self.lines("r.jsonl")[1:]
+        self.assertEqual([r["run"] for r in results],
+                         [f"{robot}{params} --duration 1" for robot in ("seesaw.toml", "mine.toml")
+                          for params in ("", " --params soft.toml")])
+        self.assertRegex(out, r"mine\.toml --params soft\.toml +1 +1 ")
+        self.assertEqual(len({r["hash"] for r in results}), 4, "each is another run")
+        self.sweep("seesaw.toml", "--set", "balance.stiffness=9", "--duration", "1", "--results", "set.jsonl")
+        self.assertEqual(self.lines("set.jsonl")[1]["hash"], results[1]["hash"], "the file's values are those of --set")
+
     def test_a_line_alone_repeats_its_run_with_the_same_hash(self):
         self.sweep(*SHORT, "--seeds", "3,5", "--results", "a.jsonl")
         self.sweep(*SHORT, "--seeds", "5", "--results", "b.jsonl")
         a, b = self.lines("a.jsonl")[2], self.lines("b.jsonl")[1]
         self.assertEqual({**a, "case": 0}, b)
         code, out, _ = self.run_sinew("run", *a["run"].split(), "--virtual", "--no-record", "--json")
-        self.assertEqual((code, json.loads(out)["mission"]["outcome"]), (a["code"], a["outcome"]))
+        said = json.loads(out)
+        self.assertEqual((code, said["mission"]["outcome"]), (a["code"], a["outcome"]))
+        del said["report"]["verdict"]  # which the line has as outcome and measures
+        self.assertEqual(a["report"], said["report"])
+        self.assertEqual((a["report"]["world"], a["report"]["seed"]), ("seesaw", 5))
 
     def test_json_csv_and_plots(self):
         out, _ = self.sweep(*MISSES, "--fault", "none", "--seeds", "1..2", "--json", "--csv", "r.csv",
@@ -188,6 +208,8 @@ class Kept(InItsFolder):
         self.assertIn(f"killed.jsonl has {there} of 24 runs", err)
         self.assertIn(f", {24 - there} runs in ", out)
         self.assertEqual(self.bytes("killed.jsonl"), self.bytes("whole.jsonl"))
+        self.assertEqual([name for name in os.listdir(TEMPORARY.name) if name.startswith("sinew-pool-")], [],
+                         "the next sweep removes what the killed one left")
 
     def test_ctrl_c_tells_what_there_is_and_leaves_no_process(self):
         sweep = self.started(*self.MANY, "--results", "r.jsonl")

@@ -145,6 +145,20 @@ test("all robots come with their names in front", async () => {
   v.close();
 });
 
+test("a robot that ends is taken back, and advertised again when it runs again", async () => {
+  const v = new Viewer(`/?token=${TOKEN}`);
+  const { channel, id } = await v.first("/phoenix/counter.range");
+  const stop = await v.service("/phoenix/sinew/stop");
+  v.client.sendServiceCallRequest({ serviceId: stop.id, callId: 1, encoding: "json", data: new Uint8Array() });
+  await v.next("serviceCallResponse");
+  await v.next("unadvertise", (ids) => ids.includes(channel.id));
+  const again = await v.next("advertise", (list) => list.some((c) => c.topic === channel.topic && c.id !== channel.id));
+  const other = v.client.subscribe(again.find((c) => c.topic === channel.topic).id);
+  assert.notEqual(other, id);
+  await v.next("message", (m) => m.subscriptionId === other);
+  v.close();
+});
+
 test("the status comes about five times a second, the time line about once", async () => {
   const v = new Viewer(`/${ROBOT}`);
   const { id, message } = await v.first("/sinew/status");
@@ -268,5 +282,8 @@ test("a client that reads nothing is closed, and others go on", async () => {
   const before = v.all("message").length;
   await v.next("message", (m) => m.subscriptionId === id && v.all("message").length > before + 400);
   v.close();
-  slow.ws.terminate();
+  // It is closed ten seconds after the buffers between us are full; what they hold comes before the end.
+  await new Promise((r) => setTimeout(r, 20_000));
+  slow.ws.resume();
+  await slow.next("close");
 });

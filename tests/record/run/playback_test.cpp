@@ -226,6 +226,33 @@ TEST_F(Played, AStepPublishesOneMessageAndStaysThere) {
   EXPECT_EQ(status.now, at_ms(static_cast<int>(range())));
 }
 
+TEST_F(Played, StepsThatAreAskedForTogetherAreAllDone) {
+  open_paused();
+  playback->step(300);
+  playback->step(300);
+  done(playback->step(7));
+  EXPECT_EQ(playback->status().messages, 607u);
+}
+
+TEST_F(Played, AnotherRequestEndsAStepThatGoesOn) {
+  PlaybackOptions options;
+  options.paused = true;
+  options.other_topics = {"other.topic"};  // after 100 ms the step is held up there until the pause is asked for
+  std::atomic<bool> is_asked{false};
+  options.other = [&](const Message&) {
+    while (!is_asked) hal::system_os().sleep_until(hal::system_os().now() + 1ms);
+  };
+  open(std::move(options));
+  const auto step = playback->step(1'000'000);
+  const auto pause = playback->pause();
+  is_asked = true;
+  done(pause);
+  EXPECT_GE(playback->done(), step);
+  EXPECT_LT(playback->status().messages, 600u) << "a group of messages at most";
+  EXPECT_EQ(playback->status().state, State::paused);
+  playback.reset();
+}
+
 TEST_F(Played, AStepToATopicPublishesEverythingBeforeIt) {
   open_paused();
   for (std::size_t t = 0; t < playback->topics().size(); ++t)

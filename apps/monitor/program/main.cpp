@@ -7,8 +7,9 @@
 #include <thread>
 
 #include "apps/command/command.hpp"
-#include "apps/command/number_check.hpp"
+#include "apps/command/place.hpp"
 #include "apps/command/usage_error.hpp"
+#include "apps/monitor/monitor_options.hpp"
 #include "hal/linux/process.hpp"
 #include "hal/linux/run_dir.hpp"
 #include "hal/platform.hpp"
@@ -21,18 +22,11 @@ namespace {
 using namespace sinew;
 using namespace std::chrono_literals;
 
-struct Options {
-  monitor::ServerOptions server{};
-  std::vector<std::string> hosts{}, tls{};
-  std::string panels{};
-  bool quiet = false;
-};
-
 bool is_loopback(const std::string& address) { return address.starts_with("127.") || address == "localhost"; }
 
 /// As browsers write them in the header Host; port 80 and 443 go without.
-std::vector<std::string> names_with_port(const Options& o, std::uint16_t port) {
-  std::vector<std::string> names{"127.0.0.1", "localhost", o.server.address}, all;
+std::vector<std::string> names_with_port(const app::MonitorOptions& o, std::uint16_t port) {
+  std::vector<std::string> names{"127.0.0.1", "localhost", o.address}, all;
   names.insert(names.end(), o.hosts.begin(), o.hosts.end());
   for (const std::string& name : names) {
     all.push_back(fmt::format("{}:{}", name, port));
@@ -46,15 +40,38 @@ int fail(const std::string& why) {
   return app::kNotBegun;
 }
 
-int run(Options o) {
-  if (!o.tls.empty()) o.server.certificate = o.tls[0], o.server.key = o.tls[1];
-  o.server.every_response = monitor::protective_headers();
-  o.server.subprotocols = monitor::LiveSite::subprotocols();
+/// Starts `sinew bag play --as-robot` for each file: to the monitor they are robots like others. They end with us.
+bool stand_up(const std::vector<std::string>& files, std::vector<std::unique_ptr<hal::ChildProcess>>& recordings,
+              std::string& why) {
+  for (const std::string& file : files) {
+    const std::string sinew = app::find_program("sinew");
+    if (sinew.empty()) {
+      why = "sinew is missing beside sinew-monitor and in PATH; it plays recorded files";
+      return false;
+    }
+    // Piped: the keys of our terminal are not for it.
+    auto child = hal::ChildProcess::start({sinew, "bag", "play", "--as-robot", "--paused", file}, {.piped = true});
+    if (!child) {
+      why = fmt::format("{}: {}", sinew, hal::to_string(child.error().code));
+      return false;
+    }
+    recordings.push_back(std::move(*child));
+  }
+  return true;
+}
+
+int run(const app::MonitorOptions& o) {
+  monitor::ServerOptions listen;
+  listen.address = o.address, listen.port = o.port;
+  if (!o.tls.empty()) listen.certificate = o.tls[0], listen.key = o.tls[1];
+  listen.every_response = monitor::protective_headers();
+  listen.subprotocols = monitor::LiveSite::subprotocols();
+  listen.most_message_bytes = foxglove::kMostClientBytes;
   std::string why;
   // The site needs the server's port for the names by which it may be called, and the server needs whom to ask.
   std::unique_ptr<monitor::Site> site;
   const auto server = monitor::Server::open(
-      o.server,
+      listen,
       [&site](monitor::Request request, monitor::ConnectionId id, const monitor::Server::Reply& reply) {
         site->answer(std::move(request), id, reply);
       },
@@ -65,15 +82,17 @@ int run(Options o) {
   if (!server) return fail(why);
   const auto token = monitor::TokenFile::make(why);
   if (!token) return fail(why);
+  std::vector<std::unique_ptr<hal::ChildProcess>> recordings;
+  if (!stand_up(o.files, recordings, why)) return fail(why);
   monitor::Robots robots;
   monitor::Site::Options options;
   options.gate.hosts = names_with_port(o, server->port());
   options.gate.token = token->token();
-  options.gate.commands = is_loopback(o.server.address) || !o.tls.empty();
+  options.gate.commands = is_loopback(o.address) || !o.tls.empty();
   options.panels = o.panels;
   site = std::make_unique<monitor::Site>(robots, *server, std::move(options));
   if (!o.quiet) {
-    std::printf("http%s://%s:%u\n", o.tls.empty() ? "" : "s", o.server.address.c_str(), server->port());
+    std::printf("http%s://%s:%u\n", o.tls.empty() ? "" : "s", o.address.c_str(), server->port());
     std::printf("token for commands: %s (also in %s)\n", token->token().c_str(), token->path().c_str());
     std::fflush(stdout);
   }
@@ -81,7 +100,12 @@ int run(Options o) {
   std::atomic<bool> over{false};
   std::thread signals([&] {
     hal::Os& os = hal::system_os();
-    while (!hal::stop_requested() && !over.load()) os.sleep_until(os.now() + 100ms);
+    while (!hal::stop_requested() && !over.load()) {
+      os.sleep_until(os.now() + 100ms);
+      std::string output, errors;
+      for (const auto& recording : recordings) recording->read_output(output, errors);
+      std::fputs(errors.c_str(), stderr);
+    }
     server->stop();
   });
   server->run();
@@ -93,27 +117,14 @@ int run(Options o) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  Options o;
-  CLI::App options(
-      "Shows the robots of this machine to browsers and other programs. Nothing of it runs in a robot's process.\n"
-      "Ends with Ctrl-C. Exit code 0: it was ended, 2: it could not begin.",
-      "sinew monitor");
-  options.add_option("--address", o.server.address, "listen on this address only; 0.0.0.0: on all")
-      ->capture_default_str();
-  options.add_option("--port", o.server.port, "0: any free one")->check(app::whole(0, 65535))->capture_default_str();
-  options.add_option("--host", o.hosts, "another name by which browsers may call this machine")->type_name("NAME");
-  options.add_option("--tls", o.tls, "files in PEM; other addresses than loopback take commands only with it")
-      ->expected(2)
-      ->type_name("CERTIFICATE KEY");
-  options.add_option("--panels", o.panels, "folder with panels of one's own, each a .js file (docs/monitor.md)")
-      ->check(CLI::ExistingDirectory)
-      ->type_name("FOLDER");
-  options.add_flag("--quiet", o.quiet, "do not print address and token");
+  app::MonitorOptions o;
+  CLI::App options(app::kMonitorAbout, "sinew monitor");
+  app::add_monitor_options(options, o);
   try {
     options.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() != 0) return fail(app::usage_error(options, e));
     return options.exit(e);  // prints the help
   }
-  return run(std::move(o));
+  return run(o);
 }
