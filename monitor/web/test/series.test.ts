@@ -1,10 +1,16 @@
 import { describe, expect, it } from "vitest";
-import { columnsOf, csvOf, gridOf, Samples } from "../src/series";
+import { csvOf, gridOf, Samples } from "../src/series";
 
 function ramp(count: number, step = 0.001): Samples {
   const samples = new Samples();
   for (let i = 0; i < count; ++i) samples.push(i * step, i);
   return samples;
+}
+
+function columnsOf(samples: Samples, from: number, to: number, columns: number): (number | null)[] {
+  const out: (number | null)[] = [];
+  samples.columns(from, to, columns, out);
+  return out;
 }
 
 describe("samples", () => {
@@ -37,6 +43,27 @@ describe("columns of a plot", () => {
     expect(columns.length).toBe(gridOf(0, 100, 200).length);
     expect(Math.max(...columns.map((c) => c ?? 0))).toBe(9);
     expect(Math.min(...columns.map((c) => c ?? 0))).toBe(-9);
+  });
+
+  it("are the same whether samples are looked at one by one or in blocks, also after the oldest were dropped", () => {
+    const samples = new Samples(8192);
+    const kept: [number, number][] = [];
+    for (let i = 0; i < 20_000; ++i) {
+      const value = i % 997 === 0 ? NaN : Math.sin(i * i);
+      samples.push(i / 100, value);
+      kept.push([i / 100, value]);
+    }
+    const newest = kept.slice(-samples.size);
+    const [from, to, columns] = [newest[0]![0], newest.at(-1)![0] + 0.005, 23];
+    const want = Array.from({ length: columns }, () => [Infinity, -Infinity]);
+    for (const [t, v] of newest) {
+      if (Number.isNaN(v)) continue;
+      const range = want[Math.min(columns - 1, Math.floor(((t - from) * columns) / (to - from)))]!;
+      range[0] = Math.min(range[0]!, v);
+      range[1] = Math.max(range[1]!, v);
+    }
+    const got = columnsOf(samples, from, to, columns);
+    expect(want.map((_, i) => [got[2 * i]!, got[2 * i + 1]!].sort((a, b) => a - b))).toEqual(want);
   });
 
   it("are empty where nothing came", () => {

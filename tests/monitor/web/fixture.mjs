@@ -1,4 +1,4 @@
-// What the tests of the page share: a monitor, robots in virtual time, Debian's Chromium.
+// What the tests of the page share: a monitor, robots in the simulator, Debian's Chromium.
 
 import { spawn } from "node:child_process";
 import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
@@ -11,6 +11,8 @@ export const root = resolve(dirname(fileURLToPath(import.meta.url)), "../../..")
 const { chromium } = createRequire(join(root, "monitor/web/package.json"))("playwright-core");
 
 const kStart_ms = 60_000;
+// At half of real time the simulator leaves the browser a processor. The recorded run is one of virtual time.
+const kPaced = ["--rate", "0.5", "--duration", "100000"];
 
 export class Fixture {
   constructor(programs, pictures) {
@@ -52,16 +54,21 @@ export class Fixture {
     const file = join(this.folder, "quad.toml");
     const text = readFileSync(join(root, "robots/quad/quad.toml"), "utf8");
     writeFileSync(file, text.replace('arming = "auto"', 'arming = "manual"'));
-    return this.start("quad", "sinew", "run", file, "--virtual", "--duration", "100000", "--no-record", "--quiet");
+    return this.start("quad", "sinew", "run", file, ...kPaced, "--no-record", "--quiet");
   }
 
   head() {
-    return this.start("desk_head", "sinew", "run", join(root, "robots/desk_head/desk_head.toml"), "--virtual", "--duration", "100000", "--no-record", "--quiet");
+    return this.start("desk_head", "sinew", "run", join(root, "robots/desk_head/desk_head.toml"), ...kPaced, "--no-record", "--quiet");
+  }
+
+  /** Has neither camera nor much to record. */
+  seesaw() {
+    return this.start("seesaw", "sinew", "run", join(root, "robots/seesaw/seesaw.toml"), ...kPaced, "--runs", join(this.folder, "runs"), "--quiet");
   }
 
   /** A flight of some seconds, recorded, which then stands up as a robot. */
   async recorded() {
-    const flight = this.start("flight", "sinew", "run", join(root, "robots/quad/quad.toml"), "--virtual", "--duration", "14", "--name", "flight", "--runs", this.folder, "--quiet");
+    const flight = this.start("flight", "sinew", "run", join(root, "robots/quad/quad.toml"), "--virtual", "--duration", "14", "--name", "flight", "--record-images", "--runs", this.folder, "--quiet");
     await flight.over;
     this.children.delete("flight");
     return this.start("recorded", "sinew", "bag", "play", join(this.folder, "latest/run.mcap"), "--as-robot", "recorded", "--paused");
@@ -121,6 +128,20 @@ export async function until(is, what, more = () => "") {
     await new Promise((done) => setTimeout(done, 50));
   }
   throw new Error(`waited in vain for ${what}\n${more()}`);
+}
+
+/** Commands are void after a second, which is short on a machine with much to do: presses again until it took effect. */
+export async function press(action, took_effect) {
+  const end = Date.now() + kStart_ms;
+  while (Date.now() < end) {
+    await action();
+    const patience = Date.now() + 4000;
+    while (Date.now() < patience) {
+      if (await took_effect()) return;
+      await new Promise((done) => setTimeout(done, 50));
+    }
+  }
+  throw new Error(`pressed in vain: ${took_effect}`);
 }
 
 /** How many different colours a canvas shows; 1: nothing is drawn. */

@@ -7,7 +7,7 @@ import { plotRequests } from "../page";
 import type { PanelProps } from "../panels";
 import type { Robot } from "../robot";
 import { getterOf, numbersOf, type Leaf } from "../ros2msg";
-import { columnsOf, csvOf, gridOf, Samples } from "../series";
+import { csvOf, gridOf, Samples } from "../series";
 import { Button, Choice, colour, cx, Dialog, download, Empty, seriesColour, Tools, useScheme, useSize } from "../ui";
 
 export interface FieldOfPlot {
@@ -88,6 +88,7 @@ interface Line {
   field: FieldOfPlot;
   leaf: Leaf | null;
   samples: Samples;
+  columns: (number | null)[]; // what is drawn
 }
 
 function keyOf(f: FieldOfPlot): string {
@@ -111,7 +112,7 @@ function useLines(robot: Robot, fields: FieldOfPlot[]): { lines: Line[]; newest:
     if (!samples) kept.current.set(id, (samples = new Samples()));
     const struct = robot.struct(`/${field.topic}`);
     const leaf = struct && typeof struct === "object" ? (numbersOf(struct).find((l) => l.path === field.path) ?? null) : null;
-    return { field, leaf, samples };
+    return { field, leaf, samples, columns: [] };
   }), [key, channels]);
   useEffect(() => {
     const byTopic = new Map<string, Line[]>();
@@ -167,7 +168,8 @@ function Plot({ robot, fields, window_s, held, hold, handle, remove }: {
     const { from, to } = range.current;
     const columns = Math.max(16, Math.min(1200, Math.round(u.bbox.width / devicePixelRatio)));
     u.batch(() => {
-      u.setData([gridOf(from, to, columns), ...lines.map((l) => columnsOf(l.samples, from, to, columns))] as unknown as uPlot.AlignedData, false);
+      for (const l of lines) l.samples.columns(from, to, columns, l.columns);
+      u.setData([gridOf(from, to, columns), ...lines.map((l) => l.columns)] as unknown as uPlot.AlignedData, false);
       u.setScale("x", { min: from, max: to });
       for (const scale of new Set(lines.map(scaleOf))) u.setScale(scale, spanOf(u, lines, scale));
     });
