@@ -196,11 +196,15 @@ class Kept(InItsFolder):
         self.fail(f"{name} does not get {count} results")
 
     def test_after_kill_9_the_same_command_goes_on_to_the_same_bytes(self):
+        def left():
+            return [name for name in os.listdir(TEMPORARY.name) if name.startswith("sinew-pool-")]
+
         self.sweep(*self.MANY, "--results", "whole.jsonl")
         sweep = self.started(*self.MANY, "--results", "killed.jsonl")
         self.wait_for_lines("killed.jsonl", 3)
         sweep.kill()
         sweep.wait()
+        self.assertTrue(left())
         there = self.bytes("killed.jsonl").count(b"\n") - 1
         with open(self.path("killed.jsonl"), "ab") as file:
             file.write(b'{"case":23,"run":"half a li')  # as a loss of power may leave it
@@ -208,8 +212,7 @@ class Kept(InItsFolder):
         self.assertIn(f"killed.jsonl has {there} of 24 runs", err)
         self.assertIn(f", {24 - there} runs in ", out)
         self.assertEqual(self.bytes("killed.jsonl"), self.bytes("whole.jsonl"))
-        self.assertEqual([name for name in os.listdir(TEMPORARY.name) if name.startswith("sinew-pool-")], [],
-                         "the next sweep removes what the killed one left")
+        self.assertEqual(left(), [], "the next sweep removes what the killed one left")
 
     def test_ctrl_c_tells_what_there_is_and_leaves_no_process(self):
         sweep = self.started(*self.MANY, "--results", "r.jsonl")
