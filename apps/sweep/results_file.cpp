@@ -5,12 +5,14 @@
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
+#include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <optional>
 #include <span>
+#include <thread>
 
 #include "hal/linux/file.hpp"
 
@@ -306,6 +308,9 @@ std::unique_ptr<hal::OutputFile> replace(const std::vector<std::string>& paths, 
   return std::move(*file);
 }
 
+constexpr int kTries = 20;
+constexpr std::chrono::milliseconds kBetweenTries{50};
+
 class OpenResults final : public ResultsFile {
  public:
   OpenResults(std::string path, const Identity& identity, const Shard& shard)
@@ -320,6 +325,11 @@ class OpenResults final : public ResultsFile {
       return false;
     }
     auto file = hal::open_to_append(path_);
+    // The cases of a sweep that was just killed hold the file until they have ended, too.
+    for (int tries = 0; !file && file.error().code == hal::Errc::busy && tries < kTries; ++tries) {
+      std::this_thread::sleep_for(kBetweenTries);
+      file = hal::open_to_append(path_);
+    }
     if (!file) {
       why = file.error().code == hal::Errc::busy ? path_ + ": another program writes it now"
                                                  : path_ + ": " + words_of(file.error());

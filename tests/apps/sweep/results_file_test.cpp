@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <thread>
 
 namespace sinew::sweep::results_file_test {
 namespace {
@@ -139,6 +140,17 @@ TEST_F(SweepResults, TwoProgramsDoNotWriteOneFile) {
   EXPECT_THAT(refusal("a"), HasSubstr("another program writes it now")) << "also after the file was replaced";
   append(*file, 2);
   EXPECT_THAT(content(path("a")), HasSubstr("{\"case\":2,"));
+}
+
+TEST_F(SweepResults, AFileThatIsHeldForAMomentIsWaitedFor) {
+  // As of a sweep that was killed, whose cases end a moment later.
+  auto file = open("a");
+  std::thread ending([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    file.reset();
+  });
+  EXPECT_TRUE(open("a"));
+  ending.join();
 }
 
 TEST_F(SweepResults, FinishLeavesOutWhatIsBeyondTheEnd) {
