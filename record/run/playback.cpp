@@ -236,7 +236,7 @@ void Playback::carry_out(const Command& command) {
     case Kind::step_to:
       halt();
       if (shown_.state == State::ended) return;
-      goal_.emplace();
+      goal_ = Goal{0, std::nullopt};
       if (command.kind == Kind::step)
         goal_->messages = std::max<std::uint64_t>(command.count, 1);
       else

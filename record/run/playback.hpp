@@ -103,9 +103,9 @@ class Playback {
     double speed = 1;
     static bool is_step(const Command& c) { return c.kind == Kind::step || c.kind == Kind::step_to; }
   };
-  struct Goal {  // of stepping
-    std::uint64_t messages = 0;
-    std::optional<std::size_t> topic{};
+  struct Goal {  // of stepping; without initial values, which clang does not find in an optional of this class
+    std::uint64_t messages;
+    std::optional<std::size_t> topic;
   };
   struct Found;
   Playback(Reader& reader, std::vector<RecordedTopic> topics, PlaybackOptions options, hal::Os& os);
