@@ -546,21 +546,21 @@ std::optional<foxglove::Item> RobotFeed::encode_picture(const tap::Message& mess
   cut.scale = size.scale;
   images::EncodeOptions options;
   options.quality = size.quality;
-  const auto file = image.format == msg::PixelFormat::none
-                        ? hal::Result<std::span<const std::byte>>(hal::Error{hal::Errc::bad_data, "no picture"})
-                        : encoder_.encode(view, images::Kind::jpeg, cut, options);
+  std::span<const std::byte> file;
+  if (image.format != msg::PixelFormat::none)
+    if (const auto encoded = encoder_.encode(view, images::Kind::jpeg, cut, options)) file = *encoded;
   if (!parts_.reader->holds(message)) {
     const std::lock_guard lock(mutex_);
     ++counters_.torn;
     return std::nullopt;
   }
-  if (!file) return foxglove::Item{};
+  if (file.empty()) return foxglove::Item{};
   const auto head = msg::Ros2ImageHead::of_file(image.stamp.ns + parts_.facts.unix_ns, topic.name, "jpeg",
-                                                static_cast<std::uint32_t>(file->size()));
+                                                static_cast<std::uint32_t>(file.size()));
   auto bytes = std::make_shared<std::vector<std::byte>>();
-  bytes->reserve(head.bytes().size() + file->size());
+  bytes->reserve(head.bytes().size() + file.size());
   bytes->assign(head.bytes().begin(), head.bytes().end());
-  bytes->insert(bytes->end(), file->begin(), file->end());
+  bytes->insert(bytes->end(), file.begin(), file.end());
   {
     const std::lock_guard lock(mutex_);
     ++counters_.pictures;

@@ -548,13 +548,10 @@ class LwsServer final : public Server {
     static_cast<void>(setsockopt(lws_get_socket_fd(wsi), IPPROTO_TCP, option, &value, sizeof value));
   }
 
-  /// A message that waits in the system's buffers is old when it arrives, and nothing newer can overtake it; nor what
-  /// was lost on its way. So little waits here, and what was lost is sent again soon (by older kernels after 200 ms).
+  /// A message that waits in the system's buffers is old when it arrives, and nothing newer can overtake it.
   static void keep_young(lws* wsi) {
-    constexpr int kRtoMinUs = 45;  // TCP_RTO_MIN_US, of Linux 6.15
     set(wsi, TCP_NOTSENT_LOWAT, kUnsent);
     set(wsi, TCP_THIN_LINEAR_TIMEOUTS, 1);
-    set(wsi, kRtoMinUs, 50'000);
   }
 
   /// Messages that follow one another at once share packets: each packet is one more that may be lost.
