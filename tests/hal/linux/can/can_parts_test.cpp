@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 #include <linux/can/error.h>
 #include <linux/can/netlink.h>
+#include <net/if.h>  // before linux/if.h, which then leaves out what both define
+
 #include <linux/if.h>
 #include <linux/if_arp.h>
 #include <linux/rtnetlink.h>
