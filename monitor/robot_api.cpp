@@ -95,7 +95,8 @@ void RobotApi::about(Server::Reply reply) const {
                                     {"program", "sinew-monitor"},
                                     {"now_ns", now_ns()},
                                     {"commands", gate_.takes_commands()},
-                                    {"panels", options_.panels}})));
+                                    {"panels", options_.panels},
+                                    {"runs", options_.runs}})));
 }
 
 void RobotApi::robots(Server::Reply reply) {

@@ -17,6 +17,7 @@ class RobotApi {
  public:
   struct Options {
     std::vector<std::string> panels{};  // paths of panels of one's own, "/panels/battery.js"
+    bool runs = false;                  // whether /api/runs is there
   };
   RobotApi(Robots& robots, Gate& gate, Options options) : robots_(robots), gate_(gate), options_(std::move(options)) {}
 

@@ -18,8 +18,8 @@ Headers protective_headers() {
 
 namespace {
 
-RobotApi::Options with_panels(RobotApi::Options options, const Page& page) {
-  options.panels = page.panels();
+RobotApi::Options api_options(RobotApi::Options options, const Page& page, const Runs& runs) {
+  options.panels = page.panels(), options.runs = runs.are_shown();
   return options;
 }
 
@@ -28,7 +28,8 @@ RobotApi::Options with_panels(RobotApi::Options options, const Page& page) {
 Site::Site(Robots& robots, Server& server, Options options)
     : gate_(std::move(options.gate)),
       page_(options.panels),
-      api_(robots, gate_, with_panels(std::move(options.api), page_)),
+      runs_(std::move(options.runs)),
+      api_(robots, gate_, api_options(std::move(options.api), page_, runs_)),
       streams_(robots, server),
       pictures_(streams_, server),
       live_(robots, server) {}
@@ -37,8 +38,10 @@ void Site::answer(Request request, ConnectionId connection, const Server::Reply&
   const bool is_api = RobotApi::has(request.path);
   if (const auto refusal = gate_.refuses(request))
     return reply(is_api ? json_error(refusal->status, "denied", refusal->why) : plain(refusal->status, refusal->why));
+  const bool reads = request.method == "GET" || request.method == "HEAD";
+  if (reads && runs_.answer(request, reply)) return;
   if (is_api) return api_.answer(request, reply);
-  if (request.method != "GET" && request.method != "HEAD") {
+  if (!reads) {
     Response r = plain(405, "only GET and HEAD here");
     r.headers = {{"allow", "GET, HEAD"}};
     return reply(std::move(r));

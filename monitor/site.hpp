@@ -10,6 +10,7 @@
 #include "monitor/pictures.hpp"
 #include "monitor/robot_api.hpp"
 #include "monitor/robots.hpp"
+#include "monitor/runs.hpp"
 
 namespace sinew::monitor {
 
@@ -22,6 +23,7 @@ class Site {
     Gate::Options gate{};
     RobotApi::Options api{};
     std::string panels{};  // a folder of panels of one's own; empty: none
+    Runs::Options runs{};
   };
   Site(Robots& robots, Server& server, Options options);
 
@@ -32,6 +34,7 @@ class Site {
  private:
   Gate gate_;
   Page page_;
+  Runs runs_;
   RobotApi api_;
   ImageStreams streams_;
   Pictures pictures_;

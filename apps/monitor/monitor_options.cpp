@@ -14,6 +14,7 @@ void add_monitor_options(CLI::App& app, MonitorOptions& o) {
   app.add_option("--tls", o.tls, "files in PEM; other addresses than loopback take commands only with it")
       ->expected(2)
       ->type_name("CERTIFICATE KEY");
+  app.add_option("--runs", o.runs, "folder of recorded runs")->type_name(kFolderHint)->capture_default_str();
   app.add_option("--panels", o.panels, "folder with panels of one's own, each a .js file (docs/monitor.md)")
       ->check(CLI::ExistingDirectory)
       ->type_name(kFolderHint);

@@ -502,7 +502,10 @@ class LwsServer final : public Server {
     for (const auto& [name, value] : options_.every_response) ok = ok && add(name, value);
     for (const auto& [name, value] : r.headers) ok = ok && add(name, value);
     if (r.stream || c.too_long) ok = ok && add("connection", "close");
-    if (!r.stream) ok = ok && (r.status == 304 || add("content-length", std::to_string(size)));
+    if (r.stream_bytes)
+      ok = ok && add("content-length", std::to_string(*r.stream_bytes));
+    else if (!r.stream)
+      ok = ok && (r.status == 304 || add("content-length", std::to_string(size)));
     if (!ok || lws_finalize_write_http_header(c.wsi, start, &at, end) != 0) return -1;
     c.piece = c.head_only ? Bytes() : r.body;
     c.sent = 0;

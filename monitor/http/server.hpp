@@ -48,8 +48,9 @@ struct Response {
   int status = 200;
   std::string media_type{};
   Headers headers{};
-  Bytes body{};                      // null: empty
-  std::unique_ptr<Stream> stream{};  // instead of a body; the response then ends with the connection
+  Bytes body{};                                 // null: empty
+  std::unique_ptr<Stream> stream{};             // instead of a body; the response then ends with the connection
+  std::optional<std::uint64_t> stream_bytes{};  // of the whole stream, where they are known
 };
 /// A response of plain text, for errors: `why` and a line end.
 Response plain(int status, std::string_view why);

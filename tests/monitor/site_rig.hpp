@@ -16,7 +16,7 @@ class SiteRig {
  public:
   static constexpr const char* kToken = "0123456789abcdef";
 
-  explicit SiteRig(bool commands = true) {
+  explicit SiteRig(bool commands = true, Runs::Options runs = {}) {
     ServerOptions options;
     options.port = 0;
     options.every_response = protective_headers();
@@ -35,6 +35,7 @@ class SiteRig {
     o.gate.hosts = {"127.0.0.1:" + std::to_string(server->port()), "localhost:" + std::to_string(server->port())};
     o.gate.token = kToken;
     o.gate.commands = commands;
+    o.runs = std::move(runs);
     site = std::make_unique<Site>(*robots, *server, std::move(o));
     thread_ = std::thread([this] { server->run(); });
   }

@@ -50,7 +50,9 @@ bool stand_up(const std::vector<std::string>& files, std::vector<std::unique_ptr
       return false;
     }
     // Piped: the keys of our terminal are not for it.
-    auto child = hal::ChildProcess::start({sinew, "bag", "play", "--as-robot", "--paused", file}, {.piped = true});
+    auto child =
+        hal::ChildProcess::start(std::vector<std::string>{sinew, "bag", "play", "--as-robot", "--paused", file},
+                                 hal::ChildOptions{.piped = true});
     if (!child) {
       why = fmt::format("{}: {}", sinew, hal::to_string(child.error().code));
       return false;
@@ -90,6 +92,7 @@ int run(const app::MonitorOptions& o) {
   options.gate.token = token->token();
   options.gate.commands = is_loopback(o.address) || !o.tls.empty();
   options.panels = o.panels;
+  options.runs = {o.runs, app::find_program("sinew")};
   site = std::make_unique<monitor::Site>(robots, *server, std::move(options));
   if (!o.quiet) {
     std::printf("http%s://%s:%u\n", o.tls.empty() ? "" : "s", o.address.c_str(), server->port());
