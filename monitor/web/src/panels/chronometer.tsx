@@ -73,7 +73,7 @@ function Times({ robot, status, chosen, choose }: { robot: Robot; status: Status
   const row = (key: string) => ({
     class: cx("choosable", chosen === key && "chosen"),
     tabIndex: 0,
-    "aria-selected": chosen === key,
+    "aria-current": chosen === key ? ("true" as const) : undefined,
     onClick: () => choose(key),
     onKeyDown: (e: KeyboardEvent) => e.key === "Enter" && choose(key),
   });

@@ -6,7 +6,7 @@ import { followsRule, marksOf, type Mark } from "../overlay";
 import type { PanelProps } from "../panels";
 import type { Robot } from "../robot";
 import { decode, type Message } from "../ros2msg";
-import { Button, Choice, colour, Empty, seriesColour, Tools, useSize, useWatch } from "../ui";
+import { Button, Choice, colour, Empty, Tools, useSize, useWatch } from "../ui";
 
 interface Shown {
   bitmap: ImageBitmap;
@@ -15,6 +15,7 @@ interface Shown {
 }
 
 const kJpeg = "/jpeg";
+const kMarkColours = ["#4fe3c8", "#ffb454", "#8ab8ff", "#ff8fb5"]; // bright: pictures are dark or light as they like
 const kMarksLiveNs = 0.500e9; // a detector that fell silent: its marks go
 
 export function ImagesPanel({ robot, tile, set }: PanelProps) {
@@ -153,7 +154,7 @@ function drawMarks(c: CanvasRenderingContext2D, w: number, h: number, scale: num
   c.textBaseline = "bottom";
   let index = 0;
   for (const { marks, stamp_ns } of all.values()) {
-    const hue = seriesColour(index++);
+    const hue = kMarkColours[index++ % kMarkColours.length]!;
     if (Math.abs(picture_ns - stamp_ns) > kMarksLiveNs) continue;
     for (const m of marks) {
       const x = m.u * scale, y = m.v * scale;

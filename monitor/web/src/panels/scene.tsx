@@ -312,7 +312,7 @@ function drawWorld(c: CanvasRenderingContext2D, w: number, h: number, camera: Ca
       }
     }
     c.textAlign = "left";
-    c.fillText(name, s.x + 12, s.y - 10 - 13 * (row++ % 3));
+    c.fillText(name, s.x + 16, s.y - 14 - 13 * (row++ % 3));
   }
   if (world.pose) {
     const { p } = world.pose;
