@@ -107,7 +107,6 @@ void RobotApi::robots(Server::Reply reply) {
     if (!robot.is_object()) continue;
     robot.erase("ok");
     if (!robot.contains("recording")) robot["recording"] = nullptr;
-    robot["peer"] = nullptr;
     const auto control = controls_.find(link->robot());
     const std::string who = control == controls_.end() ? "" : control->second.who(now);
     robot["control"] = {{"who", who.empty() ? Json() : Json(who)},

@@ -35,7 +35,6 @@ TEST_F(MonitorSite, ListsTheRobotsAsTheyComeAndGo) {
   ASSERT_EQ(robots.size(), 1u);
   EXPECT_EQ(robots[0]["robot"], "robot");
   EXPECT_EQ(robots[0]["pid"], ::getpid());
-  EXPECT_EQ(robots[0]["peer"], nullptr);
   EXPECT_EQ(robots[0]["control"]["who"], nullptr);
   robot_.server.reset(), robot_.name.reset();
   rig.robots->look();
