@@ -26,7 +26,10 @@ export class Fixture {
     this.env = { ...env, SINEW_RUN_DIR: join(this.folder, "run") };
   }
 
+  /** One that runs under this name already goes on. */
   start(name, program, ...args) {
+    const before = this.children.get(name);
+    if (before && before.child.exitCode === null) return before;
     const child = spawn(join(this.programs, program), args, { cwd: this.folder, env: this.env, stdio: ["ignore", "pipe", "pipe"] });
     const started = { child, output: "", over: new Promise((done) => child.on("exit", done)) };
     for (const stream of [child.stdout, child.stderr]) stream.on("data", (text) => (started.output += text));

@@ -86,6 +86,13 @@ test("Images: the newest picture of a topic, with the marks of detectors", async
   const panel = tile(page, "images", "desk_head");
   await matches(panel.locator(".picture-note"), /[0-9]+.*× [0-9]+ px · [1-9][0-9.]* Hz/);
   await until(async () => (await coloursOf(page, '[data-panel="images"] canvas')) > 50, "a picture");
+  const shown = () => page.locator('[data-panel="images"] canvas').evaluate((canvas) => canvas.toDataURL());
+  const first = await shown();
+  for (let i = 0; i < 3; ++i) {
+    const before = await shown();
+    await until(async () => (await shown()) !== before, "the next picture"); // the head moves all the time
+  }
+  assert.notEqual(await shown(), first);
   await f.picture(page, "images");
   await page.context().close();
 });
@@ -374,6 +381,8 @@ test("A robot that ended stays until it is closed", async () => {
 });
 
 test("A page that loses the monitor says so, and comes back by itself", async () => {
+  f.quad(); // the one before may have ended with its emergency stop
+  await until(async () => (await f.robots()).includes("quad"), "the quadrotor");
   const page = await f.open({ view: "runs" });
   await tile(page, "layout").locator("tr", { hasText: "imu.raw" }).waitFor();
   const port = new URL(f.address).port;

@@ -50,6 +50,7 @@ function Picture({ robot, topic, withMarks }: { robot: Robot; topic: string; wit
   const note = useRef<HTMLSpanElement>(null);
   const whole = useWholeWidth(robot, topic);
   const state = useRef({ shown: null as Shown | null, marks: new Map<string, { marks: Mark[]; stamp_ns: number }>(), frames: 0, hz: 0, since: performance.now(), busy: false });
+  const drawNow = useRef(() => {});
   const [problem, setProblem] = useState("");
 
   useEffect(() => robot.subscribe(`/${topic}${kJpeg}`, (payload) => {
@@ -67,7 +68,7 @@ function Picture({ robot, topic, withMarks }: { robot: Robot; topic: string; wit
         s.shown?.bitmap.close();
         s.shown = { bitmap, stamp_ns: stamp ? Number(BigInt(stamp.sec) * 1_000_000_000n + BigInt(stamp.nanosec) - robot.socket.unix_ns) : NaN, bytes };
         ++s.frames;
-        draw();
+        drawNow.current();
       }, () => setProblem("A picture came that this browser cannot read."))
       .finally(() => (s.busy = false));
   }), [robot, topic]);
@@ -102,6 +103,7 @@ function Picture({ robot, topic, withMarks }: { robot: Robot; topic: string; wit
     context.drawImage(shown.bitmap, 0, 0, w, h);
     if (withMarks) drawMarks(context, w, h, w / (whole ?? shown.bitmap.width), s.marks, shown.stamp_ns);
   };
+  drawNow.current = draw; // the listener outlives this size and these marks
   useEffect(draw);
 
   useEffect(() => {

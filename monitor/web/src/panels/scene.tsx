@@ -15,6 +15,7 @@ interface Pose {
 
 const kMostPath = 4000;
 const kPathStep_m = 0.02;
+const kFrameMs = 1000 / 30 - 3;
 const kTruth = "ground_truth"; // in the simulator's world, which begins elsewhere than the estimate's
 
 const isVec = (s: unknown): s is Struct => typeof s === "object" && s !== null && (s as Struct).fields.map((f) => f.name).join() === "x,y,z";
@@ -55,6 +56,8 @@ interface World {
   points: Map<string, Vec>;
   rotors: number[] | null;
   joints: Joint[];
+  /** Takes the newest messages; false: none came since. */
+  refresh: () => boolean;
 }
 
 export function ScenePanel({ robot, tile, set }: PanelProps) {
@@ -81,9 +84,17 @@ export function ScenePanel({ robot, tile, set }: PanelProps) {
 }
 
 function useWorld(robot: Robot, topic: string, all: [string, Struct][]): { current: World } {
-  const world = useRef<World>({ pose: null, path: [], points: new Map(), rotors: null, joints: [] });
+  const world = useRef<World>({ pose: null, path: [], points: new Map(), rotors: null, joints: [], refresh: () => false });
   useEffect(() => {
     const w = world.current;
+    // Of 1000 messages a second only those are decoded that a drawing shows.
+    const newest = new Map<string, [payload: DataView, take: (payload: DataView) => void]>();
+    w.refresh = () => {
+      const any = newest.size > 0;
+      for (const [payload, take] of newest.values()) take(payload);
+      newest.clear();
+      return any;
+    };
     const poseOf = (m: Message, s: Struct): Pose | null => {
       const f = poseField(s)!;
       const q = m[f.q] as unknown as Quat;
@@ -97,7 +108,7 @@ function useWorld(robot: Robot, topic: string, all: [string, Struct][]): { curre
       const joints = s.fields.some((f) => f.name === "position_rad" && f.array !== null);
       const rotors = s.fields.some((f) => f.name === "fault_events"); // what the guardian passed on
       if (!own && points.length === 0 && !joints && !rotors && !target) return [];
-      return [robot.subscribe(`/${name}`, (payload) => {
+      const take = (payload: DataView) => {
         const m = decode(s, payload);
         if (own) {
           w.pose = poseOf(m, s);
@@ -128,7 +139,8 @@ function useWorld(robot: Robot, topic: string, all: [string, Struct][]): { curre
           const values = m.value as number[];
           w.rotors = m.count === 4 && values.slice(0, 4).every((v) => v >= 0 && v <= 1) ? values.slice(0, 4) : null;
         }
-      })];
+      };
+      return [robot.subscribe(`/${name}`, (payload) => void newest.set(name, [payload, take]))];
     });
     return () => ends.forEach((end) => end());
   }, [robot, topic, all]);
@@ -146,13 +158,19 @@ function Space({ robot, topic, all, follow }: { robot: Robot; topic: string; all
   const camera = useRef<Camera>({ azimuth: -2.2, elevation: 0.42, distance: 3.6, target: [0, 0, 0.6] });
   const scheme = useScheme();
   const [home, setHome] = useState(0);
+  const drawn = useRef(""); // the camera of the last drawing
+  drawn.current = "";
 
   useEffect(() => {
-    let frame = 0;
-    const run = () => {
+    let frame = 0, last = 0;
+    const run = (now_ms: number) => {
       frame = requestAnimationFrame(run);
       const c = canvas.current;
-      if (!c || size.width === 0) return;
+      if (!c || size.width === 0 || now_ms - last < kFrameMs) return;
+      last = now_ms;
+      const turned = JSON.stringify(camera.current);
+      if (!world.current.refresh() && drawn.current === turned) return; // the same picture
+      drawn.current = turned;
       const ratio = devicePixelRatio || 1;
       const w = Math.round(size.width * ratio), h = Math.round(size.height * ratio);
       if (c.width !== w || c.height !== h) (c.width = w), (c.height = h);
