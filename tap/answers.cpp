@@ -103,10 +103,11 @@ struct Answers::Command {
 };
 
 std::span<const Answers::Command> Answers::commands() {
-  static constexpr std::array<Command, 21> kCommands{{{"hello", &Answers::hello},
+  static constexpr std::array<Command, 24> kCommands{{{"hello", &Answers::hello},
                                                       {"topics", &Answers::topics},
                                                       {"status", &Answers::status},
                                                       {"params", &Answers::params},
+                                                      {"clock", &Answers::clock},
                                                       {"memory", &Answers::memory},
                                                       {"doorbells", &Answers::doorbells},
                                                       {"subscribe", &Answers::subscribe},
@@ -119,6 +120,8 @@ std::span<const Answers::Command> Answers::commands() {
                                                       {"arm", &Answers::arm},
                                                       {"disarm", &Answers::disarm},
                                                       {"publish", &Answers::publish},
+                                                      {"publish.memory", &Answers::publish_memory},
+                                                      {"publish.bytes", &Answers::publish_bytes},
                                                       {"record.start", &Answers::record_start},
                                                       {"record.stop", &Answers::record_stop},
                                                       {"record.status", &Answers::record_status},
@@ -154,8 +157,8 @@ Answers::Answers(rt::Graph& graph, rt::Runner& runner, hal::Os& os, TopicNotifie
     if (reader_->topics()[t].info == &msg::type_info<msg::SafetyState>()) safety_topic_ = t;
 }
 
-Reply Answers::answer(std::string_view text, std::uint64_t client) {
-  client_ = client;
+Reply Answers::answer(std::string_view text, std::uint64_t client, hal::Stream* stream) {
+  client_ = client, stream_ = stream;
   const auto garbage = [](const char* why) {
     Reply reply = refuse(hal::Errc::bad_data, why);
     reply.garbage = true;
@@ -218,7 +221,12 @@ void Answers::follow() {
 }
 
 void Answers::forget(std::uint64_t client) {
-  if (notifier_) notifier_->subscribe(client, {}, {});
+  if (notifier_) notifier_->subscribe(client, {});
+  memories_.erase(client);
+}
+
+void Answers::set_memory(std::uint64_t client, std::unique_ptr<hal::SharedMemory> memory) {
+  memories_[client] = std::move(memory);
 }
 
 // ---- requests that look
@@ -240,11 +248,16 @@ Reply Answers::topics(const Json&) { return good(directory_json(graph_)); }
 
 Reply Answers::status(const Json&) {
   Json json = status_json(graph_, runner_);
-  json["now_ns"] = (robot_.clock ? *robot_.clock : os_).now().ns;
+  json["now_ns"] = now().ns;
   if (Json guardian = guardian_json(); !guardian.is_null()) json["guardian"] = std::move(guardian);
   if (robot_.complaints) json["devices"] = {{"complaints", robot_.complaints()}};
   if (outsiders) json["outsiders"] = outsiders();
   return good(json);
+}
+
+Reply Answers::clock(const Json&) {
+  const bool monotonic = !robot_.clock || robot_.clock == static_cast<const hal::Clock*>(&os_);
+  return good({{"now_ns", now().ns}, {"monotonic", monotonic}});
 }
 
 Json Answers::param_json(const rt::GraphModule& module, std::size_t param, const rt::ParamValue& value) const {
@@ -310,18 +323,32 @@ Reply Answers::subscribe(const Json& request) {
     if (!at->is_number_integer() || *at < 1 || *at > 1000) return needs("period_ms", "an integer from 1 to 1000");
     period_ms = at->get<std::int64_t>();
   }
-  std::vector<rt::WriterId> writers;
+  TopicNotifier::Wish wish;
+  wish.period = std::chrono::milliseconds(period_ms);
   Json bells = Json::object();
-  for (const Json& name : *names) {
-    const auto* text = name.get_ptr<const std::string*>();
-    if (!text) return needs("topics", "a list of names");
-    const std::uint32_t topic = graph_.find_topic(*text);
-    if (topic == rt::kNone) return refuse(hal::Errc::not_found, rt::no_such_topic(graph_, *text));
-    const rt::WriterId writer = graph_.segment().entry(graph_.topic_id(topic)).writer;
-    if (!bells.contains(*text)) writers.push_back(writer);
-    bells[*text] = writer;
+  std::optional<Reply> refusal;
+  const auto read = [&](const Json& list, bool at_once) {
+    for (const Json& name : list) {
+      const auto* text = name.get_ptr<const std::string*>();
+      if (!text) return refusal = needs(at_once ? "at_once" : "topics", "a list of names");
+      const std::uint32_t topic = graph_.find_topic(*text);
+      if (topic == rt::kNone) return refusal = refuse(hal::Errc::not_found, rt::no_such_topic(graph_, *text));
+      if (at_once && !graph_.topics()[topic].wake_outsiders)
+        return refusal =
+                   refuse(hal::Errc::not_supported, *text + ": its robot file does not say wake_outsiders = true");
+      const rt::WriterId writer = graph_.segment().entry(graph_.topic_id(topic)).writer;
+      if (!bells.contains(*text)) (at_once ? wish.at_once : wish.writers).push_back(writer);
+      bells[*text] = writer;
+    }
+    return refusal;
+  };
+  read(*names, false);
+  if (const auto at = request.find("at_once"); at != request.end() && !refusal) {
+    if (!at->is_array()) return needs("at_once", "a list of names");
+    read(*at, true);
   }
-  notifier_->subscribe(client_, std::move(writers), std::chrono::milliseconds(period_ms));
+  if (refusal) return *std::move(refusal);
+  notifier_->subscribe(client_, std::move(wish));
   Json json = Json::object();
   json["bells"] = std::move(bells);
   return good(json);
@@ -450,13 +477,61 @@ Reply Answers::publish(const Json& request) {
   const msg::TypeInfo& type = *graph_.topics()[t].type;
   if (type.has_bulk() || type.align > alignof(std::max_align_t))
     return refuse(hal::Errc::not_supported,
-                  *topic + " holds " + std::string(type.name) + ": no such message comes in by the socket");
+                  *topic + " holds " + std::string(type.name) + ": its messages come in with publish.bytes only");
   std::vector<std::max_align_t> room(type.size / sizeof(std::max_align_t) + 1);
   if (const auto wrong = read_message(type, *message, room.data()))
     return refuse(hal::Errc::bad_argument, "\"message\": " + *wrong);
+  return post_message(request, *topic, {.bytes = std::as_bytes(std::span(room)).first(type.size)});
+}
+
+/// For both ways in: the stamp, the mailbox, and whether the reply waits for the effect.
+Reply Answers::post_message(const Json& request, const std::string& topic, const rt::OutsideMessage& message) {
+  rt::OutsideMessage stamped = message;
+  if (const auto at = request.find("stamp_ns"); at != request.end()) {
+    const bool whole = at->is_number_integer() && !(at->is_number_unsigned() && at->get<std::uint64_t>() > INT64_MAX);
+    const std::int64_t stamp_ns = whole ? at->get<std::int64_t>() : 0, now_ns = now().ns;
+    if (stamp_ns <= 0 || stamp_ns > now_ns)
+      return needs("stamp_ns", ("an integer from 1 to the robot's present time, " + std::to_string(now_ns)).c_str());
+    stamped.stamp = hal::Time{stamp_ns};
+  }
+  bool waits = true;
+  if (const auto at = request.find("wait"); at != request.end()) {
+    if (!at->is_boolean()) return needs("wait", "true or false");
+    waits = at->get<bool>();
+  }
   std::string why;
-  const auto ticket = graph_.publish(*topic, std::as_bytes(std::span(room)).first(type.size), &why);
-  return posted(ticket, why, {{"topic", *topic}});
+  const auto ticket = graph_.publish(topic, stamped, &why);
+  if (waits || !ticket) return posted(ticket, why, {{"topic", topic}});
+  return good({{"topic", topic}, {"step", Json()}});
+}
+
+Reply Answers::publish_memory(const Json&) {
+  if (!stream_) return refuse(hal::Errc::not_supported, "this connection brings no memory");
+  auto memory = stream_->take_memory(hal::Stream::MemoryAccess::copied);
+  if (!memory)
+    return refuse(memory.error().code, memory.error().code == hal::Errc::not_found
+                                           ? "no memory came with this request, or it is not the first of its kind"
+                                           : memory.error().where);
+  const std::size_t bytes = (*memory)->size();
+  set_memory(client_, std::move(*memory));
+  return good({{"bytes", bytes}});
+}
+
+Reply Answers::publish_bytes(const Json& request) {
+  const std::string* topic = text_of(request, "topic");
+  if (!topic) return needs("topic", "a topic's name");
+  const auto memory = memories_.find(client_);
+  if (memory == memories_.end())
+    return refuse(hal::Errc::bad_argument, "publish.memory comes first: this connection has handed over none");
+  const auto size_of = [&request](const char* member) -> std::optional<std::size_t> {
+    const auto at = request.find(member);
+    if (at == request.end() || !at->is_number_unsigned() || at->get<std::uint64_t>() > UINT32_MAX) return std::nullopt;
+    return static_cast<std::size_t>(at->get<std::uint64_t>());
+  };
+  const auto offset = size_of("offset"), bytes = size_of("bytes");
+  if (!offset) return needs("offset", "an integer from 0 to 4294967295");
+  if (!bytes) return needs("bytes", "an integer from 0 to 4294967295");
+  return post_message(request, *topic, {.memory = memory->second.get(), .offset = *offset, .size = *bytes});
 }
 
 Reply Answers::enable(const Json& request) { return set_enabled(request, true); }

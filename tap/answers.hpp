@@ -2,6 +2,8 @@
 // The robot's reply to each request. Include inside of the room only: it shows the JSON library.
 #include <cstdint>
 #include <functional>
+#include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
@@ -10,8 +12,10 @@
 #include <vector>
 
 #include "hal/os.hpp"
+#include "hal/stream.hpp"
 #include "msg/safety.hpp"
 #include "rt/exec/runner.hpp"
+#include "rt/external_source.hpp"
 #include "rt/graph.hpp"
 #include "tap/record_control.hpp"
 #include "tap/segment_reader.hpp"
@@ -55,9 +59,12 @@ class Answers {
   };
   Answers(rt::Graph& graph, rt::Runner& runner, hal::Os& os, TopicNotifier* notifier, Robot robot);
 
-  /// `text` may be any bytes. `client` names the connection, for subscriptions. Throws bad_alloc and nothing else; so
-  /// do settle() and still_waiting().
-  Reply answer(std::string_view text, std::uint64_t client);
+  /// `text` may be any bytes. `client` names the connection, for subscriptions; memory that came with the request is
+  /// taken from its `stream`, null: there is none. Throws bad_alloc and nothing else; so do settle() and
+  /// still_waiting().
+  Reply answer(std::string_view text, std::uint64_t client, hal::Stream* stream = nullptr);
+  /// The memory from which this client's messages are copied from now on.
+  void set_memory(std::uint64_t client, std::unique_ptr<hal::SharedMemory> memory);
   /// The reply to a change that took effect; nothing while it waits.
   std::optional<Json> settle(const Change& change);
   /// The reply to a change that is not waited for any longer.
@@ -81,6 +88,7 @@ class Answers {
   Reply topics(const Json& request);
   Reply status(const Json& request);
   Reply params(const Json& request);
+  Reply clock(const Json& request);
   Reply memory(const Json& request);
   Reply doorbells(const Json& request);
   Reply subscribe(const Json& request);
@@ -94,6 +102,10 @@ class Answers {
   Reply arm(const Json& request);
   Reply disarm(const Json& request);
   Reply publish(const Json& request);
+  Reply publish_memory(const Json& request);
+  Reply publish_bytes(const Json& request);
+  Reply post_message(const Json& request, const std::string& topic, const rt::OutsideMessage& message);
+  hal::Time now() const { return (robot_.clock ? *robot_.clock : os_).now(); }
   Reply record_start(const Json&) { return ask_recorder(RecordControl::Command::start); }
   Reply record_stop(const Json&) { return ask_recorder(RecordControl::Command::stop); }
   Reply record_status(const Json&) { return ask_recorder(RecordControl::Command::status); }
@@ -117,8 +129,10 @@ class Answers {
   hal::Os& os_;
   TopicNotifier* notifier_;  // null: no shared memory
   Robot robot_;
-  std::uint64_t client_ = 0;                         // whose request is being answered
-  std::vector<std::vector<rt::ParamValue>> values_;  // by module and parameter
+  std::uint64_t client_ = 0;                                              // whose request is being answered
+  hal::Stream* stream_ = nullptr;                                         // of that client
+  std::map<std::uint64_t, std::unique_ptr<hal::SharedMemory>> memories_;  // of clients that publish bytes
+  std::vector<std::vector<rt::ParamValue>> values_;                       // by module and parameter
   std::vector<ParamChange> in_flight_;
   std::optional<SegmentReader> reader_;  // of our own topics, as an outsider
   std::optional<std::uint32_t> safety_topic_;

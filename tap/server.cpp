@@ -33,7 +33,7 @@ class Server::Body {
 
   hal::Status start(const Name& name, rt::Runner& runner) {
     if (graph_.memory()) {
-      auto notifier = TopicNotifier::open(graph_.segment(), os_);
+      auto notifier = TopicNotifier::open(graph_.segment(), *graph_.bells(), os_);
       if (!notifier) return notifier.error();
       notifier_ = std::move(*notifier);
     }
@@ -117,7 +117,7 @@ class Server::Body {
 
   void answer(Connection& c, std::string_view request, hal::Time now) {
     stats.requests.add();
-    const Reply reply = answers_->answer(request, c.id());
+    const Reply reply = answers_->answer(request, c.id(), &c.stream());
     if (reply.garbage) stats.garbage.add();
     if (!c.reply(reply, room_for_reply(), now)) stats.refused_replies.add();
     if (c.throttled()) stats.throttled.add();

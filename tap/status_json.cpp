@@ -26,6 +26,11 @@ void add_type(const msg::TypeInfo& type, Json& types) {
                       {"offset", f.offset},
                       {"unit", f.unit},
                       {"doc", msg::remark_of(f)}});
+    if (f.names.empty()) continue;
+    Json names = Json::object();
+    for (const msg::ValueName& n : f.names) names[std::string(n.name)] = n.value;
+    fields.back()["names"] = std::move(names);
+    fields.back()["bits"] = f.bits;
   }
   types[name] = {{"doc", type.doc},
                  {"bytes", type.size},
@@ -112,7 +117,8 @@ Json directory_json(const rt::Graph& graph) {
                       {"bulk_bytes", topic.image_bytes},
                       {"keep", graph.slots(t).keep},
                       {"rate_hz", graph.planned_rate_hz(t)},
-                      {"external", writer.external != nullptr}});
+                      {"external", writer.external != nullptr},
+                      {"wakes_outsiders", topic.wake_outsiders}});
   }
   return {{"topics", std::move(topics)}, {"types", std::move(types)}};
 }
