@@ -303,7 +303,7 @@ class Topic:
             raise Error("bad_argument", f"{size} bytes of pixels: {self.name} has room for {room}")
         place = _view(address, room, self._robot._own)
         if numpy is not None:
-            numpy.frombuffer(place, numpy.uint8, size).reshape(shape)[...] = pixels
+            numpy.frombuffer(place, numpy.uint8, size).reshape(shape)[...] = numpy.asarray(pixels)
         else:
             place[:size] = memoryview(pixels).cast("B")
         return {"width": shape[1], "height": shape[0], "stride": shape[1] * channels,

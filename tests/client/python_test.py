@@ -2,6 +2,7 @@
 
     python_test.py PROGRAM LIBRARY SOURCE
 """
+import json
 import os
 import signal
 import subprocess
@@ -152,6 +153,32 @@ class End(unittest.TestCase):
         with self.assertRaises(sinew.Closed):
             topic.wait(LIMIT_S)
         Python.folder.cleanup()
+
+
+class Replay(unittest.TestCase):
+    def test_pixels_from_outside_are_executed_again_to_the_same_bytes(self):
+        with tempfile.TemporaryDirectory(prefix="sinew-") as folder:
+            env = {**os.environ, "SINEW_RUN_DIR": folder, "SINEW_RECORD": "on"}
+            os.environ["SINEW_RUN_DIR"] = folder
+            run = subprocess.Popen([PROGRAM, "run", f"{SOURCE}/tests/client/client_robot.toml", "--plain", "--runs",
+                                    f"{folder}/runs", "--record-images"], stdout=subprocess.DEVNULL, env=env)
+            end = time.monotonic() + LIMIT_S
+            while not os.path.exists(f"{folder}/ball.sock") and time.monotonic() < end:
+                time.sleep(0.05)
+            with sinew.attach("ball") as robot:
+                camera = robot.topic("camera.raw")
+                for i in range(8):
+                    camera.publish(pixels=memoryview(bytes([i]) * 64 * 48).cast("B", (48, 64)), format="mono8",
+                                   stamp_ns=robot.now_ns())
+            run.send_signal(signal.SIGTERM)
+            run.wait(LIMIT_S)
+            files = [os.path.join(where, name) for where, _, names in os.walk(f"{folder}/runs") for name in names
+                     if name.endswith(".mcap")]
+            done = subprocess.run([PROGRAM, "replay", *files, "--json"], capture_output=True, text=True,
+                                  env=env, timeout=LIMIT_S)
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            camera = json.loads(done.stdout)["modules"]["camera"]
+            self.assertEqual((camera["messages"], camera["not_compared"]), (8, 0), camera)
 
 
 unittest.main(argv=sys.argv[:1])
