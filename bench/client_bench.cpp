@@ -67,8 +67,13 @@ Shared* g_shared = nullptr;
 
 std::int64_t now_ns() { return hal::system_os().now().ns; }
 
-void futex(std::atomic<std::uint32_t>& word, int op, std::uint32_t value) {
-  ::syscall(SYS_futex, &word, op, value, nullptr, nullptr, 0);
+void wake(std::atomic<std::uint32_t>& word) { ::syscall(SYS_futex, &word, FUTEX_WAKE, 1, nullptr, nullptr, 0); }
+
+/// With a time-out, as everybody who waits for a camera has one: the kernel's timer for it is part of the job.
+void sleep_on(std::atomic<std::uint32_t>& word, std::uint32_t seen) {
+  const std::int64_t until = now_ns() + 1'000'000'000;
+  const timespec limit{static_cast<time_t>(until / 1'000'000'000), static_cast<long>(until % 1'000'000'000)};
+  ::syscall(SYS_futex, &word, FUTEX_WAIT_BITSET, seen, &limit, nullptr, FUTEX_BITSET_MATCH_ANY);
 }
 
 /// Every second frame goes out the bare way, from the same step of the same thread.
@@ -79,7 +84,7 @@ class Camera final : public rt::Module {
     if (g_shared->alternates.load(std::memory_order_relaxed) && step.number % 2 == 0) {
       g_shared->stamp_ns.store(now_ns(), std::memory_order_relaxed);
       g_shared->word.fetch_add(1, std::memory_order_release);
-      futex(g_shared->word, FUTEX_WAKE, 1);
+      wake(g_shared->word);
       return rt::StepStatus::stale;
     }
     msg::Image& image = out_.loan();
@@ -130,7 +135,7 @@ void read_floor() {
   std::uint32_t seen = 0;
   unsigned sum = 0;
   for (;;) {
-    while (g_shared->word.load(std::memory_order_acquire) == seen) futex(g_shared->word, FUTEX_WAIT, seen);
+    while (g_shared->word.load(std::memory_order_acquire) == seen) sleep_on(g_shared->word, seen);
     seen = g_shared->word.load(std::memory_order_acquire);
     sum += std::to_integer<unsigned>(g_shared->frame[0]) + std::to_integer<unsigned>(g_shared->frame[kFrameBytes - 1]);
     keep(sum);

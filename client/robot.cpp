@@ -84,9 +84,11 @@ bool Robot::view(const tap::Message& message, sinew_message& out) const {
     out.bulk = message.data() + topic.message_bytes;
     out.bulk_bytes = topic.bulk_bytes;
     if (topic.info && topic.info->has_bulk()) {
-      std::vector<std::max_align_t> copy(topic.message_bytes / sizeof(std::max_align_t) + 1);
-      std::memcpy(copy.data(), message.data(), topic.message_bytes);
-      out.bulk_bytes = std::min(topic.info->bulk_used(copy.data()), topic.bulk_bytes);
+      alignas(64) std::array<std::byte, 256> copy;
+      if (topic.message_bytes <= copy.size()) {
+        std::memcpy(copy.data(), message.data(), topic.message_bytes);
+        out.bulk_bytes = std::min(topic.info->bulk_used(copy.data()), topic.bulk_bytes);
+      }
     }
   }
   return reader_->holds(message);

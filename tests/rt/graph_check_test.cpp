@@ -492,10 +492,14 @@ TEST_F(GraphCheckTest, ExternalTopicsHaveANameATypeAndAThread) {
   EXPECT_THAT(problems(), IsEmpty()) << "a type of a module's port is known too";
   std::string types;
   for (const msg::TypeInfo* t : msg::all_types()) types += " " + std::string(t->name);
-  spec.topics = {external("operator", 50, "OperatorLink", "control"),  external("other.link", 51, "Imag", "control"),
-                 external("third.link", 52, "", "guardian"),           external("fourth.link", 53, "OperatorLink", ""),
-                 external("fifth.a", 54, "OperatorLink", "control"),   external("fifth.b", 55, "OperatorLink", "sense"),
-                 external("maker.link", 56, "OperatorLink", "control"), external("eye.image", 57, "Image", "control")};
+  spec.topics = {external("operator", 50, "OperatorLink", "control"),
+                 external("other.link", 51, "Imag", "control"),
+                 external("third.link", 52, "", "guardian"),
+                 external("fourth.link", 53, "OperatorLink", ""),
+                 external("fifth.a", 54, "OperatorLink", "control"),
+                 external("fifth.b", 55, "OperatorLink", "sense"),
+                 external("maker.link", 56, "OperatorLink", "control"),
+                 external("eye.image", 57, "Image", "control")};
   EXPECT_THAT(
       problems(),
       ElementsAre("r.toml:11: module.maker: in threads control control: named once, in the order of one thread",
