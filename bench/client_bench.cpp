@@ -53,10 +53,14 @@ struct Samples {
 };
 
 struct Shared {
-  // The floor: one slot, and a word to sleep on.
+  // The floor: as many slots as the topic has, since frames are read in place, and a word to sleep on that counts them.
+  struct Slot {
+    std::atomic<std::int64_t> stamp_ns{0};
+    std::array<std::byte, kFrameBytes> frame{};
+  };
   alignas(64) std::atomic<std::uint32_t> word{0};
-  std::atomic<std::int64_t> stamp_ns{0};
-  std::array<std::byte, kFrameBytes> frame{};
+  alignas(4096) std::array<Slot, 6> slots{};
+  Slot& slot(std::uint32_t number) { return slots[number % slots.size()]; }
   // All processes.
   std::atomic<bool> alternates{true};  // false: every frame goes to the topic
   Samples floor, ours, bells, polled;
@@ -82,8 +86,9 @@ class Camera final : public rt::Module {
   void declare(rt::Declaration& d) override { d.out("raw", out_); }
   rt::StepStatus step(const rt::Step& step) noexcept override {
     if (g_shared->alternates.load(std::memory_order_relaxed) && step.number % 2 == 0) {
-      g_shared->stamp_ns.store(now_ns(), std::memory_order_relaxed);
-      g_shared->word.fetch_add(1, std::memory_order_release);
+      const std::uint32_t next = g_shared->word.load(std::memory_order_relaxed) + 1;
+      g_shared->slot(next).stamp_ns.store(now_ns(), std::memory_order_relaxed);
+      g_shared->word.store(next, std::memory_order_release);
       wake(g_shared->word);
       return rt::StepStatus::stale;
     }
@@ -137,9 +142,10 @@ void read_floor() {
   for (;;) {
     while (g_shared->word.load(std::memory_order_acquire) == seen) sleep_on(g_shared->word, seen);
     seen = g_shared->word.load(std::memory_order_acquire);
-    sum += std::to_integer<unsigned>(g_shared->frame[0]) + std::to_integer<unsigned>(g_shared->frame[kFrameBytes - 1]);
+    const Shared::Slot& slot = g_shared->slot(seen);
+    sum += std::to_integer<unsigned>(slot.frame[0]) + std::to_integer<unsigned>(slot.frame[kFrameBytes - 1]);
     keep(sum);
-    g_shared->floor.add(now_ns() - g_shared->stamp_ns.load(std::memory_order_relaxed));
+    g_shared->floor.add(now_ns() - slot.stamp_ns.load(std::memory_order_relaxed));
   }
 }
 
