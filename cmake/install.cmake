@@ -21,6 +21,17 @@ if(TARGET sinew_libcamera)
   list(APPEND SINEW_INSTALLED_PROGRAMS sinew_libcamera)
 endif()
 
+# libsinew_client.so for programs beside a robot, with what Python needs of it; the header and the link for compilers.
+if(TARGET sinew_client_library)
+  install(TARGETS sinew_client_library LIBRARY DESTINATION ${SINEW_LIB_FOLDER} COMPONENT runtime NAMELINK_SKIP)
+  install(TARGETS sinew_client_library LIBRARY DESTINATION ${SINEW_LIB_FOLDER} COMPONENT dev NAMELINK_ONLY)
+  install(FILES client/sinew_client.h DESTINATION include COMPONENT dev)
+  install(FILES client/mex/sinew_mex.c DESTINATION ${SINEW_SHARE_FOLDER}/mex COMPONENT dev)
+  install(DIRECTORY python/sinew DESTINATION lib/python3/dist-packages COMPONENT runtime
+          FILES_MATCHING PATTERN "*.py" PATTERN "*.pyi" PATTERN "py.typed" PATTERN "__pycache__" EXCLUDE)
+  list(APPEND SINEW_INSTALLED_PROGRAMS sinew_client_library)
+endif()
+
 file(GLOB documents CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/docs/*.md)
 list(FILTER documents EXCLUDE REGEX "/README.md$")
 file(GLOB reference CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/docs/reference/*.md)

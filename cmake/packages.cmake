@@ -61,13 +61,15 @@ set(CPACK_DEBIAN_PACKAGE_SOURCE "sinew (${SINEW_DEB_VERSION})")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME sinew)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION misc)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SUGGESTS "sinew-monitor, sinew-sim, libsinew-dev")
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_CONTROL_EXTRA ${CMAKE_BINARY_DIR}/package/triggers)  # for libsinew_client.so.1
+file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/package/triggers CONTENT "activate-noawait ldconfig\n")
 set(CPACK_COMPONENT_RUNTIME_DESCRIPTION "runtime of a robot's onboard computer
 The sinew command runs, checks, records and repeats robots that are described
 by a file: drivers, estimation, control and vision as modules with fixed
 priorities, in real time or in virtual time against a simulator.")
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libsinew-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
-set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS "sinew (= ${SINEW_DEB_VERSION})")
+set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS "sinew (= ${SINEW_DEB_VERSION})")  # libsinew_client.so is a link to its file
 set(CPACK_COMPONENT_DEV_DESCRIPTION "runtime of robots, to write modules for
 Headers, static libraries and the CMake package of Sinew, for programs with
 modules of one's own. The command \"sinew new\" writes such a project.")

@@ -69,7 +69,7 @@ function(sinew_room path)
     file(GLOB ARG_SOURCES CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/${path}/*.cpp)
   endif()
   set(gate ${CMAKE_BINARY_DIR}/include/${name})
-  file(GLOB headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}/${path} ${PROJECT_SOURCE_DIR}/${path}/*.hpp)
+  file(GLOB headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}/${path} ${PROJECT_SOURCE_DIR}/${path}/*.hpp ${PROJECT_SOURCE_DIR}/${path}/*.h)
   list(REMOVE_ITEM headers precompiled.hpp)  # for the compiler; no file includes it
   file(REMOVE_RECURSE ${gate})
   file(MAKE_DIRECTORY ${gate}/${path})

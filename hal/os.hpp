@@ -42,6 +42,9 @@ class SharedMemory {
   virtual std::size_t size() const = 0;
   /// Copies its content at `offset`. False: the memory does not reach that far. RT: yes.
   virtual bool copy(std::size_t offset, std::span<std::byte> into) const noexcept = 0;
+  /// Wakes all that sleep on a word of this memory, in any process. Nothing happens for memory that cannot be handed
+  /// on. RT: yes, one system call.
+  virtual void wake_all(WakeWord&) noexcept {}
   /// The handle for Stream::write_with_memory(); negative: memory that cannot be handed on.
   virtual std::intptr_t handle() const { return -1; }
 };

@@ -91,6 +91,15 @@ struct Image {
     return n > capacity_bytes ? capacity_bytes : static_cast<std::uint32_t>(n);
   }
   void set_bulk_capacity(std::uint32_t bytes) { capacity_bytes = bytes; }
+
+  /// True when a header that came from elsewhere describes pixels that are all there: a format, dimensions within
+  /// 1280x960, rows that do not overlap and end within `bytes` and the capacity.
+  bool is_whole(std::size_t bytes) const {
+    const std::uint64_t used = std::uint64_t{stride} * height;
+    return bytes_per_pixel(format) != 0 && width > 0 && height > 0 && width <= kMaxImageWidth &&
+           height <= kMaxImageHeight && stride >= width * bytes_per_pixel(format) && used <= bytes &&
+           used <= capacity_bytes;
+  }
 };
 
 template <>

@@ -85,10 +85,8 @@ void Graph::add_external_sources() {
     const auto [source, port] = split_topic(t.name);
     if (!ports.contains(source)) first.push_back(&t);
     const msg::TypeInfo* type = message_type(t.external->type);
-    if (type && !type->has_bulk())
-      ports[source].push_back({std::string(port), type});
-    else
-      ports[source];
+    std::vector<ExternalSource::Topic>& of_source = ports[source];
+    if (type) of_source.push_back({std::string(port), type, t.image_pixels > 0 ? t.image_pixels : t.image_bytes});
   }
   for (auto t = first.rbegin(); t != first.rend(); ++t) {
     ModuleSpec m;
@@ -141,6 +139,7 @@ void Graph::resolve_topics() {
         if (s.name == t.name) {
           t.image_bytes = s.image_bytes, t.history = s.history;
           t.image_pixels = s.image_pixels > 0 ? s.image_pixels : s.image_bytes;
+          t.wake_outsiders = s.wake_outsiders;
         }
       topics_.push_back(std::move(t));
     }

@@ -14,12 +14,14 @@
 #include "rt/mailbox.hpp"
 #include "rt/module.hpp"
 #include "rt/module_types.hpp"
+#include "rt/outside_bells.hpp"
 #include "rt/segment.hpp"
 
 namespace sinew::rt {
 
 class ExternalSource;
 class Guardian;
+struct OutsideMessage;
 
 inline constexpr std::uint32_t kNone = 0xFFFFFFFF;  // no such module, topic, thread
 
@@ -48,6 +50,7 @@ struct GraphTopic {
   std::uint32_t history = 0;
   std::uint32_t source_chains = 0, sink_chains = 0;  // bit c: chain c begins or ends here
   std::vector<std::uint32_t> triggers;               // threads
+  bool wake_outsiders = false;                       // TopicSpec's
 };
 
 struct GraphThread {
@@ -114,6 +117,8 @@ class Graph {
   const SegmentPlan& plan() const { return *plan_; }
   /// The memory of the segment, to be handed to other processes; null: ordinary memory.
   const hal::SharedMemory* memory() const { return memory_.get(); }
+  /// On which other programs sleep; null: ordinary memory.
+  OutsideBells* bells() { return bells_.get(); }
   /// Cycles per second of a topic's writer, from the periods that release it; 0: a device releases it, or not known.
   double planned_rate_hz(std::uint32_t topic) const;
   /// The slots of a topic, term by term.
@@ -142,8 +147,11 @@ class Graph {
   /// Asks the guardian to let commands pass; it may refuse (Effect::refused) and says why in its state.
   hal::Result<Ticket> arm(std::string* why = nullptr);
   hal::Result<Ticket> disarm(std::string* why = nullptr);
-  /// One message to an external topic. The bytes are those of its struct, with finite numbers; its `stamp` is set to
-  /// the instant of the step that publishes it.
+  /// One message to an external topic, with finite numbers; an image has a header that fits its bytes and the topic.
+  /// The message's own `stamp` becomes OutsideMessage::stamp, or the instant of the step that publishes it when none is
+  /// given or the given one is later.
+  hal::Result<Ticket> publish(std::string_view topic, const OutsideMessage& message, std::string* why = nullptr);
+  /// The bytes of its struct, without a stamp.
   hal::Result<Ticket> publish(std::string_view topic, std::span<const std::byte> message, std::string* why = nullptr);
   /// The result of a request; nothing while it waits, or once a mailbox full of later requests is done.
   std::optional<Effect> effect(Ticket ticket) const;
@@ -160,6 +168,7 @@ class Graph {
   void resolve_chains();
   hal::Result<Ticket> ask_guardian(Request::Kind kind, std::string* why);
   hal::Result<Ticket> post(Request request, std::string* why);
+  std::string why_not_staged(std::uint32_t topic, const OutsideMessage& message, const hal::Error& error) const;
   hal::Status make_segment(const ConfigureOptions& options);
   void plan_outputs(std::uint32_t module);
   void plan_inputs(std::uint32_t module);
@@ -177,6 +186,7 @@ class Graph {
   std::unique_ptr<SegmentPlan> plan_;
   std::unique_ptr<hal::SharedMemory> memory_;
   std::unique_ptr<Segment> segment_;
+  std::unique_ptr<OutsideBells> bells_;
   std::vector<TopicId> topic_ids_;
   std::vector<WriterId> output_writers_;
   std::vector<std::vector<WriterId>> raw_writers_;

@@ -121,12 +121,11 @@ void GraphCheck::external(const TopicSpec& s) {
   if (!is_name(parts.first) || !is_name(parts.second))
     add(s.line, key, quoted(s.name), "a name as source.port, each of a-z, 0-9 and _");
   const msg::TypeInfo* type = graph_.message_type(s.external->type);
-  if (!type || type->has_bulk()) {
+  if (!type) {
     std::vector<std::string> known;
-    for (const msg::TypeInfo* t : msg::all_types())
-      if (!t->has_bulk()) known.emplace_back(t->name);
+    for (const msg::TypeInfo* t : msg::all_types()) known.emplace_back(t->name);
     add(s.line, key + ".type", s.external->type.empty() ? "missing" : quoted(s.external->type),
-        "a message type without pixels: " + listed_for(s.external->type, known));
+        "a message type: " + listed_for(s.external->type, known));
   }
   std::vector<std::string> threads;
   for (const GraphThread& t : graph_.threads())

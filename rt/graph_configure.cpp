@@ -33,7 +33,8 @@ class ModuleSetup final : public Setup {
     for (std::size_t p = 0; p < module_.topic.size(); ++p) {
       const Declaration::Port& port = module_.declaration.ports[p];
       if (port.output != &raw) continue;
-      if (port.kind != PortKind::raw) bug("only slots of raw topics can be held", module_.spec.name + "." + port.name);
+      if (port.kind != PortKind::raw && !module_.external)
+        bug("only slots of raw topics can be held", module_.spec.name + "." + port.name);
       module_.held[p] = slots;
     }
   }
@@ -134,6 +135,9 @@ hal::Status Graph::make_segment(const ConfigureOptions& options) {
   if (!memory) return memory.error();
   memory_ = std::move(*memory);
   segment_ = std::make_unique<Segment>(*plan_, *memory_);
+  auto bells = OutsideBells::make(*options.os, segment_->header().writer_count);
+  if (!bells) return bells.error();
+  bells_ = std::move(*bells);
   return {};
 }
 

@@ -1,9 +1,5 @@
 // The way in: what any thread may ask of a configured graph, checked before it goes into a mailbox.
-#include <cstring>
-
 #include "hal/did_you_mean.hpp"
-#include "math/elementary.hpp"
-
 #include "rt/external_source.hpp"
 #include "rt/graph.hpp"
 #include "rt/graph_check.hpp"
@@ -16,24 +12,6 @@ namespace {
 hal::Error refuse(std::string* why, hal::Errc code, const char* where, std::string words) {
   if (why) *why = std::move(words);
   return {code, where};
-}
-
-template <class Real>
-bool all_finite(const std::byte* at, std::uint32_t count) {
-  for (std::uint32_t i = 0; i < count; ++i) {
-    Real v;
-    std::memcpy(&v, at + i * sizeof v, sizeof v);
-    if (!math::is_finite(static_cast<double>(v))) return false;
-  }
-  return true;
-}
-
-bool all_finite(const msg::TypeInfo& type, const std::byte* message) {
-  for (const msg::FloatRun& run : type.floats)
-    if (run.is_f64 ? !all_finite<double>(message + run.offset, run.count)
-                   : !all_finite<float>(message + run.offset, run.count))
-      return false;
-  return true;
 }
 
 std::vector<std::string> names_of(const std::vector<Declaration::Param>& params) {
@@ -137,27 +115,35 @@ hal::Result<Ticket> Graph::ask_guardian(Request::Kind kind, std::string* why) {
   return post(request, why);  // thread 0, module 0
 }
 
-hal::Result<Ticket> Graph::publish(std::string_view topic, std::span<const std::byte> message, std::string* why) {
+/// Why an external topic does not take a message.
+std::string Graph::why_not_staged(std::uint32_t topic, const OutsideMessage& message, const hal::Error& error) const {
+  const GraphModule& writer = modules_[topics_[topic].writer];
+  const msg::TypeInfo& type = *topics_[topic].type;
+  const std::string length = std::to_string(message.length()) + " bytes: ";
+  if (error.code == hal::Errc::busy)
+    return std::to_string(writer.external->room(topics_[topic].port)) + " messages of " +
+           (type.has_bulk() ? topics_[topic].name : writer.spec.name) + " wait already";
+  if (error.code == hal::Errc::bad_data) return length + error.where;
+  if (error.where == std::string_view("not finite")) return "not finite: finite numbers in every field";
+  if (error.where != std::string_view("size of the message")) return error.where;
+  std::string has = std::string(type.name) + " has " + std::to_string(type.size);
+  if (type.has_bulk()) has += ", and behind it at most " + std::to_string(topics_[topic].image_bytes) + " of pixels";
+  return length + has;
+}
+
+hal::Result<Ticket> Graph::publish(std::string_view topic, const OutsideMessage& message, std::string* why) {
   const std::uint32_t t = find_topic(topic);
   if (t == kNone) return refuse(why, hal::Errc::not_found, "topic", no_such_topic(*this, topic));
   const GraphModule& writer = modules_[topics_[t].writer];
-  const msg::TypeInfo& type = *topics_[t].type;
   if (!writer.external)
     return refuse(why, hal::Errc::not_supported, "topic",
                   std::string(topic) + " is written by module " + writer.spec.name +
                       "; only topics with writer = \"external\" take messages");
-  if (message.size() != type.size)
-    return refuse(
-        why, hal::Errc::bad_argument, "message",
-        std::to_string(message.size()) + " bytes: " + std::string(type.name) + " has " + std::to_string(type.size));
-  if (!all_finite(type, message.data()))
-    return refuse(why, hal::Errc::bad_argument, "message", "not finite: finite numbers in every field");
   if (mailboxes_.empty()) return refuse(why, hal::Errc::not_supported, "mailbox", "the graph is not configured yet");
   const auto place = writer.external->stage(topics_[t].port, message);
   if (!place) {
-    busy_posts_.add();
-    return refuse(why, place.error().code, place.error().where,
-                  std::to_string(ExternalSource::kRoom) + " messages of " + writer.spec.name + " wait already");
+    if (place.error().code == hal::Errc::busy) busy_posts_.add();
+    return refuse(why, place.error().code, place.error().where, why_not_staged(t, message, place.error()));
   }
   Request request;
   request.kind = Request::Kind::message;
@@ -167,6 +153,10 @@ hal::Result<Ticket> Graph::publish(std::string_view topic, std::span<const std::
   auto ticket = post(request, why);
   if (!ticket) writer.external->unstage(*place);
   return ticket;
+}
+
+hal::Result<Ticket> Graph::publish(std::string_view topic, std::span<const std::byte> message, std::string* why) {
+  return publish(topic, OutsideMessage{.bytes = message}, why);
 }
 
 std::optional<Effect> Graph::effect(Ticket ticket) const {

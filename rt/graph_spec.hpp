@@ -87,6 +87,7 @@ struct TopicSpec {
   int line = 0;
   std::optional<ExternalSpec> external{};  // `writer = "external"`
   std::uint32_t image_pixels = 0;          // at most in an image; 0: as many as bytes
+  bool wake_outsiders = false;             // the committing thread may wake a program that asks for it
 };
 
 struct ActuatorSpec {

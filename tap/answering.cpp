@@ -33,7 +33,8 @@ Reply no_shared_memory() { return refuse(hal::Errc::not_supported, "this run kee
 
 }  // namespace
 
-Reply Answering::answer(std::string_view text, std::uint64_t client) {
+Reply Answering::answer(std::string_view text, std::uint64_t client, hal::Stream* stream) {
+  client_ = client, stream_ = stream;
   const auto garbage = [](const char* why) {
     Reply reply = refuse(hal::Errc::bad_data, why);
     reply.garbage = true;
@@ -45,7 +46,7 @@ Reply Answering::answer(std::string_view text, std::uint64_t client) {
     if (!request.is_object()) return garbage("a JSON object");
     const std::string* name = text_of(request, "request");
     if (!name) return garbage("a JSON object with \"request\"");
-    Reply answer = reply(*name, request, client);
+    Reply answer = reply(*name, request);
     if (const auto id = request.find("id"); id != request.end() && id->is_primitive())
       (answer.change ? answer.change->reply : answer.json)["id"] = *id;
     return answer;
@@ -56,10 +57,10 @@ Reply Answering::answer(std::string_view text, std::uint64_t client) {
   }
 }
 
-Reply Answering::reply(std::string_view name, const Json& request, std::uint64_t client) {
+Reply Answering::reply(std::string_view name, const Json& request) {
   if (name == "memory") return memory();
   if (name == "doorbells") return doorbells();
-  if (name == "subscribe") return subscribe(request, client);
+  if (name == "subscribe") return subscribe(request);
   if (auto own = reply_to(name, request)) return std::move(*own);
   std::vector<std::string> known = requests();
   known.insert(known.end(), {"memory", "doorbells", "subscribe"});
@@ -68,7 +69,7 @@ Reply Answering::reply(std::string_view name, const Json& request, std::uint64_t
 }
 
 void Answering::forget(std::uint64_t client) {
-  if (notifier_) notifier_->subscribe(client, {}, {});
+  if (notifier_) notifier_->subscribe(client, {});
 }
 
 Reply Answering::memory() const {
@@ -89,7 +90,24 @@ Reply Answering::doorbells() const {
   return reply;
 }
 
-Reply Answering::subscribe(const Json& request, std::uint64_t client) {
+/// Where the writers ring no bells, those of `at_once` are rung once a period, as all others.
+std::optional<Reply> Answering::add_bells(const Json& names, bool at_once, TopicNotifier::Wish& wish,
+                                          Json& bells) const {
+  for (const Json& name : names) {
+    const auto* text = name.get_ptr<const std::string*>();
+    if (!text) return needs(at_once ? "at_once" : "topics", "a list of names");
+    std::string why;
+    const auto bell = bell_of(*text, why);
+    if (!bell) return refuse(hal::Errc::not_found, why);
+    if (at_once && !bell->wakes_outsiders)
+      return refuse(hal::Errc::not_supported, *text + ": its robot file does not say wake_outsiders = true");
+    if (!bells.contains(*text)) (at_once && topics_.bells ? wish.at_once : wish.writers).push_back(bell->writer);
+    bells[*text] = bell->writer;
+  }
+  return std::nullopt;
+}
+
+Reply Answering::subscribe(const Json& request) {
   if (!notifier_) return no_shared_memory();
   const auto names = request.find("topics");
   if (names == request.end() || !names->is_array()) return needs("topics", "a list of names");
@@ -98,18 +116,15 @@ Reply Answering::subscribe(const Json& request, std::uint64_t client) {
     if (!at->is_number_integer() || *at < 1 || *at > 1000) return needs("period_ms", "an integer from 1 to 1000");
     period_ms = at->get<std::int64_t>();
   }
-  std::vector<rt::WriterId> writers;
+  TopicNotifier::Wish wish;
+  wish.period = std::chrono::milliseconds(period_ms);
   Json bells = Json::object();
-  for (const Json& name : *names) {
-    const auto* text = name.get_ptr<const std::string*>();
-    if (!text) return needs("topics", "a list of names");
-    std::string why;
-    const auto writer = bell_of(*text, why);
-    if (!writer) return refuse(hal::Errc::not_found, why);
-    if (!bells.contains(*text)) writers.push_back(*writer);
-    bells[*text] = *writer;
+  if (auto refusal = add_bells(*names, false, wish, bells)) return *std::move(refusal);
+  if (const auto at = request.find("at_once"); at != request.end()) {
+    if (!at->is_array()) return needs("at_once", "a list of names");
+    if (auto refusal = add_bells(*at, true, wish, bells)) return *std::move(refusal);
   }
-  notifier_->subscribe(client, std::move(writers), std::chrono::milliseconds(period_ms));
+  notifier_->subscribe(client_, std::move(wish));
   Json json = Json::object();
   json["bells"] = std::move(bells);
   return good(json);

@@ -37,10 +37,11 @@ struct Answers::Command {
 };
 
 std::span<const Answers::Command> Answers::commands() {
-  static constexpr std::array<Command, 18> kCommands{{{"hello", &Answers::hello},
+  static constexpr std::array<Command, 21> kCommands{{{"hello", &Answers::hello},
                                                       {"topics", &Answers::topics},
                                                       {"status", &Answers::status},
                                                       {"params", &Answers::params},
+                                                      {"clock", &Answers::clock},
                                                       {"timeline", &Answers::timeline},
                                                       {"zones", &Answers::zones},
                                                       {"param.set", &Answers::set_param},
@@ -50,6 +51,8 @@ std::span<const Answers::Command> Answers::commands() {
                                                       {"arm", &Answers::arm},
                                                       {"disarm", &Answers::disarm},
                                                       {"publish", &Answers::publish},
+                                                      {"publish.memory", &Answers::publish_memory},
+                                                      {"publish.bytes", &Answers::publish_bytes},
                                                       {"record.start", &Answers::record_start},
                                                       {"record.stop", &Answers::record_stop},
                                                       {"record.status", &Answers::record_status},
@@ -70,15 +73,16 @@ std::optional<Reply> Answers::reply_to(std::string_view name, const Json& reques
   return std::nullopt;
 }
 
-std::optional<rt::WriterId> Answers::bell_of(const std::string& name, std::string& why) const {
+std::optional<Answers::Bell> Answers::bell_of(const std::string& name, std::string& why) const {
   const std::uint32_t topic = graph_.find_topic(name);
-  if (topic != rt::kNone) return graph_.segment().entry(graph_.topic_id(topic)).writer;
+  if (topic != rt::kNone)
+    return Bell{graph_.segment().entry(graph_.topic_id(topic)).writer, graph_.topics()[topic].wake_outsiders};
   why = rt::no_such_topic(graph_, name);
   return std::nullopt;
 }
 
 Answers::Answers(rt::Graph& graph, rt::Runner& runner, hal::Os& os, Robot robot)
-    : Answering({graph.segment(), graph.memory()}),
+    : Answering({graph.segment(), graph.memory(), graph.bells()}),
       graph_(graph),
       runner_(runner),
       os_(os),
@@ -126,6 +130,15 @@ void Answers::follow() {
   in_flight_.erase(in_flight_.begin() + static_cast<std::ptrdiff_t>(waiting), in_flight_.end());
 }
 
+void Answers::forget(std::uint64_t client) {
+  Answering::forget(client);
+  memories_.erase(client);
+}
+
+void Answers::set_memory(std::uint64_t client, std::unique_ptr<hal::SharedMemory> memory) {
+  memories_[client] = std::move(memory);
+}
+
 // ---- requests that look
 
 Reply Answers::hello(const Json&) {
@@ -148,7 +161,7 @@ Reply Answers::topics(const Json&) {
     const rt::GraphModule& writer = graph_.modules()[topic.writer];
     topics.push_back({topic.name, topic.type, writer.spec.name, graph_.threads()[writer.thread].spec.name,
                       topic.image_bytes, graph_.slots(t).keep, graph_.planned_rate_hz(t), writer.external != nullptr,
-                      readers_of(graph_, t)});
+                      topic.wake_outsiders, readers_of(graph_, t)});
   }
   return good(directory_json(topics));
 }
@@ -176,11 +189,16 @@ Json Answers::counters() {
 
 Reply Answers::status(const Json&) {
   Json json = counters();
-  json["now_ns"] = (robot_.clock ? *robot_.clock : os_).now().ns;
+  json["now_ns"] = now().ns;
   if (Json guardian = safety_.json(); !guardian.is_null()) json["guardian"] = std::move(guardian);
   if (robot_.complaints) json["devices"] = {{"complaints", robot_.complaints()}};
   if (outsiders) json["outsiders"] = outsiders();
   return good(json);
+}
+
+Reply Answers::clock(const Json&) {
+  const bool monotonic = !robot_.clock || robot_.clock == static_cast<const hal::Clock*>(&os_);
+  return good({{"now_ns", now().ns}, {"monotonic", monotonic}});
 }
 
 Reply Answers::params(const Json& request) {
@@ -303,13 +321,61 @@ Reply Answers::publish(const Json& request) {
   const msg::TypeInfo& type = *graph_.topics()[t].type;
   if (type.has_bulk() || type.align > alignof(std::max_align_t))
     return refuse(hal::Errc::not_supported,
-                  *topic + " holds " + std::string(type.name) + ": no such message comes in by the socket");
+                  *topic + " holds " + std::string(type.name) + ": its messages come in with publish.bytes only");
   std::vector<std::max_align_t> room(type.size / sizeof(std::max_align_t) + 1);
   if (const auto wrong = read_message(type, *message, room.data()))
     return refuse(hal::Errc::bad_argument, "\"message\": " + *wrong);
+  return post_message(request, *topic, {.bytes = std::as_bytes(std::span(room)).first(type.size)});
+}
+
+/// For both ways in: the stamp, the mailbox, and whether the reply waits for the effect.
+Reply Answers::post_message(const Json& request, const std::string& topic, const rt::OutsideMessage& message) {
+  rt::OutsideMessage stamped = message;
+  if (const auto at = request.find("stamp_ns"); at != request.end()) {
+    const bool whole = at->is_number_integer() && !(at->is_number_unsigned() && at->get<std::uint64_t>() > INT64_MAX);
+    const std::int64_t stamp_ns = whole ? at->get<std::int64_t>() : 0, now_ns = now().ns;
+    if (stamp_ns <= 0 || stamp_ns > now_ns)
+      return needs("stamp_ns", ("an integer from 1 to the robot's present time, " + std::to_string(now_ns)).c_str());
+    stamped.stamp = hal::Time{stamp_ns};
+  }
+  bool waits = true;
+  if (const auto at = request.find("wait"); at != request.end()) {
+    if (!at->is_boolean()) return needs("wait", "true or false");
+    waits = at->get<bool>();
+  }
   std::string why;
-  const auto ticket = graph_.publish(*topic, std::as_bytes(std::span(room)).first(type.size), &why);
-  return posted(ticket, why, {{"topic", *topic}});
+  const auto ticket = graph_.publish(topic, stamped, &why);
+  if (waits || !ticket) return posted(ticket, why, {{"topic", topic}});
+  return good({{"topic", topic}, {"step", Json()}});
+}
+
+Reply Answers::publish_memory(const Json&) {
+  if (!stream()) return refuse(hal::Errc::not_supported, "this connection brings no memory");
+  auto memory = stream()->take_memory(hal::Stream::MemoryAccess::copied);
+  if (!memory)
+    return refuse(memory.error().code, memory.error().code == hal::Errc::not_found
+                                           ? "no memory came with this request, or it is not the first of its kind"
+                                           : memory.error().where);
+  const std::size_t bytes = (*memory)->size();
+  set_memory(client(), std::move(*memory));
+  return good({{"bytes", bytes}});
+}
+
+Reply Answers::publish_bytes(const Json& request) {
+  const std::string* topic = text_of(request, "topic");
+  if (!topic) return needs("topic", "a topic's name");
+  const auto memory = memories_.find(client());
+  if (memory == memories_.end())
+    return refuse(hal::Errc::bad_argument, "publish.memory comes first: this connection has handed over none");
+  const auto size_of = [&request](const char* member) -> std::optional<std::size_t> {
+    const auto at = request.find(member);
+    if (at == request.end() || !at->is_number_unsigned() || at->get<std::uint64_t>() > UINT32_MAX) return std::nullopt;
+    return static_cast<std::size_t>(at->get<std::uint64_t>());
+  };
+  const auto offset = size_of("offset"), bytes = size_of("bytes");
+  if (!offset) return needs("offset", "an integer from 0 to 4294967295");
+  if (!bytes) return needs("bytes", "an integer from 0 to 4294967295");
+  return post_message(request, *topic, {.memory = memory->second.get(), .offset = *offset, .size = *bytes});
 }
 
 Reply Answers::enable(const Json& request) { return set_enabled(request, true); }

@@ -2,6 +2,8 @@
 // A running robot's reply to each request. Include inside of the room only: it shows the JSON library.
 #include <cstdint>
 #include <functional>
+#include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -9,7 +11,9 @@
 #include <vector>
 
 #include "hal/os.hpp"
+#include "hal/stream.hpp"
 #include "rt/exec/runner.hpp"
+#include "rt/external_source.hpp"
 #include "rt/graph.hpp"
 #include "tap/answering.hpp"
 #include "tap/record_control.hpp"
@@ -36,19 +40,23 @@ class Answers final : public Answering {
   std::optional<Json> settle(const Change& change) override;
   Json still_waiting(const Change& change) const override;
   void follow() override;
+  void forget(std::uint64_t client) override;
+  /// The memory from which this client's messages are copied from now on.
+  void set_memory(std::uint64_t client, std::unique_ptr<hal::SharedMemory> memory);
 
  private:
   struct Command;
   static std::span<const Command> commands();
   std::optional<Reply> reply_to(std::string_view name, const Json& request) override;
   std::vector<std::string> requests() const override;
-  std::optional<rt::WriterId> bell_of(const std::string& topic, std::string& why) const override;
+  std::optional<Bell> bell_of(const std::string& topic, std::string& why) const override;
 
   Json counters();
   Reply hello(const Json& request);
   Reply topics(const Json& request);
   Reply status(const Json& request);
   Reply params(const Json& request);
+  Reply clock(const Json& request);
   Reply timeline(const Json& request);
   Reply zones(const Json& request);
   Reply set_param(const Json& request);
@@ -59,6 +67,10 @@ class Answers final : public Answering {
   Reply arm(const Json& request);
   Reply disarm(const Json& request);
   Reply publish(const Json& request);
+  Reply publish_memory(const Json& request);
+  Reply publish_bytes(const Json& request);
+  Reply post_message(const Json& request, const std::string& topic, const rt::OutsideMessage& message);
+  hal::Time now() const { return (robot_.clock ? *robot_.clock : os_).now(); }
   Reply record_start(const Json&) { return ask_recorder(RecordControl::Command::start); }
   Reply record_stop(const Json&) { return ask_recorder(RecordControl::Command::stop); }
   Reply record_status(const Json&) { return ask_recorder(RecordControl::Command::status); }
@@ -77,7 +89,8 @@ class Answers final : public Answering {
   rt::Runner& runner_;
   hal::Os& os_;
   Robot robot_;
-  std::vector<std::vector<rt::ParamValue>> values_;  // by module and parameter
+  std::map<std::uint64_t, std::unique_ptr<hal::SharedMemory>> memories_;  // of clients that publish bytes
+  std::vector<std::vector<rt::ParamValue>> values_;                       // by module and parameter
   std::vector<ParamChange> in_flight_;
   SafetyReader safety_;
 };

@@ -1,5 +1,6 @@
 #include "tap/client.hpp"
 
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "hal/linux/shared_memory.hpp"
@@ -56,13 +57,34 @@ hal::Result<std::unique_ptr<Client>> Client::connect(std::string_view robot, std
 }
 
 hal::Result<std::string> Client::request(std::string_view name, std::string_view arguments) {
+  return ask(name, arguments, nullptr);
+}
+
+hal::Result<std::string> Client::request_with_memory(std::string_view name, std::string_view arguments,
+                                                     const hal::SharedMemory& memory) {
+  return ask(name, arguments, &memory);
+}
+
+bool Client::ended() {
+  std::array<std::byte, 1> unasked{};
+  const auto n = stream_->read_now(unasked);
+  return !n || *n != 0;  // a robot that speaks without being asked speaks another protocol
+}
+
+hal::Result<std::string> Client::ask(std::string_view name, std::string_view arguments,
+                                     const hal::SharedMemory* memory) {
   Json whole = Json::parse(arguments, nullptr, false);
   if (!whole.is_object()) return hal::Error{hal::Errc::bad_argument, "arguments are no object"};
   whole["request"] = name;
   const std::string text = whole.dump(-1, ' ', false, Json::error_handler_t::replace);
   if (text.size() > kMaxRequestBytes) return hal::Error{hal::Errc::bad_argument, "request is too long"};
   stream_->set_patience(kPatience);
-  if (auto sent = stream_->write(frame_head(text.size()), std::as_bytes(std::span(text))); !sent) return sent.error();
+  const auto head = frame_head(text.size());
+  if (memory) {
+    if (auto sent = stream_->write_with_memory(head, *memory); !sent) return sent.error();
+  }
+  const std::span<const std::byte> first = memory ? std::span<const std::byte>() : std::span<const std::byte>(head);
+  if (auto sent = stream_->write(first, std::as_bytes(std::span(text))); !sent) return sent.error();
   while (!frames_.frame()) {
     const auto n = stream_->read(frames_.room());
     if (!n) return n.error();

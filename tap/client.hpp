@@ -29,6 +29,12 @@ class Client {
   ///          no object, or longer than a request may be.
   hal::Result<std::string> request(std::string_view name, std::string_view arguments = "{}");
 
+  /// request(), and hands the memory to the robot with it.
+  hal::Result<std::string> request_with_memory(std::string_view name, std::string_view arguments,
+                                               const hal::SharedMemory& memory);
+  /// True when the robot has closed the connection, between two requests. Does not wait.
+  bool ended();
+
   /// The topics, mapped at the first call. The reader is valid as long as the client.
   /// Errors:  as request(); not_supported: this run has no shared memory; bad_data.
   hal::Result<const SegmentReader*> reader();
@@ -44,6 +50,7 @@ class Client {
   int pid() const { return pid_; }
 
  private:
+  hal::Result<std::string> ask(std::string_view name, std::string_view arguments, const hal::SharedMemory* memory);
   hal::Result<std::unique_ptr<hal::SharedMemory>> memory(std::string_view request);
   const hal::WakeWord* bell_word(std::uint32_t topic) const;
 

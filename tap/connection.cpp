@@ -28,9 +28,7 @@ Connection::Connection(std::uint64_t id, std::unique_ptr<hal::Stream> stream, in
       tokens_(kBurst_s * allowance.requests_per_s),
       refilled_(now),
       last_request_(now) {
-  stream_->set_patience(kWritePatience);
-  // The kernel drops handles that the client sends from now on.
-  static_cast<void>(stream_->take_memory(hal::Stream::MemoryAccess::copied));
+  stream_->set_patience(kWritePatience);  // of handles that the client sends the stream keeps one, for publish.memory
 }
 
 hal::Waiting Connection::waiting(hal::Time now) {

@@ -42,6 +42,8 @@ class Connection {
   void give_up() { end_ = End::out_of_memory; }
 
   std::uint64_t id() const { return id_; }
+  /// For the memory that came with a request.
+  hal::Stream& stream() { return *stream_; }
   int pid() const { return pid_; }
   End end() const { return end_; }
   bool waits_for_change() const { return change_.has_value(); }

@@ -5,10 +5,30 @@
 
 namespace sinew::tap {
 
-std::string code_name(hal::Errc code) {
-  std::string name = hal::to_string(code);
-  std::replace(name.begin(), name.end(), ' ', '_');
-  return name;
+const char* code_name(hal::Errc code) {
+  switch (code) {
+    case hal::Errc::not_found:
+      return "not_found";
+    case hal::Errc::busy:
+      return "busy";
+    case hal::Errc::denied:
+      return "denied";
+    case hal::Errc::not_supported:
+      return "not_supported";
+    case hal::Errc::bad_argument:
+      return "bad_argument";
+    case hal::Errc::bad_data:
+      return "bad_data";
+    case hal::Errc::closed:
+      return "closed";
+    case hal::Errc::timeout:
+      return "timeout";
+    case hal::Errc::out_of_memory:
+      return "out_of_memory";
+    case hal::Errc::io:
+      break;
+  }
+  return "io";
 }
 
 std::array<std::byte, 4> frame_head(std::size_t bytes) {

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <string>
 #include <string_view>
 #include <vector>
 
@@ -17,8 +16,8 @@ inline constexpr std::uint32_t kProtocolVersion = 1;
 inline constexpr std::uint32_t kMaxRequestBytes = 64 * 1024;
 inline constexpr std::uint32_t kMaxReplyBytes = 8 * 1024 * 1024;
 
-/// The "code" of an error: "bad_argument".
-std::string code_name(hal::Errc code);
+/// The "code" of an error, as docs/robot-socket.md names them: "bad_argument".
+const char* code_name(hal::Errc code);
 
 /// The length in front of a frame.
 std::array<std::byte, 4> frame_head(std::size_t bytes);

@@ -36,7 +36,14 @@ class Server::Body {
   hal::Status start(const Name& name) {
     const SharedTopics& topics = answering_->shared_topics();
     if (topics.memory) {
-      auto notifier = TopicNotifier::open(topics.segment, os_);
+      rt::OutsideBells* bells = topics.bells;
+      if (!bells) {
+        auto own = rt::OutsideBells::make(os_, topics.segment.header().writer_count);
+        if (!own) return own.error();
+        own_bells_ = std::move(*own);
+        bells = own_bells_.get();
+      }
+      auto notifier = TopicNotifier::open(topics.segment, *bells, os_);
       if (!notifier) return notifier.error();
       notifier_ = std::move(*notifier);
     }
@@ -117,7 +124,7 @@ class Server::Body {
 
   void answer(Connection& c, std::string_view request, hal::Time now) {
     stats.requests.add();
-    const Reply reply = answering_->answer(request, c.id());
+    const Reply reply = answering_->answer(request, c.id(), &c.stream());
     if (reply.garbage) stats.garbage.add();
     if (!c.reply(reply, room_for_reply(), now)) stats.refused_replies.add();
     if (c.throttled()) stats.throttled.add();
@@ -193,7 +200,8 @@ class Server::Body {
   hal::Os& os_;
   const ServerLimits limits_;
   std::unique_ptr<Answering> answering_;
-  std::unique_ptr<TopicNotifier> notifier_;  // reads the segment of what answers
+  std::unique_ptr<rt::OutsideBells> own_bells_;  // null: those of what answers
+  std::unique_ptr<TopicNotifier> notifier_;      // reads the segment of what answers
   std::unique_ptr<hal::Listener> listener_;
   std::unique_ptr<hal::Stream> wake_, woken_;  // the destructor ends the thread's wait
   std::vector<std::unique_ptr<Connection>> clients_;

@@ -30,6 +30,11 @@ void add_type(const msg::TypeInfo& type, Json& types) {
                       {"offset", f.offset},
                       {"unit", f.unit},
                       {"doc", msg::remark_of(f)}});
+    if (f.names.empty()) continue;
+    Json names = Json::object();
+    for (const msg::ValueName& n : f.names) names[std::string(n.name)] = n.value;
+    fields.back()["names"] = std::move(names);
+    fields.back()["bits"] = f.bits;
   }
   types[name] = {{"doc", type.doc},
                  {"bytes", type.size},
@@ -169,7 +174,8 @@ Json directory_json(const std::vector<TopicAbout>& all) {
                       {"bulk_bytes", topic.bulk_bytes},
                       {"keep", topic.keep},
                       {"rate_hz", topic.rate_hz},
-                      {"external", topic.external}});
+                      {"external", topic.external},
+                      {"wakes_outsiders", topic.wakes_outsiders}});
   }
   return {{"topics", std::move(topics)}, {"types", std::move(types)}};
 }

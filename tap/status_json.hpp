@@ -21,7 +21,7 @@ struct TopicAbout {
   std::string writer, thread;
   std::uint32_t bulk_bytes = 0, keep = 0;
   double rate_hz = 0;  // planned, or recorded; 0: not known
-  bool external = false;
+  bool external = false, wakes_outsiders = false;
   std::vector<std::string> readers{};  // modules
 };
 /// The modules with an input on this topic, each once. A driver that reads its own raw topic is none.

@@ -1,23 +1,12 @@
 #include "tap/topic_notifier.hpp"
 
 #include <algorithm>
-#include <new>
-
-#include "hal/linux/shared_memory.hpp"
 
 namespace sinew::tap {
 
-static_assert(sizeof(hal::WakeWord) == 4 && hal::WakeWord::is_always_lock_free, "other processes map the page");
-
-TopicNotifier::TopicNotifier(const rt::Segment& segment, hal::Os& os, std::unique_ptr<hal::SharedMemory> page)
-    : segment_(segment), os_(os), page_(std::move(page)) {
-  new (page_->data()) hal::WakeWord[segment.header().writer_count]{};
-}
-
-hal::Result<std::unique_ptr<TopicNotifier>> TopicNotifier::open(const rt::Segment& segment, hal::Os& os) {
-  auto page = os.shared_memory("sinew doorbells", segment.header().writer_count * sizeof(hal::WakeWord));
-  if (!page) return page.error();
-  std::unique_ptr<TopicNotifier> notifier(new TopicNotifier(segment, os, std::move(*page)));
+hal::Result<std::unique_ptr<TopicNotifier>> TopicNotifier::open(const rt::Segment& segment, rt::OutsideBells& bells,
+                                                                hal::Os& os) {
+  std::unique_ptr<TopicNotifier> notifier(new TopicNotifier(segment, bells, os));
   auto thread = os.start_thread({.name = "doorbells", .cpus = {}, .stack_bytes = 64 * 1024, .nice = 5},
                                 [n = notifier.get()] { n->run(); });
   if (!thread) return thread.error();
@@ -30,16 +19,20 @@ TopicNotifier::~TopicNotifier() {
   changed_.fetch_add(1, std::memory_order_release);
   os_.wake(changed_);
   thread_.reset();
-  for (rt::WriterId w = 0; w < segment_.header().writer_count; ++w) ring(w, number_of(w) + 1);
+  for (const auto& [client, wish] : wishes_)
+    for (const rt::WriterId w : wish.at_once) bells_.end_asking(w);
+  for (rt::WriterId w = 0; w < segment_.header().writer_count; ++w) bells_.ring(w, number_of(w) + 1);
 }
 
-void TopicNotifier::subscribe(std::uint64_t client, std::vector<rt::WriterId> writers, hal::Duration period) {
+void TopicNotifier::subscribe(std::uint64_t client, Wish wish) {
   {
     const std::lock_guard lock(mutex_);
-    if (writers.empty())
-      wishes_.erase(client);
-    else
-      wishes_[client] = {std::move(writers), period};
+    for (const rt::WriterId w : wish.at_once) bells_.ask(w);  // first: a writer of both lists goes on ringing
+    if (const auto old = wishes_.find(client); old != wishes_.end()) {
+      for (const rt::WriterId w : old->second.at_once) bells_.end_asking(w);
+      wishes_.erase(old);
+    }
+    if (!wish.writers.empty() || !wish.at_once.empty()) wishes_[client] = std::move(wish);
   }
   changed_.fetch_add(1, std::memory_order_release);
   os_.wake(changed_);
@@ -56,10 +49,14 @@ std::uint32_t TopicNotifier::number_of(rt::WriterId writer) const {
   return word->load(std::memory_order_relaxed);  // says only that there is something new; the reader looks for itself
 }
 
-void TopicNotifier::ring(rt::WriterId writer, std::uint32_t number) {
-  hal::WakeWord& word = reinterpret_cast<hal::WakeWord*>(page_->data())[writer];
-  word.store(number, std::memory_order_relaxed);
-  hal::wake_shared(word);
+/// Answers the number that the word has now. A writer may ring its own word meanwhile (Wish::at_once): an older number
+/// never stays on top of a newer one.
+std::uint32_t TopicNotifier::ring(rt::WriterId writer) {
+  for (;;) {
+    const std::uint32_t number = number_of(writer);
+    bells_.ring(writer, number);
+    if (number_of(writer) == number) return number;
+  }
 }
 
 /// Answers how long to wait before the next look; Duration::max() when no client subscribes.
@@ -67,12 +64,9 @@ hal::Duration TopicNotifier::look_at_all(std::vector<std::uint32_t>& seen) {
   const std::lock_guard lock(mutex_);
   hal::Duration period = hal::Duration::max();
   for (const auto& [client, wish] : wishes_) {
-    period = std::min(period, wish.period);
+    if (!wish.writers.empty()) period = std::min(period, wish.period);
     for (const rt::WriterId w : wish.writers) {
-      const std::uint32_t number = number_of(w);
-      if (number == seen[w]) continue;
-      seen[w] = number;
-      ring(w, number);
+      if (number_of(w) != seen[w]) seen[w] = ring(w);
     }
   }
   return period;

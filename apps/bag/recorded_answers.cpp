@@ -41,6 +41,7 @@ const std::vector<RecordedAnswers::Command>& RecordedAnswers::commands() {
   static const std::vector<Command> all{{"hello", &A::hello},
                                         {"topics", &A::topics},
                                         {"status", &A::status},
+                                        {"clock", &A::clock},
                                         {"params", &A::params},
                                         {"timeline", &A::timeline},
                                         {"playback", &A::playback},
@@ -57,6 +58,8 @@ const std::vector<RecordedAnswers::Command>& RecordedAnswers::commands() {
                                         {"arm", &A::refuse_change},
                                         {"disarm", &A::refuse_change},
                                         {"publish", &A::refuse_change},
+                                        {"publish.memory", &A::refuse_change},
+                                        {"publish.bytes", &A::refuse_change},
                                         {"record.start", &A::refuse_change},
                                         {"record.stop", &A::refuse_change},
                                         {"record.status", &A::refuse_change},
@@ -101,8 +104,15 @@ std::string RecordedAnswers::no_such_topic(const std::string& name) const {
   return "no topic " + name + hal::did_you_mean(name, names);
 }
 
-std::optional<rt::WriterId> RecordedAnswers::bell_of(const std::string& topic, std::string& why) const {
-  if (const auto t = find_topic(topic)) return playback_.segment().entry(playback_.topic_id(*t)).writer;
+/// By the attached robot file.
+bool RecordedAnswers::wakes_outsiders(const std::string& topic) const {
+  return std::any_of(spec_.topics.begin(), spec_.topics.end(),
+                     [&](const rt::TopicSpec& t) { return t.name == topic && t.wake_outsiders; });
+}
+
+std::optional<RecordedAnswers::Bell> RecordedAnswers::bell_of(const std::string& topic, std::string& why) const {
+  if (const auto t = find_topic(topic))
+    return Bell{playback_.segment().entry(playback_.topic_id(*t)).writer, wakes_outsiders(topic)};
   why = no_such_topic(topic);
   return std::nullopt;
 }
@@ -146,7 +156,7 @@ RecordedAnswers::Reply RecordedAnswers::topics(const Json&) {
     const rt::TopicEntry& entry = playback_.segment().entry(playback_.topic_id(t));
     const std::string writer = playback_.segment().writer_entry(entry.writer).name;
     all.push_back({topic.name, topic.type, writer, thread_of(writer), topic.image_bytes, entry.keep, topic.rate_hz,
-                   false, readers_of(topic.name)});
+                   false, wakes_outsiders(topic.name), readers_of(topic.name)});
   }
   return tap::good(tap::directory_json(all));
 }
@@ -201,6 +211,11 @@ RecordedAnswers::Reply RecordedAnswers::status(const Json&) {
   if (Json guardian = safety_.json(); !guardian.is_null()) json["guardian"] = std::move(guardian);
   if (outsiders) json["outsiders"] = outsiders();
   return tap::good(json);
+}
+
+/// Time that can be paused and turned back is no machine's clock.
+RecordedAnswers::Reply RecordedAnswers::clock(const Json&) {
+  return tap::good({{"now_ns", playback_.status().now.ns}, {"monotonic", false}});
 }
 
 RecordedAnswers::Reply RecordedAnswers::params(const Json& request) {

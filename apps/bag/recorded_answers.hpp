@@ -36,11 +36,12 @@ class RecordedAnswers final : public tap::Answering {
   static const std::vector<Command>& commands();
   std::optional<Reply> reply_to(std::string_view name, const Json& request) override;
   std::vector<std::string> requests() const override;
-  std::optional<rt::WriterId> bell_of(const std::string& topic, std::string& why) const override;
+  std::optional<Bell> bell_of(const std::string& topic, std::string& why) const override;
 
   Reply hello(const Json& request);
   Reply topics(const Json& request);
   Reply status(const Json& request);
+  Reply clock(const Json& request);
   Reply params(const Json& request);
   Reply timeline(const Json& request);
   Reply playback(const Json& request);
@@ -54,6 +55,7 @@ class RecordedAnswers final : public tap::Answering {
   static Reply waits_for(std::uint64_t number);
   Json playback_json() const;
   Json threads_json() const;
+  bool wakes_outsiders(const std::string& topic) const;
   std::vector<std::string> readers_of(const std::string& topic) const;
   Json modules_json() const;
   std::string no_such_topic(const std::string& name) const;

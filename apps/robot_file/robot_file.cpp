@@ -121,6 +121,7 @@ void read_topic(const std::string& name, TomlReader& r, rt::GraphSpec& graph) {
   read_writer(r, t);
   std::int64_t number = 0;
   if (r.read("history", number, 1, 100000)) t.history = static_cast<std::uint32_t>(number);
+  r.read("wake_outsiders", t.wake_outsiders);
   graph.topics.push_back(std::move(t));
 }
 

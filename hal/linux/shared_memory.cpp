@@ -32,6 +32,7 @@ class MappedMemory final : public SharedMemory {
   std::byte* data() override { return data_; }
   std::size_t size() const override { return size_; }
   std::intptr_t handle() const override { return fd_; }
+  void wake_all(WakeWord& word) noexcept override { wake_shared(word); }
   bool copy(std::size_t offset, std::span<std::byte> into) const noexcept override {
     if (offset > size_ || into.size() > size_ - offset) return false;
     std::memcpy(into.data(), data_ + offset, into.size());

@@ -187,7 +187,12 @@ bool ReplaySubject::post(const LoggedStep& s) {
       rt::Request request;
       request.kind = rt::Request::Kind::message;
       request.index = out.port;
-      const std::span message(static_cast<const std::byte*>(entry->message()), store.type().size);
+      if (!entry->whole) {
+        stop("the pixels of a message from outside are not in the file");
+        return false;
+      }
+      const std::size_t pixels = store.type().has_bulk() ? store.type().bulk_used(entry->message()) : 0;
+      const std::span message(static_cast<const std::byte*>(entry->message()), store.type().size + pixels);
       if (auto taken = again_.take(request, {s.number, false}, message); !taken) {
         stop(std::string("message: ") + taken.error().where);
         return false;

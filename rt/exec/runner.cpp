@@ -4,6 +4,7 @@
 #include <bit>
 
 #include "msg/compare.hpp"
+#include "rt/external_source.hpp"
 #include "rt/parameters.hpp"
 #include "rt/saved_state.hpp"
 
@@ -67,12 +68,14 @@ void ModuleRunner::bind() {
     }
     if (port.kind == PortKind::output || port.kind == PortKind::raw) {
       topic_of_id_[graph.topic_id(module_.topic[p])] = module_.topic[p];
+      wakes_outsiders_ |= graph.bells() && graph.topics()[module_.topic[p]].wake_outsiders;
     }
     if (port.kind != PortKind::output) {
       inputs_[p] = port.input;
       latch_.bind(*port.input, graph.connection(index_, p), port.max_age, module_.carried_chains[p]);
     }
   }
+  if (module_.external) module_.external->bound();
   published_.reserve(module_.topic.size());
 }
 
@@ -137,6 +140,7 @@ void ModuleRunner::save_state(std::span<std::byte> to) const noexcept { SavedSta
 
 /// Counts what a commit made visible, and remembers its topics for the executor.
 void ModuleRunner::publish(Commit& commit, std::uint32_t outputs, Time now) noexcept {
+  if (wakes_outsiders_) wake_outsiders(commit, outputs);  // first: they wait for it, the counters do not
   for (std::uint32_t bits = outputs; bits; bits &= bits - 1) {
     const auto output = static_cast<std::uint32_t>(std::countr_zero(bits));
     const std::uint32_t topic = topic_of_id_[commit.topic(output)];
@@ -157,6 +161,15 @@ void ModuleRunner::publish(Commit& commit, std::uint32_t outputs, Time now) noex
       }
     }
     published_.push_back(topic);
+  }
+}
+
+void ModuleRunner::wake_outsiders(const Commit& commit, std::uint32_t outputs) noexcept {
+  for (std::uint32_t bits = outputs; bits; bits &= bits - 1) {
+    const TopicId id = commit.topic(static_cast<std::uint32_t>(std::countr_zero(bits)));
+    if (!board_.graph.topics()[topic_of_id_[id]].wake_outsiders) continue;
+    board_.graph.bells()->committed(board_.graph.segment().entry(id).writer, commit.number());
+    return;  // one word for all outputs of a commit
   }
 }
 

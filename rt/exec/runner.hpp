@@ -111,6 +111,7 @@ class ModuleRunner final : StepPorts {
   std::size_t state_bytes() const noexcept override;
   void save_state(std::span<std::byte> to) const noexcept override;
   void publish(Commit& commit, std::uint32_t outputs, Time now) noexcept;
+  void wake_outsiders(const Commit& commit, std::uint32_t outputs) noexcept;
   void judge() noexcept;
 
   RunBoard& board_;
@@ -127,7 +128,8 @@ class ModuleRunner final : StepPorts {
     const Commit* commit = nullptr;         // null: nothing
     std::uint32_t output = 0;
   };
-  std::vector<Source> sources_;  // per port
+  bool wakes_outsiders_ = false;  // a topic of this module may
+  std::vector<Source> sources_;   // per port
   std::vector<Count> drops_;
 
   StepRecord record_;

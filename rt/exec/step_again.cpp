@@ -1,6 +1,7 @@
 #include "rt/exec/step_again.hpp"
 
 #include <algorithm>
+#include <cstring>
 
 #include "rt/external_source.hpp"
 #include "rt/guardian.hpp"
@@ -32,6 +33,7 @@ StepAgain::StepAgain(Graph& graph, std::uint32_t module)
       port.input->max_age_ = port.max_age;
     }
   }
+  if (module_.external) module_.external->bound();
 }
 
 StepAgain::~StepAgain() = default;
@@ -124,9 +126,13 @@ hal::Result<Effect> StepAgain::take(const Request& request, const Effect& record
     case Request::Kind::message: {
       if (!module_.external) break;
       const auto& ports = module_.declaration.ports;
-      if (request.index >= ports.size() || ports[request.index].type->size != message.size())
+      if (request.index >= ports.size() || message.size() < ports[request.index].type->size)
         return hal::Error{hal::Errc::bad_data, "no such port, or a message of another size", request.index};
-      const auto place = module_.external->stage(request.index, message);
+      OutsideMessage posted{.bytes = message};
+      for (const msg::FieldInfo& f : ports[request.index].type->fields)  // as it was published, or as it was posted
+        if (f.name == "stamp" && f.kind == msg::Kind::i64 && !f.is_array)
+          std::memcpy(&posted.stamp, message.data() + f.offset, sizeof posted.stamp);
+      const auto place = module_.external->stage(request.index, posted);
       if (!place) return place.error();
       module_.external->take(*place);
       return effect;

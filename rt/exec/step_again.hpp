@@ -47,7 +47,7 @@ class StepAgain {
   std::span<const SlotHeader* const> published(std::uint32_t port) const;
 
   /// A request that the module's thread took before the next step. Answers its effect now, for comparison.
-  /// Kind::message: `request.index` is the port of the external source, `message` what was posted.
+  /// Kind::message: `request.index` is the port of the external source, `message` what was posted, with its pixels.
   /// Errors:  bad_data: there is no such parameter, port or value; bad_argument: the request is not for this module.
   hal::Result<Effect> take(const Request& request, const Effect& recorded, std::span<const std::byte> message = {});
 

@@ -29,22 +29,23 @@ class Contents(Base):
     def test_each_has_what_it_is_for_and_nothing_else(self):
         libraries = "usr/lib/[a-z0-9_-]+-linux-gnu[a-z]*/"
         allowed = {
-            "sinew": rf"usr/bin/sinew(-fly|-control)?$|usr/share/man/man1/sinew(-fly|-control)?\.1\.gz$|{libraries}sinew/libsinew_libcamera\.so$|usr/lib/systemd/system/sinew@\.service$"
+            "sinew": rf"usr/bin/sinew(-fly|-control)?$|usr/share/man/man1/sinew(-fly|-control)?\.1\.gz$|{libraries}sinew/libsinew_libcamera\.so$|{libraries}libsinew_client\.so\.1(\.0\.0)?$|usr/lib/python3/dist-packages/sinew/\w+\.(pyi?|typed)$|usr/lib/systemd/system/sinew@\.service$"
                      r"|usr/share/(sinew/robots/(\w+/)?\w+\.toml|bash-completion/completions/sinew)$",
-            "libsinew-dev": rf"usr/include/sinew/[\w/]+\.hpp$|{libraries}(libsinew_\w+\.a|cmake/Sinew/Sinew[\w-]+\.cmake)$"
+            "libsinew-dev": rf"usr/include/(sinew/[\w/]+\.hpp|sinew_client\.h)$|usr/share/sinew/mex/sinew_mex\.c$|{libraries}(libsinew_client\.so|libsinew_\w+\.a|cmake/Sinew/Sinew[\w-]+\.cmake)$"
                             r"|usr/share/doc/sinew/(reference/)?[\w-]+\.md$",
             "sinew-monitor": r"usr/(bin/sinew-monitor|share/man/man1/sinew-monitor\.1\.gz)$",
             "sinew-sim": r"usr/(bin/sinew-(sim|fuzz)|share/man/man1/sinew-(sim|fuzz)\.1\.gz)$",
         }
         needed = {
-            "sinew": ["usr/bin/sinew", "usr/bin/sinew-fly", "usr/bin/sinew-control", "usr/share/sinew/robots/quad/quad.toml"],
-            "libsinew-dev": ["usr/include/sinew/rt/module.hpp", "usr/include/sinew/hal/platform.hpp"],
+            "sinew": ["usr/bin/sinew", "usr/bin/sinew-fly", "usr/bin/sinew-control", "usr/share/sinew/robots/quad/quad.toml",
+                      "usr/lib/python3/dist-packages/sinew/__init__.py"],
+            "libsinew-dev": ["usr/include/sinew/rt/module.hpp", "usr/include/sinew/hal/platform.hpp", "usr/include/sinew_client.h"],
             "sinew-monitor": ["usr/bin/sinew-monitor"],
             "sinew-sim": ["usr/bin/sinew-sim"],
         }
         for tarball in found("*.tar.gz"):  # the first two as one prefix
             with tarfile.open(tarball) as tar:
-                files = ["usr/" + m.name.split("/", 1)[1] for m in tar.getmembers() if m.isfile()]
+                files = ["usr/" + m.name.split("/", 1)[1] for m in tar.getmembers() if m.isfile() or m.issym()]
             for path in files:
                 self.assertRegex(path, f"^({allowed['sinew']}|{allowed['libsinew-dev']}|usr/share/doc/sinew/(LICENSE|third-party/[a-z0-9+-]+\\.txt)$)")
             for path in needed["sinew"] + needed["libsinew-dev"] + ["usr/share/doc/sinew/LICENSE"]:
@@ -52,7 +53,7 @@ class Contents(Base):
         for deb in found("*.deb"):
             name = field(deb, "Package")
             lines = self.sh(["dpkg-deb", "-c", deb]).splitlines()
-            paths = [line.split(None, 5)[5][2:] for line in lines]
+            paths = [line.split(None, 5)[5].split(" -> ")[0][2:] for line in lines]
             files = [p for p in paths if not p.endswith("/")]
             for path in files:
                 document = rf"usr/share/doc/{name}/(copyright|changelog\.Debian\.gz|third-party/[a-z0-9+-]+\.txt)$"
@@ -62,7 +63,7 @@ class Contents(Base):
             for path in needed[name] + [f"usr/share/doc/{name}/copyright"]:
                 self.assertIn(path, files)
             for line, path in zip(lines, paths):
-                mode = "drwxr-xr-x" if path.endswith("/") else "-rwxr-xr-x" if "/bin/" in path else "-rw-r--r--"
+                mode = "lrwxrwxrwx" if " -> " in line else "drwxr-xr-x" if path.endswith("/") else "-rwxr-xr-x" if "/bin/" in path else "-rw-r--r--"
                 self.assertTrue(line.startswith(f"{mode} root/root "), line)
 
     def test_fields_are_those_of_debian(self):

@@ -491,24 +491,28 @@ TEST_F(GraphCheckTest, ExternalTopicsHaveANameATypeAndAThread) {
                  external("mine.pair", 51, "Pair", "control")};
   EXPECT_THAT(problems(), IsEmpty()) << "a type of a module's port is known too";
   std::string types;
-  for (const msg::TypeInfo* t : msg::all_types())
-    if (!t->has_bulk()) types += " " + std::string(t->name);
-  spec.topics = {external("operator", 50, "OperatorLink", "control"),  external("other.link", 51, "Image", "control"),
-                 external("third.link", 52, "", "guardian"),           external("fourth.link", 53, "OperatorLink", ""),
-                 external("fifth.a", 54, "OperatorLink", "control"),   external("fifth.b", 55, "OperatorLink", "sense"),
-                 external("maker.link", 56, "OperatorLink", "control")};
+  for (const msg::TypeInfo* t : msg::all_types()) types += " " + std::string(t->name);
+  spec.topics = {external("operator", 50, "OperatorLink", "control"),
+                 external("other.link", 51, "Imag", "control"),
+                 external("third.link", 52, "", "guardian"),
+                 external("fourth.link", 53, "OperatorLink", ""),
+                 external("fifth.a", 54, "OperatorLink", "control"),
+                 external("fifth.b", 55, "OperatorLink", "sense"),
+                 external("maker.link", 56, "OperatorLink", "control"),
+                 external("eye.image", 57, "Image", "control")};
   EXPECT_THAT(
       problems(),
       ElementsAre("r.toml:11: module.maker: in threads control control: named once, in the order of one thread",
                   "r.toml:50: topic.operator: \"operator\": a name as source.port, each of a-z, 0-9 and _",
-                  "r.toml:51: topic.other.link.type: \"Image\": a message type without pixels:" + types,
-                  "r.toml:52: topic.third.link.type: missing: a message type without pixels:" + types,
+                  "r.toml:51: topic.other.link.type: \"Imag\": a message type:" + types + "; did you mean Image?",
+                  "r.toml:52: topic.third.link.type: missing: a message type:" + types,
                   "r.toml:52: topic.third.link.thread: \"guardian\": a thread: control",
                   "r.toml:53: topic.fourth.link.thread: missing: a thread: control",
                   "r.toml:55: topic.fifth.b.thread: \"sense\": a thread: control",
                   "r.toml:55: topic.fifth.b.thread: \"sense\": \"control\", as of fifth.a: topics of one source come "
                   "in with one thread",
-                  "r.toml:56: module.maker: \"maker\": a name that no other module has"));
+                  "r.toml:56: module.maker: \"maker\": a name that no other module has",
+                  "r.toml:57: topic.eye.image.image: missing: width, height and format: eye.image carries Image"));
 }
 
 // ---- actuators and chains

@@ -64,8 +64,8 @@ class Bench final : public Answering {
     return reply;
   }
   std::vector<std::string> requests() const override { return {"hello", "echo", "count", "work"}; }
-  std::optional<rt::WriterId> bell_of(const std::string& topic, std::string& why) const override {
-    if (topic == "tof.range") return 0;
+  std::optional<Bell> bell_of(const std::string& topic, std::string& why) const override {
+    if (topic == "tof.range") return Bell{.writer = 0, .wakes_outsiders = true};
     why = "no topic " + topic;
     return std::nullopt;
   }
@@ -121,12 +121,21 @@ TEST_F(AnsweringTest, ItsTopicsAreReadInPlaceAndRingTheirBells) {
   EXPECT_EQ(ask(*client, "subscribe", {{"topics", {"tof.rang"}}})["error"]["why"], "no topic tof.rang");
 }
 
+TEST_F(AnsweringTest, WritersThatRingNoBellsLeaveThoseOfAtOnceToThePeriod) {
+  open();
+  const auto topic = *(*client->reader())->find("tof.range");
+  const std::string name = "tof.range";
+  EXPECT_EQ(ask(*client, "subscribe", {{"topics", Json::array()}, {"at_once", {name}}})["bells"], Json({{name, 0}}));
+  const std::uint32_t before = client->bell(topic);
+  ranges.publish(1.5);
+  while (client->bell(topic) == before) client->wait(topic, before, hal::system_os().now() + 1s);
+  EXPECT_TRUE((*client->reader())->newest(topic));
+}
+
 TEST_F(AnsweringTest, WithoutSharedMemoryThereIsNothingToMap) {
   open({}, false);
   for (const char* request : {"memory", "doorbells", "subscribe"})
-    EXPECT_EQ(ask(*client, request, {{"topics", Json::array()}})["error"]["code"],
-              hal::to_string(hal::Errc::not_supported))
-        << request;
+    EXPECT_EQ(ask(*client, request, {{"topics", Json::array()}})["error"]["code"], "not_supported") << request;
 }
 
 TEST_F(AnsweringTest, TheReplyToWorkComesWhenItIsDone) {

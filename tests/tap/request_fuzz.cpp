@@ -16,9 +16,21 @@ void require(bool holds) {
   if (!holds) std::abort();
 }
 
+/// What a client has handed over: 64 bytes of ones and zeros.
+class HandedOver final : public hal::SharedMemory {
+ public:
+  std::byte* data() override { return nullptr; }
+  std::size_t size() const override { return 64; }
+  bool copy(std::size_t offset, std::span<std::byte> into) const noexcept override {
+    if (offset > size() || into.size() > size() - offset) return false;
+    for (std::byte& b : into) b = static_cast<std::byte>(offset++ & 1);
+    return true;
+  }
+};
+
 /// Made once: requests that the fuzzer leaves in its mailboxes stay there.
 struct StandingRobot {
-  rt::Graph graph{robot_spec({}), robot_types()};
+  rt::Graph graph{robot_spec({.camera = true}), robot_types()};
   hal::EmptyBoard board;
   hal::ManualClock clock;
   hal::FixedGrant grants{hal::Time{}};
@@ -29,6 +41,7 @@ struct StandingRobot {
     executor = std::make_unique<rt::DiscreteExecutor>(graph, clock, grants);
     answers = std::make_unique<Answers>(graph, executor->runner(), hal::system_os(),
                                         Answers::Robot{"robot", "none", true, [] {}});
+    answers->set_memory(1, std::make_unique<HandedOver>());
   }
 };
 

@@ -92,6 +92,8 @@ struct GraphOptions {
   hal::Duration period = 2ms, eye_period = 5ms;
   std::uint32_t image_history = 0;  // 0: the default
   int priority = 0;                 // of the fast thread; 0: any, for runs without priorities
+  bool camera = false;              // a second external topic, outside.image: kWidth x kHeight pixels, yuyv
+  bool wake_outsiders = false;      // counter.range
 };
 
 inline rt::ModuleTypes robot_types() {
@@ -126,6 +128,19 @@ inline rt::GraphSpec robot_spec(const GraphOptions& o) {
   wind.external.emplace();
   wind.external->type = "RangeSample", wind.external->thread = "slow";
   g.topics = {image, wind};
+  if (o.camera) {
+    rt::TopicSpec camera;
+    camera.name = "outside.image", camera.image_bytes = 2 * Eye::kWidth * Eye::kHeight;
+    camera.image_pixels = Eye::kWidth * Eye::kHeight;
+    camera.external.emplace();
+    camera.external->type = "Image", camera.external->thread = "slow";
+    g.topics.push_back(camera);
+  }
+  if (o.wake_outsiders) {
+    rt::TopicSpec range;
+    range.name = "counter.range", range.wake_outsiders = true;
+    g.topics.push_back(range);
+  }
   return g;
 }
 

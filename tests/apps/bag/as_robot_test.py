@@ -19,8 +19,8 @@ FOLDER = tempfile.TemporaryDirectory(prefix="sinew_as_robot_")
 RUN_DIR = tempfile.TemporaryDirectory(prefix="sinew_run_")  # other tests run robots of the same names
 os.environ["SINEW_RUN_DIR"] = RUN_DIR.name
 OWN = "sinew/"  # topics of the recorder's own
-CHANGES = ["param.set", "module.enable", "module.disable", "thread.period", "arm", "disarm", "publish", "zones", "stop",
-           "record.start", "record.stop", "record.status", "record.snapshot"]
+CHANGES = ["param.set", "module.enable", "module.disable", "thread.period", "arm", "disarm", "publish", "publish.memory",
+           "publish.bytes", "zones", "stop", "record.start", "record.stop", "record.status", "record.snapshot"]
 
 
 def tearDownModule():
@@ -247,6 +247,18 @@ class AsRobot(unittest.TestCase):
                 self.assertEqual(film.client.ask(request)["error"], {
                     "code": "not_supported", "why": "a recorded run: only its playback can be changed"}, request)
             self.assertEqual(film.ask("playback")["messages"], 0)
+
+    def test_its_clock_is_the_playback_and_no_clock_of_this_machine(self):
+        with Film("--paused") as film:
+            playback = film.ask("playback.seek", time_ns=film.ask("playback")["begin_ns"] + 500_000_000)
+            self.assertEqual(film.ask("clock"), {"ok": True, "now_ns": playback["time_ns"], "monotonic": False})
+
+    def test_bells_that_no_writer_rings_are_refused_as_by_the_robot(self):
+        with Film("--paused") as film:
+            self.assertEqual({t["wakes_outsiders"] for t in film.ask("topics")["topics"]}, {False})
+            refused = film.client.ask("subscribe", topics=[], at_once=["imu.raw"])
+            self.assertEqual(refused["error"], {
+                "code": "not_supported", "why": "imu.raw: its robot file does not say wake_outsiders = true"})
 
     def test_hostile_requests_are_refused_with_what_is_allowed(self):
         with Film("--paused") as film:
