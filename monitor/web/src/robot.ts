@@ -12,6 +12,7 @@ const kRateWindowNs = 1e9;
 
 interface Poll {
   lookers: number;
+  period_ms: number;
   timer: ReturnType<typeof setTimeout> | undefined;
 }
 
@@ -103,6 +104,11 @@ export class Robot {
       this.params.value = null;
       this.timeline.value = null;
       this.events.value = [];
+      for (const [request, poll] of this.polls)
+        if (poll.lookers > 0) {
+          clearTimeout(poll.timer);
+          poll.timer = setTimeout(() => void this.ask(request, poll.period_ms, poll), 0);
+        }
     }
     if (JSON.stringify(before) !== JSON.stringify(now)) this.info.value = now;
   }
@@ -123,7 +129,7 @@ export class Robot {
   /** Asks again and again until the returned function is called; several who look share one question. */
   watch(request: "status" | "params" | "timeline" | "record.status" | "playback" | "topics", period_ms: number): () => void {
     let poll = this.polls.get(request);
-    if (!poll) this.polls.set(request, (poll = { lookers: 0, timer: undefined }));
+    if (!poll) this.polls.set(request, (poll = { lookers: 0, period_ms, timer: undefined }));
     const p = poll;
     if (p.lookers++ === 0) void this.ask(request, period_ms, p);
     return () => {

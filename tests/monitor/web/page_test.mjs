@@ -381,7 +381,8 @@ test("A robot that ended stays until it is closed", async () => {
 });
 
 test("A page that loses the monitor says so, and comes back by itself", async () => {
-  f.quad(); // the one before may have ended with its emergency stop
+  await f.stop("quad"); // the one before ends with its emergency stop
+  f.quad();
   await until(async () => (await f.robots()).includes("quad"), "the quadrotor");
   const page = await f.open({ view: "runs" });
   await tile(page, "layout").locator("tr", { hasText: "imu.raw" }).waitFor();

@@ -224,12 +224,13 @@ function Plot({ robot, fields, window_s, held, hold, handle, remove }: {
   }, [shape, size.width, size.height, scheme]);
 
   useEffect(() => {
-    let frame = 0, last = 0;
+    let frame = 0, last = 0, drawn = NaN;
     const run = (now: number) => {
       frame = requestAnimationFrame(run);
       if (now - last < kFrameMs) return;
       last = now;
-      update();
+      if (newest() !== drawn) update(); // else the same picture
+      drawn = newest();
       writeLegend(legend.current, lines, cursor.current ?? range.current.to);
       (window as unknown as { sinewRedraws?: number }).sinewRedraws = ((window as unknown as { sinewRedraws?: number }).sinewRedraws ?? 0) + 1;
     };
