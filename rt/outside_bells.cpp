@@ -1,5 +1,6 @@
 #include "rt/outside_bells.hpp"
 
+#include <algorithm>
 #include <new>
 
 namespace sinew::rt {
@@ -12,7 +13,7 @@ OutsideBells::OutsideBells(std::unique_ptr<hal::SharedMemory> page, std::uint32_
 }
 
 hal::Result<std::unique_ptr<OutsideBells>> OutsideBells::make(hal::Os& os, std::uint32_t writers) {
-  auto page = os.shared_memory("sinew doorbells", writers * sizeof(hal::WakeWord));
+  auto page = os.shared_memory("sinew doorbells", std::max(writers, 1u) * sizeof(hal::WakeWord));
   if (!page) return page.error();
   return std::unique_ptr<OutsideBells>(new OutsideBells(std::move(*page), writers));
 }

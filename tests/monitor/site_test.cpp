@@ -197,7 +197,8 @@ TEST_F(MonitorRuns, AreListedWithWhatIsInThemAndCanBeTaken) {
   HttpClient client(rig.port());
   EXPECT_EQ(Json::parse(client.get("/api").body)["runs"], true);
   std::map<std::string, Json> runs;
-  for (const Json& run : Json::parse(client.get("/api/runs").body)["runs"]) runs[run["name"]] = run;
+  const Json listed = Json::parse(client.get("/api/runs").body);
+  for (const Json& run : listed["runs"]) runs[run["name"]] = run;
   ASSERT_EQ(runs.size(), 2u);
   EXPECT_EQ(runs["good"], Json::parse(R"({"name": "good", "bytes": 600004, "begin_unix_ns": 17, "duration_s": 2.5,
                                           "robot": "quad", "verdict": "landed"})"));

@@ -147,7 +147,7 @@ TEST_F(AnsweringTest, TheReplyToWorkComesWhenItIsDone) {
 
 TEST_F(AnsweringTest, WorkThatTakesTooLongIsAnsweredAndGoesOn) {
   open({.patience = 50ms});
-  EXPECT_EQ(ask(*client, "work")["error"]["code"], hal::to_string(hal::Errc::timeout));
+  EXPECT_EQ(ask(*client, "work")["error"]["code"], code_name(hal::Errc::timeout));
   is_done = true;
   EXPECT_EQ(ask(*client, "work")["done"], true);
 }

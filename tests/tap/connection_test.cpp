@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tap/frames.hpp"
+
 #include <chrono>
 
 #include "hal/linux/socket.hpp"
@@ -78,7 +80,7 @@ TEST_F(OneConnection, AReplyThatIsTakenHoldsNothing) {
 TEST_F(OneConnection, ALongReplyWithoutRoomIsBusyAndAShortOneGoes) {
   EXPECT_FALSE(connection->reply(reply_of(kShortReplyBytes), kShortReplyBytes, kBegin));
   const Json busy = take_frame();
-  EXPECT_EQ(busy["error"]["code"], hal::to_string(hal::Errc::busy));
+  EXPECT_EQ(busy["error"]["code"], code_name(hal::Errc::busy));
   EXPECT_EQ(busy["id"], 7);
   EXPECT_TRUE(connection->reply(reply_of(kShortReplyBytes / 2), 0, kBegin));
   EXPECT_EQ(take_frame()["ok"], true);
@@ -87,7 +89,7 @@ TEST_F(OneConnection, ALongReplyWithoutRoomIsBusyAndAShortOneGoes) {
 TEST_F(OneConnection, AReplyThatIsTooLongForAnybodySaysSo) {
   EXPECT_TRUE(connection->reply(reply_of(kMaxReplyBytes), kMaxReplyBytes, kBegin));
   const Json refusal = take_frame();
-  EXPECT_EQ(refusal["error"]["code"], hal::to_string(hal::Errc::not_supported));
+  EXPECT_EQ(refusal["error"]["code"], code_name(hal::Errc::not_supported));
   EXPECT_EQ(refusal["id"], 7);
 }
 

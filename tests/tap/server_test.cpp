@@ -134,9 +134,9 @@ TEST(Server, RefusesWhatIsNotAllowedAndSaysWhatIs) {
     EXPECT_EQ(reply["ok"], false) << reply;
     return reply["error"]["code"].get<std::string>() + ": " + reply["error"]["why"].get<std::string>();
   };
-  const char* bad = hal::to_string(hal::Errc::bad_argument);
-  const char* no = hal::to_string(hal::Errc::not_found);
-  const char* never = hal::to_string(hal::Errc::not_supported);
+  const char* bad = code_name(hal::Errc::bad_argument);
+  const char* no = code_name(hal::Errc::not_found);
+  const char* never = code_name(hal::Errc::not_supported);
   EXPECT_EQ(why("param.set", {{"module", "counter"}, {"param", "gain"}, {"value", 11}}),
             std::string(bad) + ": counter.gain: 11: a number from 0 to 10");
   EXPECT_EQ(why("param.set", {{"module", "counter"}, {"param", "gain"}, {"value", {1}}}),
@@ -380,7 +380,7 @@ TEST(Server, GarbageIsAnsweredCountedAndAtLastClosed) {
     ASSERT_TRUE(client.send_frame(text));
     const auto reply = client.reply();
     ASSERT_TRUE(reply) << text;
-    EXPECT_EQ((*reply)["error"]["code"], hal::to_string(hal::Errc::bad_data)) << text;
+    EXPECT_EQ((*reply)["error"]["code"], code_name(hal::Errc::bad_data)) << text;
   }
   ASSERT_TRUE(client.send_frame("{\"request\":\"hello\"}"));
   EXPECT_TRUE(client.reply()) << "eight may be mistakes";
@@ -424,7 +424,7 @@ TEST(Server, LongRepliesThatNobodyTakesLeaveRoomForShortOnes) {
   const auto busy = second.reply();
   ASSERT_TRUE(busy);
   ASSERT_EQ((*busy)["ok"], false);
-  EXPECT_EQ((*busy)["error"]["code"], hal::to_string(hal::Errc::busy));
+  EXPECT_EQ((*busy)["error"]["code"], code_name(hal::Errc::busy));
   EXPECT_EQ((*busy)["id"], 5);
   ASSERT_TRUE(second.send_frame(R"({"request":"status"})"));
   EXPECT_EQ((*second.reply())["ok"], true);
