@@ -28,8 +28,15 @@ struct Reply {
 
 class HttpClient {
  public:
-  explicit HttpClient(std::uint16_t port) : fd_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)), port_(port) {
+  /// `from`: the address that we are, of 127.0.0.0/8; 0: any.
+  explicit HttpClient(std::uint16_t port, std::uint32_t from = 0)
+      : fd_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)), port_(port) {
     sockaddr_in to{};
+    if (from != 0) {
+      sockaddr_in own{};
+      own.sin_family = AF_INET, own.sin_addr.s_addr = htonl(from);
+      bind(fd_, reinterpret_cast<const sockaddr*>(&own), sizeof own);
+    }
     to.sin_family = AF_INET, to.sin_port = htons(port), to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     connected_ = connect(fd_, reinterpret_cast<const sockaddr*>(&to), sizeof to) == 0;
   }
