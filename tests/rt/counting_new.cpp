@@ -19,6 +19,7 @@ void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept {  // std:
   return std::malloc(bytes ? bytes : 1);
 }
 void* operator new[](std::size_t bytes) { return operator new(bytes); }
+void* operator new[](std::size_t bytes, const std::nothrow_t& none) noexcept { return operator new(bytes, none); }
 void operator delete(void* p) noexcept { std::free(p); }
 void operator delete[](void* p) noexcept { std::free(p); }
 void operator delete(void* p, std::size_t) noexcept { std::free(p); }
