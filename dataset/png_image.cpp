@@ -115,7 +115,7 @@ namespace {
 
 std::uint8_t clamped(double value) { return static_cast<std::uint8_t>(std::clamp(value, 0.0, 255.0) + 0.5); }
 
-/// Pairs of pixels share their colour: Y U Y V.
+/// Pairs of pixels share their colour: Y U Y V, BT.601 with limited range (Y 16 to 235, U and V 16 to 240).
 std::vector<std::uint8_t> rgb_of_yuyv(std::uint32_t width, std::uint32_t height, std::uint32_t stride,
                                       std::span<const std::uint8_t> pixels) {
   std::vector<std::uint8_t> rgb;
@@ -123,7 +123,8 @@ std::vector<std::uint8_t> rgb_of_yuyv(std::uint32_t width, std::uint32_t height,
   for (std::uint32_t y = 0; y < height; ++y)
     for (std::uint32_t x = 0; x < width; ++x) {
       const std::uint8_t* pair = pixels.data() + std::size_t{y} * stride + (x & ~1u) * 2;
-      const double luma = pair[(x & 1) * 2], u = pair[1] - 128.0, v = pair[3] - 128.0;
+      const double luma = (pair[(x & 1) * 2] - 16.0) * 255 / 219;
+      const double u = (pair[1] - 128.0) * 255 / 224, v = (pair[3] - 128.0) * 255 / 224;
       rgb.push_back(clamped(luma + 1.402 * v));
       rgb.push_back(clamped(luma - 0.344136 * u - 0.714136 * v));
       rgb.push_back(clamped(luma + 1.772 * u));

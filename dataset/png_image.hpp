@@ -20,8 +20,8 @@ struct DecodedImage {
 /// Errors:  false, with the reason in `why`: not a PNG, damaged, cut off, larger than 1280x960.
 bool decode_png(std::span<const std::uint8_t> file, DecodedImage& out, std::string& why);
 
-/// The pixels as a PNG file: mono8, rgb8, bgr8, or yuyv (BT.601, full range) as colour. Rows are `stride` bytes apart.
-/// Empty, with the reason in `why`: there are too few pixels, or none.
+/// The pixels as a PNG file: mono8, rgb8, bgr8, or yuyv (BT.601, limited range) as colour. Rows are `stride` bytes
+/// apart. Empty, with the reason in `why`: there are too few pixels, or none.
 std::string encode_png(msg::PixelFormat format, std::uint32_t width, std::uint32_t height, std::uint32_t stride,
                        std::span<const std::uint8_t> pixels, std::string& why);
 
