@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "client/robot.hpp"
+#include "tap/frames.hpp"
 #include "tap/names.hpp"
 
 struct sinew_robots {
@@ -64,6 +65,8 @@ sinew_field to_c(const Field& f) {
 
 static_assert(static_cast<int>(msg::Kind::i8) == SINEW_I8 && static_cast<int>(msg::Kind::u64) == SINEW_U64 &&
               static_cast<int>(msg::Kind::f32) == SINEW_F32 && static_cast<int>(msg::Kind::f64) == SINEW_F64);
+static_assert(static_cast<int>(hal::Errc::not_found) + 1 == SINEW_NOT_FOUND &&
+              static_cast<int>(hal::Errc::io) + 1 == SINEW_IO);
 
 }  // namespace
 }  // namespace sinew::client
@@ -75,10 +78,10 @@ using sinew::client::need;
 int sinew_client_abi(void) { return SINEW_CLIENT_ABI; }
 
 const char* sinew_code_name(int code) {
-  constexpr std::array<const char*, SINEW_OVERWRITTEN + 1> kNames{
-      "ok",     "not_found", "busy",          "denied", "not_supported", "bad_argument", "bad_data",
-      "closed", "timeout",   "out_of_memory", "io",     "overwritten"};
-  return code < 0 || code > SINEW_OVERWRITTEN ? "unknown" : kNames[static_cast<std::size_t>(code)];
+  if (code == SINEW_OK) return "ok";
+  if (code == SINEW_OVERWRITTEN) return "overwritten";
+  if (code < 0 || code > SINEW_OVERWRITTEN) return "unknown";
+  return sinew::tap::code_name(static_cast<sinew::hal::Errc>(code - 1));
 }
 
 const char* sinew_last_error(void) { return sinew::client::g_last_error.data(); }

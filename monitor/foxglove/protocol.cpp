@@ -5,32 +5,14 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "hal/json_depth.hpp"
+
 namespace sinew::foxglove {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
 constexpr int kMostDepth = 32;
-
-/// Found before anything is built from it.
-bool nested_too_deep(std::string_view text) {
-  int depth = 0;
-  bool in_string = false;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i];
-    if (in_string) {
-      if (c == '\\') ++i;
-      if (c == '"') in_string = false;
-    } else if (c == '"') {
-      in_string = true;
-    } else if (c == '[' || c == '{') {
-      if (++depth > kMostDepth) return true;
-    } else if (c == ']' || c == '}') {
-      --depth;
-    }
-  }
-  return false;
-}
 
 std::string dumped(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
@@ -220,7 +202,7 @@ std::optional<ClientMessage> parse(bool binary, std::span<const std::byte> bytes
   why.clear();
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   if (binary) return parse_binary(text, why);
-  if (nested_too_deep(text)) {
+  if (hal::is_nested_deeper(text, kMostDepth)) {
     why = "nested too deep";
     return std::nullopt;
   }
