@@ -23,7 +23,7 @@ def ask(robot, request, **arguments):
 
 
 def main(sinew, recording):
-    film = subprocess.Popen([sinew, "bag", "play", recording, "--as-robot", "film", "--paused",
+    film = subprocess.Popen([sinew, "bag", "play", recording, "--name", "film", "--paused", "--stay",
                              "--start-offset", "1"], stdout=subprocess.PIPE)
     try:
         film.stdout.readline()  # it is there

@@ -10,6 +10,7 @@ namespace sinew::monitor {
 
 /// Recorded runs in one folder, FOLDER/NAME/run.mcap, over HTTP: /api/runs lists them, /api/runs/NAME/run.mcap is the
 /// file. What is in a file says `sinew bag info` in a process of its own: a damaged file harms nobody.
+/// A file is read by the server's thread: a disk that stalls holds up the monitor, no robot.
 /// Thread:  the server's.
 class Runs {
  public:

@@ -3,31 +3,12 @@
 #include <new>
 
 #include "hal/did_you_mean.hpp"
+#include "hal/json_depth.hpp"
 
 namespace sinew::tap {
 namespace {
 
-constexpr int kMaxDepth = 32;
-
-/// JSON nested deeper than any request; found before anything is built from it.
-bool too_deep(std::string_view text) {
-  int depth = 0;
-  bool in_string = false;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i];
-    if (in_string) {
-      if (c == '\\') ++i;
-      if (c == '"') in_string = false;
-    } else if (c == '"') {
-      in_string = true;
-    } else if (c == '[' || c == '{') {
-      if (++depth > kMaxDepth) return true;
-    } else if (c == ']' || c == '}') {
-      --depth;
-    }
-  }
-  return false;
-}
+constexpr int kMaxDepth = 32;  // of JSON: deeper than any request
 
 Reply no_shared_memory() { return refuse(hal::Errc::not_supported, "this run keeps its topics in memory of its own"); }
 
@@ -40,7 +21,7 @@ Reply Answering::answer(std::string_view text, std::uint64_t client, hal::Stream
     reply.garbage = true;
     return reply;
   };
-  if (too_deep(text)) return garbage("a JSON object that is not nested that deeply");
+  if (hal::is_nested_deeper(text, kMaxDepth)) return garbage("a JSON object that is not nested that deeply");
   try {
     const Json request = Json::parse(text, nullptr, false);
     if (!request.is_object()) return garbage("a JSON object");

@@ -5,6 +5,7 @@
 #include "apps/bag/commands.hpp"
 #include "apps/command/number_check.hpp"
 #include "apps/view/plot.hpp"
+#include "record/run/playback.hpp"
 
 namespace sinew::app {
 namespace {
@@ -73,27 +74,21 @@ void add_bag_commands(CLI::App& app, CommandContext& context) {
       ->check(&why_no_plot_file)
       ->type_name(kFileHint);
 
-  auto play = file_command(bag, context, "play", "start a robot that publishes the recorded messages again", bag_play);
+  auto play = file_command(bag, context, "play",
+                           "let a file stand up as a robot whose time can be paused, stepped and moved", bag_play);
   add_topics(play.app, play.options.what, "only this one; may be given again");
   add_times(play.app, play.options.what);
   play.app.add_option("--start-offset", play.options.what.from_s, "as --from, as ROS 2 names it")
       ->check(number(0))
       ->type_name("S")
       ->excludes("--from");
-  play.app.add_option("--rate", play.options.rate, "recorded seconds per second; --as-robot: 0.01 to 100")
-      ->check(number(0.001, 1000.0));
-  CLI::Option* name =
-      play.app.add_option("--name", play.options.name, "name on this machine, instead of the recorded robot's");
+  play.app.add_option("--rate", play.options.rate, "recorded seconds per second")
+      ->check(number(record::Playback::kSlowest, record::Playback::kFastest));
+  play.app.add_option("--name", play.options.name, "name on this machine, instead of the recorded robot's");
   play.app.add_flag("--loop", play.options.loop, "again and again, until Ctrl-C");
-  CLI::Option* as_robot = play.app
-                              .add_option("--as-robot", play.options.robot_name,
-                                          "as a robot whose time can be paused and moved; its name on this machine")
-                              ->expected(0, 1)
-                              ->type_name("NAME")
-                              ->excludes(name);
-  play.app.add_flag("--paused", play.options.paused, "--as-robot: begin in pause")->needs(as_robot);
+  play.app.add_flag("--paused", play.options.paused, "begin in pause");
+  play.app.add_flag("--stay", play.options.stay, "after the end of the file, too, until Ctrl-C");
   play.options.types = &context.types;
-  play.app.parse_complete_callback([&options = play.options, as_robot] { options.as_robot = as_robot->count() > 0; });
 
   auto cat = file_command(bag, context, "cat", "its messages, a line of JSON each", bag_cat);
   add_topics(cat.app, cat.options.what, "only this one; may be given again");

@@ -39,10 +39,9 @@ struct BagPlayOptions : BagOptions {
   std::string name;  // of the robot on this machine; empty: the recorded robot's name
   double rate = 1;
   bool loop = false;
-  bool as_robot = false;                   // the file stands up as a robot whose time can be moved
-  std::string robot_name{};                // as_robot: in place of `name`
-  bool paused = false;                     // as_robot: nothing is played at first
-  const rt::ModuleTypes* types = nullptr;  // as_robot: what is known of the recorded robot's modules
+  bool paused = false;                     // nothing is played at first
+  bool stay = false;                       // after the end of the file, too
+  const rt::ModuleTypes* types = nullptr;  // what is known of the recorded robot's modules
 };
 
 /// `file` is the first flight.
@@ -61,7 +60,6 @@ int bag_filter(const BagCopyOptions& options);
 int bag_merge(const BagCopyOptions& options);
 int bag_convert(const BagCopyOptions& options);
 int bag_play(const BagPlayOptions& options);
-int play_as_robot(const BagPlayOptions& options);
 int bag_cat(const BagCatOptions& options);
 int bag_csv(const BagTopicOptions& options);
 int bag_plot(const BagPlotOptions& options);

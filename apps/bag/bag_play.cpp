@@ -1,220 +1,211 @@
-// bag play: a robot whose modules publish the recorded messages again.
+// bag play: a recorded file stands up as a robot.
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <charconv>
 #include <cstdio>
-#include <optional>
-#include <set>
+#include <filesystem>
 
 #include "apps/bag/bag_options.hpp"
+#include "apps/bag/recorded_about.hpp"
+#include "apps/bag/recorded_answers.hpp"
 #include "apps/command/command.hpp"
 #include "apps/command/json.hpp"
-#include "apps/run/run_setup.hpp"
+#include "hal/linux/keyboard.hpp"
 #include "hal/linux/process.hpp"
+#include "hal/linux/run_dir.hpp"
 #include "hal/platform.hpp"
-#include "hal/scaled_os.hpp"
-#include "hal/silent_board.hpp"
-#include "record/run/message_store.hpp"
-#include "record/run/player.hpp"
-#include "record/run/recorded_run.hpp"
-#include "record/run/recorded_topics.hpp"
-#include "record/run/truth.hpp"
-#include "rt/exec/real_time_executor.hpp"
+#include "record/run/playback.hpp"
+#include "record/run/run_messages.hpp"
+#include "record/run/step_counts.hpp"
+#include "tap/names.hpp"
+#include "tap/server.hpp"
 
 namespace sinew::app {
 namespace {
 
 using namespace std::chrono_literals;
+using record::Playback;
 
-constexpr rt::Duration kAhead = 100ms;   // messages are handed over so long before they are due
-constexpr rt::Duration kStarts = 200ms;  // until the first message, so that no reader misses it
-constexpr rt::Duration kPeriod = 1ms;
-constexpr std::string_view kThread = "play";
+constexpr hal::Duration kLook = 100ms;    // at keys, the file's problems, Ctrl-C
+constexpr hal::Duration kStarts = 200ms;  // until the first message, so that no reader misses it
+constexpr double kFaster = 1.1;           // as ROS 2: an arrow up or down
 
-/// Where messages of a channel go.
-struct Way {
-  record::Player* player = nullptr;
-  std::uint32_t topic = 0;  // of the player
-  record::MessageStore* store = nullptr;
-  bool is_head = false;
-};
+/// The name on this machine: one that was asked for is taken, or it is an error. The recorded robot's may be that of a
+/// robot that runs beside it; then it is NAME-PID. Null after printing why.
+std::unique_ptr<tap::Name> take_name_for(const std::string& asked, const std::string& recorded) {
+  std::string why;
+  auto name = tap::Name::take(!asked.empty() ? asked : recorded.empty() ? "recording" : recorded, why);
+  if (!name && asked.empty() && name.error().code == hal::Errc::busy)
+    name = tap::Name::take(fmt::format("{}-{}", recorded, hal::process_id()), why);
+  if (name) return std::move(*name);
+  fail(why);
+  return nullptr;
+}
 
 class Play {
  public:
   Play(const BagPlayOptions& options, record::Reader& reader) : options_(options), reader_(reader) {}
 
   int run(const record::Query& query) {
-    find_topics();
-    if (found_.empty()) return fail(options_.file + ": no topic of a run of Sinew in it");
-    RunOptions run;
-    run.robot = options_.file;
-    run.name = options_.name;
-    run.rate = options_.rate;
-    make_graph();
-    if (!take_name(prepared_, run)) return kNotBegun;
-    hal::SilentBoard board;
-    // The clock is the recorded robot's, as are the stamps in the messages.
-    const hal::Time first = robot_time(std::max(query.from, record::recorded_start(reader_)));
-    hal::ScaledOs os(hal::system_os(), options_.rate, hal::system_os().now(), first + -kStarts);
-    rt::ConfigureOptions how;
-    how.os = &os;
-    if (!configure(prepared_, board, how)) return kNotBegun;
-    find_ways();
-    rt::RealTimeExecutor executor(*prepared_.graph, os, real_time_options(run));
-    if (const auto started = executor.start(); !started) return fail(started.error().where);
-    const auto socket = open_socket(prepared_, run, executor.runner(), nullptr, os, &hal::request_stop);
-    const hal::Time begin = os.now();
-    bool good = feed(query, rt::Duration{}, os);
-    while (options_.loop && good && !hal::stop_requested()) good = feed(query, os.now() + kStarts - first, os);
-    while (!hal::stop_requested() && !idle()) os.sleep_until(os.now() + kPeriod);
-    if (!hal::stop_requested()) os.sleep_until(os.now() + 2 * kPeriod);  // so that readers see the last messages
-    executor.stop();
-    return tell(msg::seconds(os.now() - begin), good);
+    say_problems(options_.file, reader_.problems());
+    told_ = reader_.problems().size();
+    RecordedAbout about = recorded_about(reader_, options_.file, *options_.types);
+    if (!open_playback(query, about)) return kNotBegun;
+    const auto name = take_name_for(options_.name, about.robot);
+    if (!name) return kNotBegun;
+    const std::string robot = name->robot();
+    const auto keys = hal::Keyboard::open();
+    RecordedAnswers::Recording recording{robot, std::filesystem::absolute(options_.file).lexically_normal().string(),
+                                         std::move(not_shown_)};
+    auto answers = std::make_unique<RecordedAnswers>(*playback_, *counts_, std::move(about), std::move(recording));
+    const auto server = tap::Server::open(*name, std::move(answers), hal::system_os());
+    if (!server) return fail(name->path() + ": " + server.error().where);
+    if (const auto started = playback_->start(); !started) return fail(started.error().where);
+    say_what_it_is(robot, keys != nullptr);
+    const hal::Time begun = hal::system_os().now();
+    if (!options_.paused) {
+      hal::system_os().sleep_until(begun + kStarts);
+      playback_->play();
+    }
+    follow(keys.get());
+    return tell(robot, msg::seconds(hal::system_os().now() - begun));
   }
 
  private:
-  /// Those of a robot, and of them those that were asked for.
-  void find_topics() {
-    for (record::RecordedTopic& topic : record::recorded_topics(reader_).known) {
-      const bool of_module = !rt::split_topic(topic.name).second.empty() || topic.name == record::kTruthTopic;
-      const auto& asked = options_.what.topics;
-      if (of_module && (asked.empty() || std::find(asked.begin(), asked.end(), topic.name) != asked.end()))
-        found_.push_back(std::move(topic));
+  bool open_playback(const record::Query& query, const RecordedAbout& about) {
+    record::RecordedTopics topics = record::recorded_topics(reader_);
+    const auto& asked = options_.what.topics;
+    const auto not_asked = [&](const auto& topic) {
+      return !asked.empty() && std::find(asked.begin(), asked.end(), topic.name) == asked.end();
+    };
+    std::erase_if(topics.known, not_asked);
+    std::erase_if(topics.unknown, not_asked);
+    for (const auto& topic : topics.unknown)
+      std::fprintf(stderr, "%s: %s is not shown: %s\n", options_.file.c_str(), topic.name.c_str(), topic.why.c_str());
+    if (topics.known.empty()) {
+      fail(options_.file + ": no topic in it that this program can show");
+      return false;
     }
-  }
-
-  void make_graph() {
-    prepared_.robot.path = options_.file;
-    rt::GraphSpec& spec = prepared_.robot.graph;
-    const auto run = read_metadata(reader_, "sinew.run");
-    const auto robot = run.find("robot");
-    spec.robot = robot == run.end() ? "recording" : robot->second;
-    if (const auto offset = run.find("unix_ns"); offset != run.end())
-      std::from_chars(offset->second.data(), offset->second.data() + offset->second.size(), unix_ns_);
-    spec.board = "none";
-    rt::ThreadSpec thread;
-    thread.name = kThread;
-    thread.period = kPeriod;
-    std::map<std::string, std::vector<record::Player::Topic>> by_module;
-    for (const record::RecordedTopic& f : found_) {
-      const auto [module, port] = rt::split_topic(f.name);
-      by_module[std::string(module)].push_back({std::string(port), f.type, f.image_bytes});
-      if (f.image_bytes > 0) spec.topics.push_back({.name = f.name, .image_bytes = f.image_bytes});
+    not_shown_ = std::move(topics.unknown);
+    counts_.emplace(about.threads.size(), about.modules.size());
+    record::PlaybackOptions how{query.from, query.until, options_.rate, options_.loop, true};
+    if (about.graph) set_what_the_robot_file_says(*about.graph, about, how);
+    how.other_topics = {std::string(record::kStepsTopic)};
+    how.other = [this](const record::Message& m) {
+      if (record::decode(m.data, steps_)) counts_->add(steps_);
+    };
+    auto opened = Playback::open(reader_, std::move(topics.known), std::move(how), hal::system_os());
+    if (!opened) {
+      fail(options_.file + ": " + opened.error().where);
+      return false;
     }
-    for (const auto& entry : by_module) {
-      const std::string& name = entry.first;
-      rt::ModuleSpec module;
-      module.name = name;
-      module.type = "record::Player of " + name;
-      spec.modules.push_back(module);
-      thread.order.push_back({name, 0});
-      prepared_.types.add(module.type, [topics = entry.second, &player = players_[name]] {
-        auto made = std::make_unique<record::Player>(topics);
-        player = made.get();
-        return made;
-      });
+    playback_ = std::move(*opened);
+    return true;
+  }
+
+  void set_what_the_robot_file_says(const rt::Graph& graph, const RecordedAbout& about, record::PlaybackOptions& how) {
+    for (const rt::TopicSpec& topic : graph.spec().topics) how.history[topic.name] = topic.history;
+    for (std::size_t t = 0; t < about.threads.size(); ++t)
+      if (const std::uint32_t known = graph.find_thread(about.threads[t]); known != rt::kNone)
+        counts_->thread(t).period_ns.set(graph.threads()[known].spec.period.count());
+  }
+
+  void say_what_it_is(const std::string& robot, bool has_keys) const {
+    if (options_.json) return;
+    std::printf("%s\n", fmt::format("{}: {:.1f} s of {}, {} topics{}", robot, length_s(), options_.file,
+                                    playback_->topics().size(),
+                                    has_keys ? "; space: pause or play, right: next message, up and down: speed, "
+                                               "Ctrl-C: end"
+                                             : "")
+                            .c_str());
+    std::fflush(stdout);
+  }
+
+  /// Until Ctrl-C, and without --stay until the end of the file. `keys` may be null.
+  void follow(hal::Keyboard* keys) {
+    const bool shown = keys && hal::output_is_terminal() && !options_.json;
+    bool had_ended = false;
+    while (!hal::stop_requested()) {
+      if (!keys)
+        hal::system_os().sleep_until(hal::system_os().now() + kLook);
+      else if (const auto key = keys->next(kLook))
+        press(*key);
+      tell_problems();
+      if (shown) hal::print_now("\r" + where() + "\033[K");
+      // A look later, so that readers see the last messages.
+      const bool has_ended = playback_->status().state == Playback::State::ended;
+      if (has_ended && had_ended && !options_.stay) break;
+      had_ended = has_ended;
     }
-    spec.threads.push_back(thread);
-    prepared_.graph = std::make_unique<rt::Graph>(spec, prepared_.types);
+    if (shown) hal::print_now("\r\033[K");
   }
 
-  void find_ways() {
-    for (const record::RecordedTopic& f : found_) {
-      const auto [module, port] = rt::split_topic(f.name);
-      record::Player& player = *players_.at(std::string(module));
-      stores_.push_back(std::make_unique<record::MessageStore>(*f.type));
-      Way way{&player, 0, stores_.back().get()};
-      while (player.topics()[way.topic].port != port) ++way.topic;
-      ways_[f.name] = way;
-      way.is_head = true;
-      if (f.type->has_bulk()) ways_[f.name + std::string(record::kHeadSuffix)] = way;
-    }
+  void press(hal::Key key) {
+    const Playback::Status status = playback_->status();
+    const bool plays = status.state == Playback::State::playing;
+    if (key == hal::Key::space) static_cast<void>(plays ? playback_->pause() : playback_->play());
+    if (key == hal::Key::right) playback_->step(1);
+    if (key == hal::Key::up) playback_->set_speed(status.speed * kFaster);
+    if (key == hal::Key::down) playback_->set_speed(status.speed / kFaster);
   }
 
-  /// Publishes the whole file once, `later` than it was recorded. False: part of it could not be read.
-  bool feed(record::Query query, rt::Duration later, hal::Os& os) {
-    query.topics.clear();
-    for (const auto& way : ways_) query.topics.push_back(way.first);
-    for (const auto& store : stores_) store->forget(rt::Time{INT64_MAX}, 0, std::nullopt);
-    return each_message(reader_, query, [&](const record::Message& m) {
-      const hal::Time due = robot_time(m.stamps.log_time) + later;
-      for (hal::Time now = os.now(); due - now > kAhead && !hal::stop_requested(); now = os.now())
-        os.sleep_until(std::min(due - kAhead, now + 10 * kAhead));
-      say(m, due, os);
-      return true;
-    });
+  double length_s() const {
+    const Playback::Status status = playback_->status();
+    return msg::seconds(status.end - status.begin);
   }
 
-  void say(const record::Message& m, hal::Time due, hal::Os& os) {
-    const Way& way = ways_.at(m.channel->topic);
-    const bool images = way.store->type().has_bulk();
-    bool fits = false;
-    if (!images)
-      fits = way.store->add(m.stamps.sequence, due, m.data);
-    else if (way.is_head)
-      fits = way.store->add_head(m.stamps.sequence, due, m.data);
-    else
-      fits = way.store->add_pixels(m.stamps.sequence, due, m.data);
-    const auto* entry = fits ? way.store->find(m.stamps.sequence) : nullptr;
-    const std::pair half(way.store, m.stamps.sequence);
-    if (entry && !entry->whole) {
-      halves_.insert(half);  // until its other half comes
-      return;
-    }
-    halves_.erase(half);
-    auto handed = record::Player::Handed::too_large;
-    while (entry && (handed = way.player->hand(way.topic, due, entry->message())) == record::Player::Handed::no_room &&
-           !hal::stop_requested())
-      os.sleep_until(os.now() + kPeriod);
-    ++(handed == record::Player::Handed::yes ? said_ : unfit_);
-    way.store->forget(rt::Time{INT64_MAX}, 2, std::nullopt);
+  std::string where() const {
+    const Playback::Status status = playback_->status();
+    const char* const state = status.state == Playback::State::playing  ? "plays"
+                              : status.state == Playback::State::paused ? "paused at"
+                                                                        : "ended at";
+    return fmt::format("{} {:.2f} of {:.2f} s, speed {:.3g}", state, msg::seconds(status.now - status.begin),
+                       msg::seconds(status.end - status.begin), status.speed);
   }
 
-  hal::Time robot_time(std::uint64_t log_time) const {
-    return hal::Time{static_cast<std::int64_t>(log_time - static_cast<std::uint64_t>(unix_ns_))};
+  /// Those that were found since the last call.
+  void tell_problems() {
+    const std::vector<record::FileProblem> all = playback_->status().problems;
+    for (; told_ < all.size(); ++told_)
+      std::fprintf(stderr, "%s: %s\n", options_.file.c_str(), to_string(all[told_]).c_str());
   }
 
-  bool idle() const {
-    return std::all_of(players_.begin(), players_.end(), [](const auto& p) { return p.second->idle(); });
-  }
-
-  int tell(double took_s, bool good) const {
+  int tell(const std::string& robot, double took_s) {
+    tell_problems();
+    const Playback::Status status = playback_->status();
     if (options_.json)
       std::printf("%s", to_line({{"file", options_.file},
-                                 {"robot", prepared_.graph->spec().robot},
-                                 {"topics", found_.size()},
-                                 {"messages", said_},
-                                 {"without_pixels", halves_.size()},
-                                 {"not_played", unfit_},
+                                 {"robot", robot},
+                                 {"topics", playback_->topics().size()},
+                                 {"messages", status.messages},
+                                 {"without_pixels", status.without_pixels},
+                                 {"not_played", status.unfit},
                                  {"seconds", took_s}})
                             .c_str());
     else
-      std::printf("%s\n",
-                  fmt::format("{}: {} messages of {} topics in {:.2f} s{}{}", options_.file, said_, found_.size(),
-                              took_s, halves_.empty() ? "" : fmt::format("; {} images have no pixels", halves_.size()),
-                              unfit_ > 0 ? fmt::format("; {} messages do not fit their topic", unfit_) : "")
-                      .c_str());
-    return good && unfit_ == 0 ? kDone : kFailed;
+      std::printf(
+          "%s\n",
+          fmt::format("{}: {} messages of {} topics in {:.2f} s{}{}", options_.file, status.messages,
+                      playback_->topics().size(), took_s,
+                      status.without_pixels > 0 ? fmt::format("; {} images have no pixels", status.without_pixels) : "",
+                      status.unfit > 0 ? fmt::format("; {} messages do not fit their topic", status.unfit) : "")
+              .c_str());
+    return status.problems.empty() && status.unfit == 0 ? kDone : kFailed;
   }
 
   const BagPlayOptions& options_;
   record::Reader& reader_;
-  Prepared prepared_;
-  std::int64_t unix_ns_ = 0;
-  std::vector<record::RecordedTopic> found_;
-  std::map<std::string, record::Player*> players_;
-  std::vector<std::unique_ptr<record::MessageStore>> stores_;
-  std::map<std::string, Way> ways_;                                   // by channel
-  std::set<std::pair<record::MessageStore*, std::uint32_t>> halves_;  // images with only one part so far
-  std::uint64_t said_ = 0, unfit_ = 0;
+  std::vector<record::RecordedTopics::Unknown> not_shown_;
+  std::vector<record::LoggedStep> steps_;  // the playback thread's own: keeps its memory
+  std::optional<record::StepCounts> counts_;
+  std::unique_ptr<Playback> playback_;
+  std::size_t told_ = 0;  // problems
 };
 
 }  // namespace
 
 int bag_play(const BagPlayOptions& options) {
-  if (options.as_robot) return play_as_robot(options);
-  Progress progress("play");
+  static_cast<void>(hal::stop_requested());  // from here on Ctrl-C ends it in order
+  Progress progress("play", false);          // what reads the file is the playback's thread, as long as it plays
   const auto reader = open_recording(options.file, progress);
   const auto query = reader ? query_of(*reader, options.what) : std::nullopt;
   if (!query) return kNotBegun;

@@ -77,7 +77,8 @@ std::vector<RecordedAbout::Param> RecordedAbout::params_at(rt::Time at) const {
   std::vector<Param> all;
   if (!graph) return all;
   for (const rt::GraphModule& module : graph->modules()) {
-    const auto number = std::find(modules.begin(), modules.end(), module.spec.name) - modules.begin();
+    const auto number =
+        static_cast<std::size_t>(std::find(modules.begin(), modules.end(), module.spec.name) - modules.begin());
     for (std::size_t p = 0; p < module.declaration.params.size(); ++p) {
       const rt::Declaration::Param& declared = module.declaration.params[p];
       const auto said = params.find(module.spec.name + "." + std::string(declared.name));

@@ -36,6 +36,9 @@ struct RecordedAbout {
   std::vector<Param> params_at(rt::Time at) const;
 };
 
+/// Reads it. Damaged parts of the file are as if they were missing: who plays the file names them.
+/// `file`: its path, for messages. `types`: what this program knows of modules.
+/// Thread:  the reader's owner.
 RecordedAbout recorded_about(record::Reader& reader, const std::string& file, const rt::ModuleTypes& types);
 
 }  // namespace sinew::app

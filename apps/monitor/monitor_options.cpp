@@ -5,7 +5,7 @@
 namespace sinew::app {
 
 void add_monitor_options(CLI::App& app, MonitorOptions& o) {
-  app.add_option("files", o.files, "recorded runs, which stand up as robots (sinew bag play --as-robot)")
+  app.add_option("files", o.files, "recorded runs, which stand up as robots (sinew bag play)")
       ->check(CLI::ExistingFile)
       ->type_name(kFileHint);
   app.add_option("--address", o.address, "listen on this address only; 0.0.0.0: on all")->capture_default_str();

@@ -6,7 +6,7 @@
 
 #include "msg/cdr.hpp"
 #include "msg/image.hpp"
-#include "record/backward.hpp"
+#include "record/backward_windows.hpp"
 #include "record/run/recorded_run.hpp"
 #include "record/run/ros2_convert.hpp"
 #include "record/run/run_messages.hpp"

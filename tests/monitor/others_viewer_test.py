@@ -58,10 +58,9 @@ def main():
             start(robot, "counterbot", "--virtual").stdout.readline()
             # A robot that comes back whenever it ends.
             start("sh", "-c", 'while true; do "$0" phoenix; done', robot).stdout.readline()
-            if flight and "--as-robot" in subprocess.run([sinew, "bag", "play", "--help"], capture_output=True,
-                                                         text=True).stdout:
+            if flight:
                 recording = record(sinew, flight[0], folder)
-                start(sinew, "bag", "play", recording, "--as-robot", "recorded", "--paused").stdout.readline()
+                start(sinew, "bag", "play", recording, "--name", "recorded", "--paused", "--stay").stdout.readline()
                 env.update(RECORDED="recorded")
             shown = start(monitor, "--port", "0")
             url = shown.stdout.readline().strip().replace("http:", "ws:")

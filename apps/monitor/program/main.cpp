@@ -40,7 +40,7 @@ int fail(const std::string& why) {
   return app::kNotBegun;
 }
 
-/// Starts `sinew bag play --as-robot` for each file: to the monitor they are robots like others. They end with us.
+/// Starts `sinew bag play` for each file: to the monitor they are robots like others. They end with us.
 bool stand_up(const std::vector<std::string>& files, std::vector<std::unique_ptr<hal::ChildProcess>>& recordings,
               std::string& why) {
   for (const std::string& file : files) {
@@ -50,9 +50,8 @@ bool stand_up(const std::vector<std::string>& files, std::vector<std::unique_ptr
       return false;
     }
     // Piped: the keys of our terminal are not for it.
-    auto child =
-        hal::ChildProcess::start(std::vector<std::string>{sinew, "bag", "play", "--as-robot", "--paused", file},
-                                 hal::ChildOptions{.piped = true});
+    auto child = hal::ChildProcess::start(std::vector<std::string>{sinew, "bag", "play", "--stay", "--paused", file},
+                                          hal::ChildOptions{.piped = true});
     if (!child) {
       why = fmt::format("{}: {}", sinew, hal::to_string(child.error().code));
       return false;

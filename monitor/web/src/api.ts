@@ -12,7 +12,6 @@ export interface RobotInfo {
   robot_file: string;
   virtual_time: boolean;
   recording?: string | null;
-  peer?: string | null;
   control?: Control;
   failsafes?: string[];
 }
@@ -22,7 +21,6 @@ export interface ApiInfo {
   program: string;
   now_ns: number;
   commands: boolean;
-  peers: { address: string; state: string }[];
   panels: string[];
   runs: boolean;
 }

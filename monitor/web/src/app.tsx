@@ -119,24 +119,16 @@ function NoRobot() {
 
 function Rail() {
   const robots = monitor.robots.value;
-  const peers = monitor.info.value?.peers ?? [];
-  const groups = new Map<string, Robot[]>();
-  for (const r of robots) {
-    const peer = r.info.value.peer ?? "";
-    groups.set(peer, [...(groups.get(peer) ?? []), r]);
-  }
-  for (const p of peers) if (!groups.has(p.address)) groups.set(p.address, []);
   return (
     <aside class="rail" aria-label="Robots">
-      {[...groups].map(([peer, list]) => (
-        <section key={peer}>
-          <h2>{peer ? peer : "This machine"}</h2>
-          {peer && <p class="muted">{peers.find((p) => p.address === peer)?.state ?? ""}</p>}
-          <ul>{list.map((r) => <RailEntry key={r.name} robot={r} />)}</ul>
-          {list.length === 0 && <p class="muted">no robots</p>}
+      {robots.length === 0 ? (
+        <p class="muted">No robots.</p>
+      ) : (
+        <section>
+          <h2>This machine</h2>
+          <ul>{robots.map((r) => <RailEntry key={r.name} robot={r} />)}</ul>
         </section>
-      ))}
-      {groups.size === 0 && <p class="muted">No robots.</p>}
+      )}
       <footer class="muted">
         {monitor.answers.value === "yes" ? (monitor.info.value?.program ?? "connected") : monitor.answers.value === "no" ? "not connected" : "…"}
       </footer>

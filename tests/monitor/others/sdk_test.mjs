@@ -86,7 +86,7 @@ test("what is no message is told, and the ninth ends the connection", async () =
   await closed;
 });
 
-const skip = RECORDED ? false : "this build has no bag play --as-robot";
+const skip = RECORDED ? false : "this build has no simulator to record a flight of";
 
 /** Opcode 3: command, speed, whether it seeks, where to, the request's id. */
 function control(c, { play, speed, seek, id }) {

@@ -74,7 +74,7 @@ export class Fixture {
     const flight = this.start("flight", "sinew", "run", join(root, "robots/quad/quad.toml"), "--virtual", "--duration", "14", "--name", "flight", "--record-images", "--runs", this.folder, "--quiet");
     await flight.over;
     this.children.delete("flight");
-    return this.start("recorded", "sinew", "bag", "play", join(this.folder, "latest/run.mcap"), "--as-robot", "recorded", "--paused");
+    return this.start("recorded", "sinew", "bag", "play", join(this.folder, "latest/run.mcap"), "--name", "recorded", "--paused", "--stay");
   }
 
   async ask(robot, request, body) {

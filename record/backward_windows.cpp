@@ -1,4 +1,4 @@
-#include "record/backward.hpp"
+#include "record/backward_windows.hpp"
 
 #include <algorithm>
 

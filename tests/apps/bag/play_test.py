@@ -1,6 +1,6 @@
-"""sinew bag play --as-robot: what other programs see of a recorded flight that stands up as a robot.
+"""sinew bag play: what other programs see of a recorded flight that stands up as a robot.
 
-usage: as_robot_test.py SINEW RECORDING [unittest arguments]
+usage: play_test.py SINEW RECORDING [unittest arguments]
 """
 import json
 import os
@@ -15,7 +15,7 @@ import time
 import unittest
 
 SINEW, FLIGHT = sys.argv[1:3]
-FOLDER = tempfile.TemporaryDirectory(prefix="sinew_as_robot_")
+FOLDER = tempfile.TemporaryDirectory(prefix="sinew_play_")
 RUN_DIR = tempfile.TemporaryDirectory(prefix="sinew_run_")  # other tests run robots of the same names
 os.environ["SINEW_RUN_DIR"] = RUN_DIR.name
 OWN = "sinew/"  # topics of the recorder's own
@@ -74,7 +74,7 @@ class Film:
 
     def __init__(self, *options, file=FLIGHT, robot="film", **how):
         self.robot = robot
-        self.process = subprocess.Popen([SINEW, "bag", "play", file, "--as-robot", robot, *options],
+        self.process = subprocess.Popen([SINEW, "bag", "play", file, "--name", robot, "--stay", *options],
                                         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **how)
 
     def __enter__(self):
@@ -117,7 +117,7 @@ class Film:
         return {t["name"]: t["messages"] for t in self.ask("status")["topics"]}
 
 
-class AsRobot(unittest.TestCase):
+class Play(unittest.TestCase):
     def test_it_says_that_it_is_a_recording_and_of_what(self):
         with Film("--paused") as film:
             hello = film.ask("hello")
@@ -332,26 +332,24 @@ class AsRobot(unittest.TestCase):
     def test_what_cannot_be_begun_ends_with_2(self):
         with open(path("text.mcap"), "w") as text:
             text.write("no recording")
-        for options, why in ((["--as-robot", "a b"], 'robot name "a b"'),
-                             (["--as-robot", "--rate", "101"], "--rate 101: with --as-robot a number from 0.01 to 100"),
-                             (["--paused"], "--as-robot"),
-                             (["--as-robot", "--name", "b"], "--name"),
-                             (["--as-robot", "--start-offset", "1", "--from", "1"], "--start-offset"),
-                             (["--as-robot", "--from", "1000"], "--from 1000: the file has"),
-                             (["--as-robot", "--topic", "nothing"], "no topic nothing")):
+        for options, why in ((["--name", "a b"], 'robot name "a b"'),
+                             (["--rate", "101"], "--rate: 101 is not a number from 0.01 to 100"),
+                             (["--start-offset", "1", "--from", "1"], "--start-offset"),
+                             (["--from", "1000"], "--from 1000: the file has"),
+                             (["--topic", "nothing"], "no topic nothing")):
             code, out, err = run("bag", "play", FLIGHT, *options)
             self.assertEqual((code, out), (2, ""), options)
             self.assertIn(why, err)
-        code, _, err = run("bag", "play", path("text.mcap"), "--as-robot")
+        code, _, err = run("bag", "play", path("text.mcap"))
         self.assertEqual(code, 2)
         self.assertIn("text.mcap", err)
 
     def test_a_name_that_was_asked_for_is_taken_or_refused(self):
         with Film("--paused", robot="quad"):
-            code, _, err = run("bag", "play", FLIGHT, "--as-robot", "quad")
+            code, _, err = run("bag", "play", FLIGHT, "--name", "quad")
             self.assertEqual(code, 2)
             self.assertIn('robot "quad" runs already', err)
-            beside = subprocess.Popen([SINEW, "bag", "play", FLIGHT, "--as-robot", "--paused"],
+            beside = subprocess.Popen([SINEW, "bag", "play", FLIGHT, "--paused"],
                                       stdout=subprocess.PIPE, text=True)
             self.assertRegex(beside.stdout.readline(), f"^quad-{beside.pid}: ")  # the recorded name is only a wish
             beside.send_signal(signal.SIGTERM)
