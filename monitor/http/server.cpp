@@ -148,6 +148,7 @@ class LwsServer final : public Server {
     tick();
     while (!stop_.load(std::memory_order_relaxed) && lws_service(context_, 0) >= 0) {
     }
+    for (auto& [wsi, c] : connections_) c->socket.reset(), c->response = {};
   }
 
   void stop() override {

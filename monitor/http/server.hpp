@@ -110,7 +110,8 @@ class Server {
   virtual ~Server() = default;
 
   virtual std::uint16_t port() const = 0;
-  /// Serves until stop(). Thread: one, which is then "the server's thread".
+  /// Serves until stop(). Every Stream and Socket has been destroyed when it returns. Thread: one, which is then "the
+  /// server's thread".
   virtual void run() = 0;
   /// Thread: any.
   virtual void stop() = 0;

@@ -20,6 +20,7 @@ class SiteRig {
     ServerOptions options;
     options.port = 0;
     options.every_response = protective_headers();
+    options.subprotocols = LiveSite::subprotocols();
     std::string why;
     server = Server::open(
         options,

@@ -16,7 +16,7 @@
 namespace sinew::record {
 
 // Sanitizers only go through a part of the cases: they are ten times slower.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef SINEW_SANITIZED
 constexpr bool kSanitized = true;
 #else
 constexpr bool kSanitized = false;

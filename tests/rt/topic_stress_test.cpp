@@ -10,7 +10,7 @@
 namespace sinew::rt::topic_stress_test {
 namespace {
 
-#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
+#ifdef SINEW_SANITIZED
 constexpr std::uint32_t kCommits = 20'000;
 #else
 constexpr std::uint32_t kCommits = 500'000;

@@ -113,6 +113,7 @@ int run(const app::MonitorOptions& o) {
   server->run();
   over.store(true);
   signals.join();
+  site.reset();  // it looks at the robots, and has threads that do
   return app::kDone;
 }
 
