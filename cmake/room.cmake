@@ -201,7 +201,7 @@ endfunction()
 function(sinew_test_optimised name result)
   set(${result} ON PARENT_SCOPE)
   if(NOT CMAKE_BUILD_TYPE STREQUAL Debug AND
-     name MATCHES "^(msg|wire|hal|rt|drivers|tap|record|dataset|sim_hil|apps|search|boards|devices)_" AND
+     name MATCHES "^(msg|wire|hal|rt|drivers|tap|client|monitor|record|dataset|sim_hil|apps|search|boards|devices)_" AND
      NOT name MATCHES "^rt_(topic|held_loans|mailbox|instant_word|handover|schedule|stats|fp_mode)" AND
      NOT name MATCHES "^apps_(module_fault|flight_failsafe|pilot_flight|flight_again|sweep_memory)")
     set(${result} OFF PARENT_SCOPE)

@@ -73,7 +73,7 @@ void Page::panel(std::string_view name, const Server::Reply& reply) const {
     return reply(plain(404, fmt::format("'{}' is not in the folder of panels", name)));
   if (size > kMostPanelBytes)
     return reply(plain(413, fmt::format("'{}' is larger than {} bytes", name, kMostPanelBytes)));
-  std::vector<char> text(size);
+  std::vector<char> text(static_cast<std::size_t>(size));
   std::ifstream in(file, std::ios::binary);
   if (!in.read(text.data(), static_cast<std::streamsize>(text.size())))
     return reply(plain(500, fmt::format("'{}' cannot be read", name)));

@@ -427,7 +427,8 @@ class LwsServer final : public Server {
     c.head_only = c.request.method == "HEAD";
     const std::string announced = header_of(c.wsi, WSI_TOKEN_HTTP_CONTENT_LENGTH);
     const bool chunked = !header_of(c.wsi, WSI_TOKEN_HTTP_TRANSFER_ENCODING).empty();
-    c.body_bytes = announced.empty() ? 0 : std::strtoull(announced.c_str(), nullptr, 10);
+    c.body_bytes =
+        static_cast<std::size_t>(std::min<unsigned long long>(std::strtoull(announced.c_str(), nullptr, 10), SIZE_MAX));
     if (chunked || c.body_bytes > options_.most_body_bytes) {
       refused_requests_.fetch_add(1, std::memory_order_relaxed);
       c.too_long = true;

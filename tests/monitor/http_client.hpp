@@ -92,7 +92,7 @@ class HttpClient {
     held_.erase(0, end + 4);
     const auto length = r.headers.find("content-length");
     if (head_only || r.status == 304 || length == r.headers.end()) return r;
-    const std::size_t bytes = std::strtoull(length->second.c_str(), nullptr, 10);
+    const std::size_t bytes = std::strtoul(length->second.c_str(), nullptr, 10);
     while (held_.size() < bytes)
       if (!more(until, r.closed)) return r;
     r.body = held_.substr(0, bytes);
