@@ -41,24 +41,6 @@ Json arguments_of(const Request& request) {
   return arguments;
 }
 
-/// Nothing, with `refusal`: it is no JSON object. Forms of other sites cannot send this type without asking first,
-/// which nobody here permits.
-std::optional<Json> body_of(const Request& request, Response& refusal) {
-  if (!request.content_type.starts_with("application/json")) {
-    refusal = json_error(415, "bad_argument", "the body's content-type has to be application/json");
-    return std::nullopt;
-  }
-  Json body = request.body.empty() ? Json::object() : Json::parse(request.body, nullptr, false);
-  if (body.is_object()) return body;
-  refusal = json_error(400, "bad_argument", "the body has to be a JSON object");
-  return std::nullopt;
-}
-
-std::string text_of(const Json& object, const char* name) {
-  const auto member = object.find(name);
-  return member != object.end() && member->is_string() ? member->get<std::string>() : std::string();
-}
-
 RobotLink::Done pass_on(Server::Reply reply) {
   return [reply = std::move(reply)](const std::string& answer) {
     const Json json = Json::parse(answer, nullptr, false);

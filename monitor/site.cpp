@@ -28,7 +28,8 @@ RobotApi::Options api_options(RobotApi::Options options, const Page& page, const
 Site::Site(Robots& robots, Server& server, Options options)
     : gate_(std::move(options.gate)),
       page_(options.panels),
-      runs_(std::move(options.runs)),
+      runs_(robots, server, gate_, options.sinew, std::move(options.runs)),
+      doctor_(server, options.sinew),
       api_(robots, gate_, api_options(std::move(options.api), page_, runs_)),
       streams_(robots, server),
       pictures_(streams_, server),
@@ -39,7 +40,8 @@ void Site::answer(Request request, ConnectionId connection, const Server::Reply&
   if (const auto refusal = gate_.refuses(request))
     return reply(is_api ? json_error(refusal->status, "denied", refusal->why) : plain(refusal->status, refusal->why));
   const bool reads = request.method == "GET" || request.method == "HEAD";
-  if (reads && runs_.answer(request, reply)) return;
+  if (runs_.answer(request, reply)) return;
+  if (reads && request.path == Doctor::kPath) return doctor_.answer(reply);
   if (is_api) return api_.answer(request, reply);
   if (!reads) {
     Response r = plain(405, "only GET and HEAD here");
@@ -48,6 +50,11 @@ void Site::answer(Request request, ConnectionId connection, const Server::Reply&
   }
   if (page_.answer(request, reply) || pictures_.answer(request, connection, reply)) return;
   reply(plain(404, "nothing here; GET /api/robots lists the robots"));
+}
+
+void Site::stop() {
+  runs_.stop();
+  doctor_.stop();
 }
 
 std::unique_ptr<Socket> Site::open_socket(const Request& request, ConnectionId connection, Response& refusal) {

@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "monitor/doctor.hpp"
 #include "monitor/gate.hpp"
 #include "monitor/http/server.hpp"
 #include "monitor/live_site.hpp"
@@ -24,17 +25,21 @@ class Site {
     RobotApi::Options api{};
     std::string panels{};  // a folder of panels of one's own; empty: none
     Runs::Options runs{};
+    std::string sinew{};  // path of the program: what looks into recorded runs and at this machine
   };
   Site(Robots& robots, Server& server, Options options);
 
   void answer(Request request, ConnectionId connection, const Server::Reply& reply);
   /// As Server::OnSocket.
   std::unique_ptr<Socket> open_socket(const Request& request, ConnectionId connection, Response& refusal);
+  /// Ends what it started, and waits for that. Thread: the owner's, when the server does not run any more.
+  void stop();
 
  private:
   Gate gate_;
   Page page_;
   Runs runs_;
+  Doctor doctor_;
   RobotApi api_;
   ImageStreams streams_;
   Pictures pictures_;

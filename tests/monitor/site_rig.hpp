@@ -16,7 +16,7 @@ class SiteRig {
  public:
   static constexpr const char* kToken = "0123456789abcdef";
 
-  explicit SiteRig(bool commands = true, Runs::Options runs = {}) {
+  explicit SiteRig(bool commands = true, Runs::Options runs = {}, std::string sinew = {}) {
     ServerOptions options;
     options.port = 0;
     options.every_response = protective_headers();
@@ -36,6 +36,7 @@ class SiteRig {
     o.gate.token = kToken;
     o.gate.commands = commands;
     o.runs = std::move(runs);
+    o.sinew = std::move(sinew);
     site = std::make_unique<Site>(*robots, *server, std::move(o));
     thread_ = std::thread([this] { server->run(); });
   }
@@ -43,6 +44,7 @@ class SiteRig {
     if (!server) return;
     server->stop();
     thread_.join();
+    site->stop();
   }
   std::uint16_t port() const { return server->port(); }
   static std::string token_line() { return std::string("Authorization: Bearer ") + kToken + "\r\n"; }
