@@ -49,6 +49,7 @@ struct Connection {
   std::unique_ptr<Socket> socket{};
   std::vector<std::byte> message{};  // that comes in
   std::optional<Socket::Message> out{};
+  bool corks = false;  // its messages may share packets
   bool corked = false;
 };
 
@@ -552,14 +553,20 @@ class LwsServer final : public Server {
   }
 
   /// A message that waits in the system's buffers is old when it arrives, and nothing newer can overtake it.
-  static void keep_young(lws* wsi) {
-    set(wsi, TCP_NOTSENT_LOWAT, kUnsent);
-    set(wsi, TCP_THIN_LINEAR_TIMEOUTS, 1);
+  static void keep_young(Connection& c) {
+    set(c.wsi, TCP_NOTSENT_LOWAT, kUnsent);
+    set(c.wsi, TCP_THIN_LINEAR_TIMEOUTS, 1);
+    // The system holds back what fills no packet for 200 ms. Where a packet takes more than may wait unsent (loopback:
+    // 64 KiB), nothing would ever fill one.
+    tcp_info info{};
+    socklen_t size = sizeof info;
+    c.corks = getsockopt(lws_get_socket_fd(c.wsi), IPPROTO_TCP, TCP_INFO, &info, &size) == 0 &&
+              info.tcpi_snd_mss <= kUnsent / 4;
   }
 
   /// Messages that follow one another at once share packets: each packet is one more that may be lost.
   static void cork(Connection& c, bool corked) {
-    if (c.corked == corked) return;
+    if (!c.corks || c.corked == corked) return;
     c.corked = corked;
     set(c.wsi, TCP_CORK, corked ? 1 : 0);
   }
@@ -576,7 +583,7 @@ class LwsServer final : public Server {
     }
     c.request = {};
     if (c.socket) {
-      keep_young(c.wsi);
+      keep_young(c);
       return 0;
     }
     refused_requests_.fetch_add(1, std::memory_order_relaxed);

@@ -65,6 +65,34 @@ TEST(HttpServer, AnswersOneRequestAfterTheOtherOnOneConnection) {
   EXPECT_EQ(rig.server->counters().accepted, 1u);
 }
 
+/// Always has the next message, as a busy robot has.
+class Flood final : public Socket {
+ public:
+  bool receive(bool, std::span<const std::byte>) override { return true; }
+  std::optional<Message> next() override {
+    if (left_ == 0) return std::nullopt;
+    Message message;
+    message.binary = true;
+    message.bytes = bytes_of(std::string(500, --left_ == 0 ? 'z' : 'm'));
+    return message;
+  }
+
+ private:
+  unsigned left_ = 10'000;
+};
+
+// The system may hold back small packets for 200 ms: a twentieth of these would take longer than the client's patience.
+TEST(HttpServer, ManySmallMessagesWaitForNoTimer) {
+  Rig rig(echo, {.subprotocols = {"p"}},
+          [](const Request&, ConnectionId, Response&) { return std::make_unique<Flood>(); });
+  HttpClient client(rig.port());
+  client.send("GET /x HTTP/1.1\r\nHost: " + client.host() +
+              "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+              "Sec-WebSocket-Protocol: p\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n");
+  EXPECT_TRUE(client.wait_for("101 Switching Protocols"));
+  EXPECT_TRUE(client.wait_for(std::string(500, 'z')));
+}
+
 TEST(HttpServer, ALargeBodyArrivesWhole) {
   std::string large(5'000'000, 'x');
   for (std::size_t i = 0; i < large.size(); ++i) large[i] = static_cast<char>('a' + i % 23);
