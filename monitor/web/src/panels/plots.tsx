@@ -134,6 +134,7 @@ function useLines(robot: Robot, fields: FieldOfPlot[]): { lines: Line[]; newest:
 }
 
 const kFrameMs = 1000 / 60 - 2;
+const kLegendMs = 100; // nobody reads digits that change faster, and each change has the browser lay out and paint text
 
 function Plot({ robot, fields, window_s, held, hold, handle, remove }: {
   robot: Robot;
@@ -224,14 +225,18 @@ function Plot({ robot, fields, window_s, held, hold, handle, remove }: {
   }, [shape, size.width, size.height, scheme]);
 
   useEffect(() => {
-    let frame = 0, last = 0, drawn = NaN;
+    let frame = 0, last = 0, drawn = NaN, written = 0, at: number | null = NaN;
     const run = (now: number) => {
       frame = requestAnimationFrame(run);
       if (now - last < kFrameMs) return;
       last = now;
       if (newest() !== drawn) update(); // else the same picture
       drawn = newest();
-      writeLegend(legend.current, lines, cursor.current ?? range.current.to);
+      if (now - written >= kLegendMs || cursor.current !== at) {
+        writeLegend(legend.current, lines, cursor.current ?? range.current.to);
+        written = now;
+        at = cursor.current;
+      }
       (window as unknown as { sinewRedraws?: number }).sinewRedraws = ((window as unknown as { sinewRedraws?: number }).sinewRedraws ?? 0) + 1;
     };
     frame = requestAnimationFrame(run);
