@@ -4,7 +4,7 @@
 #include <string>
 
 #include "monitor/http/server.hpp"
-#include "monitor/worker.hpp"
+#include "monitor/http/worker.hpp"
 
 namespace sinew::monitor {
 
