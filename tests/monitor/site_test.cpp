@@ -99,7 +99,7 @@ TEST_F(MonitorSite, TenWrongTokensAreEnough) {
 }
 
 TEST_F(MonitorSite, OtherAddressesThanLoopbackCommandOnlyWithTls) {
-  SiteRig rig(false);
+  SiteRig rig({.commands = false});
   HttpClient client(rig.port());
   EXPECT_EQ(json(client.get("/api"))["commands"], false);
   EXPECT_EQ(client.post("/api/robots/robot/stop", "{}", SiteRig::token_line()).status, 403);
@@ -193,7 +193,7 @@ class MonitorRuns : public testing::Test {
 };
 
 TEST_F(MonitorRuns, AreListedWithWhatIsInThemAndCanBeTaken) {
-  SiteRig rig(true, {folder_.string(), (folder_ / "info").string()});
+  SiteRig rig({.runs = {folder_.string(), (folder_ / "info").string()}});
   HttpClient client(rig.port());
   EXPECT_EQ(Json::parse(client.get("/api").body)["runs"], true);
   std::map<std::string, Json> runs;
