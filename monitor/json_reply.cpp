@@ -17,7 +17,7 @@ Response json_error(int status, std::string_view code, std::string_view why) {
   return json_response(status, to_text({{"ok", false}, {"error", {{"code", code}, {"why", why}}}}));
 }
 
-std::optional<Json> body_of(const Request& request, Response& refusal) {
+std::optional<Json> json_body(const Request& request, Response& refusal) {
   if (!request.content_type.starts_with("application/json")) {
     refusal = json_error(415, "bad_argument", "the body's content-type has to be application/json");
     return std::nullopt;

@@ -18,11 +18,10 @@ Response json_response(int status, const std::string& text);
 /// As a robot's socket refuses: {"ok": false, "error": {"code", "why"}}.
 Response json_error(int status, std::string_view code, std::string_view why);
 
-/// Of a request that changes something. Nothing, with `refusal`: it is no JSON object. Forms of other sites cannot send
-/// this type without asking first, which nobody here permits.
-std::optional<Json> body_of(const Request& request, Response& refusal);
-
-/// A member's text; empty: there is none, or it is no text.
+/// The body of a request; nothing, with `refusal`: it is no JSON object. Forms of other sites cannot send this type
+/// without asking first, which nobody here permits.
+std::optional<Json> json_body(const Request& request, Response& refusal);
+/// A member that is text; empty: it is none.
 std::string text_of(const Json& object, const char* name);
 
 /// The HTTP status that goes with the reply of a robot's socket.

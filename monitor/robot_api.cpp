@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <charconv>
 #include <iterator>
-#include <optional>
 #include <utility>
 
 #include "monitor/json_reply.hpp"
@@ -78,7 +77,8 @@ void RobotApi::about(Server::Reply reply) const {
                                     {"now_ns", now_ns()},
                                     {"commands", gate_.takes_commands()},
                                     {"panels", options_.panels},
-                                    {"runs", options_.runs}})));
+                                    {"runs", options_.runs},
+                                    {"monitors", true}})));
 }
 
 void RobotApi::robots(Server::Reply reply) {
@@ -116,7 +116,7 @@ void RobotApi::change(const Request& request, const std::string& robot, const st
     if (const auto refusal = gate_.refuses_command(request))
       return reply(json_error(refusal->status, "denied", refusal->why));
   Response refusal;
-  const auto body = body_of(request, refusal);
+  const auto body = json_body(request, refusal);
   if (!body) return reply(std::move(refusal));
   if (!request.until_ns.empty()) {
     std::int64_t until = 0;
@@ -145,7 +145,7 @@ void RobotApi::control(const Request& request, const std::string& robot, Server:
   if (const auto refusal = gate_.refuses_command(request))
     return reply(json_error(refusal->status, "denied", refusal->why));
   Response refusal;
-  const auto body = body_of(request, refusal);
+  const auto body = json_body(request, refusal);
   if (!body) return reply(std::move(refusal));
   const std::string action = text_of(*body, "action"), who = text_of(*body, "who"), key = text_of(*body, "key");
   if (!robots_.find(robot)) return reply(json_error(404, "not_found", fmt::format("no robot '{}' runs", robot)));

@@ -85,6 +85,7 @@ void Runs::stop() {
   stop_.store(true);
   recordings_.stop();
   jobs_.stop();
+  worker_.reset();
 }
 
 std::string Runs::path_of(const std::string& name) const {
@@ -158,7 +159,7 @@ bool Runs::answer(const Request& request, const Server::Reply& reply) {
     const auto found = [this, reply] {
       server_.post([this, reply, runs = look()] { reply(json_response(200, list(runs))); });
     };
-    if (!worker_.post(found)) reply(json_error(409, "busy", "the folder of runs is being looked at"));
+    if (!worker_ || !worker_->post(found)) reply(json_error(409, "busy", "the folder of runs is being looked at"));
   } else {
     const std::string_view rest = path.substr(std::min(path.size(), kPath.size() + 1));
     const std::size_t slash = std::min(rest.find('/'), rest.size());
@@ -191,7 +192,7 @@ void Runs::change(const Request& request, const std::string& name, std::string_v
   if (const auto refusal = gate_.refuses_command(request))
     return reply(json_error(refusal->status, "denied", refusal->why));
   Response refusal;
-  const auto body = body_of(request, refusal);
+  const auto body = json_body(request, refusal);
   if (!body) return reply(std::move(refusal));
   const std::string path = path_of(name), other = text_of(*body, "with");
   std::error_code none;

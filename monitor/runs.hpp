@@ -3,15 +3,16 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "monitor/gate.hpp"
 #include "monitor/http/server.hpp"
+#include "monitor/http/worker.hpp"
 #include "monitor/recordings.hpp"
 #include "monitor/run_jobs.hpp"
-#include "monitor/worker.hpp"
 
 namespace sinew::monitor {
 
@@ -72,7 +73,7 @@ class Runs {
   RunJobs jobs_;
   std::atomic<bool> stop_{false};
   std::map<std::string, Known> known_;  // by name
-  Worker worker_{16};
+  std::optional<Worker> worker_{16};    // nothing: stopped
 };
 
 }  // namespace sinew::monitor

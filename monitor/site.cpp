@@ -33,15 +33,19 @@ Site::Site(Robots& robots, Server& server, Options options)
       api_(robots, gate_, api_options(std::move(options.api), page_, runs_)),
       streams_(robots, server),
       pictures_(streams_, server),
-      live_(robots, server) {}
+      live_(robots, server),
+      monitors_(server, gate_, [this](const std::string& address) { relay_.cut(address); }),
+      relay_(server, gate_, monitors_) {}
 
 void Site::answer(Request request, ConnectionId connection, const Server::Reply& reply) {
   const bool is_api = RobotApi::has(request.path);
   if (const auto refusal = gate_.refuses(request))
     return reply(is_api ? json_error(refusal->status, "denied", refusal->why) : plain(refusal->status, refusal->why));
   const bool reads = request.method == "GET" || request.method == "HEAD";
+  if (Relay::has(request.path)) return relay_.answer(request, connection, reply);
   if (runs_.answer(request, reply)) return;
   if (reads && request.path == Doctor::kPath) return doctor_.answer(reply);
+  if (Monitors::has(request.path)) return monitors_.answer(request, reply);
   if (is_api) return api_.answer(request, reply);
   if (!reads) {
     Response r = plain(405, "only GET and HEAD here");
@@ -59,6 +63,7 @@ void Site::stop() {
 
 std::unique_ptr<Socket> Site::open_socket(const Request& request, ConnectionId connection, Response& refusal) {
   auto refused = gate_.refuses(request);
+  if (!refused && Relay::has(request.path)) return relay_.open_socket(request, connection, refusal);
   const std::string* const token = request.argument("token");
   if (!refused && token) refused = gate_.refuses_token(*token, request.peer);
   if (refused) {

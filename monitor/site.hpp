@@ -7,8 +7,10 @@
 #include "monitor/gate.hpp"
 #include "monitor/http/server.hpp"
 #include "monitor/live_site.hpp"
+#include "monitor/monitors.hpp"
 #include "monitor/page.hpp"
 #include "monitor/pictures.hpp"
+#include "monitor/relay.hpp"
 #include "monitor/robot_api.hpp"
 #include "monitor/robots.hpp"
 #include "monitor/runs.hpp"
@@ -17,7 +19,7 @@ namespace sinew::monitor {
 
 /// What the monitor answers: docs/monitor.md lists it. Nothing here waits for a robot.
 /// Thread:  the server's.
-/// Owner:   robots and server must outlive it.
+/// Owner:   robots and server must be there while it is used. The server ends first: its connections tell the site.
 class Site {
  public:
   struct Options {
@@ -28,6 +30,9 @@ class Site {
     std::string sinew{};  // path of the program: what looks into recorded runs and at this machine
   };
   Site(Robots& robots, Server& server, Options options);
+
+  /// A monitor of another machine, as Monitors::add.
+  bool add_monitor(const std::string& address, std::string& why) { return monitors_.add(address, why); }
 
   void answer(Request request, ConnectionId connection, const Server::Reply& reply);
   /// As Server::OnSocket.
@@ -44,6 +49,8 @@ class Site {
   ImageStreams streams_;
   Pictures pictures_;
   LiveSite live_;
+  Monitors monitors_;
+  Relay relay_;
 };
 
 /// The headers of every response: no page of another site may show, read or feed ours.

@@ -64,7 +64,7 @@ esac
 };
 
 TEST_F(MonitorRuns, AreListedWithWhatIsInThemAndCanBeTaken) {
-  SiteRig rig(true, {folder_.string()}, sinew_.string());
+  SiteRig rig({.runs = {folder_.string()}, .sinew = sinew_.string()});
   HttpClient client(rig.port());
   EXPECT_EQ(json(client.get("/api"))["runs"], true);
   std::map<std::string, Json> runs;
@@ -92,7 +92,7 @@ TEST_F(MonitorRuns, AreListedWithWhatIsInThemAndCanBeTaken) {
 }
 
 TEST_F(MonitorRuns, AreReplayedOneAtATimeWhileTheMonitorAnswersOthers) {
-  SiteRig rig(true, {folder_.string()}, sinew_.string());
+  SiteRig rig({.runs = {folder_.string()}, .sinew = sinew_.string()});
   HttpClient client(rig.port());
   const auto replay = [&](const std::string& name) {
     return client.post("/api/runs/" + name + "/replay", "{}", SiteRig::token_line());
@@ -116,7 +116,7 @@ TEST_F(MonitorRuns, AreReplayedOneAtATimeWhileTheMonitorAnswersOthers) {
 }
 
 TEST_F(MonitorRuns, AReplayCanBeEnded) {
-  SiteRig rig(true, {folder_.string()}, sinew_.string());
+  SiteRig rig({.runs = {folder_.string()}, .sinew = sinew_.string()});
   HttpClient client(rig.port());
   EXPECT_EQ(client.post("/api/runs/good/stop", "{}", SiteRig::token_line()).status, 404);  // nothing runs
   EXPECT_EQ(client.post("/api/runs/good/replay", "{}", SiteRig::token_line()).status, 200);
@@ -126,7 +126,7 @@ TEST_F(MonitorRuns, AReplayCanBeEnded) {
 }
 
 TEST_F(MonitorRuns, TheMonitorEndsAReplayThatRuns) {
-  SiteRig rig(true, {folder_.string()}, sinew_.string());
+  SiteRig rig({.runs = {folder_.string()}, .sinew = sinew_.string()});
   HttpClient client(rig.port());
   EXPECT_EQ(client.post("/api/runs/good/replay", "{}", SiteRig::token_line()).status, 200);
   ASSERT_TRUE(until([&] { return asked().find("replay") != std::string::npos; }));
@@ -134,7 +134,7 @@ TEST_F(MonitorRuns, TheMonitorEndsAReplayThatRuns) {
 }
 
 TEST_F(MonitorRuns, TwoAreCompared) {
-  SiteRig rig(true, {folder_.string()}, sinew_.string());
+  SiteRig rig({.runs = {folder_.string()}, .sinew = sinew_.string()});
   HttpClient client(rig.port());
   const auto compare = [&](const std::string& with) {
     return client.post("/api/runs/good/compare", Json({{"with", with}}).dump(), SiteRig::token_line()).status;
@@ -152,7 +152,7 @@ TEST_F(MonitorRuns, TwoAreCompared) {
 }
 
 TEST_F(MonitorRuns, OneThatCannotStandUpSaysWhy) {
-  SiteRig rig(true, {folder_.string()}, sinew_.string());
+  SiteRig rig({.runs = {folder_.string()}, .sinew = sinew_.string()});
   HttpClient client(rig.port());
   const auto post = [&](const std::string& path, const std::string& more = SiteRig::token_line()) {
     return client.post("/api/runs/" + path, "{}", more);
@@ -177,7 +177,7 @@ TEST_F(MonitorRuns, OfTheBeginningAreToldWhenTheyEnd) {
     const std::lock_guard lock(mutex);
     told = path + ": " + why;
   };
-  SiteRig rig(true, options, sinew_.string());
+  SiteRig rig({.runs = options, .sinew = sinew_.string()});
   EXPECT_TRUE(until([&] {
     const std::lock_guard lock(mutex);
     return told == (folder_ / "bad/run.mcap").string() + ": sinew: no recording";
@@ -185,7 +185,7 @@ TEST_F(MonitorRuns, OfTheBeginningAreToldWhenTheyEnd) {
 }
 
 TEST_F(MonitorRuns, TheDoctorIsAskedOnceForAllWhoLook) {
-  SiteRig rig(true, {}, sinew_.string());
+  SiteRig rig({.sinew = sinew_.string()});
   HttpClient client(rig.port());
   for (int i = 0; i < 3; ++i) {
     const Json said = json(client.get("/api/doctor"));
@@ -198,7 +198,7 @@ TEST_F(MonitorRuns, TheDoctorIsAskedOnceForAllWhoLook) {
 }
 
 TEST_F(MonitorRuns, ADoctorThatCannotBeAskedSaysWhy) {
-  SiteRig rig(true, {}, (fs::path(dir_.path()) / "none").string());
+  SiteRig rig({.sinew = (fs::path(dir_.path()) / "none").string()});
   HttpClient client(rig.port());
   const Reply said = client.get("/api/doctor");
   EXPECT_EQ(said.status, 502);

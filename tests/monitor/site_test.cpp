@@ -99,7 +99,7 @@ TEST_F(MonitorSite, TenWrongTokensAreEnough) {
 }
 
 TEST_F(MonitorSite, OtherAddressesThanLoopbackCommandOnlyWithTls) {
-  SiteRig rig(false);
+  SiteRig rig({.commands = false});
   HttpClient client(rig.port());
   EXPECT_EQ(json(client.get("/api"))["commands"], false);
   EXPECT_EQ(client.post("/api/robots/robot/stop", "{}", SiteRig::token_line()).status, 403);

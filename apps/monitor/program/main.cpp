@@ -44,6 +44,7 @@ int run(const app::MonitorOptions& o) {
   monitor::ServerOptions listen;
   listen.address = o.address, listen.port = o.port;
   if (!o.tls.empty()) listen.certificate = o.tls[0], listen.key = o.tls[1];
+  listen.trust = o.trust;
   listen.every_response = monitor::protective_headers();
   listen.subprotocols = monitor::LiveSite::subprotocols();
   listen.most_message_bytes = foxglove::kMostClientBytes;
@@ -76,6 +77,8 @@ int run(const app::MonitorOptions& o) {
                     std::fprintf(stderr, "sinew-monitor: %s: %s\n", path.c_str(), recorded_why.c_str());
                   }};
   site = std::make_unique<monitor::Site>(robots, *server, std::move(options));
+  for (const std::string& address : o.with)
+    if (!site->add_monitor(address, why)) return fail(why);
   if (!o.quiet) {
     std::printf("http%s://%s:%u\n", o.tls.empty() ? "" : "s", o.address.c_str(), server->port());
     std::printf("token for commands: %s (also in %s)\n", token->token().c_str(), token->path().c_str());
