@@ -315,7 +315,7 @@ test("Other machines: added by address, shown beside our own, commanded with the
   const dialog = page.getByRole("dialog");
   await dialog.getByLabel("Address of a monitor").fill(desk);
   await dialog.getByRole("button", { name: "Add" }).click();
-  await matches(dialog.locator("tr", { hasText: desk }), /reached2/);
+  await matches(dialog.locator("tr", { hasText: desk }), /reached2/); // and its two robots
   await f.picture(page, "machines");
   await page.keyboard.press("Escape");
 
@@ -328,7 +328,7 @@ test("Other machines: added by address, shown beside our own, commanded with the
   await page.goto(`${f.address}/#robot=${encodeURIComponent(`seesaw@${desk}`)}&view=tuning`);
   await page.reload(); // a link shows the same
   const panel = tile(page, "parameters", `seesaw @ ${desk}`);
-  const input = panel.getByRole("textbox").or(panel.getByRole("spinbutton")).first();
+  const input = panel.getByLabel(/^balance\.stiffness/);
   const before = await input.inputValue();
   const change = async () => {
     await input.fill(String(Number(before) * 1.01));

@@ -157,7 +157,7 @@ function JobOf<Result>({ machine, run, with: other, what, command, close, done, 
     <div class="job" role="status">
       <div class="section-head">
         <h4>{what}</h4>
-        {job && <State state={job.state} />}
+        {job && job.state !== "done" && <State state={job.state} />}
         {job?.seconds !== undefined && <span class="muted num">{job.seconds.toFixed(1)} s</span>}
         <span class="space" />
         {job?.state === "running" && <CommandButton label="End it" onClick={() => void command(run, "stop", other ? { with: other } : {})} />}
@@ -194,7 +194,11 @@ function Replay({ x }: { x: Replayed }) {
 function Comparison({ c }: { c: ComparedRuns }) {
   return (
     <>
-      <p>A: {c.a.result || "no result"}. B: {c.b.result || "no result"}. <span class="muted">Times are from "{c.from_event}".</span></p>
+      <dl class="compared">
+        <dt>A</dt><dd>{c.a.result || "no result"}</dd>
+        <dt>B</dt><dd>{c.b.result || "no result"}</dd>
+      </dl>
+      <p class="muted">Times are from "{c.from_event}".</p>
       {c.events.length > 0 && (
         <table class="table">
           <thead><tr><th>Event</th><th class="r">A</th><th class="r">B</th><th class="r">B − A</th></tr></thead>
