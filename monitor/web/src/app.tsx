@@ -240,7 +240,7 @@ function Head({ robot, alone }: { robot: Robot; alone: boolean }) {
       {guardian && (guardian.latched !== 0 || guardian.conditions !== 0) && <Badge tone="bad">failsafe</Badge>}
       {faults > 0 && <Badge tone="bad">{faults} {faults === 1 ? "module" : "modules"} off</Badge>}
       <span class="space" />
-      {!robot.isPlayback.value && robot.ended.value === null && <ControlOf robot={robot} />}
+      {!robot.isPlayback.value && robot.ended.value === null && robot.machine.answers.value !== "no" && <ControlOf robot={robot} />}
       {!alone && <Button icon="close" label={`Show ${robot.label} no more`} hideLabel kind="quiet" onClick={() => page.show(robot.id, true)} />}
     </header>
   );

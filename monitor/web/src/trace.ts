@@ -20,18 +20,23 @@ export interface Place {
 
 const kDense_px = 3; // up and down in each column, on average
 
-/** `columns`: as Samples.columns() gives them, two entries a column. `pixel`: of the canvas, in its units. */
+/** A steep line goes up or down in each column, too, but not the way back that the next column goes.
+ *  `columns`: as Samples.columns() gives them, two entries a column. `pixel`: of the canvas, in its units. */
 export function isDense(columns: ArrayLike<number | null>, perUnit: number, pixel = 1): boolean {
-  let filled = 0, first = -1, last = -1, way = 0;
+  let filled = 0, first = -1, last = -1, way = 0, again = 0, beforeLow = NaN, beforeHigh = NaN;
   for (let i = 0; i < columns.length; i += 2) {
     const a = columns[i] as number | null;
     if (a === null) continue;
     if (first < 0) first = i;
     last = i;
     ++filled;
-    way += Math.abs((columns[i + 1] as number) - a);
+    const b = columns[i + 1] as number, low = a < b ? a : b, high = a < b ? b : a;
+    way += high - low;
+    const both = (high < beforeHigh ? high : beforeHigh) - (low > beforeLow ? low : beforeLow);
+    if (both > 0) again += both;
+    beforeLow = low, beforeHigh = high;
   }
-  return filled > 16 && filled * 2 > (last - first) / 2 && way * Math.abs(perUnit) > kDense_px * pixel * filled;
+  return filled > 16 && filled * 2 > (last - first) / 2 && again > way / 2 && way * Math.abs(perUnit) > kDense_px * pixel * filled;
 }
 
 export function line(columns: ArrayLike<number | null>, { left, step, zero, perUnit }: Place, path: PathLike) {

@@ -27,6 +27,8 @@ describe("a plotted field", () => {
     expect(isDense(columns(10, 1), -10)).toBe(false);
     const rare = Array.from({ length: 600 }, (_, i) => (i % 6 < 2 ? i % 2 : null));
     expect(isDense(rare, -10)).toBe(false);
+    const steep = Array.from({ length: 200 }, (_, i) => i);
+    expect(isDense(steep, -10)).toBe(false);
   });
 
   it("as bars holds every peak, leaves no gap, and is nowhere thinner than a line", () => {
