@@ -55,6 +55,7 @@ struct Connection {
   std::vector<std::byte> message{};  // that comes in
   std::optional<Socket::Message> out{};
   bool corked = false;
+  std::size_t corked_bytes = 0;  // written since
 };
 
 /// Empty: it has none (a Unix socket), or the peer has gone.
@@ -511,9 +512,17 @@ class LwsServer final : public Server {
 
   /// Messages that follow one another at once share packets: each packet is one more that may be lost.
   static void cork(Connection& c, bool corked) {
+    c.corked_bytes = 0;
     if (c.corked == corked) return;
     c.corked = corked;
     set(c.wsi, TCP_CORK, corked ? 1 : 0);
+  }
+
+  /// More than kUnsent bytes must not be held back: the system then takes nothing that could fill a large packet (of
+  /// loopback: 64 KiB), and waits 200 ms.
+  static void let_go(Connection& c, std::size_t written) {
+    c.corked_bytes += written;
+    if (c.corked_bytes >= kUnsent / 2) cork(c, false);
   }
 
   int open_socket(Connection& c) {
@@ -570,12 +579,15 @@ class LwsServer final : public Server {
       c.sent = 0;
       c.bounded = c.out.has_value();
       c.since = Clock::now();
-      cork(c, c.out.has_value());
-      if (!c.out) return end_if_over(c);
+      if (!c.out) {
+        cork(c, false);
+        return end_if_over(c);
+      }
     }
     const std::span<const std::byte> head = c.out->head,
                                      bytes = c.out->bytes ? std::span(*c.out->bytes) : std::span<const std::byte>();
     const std::size_t size = head.size() + bytes.size(), left = size - c.sent, now = std::min(left, kPiece);
+    if (!c.corked) cork(c, true);
     // Before a frame the library writes its head, therefore a copy.
     const std::size_t of_head = c.sent < head.size() ? std::min(head.size() - c.sent, now) : 0;
     if (of_head > 0) std::memcpy(frame_.data() + LWS_PRE, head.data() + c.sent, of_head);
@@ -585,6 +597,7 @@ class LwsServer final : public Server {
                                         now == left && c.out->ends);
     if (lws_write(c.wsi, frame_.data() + LWS_PRE, now, static_cast<lws_write_protocol>(kind)) < static_cast<int>(now))
       return -1;
+    let_go(c, now);
     c.sent += now;
     c.since = Clock::now();
     if (c.sent == size) c.out.reset();
