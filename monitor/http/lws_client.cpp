@@ -345,7 +345,8 @@ int LwsClient::head(Peer& peer, bool is_socket) {
 
 int LwsClient::body(Peer& peer, const char* data, std::size_t length) {
   if (!peer.answer || length > kClientRead + LWS_PRE) return -1;
-  if (peer.answer->length) length = std::min<std::uint64_t>(length, *peer.answer->length - peer.received);
+  if (peer.answer->length)
+    length = static_cast<std::size_t>(std::min<std::uint64_t>(length, *peer.answer->length - peer.received));
   peer.received += length, peer.since = Clock::now();
   if (length > 0 && peer.listener)
     peer.listener->received({{reinterpret_cast<const std::byte*>(data), length}, true, false, false});

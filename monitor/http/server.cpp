@@ -518,11 +518,12 @@ class LwsServer final : public Server {
     set(c.wsi, TCP_CORK, corked ? 1 : 0);
   }
 
-  /// More than kUnsent bytes must not be held back: the system then takes nothing that could fill a large packet (of
-  /// loopback: 64 KiB), and waits 200 ms.
+  /// Of held bytes the system takes half of kUnsent, and no more for 200 ms, where a packet has room for them
+  /// (loopback: 64 KiB): they are let go before.
   static void let_go(Connection& c, std::size_t written) {
-    c.corked_bytes += written;
-    if (c.corked_bytes >= kUnsent / 2) cork(c, false);
+    constexpr std::size_t kFrameHead = 10;
+    c.corked_bytes += written + kFrameHead;
+    if (c.corked_bytes >= kUnsent / 4) cork(c, false);
   }
 
   int open_socket(Connection& c) {
