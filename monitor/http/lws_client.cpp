@@ -122,6 +122,14 @@ LwsClient::~LwsClient() {
 }
 
 std::unique_ptr<LwsClient> LwsClient::make(lws_context* context, Options options, std::string& why) {
+  std::unique_ptr<LwsClient> client(new LwsClient(context, std::move(options)));
+  if (!client->host(false, why)) return nullptr;
+  // The system's certificates are read when they are needed: it takes 25 ms and 0.7 MB.
+  if (!client->options_.trust.empty() && !client->host(true, why)) return nullptr;
+  return client;
+}
+
+lws_vhost* LwsClient::host(bool tls, std::string& why) {
   static const lws_protocols kProtocols[] = {
       {kClientName,
        [](lws* wsi, lws_callback_reasons reason, void*, void* in, std::size_t length) {
@@ -129,26 +137,27 @@ std::unique_ptr<LwsClient> LwsClient::make(lws_context* context, Options options
        },
        0, kClientPiece, 0, nullptr, 0},
       {}};
-  std::unique_ptr<LwsClient> client(new LwsClient(context, std::move(options)));
-  const std::string& trust = client->options_.trust;
+  lws_vhost*& made = tls ? tls_host_ : host_;
+  if (made) return made;
+  const std::string& trust = options_.trust;
   lws_context_creation_info info{};
   info.port = CONTEXT_PORT_NO_LISTEN;
-  info.vhost_name = kClientName;
+  info.vhost_name = tls ? "sinew-client-tls" : "sinew-client";
   info.protocols = kProtocols;
-  info.options = LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT | LWS_SERVER_OPTION_DISABLE_IPV6;
+  info.options = LWS_SERVER_OPTION_DISABLE_IPV6;
   info.connect_timeout_secs = 5;
   // Other monitors are near: a proxy of the environment is none of theirs.
   info.http_proxy_address = "";
-  if (!trust.empty()) {
+  if (tls) info.options |= LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT;
+  if (tls && !trust.empty()) {
     info.options |= LWS_SERVER_OPTION_DISABLE_OS_CA_CERTS;
     info.client_ssl_ca_filepath = trust.c_str();
   }
   last_error().clear();
-  client->vhost_ = lws_create_vhost(context, &info);
-  const bool untrusted = !trust.empty() && last_error().find("certs") != std::string::npos;
-  if (client->vhost_ && !untrusted) return client;
-  why = trust.empty() ? "the client cannot be set up: " + last_error()
-                      : fmt::format("{}: no certificates can be read from it", trust);
+  lws_vhost* const host = lws_create_vhost(context_, &info);
+  if (host && (!tls || trust.empty() || last_error().find("certs") == std::string::npos)) return made = host;
+  why = tls && !trust.empty() ? fmt::format("{}: no certificates can be read from it", trust)
+                              : "the client cannot be set up: " + last_error();
   return nullptr;
 }
 
@@ -179,10 +188,14 @@ std::unique_ptr<Client::Connection> LwsClient::open(Call call, Listener& listene
 void LwsClient::connect(const std::shared_ptr<Peer>& peer, const std::string& address) {
   if (peer->is_over) return forget(peer.get());
   const Call& c = peer->call;
-  const std::string host = fmt::format("{}:{}", c.host, c.port);
+  const std::string name = fmt::format("{}:{}", c.host, c.port);
   lws_client_connect_info info{};
-  info.context = context_, info.vhost = vhost_;
-  info.address = address.c_str(), info.port = c.port, info.host = host.c_str(), info.path = c.target.c_str();
+  info.context = context_, info.vhost = host(c.tls, peer->why);
+  if (!info.vhost) {
+    finish(*peer, End::lost, peer->why);
+    return forget(peer.get());
+  }
+  info.address = address.c_str(), info.port = c.port, info.host = name.c_str(), info.path = c.target.c_str();
   info.ssl_connection = LCCSCF_HTTP_NO_FOLLOW_REDIRECT | (c.tls ? LCCSCF_USE_SSL : 0);
   if (peer->is_socket())
     info.protocol = c.subprotocol.c_str();

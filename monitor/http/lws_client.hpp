@@ -45,6 +45,8 @@ class LwsClient final : public Client {
   class Handle;
   LwsClient(lws_context* context, Options options);
 
+  /// What connections belong to. Errors: null, with `why`.
+  lws_vhost* host(bool tls, std::string& why);
   void connect(const std::shared_ptr<Peer>& peer, const std::string& address);
   static int callback(lws* wsi, int reason, void* in, std::size_t length);
   int called(Peer& peer, int reason, void* in, std::size_t length);
@@ -63,7 +65,7 @@ class LwsClient final : public Client {
 
   const Options options_;
   lws_context* const context_;
-  lws_vhost* vhost_ = nullptr;
+  lws_vhost *host_ = nullptr, *tls_host_ = nullptr;
   std::map<Peer*, std::shared_ptr<Peer>> peers_;
   std::vector<unsigned char> buffer_;
   Resolver resolver_;
