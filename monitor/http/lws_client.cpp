@@ -115,7 +115,10 @@ class LwsClient::Handle final : public Client::Connection {
 };
 
 LwsClient::LwsClient(lws_context* context, Options options)
-    : options_(std::move(options)), context_(context), buffer_(LWS_PRE + kClientRead), resolver_(options_.post) {}
+    : options_(std::move(options)),
+      context_(context),
+      buffer_(LWS_PRE + kClientRead),
+      resolver_(std::make_unique<Resolver>(options_.post)) {}
 
 LwsClient::~LwsClient() {
   for (auto& [key, peer] : peers_) peer->client = nullptr, peer->wsi = nullptr, peer->is_over = true;
@@ -172,13 +175,13 @@ std::unique_ptr<Client::Connection> LwsClient::open(Call call, Listener& listene
     headers += name.size() + value.size() + 4, is_plain = is_plain && is_one_line(name) && is_one_line(value);
   if (!is_plain || c.target.size() > Call::kMostTarget || headers > Call::kMostHeaders)
     peer->why = "the request is too long to be passed on";
-  else if (options_.is_full())
+  else if (!resolver_ || options_.is_full())
     peer->why = "too many connections are open already";
   peers_[peer.get()] = peer;
   if (!peer->why.empty())
     options_.post([this, peer] { finish(*peer, End::lost, peer->why), forget(peer.get()); });
   else
-    resolver_.resolve(c.host, [this, peer](const std::string& address, const std::string& why) {
+    resolver_->resolve(c.host, [this, peer](const std::string& address, const std::string& why) {
       if (address.empty()) finish(*peer, End::lost, why);
       connect(peer, address);
     });
@@ -450,6 +453,7 @@ void LwsClient::tick(Clock::time_point now) {
 }
 
 void LwsClient::end_all(const std::string& why) {
+  resolver_.reset();  // what it posts needs the context
   std::vector<std::shared_ptr<Peer>> all;
   for (const auto& [key, peer] : peers_) all.push_back(peer);
   for (const auto& peer : all) finish(*peer, End::lost, why);

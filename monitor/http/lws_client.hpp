@@ -36,7 +36,7 @@ class LwsClient final : public Client {
   std::size_t open_connections() const { return peers_.size(); }
   /// Leaves peers that say nothing. To be called each second.
   void tick(Clock::time_point now);
-  /// Ends all connections, with this reason. Before the context ends.
+  /// Ends all connections, with this reason, and takes no more. Before the context ends.
   void end_all(const std::string& why);
 
   struct Peer;
@@ -68,7 +68,7 @@ class LwsClient final : public Client {
   lws_vhost *host_ = nullptr, *tls_host_ = nullptr;
   std::map<Peer*, std::shared_ptr<Peer>> peers_;
   std::vector<unsigned char> buffer_;
-  Resolver resolver_;
+  std::unique_ptr<Resolver> resolver_;  // null: it ends
 };
 
 }  // namespace sinew::monitor
