@@ -115,13 +115,24 @@ class LwsClient::Handle final : public Client::Connection {
 };
 
 LwsClient::LwsClient(lws_context* context, Options options)
-    : options_(std::move(options)), context_(context), buffer_(LWS_PRE + kClientRead), resolver_(options_.post) {}
+    : options_(std::move(options)),
+      context_(context),
+      buffer_(LWS_PRE + kClientRead),
+      resolver_(std::make_unique<Resolver>(options_.post)) {}
 
 LwsClient::~LwsClient() {
   for (auto& [key, peer] : peers_) peer->client = nullptr, peer->wsi = nullptr, peer->is_over = true;
 }
 
 std::unique_ptr<LwsClient> LwsClient::make(lws_context* context, Options options, std::string& why) {
+  std::unique_ptr<LwsClient> client(new LwsClient(context, std::move(options)));
+  if (!client->host(false, why)) return nullptr;
+  // The system's certificates are read when they are needed: it takes 25 ms and 0.7 MB.
+  if (!client->options_.trust.empty() && !client->host(true, why)) return nullptr;
+  return client;
+}
+
+lws_vhost* LwsClient::host(bool tls, std::string& why) {
   static const lws_protocols kProtocols[] = {
       {kClientName,
        [](lws* wsi, lws_callback_reasons reason, void*, void* in, std::size_t length) {
@@ -129,26 +140,27 @@ std::unique_ptr<LwsClient> LwsClient::make(lws_context* context, Options options
        },
        0, kClientPiece, 0, nullptr, 0},
       {}};
-  std::unique_ptr<LwsClient> client(new LwsClient(context, std::move(options)));
-  const std::string& trust = client->options_.trust;
+  lws_vhost*& made = tls ? tls_host_ : host_;
+  if (made) return made;
+  const std::string& trust = options_.trust;
   lws_context_creation_info info{};
   info.port = CONTEXT_PORT_NO_LISTEN;
-  info.vhost_name = kClientName;
+  info.vhost_name = tls ? "sinew-client-tls" : "sinew-client";
   info.protocols = kProtocols;
-  info.options = LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT | LWS_SERVER_OPTION_DISABLE_IPV6;
+  info.options = LWS_SERVER_OPTION_DISABLE_IPV6;
   info.connect_timeout_secs = 5;
   // Other monitors are near: a proxy of the environment is none of theirs.
   info.http_proxy_address = "";
-  if (!trust.empty()) {
+  if (tls) info.options |= LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT;
+  if (tls && !trust.empty()) {
     info.options |= LWS_SERVER_OPTION_DISABLE_OS_CA_CERTS;
     info.client_ssl_ca_filepath = trust.c_str();
   }
   last_error().clear();
-  client->vhost_ = lws_create_vhost(context, &info);
-  const bool untrusted = !trust.empty() && last_error().find("certs") != std::string::npos;
-  if (client->vhost_ && !untrusted) return client;
-  why = trust.empty() ? "the client cannot be set up: " + last_error()
-                      : fmt::format("{}: no certificates can be read from it", trust);
+  lws_vhost* const host = lws_create_vhost(context_, &info);
+  if (host && (!tls || trust.empty() || last_error().find("certs") == std::string::npos)) return made = host;
+  why = tls && !trust.empty() ? fmt::format("{}: no certificates can be read from it", trust)
+                              : "the client cannot be set up: " + last_error();
   return nullptr;
 }
 
@@ -163,13 +175,13 @@ std::unique_ptr<Client::Connection> LwsClient::open(Call call, Listener& listene
     headers += name.size() + value.size() + 4, is_plain = is_plain && is_one_line(name) && is_one_line(value);
   if (!is_plain || c.target.size() > Call::kMostTarget || headers > Call::kMostHeaders)
     peer->why = "the request is too long to be passed on";
-  else if (options_.is_full())
+  else if (!resolver_ || options_.is_full())
     peer->why = "too many connections are open already";
   peers_[peer.get()] = peer;
   if (!peer->why.empty())
     options_.post([this, peer] { finish(*peer, End::lost, peer->why), forget(peer.get()); });
   else
-    resolver_.resolve(c.host, [this, peer](const std::string& address, const std::string& why) {
+    resolver_->resolve(c.host, [this, peer](const std::string& address, const std::string& why) {
       if (address.empty()) finish(*peer, End::lost, why);
       connect(peer, address);
     });
@@ -179,10 +191,14 @@ std::unique_ptr<Client::Connection> LwsClient::open(Call call, Listener& listene
 void LwsClient::connect(const std::shared_ptr<Peer>& peer, const std::string& address) {
   if (peer->is_over) return forget(peer.get());
   const Call& c = peer->call;
-  const std::string host = fmt::format("{}:{}", c.host, c.port);
+  const std::string name = fmt::format("{}:{}", c.host, c.port);
   lws_client_connect_info info{};
-  info.context = context_, info.vhost = vhost_;
-  info.address = address.c_str(), info.port = c.port, info.host = host.c_str(), info.path = c.target.c_str();
+  info.context = context_, info.vhost = host(c.tls, peer->why);
+  if (!info.vhost) {
+    finish(*peer, End::lost, peer->why);
+    return forget(peer.get());
+  }
+  info.address = address.c_str(), info.port = c.port, info.host = name.c_str(), info.path = c.target.c_str();
   info.ssl_connection = LCCSCF_HTTP_NO_FOLLOW_REDIRECT | (c.tls ? LCCSCF_USE_SSL : 0);
   if (peer->is_socket())
     info.protocol = c.subprotocol.c_str();
@@ -345,7 +361,8 @@ int LwsClient::head(Peer& peer, bool is_socket) {
 
 int LwsClient::body(Peer& peer, const char* data, std::size_t length) {
   if (!peer.answer || length > kClientRead + LWS_PRE) return -1;
-  if (peer.answer->length) length = std::min<std::uint64_t>(length, *peer.answer->length - peer.received);
+  if (peer.answer->length)
+    length = static_cast<std::size_t>(std::min<std::uint64_t>(length, *peer.answer->length - peer.received));
   peer.received += length, peer.since = Clock::now();
   if (length > 0 && peer.listener)
     peer.listener->received({{reinterpret_cast<const std::byte*>(data), length}, true, false, false});
@@ -436,6 +453,7 @@ void LwsClient::tick(Clock::time_point now) {
 }
 
 void LwsClient::end_all(const std::string& why) {
+  resolver_.reset();  // what it posts needs the context
   std::vector<std::shared_ptr<Peer>> all;
   for (const auto& [key, peer] : peers_) all.push_back(peer);
   for (const auto& peer : all) finish(*peer, End::lost, why);

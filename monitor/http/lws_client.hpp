@@ -36,7 +36,7 @@ class LwsClient final : public Client {
   std::size_t open_connections() const { return peers_.size(); }
   /// Leaves peers that say nothing. To be called each second.
   void tick(Clock::time_point now);
-  /// Ends all connections, with this reason. Before the context ends.
+  /// Ends all connections, with this reason, and takes no more. Before the context ends.
   void end_all(const std::string& why);
 
   struct Peer;
@@ -45,6 +45,8 @@ class LwsClient final : public Client {
   class Handle;
   LwsClient(lws_context* context, Options options);
 
+  /// What connections belong to. Errors: null, with `why`.
+  lws_vhost* host(bool tls, std::string& why);
   void connect(const std::shared_ptr<Peer>& peer, const std::string& address);
   static int callback(lws* wsi, int reason, void* in, std::size_t length);
   int called(Peer& peer, int reason, void* in, std::size_t length);
@@ -63,10 +65,10 @@ class LwsClient final : public Client {
 
   const Options options_;
   lws_context* const context_;
-  lws_vhost* vhost_ = nullptr;
+  lws_vhost *host_ = nullptr, *tls_host_ = nullptr;
   std::map<Peer*, std::shared_ptr<Peer>> peers_;
   std::vector<unsigned char> buffer_;
-  Resolver resolver_;
+  std::unique_ptr<Resolver> resolver_;  // null: it ends
 };
 
 }  // namespace sinew::monitor

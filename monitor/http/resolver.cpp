@@ -41,6 +41,7 @@ void Resolver::resolve(const std::string& host, Done done) {
   entry.waiting.push_back(std::move(done));
   if (entry.waiting.size() > 1) return;
   const bool taken = worker_.post([this, host] {
+    if (ends_.load(std::memory_order_relaxed)) return;
     std::string why;
     const std::string address = look_up(host, why);
     post_([this, host, address, why] { found(host, address, why); });

@@ -1,8 +1,10 @@
 #pragma once
+#include <atomic>
 #include <chrono>
 #include <functional>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "monitor/http/worker.hpp"
@@ -17,6 +19,10 @@ class Resolver {
   using Done = std::function<void(const std::string& address, const std::string& why)>;
   /// `post`: calls something in the server's thread, soon.
   explicit Resolver(std::function<void(std::function<void()>)> post) : post_(std::move(post)) {}
+  /// Waits for the lookup that is under way, and does none of those that wait.
+  ~Resolver() { ends_.store(true, std::memory_order_relaxed); }
+  Resolver(const Resolver&) = delete;
+  Resolver& operator=(const Resolver&) = delete;
 
   /// `done` is called later, never at once.
   void resolve(const std::string& host, Done done);
@@ -35,6 +41,7 @@ class Resolver {
 
   const std::function<void(std::function<void()>)> post_;
   std::map<std::string, Entry> entries_;
+  std::atomic<bool> ends_{false};
   Worker worker_{kMostWaiting};
 };
 

@@ -89,6 +89,7 @@ TEST_F(MonitorRelay, AMovieComesThrough) {
   const Reply head = client_.reply(true);
   EXPECT_EQ(head.headers.at("content-type").substr(0, 25), "multipart/x-mixed-replace");
   for (int i = 0; i < 5; ++i) EXPECT_TRUE(client_.wait_for("\r\ncontent-type: image/jpeg\r\n"));
+  robot_.real->stop();  // a robot that ends publishes nothing more
   robot_.server.reset(), robot_.name.reset();
   EXPECT_TRUE(client_.is_ended());
 }
@@ -335,7 +336,7 @@ class MonitorRelayTo : public testing::Test {
     HttpClient client(near_.port());
     return client.get("/at/" + remote.address() + path);
   }
-  void TearDown() override { EXPECT_EQ(client_.get("/api").status, 200); }
+  void TearDown() override { EXPECT_EQ(HttpClient(near_.port()).get("/api").status, 200); }
 };
 
 TEST_F(MonitorRelayTo, TheOtherSeesItsOwnNameAndWhatMeansSomething) {
@@ -498,9 +499,9 @@ class Source final : public Socket {
   std::vector<std::byte> echo_;
 };
 
-TEST_F(MonitorRelayTo, WhatTheReaderDoesNotTakeStaysWithTheOther) {
+/// Reads nothing at first, then everything, from a monitor whose WebSocket never ends.
+void expect_back_pressure(ServerOptions options, const std::string& scheme, const std::string& trust) {
   std::atomic<std::size_t> taken{0};
-  ServerOptions options;
   options.port = 0, options.subprotocols = LiveSite::subprotocols();
   std::string why;
   const auto remote = Server::open(
@@ -508,29 +509,51 @@ TEST_F(MonitorRelayTo, WhatTheReaderDoesNotTakeStaysWithTheOther) {
       [&](const Request&, ConnectionId, Response&) { return std::make_unique<Source>(taken); }, why);
   ASSERT_TRUE(remote) << why;
   std::thread thread([&] { remote->run(); });
-  const std::string address = "127.0.0.1:" + std::to_string(remote->port());
-  SiteRig patient;
-  patient.with(address);
-  WebSocket socket(patient.port(), "/at/" + address + "/robot");
-  ASSERT_TRUE(socket.is_open());
-  EXPECT_TRUE(comes_true([&] { return taken > 0; }));
-  std::size_t before = 0;
-  do {
-    before = taken;
-    std::this_thread::sleep_for(300ms);
-  } while (taken != before);
-  // The systems of the reader and of the other hold some, too; without back pressure it would be hundreds by now.
-  EXPECT_LT(before, 12u);
-  for (std::size_t i = 0; i < 30; ++i) {
-    const WebSocket::Message m = socket.receive();
-    ASSERT_EQ(m.bytes.size(), Source::kSize);
-    std::size_t wrong = 0;
-    for (std::size_t k = 0; k < m.bytes.size(); ++k)
-      wrong += static_cast<std::uint8_t>(m.bytes[k]) != (k * 7 + i) % 251 ? 1 : 0;
-    ASSERT_EQ(wrong, 0u) << i;
+  {
+    const std::string address = "127.0.0.1:" + std::to_string(remote->port());
+    SiteRig near({.trust = trust});
+    near.with(scheme + address);
+    WebSocket socket(near.port(), "/at/" + address + "/robot");
+    EXPECT_TRUE(socket.is_open());
+    EXPECT_TRUE(comes_true([&] { return taken > 0; }));
+    std::size_t before = 0;
+    do {
+      before = taken;
+      std::this_thread::sleep_for(300ms);
+    } while (taken != before);
+    // The systems of the reader and of the other hold some, too; without back pressure it would be hundreds by now.
+    EXPECT_LT(before, 12u);
+    for (std::size_t i = 0; i < 30; ++i) {
+      const WebSocket::Message m = socket.receive();
+      EXPECT_EQ(m.bytes.size(), Source::kSize);
+      if (m.bytes.size() != Source::kSize) break;
+      std::size_t wrong = 0;
+      for (std::size_t k = 0; k < m.bytes.size(); ++k)
+        wrong += static_cast<std::uint8_t>(m.bytes[k]) != (k * 7 + i) % 251 ? 1 : 0;
+      EXPECT_EQ(wrong, 0u) << i;
+    }
   }
   remote->stop();
   thread.join();
+}
+
+TEST_F(MonitorRelayTo, WhatTheReaderDoesNotTakeStaysWithTheOther) { expect_back_pressure({}, "", ""); }
+
+TEST_F(MonitorRelayTo, AWebSocketWhoseOtherEndIsDeadIsClosedAndOneThatHasNothingToSayIsNot) {
+  if (std::system("openssl version > /dev/null 2>&1") != 0) GTEST_SKIP() << "no openssl";
+  std::atomic<bool> over{false};
+  FakeRemote dead([&](int fd, const std::string& head) {
+    if (!upgrade(fd, head)) return;
+    while (!over) std::this_thread::sleep_for(5ms);
+  });
+  SiteRig far({.token = kFar});  // without a robot it has nothing to say after the first messages
+  near_.with(dead.address()), near_.with(far.address());
+  WebSocket silent(near_.port(), "/at/" + far.address() + "/");
+  WebSocket gone(near_.port(), "/at/" + dead.address() + "/robot");
+  EXPECT_EQ(gone.receive(30s).why(), dead.address() + ": it has said nothing for 15 s");
+  over = true;
+  silent.send(R"({"op": "getParameters", "parameterNames": [], "id": "still there"})");
+  EXPECT_NE(silent.wait_for("still there").bytes.find("parameterValues"), std::string::npos);
 }
 
 // ---- TLS
@@ -588,6 +611,13 @@ TEST_F(MonitorRelayTls, AMonitorWithTlsIsReachedWhenItsCertificateIsTrusted) {
             200);
   WebSocket socket(near.port(), at + "/robot");
   EXPECT_EQ(socket.wait_for("serverInfo").opcode, 1);
+}
+
+TEST_F(MonitorRelayTls, WhatTheReaderDoesNotTakeStaysWithTheOther) {
+  if (!certificate("good")) GTEST_SKIP() << "no openssl";
+  ServerOptions options;
+  options.certificate = path("good.pem"), options.key = path("good.key");
+  expect_back_pressure(options, "https://", path("good.pem"));
 }
 
 TEST_F(MonitorRelayTls, AFileThatHasNoCertificateIsAnError) {

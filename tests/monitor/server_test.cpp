@@ -3,11 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <deque>
 #include <mutex>
 #include <thread>
 
 #include "http_client.hpp"
 #include "monitor/http/path.hpp"
+#include "monitor/http/resolver.hpp"
 
 namespace sinew::monitor::server_test {
 namespace {
@@ -268,6 +270,65 @@ TEST(HttpServer, SaysWhyItCannotListen) {
   std::string why;
   EXPECT_EQ(Server::open(options, echo, nullptr, why), nullptr);
   EXPECT_NE(why.find(std::to_string(rig.port())), std::string::npos) << why;
+}
+
+/// Calls what a resolver posts, from the thread of the test.
+class Posted {
+ public:
+  void operator()(std::function<void()> what) {
+    const std::lock_guard lock(mutex_);
+    waiting_.push_back(std::move(what));
+  }
+  bool call_one() {
+    std::function<void()> what;
+    const auto until = std::chrono::steady_clock::now() + 20s;
+    while (!what && std::chrono::steady_clock::now() < until) {
+      {
+        const std::lock_guard lock(mutex_);
+        if (!waiting_.empty()) what = std::move(waiting_.front()), waiting_.pop_front();
+      }
+      if (!what) std::this_thread::sleep_for(1ms);
+    }
+    if (what) what();
+    return static_cast<bool>(what);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::deque<std::function<void()>> waiting_;
+};
+
+TEST(Resolver, NumbersNamesAndNamesThatAreNone) {
+  Posted posted;
+  Resolver resolver([&](std::function<void()> what) { posted(std::move(what)); });
+  std::vector<std::string> got;
+  const auto look = [&](const std::string& host) {
+    resolver.resolve(host, [&, host](const std::string& address, const std::string& why) {
+      got.push_back(host + "=" + address + (why.empty() ? "" : "!"));
+      EXPECT_EQ(address.empty(), why.find(host) != std::string::npos) << why;
+    });
+  };
+  look("192.168.1.20");
+  EXPECT_TRUE(got.empty());
+  EXPECT_TRUE(posted.call_one());
+  look("localhost"), look("localhost");  // looked up once
+  EXPECT_TRUE(posted.call_one());
+  look("no-such-host.invalid");
+  EXPECT_TRUE(posted.call_one());
+  EXPECT_EQ(got, (std::vector<std::string>{"192.168.1.20=192.168.1.20", "localhost=127.0.0.1", "localhost=127.0.0.1",
+                                           "no-such-host.invalid=!"}));
+}
+
+TEST(Resolver, OneThatEndsTellsNobody) {
+  Posted posted;
+  bool told = false;
+  {
+    Resolver resolver([&](std::function<void()> what) { posted(std::move(what)); });
+    for (int i = 0; i < 20; ++i)
+      resolver.resolve("host" + std::to_string(i) + ".invalid",
+                       [&](const std::string&, const std::string&) { told = true; });
+  }
+  EXPECT_FALSE(told);
 }
 
 }  // namespace
