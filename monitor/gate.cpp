@@ -32,11 +32,18 @@ std::optional<Gate::Refusal> Gate::refuses(const Request& request) const {
   return std::nullopt;
 }
 
-std::optional<Gate::Refusal> Gate::refuses_command(const Request& request) {
+std::string_view bearer_token(const Request& request) {
   constexpr std::string_view kScheme = "Bearer ";
   const std::string_view given = request.authorization;
-  if (options_.commands && given.empty()) return Refusal{401, "a command needs the header Authorization: Bearer TOKEN"};
-  return refuses_token(given.starts_with(kScheme) ? given.substr(kScheme.size()) : std::string_view(), request.peer);
+  return given.starts_with(kScheme) ? given.substr(kScheme.size()) : std::string_view();
+}
+
+bool Gate::is_our_token(std::string_view token) const { return equal_in_constant_time(token, options_.token); }
+
+std::optional<Gate::Refusal> Gate::refuses_command(const Request& request) {
+  if (options_.commands && request.authorization.empty())
+    return Refusal{401, "a command needs the header Authorization: Bearer TOKEN"};
+  return refuses_token(bearer_token(request), request.peer);
 }
 
 std::optional<Gate::Refusal> Gate::refuses_token(std::string_view token, const std::string& peer) {

@@ -34,6 +34,8 @@ class Gate {
   std::optional<Refusal> refuses_command(const Request& request);
   /// The same for a token that came in another way, from `peer`.
   std::optional<Refusal> refuses_token(std::string_view token, const std::string& peer);
+  /// Whether this is our token, which is nobody else's business.
+  bool is_our_token(std::string_view token) const;
   bool takes_commands() const { return options_.commands; }
 
   static constexpr unsigned kMostWrong = 10;
@@ -49,6 +51,9 @@ class Gate {
   const Options options_;
   std::map<std::string, Wrong> wrong_;  // by peer
 };
+
+/// Of the header "Authorization: Bearer TOKEN"; empty: there is none.
+std::string_view bearer_token(const Request& request);
 
 /// 32 random bytes as 64 hex digits. Errors: empty when the system has none.
 std::string new_token();

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <charconv>
 #include <iterator>
-#include <optional>
 #include <utility>
 
 #include "monitor/json_reply.hpp"
@@ -39,24 +38,6 @@ Json arguments_of(const Request& request) {
     arguments[name] = number.is_number() || number.is_boolean() ? number : Json(value);
   }
   return arguments;
-}
-
-/// Nothing, with `refusal`: it is no JSON object. Forms of other sites cannot send this type without asking first,
-/// which nobody here permits.
-std::optional<Json> body_of(const Request& request, Response& refusal) {
-  if (!request.content_type.starts_with("application/json")) {
-    refusal = json_error(415, "bad_argument", "the body's content-type has to be application/json");
-    return std::nullopt;
-  }
-  Json body = request.body.empty() ? Json::object() : Json::parse(request.body, nullptr, false);
-  if (body.is_object()) return body;
-  refusal = json_error(400, "bad_argument", "the body has to be a JSON object");
-  return std::nullopt;
-}
-
-std::string text_of(const Json& object, const char* name) {
-  const auto member = object.find(name);
-  return member != object.end() && member->is_string() ? member->get<std::string>() : std::string();
 }
 
 RobotLink::Done pass_on(Server::Reply reply) {
@@ -96,7 +77,8 @@ void RobotApi::about(Server::Reply reply) const {
                                     {"now_ns", now_ns()},
                                     {"commands", gate_.takes_commands()},
                                     {"panels", options_.panels},
-                                    {"runs", options_.runs}})));
+                                    {"runs", options_.runs},
+                                    {"monitors", true}})));
 }
 
 void RobotApi::robots(Server::Reply reply) {
@@ -134,7 +116,7 @@ void RobotApi::change(const Request& request, const std::string& robot, const st
     if (const auto refusal = gate_.refuses_command(request))
       return reply(json_error(refusal->status, "denied", refusal->why));
   Response refusal;
-  const auto body = body_of(request, refusal);
+  const auto body = json_body(request, refusal);
   if (!body) return reply(std::move(refusal));
   if (!request.until_ns.empty()) {
     std::int64_t until = 0;
@@ -163,7 +145,7 @@ void RobotApi::control(const Request& request, const std::string& robot, Server:
   if (const auto refusal = gate_.refuses_command(request))
     return reply(json_error(refusal->status, "denied", refusal->why));
   Response refusal;
-  const auto body = body_of(request, refusal);
+  const auto body = json_body(request, refusal);
   if (!body) return reply(std::move(refusal));
   const std::string action = text_of(*body, "action"), who = text_of(*body, "who"), key = text_of(*body, "key");
   if (!robots_.find(robot)) return reply(json_error(404, "not_found", fmt::format("no robot '{}' runs", robot)));

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "monitor/worker.hpp"
+#include "monitor/http/worker.hpp"
 #include "tap/client.hpp"
 
 namespace sinew::monitor {

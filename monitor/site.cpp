@@ -28,18 +28,24 @@ RobotApi::Options api_options(RobotApi::Options options, const Page& page, const
 Site::Site(Robots& robots, Server& server, Options options)
     : gate_(std::move(options.gate)),
       page_(options.panels),
-      runs_(std::move(options.runs)),
+      runs_(robots, server, gate_, options.sinew, std::move(options.runs)),
+      doctor_(server, options.sinew),
       api_(robots, gate_, api_options(std::move(options.api), page_, runs_)),
       streams_(robots, server),
       pictures_(streams_, server),
-      live_(robots, server) {}
+      live_(robots, server),
+      monitors_(server, gate_, [this](const std::string& address) { relay_.cut(address); }),
+      relay_(server, gate_, monitors_) {}
 
 void Site::answer(Request request, ConnectionId connection, const Server::Reply& reply) {
   const bool is_api = RobotApi::has(request.path);
   if (const auto refusal = gate_.refuses(request))
     return reply(is_api ? json_error(refusal->status, "denied", refusal->why) : plain(refusal->status, refusal->why));
   const bool reads = request.method == "GET" || request.method == "HEAD";
-  if (reads && runs_.answer(request, reply)) return;
+  if (Relay::has(request.path)) return relay_.answer(request, connection, reply);
+  if (runs_.answer(request, reply)) return;
+  if (reads && request.path == Doctor::kPath) return doctor_.answer(reply);
+  if (Monitors::has(request.path)) return monitors_.answer(request, reply);
   if (is_api) return api_.answer(request, reply);
   if (!reads) {
     Response r = plain(405, "only GET and HEAD here");
@@ -50,8 +56,14 @@ void Site::answer(Request request, ConnectionId connection, const Server::Reply&
   reply(plain(404, "nothing here; GET /api/robots lists the robots"));
 }
 
+void Site::stop() {
+  runs_.stop();
+  doctor_.stop();
+}
+
 std::unique_ptr<Socket> Site::open_socket(const Request& request, ConnectionId connection, Response& refusal) {
   auto refused = gate_.refuses(request);
+  if (!refused && Relay::has(request.path)) return relay_.open_socket(request, connection, refusal);
   const std::string* const token = request.argument("token");
   if (!refused && token) refused = gate_.refuses_token(*token, request.peer);
   if (refused) {

@@ -21,6 +21,8 @@ int become_monitor(const MonitorOptions& o) {
   std::vector<std::string> arguments{program, "--address", o.address, "--port", std::to_string(o.port)};
   for (const std::string& name : o.hosts) arguments.insert(arguments.end(), {"--host", name});
   if (!o.tls.empty()) arguments.insert(arguments.end(), {"--tls", o.tls[0], o.tls[1]});
+  for (const std::string& address : o.with) arguments.insert(arguments.end(), {"--with", address});
+  if (!o.trust.empty()) arguments.insert(arguments.end(), {"--trust", o.trust});
   arguments.insert(arguments.end(), {"--runs", o.runs});
   if (!o.panels.empty()) arguments.insert(arguments.end(), {"--panels", o.panels});
   if (o.quiet) arguments.push_back("--quiet");

@@ -14,6 +14,11 @@ void add_monitor_options(CLI::App& app, MonitorOptions& o) {
   app.add_option("--tls", o.tls, "files in PEM; other addresses than loopback take commands only with it")
       ->expected(2)
       ->type_name("CERTIFICATE KEY");
+  app.add_option("--with", o.with, "monitors of other machines, shown here, too: HOST:PORT or https://HOST:PORT")
+      ->type_name("ADDRESS");
+  app.add_option("--trust", o.trust, "file in PEM: the certificate of monitors with TLS, or of the CA that signed it")
+      ->check(CLI::ExistingFile)
+      ->type_name("CERTIFICATE");
   app.add_option("--runs", o.runs, "folder of recorded runs")->type_name(kFolderHint)->capture_default_str();
   app.add_option("--panels", o.panels, "folder with panels of one's own, each a .js file (docs/monitor.md)")
       ->check(CLI::ExistingDirectory)

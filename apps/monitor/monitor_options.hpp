@@ -15,6 +15,8 @@ struct MonitorOptions {
   std::uint16_t port = 8080;          // 0: any free one
   std::vector<std::string> hosts{};   // other names by which browsers may call this machine
   std::vector<std::string> tls{};     // none, or certificate and key, files in PEM
+  std::vector<std::string> with{};    // monitors of other machines: HOST:PORT or https://HOST:PORT
+  std::string trust{};                // file in PEM: their certificates or CA, alone; empty: the system's
   std::string runs = "runs";          // folder of recorded runs
   std::string panels{};               // folder with panels of one's own; empty: none
   bool quiet = false;

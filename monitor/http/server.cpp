@@ -18,7 +18,9 @@
 #include <thread>
 #include <unordered_map>
 
-#include "monitor/http/path.hpp"
+#include "monitor/http/head.hpp"
+#include "monitor/http/library_log.hpp"
+#include "monitor/http/lws_client.hpp"
 
 namespace sinew::monitor {
 namespace {
@@ -26,6 +28,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kPiece = 64 << 10;           // written at once: what the library may keep for a slow peer
+constexpr unsigned kRead = 16 << 10;               // read at once
+constexpr std::size_t kMostReason = 120;           // of the end of a WebSocket: it has to fit into one small frame
 constexpr int kUnsent = 8 << 10;                   // bytes of a WebSocket that may wait in the system for the link
 constexpr unsigned kMostDoomed = 64;               // connections that are being ended to make room
 constexpr std::size_t kMostHeaderBytes = 8 << 10;  // of a request, and of a response
@@ -43,34 +47,16 @@ struct Connection {
   std::size_t body_bytes = 0;  // that it announced
   bool too_long = false;
   Response response{};
-  Bytes piece{};         // being sent
-  std::size_t sent = 0;  // of it
+  Bytes piece{};                               // being sent
+  std::size_t sent = 0;                        // of it
+  std::optional<std::uint64_t> stream_left{};  // of a stream of known length: what has not been taken from it
   bool head_only = false;
   std::unique_ptr<Socket> socket{};
   std::vector<std::byte> message{};  // that comes in
   std::optional<Socket::Message> out{};
+  bool corks = false;  // its messages may share packets
   bool corked = false;
 };
-
-std::string header_of(lws* wsi, lws_token_indexes token) {
-  const int length = lws_hdr_total_length(wsi, token);
-  if (length <= 0) return {};
-  std::string text(static_cast<std::size_t>(length) + 1, '\0');
-  const int copied = lws_hdr_copy(wsi, text.data(), static_cast<int>(text.size()), token);
-  text.resize(copied > 0 ? static_cast<std::size_t>(copied) : 0);
-  return text;
-}
-
-/// A header that the library does not know by itself; `name` ends with a colon.
-std::string custom_header(lws* wsi, std::string_view name) {
-  const int size = static_cast<int>(name.size());
-  const int length = lws_hdr_custom_length(wsi, name.data(), size);
-  if (length <= 0) return {};
-  std::string text(static_cast<std::size_t>(length) + 1, '\0');
-  const int copied = lws_hdr_custom_copy(wsi, text.data(), static_cast<int>(text.size()), name.data(), size);
-  text.resize(copied > 0 ? static_cast<std::size_t>(copied) : 0);
-  return text;
-}
 
 /// Empty: it has none (a Unix socket), or the peer has gone.
 std::string peer_of(int fd) {
@@ -85,15 +71,6 @@ std::string peer_of(int fd) {
   return text;
 }
 
-// The library reports why it cannot listen by its log alone.
-std::string& last_error() {
-  static std::string text;
-  return text;
-}
-void keep_error(int level, const char* line) {
-  if (level & LLL_ERR) last_error() = line;
-}
-
 class LwsServer final : public Server {
  public:
   LwsServer(ServerOptions options, OnRequest on_request, OnSocket on_socket)
@@ -101,12 +78,13 @@ class LwsServer final : public Server {
 
   ~LwsServer() override {
     // First: what their owners do from other threads needs the context.
+    if (client_) client_->end_all("this monitor ends");
     for (auto& [wsi, c] : connections_) c->socket.reset(), c->response = {};
     if (context_) lws_context_destroy(context_);
   }
 
   bool listen(std::string& why) {
-    lws_set_log_level(LLL_ERR, keep_error);
+    keep_library_errors();
     last_error().clear();
     protocols_.push_back(protocol("http"));
     for (const std::string& name : options_.subprotocols) protocols_.push_back(protocol(name.c_str()));
@@ -123,21 +101,26 @@ class LwsServer final : public Server {
     info.options = LWS_SERVER_OPTION_FAIL_UPON_UNABLE_TO_BIND | LWS_SERVER_OPTION_DISABLE_IPV6;
     info.alpn = "http/1.1";
     info.server_string = "sinew";
+    info.pt_serv_buf_size = kRead;
+    // The client speaks TLS in any case, and believes certificates by a list of its own.
+    info.options |= LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT | LWS_SERVER_OPTION_DISABLE_OS_CA_CERTS;
     if (!options_.certificate.empty()) {
-      info.options |= LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT;
       info.ssl_cert_filepath = options_.certificate.c_str();
       info.ssl_private_key_filepath = options_.key.c_str();
     }
     context_ = lws_create_context(&info);
     vhost_ = context_ ? lws_get_vhost_by_name(context_, "default") : nullptr;
     if (!vhost_ || lws_get_vhost_listen_port(vhost_) <= 0) {
-      std::string said = last_error();
-      while (!said.empty() && (said.back() == '\n' || said.back() == ' ')) said.pop_back();
+      const std::string& said = last_error();
       why = fmt::format("cannot listen on {}:{}{}", options_.address, options_.port, said.empty() ? "" : ": " + said);
       return false;
     }
     port_ = static_cast<std::uint16_t>(lws_get_vhost_listen_port(vhost_));
-    return true;
+    LwsClient::Options client{options_.trust};
+    client.post = [this](std::function<void()> what) { post(std::move(what)); };
+    client.is_full = [this] { return is_full(); };
+    client_ = LwsClient::make(context_, std::move(client), why);
+    return client_ != nullptr;
   }
 
   std::uint16_t port() const override { return port_; }
@@ -176,6 +159,8 @@ class LwsServer final : public Server {
     later_.emplace(Clock::now() + time, std::move(what));
     schedule();
   }
+
+  Client& client() override { return *client_; }
 
   std::optional<Link> link(ConnectionId connection) const override {
     const auto found = by_id_.find(connection);
@@ -238,6 +223,8 @@ class LwsServer final : public Server {
           c.response = {};
           return 0;
         });
+      case LWS_CALLBACK_OPENSSL_PERFORM_SERVER_CERT_VERIFICATION:
+        return 0;  // of the client's peers: nothing beyond what the library checks
       default:
         return 0;
     }
@@ -277,12 +264,15 @@ class LwsServer final : public Server {
       refused_peer_.fetch_add(1, std::memory_order_relaxed);
       return false;
     }
-    const bool is_full = connections_.size() - doomed_ >= options_.most_connections;
-    if ((is_full && !make_room(nullptr)) || doomed_ >= kMostDoomed) {
+    if ((is_full() && !make_room(nullptr)) || doomed_ >= kMostDoomed) {
       refused_full_.fetch_add(1, std::memory_order_relaxed);
       return false;
     }
     return true;
+  }
+
+  bool is_full() const {
+    return connections_.size() - doomed_ + client_->open_connections() >= options_.most_connections;
   }
 
   /// Ends the connection that has been idle for longest: of this peer; without one, of the peer with the most of them.
@@ -337,6 +327,7 @@ class LwsServer final : public Server {
         c->bounded = false;
         lws_set_timeout(wsi, PENDING_TIMEOUT_USER_OK, LWS_TO_KILL_ASYNC);
       }
+    client_->tick(now);
     std::vector<std::function<void()>> due;
     while (!later_.empty() && later_.begin()->first <= now) {
       due.push_back(std::move(later_.begin()->second));
@@ -371,56 +362,13 @@ class LwsServer final : public Server {
 
   // ---- requests
 
-  /// False: what the peer sent is no request that anybody may handle; `refusal` says why.
-  bool read_request(Connection& c, Response& refusal) {
-    static constexpr const char* kMethods[] = {"GET", "POST", "OPTIONS", "PUT", "PATCH", "DELETE", "CONNECT", "HEAD"};
-    Request& r = c.request;
-    r = {};
-    char* uri = nullptr;
-    int uri_length = 0;
-    const int method = lws_http_get_uri_and_method(c.wsi, &uri, &uri_length);
-    if (method < 0 || method >= static_cast<int>(std::size(kMethods)) || !uri) {
-      refusal = plain(405, "unknown method");
-      return false;
-    }
-    r.method = kMethods[method];
-    r.path.assign(uri, static_cast<std::size_t>(uri_length));
-    r.peer = c.peer;
-    if (!is_plain_path(r.path)) {
-      refusal = plain(400, "the path has parts that no path here has");
-      return false;
-    }
-    for (int i = 0; const int length = lws_hdr_fragment_length(c.wsi, WSI_TOKEN_HTTP_URI_ARGS, i); ++i) {
-      std::array<char, 1024> text{};
-      const int copied = length < static_cast<int>(text.size())
-                             ? lws_hdr_copy_fragment(c.wsi, text.data(), text.size(), WSI_TOKEN_HTTP_URI_ARGS, i)
-                             : -1;
-      if (copied < 0) {
-        refusal = plain(400, "an argument of the query is longer than 1023 bytes");
-        return false;
-      }
-      const std::string_view part(text.data(), static_cast<std::size_t>(copied));
-      const std::size_t equals = part.find('=');
-      r.query.emplace_back(part.substr(0, equals),
-                           equals == std::string_view::npos ? std::string_view() : part.substr(equals + 1));
-    }
-    r.host = header_of(c.wsi, WSI_TOKEN_HOST);
-    r.origin = header_of(c.wsi, WSI_TOKEN_ORIGIN);
-    r.authorization = header_of(c.wsi, WSI_TOKEN_HTTP_AUTHORIZATION);
-    r.if_none_match = header_of(c.wsi, WSI_TOKEN_HTTP_IF_NONE_MATCH);
-    r.content_type = header_of(c.wsi, WSI_TOKEN_HTTP_CONTENT_TYPE);
-    r.accept_encoding = header_of(c.wsi, WSI_TOKEN_HTTP_ACCEPT_ENCODING);
-    r.until_ns = custom_header(c.wsi, "x-sinew-until-ns:");
-    r.control_key = custom_header(c.wsi, "x-sinew-control:");
-    return true;
-  }
-
   int request(Connection& c) {
     requests_.fetch_add(1, std::memory_order_relaxed);
     c.answered = false, c.idle = false, c.bounded = true, c.since = Clock::now(), c.too_long = false;
     c.response = {}, c.piece.reset(), c.sent = 0;
     Response refusal;
-    if (!read_request(c, refusal)) {
+    c.request.peer = c.peer;
+    if (!read_request(c.wsi, c.request, refusal)) {
       refused_requests_.fetch_add(1, std::memory_order_relaxed);
       return respond(c, std::move(refusal));
     }
@@ -503,7 +451,8 @@ class LwsServer final : public Server {
     if (!r.media_type.empty()) ok = ok && add("content-type", r.media_type);
     for (const auto& [name, value] : options_.every_response) ok = ok && add(name, value);
     for (const auto& [name, value] : r.headers) ok = ok && add(name, value);
-    if (r.stream || c.too_long) ok = ok && add("connection", "close");
+    c.stream_left = r.stream_bytes;
+    if ((r.stream && !r.stream_bytes) || c.too_long) ok = ok && add("connection", "close");
     if (r.stream_bytes)
       ok = ok && add("content-length", std::to_string(*r.stream_bytes));
     else if (!r.stream)
@@ -517,7 +466,9 @@ class LwsServer final : public Server {
   }
 
   int completed(Connection& c) {
-    const bool close = c.too_long || static_cast<bool>(c.response.stream);
+    // What ends before its announced length has to be seen to end.
+    const bool is_short = c.response.stream && (c.head_only ? !c.stream_left : c.stream_left != 0u);
+    const bool close = c.too_long || is_short;
     c.response = {}, c.piece.reset(), c.bounded = false;  // the library bounds how long it may stay idle
     c.idle = true, c.since = Clock::now();
     return lws_http_transaction_completed(c.wsi) != 0 || close ? -1 : 0;
@@ -532,10 +483,12 @@ class LwsServer final : public Server {
       c.bounded = static_cast<bool>(c.piece);
       c.since = Clock::now();
       if (!c.piece) return c.response.stream->is_over() ? completed(c) : 0;
+      if (c.stream_left && c.piece->size() > *c.stream_left) return -1;
+      if (c.stream_left) *c.stream_left -= c.piece->size();
     }
     if (!c.piece) return 0;
     const std::size_t left = c.piece->size() - c.sent, now = std::min(left, kPiece);
-    const bool last = now == left && !c.response.stream;
+    const bool last = now == left && (!c.response.stream || c.stream_left == 0u);
     // The library writes nothing before the bytes of HTTP/1.1, so they need no copy.
     auto* const from = reinterpret_cast<unsigned char*>(const_cast<std::byte*>(c.piece->data() + c.sent));
     if (lws_write(c.wsi, from, now, last ? LWS_WRITE_HTTP_FINAL : LWS_WRITE_HTTP) < static_cast<int>(now)) return -1;
@@ -554,21 +507,28 @@ class LwsServer final : public Server {
   }
 
   /// A message that waits in the system's buffers is old when it arrives, and nothing newer can overtake it.
-  static void keep_young(lws* wsi) {
-    set(wsi, TCP_NOTSENT_LOWAT, kUnsent);
-    set(wsi, TCP_THIN_LINEAR_TIMEOUTS, 1);
+  static void keep_young(Connection& c) {
+    set(c.wsi, TCP_NOTSENT_LOWAT, kUnsent);
+    set(c.wsi, TCP_THIN_LINEAR_TIMEOUTS, 1);
+    // The system holds back what fills no packet for 200 ms. Where a packet takes more than may wait unsent (loopback:
+    // 64 KiB), nothing would ever fill one.
+    tcp_info info{};
+    socklen_t size = sizeof info;
+    c.corks = getsockopt(lws_get_socket_fd(c.wsi), IPPROTO_TCP, TCP_INFO, &info, &size) == 0 &&
+              info.tcpi_snd_mss <= kUnsent / 4;
   }
 
   /// Messages that follow one another at once share packets: each packet is one more that may be lost.
   static void cork(Connection& c, bool corked) {
-    if (c.corked == corked) return;
+    if (!c.corks || c.corked == corked) return;
     c.corked = corked;
     set(c.wsi, TCP_CORK, corked ? 1 : 0);
   }
 
   int open_socket(Connection& c) {
     Response refusal = plain(403, "no WebSocket here");
-    if (read_request(c, refusal)) {
+    c.request.peer = c.peer;
+    if (read_request(c.wsi, c.request, refusal)) {
       // The library has chosen: the first of the client's that is one of ours, or, when it offers none, the first of
       // all.
       const lws_protocols* const chosen = lws_get_protocol(c.wsi);
@@ -578,7 +538,7 @@ class LwsServer final : public Server {
     }
     c.request = {};
     if (c.socket) {
-      keep_young(c.wsi);
+      keep_young(c);
       return 0;
     }
     refused_requests_.fetch_add(1, std::memory_order_relaxed);
@@ -603,6 +563,15 @@ class LwsServer final : public Server {
     return taken ? 0 : -1;
   }
 
+  int end_if_over(Connection& c) {
+    const Socket::Ending* const ending = c.socket->ending();
+    if (!ending) return 0;
+    std::string why = ending->why.substr(0, kMostReason);  // the library's interface wants bytes that may change
+    lws_close_reason(c.wsi, static_cast<lws_close_status>(ending->code), reinterpret_cast<unsigned char*>(why.data()),
+                     why.size());
+    return -1;
+  }
+
   int send_message(Connection& c) {
     if (!c.socket) return -1;
     if (!c.out) {
@@ -611,7 +580,7 @@ class LwsServer final : public Server {
       c.bounded = c.out.has_value();
       c.since = Clock::now();
       cork(c, c.out.has_value());
-      if (!c.out) return 0;
+      if (!c.out) return end_if_over(c);
     }
     const std::span<const std::byte> head = c.out->head,
                                      bytes = c.out->bytes ? std::span(*c.out->bytes) : std::span<const std::byte>();
@@ -621,7 +590,8 @@ class LwsServer final : public Server {
     if (of_head > 0) std::memcpy(frame_.data() + LWS_PRE, head.data() + c.sent, of_head);
     if (now > of_head)
       std::memcpy(frame_.data() + LWS_PRE + of_head, bytes.data() + (c.sent + of_head - head.size()), now - of_head);
-    const int kind = lws_write_ws_flags(c.out->binary ? LWS_WRITE_BINARY : LWS_WRITE_TEXT, c.sent == 0, now == left);
+    const int kind = lws_write_ws_flags(c.out->binary ? LWS_WRITE_BINARY : LWS_WRITE_TEXT, c.sent == 0 && c.out->begins,
+                                        now == left && c.out->ends);
     if (lws_write(c.wsi, frame_.data() + LWS_PRE, now, static_cast<lws_write_protocol>(kind)) < static_cast<int>(now))
       return -1;
     c.sent += now;
@@ -638,6 +608,7 @@ class LwsServer final : public Server {
   lws_context* context_ = nullptr;
   lws_vhost* vhost_ = nullptr;
   std::uint16_t port_ = 0;
+  std::unique_ptr<LwsClient> client_;
   Timer timer_;
   std::thread::id thread_{};
   std::atomic<bool> stop_{false};
@@ -659,24 +630,6 @@ class LwsServer final : public Server {
 };
 
 }  // namespace
-
-Bytes bytes_of(std::string_view text) {
-  const auto* const data = reinterpret_cast<const std::byte*>(text.data());
-  return std::make_shared<const std::vector<std::byte>>(data, data + text.size());
-}
-
-Response plain(int status, std::string_view why) {
-  Response r;
-  r.status = status, r.media_type = "text/plain; charset=utf-8", r.body = bytes_of(std::string(why) + "\n");
-  return r;
-}
-
-const std::string* Request::argument(std::string_view name) const {
-  const std::string* found = nullptr;
-  for (const auto& [key, value] : query)
-    if (key == name) found = &value;
-  return found;
-}
 
 std::unique_ptr<Server> Server::open(const ServerOptions& options, OnRequest on_request, OnSocket on_socket,
                                      std::string& why) {

@@ -6,54 +6,13 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
-#include <string_view>
-#include <utility>
 #include <vector>
 
+#include "monitor/http/client.hpp"
+#include "monitor/http/message.hpp"
+
 namespace sinew::monitor {
-
-/// Bytes that several connections send at the same time.
-using Bytes = std::shared_ptr<const std::vector<std::byte>>;
-Bytes bytes_of(std::string_view text);
-
-struct Request {
-  std::string method;                                        // "GET", "HEAD", "POST", ...
-  std::string path;                                          // decoded, begins with '/', has no "." and ".." parts
-  std::vector<std::pair<std::string, std::string>> query{};  // decoded, in their order
-  std::string host{}, origin{}, authorization{}, if_none_match{}, content_type{},
-      accept_encoding{};                  // headers; empty: not sent
-  std::string until_ns{}, control_key{};  // x-sinew-until-ns, x-sinew-control
-  std::string peer{};                     // numeric address
-  std::string body{};
-  std::string subprotocol{};  // of a WebSocket: the one of ours that it offered first
-  /// The last one of this name; nothing: there is none.
-  const std::string* argument(std::string_view name) const;
-};
-
-/// What a response sends piece by piece, for as long as it has something. All calls come from the server's thread.
-class Stream {
- public:
-  virtual ~Stream() = default;  // the response ended, or the peer left
-  /// The next piece; null: nothing new yet, wake() asks again.
-  virtual Bytes next() = 0;
-  /// There will be nothing more: the connection ends.
-  virtual bool is_over() const { return false; }
-};
-
-using Headers = std::vector<std::pair<std::string, std::string>>;  // names in lower case
-
-struct Response {
-  int status = 200;
-  std::string media_type{};
-  Headers headers{};
-  Bytes body{};                                 // null: empty
-  std::unique_ptr<Stream> stream{};             // instead of a body; the response then ends with the connection
-  std::optional<std::uint64_t> stream_bytes{};  // of the whole stream, where they are known
-};
-/// A response of plain text, for errors: `why` and a line end.
-Response plain(int status, std::string_view why);
 
 /// Names one connection, also after it ended; no two have the same.
 using ConnectionId = std::uint64_t;
@@ -65,31 +24,18 @@ struct Link {
   std::uint32_t round_trip_us = 0, shortest_round_trip_us = 0;  // smoothed; the shortest of the last minutes
 };
 
-/// One WebSocket. All calls come from the server's thread.
-class Socket {
- public:
-  struct Message {
-    bool binary = false;
-    Bytes bytes{};                  // null: only the head
-    std::vector<std::byte> head{};  // sent before them, of this connection alone
-  };
-  virtual ~Socket() = default;  // closed
-  /// A whole message. False: it is refused, and the connection closed.
-  virtual bool receive(bool binary, std::span<const std::byte> message) = 0;
-  /// The next message for the peer, taken when the connection can take one; nothing: wake() asks again.
-  virtual std::optional<Message> next() = 0;
-};
-
 struct ServerOptions {
   std::string address = "127.0.0.1";  // of an interface; "0.0.0.0": all
   std::uint16_t port = 8080;          // 0: any free one
   std::string certificate{}, key{};   // files in PEM; both empty: no TLS
-  /// A new connection beyond them replaces one without a request; it is refused where there is none.
+  /// A new connection beyond them replaces one without a request; it is refused where there is none. Those of the
+  /// client count, too.
   unsigned most_connections = 256, most_per_peer = 64;
   std::size_t most_body_bytes = 64 << 10, most_message_bytes = 8 << 20;  // that a peer sends: requests, WebSocket
   std::chrono::seconds patience{10};        // for a request, and for a peer that takes nothing
   Headers every_response{};                 // sent with each
   std::vector<std::string> subprotocols{};  // of WebSockets; one that offers only others is refused
+  std::string trust{};  // file in PEM: certificates that the client believes, alone; empty: the system's
 };
 
 /// Thread:  any calls wake() and post(); the owner everything else.
@@ -121,6 +67,9 @@ class Server {
   virtual void post(std::function<void()> what) = 0;
   /// The same, not before that time has passed. Thread: the server's.
   virtual void after(std::chrono::milliseconds time, std::function<void()> what) = 0;
+
+  /// Connections to other servers, in the same thread. Thread: the server's.
+  virtual Client& client() = 0;
 
   /// Of an open connection. Thread: the server's.
   virtual std::optional<Link> link(ConnectionId connection) const = 0;

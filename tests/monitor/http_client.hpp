@@ -109,6 +109,16 @@ class HttpClient {
     held_.erase(0, at + text.size());
     return true;
   }
+  /// The next bytes as they are; fewer: the peer ended before, or the patience.
+  std::string take(std::size_t bytes, std::chrono::milliseconds patience = 10s) {
+    const auto until = std::chrono::steady_clock::now() + patience;
+    bool closed = false;
+    while (held_.size() < bytes && more(until, closed)) {
+    }
+    const std::string taken = held_.substr(0, bytes);
+    held_.erase(0, taken.size());
+    return taken;
+  }
   /// The peer ends the connection, whatever it sends before.
   bool is_ended(std::chrono::milliseconds patience = 10s) {
     const auto until = std::chrono::steady_clock::now() + patience;

@@ -87,6 +87,7 @@ TEST_F(MonitorPictures, AMovieHasTheNewestPicturesOneAfterTheOther) {
   EXPECT_EQ(head.status, 200);
   EXPECT_EQ(head.headers.at("content-type").substr(0, 34), "multipart/x-mixed-replace; boundar");
   for (int i = 0; i < 5; ++i) EXPECT_TRUE(client.wait_for("\r\ncontent-type: image/jpeg\r\n"));
+  robot_.real->stop();  // a robot that ends publishes nothing more
   robot_.server.reset(), robot_.name.reset();
   EXPECT_TRUE(client.is_ended());
 }

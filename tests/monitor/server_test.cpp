@@ -3,11 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <deque>
 #include <mutex>
 #include <thread>
 
 #include "http_client.hpp"
 #include "monitor/http/path.hpp"
+#include "monitor/http/resolver.hpp"
 
 namespace sinew::monitor::server_test {
 namespace {
@@ -63,6 +65,34 @@ TEST(HttpServer, AnswersOneRequestAfterTheOtherOnOneConnection) {
   EXPECT_EQ(head.headers.at("content-length"), "11");
   EXPECT_EQ(client.get("/e").body, "GET /e []\n");
   EXPECT_EQ(rig.server->counters().accepted, 1u);
+}
+
+/// Always has the next message, as a busy robot has.
+class Flood final : public Socket {
+ public:
+  bool receive(bool, std::span<const std::byte>) override { return true; }
+  std::optional<Message> next() override {
+    if (left_ == 0) return std::nullopt;
+    Message message;
+    message.binary = true;
+    message.bytes = bytes_of(std::string(500, --left_ == 0 ? 'z' : 'm'));
+    return message;
+  }
+
+ private:
+  unsigned left_ = 10'000;
+};
+
+// The system may hold back small packets for 200 ms: a twentieth of these would take longer than the client's patience.
+TEST(HttpServer, ManySmallMessagesWaitForNoTimer) {
+  Rig rig(echo, {.subprotocols = {"p"}},
+          [](const Request&, ConnectionId, Response&) { return std::make_unique<Flood>(); });
+  HttpClient client(rig.port());
+  client.send("GET /x HTTP/1.1\r\nHost: " + client.host() +
+              "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+              "Sec-WebSocket-Protocol: p\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n");
+  EXPECT_TRUE(client.wait_for("101 Switching Protocols"));
+  EXPECT_TRUE(client.wait_for(std::string(500, 'z')));
 }
 
 TEST(HttpServer, ALargeBodyArrivesWhole) {
@@ -240,6 +270,65 @@ TEST(HttpServer, SaysWhyItCannotListen) {
   std::string why;
   EXPECT_EQ(Server::open(options, echo, nullptr, why), nullptr);
   EXPECT_NE(why.find(std::to_string(rig.port())), std::string::npos) << why;
+}
+
+/// Calls what a resolver posts, from the thread of the test.
+class Posted {
+ public:
+  void operator()(std::function<void()> what) {
+    const std::lock_guard lock(mutex_);
+    waiting_.push_back(std::move(what));
+  }
+  bool call_one() {
+    std::function<void()> what;
+    const auto until = std::chrono::steady_clock::now() + 20s;
+    while (!what && std::chrono::steady_clock::now() < until) {
+      {
+        const std::lock_guard lock(mutex_);
+        if (!waiting_.empty()) what = std::move(waiting_.front()), waiting_.pop_front();
+      }
+      if (!what) std::this_thread::sleep_for(1ms);
+    }
+    if (what) what();
+    return static_cast<bool>(what);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::deque<std::function<void()>> waiting_;
+};
+
+TEST(Resolver, NumbersNamesAndNamesThatAreNone) {
+  Posted posted;
+  Resolver resolver([&](std::function<void()> what) { posted(std::move(what)); });
+  std::vector<std::string> got;
+  const auto look = [&](const std::string& host) {
+    resolver.resolve(host, [&, host](const std::string& address, const std::string& why) {
+      got.push_back(host + "=" + address + (why.empty() ? "" : "!"));
+      EXPECT_EQ(address.empty(), why.find(host) != std::string::npos) << why;
+    });
+  };
+  look("192.168.1.20");
+  EXPECT_TRUE(got.empty());
+  EXPECT_TRUE(posted.call_one());
+  look("localhost"), look("localhost");  // looked up once
+  EXPECT_TRUE(posted.call_one());
+  look("no-such-host.invalid");
+  EXPECT_TRUE(posted.call_one());
+  EXPECT_EQ(got, (std::vector<std::string>{"192.168.1.20=192.168.1.20", "localhost=127.0.0.1", "localhost=127.0.0.1",
+                                           "no-such-host.invalid=!"}));
+}
+
+TEST(Resolver, OneThatEndsTellsNobody) {
+  Posted posted;
+  bool told = false;
+  {
+    Resolver resolver([&](std::function<void()> what) { posted(std::move(what)); });
+    for (int i = 0; i < 20; ++i)
+      resolver.resolve("host" + std::to_string(i) + ".invalid",
+                       [&](const std::string&, const std::string&) { told = true; });
+  }
+  EXPECT_FALSE(told);
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #pragma once
 // A robot, and a monitor that shows it.
+#include <atomic>
+#include <chrono>
 #include <memory>
 #include <string>
 #include <thread>
@@ -12,15 +14,28 @@ namespace sinew::monitor::test {
 
 using Json = nlohmann::ordered_json;
 
+struct RigOptions {
+  bool commands = true;
+  Runs::Options runs{};
+  std::string sinew{};  // path of the program
+  std::string token = "0123456789abcdef";
+  std::uint16_t port = 0;
+  std::string certificate{}, key{}, trust{};
+  std::chrono::seconds patience{10};
+};
+
 class SiteRig {
  public:
   static constexpr const char* kToken = "0123456789abcdef";
 
-  explicit SiteRig(bool commands = true, Runs::Options runs = {}) {
+  explicit SiteRig(RigOptions rig = {}) {
     ServerOptions options;
-    options.port = 0;
+    options.port = rig.port;
+    options.certificate = rig.certificate, options.key = rig.key, options.trust = rig.trust;
+    options.patience = rig.patience;
     options.every_response = protective_headers();
     options.subprotocols = LiveSite::subprotocols();
+    options.most_message_bytes = foxglove::kMostClientBytes;
     std::string why;
     server = Server::open(
         options,
@@ -34,9 +49,10 @@ class SiteRig {
     robots = std::make_unique<Robots>();
     Site::Options o;
     o.gate.hosts = {"127.0.0.1:" + std::to_string(server->port()), "localhost:" + std::to_string(server->port())};
-    o.gate.token = kToken;
-    o.gate.commands = commands;
-    o.runs = std::move(runs);
+    o.gate.token = rig.token;
+    o.gate.commands = rig.commands;
+    o.runs = std::move(rig.runs);
+    o.sinew = std::move(rig.sinew);
     site = std::make_unique<Site>(*robots, *server, std::move(o));
     thread_ = std::thread([this] { server->run(); });
   }
@@ -44,8 +60,25 @@ class SiteRig {
     if (!server) return;
     server->stop();
     thread_.join();
+    site->stop();
+    // As the program does: connections that are still open tell the site that they end.
+    robots.reset();
+    server.reset();
   }
   std::uint16_t port() const { return server->port(); }
+  std::string address() const { return "127.0.0.1:" + std::to_string(port()); }
+  /// Shows also what the monitor at this address shows.
+  void with(const std::string& address) {
+    std::string why;
+    bool added = false;
+    std::atomic<bool> done{false};
+    server->post([&] {
+      added = site->add_monitor(address, why);
+      done = true;
+    });
+    while (!done) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    EXPECT_TRUE(added) << why;
+  }
   static std::string token_line() { return std::string("Authorization: Bearer ") + kToken + "\r\n"; }
 
   std::unique_ptr<Server> server;

@@ -99,7 +99,7 @@ TEST_F(MonitorSite, TenWrongTokensAreEnough) {
 }
 
 TEST_F(MonitorSite, OtherAddressesThanLoopbackCommandOnlyWithTls) {
-  SiteRig rig(false);
+  SiteRig rig({.commands = false});
   HttpClient client(rig.port());
   EXPECT_EQ(json(client.get("/api"))["commands"], false);
   EXPECT_EQ(client.post("/api/robots/robot/stop", "{}", SiteRig::token_line()).status, 403);
@@ -170,46 +170,6 @@ TEST_F(MonitorSite, OneCommandsAtATimeAndTheOthersSeeWho) {
   EXPECT_EQ(control(R"({"action": "take", "who": "Bob"})").status, 200);
   EXPECT_EQ(set(key).status, 409);  // the key of before
   EXPECT_EQ(control(R"({"action": "grab"})").status, 400);
-}
-
-/// A folder with two runs, one of them no recording, and a program that says what is in them.
-class MonitorRuns : public testing::Test {
- protected:
-  tap::OwnRunDir dir_;
-  std::filesystem::path folder_ = std::filesystem::path(dir_.path()) / "runs";
-  void SetUp() override {
-    namespace fs = std::filesystem;
-    for (const char* name : {"good", "bad"}) {
-      fs::create_directories(folder_ / name);
-      std::ofstream(folder_ / name / "run.mcap") << name << std::string(600'000, 'x');
-    }
-    fs::create_directory_symlink("good", folder_ / "latest");
-    std::ofstream(folder_ / "info")
-        << "#!/bin/sh\n[ \"$1 $2 $3\" = 'bag info --json' ] || exit 3\n"
-           "case $4 in */good/*) echo '{\"duration_s\": 2.5, \"run\": {\"robot\": \"quad\", "
-           "\"unix_ns\": \"17\"}, \"result\": {\"outcome\": \"landed\"}}';; *) exit 1;; esac\n";
-    fs::permissions(folder_ / "info", fs::perms::owner_all);
-  }
-};
-
-TEST_F(MonitorRuns, AreListedWithWhatIsInThemAndCanBeTaken) {
-  SiteRig rig(true, {folder_.string(), (folder_ / "info").string()});
-  HttpClient client(rig.port());
-  EXPECT_EQ(Json::parse(client.get("/api").body)["runs"], true);
-  std::map<std::string, Json> runs;
-  const Json listed = Json::parse(client.get("/api/runs").body);
-  for (const Json& run : listed["runs"]) runs[run["name"]] = run;
-  ASSERT_EQ(runs.size(), 2u);
-  EXPECT_EQ(runs["good"], Json::parse(R"({"name": "good", "bytes": 600004, "begin_unix_ns": 17, "duration_s": 2.5,
-                                          "robot": "quad", "verdict": "landed"})"));
-  EXPECT_EQ(runs["bad"]["verdict"], "cannot be read");
-  const Reply file = client.get("/api/runs/good/run.mcap");
-  EXPECT_EQ(file.headers.at("content-length"), "600004");
-  EXPECT_EQ(file.body, "good" + std::string(600'000, 'x'));
-  HttpClient other(rig.port());
-  EXPECT_EQ(other.get("/api/runs/none/run.mcap").status, 404);
-  EXPECT_EQ(other.get("/api/runs/good/info").status, 404);
-  EXPECT_EQ(other.get("/api/runs/%2e%2e/run.mcap").status / 100, 4);
 }
 
 TEST(MonitorControl, ACommanderThatSaysNothingLosesControl) {

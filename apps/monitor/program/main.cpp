@@ -40,31 +40,11 @@ int fail(const std::string& why) {
   return app::kNotBegun;
 }
 
-/// Starts `sinew bag play` for each file: to the monitor they are robots like others. They end with us.
-bool stand_up(const std::vector<std::string>& files, std::vector<std::unique_ptr<hal::ChildProcess>>& recordings,
-              std::string& why) {
-  for (const std::string& file : files) {
-    const std::string sinew = app::find_program("sinew");
-    if (sinew.empty()) {
-      why = "sinew is missing beside sinew-monitor and in PATH; it plays recorded files";
-      return false;
-    }
-    // Piped: the keys of our terminal are not for it.
-    auto child = hal::ChildProcess::start(std::vector<std::string>{sinew, "bag", "play", "--stay", "--paused", file},
-                                          hal::ChildOptions{.piped = true});
-    if (!child) {
-      why = fmt::format("{}: {}", sinew, hal::to_string(child.error().code));
-      return false;
-    }
-    recordings.push_back(std::move(*child));
-  }
-  return true;
-}
-
 int run(const app::MonitorOptions& o) {
   monitor::ServerOptions listen;
   listen.address = o.address, listen.port = o.port;
   if (!o.tls.empty()) listen.certificate = o.tls[0], listen.key = o.tls[1];
+  listen.trust = o.trust;
   listen.every_response = monitor::protective_headers();
   listen.subprotocols = monitor::LiveSite::subprotocols();
   listen.most_message_bytes = foxglove::kMostClientBytes;
@@ -83,16 +63,22 @@ int run(const app::MonitorOptions& o) {
   if (!server) return fail(why);
   const auto token = monitor::TokenFile::make(why);
   if (!token) return fail(why);
-  std::vector<std::unique_ptr<hal::ChildProcess>> recordings;
-  if (!stand_up(o.files, recordings, why)) return fail(why);
+  const std::string sinew = app::find_program("sinew");
+  if (sinew.empty() && !o.files.empty())
+    return fail("sinew is missing beside sinew-monitor and in PATH; it plays recorded files");
   monitor::Robots robots;
   monitor::Site::Options options;
   options.gate.hosts = names_with_port(o, server->port());
   options.gate.token = token->token();
   options.gate.commands = is_loopback(o.address) || !o.tls.empty();
   options.panels = o.panels;
-  options.runs = {o.runs, app::find_program("sinew")};
+  options.sinew = sinew;
+  options.runs = {o.runs, o.files, [](const std::string& path, const std::string& recorded_why) {
+                    std::fprintf(stderr, "sinew-monitor: %s: %s\n", path.c_str(), recorded_why.c_str());
+                  }};
   site = std::make_unique<monitor::Site>(robots, *server, std::move(options));
+  for (const std::string& address : o.with)
+    if (!site->add_monitor(address, why)) return fail(why);
   if (!o.quiet) {
     std::printf("http%s://%s:%u\n", o.tls.empty() ? "" : "s", o.address.c_str(), server->port());
     std::printf("token for commands: %s (also in %s)\n", token->token().c_str(), token->path().c_str());
@@ -102,17 +88,13 @@ int run(const app::MonitorOptions& o) {
   std::atomic<bool> over{false};
   std::thread signals([&] {
     hal::Os& os = hal::system_os();
-    while (!hal::stop_requested() && !over.load()) {
-      os.sleep_until(os.now() + 100ms);
-      std::string output, errors;
-      for (const auto& recording : recordings) recording->read_output(output, errors);
-      std::fputs(errors.c_str(), stderr);
-    }
+    while (!hal::stop_requested() && !over.load()) os.sleep_until(os.now() + 100ms);
     server->stop();
   });
   server->run();
   over.store(true);
   signals.join();
+  site->stop();
   site.reset();  // it looks at the robots, and has threads that do
   return app::kDone;
 }

@@ -23,6 +23,16 @@ export interface ApiInfo {
   commands: boolean;
   panels: string[];
   runs: boolean;
+  /** Whether it relays others; older monitors do not say it. */
+  monitors?: boolean;
+}
+
+export interface OtherMonitor {
+  address: string;
+  state: "reached" | "not reached" | "refused";
+  why: string;
+  program: string;
+  commands: boolean;
 }
 
 export interface Histogram {
@@ -160,11 +170,52 @@ export interface RecordStatus {
 
 export interface Run {
   name: string;
+  /** Of its file, as `recording` of the robot that shows it. */
+  path: string;
   bytes: number;
   begin_unix_ns: number;
   duration_s: number;
   robot: string;
   verdict: string;
+  replay: JobState;
+  /** Whether this monitor shows it as a robot. */
+  open: boolean;
+}
+
+export type JobState = "none" | "running" | "identical" | "differs" | "failed" | "done";
+
+/** Work on recorded runs: a replay or a comparison. */
+export interface Job<Result> {
+  state: JobState;
+  seconds?: number;
+  result?: Result;
+  why?: string;
+}
+
+export interface Replayed {
+  identical: boolean;
+  steps: number;
+  messages: number;
+  robot_s?: number;
+  wall_s?: number;
+  modules: Record<string, { steps: number; stopped?: string }>;
+  first_difference?: { module: string; step: number; time_s: number; what: string; recorded?: unknown; now?: unknown };
+  problems?: unknown[];
+  compared?: { name: string; unit: string; messages: number; rms: number; max: number; max_at_s?: number; one_sided: number }[];
+}
+
+export interface ComparedRuns {
+  a: { file: string; result: string };
+  b: { file: string; result: string };
+  from_event: string;
+  events: { text: string; a_s: number | null; b_s: number | null }[];
+  fields: { name: string; unit: string; messages: number; rms: number; max: number; max_at_s?: number }[];
+}
+
+export interface DoctorSays {
+  problems: number;
+  warnings: number;
+  checks: { id: string; state: "ok" | "problem" | "warning" | "unknown"; seen: string; advice: string }[];
 }
 
 /** What the monitor or the robot refuses, in their words. */
@@ -190,17 +241,13 @@ async function read(response: Response): Promise<unknown> {
   return body;
 }
 
-function path(robot: string, request: string): string {
-  return `/api/robots/${encodeURIComponent(robot)}/${request}`;
+export async function get<T>(url: string, patience_ms = kPatienceMs): Promise<T> {
+  return (await read(await fetch(url, { signal: AbortSignal.timeout(patience_ms) }))) as T;
 }
 
-export async function get<T>(url: string): Promise<T> {
-  return (await read(await fetch(url, { signal: AbortSignal.timeout(kPatienceMs) }))) as T;
-}
-
-export function look<T>(robot: string, request: string, args: Record<string, string | number | boolean> = {}): Promise<T> {
-  const query = new URLSearchParams(Object.entries(args).map(([k, v]) => [k, String(v)])).toString();
-  return get<T>(path(robot, request) + (query ? `?${query}` : ""));
+export function query(args: Record<string, string | number | boolean>): string {
+  const text = new URLSearchParams(Object.entries(args).map(([k, v]) => [k, String(v)])).toString();
+  return text ? `?${text}` : "";
 }
 
 export interface CommandHeaders {
@@ -209,12 +256,12 @@ export interface CommandHeaders {
   until_ns?: number | undefined;
 }
 
-export async function post<T>(robot: string, request: string, body: object, head: CommandHeaders): Promise<T> {
+export async function post<T>(url: string, body: object, head: CommandHeaders, patience_ms = kPatienceMs): Promise<T> {
   const headers: Record<string, string> = { "content-type": "application/json" };
   if (head.token) headers.authorization = `Bearer ${head.token}`;
   if (head.key) headers["x-sinew-control"] = head.key;
   if (head.until_ns) headers["x-sinew-until-ns"] = String(Math.round(head.until_ns));
   return (await read(
-    await fetch(path(robot, request), { method: "POST", headers, body: JSON.stringify(body), signal: AbortSignal.timeout(kPatienceMs) }),
+    await fetch(url, { method: "POST", headers, body: JSON.stringify(body), signal: AbortSignal.timeout(patience_ms) }),
   )) as T;
 }

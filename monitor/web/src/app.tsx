@@ -1,17 +1,19 @@
 // The frame: views, robots, the columns of tiles, and what is said when something is missing.
 
 import { signal } from "@preact/signals";
-import { useEffect, useRef } from "preact/hooks";
+import { useEffect, useRef, useState } from "preact/hooks";
 import { ago, clock, timeOfDay } from "./format";
+import type { Machine } from "./machine";
 import * as monitor from "./monitor";
 import * as page from "./page";
 import { panelNames, PanelBody, usePanelList } from "./panels";
+import { Runs } from "./panels/runs";
 import { Playback } from "./playback";
 import type { Robot } from "./robot";
 import { closeTile, moveBorder, newId, replaceTile, splitTile, tilesOf, type Node, type Split, type Tile } from "./tiling";
-import { Badge, Button, Choice, CommandButton, cx, Dialog, Empty, Icon, ToolsPlace, useSize, useWatch } from "./ui";
+import { Badge, Button, Choice, CommandButton, cx, Dialog, Empty, Icon, MachineContext, ToolsPlace, useSize, useWatch } from "./ui";
 
-const dialog = signal<"token" | "help" | null>(null);
+const dialog = signal<"token" | "machines" | "help" | null>(null);
 const narrow = signal(matchMedia("(max-width: 760px)").matches);
 matchMedia("(max-width: 760px)").addEventListener("change", (e) => (narrow.value = e.matches));
 const tick = signal(Date.now());
@@ -36,10 +38,11 @@ export function App() {
       <div class="body">
         <Rail />
         <main id="tiles" tabIndex={-1} class="columns" aria-label="Panels">
-          {robots.length === 0 ? <NoRobot /> : robots.map((r) => <Column key={r.name} robot={r} alone={robots.length === 1} />)}
+          {robots.length === 0 ? <NoRobot /> : robots.map((r) => <Column key={r.id} robot={r} alone={robots.length === 1} />)}
         </main>
       </div>
       {dialog.value === "token" && <TokenDialog />}
+      {dialog.value === "machines" && <MachinesDialog />}
       {dialog.value === "help" && <HelpDialog />}
     </div>
   );
@@ -53,8 +56,8 @@ function onKey(e: KeyboardEvent) {
   else if (e.key === "?") dialog.value = "help";
   else if (e.key === "k") dialog.value = "token";
   else if (e.key === "n" || e.key === "p") {
-    const all = monitor.robots.peek().map((r) => r.name);
-    const now = all.indexOf(page.shownRobots.peek()[0]?.name ?? "");
+    const all = monitor.robots.peek().map((r) => r.id);
+    const now = all.indexOf(page.shownRobots.peek()[0]?.id ?? "");
     if (all.length) page.show(all[(now + (e.key === "n" ? 1 : all.length - 1)) % all.length]!);
   } else if (e.key === "Escape" && page.large.peek()) page.large.value = null;
   else if (e.key === "m") {
@@ -66,7 +69,8 @@ function onKey(e: KeyboardEvent) {
 }
 
 function Bar() {
-  const commands = monitor.mayCommand.value;
+  const machine = page.shownRobots.value[0]?.machine ?? monitor.local;
+  const commands = machine.mayCommand.value;
   return (
     <header class="bar">
       <Button icon="robots" label="Robots" hideLabel kind="quiet" class="rail-button" pressed={page.railOpen.value} onClick={() => (page.railOpen.value = !page.railOpen.value)} />
@@ -84,18 +88,18 @@ function Bar() {
       <span class="space" />
       <Button icon="reset" label="Arrange as at first" hideLabel kind="quiet" class="wide-only" onClick={page.resetView} />
       <Button icon="help" label="Keys and help (?)" hideLabel kind="quiet" class="wide-only" onClick={() => (dialog.value = "help")} />
-      <button type="button" class={cx("button", "plain", "token", commands && "on")} onClick={() => (dialog.value = "token")} title="Who may command (key k)">
+      <button type="button" class={cx("button", "plain", "token", commands && "on")} onClick={() => (dialog.value = "token")} title={`Who may command on ${machine.name} (key k)`}>
         <Icon name="key" />
-        <span>{monitor.info.value?.commands === false ? "looks only" : commands ? "may command" : "looks only"}</span>
+        <span>{commands ? "may command" : "looks only"}</span>
       </button>
     </header>
   );
 }
 
 function Lost() {
-  if (monitor.answers.value !== "no")
-    return monitor.problem.value ? <div class="lost" role="alert">{monitor.problem.value}</div> : null;
-  const since = monitor.silentSince.value;
+  const { answers, problem, silentSince } = monitor.local;
+  if (answers.value !== "no") return problem.value ? <div class="lost" role="alert">{problem.value}</div> : null;
+  const since = silentSince.value;
   return (
     <div class="lost" role="alert">
       <strong>The monitor does not answer</strong>
@@ -104,39 +108,60 @@ function Lost() {
   );
 }
 
+/** Nothing to show, above the recorded runs, which can be shown. */
 function NoRobot() {
-  if (monitor.answers.value === "not yet") return <Empty>Asking the monitor …</Empty>;
-  if (monitor.answers.value === "no") return <Empty title="No monitor">Start it with: sinew monitor</Empty>;
+  const { answers } = monitor.local;
+  if (answers.value === "no") return <Empty title="No monitor">Start it with: sinew monitor</Empty>;
+  if (answers.value === "not yet" || !monitor.settled.value) return <Empty>Asking the monitor …</Empty>;
   return (
-    <Empty title="No robot runs on this machine">
-      Start one, for example with <code>./run</code> or <code>sinew run robots/quad/quad.toml</code>; it appears here by itself. A recorded run:{" "}
-      <code>sinew monitor run.mcap</code>.
-    </Empty>
+    <section class="column no-robot">
+      <h1>No robot runs</h1>
+      <p class="muted">Start one, for example with <code>./run</code> or <code>sinew run robots/quad/quad.toml</code>; it appears here by itself.</p>
+      <div class="record"><Runs machine={monitor.local} /></div>
+    </section>
+  );
+}
+
+/** Another machine that is away: what its robots' panels show is from before. */
+function Away({ machine }: { machine: Machine }) {
+  if (!machine.address || machine.answers.value !== "no" || monitor.local.answers.value === "no") return null;
+  return (
+    <div class="lost" role="alert">
+      <strong>{machine.address} is not reached</strong>
+      {machine.silentSince.value !== null && ` since ${timeOfDay(machine.silentSince.value)}`}{machine.why.value && ` (${machine.why.value})`}. What stands below is from before.
+    </div>
   );
 }
 
 // ---- robots
 
 function Rail() {
-  const robots = monitor.robots.value;
+  const { answers, info } = monitor.local;
   return (
     <aside class="rail" aria-label="Robots">
-      {robots.length === 0 ? (
-        <p class="muted">No robots.</p>
-      ) : (
-        <section>
-          <h2>This machine</h2>
-          <ul>{robots.map((r) => <RailEntry key={r.name} robot={r} />)}</ul>
-        </section>
-      )}
+      {monitor.machines.value.map((m) => <RailMachine key={m.address} machine={m} />)}
+      {info.value?.monitors && <Button icon="plus" label="Other machines" kind="quiet" onClick={() => (dialog.value = "machines")} />}
       <footer class="muted">
-        {monitor.answers.value === "yes" ? (monitor.info.value?.program ?? "connected") : monitor.answers.value === "no" ? "not connected" : "…"}
+        {answers.value === "yes" ? (info.value?.program ?? "connected") : answers.value === "no" ? "not connected" : "…"}
       </footer>
     </aside>
   );
 }
 
+function RailMachine({ machine }: { machine: Machine }) {
+  const robots = machine.robots.value;
+  const away = machine.address && machine.answers.value === "no";
+  return (
+    <section>
+      <h2>{machine.address || "This machine"}</h2>
+      {away ? <p class="warn-text small">not reached{machine.why.value && `: ${machine.why.value}`}</p> : robots.length === 0 && <p class="muted small">{machine.answers.value === "not yet" ? "Asking …" : "No robots."}</p>}
+      <ul>{robots.map((r) => <RailEntry key={r.id} robot={r} />)}</ul>
+    </section>
+  );
+}
+
 export function stateOf(robot: Robot): { tone: "ok" | "muted" | "accent" | "warn"; text: string } {
+  if (robot.machine.address && robot.machine.answers.value === "no") return { tone: "muted", text: "not reached" };
   if (robot.ended.value !== null) return { tone: "muted", text: `ended ${ago(tick.value - robot.ended.value)}` };
   if (robot.isPlayback.value) return { tone: "accent", text: "recorded run" };
   return { tone: "ok", text: robot.info.value.virtual_time ? "virtual time" : "runs" };
@@ -148,15 +173,15 @@ function RailEntry({ robot }: { robot: Robot }) {
   const control = robot.control.value.who;
   return (
     <li class={cx("robot", chosen && "chosen", robot.ended.value !== null && "over")}>
-      <button type="button" class="robot-name" aria-current={chosen ? "true" : undefined} onClick={(e) => page.show(robot.name, e.shiftKey)}>
+      <button type="button" class="robot-name" aria-current={chosen ? "true" : undefined} onClick={(e) => page.show(robot.id, e.shiftKey)}>
         <span class={`dot ${state.tone}`} />
-        <strong>{robot.name.split("@")[0]}</strong>
+        <strong>{robot.name}{robot.machine.address && <span class="muted"> @ {robot.machine.address}</span>}</strong>
         <small>{state.text} · {robot.isPlayback.value ? robot.info.value.recording!.split("/").slice(-2, -1)[0] ?? "file" : `board ${robot.info.value.board}`}</small>
         {control && <small>control: {control}</small>}
       </button>
       <span class="robot-buttons">
-        <Button icon="beside" label={chosen ? `Show ${robot.name} no more` : `Show ${robot.name} beside`} hideLabel kind="quiet" pressed={chosen} onClick={() => page.show(robot.name, true)} />
-        {robot.ended.value !== null && <Button icon="close" label={`Close ${robot.name}`} hideLabel kind="quiet" onClick={() => monitor.forget(robot)} />}
+        <Button icon="beside" label={chosen ? `Show ${robot.label} no more` : `Show ${robot.label} beside`} hideLabel kind="quiet" pressed={chosen} onClick={() => page.show(robot.id, true)} />
+        {robot.ended.value !== null && <Button icon="close" label={`Close ${robot.label}`} hideLabel kind="quiet" onClick={() => robot.machine.forget(robot)} />}
       </span>
     </li>
   );
@@ -175,8 +200,10 @@ function Column({ robot, alone }: { robot: Robot; alone: boolean }) {
   const stacked = !narrow.value && !big && size.width > 0 && size.width < kLeastArranged_px && tiles.length > 1;
   const phone = tiles.find((t) => t.id === phoneTile.value) ?? tiles[0];
   return (
-    <section ref={box} class="column" aria-label={`Robot ${robot.name}`}>
+    <MachineContext.Provider value={robot.machine}>
+    <section ref={box} class="column" aria-label={`Robot ${robot.label}`}>
       <Head robot={robot} alone={alone} />
+      <Away machine={robot.machine} />
       <Refused robot={robot} />
       {robot.isPlayback.value && <Playback robot={robot} />}
       {narrow.value ? (
@@ -194,6 +221,7 @@ function Column({ robot, alone }: { robot: Robot; alone: boolean }) {
         <div class="tiling">{big ? <TileView node={big} robot={robot} /> : root ? <NodeView node={root} robot={robot} /> : <Empty>This view has no panels. <Button label="Arrange as at first" onClick={page.resetView} /></Empty>}</div>
       )}
     </section>
+    </MachineContext.Provider>
   );
 }
 
@@ -205,15 +233,15 @@ function Head({ robot, alone }: { robot: Robot; alone: boolean }) {
   return (
     <header class="head">
       <span class={`dot ${state.tone}`} />
-      <h1>{robot.name}</h1>
+      <h1>{robot.name}{robot.machine.address && <span class="muted"> @ {robot.machine.address}</span>}</h1>
       <span class="muted">{state.text}</span>
       {status && <span class="num" title="The robot's clock">{clock(robot.isPlayback.value ? robot.playback.value?.time_ns ?? status.now_ns : status.now_ns)}</span>}
       {guardian && <Badge tone={guardian.permitted ? "warn" : "muted"}>{guardian.permitted ? "armed" : "not armed"}</Badge>}
       {guardian && (guardian.latched !== 0 || guardian.conditions !== 0) && <Badge tone="bad">failsafe</Badge>}
       {faults > 0 && <Badge tone="bad">{faults} {faults === 1 ? "module" : "modules"} off</Badge>}
       <span class="space" />
-      {!robot.isPlayback.value && robot.ended.value === null && <ControlOf robot={robot} />}
-      {!alone && <Button icon="close" label={`Show ${robot.name} no more`} hideLabel kind="quiet" onClick={() => page.show(robot.name, true)} />}
+      {!robot.isPlayback.value && robot.ended.value === null && robot.machine.answers.value !== "no" && <ControlOf robot={robot} />}
+      {!alone && <Button icon="close" label={`Show ${robot.label} no more`} hideLabel kind="quiet" onClick={() => page.show(robot.id, true)} />}
     </header>
   );
 }
@@ -312,7 +340,7 @@ function TileView({ node, robot }: { node: Tile; robot: Robot }) {
     <section class="tile" data-tile={node.id} data-panel={node.panel} aria-label={panelNames.get(node.panel) ?? node.panel}>
       <header>
         <Choice label="Panel" value={node.panel} options={list} onChange={(panel) => page.setRoot(replaceTile(root(), node.id, { panel, state: {} }))} />
-        <span class="tile-tools" id={`tools-${node.id}-${robot.name}`} />
+        <span class="tile-tools" id={`tools-${node.id}-${robot.id}`} />
         <span class="space" />
         <span class="tile-buttons">
           <Button icon="right" label="Split: a panel to the right" hideLabel kind="quiet" onClick={() => page.setRoot(splitTile(root(), node.id, "row", { kind: "tile", id: newId(), panel: "messages", state: {} }))} />
@@ -322,8 +350,8 @@ function TileView({ node, robot }: { node: Tile; robot: Robot }) {
         </span>
       </header>
       <div class="tile-body">
-        <ToolsPlace.Provider value={`tools-${node.id}-${robot.name}`}>
-        <PanelBody key={`${node.panel}${robot.name}`} panel={node.panel} robot={robot} tile={node} set={(change) => {
+        <ToolsPlace.Provider value={`tools-${node.id}-${robot.id}`}>
+        <PanelBody key={`${node.panel}${robot.id}`} panel={node.panel} robot={robot} tile={node} set={(change) => {
           const now = tilesOf(root()).find((t) => t.id === node.id);
           if (now) page.setRoot(replaceTile(root(), node.id, { state: { ...now.state, ...change } }));
         }} />
@@ -335,23 +363,66 @@ function TileView({ node, robot }: { node: Tile; robot: Robot }) {
 
 // ---- dialogs
 
+/** Each machine has a token of its own. */
 function TokenDialog() {
-  const text = signal(monitor.token.peek());
+  const machines = monitor.machines.value;
+  const [texts, setTexts] = useState(new Map(machines.map((m) => [m, m.token.peek()])));
+  const use = () => machines.forEach((m) => m.setToken(texts.get(m) ?? m.token.peek()));
   return (
     <Dialog title="Who may command" onClose={() => (dialog.value = null)}>
-      <form method="dialog" onSubmit={() => monitor.setToken(text.peek())}>
-        <p>Everybody who reaches this page may look. Commands need the token that <code>sinew monitor</code> printed when it began. It is kept until this tab is closed.</p>
-        {monitor.info.value?.commands === false && <p class="warn-text">This address takes no commands: it can be reached from outside and has no TLS (--tls).</p>}
-        <label class="field">Token
-          <input type="password" autocomplete="off" spellcheck={false} value={text.value} onInput={(e) => (text.value = e.currentTarget.value)} />
-        </label>
+      <form method="dialog" onSubmit={use}>
+        <p>Everybody who reaches this page may look. Commands need the token that <code>sinew monitor</code> printed when it began{machines.length > 1 && ", on each machine its own"}. It is kept until this tab is closed.</p>
+        {machines.map((m) => (
+          <label key={m.address} class="field">{m.address ? `Token of ${m.address}` : machines.length > 1 ? "Token of this machine" : "Token"}
+            <input type="password" autocomplete="off" spellcheck={false} value={texts.get(m) ?? ""} onInput={(e) => setTexts(new Map(texts).set(m, e.currentTarget.value))} />
+            {m.info.value?.commands === false && <span class="warn-text">takes no commands: it can be reached from outside and has no TLS (--tls)</span>}
+          </label>
+        ))}
         <label class="field">Your name, shown to others who want to command
           <input type="text" maxLength={40} value={page.who.value} onInput={(e) => (page.who.value = e.currentTarget.value)} />
         </label>
         <div class="row-end">
-          <Button label="Look only" onClick={() => (monitor.setToken(""), (dialog.value = null))} />
+          <Button label="Look only" onClick={() => (machines.forEach((m) => m.setToken("")), (dialog.value = null))} />
           <button class="button strong" type="submit"><span>Use</span></button>
         </div>
+      </form>
+    </Dialog>
+  );
+}
+
+function MachinesDialog() {
+  const [address, setAddress] = useState("");
+  const [why, setWhy] = useState("");
+  const ask = async (request: "monitors" | "monitors/remove", which: string) => {
+    const refusal = await monitor.changeMonitors(request, which);
+    setWhy(refusal);
+    if (!refusal && request === "monitors") setAddress("");
+  };
+  const others = monitor.others.value;
+  return (
+    <Dialog title="Other machines" onClose={() => (dialog.value = null)}>
+      <p>Robots of monitors on other machines stand in the list like those of this one. This machine's monitor passes everything on; the browser asks no other address.</p>
+      {others.length > 0 && (
+        <table class="table">
+          <thead><tr><th>Address</th><th>State</th><th class="r">Robots</th><th /></tr></thead>
+          <tbody>
+            {others.map((m) => (
+              <tr key={m.address}>
+                <td class="num">{m.address}</td>
+                <td>{m.answers.value === "yes" ? <Badge tone="ok">reached</Badge> : m.answers.value === "no" ? <><Badge tone="bad">not reached</Badge> <span class="muted">{m.why.value}</span></> : <span class="muted">asking …</span>}</td>
+                <td class="r num">{m.robots.value.length}</td>
+                <td class="r"><CommandButton icon="close" label={`Remove ${m.address}`} hideLabel kind="quiet" onClick={() => void ask("monitors/remove", m.address)} /></td>
+              </tr>
+            ))}
+          </tbody>
+        </table>
+      )}
+      <form onSubmit={(e) => (e.preventDefault(), address.trim() && void ask("monitors", address.trim()))}>
+        <label class="field">Address of a monitor
+          <input type="text" autocomplete="off" spellcheck={false} placeholder="desk:8080" value={address} onInput={(e) => setAddress(e.currentTarget.value)} />
+        </label>
+        {why && <p class="warn-text" role="alert">{why}</p>}
+        <div class="row-end"><button class={cx("button strong", !monitor.local.mayCommand.value && "only-looks")} type="submit"><span>Add</span></button></div>
       </form>
     </Dialog>
   );

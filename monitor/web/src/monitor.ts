@@ -1,96 +1,64 @@
-// The monitor as this page sees it: whether it answers, its robots as they come, go and stay, and who may command.
+// What this page sees: the machine that gave us the page, others that its monitor relays, and all their robots.
 
 import { computed, effect, signal } from "@preact/signals";
-import { get, type ApiInfo, type RobotInfo } from "./api";
-import { Robot } from "./robot";
+import { get, post, Refusal, type OtherMonitor } from "./api";
+import { hidden } from "./browser";
+import { Machine } from "./machine";
 
 const kPeriodMs = 1000;
-const kSilentAfter = 2; // looks in a row without an answer
 
-function kept(key: string): string {
+const listed = signal(false); // others, at least once
+
+export const local = new Machine("");
+/** Other machines, in the monitor's order. */
+export const others = signal<Machine[]>([]);
+export const machines = computed(() => [local, ...others.value]);
+export const robots = computed(() => machines.value.flatMap((m) => m.robots.value));
+/** Whether each machine was asked: a robot that is not there now, is not there. */
+export const settled = computed(() => listed.value && machines.value.every((m) => m.answers.value !== "not yet"));
+
+/** The monitor's list of others, with their state in its words. */
+export function takeMonitors(list: OtherMonitor[]) {
+  const known = new Map(others.peek().map((m) => [m.address, m]));
+  const now = list.map((one) => known.get(one.address) ?? new Machine(one.address));
+  for (const machine of others.peek()) if (!now.includes(machine)) machine.close();
+  if (now.length !== others.peek().length || now.some((m, i) => m !== others.peek()[i])) others.value = now;
+  list.forEach((one, i) => {
+    if (one.state !== "reached") now[i]!.lose(one.why || one.state);
+  });
+  listed.value = true;
+  return now.filter((_, i) => list[i]!.state === "reached");
+}
+
+async function lookAtOthers() {
+  if (local.answers.peek() !== "yes") return;
+  if (!local.info.peek()?.monitors) {
+    listed.value = true;
+    return;
+  }
   try {
-    return sessionStorage.getItem(key) ?? "";
+    const reached = takeMonitors((await get<{ monitors: OtherMonitor[] }>("/api/monitors")).monitors);
+    await Promise.all(reached.map((m) => m.look()));
   } catch {
-    return ""; // a browser that stores nothing for us
+    // The next look at our own monitor says what is wrong.
   }
 }
 
-export function keep(key: string, value: string, store: "sessionStorage" | "localStorage" = "sessionStorage") {
+export async function lookOnce() {
+  await local.look();
+  await lookAtOthers();
+}
+
+/** Adds or removes another machine; why not, or nothing. */
+export async function changeMonitors(request: "monitors" | "monitors/remove", address: string): Promise<string> {
+  if (!local.token.peek()) return "This page only looks: give the token first (key symbol, top right).";
   try {
-    if (value) window[store].setItem(key, value);
-    else window[store].removeItem(key);
-  } catch {
-    // Then it lasts as long as the page.
+    await post(`/api/${request}`, { address }, { token: local.token.peek() });
+  } catch (e) {
+    return e instanceof Refusal ? e.message : "The monitor does not answer.";
   }
-}
-
-export const answers = signal<"not yet" | "yes" | "no">("not yet");
-export const silentSince = signal<number | null>(null);
-export const info = signal<ApiInfo | null>(null);
-export const problem = signal("");
-export const robots = signal<Robot[]>([]);
-export const token = signal("");
-export const mayCommand = computed(() => token.value !== "" && info.value?.commands !== false);
-export const hidden = signal(false);
-
-let clockOffsetNs = 0; // the monitor's clock less this page's
-
-/** The monitor's clock. */
-export function monitorNow(): number {
-  return performance.now() * 1e6 + clockOffsetNs;
-}
-
-export function setToken(text: string) {
-  token.value = text.trim();
-  keep("sinew.token", token.value);
-  for (const robot of robots.peek()) robot.restart();
-}
-
-export function forget(robot: Robot) {
-  robot.close();
-  robots.value = robots.value.filter((r) => r !== robot);
-}
-
-/** Robots that ended stay until they are closed; one that comes back under its name takes its place. */
-export function takeList(list: RobotInfo[], now = Date.now()) {
-  const known = new Map(robots.peek().map((r) => [r.name, r]));
-  let changed = false;
-  for (const one of list) {
-    const before = known.get(one.robot);
-    if (before) before.take(one);
-    else {
-      known.set(one.robot, new Robot(one));
-      changed = true;
-    }
-  }
-  const running = new Set(list.map((r) => r.robot));
-  for (const [name, robot] of known) if (!running.has(name)) robot.ended.value ??= now;
-  if (changed) robots.value = [...known.values()].sort((a, b) => (a.name < b.name ? -1 : 1));
-}
-
-let misses = 0;
-let looks = 0;
-
-async function lookOnce() {
-  try {
-    if (looks++ % 5 === 0 || !info.peek()) {
-      const asked = performance.now();
-      const api = await get<ApiInfo>("/api");
-      clockOffsetNs = api.now_ns - ((asked + performance.now()) / 2) * 1e6;
-      info.value = api;
-    }
-    const list = await get<{ robots: RobotInfo[]; problem?: string }>("/api/robots");
-    misses = 0;
-    problem.value = list.problem ?? "";
-    answers.value = "yes";
-    silentSince.value = null;
-    takeList(list.robots);
-  } catch {
-    if (++misses < kSilentAfter) return;
-    answers.value = "no";
-    silentSince.value ??= Date.now();
-    looks = 0;
-  }
+  await lookOnce();
+  return "";
 }
 
 /** Ends with the returned function. */
@@ -100,9 +68,8 @@ export function begin(): () => void {
   if (given) {
     hash.delete("token"); // so that it is in no bookmark and no picture of the screen
     history.replaceState(null, "", location.pathname + (hash.size ? `#${hash}` : ""));
-    keep("sinew.token", given);
+    local.setToken(given);
   }
-  token.value = given ?? kept("sinew.token");
   const onVisibility = () => (hidden.value = document.visibilityState === "hidden");
   document.addEventListener("visibilitychange", onVisibility);
   onVisibility();

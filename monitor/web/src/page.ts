@@ -2,7 +2,8 @@
 // in the address, so that a link shows the same.
 
 import { computed, effect, signal } from "@preact/signals";
-import { keep, robots } from "./monitor";
+import { keep } from "./browser";
+import { robots, settled } from "./monitor";
 import { readNode, split, tile, tilesOf, type Node } from "./tiling";
 
 export interface View {
@@ -40,14 +41,14 @@ function storedViews(): View[] {
 
 export const views = signal<View[]>([]);
 export const viewId = signal("overview");
-export const shown = signal<string[]>([]); // robots, side by side
+export const shown = signal<string[]>([]); // robots, side by side, by their id
 export const large = signal<string | null>(null); // the tile that fills the page
 export const railOpen = signal(false); // on small screens
 export const view = computed(() => views.value.find((v) => v.id === viewId.value) ?? views.value[0]);
-/** Robots to show: the chosen ones, else the first. */
+/** Robots to show: the chosen ones, else the first; not before it is known which there are. */
 export const shownRobots = computed(() => {
-  const chosen = shown.value.flatMap((name) => robots.value.filter((r) => r.name === name));
-  return chosen.length ? chosen : robots.value.slice(0, 1);
+  const chosen = shown.value.flatMap((id) => robots.value.filter((r) => r.id === id));
+  return chosen.length || (shown.value.length && !settled.value) ? chosen : robots.value.slice(0, 1);
 });
 export const who = signal("");
 
@@ -63,11 +64,11 @@ export function resetView() {
   large.value = null;
 }
 
-export function show(name: string, beside = false) {
-  const now = shownRobots.peek().map((r) => r.name);
-  if (!beside) shown.value = [name];
-  else if (now.includes(name)) shown.value = now.length > 1 ? now.filter((n) => n !== name) : now;
-  else shown.value = [...now, name];
+export function show(id: string, beside = false) {
+  const now = shownRobots.peek().map((r) => r.id);
+  if (!beside) shown.value = [id];
+  else if (now.includes(id)) shown.value = now.length > 1 ? now.filter((n) => n !== id) : now;
+  else shown.value = [...now, id];
   railOpen.value = false;
 }
 

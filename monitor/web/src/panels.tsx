@@ -1,8 +1,8 @@
 // The list of panels: ours, and those of a project's own (docs/monitor.md, "Panels of one's own").
 
 import { useEffect, useRef, useState } from "preact/hooks";
-import { get, look } from "./api";
-import { info } from "./monitor";
+import { get } from "./api";
+import { local } from "./monitor";
 import { ChronometerPanel } from "./panels/chronometer";
 import { HealthPanel } from "./panels/health";
 import { ImagesPanel } from "./panels/images";
@@ -46,7 +46,7 @@ function nameOfOwn(path: string): string {
 }
 
 export function usePanelList(): [string, string][] {
-  const own = info.value?.panels ?? [];
+  const own = local.info.value?.panels ?? [];
   return [...kPanels.map(([id, name]): [string, string] => [id, name]), ...own.map((file): [string, string] => [kOwn + file, nameOfOwn(file)])];
 }
 
@@ -80,7 +80,7 @@ function ownRobot(robot: Robot, ends: (() => void)[]): OwnRobot {
       ends.push(end);
       return end;
     },
-    look: (request, args = {}) => look(robot.name, request, args),
+    look: (request, args = {}) => robot.look(request, args),
     command: (request, body = {}) => robot.command(request, body),
   };
 }

@@ -1,9 +1,10 @@
 // One robot: what the page knows of it, asked only while a panel looks, and the commands to it.
 
 import { computed, signal, type Signal } from "@preact/signals";
-import { look, post, Refusal, type Control, type Param, type Playback, type RecordStatus, type RobotInfo, type Status, type Timeline, type Topic } from "./api";
+import { get, post, query, Refusal, type Control, type Param, type Playback, type RecordStatus, type RobotInfo, type Status, type Timeline, type Topic } from "./api";
 import { FoxgloveClient, type OnMessage } from "./foxglove";
-import * as monitor from "./monitor";
+import { hidden } from "./browser";
+import type { Machine } from "./machine";
 import { parseSchema, type Struct } from "./ros2msg";
 
 const kCommandLivesNs = 1e9; // a click that takes longer to arrive is void
@@ -53,7 +54,12 @@ export function ratesBetween(before: Status, now: Status): Rates {
 }
 
 export class Robot {
+  /** On its machine. */
   readonly name: string;
+  /** Among those of all machines: in links, and wherever robots are told apart. Names have no "@". */
+  readonly id: string;
+  /** The same for people. */
+  readonly label: string;
   readonly info: Signal<RobotInfo>;
   readonly ended = signal<number | null>(null); // by this page's clock, ms
   readonly status = signal<Status | null>(null);
@@ -78,15 +84,17 @@ export class Robot {
   private structs = new Map<string, Struct | string>();
   private clock: { robot_ns: number; page_ms: number } | null = null;
 
-  constructor(first: RobotInfo) {
+  constructor(first: RobotInfo, readonly machine: Machine) {
     this.name = first.robot;
+    this.id = machine.address ? `${this.name}@${machine.address}` : this.name;
+    this.label = machine.address ? `${this.name} @ ${machine.address}` : this.name;
     this.info = signal(first);
     this.control.value = first.control ?? this.control.value;
     this.socket = new FoxgloveClient(() => {
-      const query = monitor.token.peek() ? `?token=${encodeURIComponent(monitor.token.peek())}` : "";
-      return `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/${encodeURIComponent(this.name)}${query}`;
+      const token = machine.token.peek();
+      return `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}${machine.base}/${encodeURIComponent(this.name)}${token ? query({ token }) : ""}`;
     });
-    this.socket.pause(monitor.hidden.peek());
+    this.socket.pause(hidden.peek());
   }
 
   /** News from the list of robots. */
@@ -137,11 +145,25 @@ export class Robot {
     };
   }
 
+  /** A request that looks. */
+  look<T>(request: string, args: Record<string, string | number | boolean> = {}): Promise<T> {
+    return get<T>(this.path(request) + query(args));
+  }
+
+  private path(request: string): string {
+    return `${this.machine.base}/api/robots/${encodeURIComponent(this.name)}/${request}`;
+  }
+
+  /** The newest picture of a topic as a file. */
+  picture(topic: string, args: Record<string, string | number | boolean>): string {
+    return `${this.machine.base}/${encodeURIComponent(this.name)}/images/${encodeURIComponent(topic)}.jpg${query(args)}`;
+  }
+
   private async ask(request: string, period_ms: number, poll: Poll) {
     let wait = period_ms;
-    if (!monitor.hidden.peek() && this.ended.peek() === null)
+    if (!hidden.peek() && this.ended.peek() === null)
       try {
-        this.takeReply(request, await look(this.name, request, request === "timeline" ? { last_ms: 1000 } : {}));
+        this.takeReply(request, await this.look(request, request === "timeline" ? { last_ms: 1000 } : {}));
         this.note(request, null);
       } catch (e) {
         this.note(request, e instanceof Refusal ? e.message : "The monitor does not answer.");
@@ -249,12 +271,12 @@ export class Robot {
     this.refusal.value = null;
     if (this.ended.peek() !== null) return this.refuse("The robot has ended.");
     const plays = request.startsWith("playback");
-    if (!plays && !monitor.token.peek()) return this.refuse("This page only looks: a command needs the monitor's token (key symbol, top right).");
+    if (!plays && !this.machine.token.peek()) return this.refuse(`This page only looks: a command needs the token of the monitor of ${this.machine.name} (key symbol, top right).`);
     try {
-      const reply = await post<T>(this.name, request, body, {
-        token: plays ? "" : monitor.token.peek(),
+      const reply = await post<T>(this.path(request), body, {
+        token: plays ? "" : this.machine.token.peek(),
         key: this.key.peek() || undefined,
-        until_ns: monitor.monitorNow() + kCommandLivesNs,
+        until_ns: this.machine.now() + kCommandLivesNs,
       });
       return reply;
     } catch (e) {
@@ -282,7 +304,7 @@ export class Robot {
 
   private async keepControl(who: string) {
     try {
-      await post(this.name, "control", { action: "keep", who, key: this.key.peek() }, { token: monitor.token.peek(), key: this.key.peek() });
+      await post(this.path("control"), { action: "keep", who, key: this.key.peek() }, { token: this.machine.token.peek(), key: this.key.peek() });
     } catch (e) {
       if (!(e instanceof Refusal)) return; // the monitor is away: the next second tries again
       this.dropKey();

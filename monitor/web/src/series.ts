@@ -2,7 +2,7 @@
 // so that a plot costs the same at 10 and at 1000 messages a second, and no peak is lost.
 
 const kFirstRoom = 1024;
-const kBlock = 64; // samples whose least and greatest value are kept, so that long plots do not look at each sample
+const kBlock = 8; // samples whose least and greatest value are kept, so that long plots do not look at each sample
 
 /** Times and values, oldest dropped first beyond `most`. Times rise; one that does not begins anew. */
 export class Samples {

@@ -2,7 +2,8 @@
 
 import { createContext, render, type ComponentChildren, type JSX } from "preact";
 import { useContext, useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
-import { mayCommand } from "./monitor";
+import type { Machine } from "./machine";
+import { local } from "./monitor";
 import type { Robot } from "./robot";
 
 export function cx(...names: (string | false | null | undefined)[]): string {
@@ -65,14 +66,19 @@ export function Button({ icon, label, kind = "plain", hideLabel, pressed, disabl
   );
 }
 
+/** Where commands of these parts of the page go. */
+export const MachineContext = createContext<Machine>(local);
+
 /** A button that changes the robot: dimmed while this page only looks; a click then says what is needed. */
 export function CommandButton(props: ButtonProps) {
-  return <Button {...props} class={cx(props.class, !mayCommand.value && "only-looks")} />;
+  const machine = useContext(MachineContext);
+  return <Button {...props} class={cx(props.class, !machine.mayCommand.value && "only-looks")} />;
 }
 
 export function Switch({ on, label, onChange }: { on: boolean; label: string; onChange: (on: boolean) => void }) {
+  const machine = useContext(MachineContext);
   return (
-    <button type="button" role="switch" aria-checked={on} aria-label={label} title={`${label}: ${on ? "on" : "off"}`} class={cx("switch", !mayCommand.value && "only-looks")} onClick={() => onChange(!on)}>
+    <button type="button" role="switch" aria-checked={on} aria-label={label} title={`${label}: ${on ? "on" : "off"}`} class={cx("switch", !machine.mayCommand.value && "only-looks")} onClick={() => onChange(!on)}>
       <span />
     </button>
   );
@@ -127,7 +133,7 @@ export function Asked({ robot, request, there, children }: { robot: Robot; reque
   const why = robot.failures.value.get(request);
   if (there) return <>{children}</>;
   if (robot.ended.value !== null) return <Empty title="The robot has ended">Nothing of this was asked before it ended.</Empty>;
-  return why ? <Empty title="No answer">{why}</Empty> : <Empty>Asking {robot.name} …</Empty>;
+  return why ? <Empty title="No answer">{why}</Empty> : <Empty>Asking {robot.label} …</Empty>;
 }
 
 export function useSize<T extends HTMLElement>(): [{ current: T | null }, { width: number; height: number }] {
@@ -236,9 +242,10 @@ export const ToolsPlace = createContext("");
 
 export function Tools({ children }: { children: ComponentChildren }) {
   const id = useContext(ToolsPlace);
+  const machine = useContext(MachineContext);
   useLayoutEffect(() => {
     const place = document.getElementById(id);
-    if (place) render(<>{children}</>, place);
+    if (place) render(<MachineContext.Provider value={machine}>{children}</MachineContext.Provider>, place);
   });
   useEffect(() => () => {
     const place = document.getElementById(id);

@@ -1,7 +1,8 @@
-// What the tests of the page share: a monitor, robots in the simulator, Debian's Chromium.
+// What the tests of the page share: monitors, robots in the simulator, Debian's Chromium. Tests wait for what they need
+// to see, never for a time: a machine with much to do makes them longer and nothing else.
 
 import { spawn } from "node:child_process";
-import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { mkdirSync, mkdtempSync, readFileSync, realpathSync, renameSync, rmSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { tmpdir } from "node:os";
 import { dirname, join, resolve } from "node:path";
@@ -10,8 +11,8 @@ import { fileURLToPath } from "node:url";
 export const root = resolve(dirname(fileURLToPath(import.meta.url)), "../../..");
 const { chromium } = createRequire(join(root, "monitor/web/package.json"))("playwright-core");
 
-const kStart_ms = 60_000;
-// At half of real time the simulator leaves the browser a processor. The recorded run is one of virtual time.
+const kPatience_ms = 120_000;
+// Slower than real time, so that the simulator leaves the browser a processor, and a robot has time to spare.
 const kPaced = ["--rate", "0.5", "--duration", "100000"];
 
 export class Fixture {
@@ -23,14 +24,18 @@ export class Fixture {
     this.problems = []; // what the browser complained about
     mkdirSync(pictures, { recursive: true });
     const { SINEW_RECORD: _, ...env } = process.env;
-    this.env = { ...env, SINEW_RUN_DIR: join(this.folder, "run") };
+    this.env = env;
+    this.runs = join(this.folder, "runs");
   }
 
-  /** One that runs under this name already goes on. */
-  start(name, program, ...args) {
+  /** One that runs under this name already goes on. `machine`: programs of one machine see each other. */
+  start(name, program, args, machine = "this") {
     const before = this.children.get(name);
     if (before && before.child.exitCode === null) return before;
-    const child = spawn(join(this.programs, program), args, { cwd: this.folder, env: this.env, stdio: ["ignore", "pipe", "pipe"] });
+    const cwd = machine === "this" ? this.folder : join(this.folder, machine);
+    mkdirSync(cwd, { recursive: true });
+    const env = { ...this.env, SINEW_RUN_DIR: join(cwd, "run") };
+    const child = spawn(join(this.programs, program), args, { cwd, env, stdio: ["ignore", "pipe", "pipe"] });
     const started = { child, output: "", over: new Promise((done) => child.on("exit", done)) };
     for (const stream of [child.stdout, child.stderr]) stream.on("data", (text) => (started.output += text));
     this.children.set(name, started);
@@ -45,11 +50,16 @@ export class Fixture {
     await started.over;
   }
 
-  async monitor(port = 0) {
-    const started = this.start("monitor", "sinew-monitor", "--port", String(port), "--panels", join(root, "examples/panels"));
+  /** Its address and token; port 0: any. */
+  async monitorOn(machine, port = 0) {
+    const name = machine === "this" ? "monitor" : `monitor of ${machine}`;
+    const started = this.start(name, "sinew-monitor", ["--port", String(port), "--panels", join(root, "examples/panels")], machine);
     await until(() => /commands: \w+/.test(started.output), "the monitor's address and token", () => started.output);
-    this.address = /http:\/\/\S+/.exec(started.output)[0];
-    this.token = /commands: (\w+)/.exec(started.output)[1];
+    return { address: /http:\/\/\S+/.exec(started.output)[0], token: /commands: (\w+)/.exec(started.output)[1] };
+  }
+
+  async monitor(port = 0) {
+    Object.assign(this, await this.monitorOn("this", port));
   }
 
   /** Waits on the ground until it is armed, so that a test decides when it flies. */
@@ -57,24 +67,25 @@ export class Fixture {
     const file = join(this.folder, "quad.toml");
     const text = readFileSync(join(root, "robots/quad/quad.toml"), "utf8");
     writeFileSync(file, text.replace('arming = "auto"', 'arming = "manual"'));
-    return this.start("quad", "sinew", "run", file, ...kPaced, "--no-record", "--quiet");
+    return this.start("quad", "sinew", ["run", file, ...kPaced, "--no-record", "--quiet"]);
   }
 
   head() {
-    return this.start("desk_head", "sinew", "run", join(root, "robots/desk_head/desk_head.toml"), ...kPaced, "--no-record", "--quiet");
+    return this.start("desk_head", "sinew", ["run", join(root, "robots/desk_head/desk_head.toml"), ...kPaced, "--no-record", "--quiet"]);
   }
 
   /** Has neither camera nor much to record. */
-  seesaw() {
-    return this.start("seesaw", "sinew", "run", join(root, "robots/seesaw/seesaw.toml"), ...kPaced, "--runs", join(this.folder, "runs"), "--quiet");
+  seesaw(machine = "this") {
+    return this.start(`seesaw of ${machine}`, "sinew", ["run", join(root, "robots/seesaw/seesaw.toml"), ...kPaced, "--quiet"], machine);
   }
 
-  /** A flight of some seconds, recorded, which then stands up as a robot. */
-  async recorded() {
-    const flight = this.start("flight", "sinew", "run", join(root, "robots/quad/quad.toml"), "--virtual", "--duration", "14", "--name", "flight", "--record-images", "--runs", this.folder, "--quiet");
-    await flight.over;
-    this.children.delete("flight");
-    return this.start("recorded", "sinew", "bag", "play", join(this.folder, "latest/run.mcap"), "--name", "recorded", "--paused", "--stay");
+  /** Some seconds of a flight in virtual time, recorded with its pictures as a run of this name. */
+  async record(name, seconds, seed) {
+    const folder = join(this.folder, `recorder of ${name}`);
+    await this.start(name, "sinew", ["run", join(root, "robots/quad/quad.toml"), "--virtual", "--seed", String(seed), "--duration", String(seconds), "--name", name, "--record-images", "--runs", folder, "--quiet"]).over;
+    this.children.delete(name);
+    mkdirSync(this.runs, { recursive: true });
+    renameSync(realpathSync(join(folder, "latest")), join(this.runs, name));
   }
 
   async ask(robot, request, body) {
@@ -83,8 +94,13 @@ export class Fixture {
     return response.json();
   }
 
-  async robots() {
-    return (await (await fetch(`${this.address}/api/robots`)).json()).robots.map((r) => r.robot);
+  async list(address = this.address) {
+    return (await (await fetch(`${address}/api/robots`)).json()).robots;
+  }
+
+  /** Waits for a robot in a monitor's list. */
+  async listed(robot, address = this.address) {
+    await until(async () => (await this.list(address)).some((r) => r.robot === robot), `${robot} in the list`, () => [...this.children.values()].map((c) => c.output).join());
   }
 
   async browser() {
@@ -103,7 +119,7 @@ export class Fixture {
       };
     });
     const page = await context.newPage();
-    page.setDefaultTimeout(kStart_ms);
+    page.setDefaultTimeout(kPatience_ms);
     page.on("pageerror", (e) => this.problems.push(e.stack ?? e.message));
     page.on("console", (m) => {
       if (m.type() === "error" && /Content.Security.Policy|Refused to/i.test(m.text())) this.problems.push(m.text());
@@ -124,7 +140,7 @@ export class Fixture {
 }
 
 export async function until(is, what, more = () => "") {
-  const end = Date.now() + kStart_ms;
+  const end = Date.now() + kPatience_ms;
   while (Date.now() < end) {
     const value = await is();
     if (value) return value;
@@ -135,7 +151,7 @@ export async function until(is, what, more = () => "") {
 
 /** Commands are void after a second, which is short on a machine with much to do: presses again until it took effect. */
 export async function press(action, took_effect) {
-  const end = Date.now() + kStart_ms;
+  const end = Date.now() + kPatience_ms;
   while (Date.now() < end) {
     await action();
     const patience = Date.now() + 4000;
@@ -148,8 +164,8 @@ export async function press(action, took_effect) {
 }
 
 /** How many different colours a canvas shows; 1: nothing is drawn. */
-export function coloursOf(page, selector) {
-  return page.locator(selector).first().evaluate((canvas) => {
+export function coloursOf(locator) {
+  return locator.first().evaluate((canvas) => {
     const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
     const seen = new Set();
     for (let i = 0; i < data.length; i += 4 * 7) seen.add((data[i] << 16) | (data[i + 1] << 8) | data[i + 2]);

@@ -1,8 +1,10 @@
 // Whether the robot may move, what its failsafes say, what its devices complain about; arm, disarm, stop.
 
-import { useState } from "preact/hooks";
-import type { Guardian, Status } from "../api";
+import { useEffect, useState } from "preact/hooks";
+import { get, Refusal, type DoctorSays, type Guardian, type Status } from "../api";
+import { hidden } from "../browser";
 import { clock, count, duration, value } from "../format";
+import type { Machine } from "../machine";
 import type { PanelProps } from "../panels";
 import type { Robot } from "../robot";
 import { Asked, Badge, Button, CommandButton, cx, useWatch } from "../ui";
@@ -71,7 +73,59 @@ function Health({ robot, status }: { robot: Robot; status: Status }) {
         )}
       </section>
       <Outsiders status={status} />
+      {!robot.isPlayback.value && <Doctor machine={robot.machine} />}
     </div>
+  );
+}
+
+const kDoctorEachMs = 30_000;
+
+/** What `sinew doctor` says of the robot's machine. */
+function Doctor({ machine }: { machine: Machine }) {
+  const [said, setSaid] = useState<DoctorSays | null>(null);
+  const [why, setWhy] = useState("");
+  useEffect(() => {
+    let over = false;
+    const ask = () => get<DoctorSays>(`${machine.base}/api/doctor`, 15_000).then((s) => !over && (setSaid(s), setWhy("")), (e: Error) => !over && setWhy(e instanceof Refusal ? e.message : "The monitor does not answer."));
+    void ask();
+    const timer = setInterval(() => !hidden.peek() && void ask(), kDoctorEachMs);
+    return () => {
+      over = true;
+      clearInterval(timer);
+    };
+  }, [machine]);
+  const rank = { problem: 0, warning: 1, unknown: 2, ok: 3 };
+  const checks = [...(said?.checks ?? [])].sort((a, b) => rank[a.state] - rank[b.state]);
+  const ailing = checks.filter((c) => c.state === "problem" || c.state === "warning");
+  const rest = checks.filter((c) => !ailing.includes(c));
+  return (
+    <section class="doctor">
+      <h3>The machine, as sinew doctor sees it</h3>
+      {why && <p class="muted">{why}</p>}
+      {!said && !why && <p class="muted">Asking …</p>}
+      {said && ailing.length === 0 && <p><Badge tone="ok">good</Badge> {checks.length} checks found nothing that spoils its timing.</p>}
+      {ailing.length > 0 && <Checks list={ailing} />}
+      {rest.length > 0 && (
+        <details>
+          <summary>{rest.length} {rest.length === 1 ? "check" : "checks"} without a finding</summary>
+          <Checks list={rest} />
+        </details>
+      )}
+    </section>
+  );
+}
+
+function Checks({ list }: { list: DoctorSays["checks"] }) {
+  const tone = { problem: "bad", warning: "warn", unknown: "muted", ok: "ok" } as const;
+  return (
+    <ul class="checks">
+      {list.map((c) => (
+        <li key={c.id}>
+          <Badge tone={tone[c.state]}>{c.state}</Badge>
+          <div><b>{c.id}</b> {c.seen}{c.advice && <p class="muted">{c.advice}</p>}</div>
+        </li>
+      ))}
+    </ul>
   );
 }
 
@@ -98,7 +152,7 @@ function Permission({ robot, g }: { robot: Robot; g: Guardian }) {
             <CommandButton label="Emergency stop" kind="danger" title="Disarms: the guardian brings every actuator to its safe action at once" onClick={() => void robot.command("disarm")} />
             {asking ? (
               <>
-                <CommandButton label={`End the run of ${robot.name}`} kind="danger" onClick={() => (setAsking(false), void robot.command("stop"))} />
+                <CommandButton label={`End the run of ${robot.label}`} kind="danger" onClick={() => (setAsking(false), void robot.command("stop"))} />
                 <Button label="No" onClick={() => setAsking(false)} />
               </>
             ) : <Button label="End the run …" kind="quiet" onClick={() => setAsking(true)} />}

@@ -39,7 +39,7 @@ export function ImagesPanel({ robot, tile, set }: PanelProps) {
 }
 
 function NoPicture({ robot }: { robot: Robot }) {
-  if (robot.socket.state.value !== "open") return <Empty>Connecting to the messages of {robot.name} …</Empty>;
+  if (robot.socket.state.value !== "open") return <Empty>Connecting to the messages of {robot.label} …</Empty>;
   const some = robot.topics.value?.some((t) => t.bulk_bytes > 0);
   return <Empty title="No pictures">{some ? "The monitor sends no pictures of this robot: it may have been built without a JPEG library." : "This robot has no topic of pictures."}</Empty>;
 }
@@ -139,7 +139,7 @@ function useWholeWidth(robot: Robot, topic: string): number | null {
   const [width, setWidth] = useState<number | null>(null);
   useEffect(() => {
     let over = false;
-    fetch(`/${encodeURIComponent(robot.name)}/images/${encodeURIComponent(topic)}.jpg?quality=1`)
+    fetch(robot.picture(topic, { quality: 1 }))
       .then(async (r) => (r.ok ? createImageBitmap(await r.blob()) : null))
       .then((bitmap) => {
         if (bitmap && !over) setWidth(bitmap.width);

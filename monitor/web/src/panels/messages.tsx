@@ -31,7 +31,7 @@ export function MessagesPanel({ robot, tile, set }: PanelProps) {
         {topics.length > 0 && <Choice label="Topic" value={topic} options={topics.map((t) => [t, t] as const)} onChange={(t) => set({ topic: t })} />}
         {topics.length > 0 && <Button icon={held ? "play" : "pause"} label={held ? "Go on" : "Hold"} pressed={held} onClick={() => setHeld(!held)} />}
       </Tools>
-      {topic ? <Newest_ key={topic} robot={robot} topic={topic} held={held} /> : <Empty>{robot.socket.state.value === "open" ? "This robot has no topics." : `Connecting to the messages of ${robot.name} …`}</Empty>}
+      {topic ? <Newest_ key={topic} robot={robot} topic={topic} held={held} /> : <Empty>{robot.socket.state.value === "open" ? "This robot has no topics." : `Connecting to the messages of ${robot.label} …`}</Empty>}
     </>
   );
 }

@@ -8,6 +8,7 @@ import type { PanelProps } from "../panels";
 import type { Robot } from "../robot";
 import { getterOf, numbersOf, type Leaf } from "../ros2msg";
 import { csvOf, gridOf, Samples } from "../series";
+import { bars, isDense, line, type Place } from "../trace";
 import { Button, Choice, colour, cx, Dialog, download, Empty, seriesColour, Tools, useScheme, useSize } from "../ui";
 
 export interface FieldOfPlot {
@@ -133,7 +134,9 @@ function useLines(robot: Robot, fields: FieldOfPlot[]): { lines: Line[]; newest:
   return { lines, newest: () => newest.current };
 }
 
+const kColumn_px = 2; // the least and the greatest value of each are drawn
 const kFrameMs = 1000 / 60 - 2;
+const kLegendMs = 100; // nobody reads digits that change faster, and each change has the browser lay out and paint text
 
 function Plot({ robot, fields, window_s, held, hold, handle, remove }: {
   robot: Robot;
@@ -166,7 +169,7 @@ function Plot({ robot, fields, window_s, held, hold, handle, remove }: {
       range.current = { from: end - window_s, to: end };
     } else if (!force) return;
     const { from, to } = range.current;
-    const columns = Math.max(16, Math.min(1200, Math.round(u.bbox.width / devicePixelRatio)));
+    const columns = Math.max(16, Math.min(1200, Math.round(u.bbox.width / devicePixelRatio / kColumn_px)));
     u.batch(() => {
       for (const l of lines) l.samples.columns(from, to, columns, l.columns);
       u.setData([gridOf(from, to, columns), ...lines.map((l) => l.columns)] as unknown as uPlot.AlignedData, false);
@@ -197,9 +200,10 @@ function Plot({ robot, fields, window_s, held, hold, handle, remove }: {
       ],
       series: [
         {},
-        ...lines.map((l, i): uPlot.Series => ({ scale: scaleOf(l), stroke: seriesColour(i), width: 1.5, dash: i >= 8 ? (i >= 16 ? [2, 2] : [6, 3]) : [], spanGaps: true, points: { show: false } })),
+        ...lines.map((l, i): uPlot.Series => ({ scale: scaleOf(l), stroke: seriesColour(i), width: kLine_px, dash: i >= 8 ? (i >= 16 ? [2, 2] : [6, 3]) : [], paths: pathsOf, points: { show: false } })),
       ],
       hooks: {
+        drawSeries: [barsOf],
         setCursor: [(u) => {
           cursor.current = u.cursor.left != null && u.cursor.left >= 0 ? u.posToVal(u.cursor.left, "x") : null;
         }],
@@ -224,14 +228,18 @@ function Plot({ robot, fields, window_s, held, hold, handle, remove }: {
   }, [shape, size.width, size.height, scheme]);
 
   useEffect(() => {
-    let frame = 0, last = 0, drawn = NaN;
+    let frame = 0, last = 0, drawn = NaN, written = 0, at: number | null = NaN;
     const run = (now: number) => {
       frame = requestAnimationFrame(run);
       if (now - last < kFrameMs) return;
       last = now;
       if (newest() !== drawn) update(); // else the same picture
       drawn = newest();
-      writeLegend(legend.current, lines, cursor.current ?? range.current.to);
+      if (now - written >= kLegendMs || cursor.current !== at) {
+        writeLegend(legend.current, lines, cursor.current ?? range.current.to);
+        written = now;
+        at = cursor.current;
+      }
       (window as unknown as { sinewRedraws?: number }).sinewRedraws = ((window as unknown as { sinewRedraws?: number }).sinewRedraws ?? 0) + 1;
     };
     frame = requestAnimationFrame(run);
@@ -285,6 +293,30 @@ function Plot({ robot, fields, window_s, held, hold, handle, remove }: {
       }} onDblClick={() => hold(false)} />
     </div>
   );
+}
+
+const kLine_px = 1.5;
+
+function placeOf(u: uPlot, index: number): Place {
+  const { min, max } = u.scales[u.series[index]!.scale!] as { min: number; max: number };
+  const { left, top, width, height } = u.bbox;
+  const perUnit = -height / (max - min);
+  return { left, step: width / u.data[index]!.length, zero: top - max * perUnit, perUnit, top, bottom: top + height };
+}
+
+/** As uPlot asks for it. Where lines would fill an area, barsOf() draws. */
+function pathsOf(u: uPlot, index: number): uPlot.Series.Paths {
+  const columns = u.data[index] as (number | null)[], place = placeOf(u, index);
+  const path = new Path2D();
+  if (!isDense(columns, place.perUnit, devicePixelRatio)) line(columns, place, path);
+  return { stroke: path, fill: null, clip: null, band: null, flags: 0 };
+}
+
+function barsOf(u: uPlot, index: number) {
+  const columns = u.data[index] as (number | null)[], place = placeOf(u, index);
+  if (index === 0 || !isDense(columns, place.perUnit, devicePixelRatio)) return;
+  u.ctx.fillStyle = seriesColour(index - 1);
+  bars(columns, place, kLine_px * devicePixelRatio, (x, y, width, height) => u.ctx.fillRect(x, y, width, height));
 }
 
 function scaleOf(l: Line): string {

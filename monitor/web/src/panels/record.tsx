@@ -1,12 +1,11 @@
-// Recording: start, stop, the last seconds to a file; and the recorded runs of the monitor's folder.
+// Recording: start, stop, the last seconds to a file; and the recorded runs of the machine's folder.
 
-import { useEffect, useState } from "preact/hooks";
-import { get, Refusal, type Run } from "../api";
+import { useState } from "preact/hooks";
 import { bytes, clock, count } from "../format";
-import { info } from "../monitor";
 import type { PanelProps } from "../panels";
 import type { Robot } from "../robot";
-import { Badge, Button, CommandButton, Empty, useWatch } from "../ui";
+import { CommandButton, Empty, useWatch } from "../ui";
+import { Runs } from "./runs";
 
 interface Ended {
   path?: string;
@@ -18,7 +17,7 @@ export function RecordPanel({ robot }: PanelProps) {
   return (
     <div class="record">
       {robot.isPlayback.value ? <p class="muted">This is a recorded run: {robot.info.value.recording}</p> : <Recorder robot={robot} />}
-      <Runs />
+      <Runs machine={robot.machine} />
     </div>
   );
 }
@@ -75,41 +74,4 @@ function sum(lost: unknown): number {
 function verdictOf(r: Ended): string {
   const not = Object.keys(r.not_replayable ?? {}).length;
   return `Recorded ${r.path}, ${bytes(r.bytes)}; ${not === 0 ? "every module can be replayed" : `${not} modules cannot be replayed`}`;
-}
-
-function Runs() {
-  const [runs, setRuns] = useState<Run[] | null>(null);
-  const [why, setWhy] = useState("");
-  const there = info.value?.runs === true;
-  const ask = () => {
-    get<{ runs: Run[] }>("/api/runs").then((r) => (setRuns(r.runs), setWhy("")), (e: Error) => setWhy(e instanceof Refusal ? e.message : "The monitor does not answer."));
-  };
-  useEffect(() => {
-    if (!there) return;
-    ask();
-    const timer = setInterval(() => document.visibilityState === "visible" && ask(), 10_000);
-    return () => clearInterval(timer);
-  }, [there]);
-  return (
-    <section>
-      <div class="section-head"><h3>Recorded runs</h3><span class="space" />{there && <Button icon="reset" label="Look again" kind="quiet" hideLabel onClick={ask} />}</div>
-      {!there ? <p class="muted">This monitor was started without a folder of runs.</p> : why ? <p class="muted">{why}</p> : !runs ? <p class="muted">Asking …</p> : runs.length === 0 ? <p class="muted">None yet.</p> : (
-        <table class="table runs">
-          <thead><tr><th>Run</th><th>Robot</th><th class="r">Length</th><th class="r">Size</th><th>Result</th><th /></tr></thead>
-          <tbody>
-            {runs.map((r) => (
-              <tr key={r.name}>
-                <td class="num">{r.name}</td>
-                <td>{r.robot}</td>
-                <td class="r num">{clock(r.duration_s * 1e9)}</td>
-                <td class="r num">{bytes(r.bytes)}</td>
-                <td>{r.verdict ? <Badge tone={/not|fail|crash|FAIL|lost|interrupted/.test(r.verdict) ? "warn" : "ok"}>{r.verdict}</Badge> : <span class="muted">none said</span>}</td>
-                <td class="r"><a class="button quiet" href={`/api/runs/${encodeURIComponent(r.name)}/run.mcap`} download={`${r.name}.mcap`}>Download</a></td>
-              </tr>
-            ))}
-          </tbody>
-        </table>
-      )}
-    </section>
-  );
 }

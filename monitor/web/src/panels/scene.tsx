@@ -70,7 +70,7 @@ export function ScenePanel({ robot, tile, set }: PanelProps) {
   const topic = poses.some(([n]) => n === wished) ? wished : (withPosition?.[0] ?? "");
   const follow = tile.state.follow !== false;
   const joints = all.filter(([, s]) => s.fields.some((f) => f.name === "position_rad" && f.array !== null));
-  if (channels.size === 0) return <Empty>{robot.socket.state.value === "open" ? "This robot has no topics." : `Connecting to the messages of ${robot.name} …`}</Empty>;
+  if (channels.size === 0) return <Empty>{robot.socket.state.value === "open" ? "This robot has no topics." : `Connecting to the messages of ${robot.label} …`}</Empty>;
   if (!topic && joints.length === 0) return <Empty title="Nothing to show in space">No topic of this robot has an attitude (a field q_..._world_base) or joints (position_rad).</Empty>;
   return (
     <>

@@ -1,4 +1,4 @@
-#include "monitor/worker.hpp"
+#include "monitor/http/worker.hpp"
 
 #include <utility>
 
