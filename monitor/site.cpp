@@ -30,9 +30,9 @@ Site::Site(Robots& robots, Server& server, Options options)
       page_(options.panels),
       runs_(std::move(options.runs)),
       api_(robots, gate_, api_options(std::move(options.api), page_, runs_)),
-      streams_(robots, server),
-      pictures_(streams_, server),
-      live_(robots, server) {}
+      feeds_(robots, server),
+      pictures_(feeds_, server),
+      live_(robots, feeds_, server) {}
 
 void Site::answer(Request request, ConnectionId connection, const Server::Reply& reply) {
   const bool is_api = RobotApi::has(request.path);

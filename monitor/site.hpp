@@ -30,13 +30,14 @@ class Site {
   void answer(Request request, ConnectionId connection, const Server::Reply& reply);
   /// As Server::OnSocket.
   std::unique_ptr<Socket> open_socket(const Request& request, ConnectionId connection, Response& refusal);
+  RobotFeeds& feeds() { return feeds_; }
 
  private:
   Gate gate_;
   Page page_;
   Runs runs_;
   RobotApi api_;
-  ImageStreams streams_;
+  RobotFeeds feeds_;
   Pictures pictures_;
   LiveSite live_;
 };

@@ -43,8 +43,8 @@ struct Connection {
   std::size_t body_bytes = 0;  // that it announced
   bool too_long = false;
   Response response{};
-  Bytes piece{};         // being sent
-  std::size_t sent = 0;  // of it
+  std::optional<Piece> piece{};  // being sent
+  std::size_t sent = 0;          // of it
   bool head_only = false;
   std::unique_ptr<Socket> socket{};
   std::vector<std::byte> message{};  // that comes in
@@ -507,9 +507,10 @@ class LwsServer final : public Server {
     else if (!r.stream)
       ok = ok && (r.status == 304 || add("content-length", std::to_string(size)));
     if (!ok || lws_finalize_write_http_header(c.wsi, start, &at, end) != 0) return -1;
-    c.piece = c.head_only ? Bytes() : r.body;
+    c.piece.reset();
+    if (size > 0 && !c.head_only) c.piece = Piece{{}, r.body, {}};
     c.sent = 0;
-    if (!c.response.stream && (!c.piece || c.piece->empty())) return completed(c);
+    if (!c.response.stream && !c.piece) return completed(c);
     lws_callback_on_writable(c.wsi);
     return 0;
   }
@@ -527,22 +528,43 @@ class LwsServer final : public Server {
       if (c.head_only) return completed(c);
       c.piece = c.response.stream->next();
       c.sent = 0;
-      c.bounded = static_cast<bool>(c.piece);
+      c.bounded = c.piece.has_value();
       c.since = Clock::now();
       if (!c.piece) return c.response.stream->is_over() ? completed(c) : 0;
     }
     if (!c.piece) return 0;
-    const std::size_t left = c.piece->size() - c.sent, now = std::min(left, kPiece);
+    const Parts parts{as_span(c.piece->head), as_span(c.piece->bytes), as_span(c.piece->tail)};
+    const std::size_t left = size_of(parts) - c.sent, now = std::min(left, kPiece);
     const bool last = now == left && !c.response.stream;
-    // The library writes nothing before the bytes of HTTP/1.1, so they need no copy.
-    auto* const from = reinterpret_cast<unsigned char*>(const_cast<std::byte*>(c.piece->data() + c.sent));
+    // The library writes nothing before the bytes of HTTP/1.1, so those that are alone need no copy.
+    const bool alone = c.piece->head.empty() && c.piece->tail.empty();
+    auto* const from = alone ? reinterpret_cast<unsigned char*>(const_cast<std::byte*>(c.piece->bytes->data() + c.sent))
+                             : gather(parts, c.sent, now);
     if (lws_write(c.wsi, from, now, last ? LWS_WRITE_HTTP_FINAL : LWS_WRITE_HTTP) < static_cast<int>(now)) return -1;
     c.sent += now;
     c.since = Clock::now();
     if (last) return completed(c);
-    if (c.sent == c.piece->size()) c.piece.reset();
+    if (now == left) c.piece.reset();
     lws_callback_on_writable(c.wsi);
     return 0;
+  }
+
+  using Parts = std::array<std::span<const std::byte>, 3>;
+  static std::span<const std::byte> as_span(const std::string& text) { return std::as_bytes(std::span(text)); }
+  static std::span<const std::byte> as_span(const Bytes& bytes) {
+    return bytes ? std::span(*bytes) : std::span<const std::byte>();
+  }
+  static std::size_t size_of(const Parts& parts) { return parts[0].size() + parts[1].size() + parts[2].size(); }
+
+  /// `size` bytes of the parts in a row, from `begin`; the library may write before them.
+  unsigned char* gather(const Parts& parts, std::size_t begin, std::size_t size) {
+    unsigned char *const start = frame_.data() + LWS_PRE, *to = start;
+    for (const auto& part : parts) {
+      const std::size_t skipped = std::min(begin, part.size()), taken = std::min(part.size() - skipped, size);
+      if (taken > 0) std::memcpy(to, part.data() + skipped, taken);
+      begin -= skipped, size -= taken, to += taken;
+    }
+    return start;
   }
 
   // ---- WebSockets
@@ -611,17 +633,12 @@ class LwsServer final : public Server {
       cork(c, c.out.has_value());
       if (!c.out) return 0;
     }
-    const std::span<const std::byte> head = c.out->head,
-                                     bytes = c.out->bytes ? std::span(*c.out->bytes) : std::span<const std::byte>();
-    const std::size_t size = head.size() + bytes.size(), left = size - c.sent, now = std::min(left, kPiece);
-    // Before a frame the library writes its head, therefore a copy.
-    const std::size_t of_head = c.sent < head.size() ? std::min(head.size() - c.sent, now) : 0;
-    if (of_head > 0) std::memcpy(frame_.data() + LWS_PRE, head.data() + c.sent, of_head);
-    if (now > of_head)
-      std::memcpy(frame_.data() + LWS_PRE + of_head, bytes.data() + (c.sent + of_head - head.size()), now - of_head);
+    const Parts parts{c.out->head, as_span(c.out->bytes), {}};
+    const std::size_t size = size_of(parts), left = size - c.sent, now = std::min(left, kPiece);
     const int kind = lws_write_ws_flags(c.out->binary ? LWS_WRITE_BINARY : LWS_WRITE_TEXT, c.sent == 0, now == left);
-    if (lws_write(c.wsi, frame_.data() + LWS_PRE, now, static_cast<lws_write_protocol>(kind)) < static_cast<int>(now))
-      return -1;
+    // Before a frame the library writes its head, therefore a copy.
+    unsigned char* const from = gather(parts, c.sent, now);
+    if (lws_write(c.wsi, from, now, static_cast<lws_write_protocol>(kind)) < static_cast<int>(now)) return -1;
     c.sent += now;
     c.since = Clock::now();
     if (c.sent == size) c.out.reset();

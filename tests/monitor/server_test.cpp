@@ -207,7 +207,10 @@ TEST(HttpServer, AStreamSendsItsPiecesAsTheyCome) {
     std::atomic<bool>* ended;
     int given = 0;
     ~Numbers() override { ended->store(true); }
-    Bytes next() override { return given < ready->load() ? bytes_of("<" + std::to_string(++given) + ">") : nullptr; }
+    std::optional<Piece> next() override {
+      if (given == ready->load()) return std::nullopt;
+      return Piece{"<", bytes_of(std::to_string(++given)), ">"};
+    }
     bool is_over() const override { return given == 3; }
   };
   std::atomic<int> ready{1};
