@@ -25,6 +25,10 @@ images::PixelView pixels_of(const tap::Message& message, const tap::Topic& topic
   return {{pixels, topic.bulk_bytes}, head.width, head.height, head.stride, head.format};
 }
 
+bool contains(const std::vector<std::uint32_t>& topics, std::uint32_t topic) {
+  return std::find(topics.begin(), topics.end(), topic) != topics.end();
+}
+
 }  // namespace
 
 struct RobotPictures::Look final : Viewer {
@@ -35,14 +39,17 @@ struct RobotPictures::Look final : Viewer {
   }
   void want(const Recipe& recipe) override {
     std::optional<std::uint32_t> last;
+    bool is_followed = false;
     {
       const std::lock_guard lock(pictures->mutex_);
       seat->wants = true, seat->recipe = recipe;
       last = seat->last;
+      is_followed = contains(pictures->followed_, seat->topic);
     }
     // Where nothing newer is there yet, the message that comes wakes the thread.
     const auto message = pictures->topics_.reader().newest(seat->topic);
-    if (!last || !message || message->sequence != *last || pictures->topics_.is_gone()) pictures->waiter_.wake();
+    const bool is_next = last && message && message->sequence == *last && is_followed;
+    if (!is_next || pictures->topics_.is_gone()) pictures->waiter_.wake();
   }
   const std::shared_ptr<RobotPictures> pictures;
   const std::shared_ptr<Seat> seat;
@@ -110,14 +117,11 @@ void RobotPictures::serve() {
         if (seat->wants) wishes.push_back({seat, seat->recipe, seat->last});
       }
     }
-    const auto has = [](const std::vector<std::uint32_t>& topics, std::uint32_t topic) {
-      return std::find(topics.begin(), topics.end(), topic) != topics.end();
-    };
     bool is_new = false;  // somebody waits for a topic that is not followed yet
     for (const Wish& w : wishes)
-      if (!serve(*w.seat, w.recipe, w.last)) is_new = is_new || !has(waiter_.followed(), w.seat->topic);
+      if (!serve(*w.seat, w.recipe, w.last)) is_new = is_new || !contains(waiter_.followed(), w.seat->topic);
     const hal::Time now = hal::system_os().now();
-    const auto has_viewers = [&](std::uint32_t topic) { return has(looked_at, topic); };
+    const auto has_viewers = [&](std::uint32_t topic) { return contains(looked_at, topic); };
     if (std::all_of(waiter_.followed().begin(), waiter_.followed().end(), has_viewers) &&
         std::all_of(newest_.begin(), newest_.end(), [&](const auto& n) { return has_viewers(n.first); }))
       forgets_at_.reset();
@@ -125,6 +129,10 @@ void RobotPictures::serve() {
       forgets_at_ = now + kLinger;
     if (is_new || (forgets_at_ && now >= *forgets_at_)) {
       waiter_.follow(looked_at);
+      {
+        const std::lock_guard lock(mutex_);
+        followed_ = looked_at;
+      }
       std::erase_if(newest_, [&](const auto& n) { return !has_viewers(n.first); });
       forgets_at_.reset();
       continue;  // a message may have come before the robot knew

@@ -89,9 +89,10 @@ class RobotPictures {
 
   RobotTopics& topics_;
   RobotTopics::Waiter waiter_;
-  mutable std::mutex mutex_;  // of the next three
+  mutable std::mutex mutex_;  // of the next four
   bool stop_ = false;
   Seats seats_;
+  std::vector<std::uint32_t> followed_;  // topics whose messages wake the thread
   Counters counters_;
   // The picture thread's.
   std::optional<hal::Time> forgets_at_{};  // topics that nobody looks at any more

@@ -17,6 +17,7 @@
 #include <mutex>
 #include <thread>
 #include <unordered_map>
+#include <utility>
 
 #include "monitor/http/path.hpp"
 
@@ -25,10 +26,11 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::size_t kPiece = 64 << 10;           // written at once: what the library may keep for a slow peer
-constexpr int kUnsent = 8 << 10;                   // bytes of a WebSocket that may wait in the system for the link
-constexpr unsigned kMostDoomed = 64;               // connections that are being ended to make room
-constexpr std::size_t kMostHeaderBytes = 8 << 10;  // of a request, and of a response
+constexpr std::size_t kPiece = 64 << 10;  // written at once: what the library may keep for a slow peer
+constexpr int kUnsent = 8 << 10;          // bytes of a WebSocket that may wait in the system for the link
+constexpr auto kSweep = std::chrono::milliseconds(500);  // between two looks for connections that do not get on
+constexpr unsigned kMostDoomed = 64;                     // connections that are being ended to make room
+constexpr std::size_t kMostHeaderBytes = 8 << 10;        // of a request, and of a response
 
 struct Connection {
   lws* wsi = nullptr;
@@ -50,6 +52,8 @@ struct Connection {
   std::vector<std::byte> message{};  // that comes in
   std::optional<Socket::Message> out{};
   bool corked = false;
+  bool responding = false;  // a response is being made or sent
+  bool speaks = false;      // meanwhile, when it was looked at last
 };
 
 std::string header_of(lws* wsi, lws_token_indexes token) {
@@ -331,9 +335,11 @@ class LwsServer final : public Server {
   /// Ends connections that do not get on.
   void tick() {
     const auto now = Clock::now();
+    const bool is_sweep = now - swept_ >= kSweep;
+    if (is_sweep) swept_ = now;
     for (auto& [wsi, c] : connections_)
-      if (c->bounded && now - c->since > options_.patience) {
-        c->bounded = false;
+      if (is_sweep && ((c->bounded && now - c->since > options_.patience) || interrupts(*c))) {
+        c->bounded = false, c->responding = false;
         lws_set_timeout(wsi, PENDING_TIMEOUT_USER_OK, LWS_TO_KILL_ASYNC);
       }
     std::vector<std::function<void()>> due;
@@ -346,7 +352,7 @@ class LwsServer final : public Server {
   }
 
   void schedule() {
-    auto in = std::chrono::microseconds(1000000);
+    std::chrono::microseconds in = kSweep;
     if (!later_.empty())
       in = std::clamp(std::chrono::duration_cast<std::chrono::microseconds>(later_.begin()->first - Clock::now()),
                       std::chrono::microseconds(1), in);
@@ -471,7 +477,10 @@ class LwsServer final : public Server {
     pending.reset();
     handling_ = 0;
     c.request = {};
-    if (!direct_) return 0;
+    if (!direct_) {
+      c.responding = true;
+      return 0;
+    }
     Response response = std::move(*direct_);
     direct_.reset();
     return respond(c, std::move(response));
@@ -511,14 +520,25 @@ class LwsServer final : public Server {
     if (size > 0 && !c.head_only) c.piece = Piece{{}, r.body, {}};
     c.sent = 0;
     if (!c.response.stream && !c.piece) return completed(c);
+    c.responding = true;
     lws_callback_on_writable(c.wsi);
     return 0;
+  }
+
+  /// While a response is made and sent, the library reads nothing, but is woken without end by what has come, also by
+  /// the end of the connection. Who speaks then for longer than a sweep ends: no client of ours sends one request into
+  /// the response to another.
+  static bool interrupts(Connection& c) {
+    char byte = 0;
+    const bool speaks = c.responding && recv(lws_get_socket_fd(c.wsi), &byte, 1, MSG_PEEK | MSG_DONTWAIT) >= 0;
+    return std::exchange(c.speaks, speaks) && speaks;
   }
 
   int completed(Connection& c) {
     const bool close = c.too_long || static_cast<bool>(c.response.stream);
     c.response = {}, c.piece.reset(), c.bounded = false;  // the library bounds how long it may stay idle
     c.idle = true, c.since = Clock::now();
+    c.responding = false;
     return lws_http_transaction_completed(c.wsi) != 0 || close ? -1 : 0;
   }
 
@@ -654,6 +674,7 @@ class LwsServer final : public Server {
   lws_vhost* vhost_ = nullptr;
   std::uint16_t port_ = 0;
   Timer timer_;
+  Clock::time_point swept_{};
   std::thread::id thread_{};
   std::atomic<bool> stop_{false};
   std::mutex mutex_;  // of the next two

@@ -195,6 +195,25 @@ TEST_F(MonitorPictures, OneEncodingHoweverManyLookAndNoneWhenNobodyDoes) {
   } while (encoded() != before);
 }
 
+TEST_F(MonitorPictures, AViewerThatWantsTheNextOneAtOnceGetsIt) {
+  std::shared_ptr<RobotPictures::Viewer> viewer;
+  std::promise<void> enough;
+  std::atomic<int> calls{0};
+  SiteRig rig;
+  const auto feed = feed_of(rig);
+  ASSERT_TRUE(feed);
+  const auto pictures = feed->pictures();
+  std::string why;
+  viewer = RobotPictures::look(pictures, *pictures->find("eye.image", why), [&](const auto&) {
+    if (++calls < 6) viewer->want({});
+    if (calls == 6) enough.set_value();
+    return true;
+  });
+  viewer->want({});
+  enough.get_future().wait();
+  viewer.reset();
+}
+
 TEST_F(MonitorPictures, AViewerThatHasNoUseForAPictureStillWantsOne) {
   std::promise<std::string> said;
   std::atomic<int> calls{0};

@@ -236,6 +236,31 @@ TEST(HttpServer, AStreamSendsItsPiecesAsTheyCome) {
   EXPECT_TRUE(ended);
 }
 
+TEST(HttpServer, APeerThatLeavesWhileItsResponseIsMadeIsNoMore) {
+  struct Silent final : Stream {
+    std::optional<Piece> next() override { return std::nullopt; }
+  };
+  std::vector<Server::Reply> held;
+  Rig rig([&](const Request& r, ConnectionId, const Server::Reply& reply) {
+    if (r.path == "/held") return held.push_back(reply);
+    Response response;
+    response.stream = std::make_unique<Silent>();
+    reply(std::move(response));
+  });
+  for (const char* path : {"/held", "/silent"}) {
+    HttpClient client(rig.port());
+    client.send(std::string("GET ") + path + " HTTP/1.1\r\nHost: x\r\n\r\n");
+    if (path == std::string("/silent")) client.reply(true);
+    const auto until = std::chrono::steady_clock::now() + 10s;
+    while (rig.server->counters().requests == 0 && std::chrono::steady_clock::now() < until)
+      std::this_thread::sleep_for(1ms);
+  }
+  const auto until = std::chrono::steady_clock::now() + 10s;
+  while (rig.server->counters().open > 0 && std::chrono::steady_clock::now() < until) std::this_thread::sleep_for(1ms);
+  EXPECT_EQ(rig.server->counters().open, 0u);
+  held.clear();  // an answer needs the server
+}
+
 TEST(HttpServer, SaysWhyItCannotListen) {
   Rig rig(echo);
   ServerOptions options;
