@@ -8,6 +8,8 @@
 #include <netinet/in.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
+#include <sys/timerfd.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -141,6 +143,12 @@ class LwsServer final : public Server {
       return false;
     }
     port_ = static_cast<std::uint16_t>(lws_get_vhost_listen_port(vhost_));
+    lws_sock_file_fd_type timer{};
+    timer.filefd = timer_fd_ = timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC | TFD_NONBLOCK);
+    if (timer_fd_ < 0 || !lws_adopt_descriptor_vhost(vhost_, LWS_ADOPT_RAW_FILE_DESC, timer, "http", nullptr)) {
+      why = "there is no timer to be had";
+      return false;
+    }
     return true;
   }
 
@@ -148,7 +156,6 @@ class LwsServer final : public Server {
 
   void run() override {
     thread_ = std::this_thread::get_id();
-    timer_.server = this;
     tick();
     while (!stop_.load(std::memory_order_relaxed) && lws_service(context_, 0) >= 0) {
     }
@@ -211,6 +218,11 @@ class LwsServer final : public Server {
       case LWS_CALLBACK_EVENT_WAIT_CANCELLED:
         drain();
         return 0;
+      case LWS_CALLBACK_RAW_RX_FILE: {
+        std::uint64_t ticks = 0;
+        if (read(timer_fd_, &ticks, sizeof ticks) == sizeof ticks) tick();
+        return 0;
+      }
       case LWS_CALLBACK_HTTP:
         return with(wsi, [&](Connection& c) { return request(c); });
       case LWS_CALLBACK_HTTP_BODY:
@@ -247,11 +259,6 @@ class LwsServer final : public Server {
   }
 
  private:
-  struct Timer {
-    lws_sorted_usec_list_t list{};  // first: the library gives its address back
-    LwsServer* server = nullptr;
-  };
-
   lws_protocols protocol(const char* name) {
     lws_protocols p{};
     p.name = name;
@@ -351,14 +358,14 @@ class LwsServer final : public Server {
     schedule();
   }
 
+  /// By a timer of the system: the library's own are looked at without pause for the last millisecond before each.
   void schedule() {
-    std::chrono::microseconds in = kSweep;
-    if (!later_.empty())
-      in = std::clamp(std::chrono::duration_cast<std::chrono::microseconds>(later_.begin()->first - Clock::now()),
-                      std::chrono::microseconds(1), in);
-    lws_sul_schedule(
-        context_, 0, &timer_.list, [](lws_sorted_usec_list_t* list) { reinterpret_cast<Timer*>(list)->server->tick(); },
-        in.count());
+    Clock::time_point next = swept_ + kSweep;
+    if (!later_.empty()) next = std::min(next, later_.begin()->first);
+    const auto ns = std::chrono::duration_cast<std::chrono::nanoseconds>(next.time_since_epoch()).count();
+    itimerspec when{};
+    when.it_value = {static_cast<time_t>(ns / 1'000'000'000), static_cast<long>(ns % 1'000'000'000)};
+    timerfd_settime(timer_fd_, TFD_TIMER_ABSTIME, &when, nullptr);
   }
 
   void drain() {
@@ -673,7 +680,7 @@ class LwsServer final : public Server {
   lws_context* context_ = nullptr;
   lws_vhost* vhost_ = nullptr;
   std::uint16_t port_ = 0;
-  Timer timer_;
+  int timer_fd_ = -1;  // the library closes it
   Clock::time_point swept_{};
   std::thread::id thread_{};
   std::atomic<bool> stop_{false};
