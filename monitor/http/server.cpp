@@ -54,8 +54,9 @@ struct Connection {
   std::vector<std::byte> message{};  // that comes in
   std::optional<Socket::Message> out{};
   bool corked = false;
-  bool responding = false;  // a response is being made or sent
-  bool speaks = false;      // meanwhile, when it was looked at last
+  std::size_t held_back = 0;  // bytes given to the system since then
+  bool responding = false;    // a response is being made or sent
+  bool speaks = false;        // meanwhile, when it was looked at last
 };
 
 std::string header_of(lws* wsi, lws_token_indexes token) {
@@ -609,7 +610,7 @@ class LwsServer final : public Server {
   /// Messages that follow one another at once share packets: each packet is one more that may be lost.
   static void cork(Connection& c, bool corked) {
     if (c.corked == corked) return;
-    c.corked = corked;
+    c.corked = corked, c.held_back = 0;
     set(c.wsi, TCP_CORK, corked ? 1 : 0);
   }
 
@@ -669,6 +670,9 @@ class LwsServer final : public Server {
     c.sent += now;
     c.since = Clock::now();
     if (c.sent == size) c.out.reset();
+    // With half of kUnsent the system takes no more, and we would not learn that there is none to come.
+    c.held_back += now;
+    if (c.held_back >= kUnsent / 2) cork(c, false);
     lws_callback_on_writable(c.wsi);
     return 0;
   }

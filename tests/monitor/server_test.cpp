@@ -261,6 +261,39 @@ TEST(HttpServer, APeerThatLeavesWhileItsResponseIsMadeIsNoMore) {
   held.clear();  // an answer needs the server
 }
 
+TEST(HttpServer, AMessageOfSomeKilobytesIsNotHeldBackForTheNext) {
+  struct Pages final : Socket {
+    std::atomic<int>* asked;
+    int given = 0;
+    bool receive(bool, std::span<const std::byte>) override { return true; }
+    std::optional<Message> next() override {
+      if (given == asked->load()) return std::nullopt;
+      return Message{true, bytes_of(std::string(6000, '.') + "<" + std::to_string(++given) + ">"), {}};
+    }
+  };
+  std::atomic<int> asked{0};
+  std::atomic<ConnectionId> connection{0};
+  Rig rig(echo, {}, [&](const Request&, ConnectionId id, Response&) {
+    auto pages = std::make_unique<Pages>();
+    pages->asked = &asked;
+    connection = id;
+    return pages;
+  });
+  HttpClient client(rig.port());
+  client.send(
+      "GET / HTTP/1.1\r\nHost: x\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+      "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n\r\n");
+  ASSERT_EQ(client.reply(true).status, 101);
+  // The system gives back what is held back after 200 ms: our patience is over then.
+  const auto until = std::chrono::steady_clock::now() + 10s;
+  for (int i = 1; i <= 100 && std::chrono::steady_clock::now() < until; ++i) {
+    asked = i;
+    rig.server->wake(connection);
+    ASSERT_TRUE(client.wait_for("<" + std::to_string(i) + ">"));
+  }
+  EXPECT_EQ(asked, 100);
+}
+
 TEST(HttpServer, SaysWhyItCannotListen) {
   Rig rig(echo);
   ServerOptions options;
