@@ -17,7 +17,7 @@ import sys
 import tempfile
 import time
 
-from monitor_rig import ROOT, Movie, Site, WebSocket, memory_kb, processor_ns
+from monitor_rig import ROOT, Movie, Site, WebSocket, ask, memory_kb, processor_ns
 
 TOPICS = {"/camera.raw/jpeg", "/pad.sighting", "/filter.state", "/imu.raw", "/mixer.motors", "/guardian.state", "/range.raw",
           "/sinew/status"}
@@ -27,7 +27,7 @@ class Browser:
     """Chromium with the page, without a window."""
 
     def __init__(self, port):
-        self.folder = tempfile.TemporaryDirectory()
+        self.folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)  # its children may still write
         self.process = subprocess.Popen(
             ["chromium", "--headless=new", "--no-sandbox", "--disable-gpu", "--remote-debugging-port=0", "--no-first-run",
              f"--user-data-dir={self.folder.name}", "--window-size=1600,1000", f"http://127.0.0.1:{port}/"],
@@ -64,9 +64,10 @@ def main():
                 time.sleep(1.5)
                 load = begin(site.port)
                 time.sleep(1)
-                before = processor_ns(site.monitor.pid), processor_ns(site.robot.pid), time.monotonic()
+                flies = ask(site.folder.name, "quad", "hello")["pid"]
+                before = processor_ns(site.monitor.pid), processor_ns(flies), time.monotonic()
                 time.sleep(o.seconds)
-                after = processor_ns(site.monitor.pid), processor_ns(site.robot.pid), time.monotonic()
+                after = processor_ns(site.monitor.pid), processor_ns(flies), time.monotonic()
                 memory = memory_kb(site.monitor.pid)
                 for one in load if isinstance(load, list) else [load] if load else []:
                     one.stop()

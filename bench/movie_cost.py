@@ -5,7 +5,8 @@ usage: bench/movie_cost.py [--pairs 9] [--seconds 4] [--scene discs|squares] [--
 
 Both get pictures of 640x480 yuyv at 30 Hz (tests/monitor/camera_scene.hpp), ustreamer by bench/v4l2_stand_in.cpp, and make
 JPEGs of quality 80. The turns are alternated; ustreamer goes on without viewers during ours. Needs Debian's ustreamer; builds nothing:
-targets sinew-monitor, monitor_robot, v4l2_stand_in. Exit code 1: a goal is clearly missed; 77: skipped, with the reason.
+targets
+sinew-monitor, monitor_robot, v4l2_stand_in, jpeg_floor. Exit code 1: a goal is clearly missed; 77: skipped, with the reason.
 """
 import argparse
 import os
@@ -45,6 +46,13 @@ def turn(pid, port, path, viewers, seconds):
             "share": used / 1e7 / seconds, "sampling": sampling(movies[0])}
 
 
+def floor_us(build, seconds, options):
+    """Of libjpeg-turbo alone."""
+    said = subprocess.run([build / "bench/jpeg_floor", str(max(1, round(seconds))), *options], stdout=subprocess.PIPE, text=True,
+                          check=True).stdout
+    return float(said.split()[0])
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--pairs", type=int, default=9)
@@ -60,6 +68,8 @@ def main():
         robot.append("--discs")
         os.environ["SINEW_DISCS"] = "1"
     turns = {name: [] for name in ("ustreamer", "420", "422", "four")}
+    floors = []
+    squares = ["--squares"] if o.scene == "squares" else []
     with Site(o.build, robot, "movie") as site:
         env = {**os.environ, "LD_PRELOAD": str(o.build / "bench/libv4l2_stand_in.so")}
         streamer = subprocess.Popen(
@@ -81,7 +91,8 @@ def main():
 
             for pair in range(o.pairs):
                 steps = [theirs, lambda: ours("420", 1, "chroma=420"), lambda: ours("four", 4, "chroma=420"),
-                         lambda: ours("422", 1, "chroma=422")]
+                         lambda: ours("422", 1, "chroma=422"),
+                         lambda: floors.append(floor_us(o.build, o.seconds, squares))]
                 for step in steps if pair % 2 == 0 else reversed(steps):
                     step()
             memory = memory_kb(site.monitor.pid)
@@ -95,6 +106,10 @@ def main():
 
     def ratios(a, b):
         return [x["us"] / y["us"] for x, y in zip(turns[a], turns[b])]
+    print(f"  {'floor':<10} {statistics.median(floors):7.0f} us a picture: libjpeg-turbo alone, 4:2:0, at 30 Hz")
+    floor = [f / t["us"] for f, t in zip(floors, turns["ustreamer"])]
+    report("libjpeg-turbo alone / ustreamer", floor, 0)
+    report("movie 4:2:0 / libjpeg-turbo alone", [t["us"] / f for t, f in zip(turns["420"], floors)], 0)
     good = report("movie 4:2:0 / ustreamer", ratios("420", "ustreamer"), 0.30)
     report("movie 4:2:2 / ustreamer", ratios("422", "ustreamer"), 0)
     good &= report("four viewers / one", ratios("four", "420"), 1.2)

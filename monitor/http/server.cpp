@@ -31,6 +31,7 @@ using Clock = std::chrono::steady_clock;
 constexpr std::size_t kPiece = 64 << 10;  // written at once: what the library may keep for a slow peer
 constexpr int kUnsent = 8 << 10;          // bytes of a WebSocket that may wait in the system for the link
 constexpr auto kSweep = std::chrono::milliseconds(500);  // between two looks for connections that do not get on
+constexpr std::size_t kMostHeldBack = kUnsent / 4;       // bytes of messages that share packets
 constexpr unsigned kMostDoomed = 64;                     // connections that are being ended to make room
 constexpr std::size_t kMostHeaderBytes = 8 << 10;        // of a request, and of a response
 
@@ -672,7 +673,7 @@ class LwsServer final : public Server {
     if (c.sent == size) c.out.reset();
     // With half of kUnsent the system takes no more, and we would not learn that there is none to come.
     c.held_back += now;
-    if (c.held_back >= kUnsent / 2) cork(c, false);
+    if (c.held_back >= kMostHeldBack) cork(c, false);
     lws_callback_on_writable(c.wsi);
     return 0;
   }
