@@ -69,7 +69,7 @@ std::optional<PictureRequest> parse_picture_request(const Request& request, bool
   const std::size_t dot = file.rfind('.');
   const std::string_view ending = dot == std::string_view::npos ? std::string_view() : file.substr(dot + 1);
   r.topic = file.substr(0, dot);
-  r.movie = r.recipe.as_part = ending == "mjpg";
+  r.movie = ending == "mjpg";
   const auto kind = images::kind_of(r.movie ? "jpg" : ending);
   if (!kind) {
     why = fmt::format("'{}': a picture ends in .jpg, .png, .tiff or .bmp, a movie in .mjpg", file);

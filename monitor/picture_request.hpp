@@ -3,7 +3,7 @@
 #include <string>
 
 #include "monitor/http/server.hpp"
-#include "monitor/image_stream.hpp"
+#include "monitor/robot_pictures.hpp"
 
 namespace sinew::monitor {
 

@@ -2,17 +2,22 @@
 
 #include <fmt/format.h>
 
+#include <mutex>
+#include <utility>
+
 #include "monitor/picture_request.hpp"
 
 namespace sinew::monitor {
 namespace {
+
+constexpr std::string_view kBoundary = "sinew-picture";  // of a multipart movie
 
 std::string entity_tag(const Picture& picture) {
   return fmt::format("\"{:x}-{:x}\"", picture.sequence, static_cast<std::uint64_t>(picture.stamp_ns));
 }
 
 Response picture_response(const Request& request, const Picture& picture, images::Kind kind) {
-  if (!picture.why.empty()) return plain(400, picture.why);
+  if (!picture.file) return plain(400, picture.why);
   Response r;
   r.media_type = images::media_type(kind);
   r.headers = {{"etag", entity_tag(picture)},
@@ -22,95 +27,104 @@ Response picture_response(const Request& request, const Picture& picture, images
   if (request.if_none_match == entity_tag(picture))
     r.status = 304;
   else
-    r.body = picture.bytes;
+    r.body = picture.file;
   return r;
 }
 
-/// The movie of one viewer: always the newest picture, never one twice.
+/// What the picture thread hands to the server's.
+struct Slot {
+  std::mutex mutex{};
+  std::shared_ptr<const Picture> picture{};
+  bool over = false;  // the robot has ended
+
+  void put(const std::shared_ptr<const Picture>& next) {
+    const std::lock_guard lock(mutex);
+    picture = next, over = over || !next;
+  }
+  std::shared_ptr<const Picture> take() {
+    const std::lock_guard lock(mutex);
+    return std::exchange(picture, nullptr);
+  }
+  bool is_over() {
+    const std::lock_guard lock(mutex);
+    return over && !picture;
+  }
+};
+
+/// The movie of one viewer: a picture is asked for when the connection can take one, so that each is the newest.
 class Movie final : public Stream {
  public:
-  Movie(std::shared_ptr<ImageStream> stream, std::shared_ptr<ImageStream::Viewer> viewer)
-      : stream_(std::move(stream)), viewer_(std::move(viewer)) {}
-  Bytes next() override {
-    const Picture picture = viewer_->newest();
-    if (picture.serial == shown_) return nullptr;
-    shown_ = picture.serial;
-    failed_ = !picture.why.empty();
-    return picture.bytes;
+  Movie(const std::shared_ptr<RobotPictures>& pictures, std::uint32_t topic, Recipe recipe, std::function<void()> wake)
+      : recipe_(std::move(recipe)), slot_(std::make_shared<Slot>()) {
+    viewer_ = RobotPictures::look(pictures, topic, [slot = slot_, wake = std::move(wake)](const auto& picture) {
+      slot->put(picture);
+      wake();
+      return true;
+    });
   }
-  bool is_over() const override { return failed_ || stream_->is_gone(); }
+  std::optional<Piece> next() override {
+    const auto picture = slot_->take();
+    if (!picture) {
+      if (!wants_) viewer_->want(recipe_);
+      wants_ = true;
+      return std::nullopt;
+    }
+    wants_ = false;
+    failed_ = !picture->file;
+    if (failed_) return std::nullopt;
+    Piece piece;
+    if (!begun_) piece.head = fmt::format("--{}\r\n", kBoundary);
+    begun_ = true;
+    piece.head += fmt::format("content-type: {}\r\ncontent-length: {}\r\n\r\n", images::media_type(recipe_.kind),
+                              picture->file->size());
+    piece.bytes = picture->file;
+    // Browsers show a picture when the next one begins.
+    piece.tail = fmt::format("\r\n--{}\r\n", kBoundary);
+    return piece;
+  }
+  bool is_over() const override { return failed_ || slot_->is_over(); }
 
  private:
-  const std::shared_ptr<ImageStream> stream_;
-  const std::shared_ptr<ImageStream::Viewer> viewer_;
-  std::uint64_t shown_ = 0;
-  bool failed_ = false;
+  const Recipe recipe_;
+  const std::shared_ptr<Slot> slot_;
+  std::shared_ptr<RobotPictures::Viewer> viewer_;
+  bool wants_ = false, begun_ = false, failed_ = false;
 };
 
 /// A request for one picture that waits for it.
 struct OnePicture {
   Request request;
   images::Kind kind = images::Kind::jpeg;
-  std::shared_ptr<ImageStream> stream{};
-  std::shared_ptr<ImageStream::Viewer> viewer{};
   Server::Reply reply{};  // empty: answered
+  std::shared_ptr<RobotPictures::Viewer> viewer{};
 
-  void look() {
-    if (!reply) return;
-    const Picture picture = viewer->newest();
-    if (picture.serial > 0) return answer(picture_response(request, picture, kind));
-    if (stream->is_gone()) answer(plain(410, "the robot has ended"));
-  }
   void answer(Response response) {
     if (!reply) return;
     reply(std::move(response));
     reply = nullptr;
-    viewer.reset(), stream.reset();
+    viewer.reset();
   }
 };
 
+void send_one(Server& server, const std::shared_ptr<RobotPictures>& pictures, std::uint32_t topic,
+              const Request& request, const Recipe& recipe, const Server::Reply& reply) {
+  const auto one = std::make_shared<OnePicture>();
+  one->request = request, one->kind = recipe.kind, one->reply = reply;
+  one->viewer =
+      RobotPictures::look(pictures, topic, [server = &server, weak = std::weak_ptr(one)](const auto& picture) {
+        server->post([weak, picture] {
+          const auto here = weak.lock();
+          if (here)
+            here->answer(picture ? picture_response(here->request, *picture, here->kind)
+                                 : plain(410, "the robot has ended"));
+        });
+        return true;
+      });
+  one->viewer->want(recipe);
+  server.after(Pictures::kFirst, [one] { one->answer(plain(503, "no picture came within 2 s")); });
+}
+
 }  // namespace
-
-void ImageStreams::with(const std::string& robot, const std::string& topic, WithStream what) {
-  const Key key{robot, topic};
-  const auto known = entries_.find(key);
-  if (known != entries_.end() && !known->second.stream->is_gone()) {
-    known->second.used = std::chrono::steady_clock::now();
-    return what(known->second.stream, "");
-  }
-  const auto link = robots_.find(robot);
-  if (!link) return what(nullptr, fmt::format("no robot '{}' runs", robot));
-  if (entries_.size() >= kMost && known == entries_.end())
-    return what(nullptr, fmt::format("{} topics are being shown already", entries_.size()));
-  const bool taken = link->post([this, key, what] {  // connecting waits for the robot
-    std::string why;
-    std::shared_ptr<ImageStream> stream = ImageStream::open(key.first, key.second, why);
-    server_.post([this, key, what, stream, why] {
-      if (!stream) return what(nullptr, why);
-      Entry& entry = entries_[key];
-      if (!entry.stream || entry.stream->is_gone()) entry.stream = stream;
-      entry.used = std::chrono::steady_clock::now();
-      if (!letting_go_) let_go();
-      what(entry.stream, "");
-    });
-  });
-  if (!taken) what(nullptr, "too many requests wait for this robot");
-}
-
-void ImageStreams::let_go() {
-  const auto now = std::chrono::steady_clock::now();
-  for (auto at = entries_.begin(); at != entries_.end();) {
-    Entry& e = at->second;
-    if (!e.stream->is_gone() && (e.stream.use_count() > 1 || now - e.used <= kIdle)) {
-      ++at;
-      continue;
-    }
-    undertaker_.post([stream = std::move(e.stream)]() mutable { stream.reset(); });
-    at = entries_.erase(at);
-  }
-  letting_go_ = !entries_.empty();
-  if (letting_go_) server_.after(kIdle, [this] { let_go(); });
-}
 
 bool Pictures::answer(const Request& request, ConnectionId connection, const Server::Reply& reply) {
   bool is_picture = false;
@@ -121,38 +135,23 @@ bool Pictures::answer(const Request& request, ConnectionId connection, const Ser
     reply(plain(400, why));
     return true;
   }
-  streams_.with(wanted->robot, wanted->topic,
-                [this, request, connection, recipe = wanted->recipe, is_movie = wanted->movie, reply](
-                    std::shared_ptr<ImageStream> stream, const std::string& reason) {
-                  if (!stream) return reply(plain(404, reason));
-                  if (is_movie) return movie(recipe, connection, std::move(stream), reply);
-                  one(request, recipe, std::move(stream), reply);
-                });
-  return true;
-}
-
-void Pictures::movie(const Recipe& recipe, ConnectionId connection, std::shared_ptr<ImageStream> stream,
-                     const Server::Reply& reply) {
-  auto viewer = stream->look(recipe, [server = &server_, connection] { server->wake(connection); });
-  Response r;
-  r.media_type = std::string("multipart/x-mixed-replace; boundary=") + kPartBoundary;
-  r.headers = {{"cache-control", "no-store"}};
-  r.stream = std::make_unique<Movie>(std::move(stream), std::move(viewer));
-  reply(std::move(r));
-}
-
-void Pictures::one(const Request& request, const Recipe& recipe, std::shared_ptr<ImageStream> stream,
-                   const Server::Reply& reply) {
-  const auto one = std::make_shared<OnePicture>();
-  one->request = request, one->kind = recipe.kind, one->stream = stream, one->reply = reply;
-  const std::weak_ptr<OnePicture> waiting = one;
-  one->viewer = stream->look(recipe, [server = &server_, waiting] {
-    server->post([waiting] {
-      if (const auto here = waiting.lock()) here->look();
-    });
+  feeds_.with(wanted->robot, [server = &server_, request, connection, wanted = *wanted, reply](
+                                 const std::shared_ptr<RobotFeed>& feed, const std::string& reason) {
+    if (!feed) return reply(plain(404, reason));
+    const auto pictures = feed->pictures();
+    if (!pictures) return reply(plain(404, wanted.robot + ": keeps its topics in memory of its own"));
+    std::string none;
+    const auto topic = pictures->find(wanted.topic, none);
+    if (!topic) return reply(plain(404, wanted.robot + ": " + none));
+    if (!wanted.movie) return send_one(*server, pictures, *topic, request, wanted.recipe, reply);
+    Response r;
+    r.media_type = fmt::format("multipart/x-mixed-replace; boundary={}", kBoundary);
+    r.headers = {{"cache-control", "no-store"}};
+    r.stream =
+        std::make_unique<Movie>(pictures, *topic, wanted.recipe, [server, connection] { server->wake(connection); });
+    reply(std::move(r));
   });
-  one->look();
-  if (one->reply) server_.after(kFirst, [one] { one->answer(plain(503, "no picture came within 2 s")); });
+  return true;
 }
 
 }  // namespace sinew::monitor

@@ -152,7 +152,10 @@ class Relay::ResponseStream final : public Stream {
  public:
   explicit ResponseStream(std::shared_ptr<ResponsePassage> passage) : passage_(std::move(passage)) {}
   ~ResponseStream() override { passage_->leave(); }
-  Bytes next() override { return passage_->take(); }
+  std::optional<Piece> next() override {
+    Bytes bytes = passage_->take();
+    return bytes ? std::optional(Piece{{}, std::move(bytes), {}}) : std::nullopt;
+  }
   bool is_over() const override { return passage_->is_over(); }
 
  private:

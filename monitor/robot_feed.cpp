@@ -16,9 +16,6 @@ namespace {
 using foxglove::Channel;
 using namespace std::chrono_literals;
 
-constexpr hal::Duration kBellPeriod = 5ms;
-constexpr hal::Duration kLookPeriod = 5ms;    // at many writers: only one bell can be waited for
-constexpr hal::Duration kQuietPeriod = 50ms;  // at one
 constexpr std::size_t kSmallBytes = 1024;
 constexpr int kCopyTries = 3;
 constexpr auto kStatusAge = 180ms;  // asked five times a second, however many look
@@ -119,15 +116,15 @@ void read_graph(const Json& topics, foxglove::RobotFacts& facts) {
 
 std::optional<RobotFeed::Parts> RobotFeed::connect(const std::string& robot, const std::string& hello_text,
                                                    std::string& why) {
-  auto client = tap::Client::connect(robot, why);
-  if (!client) return std::nullopt;
+  auto connected = tap::Client::connect(robot, why);
+  if (!connected) return std::nullopt;
+  auto client = std::move(*connected);
   Parts parts;
-  parts.client = std::move(*client);
   foxglove::RobotFacts& facts = parts.facts;
   const Json hello = feed_object(hello_text);
   facts.name = robot;
   const auto ask = [&](const char* request) {
-    const auto reply = parts.client->request(request);
+    const auto reply = client->request(request);
     return reply ? feed_object(*reply) : Json::object();
   };
   read_graph(ask("topics"), facts);
@@ -154,21 +151,21 @@ std::optional<RobotFeed::Parts> RobotFeed::connect(const std::string& robot, con
     };
     facts.recorded_ns = {at("begin_ns"), at("end_ns")};
   }
-  if (const auto reader = parts.client->reader()) {
-    parts.reader = *reader;
-    for (std::uint32_t t = 0; t < parts.reader->topics().size(); ++t) {
-      const tap::Topic& topic = parts.reader->topics()[t];
+  if (const auto reader = client->reader()) {
+    for (std::uint32_t t = 0; t < (*reader)->topics().size(); ++t) {
+      const tap::Topic& topic = (*reader)->topics()[t];
       if (!topic.known()) continue;
       facts.channels.push_back(topic_channel(topic));
-      parts.topics.emplace_back(t);
+      parts.topic_of.emplace_back(t);
       if (!is_image(*topic.info) || !images::is_built(images::Kind::jpeg)) continue;
       Channel jpeg = facts.channels.back();
       jpeg.topic += "/jpeg", jpeg.kind = Channel::Kind::pictures;
       jpeg.schema_name = msg::ros2_compressed_image_schema().name;
       jpeg.schema = msg::ros2_compressed_image_schema().text;
       facts.channels.push_back(std::move(jpeg));
-      parts.topics.emplace_back(t);
+      parts.topic_of.emplace_back(t);
     }
+    parts.topics = std::make_unique<RobotTopics>(std::move(client), **reader);
   }
   facts.channels.push_back(report_channel("status", kStatusSchema));
   facts.channels.push_back(report_channel("timeline", kTimelineSchema));
@@ -177,7 +174,7 @@ std::optional<RobotFeed::Parts> RobotFeed::connect(const std::string& robot, con
     facts.channels.push_back(report_channel("playback", kPlaybackSchema));
     facts.requests.insert(facts.requests.end(), std::begin(kPlaybackServices), std::end(kPlaybackServices));
   }
-  parts.topics.resize(facts.channels.size());
+  parts.topic_of.resize(facts.channels.size());
   return parts;
 }
 
@@ -190,20 +187,6 @@ struct RobotFeed::Handle {
   const std::list<Subscriber>::iterator at;
 };
 
-struct RobotFeed::Tap final : foxglove::PictureTap {
-  Tap(std::shared_ptr<RobotFeed> f, std::shared_ptr<Viewer> v) : feed(std::move(f)), viewer(std::move(v)) {}
-  ~Tap() override { feed->remove(viewer); }
-  void want(const foxglove::PictureSize& size) override {
-    {
-      const std::lock_guard lock(feed->mutex_);
-      viewer->wanted = true, viewer->size = size;
-    }
-    feed->changed_.notify_all();
-  }
-  const std::shared_ptr<RobotFeed> feed;
-  const std::shared_ptr<Viewer> viewer;
-};
-
 RobotFeed::RobotFeed(Parts parts, std::weak_ptr<RobotLink> link) : parts_(std::move(parts)), link_(std::move(link)) {
   const auto& channels = parts_.facts.channels;
   for (std::size_t i = 0; i < channels.size(); ++i) {
@@ -211,9 +194,10 @@ RobotFeed::RobotFeed(Parts parts, std::weak_ptr<RobotLink> link) : parts_(std::m
     if (channels[i].topic == "/sinew/timeline") reports_[i] = {"timeline", R"({"last_ms": 1000})", kTicksOfTimeline};
     if (channels[i].topic == "/sinew/playback") reports_[i] = {"playback", "{}", kTicksOfPlayback};
   }
-  if (!parts_.reader) return;
+  if (!parts_.topics) return;
+  waiter_.emplace(*parts_.topics);
   reader_ = std::thread([this] { read(); });
-  shower_ = std::thread([this] { show(); });
+  pictures_.emplace(*parts_.topics);
 }
 
 RobotFeed::~RobotFeed() {
@@ -221,9 +205,9 @@ RobotFeed::~RobotFeed() {
     const std::lock_guard lock(mutex_);
     stop_ = true;
   }
-  changed_.notify_all();
-  if (reader_.joinable()) reader_.join();
-  if (shower_.joinable()) shower_.join();
+  if (!waiter_) return;
+  waiter_->wake();
+  reader_.join();
 }
 
 // ---- subscribers
@@ -238,7 +222,7 @@ std::shared_ptr<void> RobotFeed::subscribe(std::size_t channel, std::shared_ptr<
     ++changes_;
     handle = std::make_shared<Handle>(shared_from_this(), std::prev(subscribers_.end()));
   }
-  changed_.notify_all();
+  if (waiter_) waiter_->wake();
   const auto report = reports_.find(channel);
   if (report == reports_.end()) return handle;
   if (first && std::strcmp(report->second.request, "timeline") == 0)
@@ -261,21 +245,40 @@ void RobotFeed::remove(std::list<Subscriber>::iterator subscriber) {
     ask("zones", R"({"on": false})", [](std::string) {});
 }
 
-std::shared_ptr<foxglove::PictureTap> RobotFeed::look(std::size_t channel, std::shared_ptr<foxglove::Inbox> inbox) {
-  auto viewer = std::make_shared<Viewer>(Viewer{*parts_.topics[channel], std::move(inbox)});
-  {
-    const std::lock_guard lock(mutex_);
-    viewers_.push_back(viewer);
-    ++changes_;
-  }
-  changed_.notify_all();
-  return std::make_shared<Tap>(shared_from_this(), std::move(viewer));
+std::shared_ptr<RobotPictures> RobotFeed::pictures() {
+  return pictures_ ? std::shared_ptr<RobotPictures>(shared_from_this(), &*pictures_) : nullptr;
 }
 
-void RobotFeed::remove(const std::shared_ptr<Viewer>& viewer) {
-  const std::lock_guard lock(mutex_);
-  std::erase(viewers_, viewer);
-  ++changes_;
+std::shared_ptr<foxglove::PictureTap> RobotFeed::look(std::size_t channel, std::shared_ptr<foxglove::Inbox> inbox) {
+  struct Tap final : foxglove::PictureTap {
+    void want(const foxglove::PictureSize& size) override {
+      Recipe recipe;
+      recipe.cut.scale = size.scale, recipe.options.quality = size.quality;
+      viewer->want(recipe);
+    }
+    std::shared_ptr<RobotPictures::Viewer> viewer;
+  };
+  const std::uint32_t topic = *parts_.topic_of[channel];
+  auto tap = std::make_shared<Tap>();
+  // The feed outlives its picture thread.
+  tap->viewer = RobotPictures::look(pictures(), topic, [this, topic, inbox](const auto& picture) {
+    if (!picture) return true;
+    if (!picture->file) return false;
+    inbox->put(item_of(*picture, topic));
+    return true;
+  });
+  return tap;
+}
+
+foxglove::Item RobotFeed::item_of(const Picture& picture, std::uint32_t topic) {
+  const auto head =
+      msg::Ros2ImageHead::of_file(picture.stamp_ns + parts_.facts.unix_ns, parts_.topics->reader().topics()[topic].name,
+                                  "jpeg", static_cast<std::uint32_t>(picture.file->size()));
+  if (parts_.facts.own_clock) {
+    const std::lock_guard lock(mutex_);
+    time_ns_ = std::max(time_ns_, picture.published_ns);
+  }
+  return {message_time(picture.published_ns), picture.file, {head.bytes().begin(), head.bytes().end()}};
 }
 
 RobotFeed::Inboxes RobotFeed::inboxes_of(std::size_t channel) const {
@@ -352,48 +355,30 @@ void RobotFeed::received(std::size_t channel, const std::string& reply) {
 
 void RobotFeed::read() {
   while (true) {
+    waiter_->listen();
     {
-      std::unique_lock lock(mutex_);
-      const auto has_work = [this] { return stop_ || seen_changes_ != changes_ || !topics_.empty(); };
-      changed_.wait(lock, has_work);
+      const std::lock_guard lock(mutex_);
       if (stop_) return;
     }
-    take_changes();
-    if (broken_.load(std::memory_order_relaxed)) {
-      std::unique_lock lock(mutex_);
-      changed_.wait(lock, [this] { return stop_; });
-      return;
-    }
-    if (topics_.empty()) continue;
-    const std::uint32_t first = topics_.begin()->first, bell = parts_.client->bell(first);
+    if (take_changes()) continue;  // a message may have come before the robot knew
     for (auto& [topic, state] : topics_) read(topic, state);
-    const auto& all = parts_.reader->topics();
-    const bool one_writer = std::all_of(topics_.begin(), topics_.end(),
-                                        [&](const auto& t) { return all[t.first].bell == all[first].bell; });
-    parts_.client->wait(first, bell, hal::system_os().now() + (one_writer ? kQuietPeriod : kLookPeriod));
+    waiter_->wait();
   }
 }
 
 /// Who subscribes to what may have changed. A new subscriber gets the newest message.
-void RobotFeed::take_changes() {
+bool RobotFeed::take_changes() {
   std::map<std::uint32_t, Inboxes> wanted;
-  std::vector<std::string> bells;
   {
     const std::lock_guard lock(mutex_);
-    if (seen_changes_ == changes_) return;
+    if (seen_changes_ == changes_) return false;
     seen_changes_ = changes_;
     for (const Subscriber& s : subscribers_)
-      if (const auto& topic = parts_.topics[s.channel]) wanted[*topic].push_back(s.inbox);
-    const auto& all = parts_.reader->topics();
-    for (const auto& [topic, inboxes] : wanted) bells.push_back(all[topic].name);
-    for (const auto& viewer : viewers_) bells.push_back(all[viewer->topic].name);
+      if (const auto& topic = parts_.topic_of[s.channel]) wanted[*topic].push_back(s.inbox);
   }
-  std::sort(bells.begin(), bells.end());
-  bells.erase(std::unique(bells.begin(), bells.end()), bells.end());
-  if (bells != bells_) {
-    bells_ = std::move(bells);
-    if (!parts_.client->subscribe(bells_, kBellPeriod)) broken_.store(true, std::memory_order_relaxed);
-  }
+  std::vector<std::uint32_t> topics;
+  for (const auto& [topic, inboxes] : wanted) topics.push_back(topic);
+  waiter_->follow(std::move(topics));
   std::erase_if(topics_, [&](const auto& t) { return !wanted.contains(t.first); });
   for (auto& [topic, inboxes] : wanted) {
     Topic& state = topics_[topic];
@@ -403,13 +388,15 @@ void RobotFeed::take_changes() {
       if (std::find(state.inboxes.begin(), state.inboxes.end(), inbox) == state.inboxes.end()) added.push_back(inbox);
     state.inboxes = std::move(inboxes);
     if (added.empty() || !state.any) continue;
-    if (const auto newest = parts_.reader->newest(topic); newest && newest->sequence == state.last) put(*newest, added);
+    if (const auto newest = parts_.topics->reader().newest(topic); newest && newest->sequence == state.last)
+      put(*newest, added);
   }
+  return true;
 }
 
 /// True: there was something new.
 bool RobotFeed::read(std::uint32_t topic, Topic& state) {
-  const tap::SegmentReader& reader = *parts_.reader;
+  const tap::SegmentReader& reader = parts_.topics->reader();
   if (state.inboxes.empty()) return false;
   const tap::Topic& about = reader.topics()[topic];
   const bool every = !is_image(*about.info) && about.message_bytes + about.bulk_bytes < kSmallBytes;
@@ -427,7 +414,7 @@ bool RobotFeed::put(const tap::Message& message, const Inboxes& to) {
   Bytes payload;
   std::int64_t published_ns = 0;
   tap::Message tried = message;
-  const bool image = is_image(*parts_.reader->topics()[message.topic].info);
+  const bool image = is_image(*parts_.topics->reader().topics()[message.topic].info);
   for (int i = 0; i < kCopyTries && !payload; ++i) {
     published_ns = tried.header->published.ns;
     payload = image ? encode_image(tried) : encode(tried);
@@ -435,7 +422,7 @@ bool RobotFeed::put(const tap::Message& message, const Inboxes& to) {
     const std::lock_guard lock(mutex_);
     ++counters_.torn;
     if (!image) return false;  // the next one comes
-    const auto newest = parts_.reader->newest(message.topic);
+    const auto newest = parts_.topics->reader().newest(message.topic);
     if (!newest) return false;
     tried = *newest;
   }
@@ -451,11 +438,11 @@ bool RobotFeed::put(const tap::Message& message, const Inboxes& to) {
 
 /// Null: it was overwritten meanwhile.
 Bytes RobotFeed::encode(const tap::Message& message) {
-  const tap::Topic& topic = parts_.reader->topics()[message.topic];
-  const std::size_t size = parts_.reader->bytes(message.topic);
+  const tap::Topic& topic = parts_.topics->reader().topics()[message.topic];
+  const std::size_t size = parts_.topics->reader().bytes(message.topic);
   scratch_.resize(size / sizeof(std::max_align_t) + 1);
   const auto copy = std::as_writable_bytes(std::span(scratch_));
-  if (!parts_.reader->copy(message, copy)) return nullptr;
+  if (!parts_.topics->reader().copy(message, copy)) return nullptr;
   const std::byte* const at = copy.data() + (size - topic.message_bytes - topic.bulk_bytes);
   auto bytes = std::make_shared<std::vector<std::byte>>(msg::cdr_size(*topic.info, at));
   msg::cdr_encode(*topic.info, at, {reinterpret_cast<std::uint8_t*>(bytes->data()), bytes->size()});
@@ -464,7 +451,7 @@ Bytes RobotFeed::encode(const tap::Message& message) {
 
 /// From its place to where it is sent from, in one copy.
 Bytes RobotFeed::encode_image(const tap::Message& message) const {
-  const tap::Topic& topic = parts_.reader->topics()[message.topic];
+  const tap::Topic& topic = parts_.topics->reader().topics()[message.topic];
   msg::Image image;
   std::memcpy(static_cast<void*>(&image), message.data(), sizeof image);
   image.capacity_bytes = topic.bulk_bytes;  // until it holds, its numbers may be anything
@@ -474,99 +461,7 @@ Bytes RobotFeed::encode_image(const tap::Message& message) const {
   bytes->reserve(head.bytes().size() + used);
   bytes->assign(head.bytes().begin(), head.bytes().end());
   bytes->insert(bytes->end(), message.data() + sizeof image, message.data() + sizeof image + used);
-  return parts_.reader->holds(message) ? bytes : nullptr;
-}
-
-// ---- pictures
-
-void RobotFeed::show() {
-  std::vector<std::pair<std::shared_ptr<Viewer>, Viewer>> wanted;
-  while (true) {
-    wanted.clear();
-    {
-      std::unique_lock lock(mutex_);
-      const auto wants = [](const auto& viewer) { return viewer->wanted; };
-      changed_.wait(lock, [&] { return stop_ || std::any_of(viewers_.begin(), viewers_.end(), wants); });
-      if (stop_) return;
-      for (const auto& viewer : viewers_)
-        if (viewer->wanted) wanted.emplace_back(viewer, *viewer);
-    }
-    const std::uint32_t topic = wanted.front().second.topic, bell = parts_.client->bell(topic);
-    encoded_.clear();
-    bool all = true;
-    for (auto& [viewer, wish] : wanted) {
-      std::uint32_t sequence = 0;
-      auto item = show(wish, sequence);
-      if (!item) {
-        all = false;
-        continue;
-      }
-      {
-        // First: with the picture the next one may be asked for.
-        const std::lock_guard lock(mutex_);
-        viewer->wanted = false, viewer->last = sequence;
-      }
-      viewer->inbox->put(std::move(*item));
-    }
-    // Another viewer may come meanwhile, perhaps to another topic.
-    if (!all) parts_.client->wait(topic, bell, hal::system_os().now() + kLookPeriod);
-  }
-}
-
-/// Nothing: there is no newer picture yet.
-std::optional<foxglove::Item> RobotFeed::show(const Viewer& viewer, std::uint32_t& sequence) {
-  for (int i = 0; i < kCopyTries; ++i) {
-    const auto message = parts_.reader->newest(viewer.topic);
-    if (!message || viewer.last == message->sequence) return std::nullopt;
-    sequence = message->sequence;
-    const auto known = std::find_if(encoded_.begin(), encoded_.end(), [&](const Encoded& e) {
-      return e.topic == viewer.topic && e.sequence == sequence && e.size == viewer.size;
-    });
-    if (known != encoded_.end()) return known->item;
-    auto item = encode_picture(*message, viewer.size);
-    if (!item) continue;
-    if (!item->payload) return std::nullopt;
-    encoded_.push_back({viewer.topic, sequence, viewer.size, *item});
-    return item;
-  }
-  return std::nullopt;
-}
-
-/// Nothing: it was overwritten meanwhile. Without payload: it holds no picture.
-std::optional<foxglove::Item> RobotFeed::encode_picture(const tap::Message& message,
-                                                        const foxglove::PictureSize& size) {
-  const tap::Topic& topic = parts_.reader->topics()[message.topic];
-  msg::Image image;
-  std::memcpy(static_cast<void*>(&image), message.data(), sizeof image);
-  const std::int64_t published_ns = message.header->published.ns;
-  const auto* const pixels = reinterpret_cast<const std::uint8_t*>(message.data() + sizeof image);
-  // The encoder checks what the message says of itself, and reads nothing beyond its slot.
-  const images::PixelView view{{pixels, topic.bulk_bytes}, image.width, image.height, image.stride, image.format};
-  images::Cut cut;
-  cut.scale = size.scale;
-  images::EncodeOptions options;
-  options.quality = size.quality;
-  std::span<const std::byte> file;
-  if (image.format != msg::PixelFormat::none)
-    if (const auto encoded = encoder_.encode(view, images::Kind::jpeg, cut, options)) file = *encoded;
-  if (!parts_.reader->holds(message)) {
-    const std::lock_guard lock(mutex_);
-    ++counters_.torn;
-    return std::nullopt;
-  }
-  if (file.empty()) return foxglove::Item{};
-  const auto head = msg::Ros2ImageHead::of_file(image.stamp.ns + parts_.facts.unix_ns, topic.name, "jpeg",
-                                                static_cast<std::uint32_t>(file.size()));
-  auto bytes = std::make_shared<std::vector<std::byte>>();
-  bytes->reserve(head.bytes().size() + file.size());
-  bytes->assign(head.bytes().begin(), head.bytes().end());
-  bytes->insert(bytes->end(), file.begin(), file.end());
-  {
-    const std::lock_guard lock(mutex_);
-    ++counters_.pictures;
-    if (parts_.facts.own_clock) time_ns_ = std::max(time_ns_, published_ns);
-  }
-  return foxglove::Item{message_time(published_ns), std::move(bytes)};
+  return parts_.topics->reader().holds(message) ? bytes : nullptr;
 }
 
 }  // namespace sinew::monitor

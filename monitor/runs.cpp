@@ -29,16 +29,16 @@ class FileStream final : public Stream {
  public:
   FileStream(int fd, std::uint64_t bytes) : fd_(fd), left_(bytes) {}
   ~FileStream() override { close(fd_); }
-  Bytes next() override {
+  std::optional<Piece> next() override {
     auto piece = std::make_shared<std::vector<std::byte>>(std::min<std::uint64_t>(left_, kPiece));
     const ssize_t got = piece->empty() ? 0 : read(fd_, piece->data(), piece->size());
     if (got <= 0) {
       over_ = true;
-      return nullptr;
+      return std::nullopt;
     }
     piece->resize(static_cast<std::size_t>(got));
     left_ -= piece->size();
-    return piece;
+    return Piece{{}, std::move(piece), {}};
   }
   bool is_over() const override { return over_; }
 

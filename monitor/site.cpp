@@ -31,9 +31,9 @@ Site::Site(Robots& robots, Server& server, Options options)
       runs_(robots, server, gate_, options.sinew, std::move(options.runs)),
       doctor_(server, options.sinew),
       api_(robots, gate_, api_options(std::move(options.api), page_, runs_)),
-      streams_(robots, server),
-      pictures_(streams_, server),
-      live_(robots, server),
+      feeds_(robots, server),
+      pictures_(feeds_, server),
+      live_(robots, feeds_, server),
       monitors_(server, gate_, [this](const std::string& address) { relay_.cut(address); }),
       relay_(server, gate_, monitors_) {}
 

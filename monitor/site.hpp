@@ -39,6 +39,7 @@ class Site {
   std::unique_ptr<Socket> open_socket(const Request& request, ConnectionId connection, Response& refusal);
   /// Ends what it started, and waits for that. Thread: the owner's, when the server does not run any more.
   void stop();
+  RobotFeeds& feeds() { return feeds_; }
 
  private:
   Gate gate_;
@@ -46,7 +47,7 @@ class Site {
   Runs runs_;
   Doctor doctor_;
   RobotApi api_;
-  ImageStreams streams_;
+  RobotFeeds feeds_;
   Pictures pictures_;
   LiveSite live_;
   Monitors monitors_;

@@ -1,5 +1,6 @@
 #include "tap/client.hpp"
 
+#include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
 
@@ -149,6 +150,16 @@ std::uint32_t Client::bell(std::uint32_t topic) const {
 
 void Client::wait(std::uint32_t topic, std::uint32_t seen, hal::Time deadline) const {
   if (const hal::WakeWord* word = bell_word(topic)) hal::wait_shared(*word, seen, deadline);
+}
+
+void Client::wait_any(std::span<const Heard> heard, const hal::SeenWord& own, hal::Time deadline) const {
+  std::vector<hal::SeenWord> words{own};
+  for (const Heard& h : heard) {
+    const hal::WakeWord* const word = bell_word(h.topic);
+    const auto is_same = [word](const hal::SeenWord& w) { return w.word == word; };
+    if (word && std::none_of(words.begin(), words.end(), is_same)) words.push_back({word, h.bell});
+  }
+  hal::wait_any_shared(words, deadline);
 }
 
 }  // namespace sinew::tap

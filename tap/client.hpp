@@ -4,6 +4,7 @@
 #include <string>
 #include <string_view>
 
+#include "hal/linux/shared_memory.hpp"
 #include "hal/os.hpp"
 #include "hal/stream.hpp"
 #include "tap/frames.hpp"
@@ -45,6 +46,12 @@ class Client {
   std::uint32_t bell(std::uint32_t topic) const;
   /// Sleeps until the bell differs from `seen`, at most until `deadline` of the Os. May return early.
   void wait(std::uint32_t topic, std::uint32_t seen, hal::Time deadline) const;
+  /// A topic's bell as it was before reading.
+  struct Heard {
+    std::uint32_t topic, bell;
+  };
+  /// The same for several topics, and for a word of the caller's own, on which others call hal::wake_shared().
+  void wait_any(std::span<const Heard> heard, const hal::SeenWord& own, hal::Time deadline) const;
 
   const std::string& robot() const { return robot_; }
   int pid() const { return pid_; }

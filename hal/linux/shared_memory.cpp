@@ -5,6 +5,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <climits>
 #include <cstring>
@@ -12,6 +14,7 @@
 #include <utility>
 
 #include "hal/linux/futex.hpp"
+#include "hal/platform.hpp"
 
 #ifndef F_SEAL_FUTURE_WRITE
 #define F_SEAL_FUTURE_WRITE 0x0010  // Linux 5.1; older C library headers do not name it
@@ -19,6 +22,26 @@
 
 namespace sinew::hal {
 namespace {
+
+/// False: this kernel, or the headers that this was built with, has no such call.
+bool futex_wait_any([[maybe_unused]] std::span<const SeenWord> words, [[maybe_unused]] Time deadline) noexcept {
+#if defined(SYS_futex_waitv) && defined(FUTEX_WAITV_MAX)
+  static_assert(kMostWords == FUTEX_WAITV_MAX);
+  std::array<futex_waitv, kMostWords> waits;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    waits[i] = {};
+    waits[i].val = words[i].seen, waits[i].uaddr = reinterpret_cast<std::uintptr_t>(words[i].word);
+    waits[i].flags = FUTEX_32;
+  }
+  // The call knows the 64-bit time only.
+  const struct { std::int64_t sec, nsec; } until{deadline.ns / 1'000'000'000, deadline.ns % 1'000'000'000};
+  const long woken = ::syscall(SYS_futex_waitv, waits.data(), static_cast<unsigned>(words.size()), 0u,
+                               deadline == kNever ? nullptr : &until, CLOCK_MONOTONIC);
+  return woken >= 0 || errno != ENOSYS;
+#else
+  return false;
+#endif
+}
 
 class MappedMemory final : public SharedMemory {
  public:
@@ -119,6 +142,16 @@ Result<std::unique_ptr<SharedMemory>> open_shared_memory(int fd, Stream::MemoryA
 
 void wait_shared(const WakeWord& word, std::uint32_t expected, Time deadline) noexcept {
   futex_wait(word, expected, deadline, FutexScope::machine);
+}
+
+void wait_any_shared(std::span<const SeenWord> words, Time deadline) noexcept {
+  if (words.empty()) return;
+  const std::size_t count = std::min(words.size(), kMostWords);
+  if (count == words.size() && futex_wait_any(words, deadline)) return;
+  const Time soon = system_os().now() + std::chrono::milliseconds(5);
+  for (const SeenWord& w : words)
+    if (w.word->load(std::memory_order_relaxed) != w.seen) return;
+  wait_shared(*words.front().word, words.front().seen, std::min(deadline, soon));
 }
 
 void wake_shared(const WakeWord& word) noexcept { futex_wake(word, INT_MAX, FutexScope::machine); }

@@ -1,5 +1,6 @@
 #pragma once
 #include <memory>
+#include <span>
 #include <string_view>
 
 #include "hal/os.hpp"
@@ -20,6 +21,16 @@ Result<std::unique_ptr<SharedMemory>> open_shared_memory(int fd, Stream::MemoryA
 /// Sleeps, across processes, while the word of a shared memory holds `expected`, at most until `deadline`; read access
 /// is enough. May return early; callers look again.
 void wait_shared(const WakeWord& word, std::uint32_t expected, Time deadline) noexcept;
+/// A word of several that a thread waits for, and what it held when the thread looked.
+struct SeenWord {
+  const WakeWord* word;
+  std::uint32_t seen;
+};
+/// Sleeps, across processes, until one of the words is woken that does not hold what was seen any more; at most until
+/// `deadline`. May return early; callers look again. One call of the kernel takes kMostWords; with more of them, or
+/// before Linux 5.16, it returns after 5 ms at the latest.
+void wait_any_shared(std::span<const SeenWord> words, Time deadline) noexcept;
+inline constexpr std::size_t kMostWords = 128;
 /// Wakes all sleepers on it, in any process.
 void wake_shared(const WakeWord& word) noexcept;
 

@@ -7,6 +7,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <vector>
 
 #include "monitor/http/server.hpp"
 
@@ -16,7 +17,8 @@ using monitor::Bytes;
 
 struct Item {
   std::uint64_t time_ns = 0;
-  Bytes payload{};
+  Bytes payload{};                // may be shared with others
+  std::vector<std::byte> head{};  // of the message, before the payload
 };
 
 /// What all inboxes of one connection hold together, and how its session is told that there is something.

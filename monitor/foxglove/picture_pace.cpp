@@ -6,8 +6,9 @@
 namespace sinew::foxglove {
 namespace {
 
-// Each is about 0.7 of the bytes of the one before.
-constexpr PictureSize kSteps[] = {{85, 1},     {75, 1},    {60, 1},     {45, 1},     {60, 0.707},
+// Each is about 0.7 of the bytes of the one before. The first is what HTTP gives who asks for nothing else, so that
+// both share their pictures.
+constexpr PictureSize kSteps[] = {{80, 1},     {70, 1},    {60, 1},     {45, 1},     {60, 0.707},
                                   {45, 0.707}, {60, 0.5},  {45, 0.5},   {60, 0.354}, {45, 0.354},
                                   {60, 0.25},  {45, 0.25}, {50, 0.177}, {40, 0.125}};
 constexpr int kLast = static_cast<int>(std::size(kSteps)) - 1;

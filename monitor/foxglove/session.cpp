@@ -3,19 +3,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <utility>
+
+#include "monitor/foxglove/reply.hpp"
 
 namespace sinew::foxglove {
 namespace {
 
-using Json = nlohmann::ordered_json;
 using namespace std::chrono_literals;
 
 constexpr unsigned kMostSmallInRow = 64;     // then something larger may go between
 constexpr auto kAckPeriod = 10ms;            // how often we look for what was delivered
 constexpr auto kFar = 10ms, kBundle = 40ms;  // of a round trip; between bundles of small messages then
-constexpr unsigned kTicksOfParameters = 10;
 // Requests that change nothing: a connection without token may call them.
 constexpr std::string_view kLooks[] = {"record.status", "playback"};
 
@@ -23,34 +22,6 @@ bool is_open(std::string_view request, const RobotFacts& facts) {
   if (std::find(std::begin(kLooks), std::end(kLooks), request) != std::end(kLooks)) return true;
   return facts.recorded_ns && request.starts_with("playback.");  // commands nothing
 }
-
-Json object_of(const std::string& text) {
-  Json json = Json::parse(text, nullptr, false);
-  return json.is_object() ? json : Json::object();
-}
-
-/// Why a reply says no; empty: it says yes.
-std::string error_of(const Json& reply) {
-  const auto ok = reply.find("ok");
-  if (ok != reply.end() && ok->is_boolean() && ok->get<bool>()) return {};
-  const auto error = reply.find("error");
-  if (error == reply.end() || !error->is_object()) return "no reply that can be understood";
-  return error->value("why", std::string("refused"));
-}
-
-const Json& list_of(const Json& reply, const char* member) {
-  static const Json kNone = Json::array();
-  const auto at = reply.find(member);
-  return at != reply.end() && at->is_array() ? *at : kNone;
-}
-
-std::string text_of(const Json& object, const char* member) {
-  if (!object.is_object()) return {};
-  const auto at = object.find(member);
-  return at != object.end() && at->is_string() ? at->get<std::string>() : std::string();
-}
-
-std::string one_line(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 Bytes shared(std::vector<std::byte> bytes) { return std::make_shared<const std::vector<std::byte>>(std::move(bytes)); }
 
@@ -67,19 +38,6 @@ std::optional<PlaybackState> playback_of(const Json& reply, std::int64_t unix_ns
 }
 
 }  // namespace
-
-struct Session::Reading {
-  std::vector<std::string> names{};  // empty: all
-  std::optional<std::string> id{};
-  After after = After::asked;
-  std::size_t missing = 0;                                     // replies
-  std::vector<std::pair<std::string, ParameterText>> found{};  // by name
-};
-
-struct Session::Writing {
-  SetParameters message;
-  std::size_t next = 0;
-};
 
 Session::Session(Options options, Host host)
     : options_(std::move(options)), host_(std::move(host)), backlog_(std::make_shared<Backlog>(host_.wake)) {}
@@ -251,7 +209,9 @@ std::optional<monitor::Socket::Message> Session::in_turn(std::size_t& next, cons
     if (!which(s)) continue;
     if (auto item = s.inbox->take()) {
       s.wanted = false;
-      return Message{true, std::move(item->payload), message_head(s.id, item->time_ns)};
+      auto head = message_head(s.id, item->time_ns);
+      head.insert(head.end(), item->head.begin(), item->head.end());
+      return Message{true, std::move(item->payload), std::move(head)};
     }
   }
   return std::nullopt;
@@ -440,139 +400,6 @@ void Session::handle(const ServiceCall& message) {
 
 void Session::handle(const FetchAsset& message) { send(asset_failure(message.request, "there are no assets here")); }
 
-// ---- parameters
-
-void Session::handle(const GetParameters& message) { read_parameters(message.names, message.id, After::asked); }
-
-void Session::handle(const FollowParameters& message) {
-  if (!message.on) {
-    for (const std::string& name : message.names) followed_parameters_.erase(name), known_parameters_.erase(name);
-    if (message.names.empty()) followed_parameters_.clear(), known_parameters_.clear();
-    return;
-  }
-  for (const std::string& name : message.names)
-    if (followed_parameters_.size() < 4096) followed_parameters_.insert(name);
-  if (message.names.empty()) followed_parameters_.insert("");  // all
-  ticks_ = 0;
-}
-
-void Session::read_parameters(std::vector<std::string> names, std::optional<std::string> id, After after) {
-  const auto reading = std::make_shared<Reading>();
-  reading->names = std::move(names), reading->id = std::move(id), reading->after = after;
-  for (const Seen& seen : robots_) {
-    const std::string prefix = seen.prefix.empty() ? "" : seen.prefix + "/";
-    const auto received = [this, reading] {
-      if (--reading->missing == 0) parameters_read(*reading);
-    };
-    reading->missing += 2;
-    const bool params = ask(seen.robot, "params", "{}", [=](const std::string& reply) {
-      const Json json = object_of(reply);
-      for (const Json& p : list_of(json, "params")) {
-        const std::string name = prefix + text_of(p, "module") + "." + text_of(p, "param");
-        const auto value = p.find("value");
-        if (value != p.end())
-          reading->found.emplace_back(name, ParameterText{name, one_line(*value), text_of(p, "type") == "number"});
-      }
-      received();
-    });
-    const bool status =
-        params && ask_status(seen.robot, after != After::written, [=](const std::string& reply) {
-          const Json json = object_of(reply);
-          for (const Json& m : list_of(json, "modules")) {
-            const std::string name = prefix + text_of(m, "name") + ".enabled";
-            const auto running = m.find("running");
-            if (running != m.end()) reading->found.emplace_back(name, ParameterText{name, one_line(*running)});
-          }
-          for (const Json& t : list_of(json, "threads")) {
-            const std::string name = prefix + text_of(t, "name") + ".period_us";
-            const auto period = t.find("period_ns");
-            if (period != t.end() && period->is_number() && period->get<double>() > 0)
-              reading->found.emplace_back(name, ParameterText{name, one_line(period->get<double>() / 1e3), true});
-          }
-          received();
-        });
-    if (!status) {
-      if (reading->after == After::followed) looks_at_parameters_ = false;
-      return complain(StatusLevel::error, "parameters: too many requests at once");
-    }
-  }
-  if (reading->missing == 0) parameters_read(*reading);
-}
-
-void Session::parameters_read(const Reading& reading) {
-  looks_at_parameters_ = looks_at_parameters_ && reading.after != After::followed;
-  const auto wanted = [&](const std::string& name) {
-    return reading.names.empty() || std::find(reading.names.begin(), reading.names.end(), name) != reading.names.end();
-  };
-  std::vector<ParameterText> values;
-  for (const auto& [name, parameter] : reading.found) {
-    if (reading.after == After::followed) {
-      if (!followed_parameters_.contains("") && !followed_parameters_.contains(name)) continue;
-      std::string& known = known_parameters_[name];
-      if (known == parameter.value) continue;
-      known = parameter.value;
-    } else if (!wanted(name)) {
-      continue;
-    }
-    values.push_back(parameter);
-  }
-  if (reading.after == After::followed && values.empty()) return;
-  send(parameter_values(values, reading.id));
-}
-
-void Session::handle(const SetParameters& message) {
-  const auto writing = std::make_shared<Writing>();
-  writing->message = message;
-  write_next(writing);
-}
-
-/// One after the other: the robot's mailboxes hold only a few changes.
-void Session::write_next(const std::shared_ptr<Writing>& writing) {
-  while (writing->next < writing->message.parameters.size()) {
-    const auto& [name, value] = writing->message.parameters[writing->next++];
-    const auto fail = [&, &n = name](const std::string& why) { complain(StatusLevel::error, n + ": " + why); };
-    std::string_view rest;
-    const Seen* const seen = find(name, rest);
-    const std::size_t point = rest.rfind('.');
-    if (!seen || point == std::string_view::npos) {
-      fail("no such parameter: they are called MODULE.PARAM");
-      continue;
-    }
-    const std::string owner(rest.substr(0, point)), param(rest.substr(point + 1));
-    const Json json = Json::parse(value, nullptr, false);
-    const auto& threads = seen->robot->facts().threads;
-    std::string request = "param.set";
-    Json arguments{{"module", owner}, {"param", param}, {"value", json}};
-    if (param == "enabled") {
-      if (!json.is_boolean()) {
-        fail("true or false");
-        continue;
-      }
-      request = json.get<bool>() ? "module.enable" : "module.disable";
-      arguments = {{"module", owner}};
-    } else if (param == "period_us" && std::find(threads.begin(), threads.end(), owner) != threads.end()) {
-      request = "thread.period";
-      arguments = {{"thread", owner}, {"period_us", json}};
-    }
-    if (const std::string why = why_not(seen->robot, request); !why.empty()) {
-      fail(why);
-      continue;
-    }
-    const bool asked =
-        ask(seen->robot, request, one_line(arguments), [this, writing, n = name](const std::string& reply) {
-          if (const std::string why = error_of(object_of(reply)); !why.empty())
-            complain(StatusLevel::error, n + ": " + why);
-          write_next(writing);
-        });
-    if (asked) return;
-    fail("too many requests at once");
-  }
-  std::vector<std::string> names;
-  for (const auto& p : writing->message.parameters) names.push_back(p.name);
-  if (writing->message.id && !names.empty()) read_parameters(std::move(names), writing->message.id, After::written);
-  ticks_ = 0;  // who follows them sees the change soon
-}
-
 // ---- graph
 
 void Session::handle(const FollowGraph& message) {
@@ -603,11 +430,7 @@ void Session::add_graph(const Seen& seen, GraphUpdate& update) const {
 void Session::tick() {
   const auto link = host_.link();
   is_far_ = link && link->shortest_round_trip_us > std::chrono::microseconds(kFar).count();
-  if (ticks_++ % kTicksOfParameters == 0 && !followed_parameters_.empty() && !looks_at_parameters_ &&
-      !robots_.empty()) {
-    looks_at_parameters_ = true;
-    read_parameters({}, std::nullopt, After::followed);
-  }
+  look_at_followed_parameters();
   if (options_.all_robots || robots_.empty()) return;
   const auto& robot = robots_.front().robot;
   if (robot->facts().own_clock) {

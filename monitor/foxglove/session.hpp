@@ -123,6 +123,7 @@ class Session final : public monitor::Socket {
   void read_parameters(std::vector<std::string> names, std::optional<std::string> id, After after);
   void parameters_read(const Reading& reading);
   void write_next(const std::shared_ptr<Writing>& writing);
+  void look_at_followed_parameters();
   void send_graph(const GraphUpdate& update) { send(graph_update(update)); }
   void add_graph(const Seen& seen, GraphUpdate& update) const;
   void playback_looked(const std::string& reply, const std::string& request, bool did_seek);

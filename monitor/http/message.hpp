@@ -30,12 +30,21 @@ struct Request {
   const std::string* argument(std::string_view name) const;
 };
 
+/// Sent in one go: bytes that several connections share, between some of this one's own.
+struct Piece {
+  std::string head{};
+  Bytes bytes{};  // null: none
+  std::string tail{};
+
+  std::size_t size() const { return head.size() + (bytes ? bytes->size() : 0) + tail.size(); }
+};
+
 /// What a response sends piece by piece, for as long as it has something. All calls come from the server's thread.
 class Stream {
  public:
   virtual ~Stream() = default;  // the response ended, or the peer left
-  /// The next piece; null: nothing new yet, wake() asks again.
-  virtual Bytes next() = 0;
+  /// The next piece, asked for when the last one has gone to the system; nothing: none is there yet, wake() asks again.
+  virtual std::optional<Piece> next() = 0;
   /// There will be nothing more. Before stream_bytes have come: the connection ends.
   virtual bool is_over() const { return false; }
 };

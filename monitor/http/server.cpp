@@ -8,6 +8,8 @@
 #include <netinet/in.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
+#include <sys/timerfd.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -17,6 +19,7 @@
 #include <mutex>
 #include <thread>
 #include <unordered_map>
+#include <utility>
 
 #include "monitor/http/head.hpp"
 #include "monitor/http/library_log.hpp"
@@ -27,12 +30,14 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::size_t kPiece = 64 << 10;           // written at once: what the library may keep for a slow peer
-constexpr unsigned kRead = 16 << 10;               // read at once
-constexpr std::size_t kMostReason = 120;           // of the end of a WebSocket: it has to fit into one small frame
-constexpr int kUnsent = 8 << 10;                   // bytes of a WebSocket that may wait in the system for the link
-constexpr unsigned kMostDoomed = 64;               // connections that are being ended to make room
-constexpr std::size_t kMostHeaderBytes = 8 << 10;  // of a request, and of a response
+constexpr std::size_t kPiece = 64 << 10;  // written at once: what the library may keep for a slow peer
+constexpr unsigned kRead = 16 << 10;      // read at once
+constexpr std::size_t kMostReason = 120;  // of the end of a WebSocket: it has to fit into one small frame
+constexpr int kUnsent = 8 << 10;          // bytes of a WebSocket that may wait in the system for the link
+constexpr auto kSweep = std::chrono::milliseconds(500);  // between two looks for connections that do not get on
+constexpr std::size_t kMostHeldBack = kUnsent / 4;       // bytes of messages that share packets
+constexpr unsigned kMostDoomed = 64;                     // connections that are being ended to make room
+constexpr std::size_t kMostHeaderBytes = 8 << 10;        // of a request, and of a response
 
 struct Connection {
   lws* wsi = nullptr;
@@ -47,7 +52,7 @@ struct Connection {
   std::size_t body_bytes = 0;  // that it announced
   bool too_long = false;
   Response response{};
-  Bytes piece{};                               // being sent
+  std::optional<Piece> piece{};                // being sent
   std::size_t sent = 0;                        // of it
   std::optional<std::uint64_t> stream_left{};  // of a stream of known length: what has not been taken from it
   bool head_only = false;
@@ -56,6 +61,9 @@ struct Connection {
   std::optional<Socket::Message> out{};
   bool corks = false;  // its messages may share packets
   bool corked = false;
+  std::size_t held_back = 0;  // bytes given to the system since then
+  bool responding = false;    // a response is being made or sent
+  bool speaks = false;        // meanwhile, when it was looked at last
 };
 
 /// Empty: it has none (a Unix socket), or the peer has gone.
@@ -116,6 +124,12 @@ class LwsServer final : public Server {
       return false;
     }
     port_ = static_cast<std::uint16_t>(lws_get_vhost_listen_port(vhost_));
+    lws_sock_file_fd_type timer{};
+    timer.filefd = timer_fd_ = timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC | TFD_NONBLOCK);
+    if (timer_fd_ < 0 || !lws_adopt_descriptor_vhost(vhost_, LWS_ADOPT_RAW_FILE_DESC, timer, "http", nullptr)) {
+      why = "there is no timer to be had";
+      return false;
+    }
     LwsClient::Options client{options_.trust};
     client.post = [this](std::function<void()> what) { post(std::move(what)); };
     client.is_full = [this] { return is_full(); };
@@ -127,7 +141,6 @@ class LwsServer final : public Server {
 
   void run() override {
     thread_ = std::this_thread::get_id();
-    timer_.server = this;
     tick();
     while (!stop_.load(std::memory_order_relaxed) && lws_service(context_, 0) >= 0) {
     }
@@ -193,6 +206,11 @@ class LwsServer final : public Server {
       case LWS_CALLBACK_EVENT_WAIT_CANCELLED:
         drain();
         return 0;
+      case LWS_CALLBACK_RAW_RX_FILE: {
+        std::uint64_t ticks = 0;
+        if (read(timer_fd_, &ticks, sizeof ticks) == sizeof ticks) tick();
+        return 0;
+      }
       case LWS_CALLBACK_HTTP:
         return with(wsi, [&](Connection& c) { return request(c); });
       case LWS_CALLBACK_HTTP_BODY:
@@ -231,11 +249,6 @@ class LwsServer final : public Server {
   }
 
  private:
-  struct Timer {
-    lws_sorted_usec_list_t list{};  // first: the library gives its address back
-    LwsServer* server = nullptr;
-  };
-
   lws_protocols protocol(const char* name) {
     lws_protocols p{};
     p.name = name;
@@ -322,9 +335,11 @@ class LwsServer final : public Server {
   /// Ends connections that do not get on.
   void tick() {
     const auto now = Clock::now();
+    const bool is_sweep = now - swept_ >= kSweep;
+    if (is_sweep) swept_ = now;
     for (auto& [wsi, c] : connections_)
-      if (c->bounded && now - c->since > options_.patience) {
-        c->bounded = false;
+      if (is_sweep && ((c->bounded && now - c->since > options_.patience) || interrupts(*c))) {
+        c->bounded = false, c->responding = false;
         lws_set_timeout(wsi, PENDING_TIMEOUT_USER_OK, LWS_TO_KILL_ASYNC);
       }
     client_->tick(now);
@@ -337,14 +352,14 @@ class LwsServer final : public Server {
     schedule();
   }
 
+  /// By a timer of the system: the library's own are looked at without pause for the last millisecond before each.
   void schedule() {
-    auto in = std::chrono::microseconds(1000000);
-    if (!later_.empty())
-      in = std::clamp(std::chrono::duration_cast<std::chrono::microseconds>(later_.begin()->first - Clock::now()),
-                      std::chrono::microseconds(1), in);
-    lws_sul_schedule(
-        context_, 0, &timer_.list, [](lws_sorted_usec_list_t* list) { reinterpret_cast<Timer*>(list)->server->tick(); },
-        in.count());
+    Clock::time_point next = swept_ + kSweep;
+    if (!later_.empty()) next = std::min(next, later_.begin()->first);
+    const auto ns = std::chrono::duration_cast<std::chrono::nanoseconds>(next.time_since_epoch()).count();
+    itimerspec when{};
+    when.it_value = {static_cast<time_t>(ns / 1'000'000'000), static_cast<long>(ns % 1'000'000'000)};
+    timerfd_settime(timer_fd_, TFD_TIMER_ABSTIME, &when, nullptr);
   }
 
   void drain() {
@@ -421,7 +436,10 @@ class LwsServer final : public Server {
     pending.reset();
     handling_ = 0;
     c.request = {};
-    if (!direct_) return 0;
+    if (!direct_) {
+      c.responding = true;
+      return 0;
+    }
     Response response = std::move(*direct_);
     direct_.reset();
     return respond(c, std::move(response));
@@ -458,11 +476,22 @@ class LwsServer final : public Server {
     else if (!r.stream)
       ok = ok && (r.status == 304 || add("content-length", std::to_string(size)));
     if (!ok || lws_finalize_write_http_header(c.wsi, start, &at, end) != 0) return -1;
-    c.piece = c.head_only ? Bytes() : r.body;
+    c.piece.reset();
+    if (size > 0 && !c.head_only) c.piece = Piece{{}, r.body, {}};
     c.sent = 0;
-    if (!c.response.stream && (!c.piece || c.piece->empty())) return completed(c);
+    if (!c.response.stream && !c.piece) return completed(c);
+    c.responding = true;
     lws_callback_on_writable(c.wsi);
     return 0;
+  }
+
+  /// While a response is made and sent, the library reads nothing, but is woken without end by what has come, also by
+  /// the end of the connection. Who speaks then for longer than a sweep ends: no client of ours sends one request into
+  /// the response to another.
+  static bool interrupts(Connection& c) {
+    char byte = 0;
+    const bool speaks = c.responding && recv(lws_get_socket_fd(c.wsi), &byte, 1, MSG_PEEK | MSG_DONTWAIT) >= 0;
+    return std::exchange(c.speaks, speaks) && speaks;
   }
 
   int completed(Connection& c) {
@@ -471,6 +500,7 @@ class LwsServer final : public Server {
     const bool close = c.too_long || is_short;
     c.response = {}, c.piece.reset(), c.bounded = false;  // the library bounds how long it may stay idle
     c.idle = true, c.since = Clock::now();
+    c.responding = false;
     return lws_http_transaction_completed(c.wsi) != 0 || close ? -1 : 0;
   }
 
@@ -480,24 +510,45 @@ class LwsServer final : public Server {
       if (c.head_only) return completed(c);
       c.piece = c.response.stream->next();
       c.sent = 0;
-      c.bounded = static_cast<bool>(c.piece);
+      c.bounded = c.piece.has_value();
       c.since = Clock::now();
       if (!c.piece) return c.response.stream->is_over() ? completed(c) : 0;
       if (c.stream_left && c.piece->size() > *c.stream_left) return -1;
       if (c.stream_left) *c.stream_left -= c.piece->size();
     }
     if (!c.piece) return 0;
-    const std::size_t left = c.piece->size() - c.sent, now = std::min(left, kPiece);
+    const Parts parts{as_span(c.piece->head), as_span(c.piece->bytes), as_span(c.piece->tail)};
+    const std::size_t left = size_of(parts) - c.sent, now = std::min(left, kPiece);
     const bool last = now == left && (!c.response.stream || c.stream_left == 0u);
-    // The library writes nothing before the bytes of HTTP/1.1, so they need no copy.
-    auto* const from = reinterpret_cast<unsigned char*>(const_cast<std::byte*>(c.piece->data() + c.sent));
+    // The library writes nothing before the bytes of HTTP/1.1, so those that are alone need no copy.
+    const bool alone = c.piece->head.empty() && c.piece->tail.empty();
+    auto* const from = alone ? reinterpret_cast<unsigned char*>(const_cast<std::byte*>(c.piece->bytes->data() + c.sent))
+                             : gather(parts, c.sent, now);
     if (lws_write(c.wsi, from, now, last ? LWS_WRITE_HTTP_FINAL : LWS_WRITE_HTTP) < static_cast<int>(now)) return -1;
     c.sent += now;
     c.since = Clock::now();
     if (last) return completed(c);
-    if (c.sent == c.piece->size()) c.piece.reset();
+    if (now == left) c.piece.reset();
     lws_callback_on_writable(c.wsi);
     return 0;
+  }
+
+  using Parts = std::array<std::span<const std::byte>, 3>;
+  static std::span<const std::byte> as_span(const std::string& text) { return std::as_bytes(std::span(text)); }
+  static std::span<const std::byte> as_span(const Bytes& bytes) {
+    return bytes ? std::span(*bytes) : std::span<const std::byte>();
+  }
+  static std::size_t size_of(const Parts& parts) { return parts[0].size() + parts[1].size() + parts[2].size(); }
+
+  /// `size` bytes of the parts in a row, from `begin`; the library may write before them.
+  unsigned char* gather(const Parts& parts, std::size_t begin, std::size_t size) {
+    unsigned char *const start = frame_.data() + LWS_PRE, *to = start;
+    for (const auto& part : parts) {
+      const std::size_t skipped = std::min(begin, part.size()), taken = std::min(part.size() - skipped, size);
+      if (taken > 0) std::memcpy(to, part.data() + skipped, taken);
+      begin -= skipped, size -= taken, to += taken;
+    }
+    return start;
   }
 
   // ---- WebSockets
@@ -521,7 +572,7 @@ class LwsServer final : public Server {
   /// Messages that follow one another at once share packets: each packet is one more that may be lost.
   static void cork(Connection& c, bool corked) {
     if (!c.corks || c.corked == corked) return;
-    c.corked = corked;
+    c.corked = corked, c.held_back = 0;
     set(c.wsi, TCP_CORK, corked ? 1 : 0);
   }
 
@@ -582,21 +633,19 @@ class LwsServer final : public Server {
       cork(c, c.out.has_value());
       if (!c.out) return end_if_over(c);
     }
-    const std::span<const std::byte> head = c.out->head,
-                                     bytes = c.out->bytes ? std::span(*c.out->bytes) : std::span<const std::byte>();
-    const std::size_t size = head.size() + bytes.size(), left = size - c.sent, now = std::min(left, kPiece);
-    // Before a frame the library writes its head, therefore a copy.
-    const std::size_t of_head = c.sent < head.size() ? std::min(head.size() - c.sent, now) : 0;
-    if (of_head > 0) std::memcpy(frame_.data() + LWS_PRE, head.data() + c.sent, of_head);
-    if (now > of_head)
-      std::memcpy(frame_.data() + LWS_PRE + of_head, bytes.data() + (c.sent + of_head - head.size()), now - of_head);
+    const Parts parts{c.out->head, as_span(c.out->bytes), {}};
+    const std::size_t size = size_of(parts), left = size - c.sent, now = std::min(left, kPiece);
     const int kind = lws_write_ws_flags(c.out->binary ? LWS_WRITE_BINARY : LWS_WRITE_TEXT, c.sent == 0 && c.out->begins,
                                         now == left && c.out->ends);
-    if (lws_write(c.wsi, frame_.data() + LWS_PRE, now, static_cast<lws_write_protocol>(kind)) < static_cast<int>(now))
-      return -1;
+    // Before a frame the library writes its head, therefore a copy.
+    unsigned char* const from = gather(parts, c.sent, now);
+    if (lws_write(c.wsi, from, now, static_cast<lws_write_protocol>(kind)) < static_cast<int>(now)) return -1;
     c.sent += now;
     c.since = Clock::now();
     if (c.sent == size) c.out.reset();
+    // With half of kUnsent the system takes no more, and we would not learn that there is none to come.
+    c.held_back += now;
+    if (c.held_back >= kMostHeldBack) cork(c, false);
     lws_callback_on_writable(c.wsi);
     return 0;
   }
@@ -609,7 +658,8 @@ class LwsServer final : public Server {
   lws_vhost* vhost_ = nullptr;
   std::uint16_t port_ = 0;
   std::unique_ptr<LwsClient> client_;
-  Timer timer_;
+  int timer_fd_ = -1;  // the library closes it
+  Clock::time_point swept_{};
   std::thread::id thread_{};
   std::atomic<bool> stop_{false};
   std::mutex mutex_;  // of the next two

@@ -1,14 +1,17 @@
 // A robot for tests of the monitor: that of the tests of tap, and a camera; in real time, or in virtual time that goes
 // as fast as the wall's.
-//   monitor_robot NAME [--virtual] [--camera WIDTH HEIGHT HZ]        ends with SIGTERM
+//   monitor_robot NAME [--virtual] [--camera WIDTH HEIGHT HZ] [--discs]        ends with SIGTERM
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <optional>
 #include <random>
 #include <thread>
 
 #include "../tap/tap_rig.hpp"
+#include "camera_scene.hpp"
 
 namespace {
 
@@ -17,37 +20,37 @@ using namespace std::chrono_literals;
 
 struct Options {
   std::string name;
-  bool virtual_time = false;
+  bool virtual_time = false, discs = false;
   std::uint32_t width = 320, height = 240;
   int hz = 30;
 } options;
 
 volatile std::sig_atomic_t ended = 0;
 
-/// A scene that moves, with the noise of a camera. The time of a picture is that of its step.
+/// The time of a picture is that of its step.
 class Camera final : public rt::Module {
  public:
+  Camera() {
+    if (options.discs) discs_.emplace(options.width, options.height);
+  }
   void declare(rt::Declaration& d) override { d.out("raw", out_); }
   rt::StepStatus step(const rt::Step& step) noexcept override {
     msg::Image& image = out_.loan();
     if (!image.format_as(msg::PixelFormat::yuyv, options.width, options.height)) return rt::StepStatus::fault;
     image.stamp = step.now;
     image.frame_number = ++frame_;
-    for (std::uint32_t y = 0; y < image.height; ++y) {
-      std::uint8_t* const row = image.row(y);
-      for (std::uint32_t x = 0; x < image.width; ++x) {
-        const std::uint32_t square = ((x + 3 * frame_) / 24 + y / 24) % 3;
-        noise_ = noise_ * 1664525u + 1013904223u;
-        row[2 * x] = static_cast<std::uint8_t>(40 + 70 * square + (x + y) / 16 + (noise_ >> 29));
-        row[2 * x + 1] = static_cast<std::uint8_t>(x % 2 == 0 ? 128 + 20 * square : 120);
-      }
-    }
+    if (discs_)
+      std::copy(discs_->picture(frame_).begin(), discs_->picture(frame_).end(), image.pixels());
+    else
+      squares_.paint(frame_, image.width, image.height, [&image](std::uint32_t y) { return image.row(y); });
     return rt::StepStatus::ok;
   }
 
  private:
   rt::Out<msg::Image> out_;
-  std::uint32_t frame_ = 0, noise_ = 1;
+  std::uint32_t frame_ = 0;
+  monitor::test::NoisySquares squares_;
+  std::optional<monitor::test::ShadedDiscs> discs_;
 };
 
 /// Grants virtual time as it passes on the wall.
@@ -69,6 +72,8 @@ bool read_options(int argc, char** argv) {
   for (int i = 2; i < argc; ++i) {
     if (std::strcmp(argv[i], "--virtual") == 0) {
       options.virtual_time = true;
+    } else if (std::strcmp(argv[i], "--discs") == 0) {
+      options.discs = true;
     } else if (std::strcmp(argv[i], "--camera") == 0 && i + 3 < argc) {
       options.width = static_cast<std::uint32_t>(std::atoi(argv[++i]));
       options.height = static_cast<std::uint32_t>(std::atoi(argv[++i]));
@@ -102,7 +107,7 @@ rt::GraphSpec spec() {
 
 int main(int argc, char** argv) {
   if (!read_options(argc, argv)) {
-    std::fprintf(stderr, "usage: monitor_robot NAME [--virtual] [--camera WIDTH HEIGHT HZ]\n");
+    std::fprintf(stderr, "usage: monitor_robot NAME [--virtual] [--camera WIDTH HEIGHT HZ] [--discs]\n");
     return 2;
   }
   std::signal(SIGTERM, [](int) { ended = 1; });

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <future>
+#include <map>
+#include <set>
+
 #include "site_rig.hpp"
 
 namespace sinew::monitor::pictures_test {
@@ -14,8 +18,14 @@ using namespace std::chrono_literals;
 
 class MonitorPictures : public testing::Test {
  protected:
+  static constexpr int kEyes = 8;
+  static tap::RobotOptions with_eyes() {
+    tap::RobotOptions options;
+    options.graph.eyes = kEyes;
+    return options;
+  }
   tap::OwnRunDir dir_;
-  tap::Robot robot_;
+  tap::Robot robot_{with_eyes()};
   void SetUp() override { robot_.start(); }
 };
 
@@ -92,34 +102,136 @@ TEST_F(MonitorPictures, AMovieHasTheNewestPicturesOneAfterTheOther) {
   EXPECT_TRUE(client.is_ended());
 }
 
-TEST_F(MonitorPictures, OneEncodingHoweverManyLookAndNoneWhenNobodyDoes) {
-  std::string why;
-  const auto stream = ImageStream::open("robot", "eye.image", why);
-  ASSERT_TRUE(stream) << why;
-  std::this_thread::sleep_for(50ms);
-  EXPECT_EQ(stream->counters().encoded, 0u);
-  std::atomic<int> told{0};
-  {
-    std::vector<std::shared_ptr<ImageStream::Viewer>> viewers;
-    for (int i = 0; i < 8; ++i) viewers.push_back(stream->look({}, [&] { ++told; }));
-    const auto until = std::chrono::steady_clock::now() + 10s;
-    while (told < 80 && std::chrono::steady_clock::now() < until) std::this_thread::sleep_for(1ms);
-    EXPECT_GE(told, 80);
-    // A viewer that came is told of the newest picture also when it was encoded before.
-    EXPECT_LE(stream->counters().encoded, stream->counters().seen);
-    EXPECT_EQ(viewers.front()->newest().bytes, viewers.back()->newest().bytes);
-    // Another recipe has pictures of its own.
-    Recipe other;
-    other.cut.scale = 0.25;
-    const auto small = stream->look(other, [] {});
-    while (small->newest().serial == 0 && std::chrono::steady_clock::now() < until) std::this_thread::sleep_for(1ms);
-    ASSERT_GT(small->newest().serial, 0u);
-    EXPECT_LT(small->newest().bytes->size(), viewers.front()->newest().bytes->size());
+/// The robot's feed, taken on the server's thread.
+std::shared_ptr<RobotFeed> feed_of(SiteRig& rig) {
+  std::promise<std::shared_ptr<RobotFeed>> feed;
+  rig.server->post(
+      [&] { rig.site->feeds().with("robot", [&](const auto& f, const std::string&) { feed.set_value(f); }); });
+  return feed.get_future().get();
+}
+
+TEST_F(MonitorPictures, EightTopicsOfOneRobotAtOnce) {
+  SiteRig rig;
+  std::vector<std::unique_ptr<HttpClient>> clients;
+  for (int i = 1; i <= kEyes; ++i) {
+    const std::string name = i == 1 ? "eye" : "eye" + std::to_string(i);
+    clients.push_back(std::make_unique<HttpClient>(rig.port()));
+    clients.back()->send("GET /robot/images/" + name + ".image.mjpg HTTP/1.1\r\nHost: " + clients.back()->host() +
+                         "\r\n\r\n");
   }
-  std::this_thread::sleep_for(20ms);
-  const std::uint64_t before = stream->counters().encoded;
-  std::this_thread::sleep_for(50ms);
-  EXPECT_EQ(stream->counters().encoded, before);
+  for (const auto& client : clients) EXPECT_EQ(client->reply(true).status, 200);
+  for (int round = 0; round < 3; ++round)
+    for (const auto& client : clients) EXPECT_TRUE(client->wait_for("content-type: image/jpeg\r\n"));
+}
+
+TEST_F(MonitorPictures, ThoseOfHttpAndOfTheWebSocketAreTheSame) {
+  SiteRig rig;
+  const auto feed = feed_of(rig);
+  ASSERT_TRUE(feed);
+  HttpClient client(rig.port());
+  EXPECT_EQ(client.get("/robot/images/eye.image.jpg").status, 200);
+  robot_.real->stop();  // no newer picture comes
+  const auto encoded = [&] { return feed->pictures()->counters().encoded; };
+  const std::uint64_t before = encoded();
+  const Reply reply = client.get("/robot/images/eye.image.jpg");
+  const auto& channels = feed->facts().channels;
+  const auto jpeg = std::find_if(channels.begin(), channels.end(),
+                                 [](const foxglove::Channel& c) { return c.topic == "/eye.image/jpeg"; });
+  ASSERT_NE(jpeg, channels.end());
+  const auto take = [&](const foxglove::PictureSize& size) {
+    const auto told = std::make_shared<std::promise<void>>();
+    const auto inbox =
+        std::make_shared<foxglove::Inbox>(1, std::make_shared<foxglove::Backlog>([told] { told->set_value(); }));
+    const auto tap = feed->look(static_cast<std::size_t>(jpeg - channels.begin()), inbox);
+    tap->want(size);
+    told->get_future().wait();
+    return std::move(*inbox->take());
+  };
+  const foxglove::Item same = take({});
+  EXPECT_EQ(std::string(reinterpret_cast<const char*>(same.payload->data()), same.payload->size()), reply.body);
+  EXPECT_LE(encoded(), before + 1);  // 0: the last one of before was of the same message
+  EXPECT_NE(*take({40, 0.5}).payload, *same.payload);
+  EXPECT_LE(encoded(), before + 2);
+}
+
+TEST_F(MonitorPictures, OneEncodingHoweverManyLookAndNoneWhenNobodyDoes) {
+  std::mutex mutex;                                // what viewers use is there until the picture thread has ended
+  std::map<std::uint32_t, std::set<Bytes>> files;  // by sequence
+  std::atomic<int> told{0};
+  SiteRig rig;
+  const auto feed = feed_of(rig);
+  ASSERT_TRUE(feed);
+  const auto pictures = feed->pictures();
+  std::string why;
+  const auto topic = pictures->find("eye.image", why);
+  ASSERT_TRUE(topic) << why;
+  {
+    std::vector<std::shared_ptr<RobotPictures::Viewer>> viewers(8);
+    for (auto& viewer : viewers) {
+      viewer = RobotPictures::look(pictures, *topic, [&](const auto& picture) {
+        const std::lock_guard lock(mutex);
+        files[picture->sequence].insert(picture->file);
+        ++told;
+        return true;
+      });
+    }
+    while (told < 80) {
+      for (const auto& viewer : viewers) viewer->want({});
+      std::this_thread::sleep_for(1ms);
+    }
+    viewers.clear();
+    const std::lock_guard lock(mutex);
+    for (const auto& [sequence, all] : files) EXPECT_EQ(all.size(), 1u) << sequence;
+  }
+  // Until the robot has published ten more of which none was encoded.
+  const auto encoded = [&] { return pictures->counters().encoded; };
+  auto client = robot_.client();
+  const auto reader = client->reader();
+  ASSERT_TRUE(reader);
+  std::uint64_t before = 0;
+  do {
+    before = encoded();
+    const std::uint32_t first = (*reader)->newest(*topic)->sequence;
+    while ((*reader)->newest(*topic)->sequence - first < 10) std::this_thread::sleep_for(1ms);
+  } while (encoded() != before);
+}
+
+TEST_F(MonitorPictures, AViewerThatWantsTheNextOneAtOnceGetsIt) {
+  std::shared_ptr<RobotPictures::Viewer> viewer;
+  std::promise<void> enough;
+  std::atomic<int> calls{0};
+  SiteRig rig;
+  const auto feed = feed_of(rig);
+  ASSERT_TRUE(feed);
+  const auto pictures = feed->pictures();
+  std::string why;
+  viewer = RobotPictures::look(pictures, *pictures->find("eye.image", why), [&](const auto&) {
+    if (++calls < 6) viewer->want({});
+    if (calls == 6) enough.set_value();
+    return true;
+  });
+  viewer->want({});
+  enough.get_future().wait();
+  viewer.reset();
+}
+
+TEST_F(MonitorPictures, AViewerThatHasNoUseForAPictureStillWantsOne) {
+  std::promise<std::string> said;
+  std::atomic<int> calls{0};
+  SiteRig rig;
+  const auto feed = feed_of(rig);
+  ASSERT_TRUE(feed);
+  const auto pictures = feed->pictures();
+  std::string why;
+  const auto viewer = RobotPictures::look(pictures, *pictures->find("eye.image", why), [&](const auto& picture) {
+    if (++calls < 3) return false;
+    if (calls == 3) said.set_value(picture->why);
+    return true;
+  });
+  Recipe beyond;
+  beyond.cut.x = 5000;
+  viewer->want(beyond);
+  EXPECT_NE(said.get_future().get().find("outside"), std::string::npos);
 }
 
 }  // namespace

@@ -237,7 +237,10 @@ TEST(HttpServer, AStreamSendsItsPiecesAsTheyCome) {
     std::atomic<bool>* ended;
     int given = 0;
     ~Numbers() override { ended->store(true); }
-    Bytes next() override { return given < ready->load() ? bytes_of("<" + std::to_string(++given) + ">") : nullptr; }
+    std::optional<Piece> next() override {
+      if (given == ready->load()) return std::nullopt;
+      return Piece{"<", bytes_of(std::to_string(++given)), ">"};
+    }
     bool is_over() const override { return given == 3; }
   };
   std::atomic<int> ready{1};
@@ -261,6 +264,66 @@ TEST(HttpServer, AStreamSendsItsPiecesAsTheyCome) {
   const auto until = std::chrono::steady_clock::now() + 10s;
   while (!ended && std::chrono::steady_clock::now() < until) std::this_thread::sleep_for(1ms);
   EXPECT_TRUE(ended);
+}
+
+TEST(HttpServer, APeerThatLeavesWhileItsResponseIsMadeIsNoMore) {
+  struct Silent final : Stream {
+    std::optional<Piece> next() override { return std::nullopt; }
+  };
+  std::vector<Server::Reply> held;
+  Rig rig([&](const Request& r, ConnectionId, const Server::Reply& reply) {
+    if (r.path == "/held") return held.push_back(reply);
+    Response response;
+    response.stream = std::make_unique<Silent>();
+    reply(std::move(response));
+  });
+  for (const char* path : {"/held", "/silent"}) {
+    HttpClient client(rig.port());
+    client.send(std::string("GET ") + path + " HTTP/1.1\r\nHost: x\r\n\r\n");
+    if (path == std::string("/silent")) client.reply(true);
+    const auto until = std::chrono::steady_clock::now() + 10s;
+    while (rig.server->counters().requests == 0 && std::chrono::steady_clock::now() < until)
+      std::this_thread::sleep_for(1ms);
+  }
+  const auto until = std::chrono::steady_clock::now() + 10s;
+  while (rig.server->counters().open > 0 && std::chrono::steady_clock::now() < until) std::this_thread::sleep_for(1ms);
+  EXPECT_EQ(rig.server->counters().open, 0u);
+  held.clear();  // an answer needs the server
+}
+
+TEST(HttpServer, AMessageOfSomeKilobytesIsNotHeldBackForTheNext) {
+  struct Pages final : Socket {
+    std::atomic<int>* asked;
+    int given = 0;
+    bool receive(bool, std::span<const std::byte>) override { return true; }
+    std::optional<Message> next() override {
+      if (given == asked->load()) return std::nullopt;
+      // One large one, or many small ones that are as long together.
+      const std::size_t size = given % 100 < 50 ? 6000 : 50;
+      return Message{true, bytes_of(std::string(size, '.') + "<" + std::to_string(++given) + ">"), {}};
+    }
+  };
+  std::atomic<int> asked{0};
+  std::atomic<ConnectionId> connection{0};
+  Rig rig(echo, {}, [&](const Request&, ConnectionId id, Response&) {
+    auto pages = std::make_unique<Pages>();
+    pages->asked = &asked;
+    connection = id;
+    return pages;
+  });
+  HttpClient client(rig.port());
+  client.send(
+      "GET / HTTP/1.1\r\nHost: x\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+      "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n\r\n");
+  ASSERT_EQ(client.reply(true).status, 101);
+  // The system gives back what is held back after 200 ms: our patience is over then.
+  const auto until = std::chrono::steady_clock::now() + 10s;
+  for (int i = 1; i <= 10'000 && std::chrono::steady_clock::now() < until; i += i % 100 < 50 ? 1 : 50) {
+    asked = i % 100 < 50 ? i : i + 49;
+    rig.server->wake(connection);
+    ASSERT_TRUE(client.wait_for("<" + std::to_string(asked) + ">"));
+  }
+  EXPECT_GE(asked, 9'950);
 }
 
 TEST(HttpServer, SaysWhyItCannotListen) {

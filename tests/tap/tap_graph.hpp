@@ -91,6 +91,7 @@ struct GraphOptions {
   std::string name = "robot";
   hal::Duration period = 2ms, eye_period = 5ms;
   std::uint32_t image_history = 0;  // 0: the default
+  int eyes = 1;                     // eye, eye2, eye3, ...
   int priority = 0;                 // of the fast thread; 0: any, for runs without priorities
   bool camera = false;              // a second external topic, outside.image: kWidth x kHeight pixels, yuyv
   bool wake_outsiders = false;      // counter.range
@@ -121,13 +122,22 @@ inline rt::GraphSpec robot_spec(const GraphOptions& o) {
   fast.order = {{"counter", 0}, {"follower", 0}};
   slow.name = "slow", slow.period = o.eye_period, slow.priority = o.priority > 0 ? o.priority - 1 : 20;
   slow.order = {{"eye", 0}};
+  for (int i = 1; i <= o.eyes; ++i) {
+    const std::string name = i == 1 ? "eye" : "eye" + std::to_string(i);
+    rt::TopicSpec image;
+    image.name = name + ".image", image.image_bytes = Eye::kWidth * Eye::kHeight, image.history = o.image_history;
+    g.topics.push_back(std::move(image));
+    if (i == 1) continue;
+    g.modules.push_back(module(name.c_str(), "test::Eye"));
+    g.modules.back().in["range"] = {"counter.range", 0};
+    slow.order.push_back({name, 0});
+  }
   g.threads = {fast, slow};
-  rt::TopicSpec image, wind;
-  image.name = "eye.image", image.image_bytes = Eye::kWidth * Eye::kHeight, image.history = o.image_history;
+  rt::TopicSpec wind;
   wind.name = "operator.range";
   wind.external.emplace();
   wind.external->type = "RangeSample", wind.external->thread = "slow";
-  g.topics = {image, wind};
+  g.topics.push_back(wind);
   if (o.camera) {
     rt::TopicSpec camera;
     camera.name = "outside.image", camera.image_bytes = 2 * Eye::kWidth * Eye::kHeight;

@@ -5,6 +5,10 @@
 #include <sched.h>
 
 #include <array>
+#include <thread>
+#include <vector>
+
+#include "hal/linux/shared_memory.hpp"
 
 namespace sinew::hal::os_test {
 namespace {
@@ -42,6 +46,25 @@ TEST(LinuxOs, CpuThatDoesNotExistIsNamedAndTheThreadStillRuns) {
   (*thread)->join();
   EXPECT_TRUE(ran);
   EXPECT_NE((*thread)->shortfall().find("CPU set refused"), std::string::npos);
+}
+
+TEST(LinuxOs, AWaitForSeveralWordsEndsWithTheWakeOfAnyOfThem) {
+  std::vector<WakeWord> words(3);
+  // More than one call of the kernel takes: the others are looked at from time to time.
+  std::vector<WakeWord> crowd(kMostWords + 1);
+  for (auto* const all : {&words, &crowd}) {
+    const auto ended = [&] {
+      std::vector<SeenWord> seen;
+      for (const WakeWord& w : *all) seen.push_back({&w, 0});
+      while (all->back().load() == 0) wait_any_shared(seen, kNever);
+    };
+    std::thread waiter(ended);
+    all->back().store(1);
+    wake_shared(all->back());
+    waiter.join();  // for ever, if the wake is missed
+  }
+  // A word that was changed before.
+  wait_any_shared(std::vector<SeenWord>{{&words[0], 0}, {&words[1], 0}, {&words[2], 0}}, kNever);
 }
 
 }  // namespace
