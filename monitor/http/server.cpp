@@ -623,31 +623,39 @@ class LwsServer final : public Server {
     return -1;
   }
 
+  /// Small messages that are there go at once, without a look at the system for each.
   int send_message(Connection& c) {
     if (!c.socket) return -1;
-    if (!c.out) {
-      c.out = c.socket->next();
-      c.sent = 0;
-      c.bounded = c.out.has_value();
-      c.since = Clock::now();
-      cork(c, c.out.has_value());
-      if (!c.out) return end_if_over(c);
-    }
+    do {
+      if (!c.out) {
+        c.out = c.socket->next();
+        c.sent = 0;
+        c.bounded = c.out.has_value();
+        c.since = Clock::now();
+        cork(c, c.out.has_value());
+        if (!c.out) return end_if_over(c);
+      }
+      if (!send_piece(c)) return -1;
+    } while (c.corked && !c.out);
+    lws_callback_on_writable(c.wsi);
+    return 0;
+  }
+
+  bool send_piece(Connection& c) {
     const Parts parts{c.out->head, as_span(c.out->bytes), {}};
     const std::size_t size = size_of(parts), left = size - c.sent, now = std::min(left, kPiece);
     const int kind = lws_write_ws_flags(c.out->binary ? LWS_WRITE_BINARY : LWS_WRITE_TEXT, c.sent == 0 && c.out->begins,
                                         now == left && c.out->ends);
     // Before a frame the library writes its head, therefore a copy.
     unsigned char* const from = gather(parts, c.sent, now);
-    if (lws_write(c.wsi, from, now, static_cast<lws_write_protocol>(kind)) < static_cast<int>(now)) return -1;
+    if (lws_write(c.wsi, from, now, static_cast<lws_write_protocol>(kind)) < static_cast<int>(now)) return false;
     c.sent += now;
     c.since = Clock::now();
     if (c.sent == size) c.out.reset();
     // With half of kUnsent the system takes no more, and we would not learn that there is none to come.
     c.held_back += now;
     if (c.held_back >= kMostHeldBack) cork(c, false);
-    lws_callback_on_writable(c.wsi);
-    return 0;
+    return true;
   }
 
   const ServerOptions options_;
