@@ -21,6 +21,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "hal/wide.hpp"
 #include "monitor/http/head.hpp"
 #include "monitor/http/library_log.hpp"
 #include "monitor/http/lws_client.hpp"
@@ -189,8 +190,8 @@ class LwsServer final : public Server {
   }
 
   Counters counters() const override {
-    return {accepted_.load(), refused_full_.load(),     refused_peer_.load(), made_room_.load(),
-            requests_.load(), refused_requests_.load(), open_.load()};
+    return {accepted_.value(), refused_full_.value(),     refused_peer_.value(), made_room_.value(),
+            requests_.value(), refused_requests_.value(), open_.load()};
   }
 
   int callback(lws* wsi, lws_callback_reasons reason, void* in, std::size_t length) {
@@ -270,15 +271,15 @@ class LwsServer final : public Server {
 
   /// Idle connections make room for new ones: whoever has a request is served, however many hold places for nothing.
   bool let_in(int fd) {
-    accepted_.fetch_add(1, std::memory_order_relaxed);
+    accepted_.add();
     const std::string peer = peer_of(fd);
     const auto found = peers_.find(peer);
     if (found != peers_.end() && found->second >= options_.most_per_peer && !make_room(&peer)) {
-      refused_peer_.fetch_add(1, std::memory_order_relaxed);
+      refused_peer_.add();
       return false;
     }
     if ((is_full() && !make_room(nullptr)) || doomed_ >= kMostDoomed) {
-      refused_full_.fetch_add(1, std::memory_order_relaxed);
+      refused_full_.add();
       return false;
     }
     return true;
@@ -303,7 +304,7 @@ class LwsServer final : public Server {
     ++doomed_;
     const auto held = peers_.find(oldest->peer);
     if (held != peers_.end() && --held->second == 0) peers_.erase(held);
-    made_room_.fetch_add(1, std::memory_order_relaxed);
+    made_room_.add();
     lws_set_timeout(oldest->wsi, PENDING_TIMEOUT_USER_OK, LWS_TO_KILL_ASYNC);
     return true;
   }
@@ -315,7 +316,7 @@ class LwsServer final : public Server {
     ++peers_[c->peer];
     by_id_[c->id] = c.get();
     connections_[wsi] = std::move(c);
-    open_.store(connections_.size(), std::memory_order_relaxed);
+    open_.store(static_cast<std::uint32_t>(connections_.size()), std::memory_order_relaxed);
   }
 
   void end(lws* wsi) {
@@ -329,7 +330,7 @@ class LwsServer final : public Server {
     }
     by_id_.erase(found->second->id);
     connections_.erase(found);
-    open_.store(connections_.size(), std::memory_order_relaxed);
+    open_.store(static_cast<std::uint32_t>(connections_.size()), std::memory_order_relaxed);
   }
 
   /// Ends connections that do not get on.
@@ -378,13 +379,13 @@ class LwsServer final : public Server {
   // ---- requests
 
   int request(Connection& c) {
-    requests_.fetch_add(1, std::memory_order_relaxed);
+    requests_.add();
     c.answered = false, c.idle = false, c.bounded = true, c.since = Clock::now(), c.too_long = false;
     c.response = {}, c.piece.reset(), c.sent = 0;
     Response refusal;
     c.request.peer = c.peer;
     if (!read_request(c.wsi, c.request, refusal)) {
-      refused_requests_.fetch_add(1, std::memory_order_relaxed);
+      refused_requests_.add();
       return respond(c, std::move(refusal));
     }
     c.head_only = c.request.method == "HEAD";
@@ -393,7 +394,7 @@ class LwsServer final : public Server {
     c.body_bytes =
         static_cast<std::size_t>(std::min<unsigned long long>(std::strtoull(announced.c_str(), nullptr, 10), SIZE_MAX));
     if (chunked || c.body_bytes > options_.most_body_bytes) {
-      refused_requests_.fetch_add(1, std::memory_order_relaxed);
+      refused_requests_.add();
       c.too_long = true;
       return respond(c, chunked ? plain(411, "a body needs its length")
                                 : plain(413, fmt::format("a body has at most {} bytes", options_.most_body_bytes)));
@@ -592,7 +593,7 @@ class LwsServer final : public Server {
       keep_young(c);
       return 0;
     }
-    refused_requests_.fetch_add(1, std::memory_order_relaxed);
+    refused_requests_.add();
     const std::string body(reinterpret_cast<const char*>(refusal.body ? refusal.body->data() : nullptr),
                            refusal.body ? refusal.body->size() : 0);
     lws_return_http_status(c.wsi, static_cast<unsigned>(refusal.status), body.c_str());
@@ -683,8 +684,8 @@ class LwsServer final : public Server {
   unsigned doomed_ = 0;
   std::optional<Response> direct_;  // given while its request was being handled
   std::array<unsigned char, LWS_PRE + kPiece> frame_;
-  std::atomic<std::uint64_t> accepted_{0}, refused_full_{0}, refused_peer_{0}, made_room_{0}, requests_{0},
-      refused_requests_{0}, open_{0};
+  hal::Tally accepted_, refused_full_, refused_peer_, made_room_, requests_, refused_requests_;
+  std::atomic<std::uint32_t> open_{0};
 };
 
 }  // namespace

@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "../tap/tap_rig.hpp"
-#include "camera_scene.hpp"
+#include "../../bench/camera_scene.hpp"
 
 namespace {
 

@@ -245,11 +245,11 @@ TEST(HttpServer, AStreamSendsItsPiecesAsTheyCome) {
   };
   std::atomic<int> ready{1};
   std::atomic<bool> ended{false};
-  std::atomic<ConnectionId> connection{0};
+  std::atomic<std::uint32_t> connection{0};
   Rig rig([&](const Request&, ConnectionId id, const Server::Reply& reply) {
     auto numbers = std::make_unique<Numbers>();
     numbers->ready = &ready, numbers->ended = &ended;
-    connection = id;
+    connection = static_cast<std::uint32_t>(id);
     Response r;
     r.stream = std::move(numbers);
     reply(std::move(r));
@@ -304,11 +304,11 @@ TEST(HttpServer, AMessageOfSomeKilobytesIsNotHeldBackForTheNext) {
     }
   };
   std::atomic<int> asked{0};
-  std::atomic<ConnectionId> connection{0};
+  std::atomic<std::uint32_t> connection{0};
   Rig rig(echo, {}, [&](const Request&, ConnectionId id, Response&) {
     auto pages = std::make_unique<Pages>();
     pages->asked = &asked;
-    connection = id;
+    connection = static_cast<std::uint32_t>(id);
     return pages;
   });
   HttpClient client(rig.port());
