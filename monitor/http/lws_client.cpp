@@ -44,6 +44,7 @@ namespace {
 
 constexpr std::size_t kClientPiece = 64 << 10;  // of a message: received and written at once
 constexpr std::size_t kClientRead = 16 << 10;   // of a body
+constexpr int kConnect = 5;                     // seconds
 constexpr const char* kClientName = "sinew-client";
 
 // What a relay passes on, and no more: above all no cookies, and no policy of another site.
@@ -148,7 +149,7 @@ lws_vhost* LwsClient::host(bool tls, std::string& why) {
   info.vhost_name = tls ? "sinew-client-tls" : "sinew-client";
   info.protocols = kProtocols;
   info.options = LWS_SERVER_OPTION_DISABLE_IPV6;
-  info.connect_timeout_secs = 5;
+  info.connect_timeout_secs = kConnect;
   // Other monitors are near: a proxy of the environment is none of theirs.
   info.http_proxy_address = "";
   if (tls) info.options |= LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT;
@@ -294,7 +295,7 @@ int LwsClient::called(Peer& peer, int reason, void* in, std::size_t length) {
 
 bool LwsClient::add_headers(Peer& peer, unsigned char** at, std::size_t room) {
   std::string text;
-  for (const auto& [name, value] : peer.call.headers) text += name + ": " + value + "\r\n";
+  for (const auto& [name, value] : peer.call.headers) text += fmt::format("{}: {}\r\n", name, value);
   if (peer.call.method == "POST") text += fmt::format("content-length: {}\r\n", peer.call.body.size());
   if (text.size() > room) return false;
   std::memcpy(*at, text.data(), text.size());
@@ -411,8 +412,11 @@ void LwsClient::failed(Peer& peer, std::string_view said) {
     return finish(peer, End::distrusted,
                   "its certificate is not believed: " + error.substr(from, error.find(" (", from) - from));
   }
-  if (said.find("Unable to connect") != std::string_view::npos)
-    return finish(peer, End::lost, "no connection: nothing listens there, or no way leads there");
+  if (said.find("Unable to connect") != std::string_view::npos)  // the library does not say why
+    return finish(peer, End::lost,
+                  Clock::now() - peer.since < std::chrono::seconds(kConnect)
+                      ? "no connection: nothing listens there, or no way leads there"
+                      : fmt::format("no connection: nobody answers there within {} s", kConnect));
   if (said.find("SSL") != std::string_view::npos) return finish(peer, End::lost, "it speaks no TLS");
   finish(peer, End::lost, peer.call.tls ? "it ended the connection" : "its answer is none of HTTP, or there is none");
 }

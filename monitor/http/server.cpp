@@ -242,8 +242,6 @@ class LwsServer final : public Server {
           c.response = {};
           return 0;
         });
-      case LWS_CALLBACK_OPENSSL_PERFORM_SERVER_CERT_VERIFICATION:
-        return 0;  // of the client's peers: nothing beyond what the library checks
       default:
         return 0;
     }

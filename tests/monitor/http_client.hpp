@@ -35,7 +35,7 @@ class HttpClient {
     if (from != 0) {
       sockaddr_in own{};
       own.sin_family = AF_INET, own.sin_addr.s_addr = htonl(from);
-      bind(fd_, reinterpret_cast<const sockaddr*>(&own), sizeof own);
+      static_cast<void>(bind(fd_, reinterpret_cast<const sockaddr*>(&own), sizeof own));
     }
     to.sin_family = AF_INET, to.sin_port = htons(port), to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     connected_ = connect(fd_, reinterpret_cast<const sockaddr*>(&to), sizeof to) == 0;
@@ -115,7 +115,7 @@ class HttpClient {
     bool closed = false;
     while (held_.size() < bytes && more(until, closed)) {
     }
-    const std::string taken = held_.substr(0, bytes);
+    std::string taken = held_.substr(0, bytes);
     held_.erase(0, taken.size());
     return taken;
   }

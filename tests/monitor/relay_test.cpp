@@ -269,8 +269,8 @@ class FakeRemote {
     sockaddr_in own{};
     socklen_t size = sizeof own;
     own.sin_family = AF_INET, own.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    bind(listener_, reinterpret_cast<const sockaddr*>(&own), size);
-    listen(listener_, 16);
+    EXPECT_EQ(bind(listener_, reinterpret_cast<const sockaddr*>(&own), size), 0);
+    EXPECT_EQ(listen(listener_, 16), 0);
     getsockname(listener_, reinterpret_cast<sockaddr*>(&own), &size);
     port_ = ntohs(own.sin_port);
     thread_ = std::thread([this] { run(); });

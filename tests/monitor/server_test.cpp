@@ -51,7 +51,7 @@ class Rig {
 /// Says what it was asked.
 void echo(const Request& r, ConnectionId, const Server::Reply& reply) {
   std::string text = r.method + " " + r.path;
-  for (const auto& [name, value] : r.query) text += " " + name + "=" + value;
+  for (const auto& [name, value] : r.query) text.append(" ").append(name).append("=").append(value);
   reply(plain(200, text + " [" + r.body + "]"));
 }
 

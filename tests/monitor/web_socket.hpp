@@ -64,7 +64,7 @@ class WebSocket {
   /// What comes before the end is left out.
   Message end() {
     while (true) {
-      const Message m = receive();
+      Message m = receive();
       if (m.opcode == 0 || m.opcode == 8) return m;
     }
   }
