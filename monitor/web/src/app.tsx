@@ -227,7 +227,7 @@ function Column({ robot, alone }: { robot: Robot; alone: boolean }) {
 
 function Head({ robot, alone }: { robot: Robot; alone: boolean }) {
   const status = robot.status.value;
-  const guardian = status?.guardian;
+  const guardian = robot.ended.value === null ? status?.guardian : undefined;
   const state = stateOf(robot);
   const faults = status?.modules.filter((m) => !m.running).length ?? 0;
   return (

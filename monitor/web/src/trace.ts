@@ -40,14 +40,17 @@ export function isDense(columns: ArrayLike<number | null>, perUnit: number, pixe
 }
 
 export function line(columns: ArrayLike<number | null>, { left, step, zero, perUnit }: Place, path: PathLike) {
-  let begun = false;
-  for (let i = 0; i < columns.length; ++i) {
-    const value = columns[i] as number | null;
-    if (value === null) continue;
-    const x = left + (i + 0.5) * step, y = zero + value * perUnit;
-    if (begun) path.lineTo(x, y);
-    else path.moveTo(x, y);
-    begun = true;
+  let before = NaN;
+  for (let i = 0; i < columns.length; i += 2) {
+    const a = columns[i] as number | null;
+    if (a === null) continue;
+    const b = columns[i + 1] as number, x = left + (i + 0.5) * step;
+    // On its way to b the line passes a: it would be a step.
+    const passes = (before <= a && a <= b) || (before >= a && a >= b);
+    if (Number.isNaN(before)) path.moveTo(x, zero + a * perUnit);
+    else if (!passes) path.lineTo(x, zero + a * perUnit);
+    path.lineTo(x + step, zero + b * perUnit);
+    before = b;
   }
 }
 

@@ -136,6 +136,12 @@ export function Asked({ robot, request, there, children }: { robot: Robot; reque
   return why ? <Empty title="No answer">{why}</Empty> : <Empty>Asking {robot.label} …</Empty>;
 }
 
+/** Of panels that show messages, while there are none. */
+export function NoMessages({ robot, children }: { robot: Robot; children: ComponentChildren }) {
+  if (robot.ended.value !== null) return <Empty title="The robot has ended">Its messages went with it.</Empty>;
+  return <Empty>{robot.socket.state.value === "open" ? children : `Connecting to the messages of ${robot.label} …`}</Empty>;
+}
+
 export function useSize<T extends HTMLElement>(): [{ current: T | null }, { width: number; height: number }] {
   const ref = useRef<T>(null);
   const [size, setSize] = useState({ width: 0, height: 0 });

@@ -16,8 +16,15 @@ describe("a plotted field", () => {
 
   it("is a line through what there is, across what is missing", () => {
     const drawn: [number, number][] = [];
-    line([1, 2, null, null, 3, 3], place, { moveTo: (x, y) => drawn.push([x, y]), lineTo: (x, y) => drawn.push([x, y]) });
-    expect(drawn).toEqual([[10.5, 90], [11.5, 80], [14.5, 70], [15.5, 70]]);
+    const path = { moveTo: (x: number, y: number) => drawn.push([x, y]), lineTo: (x: number, y: number) => drawn.push([x, y]) };
+    line([1, 2, null, null, 4, 3], place, path);
+    expect(drawn).toEqual([[10.5, 90], [11.5, 80], [14.5, 60], [15.5, 70]]);
+  });
+
+  it("is a slope and no stairs where it only rises or falls", () => {
+    const drawn: number[] = [];
+    line([0, 1, 1, 2, 2, 3, 4, 2], place, { moveTo: (_, y) => drawn.push(y), lineTo: (_, y) => drawn.push(y) });
+    expect(drawn).toEqual([100, 90, 80, 70, 60, 80]); // and the peak stays
   });
 
   it("is bars where it goes up and down in each column, and a line where it is smooth or rare", () => {

@@ -6,7 +6,7 @@ import { followsRule, marksOf, type Mark } from "../overlay";
 import type { PanelProps } from "../panels";
 import type { Robot } from "../robot";
 import { decode, type Message } from "../ros2msg";
-import { Button, Choice, colour, Empty, Tools, useSize, useWatch } from "../ui";
+import { Button, Choice, colour, NoMessages, Tools, useSize, useWatch } from "../ui";
 
 interface Shown {
   bitmap: ImageBitmap;
@@ -39,9 +39,8 @@ export function ImagesPanel({ robot, tile, set }: PanelProps) {
 }
 
 function NoPicture({ robot }: { robot: Robot }) {
-  if (robot.socket.state.value !== "open") return <Empty>Connecting to the messages of {robot.label} …</Empty>;
   const some = robot.topics.value?.some((t) => t.bulk_bytes > 0);
-  return <Empty title="No pictures">{some ? "The monitor sends no pictures of this robot: it may have been built without a JPEG library." : "This robot has no topic of pictures."}</Empty>;
+  return <NoMessages robot={robot}>{some ? "The monitor sends no pictures of this robot: it may have been built without a JPEG library." : "This robot has no topic of pictures."}</NoMessages>;
 }
 
 function Picture({ robot, topic, withMarks }: { robot: Robot; topic: string; withMarks: boolean }) {

@@ -6,7 +6,7 @@ import { plotField } from "../page";
 import type { PanelProps } from "../panels";
 import type { Robot } from "../robot";
 import { decode, nameOfValue, type Field, type Message, type Struct, type Value } from "../ros2msg";
-import { Button, Choice, Empty, Tools } from "../ui";
+import { Button, Choice, Empty, NoMessages, Tools } from "../ui";
 
 const kRedrawMs = 100;
 
@@ -31,7 +31,7 @@ export function MessagesPanel({ robot, tile, set }: PanelProps) {
         {topics.length > 0 && <Choice label="Topic" value={topic} options={topics.map((t) => [t, t] as const)} onChange={(t) => set({ topic: t })} />}
         {topics.length > 0 && <Button icon={held ? "play" : "pause"} label={held ? "Go on" : "Hold"} pressed={held} onClick={() => setHeld(!held)} />}
       </Tools>
-      {topic ? <Newest_ key={topic} robot={robot} topic={topic} held={held} /> : <Empty>{robot.socket.state.value === "open" ? "This robot has no topics." : `Connecting to the messages of ${robot.label} …`}</Empty>}
+      {topic ? <Newest_ key={topic} robot={robot} topic={topic} held={held} /> : <NoMessages robot={robot}>This robot has no topics.</NoMessages>}
     </>
   );
 }

@@ -77,13 +77,13 @@ export function Runs({ machine }: { machine: Machine }) {
         {why && <p class="warn-text" role="alert">{why}</p>}
         {!there ? <p class="muted">This monitor was started without a folder of runs.</p> : !runs ? <p class="muted">Asking …</p> : runs.length === 0 ? <p class="muted">None yet.</p> : (
           <table class="table runs">
-            <thead><tr><th /><th>Run</th><th class="wide-cell">Robot</th><th class="r">Length</th><th class="r wide-cell">Size</th><th>Result</th><th /></tr></thead>
+            <thead><tr><th /><th>Run</th><th class="robot-cell">Robot</th><th class="r">Length</th><th class="r wide-cell">Size</th><th>Result</th><th /></tr></thead>
             <tbody>
               {runs.flatMap((r) => [
                 <tr key={r.name}>
                   <td><input type="checkbox" aria-label={`Compare ${r.name}`} title="Choose two to compare them" checked={chosen.includes(r.name)} onChange={() => choose(r.name)} />{chosen.includes(r.name) && <b class="which">{"AB"[chosen.indexOf(r.name)]}</b>}</td>
                   <td class="num run-name">{r.name}</td>
-                  <td class="wide-cell">{r.robot}</td>
+                  <td class="robot-cell">{r.robot}</td>
                   <td class="r num">{clock(r.duration_s * 1e9)}</td>
                   <td class="r num wide-cell">{bytes(r.bytes)}</td>
                   <td class="results">

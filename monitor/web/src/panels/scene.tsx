@@ -6,7 +6,7 @@ import type { PanelProps } from "../panels";
 import type { Robot } from "../robot";
 import { decode, type Message, type Struct } from "../ros2msg";
 import { angles, projector, rotate, type Camera, type Project, type Quat, type Vec } from "../space";
-import { Button, Choice, colour, Empty, Segments, seriesColour, Tools, useScheme, useSize } from "../ui";
+import { Button, Choice, colour, Empty, NoMessages, Segments, seriesColour, Tools, useScheme, useSize } from "../ui";
 
 interface Pose {
   q: Quat;
@@ -70,7 +70,7 @@ export function ScenePanel({ robot, tile, set }: PanelProps) {
   const topic = poses.some(([n]) => n === wished) ? wished : (withPosition?.[0] ?? "");
   const follow = tile.state.follow !== false;
   const joints = all.filter(([, s]) => s.fields.some((f) => f.name === "position_rad" && f.array !== null));
-  if (channels.size === 0) return <Empty>{robot.socket.state.value === "open" ? "This robot has no topics." : `Connecting to the messages of ${robot.label} …`}</Empty>;
+  if (channels.size === 0) return <NoMessages robot={robot}>This robot has no topics.</NoMessages>;
   if (!topic && joints.length === 0) return <Empty title="Nothing to show in space">No topic of this robot has an attitude (a field q_..._world_base) or joints (position_rad).</Empty>;
   return (
     <>
