@@ -36,8 +36,9 @@ void fill_others(Scene& s) {
   for (std::size_t i = 0; i < s.rgb.size() / 3; ++i) {
     const double r = s.rgb[3 * i], g = s.rgb[3 * i + 1], b = s.rgb[3 * i + 2];
     const double luma = 0.299 * r + 0.587 * g + 0.114 * b;
-    s.yuyv[2 * i] = static_cast<std::uint8_t>(luma + 0.5);
-    s.yuyv[2 * i + 1] = static_cast<std::uint8_t>(128 + (i % 2 == 0 ? (b - luma) / 1.772 : (r - luma) / 1.402));
+    const double colour = i % 2 == 0 ? (b - luma) / 1.772 : (r - luma) / 1.402;
+    s.yuyv[2 * i] = static_cast<std::uint8_t>(16.5 + luma * 219 / 255);
+    s.yuyv[2 * i + 1] = static_cast<std::uint8_t>(128.5 + colour * 224 / 255);
   }
 }
 
