@@ -9,9 +9,9 @@
 #include <ctime>
 #include <vector>
 
+#include "camera_scene.hpp"
 #include "hal/platform.hpp"
 #include "images/pixel_rows.hpp"
-#include "tests/monitor/camera_scene.hpp"
 
 namespace {
 

@@ -18,7 +18,7 @@
 #include <deque>
 #include <mutex>
 
-#include "tests/monitor/camera_scene.hpp"
+#include "camera_scene.hpp"
 
 namespace {
 
