@@ -6,11 +6,11 @@
 #include <nlohmann/json.hpp>
 
 #include "hal/json_depth.hpp"
+#include "monitor/foxglove/reply.hpp"
 
 namespace sinew::foxglove {
 namespace {
 
-using Json = nlohmann::ordered_json;
 
 constexpr int kMostDepth = 32;
 
