@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace sinew::monitor::test {
+namespace sinew::bench {
 
 /// Squares that move, and much noise.
 class NoisySquares {
@@ -62,4 +62,4 @@ class ShadedDiscs {
   std::uint32_t noise_ = 1;
 };
 
-}  // namespace sinew::monitor::test
+}  // namespace sinew::bench

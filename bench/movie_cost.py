@@ -3,7 +3,7 @@
 
 usage: bench/movie_cost.py [--pairs 9] [--seconds 4] [--scene discs|squares] [--build build/release]
 
-Both get pictures of 640x480 yuyv at 30 Hz (tests/monitor/camera_scene.hpp), ustreamer by bench/v4l2_stand_in.cpp, and make
+Both get pictures of 640x480 yuyv at 30 Hz (bench/camera_scene.hpp), ustreamer by bench/v4l2_stand_in.cpp, and make
 JPEGs of quality 80. The turns are alternated; ustreamer goes on without viewers during ours. Needs Debian's ustreamer; builds nothing:
 targets
 sinew-monitor, monitor_robot, v4l2_stand_in, jpeg_floor. Exit code 1: a goal is clearly missed; 77: skipped, with the reason.
