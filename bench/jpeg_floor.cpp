@@ -53,8 +53,8 @@ int main(int argc, char** argv) {
   if (count <= 0) return std::fprintf(stderr, "usage: jpeg_floor SECONDS [--squares] [--422]\n"), 2;
   std::vector<Planes> pictures;
   {
-    monitor::test::NoisySquares painter;
-    const monitor::test::ShadedDiscs discs(kWidth, kHeight);
+    bench::NoisySquares painter;
+    const bench::ShadedDiscs discs(kWidth, kHeight);
     std::vector<std::uint8_t> yuyv(2 * kWidth * kHeight);
     for (std::uint32_t p = 0; p < kPictures; ++p) {
       if (squares) painter.paint(p, kWidth, kHeight, [&](std::uint32_t row) { return &yuyv[2 * kWidth * row]; });

@@ -31,7 +31,7 @@ struct Camera {
   int fd = -1;  // a timer: each tick is a picture
   unsigned count = 0, sequence = 0;
   std::deque<unsigned> queue{};
-  sinew::monitor::test::NoisySquares squares{};
+  sinew::bench::NoisySquares squares{};
 } camera;
 
 template <class F>
@@ -158,7 +158,7 @@ void* map_buffer(std::size_t index) {
   auto* const pixels = static_cast<std::uint8_t*>(memory);
   const auto number = static_cast<std::uint32_t>(index);
   if (std::getenv("SINEW_DISCS")) {
-    static const sinew::monitor::test::ShadedDiscs discs(kWidth, kHeight);
+    static const sinew::bench::ShadedDiscs discs(kWidth, kHeight);
     std::copy(discs.picture(number).begin(), discs.picture(number).end(), pixels);
   } else {
     camera.squares.paint(number, kWidth, kHeight,

@@ -10,8 +10,8 @@
 #include <random>
 #include <thread>
 
-#include "../tap/tap_rig.hpp"
 #include "../../bench/camera_scene.hpp"
+#include "../tap/tap_rig.hpp"
 
 namespace {
 
@@ -49,8 +49,8 @@ class Camera final : public rt::Module {
  private:
   rt::Out<msg::Image> out_;
   std::uint32_t frame_ = 0;
-  monitor::test::NoisySquares squares_;
-  std::optional<monitor::test::ShadedDiscs> discs_;
+  bench::NoisySquares squares_;
+  std::optional<bench::ShadedDiscs> discs_;
 };
 
 /// Grants virtual time as it passes on the wall.
