@@ -21,9 +21,6 @@ class Doctor {
   /// The JSON of `sinew doctor`, of at most kAge; 502 when it has none, 409 when too many wait.
   void answer(Server::Reply reply);
 
-  /// Ends what runs, and waits for that. Thread: the owner's, when the server does not run any more.
-  void stop() { program_ = nullptr; }
-
   static constexpr std::chrono::seconds kAge{5};
   static constexpr std::size_t kMostWaiting = 64;
 

@@ -22,7 +22,7 @@ struct MonitorPlace {
 /// Monitors on other machines that this one knows, and whether they answer: /api/monitors. They are looked at only
 /// while somebody asks.
 /// Thread:  the server's.
-/// Owner:   server and gate must outlive it while the server runs.
+/// Owner:   server and gate must outlive it.
 class Monitors {
  public:
   using OnRemoved = std::function<void(const std::string& address)>;

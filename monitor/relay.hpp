@@ -14,8 +14,9 @@ namespace sinew::monitor {
 /// Carries requests and WebSockets below /at/ADDRESS/ to the monitor at that address, and back, so that a page speaks
 /// to one origin. It decides nothing: the other monitor sees the token and refuses by itself. What comes back is shown
 /// as data only, whatever the other monitor says that it is. A connection holds at most 256 KiB here, and 256 KiB in
-/// the system: when its reader takes no more, the other monitor is not read either. Thread:  the server's. Owner:
-/// server, gate and monitors must outlive it while the server runs.
+/// the system: when its reader takes no more, the other monitor is not read either.
+/// Thread:  the server's.
+/// Owner:   server, gate and monitors must outlive it.
 class Relay {
  public:
   Relay(Server& server, const Gate& gate, const Monitors& monitors);

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "monitor/http/server.hpp"
+#include "monitor/http/worker.hpp"
 #include "monitor/robot_feed.hpp"
 #include "monitor/robots.hpp"
-#include "monitor/http/worker.hpp"
 
 namespace sinew::monitor {
 

@@ -56,11 +56,6 @@ void Site::answer(Request request, ConnectionId connection, const Server::Reply&
   reply(plain(404, "nothing here; GET /api/robots lists the robots"));
 }
 
-void Site::stop() {
-  runs_.stop();
-  doctor_.stop();
-}
-
 std::unique_ptr<Socket> Site::open_socket(const Request& request, ConnectionId connection, Response& refusal) {
   auto refused = gate_.refuses(request);
   if (!refused && Relay::has(request.path)) return relay_.open_socket(request, connection, refusal);

@@ -19,7 +19,8 @@ namespace sinew::monitor {
 
 /// What the monitor answers: docs/monitor.md lists it. Nothing here waits for a robot.
 /// Thread:  the server's.
-/// Owner:   robots and server must be there while it is used. The server ends first: its connections tell the site.
+/// Owner:   robots and server must outlive it. Destroy it when the server does not run any more: run() has ended the
+///          connections that know it.
 class Site {
  public:
   struct Options {
@@ -37,8 +38,6 @@ class Site {
   void answer(Request request, ConnectionId connection, const Server::Reply& reply);
   /// As Server::OnSocket.
   std::unique_ptr<Socket> open_socket(const Request& request, ConnectionId connection, Response& refusal);
-  /// Ends what it started, and waits for that. Thread: the owner's, when the server does not run any more.
-  void stop();
   RobotFeeds& feeds() { return feeds_; }
 
  private:

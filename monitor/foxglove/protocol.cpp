@@ -11,7 +11,6 @@
 namespace sinew::foxglove {
 namespace {
 
-
 constexpr int kMostDepth = 32;
 
 std::string dumped(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }

@@ -60,9 +60,7 @@ class SiteRig {
     if (!server) return;
     server->stop();
     thread_.join();
-    site->stop();
-    // As the program does: connections that are still open tell the site that they end.
-    robots.reset();
+    site.reset();  // as the program does: before the robots and the server
     server.reset();
   }
   std::uint16_t port() const { return server->port(); }

@@ -78,7 +78,10 @@ int run(const app::MonitorOptions& o) {
                   }};
   site = std::make_unique<monitor::Site>(robots, *server, std::move(options));
   for (const std::string& address : o.with)
-    if (!site->add_monitor(address, why)) return fail(why);
+    if (!site->add_monitor(address, why)) {
+      site.reset();
+      return fail(why);
+    }
   if (!o.quiet) {
     std::printf("http%s://%s:%u\n", o.tls.empty() ? "" : "s", o.address.c_str(), server->port());
     std::printf("token for commands: %s (also in %s)\n", token->token().c_str(), token->path().c_str());
@@ -94,7 +97,6 @@ int run(const app::MonitorOptions& o) {
   server->run();
   over.store(true);
   signals.join();
-  site->stop();
   site.reset();  // it looks at the robots, and has threads that do
   return app::kDone;
 }
