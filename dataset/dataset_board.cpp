@@ -194,6 +194,9 @@ hal::Result<hal::Camera*> DatasetBoard::camera(std::string_view name) {
   if (!camera_ || (name != "camera" && name != "cam0")) return Error{Errc::not_found, "DatasetBoard::camera"};
   return camera_.get();
 }
+hal::Result<hal::Radio*> DatasetBoard::radio(std::string_view) {
+  return Error{Errc::not_found, "a recorded folder has no radio"};
+}
 hal::Result<hal::Actuators*> DatasetBoard::actuators(std::string_view) {
   return Error{Errc::not_found, "DatasetBoard::actuators"};
 }

@@ -43,6 +43,7 @@ class DatasetBoard final : public hal::Board, public hal::GrantSource {
 
   hal::Result<hal::Device*> open_sensor(hal::SensorKind kind, std::string_view name) override;
   hal::Result<hal::Camera*> camera(std::string_view name) override;
+  hal::Result<hal::Radio*> radio(std::string_view name) override;
   hal::Result<hal::Actuators*> actuators(std::string_view name) override;
 
   /// Real time: the record begins now. Errors: those of starting a thread.

@@ -22,6 +22,7 @@ struct OpenedDevice {
   std::shared_ptr<void> owner;
   std::array<hal::Device*, static_cast<std::size_t>(hal::SensorKind::joints) + 1> sensors{};  // by SensorKind
   hal::Camera* camera = nullptr;
+  hal::Radio* radio = nullptr;
   hal::Actuators* actuators = nullptr;
   const hal::SelfReport* report = nullptr;  // null: it has no words for itself
 

@@ -2,6 +2,7 @@
 #include <string_view>
 
 #include "hal/device.hpp"
+#include "hal/radio.hpp"
 
 namespace sinew::hal {
 
@@ -22,6 +23,7 @@ class Board {
   /// Answers a Sensor<M> with kSensorKind<M> == kind.
   virtual Result<Device*> open_sensor(SensorKind kind, std::string_view name) = 0;
   virtual Result<Camera*> camera(std::string_view name) = 0;
+  virtual Result<Radio*> radio(std::string_view name) = 0;
   virtual Result<Actuators*> actuators(std::string_view name) = 0;
 };
 
@@ -30,6 +32,7 @@ class EmptyBoard : public Board {
  public:
   Result<Device*> open_sensor(SensorKind, std::string_view) override { return none(); }
   Result<Camera*> camera(std::string_view) override { return none(); }
+  Result<Radio*> radio(std::string_view) override { return none(); }
   Result<Actuators*> actuators(std::string_view) override { return none(); }
 
  private:

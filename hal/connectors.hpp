@@ -5,10 +5,13 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "hal/buses.hpp"
 #include "hal/can_bus.hpp"
 #include "hal/device.hpp"
+#include "hal/radio.hpp"
+#include "hal/udp_address.hpp"
 
 namespace sinew::hal {
 
@@ -73,6 +76,18 @@ struct CameraSpec {
       "/";  // V4L2: the folder with dev/: a simulated one holds sockets (hal/linux/camera/v4l2_tree_port.hpp)
 };
 
+/// A radio made of UDP: datagrams to a multicast group, which everyone on the network hears, or to peers one by one
+/// where there is no multicast.
+struct RadioSpec {
+  UdpAddress group{0xEF480101, 4580};  // 239.72.1.1: of those that are for local use (RFC 2365)
+  /// Of the group. Empty: the one to which the route to the group leads; if there is none the first that is up and has
+  /// an address; if there is no network the loopback interface.
+  std::string interface;
+  int ttl = 1;                    // of the group: how many networks a datagram reaches
+  std::vector<UdpAddress> peers;  // not empty: datagrams go to each of these, and the group is not used
+  std::uint16_t port = 4580;      // with peers: where this radio listens, and sends from
+};
+
 /// Opens buses, ports and kernel devices. An opened object lives as long as the caller keeps it, and not longer than
 /// this.
 /// Thread:  owner, configure only.
@@ -89,6 +104,7 @@ class Connectors {
   virtual Result<std::unique_ptr<Imu>> iio_imu(const IioSpec& spec, std::string& why) = 0;
   virtual Result<std::unique_ptr<Camera>> v4l2_camera(const CameraSpec& spec, std::string& why) = 0;
   virtual Result<std::unique_ptr<Camera>> libcamera_camera(const CameraSpec& spec, std::string& why) = 0;
+  virtual Result<std::unique_ptr<Radio>> radio(const RadioSpec& spec, std::string& why) = 0;
 };
 
 }  // namespace sinew::hal

@@ -23,6 +23,7 @@ class MixedBoard final : public Board {
     return of(name).open_sensor(kind, name);
   }
   Result<Camera*> camera(std::string_view name) override { return of(name).camera(name); }
+  Result<Radio*> radio(std::string_view name) override { return of(name).radio(name); }
   Result<Actuators*> actuators(std::string_view name) override { return of(name).actuators(name); }
 
   /// Devices with a board of their own that were never asked for: names that are not the robot's.

@@ -9,7 +9,7 @@ namespace sinew::hal {
 
 /// A bounded queue between the thread that receives and the thread that reads a device; in lockstep both are one
 /// thread.
-/// Thread:  one producer (push), one consumer (all others).
+/// Thread:  one producer (push, room, full, next_index), one consumer (all others).
 /// RT:      yes after construction.
 template <class T>
 class SampleRing {
@@ -19,10 +19,12 @@ class SampleRing {
   /// Index of the next push(), for data kept beside the ring; the consumer has finished with it unless the ring is
   /// full.
   std::size_t next_index() const noexcept { return head_.load(std::memory_order_relaxed) & mask(); }
-  bool full() const noexcept {
+  /// How many push() take at least.
+  std::size_t room() const noexcept {
     // acquire: pairs with pop's release, so that the consumer's reading of the slot lies before our writing
-    return head_.load(std::memory_order_relaxed) - tail_.load(std::memory_order_acquire) == slots_.size();
+    return slots_.size() - (head_.load(std::memory_order_relaxed) - tail_.load(std::memory_order_acquire));
   }
+  bool full() const noexcept { return room() == 0; }
   /// False when full; nothing changed then.
   bool push(const T& value) noexcept {
     if (full()) return false;

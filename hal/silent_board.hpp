@@ -32,6 +32,7 @@ class SilentBoard final : public Board {
     return Error{Errc::not_found, "a kind of sensor"};
   }
   Result<Camera*> camera(std::string_view) override { return &camera_; }
+  Result<Radio*> radio(std::string_view) override { return &radio_; }
   Result<Actuators*> actuators(std::string_view) override { return &actuators_; }
 
  private:
@@ -54,6 +55,12 @@ class SilentBoard final : public Board {
     static constexpr double kAny = std::numeric_limits<double>::max();
     const std::vector<CameraControl> controls_{{"exposure_us", -kAny, kAny}, {"gain", -kAny, kAny}};
   };
+  /// Hears nobody, and what it sends reaches nobody.
+  class SilentRadio final : public SilentSensor<Radio, msg::Datagram> {
+   public:
+    Status send(std::span<const std::uint8_t>) noexcept override { return {}; }
+    RadioStats stats() const noexcept override { return {}; }
+  };
   class SilentActuators final : public Actuators {
    public:
     Status write(const msg::ActuatorCommand&, Duration) noexcept override { return {}; }
@@ -68,6 +75,7 @@ class SilentBoard final : public Board {
   SilentSensor<Rc, msg::RcSample> rc_;
   SilentSensor<Joints, msg::JointState> joints_;
   SilentCamera camera_;
+  SilentRadio radio_;
   SilentActuators actuators_;
 };
 

@@ -24,6 +24,7 @@ rt::ModuleTypes robot_modules() {
   types.add<drivers::RcSource>("drivers::RcSource");
   types.add<drivers::JointSource>("drivers::JointSource");
   types.add<drivers::CameraSource>("drivers::CameraSource");
+  types.add<drivers::RadioSource>("drivers::RadioSource");
   types.add<control::ErrorStateFilter>("control::ErrorStateFilter");
   types.add<control::AttitudeController>("control::AttitudeController");
   types.add<control::PositionController>("control::PositionController");

@@ -20,6 +20,7 @@ class WatchedBoard final : public hal::Board {
     return board_.open_sensor(kind, name);
   }
   hal::Result<hal::Camera*> camera(std::string_view name) override { return board_.camera(name); }
+  hal::Result<hal::Radio*> radio(std::string_view name) override { return board_.radio(name); }
   hal::Result<hal::Actuators*> actuators(std::string_view name) override {
     auto opened = board_.actuators(name);
     if (!opened || !check_ || name != group_) return opened;

@@ -195,6 +195,14 @@ hal::Result<hal::Camera*> DeviceBoard::camera(std::string_view name) {
   return is_no(name, "camera");
 }
 
+hal::Result<hal::Radio*> DeviceBoard::radio(std::string_view name) {
+  hal::Error error;
+  OpenedDevice* device = find(name, error);
+  if (!device) return error;
+  if (device->radio) return device->radio;
+  return is_no(name, "radio");
+}
+
 std::string DeviceBoard::notes() const {
   std::string text;
   for (const auto& [name, device] : opened_)

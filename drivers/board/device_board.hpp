@@ -27,6 +27,7 @@ class DeviceBoard final : public hal::Board {
 
   hal::Result<hal::Device*> open_sensor(hal::SensorKind kind, std::string_view name) override;
   hal::Result<hal::Camera*> camera(std::string_view name) override;
+  hal::Result<hal::Radio*> radio(std::string_view name) override;
   hal::Result<hal::Actuators*> actuators(std::string_view name) override;
 
   /// Starts the threads of the buses. Call it when all devices have been asked for, before the first cycle.

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "drivers/board/kernel_drivers.hpp"
+#include "drivers/board/radio_driver.hpp"
 #include "drivers/chips/chip_drivers.hpp"
 #include "drivers/joints/can_servos.hpp"
 #include "drivers/serial/serial_drivers.hpp"
@@ -17,6 +18,7 @@ std::span<const DriverKind> all_drivers() {
     std::vector<DriverKind> list;
     for (const auto group : {kernel_drivers(), chip_drivers(), serial_drivers()})
       list.insert(list.end(), group.begin(), group.end());
+    list.push_back(udp_radio_driver());
     list.push_back({"can_servos", "actuators, joints", read_can_servos});
     list.push_back({"joints_of", "joints", read_joints_of});
     return list;
@@ -26,7 +28,7 @@ std::span<const DriverKind> all_drivers() {
 
 namespace {
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 10> kReaders{{{"imu", "drivers::ImuSource"},
+constexpr std::array<std::pair<std::string_view, std::string_view>, 11> kReaders{{{"imu", "drivers::ImuSource"},
                                                                                   {"range", "drivers::RangeSource"},
                                                                                   {"baro", "drivers::BaroSource"},
                                                                                   {"battery", "drivers::BatterySource"},
@@ -35,6 +37,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 10> kReaders
                                                                                   {"rc", "drivers::RcSource"},
                                                                                   {"joints", "drivers::JointSource"},
                                                                                   {"camera", "drivers::CameraSource"},
+                                                                                  {"radio", "drivers::RadioSource"},
                                                                                   {"actuators", "[actuator.NAME]"}}};
 
 /// Each of DriverKind::measures, a list: "actuators, joints".

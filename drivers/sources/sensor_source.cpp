@@ -4,11 +4,38 @@
 
 namespace sinew::drivers {
 
+namespace {
+
+template <class M>
+hal::Result<hal::Sensor<M>*> device_of(hal::Board& board, std::string_view name) {
+  return board.sensor<M>(name);
+}
+template <>
+hal::Result<hal::Sensor<msg::Datagram>*> device_of<msg::Datagram>(hal::Board& board, std::string_view name) {
+  const auto radio = board.radio(name);
+  if (!radio) return radio.error();
+  return static_cast<hal::Sensor<msg::Datagram>*>(*radio);
+}
+
+template <class M>
+constexpr std::string_view as_drivers_say() {
+  constexpr std::array<std::string_view, 8> kNames{"imu", "range", "baro", "battery",
+                                                   "mag", "gnss",  "rc",   "joints"};  // by SensorKind
+  return kNames[static_cast<std::size_t>(hal::kSensorKind<M>)];
+}
+template <>
+constexpr std::string_view as_drivers_say<msg::Datagram>() {
+  return "radio";
+}
+
+}  // namespace
+
 template <class M>
 hal::Status SensorSource<M>::configure(rt::Setup& setup) {
-  auto device = setup.board().sensor<M>(device_name_);
+  auto device = device_of<M>(setup.board(), device_name_);
   if (!device) {
-    setup.explain("device '" + device_name_ + "': " + hal::to_string(device.error().code));
+    setup.explain("device '" + device_name_ + "': " + hal::to_string(device.error().code) + " (" +
+                  device.error().where + ")");
     return device.error();
   }
   device_ = *device;
@@ -27,9 +54,7 @@ void SensorSource<M>::collect(rt::Time) noexcept {
 
 template <class M>
 std::string_view SensorSource<M>::reads() const {
-  constexpr std::array<std::string_view, 8> kAsDriversSay{"imu", "range", "baro", "battery",
-                                                          "mag", "gnss",  "rc",   "joints"};  // by SensorKind
-  return kAsDriversSay[static_cast<std::size_t>(hal::kSensorKind<M>)];
+  return as_drivers_say<M>();
 }
 
 template class SensorSource<msg::ImuSample>;
@@ -40,5 +65,6 @@ template class SensorSource<msg::MagSample>;
 template class SensorSource<msg::GnssSample>;
 template class SensorSource<msg::RcSample>;
 template class SensorSource<msg::JointState>;
+template class SensorSource<msg::Datagram>;
 
 }  // namespace sinew::drivers

@@ -2,13 +2,14 @@
 #include <string>
 
 #include "drivers/device_reader.hpp"
+#include "hal/radio.hpp"
 #include "rt/module.hpp"
 
 namespace sinew::drivers {
 
-/// Brings the samples of one sensor into the graph: raw topic `raw`, one message a sample, in the order of arrival.
-/// Thread:  executor.   RT: yes.
-/// Errors:  configure: what opening the device says. A sample that the device reports as lost is counted by the board
+/// Brings the samples of one sensor (or radio) into the graph: raw topic `raw`, one message a sample, in the order of
+/// arrival. Thread:  executor.   RT: yes. Errors:  configure: what opening the device says. A sample that the device
+/// reports as lost is counted by the board
 ///          and ends this cycle's reading; while nothing arrives the step is stale, so that whoever watches this module
 ///          sees a silent sensor.
 template <class M>
@@ -63,6 +64,12 @@ class GnssSource final : public SensorSource<msg::GnssSample> {
 class RcSource final : public SensorSource<msg::RcSample> {
  public:
   RcSource() : SensorSource("rc") {}
+};
+/// The datagrams of a radio; a stale step heard nobody. In a thread with a period: a flood then takes no more than one
+/// cycle's share of them, kBurst.
+class RadioSource final : public SensorSource<msg::Datagram> {
+ public:
+  RadioSource() : SensorSource("radio") {}
 };
 class JointSource final : public SensorSource<msg::JointState> {
  public:

@@ -35,6 +35,9 @@ class NoConnectors final : public Connectors {
   Result<std::unique_ptr<Camera>> libcamera_camera(const CameraSpec& spec, std::string& why) override {
     return none("camera", spec.path, why);
   }
+  Result<std::unique_ptr<Radio>> radio(const RadioSpec& spec, std::string& why) override {
+    return none("radio", to_text(spec.group), why);
+  }
 };
 
 }  // namespace

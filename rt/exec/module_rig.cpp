@@ -24,6 +24,7 @@ class NoDevices final : public hal::Board {
  public:
   hal::Result<hal::Device*> open_sensor(hal::SensorKind, std::string_view) override { return none(); }
   hal::Result<hal::Camera*> camera(std::string_view) override { return none(); }
+  hal::Result<hal::Radio*> radio(std::string_view) override { return none(); }
   hal::Result<hal::Actuators*> actuators(std::string_view) override { return none(); }
 
  private:

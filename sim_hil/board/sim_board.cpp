@@ -173,6 +173,10 @@ Result<hal::Device*> SimBoard::open_sensor(hal::SensorKind kind, std::string_vie
   return find<hal::Device>(name, *wire_kind);
 }
 Result<hal::Camera*> SimBoard::camera(std::string_view name) { return find<hal::Camera>(name, DeviceKind::camera); }
+Result<hal::Radio*> SimBoard::radio(std::string_view name) {
+  problem_ = "simulated plants have no radio '" + std::string(name) + "' yet: give it the board linux (device_boards)";
+  return Error{Errc::not_found, "plants have no radio"};
+}
 Result<hal::Actuators*> SimBoard::actuators(std::string_view name) {
   return find<hal::Actuators>(name, DeviceKind::actuators);
 }

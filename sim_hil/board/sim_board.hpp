@@ -83,6 +83,7 @@ class SimBoard final : public hal::Board, public hal::GrantSource {
 
   hal::Result<hal::Device*> open_sensor(hal::SensorKind kind, std::string_view name) override;
   hal::Result<hal::Camera*> camera(std::string_view name) override;
+  hal::Result<hal::Radio*> radio(std::string_view name) override;
   hal::Result<hal::Actuators*> actuators(std::string_view name) override;
 
   /// Everything is configured: the plant's time begins. In lockstep the first next_grant() starts it if nobody did.

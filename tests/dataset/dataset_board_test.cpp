@@ -170,6 +170,7 @@ TEST(DatasetBoard, EitherPartMayBeMissingButNotBoth) {
   const auto a = open({.folder = no_images.path(), .clock = &clock});
   EXPECT_TRUE(a->sensor<msg::ImuSample>("imu"));
   EXPECT_EQ(a->camera("camera").error().code, Errc::not_found);
+  EXPECT_EQ(a->radio("radio").error().code, Errc::not_found);
   EXPECT_EQ(play(*a, clock).size(), 3u);
   const auto b = open({.folder = no_imu.path(), .clock = &clock});
   EXPECT_EQ(b->sensor<msg::ImuSample>("imu").error().code, Errc::not_found);

@@ -73,8 +73,10 @@ void expect_same(const std::string& is, const std::string& was) {
 TEST(DeviceFaultsPage, EveryDriverOfTheRegistryHasATable) {
   std::set<std::string> played;
   for (const RigKind& rig : all_rigs()) played.insert(rig.kind);
-  for (const drivers::DriverKind& driver : drivers::all_drivers())
+  for (const drivers::DriverKind& driver : drivers::all_drivers()) {
+    if (driver.measures == "radio") continue;  // its faults are a network's: tests/hal/linux/udp_radio_test.cpp
     EXPECT_TRUE(played.contains(std::string(driver.name))) << driver.name << ": nobody plays its faults";
+  }
 }
 
 class DeviceFaults : public ::testing::TestWithParam<RigKind> {};

@@ -43,6 +43,10 @@ class BenchConnectors final : public hal::Connectors {
   hal::Result<std::unique_ptr<hal::Camera>> libcamera_camera(const hal::CameraSpec& spec, std::string& why) override {
     return open_libcamera(spec, why);
   }
+  hal::Result<std::unique_ptr<hal::Radio>> radio(const hal::RadioSpec&, std::string& why) override {
+    why = "a radio has tests of its own";
+    return hal::Error{hal::Errc::not_supported, "radio"};
+  }
 };
 
 /// A device under test. A new one for each cell.

@@ -200,6 +200,35 @@ TEST(DriverKeys, SerialLinesRunAtRatesThatTheirDevicesHave) {
   EXPECT_THAT(at("tfmini", 4800), ElementsAre("r.toml:2: device.d.bit_rate: 4800: an integer from 9600 to 921600"));
 }
 
+TEST(DriverKeys, ARadioHasAGroupOrPeers) {
+  const auto one = [](const char* key, const rt::ParamValue& value) { return of_device("udp", {{key, value}}); };
+  EXPECT_THAT(of_device("udp", {}), IsEmpty());
+  EXPECT_THAT(one("group", std::string("224.0.0.251:5353")), IsEmpty());
+  for (const char* bad : {"10.0.0.1:4580", "239.72.1.1", "239.72.1.1:0", "everyone"})
+    EXPECT_THAT(one("group", std::string(bad)), ElementsAre("r.toml:2: device.d.group: \"" + std::string(bad) +
+                                                            "\": a multicast address and a port, \"239.72.1.1:4580\""));
+  EXPECT_THAT(one("peers", std::string("10.0.0.2:4580,10.0.0.3:4581 , 10.0.0.4:1")), IsEmpty());
+  for (const char* bad : {"robot2:4580", "239.72.1.1:4580", "10.0.0.2", "10.0.0.2:1,,10.0.0.3:1", ","})
+    EXPECT_THAT(one("peers", std::string(bad)), ElementsAre(HasSubstr("addresses and ports with commas")));
+  EXPECT_THAT(one("ttl", std::int64_t{0}), ElementsAre(HasSubstr("device.d.ttl: 0: an integer from 1 to 255")));
+  EXPECT_THAT(one("port", std::int64_t{4580}),
+              ElementsAre(HasSubstr("device.d.port: 4580: no such key without peers")));
+  EXPECT_THAT(of_device("udp", {{"interface", std::string("wlan0")}, {"peers", std::string("10.0.0.2:4580")}}),
+              ElementsAre(HasSubstr("device.d.interface: \"wlan0\": no such key beside peers")));
+}
+
+TEST(DriverKeys, TwoRadiosDoNotHaveOneGroupOrOnePort) {
+  DeviceSpecs specs;
+  specs.devices = {table("a", "udp", {}), table("b", "udp", {{"group", std::string("239.72.1.1:4580")}})};
+  EXPECT_THAT(texts(specs), ElementsAre(HasSubstr("device.b.group: \"radio 239.72.1.1:4580\": one that no other has")));
+  const std::string peer = "10.0.0.2:4580";
+  specs.devices = {table("a", "udp", {{"peers", peer}}),
+                   table("b", "udp", {{"peers", peer}, {"port", std::int64_t{4580}}})};
+  EXPECT_THAT(texts(specs), ElementsAre(HasSubstr("device.b.port: \"UDP port 4580\": one that no other has")));
+  specs.devices[1] = table("b", "udp", {{"peers", peer}, {"port", std::int64_t{4581}}});
+  EXPECT_THAT(texts(specs), IsEmpty());
+}
+
 TEST(BusKeys, AddressIsWrittenAsItsTransportWantsIt) {
   const auto at = [](const char* driver, const rt::ParamValue& address) {
     return of_bus(driver, {{"address", address}});

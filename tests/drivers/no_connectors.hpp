@@ -20,6 +20,7 @@ class NoConnectors : public hal::Connectors {
   hal::Result<std::unique_ptr<hal::Camera>> libcamera_camera(const hal::CameraSpec&, std::string& why) override {
     return none(why);
   }
+  hal::Result<std::unique_ptr<hal::Radio>> radio(const hal::RadioSpec&, std::string& why) override { return none(why); }
 
  private:
   static hal::Error none(std::string& why) {

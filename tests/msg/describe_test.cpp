@@ -65,7 +65,7 @@ TEST(Describe, AllTypesAreListedOnceInOrderOfNameAndFound) {
     names.insert(type->name);
     EXPECT_EQ(find_type(type->name), type);
   }
-  EXPECT_EQ(names.size(), 24U);
+  EXPECT_EQ(names.size(), 25U);
   EXPECT_EQ(find_type("imusample"), nullptr);
   EXPECT_EQ(find_type(""), nullptr);
 }

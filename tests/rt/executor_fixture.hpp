@@ -97,6 +97,7 @@ class ListedBoard final : public hal::Board {
     return &imu_device;
   }
   hal::Result<hal::Camera*> camera(std::string_view) override { return none(); }
+  hal::Result<hal::Radio*> radio(std::string_view) override { return none(); }
   hal::Result<hal::Actuators*> actuators(std::string_view name) override {
     if (name != "motors") return none();
     return &motors;

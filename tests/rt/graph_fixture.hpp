@@ -49,6 +49,7 @@ class FakeBoard final : public hal::Board {
  public:
   hal::Result<hal::Device*> open_sensor(hal::SensorKind, std::string_view) override { return none(); }
   hal::Result<hal::Camera*> camera(std::string_view) override { return none(); }
+  hal::Result<hal::Radio*> radio(std::string_view) override { return none(); }
   hal::Result<hal::Actuators*> actuators(std::string_view name) override {
     for (auto& [n, device] : groups)
       if (n == name) return device.get();

@@ -243,6 +243,7 @@ class OneRange final : public hal::Board {
     return &device;
   }
   hal::Result<hal::Camera*> camera(std::string_view) override { return none(); }
+  hal::Result<hal::Radio*> radio(std::string_view) override { return none(); }
   hal::Result<hal::Actuators*> actuators(std::string_view) override { return none(); }
   RangeDevice device;
 

@@ -15,6 +15,7 @@
 
 #include "hal/linux/can/can_error.hpp"
 #include "hal/linux/can/can_stamp.hpp"
+#include "hal/linux/realtime_stamps.hpp"
 #include "wire/can_check.hpp"
 
 namespace sinew::hal {

@@ -25,8 +25,8 @@ namespace sinew::hal {
 /// so the socket's buffer is small (about 32 frames, or 10 by the queue of the interface unless its txqueuelen is
 /// raised): when it is full, send() says timeout at once. A bus that is off drops the waiting frames.
 ///
-/// Stamps: the controller's where its driver gives them, else the kernel's; both on CLOCK_MONOTONIC (can_stamp.hpp).
-/// Filters are the kernel's; error frames always come.
+/// Stamps: the controller's where its driver gives them, else the kernel's; both on CLOCK_MONOTONIC (can_stamp.hpp,
+/// hal/linux/realtime_stamps.hpp). Filters are the kernel's; error frames always come.
 class SocketCanBus final : public CanPort, public SelfReport {
  public:
   /// `why`: on an error what is missing and what to do; on success empty, or what will be missing later.

@@ -3,7 +3,6 @@
 #include <arpa/inet.h>
 #include <net/if.h>
 #include <sys/socket.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -34,28 +33,8 @@ bool read_address(std::string_view text, unsigned& bus, std::string& interface) 
 
 }  // namespace
 
-struct UdpCanBus::Batch {
-  explicit Batch(Time now) : realtime(now) {
-    for (std::size_t i = 0; i < kUdpBatch; ++i) {
-      parts[i] = {packets[i].data(), packets[i].size()};
-      heads[i].msg_hdr.msg_iov = &parts[i];
-      heads[i].msg_hdr.msg_iovlen = 1;
-      heads[i].msg_hdr.msg_name = &from[i];
-    }
-  }
-  // One byte more than a packet may have, to detect longer ones.
-  std::array<std::array<std::uint8_t, wire::kDronecanUdpMax + 1>, kUdpBatch> packets{};
-  alignas(cmsghdr) std::array<std::array<std::byte, 128>, kUdpBatch> control{};
-  std::array<sockaddr_in, kUdpBatch> from{};
-  std::array<iovec, kUdpBatch> parts{};
-  std::array<mmsghdr, kUdpBatch> heads{};
-  std::size_t next = 0, count = 0;
-  Time read_at;
-  RealtimeStamps realtime;
-};
-
 UdpCanBus::UdpCanBus(const CanSpec& spec, Os& os, std::shared_ptr<FdWatch> watch)
-    : CanPort(spec, os, std::move(watch)) {}
+    : CanPort(spec, os, std::move(watch)), batch_(os, kUdpBatch, wire::kDronecanUdpMax) {}
 
 Result<std::unique_ptr<CanBus>> UdpCanBus::open(const CanSpec& spec, Os& os, std::shared_ptr<FdWatch> watch,
                                                 std::string& why) {
@@ -91,21 +70,18 @@ Status UdpCanBus::open_sockets(std::string& /*why*/) {
   in_ = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   out_ = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   if (in_ < 0 || out_ < 0) return failed("socket");
-  const int on = 1, off = 0, bytes = kUdpReceiveBytes;
+  const int on = 1, off = 0;
   if (setsockopt(in_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) != 0) return failed("SO_REUSEADDR");
   // Bound to the group itself: this keeps frames of other buses, which use the same port, out.
   if (bind(in_, reinterpret_cast<const sockaddr*>(&group_), sizeof group_) != 0) return failed("bind");
   if (setsockopt(in_, IPPROTO_IP, IP_MULTICAST_ALL, &off, sizeof off) != 0) return failed("IP_MULTICAST_ALL");
-  if (setsockopt(in_, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on) != 0) return failed("SO_RXQ_OVFL");
-  if (setsockopt(in_, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on) != 0) return failed("SO_TIMESTAMPNS");
-  if (setsockopt(in_, SOL_SOCKET, SO_RCVBUF, &bytes, sizeof bytes) != 0) return failed("SO_RCVBUF");
+  if (const Status prepared = UdpBatch::prepare(in_, kUdpReceiveBytes); !prepared) return prepared;
   if (const Status joined = join(); !joined) return joined;
   if (connect(out_, reinterpret_cast<const sockaddr*>(&group_), sizeof group_) != 0) return failed("connect");
   sockaddr_in own{};
   socklen_t size = sizeof own;
   if (getsockname(out_, reinterpret_cast<sockaddr*>(&own), &size) != 0) return failed("getsockname");
-  own_port_ = own.sin_port, own_address_ = own.sin_addr.s_addr;
-  batch_ = std::make_unique<Batch>(os_.now());
+  own_port_ = ntohs(own.sin_port), own_ipv4_ = ntohl(own.sin_addr.s_addr);
   return watch_->add(in_, line_);
 }
 
@@ -128,62 +104,31 @@ Status UdpCanBus::set_filters(std::span<const CanFilter> filters) {
 
 Result<bool> UdpCanBus::read(msg::CanFrame& out) noexcept {
   for (;;) {
-    if (batch_->next == batch_->count) {
+    if (next_ == count_) {
       const auto filled = fill();
       if (!filled || !*filled) return filled;
     }
-    if (take(batch_->next++, out)) return true;
+    if (take(batch_[next_++], out)) return true;
   }
 }
 
 Result<bool> UdpCanBus::fill() noexcept {
-  Batch& b = *batch_;
-  b.next = b.count = 0;
-  for (std::size_t i = 0; i < kUdpBatch; ++i) {
-    b.heads[i].msg_hdr.msg_control = b.control[i].data();
-    b.heads[i].msg_hdr.msg_controllen = b.control[i].size();
-    b.heads[i].msg_hdr.msg_namelen = sizeof b.from[i];
-  }
-  const Time asked = os_.now();
-  const int n = recvmmsg(in_, b.heads.data(), kUdpBatch, MSG_DONTWAIT, nullptr);
-  const int error = n < 0 ? errno : 0;
-  const ClockReading clocks = read_clocks(os_);
-  b.read_at = clocks.before;
-  b.realtime.begin(clocks);
-  if (n > 0) {
-    b.count = static_cast<std::size_t>(n);
-    return true;
-  }
-  if (error == EAGAIN) b.realtime.drained(asked);
-  if (error == 0 || error == EAGAIN || error == EINTR) return false;
-  return Error{error == ENETDOWN ? Errc::closed : Errc::io, "recvmmsg", error};
+  next_ = count_ = 0;
+  const auto filled = batch_.fill(in_, batch_.capacity());
+  if (!filled) return filled.error();
+  count_ = *filled;
+  return count_ > 0;
 }
 
-bool UdpCanBus::take(std::size_t i, msg::CanFrame& out) noexcept {
-  Batch& b = *batch_;
-  msghdr& head = b.heads[i].msg_hdr;
-  Time stamp = b.read_at;
-  for (cmsghdr* c = CMSG_FIRSTHDR(&head); c != nullptr; c = CMSG_NXTHDR(&head, c)) {
-    if (c->cmsg_level != SOL_SOCKET) continue;
-    if (c->cmsg_type == SO_RXQ_OVFL) {
-      std::uint32_t seen = 0;
-      std::memcpy(&seen, CMSG_DATA(c), sizeof seen);
-      counters_.rx_lost(seen - overflow_);
-      overflow_ = seen;
-    } else if (c->cmsg_type == SO_TIMESTAMPNS) {
-      timespec wall{};
-      std::memcpy(&wall, CMSG_DATA(c), sizeof wall);
-      stamp = b.realtime.convert(ns_of(wall));
-    }
-  }
-  const bool own = b.from[i].sin_port == own_port_ && b.from[i].sin_addr.s_addr == own_address_;
+bool UdpCanBus::take(const UdpPacket& packet, msg::CanFrame& out) noexcept {
+  if (packet.lost != 0) counters_.rx_lost(packet.lost);
+  const bool own = packet.port == own_port_ && packet.ipv4 == own_ipv4_;
   if (own && !spec_.receive_own) return false;
-  const std::size_t size = b.heads[i].msg_len;
-  if (!wire::dronecan_udp_decode(std::span(b.packets[i]).first(size), out) || (out.fd() && spec_.data_bit_rate == 0)) {
+  if (packet.cut || !wire::dronecan_udp_decode(packet.bytes, out) || (out.fd() && spec_.data_bit_rate == 0)) {
     counters_.malformed();
     return false;
   }
-  out.stamp = stamp;
+  out.stamp = packet.stamp;
   if (!passes(filters_, out)) return false;
   counters_.received(out);
   return true;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "hal/linux/can/can_port.hpp"
-#include "hal/linux/can/can_stamp.hpp"
+#include "hal/linux/udp_batch.hpp"
 
 namespace sinew::hal {
 
@@ -31,22 +31,20 @@ class UdpCanBus final : public CanPort {
   Status set_filters(std::span<const CanFilter> filters) override;
 
  private:
-  struct Batch;
-
   UdpCanBus(const CanSpec& spec, Os& os, std::shared_ptr<FdWatch> watch);
   Status open_sockets(std::string& why);
   Status join();
   Result<bool> fill() noexcept;
-  bool take(std::size_t i, msg::CanFrame& out) noexcept;
+  bool take(const UdpPacket& packet, msg::CanFrame& out) noexcept;
 
   std::string interface_ = "lo";
   sockaddr_in group_{};
   int in_ = -1, out_ = -1;
-  in_port_t own_port_ = 0;  // of out_, network order; with own_address_ it identifies our frames
-  in_addr_t own_address_ = 0;
-  std::unique_ptr<Batch> batch_;
-  std::uint32_t overflow_ = 0;
-  Time rejoin_at_;  // send(): after an error, the membership is renewed at most once a second
+  std::uint16_t own_port_ = 0;  // of out_; with own_ipv4_ it identifies our frames
+  std::uint32_t own_ipv4_ = 0;
+  UdpBatch batch_;
+  std::size_t next_ = 0, count_ = 0;  // of the batch: read next, filled
+  Time rejoin_at_;                    // send(): after an error, the membership is renewed at most once a second
   std::vector<CanFilter> filters_;
 };
 

@@ -9,6 +9,7 @@
 #include "hal/linux/devices/iio_imu.hpp"
 #include "hal/linux/devices/serial.hpp"
 #include "hal/linux/devices/spi.hpp"
+#include "hal/linux/udp_radio.hpp"
 
 namespace sinew::hal {
 
@@ -52,6 +53,9 @@ Result<std::unique_ptr<Camera>> LinuxConnectors::v4l2_camera(const CameraSpec& s
 }
 Result<std::unique_ptr<Camera>> LinuxConnectors::libcamera_camera(const CameraSpec& spec, std::string& why) {
   return open_libcamera_plugin(spec, os_, why);
+}
+Result<std::unique_ptr<Radio>> LinuxConnectors::radio(const RadioSpec& spec, std::string& why) {
+  return UdpRadio::open(spec, os_, why);
 }
 
 }  // namespace sinew::hal

@@ -124,6 +124,7 @@ TEST(DeviceBoard, SaysInWordsWhatItCannotGive) {
   EXPECT_EQ(board.sensor<msg::BaroSample>("imu").error().code, hal::Errc::not_found);
   EXPECT_THAT(board.problem(), HasSubstr("device 'imu' is no barometer"));
   EXPECT_EQ(board.camera("imu").error().code, hal::Errc::not_found);
+  EXPECT_EQ(board.radio("imu").error().code, hal::Errc::not_found);
   EXPECT_EQ(board.actuators("imu").error().code, hal::Errc::not_found);
   EXPECT_EQ(board.sensor<msg::RangeSample>("range").error().code, hal::Errc::not_found);
   EXPECT_EQ(board.sensor<msg::RangeSample>("range").error().code, hal::Errc::not_found) << "told once";
@@ -131,6 +132,7 @@ TEST(DeviceBoard, SaysInWordsWhatItCannotGive) {
             "device 'baro': the robot file has no [device.baro]; it has: imu, range\n"
             "device 'imu' is no barometer; [device.imu] has the driver of something else\n"
             "device 'imu' is no camera; [device.imu] has the driver of something else\n"
+            "device 'imu' is no radio; [device.imu] has the driver of something else\n"
             "device 'imu' is no actuator group; [device.imu] has the driver of something else\n"
             "device 'range' (driver absent): /dev/nothing: no such file");
 }

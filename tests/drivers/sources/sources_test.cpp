@@ -67,5 +67,47 @@ TEST(SensorSource, DeviceThatIsNotThereIsNamed) {
   EXPECT_FALSE(rig.configure());
 }
 
+/// Hears `waiting` datagrams.
+class FakeRadio final : public hal::EmptyBoard, public hal::Radio {
+ public:
+  hal::Result<hal::Radio*> radio(std::string_view name) override {
+    if (name != "radio") return hal::Error{hal::Errc::not_found, "radio"};
+    return this;
+  }
+  hal::Time ready_at() const noexcept override { return {}; }
+  void set_wake(hal::Wake*) noexcept override {}
+  hal::Result<bool> read(msg::Datagram& out) noexcept override {
+    if (waiting == 0) return false;
+    --waiting;
+    out.size = 1, out.data[0] = ++heard;
+    return true;
+  }
+  hal::Status send(std::span<const std::uint8_t>) noexcept override { return {}; }
+  hal::RadioStats stats() const noexcept override { return {}; }
+  int waiting = 0;
+  std::uint8_t heard = 0;
+};
+
+TEST(RadioSource, EveryDatagramBecomesAMessageAndAFloodIsLeftToTheDevice) {
+  FakeRadio radio;
+  RadioSource source;
+  rt::ModuleRig rig(source, {.board = &radio});
+  EXPECT_EQ(rig.step({1'000'000}, 1ms), rt::StepStatus::stale) << "nobody is heard";
+  radio.waiting = 1000;
+  EXPECT_EQ(rig.step({2'000'000}, 1ms), rt::StepStatus::ok);
+  const auto all = rig.all<msg::Datagram>("raw");
+  ASSERT_EQ(all.size(), 20u);
+  for (std::size_t i = 0; i < all.size(); ++i) EXPECT_EQ(all[i]->bytes()[0], i + 1);
+  EXPECT_GE(radio.waiting, 979);
+}
+
+TEST(RadioSource, ARadioThatIsNotThereIsNamed) {
+  FakeRadio radio;
+  RadioSource source;
+  rt::ModuleRig rig(source, {.board = &radio});
+  rig.set("device", std::string("air"));
+  EXPECT_FALSE(rig.configure());
+}
+
 }  // namespace
 }  // namespace sinew::drivers::sources_test

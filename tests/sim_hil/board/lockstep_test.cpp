@@ -196,6 +196,8 @@ TEST(SimLockstep, MissingDeviceIsNamedWithThoseThatExist) {
             "plant 'small' has no imu 'imu2'; it has: imu 'imu', range 'range', baro 'baro', camera 'camera', "
             "actuators 'motors'");
   EXPECT_EQ(rig.board->camera("imu").error().code, Errc::not_found) << "right name, wrong kind";
+  EXPECT_EQ(rig.board->radio("imu").error().code, Errc::not_found);
+  EXPECT_NE(rig.board->problem().find("simulated plants have no radio 'imu' yet"), std::string::npos);
 }
 
 TEST(SimLockstep, PlantThatEndsTheRunIsQuoted) {

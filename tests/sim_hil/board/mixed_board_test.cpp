@@ -14,6 +14,7 @@ using hal::Errc;
 class NamedBoard final : public hal::EmptyBoard {
  public:
   hal::Result<hal::Device*> open_sensor(hal::SensorKind, std::string_view name) override { return asked_for(name); }
+  hal::Result<hal::Radio*> radio(std::string_view name) override { return asked_for(name); }
   hal::Result<hal::Actuators*> actuators(std::string_view name) override { return asked_for(name); }
   std::vector<std::string> asked;
 
@@ -31,8 +32,10 @@ TEST(MixedBoard, HandsEachNamedDeviceToItsBoardAndAllOthersToTheFirst) {
   mixed.assign("wings", second);
   EXPECT_FALSE(mixed.sensor<msg::ImuSample>("imu"));
   EXPECT_FALSE(mixed.actuators("motors"));
+  mixed.assign("air", second);
+  EXPECT_FALSE(mixed.radio("air"));
   EXPECT_EQ(first.asked, std::vector<std::string>{"imu"});
-  EXPECT_EQ(second.asked, std::vector<std::string>{"motors"});
+  EXPECT_EQ(second.asked, (std::vector<std::string>{"motors", "air"}));
   EXPECT_EQ(mixed.unused(), std::vector<std::string>{"wings"}) << "nobody has wings";
 }
 

@@ -18,6 +18,7 @@
 #include "hal/linux/can/can_error.hpp"
 #include "hal/linux/can/can_link.hpp"
 #include "hal/linux/can/can_stamp.hpp"
+#include "hal/linux/realtime_stamps.hpp"
 #include "wire/random_can_frame.hpp"
 
 namespace sinew::hal::can_parts_test {

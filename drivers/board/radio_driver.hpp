@@ -1,0 +1,9 @@
+#pragma once
+#include "drivers/driver.hpp"
+
+namespace sinew::drivers {
+
+/// driver = "udp": a radio of datagrams (hal::RadioSpec).
+DriverKind udp_radio_driver();
+
+}  // namespace sinew::drivers

@@ -1,0 +1,120 @@
+#!/usr/bin/env python3
+"""Datagrams come into a robot by its radio, are recorded, and the run is executed again without a network.
+
+usage: radio_run_test.py SINEW
+"""
+import glob
+import json
+import os
+import pathlib
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import unittest
+
+SINEW = sys.argv[1]
+GROUP = (f"239.72.{os.getpid() >> 8 & 255}.{os.getpid() & 255}", 20000 + os.getpid() % 20000)
+ROBOT = f"""
+robot = {{ name = "hearer", board = "linux" }}
+[[thread]]
+name = "team"
+priority = 0
+period_us = 10000
+order = ["radio"]
+[module.radio]
+type = "drivers::RadioSource"
+[device.radio]
+driver = "udp"
+group = "{GROUP[0]}:{GROUP[1]}"
+interface = "INTERFACE"
+"""
+
+
+class Talker(threading.Thread):
+    """A mate without Sinew: numbers, 100 a second, and rubbish among them."""
+
+    def __init__(self):
+        super().__init__()
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton("127.0.0.1"))
+        self.done = threading.Event()
+        self.start()
+
+    def run(self):
+        number = 0
+        while not self.done.wait(0.01):
+            for data in (b"%d" % number, b"", bytes(1201), os.urandom(1200)):
+                self.socket.sendto(data, GROUP)
+            number += 1
+
+    def end(self):
+        self.done.set()
+        self.join()
+        self.socket.close()
+
+
+class Radio(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="sinew-")
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        self.env = dict(os.environ, SINEW_RUN_DIR=folder.name)
+        self.env.pop("SINEW_RECORD", None)
+
+    def sinew(self, *arguments):
+        done = subprocess.run([SINEW, *arguments], capture_output=True, text=True, env=self.env, cwd=self.folder,
+                              timeout=120)
+        return done.returncode, done.stdout, done.stderr
+
+    def robot(self, interface):
+        path = self.folder / "hearer.toml"
+        path.write_text(ROBOT.replace("INTERFACE", interface))
+        return path
+
+    def test_what_is_heard_is_recorded_and_executed_again_to_the_same_bytes(self):
+        talker = Talker()
+        self.addCleanup(talker.end)
+        code, out, err = self.sinew("run", self.robot("lo"), "--duration", "3", "--json")
+        self.assertEqual(code, 0, out + err)
+        self.assertEqual(json.loads(out).get("devices", []), [], "no complaint")
+        (file,) = glob.glob(f"{self.folder}/runs/hearer-*/run.mcap")
+        code, out, err = self.sinew("topic", "echo", "radio.raw", "--file", file, "--json")
+        heard = [json.loads(line) for line in out.splitlines()]
+        heard = [m.get("message", m) for m in heard]
+        texts = [bytes(m["data"][:m["size"]]) for m in heard if m["size"] < 10]
+        numbers = [int(t) for t in texts]
+        self.assertGreater(len(numbers), 50, out[:500] + err)
+        self.assertEqual(numbers, list(range(numbers[0], numbers[0] + len(numbers))), "each once, in their order")
+        self.assertEqual({m["size"] for m in heard if m["size"] >= 10}, {1200}, "none that is empty or too long")
+        self.assertEqual({m["sender"] for m in heard}, {0x7F000001})
+        self.assertEqual({m["lost"] for m in heard}, {0})
+        talker.end()
+        code, out, err = self.sinew("replay", file, "--json")
+        self.assertEqual(code, 0, out + err)
+        replay = json.loads(out)
+        self.assertTrue(replay["identical"])
+        self.assertGreater(replay["modules"]["radio"]["steps"], 200)
+
+    def test_without_its_network_it_runs_and_says_so(self):
+        code, out, err = self.sinew("run", self.robot("wlan77"), "--duration", "2", "--json", "--no-record")
+        self.assertEqual(code, 0, out + err)
+        self.assertIn(f"radio: group {GROUP[0]}:{GROUP[1]}: there is no interface 'wlan77' ('ip link' lists them)", out)
+
+    def test_boards_without_a_radio_say_so_before_anything_starts(self):
+        robot = self.robot("lo")
+        robot.write_text(robot.read_text().replace('RadioSource"', 'RadioSource"\nexec_us = 20'))
+        code, out, err = self.sinew("check", robot, "--board", "sim")
+        self.assertEqual(code, 1, out + err)
+        self.assertIn('module.radio: "radio": the name of radio in the world quad: there is none', out + err)
+        folder = self.folder / "recorded"
+        folder.mkdir()
+        (folder / "imu0.csv").write_text("#\n1000000000,0,0,0,0,0,9.8\n1005000000,0,0,0,0,0,9.8\n")
+        code, out, err = self.sinew("run", robot, "--board", "dataset", "--data", folder, "--virtual")
+        self.assertEqual(code, 2, out + err)
+        self.assertIn("device 'radio': not found (a recorded folder has no radio)", err)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1], verbosity=2)
