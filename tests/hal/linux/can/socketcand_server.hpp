@@ -82,9 +82,9 @@ class SocketcandServer {
     if (message.kind == wire::SocketcandKind::open)
       answer(message.text == "can0" ? "< ok >" : "< error could not open bus >");
     if (message.kind == wire::SocketcandKind::raw_mode) {
-      answer("< ok >");
       ++connections_;
-      raw_ = true;
+      raw_ = true;  // before the client knows
+      answer("< ok >");
     }
     if (message.kind == wire::SocketcandKind::send) {
       const std::lock_guard lock(mutex_);
