@@ -21,9 +21,7 @@ void Doctor::ended(const ProgramEnd& end) {
   std::vector<Server::Reply> waiting;
   waiting.swap(waiting_);
   if (!end.why.empty() || !said.is_object()) {
-    std::string why = !end.why.empty() ? end.why : last_line(end.errors);
-    if (why.empty()) why = hal::describe_exit(end.exit_code.value_or(0));
-    for (const Server::Reply& reply : waiting) reply(json_error(502, "io", "sinew doctor: " + why));
+    for (const Server::Reply& reply : waiting) reply(json_error(502, "io", "sinew doctor: " + reason(end)));
     return;
   }
   Json whole{{"ok", true}};

@@ -56,12 +56,23 @@ Program::~Program() {
   thread_.join();
 }
 
+namespace {
+
+/// Of those that are not empty: where a program of ours says why it ended.
 std::string last_line(const std::string& text) {
   const std::size_t end = text.find_last_not_of(" \r\n");
   if (end == std::string::npos) return {};
   const std::size_t begin = text.find_last_of('\n', end);
   return text.substr(begin == std::string::npos ? 0 : begin + 1,
                      end - (begin == std::string::npos ? 0 : begin + 1) + 1);
+}
+
+}  // namespace
+
+std::string reason(const ProgramEnd& end) {
+  if (!end.why.empty()) return end.why;
+  const std::string said = last_line(end.errors);
+  return said.empty() ? hal::describe_exit(end.exit_code.value_or(0)) : said;
 }
 
 }  // namespace sinew::monitor

@@ -51,7 +51,7 @@ class Program {
   std::thread thread_;
 };
 
-/// The last line that is not empty: where a program of ours says why it ended.
-std::string last_line(const std::string& text);
+/// Why it left nothing that is of use: by us, by the last line of its errors, or by its exit code.
+std::string reason(const ProgramEnd& end);
 
 }  // namespace sinew::monitor

@@ -61,8 +61,7 @@ void Recordings::ended(const std::string& path, std::uint64_t number, const Prog
   const bool closed = at->second.closing;
   open_.erase(at);  // its thread has called us and returns: nothing to wait for
   if (closed) return;
-  std::string why = !end.why.empty() ? end.why : last_line(end.errors);
-  if (why.empty()) why = hal::describe_exit(end.exit_code.value_or(0));
+  const std::string why = reason(end);
   whys_[path] = why;
   if (options_.on_failure) options_.on_failure(path, why);
 }

@@ -32,13 +32,12 @@ bool RunJobs::begin(const std::string& name, std::vector<std::string> argv) {
   auto program = std::make_unique<Program>(
       std::move(argv), ProgramLimits{.patience = kPatience}, [this, number](const ProgramEnd& end) {
         State state = State::failed;
-        std::string result, why = end.why;
+        std::string result;
         if (has_result(end)) {
           const Json json = Json::parse(end.output, nullptr, false);
           if (json.is_object()) state = state_of(json), result = to_text(json);
         }
-        if (result.empty() && why.empty()) why = last_line(end.errors);
-        if (result.empty() && why.empty()) why = hal::describe_exit(end.exit_code.value_or(0));
+        const std::string why = result.empty() ? reason(end) : "";
         server_.post([this, number, state, result, why] { ended(number, state, result, why); });
       });
   jobs_.push_back({name, number, Clock::now()});

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "site_rig.hpp"
+#include "web_socket.hpp"
 
 namespace sinew::monitor::attack_test {
 namespace {
@@ -18,6 +19,7 @@ namespace {
 using test::HttpClient;
 using test::Reply;
 using test::SiteRig;
+using test::WebSocket;
 using namespace std::chrono_literals;
 
 std::size_t resident_kb() {
@@ -120,14 +122,10 @@ std::string frame(std::uint8_t first, const std::string& payload, bool masked = 
   return f;
 }
 
-std::unique_ptr<HttpClient> web_socket(const SiteRig& rig) {
-  auto client = std::make_unique<HttpClient>(rig.port(), 0x7f000002);
-  const Reply up = client->get("/robot",
-                               "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
-                               "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
-                               "Sec-WebSocket-Protocol: foxglove.websocket.v1\r\n");
-  EXPECT_EQ(up.status, 101);
-  return client;
+std::unique_ptr<WebSocket> web_socket(const SiteRig& rig) {
+  auto socket = std::make_unique<WebSocket>(rig.port(), "/robot", "foxglove.websocket.v1", "", 0x7f000002);
+  EXPECT_TRUE(socket->is_open());
+  return socket;
 }
 
 // RFC 6455, 5.2 to 5.5: what a server must fail the connection for. (Frames without a mask, 5.1, the library takes.)
@@ -153,17 +151,17 @@ TEST_F(MonitorAttack, FramesThatAreNone) {
   };
   for (const auto& [what, bytes] : frames) {
     const auto bad = web_socket(rig_);
-    bad->send(bytes);
+    bad->send_raw(bytes);
     EXPECT_TRUE(bad->is_refused()) << what;
     expect_good();
   }
 }
 
 TEST_F(MonitorAttack, AFrameThatStopsHalfWayHoldsNobodyUp) {
-  std::vector<std::unique_ptr<HttpClient>> all;
+  std::vector<std::unique_ptr<WebSocket>> all;
   for (int i = 0; i < 40; ++i) {
     all.push_back(web_socket(rig_));
-    all.back()->send(frame(0x82, "begins", true, 200 << 10));
+    all.back()->send_raw(frame(0x82, "begins", true, 200 << 10));
   }
   expect_good();
 }
@@ -179,7 +177,7 @@ TEST_F(MonitorAttack, BytesWithoutAnyOrder) {
     HttpClient raw(rig_.port(), 0x7f000002);
     raw.send(noise(300) + "\r\n\r\n");
     const auto socket = web_socket(rig_);
-    socket->send(noise(300));
+    socket->send_raw(noise(300));
     if (i % 20 == 0) expect_good();
   }
 }

@@ -126,26 +126,6 @@ class HttpClient {
     while (more(until, closed)) held_.clear();
     return closed;
   }
-  /// The peer closes the WebSocket: by a frame that says so, or the connection with it.
-  bool is_refused(std::chrono::milliseconds patience = 10s) {
-    const auto until = std::chrono::steady_clock::now() + patience;
-    bool closed = false;
-    const auto byte = [&](std::size_t at) { return static_cast<std::uint8_t>(held_[at]); };
-    const auto has = [&](std::size_t bytes) {
-      while (held_.size() < bytes && more(until, closed)) continue;
-      return held_.size() >= bytes;
-    };
-    while (has(2)) {
-      if ((byte(0) & 15) == 8) return true;
-      const int wide = byte(1) == 126 ? 2 : byte(1) == 127 ? 8 : 0;
-      std::size_t size = wide ? 0 : byte(1);
-      if (!has(2u + static_cast<unsigned>(wide))) break;
-      for (int i = 0; i < wide; ++i) size = size << 8 | byte(2u + static_cast<unsigned>(i));
-      if (!has(2u + static_cast<unsigned>(wide) + size)) break;
-      held_.erase(0, 2u + static_cast<unsigned>(wide) + size);
-    }
-    return closed;
-  }
 
  private:
   bool more(std::chrono::steady_clock::time_point until, bool& closed) {

@@ -9,10 +9,10 @@ namespace sinew::monitor::test {
 
 class WebSocket {
  public:
-  /// Offers this subprotocol; `more`: further lines of the head, each with its line end.
+  /// Offers this subprotocol; `more`: further lines of the head, each with its line end; `from`: as HttpClient's.
   WebSocket(std::uint16_t port, const std::string& path, const std::string& subprotocol = "foxglove.websocket.v1",
-            const std::string& more = "")
-      : http_(port) {
+            const std::string& more = "", std::uint32_t from = 0)
+      : http_(port, from) {
     http_.send("GET " + path + " HTTP/1.1\r\nHost: " + http_.host() +
                "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
                "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Protocol: " +
@@ -68,6 +68,10 @@ class WebSocket {
       if (m.opcode == 0 || m.opcode == 8) return m;
     }
   }
+  /// The peer closes it: by a frame that says so, or the connection with it.
+  bool is_refused() { return end().opcode == 8 || http_.is_ended(); }
+  /// Bytes that need not be a frame.
+  void send_raw(const std::string& bytes) { http_.send(bytes); }
   void send(const std::string& bytes, int opcode = 1) {
     std::string frame{static_cast<char>(0x80 | opcode)};
     if (bytes.size() < 126) {
