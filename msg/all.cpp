@@ -11,6 +11,7 @@
 #include "msg/radio.hpp"
 #include "msg/safety.hpp"
 #include "msg/sensors.hpp"
+#include "msg/team.hpp"
 
 namespace sinew::msg {
 
@@ -21,10 +22,10 @@ std::span<const TypeInfo* const> all_types() {
       &type_info<Datagram>(),        &type_info<FlightSetpoint>(),   &type_info<GnssSample>(),
       &type_info<GuardianState>(),   &type_info<HeadState>(),        &type_info<Image>(),
       &type_info<ImuSample>(),       &type_info<JointState>(),       &type_info<MagSample>(),
-      &type_info<MissionState>(),    &type_info<MotionField>(),      &type_info<NavState>(),
-      &type_info<OperatorLink>(),    &type_info<PadSighting>(),      &type_info<PilotSwitches>(),
-      &type_info<RangeSample>(),     &type_info<RcSample>(),         &type_info<SafetyState>(),
-      &type_info<WrenchSetpoint>(),
+      &type_info<MateState>(),       &type_info<MissionState>(),     &type_info<MotionField>(),
+      &type_info<NavState>(),        &type_info<OperatorLink>(),     &type_info<PadSighting>(),
+      &type_info<PilotSwitches>(),   &type_info<RangeSample>(),      &type_info<RcSample>(),
+      &type_info<SafetyState>(),     &type_info<TeamState>(),        &type_info<WrenchSetpoint>(),
   };
   return types;
 }

@@ -56,6 +56,7 @@ struct FieldInfo {
   const TypeInfo* nested;              // for Kind::nested, else null
   std::span<const ValueName> names{};  // of its values, or of its bits; empty: the numbers are all there is
   bool bits = false;
+  bool is_time = false;  // a Time: an instant, not a length of time
 };
 
 /// A stretch of floating-point numbers inside the struct; nested structs and neighbours are already merged.
@@ -289,7 +290,8 @@ FieldInfo field_info(const Field<Member>& f) {
           static_cast<std::uint32_t>(offset),
           nested,
           f.names,
-          f.bits};
+          f.bits,
+          std::is_same_v<typename E::Type, Time>};
 }
 
 }  // namespace detail

@@ -67,7 +67,7 @@ class Declaration {
   struct Port {
     std::string name;
     PortKind kind;
-    const msg::TypeInfo* type;  // null: an AnyIn that is not bound yet
+    const msg::TypeInfo* type;  // null: an AnyIn or AnyOut that is not bound yet
     InputBase* input;           // latest, queue, raw
     OutputBase* output;         // output, raw
     std::uint32_t depth;        // queue, raw: messages; latest: 1
@@ -77,7 +77,8 @@ class Declaration {
     bool optional = false;
     bool previous = false;
     bool supervises = false;
-    std::uint32_t channels = 0;  // output: OutOptions::channels
+    std::uint32_t channels = 0;   // output: OutOptions::channels
+    Duration expires{INT64_MAX};  // latest: older messages are not there; set by the graph (BindingSpec::max_age)
 
     bool is_input() const { return kind == PortKind::latest || kind == PortKind::queue; }
   };
@@ -108,6 +109,9 @@ class Declaration {
   void out(std::string_view name, Out<M>& port, const OutOptions& o = {}) {
     ports.push_back({std::string(name), PortKind::output, &msg::type_info<M>(), nullptr, &port, 0, o.burst});
     ports.back().channels = o.channels;
+  }
+  void out(std::string_view name, AnyOut& port, const OutOptions& o = {}) {
+    ports.push_back({std::string(name), PortKind::output, nullptr, nullptr, &port, 0, o.burst});
   }
   template <msg::Described M>
   void raw(std::string_view name, Raw<M>& port, const RawOptions& o = {}) {

@@ -4,6 +4,7 @@
 #include <map>
 
 #include "msg/all.hpp"
+#include "msg/safety.hpp"
 #include "rt/external_source.hpp"
 #include "rt/graph_check.hpp"
 #include "rt/guardian.hpp"
@@ -24,11 +25,12 @@ std::uint32_t find_by_name(const Container& all, std::string_view name, Name&& n
 
 Graph::Graph(GraphSpec spec, const ModuleTypes& types) : spec_(std::move(spec)), known_types_(types.names()) {
   if (!spec_.actuators.empty()) add_guardian();
-  for (const ModuleSpec& m : spec_.modules) add_module(m, types.make(m.type));
+  for (const ModuleSpec& m : spec_.modules) add_module(m, m.make ? m.make() : types.make(m.type));
   for (const ThreadSpec& t : spec_.threads) threads_.push_back({t, {}, kNone});
   add_external_sources();
   resolve_topics();
   resolve_threads();
+  resolve_outputs();
   resolve_inputs();
   resolve_chains();
 }
@@ -130,7 +132,7 @@ void Graph::resolve_topics() {
       const Declaration::Port& port = m.declaration.ports[p];
       if (port.is_input()) continue;
       GraphTopic t;
-      t.name = port.name.empty() ? m.spec.name : m.spec.name + "." + port.name;
+      t.name = topic_name(m.spec.name, port.name);
       t.type = port.type;
       t.writer = i;
       t.port = p;
@@ -169,6 +171,24 @@ void Graph::resolve_threads() {
   }
 }
 
+/// An output without a type has that of the first input, in the order of the modules, that reads it and has one.
+void Graph::resolve_outputs() {
+  for (GraphTopic& topic : topics_) {
+    if (topic.type) continue;
+    Declaration::Port& output = modules_[topic.writer].declaration.ports[topic.port];
+    for (const GraphModule& m : modules_)
+      for (const Declaration::Port& p : m.declaration.ports) {
+        const auto bound = m.spec.in.find(p.name);
+        if (!topic.type && p.is_input() && bound != m.spec.in.end() && bound->second.value == topic.name)
+          topic.type = p.type;
+      }
+    if (!topic.type)
+      topic.type = &msg::type_info<msg::SafetyState>();  // any: check() refuses the graph
+    else
+      output.type = static_cast<AnyOut*>(output.output)->type_ = topic.type;
+  }
+}
+
 void Graph::resolve_inputs() {
   for (GraphModule& m : modules_)
     for (std::uint32_t p = 0; p < m.declaration.ports.size(); ++p) {
@@ -176,6 +196,7 @@ void Graph::resolve_inputs() {
       Declaration::Port& port = m.declaration.ports[p];
       if (!port.is_input() || bound == m.spec.in.end()) continue;
       m.topic[p] = find_topic(bound->second.value);
+      if (const auto age = m.spec.max_age.find(port.name); age != m.spec.max_age.end()) port.expires = age->second;
       if (port.type || m.topic[p] == kNone) continue;
       port.type = topics_[m.topic[p]].type;
       static_cast<AnyIn*>(port.input)->type_ = port.type;

@@ -164,6 +164,7 @@ class Graph {
   void add_module(ModuleSpec spec, std::unique_ptr<Module> module);
   void resolve_topics();
   void resolve_threads();
+  void resolve_outputs();
   void resolve_inputs();
   void resolve_chains();
   hal::Result<Ticket> ask_guardian(Request::Kind kind, std::string* why);

@@ -24,6 +24,8 @@ bool is_name(std::string_view text) {
 
 std::string in_us(Duration d) { return format_number(static_cast<double>(d.count()) / 1e3); }
 
+std::string in_ms(Duration d) { return format_number(static_cast<double>(d.count()) / 1e6); }
+
 std::string quoted(std::string_view text) { return '"' + std::string(text) + '"'; }
 
 std::string listed(const std::vector<std::string>& words) {

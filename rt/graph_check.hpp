@@ -35,6 +35,7 @@ class GraphCheck {
   void bindings(const GraphModule& m);
   void binding(const GraphModule& m, std::uint32_t port);
   void previous(const GraphModule& m, std::uint32_t port);
+  void max_age(const GraphModule& m, std::uint32_t port, int line);
   void topics();
   void external(const TopicSpec& topic);
   void actuators();
@@ -65,6 +66,7 @@ class GraphCheck {
 
 /// In microseconds, as robot files write times.
 std::string in_us(Duration d);
+std::string in_ms(Duration d);
 bool is_name(std::string_view text);
 std::string quoted(std::string_view text);
 /// The words with spaces between them.

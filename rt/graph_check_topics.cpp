@@ -11,6 +11,11 @@ namespace {
 
 using PortKind = Declaration::PortKind;
 
+bool has_stamp(const msg::TypeInfo& type) {
+  return std::any_of(type.fields.begin(), type.fields.end(),
+                     [](const msg::FieldInfo& f) { return f.name == "stamp" && f.is_time && !f.is_array; });
+}
+
 }  // namespace
 
 std::string GraphCheck::topic_candidates(const msg::TypeInfo* type, std::string_view asked) const {
@@ -72,6 +77,22 @@ void GraphCheck::binding(const GraphModule& m, std::uint32_t p) {
     add(line, key, quoted(topic.name) + " of " + std::string(topic.type->name), topic_candidates(port.type));
   else
     previous(m, p);
+  max_age(m, p, line);
+}
+
+void GraphCheck::max_age(const GraphModule& m, std::uint32_t p, int line) {
+  const Declaration::Port& port = m.declaration.ports[p];
+  const std::string key = "module." + m.spec.name + ".in." + port.name + ".max_age_ms";
+  const bool given = port.expires != Duration{INT64_MAX};
+  if (given && port.kind == PortKind::latest && port.type && !has_stamp(*port.type))
+    add(line, key, in_ms(port.expires), "none: " + std::string(port.type->name) + " has no stamp");
+  if (given && port.kind != PortKind::latest)
+    add(line, key, in_ms(port.expires), "none: " + port.name + " is a queue of what came since the last step");
+  if (given && port.kind == PortKind::latest && (port.expires < Duration{1'000'000} || port.expires > kLongestPeriod))
+    add(line, key, in_ms(port.expires), "a number from 1 to 3600000");
+  if (!given && port.kind == PortKind::latest && is_remote(graph_.topics()[m.topic[p]].name))
+    add(line, key, "missing",
+        "a number from 1 to 3600000: a mate may fall silent, and an older message is then not there");
 }
 
 void GraphCheck::previous(const GraphModule& m, std::uint32_t p) {
@@ -93,6 +114,8 @@ void GraphCheck::topics() {
   for (std::size_t i = 0; i < graph_.topics().size(); ++i) {
     const GraphTopic& t = graph_.topics()[i];
     const GraphModule& writer = graph_.modules()[t.writer];
+    if (!writer.declaration.ports[t.port].type)
+      add(writer.spec.line, "topic." + t.name, "no type", "an input that has a type and reads it");
     if (t.type->has_bulk() && t.image_bytes == 0)
       add(writer.spec.line, "topic." + t.name + ".image", "missing",
           "width, height and format: " + t.name + " carries " + std::string(t.type->name));

@@ -2,6 +2,11 @@
 
 namespace sinew::rt {
 
+std::string topic_name(std::string_view module, std::string_view port) {
+  if (is_remote(port) || module.empty()) return std::string(port);
+  return port.empty() ? std::string(module) : std::string(module) + "." + std::string(port);
+}
+
 std::string to_string(const Problem& problem, std::string_view file) {
   std::string text(file);
   if (problem.line > 0) text += ':' + std::to_string(problem.line);

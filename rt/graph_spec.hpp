@@ -1,7 +1,9 @@
 #pragma once
 // One robot as plain data: what a robot file says, before anything is checked. Filled by apps (from TOML) or by hand.
 #include <cstdint>
+#include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -13,6 +15,8 @@
 #include "rt/declaration.hpp"
 
 namespace sinew::rt {
+
+class Module;
 
 /// A value with the line of the robot file that gave it. 0: no line (built by code, or a default). Below 0: a number
 /// that the maker of the spec gave to another source (an option of the command line).
@@ -43,6 +47,10 @@ struct ModuleSpec {
   ExecModel exec{};
   bool enabled = true;
   int line = 0;
+  /// Per port of `in`, for inputs that hold the newest message: an older one is not there, as before the first.
+  std::map<std::string, Duration> max_age{};
+  /// Makes the module, in place of ModuleTypes: its ports come from the robot file.
+  std::function<std::unique_ptr<Module>()> make{};
 };
 
 /// What releases a thread.
@@ -68,6 +76,11 @@ struct ThreadSpec {
 
 /// "imu.raw" as module and port; without a dot the second part is empty.
 std::pair<std::string_view, std::string_view> split_topic(std::string_view name);
+/// The topic of an output: "imu.raw" of module imu and port raw. A port with a '/' in its name names a remote topic as
+/// a whole: "robot2/ball.model".
+std::string topic_name(std::string_view module, std::string_view port);
+/// A topic of a mate, or of all mates.
+inline bool is_remote(std::string_view topic) { return topic.find('/') != std::string_view::npos; }
 
 /// The periods that a thread may have.
 inline constexpr Duration kShortestPeriod = std::chrono::microseconds(10), kLongestPeriod = std::chrono::hours(1);

@@ -64,12 +64,13 @@ void InputBase::merge_origins(std::uint32_t carried_chains, std::int64_t (&oldes
 Latch::Latch(Segment& segment) : segment_(segment) {}
 Latch::~Latch() = default;
 
-void Latch::bind(InputBase& input, ConnectionId id, Duration max_age, std::uint32_t carried_chains) {
+void Latch::bind(InputBase& input, ConnectionId id, Duration max_age, std::uint32_t carried_chains, Duration expires) {
   const Segment::Connection& c = segment_.connections_[id];
   const TopicEntry& entry = segment_.entry(c.topic);
   const std::uint32_t sequence_before = segment_.header().first_sequence - 1;
   carried_chains &= (1U << kMaxChains) - 1;
   input.max_age_ = max_age;
+  if (expires != Duration{INT64_MAX}) expiring_.push_back({&input, expires});
   if (c.plan.kind == ConnectionPlan::Kind::latest && c.plan.same_thread) {
     near_.push_back({&input, &segment_.topics_[c.topic].newest, std::make_unique<const SlotHeader*>(nullptr),
                      carried_chains, sequence_before});
@@ -149,9 +150,23 @@ inline bool Latch::Group::take() noexcept {
   return true;
 }
 
-void Latch::latch() noexcept {
+void Latch::latch(Time now) noexcept {
   for (Near& port : near_) port.take();
   if (!groups_.empty()) take_groups();
+  if (!expiring_.empty()) expire(now);
+}
+
+/// Empties ports whose message is too old. A pinned slot goes back at once: release() looks at what is held.
+[[gnu::noinline]] void Latch::expire(Time now) noexcept {
+  for (const Expiry& e : expiring_) {
+    InputBase& input = *e.input;
+    if (input.count_ == 0 || now - input.slots_[0]->stamp <= e.expires) continue;
+    for (Group& group : groups_)
+      for (Port& port : group.ports)
+        if (port.input == &input && port.pins) port.ring.unpin(port.held_slot.get(), input.count_);
+    input.count_ = 0;
+    input.updated_ = false;
+  }
 }
 
 [[gnu::noinline]] void Latch::take_groups() noexcept {

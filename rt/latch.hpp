@@ -23,11 +23,12 @@ class Latch {
   /// Connects an input port with its connection. Configure only. A queue sees messages published before its first
   /// latch as pending, bounded by its depth.
   /// `carried_chains`: bit c: the origin of chain c goes on through this port.
+  /// `expires`: a latest port does not hold a message whose stamp is longer ago.
   void bind(InputBase& input, ConnectionId id, Duration max_age = Duration{INT64_MAX},
-            std::uint32_t carried_chains = ~0U);
+            std::uint32_t carried_chains = ~0U, Duration expires = Duration{INT64_MAX});
 
-  /// Fills the ports from the newest commit of each writer.
-  void latch() noexcept;
+  /// Fills the ports from the newest commit of each writer. `now`: the step's.
+  void latch(Time now = {}) noexcept;
   /// Empties the ports; queues have consumed what they held. Every latch() is followed by one release().
   void release() noexcept;
 
@@ -39,11 +40,19 @@ class Latch {
   struct Group;  // the ports on outputs of one writer
   struct Near;   // a latest port on an output of the same thread
 
+  /// A latest port whose message may be too old.
+  struct Expiry {
+    InputBase* input;
+    Duration expires;
+  };
+
   void take_groups() noexcept;
+  void expire(Time now) noexcept;
 
   Segment& segment_;
   std::vector<Group> groups_;
   std::vector<Near> near_;
+  std::vector<Expiry> expiring_;
 };
 
 }  // namespace sinew::rt

@@ -151,6 +151,20 @@ class Out : public OutputBase {
   const M* committed() const { return static_cast<const M*>(newest_committed()); }
 };
 
+/// An output whose messages have the type of the inputs that read it. At least one input with a type reads it.
+class AnyOut : public OutputBase {
+ public:
+  /// Null until the graph has bound it.
+  const msg::TypeInfo* type() const { return type_; }
+  /// As Out::loan().
+  void* loan() { return loan_erased(); }
+  void cancel() { cancel_newest(); }
+
+ private:
+  friend class Graph;
+  const msg::TypeInfo* type_ = nullptr;
+};
+
 /// The raw topic of a driver module: written by collect(), read as a queue by the step() that follows, and by others.
 template <msg::Described M>
 class Raw : public InQueue<M>, public OutputBase {

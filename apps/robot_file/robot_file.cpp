@@ -8,6 +8,7 @@
 
 #include "apps/robot_file/device_table_reader.hpp"
 #include "apps/robot_file/exec_reader.hpp"
+#include "apps/robot_file/team_reader.hpp"
 #include "apps/robot_file/toml_guard.hpp"
 #include "apps/robot_file/toml_reader.hpp"
 #include "apps/robot_file/world_options.hpp"
@@ -68,20 +69,30 @@ void read_params(TomlReader& r, rt::ModuleSpec& m) {
   }
 }
 
+void read_inputs(TomlReader& in, rt::ModuleSpec& m) {
+  for (const auto& [key, node] : in.raw()) {
+    const std::string port(key.str());
+    rt::Located<std::string> topic;
+    topic.line = line_of(node);
+    if (node.is_table()) {
+      in.table(port, [&](TomlReader& r) {
+        r.require("topic", topic.value, "the name of a topic; it is required");
+        rt::Duration max_age{};
+        if (r.read_time("max_age_ms", max_age, kMs, 1ms, kLongest)) m.max_age.emplace(port, max_age);
+      });
+      m.in.emplace(port, std::move(topic));
+    } else if (in.read(port, topic.value, "the name of a topic, e.g. \"imu.raw\", or { topic, max_age_ms }")) {
+      m.in.emplace(port, std::move(topic));
+    }
+  }
+}
+
 void read_module(const std::string& name, TomlReader& r, rt::GraphSpec& graph) {
   rt::ModuleSpec m;
   m.name = name;
   m.line = r.line();
   r.require("type", m.type, "the type of a module, e.g. \"control::Mixer\"; it is required");
-  r.table("in", [&](TomlReader& in) {
-    for (const auto& [port, node] : in.raw()) {
-      rt::Located<std::string> topic;
-      if (in.read(port.str(), topic.value, "the name of a topic, e.g. \"imu.raw\"")) {
-        topic.line = line_of(node);
-        m.in.emplace(std::string(port.str()), std::move(topic));
-      }
-    }
-  });
+  r.table("in", [&](TomlReader& in) { read_inputs(in, m); });
   r.table("params", [&](TomlReader& p) { read_params(p, m); });
   read_exec(r, m.exec);
   r.read("enabled", m.enabled);
@@ -387,9 +398,11 @@ LoadedRobot parse_robot(std::string_view text, const std::string& path) {
   root.table("sim", [&](TomlReader& r) { read_sim(r, loaded.robot.sim); });
   root.table("parent", [&](TomlReader& r) { read_parent(r, graph, loaded.robot.parent); });
   root.table("record", [&](TomlReader& r) { read_record(r, loaded.robot.record); });
+  root.table("team", [&](TomlReader& r) { read_team(r, loaded.robot); });
   root.finish();
   std::stable_sort(graph.modules.begin(), graph.modules.end(),
                    [](const auto& a, const auto& b) { return a.line < b.line; });  // toml++ sorts tables by name
+  add_team(loaded.robot, loaded.problems);
   return loaded;
 }
 
@@ -414,7 +427,7 @@ std::string section_header(std::string_view section) {
     return std::find(all.begin(), all.end(), section) != all.end();
   };
   const std::string name(section);
-  if (is_one_of({"robot", "guardian", "sim", "parent", "record"})) return "[" + name + "]";
+  if (is_one_of({"robot", "guardian", "sim", "parent", "record", "team"})) return "[" + name + "]";
   if (is_one_of({"thread", "chain", "failsafe"})) return "[[" + name + "]]";
   if (is_one_of({"topic", "actuator", "device", "bus"})) return "[" + name + ".NAME]";
   return {};

@@ -13,6 +13,7 @@
 #include "apps/robot_file/validity.hpp"
 #include "drivers/device_spec.hpp"
 #include "rt/graph.hpp"
+#include "team/link.hpp"
 
 namespace sinew::app {
 
@@ -28,6 +29,15 @@ struct SimTable {
   ValidityBounds bounds;
 };
 
+/// `[team]`: what the robot says to mates and hears from them.
+struct TeamTable {
+  int line = 0;
+  team::LinkOptions link{};
+  std::map<std::string, int> said_lines{};  // by topic
+  std::string device{};                     // of the radio; empty: "radio"
+  rt::ExecModel exec{};
+};
+
 struct RobotFile {
   std::string path;
   std::string text{};               // as it was read, with all that it extends; only from load_robot()
@@ -37,6 +47,7 @@ struct RobotFile {
   SimTable sim;
   ParentOptions parent;
   RecordOptions record;
+  std::optional<TeamTable> team{};
   drivers::DeviceSpecs devices;          // of the board `linux`
   rt::Located<std::string> calibration;  // file of what differs from one such robot to the next; empty: none
 

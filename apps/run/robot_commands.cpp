@@ -6,6 +6,7 @@
 #include "apps/command/number_check.hpp"
 #include "apps/robot/doctor.hpp"
 #include "apps/robot/robot_check.hpp"
+#include "apps/robot/team_rules.hpp"
 #include "apps/robot/wiring_rules.hpp"
 #include "apps/robot_file/robot_file.hpp"
 #include "apps/run/commands.hpp"
@@ -101,6 +102,8 @@ int check(const CheckOptions& options, const rt::ModuleTypes& types) {
     std::printf("%s: %zu threads, %zu modules, %zu topics, %zu chains: no problems\n", options.robot.c_str(),
                 graph.threads().size(), graph.modules().size(), graph.topics().size(), graph.chains().size());
     for (const std::string& joint : checked.narrower) std::printf("%s\n", joint.c_str());
+    for (const std::string& cost : describe_team(checked.robot, graph))
+      std::printf("says to mates: %s\n", cost.c_str());
     std::printf("%s", slot_table(graph).c_str());
   }
   return code_of(checked);

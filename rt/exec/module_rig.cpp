@@ -63,7 +63,7 @@ class Driver final : public DriverModule {
   const Declaration& declaration_;
 };
 
-struct AnyOut : OutputBase {
+struct SourceOut : OutputBase {
   void* loan() { return claim(); }  // put() overwrites all of it
   msg::Image& loan_image() { return *fresh<msg::Image>(claim()); }
 };
@@ -86,15 +86,15 @@ class Source final : public Module {
 
  private:
   const msg::TypeInfo& type_;
-  AnyOut out_;
+  SourceOut out_;
 };
 
 // Holds what a step published, until the next step.
 class Sink final : public Module {
  public:
-  explicit Sink(const Declaration::Port& of) : of_(of) {}
+  Sink(const Declaration::Port& of, const msg::TypeInfo& type) : of_(of), type_(type) {}
   void declare(Declaration& d) override {
-    d.ports.push_back({"message", PortKind::queue, of_.type, &in_, nullptr, of_.burst, 0});
+    d.ports.push_back({"message", PortKind::queue, &type_, &in_, nullptr, of_.burst, 0});
   }
   StepStatus step(const Step&) noexcept override { return StepStatus::ok; }
   std::vector<const SlotHeader*> messages() const {
@@ -105,6 +105,7 @@ class Sink final : public Module {
 
  private:
   const Declaration::Port& of_;
+  const msg::TypeInfo& type_;
   InputBase in_;
 };
 
@@ -151,10 +152,22 @@ void ModuleRig::leave_unbound(std::string_view input) {
   unbound_.push_back(p.name);
 }
 
+void ModuleRig::carries_erased(std::string_view name, const msg::TypeInfo& type) {
+  if (port(name).type) misuse(name, "has a type: " + std::string(port(name).type->name));
+  types_[std::string(name)] = &type;
+}
+
+const msg::TypeInfo& ModuleRig::type_of(const Declaration::Port& port) const {
+  if (port.type) return *port.type;
+  const auto given = types_.find(port.name);
+  if (given == types_.end()) misuse(port.name, "has no type before carries<...>()");
+  return *given->second;
+}
+
 void ModuleRig::image_capacity(std::string_view name, std::uint32_t bytes) {
   const Declaration::Port& p = port(name);
   if (run_) misuse(name, "image_capacity() comes before the first put() or step()");
-  if (!p.type->has_bulk()) misuse(name, "carries " + std::string(p.type->name) + ", which has no pixels");
+  if (!type_of(p).has_bulk()) misuse(name, "carries " + std::string(type_of(p).name) + ", which has no pixels");
   image_bytes_[p.name] = bytes;
 }
 
@@ -175,9 +188,9 @@ GraphSpec ModuleRig::spec() const {
   };
   for (const Declaration::Port& p : declaration_.ports) {
     if (p.is_input() && std::find(unbound_.begin(), unbound_.end(), p.name) != unbound_.end()) continue;
-    const std::string topic = p.is_input() ? source_of(p.name) + ".message" : options_.name + "." + p.name;
+    const std::string topic = p.is_input() ? source_of(p.name) + ".message" : topic_name(options_.name, p.name);
     const auto bytes = image_bytes_.find(p.name);
-    if (p.type->has_bulk())
+    if (type_of(p).has_bulk())
       all.topics.push_back({topic, bytes == image_bytes_.end() ? options_.image_bytes : bytes->second, 0, 0});
     ModuleSpec end;
     end.name = end.type = p.is_input() ? source_of(p.name) : sink_of(p.name);
@@ -199,10 +212,12 @@ hal::Status ModuleRig::configure() {
     return std::make_unique<Plain>(module_, declaration_);
   });
   for (const Declaration::Port& p : declaration_.ports) {
+    if (std::find(unbound_.begin(), unbound_.end(), p.name) != unbound_.end()) continue;
+    const msg::TypeInfo& type = type_of(p);
     if (p.is_input())
-      types.add(source_of(p.name), [&p] { return std::make_unique<Source>(*p.type); });
+      types.add(source_of(p.name), [&type] { return std::make_unique<Source>(type); });
     else
-      types.add(sink_of(p.name), [&p] { return std::make_unique<Sink>(p); });
+      types.add(sink_of(p.name), [&p, &type] { return std::make_unique<Sink>(p, type); });
   }
   run_ = std::make_unique<Run>(spec(), types);
   Run& run = *run_;
@@ -251,7 +266,7 @@ void ModuleRig::put_erased(std::string_view input, const msg::TypeInfo& type, co
                            std::optional<Time> published) {
   const Declaration::Port& p = port(input);
   if (!p.is_input()) misuse(input, "is an output");
-  if (p.type != &type) misuse(input, "takes " + std::string(p.type->name) + ", not " + std::string(type.name));
+  if (&type_of(p) != &type) misuse(input, "takes " + std::string(type_of(p).name) + ", not " + std::string(type.name));
   be_configured();
   const std::uint32_t source = run_->graph.find_module(source_of(p.name));
   if (source == kNone) misuse(input, "was left unbound");
@@ -297,7 +312,7 @@ void ModuleRig::reset() {
 
 std::vector<const SlotHeader*> ModuleRig::published(std::string_view output, const msg::TypeInfo& type) const {
   const Declaration::Port& p = port(output);
-  if (p.type != &type) misuse(output, "gives " + std::string(p.type->name) + ", not " + std::string(type.name));
+  if (&type_of(p) != &type) misuse(output, "gives " + std::string(type_of(p).name) + ", not " + std::string(type.name));
   return headers(output);
 }
 

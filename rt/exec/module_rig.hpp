@@ -48,6 +48,11 @@ class ModuleRig {
   // ---- before the first put() or step()
   /// Leaves an optional input without a topic.
   void leave_unbound(std::string_view input);
+  /// The type of an AnyIn or AnyOut.
+  template <msg::Described M>
+  void carries(std::string_view name) {
+    carries_erased(name, msg::type_info<M>());
+  }
   /// Room for pixels behind the images of this input or output.
   void image_capacity(std::string_view name, std::uint32_t bytes);
   /// Configures and resets the module; the first put() or step() does so otherwise.
@@ -106,6 +111,8 @@ class ModuleRig {
                   std::optional<Time> published);
   std::vector<const SlotHeader*> published(std::string_view output, const msg::TypeInfo& type) const;
   const Declaration::Port& port(std::string_view name) const;
+  void carries_erased(std::string_view name, const msg::TypeInfo& type);
+  const msg::TypeInfo& type_of(const Declaration::Port& port) const;
   void be_configured();
   GraphSpec spec() const;
 
@@ -113,6 +120,7 @@ class ModuleRig {
   RigOptions options_;
   Declaration declaration_;
   std::map<std::string, std::uint32_t, std::less<>> image_bytes_;
+  std::map<std::string, const msg::TypeInfo*, std::less<>> types_;  // of ports without one
   std::vector<std::string> unbound_;
   Time now_{};
   std::unique_ptr<Run> run_;  // null before configure()

@@ -72,7 +72,7 @@ void ModuleRunner::bind() {
     }
     if (port.kind != PortKind::output) {
       inputs_[p] = port.input;
-      latch_.bind(*port.input, graph.connection(index_, p), port.max_age, module_.carried_chains[p]);
+      latch_.bind(*port.input, graph.connection(index_, p), port.max_age, module_.carried_chains[p], port.expires);
     }
   }
   if (module_.external) module_.external->bound();
@@ -90,7 +90,7 @@ std::span<const std::uint32_t> ModuleRunner::start(const Cycle& cycle, Time now)
     module_.driver->collect(now);
     for (const auto& raw : raws_) publish(*raw, raw->commit({now}), now);
   }
-  latch_.latch();
+  latch_.latch(now);
   for (std::size_t p = 0; p < inputs_.size(); ++p)
     if (inputs_[p] && inputs_[p]->dropped()) drops_[p].add(inputs_[p]->dropped());
 

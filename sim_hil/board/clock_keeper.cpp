@@ -23,7 +23,7 @@ void ClockKeeper::begin() {
   stop();
   {
     const std::lock_guard lock(mutex_);
-    filter_ = ClockFilter();
+    filter_ = hal::ClockFilter();
     line_.reset();
     refused_ = false;
   }
@@ -103,7 +103,7 @@ void ClockKeeper::run() {
 void ClockKeeper::steer() {
   const std::lock_guard lock(mutex_);
   if (!filter_.any()) return;
-  const ClockFilter::Estimate e = filter_.at(os_.now());
+  const hal::ClockFilter::Estimate e = filter_.at(os_.now());
   plant_clock_.steer(base_offset_ + scaled_by(e.offset - base_host_offset_, rate_));
   stats_.offset = e.offset, stats_.drift = e.drift;
   stats_.bound = scaled_by(e.bound, rate_) + plant_clock_.lag();

@@ -3,9 +3,9 @@
 #include <memory>
 #include <mutex>
 
+#include "hal/clock_filter.hpp"
 #include "hal/os.hpp"
 #include "hal/stream.hpp"
-#include "sim_hil/board/clock_filter.hpp"
 #include "sim_hil/board/plant_clock.hpp"
 #include "sim_hil/board/side_line.hpp"
 
@@ -58,7 +58,7 @@ class ClockKeeper {
   Connect connect_;
   PlantClock& plant_clock_;
   mutable std::mutex mutex_;  // the filter, the line's pointer and the statistics
-  ClockFilter filter_;
+  hal::ClockFilter filter_;
   std::unique_ptr<SideLine> line_;
   bool refused_ = false;  // the plant takes no side line
   ClockStats stats_;

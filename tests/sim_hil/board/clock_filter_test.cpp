@@ -1,5 +1,5 @@
 // Two clocks, a network between them that delays as it likes, and whether the truth stays inside the bound.
-#include "sim_hil/board/clock_filter.hpp"
+#include "hal/clock_filter.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,6 +10,8 @@
 
 namespace sinew::sim_hil::clock_filter_test {
 namespace {
+
+using hal::ClockFilter;
 
 using namespace std::chrono_literals;
 

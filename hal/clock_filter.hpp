@@ -1,31 +1,29 @@
 #pragma once
-#include <cstddef>
+#include <array>
 #include <cstdint>
-#include <vector>
 
 #include "hal/clock.hpp"
 
-namespace sinew::sim_hil {
+namespace sinew::hal {
 
-using hal::Duration;
-using hal::Time;
-
-/// How far another machine's clock stands from ours, from exchanges of four time stamps. Pure.
+/// How far another machine's clock stands from ours, from exchanges of four time stamps. Pure, and plain memory: it can
+/// be the state of a module.
 ///
 /// An answer cannot arrive before it was sent, however long the way there and back takes. So the offset (ours minus
 /// theirs) is at least asked - received when we ask, and at most arrived - answered when the answer arrives. Between
 /// two clocks of constant rates the offset is a straight line over time. This line has to pass above all lower limits
 /// and below all upper limits; the lines that do give offset, drift and their bounds. Slow and lopsided exchanges thus
 /// say little and do no harm; the fastest exchanges of either direction decide.
-/// Thread:  owner.   RT: no; add() compares all pairs of the window.
+/// Thread:  owner.   RT: yes; add() compares all pairs of the window.
 class ClockFilter {
  public:
+  static constexpr std::uint32_t kMostWindow = 64;
   struct Options {
-    std::size_t window = 64;    // exchanges that are looked at; the drift must not change during them
+    std::uint32_t window = kMostWindow;  // exchanges that are looked at, 1 to kMostWindow; constant drift during them
     double max_drift = 500e-6;  // as a ratio; no two clocks drift apart faster (what NTP may slew, and any crystal)
   };
-  ClockFilter() : ClockFilter(Options{}) {}
-  explicit ClockFilter(const Options& options) : options_(options) {}
+  constexpr ClockFilter() = default;
+  explicit ClockFilter(const Options& options) : max_drift_(options.max_drift), window_(options.window) {}
 
   /// One exchange: our clock as we asked, theirs as they received and as they answered, ours as the answer arrived. Not
   /// earlier than the last exchange. False, and counted: these cannot be times of one exchange.
@@ -38,7 +36,7 @@ class ClockFilter {
   };
   /// At a time of ours at or after the last exchange; `any()` must be true.
   Estimate at(Time ours) const;
-  bool any() const { return !pairs_.empty(); }
+  bool any() const { return count_ != 0; }
 
   /// Exchanges whose times could not be of one exchange.
   std::uint32_t rejected() const { return rejected_; }
@@ -47,21 +45,21 @@ class ClockFilter {
 
  private:
   struct Limit {
-    Time at;          // ours
-    double value_ns;  // relative to base_
+    Time at{};            // ours
+    double value_ns = 0;  // relative to base_
   };
   struct Pair {
-    Limit low, high;
+    Limit low{}, high{};
   };
+  void forget(std::uint32_t oldest);
   bool fit();
-  double since(Time from, Time to) const { return static_cast<double>((to - from).count()); }
 
-  Options options_;
-  std::vector<Pair> pairs_;                                      // oldest first
+  double max_drift_ = Options{}.max_drift;
+  std::array<Pair, kMostWindow> pairs_{};                        // the first count_; oldest first
   Duration base_{0};                                             // so that doubles hold nanoseconds exactly
   double slowest_ = 0, fastest_ = 0, low_ns_ = 0, high_ns_ = 0;  // of the lines left; values at `newest_`
   Time newest_{};
-  std::uint32_t rejected_ = 0, restarts_ = 0;
+  std::uint32_t window_ = Options{}.window, count_ = 0, rejected_ = 0, restarts_ = 0;
 };
 
-}  // namespace sinew::sim_hil
+}  // namespace sinew::hal

@@ -1,0 +1,456 @@
+#include "team/link.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+#include "math/hash.hpp"
+#include "msg/cdr.hpp"
+#include "msg/ros2msg.hpp"
+
+namespace sinew::team {
+namespace {
+
+using namespace std::chrono_literals;
+using rt::Duration;
+using rt::Time;
+
+constexpr Duration kTellEvery = 500ms;  // the state, where nothing changes
+constexpr Duration kSpeakEvery = 1s;    // a frame at least so often, so that mates know that we live, and our clock
+constexpr Duration kEchoEvery = 200ms;  // to each mate
+constexpr std::size_t kMostEchoes = 4;  // in one frame
+constexpr double kLargestFrame = msg::kMaxDatagramBytes;
+constexpr std::size_t kHeadOfMarked = 32;  // of a FromMate, in front of its message
+
+static_assert(offsetof(msg::FromMate<msg::MateState>, message) == kHeadOfMarked);
+
+const msg::FieldInfo* field_of(const msg::TypeInfo& type, std::string_view name) {
+  for (const msg::FieldInfo& f : type.fields)
+    if (f.name == name) return &f;
+  return nullptr;
+}
+
+/// Takes every instant of the message, but those that are not set, onto the own clock. An instant that is `stamp` by
+/// name was never later than the message arrived.
+void shift_times(const msg::TypeInfo& type, std::byte* message, Duration offset, Time received) {
+  for (const msg::FieldInfo& f : type.fields) {
+    for (std::uint32_t i = 0; i < f.count; ++i) {
+      if (f.nested) {
+        shift_times(*f.nested, message + f.offset + i * f.nested->size, offset, received);
+      } else if (f.is_time) {
+        Time t;
+        std::memcpy(&t, message + f.offset + i * sizeof t, sizeof t);
+        if (t == Time{}) continue;
+        t = t + offset;
+        if (f.name == "stamp") t = std::min(t, received);
+        std::memcpy(message + f.offset + i * sizeof t, &t, sizeof t);
+      }
+    }
+  }
+}
+
+std::uint32_t type_hash(const msg::TypeInfo& type) {
+  return static_cast<std::uint32_t>(math::fnv1a64(msg::ros2msg_schema(type)));
+}
+
+std::size_t cdr_bytes_of(const msg::TypeInfo& type) {
+  std::vector<std::max_align_t> message(type.size / sizeof(std::max_align_t) + 1);
+  type.reset(message.data());
+  return msg::cdr_size(type, message.data());
+}
+
+/// Numbers wrap.
+bool is_newer(std::uint32_t a, std::uint32_t than) { return static_cast<std::int32_t>(a - than) > 0; }
+
+}  // namespace
+
+struct Link::Ear {
+  rt::AnyOut out;
+  std::string name;   // "robot2/ball.model"
+  std::string topic;  // "ball.model"
+  std::size_t mate = 0;
+  bool of_all = false;
+  // After configure():
+  const msg::TypeInfo* type = nullptr;  // of the mate's message
+  std::uint32_t hash = 0;
+  // Of this step:
+  std::uint32_t loans = 0;
+  std::byte* loaned = nullptr;
+};
+
+struct Link::Mouth {
+  rt::AnyIn in;
+  Said said;
+  Duration period{};
+  std::uint32_t hash = 0;  // after configure()
+};
+
+std::string say_port(std::string_view topic) {
+  std::string port = "say_" + std::string(topic);
+  std::replace(port.begin(), port.end(), '.', '_');
+  return port;
+}
+
+std::size_t most_cdr_bytes(std::string_view topic) {
+  return msg::kMaxDatagramBytes - wire::kTeamHeadBytes - kMostEchoes * wire::kTeamEchoBytes - wire::kTeamMessageBytes -
+         topic.size();
+}
+
+SaidCost cost_of(const Said& said, const msg::TypeInfo& type) {
+  SaidCost cost;
+  cost.message_bytes = wire::kTeamMessageBytes + said.topic.size() + cdr_bytes_of(type);
+  cost.bytes_per_s = static_cast<double>(cost.message_bytes) * said.rate_hz;
+  return cost;
+}
+
+double overhead_bytes_per_s(const LinkOptions& options, double step_hz) {
+  double frames_hz = 0;  // each message may need a frame of its own
+  for (const Said& s : options.said) frames_hz += s.rate_hz;
+  frames_hz = std::max(frames_hz, 1 / msg::seconds(kSpeakEvery));
+  if (step_hz > 0) frames_hz = std::min(frames_hz, step_hz);
+  const double echoes_hz = static_cast<double>(options.mates.size()) / msg::seconds(kEchoEvery);
+  return frames_hz * static_cast<double>(wire::kTeamHeadBytes) +
+         std::min(echoes_hz, frames_hz * kMostEchoes) * static_cast<double>(wire::kTeamEchoBytes);
+}
+
+Link::Link(LinkOptions options) : options_(std::move(options)) {
+  for (const std::string& name : options_.heard) {
+    auto ear = std::make_unique<Ear>();
+    const std::size_t slash = name.find('/');
+    const std::string_view who = std::string_view(name).substr(0, slash);
+    ear->name = name;
+    ear->topic = name.substr(slash + 1);
+    ear->of_all = who == kAllMates;
+    while (ear->mate < options_.mates.size() && options_.mates[ear->mate].name != who) ++ear->mate;
+    ears_.push_back(std::move(ear));
+  }
+  for (const Said& said : options_.said) {
+    auto mouth = std::make_unique<Mouth>();
+    mouth->said = said;
+    mouth->period = Duration(static_cast<std::int64_t>(1e9 / said.rate_hz));
+    mouths_.push_back(std::move(mouth));
+  }
+  known_.resize(options_.mates.size());
+  newest_.resize(ears_.size() * known_.size());
+  due_.resize(mouths_.size());
+  urgent_.resize(mouths_.size());
+}
+
+Link::~Link() = default;
+
+void Link::declare(rt::Declaration& d) {
+  d.raw("raw", raw_, {.burst = kHearBurst});
+  for (const auto& m : mouths_) d.in(say_port(m->said.topic), m->in);
+  for (const auto& e : ears_) d.out(e->name, e->out, {.burst = e->of_all ? kHearBurst : 1});
+  d.out("state", state_);
+  d.out("frame", frame_);
+  d.param("device", device_name_, {.doc = "name of the radio on the board"});
+  d.state(known_, newest_, due_, self_, counts_);
+}
+
+hal::Status Link::configure(rt::Setup& setup) {
+  std::size_t largest = 0, longest = 0;
+  for (const auto& e : ears_) {
+    e->type = e->out.type();
+    if (e->of_all) {
+      const msg::FieldInfo* message = field_of(*e->type, "message");
+      const bool marked =
+          message && message->nested && message->offset == kHeadOfMarked && e->type->name.ends_with("FromMate");
+      if (!marked) {
+        setup.explain(e->name + " carries " + std::string(e->type->name) +
+                      "; inputs of a topic of all mates are of FromMate<...>");
+        return hal::Error{hal::Errc::bad_argument, "type of a topic of all mates"};
+      }
+      e->type = message->nested;
+    }
+    e->hash = type_hash(*e->type);
+    largest = std::max<std::size_t>(largest, e->type->size);
+  }
+  for (const auto& m : mouths_) {
+    m->hash = type_hash(*m->in.type());
+    longest = std::max(longest, cdr_bytes_of(*m->in.type()));
+  }
+  cdr_.resize(longest);
+  scratch_.resize(largest / sizeof(std::max_align_t) + 1);
+  auto radio = setup.board().radio(device_name_);
+  if (!radio) {
+    setup.explain("device '" + device_name_ + "': " + hal::to_string(radio.error().code) + " (" + radio.error().where +
+                  ")");
+    return radio.error();
+  }
+  device_ = *radio;
+  return {};
+}
+
+void Link::reset() {
+  std::fill(known_.begin(), known_.end(), Known{});
+  std::fill(newest_.begin(), newest_.end(), Newest{});
+  std::fill(due_.begin(), due_.end(), Due{});
+  self_ = {};
+  counts_ = {};
+  counts_.robot = options_.robot;
+  counts_.mates = static_cast<std::uint32_t>(known_.size());
+  for (std::size_t i = 0; i < known_.size(); ++i) known_[i].told.robot = options_.mates[i].robot;
+}
+
+void Link::collect(Time) noexcept {
+  while (msg::Datagram* datagram = raw_.loan()) {
+    const auto got = device_->read(*datagram);
+    if (got && *got) continue;
+    raw_.cancel();
+    return;
+  }
+}
+
+void Link::emit(Time) noexcept {
+  // A frame that is not sent is counted by the radio, and is like one that the network loses.
+  if (const msg::Datagram* frame = frame_.committed()) static_cast<void>(device_->send(frame->bytes()));
+}
+
+/// The first step after a start. `start` has to differ from the one before, and a record must give it again: the
+/// instant does both.
+void Link::begin(Time now) noexcept {
+  char seed[sizeof now.ns + sizeof options_.robot];
+  std::memcpy(seed, &now.ns, sizeof now.ns);
+  std::memcpy(seed + sizeof now.ns, &options_.robot, sizeof options_.robot);
+  self_.start = static_cast<std::uint32_t>(math::fnv1a64(std::string_view(seed, sizeof seed)));
+  self_.tokens = kLargestFrame;
+  self_.spoke = now - kSpeakEvery;
+  self_.told = now - kTellEvery;
+  self_.began = 1;
+  counts_.start = self_.start;
+}
+
+rt::StepStatus Link::step(const rt::Step& step) noexcept {
+  if (!self_.began) begin(step.now);
+  for (const auto& e : ears_) e->loans = 0, e->loaned = nullptr;
+  for (const msg::Datagram& datagram : raw_) hear(datagram);
+  say(step);
+  if (self_.changed || step.now - self_.told >= kTellEvery) tell(step.now);
+  return rt::StepStatus::ok;
+}
+
+// ---- hearing
+
+void Link::hear(const msg::Datagram& datagram) noexcept {
+  self_.changed = 1;
+  wire::TeamReader frame;
+  if (frame.open(datagram.bytes()) != nullptr) {
+    ++counts_.garbage;
+    return;
+  }
+  const wire::TeamHead& head = frame.head();
+  if (head.team != options_.team) {
+    ++counts_.other_teams;
+    return;
+  }
+  std::size_t i = 0;
+  while (i < known_.size() && options_.mates[i].robot != head.robot) ++i;
+  if (i == known_.size()) {
+    ++counts_.strangers;
+    counts_.last_stranger = head.robot;
+    return;
+  }
+  Known& mate = known_[i];
+  if (!note_frame(mate, head)) return;
+  note_echoes(mate, frame, datagram.stamp);
+  if (head.sequence == mate.told.sequence) mate.told.heard = datagram.stamp, mate.told.sent = Time{head.sent_ns};
+  while (const auto message = frame.next()) hear_message(i, *message, datagram.stamp);
+}
+
+/// False: the frame came before, or is of an earlier life of the mate.
+bool Link::note_frame(Known& mate, const wire::TeamHead& head) noexcept {
+  msg::MateState& told = mate.told;
+  if (told.starts == 0 || head.start != told.start) {
+    if (told.starts != 0 && head.start == mate.former_start) {
+      ++told.reordered;  // of before its restart
+      return false;
+    }
+    mate.former_start = told.start;
+    mate.clock = hal::ClockFilter();
+    mate.came = ~std::uint64_t{0};  // a frame of before the first one comes too late, and was never counted as lost
+    told.start = head.start;
+    told.sequence = head.sequence;
+    told.clock_bound_ns = -1;
+    mate.echoed = {};
+    ++told.starts;
+    ++told.frames;
+    const auto place = static_cast<std::size_t>(&mate - known_.data());
+    for (std::size_t e = 0; e < ears_.size(); ++e) newest_[e * known_.size() + place] = {};
+    return true;
+  }
+  const auto ahead = static_cast<std::int32_t>(head.sequence - told.sequence);
+  if (ahead > 0) {
+    mate.came = ahead < 64 ? mate.came << ahead | 1 : 1;
+    told.lost += static_cast<std::uint32_t>(ahead) - 1;
+    told.sequence = head.sequence;
+    ++told.frames;
+    return true;
+  }
+  const std::uint64_t bit = ahead > -64 ? std::uint64_t{1} << -ahead : 0;
+  if (bit == 0 || (mate.came & bit) != 0) {
+    ++told.duplicated;
+    return false;
+  }
+  mate.came |= bit;
+  --told.lost;
+  ++told.frames;
+  ++told.reordered;
+  return true;
+}
+
+void Link::note_echoes(Known& mate, const wire::TeamReader& frame, Time arrived) noexcept {
+  for (std::size_t i = 0; i < frame.echoes(); ++i) {
+    const wire::TeamEcho echo = frame.echo(i);
+    if (echo.robot != options_.robot || echo.start != self_.start) continue;
+    if (!mate.clock.add(Time{echo.sent_ns}, Time{echo.received_ns}, Time{frame.head().sent_ns}, arrived)) continue;
+    const auto e = mate.clock.at(arrived);
+    mate.told.clock_offset_ns = e.offset.count();
+    mate.told.clock_bound_ns = e.bound.count();
+    mate.told.clock_drift = e.drift;
+  }
+}
+
+/// A message counts once, however many topics it comes to.
+void Link::hear_message(std::size_t mate, const wire::TeamMessage& message, Time received) noexcept {
+  Known& from = known_[mate];
+  bool foreign = false, dropped = false, unclocked = false, published = false;
+  for (std::size_t e = 0; e < ears_.size(); ++e) {
+    Ear& ear = *ears_[e];
+    if (ear.topic != message.topic || (!ear.of_all && ear.mate != mate)) continue;
+    Newest& newest = newest_[e * known_.size() + mate];
+    if (ear.hash != message.type_hash) {
+      foreign = true;
+    } else if (newest.any && !is_newer(message.sequence, newest.sequence)) {
+      dropped = true;
+    } else if (!from.clock.any()) {
+      unclocked = true;
+    } else {
+      newest = {1, message.sequence};
+      (publish(from, ear, message, received) ? published : dropped) = true;
+    }
+  }
+  from.told.foreign += foreign;
+  from.told.dropped += dropped;
+  from.told.unclocked += unclocked;
+  from.told.messages += published;
+}
+
+/// False: it is not what its type says, or there is no room for it.
+bool Link::publish(const Known& from, Ear& ear, const wire::TeamMessage& message, Time received) noexcept {
+  auto* const decoded = reinterpret_cast<std::byte*>(scratch_.data());
+  if (ear.of_all && ear.loans == kHearBurst) return false;
+  ear.type->reset(decoded);
+  if (!msg::cdr_decode(*ear.type, message.cdr, decoded)) return false;
+  const auto clock = from.clock.at(received);
+  shift_times(*ear.type, decoded, clock.offset, received);
+  if (ear.of_all || !ear.loaned) ear.loaned = static_cast<std::byte*>(ear.out.loan()), ++ear.loans;
+  if (!ear.of_all) {  // the newest of the step takes the place of one before
+    std::memcpy(ear.loaned, decoded, ear.type->size);
+    return true;
+  }
+  msg::FromMate<msg::MateState> head;  // of any type: its head is the same
+  head.stamp = message.stamp_ns == 0 ? received : std::min(Time{message.stamp_ns} + clock.offset, received);
+  head.received = received;
+  head.stamp_bound_ns = clock.bound.count();
+  head.robot = from.told.robot;
+  head.sequence = message.sequence;
+  std::memcpy(ear.loaned, &head, kHeadOfMarked);
+  std::memcpy(ear.loaned + kHeadOfMarked, decoded, ear.type->size);
+  return true;
+}
+
+// ---- saying
+
+/// Those that are due, the most urgent first: by priority, then the one that has waited longest, then as in the file.
+std::size_t Link::by_urgency(Time now) noexcept {
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < mouths_.size(); ++i) {
+    const Due& due = due_[i];
+    const rt::AnyIn& in = mouths_[i]->in;
+    if (in.get() && now >= due.at && !(due.any && in.header(0)->sequence == due.sequence))
+      urgent_[n++] = static_cast<std::uint32_t>(i);
+  }
+  const auto before = [this](std::uint32_t a, std::uint32_t b) {
+    const int pa = mouths_[a]->said.priority, pb = mouths_[b]->said.priority;
+    if (pa != pb) return pa > pb;
+    return due_[a].at != due_[b].at ? due_[a].at < due_[b].at : a < b;
+  };
+  std::sort(urgent_.begin(), urgent_.begin() + static_cast<std::ptrdiff_t>(n), before);
+  return n;
+}
+
+/// At most one frame a step, within the budget: a bucket of bytes that fills at the budget's rate and holds one frame.
+void Link::say(const rt::Step& step) noexcept {
+  self_.tokens = std::min(kLargestFrame, self_.tokens + options_.bytes_per_s * msg::seconds(step.dt));
+  const std::size_t urgent = by_urgency(step.now);
+  if (urgent == 0 && step.now - self_.spoke < kSpeakEvery) return;
+  const auto room = static_cast<std::size_t>(self_.tokens);
+  const std::size_t needed = wire::kTeamHeadBytes + (urgent ? bytes_of(*mouths_[urgent_[0]]) : 0);
+  std::size_t said = 0;
+  if (room >= needed) {
+    msg::Datagram& out = frame_.loan();
+    wire::TeamWriter frame({out.data.data(), room},
+                           {options_.robot, self_.start, self_.sequence, step.now.ns, options_.team});
+    add_echoes(frame, std::min(kMostEchoes, (room - needed) / wire::kTeamEchoBytes), step.now);
+    while (said < urgent && add_message(frame, urgent_[said], step.now)) ++said;
+    out.stamp = step.now;
+    out.sender = options_.robot;
+    out.size = static_cast<std::uint32_t>(frame.finish().size());
+    self_.tokens -= static_cast<double>(out.size);
+    self_.spoke = step.now;
+    ++self_.sequence;
+    ++counts_.sent;
+    counts_.sent_bytes += out.size;
+  }
+  for (std::size_t i = said; i < urgent; ++i) {
+    Due& due = due_[urgent_[i]];
+    if (!due.starved) ++counts_.starved, due.starved = 1, self_.changed = 1;
+  }
+}
+
+std::size_t Link::bytes_of(const Mouth& mouth) noexcept {
+  return wire::kTeamMessageBytes + mouth.said.topic.size() + msg::cdr_size(*mouth.in.type(), mouth.in.get());
+}
+
+/// To the mates that were told longest ago.
+void Link::add_echoes(wire::TeamWriter& frame, std::size_t most, Time now) noexcept {
+  for (std::size_t n = 0; n < most; ++n) {
+    Known* next = nullptr;
+    for (Known& mate : known_) {
+      const bool fresh = mate.told.starts != 0 && (mate.echoed == Time{} || mate.echoed_sequence != mate.told.sequence);
+      const bool due = mate.echoed == Time{} || now - mate.echoed >= kEchoEvery;
+      if (fresh && due && (!next || mate.echoed < next->echoed)) next = &mate;
+    }
+    if (!next) return;
+    const msg::MateState& told = next->told;
+    frame.add(
+        wire::TeamEcho{static_cast<std::uint16_t>(told.robot), told.start, told.sequence, told.sent.ns, told.heard.ns});
+    next->echoed = now;
+    next->echoed_sequence = told.sequence;
+  }
+}
+
+/// False: it did not fit.
+bool Link::add_message(wire::TeamWriter& frame, std::size_t said, Time now) noexcept {
+  const Mouth& mouth = *mouths_[said];
+  const rt::SlotHeader& header = *mouth.in.header(0);
+  const std::size_t size = msg::cdr_encode(*mouth.in.type(), mouth.in.get(), cdr_);
+  const wire::TeamMessage message{mouth.said.topic, mouth.hash, header.sequence, header.stamp.ns, {cdr_.data(), size}};
+  if (!frame.add(message)) return false;
+  Due& due = due_[said];
+  due.at = due.at + mouth.period <= now ? now + mouth.period : due.at + mouth.period;
+  due.any = 1;
+  due.sequence = header.sequence;
+  due.starved = 0;
+  return true;
+}
+
+void Link::tell(Time now) noexcept {
+  counts_.stamp = now;
+  for (std::size_t i = 0; i < known_.size(); ++i) counts_.mate[i] = known_[i].told;
+  state_.loan() = counts_;
+  self_.told = now;
+  self_.changed = 0;
+}
+
+}  // namespace sinew::team
