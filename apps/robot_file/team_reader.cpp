@@ -11,7 +11,8 @@ namespace {
 constexpr std::int64_t kMostRobots = 65535;
 constexpr const char* kMates = "mates";  // the module, and what stands for all mates in a topic
 
-void read_mates(TomlReader& r, team::LinkOptions& link) {
+/// All robots of a team, so that their files can share the list: the own number is left out.
+void read_members(TomlReader& r, team::LinkOptions& link) {
   for (const auto& [key, node] : r.raw()) {
     const std::string name(key.str());
     std::int64_t number = 0;
@@ -19,12 +20,13 @@ void read_mates(TomlReader& r, team::LinkOptions& link) {
     const auto robot = static_cast<std::uint16_t>(number);
     const bool is_taken =
         std::any_of(link.mates.begin(), link.mates.end(), [&](const auto& m) { return m.robot == robot; });
+    if (robot == link.robot) continue;
     if (!rt::is_name(name) || name == kMates)
       r.problem(node, name, "a name of a-z, 0-9 and _ other than \"mates\", which stands for all of them");
-    else if (is_taken || robot == link.robot)
+    else if (is_taken)
       r.problem(node, name, "a number that no other robot of the team has");
     else if (link.mates.size() == msg::kMaxMates)
-      r.problem(node, name, "at most " + std::to_string(msg::kMaxMates) + " mates");
+      r.problem(node, name, "at most " + std::to_string(msg::kMaxMates) + " other robots");
     else
       link.mates.push_back({name, robot});
   }
@@ -74,7 +76,7 @@ void read_team(TomlReader& r, RobotFile& robot) {
   if (r.read("team", number, 0, INT64_C(0xFFFFFFFF))) table.link.team = static_cast<std::uint32_t>(number);
   r.read("bytes_per_s", table.link.bytes_per_s, 100.0, 1e8);
   r.read("device", table.device, "the name of a radio");
-  r.table("mates", [&](TomlReader& m) { read_mates(m, table.link); });
+  r.table("members", [&](TomlReader& m) { read_members(m, table.link); });
   r.tables_by_name("say", [&](const std::string& topic, TomlReader& s) { read_said(topic, s, table); });
   read_exec(r, table.exec);
   robot.team = std::move(table);

@@ -49,6 +49,14 @@ class User final : public Module {
   Out<msg::ActuatorCommand> out_;
 };
 
+/// Writes a topic whose type is that of its readers, and one named as a whole.
+class Hearer final : public Module {
+ public:
+  void declare(Declaration& d) override { d.out("mate/pair", out_); }
+  StepStatus step(const Step&) noexcept override { return StepStatus::ok; }
+  AnyOut out_;
+};
+
 class LoopUser final : public Module {
  public:
   void declare(Declaration& d) override {
@@ -113,6 +121,7 @@ ModuleTypes all_types() {
   types.add<ThreeChannels>("test::ThreeChannels");
   types.add<TwoPorts>("test::TwoPorts");
   types.add<DriverOfNothing>("test::DriverOfNothing");
+  types.add<Hearer>("test::Hearer");
   return types;
 }
 
@@ -315,7 +324,7 @@ TEST_F(GraphCheckTest, AModuleTypeThatNobodyKnows) {
   EXPECT_THAT(problems(),
               ::testing::Contains(
                   "r.toml:11: module.maker.type: \"test::Makre\": a known module type: "
-                  "test::DriverOfNothing test::LoopUser test::Maker test::ThreeChannels test::TwoPorts test::User "
+                  "test::DriverOfNothing test::Hearer test::LoopUser test::Maker test::ThreeChannels test::TwoPorts test::User "
                   "test::Viewer; did you mean test::Maker?"));
 }
 
@@ -691,6 +700,29 @@ TEST_F(GraphCheckTest, AnActuatorGroupIsNotCalledState) {
   spec.chains.clear();
   EXPECT_THAT(problems(), ::testing::Contains("r.toml:20: actuator.state: \"state\": another name; guardian.state is "
                                               "the guardian's own topic"));
+}
+
+// ---- topics of mates
+
+TEST_F(GraphCheckTest, ARemoteTopicHasTheTypeOfItsReadersWhoSayHowOldItMayBe) {
+  control().order.insert(control().order.begin(), {"hearer", 6});
+  spec.modules.push_back(module("hearer", "test::Hearer", 50));
+  EXPECT_THAT(problems(), ElementsAre("r.toml:50: topic.mate/pair: no type: an input that has a type and reads it"));
+  user().in["extra"] = {"mate/pair", 14};
+  EXPECT_THAT(problems(),
+              ElementsAre("r.toml:14: module.user.in.extra.max_age_ms: missing: a number from 1 to 3600000: a "
+                          "mate may fall silent, and an older message is then not there"));
+  user().max_age["extra"] = 100ms;
+  EXPECT_THAT(problems(), IsEmpty());
+  const Graph graph(spec, all_types());
+  EXPECT_EQ(graph.topics()[graph.find_topic("mate/pair")].type, &msg::type_info<Pair>());
+  EXPECT_EQ(dynamic_cast<const Hearer&>(*graph.modules()[graph.find_module("hearer")].module).out_.type(),
+            &msg::type_info<Pair>());
+}
+
+TEST_F(GraphCheckTest, OnlyWhatIsHeldCanExpire) {
+  user().max_age["pair"] = 0ms;
+  EXPECT_THAT(problems(), ElementsAre("r.toml:13: module.user.in.pair.max_age_ms: 0: a number from 1 to 3600000"));
 }
 
 // ---- all at once

@@ -32,6 +32,31 @@ TEST_F(Topic, NothingIsThereBeforeTheFirstCommit) {
   EXPECT_EQ(queue.dropped(), 0U);
 }
 
+TEST_F(Topic, AnInputThatExpiresHoldsNothingOlder) {
+  const ConnectionId near = plan.connect(a_topic, latest(true)), far = plan.connect(a_topic, latest());
+  start();
+  Latch latch(*segment);
+  In<Pair> in, in_thread;
+  latch.bind(in, far, Duration{INT64_MAX}, ~0U, Duration{100});
+  latch.bind(in_thread, near, Duration{INT64_MAX}, ~0U, Duration{100});
+  a.loan().stamp = Time{1000};
+  commit->commit({Time{1000}});
+  const auto held_at = [&](std::int64_t now) {
+    latch.latch(Time{now});
+    const bool both = in.get() != nullptr;
+    EXPECT_EQ(in_thread.get() != nullptr, both);
+    latch.release();
+    return both;
+  };
+  EXPECT_TRUE(held_at(1100));
+  EXPECT_FALSE(held_at(1101));
+  EXPECT_TRUE(held_at(1050)) << "it is only not shown";
+  for (int i = 0; i < 100; ++i) {  // a slot that was put back is free: the topic does not run dry
+    EXPECT_FALSE(held_at(2000));
+    publish_a(7);
+  }
+}
+
 TEST_F(Topic, OutputsOfOneStepBecomeVisibleTogetherAtTheCommit) {
   const auto ca = plan.connect(a_topic, latest()), cb = plan.connect(b_topic, latest());
   start();

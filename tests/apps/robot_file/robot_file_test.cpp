@@ -111,6 +111,61 @@ writer = "external"
                                    "robot.toml:6: topic.e.f.thread: missing: the name of a thread; it is required"));
 }
 
+constexpr std::string_view kMate = R"(robot = { name = "ant", board = "linux" }
+[team]
+robot = 1
+members = { ant = 1, bee = 2, cat = 3 }
+bytes_per_s = 9000
+say."ball.model" = { rate_hz = 5, priority = 2 }
+[module.ball]
+type = "my::Ball"
+in.of_bee = { topic = "bee/ball.model", max_age_ms = 250 }
+in.of_all = "mates/ball.model"
+)";
+
+TEST(RobotFile, ATeamBecomesAModuleThatSaysAndHears) {
+  const auto loaded = parse_robot(kMate, "robot.toml");
+  ASSERT_THAT(loaded.problems, IsEmpty());
+  ASSERT_TRUE(loaded.robot.team);
+  const team::LinkOptions& link = loaded.robot.team->link;
+  EXPECT_EQ(link.robot, 1);
+  ASSERT_EQ(link.mates.size(), 2u) << "the list is that of all robots, and this is one of them";
+  EXPECT_EQ(link.mates[1].name, "cat");
+  EXPECT_EQ(link.bytes_per_s, 9000);
+  ASSERT_EQ(link.said.size(), 1u);
+  EXPECT_EQ(link.said[0].priority, 2);
+  EXPECT_THAT(link.heard, UnorderedElementsAre("bee/ball.model", "mates/ball.model"));
+  const auto& modules = loaded.robot.graph.modules;
+  EXPECT_EQ(modules.front().max_age.at("of_bee"), 250ms);
+  EXPECT_EQ(modules.back().name, "mates");
+  EXPECT_EQ(modules.back().in.at("say_ball_model").value, "ball.model");
+}
+
+TEST(RobotFile, WrongWordsOfATeamAreNamed) {
+  const auto changed = [](const std::string& from, const std::string& to) {
+    std::string text(kMate);
+    text.replace(text.find(from), from.size(), to);
+    return problems_of(text);
+  };
+  EXPECT_THAT(
+      changed("topic = \"bee/", "topic = \"be/"),
+      ElementsAre("robot.toml:9: module.ball.in.of_bee: \"be/ball.model\": NAME/TOPIC, NAME of mates bee cat; did "
+                  "you mean bee?"));
+  EXPECT_THAT(changed("topic = \"bee/", "topic = \"ant/"),
+              ElementsAre(HasSubstr("\"ant/ball.model\": NAME/TOPIC, NAME of mates bee cat")));
+  EXPECT_THAT(changed("cat = 3", "cat = 2"),
+              ElementsAre("robot.toml:4: team.members.cat: 2: a number that no other robot of the team has"));
+  EXPECT_THAT(changed("cat = 3", "mates = 3"), ElementsAre(HasSubstr("other than \"mates\"")));
+  EXPECT_THAT(changed("rate_hz = 5, ", ""), ElementsAre(HasSubstr("team.say.ball.model.rate_hz: missing")));
+  EXPECT_THAT(changed("say.\"ball.model\"", "say.\"bee/ball\""), ElementsAre(HasSubstr("a topic of this robot")));
+  EXPECT_THAT(changed("robot = 1\n", ""), ElementsAre(HasSubstr("team.robot: missing")));
+  EXPECT_THAT(changed("[module.ball]", "[module.mates]"), ElementsAre(HasSubstr("[team] makes the module mates")));
+  std::string alone(kMate);
+  alone.erase(alone.find("[team]"), alone.find("[module.ball]") - alone.find("[team]"));
+  EXPECT_THAT(problems_of(alone),
+              ElementsAre(HasSubstr("a mate's needs a table [team]"), HasSubstr("needs a table [team]")));
+}
+
 TEST(RobotFile, EveryKeyReachesTheGraphSpec) {
   const auto loaded = parse_robot(kGood, "robot.toml");
   ASSERT_THAT(loaded.problems, IsEmpty());

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Datagrams come into a robot by its radio, are recorded, and the run is executed again without a network.
 
-usage: radio_run_test.py SINEW
+usage: radio_run_test.py SINEW MATES EXAMPLES    the program example_mates, and the folder of its robot files
 """
 import glob
 import json
@@ -14,7 +14,7 @@ import tempfile
 import threading
 import unittest
 
-SINEW = sys.argv[1]
+SINEW, MATES, EXAMPLES = sys.argv[1:4]
 GROUP = (f"239.72.{os.getpid() >> 8 & 255}.{os.getpid() & 255}", 20000 + os.getpid() % 20000)
 ROBOT = f"""
 robot = {{ name = "hearer", board = "linux" }}
@@ -114,6 +114,73 @@ class Radio(unittest.TestCase):
         code, out, err = self.sinew("run", robot, "--board", "dataset", "--data", folder, "--virtual")
         self.assertEqual(code, 2, out + err)
         self.assertIn("device 'radio': not found (a recorded folder has no radio)", err)
+
+
+class Team(unittest.TestCase):
+    """Two robots of examples/mates.toml, each in a process of its own."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="sinew-")
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        self.env = dict(os.environ, SINEW_RUN_DIR=folder.name)
+        self.env.pop("SINEW_RECORD", None)
+        for name in ("mates.toml", "mates_bee.toml"):
+            text = pathlib.Path(EXAMPLES, name).read_text()
+            (self.folder / name).write_text(
+                text.replace('interface = "lo"', f'interface = "lo"\ngroup = "{GROUP[0]}:{GROUP[1]}"'))
+
+    def mates(self, *arguments):
+        return subprocess.run([MATES, *arguments], capture_output=True, text=True, env=self.env, cwd=self.folder,
+                              timeout=120)
+
+    def echo(self, topic, file):
+        done = self.mates("topic", "echo", topic, "--file", file, "--json")
+        return [json.loads(line) for line in done.stdout.splitlines()]
+
+    def test_each_hears_the_other_until_it_dies_and_the_run_is_executed_again_without_a_network(self):
+        talker = Talker()  # junk on the same group, as anybody can send
+        self.addCleanup(talker.end)
+        ant = subprocess.Popen([MATES, "run", "mates.toml", "--no-record"], env=self.env, cwd=self.folder,
+                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        killer = threading.Timer(3, ant.kill)
+        killer.start()
+        self.addCleanup(killer.cancel)
+        self.addCleanup(ant.wait)
+        self.addCleanup(ant.kill)
+        bee = self.mates("run", "mates_bee.toml", "--duration", "6", "--json")
+        self.assertEqual(bee.returncode, 0, bee.stdout + bee.stderr)
+        (file,) = glob.glob(f"{self.folder}/runs/bee-*/run.mcap")
+        heard = [m["message"] for m in self.echo("mates/ball.height", file)]
+        self.assertGreater(len(heard), 10)
+        self.assertEqual({m["robot"] for m in heard}, {1})
+        stamps = [m["stamp"] for m in heard]
+        self.assertEqual(stamps, sorted(set(stamps)))
+        # Both robots are on one machine with one clock: what the exchange of frames finds must be near to nothing.
+        last = self.echo("mates.state", file)[-1]["message"]
+        self.assertLessEqual(abs(last["mate"][0]["clock_offset_ns"]), last["mate"][0]["clock_bound_ns"])
+        self.assertGreater(last["garbage"], 50)
+        self.assertEqual(last["mate"][0]["lost"], 0)
+        # An input with max_age_ms = 300 holds nothing older, however long nobody says anything.
+        of_other = self.echo("judge.of_other", file)
+        ages = [m["published_ns"] - m["message"]["stamp"] for m in of_other]
+        self.assertGreater(len(ages), 10)
+        self.assertLess(max(ages), 400_000_000, "of a step that was late by 100 ms at most")
+        self.assertLess(of_other[-1]["published_ns"], stamps[-1] + 1_000_000_000, "the dead mate is not repeated")
+        talker.end()
+        replay = self.mates("replay", file, "--json")
+        self.assertEqual(replay.returncode, 0, replay.stdout + replay.stderr)
+        self.assertTrue(json.loads(replay.stdout)["identical"])
+        check = self.mates("bag", "check", file)
+        self.assertEqual(check.returncode, 0, check.stdout + check.stderr)
+
+    def test_what_does_not_fit_the_budget_is_refused_with_its_costs(self):
+        robot = self.folder / "mates.toml"
+        robot.write_text(robot.read_text().replace("bytes_per_s = 5000", "bytes_per_s = 1000"))
+        done = self.mates("check", "mates.toml")
+        self.assertEqual(done.returncode, 1, done.stdout)
+        self.assertRegex(done.stderr, r"mates\.toml:\d+: team\.bytes_per_s: 1000: at least 1770, or lower rates: "
+                                      r"ball\.height 1000 B/s \(50 B at 20 Hz\); heads and echoes 770 B/s")
 
 
 if __name__ == "__main__":
