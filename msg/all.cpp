@@ -25,7 +25,8 @@ std::span<const TypeInfo* const> all_types() {
       &type_info<MateState>(),       &type_info<MissionState>(),     &type_info<MotionField>(),
       &type_info<NavState>(),        &type_info<OperatorLink>(),     &type_info<PadSighting>(),
       &type_info<PilotSwitches>(),   &type_info<RangeSample>(),      &type_info<RcSample>(),
-      &type_info<SafetyState>(),     &type_info<TeamState>(),        &type_info<WrenchSetpoint>(),
+      &type_info<SafetyState>(),     &type_info<TeamPose>(),         &type_info<TeamState>(),
+      &type_info<WrenchSetpoint>(),
   };
   return types;
 }

@@ -3,7 +3,7 @@
 #include <array>
 #include <cstddef>
 
-#include "msg/describe.hpp"
+#include "msg/geometry.hpp"
 
 namespace sinew::msg {
 
@@ -86,6 +86,27 @@ struct TeamState {
   std::uint32_t starved = 0;        // messages that waited for the budget
   std::uint32_t mates = 0;          // places of `mate` in use
   std::array<MateState, kMaxMates> mate{};
+};
+
+/// Where a robot is in the frame that its team shares. What it sees becomes a place for others through this
+/// (control/place.hpp).
+struct TeamPose {
+  Time stamp;
+  Vec3 p_team_m;
+  Quat q_team_base;
+  /// 6x6, row by row: position (m), then a small rotation (rad) in the team's axes that takes `q_team_base` to the
+  /// truth.
+  std::array<double, 36> covariance{};
+};
+
+template <>
+struct Description<TeamPose> {
+  using M = TeamPose;
+  static constexpr std::string_view name = "TeamPose", doc = "Where a robot is in the frame of its team.";
+  static constexpr auto fields =
+      describe(field<&M::stamp>("ns"), field<&M::p_team_m>("m", "team's frame"),
+               field<&M::q_team_base>("1", "takes the robot's axes to the team's"),
+               field<&M::covariance>("", "6x6 by rows: position (m), then rotation (rad) in the team's axes"));
 };
 
 template <>

@@ -29,23 +29,31 @@ const msg::FieldInfo* field_of(const msg::TypeInfo& type, std::string_view name)
   return nullptr;
 }
 
+/// Every instant on a mate's clock lies within 73 years of its zero, so that sums and differences with ours fit.
+constexpr std::int64_t kMostNs = std::int64_t{1} << 61;
+constexpr Duration kLongestEcho = std::chrono::hours(1);
+
+bool is_possible(std::int64_t ns) { return ns >= -kMostNs && ns <= kMostNs; }
+
 /// Takes every instant of the message, but those that are not set, onto the own clock. An instant that is `stamp` by
-/// name was never later than the message arrived.
-void shift_times(const msg::TypeInfo& type, std::byte* message, Duration offset, Time received) {
+/// name was never later than the message arrived. False: one is impossible.
+bool shift_times(const msg::TypeInfo& type, std::byte* message, Duration offset, Time received) {
   for (const msg::FieldInfo& f : type.fields) {
     for (std::uint32_t i = 0; i < f.count; ++i) {
       if (f.nested) {
-        shift_times(*f.nested, message + f.offset + i * f.nested->size, offset, received);
+        if (!shift_times(*f.nested, message + f.offset + i * f.nested->size, offset, received)) return false;
       } else if (f.is_time) {
         Time t;
         std::memcpy(&t, message + f.offset + i * sizeof t, sizeof t);
         if (t == Time{}) continue;
+        if (!is_possible(t.ns)) return false;
         t = t + offset;
         if (f.name == "stamp") t = std::min(t, received);
         std::memcpy(message + f.offset + i * sizeof t, &t, sizeof t);
       }
     }
   }
+  return true;
 }
 
 std::uint32_t type_hash(const msg::TypeInfo& type) {
@@ -239,6 +247,10 @@ void Link::hear(const msg::Datagram& datagram) noexcept {
     return;
   }
   const wire::TeamHead& head = frame.head();
+  if (!is_possible(head.sent_ns)) {
+    ++counts_.garbage;
+    return;
+  }
   if (head.team != options_.team) {
     ++counts_.other_teams;
     return;
@@ -302,6 +314,8 @@ void Link::note_echoes(Known& mate, const wire::TeamReader& frame, Time arrived)
   for (std::size_t i = 0; i < frame.echoes(); ++i) {
     const wire::TeamEcho echo = frame.echo(i);
     if (echo.robot != options_.robot || echo.start != self_.start) continue;
+    if (!is_possible(echo.sent_ns) || !is_possible(echo.received_ns)) continue;
+    if (Time{echo.sent_ns} > arrived || arrived - Time{echo.sent_ns} > kLongestEcho) continue;
     if (!mate.clock.add(Time{echo.sent_ns}, Time{echo.received_ns}, Time{frame.head().sent_ns}, arrived)) continue;
     const auto e = mate.clock.at(arrived);
     mate.told.clock_offset_ns = e.offset.count();
@@ -340,9 +354,9 @@ bool Link::publish(const Known& from, Ear& ear, const wire::TeamMessage& message
   auto* const decoded = reinterpret_cast<std::byte*>(scratch_.data());
   if (ear.of_all && ear.loans == kHearBurst) return false;
   ear.type->reset(decoded);
-  if (!msg::cdr_decode(*ear.type, message.cdr, decoded)) return false;
+  if (!is_possible(message.stamp_ns) || !msg::cdr_decode(*ear.type, message.cdr, decoded)) return false;
   const auto clock = from.clock.at(received);
-  shift_times(*ear.type, decoded, clock.offset, received);
+  if (!shift_times(*ear.type, decoded, clock.offset, received)) return false;
   if (ear.of_all || !ear.loaned) ear.loaned = static_cast<std::byte*>(ear.out.loan()), ++ear.loans;
   if (!ear.of_all) {  // the newest of the step takes the place of one before
     std::memcpy(ear.loaned, decoded, ear.type->size);

@@ -309,6 +309,33 @@ TEST_F(ATeam, JunkStrangersAndOtherBuildsAreNamedAndNeverMisread) {
   EXPECT_EQ(bee.state.garbage, before.garbage + 2);
 }
 
+TEST_F(ATeam, FramesWithAnyBytesChangedHarmNothing) {
+  run(all, air, 10 * kSecond, 12 * kSecond, [](Robot&) {});
+  std::vector<std::vector<std::uint8_t>> frames;
+  for (std::int64_t t = 12 * kSecond; t < 13 * kSecond; t += kPeriodNs) {
+    ant.step(t);
+    frames.insert(frames.end(), ant.radio.sent.begin(), ant.radio.sent.end());
+    ant.radio.sent.clear();
+  }
+  math::Random random(3);
+  const auto below = [&](std::size_t n) { return static_cast<std::size_t>(random.uniform() * static_cast<double>(n)); };
+  for (std::int64_t t = 13 * kSecond; t < 60 * kSecond; t += kPeriodNs) {
+    for (int i = 0; i < 4; ++i) {
+      std::vector<std::uint8_t> bytes = frames[below(frames.size())];
+      for (std::size_t changes = below(4); changes > 0; --changes)
+        bytes[below(bytes.size())] = static_cast<std::uint8_t>(below(256));
+      if (below(4) == 0) bytes.resize(below(bytes.size() + 1));
+      bee.radio.arrived.push_back(datagram(bytes, bee.clock.at(t)));
+    }
+    bee.step(t);
+    for (const Heard* heard : bee.rig.all<Heard>("mates/op.link")) {
+      EXPECT_TRUE(heard->robot == 1 || heard->robot == 3);
+      EXPECT_LE(heard->stamp, heard->received);
+    }
+  }
+  EXPECT_GT(bee.state.garbage, 1000u);
+}
+
 /// What a robot sends in 20 s that says a small and a large topic, in this budget.
 struct Speech {
   explicit Speech(double bytes_per_s) {
