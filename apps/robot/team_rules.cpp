@@ -1,6 +1,7 @@
 #include "apps/robot/team_rules.hpp"
 
 #include "rt/parameters.hpp"
+#include "team/link.hpp"
 
 namespace sinew::app {
 namespace {

@@ -321,11 +321,12 @@ TEST_F(GraphCheckTest, OrderNamesModulesThatExist) {
 
 TEST_F(GraphCheckTest, AModuleTypeThatNobodyKnows) {
   maker().type = "test::Makre";
-  EXPECT_THAT(problems(),
-              ::testing::Contains(
-                  "r.toml:11: module.maker.type: \"test::Makre\": a known module type: "
-                  "test::DriverOfNothing test::Hearer test::LoopUser test::Maker test::ThreeChannels test::TwoPorts test::User "
-                  "test::Viewer; did you mean test::Maker?"));
+  EXPECT_THAT(
+      problems(),
+      ::testing::Contains(
+          "r.toml:11: module.maker.type: \"test::Makre\": a known module type: "
+          "test::DriverOfNothing test::Hearer test::LoopUser test::Maker test::ThreeChannels test::TwoPorts test::User "
+          "test::Viewer; did you mean test::Maker?"));
 }
 
 TEST_F(GraphCheckTest, AModuleIsInOneThread) {
