@@ -23,9 +23,10 @@ constexpr std::size_t kHeadOfMarked = 32;  // of a FromMate, in front of its mes
 
 static_assert(offsetof(msg::FromMate<msg::MateState>, message) == kHeadOfMarked);
 
-const msg::FieldInfo* field_of(const msg::TypeInfo& type, std::string_view name) {
+/// Of a FromMate; null: it is none.
+const msg::FieldInfo* message_of(const msg::TypeInfo& type) {
   for (const msg::FieldInfo& f : type.fields)
-    if (f.name == name) return &f;
+    if (f.name == "message" && f.nested && f.offset == kHeadOfMarked && type.name.ends_with("FromMate")) return &f;
   return nullptr;
 }
 
@@ -98,6 +99,8 @@ std::string say_port(std::string_view topic) {
   return port;
 }
 
+bool is_from_mate(const msg::TypeInfo& type) { return message_of(type) != nullptr; }
+
 std::size_t most_cdr_bytes(std::string_view topic) {
   return msg::kMaxDatagramBytes - wire::kTeamHeadBytes - kMostEchoes * wire::kTeamEchoBytes - wire::kTeamMessageBytes -
          topic.size();
@@ -159,17 +162,12 @@ hal::Status Link::configure(rt::Setup& setup) {
   std::size_t largest = 0, longest = 0;
   for (const auto& e : ears_) {
     e->type = e->out.type();
-    if (e->of_all) {
-      const msg::FieldInfo* message = field_of(*e->type, "message");
-      const bool marked =
-          message && message->nested && message->offset == kHeadOfMarked && e->type->name.ends_with("FromMate");
-      if (!marked) {
-        setup.explain(e->name + " carries " + std::string(e->type->name) +
-                      "; inputs of a topic of all mates are of FromMate<...>");
-        return hal::Error{hal::Errc::bad_argument, "type of a topic of all mates"};
-      }
-      e->type = message->nested;
+    if (e->of_all != is_from_mate(*e->type)) {
+      setup.explain(e->name + " carries " + std::string(e->type->name) +
+                    "; inputs of a topic of all mates are of FromMate<...>, and no others");
+      return hal::Error{hal::Errc::bad_argument, "type of a remote topic"};
     }
+    if (e->of_all) e->type = message_of(*e->type)->nested;
     e->hash = type_hash(*e->type);
     largest = std::max<std::size_t>(largest, e->type->size);
   }

@@ -46,6 +46,9 @@ struct LinkOptions {
 /// The input of a link for a topic that it says: "say_ball_model".
 std::string say_port(std::string_view topic);
 
+/// It is a FromMate<...>.
+bool is_from_mate(const msg::TypeInfo& type);
+
 /// What saying one topic costs at most, in bytes.
 struct SaidCost {
   std::size_t message_bytes = 0;  // in a frame

@@ -34,11 +34,29 @@ std::string whole(double bytes) {
   return rt::format_number(static_cast<double>(static_cast<std::int64_t>(bytes + 0.5)));
 }
 
+/// The types of remote topics, which are those of the inputs that read them.
+void check_heard(const rt::Graph& graph, const rt::ModuleSpec& m, std::vector<rt::Problem>& problems) {
+  for (const auto& [port, topic] : m.in) {
+    if (!rt::is_remote(topic.value)) continue;
+    const msg::TypeInfo& type = *graph.topics()[graph.find_topic(topic.value)].type;
+    const bool of_all = topic.value.starts_with(std::string(team::kAllMates) + "/");
+    const std::string key = "module." + m.name + ".in." + port,
+                      is = rt::quoted(topic.value) + " of " + std::string(type.name);
+    if (type.has_bulk())
+      problems.push_back({topic.line, key, is, "an input without pixels: a frame has 1200 bytes"});
+    else if (of_all != team::is_from_mate(type))
+      problems.push_back({topic.line, key, is,
+                          of_all ? "an input of FromMate<...>, as messages of all mates carry their sender"
+                                 : "an input of the mate's own type; FromMate<...> is for mates/TOPIC"});
+  }
+}
+
 }  // namespace
 
 std::vector<rt::Problem> check_team(const RobotFile& robot, const rt::Graph& graph) {
   std::vector<rt::Problem> problems;
   if (!robot.team) return problems;
+  for (const rt::ModuleSpec& m : graph.spec().modules) check_heard(graph, m, problems);
   const TeamCosts costs = costs_of(robot, graph);
   for (const TeamCosts::Topic& t : costs.topics) {
     const std::string key = "team.say." + t.said->topic;

@@ -174,6 +174,19 @@ class Team(unittest.TestCase):
         check = self.mates("bag", "check", file)
         self.assertEqual(check.returncode, 0, check.stdout + check.stderr)
 
+    def test_inputs_of_all_mates_and_of_one_are_not_mixed_up(self):
+        robot = self.folder / "mates.toml"
+        good = robot.read_text()
+        robot.write_text(good.replace("mates/ball.height", "bee/ball.height"))
+        done = self.mates("check", "mates.toml")
+        self.assertEqual(done.returncode, 1, done.stdout)
+        self.assertIn("FromMate", done.stderr)
+        robot.write_text(good.replace('topic = "bee/ball.height"', 'topic = "mates/ball.width"'))
+        done = self.mates("check", "mates.toml")
+        self.assertEqual(done.returncode, 1, done.stdout)
+        self.assertRegex(done.stderr, r'mates\.toml:\d+: module\.judge\.in\.other: "mates/ball\.width" of RangeSample: an input '
+                                      r'of FromMate<\.\.\.>, as messages of all mates carry their sender')
+
     def test_what_does_not_fit_the_budget_is_refused_with_its_costs(self):
         robot = self.folder / "mates.toml"
         robot.write_text(robot.read_text().replace("bytes_per_s = 5000", "bytes_per_s = 1000"))
