@@ -87,7 +87,8 @@ Answers::Answers(rt::Graph& graph, rt::Runner& runner, hal::Os& os, Robot robot)
       runner_(runner),
       os_(os),
       robot_(std::move(robot)),
-      safety_(graph.segment(), graph.spec()) {
+      safety_(graph.segment(), graph.spec()),
+      team_(graph.segment()) {
   for (const rt::GraphModule& m : graph_.modules()) {
     auto& values = values_.emplace_back();
     for (const auto& p : m.declaration.params) values.push_back(rt::current(p));
@@ -191,6 +192,7 @@ Reply Answers::status(const Json&) {
   Json json = counters();
   json["now_ns"] = now().ns;
   if (Json guardian = safety_.json(); !guardian.is_null()) json["guardian"] = std::move(guardian);
+  if (const auto team = team_.get()) json["team"] = team_json(*team);
   if (robot_.complaints) json["devices"] = {{"complaints", robot_.complaints()}};
   if (outsiders) json["outsiders"] = outsiders();
   return good(json);

@@ -12,10 +12,12 @@
 
 #include "hal/os.hpp"
 #include "hal/stream.hpp"
+#include "msg/team.hpp"
 #include "rt/exec/runner.hpp"
 #include "rt/external_source.hpp"
 #include "rt/graph.hpp"
 #include "tap/answering.hpp"
+#include "tap/newest_message.hpp"
 #include "tap/record_control.hpp"
 #include "tap/safety_reader.hpp"
 
@@ -93,6 +95,7 @@ class Answers final : public Answering {
   std::vector<std::vector<rt::ParamValue>> values_;                       // by module and parameter
   std::vector<ParamChange> in_flight_;
   SafetyReader safety_;
+  NewestMessage<msg::TeamState> team_;
 };
 
 }  // namespace sinew::tap

@@ -1,14 +1,12 @@
 #pragma once
 // Only for code that answers requests: it shows the JSON library.
-#include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "msg/safety.hpp"
 #include "rt/graph_spec.hpp"
+#include "tap/newest_message.hpp"
 #include "tap/request.hpp"
-#include "tap/segment_reader.hpp"
 
 namespace sinew::tap {
 
@@ -24,11 +22,8 @@ class SafetyReader {
   std::vector<std::string> not_ready() const;
 
  private:
-  std::optional<msg::SafetyState> newest() const;
-
   const rt::GraphSpec& spec_;
-  std::optional<SegmentReader> reader_;
-  std::optional<std::uint32_t> topic_;
+  NewestMessage<msg::SafetyState> state_;
 };
 
 }  // namespace sinew::tap

@@ -5,6 +5,7 @@
 #include <limits>
 #include <span>
 
+#include "msg/json.hpp"
 #include "msg/text.hpp"
 #include "rt/parameters.hpp"
 #include "rt/schema_hash.hpp"
@@ -202,6 +203,16 @@ TimelineText timeline_text(const std::vector<std::string>& threads, const std::v
            {"columns", {"kind", "thread", "module", "at_ns", "length_ns", "zone"}},
            {"left_out", left_out}},
           std::move(events)};
+}
+
+Json team_json(const msg::TeamState& team) {
+  std::string text;
+  msg::to_json(msg::type_info<msg::TeamState>(), &team, text);
+  Json json = Json::parse(text, nullptr, false);
+  Json& mates = json["mate"];
+  mates.erase(mates.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(team.mates, mates.size())),
+              mates.end());
+  return json;
 }
 
 }  // namespace sinew::tap

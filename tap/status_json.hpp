@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "msg/team.hpp"
 #include "rt/exec/stats.hpp"
 #include "rt/exec/timeline.hpp"
 #include "rt/graph.hpp"
@@ -34,6 +35,9 @@ Json thread_json(const rt::ThreadSpec& thread, const std::vector<std::string>& m
 Json module_json(const rt::ModuleSpec& module, const std::string& thread, const rt::ModuleStats& stats);
 Json topic_json(const std::string& name, const rt::TopicStats& stats, std::uint64_t drops);
 Json chain_json(const rt::ChainSpec& chain, const rt::ChainStats& stats);
+
+/// `team` of `status`, without the places that no mate has.
+Json team_json(const msg::TeamState& team);
 
 /// One entry of `params`. `narrowed`: what the module's device leaves of the range. `start`: what the run began with.
 Json param_json(const std::string& module, const rt::Declaration::Param& param,

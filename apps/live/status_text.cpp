@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "apps/view/graph_text.hpp"
 #include "msg/actuators.hpp"
 
@@ -79,6 +81,32 @@ std::string device_lines(const Json& devices) {
   return out;
 }
 
+// One line for each mate.
+std::string team_lines(const Json& team, std::uint64_t now_ns) {
+  std::string out;
+  for (const Json& mate : list(team, "mate")) {
+    out += fmt::format("mate      {}: ", number(mate, "robot"));
+    if (number(mate, "starts") == 0) {
+      out += "never heard\n";
+      continue;
+    }
+    const std::uint64_t heard_ns = std::min(number(mate, "heard"), now_ns);
+    out += fmt::format("heard {} ago, {} frames, {} lost; ",
+                       human(rt::Duration{static_cast<std::int64_t>(now_ns - heard_ns)}), number(mate, "frames"),
+                       number(mate, "lost"));
+    const auto bound = mate.find("clock_bound_ns");
+    const std::int64_t bound_ns = bound != mate.end() && bound->is_number_integer() ? bound->get<std::int64_t>() : -1;
+    out += bound_ns < 0 ? "its clock is not known: it does not hear us"
+                        : "its clock is known to " + human(rt::Duration{bound_ns});
+    if (const auto foreign = number(mate, "foreign")) out += fmt::format("; {} messages of another build", foreign);
+    out += "\n";
+  }
+  const auto others = number(team, "strangers");
+  if (others > 0)
+    out += fmt::format("strangers {} frames, the last of robot {}\n", others, number(team, "last_stranger"));
+  return out;
+}
+
 }  // namespace
 
 std::string status_text(const Json& all) {
@@ -96,6 +124,7 @@ std::string status_text(const Json& all) {
   out += fmt::format("topics    {}; with losses: {}\n", topics.size(), names_of(topics, losing));
   for (const Json& c : list(all, "chains")) out += chain_line(c);
   if (const auto guardian = all.find("guardian"); guardian != all.end()) out += guardian_lines(*guardian);
+  if (const auto team = all.find("team"); team != all.end()) out += team_lines(*team, number(all, "now_ns"));
   if (const auto devices = all.find("devices"); devices != all.end()) out += device_lines(*devices);
   if (const auto others = all.find("outsiders"); others != all.end())
     out += fmt::format("outsiders {} connected, {} requests so far\n", number(*others, "clients"),

@@ -148,7 +148,12 @@ class Team(unittest.TestCase):
         self.addCleanup(killer.cancel)
         self.addCleanup(ant.wait)
         self.addCleanup(ant.kill)
+        status = []
+        asker = threading.Timer(2, lambda: status.append(self.mates("status", "--robot", "bee").stdout))
+        asker.start()
         bee = self.mates("run", "mates_bee.toml", "--duration", "6", "--json")
+        asker.join()
+        self.assertRegex(status[0], r"(?m)^mate      1: heard .* ago, \d+ frames, 0 lost; its clock is known to ")
         self.assertEqual(bee.returncode, 0, bee.stdout + bee.stderr)
         (file,) = glob.glob(f"{self.folder}/runs/bee-*/run.mcap")
         heard = [m["message"] for m in self.echo("mates/ball.height", file)]
