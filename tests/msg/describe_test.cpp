@@ -9,6 +9,7 @@
 #include "msg/flight.hpp"
 #include "msg/image.hpp"
 #include "msg/sensors.hpp"
+#include "msg/team.hpp"
 #include "msg/text.hpp"
 
 namespace {
@@ -65,9 +66,19 @@ TEST(Describe, AllTypesAreListedOnceInOrderOfNameAndFound) {
     names.insert(type->name);
     EXPECT_EQ(find_type(type->name), type);
   }
-  EXPECT_EQ(names.size(), 25U);
+  EXPECT_EQ(names.size(), 28U);
   EXPECT_EQ(find_type("imusample"), nullptr);
   EXPECT_EQ(find_type(""), nullptr);
+}
+
+TEST(Describe, AMatesMessageIsNamedAfterItsOwnAndHoldsItBehindAHeadOf32Bytes) {
+  const TypeInfo& mate = type_info<FromMate<ImuSample>>();
+  EXPECT_EQ(mate.name, "ImuSampleFromMate");
+  EXPECT_EQ(mate.size, 32 + sizeof(ImuSample));
+  EXPECT_EQ(mate.fields.back().nested, &type_info<ImuSample>());
+  EXPECT_EQ(mate.fields.back().offset, 32u);
+  EXPECT_TRUE(mate.fields[0].is_time);
+  EXPECT_FALSE(mate.fields[2].is_time) << "a length of time is no instant";
 }
 
 TEST(Describe, KnowsNamesUnitsKindsAndShapes) {
