@@ -8,6 +8,12 @@ namespace {
 
 constexpr std::size_t kEchoesAt = 5, kMessagesAt = 6;
 constexpr std::size_t kMostCdr = 65535, kLeastCdr = 4;
+constexpr const char* kNoInstant = "an instant that cannot be";
+
+const char* look_at_echo(const TeamEcho& echo) {
+  if (echo.robot == 0) return "no robot has the number 0";
+  return is_team_instant(echo.sent_ns) && is_team_instant(echo.received_ns) ? nullptr : kNoInstant;
+}
 
 /// Writes numbers one after the other.
 class TeamPut {
@@ -62,16 +68,29 @@ const char* look_at_message(std::span<const std::uint8_t> rest, TeamMessage& out
   size = kTeamMessageBytes + topic + cdr;
   if (rest.size() < size) return "ends within a message";
   if (cdr < kLeastCdr) return "a message without content";
+  if (!is_team_instant(out.stamp_ns)) return kNoInstant;
   // A topic is text, and text is bytes: a cast between the two character types is defined.
   out.topic = {reinterpret_cast<const char*>(get.at()), topic};
   out.cdr = rest.subspan(kTeamMessageBytes + topic, cdr);
   return is_team_topic(out.topic) ? nullptr : "a topic's name that cannot be";
 }
 
+/// The caller knows that it is there.
+TeamEcho echo_at(std::span<const std::uint8_t> frame, std::size_t i) {
+  TeamEcho out;
+  TeamGet(&frame[kTeamHeadBytes + i * kTeamEchoBytes])
+      .get(out.robot)
+      .get(out.start)
+      .get(out.sequence)
+      .get(out.sent_ns)
+      .get(out.received_ns);
+  return out;
+}
+
 }  // namespace
 
 TeamWriter::TeamWriter(std::span<std::uint8_t> buffer, const TeamHead& head) noexcept : buffer_(buffer) {
-  if (buffer.size() < kTeamHeadBytes || head.robot == 0) return;
+  if (buffer.size() < kTeamHeadBytes || head.robot == 0 || !is_team_instant(head.sent_ns)) return;
   TeamPut(buffer.data())
       .put(kTeamMagic)
       .put(kTeamVersion)
@@ -88,7 +107,7 @@ TeamWriter::TeamWriter(std::span<std::uint8_t> buffer, const TeamHead& head) noe
 }
 
 bool TeamWriter::add(const TeamEcho& echo) noexcept {
-  if (size_ == 0 || messages_ > 0 || echoes_ == kTeamMostEchoes || echo.robot == 0) return false;
+  if (size_ == 0 || messages_ > 0 || echoes_ == kTeamMostEchoes || look_at_echo(echo)) return false;
   if (buffer_.size() - size_ < kTeamEchoBytes) return false;
   TeamPut(&buffer_[size_]).put(echo.robot).put(echo.start).put(echo.sequence).put(echo.sent_ns).put(echo.received_ns);
   size_ += kTeamEchoBytes, ++echoes_;
@@ -97,7 +116,8 @@ bool TeamWriter::add(const TeamEcho& echo) noexcept {
 
 bool TeamWriter::add(const TeamMessage& message) noexcept {
   if (size_ == 0 || messages_ == kTeamMostMessages || !is_team_topic(message.topic)) return false;
-  if (message.cdr.size() < kLeastCdr || message.cdr.size() > kMostCdr) return false;
+  if (message.cdr.size() < kLeastCdr || message.cdr.size() > kMostCdr || !is_team_instant(message.stamp_ns))
+    return false;
   const std::size_t bytes = kTeamMessageBytes + message.topic.size() + message.cdr.size();
   if (buffer_.size() - size_ < bytes) return false;
   std::uint8_t* at = TeamPut(&buffer_[size_])
@@ -134,12 +154,12 @@ const char* TeamReader::open(std::span<const std::uint8_t> bytes) noexcept {
   get.get(head.robot).get(reserved).get(head.team).get(head.start).get(head.sequence).get(head.sent_ns);
   if (reserved != 0) return "a reserved byte is not 0";
   if (head.robot == 0) return "no robot has the number 0";
+  if (!is_team_instant(head.sent_ns)) return kNoInstant;
   if (echoes > kTeamMostEchoes) return "too many echoes";
   std::size_t at = kTeamHeadBytes + echoes * kTeamEchoBytes;
   if (bytes.size() < at) return "ends within an echo";
   for (std::size_t i = 0; i < echoes; ++i)
-    if (const std::uint8_t* robot = &bytes[kTeamHeadBytes + i * kTeamEchoBytes]; robot[0] == 0 && robot[1] == 0)
-      return "no robot has the number 0";
+    if (const char* why = look_at_echo(echo_at(bytes, i))) return why;
   for (std::size_t i = 0; i < messages; ++i) {
     TeamMessage message;
     std::size_t size = 0;
@@ -152,16 +172,7 @@ const char* TeamReader::open(std::span<const std::uint8_t> bytes) noexcept {
   return nullptr;
 }
 
-TeamEcho TeamReader::echo(std::size_t i) const noexcept {
-  TeamEcho out;
-  TeamGet(&bytes_[kTeamHeadBytes + i * kTeamEchoBytes])
-      .get(out.robot)
-      .get(out.start)
-      .get(out.sequence)
-      .get(out.sent_ns)
-      .get(out.received_ns);
-  return out;
-}
+TeamEcho TeamReader::echo(std::size_t i) const noexcept { return echo_at(bytes_, i); }
 
 std::optional<TeamMessage> TeamReader::next() noexcept {
   if (told_ == messages_) return std::nullopt;

@@ -19,6 +19,10 @@ inline constexpr std::size_t kTeamMostTopicBytes = 64;  // of a topic's name
 /// Bytes of the head, of an echo, and of a message beside its topic and its CDR.
 inline constexpr std::size_t kTeamHeadBytes = 32, kTeamEchoBytes = 26, kTeamMessageBytes = 19;
 
+/// Instants are within 73 years of their clock's zero, so that sums and differences of a few of them fit.
+inline constexpr std::int64_t kTeamMostNs = std::int64_t{1} << 61;
+constexpr bool is_team_instant(std::int64_t ns) { return ns >= -kTeamMostNs && ns <= kTeamMostNs; }
+
 /// In front of each frame.
 struct TeamHead {
   std::uint16_t robot = 0;     // number within the team, 1 to 65535
@@ -54,11 +58,11 @@ class TeamWriter {
  public:
   TeamWriter(std::span<std::uint8_t> buffer, const TeamHead& head) noexcept;
   /// False, and nothing is written: no room, too many, an echo after the first message, an echo of robot 0, a topic or
-  /// a CDR that no frame has (docs/team-protocol.md).
+  /// a CDR or an instant that no frame has (docs/team-protocol.md).
   bool add(const TeamEcho& echo) noexcept;
   bool add(const TeamMessage& message) noexcept;
   bool empty() const noexcept { return messages_ == 0; }
-  /// The frame's bytes; empty when not even the head fitted, or the head's robot is 0.
+  /// The frame's bytes; empty when not even the head fitted, or the head is one that no frame has.
   std::span<const std::uint8_t> finish() noexcept;
 
  private:

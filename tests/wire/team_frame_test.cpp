@@ -102,6 +102,11 @@ TEST(TeamFrame, NothingIsWrittenThatNoReaderTakes) {
   EXPECT_FALSE(frame.add(message("b\xC3\xA4ll")));
   EXPECT_FALSE(frame.add(message("ball", Bytes(3))));
   EXPECT_FALSE(frame.add(message("ball", Bytes(65536))));
+  EXPECT_FALSE(frame.add(TeamEcho{.robot = 1, .sent_ns = kTeamMostNs + 1}));
+  EXPECT_FALSE(frame.add(TeamEcho{.robot = 1, .received_ns = -kTeamMostNs - 1}));
+  TeamMessage late = message("ball");
+  late.stamp_ns = kTeamMostNs + 1;
+  EXPECT_FALSE(frame.add(late));
   for (std::size_t i = 0; i < kTeamMostEchoes; ++i) EXPECT_TRUE(frame.add(kEcho));
   EXPECT_FALSE(frame.add(kEcho));
   for (std::size_t i = 0; i < kTeamMostMessages; ++i) EXPECT_TRUE(frame.add(message("ball")));
@@ -111,6 +116,7 @@ TEST(TeamFrame, NothingIsWrittenThatNoReaderTakes) {
   TeamWriter nobody(buffer, {.robot = 0});
   EXPECT_FALSE(nobody.add(message("ball")));
   EXPECT_TRUE(nobody.finish().empty());
+  EXPECT_TRUE(TeamWriter(buffer, {.robot = 1, .sent_ns = -kTeamMostNs - 1}).finish().empty());
 }
 
 TEST(TeamFrame, EveryFrameThatWasCutOrHasMoreIsRefused) {
@@ -135,6 +141,10 @@ TEST(TeamFrame, SaysWhyItIsNone) {
   EXPECT_EQ(changed(7, 1), "a reserved byte is not 0");
   EXPECT_EQ(changed(8, 0), "no robot has the number 0");
   EXPECT_EQ(changed(11, 1), "a reserved byte is not 0");
+  EXPECT_EQ(changed(31, 0x20), "an instant that cannot be");
+  EXPECT_EQ(changed(kTeamHeadBytes + 17, 0x40), "an instant that cannot be");
+  EXPECT_EQ(changed(kTeamHeadBytes + 25, 0xDF), "an instant that cannot be");
+  EXPECT_EQ(changed(kTeamHeadBytes + kTeamEchoBytes + 18, 0x7F), "an instant that cannot be");
   EXPECT_EQ(changed(kTeamHeadBytes, 0), "no robot has the number 0");
   EXPECT_EQ(changed(kTeamHeadBytes + kTeamEchoBytes + kTeamMessageBytes, ' '), "a topic's name that cannot be");
   EXPECT_EQ(changed(kTeamHeadBytes + kTeamEchoBytes + 1, 3), "a message without content");

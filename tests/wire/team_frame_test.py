@@ -10,6 +10,7 @@ import unittest
 
 TOOL = sys.argv[1]
 HEAD, ECHO, MESSAGE = struct.Struct("<4sBBBBHHIIIq"), struct.Struct("<HIIqq"), struct.Struct("<BHIIq")
+MOST_NS = 2 ** 61
 PRINTABLE = bytes(range(0x21, 0x7F))
 
 
@@ -36,11 +37,12 @@ def unpack(data):
     need(len(data) >= HEAD.size)
     magic, version, n_echoes, n_messages, zero, robot, zeros, team, start, sequence, sent = HEAD.unpack_from(data)
     need(magic == b"SNWT" and version == 1 and zero == 0 and zeros == 0 and robot > 0 and n_echoes <= 15)
+    need(abs(sent) <= MOST_NS)
     at, echoes, messages = HEAD.size, [], []
     for _ in range(n_echoes):
         need(len(data) >= at + ECHO.size)
         echoes.append(ECHO.unpack_from(data, at))
-        need(echoes[-1][0] > 0)
+        need(echoes[-1][0] > 0 and abs(echoes[-1][3]) <= MOST_NS and abs(echoes[-1][4]) <= MOST_NS)
         at += ECHO.size
     for _ in range(n_messages):
         need(len(data) >= at + MESSAGE.size)
@@ -48,6 +50,7 @@ def unpack(data):
         at += MESSAGE.size
         need(len(data) >= at + n_topic + n_content)
         topic, content = data[at:at + n_topic], data[at + n_topic:at + n_topic + n_content]
+        need(abs(stamp) <= MOST_NS)
         need(1 <= n_topic <= 64 and n_content >= 4 and all(c in PRINTABLE for c in topic))
         messages.append((topic, kind, number, stamp, content))
         at += n_topic + n_content
@@ -66,7 +69,7 @@ def any_frame(r):
         return r.choice([0, 1, 2 ** bits - 1, r.getrandbits(bits)])
 
     def i64():
-        return r.choice([0, -1, -2 ** 63, 2 ** 63 - 1, r.getrandbits(63)])
+        return r.choice([0, -1, -MOST_NS, MOST_NS, r.randint(-MOST_NS, MOST_NS)])
 
     head = (r.choice([1, 65535, r.randint(1, 65535)]), u(32), u(32), u(32), i64())
     echoes = [(r.randint(1, 65535), u(32), u(32), i64(), i64()) for _ in range(r.choice([0, 1, 3, 15]))]
