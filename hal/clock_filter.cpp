@@ -27,10 +27,10 @@ bool ClockFilter::add(Time asked, Time received, Time answered, Time arrived) {
     return false;
   }
   if (!any()) base_ = asked - received;
-  if (count_ == window_) forget(1);
+  if (count_ == kWindow) forget(1);
   const auto relative = [&](Duration d) { return static_cast<double>((d - base_).count()); };
-  pairs_[count_++] = {{asked, relative(asked - received) - kReadingNs},
-                      {arrived, relative(arrived - answered) + kReadingNs}};
+  pairs_[static_cast<std::size_t>(count_++)] = {{asked, relative(asked - received) - kReadingNs},
+                                                {arrived, relative(arrived - answered) + kReadingNs}};
   newest_ = arrived;
   if (fit()) return true;
   ++restarts_;
@@ -38,15 +38,16 @@ bool ClockFilter::add(Time asked, Time received, Time answered, Time arrived) {
   return true;
 }
 
-void ClockFilter::forget(std::uint32_t oldest) {
-  std::copy(pairs_.begin() + oldest, pairs_.begin() + count_, pairs_.begin());
+void ClockFilter::forget(std::uint64_t oldest) {
+  const std::span<Pair> pairs(pairs_.data(), static_cast<std::size_t>(count_));
+  std::copy(pairs.begin() + static_cast<std::ptrdiff_t>(oldest), pairs.end(), pairs.begin());
   count_ -= oldest;
 }
 
 /// False: no line passes between the limits.
 bool ClockFilter::fit() {
-  const std::span<const Pair> pairs(pairs_.data(), count_);
-  slowest_ = -max_drift_, fastest_ = max_drift_;
+  const std::span<const Pair> pairs(pairs_.data(), static_cast<std::size_t>(count_));
+  slowest_ = -kMaxDrift, fastest_ = kMaxDrift;
   for (const Pair& a : pairs) {
     for (const Pair& b : pairs) {
       if (b.high.at > a.low.at)

@@ -17,13 +17,8 @@ namespace sinew::hal {
 /// Thread:  owner.   RT: yes; add() compares all pairs of the window.
 class ClockFilter {
  public:
-  static constexpr std::uint32_t kMostWindow = 64;
-  struct Options {
-    std::uint32_t window = kMostWindow;  // exchanges that are looked at, 1 to kMostWindow; constant drift during them
-    double max_drift = 500e-6;  // as a ratio; no two clocks drift apart faster (what NTP may slew, and any crystal)
-  };
-  constexpr ClockFilter() = default;
-  explicit ClockFilter(const Options& options) : max_drift_(options.max_drift), window_(options.window) {}
+  static constexpr std::uint32_t kWindow = 64;  // exchanges that are looked at; the drift must not change during them
+  static constexpr double kMaxDrift = 500e-6;   // no two clocks drift apart faster (what NTP may slew, and any crystal)
 
   /// One exchange: our clock as we asked, theirs as they received and as they answered, ours as the answer arrived. Not
   /// earlier than the last exchange. False, and counted: these cannot be times of one exchange.
@@ -51,15 +46,15 @@ class ClockFilter {
   struct Pair {
     Limit low{}, high{};
   };
-  void forget(std::uint32_t oldest);
+  void forget(std::uint64_t oldest);
   bool fit();
 
-  double max_drift_ = Options{}.max_drift;
-  std::array<Pair, kMostWindow> pairs_{};                        // the first count_; oldest first
+  std::array<Pair, kWindow> pairs_{};                            // the first count_; oldest first
   Duration base_{0};                                             // so that doubles hold nanoseconds exactly
   double slowest_ = 0, fastest_ = 0, low_ns_ = 0, high_ns_ = 0;  // of the lines left; values at `newest_`
   Time newest_{};
-  std::uint32_t window_ = Options{}.window, count_ = 0, rejected_ = 0, restarts_ = 0;
+  std::uint64_t count_ = 0;  // as wide as what precedes it: the state of a module has no padding
+  std::uint32_t rejected_ = 0, restarts_ = 0;
 };
 
 }  // namespace sinew::hal

@@ -14,10 +14,12 @@ using namespace std::chrono_literals;
 using rt::Duration;
 using rt::Time;
 
-constexpr Duration kTellEvery = 500ms;  // the state, where nothing changes
-constexpr Duration kSpeakEvery = 1s;    // a frame at least so often, so that mates know that we live, and our clock
-constexpr Duration kEchoEvery = 200ms;  // to each mate
-constexpr std::size_t kMostEchoes = 4;  // in one frame
+constexpr Duration kStateEvery = 100ms, kQuietStateEvery = 500ms;  // while something changes, and while nothing does
+constexpr Duration kLongestSilence = 1s;  // a frame at least so often, so that mates know that we live, and our clock
+constexpr Duration kEchoEvery = 200ms;    // to each mate
+constexpr std::size_t kMostEchoes = 4;    // in one frame
+constexpr Duration kLongestEcho =
+    std::chrono::hours(1);  // from our frame to the echo's arrival; a longer one is no echo
 constexpr double kLargestFrame = msg::kMaxDatagramBytes;
 constexpr std::size_t kHeadOfMarked = 32;  // of a FromMate, in front of its message
 
@@ -30,12 +32,6 @@ const msg::FieldInfo* message_of(const msg::TypeInfo& type) {
   return nullptr;
 }
 
-/// Every instant on a mate's clock lies within 73 years of its zero, so that sums and differences with ours fit.
-constexpr std::int64_t kMostNs = std::int64_t{1} << 61;
-constexpr Duration kLongestEcho = std::chrono::hours(1);
-
-bool is_possible(std::int64_t ns) { return ns >= -kMostNs && ns <= kMostNs; }
-
 /// Takes every instant of the message, but those that are not set, onto the own clock. An instant that is `stamp` by
 /// name was never later than the message arrived. False: one is impossible.
 bool shift_times(const msg::TypeInfo& type, std::byte* message, Duration offset, Time received) {
@@ -47,7 +43,7 @@ bool shift_times(const msg::TypeInfo& type, std::byte* message, Duration offset,
         Time t;
         std::memcpy(&t, message + f.offset + i * sizeof t, sizeof t);
         if (t == Time{}) continue;
-        if (!is_possible(t.ns)) return false;
+        if (!wire::is_team_instant(t.ns)) return false;
         t = t + offset;
         if (f.name == "stamp") t = std::min(t, received);
         std::memcpy(message + f.offset + i * sizeof t, &t, sizeof t);
@@ -72,7 +68,7 @@ bool is_newer(std::uint32_t a, std::uint32_t than) { return static_cast<std::int
 
 }  // namespace
 
-struct Link::Ear {
+struct Link::Incoming {
   rt::AnyOut out;
   std::string name;   // "robot2/ball.model"
   std::string topic;  // "ball.model"
@@ -86,7 +82,7 @@ struct Link::Ear {
   std::byte* loaned = nullptr;
 };
 
-struct Link::Mouth {
+struct Link::Outgoing {
   rt::AnyIn in;
   Said said;
   Duration period{};
@@ -116,7 +112,7 @@ SaidCost cost_of(const Said& said, const msg::TypeInfo& type) {
 double overhead_bytes_per_s(const LinkOptions& options, double step_hz) {
   double frames_hz = 0;  // each message may need a frame of its own
   for (const Said& s : options.said) frames_hz += s.rate_hz;
-  frames_hz = std::max(frames_hz, 1 / msg::seconds(kSpeakEvery));
+  frames_hz = std::max(frames_hz, 1 / msg::seconds(kLongestSilence));
   if (step_hz > 0) frames_hz = std::min(frames_hz, step_hz);
   const double echoes_hz = static_cast<double>(options.mates.size()) / msg::seconds(kEchoEvery);
   return frames_hz * static_cast<double>(wire::kTeamHeadBytes) +
@@ -125,42 +121,42 @@ double overhead_bytes_per_s(const LinkOptions& options, double step_hz) {
 
 Link::Link(LinkOptions options) : options_(std::move(options)) {
   for (const std::string& name : options_.heard) {
-    auto ear = std::make_unique<Ear>();
+    auto remote = std::make_unique<Incoming>();
     const std::size_t slash = name.find('/');
     const std::string_view who = std::string_view(name).substr(0, slash);
-    ear->name = name;
-    ear->topic = name.substr(slash + 1);
-    ear->of_all = who == kAllMates;
-    while (ear->mate < options_.mates.size() && options_.mates[ear->mate].name != who) ++ear->mate;
-    ears_.push_back(std::move(ear));
+    remote->name = name;
+    remote->topic = name.substr(slash + 1);
+    remote->of_all = who == kAllMates;
+    while (remote->mate < options_.mates.size() && options_.mates[remote->mate].name != who) ++remote->mate;
+    incoming_.push_back(std::move(remote));
   }
   for (const Said& said : options_.said) {
-    auto mouth = std::make_unique<Mouth>();
-    mouth->said = said;
-    mouth->period = Duration(static_cast<std::int64_t>(1e9 / said.rate_hz));
-    mouths_.push_back(std::move(mouth));
+    auto topic = std::make_unique<Outgoing>();
+    topic->said = said;
+    topic->period = Duration(static_cast<std::int64_t>(1e9 / said.rate_hz));
+    outgoing_.push_back(std::move(topic));
   }
-  known_.resize(options_.mates.size());
-  newest_.resize(ears_.size() * known_.size());
-  due_.resize(mouths_.size());
-  urgent_.resize(mouths_.size());
+  mates_.resize(options_.mates.size());
+  newest_.resize(incoming_.size() * mates_.size());
+  due_.resize(outgoing_.size());
+  urgent_.resize(outgoing_.size());
 }
 
 Link::~Link() = default;
 
 void Link::declare(rt::Declaration& d) {
-  d.raw("raw", raw_, {.burst = kHearBurst});
-  for (const auto& m : mouths_) d.in(say_port(m->said.topic), m->in);
-  for (const auto& e : ears_) d.out(e->name, e->out, {.burst = e->of_all ? kHearBurst : 1});
+  d.raw("raw", raw_, {.burst = kReceiveBurst});
+  for (const auto& m : outgoing_) d.in(say_port(m->said.topic), m->in);
+  for (const auto& e : incoming_) d.out(e->name, e->out, {.burst = e->of_all ? kReceiveBurst : 1});
   d.out("state", state_);
   d.out("frame", frame_);
   d.param("device", device_name_, {.doc = "name of the radio on the board"});
-  d.state(known_, newest_, due_, self_, counts_);
+  d.state(mates_, newest_, due_, own_, counts_);
 }
 
 hal::Status Link::configure(rt::Setup& setup) {
   std::size_t largest = 0, longest = 0;
-  for (const auto& e : ears_) {
+  for (const auto& e : incoming_) {
     e->type = e->out.type();
     if (e->of_all != is_from_mate(*e->type)) {
       setup.explain(e->name + " carries " + std::string(e->type->name) +
@@ -171,7 +167,7 @@ hal::Status Link::configure(rt::Setup& setup) {
     e->hash = type_hash(*e->type);
     largest = std::max<std::size_t>(largest, e->type->size);
   }
-  for (const auto& m : mouths_) {
+  for (const auto& m : outgoing_) {
     m->hash = type_hash(*m->in.type());
     longest = std::max(longest, cdr_bytes_of(*m->in.type()));
   }
@@ -188,14 +184,14 @@ hal::Status Link::configure(rt::Setup& setup) {
 }
 
 void Link::reset() {
-  std::fill(known_.begin(), known_.end(), Known{});
+  std::fill(mates_.begin(), mates_.end(), MateRecord{});
   std::fill(newest_.begin(), newest_.end(), Newest{});
   std::fill(due_.begin(), due_.end(), Due{});
-  self_ = {};
+  own_ = {};
   counts_ = {};
   counts_.robot = options_.robot;
-  counts_.mates = static_cast<std::uint32_t>(known_.size());
-  for (std::size_t i = 0; i < known_.size(); ++i) known_[i].told.robot = options_.mates[i].robot;
+  counts_.mates = static_cast<std::uint32_t>(mates_.size());
+  for (std::size_t i = 0; i < mates_.size(); ++i) mates_[i].state.robot = options_.mates[i].robot;
 }
 
 void Link::collect(Time) noexcept {
@@ -218,119 +214,110 @@ void Link::begin(Time now) noexcept {
   char seed[sizeof now.ns + sizeof options_.robot];
   std::memcpy(seed, &now.ns, sizeof now.ns);
   std::memcpy(seed + sizeof now.ns, &options_.robot, sizeof options_.robot);
-  self_.start = static_cast<std::uint32_t>(math::fnv1a64(std::string_view(seed, sizeof seed)));
-  self_.tokens = kLargestFrame;
-  self_.spoke = now - kSpeakEvery;
-  self_.told = now - kTellEvery;
-  self_.began = 1;
-  counts_.start = self_.start;
+  own_.start = static_cast<std::uint32_t>(math::fnv1a64(std::string_view(seed, sizeof seed)));
+  own_.tokens = kLargestFrame;
+  own_.frame_at = now - kLongestSilence;
+  own_.state_at = now - kQuietStateEvery;
+  own_.began = 1;
+  counts_.start = own_.start;
 }
 
 rt::StepStatus Link::step(const rt::Step& step) noexcept {
-  if (!self_.began) begin(step.now);
-  for (const auto& e : ears_) e->loans = 0, e->loaned = nullptr;
-  for (const msg::Datagram& datagram : raw_) hear(datagram);
-  say(step);
-  if (self_.changed || step.now - self_.told >= kTellEvery) tell(step.now);
+  if (!own_.began) begin(step.now);
+  for (const auto& e : incoming_) e->loans = 0, e->loaned = nullptr;
+  for (const msg::Datagram& datagram : raw_) receive(datagram);
+  send(step);
+  if (step.now - own_.state_at >= (own_.changed ? kStateEvery : kQuietStateEvery)) publish_state(step.now);
   return rt::StepStatus::ok;
 }
 
 // ---- hearing
 
-void Link::hear(const msg::Datagram& datagram) noexcept {
-  self_.changed = 1;
+void Link::receive(const msg::Datagram& datagram) noexcept {
+  own_.changed = 1;
   wire::TeamReader frame;
   if (frame.open(datagram.bytes()) != nullptr) {
     ++counts_.garbage;
     return;
   }
   const wire::TeamHead& head = frame.head();
-  if (!is_possible(head.sent_ns)) {
-    ++counts_.garbage;
-    return;
-  }
   if (head.team != options_.team) {
     ++counts_.other_teams;
     return;
   }
   std::size_t i = 0;
-  while (i < known_.size() && options_.mates[i].robot != head.robot) ++i;
-  if (i == known_.size()) {
+  while (i < mates_.size() && options_.mates[i].robot != head.robot) ++i;
+  if (i == mates_.size()) {
     ++counts_.strangers;
     counts_.last_stranger = head.robot;
     return;
   }
-  Known& mate = known_[i];
-  if (!note_frame(mate, head)) return;
-  note_echoes(mate, frame, datagram.stamp);
-  if (head.sequence == mate.told.sequence) mate.told.heard = datagram.stamp, mate.told.sent = Time{head.sent_ns};
-  while (const auto message = frame.next()) hear_message(i, *message, datagram.stamp);
+  MateRecord& mate = mates_[i];
+  if (!accept(mate, head)) return;
+  take_echoes(mate, frame, datagram.stamp);
+  if (head.sequence == mate.state.sequence) mate.state.heard = datagram.stamp, mate.state.sent = Time{head.sent_ns};
+  while (const auto message = frame.next()) receive_message(i, *message, datagram.stamp);
 }
 
 /// False: the frame came before, or is of an earlier life of the mate.
-bool Link::note_frame(Known& mate, const wire::TeamHead& head) noexcept {
-  msg::MateState& told = mate.told;
-  if (told.starts == 0 || head.start != told.start) {
-    if (told.starts != 0 && head.start == mate.former_start) {
-      ++told.reordered;  // of before its restart
+bool Link::accept(MateRecord& mate, const wire::TeamHead& head) noexcept {
+  msg::MateState& state = mate.state;
+  if (state.starts == 0 || head.start != state.start) {
+    if (state.starts != 0 && head.start == mate.former_start) {
+      ++state.reordered;  // of before its restart
       return false;
     }
-    mate.former_start = told.start;
+    mate.former_start = state.start;
     mate.clock = hal::ClockFilter();
     mate.came = ~std::uint64_t{0};  // a frame of before the first one comes too late, and was never counted as lost
-    told.start = head.start;
-    told.sequence = head.sequence;
-    told.clock_bound_ns = -1;
+    state.start = head.start;
+    state.sequence = head.sequence;
     mate.echoed = {};
-    ++told.starts;
-    ++told.frames;
-    const auto place = static_cast<std::size_t>(&mate - known_.data());
-    for (std::size_t e = 0; e < ears_.size(); ++e) newest_[e * known_.size() + place] = {};
+    ++state.starts;
+    ++state.frames;
+    const auto place = static_cast<std::size_t>(&mate - mates_.data());
+    for (std::size_t e = 0; e < incoming_.size(); ++e) newest_[e * mates_.size() + place] = {};
     return true;
   }
-  const auto ahead = static_cast<std::int32_t>(head.sequence - told.sequence);
+  const auto ahead = static_cast<std::int32_t>(head.sequence - state.sequence);
   if (ahead > 0) {
     mate.came = ahead < 64 ? mate.came << ahead | 1 : 1;
-    told.lost += static_cast<std::uint32_t>(ahead) - 1;
-    told.sequence = head.sequence;
-    ++told.frames;
+    state.lost += static_cast<std::uint32_t>(ahead) - 1;
+    state.sequence = head.sequence;
+    ++state.frames;
     return true;
   }
   const std::uint64_t bit = ahead > -64 ? std::uint64_t{1} << -ahead : 0;
   if (bit == 0 || (mate.came & bit) != 0) {
-    ++told.duplicated;
+    ++state.duplicated;
     return false;
   }
   mate.came |= bit;
-  --told.lost;
-  ++told.frames;
-  ++told.reordered;
+  --state.lost;
+  ++state.frames;
+  ++state.reordered;
   return true;
 }
 
-void Link::note_echoes(Known& mate, const wire::TeamReader& frame, Time arrived) noexcept {
+void Link::take_echoes(MateRecord& mate, const wire::TeamReader& frame, Time arrived) noexcept {
   for (std::size_t i = 0; i < frame.echoes(); ++i) {
     const wire::TeamEcho echo = frame.echo(i);
-    if (echo.robot != options_.robot || echo.start != self_.start) continue;
-    if (!is_possible(echo.sent_ns) || !is_possible(echo.received_ns)) continue;
+    if (echo.robot != options_.robot || echo.start != own_.start) continue;
     if (Time{echo.sent_ns} > arrived || arrived - Time{echo.sent_ns} > kLongestEcho) continue;
-    if (!mate.clock.add(Time{echo.sent_ns}, Time{echo.received_ns}, Time{frame.head().sent_ns}, arrived)) continue;
-    const auto e = mate.clock.at(arrived);
-    mate.told.clock_offset_ns = e.offset.count();
-    mate.told.clock_bound_ns = e.bound.count();
-    mate.told.clock_drift = e.drift;
+    mate.clock.add(Time{echo.sent_ns}, Time{echo.received_ns}, Time{frame.head().sent_ns}, arrived);
+    return;  // a frame has one for each mate
   }
 }
 
 /// A message counts once, however many topics it comes to.
-void Link::hear_message(std::size_t mate, const wire::TeamMessage& message, Time received) noexcept {
-  Known& from = known_[mate];
+void Link::receive_message(std::size_t mate, const wire::TeamMessage& message, Time received) noexcept {
+  MateRecord& from = mates_[mate];
   bool foreign = false, dropped = false, unclocked = false, published = false;
-  for (std::size_t e = 0; e < ears_.size(); ++e) {
-    Ear& ear = *ears_[e];
-    if (ear.topic != message.topic || (!ear.of_all && ear.mate != mate)) continue;
-    Newest& newest = newest_[e * known_.size() + mate];
-    if (ear.hash != message.type_hash) {
+  for (std::size_t e = 0; e < incoming_.size(); ++e) {
+    Incoming& remote = *incoming_[e];
+    if (remote.topic != message.topic || (!remote.of_all && remote.mate != mate)) continue;
+    Newest& newest = newest_[e * mates_.size() + mate];
+    if (remote.hash != message.type_hash) {
       foreign = true;
     } else if (newest.any && !is_newer(message.sequence, newest.sequence)) {
       dropped = true;
@@ -338,36 +325,36 @@ void Link::hear_message(std::size_t mate, const wire::TeamMessage& message, Time
       unclocked = true;
     } else {
       newest = {1, message.sequence};
-      (publish(from, ear, message, received) ? published : dropped) = true;
+      (publish(from, remote, message, received) ? published : dropped) = true;
     }
   }
-  from.told.foreign += foreign;
-  from.told.dropped += dropped;
-  from.told.unclocked += unclocked;
-  from.told.messages += published;
+  from.state.foreign += foreign;
+  from.state.dropped += dropped;
+  from.state.unclocked += unclocked;
+  from.state.messages += published;
 }
 
 /// False: it is not what its type says, or there is no room for it.
-bool Link::publish(const Known& from, Ear& ear, const wire::TeamMessage& message, Time received) noexcept {
+bool Link::publish(const MateRecord& from, Incoming& remote, const wire::TeamMessage& message, Time received) noexcept {
   auto* const decoded = reinterpret_cast<std::byte*>(scratch_.data());
-  if (ear.of_all && ear.loans == kHearBurst) return false;
-  ear.type->reset(decoded);
-  if (!is_possible(message.stamp_ns) || !msg::cdr_decode(*ear.type, message.cdr, decoded)) return false;
+  if (remote.of_all && remote.loans == kReceiveBurst) return false;
+  remote.type->reset(decoded);
+  if (!msg::cdr_decode(*remote.type, message.cdr, decoded)) return false;
   const auto clock = from.clock.at(received);
-  if (!shift_times(*ear.type, decoded, clock.offset, received)) return false;
-  if (ear.of_all || !ear.loaned) ear.loaned = static_cast<std::byte*>(ear.out.loan()), ++ear.loans;
-  if (!ear.of_all) {  // the newest of the step takes the place of one before
-    std::memcpy(ear.loaned, decoded, ear.type->size);
+  if (!shift_times(*remote.type, decoded, clock.offset, received)) return false;
+  if (remote.of_all || !remote.loaned) remote.loaned = static_cast<std::byte*>(remote.out.loan()), ++remote.loans;
+  if (!remote.of_all) {  // the newest of the step takes the place of one before
+    std::memcpy(remote.loaned, decoded, remote.type->size);
     return true;
   }
   msg::FromMate<msg::MateState> head;  // of any type: its head is the same
   head.stamp = message.stamp_ns == 0 ? received : std::min(Time{message.stamp_ns} + clock.offset, received);
   head.received = received;
   head.stamp_bound_ns = clock.bound.count();
-  head.robot = from.told.robot;
+  head.robot = from.state.robot;
   head.sequence = message.sequence;
-  std::memcpy(ear.loaned, &head, kHeadOfMarked);
-  std::memcpy(ear.loaned + kHeadOfMarked, decoded, ear.type->size);
+  std::memcpy(remote.loaned, &head, kHeadOfMarked);
+  std::memcpy(remote.loaned + kHeadOfMarked, decoded, remote.type->size);
   return true;
 }
 
@@ -376,14 +363,14 @@ bool Link::publish(const Known& from, Ear& ear, const wire::TeamMessage& message
 /// Those that are due, the most urgent first: by priority, then the one that has waited longest, then as in the file.
 std::size_t Link::by_urgency(Time now) noexcept {
   std::size_t n = 0;
-  for (std::size_t i = 0; i < mouths_.size(); ++i) {
+  for (std::size_t i = 0; i < outgoing_.size(); ++i) {
     const Due& due = due_[i];
-    const rt::AnyIn& in = mouths_[i]->in;
+    const rt::AnyIn& in = outgoing_[i]->in;
     if (in.get() && now >= due.at && !(due.any && in.header(0)->sequence == due.sequence))
       urgent_[n++] = static_cast<std::uint32_t>(i);
   }
   const auto before = [this](std::uint32_t a, std::uint32_t b) {
-    const int pa = mouths_[a]->said.priority, pb = mouths_[b]->said.priority;
+    const int pa = outgoing_[a]->said.priority, pb = outgoing_[b]->said.priority;
     if (pa != pb) return pa > pb;
     return due_[a].at != due_[b].at ? due_[a].at < due_[b].at : a < b;
   };
@@ -392,77 +379,87 @@ std::size_t Link::by_urgency(Time now) noexcept {
 }
 
 /// At most one frame a step, within the budget: a bucket of bytes that fills at the budget's rate and holds one frame.
-void Link::say(const rt::Step& step) noexcept {
-  self_.tokens = std::min(kLargestFrame, self_.tokens + options_.bytes_per_s * msg::seconds(step.dt));
+void Link::send(const rt::Step& step) noexcept {
+  own_.tokens = std::min(kLargestFrame, own_.tokens + options_.bytes_per_s * msg::seconds(step.dt));
   const std::size_t urgent = by_urgency(step.now);
-  if (urgent == 0 && step.now - self_.spoke < kSpeakEvery) return;
-  const auto room = static_cast<std::size_t>(self_.tokens);
-  const std::size_t needed = wire::kTeamHeadBytes + (urgent ? bytes_of(*mouths_[urgent_[0]]) : 0);
+  if (urgent == 0 && step.now - own_.frame_at < kLongestSilence) return;
+  const auto room = static_cast<std::size_t>(own_.tokens);
+  const std::size_t needed = wire::kTeamHeadBytes + (urgent ? bytes_of(*outgoing_[urgent_[0]]) : 0);
   std::size_t said = 0;
   if (room >= needed) {
     msg::Datagram& out = frame_.loan();
     wire::TeamWriter frame({out.data.data(), room},
-                           {options_.robot, self_.start, self_.sequence, step.now.ns, options_.team});
+                           {options_.robot, own_.start, own_.sequence, step.now.ns, options_.team});
     add_echoes(frame, std::min(kMostEchoes, (room - needed) / wire::kTeamEchoBytes), step.now);
     while (said < urgent && add_message(frame, urgent_[said], step.now)) ++said;
     out.stamp = step.now;
     out.sender = options_.robot;
     out.size = static_cast<std::uint32_t>(frame.finish().size());
-    self_.tokens -= static_cast<double>(out.size);
-    self_.spoke = step.now;
-    ++self_.sequence;
+    own_.tokens -= static_cast<double>(out.size);
+    own_.frame_at = step.now;
+    ++own_.sequence;
     ++counts_.sent;
     counts_.sent_bytes += out.size;
   }
   for (std::size_t i = said; i < urgent; ++i) {
     Due& due = due_[urgent_[i]];
-    if (!due.starved) ++counts_.starved, due.starved = 1, self_.changed = 1;
+    if (!due.starved) ++counts_.starved, due.starved = 1, own_.changed = 1;
   }
 }
 
-std::size_t Link::bytes_of(const Mouth& mouth) noexcept {
-  return wire::kTeamMessageBytes + mouth.said.topic.size() + msg::cdr_size(*mouth.in.type(), mouth.in.get());
+std::size_t Link::bytes_of(const Outgoing& topic) noexcept {
+  return wire::kTeamMessageBytes + topic.said.topic.size() + msg::cdr_size(*topic.in.type(), topic.in.get());
 }
 
 /// To the mates that were told longest ago.
 void Link::add_echoes(wire::TeamWriter& frame, std::size_t most, Time now) noexcept {
   for (std::size_t n = 0; n < most; ++n) {
-    Known* next = nullptr;
-    for (Known& mate : known_) {
-      const bool fresh = mate.told.starts != 0 && (mate.echoed == Time{} || mate.echoed_sequence != mate.told.sequence);
+    MateRecord* next = nullptr;
+    for (MateRecord& mate : mates_) {
+      const bool fresh =
+          mate.state.starts != 0 && (mate.echoed == Time{} || mate.echoed_sequence != mate.state.sequence);
       const bool due = mate.echoed == Time{} || now - mate.echoed >= kEchoEvery;
       if (fresh && due && (!next || mate.echoed < next->echoed)) next = &mate;
     }
     if (!next) return;
-    const msg::MateState& told = next->told;
-    frame.add(
-        wire::TeamEcho{static_cast<std::uint16_t>(told.robot), told.start, told.sequence, told.sent.ns, told.heard.ns});
+    const msg::MateState& state = next->state;
+    frame.add(wire::TeamEcho{static_cast<std::uint16_t>(state.robot), state.start, state.sequence, state.sent.ns,
+                             state.heard.ns});
     next->echoed = now;
-    next->echoed_sequence = told.sequence;
+    next->echoed_sequence = state.sequence;
   }
 }
 
 /// False: it did not fit.
 bool Link::add_message(wire::TeamWriter& frame, std::size_t said, Time now) noexcept {
-  const Mouth& mouth = *mouths_[said];
-  const rt::SlotHeader& header = *mouth.in.header(0);
-  const std::size_t size = msg::cdr_encode(*mouth.in.type(), mouth.in.get(), cdr_);
-  const wire::TeamMessage message{mouth.said.topic, mouth.hash, header.sequence, header.stamp.ns, {cdr_.data(), size}};
+  const Outgoing& topic = *outgoing_[said];
+  const rt::SlotHeader& header = *topic.in.header(0);
+  const std::size_t size = msg::cdr_encode(*topic.in.type(), topic.in.get(), cdr_);
+  const wire::TeamMessage message{topic.said.topic, topic.hash, header.sequence, header.stamp.ns, {cdr_.data(), size}};
   if (!frame.add(message)) return false;
   Due& due = due_[said];
-  due.at = due.at + mouth.period <= now ? now + mouth.period : due.at + mouth.period;
+  due.at = due.at + topic.period <= now ? now + topic.period : due.at + topic.period;
   due.any = 1;
   due.sequence = header.sequence;
   due.starved = 0;
   return true;
 }
 
-void Link::tell(Time now) noexcept {
-  counts_.stamp = now;
-  for (std::size_t i = 0; i < known_.size(); ++i) counts_.mate[i] = known_[i].told;
-  state_.loan() = counts_;
-  self_.told = now;
-  self_.changed = 0;
+void Link::publish_state(Time now) noexcept {
+  msg::TeamState& all = state_.loan();
+  all = counts_;
+  all.stamp = now;
+  for (std::size_t i = 0; i < mates_.size(); ++i) {
+    msg::MateState& mate = all.mate[i];
+    mate = mates_[i].state;
+    if (!mates_[i].clock.any()) continue;
+    const auto e = mates_[i].clock.at(mate.heard);
+    mate.clock_offset_ns = e.offset.count();
+    mate.clock_bound_ns = e.bound.count();
+    mate.clock_drift = e.drift;
+  }
+  own_.state_at = now;
+  own_.changed = 0;
 }
 
 }  // namespace sinew::team

@@ -65,8 +65,8 @@ std::size_t most_cdr_bytes(std::string_view topic);
 ///
 /// Inputs:  say_TOPIC for each topic that is said: the newest message, when it is due. `raw`: what the radio heard.
 /// Outputs: one for each remote topic. "NAME/TOPIC": the newest message of a step of that mate, as the mate's own topic
-///          has it. "mates/TOPIC": a FromMate for each message of any mate. `state`: the mates, at each change and
-///          twice a second. `frame`: what is sent; at most one a step.
+///          has it. "mates/TOPIC": a FromMate for each message of any mate. `state`: the mates, ten times a second
+///          while somebody is heard, else twice. `frame`: what is sent; at most one a step.
 /// A message is published once its mate's clock is known, and when it is newer than the one before: never out of order,
 /// never twice. Its instants are on the own clock then.
 /// Thread:  executor; in a thread with a period. RT: yes.
@@ -86,14 +86,14 @@ class Link final : public rt::DriverModule, public drivers::DeviceReader {
   std::string_view reads() const override { return "radio"; }
 
  private:
-  static constexpr std::uint32_t kHearBurst = 16;  // datagrams a step, and messages of a topic of all mates
-  struct Ear;
-  struct Mouth;
+  static constexpr std::uint32_t kReceiveBurst = 16;  // datagrams a step, and messages of a topic of all mates
+  struct Incoming;
+  struct Outgoing;
 
   /// State of one mate.
-  struct Known {
+  struct MateRecord {
     hal::ClockFilter clock{};
-    msg::MateState told{};
+    msg::MateState state{};
     std::uint64_t came = 0;  // bit i: the frame i before the newest
     rt::Time echoed{};       // own clock, when the mate was last told of its frames; 0: never
     std::uint32_t former_start = 0, echoed_sequence = 0;
@@ -109,24 +109,24 @@ class Link final : public rt::DriverModule, public drivers::DeviceReader {
     std::uint32_t starved = 0, spare = 0;
   };
   /// The rest of the state.
-  struct Self {
-    rt::Time told{}, spoke{};  // when the state was published, and the last frame made
-    double tokens = 0;         // bytes that may be sent
+  struct OwnRecord {
+    rt::Time state_at{}, frame_at{};  // when the state was published, and the last frame made
+    double tokens = 0;                // bytes that may be sent
     std::uint32_t sequence = 0, start = 0, began = 0, changed = 0;
   };
 
   void begin(rt::Time now) noexcept;
-  void hear(const msg::Datagram& datagram) noexcept;
-  bool note_frame(Known& mate, const wire::TeamHead& head) noexcept;
-  void note_echoes(Known& mate, const wire::TeamReader& frame, rt::Time arrived) noexcept;
-  void hear_message(std::size_t mate, const wire::TeamMessage& message, rt::Time received) noexcept;
-  bool publish(const Known& from, Ear& ear, const wire::TeamMessage& message, rt::Time received) noexcept;
-  void say(const rt::Step& step) noexcept;
+  void receive(const msg::Datagram& datagram) noexcept;
+  bool accept(MateRecord& mate, const wire::TeamHead& head) noexcept;
+  void take_echoes(MateRecord& mate, const wire::TeamReader& frame, rt::Time arrived) noexcept;
+  void receive_message(std::size_t mate, const wire::TeamMessage& message, rt::Time received) noexcept;
+  bool publish(const MateRecord& from, Incoming& remote, const wire::TeamMessage& message, rt::Time received) noexcept;
+  void send(const rt::Step& step) noexcept;
   std::size_t by_urgency(rt::Time now) noexcept;
-  static std::size_t bytes_of(const Mouth& mouth) noexcept;
+  static std::size_t bytes_of(const Outgoing& topic) noexcept;
   void add_echoes(wire::TeamWriter& frame, std::size_t most, rt::Time now) noexcept;
   bool add_message(wire::TeamWriter& frame, std::size_t said, rt::Time now) noexcept;
-  void tell(rt::Time now) noexcept;
+  void publish_state(rt::Time now) noexcept;
 
   const LinkOptions options_;
   std::string device_name_ = "radio";
@@ -135,17 +135,17 @@ class Link final : public rt::DriverModule, public drivers::DeviceReader {
   rt::Raw<msg::Datagram> raw_;
   rt::Out<msg::Datagram> frame_;
   rt::Out<msg::TeamState> state_;
-  std::vector<std::unique_ptr<Ear>> ears_;  // bound by address
-  std::vector<std::unique_ptr<Mouth>> mouths_;
+  std::vector<std::unique_ptr<Incoming>> incoming_;  // bound by address
+  std::vector<std::unique_ptr<Outgoing>> outgoing_;
   std::vector<std::uint8_t> cdr_;          // one message
   std::vector<std::max_align_t> scratch_;  // one decoded message
   std::vector<std::uint32_t> urgent_;      // said topics in the order of a step
 
   // State:
-  std::vector<Known> known_;    // by mate
-  std::vector<Newest> newest_;  // by ear and mate
-  std::vector<Due> due_;        // by said topic
-  Self self_{};
+  std::vector<MateRecord> mates_;  // by mate
+  std::vector<Newest> newest_;     // by remote and mate
+  std::vector<Due> due_;           // by said topic
+  OwnRecord own_{};
   msg::TeamState counts_{};
 };
 
