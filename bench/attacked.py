@@ -19,7 +19,7 @@ import subprocess
 import sys
 import time
 
-from monitor_rig import ROOT, Site, ask, processor_ns, quantile, report
+from monitor_rig import ROOT, Site, lateness_us, processor_ns, quantile, report_lateness
 
 GOAL = 1.2
 
@@ -63,13 +63,6 @@ def be_load(kind, port, connections, rate=400):
                     pass
         done += 1
         time.sleep(max(0, begin + done / rate - time.monotonic()))
-
-
-def lateness_us(site, robot, seconds):
-    """Of the releases of the last seconds."""
-    reply = ask(site.folder.name, robot, "timeline", last_ms=int(seconds * 1000))
-    thread = reply["threads"].index("stabilise")
-    return [event[4] / 1e3 for event in reply["events"] if event[0] == "release" and event[1] == thread]
 
 
 class Flights:
@@ -118,7 +111,7 @@ def main():
                 time.sleep(0.5)
                 before = processor_ns(site.monitor.pid)
                 time.sleep(o.seconds)
-                late = lateness_us(site, "quad", o.seconds)
+                late = lateness_us(site.folder.name, "quad", o.seconds)
                 shares[kind].append((processor_ns(site.monitor.pid) - before) / 1e7 / o.seconds)
                 load.kill()
                 load.wait()
@@ -126,15 +119,8 @@ def main():
                 time.sleep(0.2)
     finally:
         flights.end()
-    good = True
-    for kind, all_turns in found.items():
-        p50, p99, count = (statistics.median(column) for column in zip(*all_turns))
-        print(f"  {kind:<8} lateness p50 {p50:.1f} us, p99 {p99:.1f} us of {count:.0f} releases a turn; the monitor takes"
-              f" {statistics.median(shares[kind]):.1f} % of a core")
-    for name, column in (("p50", 0), ("p99", 1)):
-        ratios = [a[column] / b[column] for a, b in zip(found["attacks"], found["looks"])]
-        good &= report(f"attacked_{name}_beside_lookers", ratios, GOAL)
-    return 0 if good else 1
+    takes = {kind: f"; the monitor takes {statistics.median(all_turns):.1f} % of a core" for kind, all_turns in shares.items()}
+    return 0 if report_lateness("attacked_{}_beside_lookers", found, "attacks", "looks", GOAL, takes) else 1
 
 
 if __name__ == "__main__":

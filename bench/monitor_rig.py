@@ -197,6 +197,25 @@ def report(name, ratios, goal, more=""):
     return not goal or low <= goal
 
 
+def lateness_us(run_folder, robot, seconds, thread="stabilise"):
+    """Of the releases of a thread in the last seconds, from the robot's time line."""
+    reply = ask(run_folder, robot, "timeline", last_ms=int(seconds * 1000))
+    number = reply["threads"].index(thread)
+    return [event[4] / 1e3 for event in reply["events"] if event[0] == "release" and event[1] == number]
+
+
+def report_lateness(name, found, tried, beside, goal, more=None):
+    """found: of each load (p50, p99, releases) a turn. The ratios of `tried` to `beside`; false: a clear miss."""
+    for kind, turns in found.items():
+        p50, p99, count = (statistics.median(column) for column in zip(*turns))
+        print(f"  {kind:<8} lateness p50 {p50:.1f} us, p99 {p99:.1f} us of {count:.0f} releases a turn{(more or {}).get(kind, '')}")
+    good = True
+    for quantile_name, column in (("p50", 0), ("p99", 1)):
+        ratios = [a[column] / b[column] for a, b in zip(found[tried], found[beside])]
+        good &= report(name.format(quantile_name), ratios, goal)
+    return good
+
+
 def report_figure(name, value, goal, unit):
     verdict = "-" if not goal else "ok" if value <= goal else "MISS"
     print(f"{name:<34} {value:.3f} {unit}  goal {goal:.2f}  {verdict}", flush=True)

@@ -19,7 +19,7 @@ import sys
 import tempfile
 import time
 
-from monitor_rig import ROOT, ask, quantile, report
+from monitor_rig import ROOT, lateness_us, quantile, report_lateness
 
 GOAL = 1.2
 FLIGHT_S = 12  # a flight of the quadrotor takes longer
@@ -48,7 +48,7 @@ group = "{GROUPS['owned']}"
 
 
 def flood(group):
-    """Until it is killed. Prints how many datagrams it sent, twice a second."""
+    """Until it is killed. Prints how many datagrams it has sent, after each thousand."""
     address, _, port = group.partition(":")
     to = (address, int(port))
     link = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -90,11 +90,6 @@ class Flight:
             time.sleep(1)
             self.until = time.monotonic() + FLIGHT_S
 
-    def lateness_us(self, seconds):
-        reply = ask(self.folder.name, "flooded", "timeline", last_ms=int(seconds * 1000))
-        thread = reply["threads"].index("stabilise")
-        return [event[4] / 1e3 for event in reply["events"] if event[0] == "release" and event[1] == thread]
-
     def end(self):
         if self.robot:
             self.robot.terminate()
@@ -117,9 +112,8 @@ def main():
             flight.flying(2 * (o.seconds + 0.7))
             for kind in ("owned", "unowned") if pair % 2 == 0 else ("unowned", "owned"):
                 load = subprocess.Popen([sys.executable, __file__, "--flood", GROUPS[kind]], stdout=subprocess.PIPE, text=True)
-                time.sleep(0.5)
-                time.sleep(o.seconds)
-                late = flight.lateness_us(o.seconds)
+                time.sleep(0.5 + o.seconds)
+                late = lateness_us(flight.folder.name, "flooded", o.seconds)
                 load.kill()
                 told = load.stdout.read().split()
                 sent.append(int(told[-1]) / (o.seconds + 0.5) if told else 0)
@@ -128,15 +122,8 @@ def main():
                 time.sleep(0.2)
     finally:
         flight.end()
-    good = True
     print(f"  {statistics.median(sent):.0f} datagrams a second")
-    for kind, all_turns in found.items():
-        p50, p99, count = (statistics.median(column) for column in zip(*all_turns))
-        print(f"  {kind:<8} lateness p50 {p50:.1f} us, p99 {p99:.1f} us of {count:.0f} releases a turn")
-    for name, column in (("p50", 0), ("p99", 1)):
-        ratios = [a[column] / b[column] for a, b in zip(found["owned"], found["unowned"])]
-        good &= report(f"radio_flood_{name}", ratios, GOAL)
-    return 0 if good else 1
+    return 0 if report_lateness("radio_flood_{}", found, "owned", "unowned", GOAL) else 1
 
 
 if __name__ == "__main__":

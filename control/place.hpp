@@ -1,5 +1,6 @@
 #pragma once
 // What one robot sees, as a place for another one: through the poses of both, with what is uncertain about them.
+// Thread:  any.   RT: yes.
 #include "math/linear.hpp"
 #include "msg/team.hpp"
 

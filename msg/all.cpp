@@ -1,5 +1,10 @@
 #include "msg/all.hpp"
 
+#include <memory>
+#include <new>
+#include <string>
+#include <vector>
+
 #include "msg/actuators.hpp"
 #include "msg/can.hpp"
 #include "msg/flight.hpp"
@@ -14,27 +19,68 @@
 #include "msg/team.hpp"
 
 namespace sinew::msg {
+namespace {
 
-std::span<const TypeInfo* const> all_types() {
-  static const std::array types{
-      &type_info<ActuatorCommand>(), &type_info<AttitudeSetpoint>(), &type_info<BallSighting>(),
-      &type_info<BaroSample>(),      &type_info<BatterySample>(),    &type_info<CanFrame>(),
-      &type_info<Datagram>(),        &type_info<FlightSetpoint>(),   &type_info<GnssSample>(),
-      &type_info<GuardianState>(),   &type_info<HeadState>(),        &type_info<Image>(),
-      &type_info<ImuSample>(),       &type_info<JointState>(),       &type_info<MagSample>(),
-      &type_info<MateState>(),       &type_info<MissionState>(),     &type_info<MotionField>(),
-      &type_info<NavState>(),        &type_info<OperatorLink>(),     &type_info<PadSighting>(),
-      &type_info<PilotSwitches>(),   &type_info<RangeSample>(),      &type_info<RcSample>(),
-      &type_info<SafetyState>(),     &type_info<TeamPose>(),         &type_info<TeamState>(),
-      &type_info<WrenchSetpoint>(),
-  };
-  return types;
+template <class... T>
+struct Types {
+  static std::span<const TypeInfo* const> all() {
+    static const std::array types{&type_info<T>()...};
+    return types;
+  }
+  /// Gives a FromMate of the type at the same place in all() its defaults.
+  static constexpr std::array<void (*)(void*), sizeof...(T)> kResetFromMate{[](void* p) { new (p) FromMate<T>(); }...};
+};
+
+// In order of name.
+using Known = Types<ActuatorCommand, AttitudeSetpoint, BallSighting, BaroSample, BatterySample, CanFrame, Datagram,
+                    FlightSetpoint, GnssSample, GuardianState, HeadState, Image, ImuSample, JointState, MagSample,
+                    MateState, MissionState, MotionField, NavState, OperatorLink, PadSighting, PilotSwitches,
+                    RangeSample, RcSample, SafetyState, TeamPose, TeamState, WrenchSetpoint>;
+
+/// The FromMate of a known type, put together from its description: a static one for each would cost every robot more
+/// memory than its messages, and only programs that look at robots ask.
+struct FromMateOf {
+  explicit FromMateOf(const TypeInfo& type, void (*reset)(void*))
+      : name(std::string(type.name) + "FromMate"), info(type_info<FromMate<MateState>>()) {
+    fields.assign(info.fields.begin(), info.fields.end());
+    fields.back().nested = &type;
+    floats.assign(type.floats.begin(), type.floats.end());
+    for (FloatRun& run : floats) run.offset += fields.back().offset;
+    info.name = name;
+    info.size = fields.back().offset + type.size;
+    info.fields = fields;
+    info.floats = floats;
+    info.reset = reset;
+  }
+  FromMateOf(const FromMateOf&) = delete;
+
+  std::string name;
+  std::vector<FieldInfo> fields;
+  std::vector<FloatRun> floats;
+  TypeInfo info;
+};
+
+const TypeInfo* find_from_mate(std::string_view name) {
+  static const std::vector<std::unique_ptr<const FromMateOf>> all = [] {
+    std::vector<std::unique_ptr<const FromMateOf>> made;
+    for (std::size_t i = 0; i < Known::all().size(); ++i)
+      if (const TypeInfo& type = *Known::all()[i]; !type.has_bulk())
+        made.push_back(std::make_unique<FromMateOf>(type, Known::kResetFromMate[i]));
+    return made;
+  }();
+  for (const auto& one : all)
+    if (one->name == name) return &one->info;
+  return nullptr;
 }
+
+}  // namespace
+
+std::span<const TypeInfo* const> all_types() { return Known::all(); }
 
 const TypeInfo* find_type(std::string_view name) {
   for (const TypeInfo* t : all_types())
     if (t->name == name) return t;
-  return nullptr;
+  return name.ends_with("FromMate") ? find_from_mate(name) : nullptr;
 }
 
 }  // namespace sinew::msg

@@ -11,7 +11,8 @@ namespace sinew::msg {
 /// In order of name. RT: configure only.
 std::span<const TypeInfo* const> all_types();
 
-/// Null when no message has this name.
+/// Also FromMate<...> of all types without pixels ("NavStateFromMate"), with the layout of type_info<FromMate<...>>()
+/// in an object of its own. Null when no message has this name. RT: configure only.
 const TypeInfo* find_type(std::string_view name);
 
 }  // namespace sinew::msg

@@ -78,7 +78,7 @@ class Declaration {
     bool previous = false;
     bool supervises = false;
     std::uint32_t channels = 0;   // output: OutOptions::channels
-    Duration expires{INT64_MAX};  // latest: older messages are not there; set by the graph (BindingSpec::max_age)
+    Duration expires{INT64_MAX};  // latest: older messages are not there; set by the graph (ModuleSpec::max_age)
 
     bool is_input() const { return kind == PortKind::latest || kind == PortKind::queue; }
   };

@@ -182,10 +182,10 @@ void Graph::resolve_outputs() {
         if (!topic.type && p.is_input() && bound != m.spec.in.end() && bound->second.value == topic.name)
           topic.type = p.type;
       }
-    if (!topic.type)
-      topic.type = &msg::type_info<msg::SafetyState>();  // any: check() refuses the graph
-    else
+    if (topic.type)
       output.type = static_cast<AnyOut*>(output.output)->type_ = topic.type;
+    else  // any type, so that every topic has one; check() refuses the graph
+      topic.type = &msg::type_info<msg::SafetyState>();
   }
 }
 

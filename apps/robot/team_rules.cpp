@@ -19,8 +19,7 @@ struct TeamCosts {
 TeamCosts costs_of(const RobotFile& robot, const rt::Graph& graph) {
   TeamCosts costs;
   const team::LinkOptions& link = robot.team->link;
-  const std::uint32_t mates = graph.find_topic("mates.state");
-  costs.overhead = team::overhead_bytes_per_s(link, mates == rt::kNone ? 0 : graph.planned_rate_hz(mates));
+  costs.overhead = team::overhead_bytes_per_s(link, graph.planned_rate_hz(graph.find_topic("mates.state")));
   costs.all = costs.overhead;
   for (const team::Said& said : link.said) {
     const msg::TypeInfo* type = graph.topics()[graph.find_topic(said.topic)].type;
@@ -69,14 +68,11 @@ std::vector<rt::Problem> check_team(const RobotFile& robot, const rt::Graph& gra
                           std::string(t.type->name) + " of " + std::to_string(t.cost.message_bytes) + " bytes",
                           "a message of at most " + std::to_string(most) + " bytes, with its topic's name"});
   }
+  std::string text;
+  for (const std::string& line : describe_team(robot, graph)) text += (text.empty() ? "" : "; ") + line;
   if (costs.all > robot.team->link.bytes_per_s)
     problems.push_back({robot.team->line, "team.bytes_per_s", whole(robot.team->link.bytes_per_s),
-                        "at least " + whole(costs.all) + ", or lower rates: " + [&] {
-                          std::string text;
-                          for (const std::string& line : describe_team(robot, graph))
-                            text += (text.empty() ? "" : "; ") + line;
-                          return text;
-                        }()});
+                        "at least " + whole(costs.all) + ", or lower rates: " + text});
   return problems;
 }
 

@@ -9,7 +9,7 @@ namespace sinew::app {
 namespace {
 
 constexpr std::int64_t kMostRobots = 65535;
-constexpr const char* kMates = "mates";  // the module, and what stands for all mates in a topic
+constexpr std::string_view kMates = team::kAllMates;  // also the name of the module
 
 /// All robots of a team, so that their files can share the list: the own number is left out.
 void read_members(TomlReader& r, team::LinkOptions& link) {
@@ -55,7 +55,7 @@ void read_said(const std::string& topic, TomlReader& r, TeamTable& table) {
 std::string why_not_heard(const std::string& topic, const std::optional<TeamTable>& table) {
   if (!table) return "a topic of this robot: a mate's needs a table [team] with its name";
   const std::string who = topic.substr(0, topic.find('/')), what = topic.substr(who.size() + 1);
-  std::vector<std::string> names{kMates};
+  std::vector<std::string> names{std::string(kMates)};
   for (const team::Mate& m : table->link.mates) names.push_back(m.name);
   if (std::find(names.begin(), names.end(), who) == names.end())
     return "NAME/TOPIC, NAME of " + rt::listed_for(who, names);

@@ -8,6 +8,7 @@
 #include "msg/all.hpp"
 #include "msg/flight.hpp"
 #include "msg/image.hpp"
+#include "msg/ros2msg.hpp"
 #include "msg/sensors.hpp"
 #include "msg/team.hpp"
 #include "msg/text.hpp"
@@ -79,6 +80,33 @@ TEST(Describe, AMatesMessageIsNamedAfterItsOwnAndHoldsItBehindAHeadOf32Bytes) {
   EXPECT_EQ(mate.fields.back().offset, 32u);
   EXPECT_TRUE(mate.fields[0].is_time);
   EXPECT_FALSE(mate.fields[2].is_time) << "a length of time is no instant";
+}
+
+TEST(Describe, AMatesMessageIsFoundByNameAsTheCompilerMakesIt) {
+  EXPECT_EQ(find_type("FromMate"), nullptr);
+  EXPECT_EQ(find_type("ImageFromMate"), nullptr);
+  EXPECT_EQ(find_type("NobodyFromMate"), nullptr);
+  const auto same = [](const TypeInfo& made) {
+    const TypeInfo* found = find_type(made.name);
+    ASSERT_NE(found, nullptr) << made.name;
+    EXPECT_EQ(ros2msg_schema(*found), ros2msg_schema(made));
+    EXPECT_EQ(found->size, made.size);
+    EXPECT_EQ(found->align, made.align);
+    ASSERT_EQ(found->floats.size(), made.floats.size());
+    for (std::size_t i = 0; i < made.floats.size(); ++i) {
+      EXPECT_EQ(found->floats[i].offset, made.floats[i].offset);
+      EXPECT_EQ(found->floats[i].count, made.floats[i].count);
+    }
+    std::vector<std::max_align_t> a(made.size / sizeof(std::max_align_t) + 1), b = a;
+    std::memset(a.data(), 0xAA, made.size);
+    std::memset(b.data(), 0x55, made.size);
+    found->reset(a.data());
+    made.reset(b.data());
+    EXPECT_EQ(std::memcmp(a.data(), b.data(), made.size), 0);
+  };
+  same(type_info<FromMate<ImuSample>>());
+  same(type_info<FromMate<NavState>>());
+  same(type_info<FromMate<TeamState>>());
 }
 
 TEST(Describe, KnowsNamesUnitsKindsAndShapes) {
