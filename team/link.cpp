@@ -174,11 +174,7 @@ hal::Status Link::configure(rt::Setup& setup) {
   cdr_.resize(longest);
   scratch_.resize(largest / sizeof(std::max_align_t) + 1);
   auto radio = setup.board().radio(device_name_);
-  if (!radio) {
-    setup.explain("device '" + device_name_ + "': " + hal::to_string(radio.error().code) + " (" + radio.error().where +
-                  ")");
-    return radio.error();
-  }
+  if (!radio) return drivers::explain_no_device(setup, device_name_, radio.error());
   device_ = *radio;
   return {};
 }
@@ -194,14 +190,7 @@ void Link::reset() {
   for (std::size_t i = 0; i < mates_.size(); ++i) mates_[i].state.robot = options_.mates[i].robot;
 }
 
-void Link::collect(Time) noexcept {
-  while (msg::Datagram* datagram = raw_.loan()) {
-    const auto got = device_->read(*datagram);
-    if (got && *got) continue;
-    raw_.cancel();
-    return;
-  }
-}
+void Link::collect(Time) noexcept { drivers::collect_ready(raw_, *device_); }
 
 void Link::emit(Time) noexcept {
   // A frame that is not sent is counted by the radio, and is like one that the network loses.

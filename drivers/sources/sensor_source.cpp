@@ -33,23 +33,14 @@ constexpr std::string_view as_drivers_say<msg::Datagram>() {
 template <class M>
 hal::Status SensorSource<M>::configure(rt::Setup& setup) {
   auto device = device_of<M>(setup.board(), device_name_);
-  if (!device) {
-    setup.explain("device '" + device_name_ + "': " + hal::to_string(device.error().code) + " (" +
-                  device.error().where + ")");
-    return device.error();
-  }
+  if (!device) return explain_no_device(setup, device_name_, device.error());
   device_ = *device;
   return {};
 }
 
 template <class M>
 void SensorSource<M>::collect(rt::Time) noexcept {
-  while (M* sample = raw_.loan()) {
-    const auto got = device_->read(*sample);
-    if (got && *got) continue;
-    raw_.cancel();
-    return;  // nothing is ready, or the device failed: the next cycle goes on
-  }
+  collect_ready(raw_, *device_);
 }
 
 template <class M>
