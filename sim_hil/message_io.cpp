@@ -21,6 +21,7 @@ bool may_send(Sender sender, Type type) {
     case Type::done:
     case Type::command:
     case Type::stop:
+    case Type::transmit:
     case Type::clock_ask:
       return sender == Sender::runtime;
     default:

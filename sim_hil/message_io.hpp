@@ -70,6 +70,8 @@ class MessageWriter {
   static std::size_t max_bytes(const Sample<msg::JointState>&) {
     return kJointsHeadBytes + msg::kMaxChannels * kJointBytes;
   }
+  static std::size_t max_bytes(const Sample<msg::Datagram>& d) { return kDatagramHeadBytes + d.value.bytes().size(); }
+  static std::size_t max_bytes(const Transmission& t) { return t.size; }
   static std::size_t max_bytes(const Welcome& w) { return kWelcomeBytes + w.devices.size() * kDeviceBytes; }
   std::byte* end() noexcept { return buffer_.data() + used_; }
   void finish(Type type, std::uint16_t device, Time time, std::size_t payload, std::size_t bulk) noexcept;

@@ -82,7 +82,7 @@ class Get {
     from_ += kNameBytes;
     const std::size_t n = static_cast<std::size_t>(std::find(text, text + kNameBytes, '\0') - text);
     out.assign(text, n);
-    return n > 0 && n < kNameBytes && std::all_of(out.begin(), out.end(), is_name_character);
+    return is_name(out);
   }
 
  private:
@@ -145,6 +145,7 @@ Status decode_device(Get& get, std::uint64_t shared_bytes, DeviceInfo& d) {
     case DeviceKind::range:
     case DeviceKind::baro:
     case DeviceKind::battery:
+    case DeviceKind::radio:
       return {};
   }
   return bad("unknown kind of device", std::int64_t(d.kind));
@@ -200,6 +201,12 @@ Status sizes_of(Type type, Sizes& out) {
     case Type::joints:
       out = {kJointsHeadBytes + kJointBytes, kJointsHeadBytes + msg::kMaxChannels * kJointBytes};
       return {};
+    case Type::datagram:
+      out = {kDatagramHeadBytes + 1, kDatagramHeadBytes + msg::kMaxDatagramBytes};
+      return {};
+    case Type::transmit:
+      out = {1, msg::kMaxDatagramBytes};
+      return {};
     case Type::frame:
       out = {kFrameBytes, kMaxMessageBytes - kHeaderBytes};
       return {};
@@ -211,6 +218,10 @@ Status sizes_of(Type type, Sizes& out) {
 }
 
 }  // namespace
+
+bool is_name(std::string_view text) {
+  return !text.empty() && text.size() < kNameBytes && std::ranges::all_of(text, is_name_character);
+}
 
 std::string_view to_string(Type type) {
   switch (type) {
@@ -242,6 +253,10 @@ std::string_view to_string(Type type) {
       return "Battery";
     case Type::joints:
       return "Joints";
+    case Type::datagram:
+      return "Datagram";
+    case Type::transmit:
+      return "Transmit";
     case Type::frame:
       return "Frame";
     case Type::truth:
@@ -274,6 +289,8 @@ std::string_view to_string(DeviceKind kind) {
       return "actuators";
     case DeviceKind::joints:
       return "joints";
+    case DeviceKind::radio:
+      return "radio";
   }
   return "unknown";
 }
@@ -347,6 +364,19 @@ std::size_t encode(const Sample<msg::JointState>& m, std::byte* out) noexcept {
     put.u32(s.faults[i]).u32(s.fault_code[i]).u32(0);
   }
   return put.written();
+}
+
+std::size_t encode(const Sample<msg::Datagram>& m, std::byte* out) noexcept {
+  const std::span<const std::uint8_t> bytes = m.value.bytes();
+  Put put(out);
+  put.i64(m.ready.ns).u32(m.value.sender).u32(static_cast<std::uint32_t>(bytes.size()));
+  std::memcpy(out + put.written(), bytes.data(), bytes.size());
+  return put.written() + bytes.size();
+}
+
+std::size_t encode(const Transmission& m, std::byte* out) noexcept {
+  std::memcpy(out, m.data.data(), m.size);
+  return m.size;
 }
 
 std::size_t encode(const FrameInfo& m, std::byte* out) noexcept {
@@ -534,6 +564,30 @@ Status decode(const Header& h, Bytes payload, Sample<msg::JointState>& out) noex
     if (s.mode[i] > msg::JointMode::homing) return bad("unknown mode of a joint", std::int64_t(s.mode[i]));
     if (s.faults[i] > kKnownFaults) return bad("unknown fault of a joint", s.faults[i]);
   }
+  return {};
+}
+
+Status decode(const Header& h, Bytes payload, Sample<msg::Datagram>& out) noexcept {
+  if (payload.size() <= kDatagramHeadBytes) return bad("Datagram is cut off", std::int64_t(payload.size()));
+  Get get(payload);
+  if (auto ok = decode_ready(h, get, out.ready); !ok) return ok;
+  msg::Datagram& d = out.value;
+  d.stamp = h.time;
+  d.sender = get.u32();
+  d.port = d.lost = 0;
+  d.size = get.u32();
+  if (d.size > msg::kMaxDatagramBytes || payload.size() != kDatagramHeadBytes + d.size)
+    return bad("Datagram does not have the size that it says", d.size);
+  std::memcpy(d.data.data(), payload.data() + kDatagramHeadBytes, d.size);
+  std::memset(d.data.data() + d.size, 0, d.data.size() - d.size);
+  return {};
+}
+
+Status decode(const Header&, Bytes payload, Transmission& out) noexcept {
+  if (payload.empty() || payload.size() > out.data.size())
+    return bad("Transmit is empty or too long", std::int64_t(payload.size()));
+  out.size = static_cast<std::uint32_t>(payload.size());
+  std::memcpy(out.data.data(), payload.data(), payload.size());
   return {};
 }
 

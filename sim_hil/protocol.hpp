@@ -16,6 +16,7 @@
 #include "msg/actuators.hpp"
 #include "msg/image.hpp"
 #include "msg/joints.hpp"
+#include "msg/radio.hpp"
 #include "msg/sensors.hpp"
 
 namespace sinew::sim_hil {
@@ -46,12 +47,14 @@ enum class Type : std::uint16_t {
   stop = 8,           // r  safe action at once
   bye = 9,            // rp the reason, as text; the last message
   stopped = 10,       // p  side line: answer to stop
+  transmit = 11,      // r  a datagram that a radio sends
   imu = 16,           // p
   range = 17,         // p
   baro = 18,          // p
   frame = 19,         // p
   battery = 20,       // p
   joints = 21,        // p
+  datagram = 22,      // p  one that a radio hears
   truth = 24,         // p  for the report only, never for a module
   report = 25,        // p  JSON text about the plant's health
   clock_ask = 32,     // r  side line: what does your host's clock show?
@@ -68,9 +71,12 @@ enum class DeviceKind : std::uint16_t {
   camera = 4,
   actuators = 5,
   battery = 6,
-  joints = 7
+  joints = 7,
+  radio = 8
 };
 
+/// A name as the wire carries it: of letters, digits, '_', '-' and '.', not empty and below kNameBytes.
+bool is_name(std::string_view text);
 std::string_view to_string(Type type);
 std::string_view to_string(DeviceKind kind);
 
@@ -138,8 +144,16 @@ struct Command {
   msg::ActuatorCommand setpoints;
 };
 
+/// Header time: the commit. What the plant's air makes of it is its own matter.
+struct Transmission {
+  std::uint32_t size = 0;  // 1 to msg::kMaxDatagramBytes
+  std::array<std::uint8_t, msg::kMaxDatagramBytes> data;
+
+  std::span<const std::uint8_t> bytes() const { return {data.data(), size}; }
+};
+
 /// Header time: the stamp, also that of the value. M is one of ImuSample, RangeSample, BaroSample, BatterySample,
-/// JointState.
+/// JointState, Datagram (its size, sender and bytes; the rest is 0).
 template <class M>
 struct Sample {
   Time ready;  // when the driver may see it; never before the stamp
@@ -173,6 +187,7 @@ inline constexpr std::size_t kHelloBytes = 64, kWelcomeBytes = 72, kDeviceBytes 
 inline constexpr std::size_t kCommandBytes = 88, kImuBytes = 56, kRangeBytes = 16, kBaroBytes = 24, kFrameBytes = 40;
 inline constexpr std::size_t kBatteryBytes = 32, kTruthBytes = 144, kClockAskBytes = 8, kClockAnswerBytes = 24;
 inline constexpr std::size_t kJointsHeadBytes = 16, kJointBytes = 56;  // a Joints: its head, then joint by joint
+inline constexpr std::size_t kDatagramHeadBytes = 16;                  // then the bytes; a Transmit is only these
 inline constexpr std::size_t kMaxMessageBytes =
     kHeaderBytes + kFrameBytes + std::size_t{msg::kMaxImageWidth} * msg::kMaxImageHeight * 3;
 inline constexpr std::size_t kMaxSmallBytes = kHeaderBytes + kMaxTextBytes;  // everything but pixels
@@ -193,6 +208,8 @@ std::size_t encode(const Sample<msg::RangeSample>& m, std::byte* out) noexcept;
 std::size_t encode(const Sample<msg::BaroSample>& m, std::byte* out) noexcept;
 std::size_t encode(const Sample<msg::BatterySample>& m, std::byte* out) noexcept;
 std::size_t encode(const Sample<msg::JointState>& m, std::byte* out) noexcept;  // at most kMaxChannels of its joints
+std::size_t encode(const Sample<msg::Datagram>& m, std::byte* out) noexcept;
+std::size_t encode(const Transmission& m, std::byte* out) noexcept;
 std::size_t encode(const FrameInfo& m, std::byte* out) noexcept;
 std::size_t encode(const Truth& m, std::byte* out) noexcept;
 
@@ -210,6 +227,8 @@ hal::Status decode(const Header& h, Bytes payload, Sample<msg::RangeSample>& out
 hal::Status decode(const Header& h, Bytes payload, Sample<msg::BaroSample>& out) noexcept;
 hal::Status decode(const Header& h, Bytes payload, Sample<msg::BatterySample>& out) noexcept;
 hal::Status decode(const Header& h, Bytes payload, Sample<msg::JointState>& out) noexcept;
+hal::Status decode(const Header& h, Bytes payload, Sample<msg::Datagram>& out) noexcept;
+hal::Status decode(const Header& h, Bytes payload, Transmission& out) noexcept;
 hal::Status decode(const Header& h, Bytes payload, FrameInfo& out) noexcept;  // the first kFrameBytes of the payload
 hal::Status decode(const Header& h, Bytes payload, Truth& out) noexcept;
 /// For people: "what: where (detail)".

@@ -10,6 +10,7 @@
 #include "hal/platform.hpp"
 #include "sim_hil/plant/session.hpp"
 #include "sim_hil/plant/wire_run.hpp"
+#include "sim_hil/worlds/json_object.hpp"
 
 namespace {
 
@@ -22,6 +23,7 @@ int fail(const std::string& what, const hal::Error& error) {
 }
 
 void print(const plant::SessionReport& r) {
+  if (!r.robot_name.empty()) std::printf("%s ", r.robot_name.c_str());
   std::printf("ended: %s\n", r.reason.c_str());
   std::printf("%s, seed %llu: %.2f s of plant time in %.2f s, physics thread %.1f ms of CPU per second, %llu frames\n",
               r.mode == sim_hil::Mode::lockstep ? "lockstep" : "real time", static_cast<unsigned long long>(r.seed),
@@ -61,10 +63,35 @@ bool write_report(const std::string& path, const std::string& json) {
   return static_cast<bool>(out);
 }
 
+/// The last report of the only robot, or of each by its name.
+std::string last_report(const plant::Session& session) {
+  if (session.report().robot_name.empty()) return session.report().text;
+  plant::JsonObject robots, all;
+  for (std::size_t i = 0; i < session.robots(); ++i)
+    robots.object(session.report(i).robot_name.c_str(), session.report(i).text);
+  all.object("robots", robots.done());
+  return all.done();
+}
+
 bool write_reports(const std::vector<std::string>& paths, const std::string& json) {
   bool written = true;
   for (const std::string& path : paths) written = write_report(path, json) && written;
   return written;
+}
+
+/// A camera for each robot; empty: it cannot be had, as was said.
+std::vector<std::unique_ptr<plant::CameraFeed>> open_cameras(const plant::SimulatorOptions& s, hal::Os& os) {
+  std::vector<std::unique_ptr<plant::CameraFeed>> cameras;
+  for (std::size_t i = 0; i < s.session.world.robot_count(); ++i) {
+    std::string why;
+    auto camera = plant::CameraFeed::start(os, s.view, why);
+    if (!camera) {
+      fail("no camera: " + why, camera.error());
+      return {};
+    }
+    cameras.push_back(std::move(*camera));
+  }
+  return cameras;
 }
 
 std::string camera_text(const plant::SimulatorOptions& s, const plant::CameraFeed& camera) {
@@ -75,15 +102,31 @@ std::string camera_text(const plant::SimulatorOptions& s, const plant::CameraFee
 /// A world without a runtime.
 int run_alone(const plant::SimulatorOptions& s, hal::Os& os, plant::WireDevices& wire) {
   static_cast<void>(hal::stop_requested());  // from here on a signal only asks for the end
-  std::string why;
-  auto camera = plant::CameraFeed::start(os, s.view, why);
-  if (!camera) return fail("no camera: " + why, camera.error());
-  std::printf("%s runs alone, %s\n", s.world.c_str(), camera_text(s, **camera).c_str());
+  const auto cameras = open_cameras(s, os);
+  if (cameras.empty()) return 1;
+  std::printf("%s runs alone, %s\n", s.world.c_str(), camera_text(s, *cameras[0]).c_str());
   std::fflush(stdout);
-  plant::WireRun run(os, **camera, wire, s.session);
+  plant::WireRun run(os, *cameras[0], wire, s.session);
   if (const hal::Status done = run.run(&hal::stop_requested); !done) return fail(run.report().reason, done.error());
   print(run.report());
   return write_reports(s.reports, run.report().text) ? 0 : 1;
+}
+
+/// The runtimes of all robots, in their order; empty: one has not come, as was said.
+std::vector<sim_hil::Caller> wait_runtimes(const plant::SimulatorOptions& s, sim_hil::PlantListener& plant_listener,
+                                           hal::Time give_up) {
+  std::vector<sim_hil::Caller> callers;
+  for (std::size_t i = 0; i < s.session.world.robot_count(); ++i) {
+    auto caller = plant_listener.wait_runtime(give_up - hal::system_os().now(), i);
+    if (!caller) {
+      const bool several = !s.session.world.robots.empty();
+      fail(several ? "robot '" + s.session.world.robots[i].name + "' has not connected" : "no runtime has connected",
+           caller.error());
+      return {};
+    }
+    callers.push_back(std::move(*caller));
+  }
+  return callers;
 }
 
 int serve(plant::SimulatorOptions& s) {
@@ -98,29 +141,35 @@ int serve(plant::SimulatorOptions& s) {
   hal::ThreadOptions lines;
   lines.name = "plant_listener";
   lines.fifo_priority = s.lines_priority();
-  auto plant_listener =
-      sim_hil::PlantListener::open(os, std::move(*listener), plant::Session::description(s.view, s.session), lines);
+  std::vector<std::string> names;
+  for (const plant::NamedRobot& robot : s.session.world.robots) names.push_back(robot.name);
+  auto plant_listener = sim_hil::PlantListener::open(os, std::move(*listener),
+                                                     plant::Session::description(s.view, s.session), lines, names);
   if (!plant_listener) return fail("cannot serve " + s.listen, plant_listener.error());
-  std::string why;
-  auto camera = plant::CameraFeed::start(os, s.view, why);
-  if (!camera) return fail("no camera: " + why, camera.error());
-  std::printf("listening on %s, %s\n", (*plant_listener)->endpoint().c_str(), camera_text(s, **camera).c_str());
+  const auto cameras = open_cameras(s, os);
+  if (cameras.empty()) return 1;
+  std::vector<plant::CameraFeed*> feeds;
+  for (const auto& camera : cameras) feeds.push_back(camera.get());
+  std::printf("listening on %s, %s\n", (*plant_listener)->endpoint().c_str(), camera_text(s, *feeds[0]).c_str());
   std::fflush(stdout);
   const hal::Time give_up = os.now() + hal::Duration{static_cast<std::int64_t>(s.wait_s * 1e9)};
   for (;;) {
-    auto caller = (*plant_listener)->wait_runtime(give_up - os.now());
-    if (!caller) return fail("no runtime has connected", caller.error());
-    plant::Session session(os, **camera, s.session);
-    static_cast<void>(session.serve(std::move(*caller), **plant_listener));  // the report has the reason
+    auto callers = wait_runtimes(s, **plant_listener, give_up);
+    if (callers.empty()) return 1;
+    plant::Session session(os, feeds, s.session);
+    static_cast<void>(session.serve(std::move(callers), **plant_listener));  // the report has the reason
     if (session.report().started) {
-      print(session.report());
-      if (!write_reports(s.reports, session.report().text)) return 1;
-      return session.report().broken ? 1 : 0;
+      bool broken = false;
+      for (std::size_t i = 0; i < session.robots(); ++i) {
+        print(session.report(i));
+        broken = broken || session.report(i).broken;
+      }
+      return write_reports(s.reports, last_report(session)) && !broken ? 0 : 1;
     }
-    // This runtime asked for another mode, or left before the start, as one that only looks for its plant: wait for the
+    // A runtime asked for another mode, or left before the start, as one that only looks for its plant: wait for the
     // next.
     std::fprintf(stderr, "sinew-sim: no run: %s\n", session.report().reason.c_str());
-    (*plant_listener)->let_go();
+    for (std::size_t i = 0; i < session.robots(); ++i) (*plant_listener)->let_go(i);
   }
 }
 

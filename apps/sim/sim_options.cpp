@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <charconv>
 #include <cstdio>
 #include <map>
 #include <ranges>
@@ -26,29 +27,52 @@ std::string check_size(const std::string& text) {
   return "'" + text + "' is not WIDTHxHEIGHT with an even width of 16..1280 and a height of 16..960";
 }
 
-/// Values as they were given, by WorldOption::option.
-using GivenOptions = std::map<std::string, double>;
+/// Values as they were given, by WorldOption::option; with several robots also "ROBOT=VALUE".
+using GivenOptions = std::map<std::string, std::vector<std::string>>;
+
+struct OptionHelp {
+  std::string option, text;
+  bool per_robot = false;
+};
 
 /// Of all worlds, by name: what --help says of them.
-std::vector<std::pair<std::string, std::string>> world_options() {
-  std::vector<std::pair<std::string, std::string>> all;
+std::vector<OptionHelp> world_options() {
+  std::vector<OptionHelp> all;
   for (const auto& type : robots::all_worlds())
     for (const WorldOption& o : type->info.options) {
       std::string text = fmt::format("{}: {}", type->info.name, o.doc);
       text += o.value ? fmt::format(" [{}]", *o.value) : fmt::format(" [{}]", o.otherwise);
       text += ", " + o.allowed();
-      const auto same = std::ranges::find(all, o.option, [](const auto& entry) { return entry.first; });
+      if (o.per_robot) text += "; with several robots also ROBOT=VALUE";
+      const auto same = std::ranges::find(all, o.option, &OptionHelp::option);
       if (same == all.end())
-        all.emplace_back(o.option, text);
+        all.push_back({o.option, text, o.per_robot});
       else
-        same->second += "; " + text;
+        same->text += "; " + text;
     }
   return all;
 }
 
+/// "ROBOT" of "ROBOT=VALUE" and "ROBOT/FAULT", cut off; null: there is none, or no such robot, which `why` then says.
+NamedRobot* cut_robot(std::string& text, char sign, WorldChoice& world, std::string& why) {
+  const auto at = text.find(sign);
+  if (at == std::string::npos) return nullptr;
+  const std::string name = text.substr(0, at);
+  const auto robot = std::ranges::find(world.robots, name, &NamedRobot::name);
+  if (robot == world.robots.end()) {
+    std::string known;
+    for (const NamedRobot& r : world.robots) known += (known.empty() ? "" : ", ") + r.name;
+    why =
+        fmt::format("'{}': no robot '{}'; {}", text, name, known.empty() ? "--robot names them" : "there are " + known);
+    return nullptr;
+  }
+  text.erase(0, at + 1);
+  return &*robot;
+}
+
 /// Gives the options to the world; an empty text, or what is wrong.
 std::string read_world_options(const GivenOptions& given, WorldChoice& world) {
-  for (const auto& [name, number] : given) {
+  for (const auto& [name, texts] : given) {
     const auto is_it = [&](const WorldOption& o) { return name == o.option; };
     const auto own = std::ranges::find_if(world.type->info.options, is_it);
     if (own == world.type->info.options.end()) {
@@ -58,13 +82,41 @@ std::string read_world_options(const GivenOptions& given, WorldChoice& world) {
           worlds += (worlds.empty() ? "" : ", ") + std::string(type->info.name);
       return fmt::format("--{}: only of the world {}", name, worlds);
     }
-    if (!own->allows(number)) return fmt::format("--{}: {}: {}", name, number, own->allowed());
-    world.values[own->key] = number;
+    for (std::string text : texts) {
+      std::string why;
+      NamedRobot* const robot = cut_robot(text, '=', world, why);
+      if (!why.empty()) return fmt::format("--{}: {}", name, why);
+      if (robot && !own->per_robot)
+        return fmt::format("--{}: the robots share it: a value, without '{}='", name, robot->name);
+      double number = 0;
+      const auto end = text.data() + text.size();
+      const auto read = std::from_chars(text.data(), end, number);
+      if (read.ec != std::errc() || read.ptr != end || !own->allows(number))
+        return fmt::format("--{}: {}: {}", name, text, own->allowed());
+      (robot ? robot->values : world.values)[own->key] = number;
+    }
   }
   return "";
 }
 
-void describe(CLI::App& app, SimulatorOptions& s, std::vector<std::string>& faults, GivenOptions& given) {
+/// Gives the names to the world; an empty text, or what is wrong.
+std::string read_robots(const std::vector<std::string>& names, WorldChoice& world) {
+  const std::size_t most = world.type->info.most_robots;
+  if (names.size() > most)
+    return fmt::format("--robot: the world {} has room for {} robot{}, not {}", world.type->info.name, most,
+                       most == 1 ? "" : "s", names.size());
+  for (const std::string& name : names) {
+    if (!sim_hil::is_name(name))
+      return fmt::format("--robot: '{}': a name of letters, digits, '_', '-' and '.', at most 31 long", name);
+    if (std::ranges::find(world.robots, name, &NamedRobot::name) != world.robots.end())
+      return fmt::format("--robot: '{}' is there already: each robot has its own name", name);
+    world.robots.push_back({name});
+  }
+  return "";
+}
+
+void describe(CLI::App& app, SimulatorOptions& s, std::vector<std::string>& robot_names,
+              std::vector<std::string>& faults, GivenOptions& given) {
   app.add_option("--listen", s.listen, "unix:PATH or tcp:HOST:PORT; port 0: the system chooses")->capture_default_str();
   auto* lockstep = app.add_flag("--lockstep", s.lockstep, "serve only runtimes that ask for lockstep");
   app.add_flag("--free", s.free_running, "serve only runtimes that ask for real time")->excludes(lockstep);
@@ -75,6 +127,11 @@ void describe(CLI::App& app, SimulatorOptions& s, std::vector<std::string>& faul
     titles += (names.size() > 1 ? ", " : " ") + names.back() + " (" + type->title + ")";
   }
   app.add_option("--world", s.world, titles)->check(app::one_of(names))->capture_default_str();
+  app.add_option(
+         "--robot", robot_names,
+         "name of a robot that the world waits for, as its runtime says it; once for each of several that share "
+         "the world (default: one, of any name)")
+      ->allow_extra_args(false);
   app.add_option("--seed", s.session.seed, "start, wind, spread and noise (default: what the runtime asks for)")
       ->check(app::whole())
       ->type_name("N");
@@ -85,11 +142,16 @@ void describe(CLI::App& app, SimulatorOptions& s, std::vector<std::string>& faul
   app.add_option("--camera-noise", s.view.noise, "sigma of the pixels, grey levels")
       ->check(CLI::Range(0.0, 20.0))
       ->capture_default_str();
-  for (const auto& [name, text] : world_options())
-    app.add_option_function<double>(
-        "--" + name, [&given, name = name](double value) { given[name] = value; }, text);
-  app.add_option("--fault", faults,
-                 "DEVICE:KIND[(AMOUNT)]@FROM[+LENGTH|..UNTIL], e.g. imu:stuck@5+0.5; may be repeated")
+  for (const OptionHelp& o : world_options())
+    app.add_option_function<std::vector<std::string>>(
+           "--" + o.option, [&given, name = o.option](const std::vector<std::string>& texts) { given[name] = texts; },
+           o.text)
+        ->allow_extra_args(false)
+        ->type_name("FLOAT");
+  app.add_option(
+         "--fault", faults,
+         "[ROBOT/]DEVICE:KIND[(AMOUNT)]@FROM[+LENGTH|..UNTIL], e.g. imu:stuck@5+0.5; may be repeated; ROBOT where the "
+         "world has several, else the first")
       ->allow_extra_args(false);
   app.add_flag("--list-faults", s.list_faults,
                "print every kind of fault for every device, and why some are not possible");
@@ -139,6 +201,8 @@ std::string useless(const CLI::App& app, const SimulatorOptions& s) {
   };
   for (const Only& only : onlys)
     if (app.count(only.option) > 0 && !only.useful) return fmt::format("{}: {}", only.option, only.where);
+  if (s.session.world.robots.size() > 1 && (s.alone || s.wire.any()))
+    return "--robot: devices at the wire and --alone are for a world of one robot";
   return s.alone && !s.wire.any() ? "--alone: nobody reaches a world without --can, --iio or --v4l2" : "";
 }
 
@@ -193,9 +257,12 @@ std::string place_fault(SimulatorOptions& s, const std::string& text, const Faul
 
 std::string read_faults(SimulatorOptions& s, const std::vector<std::string>& faults) {
   std::string why;
-  for (const std::string& text : faults) {
-    const auto fault = parse_fault(text, why);
+  for (std::string text : faults) {
+    NamedRobot* const robot = cut_robot(text, '/', s.session.world, why);
+    if (!why.empty()) return "--fault: " + why;
+    auto fault = parse_fault(text, why);
     if (!fault) return "--fault: " + why;
+    if (robot) fault->robot = static_cast<std::size_t>(robot - s.session.world.robots.data());
     if (const WorldInfo& world = s.session.world.type->info; !world.has(fault->device))
       return fmt::format("--fault: fault '{}': the world {} has no device '{}'", text, world.name,
                          to_string(fault->device));
@@ -213,11 +280,13 @@ int SimulatorOptions::lines_priority() const {
 bool read_command_line(int argc, char** argv, SimulatorOptions& s, int& exit_code) {
   CLI::App app(
       "Simulated worlds for Sinew.\n"
-      "Waits for one runtime, serves it until it says good-bye, and exits 0 when it did.",
+      "Waits for the runtime of its robot, or of each of its robots, serves it until it says good-bye, and exits 0 "
+      "when\n"
+      "it did.",
       "sinew-sim");
-  std::vector<std::string> faults;
+  std::vector<std::string> robot_names, faults;
   GivenOptions given;
-  describe(app, s, faults, given);
+  describe(app, s, robot_names, faults, given);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -236,7 +305,9 @@ bool read_command_line(int argc, char** argv, SimulatorOptions& s, int& exit_cod
   s.view.room_xml = s.session.world.type->room_xml;
   if (s.lockstep) s.session.only = sim_hil::Mode::lockstep;
   if (s.free_running) s.session.only = sim_hil::Mode::free_running;
-  std::string wrong = read_world_options(given, s.session.world);
+  std::string wrong = read_robots(robot_names, s.session.world);
+  s.view.robots = s.session.world.robot_count();
+  if (wrong.empty()) wrong = read_world_options(given, s.session.world);
   if (wrong.empty()) wrong = useless(app, s);
   if (wrong.empty()) wrong = read_servos(s);
   if (wrong.empty()) wrong = read_faults(s, faults);

@@ -14,6 +14,8 @@ void add_modules(rt::ModuleTypes& types) {
 }  // namespace
 
 RobotKind describe_quad();
-RobotKind describe_quad() { return {add_modules, {"quad", plant::kQuadDevices, plant::kQuadWorldOptions}}; }
+RobotKind describe_quad() {
+  return {add_modules, {"quad", plant::kQuadDevices, plant::kQuadWorldOptions, plant::kMostQuads}};
+}
 
 }  // namespace sinew::robots

@@ -15,6 +15,7 @@ using hal::Status;
 namespace {
 
 constexpr std::size_t kLockstepQueue = 4096;  // samples of one device within one grant
+constexpr std::size_t kRadioQueue = 256;      // datagrams likewise
 Time clamp_time(Time t) { return {std::clamp<std::int64_t>(t.ns, 0, kMaxTimeNs)}; }
 
 }  // namespace
@@ -27,7 +28,7 @@ class SimBoard::Group final : public hal::Actuators {
   Status write(const msg::ActuatorCommand& command, Duration lease) noexcept override {
     return count(send(command, lease));
   }
-  Status stop() noexcept override { return count(board_.send(Type::stop, id_, nullptr)); }
+  Status stop() noexcept override { return count(board_.send({Type::stop, id_})); }
 
   void count(DeviceStats& into) const {
     into.samples = sent_.load(std::memory_order_relaxed);
@@ -42,7 +43,7 @@ class SimBoard::Group final : public hal::Actuators {
       if (!std::isfinite(command.value[i])) return Error{Errc::bad_argument, "setpoint is not finite", i};
     if (lease.count() <= 0) return Error{Errc::bad_argument, "lease is not positive", lease.count()};
     const Command timed{lease, command};
-    return board_.send(Type::command, id_, &timed);
+    return board_.send({Type::command, id_, &timed});
   }
   Status count(Status sent) noexcept {
     (sent ? sent_ : refused_).fetch_add(1, std::memory_order_relaxed);
@@ -118,6 +119,12 @@ void SimBoard::make_devices() {
         device = std::make_unique<SimCamera>(info, shared_, line_.memory.get(),
                                              std::max<std::size_t>(options_.camera_depth, 1));
         break;
+      case DeviceKind::radio:
+        device =
+            std::make_unique<SimRadio>(info, shared_, kRadioQueue, depth, [this, id](const Transmission& datagram) {
+              return send({Type::transmit, id, nullptr, &datagram});
+            });
+        break;
       case DeviceKind::actuators:
         group = std::make_unique<Group>(*this, id);
         break;
@@ -174,8 +181,9 @@ Result<hal::Device*> SimBoard::open_sensor(hal::SensorKind kind, std::string_vie
 }
 Result<hal::Camera*> SimBoard::camera(std::string_view name) { return find<hal::Camera>(name, DeviceKind::camera); }
 Result<hal::Radio*> SimBoard::radio(std::string_view name) {
-  problem_ = "simulated plants have no radio '" + std::string(name) + "' yet: give it the board linux (device_boards)";
-  return Error{Errc::not_found, "plants have no radio"};
+  if (shared_.lockstep || options_.send_lock) return find<hal::Radio>(name, DeviceKind::radio);
+  problem_ = "this machine has no mutex that inherits priority, which a simulated radio needs in real time";
+  return Error{Errc::not_supported, "a radio of the plant"};
 }
 Result<hal::Actuators*> SimBoard::actuators(std::string_view name) {
   return find<hal::Actuators>(name, DeviceKind::actuators);
@@ -231,7 +239,8 @@ Status SimBoard::take_sample(const Message& message, Time at, DeviceKind kind) {
     for (Time& measured : sample.value.measured)
       if (measured.ns != 0) measured = shared_.plant_clock.map(measured);
   }
-  auto* sensor = static_cast<SimSensor<M>*>(device);
+  using Reader = std::conditional_t<std::is_same_v<M, msg::Datagram>, SimRadio, SimSensor<M>>;
+  auto* sensor = static_cast<Reader*>(device);
   auto ok = sensor->take(sample, arrival_of(message.header, sample.ready, at), message.header.size);
   if (ok && !shared_.lockstep) sensor->notify();
   return ok;
@@ -281,6 +290,8 @@ Status SimBoard::take(const Message& message, Time at) {
       return take_sample<msg::BatterySample>(message, at, DeviceKind::battery);
     case Type::joints:
       return take_sample<msg::JointState>(message, at, DeviceKind::joints);
+    case Type::datagram:
+      return take_sample<msg::Datagram>(message, at, DeviceKind::radio);
     case Type::frame:
       return take_frame(message, at);
     case Type::truth: {
@@ -303,14 +314,16 @@ Status SimBoard::take(const Message& message, Time at) {
 
 // ---- the line
 
-bool SimBoard::add(Type type, std::uint16_t device, Time commit, const Command* command) {
-  return command ? line_.out.add(type, device, commit, *command) : line_.out.add(type, device, commit);
+bool SimBoard::add(const Outgoing& out, Time commit) {
+  if (out.command) return line_.out.add(out.type, out.device, commit, *out.command);
+  if (out.datagram) return line_.out.add(out.type, out.device, commit, *out.datagram);
+  return line_.out.add(out.type, out.device, commit);
 }
 
-Status SimBoard::send(Type type, std::uint16_t device, const Command* command) {
+Status SimBoard::send(Outgoing out) {
   if (ended()) return end_error_;
   if (!started_) {
-    if (type == Type::stop) return {};  // nothing runs before the start
+    if (out.type == Type::stop) return {};  // nothing runs before the start
     return Error{Errc::bad_argument, "command before the start"};
   }
   const Sending sending(*this);
@@ -319,30 +332,31 @@ Status SimBoard::send(Type type, std::uint16_t device, const Command* command) {
   Time commit = clamp_time(shared_.clock->now() - offset);
   if (commit < last_commit_) commit = last_commit_;  // the plant clock was moved back
   last_commit_ = commit;
-  commands_.fetch_add(1, std::memory_order_relaxed);
-  if (!command) return send_now(type, device, commit, nullptr);
-  Command on_plant_time = *command;
-  on_plant_time.setpoints.stamp = clamp_time(command->setpoints.stamp - offset);
-  return send_now(type, device, commit, &on_plant_time);
+  if (!out.datagram) commands_.fetch_add(1, std::memory_order_relaxed);
+  if (!out.command) return send_now(out, commit);
+  Command on_plant_time = *out.command;
+  on_plant_time.setpoints.stamp = clamp_time(out.command->setpoints.stamp - offset);
+  out.command = &on_plant_time;
+  return send_now(out, commit);
 }
 
-Status SimBoard::send_now(Type type, std::uint16_t device, Time commit, const Command* command) {
+Status SimBoard::send_now(const Outgoing& out, Time commit) {
   if (shared_.lockstep) {
-    if (add(type, device, commit, command)) return {};
+    if (add(out, commit)) return {};
     if (auto ok = line_.flush(); !ok) return end(ok.error());
-    static_cast<void>(add(type, device, commit, command));
+    static_cast<void>(add(out, commit));
     return {};
   }
   // Dropping a command is better than a command that waits in a queue: the plant's lease runs out, as on a jammed bus.
   auto n = line_.stream->write_now(line_.out.pending());
   if (n) line_.out.sent(*n);
   if (n && line_.out.pending().empty()) {
-    static_cast<void>(add(type, device, commit, command));
+    static_cast<void>(add(out, commit));
     n = line_.stream->write_now(line_.out.pending());
     if (n) line_.out.sent(*n);
     if (n) return {};
   }
-  commands_dropped_.fetch_add(1, std::memory_order_relaxed);
+  if (!out.datagram) commands_dropped_.fetch_add(1, std::memory_order_relaxed);
   if (!n) return n.error();
   return Error{Errc::busy, "the plant takes no commands"};
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "hal/board.hpp"
+#include "hal/mutex.hpp"
 #include "hal/os.hpp"
 #include "hal/stream.hpp"
 #include "hal/wide.hpp"
@@ -49,6 +50,8 @@ struct SimBoardOptions {
   // another machine, and for coming back to a plant that was lost. Empty: neither.
   Connect connect;
   Duration relink_for{0};  // how long to look for a lost plant, with `connect`; 0: the run ends with the connection
+  // Free-running: held by a thread that sends. Null: there is no radio, and all actuator groups are on one thread.
+  std::shared_ptr<hal::Mutex> send_lock;
   bool accepts_shared_memory = true;
   std::size_t sensor_depth = 64;  // samples that a device keeps for its driver; then it drops the oldest
   std::size_t camera_depth = 4;
@@ -137,9 +140,16 @@ class SimBoard final : public hal::Board, public hal::GrantSource {
   hal::Status take_sample(const Message& message, Time arrival, DeviceKind kind);
   SimDevice* device_of(std::uint16_t id, DeviceKind kind);
   Arrival arrival_of(const Header& h, Time ready, Time at);
-  hal::Status send(Type type, std::uint16_t device, const Command* command);
-  hal::Status send_now(Type type, std::uint16_t device, Time commit, const Command* command);
-  bool add(Type type, std::uint16_t device, Time commit, const Command* command);
+  /// One of the two, or neither: a Stop.
+  struct Outgoing {
+    Type type;
+    std::uint16_t device = 0;
+    const Command* command = nullptr;
+    const Transmission* datagram = nullptr;
+  };
+  hal::Status send(Outgoing out);
+  hal::Status send_now(const Outgoing& out, Time commit);
+  bool add(const Outgoing& out, Time commit);
   hal::Status end(const hal::Error& error);
 
   SimBoardOptions options_;
@@ -154,7 +164,7 @@ class SimBoard final : public hal::Board, public hal::GrantSource {
   Time ended_at_{};
   hal::Error end_error_{hal::Errc::closed, "the plant ended the run"};
   std::string end_reason_, problem_;
-  Time last_commit_{};  // of the line; the actuators' thread, or the receiver's while there is no line
+  Time last_commit_{};  // of the line; who sends, or the receiver's while there is no line
   std::atomic<std::uint32_t> grants_{0}, commands_{0}, commands_dropped_{0};
   hal::Wide<std::int64_t> heard_ns_{0};  // free-running: when bytes came last, by `os`; 0: not started
 

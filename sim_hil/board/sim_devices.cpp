@@ -63,6 +63,35 @@ DeviceStats SimDevice::stats() const {
   return s;
 }
 
+Result<bool> SimRadio::read(msg::Datagram& out) noexcept {
+  auto got = SimSensor::read(out);
+  if (!got || !*got) return got;
+  out.lost = overflows() - told_lost_;
+  told_lost_ += out.lost;
+  received_.add();
+  received_bytes_.add(out.size);
+  return got;
+}
+
+Status SimRadio::send(std::span<const std::uint8_t> bytes) noexcept {
+  if (bytes.empty() || bytes.size() > outgoing_.data.size())
+    return Error{Errc::bad_argument, "a datagram has 1 to 1200 bytes", std::int64_t(bytes.size())};
+  outgoing_.size = static_cast<std::uint32_t>(bytes.size());
+  std::ranges::copy(bytes, outgoing_.data.begin());
+  const Status sent = send_(outgoing_);
+  if (sent) sent_bytes_.add(outgoing_.size);
+  (sent ? sent_ : tx_lost_).add();
+  return sent;
+}
+
+hal::RadioStats SimRadio::stats() const noexcept {
+  hal::RadioStats s;
+  s.received = received_.value(), s.received_bytes = received_bytes_.value();
+  s.sent = sent_.value(), s.sent_bytes = sent_bytes_.value();
+  s.rx_lost = overflows(), s.tx_lost = tx_lost_.value();
+  return s;
+}
+
 SimCamera::SimCamera(const DeviceInfo& info, const SimShared& shared, const hal::SharedMemory* memory,
                      std::size_t depth)
     : SimDevice(info, shared), memory_(info.slots > 0 ? memory : nullptr), queue_(kFrameQueue), depth_(depth) {

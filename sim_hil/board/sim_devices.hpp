@@ -1,13 +1,16 @@
 #pragma once
 // The devices of the sim board: queues that the board fills from the connection and the driver modules empty.
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <string>
 
 #include "hal/device.hpp"
 #include "hal/os.hpp"
+#include "hal/radio.hpp"
 #include "hal/sample_ring.hpp"
 #include "hal/wake_slot.hpp"
+#include "hal/wide.hpp"
 #include "sim_hil/board/plant_clock.hpp"
 #include "sim_hil/protocol.hpp"
 
@@ -64,6 +67,7 @@ class SimDevice {
   hal::Status account(Arrival& a, std::size_t bytes) noexcept;
   void count_lost(std::uint32_t n) noexcept { add(lost_, n); }
   void count_overflow(std::uint32_t n) noexcept { add(overflow_, n); }
+  std::uint32_t overflows() const noexcept { return overflow_.load(std::memory_order_relaxed); }
   bool ended() const noexcept { return shared_.ended.load(std::memory_order_acquire); }
 
   /// Drops what a device with a queue of `depth` would have dropped by now, oldest first; answers how many are left.
@@ -102,9 +106,9 @@ class SimDevice {
       gap_arrival_us_{0};
 };
 
-/// Imu, Range, Baro or Battery.
-template <class M>
-class SimSensor final : public hal::Sensor<M>, public SimDevice {
+/// Imu, Range, Baro or Battery; and what a radio hears.
+template <class M, class Interface = hal::Sensor<M>>
+class SimSensor : public Interface, public SimDevice {
  public:
   SimSensor(const DeviceInfo& info, const SimShared& shared, std::size_t capacity, std::size_t depth)
       : SimDevice(info, shared), queue_(capacity), depth_(depth) {}
@@ -136,6 +140,26 @@ class SimSensor final : public hal::Sensor<M>, public SimDevice {
   };
   hal::SampleRing<Waiting> queue_;
   std::size_t depth_;
+};
+
+/// The robot's station in the plant's air. What is not read in time is lost, the oldest first, and said so by the next
+/// datagram.
+class SimRadio final : public SimSensor<msg::Datagram, hal::Radio> {
+ public:
+  /// Puts a datagram on the line, with its commit.
+  using Send = std::function<hal::Status(const Transmission&)>;
+  SimRadio(const DeviceInfo& info, const SimShared& shared, std::size_t capacity, std::size_t depth, Send send)
+      : SimSensor(info, shared, capacity, depth), send_(std::move(send)) {}
+
+  hal::Result<bool> read(msg::Datagram& out) noexcept override;
+  hal::Status send(std::span<const std::uint8_t> bytes) noexcept override;
+  hal::RadioStats stats() const noexcept override;
+
+ private:
+  Send send_;
+  Transmission outgoing_;        // the sender's
+  std::uint32_t told_lost_ = 0;  // the reader's
+  hal::Tally sent_, sent_bytes_, tx_lost_, received_, received_bytes_;
 };
 
 /// Frames wait in the plant's shared memory, or in a pool of this object when they came in the stream.

@@ -24,12 +24,31 @@ struct VfsDelete {
   }
 };
 
+/// Copies the body with the free joint; false: there is none.
+bool add_robots(std::string& xml, std::size_t robots) {
+  constexpr std::string_view kBody = "<body name=", kEnd = "</body>", kName = " name=\"";
+  const auto joint = xml.find("<freejoint");
+  const auto begin = joint == std::string::npos ? joint : xml.rfind(kBody, joint);
+  const auto end = joint == std::string::npos ? joint : xml.find(kEnd, joint);
+  if (begin == std::string::npos || end == std::string::npos) return false;
+  const std::string body = xml.substr(begin, end + kEnd.size() - begin);
+  std::string copies;
+  for (std::size_t i = 1; i < robots; ++i) {
+    std::string copy = body;
+    for (auto at = copy.find(kName); at != std::string::npos; at = copy.find(kName, at + 1))
+      copy.insert(copy.find('"', at + kName.size()), std::to_string(i));
+    copies += "\n    " + copy;
+  }
+  xml.insert(end + kEnd.size(), copies);
+  return true;
+}
+
 }  // namespace
 
 void MujocoDelete::operator()(mjModel_* m) const { mj_deleteModel(m); }
 void MujocoDelete::operator()(mjData_* d) const { mj_deleteData(d); }
 
-hal::Result<ModelPtr> load_room(std::string_view text, RoomUse use) {
+hal::Result<ModelPtr> load_room(std::string_view text, RoomUse use, std::size_t robots) {
   mju_user_error = on_error;  // the defaults write a log file into the working directory
   mju_user_warning = on_warning;
   std::string xml(text);
@@ -40,6 +59,7 @@ hal::Result<ModelPtr> load_room(std::string_view text, RoomUse use) {
     if (at == std::string::npos) return hal::Error{hal::Errc::bad_data, "room: discardvisual"};
     xml.replace(at, kKeep.size(), kDrop);
   }
+  if (robots > 1 && !add_robots(xml, robots)) return hal::Error{hal::Errc::bad_data, "room: no body for more robots"};
   std::unique_ptr<mjVFS, VfsDelete> vfs(new mjVFS);
   mj_defaultVFS(vfs.get());
   if (mj_makeEmptyFileVFS(vfs.get(), kName, static_cast<int>(xml.size())) != 0)
@@ -51,6 +71,10 @@ hal::Result<ModelPtr> load_room(std::string_view text, RoomUse use) {
     std::fprintf(stderr, "sinew-sim: room: %s\n", problem);
     return hal::Error{hal::Errc::bad_data, "room"};
   }
+  // The file has room for the contacts of one robot.
+  model->njmax *= static_cast<int>(robots);
+  model->nconmax *= static_cast<int>(robots);
+  model->nstack *= static_cast<int>(robots * robots);  // of the solver: dense matrices
   return model;
 }
 

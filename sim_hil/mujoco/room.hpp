@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <memory>
 #include <string_view>
 
@@ -22,8 +23,9 @@ enum class RoomUse {
 };  // physics leaves out what only pictures need: a third of the time per step is left
 
 /// Compiles a room from its XML (WorldType::room_xml). MuJoCo's words about a wrong file go to stderr.
-/// Thread:  one at a time (the compiler of MuJoCo keeps globals).
-/// Errors:  bad_data.
-hal::Result<ModelPtr> load_room(std::string_view xml, RoomUse use);
+/// With `robots` above 1 the room's body that hangs on no joint is there as often, one behind the other in bodies,
+/// geoms and joints; the names in copy i end with i, from 1 on. Thread:  one at a time (the compiler of MuJoCo keeps
+/// globals). Errors:  bad_data.
+hal::Result<ModelPtr> load_room(std::string_view xml, RoomUse use, std::size_t robots = 1);
 
 }  // namespace sinew::plant

@@ -64,7 +64,7 @@ void CameraFeed::wait() {
 }
 
 void CameraFeed::work() {
-  auto renderer = Renderer::create({options_.width, options_.height, false, options_.room_xml}, why_);
+  auto renderer = Renderer::create({options_.width, options_.height, false, options_.room_xml, options_.robots}, why_);
   if (renderer)
     backend_ = (*renderer)->backend();
   else

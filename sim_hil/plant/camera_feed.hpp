@@ -15,6 +15,7 @@ struct CameraOptions {
   msg::PixelFormat format = msg::PixelFormat::yuyv;
   double noise = 1.5;           // sigma of the pixels, grey levels
   std::string_view room_xml{};  // what is drawn; empty: there is no camera, and a feed without requests
+  std::size_t robots = 1;       // in the room
   math::Vec3 turned_rad;        // rotation vector about its right, down and forward axis: how far its mounting is off
 };
 

@@ -2,6 +2,7 @@
 #include "sim_hil/plant/actuator_faults.hpp"
 #include "sim_hil/plant/camera_feed.hpp"
 #include "sim_hil/plant/frame_faults.hpp"
+#include "sim_hil/plant/radio_faults.hpp"
 #include "sim_hil/worlds/sensor_faults.hpp"
 #include "sim_hil/worlds/world.hpp"
 
@@ -24,6 +25,7 @@ struct PlantFaults {
   SensorFaults<msg::BaroSample> baro{log, FaultDevice::baro};
   SensorFaults<msg::BatterySample> battery{log, FaultDevice::battery};
   SensorFaults<msg::JointState> joints{log, FaultDevice::joints};
+  RadioFaults radio{log};
   FrameFaults frames;
   ActuatorFaults actuators;
 };

@@ -120,7 +120,7 @@ hal::Status Renderer::Impl::open(const Options& o, std::string& why) {
   }
   if (const unsigned char* name = get_string(kRendererName)) backend = reinterpret_cast<const char*>(name);
 
-  auto loaded = load_room(o.room_xml, RoomUse::pictures);
+  auto loaded = load_room(o.room_xml, RoomUse::pictures, o.robots);
   if (!loaded) return loaded.error();
   model = std::move(*loaded);
   paint_room(*model);
@@ -132,11 +132,11 @@ hal::Status Renderer::Impl::open(const Options& o, std::string& why) {
   mj_forward(model.get(), data.get());
 
   mjv_defaultScene(&scene);
-  mjv_makeScene(model.get(), &scene, 200);
+  mjv_makeScene(model.get(), &scene, 200 * static_cast<int>(o.robots));
   scene.flags[mjRND_SHADOW] = o.picture;
   scene.flags[mjRND_REFLECTION] = scene.flags[mjRND_SKYBOX] = scene.flags[mjRND_FOG] = 0;
   mjv_defaultOption(&visible);
-  for (int g = 0; g < mjNGROUP; ++g) visible.geomgroup[g] = g == 0 || (g == 1 && o.picture);
+  for (int g = 0; g < mjNGROUP; ++g) visible.geomgroup[g] = g == 0 || (g == 1 && (o.picture || o.robots > 1));
   update();
 
   mjr_defaultContext(&context);
@@ -210,15 +210,17 @@ hal::Result<std::unique_ptr<Renderer>> Renderer::create(const Options& options, 
 
 void Renderer::place(const Scene& scene) {
   const auto bodies = std::min(scene.bodies, static_cast<std::size_t>(impl_->model->nmocap));
-  if (scene.vehicle && impl_->model->nq >= 7) {
-    const Pose& v = *scene.vehicle;
+  const auto vehicles = std::min(scene.vehicles, static_cast<std::size_t>(impl_->model->nq) / 7);
+  if (vehicles == 0 && bodies == 0) return;
+  for (std::size_t i = 0; i < vehicles; ++i) {
+    const Pose& v = scene.vehicle[i];
     const double q[] = {v.p_world_m.x, v.p_world_m.y, v.p_world_m.z, v.q_world.w,
                         v.q_world.x,   v.q_world.y,   v.q_world.z};
-    std::copy_n(q, 7, impl_->data->qpos);
+    std::copy_n(q, 7, impl_->data->qpos + 7 * i);
+  }
+  if (vehicles > 0) {
     impl_->show("blade", !scene.rotors_turn);
     impl_->show("swept", scene.rotors_turn);
-  } else if (bodies == 0) {
-    return;
   }
   for (std::size_t b = 0; b < bodies; ++b) {
     const Pose& at = scene.body[b];

@@ -17,8 +17,9 @@ class Renderer {
  public:
   struct Options {
     std::uint32_t width = 320, height = 240;
-    bool picture = false;       // for people: the vehicle is drawn, with shadows and smoothed edges; ten times as slow
+    bool picture = false;       // for people: vehicles are drawn, with shadows and smoothed edges; ten times as slow
     std::string_view room_xml;  // WorldType::room_xml
+    std::size_t robots = 1;     // in the room; the camera sees them when there are several
   };
   static hal::Result<std::unique_ptr<Renderer>> create(const Options& options, std::string& why);
   ~Renderer();

@@ -1,4 +1,4 @@
-#include "sim_hil/plant/session.hpp"
+#include "sim_hil/plant/session_report.hpp"
 #include "sim_hil/worlds/json_object.hpp"
 
 namespace sinew::plant {
@@ -40,9 +40,20 @@ std::string verdict_json(const Verdict& verdict) {
   return j.done();
 }
 
+std::string radio_json(const Air::Counts& counts) {
+  JsonObject j;
+  j.integer("sent", counts.sent);
+  j.integer("heard", counts.heard);
+  j.integer("tx_lost", counts.tx_lost);
+  j.integer("rx_lost", counts.rx_lost);
+  j.integer("out_of_reach", counts.out_of_reach);
+  j.integer("rx_full", counts.rx_full);
+  return j.done();
+}
+
 }  // namespace
 
-std::string SessionReport::json(const World& world) const {
+std::string SessionReport::json(const SimRobot& robot) const {
   JsonObject j;
   j.boolean("valid", true);  // the measured values follow; the runtime's bounds judge them
   j.integer("imu_gap_max_ns", static_cast<std::uint64_t>(imu_gap_max_ns));
@@ -60,9 +71,13 @@ std::string SessionReport::json(const World& world) const {
   j.integer("seed", seed);
   j.number("plant_s", plant_s);
   j.text("world", std::string(world_name));
-  j.boolean("still", world.still());
-  j.object("verdict", verdict_json(world.verdict()));
-  world.add_to(j);
+  if (!robot_name.empty()) {
+    j.text("robot", robot_name);
+    j.object("radio", radio_json(radio));
+  }
+  j.boolean("still", robot.still());
+  j.object("verdict", verdict_json(robot.verdict()));
+  robot.add_to(j);
   std::vector<std::string> list;
   for (const FaultLog::Entry& e : faults) list.push_back(fault_json(e));
   j.list("faults", list);

@@ -102,7 +102,7 @@ hal::Status WireDevices::attach(World& world) {
   drives_.clear();
   sims_.reset();
   if (servos_.empty()) return {};
-  PlantJoints* joints = world.joints();
+  PlantJoints* joints = world.robot(0).joints();
   if (!joints || joints->count() < servos_.size())
     return hal::Error{hal::Errc::bad_argument, "more drives than the world has joints",
                       static_cast<std::int64_t>(servos_.size())};

@@ -9,8 +9,6 @@ namespace {
 using hal::Status;
 using hal::Time;
 
-constexpr hal::Duration kMs{1'000'000};
-
 }  // namespace
 
 WireRun::WireRun(hal::Os& os, CameraFeed& camera, WireDevices& wire, const SessionOptions& options)
@@ -22,7 +20,7 @@ Status WireRun::open() {
   const WorldInfo& info = options_.world.type->info;
   report_.world_name = info.name;
   if (const WorldDevice* camera = info.find(Part::camera)) camera_delay_ns_ = camera->delay_ns;
-  auto made = options_.world.type->create(options_.world.values, report_.seed);
+  auto made = options_.world.create(report_.seed);
   if (!made) {
     report_.reason = "the world could not be made";
     return made.error();
@@ -51,13 +49,13 @@ Status WireRun::run(const std::function<bool()>& stop) {
     std::fprintf(stderr, "sinew-sim: physics thread: %s\n", (*physics)->shortfall().c_str());
   (*physics)->join();
   if (feed_.busy()) feed_.wait();  // its pixels go to memory of the camera
-  report_.still = world_->still();
-  report_.outcome = world_->outcome();
+  report_.still = world_->robot(0).still();
+  report_.outcome = world_->robot(0).outcome();
   report_.plant_s = msg::seconds(world_->now());
   report_.wall_s = msg::seconds(os_.now() - host_zero_);
   for (const FaultLog::Entry& e : wire_.faults())
     if (e.fault.from_ns <= world_->now().ns) report_.faults.push_back(e);
-  report_.text = report_.json(*world_);
+  report_.text = report_.json(world_->robot(0));
   return {};
 }
 
@@ -73,11 +71,11 @@ void WireRun::loop(const std::function<bool()>& stop) {
       report_.reason = "duration is over";
       break;
     }
-    const Time due = host_zero_ + (world_->now() - Time{0}) + kMs;
+    const Time due = host_zero_ + (world_->now() - Time{0}) + kExchange;
     const bool slept = os_.now() < due;
     if (slept) os_.sleep_until(due);
     const Time woken = os_.now();
-    if (woken - due > kMs) ++report_.steps_late;
+    if (woken - due > kExchange) ++report_.steps_late;
     if (slept) report_.wake_late_max_ns = std::max(report_.wake_late_max_ns, (woken - due).count());
     advance_one_ms();
     finish_frame();
@@ -101,14 +99,14 @@ void WireRun::begin_frame() {
     return;
   }
   drawn_ = Frame{world_->now(), frame_number_};
-  feed_.request(world_->scene(), frame_number_, wire_.camera()->canvas().data());
+  feed_.request(world_->robot(0).scene(), frame_number_, wire_.camera()->canvas().data());
 }
 
 void WireRun::finish_frame() {
   if (!drawn_ || feed_.busy()) return;
   const std::int64_t age_ns = world_->now().ns - drawn_->stamp.ns;
   if (age_ns < camera_delay_ns_) return;
-  if (age_ns > camera_delay_ns_ + kMs.count()) ++report_.render_late;
+  if (age_ns > camera_delay_ns_ + kExchange.count()) ++report_.render_late;
   ++report_.frames;
   wire_.camera()->deliver(host_zero_ + (drawn_->stamp - Time{0}) + wire_.stamps_late(), drawn_->number);
   drawn_.reset();

@@ -3,7 +3,8 @@
 #include <optional>
 
 #include "sim_hil/plant/camera_feed.hpp"
-#include "sim_hil/plant/session.hpp"
+#include "sim_hil/plant/session_options.hpp"
+#include "sim_hil/plant/session_report.hpp"
 #include "sim_hil/plant/wire_devices.hpp"
 
 namespace sinew::plant {

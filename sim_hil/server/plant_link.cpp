@@ -40,7 +40,10 @@ PlantLink::PlantLink(Caller caller, PlantDescription plant)
       in_(std::move(caller.in)),
       out_(kOutBytes),
       groups_(plant_.devices.size()),
-      cameras_(plant_.devices.size()) {}
+      cameras_(plant_.devices.size()) {
+  if (std::ranges::find(plant_.devices, DeviceKind::radio, &DeviceInfo::kind) != plant_.devices.end())
+    sent_.resize(kMostSent);
+}
 
 Result<std::unique_ptr<PlantLink>> PlantLink::accept(std::unique_ptr<hal::Stream> stream, PlantDescription plant,
                                                      hal::SharedMemory* frames, std::string& why) {
@@ -245,6 +248,10 @@ Status PlantLink::send(std::uint16_t device, const msg::JointState& state, Time 
     return Error{Errc::bad_argument, "joint state does not have one entry per channel", state.count};
   return add(Type::joints, device, state.stamp, Sample<msg::JointState>{ready, state});
 }
+Status PlantLink::send(std::uint16_t device, const msg::Datagram& datagram, Time ready) {
+  if (auto ok = expect_kind(device, DeviceKind::radio); !ok) return ok;
+  return add(Type::datagram, device, datagram.stamp, Sample<msg::Datagram>{ready, datagram});
+}
 Status PlantLink::send_truth(Time now, const Truth& truth) { return add(Type::truth, 0, now, truth); }
 
 Status PlantLink::send_report(Time now, std::string_view json) {
@@ -305,6 +312,11 @@ Status PlantLink::send_frame(std::uint16_t camera, const FrameSlot& slot, const 
 }
 
 Status PlantLink::grant(Time until) {
+  if (auto ok = begin_grant(until); !ok) return ok;
+  return wait_done();
+}
+
+Status PlantLink::begin_grant(Time until) {
   if (!state_) return state_;
   if (out_.room() < kHeaderBytes)
     if (auto ok = flush(); !ok) return ok;
@@ -312,7 +324,13 @@ Status PlantLink::grant(Time until) {
   if (auto ok = flush(); !ok) return ok;
   granted_ = until;
   ++stats_.grants;
-  for (answered_ = false; !answered_;) {
+  answered_ = false;
+  return {};
+}
+
+Status PlantLink::wait_done() {
+  if (!state_) return state_;
+  while (!answered_) {
     Message message;
     if (auto ok = receive(message); !ok) return ok;
     if (auto ok = take(message); !ok) return ok;
@@ -355,6 +373,8 @@ Status PlantLink::take(const Message& message) {
       ++stats_.commands;
       return take_timed(h.device, timed);
     }
+    case Type::transmit:
+      return take_transmission(message);
     case Type::stop:
       ++stats_.stops;
       for (std::uint16_t i = 0; i < static_cast<std::uint16_t>(groups_.size()); ++i)
@@ -368,6 +388,23 @@ Status PlantLink::take(const Message& message) {
     default:
       return fail({Errc::bad_data, "message does not belong here", std::int64_t(h.type)});
   }
+}
+
+Status PlantLink::take_transmission(const Message& message) {
+  const Header& h = message.header;
+  if (!expect_kind(h.device, DeviceKind::radio)) return fail({Errc::bad_data, "no such radio", h.device});
+  if (h.time < last_sent_) return fail({Errc::bad_data, "commit times go backwards", h.time.ns});
+  last_sent_ = h.time;
+  if (sent_count_ == sent_.size()) {
+    ++stats_.datagrams_dropped;
+    return {};
+  }
+  Sent& sent = sent_[sent_count_];
+  if (auto ok = decode(h, message.payload, sent.datagram); !ok) return fail(ok.error());
+  sent.device = h.device;
+  sent.commit = h.time;
+  ++sent_count_;
+  return {};
 }
 
 Status PlantLink::take_timed(std::uint16_t device, const Timed& timed) {

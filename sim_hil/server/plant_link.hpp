@@ -83,6 +83,7 @@ class PlantLink {
   hal::Status send(std::uint16_t device, const msg::BaroSample& sample, Time ready);
   hal::Status send(std::uint16_t device, const msg::BatterySample& sample, Time ready);
   hal::Status send(std::uint16_t device, const msg::JointState& state, Time ready);
+  hal::Status send(std::uint16_t device, const msg::Datagram& datagram, Time ready);
   hal::Status send_truth(Time now, const Truth& truth);
   hal::Status send_report(Time now, std::string_view json);
 
@@ -93,11 +94,23 @@ class PlantLink {
 
   /// Lockstep: everything with ready <= until has been sent; returns when the runtime has answered up to there.
   hal::Status grant(Time until);
+  /// The two halves of grant(), for a plant with several runtimes: all work at the same time.
+  hal::Status begin_grant(Time until);
+  hal::Status wait_done();
   /// Free-running: sends the buffer and takes in what has arrived; never waits for the runtime. Bytes that the runtime
   /// does not take at once wait, and go first; when too many wait, samples and frames are dropped and counted.
   hal::Status exchange();
   /// The newest command with commit <= t, while its lease lasts (t < commit + lease). Call with increasing t.
   Setpoints setpoints_at(std::uint16_t device, Time t);
+  /// A datagram that a radio of the runtime has sent.
+  struct Sent {
+    std::uint16_t device = 0;
+    Time commit;
+    Transmission datagram;
+  };
+  /// Those that came since forget_sent(), in the order of their commits; at most kMostSent, others are counted.
+  std::span<const Sent> sent() const { return {sent_.data(), sent_count_}; }
+  void forget_sent() { sent_count_ = 0; }
   /// Safe action for all groups until the end of the run, whatever the runtime commands: the stop line was pulled.
   void stop_for_good() { stopped_for_good_ = true; }
   /// Free-running: the runtime is gone and the world goes on. From now on sends succeed and reach nobody; the last
@@ -115,6 +128,7 @@ class PlantLink {
     std::uint64_t lease_expiries = 0;                       // times a running group fell back to its safe action
     std::uint64_t commands_overwritten = 0;                 // more waiting at once than kPendingCommands
     std::uint64_t samples_dropped = 0, frames_dropped = 0;  // free-running: the runtime or the network was too slow
+    std::uint64_t datagrams_dropped = 0;                    // more at once than kMostSent
     std::uint64_t bytes_in = 0, bytes_out = 0;
   };
   const Stats& stats() const { return stats_; }
@@ -122,6 +136,7 @@ class PlantLink {
   static constexpr std::uint32_t kFrameSlots = 8;    // per camera, in shared memory
   static constexpr std::uint32_t kStagingSlots = 2;  // per camera, when frames go through the stream
   static constexpr std::size_t kPendingCommands = 16;
+  static constexpr std::size_t kMostSent = 64;
 
  private:
   struct Timed {
@@ -151,6 +166,7 @@ class PlantLink {
   bool crowded() const { return backlog_.size() - backlog_sent_ > kMaxSmallBytes; }
   hal::Status receive(Message& out);
   hal::Status take(const Message& message);
+  hal::Status take_transmission(const Message& message);
   hal::Status take_timed(std::uint16_t device, const Timed& timed);
   hal::Status expect_kind(std::uint16_t device, DeviceKind kind) const;
   template <class Payload>
@@ -164,7 +180,10 @@ class PlantLink {
   hal::SharedMemory* frames_ = nullptr;
   std::vector<Group> groups_;         // by device
   std::vector<CameraState> cameras_;  // by device
-  bool answered_ = false;             // the runtime said Done
+  std::vector<Sent> sent_;            // room for kMostSent where there is a radio
+  std::size_t sent_count_ = 0;
+  Time last_sent_{};
+  bool answered_ = false;  // the runtime said Done
   bool said_bye_ = false, bye_came_ = false, stopped_for_good_ = false, alone_ = false;
   bool running_ = false;            // free-running, and the clock has been started: writing must not wait
   std::vector<std::byte> backlog_;  // what the socket has not taken, from backlog_sent_ on

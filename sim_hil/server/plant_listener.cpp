@@ -18,14 +18,18 @@ constexpr hal::Duration kLookAround = 100ms;  // how long the end of the listene
 }  // namespace
 
 PlantListener::PlantListener(hal::Os& os, std::unique_ptr<hal::Listener> listener, PlantDescription plant,
-                             const hal::ThreadOptions& thread)
+                             const hal::ThreadOptions& thread, const std::vector<std::string>& robots)
     : os_(os), listener_(std::move(listener)), plant_(std::move(plant)), thread_options_(thread) {
+  for (const std::string& robot : robots) places_.emplace_back().robot = robot;
+  if (places_.empty()) places_.emplace_back();
   for (DeviceInfo& d : plant_.devices) d.slots = 0, d.slots_offset = 0, d.slot_bytes = 0;  // no frames on a side line
 }
 
 Result<std::unique_ptr<PlantListener>> PlantListener::open(hal::Os& os, std::unique_ptr<hal::Listener> listener,
-                                                           PlantDescription plant, const hal::ThreadOptions& thread) {
-  std::unique_ptr<PlantListener> plant_listener(new PlantListener(os, std::move(listener), std::move(plant), thread));
+                                                           PlantDescription plant, const hal::ThreadOptions& thread,
+                                                           const std::vector<std::string>& robots) {
+  std::unique_ptr<PlantListener> plant_listener(
+      new PlantListener(os, std::move(listener), std::move(plant), thread, robots));
   auto acceptor = os.start_thread(thread, [raw = plant_listener.get()] { raw->accept_loop(); });
   if (!acceptor) return acceptor.error();
   plant_listener->acceptor_ = std::move(*acceptor);
@@ -41,7 +45,8 @@ PlantListener::~PlantListener() {
       if (line->caller.stream) line->caller.stream->shutdown();
   }
   lines_.clear();  // joins
-  if (waiting_) turn_away(*waiting_->stream, "the plant has ended");
+  for (const Place& place : places_)
+    if (place.waiting) turn_away(*place.waiting->stream, "the plant has ended");
 }
 
 void PlantListener::accept_loop() {
@@ -79,7 +84,8 @@ void PlantListener::serve(Caller& caller) {
   } else if (caller.hello.mode == Mode::side_line) {
     caller.stream->set_patience({});
     side_lines_.fetch_add(1, std::memory_order_relaxed);
-    serve_side_line(caller, {os_, plant_, stopped_});
+    Place* const place = places_.front().robot.empty() ? nullptr : find_place(caller.hello.robot);
+    serve_side_line(caller, {os_, plant_, place ? place->stopped : stopped_});
   } else {
     keep_runtime(caller);
   }
@@ -87,27 +93,42 @@ void PlantListener::serve(Caller& caller) {
   caller.stream.reset();  // the peer sees the end at once
 }
 
+PlantListener::Place* PlantListener::find_place(const std::string& robot) {
+  const auto it = std::ranges::find_if(places_, [&](const Place& p) { return p.robot.empty() || p.robot == robot; });
+  return it == places_.end() ? nullptr : &*it;
+}
+
 void PlantListener::keep_runtime(Caller& caller) {
   const std::lock_guard lock(mutex_);
-  if (taken_ || waiting_) return refuse(*caller.stream, "this plant serves a runtime already");
+  const std::string& name = caller.hello.robot;
+  Place* const place = find_place(name);
+  if (!place) {
+    std::string known;
+    for (const Place& p : places_) known += (known.empty() ? "" : ", ") + p.robot;
+    return refuse(*caller.stream, "this plant has no robot '" + name + "'; it has: " + known);
+  }
+  if (place->taken || place->waiting)
+    return refuse(*caller.stream, place->robot.empty() ? std::string("this plant serves a runtime already")
+                                                       : "this plant serves robot '" + name + "' already");
   caller.stream->set_patience({});
-  waiting_.emplace(std::move(caller));
+  place->waiting.emplace(std::move(caller));
   came_.notify_all();
 }
 
-Result<Caller> PlantListener::wait_runtime(hal::Duration patience) {
+Result<Caller> PlantListener::wait_runtime(hal::Duration patience, std::size_t robot) {
   std::unique_lock lock(mutex_);
-  if (!came_.wait_for(lock, patience, [&] { return waiting_.has_value(); }))
+  Place& place = places_[robot];
+  if (!came_.wait_for(lock, patience, [&] { return place.waiting.has_value(); }))
     return Error{Errc::timeout, "no runtime has called"};
-  Caller caller = std::move(*waiting_);
-  waiting_.reset();
-  taken_ = true;
+  Caller caller = std::move(*place.waiting);
+  place.waiting.reset();
+  place.taken = true;
   return caller;
 }
 
-void PlantListener::let_go() {
+void PlantListener::let_go(std::size_t robot) {
   const std::lock_guard lock(mutex_);
-  taken_ = false;
+  places_[robot].taken = false;
 }
 
 void PlantListener::refuse(hal::Stream& stream, std::string_view reason) {

@@ -10,7 +10,7 @@ constexpr hal::Duration kStartPatience = std::chrono::seconds(2);  // a runtime 
 hal::Status Relink::look(hal::Duration patience) {
   thread_.reset();
   state_.store(State::looking, std::memory_order_relaxed);
-  plant_listener_.let_go();
+  plant_listener_.let_go(robot_);
   hal::ThreadOptions options;
   options.name = "plant_relink";
   auto thread = os_.start_thread(options, [this, give_up = os_.now() + patience] { run(give_up); });
@@ -27,10 +27,10 @@ std::unique_ptr<sim_hil::PlantLink> Relink::take() {
 
 void Relink::run(hal::Time give_up) {
   while (os_.now() < give_up) {
-    auto caller = plant_listener_.wait_runtime(give_up - os_.now());
+    auto caller = plant_listener_.wait_runtime(give_up - os_.now(), robot_);
     if (!caller) break;
     if (greet(std::move(*caller))) return state_.store(State::found, std::memory_order_release);
-    plant_listener_.let_go();
+    plant_listener_.let_go(robot_);
   }
   state_.store(State::in_vain, std::memory_order_release);
 }

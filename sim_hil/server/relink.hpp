@@ -13,10 +13,15 @@ namespace sinew::plant {
 /// Thread:  owner.
 class Relink {
  public:
-  /// A new runtime needs this rate; `frames` is lent to its link (may be null).
-  Relink(hal::Os& os, sim_hil::PlantListener& plant_listener, sim_hil::PlantDescription plant,
+  /// A new runtime of this robot needs this rate; `frames` is lent to its link (may be null).
+  Relink(hal::Os& os, sim_hil::PlantListener& plant_listener, std::size_t robot, sim_hil::PlantDescription plant,
          hal::SharedMemory* frames, double rate)
-      : os_(os), plant_listener_(plant_listener), plant_(std::move(plant)), frames_(frames), rate_(rate) {}
+      : os_(os),
+        plant_listener_(plant_listener),
+        robot_(robot),
+        plant_(std::move(plant)),
+        frames_(frames),
+        rate_(rate) {}
   ~Relink() { thread_.reset(); }
   Relink(const Relink&) = delete;
   Relink& operator=(const Relink&) = delete;
@@ -36,6 +41,7 @@ class Relink {
 
   hal::Os& os_;
   sim_hil::PlantListener& plant_listener_;
+  std::size_t robot_;
   sim_hil::PlantDescription plant_;
   hal::SharedMemory* frames_;
   double rate_;

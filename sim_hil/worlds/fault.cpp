@@ -24,6 +24,8 @@ std::string_view to_string(FaultDevice device) {
       return "joints";
     case FaultDevice::head:
       return "head";
+    case FaultDevice::radio:
+      return "radio";
   }
   return "unknown";
 }

@@ -12,7 +12,7 @@
 
 namespace sinew::plant {
 
-enum class FaultDevice : std::uint8_t { imu, range, baro, battery, camera, motors, link, joints, head };
+enum class FaultDevice : std::uint8_t { imu, range, baro, battery, camera, motors, link, joints, head, radio };
 enum class FaultKind : std::uint8_t {
   off,           // nothing comes any more
   stuck,         // the same values again, with new stamps
@@ -24,9 +24,9 @@ enum class FaultKind : std::uint8_t {
   duplicated,    // everything twice
   closed,        // the connection goes away for good
 };
-inline constexpr FaultDevice kFaultDevices[] = {FaultDevice::imu,     FaultDevice::range,  FaultDevice::baro,
-                                                FaultDevice::battery, FaultDevice::camera, FaultDevice::joints,
-                                                FaultDevice::motors,  FaultDevice::head,   FaultDevice::link};
+inline constexpr FaultDevice kFaultDevices[] = {
+    FaultDevice::imu,    FaultDevice::range,  FaultDevice::baro, FaultDevice::battery, FaultDevice::camera,
+    FaultDevice::joints, FaultDevice::motors, FaultDevice::head, FaultDevice::radio,   FaultDevice::link};
 inline constexpr FaultKind kFaultKinds[] = {FaultKind::off,          FaultKind::stuck,      FaultKind::garbage,
                                             FaultKind::wrong,        FaultKind::slow,       FaultKind::delayed,
                                             FaultKind::intermittent, FaultKind::duplicated, FaultKind::closed};
@@ -44,6 +44,7 @@ struct Fault {
   FaultKind kind{};
   std::int64_t from_ns = 0, until_ns = kNoEnd;  // plant time of the measurement or the command: from <= t < until
   double amount = 0;                            // see FaultKind; the default of device and kind when none was given
+  std::size_t robot = 0;                        // whose device it is, in a world with several robots
 
   bool acts_at(hal::Time t) const { return t.ns >= from_ns && t.ns < until_ns; }
 };

@@ -81,6 +81,8 @@ AmountRule wrong_rule(FaultDevice device) {
       return {true, false, false, -3, 3, 0.1, "rad added to each position, -3 to 3"};
     case FaultDevice::head:
       return {true, false, false, 0, 1, 0.1, "share of its way that joint 0 lacks, 0 to 1"};
+    case FaultDevice::radio:
+      return {true, false, false, 0, 1, 0.1, "share of the heard datagrams with one wrong bit, 0 to 1"};
     case FaultDevice::link:
       break;
   }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "math/random.hpp"
+
 namespace sinew::plant {
 
 std::string_view to_string(Part part) {
@@ -16,6 +18,7 @@ const WorldDevice* WorldInfo::find(Part part) const {
 }
 
 bool WorldInfo::has(FaultDevice device) const {
+  if (device == FaultDevice::radio) return has_radio();
   return device == FaultDevice::link || std::ranges::find(devices, device, &WorldDevice::fault) != devices.end();
 }
 
@@ -38,6 +41,24 @@ std::string WorldOption::allowed() const {
   char text[64];
   std::snprintf(text, sizeof text, "%s from %g to %g", whole ? "an integer" : "a number", least, most);
   return std::string(text) + (*unit ? " " : "") + unit;
+}
+
+WorldValues WorldChoice::values_of(std::size_t robot) const {
+  if (robot >= robots.size()) return values;
+  WorldValues all = robots[robot].values;
+  all.insert(values.begin(), values.end());
+  return all;
+}
+
+hal::Result<std::unique_ptr<World>> WorldChoice::create(std::uint64_t seed) const {
+  std::vector<WorldValues> all;
+  for (std::size_t i = 0; i < robot_count(); ++i) all.push_back(values_of(i));
+  return type->create(all, seed);
+}
+
+std::uint64_t seed_of_robot(std::uint64_t seed, std::size_t robot) {
+  constexpr std::uint32_t kStream = 0x726f626f;
+  return robot == 0 ? seed : math::Random(seed, kStream, robot).next_u64();
 }
 
 }  // namespace sinew::plant

@@ -61,7 +61,8 @@ struct WorldOption {
   std::optional<double> value{};  // the default; none: as `otherwise` says
   const char* otherwise = "";     // "by the seed, up to half of gust_mps"
   const char* doc = "";
-  bool whole = false;  // whole numbers only
+  bool whole = false;      // whole numbers only
+  bool per_robot = false;  // where several robots share the world, each has its own
 
   /// False also for NaN.
   bool allows(double number) const;
@@ -70,16 +71,22 @@ struct WorldOption {
 };
 /// By WorldOption::key; options that are missing here have their own default.
 using WorldValues = std::map<std::string, double, std::less<>>;
+inline constexpr std::size_t kMostRobots = 8;  // in one world
+inline constexpr const char* kRadioName = "radio";
 
-/// What a world has on board, each part at most once, in the order of the Welcome; and what its user may choose.
+/// What a robot of a world has on board, each part at most once, in the order of the Welcome; and what its user may
+/// choose.
 struct WorldInfo {
   const char* name = "";
   std::span<const WorldDevice> devices;
   std::span<const WorldOption> options{};
+  std::size_t most_robots = 1;
 
   /// Null when it has none.
   const WorldDevice* find(Part part) const;
   bool has(FaultDevice device) const;
+  /// Its robots have a radio each, named kRadioName, and an air between them.
+  bool has_radio() const { return most_robots > 1; }
   /// The option with this key; null: the world has none.
   const WorldOption* find_option(std::string_view key) const;
   /// The value of an option in `values`, or its own default; nothing: it has none.
@@ -115,8 +122,11 @@ struct Scene {
   CameraPose camera;
   std::array<Pose, kMost> body{};
   std::size_t bodies = 0;
-  std::optional<Pose> vehicle{};  // for a room whose robot hangs on no joint; only pictures from outside show it
-  bool rotors_turn = false;       // likewise: discs instead of blades
+  // For a room whose robots hang on no joint: where each is. A camera of a robot that is alone shows none, and none
+  // shows the robot that it is on.
+  std::array<Pose, kMostRobots> vehicle{};
+  std::size_t vehicles = 0;
+  bool rotors_turn = false;  // likewise: discs instead of blades
 };
 
 /// One figure about a run, with its limit.
@@ -150,18 +160,16 @@ struct WorldTruth {
   bool contact = false, landed = false;
 };
 
-/// A simulated world, without rendering, in steps of 0.25 ms. Same options and same commands give the same bytes on
-/// every machine: nothing in it calls the C library's mathematics, which differ between CPUs.
-/// Thread:  owner.
-class World {
+/// One robot in a simulated world, as its side of a session sees it.
+/// Thread:  the world's.
+class SimRobot {
  public:
-  virtual ~World() = default;
-  /// Advances by 0.25 ms. `command`: one setpoint per channel of the actuator group, or none: its safe action.
-  virtual const Due& step(std::span<const double> command) = 0;
-  virtual msg::Time now() const = 0;
+  virtual ~SimRobot() = default;
+  /// What the step that just ended made available.
+  virtual const Due& due() const = 0;
   virtual WorldTruth ground_truth() const = 0;
   virtual Scene scene() const = 0;
-  /// No actuator drives anything, and nothing moves any more: a world left alone may end.
+  /// No actuator drives anything, and nothing moves any more: a robot left alone may end.
   virtual bool still() const = 0;
   /// Counts events that a report should tell at once.
   virtual std::uint32_t news() const { return 0; }
@@ -173,6 +181,35 @@ class World {
   virtual std::string outcome() const = 0;
   /// The joints of its actuator group, for simulated drives; null: it has none.
   virtual PlantJoints* joints() { return nullptr; }
+};
+
+/// One setpoint per channel of a robot's actuator group, or none: its safe action.
+using RobotCommand = std::span<const double>;
+
+/// A simulated world with its robots, without rendering, in steps of 0.25 ms. Same options and same commands give the
+/// same bytes on every machine: nothing in it calls the C library's mathematics, which differ between CPUs.
+/// Thread:  owner.
+class World {
+ public:
+  virtual ~World() = default;
+  /// Advances by 0.25 ms; `commands`: one for each robot.
+  virtual void advance(std::span<const RobotCommand> commands) = 0;
+  virtual msg::Time now() const = 0;
+  virtual std::size_t robots() const = 0;
+  virtual SimRobot& robot(std::size_t number) = 0;
+
+  /// Advances a world of one robot; what that made available.
+  const Due& step(RobotCommand command) {
+    advance({&command, 1});
+    return robot(0).due();
+  }
+};
+
+/// A world that is its only robot.
+class LoneRobot : public World, public SimRobot {
+ public:
+  std::size_t robots() const final { return 1; }
+  SimRobot& robot(std::size_t /*number*/) final { return *this; }
 };
 
 /// The place of a viewer, and the point that it looks at.
@@ -191,16 +228,32 @@ struct Portrait {
 struct WorldType {
   WorldInfo info;
   std::string title;          // "a quadrotor in a room"
-  std::string_view room_xml;  // MuJoCo's XML of what its camera sees; empty: it has no camera
-  /// With these values of info.options, of this seed. Errors: those of its physics.
-  std::function<hal::Result<std::unique_ptr<World>>(const WorldValues& values, std::uint64_t seed)> create;
+  std::string_view room_xml;  // MuJoCo's XML of what its camera sees, with one robot; empty: it has no camera
+  /// With a robot for each of `robots`, with these values of info.options; those that are not per_robot are the
+  /// first's. Of this seed. Errors: those of its physics; bad_argument: two robots start in the same place.
+  std::function<hal::Result<std::unique_ptr<World>>(std::span<const WorldValues> robots, std::uint64_t seed)> create;
   std::function<std::vector<Portrait>()> portraits = [] { return std::vector<Portrait>(); };
+};
+
+/// A robot of a world that has several.
+struct NamedRobot {
+  std::string name;      // that its runtime says in Hello
+  WorldValues values{};  // of per_robot options, instead of those of the world
 };
 
 /// Which world a run is in.
 struct WorldChoice {
   std::shared_ptr<const WorldType> type{};
   WorldValues values{};
+  std::vector<NamedRobot> robots{};  // empty: one, of any name
+
+  std::size_t robot_count() const { return robots.empty() ? 1 : robots.size(); }
+  /// The values of one robot.
+  WorldValues values_of(std::size_t robot) const;
+  hal::Result<std::unique_ptr<World>> create(std::uint64_t seed) const;
 };
+
+/// The seed of one robot's errors and draws: the first robot has the world's.
+std::uint64_t seed_of_robot(std::uint64_t seed, std::size_t robot);
 
 }  // namespace sinew::plant

@@ -31,7 +31,7 @@ TEST_P(CameraFlight, LandsOnThePadThatItSees) {
 
   Flight flight(world, o.seed);
   flight.look = [&](msg::Time stamp) {
-    (*renderer)->camera_view(world.world().camera_pose(), msg::PixelFormat::yuyv, pixels.data());
+    (*renderer)->camera_view(world.quad().camera_pose(), msg::PixelFormat::yuyv, pixels.data());
     const vision::PadCircle pad = finder.find({pixels.data(), kWidth, kHeight, kWidth * 2, msg::PixelFormat::yuyv});
     msg::PadSighting s;
     s.stamp = stamp;

@@ -16,11 +16,11 @@ class PlantWorld final : public TestWorld {
     if (auto world = plant::QuadWorld::create(options)) world_ = std::move(*world);
   }
   bool good() const { return world_ != nullptr; }
-  const plant::FlightSummary& summary() const { return world_->summary(); }
-  const plant::QuadWorld& world() const { return *world_; }
+  const plant::FlightSummary& summary() const { return world_->quad().summary(); }
+  const plant::Quad& quad() const { return world_->quad(); }
 
   Truth truth() const override {
-    const plant::TruthState t = world_->truth();
+    const plant::TruthState t = world_->quad().truth();
     return {math::Vec3(t.p_world_m), math::Vec3(t.v_world_mps), math::Quat(t.q_world_base), math::Vec3(t.gyro_radps)};
   }
   Samples step(const std::array<double, 4>& command) override {

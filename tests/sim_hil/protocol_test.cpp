@@ -234,7 +234,7 @@ TEST(SimProtocol, WelcomeIsCheckedDeviceByDevice) {
   EXPECT_EQ(refused([](Welcome& w) { w.step = 0ns; }), "plant's step is not positive");
   EXPECT_EQ(refused([](Welcome& w) { w.devices[1].name = "imu"; }), "two devices have the same name");
   EXPECT_EQ(refused([](Welcome& w) { w.devices[1].channels = 9; }), "actuators need 1 to 8 channels");
-  EXPECT_EQ(refused([](Welcome& w) { w.devices[0].kind = DeviceKind{8}; }), "unknown kind of device");
+  EXPECT_EQ(refused([](Welcome& w) { w.devices[0].kind = DeviceKind{9}; }), "unknown kind of device");
   EXPECT_EQ(refused([](Welcome& w) { w.devices[0].kind = DeviceKind::joints; }), "joints are 1 to 8");
   EXPECT_EQ(refused([](Welcome& w) { w.devices[0].period = -1ns; }), "device has a bad period or latency");
   EXPECT_EQ(refused([](Welcome& w) { w.devices[2].width = 1282; }), "camera is larger than 1280x960 or empty");

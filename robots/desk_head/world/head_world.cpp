@@ -183,12 +183,13 @@ HeadWorld::~HeadWorld() = default;
 
 WorldInfo HeadWorld::info() { return {"desk_head", kHeadDevices, kHeadWorldOptions}; }
 
-const Due& HeadWorld::step(std::span<const double> command) {
-  impl_->choose_drives(command);
+void HeadWorld::advance(std::span<const RobotCommand> commands) {
+  impl_->choose_drives(commands[0]);
   impl_->integrate();
   impl_->sample();
-  return impl_->due;
 }
+
+const Due& HeadWorld::due() const { return impl_->due; }
 
 msg::Time HeadWorld::now() const { return impl_->now(); }
 Vec3 HeadWorld::ball_m() const { return impl_->ball; }

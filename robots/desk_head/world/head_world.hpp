@@ -20,14 +20,15 @@ struct HeadOptions {
 /// The joints are integrated here, on equations of our own: MuJoCo's kinematics of hinges call the C library's sin and
 /// cos. MuJoCo only draws the room.
 /// Thread:  owner.
-class HeadWorld final : public World, public PlantJoints {
+class HeadWorld final : public LoneRobot, public PlantJoints {
  public:
   explicit HeadWorld(const HeadOptions& options);
   ~HeadWorld() override;
   static WorldInfo info();
 
   /// Commands: positions of pan and tilt in rad; none: both without torque.
-  const Due& step(std::span<const double> command) override;
+  void advance(std::span<const RobotCommand> commands) override;
+  const Due& due() const override;
   msg::Time now() const override;
   WorldTruth ground_truth() const override;
   Scene scene() const override;

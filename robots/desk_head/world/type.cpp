@@ -48,8 +48,9 @@ sinew::plant::WorldType sinew::robots::describe_world_of_desk_head() {
   type.info = HeadWorld::info();
   type.title = "a head on a desk that follows a ball";
   type.room_xml = room_xml_of_desk_head();
-  type.create = [info = type.info](const WorldValues& values,
+  type.create = [info = type.info](std::span<const WorldValues> robots,
                                    std::uint64_t seed) -> hal::Result<std::unique_ptr<World>> {
+    const WorldValues& values = robots[0];
     HeadOptions head;
     head.seed = seed;
     head.rock_deg = info.value(values, "rock_deg").value();

@@ -26,7 +26,8 @@ Scene through_camera(const msg::Vec3& base, const msg::Quat& q_world_base) {
 
 Scene with_vehicle(const msg::Vec3& base, const msg::Quat& q_world_base) {
   Scene scene;
-  scene.vehicle = Pose{base, q_world_base};
+  scene.vehicle[0] = {base, q_world_base};
+  scene.vehicles = 1;
   scene.rotors_turn = base.z > kFeetBelowBase;
   return scene;
 }
@@ -44,6 +45,28 @@ std::vector<Portrait> portraits() {
       {"landed", with_vehicle({0.03, -0.02, 0.12}, {0.98, 0, 0, 0.199}), Viewpoint{{0.75, -0.8, 0.55}, {0, 0, 0.08}}}};
 }
 
+QuadOptions options_of(const WorldInfo& info, const WorldValues& values, std::uint64_t seed) {
+  const auto radians = [&](const char* key) {
+    const auto deg = info.value(values, key);
+    return deg ? std::optional(*deg * math::kPi / 180) : std::nullopt;
+  };
+  QuadOptions quad;
+  quad.seed = seed;
+  quad.gust_mps = info.value(values, "gust_mps").value();
+  quad.wind_mps = info.value(values, "wind_mps");
+  quad.wind_toward_rad = radians("wind_toward_deg");
+  quad.spread = info.value(values, "spread").value();
+  quad.start_offset_m = info.value(values, "start_offset_m").value();
+  quad.start_x_m = info.value(values, "start_x_m");
+  quad.start_y_m = info.value(values, "start_y_m");
+  quad.start_heading_rad = radians("start_yaw_deg");
+  quad.land_x_m = info.value(values, "land_x_m").value();
+  quad.land_y_m = info.value(values, "land_y_m").value();
+  quad.battery_charge = info.value(values, "battery_charge");
+  quad.sensor_errors = info.value(values, "sensor_errors") != 0;
+  return quad;
+}
+
 }  // namespace
 }  // namespace sinew::plant
 
@@ -53,25 +76,12 @@ sinew::plant::WorldType sinew::robots::describe_world_of_quad() {
   type.info = QuadWorld::info();
   type.title = "a quadrotor in a room with a landing pad";
   type.room_xml = room_xml_of_quad();
-  type.create = [info = type.info](const WorldValues& values,
+  type.create = [info = type.info](std::span<const WorldValues> robots,
                                    std::uint64_t seed) -> hal::Result<std::unique_ptr<World>> {
-    const auto radians = [&](const char* key) {
-      const auto deg = info.value(values, key);
-      return deg ? std::optional(*deg * math::kPi / 180) : std::nullopt;
-    };
-    QuadOptions quad;
-    quad.seed = seed;
-    quad.gust_mps = info.value(values, "gust_mps").value();
-    quad.wind_mps = info.value(values, "wind_mps");
-    quad.wind_toward_rad = radians("wind_toward_deg");
-    quad.spread = info.value(values, "spread").value();
-    quad.start_offset_m = info.value(values, "start_offset_m").value();
-    quad.start_x_m = info.value(values, "start_x_m");
-    quad.start_y_m = info.value(values, "start_y_m");
-    quad.start_heading_rad = radians("start_yaw_deg");
-    quad.battery_charge = info.value(values, "battery_charge");
-    quad.sensor_errors = info.value(values, "sensor_errors") != 0;
-    auto made = QuadWorld::create(quad);
+    std::vector<QuadOptions> quads;
+    for (std::size_t i = 0; i < robots.size(); ++i)
+      quads.push_back(options_of(info, robots[i], seed_of_robot(seed, i)));
+    auto made = QuadWorld::create(quads);
     if (!made) return made.error();
     return std::unique_ptr<World>(std::move(*made));
   };

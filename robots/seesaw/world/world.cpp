@@ -23,13 +23,14 @@ constexpr double kStop_rad = 0.3;     // where the beam lies on the ground
 constexpr double kLevel_rad = 0.02, kSettle_s = 2, kMostTilt_deg = 2;
 constexpr double kGyro_radps = 0.01, kAccel_mps2 = 0.1;  // noise, at most
 
-class SeesawWorld final : public World {
+class SeesawWorld final : public LoneRobot {
  public:
   SeesawWorld(std::uint64_t seed, double push_radps2) : random_(seed), push_radps2_(push_radps2) {
     pitch_rad_ = random_.uniform(0, 1) < 0.5 ? -kStop_rad : kStop_rad;
   }
 
-  const Due& step(std::span<const double> command) override {
+  void advance(std::span<const RobotCommand> commands) override {
+    const RobotCommand command = commands[0];
     const bool driven = !command.empty();
     const bool pushed = steps_ / kPushSteps % 2 == 1;
     double a_radps2 = kFall_radps2 * pitch_rad_ + (pushed ? push_radps2_ : 0);
@@ -53,8 +54,8 @@ class SeesawWorld final : public World {
                         kGravity * turn.cos + noise(kAccel_mps2)};
     }
     due_.truth = steps_ % kTruthSteps == 0;
-    return due_;
   }
+  const Due& due() const override { return due_; }
   msg::Time now() const override { return {static_cast<std::int64_t>(steps_) * kStepNs}; }
   WorldTruth ground_truth() const override {
     WorldTruth truth;
@@ -115,9 +116,9 @@ sinew::plant::WorldType sinew::robots::describe_world_of_seesaw() {
   WorldType type;
   type.info = {"seesaw", kSeesawDevices, kSeesawWorldOptions};
   type.title = "a beam on a hinge that must be kept level";
-  type.create = [info = type.info](const WorldValues& values,
+  type.create = [info = type.info](std::span<const WorldValues> robots,
                                    std::uint64_t seed) -> hal::Result<std::unique_ptr<World>> {
-    const double push_radps2 = info.value(values, "push_radps2").value();
+    const double push_radps2 = info.value(robots[0], "push_radps2").value();
     return std::unique_ptr<World>(std::make_unique<SeesawWorld>(seed, push_radps2));
   };
   return type;

@@ -57,28 +57,28 @@ TEST(PlantWorld, AccelerometerFeelsPlusGUpwardAtRest) {
     EXPECT_NEAR(norm(due.imu_sample.gyro_radps), 0, 1e-3);
   });
   EXPECT_EQ(samples, 100);
-  EXPECT_TRUE(world->truth().on_pad);
-  EXPECT_FALSE(world->summary().flew);
+  EXPECT_TRUE(world->quad().truth().on_pad);
+  EXPECT_FALSE(world->quad().summary().flew);
 }
 
 TEST(PlantWorld, FreeFallIsWeightless) {
   auto world = make(ideal());
-  world->place({0, 0, 3}, kLevel);
+  world->quad().place({0, 0, 3}, kLevel);
   run(*world, 0.5, kOff, [&](const Due& due) {
     if (due.imu) {
       EXPECT_NEAR(norm(due.imu_sample.accel_mps2), 0, 1e-9);
     }
   });
-  EXPECT_NEAR(world->truth().v_world_mps.z, -0.5 * kGravity, 1e-9);
+  EXPECT_NEAR(world->quad().truth().v_world_mps.z, -0.5 * kGravity, 1e-9);
 }
 
 TEST(PlantWorld, AcceleratedFlightShowsInTheBaseFrame) {
   // Thrust along base z only, whatever the attitude: tilted by 90 degrees about x, base z points to -y of the world.
   auto world = make(ideal());
   const double h = std::sqrt(0.5);
-  world->place({0, 0, 3}, {h, h, 0, 0});
+  world->quad().place({0, 0, 3}, {h, h, 0, 0});
   run(*world, 0.3, kHalf);
-  const TruthState t = world->truth();
+  const TruthState t = world->quad().truth();
   EXPECT_NEAR(t.accel_mps2.x, 0, 1e-9);
   EXPECT_NEAR(t.accel_mps2.y, 0, 1e-9);
   EXPECT_GT(t.accel_mps2.z, 9.0);
@@ -88,22 +88,22 @@ TEST(PlantWorld, AcceleratedFlightShowsInTheBaseFrame) {
 
 TEST(PlantWorld, HoverThrustBalancesWeightNearHalfCommand) {
   auto world = make(ideal());
-  world->place({0, 0, 2}, kLevel);
+  world->quad().place({0, 0, 2}, kLevel);
   run(*world, 0.3, kHalf);
-  const double with_half = world->truth().accel_mps2.z * world->mass_kg();
-  const double volts = world->truth().voltage_v / BatteryParams{}.nominal_v;
+  const double with_half = world->quad().truth().accel_mps2.z * world->quad().mass_kg();
+  const double volts = world->quad().truth().voltage_v / BatteryParams{}.nominal_v;
   EXPECT_NEAR(with_half, 0.5 * 4 * RotorParams{}.thrust_max_n * volts * volts, 0.05);
-  EXPECT_NEAR(with_half, world->mass_kg() * kGravity, 0.15 * world->mass_kg() * kGravity);
-  EXPECT_NEAR(norm(world->truth().gyro_radps), 0, 1e-9);
+  EXPECT_NEAR(with_half, world->quad().mass_kg() * kGravity, 0.15 * world->quad().mass_kg() * kGravity);
+  EXPECT_NEAR(norm(world->quad().truth().gyro_radps), 0, 1e-9);
 }
 
 TEST(PlantWorld, ThrustFollowsTheCommandWithTheRotorsLag) {
   auto world = make(ideal());
-  world->place({0, 0, 2}, kLevel);
+  world->quad().place({0, 0, 2}, kLevel);
   run(*world, RotorParams{}.lag_s, kHalf);
   const double target =
-      RotorParams{}.omega_max_radps * std::sqrt(0.5) * world->truth().voltage_v / BatteryParams{}.nominal_v;
-  EXPECT_NEAR(world->truth().omega_radps[0] / target, 1 - std::exp(-1.0), 0.02);
+      RotorParams{}.omega_max_radps * std::sqrt(0.5) * world->quad().truth().voltage_v / BatteryParams{}.nominal_v;
+  EXPECT_NEAR(world->quad().truth().omega_radps[0] / target, 1 - std::exp(-1.0), 0.02);
 }
 
 struct TorqueCase {
@@ -118,9 +118,9 @@ void PrintTo(const TorqueCase& c, std::ostream* out) { *out << c.name; }
 
 TEST_P(PlantTorque, MotorsTurnTheVehicleAsDocumented) {
   auto world = make(ideal());
-  world->place({0, 0, 2}, kLevel);
+  world->quad().place({0, 0, 2}, kLevel);
   run(*world, 0.15, GetParam().command);
-  const msg::Vec3 w = world->truth().gyro_radps;
+  const msg::Vec3 w = world->quad().truth().gyro_radps;
   const auto check = [](double rate, double sign) {
     if (sign == 0)
       EXPECT_NEAR(rate, 0, 0.02);
@@ -141,14 +141,14 @@ INSTANTIATE_TEST_SUITE_P(Axes, PlantTorque,
 
 TEST(PlantWorld, BatterySagLowersThrust) {
   auto world = make(ideal());
-  world->place({0, 0, 2}, kLevel);
+  world->quad().place({0, 0, 2}, kLevel);
   run(*world, 0.1, kOff);
-  const double idle = world->truth().voltage_v;
-  world->place({0, 0, 2}, kLevel);
+  const double idle = world->quad().truth().voltage_v;
+  world->quad().place({0, 0, 2}, kLevel);
   run(*world, 0.3, {1, 1, 1, 1});
-  EXPECT_LT(world->truth().voltage_v, idle - 0.5);
-  EXPECT_GT(world->truth().current_a, 20);
-  EXPECT_LT(world->truth().current_a, 60);
+  EXPECT_LT(world->quad().truth().voltage_v, idle - 0.5);
+  EXPECT_GT(world->quad().truth().current_a, 20);
+  EXPECT_LT(world->quad().truth().current_a, 60);
 }
 
 TEST(PlantWorld, DragPullsTowardsTheWind) {
@@ -156,9 +156,9 @@ TEST(PlantWorld, DragPullsTowardsTheWind) {
   o.drag = true;
   o.gust_mps = 2.0;
   auto world = make(o);
-  world->place({0, 0, 3}, kLevel);
+  world->quad().place({0, 0, 3}, kLevel);
   run(*world, 0.1, kOff);
-  const TruthState t = world->truth();
+  const TruthState t = world->quad().truth();
   EXPECT_GT(norm(t.wind_world_mps), 0.0);
   EXPECT_GT(t.accel_mps2.x * t.wind_world_mps.x + t.accel_mps2.y * t.wind_world_mps.y, 0.0);
 }
@@ -206,13 +206,13 @@ TEST(PlantWorld, AStartThatIsToldChangesNothingElseThatTheSeedSays) {
   auto drawn = make(told);
   told.start_x_m = 0.5, told.start_y_m = -1, told.start_heading_rad = 1, told.battery_charge = 0.5, told.wind_mps = 3;
   auto placed = make(told);
-  const TruthState a = drawn->truth(), b = placed->truth();
+  const TruthState a = drawn->quad().truth(), b = placed->quad().truth();
   EXPECT_EQ(b.p_world_m.x, 0.5);
   EXPECT_EQ(b.p_world_m.y, -1);
   EXPECT_EQ(b.p_world_m.z, a.p_world_m.z);
   EXPECT_NEAR(2 * std::atan2(b.q_world_base.z, b.q_world_base.w), 1, 1e-12);
-  EXPECT_EQ(placed->mass_kg(), drawn->mass_kg());
-  EXPECT_EQ(placed->thrust_factor(), drawn->thrust_factor());
+  EXPECT_EQ(placed->quad().mass_kg(), drawn->quad().mass_kg());
+  EXPECT_EQ(placed->quad().thrust_factor(), drawn->quad().thrust_factor());
   EXPECT_LT(b.charge, a.charge);
   EXPECT_NEAR(b.charge, 0.5, 1e-3);
 }
@@ -221,11 +221,11 @@ TEST(PlantWorld, RangeFinderMeasuresAlongItsBeam) {
   auto world = make(ideal());
   double range = 0;
   const auto fly = [&](const msg::Quat& q) {
-    world->place({1, 1, 2}, q);
+    world->quad().place({1, 1, 2}, q);
     run(*world, 0.01, kOff, [&](const Due& due) {
       if (due.range) range = due.range_sample.range_m;
     });
-    return world->truth().p_world_m.z;
+    return world->quad().truth().p_world_m.z;
   };
   double z = fly(kLevel);
   EXPECT_NEAR(range, z + kRangePBase.z, 1e-3);
@@ -233,7 +233,7 @@ TEST(PlantWorld, RangeFinderMeasuresAlongItsBeam) {
   z = fly({std::cos(tilt / 2), 0, std::sin(tilt / 2), 0});
   EXPECT_NEAR(range, z / std::cos(tilt) + kRangePBase.z, 2e-3);
   fly({0, 1, 0, 0});  // upside down it sees the ceiling
-  EXPECT_NEAR(range, 4.0 - world->truth().p_world_m.z + kRangePBase.z, 1e-3);
+  EXPECT_NEAR(range, 4.0 - world->quad().truth().p_world_m.z + kRangePBase.z, 1e-3);
 }
 
 TEST(PlantWorld, RangeOutOfReachIsNotANumber) {
@@ -264,7 +264,7 @@ TEST(PlantWorld, BatterySaysWhatTheMotorsDraw) {
   EXPECT_GT(flying.current_a, 5 * idle.current_a);
   EXPECT_LT(flying.voltage_v, idle.voltage_v);
   EXPECT_LT(flying.charge, idle.charge);
-  EXPECT_EQ(flying.voltage_v, world->truth().voltage_v) << "an ideal one tells the truth";
+  EXPECT_EQ(flying.voltage_v, world->quad().truth().voltage_v) << "an ideal one tells the truth";
 }
 
 TEST(PlantWorld, SensorsComeAtTheirRatesWithStampsInOrder) {
@@ -306,10 +306,10 @@ TEST(PlantWorld, SpreadStaysWithinFivePercentAndDiffersBySeed) {
     QuadOptions o;
     o.seed = seed;
     auto world = make(o);
-    lightest = std::min(lightest, world->mass_kg());
-    heaviest = std::max(heaviest, world->mass_kg());
-    for (const double f : world->thrust_factor()) EXPECT_NEAR(f, 1.0, 0.05);
-    const msg::Vec3 p = world->truth().p_world_m;
+    lightest = std::min(lightest, world->quad().mass_kg());
+    heaviest = std::max(heaviest, world->quad().mass_kg());
+    for (const double f : world->quad().thrust_factor()) EXPECT_NEAR(f, 1.0, 0.05);
+    const msg::Vec3 p = world->quad().truth().p_world_m;
     EXPECT_LE(std::sqrt(p.x * p.x + p.y * p.y), 1.0);
   }
   EXPECT_GE(lightest, 1.2 * 0.95);
@@ -319,12 +319,12 @@ TEST(PlantWorld, SpreadStaysWithinFivePercentAndDiffersBySeed) {
 
 TEST(PlantWorld, DroppedVehicleLandsAndTheTouchdownIsMeasured) {
   auto world = make(ideal());
-  world->place({0.1, 0, 1.0}, kLevel);
+  world->quad().place({0.1, 0, 1.0}, kLevel);
   run(*world, 0.6, {0.41, 0.41, 0.41, 0.41});  // sinks slowly
-  const double speed_guess = world->truth().v_world_mps.z;
+  const double speed_guess = world->quad().truth().v_world_mps.z;
   EXPECT_LT(speed_guess, 0);
   run(*world, 2.0, {0.41, 0.41, 0.41, 0.41});
-  const FlightSummary& s = world->summary();
+  const FlightSummary& s = world->quad().summary();
   EXPECT_TRUE(s.flew);
   ASSERT_TRUE(s.touched_down);
   EXPECT_FALSE(s.crashed);
@@ -333,9 +333,9 @@ TEST(PlantWorld, DroppedVehicleLandsAndTheTouchdownIsMeasured) {
   EXPECT_GT(s.touchdown_speed_mps, 0.5);
   EXPECT_LT(s.touchdown_speed_mps, std::sqrt(2 * kGravity * fall));
   run(*world, 1.5, kOff);
-  EXPECT_TRUE(world->truth().on_pad);
-  EXPECT_NEAR(world->truth().p_world_m.z, kFeetBelowBase, 0.003);
-  EXPECT_NEAR(norm(world->truth().v_world_mps), 0, 1e-3);
+  EXPECT_TRUE(world->quad().truth().on_pad);
+  EXPECT_NEAR(world->quad().truth().p_world_m.z, kFeetBelowBase, 0.003);
+  EXPECT_NEAR(norm(world->quad().truth().v_world_mps), 0, 1e-3);
 }
 
 std::uint64_t hash_run(std::uint64_t seed) {
@@ -353,7 +353,7 @@ std::uint64_t hash_run(std::uint64_t seed) {
     if (due.range) mix(due.range_sample);
     if (due.baro) mix(due.baro_sample);
   });
-  mix(world->truth().p_world_m);
+  mix(world->quad().truth().p_world_m);
   return h;
 }
 

@@ -197,7 +197,7 @@ TEST(SimLockstep, MissingDeviceIsNamedWithThoseThatExist) {
             "actuators 'motors'");
   EXPECT_EQ(rig.board->camera("imu").error().code, Errc::not_found) << "right name, wrong kind";
   EXPECT_EQ(rig.board->radio("imu").error().code, Errc::not_found);
-  EXPECT_NE(rig.board->problem().find("simulated plants have no radio 'imu' yet"), std::string::npos);
+  EXPECT_NE(rig.board->problem().find("plant 'small' has no radio 'imu'; it has:"), std::string::npos);
 }
 
 TEST(SimLockstep, PlantThatEndsTheRunIsQuoted) {

@@ -221,7 +221,7 @@ class PlantSession : public testing::Test {
                const std::function<Command(Time)>& command) {
     auto pair = hal::stream_pair();
     EXPECT_TRUE(pair);
-    Session session(hal::system_os(), *feed_, options_);
+    Session session(hal::system_os(), {feed_.get()}, options_);
     std::thread plant([&] { served_ = session.serve(std::move(pair->first)); });
     ScriptedRuntime runtime(std::move(pair->second), hello);
     runtime.run(Time{static_cast<std::int64_t>(seconds * 1e9)}, lease, command);
@@ -371,7 +371,7 @@ TEST_F(PlantSession, MotorsStopWhenTheLeaseIsOver) {
 /// A plant behind a listener, on a socket of its own.
 class DoorPlant {
  public:
-  DoorPlant(CameraFeed& feed, const SessionOptions& options) : session(hal::system_os(), feed, options) {
+  DoorPlant(CameraFeed& feed, const SessionOptions& options) : session(hal::system_os(), {&feed}, options) {
     EXPECT_NE(mkdtemp(folder_.data()), nullptr);
     auto listener = hal::listen_stream("unix:" + folder_ + "/plant.sock");
     EXPECT_TRUE(listener);
@@ -380,7 +380,11 @@ class DoorPlant {
         hal::system_os(), std::move(*listener), Session::description({}, options), {"listener", 0, {}, 1 << 18}));
     thread_ = std::thread([this] {
       auto caller = plant_listener_->wait_runtime(kPatience);
-      if (caller) served = session.serve(std::move(*caller), *plant_listener_);
+      if (caller) {
+        std::vector<sim_hil::Caller> callers;
+        callers.push_back(std::move(*caller));
+        served = session.serve(std::move(callers), *plant_listener_);
+      }
     });
   }
   ~DoorPlant() {
@@ -517,7 +521,7 @@ TEST_F(PlantSession, RefusesTheModeThatItWasNotStartedFor) {
 TEST_F(PlantSession, ALostConnectionIsNotAGoodEnd) {
   auto pair = hal::stream_pair();
   ASSERT_TRUE(pair);
-  Session session(hal::system_os(), *feed_, options_);
+  Session session(hal::system_os(), {feed_.get()}, options_);
   std::thread plant([&] { served_ = session.serve(std::move(pair->first)); });
   pair->second.reset();
   plant.join();
@@ -549,10 +553,10 @@ TEST(Worlds, AreWhatTheRobotsFoldersSayAndCanBeMade) {
     EXPECT_TRUE(type->info.has(type->info.find(Part::actuators)->fault));
     EXPECT_TRUE(type->info.has(FaultDevice::link));
     EXPECT_EQ(type->room_xml.empty(), type->info.find(Part::camera) == nullptr);
-    auto world = type->create({}, 1);
+    auto world = WorldChoice{.type = type}.create(1);
     ASSERT_TRUE(world);
-    EXPECT_EQ((*world)->joints() != nullptr, type->info.find(Part::joints) != nullptr);
-    EXPECT_FALSE((*world)->verdict().outcome.empty());
+    EXPECT_EQ((*world)->robot(0).joints() != nullptr, type->info.find(Part::joints) != nullptr);
+    EXPECT_FALSE((*world)->robot(0).verdict().outcome.empty());
   }
   EXPECT_EQ(robots::find_world("moon"), nullptr);
 }

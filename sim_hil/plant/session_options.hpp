@@ -1,0 +1,23 @@
+#pragma once
+#include <optional>
+
+#include "sim_hil/plant/wire_devices.hpp"
+#include "sim_hil/protocol.hpp"
+#include "sim_hil/worlds/world.hpp"
+
+namespace sinew::plant {
+
+inline constexpr hal::Duration kExchange{1'000'000};  // from one with the runtimes to the next
+
+struct SessionOptions {
+  WorldChoice world;                  // the camera draws its room
+  std::optional<std::uint64_t> seed;  // instead of the one that the runtime asks for
+  std::optional<sim_hil::Mode> only;  // refuse the other mode
+  double duration_s = 0;              // plant time until the plant ends the run; 0: the runtime ends it
+  std::vector<Fault> faults;          // docs/faults.md; each of one robot
+  double relink_s = 5;                // free-running, by a listener: how long the world waits for another runtime
+  int fifo_priority = 85;             // of the physics thread, free-running: above the robot's threads, like a device
+  WireDevices* wire = nullptr;        // parts of the world at the wire, besides; free-running, one robot. Not owned
+};
+
+}  // namespace sinew::plant
