@@ -17,6 +17,7 @@
 #include "apps/replay/commands.hpp"
 #include "apps/run/commands.hpp"
 #include "apps/sweep_runs/commands.hpp"
+#include "apps/team/commands.hpp"
 
 namespace sinew::app {
 
@@ -43,6 +44,7 @@ std::variant<std::function<int()>, int> understood(int argc, char** argv, const 
   add_replay_command(app, context);
   add_tune_command(app, context);
   add_sweep_commands(app, context);
+  add_team_command(app, context);
   add_calibrate_command(app, context);
   add_devices_command(app, context);
   add_deploy_command(app, context);

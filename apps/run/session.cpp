@@ -168,6 +168,7 @@ class Session {
         },
         &hal::stop_requested);
     rt::DiscreteOptions how;
+    how.start = run_.begin;
     if (options_.duration_s > 0) how.duration = run_duration(options_);
     how.os = &run_.os;
     how.hash_topics = true;
@@ -181,7 +182,7 @@ class Session {
     const auto done = executor.run();
     if (!done) return fail(done.error().where);
     run_.wall_s = msg::seconds(run_.system.now() - wall);
-    run_.reached_s = msg::seconds(done->reached);
+    run_.reached_s = msg::seconds(done->reached - run_.begin);
     using End = rt::DiscreteReport::End;
     if (hal::stop_requested() && done->end != End::duration) ended_early(*run_.reached_s);
     if (!hal::stop_requested() && done->end == End::source_failed)

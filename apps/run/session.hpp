@@ -20,8 +20,8 @@ struct RunContext {
   hal::Os& system;  // this machine
   hal::Os& os;      // at the robot's pace
   hal::ManualClock clock{};
-  std::optional<MissionWatch> mission{};   // from before the first cycle on
-  hal::Time begin{};                       // of the cycles, by `os` or `clock`
+  std::optional<MissionWatch> mission{};  // from before the first cycle on
+  hal::Time begin{};  // of the cycles, by `os` or `clock`; in virtual time RunBoard::start() may set it
   std::uint64_t releases = 0, missed = 0;  // of the graph's threads, after the run; missed: met an unfinished cycle
   std::optional<double> reached_s{}, wall_s{};  // virtual time, after the run
   double lasted_s = 0;                          // real time, after the run: by the robot's clock

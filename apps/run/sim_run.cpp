@@ -18,6 +18,7 @@
 #include "apps/run/miss_cause.hpp"
 #include "apps/run/plant_process.hpp"
 #include "apps/run/session.hpp"
+#include "hal/linux/priority_mutex.hpp"
 #include "hal/linux/process.hpp"
 #include "hal/linux/socket.hpp"
 #include "hal/platform.hpp"
@@ -110,6 +111,8 @@ class SimulatedBoard final : public RunBoard {
     };
     sim.late_after = from_ms(wanted.bounds.late_ms);
     sim.connect = [endpoint = plant_.endpoint()] { return hal::connect_stream(endpoint, 500ms); };
+    if (!lockstep)
+      if (auto lock = hal::priority_mutex()) sim.send_lock = std::move(*lock);
     // A plant of our own that is gone does not come back.
     if (wanted.plant != "auto") sim.relink_for = from_ms(1e3 * wanted.relink_s);
     sim.reader.fifo_priority = lockstep ? 0 : 95;  // it is this board's interrupt
@@ -136,7 +139,13 @@ class SimulatedBoard final : public RunBoard {
   std::string trouble() const override { return board_->link_trouble(); }
 
   bool start(RunContext& run, std::string& why) override {
-    if (run.options.virtual_time || board_->start()) return true;
+    if (run.options.virtual_time) {
+      const auto first = board_->begin();
+      if (first) run.begin = *first;
+      if (first) return true;
+    } else if (board_->start()) {
+      return true;
+    }
     why = hal::stop_requested() ? "interrupted while the simulator started"
                                 : plant_.with_its_end("the plant does not start: " + board_->problem());
     return false;
@@ -337,11 +346,13 @@ std::unique_ptr<PlantProcess> open_plant(const Prepared& prepared, const RunOpti
   return PlantProcess::open(request, why);
 }
 
-std::unique_ptr<hal::StopLine> open_stop_line(const std::string& plant, hal::Duration patience, std::string& why) {
+/// Where several robots share the plant, a line in the name of one stops that one.
+std::unique_ptr<hal::StopLine> open_stop_line(const std::string& plant, const std::string& robot,
+                                              hal::Duration patience, std::string& why) {
   why = "it cannot be reached";
   auto stream = hal::connect_stream(plant, patience);
   if (!stream) return nullptr;
-  auto line = sim_hil::SideLine::open(std::move(*stream), "parent", patience, why);
+  auto line = sim_hil::SideLine::open(std::move(*stream), robot, patience, why);
   return line ? std::move(*line) : nullptr;
 }
 
@@ -356,11 +367,12 @@ int run_on_sim(Prepared& prepared, const RunOptions& options) {
   if (options.virtual_time) plant->hide();  // in real time other connections are still to come
   if (!needs_parent(prepared, options)) return run_session(prepared, options, board, nullptr, program);
 
+  const std::string& robot = prepared.graph->spec().robot;
   Supervised supervised;
-  StopWay to_plant{.name = "plant", .line = open_stop_line(plant->endpoint(), 1s, why)};
+  StopWay to_plant{.name = "plant", .line = open_stop_line(plant->endpoint(), robot, 1s, why)};
   if (!to_plant.line) std::fprintf(stderr, "warning: no stop line to the plant: %s\n", why.c_str());
   // The plant may have been away and come back: the runtime survives that, an old line does not.
-  to_plant.open = [&] { return open_stop_line(plant->endpoint(), 200ms, why); };
+  to_plant.open = [&] { return open_stop_line(plant->endpoint(), robot, 200ms, why); };
   to_plant.needless = [&] {
     plant->look();
     if (plant->is_stopped()) return std::string("not needed: the simulator is stopped, and is killed");

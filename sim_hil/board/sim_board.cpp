@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "sim_hil/board/sim_sending.hpp"
 
@@ -191,9 +192,16 @@ Result<hal::Actuators*> SimBoard::actuators(std::string_view name) {
 
 // ---- running
 
+Result<Time> SimBoard::begin() {
+  auto first = next_grant(Time{});
+  begun_ = first.has_value();
+  return first;
+}
+
 Result<Time> SimBoard::next_grant(Time done_to) {
   if (ended()) return end_error_;
   if (!shared_.lockstep) return Error{Errc::not_supported, "a free-running plant grants nothing"};
+  if (std::exchange(begun_, false)) return shared_.granted;
   if (!started_) {
     if (auto ok = start(); !ok) return ok.error();
   } else {

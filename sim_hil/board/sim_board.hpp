@@ -91,6 +91,9 @@ class SimBoard final : public hal::Board, public hal::GrantSource {
 
   /// Everything is configured: the plant's time begins. In lockstep the first next_grant() starts it if nobody did.
   hal::Status start();
+  /// Lockstep: starts it and waits for the first grant, with which the robot's time begins. The first next_grant()
+  /// answers the same again.
+  hal::Result<Time> begin();
   /// Lockstep: `done_to` must be the last grant (anything at the first call).
   hal::Result<Time> next_grant(Time done_to) override;
   /// Ends the run politely: when this returns, nothing is received any more and no thread woken. The destructor does it
@@ -160,6 +163,7 @@ class SimBoard final : public hal::Board, public hal::GrantSource {
   std::vector<std::unique_ptr<SimDevice>> devices_;  // by id; null for actuators
   std::vector<std::unique_ptr<Group>> groups_;       // by id; null for the others
   std::unique_ptr<hal::Thread> reader_;
+  bool begun_ = false;  // the first grant was asked for by begin(), and next_grant() has not answered it yet
   bool started_ = false, said_bye_ = false, bye_came_ = false;
   Time ended_at_{};
   hal::Error end_error_{hal::Errc::closed, "the plant ended the run"};

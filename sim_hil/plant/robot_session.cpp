@@ -120,7 +120,22 @@ void RobotSession::enter(World& world, std::uint64_t seed) {
   report_.seed = seed;
   const std::uint64_t own_seed = seed_of_robot(seed, number_);
   feed_.set_seed(own_seed);
+  if (report_.mode == sim_hil::Mode::lockstep) link_->set_robot_clock(clock(own_seed));
   faults_ = std::make_unique<PlantFaults>(faults_of(options_.faults, number_), own_seed, feed_.options(), info_);
+}
+
+/// The clocks of several robots differ, as those of real ones do.
+sim_hil::RobotClock RobotSession::clock(std::uint64_t own_seed) const {
+  constexpr std::uint32_t kStream = 0x636c636b;
+  constexpr double kMostOffset_s = 60, kMostDrift_ppm = 50;
+  math::Random random(own_seed, kStream);
+  const bool alone = options_.world.robot_count() == 1;
+  const double offset_s = alone ? 0 : random.uniform(0, kMostOffset_s);
+  const double drift_ppm = alone ? 0 : random.uniform(-kMostDrift_ppm, kMostDrift_ppm);
+  const WorldValues values = options_.world.values_of(number_);
+  const double wanted_s = info_.value(values, "clock_offset_s").value_or(offset_s);
+  const double wanted_ppm = info_.value(values, "clock_drift_ppm").value_or(drift_ppm);
+  return {ns(static_cast<std::int64_t>(1e9 * wanted_s)), static_cast<std::int64_t>(1e3 * wanted_ppm)};
 }
 
 Status RobotSession::wait_start() {

@@ -107,6 +107,7 @@ class RobotSession {
   hal::Status send_frame_due_by(hal::Time until, bool wait);
   hal::Status send_truth_and_report();
   void refresh_report();
+  sim_hil::RobotClock clock(std::uint64_t own_seed) const;
   std::uint16_t radio() const { return static_cast<std::uint16_t>(info_.devices.size()); }  // behind the parts
   auto radio_sender() {
     return [this](const msg::Datagram& d) { return link_->send(radio(), d, d.stamp); };

@@ -214,6 +214,7 @@ Status PlantLink::add(Type type, std::uint16_t device, Time time, const Payload&
     ++stats_.samples_dropped;
     return {};
   }
+  time = clock_.to_robot(time);
   if (out_.add(type, device, time, payload, bulk)) return {};
   if (auto ok = flush(); !ok) return ok;
   static_cast<void>(out_.add(type, device, time, payload, bulk));  // an empty buffer holds any message
@@ -228,35 +229,38 @@ Status PlantLink::expect_kind(std::uint16_t device, DeviceKind kind) const {
 
 Status PlantLink::send(std::uint16_t device, const msg::ImuSample& sample, Time ready) {
   if (auto ok = expect_kind(device, DeviceKind::imu); !ok) return ok;
-  return add(Type::imu, device, sample.stamp, Sample<msg::ImuSample>{ready, sample});
+  return add(Type::imu, device, sample.stamp, Sample<msg::ImuSample>{clock_.to_robot(ready), sample});
 }
 Status PlantLink::send(std::uint16_t device, const msg::RangeSample& sample, Time ready) {
   if (auto ok = expect_kind(device, DeviceKind::range); !ok) return ok;
-  return add(Type::range, device, sample.stamp, Sample<msg::RangeSample>{ready, sample});
+  return add(Type::range, device, sample.stamp, Sample<msg::RangeSample>{clock_.to_robot(ready), sample});
 }
 Status PlantLink::send(std::uint16_t device, const msg::BaroSample& sample, Time ready) {
   if (auto ok = expect_kind(device, DeviceKind::baro); !ok) return ok;
-  return add(Type::baro, device, sample.stamp, Sample<msg::BaroSample>{ready, sample});
+  return add(Type::baro, device, sample.stamp, Sample<msg::BaroSample>{clock_.to_robot(ready), sample});
 }
 Status PlantLink::send(std::uint16_t device, const msg::BatterySample& sample, Time ready) {
   if (auto ok = expect_kind(device, DeviceKind::battery); !ok) return ok;
-  return add(Type::battery, device, sample.stamp, Sample<msg::BatterySample>{ready, sample});
+  return add(Type::battery, device, sample.stamp, Sample<msg::BatterySample>{clock_.to_robot(ready), sample});
 }
 Status PlantLink::send(std::uint16_t device, const msg::JointState& state, Time ready) {
   if (auto ok = expect_kind(device, DeviceKind::joints); !ok) return ok;
   if (state.count != plant_.devices[device].channels)
     return Error{Errc::bad_argument, "joint state does not have one entry per channel", state.count};
-  return add(Type::joints, device, state.stamp, Sample<msg::JointState>{ready, state});
+  Sample<msg::JointState> sample{clock_.to_robot(ready), state};
+  for (Time& measured : sample.value.measured)
+    if (measured.ns != 0) measured = clock_.to_robot(measured);
+  return add(Type::joints, device, state.stamp, sample);
 }
 Status PlantLink::send(std::uint16_t device, const msg::Datagram& datagram, Time ready) {
   if (auto ok = expect_kind(device, DeviceKind::radio); !ok) return ok;
-  return add(Type::datagram, device, datagram.stamp, Sample<msg::Datagram>{ready, datagram});
+  return add(Type::datagram, device, datagram.stamp, Sample<msg::Datagram>{clock_.to_robot(ready), datagram});
 }
 Status PlantLink::send_truth(Time now, const Truth& truth) { return add(Type::truth, 0, now, truth); }
 
 Status PlantLink::send_report(Time now, std::string_view json) {
   if (auto ok = flush(); !ok || alone_ || crowded()) return ok;
-  static_cast<void>(out_.add_text(Type::report, now, json));
+  static_cast<void>(out_.add_text(Type::report, clock_.to_robot(now), json));
   return flush();
 }
 
@@ -283,7 +287,7 @@ Status PlantLink::send_frame(std::uint16_t camera, const FrameSlot& slot, const 
   CameraState& state = cameras_[camera];
   const DeviceInfo& d = plant_.devices[camera];
   FrameInfo info;
-  info.ready = meta.ready, info.exposure_ns = meta.exposure_ns, info.number = meta.number;
+  info.ready = clock_.to_robot(meta.ready), info.exposure_ns = meta.exposure_ns, info.number = meta.number;
   info.width = d.width, info.height = d.height, info.format = d.format;
   if (frames_) {
     if (slot.index >= kFrameSlots) return Error{Errc::bad_argument, "no such frame slot", slot.index};
@@ -320,6 +324,7 @@ Status PlantLink::begin_grant(Time until) {
   if (!state_) return state_;
   if (out_.room() < kHeaderBytes)
     if (auto ok = flush(); !ok) return ok;
+  until = clock_.to_robot(until);
   static_cast<void>(out_.add(Type::grant, 0, until));
   if (auto ok = flush(); !ok) return ok;
   granted_ = until;
@@ -365,8 +370,9 @@ Status PlantLink::take(const Message& message) {
       answered_ = true;
       return {};
     case Type::command: {
-      Timed timed{h.time, {}, false};
+      Timed timed{clock_.to_plant(h.time), {}, false};
       if (auto ok = decode(h, message.payload, timed.command); !ok) return fail(ok.error());
+      timed.command.setpoints.stamp = clock_.to_plant(timed.command.setpoints.stamp);
       if (!expect_kind(h.device, DeviceKind::actuators) ||
           timed.command.setpoints.count != plant_.devices[h.device].channels)
         return fail({Errc::bad_data, "command does not fit the actuator group", h.device});
@@ -379,7 +385,7 @@ Status PlantLink::take(const Message& message) {
       ++stats_.stops;
       for (std::uint16_t i = 0; i < static_cast<std::uint16_t>(groups_.size()); ++i)
         if (expect_kind(i, DeviceKind::actuators) && (h.device == kAllGroups || h.device == i))
-          if (auto ok = take_timed(i, {h.time, {}, true}); !ok) return ok;
+          if (auto ok = take_timed(i, {clock_.to_plant(h.time), {}, true}); !ok) return ok;
       return {};
     case Type::bye:
       bye_came_ = true;
@@ -393,8 +399,9 @@ Status PlantLink::take(const Message& message) {
 Status PlantLink::take_transmission(const Message& message) {
   const Header& h = message.header;
   if (!expect_kind(h.device, DeviceKind::radio)) return fail({Errc::bad_data, "no such radio", h.device});
-  if (h.time < last_sent_) return fail({Errc::bad_data, "commit times go backwards", h.time.ns});
-  last_sent_ = h.time;
+  const Time commit = clock_.to_plant(h.time);
+  if (commit < last_sent_) return fail({Errc::bad_data, "commit times go backwards", h.time.ns});
+  last_sent_ = commit;
   if (sent_count_ == sent_.size()) {
     ++stats_.datagrams_dropped;
     return {};
@@ -402,7 +409,7 @@ Status PlantLink::take_transmission(const Message& message) {
   Sent& sent = sent_[sent_count_];
   if (auto ok = decode(h, message.payload, sent.datagram); !ok) return fail(ok.error());
   sent.device = h.device;
-  sent.commit = h.time;
+  sent.commit = commit;
   ++sent_count_;
   return {};
 }

@@ -11,6 +11,7 @@
 #include "sim_hil/caller.hpp"
 #include "sim_hil/message_io.hpp"
 #include "sim_hil/protocol.hpp"
+#include "sim_hil/server/robot_clock.hpp"
 
 namespace sinew::sim_hil {
 
@@ -73,6 +74,9 @@ class PlantLink {
 
   /// Waits until the runtime is configured. Errors: closed, timeout.
   hal::Status wait_start();
+  /// Lockstep, before the first grant: all times on the wire are of this clock, all times here are the plant's. Samples
+  /// that are a nanosecond apart may get equal stamps.
+  void set_robot_clock(const RobotClock& clock) { clock_ = clock; }
   /// Free-running only, right after wait_start(): plant time `now` is now, when the host's clock shows `host_now`.
   hal::Status start_clock(Time now, Time host_now);
 
@@ -188,7 +192,8 @@ class PlantLink {
   bool running_ = false;            // free-running, and the clock has been started: writing must not wait
   std::vector<std::byte> backlog_;  // what the socket has not taken, from backlog_sent_ on
   std::size_t backlog_sent_ = 0;
-  Time granted_{-1};
+  RobotClock clock_;
+  Time granted_{-1};  // by the robot's clock
   hal::Status state_;
   std::string reason_;
   Stats stats_;

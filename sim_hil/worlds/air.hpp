@@ -24,7 +24,7 @@ struct AirOptions {
   hal::Time split_from{0}, split_until{0};  // the first half of the robots and the others do not hear each other
 };
 
-inline constexpr std::array<WorldOption, 7> kAirOptions{{
+inline constexpr std::array<WorldOption, 9> kAirOptions{{
     {"air_loss", "air-loss", "", 0, 1, 0.0, "", "share of a robot's datagrams that a mate's radio does not get"},
     {"air_delay_ms", "air-delay", "ms", 1, 10000, 2.0, "", "from the end of a datagram's sending to its arrival"},
     {"air_jitter_ms", "air-jitter", "ms", 0, 10000, 0.0, "",
@@ -34,6 +34,11 @@ inline constexpr std::array<WorldOption, 7> kAirOptions{{
     {"air_split_at_s", "air-split-at", "s", 0, 1e6, 0.0, "",
      "from here on, for air_split_s, the first half of the robots and the others do not hear each other"},
     {"air_split_s", "air-split", "s", 0, 1e6, 0.0, "", "how long that lasts; 0: it does not happen"},
+    {"clock_offset_s", "clock-offset", "s", 0, 1e6, std::nullopt, "by the seed with several robots, up to 60; else 0",
+     "virtual time: what the robot's clock shows when the world begins", false, true},
+    {"clock_drift_ppm", "clock-drift", "ppm", -1000, 1000, std::nullopt,
+     "by the seed with several robots, up to 50 either way; else 0",
+     "virtual time: how much faster than the world's time the robot's clock runs", false, true},
 }};
 
 /// The options of a world with room for several robots.
