@@ -13,6 +13,7 @@
 #include "msg/joints.hpp"
 #include "msg/operator.hpp"
 #include "msg/pilot.hpp"
+#include "msg/place.hpp"
 #include "msg/radio.hpp"
 #include "msg/safety.hpp"
 #include "msg/sensors.hpp"
@@ -34,7 +35,7 @@ struct Types {
 // In order of name.
 using Known = Types<ActuatorCommand, AttitudeSetpoint, BallSighting, BaroSample, BatterySample, CanFrame, Datagram,
                     FlightSetpoint, GnssSample, GuardianState, HeadState, Image, ImuSample, JointState, MagSample,
-                    MateState, MissionState, MotionField, NavState, OperatorLink, PadSighting, PilotSwitches,
+                    MateState, MissionState, MotionField, NavState, OperatorLink, PadSighting, PlaceEstimate, PilotSwitches,
                     RangeSample, RcSample, SafetyState, TeamPose, TeamState, WrenchSetpoint>;
 
 /// The FromMate of a known type, put together from its description: a static one for each would cost every robot more

@@ -4,6 +4,7 @@
 #include "control/error_state_filter.hpp"
 #include "control/mixer.hpp"
 #include "control/position_controller.hpp"
+#include "control/team_locator.hpp"
 #include "drivers/sources/camera_source.hpp"
 #include "drivers/sources/sensor_source.hpp"
 #include "robots/robot_kind.hpp"
@@ -28,6 +29,7 @@ rt::ModuleTypes robot_modules() {
   types.add<control::ErrorStateFilter>("control::ErrorStateFilter");
   types.add<control::AttitudeController>("control::AttitudeController");
   types.add<control::PositionController>("control::PositionController");
+  types.add<control::TeamLocator>("control::TeamLocator");
   types.add<control::Mixer>("control::Mixer");
   types.add<vision::BallDetector>("vision::BallDetector");
   types.add<vision::PadDetector>("vision::PadDetector");

@@ -107,8 +107,16 @@ class WiringCheck {
       if (p.name == name && plant::to_string(p.part) == what) return &p;
     return nullptr;
   }
+  bool world_has_radio(std::string_view what) const {
+    const plant::WorldInfo* world = robots::find_world(robot_.sim.world);
+    return what == "radio" && world && world->has_radio();
+  }
+  bool world_gives(std::string_view name, std::string_view what) const {
+    return part(name, what) || (world_has_radio(what) && name == plant::kRadioName);
+  }
   std::string parts_that_give(std::string_view what) const {
     std::string names;
+    if (world_has_radio(what)) names = plant::kRadioName;
     for (const plant::WorldDevice& p : world())
       if (plant::to_string(p.part) == what) names += (names.empty() ? "" : ", ") + std::string(p.name);
     return fmt::format("the name of {} in the world {}: {}", what, robot_.sim.world,
@@ -120,7 +128,7 @@ class WiringCheck {
                           int line) {
     if (std::find(used_.begin(), used_.end(), device) == used_.end()) used_.push_back(device);
     const DeviceSpec* spec = table(device);
-    if (board_of(graph_.spec(), device) == "sim" && !part(device, what) && !world().empty())
+    if (board_of(graph_.spec(), device) == "sim" && !world_gives(device, what) && !world().empty())
       add(line, key, rt::quoted(device), parts_that_give(what));
     if (!spec) {
       if (board_of(graph_.spec(), device) == "linux")

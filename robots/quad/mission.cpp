@@ -11,6 +11,8 @@ void Mission::declare(rt::Declaration& d) {
   d.in("state", state_, {.max_age = 20ms});
   d.in("safety", safety_, {.optional = true, .supervises = true});
   d.in("pilot", pilot_, {.optional = true, .previous = true, .supervises = true});
+  d.in("ahead", ahead_, {.optional = true});
+  d.in("told_pad", told_pad_, {.optional = true});
   d.out("setpoint", setpoint_);
   d.out("mission", mission_);
   d.state(plan_);
@@ -61,6 +63,12 @@ void Mission::declare(rt::Declaration& d) {
   seconds("felt_s", p.felt_s, "not sinking in the descent for this long: lands without further sightings");
   seconds("blind_s", p.blind_s, "sinking without height before disarming");
   seconds("estimate_lost_s", p.estimate_lost_s, "before it aborts");
+  d.param("land_x_m", p.land_x_m,
+          {.unit = "m", .min = -100, .max = 100, .doc = "where it lands, from the pad's centre"});
+  d.param("land_y_m", p.land_y_m, {.unit = "m", .min = -100, .max = 100, .doc = "likewise"});
+  d.param("after_mate", after_mate_, {.doc = "starts when the mate of `ahead` has landed"});
+  metres("told_std_m", p.told_std_m, "a told pad that is less sure is not believed, 1 sigma");
+  seconds("ahead_silent_s", p.ahead_silent_s, "a mate ahead that is not heard for so long is waited for no more");
   d.param("retries", p.retries, {.unit = "1", .min = 0, .max = 100, .doc = "lost pads before it aborts"});
 }
 
@@ -69,10 +77,19 @@ rt::StepStatus Mission::step(const rt::Step& step) noexcept {
   if (!state) return rt::StepStatus::stale;
   if (!plausible(*state)) return rt::StepStatus::fault;
   if (const msg::SafetyState* safety = safety_.get()) plan_.set_safety({safety->permitted, safety->action});
+  const double dt_s = step_seconds(step.dt);
+  if (after_mate_) {
+    const msg::MissionState* ahead = ahead_.get();
+    plan_.set_ahead(ahead ? &ahead->phase : nullptr, dt_s);
+  }
+  if (const msg::PlaceEstimate* told = told_pad_.get()) {
+    const double most = plan_.params.told_std_m * plan_.params.told_std_m;
+    if (told->covariance_m2[0] <= most && told->covariance_m2[4] <= most) plan_.set_told_pad(math::Vec3(told->p_m));
+  }
   if (const msg::PilotSwitches* pilot = pilot_.get(); pilot && pilot->take_over)
     plan_.stand_by(step.now, *state);
   else
-    plan_.step(step.now, *state, step_seconds(step.dt));
+    plan_.step(step.now, *state, dt_s);
   setpoint_.loan() = plan_.setpoint();
   mission_.loan() = plan_.state();
   return rt::StepStatus::ok;

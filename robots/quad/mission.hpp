@@ -1,5 +1,6 @@
 #pragma once
 #include "msg/pilot.hpp"
+#include "msg/place.hpp"
 #include "robots/quad/mission_plan.hpp"
 #include "rt/module.hpp"
 
@@ -7,9 +8,11 @@ namespace sinew::control {
 
 /// Flies to the landing pad and lands on it: arm, climb, search, approach, hold, descend, touch down, disarm. See
 /// MissionPlan. With `safety` bound it arms only when the guardian permits it, and lands where it is when a failsafe
-/// asks for that. With `pilot` bound it stands by while a pilot flies by hand, and comes down where it is afterwards.
-/// Thread:  executor, 100 to 250 Hz, before the position controller.   RT: yes.
-/// Errors:  stale without a fresh state: nothing is published, the loops below follow, and the guardian acts when the
+/// asks for that. With `after_mate` it waits on the ground until the mate whose mission is `ahead` has landed, or is
+/// not heard any more; with `told_pad` bound it searches where a mate has seen the pad. With `pilot` bound it stands by
+/// while a pilot flies by hand, and comes down where it is afterwards. Thread:  executor, 100 to 250 Hz, before the
+/// position controller.   RT: yes. Errors:  stale without a fresh state: nothing is published, the loops below follow,
+/// and the guardian acts when the
 ///          lease of the last command runs out.
 class Mission final : public rt::Module {
  public:
@@ -21,8 +24,11 @@ class Mission final : public rt::Module {
   rt::In<msg::NavState> state_;
   rt::In<msg::SafetyState> safety_;
   rt::In<msg::PilotSwitches> pilot_;
+  rt::In<msg::MissionState> ahead_;
+  rt::In<msg::PlaceEstimate> told_pad_;
   rt::Out<msg::FlightSetpoint> setpoint_;
   rt::Out<msg::MissionState> mission_;
+  bool after_mate_ = false;
   MissionPlan plan_;
 };
 

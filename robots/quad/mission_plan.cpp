@@ -124,7 +124,8 @@ void MissionPlan::obey(msg::Time now) {
 void MissionPlan::run_phase(msg::Time now, const msg::NavState& nav, double dt_s) {
   switch (state_.phase) {
     case MissionPhase::wait:
-      if (valid_s_ >= params.settle_s && safety_.permitted != 0 && safety_.action == msg::FailsafeAction::none)
+      if (valid_s_ >= params.settle_s && waits_ == 0 && safety_.permitted != 0 &&
+          safety_.action == msg::FailsafeAction::none)
         enter(MissionPhase::arm, now);
       break;
     case MissionPhase::arm:
@@ -143,6 +144,11 @@ void MissionPlan::run_phase(msg::Time now, const msg::NavState& nav, double dt_s
       fly_reference();
       if (nav.height_m > params.search_height_m - 0.15) {
         search_leg_ = 0;
+        if (told_) {
+          search_centre_m_ = told_pad_m_;
+          target_m_.x = told_pad_m_.x;
+          target_m_.y = told_pad_m_.y;
+        }
         enter(MissionPhase::search, now);
       }
       break;
@@ -151,7 +157,7 @@ void MissionPlan::run_phase(msg::Time now, const msg::NavState& nav, double dt_s
       break;
     case MissionPhase::approach:
     case MissionPhase::hold:
-      target_m_ = {nav.pad_world_m.x, nav.pad_world_m.y, nav.pad_world_m.z + params.approach_height_m};
+      target_m_ = above_landing(nav);
       slew(dt_s);
       fly_reference();
       if (!pad_fresh(nav) && horizontal(target_m_ - math::Vec3(nav.p_world_m)) < 0.5) return lose_pad(now);
@@ -178,6 +184,11 @@ void MissionPlan::run_phase(msg::Time now, const msg::NavState& nav, double dt_s
   }
 }
 
+math::Vec3 MissionPlan::above_landing(const msg::NavState& nav) const {
+  return {nav.pad_world_m.x + params.land_x_m, nav.pad_world_m.y + params.land_y_m,
+          nav.pad_world_m.z + params.approach_height_m};
+}
+
 void MissionPlan::run_search(msg::Time now, const msg::NavState& nav, double dt_s) {
   slew(dt_s);
   fly_reference();
@@ -192,8 +203,7 @@ void MissionPlan::run_search(msg::Time now, const msg::NavState& nav, double dt_
 }
 
 void MissionPlan::run_descend(msg::Time now, const msg::NavState& nav, double dt_s) {
-  target_m_.x = nav.pad_world_m.x;
-  target_m_.y = nav.pad_world_m.y;
+  target_m_ = above_landing(nav);
   target_m_.z = reference_m_.z;  // the height is led below, not by slew()
   reference_mps_.z = 0;
   slew(dt_s);

@@ -29,7 +29,10 @@ struct MissionParams {
   // Every phase has a limit. A climb takes 4 s, a descent from the highest 12 s; settling takes 3 s, but another module
   // may fly figures above the pad meanwhile.
   double climb_limit_s = 12, hold_limit_s = 30, abort_limit_s = 40;
-  double fall_mps = 1.5;  // its own sinking is less than half as fast: the motors do not carry it
+  double land_x_m = 0, land_y_m = 0;  // where it lands, from the pad's centre
+  double told_std_m = 0.5;            // a told pad that is less sure is not believed
+  double ahead_silent_s = 3;          // a mate that is to land first and is not heard for so long is waited for no more
+  double fall_mps = 1.5;              // its own sinking is less than half as fast: the motors do not carry it
   std::int64_t retries = 3;
 };
 
@@ -54,6 +57,17 @@ class MissionPlan {
   void reset();
   /// Valid until the next call; at first everything is permitted.
   void set_safety(const MissionSafety& safety) { safety_ = safety; }
+  /// A mate has told where the pad is: the search begins there. It stays known.
+  void set_told_pad(const math::Vec3& p_world_m) {
+    told_pad_m_ = p_world_m;
+    told_ = 1;
+  }
+  /// Of a mate that lands first, each step: it is waited for on the ground until it has landed, or was not heard for
+  /// ahead_silent_s. Null: not heard.
+  void set_ahead(const msg::MissionPhase* phase, double dt_s) {
+    ahead_silent_s_ = phase ? 0 : ahead_silent_s_ + dt_s;
+    waits_ = phase ? *phase != msg::MissionPhase::done : ahead_silent_s_ < params.ahead_silent_s;
+  }
   /// One step at `now` with the newest estimate; dt since the last step.
   void step(msg::Time now, const msg::NavState& nav, double dt_s);
   /// Instead of step() while a pilot flies by hand: the setpoint follows the vehicle. When the pilot hands back in
@@ -75,6 +89,7 @@ class MissionPlan {
   void run_descend(msg::Time now, const msg::NavState& nav, double dt_s);
   void run_abort(msg::Time now, const msg::NavState& nav, double dt_s);
   void lose_pad(msg::Time now);
+  math::Vec3 above_landing(const msg::NavState& nav) const;
   /// Moves the reference towards the target with limited speed and acceleration.
   void slew(double dt_s);
   void fly_reference();
@@ -82,12 +97,15 @@ class MissionPlan {
   msg::FlightSetpoint setpoint_;
   msg::MissionState state_;
   MissionSafety safety_;
+  math::Vec3 told_pad_m_;
   math::Vec3 target_m_, reference_m_, reference_mps_, search_centre_m_;
   double yaw_rad_ = 0;
   double valid_s_ = 0, invalid_s_ = 0, touch_s_ = 0, stuck_s_ = 0, blind_s_ = 0, arrived_s_ = 0;
   std::int64_t search_leg_ = 0, lost_ = 0;
   msg::Time armed_at_;
   std::uint64_t begun_ = 0;  // likewise
+  double ahead_silent_s_ = 0;
+  std::uint64_t told_ = 0, waits_ = 0;
 };
 
 }  // namespace sinew::control
