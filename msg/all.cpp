@@ -35,8 +35,8 @@ struct Types {
 // In order of name.
 using Known = Types<ActuatorCommand, AttitudeSetpoint, BallSighting, BaroSample, BatterySample, CanFrame, Datagram,
                     FlightSetpoint, GnssSample, GuardianState, HeadState, Image, ImuSample, JointState, MagSample,
-                    MateState, MissionState, MotionField, NavState, OperatorLink, PadSighting, PlaceEstimate, PilotSwitches,
-                    RangeSample, RcSample, SafetyState, TeamPose, TeamState, WrenchSetpoint>;
+                    MateState, MissionState, MotionField, NavState, OperatorLink, PadSighting, PilotSwitches,
+                    PlaceEstimate, RangeSample, RcSample, SafetyState, TeamPose, TeamState, WrenchSetpoint>;
 
 /// The FromMate of a known type, put together from its description: a static one for each would cost every robot more
 /// memory than its messages, and only programs that look at robots ask.

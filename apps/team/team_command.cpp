@@ -153,6 +153,8 @@ int run_team(const TeamRunOptions& options, const rt::ModuleTypes& types) {
   }
   watch(runs);
   why = plant->wait_for_end(hal::stop_requested() ? 1s : 3s);
+  if (const auto exit = plant->ended(0s); why.empty() && exit && exit->code > 128)
+    why = "the simulator " + to_string(*exit);
   if (!why.empty() && !hal::stop_requested()) std::fprintf(stderr, "sinew: %s\n", why.c_str());
   return report(options, runs, plant->last_report());
 }

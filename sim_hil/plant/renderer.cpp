@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <mutex>
 #include <vector>
 
 #include "sim_hil/mujoco/room.hpp"
@@ -185,6 +186,9 @@ void Renderer::Impl::update() {
 }
 
 void Renderer::Impl::draw() {
+  // Mesa 22.3's llvmpipe crashes now and then when two contexts of a process draw at the same time.
+  static std::mutex one_at_a_time;
+  const std::lock_guard lock(one_at_a_time);
   const mjrRect all{0, 0, static_cast<int>(options.width), static_cast<int>(options.height)};
   mjr_render(all, &scene, &context);
   if (options.picture) {  // resolves the samples

@@ -438,5 +438,45 @@ TEST(SimFraming, WriterRefusesWhatDoesNotFitAndKeepsItsSequence) {
   EXPECT_EQ(h.sequence, 2u);
 }
 
+TEST(SimProtocol, DatagramsComeBackAsTheyWere) {
+  Sample<msg::Datagram> sent;
+  sent.ready = Time{5000};
+  sent.value.stamp = Time{4000};
+  sent.value.sender = 7;
+  sent.value.size = 3;
+  sent.value.data = {1, 2, 255};
+  const auto payload = payload_of(sent);
+  EXPECT_EQ(payload.size(), kDatagramHeadBytes + 3);
+  Sample<msg::Datagram> back;
+  back.value.data.fill(9);
+  ASSERT_TRUE(decode_payload(Type::datagram, payload, back, Time{4000}));
+  EXPECT_EQ(back.value.stamp, sent.value.stamp);
+  EXPECT_EQ(back.ready, sent.ready);
+  EXPECT_EQ(back.value.sender, 7u);
+  EXPECT_EQ(back.value.size, 3u);
+  EXPECT_EQ(back.value.data, sent.value.data);
+  Transmission said;
+  said.size = 2;
+  said.data[0] = 4, said.data[1] = 5;
+  Transmission heard;
+  ASSERT_TRUE(decode_payload(Type::transmit, payload_of(said), heard));
+  EXPECT_EQ(heard.size, 2u);
+  EXPECT_EQ(heard.data[1], 5);
+}
+
+TEST(SimProtocol, DatagramsOfAnotherSizeThanTheySayAreRefused) {
+  Sample<msg::Datagram> sent;
+  sent.ready = Time{5000};
+  sent.value.size = 3;
+  auto payload = payload_of(sent);
+  payload[12] = std::byte{4};
+  EXPECT_EQ(refusal<Sample<msg::Datagram>>(Type::datagram, payload, Time{4000}),
+            "Datagram does not have the size that it says");
+  payload.resize(kDatagramHeadBytes);
+  EXPECT_EQ(refusal<Sample<msg::Datagram>>(Type::datagram, payload, Time{4000}), "Datagram is cut off");
+  EXPECT_EQ(refusal<Transmission>(Type::transmit, std::vector<std::byte>(1201)), "Transmit is empty or too long");
+  EXPECT_EQ(refusal<Transmission>(Type::transmit, {}), "Transmit is empty or too long");
+}
+
 }  // namespace
 }  // namespace sinew::sim_hil::protocol_test

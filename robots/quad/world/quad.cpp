@@ -216,8 +216,12 @@ void Quad::watch_contacts(msg::Time now) {
   summary_.max_height_m = std::max(summary_.max_height_m, p.z);
   clear_steps_ = p.z > kFeetBelowBase + kClearM ? clear_steps_ + 1 : 0;
   if (clear_steps_ >= kFlewSteps) summary_.flew = true;
-  for (int i = 0; i < data_.ncon; ++i)
-    if (data_.contact[i].geom1 == hull_ || data_.contact[i].geom2 == hull_) summary_.crashed = true;
+  for (int i = 0; i < data_.ncon; ++i) {
+    const int one = data_.contact[i].geom1, other = data_.contact[i].geom2;
+    const int bodies[] = {model_.geom_bodyid[one], model_.geom_bodyid[other]};
+    const bool own = bodies[0] == body_ || bodies[1] == body_, vehicles = bodies[0] != 0 && bodies[1] != 0;
+    if (one == hull_ || other == hull_ || (own && vehicles)) summary_.crashed = true;
+  }
   if (!summary_.flew || summary_.touched_down || !touches()) return;
   summary_.touched_down = true;
   summary_.touchdown_at = now;

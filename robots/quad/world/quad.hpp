@@ -46,7 +46,7 @@ struct FlightSummary {
   double touchdown_error_m = 0;    // base to where it shall land, horizontally, at that contact
   double max_height_m = 0;         // of the base
   double wind_max_mps = 0;
-  bool crashed = false;  // touched anything with more than the feet, or tilted over on the ground
+  bool crashed = false;  // touched anything with more than the feet, or another vehicle, or tilted over on the ground
 };
 
 /// One quadrotor of a QuadWorld: a free body of its model, with rotors, sensors and a look at how it flies.

@@ -381,5 +381,49 @@ TEST(MissionPlan, ReferenceKeepsItsSpeedAndAcceleration) {
   EXPECT_TRUE(has);
 }
 
+// ---- with a mate
+
+TEST(MissionPlan, WaitsOnTheGroundUntilTheMateAheadHasLanded) {
+  Follower f;
+  MissionPhase ahead = MissionPhase::descend;
+  for (int i = 0; i < 4000; ++i) f.plan.set_ahead(&ahead, 0.005), f.step();
+  EXPECT_EQ(f.plan.state().phase, MissionPhase::wait);
+  ahead = MissionPhase::done;
+  for (int i = 0; i < 200; ++i) f.plan.set_ahead(&ahead, 0.005), f.step();
+  EXPECT_GE(f.plan.state().phase, MissionPhase::arm);
+}
+
+TEST(MissionPlan, GoesOnWhenTheMateAheadIsNotHeardForLong) {
+  Follower f;
+  const MissionPhase ahead = MissionPhase::search;
+  for (int i = 0; i < 1000; ++i) f.plan.set_ahead(&ahead, 0.005), f.step();
+  int steps = 0;
+  for (; f.plan.state().phase == MissionPhase::wait && steps < 4000; ++steps)
+    f.plan.set_ahead(nullptr, 0.005), f.step();
+  EXPECT_NEAR(steps * 0.005, f.plan.params.ahead_silent_s, 0.02);
+}
+
+TEST(MissionPlan, SearchesWhereAMateHasSeenThePad) {
+  Follower f;
+  f.pad_in_sight = false;
+  f.plan.set_told_pad({1.5, -1.0, 0});
+  while (f.plan.state().phase != MissionPhase::search && f.now_ns < 30'000'000'000) f.step();
+  double nearest_m = 10;
+  for (int i = 0; i < 1000; ++i) {
+    f.step();
+    nearest_m = std::min(nearest_m, math::hypot(f.nav.p_world_m.x - 1.5, f.nav.p_world_m.y + 1.0));
+  }
+  EXPECT_LT(nearest_m, 0.02) << "before it goes on around that place";
+}
+
+TEST(MissionPlan, LandsBesideThePadWhereItIsTold) {
+  Follower f;
+  f.plan.params.land_x_m = 0.2;
+  f.plan.params.land_y_m = -0.5;
+  while (f.plan.state().phase != MissionPhase::done && f.now_ns < 90'000'000'000) f.step();
+  EXPECT_NEAR(f.nav.p_world_m.x, 0.7 + 0.2, 0.02);
+  EXPECT_NEAR(f.nav.p_world_m.y, -0.4 - 0.5, 0.02);
+}
+
 }  // namespace
 }  // namespace sinew::control::mission_plan_test

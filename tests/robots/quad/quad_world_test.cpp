@@ -338,6 +338,107 @@ TEST(PlantWorld, DroppedVehicleLandsAndTheTouchdownIsMeasured) {
   EXPECT_NEAR(norm(world->quad().truth().v_world_mps), 0, 1e-3);
 }
 
+// ---- several vehicles
+
+std::unique_ptr<QuadWorld> make_two(double apart_m) {
+  QuadOptions a = ideal(), b = ideal();
+  a.start_x_m = -apart_m / 2, b.start_x_m = apart_m / 2;
+  auto world = QuadWorld::create(std::array{a, b});
+  EXPECT_TRUE(world);
+  return std::move(*world);
+}
+
+void run_two(QuadWorld& world, double seconds, double first, double second) {
+  const std::array<double, kRotors> a{first, first, first, first}, b{second, second, second, second};
+  const RobotCommand both[] = {a, b};
+  for (int i = 0; i < static_cast<int>(seconds * 4000); ++i) world.advance(both);
+}
+
+TEST(QuadsInARoom, EachFliesByItsOwnCommand) {
+  auto world = make_two(1.5);
+  run_two(*world, 1.0, 0.6, 0);
+  EXPECT_GT(world->quad(0).truth().p_world_m.z, 0.3);
+  EXPECT_NEAR(world->quad(1).truth().p_world_m.z, kFeetBelowBase, 0.003);
+  EXPECT_TRUE(world->quad(0).summary().flew);
+  EXPECT_FALSE(world->quad(1).summary().flew);
+  EXPECT_FALSE(world->quad(0).truth().contact);
+  EXPECT_TRUE(world->quad(1).truth().contact);
+}
+
+TEST(QuadsInARoom, TheFirstFliesAsIfItWereAlone) {
+  QuadOptions options;
+  options.seed = 9;
+  options.start_x_m = -0.8;
+  QuadOptions other;
+  other.seed = 10;
+  other.start_x_m = 0.8;
+  auto alone = make(options);
+  auto two = std::move(*QuadWorld::create(std::array{options, other}));
+  const std::array<double, kRotors> climb{0.6, 0.6, 0.6, 0.6};
+  const RobotCommand both[] = {climb, climb};
+  for (int i = 0; i < 4000; ++i) {
+    const Due& due = alone->step(climb);
+    two->advance(both);
+    if (!due.imu) continue;
+    const msg::ImuSample& beside_another = two->robot(0).due().imu_sample;
+    ASSERT_NEAR(due.imu_sample.gyro_radps.x, beside_another.gyro_radps.x, 1e-6);
+    ASSERT_NEAR(due.imu_sample.accel_mps2.z, beside_another.accel_mps2.z, 1e-5);
+  }
+  EXPECT_NEAR(alone->quad().truth().p_world_m.z, two->quad(0).truth().p_world_m.z, 1e-6);
+  EXPECT_NE(two->quad(0).mass_kg(), two->quad(1).mass_kg());
+}
+
+TEST(QuadsInARoom, OneThatDropsOnAnotherHasCrashedAndSoHasTheOther) {
+  auto world = make_two(1.5);
+  world->quad(0).place({0.75, 0, 1.0}, kLevel);
+  run_two(*world, 0.3, 0, 0);
+  EXPECT_FALSE(world->quad(0).summary().crashed);
+  run_two(*world, 0.7, 0, 0);
+  EXPECT_TRUE(world->quad(0).summary().crashed);
+  EXPECT_TRUE(world->quad(1).summary().crashed);
+  EXPECT_GT(world->quad(0).truth().p_world_m.z, 0.15) << "they do not pass through each other";
+}
+
+TEST(QuadsInARoom, TheRangeFinderMeasuresToAVehicleBelow) {
+  auto world = make_two(1.5);
+  world->quad(0).place({0.75, 0, 2.0}, kLevel);
+  msg::RangeSample range;
+  for (int i = 0; i < 41; ++i) {
+    run_two(*world, 0.00025, 0, 0);
+    if (world->robot(0).due().range) range = world->robot(0).due().range_sample;
+  }
+  EXPECT_NEAR(range.range_m, 2.0 - 0.04 - (kFeetBelowBase + 0.08), 0.03) << "the hull is 7 cm high";
+}
+
+TEST(QuadsInARoom, StartApartOrNotAtAll) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    QuadOptions a, b;
+    a.seed = seed, b.seed = seed_of_robot(seed, 1);
+    auto world = QuadWorld::create(std::array{a, b});
+    ASSERT_TRUE(world);
+    const msg::Vec3 p = (*world)->quad(0).truth().p_world_m, q = (*world)->quad(1).truth().p_world_m;
+    EXPECT_GE(std::hypot(p.x - q.x, p.y - q.y), 0.7);
+  }
+  QuadOptions same;
+  same.start_x_m = same.start_y_m = 0.5;
+  EXPECT_EQ(QuadWorld::create(std::array{same, same}).error().code, hal::Errc::bad_argument);
+}
+
+TEST(QuadsInARoom, EachSeesTheOthersAndNotItself) {
+  auto world = make_two(1.5);
+  const Scene scene = world->quad(1).scene();
+  ASSERT_EQ(scene.vehicles, 2u);
+  EXPECT_NEAR(scene.vehicle[0].p_world_m.x, -0.75, 1e-9);
+  EXPECT_LT(scene.vehicle[1].p_world_m.z, -10);
+  EXPECT_EQ(make(ideal())->quad().scene().vehicles, 0u);
+}
+
+TEST(QuadsInARoom, LandingErrorsCountFromWhereEachShallLand) {
+  QuadOptions o = ideal();
+  o.start_x_m = 0.3, o.land_x_m = 0.3, o.land_y_m = -0.4;
+  EXPECT_NEAR(make(o)->quad().pad_distance_m(), 0.4, 1e-9);
+}
+
 std::uint64_t hash_run(std::uint64_t seed) {
   QuadOptions o;
   o.seed = seed;

@@ -599,5 +599,129 @@ TEST(SimBoardRefuses, ToOpenWithoutAClock) {
             Errc::bad_argument);
 }
 
+// ---- a radio
+
+PlantDescription plant_with_radio() {
+  PlantDescription p = small_plant();
+  DeviceInfo& radio = p.devices.emplace_back();
+  radio.kind = DeviceKind::radio, radio.name = "radio";
+  return p;
+}
+constexpr std::uint16_t kRadio = 5;
+
+TEST(SimLockstep, ARadioHearsWhenItArrivesAndSaysWithItsCommit) {
+  std::vector<PlantLink::Sent> said;
+  Rig rig(
+      [&](PlantLink& plant) {
+        msg::Datagram d;
+        d.stamp = at(3ms), d.sender = 2, d.size = 2, d.data[0] = 7;
+        ASSERT_TRUE(plant.send(kRadio, d, d.stamp));
+        ASSERT_TRUE(plant.grant(at(10ms)));
+        ASSERT_TRUE(plant.grant(at(20ms)));
+        said.assign(plant.sent().begin(), plant.sent().end());
+        plant.forget_sent();
+        EXPECT_TRUE(plant.sent().empty());
+      },
+      {}, plant_with_radio());
+  hal::Radio* radio = *rig.board->radio("radio");
+  ASSERT_TRUE(rig.board->next_grant({}));
+  EXPECT_EQ(radio->ready_at(), at(3ms));
+  msg::Datagram d;
+  rig.clock.set(at(3ms));
+  ASSERT_TRUE(*radio->read(d));
+  EXPECT_EQ(d.stamp, at(3ms));
+  EXPECT_EQ(d.sender, 2u);
+  EXPECT_EQ(d.bytes().size(), 2u);
+  EXPECT_EQ(d.data[0], 7);
+  rig.clock.set(at(5ms));
+  const std::uint8_t hello[] = {'h', 'i'};
+  EXPECT_TRUE(radio->send(hello));
+  EXPECT_EQ(radio->send({}).error().code, Errc::bad_argument);
+  EXPECT_EQ(radio->send(std::vector<std::uint8_t>(1201)).error().code, Errc::bad_argument);
+  ASSERT_TRUE(rig.board->next_grant(at(10ms)));
+  EXPECT_FALSE(rig.board->next_grant(at(20ms)));
+  const hal::RadioStats stats = radio->stats();
+  rig.finish();
+  ASSERT_EQ(said.size(), 1u);
+  EXPECT_EQ(said[0].commit, at(5ms));
+  EXPECT_EQ(said[0].datagram.size, 2u);
+  EXPECT_EQ(said[0].datagram.data[1], 'i');
+  EXPECT_EQ(stats.received, 1u);
+  EXPECT_EQ(stats.sent, 1u);
+  EXPECT_EQ(stats.sent_bytes, 2u);
+}
+
+TEST(SimLockstep, DatagramsThatNobodyReadsAreLostOldestFirstAndCounted) {
+  Rig rig(
+      [](PlantLink& plant) {
+        for (std::uint8_t i = 0; i < 100; ++i) {
+          msg::Datagram d;
+          d.stamp = at(1ms), d.size = 1, d.data[0] = i;
+          ASSERT_TRUE(plant.send(kRadio, d, d.stamp));
+        }
+        static_cast<void>(plant.grant(at(1ms)));
+      },
+      {}, plant_with_radio());
+  hal::Radio* radio = *rig.board->radio("radio");
+  ASSERT_TRUE(rig.board->next_grant({}));
+  rig.clock.set(at(1ms));
+  const auto heard = drain(*radio);
+  ASSERT_EQ(heard.size(), 64u);
+  EXPECT_EQ(heard[0].data[0], 36);
+  EXPECT_EQ(heard[0].lost, 36u);
+  EXPECT_EQ(heard[1].lost, 0u);
+  EXPECT_EQ(radio->stats().rx_lost, 36u);
+}
+
+// ---- a clock that is not the plant's
+
+TEST(RobotClock, NeverGoesBackAndIsInvertedExactly) {
+  for (const std::int64_t ppb : {0, 1, -1, 50'000, -50'000, 1'000'000, -1'000'000})
+    for (const std::int64_t begin : {std::int64_t{0}, std::int64_t{999'999'990}, std::int64_t{86'400'000'000'000}}) {
+      const RobotClock clock{7s, ppb};
+      for (std::int64_t t = begin; t < begin + 5000; ++t) {
+        const Time robot = clock.to_robot({t});
+        ASSERT_LE(robot, clock.to_robot({t + 1}));
+        ASSERT_EQ(clock.to_robot(clock.to_plant(robot)), robot) << ppb << ' ' << t;
+        ASSERT_LE(clock.to_plant(robot).ns, t) << "a command is never later than the grant that it answers";
+      }
+      EXPECT_EQ((clock.to_robot({1'000'000'000}) - Time{0}).count(), 8'000'000'000 + ppb);
+    }
+}
+
+TEST(SimLockstep, ARobotsOwnClockIsOnTheWireAndThePlantsInThePlant) {
+  const RobotClock clock{100s, 50'000};
+  Time commit{}, stamp{};
+  Rig rig([&](PlantLink& plant) {
+    plant.set_robot_clock(clock);
+    ASSERT_TRUE(plant.grant(at(0ms)));
+    ASSERT_TRUE(plant.send(kImu, imu_sample(1000ms, 5), at(1001ms)));
+    ASSERT_TRUE(plant.grant(at(1001ms)));
+    const Setpoints acting = plant.setpoints_at(kMotors, at(1001ms));
+    commit = acting.commit, stamp = acting.stamp;
+    static_cast<void>(plant.grant(at(1002ms)));
+  });
+  hal::Imu* imu = *rig.board->sensor<msg::ImuSample>("imu");
+  hal::Actuators* motors = *rig.board->actuators("motors");
+  const auto first = rig.board->begin();
+  ASSERT_TRUE(first);
+  EXPECT_EQ(*first, at(100s)) << "time begins with the first grant";
+  EXPECT_EQ(*rig.board->next_grant({}), *first);
+  ASSERT_EQ(*rig.board->next_grant(*first), clock.to_robot(at(1001ms)));
+  EXPECT_EQ(imu->ready_at(), clock.to_robot(at(1001ms)));
+  rig.clock.set(clock.to_robot(at(1001ms)));
+  msg::ImuSample s;
+  ASSERT_TRUE(*imu->read(s));
+  EXPECT_EQ(s.stamp, clock.to_robot(at(1000ms)));
+  EXPECT_EQ((s.stamp - at(101s)).count(), 50'000) << "50 ppm of a second";
+  msg::ActuatorCommand command = hover(0.5);
+  command.stamp = s.stamp;
+  ASSERT_TRUE(motors->write(command, 20ms));
+  ASSERT_TRUE(rig.board->next_grant(clock.to_robot(at(1001ms))));
+  rig.finish();
+  EXPECT_EQ(commit, at(1001ms));
+  EXPECT_EQ(stamp, at(1000ms));
+}
+
 }  // namespace
 }  // namespace sinew::sim_hil::lockstep_test

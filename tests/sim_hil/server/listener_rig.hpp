@@ -32,16 +32,16 @@ class Endpoint {
 
 class DoorRig {
  public:
-  explicit DoorRig(PlantDescription plant = small_plant()) {
+  explicit DoorRig(PlantDescription plant = small_plant(), const std::vector<std::string>& robots = {}) {
     auto listener = hal::listen_stream(endpoint_.name());
     EXPECT_TRUE(listener);
-    plant_listener = std::move(
-        *PlantListener::open(hal::system_os(), std::move(*listener), std::move(plant), {"listener", 0, {}, 1 << 18}));
+    plant_listener = std::move(*PlantListener::open(hal::system_os(), std::move(*listener), std::move(plant),
+                                                    {"listener", 0, {}, 1 << 18}, robots));
   }
   std::string endpoint() const { return endpoint_.name(); }
   std::unique_ptr<hal::Stream> connect() const { return std::move(*hal::connect_stream(endpoint_.name(), kLong)); }
-  std::unique_ptr<SideLine> side_line() {
-    auto line = SideLine::open(connect(), "parent", kLong, why);
+  std::unique_ptr<SideLine> side_line(std::string_view name = "parent") {
+    auto line = SideLine::open(connect(), name, kLong, why);
     EXPECT_TRUE(line) << why;
     return line ? std::move(*line) : nullptr;
   }

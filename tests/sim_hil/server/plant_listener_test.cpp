@@ -48,6 +48,49 @@ TEST(PlantListener, SecondRuntimeIsTurnedAwayUntilTheFirstIsLetGo) {
   EXPECT_EQ(caller->hello.robot, "third");
 }
 
+Hello from(const char* robot) {
+  Hello hello;
+  hello.robot = robot;
+  return hello;
+}
+
+TEST(PlantListener, LetsEachOfSeveralRobotsInByItsNameInAnyOrder) {
+  DoorRig rig(small_plant(), {"ant", "bee"});
+  auto second = rig.connect();
+  say_hello(*second, from("bee"));
+  EXPECT_EQ(rig.plant_listener->wait_runtime(kLong, 1)->hello.robot, "bee");
+  EXPECT_EQ(rig.plant_listener->wait_runtime(1ms, 0).error().code, Errc::timeout);
+  auto first = rig.connect();
+  say_hello(*first, from("ant"));
+  EXPECT_EQ(rig.plant_listener->wait_runtime(kLong, 0)->hello.robot, "ant");
+}
+
+TEST(PlantListener, RefusesARobotThatItDoesNotHaveOrHasAlready) {
+  DoorRig rig(small_plant(), {"ant", "bee"});
+  auto stranger = rig.connect();
+  say_hello(*stranger, from("cow"));
+  EXPECT_EQ(next_word(*stranger), "this plant has no robot 'cow'; it has: ant, bee");
+  auto first = rig.connect();
+  say_hello(*first, from("ant"));
+  ASSERT_TRUE(rig.plant_listener->wait_runtime(kLong, 0));
+  auto again = rig.connect();
+  say_hello(*again, from("ant"));
+  EXPECT_EQ(next_word(*again), "this plant serves robot 'ant' already");
+  rig.plant_listener->let_go(0);
+  auto back = rig.connect();
+  say_hello(*back, from("ant"));
+  EXPECT_TRUE(rig.plant_listener->wait_runtime(kLong, 0));
+}
+
+TEST(PlantListener, AStopLineInARobotsNameStopsThatRobotAndAnyOtherAllOfThem) {
+  DoorRig rig(small_plant(), {"ant", "bee"});
+  EXPECT_TRUE(rig.side_line("bee")->stop());
+  EXPECT_FALSE(rig.plant_listener->stopped(0));
+  EXPECT_TRUE(rig.plant_listener->stopped(1));
+  EXPECT_TRUE(rig.side_line("referee")->stop());
+  EXPECT_TRUE(rig.plant_listener->stopped(0));
+}
+
 TEST(PlantListener, StrangersHinderNobody) {
   DoorRig rig;
   auto silent = rig.connect();

@@ -3,11 +3,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
 #include <vector>
 
 #include "sim_hil/plant/actuator_faults.hpp"
 #include "sim_hil/plant/frame_faults.hpp"
+#include "sim_hil/plant/radio_faults.hpp"
 #include "sim_hil/worlds/sensor_faults.hpp"
 
 namespace sinew::plant::fault_test {
@@ -64,8 +67,9 @@ TEST(FaultText, EveryPairThatMakesSenseIsReadAndWrittenTheSame) {
 TEST(FaultText, WhatIsWrongIsNamedWithWhatIsAllowed) {
   EXPECT_EQ(refusal("imu:stuck"),
             "fault 'imu:stuck': DEVICE:KIND[(AMOUNT)]@FROM[+LENGTH|..UNTIL], for example imu:stuck@5+0.5");
-  EXPECT_EQ(refusal("gps:off@1"),
-            "fault 'gps:off@1': device 'gps': one of imu, range, baro, battery, camera, joints, motors, head, link");
+  EXPECT_EQ(
+      refusal("gps:off@1"),
+      "fault 'gps:off@1': device 'gps': one of imu, range, baro, battery, camera, joints, motors, head, radio, link");
   EXPECT_EQ(refusal("imu:bent@1"),
             "fault 'imu:bent@1': kind 'bent': one of off, stuck, garbage, wrong, slow, delayed, intermittent, "
             "duplicated, closed");
@@ -304,6 +308,79 @@ TEST(ActuatorFaults, GarbageStaysWithinWhatAMotorTakes) {
   for (const double value : motor({fault("motors:garbage@0")}, 50)) {
     EXPECT_GE(value, 0);
     EXPECT_LT(value, 1);
+  }
+}
+
+// ---- a radio
+
+msg::Datagram datagram(std::int64_t stamp_ms) {
+  msg::Datagram d;
+  d.stamp = hal::Time{stamp_ms * 1'000'000};
+  d.sender = 1;
+  d.size = 100;
+  for (std::uint32_t i = 0; i < d.size; ++i) d.data[i] = static_cast<std::uint8_t>(stamp_ms + i);
+  return d;
+}
+
+/// What a radio with one fault hears of 1000 datagrams, one each ms.
+std::vector<msg::Datagram> heard_with(const char* text) {
+  FaultLog log({fault(text)}, 7);
+  RadioFaults radio(log);
+  std::vector<msg::Datagram> heard;
+  const auto take = [&](const msg::Datagram& d) {
+    heard.push_back(d);
+    return hal::Status{};
+  };
+  for (std::int64_t i = 0; i < 1000; ++i) {
+    EXPECT_TRUE(radio.hears(datagram(i), take));
+    EXPECT_TRUE(radio.release(hal::Time{i * 1'000'000}, take));
+  }
+  return heard;
+}
+
+std::size_t count_changed(const std::vector<msg::Datagram>& heard) {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      heard, [](const msg::Datagram& d) { return d.data != datagram(d.stamp.ns / 1'000'000).data; }));
+}
+
+TEST(RadioFault, ThatIsOffIsDeafAndMute) {
+  FaultLog log({fault("radio:off@0.1+0.2")}, 7);
+  RadioFaults radio(log);
+  int heard = 0, said = 0;
+  for (std::int64_t i = 0; i < 1000; ++i) {
+    EXPECT_TRUE(radio.hears(datagram(i), [&](const msg::Datagram&) { return ++heard, hal::Status{}; }));
+    said += radio.says(hal::Time{i * 1'000'000});
+  }
+  EXPECT_EQ(heard, 800);
+  EXPECT_EQ(said, 800);
+  EXPECT_EQ(log.entries()[0].affected, 400u);
+}
+
+TEST(RadioFault, EachKindDoesToWhatIsHeardAsItsNameSays) {
+  EXPECT_EQ(heard_with("radio:slow(4)@0").size(), 250u);
+  EXPECT_EQ(heard_with("radio:duplicated@0").size(), 2000u);
+  const auto bursts = heard_with("radio:intermittent(50ms)@0").size();
+  EXPECT_GT(bursts, 200u);
+  EXPECT_LT(bursts, 800u);
+  const auto late = heard_with("radio:delayed(20ms)@0");
+  EXPECT_EQ(late.size(), 980u);
+  EXPECT_EQ(late[0].stamp, at(20ms));
+  EXPECT_EQ(late[0].data, datagram(0).data);
+  EXPECT_EQ(count_changed(heard_with("radio:garbage@0")), 1000u);
+  EXPECT_NEAR(static_cast<double>(count_changed(heard_with("radio:wrong(0.3)@0"))), 300, 45);
+  const auto stuck = heard_with("radio:stuck@0.5");
+  EXPECT_EQ(stuck.size(), 1000u);
+  EXPECT_EQ(stuck.back().data, datagram(499).data);
+  EXPECT_EQ(stuck.back().stamp, at(999ms)) << "stamps are always true";
+}
+
+TEST(RadioFault, AWrongDatagramHasOneWrongBit) {
+  for (const msg::Datagram& d : heard_with("radio:wrong(1)@0")) {
+    const msg::Datagram sent = datagram(d.stamp.ns / 1'000'000);
+    int bits = 0;
+    for (std::size_t i = 0; i < d.data.size(); ++i)
+      bits += std::popcount(static_cast<unsigned>(d.data[i] ^ sent.data[i]));
+    ASSERT_EQ(bits, 1);
   }
 }
 
