@@ -40,6 +40,16 @@ bool Air::reaches(std::size_t from, std::size_t to, hal::Time at) const {
   return x * x + y * y + z * z <= options_.range_m * options_.range_m;
 }
 
+std::uint32_t Air::free_place() {
+  if (free_.empty()) {
+    free_.push_back(static_cast<std::uint32_t>(spoken_.size()));
+    spoken_.emplace_back();
+  }
+  const std::uint32_t place = free_.back();
+  free_.pop_back();
+  return place;
+}
+
 void Air::send(std::size_t station, hal::Time at, std::span<const std::uint8_t> bytes, hal::Time now) {
   if (bytes.empty() || bytes.size() > msg::kMaxDatagramBytes) return;
   Station& from = stations_[station];
@@ -50,6 +60,11 @@ void Air::send(std::size_t station, hal::Time at, std::span<const std::uint8_t> 
     return;
   }
   ++from.counts.sent;
+  const std::uint32_t place = free_place();
+  Spoken& spoken = spoken_[place];
+  spoken.sender = static_cast<std::uint32_t>(station + 1);
+  spoken.size = static_cast<std::uint32_t>(bytes.size());
+  std::ranges::copy(bytes, spoken.data.begin());
   free_at_ = begin + seconds(8.0 * static_cast<double>(bytes.size() + kOverheadBytes) / options_.bits_per_s);
   for (std::size_t to = 0; to < stations_.size(); ++to) {
     if (to == station) continue;
@@ -66,25 +81,30 @@ void Air::send(std::size_t station, hal::Time at, std::span<const std::uint8_t> 
       ++listener.counts.rx_full;
     } else {
       ++listener.counts.heard;
-      UnderWay& one = listener.under_way.emplace_back();
-      one.at = std::max(free_at_ + options_.delay + jitter, now + hal::Duration{1});
-      one.order = order_++;
-      one.datagram.stamp = one.at;
-      one.datagram.sender = static_cast<std::uint32_t>(station + 1);
-      one.datagram.size = static_cast<std::uint32_t>(bytes.size());
-      std::ranges::copy(bytes, one.datagram.data.begin());
+      ++spoken.listeners;
+      const hal::Time arrival = std::max(free_at_ + options_.delay + jitter, now + hal::Duration{1});
+      listener.under_way.push_back({arrival, order_++, place});
       std::ranges::push_heap(listener.under_way, kLater);
     }
   }
+  if (spoken.listeners == 0) free_.push_back(place);
 }
 
 const msg::Datagram* Air::receive(std::size_t station, hal::Time until) {
   Station& here = stations_[station];
   if (here.under_way.empty() || here.under_way.front().at > until) return nullptr;
   std::ranges::pop_heap(here.under_way, kLater);
-  here.arrived = here.under_way.back().datagram;
+  const UnderWay arrives = here.under_way.back();
   here.under_way.pop_back();
-  return &here.arrived;
+  Spoken& spoken = spoken_[arrives.spoken];
+  msg::Datagram& d = here.arrived;
+  d.stamp = arrives.at;
+  d.sender = spoken.sender;
+  if (spoken.size < d.size) std::fill(d.data.begin() + spoken.size, d.data.begin() + d.size, std::uint8_t{0});
+  d.size = spoken.size;
+  std::copy_n(spoken.data.begin(), spoken.size, d.data.begin());
+  if (--spoken.listeners == 0) free_.push_back(arrives.spoken);
+  return &d;
 }
 
 }  // namespace sinew::plant

@@ -84,10 +84,16 @@ class Air {
   const Counts& counts(std::size_t station) const { return stations_[station].counts; }
 
  private:
+  /// A datagram in the air, once for all its listeners.
+  struct Spoken {
+    std::uint32_t sender = 0, size = 0;
+    std::uint32_t listeners = 0;  // that it is still under way to; 0: the place is free
+    std::array<std::uint8_t, msg::kMaxDatagramBytes> data;
+  };
   struct UnderWay {
     hal::Time at;
-    std::uint64_t order = 0;  // of sending: decides between equal times
-    msg::Datagram datagram;
+    std::uint64_t order = 0;   // of sending: decides between equal times
+    std::uint32_t spoken = 0;  // its place
   };
   struct Station {
     msg::Vec3 p_world_m;
@@ -97,11 +103,14 @@ class Air {
     Counts counts{};
   };
   bool reaches(std::size_t from, std::size_t to, hal::Time at) const;
+  std::uint32_t free_place();
 
   AirOptions options_;
   std::uint64_t seed_;
   std::vector<Station> stations_;
-  hal::Time free_at_{0};  // the medium
+  std::vector<Spoken> spoken_;
+  std::vector<std::uint32_t> free_;  // places of spoken_
+  hal::Time free_at_{0};             // the medium
   std::uint64_t order_ = 0;
 };
 

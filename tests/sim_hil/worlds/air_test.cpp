@@ -137,6 +137,16 @@ TEST(Air, AListenerKeepsABoundedNumberUnderWay) {
   EXPECT_EQ(air.counts(1).rx_full, 1000 - Air::kMostUnderWay);
 }
 
+TEST(Air, BytesBeyondADatagramAreZeroAlsoBehindALongerOne) {
+  Air air({}, 2, 1);
+  air.send(0, ms(1), std::vector<std::uint8_t>(msg::kMaxDatagramBytes, 0xFF), ms(1));
+  air.send(0, ms(2), text(5, 10), ms(2));
+  EXPECT_EQ(air.receive(1, kEnd)->data.back(), 0xFF);
+  const msg::Datagram* d = air.receive(1, kEnd);
+  EXPECT_EQ(number_of(*d), 5u);
+  EXPECT_TRUE(std::ranges::all_of(std::span(d->data).subspan(10), [](std::uint8_t b) { return b == 0; }));
+}
+
 TEST(Air, HasTheOptionsOfItsTable) {
   const WorldInfo world{"test", {}, kAirOptions};
   const AirOptions usual = air_options(world, {}), none = air_options({}, {});
