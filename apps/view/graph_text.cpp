@@ -41,11 +41,15 @@ std::string port_line(const rt::Graph& graph, const rt::GraphModule& m, std::siz
   const auto& p = m.declaration.ports[port];
   const std::uint32_t topic = m.topic[port];
   const std::string name = topic == rt::kNone ? "(unbound)" : graph.topics()[topic].name;
+  const auto age = m.spec.max_age.find(p.name);
   switch (p.kind) {
     case rt::Declaration::PortKind::latest:
+      if (age != m.spec.max_age.end())
+        return fmt::format("<~ {:<10} {} (at most {} old)", p.name, name, human(age->second));
+      if (rt::is_remote(name)) return fmt::format("<~ {:<10} {}", p.name, name);
       return fmt::format("<- {:<10} {}", p.name, name);
     case rt::Declaration::PortKind::queue:
-      return fmt::format("<- {:<10} {} (queue of {})", p.name, name, p.depth);
+      return fmt::format("{} {:<10} {} (queue of {})", rt::is_remote(name) ? "<~" : "<-", p.name, name, p.depth);
     case rt::Declaration::PortKind::output:
       return fmt::format("-> {:<10} {} : {}", p.name, name, p.type->name);
     case rt::Declaration::PortKind::raw:
@@ -122,8 +126,8 @@ std::string graph_dot(const rt::Graph& graph) {
       if (!reads(m.declaration.ports[p]) || m.topic[p] == rt::kNone) continue;
       const auto& topic = graph.topics()[m.topic[p]];
       if (topic.writer == rt::kNone) continue;
-      out += fmt::format("  \"{}\" -> \"{}\" [label=\"{}\"];\n", graph.modules()[topic.writer].spec.name, m.spec.name,
-                         topic.name);
+      out += fmt::format("  \"{}\" -> \"{}\" [label=\"{}\"{}];\n", graph.modules()[topic.writer].spec.name, m.spec.name,
+                         topic.name, rt::is_remote(topic.name) ? ", style=dashed" : "");
     }
   }
   return out + "}\n";

@@ -97,6 +97,15 @@ class Refused(InOwnFolder):
         self.assertEqual([p.name for p in self.folder.glob("sinew-plant-*")], [], "nothing is left behind")
 
 
+class Drawn(InOwnFolder):
+    def test_what_comes_from_mates_is_drawn_apart(self):
+        graph = [subprocess.run([SINEW, "graph", TEAM[1], *how], capture_output=True, text=True, check=True).stdout
+                 for how in ([], ["--dot"])]
+        self.assertRegex(graph[0], r"<~ ahead +scout/mission\.mission \(at most 1\.5 s old\)")
+        self.assertIn('"mates" -> "mission" [label="scout/mission.mission", style=dashed];', graph[1])
+        self.assertIn('"filter" -> "mission" [label="filter.state"];', graph[1])
+
+
 class RealTime(InOwnFolder):
     def test_the_same_robots_run_in_real_time(self):
         # What a shared machine can promise: both run, hear each other, and end.
