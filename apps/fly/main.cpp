@@ -123,10 +123,13 @@ int fly(const Options& options) {
   if (print(graph.configure_problems(), loaded.robot) || !ready)
     return fail(2, ready ? (*board)->problem() : ready.error().where);
 
+  const auto first = (*board)->begin();
+  if (!first) return fail(2, (*board)->problem());
   app::MissionWatch mission(graph);
   app::FlightEnd end(mission);
   app::WatchedGrants grants(**board, [&](hal::Time done) { return end.reached(done, report); });
   rt::DiscreteOptions discrete;
+  discrete.start = *first;
   if (options.duration_s > 0) discrete.duration = rt::Duration{static_cast<std::int64_t>(options.duration_s * 1e9)};
   discrete.os = &os;
   discrete.hash_topics = true;
@@ -142,7 +145,7 @@ int fly(const Options& options) {
   for (std::uint32_t t = 0; t < graph.topics().size(); ++t)
     std::printf("hash %-24s %016llx\n", graph.topics()[t].name.c_str(),
                 static_cast<unsigned long long>(executor.runner().topic_hash(t)));
-  std::printf("virtual time        %.1f s in %.1f s\n", msg::seconds(ran->reached - hal::Time{}), wall_s);
+  std::printf("virtual time        %.1f s in %.1f s\n", msg::seconds(ran->reached - *first), wall_s);
   return tell(report, mission);
 }
 
