@@ -72,7 +72,8 @@ NamedRobot* cut_robot(std::string& text, char sign, WorldChoice& world, std::str
 
 /// Gives the options to the world; an empty text, or what is wrong.
 std::string read_world_options(const GivenOptions& given, WorldChoice& world) {
-  for (const auto& [name, texts] : given) {
+  for (const auto& one : given) {  // a lambda takes no structured binding
+    const std::string& name = one.first;
     const auto is_it = [&](const WorldOption& o) { return name == o.option; };
     const auto own = std::ranges::find_if(world.type->info.options, is_it);
     if (own == world.type->info.options.end()) {
@@ -82,7 +83,7 @@ std::string read_world_options(const GivenOptions& given, WorldChoice& world) {
           worlds += (worlds.empty() ? "" : ", ") + std::string(type->info.name);
       return fmt::format("--{}: only of the world {}", name, worlds);
     }
-    for (std::string text : texts) {
+    for (std::string text : one.second) {
       std::string why;
       NamedRobot* const robot = cut_robot(text, '=', world, why);
       if (!why.empty()) return fmt::format("--{}: {}", name, why);
