@@ -1,4 +1,9 @@
 // The board with a plant that runs on its own time: the reader thread, its queues and wake-ups. Runs under tsan.
+#include <algorithm>
+#include <atomic>
+#include <thread>
+
+#include "hal/linux/priority_mutex.hpp"
 #include "rig.hpp"
 
 namespace sinew::sim_hil::free_running_test {
@@ -355,6 +360,56 @@ TEST_P(SimFreeCamera, FramesArriveWholeWhileThePlantGoesOn) {
 
 INSTANTIATE_TEST_SUITE_P(Frames, SimFreeCamera, testing::Values(true, false),
                          [](const auto& path) { return path.param ? "InSharedMemory" : "InTheStream"; });
+
+// ---- a radio beside the actuators
+
+TEST(SimFreeRunning, ARadioAndActuatorsSendFromThreadsOfTheirOwn) {
+  constexpr int kEach = 300;
+  SimBoardOptions options = free_running();
+  options.send_lock = std::move(*hal::priority_mutex());
+  std::atomic<int> heard{0}, wrong{0};
+  Rig rig(
+      [&](PlantLink& plant) {
+        ASSERT_TRUE(plant.start_clock(at(0ms), system_os().now()));
+        while (plant.exchange()) {
+          for (const PlantLink::Sent& sent : plant.sent()) {
+            const auto bytes = sent.datagram.bytes();
+            wrong += std::ranges::any_of(bytes, [&](std::uint8_t b) { return b != bytes[0]; });
+            ++heard;
+          }
+          plant.forget_sent();
+          system_os().sleep_until(system_os().now() + 200us);
+        }
+      },
+      options, plant_with_radio());
+  hal::Radio* radio = *rig.board->radio("radio");
+  hal::Actuators* motors = *rig.board->actuators("motors");
+  ASSERT_TRUE(rig.board->start());
+  std::thread speaker([&] {
+    for (int i = 0; i < kEach; ++i) {
+      const std::vector<std::uint8_t> bytes(200, static_cast<std::uint8_t>(i));
+      EXPECT_TRUE(radio->send(bytes));
+      if (i % 8 == 7) system_os().sleep_until(system_os().now() + 500us);
+    }
+  });
+  for (int i = 0; i < kEach; ++i) {
+    EXPECT_TRUE(motors->write(hover(0.5), 20ms));
+    if (i % 8 == 7) system_os().sleep_until(system_os().now() + 500us);
+  }
+  speaker.join();
+  const Time give_up = system_os().now() + kLong;
+  while (heard < kEach && system_os().now() < give_up) system_os().sleep_until(system_os().now() + 1ms);
+  rig.finish();
+  EXPECT_EQ(heard, kEach);
+  EXPECT_EQ(wrong, 0);
+  EXPECT_EQ(rig.plant_stats.commands, static_cast<std::uint64_t>(kEach));
+}
+
+TEST(SimFreeRunning, WithoutALockThereIsNoRadio) {
+  Rig rig([](PlantLink& plant) { idle(plant); }, free_running(), plant_with_radio());
+  EXPECT_EQ(rig.board->radio("radio").error().code, Errc::not_supported);
+  EXPECT_NE(rig.board->problem().find("inherits priority"), std::string::npos);
+}
 
 }  // namespace
 }  // namespace sinew::sim_hil::free_running_test

@@ -601,14 +601,6 @@ TEST(SimBoardRefuses, ToOpenWithoutAClock) {
 
 // ---- a radio
 
-PlantDescription plant_with_radio() {
-  PlantDescription p = small_plant();
-  DeviceInfo& radio = p.devices.emplace_back();
-  radio.kind = DeviceKind::radio, radio.name = "radio";
-  return p;
-}
-constexpr std::uint16_t kRadio = 5;
-
 TEST(SimLockstep, ARadioHearsWhenItArrivesAndSaysWithItsCommit) {
   std::vector<PlantLink::Sent> said;
   Rig rig(

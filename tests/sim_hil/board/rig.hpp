@@ -36,6 +36,15 @@ inline PlantDescription small_plant() {
   return p;
 }
 
+inline constexpr std::uint16_t kRadio = 5;
+/// The same with a radio.
+inline PlantDescription plant_with_radio() {
+  PlantDescription p = small_plant();
+  DeviceInfo& radio = p.devices.emplace_back();
+  radio.kind = DeviceKind::radio, radio.name = "radio";
+  return p;
+}
+
 inline msg::ImuSample imu_sample(Duration stamp, double gyro_x = 0) {
   msg::ImuSample s;
   s.stamp = at(stamp);
