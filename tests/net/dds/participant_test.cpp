@@ -182,7 +182,7 @@ TEST(ParticipantTest, MoreParticipantsThanMayBeOnAMachineAreRefusedAsBusy) {
   const auto one = joined(options), two = joined(options);
   const Refusal r = refusal(options);
   EXPECT_EQ(r.code, hal::Errc::busy) << r.why;
-  options.most_on_a_machine = 3;
+  options.most_on_a_machine = 10;  // Cyclone 0.10 keeps the sockets of the one that failed
   EXPECT_TRUE(joined(options));
 }
 
