@@ -242,8 +242,7 @@ void write_step(const Step& step, const Plan& plan, const void* own, std::int64_
       return put_time(*step.ros[0], ns + to_ros_ns);
     }
     default:
-      for (std::size_t i = 0; i < step.ros.size(); ++i)
-        put(step, *step.ros[i], number_at(own, step.own[i]) * step.value);
+      for (std::size_t i = 0; i < step.ros.size(); ++i) put(step, *step.ros[i], number_at(own, step.own[i]));
   }
 }
 
@@ -263,7 +262,7 @@ const char* read_step(const Step& step, void* own, std::int64_t to_ros_ns) {
       for (std::size_t i = 0; i < step.ros.size(); ++i) {
         const double number = step.ros_is_float ? step.ros[i]->number() : static_cast<double>(step.ros[i]->integer());
         if (!std::isfinite(number)) return "a number that is not finite";
-        set_number_at(own, step.own[i], number / step.value);
+        set_number_at(own, step.own[i], number);
       }
       return nullptr;
   }
@@ -393,7 +392,6 @@ const std::vector<MapLine>& map_table() {
           from.clear();
           msg::append_number(msg::Kind::f64, &row.value, from);
         }
-        if (row.what == detail::What::number && row.value == -1) from = "-" + from;
         line.fields.emplace_back(row.ros, from);
       }
       for (const auto& [ros, from] : pair.by_code) line.fields.emplace_back(ros, from);

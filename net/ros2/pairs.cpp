@@ -29,9 +29,7 @@ constexpr Row time(std::string_view ros = "header.stamp", std::string_view own =
 }
 constexpr Row frame(std::string_view ros = "header.frame_id") { return {What::frame, ros}; }
 constexpr Row child(std::string_view ros = "child_frame_id") { return {What::child_frame, ros}; }
-constexpr Row number(std::string_view ros, std::string_view own, double scale = 1) {
-  return {What::number, ros, own, scale};
-}
+constexpr Row number(std::string_view ros, std::string_view own) { return {What::number, ros, own}; }
 constexpr Row vector(std::string_view ros, std::string_view own) { return {What::vector, ros, own}; }
 constexpr Row quat(std::string_view ros, std::string_view own) { return {What::quaternion, ros, own}; }
 constexpr Row constant(std::string_view ros, double value) { return {What::constant, ros, {}, value}; }
@@ -198,6 +196,9 @@ bool write_battery(const Context& c, const void* own) {
       .set_integer(static_cast<std::int64_t>(battery.current_a > 0   ? kDischarging
                                              : battery.current_a < 0 ? kCharging
                                                                      : kUnknown));
+  at(c, "voltage").set(battery.voltage_v);
+  at(c, "current").set(-battery.current_a);
+  at(c, "percentage").set(battery.charge);
   for (const char* unknown : {"temperature", "charge", "capacity", "design_capacity"}) at(c, unknown).set(kNan);
   return true;
 }
@@ -654,10 +655,13 @@ std::vector<Pair> make_pairs() {
        {},
        "ROS counts a current that leaves the battery as negative. What is not measured is NaN. In: a message without "
        "percentage is refused.",
-       {time(), frame(), number("voltage", "voltage_v"), number("current", "current_a", -1),
-        number("percentage", "charge"), constant("present", 1)},
+       {time(), frame(), constant("present", 1)},
        write_battery,
-       read_battery});
+       read_battery,
+       {{"voltage", "voltage_v"},
+        {"current", "-current_a"},
+        {"percentage", "charge"},
+        {"power_supply_status", "by the sign of the current"}}});
   all.push_back({"sensor_msgs/msg/FluidPressure",
                  "BaroSample",
                  true,

@@ -16,7 +16,7 @@ enum class What : std::uint8_t { number, constant, time, vector, quaternion, fra
 struct Row {
   What what;
   std::string_view ros, own{};
-  double value = 1;  // constant; of a number: own = ros / value
+  double value = 0;  // of a constant
 };
 
 /// A field of an own message.
