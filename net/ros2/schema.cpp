@@ -94,6 +94,25 @@ void collect(const Type& type, std::vector<const Type*>& seen) {
     }
 }
 
+/// Source:  OMG IDL 4.2, table 7-6.
+constexpr std::string_view kIdlWords[] = {
+    "abstract",  "any",      "alias",      "attribute", "bitfield", "bitmask",    "bitset",      "boolean",
+    "case",      "char",     "component",  "connector", "const",    "consumes",   "context",     "custom",
+    "default",   "double",   "exception",  "emits",     "enum",     "eventtype",  "factory",     "false",
+    "finder",    "fixed",    "float",      "getraises", "home",     "import",     "in",          "inout",
+    "interface", "local",    "long",       "manages",   "map",      "mirrorport", "module",      "multiple",
+    "native",    "object",   "octet",      "oneway",    "out",      "primarykey", "private",     "port",
+    "porttype",  "provides", "public",     "publishes", "raises",   "readonly",   "setraises",   "sequence",
+    "short",     "string",   "struct",     "supports",  "switch",   "true",       "truncatable", "typedef",
+    "typeid",    "typename", "typeprefix", "unsigned",  "union",    "uses",       "valuebase",   "valuetype",
+    "void",      "wchar",    "wstring"};
+
+/// IDL takes a word of its own as a name with _ before it, which is not part of the name.
+std::string idl_name(const std::string& name) {
+  const bool is_word = std::find(std::begin(kIdlWords), std::end(kIdlWords), name) != std::end(kIdlWords);
+  return (is_word ? "_" : "") + name;
+}
+
 std::string idl_element(const Field& f) {
   switch (f.kind) {
     case Kind::boolean:
@@ -291,8 +310,8 @@ std::string idl_of(const Type& type) {
       std::string element = idl_element(f);
       if (f.shape == Shape::sequence)
         element = "sequence<" + element + (f.count == 0 ? "" : ", " + std::to_string(f.count)) + ">";
-      text += "    " + element + " " + f.name + (f.shape == Shape::fixed ? "[" + std::to_string(f.count) + "]" : "") +
-              ";\n";
+      text += "    " + element + " " + idl_name(f.name) +
+              (f.shape == Shape::fixed ? "[" + std::to_string(f.count) + "]" : "") + ";\n";
     }
     text += "  };\n}; };\n";
   }
