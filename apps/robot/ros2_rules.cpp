@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "net/ros2/convert.hpp"
 #include "rt/graph_check.hpp"
 
 namespace sinew::app {

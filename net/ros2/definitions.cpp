@@ -150,8 +150,11 @@ std::unique_ptr<const Types> make(Distro distro) {
   add(kOfAll);
   add(distro == Distro::humble ? std::span<const Definition>(kOfHumble) : std::span<const Definition>(kOfJazzy));
   add(kBehind);
-  for (const msg::TypeInfo* t : msg::all_types())
+  for (const msg::TypeInfo* t : msg::all_types()) {
     types->add_with_nested(msg::ros2_name(*t), msg::ros2msg_schema(*t), why);
+    if (const msg::TypeInfo* of_mate = msg::find_type(std::string(t->name) + "FromMate"))
+      types->add_with_nested(msg::ros2_name(*of_mate), msg::ros2msg_schema(*of_mate), why);
+  }
   return types;
 }
 

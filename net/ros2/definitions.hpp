@@ -17,7 +17,7 @@ enum class Distro : std::uint8_t { humble, jazzy };
 inline constexpr std::pair<std::string_view, Distro> kDistros[] = {{"humble", Distro::humble},
                                                                    {"jazzy", Distro::jazzy}};
 
-/// All of them, and sinew_msgs of each message of msg::all_types().
+/// All of them, and sinew_msgs of each message of msg::all_types() and of mates.
 const Types& known_types(Distro distro);
 
 }  // namespace sinew::ros2

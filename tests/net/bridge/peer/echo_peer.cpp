@@ -1,11 +1,11 @@
-// echo_peer DOMAIN: reads every type by generated code from rt/there/N and writes it again to rt/back/N, until stdin ends.
-// echo_list.inc is made of what `ros2_echo list` prints: ECHO(sensor_msgs::msg::Imu) in the order of N.
+// echo_peer DOMAIN: reads every type by generated code from rt/there/N and writes it again to rt/back/N, until stdin
+// ends. echo_list.inc is made of what `ros2_echo list` prints: ECHO(sensor_msgs::msg::Imu) in the order of N.
 #include <cstdio>
 #include <cstdlib>
 #include <vector>
 
+#include <typesPubSubTypes.h>
 #include "peer.hpp"
-#include "typesPubSubTypes.h"
 
 namespace {
 
@@ -40,7 +40,7 @@ int main(int argc, char** argv) {
   peer::Node node(static_cast<std::uint32_t>(std::atoi(argv[1])));
   int n = 0;
 #define ECHO(type) echo<type, type##PubSubType>(node, n++);
-#include "echo_list.inc"
+#include <echo_list.inc>
   std::printf("ready\n");
   std::fflush(stdout);
   while (std::getchar() != EOF) {

@@ -1,6 +1,6 @@
-// graph_peer DOMAIN NODE: a small node of a ROS 2 graph on Fast DDS beside the robot NODE ("/quad/quad_ros2"). Prints what it
-// heard, one object of JSON a line as {"topic": ..., "count": ..., field: value ...}, when a line comes on stdin. "set NAME VALUE"
-// sets a parameter; "drive X" says a velocity until the next such line.
+// graph_peer DOMAIN NODE: a small node of a ROS 2 graph on Fast DDS beside the robot NODE ("/quad/quad_ros2"). Prints
+// what it heard, one object of JSON a line as {"topic": ..., "count": ..., field: value ...}, when a line comes on
+// stdin. "set NAME VALUE" sets a parameter; "drive X" says a velocity until the next such line.
 #include <atomic>
 #include <cstdio>
 #include <cstdlib>
@@ -11,8 +11,8 @@
 #include <sstream>
 #include <thread>
 
+#include <typesPubSubTypes.h>
 #include "peer.hpp"
-#include "typesPubSubTypes.h"
 
 namespace {
 
@@ -85,13 +85,14 @@ int main(int argc, char** argv) {
              number("w", m.pose().pose().orientation().w()) + number("variance", m.pose().covariance()[0]));
   LISTEN(tf2_msgs::msg::TFMessage, "rt/tf", reliable,
          head(m.transforms()[0].header()) + text("child", m.transforms()[0].child_frame_id()));
-  LISTEN(sensor_msgs::msg::Range, "rt" + space + "/range", fast, number("range", m.range()) + number("max", m.max_range()));
+  LISTEN(sensor_msgs::msg::Range, "rt" + space + "/range", fast,
+         number("range", m.range()) + number("max", m.max_range()));
   LISTEN(sensor_msgs::msg::FluidPressure, "rt" + space + "/pressure", fast, number("pascal", m.fluid_pressure()));
   LISTEN(sensor_msgs::msg::BatteryState, "rt" + space + "/battery", reliable,
          number("voltage", m.voltage()) + number("current", m.current()) + number("percentage", m.percentage()));
   LISTEN(sensor_msgs::msg::Image, "rt" + space + "/camera/image_raw", fast,
-         number("width", m.width()) + number("height", m.height()) + number("step", m.step()) + text("encoding", m.encoding()) +
-             number("bytes", m.data().size()));
+         number("width", m.width()) + number("height", m.height()) + number("step", m.step()) +
+             text("encoding", m.encoding()) + number("bytes", m.data().size()));
   LISTEN(sensor_msgs::msg::CompressedImage, "rt" + space + "/camera/image_raw/compressed", fast,
          text("format", m.format()) + number("bytes", m.data().size()) + number("first", int(m.data()[0])));
   LISTEN(vision_msgs::msg::Detection2DArray, "rt" + space + "/pad", reliable,
@@ -99,22 +100,29 @@ int main(int argc, char** argv) {
                                 : text("object", m.detections()[0].results()[0].hypothesis().class_id()) +
                                       number("u", m.detections()[0].bbox().center().position().x()));
   LISTEN(sinew_msgs::msg::MissionState, "rt" + space + "/mission", reliable, number("phase", m.phase()));
-  LISTEN(rosgraph_msgs::msg::Clock, "rt/clock", fast, number("sec", m.clock().sec()) + number("nanosec", m.clock().nanosec()));
+  LISTEN(rosgraph_msgs::msg::Clock, "rt/clock", fast,
+         number("sec", m.clock().sec()) + number("nanosec", m.clock().nanosec()));
   LISTEN(diagnostic_msgs::msg::DiagnosticArray, "rt/diagnostics", reliable,
-         number("statuses", m.status().size()) + text("first", m.status()[0].name()) + text("hardware", m.status()[0].hardware_id()));
-  LISTEN(rcl_interfaces::msg::Log, "rt/rosout", log, number("level", m.level()) + text("name", m.name()) + text("msg", m.msg()));
+         number("statuses", m.status().size()) + text("first", m.status()[0].name()) +
+             text("hardware", m.status()[0].hardware_id()));
+  LISTEN(rcl_interfaces::msg::Log, "rt/rosout", log,
+         number("level", m.level()) + text("name", m.name()) + text("msg", m.msg()));
   LISTEN(rcl_interfaces::msg::ParameterEvent, "rt/parameter_events", (peer::Qos{true, false, 1000}),
-         text("node", m.node()) + number("new", m.new_parameters().size()) + number("changed", m.changed_parameters().size()) +
-             (m.changed_parameters().empty()
-                  ? std::string()
-                  : text("name", m.changed_parameters()[0].name()) + number("value", m.changed_parameters()[0].value().double_value())));
+         text("node", m.node()) + number("new", m.new_parameters().size()) +
+             number("changed", m.changed_parameters().size()) +
+             (m.changed_parameters().empty() ? std::string()
+                                             : text("name", m.changed_parameters()[0].name()) +
+                                                   number("value", m.changed_parameters()[0].value().double_value())));
   LISTEN(rmw_dds_common::msg::ParticipantEntitiesInfo, "ros_discovery_info", latched,
-         text("node", m.node_entities_info_seq()[0].node_name().to_string()) + text("space", m.node_entities_info_seq()[0].node_namespace().to_string()) +
+         text("node", m.node_entities_info_seq()[0].node_name().to_string()) +
+             text("space", m.node_entities_info_seq()[0].node_namespace().to_string()) +
              number("readers", m.node_entities_info_seq()[0].reader_gid_seq().size()) +
-             number("writers", m.node_entities_info_seq()[0].writer_gid_seq().size()) + gid_text("gid", m.gid().data().size()));
+             number("writers", m.node_entities_info_seq()[0].writer_gid_seq().size()) +
+             gid_text("gid", m.gid().data().size()));
 
   auto* const drive = node.writer<geometry_msgs::msg::TwistPubSubType>("rt" + space + "/cmd_vel", reliable);
-  auto* const set = node.writer<rcl_interfaces::msg::ParameterEventPubSubType>("rt" + node_name + "/parameter_set", reliable);
+  auto* const set =
+      node.writer<rcl_interfaces::msg::ParameterEventPubSubType>("rt" + node_name + "/parameter_set", reliable);
   std::atomic<double> speed{0};
   std::atomic<bool> driving{false};
   std::thread([&] {
@@ -147,7 +155,8 @@ int main(int argc, char** argv) {
       set->write(&event);
     } else if (what == "static") {  // who comes late gets it all the same
       LISTEN(tf2_msgs::msg::TFMessage, "rt/tf_static", latched,
-             text("child", m.transforms()[0].child_frame_id()) + number("y", m.transforms()[0].transform().rotation().y()));
+             text("child", m.transforms()[0].child_frame_id()) +
+                 number("y", m.transforms()[0].transform().rotation().y()));
     } else {
       const std::lock_guard<std::mutex> lock(mutex);
       for (const auto& h : heard)

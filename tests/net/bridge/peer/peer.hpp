@@ -1,5 +1,6 @@
 #pragma once
 // What both programs of the peer need of Fast DDS: a participant on the loopback interface, readers and writers.
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <chrono>
 #include <cstdint>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
@@ -10,7 +11,6 @@
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
-#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <string>
 
 namespace peer {

@@ -1,13 +1,14 @@
-// seesaw_peer DOMAIN SECONDS: a foreign simulator of the seesaw on Fast DDS: /imu at 150 Hz and /clock out, /motor in, with a clock
-// of its own that begins at 100 s. Prints one object of JSON: the largest tilt of the last two seconds, and what it heard.
+// seesaw_peer DOMAIN SECONDS: a foreign simulator of the seesaw on Fast DDS: /imu at 150 Hz and /clock out, /motor in,
+// with a clock of its own that begins at 100 s. Prints one object of JSON: the largest tilt of the last two seconds,
+// and what it heard.
 #include <atomic>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <thread>
 
+#include <typesPubSubTypes.h>
 #include "peer.hpp"
-#include "typesPubSubTypes.h"
 
 namespace {
 
