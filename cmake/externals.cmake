@@ -30,6 +30,8 @@ function(sinew_external name)
     set(header mujoco/mujoco.h)
   elseif(name STREQUAL EGL)
     set(header EGL/egl.h)
+  elseif(name STREQUAL ddsc)
+    set(header dds/dds.h)
   else()
     message(FATAL_ERROR "sinew_external(${name}): unknown")
   endif()
@@ -62,6 +64,7 @@ function(sinew_debian_package target result)
     SinewExternal::camera libcamera-dev  SinewExternal::camera-base libcamera-dev
     SinewExternal::opencv_core libopencv-core-dev  SinewExternal::opencv_imgproc libopencv-imgproc-dev
     SinewExternal::mujoco libmujoco-dev  SinewExternal::EGL libegl-dev
+    SinewExternal::ddsc cyclonedds-dev
     PNG::PNG libpng-dev  ZLIB::ZLIB zlib1g-dev  fmt::fmt libfmt-dev  Threads::Threads libc6-dev)
   list(FIND names ${target} at)
   if(at EQUAL -1)

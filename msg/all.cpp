@@ -11,6 +11,7 @@
 #include "msg/head.hpp"
 #include "msg/image.hpp"
 #include "msg/joints.hpp"
+#include "msg/motion.hpp"
 #include "msg/operator.hpp"
 #include "msg/pilot.hpp"
 #include "msg/place.hpp"
@@ -33,10 +34,11 @@ struct Types {
 };
 
 // In order of name.
-using Known = Types<ActuatorCommand, AttitudeSetpoint, BallSighting, BaroSample, BatterySample, CanFrame, Datagram,
-                    FlightSetpoint, GnssSample, GuardianState, HeadState, Image, ImuSample, JointState, MagSample,
-                    MateState, MissionState, MotionField, NavState, OperatorLink, PadSighting, PilotSwitches,
-                    PlaceEstimate, RangeSample, RcSample, SafetyState, TeamPose, TeamState, WrenchSetpoint>;
+using Known =
+    Types<ActuatorCommand, AttitudeSetpoint, BallSighting, BaroSample, BatterySample, CanFrame, Datagram,
+          FlightSetpoint, GnssSample, GuardianState, HeadState, Image, ImuSample, JointState, JointTrajectory,
+          MagSample, MateState, MissionState, MotionField, NavState, OperatorLink, PadSighting, PilotSwitches,
+          PlaceEstimate, RangeSample, RcSample, SafetyState, TeamPose, TeamState, VelocityCommand, WrenchSetpoint>;
 
 /// The FromMate of a known type, put together from its description: a static one for each would cost every robot more
 /// memory than its messages, and only programs that look at robots ask.

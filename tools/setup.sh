@@ -6,6 +6,7 @@
 #   tools/setup.sh windows                  a compiler for 64-bit Windows, and Wine
 #   tools/setup.sh windows32                the same and a compiler for 32 bits, with a file tree for Wine's 32-bit half
 #   tools/setup.sh web                      a browser and node for ./test stage web
+#   tools/setup.sh ros2                     Fast DDS and its generator for ./test stage ros2: 350 MB with Java
 #   tools/setup.sh cluster                  Slurm, munge, an ssh server and GNU parallel for ./test stage cluster; a system
 #                                           starts their daemons at boot, so that neither ./run nor ./test installs them
 #
@@ -24,10 +25,11 @@ case ${1:-build} in
   windows) groups=' build windows ' ;;
   windows32) groups=' build windows windows32 ' ;;
   web) groups=' web ' ;;
+  ros2) groups=' build ros2 ' ;;
   cluster) groups=' cluster ' ;;
   octave) groups=' build test octave ' ;;
   *)
-    say "usage: tools/setup.sh [build | test | ci | cross [ARCH...] | windows | windows32 | web | cluster | octave]" >&2
+    say "usage: tools/setup.sh [build | test | ci | cross [ARCH...] | windows | windows32 | web | ros2 | cluster | octave]" >&2
     exit 2
     ;;
 esac

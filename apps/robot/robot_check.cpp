@@ -8,6 +8,7 @@
 #include "apps/robot/linux_board.hpp"
 #include "apps/robot/pace_rules.hpp"
 #include "apps/robot/record_rules.hpp"
+#include "apps/robot/ros2_rules.hpp"
 #include "apps/robot/team_rules.hpp"
 #include "apps/robot/wiring_rules.hpp"
 #include "apps/robot_file/calibration.hpp"
@@ -27,6 +28,7 @@ std::vector<rt::Problem> check_robot(const RobotFile& robot, const rt::Graph& gr
   if (all.empty()) add(check_wiring(robot, graph));
   if (all.empty()) add(check_paces(robot, graph));
   if (all.empty()) add(check_team(robot, graph));
+  if (all.empty()) add(check_ros2(robot, graph));
   std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.line < b.line; });
   return all;
 }

@@ -12,6 +12,7 @@
 #include "apps/robot_file/record_options.hpp"
 #include "apps/robot_file/validity.hpp"
 #include "drivers/device_spec.hpp"
+#include "net/ros2/bridge_spec.hpp"
 #include "rt/graph.hpp"
 #include "team/link.hpp"
 
@@ -48,6 +49,7 @@ struct RobotFile {
   ParentOptions parent;
   RecordOptions record;
   std::optional<TeamTable> team{};
+  std::optional<ros2::BridgeSpec> ros2{};
   drivers::DeviceSpecs devices;          // of the board `linux`
   rt::Located<std::string> calibration;  // file of what differs from one such robot to the next; empty: none
 

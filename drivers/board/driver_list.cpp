@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "drivers/board/kernel_drivers.hpp"
+#include "drivers/board/published_driver.hpp"
 #include "drivers/board/radio_driver.hpp"
 #include "drivers/chips/chip_drivers.hpp"
 #include "drivers/joints/can_servos.hpp"
@@ -21,6 +22,7 @@ std::span<const DriverKind> all_drivers() {
     list.push_back(udp_radio_driver());
     list.push_back({"can_servos", "actuators, joints", read_can_servos});
     list.push_back({"joints_of", "joints", read_joints_of});
+    list.push_back(published_driver());
     return list;
   }();
   return all;

@@ -75,7 +75,8 @@ std::string group(const std::vector<KeyTable>& tables, std::string_view header) 
     std::size_t k = i;
     for (; k < own.size() && same_keys(own[i], own[k]); ++k) names += (names.empty() ? "" : ", ") + code(own[k].driver);
     text += "\n### " + names + "\n";
-    text += own[i].rows.empty() ? "\nNo keys but its joints'.\n" : rows_of(own[i].rows);
+    text += own[i].rows.empty() ? (own[i].driver == "published" ? "\nNo keys.\n" : "\nNo keys but its joints'.\n")
+                                : rows_of(own[i].rows);
     i = k;
   }
   return text;

@@ -166,6 +166,73 @@ TEST(RobotFile, WrongWordsOfATeamAreNamed) {
               ElementsAre(HasSubstr("a mate's needs a table [team]"), HasSubstr("needs a table [team]")));
 }
 
+constexpr std::string_view kRos2 = R"(robot = { name = "my-quad", board = "linux" }
+[ros2]
+distro = "jazzy"
+namespace = "/lab"
+[[ros2.out]]
+from = "imu.raw"
+topic = "imu/data_raw"
+type = "sensor_msgs/msg/Imu"
+frame = "base_link"
+qos = "sensor_data"
+[[ros2.out]]
+from = "filter.state"
+topic = "/odom"
+type = "nav_msgs/msg/Odometry"
+qos = { profile = "default", durability = "transient_local", depth = 3 }
+rate_hz = 50
+[[ros2.in]]
+to = "operator.wanted"
+topic = "~/cmd_vel"
+type = "geometry_msgs/msg/Twist"
+[[ros2.frame]]
+parent = "base_link"
+child = "camera"
+xyz_m = [0.1, 0, -0.05]
+)";
+
+TEST(RobotFile, ARos2TableSaysWhatIsBridgedByRosOwnNames) {
+  const auto loaded = parse_robot(kRos2, "robot.toml");
+  ASSERT_THAT(loaded.problems, IsEmpty());
+  ASSERT_TRUE(loaded.robot.ros2);
+  const ros2::BridgeSpec& spec = *loaded.robot.ros2;
+  EXPECT_EQ(spec.distro, ros2::Distro::jazzy);
+  EXPECT_EQ(spec.node, "my_quad") << "the robot's name, as ROS 2 allows it";
+  ASSERT_EQ(spec.out.size(), 2u);
+  EXPECT_EQ(spec.out[0].qos, (ros2::Qos{false, false, 5}));
+  EXPECT_EQ(spec.out[1].qos, (ros2::Qos{true, true, 3}));
+  EXPECT_EQ(ros2::full_name(spec, spec.out[0].ros), "/lab/imu/data_raw");
+  EXPECT_EQ(ros2::full_name(spec, spec.out[1].ros), "/odom");
+  EXPECT_EQ(ros2::full_name(spec, spec.in[0].ros), "/lab/my_quad/cmd_vel");
+  EXPECT_EQ(ros2::dds_topic("/lab/odom"), "rt/lab/odom");
+  ASSERT_EQ(spec.frames.size(), 1u);
+  EXPECT_EQ(spec.frames[0].xyz_m[2], -0.05);
+}
+
+TEST(RobotFile, WrongWordsOfRos2AreNamed) {
+  const auto changed = [](const std::string& from, const std::string& to) {
+    std::string text(kRos2);
+    text.replace(text.find(from), from.size(), to);
+    return problems_of(text);
+  };
+  EXPECT_THAT(changed("\"jazzy\"", "\"jazy\""),
+              ElementsAre("robot.toml:3: ros2.distro: \"jazy\": one of \"humble\", \"jazzy\"; did you mean jazzy?"));
+  EXPECT_THAT(changed("distro = \"jazzy\"\n", ""), ElementsAre(HasSubstr("ros2.distro: missing")));
+  EXPECT_THAT(changed("imu/data_raw", "imu//data"),
+              ElementsAre(HasSubstr("ros2.out.0.topic: \"imu//data\": a ROS 2 name")));
+  EXPECT_THAT(changed("\"sensor_data\"", "\"sensor\""), ElementsAre(HasSubstr("ros2.out.0.qos: \"sensor\": one of")));
+  EXPECT_THAT(changed("transient_local", "latched"),
+              ElementsAre(HasSubstr("one of \"transient_local\", \"volatile\"")));
+  EXPECT_THAT(changed("depth = 3", "depth = 0"), ElementsAre(HasSubstr("robot.toml:15: ros2.out.1.qos.depth: 0")));
+  EXPECT_THAT(changed("to = ", "from = "),
+              UnorderedElementsAre(HasSubstr("ros2.in.0.to: missing"), HasSubstr("unknown key")));
+  EXPECT_THAT(changed("\"/lab\"", "\"lab\""), ElementsAre(HasSubstr("a name that begins with /")));
+  EXPECT_THAT(changed("[0.1, 0, -0.05]", "[0.1, 0]"), ElementsAre(HasSubstr("ros2.frame.0.xyz_m")));
+  EXPECT_THAT(changed("namespace = \"/lab\"", "clock = \"publish\"\nstamps = \"wall\""),
+              ElementsAre(HasSubstr("stamps are of the time that /clock says")));
+}
+
 TEST(RobotFile, EveryKeyReachesTheGraphSpec) {
   const auto loaded = parse_robot(kGood, "robot.toml");
   ASSERT_THAT(loaded.problems, IsEmpty());
