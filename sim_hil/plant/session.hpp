@@ -29,7 +29,10 @@ class Session {
   /// Serves the runtime of the only robot at the other end until it says Bye, goes away, or the duration is over.
   /// Errors:  those of the handshake; `report().reason` has them in words.
   hal::Status serve(std::unique_ptr<hal::Stream> stream);
-  /// The same with runtimes that came by the listener, in the order of the robots; its stop line ends all commands.
+  /// The same with a runtime for each robot, in their order, that have said their Hello.
+  hal::Status serve(std::vector<sim_hil::Caller> callers) { return serve(std::move(callers), nullptr); }
+  /// The same with runtimes that came by the listener; its stop line ends all commands, and it lets lost ones come
+  /// back.
   hal::Status serve(std::vector<sim_hil::Caller> callers, sim_hil::PlantListener& plant_listener);
   std::size_t robots() const { return robots_.size(); }
   const SessionReport& report(std::size_t robot = 0) const { return robots_[robot]->report(); }

@@ -165,5 +165,32 @@ TEST(PlantPixels, NoiseHasItsSigmaStaysInRangeAndRepeats) {
   for (const std::uint8_t v : bright) EXPECT_GT(v, 240);
 }
 
+/// The view of the first of two vehicles, 2 m up, with the other somewhere.
+std::vector<std::uint8_t> view_of_two(Renderer& renderer, const msg::Vec3& other) {
+  Scene scene;
+  scene.vehicles = 2;
+  scene.vehicle[0] = {{0, 0, -50}, {1, 0, 0, 0}};
+  scene.vehicle[1] = {other, {1, 0, 0, 0}};
+  renderer.place(scene);
+  std::vector<std::uint8_t> image(kWidth * kHeight);
+  renderer.camera_view({{0.5, 0, 2}, kCameraQBaseOptical}, msg::PixelFormat::mono8, image.data());
+  return image;
+}
+
+TEST(RendererOfTwo, ACameraSeesTheOtherVehicleWhereItIs) {
+  std::string why;
+  auto renderer = Renderer::create({kWidth, kHeight, false, room_of("quad"), 2}, why);
+  ASSERT_TRUE(renderer) << why;
+  const auto beside = view_of_two(**renderer, {0.5, -0.6, 0.12});
+  const auto away = view_of_two(**renderer, {3, 3, 0.12});
+  double u = 0, v = 0, n = 0;
+  for (std::uint32_t y = 0; y < kHeight; ++y)
+    for (std::uint32_t x = 0; x < kWidth; ++x)
+      if (beside[y * kWidth + x] != away[y * kWidth + x]) u += x, v += y, ++n;
+  ASSERT_GT(n, 300);
+  EXPECT_NEAR(u / n, kWidth / 2.0 + kFocal * 0.6 / 1.88, 12) << "to the right, where -y is";
+  EXPECT_NEAR(v / n, kHeight / 2.0, 8);
+}
+
 }  // namespace
 }  // namespace sinew::plant::renderer_test

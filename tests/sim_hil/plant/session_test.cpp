@@ -253,7 +253,8 @@ TEST_F(PlantSession, WelcomeNamesTheDevicesAndTheSeed) {
   ASSERT_TRUE(served_);
   EXPECT_EQ(got.welcome.seed, 77u);
   EXPECT_EQ(got.welcome.step.count(), kStepNs);
-  ASSERT_EQ(got.welcome.devices.size(), 6u);
+  ASSERT_EQ(got.welcome.devices.size(), 7u);
+  EXPECT_EQ(got.welcome.devices[6].kind, sim_hil::DeviceKind::radio);
   EXPECT_EQ(got.welcome.devices[0].name, "imu");
   EXPECT_EQ(got.welcome.devices[kCamera].name, "camera");
   EXPECT_EQ(got.welcome.devices[kCamera].width, 320u);
@@ -544,101 +545,105 @@ TEST_F(PlantSession, FreeRunningDeliversEverySampleAndMeasuresTheGap) {
 
 // ---- several robots
 
-SessionOptions two_quads() {
-  SessionOptions options = in_quad_world();
-  options.world.robots = {{"ant", {{"start_x_m", -0.8}}}, {"bee", {{"start_x_m", 0.8}}}};
-  options.seed = 5;
-  return options;
-}
+/// Two scripted runtimes against one plant, on a thread each.
+class SessionOfTwo : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    for (auto& feed : feeds_) {
+      std::string why;
+      auto made =
+          CameraFeed::start(hal::system_os(), {.room_xml = quad()->room_xml, .robots = 2, .turned_rad = {}}, why);
+      ASSERT_TRUE(made) << why;
+      feed = std::move(*made);
+    }
+  }
+  static void TearDownTestSuite() { feeds_ = {}; }
 
-/// Two scripted runtimes, on a thread each, against one plant without cameras.
-struct Duet {
-  Received ant, bee;
-  std::vector<SessionReport> reports;
+  struct Script {
+    bool slow = false;         // the first runtime answers each grant late
+    double second_s = 0.3;     // when the second one leaves
+    bool second_lost = false;  // without a word
+  };
+  struct Result {
+    Received ant, bee;
+    SessionReport ant_report, bee_report;
+  };
 
-  /// `slow`: answers each grant late. `bee_end`: when the second leaves, politely or (`lost`) not.
-  explicit Duet(bool slow = false, double bee_end_s = 0.3, bool lost = false,
-                const SessionOptions& options = two_quads()) {
-    std::string why;
-    auto a = CameraFeed::start(hal::system_os(), {.turned_rad = {}}, why),
-         b = CameraFeed::start(hal::system_os(), {.turned_rad = {}}, why);
-    Session session(hal::system_os(), {a->get(), b->get()}, options);
+  Result run(const Script& script) {
     auto first = hal::stream_pair(), second = hal::stream_pair();
+    Session session(hal::system_os(), {feeds_[0].get(), feeds_[1].get()}, options_);
     std::thread plant([&] {
+      std::string why;
       std::vector<sim_hil::Caller> callers(2);
       callers[0].stream = std::move(first->first), callers[1].stream = std::move(second->first);
-      for (auto& caller : callers) EXPECT_TRUE(hear_hello(caller, "test", why));
-      const std::string path = (std::filesystem::temp_directory_path() / "sinew_duet_XXXXXX").string();
-      std::string folder = path;
-      EXPECT_NE(mkdtemp(folder.data()), nullptr);
-      auto listener =
-          sim_hil::PlantListener::open(hal::system_os(), std::move(*hal::listen_stream("unix:" + folder + "/p")),
-                                       Session::description({}, options), {"listener", 0, {}, 1 << 18}, {"ant", "bee"});
-      EXPECT_TRUE(session.serve(std::move(callers), **listener));
-      listener->reset();
-      std::filesystem::remove_all(folder);
+      for (auto& caller : callers) EXPECT_TRUE(hear_hello(caller, "test", why)) << why;
+      EXPECT_TRUE(session.serve(std::move(callers)));
     });
-    sim_hil::Hello hello;
-    hello.robot = "ant";
-    ScriptedRuntime runs_ant(std::move(first->second), hello);
-    hello.robot = "bee";
-    ScriptedRuntime runs_bee(std::move(second->second), hello);
-    const auto climb = [slow](Time) {
-      if (slow) std::this_thread::sleep_for(std::chrono::microseconds(300));
-      return Command{{0.62, 0.62, 0.62, 0.62}};
-    };
+    ScriptedRuntime ant(std::move(first->second), lockstep_of("ant")),
+        bee(std::move(second->second), lockstep_of("bee"));
     std::thread other([&] {
-      if (lost)
-        runs_bee.run_until_lost(in_clock(options, 1, bee_end_s));
+      const Time end{static_cast<std::int64_t>(script.second_s * 1e9)};
+      if (script.second_lost)
+        bee.run_until_lost(end);
       else
-        runs_bee.run(in_clock(options, 1, bee_end_s), kLease, [](Time) { return Command{{0.58, 0.58, 0.58, 0.58}}; });
+        bee.run(end, kLease, [](Time) { return Command{{0.58, 0.58, 0.58, 0.58}}; });
     });
-    runs_ant.run(in_clock(options, 0, 0.3), kLease, climb);
+    ant.run(Time{300'000'000}, kLease, [&](Time) {
+      if (script.slow) std::this_thread::sleep_for(std::chrono::microseconds(300));
+      return Command{{0.62, 0.62, 0.62, 0.62}};
+    });
     other.join();
     plant.join();
-    ant = std::move(runs_ant.got), bee = std::move(runs_bee.got);
-    reports = {session.report(0), session.report(1)};
+    return {std::move(ant.got), std::move(bee.got), session.report(0), session.report(1)};
   }
-  /// Plant time as a robot's clock shows it; these have none of their own.
-  static Time in_clock(const SessionOptions&, std::size_t, double s) {
-    return Time{static_cast<std::int64_t>(s * 1e9)};
+  static sim_hil::Hello lockstep_of(const char* robot) {
+    sim_hil::Hello hello;
+    hello.robot = robot;
+    return hello;
   }
+  static SessionOptions two_quads() {
+    SessionOptions options = in_quad_world();
+    // Clocks without offset and drift: the scripts end by plant time.
+    options.world.robots = {{"ant", {{"start_x_m", -0.8}, {"clock_offset_s", 0}, {"clock_drift_ppm", 0}}},
+                            {"bee", {{"start_x_m", 0.8}, {"clock_offset_s", 0}, {"clock_drift_ppm", 0}}}};
+    options.seed = 5;
+    return options;
+  }
+
+  SessionOptions options_ = two_quads();
+  static std::array<std::unique_ptr<CameraFeed>, 2> feeds_;
 };
 
-SessionOptions on_plant_time() {
-  SessionOptions options = two_quads();
-  for (NamedRobot& robot : options.world.robots) robot.values["clock_offset_s"] = robot.values["clock_drift_ppm"] = 0;
-  return options;
-}
+std::array<std::unique_ptr<CameraFeed>, 2> SessionOfTwo::feeds_;
 
-TEST(SessionOfTwo, GivesTheSameBytesWhicheverRuntimeIsTheSlowerOne) {
-  const Duet quick(false, 0.3, false, on_plant_time()), slow(true, 0.3, false, on_plant_time());
-  EXPECT_EQ(quick.ant.hash, slow.ant.hash);
-  EXPECT_EQ(quick.bee.hash, slow.bee.hash);
-  EXPECT_NE(quick.ant.hash, quick.bee.hash);
+TEST_F(SessionOfTwo, GivesTheSameBytesWhicheverRuntimeIsTheSlowerOne) {
+  const Result quick = run({}), slow = run({.slow = true});
+  EXPECT_EQ(quick.ant.hash.value(), slow.ant.hash.value());
+  EXPECT_EQ(quick.bee.hash.value(), slow.bee.hash.value());
+  EXPECT_EQ(quick.bee.pixels.value(), slow.bee.pixels.value());
+  EXPECT_NE(quick.ant.hash.value(), quick.bee.hash.value());
   EXPECT_EQ(quick.ant.imu, 300);
   EXPECT_NEAR(quick.ant.truth.front().p_world_m.x, -0.8, 0.01);
   EXPECT_NEAR(quick.bee.truth.front().p_world_m.x, 0.8, 0.01);
   EXPECT_NE(quick.bee.last_report.find("\"robot\":\"bee\""), std::string::npos);
 }
 
-TEST(SessionOfTwo, OneThatLeavesOrIsLostLetsTheOtherGoOn) {
+TEST_F(SessionOfTwo, OneThatLeavesOrIsLostLetsTheOtherGoOn) {
   for (const bool lost : {false, true}) {
-    const Duet duet(false, 0.1, lost, on_plant_time());
-    EXPECT_EQ(duet.ant.imu, 300);
-    EXPECT_EQ(duet.reports[0].reason, "script is over");
-    EXPECT_FALSE(duet.reports[0].broken);
-    EXPECT_EQ(duet.reports[1].broken, lost);
-    EXPECT_EQ(duet.reports[1].stale_actuations, 0u) << "its motors stop with the lease of its last command";
+    const Result result = run({.second_s = 0.1, .second_lost = lost});
+    EXPECT_EQ(result.ant.imu, 300);
+    EXPECT_EQ(result.ant_report.reason, "script is over");
+    EXPECT_FALSE(result.ant_report.broken);
+    EXPECT_EQ(result.bee_report.broken, lost);
+    EXPECT_EQ(result.bee_report.stale_actuations, 0u) << "its motors stop with the lease of its last command";
   }
 }
 
-TEST(SessionOfTwo, RobotsClocksBeginAndRunDifferently) {
-  SessionOptions options = on_plant_time();
-  options.world.robots[0].values = {{"clock_offset_s", 2}, {"clock_drift_ppm", 100}};
-  Duet duet(false, 0.3, false, options);  // the ant's script ends at its first grant: its clock is beyond that already
-  EXPECT_EQ(duet.ant.imu, 0);
-  EXPECT_EQ(duet.bee.imu, 300);
+TEST_F(SessionOfTwo, RobotsClocksBeginAndRunDifferently) {
+  options_.world.robots[0].values["clock_offset_s"] = 2;
+  const Result result = run({});
+  EXPECT_EQ(result.ant.imu, 0) << "its clock is beyond the script's end with the first grant";
+  EXPECT_EQ(result.bee.imu, 300);
 }
 
 TEST(Worlds, AreWhatTheRobotsFoldersSayAndCanBeMade) {
