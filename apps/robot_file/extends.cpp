@@ -176,6 +176,22 @@ class Resolver {
                        at);
   }
 
+  /// Arrays of numbers, and of arrays, on one line: toml++ 3.3 computes the width of an array with the logarithm of its
+  /// numbers as an unsigned one, which is undefined for those below 1.
+  static void print_value(const toml::node& node, std::ostringstream& out) {
+    const toml::array* const array = node.as_array();
+    const auto is_ours = [](const toml::node& n) { return n.is_number() || n.is_array(); };
+    if (!array || array->empty() || !std::all_of(array->begin(), array->end(), is_ours)) {
+      node.visit([&](const auto& value) { out << value; });
+      return;
+    }
+    for (std::size_t i = 0; i < array->size(); ++i) {
+      out << (i == 0 ? "[ " : ", ");
+      print_value((*array)[i], out);
+    }
+    out << " ]";
+  }
+
   void print(const toml::table& table, const std::string& prefix, bool root) {
     const std::vector<Entry> all = entries(table);
     const auto is_section = [](const toml::node& n) { return n.is_table() || n.is_array_of_tables(); };
@@ -183,7 +199,7 @@ class Resolver {
       if (!is_section(*e.node)) {
         std::ostringstream line;
         line << e.key << " = ";
-        e.node->visit([&](const auto& value) { line << value; });
+        print_value(*e.node, line);
         put(line.str(), written(*e.node));
       }
     for (const Entry& e : all) {

@@ -13,6 +13,8 @@ using ros2::ParameterInfo;
 using ros2::ParameterService;
 
 constexpr hal::Duration kReportPeriod = 1s;
+constexpr hal::Duration kReaderTry = 10ms;
+constexpr int kReaderTries = 10;
 
 /// One of the robot's reply to `params`.
 std::optional<ParameterInfo> info_of(const Json& json) {
@@ -153,6 +155,9 @@ void NodeSide::serve() {
 
 void NodeSide::serve(NodeEndpoints::Service& service) {
   while (service.requests->take(sample_)) {
+    // A client's reader may be found after its writer: its RMW's own servers wait as long (rmw_send_response()).
+    for (int i = 0; i < kReaderTries && service.replies->matched() == 0; ++i)
+      hal::system_os().sleep_until(hal::system_os().now() + kReaderTry);
     const auto request = ros2::read_request(service.service, sample_.cdr);
     if (!request) continue;  // of another kind of RMW: there is nobody whom an answer would reach
     if (service.service != ParameterService::set) {

@@ -15,7 +15,6 @@
 
 namespace sinew::ros2 {
 
-using Bytes = std::vector<std::uint8_t>;
 using Guid = std::array<std::uint8_t, 16>;
 
 /// A node and its endpoints, as `ros2 node info` shows them.

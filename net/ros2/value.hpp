@@ -11,6 +11,8 @@
 
 namespace sinew::ros2 {
 
+using Bytes = std::vector<std::uint8_t>;
+
 /// What a field holds; which member counts is said by its Field.
 struct Value {
   std::uint64_t bits = 0;                 // of a number: an integer with its sign extended, or a double

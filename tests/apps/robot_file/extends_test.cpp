@@ -99,6 +99,22 @@ TEST_F(Extends, WhatIsResolvedStandsAloneAndIsTheSame) {
   EXPECT_EQ(alone.robot.graph.modules.size(), loaded.robot.graph.modules.size());
 }
 
+TEST_F(Extends, ArraysOfSmallNumbersAreResolvedAsTheyAre) {
+  const LoadedRobot loaded = load(R"(extends = "below/base.toml"
+[actuator.m]
+command = "a.x"
+channels = 2
+limit = [[-0.04, 1e-4], [-1.0, 0.9]]
+lease_ms = 20
+)");
+  EXPECT_THAT(loaded.problems, testing::IsEmpty());
+  EXPECT_THAT(loaded.robot.text, HasSubstr("limit = [ [ -0.0"));
+  ASSERT_EQ(loaded.robot.graph.actuators.size(), 1u);
+  ASSERT_EQ(loaded.robot.graph.actuators[0].channel_limits.size(), 2u);
+  EXPECT_EQ(loaded.robot.graph.actuators[0].channel_limits[0].min, -0.04);
+  EXPECT_EQ(loaded.robot.graph.actuators[0].channel_limits[0].max, 1e-4);
+}
+
 TEST_F(Extends, ChainsAreFollowedAndTablesCanBeTakenAway) {
   write("middle.toml", "extends = \"below/base.toml\"\n[module.c]\ntype = \"C\"\n");
   const LoadedRobot loaded = load(R"(extends = "middle.toml"

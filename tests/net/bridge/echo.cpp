@@ -185,6 +185,41 @@ int samples(ros2::Distro distro, std::uint32_t domain, bool reliable) {
   return failed == 0 ? 0 : 1;
 }
 
+int parameter(const std::string& node, const std::string& name, std::uint32_t domain) {
+  net::ParticipantOptions options;
+  options.domain = domain, options.interfaces = {"127.0.0.1"}, options.multicast = false, options.peers = {"127.0.0.1"};
+  std::string why;
+  const auto participant = net::Participant::open(options, why);
+  if (!participant) return std::fprintf(stderr, "%s\n", why.c_str()), 1;
+  net::EndpointSpec spec;
+  spec.qos.reliable = true, spec.qos.depth = 10;
+  spec.topic = "rq" + node + "/get_parametersRequest", spec.type = "rcl_interfaces::srv::dds_::GetParameters_Request_";
+  const auto ask = (*participant)->write(spec, why);
+  spec.topic = "rr" + node + "/get_parametersReply", spec.type = "rcl_interfaces::srv::dds_::GetParameters_Response_";
+  const auto answer = (*participant)->read(spec, why);
+  if (!ask || !answer) return std::fprintf(stderr, "%s\n", why.c_str()), 1;
+  if (!wait_until(**participant, 20s, [&] { return (*ask)->matched() > 0 && (*answer)->matched() > 0; }))
+    return std::fprintf(stderr, "no such service\n"), 1;
+  const auto& types = ros2::known_types(ros2::Distro::humble);
+  ros2::Message request(*types.find("rcl_interfaces/srv/GetParameters_Request")),
+      reply(*types.find("rcl_interfaces/srv/GetParameters_Response"));
+  request.find("names")->items.resize(1);
+  request.find("names[0]")->text = name;
+  Bytes bytes;
+  ros2::encode(request.type(), request.root(), bytes);
+  const Bytes head{1, 2, 3, 4, 5, 6, 7, 8, 42, 0, 0, 0, 0, 0, 0, 0};  // the client, and the number of its request
+  bytes.insert(bytes.begin() + 4, head.begin(), head.end());
+  net::DdsSample sample;
+  if (!(*ask)->write(bytes) || !wait_until(**participant, 10s, [&] { return (*answer)->take(sample); }))
+    return std::fprintf(stderr, "no answer\n"), 1;
+  if (sample.cdr.size() < 20 || !std::equal(head.begin(), head.end(), sample.cdr.begin() + 4))
+    return std::fprintf(stderr, "the answer to somebody else\n"), 1;
+  sample.cdr.erase(sample.cdr.begin() + 4, sample.cdr.begin() + 20);
+  if (!ros2::decode(reply.type(), sample.cdr, reply.root())) return std::fprintf(stderr, "no reply\n"), 1;
+  std::printf("%.17g\n", reply.find("values[0].double_value")->number());
+  return 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -194,6 +229,8 @@ int main(int argc, char** argv) {
   if (what == "types") return print_idl(distro), 0;
   if (what == "list") return print_list(distro), 0;
   if (what == "msg") return print_definitions(distro), 0;
+  if (what == "parameter" && argc == 5)
+    return parameter(argv[2], argv[3], static_cast<std::uint32_t>(std::atoi(argv[4])));
   if (what != "samples" || argc < 4) return 2;
   const auto domain = static_cast<std::uint32_t>(std::atoi(argv[3]));
   return samples(distro, domain, true) + samples(distro, domain, false);

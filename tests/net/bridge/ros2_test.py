@@ -160,6 +160,7 @@ class Ros2(unittest.TestCase):
         topics = self.until(peer, "the parameter", lambda t: "value" in t.get("rt/parameter_events", {}))
         event = topics["rt/parameter_events"]
         self.assertEqual((event["node"], event["name"], event["value"]), ("/quad/quad_ros2", "attitude.kp_rate", 21))
+        self.assertEqual(float(out_of(ECHO, "parameter", "/quad/quad_ros2", "attitude.kp_rate", domain)), 21)  # by service
         said("set attitude.kp_rate -1")  # outside of its range
         self.until(peer, "the refusal", lambda t: "attitude.kp_rate" in t["rt/rosout"].get("msg", ""))
         topics = self.until(peer, "the static frame", lambda t: "rt/tf_static" in t)

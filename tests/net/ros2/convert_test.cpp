@@ -20,7 +20,6 @@ namespace sinew::ros2 {
 namespace {
 
 using testing::HasSubstr;
-using Bytes = std::vector<std::uint8_t>;
 
 constexpr std::int64_t kToRos = 1'000'000'000'000;  // the robot started 1000 s after the epoch of ROS time
 

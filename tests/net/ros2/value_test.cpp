@@ -8,8 +8,6 @@
 namespace sinew::ros2 {
 namespace {
 
-using Bytes = std::vector<std::uint8_t>;
-
 const Type& known(std::string_view name) { return *known_types(Distro::humble).find(name); }
 
 Bytes encoded(const Message& message) {
