@@ -13,6 +13,7 @@
 #include "apps/live/commands.hpp"
 #include "apps/live/running_names.hpp"
 #include "apps/monitor/monitor_options.hpp"
+#include "apps/net/net_command.hpp"
 #include "apps/project_commands.hpp"
 #include "apps/replay/commands.hpp"
 #include "apps/run/commands.hpp"
@@ -41,6 +42,7 @@ std::variant<std::function<int()>, int> understood(int argc, char** argv, const 
   add_record_commands(app, context);
   add_bag_commands(app, context);
   add_monitor_command(app, context);
+  add_net_command(app, context);
   add_replay_command(app, context);
   add_tune_command(app, context);
   add_sweep_commands(app, context);

@@ -12,7 +12,7 @@ set(CPACK_STRIP_FILES ON)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
     OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 set(CPACK_COMPONENTS_ALL runtime dev)
-foreach(component monitor sim)
+foreach(component monitor net sim)
   if(TARGET sinew-${component})
     list(APPEND CPACK_COMPONENTS_ALL ${component})
   endif()
@@ -78,6 +78,10 @@ set(CPACK_DEBIAN_MONITOR_PACKAGE_SECTION misc)
 set(CPACK_COMPONENT_MONITOR_DESCRIPTION "robots of the Sinew runtime in a browser
 Serves a page, pictures and the Foxglove WebSocket protocol for the robots of
 this machine. Nothing of it runs in a robot's process.")
+set(CPACK_DEBIAN_NET_PACKAGE_NAME sinew-net)
+set(CPACK_DEBIAN_NET_PACKAGE_SECTION misc)
+set(CPACK_COMPONENT_NET_DESCRIPTION "DDS for robots of the Sinew runtime
+A program beside the robot that has a DDS participant: the team's radio.")
 set(CPACK_DEBIAN_SIM_PACKAGE_NAME sinew-sim)
 set(CPACK_DEBIAN_SIM_PACKAGE_SECTION misc)
 set(with_fuzz "")

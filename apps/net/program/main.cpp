@@ -1,0 +1,131 @@
+// sinew-net: DDS for a robot, in a program of its own beside it. docs/net.md.
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "apps/command/command.hpp"
+#include "apps/command/usage_error.hpp"
+#include "apps/net/supervisor.hpp"
+#include "apps/robot_file/robot_file.hpp"
+#include "hal/linux/process.hpp"
+#include "hal/platform.hpp"
+#include "net/bridge/ros2_bridge.hpp"
+#include "net/service.hpp"
+#include "net/team_radio.hpp"
+
+namespace {
+
+using namespace sinew;
+using namespace std::chrono_literals;
+
+constexpr hal::Duration kHangs = 15s;
+
+int fail_net(const std::string& why) {
+  std::fprintf(stderr, "sinew-net: %s\n", why.c_str());
+  return app::kNotBegun;
+}
+
+/// The bridge to ROS 2, as a part of the service.
+class Ros2Part final : public net::Part {
+ public:
+  Ros2Part(const std::string& robot, const ros2::BridgeSpec& spec) : bridge_(robot, spec) {}
+  bool start(net::Participant& participant, std::string& why) override { return bridge_.start(participant, why); }
+  std::vector<net::OwnEndpoint> endpoints() const override {
+    std::vector<net::OwnEndpoint> all;
+    for (const auto& endpoint : bridge_.endpoints()) all.push_back({endpoint.spec, endpoint.writes});
+    return all;
+  }
+  void look(hal::Time) override { bridge_.look(); }
+  void add_status(nlohmann::json& status) const override { bridge_.add_status(status); }
+
+ private:
+  net::Ros2Bridge bridge_;
+};
+
+net::ServiceOptions options_of(const app::RobotFile& robot) {
+  const app::NetTable from = robot.net.value_or(app::NetTable());
+  net::ServiceOptions o;
+  if (robot.ros2) o.dds.user_data = "enclave=/;";  // without it ROS 2 shows no node
+  o.robot = robot.graph.robot;
+  o.dds.domain = from.domain;
+  o.dds.interfaces = from.interfaces;
+  o.dds.multicast = from.multicast;
+  o.dds.peers = from.peers;
+  o.dds.most_on_a_machine = from.most_on_a_machine;
+  o.dds.extra = from.extra;
+  o.dds.security = {from.identity_ca,    from.certificate, from.private_key,
+                    from.permissions_ca, from.governance,  from.permissions};
+  o.stop = [] { return hal::stop_requested(); };
+  o.say = [](const std::string& line) { std::fprintf(stderr, "sinew-net: %s\n", line.c_str()); };
+  return o;
+}
+
+bool has_dds_radio(const app::RobotFile& robot) {
+  const auto& devices = robot.devices.devices;
+  return std::any_of(devices.begin(), devices.end(), [](const auto& d) { return d.driver == "dds"; });
+}
+
+/// Cyclone may hang, also at its end: then this process ends without it.
+void watch_for_hang(net::Service& service) {
+  std::thread([&service] {
+    std::uint32_t last = service.progress();
+    for (hal::Duration still{}; still < kHangs; still += 1s) {
+      std::this_thread::sleep_for(1s);
+      if (const std::uint32_t now = service.progress(); now != last) last = now, still = 0s;
+    }
+    std::fprintf(stderr, "sinew-net: DDS hangs\n");
+    _exit(app::kNetHung);
+  }).detach();
+}
+
+int work(const app::RobotFile& robot, int attempt) {
+  std::string why;
+  auto link = net::LocalLink::open(robot.graph.robot, why);
+  if (!link) return fail_net(why);
+  net::ServiceOptions options = options_of(robot);
+  options.attempt = attempt;
+  std::vector<std::unique_ptr<net::Part>> parts;
+  if (has_dds_radio(robot))
+    parts.push_back(std::make_unique<net::TeamRadio>(robot.team ? robot.team->link.team : 0, **link));
+  if (robot.ros2) parts.push_back(std::make_unique<Ros2Part>(robot.graph.robot, *robot.ros2));
+  auto service = std::make_unique<net::Service>(std::move(options), **link, std::move(parts));
+  watch_for_hang(*service);
+  const net::Service::End end = service->run();
+  link->reset();  // the socket's file goes
+  // Cyclone is not asked to end where it would not: the addresses that it has are gone.
+  if (end != net::Service::End::stopped) _exit(end == net::Service::End::anew ? app::kNetAnew : app::kNetFailed);
+  std::fflush(nullptr);
+  _exit(app::kDone);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::string file;
+  bool worker = false;
+  int attempt = 0;
+  CLI::App options("DDS for a robot, in a program of its own beside it.", "sinew net");
+  options.add_option("file", file, "robot file")->required()->type_name(app::kRobotFileHint);
+  options.add_flag("--worker", worker)->group("");
+  options.add_option("--attempt", attempt)->group("");
+  try {
+    options.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    if (e.get_exit_code() != 0) return fail_net(app::usage_error(options, e));
+    return options.exit(e);  // prints the help
+  }
+  hal::stop_requested();  // from now on a signal only asks
+  const app::LoadedRobot loaded = app::load_robot(file);
+  if (!loaded.problems.empty()) {
+    for (const rt::Problem& p : loaded.problems) std::fprintf(stderr, "%s\n", to_string(p, loaded.robot).c_str());
+    return app::kNotBegun;
+  }
+  if (!loaded.robot.net && !loaded.robot.ros2)
+    return fail_net(file + ": there is neither a table [net] nor [ros2]; docs/net.md");
+  return worker ? work(loaded.robot, attempt) : app::supervise_net(hal::program_path(), file);
+}
