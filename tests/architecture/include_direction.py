@@ -19,12 +19,12 @@ SYSTEM_ONLY_IN = [
     ("a POSIX or Linux header",
      r"(sys|linux|arpa|netinet|net|asm)/.*|(unistd|pthread|fcntl|poll|sched|semaphore|signal|dirent|dlfcn|termios|spawn"
      r"|netdb|mqueue|aio|syslog|pwd|grp|ucontext|execinfo)\.h|csignal",
-     ["hal/linux", "monitor"]),
+     ["hal/linux", "monitor", "net"]),
     ("a header of Windows", r"(windows|win\w+|ws2\w+|mswsock|process|synchapi|processthreadsapi|tlhelp32|psapi)\.h", []),
     ("EGL, OpenGL or MuJoCo", r"(EGL|GL|GLES\d?|KHR|mujoco)/.*", ["sim_hil/plant", "sim_hil/mujoco", "robots"]),
     ("OpenCV", r"opencv2?/.*", ["vision/opencv"]),
     ("Eigen", r"Eigen/.*|unsupported/Eigen/.*", ["vision", "control"]),
-    ("TOML, the command line or JSON", r"toml\+\+/.*|toml\.hpp|CLI/.*|nlohmann/.*", ["tap", "monitor", "client"]),
+    ("TOML, the command line or JSON", r"toml\+\+/.*|toml\.hpp|CLI/.*|nlohmann/.*", ["tap", "monitor", "client", "net"]),
     ("compression", r"lz4\w*\.h|zstd\w*\.h", ["record"]),
     ("an image format", r"png\.h|jpeglib\.h|turbojpeg\.h|tiffio\.hp*", ["hal/linux", "dataset", "images"]),
 ]
