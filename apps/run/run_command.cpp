@@ -12,6 +12,7 @@
 #include "apps/robot/doctor.hpp"
 #include "apps/run/dataset_run.hpp"
 #include "apps/run/device_run.hpp"
+#include "apps/run/net_process.hpp"
 #include "apps/run/run_setup.hpp"
 #include "apps/run/sim_run.hpp"
 #include "hal/linux/process.hpp"
@@ -50,6 +51,7 @@ int run_command(const RunOptions& options, const rt::ModuleTypes& types) {
         needs_plant(prepared->graph->spec()) ? "this run has a plant" : "this run has the board \"" + board + "\""));
   if (!options.virtual_time && !doctor_permits_start(*prepared->graph, prepared->robot, options.strict)) return 2;
   if (!take_name(*prepared, options)) return 2;
+  const auto net = start_net(*prepared, options);
   if (needs_plant(prepared->graph->spec())) return run_on_sim(*prepared, options);
   return board == "dataset" ? run_on_dataset(*prepared, options) : run_on_devices(*prepared, options);
 }

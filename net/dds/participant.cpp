@@ -297,9 +297,11 @@ Error CycloneParticipant::refused(dds_return_t code, const std::string& what, st
   const std::string said = joined(take_dds_log());
   why = what + ": " + (said.empty() ? dds_strretcode(code) : said);
   const auto says = [&](std::string_view words) { return said.find(words) != std::string::npos; };
-  const Errc kind = says("participant index")                                          ? Errc::busy
-                    : says("nterface")                                                 ? Errc::not_found
-                    : says("ecurity") || code == DDS_RETCODE_NOT_ALLOWED_BY_SECURITY   ? Errc::denied
+  const Errc kind = says("participant index") ? Errc::busy
+                    : says("nterface")        ? Errc::not_found
+                    : says("ecurity") || says("ermission") || says("ertificate") || says("overnance") ||
+                            code == DDS_RETCODE_NOT_ALLOWED_BY_SECURITY
+                        ? Errc::denied
                     : code == DDS_RETCODE_ERROR && (says("bind") || says("multicast")) ? Errc::io
                     : code == DDS_RETCODE_OUT_OF_RESOURCES                             ? Errc::io
                                                                                        : Errc::bad_argument;

@@ -7,9 +7,9 @@
 #include "hal/linux/devices/gpio.hpp"
 #include "hal/linux/devices/i2c.hpp"
 #include "hal/linux/devices/iio_imu.hpp"
+#include "hal/linux/devices/net_radio.hpp"
 #include "hal/linux/devices/serial.hpp"
 #include "hal/linux/devices/spi.hpp"
-#include "hal/linux/devices/net_radio.hpp"
 #include "hal/linux/udp_radio.hpp"
 
 namespace sinew::hal {
