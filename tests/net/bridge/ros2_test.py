@@ -4,7 +4,7 @@ from our IDL. Definitions and samples also go through the npm readers of ROS def
 
     ros2_test.py BUILD SOURCE [unittest arguments]
 
-BUILD has bin/sinew, bin/sinew-sim and tests/net/bridge. Stage ros2 of ./test installs what it needs (Debian: libfastrtps-dev,
+BUILD has bin/sinew, bin/sinew-sim, bin/sinew-ros2 and tests/net/bridge. Stage ros2 of ./test installs what it needs (Debian: libfastrtps-dev,
 fastddsgen, openjdk); where that is missing it says so and exits with 77.
 """
 import json
@@ -21,8 +21,9 @@ HERE = pathlib.Path(__file__).resolve().parent
 SKIPPED = 77
 BUILD, SOURCE = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
 TOOLS = BUILD / "tests/net/bridge"
-ECHO, BRIDGE = TOOLS / "ros2_echo", TOOLS / "ros2_bridge_program"
+ECHO, BRIDGE = TOOLS / "ros2_echo", BUILD / "bin/sinew-ros2"
 SINEW = BUILD / "bin/sinew"
+LOOPBACK = ["--interface", "127.0.0.1", "--no-multicast", "--peer", "127.0.0.1"]
 DOMAINS = iter(range(120 + os.getpid() % 50 * 2, 232))
 
 
@@ -120,7 +121,7 @@ class Ros2(unittest.TestCase):
 
     def test_a_simulated_robot_is_usable_from_a_ros_2_graph(self):
         domain, robot = str(next(DOMAINS)), SOURCE / "robots/quad/quad_ros2.toml"
-        self.start(BRIDGE, robot, domain, stdout=subprocess.DEVNULL)  # before the robot
+        self.start(BRIDGE, robot, "--domain", domain, *LOOPBACK, stdout=subprocess.DEVNULL)  # before the robot
         flight = self.start(SINEW, "run", robot, "--no-record", stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         peer = self.start(self.folder / "humble/graph_peer", domain, "/quad/quad_ros2", stdin=subprocess.PIPE,
                           stdout=subprocess.PIPE)
@@ -178,7 +179,7 @@ class Ros2(unittest.TestCase):
     def test_a_foreign_simulator_is_the_plant(self):
         domain, robot = str(next(DOMAINS)), SOURCE / "robots/seesaw/seesaw_ros2.toml"
         self.start(SINEW, "run", robot, "--no-record", stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        self.start(BRIDGE, robot, domain, stdout=subprocess.DEVNULL)
+        self.start(BRIDGE, robot, "--domain", domain, *LOOPBACK, stdout=subprocess.DEVNULL)
         beam = subprocess.run([str(self.folder / "humble/seesaw_peer"), domain, "15"], capture_output=True, text=True, timeout=60)
         said = json.loads(beam.stdout)
         self.assertGreater(said["commands"], 500, said)
