@@ -77,7 +77,7 @@ struct CameraSpec {
 };
 
 /// A radio made of UDP: datagrams to a multicast group, which everyone on the network hears, or to peers one by one
-/// where there is no multicast.
+/// where there is no multicast. Or one that a program beside the robot has.
 struct RadioSpec {
   UdpAddress group{0xEF480101, 4580};  // 239.72.1.1: of those that are for local use (RFC 2365)
   /// Of the group. Empty: the one to which the route to the group leads; if there is none the first that is up and has
@@ -86,6 +86,8 @@ struct RadioSpec {
   int ttl = 1;                    // of the group: how many networks a datagram reaches
   std::vector<UdpAddress> peers;  // not empty: datagrams go to each of these, and the group is not used
   std::uint16_t port = 4580;      // with peers: where this radio listens, and sends from
+  /// Not empty: nothing of the above, but the program `sinew net` of the robot with this name, which has DDS.
+  std::string net{};
 };
 
 /// Opens buses, ports and kernel devices. An opened object lives as long as the caller keeps it, and not longer than

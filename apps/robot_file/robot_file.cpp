@@ -8,6 +8,7 @@
 
 #include "apps/robot_file/device_table_reader.hpp"
 #include "apps/robot_file/exec_reader.hpp"
+#include "apps/robot_file/net_reader.hpp"
 #include "apps/robot_file/ros2_reader.hpp"
 #include "apps/robot_file/team_reader.hpp"
 #include "apps/robot_file/toml_guard.hpp"
@@ -400,11 +401,13 @@ LoadedRobot parse_robot(std::string_view text, const std::string& path) {
   root.table("parent", [&](TomlReader& r) { read_parent(r, graph, loaded.robot.parent); });
   root.table("record", [&](TomlReader& r) { read_record(r, loaded.robot.record); });
   root.table("team", [&](TomlReader& r) { read_team(r, loaded.robot); });
+  root.table("net", [&](TomlReader& r) { read_net(r, loaded.robot); });
   root.table("ros2", [&](TomlReader& r) { read_ros2(r, loaded.robot); });
   root.finish();
   std::stable_sort(graph.modules.begin(), graph.modules.end(),
                    [](const auto& a, const auto& b) { return a.line < b.line; });  // toml++ sorts tables by name
   add_team(loaded.robot, loaded.problems);
+  add_net(loaded.robot, loaded.problems);
   return loaded;
 }
 
@@ -429,7 +432,7 @@ std::string section_header(std::string_view section) {
     return std::find(all.begin(), all.end(), section) != all.end();
   };
   const std::string name(section);
-  if (is_one_of({"robot", "guardian", "sim", "parent", "record", "team", "ros2"})) return "[" + name + "]";
+  if (is_one_of({"robot", "guardian", "sim", "parent", "record", "team", "net", "ros2"})) return "[" + name + "]";
   if (is_one_of({"thread", "chain", "failsafe"})) return "[[" + name + "]]";
   if (is_one_of({"topic", "actuator", "device", "bus"})) return "[" + name + ".NAME]";
   return {};

@@ -39,6 +39,20 @@ struct TeamTable {
   rt::ExecModel exec{};
 };
 
+/// `[net]`: of the program `sinew net` beside the robot, which has DDS (docs/net.md).
+struct NetTable {
+  int line = 0;
+  std::uint32_t domain = 0;
+  std::vector<std::string> interfaces{};  // names or IPv4 addresses; empty: the one that Cyclone DDS finds best
+  bool multicast = true;                  // false: only `peers` are looked for
+  std::vector<std::string> peers{};       // "10.0.0.2", "10.0.0.2:7410"
+  std::uint32_t most_on_a_machine = 32;   // participants of a machine that can be found by unicast
+  std::string extra{};                    // elements in Cyclone's words
+  /// Paths of files, from the working directory; all or none.
+  std::string identity_ca{}, certificate{}, private_key{}, permissions_ca{}, governance{}, permissions{};
+  bool secure() const { return !identity_ca.empty(); }
+};
+
 struct RobotFile {
   std::string path;
   std::string text{};               // as it was read, with all that it extends; only from load_robot()
@@ -49,6 +63,7 @@ struct RobotFile {
   ParentOptions parent;
   RecordOptions record;
   std::optional<TeamTable> team{};
+  std::optional<NetTable> net{};
   std::optional<ros2::BridgeSpec> ros2{};
   drivers::DeviceSpecs devices;          // of the board `linux`
   rt::Located<std::string> calibration;  // file of what differs from one such robot to the next; empty: none

@@ -23,7 +23,7 @@ using namespace std::chrono_literals;
 struct Options {
   std::string robot;
   net::ParticipantOptions network;
-  bool no_multicast = false, status = false;
+  bool domain_given = false, no_multicast = false, status = false;
 };
 
 int fail(const std::string& why) {
@@ -49,12 +49,26 @@ void serve(net::Participant& participant, net::Ros2Bridge& bridge, bool status) 
   }
 }
 
+/// What the command line does not say comes from [net].
+void use_net(const app::NetTable& net, Options& o) {
+  net::ParticipantOptions& network = o.network;
+  if (!o.domain_given) network.domain = net.domain;
+  if (network.interfaces.empty()) network.interfaces = net.interfaces;
+  if (network.peers.empty()) network.peers = net.peers;
+  network.multicast = net.multicast;
+  network.most_on_a_machine = net.most_on_a_machine;
+  network.extra = net.extra;
+  network.security = {net.identity_ca,    net.certificate, net.private_key,
+                      net.permissions_ca, net.governance,  net.permissions};
+}
+
 int run(Options& o) {
   const app::LoadedRobot loaded = app::load_robot(o.robot);
   for (const rt::Problem& p : loaded.problems) std::fprintf(stderr, "%s\n", app::to_string(p, loaded.robot).c_str());
   if (!loaded.problems.empty()) return app::kNotBegun;
   if (!loaded.robot.ros2) return fail(o.robot + ": no table [ros2], which says what the graph sees");
-  o.network.multicast = !o.no_multicast;
+  if (loaded.robot.net) use_net(*loaded.robot.net, o);
+  o.network.multicast = o.network.multicast && !o.no_multicast;
   o.network.user_data = "enclave=/;";
   std::string why;
   const auto participant = net::Participant::open(o.network, why);
@@ -72,7 +86,8 @@ int main(int argc, char** argv) {
   Options o;
   CLI::App options("Shows a running robot to a ROS 2 graph, as [ros2] of its robot file says.", "sinew-ros2");
   options.add_option("ROBOT", o.robot, "robot file")->required();
-  options.add_option("--domain", o.network.domain, "ROS_DOMAIN_ID of the graph")->envname("ROS_DOMAIN_ID");
+  const CLI::Option* const domain =
+      options.add_option("--domain", o.network.domain, "ROS_DOMAIN_ID of the graph")->envname("ROS_DOMAIN_ID");
   options.add_option("--interface", o.network.interfaces,
                      "name or address of a network interface; several are allowed");
   options.add_option("--peer", o.network.peers, "address of another machine, where multicast does not reach it");
@@ -84,5 +99,6 @@ int main(int argc, char** argv) {
     if (e.get_exit_code() != 0) return fail(app::usage_error(options, e));
     return options.exit(e);
   }
+  o.domain_given = !domain->empty();
   return run(o);
 }

@@ -20,6 +20,7 @@ std::span<const DriverKind> all_drivers() {
     for (const auto group : {kernel_drivers(), chip_drivers(), serial_drivers()})
       list.insert(list.end(), group.begin(), group.end());
     list.push_back(udp_radio_driver());
+    list.push_back(dds_radio_driver());
     list.push_back({"can_servos", "actuators, joints", read_can_servos});
     list.push_back({"joints_of", "joints", read_joints_of});
     list.push_back(published_driver());

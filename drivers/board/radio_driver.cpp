@@ -24,6 +24,18 @@ std::optional<std::vector<hal::UdpAddress>> peers_of(std::string_view text) {
   return peers;
 }
 
+DeviceOpener open_radio(const hal::RadioSpec& spec) {
+  return [spec](DeviceContext& context, std::string& why) -> hal::Result<OpenedDevice> {
+    auto radio = context.connectors.radio(spec, why);
+    if (!radio) return radio.error();
+    OpenedDevice device;
+    device.radio = radio->get();
+    device.report = dynamic_cast<const hal::SelfReport*>(radio->get());
+    device.owner = std::shared_ptr<hal::Radio>(std::move(*radio));
+    return device;
+  };
+}
+
 DeviceOpener read_udp(DeviceKeys& keys, const DeviceSpecs&) {
   hal::RadioSpec spec;
   std::string group = to_text(spec.group), peers;
@@ -54,19 +66,21 @@ DeviceOpener read_udp(DeviceKeys& keys, const DeviceSpecs&) {
     keys.claim("port", "UDP port " + std::to_string(spec.port));
   else
     keys.claim("group", "radio " + to_text(spec.group) + (spec.interface.empty() ? "" : " on " + spec.interface));
-  return [spec](DeviceContext& context, std::string& why) -> hal::Result<OpenedDevice> {
-    auto radio = context.connectors.radio(spec, why);
-    if (!radio) return radio.error();
-    OpenedDevice device;
-    device.radio = radio->get();
-    device.report = dynamic_cast<const hal::SelfReport*>(radio->get());
-    device.owner = std::shared_ptr<hal::Radio>(std::move(*radio));
-    return device;
-  };
+  return open_radio(spec);
+}
+
+DeviceOpener read_dds(DeviceKeys& keys, const DeviceSpecs&) {
+  hal::RadioSpec spec;
+  spec.net = "robot";  // the reader of robot files puts the robot's name in
+  keys.read("program", spec.net, "the name of a robot",
+            {.doc = "whose `sinew net` it is", .otherwise = "this robot's name"});
+  keys.claim("program", "sinew net of " + spec.net);
+  return open_radio(spec);
 }
 
 }  // namespace
 
 DriverKind udp_radio_driver() { return {"udp", "radio", read_udp}; }
+DriverKind dds_radio_driver() { return {"dds", "radio", read_dds}; }
 
 }  // namespace sinew::drivers

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cstring>
+#include <map>
 #include <string_view>
 
 #include "net/dds/config_xml.hpp"
@@ -215,7 +216,7 @@ class CycloneReader final : public DdsReader {
       if (is_data) {
         out.cdr.assign(sample->cdr.begin(), sample->cdr.begin() + static_cast<std::ptrdiff_t>(sample->size));
         out.written_wall_ns = info.source_timestamp;
-        out.writer = info.publication_handle;
+        out.writer = writer_of(info.publication_handle);
       }
       ddsi_serdata_unref(data);
       if (is_data) return true;  // the others say that a writer ended
@@ -231,7 +232,19 @@ class CycloneReader final : public DdsReader {
   Guid guid() const override { return guid_of(reader_.id()); }
 
  private:
+  Guid writer_of(dds_instance_handle_t handle) {
+    if (const auto known = writers_.find(handle); known != writers_.end()) return known->second;
+    dds_builtintopic_endpoint_t* endpoint = dds_get_matched_publication_data(reader_.id(), handle);
+    if (endpoint == nullptr) return {};
+    const Guid guid = guid_of(endpoint->key);
+    dds_builtintopic_free_endpoint(endpoint);
+    if (writers_.size() >= kMostKnownWriters) writers_.clear();
+    return writers_.emplace(handle, guid).first->second;
+  }
+
+  static constexpr std::size_t kMostKnownWriters = 1024;
   Entity topic_, reader_;
+  std::map<dds_instance_handle_t, Guid> writers_;  // Cyclone's numbers of them are never used again
 };
 
 class CycloneParticipant final : public Participant {

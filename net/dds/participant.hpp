@@ -72,7 +72,7 @@ struct RemoteParticipant {
 struct DdsSample {
   std::vector<std::uint8_t> cdr;     // as it came, with CDR's head: 00 01: little endian, 00 00: big endian
   std::int64_t written_wall_ns = 0;  // by the writer's own clock, since 1970
-  std::uint64_t writer = 0;          // the same number for each sample of one writer
+  Guid writer{};                     // all 0: it had ended before it was looked at
 };
 
 /// Writes one topic.

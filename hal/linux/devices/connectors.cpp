@@ -9,6 +9,7 @@
 #include "hal/linux/devices/iio_imu.hpp"
 #include "hal/linux/devices/serial.hpp"
 #include "hal/linux/devices/spi.hpp"
+#include "hal/linux/devices/net_radio.hpp"
 #include "hal/linux/udp_radio.hpp"
 
 namespace sinew::hal {
@@ -55,7 +56,7 @@ Result<std::unique_ptr<Camera>> LinuxConnectors::libcamera_camera(const CameraSp
   return open_libcamera_plugin(spec, os_, why);
 }
 Result<std::unique_ptr<Radio>> LinuxConnectors::radio(const RadioSpec& spec, std::string& why) {
-  return UdpRadio::open(spec, os_, why);
+  return spec.net.empty() ? UdpRadio::open(spec, os_, why) : NetRadio::open(spec.net, os_, why);
 }
 
 }  // namespace sinew::hal

@@ -49,6 +49,7 @@ TEST(ParticipantTest, BytesOfATypeThatNobodyDescribedArriveAsTheyWereWritten) {
   ASSERT_GE(sample.cdr.size(), kEight.size());
   EXPECT_TRUE(std::equal(kEight.begin(), kEight.end(), sample.cdr.begin()));
   EXPECT_GT(sample.written_wall_ns, 0);
+  EXPECT_EQ(sample.writer, (*writer)->guid());
   EXPECT_FALSE((*reader)->take(sample));
 }
 
