@@ -11,7 +11,7 @@
 namespace sinew::app {
 
 std::unique_ptr<hal::ChildProcess> start_net(const Prepared& prepared, const RunOptions& options) {
-  if (!prepared.robot.net || options.virtual_time) return nullptr;
+  if ((!prepared.robot.net && !prepared.robot.ros2) || options.virtual_time) return nullptr;
   const std::string& robot = prepared.robot.graph.robot;
   std::string why;
   if (hal::ask_net(robot, std::chrono::milliseconds(500), why)) {

@@ -52,7 +52,7 @@ struct Ros2Bridge::Parts {
 
   BridgeShared shared;
   Participant* participant = nullptr;
-  std::vector<Endpoint> endpoints;
+  std::vector<OwnEndpoint> endpoints;
   std::vector<Guid> writer_guids, reader_guids;
   std::string why;  // of the first endpoint that could not be made
   std::unique_ptr<DdsWriter> discovery, static_frames;
@@ -171,7 +171,7 @@ void Ros2Bridge::look() {
   p.shared.notify();
 }
 
-const std::vector<Ros2Bridge::Endpoint>& Ros2Bridge::endpoints() const { return parts_->endpoints; }
+const std::vector<OwnEndpoint>& Ros2Bridge::endpoints() const { return parts_->endpoints; }
 
 void Ros2Bridge::add_status(nlohmann::json& status) const {
   const BridgeShared& shared = parts_->shared;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "net/dds/match.hpp"
 #include "net/dds/participant.hpp"
 #include "net/ros2/bridge_spec.hpp"
 
@@ -27,11 +28,7 @@ class Ros2Bridge {
   /// The participant's wake_fd() was readable: takes what came.
   void look();
   /// What it writes and reads, after start().
-  struct Endpoint {
-    EndpointSpec spec;
-    bool writes;
-  };
-  const std::vector<Endpoint>& endpoints() const;
+  const std::vector<OwnEndpoint>& endpoints() const;
   /// Adds `ros2`: whether the robot is there, and for each topic its counts and what was wrong last.
   void add_status(nlohmann::json& status) const;
 

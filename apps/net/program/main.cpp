@@ -3,9 +3,10 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <charconv>
 #include <chrono>
 #include <cstdio>
-#include <nlohmann/json.hpp>
+#include <cstdlib>
 #include <thread>
 
 #include "apps/command/command.hpp"
@@ -14,7 +15,7 @@
 #include "apps/robot_file/robot_file.hpp"
 #include "hal/linux/process.hpp"
 #include "hal/platform.hpp"
-#include "net/bridge/ros2_bridge.hpp"
+#include "net/bridge/ros2_part.hpp"
 #include "net/service.hpp"
 #include "net/team_radio.hpp"
 
@@ -30,29 +31,17 @@ int fail_net(const std::string& why) {
   return app::kNotBegun;
 }
 
-/// The bridge to ROS 2, as a part of the service.
-class Ros2Part final : public net::Part {
- public:
-  Ros2Part(const std::string& robot, const ros2::BridgeSpec& spec) : bridge_(robot, spec) {}
-  bool start(net::Participant& participant, std::string& why) override { return bridge_.start(participant, why); }
-  std::vector<net::OwnEndpoint> endpoints() const override {
-    std::vector<net::OwnEndpoint> all;
-    for (const auto& endpoint : bridge_.endpoints()) all.push_back({endpoint.spec, endpoint.writes});
-    return all;
-  }
-  void look(hal::Time) override { bridge_.look(); }
-  void add_status(nlohmann::json& status) const override { bridge_.add_status(status); }
-
- private:
-  net::Ros2Bridge bridge_;
-};
-
 net::ServiceOptions options_of(const app::RobotFile& robot) {
   const app::NetTable from = robot.net.value_or(app::NetTable());
   net::ServiceOptions o;
+  std::uint32_t domain = from.domain;
+  if (const char* const given = robot.net ? nullptr : std::getenv("ROS_DOMAIN_ID")) {
+    const std::string_view text(given);
+    std::from_chars(text.data(), text.data() + text.size(), domain);  // what is no number leaves 0
+  }
   if (robot.ros2) o.dds.user_data = "enclave=/;";  // without it ROS 2 shows no node
   o.robot = robot.graph.robot;
-  o.dds.domain = from.domain;
+  o.dds.domain = std::min(domain, net::ParticipantOptions::kMostDomain);
   o.dds.interfaces = from.interfaces;
   o.dds.multicast = from.multicast;
   o.dds.peers = from.peers;
@@ -92,7 +81,7 @@ int work(const app::RobotFile& robot, int attempt) {
   std::vector<std::unique_ptr<net::Part>> parts;
   if (has_dds_radio(robot))
     parts.push_back(std::make_unique<net::TeamRadio>(robot.team ? robot.team->link.team : 0, **link));
-  if (robot.ros2) parts.push_back(std::make_unique<Ros2Part>(robot.graph.robot, *robot.ros2));
+  if (robot.ros2) parts.push_back(std::make_unique<net::Ros2Part>(robot.graph.robot, *robot.ros2));
   auto service = std::make_unique<net::Service>(std::move(options), **link, std::move(parts));
   watch_for_hang(*service);
   const net::Service::End end = service->run();

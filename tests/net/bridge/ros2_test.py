@@ -4,7 +4,7 @@ from our IDL. Definitions and samples also go through the npm readers of ROS def
 
     ros2_test.py BUILD SOURCE [unittest arguments]
 
-BUILD has bin/sinew, bin/sinew-sim and tests/net/bridge. Stage ros2 of ./test installs what it needs (Debian: libfastrtps-dev,
+BUILD has bin/sinew, bin/sinew-sim, bin/sinew-net and tests/net/bridge. Stage ros2 of ./test installs what it needs (Debian: libfastrtps-dev,
 fastddsgen, openjdk); where that is missing it says so and exits with 77.
 """
 import json
@@ -21,7 +21,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 SKIPPED = 77
 BUILD, SOURCE = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
 TOOLS = BUILD / "tests/net/bridge"
-ECHO, BRIDGE = TOOLS / "ros2_echo", TOOLS / "ros2_bridge_program"
+ECHO = TOOLS / "ros2_echo"
 SINEW = BUILD / "bin/sinew"
 DOMAINS = iter(range(120 + os.getpid() % 50 * 2, 232))
 
@@ -77,6 +77,13 @@ class Ros2(unittest.TestCase):
         self.addCleanup(lambda: (process.terminate(), process.wait(20), [p.close() for p in (process.stdin, process.stdout) if p]))
         return process
 
+    def on_loopback(self, robot, domain):
+        """This robot of robots/, in a DDS domain of its own on this machine."""
+        file = self.folder / f"{domain}.toml"
+        file.write_text(f'extends = "{SOURCE / "robots" / robot}"\n[net]\ndomain = {domain}\ninterfaces = ["127.0.0.1"]\n'
+                        'multicast = false\npeers = ["127.0.0.1"]\n')
+        return file
+
     def test_every_type_goes_through_fast_dds_and_back_with_the_same_bytes(self):
         for distro in ("humble", "jazzy"):
             domain = str(next(DOMAINS))
@@ -119,8 +126,9 @@ class Ros2(unittest.TestCase):
             time.sleep(0.5)
 
     def test_a_simulated_robot_is_usable_from_a_ros_2_graph(self):
-        domain, robot = str(next(DOMAINS)), SOURCE / "robots/quad/quad_ros2.toml"
-        self.start(BRIDGE, robot, domain, stdout=subprocess.DEVNULL)  # before the robot
+        domain = str(next(DOMAINS))
+        robot = self.on_loopback("quad/quad_ros2.toml", domain)
+        self.start(SINEW, "net", robot)  # before the robot, and longer
         flight = self.start(SINEW, "run", robot, "--no-record", stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         peer = self.start(self.folder / "humble/graph_peer", domain, "/quad/quad_ros2", stdin=subprocess.PIPE,
                           stdout=subprocess.PIPE)
@@ -176,9 +184,9 @@ class Ros2(unittest.TestCase):
         self.until(peer, "that the robot is gone", lambda t: t["rt/rosout"].get("msg") == "the robot is gone")
 
     def test_a_foreign_simulator_is_the_plant(self):
-        domain, robot = str(next(DOMAINS)), SOURCE / "robots/seesaw/seesaw_ros2.toml"
-        self.start(SINEW, "run", robot, "--no-record", stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        self.start(BRIDGE, robot, domain, stdout=subprocess.DEVNULL)
+        domain = str(next(DOMAINS))
+        robot = self.on_loopback("seesaw/seesaw_ros2.toml", domain)
+        self.start(SINEW, "run", robot, "--no-record", stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)  # and sinew-net
         beam = subprocess.run([str(self.folder / "humble/seesaw_peer"), domain, "15"], capture_output=True, text=True, timeout=60)
         said = json.loads(beam.stdout)
         self.assertGreater(said["commands"], 500, said)
