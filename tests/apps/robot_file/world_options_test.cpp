@@ -66,16 +66,20 @@ TEST(WorldSetting, IsRefusedInTheWordsOfTheRobotFile) {
     EXPECT_TRUE(why.starts_with(begin)) << why;
     return why.substr(std::min(why.size(), begin.size()));
   };
+  const std::string kOfRobotsThatTalk =
+      "air_loss air_delay_ms air_jitter_ms air_kbps air_range_m air_split_at_s air_split_s clock_offset_s "
+      "clock_drift_ppm";
   EXPECT_EQ(refused("sim.gust_mps=99"), "a number from 0 to 15 m/s");
   EXPECT_EQ(refused("sim.gust_mps=much"), "a number from 0 to 15 m/s");
   EXPECT_EQ(refused("sim.seed=-1"), "an integer from 0 to 9223372036854775807");
   EXPECT_EQ(refused("sim.push_radps2=1"),
             "an option of the world seesaw; the world quad has gust_mps wind_mps wind_toward_deg start_offset_m "
-            "start_x_m start_y_m start_yaw_deg battery_charge spread sensor_errors");
+            "start_x_m start_y_m start_yaw_deg land_x_m land_y_m battery_charge spread sensor_errors " +
+                kOfRobotsThatTalk);
   EXPECT_EQ(refused("sim.gusts_mps=3"),
             "--set takes of [sim] what its world offers, and the seed: gust_mps wind_mps wind_toward_deg "
-            "start_offset_m start_x_m start_y_m start_yaw_deg battery_charge spread sensor_errors seed; did you mean "
-            "gust_mps?");
+            "start_offset_m start_x_m start_y_m start_yaw_deg land_x_m land_y_m battery_charge spread sensor_errors " +
+                kOfRobotsThatTalk + " seed; did you mean gust_mps?");
   EXPECT_THAT(world_arguments(sim), IsEmpty());
   sim.plant = "unix:plant.sock";
   EXPECT_EQ(refused("sim.gust_mps=3"),
