@@ -23,7 +23,9 @@ int supervise_net(const std::string& program, const std::string& file) {
     if (!worker) return fail(program + ": " + hal::to_string(worker.error().code));
     const hal::Time begin = os.now();
     std::optional<int> code;
-    while (!code && !hal::stop_requested()) code = (*worker)->wait(100ms);
+    while (!(code = (*worker)->poll()) &&
+           !hal::stop_requested())  // seldom: ChildProcess::wait() looks 500 times a second
+      os.sleep_until(os.now() + 100ms);
     if (!code) {
       (*worker)->terminate();
       // After a changed address Cyclone may not end by itself.
