@@ -75,6 +75,7 @@ TEST(DeviceFaultsPage, EveryDriverOfTheRegistryHasATable) {
   for (const RigKind& rig : all_rigs()) played.insert(rig.kind);
   for (const drivers::DriverKind& driver : drivers::all_drivers()) {
     if (driver.measures == "radio") continue;  // its faults are a network's: tests/hal/linux/udp_radio_test.cpp
+    if (driver.name == "published") continue;  // no device: whoever reads the topic moves the joints
     EXPECT_TRUE(played.contains(std::string(driver.name))) << driver.name << ": nobody plays its faults";
   }
 }

@@ -110,10 +110,10 @@ class Radio(InOwnFolder):
 
     def test_boards_without_a_radio_say_so_before_anything_starts(self):
         robot = self.robot("lo")
-        robot.write_text(robot.read_text().replace('RadioSource"', 'RadioSource"\nexec_us = 20'))
+        robot.write_text(robot.read_text().replace('RadioSource"', 'RadioSource"\nexec_us = 20') + '[sim]\nworld = "seesaw"\n')
         code, out, err = self.sinew("check", robot, "--board", "sim")
         self.assertEqual(code, 1, out + err)
-        self.assertIn('module.radio: "radio": the name of radio in the world quad: there is none', out + err)
+        self.assertIn('module.radio: "radio": the name of radio in the world seesaw: there is none', out + err)
         folder = self.folder / "recorded"
         folder.mkdir()
         (folder / "imu0.csv").write_text("#\n1000000000,0,0,0,0,0,9.8\n1005000000,0,0,0,0,0,9.8\n")
