@@ -22,7 +22,8 @@ class Contents(Base):
     def test_there_is_a_package_of_each_kind(self):
         names = sorted(os.path.basename(p).split("_")[0] for p in found("*.deb"))
         if names:
-            self.assertEqual(names, ["libsinew-dev", "sinew", "sinew-monitor", "sinew-sim"])
+            net = [] if CROSS else ["sinew-net"]  # the sysroots of boards have no Cyclone DDS
+            self.assertEqual(names, ["libsinew-dev", "sinew", "sinew-monitor", *net, "sinew-sim"])
         else:
             self.assertEqual(len(found("*.tar.gz")), 1)
 
@@ -34,6 +35,7 @@ class Contents(Base):
             "libsinew-dev": rf"usr/include/(sinew/[\w/]+\.hpp|sinew_client\.h)$|usr/share/sinew/mex/sinew_mex\.c$|{libraries}(libsinew_client\.so|libsinew_\w+\.a|cmake/Sinew/Sinew[\w-]+\.cmake)$"
                             r"|usr/share/doc/sinew/(reference/)?[\w-]+\.md$",
             "sinew-monitor": r"usr/(bin/sinew-monitor|share/man/man1/sinew-monitor\.1\.gz)$",
+            "sinew-net": r"usr/(bin/sinew-net|share/man/man1/sinew-net\.1\.gz)$",
             "sinew-sim": r"usr/(bin/sinew-(sim|fuzz)|share/man/man1/sinew-(sim|fuzz)\.1\.gz)$",
         }
         needed = {
@@ -41,6 +43,7 @@ class Contents(Base):
                       "usr/lib/python3/dist-packages/sinew/__init__.py"],
             "libsinew-dev": ["usr/include/sinew/rt/module.hpp", "usr/include/sinew/hal/platform.hpp", "usr/include/sinew_client.h"],
             "sinew-monitor": ["usr/bin/sinew-monitor"],
+            "sinew-net": ["usr/bin/sinew-net"],
             "sinew-sim": ["usr/bin/sinew-sim"],
         }
         for tarball in found("*.tar.gz"):  # the first two as one prefix
@@ -106,7 +109,7 @@ class Contents(Base):
             with open(f"{package}.spdx.json") as f:
                 bill = json.load(f)
             names = {p["name"] for p in bill["packages"]}
-            self.assertTrue({"sinew::rt", "sinew::hal", "libtomlplusplus-dev"} <= names or re.match("sinew-(sim|monitor)", os.path.basename(package)), names)
+            self.assertTrue({"sinew::rt", "sinew::hal", "libtomlplusplus-dev"} <= names or re.match("sinew-(sim|monitor|net)", os.path.basename(package)), names)
             if "sinew-sim" in os.path.basename(package):
                 self.assertTrue(any(n.startswith("libmujoco") for n in names), names)
 
