@@ -177,12 +177,11 @@ TEST(FlightAgain, EveryModuleOfTheDatasetRobotDoesTheSameFromEverySavedState) {
 
 TEST(StateOfModules, ATypeDeclaresItsStateOrIsKnownToHaveNone) {
   const std::set<std::string> stateless{
-      "control::TeamLocator", "control::Mixer",         "vision::PadDetector",
+      "control::TeamLocator",  "control::Mixer",       "vision::PadDetector",
       "vision::BallDetector",  // look at each picture by itself
-      "drivers::GnssSource",  "drivers::JointSource",   "drivers::MagSource",
-      "drivers::RcSource",    "drivers::ImuSource",     "drivers::RangeSource",
-      "drivers::BaroSource",  "drivers::BatterySource", "drivers::CameraSource",
-      "drivers::RadioSource", "app::GroundTruth",       "app::StateLog",
+      "drivers::GnssSource",   "drivers::JointSource", "drivers::MagSource",  "drivers::RcSource",
+      "drivers::ImuSource",    "drivers::RangeSource", "drivers::BaroSource", "drivers::BatterySource",
+      "drivers::CameraSource", "drivers::RadioSource", "app::GroundTruth",    "app::StateLog",
       "app::MotionLog",  // publish nothing: what they keep is for the
                          // report
   };
