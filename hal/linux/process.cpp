@@ -150,7 +150,11 @@ Result<std::unique_ptr<ChildProcess>> ChildProcess::fork(const std::function<int
 
 Result<std::unique_ptr<ChildProcess>> ChildProcess::copy(const std::function<int()>& body,
                                                          const ChildOptions* options) {
-  const std::size_t threads = beyond_posix::threads();
+  std::size_t threads = beyond_posix::threads();
+  for (int ms = 0; threads > 1 && ms < 50; ++ms) {  // one that was joined is still counted for a moment
+    system_os().sleep_until(system_os().now() + std::chrono::milliseconds(1));
+    threads = beyond_posix::threads();
+  }
   if (threads > 1) return Error{Errc::not_supported, "fork with more than one thread", std::int64_t(threads)};
   hear_of_children();
   std::fflush(nullptr);  // otherwise both would write the buffered bytes
