@@ -33,9 +33,10 @@ void hear_as_plant(std::unique_ptr<hal::Stream> stream) {
   PlantDescription plant;
   plant.name = "fuzz";
   plant.step = 1ms;
-  plant.devices.resize(2);
+  plant.devices.resize(3);
   plant.devices[0].kind = DeviceKind::imu, plant.devices[0].name = "imu";
   plant.devices[1].kind = DeviceKind::actuators, plant.devices[1].name = "motors", plant.devices[1].channels = 4;
+  plant.devices[2].kind = DeviceKind::radio, plant.devices[2].name = "radio";
   std::string why;
   Caller caller;
   caller.stream = std::move(stream);
@@ -51,7 +52,14 @@ void hear_as_plant(std::unique_ptr<hal::Stream> stream) {
     const Setpoints s = (*link)->setpoints_at(1, t);
     if (s.valid && (s.count != 4 || !(s.value[0] - s.value[0] == 0)))
       std::abort();  // an unchecked command came through
+    for (const PlantLink::Sent& sent : (*link)->sent())
+      if (sent.datagram.size == 0 || sent.datagram.size > msg::kMaxDatagramBytes) std::abort();
+    (*link)->forget_sent();
   }
+}
+
+void check(const msg::Datagram& d) {
+  if (d.size == 0 || d.size > msg::kMaxDatagramBytes) std::abort();  // an unchecked datagram came through
 }
 
 template <class D, class M>
@@ -90,6 +98,7 @@ void hear_as_runtime(std::unique_ptr<hal::Stream> stream) {
   msg::BaroSample baro;
   msg::BatterySample battery;
   msg::JointState joints;
+  msg::Datagram datagram;
   auto until = (*board)->next_grant({});
   for (bool more = true; more; more = until.has_value()) {
     if (until) clock.set(*until);
@@ -99,6 +108,13 @@ void hear_as_runtime(std::unique_ptr<hal::Stream> stream) {
       if (d.kind == DeviceKind::baro) read_all((*board)->sensor<msg::BaroSample>(d.name), baro);
       if (d.kind == DeviceKind::battery) read_all((*board)->sensor<msg::BatterySample>(d.name), battery);
       if (d.kind == DeviceKind::joints) read_all((*board)->sensor<msg::JointState>(d.name), joints);
+      if (d.kind == DeviceKind::radio)
+        if (auto radio = (*board)->radio(d.name))
+          for (int i = 0; i < 100; ++i) {
+            auto read = (*radio)->read(datagram);
+            if (!read || !*read) break;
+            check(datagram);
+          }
       if (d.kind == DeviceKind::camera && d.frame_bytes() < 100'000) read_all((*board)->camera(d.name), *image);
     }
     if (until) until = (*board)->next_grant(*until);
