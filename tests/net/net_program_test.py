@@ -157,6 +157,16 @@ class NetProgram(unittest.TestCase):
         self.assert_becomes("a", lambda s: any(h["domain"] == 9 and h["address"] == "10.9.0.2" and
                                                h["vendor"] == "Cyclone DDS" for h in s["other_domains"]))
 
+    def test_a_domain_of_the_environment_that_is_none_is_refused(self):
+        path = f"{FOLDER.name}/c.toml"
+        with open(path, "w", encoding="ascii") as file:
+            file.write('[robot]\nname = "c"\nboard = "none"\n[ros2]\ndistro = "humble"\n')
+        for domain in ("abc", "7x", "-1", "233", "99999999999"):
+            ended = subprocess.run([NET, path], env={**os.environ, "ROS_DOMAIN_ID": domain}, capture_output=True,
+                                   text=True, timeout=LIMIT_S)
+            self.assertEqual(ended.returncode, 2)
+            self.assertIn(f"ROS_DOMAIN_ID is '{domain}', and not a number from 0 to 232", ended.stderr)
+
 
 if not permitted():
     print("skipped: network namespaces need root and the program ip")

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <optional>
 #include <thread>
 
 #include "apps/command/command.hpp"
@@ -31,17 +32,26 @@ int fail_net(const std::string& why) {
   return app::kNotBegun;
 }
 
-net::ServiceOptions options_of(const app::RobotFile& robot) {
+/// That of [net]; without such a table that of the environment, as for any ROS 2 program.
+std::optional<std::uint32_t> domain_of(const app::RobotFile& robot, std::string& why) {
+  const char* const given = robot.net ? nullptr : std::getenv("ROS_DOMAIN_ID");
+  if (!given || !*given) return robot.net.value_or(app::NetTable()).domain;
+  const std::string_view text(given);
+  std::uint32_t domain = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), domain);
+  if (error == std::errc() && end == text.data() + text.size() && domain <= net::ParticipantOptions::kMostDomain)
+    return domain;
+  why = "ROS_DOMAIN_ID is '" + std::string(text) + "', and not a number from 0 to " +
+        std::to_string(net::ParticipantOptions::kMostDomain);
+  return std::nullopt;
+}
+
+net::ServiceOptions options_of(const app::RobotFile& robot, std::uint32_t domain) {
   const app::NetTable from = robot.net.value_or(app::NetTable());
   net::ServiceOptions o;
-  std::uint32_t domain = from.domain;
-  if (const char* const given = robot.net ? nullptr : std::getenv("ROS_DOMAIN_ID")) {
-    const std::string_view text(given);
-    std::from_chars(text.data(), text.data() + text.size(), domain);  // what is no number leaves 0
-  }
   if (robot.ros2) o.dds.user_data = "enclave=/;";  // without it ROS 2 shows no node
   o.robot = robot.graph.robot;
-  o.dds.domain = std::min(domain, net::ParticipantOptions::kMostDomain);
+  o.dds.domain = domain;
   o.dds.interfaces = from.interfaces;
   o.dds.multicast = from.multicast;
   o.dds.peers = from.peers;
@@ -72,11 +82,11 @@ void watch_for_hang(net::Service& service) {
   }).detach();
 }
 
-int work(const app::RobotFile& robot, int attempt) {
+int work(const app::RobotFile& robot, std::uint32_t domain, int attempt) {
   std::string why;
   auto link = net::LocalLink::open(robot.graph.robot, why);
   if (!link) return fail_net(why);
-  net::ServiceOptions options = options_of(robot);
+  net::ServiceOptions options = options_of(robot, domain);
   options.attempt = attempt;
   std::vector<std::unique_ptr<net::Part>> parts;
   if (has_dds_radio(robot))
@@ -116,5 +126,8 @@ int main(int argc, char** argv) {
   }
   if (!loaded.robot.net && !loaded.robot.ros2)
     return fail_net(file + ": there is neither a table [net] nor [ros2]; docs/net.md");
-  return worker ? work(loaded.robot, attempt) : app::supervise_net(hal::program_path(), file);
+  std::string why;
+  const auto domain = domain_of(loaded.robot, why);
+  if (!domain) return fail_net(why);
+  return worker ? work(loaded.robot, *domain, attempt) : app::supervise_net(hal::program_path(), file);
 }
