@@ -32,7 +32,6 @@ using GivenOptions = std::map<std::string, std::vector<std::string>>;
 
 struct OptionHelp {
   std::string option, text;
-  bool per_robot = false;
 };
 
 /// Of all worlds, by name: what --help says of them.
@@ -46,7 +45,7 @@ std::vector<OptionHelp> world_options() {
       if (o.per_robot) text += "; with several robots also ROBOT=VALUE";
       const auto same = std::ranges::find(all, o.option, &OptionHelp::option);
       if (same == all.end())
-        all.push_back({o.option, text, o.per_robot});
+        all.push_back({o.option, text});
       else
         same->text += "; " + text;
     }

@@ -22,7 +22,7 @@ inline constexpr WorldDevice kQuadDevices[] = {
 inline constexpr std::size_t kMostQuads = 4;  // in one room
 inline constexpr double kClear_m = 1.2;       // no obstacle is nearer to the pad, along either axis (room.xml)
 /// What a user may choose in the quadrotor's world.
-inline constexpr auto kQuadWorldOptions = with_air_options(std::to_array<WorldOption>({
+inline constexpr auto kQuadWorldOptions = with_shared_world_options(std::to_array<WorldOption>({
     {"gust_mps", "gust", "m/s", 0, 15, 2.0, "",
      "the wind with its gusts is never faster, unless wind_mps is; 0: no gusts, and still air without wind_mps"},
     {"wind_mps", "wind", "m/s", 0, 15, std::nullopt, "by the seed, up to half of gust_mps", "speed of the steady wind"},

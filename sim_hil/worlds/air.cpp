@@ -14,7 +14,7 @@ constexpr auto kLater = [](const auto& a, const auto& b) { return a.at != b.at ?
 
 AirOptions air_options(const WorldInfo& world, const WorldValues& values) {
   AirOptions air;
-  if (!world.find_option(kAirOptions[0].key)) return air;
+  if (!world.find_option(kSharedWorldOptions[0].key)) return air;
   const auto value = [&](const char* key) { return world.value(values, key).value(); };
   air.loss = value("air_loss");
   air.delay = seconds(1e-3 * value("air_delay_ms"));

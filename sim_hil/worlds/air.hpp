@@ -14,7 +14,7 @@
 
 namespace sinew::plant {
 
-/// What the air does to datagrams. Each has an option of a world with several robots: kAirOptions.
+/// What the air does to datagrams. Each has an option of a world with several robots: kSharedWorldOptions.
 struct AirOptions {
   double loss = 0;                          // share of its datagrams that one listener does not get
   hal::Duration delay{2'000'000};           // from the end of the sending to the arrival
@@ -24,7 +24,7 @@ struct AirOptions {
   hal::Time split_from{0}, split_until{0};  // the first half of the robots and the others do not hear each other
 };
 
-inline constexpr std::array<WorldOption, 9> kAirOptions{{
+inline constexpr std::array<WorldOption, 9> kSharedWorldOptions{{
     {"air_loss", "air-loss", "", 0, 1, 0.0, "", "share of a robot's datagrams that a mate's radio does not get"},
     {"air_delay_ms", "air-delay", "ms", 1, 10000, 2.0, "", "from the end of a datagram's sending to its arrival"},
     {"air_jitter_ms", "air-jitter", "ms", 0, 10000, 0.0, "",
@@ -43,13 +43,13 @@ inline constexpr std::array<WorldOption, 9> kAirOptions{{
 
 /// The options of a world with room for several robots.
 template <std::size_t kOwn>
-constexpr auto with_air_options(const std::array<WorldOption, kOwn>& own) {
-  std::array<WorldOption, kOwn + kAirOptions.size()> all;
-  std::copy(kAirOptions.begin(), kAirOptions.end(), std::copy(own.begin(), own.end(), all.begin()));
+constexpr auto with_shared_world_options(const std::array<WorldOption, kOwn>& own) {
+  std::array<WorldOption, kOwn + kSharedWorldOptions.size()> all;
+  std::copy(kSharedWorldOptions.begin(), kSharedWorldOptions.end(), std::copy(own.begin(), own.end(), all.begin()));
   return all;
 }
 
-/// The air that these values of kAirOptions describe.
+/// The air that these values of kSharedWorldOptions describe.
 AirOptions air_options(const WorldInfo& world, const WorldValues& values);
 
 /// One medium with a station for each robot. Each datagram occupies it for its bytes and kOverheadBytes at the medium's

@@ -61,6 +61,5 @@ void QuadWorld::advance(std::span<const RobotCommand> commands) {
 msg::Time QuadWorld::now() const { return impl_->now(); }
 std::size_t QuadWorld::robots() const { return impl_->quads.size(); }
 Quad& QuadWorld::quad(std::size_t number) { return *impl_->quads[number]; }
-const msg::Vec3& QuadWorld::wind_world_mps() const { return impl_->wind.velocity_mps(); }
 
 }  // namespace sinew::plant

@@ -21,7 +21,6 @@ class QuadWorld final : public World {
   std::size_t robots() const override;
   SimRobot& robot(std::size_t number) override { return quad(number); }
   Quad& quad(std::size_t number = 0);
-  const msg::Vec3& wind_world_mps() const;
 
  private:
   struct Impl;

@@ -38,10 +38,6 @@ class InOwnFolder(unittest.TestCase):
         return code, json.loads(out)
 
 
-def phases(summary):
-    return {e["text"]: e["t_s"] for e in summary.get("story", [])}
-
-
 class Flight(InOwnFolder):
     def test_both_land_with_loss_and_delay_and_the_same_bytes_on_one_processor(self):
         code, two = self.fly("--seed", "4", *BAD_AIR)

@@ -639,7 +639,7 @@ TEST_F(SessionOfTwo, OneThatLeavesOrIsLostLetsTheOtherGoOn) {
   }
 }
 
-TEST_F(SessionOfTwo, RobotsClocksBeginAndRunDifferently) {
+TEST_F(SessionOfTwo, RobotsClocksBeginDifferently) {
   options_.world.robots[0].values["clock_offset_s"] = 2;
   const Result result = run({});
   EXPECT_EQ(result.ant.imu, 0) << "its clock is beyond the script's end with the first grant";

@@ -148,7 +148,7 @@ TEST(Air, BytesBeyondADatagramAreZeroAlsoBehindALongerOne) {
 }
 
 TEST(Air, HasTheOptionsOfItsTable) {
-  const WorldInfo world{"test", {}, kAirOptions};
+  const WorldInfo world{"test", {}, kSharedWorldOptions};
   const AirOptions usual = air_options(world, {}), none = air_options({}, {});
   EXPECT_EQ(usual.delay, none.delay) << "a default that the table and the air's struct both have";
   EXPECT_EQ(usual.bits_per_s, none.bits_per_s);
