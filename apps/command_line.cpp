@@ -10,6 +10,8 @@
 #include "apps/command/usage_error.hpp"
 #include "apps/completion.hpp"
 #include "apps/deploy/commands.hpp"
+#include "apps/grab/grab_command.hpp"
+#include "apps/identify/commands.hpp"
 #include "apps/live/commands.hpp"
 #include "apps/live/running_names.hpp"
 #include "apps/monitor/monitor_options.hpp"
@@ -43,12 +45,15 @@ std::variant<std::function<int()>, int> understood(int argc, char** argv, const 
   add_bag_commands(app, context);
   add_monitor_command(app, context);
   add_net_command(app, context);
+  add_grab_command(app, context);
   add_replay_command(app, context);
   add_tune_command(app, context);
+  add_identify_command(app, context);
   add_sweep_commands(app, context);
   add_team_command(app, context);
   add_calibrate_command(app, context);
   add_devices_command(app, context);
+  add_servo_command(app, context);
   add_deploy_command(app, context);
   add_project_commands(app, context);
   if (argc > 1 && std::string_view(argv[1]) == kCompleteCommand) {

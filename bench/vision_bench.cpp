@@ -1,10 +1,11 @@
-// Segmentation and elementary motion at 640x480, each beside its floor.
+// Segmentation, elementary motion and bins of pixels at 640x480, each beside its floor.
 // usage: vision_bench [PAIRS]
 #include <cstdlib>
 #include <cstring>
 
 #include "pairs.hpp"
 #include "vision/elementary_motion.hpp"
+#include "vision/luma.hpp"
 #include "vision/segmentation.hpp"
 #include "vision_floor.hpp"
 
@@ -134,6 +135,28 @@ bool motion(const Frame& f1, const Frame& f2, int pairs) {
   return good;
 }
 
+bool bins(const Frame& f, int pairs) {
+  constexpr std::uint32_t kBin = 4;
+  const ImageView yuyv{f.yuyv.data(), kWidth, kHeight, kWidth * 2, msg::PixelFormat::yuyv};
+  const ImageView mono{f.mono.data(), kWidth, kHeight, kWidth, msg::PixelFormat::mono8};
+  Luma luma(kWidth * kHeight / (kBin * kBin));
+  std::vector<std::uint8_t> bare(kWidth * kHeight / (kBin * kBin));
+  const auto one = [&](const char* name, const ImageView& image, auto&& floor) {
+    floor();
+    if (!luma.take(image, kBin) || std::memcmp(luma.view().data, bare.data(), bare.size()) != 0) {
+      std::printf("%s differs from its floor\n", name);
+      return false;
+    }
+    return bench::report(name,
+                         bench::alternate(
+                             pairs, 200, [&] { keep(luma.take(image, kBin)); }, [&] { floor(), keep(bare[0]); }),
+                         1.15);
+  };
+  const bool a = one("bin4_yuyv_640x480", yuyv, [&] { fl::bin4_yuyv(f.yuyv.data(), bare.data()); });
+  const bool b = one("bin4_mono_640x480", mono, [&] { fl::bin4_mono(f.mono.data(), bare.data()); });
+  return a && b;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -145,6 +168,6 @@ int main(int argc, char** argv) {
   }
 #endif
   const Frame f1 = frame(0), f2 = frame(3);
-  const bool a = segmentation(f1, pairs), b = motion(f1, f2, pairs);
-  return a && b ? 0 : 1;
+  const bool a = segmentation(f1, pairs), b = motion(f1, f2, pairs), c = bins(f1, pairs);
+  return a && b && c ? 0 : 1;
 }

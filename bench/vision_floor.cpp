@@ -217,4 +217,47 @@ void emd_sums(const std::uint8_t* older, const std::uint8_t* newer, std::int64_t
   emd<false>(older, newer, nullptr, nullptr, sums);
 }
 
+namespace {
+
+/// Sums of four rows at 16 columns, as 16-bit numbers; of mono8 each the sum of two columns.
+template <bool kYuyv>
+__m256i column_sums(const std::uint8_t* p, int stride) {
+  __m256i sum = _mm256_setzero_si256();
+  for (int i = 0; i < 4; ++i, p += stride) {
+    const __m256i v = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(p));
+    sum = _mm256_add_epi16(
+        sum, kYuyv ? _mm256_and_si256(v, _mm256_set1_epi16(0xff)) : _mm256_maddubs_epi16(v, _mm256_set1_epi8(1)));
+  }
+  return sum;
+}
+
+/// 32 results at a time: each 32 bytes of mono8 are eight of them, of yuyv four.
+template <bool kYuyv>
+void bin4(const std::uint8_t* in, std::uint8_t* out) {
+  constexpr int kPixel = kYuyv ? 2 : 1, kStride = kWidth * kPixel;
+  const __m256i ones = _mm256_set1_epi16(1), half = _mm256_set1_epi32(8);
+  const __m256i in_order = _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7);
+  for (int y = 0; y < kHeight; y += 4, in += 4 * kStride)
+    for (int x = 0; x < kStride; x += 4 * 32 * kPixel, out += 32) {
+      __m256i eight[4];
+      for (int k = 0; k < 4; ++k) {
+        const std::uint8_t* p = in + x + 32 * kPixel * k;
+        __m256i sum = _mm256_madd_epi16(column_sums<kYuyv>(p, kStride), ones);
+        if (kYuyv) {
+          sum = _mm256_hadd_epi32(sum, _mm256_madd_epi16(column_sums<kYuyv>(p + 32, kStride), ones));
+          sum = _mm256_permute4x64_epi64(sum, 0xD8);
+        }
+        eight[k] = _mm256_srli_epi32(_mm256_add_epi32(sum, half), 4);
+      }
+      const __m256i a = _mm256_packs_epi32(eight[0], eight[1]), b = _mm256_packs_epi32(eight[2], eight[3]);
+      const __m256i bytes = _mm256_permutevar8x32_epi32(_mm256_packus_epi16(a, b), in_order);
+      _mm256_storeu_si256(reinterpret_cast<__m256i*>(out), bytes);
+    }
+}
+
+}  // namespace
+
+void bin4_yuyv(const std::uint8_t* yuyv, std::uint8_t* out) { bin4<true>(yuyv, out); }
+void bin4_mono(const std::uint8_t* mono, std::uint8_t* out) { bin4<false>(mono, out); }
+
 }  // namespace sinew::bench::floor

@@ -21,4 +21,8 @@ int segment_boxes(const std::uint8_t* yuyv, int min_area);
 void emd_polar(const std::uint8_t* older, const std::uint8_t* newer, float* magnitude, float* direction);
 void emd_sums(const std::uint8_t* older, const std::uint8_t* newer, std::int64_t* sums);
 
+// The mean of each square of 4 x 4 pixels, rounded.
+void bin4_yuyv(const std::uint8_t* yuyv, std::uint8_t* out);
+void bin4_mono(const std::uint8_t* mono, std::uint8_t* out);
+
 }  // namespace sinew::bench::floor

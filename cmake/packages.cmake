@@ -87,7 +87,7 @@ set(CPACK_DEBIAN_SIM_PACKAGE_NAME sinew-sim)
 set(CPACK_DEBIAN_SIM_PACKAGE_SECTION misc)
 set(with_fuzz "")
 if(TARGET sinew-fuzz)  # a desk's program
-  set(with_fuzz "\nWith it comes sinew-fuzz, which looks for flights that go wrong.")
+  set(with_fuzz "\nWith it comes sinew-fuzz, which looks for flights that go wrong,\nand sinew-learn, which learns to land.")
 endif()
 set(CPACK_COMPONENT_SIM_DESCRIPTION "simulator for robots of the Sinew runtime
 A simulated world on MuJoCo that stands in for every device of a robot, with

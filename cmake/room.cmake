@@ -112,7 +112,7 @@ function(sinew_room path)
        path MATCHES "^(math|msg|wire|hal|control|vision|record|dataset|drivers|sim_hil|robots)(/|$)" AND NOT path MATCHES "^hal/linux")
       target_compile_options(sinew_${name} PRIVATE -Wcast-align=strict)
     endif()
-    if(SINEW_FUZZ AND (NOT path MATCHES "^apps($|/)" OR path STREQUAL apps/robot_file))  # no fuzzer runs commands
+    if(SINEW_FUZZ AND (NOT path MATCHES "^apps($|/)" OR path MATCHES "^apps/(toml|robot_file)$"))  # no fuzzer runs commands
       target_compile_options(sinew_${name} PRIVATE -fsanitize=fuzzer-no-link)
     endif()
   endif()
@@ -279,6 +279,9 @@ function(sinew_fuzz name)
     return()  # one thread: that sanitizer has nothing to find
   else()
     add_executable(${name} ${ARG_SOURCES} ${PROJECT_SOURCE_DIR}/tests/fuzz/replay_main.cpp)
+    if(NOT CMAKE_BUILD_TYPE STREQUAL Debug)  # small corpora: compiling takes longer than running
+      target_compile_options(${name} PRIVATE -g0 -O0)
+    endif()
     add_test(NAME ${name}.Corpus COMMAND ${name} ${ARG_CORPUS})
   endif()
   foreach(room ${ARG_USES})

@@ -19,7 +19,7 @@ endfunction()
 # sinew_set_aside(FILE): writes the script.
 function(sinew_set_aside file)
   set(lines "")
-  foreach(room apps apps_bag apps_calibrate apps_command apps_deploy apps_live apps_replay apps_robot apps_robot_file apps_sweep_runs apps_view)
+  foreach(room apps apps_bag apps_calibrate apps_command apps_deploy apps_live apps_replay apps_robot apps_robot_file apps_toml apps_sweep_runs apps_view)
     sinew_set_aside_of("*libsinew_${room}.a:*" 5sinew3app)
   endforeach()
   sinew_set_aside_of("*libsinew_apps_sweep.a:*" 5sinew5sweep)

@@ -9,11 +9,15 @@ struct BallTrackParams {
   double noise_rad = 0.003;   // of a sighting, 1 sigma
   double gate = 25;           // largest squared normalised innovation
   std::int64_t refuse = 3;    // so many sightings in a row beyond the gate are another ball or a jump: begin anew
-  double settle_s = 0.4;      // time in which the speed fades once the ball is unseen for more than a moment
+  /// After a longer time unseen, the change of place says little about the speed, and a wrong sighting would say much.
+  double anew_s = 0.09;
+  double settle_s = 0.4;   // time in which the speed fades once the ball is unseen for more than a moment
+  std::int64_t below = 0;  // 1: the ball may pass straight below (a bool would leave padding in a state)
 };
 
 /// Azimuth and elevation of a ball in a level frame, with their speeds, each by a Kalman filter of constant velocity.
-/// Sightings count for the instant at which they were taken.
+/// Sightings count for the instant at which they were taken. For a ball that may pass straight below, where there is no
+/// azimuth, the same filter runs on the direction as a vector.
 /// Frames:  level: z up; azimuth counter-clockwise, elevation up.
 /// Source:  Y. Bar-Shalom, X. R. Li, T. Kirubarajan, Estimation with Applications to Tracking and Navigation (2001),
 ///          section 6.3.2: discrete white noise acceleration.
@@ -46,8 +50,13 @@ class BallTrack {
     void update(double innovation, double noise);
   };
   void begin(msg::Time stamp, double azimuth, double elevation, double noise_rad);
+  void begin_direction(msg::Time stamp, const math::Vec3& d, const math::Vec3& rate, double noise);
+  bool add_direction(msg::Time stamp, const math::Vec3& d, double noise);
+  static Aim aim_of(const math::Vec3& d, const math::Vec3& rate);
+  double kept(double unseen_s) const;
 
   Axis azimuth_, elevation_;
+  math::Vec3 direction_, rate_;  // with `below`; their covariance is azimuth_'s
   msg::Time stamp_;
   double innovation_rad_ = 0;
   std::int64_t refused_ = 0;

@@ -3,11 +3,14 @@
 // publish nothing, so that the lease of the last command runs out.
 #include "math/linear.hpp"
 #include "msg/flight.hpp"
+#include "msg/ground_motion.hpp"
 
 namespace sinew::control {
 
 inline constexpr double kMostTurn_radps = 60;  // gyros end at 35 (2000 deg/s); filtered and bias-corrected, some more
 inline constexpr double kMostSpeed_mps = 150, kMostAway_m = 1e6;
+inline constexpr double kMostForce_mps2 = 200;    // 20 g: more than an accelerometer measures
+inline constexpr double kMostMotion_radps = 100;  // of the ground: several pixels a frame of any camera
 
 /// Also false for values that are not finite.
 inline bool within(const msg::Vec3& v, double most) {
@@ -32,6 +35,10 @@ inline bool plausible(const msg::FlightSetpoint& s) {
 
 inline bool plausible(const msg::AttitudeSetpoint& s) {
   return is_rotation(s.q_world_base) && s.thrust_n >= 0 && s.thrust_n < 1e5;
+}
+
+inline bool plausible(const msg::GroundMotion& m) {
+  return within({m.forward_radps, m.left_radps, 0}, kMostMotion_radps);
 }
 
 }  // namespace sinew::control

@@ -13,10 +13,9 @@ msg::PlaceEstimate to_message(msg::Time stamp, const Place& place) {
   return {stamp, place.p_m.to<msg::Vec3>(), place.covariance_m2.a};
 }
 
-math::Mat3 diagonal(double xy, double z) {
+math::Mat3 diagonal(double variance) {
   math::Mat3 m;
-  m(0, 0) = m(1, 1) = xy;
-  m(2, 2) = z;
+  for (int i = 0; i < 3; ++i) m(i, i) = variance;
   return m;
 }
 
@@ -36,6 +35,8 @@ void TeamLocator::declare(rt::Declaration& d) {
   d.param("start_std_m", start_std_m_,
           {.unit = "m", .min = 1e-4, .max = 100, .doc = "how well that place is known, 1 sigma"});
   d.param("start_std_deg", start_std_deg_, {.unit = "deg", .min = 1e-3, .max = 90, .doc = "and that direction"});
+  d.param("pad_std_m", pad_std_m_,
+          {.unit = "m", .min = 1e-4, .max = 100, .doc = "how well the pad is seen from the own place, 1 sigma"});
 }
 
 /// The frame of NavState, in the team's.
@@ -56,7 +57,7 @@ rt::StepStatus TeamLocator::step(const rt::Step& step) noexcept {
   const UncertainPose frame = start();
   const double p_var = state->p_std_m * state->p_std_m;
   if (state->position_valid) {
-    const Place here = to_team(frame, {math::Vec3(state->p_world_m), diagonal(p_var, p_var)});
+    const Place here = to_team(frame, {math::Vec3(state->p_world_m), diagonal(p_var)});
     msg::TeamPose& pose = pose_.loan();
     pose = {};
     pose.stamp = state->stamp;
@@ -69,8 +70,10 @@ rt::StepStatus TeamLocator::step(const rt::Step& step) noexcept {
       pose.covariance[6 * (3 + i) + 3 + i] = rotation[i];
     }
   }
-  if (state->pad_known)
-    pad_.loan() = to_message(state->stamp, to_team(frame, {math::Vec3(state->pad_world_m), diagonal(p_var, p_var)}));
+  if (state->pad_known) {
+    const Place seen{math::Vec3(state->pad_world_m), diagonal(p_var + pad_std_m_ * pad_std_m_)};
+    pad_.loan() = to_message(state->stamp, to_team(frame, seen));
+  }
   if (const msg::PlaceEstimate* told = mate_pad_.get()) {
     Place in_team;
     in_team.p_m = math::Vec3(told->p_m);

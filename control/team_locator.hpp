@@ -10,8 +10,10 @@ namespace sinew::control {
 /// mates; brings a mate's pad into its own frame.
 ///
 /// Inputs:  state: the own estimate. mate_pad: the pad as a mate says it, in the team's frame.
-/// Outputs: pose: TeamPose. pad: the own sighting in the team's frame, while it is known. told_pad: the mate's, in the
-///          frame of NavState; its covariance has what is uncertain about the own pose in it.
+/// Outputs: pose: TeamPose. pad: the own sighting in the team's frame, while it is known, as unsure as the own place
+/// and
+///          the sighting together. told_pad: the mate's, in the frame of NavState; its covariance has what is uncertain
+///          about the own pose in it.
 /// Frames:  team: z up, origin and axes as all robots of the team measured their starts.
 /// Thread:  executor, 5 to 200 Hz.   RT: yes.
 /// Errors:  stale without a fresh state.
@@ -29,6 +31,7 @@ class TeamLocator final : public rt::Module {
   rt::Out<msg::PlaceEstimate> pad_, told_pad_;
   double start_x_m_ = 0, start_y_m_ = 0, start_yaw_deg_ = 0;
   double start_std_m_ = 0.02, start_std_deg_ = 1;
+  double pad_std_m_ = 0.1;
 };
 
 }  // namespace sinew::control

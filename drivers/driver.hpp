@@ -16,11 +16,12 @@
 namespace sinew::drivers {
 
 class CanBuses;
+class SerialBuses;
 
 /// One opened [device.NAME]: any of these interfaces, kept alive by `owner`.
 struct OpenedDevice {
   std::shared_ptr<void> owner;
-  std::array<hal::Device*, static_cast<std::size_t>(hal::SensorKind::joints) + 1> sensors{};  // by SensorKind
+  std::array<hal::Device*, hal::kSensorKinds> sensors{};  // by SensorKind
   hal::Camera* camera = nullptr;
   hal::Radio* radio = nullptr;
   hal::Actuators* actuators = nullptr;
@@ -34,6 +35,7 @@ struct DeviceContext {
   hal::Connectors& connectors;
   hal::Os& os;
   CanBuses& can;
+  SerialBuses& lines;
   /// Another device of the board. Errors: those of its opening, which the board reports itself; `why` names the device.
   std::function<hal::Result<OpenedDevice*>(std::string_view name, std::string& why)> device;
 };

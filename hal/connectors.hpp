@@ -30,6 +30,10 @@ struct SerialSpec {
   std::string path;
   std::uint32_t bit_rate = 115200;
   bool even_parity = false, two_stop_bits = false, inverted = false;  // SBUS: 100000 8E2, inverted in hardware
+  /// The latency timer of a USB adapter (FTDI: 16 ms) is set to 1 ms; where that is not permitted, the open succeeds
+  /// and `why` names the file.
+  bool low_latency = false;
+  std::string root = "/";  // the tree with sys/: a simulated one in tests
 };
 
 struct SpiSpec {
@@ -76,6 +80,29 @@ struct CameraSpec {
       "/";  // V4L2: the folder with dev/: a simulated one holds sockets (hal/linux/camera/v4l2_tree_port.hpp)
 };
 
+/// A window of a program started by `sinew grab` (docs/grab.md).
+struct GrabSpec {
+  std::string name;                                   // of the session: the program's, or what --name says
+  std::int32_t window = -1;                           // its number; -1: the one that shows pictures
+  std::int32_t x = 0, y = 0;                          // region of the window, from its top left
+  std::uint32_t region_width = 0, region_height = 0;  // 0: to the border
+  std::uint32_t width = 640, height = 480;            // of the images that the region becomes
+  msg::PixelFormat format = msg::PixelFormat::yuyv;
+  double rate_hz = 30;  // 0: every picture that the program shows
+};
+
+/// The picture of a simulator's image server: USARSim's (docs/camera.md).
+struct ImageServerSpec {
+  std::string endpoint;                               // "tcp:HOST:5003"
+  std::uint32_t x = 0, y = 0;                         // region of its picture, from the top left
+  std::uint32_t region_width = 0, region_height = 0;  // 0: the whole picture
+  std::uint32_t width = 320, height = 240;            // of the images, which are not scaled
+  msg::PixelFormat format = msg::PixelFormat::rgb8;   // or bgr8
+  bool raw_is_bgr = false;                            // the bytes of its raw pictures
+  double rate_hz = 15;                                // 0: as fast as it answers
+  Duration silent = std::chrono::seconds(2);          // without a picture that was asked for: it is lost
+};
+
 /// A radio made of UDP: datagrams to a multicast group, which everyone on the network hears, or to peers one by one
 /// where there is no multicast. Or one that a program beside the robot has.
 struct RadioSpec {
@@ -106,6 +133,16 @@ class Connectors {
   virtual Result<std::unique_ptr<Imu>> iio_imu(const IioSpec& spec, std::string& why) = 0;
   virtual Result<std::unique_ptr<Camera>> v4l2_camera(const CameraSpec& spec, std::string& why) = 0;
   virtual Result<std::unique_ptr<Camera>> libcamera_camera(const CameraSpec& spec, std::string& why) = 0;
+  /// Not where there is no `sinew grab`.
+  virtual Result<std::unique_ptr<Camera>> grab_camera(const GrabSpec& spec, std::string& why) {
+    why = "no program is grabbed here: '" + spec.name + "'";
+    return Error{Errc::not_supported, "grabbed program"};
+  }
+  /// Not where there are no image servers.
+  virtual Result<std::unique_ptr<Camera>> image_server_camera(const ImageServerSpec& spec, std::string& why) {
+    why = "no image server is read here: '" + spec.endpoint + "'";
+    return Error{Errc::not_supported, "image server"};
+  }
   virtual Result<std::unique_ptr<Radio>> radio(const RadioSpec& spec, std::string& why) = 0;
 };
 

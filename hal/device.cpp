@@ -20,6 +20,10 @@ const char* to_string(SensorKind kind) {
       return "radio-control receiver";
     case SensorKind::joints:
       return "joints";
+    case SensorKind::text:
+      return "text robot";
+    case SensorKind::soles:
+      return "soles";
   }
   return "?";
 }

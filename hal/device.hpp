@@ -6,6 +6,7 @@
 #include "msg/image.hpp"
 #include "msg/joints.hpp"
 #include "msg/sensors.hpp"
+#include "msg/text_values.hpp"
 
 namespace sinew::hal {
 
@@ -46,9 +47,12 @@ using Mag = Sensor<msg::MagSample>;
 using Gnss = Sensor<msg::GnssSample>;
 using Rc = Sensor<msg::RcSample>;
 using Joints = Sensor<msg::JointState>;
+using Soles = Sensor<msg::SolePressure>;
+using TextRobot = Sensor<msg::TextValues>;
 
 /// The quantity that a sensor measures, for look-ups by name; kSensorKind<M> is that of Sensor<M>.
-enum class SensorKind : std::uint8_t { imu, range, baro, battery, mag, gnss, rc, joints };
+enum class SensorKind : std::uint8_t { imu, range, baro, battery, mag, gnss, rc, joints, text, soles };
+inline constexpr std::size_t kSensorKinds = 10;
 const char* to_string(SensorKind kind);
 template <class M>
 inline constexpr SensorKind kSensorKind = M::no_sensor_measures_this;
@@ -68,6 +72,10 @@ template <>
 inline constexpr SensorKind kSensorKind<msg::RcSample> = SensorKind::rc;
 template <>
 inline constexpr SensorKind kSensorKind<msg::JointState> = SensorKind::joints;
+template <>
+inline constexpr SensorKind kSensorKind<msg::TextValues> = SensorKind::text;
+template <>
+inline constexpr SensorKind kSensorKind<msg::SolePressure> = SensorKind::soles;
 
 /// A camera. read() describes `out` with format_as() and fills its pixels, at most one pass over them.
 /// Errors of read(): bad_argument when the frame does not fit the capacity of `out` (the frame is dropped).

@@ -51,6 +51,8 @@ class SharedMemory {
 
 class Os : public Clock {
  public:
+  /// How fast this clock advances beside the clocks of the system.
+  virtual double rate() const noexcept { return 1; }
   /// Sleeps until an absolute time of this clock. RT: this is the wait.
   virtual void sleep_until(Time t) noexcept = 0;
   /// Sleeps while `word` holds `expected`, at most until `deadline` (kNever: no limit). Returns at once when it

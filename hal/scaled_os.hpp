@@ -15,7 +15,7 @@ class ScaledOs final : public Os {
   ScaledOs(Os& other, double rate, Time start) : ScaledOs(other, rate, start, start) {}
   ScaledOs(Os& other, double rate) : ScaledOs(other, rate, other.now()) {}
 
-  double rate() const { return rate_; }
+  double rate() const noexcept override { return rate_ * other_.rate(); }
   Time now() const noexcept override { return scaled(other_.now()); }
   void sleep_until(Time t) noexcept override { other_.sleep_until(unscaled(t)); }
   void wait(WakeWord& word, std::uint32_t expected, Time deadline) noexcept override {

@@ -28,6 +28,10 @@ class SilentBoard final : public Board {
         return &rc_;
       case SensorKind::joints:
         return &joints_;
+      case SensorKind::text:
+        return &text_;
+      case SensorKind::soles:
+        return &soles_;
     }
     return Error{Errc::not_found, "a kind of sensor"};
   }
@@ -74,6 +78,8 @@ class SilentBoard final : public Board {
   SilentSensor<Gnss, msg::GnssSample> gnss_;
   SilentSensor<Rc, msg::RcSample> rc_;
   SilentSensor<Joints, msg::JointState> joints_;
+  SilentSensor<TextRobot, msg::TextValues> text_;
+  SilentSensor<Soles, msg::SolePressure> soles_;
   SilentCamera camera_;
   SilentRadio radio_;
   SilentActuators actuators_;

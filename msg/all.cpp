@@ -6,8 +6,11 @@
 #include <vector>
 
 #include "msg/actuators.hpp"
+#include "msg/camera_model.hpp"
 #include "msg/can.hpp"
 #include "msg/flight.hpp"
+#include "msg/gait.hpp"
+#include "msg/ground_motion.hpp"
 #include "msg/head.hpp"
 #include "msg/image.hpp"
 #include "msg/joints.hpp"
@@ -15,10 +18,12 @@
 #include "msg/operator.hpp"
 #include "msg/pilot.hpp"
 #include "msg/place.hpp"
+#include "msg/policy.hpp"
 #include "msg/radio.hpp"
 #include "msg/safety.hpp"
 #include "msg/sensors.hpp"
 #include "msg/team.hpp"
+#include "msg/text_values.hpp"
 
 namespace sinew::msg {
 namespace {
@@ -35,10 +40,11 @@ struct Types {
 
 // In order of name.
 using Known =
-    Types<ActuatorCommand, AttitudeSetpoint, BallSighting, BaroSample, BatterySample, CanFrame, Datagram,
-          FlightSetpoint, GnssSample, GuardianState, HeadState, Image, ImuSample, JointState, JointTrajectory,
-          MagSample, MateState, MissionState, MotionField, NavState, OperatorLink, PadSighting, PilotSwitches,
-          PlaceEstimate, RangeSample, RcSample, SafetyState, TeamPose, TeamState, VelocityCommand, WrenchSetpoint>;
+    Types<ActuatorCommand, AltitudeState, AttitudeSetpoint, BallSighting, BaroSample, BatterySample, CameraModel,
+          CanFrame, Datagram, FlightSetpoint, GaitState, GnssSample, GroundMotion, GuardianState, HeadState, Image,
+          ImuSample, JointState, JointTrajectory, MagSample, MateState, MissionState, MotionField, NavState,
+          OperatorLink, PadSighting, PilotSwitches, PlaceEstimate, PolicyState, PolicyVectors, RangeSample, RcSample,
+          SafetyState, SolePressure, TeamPose, TeamState, TextValues, VelocityCommand, WrenchSetpoint>;
 
 /// The FromMate of a known type, put together from its description: a static one for each would cost every robot more
 /// memory than its messages, and only programs that look at robots ask.

@@ -31,6 +31,15 @@ struct BatterySample {
   double charge = 0;     // 0..1 of the usable charge; NaN when the device does not know
 };
 
+inline constexpr std::size_t kSoleCells = 8;
+
+/// Forces on the cells under the feet of a robot with two legs.
+struct SolePressure {
+  Time stamp;
+  std::array<double, kSoleCells>
+      force_n{};  // left: front left, front right, rear left, rear right; then right: the same
+};
+
 /// Magnetic flux density in the base frame.
 struct MagSample {
   Time stamp;
@@ -98,6 +107,14 @@ struct Description<BatterySample> {
       describe(field<&BatterySample::stamp>("ns"), field<&BatterySample::voltage_v>("V", "at its terminals"),
                field<&BatterySample::current_a>("A", "drawn from it"),
                field<&BatterySample::charge>("1", "0..1, NaN when unknown"));
+};
+
+template <>
+struct Description<SolePressure> {
+  static constexpr std::string_view name = "SolePressure", doc = "Forces on the cells under the feet.";
+  static constexpr auto fields = describe(
+      field<&SolePressure::stamp>("ns"),
+      field<&SolePressure::force_n>("N", "left: front left, front right, rear left, rear right; then right: the same"));
 };
 
 template <>

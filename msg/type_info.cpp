@@ -1,6 +1,7 @@
 // The descriptions of all messages, checked wherever the room is built.
 #include "msg/actuators.hpp"
 #include "msg/flight.hpp"
+#include "msg/gait.hpp"
 #include "msg/image.hpp"
 #include "msg/operator.hpp"
 #include "msg/safety.hpp"
@@ -16,13 +17,13 @@ static_assert(std::endian::native == std::endian::little,
 static_assert(alignof(std::int64_t) == 8 && alignof(double) == 8, "32-bit x86 would lay them out otherwise");
 
 static_assert(check_layout<ImuSample>() && check_layout<RangeSample>() && check_layout<BaroSample>());
-static_assert(check_layout<BatterySample>());
+static_assert(check_layout<BatterySample>() && check_layout<SolePressure>());
 static_assert(check_layout<Image>() && sizeof(Image) == 40);
 static_assert(check_layout<ActuatorCommand>() && check_layout<GuardianState>() && check_layout<SafetyState>());
 static_assert(check_layout<NavState>() && check_layout<FlightSetpoint>() && check_layout<AttitudeSetpoint>());
 static_assert(check_layout<OperatorLink>());
 static_assert(check_layout<WrenchSetpoint>() && check_layout<PadSighting>() && check_layout<MotionField>());
-static_assert(check_layout<MissionState>());
+static_assert(check_layout<MissionState>() && check_layout<GaitState>());
 
 namespace detail {
 namespace {

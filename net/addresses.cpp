@@ -36,6 +36,13 @@ bool take_netlink(int fd) {
   return any;
 }
 
+/// The kernel's numbers of the interfaces of "wlan0 10.0.0.2", which it never gives again; 0: it is gone.
+std::vector<unsigned> numbers_of(const std::vector<std::string>& addresses) {
+  std::vector<unsigned> all;
+  for (const std::string& one : addresses) all.push_back(if_nametoindex(one.substr(0, one.find(' ')).c_str()));
+  return all;
+}
+
 }  // namespace
 
 std::vector<std::string> network_addresses(const std::vector<std::string>& interfaces) {
@@ -61,7 +68,9 @@ AddressWatch::AddressWatch(std::vector<std::string> interfaces)
     : interfaces_(std::move(interfaces)),
       fd_(netlink_of_addresses()),
       at_start_(network_addresses(interfaces_)),
-      last_(at_start_) {}
+      at_start_numbers_(numbers_of(at_start_)),
+      last_(at_start_),
+      last_numbers_(at_start_numbers_) {}
 
 AddressWatch::~AddressWatch() {
   if (fd_ >= 0) close(fd_);
@@ -69,11 +78,14 @@ AddressWatch::~AddressWatch() {
 
 bool AddressWatch::changed(hal::Time now) {
   const bool news = fd_ >= 0 && take_netlink(fd_);
-  const bool settling = last_ != at_start_;
+  const bool settling = !is_as_at_start();
   if (!news && !settling && now < look_) return false;
   look_ = now + kLookAnyway;
-  if (auto present = network_addresses(interfaces_); present != last_) last_ = std::move(present), since_ = now;
-  return last_ != at_start_ && now - since_ >= kSettle;
+  auto present = network_addresses(interfaces_);
+  auto numbers = numbers_of(present);
+  if (present != last_ || numbers != last_numbers_)
+    last_ = std::move(present), last_numbers_ = std::move(numbers), since_ = now;
+  return !is_as_at_start() && now - since_ >= kSettle;
 }
 
 }  // namespace sinew::net

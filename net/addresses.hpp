@@ -20,16 +20,21 @@ class AddressWatch {
   AddressWatch& operator=(const AddressWatch&) = delete;
   /// Readable when the kernel says that something changed; -1: changes are found each second only.
   int fd() const { return fd_; }
-  /// True: the addresses are others than at the start, and have been the same for kSettle.
+  /// True: the addresses or their interfaces are others than at the start, and have been the same for kSettle.
   bool changed(hal::Time now);
   const std::vector<std::string>& at_start() const { return at_start_; }
 
   static constexpr hal::Duration kSettle = std::chrono::milliseconds(300);
 
  private:
+  bool is_as_at_start() const { return last_ == at_start_ && last_numbers_ == at_start_numbers_; }
+
   const std::vector<std::string> interfaces_;
   int fd_ = -1;
-  std::vector<std::string> at_start_, last_;
+  std::vector<std::string> at_start_;
+  std::vector<unsigned> at_start_numbers_;  // of the interfaces, one for each address
+  std::vector<std::string> last_;
+  std::vector<unsigned> last_numbers_;
   hal::Time since_{};  // last_ is as it is
   hal::Time look_{};
 };

@@ -87,7 +87,9 @@ bool Service::open() {
 
 Service::End Service::run() {
   begin_ = monotonic_now();
+  if (options_.alive) options_.alive();
   const bool is_open = open();
+  if (options_.alive) options_.alive();
   const hal::Time again = begin_ + pause_after(options_.attempt);
   if (is_open) {
     std::string on;
@@ -101,7 +103,6 @@ Service::End Service::run() {
   for (const auto& part : parts_) part->set_trouble(trouble_);
   while (!options_.stop()) {
     wait();
-    progress_.fetch_add(1, std::memory_order_relaxed);
     const hal::Time now = monotonic_now();
     if (watch_.changed(now)) {
       std::string is;
@@ -129,6 +130,7 @@ void Service::wait() {
 }
 
 void Service::look_each_second(hal::Time now) {
+  if (options_.alive) options_.alive();
   for (const std::string& line : take_dds_log()) note("Cyclone DDS: " + line);
   if (!participant_) return;
   if (others_) others_->look(now);

@@ -1,5 +1,4 @@
 #pragma once
-#include <atomic>
 #include <deque>
 #include <functional>
 #include <map>
@@ -21,6 +20,7 @@ struct ServiceOptions {
   ParticipantOptions dds{};
   int attempt = 0;                                // how often it has failed before
   std::function<bool()> stop{};                   // true: end
+  std::function<void()> alive{};                  // called each second while run() does not hang
   std::function<void(const std::string&)> say{};  // a line for people
 };
 
@@ -29,7 +29,7 @@ struct ServiceOptions {
 /// Without a network, or with a configuration that Cyclone refuses, it goes on without DDS, says so to the robot, and
 /// ends with `anew` after a while (longer each time, to kMostPause) or as soon as an address comes. It ends with `anew`
 /// also when an address changes: Cyclone does not follow that. Whoever started it then starts a new process.
-/// Thread:  owner; progress(): any.
+/// Thread:  owner.
 class Service {
  public:
   enum class End { stopped, anew, failed };  // failed: anew, after another failure
@@ -38,8 +38,6 @@ class Service {
   Service(ServiceOptions options, LocalLink& link, std::vector<std::unique_ptr<Part>> parts);
   ~Service();
   End run();
-  /// Grows while run() does not hang.
-  std::uint32_t progress() const { return progress_.load(std::memory_order_relaxed); }
   std::string status() const;  // JSON
 
   static constexpr hal::Duration kFirstPause = std::chrono::milliseconds(500), kMostPause = std::chrono::seconds(30);
@@ -73,7 +71,6 @@ class Service {
   std::vector<Unmatched> unmatched_;
   std::set<std::string> told_;
   std::deque<std::string> log_;
-  std::atomic<std::uint32_t> progress_{0};
 };
 
 /// The name in a participant's user data, "sinew=NAME;"; empty: it is no `sinew net`.

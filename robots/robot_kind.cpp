@@ -15,4 +15,11 @@ std::vector<std::string> world_names() {
   return names;
 }
 
+std::string_view find_phase_words(std::string_view module_type, msg::MissionPhase phase) {
+  for (const RobotKind& robot : all_robots())
+    for (const PhaseWords& own : robot.phases)
+      if (own.module == module_type && own.phase == phase) return own.words;
+  return {};
+}
+
 }  // namespace sinew::robots

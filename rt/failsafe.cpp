@@ -3,6 +3,7 @@
 #include <charconv>
 #include <cstring>
 
+#include "math/convert.hpp"
 #include "math/elementary.hpp"
 #include "msg/text.hpp"
 
@@ -14,6 +15,16 @@ double read_as(const std::byte* at) {
   V v;
   std::memcpy(&v, at, sizeof v);
   return static_cast<double>(v);
+}
+
+template <class V>
+void write_as(std::byte* at, double value) {
+  V v;
+  if constexpr (std::is_integral_v<V>)
+    v = math::to_integer<V>(value);
+  else
+    v = static_cast<V>(value);
+  std::memcpy(at, &v, sizeof v);
 }
 
 /// The index behind a name, if there is one: "value[2]" is 2. False: not an index.
@@ -53,6 +64,32 @@ double NumberField::read(const void* message) const {
       return read_as<float>(at);
     default:
       return read_as<double>(at);
+  }
+}
+
+void NumberField::write(void* message, double value) const {
+  std::byte* at = static_cast<std::byte*>(message) + offset;
+  switch (kind) {
+    case msg::Kind::i8:
+      return write_as<std::int8_t>(at, value);
+    case msg::Kind::u8:
+      return write_as<std::uint8_t>(at, value);
+    case msg::Kind::i16:
+      return write_as<std::int16_t>(at, value);
+    case msg::Kind::u16:
+      return write_as<std::uint16_t>(at, value);
+    case msg::Kind::i32:
+      return write_as<std::int32_t>(at, value);
+    case msg::Kind::u32:
+      return write_as<std::uint32_t>(at, value);
+    case msg::Kind::i64:
+      return write_as<std::int64_t>(at, value);
+    case msg::Kind::u64:
+      return write_as<std::uint64_t>(at, value);
+    case msg::Kind::f32:
+      return write_as<float>(at, value);
+    default:
+      return write_as<double>(at, value);
   }
 }
 

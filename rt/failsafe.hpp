@@ -14,6 +14,8 @@ struct NumberField {
   std::uint32_t offset = 0;
   msg::Kind kind = msg::Kind::f64;
   double read(const void* message) const;
+  /// Integers saturate, towards zero.
+  void write(void* message, double value) const;
 };
 /// "voltage_v", "gyro_radps.x", "value[2]"; nothing when the type has no such number.
 std::optional<NumberField> find_number(const msg::TypeInfo& type, std::string_view path);

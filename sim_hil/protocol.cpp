@@ -146,6 +146,7 @@ Status decode_device(Get& get, std::uint64_t shared_bytes, DeviceInfo& d) {
     case DeviceKind::baro:
     case DeviceKind::battery:
     case DeviceKind::radio:
+    case DeviceKind::soles:
       return {};
   }
   return bad("unknown kind of device", std::int64_t(d.kind));
@@ -197,6 +198,9 @@ Status sizes_of(Type type, Sizes& out) {
       return {};
     case Type::battery:
       out = {kBatteryBytes, kBatteryBytes};
+      return {};
+    case Type::soles:
+      out = {kSolesBytes, kSolesBytes};
       return {};
     case Type::joints:
       out = {kJointsHeadBytes + kJointBytes, kJointsHeadBytes + msg::kMaxChannels * kJointBytes};
@@ -251,6 +255,8 @@ std::string_view to_string(Type type) {
       return "Baro";
     case Type::battery:
       return "Battery";
+    case Type::soles:
+      return "Soles";
     case Type::joints:
       return "Joints";
     case Type::datagram:
@@ -291,6 +297,8 @@ std::string_view to_string(DeviceKind kind) {
       return "joints";
     case DeviceKind::radio:
       return "radio";
+    case DeviceKind::soles:
+      return "soles";
   }
   return "unknown";
 }
@@ -351,6 +359,13 @@ std::size_t encode(const Sample<msg::BaroSample>& m, std::byte* out) noexcept {
 
 std::size_t encode(const Sample<msg::BatterySample>& m, std::byte* out) noexcept {
   return Put(out).i64(m.ready.ns).f64(m.value.voltage_v).f64(m.value.current_a).f64(m.value.charge).written();
+}
+
+std::size_t encode(const Sample<msg::SolePressure>& m, std::byte* out) noexcept {
+  Put put(out);
+  put.i64(m.ready.ns);
+  for (const double force_n : m.value.force_n) put.f64(force_n);
+  return put.written();
 }
 
 std::size_t encode(const Sample<msg::JointState>& m, std::byte* out) noexcept {
@@ -536,6 +551,15 @@ Status decode(const Header& h, Bytes payload, Sample<msg::BatterySample>& out) n
   out.value.voltage_v = get.f64();
   out.value.current_a = get.f64();
   out.value.charge = get.f64();
+  return {};
+}
+
+Status decode(const Header& h, Bytes payload, Sample<msg::SolePressure>& out) noexcept {
+  if (auto ok = expect_size(payload, kSolesBytes); !ok) return ok;
+  Get get(payload);
+  if (auto ok = decode_ready(h, get, out.ready); !ok) return ok;
+  out.value.stamp = h.time;
+  for (double& force_n : out.value.force_n) force_n = get.f64();
   return {};
 }
 

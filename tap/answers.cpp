@@ -364,6 +364,27 @@ Reply Answers::publish_memory(const Json&) {
 }
 
 Reply Answers::publish_bytes(const Json& request) {
+  const auto messages = request.find("messages");
+  return messages == request.end() ? publish_one(request) : publish_several(*messages);
+}
+
+/// Each by itself: one that is refused does not keep the others.
+Reply Answers::publish_several(const Json& messages) {
+  if (!messages.is_array() || messages.empty() || messages.size() > kMostBytesAtOnce)
+    return needs("messages", ("an array of 1 to " + std::to_string(kMostBytesAtOnce) + " objects").c_str());
+  Json refused = Json::array();
+  for (std::size_t i = 0; i < messages.size(); ++i) {
+    Json one = messages[i].is_object() ? messages[i] : Json::object();
+    one["wait"] = false;
+    const Reply reply = publish_one(one);
+    if (const auto error = reply.json.find("error"); error != reply.json.end())
+      refused.push_back({{"at", i}, {"error", *error}});
+  }
+  const std::size_t accepted = messages.size() - refused.size();
+  return good({{"accepted", accepted}, {"refused", std::move(refused)}});
+}
+
+Reply Answers::publish_one(const Json& request) {
   const std::string* topic = text_of(request, "topic");
   if (!topic) return needs("topic", "a topic's name");
   const auto memory = memories_.find(client());

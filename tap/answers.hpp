@@ -71,6 +71,8 @@ class Answers final : public Answering {
   Reply publish(const Json& request);
   Reply publish_memory(const Json& request);
   Reply publish_bytes(const Json& request);
+  Reply publish_several(const Json& messages);
+  Reply publish_one(const Json& request);
   Reply post_message(const Json& request, const std::string& topic, const rt::OutsideMessage& message);
   hal::Time now() const { return (robot_.clock ? *robot_.clock : os_).now(); }
   Reply record_start(const Json&) { return ask_recorder(RecordControl::Command::start); }

@@ -14,6 +14,7 @@ namespace sinew::tap {
 
 inline constexpr std::uint32_t kProtocolVersion = 1;
 inline constexpr std::uint32_t kMaxRequestBytes = 64 * 1024;
+inline constexpr std::size_t kMostBytesAtOnce = 16;  // messages of one publish.bytes
 inline constexpr std::uint32_t kMaxReplyBytes = 8 * 1024 * 1024;
 
 /// The "code" of an error, as docs/robot-socket.md names them: "bad_argument".

@@ -4,6 +4,7 @@
 #
 #   toolchains/sysroot.sh ARCH...      armhf, arm64 or mipsel
 #   toolchains/sysroot.sh i386         a tree to chroot to for 32-bit Windows programs (group wine32): see wine32.sh
+#   toolchains/sysroot.sh i386-gl      32-bit OpenGL and Vulkan (group grab32) for programs that `sinew grab` starts
 #
 # The tree is in build/sysroot/ARCH, or in $SINEW_SYSROOTS/ARCH, which several clones may share; its file `packages`
 # lists the packages and their versions. To take newer versions: rm -r that folder first.
@@ -19,6 +20,7 @@ home=${SINEW_SYSROOTS:-$root/build/sysroot}
 wanted_of() {
   local group=sysroot
   [[ $1 != i386 ]] || group=wine32
+  [[ $1 != i386-gl ]] || group=grab32
   awk -v group="$group" -v own="$group-$1" '$1 == group || $1 == own { print $2 }' "$root/tools/packages.txt"
 }
 
@@ -88,7 +90,7 @@ make_tree() {
   }
   rm -rf "$2" "$work"
   mkdir -p "$2"
-  own_apt "$work" "$1" "$source"
+  own_apt "$work" "${1%%-*}" "$source"
   export APT_CONFIG=$work/apt.conf
   apt-get update -q --error-on=any
   apt-get install -y -q --download-only "${wanted[@]}"
@@ -98,12 +100,12 @@ make_tree() {
 }
 
 if (($# == 0)); then
-  say "usage: toolchains/sysroot.sh ARCH...      armhf, arm64, mipsel or i386" >&2
+  say "usage: toolchains/sysroot.sh ARCH...      armhf, arm64, mipsel, i386 or i386-gl" >&2
   exit 2
 fi
 for arch in "$@"; do # checks all before it makes the first
-  if [[ ! $arch =~ ^(armhf|arm64|mipsel|i386)$ ]]; then
-    say "sysroot: no machine '$arch'; known: armhf arm64 mipsel i386" >&2
+  if [[ ! $arch =~ ^(armhf|arm64|mipsel|i386|i386-gl)$ ]]; then
+    say "sysroot: no machine '$arch'; known: armhf arm64 mipsel i386 i386-gl" >&2
     exit 2
   fi
 done

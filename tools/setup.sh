@@ -7,6 +7,8 @@
 #   tools/setup.sh windows32                the same and a compiler for 32 bits, with a file tree for Wine's 32-bit half
 #   tools/setup.sh web                      a browser and node for ./test stage web
 #   tools/setup.sh ros2                     Fast DDS and its generator for ./test stage ros2: 350 MB with Java
+#   tools/setup.sh policy                   node for ./test stage policy
+#   tools/setup.sh grab                     a display, programs that draw, and Wine for ./test stage grab
 #   tools/setup.sh cluster                  Slurm, munge, an ssh server and GNU parallel for ./test stage cluster; a system
 #                                           starts their daemons at boot, so that neither ./run nor ./test installs them
 #
@@ -26,10 +28,12 @@ case ${1:-build} in
   windows32) groups=' build windows windows32 ' ;;
   web) groups=' web ' ;;
   ros2) groups=' build ros2 ' ;;
+  policy) groups=' build policy ' ;;
+  grab) groups=' build grab ' ;;
   cluster) groups=' cluster ' ;;
   octave) groups=' build test octave ' ;;
   *)
-    say "usage: tools/setup.sh [build | test | ci | cross [ARCH...] | windows | windows32 | web | ros2 | cluster | octave]" >&2
+    say "usage: tools/setup.sh [build | test | ci | cross [ARCH...] | windows | windows32 | web | ros2 | policy | grab | cluster | octave]" >&2
     exit 2
     ;;
 esac

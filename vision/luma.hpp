@@ -4,6 +4,7 @@
 
 #include "rt/declaration.hpp"
 #include "vision/image_view.hpp"
+#include "vision/simd.hpp"
 
 namespace sinew::vision {
 
@@ -13,8 +14,9 @@ class Luma {
  public:
   Luma() = default;
   explicit Luma(std::size_t max_pixels) : pixels_(max_pixels) {}
-  /// False, and empty, for other formats, bins other than 1, 2 and 4, and pictures that do not fit.
-  bool take(const ImageView& image, std::uint32_t bin);
+  /// False, and empty, for other formats, bins other than 1, 2, 4 and 8, and pictures that do not fit. Scalar and SIMD
+  /// give the same bytes.
+  bool take(const ImageView& image, std::uint32_t bin, Simd simd = best_simd());
   void declare_state(rt::Declaration& d) { d.state(pixels_, width_, height_); }
   void clear() { width_ = height_ = 0; }
   bool empty() const { return width_ == 0; }
@@ -31,5 +33,14 @@ class Luma {
   std::vector<std::uint8_t> pixels_;
   std::uint32_t width_ = 0, height_ = 0;
 };
+
+namespace detail {
+/// Averages bins, of each row as many as fill whole vectors, from the first on. `width` and
+/// `height` are the result's. Answers how many columns are done.
+using BinColumns = std::uint32_t (*)(const ImageView& image, std::uint32_t width, std::uint32_t height,
+                                     std::uint8_t* out);
+/// Null: by the scalar kernel alone.
+BinColumns bin_columns_avx2(bool yuyv, std::uint32_t bin);
+}  // namespace detail
 
 }  // namespace sinew::vision

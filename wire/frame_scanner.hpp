@@ -37,11 +37,28 @@ class FrameScanner {
   template <class OnFrame>
   void push(std::uint8_t byte, OnFrame&& on_frame) noexcept {
     buffer_[size_++] = byte;
+    sort(on_frame, false);
+  }
+  /// The line was silent: a frame that was begun will not go on.
+  void gap() noexcept {
+    stats_.skipped_bytes += size_;
+    size_ = 0;
+  }
+  /// The same, but whole frames are found behind the head of the one that was begun: its length may be wrong.
+  template <class OnFrame>
+  void gap(OnFrame&& on_frame) noexcept {
+    sort(on_frame, true);
+  }
+  const ScanStats& stats() const noexcept { return stats_; }
+
+ private:
+  template <class OnFrame>
+  void sort(OnFrame& on_frame, bool ended) noexcept {
     while (size_ > 0) {
       FrameVerdict v = Format::check({buffer_.data(), size_});
       if (v.kind == FrameVerdict::more) {
-        if (size_ < buffer_.size()) return;
-        v.kind = FrameVerdict::broken;  // longer than any frame is
+        if (!ended && size_ < buffer_.size()) return;
+        v.kind = FrameVerdict::broken;  // longer than any frame is, or cut off
       }
       if (v.kind == FrameVerdict::good && v.size > 0 && v.size <= size_) {
         ++stats_.frames;
@@ -54,14 +71,6 @@ class FrameScanner {
       drop(1);
     }
   }
-  /// The line was silent: a frame that was begun will not go on.
-  void gap() noexcept {
-    stats_.skipped_bytes += size_;
-    size_ = 0;
-  }
-  const ScanStats& stats() const noexcept { return stats_; }
-
- private:
   void drop(std::size_t n) noexcept {
     std::copy(buffer_.begin() + static_cast<std::ptrdiff_t>(n), buffer_.begin() + static_cast<std::ptrdiff_t>(size_),
               buffer_.begin());

@@ -1,5 +1,7 @@
 #include "apps/command/place.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
@@ -31,12 +33,16 @@ void set_place(const Place& place) { known() = place; }
 std::string find_program(const std::string& name) {
   for (const fs::path& folder : {own_folder(), fs::path(known().programs)})
     if (!folder.empty() && is_file(folder / name)) return folder / name;
+  return find_in_path(name);
+}
+
+std::string find_in_path(const std::string& name) {
   const char* const path = std::getenv("PATH");
-  const std::string folders = path ? path : "";
+  const std::string folders = path ? path : "/usr/local/bin:/usr/bin:/bin";
   for (std::size_t begin = 0; begin < folders.size();) {
     const std::size_t end = std::min(folders.find(':', begin), folders.size());
-    const fs::path folder = folders.substr(begin, end - begin);
-    if (folder.is_absolute() && is_file(folder / name)) return folder / name;
+    const fs::path file = fs::path(folders.substr(begin, end - begin)) / name;
+    if (file.is_absolute() && is_file(file) && ::access(file.c_str(), X_OK) == 0) return file;
     begin = end + 1;
   }
   return {};

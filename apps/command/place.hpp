@@ -23,6 +23,9 @@ void set_place(const Place& place);
 /// The path of one of our programs: beside the running program, else in the place, else in PATH; empty: not found.
 std::string find_program(const std::string& name);
 
+/// The program with this name in PATH; folders of PATH that are no absolute paths are passed over. Empty: not found.
+std::string find_in_path(const std::string& name);
+
 /// The folder with SinewConfig.cmake; empty: none belongs to the running program.
 std::string package_folder();
 

@@ -24,8 +24,11 @@ struct Unknown {
 Unknown unknown_word(const CLI::App& app) {
   for (const CLI::App* parsed : app.get_subcommands())
     if (Unknown deeper = unknown_word(*parsed); deeper.command) return deeper;
-  for (const std::string& word : app.remaining())
-    if (word != "--") return {&app, word};
+  for (const std::string& word : app.remaining()) {
+    if (word == "--") continue;
+    if (app.get_prefix_command() && !word.starts_with('-')) break;  // from here on they are another program's
+    return {&app, word};
+  }
   return {};
 }
 

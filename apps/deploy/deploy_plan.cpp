@@ -78,6 +78,9 @@ class FileList {
     list_.calibration = named.lexically_normal().string();
     if (!add(named)) list_.notes.push_back(named.string() + ": there is no calibration yet");
   }
+  void network(const std::string& named) {
+    if (!add(named)) list_.notes.push_back(named + ": the network is not beside the robot file: not copied");
+  }
   /// Adds the library for cameras of libcamera, from the place where the program itself would load it.
   void libcamera(const std::string& program) {
     const std::string name = std::string("bin/") + hal::kLibcameraPluginFile;
@@ -159,6 +162,7 @@ std::optional<BoardFacts> parse_board(const MarkedText& text) {
 DeployFiles files_of(const RobotFile& robot, const std::string& program) {
   FileList list(robot, program);
   list.calibration(robot);
+  for (const PolicyTable& p : robot.policies) list.network(p.file->path);
   for (const auto& module : robot.graph.modules)
     for (const auto& param : module.params) list.value(param.second.value);
   for (const auto& device : robot.devices.devices) {

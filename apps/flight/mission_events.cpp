@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "robots/robot_kind.hpp"
 #include "rt/safety_text.hpp"
 
 namespace sinew::app {
@@ -43,12 +44,40 @@ std::string fault_text(std::uint32_t faults, const rt::ActuatorSpec& a) {
   return "commands do not pass";
 }
 
+/// Of missions that have no words of their own.
+const char* words_of_all(msg::MissionPhase phase) {
+  using P = msg::MissionPhase;
+  switch (phase) {
+    case P::wait:
+      return "waiting";
+    case P::arm:
+      return "arming";
+    case P::climb:
+      return "climbing";
+    case P::search:
+      return "searching";
+    case P::approach:
+      return "approaching";
+    case P::hold:
+      return "holding";
+    case P::descend:
+      return "descending";
+    case P::touchdown:
+      return "touching down";
+    case P::done:
+      return "done";
+    case P::abort:
+      return "aborted";
+  }
+  return "?";
+}
+
 }  // namespace
 
 void MissionEvents::see(const msg::MissionState& state) {
   if (phase_ == state.phase) return;
   phase_ = state.phase;
-  events_.push_back({state.phase_since, weight_of(state.phase), to_string(state.phase)});
+  events_.push_back({state.phase_since, weight_of(state.phase), phase_words(*spec_, state.phase)});
 }
 
 void MissionEvents::see(const msg::SafetyState& state) {
@@ -88,31 +117,11 @@ void MissionEvents::see(std::size_t actuator, const msg::GuardianState& state) {
 
 std::vector<MissionEvents::Event> MissionEvents::take() { return std::exchange(events_, {}); }
 
-const char* to_string(msg::MissionPhase phase) {
-  using P = msg::MissionPhase;
-  switch (phase) {
-    case P::wait:
-      return "waiting";
-    case P::arm:
-      return "arming";
-    case P::climb:
-      return "climbing";
-    case P::search:
-      return "searching the pad";
-    case P::approach:
-      return "approaching the pad";
-    case P::hold:
-      return "holding above the pad";
-    case P::descend:
-      return "descending";
-    case P::touchdown:
-      return "touching down";
-    case P::done:
-      return "done";
-    case P::abort:
-      return "aborted";
-  }
-  return "?";
+std::string phase_words(const rt::GraphSpec& spec, msg::MissionPhase phase) {
+  for (const rt::ModuleSpec& module : spec.modules)
+    if (const std::string_view own = robots::find_phase_words(module.type, phase); module.enabled && !own.empty())
+      return std::string(own);
+  return words_of_all(phase);
 }
 
 }  // namespace sinew::app

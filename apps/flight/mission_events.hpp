@@ -44,6 +44,7 @@ class MissionEvents {
   std::vector<Event> events_;
 };
 
-const char* to_string(msg::MissionPhase phase);
+/// A phase in the words of the robot's mission: "searching the pad".
+std::string phase_words(const rt::GraphSpec& spec, msg::MissionPhase phase);
 
 }  // namespace sinew::app

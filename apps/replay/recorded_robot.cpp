@@ -7,9 +7,36 @@
 #include "apps/robot_file/param_value.hpp"
 #include "apps/robot_file/robot_file.hpp"
 #include "apps/run/ground_truth_source.hpp"
+#include "apps/run/run_metadata.hpp"
 #include "rt/graph_check.hpp"
 
 namespace sinew::app {
+namespace {
+
+/// Steps are executed again with the network that acted, not with what its file holds now.
+bool take_networks(record::Reader& reader, const std::string& file, const RobotFile& robot, std::string& why) {
+  if (robot.policies.empty()) return true;
+  const auto told = record::read_metadata(reader, std::string(kPoliciesName));
+  for (const PolicyTable& p : robot.policies) {
+    const std::string name = policy::attachment_name(p.options.name);
+    auto bytes = record::read_attachment(reader, name);
+    const auto about = told.find(p.options.name);
+    if (!bytes || about == told.end()) {
+      why = file + ": the network of module " + p.options.name + " is missing (attachment " + name + ")";
+      return false;
+    }
+    p.file->bytes = std::move(*bytes);
+    p.file->problem.clear();
+    const std::string hash = policy::hash_of(*p.file);
+    if (about->second.starts_with(hash + " ")) continue;
+    why = file + ": attachment " + name + " is not the network that acted: its hash is " + hash + ", recorded was " +
+          about->second;
+    return false;
+  }
+  return true;
+}
+
+}  // namespace
 
 std::optional<rt::GraphSpec> written_spec(record::Reader& reader, const std::string& file, std::string& why) {
   const auto text = record::read_attachment(reader, "robot.toml");
@@ -19,7 +46,7 @@ std::optional<rt::GraphSpec> written_spec(record::Reader& reader, const std::str
   }
   LoadedRobot loaded = parse_robot(*text, file + ": robot.toml");
   for (const auto& p : loaded.problems) why += to_string(p, loaded.robot) + "\n";
-  if (!loaded.problems.empty()) return std::nullopt;
+  if (!loaded.problems.empty() || !take_networks(reader, file, loaded.robot, why)) return std::nullopt;
   return std::move(loaded.robot.graph);
 }
 

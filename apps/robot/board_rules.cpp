@@ -116,6 +116,11 @@ std::vector<rt::Problem> check_boards(const rt::GraphSpec& robot, const BoardUse
 std::string unfelt_fault(const rt::GraphSpec& robot, const std::string& fault) {
   const std::string device = fault.substr(0, fault.find(':'));
   const std::string& board = board_of(robot, device);
+  const auto uses_radio = [](const rt::ModuleSpec& m) {
+    return m.type == "team::Link" || m.type == "drivers::RadioSource";
+  };
+  if (device == "radio" && std::none_of(robot.modules.begin(), robot.modules.end(), uses_radio))
+    return "--fault: '" + fault + "' strikes a radio, and this robot has none: its file has no [team]";
   if (device == "link" || board == "sim") return "";
   return "--fault: '" + fault + "' strikes the simulator's " + device + ", and this run has it from the board " + board;
 }

@@ -39,7 +39,8 @@ std::vector<rt::Problem> check_boards(const rt::GraphSpec& robot, const BoardUse
                                       std::span<const BoardKind> boards = known_boards());
 
 /// Why a fault of the plant ("DEVICE:KIND...") has no effect: this robot takes DEVICE from another board. Empty: it
-/// has one. The plant itself judges faults of the link and of devices that no robot names.
+/// has one, and for "radio" something that uses it. The plant itself judges faults of the link and of devices that no
+/// robot names.
 std::string unfelt_fault(const rt::GraphSpec& robot, const std::string& fault);
 
 }  // namespace sinew::app

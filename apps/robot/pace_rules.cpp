@@ -8,6 +8,7 @@
 #include "drivers/board/kernel_drivers.hpp"
 #include "drivers/device_reader.hpp"
 #include "drivers/joints/can_servos.hpp"
+#include "drivers/joints/serial_buses.hpp"
 #include "rt/graph_check.hpp"
 #include "rt/parameters.hpp"
 
@@ -85,7 +86,7 @@ class PaceCheck {
     const auto& devices = robot_.devices.devices;
     const auto it = std::find_if(devices.begin(), devices.end(), [&](const DeviceSpec& d) { return d.name == name; });
     if (it == devices.end()) return {};
-    if (it->driver == "v4l2" || it->driver == "libcamera") {
+    if (it->driver == "v4l2" || it->driver == "libcamera" || it->driver == "grab" || it->driver == "usarsim_images") {
       const double hz = drivers::camera_of(*it).rate_hz;
       if (hz > 0) return {period_of(hz), fmt::format("as [device.{}] has rate_hz {}", name, rt::format_number(hz))};
     }
@@ -100,8 +101,7 @@ class PaceCheck {
     const std::string bus = drivers::read_joint(keys, robot_.devices).bus;
     for (const DeviceSpec& spec : robot_.devices.buses) {
       if (spec.name != bus) continue;
-      drivers::DeviceKeys bus_keys(spec, "", told);
-      const double hz = drivers::read_can_bus(bus_keys).hub.tick_hz;
+      const double hz = drivers::bus_tick_hz(spec);
       return {period_of(hz), fmt::format("as [bus.{}] has tick_hz {}", bus, rt::format_number(hz))};
     }
     return {};

@@ -7,6 +7,7 @@
 #include "apps/robot/board_rules.hpp"
 #include "apps/robot/linux_board.hpp"
 #include "apps/robot/pace_rules.hpp"
+#include "apps/robot/policy_rules.hpp"
 #include "apps/robot/record_rules.hpp"
 #include "apps/robot/ros2_rules.hpp"
 #include "apps/robot/team_rules.hpp"
@@ -27,6 +28,7 @@ std::vector<rt::Problem> check_robot(const RobotFile& robot, const rt::Graph& gr
   // Relations only between parts that have no problems themselves.
   if (all.empty()) add(check_wiring(robot, graph));
   if (all.empty()) add(check_paces(robot, graph));
+  if (all.empty()) add(check_policies(robot, graph));
   if (all.empty()) add(check_team(robot, graph));
   if (all.empty()) add(check_ros2(robot, graph));
   std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.line < b.line; });

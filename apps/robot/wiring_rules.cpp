@@ -11,6 +11,7 @@
 #include "drivers/board/kernel_drivers.hpp"
 #include "drivers/device_reader.hpp"
 #include "drivers/joints/can_servos.hpp"
+#include "drivers/text/text_spec.hpp"
 #include "hal/did_you_mean.hpp"
 #include "robots/robot_kind.hpp"
 #include "rt/graph_check.hpp"
@@ -38,18 +39,31 @@ std::string range_text(double from, double to) {
   return fmt::format("[{}, {}]", rt::format_number(from), rt::format_number(to));
 }
 
-/// Each joint of a group with its range.
-struct JointRange {
+/// A joint of a group, or a drive of a robot that speaks text, with its range.
+struct ChannelRange {
+  const char* what;
   std::string name;
   double from, to;
 };
-std::vector<JointRange> ranges_of(const DeviceSpec& group, const drivers::DeviceSpecs& devices) {
-  std::vector<JointRange> all;
+std::vector<ChannelRange> ranges_of(const DeviceSpec& group, const drivers::DeviceSpecs& devices) {
+  std::vector<ChannelRange> all;
+  if (group.driver == "text") {
+    for (const DeviceSpec& d : group.drives) {
+      std::vector<rt::Problem> told;
+      drivers::DeviceKeys keys(d, "", told);
+      drivers::TextDrive drive;
+      drivers::read_text_drive(keys, drive);
+      if (drive.scale == 0) continue;
+      const auto setpoint = [&](double in_text) { return (in_text - drive.offset) / drive.scale; };
+      const auto [from, to] = std::minmax({setpoint(drive.range.min), setpoint(drive.range.max)});
+      all.push_back({"drive", d.name, from, to});
+    }
+  }
   for (const DeviceSpec& j : group.joints) {
     std::vector<rt::Problem> told;
     drivers::DeviceKeys keys(j, "", told);
     const auto [from, to] = range_of(drivers::read_joint(keys, devices).servo);
-    all.push_back({j.name, from, to});
+    all.push_back({"joint", j.name, from, to});
   }
   return all;
 }
@@ -193,30 +207,33 @@ class WiringCheck {
     if (simulated && a.channels != simulated->channels)
       add(line_or(a.channels_line, a.line), key + ".channels", std::to_string(a.channels),
           fmt::format("{}, as {} has in the world {}", simulated->channels, a.name, robot_.sim.world));
-    if (!device || device->joints.empty()) return;
-    if (a.channels != device->joints.size())
+    if (device && device->driver == "text" && !device->drives.empty() && a.channels != device->drives.size())
+      add(line_or(a.channels_line, a.line), key + ".channels", std::to_string(a.channels),
+          fmt::format("{}, as [device.{}] has drives", device->drives.size(), a.name));
+    if (!device || (device->joints.empty() && device->drives.empty())) return;
+    if (!device->joints.empty() && a.channels != device->joints.size())
       add(line_or(a.channels_line, a.line), key + ".channels", std::to_string(a.channels),
           fmt::format("{}, as [device.{}] has joints", device->joints.size(), a.name));
     const int line = line_or(a.limit_line, a.line);
     double low = std::numeric_limits<double>::infinity(), high = -low;
     std::uint32_t channel = 0;
-    for (const JointRange& j : ranges_of(*device, robot_.devices)) {
+    const auto ranges = ranges_of(*device, robot_.devices);
+    for (const ChannelRange& j : ranges) {
       const rt::ActuatorSpec::Range limit = a.limit(channel++);
       low = std::min(low, j.from), high = std::max(high, j.to);
       if (limit.max < j.from || limit.min > j.to)
         add(line, key + ".limit", range_text(limit.min, limit.max),
-            fmt::format(
-                "a range that has something of {}, that of the joint {} of [device.{}]: it could follow nothing",
-                range_text(j.from, j.to), j.name, a.name));
+            fmt::format("a range that has something of {}, that of the {} {} of [device.{}]: it could follow nothing",
+                        range_text(j.from, j.to), j.what, j.name, a.name));
       else if (!a.channel_limits.empty() && (limit.min < j.from || limit.max > j.to))
         add(line, key + ".limit", range_text(limit.min, limit.max),
-            fmt::format("within {}, the range of the joint {} of [device.{}]: what is beyond is pulled in",
-                        range_text(j.from, j.to), j.name, a.name));
+            fmt::format("within {}, the range of the {} {} of [device.{}]: what is beyond is pulled in",
+                        range_text(j.from, j.to), j.what, j.name, a.name));
     }
-    if (a.channel_limits.empty() && (a.min < low || a.max > high))
+    if (!ranges.empty() && a.channel_limits.empty() && (a.min < low || a.max > high))
       add(line, key + ".limit", range_text(a.min, a.max),
-          fmt::format("within {}, the widest range of the joints of [device.{}]: what is beyond is pulled in",
-                      range_text(low, high), a.name));
+          fmt::format("within {}, the widest range of the {}s of [device.{}]: what is beyond is pulled in",
+                      range_text(low, high), ranges.front().what, a.name));
   }
 
   /// Boards for devices that nothing uses; run reports them, too, after configuring.
@@ -246,11 +263,11 @@ std::vector<std::string> narrower_joints(const RobotFile& robot) {
     for (const DeviceSpec& d : robot.devices.devices) {
       if (d.name != a.name || board_of(robot.graph, a.name) != "linux") continue;
       std::uint32_t channel = 0;
-      for (const JointRange& j : ranges_of(d, robot.devices)) {
+      for (const ChannelRange& j : ranges_of(d, robot.devices)) {
         const rt::ActuatorSpec::Range limit = a.limit(channel++);
         if (j.from > limit.min || j.to < limit.max)
-          all.push_back(fmt::format("actuator.{}.limit {}: joint {} goes from {} to {}, and is pulled in beyond",
-                                    a.name, range_text(limit.min, limit.max), j.name,
+          all.push_back(fmt::format("actuator.{}.limit {}: {} {} goes from {} to {}, and is pulled in beyond", a.name,
+                                    range_text(limit.min, limit.max), j.what, j.name,
                                     rt::format_number(std::max(j.from, limit.min)),
                                     rt::format_number(std::min(j.to, limit.max))));
       }

@@ -5,8 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "apps/robot_file/toml_guard.hpp"
-#include "apps/robot_file/toml_reader.hpp"
+#include "apps/toml/toml_reader.hpp"
 #include "hal/did_you_mean.hpp"
 #include "rt/parameters.hpp"
 
@@ -63,17 +62,9 @@ std::string names_for(const std::string& asked, const std::vector<drivers::Devic
 
 Calibration parse_calibration(std::string_view text, const std::string& path) {
   Calibration c;
-  if (const int line = line_beyond_ascii(text)) {
-    c.problems.push_back({line, "TOML", "syntax", "only ASCII outside of comments"});
-    return c;
-  }
-  const toml::parse_result parsed = toml::parse(text, path);
-  if (!parsed) {
-    c.problems.push_back({static_cast<int>(parsed.error().source().begin.line), "TOML", "syntax",
-                          std::string(parsed.error().description())});
-    return c;
-  }
-  TomlReader root(parsed.table(), "", c.problems);
+  const auto parsed = parse_toml(text, path, c.problems);
+  if (!parsed) return c;
+  TomlReader root(*parsed, "", c.problems);
   root.tables_by_name("device", [&](const std::string& device, TomlReader& r) {
     read_device_keys(device, "", r, c);
     r.tables_by_name("joint", [&](const std::string& joint, TomlReader& j) { read_device_keys(device, joint, j, c); });

@@ -7,6 +7,7 @@ void read_keys(TomlReader& r, drivers::DeviceSpec& spec) {
   for (const auto& [key, node] : r.raw()) {
     const std::string_view name = key.str();
     if (name == "driver" || name == "joint" || name == "name") continue;
+    if (node.is_array_of_tables() && (name == "drive" || name == "command" || name == "message")) continue;
     r.take(name);
     rt::Located<rt::ParamValue> value;
     value.line = line_of(node);
@@ -38,6 +39,16 @@ void read_device(const std::string& name, TomlReader& r, std::vector<drivers::De
     read_keys(j, joint);
     spec.joints.push_back(std::move(joint));
   });
+  for (const auto& [key, tables] :
+       {std::pair{"drive", &spec.drives}, std::pair{"command", &spec.commands}, std::pair{"message", &spec.messages}})
+    if (const toml::node* node = r.raw().get(key); node && node->is_array_of_tables())
+      r.array_of_tables(key, [&, list = tables](TomlReader& t) {
+        drivers::DeviceSpec part;
+        part.line = t.line();
+        t.require("name", part.name, "a name; it is required");
+        read_keys(t, part);
+        list->push_back(std::move(part));
+      });
   out.push_back(std::move(spec));
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-#include "apps/robot_file/toml_reader.hpp"
+#include "apps/toml/toml_reader.hpp"
 #include "drivers/device_spec.hpp"
 
 namespace sinew::app {

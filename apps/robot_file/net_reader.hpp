@@ -1,6 +1,6 @@
 #pragma once
 #include "apps/robot_file/robot_file.hpp"
-#include "apps/robot_file/toml_reader.hpp"
+#include "apps/toml/toml_reader.hpp"
 
 namespace sinew::app {
 

@@ -6,8 +6,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "apps/robot_file/toml_guard.hpp"
-#include "apps/robot_file/toml_reader.hpp"
+#include "apps/toml/toml_reader.hpp"
 #include "hal/did_you_mean.hpp"
 #include "rt/parameters.hpp"
 
@@ -47,18 +46,9 @@ std::string toml_value(const rt::ParamValue& value) {
 
 ParamOverlay parse_overlay(std::string_view text, const std::string& path) {
   ParamOverlay overlay;
-  if (const int line = line_beyond_ascii(text)) {
-    overlay.problems.push_back({line, "TOML", "syntax", "only ASCII outside of comments"});
-    return overlay;
-  }
-  const toml::parse_result parsed = toml::parse(text, path);
-  if (!parsed) {
-    const auto& e = parsed.error();
-    overlay.problems.push_back(
-        {static_cast<int>(e.source().begin.line), "TOML", "syntax", std::string(e.description())});
-    return overlay;
-  }
-  for (const auto& [module, node] : parsed.table()) {
+  const auto parsed = parse_toml(text, path, overlay.problems);
+  if (!parsed) return overlay;
+  for (const auto& [module, node] : *parsed) {
     if (const toml::table* table = node.as_table()) {
       TomlReader reader(*table, std::string(module.str()), overlay.problems);
       read_module(std::string(module.str()), reader, overlay);

@@ -9,11 +9,13 @@
 #include "apps/robot_file/device_table_reader.hpp"
 #include "apps/robot_file/exec_reader.hpp"
 #include "apps/robot_file/net_reader.hpp"
+#include "apps/robot_file/policy_reader.hpp"
 #include "apps/robot_file/ros2_reader.hpp"
 #include "apps/robot_file/team_reader.hpp"
-#include "apps/robot_file/toml_guard.hpp"
-#include "apps/robot_file/toml_reader.hpp"
 #include "apps/robot_file/world_options.hpp"
+#include "apps/toml/body_reader.hpp"
+#include "apps/toml/motion_reader.hpp"
+#include "apps/toml/toml_reader.hpp"
 #include "hal/did_you_mean.hpp"
 #include "msg/actuators.hpp"
 #include "msg/image.hpp"
@@ -89,7 +91,7 @@ void read_inputs(TomlReader& in, rt::ModuleSpec& m) {
   }
 }
 
-void read_module(const std::string& name, TomlReader& r, rt::GraphSpec& graph) {
+void read_module(const std::string& name, TomlReader& r, RobotFile& robot) {
   rt::ModuleSpec m;
   m.name = name;
   m.line = r.line();
@@ -98,7 +100,8 @@ void read_module(const std::string& name, TomlReader& r, rt::GraphSpec& graph) {
   r.table("params", [&](TomlReader& p) { read_params(p, m); });
   read_exec(r, m.exec);
   r.read("enabled", m.enabled);
-  graph.modules.push_back(std::move(m));
+  if (m.type == kPolicyType) read_policy(r, robot, m);
+  robot.graph.modules.push_back(std::move(m));
 }
 
 // A topic that is written from outside.
@@ -355,6 +358,15 @@ void read_record(TomlReader& r, RecordOptions& record) {
   });
 }
 
+/// Modules that have to know the body of the robot are made with it.
+void give_body(RobotFile& robot) {
+  if (!robot.body.body) return;
+  for (rt::ModuleSpec& m : robot.graph.modules)
+    for (const robots::RobotKind& kind : robots::all_robots())
+      for (const robots::BodyModule& known : kind.body_modules)
+        if (known.type == m.type) m.make = [make = known.make, body = robot.body] { return make(body); };
+}
+
 }  // namespace
 
 LinePlace RobotFile::place_of(int line) const {
@@ -370,24 +382,15 @@ std::string to_string(const rt::Problem& problem, const RobotFile& robot) {
 LoadedRobot parse_robot(std::string_view text, const std::string& path) {
   LoadedRobot loaded;
   loaded.robot.path = path;
-  if (const int line = line_beyond_ascii(text)) {
-    loaded.problems.push_back({line, "TOML", "syntax", "only ASCII outside of comments"});
-    return loaded;
-  }
-  const toml::parse_result parsed = toml::parse(text, path);
-  if (!parsed) {
-    const auto& e = parsed.error();
-    loaded.problems.push_back(
-        {static_cast<int>(e.source().begin.line), "TOML", "syntax", std::string(e.description())});
-    return loaded;
-  }
+  const auto parsed = parse_toml(text, path, loaded.problems);
+  if (!parsed) return loaded;
   loaded.parsed = true;
   rt::GraphSpec& graph = loaded.robot.graph;
-  TomlReader root(parsed.table(), "", loaded.problems);
+  TomlReader root(*parsed, "", loaded.problems);
   if (!root.has("robot")) root.missing("robot", "a table with name and board; it is required");
   root.table("robot", [&](TomlReader& r) { read_robot(r, loaded.robot); });
   root.array_of_tables("thread", [&](TomlReader& r) { read_thread(r, graph); });
-  root.tables_by_name("module", [&](const std::string& n, TomlReader& r) { read_module(n, r, graph); });
+  root.tables_by_name("module", [&](const std::string& n, TomlReader& r) { read_module(n, r, loaded.robot); });
   root.tables_by_name("topic", [&](const std::string& n, TomlReader& r) { read_topic(n, r, graph); });
   root.tables_by_name("actuator", [&](const std::string& n, TomlReader& r) { read_actuator(n, r, graph); });
   root.array_of_tables("chain", [&](TomlReader& r) { read_chain(r, graph); });
@@ -397,7 +400,27 @@ LoadedRobot parse_robot(std::string_view text, const std::string& path) {
                       [&](const std::string& n, TomlReader& r) { read_device(n, r, loaded.robot.devices.buses); });
   root.tables_by_name("device",
                       [&](const std::string& n, TomlReader& r) { read_device(n, r, loaded.robot.devices.devices); });
+  root.table("body", [&](TomlReader& r) {
+    if (r.take("extends")) return;  // only a robot that is loaded is read with other files
+    kinematics::Body body;
+    read_body(r, body);
+    r.finish();
+    loaded.robot.body.body = std::make_shared<const kinematics::Body>(std::move(body));
+  });
+  root.table("motions", [&](TomlReader& r) {
+    if (r.take("extends")) return;
+    if (!loaded.robot.body.body)
+      return loaded.problems.push_back({r.line(), "motions", "", "a robot with a body: [body]"});
+    motion::MotionBook book;
+    read_motions(r, *loaded.robot.body.body, book);
+    loaded.robot.body.motions = std::make_shared<const motion::MotionBook>(std::move(book));
+  });
   root.table("sim", [&](TomlReader& r) { read_sim(r, loaded.robot.sim); });
+  give_body(loaded.robot);
+  if (const plant::WorldInfo* world = robots::find_world(loaded.robot.sim.world);
+      world && world->has_bodies && !root.has("body"))
+    root.missing("body",
+                 "a table: the robots of the world " + loaded.robot.sim.world + " have bodies (docs/bodies.md)");
   root.table("parent", [&](TomlReader& r) { read_parent(r, graph, loaded.robot.parent); });
   root.table("record", [&](TomlReader& r) { read_record(r, loaded.robot.record); });
   root.table("team", [&](TomlReader& r) { read_team(r, loaded.robot); });
@@ -432,7 +455,8 @@ std::string section_header(std::string_view section) {
     return std::find(all.begin(), all.end(), section) != all.end();
   };
   const std::string name(section);
-  if (is_one_of({"robot", "guardian", "sim", "parent", "record", "team", "ros2", "net"})) return "[" + name + "]";
+  if (is_one_of({"robot", "body", "motions", "guardian", "sim", "parent", "record", "team", "ros2", "net"}))
+    return "[" + name + "]";
   if (is_one_of({"thread", "chain", "failsafe"})) return "[[" + name + "]]";
   if (is_one_of({"topic", "actuator", "device", "bus"})) return "[" + name + ".NAME]";
   return {};
@@ -459,6 +483,10 @@ LoadedRobot load_robot(const std::string& path) {
     loaded.problems = std::move(resolved.problems);
   }
   loaded.robot.places = std::move(resolved.places);
+  for (rt::Problem& p : resolved.ini_problems) loaded.problems.push_back(std::move(p));
+  read_networks(loaded.robot);
+  const plant::WorldInfo* const world = robots::find_world(loaded.robot.sim.world);
+  if (loaded.robot.body.body && world && world->has_bodies) loaded.robot.sim.body_file = path;
   return loaded;
 }
 

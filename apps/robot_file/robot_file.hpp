@@ -2,6 +2,7 @@
 // Robot files: TOML to rt::GraphSpec, with every problem named at once.
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -13,6 +14,8 @@
 #include "apps/robot_file/validity.hpp"
 #include "drivers/device_spec.hpp"
 #include "net/ros2/bridge_spec.hpp"
+#include "policy/plan.hpp"
+#include "robots/robot_kind.hpp"
 #include "rt/graph.hpp"
 #include "team/link.hpp"
 
@@ -27,6 +30,7 @@ struct SimTable {
   double relink_s = 10;                                  // real time: how long a lost plant is looked for
   std::optional<std::uint64_t> seed{};                   // of the world; none: the robot's
   std::map<std::string, double, std::less<>> options{};  // of the world, by key (plant::WorldOption)
+  std::string body_file{};  // that has the robot's body, where the world's robots have one; set by load_robot()
   ValidityBounds bounds;
 };
 
@@ -53,18 +57,27 @@ struct NetTable {
   bool secure() const { return !identity_ca.empty(); }
 };
 
+/// A module policy::Policy: its tables, and its network's file, which all modules that are made of it share.
+struct PolicyTable {
+  policy::PolicyOptions options;
+  std::shared_ptr<policy::PolicyFile> file;  // without bytes until read_networks(), or until a recording gives them
+};
+
 struct RobotFile {
   std::string path;
-  std::string text{};               // as it was read, with all that it extends; only from load_robot()
-  bool extended = false;            // `text` is not the file's own
-  std::vector<LinePlace> places{};  // of the lines of `text`, as ResolvedRobot has them
+  std::string text{};     // as it was read, with all that it extends; only from load_robot()
+  bool extended = false;  // `text` is not the file's own
+  std::vector<LinePlace>
+      places{};  // of the lines of `text`, as ResolvedRobot has them; behind them those of other files
   rt::GraphSpec graph;
   SimTable sim;
   ParentOptions parent;
   RecordOptions record;
+  std::vector<PolicyTable> policies{};
   std::optional<TeamTable> team{};
   std::optional<ros2::BridgeSpec> ros2{};
   std::optional<NetTable> net{};
+  robots::RobotBody body{};              // [body] and [motions] (docs/bodies.md, docs/walking.md)
   drivers::DeviceSpecs devices;          // of the board `linux`
   rt::Located<std::string> calibration;  // file of what differs from one such robot to the next; empty: none
 
@@ -87,7 +100,8 @@ struct LoadedRobot {
 /// form.
 void add_graph_problems(LoadedRobot& loaded, const rt::ModuleTypes& types, const rt::CheckOptions& options);
 
-/// Reads the text of a robot file. Never stops at the first problem, except for TOML that does not parse.
+/// Reads the text of a robot file, and no other file: networks of policies come with load_robot(). Never stops at the
+/// first problem, except for TOML that does not parse.
 /// Source:  docs/robot-file.md lists all keys.
 LoadedRobot parse_robot(std::string_view text, const std::string& path);
 
@@ -95,7 +109,7 @@ LoadedRobot parse_robot(std::string_view text, const std::string& path);
 /// no such section, or it is `module`.
 std::string section_header(std::string_view section);
 
-/// Reads a robot file from disk; a file that cannot be read is one problem.
+/// Reads a robot file from disk, with the networks that it names; a file that cannot be read is one problem.
 LoadedRobot load_robot(const std::string& path);
 
 }  // namespace sinew::app

@@ -6,7 +6,7 @@
 #include <charconv>
 
 #include "apps/robot_file/param_value.hpp"
-#include "apps/robot_file/toml_reader.hpp"
+#include "apps/toml/toml_reader.hpp"
 #include "hal/did_you_mean.hpp"
 #include "robots/robot_kind.hpp"
 
@@ -130,6 +130,7 @@ std::vector<std::string> world_arguments(const SimTable& sim) {
       // In one word: a value below 0 alone would look like an option.
       arguments.push_back(fmt::format("--{}={}", o.option, it->second));
     }
+  if (!sim.body_file.empty()) arguments.push_back("--body=" + sim.body_file);
   return arguments;
 }
 

@@ -1,9 +1,12 @@
 #include "apps/run/device_stop.hpp"
 
+#include <algorithm>
 #include <atomic>
+#include <span>
 
 #include "apps/robot/board_rules.hpp"
 #include "drivers/joints/can_stop_line.hpp"
+#include "drivers/joints/serial_stop_line.hpp"
 #include "hal/linux/devices/connectors.hpp"
 #include "hal/platform.hpp"
 
@@ -81,21 +84,48 @@ class DeviceStop final : public hal::StopLine {
   std::unique_ptr<hal::Thread> opener_;  // last: ends before what it uses
 };
 
-std::vector<std::string> linux_groups(const rt::GraphSpec& robot) {
-  std::vector<std::string> groups;
-  for (const rt::ActuatorSpec& a : robot.actuators)
-    if (board_of(robot, a.name) == "linux") groups.push_back(a.name);
-  return groups;
+/// Serial lines are opened in the stop itself, as the runtime holds them until it is dead.
+class SerialStop final : public hal::StopLine {
+ public:
+  SerialStop(const drivers::DeviceSpecs& devices, std::span<const drivers::SerialStopLine::Group> groups)
+      : line_(drivers::SerialStopLine::make(devices, groups, *connectors_, hal::system_os())) {}
+  hal::Status stop() noexcept override { return line_->stop(); }
+  bool is_latching() const noexcept override { return false; }
+  std::string last_report() const override { return line_->last_report(); }
+  bool has_joints() const { return line_ != nullptr; }
+
+ private:
+  std::unique_ptr<hal::Connectors> connectors_ = hal::LinuxConnectors::unwatched(hal::system_os());
+  std::unique_ptr<drivers::SerialStopLine> line_;
+};
+
+bool on_serial_lines(const drivers::DeviceSpecs& devices, const std::string& group) {
+  return std::any_of(devices.devices.begin(), devices.devices.end(),
+                     [&](const drivers::DeviceSpec& d) { return d.name == group && d.driver == "serial_servos"; });
 }
 
 }  // namespace
 
 void add_stops_of_linux_devices(const Prepared& prepared, std::vector<StopWay>& stops) {
-  auto groups = linux_groups(prepared.graph->spec());
+  const rt::GraphSpec& robot = prepared.graph->spec();
+  const drivers::DeviceSpecs& devices = prepared.robot.devices;
+  std::vector<std::string> groups;
+  std::vector<drivers::SerialStopLine::Group> serial;
+  for (const rt::ActuatorSpec& a : robot.actuators) {
+    if (board_of(robot, a.name) != "linux") continue;
+    if (on_serial_lines(devices, a.name))
+      serial.push_back({a.name, a.safe == rt::ActuatorSpec::Safe::torque_off});
+    else
+      groups.push_back(a.name);
+  }
+  if (!serial.empty()) {
+    auto line = std::make_unique<SerialStop>(devices, serial);
+    if (line->has_joints()) stops.push_back({.name = "serial lines", .line = std::move(line)});
+  }
   if (groups.empty()) return;
   StopWay way{.name = "CAN"};
   // Opened once, after the start of the runtime: lost buses come back without another open().
-  way.open = [&devices = prepared.robot.devices, groups = std::move(groups), warning = way.warning,
+  way.open = [&devices, groups = std::move(groups), warning = way.warning,
               opened = false]() mutable -> std::unique_ptr<hal::StopLine> {
     if (opened) return nullptr;
     opened = true;

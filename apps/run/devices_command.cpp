@@ -1,4 +1,4 @@
-// devices: lists a robot file's devices, and asks which devices answer on its CAN buses.
+// devices: lists a robot file's devices, and asks which devices answer on its CAN buses and serial lines.
 #include "apps/run/devices_command.hpp"
 
 #include <fmt/format.h>
@@ -13,9 +13,11 @@
 #include "apps/robot/linux_board.hpp"
 #include "apps/run/commands.hpp"
 #include "apps/run/run_setup.hpp"
+#include "apps/run/serial_devices.hpp"
 #include "drivers/joints/can_buses.hpp"
 #include "drivers/joints/can_scan.hpp"
 #include "drivers/joints/joint_keys.hpp"
+#include "drivers/joints/serial_buses.hpp"
 #include "hal/linux/devices/connectors.hpp"
 #include "hal/platform.hpp"
 #include "tap/names.hpp"
@@ -38,8 +40,8 @@ struct Bus {
   hal::CanSpec spec;
 };
 
-/// Each joint as it will be opened; the devices must have no problems.
-std::vector<Expected> joints_of(const drivers::DeviceSpecs& specs) {
+/// Each joint as it will be opened; those on serial lines go to `servos`. The devices must have no problems.
+std::vector<Expected> joints_of(const drivers::DeviceSpecs& specs, std::vector<ExpectedServo>& servos) {
   constexpr std::pair<const char*, CanFamily> kDrivers[] = {{"cia402", CanFamily::canopen},
                                                             {"mit", CanFamily::mit},
                                                             {"cybergear", CanFamily::cybergear},
@@ -50,6 +52,9 @@ std::vector<Expected> joints_of(const drivers::DeviceSpecs& specs) {
       std::vector<rt::Problem> told;
       drivers::DeviceKeys keys(joint, "", told);
       const drivers::JointConfig config = drivers::read_joint(keys, specs);
+      if (config.serial)
+        servos.push_back({device.name + "." + joint.name, config.bus, config.make_serial()->model().maker,
+                          static_cast<std::uint8_t>(config.servo.node_id)});
       for (const auto& [driver, family] : kDrivers)
         if (config.protocol == driver)
           all.push_back({device.name + "." + joint.name, config.bus, family, config.servo.node_id, config.replies_as});
@@ -77,18 +82,28 @@ class DevicesCommand {
   int run() {
     for (const std::string& name : o_.ask)
       if (const auto family = family_of(name)) families_.push_back(*family);
-    if (families_.empty()) families_.assign(std::begin(drivers::kCanFamilies), std::end(drivers::kCanFamilies));
+    const auto asked = [this](const char* name) { return o_.ask.empty() || std::ranges::count(o_.ask, name) > 0; };
+    lines_.dynamixel = asked("dynamixel"), lines_.feetech = asked("feetech");
+    lines_.json = o_.json, lines_.with_robot = !o_.robot.empty(), lines_.bit_rates = o_.bit_rates;
+    if (o_.ask.empty()) families_.assign(std::begin(drivers::kCanFamilies), std::end(drivers::kCanFamilies));
     if (!o_.robot.empty() && !read_robot()) return kNotBegun;
     for (const std::string& text : o_.buses) {
       const auto bus = parse_bus(text);
-      if (!bus) return fail("--bus " + text + ": TRANSPORT:ADDRESS: socketcan:can0, udp:7, socketcand:HOST:PORT/BUS");
-      buses_.push_back(*bus);
+      if (!bus)
+        return fail("--bus " + text +
+                    ": TRANSPORT:ADDRESS: socketcan:can0, udp:7, socketcand:HOST:PORT/BUS, serial:/dev/ttyUSB0");
+      if (bus->spec.transport == drivers::kSerialBus)
+        lines_.add(bus->spec.address);
+      else
+        buses_.push_back(*bus);
     }
-    if (o_.robot.empty() && buses_.empty()) return fail("devices: a robot file or --bus");
+    if (o_.robot.empty() && o_.buses.empty()) return fail("devices: a robot file or --bus");
     if (!o_.json) print_devices();
     Json all = Json::array();
     bool good = true;
-    for (const Bus& bus : buses_) good = scan(bus, all) && good;
+    if (!families_.empty())
+      for (const Bus& bus : buses_) good = scan(bus, all) && good;
+    if (lines_.dynamixel || lines_.feetech) good = lines_.scan(all) && good;
     if (o_.json) std::printf("%s\n", Json{{"devices", devices_}, {"buses", all}}.dump().c_str());
     return good ? kDone : kFailed;
   }
@@ -109,11 +124,15 @@ class DevicesCommand {
     if (!problems.empty()) return false;
     for (const auto& bus : loaded.robot.devices.buses) {
       drivers::DeviceKeys keys(bus, "bus." + bus.name, problems);
+      if (bus.driver == drivers::kSerialBus) {
+        lines_.add(bus.name, drivers::read_serial_bus(keys));
+        continue;
+      }
       buses_.push_back({bus.name, drivers::read_can_bus(keys).spec});
     }
     for (const auto& device : loaded.robot.devices.devices)
       devices_.push_back({{"name", device.name}, {"driver", device.driver}});
-    joints_ = joints_of(loaded.robot.devices);
+    joints_ = joints_of(loaded.robot.devices, lines_.joints);
     return not_while_it_runs(loaded.robot.graph.robot);
   }
 
@@ -210,6 +229,7 @@ class DevicesCommand {
   std::vector<CanFamily> families_;
   std::vector<Bus> buses_;
   std::vector<Expected> joints_;
+  SerialDevices lines_;
   Json devices_ = Json::array();
 };
 
@@ -219,19 +239,29 @@ int devices_command(const DevicesOptions& options) { return DevicesCommand(optio
 
 void add_devices_command(CLI::App& app, CommandContext& context) {
   const auto o = std::make_shared<DevicesOptions>();
-  CLI::App& devices = *app.add_subcommand("devices", "a robot's devices, and which devices answer on its CAN buses");
+  CLI::App& devices =
+      *app.add_subcommand("devices", "a robot's devices, and which devices answer on its CAN buses and serial lines");
   devices.add_option("robot", o->robot, "robot file: its [bus.NAME] are asked")->type_name(kRobotFileHint);
   devices
-      .add_option("--bus", o->buses, "another bus: socketcan:can0, udp:7, socketcand:HOST:PORT/BUS; may be repeated")
+      .add_option("--bus", o->buses,
+                  "another bus: socketcan:can0, udp:7, socketcand:HOST:PORT/BUS, serial:/dev/ttyUSB0; may be repeated")
       ->allow_extra_args(false)
       ->type_name("TRANSPORT:ADDRESS");
   devices
       .add_option("--ask", o->ask,
-                  "only these, e.g. canopen,dronecan. mit takes the torque of a motor that is live; nothing else does "
+                  "only these, e.g. canopen,dynamixel. mit takes the torque of a motor that is live; nothing else does "
                   "anything")
       ->delimiter(',')
-      ->type_name("{canopen,mit,cybergear,dronecan}")
-      ->check(one_of({"canopen", "mit", "cybergear", "dronecan"}));
+      ->type_name("{canopen,mit,cybergear,dronecan,dynamixel,feetech}")
+      ->check(one_of({"canopen", "mit", "cybergear", "dronecan", "dynamixel", "feetech"}));
+  devices
+      .add_option(
+          "--bit-rate", o->bit_rates,
+          "of serial lines, e.g. 1000000,57600; default: the robot file's, else those that servos come with and "
+          "are usually set to")
+      ->delimiter(',')
+      ->check(CLI::Range(9'600u, 4'500'000u))
+      ->type_name("BIT/S");
   devices.add_option("--set", o->set, "bus.NAME.KEY=VALUE or device.NAME.KEY=VALUE for this time; may be repeated")
       ->allow_extra_args(false);
   devices.add_flag("--json", o->json, "as one JSON object");

@@ -109,7 +109,11 @@ std::unique_ptr<Recording> Recording::open(const Prepared& prepared, const RunOp
                {"build", "sinew " + version() + ", " __VERSION__}};
   about.more = run_metadata(prepared, options);
   made->dated_ = !options.virtual_time;
-  about.attachments.push_back(robot_attachment(prepared.robot.text, options.virtual_time ? 0 : unix_ns()));
+  const std::int64_t written = options.virtual_time ? 0 : unix_ns();
+  about.attachments.push_back(robot_attachment(prepared.robot.text, written));
+  for (const PolicyTable& p : prepared.robot.policies)  // the network that acts, whatever becomes of its file
+    about.attachments.push_back({static_cast<std::uint64_t>(written), static_cast<std::uint64_t>(written),
+                                 policy::attachment_name(p.options.name), "application/octet-stream", p.file->bytes});
 
   record::RecorderOptions how = recorder_options(from, options);
   const std::size_t least = record::FlightRing::least_bytes(graph);

@@ -5,6 +5,8 @@
 #include "apps/command/choice_check.hpp"
 #include "apps/command/number_check.hpp"
 #include "apps/robot/doctor.hpp"
+#include "apps/robot/linux_board.hpp"
+#include "apps/robot/policy_rules.hpp"
 #include "apps/robot/robot_check.hpp"
 #include "apps/robot/team_rules.hpp"
 #include "apps/robot/wiring_rules.hpp"
@@ -14,6 +16,7 @@
 #include "apps/run/run_setup.hpp"
 #include "apps/view/graph_json.hpp"
 #include "apps/view/graph_text.hpp"
+#include "drivers/joints/bus_check.hpp"
 
 namespace sinew::app {
 namespace {
@@ -102,6 +105,9 @@ int check(const CheckOptions& options, const rt::ModuleTypes& types) {
     std::printf("%s: %zu threads, %zu modules, %zu topics, %zu chains: no problems\n", options.robot.c_str(),
                 graph.threads().size(), graph.modules().size(), graph.topics().size(), graph.chains().size());
     for (const std::string& joint : checked.narrower) std::printf("%s\n", joint.c_str());
+    if (check_linux_devices(checked.robot).empty())
+      for (const std::string& bus : drivers::describe_buses(checked.robot.devices)) std::printf("%s\n", bus.c_str());
+    for (const std::string& policy : describe_policies(checked.robot)) std::printf("%s\n", policy.c_str());
     for (const std::string& cost : describe_team(checked.robot, graph))
       std::printf("says to mates: %s\n", cost.c_str());
     std::printf("%s", slot_table(graph).c_str());

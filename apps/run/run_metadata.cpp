@@ -59,6 +59,10 @@ std::vector<record::Metadata> run_metadata(const Prepared& prepared, const RunOp
   if (needs_plant(prepared.graph->spec())) add(kWorldName, world_texts(prepared, options));
   add(kPlantArgumentsName, numbered(options.plant_args));
   add(kFaultsName, numbered(options.faults));
+  record::Texts policies;
+  for (const PolicyTable& p : prepared.robot.policies)
+    policies[p.options.name] = policy::hash_of(*p.file) + " " + p.file->path;
+  add(kPoliciesName, std::move(policies));
   return all;
 }
 

@@ -18,7 +18,8 @@ struct RunOptions;
 inline constexpr std::string_view kOptionsName = "sinew.options",  // list: "--set sim.gust_mps=3", "--seed 7"
     kWorldName = "sinew.world",                                    // of a run with a plant: plant, world, seed, wind
     kPlantArgumentsName = "sinew.plant_arguments",                 // list, as --plant-arg gave them
-    kFaultsName = "sinew.faults";                                  // list, as --fault gave them
+    kFaultsName = "sinew.faults",                                  // list, as --fault gave them
+    kPoliciesName = "sinew.policies";                              // module: hash and path of its network
 inline constexpr std::string_view kReportFile = "report.json";     // attachment: the plant's last report
 std::vector<record::Metadata> run_metadata(const Prepared& prepared, const RunOptions& options);
 

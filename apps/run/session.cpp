@@ -27,11 +27,11 @@
 namespace sinew::app {
 namespace {
 
-const char* phase_text(const RunContext& run, const msg::MissionState& state) {
+std::string phase_text(const RunContext& run, const msg::MissionState& state) {
   const msg::SafetyState& safety = run.mission->safety();
   const bool by_hand = run.prepared.graph->spec().guardian.arming == rt::GuardianSpec::Arming::manual;
   if (by_hand && !safety.permitted && safety.ready) return "ready: `sinew arm` lets it go";
-  return to_string(state.phase);
+  return phase_words(run.prepared.graph->spec(), state.phase);
 }
 
 // The history of a topic at 1 kHz may go back 50 ms only, where no period says how fast its writer is.

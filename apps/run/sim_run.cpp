@@ -261,7 +261,8 @@ class SimulatedBoard final : public RunBoard {
     MissEvidence e;
     e.report = &report;
     const msg::MissionState* const mission = run.mission->look();
-    if (mission && mission->phase != msg::MissionPhase::done) e.unfinished = to_string(mission->phase);
+    if (mission && mission->phase != msg::MissionPhase::done)
+      e.unfinished = phase_words(run.graph().spec(), mission->phase);
     e.ended_early = run.ended_early;
     e.ended_s = run.reached_s.value_or(run.lasted_s);
     for (std::size_t i = 0; i < run.graph().spec().failsafes.size(); ++i)
@@ -287,9 +288,11 @@ class SimulatedBoard final : public RunBoard {
     for (const Finding& f : findings)
       validity.push_back(
           {{"bound", f.key}, {"what", f.what}, {"value", f.value}, {"most", f.bound}, {"holds", f.holds}});
-    if (evidence.real_time)
+    if (evidence.real_time) {
       summary.add("longest IMU gap", fmt::format("{:.3f} ms", imu_gap_max_s(evidence) * 1e3),
                   {{"imu_gap_max_s", imu_gap_max_s(evidence)}});
+      summary.keep({{"world_offset_s", msg::seconds(evidence.board.clock_offset)}});
+    }
     if (evidence.board.remote) {
       const sim_hil::ClockStats& c = evidence.board.clock;
       summary.add("clock of the plant",

@@ -4,6 +4,7 @@
 
 #include "apps/sim/render_test.hpp"
 #include "apps/sim/sim_options.hpp"
+#include "apps/sim/usarsim_serve.hpp"
 #include "apps/sim/wire_open.hpp"
 #include "hal/linux/process.hpp"
 #include "hal/linux/socket.hpp"
@@ -79,10 +80,11 @@ bool write_reports(const std::vector<std::string>& paths, const std::string& jso
   return written;
 }
 
-/// A camera for each robot; empty: it cannot be had, as was said.
+/// The cameras of each robot; empty: it cannot be had, as was said.
 std::vector<std::unique_ptr<plant::CameraFeed>> open_cameras(const plant::SimulatorOptions& s, hal::Os& os) {
   std::vector<std::unique_ptr<plant::CameraFeed>> cameras;
-  for (std::size_t i = 0; i < s.session.world.robot_count(); ++i) {
+  const plant::WorldChoice& world = s.session.world;
+  for (std::size_t i = 0; i < world.robot_count() * plant::RobotSession::cameras_of(world.type->info); ++i) {
     std::string why;
     auto camera = plant::CameraFeed::start(os, s.view, why);
     if (!camera) {
@@ -95,7 +97,7 @@ std::vector<std::unique_ptr<plant::CameraFeed>> open_cameras(const plant::Simula
 }
 
 std::string camera_text(const plant::SimulatorOptions& s, const plant::CameraFeed& camera) {
-  if (s.view.room_xml.empty()) return "no camera";
+  if (!s.session.world.type->info.find(plant::Part::camera)) return "no camera";
   return "camera " + s.camera + " " + s.format + " drawn by " + camera.backend();
 }
 
@@ -180,6 +182,12 @@ int main(int argc, char** argv) {
   int exit_code = 0;
   if (!plant::read_command_line(argc, argv, s, exit_code)) return exit_code;
   if (s.list_faults) return list_faults(s.session.world.type->info);
-  if (!s.render_test.empty()) return plant::render_test(s.render_test, s.view, *s.session.world.type);
+  if (!s.render_test.empty()) return plant::render_test(s.render_test, s.view, s.session.world);
+  if (s.serve == "usarsim") {
+    std::string report;
+    const int code = plant::serve_usarsim(s, report);
+    if (code != 0) return code;
+    return write_reports(s.reports, report) ? 0 : 1;
+  }
   return serve(s);
 }

@@ -8,6 +8,9 @@
 #include <filesystem>
 #include <vector>
 
+#include "math/elementary.hpp"
+#include "math/linear.hpp"
+#include "sim_hil/plant/pixels.hpp"
 #include "sim_hil/plant/renderer.hpp"
 
 namespace sinew::plant {
@@ -35,16 +38,13 @@ std::unique_ptr<Renderer> open(const Renderer::Options& options) {
   return nullptr;
 }
 
-/// Prints the time of a frame of this scene.
-void time_frames(Renderer& renderer, const Scene& scene, const CameraOptions& view) {
+/// Prints the time of a frame, which `draw` draws.
+template <class Draw>
+void time_pictures(const CameraOptions& view, Draw&& draw) {
   constexpr int kFrames = 200;
-  std::vector<std::uint8_t> pixels(std::size_t{view.width} * view.height * 2);
   const auto begin = std::chrono::steady_clock::now();
   const std::clock_t cpu = std::clock();
-  for (int i = 0; i < kFrames; ++i) {
-    renderer.place(scene);
-    renderer.camera_view(scene.camera, msg::PixelFormat::yuyv, pixels.data());
-  }
+  for (int i = 0; i < kFrames; ++i) draw();
   const std::chrono::duration<double, std::milli> wall = std::chrono::steady_clock::now() - begin;
   const double cpu_ms = 1e3 * static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC;
   std::printf("%u x %u: %.2f ms per frame, %.2f ms of CPU\n", view.width, view.height, wall.count() / kFrames,
@@ -72,15 +72,47 @@ bool draw(const std::filesystem::path& folder, const CameraOptions& view, const 
   }
   if (outside || !last) return true;
   std::printf("rendering by %s\n", renderer->backend().c_str());
-  time_frames(*renderer, last->scene, view);
+  std::vector<std::uint8_t> pixels(std::size_t{view.width} * view.height * 2);
+  time_pictures(view, [&] {
+    renderer->place(last->scene);
+    renderer->camera_view(last->scene.camera, msg::PixelFormat::yuyv, pixels.data());
+  });
+  return true;
+}
+
+/// The pose of a camera that looks from a viewpoint at its target, upright.
+CameraPose camera_of(const Viewpoint& from) {
+  const math::Vec3 eye(from.eye_m), ahead = math::normalized(math::Vec3(from.target_m) - eye);
+  const double yaw = math::atan2(ahead.y, ahead.x), pitch = math::asin(-ahead.z);
+  const math::Quat optical{0.5, -0.5, 0.5, -0.5};  // x right, y down, z ahead of a body that looks along x
+  return {from.eye_m, (math::Quat::from_yaw_pitch_roll({yaw, pitch, 0}) * optical).to<msg::Quat>()};
+}
+
+/// The same with the world's own painter, which draws from outside as through a camera.
+bool paint(const std::filesystem::path& folder, const CameraOptions& view, const std::vector<Portrait>& portraits,
+           const WorldChoice& choice) {
+  for (const Portrait& portrait : portraits) {
+    const std::uint32_t width = portrait.outside ? kOutsideWidth : view.width;
+    const std::uint32_t height = portrait.outside ? kOutsideHeight : view.height;
+    Scene scene = portrait.scene;
+    if (portrait.outside) scene.camera = camera_of(*portrait.outside);
+    std::vector<std::uint8_t> rgb(std::size_t{width} * height * 3);
+    const auto painter = choice.type->painter(width, height, choice);
+    convert_image(reinterpret_cast<const std::uint8_t*>(painter->draw(scene).data()), width, height,
+                  msg::PixelFormat::rgb8, rgb.data(), FirstRow::top);
+    if (!write_png(folder / (portrait.name + ".png"), width, height, rgb)) return false;
+  }
+  const auto painter = choice.type->painter(view.width, view.height, choice);
+  time_pictures(view, [&] { static_cast<void>(painter->draw(portraits.front().scene)); });
   return true;
 }
 
 }  // namespace
 
-int render_test(const std::string& folder, const CameraOptions& view, const WorldType& world) {
-  const std::vector<Portrait> portraits = world.portraits();
-  if (portraits.empty() || view.room_xml.empty()) {
+int render_test(const std::string& folder, const CameraOptions& view, const WorldChoice& choice) {
+  const WorldType& world = *choice.type;
+  const std::vector<Portrait> portraits = world.portraits(choice);
+  if (portraits.empty() || (view.room_xml.empty() && !world.painter)) {
     std::fprintf(stderr, "sinew-sim: --render-test: the world %s has no pictures\n", world.info.name);
     return 1;
   }
@@ -90,6 +122,7 @@ int render_test(const std::string& folder, const CameraOptions& view, const Worl
     std::fprintf(stderr, "sinew-sim: cannot make %s: %s\n", folder.c_str(), error.message().c_str());
     return 1;
   }
+  if (world.painter) return paint(folder, view, portraits, choice) ? 0 : 1;
   return draw(folder, view, portraits, false) && draw(folder, view, portraits, true) ? 0 : 1;
 }
 

@@ -12,6 +12,7 @@
 #include "apps/command/choice_check.hpp"
 #include "apps/command/number_check.hpp"
 #include "apps/command/usage_error.hpp"
+#include "apps/toml/body_reader.hpp"
 #include "robots/robot_kind.hpp"
 
 namespace sinew::plant {
@@ -115,9 +116,32 @@ std::string read_robots(const std::vector<std::string>& names, WorldChoice& worl
   return "";
 }
 
+/// Reads the bodies of the robots; an empty text, or what is wrong.
+std::string read_bodies(const std::vector<std::string>& files, WorldChoice& world) {
+  if (!world.type->info.has_bodies)
+    return files.empty() ? "" : fmt::format("--body: robots of the world {} are as they are", world.type->info.name);
+  for (std::string file : files) {
+    const auto names_it = [&](const NamedRobot& r) { return file.starts_with(r.name + "="); };
+    const auto robot = std::ranges::find_if(world.robots, names_it);
+    if (robot != world.robots.end()) file.erase(0, robot->name.size() + 1);
+    app::LoadedBody loaded = app::load_body(file);
+    if (!loaded.problems.empty()) return "--body: " + rt::to_string(loaded.problems[0], file);
+    (robot == world.robots.end() ? world.body : robot->body) =
+        std::make_shared<const kinematics::Body>(std::move(loaded.body));
+  }
+  for (std::size_t i = 0; i < world.robot_count(); ++i)
+    if (!world.body_of(i))
+      return fmt::format("--body: which body has {}? A file of docs/bodies.md, or a robot file that has one",
+                         world.robots.empty() ? "the robot" : world.robots[i].name);
+  return "";
+}
+
 void describe(CLI::App& app, SimulatorOptions& s, std::vector<std::string>& robot_names,
-              std::vector<std::string>& faults, GivenOptions& given) {
+              std::vector<std::string>& bodies, std::vector<std::string>& faults, GivenOptions& given) {
   app.add_option("--listen", s.listen, "unix:PATH or tcp:HOST:PORT; port 0: the system chooses")->capture_default_str();
+  app.add_option("--serve", s.serve, "the protocol: Sinew's own, or that of USARSim (docs/usarsim.md)")
+      ->check(app::one_of({"sinew", "usarsim"}))
+      ->capture_default_str();
   auto* lockstep = app.add_flag("--lockstep", s.lockstep, "serve only runtimes that ask for lockstep");
   app.add_flag("--free", s.free_running, "serve only runtimes that ask for real time")->excludes(lockstep);
   std::vector<std::string> names;
@@ -132,6 +156,11 @@ void describe(CLI::App& app, SimulatorOptions& s, std::vector<std::string>& robo
          "name of a robot that the world waits for, as its runtime says it; once for each of several that share "
          "the world (default: one, of any name)")
       ->allow_extra_args(false);
+  app.add_option("--body", bodies,
+                 "file of its robots' body (docs/bodies.md), or a robot file that has one; with several robots also "
+                 "ROBOT=FILE")
+      ->allow_extra_args(false)
+      ->type_name("FILE");
   app.add_option("--seed", s.session.seed, "start, wind, spread and noise (default: what the runtime asks for)")
       ->check(app::whole())
       ->type_name("N");
@@ -156,6 +185,7 @@ void describe(CLI::App& app, SimulatorOptions& s, std::vector<std::string>& robo
   app.add_flag("--list-faults", s.list_faults,
                "print every kind of fault for every device, and why some are not possible");
   s.wire.describe(app);
+  s.usarsim.describe(app);
   app.add_flag(
       "--alone", s.alone,
       "real time: no runtime connects; the world begins at once, with its devices at the wire, until --duration "
@@ -181,6 +211,14 @@ void describe(CLI::App& app, SimulatorOptions& s, std::vector<std::string>& robo
                  "write pictures of the world into this folder, time a frame, and exit");
 }
 
+/// The same with --serve usarsim: its clients bring the robots, and nothing of the own protocol is there.
+std::string useless_in_usarsim(const CLI::App& app) {
+  for (const char* option : {"--robot", "--lockstep", "--free", "--wait", "--relink", "--alone", "--can", "--serial",
+                             "--servo", "--iio", "--v4l2", "--fault", "--list-faults", "--priority", "--format"})
+    if (app.count(option) > 0) return fmt::format("{}: not with --serve usarsim", option);
+  return "";
+}
+
 /// Why an option has no meaning in this world, this mode, or this way of running. An empty text: all have one.
 std::string useless(const CLI::App& app, const SimulatorOptions& s) {
   struct Only {
@@ -196,40 +234,75 @@ std::string useless(const CLI::App& app, const SimulatorOptions& s) {
       {"--free", !s.alone, "only for a runtime; with --alone none connects"},
       {"--lockstep", !s.alone, "only for a runtime; with --alone none connects, and the world is in real time"},
       {"--can", !lockstep, "in real time only, not with --lockstep"},
+      {"--serial", !lockstep, "in real time only, not with --lockstep"},
       {"--iio", !lockstep, "in real time only, not with --lockstep"},
       {"--v4l2", !lockstep, "in real time only, not with --lockstep"},
   };
+  if (s.serve == "usarsim") return useless_in_usarsim(app);
+  if (const char* option = UsarsimOptions::given(app)) return fmt::format("{}: only with --serve usarsim", option);
   for (const Only& only : onlys)
     if (app.count(only.option) > 0 && !only.useful) return fmt::format("{}: {}", only.option, only.where);
   if (s.session.world.robots.size() > 1 && (s.alone || s.wire.any()))
     return "--robot: devices at the wire and --alone are for a world of one robot";
-  return s.alone && !s.wire.any() ? "--alone: nobody reaches a world without --can, --iio or --v4l2" : "";
+  return s.alone && !s.wire.any() ? "--alone: nobody reaches a world without --can, --serial, --iio or --v4l2" : "";
 }
 
-/// Checks --can and --servo against the world's joints; an empty text when they fit.
+/// Reads --serial; an empty text, or what is wrong.
+std::string read_lines(SimulatorOptions& s) {
+  std::string why;
+  for (const std::string& text : s.wire.serial) {
+    const auto line = parse_wire_line(text, why);
+    if (!line) return "--serial: " + why;
+    if (std::ranges::find(s.lines, line->path, &WireLineSpec::path) != s.lines.end())
+      return fmt::format("--serial: '{}': another line has this path", text);
+    s.lines.push_back(*line);
+  }
+  return "";
+}
+
+/// What one --servo needs besides itself; an empty text when it is there.
+std::string check_place(const SimulatorOptions& s, const std::string& text, const WireServo& servo) {
+  if (servo.on_line() && servo.line >= s.lines.size())
+    return fmt::format("--servo: '{}' is on line {}, and there {}: each --serial makes one", text, servo.line + 1,
+                       s.lines.size() == 1 ? "is 1" : fmt::format("are {}", s.lines.size()));
+  if (servo.has_drive() && !servo.on_line() && s.wire.can.empty()) return "--servo: needs --can, which names its bus";
+  const auto same =
+      std::ranges::find_if(s.servos, [&](const WireServo& o) { return o.shares_bus(servo) && o.id == servo.id; });
+  if (same == s.servos.end()) return "";
+  return fmt::format("--servo: '{}' has the id {} of '{}': each drive on a bus needs its own id", text, servo.id,
+                     s.wire.servos[static_cast<std::size_t>(same - s.servos.begin())]);
+}
+
+/// Checks --can, --serial and --servo against the world's joints; an empty text when they fit.
 std::string read_servos(SimulatorOptions& s) {
-  if (s.wire.can.empty() && s.wire.servos.empty()) return "";
-  if (s.wire.can.empty()) return "--servo: needs --can, which names its bus";
+  if (s.wire.can.empty() && s.wire.serial.empty() && s.wire.servos.empty()) return "";
+  if (s.wire.can.empty() && s.wire.serial.empty()) return "--servo: needs --can, which names its bus, or --serial";
+  const char* const bus = s.wire.can.empty() ? "--serial" : "--can";
   const WorldInfo& world = s.session.world.type->info;
   const WorldDevice* joints = world.find(Part::joints);
-  if (!joints) return fmt::format("--can: the world {} has no joints for drives on a bus", world.name);
+  if (!joints) return fmt::format("{}: the world {} has no joints for drives on a bus", bus, world.name);
+  if (std::string wrong = read_lines(s); !wrong.empty()) return wrong;
   std::string why;
   for (const std::string& text : s.wire.servos) {
     const auto servo = parse_wire_servo(text, why);
     if (!servo) return "--servo: " + why;
-    const auto same = std::ranges::find_if(s.servos, [&](const WireServo& other) {
-      return other.has_drive() && servo->has_drive() && other.id == servo->id;
-    });
-    if (same != s.servos.end())
-      return fmt::format("--servo: '{}' has the id {} of '{}': each drive on a bus needs its own id", text, servo->id,
-                         s.wire.servos[static_cast<std::size_t>(same - s.servos.begin())]);
+    if (std::string wrong = check_place(s, text, *servo); !wrong.empty()) return wrong;
     s.servos.push_back(*servo);
   }
   if (s.servos.size() != joints->channels)
     return fmt::format(
         "--servo: {} given, but the world {} has {} joints: one for each, 'none' for one without a drive",
         s.servos.size(), world.name, joints->channels);
-  if (std::ranges::none_of(s.servos, &WireServo::has_drive)) return "--can: there is no drive on it";
+  const auto on_can = [](const WireServo& servo) { return servo.has_drive() && !servo.on_line(); };
+  if (!s.wire.can.empty() && std::ranges::none_of(s.servos, on_can)) return "--can: there is no drive on it";
+  for (std::size_t i = 0; i < s.lines.size(); ++i) {
+    const auto on_it = [i](const WireServo& servo) { return servo.on_line() && servo.line == i; };
+    if (std::ranges::none_of(s.servos, on_it)) return fmt::format("--serial: there is no servo on {}", s.lines[i].path);
+    for (const WireLineSpec::Event& event : s.lines[i].events)
+      if (event.kind != WireLineSpec::Event::Kind::gone &&
+          std::ranges::none_of(s.servos, [&](const WireServo& o) { return on_it(o) && o.id == event.id; }))
+        return fmt::format("--serial: no servo on {} has the id {} of its reboot= or off=", s.lines[i].path, event.id);
+  }
   return "";
 }
 
@@ -284,9 +357,9 @@ bool read_command_line(int argc, char** argv, SimulatorOptions& s, int& exit_cod
       "when\n"
       "it did.",
       "sinew-sim");
-  std::vector<std::string> robot_names, faults;
+  std::vector<std::string> robot_names, bodies, faults;
   GivenOptions given;
-  describe(app, s, robot_names, faults, given);
+  describe(app, s, robot_names, bodies, faults, given);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -297,17 +370,24 @@ bool read_command_line(int argc, char** argv, SimulatorOptions& s, int& exit_cod
       std::fprintf(stderr, "sinew-sim: %s\n", app::usage_error(app, e).c_str());
     return false;
   }
+  if (s.serve == "usarsim") {
+    if (app.count("--listen") == 0) s.listen = UsarsimOptions::kListen;
+    if (app.count("--world") == 0) s.world = UsarsimOptions::kWorld;
+  }
   std::sscanf(s.camera.c_str(), "%ux%u", &s.view.width, &s.view.height);
   s.view.format = msg::pixel_format_of(s.format);
   s.view.turned_rad = s.wire.camera_turned_rad();
   for (const auto& type : robots::all_worlds())
     if (type->info.name == s.world) s.session.world.type = type;
-  s.view.room_xml = s.session.world.type->room_xml;
   if (s.lockstep) s.session.only = sim_hil::Mode::lockstep;
   if (s.free_running) s.session.only = sim_hil::Mode::free_running;
   std::string wrong = read_robots(robot_names, s.session.world);
   s.view.robots = s.session.world.robot_count();
   if (wrong.empty()) wrong = read_world_options(given, s.session.world);
+  if (wrong.empty() && !s.list_faults) wrong = read_bodies(bodies, s.session.world);
+  s.view.room_xml = s.session.world.type->room(s.session.world.values);
+  if (const auto& painter = s.session.world.type->painter)
+    s.view.painter = [&] { return painter(s.view.width, s.view.height, s.session.world); };
   if (wrong.empty()) wrong = useless(app, s);
   if (wrong.empty()) wrong = read_servos(s);
   if (wrong.empty()) wrong = read_faults(s, faults);

@@ -2,6 +2,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/sim/usarsim_options.hpp"
 #include "apps/sim/wire_options.hpp"
 #include "sim_hil/plant/session.hpp"
 
@@ -10,6 +11,7 @@ namespace sinew::plant {
 /// What sinew-sim was asked for on its command line.
 struct SimulatorOptions {
   std::string listen = "unix:sinew-sim.sock";
+  std::string serve = "sinew";  // the protocol: or "usarsim"
   std::string world = "quad", camera = "320x240", format = "yuyv", render_test;
   std::vector<std::string> reports;  // files that get the last report; "-": standard output
   bool list_faults = false, alone = false, lockstep = false, free_running = false;
@@ -17,8 +19,10 @@ struct SimulatorOptions {
   CameraOptions view;
   SessionOptions session;  // its faults are those of devices on the protocol
   WireOptions wire;
-  std::vector<WireServo> servos;   // of wire.servos
-  std::vector<Fault> wire_faults;  // those that the drives at the wire play
+  UsarsimOptions usarsim;
+  std::vector<WireServo> servos;    // of wire.servos
+  std::vector<WireLineSpec> lines;  // of wire.serial
+  std::vector<Fault> wire_faults;   // those that the drives at the wire play
 
   /// Priority of the threads of the listener and of the video node: one above physics, so that a stop line does not
   /// wait for pixels, nor the video node for physics.

@@ -1,6 +1,7 @@
 #include "apps/sim/wire_open.hpp"
 
 #include <cstdio>
+#include <filesystem>
 
 #include "hal/linux/camera/v4l2_source.hpp"
 #include "hal/linux/can/can.hpp"
@@ -66,6 +67,41 @@ bool open_imu_and_camera(const SimulatorOptions& s, hal::Os& os, WireDevices& wi
   return true;
 }
 
+/// The name of a pseudo terminal, taken back at the end.
+class LineName {
+ public:
+  explicit LineName(std::string path) : path_(std::move(path)) {}
+  ~LineName() {
+    std::error_code gone;
+    std::filesystem::remove(path_, gone);
+  }
+  LineName(const LineName&) = delete;
+  LineName& operator=(const LineName&) = delete;
+
+ private:
+  std::string path_;
+};
+
+/// Each line is a pseudo terminal under the name that was asked for. A link that an earlier run left is replaced.
+bool open_lines(const SimulatorOptions& s, hal::Os& os, WireDevices& wire) {
+  namespace fs = std::filesystem;
+  for (const WireLineSpec& spec : s.lines) {
+    const auto refuse = [&](const std::string& why) {
+      std::fprintf(stderr, "sinew-sim: --serial %s: %s\n", spec.path.c_str(), why.c_str());
+      return false;
+    };
+    auto pseudo = hal::make_pseudo_serial();
+    if (!pseudo) return refuse("no pseudo terminal");
+    std::error_code error;
+    if (fs::is_symlink(fs::symlink_status(spec.path, error))) fs::remove(spec.path, error);
+    fs::create_symlink(pseudo->path, spec.path, error);
+    if (error) return refuse(error.message());
+    wire.keep(std::make_shared<LineName>(spec.path));
+    wire.add_line(std::make_unique<WireLine>(os, std::move(pseudo->end), spec, s.lines_priority()));
+  }
+  return true;
+}
+
 /// The drives are on a bus of this process, and a server lets others onto it.
 bool serve_bus(const std::string& address, hal::Os& os, WireDevices& wire, std::vector<WireServo> servos) {
   const auto refuse = [&](const hal::Error& e) {
@@ -89,7 +125,11 @@ bool serve_bus(const std::string& address, hal::Os& os, WireDevices& wire, std::
 
 bool open_wire(const SimulatorOptions& s, hal::Os& os, WireDevices& wire) {
   wire.add_faults(s.wire_faults);
-  if (s.wire.can.empty()) return open_imu_and_camera(s, os, wire);
+  if (!open_lines(s, os, wire)) return false;
+  if (s.wire.can.empty()) {
+    wire.add_servos(nullptr, s.servos);
+    return open_imu_and_camera(s, os, wire);
+  }
   if (constexpr std::string_view kServe = "socketcand-server:"; s.wire.can.starts_with(kServe))
     return serve_bus(s.wire.can.substr(kServe.size()), os, wire, s.servos) && open_imu_and_camera(s, os, wire);
   std::string why;

@@ -37,9 +37,16 @@ void WireOptions::describe(CLI::App& app) {
                  "real time: drives on this CAN bus move the joints: TRANSPORT:ADDRESS, e.g. udp:7; "
                  "socketcand-server:[HOST:]PORT is one that others open as HOST:PORT/can0");
   app.add_option("--servo", servos,
-                 "on --can, the drive of the next joint: cia402:ID, cybergear:ID, dronecan:ID or mit:ID:MOTOR, with "
-                 "@RAD behind it for a zero that is off; none: the joint has no drive")
+                 "the drive of the next joint: on --can cia402:ID, cybergear:ID, dronecan:ID or mit:ID:MOTOR; on a "
+                 "--serial MODEL:ID or MODEL:ID:LINE, e.g. xm430_w350:1; with @RAD behind it for a zero that is off; "
+                 "none: the joint has no drive")
       ->allow_extra_args(false);
+  app.add_option("--serial", serial,
+                 "real time: a half-duplex line with servos, as a pseudo terminal with the name PATH; behind it, with "
+                 "commas, bit_rate=N, echo, latency_ms=N, lost=SHARE, delay_us=N, reboot=ID@SECOND, off=ID@SECOND, "
+                 "gone@SECOND; may be repeated")
+      ->allow_extra_args(false)
+      ->type_name("PATH[,KEY=VALUE...]");
   app.add_option("--iio", iio, "real time: the IMU also as the kernel's IIO would show it, under this folder");
   app.add_option("--gyro-bias", gyro_bias, "on top of the --iio IMU's own errors: X,Y,Z in rad/s")
       ->check(check_three)

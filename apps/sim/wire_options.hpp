@@ -12,10 +12,10 @@ namespace sinew::plant {
 struct WireOptions {
   std::string can, iio, v4l2, unplug, camera_turned, gyro_bias;
   double camera_late_ms = 0;
-  std::vector<std::string> servos;
+  std::vector<std::string> servos, serial;
 
   void describe(CLI::App& app);
-  bool any() const { return !can.empty() || !iio.empty() || !v4l2.empty(); }
+  bool any() const { return !can.empty() || !serial.empty() || !iio.empty() || !v4l2.empty(); }
   math::Vec3 camera_turned_rad() const;
   msg::Vec3 gyro_bias_radps() const;
   /// When the camera is unplugged, in s of plant time; false: never.

@@ -227,6 +227,10 @@ bool SweepPlan::prepare_robots(const rt::ModuleTypes& types) {
     if (robot_.empty()) robot_ = prepared->graph->spec().robot, folder_ = prepared->robot.record.folder;
     math::Hash64 hash;
     hash.add(prepared->robot.text.data(), prepared->robot.text.size());
+    for (const PolicyTable& p : prepared->robot.policies) {  // other weights are another robot
+      hash.add(p.file->bytes.data(), p.file->bytes.size());
+      files_.insert(p.file->place);
+    }
     contents_[robot] = hash_text(hash);
     files_.insert(robot);
     for (const LinePlace& place : prepared->robot.places)

@@ -88,6 +88,8 @@ std::string team_misfit(const TeamMember& one, const TeamMember& other) {
 void add_plant_options(PlantRequest& plant, const std::vector<TeamMember>& members) {
   const auto add = [&](std::string argument) { plant.extra.push_back(std::move(argument)); };
   for (const TeamMember& m : members) add("--robot=" + m.name);
+  for (const TeamMember& m : members)
+    if (!m.robot.sim.body_file.empty()) add(fmt::format("--body={}={}", m.name, m.robot.sim.body_file));
   for (const plant::WorldOption& o : robots::find_world(plant.world)->options)
     for (const TeamMember& m : members) {
       const auto value = m.robot.sim.options.find(o.key);

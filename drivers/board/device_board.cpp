@@ -66,7 +66,10 @@ std::vector<rt::Problem> check_devices(const DeviceSpecs& specs, std::span<const
   Claims claims;
   for (const DeviceSpec& spec : specs.buses) {
     DeviceKeys keys(spec, "bus." + spec.name, problems);
-    static_cast<void>(read_can_bus(keys));
+    if (spec.driver == kSerialBus)
+      static_cast<void>(read_serial_bus(keys));
+    else
+      static_cast<void>(read_can_bus(keys));
     keys.finish();
     claims.take(keys);
   }
@@ -81,9 +84,15 @@ std::vector<rt::Problem> check_devices(const DeviceSpecs& specs, std::span<const
     static_cast<void>(driver->read(keys, specs));
     keys.finish();
     claims.take(keys);
-    if (!spec.joints.empty() && spec.driver != "can_servos")
+    if (!spec.joints.empty() && spec.driver != "can_servos" && spec.driver != "serial_servos")
       problems.push_back({spec.joints.front().line, path + ".joint", "[[" + path + ".joint]]",
-                          "none: only the driver can_servos has joints"});
+                          "none: only the drivers can_servos and serial_servos have joints"});
+    if (spec.driver == "text") continue;
+    for (const auto& [what, tables] : {std::pair{".drive", &spec.drives}, std::pair{".command", &spec.commands},
+                                       std::pair{".message", &spec.messages}})
+      if (!tables->empty())
+        problems.push_back({tables->front().line, path + what, "[[" + path + what + "]]",
+                            "none: only the driver text has such tables"});
   }
   // Claims and bus loads are only checked when no table has an error of form.
   if (problems.empty()) problems = claims.problems();
@@ -96,7 +105,8 @@ DeviceBoard::DeviceBoard(DeviceSpecs specs, std::span<const DriverKind> drivers,
     : specs_(std::move(specs)),
       drivers_(drivers),
       can_(specs_, connectors, os),
-      context_{connectors, os, can_, [this](std::string_view name, std::string& why) {
+      lines_(specs_, connectors, os),
+      context_{connectors, os, can_, lines_, [this](std::string_view name, std::string& why) {
                  auto other = open(name, why);
                  if (!other) tell(why), why = "device '" + std::string(name) + "' is not there";
                  return other;
@@ -139,18 +149,21 @@ OpenedDevice* DeviceBoard::find(std::string_view name, hal::Error& error) {
 hal::Status DeviceBoard::start() {
   std::string why;
   auto started = can_.start(why);
+  if (started) started = lines_.start(why);
   if (!started) tell(why);
   return started;
 }
 
 std::vector<std::string> DeviceBoard::warnings() const {
   std::vector<std::string> all = can_.warnings();
+  all.insert(all.end(), lines_.warnings().begin(), lines_.warnings().end());
   all.insert(all.end(), warnings_.begin(), warnings_.end());
   return all;
 }
 
 std::vector<std::string> DeviceBoard::complaints() const {
   std::vector<std::string> all = can_.complaints();
+  for (std::string& what : lines_.complaints()) all.push_back(std::move(what));
   for (const auto& [name, device] : opened_)
     if (device.report) add_lines(name, device.report->trouble(), all);
   return all;
@@ -158,6 +171,7 @@ std::vector<std::string> DeviceBoard::complaints() const {
 
 std::vector<std::string> DeviceBoard::shortfalls() const {
   std::vector<std::string> all = can_.shortfalls();
+  for (std::string& what : lines_.shortfalls()) all.push_back(std::move(what));
   for (const auto& [name, device] : opened_)
     if (device.report)
       if (const std::string what = device.report->shortfall(); !what.empty())

@@ -8,6 +8,7 @@
 
 #include "drivers/driver.hpp"
 #include "drivers/joints/can_buses.hpp"
+#include "drivers/joints/serial_buses.hpp"
 
 namespace sinew::drivers {
 
@@ -55,7 +56,8 @@ class DeviceBoard final : public hal::Board {
 
   DeviceSpecs specs_;
   std::span<const DriverKind> drivers_;
-  CanBuses can_;  // its hubs must stop before the groups that they serve are freed: hold()
+  CanBuses can_;       // its hubs must stop before the groups that they serve are freed: hold()
+  SerialBuses lines_;  // likewise
   DeviceContext context_;
   std::map<std::string, OpenedDevice, std::less<>> opened_;
   std::string problem_;

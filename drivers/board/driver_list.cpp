@@ -11,17 +11,19 @@
 #include "drivers/chips/chip_drivers.hpp"
 #include "drivers/joints/can_servos.hpp"
 #include "drivers/serial/serial_drivers.hpp"
+#include "drivers/text/text_drivers.hpp"
 
 namespace sinew::drivers {
 
 std::span<const DriverKind> all_drivers() {
   static const std::vector<DriverKind> all = [] {
     std::vector<DriverKind> list;
-    for (const auto group : {kernel_drivers(), chip_drivers(), serial_drivers()})
+    for (const auto group : {kernel_drivers(), chip_drivers(), serial_drivers(), text_drivers()})
       list.insert(list.end(), group.begin(), group.end());
     list.push_back(udp_radio_driver());
     list.push_back(dds_radio_driver());
     list.push_back({"can_servos", "actuators, joints", read_can_servos});
+    list.push_back({"serial_servos", "actuators, joints", read_serial_servos});
     list.push_back({"joints_of", "joints", read_joints_of});
     list.push_back(published_driver());
     return list;
@@ -31,7 +33,7 @@ std::span<const DriverKind> all_drivers() {
 
 namespace {
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 11> kReaders{{{"imu", "drivers::ImuSource"},
+constexpr std::array<std::pair<std::string_view, std::string_view>, 13> kReaders{{{"imu", "drivers::ImuSource"},
                                                                                   {"range", "drivers::RangeSource"},
                                                                                   {"baro", "drivers::BaroSource"},
                                                                                   {"battery", "drivers::BatterySource"},
@@ -39,6 +41,8 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 11> kReaders
                                                                                   {"gnss", "drivers::GnssSource"},
                                                                                   {"rc", "drivers::RcSource"},
                                                                                   {"joints", "drivers::JointSource"},
+                                                                                  {"text", "drivers::TextSource"},
+                                                                                  {"soles", "drivers::SoleSource"},
                                                                                   {"camera", "drivers::CameraSource"},
                                                                                   {"radio", "drivers::RadioSource"},
                                                                                   {"actuators", "[actuator.NAME]"}}};
@@ -85,9 +89,11 @@ std::vector<KeyTable> key_tables() {
   }
   for (const std::string_view transport : can_transports())
     all.push_back(table_of("[bus.NAME]", transport, [](DeviceKeys& keys) { return read_can_bus(keys); }));
+  all.push_back(table_of("[bus.NAME]", kSerialBus, [](DeviceKeys& keys) { return read_serial_bus(keys); }));
   for (const std::string_view protocol : joint_protocols())
     all.push_back(
         table_of("[[device.NAME.joint]]", protocol, [&](DeviceKeys& keys) { return read_joint(keys, none); }));
+  for (const auto& [table, read] : text_tables()) all.push_back(table_of(table, "text", read));
   return all;
 }
 

@@ -11,6 +11,7 @@ namespace sinew::drivers {
 namespace {
 
 constexpr double kMaxImuHz = 32000, kMaxCameraHz = 1000;
+constexpr int kMaxGrabWindow = 15, kMaxGrabSide = 16384;  // grab/grab_memory.hpp
 
 /// Claims each device in `name`, which lists two where an accelerometer and a gyroscope are joined.
 void claim_devices(DeviceKeys& keys, const hal::IioSpec& spec) {
@@ -94,10 +95,63 @@ DeviceOpener read_libcamera(DeviceKeys& keys, const DeviceSpecs&) {
   };
 }
 
+DeviceOpener read_grab(DeviceKeys& keys, const DeviceSpecs&) {
+  hal::GrabSpec spec;
+  keys.read("name", spec.name, "the name of a program that `sinew grab` started, e.g. \"glxgears\"",
+            {.doc = "the program's file name, or what `sinew grab --name` says", .required = true});
+  keys.read_integer("window", spec.window, -1, kMaxGrabWindow,
+                    {.doc = "its number, as `sinew grab --list` shows it; -1: the one that shows pictures"});
+  keys.read_integer("x", spec.x, -kMaxGrabSide, kMaxGrabSide, {.unit = "px", .doc = "left border of the region"});
+  keys.read_integer("y", spec.y, -kMaxGrabSide, kMaxGrabSide, {.unit = "px", .doc = "top border of the region"});
+  keys.read_integer("region_width", spec.region_width, 0, kMaxGrabSide,
+                    {.unit = "px", .doc = "of the region; 0: to the window's right border"});
+  keys.read_integer("region_height", spec.region_height, 0, kMaxGrabSide,
+                    {.unit = "px", .doc = "of the region; 0: to the window's lower border"});
+  keys.read_integer("width", spec.width, 16, msg::kMaxImageWidth,
+                    {.unit = "px", .doc = "of the pictures in the topic, which the region becomes"});
+  keys.read_integer("height", spec.height, 16, msg::kMaxImageHeight,
+                    {.unit = "px", .doc = "of the pictures in the topic"});
+  keys.read_choice("format", spec.format, msg::kPixelFormats, {.doc = "of the pictures in the topic"});
+  keys.read("rate_hz", spec.rate_hz, 0, kMaxCameraHz,
+            {.unit = "Hz", .doc = "pictures a second, at most as many as the program shows; 0: all of these"});
+  return [spec](DeviceContext& context, std::string& why) { return opened(context.connectors.grab_camera(spec, why)); };
+}
+
+DeviceOpener read_usarsim_images(DeviceKeys& keys, const DeviceSpecs&) {
+  hal::ImageServerSpec spec;
+  const std::string allowed = "the image server's address, e.g. \"tcp:127.0.0.1:5003\"";
+  keys.read("to", spec.endpoint, allowed, {.doc = "TCP address of the image server", .required = true});
+  if (!spec.endpoint.empty() && !spec.endpoint.starts_with("tcp:")) keys.problem("to", allowed);
+  keys.read_integer("x", spec.x, 0, kMaxGrabSide, {.unit = "px", .doc = "left border of the region"});
+  keys.read_integer("y", spec.y, 0, kMaxGrabSide, {.unit = "px", .doc = "top border of the region"});
+  keys.read_integer("region_width", spec.region_width, 0, kMaxGrabSide,
+                    {.unit = "px", .doc = "of the region; 0: the whole picture"});
+  keys.read_integer("region_height", spec.region_height, 0, kMaxGrabSide, {.unit = "px", .doc = "of the region"});
+  if ((spec.region_width == 0) != (spec.region_height == 0))
+    keys.problem("region_width", "with region_height: both or neither");
+  keys.read_integer("width", spec.width, 16, msg::kMaxImageWidth,
+                    {.unit = "px", .doc = "of its pictures; they are not scaled"});
+  keys.read_integer("height", spec.height, 16, msg::kMaxImageHeight, {.unit = "px", .doc = "of its pictures"});
+  keys.read_choice<msg::PixelFormat>("format", spec.format,
+                                     {{"rgb8", msg::PixelFormat::rgb8}, {"bgr8", msg::PixelFormat::bgr8}},
+                                     {.doc = "of the pictures in the topic"});
+  keys.read_choice<bool>("raw_order", spec.raw_is_bgr, {{"rgb", false}, {"bgr", true}},
+                         {.doc = "the bytes of a pixel of its raw pictures"});
+  keys.read("rate_hz", spec.rate_hz, 0, kMaxCameraHz,
+            {.unit = "Hz", .doc = "pictures a second that are asked for; 0: as fast as it answers"});
+  keys.read_ms("silent_ms", spec.silent, 50, 60000,
+               {.doc = "without an answer it is lost, and the connection made anew"});
+  return [spec](DeviceContext& context, std::string& why) {
+    return opened(context.connectors.image_server_camera(spec, why));
+  };
+}
+
 constexpr std::array kKernelDrivers{
     DriverKind{"iio", "imu", read_iio},
     DriverKind{"v4l2", "camera", read_v4l2},
     DriverKind{"libcamera", "camera", read_libcamera},
+    DriverKind{"grab", "camera", read_grab},
+    DriverKind{"usarsim_images", "camera", read_usarsim_images},
 };
 
 }  // namespace

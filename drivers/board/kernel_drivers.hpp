@@ -5,7 +5,8 @@
 
 namespace sinew::drivers {
 
-/// Sensors and cameras that have their driver in the kernel: iio, v4l2, libcamera.
+/// Sensors and cameras that have their driver in the kernel: iio, v4l2, libcamera; and pictures of other programs:
+/// grab, usarsim_images.
 std::span<const DriverKind> kernel_drivers();
 
 /// The camera of a table, with the defaults; check_devices() has reported the table's problems.

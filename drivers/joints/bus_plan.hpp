@@ -7,13 +7,9 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/joints/servo.hpp"
+#include "drivers/joints/joint_hub.hpp"
 
 namespace sinew::drivers {
-
-/// A setpoint triggers the next tick from this part of the period on; the planned load assumes that all ticks come so
-/// early.
-inline constexpr double kEarliestTick = 0.9;
 
 struct BusLoad {
   std::size_t servos = 0;

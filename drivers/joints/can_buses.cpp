@@ -5,6 +5,7 @@
 #include <charconv>
 
 #include "drivers/device_place.hpp"
+#include "drivers/joints/serial_buses.hpp"
 #include "hal/self_report.hpp"
 
 namespace sinew::drivers {
@@ -12,6 +13,7 @@ namespace sinew::drivers {
 namespace {
 
 constexpr std::array<std::string_view, 3> kTransports{"socketcan", "udp", "socketcand"};
+constexpr std::array<std::string_view, 4> kBusDrivers{"socketcan", "udp", "socketcand", kSerialBus};
 
 bool is_number(std::string_view text, unsigned most) {
   unsigned number = 0;
@@ -72,7 +74,7 @@ CanBusConfig read_can_bus(DeviceKeys& keys) {
   CanBusConfig c;
   c.spec.transport = keys.spec().driver;
   if (std::find(kTransports.begin(), kTransports.end(), c.spec.transport) == kTransports.end()) {
-    keys.refuse_driver(kTransports);
+    keys.refuse_driver(kBusDrivers);
     return c;
   }
   read_address(keys, c.spec);
@@ -137,21 +139,7 @@ hal::Result<CanBuses::Bus*> CanBuses::open(const std::string& name, std::string&
   return &opened_.emplace(name, std::move(bus)).first->second;
 }
 
-hal::Status CanBuses::start(std::string& why) {
-  for (auto& [name, bus] : opened_) {
-    if (bus.started) continue;
-    if (auto planned = bus.hub->configure(why); !planned) {
-      why = "bus '" + name + "': " + why;
-      return planned;
-    }
-    if (auto started = bus.hub->start(); !started) {
-      why = "bus '" + name + "': its thread does not start";
-      return started;
-    }
-    bus.started = true;
-  }
-  return {};
-}
+hal::Status CanBuses::start(std::string& why) { return start_hubs(opened_, why); }
 
 std::vector<std::string> CanBuses::complaints() const {
   std::vector<std::string> all;
@@ -168,12 +156,6 @@ std::vector<std::string> CanBuses::complaints() const {
   return all;
 }
 
-std::vector<std::string> CanBuses::shortfalls() const {
-  std::vector<std::string> all;
-  for (const auto& [name, bus] : opened_)
-    if (const std::string what = bus.hub->shortfall(); !what.empty())
-      all.push_back("thread of bus '" + name + "': " + what);
-  return all;
-}
+std::vector<std::string> CanBuses::shortfalls() const { return hub_shortfalls(opened_); }
 
 }  // namespace sinew::drivers

@@ -9,16 +9,11 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr double kLatest = 1.1;      // in periods: after an early tick, the next one waits so long for a setpoint
 constexpr int kFramesPerStep = 512;  // a flood of frames does not hold up ticks
 constexpr std::size_t kMostMasks = 8;
 constexpr Duration kLoadWindow = 1s;
 
 void count(hal::Tally& tally) noexcept { tally.add(); }
-
-Duration part(Duration period, double of) {
-  return Duration{static_cast<std::int64_t>(static_cast<double>(period.count()) * of)};
-}
 
 }  // namespace
 
@@ -151,7 +146,7 @@ Time CanHub::step(Time now) noexcept {
     if (last_tick_.ns != 0 && now - next_tick_ > period_) count(counters_.late_ticks);
     tick(now);
   } else if (poked_.load(std::memory_order_acquire)) {
-    const Time earliest = last_tick_ + part(period_, kEarliestTick);
+    const Time earliest = last_tick_ + part_of(period_, kEarliestTick);
     if (now < earliest) return more ? now : earliest;
     tick(now);
   }
@@ -227,8 +222,8 @@ void CanHub::tick(Time now) noexcept {
   for (ServoOwner* owner : owners_) owner->settled(*this, true);
   last_tick_ = now;
   if (poked) {
-    next_tick_ = now + part(period_, kLatest);  // waits for the next setpoint
-  } else {                                      // a late tick does not shift the next ones
+    next_tick_ = now + part_of(period_, kLatestTick);  // waits for the next setpoint
+  } else {                                             // a late tick does not shift the next ones
     next_tick_ = now - next_tick_ < period_ && now >= next_tick_ ? next_tick_ + period_ : now + period_;
   }
   count(counters_.ticks);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "drivers/joints/bus_plan.hpp"
+#include "drivers/joints/joint_hub.hpp"
 #include "drivers/joints/servo.hpp"
 #include "hal/os.hpp"
 #include "hal/wide.hpp"
@@ -19,8 +20,6 @@ struct CanHubConfig {
   hal::ThreadOptions thread{};
 };
 
-class CanHub;
-
 struct CanHubStats {
   std::uint64_t frames = 0;     // received and handed on
   std::uint64_t unknown = 0;    // nobody listens to their identifier
@@ -32,30 +31,15 @@ struct CanHubStats {
   double planned_load = 0, measured_load = 0;  // part of the bit rate; measured over the last second
 };
 
-/// Gives a servo its commands and hears its feedback; servo_group.hpp implements it.
-/// Thread:  the hub's.   RT: yes.
-class ServoOwner {
- public:
-  virtual ~ServoOwner() = default;
-  /// A tick of this hub begins: takes all commands of the tick at one moment.
-  virtual void latch(const CanHub& hub) noexcept = 0;
-  /// What joint `index` shall do now.
-  virtual ServoCommand command(std::size_t index, Time now) noexcept = 0;
-  /// After every frame that changed the joint, and once a tick.
-  virtual void feedback(std::size_t index, const ServoFeedback& feedback) noexcept = 0;
-  /// False: all waiting frames have been read. True: a tick is over.
-  virtual void settled(const CanHub& hub, bool tick) noexcept = 0;
-};
-
 /// Reads the bus, hands each frame to the listeners of its identifier (by table, not by search), ticks the servos, and
 /// sends their frames. A tick comes every 1/tick_hz. A setpoint that comes when the tick is nearly due (0.9 of it)
 /// triggers the tick at once, so that ticks follow the loop that makes setpoints. The bus load is planned for that.
 /// Thread:  add(), configure(), start(), stop(): owner. poke(), stats(): any. step(): the hub's thread, or a test's.
 /// RT:      step() yes.
-class CanHub final {
+class CanHub final : public JointHub {
  public:
   CanHub(hal::Os& os, hal::CanBus& bus, const CanHubConfig& config);
-  ~CanHub();
+  ~CanHub() override;
   CanHub(const CanHub&) = delete;
   CanHub& operator=(const CanHub&) = delete;
 
@@ -70,7 +54,9 @@ class CanHub final {
   /// Ends the thread, and leaves all drives without torque.
   void stop();
   /// A setpoint has come. RT: yes.
-  void poke() noexcept;
+  void poke() noexcept override;
+  std::uint64_t ticks() const noexcept override { return counters_.ticks.value(); }
+  double tick_hz() const noexcept override { return config_.tick_hz; }
 
   CanHubStats stats() const noexcept;
   /// What its thread asked for and did not get; see hal::Thread::shortfall(). Between start() and stop().

@@ -32,7 +32,8 @@ std::unique_ptr<CanStopLine> CanStopLine::open(const DeviceSpecs& specs, std::sp
   std::unique_ptr<CanStopLine> line(new CanStopLine(specs, connectors, os));
   std::vector<std::string> lost;
   for (const DeviceSpec& device : line->specs_.devices) {
-    if (device.driver != "can_servos" || std::find(groups.begin(), groups.end(), device.name) == groups.end()) continue;
+    if (std::find(groups.begin(), groups.end(), device.name) == groups.end()) continue;
+    if (device.driver != "can_servos") continue;
     for (const DeviceSpec& joint : device.joints) line->add(joint, lost);
   }
   for (const auto& bus : line->buses_) static_cast<void>(bus->bus_.set_filters(bus->filters_));  // else more is read

@@ -36,7 +36,12 @@ void JointReader::read_bus() {
   bus_spec_ = &*bus;
   std::vector<rt::Problem> told;  // of the bus's own table
   DeviceKeys bus_keys(*bus, "", told);
-  bus_ = read_can_bus(bus_keys);
+  if ((bus->driver == kSerialBus) != joint_.serial)
+    return keys_.problem("bus", joint_.serial ? "a [bus.NAME] with driver serial" : "a CAN bus");
+  if (joint_.serial)
+    line_ = read_serial_bus(bus_keys);
+  else
+    bus_ = read_can_bus(bus_keys);
 }
 
 void JointReader::read_place(std::int64_t most_id, Stops stops, std::string_view stop_doc) {
@@ -113,7 +118,7 @@ void JointReader::read_device_timeout() {
                               "bus's tick; 0: as the motor is set"});
 }
 
-constexpr std::array<std::string_view, 4> kProtocols{"cia402", "mit", "cybergear", "dronecan"};
+constexpr std::array<std::string_view, 6> kProtocols{"cia402", "mit", "cybergear", "dronecan", "dynamixel", "feetech"};
 
 JointConfig JointReader::read() {
   const std::string& protocol = keys_.spec().driver;
@@ -125,6 +130,10 @@ JointConfig JointReader::read() {
     read_cybergear();
   else if (protocol == "dronecan")
     read_dronecan();
+  else if (protocol == "dynamixel")
+    read_serial(wire::ServoMaker::robotis);
+  else if (protocol == "feetech")
+    read_serial(wire::ServoMaker::feetech);
   else
     keys_.refuse_driver(kProtocols);
   joint_.servo = c_;

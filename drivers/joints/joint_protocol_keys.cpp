@@ -1,4 +1,5 @@
 // The keys of each protocol beside those of joint_keys.cpp, and the function that makes the protocol.
+#include <algorithm>
 #include <charconv>
 #include <optional>
 
@@ -167,6 +168,38 @@ void JointReader::read_dronecan() {
     if (unique_id) on.dronecan->allocate(*unique_id, static_cast<std::uint8_t>(config.node_id));
     return std::make_unique<DronecanServo>(config, o, *on.dronecan);
   };
+}
+
+void JointReader::read_serial(wire::ServoMaker maker) {
+  joint_.serial = true;
+  const std::uint8_t most_id = maker == wire::ServoMaker::robotis ? wire::kDxlMostId2 : wire::kDxlMostId1;
+  read_place(most_id, {{"torque_off", StopAction::torque_off}, {"hold", StopAction::hold}},
+             "what it does when the lease is over or a command is bad; hold: not in mode effort");
+  SerialServoOptions o;
+  std::string models = "one of", name;
+  for (const wire::ServoModel& m : wire::servo_models())
+    if (m.maker == maker) models += (models.back() == 'f' ? " \"" : ", \"") + std::string(m.name) + '"';
+  if (keys_.read("model", name, models, {.doc = "its type", .required = true})) {
+    o.model = wire::servo_model(name);
+    if (o.model && o.model->maker != maker) o.model = nullptr;
+    if (!o.model) keys_.problem("model", models);
+  }
+  read_frame();
+  read_limits();
+  read_watches("0.5");
+  const bool timed = keys_.read_ms(
+      "device_timeout_ms", c_.device_timeout, 0, 2540,
+      {.doc =
+           "the servo stops where it is, with torque, when it hears nothing for so long (bus watchdog, X series), at "
+           "least 3 times the bus's tick; 0: never",
+       .otherwise = "200 or 4 ticks, where it has a bus watchdog"});
+  if (!o.model) return;
+  const Pace tick{from_ms(1e3 / line_.hub.rate.tick_hz), "the bus's tick_hz"};
+  if (!timed && o.model->bus_watchdog)
+    c_.device_timeout = std::max<hal::Duration>(std::chrono::milliseconds(200), 4 * tick.every);
+  refuse(check_serial_servo(c_, o));
+  refuse(check_times(c_, tick, tick));
+  joint_.make_serial = [config = c_, o] { return std::make_unique<SerialServo>(config, o); };
 }
 
 }  // namespace sinew::drivers

@@ -5,6 +5,7 @@
 
 #include "drivers/joints/joint_keys.hpp"
 #include "drivers/joints/mit_servo.hpp"
+#include "drivers/joints/serial_buses.hpp"
 #include "drivers/joints/servo_check.hpp"
 
 namespace sinew::drivers {
@@ -35,6 +36,7 @@ class JointReader {
   void read_mit_ranges(MitOptions& o, bool custom);
   void read_cybergear();
   void read_dronecan();
+  void read_serial(wire::ServoMaker maker);
   void refuse(const WrongKeys& wrong);
   Pace tick() const;
 
@@ -42,6 +44,7 @@ class JointReader {
   const DeviceSpecs& specs_;
   const DeviceSpec* bus_spec_ = nullptr;
   CanBusConfig bus_;
+  SerialBusConfig line_;  // of a joint on a serial line
   JointConfig joint_;
   ServoConfig c_;
 };

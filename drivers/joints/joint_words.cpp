@@ -30,11 +30,16 @@ std::string code_text(std::uint32_t code) {
 
 }  // namespace
 
+std::string fault_words(std::uint32_t faults) {
+  std::string all;
+  for (const auto& [bit, words] : kFaults)
+    if ((faults & bit) != 0) all += (all.empty() ? "" : ", ") + std::string(words);
+  return all;
+}
+
 std::string joint_words(const ServoFeedback& feedback) {
   const bool absent = feedback.mode == msg::JointMode::absent;
-  std::string faults;
-  for (const auto& [bit, words] : kFaults)
-    if ((feedback.faults & bit) != 0) faults += (faults.empty() ? "" : ", ") + std::string(words);
+  std::string faults = fault_words(feedback.faults);
   if (absent && feedback.measured.ns == 0) return faults.empty() ? "absent" : "absent; " + faults;
   if (absent) return faults.empty() ? "absent, it was there before" : "absent; " + faults;
   const bool fault = feedback.mode == msg::JointMode::fault;

@@ -5,6 +5,9 @@
 
 namespace sinew::drivers {
 
+/// msg::JointFault bits for people: "encoder, over-temperature"; 0: empty.
+std::string fault_words(std::uint32_t faults);
+
 /// What is wrong with a joint, for people: "absent", "fault: overload, over-temperature (code 0x8611)",
 /// "outside its limits". Empty: nothing is; a joint without torque that answers is well.
 std::string joint_words(const ServoFeedback& feedback);

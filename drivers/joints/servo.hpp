@@ -1,5 +1,5 @@
 #pragma once
-// One servo on a CAN bus as its hub sees it: configuration, command, feedback, and the protocol that lies between them
+// One servo as its hub sees it: configuration, command, feedback, and on a CAN bus the protocol that lies between them
 // and the frames. Protocols know no clock, thread or bus: time and frames are handed to them, so each is tested alone.
 #include <chrono>
 #include <cstdint>
@@ -171,19 +171,25 @@ class BusService : public CanListener {
 /// What a frame says about the torque of a drive.
 enum class TorqueSaid : std::uint8_t { nothing, off, on };
 
-/// The protocol of one servo: brings it up, feeds it setpoints, watches it, and brings it up again.
-/// It is never given up: absent or broken servos are tried again with growing pauses. It is enabled by a command
-/// (Intent::follow) that is newer than its last fault or loss, and never by itself.
-/// Thread:  the hub's.   RT: on_frame(), tick() and the look-ups: yes. No clock: `now` never goes backwards.
-class ServoProtocol : public CanListener {
+/// A servo as its group sees it, whatever bus it is on. Thread: the hub's. RT: yes.
+class JointServo {
  public:
-  /// One cycle: sends everything that is due, at most kMaxFramesPerTick frames.
-  virtual void tick(Time now, const ServoCommand& command, FrameSink& out) noexcept = 0;
-  /// Valid between calls; changes in on_frame() and tick() only.
+  virtual ~JointServo() = default;
+  /// Valid between calls of its hub.
   virtual const ServoFeedback& feedback() const noexcept = 0;
   virtual const ServoIdentity& identity() const noexcept = 0;
   virtual const ServoStats& stats() const noexcept = 0;
   virtual const ServoConfig& config() const noexcept = 0;
+};
+
+/// The protocol of one servo on a CAN bus: brings it up, feeds it setpoints, watches it, and brings it up again.
+/// It is never given up: absent or broken servos are tried again with growing pauses. It is enabled by a command
+/// (Intent::follow) that is newer than its last fault or loss, and never by itself.
+/// Thread:  the hub's.   RT: on_frame(), tick() and the look-ups: yes. No clock: `now` never goes backwards.
+class ServoProtocol : public CanListener, public JointServo {
+ public:
+  /// One cycle: sends everything that is due, at most kMaxFramesPerTick frames.
+  virtual void tick(Time now, const ServoCommand& command, FrameSink& out) noexcept = 0;
   /// The shared command in which actuator_id is its place: no other servo on the bus may have the same place. Empty:
   /// its frames are its own.
   virtual std::string_view shares() const noexcept { return {}; }

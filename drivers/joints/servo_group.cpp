@@ -16,19 +16,15 @@ bool is_ready(const ServoFeedback& f) {
 
 }  // namespace
 
-hal::Status ServoGroup::add(CanHub& hub, std::unique_ptr<ServoProtocol> servo) {
-  if (count_ == msg::kMaxChannels) return hal::Error{hal::Errc::bad_argument, "joints of a group", 0};
+std::size_t ServoGroup::place(JointHub& hub) {
   auto it = std::find(hubs_.begin(), hubs_.end(), &hub);
   if (it == hubs_.end()) {
     hubs_.push_back(&hub);
     latched_.emplace_back();
     it = hubs_.end() - 1;
   }
-  Joint& joint = joints_[count_];
-  joint.hub = static_cast<std::size_t>(it - hubs_.begin());
-  joint.servo = &hub.add(std::move(servo), *this, count_);
-  ++count_;
-  return {};
+  joints_[count_].hub = static_cast<std::size_t>(it - hubs_.begin());
+  return count_++;
 }
 
 // ---- the guardian's side ----
@@ -37,7 +33,7 @@ hal::Status ServoGroup::hand_over(Setpoints setpoints) noexcept {
   setpoints.number = handed_.number + 1;
   handed_ = setpoints;
   setpoints_.store(setpoints);
-  for (CanHub* hub : hubs_) hub->poke();
+  for (JointHub* hub : hubs_) hub->poke();
   return {};
 }
 
@@ -77,7 +73,7 @@ void ServoGroup::request(std::size_t joint, ServoCommand::Request what) noexcept
 
 // ---- the hubs' side ----
 
-void ServoGroup::latch(const CanHub& hub) noexcept {
+void ServoGroup::latch(const JointHub& hub) noexcept {
   for (std::size_t i = 0; i < hubs_.size(); ++i) {
     if (hubs_[i] == &hub) (void)setpoints_.load(latched_[i]);  // met the writer too often: keeps the last tick's
   }
@@ -117,7 +113,7 @@ void ServoGroup::feedback(std::size_t index, const ServoFeedback& feedback) noex
   joint.absent = feedback.mode == msg::JointMode::absent;
 }
 
-void ServoGroup::settled(const CanHub& hub, bool tick) noexcept {
+void ServoGroup::settled(const JointHub& hub, bool tick) noexcept {
   if (&hub != hubs_.front()) return;
   if (tick) {
     if (!published_this_tick_) publish();

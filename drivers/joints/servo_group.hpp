@@ -40,7 +40,13 @@ class ServoGroup final : public hal::Actuators, public hal::Joints, private Serv
   ServoGroup(hal::Os& os, std::string name) : os_(os), name_(std::move(name)) {}
 
   /// The next channel. Errors: bad_argument when there are kMaxChannels already.
-  hal::Status add(CanHub& hub, std::unique_ptr<ServoProtocol> servo);
+  template <class Hub, class Servo>
+  hal::Status add(Hub& hub, std::unique_ptr<Servo> servo) {
+    if (count_ == msg::kMaxChannels) return hal::Error{hal::Errc::bad_argument, "joints of a group", 0};
+    const std::size_t index = place(hub);
+    joints_[index].servo = &hub.add(std::move(servo), *this, index);
+    return {};
+  }
   const std::string& name() const { return name_; }
   std::size_t size() const { return count_; }
 
@@ -59,8 +65,8 @@ class ServoGroup final : public hal::Actuators, public hal::Joints, private Serv
   void request(std::size_t joint, ServoCommand::Request what) noexcept;
   /// What the joint said last. False: its hub was writing all the while, look again. Thread: any. RT: yes.
   bool feedback_of(std::size_t joint, ServoFeedback& out) const noexcept { return joints_[joint].feedback.load(out); }
-  /// The joint's protocol: identity, statistics, its zero after zero_here. Thread: when its hub does not run.
-  const ServoProtocol& servo(std::size_t joint) const { return *joints_[joint].servo; }
+  /// Its servo: identity, statistics, its zero after zero_here. Thread: when its hub does not run.
+  const JointServo& servo(std::size_t joint) const { return *joints_[joint].servo; }
 
  private:
   struct Setpoints {
@@ -71,7 +77,7 @@ class ServoGroup final : public hal::Actuators, public hal::Joints, private Serv
   };
   struct Joint {
     std::size_t hub = 0;  // in hubs_
-    const ServoProtocol* servo = nullptr;
+    const JointServo* servo = nullptr;
     SeqLock<ServoFeedback> feedback;        // written by its hub's thread
     std::atomic<std::uint32_t> request{0};  // number * 4 + what
     std::uint32_t number = 0;               // of the feedback stored last; its hub's thread
@@ -82,10 +88,11 @@ class ServoGroup final : public hal::Actuators, public hal::Joints, private Serv
     ServoFeedback last;                     // as could be read last; first hub's thread
   };
 
-  void latch(const CanHub& hub) noexcept override;
+  std::size_t place(JointHub& hub);
+  void latch(const JointHub& hub) noexcept override;
   ServoCommand command(std::size_t index, Time now) noexcept override;
   void feedback(std::size_t index, const ServoFeedback& feedback) noexcept override;
-  void settled(const CanHub& hub, bool tick) noexcept override;
+  void settled(const JointHub& hub, bool tick) noexcept override;
   static void watch(Joint& joint, bool wanted, Time now) noexcept;
   hal::Status hand_over(Setpoints setpoints) noexcept;
   bool all_measured_anew() const noexcept;
@@ -96,7 +103,7 @@ class ServoGroup final : public hal::Actuators, public hal::Joints, private Serv
   std::string name_;
   std::array<Joint, msg::kMaxChannels> joints_;
   std::size_t count_ = 0;
-  std::vector<CanHub*> hubs_;       // the first one's thread makes the samples
+  std::vector<JointHub*> hubs_;     // the first one's thread makes the samples
   std::vector<Setpoints> latched_;  // each is its hub's thread's
   SeqLock<Setpoints> setpoints_;
   Setpoints handed_;  // the last ones; writer's

@@ -75,5 +75,14 @@ class JointSource final : public SensorSource<msg::JointState> {
  public:
   JointSource() : SensorSource("joints") {}
 };
+class SoleSource final : public SensorSource<msg::SolePressure> {
+ public:
+  SoleSource() : SensorSource("soles") {}
+};
+/// All values of a text robot (docs/text-robots.md).
+class TextSource final : public SensorSource<msg::TextValues> {
+ public:
+  TextSource() : SensorSource("link") {}
+};
 
 }  // namespace sinew::drivers

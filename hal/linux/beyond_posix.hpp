@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 
 #include "hal/connectors.hpp"
 #include "hal/stream.hpp"
@@ -33,6 +34,9 @@ Status make_raw(int line, const SerialSpec& spec) noexcept;
 /// Any rate that the driver reaches within 3 %; a UART still reads that.
 /// Errors:  not_supported, with the driver's rate in detail; closed when the line is gone; io.
 Status set_bit_rate(int line, std::uint32_t bits_per_s) noexcept;
+/// How long a USB adapter holds bytes back, set to its least, 1 ms. Empty: it is, or the line has no such adapter; else
+/// what to do, for people.
+std::string set_latency_timer(int line, const SerialSpec& spec);
 
 // ---- locks of a file
 

@@ -12,6 +12,7 @@ struct ClockReading {
   Time before;
   std::int64_t realtime_ns = 0;
   Time after;
+  double rate = 1;  // of the runtime's clock beside the wall clock
 };
 
 /// Thread:  any.   RT: yes.
@@ -22,8 +23,9 @@ inline std::int64_t ns_of(const std::timespec& t) { return std::int64_t{t.tv_sec
 
 /// The kernel stamps frames and datagrams with wall time, which may be set while they wait in the socket. Each batch
 /// measures the difference of the two clocks, and each reading that contradicts no earlier one narrows it; both clocks
-/// are steered alike, so only a wall clock that was set contradicts. If a stamp would be in the future, or before the
-/// socket was last seen empty, the previous difference is tried; if that fails too, the time of reading is used.
+/// are steered alike, so only a wall clock that was set contradicts; the pace of a runtime that has another one is
+/// known. If a stamp would be in the future, or before the socket was last seen empty, the previous difference is
+/// tried; if that fails too, the time of reading is used.
 /// Thread:  owner.   RT: yes.
 class RealtimeStamps {
  public:
@@ -37,13 +39,16 @@ class RealtimeStamps {
   Time convert(std::int64_t realtime_ns) const noexcept;
 
  private:
-  struct Offset {  // wall time less the runtime's time
+  struct Offset {  // wall time, at the runtime's pace, less the runtime's time
     std::int64_t least = 0, most = 0;
   };
-  bool fits(std::int64_t realtime_ns, const Offset& offset, Time& out) const noexcept;
+  std::int64_t paced(std::int64_t realtime_ns) const noexcept;
+  bool fits(std::int64_t paced_ns, const Offset& offset, Time& out) const noexcept;
 
   Time floor_, now_;
   Offset offset_, offset_before_;
+  std::int64_t first_ns_ = 0;  // the wall time that was read first: paces meet there
+  double rate_ = 1;
   bool begun_ = false;
 };
 

@@ -465,6 +465,18 @@ Status wait_ready(std::span<Waiting> items, Duration patience) {
   return {};
 }
 
+std::string peer_address(const Stream& stream) {
+  sockaddr_storage peer{};
+  socklen_t size = sizeof peer;
+  if (::getpeername(static_cast<int>(stream.handle()), reinterpret_cast<sockaddr*>(&peer), &size) != 0) return "";
+  if (peer.ss_family != AF_INET && peer.ss_family != AF_INET6) return "";
+  std::array<char, INET6_ADDRSTRLEN + 32> host{};  // with the interface's name
+  if (::getnameinfo(reinterpret_cast<sockaddr*>(&peer), size, host.data(), host.size(), nullptr, 0, NI_NUMERICHOST) !=
+      0)
+    return "";
+  return host.data();
+}
+
 Result<std::pair<std::unique_ptr<Stream>, std::unique_ptr<Stream>>> stream_pair() {
   std::array<int, 2> fds{};
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, fds.data()) != 0) return system_error("socketpair", errno);

@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <span>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -25,6 +26,9 @@ Status wait_ready(std::span<Waiting> items, Duration patience);
 /// second. The look-up of a host's name is not ended.
 Result<std::unique_ptr<Stream>> connect_stream_until(std::string_view endpoint, Duration patience,
                                                      const std::function<bool()>& leave);
+
+/// The numeric address of the peer of a TCP connection, without its port; empty: it has none.
+std::string peer_address(const Stream& stream);
 
 /// Both ends of a local connection.
 Result<std::pair<std::unique_ptr<Stream>, std::unique_ptr<Stream>>> stream_pair();

@@ -1,9 +1,12 @@
 #pragma once
 // Topics of DDS to the robot's mailbox. Inside of the room only.
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <thread>
 #include <vector>
 
+#include "net/bridge/picture_reader.hpp"
 #include "net/bridge/robot_client.hpp"
 #include "net/bridge/shared.hpp"
 #include "net/dds/participant.hpp"
@@ -26,17 +29,28 @@ class InSide {
   ~InSide();
 
  private:
+  /// A message in `place_` that is not with the robot yet.
+  struct Waiting {
+    const InLine* line;
+    std::size_t offset, bytes;
+    std::optional<std::int64_t> stamp_ns;  // on the robot's clock
+  };
+
   void run();
   void connect();
   void drain(InLine& line);
   void pass(InLine& line);
+  void hand_over();
   void refuse(const InLine& line, std::string why);
 
   BridgeShared& shared_;
   std::vector<InLine> lines_;
   RobotClient robot_;
   std::unique_ptr<hal::SharedMemory> place_;  // the robot copies from it; null: not connected
+  std::vector<Waiting> waiting_;
+  std::size_t used_ = 0;  // bytes of place_
   DdsSample sample_;
+  PictureReader pictures_;
   std::thread thread_;
 };
 

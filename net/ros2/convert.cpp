@@ -353,7 +353,7 @@ bool Outgoing::encode(const void* message, std::int64_t to_ros_ns, std::vector<s
     msg::to_json(p.own, message, text);
   } else {
     for (const detail::Step& step : p.steps) detail::write_step(step, p, message, to_ros_ns);
-    const detail::Context context{p.options, p.own, p.message, to_ros_ns, picture, 0};
+    const detail::Context context{p.options, p.own, p.message, to_ros_ns, picture, 0, nullptr};
     if (p.write && !p.write(context, message)) return false;
   }
   ros2::encode(p.message.type(), p.message.root(), out);
@@ -361,7 +361,7 @@ bool Outgoing::encode(const void* message, std::int64_t to_ros_ns, std::vector<s
 }
 
 Incoming::Result Incoming::decode(std::span<const std::uint8_t> in, std::int64_t to_ros_ns, void* message,
-                                  std::uint32_t bulk_capacity) {
+                                  std::uint32_t bulk_capacity, const ReadPicture& read_picture) {
   Plan& p = *plan_;
   if (p.form == Form::same) {
     const msg::CdrDecoded decoded = msg::cdr_decode(p.own, in, message, bulk_capacity);
@@ -373,7 +373,7 @@ Incoming::Result Incoming::decode(std::span<const std::uint8_t> in, std::int64_t
     return {decoded.error, {}, false};
   for (const detail::Step& step : p.steps)
     if (const char* error = detail::read_step(step, message, to_ros_ns)) return {error, {}, false};
-  const detail::Context context{p.options, p.own, p.message, to_ros_ns, {}, bulk_capacity};
+  const detail::Context context{p.options, p.own, p.message, to_ros_ns, {}, bulk_capacity, &read_picture};
   if (const char* error = p.read ? p.read(context, message) : nullptr)
     return *error == 0 ? Result{{}, {}, true} : Result{error, {}, false};
   return {{}, p.stamp ? detail::time_of(*p.stamp) : std::nullopt, false};

@@ -4,6 +4,7 @@
 // Units:   both sides SI; degrees for latitude and longitude; what differs stands in the table.
 // Frames:  both sides REP-103: body x forward, y left, z up; world x east, y north, z up; optical z forward, x right.
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "msg/describe.hpp"
+#include "msg/image.hpp"
 #include "net/ros2/definitions.hpp"
 #include "net/ros2/value.hpp"
 
@@ -72,6 +74,10 @@ class Outgoing {
   std::unique_ptr<detail::Plan> plan_;
 };
 
+/// Fills an image, whose room is known, from a file as sensor_msgs/msg/CompressedImage has it. Null: done; else why
+/// not.
+using ReadPicture = std::function<const char*(std::span<const std::uint8_t> file, msg::Image& out)>;
+
 /// A ROS 2 topic as messages of the robot.
 /// Thread:  owner.   RT: no.
 class Incoming {
@@ -88,9 +94,10 @@ class Incoming {
     explicit operator bool() const { return error.empty() && !skipped; }
   };
   /// `message`: a slot with room for `bulk_capacity` bytes behind the struct. Instants in it are ROS time minus
-  /// `to_ros_ns`. Numbers that are not finite are refused, as the robot would.
+  /// `to_ros_ns`. Numbers that are not finite are refused, as the robot would. Files of pictures are refused without
+  /// `read_picture`.
   Result decode(std::span<const std::uint8_t> in, std::int64_t to_ros_ns, void* message,
-                std::uint32_t bulk_capacity = 0);
+                std::uint32_t bulk_capacity = 0, const ReadPicture& read_picture = {});
 
  private:
   explicit Incoming(std::unique_ptr<detail::Plan> plan);

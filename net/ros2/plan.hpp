@@ -34,8 +34,9 @@ struct Context {
   const msg::TypeInfo& own;
   Message& ros;
   std::int64_t to_ros_ns = 0;
-  std::span<const std::uint8_t> picture{};  // out
-  std::uint32_t bulk_capacity = 0;          // in
+  std::span<const std::uint8_t> picture{};    // out
+  std::uint32_t bulk_capacity = 0;            // in
+  const ReadPicture* read_picture = nullptr;  // in
 };
 
 /// What rows cannot say, after them. False: nothing to send.

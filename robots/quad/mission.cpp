@@ -13,6 +13,7 @@ void Mission::declare(rt::Declaration& d) {
   d.in("pilot", pilot_, {.optional = true, .previous = true, .supervises = true});
   d.in("ahead", ahead_, {.optional = true});
   d.in("told_pad", told_pad_, {.optional = true});
+  d.in("guide", guide_, {.max_age = 300ms, .optional = true});
   d.out("setpoint", setpoint_);
   d.out("mission", mission_);
   d.state(plan_);
@@ -67,6 +68,7 @@ void Mission::declare(rt::Declaration& d) {
           {.unit = "m", .min = -100, .max = 100, .doc = "where it lands, from the pad's centre"});
   d.param("land_y_m", p.land_y_m, {.unit = "m", .min = -100, .max = 100, .doc = "likewise"});
   d.param("after_mate", after_mate_, {.doc = "starts when the mate of `ahead` has landed"});
+  d.param("guided", guided_, {.doc = "the velocity in `guide` flies the landing, from the search on"});
   metres("told_std_m", p.told_std_m, "a told pad that is less sure is not believed, 1 sigma");
   seconds("ahead_silent_s", p.ahead_silent_s, "a mate ahead that is not heard for so long is waited for no more");
   d.param("retries", p.retries, {.unit = "1", .min = 0, .max = 100, .doc = "lost pads before it aborts"});
@@ -85,6 +87,11 @@ rt::StepStatus Mission::step(const rt::Step& step) noexcept {
   if (const msg::PlaceEstimate* told = told_pad_.get()) {
     const double most = plan_.params.told_std_m * plan_.params.told_std_m;
     if (told->covariance_m2[0] <= most && told->covariance_m2[4] <= most) plan_.set_told_pad(math::Vec3(told->p_m));
+  }
+  if (guided_) {
+    const msg::FlightSetpoint* guide = guide_.fresh(step.now);
+    const math::Vec3 v = guide ? math::Vec3(guide->v_world_mps) : math::Vec3{};
+    plan_.set_guide(guide && plausible(*guide) ? &v : nullptr);
   }
   if (const msg::PilotSwitches* pilot = pilot_.get(); pilot && pilot->take_over)
     plan_.stand_by(step.now, *state);

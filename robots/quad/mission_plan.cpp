@@ -193,7 +193,7 @@ void MissionPlan::run_search(msg::Time now, const msg::NavState& nav, double dt_
   slew(dt_s);
   fly_reference();
   if (in_phase_s(now) < params.look_s) return;
-  if (pad_fresh(nav)) return enter(MissionPhase::approach, now);
+  if (pad_fresh(nav)) return enter(guided_ ? MissionPhase::descend : MissionPhase::approach, now);
   const math::Vec3 away = target_m_ - reference_m_;
   if (horizontal(away) > 0.05 || math::fabs(away.z) > 0.05) return;
   const math::Vec3 corner = spiral_corner(search_leg_++) * params.search_spacing_m;
@@ -202,24 +202,43 @@ void MissionPlan::run_search(msg::Time now, const msg::NavState& nav, double dt_
   target_m_.y = search_centre_m_.y + corner.y;
 }
 
+/// If the ground is felt long before the height says so, the camera sees no pad: another climb would not help.
+bool MissionPlan::committed(const msg::NavState& nav) const {
+  return nav.height_m < params.commit_below_m || stuck_s_ >= params.felt_s;
+}
+
+void MissionPlan::run_guided(msg::Time now, const msg::NavState& nav, double dt_s) {
+  target_m_ = above_landing(nav);
+  reference_m_ = math::Vec3(nav.p_world_m);  // from where it goes on, should the pad be lost
+  const bool committed_now = committed(nav);
+  if (!committed_now && !pad_fresh(nav)) return lose_pad(now);
+  math::Vec3 v = guide_mps_;
+  if (guide_silent_ && committed_now) v.z = -params.sink_slow_mps;
+  reference_mps_ = v;
+  setpoint_.armed = 1;
+  setpoint_.mode = msg::FlightMode::velocity;
+  setpoint_.v_world_mps = v.to<msg::Vec3>();
+  if (touched(nav, dt_s)) enter(MissionPhase::touchdown, now);
+}
+
 void MissionPlan::run_descend(msg::Time now, const msg::NavState& nav, double dt_s) {
+  if (guided_) return run_guided(now, nav, dt_s);
   target_m_ = above_landing(nav);
   target_m_.z = reference_m_.z;  // the height is led below, not by slew()
   reference_mps_.z = 0;
   slew(dt_s);
   const double height = nav.height_m;
-  // If the ground is felt long before the height says so, the camera sees no pad: another climb would not help.
-  const bool committed = height < params.commit_below_m || stuck_s_ >= params.felt_s;
-  if (!committed && !pad_fresh(nav)) return lose_pad(now);
+  const bool committed_now = committed(nav);
+  if (!committed_now && !pad_fresh(nav)) return lose_pad(now);
 
   const double off = horizontal(target_m_ - math::Vec3(nav.p_world_m));
   const double sink = height > params.slow_below_m ? params.sink_fast_mps : params.sink_slow_mps;
   const bool centred = off < params.centred_m + params.centred_per_m * height;
   const bool leads = reference_m_.z < nav.p_world_m.z - 0.05;  // never far below the vehicle
-  reference_mps_.z = (centred || committed) && !leads ? -sink : 0;
+  reference_mps_.z = (centred || committed_now) && !leads ? -sink : 0;
   reference_m_.z += reference_mps_.z * dt_s;
   fly_reference();
-  setpoint_.v_world_mps.z = (centred || committed) ? -sink : 0;
+  setpoint_.v_world_mps.z = (centred || committed_now) ? -sink : 0;
   if (touched(nav, dt_s)) enter(MissionPhase::touchdown, now);
 }
 

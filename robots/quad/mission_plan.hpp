@@ -68,6 +68,14 @@ class MissionPlan {
     ahead_silent_s_ = phase ? 0 : ahead_silent_s_ + dt_s;
     waits_ = phase ? *phase != msg::MissionPhase::done : ahead_silent_s_ < params.ahead_silent_s;
   }
+  /// A landing is flown by somebody else, each step: from the search on, where the pad is seen, its velocity in world
+  /// axes takes the place of approach, hold and descent. Null: it is silent; the vehicle hovers, or sinks slowly where
+  /// it is so low that it lands without further sightings.
+  void set_guide(const math::Vec3* v_world_mps) {
+    guided_ = 1;
+    guide_silent_ = v_world_mps ? 0 : 1;
+    guide_mps_ = v_world_mps ? *v_world_mps : math::Vec3{};
+  }
   /// One step at `now` with the newest estimate; dt since the last step.
   void step(msg::Time now, const msg::NavState& nav, double dt_s);
   /// Instead of step() while a pilot flies by hand: the setpoint follows the vehicle. When the pilot hands back in
@@ -87,6 +95,8 @@ class MissionPlan {
   void run_phase(msg::Time now, const msg::NavState& nav, double dt_s);
   void run_search(msg::Time now, const msg::NavState& nav, double dt_s);
   void run_descend(msg::Time now, const msg::NavState& nav, double dt_s);
+  void run_guided(msg::Time now, const msg::NavState& nav, double dt_s);
+  bool committed(const msg::NavState& nav) const;
   void run_abort(msg::Time now, const msg::NavState& nav, double dt_s);
   void lose_pad(msg::Time now);
   math::Vec3 above_landing(const msg::NavState& nav) const;
@@ -106,6 +116,8 @@ class MissionPlan {
   std::uint64_t begun_ = 0;  // likewise
   double ahead_silent_s_ = 0;
   std::uint64_t told_ = 0, waits_ = 0;
+  math::Vec3 guide_mps_;
+  std::uint64_t guided_ = 0, guide_silent_ = 0;
 };
 
 }  // namespace sinew::control

@@ -113,6 +113,9 @@ void SimBoard::make_devices() {
       case DeviceKind::battery:
         device = std::make_unique<SimSensor<msg::BatterySample>>(info, shared_, capacity, depth);
         break;
+      case DeviceKind::soles:
+        device = std::make_unique<SimSensor<msg::SolePressure>>(info, shared_, capacity, depth);
+        break;
       case DeviceKind::joints:
         device = std::make_unique<SimSensor<msg::JointState>>(info, shared_, capacity, depth);
         break;
@@ -147,6 +150,8 @@ static std::optional<DeviceKind> kind_of(hal::SensorKind kind) {
       return DeviceKind::battery;
     case hal::SensorKind::joints:
       return DeviceKind::joints;
+    case hal::SensorKind::soles:
+      return DeviceKind::soles;
     default:
       return std::nullopt;
   }
@@ -296,6 +301,8 @@ Status SimBoard::take(const Message& message, Time at) {
       return take_sample<msg::BaroSample>(message, at, DeviceKind::baro);
     case Type::battery:
       return take_sample<msg::BatterySample>(message, at, DeviceKind::battery);
+    case Type::soles:
+      return take_sample<msg::SolePressure>(message, at, DeviceKind::soles);
     case Type::joints:
       return take_sample<msg::JointState>(message, at, DeviceKind::joints);
     case Type::datagram:

@@ -2,6 +2,7 @@
 
 #include <mujoco/mujoco.h>
 
+#include <charconv>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -43,6 +44,27 @@ bool add_robots(std::string& xml, std::size_t robots) {
   return true;
 }
 
+/// Heights of the fields that the file only names: the text of the same name, in millimetres.
+bool fill_height_fields(mjModel& model) {
+  for (int i = 0; i < model.nhfield; ++i) {
+    const int text = mj_name2id(&model, mjOBJ_TEXT, mj_id2name(&model, mjOBJ_HFIELD, i));
+    if (text < 0) continue;
+    const std::string_view words(model.text_data + model.text_adr[text]);
+    const double top_mm = 1000 * model.hfield_size[4 * i + 2];
+    float* out = model.hfield_data + model.hfield_adr[i];
+    const char *at = words.data(), *const end = at + words.size();
+    for (int k = 0; k < model.hfield_nrow[i] * model.hfield_ncol[i]; ++k) {
+      while (at != end && *at == ' ') ++at;
+      int height_mm = 0;
+      const auto [next, error] = std::from_chars(at, end, height_mm);
+      if (error != std::errc() || height_mm < 0 || height_mm > top_mm) return false;
+      out[k] = static_cast<float>(height_mm / top_mm);
+      at = next;
+    }
+  }
+  return true;
+}
+
 }  // namespace
 
 void MujocoDelete::operator()(mjModel_* m) const { mj_deleteModel(m); }
@@ -59,7 +81,9 @@ hal::Result<ModelPtr> load_room(std::string_view text, RoomUse use, std::size_t 
     if (at == std::string::npos) return hal::Error{hal::Errc::bad_data, "room: discardvisual"};
     xml.replace(at, kKeep.size(), kDrop);
   }
-  if (robots > 1 && !add_robots(xml, robots)) return hal::Error{hal::Errc::bad_data, "room: no body for more robots"};
+  const bool hang_on_joints = xml.find("<freejoint") != std::string::npos;
+  if (robots > 1 && hang_on_joints && !add_robots(xml, robots))
+    return hal::Error{hal::Errc::bad_data, "room: no body for more robots"};
   std::unique_ptr<mjVFS, VfsDelete> vfs(new mjVFS);
   mj_defaultVFS(vfs.get());
   if (mj_makeEmptyFileVFS(vfs.get(), kName, static_cast<int>(xml.size())) != 0)
@@ -70,6 +94,12 @@ hal::Result<ModelPtr> load_room(std::string_view text, RoomUse use, std::size_t 
   if (!model) {
     std::fprintf(stderr, "sinew-sim: room: %s\n", problem);
     return hal::Error{hal::Errc::bad_data, "room"};
+  }
+  if (!fill_height_fields(*model)) {
+    std::fprintf(
+        stderr,
+        "sinew-sim: room: a height field's text: a number of millimetres, up to its top, for each of its points\n");
+    return hal::Error{hal::Errc::bad_data, "room: height field"};
   }
   // The file has room for the contacts of one robot.
   model->njmax *= static_cast<int>(robots);

@@ -24,7 +24,9 @@ enum class RoomUse {
 
 /// Compiles a room from its XML (WorldType::room_xml). MuJoCo's words about a wrong file go to stderr.
 /// With `robots` above 1 the room's body that hangs on no joint is there as often, one behind the other in bodies,
-/// geoms and joints; the names in copy i end with i, from 1 on. Thread:  one at a time (the compiler of MuJoCo keeps
+/// geoms and joints; the names in copy i end with i, from 1 on. A room without such a body moves its robots itself.
+/// A height field without a file gets its heights from the custom text of the same name: whole millimetres over its
+/// floor, row after row along y, x rising in a row. Thread:  one at a time (the compiler of MuJoCo keeps
 /// globals). Errors:  bad_data.
 hal::Result<ModelPtr> load_room(std::string_view xml, RoomUse use, std::size_t robots = 1);
 

@@ -18,7 +18,7 @@ hal::Result<std::unique_ptr<CameraFeed>> CameraFeed::start(hal::Os& os, const Ca
 
 hal::Status CameraFeed::open(std::string& why) {
   set_seed(0);
-  if (options_.room_xml.empty()) return {};
+  if (options_.room_xml.empty() && !options_.painter) return {};
   requested_ = 1;  // the first request starts the renderer
   hal::ThreadOptions thread;
   thread.name = "plant_camera";
@@ -63,31 +63,48 @@ void CameraFeed::wait() {
   }
 }
 
-void CameraFeed::work() {
-  auto renderer = Renderer::create({options_.width, options_.height, false, options_.room_xml, options_.robots}, why_);
-  if (renderer)
-    backend_ = (*renderer)->backend();
-  else
-    opened_ = renderer.error();
-  if (renderer) {  // the first frame compiles the shaders; no flight should wait for that
-    std::vector<std::uint8_t> scratch(std::size_t{options_.width} * options_.height *
-                                      msg::bytes_per_pixel(options_.format));
-    (*renderer)->camera_view({{0, 0, 1}, kDown}, options_.format, scratch.data());
-  }
-  std::uint32_t done = 1;
-  for (;;) {
-    finished_.store(done, std::memory_order_release);
-    os_.wake(finished_);
-    if (!renderer) return;
+void CameraFeed::finished(std::uint32_t done) {
+  finished_.store(done, std::memory_order_release);
+  os_.wake(finished_);
+}
+
+template <class Draw>
+void CameraFeed::draw_requests(Draw&& draw) {
+  for (std::uint32_t done = 1;;) {
+    finished(done);
     std::uint32_t wanted;
     while ((wanted = requested_.load(std::memory_order_acquire)) == done) os_.wait(requested_, done, hal::kNever);
     if (stop_) return;
-    (*renderer)->place(scene_);
-    (*renderer)->camera_view(scene_.camera, options_.format, pixels_);
+    draw(scene_, pixels_);
     if (noise_->on())
       noise_->add(pixels_, options_.width * msg::bytes_per_pixel(options_.format), options_.height, number_);
     done = wanted;
   }
+}
+
+void CameraFeed::work() {
+  if (options_.painter) {
+    const std::unique_ptr<Painter> painter = options_.painter();
+    backend_ = "triangles, without OpenGL";
+    return draw_requests([&](const Scene& scene, std::uint8_t* pixels) {
+      const auto* drawn = reinterpret_cast<const std::uint8_t*>(painter->draw(scene).data());
+      convert_image(drawn, options_.width, options_.height, options_.format, pixels, FirstRow::top);
+    });
+  }
+  auto renderer = Renderer::create({options_.width, options_.height, false, options_.room_xml, options_.robots}, why_);
+  if (!renderer) {
+    opened_ = renderer.error();
+    return finished(1);
+  }
+  backend_ = (*renderer)->backend();
+  // The first frame compiles the shaders; no flight should wait for that.
+  std::vector<std::uint8_t> scratch(std::size_t{options_.width} * options_.height *
+                                    msg::bytes_per_pixel(options_.format));
+  (*renderer)->camera_view({{0, 0, 1}, kDown}, options_.format, scratch.data());
+  draw_requests([&](const Scene& scene, std::uint8_t* pixels) {
+    (*renderer)->place(scene);
+    (*renderer)->camera_view(scene.camera, options_.format, pixels);
+  });
 }
 
 }  // namespace sinew::plant

@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <memory>
 #include <string>
 #include <thread>
@@ -14,9 +15,10 @@ struct CameraOptions {
   std::uint32_t width = 320, height = 240;
   msg::PixelFormat format = msg::PixelFormat::yuyv;
   double noise = 1.5;           // sigma of the pixels, grey levels
-  std::string_view room_xml{};  // what is drawn; empty: there is no camera, and a feed without requests
-  std::size_t robots = 1;       // in the room
-  math::Vec3 turned_rad;        // rotation vector about its right, down and forward axis: how far its mounting is off
+  std::string_view room_xml{};  // what is drawn; empty, and no painter: there is no camera, and a feed without requests
+  std::function<std::unique_ptr<Painter>()> painter = nullptr;  // of pictures of this size, instead
+  std::size_t robots = 1;                                       // in the room
+  math::Vec3 turned_rad;  // rotation vector about its right, down and forward axis: how far its mounting is off
 };
 
 /// The camera's own thread: it draws from a copy of the moving things, so that physics never waits for pixels.
@@ -47,6 +49,10 @@ class CameraFeed {
   CameraFeed(hal::Os& os, const CameraOptions& options) : os_(os), options_(options) {}
   hal::Status open(std::string& why);
   void work();
+  /// Draws what is asked for until the end; `draw(scene, pixels)` puts one picture into them.
+  template <class Draw>
+  void draw_requests(Draw&& draw);
+  void finished(std::uint32_t done);
 
   hal::Os& os_;
   CameraOptions options_;

@@ -36,10 +36,10 @@ void row_to_mono(const std::uint8_t* in, std::uint32_t width, std::uint8_t* out)
 }  // namespace
 
 void convert_image(const std::uint8_t* rgbx, std::uint32_t width, std::uint32_t height, msg::PixelFormat format,
-                   std::uint8_t* out) {
+                   std::uint8_t* out, FirstRow first) {
   const std::size_t out_row = std::size_t{width} * msg::bytes_per_pixel(format);
   for (std::uint32_t y = 0; y < height; ++y, out += out_row) {
-    const std::uint8_t* in = rgbx + std::size_t{height - 1 - y} * width * 4;
+    const std::uint8_t* in = rgbx + std::size_t{first == FirstRow::top ? y : height - 1 - y} * width * 4;
     switch (format) {
       case msg::PixelFormat::yuyv:
         row_to_yuyv(in, width / 2, out);

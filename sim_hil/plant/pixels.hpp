@@ -5,12 +5,14 @@
 
 namespace sinew::plant {
 
-/// Turns what OpenGL reads back (R, G, B, x bytes; bottom row first) into a camera's image (top row first, no padding)
-/// in one pass. YUYV is BT.601 with the limited range of ordinary cameras: Y 16..235, U and V 16..240; chroma is the
-/// mean of a pair. mono8 is the same Y.
-/// Shape:   width x height pixels of 4 bytes in, of bytes_per_pixel(format) out; even width for yuyv.
+/// Which row of a picture comes first in memory: OpenGL's bottom, or the top.
+enum class FirstRow : std::uint8_t { bottom, top };
+
+/// Turns pixels of R, G, B, x bytes into a camera's image (top row first, no padding) in one pass. YUYV is BT.601 with
+/// the limited range of ordinary cameras: Y 16..235, U and V 16..240; chroma is the mean of a pair. mono8 is the same
+/// Y. Shape:   width x height pixels of 4 bytes in, of bytes_per_pixel(format) out; even width for yuyv.
 void convert_image(const std::uint8_t* rgbx, std::uint32_t width, std::uint32_t height, msg::PixelFormat format,
-                   std::uint8_t* out);
+                   std::uint8_t* out, FirstRow first = FirstRow::bottom);
 
 /// Whether any two of the pixels that OpenGL reads back differ in green.
 bool has_pattern(const std::uint8_t* rgbx, std::uint32_t width, std::uint32_t height);

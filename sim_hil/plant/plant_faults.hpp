@@ -1,4 +1,6 @@
 #pragma once
+#include <deque>
+
 #include "sim_hil/plant/actuator_faults.hpp"
 #include "sim_hil/plant/camera_feed.hpp"
 #include "sim_hil/plant/frame_faults.hpp"
@@ -11,9 +13,13 @@ namespace sinew::plant {
 /// All faults of one run, device by device.
 struct PlantFaults {
   PlantFaults(const std::vector<Fault>& list, std::uint64_t seed, const CameraOptions& view, const WorldInfo& world)
-      : log(list, seed),
-        frames(log, view.format, view.width, view.height),
-        actuators(log, *world.find(Part::actuators)) {}
+      : log(list, seed) {
+    for (const WorldDevice& device : world.devices) {
+      if (device.part == Part::camera) frames.emplace_back(log, view.format, view.width, view.height);
+      if (device.part == Part::actuators) actuators.emplace_back(log, device);
+      if (device.part == Part::joints) joints.emplace_back(log, FaultDevice::joints, device.bus);
+    }
+  }
   PlantFaults(const PlantFaults&) = delete;
 
   /// A fault closes the connection at or before t.
@@ -24,10 +30,12 @@ struct PlantFaults {
   SensorFaults<msg::RangeSample> range{log, FaultDevice::range};
   SensorFaults<msg::BaroSample> baro{log, FaultDevice::baro};
   SensorFaults<msg::BatterySample> battery{log, FaultDevice::battery};
-  SensorFaults<msg::JointState> joints{log, FaultDevice::joints};
+  SensorFaults<msg::SolePressure> soles{log, FaultDevice::soles};
   RadioFaults radio{log};
-  FrameFaults frames;
-  ActuatorFaults actuators;
+  // Of each camera and each group; a fault strikes all that have its device.
+  std::deque<FrameFaults> frames;
+  std::deque<ActuatorFaults> actuators;
+  std::deque<SensorFaults<msg::JointState>> joints;
 };
 
 inline bool PlantFaults::line_closes_by(hal::Time t) {

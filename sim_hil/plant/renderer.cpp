@@ -24,7 +24,7 @@ using BindFramebuffer = void (*)(unsigned target, unsigned framebuffer);
 using GetString = const unsigned char* (*)(unsigned name);
 constexpr unsigned kReadFramebuffer = 0x8CA8, kRgba = 0x1908, kUnsignedByte = 0x1401, kRendererName = 0x1F01;
 
-constexpr double kNear = 0.02, kFar = 16.0;
+constexpr double kNear = 0.02, kFar = 16.0;  // unless the room says otherwise, by <custom><numeric name="near_m" .../>
 
 template <class F>
 F gl_function(const char* name) {
@@ -87,6 +87,10 @@ struct Renderer::Impl {
   void look(const msg::Vec3& eye, const msg::Vec3& forward, const msg::Vec3& up, double half_height_per_depth);
   void draw();
   void update();
+  double number_of(const char* name, double otherwise) const {
+    const int id = mj_name2id(model.get(), mjOBJ_NUMERIC, name);
+    return id < 0 ? otherwise : model->numeric_data[model->numeric_adr[id]];
+  }
   void show(const char* material, bool on) {
     float* alpha = model->mat_rgba + 4 * mj_name2id(model.get(), mjOBJ_MATERIAL, material) + 3;
     if (!on)
@@ -103,6 +107,7 @@ struct Renderer::Impl {
   mjvOption visible{};
   mjrContext context{};
   bool drawn = false;
+  double near_m = kNear, far_m = kFar;
   ReadPixels read_pixels = nullptr;
   BindFramebuffer bind_framebuffer = nullptr;
   std::vector<std::uint8_t> rgbx;
@@ -125,6 +130,8 @@ hal::Status Renderer::Impl::open(const Options& o, std::string& why) {
   if (!loaded) return loaded.error();
   model = std::move(*loaded);
   paint_room(*model);
+  near_m = number_of("near_m", kNear);
+  far_m = number_of("far_m", kFar);
   model->vis.global.offwidth = static_cast<int>(o.width);
   model->vis.global.offheight = static_cast<int>(o.height);
   model->vis.quality.offsamples = o.picture ? 4 : 0;
@@ -133,9 +140,11 @@ hal::Status Renderer::Impl::open(const Options& o, std::string& why) {
   mj_forward(model.get(), data.get());
 
   mjv_defaultScene(&scene);
-  mjv_makeScene(model.get(), &scene, 200 * static_cast<int>(o.robots));
+  constexpr int kMadeUp = 50;  // geoms that MuJoCo adds to those of the model
+  mjv_makeScene(model.get(), &scene, std::max(200 * static_cast<int>(o.robots), model->ngeom + kMadeUp));
   scene.flags[mjRND_SHADOW] = o.picture;
-  scene.flags[mjRND_REFLECTION] = scene.flags[mjRND_SKYBOX] = scene.flags[mjRND_FOG] = 0;
+  scene.flags[mjRND_REFLECTION] = scene.flags[mjRND_FOG] = 0;
+  scene.flags[mjRND_SKYBOX] = std::count(model->tex_type, model->tex_type + model->ntex, int{mjTEXTURE_SKYBOX}) > 0;
   mjv_defaultOption(&visible);
   for (int g = 0; g < mjNGROUP; ++g) visible.geomgroup[g] = g == 0 || (g == 1 && (o.picture || o.robots > 1));
   update();
@@ -171,9 +180,9 @@ void Renderer::Impl::look(const msg::Vec3& eye, const msg::Vec3& forward, const 
   set(c.forward, forward);
   set(c.up, up);
   c.frustum_center = 0;
-  c.frustum_near = static_cast<float>(kNear);
-  c.frustum_far = static_cast<float>(kFar);
-  c.frustum_top = static_cast<float>(kNear * half_height_per_depth);
+  c.frustum_near = static_cast<float>(near_m);
+  c.frustum_far = static_cast<float>(far_m);
+  c.frustum_top = static_cast<float>(near_m * half_height_per_depth);
   c.frustum_bottom = -c.frustum_top;
   scene.camera[1] = c;  // MuJoCo draws with the mean of both
 }
@@ -239,7 +248,7 @@ void Renderer::place(const Scene& scene) {
 
 void Renderer::camera_view(const CameraPose& pose, msg::PixelFormat format, std::uint8_t* out) {
   const Rotation r(pose.q_world_optical);
-  impl_->look(pose.p_world_m, r.apply({0, 0, 1}), r.apply({0, -1, 0}), 0.5 / kFocalPerHeight);
+  impl_->look(pose.p_world_m, r.apply({0, 0, 1}), r.apply({0, -1, 0}), 0.5 / pose.focal_per_height);
   impl_->draw();
   convert_image(impl_->rgbx.data(), impl_->options.width, impl_->options.height, format, out);
 }

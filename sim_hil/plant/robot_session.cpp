@@ -1,6 +1,7 @@
 #include "sim_hil/plant/robot_session.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace sinew::plant {
 namespace {
@@ -27,17 +28,16 @@ sim_hil::DeviceKind kind_of(Part part) {
       return sim_hil::DeviceKind::actuators;
     case Part::battery:
       return sim_hil::DeviceKind::battery;
+    case Part::soles:
+      return sim_hil::DeviceKind::soles;
     case Part::joints:
       break;
   }
   return sim_hil::DeviceKind::joints;
 }
 
-/// The delay of a part, which the world may lack.
-std::int64_t delay_of(const WorldInfo& world, Part part) {
-  const WorldDevice* device = world.find(part);
-  return device ? device->delay_ns : 0;
-}
+/// The delay of a part that the world has.
+hal::Duration delay_of(const WorldInfo& world, Part part) { return ns(world.find(part)->delay_ns); }
 
 std::vector<Fault> faults_of(const std::vector<Fault>& all, std::size_t robot) {
   std::vector<Fault> own;
@@ -47,18 +47,24 @@ std::vector<Fault> faults_of(const std::vector<Fault>& all, std::size_t robot) {
 
 }  // namespace
 
-RobotSession::RobotSession(hal::Os& os, CameraFeed& camera_feed, const SessionOptions& options,
+RobotSession::RobotSession(hal::Os& os, std::span<CameraFeed* const> cameras, const SessionOptions& options,
                            const PhysicsReport& physics, std::size_t number)
     : os_(os),
-      feed_(camera_feed),
+      view_(cameras[0]->options()),
       options_(options),
       physics_(physics),
       number_(number),
       info_(options.world.type->info) {
   report_.world_name = info_.name;
   if (!options.world.robots.empty()) report_.robot_name = options.world.robots[number].name;
-  for (std::size_t i = 0; i < info_.devices.size(); ++i)
-    ids_[static_cast<std::size_t>(info_.devices[i].part)] = static_cast<std::uint16_t>(i);
+  for (std::uint16_t id = 0; id < info_.devices.size(); ++id) {
+    const WorldDevice& device = info_.devices[id];
+    ids_[static_cast<std::size_t>(device.part)] = id;
+    const std::size_t n = cameras_.size();
+    if (device.part == Part::camera) cameras_.push_back({cameras[n], id, device.delay_ns, n});
+    if (device.part == Part::actuators) groups_.push_back({id, device.channels});
+    if (device.part == Part::joints) joints_.push_back({id, device.delay_ns});
+  }
 }
 
 sim_hil::PlantDescription RobotSession::description(const CameraOptions& view, const SessionOptions& options) {
@@ -74,7 +80,7 @@ sim_hil::PlantDescription RobotSession::description(const CameraOptions& view, c
     info.latency = ns(part.delay_ns);
     info.channels = part.channels;
     if (part.part != Part::camera) continue;
-    info.period = ns(1'000'000'000 / kCameraHz);
+    if (part.steps == 0) info.period = ns(1'000'000'000 / kCameraHz);
     info.width = view.width;
     info.height = view.height;
     info.format = view.format;
@@ -91,7 +97,7 @@ sim_hil::PlantDescription RobotSession::description(const CameraOptions& view, c
 
 Status RobotSession::open(sim_hil::Caller caller, sim_hil::PlantListener* listener) {
   listener_ = listener;
-  const sim_hil::PlantDescription plant = description(feed_.options(), options_);
+  const sim_hil::PlantDescription plant = description(view_, options_);
   if (caller.stream->local()) {
     auto memory = os_.shared_memory("sinew_sim_frames", sim_hil::PlantLink::frame_memory_bytes(plant));
     if (memory) frames_ = std::move(*memory);  // without it frames go through the stream
@@ -119,9 +125,9 @@ void RobotSession::enter(World& world, std::uint64_t seed) {
   robot_ = &world.robot(number_);
   report_.seed = seed;
   const std::uint64_t own_seed = seed_of_robot(seed, number_);
-  feed_.set_seed(own_seed);
+  for (const Camera& camera : cameras_) camera.feed->set_seed(own_seed + camera.number);
   if (report_.mode == sim_hil::Mode::lockstep) link_->set_robot_clock(clock(own_seed));
-  faults_ = std::make_unique<PlantFaults>(faults_of(options_.faults, number_), own_seed, feed_.options(), info_);
+  faults_ = std::make_unique<PlantFaults>(faults_of(options_.faults, number_), own_seed, view_, info_);
 }
 
 /// The clocks of several robots differ, as those of real ones do.
@@ -178,8 +184,8 @@ Status RobotSession::go_on_without_runtime(Status lost) {
   const bool waiting = relink_ && relink_->looking();
   if (!listener_ || options_.relink_s <= 0 || breach || waiting || link_->ended_politely()) return lost;
   if (!relink_)
-    relink_ = std::make_unique<Relink>(os_, *listener_, number_, description(feed_.options(), options_), frames_.get(),
-                                       hello().rate);
+    relink_ =
+        std::make_unique<Relink>(os_, *listener_, number_, description(view_, options_), frames_.get(), hello().rate);
   if (!relink_->look(hal::Duration{static_cast<std::int64_t>(options_.relink_s * 1e9)})) return lost;
   link_->go_alone();
   return {};
@@ -188,12 +194,12 @@ Status RobotSession::go_on_without_runtime(Status lost) {
 Status RobotSession::welcome_another() {
   if (!relink_->looking()) return {};
   if (relink_->in_vain()) return hal::Error{hal::Errc::closed, "no other runtime has come"};
-  if (feed_.busy()) return {};  // it draws into the old link's memory
+  if (drawing()) return {};  // into the old link's memory
   auto link = relink_->take();
   if (!link) return {};
   ++report_.relinks;
   expired_before_ += link_->stats().lease_expiries;
-  pending_.reset();
+  for (Camera& camera : cameras_) camera.pending.reset();
   link_ = std::move(link);
   if (report_.stopped_by_supervisor) link_->stop_for_good();
   const auto since_start = static_cast<std::int64_t>(static_cast<double>(world_->now().ns) / hello().rate);
@@ -212,7 +218,7 @@ void RobotSession::heed_stop_line() {
 
 void RobotSession::close_by_fault() {
   if (!link_ || !faults_->line_closes_by(world_->now())) return;
-  if (feed_.busy()) feed_.wait();
+  wait_for_drawing();
   refresh_report();
   link_.reset();  // without a good-bye
   keep(hal::Error{hal::Errc::closed, "a fault closed the connection"});
@@ -234,97 +240,129 @@ void RobotSession::collect_said(std::vector<Said>& all) {
 
 RobotCommand RobotSession::act() {
   const Time now = world_->now();
-  if (link_) commanded_ = link_->setpoints_at(id(Part::actuators), now);
-  const sim_hil::Setpoints acting = faults_->actuators.act(commanded_, now);
-  if (!acting.valid || report_.stopped_by_supervisor) return {};  // the stop line passes by all faults
-  acting_ = acting.value;
-  if (now - acting.commit >= acting.lease) ++report_.stale_actuations;
-  report_.setpoint_age_max_ns = std::max(report_.setpoint_age_max_ns, (now - acting.stamp).count());
-  return {acting_.data(), info_.find(Part::actuators)->channels};
+  bool any = false;
+  std::size_t channels = 0;
+  for (std::size_t i = 0; i < groups_.size(); ++i) {
+    Group& group = groups_[i];
+    if (link_) group.commanded = link_->setpoints_at(group.id, now);
+    const sim_hil::Setpoints acting = faults_->actuators[i].act(group.commanded, now);
+    const bool acts = acting.valid && !report_.stopped_by_supervisor;  // the stop line passes by all faults
+    for (std::uint32_t c = 0; c < group.channels; ++c)
+      acting_[channels++] = acts ? acting.value[c] : std::numeric_limits<double>::quiet_NaN();
+    if (!acts) continue;
+    any = true;
+    if (now - acting.commit >= acting.lease) ++report_.stale_actuations;
+    report_.setpoint_age_max_ns = std::max(report_.setpoint_age_max_ns, (now - acting.stamp).count());
+  }
+  return any ? RobotCommand(acting_.data(), channels) : RobotCommand();
 }
 
 void RobotSession::send_due() {
   const Due& due = robot_->due();
   if (!gone()) keep(send_samples(due));
-  if (!gone() && due.camera) keep(begin_frame());
+  for (Camera& camera : cameras_)
+    if (!gone() && (due.cameras >> camera.number & 1) != 0) keep(begin_frame(camera));
   if (!gone() && due.truth) keep(send_truth_and_report());
 }
 
 Status RobotSession::send_samples(const Due& due) {
+  // Not before now: a world may give samples that are old already.
+  const auto ready = [now = world_->now()](Time stamp, hal::Duration delay) { return std::max(stamp + delay, now); };
   const auto pass = [&](auto& faults, Part part, const auto& sample) {
-    return faults.offer(sample, sample.stamp + ns(delay_of(info_, part)), sender(part));
+    return faults.offer(sample, ready(sample.stamp, delay_of(info_, part)), sender(id(part)));
   };
   Status s;
   if (due.imu) s = pass(faults_->imu, Part::imu, due.imu_sample);
   if (s && due.range) s = pass(faults_->range, Part::range, due.range_sample);
   if (s && due.baro) s = pass(faults_->baro, Part::baro, due.baro_sample);
   if (s && due.battery) s = pass(faults_->battery, Part::battery, due.battery_sample);
-  if (s && due.joints) s = pass(faults_->joints, Part::joints, due.joints_sample);
+  if (s && due.soles) s = pass(faults_->soles, Part::soles, due.soles_sample);
+  for (std::size_t i = 0; i < joints_.size() && due.joints && s; ++i) {
+    const msg::JointState& sample = due.joints_samples[i];
+    s = faults_->joints[i].offer(sample, ready(sample.stamp, ns(joints_[i].delay_ns)), sender(joints_[i].id));
+  }
   return s;
 }
 
 void RobotSession::send_ready(Time until, bool wait) {
-  if (!gone()) keep(send_frame_due_by(until, wait));
+  for (Camera& camera : cameras_)
+    if (!gone()) keep(send_frame_due_by(camera, until, wait));
   if (!gone()) keep(release_held(until));
 }
 
 /// Sends the samples and frames that were held back and are ready by then.
 Status RobotSession::release_held(Time until) {
-  Status s = faults_->imu.release(until, sender(Part::imu));
-  if (s) s = faults_->range.release(until, sender(Part::range));
-  if (s) s = faults_->baro.release(until, sender(Part::baro));
-  if (s) s = faults_->battery.release(until, sender(Part::battery));
-  if (s) s = faults_->joints.release(until, sender(Part::joints));
-  if (s) s = faults_->frames.release(until, [this](auto pixels, const auto& meta) { return copy_frame(pixels, meta); });
+  Status s = faults_->imu.release(until, sender(id(Part::imu)));
+  if (s) s = faults_->range.release(until, sender(id(Part::range)));
+  if (s) s = faults_->baro.release(until, sender(id(Part::baro)));
+  if (s) s = faults_->battery.release(until, sender(id(Part::battery)));
+  if (s) s = faults_->soles.release(until, sender(id(Part::soles)));
+  for (std::size_t i = 0; i < joints_.size() && s; ++i) s = faults_->joints[i].release(until, sender(joints_[i].id));
+  for (const Camera& camera : cameras_)
+    if (s)
+      s = faults_->frames[camera.number].release(
+          until, [&](auto pixels, const auto& meta) { return copy_frame(camera, pixels, meta); });
   return s;
 }
 
-Status RobotSession::begin_frame() {
-  ++frame_number_;
-  if (pending_) {  // free-running only: drawing takes longer than a frame's period
+bool RobotSession::drawing() const {
+  return std::ranges::any_of(cameras_, [](const Camera& camera) { return camera.feed->busy(); });
+}
+
+void RobotSession::wait_for_drawing() {
+  for (const Camera& camera : cameras_)
+    if (camera.feed->busy()) camera.feed->wait();
+}
+
+Status RobotSession::begin_frame(Camera& camera) {
+  ++camera.frames;
+  if (camera.pending) {  // free-running only: drawing takes longer than a frame's period
     ++report_.render_late;
     return {};
   }
+  FrameFaults& faults = faults_->frames[camera.number];
   PendingFrame frame;
-  const bool faulty = faults_->frames.any();
-  if (!faulty) frame.slot = link_->begin_frame(id(Part::camera));
+  if (!faults.any()) frame.slot = link_->begin_frame(camera.id);
   frame.meta.stamp = world_->now();
-  frame.meta.ready = frame.meta.stamp + ns(delay_of(info_, Part::camera));
+  frame.meta.ready = frame.meta.stamp + ns(camera.delay_ns);
   frame.meta.exposure_ns = kExposureNs;
-  frame.meta.number = frame_number_;
-  const auto pixels = faulty ? faults_->frames.canvas() : frame.slot.pixels;
-  feed_.request(robot_->scene(), frame_number_, pixels.data());
-  pending_ = frame;
+  frame.meta.number = camera.frames;
+  const auto pixels = faults.any() ? faults.canvas() : frame.slot.pixels;
+  camera.feed->request(robot_->scene(camera.number), camera.frames, pixels.data());
+  camera.pending = frame;
   return {};
 }
 
-Status RobotSession::send_frame_due_by(Time until, bool wait) {
-  if (!pending_ || pending_->meta.ready > until) return {};
-  if (wait) feed_.wait();
-  if (feed_.busy()) return {};
-  if (!wait && until - pending_->meta.ready > kExchange) {
+Status RobotSession::send_frame_due_by(Camera& camera, Time until, bool wait) {
+  if (!camera.pending || camera.pending->meta.ready > until) return {};
+  if (wait) camera.feed->wait();
+  if (camera.feed->busy()) return {};
+  if (!wait && until - camera.pending->meta.ready > kExchange) {
     ++report_.render_late;
-    pending_->meta.ready = until;
+    camera.pending->meta.ready = until;
   }
   ++report_.frames;
-  const PendingFrame frame = *pending_;
-  pending_.reset();
-  if (!faults_->frames.any()) return send_frame(frame.slot, frame.meta);
-  return faults_->frames.offer(frame.meta, [this](auto pixels, const auto& meta) { return copy_frame(pixels, meta); });
+  const PendingFrame frame = *camera.pending;
+  camera.pending.reset();
+  FrameFaults& faults = faults_->frames[camera.number];
+  if (!faults.any()) return send_frame(camera, frame.slot, frame.meta);
+  return faults.offer(frame.meta, [&](auto pixels, const auto& meta) { return copy_frame(camera, pixels, meta); });
 }
 
-Status RobotSession::send_frame(const sim_hil::FrameSlot& slot, const sim_hil::FrameMeta& meta) {
-  if (WireCamera* camera = options_.wire ? options_.wire->camera() : nullptr) {
-    std::copy(slot.pixels.begin(), slot.pixels.end(), camera->canvas().begin());
-    camera->deliver(host_zero_ + (meta.stamp - Time{0}) + options_.wire->stamps_late(), meta.number);
+Status RobotSession::send_frame(const Camera& camera, const sim_hil::FrameSlot& slot, const sim_hil::FrameMeta& meta) {
+  WireCamera* const wire = options_.wire && camera.number == 0 ? options_.wire->camera() : nullptr;
+  if (wire) {
+    std::copy(slot.pixels.begin(), slot.pixels.end(), wire->canvas().begin());
+    wire->deliver(host_zero_ + (meta.stamp - Time{0}) + options_.wire->stamps_late(), meta.number);
   }
-  return link_->send_frame(id(Part::camera), slot, meta);
+  return link_->send_frame(camera.id, slot, meta);
 }
 
-Status RobotSession::copy_frame(std::span<const std::uint8_t> pixels, const sim_hil::FrameMeta& meta) {
-  const sim_hil::FrameSlot slot = link_->begin_frame(id(Part::camera));
+Status RobotSession::copy_frame(const Camera& camera, std::span<const std::uint8_t> pixels,
+                                const sim_hil::FrameMeta& meta) {
+  const sim_hil::FrameSlot slot = link_->begin_frame(camera.id);
   std::copy(pixels.begin(), pixels.end(), slot.pixels.begin());
-  return send_frame(slot, meta);
+  return send_frame(camera, slot, meta);
 }
 
 Status RobotSession::send_truth_and_report() {
@@ -365,7 +403,7 @@ void RobotSession::refresh_report() {
 }
 
 void RobotSession::finish() {
-  if (feed_.busy()) feed_.wait();  // its pixels go to memory of this session
+  wait_for_drawing();  // its pixels go to memory of this session
   refresh_report();
   if (!link_) {
     report_.reason = "a fault closed the connection";

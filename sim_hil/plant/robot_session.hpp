@@ -28,8 +28,11 @@ struct Said {
 class RobotSession {
  public:
   /// `physics` of the session is part of each report.
-  RobotSession(hal::Os& os, CameraFeed& camera, const SessionOptions& options, const PhysicsReport& physics,
-               std::size_t number);
+  /// `cameras`: as cameras_of() says.
+  RobotSession(hal::Os& os, std::span<CameraFeed* const> cameras, const SessionOptions& options,
+               const PhysicsReport& physics, std::size_t number);
+  /// How many feeds a robot of this world has: one also without a camera, and nobody asks it for a picture.
+  static std::size_t cameras_of(const WorldInfo& world) { return std::max<std::size_t>(world.count(Part::camera), 1); }
 
   /// The devices of each robot of this plant, as its listener announces them to side lines.
   static sim_hil::PlantDescription description(const CameraOptions& view, const SessionOptions& options);
@@ -89,22 +92,41 @@ class RobotSession {
     sim_hil::FrameSlot slot;  // unless frames have faults
     sim_hil::FrameMeta meta;
   };
+  struct Camera {
+    CameraFeed* feed = nullptr;
+    std::uint16_t id = 0;
+    std::int64_t delay_ns = 0;
+    std::size_t number = 0;  // of the robot's
+    std::uint32_t frames = 0;
+    std::optional<PendingFrame> pending{};
+  };
+  struct Group {
+    std::uint16_t id = 0;
+    std::uint32_t channels = 0;
+    sim_hil::Setpoints commanded{};  // the newest that the link had
+  };
+  struct JointGroup {
+    std::uint16_t id = 0;
+    std::int64_t delay_ns = 0;
+  };
   void keep(hal::Status s) {
     if (status_ && !s) status_ = s;
   }
   hal::Status go_on_without_runtime(hal::Status lost);
   hal::Status welcome_another();
-  hal::Status begin_frame();
-  hal::Status send_frame(const sim_hil::FrameSlot& slot, const sim_hil::FrameMeta& meta);
-  hal::Status copy_frame(std::span<const std::uint8_t> pixels, const sim_hil::FrameMeta& meta);
-  /// Place of a part in the Welcome. The world has it.
+  hal::Status begin_frame(Camera& camera);
+  hal::Status send_frame(const Camera& camera, const sim_hil::FrameSlot& slot, const sim_hil::FrameMeta& meta);
+  hal::Status copy_frame(const Camera& camera, std::span<const std::uint8_t> pixels, const sim_hil::FrameMeta& meta);
+  bool drawing() const;
+  void wait_for_drawing();
+  /// Place of a part that is there once in the Welcome. The world has it.
   std::uint16_t id(Part part) const { return ids_[static_cast<std::size_t>(part)]; }
-  auto sender(Part part) {
-    return [this, part](const auto& sample, hal::Time ready) { return link_->send(id(part), sample, ready); };
+  auto sender(std::uint16_t device) {
+    return [this, device](const auto& sample, hal::Time ready) { return link_->send(device, sample, ready); };
   }
   hal::Status send_samples(const Due& due);
   hal::Status release_held(hal::Time until);
-  hal::Status send_frame_due_by(hal::Time until, bool wait);
+  hal::Status send_frame_due_by(Camera& camera, hal::Time until, bool wait);
   hal::Status send_truth_and_report();
   void refresh_report();
   sim_hil::RobotClock clock(std::uint64_t own_seed) const;
@@ -114,7 +136,7 @@ class RobotSession {
   }
 
   hal::Os& os_;
-  CameraFeed& feed_;
+  const CameraOptions& view_;  // of all of its cameras
   const SessionOptions& options_;
   const PhysicsReport& physics_;
   const std::size_t number_;
@@ -126,12 +148,12 @@ class RobotSession {
   std::uint64_t expired_before_ = 0;  // leases, of links before this one
   World* world_ = nullptr;
   SimRobot* robot_ = nullptr;
-  std::array<std::uint16_t, 7> ids_{};
-  std::array<double, msg::kMaxChannels> acting_{};
-  std::optional<PendingFrame> pending_;
+  std::array<std::uint16_t, kParts> ids_{};
+  std::vector<Camera> cameras_;
+  std::vector<Group> groups_;
+  std::vector<JointGroup> joints_;
+  std::array<double, kMostGroups * msg::kMaxChannels> acting_{};
   std::unique_ptr<PlantFaults> faults_;  // made with the world, when the seed is known
-  sim_hil::Setpoints commanded_;         // the newest that the link had
-  std::uint32_t frame_number_ = 0;
   std::uint32_t told_news_ = 0;
   hal::Time host_zero_{};  // free-running: the host's clock at plant time 0
   hal::Status status_;

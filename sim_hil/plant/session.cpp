@@ -15,8 +15,10 @@ constexpr hal::Duration kAlone = std::chrono::seconds(10);  // so long the plant
 
 Session::Session(hal::Os& os, std::vector<CameraFeed*> cameras, const SessionOptions& options)
     : os_(os), options_(options) {
+  const std::size_t each = RobotSession::cameras_of(options_.world.type->info);
   for (std::size_t i = 0; i < options_.world.robot_count(); ++i)
-    robots_.push_back(std::make_unique<RobotSession>(os_, *cameras[i], options_, physics_, i));
+    robots_.push_back(
+        std::make_unique<RobotSession>(os_, std::span(cameras).subspan(i * each, each), options_, physics_, i));
   commands_.resize(robots_.size());
 }
 
@@ -135,10 +137,8 @@ void Session::rehearse() {
   if (!os_.lock_memory()) std::fprintf(stderr, "sinew-sim: memory is not locked; page faults may delay samples\n");
   auto scratch = options_.world.create(robots_[0]->report().seed);
   if (!scratch) return;  // the real world has been made already
-  std::array<double, msg::kMaxChannels> command;
-  command.fill(0.8);
-  const WorldDevice& actuators = *options_.world.type->info.find(Part::actuators);
-  const std::vector<RobotCommand> all(robots_.size(), RobotCommand(command.data(), actuators.channels));
+  const std::vector<double> command(options_.world.type->info.channels(Part::actuators), 0.8);
+  const std::vector<RobotCommand> all(robots_.size(), RobotCommand(command));
   for (int i = 0; i < 800; ++i) (*scratch)->advance(all);
 }
 

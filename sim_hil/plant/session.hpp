@@ -18,7 +18,7 @@ namespace sinew::plant {
 /// Thread:  owner; free-running makes a SCHED_FIFO thread for the physics, and each camera has its own.
 class Session {
  public:
-  /// A camera for each robot of options.world.
+  /// RobotSession::cameras_of() of them for each robot of options.world, robot after robot.
   Session(hal::Os& os, std::vector<CameraFeed*> cameras, const SessionOptions& options);
   Session(const Session&) = delete;
   /// The devices of each robot of this plant, as its listener announces them to side lines.

@@ -1,5 +1,6 @@
 #include "sim_hil/plant/session_report.hpp"
 #include "sim_hil/worlds/json_object.hpp"
+#include "sim_hil/worlds/verdict_json.hpp"
 
 namespace sinew::plant {
 namespace {
@@ -13,30 +14,6 @@ std::string fault_json(const FaultLog::Entry& e) {
   if (e.fault.until_ns != kNoEnd) j.number("until_s", 1e-9 * static_cast<double>(e.fault.until_ns));
   j.integer("affected", e.affected);
   if (e.affected > 0) j.number("first_s", msg::seconds(e.first));
-  return j.done();
-}
-
-std::vector<std::string> measures_json(const std::vector<Measure>& all) {
-  std::vector<std::string> measures;
-  for (const Measure& m : all) {
-    JsonObject j;
-    j.text("key", m.key);
-    j.text("label", m.label);
-    j.text("unit", m.unit);
-    j.number("value", m.value);
-    if (m.limit) j.number(m.at_least ? "at_least" : "at_most", *m.limit);
-    measures.push_back(j.done());
-  }
-  return measures;
-}
-
-std::string verdict_json(const Verdict& verdict) {
-  JsonObject j;
-  j.text("outcome", verdict.outcome);
-  j.boolean("good", verdict.good);
-  j.boolean("begun", verdict.begun);
-  j.list("measures", measures_json(verdict.measures));
-  j.list("conditions", measures_json(verdict.conditions));
   return j.done();
 }
 

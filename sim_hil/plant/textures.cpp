@@ -225,6 +225,52 @@ void paint_pad(Canvas canvas) {
   });
 }
 
+/// Grass, soil and stones, 16 m a side: patches of strong and of weak contrast, from metres down to a hand.
+void paint_meadow(Canvas canvas) {
+  const int size = canvas.width();
+  const Grain patches(256, size, 81), clumps(64, size, 82), tufts(16, size, 83), blades(4, size, 84),
+      bare(128, size, 85);
+  canvas.fill([&](int x, int y) {
+    const double rough = 0.35 + 0.65 * patches(x, y);  // of the contrast
+    const double grain = 0.25 * clumps(x, y) + 0.45 * tufts(x, y) + 0.3 * blades(x, y) - 0.5;
+    const Rgb grass = shade({98, 120, 62}, 1.0 + 1.9 * rough * grain);
+    const Rgb soil = shade({150, 122, 88}, 1.0 + 1.3 * rough * grain);
+    return mix(grass, soil, 6 * (bare(x, y) - 0.5) + 0.5);
+  });
+}
+
+/// Gravel on roofs and ramps, 16 m a side: darker and of less contrast than the floor, with a joint every 2 m.
+void paint_roofs(Canvas canvas) {
+  const int size = canvas.width(), slab = size / 8;
+  const Grain stains(64, size, 91), stones(8, size, 92), grit(2, size, 93);
+  canvas.fill([&](int x, int y) {
+    const double tile = unit(hash(x / slab, y / slab, 94));
+    const double grain = 0.35 * stains(x, y) + 0.45 * stones(x, y) + 0.2 * grit(x, y) - 0.5;
+    const int jx = x % slab, jy = y % slab;
+    if (std::min(jx, jy) < 2) return Rgb{58, 56, 54};
+    return shade({128, 118, 108}, 0.85 + 0.2 * tile + 0.9 * grain);
+  });
+}
+
+/// A wall of a tall building, 16 m a side: five floors with windows, some of them lit, and no two bays alike.
+void paint_facade(Canvas canvas) {
+  const int size = canvas.width(), floor = size / 5, bay = size / 8;
+  const Grain stains(64, size, 101), grit(4, size, 102);
+  canvas.fill([&](int x, int y) {
+    const int bx = x % bay, by = y % floor;
+    const double grain = 0.6 * stains(x, y) + 0.4 * grit(x, y) - 0.5;
+    const bool window = bx > bay / 5 && bx < bay - bay / 5 && by > floor * 3 / 10 && by < floor * 8 / 10;
+    const bool frame = window && (bx < bay / 5 + 3 || bx > bay - bay / 5 - 3 || by < floor * 3 / 10 + 3 ||
+                                  by > floor * 8 / 10 - 3 || std::abs(bx - bay / 2) < 2);
+    if (frame) return Rgb{226, 224, 218};
+    const double pane = unit(hash(x / bay, y / floor, 103));
+    if (window && pane > 0.8) return shade({236, 206, 138}, 0.9 + 0.2 * grain);
+    if (window) return shade({62, 84, 104}, 0.75 + 0.5 * pane + 0.4 * by / floor);
+    if (by < 4) return shade({120, 114, 108}, 1 + 0.4 * grain);
+    return shade({178, 168, 154}, 1 + 0.5 * grain);
+  });
+}
+
 void paint_rug(Canvas canvas) {
   const Grain yarn(2, 256, 61);
   canvas.fill([&](int x, int y) {
@@ -262,7 +308,10 @@ void paint_room(mjModel_& model) {
   paint("wall", paint_wall);
   paint("pad", paint_pad);
   paint("rug", paint_rug);
+  paint("meadow", paint_meadow);
+  paint("roofs", paint_roofs);
   paint("crate", paint_crate);
+  paint("facade", paint_facade);
 }
 
 }  // namespace sinew::plant

@@ -1,6 +1,7 @@
 #include "sim_hil/plant/wire_devices.hpp"
 
 #include <charconv>
+#include <mutex>
 
 #include "sim_hil/wire/sim_cia402.hpp"
 #include "sim_hil/wire/sim_dronecan.hpp"
@@ -29,8 +30,11 @@ std::optional<WireServo> parse_wire_servo(const std::string& whole, std::string&
   const auto refuse = [&] {
     std::string types;
     for (const auto& t : wire::mit_motor_types()) types += std::string(types.empty() ? "" : ", ") + t.name;
+    std::string models;
+    for (const auto& m : wire::servo_models()) models += std::string(models.empty() ? "" : ", ") + std::string(m.name);
     why = "'" + whole +
           "' is none of cia402:ID, cybergear:ID, dronecan:ID, mit:ID:MOTOR (ID 1 to 127; motors: " + types +
+          "), MODEL:ID[:LINE] (on a --serial, ID 0 to 252; models: " + models +
           "), with @RAD behind it for a zero that is off by up to 10, and no 'none'";
     return std::nullopt;
   };
@@ -52,7 +56,20 @@ std::optional<WireServo> parse_wire_servo(const std::string& whole, std::string&
   const char* begin = text.data() + colon + 1;
   const char* end = text.data() + (second == std::string::npos ? text.size() : second);
   const auto [rest, error] = std::from_chars(begin, end, servo.id);
-  if (error != std::errc() || rest != end || servo.id < 1 || servo.id > 127) return refuse();
+  if (error != std::errc() || rest != end) return refuse();
+  if (const wire::ServoModel* model = wire::servo_model(protocol)) {
+    servo.protocol = WireServo::Protocol::serial;
+    servo.model = model;
+    if (servo.id > wire::kDxlMostId2) return refuse();
+    if (second == std::string::npos) return servo;
+    std::size_t line = 0;
+    const char* const stop = text.data() + text.size();
+    const auto [behind, wrong] = std::from_chars(text.data() + second + 1, stop, line);
+    if (wrong != std::errc() || behind != stop || line < 1 || line > 64) return refuse();
+    servo.line = line - 1;
+    return servo;
+  }
+  if (servo.id < 1 || servo.id > 127) return refuse();
   if (second != std::string::npos) servo.motor = text.substr(second + 1);
   if (protocol == "mit" && wire::mit_motor_type(servo.motor)) {
     servo.protocol = WireServo::Protocol::mit;
@@ -91,13 +108,16 @@ void WireDevices::play_faults(hal::Time plant_now) {
     else
       garbage = true;
   }
-  for (sim_hil::SimServo* drive : drives_) {
+  std::vector<std::unique_lock<std::mutex>> still;  // the lines' threads meanwhile
+  for (const auto& line : lines_) still.emplace_back(line->mutex());
+  for (sim_hil::SimDrive* drive : drives_) {
     drive->power(!off);
     drive->faults.stuck = stuck, drive->faults.garbage = garbage;
   }
 }
 
 hal::Status WireDevices::attach(World& world) {
+  for (const auto& line : lines_) line->clear();
   joints_.clear();
   drives_.clear();
   sims_.reset();
@@ -106,9 +126,13 @@ hal::Status WireDevices::attach(World& world) {
   if (!joints || joints->count() < servos_.size())
     return hal::Error{hal::Errc::bad_argument, "more drives than the world has joints",
                       static_cast<std::int64_t>(servos_.size())};
-  sims_ = std::make_unique<sim_hil::SimServos>(*bus_);
+  if (bus_) sims_ = std::make_unique<sim_hil::SimServos>(*bus_);
   for (std::size_t i = 0; i < servos_.size(); ++i) {
     if (!servos_[i].has_drive()) continue;
+    if (const WireServo& s = servos_[i]; s.on_line()) {
+      drives_.push_back(&lines_.at(s.line)->add(*joints, i, *s.model, s.id, s.zero_rad));
+      continue;
+    }
     Joint& joint = *joints_.emplace_back(std::make_unique<Joint>(*joints, i));
     const WireServo& s = servos_[i];
     const sim_hil::SimMount mount{.zero_rad = s.zero_rad};
@@ -143,16 +167,20 @@ hal::Status WireDevices::attach(World& world) {
         drives_.push_back(
             &sims_->add<sim_hil::SimCyberGear>(joint, mount, sim_hil::SimCyberGear::Parameters{.motor = s.id}));
         break;
+      case WireServo::Protocol::serial:
       case WireServo::Protocol::none:
         break;
     }
   }
+  for (const auto& line : lines_)
+    if (hal::Status started = line->start(); !started) return started;
   return {};
 }
 
 void WireDevices::step(const World& world, const Due& due, hal::Time now) {
-  if (sims_ && !faults_.empty()) play_faults(world.now());
+  if (!drives_.empty() && !faults_.empty()) play_faults(world.now());
   if (sims_) sims_->poll(now);
+  for (const auto& line : lines_) line->step(world.now());
   const bool plugged = world.now() < out_from_ || world.now() >= out_until_;
   if (camera_ && plugged != plugged_) camera_->set_plugged(plugged_ = plugged);
   if (imu_ && due.imu && imu_->enabled()) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "hal/can_bus.hpp"
+#include "sim_hil/plant/wire_line.hpp"
 #include "sim_hil/wire/iio_tree.hpp"
 #include "sim_hil/wire/sim_servo.hpp"
 #include "sim_hil/worlds/world.hpp"
@@ -13,15 +14,23 @@
 namespace sinew::plant {
 
 /// The drive of one joint: "cia402:1", "mit:2:ak80_9" (with the type of the motor), "cybergear:3", "dronecan:20" (an
-/// actuator; its actuator_id is its place among the joints). The number is its node id on the bus. "@0.2" at the end:
-/// the drive reads 0.2 rad more than the joint's position. "none": nothing drives this joint.
+/// actuator; its actuator_id is its place among the joints). The number is its node id on the bus. "xm430_w350:1",
+/// "sts3215:3:2": a servo on a serial line, by its model, id, and the line's place among them (1 where it is left out).
+/// "@0.2" at the end: the drive reads 0.2 rad more than the joint's position. "none": nothing drives this joint.
 struct WireServo {
-  enum class Protocol : std::uint8_t { cia402, mit, cybergear, dronecan, none } protocol = Protocol::cia402;
+  enum class Protocol : std::uint8_t { cia402, mit, cybergear, dronecan, serial, none } protocol = Protocol::cia402;
   std::uint32_t id = 1;
-  std::string motor;  // mit
+  std::string motor;                        // mit
+  const wire::ServoModel* model = nullptr;  // serial
+  std::size_t line = 0;                     // serial
   double zero_rad = 0;
 
   bool has_drive() const { return protocol != Protocol::none; }
+  bool on_line() const { return protocol == Protocol::serial; }
+  /// Both on one bus, or on one line.
+  bool shares_bus(const WireServo& other) const {
+    return has_drive() && other.has_drive() && on_line() == other.on_line() && line == other.line;
+  }
 };
 /// Whether drives at the wire can have such a fault: off (without power), stuck, garbage.
 bool plays(FaultKind kind);
@@ -48,8 +57,11 @@ class WireDevices {
  public:
   WireDevices();
   ~WireDevices();
-  /// `servos`: of the joints in their order; joints without a drive follow the group's command.
+  /// `servos`: of the joints in their order; joints without a drive follow the group's command. `bus`: null when none
+  /// of them is on CAN.
   void add_servos(std::unique_ptr<hal::CanBus> bus, std::vector<WireServo> servos);
+  /// The next serial line.
+  void add_line(std::unique_ptr<WireLine> line) { lines_.push_back(std::move(line)); }
   void add_imu(std::unique_ptr<sim_hil::IioTree> tree) { imu_ = std::move(tree); }
 
   void add_camera(std::unique_ptr<WireCamera> camera) { camera_ = std::move(camera); }
@@ -64,10 +76,11 @@ class WireDevices {
   void add_faults(const std::vector<Fault>& faults);
   /// These faults, and how many drives each has struck so far.
   const std::vector<FaultLog::Entry>& faults() const { return faults_; }
-  /// Keeps the bus's server alive.
-  void keep(std::shared_ptr<void> server) { kept_ = std::move(server); }
+  /// Keeps what its buses and lines need alive.
+  void keep(std::shared_ptr<void> kept) { kept_.push_back(std::move(kept)); }
 
-  /// Makes the drives on this world's joints. Errors: bad_argument when it has none, or fewer than drives.
+  /// Makes the drives on this world's joints, and starts the lines. Errors: bad_argument when it has none, or fewer
+  /// than drives; those of starting a thread.
   hal::Status attach(World& world);
   /// After each step of the world, at `now` of the host's clock.
   void step(const World& world, const Due& due, hal::Time now);
@@ -78,12 +91,13 @@ class WireDevices {
  private:
   class Joint;
   void play_faults(hal::Time plant_now);
-  std::shared_ptr<void> kept_;
+  std::vector<std::shared_ptr<void>> kept_;
   std::unique_ptr<hal::CanBus> bus_;
   std::vector<WireServo> servos_;
   std::vector<std::unique_ptr<Joint>> joints_;
+  std::vector<std::unique_ptr<WireLine>> lines_;
   std::unique_ptr<sim_hil::SimServos> sims_;
-  std::vector<sim_hil::SimServo*> drives_;
+  std::vector<sim_hil::SimDrive*> drives_;
   std::vector<FaultLog::Entry> faults_;
   std::unique_ptr<sim_hil::IioTree> imu_;
   std::unique_ptr<WireCamera> camera_;

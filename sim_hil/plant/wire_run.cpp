@@ -88,7 +88,7 @@ void WireRun::advance_one_ms() {
   for (int i = 0; i < kImuSteps; ++i) {
     const Due& due = world_->step({});  // the drives move its joints
     wire_.step(*world_, due, host_zero_ + (world_->now() - Time{0}));
-    if (due.camera && wire_.camera()) begin_frame();
+    if ((due.cameras & 1) != 0 && wire_.camera()) begin_frame();
   }
 }
 
@@ -99,7 +99,7 @@ void WireRun::begin_frame() {
     return;
   }
   drawn_ = Frame{world_->now(), frame_number_};
-  feed_.request(world_->robot(0).scene(), frame_number_, wire_.camera()->canvas().data());
+  feed_.request(world_->robot(0).scene(0), frame_number_, wire_.camera()->canvas().data());
 }
 
 void WireRun::finish_frame() {

@@ -243,6 +243,10 @@ Status PlantLink::send(std::uint16_t device, const msg::BatterySample& sample, T
   if (auto ok = expect_kind(device, DeviceKind::battery); !ok) return ok;
   return add(Type::battery, device, sample.stamp, Sample<msg::BatterySample>{clock_.to_robot(ready), sample});
 }
+Status PlantLink::send(std::uint16_t device, const msg::SolePressure& sample, Time ready) {
+  if (auto ok = expect_kind(device, DeviceKind::soles); !ok) return ok;
+  return add(Type::soles, device, sample.stamp, Sample<msg::SolePressure>{clock_.to_robot(ready), sample});
+}
 Status PlantLink::send(std::uint16_t device, const msg::JointState& state, Time ready) {
   if (auto ok = expect_kind(device, DeviceKind::joints); !ok) return ok;
   if (state.count != plant_.devices[device].channels)

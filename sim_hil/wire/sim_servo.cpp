@@ -17,18 +17,18 @@ void JointModel::advance(Duration dt) {
   }
 }
 
-double SimServo::chance() {
+double SimDrive::chance() {
   random_ = random_ * 6364136223846793005u + 1442695040888963407u;  // Knuth's MMIX generator
   return static_cast<double>(random_ >> 11) / 9007199254740992.0;
 }
 
 void SimServo::receive(const msg::CanFrame& frame, Time now) {
-  if (!powered_ || frame.error() || chance() < faults.lost) return;
+  if (!powered() || frame.error() || chance() < faults.lost) return;
   on_frame(frame, now);
 }
 
 void SimServo::send(msg::CanFrame frame) {
-  if (!powered_ || faults.silent || chance() < faults.lost) return;
+  if (!powered() || faults.silent || chance() < faults.lost) return;
   if (faults.garbage) {
     frame.size = static_cast<std::uint32_t>(chance() * 9);
     for (std::size_t i = 0; i < 8; ++i) frame.data[i] = static_cast<std::uint8_t>(chance() * 256);
@@ -36,22 +36,22 @@ void SimServo::send(msg::CanFrame frame) {
   (void)bus_.send(frame, hal::kNever);  // a bus that is gone loses the frame, like any other
 }
 
-double SimServo::drive_position() const {
+double SimDrive::drive_position() const {
   if (faults.stuck) return stuck_position_;
   return mount_.sign * mount_.gear_ratio * (joint_.position_rad() + mount_.zero_rad);
 }
-double SimServo::drive_velocity() const {
+double SimDrive::drive_velocity() const {
   return faults.stuck ? stuck_velocity_ : mount_.sign * mount_.gear_ratio * joint_.velocity_radps();
 }
 
-void SimServo::power(bool on) {
+void SimDrive::power(bool on) {
   if (on == powered_) return;
   powered_ = on;
   on_power();
   if (on) started_ = false;
 }
 
-void SimServo::advance(Time now) {
+void SimDrive::advance(Time now) {
   if (now_.ns == 0) now_ = now;
   if (powered_ && !started_) {
     started_ = true;

@@ -1,6 +1,6 @@
 #pragma once
-// Servos as they are on a CAN bus, with the same codecs as the drivers: for tests, and for a robot on real buses whose
-// joints are simulated.
+// Simulated drives, and servos as they are on a CAN bus, with the same codecs as the drivers: for tests, and for a
+// robot on real buses whose joints are simulated.
 #include <cmath>
 #include <memory>
 #include <vector>
@@ -59,17 +59,16 @@ struct SimServoFaults {
   double lost = 0;       // part of its frames that do not arrive, either way: 0..1
 };
 
-/// One servo. The owner gives it the frames of its bus and moves time on.
+/// A drive on its joint, without its bus: power, faults, and the torque that moves the joint.
 /// Thread:  owner.
-class SimServo {
+class SimDrive {
  public:
-  SimServo(hal::CanBus& bus, SimJoint& joint, const SimMount& mount) : bus_(bus), joint_(joint), mount_(mount) {}
-  virtual ~SimServo() = default;
-  SimServo(const SimServo&) = delete;
-  SimServo& operator=(const SimServo&) = delete;
+  SimDrive(SimJoint& joint, const SimMount& mount) : joint_(joint), mount_(mount) {}
+  virtual ~SimDrive() = default;
+  SimDrive(const SimDrive&) = delete;
+  SimDrive& operator=(const SimDrive&) = delete;
 
-  void receive(const msg::CanFrame& frame, Time now);
-  /// Moves the joint up to `now` in steps of at most a millisecond, and sends the frames that are due.
+  /// Moves the joint up to `now` in steps of at most a millisecond, and sends what is due.
   void advance(Time now);
   /// Off: gone from the bus, without torque. On again: as after power-up.
   void power(bool on);
@@ -84,22 +83,18 @@ class SimServo {
   virtual bool live() const = 0;
 
  protected:
-  virtual void on_frame(const msg::CanFrame& frame, Time now) = 0;
   virtual void on_power() = 0;
   /// The torque for the next `dt`, drive side; time has reached `now` before.
   virtual double control(Time now, Duration dt) = 0;
-  /// Frames that are due by time.
+  /// What is due by time.
   virtual void say(Time now) = 0;
-  void send(msg::CanFrame frame);
 
   double drive_position() const;
   double drive_velocity() const;
   double drive_effort() const { return faults.stuck ? stuck_effort_ : effort_nm_; }
-
- private:
   double chance();  // 0..1, the same sequence in every run
 
-  hal::CanBus& bus_;
+ private:
   SimJoint& joint_;
   SimMount mount_;
   bool powered_ = true, started_ = false;
@@ -107,6 +102,21 @@ class SimServo {
   double effort_nm_ = 0;
   double stuck_position_ = 0, stuck_velocity_ = 0, stuck_effort_ = 0;
   std::uint64_t random_ = 0x9E3779B97F4A7C15;
+};
+
+/// One servo on a CAN bus. The owner gives it the frames of its bus and moves time on.
+/// Thread:  owner.
+class SimServo : public SimDrive {
+ public:
+  SimServo(hal::CanBus& bus, SimJoint& joint, const SimMount& mount) : SimDrive(joint, mount), bus_(bus) {}
+  void receive(const msg::CanFrame& frame, Time now);
+
+ protected:
+  virtual void on_frame(const msg::CanFrame& frame, Time now) = 0;
+  void send(msg::CanFrame frame);
+
+ private:
+  hal::CanBus& bus_;
 };
 
 /// The servos behind one port of a bus: reads it, gives each frame to each of them, moves them on.

@@ -26,6 +26,16 @@ std::string_view to_string(FaultDevice device) {
       return "head";
     case FaultDevice::radio:
       return "radio";
+    case FaultDevice::soles:
+      return "soles";
+    case FaultDevice::left_arm:
+      return "left_arm";
+    case FaultDevice::right_arm:
+      return "right_arm";
+    case FaultDevice::left_leg:
+      return "left_leg";
+    case FaultDevice::right_leg:
+      return "right_leg";
   }
   return "unknown";
 }
@@ -56,7 +66,7 @@ std::string_view to_string(FaultKind kind) {
 
 const char* why_not(FaultDevice device, FaultKind kind) {
   if (kind == FaultKind::closed) return device == FaultDevice::link ? nullptr : "only a connection closes; use off";
-  if (device == FaultDevice::motors || device == FaultDevice::head)
+  if (is_actuator(device))
     return kind == FaultKind::duplicated ? "a command is a state: the same one twice acts like once" : nullptr;
   if (device != FaultDevice::link) return nullptr;
   switch (kind) {
@@ -77,11 +87,12 @@ FaultLog::FaultLog(const std::vector<Fault>& faults, std::uint64_t seed) : seed_
   for (const Fault& f : faults) entries_.push_back({f, 0});
 }
 
-DeviceFaults::DeviceFaults(FaultLog& log, FaultDevice device)
+DeviceFaults::DeviceFaults(FaultLog& log, FaultDevice device, std::optional<FaultDevice> bus)
     : random_(log.seed(), 0x666c7400u + static_cast<std::uint32_t>(device)) {
   for (std::size_t i = 0; i < log.entries().size(); ++i) {
     FaultLog::Entry& entry = log.entries()[i];
-    if (entry.fault.device != device && entry.fault.device != FaultDevice::link) continue;
+    const bool of_bus = bus == entry.fault.device && entry.fault.kind != FaultKind::wrong;
+    if (entry.fault.device != device && entry.fault.device != FaultDevice::link && !of_bus) continue;
     if (entry.fault.kind == FaultKind::closed) continue;  // the connection itself plays it
     Running r;
     r.entry = &entry;

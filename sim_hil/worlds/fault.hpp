@@ -12,7 +12,23 @@
 
 namespace sinew::plant {
 
-enum class FaultDevice : std::uint8_t { imu, range, baro, battery, camera, motors, link, joints, head, radio };
+enum class FaultDevice : std::uint8_t {
+  imu,
+  range,
+  baro,
+  battery,
+  camera,
+  motors,
+  link,
+  joints,
+  head,
+  radio,
+  soles,
+  left_arm,
+  right_arm,
+  left_leg,
+  right_leg
+};
 enum class FaultKind : std::uint8_t {
   off,           // nothing comes any more
   stuck,         // the same values again, with new stamps
@@ -25,13 +41,18 @@ enum class FaultKind : std::uint8_t {
   closed,        // the connection goes away for good
 };
 inline constexpr FaultDevice kFaultDevices[] = {
-    FaultDevice::imu,    FaultDevice::range,  FaultDevice::baro, FaultDevice::battery, FaultDevice::camera,
-    FaultDevice::joints, FaultDevice::motors, FaultDevice::head, FaultDevice::radio,   FaultDevice::link};
+    FaultDevice::imu,       FaultDevice::range,    FaultDevice::baro,      FaultDevice::battery, FaultDevice::camera,
+    FaultDevice::joints,    FaultDevice::soles,    FaultDevice::motors,    FaultDevice::head,    FaultDevice::left_arm,
+    FaultDevice::right_arm, FaultDevice::left_leg, FaultDevice::right_leg, FaultDevice::radio,   FaultDevice::link};
 inline constexpr FaultKind kFaultKinds[] = {FaultKind::off,          FaultKind::stuck,      FaultKind::garbage,
                                             FaultKind::wrong,        FaultKind::slow,       FaultKind::delayed,
                                             FaultKind::intermittent, FaultKind::duplicated, FaultKind::closed};
 
 std::string_view to_string(FaultDevice device);
+/// It takes commands.
+constexpr bool is_actuator(FaultDevice device) {
+  return device == FaultDevice::motors || device == FaultDevice::head || device >= FaultDevice::left_arm;
+}
 std::string_view to_string(FaultKind kind);
 
 /// Null when this device can have this fault, else the reason why not.
@@ -93,8 +114,9 @@ struct FaultEffect {
 /// Thread:  owner.
 class DeviceFaults {
  public:
-  /// `log` outlives this.
-  DeviceFaults(FaultLog& log, FaultDevice device);
+  /// `log` outlives this. `bus`: another device whose faults, but for `wrong`, strike here too: the bus that both
+  /// share.
+  DeviceFaults(FaultLog& log, FaultDevice device, std::optional<FaultDevice> bus = std::nullopt);
   bool any() const { return !faults_.empty(); }
   /// Once for each sample, with its stamp; stamps never decrease.
   FaultEffect next(hal::Time stamp);

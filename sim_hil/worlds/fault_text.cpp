@@ -79,7 +79,13 @@ AmountRule wrong_rule(FaultDevice device) {
       return {true, false, false, 0, 1, 0.1, "share of its thrust that motor 0 lacks, 0 to 1"};
     case FaultDevice::joints:
       return {true, false, false, -3, 3, 0.1, "rad added to each position, -3 to 3"};
+    case FaultDevice::soles:
+      return {true, false, false, -100, 100, 10, "N added to each cell, -100 to 100"};
     case FaultDevice::head:
+    case FaultDevice::left_arm:
+    case FaultDevice::right_arm:
+    case FaultDevice::left_leg:
+    case FaultDevice::right_leg:
       return {true, false, false, 0, 1, 0.1, "share of its way that joint 0 lacks, 0 to 1"};
     case FaultDevice::radio:
       return {true, false, false, 0, 1, 0.1, "share of the heard datagrams with one wrong bit, 0 to 1"};
@@ -88,8 +94,6 @@ AmountRule wrong_rule(FaultDevice device) {
   }
   return {};
 }
-
-bool is_actuator(FaultDevice device) { return device == FaultDevice::motors || device == FaultDevice::head; }
 
 AmountRule amount_rule(FaultDevice device, FaultKind kind) {
   switch (kind) {

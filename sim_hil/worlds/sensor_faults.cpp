@@ -55,6 +55,10 @@ void scramble(msg::BatterySample& s, math::Random& random) {
   s.charge = garbage_number(random);
 }
 
+void scramble(msg::SolePressure& s, math::Random& random) {
+  for (double& force_n : s.force_n) force_n = garbage_number(random);
+}
+
 void scramble(msg::JointState& s, math::Random& random) {
   for (std::size_t i = 0; i < s.count; ++i) {
     s.position_rad[i] = garbage_number(random);
@@ -71,6 +75,9 @@ void shift(msg::ImuSample& s, double radps) {
 void shift(msg::RangeSample& s, double m) { s.range_m += m; }
 void shift(msg::BaroSample& s, double pa) { s.pressure_pa += pa; }
 void shift(msg::BatterySample& s, double v) { s.voltage_v += v; }
+void shift(msg::SolePressure& s, double n) {
+  for (double& force_n : s.force_n) force_n += n;
+}
 void shift(msg::JointState& s, double rad) {
   for (std::size_t i = 0; i < s.count; ++i) s.position_rad[i] += rad;
 }

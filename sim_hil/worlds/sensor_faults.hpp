@@ -14,11 +14,13 @@ void scramble(msg::ImuSample& s, math::Random& random);
 void scramble(msg::RangeSample& s, math::Random& random);
 void scramble(msg::BaroSample& s, math::Random& random);
 void scramble(msg::BatterySample& s, math::Random& random);
+void scramble(msg::SolePressure& s, math::Random& random);
 void scramble(msg::JointState& s, math::Random& random);  // modes and faults stay: they are not numbers
 void shift(msg::ImuSample& s, double radps);
 void shift(msg::RangeSample& s, double m);
 void shift(msg::BaroSample& s, double pa);
 void shift(msg::BatterySample& s, double v);
+void shift(msg::SolePressure& s, double n);
 void shift(msg::JointState& s, double rad);
 
 /// Stands between a sensor and the wire. It never changes stamps. Ready never decreases, so a sample behind a delayed
@@ -27,7 +29,8 @@ void shift(msg::JointState& s, double rad);
 template <class M>
 class SensorFaults {
  public:
-  SensorFaults(FaultLog& log, FaultDevice device) : faults_(log, device) {}
+  SensorFaults(FaultLog& log, FaultDevice device, std::optional<FaultDevice> bus = std::nullopt)
+      : faults_(log, device, bus) {}
 
   /// One sample from the sensor; `send(sample, ready)` gets the samples that go out at once.
   template <class Send>

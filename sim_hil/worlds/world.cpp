@@ -8,13 +8,24 @@
 namespace sinew::plant {
 
 std::string_view to_string(Part part) {
-  constexpr std::string_view kNames[] = {"imu", "range", "baro", "camera", "actuators", "battery", "joints"};
+  constexpr std::string_view kNames[kParts] = {"imu",       "range",   "baro",   "camera",
+                                               "actuators", "battery", "joints", "soles"};
   return kNames[static_cast<std::size_t>(part)];
 }
 
 const WorldDevice* WorldInfo::find(Part part) const {
   const auto it = std::ranges::find(devices, part, &WorldDevice::part);
   return it == devices.end() ? nullptr : &*it;
+}
+
+std::size_t WorldInfo::count(Part part) const {
+  return static_cast<std::size_t>(std::ranges::count(devices, part, &WorldDevice::part));
+}
+
+std::uint32_t WorldInfo::channels(Part part) const {
+  std::uint32_t all = 0;
+  for (const WorldDevice& device : devices) all += device.part == part ? device.channels : 0;
+  return all;
 }
 
 bool WorldInfo::has(FaultDevice device) const {
@@ -50,11 +61,18 @@ WorldValues WorldChoice::values_of(std::size_t robot) const {
   return all;
 }
 
-hal::Result<std::unique_ptr<World>> WorldChoice::create(std::uint64_t seed) const {
+std::vector<WorldValues> WorldChoice::all_values() const {
   std::vector<WorldValues> all;
   for (std::size_t i = 0; i < robot_count(); ++i) all.push_back(values_of(i));
-  return type->create(all, seed);
+  return all;
 }
+
+const kinematics::Body* WorldChoice::body_of(std::size_t robot) const {
+  const bool own = robot < robots.size() && robots[robot].body;
+  return own ? robots[robot].body.get() : body.get();
+}
+
+hal::Result<std::unique_ptr<World>> WorldChoice::create(std::uint64_t seed) const { return type->create(*this, seed); }
 
 std::uint64_t seed_of_robot(std::uint64_t seed, std::size_t robot) {
   constexpr std::uint32_t kStream = 0x726f626f;

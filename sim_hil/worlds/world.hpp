@@ -16,10 +16,15 @@
 #include "msg/sensors.hpp"
 #include "sim_hil/worlds/fault.hpp"
 
+namespace sinew::kinematics {
+struct Body;
+}
+
 namespace sinew::plant {
 
 class JsonObject;
 class PlantJoints;
+struct WorldChoice;
 
 inline constexpr std::int64_t kStepNs = 250'000;
 inline constexpr int kImuSteps = 4, kTruthSteps = 40;  // 1 kHz, 100 Hz
@@ -33,9 +38,12 @@ constexpr std::int64_t camera_stamp_ns(std::uint32_t frame) {
 }
 
 inline constexpr double kGravity = 9.81;
-inline constexpr double kFocalPerHeight = 0.875;  // of each camera: fx = fy = 0.875 * height, 420 px at 640x480
+inline constexpr double kFocalPerHeight = 0.875;  // unless a world says otherwise: fx = fy = 420 px at 640x480
 
-enum class Part : std::uint8_t { imu, range, baro, camera, actuators, battery, joints };
+enum class Part : std::uint8_t { imu, range, baro, camera, actuators, battery, joints, soles };
+inline constexpr std::size_t kParts = 8;
+/// Of one robot: groups of joints and of actuators, and cameras.
+inline constexpr std::size_t kMostGroups = 6, kMostCameras = 4;
 
 /// As DriverKind::measures has it: "imu".
 std::string_view to_string(Part part);
@@ -44,11 +52,12 @@ std::string_view to_string(Part part);
 struct WorldDevice {
   Part part{};
   const char* name = "";
-  int steps = 0;              // plant steps from sample to sample; 0: at no fixed period
+  int steps = 0;              // plant steps from sample to sample; 0: at no fixed period, cameras: kCameraHz
   std::int64_t delay_ns = 0;  // stamp to availability
   std::uint32_t channels = 0;
   FaultDevice fault{};
-  double least = 0, most = 0;  // actuators: the sensible range of a command, in its unit
+  double least = 0, most = 0;        // actuators: the sensible range of a command, in its unit
+  std::optional<FaultDevice> bus{};  // joints: actuators that are on the same bus, and lost with it
 };
 
 /// A number that a world lets its user choose. From this table come the keys of [sim] in a robot file with their check,
@@ -74,16 +83,20 @@ using WorldValues = std::map<std::string, double, std::less<>>;
 inline constexpr std::size_t kMostRobots = 8;  // in one world
 inline constexpr const char* kRadioName = "radio";
 
-/// What a robot of a world has on board, each part at most once, in the order of the Welcome; and what its user may
-/// choose.
+/// What a robot of a world has on board, in the order of the Welcome; and what its user may choose. Cameras, groups of
+/// actuators and groups of joints may be there several times, other parts once.
 struct WorldInfo {
   const char* name = "";
   std::span<const WorldDevice> devices;
   std::span<const WorldOption> options{};
   std::size_t most_robots = 1;
+  bool has_bodies = false;  // of robots, which a file describes (docs/bodies.md): WorldChoice::body
 
-  /// Null when it has none.
+  /// The first one; null when it has none.
   const WorldDevice* find(Part part) const;
+  std::size_t count(Part part) const;
+  /// The actuators' and the joints' channels of all groups together, in the order of the groups.
+  std::uint32_t channels(Part part) const;
   bool has(FaultDevice device) const;
   /// Its robots have a radio each, named kRadioName, and an air between them.
   bool has_radio() const { return most_robots > 1; }
@@ -95,12 +108,14 @@ struct WorldInfo {
 
 /// The samples that the step that just ended made available. They carry their stamps; delays are not applied yet.
 struct Due {
-  bool imu = false, range = false, baro = false, battery = false, joints = false, camera = false, truth = false;
+  bool imu = false, range = false, baro = false, battery = false, joints = false, soles = false, truth = false;
+  std::uint32_t cameras = 0;  // bit i: camera i takes a picture now
   msg::ImuSample imu_sample;
   msg::RangeSample range_sample;
   msg::BaroSample baro_sample;
   msg::BatterySample battery_sample;
-  msg::JointState joints_sample;
+  msg::SolePressure soles_sample;
+  std::array<msg::JointState, kMostGroups> joints_samples;  // of each group
 };
 
 /// The pose of a thing: its position, and the rotation that takes its coordinates to the world's.
@@ -109,16 +124,17 @@ struct Pose {
   msg::Quat q_world;
 };
 
-/// Pose of the camera.
+/// Pose of the camera, and its focal length as a share of the picture's height.
 struct CameraPose {
   msg::Vec3 p_world_m;
   msg::Quat q_world_optical;
+  double focal_per_height = kFocalPerHeight;
 };
 
 /// All that a picture depends on: the camera, and the moving things in its sight, in the order of the room's mocap
 /// bodies.
 struct Scene {
-  static constexpr std::size_t kMost = 6;
+  static constexpr std::size_t kMost = 288;  // eight bodies of 32 links, and what they play with
   CameraPose camera;
   std::array<Pose, kMost> body{};
   std::size_t bodies = 0;
@@ -168,7 +184,8 @@ class SimRobot {
   /// What the step that just ended made available.
   virtual const Due& due() const = 0;
   virtual WorldTruth ground_truth() const = 0;
-  virtual Scene scene() const = 0;
+  /// What its camera with this number sees.
+  virtual Scene scene(std::size_t camera) const = 0;
   /// No actuator drives anything, and nothing moves any more: a robot left alone may end.
   virtual bool still() const = 0;
   /// Counts events that a report should tell at once.
@@ -179,12 +196,23 @@ class SimRobot {
   virtual Verdict verdict() const = 0;
   /// The same with figures, in one line for people.
   virtual std::string outcome() const = 0;
-  /// The joints of its actuator group, for simulated drives; null: it has none.
+  /// The joints of its actuator groups, one group after the other, for simulated drives; null: it has none.
   virtual PlantJoints* joints() { return nullptr; }
 };
 
-/// One setpoint per channel of a robot's actuator group, or none: its safe action.
+/// One setpoint per channel of a robot's actuator groups, one group after the other. Empty: all groups take their safe
+/// action; NaN: the group of this channel does, while others have commands.
 using RobotCommand = std::span<const double>;
+
+/// Draws a world's scenes without MuJoCo's renderer and without OpenGL.
+/// Thread:  one.
+class Painter {
+ public:
+  virtual ~Painter() = default;
+  /// Through the scene's camera; row after row from the top, a pixel is r | g << 8 | b << 16. Valid until the next
+  /// call.
+  virtual std::span<const std::uint32_t> draw(const Scene& scene) = 0;
+};
 
 /// A simulated world with its robots, without rendering, in steps of 0.25 ms. Same options and same commands give the
 /// same bytes on every machine: nothing in it calls the C library's mathematics, which differ between CPUs.
@@ -229,27 +257,43 @@ struct WorldType {
   WorldInfo info;
   std::string title;          // "a quadrotor in a room"
   std::string_view room_xml;  // MuJoCo's XML of what its camera sees, with one robot; empty: it has no camera
-  /// With a robot for each of `robots`, with these values of info.options; those that are not per_robot are the
-  /// first's. Of this seed. Errors: those of its physics; bad_argument: two robots start in the same place.
-  std::function<hal::Result<std::unique_ptr<World>>(std::span<const WorldValues> robots, std::uint64_t seed)> create;
-  std::function<std::vector<Portrait>()> portraits = [] { return std::vector<Portrait>(); };
+  /// The same where the world's values choose between several rooms; null: room_xml is the only one.
+  std::function<std::string_view(const WorldValues&)> room_of = nullptr;
+  /// What draws pictures of this size, where it is not MuJoCo's renderer; null: that draws room_xml.
+  std::function<std::unique_ptr<Painter>(std::uint32_t width, std::uint32_t height, const WorldChoice& world)> painter =
+      nullptr;
+  /// With the robots of this choice, of this seed. Errors: those of its physics; bad_argument: two robots start in the
+  /// same place.
+  std::function<hal::Result<std::unique_ptr<World>>(const WorldChoice& choice, std::uint64_t seed)> create;
+  /// Of the world with these values, and of its robots with their bodies.
+  std::function<std::vector<Portrait>(const WorldChoice&)> portraits = [](const WorldChoice&) {
+    return std::vector<Portrait>();
+  };
+
+  std::string_view room(const WorldValues& values) const { return room_of ? room_of(values) : room_xml; }
 };
 
 /// A robot of a world that has several.
 struct NamedRobot {
-  std::string name;      // that its runtime says in Hello
-  WorldValues values{};  // of per_robot options, instead of those of the world
+  std::string name;                                // that its runtime says in Hello
+  WorldValues values{};                            // of per_robot options, instead of those of the world
+  std::shared_ptr<const kinematics::Body> body{};  // instead of that of the world
 };
 
 /// Which world a run is in.
 struct WorldChoice {
   std::shared_ptr<const WorldType> type{};
   WorldValues values{};
-  std::vector<NamedRobot> robots{};  // empty: one, of any name
+  std::vector<NamedRobot> robots{};                // empty: one, of any name
+  std::shared_ptr<const kinematics::Body> body{};  // of its robots, where the type has bodies
 
   std::size_t robot_count() const { return robots.empty() ? 1 : robots.size(); }
   /// The values of one robot.
   WorldValues values_of(std::size_t robot) const;
+  /// Of each robot, in their order.
+  std::vector<WorldValues> all_values() const;
+  /// Null: none was given.
+  const kinematics::Body* body_of(std::size_t robot) const;
   hal::Result<std::unique_ptr<World>> create(std::uint64_t seed) const;
 };
 

@@ -19,9 +19,9 @@ SYSTEM_ONLY_IN = [
     ("a POSIX or Linux header",
      r"(sys|linux|arpa|netinet|net|asm)/.*|(unistd|pthread|fcntl|poll|sched|semaphore|signal|dirent|dlfcn|termios|spawn"
      r"|netdb|mqueue|aio|syslog|pwd|grp|ucontext|execinfo)\.h|csignal",
-     ["hal/linux", "monitor", "net"]),
+     ["hal/linux", "monitor", "net", "grab"]),
     ("a header of Windows", r"(windows|win\w+|ws2\w+|mswsock|process|synchapi|processthreadsapi|tlhelp32|psapi)\.h", []),
-    ("EGL, OpenGL or MuJoCo", r"(EGL|GL|GLES\d?|KHR|mujoco)/.*", ["sim_hil/plant", "sim_hil/mujoco", "robots"]),
+    ("EGL, OpenGL or MuJoCo", r"(EGL|GL|GLES\d?|KHR|mujoco)/.*", ["sim_hil/plant", "sim_hil/mujoco", "sim_hil/pitch", "robots"]),
     ("OpenCV", r"opencv2?/.*", ["vision/opencv"]),
     ("Eigen", r"Eigen/.*|unsupported/Eigen/.*", ["vision", "control"]),
     ("TOML, the command line or JSON", r"toml\+\+/.*|toml\.hpp|CLI/.*|nlohmann/.*", ["tap", "monitor", "client", "net"]),
@@ -68,7 +68,7 @@ def read_rooms(table):
             sys.exit(f"{table}:{number}: a line is 'room: rooms that it sees | what it holds', each room once")
         rooms[found[1]] = sees
     for room, sees in rooms.items():
-        unknown = [other for other in sees if other not in rooms]
+        unknown = [other for other in sees if other not in rooms and pattern_of(other) not in rooms]  # or one of robots/*
         if unknown or room in sees:
             sys.exit(f"{table}: {room} sees {', '.join(unknown) or 'itself'}: name other rooms of the table")
     return rooms
@@ -78,7 +78,8 @@ def circle(rooms):
     """Rooms that see each other in a circle, or nothing."""
     done = []
     while len(done) < len(rooms):
-        free = [room for room in rooms if room not in done and all(other in done for other in rooms[room])]
+        free = [room for room in rooms if room not in done and
+                all(other in done or pattern_of(other) in done for other in rooms[room])]
         if not free:
             return [room for room in rooms if room not in done]
         done += free

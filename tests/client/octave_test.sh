@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Compiles client/mex for Octave, asks a robot everything that it can, and flies the simulated quadrotor from Octave.
+# Compiles client/mex for Octave, asks a robot everything that it can, and flies the simulated quadrotors from Octave.
 #
 #   tests/client/octave_test.sh BUILD
 #
@@ -25,3 +25,4 @@ for _ in {1..200}; do
 done
 SINEW_RUN_DIR=$folder/run "${octave[@]}" "$root/tests/client/mex_test.m"
 python3 -B "$root/tests/client/steer_test.py" "$build/bin/sinew" "$build/bin/libsinew_client.so.1" "$root" "${octave[@]}" steer.m
+python3 -B "$root/tests/client/emd_test.py" "$build/bin/sinew" "$build/bin/libsinew_client.so.1" "$root" "${octave[@]}" emd.m

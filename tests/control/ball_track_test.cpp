@@ -53,6 +53,27 @@ TEST(BallTrack, OneWrongSightingIsRefusedAndThreeAreAnotherBall) {
   EXPECT_EQ(track.at(track.stamp()).azimuth_radps, 0);
 }
 
+TEST(BallTrack, ABallThatPassesBelowIsTheSameBallOnTheOtherSide) {
+  for (const double beside : {0.0, 0.02, -0.2}) {
+    BallTrack track;
+    track.params.below = 1;
+    math::Random random(5);
+    int refused = 0;
+    for (int i = 0; i < 120; ++i) {
+      Vec3 d{1 - i / 60.0, beside, -1.5};
+      d += {0.004 * random.normal(), 0.004 * random.normal(), 0};
+      refused += track.add(at(1 + i / 30.0), math::normalized(d)) ? 0 : 1;
+      const BallTrack::Aim aim = track.at(track.stamp());
+      const Vec3 seen = math::normalized(Vec3{1 - i / 60.0, beside, -1.5});
+      if (i > 3) {
+        EXPECT_GT(dot(seen, towards(aim.azimuth_rad, aim.elevation_rad)), std::cos(0.03)) << beside << " " << i;
+      }
+    }
+    EXPECT_LE(refused, 2) << beside;
+    EXPECT_GT(track.at(track.stamp()).elevation_rad, -math::kPi / 2);
+  }
+}
+
 TEST(BallTrack, TheSameOrAnOlderSightingCountsOnce) {
   BallTrack track;
   EXPECT_TRUE(track.add(at(1), towards(0, 0)));

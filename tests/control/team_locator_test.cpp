@@ -66,6 +66,9 @@ TEST(TeamLocator, SaysThePadOnlyOnceItIsKnown) {
   ASSERT_NE(pad, nullptr);
   EXPECT_NEAR(pad->p_m.x, 2 - 0.5, 1e-12);
   EXPECT_NEAR(pad->p_m.y, 1 + 1, 1e-12);
+  // 0.1 m of the own place, 0.1 m of the sighting, 2 cm of the start, which is turned by a degree.
+  const double turn = math::kPi / 180;
+  EXPECT_NEAR(pad->covariance_m2[4], 0.01 + 0.01 + 0.0004 + 0.25 * turn * turn, 1e-9);
 }
 
 TEST(TeamLocator, BringsAMatesPadIntoItsOwnFrameAndNoSurer) {

@@ -95,7 +95,9 @@ std::string keys_page(const std::vector<KeyTable>& tables) {
       page += "| " + code(t.driver) + " | " + std::string(t.measures) + " | " + readers_of(t) + " |\n";
   page += "\n## `[device.NAME]`\n" + group(tables, "[device.NAME]");
   page += "\n## `[bus.NAME]`\n" + group(tables, "[bus.NAME]");
-  page += "\n## `[[device.NAME.joint]]`\n" + group(tables, "[[device.NAME.joint]]");
+  for (const char* header :
+       {"[[device.NAME.joint]]", "[[device.NAME.drive]]", "[[device.NAME.command]]", "[[device.NAME.message]]"})
+    page += "\n## `" + std::string(header) + "`\n" + group(tables, header);
   return page;
 }
 

@@ -262,11 +262,12 @@ TEST(BusKeys, BitRatesAreThoseOfControllers) {
 }
 
 TEST(BusKeys, OfAnUnknownDriverNothingElseIsSaid) {
-  EXPECT_THAT(of_bus("usb", {{"address", std::string("can0")}, {"colour", 1.0}}),
-              ElementsAre("r.toml:1: bus.can0.driver: \"usb\": one of \"socketcan\", \"udp\", \"socketcand\""));
+  EXPECT_THAT(
+      of_bus("usb", {{"address", std::string("can0")}, {"colour", 1.0}}),
+      ElementsAre("r.toml:1: bus.can0.driver: \"usb\": one of \"socketcan\", \"udp\", \"socketcand\", \"serial\""));
   EXPECT_THAT(of_joint("servo", {{"colour", 1.0}}),
               ElementsAre("r.toml:1: device.head.joint.pan.driver: \"servo\": one of \"cia402\", \"mit\", "
-                          "\"cybergear\", \"dronecan\""));
+                          "\"cybergear\", \"dronecan\", \"dynamixel\", \"feetech\""));
 }
 
 TEST(JointKeys, ErrorsGoByTheKeysOfTheFileAndHaveTheRange) {
@@ -370,9 +371,8 @@ TEST(JointKeys, ABusIsThereOrNamed) {
   EXPECT_THAT(texts(specs),
               ElementsAre("r.toml:2: device.head.joint.pan.bus: \"can0\": the name of a [bus.NAME]: there is none"));
   specs.devices = {table("joints", "joints_of", {{"group", std::string("head")}})};
-  EXPECT_THAT(
-      texts(specs),
-      ElementsAre("r.toml:2: device.joints.group: \"head\": the name of a device with can_servos: there is none"));
+  EXPECT_THAT(texts(specs), ElementsAre("r.toml:2: device.joints.group: \"head\": the name of a device with can_servos "
+                                        "or serial_servos: there is none"));
 }
 
 }  // namespace

@@ -22,21 +22,20 @@ class Contents(Base):
     def test_there_is_a_package_of_each_kind(self):
         names = sorted(os.path.basename(p).split("_")[0] for p in found("*.deb"))
         if names:
-            net = [] if CROSS else ["sinew-net"]  # the sysroots of boards have no Cyclone DDS
-            self.assertEqual(names, ["libsinew-dev", "sinew", "sinew-monitor", *net, "sinew-sim"])
+            self.assertEqual(names, ["libsinew-dev", "sinew", "sinew-monitor", "sinew-net", "sinew-sim"])
         else:
             self.assertEqual(len(found("*.tar.gz")), 1)
 
     def test_each_has_what_it_is_for_and_nothing_else(self):
         libraries = "usr/lib/[a-z0-9_-]+-linux-gnu[a-z]*/"
         allowed = {
-            "sinew": rf"usr/bin/sinew(-fly|-control)?$|usr/share/man/man1/sinew(-fly|-control)?\.1\.gz$|{libraries}sinew/libsinew_libcamera\.so$|{libraries}libsinew_client\.so\.1(\.0\.0)?$|usr/lib/python3/dist-packages/sinew/\w+\.(pyi?|typed)$|usr/lib/systemd/system/sinew@\.service$"
-                     r"|usr/share/(sinew/robots/(\w+/)?\w+\.toml|bash-completion/completions/sinew)$",
+            "sinew": rf"usr/bin/sinew(-fly|-control)?$|usr/share/man/man1/sinew(-fly|-control)?\.1\.gz$|{libraries}sinew/(libsinew_(libcamera|grab)\.so|vulkan/VkLayer_sinew_grab\.json)$|{libraries}libsinew_client\.so\.1(\.0\.0)?$|usr/lib/python3/dist-packages/sinew/\w+\.(pyi?|typed)$|usr/lib/systemd/system/sinew@\.service$"
+                     r"|usr/share/(sinew/robots/(\w+/)?\w+\.(toml|onnx|ini)|bash-completion/completions/sinew)$",
             "libsinew-dev": rf"usr/include/(sinew/[\w/]+\.hpp|sinew_client\.h)$|usr/share/sinew/mex/sinew_mex\.c$|{libraries}(libsinew_client\.so|libsinew_\w+\.a|cmake/Sinew/Sinew[\w-]+\.cmake)$"
                             r"|usr/share/doc/sinew/(reference/)?[\w-]+\.md$",
             "sinew-monitor": r"usr/(bin/sinew-monitor|share/man/man1/sinew-monitor\.1\.gz)$",
             "sinew-net": r"usr/(bin/sinew-net|share/man/man1/sinew-net\.1\.gz)$",
-            "sinew-sim": r"usr/(bin/sinew-(sim|fuzz)|share/man/man1/sinew-(sim|fuzz)\.1\.gz)$",
+            "sinew-sim": r"usr/(bin/sinew-(sim|fuzz|learn)|share/man/man1/sinew-(sim|fuzz|learn)\.1\.gz)$",
         }
         needed = {
             "sinew": ["usr/bin/sinew", "usr/bin/sinew-fly", "usr/bin/sinew-control", "usr/share/sinew/robots/quad/quad.toml",
@@ -46,12 +45,13 @@ class Contents(Base):
             "sinew-net": ["usr/bin/sinew-net"],
             "sinew-sim": ["usr/bin/sinew-sim"],
         }
-        for tarball in found("*.tar.gz"):  # the first two as one prefix
+        for tarball in found("*.tar.gz"):  # all but the last as one prefix
+            programs = "|".join(allowed[name] for name in ("sinew", "libsinew-dev", "sinew-monitor", "sinew-net"))
             with tarfile.open(tarball) as tar:
                 files = ["usr/" + m.name.split("/", 1)[1] for m in tar.getmembers() if m.isfile() or m.issym()]
             for path in files:
-                self.assertRegex(path, f"^({allowed['sinew']}|{allowed['libsinew-dev']}|usr/share/doc/sinew/(LICENSE|third-party/[a-z0-9+-]+\\.txt)$)")
-            for path in needed["sinew"] + needed["libsinew-dev"] + ["usr/share/doc/sinew/LICENSE"]:
+                self.assertRegex(path, f"^({programs}|usr/share/doc/sinew/(LICENSE|third-party/[a-z0-9+-]+\\.txt)$)")
+            for path in needed["sinew"] + needed["libsinew-dev"] + needed["sinew-net"] + ["usr/share/doc/sinew/LICENSE"]:
                 self.assertIn(path, files)
         for deb in found("*.deb"):
             name = field(deb, "Package")

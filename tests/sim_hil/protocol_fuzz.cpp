@@ -97,6 +97,7 @@ void hear_as_runtime(std::unique_ptr<hal::Stream> stream) {
   msg::RangeSample range;
   msg::BaroSample baro;
   msg::BatterySample battery;
+  msg::SolePressure soles;
   msg::JointState joints;
   msg::Datagram datagram;
   auto until = (*board)->next_grant({});
@@ -106,6 +107,7 @@ void hear_as_runtime(std::unique_ptr<hal::Stream> stream) {
       if (d.kind == DeviceKind::imu) read_all((*board)->sensor<msg::ImuSample>(d.name), imu);
       if (d.kind == DeviceKind::range) read_all((*board)->sensor<msg::RangeSample>(d.name), range);
       if (d.kind == DeviceKind::baro) read_all((*board)->sensor<msg::BaroSample>(d.name), baro);
+      if (d.kind == DeviceKind::soles) read_all((*board)->sensor<msg::SolePressure>(d.name), soles);
       if (d.kind == DeviceKind::battery) read_all((*board)->sensor<msg::BatterySample>(d.name), battery);
       if (d.kind == DeviceKind::joints) read_all((*board)->sensor<msg::JointState>(d.name), joints);
       if (d.kind == DeviceKind::radio)

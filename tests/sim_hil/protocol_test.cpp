@@ -81,6 +81,7 @@ TEST(SimProtocol, PayloadsHaveTheSizesOfThePage) {
   EXPECT_EQ(payload_of(Sample<msg::RangeSample>{}).size(), kRangeBytes);
   EXPECT_EQ(payload_of(Sample<msg::BaroSample>{}).size(), kBaroBytes);
   EXPECT_EQ(payload_of(Sample<msg::BatterySample>{}).size(), kBatteryBytes);
+  EXPECT_EQ(payload_of(Sample<msg::SolePressure>{}).size(), kSolesBytes);
   EXPECT_EQ(payload_of(two_joints()).size(), kJointsHeadBytes + 2 * kJointBytes);
   EXPECT_EQ(payload_of(FrameInfo{}).size(), kFrameBytes);
   EXPECT_EQ(payload_of(Truth{}).size(), kTruthBytes);
@@ -141,6 +142,13 @@ TEST(SimProtocol, SamplesComeBackWithTheSameBits) {
   EXPECT_EQ(battery_back.value.voltage_v, 15.2);
   EXPECT_EQ(battery_back.value.current_a, 9.5);
   EXPECT_EQ(battery_back.value.charge, 0.75);
+
+  Sample<msg::SolePressure> soles, soles_back;
+  soles.ready = Time{7};
+  soles.value.force_n = {1, 2, 3, 4, 5, 6, 7, 8};
+  ASSERT_TRUE(decode_payload(Type::soles, payload_of(soles), soles_back, Time{6}));
+  EXPECT_EQ(soles_back.value.stamp, Time{6});
+  EXPECT_EQ(soles_back.value.force_n, soles.value.force_n);
 }
 
 TEST(SimProtocol, CommandAndTruthComeBackAsTheyWereSent) {
@@ -234,7 +242,7 @@ TEST(SimProtocol, WelcomeIsCheckedDeviceByDevice) {
   EXPECT_EQ(refused([](Welcome& w) { w.step = 0ns; }), "plant's step is not positive");
   EXPECT_EQ(refused([](Welcome& w) { w.devices[1].name = "imu"; }), "two devices have the same name");
   EXPECT_EQ(refused([](Welcome& w) { w.devices[1].channels = 9; }), "actuators need 1 to 8 channels");
-  EXPECT_EQ(refused([](Welcome& w) { w.devices[0].kind = DeviceKind{9}; }), "unknown kind of device");
+  EXPECT_EQ(refused([](Welcome& w) { w.devices[0].kind = DeviceKind{10}; }), "unknown kind of device");
   EXPECT_EQ(refused([](Welcome& w) { w.devices[0].kind = DeviceKind::joints; }), "joints are 1 to 8");
   EXPECT_EQ(refused([](Welcome& w) { w.devices[0].period = -1ns; }), "device has a bad period or latency");
   EXPECT_EQ(refused([](Welcome& w) { w.devices[2].width = 1282; }), "camera is larger than 1280x960 or empty");

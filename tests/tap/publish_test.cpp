@@ -166,5 +166,30 @@ TEST_F(Publish, WithoutWaitingIsAnsweredAtOnceAndFillsUp) {
   EXPECT_EQ(said.back(), "2 messages of outside.image wait already");
 }
 
+TEST_F(Publish, SeveralMessagesOfOneRequestAreEachAcceptedOrRefused) {
+  OwnMemory memory(kBytes + 64, F_SEAL_SHRINK | F_SEAL_GROW);
+  draw(memory, 1);
+  ASSERT_EQ(why(hand_over(memory)), "ok");
+  const msg::RangeSample range{{0}, 1.5};
+  const std::size_t at = (kBytes + 15) / 16 * 16;
+  std::memcpy(memory.data() + at, &range, sizeof range);
+  const auto one = [](const char* topic, const Json& offset, std::size_t bytes) {
+    return Json{{"topic", topic}, {"offset", offset}, {"bytes", bytes}};
+  };
+  const Json reply = ask(*client, "publish.bytes",
+                         {{"messages",
+                           {one("outside.image", 0, kBytes), one("operator.range", at, 15), Json(7),
+                            one("operator.range", at, sizeof range), one("operator.range", -1, sizeof range)}}});
+  ASSERT_EQ(why(reply), "ok");
+  EXPECT_EQ(reply["accepted"], 2);
+  ASSERT_EQ(reply["refused"].size(), 3U) << reply;
+  EXPECT_EQ(reply["refused"][0]["at"], 1);
+  EXPECT_EQ(why(reply["refused"][0]), "15 bytes: RangeSample has 16");
+  EXPECT_EQ(why(reply["refused"][1]), "\"topic\": a topic's name");
+  EXPECT_EQ(why(reply["refused"][2]), "\"offset\": an integer from 0 to 4294967295");
+  for (const Json& no : {Json(), Json(1), Json::array(), Json(std::vector<int>(17))})
+    EXPECT_EQ(why(ask(*client, "publish.bytes", {{"messages", no}})), "\"messages\": an array of 1 to 16 objects");
+}
+
 }  // namespace
 }  // namespace sinew::tap::publish_test

@@ -39,8 +39,8 @@ TEST_P(RenderedBall, IsFoundWhereverItIsInSightAndNothingElseIs) {
     for (int i = 0; i < 60'000; ++i) {
       const double t = i * 2.5e-4;
       const std::array<double, 2> command{0.6 * std::sin(0.9 * t), 0.25 * std::sin(0.7 * t)};
-      if (!world.step(command).camera || ++frames % 5 != 0) continue;
-      const plant::Scene scene = world.scene();
+      if (world.step(command).cameras == 0 || ++frames % 5 != 0) continue;
+      const plant::Scene scene = world.scene(0);
       (*renderer)->place(scene);
       (*renderer)->camera_view(scene.camera, msg::PixelFormat::yuyv, image.bytes().data());
       for (auto& v : image.bytes())

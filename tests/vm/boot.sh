@@ -11,6 +11,9 @@
 #         host: how late things are.
 # buses:  the same with 1 ns for each instruction: as many frames a second as a board has, however slow the host is.
 # head:   the same with more memory, for a robot and the world around it.
+# team:   as board, with a network to the host and a calendar that is years ahead. The host is 10.0.2.2, also its loopback
+#         interface; what comes to a UDP port of the host that is chosen here goes to port 4580 of the guest. The part of a
+#         sub-test on the host, NAME.host.py, runs from before the boot, and shares the folder results/team/NAME with the guest.
 #
 # For each sub-test build/vm/results/FOLDER/NAME.log is its output, NAME.result its exit code and its seconds; kernel.log
 # is the kernel's. Exit: 0 when the guest came to the end, whatever its sub-tests' results.
@@ -27,7 +30,7 @@ while [[ ${1:-} == --* ]]; do
     *) die "$1: --shell or --arch ARCH" ;;
   esac
 done
-folder=${1:?"board, icount, buses or head"}
+folder=${1:?"board, team, icount, buses or head"}
 shift
 here=$root/tests/vm
 [[ -d $here/$folder ]] || die "$folder: no such folder of sub-tests in tests/vm"
@@ -67,6 +70,11 @@ case $folder in
     machine+=(-accel tcg,thread=multi -smp 2
       -object can-bus,id=can -device kvaser_pci,canbus=can -device kvaser_pci,canbus=can)
     ;;
+  team)
+    guest_port=$(python3 -c 'import socket as s; p = s.socket(type=s.SOCK_DGRAM); p.bind(("127.0.0.1", 0)); print(p.getsockname()[1])')
+    machine+=(-accel tcg,thread=multi -smp 2 -rtc base=2040-05-06T07:08:09
+      -netdev "user,id=net,ipv6=off,hostfwd=udp:127.0.0.1:$guest_port-:4580" -device virtio-net-pci,netdev=net,romfile=)
+    ;;
   buses)
     machine+=(-accel tcg -smp 1 -icount shift=0,sleep=off -rtc clock=vm -seed 1
       -object can-bus,id=can -device kvaser_pci,canbus=can -device kvaser_pci,canbus=can)
@@ -86,10 +94,10 @@ words+=" vm.kernel=$vm vm.source=$root vm.results=$results"
 [[ ! -d $vm/tree ]] || words+=" vm.tree=$vm/tree"
 # Counted time leaps from timer to timer while the guest has nothing to do, also when it waits for a file of the host:
 # minutes, where the host is slow. So it always has something to do.
-[[ $folder == board ]] || words+=" vm.busy"
+[[ $folder =~ ^(board|team)$ ]] || words+=" vm.busy"
 
 # In real time a guest of amd64 reads the host's counter.
-[[ $folder != board || $arch != amd64 ]] || words+=" tsc_early_khz=$("$build/tests/vm/vm_tsc_khz")"
+[[ ! $folder =~ ^(board|team)$ || $arch != amd64 ]] || words+=" tsc_early_khz=$("$build/tests/vm/vm_tsc_khz")"
 
 start=$(now_s)
 qemu=("${machine[@]}" -kernel "$(echo "$vm"/boot/vmlinuz-*)"
@@ -97,7 +105,20 @@ qemu=("${machine[@]}" -kernel "$(echo "$vm"/boot/vmlinuz-*)"
 if ((shell)); then
   exec timeout -k 5 "$limit_s" "${qemu[@]}" -serial stdio # in its place: one of a group of its own may not read a terminal
 fi
-trap end_limited EXIT
+host_pids=()
+end_host_parts() {
+  ((${#host_pids[@]})) || return 0
+  kill "${host_pids[@]}" 2>/dev/null || true
+  wait "${host_pids[@]}" 2>/dev/null || true
+}
+trap 'end_limited; end_host_parts' EXIT
+for name in "${names[@]}"; do
+  host_part=$here/$folder/$name.host.py
+  [[ -f $host_part ]] || continue
+  mkdir "$results/$name"
+  python3 -B "$host_part" "$root/build/release" "$results/$name" "$guest_port" >"$results/$name.host.log" 2>&1 </dev/null &
+  host_pids+=($!)
+done
 status=0
 limited "$limit_s" "${qemu[@]}" -serial "file:$console" >"$console.qemu" 2>&1 || status=$?
 if [[ ! -f $results/finished ]]; then

@@ -8,7 +8,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <optional>
-#include <thread>
 
 #include "apps/command/command.hpp"
 #include "apps/command/usage_error.hpp"
@@ -23,10 +22,6 @@
 namespace {
 
 using namespace sinew;
-using namespace std::chrono_literals;
-
-constexpr hal::Duration kHangs = 15s;
-
 int fail_net(const std::string& why) {
   std::fprintf(stderr, "sinew-net: %s\n", why.c_str());
   return app::kNotBegun;
@@ -69,31 +64,24 @@ bool has_dds_radio(const app::RobotFile& robot) {
   return std::any_of(devices.begin(), devices.end(), [](const auto& d) { return d.driver == "dds"; });
 }
 
-/// Cyclone may hang, also at its end: then this process ends without it.
-void watch_for_hang(net::Service& service) {
-  std::thread([&service] {
-    std::uint32_t last = service.progress();
-    for (hal::Duration still{}; still < kHangs; still += 1s) {
-      std::this_thread::sleep_for(1s);
-      if (const std::uint32_t now = service.progress(); now != last) last = now, still = 0s;
-    }
-    std::fprintf(stderr, "sinew-net: DDS hangs\n");
-    _exit(app::kNetHung);
-  }).detach();
-}
+/// What our own process tells this one.
+struct AsWorker {
+  int attempt = 0;  // how often it has failed before
+  int beat = -1;    // where it shows that it does not hang; -1: nobody looks
+};
 
-int work(const app::RobotFile& robot, std::uint32_t domain, int attempt) {
+int work(const app::RobotFile& robot, std::uint32_t domain, const AsWorker& as) {
   std::string why;
   auto link = net::LocalLink::open(robot.graph.robot, why);
   if (!link) return fail_net(why);
   net::ServiceOptions options = options_of(robot, domain);
-  options.attempt = attempt;
+  options.attempt = as.attempt;
+  if (as.beat >= 0) options.alive = [fd = as.beat] { app::beat(fd); };
   std::vector<std::unique_ptr<net::Part>> parts;
   if (has_dds_radio(robot))
     parts.push_back(std::make_unique<net::TeamRadio>(robot.team ? robot.team->link.team : 0, **link));
   if (robot.ros2) parts.push_back(std::make_unique<net::Ros2Part>(robot.graph.robot, *robot.ros2));
   auto service = std::make_unique<net::Service>(std::move(options), **link, std::move(parts));
-  watch_for_hang(*service);
   const net::Service::End end = service->run();
   link->reset();  // the socket's file goes
   // Cyclone is not asked to end where it would not: the addresses that it has are gone.
@@ -107,11 +95,14 @@ int work(const app::RobotFile& robot, std::uint32_t domain, int attempt) {
 int main(int argc, char** argv) {
   std::string file;
   bool worker = false;
-  int attempt = 0;
-  CLI::App options("DDS for a robot, in a program of its own beside it.", "sinew net");
+  AsWorker as;
+  double patience_s = std::chrono::duration<double>(app::kNetHangs).count();
+  CLI::App options("DDS and ROS 2 for a robot, in a program of its own beside it.", "sinew net");
   options.add_option("file", file, "robot file")->required()->type_name(app::kRobotFileHint);
   options.add_flag("--worker", worker)->group("");
-  options.add_option("--attempt", attempt)->group("");
+  options.add_option("--attempt", as.attempt)->group("");
+  options.add_option("--beat", as.beat)->group("");
+  options.add_option("--patience", patience_s, "s without a sign of life")->check(CLI::Range(1., 3600.))->group("");
   try {
     options.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -119,6 +110,7 @@ int main(int argc, char** argv) {
     return options.exit(e);  // prints the help
   }
   hal::stop_requested();  // from now on a signal only asks
+  if (as.beat >= 0) app::beat(as.beat);
   const app::LoadedRobot loaded = app::load_robot(file);
   if (!loaded.problems.empty()) {
     for (const rt::Problem& p : loaded.problems) std::fprintf(stderr, "%s\n", to_string(p, loaded.robot).c_str());
@@ -129,5 +121,7 @@ int main(int argc, char** argv) {
   std::string why;
   const auto domain = domain_of(loaded.robot, why);
   if (!domain) return fail_net(why);
-  return worker ? work(loaded.robot, *domain, attempt) : app::supervise_net(hal::program_path(), file);
+  if (worker) return work(loaded.robot, *domain, as);
+  const auto patience = std::chrono::milliseconds(static_cast<std::int64_t>(patience_s * 1000));
+  return app::supervise_net(hal::program_path(), file, patience);
 }

@@ -43,6 +43,16 @@ struct JpegDecoder::Library {
 bool JpegDecoder::built() { return true; }
 bool JpegDecoder::gives(msg::PixelFormat format) { return pixel_format(format) != TJPF_UNKNOWN; }
 
+std::optional<JpegDecoder::Shape> JpegDecoder::shape_of(std::span<const std::uint8_t> jpeg) {
+  const tjhandle handle = jpeg.empty() ? nullptr : tjInitDecompress();
+  if (!handle) return std::nullopt;
+  int w = 0, h = 0, subsampling = 0, colours = 0;
+  const bool read = tjDecompressHeader3(handle, jpeg.data(), jpeg.size(), &w, &h, &subsampling, &colours) == 0;
+  tjDestroy(handle);
+  if (!read || w <= 0 || h <= 0) return std::nullopt;  // a cut-off head has no size
+  return Shape{static_cast<std::uint32_t>(w), static_cast<std::uint32_t>(h), colours == TJCS_GRAY};
+}
+
 JpegDecoder::JpegDecoder(msg::PixelFormat format, std::uint32_t width, std::uint32_t height)
     : library_(std::make_unique<Library>()) {
   library_->handle = tjInitDecompress();
@@ -74,6 +84,7 @@ bool JpegDecoder::Library::decode(std::span<const std::uint8_t> jpeg, msg::Image
 struct JpegDecoder::Library {};
 bool JpegDecoder::built() { return false; }
 bool JpegDecoder::gives(msg::PixelFormat) { return false; }
+std::optional<JpegDecoder::Shape> JpegDecoder::shape_of(std::span<const std::uint8_t>) { return std::nullopt; }
 JpegDecoder::JpegDecoder(msg::PixelFormat, std::uint32_t, std::uint32_t) {}
 bool JpegDecoder::decode(std::span<const std::uint8_t>, msg::Image&) noexcept { return false; }
 

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "msg/image.hpp"
@@ -21,6 +22,13 @@ class JpegDecoder {
   static bool built();
   /// True if it can decode into such images.
   static bool gives(msg::PixelFormat format);
+
+  struct Shape {
+    std::uint32_t width = 0, height = 0;
+    bool is_grey = false;
+  };
+  /// What the picture's head says. None: it has none that can be read.
+  static std::optional<Shape> shape_of(std::span<const std::uint8_t> jpeg);
 
   JpegDecoder(msg::PixelFormat format, std::uint32_t width, std::uint32_t height);
   ~JpegDecoder();

@@ -10,6 +10,8 @@
 #include "hal/linux/devices/net_radio.hpp"
 #include "hal/linux/devices/serial.hpp"
 #include "hal/linux/devices/spi.hpp"
+#include "hal/linux/grab/grab_camera.hpp"
+#include "hal/linux/image_server/image_server_camera.hpp"
 #include "hal/linux/udp_radio.hpp"
 
 namespace sinew::hal {
@@ -54,6 +56,12 @@ Result<std::unique_ptr<Camera>> LinuxConnectors::v4l2_camera(const CameraSpec& s
 }
 Result<std::unique_ptr<Camera>> LinuxConnectors::libcamera_camera(const CameraSpec& spec, std::string& why) {
   return open_libcamera_plugin(spec, os_, why);
+}
+Result<std::unique_ptr<Camera>> LinuxConnectors::grab_camera(const GrabSpec& spec, std::string& why) {
+  return GrabCamera::open(spec, os_, why);
+}
+Result<std::unique_ptr<Camera>> LinuxConnectors::image_server_camera(const ImageServerSpec& spec, std::string& why) {
+  return ImageServerCamera::open(spec, os_, why);
 }
 Result<std::unique_ptr<Radio>> LinuxConnectors::radio(const RadioSpec& spec, std::string& why) {
   return spec.net.empty() ? UdpRadio::open(spec, os_, why) : NetRadio::open(spec.net, os_, why);

@@ -28,6 +28,8 @@ class LinuxConnectors final : public Connectors, public SelfReport {
   Result<std::unique_ptr<Imu>> iio_imu(const IioSpec& spec, std::string& why) override;
   Result<std::unique_ptr<Camera>> v4l2_camera(const CameraSpec& spec, std::string& why) override;
   Result<std::unique_ptr<Camera>> libcamera_camera(const CameraSpec& spec, std::string& why) override;
+  Result<std::unique_ptr<Camera>> grab_camera(const GrabSpec& spec, std::string& why) override;
+  Result<std::unique_ptr<Camera>> image_server_camera(const ImageServerSpec& spec, std::string& why) override;
   Result<std::unique_ptr<Radio>> radio(const RadioSpec& spec, std::string& why) override;
 
   std::string trouble() const override { return {}; }  // the opened objects report for themselves

@@ -167,7 +167,10 @@ RadioStats NetRadio::stats() const noexcept {
 }
 
 std::string NetRadio::trouble() const {
-  if (!connected_.load(std::memory_order_relaxed)) return "sinew net of '" + name_ + "' does not run: no DDS";
+  if (!connected_.load(std::memory_order_relaxed)) {
+    const bool starts = !was_connected_.load(std::memory_order_relaxed) && os_.now() - opened_ < kStarts;
+    return "sinew net of '" + name_ + (starts ? "' is starting" : "' does not run: no DDS");
+  }
   const std::string text = program_trouble_.get();
   return text.empty() ? "" : "sinew net: " + text;
 }
@@ -193,7 +196,7 @@ bool NetRadio::connect_now() noexcept {
   if (fd < 0) return false;
   const bool ok = send_empty(fd, NetLinkKind::hello) && dup3(fd, socket_, O_CLOEXEC) >= 0;
   close(fd);
-  if (ok) program_trouble_.set({});
+  if (ok) program_trouble_.set({}), was_connected_.store(true, std::memory_order_relaxed);
   connected_.store(ok, std::memory_order_relaxed);
   return ok;
 }
@@ -230,7 +233,8 @@ void NetRadio::receive() noexcept {
     clock_gettime(CLOCK_MONOTONIC, &ts);
     const std::int64_t age_ns =
         std::max<std::int64_t>(0, std::int64_t{ts.tv_sec} * 1'000'000'000 + ts.tv_nsec - packet->stamp_ns);
-    incoming_.stamp = os_.now() - Duration(std::min<std::int64_t>(age_ns, 1'000'000'000));
+    const auto most_ns = static_cast<double>(std::min<std::int64_t>(age_ns, 1'000'000'000));
+    incoming_.stamp = os_.now() - Duration(static_cast<std::int64_t>(most_ns * os_.rate()));
     incoming_.sender = packet->sender;
     incoming_.port = 0;
     incoming_.lost = packet->lost;

@@ -45,9 +45,11 @@ class NetRadio final : public Radio, public SelfReport {
   std::string shortfall() const override { return thread_ ? thread_->shortfall() : std::string(); }
 
   static constexpr std::size_t kWaiting = 64;  // datagrams that wait for a reader, at most
+  /// How long a program that was never there is said to start.
+  static constexpr Duration kStarts = std::chrono::seconds(10);
 
  private:
-  NetRadio(std::string name, Os& os) : name_(std::move(name)), os_(os) {}
+  NetRadio(std::string name, Os& os) : name_(std::move(name)), os_(os), opened_(os.now()) {}
   void run() noexcept;
   bool connect_now() noexcept;
   void lose() noexcept;
@@ -56,6 +58,7 @@ class NetRadio final : public Radio, public SelfReport {
 
   const std::string name_;
   Os& os_;
+  const Time opened_;
   std::string path_;
   // One number for ever: the thread puts another socket behind it (dup2) while send() may use it. Without the program
   // it is a socket without a peer.
@@ -69,7 +72,7 @@ class NetRadio final : public Radio, public SelfReport {
   SampleRing<msg::Datagram> ring_{kWaiting};
   WakeSlot wake_;
   Tally received_, received_bytes_, sent_, sent_bytes_, rx_lost_, rx_other_, tx_lost_;
-  std::atomic<bool> connected_{false};  // relaxed: says only what it says
+  std::atomic<bool> connected_{false}, was_connected_{false};  // relaxed: each says only what it says
   TroubleText program_trouble_;
   std::unique_ptr<Thread> thread_;
 };

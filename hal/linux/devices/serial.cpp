@@ -107,6 +107,7 @@ Result<std::unique_ptr<Serial>> open_serial(const SerialSpec& spec, std::string&
     return done.error();
   }
   ::tcflush(fd, TCIFLUSH);  // earlier bytes came at another rate
+  if (spec.low_latency) why = beyond_posix::set_latency_timer(fd, spec);
   return std::unique_ptr<Serial>(std::move(line));
 }
 

@@ -165,8 +165,8 @@ void HeadWorld::Impl::sample() {
   due.imu = steps % kImuSteps == 0;
   due.joints = steps % kJointSteps == 0;
   due.truth = steps % kTruthSteps == 0;
-  due.camera = now().ns == camera_stamp_ns(next_frame);
-  if (due.camera) ++next_frame;
+  due.cameras = now().ns == camera_stamp_ns(next_frame);
+  if (due.cameras != 0) ++next_frame;
   if (due.imu) {
     constexpr double kShare = 1.0 / kImuSteps;
     due.imu_sample = imu.measure((kShare * gyro_sum).to<msg::Vec3>(), (kShare * accel_sum).to<msg::Vec3>(), 0,
@@ -175,7 +175,7 @@ void HeadWorld::Impl::sample() {
     gyro_sum = accel_sum = {};
     score.look(now(), camera(), ball, base.q_world_base, hidden(), kImuSteps * kHeadStepS);
   }
-  if (due.joints) due.joints_sample = joint_state();
+  if (due.joints) due.joints_samples[0] = joint_state();
 }
 
 HeadWorld::HeadWorld(const HeadOptions& options) : impl_(std::make_unique<Impl>(options)) {}
@@ -210,7 +210,7 @@ WorldTruth HeadWorld::ground_truth() const {
 }
 
 /// In the order of the mocap bodies of robots/desk_head/world/room.xml.
-Scene HeadWorld::scene() const {
+Scene HeadWorld::scene(std::size_t /*camera*/) const {
   const Impl& w = *impl_;
   Scene s;
   s.camera = w.camera();

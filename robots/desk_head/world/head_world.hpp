@@ -31,7 +31,7 @@ class HeadWorld final : public LoneRobot, public PlantJoints {
   const Due& due() const override;
   msg::Time now() const override;
   WorldTruth ground_truth() const override;
-  Scene scene() const override;
+  Scene scene(std::size_t camera) const override;
   bool still() const override;
   void add_to(JsonObject& report) const override;
   Verdict verdict() const override;

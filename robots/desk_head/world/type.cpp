@@ -30,10 +30,10 @@ std::vector<Portrait> portraits() {
     }
   };
   advance(3.0);
-  std::vector<Portrait> all{{"desk_head", world.scene(), Viewpoint{{-0.75, -0.95, 1.50}, {0.55, 0.10, 0.98}}},
-                            {"desk_head_close", world.scene(), Viewpoint{{0.55, -0.55, 1.12}, {0.0, 0.0, 0.93}}}};
+  std::vector<Portrait> all{{"desk_head", world.scene(0), Viewpoint{{-0.75, -0.95, 1.50}, {0.55, 0.10, 0.98}}},
+                            {"desk_head_close", world.scene(0), Viewpoint{{0.55, -0.55, 1.12}, {0.0, 0.0, 0.93}}}};
   for (int i = 0; i < 6; ++i) {
-    all.push_back({"desk_head_camera_" + std::to_string(i), world.scene()});
+    all.push_back({"desk_head_camera_" + std::to_string(i), world.scene(0)});
     advance(1.7);
   }
   return all;
@@ -48,9 +48,9 @@ sinew::plant::WorldType sinew::robots::describe_world_of_desk_head() {
   type.info = HeadWorld::info();
   type.title = "a head on a desk that follows a ball";
   type.room_xml = room_xml_of_desk_head();
-  type.create = [info = type.info](std::span<const WorldValues> robots,
+  type.create = [info = type.info](const WorldChoice& choice,
                                    std::uint64_t seed) -> hal::Result<std::unique_ptr<World>> {
-    const WorldValues& values = robots[0];
+    const WorldValues values = choice.values_of(0);
     HeadOptions head;
     head.seed = seed;
     head.rock_deg = info.value(values, "rock_deg").value();
@@ -59,6 +59,6 @@ sinew::plant::WorldType sinew::robots::describe_world_of_desk_head() {
     head.sensor_errors = info.value(values, "sensor_errors") != 0;
     return std::unique_ptr<World>(std::make_unique<HeadWorld>(head));
   };
-  type.portraits = portraits;
+  type.portraits = [](const WorldChoice&) { return portraits(); };
   return type;
 }

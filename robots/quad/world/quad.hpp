@@ -18,6 +18,9 @@ struct QuadOptions {
   std::optional<double> battery_charge{};                               // 0..1, at the start; none: by the seed
   bool sensor_errors = true;                                            // false: sensors tell the truth
   double land_x_m = 0, land_y_m = 0;                                    // where it shall land; the pad's centre: 0, 0
+  /// Where the vehicle is far from everything, its accelerations are those of a free body, without MuJoCo: the same but
+  /// for rounding, in a quarter of the time. For learning; a world with one vehicle.
+  bool free_flight = false;
   bool drag = true;  // false: with gust_mps 0, vacuum apart from the rotors
 };
 
@@ -61,7 +64,7 @@ class Quad final : public SimRobot {
 
   const Due& due() const override { return due_; }
   WorldTruth ground_truth() const override;
-  Scene scene() const override;
+  Scene scene(std::size_t camera) const override;
   bool still() const override { return at_rest() && motors_stopped(); }
   std::uint32_t news() const override { return summary_.touched_down ? 1 : 0; }
   void add_to(JsonObject& report) const override;
@@ -83,6 +86,8 @@ class Quad final : public SimRobot {
 
   // What a step of the world consists of, in this order, with MuJoCo's accelerations between the first two.
   void apply_forces(RobotCommand command, const msg::Vec3& wind_world_mps);
+  /// With QuadOptions::free_flight in place of MuJoCo's accelerations: false where something may be near.
+  bool accelerate_freely();
   void integrate();
   void watch_contacts(msg::Time now);
   void sample(std::int64_t steps);

@@ -3,7 +3,7 @@
 #include <mujoco/mujoco.h>
 
 #include "robots/quad/world/room_xml.hpp"
-#include "robots/quad/world/wind.hpp"
+#include "sim_hil/worlds/wind.hpp"
 
 namespace sinew::plant {
 
@@ -49,7 +49,8 @@ void QuadWorld::advance(std::span<const RobotCommand> commands) {
   Impl& w = *impl_;
   const msg::Vec3& wind = w.wind.step(1e-9 * kStepNs);
   for (std::size_t i = 0; i < w.quads.size(); ++i) w.quads[i]->apply_forces(commands[i], wind);
-  mj_forwardSkip(w.model.get(), w.data.get(), mjSTAGE_NONE, 1);
+  if (w.quads.size() != 1 || !w.quads[0]->accelerate_freely())
+    mj_forwardSkip(w.model.get(), w.data.get(), mjSTAGE_NONE, 1);
   for (const auto& quad : w.quads) quad->integrate();
   ++w.steps;
   for (const auto& quad : w.quads) {

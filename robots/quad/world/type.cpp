@@ -76,15 +76,15 @@ sinew::plant::WorldType sinew::robots::describe_world_of_quad() {
   type.info = QuadWorld::info();
   type.title = "a quadrotor in a room with a landing pad";
   type.room_xml = room_xml_of_quad();
-  type.create = [info = type.info](std::span<const WorldValues> robots,
+  type.create = [info = type.info](const WorldChoice& choice,
                                    std::uint64_t seed) -> hal::Result<std::unique_ptr<World>> {
     std::vector<QuadOptions> quads;
-    for (std::size_t i = 0; i < robots.size(); ++i)
-      quads.push_back(options_of(info, robots[i], seed_of_robot(seed, i)));
+    for (std::size_t i = 0; i < choice.robot_count(); ++i)
+      quads.push_back(options_of(info, choice.values_of(i), seed_of_robot(seed, i)));
     auto made = QuadWorld::create(quads);
     if (!made) return made.error();
     return std::unique_ptr<World>(std::move(*made));
   };
-  type.portraits = portraits;
+  type.portraits = [](const WorldChoice&) { return portraits(); };
   return type;
 }

@@ -64,7 +64,7 @@ class SeesawWorld final : public LoneRobot {
     truth.gyro_radps = {0, rate_radps_, 0};
     return truth;
   }
-  Scene scene() const override { return {}; }
+  Scene scene(std::size_t /*camera*/) const override { return {}; }
   bool still() const override { return still_; }
 
   void add_to(JsonObject& report) const override { report.number("pitch_rad", pitch_rad_); }
@@ -116,9 +116,9 @@ sinew::plant::WorldType sinew::robots::describe_world_of_seesaw() {
   WorldType type;
   type.info = {"seesaw", kSeesawDevices, kSeesawWorldOptions};
   type.title = "a beam on a hinge that must be kept level";
-  type.create = [info = type.info](std::span<const WorldValues> robots,
+  type.create = [info = type.info](const WorldChoice& choice,
                                    std::uint64_t seed) -> hal::Result<std::unique_ptr<World>> {
-    const double push_radps2 = info.value(robots[0], "push_radps2").value();
+    const double push_radps2 = info.value(choice.values_of(0), "push_radps2").value();
     return std::unique_ptr<World>(std::make_unique<SeesawWorld>(seed, push_radps2));
   };
   return type;

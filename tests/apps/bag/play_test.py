@@ -216,7 +216,7 @@ class Play(unittest.TestCase):
         with Film("--loop") as film:
             code, out, err = run("topic", "hz", "imu.raw", "--robot", "film", "--seconds", "0.5")
             self.assertEqual(code, 0, err)
-            self.assertRegex(out, r"^imu.raw: 1000.00 Hz")
+            self.assertRegex(out, r"^imu.raw: (999.9|1000.0)\d Hz")  # where the film turns, an interval is 5 us longer or shorter
             code, out, err = run("status", "--robot", "film")
             self.assertEqual(code, 0, err)
             self.assertRegex(out, r"(?m)^guardian ")

@@ -108,5 +108,13 @@ TEST(BoardRules, FaultOfASimulatedDeviceThatThisRunHasFromElsewhereReachesNobody
   EXPECT_EQ(unfelt_fault(robot("sim", {}), "joints:off@1"), "");
 }
 
+TEST(BoardRules, FaultOfARadioThatNothingUsesReachesNobody) {
+  auto alone = robot("sim", {});
+  EXPECT_EQ(unfelt_fault(alone, "radio:off@1"),
+            "--fault: 'radio:off@1' strikes a radio, and this robot has none: its file has no [team]");
+  alone.modules.push_back({.name = "mates", .type = "team::Link"});
+  EXPECT_EQ(unfelt_fault(alone, "radio:off@1"), "");
+}
+
 }  // namespace
 }  // namespace sinew::app::board_rules_test

@@ -28,7 +28,7 @@ TEST(WiringRules, AModuleWithoutItsDeviceIsRefused) {
 TEST(WiringRules, AModuleOfADeviceOfAnotherKindIsRefusedOnAnyBoard) {
   const std::string said =
       "module.baro.params.device: \"imu\", with driver \"mpu6050\": a device that gives baro, as "
-      "module.baro reads: driver one of bmp280";
+      "module.baro reads: driver one of bmp280, text_baro";
   const Change wrong{"device = \"air\"", "device = \"imu\""};
   EXPECT_THAT(problems({wrong}), ElementsAre(at("params = { device = \"air\"") + said));
 }

@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "apps/robot_file/robot_file.hpp"
+#include "apps/toml/body_reader.hpp"
 #include "drivers/board/device_board.hpp"
 #include "drivers/board/driver_list.hpp"
 
@@ -144,8 +145,8 @@ TEST_F(Extends, WhatIsWrongWithTheFilesIsNamedWithItsFileAndLine) {
   };
   const std::string own = folder_ + "/robot.toml:", below = "extends = \"below/base.toml\"\n";
   EXPECT_EQ(problem("\nextends = \"nowhere.toml\""),
-            own + "2: extends: \"nowhere.toml\": a robot file that can be read: " + folder_ + "/nowhere.toml");
-  EXPECT_EQ(problem("extends = 5"), own + "1: extends: : the path of another robot file, a text");
+            own + "2: extends: \"nowhere.toml\": a file that can be read: " + folder_ + "/nowhere.toml");
+  EXPECT_EQ(problem("extends = 5"), own + "1: extends: : the path of another file, a text");
   EXPECT_EQ(problem("extends = \"robot.toml\""),
             own + "1: extends: \"robot.toml\": a file that does not extend this one: they go in a circle");
   EXPECT_EQ(problem(below + "without = [\"module.z\"]"),
@@ -209,6 +210,61 @@ rate_hz = -3
           "it is "
           "required",
           "robot.toml:10: device.imu.rate_hz: -3: one of 25, 50, 100, 200, 500, 1000, 2000, 4000, 8000"));
+}
+
+TEST_F(Extends, TheLastOfAListTakenAwayLeavesNoEmptyList) {
+  write("below/chained.toml", std::string(kBase) + "[[chain]]\nname = \"all\"\nfrom = \"a\"\nto = \"b\"\n");
+  const LoadedRobot loaded = load("extends = \"below/chained.toml\"\nwithout = [\"chain.all\"]\n");
+  EXPECT_THAT(loaded.problems, ::testing::IsEmpty());
+  EXPECT_TRUE(loaded.robot.graph.chains.empty());
+}
+
+TEST_F(Extends, TheBodyOfARobotIsThatOfAFileWithWhatTheRobotSaysOverIt) {
+  write("below/body.toml", R"(name = "doll"
+[[servo]]
+name = "s"
+stall_nm = 1
+no_load_radps = 5
+
+[[link]]
+name = "torso"
+mass_kg = 1
+
+[[link]]
+name = "head"
+parent = "torso"
+at_m = [0, 0, 0.1]
+axis = [0, 0, 1]
+range_deg = [-90, 90]
+servo = "s"
+)");
+  const std::string robot = R"([robot]
+name = "doll"
+board = "none"
+
+[body]
+extends = "below/body.toml"
+[[body.link]]
+name = "head"
+at_m = [0, 0, 0.2]
+)";
+  const LoadedRobot loaded = load(robot);
+  EXPECT_THAT(loaded.problems, ::testing::IsEmpty());
+  ASSERT_TRUE(loaded.robot.body.body);
+  EXPECT_EQ(loaded.robot.body.body->name, "doll");
+  ASSERT_EQ(loaded.robot.body.body->joints(), 1u);
+  EXPECT_EQ(loaded.robot.body.body->links[1].at_m.z, 0.2);
+  EXPECT_NEAR(loaded.robot.body.body->links[1].most_rad, 1.5708, 1e-4);
+  EXPECT_THAT(loaded.robot.text, HasSubstr("[[body.link]]"));
+  EXPECT_TRUE(parse_robot(loaded.robot.text, "recorded").robot.body.body) << "without any other file";
+  EXPECT_EQ(load_body(folder_ + "/robot.toml").body.links.size(), 2u) << "as a simulator reads it";
+
+  EXPECT_THAT(rt::to_string(load(robot + "mass_kg = -1\n").problems.at(0), "robot.toml"),
+              HasSubstr("body.link.head.mass_kg: -1"));
+  const LoadedRobot lost = load("[robot]\nname = \"doll\"\nboard = \"none\"\n[body]\nextends = \"no.toml\"\n");
+  ASSERT_EQ(lost.problems.size(), 1u);
+  EXPECT_THAT(to_string(lost.problems[0], lost.robot),
+              HasSubstr("robot.toml:5: body.extends: \"no.toml\": a file that"));
 }
 
 }  // namespace

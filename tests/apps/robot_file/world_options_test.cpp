@@ -38,8 +38,9 @@ TEST(WorldOptions, AValueThatDoesNotFitIsToldWithItsLineAndWhatIsAllowed) {
 }
 
 TEST(WorldOptions, OfAnotherWorldAreNoneOfThisOne) {
-  EXPECT_THAT(problems_of("world = \"seesaw\"\ngust_mps = 3\n"),
-              ElementsAre("r.toml:4: sim.gust_mps: 3: an option of the world quad; the world seesaw has push_radps2"));
+  EXPECT_THAT(
+      problems_of("world = \"seesaw\"\nstart_offset_m = 3\n"),
+      ElementsAre("r.toml:4: sim.start_offset_m: 3: an option of the world quad; the world seesaw has push_radps2"));
   EXPECT_THAT(problems_of("gust_mps = 3\nworld = \"moon\"\n"), ElementsAre(testing::HasSubstr("sim.world: \"moon\"")))
       << "the options of an unknown world are not known either";
 }

@@ -171,7 +171,7 @@ class Run:
         self.test.assertIn(words, self.said())
 
     def end(self, code, within_s=LIMIT_S, killed=False):
-        """Waits for its end. `killed`: without a chance to remove its own socket."""
+        """Waits for its end with this code, or one of these. `killed`: without a chance to remove its own socket."""
         begin = time.monotonic()
         try:
             got = self.process.wait(LIMIT_S)
@@ -179,7 +179,7 @@ class Run:
             got = "it does not end"
         took = time.monotonic() - begin
         said = self.said()
-        self.test.assertEqual(got, code, said)
+        self.test.assertIn(got, code if isinstance(code, tuple) else (code,), said)
         self.test.assertLess(took, within_s, said)
         for pid in self.pids:
             until(lambda pid=pid: not lives(pid), f"{stat(pid)} is left behind", SOON_S)
@@ -190,7 +190,8 @@ class Run:
         return said
 
     def expect_a_dead_plant(self, said, what):
-        mission = re.search(rf"^mission   (?:[^\n]*: |)the simulator {what} at ([0-9.]+) s", said, re.M)
+        # On a busy machine the plant may be stopped only after the touchdown: "landed on the pad, but the simulator died".
+        mission = re.search(rf"^mission   (?:[^\n]*: |[^\n]*, but |)the simulator {what} at ([0-9.]+) s", said, re.M)
         self.test.assertTrue(mission, said)
         self.test.assertRegex(said, rf"(?m)^timing    not valid as a measurement: the simulator {what} at {mission[1]} s")
         self.test.assertRegex(said, rf"(?m)^ +{mission[1]} s  the simulator {what}$")
@@ -257,16 +258,18 @@ class VirtualTime(unittest.TestCase):
     def test_a_signal_ends_a_run_whose_plant_is_stopped_in_flight(self):
         for phase, number in ((CLIMB, signal.SIGINT), (DESCEND, signal.SIGTERM), (TOUCHDOWN, signal.SIGINT)):
             with self.subTest(phase=phase):
-                for _ in range(5):
+                for _ in range(10):
                     run = self.run_()
                     run.reach(phase)
-                    ended = run.process.poll() is not None
-                    done = ended or run.phase() > TOUCHDOWN  # the mission is, and only the run goes on
                     run.process.send_signal(number)
-                    said = run.end(0 if done else 1, SOON_S)
-                    if not done or "interrupted" in said:
-                        break  # else its end came first: from touchdown to there it takes 70 ms
-                self.assertRegex(said, r"(?m)^mission   .*interrupted at \d+\.\d s")
+                    # What was granted before the stop is still flown, and within 70 ms of touchdown the mission is done.
+                    said = run.end((0, 1) if phase == TOUCHDOWN else (1,), SOON_S)
+                    interrupted = re.search(r"(?m)^mission   .*interrupted at \d+\.\d s", said) is not None
+                    done = re.search(r"(?m)^ +[0-9.]+ s  done$", said) is not None
+                    self.assertEqual(run.process.returncode, 0 if done else 1, said)
+                    if interrupted:
+                        break
+                self.assertTrue(interrupted, said)
                 self.assertIn("the simulator is stopped, and was killed", said)
 
     def test_sinew_stop_ends_a_run_whose_plant_is_stopped(self):

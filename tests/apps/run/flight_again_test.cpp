@@ -181,7 +181,8 @@ TEST(StateOfModules, ATypeDeclaresItsStateOrIsKnownToHaveNone) {
       "vision::BallDetector",  // look at each picture by itself
       "drivers::GnssSource",   "drivers::JointSource", "drivers::MagSource",  "drivers::RcSource",
       "drivers::ImuSource",    "drivers::RangeSource", "drivers::BaroSource", "drivers::BatterySource",
-      "drivers::CameraSource", "drivers::RadioSource", "app::GroundTruth",    "app::StateLog",
+      "drivers::CameraSource", "drivers::RadioSource", "drivers::TextSource", "drivers::SoleSource",
+      "app::GroundTruth",      "air_robot::TextPose",  "air_robot::Steer",    "app::StateLog",
       "app::MotionLog",  // publish nothing: what they keep is for the
                          // report
   };

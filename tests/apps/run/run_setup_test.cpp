@@ -146,7 +146,7 @@ TEST(RobotFileSections, HaveTheirHeaderButForThatOfTheModules) {
   int sections = 0;
   for (std::string section; known >> section; ++sections)
     EXPECT_EQ(section_header(section).find(section) == std::string::npos, section == "module") << section;
-  EXPECT_EQ(sections, 16);
+  EXPECT_EQ(sections, 18);
   EXPECT_EQ(section_header("nothing"), "");
 }
 

@@ -218,7 +218,7 @@ void flood_malformed(ServoRig& rig, double seconds) {
   sim_hil::MemoryCan& wire = rig.bus[0]->wire;
   std::vector<Interest> all;
   for (std::size_t i = 0; i < rig.group().size(); ++i)
-    for (const Interest& one : rig.group().servo(i).interests()) all.push_back(one);
+    for (const Interest& one : dynamic_cast<const ServoProtocol&>(rig.group().servo(i)).interests()) all.push_back(one);
   constexpr std::uint32_t kNobodys[] = {0, 2, 3, 4, 5};  // 1: heartbeats, 6 to 8: MIT, 8: all others
   const Time end = rig.os.now() + Duration{static_cast<std::int64_t>(seconds * 1e9)};
   double room = 0;

@@ -191,6 +191,10 @@ class Ros2(unittest.TestCase):
         said = json.loads(beam.stdout)
         self.assertGreater(said["commands"], 500, said)
         self.assertLess(said["worst_rad"], 0.1, f"the beam lay at 0.3 rad: {said}")
+        status = json.loads(subprocess.run([str(SINEW), "net", "status", "seesaw_ros2", "--json"], env=self.env, check=True,
+                                           capture_output=True, text=True, timeout=30).stdout)
+        imu = next(t for t in status["ros2"]["topics"] if t["topic"] == "imu.raw")
+        self.assertGreater(imu["messages"], 5000, f"of 15000 at 1 kHz, the first before the robot ran: {imu}")
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "msg/all.hpp"
+#include "msg/camera_model.hpp"
 #include "msg/flight.hpp"
 #include "msg/head.hpp"
 #include "msg/image_buffer.hpp"
@@ -320,6 +321,73 @@ TEST(Ros2Convert, ACameraSaysItsIntrinsics) {
   EXPECT_EQ(info.find("k[4]")->number(), 310);
   EXPECT_EQ(info.find("p[6]")->number(), 120);
   EXPECT_EQ(info.find("d")->items.size(), 5U);
+}
+
+TEST(Ros2Convert, ACompressedPictureIsHandedToWhatReadsFiles) {
+  std::string why;
+  const auto in = Incoming::make(Distro::humble, "sensor_msgs/msg/CompressedImage", msg::type_info<msg::Image>(),
+                                 all_options(), why);
+  ASSERT_TRUE(in) << why;
+  const std::uint8_t file[] = {0xff, 0xd8, 7};
+  const Bytes bytes = made("sensor_msgs/msg/CompressedImage", [&](Message& m) {
+    m.find("format")->text = "bgr8; jpeg compressed bgr8";
+    m.find("header.stamp.sec")->set_integer(1001);
+    m.find("data")->bytes = file;
+  });
+  msg::ImageBuffer image(4);
+  EXPECT_EQ(in->decode(bytes, kToRos, &*image, 4).error, "files of pictures are not read here");
+  std::size_t handed = 0;
+  ASSERT_TRUE(in->decode(bytes, kToRos, &*image, 4, [&](std::span<const std::uint8_t> picture, msg::Image& out) {
+    handed = picture.size();
+    EXPECT_EQ(out.capacity_bytes, 4U);
+    return out.format_as(msg::PixelFormat::mono8, 2, 2) ? nullptr : "too large";
+  }));
+  EXPECT_EQ(handed, 3U);
+  EXPECT_EQ(image->width, 2U);
+  EXPECT_EQ(image->stamp.ns, 1'000'000'000);
+  const auto refuse = [](std::span<const std::uint8_t>, msg::Image&) { return "damaged"; };
+  EXPECT_EQ(in->decode(bytes, kToRos, &*image, 4, refuse).error, "damaged");
+}
+
+TEST(Ros2Convert, ACameraModelGoesThereAndBack) {
+  const msg::CameraModel model{{5}, 640, 480, 500, 510, 320, 240, {0.1, -0.2, 0.001, 0.002, 0.03}};
+  Sent sent = send("sensor_msgs/msg/CameraInfo", model);
+  EXPECT_EQ(sent.text("distortion_model"), "plumb_bob");
+  EXPECT_EQ(sent.number("k[0]"), 500);
+  EXPECT_EQ(sent.number("p[6]"), 240);
+  msg::CameraModel back;
+  ASSERT_TRUE(receive("sensor_msgs/msg/CameraInfo", sent.bytes, back));
+  EXPECT_EQ(std::memcmp(&back, &model, sizeof model), 0);
+}
+
+TEST(Ros2Convert, ACameraThatIsNoPinholeIsRefused) {
+  const auto said = [](const std::function<void(Message&)>& change) {
+    msg::CameraModel model;
+    const Bytes bytes = made("sensor_msgs/msg/CameraInfo", [&](Message& m) {
+      m.find("k[0]")->set(300), m.find("k[4]")->set(300);
+      m.find("d")->items.resize(5);
+      change(m);
+    });
+    return std::string(receive("sensor_msgs/msg/CameraInfo", bytes, model).error);
+  };
+  EXPECT_EQ(said([](Message&) {}), "") << "no distortion, and no name of a model";
+  EXPECT_EQ(said([](Message& m) { m.find("distortion_model")->text = "equidistant"; }), "") << "with zeros";
+  EXPECT_EQ(said([](Message& m) { m.find("distortion_model")->text = "equidistant", m.find("d[0]")->set(0.1); }),
+            "a distortion model other than plumb_bob");
+  EXPECT_EQ(said([](Message& m) {
+              m.find("distortion_model")->text = "plumb_bob";
+              m.find("d")->items.resize(8);
+              m.find("d[7]")->set(0.1);
+            }),
+            "more than five coefficients of plumb_bob");
+  EXPECT_EQ(said([](Message& m) { m.find("k[0]")->set(0); }), "a camera that is not calibrated (its k is 0)");
+  EXPECT_EQ(said([](Message& m) { m.find("binning_x")->set_integer(2); }), "a picture of binned pixels");
+  EXPECT_EQ(said([](Message& m) { m.find("roi.width")->set_integer(2); }), "a region of a picture");
+  EXPECT_EQ(said([](Message& m) {
+              m.find("distortion_model")->text = "plumb_bob";
+              m.find("d[1]")->set(std::nan(""));
+            }),
+            "a number that is not finite");
 }
 
 TEST(Ros2Convert, DetectionsKeepTheirPlaceInTheImageAndInSpace) {

@@ -196,7 +196,7 @@ TEST(HeadWorld, JointsReportWhatTheyDoTwiceAMillisecondsPairWithTheirModes) {
   EXPECT_EQ(samples, 100);
   run(world, 1.0, Command{0.25, 0.1}, [&](const Due& due) {
     if (!due.joints) return;
-    const msg::JointState& s = due.joints_sample;
+    const msg::JointState& s = due.joints_samples[0];
     EXPECT_EQ(s.count, 2u);
     EXPECT_EQ(s.ready, 3u);
     EXPECT_EQ(s.mode[1], msg::JointMode::enabled);
@@ -206,8 +206,8 @@ TEST(HeadWorld, JointsReportWhatTheyDoTwiceAMillisecondsPairWithTheirModes) {
   });
   run(world, 0.002, {}, [&](const Due& due) {
     if (due.joints) {
-      EXPECT_EQ(due.joints_sample.mode[0], msg::JointMode::disabled);
-      EXPECT_EQ(due.joints_sample.ready, 0u);
+      EXPECT_EQ(due.joints_samples[0].mode[0], msg::JointMode::disabled);
+      EXPECT_EQ(due.joints_samples[0].ready, 0u);
     }
   });
 }
@@ -251,11 +251,13 @@ std::uint64_t hash_of(std::uint64_t seed) {
     const Command command{0.5 - a, 0.3 * a};
     const Due& due = world.step(command);
     if (due.imu) hash.add(&due.imu_sample, sizeof due.imu_sample);
-    if (due.joints) hash.add(&due.joints_sample, sizeof due.joints_sample);
-    if (!due.camera) continue;
-    const Scene scene = world.scene();
-    hash.add(&scene.camera, sizeof scene.camera);
-    hash.add(scene.body.data(), sizeof scene.body);
+    if (due.joints) hash.add(&due.joints_samples[0], sizeof due.joints_samples[0]);
+    if (due.cameras == 0) continue;
+    const Scene scene = world.scene(0);
+    hash.add(&scene.camera.p_world_m, sizeof scene.camera.p_world_m);
+    hash.add(&scene.camera.q_world_optical, sizeof scene.camera.q_world_optical);
+    constexpr std::size_t kBodies = 6;  // that the room has, and one more
+    hash.add(scene.body.data(), kBodies * sizeof scene.body[0]);
   }
   return hash.value();
 }

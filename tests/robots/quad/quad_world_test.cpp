@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstring>
 
-#include "robots/quad/world/wind.hpp"
 #include "sim_hil/worlds/sensors.hpp"
+#include "sim_hil/worlds/wind.hpp"
 
 namespace sinew::plant::quad_world_test {
 namespace {
@@ -43,6 +43,27 @@ void run(QuadWorld& world, double seconds, const std::array<double, kRotors>& co
 }
 
 double norm(const msg::Vec3& v) { return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z); }
+
+TEST(PlantWorld, FreeFlightIsTheSameFlightButForRounding) {
+  QuadOptions full;
+  full.seed = 11;
+  full.start_offset_m = 0.5;
+  QuadOptions quick = full;
+  quick.free_flight = true;
+  auto one = make(full), other = make(quick);
+  for (QuadWorld* world : {one.get(), other.get()}) {
+    world->quad().place({0.2, -0.3, 0.7}, {0.9950041652780258, 0.0998334166468282, 0, 0}, {0.3, 0.1, 0.5});
+    run(*world, 0.3, {0.6, 0.59, 0.58, 0.6});
+    run(*world, 1.5, {0.3, 0.31, 0.3, 0.29});  // falls to the floor and turns over
+  }
+  const TruthState a = one->quad().truth(), b = other->quad().truth();
+  EXPECT_TRUE(one->quad().summary().touched_down);
+  EXPECT_EQ(one->quad().summary().touched_down, other->quad().summary().touched_down);
+  EXPECT_EQ(one->quad().summary().touchdown_at, other->quad().summary().touchdown_at);
+  EXPECT_NEAR(one->quad().summary().touchdown_speed_mps, other->quad().summary().touchdown_speed_mps, 1e-9);
+  EXPECT_NEAR(a.p_world_m.x, b.p_world_m.x, 1e-6);
+  EXPECT_NEAR(a.p_world_m.y, b.p_world_m.y, 1e-6);
+}
 
 TEST(PlantWorld, AccelerometerFeelsPlusGUpwardAtRest) {
   auto world = make(ideal());
@@ -271,7 +292,8 @@ TEST(PlantWorld, SensorsComeAtTheirRatesWithStampsInOrder) {
   auto world = make(ideal());
   int imu = 0, range = 0, baro = 0, battery = 0, camera = 0;
   run(*world, 2.0, kOff, [&](const Due& due) {
-    imu += due.imu, range += due.range, baro += due.baro, battery += due.battery, camera += due.camera;
+    imu += due.imu, range += due.range, baro += due.baro, battery += due.battery,
+        camera += static_cast<int>(due.cameras);
     if (due.imu) {
       EXPECT_EQ(due.imu_sample.stamp.ns, world->now().ns - 500000);
     }
@@ -426,11 +448,11 @@ TEST(QuadsInARoom, StartApartOrNotAtAll) {
 
 TEST(QuadsInARoom, EachSeesTheOthersAndNotItself) {
   auto world = make_two(1.5);
-  const Scene scene = world->quad(1).scene();
+  const Scene scene = world->quad(1).scene(0);
   ASSERT_EQ(scene.vehicles, 2u);
   EXPECT_NEAR(scene.vehicle[0].p_world_m.x, -0.75, 1e-9);
   EXPECT_LT(scene.vehicle[1].p_world_m.z, -10);
-  EXPECT_EQ(make(ideal())->quad().scene().vehicles, 0u);
+  EXPECT_EQ(make(ideal())->quad().scene(0).vehicles, 0u);
 }
 
 TEST(QuadsInARoom, LandingErrorsCountFromWhereEachShallLand) {

@@ -39,11 +39,40 @@ class Refusals(unittest.TestCase):
 
     def test_drives_want_a_bus_and_a_world_with_joints(self):
         self.assertIn("--servo: needs --can, which names its bus", self.refused(*HEAD, "--servo", "cia402:1"))
+        self.assertIn("--servo: needs --can, which names its bus",
+                      self.refused(*HEAD, "--serial", "x", "--servo", "xm430_w350:1", "--servo", "cia402:1"))
         self.assertIn("--can: the world quad has no joints", self.refused("--can", "udp:7", "--servo", "cia402:1"))
         self.assertIn("'walrus:1' is none of cia402:ID", self.refused(*HEAD, "--can", "udp:7", "--servo", "walrus:1"))
 
+    def test_servos_on_serial_lines_want_a_line_of_their_own(self):
+        two = ["--servo", "xm430_w350:1", "--servo"]
+        self.assertIn("--servo: 'sts3215:1:2' is on line 2, and there is 1: each --serial makes one",
+                      self.refused(*HEAD, "--serial", "x", *two, "sts3215:1:2"))
+        self.assertIn("--servo: 'xm430_w350:1' has the id 1 of 'xm430_w350:1'",
+                      self.refused(*HEAD, "--serial", "x", *two, "xm430_w350:1"))
+        self.assertIn("--serial: there is no servo on y",
+                      self.refused(*HEAD, "--serial", "x", "--serial", "y", *two, "xm430_w350:2"))
+        self.assertIn("--serial: 'x,echo': another line has this path",
+                      self.refused(*HEAD, "--serial", "x", "--serial", "x,echo", *two, "none"))
+        self.assertIn("--serial: no servo on x has the id 7 of its reboot= or off=",
+                      self.refused(*HEAD, "--serial", "x,reboot=7@3", *two, "none"))
+        for wrong in ("x,walrus", "x,lost=0.9", "x,reboot=1", "x,gone=3", ",echo", "x,bit_rate=1e9"):
+            self.assertIn(f"--serial: '{wrong}' is not PATH and then", self.refused(*HEAD, "--serial", wrong, *two, "none"))
+        self.assertIn("--serial x: File exists", self.refused_here("x", *HEAD, "--alone", "--serial", "x", *two, "none"))
+        self.assertIn("the world quad has no joints", self.refused("--serial", "x", "--servo", "xm430_w350:1"))
+
+    def refused_here(self, name, *arguments):
+        """In a folder with a file of this name."""
+        with tempfile.TemporaryDirectory(prefix="sinew-") as folder:
+            pathlib.Path(folder, name).touch()
+            done = subprocess.run([SINEW_SIM, *arguments], capture_output=True, text=True, timeout=PATIENCE_S, cwd=folder)
+        self.assertEqual(done.returncode, 1, done.stdout + done.stderr)
+        return done.stderr
+
     def test_devices_at_the_wire_are_in_real_time_only(self):
         self.assertIn("--can: in real time only, not with --lockstep", self.refused(*HEAD, "--lockstep", *TWO))
+        self.assertIn("--serial: in real time only",
+                      self.refused(*HEAD, "--lockstep", "--serial", "x", "--servo", "xm430_w350:1", "--servo", "none"))
         self.assertIn("--iio: in real time only", self.refused("--lockstep", "--iio", "/nonexistent"))
         self.assertIn("--v4l2: in real time only", self.refused("--lockstep", "--v4l2", "/nonexistent"))
 
@@ -53,7 +82,7 @@ class Refusals(unittest.TestCase):
         self.assertIn("--alone: nobody reaches a world", self.refused(*HEAD, "--alone"))
 
     def test_options_of_another_world_say_nothing_to_this_one(self):
-        self.assertIn("--gust: only of the world quad", self.refused(*HEAD, "--gust", "2"))
+        self.assertIn("--gust: only of the world air_robot, quad, terrain", self.refused(*HEAD, "--gust", "2"))
         self.assertIn("--rock: only of the world desk_head", self.refused("--rock", "2"))
 
     def test_an_option_of_the_world_is_refused_with_its_range(self):

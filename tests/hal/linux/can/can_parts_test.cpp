@@ -110,6 +110,20 @@ TEST(RealtimeStamps, StampsLieBetweenTheEmptySocketAndTheReading) {
   EXPECT_EQ(stamps.convert(5).ns, 1'000'000'000) << "what cannot be is the time of reading";
 }
 
+TEST(RealtimeStamps, StampsOfAClockOfAnotherPaceAreOnThatClock) {
+  for (const double rate : {0.25, 0.4, 3.0}) {
+    const auto shown = [rate](std::int64_t ns) { return static_cast<std::int64_t>(static_cast<double>(ns) * rate); };
+    RealtimeStamps stamps(Time{0});
+    for (std::int64_t s = 1; s < 100; ++s) {  // each reading narrows the difference, and none contradicts
+      const std::int64_t ns = s * 1'000'000'000, wide_ns = 1000 + s * 7919 % 50'000;
+      stamps.begin({Time{shown(ns)}, kWall + ns + wide_ns / 3, Time{shown(ns + wide_ns)}, rate});
+      if (s < 80) continue;
+      const Time stamp = stamps.convert(kWall + ns - 30'000'000);
+      EXPECT_LT(std::abs(stamp.ns - shown(ns - 30'000'000)), 4000) << rate;
+    }
+  }
+}
+
 TEST(HardwareStamps, FollowTheControllersClockWithTheLeastDelayThatWasSeen) {
   HardwareStamps stamps;
   std::int64_t worst = 0;

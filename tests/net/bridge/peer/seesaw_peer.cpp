@@ -1,4 +1,4 @@
-// seesaw_peer DOMAIN SECONDS: a foreign simulator of the seesaw on Fast DDS: /imu at 150 Hz and /clock out, /motor in,
+// seesaw_peer DOMAIN SECONDS: a foreign simulator of the seesaw on Fast DDS: /imu at 1 kHz and /clock out, /motor in,
 // with a clock of its own that begins at 100 s. Prints one object of JSON: the largest tilt of the last two seconds,
 // and what it heard.
 #include <atomic>
@@ -36,7 +36,7 @@ void put(Time& time, double s) {
 int main(int argc, char** argv) {
   if (argc != 3) return 2;
   peer::Node node(static_cast<std::uint32_t>(std::atoi(argv[1])));
-  auto* const imu = node.writer<sensor_msgs::msg::ImuPubSubType>("rt/imu", {false, false, 5});
+  auto* const imu = node.writer<sensor_msgs::msg::ImuPubSubType>("rt/imu", {false, false, 50});
   auto* const clock = node.writer<rosgraph_msgs::msg::ClockPubSubType>("rt/clock", {false, false, 1});
   Motor motor;
   node.reader<std_msgs::msg::Float64MultiArrayPubSubType>("rt/motor", {true, false, 10}, &motor);
@@ -56,15 +56,13 @@ int main(int argc, char** argv) {
       put(said.clock(), now_s);
       clock->write(&said);
     }
-    if (i % 20 % 7 == 0) {  // 150 Hz
-      sensor_msgs::msg::Imu sample;
-      put(sample.header().stamp(), now_s);
-      sample.header().frame_id("beam");
-      sample.angular_velocity().y(rate);
-      sample.linear_acceleration().x(-kGravity * std::sin(pitch));
-      sample.linear_acceleration().z(kGravity * std::cos(pitch));
-      imu->write(&sample);
-    }
+    sensor_msgs::msg::Imu sample;
+    put(sample.header().stamp(), now_s);
+    sample.header().frame_id("beam");
+    sample.angular_velocity().y(rate);
+    sample.linear_acceleration().x(-kGravity * std::sin(pitch));
+    sample.linear_acceleration().z(kGravity * std::cos(pitch));
+    imu->write(&sample);
     next += std::chrono::milliseconds(1);
     std::this_thread::sleep_until(next);
   }

@@ -1,0 +1,146 @@
+#include "apps/gait/study.hpp"
+
+#include <array>
+
+#include "apps/gait/kick_trial.hpp"
+#include "apps/gait/push_trial.hpp"
+#include "apps/gait/rise_trial.hpp"
+#include "apps/gait/walk_trial.hpp"
+#include "math/random.hpp"
+
+namespace sinew::gait {
+namespace {
+
+using app::Json;
+
+struct NamedDirection {
+  const char* name;
+  double rad;
+};
+// Of the push: from the back it goes forward.
+constexpr std::array<NamedDirection, 4> kDirections{
+    {{"from back", 0}, {"from front", math::kPi}, {"from right", math::kPi / 2}, {"from left", -math::kPi / 2}}};
+
+Json walk_case(const StudyOptions& o, const GaitSetup& setup, std::uint64_t n, std::string& why) {
+  const Course course = kCourses[n % kCourses.size()];
+  const auto r = run_walk(setup, {.course = course, .seed = kUnseenSeeds + n, .lasts_s = o.lasts_s}, why);
+  if (!r) return {};
+  return {{"kind", "walk"},
+          {"group", to_string(course)},
+          {"seed", kUnseenSeeds + n},
+          {"fell", r->fell},
+          {"time_s", r->time_s},
+          {"forward_mps", r->forward_mps},
+          {"left_mps", r->left_mps},
+          {"turn_radps", r->turn_radps},
+          {"odometry_m", r->odometry_m},
+          {"path_m", r->path_m},
+          {"second_error_m", r->step_error_m},
+          {"false_alarm", r->false_alarm}};
+}
+
+Json push_case(const StudyOptions& o, const GaitSetup& setup, std::uint64_t n, std::string& why) {
+  const std::uint64_t group = n % (4 * o.push_mps.size()), run = n / (4 * o.push_mps.size());
+  const NamedDirection& direction = kDirections[group % 4];
+  const double speed = o.push_mps[group / 4];
+  const std::uint64_t seed = kUnseenSeeds + run;
+  const auto r =
+      run_push(setup, {.seed = seed, .speed_mps = speed, .direction_rad = direction.rad, .react = false}, why);
+  if (!r) return {};
+  return {{"kind", "push"}, {"group", direction.name}, {"speed_mps", speed},
+          {"seed", seed},   {"fell", r->fell},         {"fell_before", r->fell_before}};
+}
+
+Json rise_case(const StudyOptions&, const GaitSetup& setup, std::uint64_t n, std::string& why) {
+  const char* way = n % 2 == 0 ? "rise_front" : "rise_back";
+  const auto r = run_rise(setup, way, kUnseenSeeds + n / 2, why);
+  if (!r) return {};
+  return {{"kind", "rise"}, {"group", way}, {"seed", kUnseenSeeds + n / 2}, {"stood", r->stood}, {"time_s", r->time_s}};
+}
+
+Json fall_case(const StudyOptions& o, const GaitSetup& setup, std::uint64_t n, std::string& why) {
+  const NamedDirection& direction = kDirections[n / 2 % 4];
+  const bool react = n % 2 == 0;
+  const std::uint64_t seed = kUnseenSeeds + n / 8;
+  const auto r =
+      run_push(setup, {.seed = seed, .speed_mps = o.fall_mps, .direction_rad = direction.rad, .react = react}, why);
+  if (!r) return {};
+  return {{"kind", "fall"},
+          {"group", direction.name},
+          {"seed", seed},
+          {"react", react},
+          {"fell", r->fell},
+          {"seen", r->seen},
+          {"fell_before", r->fell_before},
+          {"ahead_s", r->ahead_s},
+          {"impact_nms", r->impact_nms},
+          {"gear_nm", r->gear_nm}};
+}
+
+Json kick_case(const StudyOptions&, const GaitSetup& setup, std::uint64_t n, std::string& why) {
+  KickTrial trial{.seed = kUnseenSeeds + n / 8};
+  trial.foot = n % 2 == 0 ? motion::Side::left : motion::Side::right;
+  trial.way = n / 2 % 2 == 0 ? motion::KickWay::forward : motion::KickWay::outward;
+  trial.walking = n / 4 % 2 == 1;
+  const auto r = run_kick(setup, trial, why);
+  if (!r) return {};
+  const std::string group = std::string(trial.walking ? "in-walk" : "standing") + ' ' +
+                            (trial.foot == motion::Side::left ? "left" : "right") + ' ' +
+                            (trial.way == motion::KickWay::forward ? "forward" : "outward");
+  return {{"kind", "kick"},
+          {"group", group},
+          {"seed", trial.seed},
+          {"fell", r->fell},
+          {"touched", r->touched},
+          {"speed_mps", r->speed_mps},
+          {"direction_deg", r->direction_deg},
+          {"rolls_m", r->rolls_m}};
+}
+
+}  // namespace
+
+std::string to_string(Kind kind) {
+  static constexpr const char* kNames[] = {"walk", "push", "rise", "fall", "kick"};
+  return kNames[static_cast<std::size_t>(kind)];
+}
+
+std::uint64_t cases_of(const StudyOptions& o) {
+  switch (o.kind) {
+    case Kind::walk:
+      return o.runs;
+    case Kind::push:
+      return o.runs * 4 * o.push_mps.size();
+    case Kind::rise:
+      return o.runs * 2;
+    case Kind::fall:
+    case Kind::kick:
+      return o.runs * 8;
+  }
+  return 0;
+}
+
+Json run_case(const StudyOptions& o, const GaitSetup& setup, std::uint64_t n, std::string& why) {
+  switch (o.kind) {
+    case Kind::walk:
+      return walk_case(o, setup, n, why);
+    case Kind::push:
+      return push_case(o, setup, n, why);
+    case Kind::rise:
+      return rise_case(o, setup, n, why);
+    case Kind::fall:
+      return fall_case(o, setup, n, why);
+    case Kind::kick:
+      return kick_case(o, setup, n, why);
+  }
+  return {};
+}
+
+Json identity(const StudyOptions& o) {
+  Json out{{"study", "gait " + to_string(o.kind)}, {"runs", o.runs}};
+  if (o.kind == Kind::walk) out["lasts_s"] = o.lasts_s;
+  if (o.kind == Kind::push) out["push_mps"] = o.push_mps;
+  if (o.kind == Kind::fall) out["fall_mps"] = o.fall_mps;
+  return out;
+}
+
+}  // namespace sinew::gait

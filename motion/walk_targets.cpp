@@ -1,0 +1,106 @@
+// From the plan of the walk to angles of joints.
+#include "motion/walk.hpp"
+
+#include <algorithm>
+
+#include "motion/posture.hpp"
+
+namespace sinew::motion {
+namespace {
+
+constexpr double kGravity_mps2 = 9.81;
+constexpr double kMostLevel_m = 0.02, kMostLevel_rad = 0.25, kMostAnkle_rad = 0.25;
+constexpr double kCarry_s = 0.03;  // weight goes from sole to sole in such a time
+
+}  // namespace
+
+double Walk::torso_yaw() const {
+  if (phase_ != WalkPhase::step) return yaw0_rad_;
+  const double at = std::clamp(time_s_ / end_s_, 0.0, 1.0);
+  return yaw0_rad_ + (0.5 * landing_.yaw_rad - yaw0_rad_) * at;
+}
+
+/// Where the kicking foot is beside its way to the next place: first back, then as fast as it can beyond, then there.
+Walk::KickOffset Walk::kick_offset() const {
+  if (!kicking_) return {};
+  struct Point {
+    double at, along, up;  // parts of the step, of the strike, of the lift
+  };
+  const bool forward = kick_way_ == KickWay::forward;
+  const double strike_m = forward ? params.kick_strike_m : params.kick_side_m;
+  const double back = forward ? -params.kick_back_m / strike_m : 0;
+  const std::array<Point, 5> points{{{0.1, 0, 0}, {0.4, back, 1}, {0.6, 1, 1}, {0.65, 1, 1}, {0.95, 0, 0}}};
+  const double at = time_s_ / end_s_;
+  Point before{0, 0, 0}, now{1, 0, 0};
+  for (const Point& p : points) {
+    if (at < p.at) {
+      const double part = (at - before.at) / (p.at - before.at);
+      now = {at, before.along + part * (p.along - before.along), before.up + part * (p.up - before.up)};
+      break;
+    }
+    before = p;
+  }
+  const double along_m = now.along * strike_m;
+  return {{forward ? along_m : 0, forward ? 0 : sign(kick_foot_) * along_m, now.up * params.kick_lift_m},
+          forward ? -params.kick_pitch_rad * now.along : 0};
+}
+
+void Walk::write(double dt_s, std::span<double> targets_rad) {
+  std::copy_n(rest_rad_.begin(), figure_->joints(), targets_rad.begin());
+  const double yaw = torso_yaw();
+  const Vec2 torso_at = Vec2{plan_.x.com_m, plan_.y.com_m} - turned(com_in_torso_, yaw);
+  const math::Quat q_support_torso =
+      math::Quat::from_axis_angle({0, 0, 1}, yaw) * math::Quat::from_axis_angle({0, 1, 0}, params.lean_rad);
+  const kinematics::Pose torso{{torso_at.x, torso_at.y, params.height_m + torso_over_hips_m_}, q_support_torso};
+  const kinematics::Pose to_torso = torso.inverse();
+
+  const Lean lean = lean_beside(q_now_, q_support_torso);
+  const double pitch = lean.pitch_rad, roll = lean.roll_rad;
+  const double ankle_pitch =
+      std::clamp(params.gyro_pitch_s * rate_.y + params.tilt_pitch * pitch, -kMostAnkle_rad, kMostAnkle_rad);
+  const double ankle_roll =
+      std::clamp(params.gyro_roll_s * rate_.x + params.tilt_roll * roll, -kMostAnkle_rad, kMostAnkle_rad);
+
+  const bool both = phase_ != WalkPhase::step;
+  const double share_y = foot_.at_m.y != 0 ? std::clamp(cop_m_.y / foot_.at_m.y, 0.0, 1.0) : 0.5;
+  const double share = both ? share_y : 0;  // of the other foot
+  std::array<LegLoad, 2> loads{};
+  for (const Side side : kSides) {
+    const bool carries = side == support_;
+    double& carried = carried_[index(side)];
+    carried += ((carries ? 1 - share : share) - carried) * (dt_s / (dt_s + kCarry_s));
+    const Planar at = carries ? Planar{} : foot_;
+    double z = carries ? support_z_m_ : foot_z_m_, turn_pitch = ankle_pitch, turn_roll = ankle_roll;
+    if (!carries && !both) {
+      turn_pitch = -std::clamp(params.level_swing * pitch, -kMostLevel_rad, kMostLevel_rad);
+      turn_roll = -std::clamp(params.level_swing * roll, -kMostLevel_rad, kMostLevel_rad);
+      z -= std::clamp(params.level_height * (roll * at.at_m.y - pitch * at.at_m.x), -kMostLevel_m, kMostLevel_m);
+    }
+    const math::Quat q_support_sole = math::Quat::from_axis_angle({0, 0, 1}, at.yaw_rad) *
+                                      math::Quat::from_axis_angle({0, 1, 0}, turn_pitch) *
+                                      math::Quat::from_axis_angle({1, 0, 0}, turn_roll);
+    kinematics::Pose sole{{at.at_m.x, at.at_m.y, z}, q_support_sole};
+    if (!carries && kicking_) {
+      const KickOffset offset = kick_offset();
+      sole.p_m += offset.at_m;
+      sole.q = sole.q * math::Quat::from_axis_angle({0, 1, 0}, offset.pitch_rad);
+    }
+    figure_->place_sole(side, to_torso * sole, targets_rad);
+    const Vec2 push = both ? at.at_m : (carries ? cop_m_ : foot_.at_m);
+    loads[index(side)] = {to_torso.q.rotate({0, 0, carried * figure_->mass_kg() * kGravity_mps2}),
+                          to_torso.of({push.x, push.y, z})};
+  }
+  // Each arm swings with the other leg.
+  for (const Side side : kSides) {
+    const std::size_t shoulder = figure_->shoulder_pitch(side);
+    if (shoulder == kinematics::kNone) continue;
+    const Planar leg = other(side) == support_ ? Planar{} : foot_;
+    const double ahead_m = turned(leg.at_m - torso_at, -yaw).x;
+    targets_rad[shoulder] -= params.arm_swing * math::atan2(ahead_m, params.height_m);
+  }
+  lead_.step({params.lead_s, params.servo_gain_per_rad, params.weight_ahead, params.play_rad}, loads, dt_s,
+             targets_rad.first(figure_->joints()));
+  figure_->limit(targets_rad);
+}
+
+}  // namespace sinew::motion

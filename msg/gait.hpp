@@ -1,0 +1,52 @@
+#pragma once
+// How a robot with legs moves.
+#include "msg/geometry.hpp"
+
+namespace sinew::msg {
+
+enum class GaitMode : std::uint32_t {
+  limp = 0,   // not permitted to move, or waiting for its first measurements: commands nothing
+  stand = 1,  // or on its way to stand
+  walk = 2,
+  fall = 3,  // a fall was seen that cannot be helped: joints give way
+  lie = 4,   // at rest on the ground
+  rise = 5,
+};
+
+inline constexpr ValueName kGaitModeNames[] = {{"limp", GaitMode::limp}, {"stand", GaitMode::stand},
+                                               {"walk", GaitMode::walk}, {"fall", GaitMode::fall},
+                                               {"lie", GaitMode::lie},   {"rise", GaitMode::rise}};
+
+/// What a walking body does, and where it believes it has come.
+struct GaitState {
+  Time stamp;  // of the joints that it rests on
+  Time mode_since;
+  Quat q_world_torso;       // z up; x as the torso's when the module began
+  Vec3 gyro_radps;          // without bias, torso axes
+  double x_m = 0, y_m = 0;  // odometry of the torso, in the frame of its begin
+  double heading_rad = 0;
+  double forward_mps = 0, left_mps = 0, turn_radps = 0;  // of the present step
+  double error_x_m = 0, error_y_m = 0;  // of the divergent component of motion against the plan: what pushes do
+  GaitMode mode = GaitMode::limp;
+  std::uint32_t support = 0;  // 0: the left foot, 1: the right foot
+  std::uint32_t steps = 0;
+  std::uint32_t falls = 0;
+};
+
+template <>
+struct Description<GaitState> {
+  static constexpr std::string_view name = "GaitState", doc = "How a robot with legs moves.";
+  static constexpr auto fields =
+      describe(field<&GaitState::stamp>("ns", "of the joints that it rests on"), field<&GaitState::mode_since>("ns"),
+               field<&GaitState::q_world_torso>("1", "z up; x as the torso's at the begin"),
+               field<&GaitState::gyro_radps>("rad/s", "without bias, torso axes"),
+               field<&GaitState::x_m>("m", "odometry, in the frame of its begin"), field<&GaitState::y_m>("m"),
+               field<&GaitState::heading_rad>("rad"), field<&GaitState::forward_mps>("m/s", "of the present step"),
+               field<&GaitState::left_mps>("m/s"), field<&GaitState::turn_radps>("rad/s"),
+               field<&GaitState::error_x_m>("m", "of the divergent component of motion against the plan"),
+               field<&GaitState::error_y_m>("m"), enum_field<&GaitState::mode>(kGaitModeNames),
+               field<&GaitState::support>("1", "0: the left foot, 1: the right one"), field<&GaitState::steps>("1"),
+               field<&GaitState::falls>("1"));
+};
+
+}  // namespace sinew::msg

@@ -1,0 +1,78 @@
+#include "robots/kid/figure_walk.hpp"
+
+#include <array>
+
+#include "math/elementary.hpp"
+
+namespace sinew::kid {
+
+using namespace std::chrono_literals;
+using msg::MissionPhase;
+
+void FigureWalk::declare(rt::Declaration& d) {
+  d.in("gait", gait_, {.max_age = 500ms});
+  d.in("safety", safety_, {.optional = true, .supervises = true});
+  d.out("velocity", velocity_);
+  d.out("mission", mission_);
+  d.state(in_phase_s_, since_, phase_, leg_);
+  d.param("stand_s", stand_s_, {.unit = "s", .min = 0, .max = 60, .doc = "before and after the figure"});
+  d.param("leg_s", leg_s_, {.unit = "s", .min = 0.5, .max = 600, .doc = "of each of its straight parts"});
+  d.param("forward_mps", forward_mps_, {.unit = "m/s", .min = 0, .max = 1, .doc = "forward, and in the circles"});
+  d.param("side_mps", side_mps_, {.unit = "m/s", .min = 0, .max = 1, .doc = "to the left and to the right"});
+  d.param("back_mps", back_mps_, {.unit = "m/s", .min = 0, .max = 1, .doc = "backward"});
+  d.param("turn_radps", turn_radps_, {.unit = "rad/s", .min = 0.05, .max = 3, .doc = "in the circles"});
+}
+
+void FigureWalk::reset() {
+  in_phase_s_ = 0;
+  since_ = {};
+  phase_ = MissionPhase::wait;
+  leg_ = 0;
+}
+
+void FigureWalk::enter(MissionPhase phase, rt::Time now) {
+  phase_ = phase;
+  in_phase_s_ = 0;
+  since_ = now;
+}
+
+rt::StepStatus FigureWalk::step(const rt::Step& step) noexcept {
+  struct Leg {
+    double forward, left, turn;  // shares of the speeds
+  };
+  static constexpr std::array<Leg, 6> kFigure{{{1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}, {1, 0, 1}, {1, 0, -1}}};
+  const msg::GaitState* gait = gait_.fresh(step.now);
+  if (!gait) return rt::StepStatus::stale;
+  in_phase_s_ += msg::seconds(step.dt);
+  const msg::SafetyState* safety = safety_.get();
+  const bool calm = !safety || safety->action == msg::FailsafeAction::none;
+  const bool upright = gait->mode == msg::GaitMode::stand || gait->mode == msg::GaitMode::walk;
+  if (phase_ == MissionPhase::wait && calm && upright && in_phase_s_ >= stand_s_)
+    enter(MissionPhase::approach, step.now);
+  if (phase_ == MissionPhase::approach && !calm) enter(MissionPhase::hold, step.now);
+  if (phase_ == MissionPhase::approach && upright) {
+    const bool circle = kFigure[leg_].turn != 0;
+    if (in_phase_s_ >= (circle ? 2 * math::kPi / turn_radps_ : leg_s_)) {
+      in_phase_s_ = 0;
+      if (++leg_ == kFigure.size()) enter(MissionPhase::hold, step.now);
+    }
+  }
+  if (phase_ == MissionPhase::hold && gait->mode == msg::GaitMode::stand && in_phase_s_ >= stand_s_)
+    enter(MissionPhase::done, step.now);
+
+  msg::VelocityCommand& velocity = velocity_.loan();
+  velocity.stamp = gait->stamp;
+  if (phase_ == MissionPhase::approach) {
+    const Leg& leg = kFigure[leg_];
+    velocity.linear_mps.x = leg.forward * (leg.forward < 0 ? back_mps_ : forward_mps_);
+    velocity.linear_mps.y = leg.left * side_mps_;
+    velocity.angular_radps.z = leg.turn * turn_radps_;
+  }
+  msg::MissionState& mission = mission_.loan();
+  mission.stamp = step.now;
+  mission.phase_since = since_;
+  mission.phase = phase_;
+  return rt::StepStatus::ok;
+}
+
+}  // namespace sinew::kid

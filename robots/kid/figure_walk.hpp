@@ -1,0 +1,35 @@
+#pragma once
+#include "msg/flight.hpp"
+#include "msg/gait.hpp"
+#include "msg/motion.hpp"
+#include "msg/safety.hpp"
+#include "rt/module.hpp"
+
+namespace sinew::kid {
+
+/// Walks a figure by itself: stands, goes forward, to both sides and backward, a circle each way, and stands again.
+/// Thread:  executor, 10 Hz or more.   RT: yes.
+/// Errors:  stale without a fresh gait: nothing is published, and the walk stands.
+///          A failsafe that asks to land ends the figure.
+class FigureWalk final : public rt::Module {
+ public:
+  void declare(rt::Declaration& d) override;
+  void reset() override;
+  rt::StepStatus step(const rt::Step& step) noexcept override;
+
+ private:
+  void enter(msg::MissionPhase phase, rt::Time now);
+
+  rt::In<msg::GaitState> gait_;
+  rt::In<msg::SafetyState> safety_;
+  rt::Out<msg::VelocityCommand> velocity_;
+  rt::Out<msg::MissionState> mission_;
+  double stand_s_ = 2, forward_mps_ = 0.2, side_mps_ = 0.12, back_mps_ = 0.12, turn_radps_ = 0.5, leg_s_ = 5;
+
+  double in_phase_s_ = 0;
+  rt::Time since_{};
+  msg::MissionPhase phase_ = msg::MissionPhase::wait;
+  std::uint32_t leg_ = 0;  // of the figure
+};
+
+}  // namespace sinew::kid

@@ -1,0 +1,250 @@
+#include "robots/kid/mover.hpp"
+
+#include <algorithm>
+#include <string>
+
+#include "motion/kept_numbers.hpp"
+#include "robots/kid/devices.hpp"
+
+namespace sinew::kid {
+
+using namespace std::chrono_literals;
+using kinematics::kLimbs;
+using msg::GaitMode;
+
+namespace {
+
+constexpr double kMostJoint_rad = 7, kMostGyro_radps = 50, kMostAccel_mps2 = 200, kMostCell_n = 2000;
+constexpr double kUpright = 0.9, kUprightS = 1;  // of a body that did not fall after all
+constexpr double kLieS = 0.3;                    // it lies still before it rises
+
+bool within(double value, double most) { return value > -most && value < most; }
+bool within(const msg::Vec3& v, double most) { return within(v.x, most) && within(v.y, most) && within(v.z, most); }
+
+template <class T>
+void declare_params(rt::Declaration& d, const std::string& prefix, std::span<const motion::Param<T>> table, T& values) {
+  for (const motion::Param<T>& row : table)
+    d.param(prefix + std::string(row.name), values.*row.value,
+            {.unit = row.unit, .min = row.least, .max = row.most, .doc = row.doc});
+}
+
+}  // namespace
+
+/// What the motion file says is the default of the parameters, which a robot file may still change.
+Mover::Mover(robots::RobotBody robot) : robot_(std::move(robot)) {
+  if (!robot_.motions) return;
+  walk_params_ = robot_.motions->walk;
+  fall_params_ = robot_.motions->fall;
+}
+
+void Mover::declare(rt::Declaration& d) {
+  d.in("imu", imu_, {.max_age = 100ms});
+  d.in("soles", soles_, {.max_age = 100ms});
+  for (std::size_t i = 0; i < kLimbs; ++i)
+    d.in(std::string(to_string(kinematics::Limb(i))) + "_joints", joints_[i], {.max_age = 100ms});
+  d.in("velocity", velocity_, {.max_age = 300ms, .optional = true});
+  d.in("safety", safety_, {.optional = true, .supervises = true});
+  for (std::size_t i = 0; i < kLimbs; ++i)
+    d.out(to_string(kinematics::Limb(i)), limb_[i], {.channels = plant::kKidLimbJoints[i]});
+  d.out("gait", gait_);
+  d.state(rad_, targets_, kept_, since_, mode_, falls_, rises_from_);
+  declare_params<motion::WalkParams>(d, "", motion::kWalkParams, walk_params_);
+  declare_params<motion::FallParams>(d, "fall_", motion::kFallParams, fall_params_);
+}
+
+hal::Status Mover::configure(rt::Setup& setup) {
+  if (!robot_.body || !robot_.motions) {
+    setup.explain("it needs [body] and [motions] in the robot file (docs/walking.md)");
+    return hal::Error{hal::Errc::bad_argument, "a body and its motions"};
+  }
+  const kinematics::Body& body = *robot_.body;
+  std::string why;
+  figure_ = motion::Figure::make(body, why);
+  if (!figure_) {
+    setup.explain(why);
+    return hal::Error{hal::Errc::bad_argument, "a body that walks"};
+  }
+  limbs_ = kinematics::Limbs::of(body);
+  for (std::size_t i = 0; i < kLimbs; ++i)
+    if (limbs_.joints[i].size() > plant::kKidLimbJoints[i]) {
+      setup.explain(std::string(to_string(kinematics::Limb(i))) + " of the body has " +
+                    std::to_string(limbs_.joints[i].size()) + " joints; at most " +
+                    std::to_string(plant::kKidLimbJoints[i]));
+      return hal::Error{hal::Errc::bad_argument, "joints of a limb"};
+    }
+  const std::size_t joints = body.joints();
+  walk_ = std::make_unique<motion::Walk>(*figure_, std::span(robot_.motions->rest_rad).first(joints));
+  rise_front_ = robot_.motions->find("rise_front");
+  rise_back_ = robot_.motions->find("rise_back");
+  rad_.assign(joints, 0);
+  targets_.assign(joints, 0);
+  if (const kinematics::Place* imu = body.find_place("imu")) q_torso_imu_ = imu->pose.q;
+  at_begin_.assign(motion::count_numbers(*walk_) + motion::count_numbers(fall_) + motion::count_numbers(poses_), 0);
+  write_motions(at_begin_);
+  kept_ = at_begin_;
+  return {};
+}
+
+void Mover::reset() {
+  std::ranges::fill(rad_, 0);
+  std::ranges::fill(targets_, 0);
+  std::ranges::copy(at_begin_, kept_.begin());
+  since_ = {};
+  mode_ = GaitMode::limp;
+  falls_ = 0;
+  rises_from_ = motion::FallWay::none;
+}
+
+void Mover::enter(GaitMode mode, rt::Time now) noexcept {
+  if (mode_ == mode) return;
+  if (mode == GaitMode::fall) ++falls_;
+  mode_ = mode;
+  since_ = now;
+}
+
+/// False: something that a walk needs is missing or old.
+bool Mover::sense(rt::Time now) noexcept {
+  const msg::ImuSample* imu = imu_.fresh(now);
+  const msg::SolePressure* soles = soles_.fresh(now);
+  if (!imu || !soles) return false;
+  for (std::size_t i = 0; i < kLimbs; ++i) {
+    const msg::JointState* state = joints_[i].fresh(now);
+    const bool is_leg =
+        kinematics::Limb(i) == kinematics::Limb::left_leg || kinematics::Limb(i) == kinematics::Limb::right_leg;
+    if (!state && is_leg) return false;
+    if (!state) continue;  // an arm that is lost stays where it was last seen
+    for (std::size_t c = 0; c < limbs_.joints[i].size() && c < state->count; ++c)
+      rad_[limbs_.joints[i][c]] = state->position_rad[c];
+    if (is_leg) measured_ = state->stamp;
+  }
+  sensed_.joints_rad = rad_;
+  sensed_.gyro_radps = q_torso_imu_.rotate(math::Vec3(imu->gyro_radps));
+  sensed_.accel_mps2 = q_torso_imu_.rotate(math::Vec3(imu->accel_mps2));
+  for (std::size_t cell = 0; cell < msg::kSoleCells; ++cell) sensed_.soles_n[cell / 4][cell % 4] = soles->force_n[cell];
+  return true;
+}
+
+bool Mover::is_sane() const noexcept {
+  if (!within(sensed_.gyro_radps.to<msg::Vec3>(), kMostGyro_radps)) return false;
+  if (!within(sensed_.accel_mps2.to<msg::Vec3>(), kMostAccel_mps2)) return false;
+  for (const double rad : rad_)
+    if (!within(rad, kMostJoint_rad)) return false;
+  for (const motion::SoleForces& sole : sensed_.soles_n)
+    for (const double n : sole)
+      if (!within(n, kMostCell_n)) return false;
+  return true;
+}
+
+motion::WalkCommand Mover::command(rt::Time now) const noexcept {
+  const msg::VelocityCommand* wanted = velocity_.fresh(now);
+  const msg::SafetyState* safety = safety_.get();
+  if (!wanted || (safety && safety->action != msg::FailsafeAction::none)) return {};
+  motion::WalkCommand c{wanted->linear_mps.x, wanted->linear_mps.y, wanted->angular_radps.z, true};
+  if (!within(wanted->linear_mps, 10) || !within(wanted->angular_radps, 50)) return {};
+  c.walk = c.forward_mps != 0 || c.left_mps != 0 || c.turn_radps != 0;
+  return c;
+}
+
+const std::vector<motion::KeyPose>* Mover::way_up(motion::FallWay lies_on) const noexcept {
+  if (lies_on == motion::FallWay::front) return rise_front_;
+  return lies_on == motion::FallWay::back ? rise_back_ : nullptr;
+}
+
+/// A body at rest on the ground rises; one that comes to lie on its side waits until somebody turns it.
+void Mover::get_up(const rt::Step& step) noexcept {
+  const math::Vec3 up = walk_->tilt.up();
+  if (mode_ != GaitMode::rise) {
+    rises_from_ = motion::lying(up);
+    const std::vector<motion::KeyPose>* poses = way_up(rises_from_);
+    if (!poses) return;
+    poses_.start(*poses, rad_);
+    enter(GaitMode::rise, step.now);
+  }
+  poses_.step(up, msg::seconds(step.dt), targets_);
+  if (poses_.state() == motion::PosePlayer::State::playing) return;
+  const bool stands = poses_.state() == motion::PosePlayer::State::done && up.z > kUpright;
+  fall_.reset();
+  if (stands) walk_->take_over(sensed_);
+  enter(stands ? GaitMode::stand : GaitMode::fall, step.now);
+}
+
+void Mover::move(const rt::Step& step) noexcept {
+  const msg::SafetyState* safety = safety_.get();
+  if (safety && (safety->permitted == 0 || safety->action == msg::FailsafeAction::stop))
+    return enter(GaitMode::limp, step.now);
+  if (mode_ == GaitMode::limp) {
+    walk_->reset(sensed_);
+    fall_.reset();
+    enter(GaitMode::stand, step.now);
+  }
+  const double dt_s = msg::seconds(step.dt);
+  const bool on_its_feet = mode_ == GaitMode::stand || mode_ == GaitMode::walk;
+  if (on_its_feet)
+    walk_->step(command(step.now), sensed_, dt_s, targets_);
+  else
+    walk_->sense_only(sensed_, dt_s);
+  if (mode_ == GaitMode::rise) return get_up(step);
+  fall_.step(walk_->tilt.up(), walk_->tilt.rate_radps(), dt_s);
+  if (on_its_feet && fall_.way() == motion::FallWay::none)
+    return enter(walk_->phase() == motion::WalkPhase::stand ? GaitMode::stand : GaitMode::walk, step.now);
+  if (on_its_feet) return enter(GaitMode::fall, step.now);
+  if (mode_ == GaitMode::fall && fall_.lies()) enter(GaitMode::lie, step.now);
+  if (mode_ == GaitMode::lie && msg::seconds(step.now - since_) > kLieS) get_up(step);
+  if (walk_->tilt.up().z > kUpright && msg::seconds(step.now - since_) > kUprightS) enter(GaitMode::limp, step.now);
+}
+
+void Mover::write_motions(std::span<double> out) noexcept {
+  out = out.subspan(motion::write_numbers(*walk_, out));
+  out = out.subspan(motion::write_numbers(fall_, out));
+  motion::write_numbers(poses_, out);
+}
+
+void Mover::read_motions() noexcept {
+  std::span<const double> in = kept_;
+  in = in.subspan(motion::read_numbers(*walk_, in));
+  in = in.subspan(motion::read_numbers(fall_, in));
+  motion::read_numbers(poses_, in);
+  poses_.resume(way_up(rises_from_));
+}
+
+rt::StepStatus Mover::step(const rt::Step& step) noexcept {
+  if (!sense(step.now)) return rt::StepStatus::stale;
+  if (!is_sane()) return rt::StepStatus::fault;
+  read_motions();
+  walk_->params = walk_params_;
+  fall_.params = fall_params_;
+  move(step);
+  write_motions(kept_);
+  publish();
+  return rt::StepStatus::ok;
+}
+
+void Mover::publish() noexcept {
+  const bool moves = mode_ == GaitMode::stand || mode_ == GaitMode::walk || mode_ == GaitMode::rise;
+  for (std::size_t i = 0; i < kLimbs; ++i) {
+    msg::ActuatorCommand& out = limb_[i].loan();
+    out.stamp = measured_;
+    out.count = plant::kKidLimbJoints[i];
+    out.armed = moves ? 1 : 0;
+    for (std::size_t c = 0; c < limbs_.joints[i].size(); ++c) out.value[c] = targets_[limbs_.joints[i][c]];
+  }
+  msg::GaitState& gait = gait_.loan();
+  gait.stamp = measured_;
+  gait.mode_since = since_;
+  gait.q_world_torso = walk_->q_world_torso().to<msg::Quat>();
+  gait.gyro_radps = walk_->tilt.rate_radps().to<msg::Vec3>();
+  gait.x_m = walk_->odometry().at_m.x;
+  gait.y_m = walk_->odometry().at_m.y;
+  gait.heading_rad = walk_->odometry().yaw_rad;
+  gait.forward_mps = walk_->speed().forward_mps;
+  gait.left_mps = walk_->speed().left_mps;
+  gait.turn_radps = walk_->speed().turn_radps;
+  gait.error_x_m = walk_->dcm_error_m().x;
+  gait.error_y_m = walk_->dcm_error_m().y;
+  gait.mode = mode_;
+  gait.support = walk_->support() == motion::Side::left ? 0 : 1;
+  gait.steps = static_cast<std::uint32_t>(walk_->steps());
+  gait.falls = falls_;
+}
+
+}  // namespace sinew::kid

@@ -1,0 +1,85 @@
+#pragma once
+#include <memory>
+#include <vector>
+
+#include "kinematics/limbs.hpp"
+#include "motion/fall.hpp"
+#include "motion/motion_book.hpp"
+#include "motion/walk.hpp"
+#include "msg/actuators.hpp"
+#include "msg/gait.hpp"
+#include "msg/joints.hpp"
+#include "msg/motion.hpp"
+#include "msg/safety.hpp"
+#include "msg/sensors.hpp"
+#include "robots/robot_kind.hpp"
+#include "rt/module.hpp"
+
+namespace sinew::kid {
+
+/// Stands, walks where it is told to, gives way when it falls, and rises again where the motion file says how
+/// ("rise_front", "rise_back"): from what the body measures to angles of all joints
+/// (docs/walking.md). Without `velocity`, or without a fresh one, it stands. With `safety` bound it moves only when the
+/// guardian permits it; a failsafe that asks to land makes it stop and stand.
+/// Units:   commands are angles in rad, limb by limb (kinematics::Limbs).
+/// Thread:  executor, 100 Hz or more, after its sensors.   RT: yes.
+/// Errors:  configure: bad_argument without a body, or with one that has no two legs as Figure::make() wants them.
+///          step: stale without fresh IMU, soles or joints of both legs: nothing is published then, and the guardian
+///          acts when the leases run out. fault when they are no numbers.
+class Mover final : public rt::Module {
+ public:
+  explicit Mover(robots::RobotBody robot = {});
+  void declare(rt::Declaration& d) override;
+  hal::Status configure(rt::Setup& setup) override;
+  void reset() override;
+  rt::StepStatus step(const rt::Step& step) noexcept override;
+
+ private:
+  /// The motions' states, to numbers and from those of the step before.
+  void write_motions(std::span<double> out) noexcept;
+  void read_motions() noexcept;
+  bool sense(rt::Time now) noexcept;
+  bool is_sane() const noexcept;
+  void move(const rt::Step& step) noexcept;
+  void get_up(const rt::Step& step) noexcept;
+  const std::vector<motion::KeyPose>* way_up(motion::FallWay lies_on) const noexcept;
+  void enter(msg::GaitMode mode, rt::Time now) noexcept;
+  motion::WalkCommand command(rt::Time now) const noexcept;
+  void publish() noexcept;
+
+  const robots::RobotBody robot_;
+  kinematics::Limbs limbs_;
+  std::optional<motion::Figure> figure_;
+  std::unique_ptr<motion::Walk> walk_;
+  motion::FallDetector fall_;
+  motion::PosePlayer poses_;
+  const std::vector<motion::KeyPose>*rise_front_ = nullptr, *rise_back_ = nullptr;  // null: the motion file has none
+  motion::WalkParams walk_params_;
+  motion::FallParams fall_params_;
+
+  rt::In<msg::ImuSample> imu_;
+  rt::In<msg::SolePressure> soles_;
+  std::array<rt::In<msg::JointState>, kinematics::kLimbs> joints_;
+  rt::In<msg::VelocityCommand> velocity_;
+  rt::In<msg::SafetyState> safety_;
+  std::array<rt::Out<msg::ActuatorCommand>, kinematics::kLimbs> limb_;
+  rt::Out<msg::GaitState> gait_;
+
+  math::Quat q_torso_imu_;
+  std::vector<double> at_begin_;  // `kept_` of motions that have not moved yet
+
+  // Of one step:
+  motion::Sensed sensed_;
+  rt::Time measured_{};
+
+  // State:
+  std::vector<double> rad_;      // measured, in the body's order
+  std::vector<double> targets_;  // NaN: no torque
+  std::vector<double> kept_;     // of the motions
+  rt::Time since_{};
+  msg::GaitMode mode_ = msg::GaitMode::limp;
+  std::uint32_t falls_ = 0;
+  motion::FallWay rises_from_ = motion::FallWay::none;
+};
+
+}  // namespace sinew::kid

@@ -1,0 +1,34 @@
+#include "robots/kid/devices.hpp"
+#include "robots/kid/figure_walk.hpp"
+#include "robots/kid/mover.hpp"
+#include "robots/robot_kind.hpp"
+
+namespace sinew::robots {
+namespace {
+
+void add_kid_modules(rt::ModuleTypes& types) {
+  types.add<kid::Mover>("kid::Mover");
+  types.add<kid::FigureWalk>("kid::FigureWalk");
+}
+
+constexpr BodyModule kKidModules[] = {
+    {"kid::Mover",
+     [](const RobotBody& body) -> std::unique_ptr<rt::Module> { return std::make_unique<kid::Mover>(body); }},
+};
+
+constexpr PhaseWords kKidPhases[] = {
+    {"kid::FigureWalk", msg::MissionPhase::wait, "standing"},
+    {"kid::FigureWalk", msg::MissionPhase::approach, "walking the figure"},
+    {"kid::FigureWalk", msg::MissionPhase::hold, "coming to a stand"},
+};
+
+}  // namespace
+
+RobotKind describe_kid();
+RobotKind describe_kid() {
+  plant::WorldInfo world{"soccer", plant::kKidDevices, plant::soccer_options(), plant::kMostRobots};
+  world.has_bodies = true;
+  return {add_kid_modules, world, kKidPhases, kKidModules};
+}
+
+}  // namespace sinew::robots

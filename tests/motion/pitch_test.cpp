@@ -1,0 +1,56 @@
+// The motions on the pitch with the errors of real servos and sensors, in virtual time. The tables of docs/walking.md
+// are sinew-gait's.
+#include "apps/gait/kick_trial.hpp"
+#include "apps/gait/push_trial.hpp"
+#include "apps/gait/rise_trial.hpp"
+#include "apps/gait/walk_trial.hpp"
+#include "op3.hpp"
+
+namespace sinew::gait {
+namespace {
+
+GaitSetup op3_setup() {
+  const motion::Op3 op3;
+  return {.body = op3.body, .book = op3.book};
+}
+
+TEST(MotionsOnThePitch, FiveUnseenBodiesWalkWithoutAFall) {
+  const GaitSetup setup = op3_setup();
+  const Course courses[] = {Course::forward, Course::side, Course::turn, Course::mixed, Course::stop_and_go};
+  for (std::uint64_t i = 0; i < 5; ++i) {
+    std::string why;
+    const auto r = run_walk(setup, {.course = courses[i], .seed = 900'001 + i, .lasts_s = 8, .speed_share = 0.6}, why);
+    ASSERT_TRUE(r) << why;
+    EXPECT_FALSE(r->fell) << to_string(courses[i]) << " after " << r->time_s;
+    EXPECT_FALSE(r->false_alarm);
+  }
+}
+
+TEST(MotionsOnThePitch, TheSameSeedWalksTheSameWay) {
+  const GaitSetup setup = op3_setup();
+  std::string why;
+  const WalkTrial trial{.course = Course::mixed, .seed = 900'011, .lasts_s = 3};
+  const auto one = run_walk(setup, trial, why), two = run_walk(setup, trial, why);
+  ASSERT_TRUE(one && two) << why;
+  EXPECT_EQ(one->path_m, two->path_m);
+  EXPECT_EQ(one->odometry_m, two->odometry_m);
+}
+
+TEST(MotionsOnThePitch, AFallIsSeenBeforeTheGroundIsHit) {
+  std::string why;
+  const auto r = run_push(op3_setup(), {.seed = 900'021, .speed_mps = 1.5}, why);
+  ASSERT_TRUE(r) << why;
+  EXPECT_TRUE(r->fell);
+  EXPECT_TRUE(r->seen);
+  EXPECT_GT(r->ahead_s, 0.1);
+}
+
+TEST(MotionsOnThePitch, ItRisesFromItsFront) {
+  std::string why;
+  const auto r = run_rise(op3_setup(), "rise_front", 900'031, why);
+  ASSERT_TRUE(r) << why;
+  EXPECT_TRUE(r->stood);
+}
+
+}  // namespace
+}  // namespace sinew::gait

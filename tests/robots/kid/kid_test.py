@@ -1,0 +1,75 @@
+"""The humanoid of robots/kid on the simulated field, in virtual time.
+
+usage: kid_test.py SINEW SOURCE [unittest arguments]
+"""
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+SINEW, SOURCE = map(os.path.abspath, sys.argv[1:3])
+KID = f"{SOURCE}/robots/kid/kid.toml"
+
+
+def run(folder, *arguments, record=False):
+    env = dict(os.environ, SINEW_RECORD="on" if record else "off", SINEW_RUN_DIR=folder, TMPDIR=folder)
+    done = subprocess.run([SINEW, "run", KID, "--virtual", "--json", "--runs", f"{folder}/runs", *arguments],
+                          capture_output=True, text=True, env=env, cwd=folder, timeout=300)
+    if not done.stdout:
+        raise AssertionError(done.stderr)
+    return done.returncode, json.loads(done.stdout.splitlines()[-1])
+
+
+def measures(summary):
+    return {m["key"]: m["value"] for m in summary["report"]["verdict"]["measures"]}
+
+
+class Kid(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="sinew_kid_")
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+
+    def replay(self, *arguments):
+        done = subprocess.run([SINEW, "replay", f"{self.folder}/runs/latest/run.mcap", *arguments], capture_output=True,
+                              text=True, timeout=200)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertRegex(done.stdout, "^identical")
+
+    def test_walks_its_figure_and_each_step_of_it_can_be_executed_again(self):
+        code, summary = run(self.folder, record=True)
+        self.assertEqual(code, 0, summary)
+        self.assertEqual(measures(summary)["falls"], 0)
+        self.assertGreater(measures(summary)["walked_m"], 5)
+        self.assertGreater(measures(summary)["turned_deg"], 500, "two circles")
+        self.assertEqual(summary["report"]["physics_warnings"], 0)
+        self.replay()
+        self.replay("--from", "20")
+
+    def test_rises_from_its_front_and_walks(self):
+        for seed in ("1", "2"):
+            with self.subTest(seed=seed):
+                _, summary = run(self.folder, "--set", "sim.start_lie=1", "--seed", seed, "--duration", "14")
+                plant = summary["report"]
+                self.assertEqual((plant["rises"], plant["on_its_feet"], plant["fallen"]), (1, True, False), plant)
+                self.assertLess(plant["longest_down_s"], 8)
+                self.assertGreater(plant["walked_m"], 0.3)
+
+    def test_the_same_seed_gives_the_same_bytes_and_another_one_others(self):
+        hashes = [run(self.folder, "--duration", "6", "--seed", seed)[1]["hashes"] for seed in ("5", "5", "6")]
+        self.assertEqual(hashes[0], hashes[1])
+        self.assertNotEqual(hashes[0], hashes[2])
+
+    def test_without_a_leg_it_falls_and_comes_to_rest_without_torque(self):
+        code, summary = run(self.folder, "--fault", "right_leg:off@5", "--duration", "15")
+        plant = summary["report"]
+        self.assertEqual(code, 1)
+        self.assertEqual(plant["verdict"]["outcome"], "fell")
+        self.assertTrue(plant["at_rest"], plant)
+        self.assertTrue(plant["motors_stopped"], plant)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1] + sys.argv[3:])
