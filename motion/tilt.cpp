@@ -14,7 +14,13 @@ void Tilt::start(const math::Vec3& accel_mps2) {
 }
 
 void Tilt::step(const math::Vec3& gyro_radps, const math::Vec3& accel_mps2, bool at_rest, double dt_s) {
-  if (at_rest && norm(gyro_radps) < params.rest_radps) bias_ += (gyro_radps - bias_) * (params.rest_per_s * dt_s);
+  if (at_rest && norm(gyro_radps) < params.rest_radps) {
+    // Only yaw has no other source, and a robot may rest for a second only. Roll and pitch move while it settles on its
+    // feet, which a mean would take for bias.
+    rest_s_ = std::min(rest_s_ + dt_s, params.rest_memory_s);
+    const math::Vec3 wrong = gyro_radps - bias_, about_up = dot(wrong, up()) * up();
+    bias_ += about_up * (dt_s / rest_s_) + (wrong - about_up) * (params.rest_per_s * dt_s);
+  }
   rate_ = gyro_radps - bias_;
   math::Vec3 error;  // torso axes: rotates the believed up to the measured one
   if (norm(accel_mps2) < params.most_mps2) error = cross(accel_mps2 / kUpright_mps2, up());

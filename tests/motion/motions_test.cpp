@@ -44,6 +44,13 @@ TEST(Tilt, LearnsTheBiasOfATorsoAtRestAlsoAboutTheVertical) {
   EXPECT_LT(norm(tilt.bias_radps() - bias), 1e-3);
 }
 
+TEST(Tilt, LearnsTheBiasAboutTheVerticalInTheSecondOfRestBeforeTheFirstStep) {
+  Tilt tilt;
+  tilt.start({0, 0, 9.81});
+  for (double s = 0; s < 0.9; s += kStep_s) tilt.step({0, 0, 0.012}, {0, 0, 9.81}, true, kStep_s);
+  EXPECT_NEAR(tilt.bias_radps().z, 0.012, 1e-3);
+}
+
 TEST(FallDetector, TellsATopplingBodyBeforeItIsHalfDownAndWhichWay) {
   for (const double way : {1.0, -1.0}) {
     FallDetector detector;
