@@ -15,11 +15,16 @@ void Tilt::start(const math::Vec3& accel_mps2) {
 
 void Tilt::step(const math::Vec3& gyro_radps, const math::Vec3& accel_mps2, bool at_rest, double dt_s) {
   if (at_rest && norm(gyro_radps) < params.rest_radps) {
-    // Only yaw has no other source, and a robot may rest for a second only. Roll and pitch move while it settles on its
-    // feet, which a mean would take for bias.
-    rest_s_ = std::min(rest_s_ + dt_s, params.rest_memory_s);
+    // Only yaw has no other source. Its mean waits until the robot has settled on its feet, which turns it.
     const math::Vec3 wrong = gyro_radps - bias_, about_up = dot(wrong, up()) * up();
-    bias_ += about_up * (dt_s / rest_s_) + (wrong - about_up) * (params.rest_per_s * dt_s);
+    bias_ += (wrong - about_up) * (params.rest_per_s * dt_s);
+    rest_s_ += dt_s;
+    if (rest_s_ > params.settle_s) {
+      learned_s_ = std::min(learned_s_ + dt_s, params.rest_memory_s);
+      bias_ += about_up * (dt_s / learned_s_);
+    }
+  } else {
+    rest_s_ = 0;
   }
   rate_ = gyro_radps - bias_;
   math::Vec3 error;  // torso axes: rotates the believed up to the measured one

@@ -9,7 +9,8 @@ struct TiltParams {
   double most_mps2 = 25;      // what it measures above this is a blow, and not used
   double bias_per_s2 = 0.06;  // how fast the gyro's bias is learned from the same error
   double rest_per_s = 1;      // how fast it is learned from a torso at rest
-  double rest_memory_s = 5;   // about the vertical: the mean over so much of rest, or over as much as there was
+  double settle_s = 0.5;      // about the vertical: only after so much of a rest
+  double rest_memory_s = 5;   // and then the mean over so much of rest, or over as much as there was
   double rest_radps = 0.08;   // a torso at rest turns slower than this
   double most_bias_radps = 0.05;
 };
@@ -37,13 +38,13 @@ class Tilt {
   /// State (kept_numbers.hpp).
   template <class Visit>
   void each_part(Visit&& visit) {
-    visit(q_, rate_, bias_, rest_s_);
+    visit(q_, rate_, bias_, rest_s_, learned_s_);
   }
 
  private:
   math::Quat q_;
   math::Vec3 rate_, bias_;
-  double rest_s_ = 0;
+  double rest_s_ = 0, learned_s_ = 0;
 };
 
 }  // namespace sinew::motion

@@ -7,7 +7,7 @@
 namespace sinew::gait {
 namespace {
 
-constexpr double kStand_s = 1.5;
+constexpr double kStand_s = 3;
 constexpr double kSettled_s = 1.5;  // after a change of the command its speed counts
 
 /// What is commanded `t_s` after standing; a new stretch begins where `stretch` changes.
