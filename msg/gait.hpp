@@ -11,11 +11,12 @@ enum class GaitMode : std::uint32_t {
   fall = 3,  // a fall was seen that cannot be helped: joints give way
   lie = 4,   // at rest on the ground
   rise = 5,
+  down = 6,  // getting down by itself, and then at rest there without torque
 };
 
-inline constexpr ValueName kGaitModeNames[] = {{"limp", GaitMode::limp}, {"stand", GaitMode::stand},
-                                               {"walk", GaitMode::walk}, {"fall", GaitMode::fall},
-                                               {"lie", GaitMode::lie},   {"rise", GaitMode::rise}};
+inline constexpr ValueName kGaitModeNames[] = {
+    {"limp", GaitMode::limp}, {"stand", GaitMode::stand}, {"walk", GaitMode::walk}, {"fall", GaitMode::fall},
+    {"lie", GaitMode::lie},   {"rise", GaitMode::rise},   {"down", GaitMode::down}};
 
 /// What a walking body does, and where it believes it has come.
 struct GaitState {

@@ -47,7 +47,7 @@ void Mover::declare(rt::Declaration& d) {
   for (std::size_t i = 0; i < kLimbs; ++i)
     d.out(to_string(kinematics::Limb(i)), limb_[i], {.channels = plant::kKidLimbJoints[i]});
   d.out("gait", gait_);
-  d.state(rad_, targets_, kept_, since_, mode_, falls_, rises_from_);
+  d.state(rad_, targets_, kept_, since_, mode_, falls_, plays_);
   declare_params<motion::WalkParams>(d, "", motion::kWalkParams, walk_params_);
   declare_params<motion::FallParams>(d, "fall_", motion::kFallParams, fall_params_);
 }
@@ -74,8 +74,7 @@ hal::Status Mover::configure(rt::Setup& setup) {
     }
   const std::size_t joints = body.joints();
   walk_ = std::make_unique<motion::Walk>(*figure_, std::span(robot_.motions->rest_rad).first(joints));
-  rise_front_ = robot_.motions->find("rise_front");
-  rise_back_ = robot_.motions->find("rise_back");
+  for (std::size_t i = 0; i < kPoseMotions; ++i) pose_motions_[i] = robot_.motions->find(kPoseMotionNames[i]);
   rad_.assign(joints, 0);
   targets_.assign(joints, 0);
   if (const kinematics::Place* imu = body.find_place("imu")) q_torso_imu_ = imu->pose.q;
@@ -92,7 +91,7 @@ void Mover::reset() {
   since_ = {};
   mode_ = GaitMode::limp;
   falls_ = 0;
-  rises_from_ = motion::FallWay::none;
+  plays_ = PoseMotion::rise_front;
 }
 
 void Mover::enter(GaitMode mode, rt::Time now) noexcept {
@@ -145,19 +144,22 @@ motion::WalkCommand Mover::command(rt::Time now) const noexcept {
   return c;
 }
 
-const std::vector<motion::KeyPose>* Mover::way_up(motion::FallWay lies_on) const noexcept {
-  if (lies_on == motion::FallWay::front) return rise_front_;
-  return lies_on == motion::FallWay::back ? rise_back_ : nullptr;
+/// From where the joints are.
+bool Mover::play(PoseMotion motion) noexcept {
+  const std::vector<motion::KeyPose>* poses = pose_motions_[static_cast<std::size_t>(motion)];
+  if (!poses) return false;
+  plays_ = motion;
+  poses_.start(*poses, rad_);
+  return true;
 }
 
 /// A body at rest on the ground rises; one that comes to lie on its side waits until somebody turns it.
 void Mover::get_up(const rt::Step& step) noexcept {
   const math::Vec3 up = walk_->tilt.up();
   if (mode_ != GaitMode::rise) {
-    rises_from_ = motion::lying(up);
-    const std::vector<motion::KeyPose>* poses = way_up(rises_from_);
-    if (!poses) return;
-    poses_.start(*poses, rad_);
+    const motion::FallWay lies_on = motion::lying(up);
+    if (lies_on != motion::FallWay::front && lies_on != motion::FallWay::back) return;
+    if (!play(lies_on == motion::FallWay::front ? PoseMotion::rise_front : PoseMotion::rise_back)) return;
     enter(GaitMode::rise, step.now);
   }
   poses_.step(up, msg::seconds(step.dt), targets_);
@@ -166,6 +168,20 @@ void Mover::get_up(const rt::Step& step) noexcept {
   fall_.reset();
   if (stands) walk_->take_over(sensed_);
   enter(stands ? GaitMode::stand : GaitMode::fall, step.now);
+}
+
+/// Not interrupted, and no fall: it is low, and its hands are on the way to the ground.
+void Mover::get_down(const rt::Step& step) noexcept {
+  if (mode_ != GaitMode::down) {
+    if (!play(PoseMotion::get_down)) return;
+    enter(GaitMode::down, step.now);
+  }
+  poses_.step(walk_->tilt.up(), msg::seconds(step.dt), targets_);
+}
+
+bool Mover::asks_to_land() const noexcept {
+  const msg::SafetyState* safety = safety_.get();
+  return safety && safety->action == msg::FailsafeAction::land;
 }
 
 void Mover::move(const rt::Step& step) noexcept {
@@ -184,10 +200,15 @@ void Mover::move(const rt::Step& step) noexcept {
   else
     walk_->sense_only(sensed_, dt_s);
   if (mode_ == GaitMode::rise) return get_up(step);
+  if (mode_ == GaitMode::down) return get_down(step);
   fall_.step(walk_->tilt.up(), walk_->tilt.rate_radps(), dt_s);
-  if (on_its_feet && fall_.way() == motion::FallWay::none)
-    return enter(walk_->phase() == motion::WalkPhase::stand ? GaitMode::stand : GaitMode::walk, step.now);
-  if (on_its_feet) return enter(GaitMode::fall, step.now);
+  if (on_its_feet && fall_.way() != motion::FallWay::none) return enter(GaitMode::fall, step.now);
+  if (on_its_feet) {
+    const bool stands = walk_->phase() == motion::WalkPhase::stand;
+    enter(stands ? GaitMode::stand : GaitMode::walk, step.now);
+    if (stands && asks_to_land() && msg::seconds(step.now - since_) > walk_params_.settle_s) get_down(step);
+    return;
+  }
   if (mode_ == GaitMode::fall && fall_.lies()) enter(GaitMode::lie, step.now);
   if (mode_ == GaitMode::lie && msg::seconds(step.now - since_) > kLieS) get_up(step);
   if (walk_->tilt.up().z > kUpright && msg::seconds(step.now - since_) > kUprightS) enter(GaitMode::limp, step.now);
@@ -204,7 +225,7 @@ void Mover::read_motions() noexcept {
   in = in.subspan(motion::read_numbers(*walk_, in));
   in = in.subspan(motion::read_numbers(fall_, in));
   motion::read_numbers(poses_, in);
-  poses_.resume(way_up(rises_from_));
+  poses_.resume(pose_motions_[static_cast<std::size_t>(plays_)]);
 }
 
 rt::StepStatus Mover::step(const rt::Step& step) noexcept {
@@ -220,7 +241,8 @@ rt::StepStatus Mover::step(const rt::Step& step) noexcept {
 }
 
 void Mover::publish() noexcept {
-  const bool moves = mode_ == GaitMode::stand || mode_ == GaitMode::walk || mode_ == GaitMode::rise;
+  const bool moves = mode_ == GaitMode::stand || mode_ == GaitMode::walk || mode_ == GaitMode::rise ||
+                     (mode_ == GaitMode::down && poses_.state() == motion::PosePlayer::State::playing);
   for (std::size_t i = 0; i < kLimbs; ++i) {
     msg::ActuatorCommand& out = limb_[i].loan();
     out.stamp = measured_;

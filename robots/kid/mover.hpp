@@ -17,13 +17,18 @@
 
 namespace sinew::kid {
 
+/// Motions that are poses, by the names that the motion file gives them.
+enum class PoseMotion : std::uint8_t { rise_front, rise_back, get_down };
+inline constexpr std::size_t kPoseMotions = 3;
+inline constexpr std::array<const char*, kPoseMotions> kPoseMotionNames{"rise_front", "rise_back", "get_down"};
+
 /// Stands, walks where it is told to, gives way when it falls, and rises again where the motion file says how
 /// ("rise_front", "rise_back"): from what the body measures to angles of all joints
 /// (docs/walking.md). Without `velocity`, or without a fresh one, it stands. With `safety` bound it moves only when the
-/// guardian permits it; a failsafe that asks to land makes it stop and stand.
-/// Units:   commands are angles in rad, limb by limb (kinematics::Limbs).
-/// Thread:  executor, 100 Hz or more, after its sensors.   RT: yes.
-/// Errors:  configure: bad_argument without a body, or with one that has no two legs as Figure::make() wants them.
+/// guardian permits it; a failsafe that asks to land makes it stop, stand, and get down ("get_down") to where it needs
+/// no torque. What the motion file does not have is left out. Units:   commands are angles in rad, limb by limb
+/// (kinematics::Limbs). Thread:  executor, 100 Hz or more, after its sensors.   RT: yes. Errors:  configure:
+/// bad_argument without a body, or with one that has no two legs as Figure::make() wants them.
 ///          step: stale without fresh IMU, soles or joints of both legs: nothing is published then, and the guardian
 ///          acts when the leases run out. fault when they are no numbers.
 class Mover final : public rt::Module {
@@ -42,8 +47,11 @@ class Mover final : public rt::Module {
   bool is_sane() const noexcept;
   void move(const rt::Step& step) noexcept;
   void get_up(const rt::Step& step) noexcept;
-  const std::vector<motion::KeyPose>* way_up(motion::FallWay lies_on) const noexcept;
+  void get_down(const rt::Step& step) noexcept;
+  /// False: the motion file has no such motion.
+  bool play(PoseMotion motion) noexcept;
   void enter(msg::GaitMode mode, rt::Time now) noexcept;
+  bool asks_to_land() const noexcept;
   motion::WalkCommand command(rt::Time now) const noexcept;
   void publish() noexcept;
 
@@ -53,7 +61,7 @@ class Mover final : public rt::Module {
   std::unique_ptr<motion::Walk> walk_;
   motion::FallDetector fall_;
   motion::PosePlayer poses_;
-  const std::vector<motion::KeyPose>*rise_front_ = nullptr, *rise_back_ = nullptr;  // null: the motion file has none
+  std::array<const std::vector<motion::KeyPose>*, kPoseMotions> pose_motions_{};  // null: the motion file has none
   motion::WalkParams walk_params_;
   motion::FallParams fall_params_;
 
@@ -79,7 +87,7 @@ class Mover final : public rt::Module {
   rt::Time since_{};
   msg::GaitMode mode_ = msg::GaitMode::limp;
   std::uint32_t falls_ = 0;
-  motion::FallWay rises_from_ = motion::FallWay::none;
+  PoseMotion plays_ = PoseMotion::rise_front;  // or played last
 };
 
 }  // namespace sinew::kid

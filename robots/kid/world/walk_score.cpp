@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kSampleS = 0.5;  // the sway of a step does not count as a way
 constexpr double kLeastWay_m = 0.5, kLeastTurn_rad = 1;
+constexpr double kGently_radps = 2;   // a body that topples turns at 5 and more when it is half down
 constexpr double kUpright_rad = 0.5;  // it has risen when it is tilted less and nothing but its soles is down
 
 }  // namespace
@@ -18,8 +19,12 @@ void WalkScore::look(const BodyTruth& truth, bool driven, double now_s) {
   begun_ = begun_ || driven;
   const bool up = truth.tilt_rad < kUpright_rad && !truth.body_down;
   if (!down_ && truth.fallen && begun_) {
-    if (falls_ == 0) first_fall_s_ = now_s;
-    ++falls_;
+    if (math::norm(truth.gyro_radps) < kGently_radps) {
+      ++got_down_;
+    } else {
+      if (falls_ == 0) first_fall_s_ = now_s;
+      ++falls_;
+    }
     down_ = true;
     fell_s_ = now_s;
   } else if (down_ && up) {
@@ -50,7 +55,7 @@ std::string WalkScore::words(const BodyTruth& now) const {
   const bool up = now.tilt_rad < kUpright_rad && !now.body_down;
   if (falls_ > 0 && !up) return "fell";
   if (falls_ > 0) return "fell and rose again";
-  if (!up) return "is not on its feet";
+  if (!up) return got_down_ > 0 ? "got down gently" : "is not on its feet";
   return walked_m_ >= kLeastWay_m || turned_rad_ >= kLeastTurn_rad ? "walked and is on its feet"
                                                                    : "is on its feet, and walked nowhere";
 }
@@ -78,6 +83,7 @@ std::string WalkScore::text(const BodyTruth& now) const {
 
 void WalkScore::add_to(JsonObject& j) const {
   j.integer("falls", falls_);
+  j.integer("got_down", got_down_);
   j.integer("rises", rises_);
   if (falls_ > 0) j.number("first_fall_s", first_fall_s_);
   j.number("walked_m", walked_m_);

@@ -7,7 +7,7 @@
 
 namespace sinew::plant {
 
-/// How well a humanoid has walked.
+/// How well a humanoid has walked. A body that tips over slowly has got down, and not fallen.
 /// Thread:  owner.
 class WalkScore {
  public:
@@ -25,7 +25,7 @@ class WalkScore {
   std::string words(const BodyTruth& now) const;
 
   bool begun_ = false, down_ = false;
-  std::uint32_t falls_ = 0, rises_ = 0;
+  std::uint32_t falls_ = 0, got_down_ = 0, rises_ = 0;
   double walked_m_ = 0, turned_rad_ = 0, fastest_mps_ = 0;
   double first_fall_s_ = 0, fell_s_ = 0, longest_down_s_ = 0;
   math::Vec3 mark_m_;  // of the last sample
