@@ -101,11 +101,8 @@ void Mover::enter(GaitMode mode, rt::Time now) noexcept {
   since_ = now;
 }
 
-/// False: something that a walk needs is missing or old.
-bool Mover::sense(rt::Time now) noexcept {
-  const msg::ImuSample* imu = imu_.fresh(now);
-  const msg::SolePressure* soles = soles_.fresh(now);
-  if (!imu || !soles) return false;
+/// False: those of a leg are missing or old.
+bool Mover::sense_joints(rt::Time now) noexcept {
   for (std::size_t i = 0; i < kLimbs; ++i) {
     const msg::JointState* state = joints_[i].fresh(now);
     const bool is_leg =
@@ -117,20 +114,20 @@ bool Mover::sense(rt::Time now) noexcept {
     if (is_leg) measured_ = state->stamp;
   }
   sensed_.joints_rad = rad_;
-  sensed_.gyro_radps = q_torso_imu_.rotate(math::Vec3(imu->gyro_radps));
-  sensed_.accel_mps2 = q_torso_imu_.rotate(math::Vec3(imu->accel_mps2));
-  for (std::size_t cell = 0; cell < msg::kSoleCells; ++cell) sensed_.soles_n[cell / 4][cell % 4] = soles->force_n[cell];
   return true;
 }
 
-bool Mover::is_sane() const noexcept {
-  if (!within(sensed_.gyro_radps.to<msg::Vec3>(), kMostGyro_radps)) return false;
-  if (!within(sensed_.accel_mps2.to<msg::Vec3>(), kMostAccel_mps2)) return false;
-  for (const double rad : rad_)
-    if (!within(rad, kMostJoint_rad)) return false;
-  for (const motion::SoleForces& sole : sensed_.soles_n)
-    for (const double n : sole)
-      if (!within(n, kMostCell_n)) return false;
+/// False: what balance needs is missing, old or nonsense.
+bool Mover::sense_balance(rt::Time now) noexcept {
+  const msg::ImuSample* imu = imu_.fresh(now);
+  const msg::SolePressure* soles = soles_.fresh(now);
+  if (!imu || !soles || !within(imu->gyro_radps, kMostGyro_radps) || !within(imu->accel_mps2, kMostAccel_mps2))
+    return false;
+  for (const double n : soles->force_n)
+    if (!within(n, kMostCell_n)) return false;
+  sensed_.gyro_radps = q_torso_imu_.rotate(math::Vec3(imu->gyro_radps));
+  sensed_.accel_mps2 = q_torso_imu_.rotate(math::Vec3(imu->accel_mps2));
+  for (std::size_t cell = 0; cell < msg::kSoleCells; ++cell) sensed_.soles_n[cell / 4][cell % 4] = soles->force_n[cell];
   return true;
 }
 
@@ -229,12 +226,20 @@ void Mover::read_motions() noexcept {
 }
 
 rt::StepStatus Mover::step(const rt::Step& step) noexcept {
-  if (!sense(step.now)) return rt::StepStatus::stale;
-  if (!is_sane()) return rt::StepStatus::fault;
+  if (!sense_joints(step.now)) return rt::StepStatus::stale;
+  for (const double rad : rad_)
+    if (!within(rad, kMostJoint_rad)) return rt::StepStatus::fault;
+  const bool on_its_feet = mode_ == GaitMode::stand || mode_ == GaitMode::walk;
+  const bool balances = sense_balance(step.now);
+  const bool can_get_down = pose_motions_[static_cast<std::size_t>(PoseMotion::get_down)] != nullptr;
+  if (!balances && !(can_get_down && (on_its_feet || mode_ == GaitMode::down))) return rt::StepStatus::stale;
   read_motions();
   walk_->params = walk_params_;
   fall_.params = fall_params_;
-  move(step);
+  if (balances)
+    move(step);
+  else
+    get_down(step);
   write_motions(kept_);
   publish();
   return rt::StepStatus::ok;

@@ -29,8 +29,8 @@ inline constexpr std::array<const char*, kPoseMotions> kPoseMotionNames{"rise_fr
 /// no torque. What the motion file does not have is left out. Units:   commands are angles in rad, limb by limb
 /// (kinematics::Limbs). Thread:  executor, 100 Hz or more, after its sensors.   RT: yes. Errors:  configure:
 /// bad_argument without a body, or with one that has no two legs as Figure::make() wants them.
-///          step: stale without fresh IMU, soles or joints of both legs: nothing is published then, and the guardian
-///          acts when the leases run out. fault when they are no numbers.
+///          step: stale without fresh joints of both legs (without get_down: or IMU or soles): nothing is published
+///          then, and the guardian acts when the leases run out. fault when joints are no angles.
 class Mover final : public rt::Module {
  public:
   explicit Mover(robots::RobotBody robot = {});
@@ -43,8 +43,8 @@ class Mover final : public rt::Module {
   /// The motions' states, to numbers and from those of the step before.
   void write_motions(std::span<double> out) noexcept;
   void read_motions() noexcept;
-  bool sense(rt::Time now) noexcept;
-  bool is_sane() const noexcept;
+  bool sense_joints(rt::Time now) noexcept;
+  bool sense_balance(rt::Time now) noexcept;
   void move(const rt::Step& step) noexcept;
   void get_up(const rt::Step& step) noexcept;
   void get_down(const rt::Step& step) noexcept;

