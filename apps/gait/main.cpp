@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -31,6 +32,7 @@ constexpr double kPatience_s = 3600;  // after which a case counts as hanging
 
 struct Options {
   std::string body = "robots/kid/op3.toml", motions, results, out, numbers;
+  std::vector<std::string> courses;  // none: all
   StudyOptions study;
   SearchOptions search;
   double no_load_radps = math::kNan;
@@ -65,9 +67,21 @@ bool load(Options& o) {
   return true;
 }
 
+std::vector<std::string> course_names() {
+  std::vector<std::string> names;
+  for (const Course course : kCourses) names.push_back(to_string(course));
+  return names;
+}
+
 /// A table of all cases, or of those so far when it was interrupted.
 int study(Options& o) {
   if (!load(o)) return kNotBegun;
+  if (!o.courses.empty()) {
+    const std::vector<std::string> names = course_names();
+    o.study.courses.clear();
+    for (const std::string& name : o.courses)
+      o.study.courses.push_back(kCourses[static_cast<std::size_t>(std::ranges::find(names, name) - names.begin())]);
+  }
   sweep::StudyRun run{.program = "sinew-gait", .what = to_string(o.study.kind), .results = o.results};
   if (run.results.empty()) run.results = "runs/gait_" + run.what + ".jsonl";
   run.identity = {cases_of(o.study), gait::identity(o.study)};
@@ -169,10 +183,17 @@ int main(int argc, char** argv) {
         ->check(app::whole(1, 1'000'000))
         ->capture_default_str();
     command.add_option("--results", o.results, "file of results; without it: runs/gait_KIND.jsonl");
-    if (kind == Kind::walk)
+    if (kind == Kind::walk) {
       command.add_option("--seconds", o.study.lasts_s, "of each walk")
           ->check(app::number(1, 3600))
           ->capture_default_str();
+      command.add_option("--courses", o.courses, "these only, in turn")
+          ->delimiter(',')
+          ->check(CLI::IsMember(course_names()));
+      command.add_option("--first-seed", o.study.first_seed, "of the walks; from 500001 on no search has seen them")
+          ->check(app::whole(1, 1'000'000'000))
+          ->capture_default_str();
+    }
     if (kind == Kind::push)
       command.add_option("--speeds", o.study.push_mps, "changes of speed, m/s")
           ->delimiter(',')

@@ -3,6 +3,11 @@
 #include <algorithm>
 
 namespace sinew::gait {
+namespace {
+
+constexpr double kCarpet_m = 20;  // beyond the lines: no course of a minute leaves it over its edge
+
+}  // namespace
 
 std::unique_ptr<Rig> Rig::create(const GaitSetup& setup, std::uint64_t seed, std::string& why,
                                  const plant::PitchPlace& start, bool has_ball) {
@@ -21,8 +26,10 @@ std::unique_ptr<Rig> Rig::create(const GaitSetup& setup, std::uint64_t seed, std
     walk.step({}, upright, kControl_s, rig->targets());
     robot.start.joints_rad.assign(rig->targets().begin(), rig->targets().end());
   }
-  auto pitch = plant::Pitch::create({.ground = setup.ground, .has_ball = has_ball, .ball_at = {.x_m = -2}}, {&robot, 1},
-                                    seed, &why);
+  plant::FieldSize field;
+  field.border_m = kCarpet_m;
+  auto pitch = plant::Pitch::create(
+      {.ground = setup.ground, .field = field, .has_ball = has_ball, .ball_at = {.x_m = -2}}, {&robot, 1}, seed, &why);
   if (!pitch) {
     if (why.empty()) why = "the pitch cannot be made";
     return nullptr;

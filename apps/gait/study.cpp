@@ -5,7 +5,6 @@
 #include "apps/gait/kick_trial.hpp"
 #include "apps/gait/push_trial.hpp"
 #include "apps/gait/rise_trial.hpp"
-#include "apps/gait/walk_trial.hpp"
 #include "math/random.hpp"
 
 namespace sinew::gait {
@@ -22,12 +21,12 @@ constexpr std::array<NamedDirection, 4> kDirections{
     {{"from back", 0}, {"from front", math::kPi}, {"from right", math::kPi / 2}, {"from left", -math::kPi / 2}}};
 
 Json walk_case(const StudyOptions& o, const GaitSetup& setup, std::uint64_t n, std::string& why) {
-  const Course course = kCourses[n % kCourses.size()];
-  const auto r = run_walk(setup, {.course = course, .seed = kUnseenSeeds + n, .lasts_s = o.lasts_s}, why);
+  const Course course = o.courses[n % o.courses.size()];
+  const auto r = run_walk(setup, {.course = course, .seed = o.first_seed + n, .lasts_s = o.lasts_s}, why);
   if (!r) return {};
   return {{"kind", "walk"},
           {"group", to_string(course)},
-          {"seed", kUnseenSeeds + n},
+          {"seed", o.first_seed + n},
           {"fell", r->fell},
           {"time_s", r->time_s},
           {"forward_mps", r->forward_mps},
@@ -137,7 +136,11 @@ Json run_case(const StudyOptions& o, const GaitSetup& setup, std::uint64_t n, st
 
 Json identity(const StudyOptions& o) {
   Json out{{"study", "gait " + to_string(o.kind)}, {"runs", o.runs}};
-  if (o.kind == Kind::walk) out["lasts_s"] = o.lasts_s;
+  if (o.kind == Kind::walk) {
+    out["lasts_s"] = o.lasts_s;
+    out["first_seed"] = o.first_seed;
+    for (const Course course : o.courses) out["courses"].push_back(to_string(course));
+  }
   if (o.kind == Kind::push) out["push_mps"] = o.push_mps;
   if (o.kind == Kind::fall) out["fall_mps"] = o.fall_mps;
   return out;

@@ -5,6 +5,7 @@
 
 #include "apps/command/json.hpp"
 #include "apps/gait/gait_setup.hpp"
+#include "apps/gait/walk_trial.hpp"
 
 namespace sinew::gait {
 
@@ -20,6 +21,8 @@ struct StudyOptions {
   std::uint64_t runs =
       100;              // walk: all courses together; rise, fall, kick: of each way; push: of each direction and speed
   double lasts_s = 60;  // of a walk
+  std::vector<Course> courses{kCourses.begin(), kCourses.end()};  // of walks, in turn
+  std::uint64_t first_seed = kUnseenSeeds;                        // of walks
   std::vector<double> push_mps{0.1, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6};
   double fall_mps = 1.2;  // of the push that makes it fall
 };

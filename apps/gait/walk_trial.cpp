@@ -19,7 +19,7 @@ struct Commander {
     const double share = trial.speed_share;
     motion::WalkCommand c{.walk = true};
     stretch = 0;
-    const double side = trial.seed % 2 == 0 ? 1 : -1;
+    const double side = math::Random(trial.seed, 0x51de).uniform(-1, 1) > 0 ? 1 : -1;
     switch (trial.course) {
       case Course::forward:
         c.forward_mps = trial.forward_mps.value_or(share * most.most_forward_mps);
