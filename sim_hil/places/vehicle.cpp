@@ -18,7 +18,7 @@ constexpr double kVehicleStep_s = 1e-9 * kStepNs;
 constexpr double kMostRange_m = 6;
 // The goal: so near to the target, horizontally, lately; and in view for so much of the time since it was found.
 // The target is found when it was near the middle of the picture for so long.
-constexpr double kMiddle_rad = 0.105, kFound_s = 0.3;
+constexpr double kMiddle_rad = 0.105, kFound_s = 0.5;
 constexpr double kReached_m = 0.30, kLately_s = 1.0, kInView = 0.98;
 constexpr double kCameraLag_s = 0.05;
 constexpr double kEncoder_rad = 2 * math::kPi / 4096;
