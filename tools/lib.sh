@@ -91,11 +91,22 @@ configure() {
   touch "$ninja_file"
 }
 
+# stop_ahead PRESET: this build is not, or no longer, compiled by tools/build_ahead.sh.
+ahead=$logs/ahead
+stop_ahead() {
+  local pid
+  [[ -d $ahead ]] || return 0
+  touch "$ahead/stop.$1"
+  pid=$(cat "$ahead/pid.$1" 2>/dev/null) && kill "$pid" 2>/dev/null
+  flock "$ahead/lock.$1" true
+}
+
 # build PRESET [TARGET...]: configures when needed, builds, says how long it took.
 build() {
   local preset=$1 start status=0
   shift
   start=$(now_s)
+  stop_ahead "$preset"
   configure "$preset" || return
   [[ -t 1 ]] || say "building $preset; log: build/logs/$preset-build.log"
   quietly "$logs/$preset-build.log" "${launcher[@]}" ninja -C "$root/build/$preset" -j "$jobs" "$@" || status=$?
