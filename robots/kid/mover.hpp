@@ -29,6 +29,7 @@ inline constexpr std::array<const char*, kPoseMotions> kPoseMotionNames{"rise_fr
 /// no torque. What the motion file does not have is left out. Units:   commands are angles in rad, limb by limb
 /// (kinematics::Limbs). Thread:  executor, 100 Hz or more, after its sensors.   RT: yes. Errors:  configure:
 /// bad_argument without a body, or with one that has no two legs as Figure::make() wants them.
+///          While IMU or soles are lost the attitude and the odometry of `gait` stay what they were.
 ///          step: stale without fresh joints of both legs (without get_down: or IMU or soles): nothing is published
 ///          then, and the guardian acts when the leases run out. fault when joints are no angles.
 class Mover final : public rt::Module {
