@@ -9,6 +9,7 @@
 #include <fstream>
 #include <map>
 
+#include "apps/command/choice_check.hpp"
 #include "apps/command/number_check.hpp"
 #include "apps/command/usage_error.hpp"
 #include "apps/gait/cma_es.hpp"
@@ -189,7 +190,7 @@ int main(int argc, char** argv) {
           ->capture_default_str();
       command.add_option("--courses", o.courses, "these only, in turn")
           ->delimiter(',')
-          ->check(CLI::IsMember(course_names()));
+          ->check(app::one_of(course_names()));
       command.add_option("--first-seed", o.study.first_seed, "of the walks; from 500001 on no search has seen them")
           ->check(app::whole(1, 1'000'000'000))
           ->capture_default_str();

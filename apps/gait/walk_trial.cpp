@@ -14,12 +14,12 @@ constexpr double kSettled_s = 1.5;  // after a change of the command its speed c
 struct Commander {
   const WalkTrial& trial;
   const motion::WalkParams& most;
+  const double side = math::Random(trial.seed, 0x51de).uniform(-1, 1) > 0 ? 1 : -1;  // 1: to the left
 
   motion::WalkCommand at(double t_s, int& stretch) const {
     const double share = trial.speed_share;
     motion::WalkCommand c{.walk = true};
     stretch = 0;
-    const double side = math::Random(trial.seed, 0x51de).uniform(-1, 1) > 0 ? 1 : -1;
     switch (trial.course) {
       case Course::forward:
         c.forward_mps = trial.forward_mps.value_or(share * most.most_forward_mps);

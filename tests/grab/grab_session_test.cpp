@@ -24,10 +24,9 @@ using namespace std::chrono_literals;
 class World : public ::testing::Environment {
  public:
   void SetUp() override {
-    char folder[] = "/tmp/sinew-grab-XXXXXX";
-    ASSERT_NE(::mkdtemp(folder), nullptr);
-    folder_ = folder;
-    ::setenv("SINEW_RUN_DIR", folder, 1);
+    folder_ = (std::filesystem::temp_directory_path() / "grab-XXXXXX").string();
+    ASSERT_NE(::mkdtemp(folder_.data()), nullptr) << folder_;
+    ::setenv("SINEW_RUN_DIR", folder_.c_str(), 1);
     std::string why;
     auto opened = GrabSession::open("test", why);
     ASSERT_TRUE(opened) << why;
