@@ -230,17 +230,17 @@ endfunction()
 
 # Its cases are tests of ctest, with a label if one is given.
 function(sinew_test_cases program timeout emulated_shards)
+  set(label "")
+  if(ARGN)
+    set(label LABELS ${ARGN})
+  endif()
   if(NOT CMAKE_CROSSCOMPILING)
-    set(label "")
-    if(ARGN)
-      set(label LABELS ${ARGN})
-    endif()
     gtest_discover_tests(${program} PROPERTIES TIMEOUT ${timeout} ${label} DISCOVERY_TIMEOUT 60)
     return()
   endif()
   math(EXPR timeout "${timeout} * 5")
   add_test(NAME ${program} COMMAND ${program})
-  set_tests_properties(${program} PROPERTIES TIMEOUT ${timeout} SKIP_RETURN_CODE 77)  # wine32.sh: not run
+  set_tests_properties(${program} PROPERTIES TIMEOUT ${timeout} SKIP_RETURN_CODE 77 ${label})  # wine32.sh: not run
   if(emulated_shards)  # for hundreds of cases of one kind that take seconds each: one test for each shard
     set_tests_properties(${program} PROPERTIES ENVIRONMENT "GTEST_TOTAL_SHARDS=${emulated_shards};GTEST_SHARD_INDEX=0")
   endif()

@@ -94,10 +94,10 @@ configure() {
 # stop_ahead PRESET: this build is not, or no longer, compiled by tools/build_ahead.sh.
 ahead=$logs/ahead
 stop_ahead() {
-  local pid
   [[ -d $ahead ]] || return 0
   touch "$ahead/stop.$1"
-  pid=$(cat "$ahead/pid.$1" 2>/dev/null) && kill "$pid" 2>/dev/null
+  flock --nonblock "$ahead/lock.$1" true && return # nobody builds it: an old pid may be somebody else's now
+  kill "$(cat "$ahead/pid.$1" 2>/dev/null)" 2>/dev/null || true
   flock "$ahead/lock.$1" true
 }
 
