@@ -7,6 +7,7 @@
 
 #include "msg/actuators.hpp"
 #include "msg/camera_model.hpp"
+#include "msg/camera_pose.hpp"
 #include "msg/can.hpp"
 #include "msg/flight.hpp"
 #include "msg/gait.hpp"
@@ -41,8 +42,8 @@ struct Types {
 // In order of name.
 using Known =
     Types<ActuatorCommand, AltitudeState, AttitudeSetpoint, BallSighting, BaroSample, BatterySample, CameraModel,
-          CanFrame, Datagram, FlightSetpoint, GaitState, GnssSample, GroundMotion, GuardianState, HeadState, Image,
-          ImuSample, JointState, JointTrajectory, MagSample, MateState, MissionState, MotionField, NavState,
+          CameraPose, CanFrame, Datagram, FlightSetpoint, GaitState, GnssSample, GroundMotion, GuardianState, HeadState,
+          Image, ImuSample, JointState, JointTrajectory, MagSample, MateState, MissionState, MotionField, NavState,
           OperatorLink, PadSighting, PilotSwitches, PlaceEstimate, PolicyState, PolicyVectors, RangeSample, RcSample,
           SafetyState, SolePressure, TeamPose, TeamState, TextValues, VelocityCommand, WrenchSetpoint>;
 

@@ -1,5 +1,6 @@
 #include "rt/failsafe.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cstring>
 
@@ -110,6 +111,33 @@ std::optional<NumberField> find_number(const msg::TypeInfo& type, std::string_vi
   return std::nullopt;
 }
 
+std::uint32_t NumberFields::size(const void* message) const {
+  if (!count) return most;
+  const double used = count->read(message);
+  return used < 0 ? 0 : static_cast<std::uint32_t>(std::min<double>(used, most));
+}
+
+double NumberFields::read(const void* message, std::uint32_t i) const {
+  return first.read(static_cast<const std::byte*>(message) + std::size_t{i} * stride);
+}
+
+std::optional<NumberFields> find_numbers(const msg::TypeInfo& type, std::string_view path) {
+  const std::size_t open = path.find("[*]");
+  if (open == path.npos) {
+    const auto one = find_number(type, path);
+    return one ? std::optional(NumberFields{*one}) : std::nullopt;
+  }
+  const std::string_view name = path.substr(0, open);
+  for (const msg::FieldInfo& f : type.fields) {
+    if (f.name != name || !f.is_array) continue;
+    const auto first = find_number(type, std::string(name) + "[0]" + std::string(path.substr(open + 3)));
+    if (!first) return std::nullopt;
+    return NumberFields{*first, static_cast<std::uint32_t>(f.nested ? f.nested->size : msg::size_of(f.kind)),
+                        static_cast<std::uint32_t>(f.count), find_number(type, "count")};
+  }
+  return std::nullopt;
+}
+
 std::vector<std::string> number_paths(const msg::TypeInfo& type) {
   std::vector<std::string> paths;
   for (const msg::FieldInfo& f : type.fields) {
@@ -133,7 +161,7 @@ void Failsafe::configure() {
   before_.assign(type.size, std::byte{});
   for (const msg::FieldInfo& f : type.fields)
     if (f.name == "stamp") stamp_offset_ = f.offset;
-  if (spec_.kind == FailsafeSpec::Kind::value) field_ = *find_number(type, spec_.field.value);  // the check found it
+  if (spec_.kind == FailsafeSpec::Kind::value) field_ = *find_numbers(type, spec_.field.value);  // the check found it
 }
 
 void Failsafe::reset() {
@@ -189,11 +217,26 @@ bool Failsafe::look_stuck() noexcept {
   return published - since_ >= spec_.time;
 }
 
+/// How far within the limits; negative: beyond one.
+double Failsafe::margin(double value) const noexcept {
+  return std::min(spec_.below ? value - *spec_.below : math::kInf, spec_.above ? *spec_.above - value : math::kInf);
+}
+
+/// The number that is least within the limits, or beyond them; NaN without any.
+double Failsafe::worst_of(const void* message) const noexcept {
+  double worst = math::kNan;
+  const std::uint32_t count = field_.size(message);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const double value = field_.read(message, i);
+    if (math::is_finite(value) && (math::is_nan(worst) || margin(value) < margin(worst))) worst = value;
+  }
+  return worst;
+}
+
 bool Failsafe::look_value(Time now) noexcept {
   if (is_new()) {
-    measured_ = math::canonical(field_.read(port_.get()));
-    const bool good = math::is_finite(measured_) && (!spec_.below || measured_ >= *spec_.below) &&
-                      (!spec_.above || measured_ <= *spec_.above);
+    measured_ = math::canonical(worst_of(port_.get()));
+    const bool good = math::is_finite(measured_) && margin(measured_) >= 0;
     if (!good && !bad_) since_ = port_.header(0)->published;
     bad_ = !good;
   }

@@ -52,7 +52,7 @@ void GraphCheck::failsafe(const FailsafeSpec& f) {
 
 void GraphCheck::failsafe_field(const FailsafeSpec& f, const msg::TypeInfo& type) {
   const std::string key = "failsafe." + f.name;
-  if (!find_number(type, f.field.value))
+  if (!find_numbers(type, f.field.value))
     add(f.field.line ? f.field.line : f.line, key + ".field", quoted(f.field.value),
         "a number of " + std::string(type.name) + ": " + listed_for(f.field.value, number_paths(type)));
   if (!f.below && !f.above) add(f.line, key, "no limit", "below, above or both");

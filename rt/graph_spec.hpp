@@ -144,7 +144,7 @@ struct FailsafeSpec {
   Located<std::string> topic{};
   Kind kind = Kind::silent;
   Duration time{};
-  Located<std::string> field{};            // "voltage_v", "gyro_radps.x", "value[2]"
+  Located<std::string> field{};            // "voltage_v", "gyro_radps.x", "value[2]", "value[*]"
   std::optional<double> below{}, above{};  // at least one, of kind value
   msg::FailsafeAction action = msg::FailsafeAction::land;
   std::optional<Duration> stop_after{};  // a landing that takes longer becomes a stop

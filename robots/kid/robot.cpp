@@ -1,3 +1,4 @@
+#include "robots/kid/camera_pose.hpp"
 #include "robots/kid/devices.hpp"
 #include "robots/kid/figure_walk.hpp"
 #include "robots/kid/mover.hpp"
@@ -8,10 +9,13 @@ namespace {
 
 void add_kid_modules(rt::ModuleTypes& types) {
   types.add<kid::Mover>("kid::Mover");
+  types.add<kid::CameraPose>("kid::CameraPose");
   types.add<kid::FigureWalk>("kid::FigureWalk");
 }
 
 constexpr BodyModule kKidModules[] = {
+    {"kid::CameraPose",
+     [](const RobotBody& body) -> std::unique_ptr<rt::Module> { return std::make_unique<kid::CameraPose>(body); }},
     {"kid::Mover",
      [](const RobotBody& body) -> std::unique_ptr<rt::Module> { return std::make_unique<kid::Mover>(body); }},
 };

@@ -30,6 +30,7 @@ GearedServo servo_of(const PitchBody& given, const RobotDraw& draw, std::size_t 
   p.friction_nm = e.gear_friction_share * p.stall_nm;
   p.encoder_step_rad = e.encoder_steps > 0 ? 2 * math::kPi / e.encoder_steps : 0;
   p.encoder_at_motor = e.encoder_at_motor != 0;
+  p.ambient_c = e.ambient_c;
   return GearedServo(p);
 }
 

@@ -69,6 +69,8 @@ const auto& lines() {
               "noise of each pressure cell, sigma of a sample"),
       of_body("cell_spread", "cell-spread", "", 0, 0.5, &BodyErrors::cell_spread,
               "each pressure cell's scale is up to this share off"),
+      of_body("ambient_c", "ambient", "degrees C", -40, 85, &BodyErrors::ambient_c,
+              "temperature of the air around the servos, which they begin with"),
       Line{option("roughness_mm", "roughness", "mm", 0, 10, GroundErrors{}.roughness_mm, "",
                   "the ground under feet is up to this above or below a plane, in cells of 40 mm"),
            nullptr, &GroundErrors::roughness_mm},
@@ -96,6 +98,7 @@ BodyErrors BodyErrors::none() {
     if (line.of_body) e.*line.of_body = 0;
   e.stall_nm = e.no_load_radps = math::kNan;
   e.sole_friction = 0.8;
+  e.ambient_c = 25;
   return e;
 }
 

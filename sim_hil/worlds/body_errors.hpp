@@ -29,8 +29,9 @@ struct BodyErrors {
   double accel_bias_mps2 = 0.08;
   double cell_noise_n = 0.3;  // of a pressure cell, sigma
   double cell_spread = 0.1;   // its scale: uniformly up to this share off
+  double ambient_c = 25;      // of the air around the servos
 
-  /// A body as in its drawing: no delay, play, noise or spread; friction 0.8.
+  /// A body as in its drawing: no delay, play, noise or spread; friction 0.8, air at 25 degrees.
   static BodyErrors none();
   /// Of the options in `values`; others have their defaults.
   static BodyErrors from(const WorldValues& values);

@@ -4,6 +4,7 @@
 #include "apps/gait/push_trial.hpp"
 #include "apps/gait/rise_trial.hpp"
 #include "apps/gait/walk_trial.hpp"
+#include "motion/camera_pose.hpp"
 #include "op3.hpp"
 
 namespace sinew::gait {
@@ -43,6 +44,46 @@ TEST(MotionsOnThePitch, AFallIsSeenBeforeTheGroundIsHit) {
   EXPECT_TRUE(r->fell);
   EXPECT_TRUE(r->seen);
   EXPECT_GT(r->ahead_s, 0.1);
+}
+
+TEST(MotionsOnThePitch, AWalkingRobotKnowsWhereItsCameraWasAtTheExposure) {
+  const motion::Op3 op3;
+  const GaitSetup setup{.body = op3.body, .book = op3.book};
+  std::string why;
+  const auto rig = Rig::create(setup, 900'045, why);
+  ASSERT_TRUE(rig) << why;
+  motion::Walk walk = rig->make_walk();
+  walk.reset(rig->sense());
+  const kinematics::Place& place = *op3.body.find_place("camera");
+  motion::CameraChain chain(rig->figure(), place);
+  motion::CameraHistory history;
+  std::vector<std::pair<std::int64_t, kinematics::Pose>> exposures;  // not answered yet, with the truth
+  double horizon2 = 0, height2 = 0, count = 0;
+  for (int tick = 0; tick < 700; ++tick) {
+    const motion::Sensed sensed = rig->sense();
+    walk.step({.forward_mps = 0.15, .left_mps = 0.05, .turn_radps = 0.5, .walk = tick > 200}, sensed, kControl_s,
+              rig->targets());
+    history.add(rig->pitch().sensors(0).joints_stamp_ns,
+                chain.camera(walk.q_world_torso(), walk.odometry().at_m, sensed.joints_rad));
+    if (tick > 300 && tick % 7 == 0)
+      exposures.emplace_back(rig->pitch().now_ns(), rig->truth().link[place.link] * place.pose);
+    kinematics::Pose believed;
+    while (!exposures.empty() && history.at(exposures.front().first, believed) == motion::CameraHistory::Found::yes) {
+      const kinematics::Pose truth = exposures.front().second;
+      // How far up or down the picture's middle looks, by its sine; the camera looks at most 30 degrees down.
+      const double up = believed.q.rotate({0, 0, 1}).z - truth.q.rotate({1, 0, 0}).z;
+      const double high_m = believed.p_m.z - truth.p_m.z;
+      horizon2 += up * up;
+      height2 += high_m * high_m;
+      ++count;
+      exposures.erase(exposures.begin());
+    }
+    rig->act(rig->targets());
+  }
+  EXPECT_FALSE(rig->truth().fallen);
+  EXPECT_GT(count, 50);
+  EXPECT_LT(math::sqrt(horizon2 / count), 0.03) << "most of it is the accelerometer's offset";
+  EXPECT_LT(math::sqrt(height2 / count), 0.006);
 }
 
 TEST(MotionsOnThePitch, ItRisesFromItsFront) {

@@ -442,6 +442,63 @@ TEST_F(FailsafeTest, AboveIsALimitToo) {
   EXPECT_EQ(first_action(FailsafeAction::stop), Time{51'010'000}) << "12 itself is allowed";
 }
 
+/// Two joints of a group of three channels; what is behind `count` is never looked at.
+class Joints final : public Module {
+ public:
+  void declare(Declaration& d) override { d.out("raw", out_); }
+  StepStatus step(const Step& step) noexcept override {
+    msg::JointState& s = out_.loan();
+    s = {};
+    s.stamp = step.now;
+    s.temperature_c = {warm_c[0], warm_c[1], 500};
+    s.count = count;
+    return StepStatus::ok;
+  }
+  std::array<double, 2> warm_c{40, 41};
+  std::uint32_t count = 2;
+
+ private:
+  Out<msg::JointState> out_;
+};
+
+class ListFailsafeTest : public FailsafeTest {
+ protected:
+  ListFailsafeTest() {
+    robot.periodic("joints", 15, 10ms, {"joints"}).phase = 500us;
+    FailsafeSpec& f = condition(Kind::value, 0ms, FailsafeAction::stop);
+    f.topic = {"joints.raw", 0};
+    f.field = {"temperature_c[*]", 0};
+    f.above = 70;
+  }
+  Joints& joints = robot.add<Joints>("joints");
+};
+
+TEST_F(ListFailsafeTest, EachNumberInUseIsHeldToTheLimit) {
+  at(45ms, [&] { joints.warm_c[1] = 71; });
+  robot.run(100ms);
+  EXPECT_EQ(first_action(FailsafeAction::stop), Time{51'010'000});
+  EXPECT_EQ(log.states.back().measured[0], 71);
+}
+
+TEST_F(ListFailsafeTest, ANumberThatIsNotMeasuredIsLeftOut) {
+  at(45ms, [&] { joints.warm_c[0] = std::numeric_limits<double>::quiet_NaN(); });
+  robot.run(100ms);
+  EXPECT_EQ(first_action(FailsafeAction::stop), Time{INT64_MAX});
+  EXPECT_EQ(log.states.back().measured[0], 41);
+}
+
+TEST_F(ListFailsafeTest, AListWithoutAnyMeasurementIsBad) {
+  at(45ms, [&] { joints.warm_c.fill(std::numeric_limits<double>::quiet_NaN()); });
+  robot.run(100ms);
+  EXPECT_EQ(first_action(FailsafeAction::stop), Time{51'010'000});
+}
+
+TEST_F(ListFailsafeTest, AnEmptyListIsBad) {
+  at(45ms, [&] { joints.count = 0; });
+  robot.run(100ms);
+  EXPECT_EQ(first_action(FailsafeAction::stop), Time{51'010'000});
+}
+
 // ---- actions
 
 TEST_F(FailsafeTest, LandLeavesThePermissionAndIsLatched) {
@@ -548,6 +605,26 @@ TEST(NumberFields, WhatIsNoneIsNotFound) {
     EXPECT_FALSE(find_number(imu, path)) << path;
   for (const char* path : {"value", "value[8]", "value[-1]", "value[", "value[]", "value[1", "value[1]x", "count[0]"})
     EXPECT_FALSE(find_number(command, path)) << path;
+}
+
+TEST(NumberFields, AListIsAllOfAnArrayOrAsManyAsTheMessageCounts) {
+  msg::ActuatorCommand command;
+  command.count = 2;
+  command.value = {1, 2, 3};
+  const auto used = find_numbers(msg::type_info<msg::ActuatorCommand>(), "value[*]");
+  ASSERT_TRUE(used);
+  EXPECT_EQ(used->size(&command), 2u);
+  EXPECT_EQ(used->read(&command, 1), 2);
+  command.count = 0xFFFFFFFF;
+  EXPECT_EQ(used->size(&command), msg::kMaxChannels);
+  msg::SolePressure soles;
+  soles.force_n = {4, 5};
+  const auto all = find_numbers(msg::type_info<msg::SolePressure>(), "force_n[*]");
+  ASSERT_TRUE(all);
+  EXPECT_EQ(all->size(&soles), msg::kSoleCells);
+  EXPECT_EQ(all->read(&soles, 1), 5);
+  for (const char* path : {"force_n[*].x", "stamp[*]", "[*]", "force_n[*", "force[*]"})
+    EXPECT_FALSE(find_numbers(msg::type_info<msg::SolePressure>(), path)) << path;
 }
 
 TEST(NumberFields, EveryListedPathIsFound) {

@@ -38,6 +38,12 @@ class Kid(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.assertRegex(done.stdout, "^identical")
 
+    def stamps(self, topic):
+        done = subprocess.run([SINEW, "bag", "cat", f"{self.folder}/runs/latest/run.mcap", "--topic", topic], text=True,
+                              capture_output=True, timeout=200)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return [json.loads(line)["message"]["stamp"] for line in done.stdout.splitlines()]
+
     def test_walks_its_figure_and_each_step_of_it_can_be_executed_again(self):
         code, summary = run(self.folder, record=True)
         self.assertEqual(code, 0, summary)
@@ -45,6 +51,9 @@ class Kid(unittest.TestCase):
         self.assertGreater(measures(summary)["walked_m"], 5)
         self.assertGreater(measures(summary)["turned_deg"], 500, "two circles")
         self.assertEqual(summary["report"]["physics_warnings"], 0)
+        taken, answered = self.stamps("camera.raw/head"), self.stamps("camera_pose.pose")
+        self.assertEqual(answered, [stamp for stamp in taken if answered[0] <= stamp <= answered[-1]])
+        self.assertLess(len(taken) - len(answered), 5, "those before it stands, and the last ones")
         self.replay()
         self.replay("--from", "20")
 
@@ -70,10 +79,10 @@ class Kid(unittest.TestCase):
         self.assertTrue(plant["at_rest"], plant)
         self.assertTrue(plant["motors_stopped"], plant)
 
-    def test_with_a_low_battery_or_without_its_imu_it_gets_down_and_does_not_fall(self):
-        for fault in ("battery:wrong(-4)@3", "imu:off@4"):
-            with self.subTest(fault):
-                _, summary = run(self.folder, "--fault", fault, "--duration", "12")
+    def test_with_a_low_battery_without_its_imu_or_with_hot_servos_it_gets_down_and_does_not_fall(self):
+        for trouble in (("--fault", "battery:wrong(-4)@3"), ("--fault", "imu:off@4"), ("--set", "sim.ambient_c=69.6")):
+            with self.subTest(trouble):
+                _, summary = run(self.folder, *trouble, "--duration", "12")
                 plant = summary["report"]
                 self.assertEqual((plant["falls"], plant["got_down"], plant["motors_stopped"]), (0, 1, True), plant)
                 self.assertEqual(plant["verdict"]["outcome"], "got down gently")
