@@ -3,26 +3,31 @@
 # All bytes of all topics must be the same; names the first topic that differs. The simulator's truth is a topic of `sinew`
 # only (docs/recording.md): with sinew-fly neither side has it, with --replay both.
 #
-#   tools/compare_flight.sh [--replay] [--seed N] [--duration S] [--robot FILE] [--host H] [--label TEXT] -- COMMAND...
+#   tools/compare_flight.sh [--replay] [--seed N] [--duration S] [--robot FILE] [--plant 'WORDS'] [--host H] [--label TEXT]
+#                           -- COMMAND...
 #
 # COMMAND gets "ROBOT tcp:H:PORT --seed N [--duration S]" appended, e.g.
 #   tools/compare_flight.sh -- toolchains/wine.sh build/windows/bin/sinew-fly.exe
 #   tools/compare_flight.sh --duration 5 -- qemu-arm -L build/sysroot/armhf build/armhf/bin/sinew-fly
 #   tools/compare_flight.sh --label mipsel --host 10.0.2.2 -- tests/boards/fly.sh mipsel
+#   tools/compare_flight.sh --replay --duration 5 --robot robots/kid/kid.toml --plant '--world soccer --body robots/kid/kid.toml' \
+#     -- qemu-arm -L build/sysroot/armhf build/armhf/bin/sinew
+# --plant: what sinew-sim gets beside its seed: the world, where it is not the quadrotor's.
 # Without --duration both fly the whole mission and must land well. --host: how COMMAND names this machine (127.0.0.1).
 # --replay: COMMAND is the other machine's `sinew`. Both record their flight, pixels included, and each replays the
 # other's recording: every step of every module must be identical; prints the first one that is not, with its field.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-seed=1 duration=() robot=robots/quad/quad.toml host=127.0.0.1 label=other program=sinew-fly limit_s=${SINEW_FLIGHT_LIMIT_S:-900}
+seed=1 duration=() robot=robots/quad/quad.toml plant=() host=127.0.0.1 label=other program=sinew-fly limit_s=${SINEW_FLIGHT_LIMIT_S:-900}
 while (($#)); do
   case $1 in
-    --seed | --duration | --robot | --host | --label) [[ ${2:---} != -- ]] || die "$1: of what?" ;;&
+    --seed | --duration | --robot | --plant | --host | --label) [[ ${2:---} != -- ]] || die "$1: of what?" ;;&
     --replay) program=sinew ;;
     --seed) shift && seed=$1 ;;
     --duration) shift && duration=(--duration "$1") ;;
     --robot) shift && robot=$1 ;;
+    --plant) shift && read -ra plant <<<"$1" ;;
     --host) shift && host=$1 ;;
     --label) shift && label=$1 ;;
     --) shift && break ;;
@@ -59,7 +64,7 @@ fly() {
   local name=$1 as=$2 code=0 endpoint='' words
   shift 2
   : >"$work/$name.sim" # the loop reads it before a busy machine has started the simulator
-  "$bin/sinew-sim" --listen tcp:127.0.0.1:0 --lockstep --seed "$seed" --wait 300 >"$work/$name.sim" 2>&1 &
+  "$bin/sinew-sim" --listen tcp:127.0.0.1:0 --lockstep --seed "$seed" --wait 300 "${plant[@]}" >"$work/$name.sim" 2>&1 &
   sim=$!
   for ((i = 0; i < 600; ++i)); do
     endpoint=$(sed -n 's/^listening on tcp:[^:]*:\([0-9]*\).*/\1/p' "$work/$name.sim")
