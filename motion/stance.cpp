@@ -17,12 +17,14 @@ void StanceSense::step(const Sensed& sensed, const math::Quat& q_level_torso, do
     const Planar to_sole = soles[i].inverse();
     const Vec2 planar = to_sole.of({com.x, com.y});
     stance_.com_m[i] = {planar.x, planar.y, com.z - sole.p_m.z};
+    const LegOfFigure& leg = figure_->leg(side);
+    const math::Vec3 along = sole.q.rotate({leg.sole_length_m, 0, 0}), across = sole.q.rotate({0, leg.sole_width_m, 0});
+    stance_.raised_m[i] = 0.5 * (math::fabs(along.z) + math::fabs(across.z));
     stance_.torso[i] = to_sole * Planar{{torso.x, torso.y}, torso_yaw_rad};
 
     const SoleForces& n = sensed.soles_n[i];
     const double total_n = sum(n);
     stance_.load[i] = total_n / (figure_->mass_kg() * 9.81);
-    const LegOfFigure& leg = figure_->leg(side);
     const double x = 0.5 * leg.sole_length_m - cell_inset_m, y = 0.5 * leg.sole_width_m - cell_inset_m;
     stance_.cop_m[i] = {};
     if (total_n > 0.5)

@@ -37,6 +37,7 @@ struct WalkParams {
   double tilt_pitch = 0.1, tilt_roll = 0.05;
   double gyro_smooth_s = 0.01;
   double level_swing = 0.5, level_height = 0.3;
+  double tip_height = 0;
   double com_per_s = 1, dcm_per_s = 8;
   double dcm_more_per_sm = 0;
   double dcm_dead_m = 0.004;
@@ -101,6 +102,8 @@ inline constexpr Param<WalkParams> kWalkParams[] = {
     {"gyro_smooth_s", &WalkParams::gyro_smooth_s, "s", 0, 0.1, "low pass of these rates"},
     {"level_swing", &WalkParams::level_swing, "1", 0, 1.5, "how much the swinging sole is kept level against a tilt"},
     {"level_height", &WalkParams::level_height, "1", 0, 1.5, "how much its height is kept against a tilt"},
+    {"tip_height", &WalkParams::tip_height, "1", 0, 2,
+     "how much lower the swinging foot is put where the carrying sole tips on an edge, which raises the body"},
     {"com_per_s", &WalkParams::com_per_s, "1/s", 0, 30, "how fast the planned centre of mass follows the measured"},
     {"dcm_per_s", &WalkParams::dcm_per_s, "1/s", 0, 60, "how fast the planned dcm follows the measured"},
     {"dcm_more_per_sm", &WalkParams::dcm_more_per_sm, "1/(s m)", 0, 1000, "so much faster for each metre of its error"},

@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kGravity_mps2 = 9.81;
 constexpr double kMostLevel_m = 0.02, kMostLevel_rad = 0.25, kMostAnkle_rad = 0.25;
+constexpr double kMostTip_m = 0.04;
 constexpr double kCarry_s = 0.03;  // weight goes from sole to sole in such a time
 
 }  // namespace
@@ -75,6 +76,8 @@ void Walk::write(double dt_s, std::span<double> targets_rad) {
       turn_pitch = -std::clamp(params.level_swing * pitch, -kMostLevel_rad, kMostLevel_rad);
       turn_roll = -std::clamp(params.level_swing * roll, -kMostLevel_rad, kMostLevel_rad);
       z -= std::clamp(params.level_height * (roll * at.at_m.y - pitch * at.at_m.x), -kMostLevel_m, kMostLevel_m);
+      const double late = std::clamp(2 * time_s_ / end_s_ - 1.5, 0.0, 1.0);  // from three quarters of the step on
+      z -= std::min(late * params.tip_height * stance().raised_m[index(support_)], kMostTip_m);
     }
     const math::Quat q_support_sole = math::Quat::from_axis_angle({0, 0, 1}, at.yaw_rad) *
                                       math::Quat::from_axis_angle({0, 1, 0}, turn_pitch) *
