@@ -11,6 +11,7 @@ import unittest
 
 SINEW, SOURCE = map(os.path.abspath, sys.argv[1:3])
 KID = f"{SOURCE}/robots/kid/kid.toml"
+NAO = f"{SOURCE}/robots/kid/kid_nao.toml"
 BLUE, RED = (f"{SOURCE}/robots/kid/{name}.toml" for name in ("kid_game", "kid_game_red"))
 SOON = ("--set", "sim.referee_ready_s=2", "--set", "sim.referee_set_s=1")  # the game begins at 3 s
 
@@ -86,6 +87,15 @@ class Kid(unittest.TestCase):
         self.assertEqual(measures(summary)["falls"], 0)
         self.assertGreater(measures(summary)["walked_m"], 5)
         self.assertGreater(measures(summary)["turned_deg"], 500, "two circles")
+
+    def test_another_body_that_of_nao_walks_the_figure_too(self):
+        for seed in ("1", "2", "3"):
+            with self.subTest(seed=seed):
+                code, summary = run(self.folder, "--seed", seed, robot=NAO)
+                self.assertEqual(code, 0, summary)
+                self.assertEqual(measures(summary)["falls"], 0)
+                self.assertGreater(measures(summary)["walked_m"], 3)
+                self.assertGreater(measures(summary)["turned_deg"], 500, "two circles")
 
 
 class Game(unittest.TestCase):
